@@ -22,6 +22,9 @@ docs: setup farm
 
 soak: setup
 	$(BIN)/pytest -m soak
+	$(BIN)/python -m tests.fuzz commands 1 100000 build/fuzz.jsonl
+	$(BIN)/python -m tests.fuzz edits 1 10000 build/fuzz.jsonl
+	$(BIN)/python -m tests.fuzz sanitizers 1 300 build/fuzz.jsonl
 	$(BIN)/python benchmarks/board.py fuzz residual
 	$(BIN)/python benchmarks/board.py day
 	$(BIN)/python benchmarks/kill_test.py --kills 200
@@ -41,7 +44,7 @@ validate:
 
 mutants: setup
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e ".[mutants]"
-	$(BIN)/python -m tests.mutants
+	$(BIN)/python -m tests.mutants $(if $(MINUTES),--minutes $(MINUTES))
 
 peers: setup
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[control,jax,numba]" fmpy

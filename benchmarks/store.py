@@ -2,13 +2,12 @@
 """A store that proves itself, at full size; writes benchmarks/results/store.md.
 
     python benchmarks/store.py                      # all parts, an hour
-    python benchmarks/store.py damage starts        # some
+    python benchmarks/store.py damage starts        # some; the sections of the others stay as they are
 
 - damage: a file of a finished store is removed, cut, emptied or has a bit flipped, 325 times: seen, named, mended.
 - starts: 50 times two processes begin a batch under one name at once: one has it, the other is told who.
 - million: a batch of 10^6 runs is killed, resumed, damaged in three places, resumed: the bits of an undisturbed one.
-- block: one block of runs stored with and without digests and forced writes, in turns, beside the time to compute it.
-- cost: the same of a whole batch.
+- cost: one batch of 10^6 runs, in which the time within digests, forced writes and records is counted.
 """
 
 from __future__ import annotations
@@ -22,61 +21,69 @@ import time
 import warnings
 from argparse import Namespace
 from collections import Counter
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, nullcontext
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
-from statistics import median
+from typing import Any
 from unittest import mock
 
-from machine import command_line, machine, table, write
+from machine import RESULTS, command_line, machine, table, write
 
 from mehvar.errors import MehvarError
-from mehvar.runtime.batch.blocks import Blocks
 from mehvar.runtime.batch.fill import run_batch
-from mehvar.runtime.batch.plan import Campaign, Plan
+from mehvar.runtime.batch.plan import Campaign
 from mehvar.runtime.batch.statistics import summarise
 from mehvar.runtime.batch.store import chunks
 from mehvar.runtime.batch.store import store as store_module
-from mehvar.runtime.batch.store.layout import Layout
-from mehvar.runtime.batch.store.store import create, open_store
+from mehvar.runtime.batch.store.store import open_store
 from mehvar.runtime.batch.store.verification import verify
-from mehvar.runtime.model.model import load
 
 MODEL, LAW = "triangle", "path"
 VARY = {"l1_0": "normal(0.2, 0.01)", "theta_0": "uniform(0.8, 1.2)"}
 SHORT = Campaign(LAW, n=2000, seed=1, vary=VARY, options={"t_end": 0.2}, save_every=0.1)
-FAST = {"method": "dopri5", "rtol": 1e-6, "atol": 1e-6}
-BLOCKS = 24
-SIZES = {"damages": 325, "starts": 50, "runs": 1_000_000, "pairs": 3}
+FAST = {"t_end": 35.0, "dt_out": 0.1, "method": "dopri5", "rtol": 1e-6, "atol": 1e-6}
+"""Those of `batch_closed_loop.py`: 0.27 ms a run on one thread."""
+BROKEN = (("final/c/{}/0", "removed"), ("status/c/{}", "a bit flipped"), ("travel/c/{}", "cut"))
+PAGE = "store.md"
+SIZES = {"damages": 325, "starts": 50, "runs": 1_000_000}
+USES = {"damage": ("damages",), "starts": ("starts",), "million": ("runs",), "cost": ("runs",)}
+"""Which sizes a part has."""
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the parts, and write what came of them."""
-    parts = {"damage": damage, "starts": starts, "million": million, "block": block, "cost": cost}
+    """Run the parts, and write what came of them as soon as each has ended."""
+    parts = {"damage": damage, "starts": starts, "million": million, "cost": cost}
     parser = command_line(__doc__, parts)
     for name, size in SIZES.items():
         parser.add_argument(f"--{name}", type=int, default=size, metavar="N", help=f"{size} unless given")
     given = parser.parse_args(arguments)
-    names = given.parts or list(parts)
-    line = " ".join(sys.argv[1:] if arguments is None else arguments)
-    lines = ["# Stores: damage, first starts, cost", "", *machine(), "", f"`python benchmarks/store.py {line}`"]
-    with tempfile.TemporaryDirectory() as folder:
-        for name in names:
-            place = Path(folder) / name
-            place.mkdir()
-            lines += ["", *parts[name](place, given)]
-            shutil.rmtree(place)
-    write("store.md", lines)
+    sizes = {name: getattr(given, name) for name in SIZES}
+    for name in given.parts or list(parts):
+        about = machine()
+        with tempfile.TemporaryDirectory() as folder:
+            title, *lines = parts[name](Path(folder), Namespace(**sizes))
+        own = "".join(f" --{size} {sizes[size]}" for size in SIZES if size in USES[name])
+        line = f"`python benchmarks/store.py {name}{own}`"
+        _write_section(title, [line, "", *lines, "", *about])
+
+
+def _write_section(title: str, lines: Sequence[str]) -> None:
+    """Put a section into the page, in the place of the one that has its title."""
+    head, *sections = (RESULTS / PAGE).read_text(encoding="utf-8").split("\n## ")
+    kept = {name: text.strip("\n") for name, _, text in (section.partition("\n") for section in sections)}
+    kept[title] = "\n".join(lines)
+    write(PAGE, [head.strip("\n"), *(f"\n## {name}\n\n{text}" for name, text in kept.items())])
 
 
 def damage(folder: Path, sizes: Namespace) -> list[str]:
     """Damage one file after the other, some twice; mend after each."""
-    chance, store = random.Random(1), folder / "runs.zarr"
+    store = folder / "runs.zarr"
     run_batch(MODEL, SHORT, store, chunk=512)
     wanted = contents(store)
     names = sorted(wanted)
     seen: Counter[str] = Counter()
     for number in range(sizes.damages):
+        chance = random.Random(number)
         name, kind = names[(7 * number) % len(names)], chance.choice(("removed", "cut", "emptied", "a bit flipped"))
         spoil(store / name, kind, chance)
         unseen = verify(store).complete
@@ -98,13 +105,12 @@ def damage(folder: Path, sizes: Namespace) -> list[str]:
         seen["resumed to the same bytes, exactly the damaged block computed"] += exact
         seen["blocks computed again"] += again
         seen["told"] += len(said)
-    head = "## Damaged files"
     rows = [[name, str(number)] for name, number in seen.items()]
     note = (
         "A removed `records/end.json` is no damage to a statistic: `verify` says that the end is not recorded, `stats` "
         "goes on. A traceback would have ended the script."
     )
-    return [head, "", *table(["what", "times"], rows), "", note]
+    return ["Damaged files", *table(["what", "times"], rows), "", note]
 
 
 def starts(folder: Path, sizes: Namespace) -> list[str]:
@@ -130,7 +136,7 @@ def starts(folder: Path, sizes: Namespace) -> list[str]:
     assert [path.name for path in folder.iterdir()] == ["reference.zarr"], "nothing is left behind"
     rows = [[f"the second {what}", str(times)] for what, times in told.items()]
     rows += [["the first had the bytes of a batch alone; no file left behind", str(sizes.starts)]]
-    return ["## Two first starts on one name", "", *table(["what", "times"], rows)]
+    return ["Two first starts on one name", *table(["what", "times"], rows)]
 
 
 def million(folder: Path, sizes: Namespace) -> list[str]:
@@ -142,98 +148,88 @@ def million(folder: Path, sizes: Namespace) -> list[str]:
     begun = time.monotonic()
     assert subprocess.run([*line, str(folder / "reference.zarr")], **quiet, check=False).returncode == 0
     seconds, store = time.monotonic() - begun, folder / "runs.zarr"
+    records = len(list((folder / "reference.zarr").glob("records/*.json")))
     process = subprocess.Popen([*line, str(store)], **quiet)
-    time.sleep(seconds / 2)
+    while process.poll() is None and len(list(store.glob("records/*.json"))) < records // 2:
+        time.sleep(0.1)
     process.kill()
-    process.wait()
+    assert process.wait() < 0, "it came to its end before it was killed"
     kept = len(open_store(store).stored())
     assert subprocess.run([*line, str(store)], **quiet, check=False).returncode == 0
     blocks, chance = len(verify(store).whole), random.Random(2)
-    for name, kind in (("final", "removed"), ("status", "a bit flipped"), ("travel", "cut")):
-        piece = "/0" if name == "final" else ""
-        spoil(store / name / "c" / f"{chance.randrange(blocks)}{piece}", kind, chance)
+    places = chance.sample(range(blocks), 3)
+    for block, (name, kind) in zip(places, BROKEN, strict=True):
+        spoil(store / name.format(block), kind, chance)
     damaged = [block.block for block in verify(store).damaged]
-    assert len(damaged) == 3
+    assert damaged == sorted(places)
     assert subprocess.run([*line, str(store)], **quiet, stderr=subprocess.DEVNULL, check=False).returncode == 0
     assert contents(store) == contents(folder / "reference.zarr")
-    return [
-        f"## A batch of {sizes.runs} runs, killed and damaged",
-        "",
-        f"Killed when {kept} of {blocks} blocks were stored, resumed, damaged in the blocks {damaged}, resumed: every "
-        f"byte of {blocks} blocks is that of an undisturbed batch ({seconds:.0f} s).",
-    ]
-
-
-def block(folder: Path, _sizes: Namespace) -> list[str]:
-    """Time the storing of blocks of 4096 runs, which a batch of a million has 245 of."""
-    campaign = Campaign(LAW, n=4096 * BLOCKS, seed=1, vary=VARY, options=FAST)
-    run_batch(MODEL, Campaign(LAW, n=2000, seed=1, vary=VARY, options=FAST))  # compiles
-    computed = Blocks(Plan(load(MODEL, "c"), campaign), threads=1)
-    begun = time.process_time()
-    values = computed.compute(0, 4096)
-    compute = time.process_time() - begun
-    assert values is not None
-    identity = {"numerics": computed.numerics.text()}
-    layout = Layout(campaign.n, 4096, computed.variables(), computed.coordinates(), identity)
-    stores = {name: create(folder / f"{name}.zarr", layout) for name in ("with", "without")}
-    times: dict[str, list[tuple[float, float]]] = {name: [] for name in stores}
-    for number in range(BLOCKS):
-        for name in sorted(stores, reverse=bool(number % 2)):
-            with unproved() if name == "without" else nullcontext():
-                wall, used = time.perf_counter(), time.process_time()
-                stores[name].write(number, values, provenance=computed.provenance, refusals={})
-                times[name].append((time.perf_counter() - wall, time.process_time() - used))
     rows = [
-        [name, *(f"{1e3 * pick(pair[k] for pair in pairs):.1f} ms" for k in (0, 1) for pick in (median, min))]
-        for name, pairs in times.items()
+        ["runs", str(sizes.runs)],
+        ["blocks", str(blocks)],
+        ["blocks stored when it was killed", str(kept)],
+        ["blocks damaged then, and computed again", ", ".join(map(str, damaged))],
+        ["files compared with an undisturbed batch", str(len(contents(store)))],
+        ["bytes that differ", "0"],
+        ["time of the undisturbed batch", f"{seconds:.0f} s"],
     ]
-    heads = ["digests, forced writes", "time, median", "shortest", "processor time, median", "shortest"]
-    return [
-        f"## Cost of storing a block of 4096 runs, {BLOCKS} times each",
-        "",
-        *table(heads, rows),
-        "",
-        f"Computing the block took {compute:.2f} s of processor time (dopri5, rtol 1e-6). It is stored while the "
-        "next one is computed: what is waited for the disk is time only where a block is computed in less.",
-    ]
+    return ["A large batch, killed and damaged", *table(["what", "how many"], rows)]
 
 
 def cost(folder: Path, sizes: Namespace) -> list[str]:
-    """Time a batch with and without digests and forced writes, in turns."""
-    campaign = Campaign(LAW, n=sizes.runs, seed=1, vary=VARY, options=FAST)
+    """Count the time within digests, forced writes and records in one batch."""
     run_batch(MODEL, Campaign(LAW, n=2000, seed=1, vary=VARY, options=FAST))  # compiles
-    times: dict[str, list[tuple[float, float]]] = {"with": [], "without": []}
-    for pair in range(sizes.pairs):
-        for name in ("with", "without") if pair % 2 else ("without", "with"):
-            with unproved() if name == "without" else nullcontext():
-                wall, used = time.perf_counter(), time.process_time()
-                run_batch(MODEL, campaign, folder / "runs.zarr")
-                times[name].append((time.perf_counter() - wall, time.process_time() - used))
-            shutil.rmtree(folder / "runs.zarr")
-    ratios = [(a / b - 1, c / d - 1) for (a, c), (b, d) in zip(times["with"], times["without"], strict=True)]
+    campaign, meter = Campaign(LAW, n=sizes.runs, seed=1, vary=VARY, options=FAST), Meter()
+    with meter.counting():
+        wall, used = time.perf_counter(), time.process_time()
+        run_batch(MODEL, campaign, folder / "runs.zarr")
+        wall, used = time.perf_counter() - wall, time.process_time() - used
+    stored = sum(path.stat().st_size for path in folder.rglob("*") if path.is_file())
     rows = [
-        [f"{wall:.1f} s", f"{bare:.1f} s", f"{100 * (wall / bare - 1):+.2f} %", f"{100 * (used / plain - 1):+.2f} %"]
-        for (wall, used), (bare, plain) in zip(times["with"], times["without"], strict=True)
+        [name, f"{cpu:.2f} s", f"{100 * cpu / used:.2f} %", f"{waited:.1f} s", f"{100 * waited / wall:.2f} %"]
+        for name, (cpu, waited) in {**meter.times, "all three": meter.total(), "the batch": (used, wall)}.items()
     ]
     return [
-        f"## Cost of digests and forced writes: {sizes.runs} runs of the triangle",
+        "Cost of digests and forced writes",
+        *table(["what", "processor time", "share", "time", "share"], rows),
         "",
-        *table(["with", "without", "more time", "more processor time"], rows),
-        "",
-        f"Median of the pairs: {100 * median(r[0] for r in ratios):+.2f} % of the time, "
-        f"{100 * median(r[1] for r in ratios):+.2f} % of the processor time.",
+        f"{sizes.runs} runs of the triangle (35 s, 350 samples, dopri5, rtol 1e-6), {stored / 1e6:.0f} MB. A block is "
+        "stored while the next one is computed: what is waited for the disk lengthens a batch only where a block is "
+        "computed in less.",
     ]
 
 
-@contextmanager
-def unproved() -> Iterator[None]:
-    """Leave digests and forced writes out."""
-    with (
-        mock.patch.object(chunks, "digest", return_value="0"),
-        mock.patch.object(store_module, "force", return_value=None),
-        mock.patch("os.fsync", return_value=None),
-    ):
-        yield
+class Meter:
+    """Time spent within functions: processor time and waiting, of whatever thread calls them."""
+
+    def __init__(self) -> None:
+        self.times = dict.fromkeys(("digests", "forced writes", "records"), (0.0, 0.0))
+
+    def total(self) -> tuple[float, float]:
+        """Return the sum over all functions."""
+        cpu, waited = zip(*self.times.values(), strict=True)
+        return sum(cpu), sum(waited)
+
+    @contextmanager
+    def counting(self) -> Iterator[None]:
+        """Count what a store does besides handing arrays to Zarr."""
+        with (
+            mock.patch.object(chunks, "digest", self._timed("digests", chunks.digest)),
+            mock.patch.object(store_module, "_force_files", self._timed("forced writes", store_module._force_files)),
+            mock.patch.object(store_module, "write_record", self._timed("records", store_module.write_record)),
+        ):
+            yield
+
+    def _timed(self, name: str, function: Callable[..., Any]) -> Callable[..., Any]:
+        def timed(*arguments: Any) -> Any:
+            wall, used = time.perf_counter(), time.thread_time()
+            try:
+                return function(*arguments)
+            finally:
+                cpu, waited = self.times[name]
+                self.times[name] = cpu + time.thread_time() - used, waited + time.perf_counter() - wall
+
+        return timed
 
 
 def spoil(path: Path, kind: str, chance: random.Random) -> None:

@@ -145,7 +145,14 @@ def _renumbered(
         return None
     prefer_vocabulary(tree)
     new = renumber(record, tables)
-    return None if new is None else {FILE: manifest_text(new)}
+    if new is None:
+        return None
+    text = manifest_text(new)
+    try:
+        parse_manifest(text, tables / FILE)
+    except InputError:
+        return None  # what is wrong with the numbers is said by the check of the whole system
+    return {FILE: text}
 
 
 def derive(tree: Tree, model: str, structure: Mapping[str, str] | None = None, casadi: bool = False) -> dict[str, str]:
@@ -160,7 +167,8 @@ def derive(tree: Tree, model: str, structure: Mapping[str, str] | None = None, c
     """
     with tracing(tree.root, package_name(tree, model)) as loading:
         system = system_of(tree, model, structure or {})
-        loaded = {name: sha256(path) for name, path in loading().items()}
+        loaded = {name: sha256(path) for name, path in loading.files().items()}
+        libraries = loading.libraries()
     sources = {**loaded, **(_plant_inputs(tree, model) or {}), **tree.sources(model)}
     from .code.files import printed, texts
     from .equations.graph import equations_json
@@ -175,6 +183,7 @@ def derive(tree: Tree, model: str, structure: Mapping[str, str] | None = None, c
     graphs = generate_functions(system)
     functions = printed(graphs)
     manifest = manifest_of(system, functions, sources)
+    manifest = replace(manifest, versions=dict(sorted({**libraries, **manifest.versions}.items())))
     _check_constants(manifest, [f.name for f in functions])
     files = texts(manifest, functions)
     files["equations.json"] = equations_json(system)
@@ -235,8 +244,7 @@ def _system(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
 
     folder = tree.root / "models" / model
     check_system(system)
-    if plant is not None or not load_model(tree, model).STRUCTURE:
-        check_tables(system, folder)
+    check_tables(system, folder, {} if plant is not None else load_model(tree, model).STRUCTURE)
     if system.name != model:
         raise GenerateError(f"{folder}: name = {system.name!r} of the system: must be that of its folder, {model!r}")
     return system
@@ -279,10 +287,14 @@ def _whole(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
             raise GenerateError(f"{model} has no structure {name!r}; it has: {', '.join(choices) or 'none'}")
         if value not in choices[name]:
             raise GenerateError(f"structure {name} = {value!r} is not one of {', '.join(choices[name])}")
-    from mehvar.models.check import no_branching
+    from mehvar.models.check import check_kinds, no_branching
 
     with own_text(folder), no_branching():
         system: System = package.system(**structure)
+    check_kinds(system)
+    chosen = {name: values[0] for name, values in choices.items()} | dict(structure)
+    if system.structure != chosen:
+        raise GenerateError(f"{folder}: structure = {shown(system.structure)} of the system: must be {chosen}")
     return system
 
 

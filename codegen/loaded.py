@@ -10,29 +10,53 @@ import sys
 import sysconfig
 from collections import defaultdict
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
+from types import FrameType
 from typing import Any
+
+from mehvar.versions import installed
 
 _IMPORTS: defaultdict[str, set[str]] = defaultdict(set)
 """For each module that was executed under `tracing`, those that it imports: it is executed once in a process."""
 _LIBRARIES = tuple(Path(sysconfig.get_path(name)).resolve() for name in ("stdlib", "platstdlib", "purelib", "platlib"))
 _INSTALLED = {"site-packages", "dist-packages"}
 """Where libraries live, of this environment and of one below it: of these the versions count."""
+_SYSTEM = ("/proc/", "/dev/", "/sys/")
+"""What the system answers, which is no input."""
 _opened: set[str] | None = None
+_root = ""
+
+
+@dataclass(frozen=True)
+class Trace:
+    """What has been loaded so far.
+
+    Attributes
+    ----------
+    files : callable
+        The files, by their path from the root.
+    libraries : callable
+        The versions of the distributions that the model's own texts import, by name.
+    """
+
+    files: Callable[[], dict[str, Path]]
+    libraries: Callable[[], dict[str, str]]
 
 
 @contextlib.contextmanager
-def tracing(root: Path, package: str) -> Iterator[Callable[[], dict[str, Path]]]:
-    """Watch what is imported and opened; the value returns the files so far, by their path from `root`.
+def tracing(root: Path, package: str) -> Iterator[Trace]:
+    """Watch what is imported and opened.
 
     Parameters
     ----------
     root : Path
-        Folder with models/ and generated/. Of files that are only read, those below it count.
+        Folder with models/ and generated/. Of files that are only read, those below it count, and those elsewhere that
+        a text below it opens.
     package : str
         Name of the model's package, whose imports count even where they were executed before.
     """
-    global _opened
+    global _opened, _root
     before, original = set(sys.modules), builtins.__import__
 
     def imported(name: str, *arguments: Any, **keywords: Any) -> Any:
@@ -42,10 +66,13 @@ def tracing(root: Path, package: str) -> Iterator[Callable[[], dict[str, Path]]]
         return module
 
     _hook()
-    builtins.__import__, _opened = imported, set()
+    builtins.__import__, _opened, _root = imported, set(), f"{root.resolve()}{os.sep}"
     opened = _opened
     try:
-        yield lambda: _files(root, (set(sys.modules) - before) | _closure(package), opened)
+        yield Trace(
+            lambda: _files(root, (set(sys.modules) - before) | _closure(package), opened),
+            lambda: _libraries(root, _closure(package)),
+        )
     finally:
         builtins.__import__, _opened = original, None
 
@@ -72,7 +99,7 @@ def _closure(package: str) -> set[str]:
 def _files(root: Path, modules: set[str], opened: set[str]) -> dict[str, Path]:
     sources = (getattr(sys.modules.get(name), "__file__", None) for name in modules)
     code = {Path(file).resolve() for file in sources if file and file.endswith(".py")}
-    data = {path for path in (Path(name).resolve() for name in opened) if path.is_relative_to(root.resolve())}
+    data = {Path(name).resolve() for name in opened}
     ours = Path(__file__).resolve().parents[1]
     files = {path for path in code | data if path.is_file() and not _is_library(path)}
     return {
@@ -80,6 +107,24 @@ def _files(root: Path, modules: set[str], opened: set[str]) -> dict[str, Path]:
         for path in sorted(files)
         if not _is_ours(path, ours) and not _is_written(path, root.resolve())
     }
+
+
+def _libraries(root: Path, modules: set[str]) -> dict[str, str]:
+    """Return the distributions that modules below `root`, this program's own and copies aside, import by name."""
+    from importlib.metadata import packages_distributions
+
+    root, ours, named = root.resolve(), Path(__file__).resolve().parents[1], set()
+    for name in modules:
+        file = getattr(sys.modules.get(name), "__file__", None)
+        path = Path(file).resolve() if file else None
+        if path is None or _is_library(path) or not path.is_relative_to(root):
+            continue
+        counterpart = ours / path.relative_to(root)
+        if not (_is_ours(counterpart, ours) and counterpart.is_file()):
+            named |= {imported.partition(".")[0] for imported in _IMPORTS.get(name, ())}
+    named -= {*sys.stdlib_module_names, "mehvar"}
+    distributions = packages_distributions() if named else {}
+    return installed(*sorted({owner for name in named for owner in distributions.get(name, ())}))
 
 
 def _is_library(path: Path) -> bool:
@@ -106,6 +151,22 @@ def _hook() -> None:
 
     def note(event: str, arguments: tuple[Any, ...]) -> None:
         if event == "open" and _opened is not None and isinstance(arguments[0], str):
-            _opened.add(arguments[0])
+            name = os.path.abspath(arguments[0])  # noqa: PTH100, called for each file that is opened
+            if name.startswith(_root) or (not name.startswith(_SYSTEM) and _is_read_below(_root)):
+                _opened.add(name)
 
     sys.addaudithook(note)
+
+
+def _is_read_below(root: str) -> bool:
+    """Whether a text below `root`, this program's own aside, is what opens a file now, itself or through a library."""
+    ours = Path(__file__).resolve().parents[1]
+    frame: FrameType | None = sys._getframe(2)
+    while frame is not None:
+        file = frame.f_code.co_filename
+        if file.startswith("<frozen importlib"):  # an import, whose file is a module's
+            return False
+        if file.startswith(root) and not (_is_ours(Path(file), ours) or _is_library(Path(file))):
+            return True
+        frame = frame.f_back
+    return False

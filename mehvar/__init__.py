@@ -83,6 +83,7 @@ _HOMES = {
     ),
 }  # fmt: skip
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
+_RESULTS = ("batch", "open_result", "simulate")
 __all__ = sorted(_HOME)
 
 _ROOMS = {f"mehvar.{room}": room for room in ("models", "codegen", "generated", "runtime")}
@@ -108,6 +109,8 @@ if not os.path.isdir(os.path.join(_HERE, "models")):  # noqa: PTH112, PTH118
 
 
 def __getattr__(name: str) -> Any:
+    if name in _RESULTS:
+        importlib.import_module("mehvar.report.accessor")  # their datasets have `.mehvar`
     if name in _HOME:
         return getattr(importlib.import_module(_HOME[name]), name)
     if name == "__version__":

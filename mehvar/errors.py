@@ -5,7 +5,8 @@ from __future__ import annotations
 
 import difflib
 import reprlib
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from pathlib import PurePath
 
 _LONGEST = 200
 """Characters of a value in a message: a few lines of a terminal, and more than any path or condition people type."""
@@ -85,13 +86,33 @@ def unknown_name(kind: str, name: object, known: Iterable[str], origin: str = ""
     return InputError(f"unknown {kind} {shown(name)}{_from(origin)}: {hint}known: {listed}")
 
 
+def together(*checks: Callable[[], object]) -> None:
+    """Run checks, and refuse what any of them refuses in one message, a line for each.
+
+    Raises
+    ------
+    InputError
+        If a check raises it; the others run all the same.
+    """
+    errors = []
+    for check in checks:
+        try:
+            check()
+        except InputError as error:
+            errors.append(error)
+    if len(errors) > 1:
+        raise InputError("\n".join(dict.fromkeys(map(str, errors))))
+    if errors:
+        raise errors[0]
+
+
 def shown(value: object) -> str:
     """Return a value as a message shows it: on one line, and its middle left out when it is long.
 
     The `repr` of a long list fills the terminal, and Python refuses to spell out an integer of 5000 digits.
     """
     try:
-        text = repr(value)
+        text = repr(str(value) if isinstance(value, PurePath) else value)
     except ValueError:
         return f"an integer of {value.bit_length()} bits" if isinstance(value, int) else reprlib.repr(value)
     text = " ".join(text.split())

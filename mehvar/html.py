@@ -21,6 +21,12 @@ def typeset(latex: str) -> Markup:
     return Markup(mathml(latex))
 
 
+def typeset_within(text: str) -> Markup:
+    """Return words with LaTeX between dollar signs as escaped words with MathML."""
+    parts = text.split("$")
+    return Markup("").join(typeset(part) if i % 2 else part for i, part in enumerate(parts))
+
+
 def page(template: str, filters: Mapping[str, Callable[..., Any]] = MappingProxyType({}), **content: object) -> str:
     """Return a page as text.
 
@@ -29,7 +35,7 @@ def page(template: str, filters: Mapping[str, Callable[..., Any]] = MappingProxy
     template : str
         File below `mehvar/templates`; it may include others by their path from there.
     filters : mapping of str to callable
-        What the template uses beyond `mathml`.
+        What the template uses beyond `mathml` and `words`, which are `typeset` and `typeset_within`.
     **content
         What it is about.
     """
@@ -40,5 +46,5 @@ def page(template: str, filters: Mapping[str, Callable[..., Any]] = MappingProxy
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters |= {"mathml": typeset, **filters}
+    environment.filters |= {"mathml": typeset, "words": typeset_within, **filters}
     return environment.get_template(template).render(content)

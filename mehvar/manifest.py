@@ -19,6 +19,7 @@ from typing import Literal, NamedTuple, get_args
 
 from mehvar.errors import InputError, unknown_name
 from mehvar.names import identifier
+from mehvar.notebook.display import heading, table
 from mehvar.schema import Lower, SchemaError, Upper, json_key, parse, plain, read
 
 FILE = "manifest.json"
@@ -72,6 +73,13 @@ class Parameter:
     def allowed(self) -> str:
         """The bounds with their unit as in "[0, inf) kg"."""
         return self.interval if self.unit == "1" else f"{self.interval} {self.unit}"
+
+
+def parameter_table(title: str, parameters: Sequence[Parameter]) -> str:
+    """Return parameters as a table in HTML."""
+    columns = ("name", "unit", "default", "allowed", "meaning", "source")
+    rows = [(q.name, q.unit, q.formula or f"{q.default:g}", q.interval, q.description, q.source) for q in parameters]
+    return table(title, columns, rows)
 
 
 @dataclass(frozen=True)
@@ -141,6 +149,10 @@ class Controller:
     outputs: tuple[Output, ...] = ()
     warnings: tuple[Advice, ...]
 
+    def _repr_html_(self) -> str:
+        period = f", sampled with the period {self.period}" if self.period else ""
+        return heading(f"law {self.name}: {self.title}{period}") + parameter_table("parameters c", self.parameters)
+
 
 @dataclass(frozen=True)
 class Scenario:
@@ -167,6 +179,14 @@ class Scenario:
     values: Mapping[str, float] = field(metadata=json_key("set"))
     controllers: Mapping[str, Mapping[str, float]]
     expect: Mapping[str, Mapping[str, Upper]]
+
+    def _repr_html_(self) -> str:
+        values = [(name, f"{value:g}", "") for name, value in self.values.items()]
+        special = [
+            (name, f"{value:g}", law) for law, group in self.controllers.items() for name, value in group.items()
+        ]
+        text = f"scenario {self.name}: {self.title}; {self.duration:g} s in steps of {self.step:g} s"
+        return heading(text) + table("what differs from the defaults", ("name", "value", "law"), values + special)
 
 
 @dataclass(frozen=True)
@@ -222,6 +242,11 @@ class Function:
     results: tuple[Array, ...]
     operations: int
     file: str
+
+    @property
+    def internal(self) -> bool:
+        """Whether it is one of the two parts of another function, split so that a run computes the first part once."""
+        return self.file.endswith("_prepared.c")
 
     @cached_property
     def shapes(self) -> tuple[tuple[int, ...], ...]:
@@ -547,8 +572,8 @@ def _check_scenarios(manifest: Manifest) -> None:
         for name in scenario.values:
             if name not in shared | own:
                 raise SchemaError(f": {name!r} is no parameter", f"{place}.set")
-        for table in (scenario.controllers, scenario.expect):
-            for name in table:
+        for by_law in (scenario.controllers, scenario.expect):
+            for name in by_law:
                 if name not in manifest.controllers:
                     raise SchemaError(
                         f": {name!r} is none of {', '.join(manifest.controllers)}", f"{place}.controllers"

@@ -3,13 +3,26 @@
 
 from __future__ import annotations
 
+import functools
+import re
 from collections.abc import Iterable
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from mehvar.errors import InputError, bad_value
+from mehvar.errors import InputError, bad_value, together
+from mehvar.manifest import Manifest
 from mehvar.runtime.model.catalogue import find_model, list_models
+from mehvar.runtime.run.options import OPTIONS, either
+
+if TYPE_CHECKING:
+    from pint import UnitRegistry
+
+_FACTOR = r"(?:°|[^\W\d]+)(?:(?:\^|\*\*)-?\d)?"
+_WITH_UNIT = re.compile(
+    rf"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*((?:1?/\s*)?{_FACTOR}(?:(?:\s*[*/]\s*|\s+){_FACTOR})*)"
+)
+"""A number and a product of units with powers of one digit: pint computes what else a text says, such as 9**9**9."""
 
 SettingTexts = Annotated[
     list[str] | None,
@@ -42,6 +55,13 @@ def _of_model(ctx: typer.Context, kind: str, incomplete: str) -> list[str]:
     return [name for name in names if name.startswith(incomplete)]
 
 
+def required_law(manifest: Manifest, controller: str | None) -> str:
+    """Return the law that is given, or raise InputError with the names of those that the model has."""
+    if controller is None:
+        raise InputError(f"a run of {manifest.model} needs a law: --controller {either(manifest.controllers)}")
+    return controller
+
+
 def read_settings(texts: Iterable[str] | None, flag: str = "--set") -> dict[str, str]:
     """Return texts of values by name; raise InputError for a text of another form, or a name that comes twice.
 
@@ -63,16 +83,74 @@ def read_settings(texts: Iterable[str] | None, flag: str = "--set") -> dict[str,
     return settings
 
 
-def read_values(texts: Iterable[str] | None) -> dict[str, float | str]:
-    """Return what `--set` gives, by name: a number where the text is one, for only a command line writes numbers so."""
-    return {name: read_value(text) for name, text in read_settings(texts).items()}
+def read_values(texts: Iterable[str] | None, manifest: Manifest) -> dict[str, float | str]:
+    """Return what `--set` gives a run of a model, by name, each as `read_value` does.
+
+    Raises
+    ------
+    InputError
+        For a text of another form than NAME=VALUE, a name that comes twice, or a unit of another kind.
+    """
+    units = setting_units(manifest)
+    values: dict[str, float | str] = {}
+
+    def read(name: str, text: str) -> None:
+        values[name] = read_value(text, units.get(name), name, "--set")
+
+    together(*(functools.partial(read, name, text) for name, text in read_settings(texts).items()))
+    return values
 
 
-def read_value(text: str) -> float | str:
-    """Return the number that a text of the command line is, or the text."""
+def setting_units(manifest: Manifest) -> dict[str, str]:
+    """Return the units of what can be set: parameters of plant, laws and scenario, and options of a run."""
+    laws = (law.parameters for law in manifest.controllers.values())
+    groups = (*laws, manifest.scenario_parameters, manifest.parameters)
+    return {name: row.unit for name, row in OPTIONS.items()} | {q.name: q.unit for group in groups for q in group}
+
+
+def read_value(text: str, unit: str | None = None, name: str = "value", origin: str = "") -> float | str:
+    """Return the number that a text of the command line is, in the unit that its name has, or the text.
+
+    Parameters
+    ----------
+    text : str
+        As in "0.5", "30deg" or "5 mN m"; only a command line writes numbers so.
+    unit : str, optional
+        What a number is in, where that is known.
+    name, origin : str
+        For the message.
+
+    Raises
+    ------
+    InputError
+        For a unit that pint does not know, or that is of another kind.
+    """
     for kind in (int, float):  # a whole number to its last digit, which a float above 2^53 has lost
         try:
             return kind(text)
         except ValueError:
             continue
-    return text
+    parts = _WITH_UNIT.fullmatch(text.strip())
+    return _converted(text, parts[1], parts[2], unit, name, origin) if unit and parts else text
+
+
+def _converted(text: str, number: str, given: str, unit: str, name: str, origin: str) -> float:
+    from pint import PintError
+
+    units = _units()
+    try:
+        value = units.Quantity(float(number), f"1{given}" if given.startswith("/") else given)
+        return float(value.to(unit.replace(" ", "*")).magnitude)
+    except (PintError, ArithmeticError, AssertionError) as error:
+        allowed = "a number" if unit == "1" else f"a number in {unit}, or with a unit of that kind"
+        raise bad_value(name, text, allowed, origin) from error
+
+
+@functools.cache
+def _units() -> UnitRegistry:
+    """Return pint's units; half a second, for those who write one."""
+    import pint
+
+    units = pint.UnitRegistry()
+    units.define("@alias ohm = Ohm")  # as mehvar's own tables spell it
+    return units

@@ -11,6 +11,7 @@ import json
 import math
 import os
 import sys
+import textwrap
 import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -24,6 +25,15 @@ Line = tuple[int, "Text"]
 
 _NARROWEST = 40
 """Columns that are left for a line's text however narrow the terminal: below this, words are cut."""
+
+_PAGE = 80
+"""Columns of what is read like a page: the width of a terminal that nobody has changed."""
+_GAP = 2
+"""Columns between two cells."""
+_INDENT = 4
+"""Columns by which text stands in below its cells."""
+_TEXT = 36
+"""Columns in which text still reads well: half as many give three words a line, twice as many are never there."""
 
 
 class Advance(Protocol):
@@ -48,6 +58,36 @@ def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]
     for row in rows:
         table.add_row(*(Text(cell) for cell in row))
     console.print(table)
+
+
+def print_entries(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    """Print a table that fits a page, on a terminal or not: the last cell of a row is text, which wraps.
+
+    The text stands beside the other cells, or below them where they leave it too little room.
+    """
+    widths = [max(map(len, column)) for column in zip(columns, *rows, strict=True)][:-1]
+    place = sum(widths) + _GAP * len(widths)
+    below = _PAGE - place < _TEXT
+    heads = columns[:-1] if below else columns
+    headings = [(title, "italic"), (_aligned(heads, widths), "bold")]
+    print_lines((0, _styled(text, style)) for text, style in headings if text)
+    for *cells, text in rows:
+        line = _aligned(cells, widths)
+        if below:
+            print(line.rstrip())
+        indents = (" " * _INDENT,) * 2 if below else (line.ljust(place), " " * place)
+        print(textwrap.fill(text, _PAGE, initial_indent=indents[0], subsequent_indent=indents[1]).rstrip())
+
+
+def _aligned(cells: Sequence[str], widths: Sequence[int]) -> str:
+    """Return cells under each other; what comes after the last width is as wide as it is."""
+    return (" " * _GAP).join(cell.ljust(width) for cell, width in zip(cells, [*widths, 0], strict=False))
+
+
+def _styled(text: str, style: str) -> Text:
+    from rich.text import Text
+
+    return Text(text.rstrip(), style)
 
 
 def print_lines(lines: Iterable[Line]) -> None:
@@ -113,17 +153,18 @@ def working(what: str) -> Iterator[None]:
 
 
 def print_json(facts: object) -> None:
-    """Print facts as JSON, which knows neither infinity nor NaN: such numbers are texts."""
-    print(json.dumps(_finite(facts), indent=1, ensure_ascii=False))
+    """Print facts as JSON."""
+    print(json.dumps(finite(facts), indent=1, ensure_ascii=False))
 
 
-def _finite(value: object) -> object:
+def finite(value: object) -> object:
+    """Return facts with infinity and NaN, which JSON does not know, as texts."""
     if isinstance(value, float) and not math.isfinite(value):
         return str(value)
     if isinstance(value, Mapping):
-        return {str(key): _finite(item) for key, item in value.items()}
+        return {str(key): finite(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_finite(item) for item in value]
+        return [finite(item) for item in value]
     return value
 
 

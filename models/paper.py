@@ -47,6 +47,10 @@ An identity between names with meanings, here l_i^2 of a triangle and its rate, 
   keeps a part as printed; it is carried out before anything is compared.
 * A *number* with few digits is compared within `within` (one unit of the last printed digit, say).
 * *Words* that say something checkable are an entry too, with a number such as "text after (9)" and `Relation.says`.
+* An *erratum* says of an entry that differs, or whose readings disagree, what kind of error that is and how it came
+  about; that it is an error stays computed. The errata of a paper are one table, by the numbers of the entries::
+
+    ERRATA = {"11": Erratum(Slip.SCAN, "The bar over the mean mass is lost.")}
 * *Readings*: one for each way to read what is printed, exactly one of them `used`. The machine judges each. When they
   disagree the entry is "illegible or ambiguous", and says which one the model follows::
 
@@ -64,8 +68,9 @@ judge one entry at a time: ``mehvar.codegen.ledger.ledger.judge_entry(entry, nam
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
 from typing import Literal, TypeAlias
 
 import sympy as sp
@@ -77,6 +82,7 @@ from .quantities import ModelError
 __all__ = [
     "Case",
     "Cross",
+    "Erratum",
     "Kind",
     "Name",
     "Names",
@@ -86,6 +92,7 @@ __all__ = [
     "Reading",
     "Relation",
     "Side",
+    "Slip",
     "follow",
     "frozen",
     "printed",
@@ -142,6 +149,50 @@ class Relation:
         """Everything that is compared."""
         sides = (self.left, self.right, self.corrected, self.corrected_left, self.against)
         return tuple(side for side in sides if side is not None)
+
+
+class Slip(StrEnum):
+    """What kind of error a printed statement has, by where it came about.
+
+    scan: in the copy that was read. A dot, a bar, a stroke, a bracket or an exponent is lost, a letter is taken for one
+    that looks like it, a line of a right-to-left text is turned round; what was meant is told by the formulas around.
+    notation: in the paper's signs. One letter for two things, two for one, none that is explained, an unusual sense.
+    misprint: in the paper's typing. The authors had the right formula: others that follow from it have it.
+    physics: in the derivation or in a number. It would be wrong in any print, and what rests on it changes.
+    """
+
+    SCAN = "damage of the scan"
+    NOTATION = "notation"
+    MISPRINT = "misprint"
+    PHYSICS = "physics"
+
+
+@dataclass(frozen=True)
+class Erratum:
+    """Why a printed statement is not as it should be.
+
+    Parameters
+    ----------
+    kind : Slip
+        Where the error came about.
+    cause : str
+        How, in one sentence.
+    assumption : bool
+        Whether the correction is one: nothing in the paper contradicts it, and nothing shows it.
+
+    Raises
+    ------
+    ModelError
+        If the cause is not one sentence.
+    """
+
+    kind: Slip
+    cause: str
+    assumption: bool = False
+
+    def __post_init__(self) -> None:
+        if len(self.cause) < 2 or not self.cause.endswith(".") or ". " in self.cause:
+            raise ModelError(f"the cause of an erratum is one sentence that ends with a full stop, not {self.cause!r}")
 
 
 @dataclass(frozen=True)
@@ -216,11 +267,14 @@ class Paper:
         In the order of the paper.
     note : str
         Said once for all entries, such as what text was at hand.
+    errata : mapping of str to Erratum
+        What kind of error the entries have that are not as they should be, by their numbers.
 
     Raises
     ------
     ModelError
-        If an equation number is missing or entered twice, or a symbol is not in the table of names.
+        If an equation number is missing or entered twice, a symbol is not in the table of names, or an erratum is of no
+        entry.
     """
 
     title: str
@@ -228,9 +282,13 @@ class Paper:
     names: Names
     entries: tuple[Printed, ...]
     note: str = ""
+    errata: Mapping[str, Erratum] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         entered = [entry.number for entry in self.entries]
+        strange = sorted(self.errata.keys() - set(entered))
+        if strange:
+            raise ModelError(f"errata of entries that the ledger lacks: {strange}")
         numbers = [number for number in entered if number.isdecimal()]
         missing = [k for k in range(1, self.numbers + 1) if str(k) not in numbers]
         twice = sorted({number for number in entered if entered.count(number) > 1})

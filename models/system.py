@@ -10,10 +10,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from itertools import chain
 
 import sympy as sp
 
 from mehvar.manifest import Choice, Metric, Scenario
+from mehvar.notebook.display import gathered, heading, table
 
 from .derivation import Definition, Derivation, Equation, Expr, free_symbols
 from .quantities import (
@@ -61,6 +63,12 @@ __all__ = [
 ]
 
 
+def latex(expr: Expr, names: Mapping[sp.Symbol, str]) -> str:
+    """Return an expression as SymPy typesets it, with the names that its symbols have."""
+    text: str = sp.latex(expr, symbol_names=dict(names))
+    return text
+
+
 @dataclass(frozen=True)
 class Function(Located):
     """A model's own public function, such as rod lengths from shape.
@@ -84,6 +92,10 @@ class Function(Located):
     results: tuple[tuple[Quantity, Expr], ...]
     description: str
     vector: str = ""
+
+    def _repr_latex_(self) -> str:
+        names = {q.symbol: q.latex for q in (*chain(*self.arguments), *(q for q, _ in self.results)) if q.latex}
+        return gathered([f"{latex(q.symbol, names)} = {latex(expr, names)}" for q, expr in self.results])
 
 
 @dataclass(frozen=True)
@@ -199,6 +211,10 @@ class Controller(Located):
     outputs: tuple[Output, ...] = ()
     bears_loss: bool = False
     in_numbers: bool = field(default=False, kw_only=True)
+
+    def _repr_latex_(self) -> str:
+        names = {q.symbol: q.latex for group in (self.parameters, self.memory) for q in group if q.latex}
+        return gathered([rf"u_{{{i}}} = {latex(expr, names)}" for i, expr in enumerate(self.command, 1)])
 
 
 @dataclass(frozen=True)
@@ -332,6 +348,23 @@ class System(Located):
     variants: tuple[Variant, ...] = ()
     rates: Mapping[str, sp.Symbol] = field(default_factory=dict)
     residual: tuple[Expr, ...] = ()
+
+    def _repr_latex_(self) -> str:
+        names = {step.symbol: step.latex for step in self.definitions_in_order}
+        names |= {q.symbol: q.latex for group in self._groups for q in group if q.latex}
+        sides = zip(self.states, self.rhs, strict=True)
+        return gathered([rf"\dot{{{latex(q.symbol, names)}}} = {latex(rate, names)}" for q, rate in sides])
+
+    def _repr_html_(self) -> str:
+        tables = (
+            table(group.name, ("name", "unit", "meaning"), [(q.name, q.unit, q.description) for q in group])
+            for group in self._groups
+        )
+        return "".join((heading(f"{self.name}: {self.title}"), *tables, self._repr_latex_()))
+
+    @property
+    def _groups(self) -> tuple[Group, ...]:
+        return (self.states, self.inputs, self.outputs, self.parameters)
 
     @property
     def definitions(self) -> dict[sp.Symbol, Expr]:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import difflib
+import math
 import re
 import tomllib
 from collections.abc import Collection, Iterable, Mapping
@@ -17,6 +18,9 @@ from mehvar.manifest import METRIC_KINDS, Metric, Scenario
 from .quantities import Group, Interval, ModelError, Parameter, place, wrong
 from .units import dimension
 
+OF_SECONDS = ("settling", "settling_about_end")
+OF_COUNTS = ("sign_changes",)
+"""Kinds of metrics that read the band; those of seconds need one."""
 _INTERVAL = re.compile(r"^([(\[])\s*([^,\s]+)\s*,\s*([^,\s]+)\s*([)\]])$")
 _SOURCE = re.compile(r"^(paper\b|assumption: |addition: )")
 
@@ -150,7 +154,35 @@ def read_scenarios(path: Path) -> tuple[tuple[Scenario, ...], tuple[Metric, ...]
     table = _validate(_ScenarioFile, _read_toml(path), path)
     metrics = tuple(Metric(name, **{**row.model_dump(), "of": tuple(row.of)}) for name, row in table.metrics.items())
     scenarios = tuple(Scenario(name, **row.model_dump()) for name, row in table.scenarios.items())
+    for scenario in scenarios:
+        check_scenario_numbers(scenario, f"{path}: scenarios.{scenario.name}")
+    for metric in metrics:
+        check_metric_numbers(metric, f"{path}: metrics.{metric.name}")
     return scenarios, metrics
+
+
+def check_scenario_numbers(scenario: Scenario, where: str) -> None:
+    """Refuse times that do not pass and expected values that are no numbers."""
+    for what, seconds in (("duration", scenario.duration), ("step", scenario.step)):
+        if not 0 < seconds < math.inf:
+            raise ModelError(f"{where}: {what} = {seconds}: must be above zero, and finite")
+    for law, values in scenario.expect.items():
+        for name, value in values.items():
+            if math.isnan(value):  # infinite is a settling time that never comes
+                raise ModelError(f"{where}: expect.{law}.{name} = nan: must be a number, or inf")
+
+
+def check_metric_numbers(metric: Metric, where: str) -> None:
+    """Refuse a band or a window that a metric's kind cannot use."""
+    if metric.kind not in (*OF_SECONDS, *OF_COUNTS) and metric.band != 0:
+        raise ModelError(f"{where}: band = {metric.band:g} would be ignored: {metric.kind} has none")
+    least = "above zero" if metric.kind in OF_SECONDS else "zero or above"
+    if not math.isfinite(metric.band) or metric.band < 0 or (metric.kind in OF_SECONDS and metric.band == 0):
+        raise ModelError(f"{where}: band = {metric.band:g}: must be {least}")
+    if not 0 <= metric.since < metric.until:
+        raise ModelError(
+            f"{where}: since = {metric.since:g} and until = {metric.until:g}: must be 0 <= since < until, in seconds"
+        )
 
 
 def suggestion(word: str, names: Iterable[str]) -> str:

@@ -10,10 +10,12 @@ from pathlib import Path
 
 from mehvar.constants import vectors
 from mehvar.manifest import Array, Manifest, Part, file_of, result_shape
+from mehvar.names import identifier
 
 from ..functions.function import FunctionGraph
 from ..templates import text_environment
-from .spelling import PYTHON, C, statements
+from .labels import PLAIN, Labels, element_names, lines_of, value_names
+from .spelling import PYTHON, C, Language, statements
 from .split import split
 from .tape import Tape, tape
 
@@ -38,6 +40,7 @@ class PrintedFunction:
     results: tuple[tuple[str, int | None], ...]
     part: Part
     tape: Tape
+    labels: Labels = PLAIN
 
     @property
     def operations(self) -> int:
@@ -57,19 +60,19 @@ class PrintedFunction:
         return unread + [name for name, size in self.results if size == 0]
 
     @property
-    def c_lines(self) -> list[str]:
-        """Body of the C function."""
-        return statements(self.tape, self.arguments, C)[0]
+    def places(self) -> dict[str, tuple[str, ...]]:
+        """What C calls the places of the vectors that this part makes for others."""
+        return {name: self.labels.constants[name] for name, _ in self.results if name in self.labels.parts}
 
     @property
-    def c_stores(self) -> list[tuple[str, str]]:
-        """Targets and values of the results."""
-        values = statements(self.tape, self.arguments, C)[1]
-        return [
-            (f"{name}[{k}]", value)
-            for (name, _), elements in zip(self.results, values, strict=True)
-            for k, value in enumerate(elements)
-        ]
+    def c_lines(self) -> list[str]:
+        """Body of the C function."""
+        lines, results = self._statements(C)
+        for (name, _), elements in zip(self.results, results, strict=True):
+            constants = self.labels.constants.get(name)
+            for k, value in enumerate(elements):
+                lines += f"{name}[{constants[k] if constants else k}] = {value};".split("\n")
+        return lines
 
     @property
     def python_arguments(self) -> str:
@@ -88,33 +91,47 @@ class PrintedFunction:
 
     @property
     def python_lines(self) -> list[str]:
-        """Body of the Python function."""
-        return statements(self.tape, self.arguments, PYTHON)[0]
+        """Body of the Python function, what it returns included."""
+        lines, values = self._statements(PYTHON)
+        returned = [self._python_result(result, v) for result, v in zip(self.results, values, strict=True)]
+        return [*lines, *f"return {', '.join(returned)}".split("\n")]
 
-    @property
-    def python_return(self) -> str:
-        """What the Python function returns."""
-        values = statements(self.tape, self.arguments, PYTHON)[1]
-        return ", ".join(self._python_result(result, v) for result, v in zip(self.results, values, strict=True))
+    def _statements(self, language: Language) -> tuple[list[str], list[list[str]]]:
+        return statements(self.tape, self.arguments, language, self.labels, [name for name, _ in self.results])
 
     def _python_result(self, result: tuple[str, int | None], values: list[str]) -> str:
         if result[1] is None:
             return f"np.asarray({values[0]})[()]"
-        vector = f"_vector({', '.join(values)})"
+        elements = "".join(f"\n    {value.replace(chr(10), chr(10) + '    ')}," for value in values)
+        vector = f"_vector({elements}\n)" if values else "_vector()"
         shape = result_shape(self.name, Array(*result), [Array(*argument) for argument in self.arguments])
         if len(shape) == 1:
             return vector
         return f"(lambda J: J.reshape(*J.shape[:-1], {shape[0]}, {shape[1]}))({vector})"
 
+    def names_of(self, result: int) -> tuple[str, ...]:
+        """Return what the text calls the elements of a result, or would if each had a statement."""
+        taken = {name for name, _ in (*self.arguments, *self.results)}
+        elements = element_names(self.arguments, [name for name, _ in self.results], self.labels)
+        values = self.tape.results[result]
+        names = value_names(self.tape, lines_of(self.tape) | set(values), elements, taken)
+        return tuple(names[k] for k in values)
+
 
 def printed(functions: Sequence[FunctionGraph]) -> list[PrintedFunction]:
     """Turn graphs into tapes ready to print; what a run calls again and again is printed in two parts as well."""
     whole = [
-        PrintedFunction(f.name, f.description, f.arguments, f.results, f.part, tape(f.graph, f.parameters))
+        PrintedFunction(
+            f.name, f.description, f.arguments, f.results, f.part, tape(f.graph, f.parameters, f.derivation), _labels(f)
+        )
         for f in functions
     ]
     parts = (_in_parts(p, f.parameters, f.held) for p, f in zip(whole, functions, strict=True))
     return [*whole, *(part for several in parts for part in several)]
+
+
+def _labels(f: FunctionGraph) -> Labels:
+    return Labels(elements=f.elements, numbers=f.derivation.numbers if f.derivation else {})
 
 
 def _in_parts(f: PrintedFunction, parameters: frozenset[int], held: frozenset[int]) -> list[PrintedFunction]:
@@ -131,12 +148,38 @@ def _in_parts(f: PrintedFunction, parameters: frozenset[int], held: frozenset[in
         if halves is None:
             continue
         once, result = f"what {f.name} computes {when}", ((vector, halves.size),)
-        parts.append(PrintedFunction(f"{f.name}_{step}", once, halves.first, result, "prepared", halves.prepare))
-        rest = replace(rest, arguments=halves.second, tape=halves.prepared)
+        part = PrintedFunction(f"{f.name}_{step}", once, halves.first, result, "prepared", halves.prepare, rest.labels)
+        labels = _with_part(rest.labels, f"{f.name}_{vector}", vector, part.names_of(0))
+        parts.append(replace(part, labels=labels))
+        rest = replace(rest, arguments=halves.second, tape=halves.prepared, labels=labels)
         constant |= {vector}
     if not parts:
         return []
     return [*parts, replace(rest, name=f"{f.name}_prepared", description=f"the rest of {f.name}", part="prepared")]
+
+
+def _with_part(labels: Labels, prefix: str, vector: str, names: tuple[str, ...]) -> Labels:
+    return replace(
+        labels,
+        elements={**labels.elements, vector: names},
+        constants={**labels.constants, vector: tuple(f"{prefix}_{name}" for name in names)},
+        parts=labels.parts | {vector},
+    )
+
+
+def _placed(f: PrintedFunction, manifest: Manifest) -> PrintedFunction:
+    """Let a function call the places of named vectors as the header does."""
+    named = {vector.prefix: vector.names for vector in vectors(manifest)}
+    laws = [identifier(law) for law in manifest.controllers]
+    own = [law for law in laws if f.name == law or f.name.startswith(f"{law}_")]
+    constants = {}
+    for vector, elements in f.labels.elements.items():
+        letter = vector.upper()
+        for prefix in (*(f"{law.upper()}_{letter}" for law in sorted(own, key=len, reverse=True)), letter):
+            if named.get(prefix) == elements:
+                constants[vector] = tuple(f"{manifest.model}_{prefix}_{name}".upper() for name in elements)
+                break
+    return replace(f, labels=replace(f.labels, constants={**constants, **f.labels.constants}))
 
 
 def model_hash(manifest: Manifest, functions: Sequence[PrintedFunction]) -> str:
@@ -145,7 +188,8 @@ def model_hash(manifest: Manifest, functions: Sequence[PrintedFunction]) -> str:
     for vector in vectors(manifest):
         digest.update(repr([(vector.prefix, q.name, q.unit) for q in vector.quantities]).encode())
     for f in functions:
-        digest.update(repr((f.name, f.arguments, f.results, f.tape)).encode())
+        instructions = [(i.op, i.args, i.value) for i in f.tape.instructions]
+        digest.update(repr((f.name, f.arguments, f.results, instructions, f.tape.results)).encode())
     return digest.hexdigest()
 
 
@@ -159,7 +203,7 @@ def texts(manifest: Manifest, functions: Sequence[PrintedFunction]) -> dict[str,
     """
     environment = text_environment(_TEMPLATES)
     environment.filters["capitalize_first"] = lambda text: text[:1].upper() + text[1:]
-    name = manifest.model
+    name, functions = manifest.model, [_placed(f, manifest) for f in functions]
     common = {
         "model": name,
         "title": manifest.title,

@@ -6,12 +6,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
+from .labels import PLAIN, Labels, element_names, lines_of, long_sums, sincos_pairs, value_names
 from .tape import MASKS, Instruction, Tape
 
 _INFIX = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
 _PRECEDENCE = {"add": 1, "sub": 1, "mul": 2, "div": 2, "neg": 3}
 _ATOM = 4
-_LONGEST = 72
 
 
 @dataclass(frozen=True)
@@ -32,6 +32,16 @@ class Language:
         Format of the fused sine and cosine, with {angle}, {sine} and {cosine}.
     splat : str
         Format that makes a constant a value of full width, where a result is a plain number.
+    load : str
+        Format that gives an element of a vector a name, with {vector}, {place}, {index} and {name}.
+    named : str
+        Format of an element that has one.
+    unpack : str
+        Format that gives all elements of a vector their names, a line each; empty where `load` does.
+    comment : str
+        Format of a remark behind a statement.
+    broken : str
+        Format of a value that takes several lines.
     """
 
     functions: Mapping[str, str]
@@ -41,6 +51,11 @@ class Language:
     declare: str
     sincos: str
     splat: str
+    load: str
+    named: str
+    unpack: str
+    comment: str
+    broken: str
 
 
 def _c_constant(value: float) -> str:
@@ -97,6 +112,11 @@ C = Language(
     declare="const {kind} {name} = {value};",
     sincos="real {sine}, {cosine}; mv_sincos({angle}, &{sine}, &{cosine});",
     splat="SPLAT({0})",
+    load="enum {{ {name} = {place} }};",
+    named="{vector}[{name}]",
+    unpack="",
+    comment="  /* {} */",
+    broken="{}",
 )  # fmt: skip
 
 _NUMPY = {
@@ -121,11 +141,20 @@ PYTHON = Language(
     declare="{name} = {value}",
     sincos="{sine}, {cosine} = np.sin({angle}), np.cos({angle})",
     splat="{0}",
+    load="{name} = {vector}[..., {index}]",
+    named="{name}",
+    unpack="(\n{names}) = np.moveaxis({vector}, -1, 0)",
+    comment="  # {}",
+    broken="(\n    {}\n)",
 )  # fmt: skip
 
 
 def statements(
-    tape: Tape, arguments: Sequence[tuple[str, int | None]], language: Language
+    tape: Tape,
+    arguments: Sequence[tuple[str, int | None]],
+    language: Language,
+    labels: Labels = PLAIN,
+    results: Sequence[str] = (),
 ) -> tuple[list[str], list[list[str]]]:
     """Print a tape.
 
@@ -137,40 +166,62 @@ def statements(
         Names of the arguments; size None for a scalar.
     language : Language
         `C` or `PYTHON`.
+    labels : Labels
+        Names of elements and of definitions.
+    results : sequence of str
+        Names of the results, which no variable may have.
 
     Returns
     -------
     lines : list of str
-        Assignments, one value a line; values used once stand inside the line that uses them.
+        Assignments; values used once stand inside the one that uses them, long sums have a line for each term.
     results : list of list of str
-        An expression for each element of each result.
+        An expression for each element of each result, of several lines if it is a long sum.
     """
-    return _Printer(tape, arguments, language).print()
+    return _Printer(tape, arguments, language, labels, results).print()
 
 
 class _Printer:
-    def __init__(self, tape: Tape, arguments: Sequence[tuple[str, int | None]], language: Language) -> None:
-        self._tape, self._arguments, self._language = tape, arguments, language
+    def __init__(
+        self,
+        tape: Tape,
+        arguments: Sequence[tuple[str, int | None]],
+        language: Language,
+        labels: Labels,
+        results: Sequence[str],
+    ) -> None:
+        self._tape, self._arguments, self._language, self._labels = tape, arguments, language, labels
         self._text: dict[int, str] = {}
         self._precedence: dict[int, int] = {}
         self._lines: list[str] = []
-        self._uses = tape.uses()
-        self._partner = self._sincos_pairs()
+        self._lined, self._partner = lines_of(tape), sincos_pairs(tape)
+        self._long = long_sums(tape, self._lined)
+        self._elements = element_names(arguments, results, labels)
+        taken = {*(name for name, _ in arguments), *results}
+        self._names = value_names(tape, self._lined, self._elements, taken)
 
     def print(self) -> tuple[list[str], list[list[str]]]:
+        self._load()
         for k, instruction in enumerate(self._tape.instructions):
             if k not in self._text:
                 self._place(k, instruction)
         return self._lines, [[self._result(v) for v in result] for result in self._tape.results]
 
-    def _sincos_pairs(self) -> dict[int, int]:
-        places: dict[tuple[str, int], int] = {}
-        for k, i in enumerate(self._tape.instructions):
-            if i.op in ("sin", "cos"):
-                places[i.op, i.args[0]] = k
-        return {places["sin", a]: places["cos", a] for op, a in places if op == "sin" and ("cos", a) in places} | {
-            places["cos", a]: places["sin", a] for op, a in places if op == "cos" and ("sin", a) in places
-        }
+    def _load(self) -> None:
+        """Name what is read of the vectors."""
+        read = {i.args for i in self._tape.instructions if i.op == "input"}
+        for place, (vector, size) in enumerate(self._arguments):
+            if vector in self._labels.parts and self._language.unpack and any(a == place for a, _ in read):
+                names = "".join(f"    {self._elements[place, k]},\n" for k in range(size or 0))
+                self._add(self._language.unpack.format(names=names, vector=vector))
+                continue
+            for k in sorted(k for a, k in read if a == place and (a, k) in self._elements):
+                constants = self._labels.constants.get(vector)
+                name, where = self._elements[place, k], constants[k] if constants else k
+                self._add(self._language.load.format(name=name, vector=vector, place=where, index=k))
+
+    def _add(self, statement: str) -> None:
+        self._lines += statement.split("\n")
 
     def _place(self, k: int, instruction: Instruction) -> None:
         if instruction.op == "const":
@@ -185,31 +236,38 @@ class _Printer:
             self._value(k, instruction)
 
     def _input(self, argument: int, element: int) -> str:
+        if (argument, element) in self._elements:
+            vector = self._arguments[argument][0]
+            return self._language.named.format(vector=vector, name=self._elements[argument, element])
         name, size = self._arguments[argument]
         return (self._language.scalar if size is None else self._language.element).format(name=name, index=element)
 
     def _fused(self, k: int, instruction: Instruction) -> None:
         other = self._partner[k]
         sine, cosine = (k, other) if instruction.op == "sin" else (other, k)
-        self._text[sine], self._text[cosine] = f"s{min(k, other)}", f"c{min(k, other)}"
+        self._text[sine], self._text[cosine] = self._names[sine], self._names[cosine]
         angle = self._text[instruction.args[0]]
-        self._lines.append(self._language.sincos.format(angle=angle, sine=self._text[sine], cosine=self._text[cosine]))
+        self._add(self._language.sincos.format(angle=angle, sine=self._text[sine], cosine=self._text[cosine]))
 
     def _value(self, k: int, instruction: Instruction) -> None:
-        text = self._expression(instruction)
-        if self._uses[k] == 1 and len(text) <= _LONGEST and instruction.op not in MASKS:
+        text = self._expression(k, instruction)
+        if k not in self._lined:
             self._text[k] = text
             self._precedence[k] = _PRECEDENCE.get(instruction.op, _ATOM)
             return
-        kind, letter = ("mask", "m") if instruction.op in MASKS else ("real", "v")
-        self._text[k] = f"{letter}{k}"
-        self._lines.append(self._language.declare.format(kind=kind, name=self._text[k], value=text))
+        kind = "mask" if instruction.op in MASKS else "real"
+        self._text[k] = self._names[k]
+        number = self._labels.numbers.get(instruction.name, "")
+        remark = self._language.comment.format(number) if number else ""
+        value = self._language.broken.format(text) if "\n" in text else text
+        self._add(self._language.declare.format(kind=kind, name=self._text[k], value=value) + remark)
 
-    def _expression(self, instruction: Instruction) -> str:
+    def _expression(self, k: int, instruction: Instruction) -> str:
         if instruction.op in _INFIX:
             own = _PRECEDENCE[instruction.op]
             left, right = instruction.args
-            return f"{self._operand(left, own)} {_INFIX[instruction.op]} {self._operand(right, own + 1)}"
+            between = "\n    " if k in self._long else " "
+            return f"{self._operand(left, own)}{between}{_INFIX[instruction.op]} {self._operand(right, own + 1)}"
         if instruction.op == "neg":
             return f"-{self._operand(instruction.args[0], _ATOM)}"
         return self._language.functions[instruction.op].format(

@@ -8,15 +8,20 @@ its reciprocal; sine and cosine of one angle are fused; CasADi's pair of `if_els
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Iterator
-from dataclasses import dataclass
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
 
 import casadi as ca
 
 from mehvar.errors import MehvarError
 
+from ..functions.function import NamedSteps
+
 MASKS = frozenset({"lt", "le", "eq", "ne", "not", "and", "or", "truth"})
 """Operations whose value is a truth value per lane."""
+
+COMMUTATIVE = frozenset({"add", "mul", "min", "max", "eq", "ne", "and", "or", "hypot"})
+"""Operations whose operands may change places without a change of the result."""
 
 _NAMES = {
     ca.OP_ADD: "add", ca.OP_SUB: "sub", ca.OP_MUL: "mul", ca.OP_DIV: "div", ca.OP_NEG: "neg",
@@ -49,11 +54,14 @@ class Instruction:
         Positions of the operands in the tape; for "input" the argument and the element.
     value : float
         Of a constant.
+    name : str
+        The definition that it is the value of.
     """
 
     op: str
     args: tuple[int, ...] = ()
     value: float = 0.0
+    name: str = ""
 
     @property
     def operands(self) -> tuple[int, ...]:
@@ -88,7 +96,7 @@ class Tape:
         return counts
 
 
-def tape(function: ca.Function, parameters: frozenset[int] = frozenset()) -> Tape:
+def tape(function: ca.Function, parameters: frozenset[int] = frozenset(), derivation: NamedSteps | None = None) -> Tape:
     """Read a CasADi SX function into a tape.
 
     Parameters
@@ -98,13 +106,17 @@ def tape(function: ca.Function, parameters: frozenset[int] = frozenset()) -> Tap
     parameters : set of int
         Arguments that stay the same from call to call: divisors that depend on these alone are inverted, so that the
         inverse can be computed once.
+    derivation : NamedSteps, optional
+        Definitions, whose names their values get.
 
     Raises
     ------
     TapeError
         If the function uses an operation that cannot be printed.
     """
-    return prune(_share_reciprocals(_fuse_selects(_read(function)), parameters))
+    plain = _read(function)
+    named = plain if derivation is None else _named(plain, derivation)
+    return _arranged(_share_reciprocals(_fuse_selects(named), parameters), derivation)
 
 
 class _Builder:
@@ -122,6 +134,11 @@ class _Builder:
             self._known[key] = len(self.instructions)
             self.instructions.append(instruction)
         return self._known[key]
+
+    def mark(self, position: int, name: str) -> None:
+        """Give a value a name unless it has one."""
+        instruction = self.instructions[position]
+        self.instructions[position] = replace(instruction, name=instruction.name or name)
 
     def mask(self, position: int) -> int:
         """Return a truth value: the value itself, or whether it differs from zero."""
@@ -182,8 +199,33 @@ def _operation(builder: _Builder, op: int, operands: list[int], function: ca.Fun
     return builder.add(name, *numbers)
 
 
+def _named(tape_: Tape, derivation: NamedSteps) -> Tape:
+    """Mark the values that definitions have: those of the same operations on the same values."""
+    known: dict[tuple[object, ...], int] = {}
+    steps = _read(derivation.graph)
+    own, others = _identities(tape_, known), _identities(steps, known)
+    names: dict[int, str] = {}
+    for name, position in zip(derivation.numbers, steps.results[0], strict=True):
+        if steps.instructions[position].op not in ("input", "const"):
+            names.setdefault(others[position], name)
+    marked: list[Instruction] = []
+    for identity, instruction in zip(own, tape_.instructions, strict=True):
+        marked.append(replace(instruction, name=names.pop(identity, "")))
+    return Tape(tuple(marked), tape_.results)
+
+
+def _identities(tape_: Tape, known: dict[tuple[object, ...], int]) -> list[int]:
+    """Give values of several tapes numbers, the same ones wherever the same operations make them."""
+    numbers: list[int] = []
+    for i in tape_.instructions:
+        operands = i.args if i.op == "input" else tuple(numbers[a] for a in i.args)
+        operands = tuple(sorted(operands)) if i.op in COMMUTATIVE else operands
+        numbers.append(known.setdefault((i.op, repr(i.value), *operands), len(known)))
+    return numbers
+
+
 def _rewrite(tape_: Tape, change: dict[int, Instruction]) -> Tape:
-    instructions = tuple(change.get(k, i) for k, i in enumerate(tape_.instructions))
+    instructions = tuple(replace(change.get(k, i), name=i.name) for k, i in enumerate(tape_.instructions))
     return Tape(instructions, tape_.results)
 
 
@@ -239,27 +281,50 @@ def _share_reciprocals(tape_: Tape, parameters: frozenset[int]) -> Tape:
             moved[k] = inverse[divisor] if unit else builder.add("mul", args[0], inverse[divisor])
         else:
             moved[k] = builder.add(instruction.op, *args)
+        builder.mark(moved[k], instruction.name)
     results = tuple(tuple(moved[v] for v in result) for result in tape_.results)
     return Tape(tuple(builder.instructions), results)
 
 
+def _arranged(tape_: Tape, derivation: NamedSteps | None) -> Tape:
+    """Put each value before its first use, definitions in the order of the derivation, and drop what no result needs.
+
+    So the place of a value depends on what uses it first, not on how many values there are elsewhere.
+    """
+    needed = set(_order(tape_, [v for result in tape_.results for v in result]))
+    place = {tape_.instructions[k].name: k for k in needed}
+    names = derivation.numbers if derivation else ()
+    first = [place[name] for name in names if name in place]
+    return _reordered(tape_, _order(tape_, [*first, *(v for result in tape_.results for v in result)]))
+
+
 def prune(tape_: Tape) -> Tape:
     """Drop what no result needs and renumber."""
-    needed = set(_reachable(tape_))
-    order = [k for k in range(len(tape_.instructions)) if k in needed]
+    return _reordered(tape_, sorted(_order(tape_, [v for result in tape_.results for v in result])))
+
+
+def _reordered(tape_: Tape, order: Sequence[int]) -> Tape:
     position = {old: new for new, old in enumerate(order)}
     instructions = tuple(
-        Instruction(i.op, tuple(position[a] for a in i.args) if i.operands else i.args, i.value)
+        replace(i, args=tuple(position[a] for a in i.args)) if i.operands else i
         for i in (tape_.instructions[k] for k in order)
     )
     return Tape(instructions, tuple(tuple(position[v] for v in result) for result in tape_.results))
 
 
-def _reachable(tape_: Tape) -> Iterator[int]:
-    stack, seen = [v for result in tape_.results for v in result], set()
+def _order(tape_: Tape, roots: Sequence[int]) -> list[int]:
+    """Return the values that some need, each after its operands, by depth first."""
+    order: list[int] = []
+    entered, seen = set[int](), set[int]()
+    stack = list(reversed(roots))
     while stack:
-        k = stack.pop()
-        if k not in seen:
-            seen.add(k)
-            yield k
-            stack.extend(tape_.instructions[k].operands)
+        k = stack[-1]
+        if k in seen or k in entered:
+            stack.pop()
+            if k not in seen:
+                seen.add(k)
+                order.append(k)
+            continue
+        entered.add(k)
+        stack.extend(a for a in reversed(tape_.instructions[k].operands) if a not in seen)
+    return order

@@ -9,11 +9,13 @@ from ..equal.judge import Verdict
 from ..equal.opinion import second_opinion
 from ..equations.document import Document
 from .explain import Explainer
-from .groups import groups
 from .implicit import recombined, scale
 from .lost import Lost, lost_definitions
 from .parameters import parameter_changes
-from .report import Comparison, EquationChange, Fate
+from .report import EXTENDED, MEMBER, Comparison, EquationChange, Fate, Story, handle
+from .stories.causes import MOTION, causes, solving
+from .stories.extension import Extended, extension
+from .stories.groups import groups
 from .versions import Item, Key, Versions
 
 _EQUAL = frozenset((Fate.SAME, Fate.REARRANGED, Fate.RENAMED, Fate.SCALED))
@@ -42,7 +44,7 @@ def compare(old: Document, new: Document) -> Comparison:
         new.model,
         verdicts.equations(),
         parameter_changes(old, new, verdicts.versions.renamed),
-        groups(verdicts.versions, verdicts.equations()),
+        groups(verdicts.versions, verdicts.equations(), verdicts.extension, verdicts.stories),
         tuple(
             (name, old.structure.get(name, ""), new.structure.get(name, ""))
             for name in structure
@@ -68,9 +70,13 @@ class _Verdicts:
         self._judge_all()
         self._ask_again()
         self.lost: dict[Key, Lost] = {}
+        self.extension = extension(versions.old, versions.new)
+        self._extended = self._extensions()
         if any(judged[0] in _UNEQUAL for judged in self.verdict.values()):
             self._recombined()
             self._lost()
+        self.stories: list[Story] = []
+        self._cause = self._causes()
 
     def _judge_all(self) -> None:
         for item in self.versions.news:
@@ -183,15 +189,44 @@ class _Verdicts:
                     self.sources.pop(item.key, None)
                     self.verdict[item.key] = (Fate.SCALED, Verdict(True, "recombined: the same accelerations"))
 
+    def _extensions(self) -> set[Key]:
+        """Return the changed rows that are the same but for terms of members that only one side has."""
+        if self.extension is None:
+            return set()
+        extended, partner = Extended(self.versions, self.extension), self.versions.partner
+        changed = [item for item in self.versions.news if self.verdict[item.key][0] is Fate.CHANGED]
+        return {item.key for item in changed if extended(partner[item.key], item)}
+
     def _lost(self) -> None:
         """Blame a definition that changed and was written out, not each of its users."""
-        changed = [item for item in self.versions.news if self.verdict[item.key][0] is Fate.CHANGED]
+        changed = [
+            item
+            for item in self.versions.news
+            if self.verdict[item.key][0] is Fate.CHANGED and item.key not in self._extended
+        ]
         for lost in lost_definitions(self.versions, changed):
             self.lost[lost.item.key] = lost
             self.names[lost.item.key] = lost.item.name
             for user in lost.users:
                 self.verdict[user.key] = (Fate.INHERITED, self.verdict[user.key][1])
                 self._blame(user.key, lost.item.key)
+
+    def _causes(self) -> dict[Key, str]:
+        """Return for each changed row that another one explains what that is called."""
+        changed = [
+            item
+            for item in self.versions.news
+            if self.verdict[item.key][0] is Fate.CHANGED and item.key not in self._extended
+        ]
+        solved = solving(self.versions, changed)
+        explained: dict[Key, str] = {}
+        for cause in causes(self.versions, [item for item in changed if item not in solved]):
+            explained |= dict.fromkeys((item.key for item in cause.followers), handle(cause.source.row))
+            self.stories.append(_story("follows", cause.says, [cause.source, *cause.followers]))
+        if solved:
+            says = "the form that is solved for the rates follows the equations of motion, as generate makes sure"
+            self.stories.append(_story("solved", says, solved))
+        return {**explained, **dict.fromkeys((item.key for item in solved), MOTION)}
 
     def _blame(self, old: Key, new: Key) -> None:
         for key, sources in self.sources.items():
@@ -238,7 +273,8 @@ class _Verdicts:
         versions, row = self.versions, item.row
         partner = versions.partner.get(item.key)
         verdict, decision = self.verdict[item.key]
-        explanation = explainer.explain(partner, item, decision.point) if partner and verdict is Fate.CHANGED else None
+        explained = verdict is Fate.CHANGED and item.key not in self._extended and item.key not in self._cause
+        explanation = explainer.explain(partner, item, decision.point) if partner and explained else None
         return EquationChange(
             name=row.name,
             old_name=partner.row.name if partner else "",
@@ -249,13 +285,14 @@ class _Verdicts:
             unit=row.unit,
             latex=row.latex,
             verdict=verdict,
-            how=decision.how,
+            how=EXTENDED if item.key in self._extended else self._of_member(item) or decision.how,
             matters=item.key in mattering or (verdict is Fate.ADDED and not row.named),
             edits=explanation.edits if explanation else (),
             replayed=explanation.replayed if explanation else False,
             counterexample=explanation.counterexample if explanation else None,
             via=tuple(self.names[k] for k in self.sources.get(item.key, {}) if k != item.key),
             users=tuple(dict.fromkeys(users.get(item.key, ()))),
+            cause=self._cause.get(item.key, ""),
             old_node=partner.row.node if partner else None,
             new_node=row.node,
         )
@@ -275,10 +312,18 @@ class _Verdicts:
             users=tuple(dict.fromkeys(users.get(item.key, ()))),
         )
 
-    @staticmethod
-    def _removed(item: Item) -> EquationChange:
+    def _of_member(self, item: Item) -> str:
+        """Say of an equation that one side lacks that it is of a member that this side lacks; nothing of others."""
+        alone = item.key not in self.versions.partner and self.extension is not None
+        return MEMBER if alone and self.extension and self.extension.holds(item.name) else ""
+
+    def _removed(self, item: Item) -> EquationChange:
         row = item.row
         return EquationChange(
             row.name, row.name, row.kind, row.section, row.number, row.title, row.unit, row.latex, Fate.REMOVED,
-            "no such equation any more", matters=not row.named, old_node=row.node,
+            self._of_member(item) or "no such equation any more", matters=not row.named, old_node=row.node,
         )  # fmt: skip
+
+
+def _story(kind: str, says: str, items: list[Item]) -> Story:
+    return Story(kind, says, tuple(dict.fromkeys(handle(item.row) for item in items)))

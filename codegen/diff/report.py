@@ -9,10 +9,16 @@ from enum import StrEnum
 from typing import Any
 
 from ..equal.judge import Counterexample
+from ..equations.document import Row
 
 SCHEMA = 1
 Path = tuple[int, ...]
 """Positions of operands on the way from the root of an expression to a part of it."""
+
+
+EXTENDED = "the same text with terms of the other members of a family, by its form"
+MEMBER = "of a member of a family that the other side lacks"
+"""How a change is known that the length of a family explains."""
 
 
 class Fate(StrEnum):
@@ -120,6 +126,8 @@ class EquationChange:
         For an inherited change: the names of its sources.
     users : tuple of str
         For a source: the names that inherit its change.
+    cause : str
+        For a change that follows from that of another text: what that one is called, or "equations of motion".
     old_node, new_node : int or None
         Its expression: numbers of nodes in `Comparison.old_nodes` and `Comparison.new_nodes`.
     """
@@ -140,8 +148,24 @@ class EquationChange:
     counterexample: Counterexample | None = None
     via: tuple[str, ...] = ()
     users: tuple[str, ...] = ()
+    cause: str = ""
     old_node: int | None = None
     new_node: int | None = None
+
+    @property
+    def extended(self) -> bool:
+        """Whether the length of a family explains what became of it."""
+        return self.how in (EXTENDED, MEMBER)
+
+
+def label(row: Row | EquationChange) -> str:
+    """Return the shortest name of an equation; one that is only shown goes by its number."""
+    return row.number or row.title or row.name if row.kind == "equation" else row.name
+
+
+def handle(row: Row | EquationChange) -> str:
+    """Return a name that tells equations apart: the left side, or the number of one that says 0 = ..."""
+    return label(row) if row.latex == "0" and row.kind == "equation" else row.name
 
 
 @dataclass(frozen=True)
@@ -152,7 +176,10 @@ class Story:
     ----------
     kind : str
         "family": the same edit for every member of a family. "convention": a definition changed and its users
-        compensate. "recombined": implicit equations differ one by one, but have the same solution.
+        compensate. "recombined": implicit equations differ one by one, but have the same solution. "extended": families
+        have more members on one side; the names are those of the members. "symmetric": the same edit in every axis.
+        "follows": one cause, the first, and what it explains. "solved": texts that solve equations of motion which
+        changed.
     says : str
         The story in one line.
     names : tuple of str
@@ -218,6 +245,10 @@ class Comparison:
     new_nodes: tuple[tuple[Any, ...], ...] = ()
     old_latex: tuple[tuple[str, str], ...] = ()
     new_latex: tuple[tuple[str, str], ...] = ()
+
+    def extended(self) -> frozenset[str]:
+        """Return the names of the members of families that only one side has."""
+        return frozenset(name for group in self.groups if group.kind == "extended" for name in group.names)
 
     @property
     def sources(self) -> tuple[EquationChange, ...]:

@@ -20,6 +20,8 @@ _EXACT = frozenset(("sym", "num", "const", "add", "mul", "pow", "sin", "cos", "t
 _ANGLES = frozenset(("atan2", "atan", "asin", "acos"))
 _PERIODIC = frozenset(("sin", "cos", "tan"))
 _EXPONENTIAL = frozenset(("exp", "sinh", "cosh", "tanh"))
+OF_PHASES = _PERIODIC | _EXPONENTIAL | _ANGLES
+"""Functions of angles and exponents, which the field draws apart from the values of the same names."""
 _ORDER = {"strictlessthan": (1, 0), "lessthan": (1, 0), "strictgreaterthan": (0, 1), "greaterthan": (0, 1)}
 _STRICT = frozenset(("strictlessthan", "strictgreaterthan"))
 

@@ -16,6 +16,8 @@ from mehvar.schema import SchemaError, parse
 from . import SCHEMA
 
 Node = tuple[Any, ...]
+LEAVES = ("sym", "num", "const")
+"""Operations whose operand is a text; those of all others are nodes."""
 
 
 class DocumentError(MehvarError, ValueError):
@@ -124,17 +126,18 @@ class Document:
         if data.get("schema") != SCHEMA:
             raise DocumentError(f"{where} has schema {data.get('schema')!r}; this version reads schema {SCHEMA}")
         try:
+            place = {name: k for k, name in enumerate(data["nodes"])}
             document = cls(
                 data["model"],
                 tuple(Symbol(**row) for row in data["symbols"]),
-                tuple(Row(**row) for row in data["definitions"]),
-                tuple(Row(**row) for row in data["results"]),
-                tuple(tuple(row) for row in data["nodes"]),
+                tuple(_row(row, place) for row in data["definitions"]),
+                tuple(_row(row, place) for row in data["results"]),
+                tuple(_node(row, place) for row in data["nodes"].values()),
                 data["structure"],
                 data["rates"],
                 manifest,
             )
-        except (KeyError, TypeError) as error:
+        except (AttributeError, KeyError, TypeError) as error:
             raise DocumentError(f"{where} is damaged: {error}") from None
         document._check(where)
         return document
@@ -170,18 +173,27 @@ class Document:
 
     def _check(self, where: str) -> None:
         for number, (_, *operands) in enumerate(self.nodes):
-            if any(isinstance(o, int) and not 0 <= o < number for o in operands):
+            if any(isinstance(o, int) and o >= number for o in operands):
                 raise DocumentError(f"{where}: node {number} refers to a node that does not come before it")
         defined: set[str] = set()
         for row in self.rows:
             if not 0 <= row.node < len(self.nodes):
-                raise DocumentError(f"{where}: {row.name} refers to a node {row.node} that does not exist")
+                raise DocumentError(f"{where}: {row.name} refers to a node that does not exist")
             missing = sorted(self.names_in(row.node) - defined - self.declared.keys())
             if missing:
                 reason = "before it is defined" if missing[0] in self.named else "which is not declared"
                 raise DocumentError(f"{where}: {row.name} uses {missing[0]!r}, {reason}")
             if row.named:
                 defined.add(row.name)
+
+
+def _row(row: dict[str, Any], place: Mapping[str, int]) -> Row:
+    return Row(**row | {"node": place.get(row["node"], -1)})
+
+
+def _node(row: list[str], place: Mapping[str, int]) -> Node:
+    operation, *operands = row
+    return (operation, *(operands if operation in LEAVES else (place.get(o, len(place)) for o in operands)))
 
 
 def reached(nodes: Sequence[Node], roots: Sequence[int]) -> list[int]:

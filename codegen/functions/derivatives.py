@@ -82,6 +82,8 @@ def jacobian(function: FunctionGraph, by: Sequence[str], name: str, part: Part) 
         graph,
         part,
         function.name,
+        elements=function.elements,
+        derivation=function.derivation,
     )
 
 
@@ -119,7 +121,14 @@ def directional(function: FunctionGraph, by: Sequence[str], part: Part) -> Funct
         graph,
         part,
         function.name,
+        elements={**function.elements, **_changes(function, by)},
+        derivation=function.derivation,
     )
+
+
+def _changes(function: FunctionGraph, names: Sequence[str]) -> dict[str, tuple[str, ...]]:
+    """Name the elements of changes of some arguments after those of the arguments."""
+    return {f"along_{name}": tuple(f"along_{e}" for e in function.elements.get(name, ())) for name in names}
 
 
 def _present(function: FunctionGraph, names: Sequence[str]) -> list[str]:

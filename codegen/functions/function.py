@@ -3,13 +3,30 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import casadi as ca
 
 from mehvar.manifest import Part
 
 Signature = tuple[tuple[str, int | None], ...]
+
+
+@dataclass(frozen=True)
+class NamedSteps:
+    """The definitions that a function evaluates on its way, in the order of the derivation.
+
+    Attributes
+    ----------
+    numbers : mapping of str to str
+        Of each name the paper's equation number, which may be empty.
+    graph : casadi.Function
+        From the first arguments of the function to a vector of their values.
+    """
+
+    numbers: Mapping[str, str]
+    graph: ca.Function
 
 
 @dataclass(frozen=True)
@@ -32,6 +49,10 @@ class FunctionGraph:
         The arguments that stay the same along a run; empty for a function that a run does not call again and again.
     held : set of int
         The arguments that stay the same from one sample of a law to the next.
+    elements : mapping of str to tuple of str
+        Names of the elements of each vector that it receives.
+    derivation : NamedSteps, optional
+        The named steps between arguments and results.
     """
 
     name: str
@@ -43,3 +64,5 @@ class FunctionGraph:
     of: str = ""
     parameters: frozenset[int] = frozenset()
     held: frozenset[int] = frozenset()
+    elements: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    derivation: NamedSteps | None = None

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import casadi as ca
@@ -12,7 +12,7 @@ import sympy as sp
 from mehvar.models.system import Expr, Group, System
 
 from .derivatives import derivatives
-from .function import FunctionGraph
+from .function import FunctionGraph, NamedSteps
 from .lower import to_casadi
 from .requests import Request, bindings, held_arguments, parameter_arguments, requests
 
@@ -67,10 +67,48 @@ def _build(
     sizes = tuple((name, None if request.scalars else len(exprs)) for name, exprs in results)
     argument_names = [f"arg_{group.name}" for group in request.arguments]
     graph = ca.Function(request.name, vectors, shared, argument_names, [f"res_{name}" for name, _ in results])
-    function = FunctionGraph(request.name, request.description, signature, sizes, graph)
+    function = FunctionGraph(
+        request.name,
+        request.description,
+        signature,
+        sizes,
+        graph,
+        elements={group.name: tuple(q.name for q in group) for group in request.arguments if not _is_scalar(group)},
+        derivation=_named_steps(
+            system, bound, definitions, [e for _, exprs in results for e in exprs], vectors, symbols
+        ),
+    )
     if not request.repeated:
         return function
     return replace(function, parameters=parameter_arguments(system, request), held=held_arguments(request))
+
+
+def _named_steps(
+    system: System,
+    bound: Mapping[sp.Symbol, Expr],
+    definitions: Mapping[sp.Symbol, Expr],
+    results: Sequence[Expr],
+    vectors: Sequence[ca.SX],
+    symbols: Mapping[sp.Symbol, ca.SX],
+) -> NamedSteps:
+    """Return the definitions that results depend on, and what stands for states and inputs that are not received."""
+    numbers = {step.symbol: step.number for step in system.definitions_in_order} | dict.fromkeys(bound, "")
+    reached = _reached(results, definitions)
+    names = [symbol for symbol in numbers if symbol in reached]
+    values = ca.vertcat(*to_casadi(names, symbols, definitions)) if names else ca.SX(0, 1)
+    return NamedSteps({s.name: numbers[s] for s in names}, ca.Function("steps", vectors, [values]))
+
+
+def _reached(expressions: Sequence[Expr], definitions: Mapping[sp.Symbol, Expr]) -> set[sp.Symbol]:
+    """Return the defined symbols that expressions use, directly or not."""
+    reached: set[sp.Symbol] = set()
+    stack = [s for e in expressions for s in sp.sympify(e).free_symbols]
+    while stack:
+        symbol = stack.pop()
+        if symbol in definitions and symbol not in reached:
+            reached.add(symbol)
+            stack.extend(sp.sympify(definitions[symbol]).free_symbols)
+    return reached
 
 
 def _is_scalar(group: Group) -> bool:

@@ -48,7 +48,8 @@ def verify(system: System) -> None:
     Raises
     ------
     VerificationError
-        If they differ by more than 1e-12 max(1, |x'|_inf) at any point; the message says where and in what.
+        If they differ by more than 1e-12 max(1, |x'|_inf) at any point, or the derived equations determine no x' there;
+        the message says where and in what.
     """
     if not system.residual:
         return
@@ -58,12 +59,18 @@ def verify(system: System) -> None:
     for point in range(POINTS):
         x, u, p = (_draw(group, generator) for group in (system.states, system.inputs, system.parameters))
         rates, residual, slope = (np.array(value) for value in forms(project(x), u, p))
-        error = np.abs(np.linalg.solve(slope, residual)).ravel()
+        try:
+            error = np.abs(np.linalg.solve(slope, residual)).ravel()
+        except np.linalg.LinAlgError as singular:
+            raise VerificationError(
+                f"{system.origin}: residual does not determine {', '.join(names)}: its derivative by "
+                f"{', '.join(str(rate) for rate in system.rates.values())} is singular at random point {point}"
+            ) from singular
         bound = TOLERANCE * max(1.0, float(np.abs(rates).max()))
         worst = int(error.argmax())
         if not error[worst] <= bound:
             raise VerificationError(
-                f"{system.name}: {names[worst]}' of the evaluation form differs from the derived equations "
+                f"{system.origin}: {names[worst]}' of the evaluation form differs from the derived equations "
                 f"by {error[worst]:.2e} (allowed {bound:.2e}) at random point {point}"
             )
 

@@ -18,12 +18,12 @@ from typing import Any
 
 import sympy as sp
 
-from mehvar.models.paper import Kind, Names, Paper, Printed, Reading, Relation, Side
+from mehvar.models.paper import Erratum, Kind, Names, Paper, Printed, Reading, Relation, Side, Slip
 from mehvar.models.system import System
 
 from ..equal.judge import Counterexample, Verdict
 from .meanings import Meanings
-from .misprints import edits
+from .misprints import Edit, edits
 from .relations import compare, residuals
 
 _CHOSEN: tuple[Kind, ...] = ("definition", "condition", "data")
@@ -53,8 +53,8 @@ class Line:
         Of this relation.
     how : str
         How sure this is.
-    edits : tuple of str
-        What is wrong, term by term.
+    edits, edits_latex : tuple of str
+        What is wrong, term by term, as text, and with the formulas as LaTeX between dollar signs.
     counterexample : Counterexample or None
         Where it fails.
     says : str
@@ -68,6 +68,7 @@ class Line:
     verdict: Standing
     how: str
     edits: tuple[str, ...]
+    edits_latex: tuple[str, ...]
     counterexample: Counterexample | None
     says: str
 
@@ -97,6 +98,8 @@ class Entry:
         Of the entry: *illegible or ambiguous* if its readings disagree.
     readings : tuple of JudgedReading
         Each with a verdict of its own.
+    erratum : Erratum or None
+        What kind of error it is, and its cause; None for what is none, or where the paper's module does not say.
     note : str
         What the paper's module adds.
     """
@@ -106,7 +109,13 @@ class Entry:
     kind: str
     verdict: Standing
     readings: tuple[JudgedReading, ...]
+    erratum: Erratum | None
     note: str
+
+    @property
+    def wrong(self) -> bool:
+        """Whether it stands in the list of errata: it differs, or can be read in ways that disagree."""
+        return self.verdict in (Standing.DIFFERS, Standing.AMBIGUOUS)
 
     @property
     def used(self) -> JudgedReading:
@@ -156,13 +165,18 @@ class Ledger:
         """Count the entries by verdict."""
         return {verdict.value: sum(entry.verdict is verdict for entry in self.entries) for verdict in Standing}
 
+    def slips(self) -> dict[str, int]:
+        """Count the errata by kind."""
+        kinds = [entry.erratum.kind for entry in self.entries if entry.erratum and entry.wrong]
+        return {kind.value: kinds.count(kind) for kind in Slip}
+
     def __getitem__(self, number: str) -> Entry:
         """Return the entry with this number, "(22)"."""
         return next(entry for entry in self.entries if entry.number == number)
 
     def to_json(self) -> dict[str, Any]:
         """Return the ledger as plain lists, dicts and strings."""
-        return {"schema": 1, "counts": self.counts(), **asdict(self)}
+        return {"schema": 1, "counts": self.counts(), "slips": self.slips(), **asdict(self)}
 
 
 def ledger(model: str | ModuleType | System) -> Ledger:
@@ -190,7 +204,7 @@ def _package(model: str | ModuleType) -> ModuleType:
 def judge(paper: Paper, model: str) -> Ledger:
     """Compute the verdict of each entry of a paper."""
     meanings = Meanings(paper.names)
-    entries = tuple(_entry(printed, meanings) for printed in paper.entries)
+    entries = tuple(_entry(printed, meanings, paper.errata.get(printed.number)) for printed in paper.entries)
     return Ledger(model, paper.title, entries, paper.note)
 
 
@@ -204,12 +218,12 @@ def judge_entry(printed: Printed, names: Names) -> Entry:
     return _entry(printed, Meanings(names))
 
 
-def _entry(printed: Printed, meanings: Meanings) -> Entry:
+def _entry(printed: Printed, meanings: Meanings, erratum: Erratum | None = None) -> Entry:
     readings = tuple(_reading(reading, printed, meanings) for reading in printed.readings)
     verdicts = {reading.verdict for reading in readings}
     verdict = verdicts.pop() if len(verdicts) == 1 else Standing.AMBIGUOUS
     number = f"({printed.number})" if printed.number.isdecimal() else printed.number
-    return Entry(number, printed.title, printed.kind, verdict, readings, printed.note)
+    return Entry(number, printed.title, printed.kind, verdict, readings, erratum, printed.note)
 
 
 def _reading(reading: Reading, printed: Printed, meanings: Meanings) -> JudgedReading:
@@ -227,35 +241,55 @@ def _reading(reading: Reading, printed: Printed, meanings: Meanings) -> JudgedRe
 
 
 def _line(relation: Relation, meanings: Meanings) -> Line:
-    printed = _shown(relation.left, relation.op, relation.right, meanings.names)
     if relation.given:
-        return Line(*printed, "", "", Standing.DEFINITION, "given: nothing to compare", (), None, relation.says)
+        return _unchanged(relation, meanings, Standing.DEFINITION, "given: nothing to compare")
     verdict = compare(relation, meanings)
     if verdict.equal is None:
-        return Line(*printed, "", "", Standing.UNDECIDED, verdict.how, (), None, relation.says)
+        return _unchanged(relation, meanings, Standing.UNDECIDED, verdict.how)
     if verdict.equal:
-        return Line(*printed, "", "", Standing.HOLDS, verdict.how, (), None, relation.says)
-    return _differing(relation, meanings, printed, verdict)
+        return _unchanged(relation, meanings, Standing.HOLDS, verdict.how)
+    return _differing(relation, meanings, verdict)
 
 
-def _differing(relation: Relation, meanings: Meanings, printed: tuple[str, str], verdict: Verdict) -> Line:
+def _unchanged(relation: Relation, meanings: Meanings, standing: Standing, how: str) -> Line:
+    printed = _shown(relation.left, relation.op, relation.right, meanings.names)
+    return Line(*printed, "", "", standing, how, (), (), None, relation.says)
+
+
+def _differing(relation: Relation, meanings: Meanings, verdict: Verdict) -> Line:
     """Look for what is wrong: by the proposed correction if it passes, else, for a residual, term by term."""
+    names = meanings.names
     left = relation.left if relation.corrected_left is None else relation.corrected_left
     right = relation.right if relation.corrected is None else relation.corrected
     corrected, how = ("", ""), verdict.how
-    changes: tuple[str, ...] = ()
+    changes: tuple[Edit, ...] = ()
     retest = None if (left, right) == (relation.left, relation.right) else compare(relation, meanings, left, right)
     if retest and retest.equal:
-        corrected = _shown(left, relation.op, right, meanings.names)
+        corrected = _shown(left, relation.op, right, names)
         how = f"{how}; the corrected form is {retest.how}"
-        pairs = ((relation.left, left), (relation.right, right))
-        changes = tuple(edit for pair in pairs for edit in edits(*pair, meanings.names.as_text))
+        changes = _changes(relation, left, right)
     elif relation.against is not None:
         terms, derived = residuals(relation, meanings)
-        corrected = _shown(derived, relation.op, sp.S.Zero, meanings.names)
+        corrected = _shown(derived, relation.op, sp.S.Zero, names)
         how = f"{how}; the derived equation, written out, takes the place of a correction"
-        changes = edits(terms, derived, meanings.names.as_text)
-    return Line(*printed, *corrected, Standing.DIFFERS, how, changes, verdict.counterexample, relation.says)
+        changes = edits(terms, derived)
+    return Line(
+        *_shown(relation.left, relation.op, relation.right, names),
+        *corrected,
+        Standing.DIFFERS,
+        how,
+        tuple(dict.fromkeys(edit.spelled(names.as_text) for edit in changes)),
+        tuple(dict.fromkeys(edit.spelled(lambda part: f"${names.as_latex(part)}$") for edit in changes)),
+        verdict.counterexample,
+        relation.says,
+    )
+
+
+def _changes(relation: Relation, left: Side, right: Side) -> tuple[Edit, ...]:
+    """Return what makes the printed relation the corrected one."""
+    if (left, right) == (relation.right, relation.left):
+        return (Edit((left, " and ", right, " stand the other way round"), 1),)
+    return (*edits(relation.left, left), *edits(relation.right, right))
 
 
 def _shown(left: Side, op: str, right: Side, names: Names) -> tuple[str, str]:

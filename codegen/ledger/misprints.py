@@ -1,144 +1,159 @@
 # SPDX-License-Identifier: Apache-2.0
 """What is wrong with a printed formula, term by term, told from its corrected form.
 
-Both forms are written by hand in the same layout, so a walk down both trees finds the place. That the corrected form is
-right is not decided here: `mehvar.codegen.ledger.relations` tests it against the derivation.
+Both forms are written by hand in the same layout, so a walk down both trees finds the place. Where several lists of
+changes lead from one form to the other, the shortest is given: operands are paired so that the changes name as little
+of the formula as possible. That the corrected form is right is not decided here: `mehvar.codegen.ledger.relations`
+tests it against the derivation.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import product
+from typing import Any, TypeAlias
 
+import numpy as np
 import sympy as sp
 
 from mehvar.models.mechanics import reduce_sines
 from mehvar.models.paper import Side
 
 Write = Callable[[Any], str]
-_MANY = 16
-"""Sums that differ in more products than this are no misprint but shortened: every product is listed."""
-_LAST = 0.1
-"""How close one symbol is to another in its place, sin(x) to sin(y): below all that share a symbol of up to ten."""
+Part: TypeAlias = str | Any
+"""Words, or a formula."""
+_SIGNS = (sp.Symbol("-"), sp.Symbol("+"))
+"""Signs are formulas, so that they are typeset as such."""
+_WHOLE = 1
+"""What naming one more change costs, in symbols. With 0 a lost and an added symbol would be as short as one that
+should read another; with 2 terms that have little in common would be paired, to save a line."""
 
 
-def edits(printed: Side, corrected: Side, write: Write = sp.sstr) -> tuple[str, ...]:
-    """Say what must change in a printed side to make it the corrected one, in words.
+@dataclass(frozen=True)
+class Edit:
+    """A change to a printed formula: words and formulas in turn, and how many symbols of the formula it changes."""
+
+    parts: tuple[Part, ...]
+    size: int
+
+    def spelled(self, write: Write) -> str:
+        """Return it as text, the formulas written by a function."""
+        return "".join(part if isinstance(part, str) else write(part) for part in self.parts)
+
+
+def edits(printed: Side, corrected: Side) -> tuple[Edit, ...]:
+    """Return what must change in a printed side to make it the corrected one.
 
     Parameters
     ----------
     printed, corrected : Expr or Matrix
         Both forms.
-    write : callable
-        Writes a part of them as text.
     """
-    return tuple(_edits(sp.sympify(printed), sp.sympify(corrected), write))
+    return tuple(_edits(sp.sympify(printed), sp.sympify(corrected)))
 
 
-def _edits(printed: Any, corrected: Any, write: Write) -> Iterator[str]:
+def _edits(printed: Any, corrected: Any) -> Iterator[Edit]:
     if printed == corrected:
         return
-    if printed.is_number and corrected.is_number:
-        yield f"{write(printed)} should read {write(corrected)}"
-    elif isinstance(printed, sp.MatrixBase) and isinstance(corrected, sp.MatrixBase):
-        yield from _entries(printed, corrected, write)
+    if isinstance(printed, sp.MatrixBase) and isinstance(corrected, sp.MatrixBase):
+        yield from _entries(printed, corrected)
+    elif printed.is_number and corrected.is_number:
+        yield Edit((printed, " should read ", corrected), 1)
+    elif _power(printed)[0] == _power(corrected)[0]:
+        (base, old), (_, new) = _power(printed), _power(corrected)
+        yield Edit(("exponent of ", base, ": printed ", old, ", correct ", new), 1)
+    elif isinstance(corrected, sp.Expr) and printed == -corrected:
+        yield _sign(printed)
     elif isinstance(printed, sp.Add | sp.MatAdd) or isinstance(corrected, sp.Add | sp.MatAdd):
-        yield from _terms(printed, corrected, write)
-    elif isinstance(printed, sp.MatMul) and isinstance(corrected, sp.MatMul):
-        yield from _matrix_factors(printed, corrected, write)
+        yield from _terms(printed, corrected)
     elif isinstance(printed, sp.Mul) or isinstance(corrected, sp.Mul):
-        yield from _factors(printed, corrected, write)
+        yield from _factors(printed, corrected)
+    elif isinstance(printed, sp.MatrixSymbol) or isinstance(corrected, sp.MatrixSymbol):
+        yield _replaced(printed, corrected)
     elif printed.func == corrected.func and len(printed.args) == len(corrected.args) and printed.args:
         for old, new in zip(printed.args, corrected.args, strict=True):
-            yield from _edits(old, new, write)
+            yield from _edits(old, new)
     else:
-        yield f"{write(printed)} should read {write(corrected)}"
+        yield _replaced(printed, corrected)
 
 
-def _entries(printed: sp.MatrixBase, corrected: sp.MatrixBase, write: Write) -> Iterator[str]:
+def _power(side: Any) -> tuple[Any, Any]:
+    return side.as_base_exp() if isinstance(side, sp.Expr) else (side, sp.S.One)  # a condition is no number
+
+
+def _size(side: Any) -> int:
+    return sum(1 for _ in sp.preorder_traversal(side))
+
+
+def _cost(changes: Sequence[Edit]) -> int:
+    return sum(edit.size + _WHOLE for edit in changes)
+
+
+def _replaced(printed: Any, corrected: Any) -> Edit:
+    return Edit((printed, " should read ", corrected), _size(printed) + _size(corrected))
+
+
+def _sign(printed: Any) -> Edit:
+    """Return the change of the sign of an operand, with that sign."""
+    negative = bool(printed.as_coeff_mmul()[0] < 0 if isinstance(printed, sp.MatMul) else _is_negative(printed))
+    size = -printed if negative else printed
+    return Edit(("sign of ", size, ": printed ", _SIGNS[not negative], ", correct ", _SIGNS[negative]), 1)
+
+
+def _is_negative(printed: Any) -> bool:
+    return isinstance(printed, sp.Expr) and bool(printed.could_extract_minus_sign())
+
+
+def _entries(printed: sp.MatrixBase, corrected: sp.MatrixBase) -> Iterator[Edit]:
     if printed.shape != corrected.shape:
-        yield f"{write(printed)} should read {write(corrected)}"
+        yield _replaced(printed, corrected)
         return
     for old, new in zip(printed, corrected, strict=True):
-        yield from _edits(old, new, write)
+        yield from _edits(old, new)
 
 
-def _terms(printed: Any, corrected: Any, write: Write) -> Iterator[str]:
-    """Compare sums: signs first, then terms that resemble each other, then what is lost or added."""
+def _terms(printed: Any, corrected: Any) -> Iterator[Edit]:
+    """Compare sums as they stand and, where that is shorter, once they are written out as products."""
     extra, missing = _unmatched(_summands(printed), _summands(corrected))
-    for term in list(extra):
-        if -term in missing:
-            extra.remove(term)
-            missing.remove(-term)
-            sign = "-" if term.could_extract_minus_sign() else "+"
-            size = -term if sign == "-" else term
-            yield f"sign of {write(size)}: printed {sign}, correct {'+' if sign == '-' else '-'}"
-    listed = _written_out(extra, missing)
-    if len(listed) > _MANY:
-        yield from _coefficients(listed, write)
-        return
-    for old, new in _pairs(extra, missing):
-        yield from _edits(old, new, write)
-    yield from (f"term {write(term)} does not belong there" for term in extra)
-    yield from (f"term {write(term)} is missing" for term in missing)
+    standing = _paired(extra, missing, "term", _one_term)
+    written = _written_out(extra, missing)
+    yield from written if written and _cost(written) < _cost(standing) else standing
 
 
-def _written_out(extra: Sequence[Any], missing: Sequence[Any]) -> dict[Any, tuple[Any, Any]]:
-    """Return the products in which sums differ once they are written out, with both coefficients.
+def _written_out(extra: Sequence[Any], missing: Sequence[Any]) -> list[Edit]:
+    """Return the changes of the products in which sums differ once they are written out.
 
-    Empty for matrices, and where a sum stands in a denominator.
+    Only products that differ in their numbers are paired: the others of a shortened equation have nothing to do with
+    each other. None for matrices, and where a sum stands in a denominator.
     """
     if any(isinstance(term, sp.MatrixExpr) or sp.denom(sp.together(term)).has(sp.Add) for term in (*extra, *missing)):
-        return {}
+        return []
     old, new = (reduce_sines(sp.Add(*terms)).as_coefficients_dict() for terms in (extra, missing))
-    return {term: (old[term], new[term]) for term in (*old, *new) if old[term] != new[term]}
+    return _paired(
+        *_unmatched(*([number * term for term, number in side.items()] for side in (old, new))), "term", _same_product
+    )
 
 
-def _coefficients(listed: Mapping[Any, tuple[Any, Any]], write: Write) -> Iterator[str]:
-    for term, (old, new) in listed.items():
-        if not new:
-            yield f"term {write(old * term)} does not belong there"
-        elif not old:
-            yield f"term {write(new * term)} is missing"
-        elif old == -new:
-            before, after = ("-", "+") if old < 0 else ("+", "-")
-            yield f"sign of {write(abs(old) * term)}: printed {before}, correct {after}"
-        else:
-            yield f"number before {write(term)}: printed {old}, correct {new}"
-
-
-def _factors(printed: Any, corrected: Any, write: Write) -> Iterator[str]:
-    """Compare products: the number, then factors with the same base, then factors that resemble each other."""
+def _factors(printed: Any, corrected: Any) -> Iterator[Edit]:
+    """Compare products: the number, then factors."""
     (number, old), (right_number, new) = printed.as_coeff_Mul(), corrected.as_coeff_Mul()
     if number == -right_number:
-        yield f"sign of {write(old)}: printed {'-' if number < 0 else '+'}, correct {'+' if number < 0 else '-'}"
+        sign = _SIGNS[bool(number > 0)], _SIGNS[bool(number < 0)]
+        yield Edit(("sign of ", abs(number) * old, ": printed ", sign[0], ", correct ", sign[1]), 1)
     elif number != right_number:
-        yield f"number before {write(old)}: printed {number}, correct {right_number}"
-    extra, missing = _unmatched(sp.Mul.make_args(old), sp.Mul.make_args(new))
-    for factor in list(extra):
-        base, power = factor.as_base_exp()
-        partner = next((other for other in missing if other.as_base_exp()[0] == base), None)
-        if partner is not None:
-            extra.remove(factor)
-            missing.remove(partner)
-            yield f"exponent of {write(base)}: printed {power}, correct {partner.as_base_exp()[1]}"
-    for before, after in _pairs(extra, missing):
-        yield from _edits(before, after, write)
-    yield from (f"factor {write(factor)} does not belong there" for factor in extra if factor != 1)
-    yield from (f"factor {write(factor)} is missing" for factor in missing if factor != 1)
-
-
-def _matrix_factors(printed: Any, corrected: Any, write: Write) -> Iterator[str]:
-    (number, old), (right_number, new) = (side.as_coeff_matrices() for side in (printed, corrected))
-    if old == new:
-        yield from _edits(number, right_number, write) if number != -right_number else (f"sign of {write(corrected)}",)
-    else:
-        yield f"{write(printed)} should read {write(corrected)}"
+        yield Edit(("number before ", old, ": printed ", number, ", correct ", right_number), 1)
+    yield from _paired(*_unmatched(_operands(old), _operands(new)), "factor", _related)
 
 
 def _summands(side: Any) -> Sequence[Any]:
-    return side.args if isinstance(side, sp.Add | sp.MatAdd) else (side,)
+    return side.args if isinstance(side, sp.Add | sp.MatAdd) else (side,) if side != 0 else ()
+
+
+def _operands(side: Any) -> Sequence[Any]:
+    return [factor for factor in sp.Mul.make_args(side) if factor != 1]
 
 
 def _unmatched(old: Sequence[Any], new: Sequence[Any]) -> tuple[list[Any], list[Any]]:
@@ -147,22 +162,72 @@ def _unmatched(old: Sequence[Any], new: Sequence[Any]) -> tuple[list[Any], list[
     return list((before - after).elements()), list((after - before).elements())
 
 
-def _pairs(extra: list[Any], missing: list[Any]) -> Iterator[tuple[Any, Any]]:
-    """Take out of both lists what resembles each other most: numbers, or operands that share symbols."""
-    while extra and missing:
-        closeness = {(old, new): _closeness(old, new) for old in extra for new in missing}
-        (old, new), best = max(closeness.items(), key=lambda item: item[1])
-        if not best:
-            return
-        extra.remove(old)
-        missing.remove(new)
-        yield old, new
+def _paired(
+    extra: Sequence[Any], missing: Sequence[Any], kind: str, alike: Callable[[Any, Any, Sequence[Edit]], bool]
+) -> list[Edit]:
+    """Return the shortest list of changes that makes operands the missing ones: changed, added, left out.
+
+    Operands are paired only if they are alike.
+    """
+    from scipy.optimize import (
+        linear_sum_assignment,
+    )  # a third of a second that a ledger without misprints need not wait
+
+    surplus = [Edit((f"{kind} ", operand, " does not belong there"), _size(operand)) for operand in extra]
+    lost = [Edit((f"{kind} ", operand, " is missing"), _size(operand)) for operand in missing]
+    changes: dict[tuple[int, int], list[Edit]] = {}
+    rows, columns = len(extra), len(missing)
+    costs = np.full((rows + columns, columns + rows), np.inf)
+    costs[rows:, columns:] = 0
+    for i, j in product(range(rows), range(columns)):
+        if not _related(extra[i], missing[j]):
+            continue
+        change = _between(extra[i], missing[j])
+        if alike(extra[i], missing[j], change):
+            changes[i, j], costs[i, j] = [_placed(edit, extra[i], kind) for edit in change], _cost(change)
+    for i, edit in enumerate(surplus):
+        costs[i, columns + i] = _cost([edit])
+    for j, edit in enumerate(lost):
+        costs[rows + j, j] = _cost([edit])
+    chosen = dict(zip(*(side.tolist() for side in linear_sum_assignment(costs)), strict=True))
+    changed = [edit for i in range(rows) for edit in changes.get((i, chosen[i]), ())]
+    left_out = [surplus[i] for i in range(rows) if chosen[i] >= columns]
+    return [*changed, *left_out, *(lost[j] for i, j in chosen.items() if i >= rows and j < columns)]
 
 
-def _closeness(old: Any, new: Any) -> float:
+@lru_cache(maxsize=4096)  # the same brackets meet in many pairs of terms of a long equation
+def _between(old: Any, new: Any) -> tuple[Edit, ...]:
+    return tuple(_edits(old, new))
+
+
+def _placed(edit: Edit, operand: Any, kind: str) -> Edit:
+    """Say in which product of a sum a factor is changed, unless the change names the product itself."""
+    product_of_a_sum = kind == "term" and isinstance(operand, sp.Mul) and not operand.has(sp.Add)
+    if not product_of_a_sum or edit.parts[0] in ("sign of ", "number before ", "in "):
+        return edit
+    return Edit(("in ", operand, ": ", *edit.parts), edit.size)
+
+
+def _related(old: Any, new: Any, _change: Sequence[Edit] = ()) -> bool:
+    """Whether operands share a symbol, are numbers or symbols, or are the same function of one symbol each."""
     if old.is_number and new.is_number:
-        return 1.0
-    ours, theirs = set(old.atoms(sp.Symbol, sp.MatrixSymbol)), set(new.atoms(sp.Symbol, sp.MatrixSymbol))
-    alone = len(ours) == len(theirs) == 1 and old.func == new.func
-    common = len(set(sp.Mul.make_args(old)) & set(sp.Mul.make_args(new)))
-    return (len(ours & theirs) + common) / (len(ours | theirs) or 1) or (_LAST if alone else 0.0)
+        return True
+    ours, theirs = (side.atoms(sp.Symbol, sp.MatrixSymbol) for side in (old, new))
+    single = len(ours) == len(theirs) == 1 and (old.func == new.func or {old} | {new} == ours | theirs)
+    return single or bool(ours & theirs)
+
+
+def _same_product(old: Any, new: Any, _change: Sequence[Edit]) -> bool:
+    """Whether operands differ in their numbers only."""
+    return bool(old.as_coeff_Mul()[1] == new.as_coeff_Mul()[1])
+
+
+def _one_term(old: Any, new: Any, change: Sequence[Edit]) -> bool:
+    """Whether operands of a sum are one term: products that differ in one factor, or in two and less than half.
+
+    What differs more is two terms: of a shortened equation, what it has and what it lacks would be paired at random.
+    """
+    if not (isinstance(old, sp.Mul | sp.Add) and isinstance(new, sp.Mul | sp.Add)):
+        return True
+    factors = max(map(len, _unmatched(_operands(old), _operands(new))))
+    return factors <= 1 or (factors == 2 and 2 * _cost(change) <= _size(old) + _size(new) + 2 * _WHOLE)

@@ -20,24 +20,33 @@ _SHOWN = {
 }
 """Sections whose first table is shown; of a page that is not named, the first table."""
 _COMMANDS = {
-    "batch.md": (
-        "put together from the four pages of batches below by hand",
-        "tolerance 1e-6, a user's default is 1e-11",
-    ),
-    "soak.md": ("made by `make soak`", ""),
+    "batch.md": "put together by hand from the four pages of batches below; "
+    + ", ".join(f"`python benchmarks/batch_{name}.py`" for name in ("rhs", "closed_loop", "open_loop", "scaling")),
+    "soak.md": "made by `make soak`",
 }
-"""Of pages without the command that wrote them: how they were made, and settings that are not the defaults."""
+"""Of pages without the command that wrote them: how they were made."""
 _SETTINGS = {
+    "batch.md": "tolerance 1e-6; a user's default is 1e-11",
+    "generate.md": "with a user's defaults",
+    "diff.md": "with a user's defaults",
+    "mutation.md": "six points a gate; a user's default is 12",
+    "kill_test.md": "0.2 s of the triangle, a sample every 0.1 s; a user's defaults are 35 s and none",
+    "matrix.md": "with a user's defaults",
+    "own_law.md": "100 s of the satellite, own laws sampled every 0.5 s; a user's defaults are 800 s and continuous",
+    "small_edits.md": "the models in their default structure, which is a user's default",
+    "soak.md": "settings stand on the page of each figure, beside a user's defaults where they differ",
+    "store.md": "0.2 s of the triangle, a sample every 0.1 s; a user's defaults are 35 s and none",
+    "tools.md": "one call at one point with a user's default parameters",
     "closed_loop.md": "samples every 1 s where a heading says so; a user's default is 0.01 s",
     "batch_open_loop.md": "tolerances and steps as the tables say; a user's default is dop853 at 1e-11",
     "batch_closed_loop.md": "tolerance 1e-6, the method that a campaign names; a user's default is dop853 at 1e-11",
-    "batch_rhs.md": "one call of the right-hand side; 'fast' is a profile that a user asks for, 'portable' the default",
+    "batch_rhs.md": "one call of a right-hand side; 'fast' is a profile to ask for, 'portable' a user's default",
     "batch_scaling_counts.md": "tolerance 1e-6 and 0.05 s of the triangle; a user's default is 1e-11 and 35 s",
     "batch_scaling_pendulums.md": "rk4, 100 steps of 0.1 s, held input; a user's default is dop853 at 1e-11",
     "batch_scaling_threads.md": "tolerance 1e-6; a user's default is 1e-11",
     "board.md": "one sample of delay and 5000 samples; a user's defaults are none and 1600",
 }
-"""What was measured at other than a user's default settings."""
+"""Of every page: whether its numbers were measured with a user's default settings, and with which if not."""
 _HEAD = """# Numbers
 
 What has been measured, from the pages that the benchmarks write. Written by `python docs/site/numbers.py`: change
@@ -62,12 +71,12 @@ def page(results: Path = RESULTS) -> str:
 
 def _origin(name: str, text: str) -> str:
     """Say which command made the numbers of a page, and at which settings if they are not the defaults."""
-    made, settings = _COMMANDS.get(name, ("", _SETTINGS.get(name, "")))
+    made = _COMMANDS.get(name, "")
     command = re.search(r"`((?:python|make) [^`\n]+)`", text)
     if not made and command is None:
         raise SystemExit(f"benchmarks/results/{name} names no command that wrote it")
     made = made or f"made by `{command[1]}`"
-    return f"{made[0].upper()}{made[1:]}{f'; {settings}' if settings else ''}."
+    return f"{made[0].upper()}{made[1:]}; {_SETTINGS[name]}."
 
 
 def _order(path: Path) -> tuple[int, str]:

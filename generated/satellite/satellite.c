@@ -9,644 +9,1100 @@
 /* state derivative; 190 operations. */
 void satellite_rhs(const real *x, const real *u, const real *p, real *dx)
 {
-    real s2, c2; mv_sincos(x[1], &s2, &c2);
-    real s4, c4; mv_sincos(x[2], &s4, &c4);
-    const real v5 = c2 * s4;
-    real s11, c11; mv_sincos(x[0], &s11, &c11);
-    const real v13 = K(1.0) / c2;
-    const real v18 = c4 * c11;
-    const real v19 = s4 * s11;
-    const real v21 = v18 + s2 * v19;
-    const real v23 = x[4] + v21 * p[6];
-    const real v24 = s11 * v13 * v23;
-    const real v29 = s4 * c11;
-    const real v31 = c4 * s11;
-    const real v32 = s2 * v29 - v31;
-    const real v34 = x[5] + v32 * p[6];
-    const real v35 = c11 * v13 * v34;
-    real s43, c43; mv_sincos(x[9], &s43, &c43);
-    const real v46 = p[7] * p[7];
-    const real v48 = p[17] / (p[7] * v46);
-    real s50, c50; mv_sincos(p[8], &s50, &c50);
-    const real v51 = v48 * s50;
-    const real v52 = c43 * v51;
-    const real v54 = v19 + s2 * v18;
-    const real v57 = v48 * c50;
-    const real v62 = (v51 + v51) * s43;
-    const real v63 = c2 * c11;
-    const real v65 = v52 * v54 - v57 * v32 + v62 * v63;
-    const real v73 = p[20] * p[24] * (K(1.0) + p[25]);
-    real s75, c75; mv_sincos(p[27], &s75, &c75);
-    const real v77 = x[9] - p[26];
-    real s78, c78; mv_sincos(v77, &s78, &c78);
-    const real v82 = p[6] * p[6];
-    const real v90 = v73 * (c75 * s78) - K(0.5) * v82 * p[18] * p[20] * p[19] * v46;
-    const real v93 = v73 * s75;
-    const real v98 = v73 * (c75 * c78);
-    const real v100 = v90 * v54 + v93 * v32 + v98 * v63;
-    const real v105 = s2 * v31 - v29;
-    const real v109 = c2 * s11;
-    const real v111 = v52 * v105 - v57 * v21 + v62 * v109;
-    const real v119 = v90 * v105 + v93 * v21 + v98 * v109;
-    const real v128 = p[2] + p[5];
-    const real v132 = K(3.0) * v82 * v63;
-    const real v135 = v65 * p[15] + v100 * p[22] - v111 * p[16] - v119 * p[23] - (p[1] + p[4] - v128) * v132 * v109;
-    const real v139 = p[13] * p[10];
-    const real v146 = u[0] + v139 * (x[6] * (K(1.0) / p[3]) - x[3]);
-    const real v150 = x[7] + x[4] * p[1];
-    const real v155 = x[8] + x[5] * p[2];
-    const real v161 = c2 * c4;
-    const real v166 = v52 * v161 - v57 * v5 - v62 * s2;
-    const real v172 = v90 * v161 + v93 * v5 - v98 * s2;
-    const real v182 = p[0] + p[3];
-    const real v185 = v166 * p[16] + v172 * p[23] - v65 * p[14] - v100 * p[21] - v132 * s2 * (v182 - v128);
-    const real v191 = u[1] + v139 * (x[7] * (K(1.0) / p[4]) - x[4]);
-    const real v196 = x[6] + x[3] * p[0];
-    const real v215 = v111 * p[14] + v119 * p[21] - v166 * p[15] - v172 * p[22] - K(-3.0) * v82 * (v182 - p[1] - p[4]) * s2 * v109;
-    const real v221 = u[2] + v139 * (x[8] * (K(1.0) / p[5]) - x[5]);
-    dx[0] = x[3] + v5 * p[6] + s2 * v24 + s2 * v35;
-    dx[1] = c11 * v23 - s11 * v34;
-    dx[2] = v24 + v35;
-    dx[3] = (v135 + v146 + v150 * x[5] - v155 * x[4]) * (K(1.0) / p[0]);
-    dx[4] = (v185 + v191 + v155 * x[3] - v196 * x[5]) * (K(1.0) / p[1]);
-    dx[5] = (v215 + v221 + v196 * x[4] - v150 * x[3]) * (K(1.0) / p[2]);
-    dx[6] = -(v146 * p[10]);
-    dx[7] = -(v191 * p[10]);
-    dx[8] = -(v221 * p[10]);
-    dx[9] = p[6];
+    enum { roll = SATELLITE_X_ROLL };
+    enum { pitch = SATELLITE_X_PITCH };
+    enum { yaw = SATELLITE_X_YAW };
+    enum { wx = SATELLITE_X_WX };
+    enum { wy = SATELLITE_X_WY };
+    enum { wz = SATELLITE_X_WZ };
+    enum { hx = SATELLITE_X_HX };
+    enum { hy = SATELLITE_X_HY };
+    enum { hz = SATELLITE_X_HZ };
+    enum { latitude = SATELLITE_X_LATITUDE };
+    enum { Tx = SATELLITE_U_TX };
+    enum { Ty = SATELLITE_U_TY };
+    enum { Tz = SATELLITE_U_TZ };
+    enum { I_x = SATELLITE_P_I_X };
+    enum { I_y = SATELLITE_P_I_Y };
+    enum { I_z = SATELLITE_P_I_Z };
+    enum { Iw_x = SATELLITE_P_IW_X };
+    enum { Iw_y = SATELLITE_P_IW_Y };
+    enum { Iw_z = SATELLITE_P_IW_Z };
+    enum { omega0 = SATELLITE_P_OMEGA0 };
+    enum { orbit_radius = SATELLITE_P_ORBIT_RADIUS };
+    enum { inclination = SATELLITE_P_INCLINATION };
+    enum { wheels = SATELLITE_P_WHEELS };
+    enum { wheel_friction = SATELLITE_P_WHEEL_FRICTION };
+    enum { dipole_x = SATELLITE_P_DIPOLE_X };
+    enum { dipole_y = SATELLITE_P_DIPOLE_Y };
+    enum { dipole_z = SATELLITE_P_DIPOLE_Z };
+    enum { field_moment = SATELLITE_P_FIELD_MOMENT };
+    enum { air_density = SATELLITE_P_AIR_DENSITY };
+    enum { drag_coefficient = SATELLITE_P_DRAG_COEFFICIENT };
+    enum { area = SATELLITE_P_AREA };
+    enum { arm_x = SATELLITE_P_ARM_X };
+    enum { arm_y = SATELLITE_P_ARM_Y };
+    enum { arm_z = SATELLITE_P_ARM_Z };
+    enum { solar_pressure = SATELLITE_P_SOLAR_PRESSURE };
+    enum { reflectance = SATELLITE_P_REFLECTANCE };
+    enum { sun_latitude = SATELLITE_P_SUN_LATITUDE };
+    enum { sun_elevation = SATELLITE_P_SUN_ELEVATION };
+    real sin_pitch, cos_pitch; mv_sincos(x[pitch], &sin_pitch, &cos_pitch);
+    real sin_yaw, cos_yaw; mv_sincos(x[yaw], &sin_yaw, &cos_yaw);
+    const real C11 = cos_pitch * cos_yaw;  /* (3) */
+    const real C12 = cos_pitch * sin_yaw;  /* (3) */
+    real sin_roll, cos_roll; mv_sincos(x[roll], &sin_roll, &cos_roll);
+    const real t_yxoxk = cos_yaw * sin_roll;
+    const real t_jt2xw = sin_yaw * cos_roll;
+    const real C21 = sin_pitch * t_yxoxk - t_jt2xw;  /* (3) */
+    const real t_fdgli = cos_yaw * cos_roll;
+    const real t_wcbyi = sin_yaw * sin_roll;
+    const real C22 = t_fdgli + sin_pitch * t_wcbyi;  /* (3) */
+    const real C23 = cos_pitch * sin_roll;  /* (3) */
+    const real C31 = t_wcbyi + sin_pitch * t_fdgli;  /* (3) */
+    const real C32 = sin_pitch * t_jt2xw - t_yxoxk;  /* (3) */
+    const real C33 = cos_pitch * cos_roll;  /* (3) */
+    const real rate_x = x[wx] + C12 * p[omega0];  /* (4) */
+    const real rate_y = x[wy] + C22 * p[omega0];  /* (4) */
+    const real rate_z = x[wz] + C32 * p[omega0];  /* (4) */
+    const real t_xcu2m = p[omega0] * p[omega0];
+    const real t_woyh3 = p[orbit_radius] * p[orbit_radius];
+    const real F_air = K(0.5) * t_xcu2m * p[air_density] * p[area] * p[drag_coefficient] * t_woyh3;
+    const real t_o4eym = p[area] * p[solar_pressure] * (K(1.0) + p[reflectance]);
+    real sin_sun_elevation, cos_sun_elevation; mv_sincos(p[sun_elevation], &sin_sun_elevation, &cos_sun_elevation);
+    const real t_cbxhz = x[latitude] - p[sun_latitude];
+    real sin_t_cbxhz, cos_t_cbxhz; mv_sincos(t_cbxhz, &sin_t_cbxhz, &cos_t_cbxhz);
+    const real t_gegnr = t_o4eym * (cos_sun_elevation * sin_t_cbxhz) - F_air;
+    const real t_cokzx = t_o4eym * sin_sun_elevation;
+    const real t_cw7a6 = t_o4eym * (cos_sun_elevation * cos_t_cbxhz);
+    const real F_x = t_gegnr * C11 + t_cokzx * C12 - t_cw7a6 * sin_pitch;
+    const real F_y = t_gegnr * C21 + t_cokzx * C22 + t_cw7a6 * C23;
+    const real F_z = t_gegnr * C31 + t_cokzx * C32 + t_cw7a6 * C33;
+    real sin_latitude, cos_latitude; mv_sincos(x[latitude], &sin_latitude, &cos_latitude);
+    const real t_ph4ov = p[field_moment] / (p[orbit_radius] * t_woyh3);
+    real sin_inclination, cos_inclination; mv_sincos(p[inclination], &sin_inclination, &cos_inclination);
+    const real t_mt3zp = t_ph4ov * sin_inclination;
+    const real B_x = cos_latitude * t_mt3zp;
+    const real B_z = (t_mt3zp + t_mt3zp) * sin_latitude;
+    const real t_xdhrg = t_ph4ov * cos_inclination;
+    const real t_4bjg4 = B_x * C31 - t_xdhrg * C32 + B_z * C33;
+    const real t_no5s7 = B_x * C21 - t_xdhrg * C22 + B_z * C23;
+    const real Tenv_x = t_4bjg4 * p[dipole_y] + F_z * p[arm_y] - t_no5s7 * p[dipole_z] - F_y * p[arm_z];
+    const real t_vyuvm = B_x * C11 - t_xdhrg * C12 - B_z * sin_pitch;
+    const real Tenv_y = t_vyuvm * p[dipole_z] + F_x * p[arm_z] - t_4bjg4 * p[dipole_x] - F_z * p[arm_x];
+    const real Tenv_z = t_no5s7 * p[dipole_x] + F_y * p[arm_x] - t_vyuvm * p[dipole_y] - F_x * p[arm_y];
+    const real wheel_x = x[hx] * (K(1.0) / p[Iw_x]) - x[wx];
+    const real wheel_y = x[hy] * (K(1.0) / p[Iw_y]) - x[wy];
+    const real wheel_z = x[hz] * (K(1.0) / p[Iw_z]) - x[wz];
+    const real t_n5ucq = p[wheel_friction] * p[wheels];
+    const real Tw_x = u[Tx] + t_n5ucq * wheel_x;
+    const real Tw_y = u[Ty] + t_n5ucq * wheel_y;
+    const real Tw_z = u[Tz] + t_n5ucq * wheel_z;
+    const real t_dukwy = p[I_z] + p[Iw_z];
+    const real t_asvi2 = K(3.0) * t_xcu2m * C33;
+    const real t_rud4r = x[hy] + x[wy] * p[I_y];
+    const real t_2fuj5 = x[hz] + x[wz] * p[I_z];
+    const real t_hzpts = Tenv_x
+        - (p[I_y] + p[Iw_y] - t_dukwy) * t_asvi2 * C23
+        + Tw_x
+        + t_rud4r * x[wz]
+        - t_2fuj5 * x[wy];
+    const real wx_rate = t_hzpts * (K(1.0) / p[I_x]);  /* (1) */
+    const real t_l4gxo = p[I_x] + p[Iw_x];
+    const real t_id7q2 = x[hx] + x[wx] * p[I_x];
+    const real t_nvoaf = Tenv_y
+        - t_asvi2 * sin_pitch * (t_l4gxo - t_dukwy)
+        + Tw_y
+        + t_2fuj5 * x[wx]
+        - t_id7q2 * x[wz];
+    const real wy_rate = t_nvoaf * (K(1.0) / p[I_y]);  /* (1) */
+    const real t_dzdsa = Tenv_z
+        - K(-3.0) * t_xcu2m * (t_l4gxo - p[I_y] - p[Iw_y]) * sin_pitch * C23
+        + Tw_z
+        + t_id7q2 * x[wy]
+        - t_rud4r * x[wx];
+    const real wz_rate = t_dzdsa * (K(1.0) / p[I_z]);  /* (1) */
+    const real t_ksn4u = K(1.0) / cos_pitch;
+    const real t_l44wr = sin_roll * t_ksn4u * rate_y;
+    const real t_rukvs = cos_roll * t_ksn4u * rate_z;
+    dx[0] = rate_x + sin_pitch * t_l44wr + sin_pitch * t_rukvs;
+    dx[1] = cos_roll * rate_y - sin_roll * rate_z;
+    dx[2] = t_l44wr + t_rukvs;
+    dx[3] = wx_rate;
+    dx[4] = wy_rate;
+    dx[5] = wz_rate;
+    dx[6] = -(Tw_x * p[wheels]);
+    dx[7] = -(Tw_y * p[wheels]);
+    dx[8] = -(Tw_z * p[wheels]);
+    dx[9] = p[omega0];
 }
 
 /* outputs of a run; 123 operations. */
 void satellite_outputs(const real *x, const real *u, const real *r, const real *p, real *y)
 {
     (void)u;
-    real s10, c10; mv_sincos(x[1], &s10, &c10);
-    real s11, c11; mv_sincos(x[2], &s11, &c11);
-    const real v12 = c10 * s11;
-    real s18, c18; mv_sincos(x[0], &s18, &c18);
-    const real v19 = c11 * c18;
-    const real v22 = s11 * s18;
-    const real v24 = v19 + s10 * v22;
-    const real v28 = s11 * c18;
-    const real v30 = c11 * s18;
-    const real v31 = s10 * v28 - v30;
-    real s51, c51; mv_sincos(x[9], &s51, &c51);
-    const real v54 = p[7] * p[7];
-    const real v56 = p[17] / (p[7] * v54);
-    real s58, c58; mv_sincos(p[8], &s58, &c58);
-    const real v59 = v56 * s58;
-    const real v60 = c51 * v59;
-    const real v62 = v22 + s10 * v19;
-    const real v65 = v56 * c58;
-    const real v70 = (v59 + v59) * s51;
-    const real v71 = c10 * c18;
-    const real v73 = v60 * v62 - v65 * v31 + v70 * v71;
-    const real v81 = p[20] * p[24] * (K(1.0) + p[25]);
-    real s83, c83; mv_sincos(p[27], &s83, &c83);
-    const real v85 = x[9] - p[26];
-    real s86, c86; mv_sincos(v85, &s86, &c86);
-    const real v98 = v81 * (c83 * s86) - K(0.5) * (p[6] * p[6]) * p[18] * p[20] * p[19] * v54;
-    const real v101 = v81 * s83;
-    const real v106 = v81 * (c83 * c86);
-    const real v108 = v98 * v62 + v101 * v31 + v106 * v71;
-    const real v113 = s10 * v30 - v28;
-    const real v117 = c10 * s18;
-    const real v119 = v60 * v113 - v65 * v24 + v70 * v117;
-    const real v127 = v98 * v113 + v101 * v24 + v106 * v117;
-    const real v131 = c10 * c11;
-    const real v136 = v60 * v131 - v65 * v12 - v70 * s10;
-    const real v142 = v98 * v131 + v101 * v12 - v106 * s10;
-    y[0] = r[0];
-    y[1] = r[1];
-    y[2] = r[2];
-    y[3] = x[0] - r[0];
-    y[4] = x[1] - r[1];
-    y[5] = x[2] - r[2];
-    y[6] = x[3] + v12 * p[6];
-    y[7] = x[4] + v24 * p[6];
-    y[8] = x[5] + v31 * p[6];
-    y[9] = x[6] * (K(1.0) / p[3]) - x[3];
-    y[10] = x[7] * (K(1.0) / p[4]) - x[4];
-    y[11] = x[8] * (K(1.0) / p[5]) - x[5];
-    y[12] = v73 * p[15] + v108 * p[22] - v119 * p[16] - v127 * p[23];
-    y[13] = v136 * p[16] + v142 * p[23] - v73 * p[14] - v108 * p[21];
-    y[14] = v119 * p[14] + v127 * p[21] - v136 * p[15] - v142 * p[22];
+    enum { roll = SATELLITE_X_ROLL };
+    enum { pitch = SATELLITE_X_PITCH };
+    enum { yaw = SATELLITE_X_YAW };
+    enum { wx = SATELLITE_X_WX };
+    enum { wy = SATELLITE_X_WY };
+    enum { wz = SATELLITE_X_WZ };
+    enum { hx = SATELLITE_X_HX };
+    enum { hy = SATELLITE_X_HY };
+    enum { hz = SATELLITE_X_HZ };
+    enum { latitude = SATELLITE_X_LATITUDE };
+    enum { ref_roll = SATELLITE_R_REF_ROLL };
+    enum { ref_pitch = SATELLITE_R_REF_PITCH };
+    enum { ref_yaw = SATELLITE_R_REF_YAW };
+    enum { Iw_x = SATELLITE_P_IW_X };
+    enum { Iw_y = SATELLITE_P_IW_Y };
+    enum { Iw_z = SATELLITE_P_IW_Z };
+    enum { omega0 = SATELLITE_P_OMEGA0 };
+    enum { orbit_radius = SATELLITE_P_ORBIT_RADIUS };
+    enum { inclination = SATELLITE_P_INCLINATION };
+    enum { dipole_x = SATELLITE_P_DIPOLE_X };
+    enum { dipole_y = SATELLITE_P_DIPOLE_Y };
+    enum { dipole_z = SATELLITE_P_DIPOLE_Z };
+    enum { field_moment = SATELLITE_P_FIELD_MOMENT };
+    enum { air_density = SATELLITE_P_AIR_DENSITY };
+    enum { drag_coefficient = SATELLITE_P_DRAG_COEFFICIENT };
+    enum { area = SATELLITE_P_AREA };
+    enum { arm_x = SATELLITE_P_ARM_X };
+    enum { arm_y = SATELLITE_P_ARM_Y };
+    enum { arm_z = SATELLITE_P_ARM_Z };
+    enum { solar_pressure = SATELLITE_P_SOLAR_PRESSURE };
+    enum { reflectance = SATELLITE_P_REFLECTANCE };
+    enum { sun_latitude = SATELLITE_P_SUN_LATITUDE };
+    enum { sun_elevation = SATELLITE_P_SUN_ELEVATION };
+    real sin_pitch, cos_pitch; mv_sincos(x[pitch], &sin_pitch, &cos_pitch);
+    real sin_yaw, cos_yaw; mv_sincos(x[yaw], &sin_yaw, &cos_yaw);
+    const real C11 = cos_pitch * cos_yaw;  /* (3) */
+    const real C12 = cos_pitch * sin_yaw;  /* (3) */
+    real sin_roll, cos_roll; mv_sincos(x[roll], &sin_roll, &cos_roll);
+    const real t_yxoxk = cos_yaw * sin_roll;
+    const real t_jt2xw = sin_yaw * cos_roll;
+    const real C21 = sin_pitch * t_yxoxk - t_jt2xw;  /* (3) */
+    const real t_fdgli = cos_yaw * cos_roll;
+    const real t_wcbyi = sin_yaw * sin_roll;
+    const real C22 = t_fdgli + sin_pitch * t_wcbyi;  /* (3) */
+    const real C23 = cos_pitch * sin_roll;  /* (3) */
+    const real C31 = t_wcbyi + sin_pitch * t_fdgli;  /* (3) */
+    const real C32 = sin_pitch * t_jt2xw - t_yxoxk;  /* (3) */
+    const real C33 = cos_pitch * cos_roll;  /* (3) */
+    const real rate_x = x[wx] + C12 * p[omega0];  /* (4) */
+    const real rate_y = x[wy] + C22 * p[omega0];  /* (4) */
+    const real rate_z = x[wz] + C32 * p[omega0];  /* (4) */
+    const real t_woyh3 = p[orbit_radius] * p[orbit_radius];
+    const real F_air = K(0.5) * (p[omega0] * p[omega0]) * p[air_density] * p[area] * p[drag_coefficient] * t_woyh3;
+    const real t_o4eym = p[area] * p[solar_pressure] * (K(1.0) + p[reflectance]);
+    real sin_sun_elevation, cos_sun_elevation; mv_sincos(p[sun_elevation], &sin_sun_elevation, &cos_sun_elevation);
+    const real t_cbxhz = x[latitude] - p[sun_latitude];
+    real sin_t_cbxhz, cos_t_cbxhz; mv_sincos(t_cbxhz, &sin_t_cbxhz, &cos_t_cbxhz);
+    const real t_gegnr = t_o4eym * (cos_sun_elevation * sin_t_cbxhz) - F_air;
+    const real t_cokzx = t_o4eym * sin_sun_elevation;
+    const real t_cw7a6 = t_o4eym * (cos_sun_elevation * cos_t_cbxhz);
+    const real F_x = t_gegnr * C11 + t_cokzx * C12 - t_cw7a6 * sin_pitch;
+    const real F_y = t_gegnr * C21 + t_cokzx * C22 + t_cw7a6 * C23;
+    const real F_z = t_gegnr * C31 + t_cokzx * C32 + t_cw7a6 * C33;
+    real sin_latitude, cos_latitude; mv_sincos(x[latitude], &sin_latitude, &cos_latitude);
+    const real t_ph4ov = p[field_moment] / (p[orbit_radius] * t_woyh3);
+    real sin_inclination, cos_inclination; mv_sincos(p[inclination], &sin_inclination, &cos_inclination);
+    const real t_mt3zp = t_ph4ov * sin_inclination;
+    const real B_x = cos_latitude * t_mt3zp;
+    const real B_z = (t_mt3zp + t_mt3zp) * sin_latitude;
+    const real t_xdhrg = t_ph4ov * cos_inclination;
+    const real t_4bjg4 = B_x * C31 - t_xdhrg * C32 + B_z * C33;
+    const real t_no5s7 = B_x * C21 - t_xdhrg * C22 + B_z * C23;
+    const real Tenv_x = t_4bjg4 * p[dipole_y] + F_z * p[arm_y] - t_no5s7 * p[dipole_z] - F_y * p[arm_z];
+    const real t_vyuvm = B_x * C11 - t_xdhrg * C12 - B_z * sin_pitch;
+    const real Tenv_y = t_vyuvm * p[dipole_z] + F_x * p[arm_z] - t_4bjg4 * p[dipole_x] - F_z * p[arm_x];
+    const real Tenv_z = t_no5s7 * p[dipole_x] + F_y * p[arm_x] - t_vyuvm * p[dipole_y] - F_x * p[arm_y];
+    const real wheel_x = x[hx] * (K(1.0) / p[Iw_x]) - x[wx];
+    const real wheel_y = x[hy] * (K(1.0) / p[Iw_y]) - x[wy];
+    const real wheel_z = x[hz] * (K(1.0) / p[Iw_z]) - x[wz];
+    y[0] = r[ref_roll];
+    y[1] = r[ref_pitch];
+    y[2] = r[ref_yaw];
+    y[3] = x[roll] - r[ref_roll];
+    y[4] = x[pitch] - r[ref_pitch];
+    y[5] = x[yaw] - r[ref_yaw];
+    y[6] = rate_x;
+    y[7] = rate_y;
+    y[8] = rate_z;
+    y[9] = wheel_x;
+    y[10] = wheel_y;
+    y[11] = wheel_z;
+    y[12] = Tenv_x;
+    y[13] = Tenv_y;
+    y[14] = Tenv_z;
 }
 
 /* margins that stay positive along a run; 17 operations. */
 void satellite_limits(const real *x, const real *u, const real *p, real *margin)
 {
-    const mask m16 = LT(K(0.5), p[10]);
-    const real v28 = K(1.000000001) * p[12] - mv_max(mv_max(mv_fabs(x[6]), mv_fabs(x[7])), mv_fabs(x[8]));
-    margin[0] = p[32] - mv_fabs(x[1]);
-    margin[1] = p[31] - mv_max(mv_max(mv_fabs(u[0]), mv_fabs(u[1])), mv_fabs(u[2]));
-    margin[2] = SELECT(m16, v28, p[12]);
+    enum { pitch = SATELLITE_X_PITCH };
+    enum { hx = SATELLITE_X_HX };
+    enum { hy = SATELLITE_X_HY };
+    enum { hz = SATELLITE_X_HZ };
+    enum { Tx = SATELLITE_U_TX };
+    enum { Ty = SATELLITE_U_TY };
+    enum { Tz = SATELLITE_U_TZ };
+    enum { wheels = SATELLITE_P_WHEELS };
+    enum { hmax = SATELLITE_P_HMAX };
+    enum { torque_lost = SATELLITE_P_TORQUE_LOST };
+    enum { pitch_lost = SATELLITE_P_PITCH_LOST };
+    const mask m_5j2jl = LT(K(0.5), p[wheels]);
+    margin[0] = p[pitch_lost] - mv_fabs(x[pitch]);
+    margin[1] = p[torque_lost] - mv_max(mv_max(mv_fabs(u[Tx]), mv_fabs(u[Ty])), mv_fabs(u[Tz]));
+    margin[2] = SELECT(m_5j2jl, K(1.000000001) * p[hmax] - mv_max(mv_max(mv_fabs(x[hx]), mv_fabs(x[hy])), mv_fabs(x[hz])), p[hmax]);
 }
 
 /* input that acts; 29 operations. */
 void satellite_actuate(const real *x, const real *u_cmd, const real *p, real *u)
 {
-    const real v1 = -p[11];
-    const mask m4 = LT(K(0.5), p[10]);
-    const real v10 = K(1.0) / p[9];
-    const real v17 = SELECT(m4, mv_max((x[6] - p[12]) * v10, mv_min(u_cmd[0], (x[6] + p[12]) * v10)), u_cmd[0]);
-    const real v28 = SELECT(m4, mv_max((x[7] - p[12]) * v10, mv_min(u_cmd[1], (x[7] + p[12]) * v10)), u_cmd[1]);
-    const real v39 = SELECT(m4, mv_max((x[8] - p[12]) * v10, mv_min(u_cmd[2], (x[8] + p[12]) * v10)), u_cmd[2]);
-    u[0] = mv_max(v1, mv_min(v17, p[11]));
-    u[1] = mv_max(v1, mv_min(v28, p[11]));
-    u[2] = mv_max(v1, mv_min(v39, p[11]));
+    enum { hx = SATELLITE_X_HX };
+    enum { hy = SATELLITE_X_HY };
+    enum { hz = SATELLITE_X_HZ };
+    enum { Tx_cmd = 0 };
+    enum { Ty_cmd = 1 };
+    enum { Tz_cmd = 2 };
+    enum { Ts = SATELLITE_P_TS };
+    enum { wheels = SATELLITE_P_WHEELS };
+    enum { umax = SATELLITE_P_UMAX };
+    enum { hmax = SATELLITE_P_HMAX };
+    const mask m_5j2jl = LT(K(0.5), p[wheels]);
+    const real t_ko3eq = K(1.0) / p[Ts];
+    const real Tx_inside = SELECT(m_5j2jl, mv_max((x[hx] - p[hmax]) * t_ko3eq, mv_min(u_cmd[Tx_cmd], (x[hx] + p[hmax]) * t_ko3eq)), u_cmd[Tx_cmd]);
+    const real Ty_inside = SELECT(m_5j2jl, mv_max((x[hy] - p[hmax]) * t_ko3eq, mv_min(u_cmd[Ty_cmd], (x[hy] + p[hmax]) * t_ko3eq)), u_cmd[Ty_cmd]);
+    const real Tz_inside = SELECT(m_5j2jl, mv_max((x[hz] - p[hmax]) * t_ko3eq, mv_min(u_cmd[Tz_cmd], (x[hz] + p[hmax]) * t_ko3eq)), u_cmd[Tz_cmd]);
+    const real t_s3iwg = -p[umax];
+    u[0] = mv_max(t_s3iwg, mv_min(Tx_inside, p[umax]));
+    u[1] = mv_max(t_s3iwg, mv_min(Ty_inside, p[umax]));
+    u[2] = mv_max(t_s3iwg, mv_min(Tz_inside, p[umax]));
 }
 
 /* state that a law sees; 30 operations. */
 void satellite_measure(const real *x, const real *e, const real *p, real *x_seen)
 {
-    const mask m2 = LT(K(0.0), p[30]);
-    const real v4 = SELECT(m2, p[30], SPLAT(K(1.0)));
-    const real v10 = x[0] + e[0] * p[28];
-    const real v11 = K(1.0) / v4;
-    const real v20 = x[1] + e[1] * p[28];
-    const real v29 = x[2] + e[2] * p[28];
-    x_seen[0] = SELECT(m2, v4 * mv_floor(K(0.5) + v10 * v11), v10);
-    x_seen[1] = SELECT(m2, v4 * mv_floor(K(0.5) + v20 * v11), v20);
-    x_seen[2] = SELECT(m2, v4 * mv_floor(K(0.5) + v29 * v11), v29);
-    x_seen[3] = x[3] + e[3] * p[29];
-    x_seen[4] = x[4] + e[4] * p[29];
-    x_seen[5] = x[5] + e[5] * p[29];
-    x_seen[6] = x[6];
-    x_seen[7] = x[7];
-    x_seen[8] = x[8];
-    x_seen[9] = x[9];
+    enum { roll = SATELLITE_X_ROLL };
+    enum { pitch = SATELLITE_X_PITCH };
+    enum { yaw = SATELLITE_X_YAW };
+    enum { wx = SATELLITE_X_WX };
+    enum { wy = SATELLITE_X_WY };
+    enum { wz = SATELLITE_X_WZ };
+    enum { hx = SATELLITE_X_HX };
+    enum { hy = SATELLITE_X_HY };
+    enum { hz = SATELLITE_X_HZ };
+    enum { latitude = SATELLITE_X_LATITUDE };
+    enum { e_roll = 0 };
+    enum { e_pitch = 1 };
+    enum { e_yaw = 2 };
+    enum { e_wx = 3 };
+    enum { e_wy = 4 };
+    enum { e_wz = 5 };
+    enum { noise = SATELLITE_P_NOISE };
+    enum { noise_rate = SATELLITE_P_NOISE_RATE };
+    enum { quantum = SATELLITE_P_QUANTUM };
+    const mask m_ue2cf = LT(K(0.0), p[quantum]);
+    const real sensor_step = SELECT(m_ue2cf, p[quantum], SPLAT(K(1.0)));
+    const real roll_noisy = x[roll] + e[e_roll] * p[noise];
+    const real pitch_noisy = x[pitch] + e[e_pitch] * p[noise];
+    const real yaw_noisy = x[yaw] + e[e_yaw] * p[noise];
+    const real t_tzc6z = K(1.0) / sensor_step;
+    x_seen[0] = SELECT(m_ue2cf, sensor_step * mv_floor(K(0.5) + roll_noisy * t_tzc6z), roll_noisy);
+    x_seen[1] = SELECT(m_ue2cf, sensor_step * mv_floor(K(0.5) + pitch_noisy * t_tzc6z), pitch_noisy);
+    x_seen[2] = SELECT(m_ue2cf, sensor_step * mv_floor(K(0.5) + yaw_noisy * t_tzc6z), yaw_noisy);
+    x_seen[3] = x[wx] + e[e_wx] * p[noise_rate];
+    x_seen[4] = x[wy] + e[e_wy] * p[noise_rate];
+    x_seen[5] = x[wz] + e[e_wz] * p[noise_rate];
+    x_seen[6] = x[hx];
+    x_seen[7] = x[hy];
+    x_seen[8] = x[hz];
+    x_seen[9] = x[latitude];
 }
 
 /* initial state of a scenario; 20 operations. */
 void satellite_initial(const real *p, const real *s, real *x)
 {
-    const real v2 = K(0.017453292519943295) * s[0];
-    const real v4 = K(0.017453292519943295) * s[1];
-    const real v6 = K(0.017453292519943295) * s[2];
-    real s7, c7; mv_sincos(v6, &s7, &c7);
-    real s10, c10; mv_sincos(v4, &s10, &c10);
-    real s13, c13; mv_sincos(v2, &s13, &c13);
-    const real v18 = s7 * s10;
-    x[0] = v2;
-    x[1] = v4;
-    x[2] = v6;
-    x[3] = -(s7 * p[6] * c10);
-    x[4] = -(p[6] * (c13 * c7 + s13 * v18));
-    x[5] = -(p[6] * (c13 * v18 - c7 * s13));
-    x[6] = s[3];
-    x[7] = s[4];
-    x[8] = s[5];
-    x[9] = s[6];
+    enum { omega0 = SATELLITE_P_OMEGA0 };
+    enum { roll_0_deg = SATELLITE_S_ROLL_0_DEG };
+    enum { pitch_0_deg = SATELLITE_S_PITCH_0_DEG };
+    enum { yaw_0_deg = SATELLITE_S_YAW_0_DEG };
+    enum { hx_0 = SATELLITE_S_HX_0 };
+    enum { hy_0 = SATELLITE_S_HY_0 };
+    enum { hz_0 = SATELLITE_S_HZ_0 };
+    enum { latitude_0 = SATELLITE_S_LATITUDE_0 };
+    const real t_lzjfo = K(0.017453292519943295) * s[roll_0_deg];
+    const real t_vnluj = K(0.017453292519943295) * s[pitch_0_deg];
+    const real t_za2q7 = K(0.017453292519943295) * s[yaw_0_deg];
+    real sin_t_za2q7, cos_t_za2q7; mv_sincos(t_za2q7, &sin_t_za2q7, &cos_t_za2q7);
+    real sin_t_vnluj, cos_t_vnluj; mv_sincos(t_vnluj, &sin_t_vnluj, &cos_t_vnluj);
+    real sin_t_lzjfo, cos_t_lzjfo; mv_sincos(t_lzjfo, &sin_t_lzjfo, &cos_t_lzjfo);
+    const real t_l3kew = sin_t_za2q7 * sin_t_vnluj;
+    x[0] = t_lzjfo;
+    x[1] = t_vnluj;
+    x[2] = t_za2q7;
+    x[3] = -(sin_t_za2q7 * p[omega0] * cos_t_vnluj);
+    x[4] = -(p[omega0] * (cos_t_lzjfo * cos_t_za2q7 + sin_t_lzjfo * t_l3kew));
+    x[5] = -(p[omega0] * (cos_t_lzjfo * t_l3kew - cos_t_za2q7 * sin_t_lzjfo));
+    x[6] = s[hx_0];
+    x[7] = s[hy_0];
+    x[8] = s[hz_0];
+    x[9] = s[latitude_0];
 }
 
 /* reference of a scenario; 10 operations. */
 void satellite_reference(const real *t, const real *p, const real *s, real *r)
 {
     (void)p;
-    const real v11 = K(-2.0) * mv_fmod(mv_floor(K(1.000000000000001) * t[0] / s[10]), SPLAT(K(2.0)));
-    const real v13 = K(0.017453292519943295) * (K(1.0) + v11);
-    r[0] = v13 * s[7];
-    r[1] = v13 * s[8];
-    r[2] = v13 * s[9];
+    enum { roll_step_deg = SATELLITE_S_ROLL_STEP_DEG };
+    enum { pitch_step_deg = SATELLITE_S_PITCH_STEP_DEG };
+    enum { yaw_step_deg = SATELLITE_S_YAW_STEP_DEG };
+    enum { half_period = SATELLITE_S_HALF_PERIOD };
+    const real t_37tx4 = K(0.017453292519943295) * (K(1.0) + K(-2.0) * mv_fmod(mv_floor(K(1.000000000000001) * t[0] / s[half_period]), SPLAT(K(2.0))));
+    r[0] = t_37tx4 * s[roll_step_deg];
+    r[1] = t_37tx4 * s[pitch_step_deg];
+    r[2] = t_37tx4 * s[yaw_step_deg];
 }
 
 /* margins that stay positive for a feasible scenario; 14 operations. */
 void satellite_constraints(const real *p, const real *s, real *margin)
 {
-    const real v2 = p[1] + p[4];
-    const real v5 = p[2] + p[5];
-    const real v9 = p[0] + p[3];
-    const real v18 = mv_min(mv_min(v2 - v5 + v9, v9 - p[1] - p[4] + v5), v2 + v5 - p[0] - p[3]);
-    margin[0] = v18;
-    margin[1] = s[10] - p[9];
+    enum { I_x = SATELLITE_P_I_X };
+    enum { I_y = SATELLITE_P_I_Y };
+    enum { I_z = SATELLITE_P_I_Z };
+    enum { Iw_x = SATELLITE_P_IW_X };
+    enum { Iw_y = SATELLITE_P_IW_Y };
+    enum { Iw_z = SATELLITE_P_IW_Z };
+    enum { Ts = SATELLITE_P_TS };
+    enum { half_period = SATELLITE_S_HALF_PERIOD };
+    const real t_odutq = p[I_y] + p[Iw_y];
+    const real t_dukwy = p[I_z] + p[Iw_z];
+    const real t_l4gxo = p[I_x] + p[Iw_x];
+    margin[0] = mv_min(mv_min(t_odutq - t_dukwy + t_l4gxo, t_l4gxo - p[I_y] - p[Iw_y] + t_dukwy), t_odutq + t_dukwy - p[I_x] - p[Iw_x]);
+    margin[1] = s[half_period] - p[Ts];
 }
 
 /* angular momentum in the inertial axes that the orbit axes pass at latitude zero; 51 operations. */
 void satellite_momentum(const real *x, const real *p, real *H)
 {
-    real s1, c1; mv_sincos(x[9], &s1, &c1);
-    const real v6 = x[7] + x[4] * p[1];
-    real s8, c8; mv_sincos(x[1], &s8, &c8);
-    real s10, c10; mv_sincos(x[2], &s10, &c10);
-    real s12, c12; mv_sincos(x[0], &s12, &c12);
-    const real v13 = c10 * s12;
-    const real v17 = s10 * c12;
-    const real v24 = x[8] + x[5] * p[2];
-    const real v25 = s10 * s12;
-    const real v26 = c10 * c12;
-    const real v35 = x[6] + x[3] * p[0];
-    const real v39 = v6 * (s8 * v13 - v17) + v24 * (v25 + s8 * v26) + v35 * (c8 * c10);
-    const real v48 = v6 * (c8 * s12) + v24 * (c8 * c12) - v35 * s8;
-    H[0] = c1 * v39 - s1 * v48;
-    H[1] = v6 * (v26 + s8 * v25) + v24 * (s8 * v17 - v13) + v35 * (c8 * s10);
-    H[2] = c1 * v48 + s1 * v39;
+    enum { roll = SATELLITE_X_ROLL };
+    enum { pitch = SATELLITE_X_PITCH };
+    enum { yaw = SATELLITE_X_YAW };
+    enum { wx = SATELLITE_X_WX };
+    enum { wy = SATELLITE_X_WY };
+    enum { wz = SATELLITE_X_WZ };
+    enum { hx = SATELLITE_X_HX };
+    enum { hy = SATELLITE_X_HY };
+    enum { hz = SATELLITE_X_HZ };
+    enum { latitude = SATELLITE_X_LATITUDE };
+    enum { I_x = SATELLITE_P_I_X };
+    enum { I_y = SATELLITE_P_I_Y };
+    enum { I_z = SATELLITE_P_I_Z };
+    real sin_pitch, cos_pitch; mv_sincos(x[pitch], &sin_pitch, &cos_pitch);
+    real sin_yaw, cos_yaw; mv_sincos(x[yaw], &sin_yaw, &cos_yaw);
+    const real C11 = cos_pitch * cos_yaw;  /* (3) */
+    const real C12 = cos_pitch * sin_yaw;  /* (3) */
+    real sin_roll, cos_roll; mv_sincos(x[roll], &sin_roll, &cos_roll);
+    const real t_yxoxk = cos_yaw * sin_roll;
+    const real t_jt2xw = sin_yaw * cos_roll;
+    const real C21 = sin_pitch * t_yxoxk - t_jt2xw;  /* (3) */
+    const real t_fdgli = cos_yaw * cos_roll;
+    const real t_wcbyi = sin_yaw * sin_roll;
+    const real C22 = t_fdgli + sin_pitch * t_wcbyi;  /* (3) */
+    const real C23 = cos_pitch * sin_roll;  /* (3) */
+    const real C31 = t_wcbyi + sin_pitch * t_fdgli;  /* (3) */
+    const real C32 = sin_pitch * t_jt2xw - t_yxoxk;  /* (3) */
+    const real C33 = cos_pitch * cos_roll;  /* (3) */
+    real sin_latitude, cos_latitude; mv_sincos(x[latitude], &sin_latitude, &cos_latitude);
+    const real t_rud4r = x[hy] + x[wy] * p[I_y];
+    const real t_2fuj5 = x[hz] + x[wz] * p[I_z];
+    const real t_id7q2 = x[hx] + x[wx] * p[I_x];
+    const real t_uwga4 = t_rud4r * C21 + t_2fuj5 * C31 + t_id7q2 * C11;
+    const real t_6qezq = t_rud4r * C23 + t_2fuj5 * C33 - t_id7q2 * sin_pitch;
+    H[0] = cos_latitude * t_uwga4 - sin_latitude * t_6qezq;
+    H[1] = t_rud4r * C22 + t_2fuj5 * C32 + t_id7q2 * C12;
+    H[2] = cos_latitude * t_6qezq + sin_latitude * t_uwga4;
 }
 
 /* energy of rotation of body and wheels, and potential of the gravity gradient; 44 operations. */
 void satellite_energy(const real *x, const real *p, real *E)
 {
-    const real v17 = K(0.5) / p[3] * (x[6] * x[6]) + K(0.5) / p[4] * (x[7] * x[7]) + K(0.5) / p[5] * (x[8] * x[8]);
-    const real v35 = v17 + K(0.5) * p[0] * (x[3] * x[3]) + K(0.5) * p[1] * (x[4] * x[4]) + K(0.5) * p[2] * (x[5] * x[5]);
-    real s42, c42; mv_sincos(x[1], &s42, &c42);
-    real s44, c44; mv_sincos(x[0], &s44, &c44);
-    const real v45 = c42 * s44;
-    const real v55 = c42 * c44;
-    const real v58 = (p[1] + p[4]) * (v45 * v45) + (p[0] + p[3]) * (s42 * s42) + (p[2] + p[5]) * (v55 * v55);
-    E[0] = v35 + K(1.5) * (p[6] * p[6]) * v58;
+    enum { roll = SATELLITE_X_ROLL };
+    enum { pitch = SATELLITE_X_PITCH };
+    enum { wx = SATELLITE_X_WX };
+    enum { wy = SATELLITE_X_WY };
+    enum { wz = SATELLITE_X_WZ };
+    enum { hx = SATELLITE_X_HX };
+    enum { hy = SATELLITE_X_HY };
+    enum { hz = SATELLITE_X_HZ };
+    enum { I_x = SATELLITE_P_I_X };
+    enum { I_y = SATELLITE_P_I_Y };
+    enum { I_z = SATELLITE_P_I_Z };
+    enum { Iw_x = SATELLITE_P_IW_X };
+    enum { Iw_y = SATELLITE_P_IW_Y };
+    enum { Iw_z = SATELLITE_P_IW_Z };
+    enum { omega0 = SATELLITE_P_OMEGA0 };
+    real sin_pitch, cos_pitch; mv_sincos(x[pitch], &sin_pitch, &cos_pitch);
+    real sin_roll, cos_roll; mv_sincos(x[roll], &sin_roll, &cos_roll);
+    const real C23 = cos_pitch * sin_roll;  /* (3) */
+    const real C33 = cos_pitch * cos_roll;  /* (3) */
+    const real t_l62pt = (p[I_y] + p[Iw_y]) * (C23 * C23)
+        + (p[I_x] + p[Iw_x]) * (sin_pitch * sin_pitch)
+        + (p[I_z] + p[Iw_z]) * (C33 * C33);
+    E[0] = K(0.5) / p[Iw_x] * (x[hx] * x[hx])
+        + K(0.5) / p[Iw_y] * (x[hy] * x[hy])
+        + K(0.5) / p[Iw_z] * (x[hz] * x[hz])
+        + K(0.5) * p[I_x] * (x[wx] * x[wx])
+        + K(0.5) * p[I_y] * (x[wy] * x[wy])
+        + K(0.5) * p[I_z] * (x[wz] * x[wz])
+        + K(1.5) * (p[omega0] * p[omega0]) * t_l62pt;
 }
 
 /* adaptive, keeps the sampled zero at -1; 1013 operations. */
 void satellite_mrac(const real *x, const real *r, const real *v, const real *z, const real *p, const real *c, real *u, real *z_next)
 {
-    const mask m4 = LT(mv_fabs(v[0]), K(1e+30));
-    const mask m7 = LT(mv_fabs(v[1]), K(1e+30));
-    const mask m8 = AND(m4, m7);
-    const mask m11 = LT(mv_fabs(v[2]), K(1e+30));
-    const mask m12 = AND(m8, m11);
-    const mask m15 = LT(mv_fabs(x[1]), K(1e+30));
-    const mask m16 = AND(m12, m15);
-    const mask m19 = LT(mv_fabs(r[1]), K(1e+30));
-    const mask m20 = AND(m16, m19);
-    const mask m23 = LT(mv_fabs(r[0]), K(1e+30));
-    const mask m24 = AND(m20, m23);
-    const mask m27 = LT(mv_fabs(r[2]), K(1e+30));
-    const mask m28 = AND(m24, m27);
-    const mask m31 = LT(mv_fabs(x[0]), K(1e+30));
-    const mask m32 = AND(m28, m31);
-    const mask m36 = LT(z[90], K(0.5));
-    const real v38 = SELECT(m36, x[1], z[50]);
-    const real v39 = z[35] * v38;
-    const real v41 = c[3] + v39 * v38;
-    const real v43 = K(1.0) / v41;
-    const real v44 = z[35] * v43;
-    const real v45 = K(1.0) / c[3];
-    const real v50 = z[51] + z[40] * v38;
-    const real v51 = z[36] * v50;
-    const real v53 = v41 + v51 * v50;
-    const real v54 = K(1.0) / v53;
-    const real v57 = v45 * v54 * z[36] * v41;
-    const mask m61 = LT(K(0.5), c[18]);
-    const mask m63 = LT(K(0.5), c[20]);
-    const real v67 = SELECT(m61, v[1], SELECT(m63, z[54], z[53]));
-    const real v73 = v67 - z[41] * v38 - z[42] * z[51];
-    const real v74 = z[37] * v73;
-    const real v76 = v53 + v74 * v73;
-    const real v77 = K(1.0) / v76;
-    const real v80 = v45 * v77 * z[37] * v53;
-    const real v92 = z[52] + z[45] * v67 - z[43] * v38 - z[44] * z[51];
-    const real v93 = z[38] * v92;
-    const real v95 = v76 + v93 * v92;
-    const real v96 = K(1.0) / v95;
-    const real v99 = v45 * v96 * z[38] * v76;
-    const real v113 = K(1.0) + z[48] * v67 + z[49] * z[52] - z[46] * v38 - z[47] * z[51];
-    const real v114 = z[39] * v113;
-    const real v117 = K(1.0) / (v95 + v114 * v113);
-    const real v120 = v45 * v117 * z[39] * v95;
-    const real v124 = z[40] - v39 * v43 * v50;
-    const real v128 = v73 * v54;
-    const real v130 = v39 + v51 * z[40];
-    const real v132 = z[41] + v128 * v130;
-    const real v137 = z[42] + v128 * v51;
-    const real v140 = v44 + v57 + v80 + v99 + v120 + v57 * (v124 * v124) + v80 * (v132 * v132) + v80 * (v137 * v137);
-    const real v141 = v92 * v77;
-    const real v143 = v74 * z[41] - v130;
-    const real v145 = z[43] - v141 * v143;
-    const real v150 = v74 * z[42] - v51;
-    const real v152 = z[44] - v141 * v150;
-    const real v157 = z[45] - v141 * v74;
-    const real v161 = v113 * v96;
-    const real v163 = v143 + v93 * z[43];
-    const real v165 = z[46] - v161 * v163;
-    const real v168 = v140 + v99 * (v145 * v145) + v99 * (v152 * v152) + v99 * (v157 * v157) + v120 * (v165 * v165);
-    const real v170 = v150 + v93 * z[44];
-    const real v172 = z[47] - v161 * v170;
-    const real v177 = v74 + v93 * z[45];
-    const real v179 = z[48] - v161 * v177;
-    const real v184 = z[49] - v161 * v93;
-    const real v187 = v168 + v120 * (v172 * v172) + v120 * (v179 * v179) + v120 * (v184 * v184);
-    const mask m189 = LT(mv_fabs(v187), K(1e+30));
-    const mask m190 = AND(m32, m189);
-    const real v193 = SELECT(m36, x[0], z[20]);
-    const real v194 = z[5] * v193;
-    const real v196 = c[3] + v194 * v193;
-    const real v197 = K(1.0) / v196;
-    const real v198 = z[5] * v197;
-    const real v203 = z[21] + z[10] * v193;
-    const real v204 = z[6] * v203;
-    const real v206 = v196 + v204 * v203;
-    const real v207 = K(1.0) / v206;
-    const real v210 = v207 * v45 * z[6] * v196;
-    const real v216 = SELECT(m61, v[0], SELECT(m63, z[24], z[23]));
-    const real v222 = v216 - z[11] * v193 - z[12] * z[21];
-    const real v223 = z[7] * v222;
-    const real v225 = v206 + v223 * v222;
-    const real v226 = K(1.0) / v225;
-    const real v229 = v45 * v226 * z[7] * v206;
-    const real v241 = z[22] + z[15] * v216 - z[13] * v193 - z[14] * z[21];
-    const real v242 = z[8] * v241;
-    const real v244 = v225 + v242 * v241;
-    const real v245 = K(1.0) / v244;
-    const real v248 = v45 * v245 * z[8] * v225;
-    const real v262 = K(1.0) + z[18] * v216 + z[19] * z[22] - z[16] * v193 - z[17] * z[21];
-    const real v263 = z[9] * v262;
-    const real v266 = K(1.0) / (v244 + v263 * v262);
-    const real v269 = v45 * v266 * z[9] * v244;
-    const real v273 = z[10] - v194 * v197 * v203;
-    const real v277 = v222 * v207;
-    const real v279 = v194 + v204 * z[10];
-    const real v281 = z[11] + v277 * v279;
-    const real v284 = v198 + v210 + v229 + v248 + v269 + v210 * (v273 * v273) + v229 * (v281 * v281);
-    const real v286 = z[12] + v277 * v204;
-    const real v290 = v241 * v226;
-    const real v292 = v223 * z[11] - v279;
-    const real v294 = z[13] - v290 * v292;
-    const real v299 = v223 * z[12] - v204;
-    const real v301 = z[14] - v290 * v299;
-    const real v304 = v284 + v229 * (v286 * v286) + v248 * (v294 * v294) + v248 * (v301 * v301);
-    const real v306 = z[15] - v290 * v223;
-    const real v310 = v262 * v245;
-    const real v312 = v292 + v242 * z[13];
-    const real v314 = z[16] - v310 * v312;
-    const real v319 = v299 + v242 * z[14];
-    const real v321 = z[17] - v310 * v319;
-    const real v324 = v304 + v248 * (v306 * v306) + v269 * (v314 * v314) + v269 * (v321 * v321);
-    const real v326 = v223 + v242 * z[15];
-    const real v328 = z[18] - v310 * v326;
-    const real v333 = z[19] - v310 * v242;
-    const real v336 = v324 + v269 * (v328 * v328) + v269 * (v333 * v333);
-    const mask m338 = LT(mv_fabs(v336), K(1e+30));
-    const mask m339 = AND(m190, m338);
-    const real v343 = SELECT(m36, x[2], z[80]);
-    const real v344 = z[65] * v343;
-    const real v346 = c[3] + v344 * v343;
-    const real v347 = K(1.0) / v346;
-    const real v348 = z[65] * v347;
-    const real v353 = z[81] + z[70] * v343;
-    const real v354 = z[66] * v353;
-    const real v356 = v346 + v354 * v353;
-    const real v357 = K(1.0) / v356;
-    const real v360 = v45 * v357 * z[66] * v346;
-    const real v366 = SELECT(m61, v[2], SELECT(m63, z[84], z[83]));
-    const real v372 = v366 - z[71] * v343 - z[72] * z[81];
-    const real v373 = z[67] * v372;
-    const real v375 = v356 + v373 * v372;
-    const real v376 = K(1.0) / v375;
-    const real v379 = v45 * v376 * z[67] * v356;
-    const real v391 = z[82] + z[75] * v366 - z[73] * v343 - z[74] * z[81];
-    const real v392 = z[68] * v391;
-    const real v394 = v375 + v392 * v391;
-    const real v395 = K(1.0) / v394;
-    const real v398 = v45 * v395 * z[68] * v375;
-    const real v412 = K(1.0) + z[78] * v366 + z[79] * z[82] - z[76] * v343 - z[77] * z[81];
-    const real v413 = z[69] * v412;
-    const real v416 = K(1.0) / (v394 + v413 * v412);
-    const real v419 = v45 * v416 * z[69] * v394;
-    const real v423 = z[70] - v344 * v347 * v353;
-    const real v427 = v372 * v357;
-    const real v429 = v344 + v354 * z[70];
-    const real v431 = z[71] + v427 * v429;
-    const real v434 = v348 + v360 + v379 + v398 + v419 + v360 * (v423 * v423) + v379 * (v431 * v431);
-    const real v436 = z[72] + v427 * v354;
-    const real v440 = v391 * v376;
-    const real v442 = v373 * z[71] - v429;
-    const real v444 = z[73] - v440 * v442;
-    const real v449 = v373 * z[72] - v354;
-    const real v451 = z[74] - v440 * v449;
-    const real v454 = v434 + v379 * (v436 * v436) + v398 * (v444 * v444) + v398 * (v451 * v451);
-    const real v456 = z[75] - v440 * v373;
-    const real v460 = v412 * v395;
-    const real v462 = v442 + v392 * z[73];
-    const real v464 = z[76] - v460 * v462;
-    const real v469 = v449 + v392 * z[74];
-    const real v471 = z[77] - v460 * v469;
-    const real v474 = v454 + v398 * (v456 * v456) + v419 * (v464 * v464) + v419 * (v471 * v471);
-    const real v476 = v373 + v392 * z[75];
-    const real v478 = z[78] - v460 * v476;
-    const real v483 = z[79] - v460 * v392;
-    const real v486 = v474 + v419 * (v478 * v478) + v419 * (v483 * v483);
-    const mask m488 = LT(mv_fabs(v486), K(1e+30));
-    const mask m489 = AND(m339, m488);
-    const mask m491 = LT(mv_fabs(x[2]), K(1e+30));
-    const mask m492 = AND(m489, m491);
-    const real v498 = mv_exp(-(p[9] / c[21]));
-    const real v499 = K(-1.0) + v498;
-    const real v500 = v499 * v499;
-    const real v502 = v498 + v498;
-    const real v506 = v498 * v498;
-    const real v509 = v500 * r[1] + v502 * z[56] - v506 * z[57];
-    const real v512 = K(4.0) * c[0];
-    const real v515 = K(3.0) * c[0];
-    const real v517 = SELECT(m63, -v512, -v515);
-    const real v521 = c[0] * c[0];
-    const real v524 = SELECT(m63, K(6.0) * v521, K(3.0) * v521);
-    const real v527 = c[0] * v521;
-    const real v528 = K(4.0) * v527;
-    const real v530 = -v527;
-    const real v531 = SELECT(m63, -v528, v530);
-    const real v535 = v521 * v521;
-    const real v539 = v509 + v517 * z[56] + v524 * z[57] + v531 * z[58] + SELECT0(m63, v535 * z[59]);
-    const mask m542 = LT(K(0.5), c[1]);
-    const mask m544 = LT(K(1.5), z[90]);
-    const mask m545 = AND(m542, m544);
-    const real v550 = mv_max(c[5], c[6] * p[28]);
-    const real v564 = x[1] - (z[34] + z[32] * v67 + z[33] * z[52] - z[30] * v38 - z[31] * z[51]);
-    const mask m566 = LT(v550, mv_fabs(v564));
-    const mask m567 = AND(m545, m566);
-    const real v571 = SELECT(m567, z[34] + v114 * v117 * v564, z[34]);
-    const real v578 = SELECT(m567, z[30] + (v163 + v114 * z[46]) * v117 * v564, z[30]);
-    const real v579 = v512 + v578;
-    const real v588 = SELECT(m567, z[33] + (v93 + v114 * z[49]) * v117 * v564, z[33]);
-    const real v596 = SELECT(m567, z[32] + (v177 + v114 * z[48]) * v117 * v564, z[32]);
-    const real v605 = p[9] * p[9] * c[15];
-    const real v609 = mv_max(SPLAT(K(0.0)), K(-0.5) * v596 + K(-0.5) * v588 + mv_max(c[14], K(0.5) / p[1] * v605));
-    const real v610 = v588 + v609;
-    const real v611 = v610 * v610;
-    const real v614 = K(-6.0) * v521;
-    const real v620 = SELECT(m567, z[31] + (v170 + v114 * z[47]) * v117 * v564, z[31]);
-    const real v625 = SELECT(m63, v578 * v579 - (v614 + v620), -(v515 + v578));
-    const real v627 = v596 + v609;
-    const real v628 = v627 * v627;
-    const real v629 = SELECT(m63, v535, v530);
-    const real v636 = K(-3.0) * v521;
-    const real v639 = SELECT(m63, v620 * v579 - v528, -(v636 + v620));
-    const real v644 = v610 * v578;
-    const real v647 = K(1.0) / (v611 + v628 * v620 - v627 * v644);
-    const real v648 = (v611 * v625 + v628 * v629 - v610 * v627 * v639) * v647;
-    const real v655 = (v539 - c[17] * v571 * (K(1.0) + SELECT0(m63, -v579) + v648)) / (v596 + v588 + (v609 + v609));
-    const real v660 = v627 * v629;
-    const real v664 = v627 * v620;
-    const real v669 = v655 + SELECT0(m63, v579 * z[53]) - x[1] * ((v610 * v639 - v660 - v644 * v625 + v664 * v625) * v647);
-    const real v681 = (v610 * v629 - v660 * v578 + v664 * v639 - v610 * v620 * v625) * v647 * v38;
-    const real v682 = v669 - v648 * v67 - v681;
-    const mask m684 = LT(mv_fabs(v682), K(1e+30));
-    const mask m685 = AND(m492, m684);
-    const real v692 = v500 * r[0] + v502 * z[26] - v506 * z[27];
-    const real v703 = v692 + v517 * z[26] + v524 * z[27] + v531 * z[28] + SELECT0(m63, v535 * z[29]);
-    const real v717 = x[0] - (z[4] + z[2] * v216 + z[3] * z[22] - z[0] * v193 - z[1] * z[21]);
-    const mask m719 = LT(v550, mv_fabs(v717));
-    const mask m720 = AND(m545, m719);
-    const real v724 = SELECT(m720, z[4] + v263 * v266 * v717, z[4]);
-    const real v731 = SELECT(m720, z[0] + (v312 + v263 * z[16]) * v266 * v717, z[0]);
-    const real v732 = v512 + v731;
-    const real v741 = SELECT(m720, z[3] + (v242 + v263 * z[19]) * v266 * v717, z[3]);
-    const real v747 = SELECT(m720, z[2] + (v326 + v263 * z[18]) * v266 * v717, z[2]);
-    const real v756 = mv_max(SPLAT(K(0.0)), K(-0.5) * v747 + K(-0.5) * v741 + mv_max(c[14], K(0.5) / p[0] * v605));
-    const real v757 = v741 + v756;
-    const real v758 = v757 * v757;
-    const real v765 = SELECT(m720, z[1] + (v319 + v263 * z[17]) * v266 * v717, z[1]);
-    const real v770 = SELECT(m63, v731 * v732 - (v614 + v765), -(v515 + v731));
-    const real v772 = v747 + v756;
-    const real v773 = v772 * v772;
-    const real v781 = SELECT(m63, v765 * v732 - v528, -(v636 + v765));
-    const real v786 = v757 * v731;
-    const real v789 = K(1.0) / (v758 + v773 * v765 - v772 * v786);
-    const real v790 = (v758 * v770 + v773 * v629 - v757 * v772 * v781) * v789;
-    const real v797 = (v703 - c[17] * v724 * (K(1.0) + SELECT0(m63, -v732) + v790)) / (v747 + v741 + (v756 + v756));
-    const real v802 = v772 * v629;
-    const real v806 = v772 * v765;
-    const real v811 = v797 + SELECT0(m63, v732 * z[23]) - x[0] * ((v757 * v781 - v802 - v786 * v770 + v806 * v770) * v789);
-    const real v823 = (v757 * v629 - v802 * v731 + v806 * v781 - v757 * v765 * v770) * v789 * v193;
-    const real v824 = v811 - v790 * v216 - v823;
-    const mask m826 = LT(mv_fabs(v824), K(1e+30));
-    const mask m827 = AND(m685, m826);
-    const real v834 = v500 * r[2] + v502 * z[86] - v506 * z[87];
-    const real v845 = v834 + v517 * z[86] + v524 * z[87] + v531 * z[88] + SELECT0(m63, v535 * z[89]);
-    const real v859 = x[2] - (z[64] + z[62] * v366 + z[63] * z[82] - z[60] * v343 - z[61] * z[81]);
-    const mask m861 = LT(v550, mv_fabs(v859));
-    const mask m862 = AND(m545, m861);
-    const real v866 = SELECT(m862, z[64] + v413 * v416 * v859, z[64]);
-    const real v873 = SELECT(m862, z[60] + (v462 + v413 * z[76]) * v416 * v859, z[60]);
-    const real v874 = v512 + v873;
-    const real v883 = SELECT(m862, z[63] + (v392 + v413 * z[79]) * v416 * v859, z[63]);
-    const real v889 = SELECT(m862, z[62] + (v476 + v413 * z[78]) * v416 * v859, z[62]);
-    const real v898 = mv_max(SPLAT(K(0.0)), K(-0.5) * v889 + K(-0.5) * v883 + mv_max(c[14], K(0.5) / p[2] * v605));
-    const real v899 = v883 + v898;
-    const real v900 = v899 * v899;
-    const real v907 = SELECT(m862, z[61] + (v469 + v413 * z[77]) * v416 * v859, z[61]);
-    const real v912 = SELECT(m63, v873 * v874 - (v614 + v907), -(v515 + v873));
-    const real v914 = v889 + v898;
-    const real v915 = v914 * v914;
-    const real v923 = SELECT(m63, v907 * v874 - v528, -(v636 + v907));
-    const real v928 = v899 * v873;
-    const real v931 = K(1.0) / (v900 + v915 * v907 - v914 * v928);
-    const real v932 = (v900 * v912 + v915 * v629 - v899 * v914 * v923) * v931;
-    const real v939 = (v845 - c[17] * v866 * (K(1.0) + SELECT0(m63, -v874) + v932)) / (v889 + v883 + (v898 + v898));
-    const real v946 = v914 * v629;
-    const real v950 = v914 * v907;
-    const real v955 = v939 + SELECT0(m63, v874 * z[83]) - v932 * v366 - (v899 * v923 - v946 - v928 * v912 + v950 * v912) * v931 * x[2];
-    const real v965 = (v899 * v629 - v946 * v873 + v950 * v923 - v899 * v907 * v912) * v931 * v343;
-    const real v966 = v955 - v965;
-    const mask m968 = LT(mv_fabs(v966), K(1e+30));
-    const mask m969 = AND(m827, m968);
-    const mask m973 = NOT(m969);
-    const mask m980 = LT(c[4], v336);
-    const real v981 = SELECT(m980, c[3], SPLAT(K(1.0)));
-    const real v1022 = K(0.5) * z[26];
-    const real v1029 = SELECT(m969, SELECT(m63, v1022 + K(0.5) * z[27], v1022 + K(0.5) * v692), z[25]);
-    const mask m1039 = LT(c[4], v187);
-    const real v1040 = SELECT(m1039, c[3], SPLAT(K(1.0)));
-    const real v1081 = K(0.5) * z[56];
-    const real v1088 = SELECT(m969, SELECT(m63, v1081 + K(0.5) * z[57], v1081 + K(0.5) * v509), z[55]);
-    const mask m1098 = LT(c[4], v486);
-    const real v1099 = SELECT(m1098, c[3], SPLAT(K(1.0)));
-    const real v1140 = K(0.5) * z[86];
-    const real v1147 = SELECT(m969, SELECT(m63, v1140 + K(0.5) * z[87], v1140 + K(0.5) * v834), z[85]);
-    u[0] = SELECT0(m969, v824);
-    u[1] = SELECT0(m969, v682);
-    u[2] = SELECT0(m969, v966);
-    z_next[0] = SELECT(m969, v731, z[0]);
-    z_next[1] = SELECT(m969, v765, z[1]);
-    z_next[2] = SELECT(m969, v747, z[2]);
-    z_next[3] = SELECT(m969, v741, z[3]);
-    z_next[4] = SELECT(m969, v724, z[4]);
-    z_next[5] = SELECT(m969, SELECT(m720, v198 * v981, z[5]), z[5]);
-    z_next[6] = SELECT(m969, SELECT(m720, v210 * v981, z[6]), z[6]);
-    z_next[7] = SELECT(m969, SELECT(m720, v229 * v981, z[7]), z[7]);
-    z_next[8] = SELECT(m969, SELECT(m720, v248 * v981, z[8]), z[8]);
-    z_next[9] = SELECT(m969, SELECT(m720, v269 * v981, z[9]), z[9]);
-    z_next[10] = SELECT(m969, SELECT(m720, v273, z[10]), z[10]);
-    z_next[11] = SELECT(m969, SELECT(m720, v281, z[11]), z[11]);
-    z_next[12] = SELECT(m969, SELECT(m720, v286, z[12]), z[12]);
-    z_next[13] = SELECT(m969, SELECT(m720, v294, z[13]), z[13]);
-    z_next[14] = SELECT(m969, SELECT(m720, v301, z[14]), z[14]);
-    z_next[15] = SELECT(m969, SELECT(m720, v306, z[15]), z[15]);
-    z_next[16] = SELECT(m969, SELECT(m720, v314, z[16]), z[16]);
-    z_next[17] = SELECT(m969, SELECT(m720, v321, z[17]), z[17]);
-    z_next[18] = SELECT(m969, SELECT(m720, v328, z[18]), z[18]);
-    z_next[19] = SELECT(m969, SELECT(m720, v333, z[19]), z[19]);
-    z_next[20] = SELECT(m969, x[0], z[20]);
-    z_next[21] = SELECT(m969, v193, z[21]);
-    z_next[22] = SELECT(m969, v216, z[22]);
-    z_next[23] = SELECT(m969, v824, z[23]);
-    z_next[24] = SELECT(m969, z[23], z[24]);
-    z_next[25] = v1029;
-    z_next[26] = SELECT(m969, v692, z[26]);
-    z_next[27] = SELECT(m969, z[26], z[27]);
-    z_next[28] = SELECT(m969, z[27], z[28]);
-    z_next[29] = SELECT(m969, z[28], z[29]);
-    z_next[30] = SELECT(m969, v578, z[30]);
-    z_next[31] = SELECT(m969, v620, z[31]);
-    z_next[32] = SELECT(m969, v596, z[32]);
-    z_next[33] = SELECT(m969, v588, z[33]);
-    z_next[34] = SELECT(m969, v571, z[34]);
-    z_next[35] = SELECT(m969, SELECT(m567, v44 * v1040, z[35]), z[35]);
-    z_next[36] = SELECT(m969, SELECT(m567, v57 * v1040, z[36]), z[36]);
-    z_next[37] = SELECT(m969, SELECT(m567, v80 * v1040, z[37]), z[37]);
-    z_next[38] = SELECT(m969, SELECT(m567, v99 * v1040, z[38]), z[38]);
-    z_next[39] = SELECT(m969, SELECT(m567, v120 * v1040, z[39]), z[39]);
-    z_next[40] = SELECT(m969, SELECT(m567, v124, z[40]), z[40]);
-    z_next[41] = SELECT(m969, SELECT(m567, v132, z[41]), z[41]);
-    z_next[42] = SELECT(m969, SELECT(m567, v137, z[42]), z[42]);
-    z_next[43] = SELECT(m969, SELECT(m567, v145, z[43]), z[43]);
-    z_next[44] = SELECT(m969, SELECT(m567, v152, z[44]), z[44]);
-    z_next[45] = SELECT(m969, SELECT(m567, v157, z[45]), z[45]);
-    z_next[46] = SELECT(m969, SELECT(m567, v165, z[46]), z[46]);
-    z_next[47] = SELECT(m969, SELECT(m567, v172, z[47]), z[47]);
-    z_next[48] = SELECT(m969, SELECT(m567, v179, z[48]), z[48]);
-    z_next[49] = SELECT(m969, SELECT(m567, v184, z[49]), z[49]);
-    z_next[50] = SELECT(m969, x[1], z[50]);
-    z_next[51] = SELECT(m969, v38, z[51]);
-    z_next[52] = SELECT(m969, v67, z[52]);
-    z_next[53] = SELECT(m969, v682, z[53]);
-    z_next[54] = SELECT(m969, z[53], z[54]);
-    z_next[55] = v1088;
-    z_next[56] = SELECT(m969, v509, z[56]);
-    z_next[57] = SELECT(m969, z[56], z[57]);
-    z_next[58] = SELECT(m969, z[57], z[58]);
-    z_next[59] = SELECT(m969, z[58], z[59]);
-    z_next[60] = SELECT(m969, v873, z[60]);
-    z_next[61] = SELECT(m969, v907, z[61]);
-    z_next[62] = SELECT(m969, v889, z[62]);
-    z_next[63] = SELECT(m969, v883, z[63]);
-    z_next[64] = SELECT(m969, v866, z[64]);
-    z_next[65] = SELECT(m969, SELECT(m862, v348 * v1099, z[65]), z[65]);
-    z_next[66] = SELECT(m969, SELECT(m862, v360 * v1099, z[66]), z[66]);
-    z_next[67] = SELECT(m969, SELECT(m862, v379 * v1099, z[67]), z[67]);
-    z_next[68] = SELECT(m969, SELECT(m862, v398 * v1099, z[68]), z[68]);
-    z_next[69] = SELECT(m969, SELECT(m862, v419 * v1099, z[69]), z[69]);
-    z_next[70] = SELECT(m969, SELECT(m862, v423, z[70]), z[70]);
-    z_next[71] = SELECT(m969, SELECT(m862, v431, z[71]), z[71]);
-    z_next[72] = SELECT(m969, SELECT(m862, v436, z[72]), z[72]);
-    z_next[73] = SELECT(m969, SELECT(m862, v444, z[73]), z[73]);
-    z_next[74] = SELECT(m969, SELECT(m862, v451, z[74]), z[74]);
-    z_next[75] = SELECT(m969, SELECT(m862, v456, z[75]), z[75]);
-    z_next[76] = SELECT(m969, SELECT(m862, v464, z[76]), z[76]);
-    z_next[77] = SELECT(m969, SELECT(m862, v471, z[77]), z[77]);
-    z_next[78] = SELECT(m969, SELECT(m862, v478, z[78]), z[78]);
-    z_next[79] = SELECT(m969, SELECT(m862, v483, z[79]), z[79]);
-    z_next[80] = SELECT(m969, x[2], z[80]);
-    z_next[81] = SELECT(m969, v343, z[81]);
-    z_next[82] = SELECT(m969, v366, z[82]);
-    z_next[83] = SELECT(m969, v966, z[83]);
-    z_next[84] = SELECT(m969, z[83], z[84]);
-    z_next[85] = v1147;
-    z_next[86] = SELECT(m969, v834, z[86]);
-    z_next[87] = SELECT(m969, z[86], z[87]);
-    z_next[88] = SELECT(m969, z[87], z[88]);
-    z_next[89] = SELECT(m969, z[88], z[89]);
-    z_next[90] = SELECT0(m969, mv_min(SPLAT(K(2.0)), K(1.0) + z[90]));
-    z_next[91] = SELECT0(m973, SPLAT(K(1.0)));
+    enum { roll = SATELLITE_X_ROLL };
+    enum { pitch = SATELLITE_X_PITCH };
+    enum { yaw = SATELLITE_X_YAW };
+    enum { ref_roll = SATELLITE_R_REF_ROLL };
+    enum { ref_pitch = SATELLITE_R_REF_PITCH };
+    enum { ref_yaw = SATELLITE_R_REF_YAW };
+    enum { Tx_applied = 0 };
+    enum { Ty_applied = 1 };
+    enum { Tz_applied = 2 };
+    enum { a1_roll = SATELLITE_MRAC_Z_A1_ROLL };
+    enum { a2_roll = SATELLITE_MRAC_Z_A2_ROLL };
+    enum { b0_roll = SATELLITE_MRAC_Z_B0_ROLL };
+    enum { b1_roll = SATELLITE_MRAC_Z_B1_ROLL };
+    enum { d_roll = SATELLITE_MRAC_Z_D_ROLL };
+    enum { D1_roll = SATELLITE_MRAC_Z_D1_ROLL };
+    enum { D2_roll = SATELLITE_MRAC_Z_D2_ROLL };
+    enum { D3_roll = SATELLITE_MRAC_Z_D3_ROLL };
+    enum { D4_roll = SATELLITE_MRAC_Z_D4_ROLL };
+    enum { D5_roll = SATELLITE_MRAC_Z_D5_ROLL };
+    enum { U12_roll = SATELLITE_MRAC_Z_U12_ROLL };
+    enum { U13_roll = SATELLITE_MRAC_Z_U13_ROLL };
+    enum { U23_roll = SATELLITE_MRAC_Z_U23_ROLL };
+    enum { U14_roll = SATELLITE_MRAC_Z_U14_ROLL };
+    enum { U24_roll = SATELLITE_MRAC_Z_U24_ROLL };
+    enum { U34_roll = SATELLITE_MRAC_Z_U34_ROLL };
+    enum { U15_roll = SATELLITE_MRAC_Z_U15_ROLL };
+    enum { U25_roll = SATELLITE_MRAC_Z_U25_ROLL };
+    enum { U35_roll = SATELLITE_MRAC_Z_U35_ROLL };
+    enum { U45_roll = SATELLITE_MRAC_Z_U45_ROLL };
+    enum { y1_roll = SATELLITE_MRAC_Z_Y1_ROLL };
+    enum { y2_roll = SATELLITE_MRAC_Z_Y2_ROLL };
+    enum { v1_roll = SATELLITE_MRAC_Z_V1_ROLL };
+    enum { u1_roll = SATELLITE_MRAC_Z_U1_ROLL };
+    enum { u2_roll = SATELLITE_MRAC_Z_U2_ROLL };
+    enum { ym_roll = SATELLITE_MRAC_Z_YM_ROLL };
+    enum { wm1_roll = SATELLITE_MRAC_Z_WM1_ROLL };
+    enum { wm2_roll = SATELLITE_MRAC_Z_WM2_ROLL };
+    enum { wm3_roll = SATELLITE_MRAC_Z_WM3_ROLL };
+    enum { wm4_roll = SATELLITE_MRAC_Z_WM4_ROLL };
+    enum { a1_pitch = SATELLITE_MRAC_Z_A1_PITCH };
+    enum { a2_pitch = SATELLITE_MRAC_Z_A2_PITCH };
+    enum { b0_pitch = SATELLITE_MRAC_Z_B0_PITCH };
+    enum { b1_pitch = SATELLITE_MRAC_Z_B1_PITCH };
+    enum { d_pitch = SATELLITE_MRAC_Z_D_PITCH };
+    enum { D1_pitch = SATELLITE_MRAC_Z_D1_PITCH };
+    enum { D2_pitch = SATELLITE_MRAC_Z_D2_PITCH };
+    enum { D3_pitch = SATELLITE_MRAC_Z_D3_PITCH };
+    enum { D4_pitch = SATELLITE_MRAC_Z_D4_PITCH };
+    enum { D5_pitch = SATELLITE_MRAC_Z_D5_PITCH };
+    enum { U12_pitch = SATELLITE_MRAC_Z_U12_PITCH };
+    enum { U13_pitch = SATELLITE_MRAC_Z_U13_PITCH };
+    enum { U23_pitch = SATELLITE_MRAC_Z_U23_PITCH };
+    enum { U14_pitch = SATELLITE_MRAC_Z_U14_PITCH };
+    enum { U24_pitch = SATELLITE_MRAC_Z_U24_PITCH };
+    enum { U34_pitch = SATELLITE_MRAC_Z_U34_PITCH };
+    enum { U15_pitch = SATELLITE_MRAC_Z_U15_PITCH };
+    enum { U25_pitch = SATELLITE_MRAC_Z_U25_PITCH };
+    enum { U35_pitch = SATELLITE_MRAC_Z_U35_PITCH };
+    enum { U45_pitch = SATELLITE_MRAC_Z_U45_PITCH };
+    enum { y1_pitch = SATELLITE_MRAC_Z_Y1_PITCH };
+    enum { y2_pitch = SATELLITE_MRAC_Z_Y2_PITCH };
+    enum { v1_pitch = SATELLITE_MRAC_Z_V1_PITCH };
+    enum { u1_pitch = SATELLITE_MRAC_Z_U1_PITCH };
+    enum { u2_pitch = SATELLITE_MRAC_Z_U2_PITCH };
+    enum { ym_pitch = SATELLITE_MRAC_Z_YM_PITCH };
+    enum { wm1_pitch = SATELLITE_MRAC_Z_WM1_PITCH };
+    enum { wm2_pitch = SATELLITE_MRAC_Z_WM2_PITCH };
+    enum { wm3_pitch = SATELLITE_MRAC_Z_WM3_PITCH };
+    enum { wm4_pitch = SATELLITE_MRAC_Z_WM4_PITCH };
+    enum { a1_yaw = SATELLITE_MRAC_Z_A1_YAW };
+    enum { a2_yaw = SATELLITE_MRAC_Z_A2_YAW };
+    enum { b0_yaw = SATELLITE_MRAC_Z_B0_YAW };
+    enum { b1_yaw = SATELLITE_MRAC_Z_B1_YAW };
+    enum { d_yaw = SATELLITE_MRAC_Z_D_YAW };
+    enum { D1_yaw = SATELLITE_MRAC_Z_D1_YAW };
+    enum { D2_yaw = SATELLITE_MRAC_Z_D2_YAW };
+    enum { D3_yaw = SATELLITE_MRAC_Z_D3_YAW };
+    enum { D4_yaw = SATELLITE_MRAC_Z_D4_YAW };
+    enum { D5_yaw = SATELLITE_MRAC_Z_D5_YAW };
+    enum { U12_yaw = SATELLITE_MRAC_Z_U12_YAW };
+    enum { U13_yaw = SATELLITE_MRAC_Z_U13_YAW };
+    enum { U23_yaw = SATELLITE_MRAC_Z_U23_YAW };
+    enum { U14_yaw = SATELLITE_MRAC_Z_U14_YAW };
+    enum { U24_yaw = SATELLITE_MRAC_Z_U24_YAW };
+    enum { U34_yaw = SATELLITE_MRAC_Z_U34_YAW };
+    enum { U15_yaw = SATELLITE_MRAC_Z_U15_YAW };
+    enum { U25_yaw = SATELLITE_MRAC_Z_U25_YAW };
+    enum { U35_yaw = SATELLITE_MRAC_Z_U35_YAW };
+    enum { U45_yaw = SATELLITE_MRAC_Z_U45_YAW };
+    enum { y1_yaw = SATELLITE_MRAC_Z_Y1_YAW };
+    enum { y2_yaw = SATELLITE_MRAC_Z_Y2_YAW };
+    enum { v1_yaw = SATELLITE_MRAC_Z_V1_YAW };
+    enum { u1_yaw = SATELLITE_MRAC_Z_U1_YAW };
+    enum { u2_yaw = SATELLITE_MRAC_Z_U2_YAW };
+    enum { ym_yaw = SATELLITE_MRAC_Z_YM_YAW };
+    enum { wm1_yaw = SATELLITE_MRAC_Z_WM1_YAW };
+    enum { wm2_yaw = SATELLITE_MRAC_Z_WM2_YAW };
+    enum { wm3_yaw = SATELLITE_MRAC_Z_WM3_YAW };
+    enum { wm4_yaw = SATELLITE_MRAC_Z_WM4_YAW };
+    enum { samples = SATELLITE_MRAC_Z_SAMPLES };
+    enum { I_x = SATELLITE_P_I_X };
+    enum { I_y = SATELLITE_P_I_Y };
+    enum { I_z = SATELLITE_P_I_Z };
+    enum { Ts = SATELLITE_P_TS };
+    enum { noise = SATELLITE_P_NOISE };
+    enum { rho = SATELLITE_MRAC_C_RHO };
+    enum { adapt = SATELLITE_MRAC_C_ADAPT };
+    enum { forgetting = SATELLITE_MRAC_C_FORGETTING };
+    enum { trace_max = SATELLITE_MRAC_C_TRACE_MAX };
+    enum { dead_zone = SATELLITE_MRAC_C_DEAD_ZONE };
+    enum { dead_zone_sigma = SATELLITE_MRAC_C_DEAD_ZONE_SIGMA };
+    enum { b_min = SATELLITE_MRAC_C_B_MIN };
+    enum { b_min_ratio = SATELLITE_MRAC_C_B_MIN_RATIO };
+    enum { compensate_d = SATELLITE_MRAC_C_COMPENSATE_D };
+    enum { applied_regressor = SATELLITE_MRAC_C_APPLIED_REGRESSOR };
+    enum { design_delay = SATELLITE_MRAC_C_DESIGN_DELAY };
+    enum { tau_m = SATELLITE_MRAC_C_TAU_M };
+    const real model_pole = mv_exp(-(p[Ts] / c[tau_m]));
+    const real t_hjr6j = K(-1.0) + model_pole;
+    const real t_lbhv6 = t_hjr6j * t_hjr6j;
+    const real t_u5zvh = model_pole + model_pole;
+    const real t_lbhv6_2 = model_pole * model_pole;
+    const real w_roll = t_lbhv6 * r[ref_roll] + t_u5zvh * z[wm1_roll] - t_lbhv6_2 * z[wm2_roll];  /* (16) */
+    const real w_pitch = t_lbhv6 * r[ref_pitch] + t_u5zvh * z[wm1_pitch] - t_lbhv6_2 * z[wm2_pitch];  /* (16) */
+    const real w_yaw = t_lbhv6 * r[ref_yaw] + t_u5zvh * z[wm1_yaw] - t_lbhv6_2 * z[wm2_yaw];  /* (16) */
+    const mask m_myerm = LT(z[samples], K(0.5));
+    const real y1_used_roll = SELECT(m_myerm, x[roll], z[y1_roll]);
+    const mask m_2oym3 = LT(K(0.5), c[applied_regressor]);
+    const mask m_ng6lt = LT(K(0.5), c[design_delay]);
+    const real v_roll = SELECT(m_2oym3, v[Tx_applied], SELECT(m_ng6lt, z[u2_roll], z[u1_roll]));  /* (36) */
+    const real y_hat_roll = z[d_roll]
+        + z[b0_roll] * v_roll
+        + z[b1_roll] * z[v1_roll]
+        - z[a1_roll] * y1_used_roll
+        - z[a2_roll] * z[y2_roll];  /* (34) */
+    const real eps_roll = x[roll] - y_hat_roll;  /* (39) */
+    const real t_s4qc7 = z[D1_roll] * y1_used_roll;
+    const real alpha1_roll = c[forgetting] + t_s4qc7 * y1_used_roll;  /* (40) */
+    const real t_gcbdt = K(1.0) / alpha1_roll;
+    const real D1_free_roll = z[D1_roll] * t_gcbdt;  /* (41) */
+    const real t_4q5lb = z[y2_roll] + z[U12_roll] * y1_used_roll;
+    const real t_bqiu4 = z[D2_roll] * t_4q5lb;
+    const real alpha2_roll = alpha1_roll + t_bqiu4 * t_4q5lb;  /* (40) */
+    const real t_2ftwl = K(1.0) / alpha2_roll;
+    const real t_rkxsm = K(1.0) / c[forgetting];
+    const real D2_free_roll = t_2ftwl * t_rkxsm * z[D2_roll] * alpha1_roll;  /* (41) */
+    const real U12_free_roll = z[U12_roll] - t_s4qc7 * t_gcbdt * t_4q5lb;  /* (41) */
+    const real f3_roll = v_roll - z[U13_roll] * y1_used_roll - z[U23_roll] * z[y2_roll];  /* (40) */
+    const real Df3_roll = z[D3_roll] * f3_roll;  /* (40) */
+    const real alpha3_roll = alpha2_roll + Df3_roll * f3_roll;  /* (40) */
+    const real t_m6gkz = K(1.0) / alpha3_roll;
+    const real D3_free_roll = t_rkxsm * t_m6gkz * z[D3_roll] * alpha2_roll;  /* (41) */
+    const real t_iwp6c = f3_roll * t_2ftwl;
+    const real t_73h6y = t_s4qc7 + t_bqiu4 * z[U12_roll];
+    const real U13_free_roll = z[U13_roll] + t_iwp6c * t_73h6y;  /* (41) */
+    const real b1_3_roll = Df3_roll * z[U13_roll] - t_73h6y;  /* (40) */
+    const real U23_free_roll = z[U23_roll] + t_iwp6c * t_bqiu4;  /* (41) */
+    const real b2_3_roll = Df3_roll * z[U23_roll] - t_bqiu4;  /* (40) */
+    const real f4_roll = z[v1_roll] + z[U34_roll] * v_roll - z[U14_roll] * y1_used_roll - z[U24_roll] * z[y2_roll];  /* (40) */
+    const real Df4_roll = z[D4_roll] * f4_roll;  /* (40) */
+    const real alpha4_roll = alpha3_roll + Df4_roll * f4_roll;  /* (40) */
+    const real t_qd2bm = K(1.0) / alpha4_roll;
+    const real D4_free_roll = t_rkxsm * t_qd2bm * z[D4_roll] * alpha3_roll;  /* (41) */
+    const real t_vpr7m = f4_roll * t_m6gkz;
+    const real U14_free_roll = z[U14_roll] - t_vpr7m * b1_3_roll;  /* (41) */
+    const real b1_4_roll = b1_3_roll + Df4_roll * z[U14_roll];  /* (40) */
+    const real U24_free_roll = z[U24_roll] - t_vpr7m * b2_3_roll;  /* (41) */
+    const real b2_4_roll = b2_3_roll + Df4_roll * z[U24_roll];  /* (40) */
+    const real U34_free_roll = z[U34_roll] - t_vpr7m * Df3_roll;  /* (41) */
+    const real b3_4_roll = Df3_roll + Df4_roll * z[U34_roll];  /* (40) */
+    const real f5_roll = K(1.0)
+        + z[U35_roll] * v_roll
+        + z[U45_roll] * z[v1_roll]
+        - z[U15_roll] * y1_used_roll
+        - z[U25_roll] * z[y2_roll];  /* (40) */
+    const real Df5_roll = z[D5_roll] * f5_roll;  /* (40) */
+    const real alpha5_roll = alpha4_roll + Df5_roll * f5_roll;  /* (40) */
+    const real t_szpzk = K(1.0) / alpha5_roll;
+    const real D5_free_roll = t_rkxsm * t_szpzk * z[D5_roll] * alpha4_roll;  /* (41) */
+    const real t_el36p = f5_roll * t_qd2bm;
+    const real U15_free_roll = z[U15_roll] - t_el36p * b1_4_roll;  /* (41) */
+    const real b1_5_roll = b1_4_roll + Df5_roll * z[U15_roll];  /* (40) */
+    const real U25_free_roll = z[U25_roll] - t_el36p * b2_4_roll;  /* (41) */
+    const real b2_5_roll = b2_4_roll + Df5_roll * z[U25_roll];  /* (40) */
+    const real U35_free_roll = z[U35_roll] - t_el36p * b3_4_roll;  /* (41) */
+    const real b3_5_roll = b3_4_roll + Df5_roll * z[U35_roll];  /* (40) */
+    const real U45_free_roll = z[U45_roll] - t_el36p * Df4_roll;  /* (41) */
+    const real b4_5_roll = Df4_roll + Df5_roll * z[U45_roll];  /* (40) */
+    const real G1_roll = b1_5_roll * t_szpzk;  /* (40) */
+    const real G2_roll = b2_5_roll * t_szpzk;  /* (40) */
+    const real G3_roll = b3_5_roll * t_szpzk;  /* (40) */
+    const real G4_roll = b4_5_roll * t_szpzk;  /* (40) */
+    const real G5_roll = Df5_roll * t_szpzk;  /* (40) */
+    const real trace_roll = D1_free_roll
+        + D2_free_roll
+        + D3_free_roll
+        + D4_free_roll
+        + D5_free_roll
+        + D2_free_roll * (U12_free_roll * U12_free_roll)
+        + D3_free_roll * (U13_free_roll * U13_free_roll)
+        + D3_free_roll * (U23_free_roll * U23_free_roll)
+        + D4_free_roll * (U14_free_roll * U14_free_roll)
+        + D4_free_roll * (U24_free_roll * U24_free_roll)
+        + D4_free_roll * (U34_free_roll * U34_free_roll)
+        + D5_free_roll * (U15_free_roll * U15_free_roll)
+        + D5_free_roll * (U25_free_roll * U25_free_roll)
+        + D5_free_roll * (U35_free_roll * U35_free_roll)
+        + D5_free_roll * (U45_free_roll * U45_free_roll);  /* (41) */
+    const mask m_cy5zr = LT(c[trace_max], trace_roll);
+    const real cap_roll = SELECT(m_cy5zr, c[forgetting], SPLAT(K(1.0)));
+    const mask m_jj746 = LT(K(0.5), c[adapt]);
+    const mask m_d33kq = LT(K(1.5), z[samples]);
+    const mask m_6w7fs = AND(m_jj746, m_d33kq);
+    const real t_s4yo7 = mv_max(c[dead_zone], c[dead_zone_sigma] * p[noise]);
+    const mask m_ga54y = LT(t_s4yo7, mv_fabs(eps_roll));
+    const mask m_huydk = AND(m_6w7fs, m_ga54y);
+    const real a1_now_roll = SELECT(m_huydk, z[a1_roll] + G1_roll * eps_roll, z[a1_roll]);  /* (42) */
+    const real a2_now_roll = SELECT(m_huydk, z[a2_roll] + G2_roll * eps_roll, z[a2_roll]);  /* (42) */
+    const real b0_now_roll = SELECT(m_huydk, z[b0_roll] + G3_roll * eps_roll, z[b0_roll]);  /* (42) */
+    const real b1_now_roll = SELECT(m_huydk, z[b1_roll] + G4_roll * eps_roll, z[b1_roll]);  /* (42) */
+    const real d_now_roll = SELECT(m_huydk, z[d_roll] + G5_roll * eps_roll, z[d_roll]);  /* (42) */
+    const real d_used_roll = c[compensate_d] * d_now_roll;
+    const real y1_used_pitch = SELECT(m_myerm, x[pitch], z[y1_pitch]);
+    const real v_pitch = SELECT(m_2oym3, v[Ty_applied], SELECT(m_ng6lt, z[u2_pitch], z[u1_pitch]));  /* (36) */
+    const real y_hat_pitch = z[d_pitch]
+        + z[b0_pitch] * v_pitch
+        + z[b1_pitch] * z[v1_pitch]
+        - z[a1_pitch] * y1_used_pitch
+        - z[a2_pitch] * z[y2_pitch];  /* (34) */
+    const real eps_pitch = x[pitch] - y_hat_pitch;  /* (39) */
+    const real t_n6265 = z[D1_pitch] * y1_used_pitch;
+    const real alpha1_pitch = c[forgetting] + t_n6265 * y1_used_pitch;  /* (40) */
+    const real t_ba5cq = K(1.0) / alpha1_pitch;
+    const real D1_free_pitch = z[D1_pitch] * t_ba5cq;  /* (41) */
+    const real t_5xoth = z[y2_pitch] + z[U12_pitch] * y1_used_pitch;
+    const real t_urk7s = z[D2_pitch] * t_5xoth;
+    const real alpha2_pitch = alpha1_pitch + t_urk7s * t_5xoth;  /* (40) */
+    const real t_vq6qe = K(1.0) / alpha2_pitch;
+    const real D2_free_pitch = t_rkxsm * t_vq6qe * z[D2_pitch] * alpha1_pitch;  /* (41) */
+    const real U12_free_pitch = z[U12_pitch] - t_n6265 * t_ba5cq * t_5xoth;  /* (41) */
+    const real f3_pitch = v_pitch - z[U13_pitch] * y1_used_pitch - z[U23_pitch] * z[y2_pitch];  /* (40) */
+    const real Df3_pitch = z[D3_pitch] * f3_pitch;  /* (40) */
+    const real alpha3_pitch = alpha2_pitch + Df3_pitch * f3_pitch;  /* (40) */
+    const real t_wnsbx = K(1.0) / alpha3_pitch;
+    const real D3_free_pitch = t_rkxsm * t_wnsbx * z[D3_pitch] * alpha2_pitch;  /* (41) */
+    const real t_iziit = f3_pitch * t_vq6qe;
+    const real t_m7azd = t_n6265 + t_urk7s * z[U12_pitch];
+    const real U13_free_pitch = z[U13_pitch] + t_iziit * t_m7azd;  /* (41) */
+    const real b1_3_pitch = Df3_pitch * z[U13_pitch] - t_m7azd;  /* (40) */
+    const real U23_free_pitch = z[U23_pitch] + t_iziit * t_urk7s;  /* (41) */
+    const real b2_3_pitch = Df3_pitch * z[U23_pitch] - t_urk7s;  /* (40) */
+    const real f4_pitch = z[v1_pitch] + z[U34_pitch] * v_pitch - z[U14_pitch] * y1_used_pitch - z[U24_pitch] * z[y2_pitch];  /* (40) */
+    const real Df4_pitch = z[D4_pitch] * f4_pitch;  /* (40) */
+    const real alpha4_pitch = alpha3_pitch + Df4_pitch * f4_pitch;  /* (40) */
+    const real t_au2dz = K(1.0) / alpha4_pitch;
+    const real D4_free_pitch = t_rkxsm * t_au2dz * z[D4_pitch] * alpha3_pitch;  /* (41) */
+    const real t_q5cqa = f4_pitch * t_wnsbx;
+    const real U14_free_pitch = z[U14_pitch] - t_q5cqa * b1_3_pitch;  /* (41) */
+    const real b1_4_pitch = b1_3_pitch + Df4_pitch * z[U14_pitch];  /* (40) */
+    const real U24_free_pitch = z[U24_pitch] - t_q5cqa * b2_3_pitch;  /* (41) */
+    const real b2_4_pitch = b2_3_pitch + Df4_pitch * z[U24_pitch];  /* (40) */
+    const real U34_free_pitch = z[U34_pitch] - t_q5cqa * Df3_pitch;  /* (41) */
+    const real b3_4_pitch = Df3_pitch + Df4_pitch * z[U34_pitch];  /* (40) */
+    const real f5_pitch = K(1.0)
+        + z[U35_pitch] * v_pitch
+        + z[U45_pitch] * z[v1_pitch]
+        - z[U15_pitch] * y1_used_pitch
+        - z[U25_pitch] * z[y2_pitch];  /* (40) */
+    const real Df5_pitch = z[D5_pitch] * f5_pitch;  /* (40) */
+    const real alpha5_pitch = alpha4_pitch + Df5_pitch * f5_pitch;  /* (40) */
+    const real t_uppvm = K(1.0) / alpha5_pitch;
+    const real D5_free_pitch = t_rkxsm * t_uppvm * z[D5_pitch] * alpha4_pitch;  /* (41) */
+    const real t_blzne = f5_pitch * t_au2dz;
+    const real U15_free_pitch = z[U15_pitch] - t_blzne * b1_4_pitch;  /* (41) */
+    const real b1_5_pitch = b1_4_pitch + Df5_pitch * z[U15_pitch];  /* (40) */
+    const real U25_free_pitch = z[U25_pitch] - t_blzne * b2_4_pitch;  /* (41) */
+    const real b2_5_pitch = b2_4_pitch + Df5_pitch * z[U25_pitch];  /* (40) */
+    const real U35_free_pitch = z[U35_pitch] - t_blzne * b3_4_pitch;  /* (41) */
+    const real b3_5_pitch = b3_4_pitch + Df5_pitch * z[U35_pitch];  /* (40) */
+    const real U45_free_pitch = z[U45_pitch] - t_blzne * Df4_pitch;  /* (41) */
+    const real b4_5_pitch = Df4_pitch + Df5_pitch * z[U45_pitch];  /* (40) */
+    const real G1_pitch = b1_5_pitch * t_uppvm;  /* (40) */
+    const real G2_pitch = b2_5_pitch * t_uppvm;  /* (40) */
+    const real G3_pitch = b3_5_pitch * t_uppvm;  /* (40) */
+    const real G4_pitch = b4_5_pitch * t_uppvm;  /* (40) */
+    const real G5_pitch = Df5_pitch * t_uppvm;  /* (40) */
+    const real trace_pitch = D1_free_pitch
+        + D2_free_pitch
+        + D3_free_pitch
+        + D4_free_pitch
+        + D5_free_pitch
+        + D2_free_pitch * (U12_free_pitch * U12_free_pitch)
+        + D3_free_pitch * (U13_free_pitch * U13_free_pitch)
+        + D3_free_pitch * (U23_free_pitch * U23_free_pitch)
+        + D4_free_pitch * (U14_free_pitch * U14_free_pitch)
+        + D4_free_pitch * (U24_free_pitch * U24_free_pitch)
+        + D4_free_pitch * (U34_free_pitch * U34_free_pitch)
+        + D5_free_pitch * (U15_free_pitch * U15_free_pitch)
+        + D5_free_pitch * (U25_free_pitch * U25_free_pitch)
+        + D5_free_pitch * (U35_free_pitch * U35_free_pitch)
+        + D5_free_pitch * (U45_free_pitch * U45_free_pitch);  /* (41) */
+    const mask m_rahgr = LT(c[trace_max], trace_pitch);
+    const real cap_pitch = SELECT(m_rahgr, c[forgetting], SPLAT(K(1.0)));
+    const mask m_a3jc4 = LT(t_s4yo7, mv_fabs(eps_pitch));
+    const mask m_fztcf = AND(m_6w7fs, m_a3jc4);
+    const real a1_now_pitch = SELECT(m_fztcf, z[a1_pitch] + G1_pitch * eps_pitch, z[a1_pitch]);  /* (42) */
+    const real a2_now_pitch = SELECT(m_fztcf, z[a2_pitch] + G2_pitch * eps_pitch, z[a2_pitch]);  /* (42) */
+    const real b0_now_pitch = SELECT(m_fztcf, z[b0_pitch] + G3_pitch * eps_pitch, z[b0_pitch]);  /* (42) */
+    const real b1_now_pitch = SELECT(m_fztcf, z[b1_pitch] + G4_pitch * eps_pitch, z[b1_pitch]);  /* (42) */
+    const real d_now_pitch = SELECT(m_fztcf, z[d_pitch] + G5_pitch * eps_pitch, z[d_pitch]);  /* (42) */
+    const real d_used_pitch = c[compensate_d] * d_now_pitch;
+    const real y1_used_yaw = SELECT(m_myerm, x[yaw], z[y1_yaw]);
+    const real v_yaw = SELECT(m_2oym3, v[Tz_applied], SELECT(m_ng6lt, z[u2_yaw], z[u1_yaw]));  /* (36) */
+    const real y_hat_yaw = z[d_yaw]
+        + z[b0_yaw] * v_yaw
+        + z[b1_yaw] * z[v1_yaw]
+        - z[a1_yaw] * y1_used_yaw
+        - z[a2_yaw] * z[y2_yaw];  /* (34) */
+    const real eps_yaw = x[yaw] - y_hat_yaw;  /* (39) */
+    const real t_5t4tf = z[D1_yaw] * y1_used_yaw;
+    const real alpha1_yaw = c[forgetting] + t_5t4tf * y1_used_yaw;  /* (40) */
+    const real t_rrlcx = K(1.0) / alpha1_yaw;
+    const real D1_free_yaw = z[D1_yaw] * t_rrlcx;  /* (41) */
+    const real t_fz2ih = z[y2_yaw] + z[U12_yaw] * y1_used_yaw;
+    const real t_3inrl = z[D2_yaw] * t_fz2ih;
+    const real alpha2_yaw = alpha1_yaw + t_3inrl * t_fz2ih;  /* (40) */
+    const real t_epc3p = K(1.0) / alpha2_yaw;
+    const real D2_free_yaw = t_rkxsm * t_epc3p * z[D2_yaw] * alpha1_yaw;  /* (41) */
+    const real U12_free_yaw = z[U12_yaw] - t_5t4tf * t_rrlcx * t_fz2ih;  /* (41) */
+    const real f3_yaw = v_yaw - z[U13_yaw] * y1_used_yaw - z[U23_yaw] * z[y2_yaw];  /* (40) */
+    const real Df3_yaw = z[D3_yaw] * f3_yaw;  /* (40) */
+    const real alpha3_yaw = alpha2_yaw + Df3_yaw * f3_yaw;  /* (40) */
+    const real t_czmse = K(1.0) / alpha3_yaw;
+    const real D3_free_yaw = t_rkxsm * t_czmse * z[D3_yaw] * alpha2_yaw;  /* (41) */
+    const real t_qqhj7 = f3_yaw * t_epc3p;
+    const real t_mefgo = t_5t4tf + t_3inrl * z[U12_yaw];
+    const real U13_free_yaw = z[U13_yaw] + t_qqhj7 * t_mefgo;  /* (41) */
+    const real b1_3_yaw = Df3_yaw * z[U13_yaw] - t_mefgo;  /* (40) */
+    const real U23_free_yaw = z[U23_yaw] + t_qqhj7 * t_3inrl;  /* (41) */
+    const real b2_3_yaw = Df3_yaw * z[U23_yaw] - t_3inrl;  /* (40) */
+    const real f4_yaw = z[v1_yaw] + z[U34_yaw] * v_yaw - z[U14_yaw] * y1_used_yaw - z[U24_yaw] * z[y2_yaw];  /* (40) */
+    const real Df4_yaw = z[D4_yaw] * f4_yaw;  /* (40) */
+    const real alpha4_yaw = alpha3_yaw + Df4_yaw * f4_yaw;  /* (40) */
+    const real t_nk3ay = K(1.0) / alpha4_yaw;
+    const real D4_free_yaw = t_rkxsm * t_nk3ay * z[D4_yaw] * alpha3_yaw;  /* (41) */
+    const real t_ov6wh = f4_yaw * t_czmse;
+    const real U14_free_yaw = z[U14_yaw] - t_ov6wh * b1_3_yaw;  /* (41) */
+    const real b1_4_yaw = b1_3_yaw + Df4_yaw * z[U14_yaw];  /* (40) */
+    const real U24_free_yaw = z[U24_yaw] - t_ov6wh * b2_3_yaw;  /* (41) */
+    const real b2_4_yaw = b2_3_yaw + Df4_yaw * z[U24_yaw];  /* (40) */
+    const real U34_free_yaw = z[U34_yaw] - t_ov6wh * Df3_yaw;  /* (41) */
+    const real b3_4_yaw = Df3_yaw + Df4_yaw * z[U34_yaw];  /* (40) */
+    const real f5_yaw = K(1.0)
+        + z[U35_yaw] * v_yaw
+        + z[U45_yaw] * z[v1_yaw]
+        - z[U15_yaw] * y1_used_yaw
+        - z[U25_yaw] * z[y2_yaw];  /* (40) */
+    const real Df5_yaw = z[D5_yaw] * f5_yaw;  /* (40) */
+    const real alpha5_yaw = alpha4_yaw + Df5_yaw * f5_yaw;  /* (40) */
+    const real t_xt42v = K(1.0) / alpha5_yaw;
+    const real D5_free_yaw = t_rkxsm * t_xt42v * z[D5_yaw] * alpha4_yaw;  /* (41) */
+    const real t_xokdo = f5_yaw * t_nk3ay;
+    const real U15_free_yaw = z[U15_yaw] - t_xokdo * b1_4_yaw;  /* (41) */
+    const real b1_5_yaw = b1_4_yaw + Df5_yaw * z[U15_yaw];  /* (40) */
+    const real U25_free_yaw = z[U25_yaw] - t_xokdo * b2_4_yaw;  /* (41) */
+    const real b2_5_yaw = b2_4_yaw + Df5_yaw * z[U25_yaw];  /* (40) */
+    const real U35_free_yaw = z[U35_yaw] - t_xokdo * b3_4_yaw;  /* (41) */
+    const real b3_5_yaw = b3_4_yaw + Df5_yaw * z[U35_yaw];  /* (40) */
+    const real U45_free_yaw = z[U45_yaw] - t_xokdo * Df4_yaw;  /* (41) */
+    const real b4_5_yaw = Df4_yaw + Df5_yaw * z[U45_yaw];  /* (40) */
+    const real G1_yaw = b1_5_yaw * t_xt42v;  /* (40) */
+    const real G2_yaw = b2_5_yaw * t_xt42v;  /* (40) */
+    const real G3_yaw = b3_5_yaw * t_xt42v;  /* (40) */
+    const real G4_yaw = b4_5_yaw * t_xt42v;  /* (40) */
+    const real G5_yaw = Df5_yaw * t_xt42v;  /* (40) */
+    const real trace_yaw = D1_free_yaw
+        + D2_free_yaw
+        + D3_free_yaw
+        + D4_free_yaw
+        + D5_free_yaw
+        + D2_free_yaw * (U12_free_yaw * U12_free_yaw)
+        + D3_free_yaw * (U13_free_yaw * U13_free_yaw)
+        + D3_free_yaw * (U23_free_yaw * U23_free_yaw)
+        + D4_free_yaw * (U14_free_yaw * U14_free_yaw)
+        + D4_free_yaw * (U24_free_yaw * U24_free_yaw)
+        + D4_free_yaw * (U34_free_yaw * U34_free_yaw)
+        + D5_free_yaw * (U15_free_yaw * U15_free_yaw)
+        + D5_free_yaw * (U25_free_yaw * U25_free_yaw)
+        + D5_free_yaw * (U35_free_yaw * U35_free_yaw)
+        + D5_free_yaw * (U45_free_yaw * U45_free_yaw);  /* (41) */
+    const mask m_4b7bf = LT(c[trace_max], trace_yaw);
+    const real cap_yaw = SELECT(m_4b7bf, c[forgetting], SPLAT(K(1.0)));
+    const mask m_tx63k = LT(t_s4yo7, mv_fabs(eps_yaw));
+    const mask m_6lewq = AND(m_6w7fs, m_tx63k);
+    const real a1_now_yaw = SELECT(m_6lewq, z[a1_yaw] + G1_yaw * eps_yaw, z[a1_yaw]);  /* (42) */
+    const real a2_now_yaw = SELECT(m_6lewq, z[a2_yaw] + G2_yaw * eps_yaw, z[a2_yaw]);  /* (42) */
+    const real b0_now_yaw = SELECT(m_6lewq, z[b0_yaw] + G3_yaw * eps_yaw, z[b0_yaw]);  /* (42) */
+    const real b1_now_yaw = SELECT(m_6lewq, z[b1_yaw] + G4_yaw * eps_yaw, z[b1_yaw]);  /* (42) */
+    const real d_now_yaw = SELECT(m_6lewq, z[d_yaw] + G5_yaw * eps_yaw, z[d_yaw]);  /* (42) */
+    const real d_used_yaw = c[compensate_d] * d_now_yaw;
+    const real t_4msa4 = p[Ts] * p[Ts] * c[b_min_ratio];
+    const real lift_roll = mv_max(SPLAT(K(0.0)), K(-0.5) * b0_now_roll + K(-0.5) * b1_now_roll + mv_max(c[b_min], K(0.5) / p[I_x] * t_4msa4));
+    const real B1_roll = b0_now_roll + b1_now_roll + (lift_roll + lift_roll);
+    const real t_bxn4n = K(4.0) * c[rho];
+    const real t_ph5cf = t_bxn4n + a1_now_roll;
+    const real s1_roll = -t_ph5cf;  /* (22) */
+    const real t_2wsi6 = c[rho] * c[rho];
+    const real t_2wsi6_2 = K(-6.0) * t_2wsi6;
+    const real t_bxn4n_2 = K(3.0) * c[rho];
+    const real e1_roll = SELECT(m_ng6lt, a1_now_roll * t_ph5cf - (t_2wsi6_2 + a2_now_roll), -(t_bxn4n_2 + a1_now_roll));  /* (22) */
+    const real t_ogmcx = c[rho] * t_2wsi6;
+    const real t_ogmcx_2 = K(4.0) * t_ogmcx;
+    const real t_2wsi6_3 = K(-3.0) * t_2wsi6;
+    const real e2_roll = SELECT(m_ng6lt, a2_now_roll * t_ph5cf - t_ogmcx_2, -(t_2wsi6_3 + a2_now_roll));  /* (22) */
+    const real t_v4kye = t_2wsi6 * t_2wsi6;
+    const real t_ogmcx_3 = -t_ogmcx;
+    const real e3_roll = SELECT(m_ng6lt, t_v4kye, t_ogmcx_3);  /* (22) */
+    const real t_zjozf = b1_now_roll + lift_roll;
+    const real t_yz2fy = t_zjozf * t_zjozf;
+    const real t_4ihf2 = b0_now_roll + lift_roll;
+    const real t_qkhny = t_4ihf2 * t_4ihf2;
+    const real t_ncl23 = t_zjozf * a1_now_roll;
+    const real res_roll = t_yz2fy + t_qkhny * a2_now_roll - t_4ihf2 * t_ncl23;
+    const real t_k6fq7 = K(1.0) / res_roll;
+    const real sd_roll = (t_yz2fy * e1_roll + t_qkhny * e3_roll - t_zjozf * t_4ihf2 * e2_roll) * t_k6fq7;  /* (22) */
+    const real t_6p656 = t_4ihf2 * e3_roll;
+    const real t_6zvri = t_4ihf2 * a2_now_roll;
+    const real t0_roll = (t_zjozf * e2_roll - t_6p656 - t_ncl23 * e1_roll + t_6zvri * e1_roll) * t_k6fq7;  /* (22) */
+    const real t_toq7n = t_zjozf * e3_roll
+        - t_6p656 * a1_now_roll
+        + t_6zvri * e2_roll
+        - t_zjozf * a2_now_roll * e1_roll;
+    const real t1_roll = t_toq7n * t_k6fq7;  /* (22) */
+    const real t_z4laf = SELECT(m_ng6lt, -t_bxn4n, -t_bxn4n_2);
+    const real t_mymwd = SELECT(m_ng6lt, K(6.0) * t_2wsi6, K(3.0) * t_2wsi6);
+    const real t_32esp = SELECT(m_ng6lt, -t_ogmcx_2, t_ogmcx_3);
+    const real Acw_roll = w_roll
+        + t_z4laf * z[wm1_roll]
+        + t_mymwd * z[wm2_roll]
+        + t_32esp * z[wm3_roll]
+        + SELECT0(m_ng6lt, t_v4kye * z[wm4_roll]);
+    const real u_roll_mrac = (Acw_roll - d_used_roll * (K(1.0) + SELECT0(m_ng6lt, s1_roll) + sd_roll)) / B1_roll
+        + SELECT0(m_ng6lt, t_ph5cf * z[u1_roll])
+        - x[roll] * t0_roll
+        - sd_roll * v_roll
+        - t1_roll * y1_used_roll;
+    const real lift_pitch = mv_max(SPLAT(K(0.0)), K(-0.5) * b0_now_pitch + K(-0.5) * b1_now_pitch + mv_max(c[b_min], K(0.5) / p[I_y] * t_4msa4));
+    const real B1_pitch = b0_now_pitch + b1_now_pitch + (lift_pitch + lift_pitch);
+    const real t_2hojt = t_bxn4n + a1_now_pitch;
+    const real s1_pitch = -t_2hojt;  /* (22) */
+    const real e1_pitch = SELECT(m_ng6lt, a1_now_pitch * t_2hojt - (t_2wsi6_2 + a2_now_pitch), -(t_bxn4n_2 + a1_now_pitch));  /* (22) */
+    const real e2_pitch = SELECT(m_ng6lt, a2_now_pitch * t_2hojt - t_ogmcx_2, -(t_2wsi6_3 + a2_now_pitch));  /* (22) */
+    const real t_tpvzc = b1_now_pitch + lift_pitch;
+    const real t_imlet = t_tpvzc * t_tpvzc;
+    const real t_6edde = b0_now_pitch + lift_pitch;
+    const real t_23zut = t_6edde * t_6edde;
+    const real t_ivfwu = t_tpvzc * a1_now_pitch;
+    const real res_pitch = t_imlet + t_23zut * a2_now_pitch - t_6edde * t_ivfwu;
+    const real t_traey = K(1.0) / res_pitch;
+    const real sd_pitch = (t_imlet * e1_pitch + t_23zut * e3_roll - t_tpvzc * t_6edde * e2_pitch) * t_traey;  /* (22) */
+    const real t_3uzty = t_6edde * e3_roll;
+    const real t_rhale = t_6edde * a2_now_pitch;
+    const real t0_pitch = (t_tpvzc * e2_pitch - t_3uzty - t_ivfwu * e1_pitch + t_rhale * e1_pitch) * t_traey;  /* (22) */
+    const real t_7phvx = t_tpvzc * e3_roll
+        - t_3uzty * a1_now_pitch
+        + t_rhale * e2_pitch
+        - t_tpvzc * a2_now_pitch * e1_pitch;
+    const real t1_pitch = t_7phvx * t_traey;  /* (22) */
+    const real Acw_pitch = w_pitch
+        + t_z4laf * z[wm1_pitch]
+        + t_mymwd * z[wm2_pitch]
+        + t_32esp * z[wm3_pitch]
+        + SELECT0(m_ng6lt, t_v4kye * z[wm4_pitch]);
+    const real u_pitch_mrac = (Acw_pitch - d_used_pitch * (K(1.0) + SELECT0(m_ng6lt, s1_pitch) + sd_pitch)) / B1_pitch
+        + SELECT0(m_ng6lt, t_2hojt * z[u1_pitch])
+        - x[pitch] * t0_pitch
+        - sd_pitch * v_pitch
+        - t1_pitch * y1_used_pitch;
+    const real lift_yaw = mv_max(SPLAT(K(0.0)), K(-0.5) * b0_now_yaw + K(-0.5) * b1_now_yaw + mv_max(c[b_min], K(0.5) / p[I_z] * t_4msa4));
+    const real B1_yaw = b0_now_yaw + b1_now_yaw + (lift_yaw + lift_yaw);
+    const real t_newnt = t_bxn4n + a1_now_yaw;
+    const real s1_yaw = -t_newnt;  /* (22) */
+    const real e1_yaw = SELECT(m_ng6lt, a1_now_yaw * t_newnt - (t_2wsi6_2 + a2_now_yaw), -(t_bxn4n_2 + a1_now_yaw));  /* (22) */
+    const real e2_yaw = SELECT(m_ng6lt, a2_now_yaw * t_newnt - t_ogmcx_2, -(t_2wsi6_3 + a2_now_yaw));  /* (22) */
+    const real t_zkiaw = b1_now_yaw + lift_yaw;
+    const real t_npqek = t_zkiaw * t_zkiaw;
+    const real t_qhfkz = b0_now_yaw + lift_yaw;
+    const real t_xjk5e = t_qhfkz * t_qhfkz;
+    const real t_n6w5s = t_zkiaw * a1_now_yaw;
+    const real res_yaw = t_npqek + t_xjk5e * a2_now_yaw - t_qhfkz * t_n6w5s;
+    const real t_7xf6k = K(1.0) / res_yaw;
+    const real sd_yaw = (t_npqek * e1_yaw + t_xjk5e * e3_roll - t_zkiaw * t_qhfkz * e2_yaw) * t_7xf6k;  /* (22) */
+    const real t_vephh = t_qhfkz * e3_roll;
+    const real t_3ziba = t_qhfkz * a2_now_yaw;
+    const real t0_yaw = (t_zkiaw * e2_yaw - t_vephh - t_n6w5s * e1_yaw + t_3ziba * e1_yaw) * t_7xf6k;  /* (22) */
+    const real t_aivjy = t_zkiaw * e3_roll
+        - t_vephh * a1_now_yaw
+        + t_3ziba * e2_yaw
+        - t_zkiaw * a2_now_yaw * e1_yaw;
+    const real t1_yaw = t_aivjy * t_7xf6k;  /* (22) */
+    const real Acw_yaw = w_yaw
+        + t_z4laf * z[wm1_yaw]
+        + t_mymwd * z[wm2_yaw]
+        + t_32esp * z[wm3_yaw]
+        + SELECT0(m_ng6lt, t_v4kye * z[wm4_yaw]);
+    const real u_yaw_mrac = (Acw_yaw - d_used_yaw * (K(1.0) + SELECT0(m_ng6lt, s1_yaw) + sd_yaw)) / B1_yaw
+        + SELECT0(m_ng6lt, t_newnt * z[u1_yaw])
+        - sd_yaw * v_yaw
+        - t0_yaw * x[yaw]
+        - t1_yaw * y1_used_yaw;
+    const mask m_m35aa = LT(mv_fabs(v[Tx_applied]), K(1e+30));
+    const mask m_6g4m5 = LT(mv_fabs(v[Ty_applied]), K(1e+30));
+    const mask m_qvzit = AND(m_m35aa, m_6g4m5);
+    const mask m_ifmp5 = LT(mv_fabs(v[Tz_applied]), K(1e+30));
+    const mask m_yejzf = AND(m_qvzit, m_ifmp5);
+    const mask m_cgnek = LT(mv_fabs(x[pitch]), K(1e+30));
+    const mask m_bffo2 = AND(m_yejzf, m_cgnek);
+    const mask m_qrx2z = LT(mv_fabs(r[ref_pitch]), K(1e+30));
+    const mask m_bwxs3 = AND(m_bffo2, m_qrx2z);
+    const mask m_ilioh = LT(mv_fabs(r[ref_roll]), K(1e+30));
+    const mask m_6i24m = AND(m_bwxs3, m_ilioh);
+    const mask m_ghzhf = LT(mv_fabs(r[ref_yaw]), K(1e+30));
+    const mask m_65ott = AND(m_6i24m, m_ghzhf);
+    const mask m_lisih = LT(mv_fabs(x[roll]), K(1e+30));
+    const mask m_fdhnb = AND(m_65ott, m_lisih);
+    const mask m_klrep = LT(mv_fabs(trace_pitch), K(1e+30));
+    const mask m_ftaye = AND(m_fdhnb, m_klrep);
+    const mask m_nob5q = LT(mv_fabs(trace_roll), K(1e+30));
+    const mask m_dtjsa = AND(m_ftaye, m_nob5q);
+    const mask m_smxdh = LT(mv_fabs(trace_yaw), K(1e+30));
+    const mask m_tnlb6 = AND(m_dtjsa, m_smxdh);
+    const mask m_q3hd4 = LT(mv_fabs(x[yaw]), K(1e+30));
+    const mask m_n37qp = AND(m_tnlb6, m_q3hd4);
+    const mask m_m4hsa = LT(mv_fabs(u_pitch_mrac), K(1e+30));
+    const mask m_wqjeb = AND(m_n37qp, m_m4hsa);
+    const mask m_mx2go = LT(mv_fabs(u_roll_mrac), K(1e+30));
+    const mask m_zuvpc = AND(m_wqjeb, m_mx2go);
+    const mask m_ibl7d = LT(mv_fabs(u_yaw_mrac), K(1e+30));
+    const mask m_mu5jj = AND(m_zuvpc, m_ibl7d);
+    const real Tx_cmd = SELECT0(m_mu5jj, u_roll_mrac);
+    const real Ty_cmd = SELECT0(m_mu5jj, u_pitch_mrac);
+    const real Tz_cmd = SELECT0(m_mu5jj, u_yaw_mrac);
+    const real t_lfvhy = K(0.5) * z[wm1_roll];
+    const real t_nuzia = K(0.5) * z[wm1_pitch];
+    const real t_bashd = K(0.5) * z[wm1_yaw];
+    const mask m_qbjte = NOT(m_mu5jj);
+    u[0] = Tx_cmd;
+    u[1] = Ty_cmd;
+    u[2] = Tz_cmd;
+    z_next[0] = SELECT(m_mu5jj, a1_now_roll, z[a1_roll]);
+    z_next[1] = SELECT(m_mu5jj, a2_now_roll, z[a2_roll]);
+    z_next[2] = SELECT(m_mu5jj, b0_now_roll, z[b0_roll]);
+    z_next[3] = SELECT(m_mu5jj, b1_now_roll, z[b1_roll]);
+    z_next[4] = SELECT(m_mu5jj, d_now_roll, z[d_roll]);
+    z_next[5] = SELECT(m_mu5jj, SELECT(m_huydk, D1_free_roll * cap_roll, z[D1_roll]), z[D1_roll]);
+    z_next[6] = SELECT(m_mu5jj, SELECT(m_huydk, D2_free_roll * cap_roll, z[D2_roll]), z[D2_roll]);
+    z_next[7] = SELECT(m_mu5jj, SELECT(m_huydk, D3_free_roll * cap_roll, z[D3_roll]), z[D3_roll]);
+    z_next[8] = SELECT(m_mu5jj, SELECT(m_huydk, D4_free_roll * cap_roll, z[D4_roll]), z[D4_roll]);
+    z_next[9] = SELECT(m_mu5jj, SELECT(m_huydk, D5_free_roll * cap_roll, z[D5_roll]), z[D5_roll]);
+    z_next[10] = SELECT(m_mu5jj, SELECT(m_huydk, U12_free_roll, z[U12_roll]), z[U12_roll]);
+    z_next[11] = SELECT(m_mu5jj, SELECT(m_huydk, U13_free_roll, z[U13_roll]), z[U13_roll]);
+    z_next[12] = SELECT(m_mu5jj, SELECT(m_huydk, U23_free_roll, z[U23_roll]), z[U23_roll]);
+    z_next[13] = SELECT(m_mu5jj, SELECT(m_huydk, U14_free_roll, z[U14_roll]), z[U14_roll]);
+    z_next[14] = SELECT(m_mu5jj, SELECT(m_huydk, U24_free_roll, z[U24_roll]), z[U24_roll]);
+    z_next[15] = SELECT(m_mu5jj, SELECT(m_huydk, U34_free_roll, z[U34_roll]), z[U34_roll]);
+    z_next[16] = SELECT(m_mu5jj, SELECT(m_huydk, U15_free_roll, z[U15_roll]), z[U15_roll]);
+    z_next[17] = SELECT(m_mu5jj, SELECT(m_huydk, U25_free_roll, z[U25_roll]), z[U25_roll]);
+    z_next[18] = SELECT(m_mu5jj, SELECT(m_huydk, U35_free_roll, z[U35_roll]), z[U35_roll]);
+    z_next[19] = SELECT(m_mu5jj, SELECT(m_huydk, U45_free_roll, z[U45_roll]), z[U45_roll]);
+    z_next[20] = SELECT(m_mu5jj, x[roll], z[y1_roll]);
+    z_next[21] = SELECT(m_mu5jj, y1_used_roll, z[y2_roll]);
+    z_next[22] = SELECT(m_mu5jj, v_roll, z[v1_roll]);
+    z_next[23] = SELECT(m_mu5jj, u_roll_mrac, z[u1_roll]);
+    z_next[24] = SELECT(m_mu5jj, z[u1_roll], z[u2_roll]);
+    z_next[25] = SELECT(m_mu5jj, SELECT(m_ng6lt, t_lfvhy + K(0.5) * z[wm2_roll], t_lfvhy + K(0.5) * w_roll), z[ym_roll]);
+    z_next[26] = SELECT(m_mu5jj, w_roll, z[wm1_roll]);
+    z_next[27] = SELECT(m_mu5jj, z[wm1_roll], z[wm2_roll]);
+    z_next[28] = SELECT(m_mu5jj, z[wm2_roll], z[wm3_roll]);
+    z_next[29] = SELECT(m_mu5jj, z[wm3_roll], z[wm4_roll]);
+    z_next[30] = SELECT(m_mu5jj, a1_now_pitch, z[a1_pitch]);
+    z_next[31] = SELECT(m_mu5jj, a2_now_pitch, z[a2_pitch]);
+    z_next[32] = SELECT(m_mu5jj, b0_now_pitch, z[b0_pitch]);
+    z_next[33] = SELECT(m_mu5jj, b1_now_pitch, z[b1_pitch]);
+    z_next[34] = SELECT(m_mu5jj, d_now_pitch, z[d_pitch]);
+    z_next[35] = SELECT(m_mu5jj, SELECT(m_fztcf, D1_free_pitch * cap_pitch, z[D1_pitch]), z[D1_pitch]);
+    z_next[36] = SELECT(m_mu5jj, SELECT(m_fztcf, D2_free_pitch * cap_pitch, z[D2_pitch]), z[D2_pitch]);
+    z_next[37] = SELECT(m_mu5jj, SELECT(m_fztcf, D3_free_pitch * cap_pitch, z[D3_pitch]), z[D3_pitch]);
+    z_next[38] = SELECT(m_mu5jj, SELECT(m_fztcf, D4_free_pitch * cap_pitch, z[D4_pitch]), z[D4_pitch]);
+    z_next[39] = SELECT(m_mu5jj, SELECT(m_fztcf, D5_free_pitch * cap_pitch, z[D5_pitch]), z[D5_pitch]);
+    z_next[40] = SELECT(m_mu5jj, SELECT(m_fztcf, U12_free_pitch, z[U12_pitch]), z[U12_pitch]);
+    z_next[41] = SELECT(m_mu5jj, SELECT(m_fztcf, U13_free_pitch, z[U13_pitch]), z[U13_pitch]);
+    z_next[42] = SELECT(m_mu5jj, SELECT(m_fztcf, U23_free_pitch, z[U23_pitch]), z[U23_pitch]);
+    z_next[43] = SELECT(m_mu5jj, SELECT(m_fztcf, U14_free_pitch, z[U14_pitch]), z[U14_pitch]);
+    z_next[44] = SELECT(m_mu5jj, SELECT(m_fztcf, U24_free_pitch, z[U24_pitch]), z[U24_pitch]);
+    z_next[45] = SELECT(m_mu5jj, SELECT(m_fztcf, U34_free_pitch, z[U34_pitch]), z[U34_pitch]);
+    z_next[46] = SELECT(m_mu5jj, SELECT(m_fztcf, U15_free_pitch, z[U15_pitch]), z[U15_pitch]);
+    z_next[47] = SELECT(m_mu5jj, SELECT(m_fztcf, U25_free_pitch, z[U25_pitch]), z[U25_pitch]);
+    z_next[48] = SELECT(m_mu5jj, SELECT(m_fztcf, U35_free_pitch, z[U35_pitch]), z[U35_pitch]);
+    z_next[49] = SELECT(m_mu5jj, SELECT(m_fztcf, U45_free_pitch, z[U45_pitch]), z[U45_pitch]);
+    z_next[50] = SELECT(m_mu5jj, x[pitch], z[y1_pitch]);
+    z_next[51] = SELECT(m_mu5jj, y1_used_pitch, z[y2_pitch]);
+    z_next[52] = SELECT(m_mu5jj, v_pitch, z[v1_pitch]);
+    z_next[53] = SELECT(m_mu5jj, u_pitch_mrac, z[u1_pitch]);
+    z_next[54] = SELECT(m_mu5jj, z[u1_pitch], z[u2_pitch]);
+    z_next[55] = SELECT(m_mu5jj, SELECT(m_ng6lt, t_nuzia + K(0.5) * z[wm2_pitch], t_nuzia + K(0.5) * w_pitch), z[ym_pitch]);
+    z_next[56] = SELECT(m_mu5jj, w_pitch, z[wm1_pitch]);
+    z_next[57] = SELECT(m_mu5jj, z[wm1_pitch], z[wm2_pitch]);
+    z_next[58] = SELECT(m_mu5jj, z[wm2_pitch], z[wm3_pitch]);
+    z_next[59] = SELECT(m_mu5jj, z[wm3_pitch], z[wm4_pitch]);
+    z_next[60] = SELECT(m_mu5jj, a1_now_yaw, z[a1_yaw]);
+    z_next[61] = SELECT(m_mu5jj, a2_now_yaw, z[a2_yaw]);
+    z_next[62] = SELECT(m_mu5jj, b0_now_yaw, z[b0_yaw]);
+    z_next[63] = SELECT(m_mu5jj, b1_now_yaw, z[b1_yaw]);
+    z_next[64] = SELECT(m_mu5jj, d_now_yaw, z[d_yaw]);
+    z_next[65] = SELECT(m_mu5jj, SELECT(m_6lewq, D1_free_yaw * cap_yaw, z[D1_yaw]), z[D1_yaw]);
+    z_next[66] = SELECT(m_mu5jj, SELECT(m_6lewq, D2_free_yaw * cap_yaw, z[D2_yaw]), z[D2_yaw]);
+    z_next[67] = SELECT(m_mu5jj, SELECT(m_6lewq, D3_free_yaw * cap_yaw, z[D3_yaw]), z[D3_yaw]);
+    z_next[68] = SELECT(m_mu5jj, SELECT(m_6lewq, D4_free_yaw * cap_yaw, z[D4_yaw]), z[D4_yaw]);
+    z_next[69] = SELECT(m_mu5jj, SELECT(m_6lewq, D5_free_yaw * cap_yaw, z[D5_yaw]), z[D5_yaw]);
+    z_next[70] = SELECT(m_mu5jj, SELECT(m_6lewq, U12_free_yaw, z[U12_yaw]), z[U12_yaw]);
+    z_next[71] = SELECT(m_mu5jj, SELECT(m_6lewq, U13_free_yaw, z[U13_yaw]), z[U13_yaw]);
+    z_next[72] = SELECT(m_mu5jj, SELECT(m_6lewq, U23_free_yaw, z[U23_yaw]), z[U23_yaw]);
+    z_next[73] = SELECT(m_mu5jj, SELECT(m_6lewq, U14_free_yaw, z[U14_yaw]), z[U14_yaw]);
+    z_next[74] = SELECT(m_mu5jj, SELECT(m_6lewq, U24_free_yaw, z[U24_yaw]), z[U24_yaw]);
+    z_next[75] = SELECT(m_mu5jj, SELECT(m_6lewq, U34_free_yaw, z[U34_yaw]), z[U34_yaw]);
+    z_next[76] = SELECT(m_mu5jj, SELECT(m_6lewq, U15_free_yaw, z[U15_yaw]), z[U15_yaw]);
+    z_next[77] = SELECT(m_mu5jj, SELECT(m_6lewq, U25_free_yaw, z[U25_yaw]), z[U25_yaw]);
+    z_next[78] = SELECT(m_mu5jj, SELECT(m_6lewq, U35_free_yaw, z[U35_yaw]), z[U35_yaw]);
+    z_next[79] = SELECT(m_mu5jj, SELECT(m_6lewq, U45_free_yaw, z[U45_yaw]), z[U45_yaw]);
+    z_next[80] = SELECT(m_mu5jj, x[yaw], z[y1_yaw]);
+    z_next[81] = SELECT(m_mu5jj, y1_used_yaw, z[y2_yaw]);
+    z_next[82] = SELECT(m_mu5jj, v_yaw, z[v1_yaw]);
+    z_next[83] = SELECT(m_mu5jj, u_yaw_mrac, z[u1_yaw]);
+    z_next[84] = SELECT(m_mu5jj, z[u1_yaw], z[u2_yaw]);
+    z_next[85] = SELECT(m_mu5jj, SELECT(m_ng6lt, t_bashd + K(0.5) * z[wm2_yaw], t_bashd + K(0.5) * w_yaw), z[ym_yaw]);
+    z_next[86] = SELECT(m_mu5jj, w_yaw, z[wm1_yaw]);
+    z_next[87] = SELECT(m_mu5jj, z[wm1_yaw], z[wm2_yaw]);
+    z_next[88] = SELECT(m_mu5jj, z[wm2_yaw], z[wm3_yaw]);
+    z_next[89] = SELECT(m_mu5jj, z[wm3_yaw], z[wm4_yaw]);
+    z_next[90] = SELECT0(m_mu5jj, mv_min(SPLAT(K(2.0)), K(1.0) + z[samples]));
+    z_next[91] = SELECT0(m_qbjte, SPLAT(K(1.0)));
 }
 
 /* margins of a feasible mrac; 4 operations. */
@@ -654,39 +1110,57 @@ void satellite_mrac_constraints(const real *p, const real *c, const real *s, rea
 {
     (void)p;
     (void)s;
-    margin[0] = K(1e-09) - mv_fabs(c[20] * (K(-1.0) + c[20]));
+    enum { design_delay = SATELLITE_MRAC_C_DESIGN_DELAY };
+    margin[0] = K(1e-09) - mv_fabs(c[design_delay] * (K(-1.0) + c[design_delay]));
 }
 
 /* memory of mrac before the first sample; 26 operations. */
 void satellite_mrac_start(const real *x, const real *r, const real *p, const real *c, real *z)
 {
     (void)r;
-    const mask m4 = LT(K(0.0), c[8]);
-    const real v8 = p[9] * p[9] * c[7];
-    const real v12 = v8 * (K(0.5) / p[0]);
-    const mask m15 = LT(K(0.0), c[9]);
-    const mask m19 = LT(K(0.5), c[16]);
-    const real v20 = SELECT0(m19, c[2]);
-    const mask m23 = LT(K(0.5), c[22]);
-    const real v24 = SELECT0(m23, x[0]);
-    const mask m26 = LT(K(0.0), c[10]);
-    const real v29 = K(0.5) / p[1] * v8;
-    const mask m32 = LT(K(0.0), c[11]);
-    const real v35 = SELECT0(m23, x[1]);
-    const mask m37 = LT(K(0.0), c[12]);
-    const real v40 = K(0.5) / p[2] * v8;
-    const mask m43 = LT(K(0.0), c[13]);
-    const real v46 = SELECT0(m23, x[2]);
+    enum { roll = SATELLITE_X_ROLL };
+    enum { pitch = SATELLITE_X_PITCH };
+    enum { yaw = SATELLITE_X_YAW };
+    enum { I_x = SATELLITE_P_I_X };
+    enum { I_y = SATELLITE_P_I_Y };
+    enum { I_z = SATELLITE_P_I_Z };
+    enum { Ts = SATELLITE_P_TS };
+    enum { F0 = SATELLITE_MRAC_C_F0 };
+    enum { guess = SATELLITE_MRAC_C_GUESS };
+    enum { b0_roll_0 = SATELLITE_MRAC_C_B0_ROLL_0 };
+    enum { b1_roll_0 = SATELLITE_MRAC_C_B1_ROLL_0 };
+    enum { b0_pitch_0 = SATELLITE_MRAC_C_B0_PITCH_0 };
+    enum { b1_pitch_0 = SATELLITE_MRAC_C_B1_PITCH_0 };
+    enum { b0_yaw_0 = SATELLITE_MRAC_C_B0_YAW_0 };
+    enum { b1_yaw_0 = SATELLITE_MRAC_C_B1_YAW_0 };
+    enum { estimate_d = SATELLITE_MRAC_C_ESTIMATE_D };
+    enum { matched = SATELLITE_MRAC_C_MATCHED };
+    const mask m_6hiht = LT(K(0.0), c[b0_roll_0]);
+    const real t_yziwa = p[Ts] * p[Ts] * c[guess];
+    const real t_h5j4e = t_yziwa * (K(0.5) / p[I_x]);
+    const mask m_3vk5m = LT(K(0.0), c[b1_roll_0]);
+    const mask m_2ed72 = LT(K(0.5), c[estimate_d]);
+    const real t_vy7dj = SELECT0(m_2ed72, c[F0]);
+    const mask m_pj42l = LT(K(0.5), c[matched]);
+    const real t_6cwtz = SELECT0(m_pj42l, x[roll]);
+    const mask m_4tqfe = LT(K(0.0), c[b0_pitch_0]);
+    const real t_dbfdq = K(0.5) / p[I_y] * t_yziwa;
+    const mask m_t6c4u = LT(K(0.0), c[b1_pitch_0]);
+    const real t_nlns5 = SELECT0(m_pj42l, x[pitch]);
+    const mask m_m4trp = LT(K(0.0), c[b0_yaw_0]);
+    const real t_23gbv = K(0.5) / p[I_z] * t_yziwa;
+    const mask m_zhi77 = LT(K(0.0), c[b1_yaw_0]);
+    const real t_znsce = SELECT0(m_pj42l, x[yaw]);
     z[0] = SPLAT(K(-2.0));
     z[1] = SPLAT(K(1.0));
-    z[2] = SELECT(m4, c[8], v12);
-    z[3] = SELECT(m15, c[9], v12);
+    z[2] = SELECT(m_6hiht, c[b0_roll_0], t_h5j4e);
+    z[3] = SELECT(m_3vk5m, c[b1_roll_0], t_h5j4e);
     z[4] = SPLAT(K(0.0));
-    z[5] = c[2];
-    z[6] = c[2];
-    z[7] = c[2];
-    z[8] = c[2];
-    z[9] = v20;
+    z[5] = c[F0];
+    z[6] = c[F0];
+    z[7] = c[F0];
+    z[8] = c[F0];
+    z[9] = t_vy7dj;
     z[10] = SPLAT(K(0.0));
     z[11] = SPLAT(K(0.0));
     z[12] = SPLAT(K(0.0));
@@ -697,26 +1171,26 @@ void satellite_mrac_start(const real *x, const real *r, const real *p, const rea
     z[17] = SPLAT(K(0.0));
     z[18] = SPLAT(K(0.0));
     z[19] = SPLAT(K(0.0));
-    z[20] = x[0];
-    z[21] = x[0];
+    z[20] = x[roll];
+    z[21] = x[roll];
     z[22] = SPLAT(K(0.0));
     z[23] = SPLAT(K(0.0));
     z[24] = SPLAT(K(0.0));
-    z[25] = v24;
-    z[26] = v24;
-    z[27] = v24;
-    z[28] = v24;
-    z[29] = v24;
+    z[25] = t_6cwtz;
+    z[26] = t_6cwtz;
+    z[27] = t_6cwtz;
+    z[28] = t_6cwtz;
+    z[29] = t_6cwtz;
     z[30] = SPLAT(K(-2.0));
     z[31] = SPLAT(K(1.0));
-    z[32] = SELECT(m26, c[10], v29);
-    z[33] = SELECT(m32, c[11], v29);
+    z[32] = SELECT(m_4tqfe, c[b0_pitch_0], t_dbfdq);
+    z[33] = SELECT(m_t6c4u, c[b1_pitch_0], t_dbfdq);
     z[34] = SPLAT(K(0.0));
-    z[35] = c[2];
-    z[36] = c[2];
-    z[37] = c[2];
-    z[38] = c[2];
-    z[39] = v20;
+    z[35] = c[F0];
+    z[36] = c[F0];
+    z[37] = c[F0];
+    z[38] = c[F0];
+    z[39] = t_vy7dj;
     z[40] = SPLAT(K(0.0));
     z[41] = SPLAT(K(0.0));
     z[42] = SPLAT(K(0.0));
@@ -727,26 +1201,26 @@ void satellite_mrac_start(const real *x, const real *r, const real *p, const rea
     z[47] = SPLAT(K(0.0));
     z[48] = SPLAT(K(0.0));
     z[49] = SPLAT(K(0.0));
-    z[50] = x[1];
-    z[51] = x[1];
+    z[50] = x[pitch];
+    z[51] = x[pitch];
     z[52] = SPLAT(K(0.0));
     z[53] = SPLAT(K(0.0));
     z[54] = SPLAT(K(0.0));
-    z[55] = v35;
-    z[56] = v35;
-    z[57] = v35;
-    z[58] = v35;
-    z[59] = v35;
+    z[55] = t_nlns5;
+    z[56] = t_nlns5;
+    z[57] = t_nlns5;
+    z[58] = t_nlns5;
+    z[59] = t_nlns5;
     z[60] = SPLAT(K(-2.0));
     z[61] = SPLAT(K(1.0));
-    z[62] = SELECT(m37, c[12], v40);
-    z[63] = SELECT(m43, c[13], v40);
+    z[62] = SELECT(m_m4trp, c[b0_yaw_0], t_23gbv);
+    z[63] = SELECT(m_zhi77, c[b1_yaw_0], t_23gbv);
     z[64] = SPLAT(K(0.0));
-    z[65] = c[2];
-    z[66] = c[2];
-    z[67] = c[2];
-    z[68] = c[2];
-    z[69] = v20;
+    z[65] = c[F0];
+    z[66] = c[F0];
+    z[67] = c[F0];
+    z[68] = c[F0];
+    z[69] = t_vy7dj;
     z[70] = SPLAT(K(0.0));
     z[71] = SPLAT(K(0.0));
     z[72] = SPLAT(K(0.0));
@@ -757,16 +1231,16 @@ void satellite_mrac_start(const real *x, const real *r, const real *p, const rea
     z[77] = SPLAT(K(0.0));
     z[78] = SPLAT(K(0.0));
     z[79] = SPLAT(K(0.0));
-    z[80] = x[2];
-    z[81] = x[2];
+    z[80] = x[yaw];
+    z[81] = x[yaw];
     z[82] = SPLAT(K(0.0));
     z[83] = SPLAT(K(0.0));
     z[84] = SPLAT(K(0.0));
-    z[85] = v46;
-    z[86] = v46;
-    z[87] = v46;
-    z[88] = v46;
-    z[89] = v46;
+    z[85] = t_znsce;
+    z[86] = t_znsce;
+    z[87] = t_znsce;
+    z[88] = t_znsce;
+    z[89] = t_znsce;
     z[90] = SPLAT(K(0.0));
     z[91] = SPLAT(K(0.0));
 }
@@ -774,347 +1248,580 @@ void satellite_mrac_start(const real *x, const real *r, const real *p, const rea
 /* formula defaults of mrac; 0 operations. */
 void satellite_mrac_defaults(const real *c, real *derived)
 {
-    derived[0] = c[19];
+    enum { delay = SATELLITE_MRAC_C_DELAY };
+    derived[0] = c[delay];
 }
 
 /* adaptive, as the paper's (32): cancels the zero; 848 operations. */
 void satellite_mrac_literal(const real *x, const real *r, const real *v, const real *z, const real *p, const real *c, real *u, real *z_next)
 {
-    const mask m4 = LT(mv_fabs(v[0]), K(1e+30));
-    const mask m7 = LT(mv_fabs(v[1]), K(1e+30));
-    const mask m8 = AND(m4, m7);
-    const mask m11 = LT(mv_fabs(v[2]), K(1e+30));
-    const mask m12 = AND(m8, m11);
-    const mask m15 = LT(mv_fabs(x[1]), K(1e+30));
-    const mask m16 = AND(m12, m15);
-    const mask m19 = LT(mv_fabs(r[1]), K(1e+30));
-    const mask m20 = AND(m16, m19);
-    const mask m23 = LT(mv_fabs(r[0]), K(1e+30));
-    const mask m24 = AND(m20, m23);
-    const mask m27 = LT(mv_fabs(r[2]), K(1e+30));
-    const mask m28 = AND(m24, m27);
-    const mask m31 = LT(mv_fabs(x[0]), K(1e+30));
-    const mask m32 = AND(m28, m31);
-    const mask m36 = LT(z[84], K(0.5));
-    const real v38 = SELECT(m36, x[1], z[48]);
-    const real v39 = z[33] * v38;
-    const real v41 = c[3] + v39 * v38;
-    const real v43 = K(1.0) / v41;
-    const real v44 = z[33] * v43;
-    const real v45 = K(1.0) / c[3];
-    const real v50 = z[49] + z[38] * v38;
-    const real v51 = z[34] * v50;
-    const real v53 = v41 + v51 * v50;
-    const real v54 = K(1.0) / v53;
-    const real v57 = v45 * v54 * z[34] * v41;
-    const mask m61 = LT(K(0.5), c[18]);
-    const mask m63 = LT(K(0.5), c[20]);
-    const real v67 = SELECT(m61, v[1], SELECT(m63, z[52], z[51]));
-    const real v73 = v67 - z[39] * v38 - z[40] * z[49];
-    const real v74 = z[35] * v73;
-    const real v76 = v53 + v74 * v73;
-    const real v77 = K(1.0) / v76;
-    const real v80 = v45 * v77 * z[35] * v53;
-    const real v92 = z[50] + z[43] * v67 - z[41] * v38 - z[42] * z[49];
-    const real v93 = z[36] * v92;
-    const real v95 = v76 + v93 * v92;
-    const real v96 = K(1.0) / v95;
-    const real v99 = v45 * v96 * z[36] * v76;
-    const real v113 = K(1.0) + z[46] * v67 + z[47] * z[50] - z[44] * v38 - z[45] * z[49];
-    const real v114 = z[37] * v113;
-    const real v117 = K(1.0) / (v95 + v114 * v113);
-    const real v120 = v45 * v117 * z[37] * v95;
-    const real v124 = z[38] - v39 * v43 * v50;
-    const real v128 = v73 * v54;
-    const real v130 = v39 + v51 * z[38];
-    const real v132 = z[39] + v128 * v130;
-    const real v137 = z[40] + v128 * v51;
-    const real v140 = v44 + v57 + v80 + v99 + v120 + v57 * (v124 * v124) + v80 * (v132 * v132) + v80 * (v137 * v137);
-    const real v141 = v92 * v77;
-    const real v143 = v74 * z[39] - v130;
-    const real v145 = z[41] - v141 * v143;
-    const real v150 = v74 * z[40] - v51;
-    const real v152 = z[42] - v141 * v150;
-    const real v157 = z[43] - v141 * v74;
-    const real v161 = v113 * v96;
-    const real v163 = v143 + v93 * z[41];
-    const real v165 = z[44] - v161 * v163;
-    const real v168 = v140 + v99 * (v145 * v145) + v99 * (v152 * v152) + v99 * (v157 * v157) + v120 * (v165 * v165);
-    const real v170 = v150 + v93 * z[42];
-    const real v172 = z[45] - v161 * v170;
-    const real v177 = v74 + v93 * z[43];
-    const real v179 = z[46] - v161 * v177;
-    const real v184 = z[47] - v161 * v93;
-    const real v187 = v168 + v120 * (v172 * v172) + v120 * (v179 * v179) + v120 * (v184 * v184);
-    const mask m189 = LT(mv_fabs(v187), K(1e+30));
-    const mask m190 = AND(m32, m189);
-    const real v193 = SELECT(m36, x[0], z[20]);
-    const real v194 = z[5] * v193;
-    const real v196 = c[3] + v194 * v193;
-    const real v197 = K(1.0) / v196;
-    const real v198 = z[5] * v197;
-    const real v203 = z[21] + z[10] * v193;
-    const real v204 = z[6] * v203;
-    const real v206 = v196 + v204 * v203;
-    const real v207 = K(1.0) / v206;
-    const real v210 = v207 * v45 * z[6] * v196;
-    const real v216 = SELECT(m61, v[0], SELECT(m63, z[24], z[23]));
-    const real v222 = v216 - z[11] * v193 - z[12] * z[21];
-    const real v223 = z[7] * v222;
-    const real v225 = v206 + v223 * v222;
-    const real v226 = K(1.0) / v225;
-    const real v229 = v45 * v226 * z[7] * v206;
-    const real v241 = z[22] + z[15] * v216 - z[13] * v193 - z[14] * z[21];
-    const real v242 = z[8] * v241;
-    const real v244 = v225 + v242 * v241;
-    const real v245 = K(1.0) / v244;
-    const real v248 = v45 * v245 * z[8] * v225;
-    const real v262 = K(1.0) + z[18] * v216 + z[19] * z[22] - z[16] * v193 - z[17] * z[21];
-    const real v263 = z[9] * v262;
-    const real v266 = K(1.0) / (v244 + v263 * v262);
-    const real v269 = v45 * v266 * z[9] * v244;
-    const real v273 = z[10] - v194 * v197 * v203;
-    const real v277 = v222 * v207;
-    const real v279 = v194 + v204 * z[10];
-    const real v281 = z[11] + v277 * v279;
-    const real v284 = v198 + v210 + v229 + v248 + v269 + v210 * (v273 * v273) + v229 * (v281 * v281);
-    const real v286 = z[12] + v277 * v204;
-    const real v290 = v241 * v226;
-    const real v292 = v223 * z[11] - v279;
-    const real v294 = z[13] - v290 * v292;
-    const real v299 = v223 * z[12] - v204;
-    const real v301 = z[14] - v290 * v299;
-    const real v304 = v284 + v229 * (v286 * v286) + v248 * (v294 * v294) + v248 * (v301 * v301);
-    const real v306 = z[15] - v290 * v223;
-    const real v310 = v262 * v245;
-    const real v312 = v292 + v242 * z[13];
-    const real v314 = z[16] - v310 * v312;
-    const real v319 = v299 + v242 * z[14];
-    const real v321 = z[17] - v310 * v319;
-    const real v324 = v304 + v248 * (v306 * v306) + v269 * (v314 * v314) + v269 * (v321 * v321);
-    const real v326 = v223 + v242 * z[15];
-    const real v328 = z[18] - v310 * v326;
-    const real v333 = z[19] - v310 * v242;
-    const real v336 = v324 + v269 * (v328 * v328) + v269 * (v333 * v333);
-    const mask m338 = LT(mv_fabs(v336), K(1e+30));
-    const mask m339 = AND(m190, m338);
-    const real v343 = SELECT(m36, x[2], z[76]);
-    const real v344 = z[61] * v343;
-    const real v346 = c[3] + v344 * v343;
-    const real v347 = K(1.0) / v346;
-    const real v348 = z[61] * v347;
-    const real v353 = z[77] + z[66] * v343;
-    const real v354 = z[62] * v353;
-    const real v356 = v346 + v354 * v353;
-    const real v357 = K(1.0) / v356;
-    const real v360 = v45 * v357 * z[62] * v346;
-    const real v366 = SELECT(m61, v[2], SELECT(m63, z[80], z[79]));
-    const real v372 = v366 - z[67] * v343 - z[68] * z[77];
-    const real v373 = z[63] * v372;
-    const real v375 = v356 + v373 * v372;
-    const real v376 = K(1.0) / v375;
-    const real v379 = v45 * v376 * z[63] * v356;
-    const real v391 = z[78] + z[71] * v366 - z[69] * v343 - z[70] * z[77];
-    const real v392 = z[64] * v391;
-    const real v394 = v375 + v392 * v391;
-    const real v395 = K(1.0) / v394;
-    const real v398 = v45 * v395 * z[64] * v375;
-    const real v412 = K(1.0) + z[74] * v366 + z[75] * z[78] - z[72] * v343 - z[73] * z[77];
-    const real v413 = z[65] * v412;
-    const real v416 = K(1.0) / (v394 + v413 * v412);
-    const real v419 = v45 * v416 * z[65] * v394;
-    const real v423 = z[66] - v344 * v347 * v353;
-    const real v427 = v372 * v357;
-    const real v429 = v344 + v354 * z[66];
-    const real v431 = z[67] + v427 * v429;
-    const real v434 = v348 + v360 + v379 + v398 + v419 + v360 * (v423 * v423) + v379 * (v431 * v431);
-    const real v436 = z[68] + v427 * v354;
-    const real v440 = v391 * v376;
-    const real v442 = v373 * z[67] - v429;
-    const real v444 = z[69] - v440 * v442;
-    const real v449 = v373 * z[68] - v354;
-    const real v451 = z[70] - v440 * v449;
-    const real v454 = v434 + v379 * (v436 * v436) + v398 * (v444 * v444) + v398 * (v451 * v451);
-    const real v456 = z[71] - v440 * v373;
-    const real v460 = v412 * v395;
-    const real v462 = v442 + v392 * z[69];
-    const real v464 = z[72] - v460 * v462;
-    const real v469 = v449 + v392 * z[70];
-    const real v471 = z[73] - v460 * v469;
-    const real v474 = v454 + v398 * (v456 * v456) + v419 * (v464 * v464) + v419 * (v471 * v471);
-    const real v476 = v373 + v392 * z[71];
-    const real v478 = z[74] - v460 * v476;
-    const real v483 = z[75] - v460 * v392;
-    const real v486 = v474 + v419 * (v478 * v478) + v419 * (v483 * v483);
-    const mask m488 = LT(mv_fabs(v486), K(1e+30));
-    const mask m489 = AND(m339, m488);
-    const mask m491 = LT(mv_fabs(x[2]), K(1e+30));
-    const mask m492 = AND(m489, m491);
-    const real v498 = mv_exp(-(p[9] / c[21]));
-    const real v499 = K(-1.0) + v498;
-    const real v500 = v499 * v499;
-    const real v502 = v498 + v498;
-    const real v506 = v498 * v498;
-    const real v509 = v500 * r[1] + v502 * z[54] - v506 * z[55];
-    const mask m511 = LT(K(0.5), c[1]);
-    const mask m513 = LT(K(1.5), z[84]);
-    const mask m514 = AND(m511, m513);
-    const real v519 = mv_max(c[5], c[6] * p[28]);
-    const real v533 = x[1] - (z[32] + z[30] * v67 + z[31] * z[50] - z[28] * v38 - z[29] * z[49]);
-    const mask m535 = LT(v519, mv_fabs(v533));
-    const mask m536 = AND(m514, m535);
-    const real v542 = SELECT(m536, z[31] + (v93 + v114 * z[47]) * v117 * v533, z[31]);
-    const real v548 = SELECT(m536, z[30] + (v177 + v114 * z[46]) * v117 * v533, z[30]);
-    const real v555 = p[9] * p[9] * c[15];
-    const real v557 = mv_max(mv_max(v548, c[14]), K(0.5) / p[1] * v555);
-    const real v559 = c[0] + c[0];
-    const real v565 = SELECT(m536, z[28] + (v163 + v114 * z[44]) * v117 * v533, z[28]);
-    const real v566 = v559 + v565;
-    const real v570 = v542 * v67;
-    const real v575 = c[0] * c[0];
-    const real v577 = v509 - SELECT(m63, z[51] * (v542 - v557 * v566) - v570 * v566, v570) + v575 * z[55];
-    const real v584 = SELECT(m536, z[32] + v114 * v117 * v533, z[32]);
-    const real v589 = v577 - v559 * z[54] - c[17] * v584 * SELECT(m63, K(1.0) - v566, SPLAT(K(1.0)));
-    const real v595 = SELECT(m536, z[29] + (v170 + v114 * z[45]) * v117 * v533, z[29]);
-    const real v596 = v575 - v595;
-    const real v610 = v589 - x[1] * SELECT(m63, v596 + v565 * v565 + v559 * v565, -v566) - SELECT(m63, v559 * v595 + v565 * v595, v596) * v38;
-    const real v611 = v610 / v557;
-    const mask m613 = LT(mv_fabs(v611), K(1e+30));
-    const mask m614 = AND(m492, m613);
-    const real v621 = v500 * r[0] + v502 * z[26] - v506 * z[27];
-    const real v635 = x[0] - (z[4] + z[2] * v216 + z[3] * z[22] - z[0] * v193 - z[1] * z[21]);
-    const mask m637 = LT(v519, mv_fabs(v635));
-    const mask m638 = AND(m514, m637);
-    const real v644 = SELECT(m638, z[3] + (v242 + v263 * z[19]) * v266 * v635, z[3]);
-    const real v650 = SELECT(m638, z[2] + (v326 + v263 * z[18]) * v266 * v635, z[2]);
-    const real v655 = mv_max(mv_max(v650, c[14]), K(0.5) / p[0] * v555);
-    const real v661 = SELECT(m638, z[0] + (v312 + v263 * z[16]) * v266 * v635, z[0]);
-    const real v662 = v559 + v661;
-    const real v666 = v644 * v216;
-    const real v672 = v621 - SELECT(m63, z[23] * (v644 - v655 * v662) - v666 * v662, v666) + v575 * z[27];
-    const real v678 = SELECT(m638, z[4] + v263 * v266 * v635, z[4]);
-    const real v683 = v672 - v559 * z[26] - c[17] * v678 * SELECT(m63, K(1.0) - v662, SPLAT(K(1.0)));
-    const real v689 = SELECT(m638, z[1] + (v319 + v263 * z[17]) * v266 * v635, z[1]);
-    const real v690 = v575 - v689;
-    const real v704 = v683 - x[0] * SELECT(m63, v690 + v661 * v661 + v559 * v661, -v662) - SELECT(m63, v559 * v689 + v661 * v689, v690) * v193;
-    const real v705 = v704 / v655;
-    const mask m707 = LT(mv_fabs(v705), K(1e+30));
-    const mask m708 = AND(m614, m707);
-    const real v715 = v500 * r[2] + v502 * z[82] - v506 * z[83];
-    const real v729 = x[2] - (z[60] + z[58] * v366 + z[59] * z[78] - z[56] * v343 - z[57] * z[77]);
-    const mask m731 = LT(v519, mv_fabs(v729));
-    const mask m732 = AND(m514, m731);
-    const real v738 = SELECT(m732, z[59] + (v392 + v413 * z[75]) * v416 * v729, z[59]);
-    const real v744 = SELECT(m732, z[58] + (v476 + v413 * z[74]) * v416 * v729, z[58]);
-    const real v749 = mv_max(mv_max(v744, c[14]), K(0.5) / p[2] * v555);
-    const real v755 = SELECT(m732, z[56] + (v462 + v413 * z[72]) * v416 * v729, z[56]);
-    const real v756 = v559 + v755;
-    const real v760 = v738 * v366;
-    const real v766 = v715 - SELECT(m63, z[79] * (v738 - v749 * v756) - v760 * v756, v760) + v575 * z[83];
-    const real v772 = SELECT(m732, z[60] + v413 * v416 * v729, z[60]);
-    const real v777 = v766 - v559 * z[82] - c[17] * v772 * SELECT(m63, K(1.0) - v756, SPLAT(K(1.0)));
-    const real v783 = SELECT(m732, z[57] + (v469 + v413 * z[73]) * v416 * v729, z[57]);
-    const real v784 = v575 - v783;
-    const real v798 = v777 - SELECT(m63, v784 + v755 * v755 + v559 * v755, -v756) * x[2] - SELECT(m63, v559 * v783 + v755 * v783, v784) * v343;
-    const real v799 = v798 / v749;
-    const mask m801 = LT(mv_fabs(v799), K(1e+30));
-    const mask m802 = AND(m708, m801);
-    const mask m806 = NOT(m802);
-    const mask m813 = LT(c[4], v336);
-    const real v814 = SELECT(m813, c[3], SPLAT(K(1.0)));
-    const mask m865 = LT(c[4], v187);
-    const real v866 = SELECT(m865, c[3], SPLAT(K(1.0)));
-    const mask m917 = LT(c[4], v486);
-    const real v918 = SELECT(m917, c[3], SPLAT(K(1.0)));
-    u[0] = SELECT0(m802, v705);
-    u[1] = SELECT0(m802, v611);
-    u[2] = SELECT0(m802, v799);
-    z_next[0] = SELECT(m802, v661, z[0]);
-    z_next[1] = SELECT(m802, v689, z[1]);
-    z_next[2] = SELECT(m802, v650, z[2]);
-    z_next[3] = SELECT(m802, v644, z[3]);
-    z_next[4] = SELECT(m802, v678, z[4]);
-    z_next[5] = SELECT(m802, SELECT(m638, v198 * v814, z[5]), z[5]);
-    z_next[6] = SELECT(m802, SELECT(m638, v210 * v814, z[6]), z[6]);
-    z_next[7] = SELECT(m802, SELECT(m638, v229 * v814, z[7]), z[7]);
-    z_next[8] = SELECT(m802, SELECT(m638, v248 * v814, z[8]), z[8]);
-    z_next[9] = SELECT(m802, SELECT(m638, v269 * v814, z[9]), z[9]);
-    z_next[10] = SELECT(m802, SELECT(m638, v273, z[10]), z[10]);
-    z_next[11] = SELECT(m802, SELECT(m638, v281, z[11]), z[11]);
-    z_next[12] = SELECT(m802, SELECT(m638, v286, z[12]), z[12]);
-    z_next[13] = SELECT(m802, SELECT(m638, v294, z[13]), z[13]);
-    z_next[14] = SELECT(m802, SELECT(m638, v301, z[14]), z[14]);
-    z_next[15] = SELECT(m802, SELECT(m638, v306, z[15]), z[15]);
-    z_next[16] = SELECT(m802, SELECT(m638, v314, z[16]), z[16]);
-    z_next[17] = SELECT(m802, SELECT(m638, v321, z[17]), z[17]);
-    z_next[18] = SELECT(m802, SELECT(m638, v328, z[18]), z[18]);
-    z_next[19] = SELECT(m802, SELECT(m638, v333, z[19]), z[19]);
-    z_next[20] = SELECT(m802, x[0], z[20]);
-    z_next[21] = SELECT(m802, v193, z[21]);
-    z_next[22] = SELECT(m802, v216, z[22]);
-    z_next[23] = SELECT(m802, v705, z[23]);
-    z_next[24] = SELECT(m802, z[23], z[24]);
-    z_next[25] = SELECT(m802, SELECT(m63, z[26], v621), z[25]);
-    z_next[26] = SELECT(m802, v621, z[26]);
-    z_next[27] = SELECT(m802, z[26], z[27]);
-    z_next[28] = SELECT(m802, v565, z[28]);
-    z_next[29] = SELECT(m802, v595, z[29]);
-    z_next[30] = SELECT(m802, v548, z[30]);
-    z_next[31] = SELECT(m802, v542, z[31]);
-    z_next[32] = SELECT(m802, v584, z[32]);
-    z_next[33] = SELECT(m802, SELECT(m536, v44 * v866, z[33]), z[33]);
-    z_next[34] = SELECT(m802, SELECT(m536, v57 * v866, z[34]), z[34]);
-    z_next[35] = SELECT(m802, SELECT(m536, v80 * v866, z[35]), z[35]);
-    z_next[36] = SELECT(m802, SELECT(m536, v99 * v866, z[36]), z[36]);
-    z_next[37] = SELECT(m802, SELECT(m536, v120 * v866, z[37]), z[37]);
-    z_next[38] = SELECT(m802, SELECT(m536, v124, z[38]), z[38]);
-    z_next[39] = SELECT(m802, SELECT(m536, v132, z[39]), z[39]);
-    z_next[40] = SELECT(m802, SELECT(m536, v137, z[40]), z[40]);
-    z_next[41] = SELECT(m802, SELECT(m536, v145, z[41]), z[41]);
-    z_next[42] = SELECT(m802, SELECT(m536, v152, z[42]), z[42]);
-    z_next[43] = SELECT(m802, SELECT(m536, v157, z[43]), z[43]);
-    z_next[44] = SELECT(m802, SELECT(m536, v165, z[44]), z[44]);
-    z_next[45] = SELECT(m802, SELECT(m536, v172, z[45]), z[45]);
-    z_next[46] = SELECT(m802, SELECT(m536, v179, z[46]), z[46]);
-    z_next[47] = SELECT(m802, SELECT(m536, v184, z[47]), z[47]);
-    z_next[48] = SELECT(m802, x[1], z[48]);
-    z_next[49] = SELECT(m802, v38, z[49]);
-    z_next[50] = SELECT(m802, v67, z[50]);
-    z_next[51] = SELECT(m802, v611, z[51]);
-    z_next[52] = SELECT(m802, z[51], z[52]);
-    z_next[53] = SELECT(m802, SELECT(m63, z[54], v509), z[53]);
-    z_next[54] = SELECT(m802, v509, z[54]);
-    z_next[55] = SELECT(m802, z[54], z[55]);
-    z_next[56] = SELECT(m802, v755, z[56]);
-    z_next[57] = SELECT(m802, v783, z[57]);
-    z_next[58] = SELECT(m802, v744, z[58]);
-    z_next[59] = SELECT(m802, v738, z[59]);
-    z_next[60] = SELECT(m802, v772, z[60]);
-    z_next[61] = SELECT(m802, SELECT(m732, v348 * v918, z[61]), z[61]);
-    z_next[62] = SELECT(m802, SELECT(m732, v360 * v918, z[62]), z[62]);
-    z_next[63] = SELECT(m802, SELECT(m732, v379 * v918, z[63]), z[63]);
-    z_next[64] = SELECT(m802, SELECT(m732, v398 * v918, z[64]), z[64]);
-    z_next[65] = SELECT(m802, SELECT(m732, v419 * v918, z[65]), z[65]);
-    z_next[66] = SELECT(m802, SELECT(m732, v423, z[66]), z[66]);
-    z_next[67] = SELECT(m802, SELECT(m732, v431, z[67]), z[67]);
-    z_next[68] = SELECT(m802, SELECT(m732, v436, z[68]), z[68]);
-    z_next[69] = SELECT(m802, SELECT(m732, v444, z[69]), z[69]);
-    z_next[70] = SELECT(m802, SELECT(m732, v451, z[70]), z[70]);
-    z_next[71] = SELECT(m802, SELECT(m732, v456, z[71]), z[71]);
-    z_next[72] = SELECT(m802, SELECT(m732, v464, z[72]), z[72]);
-    z_next[73] = SELECT(m802, SELECT(m732, v471, z[73]), z[73]);
-    z_next[74] = SELECT(m802, SELECT(m732, v478, z[74]), z[74]);
-    z_next[75] = SELECT(m802, SELECT(m732, v483, z[75]), z[75]);
-    z_next[76] = SELECT(m802, x[2], z[76]);
-    z_next[77] = SELECT(m802, v343, z[77]);
-    z_next[78] = SELECT(m802, v366, z[78]);
-    z_next[79] = SELECT(m802, v799, z[79]);
-    z_next[80] = SELECT(m802, z[79], z[80]);
-    z_next[81] = SELECT(m802, SELECT(m63, z[82], v715), z[81]);
-    z_next[82] = SELECT(m802, v715, z[82]);
-    z_next[83] = SELECT(m802, z[82], z[83]);
-    z_next[84] = SELECT0(m802, mv_min(SPLAT(K(2.0)), K(1.0) + z[84]));
-    z_next[85] = SELECT0(m806, SPLAT(K(1.0)));
+    enum { roll = SATELLITE_X_ROLL };
+    enum { pitch = SATELLITE_X_PITCH };
+    enum { yaw = SATELLITE_X_YAW };
+    enum { ref_roll = SATELLITE_R_REF_ROLL };
+    enum { ref_pitch = SATELLITE_R_REF_PITCH };
+    enum { ref_yaw = SATELLITE_R_REF_YAW };
+    enum { Tx_applied = 0 };
+    enum { Ty_applied = 1 };
+    enum { Tz_applied = 2 };
+    enum { a1_roll = SATELLITE_MRAC_LITERAL_Z_A1_ROLL };
+    enum { a2_roll = SATELLITE_MRAC_LITERAL_Z_A2_ROLL };
+    enum { b0_roll = SATELLITE_MRAC_LITERAL_Z_B0_ROLL };
+    enum { b1_roll = SATELLITE_MRAC_LITERAL_Z_B1_ROLL };
+    enum { d_roll = SATELLITE_MRAC_LITERAL_Z_D_ROLL };
+    enum { D1_roll = SATELLITE_MRAC_LITERAL_Z_D1_ROLL };
+    enum { D2_roll = SATELLITE_MRAC_LITERAL_Z_D2_ROLL };
+    enum { D3_roll = SATELLITE_MRAC_LITERAL_Z_D3_ROLL };
+    enum { D4_roll = SATELLITE_MRAC_LITERAL_Z_D4_ROLL };
+    enum { D5_roll = SATELLITE_MRAC_LITERAL_Z_D5_ROLL };
+    enum { U12_roll = SATELLITE_MRAC_LITERAL_Z_U12_ROLL };
+    enum { U13_roll = SATELLITE_MRAC_LITERAL_Z_U13_ROLL };
+    enum { U23_roll = SATELLITE_MRAC_LITERAL_Z_U23_ROLL };
+    enum { U14_roll = SATELLITE_MRAC_LITERAL_Z_U14_ROLL };
+    enum { U24_roll = SATELLITE_MRAC_LITERAL_Z_U24_ROLL };
+    enum { U34_roll = SATELLITE_MRAC_LITERAL_Z_U34_ROLL };
+    enum { U15_roll = SATELLITE_MRAC_LITERAL_Z_U15_ROLL };
+    enum { U25_roll = SATELLITE_MRAC_LITERAL_Z_U25_ROLL };
+    enum { U35_roll = SATELLITE_MRAC_LITERAL_Z_U35_ROLL };
+    enum { U45_roll = SATELLITE_MRAC_LITERAL_Z_U45_ROLL };
+    enum { y1_roll = SATELLITE_MRAC_LITERAL_Z_Y1_ROLL };
+    enum { y2_roll = SATELLITE_MRAC_LITERAL_Z_Y2_ROLL };
+    enum { v1_roll = SATELLITE_MRAC_LITERAL_Z_V1_ROLL };
+    enum { u1_roll = SATELLITE_MRAC_LITERAL_Z_U1_ROLL };
+    enum { u2_roll = SATELLITE_MRAC_LITERAL_Z_U2_ROLL };
+    enum { ym_roll = SATELLITE_MRAC_LITERAL_Z_YM_ROLL };
+    enum { wm1_roll = SATELLITE_MRAC_LITERAL_Z_WM1_ROLL };
+    enum { wm2_roll = SATELLITE_MRAC_LITERAL_Z_WM2_ROLL };
+    enum { a1_pitch = SATELLITE_MRAC_LITERAL_Z_A1_PITCH };
+    enum { a2_pitch = SATELLITE_MRAC_LITERAL_Z_A2_PITCH };
+    enum { b0_pitch = SATELLITE_MRAC_LITERAL_Z_B0_PITCH };
+    enum { b1_pitch = SATELLITE_MRAC_LITERAL_Z_B1_PITCH };
+    enum { d_pitch = SATELLITE_MRAC_LITERAL_Z_D_PITCH };
+    enum { D1_pitch = SATELLITE_MRAC_LITERAL_Z_D1_PITCH };
+    enum { D2_pitch = SATELLITE_MRAC_LITERAL_Z_D2_PITCH };
+    enum { D3_pitch = SATELLITE_MRAC_LITERAL_Z_D3_PITCH };
+    enum { D4_pitch = SATELLITE_MRAC_LITERAL_Z_D4_PITCH };
+    enum { D5_pitch = SATELLITE_MRAC_LITERAL_Z_D5_PITCH };
+    enum { U12_pitch = SATELLITE_MRAC_LITERAL_Z_U12_PITCH };
+    enum { U13_pitch = SATELLITE_MRAC_LITERAL_Z_U13_PITCH };
+    enum { U23_pitch = SATELLITE_MRAC_LITERAL_Z_U23_PITCH };
+    enum { U14_pitch = SATELLITE_MRAC_LITERAL_Z_U14_PITCH };
+    enum { U24_pitch = SATELLITE_MRAC_LITERAL_Z_U24_PITCH };
+    enum { U34_pitch = SATELLITE_MRAC_LITERAL_Z_U34_PITCH };
+    enum { U15_pitch = SATELLITE_MRAC_LITERAL_Z_U15_PITCH };
+    enum { U25_pitch = SATELLITE_MRAC_LITERAL_Z_U25_PITCH };
+    enum { U35_pitch = SATELLITE_MRAC_LITERAL_Z_U35_PITCH };
+    enum { U45_pitch = SATELLITE_MRAC_LITERAL_Z_U45_PITCH };
+    enum { y1_pitch = SATELLITE_MRAC_LITERAL_Z_Y1_PITCH };
+    enum { y2_pitch = SATELLITE_MRAC_LITERAL_Z_Y2_PITCH };
+    enum { v1_pitch = SATELLITE_MRAC_LITERAL_Z_V1_PITCH };
+    enum { u1_pitch = SATELLITE_MRAC_LITERAL_Z_U1_PITCH };
+    enum { u2_pitch = SATELLITE_MRAC_LITERAL_Z_U2_PITCH };
+    enum { ym_pitch = SATELLITE_MRAC_LITERAL_Z_YM_PITCH };
+    enum { wm1_pitch = SATELLITE_MRAC_LITERAL_Z_WM1_PITCH };
+    enum { wm2_pitch = SATELLITE_MRAC_LITERAL_Z_WM2_PITCH };
+    enum { a1_yaw = SATELLITE_MRAC_LITERAL_Z_A1_YAW };
+    enum { a2_yaw = SATELLITE_MRAC_LITERAL_Z_A2_YAW };
+    enum { b0_yaw = SATELLITE_MRAC_LITERAL_Z_B0_YAW };
+    enum { b1_yaw = SATELLITE_MRAC_LITERAL_Z_B1_YAW };
+    enum { d_yaw = SATELLITE_MRAC_LITERAL_Z_D_YAW };
+    enum { D1_yaw = SATELLITE_MRAC_LITERAL_Z_D1_YAW };
+    enum { D2_yaw = SATELLITE_MRAC_LITERAL_Z_D2_YAW };
+    enum { D3_yaw = SATELLITE_MRAC_LITERAL_Z_D3_YAW };
+    enum { D4_yaw = SATELLITE_MRAC_LITERAL_Z_D4_YAW };
+    enum { D5_yaw = SATELLITE_MRAC_LITERAL_Z_D5_YAW };
+    enum { U12_yaw = SATELLITE_MRAC_LITERAL_Z_U12_YAW };
+    enum { U13_yaw = SATELLITE_MRAC_LITERAL_Z_U13_YAW };
+    enum { U23_yaw = SATELLITE_MRAC_LITERAL_Z_U23_YAW };
+    enum { U14_yaw = SATELLITE_MRAC_LITERAL_Z_U14_YAW };
+    enum { U24_yaw = SATELLITE_MRAC_LITERAL_Z_U24_YAW };
+    enum { U34_yaw = SATELLITE_MRAC_LITERAL_Z_U34_YAW };
+    enum { U15_yaw = SATELLITE_MRAC_LITERAL_Z_U15_YAW };
+    enum { U25_yaw = SATELLITE_MRAC_LITERAL_Z_U25_YAW };
+    enum { U35_yaw = SATELLITE_MRAC_LITERAL_Z_U35_YAW };
+    enum { U45_yaw = SATELLITE_MRAC_LITERAL_Z_U45_YAW };
+    enum { y1_yaw = SATELLITE_MRAC_LITERAL_Z_Y1_YAW };
+    enum { y2_yaw = SATELLITE_MRAC_LITERAL_Z_Y2_YAW };
+    enum { v1_yaw = SATELLITE_MRAC_LITERAL_Z_V1_YAW };
+    enum { u1_yaw = SATELLITE_MRAC_LITERAL_Z_U1_YAW };
+    enum { u2_yaw = SATELLITE_MRAC_LITERAL_Z_U2_YAW };
+    enum { ym_yaw = SATELLITE_MRAC_LITERAL_Z_YM_YAW };
+    enum { wm1_yaw = SATELLITE_MRAC_LITERAL_Z_WM1_YAW };
+    enum { wm2_yaw = SATELLITE_MRAC_LITERAL_Z_WM2_YAW };
+    enum { samples = SATELLITE_MRAC_LITERAL_Z_SAMPLES };
+    enum { I_x = SATELLITE_P_I_X };
+    enum { I_y = SATELLITE_P_I_Y };
+    enum { I_z = SATELLITE_P_I_Z };
+    enum { Ts = SATELLITE_P_TS };
+    enum { noise = SATELLITE_P_NOISE };
+    enum { C2_pole = SATELLITE_MRAC_LITERAL_C_C2_POLE };
+    enum { adapt = SATELLITE_MRAC_LITERAL_C_ADAPT };
+    enum { forgetting = SATELLITE_MRAC_LITERAL_C_FORGETTING };
+    enum { trace_max = SATELLITE_MRAC_LITERAL_C_TRACE_MAX };
+    enum { dead_zone = SATELLITE_MRAC_LITERAL_C_DEAD_ZONE };
+    enum { dead_zone_sigma = SATELLITE_MRAC_LITERAL_C_DEAD_ZONE_SIGMA };
+    enum { b_min = SATELLITE_MRAC_LITERAL_C_B_MIN };
+    enum { b_min_ratio = SATELLITE_MRAC_LITERAL_C_B_MIN_RATIO };
+    enum { compensate_d = SATELLITE_MRAC_LITERAL_C_COMPENSATE_D };
+    enum { applied_regressor = SATELLITE_MRAC_LITERAL_C_APPLIED_REGRESSOR };
+    enum { design_delay = SATELLITE_MRAC_LITERAL_C_DESIGN_DELAY };
+    enum { tau_m = SATELLITE_MRAC_LITERAL_C_TAU_M };
+    const real model_pole = mv_exp(-(p[Ts] / c[tau_m]));
+    const real t_hjr6j = K(-1.0) + model_pole;
+    const real t_lbhv6 = t_hjr6j * t_hjr6j;
+    const real t_u5zvh = model_pole + model_pole;
+    const real t_lbhv6_2 = model_pole * model_pole;
+    const real w_roll = t_lbhv6 * r[ref_roll] + t_u5zvh * z[wm1_roll] - t_lbhv6_2 * z[wm2_roll];  /* (16) */
+    const real w_pitch = t_lbhv6 * r[ref_pitch] + t_u5zvh * z[wm1_pitch] - t_lbhv6_2 * z[wm2_pitch];  /* (16) */
+    const real w_yaw = t_lbhv6 * r[ref_yaw] + t_u5zvh * z[wm1_yaw] - t_lbhv6_2 * z[wm2_yaw];  /* (16) */
+    const mask m_myerm = LT(z[samples], K(0.5));
+    const real y1_used_roll = SELECT(m_myerm, x[roll], z[y1_roll]);
+    const mask m_2oym3 = LT(K(0.5), c[applied_regressor]);
+    const mask m_ng6lt = LT(K(0.5), c[design_delay]);
+    const real v_roll = SELECT(m_2oym3, v[Tx_applied], SELECT(m_ng6lt, z[u2_roll], z[u1_roll]));  /* (36) */
+    const real y_hat_roll = z[d_roll]
+        + z[b0_roll] * v_roll
+        + z[b1_roll] * z[v1_roll]
+        - z[a1_roll] * y1_used_roll
+        - z[a2_roll] * z[y2_roll];  /* (34) */
+    const real eps_roll = x[roll] - y_hat_roll;  /* (39) */
+    const real t_s4qc7 = z[D1_roll] * y1_used_roll;
+    const real alpha1_roll = c[forgetting] + t_s4qc7 * y1_used_roll;  /* (40) */
+    const real t_gcbdt = K(1.0) / alpha1_roll;
+    const real D1_free_roll = z[D1_roll] * t_gcbdt;  /* (41) */
+    const real t_4q5lb = z[y2_roll] + z[U12_roll] * y1_used_roll;
+    const real t_bqiu4 = z[D2_roll] * t_4q5lb;
+    const real alpha2_roll = alpha1_roll + t_bqiu4 * t_4q5lb;  /* (40) */
+    const real t_2ftwl = K(1.0) / alpha2_roll;
+    const real t_rkxsm = K(1.0) / c[forgetting];
+    const real D2_free_roll = t_2ftwl * t_rkxsm * z[D2_roll] * alpha1_roll;  /* (41) */
+    const real U12_free_roll = z[U12_roll] - t_s4qc7 * t_gcbdt * t_4q5lb;  /* (41) */
+    const real f3_roll = v_roll - z[U13_roll] * y1_used_roll - z[U23_roll] * z[y2_roll];  /* (40) */
+    const real Df3_roll = z[D3_roll] * f3_roll;  /* (40) */
+    const real alpha3_roll = alpha2_roll + Df3_roll * f3_roll;  /* (40) */
+    const real t_m6gkz = K(1.0) / alpha3_roll;
+    const real D3_free_roll = t_rkxsm * t_m6gkz * z[D3_roll] * alpha2_roll;  /* (41) */
+    const real t_iwp6c = f3_roll * t_2ftwl;
+    const real t_73h6y = t_s4qc7 + t_bqiu4 * z[U12_roll];
+    const real U13_free_roll = z[U13_roll] + t_iwp6c * t_73h6y;  /* (41) */
+    const real b1_3_roll = Df3_roll * z[U13_roll] - t_73h6y;  /* (40) */
+    const real U23_free_roll = z[U23_roll] + t_iwp6c * t_bqiu4;  /* (41) */
+    const real b2_3_roll = Df3_roll * z[U23_roll] - t_bqiu4;  /* (40) */
+    const real f4_roll = z[v1_roll] + z[U34_roll] * v_roll - z[U14_roll] * y1_used_roll - z[U24_roll] * z[y2_roll];  /* (40) */
+    const real Df4_roll = z[D4_roll] * f4_roll;  /* (40) */
+    const real alpha4_roll = alpha3_roll + Df4_roll * f4_roll;  /* (40) */
+    const real t_qd2bm = K(1.0) / alpha4_roll;
+    const real D4_free_roll = t_rkxsm * t_qd2bm * z[D4_roll] * alpha3_roll;  /* (41) */
+    const real t_vpr7m = f4_roll * t_m6gkz;
+    const real U14_free_roll = z[U14_roll] - t_vpr7m * b1_3_roll;  /* (41) */
+    const real b1_4_roll = b1_3_roll + Df4_roll * z[U14_roll];  /* (40) */
+    const real U24_free_roll = z[U24_roll] - t_vpr7m * b2_3_roll;  /* (41) */
+    const real b2_4_roll = b2_3_roll + Df4_roll * z[U24_roll];  /* (40) */
+    const real U34_free_roll = z[U34_roll] - t_vpr7m * Df3_roll;  /* (41) */
+    const real b3_4_roll = Df3_roll + Df4_roll * z[U34_roll];  /* (40) */
+    const real f5_roll = K(1.0)
+        + z[U35_roll] * v_roll
+        + z[U45_roll] * z[v1_roll]
+        - z[U15_roll] * y1_used_roll
+        - z[U25_roll] * z[y2_roll];  /* (40) */
+    const real Df5_roll = z[D5_roll] * f5_roll;  /* (40) */
+    const real alpha5_roll = alpha4_roll + Df5_roll * f5_roll;  /* (40) */
+    const real t_szpzk = K(1.0) / alpha5_roll;
+    const real D5_free_roll = t_rkxsm * t_szpzk * z[D5_roll] * alpha4_roll;  /* (41) */
+    const real t_el36p = f5_roll * t_qd2bm;
+    const real U15_free_roll = z[U15_roll] - t_el36p * b1_4_roll;  /* (41) */
+    const real b1_5_roll = b1_4_roll + Df5_roll * z[U15_roll];  /* (40) */
+    const real U25_free_roll = z[U25_roll] - t_el36p * b2_4_roll;  /* (41) */
+    const real b2_5_roll = b2_4_roll + Df5_roll * z[U25_roll];  /* (40) */
+    const real U35_free_roll = z[U35_roll] - t_el36p * b3_4_roll;  /* (41) */
+    const real b3_5_roll = b3_4_roll + Df5_roll * z[U35_roll];  /* (40) */
+    const real U45_free_roll = z[U45_roll] - t_el36p * Df4_roll;  /* (41) */
+    const real b4_5_roll = Df4_roll + Df5_roll * z[U45_roll];  /* (40) */
+    const real G1_roll = b1_5_roll * t_szpzk;  /* (40) */
+    const real G2_roll = b2_5_roll * t_szpzk;  /* (40) */
+    const real G3_roll = b3_5_roll * t_szpzk;  /* (40) */
+    const real G4_roll = b4_5_roll * t_szpzk;  /* (40) */
+    const real G5_roll = Df5_roll * t_szpzk;  /* (40) */
+    const real trace_roll = D1_free_roll
+        + D2_free_roll
+        + D3_free_roll
+        + D4_free_roll
+        + D5_free_roll
+        + D2_free_roll * (U12_free_roll * U12_free_roll)
+        + D3_free_roll * (U13_free_roll * U13_free_roll)
+        + D3_free_roll * (U23_free_roll * U23_free_roll)
+        + D4_free_roll * (U14_free_roll * U14_free_roll)
+        + D4_free_roll * (U24_free_roll * U24_free_roll)
+        + D4_free_roll * (U34_free_roll * U34_free_roll)
+        + D5_free_roll * (U15_free_roll * U15_free_roll)
+        + D5_free_roll * (U25_free_roll * U25_free_roll)
+        + D5_free_roll * (U35_free_roll * U35_free_roll)
+        + D5_free_roll * (U45_free_roll * U45_free_roll);  /* (41) */
+    const mask m_cy5zr = LT(c[trace_max], trace_roll);
+    const real cap_roll = SELECT(m_cy5zr, c[forgetting], SPLAT(K(1.0)));
+    const mask m_jj746 = LT(K(0.5), c[adapt]);
+    const mask m_d33kq = LT(K(1.5), z[samples]);
+    const mask m_6w7fs = AND(m_jj746, m_d33kq);
+    const real t_s4yo7 = mv_max(c[dead_zone], c[dead_zone_sigma] * p[noise]);
+    const mask m_ga54y = LT(t_s4yo7, mv_fabs(eps_roll));
+    const mask m_huydk = AND(m_6w7fs, m_ga54y);
+    const real a1_now_roll = SELECT(m_huydk, z[a1_roll] + G1_roll * eps_roll, z[a1_roll]);  /* (42) */
+    const real a2_now_roll = SELECT(m_huydk, z[a2_roll] + G2_roll * eps_roll, z[a2_roll]);  /* (42) */
+    const real b0_now_roll = SELECT(m_huydk, z[b0_roll] + G3_roll * eps_roll, z[b0_roll]);  /* (42) */
+    const real b1_now_roll = SELECT(m_huydk, z[b1_roll] + G4_roll * eps_roll, z[b1_roll]);  /* (42) */
+    const real d_now_roll = SELECT(m_huydk, z[d_roll] + G5_roll * eps_roll, z[d_roll]);  /* (42) */
+    const real d_used_roll = c[compensate_d] * d_now_roll;
+    const real y1_used_pitch = SELECT(m_myerm, x[pitch], z[y1_pitch]);
+    const real v_pitch = SELECT(m_2oym3, v[Ty_applied], SELECT(m_ng6lt, z[u2_pitch], z[u1_pitch]));  /* (36) */
+    const real y_hat_pitch = z[d_pitch]
+        + z[b0_pitch] * v_pitch
+        + z[b1_pitch] * z[v1_pitch]
+        - z[a1_pitch] * y1_used_pitch
+        - z[a2_pitch] * z[y2_pitch];  /* (34) */
+    const real eps_pitch = x[pitch] - y_hat_pitch;  /* (39) */
+    const real t_n6265 = z[D1_pitch] * y1_used_pitch;
+    const real alpha1_pitch = c[forgetting] + t_n6265 * y1_used_pitch;  /* (40) */
+    const real t_ba5cq = K(1.0) / alpha1_pitch;
+    const real D1_free_pitch = z[D1_pitch] * t_ba5cq;  /* (41) */
+    const real t_5xoth = z[y2_pitch] + z[U12_pitch] * y1_used_pitch;
+    const real t_urk7s = z[D2_pitch] * t_5xoth;
+    const real alpha2_pitch = alpha1_pitch + t_urk7s * t_5xoth;  /* (40) */
+    const real t_vq6qe = K(1.0) / alpha2_pitch;
+    const real D2_free_pitch = t_rkxsm * t_vq6qe * z[D2_pitch] * alpha1_pitch;  /* (41) */
+    const real U12_free_pitch = z[U12_pitch] - t_n6265 * t_ba5cq * t_5xoth;  /* (41) */
+    const real f3_pitch = v_pitch - z[U13_pitch] * y1_used_pitch - z[U23_pitch] * z[y2_pitch];  /* (40) */
+    const real Df3_pitch = z[D3_pitch] * f3_pitch;  /* (40) */
+    const real alpha3_pitch = alpha2_pitch + Df3_pitch * f3_pitch;  /* (40) */
+    const real t_wnsbx = K(1.0) / alpha3_pitch;
+    const real D3_free_pitch = t_rkxsm * t_wnsbx * z[D3_pitch] * alpha2_pitch;  /* (41) */
+    const real t_iziit = f3_pitch * t_vq6qe;
+    const real t_m7azd = t_n6265 + t_urk7s * z[U12_pitch];
+    const real U13_free_pitch = z[U13_pitch] + t_iziit * t_m7azd;  /* (41) */
+    const real b1_3_pitch = Df3_pitch * z[U13_pitch] - t_m7azd;  /* (40) */
+    const real U23_free_pitch = z[U23_pitch] + t_iziit * t_urk7s;  /* (41) */
+    const real b2_3_pitch = Df3_pitch * z[U23_pitch] - t_urk7s;  /* (40) */
+    const real f4_pitch = z[v1_pitch] + z[U34_pitch] * v_pitch - z[U14_pitch] * y1_used_pitch - z[U24_pitch] * z[y2_pitch];  /* (40) */
+    const real Df4_pitch = z[D4_pitch] * f4_pitch;  /* (40) */
+    const real alpha4_pitch = alpha3_pitch + Df4_pitch * f4_pitch;  /* (40) */
+    const real t_au2dz = K(1.0) / alpha4_pitch;
+    const real D4_free_pitch = t_rkxsm * t_au2dz * z[D4_pitch] * alpha3_pitch;  /* (41) */
+    const real t_q5cqa = f4_pitch * t_wnsbx;
+    const real U14_free_pitch = z[U14_pitch] - t_q5cqa * b1_3_pitch;  /* (41) */
+    const real b1_4_pitch = b1_3_pitch + Df4_pitch * z[U14_pitch];  /* (40) */
+    const real U24_free_pitch = z[U24_pitch] - t_q5cqa * b2_3_pitch;  /* (41) */
+    const real b2_4_pitch = b2_3_pitch + Df4_pitch * z[U24_pitch];  /* (40) */
+    const real U34_free_pitch = z[U34_pitch] - t_q5cqa * Df3_pitch;  /* (41) */
+    const real b3_4_pitch = Df3_pitch + Df4_pitch * z[U34_pitch];  /* (40) */
+    const real f5_pitch = K(1.0)
+        + z[U35_pitch] * v_pitch
+        + z[U45_pitch] * z[v1_pitch]
+        - z[U15_pitch] * y1_used_pitch
+        - z[U25_pitch] * z[y2_pitch];  /* (40) */
+    const real Df5_pitch = z[D5_pitch] * f5_pitch;  /* (40) */
+    const real alpha5_pitch = alpha4_pitch + Df5_pitch * f5_pitch;  /* (40) */
+    const real t_uppvm = K(1.0) / alpha5_pitch;
+    const real D5_free_pitch = t_rkxsm * t_uppvm * z[D5_pitch] * alpha4_pitch;  /* (41) */
+    const real t_blzne = f5_pitch * t_au2dz;
+    const real U15_free_pitch = z[U15_pitch] - t_blzne * b1_4_pitch;  /* (41) */
+    const real b1_5_pitch = b1_4_pitch + Df5_pitch * z[U15_pitch];  /* (40) */
+    const real U25_free_pitch = z[U25_pitch] - t_blzne * b2_4_pitch;  /* (41) */
+    const real b2_5_pitch = b2_4_pitch + Df5_pitch * z[U25_pitch];  /* (40) */
+    const real U35_free_pitch = z[U35_pitch] - t_blzne * b3_4_pitch;  /* (41) */
+    const real b3_5_pitch = b3_4_pitch + Df5_pitch * z[U35_pitch];  /* (40) */
+    const real U45_free_pitch = z[U45_pitch] - t_blzne * Df4_pitch;  /* (41) */
+    const real b4_5_pitch = Df4_pitch + Df5_pitch * z[U45_pitch];  /* (40) */
+    const real G1_pitch = b1_5_pitch * t_uppvm;  /* (40) */
+    const real G2_pitch = b2_5_pitch * t_uppvm;  /* (40) */
+    const real G3_pitch = b3_5_pitch * t_uppvm;  /* (40) */
+    const real G4_pitch = b4_5_pitch * t_uppvm;  /* (40) */
+    const real G5_pitch = Df5_pitch * t_uppvm;  /* (40) */
+    const real trace_pitch = D1_free_pitch
+        + D2_free_pitch
+        + D3_free_pitch
+        + D4_free_pitch
+        + D5_free_pitch
+        + D2_free_pitch * (U12_free_pitch * U12_free_pitch)
+        + D3_free_pitch * (U13_free_pitch * U13_free_pitch)
+        + D3_free_pitch * (U23_free_pitch * U23_free_pitch)
+        + D4_free_pitch * (U14_free_pitch * U14_free_pitch)
+        + D4_free_pitch * (U24_free_pitch * U24_free_pitch)
+        + D4_free_pitch * (U34_free_pitch * U34_free_pitch)
+        + D5_free_pitch * (U15_free_pitch * U15_free_pitch)
+        + D5_free_pitch * (U25_free_pitch * U25_free_pitch)
+        + D5_free_pitch * (U35_free_pitch * U35_free_pitch)
+        + D5_free_pitch * (U45_free_pitch * U45_free_pitch);  /* (41) */
+    const mask m_rahgr = LT(c[trace_max], trace_pitch);
+    const real cap_pitch = SELECT(m_rahgr, c[forgetting], SPLAT(K(1.0)));
+    const mask m_a3jc4 = LT(t_s4yo7, mv_fabs(eps_pitch));
+    const mask m_fztcf = AND(m_6w7fs, m_a3jc4);
+    const real a1_now_pitch = SELECT(m_fztcf, z[a1_pitch] + G1_pitch * eps_pitch, z[a1_pitch]);  /* (42) */
+    const real a2_now_pitch = SELECT(m_fztcf, z[a2_pitch] + G2_pitch * eps_pitch, z[a2_pitch]);  /* (42) */
+    const real b0_now_pitch = SELECT(m_fztcf, z[b0_pitch] + G3_pitch * eps_pitch, z[b0_pitch]);  /* (42) */
+    const real b1_now_pitch = SELECT(m_fztcf, z[b1_pitch] + G4_pitch * eps_pitch, z[b1_pitch]);  /* (42) */
+    const real d_now_pitch = SELECT(m_fztcf, z[d_pitch] + G5_pitch * eps_pitch, z[d_pitch]);  /* (42) */
+    const real d_used_pitch = c[compensate_d] * d_now_pitch;
+    const real y1_used_yaw = SELECT(m_myerm, x[yaw], z[y1_yaw]);
+    const real v_yaw = SELECT(m_2oym3, v[Tz_applied], SELECT(m_ng6lt, z[u2_yaw], z[u1_yaw]));  /* (36) */
+    const real y_hat_yaw = z[d_yaw]
+        + z[b0_yaw] * v_yaw
+        + z[b1_yaw] * z[v1_yaw]
+        - z[a1_yaw] * y1_used_yaw
+        - z[a2_yaw] * z[y2_yaw];  /* (34) */
+    const real eps_yaw = x[yaw] - y_hat_yaw;  /* (39) */
+    const real t_5t4tf = z[D1_yaw] * y1_used_yaw;
+    const real alpha1_yaw = c[forgetting] + t_5t4tf * y1_used_yaw;  /* (40) */
+    const real t_rrlcx = K(1.0) / alpha1_yaw;
+    const real D1_free_yaw = z[D1_yaw] * t_rrlcx;  /* (41) */
+    const real t_fz2ih = z[y2_yaw] + z[U12_yaw] * y1_used_yaw;
+    const real t_3inrl = z[D2_yaw] * t_fz2ih;
+    const real alpha2_yaw = alpha1_yaw + t_3inrl * t_fz2ih;  /* (40) */
+    const real t_epc3p = K(1.0) / alpha2_yaw;
+    const real D2_free_yaw = t_rkxsm * t_epc3p * z[D2_yaw] * alpha1_yaw;  /* (41) */
+    const real U12_free_yaw = z[U12_yaw] - t_5t4tf * t_rrlcx * t_fz2ih;  /* (41) */
+    const real f3_yaw = v_yaw - z[U13_yaw] * y1_used_yaw - z[U23_yaw] * z[y2_yaw];  /* (40) */
+    const real Df3_yaw = z[D3_yaw] * f3_yaw;  /* (40) */
+    const real alpha3_yaw = alpha2_yaw + Df3_yaw * f3_yaw;  /* (40) */
+    const real t_czmse = K(1.0) / alpha3_yaw;
+    const real D3_free_yaw = t_rkxsm * t_czmse * z[D3_yaw] * alpha2_yaw;  /* (41) */
+    const real t_qqhj7 = f3_yaw * t_epc3p;
+    const real t_mefgo = t_5t4tf + t_3inrl * z[U12_yaw];
+    const real U13_free_yaw = z[U13_yaw] + t_qqhj7 * t_mefgo;  /* (41) */
+    const real b1_3_yaw = Df3_yaw * z[U13_yaw] - t_mefgo;  /* (40) */
+    const real U23_free_yaw = z[U23_yaw] + t_qqhj7 * t_3inrl;  /* (41) */
+    const real b2_3_yaw = Df3_yaw * z[U23_yaw] - t_3inrl;  /* (40) */
+    const real f4_yaw = z[v1_yaw] + z[U34_yaw] * v_yaw - z[U14_yaw] * y1_used_yaw - z[U24_yaw] * z[y2_yaw];  /* (40) */
+    const real Df4_yaw = z[D4_yaw] * f4_yaw;  /* (40) */
+    const real alpha4_yaw = alpha3_yaw + Df4_yaw * f4_yaw;  /* (40) */
+    const real t_nk3ay = K(1.0) / alpha4_yaw;
+    const real D4_free_yaw = t_rkxsm * t_nk3ay * z[D4_yaw] * alpha3_yaw;  /* (41) */
+    const real t_ov6wh = f4_yaw * t_czmse;
+    const real U14_free_yaw = z[U14_yaw] - t_ov6wh * b1_3_yaw;  /* (41) */
+    const real b1_4_yaw = b1_3_yaw + Df4_yaw * z[U14_yaw];  /* (40) */
+    const real U24_free_yaw = z[U24_yaw] - t_ov6wh * b2_3_yaw;  /* (41) */
+    const real b2_4_yaw = b2_3_yaw + Df4_yaw * z[U24_yaw];  /* (40) */
+    const real U34_free_yaw = z[U34_yaw] - t_ov6wh * Df3_yaw;  /* (41) */
+    const real b3_4_yaw = Df3_yaw + Df4_yaw * z[U34_yaw];  /* (40) */
+    const real f5_yaw = K(1.0)
+        + z[U35_yaw] * v_yaw
+        + z[U45_yaw] * z[v1_yaw]
+        - z[U15_yaw] * y1_used_yaw
+        - z[U25_yaw] * z[y2_yaw];  /* (40) */
+    const real Df5_yaw = z[D5_yaw] * f5_yaw;  /* (40) */
+    const real alpha5_yaw = alpha4_yaw + Df5_yaw * f5_yaw;  /* (40) */
+    const real t_xt42v = K(1.0) / alpha5_yaw;
+    const real D5_free_yaw = t_rkxsm * t_xt42v * z[D5_yaw] * alpha4_yaw;  /* (41) */
+    const real t_xokdo = f5_yaw * t_nk3ay;
+    const real U15_free_yaw = z[U15_yaw] - t_xokdo * b1_4_yaw;  /* (41) */
+    const real b1_5_yaw = b1_4_yaw + Df5_yaw * z[U15_yaw];  /* (40) */
+    const real U25_free_yaw = z[U25_yaw] - t_xokdo * b2_4_yaw;  /* (41) */
+    const real b2_5_yaw = b2_4_yaw + Df5_yaw * z[U25_yaw];  /* (40) */
+    const real U35_free_yaw = z[U35_yaw] - t_xokdo * b3_4_yaw;  /* (41) */
+    const real b3_5_yaw = b3_4_yaw + Df5_yaw * z[U35_yaw];  /* (40) */
+    const real U45_free_yaw = z[U45_yaw] - t_xokdo * Df4_yaw;  /* (41) */
+    const real b4_5_yaw = Df4_yaw + Df5_yaw * z[U45_yaw];  /* (40) */
+    const real G1_yaw = b1_5_yaw * t_xt42v;  /* (40) */
+    const real G2_yaw = b2_5_yaw * t_xt42v;  /* (40) */
+    const real G3_yaw = b3_5_yaw * t_xt42v;  /* (40) */
+    const real G4_yaw = b4_5_yaw * t_xt42v;  /* (40) */
+    const real G5_yaw = Df5_yaw * t_xt42v;  /* (40) */
+    const real trace_yaw = D1_free_yaw
+        + D2_free_yaw
+        + D3_free_yaw
+        + D4_free_yaw
+        + D5_free_yaw
+        + D2_free_yaw * (U12_free_yaw * U12_free_yaw)
+        + D3_free_yaw * (U13_free_yaw * U13_free_yaw)
+        + D3_free_yaw * (U23_free_yaw * U23_free_yaw)
+        + D4_free_yaw * (U14_free_yaw * U14_free_yaw)
+        + D4_free_yaw * (U24_free_yaw * U24_free_yaw)
+        + D4_free_yaw * (U34_free_yaw * U34_free_yaw)
+        + D5_free_yaw * (U15_free_yaw * U15_free_yaw)
+        + D5_free_yaw * (U25_free_yaw * U25_free_yaw)
+        + D5_free_yaw * (U35_free_yaw * U35_free_yaw)
+        + D5_free_yaw * (U45_free_yaw * U45_free_yaw);  /* (41) */
+    const mask m_4b7bf = LT(c[trace_max], trace_yaw);
+    const real cap_yaw = SELECT(m_4b7bf, c[forgetting], SPLAT(K(1.0)));
+    const mask m_tx63k = LT(t_s4yo7, mv_fabs(eps_yaw));
+    const mask m_6lewq = AND(m_6w7fs, m_tx63k);
+    const real a1_now_yaw = SELECT(m_6lewq, z[a1_yaw] + G1_yaw * eps_yaw, z[a1_yaw]);  /* (42) */
+    const real a2_now_yaw = SELECT(m_6lewq, z[a2_yaw] + G2_yaw * eps_yaw, z[a2_yaw]);  /* (42) */
+    const real b0_now_yaw = SELECT(m_6lewq, z[b0_yaw] + G3_yaw * eps_yaw, z[b0_yaw]);  /* (42) */
+    const real b1_now_yaw = SELECT(m_6lewq, z[b1_yaw] + G4_yaw * eps_yaw, z[b1_yaw]);  /* (42) */
+    const real d_now_yaw = SELECT(m_6lewq, z[d_yaw] + G5_yaw * eps_yaw, z[d_yaw]);  /* (42) */
+    const real d_used_yaw = c[compensate_d] * d_now_yaw;
+    const real t_4msa4 = p[Ts] * p[Ts] * c[b_min_ratio];
+    const real b0_used_roll = mv_max(mv_max(b0_now_roll, c[b_min]), K(0.5) / p[I_x] * t_4msa4);
+    const real t_2qnly = c[C2_pole] * c[C2_pole];
+    const real t_dx3wo = t_2qnly - a2_now_roll;
+    const real t_pbd6n = c[C2_pole] + c[C2_pole];
+    const real t_lanll = t_pbd6n + a1_now_roll;
+    const real s1_cancel_roll = -t_lanll;  /* (23) */
+    const real t0_cancel_roll = SELECT(m_ng6lt, t_dx3wo + a1_now_roll * a1_now_roll + t_pbd6n * a1_now_roll, s1_cancel_roll);  /* (24) */
+    const real t1_cancel_roll = SELECT(m_ng6lt, t_pbd6n * a2_now_roll + a1_now_roll * a2_now_roll, t_dx3wo);  /* (24) */
+    const real t_qkrvx = b1_now_roll * v_roll;
+    const real BSu_roll = SELECT(m_ng6lt, z[u1_roll] * (b1_now_roll - b0_used_roll * t_lanll) - t_qkrvx * t_lanll, t_qkrvx);  /* (33) */
+    const real t_27ycn = w_roll
+        - BSu_roll
+        + t_2qnly * z[wm2_roll]
+        - t_pbd6n * z[wm1_roll]
+        - d_used_roll * SELECT(m_ng6lt, K(1.0) - t_lanll, SPLAT(K(1.0)))
+        - x[roll] * t0_cancel_roll
+        - t1_cancel_roll * y1_used_roll;
+    const real u_roll_mrac_literal = t_27ycn / b0_used_roll;
+    const real b0_used_pitch = mv_max(mv_max(b0_now_pitch, c[b_min]), K(0.5) / p[I_y] * t_4msa4);
+    const real t_6kmom = t_2qnly - a2_now_pitch;
+    const real t_xabv7 = t_pbd6n + a1_now_pitch;
+    const real s1_cancel_pitch = -t_xabv7;  /* (23) */
+    const real t0_cancel_pitch = SELECT(m_ng6lt, t_6kmom + a1_now_pitch * a1_now_pitch + t_pbd6n * a1_now_pitch, s1_cancel_pitch);  /* (24) */
+    const real t1_cancel_pitch = SELECT(m_ng6lt, t_pbd6n * a2_now_pitch + a1_now_pitch * a2_now_pitch, t_6kmom);  /* (24) */
+    const real t_gl7ia = b1_now_pitch * v_pitch;
+    const real BSu_pitch = SELECT(m_ng6lt, z[u1_pitch] * (b1_now_pitch - b0_used_pitch * t_xabv7) - t_gl7ia * t_xabv7, t_gl7ia);  /* (33) */
+    const real t_aozlk = w_pitch
+        - BSu_pitch
+        + t_2qnly * z[wm2_pitch]
+        - t_pbd6n * z[wm1_pitch]
+        - d_used_pitch * SELECT(m_ng6lt, K(1.0) - t_xabv7, SPLAT(K(1.0)))
+        - x[pitch] * t0_cancel_pitch
+        - t1_cancel_pitch * y1_used_pitch;
+    const real u_pitch_mrac_literal = t_aozlk / b0_used_pitch;
+    const real b0_used_yaw = mv_max(mv_max(b0_now_yaw, c[b_min]), K(0.5) / p[I_z] * t_4msa4);
+    const real t_npxzz = t_2qnly - a2_now_yaw;
+    const real t_44iwp = t_pbd6n + a1_now_yaw;
+    const real s1_cancel_yaw = -t_44iwp;  /* (23) */
+    const real t0_cancel_yaw = SELECT(m_ng6lt, t_npxzz + a1_now_yaw * a1_now_yaw + t_pbd6n * a1_now_yaw, s1_cancel_yaw);  /* (24) */
+    const real t1_cancel_yaw = SELECT(m_ng6lt, t_pbd6n * a2_now_yaw + a1_now_yaw * a2_now_yaw, t_npxzz);  /* (24) */
+    const real t_quuto = b1_now_yaw * v_yaw;
+    const real BSu_yaw = SELECT(m_ng6lt, z[u1_yaw] * (b1_now_yaw - b0_used_yaw * t_44iwp) - t_quuto * t_44iwp, t_quuto);  /* (33) */
+    const real t_gg5ha = w_yaw
+        - BSu_yaw
+        + t_2qnly * z[wm2_yaw]
+        - t_pbd6n * z[wm1_yaw]
+        - d_used_yaw * SELECT(m_ng6lt, K(1.0) - t_44iwp, SPLAT(K(1.0)))
+        - t0_cancel_yaw * x[yaw]
+        - t1_cancel_yaw * y1_used_yaw;
+    const real u_yaw_mrac_literal = t_gg5ha / b0_used_yaw;
+    const mask m_m35aa = LT(mv_fabs(v[Tx_applied]), K(1e+30));
+    const mask m_6g4m5 = LT(mv_fabs(v[Ty_applied]), K(1e+30));
+    const mask m_qvzit = AND(m_m35aa, m_6g4m5);
+    const mask m_ifmp5 = LT(mv_fabs(v[Tz_applied]), K(1e+30));
+    const mask m_yejzf = AND(m_qvzit, m_ifmp5);
+    const mask m_cgnek = LT(mv_fabs(x[pitch]), K(1e+30));
+    const mask m_bffo2 = AND(m_yejzf, m_cgnek);
+    const mask m_qrx2z = LT(mv_fabs(r[ref_pitch]), K(1e+30));
+    const mask m_bwxs3 = AND(m_bffo2, m_qrx2z);
+    const mask m_ilioh = LT(mv_fabs(r[ref_roll]), K(1e+30));
+    const mask m_6i24m = AND(m_bwxs3, m_ilioh);
+    const mask m_ghzhf = LT(mv_fabs(r[ref_yaw]), K(1e+30));
+    const mask m_65ott = AND(m_6i24m, m_ghzhf);
+    const mask m_lisih = LT(mv_fabs(x[roll]), K(1e+30));
+    const mask m_fdhnb = AND(m_65ott, m_lisih);
+    const mask m_klrep = LT(mv_fabs(trace_pitch), K(1e+30));
+    const mask m_ftaye = AND(m_fdhnb, m_klrep);
+    const mask m_nob5q = LT(mv_fabs(trace_roll), K(1e+30));
+    const mask m_dtjsa = AND(m_ftaye, m_nob5q);
+    const mask m_smxdh = LT(mv_fabs(trace_yaw), K(1e+30));
+    const mask m_tnlb6 = AND(m_dtjsa, m_smxdh);
+    const mask m_q3hd4 = LT(mv_fabs(x[yaw]), K(1e+30));
+    const mask m_n37qp = AND(m_tnlb6, m_q3hd4);
+    const mask m_m4djy = LT(mv_fabs(u_pitch_mrac_literal), K(1e+30));
+    const mask m_r6745 = AND(m_n37qp, m_m4djy);
+    const mask m_l5gdz = LT(mv_fabs(u_roll_mrac_literal), K(1e+30));
+    const mask m_zencp = AND(m_r6745, m_l5gdz);
+    const mask m_ccpp3 = LT(mv_fabs(u_yaw_mrac_literal), K(1e+30));
+    const mask m_kqyoi = AND(m_zencp, m_ccpp3);
+    const real Tx_cmd = SELECT0(m_kqyoi, u_roll_mrac_literal);
+    const real Ty_cmd = SELECT0(m_kqyoi, u_pitch_mrac_literal);
+    const real Tz_cmd = SELECT0(m_kqyoi, u_yaw_mrac_literal);
+    const mask m_dzg3g = NOT(m_kqyoi);
+    u[0] = Tx_cmd;
+    u[1] = Ty_cmd;
+    u[2] = Tz_cmd;
+    z_next[0] = SELECT(m_kqyoi, a1_now_roll, z[a1_roll]);
+    z_next[1] = SELECT(m_kqyoi, a2_now_roll, z[a2_roll]);
+    z_next[2] = SELECT(m_kqyoi, b0_now_roll, z[b0_roll]);
+    z_next[3] = SELECT(m_kqyoi, b1_now_roll, z[b1_roll]);
+    z_next[4] = SELECT(m_kqyoi, d_now_roll, z[d_roll]);
+    z_next[5] = SELECT(m_kqyoi, SELECT(m_huydk, D1_free_roll * cap_roll, z[D1_roll]), z[D1_roll]);
+    z_next[6] = SELECT(m_kqyoi, SELECT(m_huydk, D2_free_roll * cap_roll, z[D2_roll]), z[D2_roll]);
+    z_next[7] = SELECT(m_kqyoi, SELECT(m_huydk, D3_free_roll * cap_roll, z[D3_roll]), z[D3_roll]);
+    z_next[8] = SELECT(m_kqyoi, SELECT(m_huydk, D4_free_roll * cap_roll, z[D4_roll]), z[D4_roll]);
+    z_next[9] = SELECT(m_kqyoi, SELECT(m_huydk, D5_free_roll * cap_roll, z[D5_roll]), z[D5_roll]);
+    z_next[10] = SELECT(m_kqyoi, SELECT(m_huydk, U12_free_roll, z[U12_roll]), z[U12_roll]);
+    z_next[11] = SELECT(m_kqyoi, SELECT(m_huydk, U13_free_roll, z[U13_roll]), z[U13_roll]);
+    z_next[12] = SELECT(m_kqyoi, SELECT(m_huydk, U23_free_roll, z[U23_roll]), z[U23_roll]);
+    z_next[13] = SELECT(m_kqyoi, SELECT(m_huydk, U14_free_roll, z[U14_roll]), z[U14_roll]);
+    z_next[14] = SELECT(m_kqyoi, SELECT(m_huydk, U24_free_roll, z[U24_roll]), z[U24_roll]);
+    z_next[15] = SELECT(m_kqyoi, SELECT(m_huydk, U34_free_roll, z[U34_roll]), z[U34_roll]);
+    z_next[16] = SELECT(m_kqyoi, SELECT(m_huydk, U15_free_roll, z[U15_roll]), z[U15_roll]);
+    z_next[17] = SELECT(m_kqyoi, SELECT(m_huydk, U25_free_roll, z[U25_roll]), z[U25_roll]);
+    z_next[18] = SELECT(m_kqyoi, SELECT(m_huydk, U35_free_roll, z[U35_roll]), z[U35_roll]);
+    z_next[19] = SELECT(m_kqyoi, SELECT(m_huydk, U45_free_roll, z[U45_roll]), z[U45_roll]);
+    z_next[20] = SELECT(m_kqyoi, x[roll], z[y1_roll]);
+    z_next[21] = SELECT(m_kqyoi, y1_used_roll, z[y2_roll]);
+    z_next[22] = SELECT(m_kqyoi, v_roll, z[v1_roll]);
+    z_next[23] = SELECT(m_kqyoi, u_roll_mrac_literal, z[u1_roll]);
+    z_next[24] = SELECT(m_kqyoi, z[u1_roll], z[u2_roll]);
+    z_next[25] = SELECT(m_kqyoi, SELECT(m_ng6lt, z[wm1_roll], w_roll), z[ym_roll]);
+    z_next[26] = SELECT(m_kqyoi, w_roll, z[wm1_roll]);
+    z_next[27] = SELECT(m_kqyoi, z[wm1_roll], z[wm2_roll]);
+    z_next[28] = SELECT(m_kqyoi, a1_now_pitch, z[a1_pitch]);
+    z_next[29] = SELECT(m_kqyoi, a2_now_pitch, z[a2_pitch]);
+    z_next[30] = SELECT(m_kqyoi, b0_now_pitch, z[b0_pitch]);
+    z_next[31] = SELECT(m_kqyoi, b1_now_pitch, z[b1_pitch]);
+    z_next[32] = SELECT(m_kqyoi, d_now_pitch, z[d_pitch]);
+    z_next[33] = SELECT(m_kqyoi, SELECT(m_fztcf, D1_free_pitch * cap_pitch, z[D1_pitch]), z[D1_pitch]);
+    z_next[34] = SELECT(m_kqyoi, SELECT(m_fztcf, D2_free_pitch * cap_pitch, z[D2_pitch]), z[D2_pitch]);
+    z_next[35] = SELECT(m_kqyoi, SELECT(m_fztcf, D3_free_pitch * cap_pitch, z[D3_pitch]), z[D3_pitch]);
+    z_next[36] = SELECT(m_kqyoi, SELECT(m_fztcf, D4_free_pitch * cap_pitch, z[D4_pitch]), z[D4_pitch]);
+    z_next[37] = SELECT(m_kqyoi, SELECT(m_fztcf, D5_free_pitch * cap_pitch, z[D5_pitch]), z[D5_pitch]);
+    z_next[38] = SELECT(m_kqyoi, SELECT(m_fztcf, U12_free_pitch, z[U12_pitch]), z[U12_pitch]);
+    z_next[39] = SELECT(m_kqyoi, SELECT(m_fztcf, U13_free_pitch, z[U13_pitch]), z[U13_pitch]);
+    z_next[40] = SELECT(m_kqyoi, SELECT(m_fztcf, U23_free_pitch, z[U23_pitch]), z[U23_pitch]);
+    z_next[41] = SELECT(m_kqyoi, SELECT(m_fztcf, U14_free_pitch, z[U14_pitch]), z[U14_pitch]);
+    z_next[42] = SELECT(m_kqyoi, SELECT(m_fztcf, U24_free_pitch, z[U24_pitch]), z[U24_pitch]);
+    z_next[43] = SELECT(m_kqyoi, SELECT(m_fztcf, U34_free_pitch, z[U34_pitch]), z[U34_pitch]);
+    z_next[44] = SELECT(m_kqyoi, SELECT(m_fztcf, U15_free_pitch, z[U15_pitch]), z[U15_pitch]);
+    z_next[45] = SELECT(m_kqyoi, SELECT(m_fztcf, U25_free_pitch, z[U25_pitch]), z[U25_pitch]);
+    z_next[46] = SELECT(m_kqyoi, SELECT(m_fztcf, U35_free_pitch, z[U35_pitch]), z[U35_pitch]);
+    z_next[47] = SELECT(m_kqyoi, SELECT(m_fztcf, U45_free_pitch, z[U45_pitch]), z[U45_pitch]);
+    z_next[48] = SELECT(m_kqyoi, x[pitch], z[y1_pitch]);
+    z_next[49] = SELECT(m_kqyoi, y1_used_pitch, z[y2_pitch]);
+    z_next[50] = SELECT(m_kqyoi, v_pitch, z[v1_pitch]);
+    z_next[51] = SELECT(m_kqyoi, u_pitch_mrac_literal, z[u1_pitch]);
+    z_next[52] = SELECT(m_kqyoi, z[u1_pitch], z[u2_pitch]);
+    z_next[53] = SELECT(m_kqyoi, SELECT(m_ng6lt, z[wm1_pitch], w_pitch), z[ym_pitch]);
+    z_next[54] = SELECT(m_kqyoi, w_pitch, z[wm1_pitch]);
+    z_next[55] = SELECT(m_kqyoi, z[wm1_pitch], z[wm2_pitch]);
+    z_next[56] = SELECT(m_kqyoi, a1_now_yaw, z[a1_yaw]);
+    z_next[57] = SELECT(m_kqyoi, a2_now_yaw, z[a2_yaw]);
+    z_next[58] = SELECT(m_kqyoi, b0_now_yaw, z[b0_yaw]);
+    z_next[59] = SELECT(m_kqyoi, b1_now_yaw, z[b1_yaw]);
+    z_next[60] = SELECT(m_kqyoi, d_now_yaw, z[d_yaw]);
+    z_next[61] = SELECT(m_kqyoi, SELECT(m_6lewq, D1_free_yaw * cap_yaw, z[D1_yaw]), z[D1_yaw]);
+    z_next[62] = SELECT(m_kqyoi, SELECT(m_6lewq, D2_free_yaw * cap_yaw, z[D2_yaw]), z[D2_yaw]);
+    z_next[63] = SELECT(m_kqyoi, SELECT(m_6lewq, D3_free_yaw * cap_yaw, z[D3_yaw]), z[D3_yaw]);
+    z_next[64] = SELECT(m_kqyoi, SELECT(m_6lewq, D4_free_yaw * cap_yaw, z[D4_yaw]), z[D4_yaw]);
+    z_next[65] = SELECT(m_kqyoi, SELECT(m_6lewq, D5_free_yaw * cap_yaw, z[D5_yaw]), z[D5_yaw]);
+    z_next[66] = SELECT(m_kqyoi, SELECT(m_6lewq, U12_free_yaw, z[U12_yaw]), z[U12_yaw]);
+    z_next[67] = SELECT(m_kqyoi, SELECT(m_6lewq, U13_free_yaw, z[U13_yaw]), z[U13_yaw]);
+    z_next[68] = SELECT(m_kqyoi, SELECT(m_6lewq, U23_free_yaw, z[U23_yaw]), z[U23_yaw]);
+    z_next[69] = SELECT(m_kqyoi, SELECT(m_6lewq, U14_free_yaw, z[U14_yaw]), z[U14_yaw]);
+    z_next[70] = SELECT(m_kqyoi, SELECT(m_6lewq, U24_free_yaw, z[U24_yaw]), z[U24_yaw]);
+    z_next[71] = SELECT(m_kqyoi, SELECT(m_6lewq, U34_free_yaw, z[U34_yaw]), z[U34_yaw]);
+    z_next[72] = SELECT(m_kqyoi, SELECT(m_6lewq, U15_free_yaw, z[U15_yaw]), z[U15_yaw]);
+    z_next[73] = SELECT(m_kqyoi, SELECT(m_6lewq, U25_free_yaw, z[U25_yaw]), z[U25_yaw]);
+    z_next[74] = SELECT(m_kqyoi, SELECT(m_6lewq, U35_free_yaw, z[U35_yaw]), z[U35_yaw]);
+    z_next[75] = SELECT(m_kqyoi, SELECT(m_6lewq, U45_free_yaw, z[U45_yaw]), z[U45_yaw]);
+    z_next[76] = SELECT(m_kqyoi, x[yaw], z[y1_yaw]);
+    z_next[77] = SELECT(m_kqyoi, y1_used_yaw, z[y2_yaw]);
+    z_next[78] = SELECT(m_kqyoi, v_yaw, z[v1_yaw]);
+    z_next[79] = SELECT(m_kqyoi, u_yaw_mrac_literal, z[u1_yaw]);
+    z_next[80] = SELECT(m_kqyoi, z[u1_yaw], z[u2_yaw]);
+    z_next[81] = SELECT(m_kqyoi, SELECT(m_ng6lt, z[wm1_yaw], w_yaw), z[ym_yaw]);
+    z_next[82] = SELECT(m_kqyoi, w_yaw, z[wm1_yaw]);
+    z_next[83] = SELECT(m_kqyoi, z[wm1_yaw], z[wm2_yaw]);
+    z_next[84] = SELECT0(m_kqyoi, mv_min(SPLAT(K(2.0)), K(1.0) + z[samples]));
+    z_next[85] = SELECT0(m_dzg3g, SPLAT(K(1.0)));
 }
 
 /* margins of a feasible mrac-literal; 4 operations. */
@@ -1122,39 +1829,57 @@ void satellite_mrac_literal_constraints(const real *p, const real *c, const real
 {
     (void)p;
     (void)s;
-    margin[0] = K(1e-09) - mv_fabs(c[20] * (K(-1.0) + c[20]));
+    enum { design_delay = SATELLITE_MRAC_LITERAL_C_DESIGN_DELAY };
+    margin[0] = K(1e-09) - mv_fabs(c[design_delay] * (K(-1.0) + c[design_delay]));
 }
 
 /* memory of mrac-literal before the first sample; 26 operations. */
 void satellite_mrac_literal_start(const real *x, const real *r, const real *p, const real *c, real *z)
 {
     (void)r;
-    const mask m4 = LT(K(0.0), c[8]);
-    const real v8 = p[9] * p[9] * c[7];
-    const real v12 = v8 * (K(0.5) / p[0]);
-    const mask m15 = LT(K(0.0), c[9]);
-    const mask m19 = LT(K(0.5), c[16]);
-    const real v20 = SELECT0(m19, c[2]);
-    const mask m23 = LT(K(0.5), c[22]);
-    const real v24 = SELECT0(m23, x[0]);
-    const mask m26 = LT(K(0.0), c[10]);
-    const real v29 = K(0.5) / p[1] * v8;
-    const mask m32 = LT(K(0.0), c[11]);
-    const real v35 = SELECT0(m23, x[1]);
-    const mask m37 = LT(K(0.0), c[12]);
-    const real v40 = K(0.5) / p[2] * v8;
-    const mask m43 = LT(K(0.0), c[13]);
-    const real v46 = SELECT0(m23, x[2]);
+    enum { roll = SATELLITE_X_ROLL };
+    enum { pitch = SATELLITE_X_PITCH };
+    enum { yaw = SATELLITE_X_YAW };
+    enum { I_x = SATELLITE_P_I_X };
+    enum { I_y = SATELLITE_P_I_Y };
+    enum { I_z = SATELLITE_P_I_Z };
+    enum { Ts = SATELLITE_P_TS };
+    enum { F0 = SATELLITE_MRAC_LITERAL_C_F0 };
+    enum { guess = SATELLITE_MRAC_LITERAL_C_GUESS };
+    enum { b0_roll_0 = SATELLITE_MRAC_LITERAL_C_B0_ROLL_0 };
+    enum { b1_roll_0 = SATELLITE_MRAC_LITERAL_C_B1_ROLL_0 };
+    enum { b0_pitch_0 = SATELLITE_MRAC_LITERAL_C_B0_PITCH_0 };
+    enum { b1_pitch_0 = SATELLITE_MRAC_LITERAL_C_B1_PITCH_0 };
+    enum { b0_yaw_0 = SATELLITE_MRAC_LITERAL_C_B0_YAW_0 };
+    enum { b1_yaw_0 = SATELLITE_MRAC_LITERAL_C_B1_YAW_0 };
+    enum { estimate_d = SATELLITE_MRAC_LITERAL_C_ESTIMATE_D };
+    enum { matched = SATELLITE_MRAC_LITERAL_C_MATCHED };
+    const mask m_6hiht = LT(K(0.0), c[b0_roll_0]);
+    const real t_yziwa = p[Ts] * p[Ts] * c[guess];
+    const real t_h5j4e = t_yziwa * (K(0.5) / p[I_x]);
+    const mask m_3vk5m = LT(K(0.0), c[b1_roll_0]);
+    const mask m_2ed72 = LT(K(0.5), c[estimate_d]);
+    const real t_vy7dj = SELECT0(m_2ed72, c[F0]);
+    const mask m_pj42l = LT(K(0.5), c[matched]);
+    const real t_6cwtz = SELECT0(m_pj42l, x[roll]);
+    const mask m_4tqfe = LT(K(0.0), c[b0_pitch_0]);
+    const real t_dbfdq = K(0.5) / p[I_y] * t_yziwa;
+    const mask m_t6c4u = LT(K(0.0), c[b1_pitch_0]);
+    const real t_nlns5 = SELECT0(m_pj42l, x[pitch]);
+    const mask m_m4trp = LT(K(0.0), c[b0_yaw_0]);
+    const real t_23gbv = K(0.5) / p[I_z] * t_yziwa;
+    const mask m_zhi77 = LT(K(0.0), c[b1_yaw_0]);
+    const real t_znsce = SELECT0(m_pj42l, x[yaw]);
     z[0] = SPLAT(K(-2.0));
     z[1] = SPLAT(K(1.0));
-    z[2] = SELECT(m4, c[8], v12);
-    z[3] = SELECT(m15, c[9], v12);
+    z[2] = SELECT(m_6hiht, c[b0_roll_0], t_h5j4e);
+    z[3] = SELECT(m_3vk5m, c[b1_roll_0], t_h5j4e);
     z[4] = SPLAT(K(0.0));
-    z[5] = c[2];
-    z[6] = c[2];
-    z[7] = c[2];
-    z[8] = c[2];
-    z[9] = v20;
+    z[5] = c[F0];
+    z[6] = c[F0];
+    z[7] = c[F0];
+    z[8] = c[F0];
+    z[9] = t_vy7dj;
     z[10] = SPLAT(K(0.0));
     z[11] = SPLAT(K(0.0));
     z[12] = SPLAT(K(0.0));
@@ -1165,24 +1890,24 @@ void satellite_mrac_literal_start(const real *x, const real *r, const real *p, c
     z[17] = SPLAT(K(0.0));
     z[18] = SPLAT(K(0.0));
     z[19] = SPLAT(K(0.0));
-    z[20] = x[0];
-    z[21] = x[0];
+    z[20] = x[roll];
+    z[21] = x[roll];
     z[22] = SPLAT(K(0.0));
     z[23] = SPLAT(K(0.0));
     z[24] = SPLAT(K(0.0));
-    z[25] = v24;
-    z[26] = v24;
-    z[27] = v24;
+    z[25] = t_6cwtz;
+    z[26] = t_6cwtz;
+    z[27] = t_6cwtz;
     z[28] = SPLAT(K(-2.0));
     z[29] = SPLAT(K(1.0));
-    z[30] = SELECT(m26, c[10], v29);
-    z[31] = SELECT(m32, c[11], v29);
+    z[30] = SELECT(m_4tqfe, c[b0_pitch_0], t_dbfdq);
+    z[31] = SELECT(m_t6c4u, c[b1_pitch_0], t_dbfdq);
     z[32] = SPLAT(K(0.0));
-    z[33] = c[2];
-    z[34] = c[2];
-    z[35] = c[2];
-    z[36] = c[2];
-    z[37] = v20;
+    z[33] = c[F0];
+    z[34] = c[F0];
+    z[35] = c[F0];
+    z[36] = c[F0];
+    z[37] = t_vy7dj;
     z[38] = SPLAT(K(0.0));
     z[39] = SPLAT(K(0.0));
     z[40] = SPLAT(K(0.0));
@@ -1193,24 +1918,24 @@ void satellite_mrac_literal_start(const real *x, const real *r, const real *p, c
     z[45] = SPLAT(K(0.0));
     z[46] = SPLAT(K(0.0));
     z[47] = SPLAT(K(0.0));
-    z[48] = x[1];
-    z[49] = x[1];
+    z[48] = x[pitch];
+    z[49] = x[pitch];
     z[50] = SPLAT(K(0.0));
     z[51] = SPLAT(K(0.0));
     z[52] = SPLAT(K(0.0));
-    z[53] = v35;
-    z[54] = v35;
-    z[55] = v35;
+    z[53] = t_nlns5;
+    z[54] = t_nlns5;
+    z[55] = t_nlns5;
     z[56] = SPLAT(K(-2.0));
     z[57] = SPLAT(K(1.0));
-    z[58] = SELECT(m37, c[12], v40);
-    z[59] = SELECT(m43, c[13], v40);
+    z[58] = SELECT(m_m4trp, c[b0_yaw_0], t_23gbv);
+    z[59] = SELECT(m_zhi77, c[b1_yaw_0], t_23gbv);
     z[60] = SPLAT(K(0.0));
-    z[61] = c[2];
-    z[62] = c[2];
-    z[63] = c[2];
-    z[64] = c[2];
-    z[65] = v20;
+    z[61] = c[F0];
+    z[62] = c[F0];
+    z[63] = c[F0];
+    z[64] = c[F0];
+    z[65] = t_vy7dj;
     z[66] = SPLAT(K(0.0));
     z[67] = SPLAT(K(0.0));
     z[68] = SPLAT(K(0.0));
@@ -1221,14 +1946,14 @@ void satellite_mrac_literal_start(const real *x, const real *r, const real *p, c
     z[73] = SPLAT(K(0.0));
     z[74] = SPLAT(K(0.0));
     z[75] = SPLAT(K(0.0));
-    z[76] = x[2];
-    z[77] = x[2];
+    z[76] = x[yaw];
+    z[77] = x[yaw];
     z[78] = SPLAT(K(0.0));
     z[79] = SPLAT(K(0.0));
     z[80] = SPLAT(K(0.0));
-    z[81] = v46;
-    z[82] = v46;
-    z[83] = v46;
+    z[81] = t_znsce;
+    z[82] = t_znsce;
+    z[83] = t_znsce;
     z[84] = SPLAT(K(0.0));
     z[85] = SPLAT(K(0.0));
 }
@@ -1236,72 +1961,108 @@ void satellite_mrac_literal_start(const real *x, const real *r, const real *p, c
 /* formula defaults of mrac-literal; 0 operations. */
 void satellite_mrac_literal_defaults(const real *c, real *derived)
 {
-    derived[0] = c[19];
+    enum { delay = SATELLITE_MRAC_LITERAL_C_DELAY };
+    derived[0] = c[delay];
 }
 
 /* proportional and derivative (50); 126 operations. */
 void satellite_pd(const real *x, const real *r, const real *v, const real *z, const real *p, const real *c, real *u, real *z_next)
 {
     (void)v;
-    const mask m4 = LT(mv_fabs(x[1]), K(1e+30));
-    const mask m7 = LT(mv_fabs(r[1]), K(1e+30));
-    const mask m8 = AND(m4, m7);
-    const mask m11 = LT(mv_fabs(r[0]), K(1e+30));
-    const mask m12 = AND(m8, m11);
-    const mask m15 = LT(mv_fabs(r[2]), K(1e+30));
-    const mask m16 = AND(m12, m15);
-    const mask m19 = LT(mv_fabs(x[0]), K(1e+30));
-    const mask m20 = AND(m16, m19);
-    const mask m23 = LT(mv_fabs(x[2]), K(1e+30));
-    const mask m24 = AND(m20, m23);
-    const mask m27 = LT(K(0.5), c[6]);
-    real s34, c34; mv_sincos(x[2], &s34, &c34);
-    real s35, c35; mv_sincos(x[0], &s35, &c35);
-    real s37, c37; mv_sincos(x[1], &s37, &c37);
-    const real v47 = c[1] * (SELECT(m27, z[3], r[1]) - x[1]) - c[4] * (x[4] + (c34 * c35 + s37 * (s34 * s35)) * p[6]);
-    const mask m49 = LT(mv_fabs(v47), K(1e+30));
-    const mask m50 = AND(m24, m49);
-    const real v63 = c[0] * (SELECT(m27, z[0], r[0]) - x[0]) - c[3] * (x[3] + c37 * s34 * p[6]);
-    const mask m65 = LT(mv_fabs(v63), K(1e+30));
-    const mask m66 = AND(m50, m65);
-    const real v81 = c[2] * (SELECT(m27, z[6], r[2]) - x[2]) - c[5] * (x[5] + (s37 * (s34 * c35) - c34 * s35) * p[6]);
-    const mask m83 = LT(mv_fabs(v81), K(1e+30));
-    const mask m84 = AND(m66, m83);
-    const mask m86 = LT(mv_fabs(x[3]), K(1e+30));
-    const mask m87 = AND(m84, m86);
-    const mask m89 = LT(mv_fabs(x[4]), K(1e+30));
-    const mask m90 = AND(m87, m89);
-    const mask m92 = LT(mv_fabs(x[5]), K(1e+30));
-    const mask m93 = AND(m90, m92);
-    const mask m99 = LT(K(0.5), c[8]);
-    const real v101 = K(0.5) * z[1];
-    const real v110 = mv_exp(-(p[9] / c[9]));
-    const real v111 = K(-1.0) + v110;
-    const real v112 = v111 * v111;
-    const real v114 = v110 + v110;
-    const real v117 = v110 * v110;
-    const real v119 = v112 * r[0] + v114 * z[1] - v117 * z[2];
-    const mask m123 = NOT(m93);
-    const real v124 = SELECT(m93, SELECT(m99, v101 + K(0.5) * z[2], v101 + K(0.5) * v119), z[0]);
-    const real v128 = K(0.5) * z[4];
-    const real v136 = v112 * r[1] + v114 * z[4] - v117 * z[5];
-    const real v140 = SELECT(m93, SELECT(m99, v128 + K(0.5) * z[5], v128 + K(0.5) * v136), z[3]);
-    const real v144 = K(0.5) * z[7];
-    const real v152 = v112 * r[2] + v114 * z[7] - v117 * z[8];
-    const real v156 = SELECT(m93, SELECT(m99, v144 + K(0.5) * z[8], v144 + K(0.5) * v152), z[6]);
-    u[0] = SELECT0(m93, v63);
-    u[1] = SELECT0(m93, v47);
-    u[2] = SELECT0(m93, v81);
-    z_next[0] = v124;
-    z_next[1] = SELECT(m93, v119, z[1]);
-    z_next[2] = SELECT(m93, z[1], z[2]);
-    z_next[3] = v140;
-    z_next[4] = SELECT(m93, v136, z[4]);
-    z_next[5] = SELECT(m93, z[4], z[5]);
-    z_next[6] = v156;
-    z_next[7] = SELECT(m93, v152, z[7]);
-    z_next[8] = SELECT(m93, z[7], z[8]);
-    z_next[9] = SELECT0(m123, SPLAT(K(1.0)));
+    enum { roll = SATELLITE_X_ROLL };
+    enum { pitch = SATELLITE_X_PITCH };
+    enum { yaw = SATELLITE_X_YAW };
+    enum { wx = SATELLITE_X_WX };
+    enum { wy = SATELLITE_X_WY };
+    enum { wz = SATELLITE_X_WZ };
+    enum { ref_roll = SATELLITE_R_REF_ROLL };
+    enum { ref_pitch = SATELLITE_R_REF_PITCH };
+    enum { ref_yaw = SATELLITE_R_REF_YAW };
+    enum { ym_roll = SATELLITE_PD_Z_YM_ROLL };
+    enum { wm1_roll = SATELLITE_PD_Z_WM1_ROLL };
+    enum { wm2_roll = SATELLITE_PD_Z_WM2_ROLL };
+    enum { ym_pitch = SATELLITE_PD_Z_YM_PITCH };
+    enum { wm1_pitch = SATELLITE_PD_Z_WM1_PITCH };
+    enum { wm2_pitch = SATELLITE_PD_Z_WM2_PITCH };
+    enum { ym_yaw = SATELLITE_PD_Z_YM_YAW };
+    enum { wm1_yaw = SATELLITE_PD_Z_WM1_YAW };
+    enum { wm2_yaw = SATELLITE_PD_Z_WM2_YAW };
+    enum { omega0 = SATELLITE_P_OMEGA0 };
+    enum { Ts = SATELLITE_P_TS };
+    enum { Kp_x = SATELLITE_PD_C_KP_X };
+    enum { Kp_y = SATELLITE_PD_C_KP_Y };
+    enum { Kp_z = SATELLITE_PD_C_KP_Z };
+    enum { Kd_x = SATELLITE_PD_C_KD_X };
+    enum { Kd_y = SATELLITE_PD_C_KD_Y };
+    enum { Kd_z = SATELLITE_PD_C_KD_Z };
+    enum { follow_model = SATELLITE_PD_C_FOLLOW_MODEL };
+    enum { design_delay = SATELLITE_PD_C_DESIGN_DELAY };
+    enum { tau_m = SATELLITE_PD_C_TAU_M };
+    real sin_pitch, cos_pitch; mv_sincos(x[pitch], &sin_pitch, &cos_pitch);
+    real sin_yaw, cos_yaw; mv_sincos(x[yaw], &sin_yaw, &cos_yaw);
+    const real C12 = cos_pitch * sin_yaw;  /* (3) */
+    real sin_roll, cos_roll; mv_sincos(x[roll], &sin_roll, &cos_roll);
+    const real C22 = cos_yaw * cos_roll + sin_pitch * (sin_yaw * sin_roll);  /* (3) */
+    const real C32 = sin_pitch * (sin_yaw * cos_roll) - cos_yaw * sin_roll;  /* (3) */
+    const real rate_x = x[wx] + C12 * p[omega0];  /* (4) */
+    const real rate_y = x[wy] + C22 * p[omega0];  /* (4) */
+    const real rate_z = x[wz] + C32 * p[omega0];  /* (4) */
+    const real model_pole = mv_exp(-(p[Ts] / c[tau_m]));
+    const real t_hjr6j = K(-1.0) + model_pole;
+    const real t_lbhv6 = t_hjr6j * t_hjr6j;
+    const real t_u5zvh = model_pole + model_pole;
+    const real t_lbhv6_2 = model_pole * model_pole;
+    const real w_roll = t_lbhv6 * r[ref_roll] + t_u5zvh * z[wm1_roll] - t_lbhv6_2 * z[wm2_roll];  /* (16) */
+    const real w_pitch = t_lbhv6 * r[ref_pitch] + t_u5zvh * z[wm1_pitch] - t_lbhv6_2 * z[wm2_pitch];  /* (16) */
+    const real w_yaw = t_lbhv6 * r[ref_yaw] + t_u5zvh * z[wm1_yaw] - t_lbhv6_2 * z[wm2_yaw];  /* (16) */
+    const mask m_z3d63 = LT(K(0.5), c[follow_model]);
+    const real u_roll_pd = c[Kp_x] * (SELECT(m_z3d63, z[ym_roll], r[ref_roll]) - x[roll]) - c[Kd_x] * rate_x;  /* (50) */
+    const real u_pitch_pd = c[Kp_y] * (SELECT(m_z3d63, z[ym_pitch], r[ref_pitch]) - x[pitch]) - c[Kd_y] * rate_y;  /* (50) */
+    const real u_yaw_pd = c[Kp_z] * (SELECT(m_z3d63, z[ym_yaw], r[ref_yaw]) - x[yaw]) - c[Kd_z] * rate_z;  /* (50) */
+    const mask m_cgnek = LT(mv_fabs(x[pitch]), K(1e+30));
+    const mask m_qrx2z = LT(mv_fabs(r[ref_pitch]), K(1e+30));
+    const mask m_r3fir = AND(m_cgnek, m_qrx2z);
+    const mask m_ilioh = LT(mv_fabs(r[ref_roll]), K(1e+30));
+    const mask m_bmy6f = AND(m_r3fir, m_ilioh);
+    const mask m_ghzhf = LT(mv_fabs(r[ref_yaw]), K(1e+30));
+    const mask m_5iclu = AND(m_bmy6f, m_ghzhf);
+    const mask m_lisih = LT(mv_fabs(x[roll]), K(1e+30));
+    const mask m_fdhnb = AND(m_5iclu, m_lisih);
+    const mask m_q3hd4 = LT(mv_fabs(x[yaw]), K(1e+30));
+    const mask m_sehe6 = AND(m_fdhnb, m_q3hd4);
+    const mask m_4fwsc = LT(mv_fabs(u_pitch_pd), K(1e+30));
+    const mask m_ey64f = AND(m_sehe6, m_4fwsc);
+    const mask m_zzicp = LT(mv_fabs(u_roll_pd), K(1e+30));
+    const mask m_yof5u = AND(m_ey64f, m_zzicp);
+    const mask m_ilrjp = LT(mv_fabs(u_yaw_pd), K(1e+30));
+    const mask m_gwxq4 = AND(m_yof5u, m_ilrjp);
+    const mask m_nepjb = LT(mv_fabs(x[wx]), K(1e+30));
+    const mask m_r3oc5 = AND(m_gwxq4, m_nepjb);
+    const mask m_gmtwv = LT(mv_fabs(x[wy]), K(1e+30));
+    const mask m_mhk6s = AND(m_r3oc5, m_gmtwv);
+    const mask m_no6hp = LT(mv_fabs(x[wz]), K(1e+30));
+    const mask m_le4m7 = AND(m_mhk6s, m_no6hp);
+    const real Tx_cmd = SELECT0(m_le4m7, u_roll_pd);
+    const real Ty_cmd = SELECT0(m_le4m7, u_pitch_pd);
+    const real Tz_cmd = SELECT0(m_le4m7, u_yaw_pd);
+    const mask m_ng6lt = LT(K(0.5), c[design_delay]);
+    const real t_lfvhy = K(0.5) * z[wm1_roll];
+    const real t_nuzia = K(0.5) * z[wm1_pitch];
+    const real t_bashd = K(0.5) * z[wm1_yaw];
+    const mask m_rtwsy = NOT(m_le4m7);
+    u[0] = Tx_cmd;
+    u[1] = Ty_cmd;
+    u[2] = Tz_cmd;
+    z_next[0] = SELECT(m_le4m7, SELECT(m_ng6lt, t_lfvhy + K(0.5) * z[wm2_roll], t_lfvhy + K(0.5) * w_roll), z[ym_roll]);
+    z_next[1] = SELECT(m_le4m7, w_roll, z[wm1_roll]);
+    z_next[2] = SELECT(m_le4m7, z[wm1_roll], z[wm2_roll]);
+    z_next[3] = SELECT(m_le4m7, SELECT(m_ng6lt, t_nuzia + K(0.5) * z[wm2_pitch], t_nuzia + K(0.5) * w_pitch), z[ym_pitch]);
+    z_next[4] = SELECT(m_le4m7, w_pitch, z[wm1_pitch]);
+    z_next[5] = SELECT(m_le4m7, z[wm1_pitch], z[wm2_pitch]);
+    z_next[6] = SELECT(m_le4m7, SELECT(m_ng6lt, t_bashd + K(0.5) * z[wm2_yaw], t_bashd + K(0.5) * w_yaw), z[ym_yaw]);
+    z_next[7] = SELECT(m_le4m7, w_yaw, z[wm1_yaw]);
+    z_next[8] = SELECT(m_le4m7, z[wm1_yaw], z[wm2_yaw]);
+    z_next[9] = SELECT0(m_rtwsy, SPLAT(K(1.0)));
 }
 
 /* margins of a feasible pd; 4 operations. */
@@ -1309,43 +2070,53 @@ void satellite_pd_constraints(const real *p, const real *c, const real *s, real 
 {
     (void)p;
     (void)s;
-    margin[0] = K(1e-09) - mv_fabs(c[8] * (K(-1.0) + c[8]));
+    enum { design_delay = SATELLITE_PD_C_DESIGN_DELAY };
+    margin[0] = K(1e-09) - mv_fabs(c[design_delay] * (K(-1.0) + c[design_delay]));
 }
 
 /* margins that a run of pd should have, each with the values to show; 48 operations. */
 void satellite_pd_warnings(const real *p, const real *c, const real *s, real *margin)
 {
     (void)s;
-    const real v6 = K(1.0) / p[0];
-    const real v13 = c[0] * v6 + K(-0.25) * (c[3] * c[3]) / (p[0] * p[0]);
-    const real v16 = mv_sqrt(mv_max(SPLAT(K(0.0)), -v13));
-    const real v19 = K(0.5) * v6 * c[3];
-    const real v22 = mv_sqrt(mv_max(SPLAT(K(0.0)), v13));
-    const real v30 = K(1.0) / p[1];
-    const real v36 = c[1] * v30 + K(-0.25) * (c[4] * c[4]) / (p[1] * p[1]);
-    const real v39 = mv_sqrt(mv_max(SPLAT(K(0.0)), -v36));
-    const real v41 = K(0.5) * v30 * c[4];
-    const real v44 = mv_sqrt(mv_max(SPLAT(K(0.0)), v36));
-    const real v52 = K(1.0) / p[2];
-    const real v58 = c[2] * v52 + K(-0.25) * (c[5] * c[5]) / (p[2] * p[2]);
-    const real v61 = mv_sqrt(mv_max(SPLAT(K(0.0)), -v58));
-    const real v63 = K(0.5) * v52 * c[5];
-    const real v66 = mv_sqrt(mv_max(SPLAT(K(0.0)), v58));
-    margin[0] = mv_min(c[3], c[0]);
-    margin[1] = v16 - v19;
-    margin[2] = v22;
-    margin[3] = -(v16 + v19);
-    margin[4] = -v22;
-    margin[5] = mv_min(c[4], c[1]);
-    margin[6] = v39 - v41;
-    margin[7] = v44;
-    margin[8] = -(v39 + v41);
-    margin[9] = -v44;
-    margin[10] = mv_min(c[5], c[2]);
-    margin[11] = v61 - v63;
-    margin[12] = v66;
-    margin[13] = -(v61 + v63);
-    margin[14] = -v66;
+    enum { I_x = SATELLITE_P_I_X };
+    enum { I_y = SATELLITE_P_I_Y };
+    enum { I_z = SATELLITE_P_I_Z };
+    enum { Kp_x = SATELLITE_PD_C_KP_X };
+    enum { Kp_y = SATELLITE_PD_C_KP_Y };
+    enum { Kp_z = SATELLITE_PD_C_KP_Z };
+    enum { Kd_x = SATELLITE_PD_C_KD_X };
+    enum { Kd_y = SATELLITE_PD_C_KD_Y };
+    enum { Kd_z = SATELLITE_PD_C_KD_Z };
+    const real t_wdz5p = K(1.0) / p[I_x];
+    const real t_qfd6q = c[Kp_x] * t_wdz5p + K(-0.25) * (c[Kd_x] * c[Kd_x]) / (p[I_x] * p[I_x]);
+    const real t_bhd6l = mv_sqrt(mv_max(SPLAT(K(0.0)), -t_qfd6q));
+    const real t_kmpg4 = K(0.5) * t_wdz5p * c[Kd_x];
+    const real t_bhd6l_2 = mv_sqrt(mv_max(SPLAT(K(0.0)), t_qfd6q));
+    const real t_s2koj = K(1.0) / p[I_y];
+    const real t_3rxmj = c[Kp_y] * t_s2koj + K(-0.25) * (c[Kd_y] * c[Kd_y]) / (p[I_y] * p[I_y]);
+    const real t_rm2vg = mv_sqrt(mv_max(SPLAT(K(0.0)), -t_3rxmj));
+    const real t_tkgnt = K(0.5) * t_s2koj * c[Kd_y];
+    const real t_rm2vg_2 = mv_sqrt(mv_max(SPLAT(K(0.0)), t_3rxmj));
+    const real t_eah32 = K(1.0) / p[I_z];
+    const real t_3sq7l = c[Kp_z] * t_eah32 + K(-0.25) * (c[Kd_z] * c[Kd_z]) / (p[I_z] * p[I_z]);
+    const real t_5wdii = mv_sqrt(mv_max(SPLAT(K(0.0)), -t_3sq7l));
+    const real t_icol4 = K(0.5) * t_eah32 * c[Kd_z];
+    const real t_5wdii_2 = mv_sqrt(mv_max(SPLAT(K(0.0)), t_3sq7l));
+    margin[0] = mv_min(c[Kd_x], c[Kp_x]);
+    margin[1] = t_bhd6l - t_kmpg4;
+    margin[2] = t_bhd6l_2;
+    margin[3] = -(t_bhd6l + t_kmpg4);
+    margin[4] = -t_bhd6l_2;
+    margin[5] = mv_min(c[Kd_y], c[Kp_y]);
+    margin[6] = t_rm2vg - t_tkgnt;
+    margin[7] = t_rm2vg_2;
+    margin[8] = -(t_rm2vg + t_tkgnt);
+    margin[9] = -t_rm2vg_2;
+    margin[10] = mv_min(c[Kd_z], c[Kp_z]);
+    margin[11] = t_5wdii - t_icol4;
+    margin[12] = t_5wdii_2;
+    margin[13] = -(t_5wdii + t_icol4);
+    margin[14] = -t_5wdii_2;
 }
 
 /* memory of pd before the first sample; 4 operations. */
@@ -1353,24 +2124,29 @@ void satellite_pd_start(const real *x, const real *r, const real *p, const real 
 {
     (void)r;
     (void)p;
-    const mask m2 = LT(K(0.5), c[10]);
-    const real v4 = SELECT0(m2, x[0]);
-    const real v6 = SELECT0(m2, x[1]);
-    const real v8 = SELECT0(m2, x[2]);
-    z[0] = v4;
-    z[1] = v4;
-    z[2] = v4;
-    z[3] = v6;
-    z[4] = v6;
-    z[5] = v6;
-    z[6] = v8;
-    z[7] = v8;
-    z[8] = v8;
+    enum { roll = SATELLITE_X_ROLL };
+    enum { pitch = SATELLITE_X_PITCH };
+    enum { yaw = SATELLITE_X_YAW };
+    enum { matched = SATELLITE_PD_C_MATCHED };
+    const mask m_pj42l = LT(K(0.5), c[matched]);
+    const real t_6cwtz = SELECT0(m_pj42l, x[roll]);
+    const real t_nlns5 = SELECT0(m_pj42l, x[pitch]);
+    const real t_znsce = SELECT0(m_pj42l, x[yaw]);
+    z[0] = t_6cwtz;
+    z[1] = t_6cwtz;
+    z[2] = t_6cwtz;
+    z[3] = t_nlns5;
+    z[4] = t_nlns5;
+    z[5] = t_nlns5;
+    z[6] = t_znsce;
+    z[7] = t_znsce;
+    z[8] = t_znsce;
     z[9] = SPLAT(K(0.0));
 }
 
 /* formula defaults of pd; 0 operations. */
 void satellite_pd_defaults(const real *c, real *derived)
 {
-    derived[0] = c[7];
+    enum { delay = SATELLITE_PD_C_DELAY };
+    derived[0] = c[delay];
 }

@@ -10,7 +10,7 @@
 
 #include "mehvar/real.h"
 
-#define SATELLITE_HASH "9a44c260b197b7370be86d55011345c8bd1f2913fe08d6dea8312a7f9091641d"
+#define SATELLITE_HASH "728e2adb9ac499e8f25bc2bd80d14532b7e4d2e7951bdaa81016025d55eeefbb"
 
 /* state x */
 enum {

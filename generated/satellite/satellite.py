@@ -7,7 +7,7 @@ Needs numpy alone. Vectors have their elements on the last axis; leading axes br
 
 import numpy as np
 
-HASH = "9a44c260b197b7370be86d55011345c8bd1f2913fe08d6dea8312a7f9091641d"
+HASH = "728e2adb9ac499e8f25bc2bd80d14532b7e4d2e7951bdaa81016025d55eeefbb"
 STATES = ("roll", "pitch", "yaw", "wx", "wy", "wz", "hx", "hy", "hz", "latitude", )
 INPUTS = ("Tx", "Ty", "Tz", )
 REFERENCES = ("ref_roll", "ref_pitch", "ref_yaw", )
@@ -85,3656 +85,8855 @@ def rhs(x, u, p):
     """State derivative: (x, u, p) -> dx."""
     x, u, p = _arrays(x, u, p)
     with np.errstate(all="ignore"):
-        s2, c2 = np.sin(x[..., 1]), np.cos(x[..., 1])
-        s4, c4 = np.sin(x[..., 2]), np.cos(x[..., 2])
-        v5 = c2 * s4
-        s11, c11 = np.sin(x[..., 0]), np.cos(x[..., 0])
-        v13 = 1.0 / c2
-        v18 = c4 * c11
-        v19 = s4 * s11
-        v21 = v18 + s2 * v19
-        v23 = x[..., 4] + v21 * p[..., 6]
-        v24 = s11 * v13 * v23
-        v29 = s4 * c11
-        v31 = c4 * s11
-        v32 = s2 * v29 - v31
-        v34 = x[..., 5] + v32 * p[..., 6]
-        v35 = c11 * v13 * v34
-        s43, c43 = np.sin(x[..., 9]), np.cos(x[..., 9])
-        v46 = p[..., 7] * p[..., 7]
-        v48 = p[..., 17] / (p[..., 7] * v46)
-        s50, c50 = np.sin(p[..., 8]), np.cos(p[..., 8])
-        v51 = v48 * s50
-        v52 = c43 * v51
-        v54 = v19 + s2 * v18
-        v57 = v48 * c50
-        v62 = (v51 + v51) * s43
-        v63 = c2 * c11
-        v65 = v52 * v54 - v57 * v32 + v62 * v63
-        v73 = p[..., 20] * p[..., 24] * (1.0 + p[..., 25])
-        s75, c75 = np.sin(p[..., 27]), np.cos(p[..., 27])
-        v77 = x[..., 9] - p[..., 26]
-        s78, c78 = np.sin(v77), np.cos(v77)
-        v82 = p[..., 6] * p[..., 6]
-        v90 = v73 * (c75 * s78) - 0.5 * v82 * p[..., 18] * p[..., 20] * p[..., 19] * v46
-        v93 = v73 * s75
-        v98 = v73 * (c75 * c78)
-        v100 = v90 * v54 + v93 * v32 + v98 * v63
-        v105 = s2 * v31 - v29
-        v109 = c2 * s11
-        v111 = v52 * v105 - v57 * v21 + v62 * v109
-        v119 = v90 * v105 + v93 * v21 + v98 * v109
-        v122 = v65 * p[..., 15] + v100 * p[..., 22] - v111 * p[..., 16] - v119 * p[..., 23]
-        v128 = p[..., 2] + p[..., 5]
-        v132 = 3.0 * v82 * v63
-        v139 = p[..., 13] * p[..., 10]
-        v146 = u[..., 0] + v139 * (x[..., 6] * (1.0 / p[..., 3]) - x[..., 3])
-        v150 = x[..., 7] + x[..., 4] * p[..., 1]
-        v152 = v122 - (p[..., 1] + p[..., 4] - v128) * v132 * v109 + v146 + v150 * x[..., 5]
-        v155 = x[..., 8] + x[..., 5] * p[..., 2]
-        v161 = c2 * c4
-        v166 = v52 * v161 - v57 * v5 - v62 * s2
-        v172 = v90 * v161 + v93 * v5 - v98 * s2
-        v180 = v166 * p[..., 16] + v172 * p[..., 23] - v65 * p[..., 14] - v100 * p[..., 21]
-        v182 = p[..., 0] + p[..., 3]
-        v191 = u[..., 1] + v139 * (x[..., 7] * (1.0 / p[..., 4]) - x[..., 4])
-        v196 = x[..., 6] + x[..., 3] * p[..., 0]
-        v198 = v180 - v132 * s2 * (v182 - v128) + v191 + v155 * x[..., 3] - v196 * x[..., 5]
-        v207 = v111 * p[..., 14] + v119 * p[..., 21] - v166 * p[..., 15] - v172 * p[..., 22]
-        v221 = u[..., 2] + v139 * (x[..., 8] * (1.0 / p[..., 5]) - x[..., 5])
-        v224 = v207 - -3.0 * v82 * (v182 - p[..., 1] - p[..., 4]) * s2 * v109 + v221 + v196 * x[..., 4]
-        return _vector(x[..., 3] + v5 * p[..., 6] + s2 * v24 + s2 * v35, c11 * v23 - s11 * v34, v24 + v35, (v152 - v155 * x[..., 4]) * (1.0 / p[..., 0]), v198 * (1.0 / p[..., 1]), (v224 - v150 * x[..., 3]) * (1.0 / p[..., 2]), -(v146 * p[..., 10]), -(v191 * p[..., 10]), -(v221 * p[..., 10]), p[..., 6])
+        roll = x[..., 0]
+        pitch = x[..., 1]
+        yaw = x[..., 2]
+        wx = x[..., 3]
+        wy = x[..., 4]
+        wz = x[..., 5]
+        hx = x[..., 6]
+        hy = x[..., 7]
+        hz = x[..., 8]
+        latitude = x[..., 9]
+        Tx = u[..., 0]
+        Ty = u[..., 1]
+        Tz = u[..., 2]
+        I_x = p[..., 0]
+        I_y = p[..., 1]
+        I_z = p[..., 2]
+        Iw_x = p[..., 3]
+        Iw_y = p[..., 4]
+        Iw_z = p[..., 5]
+        omega0 = p[..., 6]
+        orbit_radius = p[..., 7]
+        inclination = p[..., 8]
+        wheels = p[..., 10]
+        wheel_friction = p[..., 13]
+        dipole_x = p[..., 14]
+        dipole_y = p[..., 15]
+        dipole_z = p[..., 16]
+        field_moment = p[..., 17]
+        air_density = p[..., 18]
+        drag_coefficient = p[..., 19]
+        area = p[..., 20]
+        arm_x = p[..., 21]
+        arm_y = p[..., 22]
+        arm_z = p[..., 23]
+        solar_pressure = p[..., 24]
+        reflectance = p[..., 25]
+        sun_latitude = p[..., 26]
+        sun_elevation = p[..., 27]
+        sin_pitch, cos_pitch = np.sin(pitch), np.cos(pitch)
+        sin_yaw, cos_yaw = np.sin(yaw), np.cos(yaw)
+        C11 = cos_pitch * cos_yaw  # (3)
+        C12 = cos_pitch * sin_yaw  # (3)
+        sin_roll, cos_roll = np.sin(roll), np.cos(roll)
+        t_yxoxk = cos_yaw * sin_roll
+        t_jt2xw = sin_yaw * cos_roll
+        C21 = sin_pitch * t_yxoxk - t_jt2xw  # (3)
+        t_fdgli = cos_yaw * cos_roll
+        t_wcbyi = sin_yaw * sin_roll
+        C22 = t_fdgli + sin_pitch * t_wcbyi  # (3)
+        C23 = cos_pitch * sin_roll  # (3)
+        C31 = t_wcbyi + sin_pitch * t_fdgli  # (3)
+        C32 = sin_pitch * t_jt2xw - t_yxoxk  # (3)
+        C33 = cos_pitch * cos_roll  # (3)
+        rate_x = wx + C12 * omega0  # (4)
+        rate_y = wy + C22 * omega0  # (4)
+        rate_z = wz + C32 * omega0  # (4)
+        t_xcu2m = omega0 * omega0
+        t_woyh3 = orbit_radius * orbit_radius
+        F_air = 0.5 * t_xcu2m * air_density * area * drag_coefficient * t_woyh3
+        t_o4eym = area * solar_pressure * (1.0 + reflectance)
+        sin_sun_elevation, cos_sun_elevation = np.sin(sun_elevation), np.cos(sun_elevation)
+        t_cbxhz = latitude - sun_latitude
+        sin_t_cbxhz, cos_t_cbxhz = np.sin(t_cbxhz), np.cos(t_cbxhz)
+        t_gegnr = t_o4eym * (cos_sun_elevation * sin_t_cbxhz) - F_air
+        t_cokzx = t_o4eym * sin_sun_elevation
+        t_cw7a6 = t_o4eym * (cos_sun_elevation * cos_t_cbxhz)
+        F_x = t_gegnr * C11 + t_cokzx * C12 - t_cw7a6 * sin_pitch
+        F_y = t_gegnr * C21 + t_cokzx * C22 + t_cw7a6 * C23
+        F_z = t_gegnr * C31 + t_cokzx * C32 + t_cw7a6 * C33
+        sin_latitude, cos_latitude = np.sin(latitude), np.cos(latitude)
+        t_ph4ov = field_moment / (orbit_radius * t_woyh3)
+        sin_inclination, cos_inclination = np.sin(inclination), np.cos(inclination)
+        t_mt3zp = t_ph4ov * sin_inclination
+        B_x = cos_latitude * t_mt3zp
+        B_z = (t_mt3zp + t_mt3zp) * sin_latitude
+        t_xdhrg = t_ph4ov * cos_inclination
+        t_4bjg4 = B_x * C31 - t_xdhrg * C32 + B_z * C33
+        t_no5s7 = B_x * C21 - t_xdhrg * C22 + B_z * C23
+        Tenv_x = t_4bjg4 * dipole_y + F_z * arm_y - t_no5s7 * dipole_z - F_y * arm_z
+        t_vyuvm = B_x * C11 - t_xdhrg * C12 - B_z * sin_pitch
+        Tenv_y = t_vyuvm * dipole_z + F_x * arm_z - t_4bjg4 * dipole_x - F_z * arm_x
+        Tenv_z = t_no5s7 * dipole_x + F_y * arm_x - t_vyuvm * dipole_y - F_x * arm_y
+        wheel_x = hx * (1.0 / Iw_x) - wx
+        wheel_y = hy * (1.0 / Iw_y) - wy
+        wheel_z = hz * (1.0 / Iw_z) - wz
+        t_n5ucq = wheel_friction * wheels
+        Tw_x = Tx + t_n5ucq * wheel_x
+        Tw_y = Ty + t_n5ucq * wheel_y
+        Tw_z = Tz + t_n5ucq * wheel_z
+        t_dukwy = I_z + Iw_z
+        t_asvi2 = 3.0 * t_xcu2m * C33
+        t_rud4r = hy + wy * I_y
+        t_2fuj5 = hz + wz * I_z
+        t_hzpts = (
+            Tenv_x
+            - (I_y + Iw_y - t_dukwy) * t_asvi2 * C23
+            + Tw_x
+            + t_rud4r * wz
+            - t_2fuj5 * wy
+        )
+        wx_rate = t_hzpts * (1.0 / I_x)  # (1)
+        t_l4gxo = I_x + Iw_x
+        t_id7q2 = hx + wx * I_x
+        t_nvoaf = (
+            Tenv_y
+            - t_asvi2 * sin_pitch * (t_l4gxo - t_dukwy)
+            + Tw_y
+            + t_2fuj5 * wx
+            - t_id7q2 * wz
+        )
+        wy_rate = t_nvoaf * (1.0 / I_y)  # (1)
+        t_dzdsa = (
+            Tenv_z
+            - -3.0 * t_xcu2m * (t_l4gxo - I_y - Iw_y) * sin_pitch * C23
+            + Tw_z
+            + t_id7q2 * wy
+            - t_rud4r * wx
+        )
+        wz_rate = t_dzdsa * (1.0 / I_z)  # (1)
+        t_ksn4u = 1.0 / cos_pitch
+        t_l44wr = sin_roll * t_ksn4u * rate_y
+        t_rukvs = cos_roll * t_ksn4u * rate_z
+        return _vector(
+            rate_x + sin_pitch * t_l44wr + sin_pitch * t_rukvs,
+            cos_roll * rate_y - sin_roll * rate_z,
+            t_l44wr + t_rukvs,
+            wx_rate,
+            wy_rate,
+            wz_rate,
+            -(Tw_x * wheels),
+            -(Tw_y * wheels),
+            -(Tw_z * wheels),
+            omega0,
+        )
 
 
 def outputs(x, u, r, p):
     """Outputs of a run: (x, u, r, p) -> y."""
     x, u, r, p = _arrays(x, u, r, p)
     with np.errstate(all="ignore"):
-        s10, c10 = np.sin(x[..., 1]), np.cos(x[..., 1])
-        s11, c11 = np.sin(x[..., 2]), np.cos(x[..., 2])
-        v12 = c10 * s11
-        s18, c18 = np.sin(x[..., 0]), np.cos(x[..., 0])
-        v19 = c11 * c18
-        v22 = s11 * s18
-        v24 = v19 + s10 * v22
-        v28 = s11 * c18
-        v30 = c11 * s18
-        v31 = s10 * v28 - v30
-        s51, c51 = np.sin(x[..., 9]), np.cos(x[..., 9])
-        v54 = p[..., 7] * p[..., 7]
-        v56 = p[..., 17] / (p[..., 7] * v54)
-        s58, c58 = np.sin(p[..., 8]), np.cos(p[..., 8])
-        v59 = v56 * s58
-        v60 = c51 * v59
-        v62 = v22 + s10 * v19
-        v65 = v56 * c58
-        v70 = (v59 + v59) * s51
-        v71 = c10 * c18
-        v73 = v60 * v62 - v65 * v31 + v70 * v71
-        v81 = p[..., 20] * p[..., 24] * (1.0 + p[..., 25])
-        s83, c83 = np.sin(p[..., 27]), np.cos(p[..., 27])
-        v85 = x[..., 9] - p[..., 26]
-        s86, c86 = np.sin(v85), np.cos(v85)
-        v97 = 0.5 * (p[..., 6] * p[..., 6]) * p[..., 18] * p[..., 20] * p[..., 19] * v54
-        v98 = v81 * (c83 * s86) - v97
-        v101 = v81 * s83
-        v106 = v81 * (c83 * c86)
-        v108 = v98 * v62 + v101 * v31 + v106 * v71
-        v113 = s10 * v30 - v28
-        v117 = c10 * s18
-        v119 = v60 * v113 - v65 * v24 + v70 * v117
-        v127 = v98 * v113 + v101 * v24 + v106 * v117
-        v130 = v73 * p[..., 15] + v108 * p[..., 22] - v119 * p[..., 16] - v127 * p[..., 23]
-        v131 = c10 * c11
-        v136 = v60 * v131 - v65 * v12 - v70 * s10
-        v142 = v98 * v131 + v101 * v12 - v106 * s10
-        v150 = v136 * p[..., 16] + v142 * p[..., 23] - v73 * p[..., 14] - v108 * p[..., 21]
-        v157 = v119 * p[..., 14] + v127 * p[..., 21] - v136 * p[..., 15] - v142 * p[..., 22]
-        return _vector(r[..., 0], r[..., 1], r[..., 2], x[..., 0] - r[..., 0], x[..., 1] - r[..., 1], x[..., 2] - r[..., 2], x[..., 3] + v12 * p[..., 6], x[..., 4] + v24 * p[..., 6], x[..., 5] + v31 * p[..., 6], x[..., 6] * (1.0 / p[..., 3]) - x[..., 3], x[..., 7] * (1.0 / p[..., 4]) - x[..., 4], x[..., 8] * (1.0 / p[..., 5]) - x[..., 5], v130, v150, v157)
+        roll = x[..., 0]
+        pitch = x[..., 1]
+        yaw = x[..., 2]
+        wx = x[..., 3]
+        wy = x[..., 4]
+        wz = x[..., 5]
+        hx = x[..., 6]
+        hy = x[..., 7]
+        hz = x[..., 8]
+        latitude = x[..., 9]
+        ref_roll = r[..., 0]
+        ref_pitch = r[..., 1]
+        ref_yaw = r[..., 2]
+        Iw_x = p[..., 3]
+        Iw_y = p[..., 4]
+        Iw_z = p[..., 5]
+        omega0 = p[..., 6]
+        orbit_radius = p[..., 7]
+        inclination = p[..., 8]
+        dipole_x = p[..., 14]
+        dipole_y = p[..., 15]
+        dipole_z = p[..., 16]
+        field_moment = p[..., 17]
+        air_density = p[..., 18]
+        drag_coefficient = p[..., 19]
+        area = p[..., 20]
+        arm_x = p[..., 21]
+        arm_y = p[..., 22]
+        arm_z = p[..., 23]
+        solar_pressure = p[..., 24]
+        reflectance = p[..., 25]
+        sun_latitude = p[..., 26]
+        sun_elevation = p[..., 27]
+        sin_pitch, cos_pitch = np.sin(pitch), np.cos(pitch)
+        sin_yaw, cos_yaw = np.sin(yaw), np.cos(yaw)
+        C11 = cos_pitch * cos_yaw  # (3)
+        C12 = cos_pitch * sin_yaw  # (3)
+        sin_roll, cos_roll = np.sin(roll), np.cos(roll)
+        t_yxoxk = cos_yaw * sin_roll
+        t_jt2xw = sin_yaw * cos_roll
+        C21 = sin_pitch * t_yxoxk - t_jt2xw  # (3)
+        t_fdgli = cos_yaw * cos_roll
+        t_wcbyi = sin_yaw * sin_roll
+        C22 = t_fdgli + sin_pitch * t_wcbyi  # (3)
+        C23 = cos_pitch * sin_roll  # (3)
+        C31 = t_wcbyi + sin_pitch * t_fdgli  # (3)
+        C32 = sin_pitch * t_jt2xw - t_yxoxk  # (3)
+        C33 = cos_pitch * cos_roll  # (3)
+        rate_x = wx + C12 * omega0  # (4)
+        rate_y = wy + C22 * omega0  # (4)
+        rate_z = wz + C32 * omega0  # (4)
+        t_woyh3 = orbit_radius * orbit_radius
+        F_air = 0.5 * (omega0 * omega0) * air_density * area * drag_coefficient * t_woyh3
+        t_o4eym = area * solar_pressure * (1.0 + reflectance)
+        sin_sun_elevation, cos_sun_elevation = np.sin(sun_elevation), np.cos(sun_elevation)
+        t_cbxhz = latitude - sun_latitude
+        sin_t_cbxhz, cos_t_cbxhz = np.sin(t_cbxhz), np.cos(t_cbxhz)
+        t_gegnr = t_o4eym * (cos_sun_elevation * sin_t_cbxhz) - F_air
+        t_cokzx = t_o4eym * sin_sun_elevation
+        t_cw7a6 = t_o4eym * (cos_sun_elevation * cos_t_cbxhz)
+        F_x = t_gegnr * C11 + t_cokzx * C12 - t_cw7a6 * sin_pitch
+        F_y = t_gegnr * C21 + t_cokzx * C22 + t_cw7a6 * C23
+        F_z = t_gegnr * C31 + t_cokzx * C32 + t_cw7a6 * C33
+        sin_latitude, cos_latitude = np.sin(latitude), np.cos(latitude)
+        t_ph4ov = field_moment / (orbit_radius * t_woyh3)
+        sin_inclination, cos_inclination = np.sin(inclination), np.cos(inclination)
+        t_mt3zp = t_ph4ov * sin_inclination
+        B_x = cos_latitude * t_mt3zp
+        B_z = (t_mt3zp + t_mt3zp) * sin_latitude
+        t_xdhrg = t_ph4ov * cos_inclination
+        t_4bjg4 = B_x * C31 - t_xdhrg * C32 + B_z * C33
+        t_no5s7 = B_x * C21 - t_xdhrg * C22 + B_z * C23
+        Tenv_x = t_4bjg4 * dipole_y + F_z * arm_y - t_no5s7 * dipole_z - F_y * arm_z
+        t_vyuvm = B_x * C11 - t_xdhrg * C12 - B_z * sin_pitch
+        Tenv_y = t_vyuvm * dipole_z + F_x * arm_z - t_4bjg4 * dipole_x - F_z * arm_x
+        Tenv_z = t_no5s7 * dipole_x + F_y * arm_x - t_vyuvm * dipole_y - F_x * arm_y
+        wheel_x = hx * (1.0 / Iw_x) - wx
+        wheel_y = hy * (1.0 / Iw_y) - wy
+        wheel_z = hz * (1.0 / Iw_z) - wz
+        return _vector(
+            ref_roll,
+            ref_pitch,
+            ref_yaw,
+            roll - ref_roll,
+            pitch - ref_pitch,
+            yaw - ref_yaw,
+            rate_x,
+            rate_y,
+            rate_z,
+            wheel_x,
+            wheel_y,
+            wheel_z,
+            Tenv_x,
+            Tenv_y,
+            Tenv_z,
+        )
 
 
 def limits(x, u, p):
     """Margins that stay positive along a run: (x, u, p) -> margin."""
     x, u, p = _arrays(x, u, p)
     with np.errstate(all="ignore"):
-        v12 = np.fmax(np.fmax(np.abs(u[..., 0]), np.abs(u[..., 1])), np.abs(u[..., 2]))
-        m16 = (0.5 < p[..., 10])
-        v27 = np.fmax(np.fmax(np.abs(x[..., 6]), np.abs(x[..., 7])), np.abs(x[..., 8]))
-        return _vector(p[..., 32] - np.abs(x[..., 1]), p[..., 31] - v12, np.where(m16, 1.000000001 * p[..., 12] - v27, p[..., 12]))
+        pitch = x[..., 1]
+        hx = x[..., 6]
+        hy = x[..., 7]
+        hz = x[..., 8]
+        Tx = u[..., 0]
+        Ty = u[..., 1]
+        Tz = u[..., 2]
+        wheels = p[..., 10]
+        hmax = p[..., 12]
+        torque_lost = p[..., 31]
+        pitch_lost = p[..., 32]
+        m_5j2jl = (0.5 < wheels)
+        return _vector(
+            pitch_lost - np.abs(pitch),
+            torque_lost - np.fmax(np.fmax(np.abs(Tx), np.abs(Ty)), np.abs(Tz)),
+            np.where(m_5j2jl, 1.000000001 * hmax - np.fmax(np.fmax(np.abs(hx), np.abs(hy)), np.abs(hz)), hmax),
+        )
 
 
 def actuate(x, u_cmd, p):
     """Input that acts: (x, u_cmd, p) -> u."""
     x, u_cmd, p = _arrays(x, u_cmd, p)
     with np.errstate(all="ignore"):
-        v1 = -p[..., 11]
-        m4 = (0.5 < p[..., 10])
-        v10 = 1.0 / p[..., 9]
-        v16 = np.fmax((x[..., 6] - p[..., 12]) * v10, np.fmin(u_cmd[..., 0], (x[..., 6] + p[..., 12]) * v10))
-        v27 = np.fmax((x[..., 7] - p[..., 12]) * v10, np.fmin(u_cmd[..., 1], (x[..., 7] + p[..., 12]) * v10))
-        v38 = np.fmax((x[..., 8] - p[..., 12]) * v10, np.fmin(u_cmd[..., 2], (x[..., 8] + p[..., 12]) * v10))
-        return _vector(np.fmax(v1, np.fmin(np.where(m4, v16, u_cmd[..., 0]), p[..., 11])), np.fmax(v1, np.fmin(np.where(m4, v27, u_cmd[..., 1]), p[..., 11])), np.fmax(v1, np.fmin(np.where(m4, v38, u_cmd[..., 2]), p[..., 11])))
+        hx = x[..., 6]
+        hy = x[..., 7]
+        hz = x[..., 8]
+        Tx_cmd = u_cmd[..., 0]
+        Ty_cmd = u_cmd[..., 1]
+        Tz_cmd = u_cmd[..., 2]
+        Ts = p[..., 9]
+        wheels = p[..., 10]
+        umax = p[..., 11]
+        hmax = p[..., 12]
+        m_5j2jl = (0.5 < wheels)
+        t_ko3eq = 1.0 / Ts
+        Tx_inside = np.where(m_5j2jl, np.fmax((hx - hmax) * t_ko3eq, np.fmin(Tx_cmd, (hx + hmax) * t_ko3eq)), Tx_cmd)
+        Ty_inside = np.where(m_5j2jl, np.fmax((hy - hmax) * t_ko3eq, np.fmin(Ty_cmd, (hy + hmax) * t_ko3eq)), Ty_cmd)
+        Tz_inside = np.where(m_5j2jl, np.fmax((hz - hmax) * t_ko3eq, np.fmin(Tz_cmd, (hz + hmax) * t_ko3eq)), Tz_cmd)
+        t_s3iwg = -umax
+        return _vector(
+            np.fmax(t_s3iwg, np.fmin(Tx_inside, umax)),
+            np.fmax(t_s3iwg, np.fmin(Ty_inside, umax)),
+            np.fmax(t_s3iwg, np.fmin(Tz_inside, umax)),
+        )
 
 
 def measure(x, e, p):
     """State that a law sees: (x, e, p) -> x_seen."""
     x, e, p = _arrays(x, e, p)
     with np.errstate(all="ignore"):
-        m2 = (0.0 < p[..., 30])
-        v4 = np.where(m2, p[..., 30], 1.0)
-        v10 = x[..., 0] + e[..., 0] * p[..., 28]
-        v11 = 1.0 / v4
-        v20 = x[..., 1] + e[..., 1] * p[..., 28]
-        v29 = x[..., 2] + e[..., 2] * p[..., 28]
-        return _vector(np.where(m2, v4 * np.floor(0.5 + v10 * v11), v10), np.where(m2, v4 * np.floor(0.5 + v20 * v11), v20), np.where(m2, v4 * np.floor(0.5 + v29 * v11), v29), x[..., 3] + e[..., 3] * p[..., 29], x[..., 4] + e[..., 4] * p[..., 29], x[..., 5] + e[..., 5] * p[..., 29], x[..., 6], x[..., 7], x[..., 8], x[..., 9])
+        roll = x[..., 0]
+        pitch = x[..., 1]
+        yaw = x[..., 2]
+        wx = x[..., 3]
+        wy = x[..., 4]
+        wz = x[..., 5]
+        hx = x[..., 6]
+        hy = x[..., 7]
+        hz = x[..., 8]
+        latitude = x[..., 9]
+        e_roll = e[..., 0]
+        e_pitch = e[..., 1]
+        e_yaw = e[..., 2]
+        e_wx = e[..., 3]
+        e_wy = e[..., 4]
+        e_wz = e[..., 5]
+        noise = p[..., 28]
+        noise_rate = p[..., 29]
+        quantum = p[..., 30]
+        m_ue2cf = (0.0 < quantum)
+        sensor_step = np.where(m_ue2cf, quantum, 1.0)
+        roll_noisy = roll + e_roll * noise
+        pitch_noisy = pitch + e_pitch * noise
+        yaw_noisy = yaw + e_yaw * noise
+        t_tzc6z = 1.0 / sensor_step
+        return _vector(
+            np.where(m_ue2cf, sensor_step * np.floor(0.5 + roll_noisy * t_tzc6z), roll_noisy),
+            np.where(m_ue2cf, sensor_step * np.floor(0.5 + pitch_noisy * t_tzc6z), pitch_noisy),
+            np.where(m_ue2cf, sensor_step * np.floor(0.5 + yaw_noisy * t_tzc6z), yaw_noisy),
+            wx + e_wx * noise_rate,
+            wy + e_wy * noise_rate,
+            wz + e_wz * noise_rate,
+            hx,
+            hy,
+            hz,
+            latitude,
+        )
 
 
 def initial(p, s):
     """Initial state of a scenario: (p, s) -> x."""
     p, s = _arrays(p, s)
     with np.errstate(all="ignore"):
-        v2 = 0.017453292519943295 * s[..., 0]
-        v4 = 0.017453292519943295 * s[..., 1]
-        v6 = 0.017453292519943295 * s[..., 2]
-        s7, c7 = np.sin(v6), np.cos(v6)
-        s10, c10 = np.sin(v4), np.cos(v4)
-        s13, c13 = np.sin(v2), np.cos(v2)
-        v18 = s7 * s10
-        return _vector(v2, v4, v6, -(s7 * p[..., 6] * c10), -(p[..., 6] * (c13 * c7 + s13 * v18)), -(p[..., 6] * (c13 * v18 - c7 * s13)), s[..., 3], s[..., 4], s[..., 5], s[..., 6])
+        omega0 = p[..., 6]
+        roll_0_deg = s[..., 0]
+        pitch_0_deg = s[..., 1]
+        yaw_0_deg = s[..., 2]
+        hx_0 = s[..., 3]
+        hy_0 = s[..., 4]
+        hz_0 = s[..., 5]
+        latitude_0 = s[..., 6]
+        t_lzjfo = 0.017453292519943295 * roll_0_deg
+        t_vnluj = 0.017453292519943295 * pitch_0_deg
+        t_za2q7 = 0.017453292519943295 * yaw_0_deg
+        sin_t_za2q7, cos_t_za2q7 = np.sin(t_za2q7), np.cos(t_za2q7)
+        sin_t_vnluj, cos_t_vnluj = np.sin(t_vnluj), np.cos(t_vnluj)
+        sin_t_lzjfo, cos_t_lzjfo = np.sin(t_lzjfo), np.cos(t_lzjfo)
+        t_l3kew = sin_t_za2q7 * sin_t_vnluj
+        return _vector(
+            t_lzjfo,
+            t_vnluj,
+            t_za2q7,
+            -(sin_t_za2q7 * omega0 * cos_t_vnluj),
+            -(omega0 * (cos_t_lzjfo * cos_t_za2q7 + sin_t_lzjfo * t_l3kew)),
+            -(omega0 * (cos_t_lzjfo * t_l3kew - cos_t_za2q7 * sin_t_lzjfo)),
+            hx_0,
+            hy_0,
+            hz_0,
+            latitude_0,
+        )
 
 
 def reference(t, p, s):
     """Reference of a scenario: (t, p, s) -> r."""
     t, p, s = _arrays(t, p, s)
     with np.errstate(all="ignore"):
-        v13 = 0.017453292519943295 * (1.0 + -2.0 * np.fmod(np.floor(1.000000000000001 * t / s[..., 10]), 2.0))
-        return _vector(v13 * s[..., 7], v13 * s[..., 8], v13 * s[..., 9])
+        roll_step_deg = s[..., 7]
+        pitch_step_deg = s[..., 8]
+        yaw_step_deg = s[..., 9]
+        half_period = s[..., 10]
+        t_37tx4 = 0.017453292519943295 * (1.0 + -2.0 * np.fmod(np.floor(1.000000000000001 * t / half_period), 2.0))
+        return _vector(
+            t_37tx4 * roll_step_deg,
+            t_37tx4 * pitch_step_deg,
+            t_37tx4 * yaw_step_deg,
+        )
 
 
 def constraints(p, s):
     """Margins that stay positive for a feasible scenario: (p, s) -> margin."""
     p, s = _arrays(p, s)
     with np.errstate(all="ignore"):
-        v2 = p[..., 1] + p[..., 4]
-        v5 = p[..., 2] + p[..., 5]
-        v9 = p[..., 0] + p[..., 3]
-        v18 = np.fmin(np.fmin(v2 - v5 + v9, v9 - p[..., 1] - p[..., 4] + v5), v2 + v5 - p[..., 0] - p[..., 3])
-        return _vector(v18, s[..., 10] - p[..., 9])
+        I_x = p[..., 0]
+        I_y = p[..., 1]
+        I_z = p[..., 2]
+        Iw_x = p[..., 3]
+        Iw_y = p[..., 4]
+        Iw_z = p[..., 5]
+        Ts = p[..., 9]
+        half_period = s[..., 10]
+        t_odutq = I_y + Iw_y
+        t_dukwy = I_z + Iw_z
+        t_l4gxo = I_x + Iw_x
+        return _vector(
+            np.fmin(np.fmin(t_odutq - t_dukwy + t_l4gxo, t_l4gxo - I_y - Iw_y + t_dukwy), t_odutq + t_dukwy - I_x - Iw_x),
+            half_period - Ts,
+        )
 
 
 def momentum(x, p):
     """Angular momentum in the inertial axes that the orbit axes pass at latitude zero: (x, p) -> H."""
     x, p = _arrays(x, p)
     with np.errstate(all="ignore"):
-        s1, c1 = np.sin(x[..., 9]), np.cos(x[..., 9])
-        v6 = x[..., 7] + x[..., 4] * p[..., 1]
-        s8, c8 = np.sin(x[..., 1]), np.cos(x[..., 1])
-        s10, c10 = np.sin(x[..., 2]), np.cos(x[..., 2])
-        s12, c12 = np.sin(x[..., 0]), np.cos(x[..., 0])
-        v13 = c10 * s12
-        v17 = s10 * c12
-        v24 = x[..., 8] + x[..., 5] * p[..., 2]
-        v25 = s10 * s12
-        v26 = c10 * c12
-        v35 = x[..., 6] + x[..., 3] * p[..., 0]
-        v39 = v6 * (s8 * v13 - v17) + v24 * (v25 + s8 * v26) + v35 * (c8 * c10)
-        v48 = v6 * (c8 * s12) + v24 * (c8 * c12) - v35 * s8
-        return _vector(c1 * v39 - s1 * v48, v6 * (v26 + s8 * v25) + v24 * (s8 * v17 - v13) + v35 * (c8 * s10), c1 * v48 + s1 * v39)
+        roll = x[..., 0]
+        pitch = x[..., 1]
+        yaw = x[..., 2]
+        wx = x[..., 3]
+        wy = x[..., 4]
+        wz = x[..., 5]
+        hx = x[..., 6]
+        hy = x[..., 7]
+        hz = x[..., 8]
+        latitude = x[..., 9]
+        I_x = p[..., 0]
+        I_y = p[..., 1]
+        I_z = p[..., 2]
+        sin_pitch, cos_pitch = np.sin(pitch), np.cos(pitch)
+        sin_yaw, cos_yaw = np.sin(yaw), np.cos(yaw)
+        C11 = cos_pitch * cos_yaw  # (3)
+        C12 = cos_pitch * sin_yaw  # (3)
+        sin_roll, cos_roll = np.sin(roll), np.cos(roll)
+        t_yxoxk = cos_yaw * sin_roll
+        t_jt2xw = sin_yaw * cos_roll
+        C21 = sin_pitch * t_yxoxk - t_jt2xw  # (3)
+        t_fdgli = cos_yaw * cos_roll
+        t_wcbyi = sin_yaw * sin_roll
+        C22 = t_fdgli + sin_pitch * t_wcbyi  # (3)
+        C23 = cos_pitch * sin_roll  # (3)
+        C31 = t_wcbyi + sin_pitch * t_fdgli  # (3)
+        C32 = sin_pitch * t_jt2xw - t_yxoxk  # (3)
+        C33 = cos_pitch * cos_roll  # (3)
+        sin_latitude, cos_latitude = np.sin(latitude), np.cos(latitude)
+        t_rud4r = hy + wy * I_y
+        t_2fuj5 = hz + wz * I_z
+        t_id7q2 = hx + wx * I_x
+        t_uwga4 = t_rud4r * C21 + t_2fuj5 * C31 + t_id7q2 * C11
+        t_6qezq = t_rud4r * C23 + t_2fuj5 * C33 - t_id7q2 * sin_pitch
+        return _vector(
+            cos_latitude * t_uwga4 - sin_latitude * t_6qezq,
+            t_rud4r * C22 + t_2fuj5 * C32 + t_id7q2 * C12,
+            cos_latitude * t_6qezq + sin_latitude * t_uwga4,
+        )
 
 
 def energy(x, p):
     """Energy of rotation of body and wheels, and potential of the gravity gradient: (x, p) -> E."""
     x, p = _arrays(x, p)
     with np.errstate(all="ignore"):
-        v11 = 0.5 / p[..., 3] * (x[..., 6] * x[..., 6]) + 0.5 / p[..., 4] * (x[..., 7] * x[..., 7])
-        v23 = v11 + 0.5 / p[..., 5] * (x[..., 8] * x[..., 8]) + 0.5 * p[..., 0] * (x[..., 3] * x[..., 3])
-        v35 = v23 + 0.5 * p[..., 1] * (x[..., 4] * x[..., 4]) + 0.5 * p[..., 2] * (x[..., 5] * x[..., 5])
-        s42, c42 = np.sin(x[..., 1]), np.cos(x[..., 1])
-        s44, c44 = np.sin(x[..., 0]), np.cos(x[..., 0])
-        v45 = c42 * s44
-        v52 = (p[..., 1] + p[..., 4]) * (v45 * v45) + (p[..., 0] + p[..., 3]) * (s42 * s42)
-        v55 = c42 * c44
-        v59 = 1.5 * (p[..., 6] * p[..., 6]) * (v52 + (p[..., 2] + p[..., 5]) * (v55 * v55))
-        return np.asarray(v35 + v59)[()]
+        roll = x[..., 0]
+        pitch = x[..., 1]
+        wx = x[..., 3]
+        wy = x[..., 4]
+        wz = x[..., 5]
+        hx = x[..., 6]
+        hy = x[..., 7]
+        hz = x[..., 8]
+        I_x = p[..., 0]
+        I_y = p[..., 1]
+        I_z = p[..., 2]
+        Iw_x = p[..., 3]
+        Iw_y = p[..., 4]
+        Iw_z = p[..., 5]
+        omega0 = p[..., 6]
+        sin_pitch, cos_pitch = np.sin(pitch), np.cos(pitch)
+        sin_roll, cos_roll = np.sin(roll), np.cos(roll)
+        C23 = cos_pitch * sin_roll  # (3)
+        C33 = cos_pitch * cos_roll  # (3)
+        t_l62pt = (
+            (I_y + Iw_y) * (C23 * C23)
+            + (I_x + Iw_x) * (sin_pitch * sin_pitch)
+            + (I_z + Iw_z) * (C33 * C33)
+        )
+        return np.asarray(0.5 / Iw_x * (hx * hx)
+            + 0.5 / Iw_y * (hy * hy)
+            + 0.5 / Iw_z * (hz * hz)
+            + 0.5 * I_x * (wx * wx)
+            + 0.5 * I_y * (wy * wy)
+            + 0.5 * I_z * (wz * wz)
+            + 1.5 * (omega0 * omega0) * t_l62pt)[()]
 
 
 def mrac(x, r, v, z, p, c):
     """Adaptive, keeps the sampled zero at -1: (x, r, v, z, p, c) -> u, z_next."""
     x, r, v, z, p, c = _arrays(x, r, v, z, p, c)
     with np.errstate(all="ignore"):
-        m4 = (np.abs(v[..., 0]) < 1e+30)
-        m7 = (np.abs(v[..., 1]) < 1e+30)
-        m8 = np.logical_and(m4, m7)
-        m11 = (np.abs(v[..., 2]) < 1e+30)
-        m12 = np.logical_and(m8, m11)
-        m15 = (np.abs(x[..., 1]) < 1e+30)
-        m16 = np.logical_and(m12, m15)
-        m19 = (np.abs(r[..., 1]) < 1e+30)
-        m20 = np.logical_and(m16, m19)
-        m23 = (np.abs(r[..., 0]) < 1e+30)
-        m24 = np.logical_and(m20, m23)
-        m27 = (np.abs(r[..., 2]) < 1e+30)
-        m28 = np.logical_and(m24, m27)
-        m31 = (np.abs(x[..., 0]) < 1e+30)
-        m32 = np.logical_and(m28, m31)
-        m36 = (z[..., 90] < 0.5)
-        v38 = np.where(m36, x[..., 1], z[..., 50])
-        v39 = z[..., 35] * v38
-        v41 = c[..., 3] + v39 * v38
-        v43 = 1.0 / v41
-        v44 = z[..., 35] * v43
-        v45 = 1.0 / c[..., 3]
-        v50 = z[..., 51] + z[..., 40] * v38
-        v51 = z[..., 36] * v50
-        v53 = v41 + v51 * v50
-        v54 = 1.0 / v53
-        v57 = v45 * v54 * z[..., 36] * v41
-        m61 = (0.5 < c[..., 18])
-        m63 = (0.5 < c[..., 20])
-        v67 = np.where(m61, v[..., 1], np.where(m63, z[..., 54], z[..., 53]))
-        v73 = v67 - z[..., 41] * v38 - z[..., 42] * z[..., 51]
-        v74 = z[..., 37] * v73
-        v76 = v53 + v74 * v73
-        v77 = 1.0 / v76
-        v80 = v45 * v77 * z[..., 37] * v53
-        v92 = z[..., 52] + z[..., 45] * v67 - z[..., 43] * v38 - z[..., 44] * z[..., 51]
-        v93 = z[..., 38] * v92
-        v95 = v76 + v93 * v92
-        v96 = 1.0 / v95
-        v99 = v45 * v96 * z[..., 38] * v76
-        v113 = 1.0 + z[..., 48] * v67 + z[..., 49] * z[..., 52] - z[..., 46] * v38 - z[..., 47] * z[..., 51]
-        v114 = z[..., 39] * v113
-        v117 = 1.0 / (v95 + v114 * v113)
-        v120 = v45 * v117 * z[..., 39] * v95
-        v124 = z[..., 40] - v39 * v43 * v50
-        v128 = v73 * v54
-        v130 = v39 + v51 * z[..., 40]
-        v132 = z[..., 41] + v128 * v130
-        v137 = z[..., 42] + v128 * v51
-        v140 = v44 + v57 + v80 + v99 + v120 + v57 * (v124 * v124) + v80 * (v132 * v132) + v80 * (v137 * v137)
-        v141 = v92 * v77
-        v143 = v74 * z[..., 41] - v130
-        v145 = z[..., 43] - v141 * v143
-        v150 = v74 * z[..., 42] - v51
-        v152 = z[..., 44] - v141 * v150
-        v157 = z[..., 45] - v141 * v74
-        v161 = v113 * v96
-        v163 = v143 + v93 * z[..., 43]
-        v165 = z[..., 46] - v161 * v163
-        v168 = v140 + v99 * (v145 * v145) + v99 * (v152 * v152) + v99 * (v157 * v157) + v120 * (v165 * v165)
-        v170 = v150 + v93 * z[..., 44]
-        v172 = z[..., 47] - v161 * v170
-        v177 = v74 + v93 * z[..., 45]
-        v179 = z[..., 48] - v161 * v177
-        v184 = z[..., 49] - v161 * v93
-        v187 = v168 + v120 * (v172 * v172) + v120 * (v179 * v179) + v120 * (v184 * v184)
-        m189 = (np.abs(v187) < 1e+30)
-        m190 = np.logical_and(m32, m189)
-        v193 = np.where(m36, x[..., 0], z[..., 20])
-        v194 = z[..., 5] * v193
-        v196 = c[..., 3] + v194 * v193
-        v197 = 1.0 / v196
-        v198 = z[..., 5] * v197
-        v203 = z[..., 21] + z[..., 10] * v193
-        v204 = z[..., 6] * v203
-        v206 = v196 + v204 * v203
-        v207 = 1.0 / v206
-        v210 = v207 * v45 * z[..., 6] * v196
-        v216 = np.where(m61, v[..., 0], np.where(m63, z[..., 24], z[..., 23]))
-        v222 = v216 - z[..., 11] * v193 - z[..., 12] * z[..., 21]
-        v223 = z[..., 7] * v222
-        v225 = v206 + v223 * v222
-        v226 = 1.0 / v225
-        v229 = v45 * v226 * z[..., 7] * v206
-        v241 = z[..., 22] + z[..., 15] * v216 - z[..., 13] * v193 - z[..., 14] * z[..., 21]
-        v242 = z[..., 8] * v241
-        v244 = v225 + v242 * v241
-        v245 = 1.0 / v244
-        v248 = v45 * v245 * z[..., 8] * v225
-        v262 = 1.0 + z[..., 18] * v216 + z[..., 19] * z[..., 22] - z[..., 16] * v193 - z[..., 17] * z[..., 21]
-        v263 = z[..., 9] * v262
-        v266 = 1.0 / (v244 + v263 * v262)
-        v269 = v45 * v266 * z[..., 9] * v244
-        v273 = z[..., 10] - v194 * v197 * v203
-        v277 = v222 * v207
-        v279 = v194 + v204 * z[..., 10]
-        v281 = z[..., 11] + v277 * v279
-        v284 = v198 + v210 + v229 + v248 + v269 + v210 * (v273 * v273) + v229 * (v281 * v281)
-        v286 = z[..., 12] + v277 * v204
-        v290 = v241 * v226
-        v292 = v223 * z[..., 11] - v279
-        v294 = z[..., 13] - v290 * v292
-        v299 = v223 * z[..., 12] - v204
-        v301 = z[..., 14] - v290 * v299
-        v304 = v284 + v229 * (v286 * v286) + v248 * (v294 * v294) + v248 * (v301 * v301)
-        v306 = z[..., 15] - v290 * v223
-        v310 = v262 * v245
-        v312 = v292 + v242 * z[..., 13]
-        v314 = z[..., 16] - v310 * v312
-        v319 = v299 + v242 * z[..., 14]
-        v321 = z[..., 17] - v310 * v319
-        v324 = v304 + v248 * (v306 * v306) + v269 * (v314 * v314) + v269 * (v321 * v321)
-        v326 = v223 + v242 * z[..., 15]
-        v328 = z[..., 18] - v310 * v326
-        v333 = z[..., 19] - v310 * v242
-        v336 = v324 + v269 * (v328 * v328) + v269 * (v333 * v333)
-        m338 = (np.abs(v336) < 1e+30)
-        m339 = np.logical_and(m190, m338)
-        v343 = np.where(m36, x[..., 2], z[..., 80])
-        v344 = z[..., 65] * v343
-        v346 = c[..., 3] + v344 * v343
-        v347 = 1.0 / v346
-        v348 = z[..., 65] * v347
-        v353 = z[..., 81] + z[..., 70] * v343
-        v354 = z[..., 66] * v353
-        v356 = v346 + v354 * v353
-        v357 = 1.0 / v356
-        v360 = v45 * v357 * z[..., 66] * v346
-        v366 = np.where(m61, v[..., 2], np.where(m63, z[..., 84], z[..., 83]))
-        v372 = v366 - z[..., 71] * v343 - z[..., 72] * z[..., 81]
-        v373 = z[..., 67] * v372
-        v375 = v356 + v373 * v372
-        v376 = 1.0 / v375
-        v379 = v45 * v376 * z[..., 67] * v356
-        v391 = z[..., 82] + z[..., 75] * v366 - z[..., 73] * v343 - z[..., 74] * z[..., 81]
-        v392 = z[..., 68] * v391
-        v394 = v375 + v392 * v391
-        v395 = 1.0 / v394
-        v398 = v45 * v395 * z[..., 68] * v375
-        v412 = 1.0 + z[..., 78] * v366 + z[..., 79] * z[..., 82] - z[..., 76] * v343 - z[..., 77] * z[..., 81]
-        v413 = z[..., 69] * v412
-        v416 = 1.0 / (v394 + v413 * v412)
-        v419 = v45 * v416 * z[..., 69] * v394
-        v423 = z[..., 70] - v344 * v347 * v353
-        v427 = v372 * v357
-        v429 = v344 + v354 * z[..., 70]
-        v431 = z[..., 71] + v427 * v429
-        v434 = v348 + v360 + v379 + v398 + v419 + v360 * (v423 * v423) + v379 * (v431 * v431)
-        v436 = z[..., 72] + v427 * v354
-        v440 = v391 * v376
-        v442 = v373 * z[..., 71] - v429
-        v444 = z[..., 73] - v440 * v442
-        v449 = v373 * z[..., 72] - v354
-        v451 = z[..., 74] - v440 * v449
-        v454 = v434 + v379 * (v436 * v436) + v398 * (v444 * v444) + v398 * (v451 * v451)
-        v456 = z[..., 75] - v440 * v373
-        v460 = v412 * v395
-        v462 = v442 + v392 * z[..., 73]
-        v464 = z[..., 76] - v460 * v462
-        v469 = v449 + v392 * z[..., 74]
-        v471 = z[..., 77] - v460 * v469
-        v474 = v454 + v398 * (v456 * v456) + v419 * (v464 * v464) + v419 * (v471 * v471)
-        v476 = v373 + v392 * z[..., 75]
-        v478 = z[..., 78] - v460 * v476
-        v483 = z[..., 79] - v460 * v392
-        v486 = v474 + v419 * (v478 * v478) + v419 * (v483 * v483)
-        m488 = (np.abs(v486) < 1e+30)
-        m489 = np.logical_and(m339, m488)
-        m491 = (np.abs(x[..., 2]) < 1e+30)
-        m492 = np.logical_and(m489, m491)
-        v498 = np.exp(-(p[..., 9] / c[..., 21]))
-        v499 = -1.0 + v498
-        v500 = v499 * v499
-        v502 = v498 + v498
-        v506 = v498 * v498
-        v509 = v500 * r[..., 1] + v502 * z[..., 56] - v506 * z[..., 57]
-        v512 = 4.0 * c[..., 0]
-        v515 = 3.0 * c[..., 0]
-        v517 = np.where(m63, -v512, -v515)
-        v521 = c[..., 0] * c[..., 0]
-        v524 = np.where(m63, 6.0 * v521, 3.0 * v521)
-        v527 = c[..., 0] * v521
-        v528 = 4.0 * v527
-        v530 = -v527
-        v531 = np.where(m63, -v528, v530)
-        v535 = v521 * v521
-        v539 = v509 + v517 * z[..., 56] + v524 * z[..., 57] + v531 * z[..., 58] + np.where(m63, v535 * z[..., 59], 0.0)
-        m542 = (0.5 < c[..., 1])
-        m544 = (1.5 < z[..., 90])
-        m545 = np.logical_and(m542, m544)
-        v550 = np.fmax(c[..., 5], c[..., 6] * p[..., 28])
-        v560 = z[..., 34] + z[..., 32] * v67 + z[..., 33] * z[..., 52] - z[..., 30] * v38
-        v564 = x[..., 1] - (v560 - z[..., 31] * z[..., 51])
-        m566 = (v550 < np.abs(v564))
-        m567 = np.logical_and(m545, m566)
-        v571 = np.where(m567, z[..., 34] + v114 * v117 * v564, z[..., 34])
-        v578 = np.where(m567, z[..., 30] + (v163 + v114 * z[..., 46]) * v117 * v564, z[..., 30])
-        v579 = v512 + v578
-        v588 = np.where(m567, z[..., 33] + (v93 + v114 * z[..., 49]) * v117 * v564, z[..., 33])
-        v596 = np.where(m567, z[..., 32] + (v177 + v114 * z[..., 48]) * v117 * v564, z[..., 32])
-        v605 = p[..., 9] * p[..., 9] * c[..., 15]
-        v609 = np.fmax(0.0, -0.5 * v596 + -0.5 * v588 + np.fmax(c[..., 14], 0.5 / p[..., 1] * v605))
-        v610 = v588 + v609
-        v611 = v610 * v610
-        v614 = -6.0 * v521
-        v620 = np.where(m567, z[..., 31] + (v170 + v114 * z[..., 47]) * v117 * v564, z[..., 31])
-        v625 = np.where(m63, v578 * v579 - (v614 + v620), -(v515 + v578))
-        v627 = v596 + v609
-        v628 = v627 * v627
-        v629 = np.where(m63, v535, v530)
-        v636 = -3.0 * v521
-        v639 = np.where(m63, v620 * v579 - v528, -(v636 + v620))
-        v644 = v610 * v578
-        v647 = 1.0 / (v611 + v628 * v620 - v627 * v644)
-        v648 = (v611 * v625 + v628 * v629 - v610 * v627 * v639) * v647
-        v655 = (v539 - c[..., 17] * v571 * (1.0 + np.where(m63, -v579, 0.0) + v648)) / (v596 + v588 + (v609 + v609))
-        v660 = v627 * v629
-        v664 = v627 * v620
-        v669 = v655 + np.where(m63, v579 * z[..., 53], 0.0) - x[..., 1] * ((v610 * v639 - v660 - v644 * v625 + v664 * v625) * v647)
-        v681 = (v610 * v629 - v660 * v578 + v664 * v639 - v610 * v620 * v625) * v647 * v38
-        v682 = v669 - v648 * v67 - v681
-        m684 = (np.abs(v682) < 1e+30)
-        m685 = np.logical_and(m492, m684)
-        v692 = v500 * r[..., 0] + v502 * z[..., 26] - v506 * z[..., 27]
-        v703 = v692 + v517 * z[..., 26] + v524 * z[..., 27] + v531 * z[..., 28] + np.where(m63, v535 * z[..., 29], 0.0)
-        v716 = z[..., 4] + z[..., 2] * v216 + z[..., 3] * z[..., 22] - z[..., 0] * v193 - z[..., 1] * z[..., 21]
-        v717 = x[..., 0] - v716
-        m719 = (v550 < np.abs(v717))
-        m720 = np.logical_and(m545, m719)
-        v724 = np.where(m720, z[..., 4] + v263 * v266 * v717, z[..., 4])
-        v731 = np.where(m720, z[..., 0] + (v312 + v263 * z[..., 16]) * v266 * v717, z[..., 0])
-        v732 = v512 + v731
-        v741 = np.where(m720, z[..., 3] + (v242 + v263 * z[..., 19]) * v266 * v717, z[..., 3])
-        v747 = np.where(m720, z[..., 2] + (v326 + v263 * z[..., 18]) * v266 * v717, z[..., 2])
-        v756 = np.fmax(0.0, -0.5 * v747 + -0.5 * v741 + np.fmax(c[..., 14], 0.5 / p[..., 0] * v605))
-        v757 = v741 + v756
-        v758 = v757 * v757
-        v765 = np.where(m720, z[..., 1] + (v319 + v263 * z[..., 17]) * v266 * v717, z[..., 1])
-        v770 = np.where(m63, v731 * v732 - (v614 + v765), -(v515 + v731))
-        v772 = v747 + v756
-        v773 = v772 * v772
-        v781 = np.where(m63, v765 * v732 - v528, -(v636 + v765))
-        v786 = v757 * v731
-        v789 = 1.0 / (v758 + v773 * v765 - v772 * v786)
-        v790 = (v758 * v770 + v773 * v629 - v757 * v772 * v781) * v789
-        v797 = (v703 - c[..., 17] * v724 * (1.0 + np.where(m63, -v732, 0.0) + v790)) / (v747 + v741 + (v756 + v756))
-        v802 = v772 * v629
-        v806 = v772 * v765
-        v811 = v797 + np.where(m63, v732 * z[..., 23], 0.0) - x[..., 0] * ((v757 * v781 - v802 - v786 * v770 + v806 * v770) * v789)
-        v823 = (v757 * v629 - v802 * v731 + v806 * v781 - v757 * v765 * v770) * v789 * v193
-        v824 = v811 - v790 * v216 - v823
-        m826 = (np.abs(v824) < 1e+30)
-        m827 = np.logical_and(m685, m826)
-        v834 = v500 * r[..., 2] + v502 * z[..., 86] - v506 * z[..., 87]
-        v845 = v834 + v517 * z[..., 86] + v524 * z[..., 87] + v531 * z[..., 88] + np.where(m63, v535 * z[..., 89], 0.0)
-        v855 = z[..., 64] + z[..., 62] * v366 + z[..., 63] * z[..., 82] - z[..., 60] * v343
-        v859 = x[..., 2] - (v855 - z[..., 61] * z[..., 81])
-        m861 = (v550 < np.abs(v859))
-        m862 = np.logical_and(m545, m861)
-        v866 = np.where(m862, z[..., 64] + v413 * v416 * v859, z[..., 64])
-        v873 = np.where(m862, z[..., 60] + (v462 + v413 * z[..., 76]) * v416 * v859, z[..., 60])
-        v874 = v512 + v873
-        v883 = np.where(m862, z[..., 63] + (v392 + v413 * z[..., 79]) * v416 * v859, z[..., 63])
-        v889 = np.where(m862, z[..., 62] + (v476 + v413 * z[..., 78]) * v416 * v859, z[..., 62])
-        v898 = np.fmax(0.0, -0.5 * v889 + -0.5 * v883 + np.fmax(c[..., 14], 0.5 / p[..., 2] * v605))
-        v899 = v883 + v898
-        v900 = v899 * v899
-        v907 = np.where(m862, z[..., 61] + (v469 + v413 * z[..., 77]) * v416 * v859, z[..., 61])
-        v912 = np.where(m63, v873 * v874 - (v614 + v907), -(v515 + v873))
-        v914 = v889 + v898
-        v915 = v914 * v914
-        v923 = np.where(m63, v907 * v874 - v528, -(v636 + v907))
-        v928 = v899 * v873
-        v931 = 1.0 / (v900 + v915 * v907 - v914 * v928)
-        v932 = (v900 * v912 + v915 * v629 - v899 * v914 * v923) * v931
-        v939 = (v845 - c[..., 17] * v866 * (1.0 + np.where(m63, -v874, 0.0) + v932)) / (v889 + v883 + (v898 + v898))
-        v946 = v914 * v629
-        v950 = v914 * v907
-        v955 = v939 + np.where(m63, v874 * z[..., 83], 0.0) - v932 * v366 - (v899 * v923 - v946 - v928 * v912 + v950 * v912) * v931 * x[..., 2]
-        v965 = (v899 * v629 - v946 * v873 + v950 * v923 - v899 * v907 * v912) * v931 * v343
-        v966 = v955 - v965
-        m968 = (np.abs(v966) < 1e+30)
-        m969 = np.logical_and(m827, m968)
-        m973 = np.logical_not(m969)
-        m980 = (c[..., 4] < v336)
-        v981 = np.where(m980, c[..., 3], 1.0)
-        v1022 = 0.5 * z[..., 26]
-        v1029 = np.where(m969, np.where(m63, v1022 + 0.5 * z[..., 27], v1022 + 0.5 * v692), z[..., 25])
-        m1039 = (c[..., 4] < v187)
-        v1040 = np.where(m1039, c[..., 3], 1.0)
-        v1081 = 0.5 * z[..., 56]
-        v1088 = np.where(m969, np.where(m63, v1081 + 0.5 * z[..., 57], v1081 + 0.5 * v509), z[..., 55])
-        m1098 = (c[..., 4] < v486)
-        v1099 = np.where(m1098, c[..., 3], 1.0)
-        v1140 = 0.5 * z[..., 86]
-        v1147 = np.where(m969, np.where(m63, v1140 + 0.5 * z[..., 87], v1140 + 0.5 * v834), z[..., 85])
-        return _vector(np.where(m969, v824, 0.0), np.where(m969, v682, 0.0), np.where(m969, v966, 0.0)), _vector(np.where(m969, v731, z[..., 0]), np.where(m969, v765, z[..., 1]), np.where(m969, v747, z[..., 2]), np.where(m969, v741, z[..., 3]), np.where(m969, v724, z[..., 4]), np.where(m969, np.where(m720, v198 * v981, z[..., 5]), z[..., 5]), np.where(m969, np.where(m720, v210 * v981, z[..., 6]), z[..., 6]), np.where(m969, np.where(m720, v229 * v981, z[..., 7]), z[..., 7]), np.where(m969, np.where(m720, v248 * v981, z[..., 8]), z[..., 8]), np.where(m969, np.where(m720, v269 * v981, z[..., 9]), z[..., 9]), np.where(m969, np.where(m720, v273, z[..., 10]), z[..., 10]), np.where(m969, np.where(m720, v281, z[..., 11]), z[..., 11]), np.where(m969, np.where(m720, v286, z[..., 12]), z[..., 12]), np.where(m969, np.where(m720, v294, z[..., 13]), z[..., 13]), np.where(m969, np.where(m720, v301, z[..., 14]), z[..., 14]), np.where(m969, np.where(m720, v306, z[..., 15]), z[..., 15]), np.where(m969, np.where(m720, v314, z[..., 16]), z[..., 16]), np.where(m969, np.where(m720, v321, z[..., 17]), z[..., 17]), np.where(m969, np.where(m720, v328, z[..., 18]), z[..., 18]), np.where(m969, np.where(m720, v333, z[..., 19]), z[..., 19]), np.where(m969, x[..., 0], z[..., 20]), np.where(m969, v193, z[..., 21]), np.where(m969, v216, z[..., 22]), np.where(m969, v824, z[..., 23]), np.where(m969, z[..., 23], z[..., 24]), v1029, np.where(m969, v692, z[..., 26]), np.where(m969, z[..., 26], z[..., 27]), np.where(m969, z[..., 27], z[..., 28]), np.where(m969, z[..., 28], z[..., 29]), np.where(m969, v578, z[..., 30]), np.where(m969, v620, z[..., 31]), np.where(m969, v596, z[..., 32]), np.where(m969, v588, z[..., 33]), np.where(m969, v571, z[..., 34]), np.where(m969, np.where(m567, v44 * v1040, z[..., 35]), z[..., 35]), np.where(m969, np.where(m567, v57 * v1040, z[..., 36]), z[..., 36]), np.where(m969, np.where(m567, v80 * v1040, z[..., 37]), z[..., 37]), np.where(m969, np.where(m567, v99 * v1040, z[..., 38]), z[..., 38]), np.where(m969, np.where(m567, v120 * v1040, z[..., 39]), z[..., 39]), np.where(m969, np.where(m567, v124, z[..., 40]), z[..., 40]), np.where(m969, np.where(m567, v132, z[..., 41]), z[..., 41]), np.where(m969, np.where(m567, v137, z[..., 42]), z[..., 42]), np.where(m969, np.where(m567, v145, z[..., 43]), z[..., 43]), np.where(m969, np.where(m567, v152, z[..., 44]), z[..., 44]), np.where(m969, np.where(m567, v157, z[..., 45]), z[..., 45]), np.where(m969, np.where(m567, v165, z[..., 46]), z[..., 46]), np.where(m969, np.where(m567, v172, z[..., 47]), z[..., 47]), np.where(m969, np.where(m567, v179, z[..., 48]), z[..., 48]), np.where(m969, np.where(m567, v184, z[..., 49]), z[..., 49]), np.where(m969, x[..., 1], z[..., 50]), np.where(m969, v38, z[..., 51]), np.where(m969, v67, z[..., 52]), np.where(m969, v682, z[..., 53]), np.where(m969, z[..., 53], z[..., 54]), v1088, np.where(m969, v509, z[..., 56]), np.where(m969, z[..., 56], z[..., 57]), np.where(m969, z[..., 57], z[..., 58]), np.where(m969, z[..., 58], z[..., 59]), np.where(m969, v873, z[..., 60]), np.where(m969, v907, z[..., 61]), np.where(m969, v889, z[..., 62]), np.where(m969, v883, z[..., 63]), np.where(m969, v866, z[..., 64]), np.where(m969, np.where(m862, v348 * v1099, z[..., 65]), z[..., 65]), np.where(m969, np.where(m862, v360 * v1099, z[..., 66]), z[..., 66]), np.where(m969, np.where(m862, v379 * v1099, z[..., 67]), z[..., 67]), np.where(m969, np.where(m862, v398 * v1099, z[..., 68]), z[..., 68]), np.where(m969, np.where(m862, v419 * v1099, z[..., 69]), z[..., 69]), np.where(m969, np.where(m862, v423, z[..., 70]), z[..., 70]), np.where(m969, np.where(m862, v431, z[..., 71]), z[..., 71]), np.where(m969, np.where(m862, v436, z[..., 72]), z[..., 72]), np.where(m969, np.where(m862, v444, z[..., 73]), z[..., 73]), np.where(m969, np.where(m862, v451, z[..., 74]), z[..., 74]), np.where(m969, np.where(m862, v456, z[..., 75]), z[..., 75]), np.where(m969, np.where(m862, v464, z[..., 76]), z[..., 76]), np.where(m969, np.where(m862, v471, z[..., 77]), z[..., 77]), np.where(m969, np.where(m862, v478, z[..., 78]), z[..., 78]), np.where(m969, np.where(m862, v483, z[..., 79]), z[..., 79]), np.where(m969, x[..., 2], z[..., 80]), np.where(m969, v343, z[..., 81]), np.where(m969, v366, z[..., 82]), np.where(m969, v966, z[..., 83]), np.where(m969, z[..., 83], z[..., 84]), v1147, np.where(m969, v834, z[..., 86]), np.where(m969, z[..., 86], z[..., 87]), np.where(m969, z[..., 87], z[..., 88]), np.where(m969, z[..., 88], z[..., 89]), np.where(m969, np.fmin(2.0, 1.0 + z[..., 90]), 0.0), np.where(m973, 1.0, 0.0))
+        roll = x[..., 0]
+        pitch = x[..., 1]
+        yaw = x[..., 2]
+        ref_roll = r[..., 0]
+        ref_pitch = r[..., 1]
+        ref_yaw = r[..., 2]
+        Tx_applied = v[..., 0]
+        Ty_applied = v[..., 1]
+        Tz_applied = v[..., 2]
+        a1_roll = z[..., 0]
+        a2_roll = z[..., 1]
+        b0_roll = z[..., 2]
+        b1_roll = z[..., 3]
+        d_roll = z[..., 4]
+        D1_roll = z[..., 5]
+        D2_roll = z[..., 6]
+        D3_roll = z[..., 7]
+        D4_roll = z[..., 8]
+        D5_roll = z[..., 9]
+        U12_roll = z[..., 10]
+        U13_roll = z[..., 11]
+        U23_roll = z[..., 12]
+        U14_roll = z[..., 13]
+        U24_roll = z[..., 14]
+        U34_roll = z[..., 15]
+        U15_roll = z[..., 16]
+        U25_roll = z[..., 17]
+        U35_roll = z[..., 18]
+        U45_roll = z[..., 19]
+        y1_roll = z[..., 20]
+        y2_roll = z[..., 21]
+        v1_roll = z[..., 22]
+        u1_roll = z[..., 23]
+        u2_roll = z[..., 24]
+        ym_roll = z[..., 25]
+        wm1_roll = z[..., 26]
+        wm2_roll = z[..., 27]
+        wm3_roll = z[..., 28]
+        wm4_roll = z[..., 29]
+        a1_pitch = z[..., 30]
+        a2_pitch = z[..., 31]
+        b0_pitch = z[..., 32]
+        b1_pitch = z[..., 33]
+        d_pitch = z[..., 34]
+        D1_pitch = z[..., 35]
+        D2_pitch = z[..., 36]
+        D3_pitch = z[..., 37]
+        D4_pitch = z[..., 38]
+        D5_pitch = z[..., 39]
+        U12_pitch = z[..., 40]
+        U13_pitch = z[..., 41]
+        U23_pitch = z[..., 42]
+        U14_pitch = z[..., 43]
+        U24_pitch = z[..., 44]
+        U34_pitch = z[..., 45]
+        U15_pitch = z[..., 46]
+        U25_pitch = z[..., 47]
+        U35_pitch = z[..., 48]
+        U45_pitch = z[..., 49]
+        y1_pitch = z[..., 50]
+        y2_pitch = z[..., 51]
+        v1_pitch = z[..., 52]
+        u1_pitch = z[..., 53]
+        u2_pitch = z[..., 54]
+        ym_pitch = z[..., 55]
+        wm1_pitch = z[..., 56]
+        wm2_pitch = z[..., 57]
+        wm3_pitch = z[..., 58]
+        wm4_pitch = z[..., 59]
+        a1_yaw = z[..., 60]
+        a2_yaw = z[..., 61]
+        b0_yaw = z[..., 62]
+        b1_yaw = z[..., 63]
+        d_yaw = z[..., 64]
+        D1_yaw = z[..., 65]
+        D2_yaw = z[..., 66]
+        D3_yaw = z[..., 67]
+        D4_yaw = z[..., 68]
+        D5_yaw = z[..., 69]
+        U12_yaw = z[..., 70]
+        U13_yaw = z[..., 71]
+        U23_yaw = z[..., 72]
+        U14_yaw = z[..., 73]
+        U24_yaw = z[..., 74]
+        U34_yaw = z[..., 75]
+        U15_yaw = z[..., 76]
+        U25_yaw = z[..., 77]
+        U35_yaw = z[..., 78]
+        U45_yaw = z[..., 79]
+        y1_yaw = z[..., 80]
+        y2_yaw = z[..., 81]
+        v1_yaw = z[..., 82]
+        u1_yaw = z[..., 83]
+        u2_yaw = z[..., 84]
+        ym_yaw = z[..., 85]
+        wm1_yaw = z[..., 86]
+        wm2_yaw = z[..., 87]
+        wm3_yaw = z[..., 88]
+        wm4_yaw = z[..., 89]
+        samples = z[..., 90]
+        I_x = p[..., 0]
+        I_y = p[..., 1]
+        I_z = p[..., 2]
+        Ts = p[..., 9]
+        noise = p[..., 28]
+        rho = c[..., 0]
+        adapt = c[..., 1]
+        forgetting = c[..., 3]
+        trace_max = c[..., 4]
+        dead_zone = c[..., 5]
+        dead_zone_sigma = c[..., 6]
+        b_min = c[..., 14]
+        b_min_ratio = c[..., 15]
+        compensate_d = c[..., 17]
+        applied_regressor = c[..., 18]
+        design_delay = c[..., 20]
+        tau_m = c[..., 21]
+        model_pole = np.exp(-(Ts / tau_m))
+        t_hjr6j = -1.0 + model_pole
+        t_lbhv6 = t_hjr6j * t_hjr6j
+        t_u5zvh = model_pole + model_pole
+        t_lbhv6_2 = model_pole * model_pole
+        w_roll = t_lbhv6 * ref_roll + t_u5zvh * wm1_roll - t_lbhv6_2 * wm2_roll  # (16)
+        w_pitch = t_lbhv6 * ref_pitch + t_u5zvh * wm1_pitch - t_lbhv6_2 * wm2_pitch  # (16)
+        w_yaw = t_lbhv6 * ref_yaw + t_u5zvh * wm1_yaw - t_lbhv6_2 * wm2_yaw  # (16)
+        m_myerm = (samples < 0.5)
+        y1_used_roll = np.where(m_myerm, roll, y1_roll)
+        m_2oym3 = (0.5 < applied_regressor)
+        m_ng6lt = (0.5 < design_delay)
+        v_roll = np.where(m_2oym3, Tx_applied, np.where(m_ng6lt, u2_roll, u1_roll))  # (36)
+        y_hat_roll = (
+            d_roll
+            + b0_roll * v_roll
+            + b1_roll * v1_roll
+            - a1_roll * y1_used_roll
+            - a2_roll * y2_roll
+        )  # (34)
+        eps_roll = roll - y_hat_roll  # (39)
+        t_s4qc7 = D1_roll * y1_used_roll
+        alpha1_roll = forgetting + t_s4qc7 * y1_used_roll  # (40)
+        t_gcbdt = 1.0 / alpha1_roll
+        D1_free_roll = D1_roll * t_gcbdt  # (41)
+        t_4q5lb = y2_roll + U12_roll * y1_used_roll
+        t_bqiu4 = D2_roll * t_4q5lb
+        alpha2_roll = alpha1_roll + t_bqiu4 * t_4q5lb  # (40)
+        t_2ftwl = 1.0 / alpha2_roll
+        t_rkxsm = 1.0 / forgetting
+        D2_free_roll = t_2ftwl * t_rkxsm * D2_roll * alpha1_roll  # (41)
+        U12_free_roll = U12_roll - t_s4qc7 * t_gcbdt * t_4q5lb  # (41)
+        f3_roll = v_roll - U13_roll * y1_used_roll - U23_roll * y2_roll  # (40)
+        Df3_roll = D3_roll * f3_roll  # (40)
+        alpha3_roll = alpha2_roll + Df3_roll * f3_roll  # (40)
+        t_m6gkz = 1.0 / alpha3_roll
+        D3_free_roll = t_rkxsm * t_m6gkz * D3_roll * alpha2_roll  # (41)
+        t_iwp6c = f3_roll * t_2ftwl
+        t_73h6y = t_s4qc7 + t_bqiu4 * U12_roll
+        U13_free_roll = U13_roll + t_iwp6c * t_73h6y  # (41)
+        b1_3_roll = Df3_roll * U13_roll - t_73h6y  # (40)
+        U23_free_roll = U23_roll + t_iwp6c * t_bqiu4  # (41)
+        b2_3_roll = Df3_roll * U23_roll - t_bqiu4  # (40)
+        f4_roll = v1_roll + U34_roll * v_roll - U14_roll * y1_used_roll - U24_roll * y2_roll  # (40)
+        Df4_roll = D4_roll * f4_roll  # (40)
+        alpha4_roll = alpha3_roll + Df4_roll * f4_roll  # (40)
+        t_qd2bm = 1.0 / alpha4_roll
+        D4_free_roll = t_rkxsm * t_qd2bm * D4_roll * alpha3_roll  # (41)
+        t_vpr7m = f4_roll * t_m6gkz
+        U14_free_roll = U14_roll - t_vpr7m * b1_3_roll  # (41)
+        b1_4_roll = b1_3_roll + Df4_roll * U14_roll  # (40)
+        U24_free_roll = U24_roll - t_vpr7m * b2_3_roll  # (41)
+        b2_4_roll = b2_3_roll + Df4_roll * U24_roll  # (40)
+        U34_free_roll = U34_roll - t_vpr7m * Df3_roll  # (41)
+        b3_4_roll = Df3_roll + Df4_roll * U34_roll  # (40)
+        f5_roll = (
+            1.0
+            + U35_roll * v_roll
+            + U45_roll * v1_roll
+            - U15_roll * y1_used_roll
+            - U25_roll * y2_roll
+        )  # (40)
+        Df5_roll = D5_roll * f5_roll  # (40)
+        alpha5_roll = alpha4_roll + Df5_roll * f5_roll  # (40)
+        t_szpzk = 1.0 / alpha5_roll
+        D5_free_roll = t_rkxsm * t_szpzk * D5_roll * alpha4_roll  # (41)
+        t_el36p = f5_roll * t_qd2bm
+        U15_free_roll = U15_roll - t_el36p * b1_4_roll  # (41)
+        b1_5_roll = b1_4_roll + Df5_roll * U15_roll  # (40)
+        U25_free_roll = U25_roll - t_el36p * b2_4_roll  # (41)
+        b2_5_roll = b2_4_roll + Df5_roll * U25_roll  # (40)
+        U35_free_roll = U35_roll - t_el36p * b3_4_roll  # (41)
+        b3_5_roll = b3_4_roll + Df5_roll * U35_roll  # (40)
+        U45_free_roll = U45_roll - t_el36p * Df4_roll  # (41)
+        b4_5_roll = Df4_roll + Df5_roll * U45_roll  # (40)
+        G1_roll = b1_5_roll * t_szpzk  # (40)
+        G2_roll = b2_5_roll * t_szpzk  # (40)
+        G3_roll = b3_5_roll * t_szpzk  # (40)
+        G4_roll = b4_5_roll * t_szpzk  # (40)
+        G5_roll = Df5_roll * t_szpzk  # (40)
+        trace_roll = (
+            D1_free_roll
+            + D2_free_roll
+            + D3_free_roll
+            + D4_free_roll
+            + D5_free_roll
+            + D2_free_roll * (U12_free_roll * U12_free_roll)
+            + D3_free_roll * (U13_free_roll * U13_free_roll)
+            + D3_free_roll * (U23_free_roll * U23_free_roll)
+            + D4_free_roll * (U14_free_roll * U14_free_roll)
+            + D4_free_roll * (U24_free_roll * U24_free_roll)
+            + D4_free_roll * (U34_free_roll * U34_free_roll)
+            + D5_free_roll * (U15_free_roll * U15_free_roll)
+            + D5_free_roll * (U25_free_roll * U25_free_roll)
+            + D5_free_roll * (U35_free_roll * U35_free_roll)
+            + D5_free_roll * (U45_free_roll * U45_free_roll)
+        )  # (41)
+        m_cy5zr = (trace_max < trace_roll)
+        cap_roll = np.where(m_cy5zr, forgetting, 1.0)
+        m_jj746 = (0.5 < adapt)
+        m_d33kq = (1.5 < samples)
+        m_6w7fs = np.logical_and(m_jj746, m_d33kq)
+        t_s4yo7 = np.fmax(dead_zone, dead_zone_sigma * noise)
+        m_ga54y = (t_s4yo7 < np.abs(eps_roll))
+        m_huydk = np.logical_and(m_6w7fs, m_ga54y)
+        a1_now_roll = np.where(m_huydk, a1_roll + G1_roll * eps_roll, a1_roll)  # (42)
+        a2_now_roll = np.where(m_huydk, a2_roll + G2_roll * eps_roll, a2_roll)  # (42)
+        b0_now_roll = np.where(m_huydk, b0_roll + G3_roll * eps_roll, b0_roll)  # (42)
+        b1_now_roll = np.where(m_huydk, b1_roll + G4_roll * eps_roll, b1_roll)  # (42)
+        d_now_roll = np.where(m_huydk, d_roll + G5_roll * eps_roll, d_roll)  # (42)
+        d_used_roll = compensate_d * d_now_roll
+        y1_used_pitch = np.where(m_myerm, pitch, y1_pitch)
+        v_pitch = np.where(m_2oym3, Ty_applied, np.where(m_ng6lt, u2_pitch, u1_pitch))  # (36)
+        y_hat_pitch = (
+            d_pitch
+            + b0_pitch * v_pitch
+            + b1_pitch * v1_pitch
+            - a1_pitch * y1_used_pitch
+            - a2_pitch * y2_pitch
+        )  # (34)
+        eps_pitch = pitch - y_hat_pitch  # (39)
+        t_n6265 = D1_pitch * y1_used_pitch
+        alpha1_pitch = forgetting + t_n6265 * y1_used_pitch  # (40)
+        t_ba5cq = 1.0 / alpha1_pitch
+        D1_free_pitch = D1_pitch * t_ba5cq  # (41)
+        t_5xoth = y2_pitch + U12_pitch * y1_used_pitch
+        t_urk7s = D2_pitch * t_5xoth
+        alpha2_pitch = alpha1_pitch + t_urk7s * t_5xoth  # (40)
+        t_vq6qe = 1.0 / alpha2_pitch
+        D2_free_pitch = t_rkxsm * t_vq6qe * D2_pitch * alpha1_pitch  # (41)
+        U12_free_pitch = U12_pitch - t_n6265 * t_ba5cq * t_5xoth  # (41)
+        f3_pitch = v_pitch - U13_pitch * y1_used_pitch - U23_pitch * y2_pitch  # (40)
+        Df3_pitch = D3_pitch * f3_pitch  # (40)
+        alpha3_pitch = alpha2_pitch + Df3_pitch * f3_pitch  # (40)
+        t_wnsbx = 1.0 / alpha3_pitch
+        D3_free_pitch = t_rkxsm * t_wnsbx * D3_pitch * alpha2_pitch  # (41)
+        t_iziit = f3_pitch * t_vq6qe
+        t_m7azd = t_n6265 + t_urk7s * U12_pitch
+        U13_free_pitch = U13_pitch + t_iziit * t_m7azd  # (41)
+        b1_3_pitch = Df3_pitch * U13_pitch - t_m7azd  # (40)
+        U23_free_pitch = U23_pitch + t_iziit * t_urk7s  # (41)
+        b2_3_pitch = Df3_pitch * U23_pitch - t_urk7s  # (40)
+        f4_pitch = v1_pitch + U34_pitch * v_pitch - U14_pitch * y1_used_pitch - U24_pitch * y2_pitch  # (40)
+        Df4_pitch = D4_pitch * f4_pitch  # (40)
+        alpha4_pitch = alpha3_pitch + Df4_pitch * f4_pitch  # (40)
+        t_au2dz = 1.0 / alpha4_pitch
+        D4_free_pitch = t_rkxsm * t_au2dz * D4_pitch * alpha3_pitch  # (41)
+        t_q5cqa = f4_pitch * t_wnsbx
+        U14_free_pitch = U14_pitch - t_q5cqa * b1_3_pitch  # (41)
+        b1_4_pitch = b1_3_pitch + Df4_pitch * U14_pitch  # (40)
+        U24_free_pitch = U24_pitch - t_q5cqa * b2_3_pitch  # (41)
+        b2_4_pitch = b2_3_pitch + Df4_pitch * U24_pitch  # (40)
+        U34_free_pitch = U34_pitch - t_q5cqa * Df3_pitch  # (41)
+        b3_4_pitch = Df3_pitch + Df4_pitch * U34_pitch  # (40)
+        f5_pitch = (
+            1.0
+            + U35_pitch * v_pitch
+            + U45_pitch * v1_pitch
+            - U15_pitch * y1_used_pitch
+            - U25_pitch * y2_pitch
+        )  # (40)
+        Df5_pitch = D5_pitch * f5_pitch  # (40)
+        alpha5_pitch = alpha4_pitch + Df5_pitch * f5_pitch  # (40)
+        t_uppvm = 1.0 / alpha5_pitch
+        D5_free_pitch = t_rkxsm * t_uppvm * D5_pitch * alpha4_pitch  # (41)
+        t_blzne = f5_pitch * t_au2dz
+        U15_free_pitch = U15_pitch - t_blzne * b1_4_pitch  # (41)
+        b1_5_pitch = b1_4_pitch + Df5_pitch * U15_pitch  # (40)
+        U25_free_pitch = U25_pitch - t_blzne * b2_4_pitch  # (41)
+        b2_5_pitch = b2_4_pitch + Df5_pitch * U25_pitch  # (40)
+        U35_free_pitch = U35_pitch - t_blzne * b3_4_pitch  # (41)
+        b3_5_pitch = b3_4_pitch + Df5_pitch * U35_pitch  # (40)
+        U45_free_pitch = U45_pitch - t_blzne * Df4_pitch  # (41)
+        b4_5_pitch = Df4_pitch + Df5_pitch * U45_pitch  # (40)
+        G1_pitch = b1_5_pitch * t_uppvm  # (40)
+        G2_pitch = b2_5_pitch * t_uppvm  # (40)
+        G3_pitch = b3_5_pitch * t_uppvm  # (40)
+        G4_pitch = b4_5_pitch * t_uppvm  # (40)
+        G5_pitch = Df5_pitch * t_uppvm  # (40)
+        trace_pitch = (
+            D1_free_pitch
+            + D2_free_pitch
+            + D3_free_pitch
+            + D4_free_pitch
+            + D5_free_pitch
+            + D2_free_pitch * (U12_free_pitch * U12_free_pitch)
+            + D3_free_pitch * (U13_free_pitch * U13_free_pitch)
+            + D3_free_pitch * (U23_free_pitch * U23_free_pitch)
+            + D4_free_pitch * (U14_free_pitch * U14_free_pitch)
+            + D4_free_pitch * (U24_free_pitch * U24_free_pitch)
+            + D4_free_pitch * (U34_free_pitch * U34_free_pitch)
+            + D5_free_pitch * (U15_free_pitch * U15_free_pitch)
+            + D5_free_pitch * (U25_free_pitch * U25_free_pitch)
+            + D5_free_pitch * (U35_free_pitch * U35_free_pitch)
+            + D5_free_pitch * (U45_free_pitch * U45_free_pitch)
+        )  # (41)
+        m_rahgr = (trace_max < trace_pitch)
+        cap_pitch = np.where(m_rahgr, forgetting, 1.0)
+        m_a3jc4 = (t_s4yo7 < np.abs(eps_pitch))
+        m_fztcf = np.logical_and(m_6w7fs, m_a3jc4)
+        a1_now_pitch = np.where(m_fztcf, a1_pitch + G1_pitch * eps_pitch, a1_pitch)  # (42)
+        a2_now_pitch = np.where(m_fztcf, a2_pitch + G2_pitch * eps_pitch, a2_pitch)  # (42)
+        b0_now_pitch = np.where(m_fztcf, b0_pitch + G3_pitch * eps_pitch, b0_pitch)  # (42)
+        b1_now_pitch = np.where(m_fztcf, b1_pitch + G4_pitch * eps_pitch, b1_pitch)  # (42)
+        d_now_pitch = np.where(m_fztcf, d_pitch + G5_pitch * eps_pitch, d_pitch)  # (42)
+        d_used_pitch = compensate_d * d_now_pitch
+        y1_used_yaw = np.where(m_myerm, yaw, y1_yaw)
+        v_yaw = np.where(m_2oym3, Tz_applied, np.where(m_ng6lt, u2_yaw, u1_yaw))  # (36)
+        y_hat_yaw = (
+            d_yaw
+            + b0_yaw * v_yaw
+            + b1_yaw * v1_yaw
+            - a1_yaw * y1_used_yaw
+            - a2_yaw * y2_yaw
+        )  # (34)
+        eps_yaw = yaw - y_hat_yaw  # (39)
+        t_5t4tf = D1_yaw * y1_used_yaw
+        alpha1_yaw = forgetting + t_5t4tf * y1_used_yaw  # (40)
+        t_rrlcx = 1.0 / alpha1_yaw
+        D1_free_yaw = D1_yaw * t_rrlcx  # (41)
+        t_fz2ih = y2_yaw + U12_yaw * y1_used_yaw
+        t_3inrl = D2_yaw * t_fz2ih
+        alpha2_yaw = alpha1_yaw + t_3inrl * t_fz2ih  # (40)
+        t_epc3p = 1.0 / alpha2_yaw
+        D2_free_yaw = t_rkxsm * t_epc3p * D2_yaw * alpha1_yaw  # (41)
+        U12_free_yaw = U12_yaw - t_5t4tf * t_rrlcx * t_fz2ih  # (41)
+        f3_yaw = v_yaw - U13_yaw * y1_used_yaw - U23_yaw * y2_yaw  # (40)
+        Df3_yaw = D3_yaw * f3_yaw  # (40)
+        alpha3_yaw = alpha2_yaw + Df3_yaw * f3_yaw  # (40)
+        t_czmse = 1.0 / alpha3_yaw
+        D3_free_yaw = t_rkxsm * t_czmse * D3_yaw * alpha2_yaw  # (41)
+        t_qqhj7 = f3_yaw * t_epc3p
+        t_mefgo = t_5t4tf + t_3inrl * U12_yaw
+        U13_free_yaw = U13_yaw + t_qqhj7 * t_mefgo  # (41)
+        b1_3_yaw = Df3_yaw * U13_yaw - t_mefgo  # (40)
+        U23_free_yaw = U23_yaw + t_qqhj7 * t_3inrl  # (41)
+        b2_3_yaw = Df3_yaw * U23_yaw - t_3inrl  # (40)
+        f4_yaw = v1_yaw + U34_yaw * v_yaw - U14_yaw * y1_used_yaw - U24_yaw * y2_yaw  # (40)
+        Df4_yaw = D4_yaw * f4_yaw  # (40)
+        alpha4_yaw = alpha3_yaw + Df4_yaw * f4_yaw  # (40)
+        t_nk3ay = 1.0 / alpha4_yaw
+        D4_free_yaw = t_rkxsm * t_nk3ay * D4_yaw * alpha3_yaw  # (41)
+        t_ov6wh = f4_yaw * t_czmse
+        U14_free_yaw = U14_yaw - t_ov6wh * b1_3_yaw  # (41)
+        b1_4_yaw = b1_3_yaw + Df4_yaw * U14_yaw  # (40)
+        U24_free_yaw = U24_yaw - t_ov6wh * b2_3_yaw  # (41)
+        b2_4_yaw = b2_3_yaw + Df4_yaw * U24_yaw  # (40)
+        U34_free_yaw = U34_yaw - t_ov6wh * Df3_yaw  # (41)
+        b3_4_yaw = Df3_yaw + Df4_yaw * U34_yaw  # (40)
+        f5_yaw = (
+            1.0
+            + U35_yaw * v_yaw
+            + U45_yaw * v1_yaw
+            - U15_yaw * y1_used_yaw
+            - U25_yaw * y2_yaw
+        )  # (40)
+        Df5_yaw = D5_yaw * f5_yaw  # (40)
+        alpha5_yaw = alpha4_yaw + Df5_yaw * f5_yaw  # (40)
+        t_xt42v = 1.0 / alpha5_yaw
+        D5_free_yaw = t_rkxsm * t_xt42v * D5_yaw * alpha4_yaw  # (41)
+        t_xokdo = f5_yaw * t_nk3ay
+        U15_free_yaw = U15_yaw - t_xokdo * b1_4_yaw  # (41)
+        b1_5_yaw = b1_4_yaw + Df5_yaw * U15_yaw  # (40)
+        U25_free_yaw = U25_yaw - t_xokdo * b2_4_yaw  # (41)
+        b2_5_yaw = b2_4_yaw + Df5_yaw * U25_yaw  # (40)
+        U35_free_yaw = U35_yaw - t_xokdo * b3_4_yaw  # (41)
+        b3_5_yaw = b3_4_yaw + Df5_yaw * U35_yaw  # (40)
+        U45_free_yaw = U45_yaw - t_xokdo * Df4_yaw  # (41)
+        b4_5_yaw = Df4_yaw + Df5_yaw * U45_yaw  # (40)
+        G1_yaw = b1_5_yaw * t_xt42v  # (40)
+        G2_yaw = b2_5_yaw * t_xt42v  # (40)
+        G3_yaw = b3_5_yaw * t_xt42v  # (40)
+        G4_yaw = b4_5_yaw * t_xt42v  # (40)
+        G5_yaw = Df5_yaw * t_xt42v  # (40)
+        trace_yaw = (
+            D1_free_yaw
+            + D2_free_yaw
+            + D3_free_yaw
+            + D4_free_yaw
+            + D5_free_yaw
+            + D2_free_yaw * (U12_free_yaw * U12_free_yaw)
+            + D3_free_yaw * (U13_free_yaw * U13_free_yaw)
+            + D3_free_yaw * (U23_free_yaw * U23_free_yaw)
+            + D4_free_yaw * (U14_free_yaw * U14_free_yaw)
+            + D4_free_yaw * (U24_free_yaw * U24_free_yaw)
+            + D4_free_yaw * (U34_free_yaw * U34_free_yaw)
+            + D5_free_yaw * (U15_free_yaw * U15_free_yaw)
+            + D5_free_yaw * (U25_free_yaw * U25_free_yaw)
+            + D5_free_yaw * (U35_free_yaw * U35_free_yaw)
+            + D5_free_yaw * (U45_free_yaw * U45_free_yaw)
+        )  # (41)
+        m_4b7bf = (trace_max < trace_yaw)
+        cap_yaw = np.where(m_4b7bf, forgetting, 1.0)
+        m_tx63k = (t_s4yo7 < np.abs(eps_yaw))
+        m_6lewq = np.logical_and(m_6w7fs, m_tx63k)
+        a1_now_yaw = np.where(m_6lewq, a1_yaw + G1_yaw * eps_yaw, a1_yaw)  # (42)
+        a2_now_yaw = np.where(m_6lewq, a2_yaw + G2_yaw * eps_yaw, a2_yaw)  # (42)
+        b0_now_yaw = np.where(m_6lewq, b0_yaw + G3_yaw * eps_yaw, b0_yaw)  # (42)
+        b1_now_yaw = np.where(m_6lewq, b1_yaw + G4_yaw * eps_yaw, b1_yaw)  # (42)
+        d_now_yaw = np.where(m_6lewq, d_yaw + G5_yaw * eps_yaw, d_yaw)  # (42)
+        d_used_yaw = compensate_d * d_now_yaw
+        t_4msa4 = Ts * Ts * b_min_ratio
+        lift_roll = np.fmax(0.0, -0.5 * b0_now_roll + -0.5 * b1_now_roll + np.fmax(b_min, 0.5 / I_x * t_4msa4))
+        B1_roll = b0_now_roll + b1_now_roll + (lift_roll + lift_roll)
+        t_bxn4n = 4.0 * rho
+        t_ph5cf = t_bxn4n + a1_now_roll
+        s1_roll = -t_ph5cf  # (22)
+        t_2wsi6 = rho * rho
+        t_2wsi6_2 = -6.0 * t_2wsi6
+        t_bxn4n_2 = 3.0 * rho
+        e1_roll = np.where(m_ng6lt, a1_now_roll * t_ph5cf - (t_2wsi6_2 + a2_now_roll), -(t_bxn4n_2 + a1_now_roll))  # (22)
+        t_ogmcx = rho * t_2wsi6
+        t_ogmcx_2 = 4.0 * t_ogmcx
+        t_2wsi6_3 = -3.0 * t_2wsi6
+        e2_roll = np.where(m_ng6lt, a2_now_roll * t_ph5cf - t_ogmcx_2, -(t_2wsi6_3 + a2_now_roll))  # (22)
+        t_v4kye = t_2wsi6 * t_2wsi6
+        t_ogmcx_3 = -t_ogmcx
+        e3_roll = np.where(m_ng6lt, t_v4kye, t_ogmcx_3)  # (22)
+        t_zjozf = b1_now_roll + lift_roll
+        t_yz2fy = t_zjozf * t_zjozf
+        t_4ihf2 = b0_now_roll + lift_roll
+        t_qkhny = t_4ihf2 * t_4ihf2
+        t_ncl23 = t_zjozf * a1_now_roll
+        res_roll = t_yz2fy + t_qkhny * a2_now_roll - t_4ihf2 * t_ncl23
+        t_k6fq7 = 1.0 / res_roll
+        sd_roll = (t_yz2fy * e1_roll + t_qkhny * e3_roll - t_zjozf * t_4ihf2 * e2_roll) * t_k6fq7  # (22)
+        t_6p656 = t_4ihf2 * e3_roll
+        t_6zvri = t_4ihf2 * a2_now_roll
+        t0_roll = (t_zjozf * e2_roll - t_6p656 - t_ncl23 * e1_roll + t_6zvri * e1_roll) * t_k6fq7  # (22)
+        t_toq7n = (
+            t_zjozf * e3_roll
+            - t_6p656 * a1_now_roll
+            + t_6zvri * e2_roll
+            - t_zjozf * a2_now_roll * e1_roll
+        )
+        t1_roll = t_toq7n * t_k6fq7  # (22)
+        t_z4laf = np.where(m_ng6lt, -t_bxn4n, -t_bxn4n_2)
+        t_mymwd = np.where(m_ng6lt, 6.0 * t_2wsi6, 3.0 * t_2wsi6)
+        t_32esp = np.where(m_ng6lt, -t_ogmcx_2, t_ogmcx_3)
+        Acw_roll = (
+            w_roll
+            + t_z4laf * wm1_roll
+            + t_mymwd * wm2_roll
+            + t_32esp * wm3_roll
+            + np.where(m_ng6lt, t_v4kye * wm4_roll, 0.0)
+        )
+        u_roll_mrac = (
+            (Acw_roll - d_used_roll * (1.0 + np.where(m_ng6lt, s1_roll, 0.0) + sd_roll)) / B1_roll
+            + np.where(m_ng6lt, t_ph5cf * u1_roll, 0.0)
+            - roll * t0_roll
+            - sd_roll * v_roll
+            - t1_roll * y1_used_roll
+        )
+        lift_pitch = np.fmax(0.0, -0.5 * b0_now_pitch + -0.5 * b1_now_pitch + np.fmax(b_min, 0.5 / I_y * t_4msa4))
+        B1_pitch = b0_now_pitch + b1_now_pitch + (lift_pitch + lift_pitch)
+        t_2hojt = t_bxn4n + a1_now_pitch
+        s1_pitch = -t_2hojt  # (22)
+        e1_pitch = np.where(m_ng6lt, a1_now_pitch * t_2hojt - (t_2wsi6_2 + a2_now_pitch), -(t_bxn4n_2 + a1_now_pitch))  # (22)
+        e2_pitch = np.where(m_ng6lt, a2_now_pitch * t_2hojt - t_ogmcx_2, -(t_2wsi6_3 + a2_now_pitch))  # (22)
+        t_tpvzc = b1_now_pitch + lift_pitch
+        t_imlet = t_tpvzc * t_tpvzc
+        t_6edde = b0_now_pitch + lift_pitch
+        t_23zut = t_6edde * t_6edde
+        t_ivfwu = t_tpvzc * a1_now_pitch
+        res_pitch = t_imlet + t_23zut * a2_now_pitch - t_6edde * t_ivfwu
+        t_traey = 1.0 / res_pitch
+        sd_pitch = (t_imlet * e1_pitch + t_23zut * e3_roll - t_tpvzc * t_6edde * e2_pitch) * t_traey  # (22)
+        t_3uzty = t_6edde * e3_roll
+        t_rhale = t_6edde * a2_now_pitch
+        t0_pitch = (t_tpvzc * e2_pitch - t_3uzty - t_ivfwu * e1_pitch + t_rhale * e1_pitch) * t_traey  # (22)
+        t_7phvx = (
+            t_tpvzc * e3_roll
+            - t_3uzty * a1_now_pitch
+            + t_rhale * e2_pitch
+            - t_tpvzc * a2_now_pitch * e1_pitch
+        )
+        t1_pitch = t_7phvx * t_traey  # (22)
+        Acw_pitch = (
+            w_pitch
+            + t_z4laf * wm1_pitch
+            + t_mymwd * wm2_pitch
+            + t_32esp * wm3_pitch
+            + np.where(m_ng6lt, t_v4kye * wm4_pitch, 0.0)
+        )
+        u_pitch_mrac = (
+            (Acw_pitch - d_used_pitch * (1.0 + np.where(m_ng6lt, s1_pitch, 0.0) + sd_pitch)) / B1_pitch
+            + np.where(m_ng6lt, t_2hojt * u1_pitch, 0.0)
+            - pitch * t0_pitch
+            - sd_pitch * v_pitch
+            - t1_pitch * y1_used_pitch
+        )
+        lift_yaw = np.fmax(0.0, -0.5 * b0_now_yaw + -0.5 * b1_now_yaw + np.fmax(b_min, 0.5 / I_z * t_4msa4))
+        B1_yaw = b0_now_yaw + b1_now_yaw + (lift_yaw + lift_yaw)
+        t_newnt = t_bxn4n + a1_now_yaw
+        s1_yaw = -t_newnt  # (22)
+        e1_yaw = np.where(m_ng6lt, a1_now_yaw * t_newnt - (t_2wsi6_2 + a2_now_yaw), -(t_bxn4n_2 + a1_now_yaw))  # (22)
+        e2_yaw = np.where(m_ng6lt, a2_now_yaw * t_newnt - t_ogmcx_2, -(t_2wsi6_3 + a2_now_yaw))  # (22)
+        t_zkiaw = b1_now_yaw + lift_yaw
+        t_npqek = t_zkiaw * t_zkiaw
+        t_qhfkz = b0_now_yaw + lift_yaw
+        t_xjk5e = t_qhfkz * t_qhfkz
+        t_n6w5s = t_zkiaw * a1_now_yaw
+        res_yaw = t_npqek + t_xjk5e * a2_now_yaw - t_qhfkz * t_n6w5s
+        t_7xf6k = 1.0 / res_yaw
+        sd_yaw = (t_npqek * e1_yaw + t_xjk5e * e3_roll - t_zkiaw * t_qhfkz * e2_yaw) * t_7xf6k  # (22)
+        t_vephh = t_qhfkz * e3_roll
+        t_3ziba = t_qhfkz * a2_now_yaw
+        t0_yaw = (t_zkiaw * e2_yaw - t_vephh - t_n6w5s * e1_yaw + t_3ziba * e1_yaw) * t_7xf6k  # (22)
+        t_aivjy = (
+            t_zkiaw * e3_roll
+            - t_vephh * a1_now_yaw
+            + t_3ziba * e2_yaw
+            - t_zkiaw * a2_now_yaw * e1_yaw
+        )
+        t1_yaw = t_aivjy * t_7xf6k  # (22)
+        Acw_yaw = (
+            w_yaw
+            + t_z4laf * wm1_yaw
+            + t_mymwd * wm2_yaw
+            + t_32esp * wm3_yaw
+            + np.where(m_ng6lt, t_v4kye * wm4_yaw, 0.0)
+        )
+        u_yaw_mrac = (
+            (Acw_yaw - d_used_yaw * (1.0 + np.where(m_ng6lt, s1_yaw, 0.0) + sd_yaw)) / B1_yaw
+            + np.where(m_ng6lt, t_newnt * u1_yaw, 0.0)
+            - sd_yaw * v_yaw
+            - t0_yaw * yaw
+            - t1_yaw * y1_used_yaw
+        )
+        m_m35aa = (np.abs(Tx_applied) < 1e+30)
+        m_6g4m5 = (np.abs(Ty_applied) < 1e+30)
+        m_qvzit = np.logical_and(m_m35aa, m_6g4m5)
+        m_ifmp5 = (np.abs(Tz_applied) < 1e+30)
+        m_yejzf = np.logical_and(m_qvzit, m_ifmp5)
+        m_cgnek = (np.abs(pitch) < 1e+30)
+        m_bffo2 = np.logical_and(m_yejzf, m_cgnek)
+        m_qrx2z = (np.abs(ref_pitch) < 1e+30)
+        m_bwxs3 = np.logical_and(m_bffo2, m_qrx2z)
+        m_ilioh = (np.abs(ref_roll) < 1e+30)
+        m_6i24m = np.logical_and(m_bwxs3, m_ilioh)
+        m_ghzhf = (np.abs(ref_yaw) < 1e+30)
+        m_65ott = np.logical_and(m_6i24m, m_ghzhf)
+        m_lisih = (np.abs(roll) < 1e+30)
+        m_fdhnb = np.logical_and(m_65ott, m_lisih)
+        m_klrep = (np.abs(trace_pitch) < 1e+30)
+        m_ftaye = np.logical_and(m_fdhnb, m_klrep)
+        m_nob5q = (np.abs(trace_roll) < 1e+30)
+        m_dtjsa = np.logical_and(m_ftaye, m_nob5q)
+        m_smxdh = (np.abs(trace_yaw) < 1e+30)
+        m_tnlb6 = np.logical_and(m_dtjsa, m_smxdh)
+        m_q3hd4 = (np.abs(yaw) < 1e+30)
+        m_n37qp = np.logical_and(m_tnlb6, m_q3hd4)
+        m_m4hsa = (np.abs(u_pitch_mrac) < 1e+30)
+        m_wqjeb = np.logical_and(m_n37qp, m_m4hsa)
+        m_mx2go = (np.abs(u_roll_mrac) < 1e+30)
+        m_zuvpc = np.logical_and(m_wqjeb, m_mx2go)
+        m_ibl7d = (np.abs(u_yaw_mrac) < 1e+30)
+        m_mu5jj = np.logical_and(m_zuvpc, m_ibl7d)
+        Tx_cmd = np.where(m_mu5jj, u_roll_mrac, 0.0)
+        Ty_cmd = np.where(m_mu5jj, u_pitch_mrac, 0.0)
+        Tz_cmd = np.where(m_mu5jj, u_yaw_mrac, 0.0)
+        t_lfvhy = 0.5 * wm1_roll
+        t_nuzia = 0.5 * wm1_pitch
+        t_bashd = 0.5 * wm1_yaw
+        m_qbjte = np.logical_not(m_mu5jj)
+        return _vector(
+            Tx_cmd,
+            Ty_cmd,
+            Tz_cmd,
+        ), _vector(
+            np.where(m_mu5jj, a1_now_roll, a1_roll),
+            np.where(m_mu5jj, a2_now_roll, a2_roll),
+            np.where(m_mu5jj, b0_now_roll, b0_roll),
+            np.where(m_mu5jj, b1_now_roll, b1_roll),
+            np.where(m_mu5jj, d_now_roll, d_roll),
+            np.where(m_mu5jj, np.where(m_huydk, D1_free_roll * cap_roll, D1_roll), D1_roll),
+            np.where(m_mu5jj, np.where(m_huydk, D2_free_roll * cap_roll, D2_roll), D2_roll),
+            np.where(m_mu5jj, np.where(m_huydk, D3_free_roll * cap_roll, D3_roll), D3_roll),
+            np.where(m_mu5jj, np.where(m_huydk, D4_free_roll * cap_roll, D4_roll), D4_roll),
+            np.where(m_mu5jj, np.where(m_huydk, D5_free_roll * cap_roll, D5_roll), D5_roll),
+            np.where(m_mu5jj, np.where(m_huydk, U12_free_roll, U12_roll), U12_roll),
+            np.where(m_mu5jj, np.where(m_huydk, U13_free_roll, U13_roll), U13_roll),
+            np.where(m_mu5jj, np.where(m_huydk, U23_free_roll, U23_roll), U23_roll),
+            np.where(m_mu5jj, np.where(m_huydk, U14_free_roll, U14_roll), U14_roll),
+            np.where(m_mu5jj, np.where(m_huydk, U24_free_roll, U24_roll), U24_roll),
+            np.where(m_mu5jj, np.where(m_huydk, U34_free_roll, U34_roll), U34_roll),
+            np.where(m_mu5jj, np.where(m_huydk, U15_free_roll, U15_roll), U15_roll),
+            np.where(m_mu5jj, np.where(m_huydk, U25_free_roll, U25_roll), U25_roll),
+            np.where(m_mu5jj, np.where(m_huydk, U35_free_roll, U35_roll), U35_roll),
+            np.where(m_mu5jj, np.where(m_huydk, U45_free_roll, U45_roll), U45_roll),
+            np.where(m_mu5jj, roll, y1_roll),
+            np.where(m_mu5jj, y1_used_roll, y2_roll),
+            np.where(m_mu5jj, v_roll, v1_roll),
+            np.where(m_mu5jj, u_roll_mrac, u1_roll),
+            np.where(m_mu5jj, u1_roll, u2_roll),
+            np.where(m_mu5jj, np.where(m_ng6lt, t_lfvhy + 0.5 * wm2_roll, t_lfvhy + 0.5 * w_roll), ym_roll),
+            np.where(m_mu5jj, w_roll, wm1_roll),
+            np.where(m_mu5jj, wm1_roll, wm2_roll),
+            np.where(m_mu5jj, wm2_roll, wm3_roll),
+            np.where(m_mu5jj, wm3_roll, wm4_roll),
+            np.where(m_mu5jj, a1_now_pitch, a1_pitch),
+            np.where(m_mu5jj, a2_now_pitch, a2_pitch),
+            np.where(m_mu5jj, b0_now_pitch, b0_pitch),
+            np.where(m_mu5jj, b1_now_pitch, b1_pitch),
+            np.where(m_mu5jj, d_now_pitch, d_pitch),
+            np.where(m_mu5jj, np.where(m_fztcf, D1_free_pitch * cap_pitch, D1_pitch), D1_pitch),
+            np.where(m_mu5jj, np.where(m_fztcf, D2_free_pitch * cap_pitch, D2_pitch), D2_pitch),
+            np.where(m_mu5jj, np.where(m_fztcf, D3_free_pitch * cap_pitch, D3_pitch), D3_pitch),
+            np.where(m_mu5jj, np.where(m_fztcf, D4_free_pitch * cap_pitch, D4_pitch), D4_pitch),
+            np.where(m_mu5jj, np.where(m_fztcf, D5_free_pitch * cap_pitch, D5_pitch), D5_pitch),
+            np.where(m_mu5jj, np.where(m_fztcf, U12_free_pitch, U12_pitch), U12_pitch),
+            np.where(m_mu5jj, np.where(m_fztcf, U13_free_pitch, U13_pitch), U13_pitch),
+            np.where(m_mu5jj, np.where(m_fztcf, U23_free_pitch, U23_pitch), U23_pitch),
+            np.where(m_mu5jj, np.where(m_fztcf, U14_free_pitch, U14_pitch), U14_pitch),
+            np.where(m_mu5jj, np.where(m_fztcf, U24_free_pitch, U24_pitch), U24_pitch),
+            np.where(m_mu5jj, np.where(m_fztcf, U34_free_pitch, U34_pitch), U34_pitch),
+            np.where(m_mu5jj, np.where(m_fztcf, U15_free_pitch, U15_pitch), U15_pitch),
+            np.where(m_mu5jj, np.where(m_fztcf, U25_free_pitch, U25_pitch), U25_pitch),
+            np.where(m_mu5jj, np.where(m_fztcf, U35_free_pitch, U35_pitch), U35_pitch),
+            np.where(m_mu5jj, np.where(m_fztcf, U45_free_pitch, U45_pitch), U45_pitch),
+            np.where(m_mu5jj, pitch, y1_pitch),
+            np.where(m_mu5jj, y1_used_pitch, y2_pitch),
+            np.where(m_mu5jj, v_pitch, v1_pitch),
+            np.where(m_mu5jj, u_pitch_mrac, u1_pitch),
+            np.where(m_mu5jj, u1_pitch, u2_pitch),
+            np.where(m_mu5jj, np.where(m_ng6lt, t_nuzia + 0.5 * wm2_pitch, t_nuzia + 0.5 * w_pitch), ym_pitch),
+            np.where(m_mu5jj, w_pitch, wm1_pitch),
+            np.where(m_mu5jj, wm1_pitch, wm2_pitch),
+            np.where(m_mu5jj, wm2_pitch, wm3_pitch),
+            np.where(m_mu5jj, wm3_pitch, wm4_pitch),
+            np.where(m_mu5jj, a1_now_yaw, a1_yaw),
+            np.where(m_mu5jj, a2_now_yaw, a2_yaw),
+            np.where(m_mu5jj, b0_now_yaw, b0_yaw),
+            np.where(m_mu5jj, b1_now_yaw, b1_yaw),
+            np.where(m_mu5jj, d_now_yaw, d_yaw),
+            np.where(m_mu5jj, np.where(m_6lewq, D1_free_yaw * cap_yaw, D1_yaw), D1_yaw),
+            np.where(m_mu5jj, np.where(m_6lewq, D2_free_yaw * cap_yaw, D2_yaw), D2_yaw),
+            np.where(m_mu5jj, np.where(m_6lewq, D3_free_yaw * cap_yaw, D3_yaw), D3_yaw),
+            np.where(m_mu5jj, np.where(m_6lewq, D4_free_yaw * cap_yaw, D4_yaw), D4_yaw),
+            np.where(m_mu5jj, np.where(m_6lewq, D5_free_yaw * cap_yaw, D5_yaw), D5_yaw),
+            np.where(m_mu5jj, np.where(m_6lewq, U12_free_yaw, U12_yaw), U12_yaw),
+            np.where(m_mu5jj, np.where(m_6lewq, U13_free_yaw, U13_yaw), U13_yaw),
+            np.where(m_mu5jj, np.where(m_6lewq, U23_free_yaw, U23_yaw), U23_yaw),
+            np.where(m_mu5jj, np.where(m_6lewq, U14_free_yaw, U14_yaw), U14_yaw),
+            np.where(m_mu5jj, np.where(m_6lewq, U24_free_yaw, U24_yaw), U24_yaw),
+            np.where(m_mu5jj, np.where(m_6lewq, U34_free_yaw, U34_yaw), U34_yaw),
+            np.where(m_mu5jj, np.where(m_6lewq, U15_free_yaw, U15_yaw), U15_yaw),
+            np.where(m_mu5jj, np.where(m_6lewq, U25_free_yaw, U25_yaw), U25_yaw),
+            np.where(m_mu5jj, np.where(m_6lewq, U35_free_yaw, U35_yaw), U35_yaw),
+            np.where(m_mu5jj, np.where(m_6lewq, U45_free_yaw, U45_yaw), U45_yaw),
+            np.where(m_mu5jj, yaw, y1_yaw),
+            np.where(m_mu5jj, y1_used_yaw, y2_yaw),
+            np.where(m_mu5jj, v_yaw, v1_yaw),
+            np.where(m_mu5jj, u_yaw_mrac, u1_yaw),
+            np.where(m_mu5jj, u1_yaw, u2_yaw),
+            np.where(m_mu5jj, np.where(m_ng6lt, t_bashd + 0.5 * wm2_yaw, t_bashd + 0.5 * w_yaw), ym_yaw),
+            np.where(m_mu5jj, w_yaw, wm1_yaw),
+            np.where(m_mu5jj, wm1_yaw, wm2_yaw),
+            np.where(m_mu5jj, wm2_yaw, wm3_yaw),
+            np.where(m_mu5jj, wm3_yaw, wm4_yaw),
+            np.where(m_mu5jj, np.fmin(2.0, 1.0 + samples), 0.0),
+            np.where(m_qbjte, 1.0, 0.0),
+        )
 
 
 def mrac_constraints(p, c, s):
     """Margins of a feasible mrac: (p, c, s) -> margin."""
     p, c, s = _arrays(p, c, s)
     with np.errstate(all="ignore"):
-        return _vector(1e-09 - np.abs(c[..., 20] * (-1.0 + c[..., 20])))
+        design_delay = c[..., 20]
+        return _vector(
+            1e-09 - np.abs(design_delay * (-1.0 + design_delay)),
+        )
 
 
 def mrac_start(x, r, p, c):
     """Memory of mrac before the first sample: (x, r, p, c) -> z."""
     x, r, p, c = _arrays(x, r, p, c)
     with np.errstate(all="ignore"):
-        m4 = (0.0 < c[..., 8])
-        v8 = p[..., 9] * p[..., 9] * c[..., 7]
-        v12 = v8 * (0.5 / p[..., 0])
-        m15 = (0.0 < c[..., 9])
-        m19 = (0.5 < c[..., 16])
-        v20 = np.where(m19, c[..., 2], 0.0)
-        m23 = (0.5 < c[..., 22])
-        v24 = np.where(m23, x[..., 0], 0.0)
-        m26 = (0.0 < c[..., 10])
-        v29 = 0.5 / p[..., 1] * v8
-        m32 = (0.0 < c[..., 11])
-        v35 = np.where(m23, x[..., 1], 0.0)
-        m37 = (0.0 < c[..., 12])
-        v40 = 0.5 / p[..., 2] * v8
-        m43 = (0.0 < c[..., 13])
-        v46 = np.where(m23, x[..., 2], 0.0)
-        return _vector(-2.0, 1.0, np.where(m4, c[..., 8], v12), np.where(m15, c[..., 9], v12), 0.0, c[..., 2], c[..., 2], c[..., 2], c[..., 2], v20, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, x[..., 0], x[..., 0], 0.0, 0.0, 0.0, v24, v24, v24, v24, v24, -2.0, 1.0, np.where(m26, c[..., 10], v29), np.where(m32, c[..., 11], v29), 0.0, c[..., 2], c[..., 2], c[..., 2], c[..., 2], v20, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, x[..., 1], x[..., 1], 0.0, 0.0, 0.0, v35, v35, v35, v35, v35, -2.0, 1.0, np.where(m37, c[..., 12], v40), np.where(m43, c[..., 13], v40), 0.0, c[..., 2], c[..., 2], c[..., 2], c[..., 2], v20, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, x[..., 2], x[..., 2], 0.0, 0.0, 0.0, v46, v46, v46, v46, v46, 0.0, 0.0)
+        roll = x[..., 0]
+        pitch = x[..., 1]
+        yaw = x[..., 2]
+        I_x = p[..., 0]
+        I_y = p[..., 1]
+        I_z = p[..., 2]
+        Ts = p[..., 9]
+        F0 = c[..., 2]
+        guess = c[..., 7]
+        b0_roll_0 = c[..., 8]
+        b1_roll_0 = c[..., 9]
+        b0_pitch_0 = c[..., 10]
+        b1_pitch_0 = c[..., 11]
+        b0_yaw_0 = c[..., 12]
+        b1_yaw_0 = c[..., 13]
+        estimate_d = c[..., 16]
+        matched = c[..., 22]
+        m_6hiht = (0.0 < b0_roll_0)
+        t_yziwa = Ts * Ts * guess
+        t_h5j4e = t_yziwa * (0.5 / I_x)
+        m_3vk5m = (0.0 < b1_roll_0)
+        m_2ed72 = (0.5 < estimate_d)
+        t_vy7dj = np.where(m_2ed72, F0, 0.0)
+        m_pj42l = (0.5 < matched)
+        t_6cwtz = np.where(m_pj42l, roll, 0.0)
+        m_4tqfe = (0.0 < b0_pitch_0)
+        t_dbfdq = 0.5 / I_y * t_yziwa
+        m_t6c4u = (0.0 < b1_pitch_0)
+        t_nlns5 = np.where(m_pj42l, pitch, 0.0)
+        m_m4trp = (0.0 < b0_yaw_0)
+        t_23gbv = 0.5 / I_z * t_yziwa
+        m_zhi77 = (0.0 < b1_yaw_0)
+        t_znsce = np.where(m_pj42l, yaw, 0.0)
+        return _vector(
+            -2.0,
+            1.0,
+            np.where(m_6hiht, b0_roll_0, t_h5j4e),
+            np.where(m_3vk5m, b1_roll_0, t_h5j4e),
+            0.0,
+            F0,
+            F0,
+            F0,
+            F0,
+            t_vy7dj,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            roll,
+            roll,
+            0.0,
+            0.0,
+            0.0,
+            t_6cwtz,
+            t_6cwtz,
+            t_6cwtz,
+            t_6cwtz,
+            t_6cwtz,
+            -2.0,
+            1.0,
+            np.where(m_4tqfe, b0_pitch_0, t_dbfdq),
+            np.where(m_t6c4u, b1_pitch_0, t_dbfdq),
+            0.0,
+            F0,
+            F0,
+            F0,
+            F0,
+            t_vy7dj,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            pitch,
+            pitch,
+            0.0,
+            0.0,
+            0.0,
+            t_nlns5,
+            t_nlns5,
+            t_nlns5,
+            t_nlns5,
+            t_nlns5,
+            -2.0,
+            1.0,
+            np.where(m_m4trp, b0_yaw_0, t_23gbv),
+            np.where(m_zhi77, b1_yaw_0, t_23gbv),
+            0.0,
+            F0,
+            F0,
+            F0,
+            F0,
+            t_vy7dj,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            yaw,
+            yaw,
+            0.0,
+            0.0,
+            0.0,
+            t_znsce,
+            t_znsce,
+            t_znsce,
+            t_znsce,
+            t_znsce,
+            0.0,
+            0.0,
+        )
 
 
 def mrac_defaults(c):
     """Formula defaults of mrac: (c) -> derived."""
     c, = _arrays(c)
     with np.errstate(all="ignore"):
-        return _vector(c[..., 19])
+        delay = c[..., 19]
+        return _vector(
+            delay,
+        )
 
 
 def mrac_literal(x, r, v, z, p, c):
     """Adaptive, as the paper's (32): cancels the zero: (x, r, v, z, p, c) -> u, z_next."""
     x, r, v, z, p, c = _arrays(x, r, v, z, p, c)
     with np.errstate(all="ignore"):
-        m4 = (np.abs(v[..., 0]) < 1e+30)
-        m7 = (np.abs(v[..., 1]) < 1e+30)
-        m8 = np.logical_and(m4, m7)
-        m11 = (np.abs(v[..., 2]) < 1e+30)
-        m12 = np.logical_and(m8, m11)
-        m15 = (np.abs(x[..., 1]) < 1e+30)
-        m16 = np.logical_and(m12, m15)
-        m19 = (np.abs(r[..., 1]) < 1e+30)
-        m20 = np.logical_and(m16, m19)
-        m23 = (np.abs(r[..., 0]) < 1e+30)
-        m24 = np.logical_and(m20, m23)
-        m27 = (np.abs(r[..., 2]) < 1e+30)
-        m28 = np.logical_and(m24, m27)
-        m31 = (np.abs(x[..., 0]) < 1e+30)
-        m32 = np.logical_and(m28, m31)
-        m36 = (z[..., 84] < 0.5)
-        v38 = np.where(m36, x[..., 1], z[..., 48])
-        v39 = z[..., 33] * v38
-        v41 = c[..., 3] + v39 * v38
-        v43 = 1.0 / v41
-        v44 = z[..., 33] * v43
-        v45 = 1.0 / c[..., 3]
-        v50 = z[..., 49] + z[..., 38] * v38
-        v51 = z[..., 34] * v50
-        v53 = v41 + v51 * v50
-        v54 = 1.0 / v53
-        v57 = v45 * v54 * z[..., 34] * v41
-        m61 = (0.5 < c[..., 18])
-        m63 = (0.5 < c[..., 20])
-        v67 = np.where(m61, v[..., 1], np.where(m63, z[..., 52], z[..., 51]))
-        v73 = v67 - z[..., 39] * v38 - z[..., 40] * z[..., 49]
-        v74 = z[..., 35] * v73
-        v76 = v53 + v74 * v73
-        v77 = 1.0 / v76
-        v80 = v45 * v77 * z[..., 35] * v53
-        v92 = z[..., 50] + z[..., 43] * v67 - z[..., 41] * v38 - z[..., 42] * z[..., 49]
-        v93 = z[..., 36] * v92
-        v95 = v76 + v93 * v92
-        v96 = 1.0 / v95
-        v99 = v45 * v96 * z[..., 36] * v76
-        v113 = 1.0 + z[..., 46] * v67 + z[..., 47] * z[..., 50] - z[..., 44] * v38 - z[..., 45] * z[..., 49]
-        v114 = z[..., 37] * v113
-        v117 = 1.0 / (v95 + v114 * v113)
-        v120 = v45 * v117 * z[..., 37] * v95
-        v124 = z[..., 38] - v39 * v43 * v50
-        v128 = v73 * v54
-        v130 = v39 + v51 * z[..., 38]
-        v132 = z[..., 39] + v128 * v130
-        v137 = z[..., 40] + v128 * v51
-        v140 = v44 + v57 + v80 + v99 + v120 + v57 * (v124 * v124) + v80 * (v132 * v132) + v80 * (v137 * v137)
-        v141 = v92 * v77
-        v143 = v74 * z[..., 39] - v130
-        v145 = z[..., 41] - v141 * v143
-        v150 = v74 * z[..., 40] - v51
-        v152 = z[..., 42] - v141 * v150
-        v157 = z[..., 43] - v141 * v74
-        v161 = v113 * v96
-        v163 = v143 + v93 * z[..., 41]
-        v165 = z[..., 44] - v161 * v163
-        v168 = v140 + v99 * (v145 * v145) + v99 * (v152 * v152) + v99 * (v157 * v157) + v120 * (v165 * v165)
-        v170 = v150 + v93 * z[..., 42]
-        v172 = z[..., 45] - v161 * v170
-        v177 = v74 + v93 * z[..., 43]
-        v179 = z[..., 46] - v161 * v177
-        v184 = z[..., 47] - v161 * v93
-        v187 = v168 + v120 * (v172 * v172) + v120 * (v179 * v179) + v120 * (v184 * v184)
-        m189 = (np.abs(v187) < 1e+30)
-        m190 = np.logical_and(m32, m189)
-        v193 = np.where(m36, x[..., 0], z[..., 20])
-        v194 = z[..., 5] * v193
-        v196 = c[..., 3] + v194 * v193
-        v197 = 1.0 / v196
-        v198 = z[..., 5] * v197
-        v203 = z[..., 21] + z[..., 10] * v193
-        v204 = z[..., 6] * v203
-        v206 = v196 + v204 * v203
-        v207 = 1.0 / v206
-        v210 = v207 * v45 * z[..., 6] * v196
-        v216 = np.where(m61, v[..., 0], np.where(m63, z[..., 24], z[..., 23]))
-        v222 = v216 - z[..., 11] * v193 - z[..., 12] * z[..., 21]
-        v223 = z[..., 7] * v222
-        v225 = v206 + v223 * v222
-        v226 = 1.0 / v225
-        v229 = v45 * v226 * z[..., 7] * v206
-        v241 = z[..., 22] + z[..., 15] * v216 - z[..., 13] * v193 - z[..., 14] * z[..., 21]
-        v242 = z[..., 8] * v241
-        v244 = v225 + v242 * v241
-        v245 = 1.0 / v244
-        v248 = v45 * v245 * z[..., 8] * v225
-        v262 = 1.0 + z[..., 18] * v216 + z[..., 19] * z[..., 22] - z[..., 16] * v193 - z[..., 17] * z[..., 21]
-        v263 = z[..., 9] * v262
-        v266 = 1.0 / (v244 + v263 * v262)
-        v269 = v45 * v266 * z[..., 9] * v244
-        v273 = z[..., 10] - v194 * v197 * v203
-        v277 = v222 * v207
-        v279 = v194 + v204 * z[..., 10]
-        v281 = z[..., 11] + v277 * v279
-        v284 = v198 + v210 + v229 + v248 + v269 + v210 * (v273 * v273) + v229 * (v281 * v281)
-        v286 = z[..., 12] + v277 * v204
-        v290 = v241 * v226
-        v292 = v223 * z[..., 11] - v279
-        v294 = z[..., 13] - v290 * v292
-        v299 = v223 * z[..., 12] - v204
-        v301 = z[..., 14] - v290 * v299
-        v304 = v284 + v229 * (v286 * v286) + v248 * (v294 * v294) + v248 * (v301 * v301)
-        v306 = z[..., 15] - v290 * v223
-        v310 = v262 * v245
-        v312 = v292 + v242 * z[..., 13]
-        v314 = z[..., 16] - v310 * v312
-        v319 = v299 + v242 * z[..., 14]
-        v321 = z[..., 17] - v310 * v319
-        v324 = v304 + v248 * (v306 * v306) + v269 * (v314 * v314) + v269 * (v321 * v321)
-        v326 = v223 + v242 * z[..., 15]
-        v328 = z[..., 18] - v310 * v326
-        v333 = z[..., 19] - v310 * v242
-        v336 = v324 + v269 * (v328 * v328) + v269 * (v333 * v333)
-        m338 = (np.abs(v336) < 1e+30)
-        m339 = np.logical_and(m190, m338)
-        v343 = np.where(m36, x[..., 2], z[..., 76])
-        v344 = z[..., 61] * v343
-        v346 = c[..., 3] + v344 * v343
-        v347 = 1.0 / v346
-        v348 = z[..., 61] * v347
-        v353 = z[..., 77] + z[..., 66] * v343
-        v354 = z[..., 62] * v353
-        v356 = v346 + v354 * v353
-        v357 = 1.0 / v356
-        v360 = v45 * v357 * z[..., 62] * v346
-        v366 = np.where(m61, v[..., 2], np.where(m63, z[..., 80], z[..., 79]))
-        v372 = v366 - z[..., 67] * v343 - z[..., 68] * z[..., 77]
-        v373 = z[..., 63] * v372
-        v375 = v356 + v373 * v372
-        v376 = 1.0 / v375
-        v379 = v45 * v376 * z[..., 63] * v356
-        v391 = z[..., 78] + z[..., 71] * v366 - z[..., 69] * v343 - z[..., 70] * z[..., 77]
-        v392 = z[..., 64] * v391
-        v394 = v375 + v392 * v391
-        v395 = 1.0 / v394
-        v398 = v45 * v395 * z[..., 64] * v375
-        v412 = 1.0 + z[..., 74] * v366 + z[..., 75] * z[..., 78] - z[..., 72] * v343 - z[..., 73] * z[..., 77]
-        v413 = z[..., 65] * v412
-        v416 = 1.0 / (v394 + v413 * v412)
-        v419 = v45 * v416 * z[..., 65] * v394
-        v423 = z[..., 66] - v344 * v347 * v353
-        v427 = v372 * v357
-        v429 = v344 + v354 * z[..., 66]
-        v431 = z[..., 67] + v427 * v429
-        v434 = v348 + v360 + v379 + v398 + v419 + v360 * (v423 * v423) + v379 * (v431 * v431)
-        v436 = z[..., 68] + v427 * v354
-        v440 = v391 * v376
-        v442 = v373 * z[..., 67] - v429
-        v444 = z[..., 69] - v440 * v442
-        v449 = v373 * z[..., 68] - v354
-        v451 = z[..., 70] - v440 * v449
-        v454 = v434 + v379 * (v436 * v436) + v398 * (v444 * v444) + v398 * (v451 * v451)
-        v456 = z[..., 71] - v440 * v373
-        v460 = v412 * v395
-        v462 = v442 + v392 * z[..., 69]
-        v464 = z[..., 72] - v460 * v462
-        v469 = v449 + v392 * z[..., 70]
-        v471 = z[..., 73] - v460 * v469
-        v474 = v454 + v398 * (v456 * v456) + v419 * (v464 * v464) + v419 * (v471 * v471)
-        v476 = v373 + v392 * z[..., 71]
-        v478 = z[..., 74] - v460 * v476
-        v483 = z[..., 75] - v460 * v392
-        v486 = v474 + v419 * (v478 * v478) + v419 * (v483 * v483)
-        m488 = (np.abs(v486) < 1e+30)
-        m489 = np.logical_and(m339, m488)
-        m491 = (np.abs(x[..., 2]) < 1e+30)
-        m492 = np.logical_and(m489, m491)
-        v498 = np.exp(-(p[..., 9] / c[..., 21]))
-        v499 = -1.0 + v498
-        v500 = v499 * v499
-        v502 = v498 + v498
-        v506 = v498 * v498
-        v509 = v500 * r[..., 1] + v502 * z[..., 54] - v506 * z[..., 55]
-        m511 = (0.5 < c[..., 1])
-        m513 = (1.5 < z[..., 84])
-        m514 = np.logical_and(m511, m513)
-        v519 = np.fmax(c[..., 5], c[..., 6] * p[..., 28])
-        v529 = z[..., 32] + z[..., 30] * v67 + z[..., 31] * z[..., 50] - z[..., 28] * v38
-        v533 = x[..., 1] - (v529 - z[..., 29] * z[..., 49])
-        m535 = (v519 < np.abs(v533))
-        m536 = np.logical_and(m514, m535)
-        v542 = np.where(m536, z[..., 31] + (v93 + v114 * z[..., 47]) * v117 * v533, z[..., 31])
-        v548 = np.where(m536, z[..., 30] + (v177 + v114 * z[..., 46]) * v117 * v533, z[..., 30])
-        v555 = p[..., 9] * p[..., 9] * c[..., 15]
-        v557 = np.fmax(np.fmax(v548, c[..., 14]), 0.5 / p[..., 1] * v555)
-        v559 = c[..., 0] + c[..., 0]
-        v565 = np.where(m536, z[..., 28] + (v163 + v114 * z[..., 44]) * v117 * v533, z[..., 28])
-        v566 = v559 + v565
-        v570 = v542 * v67
-        v574 = v509 - np.where(m63, z[..., 51] * (v542 - v557 * v566) - v570 * v566, v570)
-        v575 = c[..., 0] * c[..., 0]
-        v584 = np.where(m536, z[..., 32] + v114 * v117 * v533, z[..., 32])
-        v589 = v574 + v575 * z[..., 55] - v559 * z[..., 54] - c[..., 17] * v584 * np.where(m63, 1.0 - v566, 1.0)
-        v595 = np.where(m536, z[..., 29] + (v170 + v114 * z[..., 45]) * v117 * v533, z[..., 29])
-        v596 = v575 - v595
-        v604 = v589 - x[..., 1] * np.where(m63, v596 + v565 * v565 + v559 * v565, -v566)
-        v611 = (v604 - np.where(m63, v559 * v595 + v565 * v595, v596) * v38) / v557
-        m613 = (np.abs(v611) < 1e+30)
-        m614 = np.logical_and(m492, m613)
-        v621 = v500 * r[..., 0] + v502 * z[..., 26] - v506 * z[..., 27]
-        v634 = z[..., 4] + z[..., 2] * v216 + z[..., 3] * z[..., 22] - z[..., 0] * v193 - z[..., 1] * z[..., 21]
-        v635 = x[..., 0] - v634
-        m637 = (v519 < np.abs(v635))
-        m638 = np.logical_and(m514, m637)
-        v644 = np.where(m638, z[..., 3] + (v242 + v263 * z[..., 19]) * v266 * v635, z[..., 3])
-        v650 = np.where(m638, z[..., 2] + (v326 + v263 * z[..., 18]) * v266 * v635, z[..., 2])
-        v655 = np.fmax(np.fmax(v650, c[..., 14]), 0.5 / p[..., 0] * v555)
-        v661 = np.where(m638, z[..., 0] + (v312 + v263 * z[..., 16]) * v266 * v635, z[..., 0])
-        v662 = v559 + v661
-        v666 = v644 * v216
-        v670 = v621 - np.where(m63, z[..., 23] * (v644 - v655 * v662) - v666 * v662, v666)
-        v678 = np.where(m638, z[..., 4] + v263 * v266 * v635, z[..., 4])
-        v683 = v670 + v575 * z[..., 27] - v559 * z[..., 26] - c[..., 17] * v678 * np.where(m63, 1.0 - v662, 1.0)
-        v689 = np.where(m638, z[..., 1] + (v319 + v263 * z[..., 17]) * v266 * v635, z[..., 1])
-        v690 = v575 - v689
-        v698 = v683 - x[..., 0] * np.where(m63, v690 + v661 * v661 + v559 * v661, -v662)
-        v705 = (v698 - np.where(m63, v559 * v689 + v661 * v689, v690) * v193) / v655
-        m707 = (np.abs(v705) < 1e+30)
-        m708 = np.logical_and(m614, m707)
-        v715 = v500 * r[..., 2] + v502 * z[..., 82] - v506 * z[..., 83]
-        v725 = z[..., 60] + z[..., 58] * v366 + z[..., 59] * z[..., 78] - z[..., 56] * v343
-        v729 = x[..., 2] - (v725 - z[..., 57] * z[..., 77])
-        m731 = (v519 < np.abs(v729))
-        m732 = np.logical_and(m514, m731)
-        v738 = np.where(m732, z[..., 59] + (v392 + v413 * z[..., 75]) * v416 * v729, z[..., 59])
-        v744 = np.where(m732, z[..., 58] + (v476 + v413 * z[..., 74]) * v416 * v729, z[..., 58])
-        v749 = np.fmax(np.fmax(v744, c[..., 14]), 0.5 / p[..., 2] * v555)
-        v755 = np.where(m732, z[..., 56] + (v462 + v413 * z[..., 72]) * v416 * v729, z[..., 56])
-        v756 = v559 + v755
-        v760 = v738 * v366
-        v764 = v715 - np.where(m63, z[..., 79] * (v738 - v749 * v756) - v760 * v756, v760)
-        v772 = np.where(m732, z[..., 60] + v413 * v416 * v729, z[..., 60])
-        v777 = v764 + v575 * z[..., 83] - v559 * z[..., 82] - c[..., 17] * v772 * np.where(m63, 1.0 - v756, 1.0)
-        v783 = np.where(m732, z[..., 57] + (v469 + v413 * z[..., 73]) * v416 * v729, z[..., 57])
-        v784 = v575 - v783
-        v792 = v777 - np.where(m63, v784 + v755 * v755 + v559 * v755, -v756) * x[..., 2]
-        v799 = (v792 - np.where(m63, v559 * v783 + v755 * v783, v784) * v343) / v749
-        m801 = (np.abs(v799) < 1e+30)
-        m802 = np.logical_and(m708, m801)
-        m806 = np.logical_not(m802)
-        m813 = (c[..., 4] < v336)
-        v814 = np.where(m813, c[..., 3], 1.0)
-        m865 = (c[..., 4] < v187)
-        v866 = np.where(m865, c[..., 3], 1.0)
-        m917 = (c[..., 4] < v486)
-        v918 = np.where(m917, c[..., 3], 1.0)
-        return _vector(np.where(m802, v705, 0.0), np.where(m802, v611, 0.0), np.where(m802, v799, 0.0)), _vector(np.where(m802, v661, z[..., 0]), np.where(m802, v689, z[..., 1]), np.where(m802, v650, z[..., 2]), np.where(m802, v644, z[..., 3]), np.where(m802, v678, z[..., 4]), np.where(m802, np.where(m638, v198 * v814, z[..., 5]), z[..., 5]), np.where(m802, np.where(m638, v210 * v814, z[..., 6]), z[..., 6]), np.where(m802, np.where(m638, v229 * v814, z[..., 7]), z[..., 7]), np.where(m802, np.where(m638, v248 * v814, z[..., 8]), z[..., 8]), np.where(m802, np.where(m638, v269 * v814, z[..., 9]), z[..., 9]), np.where(m802, np.where(m638, v273, z[..., 10]), z[..., 10]), np.where(m802, np.where(m638, v281, z[..., 11]), z[..., 11]), np.where(m802, np.where(m638, v286, z[..., 12]), z[..., 12]), np.where(m802, np.where(m638, v294, z[..., 13]), z[..., 13]), np.where(m802, np.where(m638, v301, z[..., 14]), z[..., 14]), np.where(m802, np.where(m638, v306, z[..., 15]), z[..., 15]), np.where(m802, np.where(m638, v314, z[..., 16]), z[..., 16]), np.where(m802, np.where(m638, v321, z[..., 17]), z[..., 17]), np.where(m802, np.where(m638, v328, z[..., 18]), z[..., 18]), np.where(m802, np.where(m638, v333, z[..., 19]), z[..., 19]), np.where(m802, x[..., 0], z[..., 20]), np.where(m802, v193, z[..., 21]), np.where(m802, v216, z[..., 22]), np.where(m802, v705, z[..., 23]), np.where(m802, z[..., 23], z[..., 24]), np.where(m802, np.where(m63, z[..., 26], v621), z[..., 25]), np.where(m802, v621, z[..., 26]), np.where(m802, z[..., 26], z[..., 27]), np.where(m802, v565, z[..., 28]), np.where(m802, v595, z[..., 29]), np.where(m802, v548, z[..., 30]), np.where(m802, v542, z[..., 31]), np.where(m802, v584, z[..., 32]), np.where(m802, np.where(m536, v44 * v866, z[..., 33]), z[..., 33]), np.where(m802, np.where(m536, v57 * v866, z[..., 34]), z[..., 34]), np.where(m802, np.where(m536, v80 * v866, z[..., 35]), z[..., 35]), np.where(m802, np.where(m536, v99 * v866, z[..., 36]), z[..., 36]), np.where(m802, np.where(m536, v120 * v866, z[..., 37]), z[..., 37]), np.where(m802, np.where(m536, v124, z[..., 38]), z[..., 38]), np.where(m802, np.where(m536, v132, z[..., 39]), z[..., 39]), np.where(m802, np.where(m536, v137, z[..., 40]), z[..., 40]), np.where(m802, np.where(m536, v145, z[..., 41]), z[..., 41]), np.where(m802, np.where(m536, v152, z[..., 42]), z[..., 42]), np.where(m802, np.where(m536, v157, z[..., 43]), z[..., 43]), np.where(m802, np.where(m536, v165, z[..., 44]), z[..., 44]), np.where(m802, np.where(m536, v172, z[..., 45]), z[..., 45]), np.where(m802, np.where(m536, v179, z[..., 46]), z[..., 46]), np.where(m802, np.where(m536, v184, z[..., 47]), z[..., 47]), np.where(m802, x[..., 1], z[..., 48]), np.where(m802, v38, z[..., 49]), np.where(m802, v67, z[..., 50]), np.where(m802, v611, z[..., 51]), np.where(m802, z[..., 51], z[..., 52]), np.where(m802, np.where(m63, z[..., 54], v509), z[..., 53]), np.where(m802, v509, z[..., 54]), np.where(m802, z[..., 54], z[..., 55]), np.where(m802, v755, z[..., 56]), np.where(m802, v783, z[..., 57]), np.where(m802, v744, z[..., 58]), np.where(m802, v738, z[..., 59]), np.where(m802, v772, z[..., 60]), np.where(m802, np.where(m732, v348 * v918, z[..., 61]), z[..., 61]), np.where(m802, np.where(m732, v360 * v918, z[..., 62]), z[..., 62]), np.where(m802, np.where(m732, v379 * v918, z[..., 63]), z[..., 63]), np.where(m802, np.where(m732, v398 * v918, z[..., 64]), z[..., 64]), np.where(m802, np.where(m732, v419 * v918, z[..., 65]), z[..., 65]), np.where(m802, np.where(m732, v423, z[..., 66]), z[..., 66]), np.where(m802, np.where(m732, v431, z[..., 67]), z[..., 67]), np.where(m802, np.where(m732, v436, z[..., 68]), z[..., 68]), np.where(m802, np.where(m732, v444, z[..., 69]), z[..., 69]), np.where(m802, np.where(m732, v451, z[..., 70]), z[..., 70]), np.where(m802, np.where(m732, v456, z[..., 71]), z[..., 71]), np.where(m802, np.where(m732, v464, z[..., 72]), z[..., 72]), np.where(m802, np.where(m732, v471, z[..., 73]), z[..., 73]), np.where(m802, np.where(m732, v478, z[..., 74]), z[..., 74]), np.where(m802, np.where(m732, v483, z[..., 75]), z[..., 75]), np.where(m802, x[..., 2], z[..., 76]), np.where(m802, v343, z[..., 77]), np.where(m802, v366, z[..., 78]), np.where(m802, v799, z[..., 79]), np.where(m802, z[..., 79], z[..., 80]), np.where(m802, np.where(m63, z[..., 82], v715), z[..., 81]), np.where(m802, v715, z[..., 82]), np.where(m802, z[..., 82], z[..., 83]), np.where(m802, np.fmin(2.0, 1.0 + z[..., 84]), 0.0), np.where(m806, 1.0, 0.0))
+        roll = x[..., 0]
+        pitch = x[..., 1]
+        yaw = x[..., 2]
+        ref_roll = r[..., 0]
+        ref_pitch = r[..., 1]
+        ref_yaw = r[..., 2]
+        Tx_applied = v[..., 0]
+        Ty_applied = v[..., 1]
+        Tz_applied = v[..., 2]
+        a1_roll = z[..., 0]
+        a2_roll = z[..., 1]
+        b0_roll = z[..., 2]
+        b1_roll = z[..., 3]
+        d_roll = z[..., 4]
+        D1_roll = z[..., 5]
+        D2_roll = z[..., 6]
+        D3_roll = z[..., 7]
+        D4_roll = z[..., 8]
+        D5_roll = z[..., 9]
+        U12_roll = z[..., 10]
+        U13_roll = z[..., 11]
+        U23_roll = z[..., 12]
+        U14_roll = z[..., 13]
+        U24_roll = z[..., 14]
+        U34_roll = z[..., 15]
+        U15_roll = z[..., 16]
+        U25_roll = z[..., 17]
+        U35_roll = z[..., 18]
+        U45_roll = z[..., 19]
+        y1_roll = z[..., 20]
+        y2_roll = z[..., 21]
+        v1_roll = z[..., 22]
+        u1_roll = z[..., 23]
+        u2_roll = z[..., 24]
+        ym_roll = z[..., 25]
+        wm1_roll = z[..., 26]
+        wm2_roll = z[..., 27]
+        a1_pitch = z[..., 28]
+        a2_pitch = z[..., 29]
+        b0_pitch = z[..., 30]
+        b1_pitch = z[..., 31]
+        d_pitch = z[..., 32]
+        D1_pitch = z[..., 33]
+        D2_pitch = z[..., 34]
+        D3_pitch = z[..., 35]
+        D4_pitch = z[..., 36]
+        D5_pitch = z[..., 37]
+        U12_pitch = z[..., 38]
+        U13_pitch = z[..., 39]
+        U23_pitch = z[..., 40]
+        U14_pitch = z[..., 41]
+        U24_pitch = z[..., 42]
+        U34_pitch = z[..., 43]
+        U15_pitch = z[..., 44]
+        U25_pitch = z[..., 45]
+        U35_pitch = z[..., 46]
+        U45_pitch = z[..., 47]
+        y1_pitch = z[..., 48]
+        y2_pitch = z[..., 49]
+        v1_pitch = z[..., 50]
+        u1_pitch = z[..., 51]
+        u2_pitch = z[..., 52]
+        ym_pitch = z[..., 53]
+        wm1_pitch = z[..., 54]
+        wm2_pitch = z[..., 55]
+        a1_yaw = z[..., 56]
+        a2_yaw = z[..., 57]
+        b0_yaw = z[..., 58]
+        b1_yaw = z[..., 59]
+        d_yaw = z[..., 60]
+        D1_yaw = z[..., 61]
+        D2_yaw = z[..., 62]
+        D3_yaw = z[..., 63]
+        D4_yaw = z[..., 64]
+        D5_yaw = z[..., 65]
+        U12_yaw = z[..., 66]
+        U13_yaw = z[..., 67]
+        U23_yaw = z[..., 68]
+        U14_yaw = z[..., 69]
+        U24_yaw = z[..., 70]
+        U34_yaw = z[..., 71]
+        U15_yaw = z[..., 72]
+        U25_yaw = z[..., 73]
+        U35_yaw = z[..., 74]
+        U45_yaw = z[..., 75]
+        y1_yaw = z[..., 76]
+        y2_yaw = z[..., 77]
+        v1_yaw = z[..., 78]
+        u1_yaw = z[..., 79]
+        u2_yaw = z[..., 80]
+        ym_yaw = z[..., 81]
+        wm1_yaw = z[..., 82]
+        wm2_yaw = z[..., 83]
+        samples = z[..., 84]
+        I_x = p[..., 0]
+        I_y = p[..., 1]
+        I_z = p[..., 2]
+        Ts = p[..., 9]
+        noise = p[..., 28]
+        C2_pole = c[..., 0]
+        adapt = c[..., 1]
+        forgetting = c[..., 3]
+        trace_max = c[..., 4]
+        dead_zone = c[..., 5]
+        dead_zone_sigma = c[..., 6]
+        b_min = c[..., 14]
+        b_min_ratio = c[..., 15]
+        compensate_d = c[..., 17]
+        applied_regressor = c[..., 18]
+        design_delay = c[..., 20]
+        tau_m = c[..., 21]
+        model_pole = np.exp(-(Ts / tau_m))
+        t_hjr6j = -1.0 + model_pole
+        t_lbhv6 = t_hjr6j * t_hjr6j
+        t_u5zvh = model_pole + model_pole
+        t_lbhv6_2 = model_pole * model_pole
+        w_roll = t_lbhv6 * ref_roll + t_u5zvh * wm1_roll - t_lbhv6_2 * wm2_roll  # (16)
+        w_pitch = t_lbhv6 * ref_pitch + t_u5zvh * wm1_pitch - t_lbhv6_2 * wm2_pitch  # (16)
+        w_yaw = t_lbhv6 * ref_yaw + t_u5zvh * wm1_yaw - t_lbhv6_2 * wm2_yaw  # (16)
+        m_myerm = (samples < 0.5)
+        y1_used_roll = np.where(m_myerm, roll, y1_roll)
+        m_2oym3 = (0.5 < applied_regressor)
+        m_ng6lt = (0.5 < design_delay)
+        v_roll = np.where(m_2oym3, Tx_applied, np.where(m_ng6lt, u2_roll, u1_roll))  # (36)
+        y_hat_roll = (
+            d_roll
+            + b0_roll * v_roll
+            + b1_roll * v1_roll
+            - a1_roll * y1_used_roll
+            - a2_roll * y2_roll
+        )  # (34)
+        eps_roll = roll - y_hat_roll  # (39)
+        t_s4qc7 = D1_roll * y1_used_roll
+        alpha1_roll = forgetting + t_s4qc7 * y1_used_roll  # (40)
+        t_gcbdt = 1.0 / alpha1_roll
+        D1_free_roll = D1_roll * t_gcbdt  # (41)
+        t_4q5lb = y2_roll + U12_roll * y1_used_roll
+        t_bqiu4 = D2_roll * t_4q5lb
+        alpha2_roll = alpha1_roll + t_bqiu4 * t_4q5lb  # (40)
+        t_2ftwl = 1.0 / alpha2_roll
+        t_rkxsm = 1.0 / forgetting
+        D2_free_roll = t_2ftwl * t_rkxsm * D2_roll * alpha1_roll  # (41)
+        U12_free_roll = U12_roll - t_s4qc7 * t_gcbdt * t_4q5lb  # (41)
+        f3_roll = v_roll - U13_roll * y1_used_roll - U23_roll * y2_roll  # (40)
+        Df3_roll = D3_roll * f3_roll  # (40)
+        alpha3_roll = alpha2_roll + Df3_roll * f3_roll  # (40)
+        t_m6gkz = 1.0 / alpha3_roll
+        D3_free_roll = t_rkxsm * t_m6gkz * D3_roll * alpha2_roll  # (41)
+        t_iwp6c = f3_roll * t_2ftwl
+        t_73h6y = t_s4qc7 + t_bqiu4 * U12_roll
+        U13_free_roll = U13_roll + t_iwp6c * t_73h6y  # (41)
+        b1_3_roll = Df3_roll * U13_roll - t_73h6y  # (40)
+        U23_free_roll = U23_roll + t_iwp6c * t_bqiu4  # (41)
+        b2_3_roll = Df3_roll * U23_roll - t_bqiu4  # (40)
+        f4_roll = v1_roll + U34_roll * v_roll - U14_roll * y1_used_roll - U24_roll * y2_roll  # (40)
+        Df4_roll = D4_roll * f4_roll  # (40)
+        alpha4_roll = alpha3_roll + Df4_roll * f4_roll  # (40)
+        t_qd2bm = 1.0 / alpha4_roll
+        D4_free_roll = t_rkxsm * t_qd2bm * D4_roll * alpha3_roll  # (41)
+        t_vpr7m = f4_roll * t_m6gkz
+        U14_free_roll = U14_roll - t_vpr7m * b1_3_roll  # (41)
+        b1_4_roll = b1_3_roll + Df4_roll * U14_roll  # (40)
+        U24_free_roll = U24_roll - t_vpr7m * b2_3_roll  # (41)
+        b2_4_roll = b2_3_roll + Df4_roll * U24_roll  # (40)
+        U34_free_roll = U34_roll - t_vpr7m * Df3_roll  # (41)
+        b3_4_roll = Df3_roll + Df4_roll * U34_roll  # (40)
+        f5_roll = (
+            1.0
+            + U35_roll * v_roll
+            + U45_roll * v1_roll
+            - U15_roll * y1_used_roll
+            - U25_roll * y2_roll
+        )  # (40)
+        Df5_roll = D5_roll * f5_roll  # (40)
+        alpha5_roll = alpha4_roll + Df5_roll * f5_roll  # (40)
+        t_szpzk = 1.0 / alpha5_roll
+        D5_free_roll = t_rkxsm * t_szpzk * D5_roll * alpha4_roll  # (41)
+        t_el36p = f5_roll * t_qd2bm
+        U15_free_roll = U15_roll - t_el36p * b1_4_roll  # (41)
+        b1_5_roll = b1_4_roll + Df5_roll * U15_roll  # (40)
+        U25_free_roll = U25_roll - t_el36p * b2_4_roll  # (41)
+        b2_5_roll = b2_4_roll + Df5_roll * U25_roll  # (40)
+        U35_free_roll = U35_roll - t_el36p * b3_4_roll  # (41)
+        b3_5_roll = b3_4_roll + Df5_roll * U35_roll  # (40)
+        U45_free_roll = U45_roll - t_el36p * Df4_roll  # (41)
+        b4_5_roll = Df4_roll + Df5_roll * U45_roll  # (40)
+        G1_roll = b1_5_roll * t_szpzk  # (40)
+        G2_roll = b2_5_roll * t_szpzk  # (40)
+        G3_roll = b3_5_roll * t_szpzk  # (40)
+        G4_roll = b4_5_roll * t_szpzk  # (40)
+        G5_roll = Df5_roll * t_szpzk  # (40)
+        trace_roll = (
+            D1_free_roll
+            + D2_free_roll
+            + D3_free_roll
+            + D4_free_roll
+            + D5_free_roll
+            + D2_free_roll * (U12_free_roll * U12_free_roll)
+            + D3_free_roll * (U13_free_roll * U13_free_roll)
+            + D3_free_roll * (U23_free_roll * U23_free_roll)
+            + D4_free_roll * (U14_free_roll * U14_free_roll)
+            + D4_free_roll * (U24_free_roll * U24_free_roll)
+            + D4_free_roll * (U34_free_roll * U34_free_roll)
+            + D5_free_roll * (U15_free_roll * U15_free_roll)
+            + D5_free_roll * (U25_free_roll * U25_free_roll)
+            + D5_free_roll * (U35_free_roll * U35_free_roll)
+            + D5_free_roll * (U45_free_roll * U45_free_roll)
+        )  # (41)
+        m_cy5zr = (trace_max < trace_roll)
+        cap_roll = np.where(m_cy5zr, forgetting, 1.0)
+        m_jj746 = (0.5 < adapt)
+        m_d33kq = (1.5 < samples)
+        m_6w7fs = np.logical_and(m_jj746, m_d33kq)
+        t_s4yo7 = np.fmax(dead_zone, dead_zone_sigma * noise)
+        m_ga54y = (t_s4yo7 < np.abs(eps_roll))
+        m_huydk = np.logical_and(m_6w7fs, m_ga54y)
+        a1_now_roll = np.where(m_huydk, a1_roll + G1_roll * eps_roll, a1_roll)  # (42)
+        a2_now_roll = np.where(m_huydk, a2_roll + G2_roll * eps_roll, a2_roll)  # (42)
+        b0_now_roll = np.where(m_huydk, b0_roll + G3_roll * eps_roll, b0_roll)  # (42)
+        b1_now_roll = np.where(m_huydk, b1_roll + G4_roll * eps_roll, b1_roll)  # (42)
+        d_now_roll = np.where(m_huydk, d_roll + G5_roll * eps_roll, d_roll)  # (42)
+        d_used_roll = compensate_d * d_now_roll
+        y1_used_pitch = np.where(m_myerm, pitch, y1_pitch)
+        v_pitch = np.where(m_2oym3, Ty_applied, np.where(m_ng6lt, u2_pitch, u1_pitch))  # (36)
+        y_hat_pitch = (
+            d_pitch
+            + b0_pitch * v_pitch
+            + b1_pitch * v1_pitch
+            - a1_pitch * y1_used_pitch
+            - a2_pitch * y2_pitch
+        )  # (34)
+        eps_pitch = pitch - y_hat_pitch  # (39)
+        t_n6265 = D1_pitch * y1_used_pitch
+        alpha1_pitch = forgetting + t_n6265 * y1_used_pitch  # (40)
+        t_ba5cq = 1.0 / alpha1_pitch
+        D1_free_pitch = D1_pitch * t_ba5cq  # (41)
+        t_5xoth = y2_pitch + U12_pitch * y1_used_pitch
+        t_urk7s = D2_pitch * t_5xoth
+        alpha2_pitch = alpha1_pitch + t_urk7s * t_5xoth  # (40)
+        t_vq6qe = 1.0 / alpha2_pitch
+        D2_free_pitch = t_rkxsm * t_vq6qe * D2_pitch * alpha1_pitch  # (41)
+        U12_free_pitch = U12_pitch - t_n6265 * t_ba5cq * t_5xoth  # (41)
+        f3_pitch = v_pitch - U13_pitch * y1_used_pitch - U23_pitch * y2_pitch  # (40)
+        Df3_pitch = D3_pitch * f3_pitch  # (40)
+        alpha3_pitch = alpha2_pitch + Df3_pitch * f3_pitch  # (40)
+        t_wnsbx = 1.0 / alpha3_pitch
+        D3_free_pitch = t_rkxsm * t_wnsbx * D3_pitch * alpha2_pitch  # (41)
+        t_iziit = f3_pitch * t_vq6qe
+        t_m7azd = t_n6265 + t_urk7s * U12_pitch
+        U13_free_pitch = U13_pitch + t_iziit * t_m7azd  # (41)
+        b1_3_pitch = Df3_pitch * U13_pitch - t_m7azd  # (40)
+        U23_free_pitch = U23_pitch + t_iziit * t_urk7s  # (41)
+        b2_3_pitch = Df3_pitch * U23_pitch - t_urk7s  # (40)
+        f4_pitch = v1_pitch + U34_pitch * v_pitch - U14_pitch * y1_used_pitch - U24_pitch * y2_pitch  # (40)
+        Df4_pitch = D4_pitch * f4_pitch  # (40)
+        alpha4_pitch = alpha3_pitch + Df4_pitch * f4_pitch  # (40)
+        t_au2dz = 1.0 / alpha4_pitch
+        D4_free_pitch = t_rkxsm * t_au2dz * D4_pitch * alpha3_pitch  # (41)
+        t_q5cqa = f4_pitch * t_wnsbx
+        U14_free_pitch = U14_pitch - t_q5cqa * b1_3_pitch  # (41)
+        b1_4_pitch = b1_3_pitch + Df4_pitch * U14_pitch  # (40)
+        U24_free_pitch = U24_pitch - t_q5cqa * b2_3_pitch  # (41)
+        b2_4_pitch = b2_3_pitch + Df4_pitch * U24_pitch  # (40)
+        U34_free_pitch = U34_pitch - t_q5cqa * Df3_pitch  # (41)
+        b3_4_pitch = Df3_pitch + Df4_pitch * U34_pitch  # (40)
+        f5_pitch = (
+            1.0
+            + U35_pitch * v_pitch
+            + U45_pitch * v1_pitch
+            - U15_pitch * y1_used_pitch
+            - U25_pitch * y2_pitch
+        )  # (40)
+        Df5_pitch = D5_pitch * f5_pitch  # (40)
+        alpha5_pitch = alpha4_pitch + Df5_pitch * f5_pitch  # (40)
+        t_uppvm = 1.0 / alpha5_pitch
+        D5_free_pitch = t_rkxsm * t_uppvm * D5_pitch * alpha4_pitch  # (41)
+        t_blzne = f5_pitch * t_au2dz
+        U15_free_pitch = U15_pitch - t_blzne * b1_4_pitch  # (41)
+        b1_5_pitch = b1_4_pitch + Df5_pitch * U15_pitch  # (40)
+        U25_free_pitch = U25_pitch - t_blzne * b2_4_pitch  # (41)
+        b2_5_pitch = b2_4_pitch + Df5_pitch * U25_pitch  # (40)
+        U35_free_pitch = U35_pitch - t_blzne * b3_4_pitch  # (41)
+        b3_5_pitch = b3_4_pitch + Df5_pitch * U35_pitch  # (40)
+        U45_free_pitch = U45_pitch - t_blzne * Df4_pitch  # (41)
+        b4_5_pitch = Df4_pitch + Df5_pitch * U45_pitch  # (40)
+        G1_pitch = b1_5_pitch * t_uppvm  # (40)
+        G2_pitch = b2_5_pitch * t_uppvm  # (40)
+        G3_pitch = b3_5_pitch * t_uppvm  # (40)
+        G4_pitch = b4_5_pitch * t_uppvm  # (40)
+        G5_pitch = Df5_pitch * t_uppvm  # (40)
+        trace_pitch = (
+            D1_free_pitch
+            + D2_free_pitch
+            + D3_free_pitch
+            + D4_free_pitch
+            + D5_free_pitch
+            + D2_free_pitch * (U12_free_pitch * U12_free_pitch)
+            + D3_free_pitch * (U13_free_pitch * U13_free_pitch)
+            + D3_free_pitch * (U23_free_pitch * U23_free_pitch)
+            + D4_free_pitch * (U14_free_pitch * U14_free_pitch)
+            + D4_free_pitch * (U24_free_pitch * U24_free_pitch)
+            + D4_free_pitch * (U34_free_pitch * U34_free_pitch)
+            + D5_free_pitch * (U15_free_pitch * U15_free_pitch)
+            + D5_free_pitch * (U25_free_pitch * U25_free_pitch)
+            + D5_free_pitch * (U35_free_pitch * U35_free_pitch)
+            + D5_free_pitch * (U45_free_pitch * U45_free_pitch)
+        )  # (41)
+        m_rahgr = (trace_max < trace_pitch)
+        cap_pitch = np.where(m_rahgr, forgetting, 1.0)
+        m_a3jc4 = (t_s4yo7 < np.abs(eps_pitch))
+        m_fztcf = np.logical_and(m_6w7fs, m_a3jc4)
+        a1_now_pitch = np.where(m_fztcf, a1_pitch + G1_pitch * eps_pitch, a1_pitch)  # (42)
+        a2_now_pitch = np.where(m_fztcf, a2_pitch + G2_pitch * eps_pitch, a2_pitch)  # (42)
+        b0_now_pitch = np.where(m_fztcf, b0_pitch + G3_pitch * eps_pitch, b0_pitch)  # (42)
+        b1_now_pitch = np.where(m_fztcf, b1_pitch + G4_pitch * eps_pitch, b1_pitch)  # (42)
+        d_now_pitch = np.where(m_fztcf, d_pitch + G5_pitch * eps_pitch, d_pitch)  # (42)
+        d_used_pitch = compensate_d * d_now_pitch
+        y1_used_yaw = np.where(m_myerm, yaw, y1_yaw)
+        v_yaw = np.where(m_2oym3, Tz_applied, np.where(m_ng6lt, u2_yaw, u1_yaw))  # (36)
+        y_hat_yaw = (
+            d_yaw
+            + b0_yaw * v_yaw
+            + b1_yaw * v1_yaw
+            - a1_yaw * y1_used_yaw
+            - a2_yaw * y2_yaw
+        )  # (34)
+        eps_yaw = yaw - y_hat_yaw  # (39)
+        t_5t4tf = D1_yaw * y1_used_yaw
+        alpha1_yaw = forgetting + t_5t4tf * y1_used_yaw  # (40)
+        t_rrlcx = 1.0 / alpha1_yaw
+        D1_free_yaw = D1_yaw * t_rrlcx  # (41)
+        t_fz2ih = y2_yaw + U12_yaw * y1_used_yaw
+        t_3inrl = D2_yaw * t_fz2ih
+        alpha2_yaw = alpha1_yaw + t_3inrl * t_fz2ih  # (40)
+        t_epc3p = 1.0 / alpha2_yaw
+        D2_free_yaw = t_rkxsm * t_epc3p * D2_yaw * alpha1_yaw  # (41)
+        U12_free_yaw = U12_yaw - t_5t4tf * t_rrlcx * t_fz2ih  # (41)
+        f3_yaw = v_yaw - U13_yaw * y1_used_yaw - U23_yaw * y2_yaw  # (40)
+        Df3_yaw = D3_yaw * f3_yaw  # (40)
+        alpha3_yaw = alpha2_yaw + Df3_yaw * f3_yaw  # (40)
+        t_czmse = 1.0 / alpha3_yaw
+        D3_free_yaw = t_rkxsm * t_czmse * D3_yaw * alpha2_yaw  # (41)
+        t_qqhj7 = f3_yaw * t_epc3p
+        t_mefgo = t_5t4tf + t_3inrl * U12_yaw
+        U13_free_yaw = U13_yaw + t_qqhj7 * t_mefgo  # (41)
+        b1_3_yaw = Df3_yaw * U13_yaw - t_mefgo  # (40)
+        U23_free_yaw = U23_yaw + t_qqhj7 * t_3inrl  # (41)
+        b2_3_yaw = Df3_yaw * U23_yaw - t_3inrl  # (40)
+        f4_yaw = v1_yaw + U34_yaw * v_yaw - U14_yaw * y1_used_yaw - U24_yaw * y2_yaw  # (40)
+        Df4_yaw = D4_yaw * f4_yaw  # (40)
+        alpha4_yaw = alpha3_yaw + Df4_yaw * f4_yaw  # (40)
+        t_nk3ay = 1.0 / alpha4_yaw
+        D4_free_yaw = t_rkxsm * t_nk3ay * D4_yaw * alpha3_yaw  # (41)
+        t_ov6wh = f4_yaw * t_czmse
+        U14_free_yaw = U14_yaw - t_ov6wh * b1_3_yaw  # (41)
+        b1_4_yaw = b1_3_yaw + Df4_yaw * U14_yaw  # (40)
+        U24_free_yaw = U24_yaw - t_ov6wh * b2_3_yaw  # (41)
+        b2_4_yaw = b2_3_yaw + Df4_yaw * U24_yaw  # (40)
+        U34_free_yaw = U34_yaw - t_ov6wh * Df3_yaw  # (41)
+        b3_4_yaw = Df3_yaw + Df4_yaw * U34_yaw  # (40)
+        f5_yaw = (
+            1.0
+            + U35_yaw * v_yaw
+            + U45_yaw * v1_yaw
+            - U15_yaw * y1_used_yaw
+            - U25_yaw * y2_yaw
+        )  # (40)
+        Df5_yaw = D5_yaw * f5_yaw  # (40)
+        alpha5_yaw = alpha4_yaw + Df5_yaw * f5_yaw  # (40)
+        t_xt42v = 1.0 / alpha5_yaw
+        D5_free_yaw = t_rkxsm * t_xt42v * D5_yaw * alpha4_yaw  # (41)
+        t_xokdo = f5_yaw * t_nk3ay
+        U15_free_yaw = U15_yaw - t_xokdo * b1_4_yaw  # (41)
+        b1_5_yaw = b1_4_yaw + Df5_yaw * U15_yaw  # (40)
+        U25_free_yaw = U25_yaw - t_xokdo * b2_4_yaw  # (41)
+        b2_5_yaw = b2_4_yaw + Df5_yaw * U25_yaw  # (40)
+        U35_free_yaw = U35_yaw - t_xokdo * b3_4_yaw  # (41)
+        b3_5_yaw = b3_4_yaw + Df5_yaw * U35_yaw  # (40)
+        U45_free_yaw = U45_yaw - t_xokdo * Df4_yaw  # (41)
+        b4_5_yaw = Df4_yaw + Df5_yaw * U45_yaw  # (40)
+        G1_yaw = b1_5_yaw * t_xt42v  # (40)
+        G2_yaw = b2_5_yaw * t_xt42v  # (40)
+        G3_yaw = b3_5_yaw * t_xt42v  # (40)
+        G4_yaw = b4_5_yaw * t_xt42v  # (40)
+        G5_yaw = Df5_yaw * t_xt42v  # (40)
+        trace_yaw = (
+            D1_free_yaw
+            + D2_free_yaw
+            + D3_free_yaw
+            + D4_free_yaw
+            + D5_free_yaw
+            + D2_free_yaw * (U12_free_yaw * U12_free_yaw)
+            + D3_free_yaw * (U13_free_yaw * U13_free_yaw)
+            + D3_free_yaw * (U23_free_yaw * U23_free_yaw)
+            + D4_free_yaw * (U14_free_yaw * U14_free_yaw)
+            + D4_free_yaw * (U24_free_yaw * U24_free_yaw)
+            + D4_free_yaw * (U34_free_yaw * U34_free_yaw)
+            + D5_free_yaw * (U15_free_yaw * U15_free_yaw)
+            + D5_free_yaw * (U25_free_yaw * U25_free_yaw)
+            + D5_free_yaw * (U35_free_yaw * U35_free_yaw)
+            + D5_free_yaw * (U45_free_yaw * U45_free_yaw)
+        )  # (41)
+        m_4b7bf = (trace_max < trace_yaw)
+        cap_yaw = np.where(m_4b7bf, forgetting, 1.0)
+        m_tx63k = (t_s4yo7 < np.abs(eps_yaw))
+        m_6lewq = np.logical_and(m_6w7fs, m_tx63k)
+        a1_now_yaw = np.where(m_6lewq, a1_yaw + G1_yaw * eps_yaw, a1_yaw)  # (42)
+        a2_now_yaw = np.where(m_6lewq, a2_yaw + G2_yaw * eps_yaw, a2_yaw)  # (42)
+        b0_now_yaw = np.where(m_6lewq, b0_yaw + G3_yaw * eps_yaw, b0_yaw)  # (42)
+        b1_now_yaw = np.where(m_6lewq, b1_yaw + G4_yaw * eps_yaw, b1_yaw)  # (42)
+        d_now_yaw = np.where(m_6lewq, d_yaw + G5_yaw * eps_yaw, d_yaw)  # (42)
+        d_used_yaw = compensate_d * d_now_yaw
+        t_4msa4 = Ts * Ts * b_min_ratio
+        b0_used_roll = np.fmax(np.fmax(b0_now_roll, b_min), 0.5 / I_x * t_4msa4)
+        t_2qnly = C2_pole * C2_pole
+        t_dx3wo = t_2qnly - a2_now_roll
+        t_pbd6n = C2_pole + C2_pole
+        t_lanll = t_pbd6n + a1_now_roll
+        s1_cancel_roll = -t_lanll  # (23)
+        t0_cancel_roll = np.where(m_ng6lt, t_dx3wo + a1_now_roll * a1_now_roll + t_pbd6n * a1_now_roll, s1_cancel_roll)  # (24)
+        t1_cancel_roll = np.where(m_ng6lt, t_pbd6n * a2_now_roll + a1_now_roll * a2_now_roll, t_dx3wo)  # (24)
+        t_qkrvx = b1_now_roll * v_roll
+        BSu_roll = np.where(m_ng6lt, u1_roll * (b1_now_roll - b0_used_roll * t_lanll) - t_qkrvx * t_lanll, t_qkrvx)  # (33)
+        t_27ycn = (
+            w_roll
+            - BSu_roll
+            + t_2qnly * wm2_roll
+            - t_pbd6n * wm1_roll
+            - d_used_roll * np.where(m_ng6lt, 1.0 - t_lanll, 1.0)
+            - roll * t0_cancel_roll
+            - t1_cancel_roll * y1_used_roll
+        )
+        u_roll_mrac_literal = t_27ycn / b0_used_roll
+        b0_used_pitch = np.fmax(np.fmax(b0_now_pitch, b_min), 0.5 / I_y * t_4msa4)
+        t_6kmom = t_2qnly - a2_now_pitch
+        t_xabv7 = t_pbd6n + a1_now_pitch
+        s1_cancel_pitch = -t_xabv7  # (23)
+        t0_cancel_pitch = np.where(m_ng6lt, t_6kmom + a1_now_pitch * a1_now_pitch + t_pbd6n * a1_now_pitch, s1_cancel_pitch)  # (24)
+        t1_cancel_pitch = np.where(m_ng6lt, t_pbd6n * a2_now_pitch + a1_now_pitch * a2_now_pitch, t_6kmom)  # (24)
+        t_gl7ia = b1_now_pitch * v_pitch
+        BSu_pitch = np.where(m_ng6lt, u1_pitch * (b1_now_pitch - b0_used_pitch * t_xabv7) - t_gl7ia * t_xabv7, t_gl7ia)  # (33)
+        t_aozlk = (
+            w_pitch
+            - BSu_pitch
+            + t_2qnly * wm2_pitch
+            - t_pbd6n * wm1_pitch
+            - d_used_pitch * np.where(m_ng6lt, 1.0 - t_xabv7, 1.0)
+            - pitch * t0_cancel_pitch
+            - t1_cancel_pitch * y1_used_pitch
+        )
+        u_pitch_mrac_literal = t_aozlk / b0_used_pitch
+        b0_used_yaw = np.fmax(np.fmax(b0_now_yaw, b_min), 0.5 / I_z * t_4msa4)
+        t_npxzz = t_2qnly - a2_now_yaw
+        t_44iwp = t_pbd6n + a1_now_yaw
+        s1_cancel_yaw = -t_44iwp  # (23)
+        t0_cancel_yaw = np.where(m_ng6lt, t_npxzz + a1_now_yaw * a1_now_yaw + t_pbd6n * a1_now_yaw, s1_cancel_yaw)  # (24)
+        t1_cancel_yaw = np.where(m_ng6lt, t_pbd6n * a2_now_yaw + a1_now_yaw * a2_now_yaw, t_npxzz)  # (24)
+        t_quuto = b1_now_yaw * v_yaw
+        BSu_yaw = np.where(m_ng6lt, u1_yaw * (b1_now_yaw - b0_used_yaw * t_44iwp) - t_quuto * t_44iwp, t_quuto)  # (33)
+        t_gg5ha = (
+            w_yaw
+            - BSu_yaw
+            + t_2qnly * wm2_yaw
+            - t_pbd6n * wm1_yaw
+            - d_used_yaw * np.where(m_ng6lt, 1.0 - t_44iwp, 1.0)
+            - t0_cancel_yaw * yaw
+            - t1_cancel_yaw * y1_used_yaw
+        )
+        u_yaw_mrac_literal = t_gg5ha / b0_used_yaw
+        m_m35aa = (np.abs(Tx_applied) < 1e+30)
+        m_6g4m5 = (np.abs(Ty_applied) < 1e+30)
+        m_qvzit = np.logical_and(m_m35aa, m_6g4m5)
+        m_ifmp5 = (np.abs(Tz_applied) < 1e+30)
+        m_yejzf = np.logical_and(m_qvzit, m_ifmp5)
+        m_cgnek = (np.abs(pitch) < 1e+30)
+        m_bffo2 = np.logical_and(m_yejzf, m_cgnek)
+        m_qrx2z = (np.abs(ref_pitch) < 1e+30)
+        m_bwxs3 = np.logical_and(m_bffo2, m_qrx2z)
+        m_ilioh = (np.abs(ref_roll) < 1e+30)
+        m_6i24m = np.logical_and(m_bwxs3, m_ilioh)
+        m_ghzhf = (np.abs(ref_yaw) < 1e+30)
+        m_65ott = np.logical_and(m_6i24m, m_ghzhf)
+        m_lisih = (np.abs(roll) < 1e+30)
+        m_fdhnb = np.logical_and(m_65ott, m_lisih)
+        m_klrep = (np.abs(trace_pitch) < 1e+30)
+        m_ftaye = np.logical_and(m_fdhnb, m_klrep)
+        m_nob5q = (np.abs(trace_roll) < 1e+30)
+        m_dtjsa = np.logical_and(m_ftaye, m_nob5q)
+        m_smxdh = (np.abs(trace_yaw) < 1e+30)
+        m_tnlb6 = np.logical_and(m_dtjsa, m_smxdh)
+        m_q3hd4 = (np.abs(yaw) < 1e+30)
+        m_n37qp = np.logical_and(m_tnlb6, m_q3hd4)
+        m_m4djy = (np.abs(u_pitch_mrac_literal) < 1e+30)
+        m_r6745 = np.logical_and(m_n37qp, m_m4djy)
+        m_l5gdz = (np.abs(u_roll_mrac_literal) < 1e+30)
+        m_zencp = np.logical_and(m_r6745, m_l5gdz)
+        m_ccpp3 = (np.abs(u_yaw_mrac_literal) < 1e+30)
+        m_kqyoi = np.logical_and(m_zencp, m_ccpp3)
+        Tx_cmd = np.where(m_kqyoi, u_roll_mrac_literal, 0.0)
+        Ty_cmd = np.where(m_kqyoi, u_pitch_mrac_literal, 0.0)
+        Tz_cmd = np.where(m_kqyoi, u_yaw_mrac_literal, 0.0)
+        m_dzg3g = np.logical_not(m_kqyoi)
+        return _vector(
+            Tx_cmd,
+            Ty_cmd,
+            Tz_cmd,
+        ), _vector(
+            np.where(m_kqyoi, a1_now_roll, a1_roll),
+            np.where(m_kqyoi, a2_now_roll, a2_roll),
+            np.where(m_kqyoi, b0_now_roll, b0_roll),
+            np.where(m_kqyoi, b1_now_roll, b1_roll),
+            np.where(m_kqyoi, d_now_roll, d_roll),
+            np.where(m_kqyoi, np.where(m_huydk, D1_free_roll * cap_roll, D1_roll), D1_roll),
+            np.where(m_kqyoi, np.where(m_huydk, D2_free_roll * cap_roll, D2_roll), D2_roll),
+            np.where(m_kqyoi, np.where(m_huydk, D3_free_roll * cap_roll, D3_roll), D3_roll),
+            np.where(m_kqyoi, np.where(m_huydk, D4_free_roll * cap_roll, D4_roll), D4_roll),
+            np.where(m_kqyoi, np.where(m_huydk, D5_free_roll * cap_roll, D5_roll), D5_roll),
+            np.where(m_kqyoi, np.where(m_huydk, U12_free_roll, U12_roll), U12_roll),
+            np.where(m_kqyoi, np.where(m_huydk, U13_free_roll, U13_roll), U13_roll),
+            np.where(m_kqyoi, np.where(m_huydk, U23_free_roll, U23_roll), U23_roll),
+            np.where(m_kqyoi, np.where(m_huydk, U14_free_roll, U14_roll), U14_roll),
+            np.where(m_kqyoi, np.where(m_huydk, U24_free_roll, U24_roll), U24_roll),
+            np.where(m_kqyoi, np.where(m_huydk, U34_free_roll, U34_roll), U34_roll),
+            np.where(m_kqyoi, np.where(m_huydk, U15_free_roll, U15_roll), U15_roll),
+            np.where(m_kqyoi, np.where(m_huydk, U25_free_roll, U25_roll), U25_roll),
+            np.where(m_kqyoi, np.where(m_huydk, U35_free_roll, U35_roll), U35_roll),
+            np.where(m_kqyoi, np.where(m_huydk, U45_free_roll, U45_roll), U45_roll),
+            np.where(m_kqyoi, roll, y1_roll),
+            np.where(m_kqyoi, y1_used_roll, y2_roll),
+            np.where(m_kqyoi, v_roll, v1_roll),
+            np.where(m_kqyoi, u_roll_mrac_literal, u1_roll),
+            np.where(m_kqyoi, u1_roll, u2_roll),
+            np.where(m_kqyoi, np.where(m_ng6lt, wm1_roll, w_roll), ym_roll),
+            np.where(m_kqyoi, w_roll, wm1_roll),
+            np.where(m_kqyoi, wm1_roll, wm2_roll),
+            np.where(m_kqyoi, a1_now_pitch, a1_pitch),
+            np.where(m_kqyoi, a2_now_pitch, a2_pitch),
+            np.where(m_kqyoi, b0_now_pitch, b0_pitch),
+            np.where(m_kqyoi, b1_now_pitch, b1_pitch),
+            np.where(m_kqyoi, d_now_pitch, d_pitch),
+            np.where(m_kqyoi, np.where(m_fztcf, D1_free_pitch * cap_pitch, D1_pitch), D1_pitch),
+            np.where(m_kqyoi, np.where(m_fztcf, D2_free_pitch * cap_pitch, D2_pitch), D2_pitch),
+            np.where(m_kqyoi, np.where(m_fztcf, D3_free_pitch * cap_pitch, D3_pitch), D3_pitch),
+            np.where(m_kqyoi, np.where(m_fztcf, D4_free_pitch * cap_pitch, D4_pitch), D4_pitch),
+            np.where(m_kqyoi, np.where(m_fztcf, D5_free_pitch * cap_pitch, D5_pitch), D5_pitch),
+            np.where(m_kqyoi, np.where(m_fztcf, U12_free_pitch, U12_pitch), U12_pitch),
+            np.where(m_kqyoi, np.where(m_fztcf, U13_free_pitch, U13_pitch), U13_pitch),
+            np.where(m_kqyoi, np.where(m_fztcf, U23_free_pitch, U23_pitch), U23_pitch),
+            np.where(m_kqyoi, np.where(m_fztcf, U14_free_pitch, U14_pitch), U14_pitch),
+            np.where(m_kqyoi, np.where(m_fztcf, U24_free_pitch, U24_pitch), U24_pitch),
+            np.where(m_kqyoi, np.where(m_fztcf, U34_free_pitch, U34_pitch), U34_pitch),
+            np.where(m_kqyoi, np.where(m_fztcf, U15_free_pitch, U15_pitch), U15_pitch),
+            np.where(m_kqyoi, np.where(m_fztcf, U25_free_pitch, U25_pitch), U25_pitch),
+            np.where(m_kqyoi, np.where(m_fztcf, U35_free_pitch, U35_pitch), U35_pitch),
+            np.where(m_kqyoi, np.where(m_fztcf, U45_free_pitch, U45_pitch), U45_pitch),
+            np.where(m_kqyoi, pitch, y1_pitch),
+            np.where(m_kqyoi, y1_used_pitch, y2_pitch),
+            np.where(m_kqyoi, v_pitch, v1_pitch),
+            np.where(m_kqyoi, u_pitch_mrac_literal, u1_pitch),
+            np.where(m_kqyoi, u1_pitch, u2_pitch),
+            np.where(m_kqyoi, np.where(m_ng6lt, wm1_pitch, w_pitch), ym_pitch),
+            np.where(m_kqyoi, w_pitch, wm1_pitch),
+            np.where(m_kqyoi, wm1_pitch, wm2_pitch),
+            np.where(m_kqyoi, a1_now_yaw, a1_yaw),
+            np.where(m_kqyoi, a2_now_yaw, a2_yaw),
+            np.where(m_kqyoi, b0_now_yaw, b0_yaw),
+            np.where(m_kqyoi, b1_now_yaw, b1_yaw),
+            np.where(m_kqyoi, d_now_yaw, d_yaw),
+            np.where(m_kqyoi, np.where(m_6lewq, D1_free_yaw * cap_yaw, D1_yaw), D1_yaw),
+            np.where(m_kqyoi, np.where(m_6lewq, D2_free_yaw * cap_yaw, D2_yaw), D2_yaw),
+            np.where(m_kqyoi, np.where(m_6lewq, D3_free_yaw * cap_yaw, D3_yaw), D3_yaw),
+            np.where(m_kqyoi, np.where(m_6lewq, D4_free_yaw * cap_yaw, D4_yaw), D4_yaw),
+            np.where(m_kqyoi, np.where(m_6lewq, D5_free_yaw * cap_yaw, D5_yaw), D5_yaw),
+            np.where(m_kqyoi, np.where(m_6lewq, U12_free_yaw, U12_yaw), U12_yaw),
+            np.where(m_kqyoi, np.where(m_6lewq, U13_free_yaw, U13_yaw), U13_yaw),
+            np.where(m_kqyoi, np.where(m_6lewq, U23_free_yaw, U23_yaw), U23_yaw),
+            np.where(m_kqyoi, np.where(m_6lewq, U14_free_yaw, U14_yaw), U14_yaw),
+            np.where(m_kqyoi, np.where(m_6lewq, U24_free_yaw, U24_yaw), U24_yaw),
+            np.where(m_kqyoi, np.where(m_6lewq, U34_free_yaw, U34_yaw), U34_yaw),
+            np.where(m_kqyoi, np.where(m_6lewq, U15_free_yaw, U15_yaw), U15_yaw),
+            np.where(m_kqyoi, np.where(m_6lewq, U25_free_yaw, U25_yaw), U25_yaw),
+            np.where(m_kqyoi, np.where(m_6lewq, U35_free_yaw, U35_yaw), U35_yaw),
+            np.where(m_kqyoi, np.where(m_6lewq, U45_free_yaw, U45_yaw), U45_yaw),
+            np.where(m_kqyoi, yaw, y1_yaw),
+            np.where(m_kqyoi, y1_used_yaw, y2_yaw),
+            np.where(m_kqyoi, v_yaw, v1_yaw),
+            np.where(m_kqyoi, u_yaw_mrac_literal, u1_yaw),
+            np.where(m_kqyoi, u1_yaw, u2_yaw),
+            np.where(m_kqyoi, np.where(m_ng6lt, wm1_yaw, w_yaw), ym_yaw),
+            np.where(m_kqyoi, w_yaw, wm1_yaw),
+            np.where(m_kqyoi, wm1_yaw, wm2_yaw),
+            np.where(m_kqyoi, np.fmin(2.0, 1.0 + samples), 0.0),
+            np.where(m_dzg3g, 1.0, 0.0),
+        )
 
 
 def mrac_literal_constraints(p, c, s):
     """Margins of a feasible mrac-literal: (p, c, s) -> margin."""
     p, c, s = _arrays(p, c, s)
     with np.errstate(all="ignore"):
-        return _vector(1e-09 - np.abs(c[..., 20] * (-1.0 + c[..., 20])))
+        design_delay = c[..., 20]
+        return _vector(
+            1e-09 - np.abs(design_delay * (-1.0 + design_delay)),
+        )
 
 
 def mrac_literal_start(x, r, p, c):
     """Memory of mrac-literal before the first sample: (x, r, p, c) -> z."""
     x, r, p, c = _arrays(x, r, p, c)
     with np.errstate(all="ignore"):
-        m4 = (0.0 < c[..., 8])
-        v8 = p[..., 9] * p[..., 9] * c[..., 7]
-        v12 = v8 * (0.5 / p[..., 0])
-        m15 = (0.0 < c[..., 9])
-        m19 = (0.5 < c[..., 16])
-        v20 = np.where(m19, c[..., 2], 0.0)
-        m23 = (0.5 < c[..., 22])
-        v24 = np.where(m23, x[..., 0], 0.0)
-        m26 = (0.0 < c[..., 10])
-        v29 = 0.5 / p[..., 1] * v8
-        m32 = (0.0 < c[..., 11])
-        v35 = np.where(m23, x[..., 1], 0.0)
-        m37 = (0.0 < c[..., 12])
-        v40 = 0.5 / p[..., 2] * v8
-        m43 = (0.0 < c[..., 13])
-        v46 = np.where(m23, x[..., 2], 0.0)
-        return _vector(-2.0, 1.0, np.where(m4, c[..., 8], v12), np.where(m15, c[..., 9], v12), 0.0, c[..., 2], c[..., 2], c[..., 2], c[..., 2], v20, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, x[..., 0], x[..., 0], 0.0, 0.0, 0.0, v24, v24, v24, -2.0, 1.0, np.where(m26, c[..., 10], v29), np.where(m32, c[..., 11], v29), 0.0, c[..., 2], c[..., 2], c[..., 2], c[..., 2], v20, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, x[..., 1], x[..., 1], 0.0, 0.0, 0.0, v35, v35, v35, -2.0, 1.0, np.where(m37, c[..., 12], v40), np.where(m43, c[..., 13], v40), 0.0, c[..., 2], c[..., 2], c[..., 2], c[..., 2], v20, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, x[..., 2], x[..., 2], 0.0, 0.0, 0.0, v46, v46, v46, 0.0, 0.0)
+        roll = x[..., 0]
+        pitch = x[..., 1]
+        yaw = x[..., 2]
+        I_x = p[..., 0]
+        I_y = p[..., 1]
+        I_z = p[..., 2]
+        Ts = p[..., 9]
+        F0 = c[..., 2]
+        guess = c[..., 7]
+        b0_roll_0 = c[..., 8]
+        b1_roll_0 = c[..., 9]
+        b0_pitch_0 = c[..., 10]
+        b1_pitch_0 = c[..., 11]
+        b0_yaw_0 = c[..., 12]
+        b1_yaw_0 = c[..., 13]
+        estimate_d = c[..., 16]
+        matched = c[..., 22]
+        m_6hiht = (0.0 < b0_roll_0)
+        t_yziwa = Ts * Ts * guess
+        t_h5j4e = t_yziwa * (0.5 / I_x)
+        m_3vk5m = (0.0 < b1_roll_0)
+        m_2ed72 = (0.5 < estimate_d)
+        t_vy7dj = np.where(m_2ed72, F0, 0.0)
+        m_pj42l = (0.5 < matched)
+        t_6cwtz = np.where(m_pj42l, roll, 0.0)
+        m_4tqfe = (0.0 < b0_pitch_0)
+        t_dbfdq = 0.5 / I_y * t_yziwa
+        m_t6c4u = (0.0 < b1_pitch_0)
+        t_nlns5 = np.where(m_pj42l, pitch, 0.0)
+        m_m4trp = (0.0 < b0_yaw_0)
+        t_23gbv = 0.5 / I_z * t_yziwa
+        m_zhi77 = (0.0 < b1_yaw_0)
+        t_znsce = np.where(m_pj42l, yaw, 0.0)
+        return _vector(
+            -2.0,
+            1.0,
+            np.where(m_6hiht, b0_roll_0, t_h5j4e),
+            np.where(m_3vk5m, b1_roll_0, t_h5j4e),
+            0.0,
+            F0,
+            F0,
+            F0,
+            F0,
+            t_vy7dj,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            roll,
+            roll,
+            0.0,
+            0.0,
+            0.0,
+            t_6cwtz,
+            t_6cwtz,
+            t_6cwtz,
+            -2.0,
+            1.0,
+            np.where(m_4tqfe, b0_pitch_0, t_dbfdq),
+            np.where(m_t6c4u, b1_pitch_0, t_dbfdq),
+            0.0,
+            F0,
+            F0,
+            F0,
+            F0,
+            t_vy7dj,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            pitch,
+            pitch,
+            0.0,
+            0.0,
+            0.0,
+            t_nlns5,
+            t_nlns5,
+            t_nlns5,
+            -2.0,
+            1.0,
+            np.where(m_m4trp, b0_yaw_0, t_23gbv),
+            np.where(m_zhi77, b1_yaw_0, t_23gbv),
+            0.0,
+            F0,
+            F0,
+            F0,
+            F0,
+            t_vy7dj,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            yaw,
+            yaw,
+            0.0,
+            0.0,
+            0.0,
+            t_znsce,
+            t_znsce,
+            t_znsce,
+            0.0,
+            0.0,
+        )
 
 
 def mrac_literal_defaults(c):
     """Formula defaults of mrac-literal: (c) -> derived."""
     c, = _arrays(c)
     with np.errstate(all="ignore"):
-        return _vector(c[..., 19])
+        delay = c[..., 19]
+        return _vector(
+            delay,
+        )
 
 
 def pd(x, r, v, z, p, c):
     """Proportional and derivative (50): (x, r, v, z, p, c) -> u, z_next."""
     x, r, v, z, p, c = _arrays(x, r, v, z, p, c)
     with np.errstate(all="ignore"):
-        m4 = (np.abs(x[..., 1]) < 1e+30)
-        m7 = (np.abs(r[..., 1]) < 1e+30)
-        m8 = np.logical_and(m4, m7)
-        m11 = (np.abs(r[..., 0]) < 1e+30)
-        m12 = np.logical_and(m8, m11)
-        m15 = (np.abs(r[..., 2]) < 1e+30)
-        m16 = np.logical_and(m12, m15)
-        m19 = (np.abs(x[..., 0]) < 1e+30)
-        m20 = np.logical_and(m16, m19)
-        m23 = (np.abs(x[..., 2]) < 1e+30)
-        m24 = np.logical_and(m20, m23)
-        m27 = (0.5 < c[..., 6])
-        s34, c34 = np.sin(x[..., 2]), np.cos(x[..., 2])
-        s35, c35 = np.sin(x[..., 0]), np.cos(x[..., 0])
-        s37, c37 = np.sin(x[..., 1]), np.cos(x[..., 1])
-        v47 = c[..., 1] * (np.where(m27, z[..., 3], r[..., 1]) - x[..., 1]) - c[..., 4] * (x[..., 4] + (c34 * c35 + s37 * (s34 * s35)) * p[..., 6])
-        m49 = (np.abs(v47) < 1e+30)
-        m50 = np.logical_and(m24, m49)
-        v63 = c[..., 0] * (np.where(m27, z[..., 0], r[..., 0]) - x[..., 0]) - c[..., 3] * (x[..., 3] + c37 * s34 * p[..., 6])
-        m65 = (np.abs(v63) < 1e+30)
-        m66 = np.logical_and(m50, m65)
-        v81 = c[..., 2] * (np.where(m27, z[..., 6], r[..., 2]) - x[..., 2]) - c[..., 5] * (x[..., 5] + (s37 * (s34 * c35) - c34 * s35) * p[..., 6])
-        m83 = (np.abs(v81) < 1e+30)
-        m84 = np.logical_and(m66, m83)
-        m86 = (np.abs(x[..., 3]) < 1e+30)
-        m87 = np.logical_and(m84, m86)
-        m89 = (np.abs(x[..., 4]) < 1e+30)
-        m90 = np.logical_and(m87, m89)
-        m92 = (np.abs(x[..., 5]) < 1e+30)
-        m93 = np.logical_and(m90, m92)
-        m99 = (0.5 < c[..., 8])
-        v101 = 0.5 * z[..., 1]
-        v110 = np.exp(-(p[..., 9] / c[..., 9]))
-        v111 = -1.0 + v110
-        v112 = v111 * v111
-        v114 = v110 + v110
-        v117 = v110 * v110
-        v119 = v112 * r[..., 0] + v114 * z[..., 1] - v117 * z[..., 2]
-        m123 = np.logical_not(m93)
-        v124 = np.where(m93, np.where(m99, v101 + 0.5 * z[..., 2], v101 + 0.5 * v119), z[..., 0])
-        v128 = 0.5 * z[..., 4]
-        v136 = v112 * r[..., 1] + v114 * z[..., 4] - v117 * z[..., 5]
-        v140 = np.where(m93, np.where(m99, v128 + 0.5 * z[..., 5], v128 + 0.5 * v136), z[..., 3])
-        v144 = 0.5 * z[..., 7]
-        v152 = v112 * r[..., 2] + v114 * z[..., 7] - v117 * z[..., 8]
-        v156 = np.where(m93, np.where(m99, v144 + 0.5 * z[..., 8], v144 + 0.5 * v152), z[..., 6])
-        return _vector(np.where(m93, v63, 0.0), np.where(m93, v47, 0.0), np.where(m93, v81, 0.0)), _vector(v124, np.where(m93, v119, z[..., 1]), np.where(m93, z[..., 1], z[..., 2]), v140, np.where(m93, v136, z[..., 4]), np.where(m93, z[..., 4], z[..., 5]), v156, np.where(m93, v152, z[..., 7]), np.where(m93, z[..., 7], z[..., 8]), np.where(m123, 1.0, 0.0))
+        roll = x[..., 0]
+        pitch = x[..., 1]
+        yaw = x[..., 2]
+        wx = x[..., 3]
+        wy = x[..., 4]
+        wz = x[..., 5]
+        ref_roll = r[..., 0]
+        ref_pitch = r[..., 1]
+        ref_yaw = r[..., 2]
+        ym_roll = z[..., 0]
+        wm1_roll = z[..., 1]
+        wm2_roll = z[..., 2]
+        ym_pitch = z[..., 3]
+        wm1_pitch = z[..., 4]
+        wm2_pitch = z[..., 5]
+        ym_yaw = z[..., 6]
+        wm1_yaw = z[..., 7]
+        wm2_yaw = z[..., 8]
+        omega0 = p[..., 6]
+        Ts = p[..., 9]
+        Kp_x = c[..., 0]
+        Kp_y = c[..., 1]
+        Kp_z = c[..., 2]
+        Kd_x = c[..., 3]
+        Kd_y = c[..., 4]
+        Kd_z = c[..., 5]
+        follow_model = c[..., 6]
+        design_delay = c[..., 8]
+        tau_m = c[..., 9]
+        sin_pitch, cos_pitch = np.sin(pitch), np.cos(pitch)
+        sin_yaw, cos_yaw = np.sin(yaw), np.cos(yaw)
+        C12 = cos_pitch * sin_yaw  # (3)
+        sin_roll, cos_roll = np.sin(roll), np.cos(roll)
+        C22 = cos_yaw * cos_roll + sin_pitch * (sin_yaw * sin_roll)  # (3)
+        C32 = sin_pitch * (sin_yaw * cos_roll) - cos_yaw * sin_roll  # (3)
+        rate_x = wx + C12 * omega0  # (4)
+        rate_y = wy + C22 * omega0  # (4)
+        rate_z = wz + C32 * omega0  # (4)
+        model_pole = np.exp(-(Ts / tau_m))
+        t_hjr6j = -1.0 + model_pole
+        t_lbhv6 = t_hjr6j * t_hjr6j
+        t_u5zvh = model_pole + model_pole
+        t_lbhv6_2 = model_pole * model_pole
+        w_roll = t_lbhv6 * ref_roll + t_u5zvh * wm1_roll - t_lbhv6_2 * wm2_roll  # (16)
+        w_pitch = t_lbhv6 * ref_pitch + t_u5zvh * wm1_pitch - t_lbhv6_2 * wm2_pitch  # (16)
+        w_yaw = t_lbhv6 * ref_yaw + t_u5zvh * wm1_yaw - t_lbhv6_2 * wm2_yaw  # (16)
+        m_z3d63 = (0.5 < follow_model)
+        u_roll_pd = Kp_x * (np.where(m_z3d63, ym_roll, ref_roll) - roll) - Kd_x * rate_x  # (50)
+        u_pitch_pd = Kp_y * (np.where(m_z3d63, ym_pitch, ref_pitch) - pitch) - Kd_y * rate_y  # (50)
+        u_yaw_pd = Kp_z * (np.where(m_z3d63, ym_yaw, ref_yaw) - yaw) - Kd_z * rate_z  # (50)
+        m_cgnek = (np.abs(pitch) < 1e+30)
+        m_qrx2z = (np.abs(ref_pitch) < 1e+30)
+        m_r3fir = np.logical_and(m_cgnek, m_qrx2z)
+        m_ilioh = (np.abs(ref_roll) < 1e+30)
+        m_bmy6f = np.logical_and(m_r3fir, m_ilioh)
+        m_ghzhf = (np.abs(ref_yaw) < 1e+30)
+        m_5iclu = np.logical_and(m_bmy6f, m_ghzhf)
+        m_lisih = (np.abs(roll) < 1e+30)
+        m_fdhnb = np.logical_and(m_5iclu, m_lisih)
+        m_q3hd4 = (np.abs(yaw) < 1e+30)
+        m_sehe6 = np.logical_and(m_fdhnb, m_q3hd4)
+        m_4fwsc = (np.abs(u_pitch_pd) < 1e+30)
+        m_ey64f = np.logical_and(m_sehe6, m_4fwsc)
+        m_zzicp = (np.abs(u_roll_pd) < 1e+30)
+        m_yof5u = np.logical_and(m_ey64f, m_zzicp)
+        m_ilrjp = (np.abs(u_yaw_pd) < 1e+30)
+        m_gwxq4 = np.logical_and(m_yof5u, m_ilrjp)
+        m_nepjb = (np.abs(wx) < 1e+30)
+        m_r3oc5 = np.logical_and(m_gwxq4, m_nepjb)
+        m_gmtwv = (np.abs(wy) < 1e+30)
+        m_mhk6s = np.logical_and(m_r3oc5, m_gmtwv)
+        m_no6hp = (np.abs(wz) < 1e+30)
+        m_le4m7 = np.logical_and(m_mhk6s, m_no6hp)
+        Tx_cmd = np.where(m_le4m7, u_roll_pd, 0.0)
+        Ty_cmd = np.where(m_le4m7, u_pitch_pd, 0.0)
+        Tz_cmd = np.where(m_le4m7, u_yaw_pd, 0.0)
+        m_ng6lt = (0.5 < design_delay)
+        t_lfvhy = 0.5 * wm1_roll
+        t_nuzia = 0.5 * wm1_pitch
+        t_bashd = 0.5 * wm1_yaw
+        m_rtwsy = np.logical_not(m_le4m7)
+        return _vector(
+            Tx_cmd,
+            Ty_cmd,
+            Tz_cmd,
+        ), _vector(
+            np.where(m_le4m7, np.where(m_ng6lt, t_lfvhy + 0.5 * wm2_roll, t_lfvhy + 0.5 * w_roll), ym_roll),
+            np.where(m_le4m7, w_roll, wm1_roll),
+            np.where(m_le4m7, wm1_roll, wm2_roll),
+            np.where(m_le4m7, np.where(m_ng6lt, t_nuzia + 0.5 * wm2_pitch, t_nuzia + 0.5 * w_pitch), ym_pitch),
+            np.where(m_le4m7, w_pitch, wm1_pitch),
+            np.where(m_le4m7, wm1_pitch, wm2_pitch),
+            np.where(m_le4m7, np.where(m_ng6lt, t_bashd + 0.5 * wm2_yaw, t_bashd + 0.5 * w_yaw), ym_yaw),
+            np.where(m_le4m7, w_yaw, wm1_yaw),
+            np.where(m_le4m7, wm1_yaw, wm2_yaw),
+            np.where(m_rtwsy, 1.0, 0.0),
+        )
 
 
 def pd_constraints(p, c, s):
     """Margins of a feasible pd: (p, c, s) -> margin."""
     p, c, s = _arrays(p, c, s)
     with np.errstate(all="ignore"):
-        return _vector(1e-09 - np.abs(c[..., 8] * (-1.0 + c[..., 8])))
+        design_delay = c[..., 8]
+        return _vector(
+            1e-09 - np.abs(design_delay * (-1.0 + design_delay)),
+        )
 
 
 def pd_warnings(p, c, s):
     """Margins that a run of pd should have, each with the values to show: (p, c, s) -> margin."""
     p, c, s = _arrays(p, c, s)
     with np.errstate(all="ignore"):
-        v6 = 1.0 / p[..., 0]
-        v13 = c[..., 0] * v6 + -0.25 * (c[..., 3] * c[..., 3]) / (p[..., 0] * p[..., 0])
-        v16 = np.sqrt(np.fmax(0.0, -v13))
-        v19 = 0.5 * v6 * c[..., 3]
-        v22 = np.sqrt(np.fmax(0.0, v13))
-        v30 = 1.0 / p[..., 1]
-        v36 = c[..., 1] * v30 + -0.25 * (c[..., 4] * c[..., 4]) / (p[..., 1] * p[..., 1])
-        v39 = np.sqrt(np.fmax(0.0, -v36))
-        v41 = 0.5 * v30 * c[..., 4]
-        v44 = np.sqrt(np.fmax(0.0, v36))
-        v52 = 1.0 / p[..., 2]
-        v58 = c[..., 2] * v52 + -0.25 * (c[..., 5] * c[..., 5]) / (p[..., 2] * p[..., 2])
-        v61 = np.sqrt(np.fmax(0.0, -v58))
-        v63 = 0.5 * v52 * c[..., 5]
-        v66 = np.sqrt(np.fmax(0.0, v58))
-        return _vector(np.fmin(c[..., 3], c[..., 0]), v16 - v19, v22, -(v16 + v19), -v22, np.fmin(c[..., 4], c[..., 1]), v39 - v41, v44, -(v39 + v41), -v44, np.fmin(c[..., 5], c[..., 2]), v61 - v63, v66, -(v61 + v63), -v66)
+        I_x = p[..., 0]
+        I_y = p[..., 1]
+        I_z = p[..., 2]
+        Kp_x = c[..., 0]
+        Kp_y = c[..., 1]
+        Kp_z = c[..., 2]
+        Kd_x = c[..., 3]
+        Kd_y = c[..., 4]
+        Kd_z = c[..., 5]
+        t_wdz5p = 1.0 / I_x
+        t_qfd6q = Kp_x * t_wdz5p + -0.25 * (Kd_x * Kd_x) / (I_x * I_x)
+        t_bhd6l = np.sqrt(np.fmax(0.0, -t_qfd6q))
+        t_kmpg4 = 0.5 * t_wdz5p * Kd_x
+        t_bhd6l_2 = np.sqrt(np.fmax(0.0, t_qfd6q))
+        t_s2koj = 1.0 / I_y
+        t_3rxmj = Kp_y * t_s2koj + -0.25 * (Kd_y * Kd_y) / (I_y * I_y)
+        t_rm2vg = np.sqrt(np.fmax(0.0, -t_3rxmj))
+        t_tkgnt = 0.5 * t_s2koj * Kd_y
+        t_rm2vg_2 = np.sqrt(np.fmax(0.0, t_3rxmj))
+        t_eah32 = 1.0 / I_z
+        t_3sq7l = Kp_z * t_eah32 + -0.25 * (Kd_z * Kd_z) / (I_z * I_z)
+        t_5wdii = np.sqrt(np.fmax(0.0, -t_3sq7l))
+        t_icol4 = 0.5 * t_eah32 * Kd_z
+        t_5wdii_2 = np.sqrt(np.fmax(0.0, t_3sq7l))
+        return _vector(
+            np.fmin(Kd_x, Kp_x),
+            t_bhd6l - t_kmpg4,
+            t_bhd6l_2,
+            -(t_bhd6l + t_kmpg4),
+            -t_bhd6l_2,
+            np.fmin(Kd_y, Kp_y),
+            t_rm2vg - t_tkgnt,
+            t_rm2vg_2,
+            -(t_rm2vg + t_tkgnt),
+            -t_rm2vg_2,
+            np.fmin(Kd_z, Kp_z),
+            t_5wdii - t_icol4,
+            t_5wdii_2,
+            -(t_5wdii + t_icol4),
+            -t_5wdii_2,
+        )
 
 
 def pd_start(x, r, p, c):
     """Memory of pd before the first sample: (x, r, p, c) -> z."""
     x, r, p, c = _arrays(x, r, p, c)
     with np.errstate(all="ignore"):
-        m2 = (0.5 < c[..., 10])
-        v4 = np.where(m2, x[..., 0], 0.0)
-        v6 = np.where(m2, x[..., 1], 0.0)
-        v8 = np.where(m2, x[..., 2], 0.0)
-        return _vector(v4, v4, v4, v6, v6, v6, v8, v8, v8, 0.0)
+        roll = x[..., 0]
+        pitch = x[..., 1]
+        yaw = x[..., 2]
+        matched = c[..., 10]
+        m_pj42l = (0.5 < matched)
+        t_6cwtz = np.where(m_pj42l, roll, 0.0)
+        t_nlns5 = np.where(m_pj42l, pitch, 0.0)
+        t_znsce = np.where(m_pj42l, yaw, 0.0)
+        return _vector(
+            t_6cwtz,
+            t_6cwtz,
+            t_6cwtz,
+            t_nlns5,
+            t_nlns5,
+            t_nlns5,
+            t_znsce,
+            t_znsce,
+            t_znsce,
+            0.0,
+        )
 
 
 def pd_defaults(c):
     """Formula defaults of pd: (c) -> derived."""
     c, = _arrays(c)
     with np.errstate(all="ignore"):
-        return _vector(c[..., 7])
+        delay = c[..., 7]
+        return _vector(
+            delay,
+        )
 
 
 def jac_x(x, u, p):
     """Jacobian of rhs with respect to x, row by row: (x, u, p) -> J."""
     x, u, p = _arrays(x, u, p)
     with np.errstate(all="ignore"):
-        s1, c1 = np.sin(x[..., 1]), np.cos(x[..., 1])
-        s4, c4 = np.sin(x[..., 2]), np.cos(x[..., 2])
-        s6, c6 = np.sin(x[..., 0]), np.cos(x[..., 0])
-        v7 = c4 * c6
-        v10 = s4 * s6
-        v11 = s1 * v10
-        v15 = x[..., 4] + (v7 + v11) * p[..., 6]
-        v18 = 1.0 / c1
-        v19 = c6 * v18
-        v21 = s6 * v18
-        v22 = s4 * c6
-        v24 = c4 * s6
-        v25 = s1 * v22 - v24
-        v26 = p[..., 6] * v25
-        v28 = v15 * v19 + v21 * v26
-        v32 = x[..., 5] + v25 * p[..., 6]
-        v34 = v11 + v7
-        v35 = p[..., 6] * v34
-        v37 = v32 * v21 + v19 * v35
-        v45 = v10 * c1
-        v46 = p[..., 6] * v45
-        v48 = v15 * (v21 * v18 * s1) + v21 * v46
-        v51 = s4 * s1
-        v59 = v22 * c1
-        v60 = p[..., 6] * v59
-        v62 = v32 * (v19 * v18 * s1) + v19 * v60
-        v65 = v21 * v15 * c1 + s1 * v48 - p[..., 6] * v51 + (v19 * v32 * c1 + s1 * v62)
-        v66 = c1 * c4
-        v68 = s6 * c4
-        v70 = c6 * s4
-        v71 = s1 * v68 - v70
-        v72 = p[..., 6] * v71
-        v73 = v21 * v72
-        v76 = c6 * c4
-        v78 = s6 * s4
-        v79 = s1 * v76 + v78
-        v80 = p[..., 6] * v79
-        v81 = v19 * v80
-        s106, c106 = np.sin(x[..., 9]), np.cos(x[..., 9])
-        v109 = p[..., 7] * p[..., 7]
-        v111 = p[..., 17] / (p[..., 7] * v109)
-        s113, c113 = np.sin(p[..., 8]), np.cos(p[..., 8])
-        v114 = v111 * s113
-        v115 = c106 * v114
-        v116 = s1 * v24
-        v117 = v22 - v116
-        v120 = v111 * c113
-        v123 = v114 + v114
-        v125 = v123 * s106
-        v126 = c1 * s6
-        v128 = v115 * v117 + v120 * v34 - v125 * v126
-        v136 = p[..., 20] * p[..., 24] * (1.0 + p[..., 25])
-        s138, c138 = np.sin(p[..., 27]), np.cos(p[..., 27])
-        v140 = x[..., 9] - p[..., 26]
-        s141, c141 = np.sin(v140), np.cos(v140)
-        v143 = v136 * (c138 * s141)
-        v145 = p[..., 6] * p[..., 6]
-        v153 = v143 - 0.5 * v145 * p[..., 18] * p[..., 20] * p[..., 19] * v109
-        v156 = v136 * s138
-        v161 = v136 * (c138 * c141)
-        v163 = v153 * v117 - v156 * v34 - v161 * v126
-        v167 = s1 * v7
-        v168 = v167 + v10
-        v172 = c1 * c6
-        v174 = v115 * v168 - v120 * v25 + v125 * v172
-        v182 = v153 * v168 + v156 * v25 + v161 * v172
-        v184 = p[..., 15] * v128 + p[..., 22] * v163 - p[..., 16] * v174 - p[..., 23] * v182
-        v190 = p[..., 2] + p[..., 5]
-        v191 = p[..., 1] + p[..., 4] - v190
-        v193 = 3.0 * v145
-        v194 = v193 * v172
-        v195 = v191 * v194
-        v197 = v193 * v126
-        v203 = 1.0 / p[..., 0]
-        v205 = v7 * c1
-        v209 = c6 * s1
-        v211 = v115 * v205 - v120 * v59 - v125 * v209
-        v217 = v153 * v205 + v156 * v59 - v161 * v209
-        v220 = v24 * c1
-        v224 = s6 * s1
-        v226 = v115 * v220 - v120 * v45 - v125 * v224
-        v233 = v153 * v220 + v156 * v45 - v161 * v224
-        v235 = p[..., 15] * v211 + p[..., 22] * v217 - p[..., 16] * v226 - p[..., 23] * v233
-        v236 = v193 * v209
-        v244 = v68 - s1 * v70
-        v247 = v115 * v244 - v120 * v79
-        v251 = v153 * v244 + v156 * v79
-        v255 = s1 * v78 + v76
-        v258 = v115 * v255 + v120 * v71
-        v263 = v156 * v71 - v153 * v255
-        v265 = p[..., 15] * v247 + p[..., 22] * v251 + p[..., 16] * v258 - p[..., 23] * v263
-        v269 = p[..., 13] * p[..., 10]
-        v275 = x[..., 8] + x[..., 5] * p[..., 2]
-        v280 = x[..., 7] + x[..., 4] * p[..., 1]
-        v285 = v269 / p[..., 3]
-        v290 = v123 * c106
-        v292 = v10 + v167
-        v293 = v114 * s106
-        v295 = v172 * v290 - v292 * v293
-        v299 = v292 * v161 - v172 * v143
-        v303 = v116 - v22
-        v305 = v126 * v290 - v303 * v293
-        v310 = v303 * v161 - v126 * v143
-        v312 = p[..., 15] * v295 + p[..., 22] * v299 - p[..., 16] * v305 - p[..., 23] * v310
-        v314 = p[..., 0] + p[..., 3]
-        v315 = v314 - v190
-        v324 = 1.0 / p[..., 1]
-        v327 = c4 * s1
-        v331 = v120 * v51 - v115 * v327 - v125 * c1
-        v337 = v153 * v327 + v156 * v51 + v161 * c1
-        v343 = p[..., 16] * v331 - p[..., 23] * v337 - p[..., 14] * v211 - p[..., 21] * v217
-        v351 = c1 * s4
-        v353 = v156 * v66 - v153 * v351
-        v357 = v115 * v351 + v120 * v66
-        v363 = p[..., 23] * v353 - p[..., 16] * v357 - p[..., 14] * v247 - p[..., 21] * v251
-        v374 = x[..., 6] + x[..., 3] * p[..., 0]
-        v379 = v269 / p[..., 4]
-        v384 = v66 * v161 + s1 * v143
-        v388 = v66 * v293 + s1 * v290
-        v394 = p[..., 23] * v384 - p[..., 16] * v388 - p[..., 14] * v295 - p[..., 21] * v299
-        v403 = -3.0 * v145 * (v314 - p[..., 1] - p[..., 4])
-        v404 = v403 * s1
-        v407 = 1.0 / p[..., 2]
-        v415 = p[..., 14] * v226 + p[..., 21] * v233 - p[..., 15] * v331 + p[..., 22] * v337
-        v428 = p[..., 21] * v263 - p[..., 14] * v258 + p[..., 15] * v357 - p[..., 22] * v353
-        v441 = v269 / p[..., 5]
-        v449 = p[..., 14] * v305 + p[..., 21] * v310 + p[..., 15] * v388 - p[..., 22] * v384
-        v451 = p[..., 10] * v269
-        return (lambda J: J.reshape(*J.shape[:-1], 10, 10))(_vector(s1 * v28 - s1 * v37, v65, p[..., 6] * v66 + s1 * v73 + s1 * v81, 1.0, s1 * v21, s1 * v19, 0.0, 0.0, 0.0, 0.0, c6 * v26 - v15 * s6 - (v32 * c6 - s6 * v35), c6 * v46 - s6 * v60, c6 * v72 - s6 * v80, 0.0, c6, -s6, 0.0, 0.0, 0.0, 0.0, v28 - v37, v48 + v62, v73 + v81, 0.0, v21, v19, 0.0, 0.0, 0.0, 0.0, (v184 - (v195 * v172 - v126 * (v191 * v197))) * v203, (v235 + (v126 * (v191 * v236) + v195 * v224)) * v203, v265 * v203, -(v269 * v203), (x[..., 5] * p[..., 1] - v275) * v203, (v280 - x[..., 4] * p[..., 2]) * v203, v285 * v203, x[..., 5] * v203, -(x[..., 4] * v203), v312 * v203, (v315 * (s1 * v197) - (p[..., 14] * v128 + p[..., 21] * v163)) * v324, (v343 - v315 * (v194 * c1 - s1 * v236)) * v324, v363 * v324, (v275 - x[..., 5] * p[..., 0]) * v324, -(v269 * v324), (x[..., 3] * p[..., 2] - v374) * v324, -(x[..., 5] * v324), v379 * v324, x[..., 3] * v324, v394 * v324, (p[..., 14] * v174 + p[..., 21] * v182 - v404 * v172) * v407, (v415 - (v126 * (v403 * c1) - v404 * v224)) * v407, v428 * v407, (x[..., 4] * p[..., 0] - v280) * v407, (v374 - x[..., 3] * p[..., 1]) * v407, -(v269 * v407), x[..., 4] * v407, -(x[..., 3] * v407), v441 * v407, v449 * v407, 0.0, 0.0, 0.0, v451, 0.0, 0.0, -(p[..., 10] * v285), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, v451, 0.0, 0.0, -(p[..., 10] * v379), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, v451, 0.0, 0.0, -(p[..., 10] * v441), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+        roll = x[..., 0]
+        pitch = x[..., 1]
+        yaw = x[..., 2]
+        wx = x[..., 3]
+        wy = x[..., 4]
+        wz = x[..., 5]
+        hx = x[..., 6]
+        hy = x[..., 7]
+        hz = x[..., 8]
+        latitude = x[..., 9]
+        I_x = p[..., 0]
+        I_y = p[..., 1]
+        I_z = p[..., 2]
+        Iw_x = p[..., 3]
+        Iw_y = p[..., 4]
+        Iw_z = p[..., 5]
+        omega0 = p[..., 6]
+        orbit_radius = p[..., 7]
+        inclination = p[..., 8]
+        wheels = p[..., 10]
+        wheel_friction = p[..., 13]
+        dipole_x = p[..., 14]
+        dipole_y = p[..., 15]
+        dipole_z = p[..., 16]
+        field_moment = p[..., 17]
+        air_density = p[..., 18]
+        drag_coefficient = p[..., 19]
+        area = p[..., 20]
+        arm_x = p[..., 21]
+        arm_y = p[..., 22]
+        arm_z = p[..., 23]
+        solar_pressure = p[..., 24]
+        reflectance = p[..., 25]
+        sun_latitude = p[..., 26]
+        sun_elevation = p[..., 27]
+        sin_pitch, cos_pitch = np.sin(pitch), np.cos(pitch)
+        sin_yaw, cos_yaw = np.sin(yaw), np.cos(yaw)
+        C11 = cos_pitch * cos_yaw  # (3)
+        C12 = cos_pitch * sin_yaw  # (3)
+        sin_roll, cos_roll = np.sin(roll), np.cos(roll)
+        t_yxoxk = sin_roll * cos_yaw
+        t_jt2xw = cos_roll * sin_yaw
+        C21 = sin_pitch * t_yxoxk - t_jt2xw  # (3)
+        t_fdgli = cos_yaw * cos_roll
+        t_wcbyi = sin_yaw * sin_roll
+        t_56qba = sin_pitch * t_wcbyi
+        C22 = t_fdgli + t_56qba  # (3)
+        C23 = cos_pitch * sin_roll  # (3)
+        t_fdgli_2 = cos_roll * cos_yaw
+        t_wcbyi_2 = sin_roll * sin_yaw
+        C31 = sin_pitch * t_fdgli_2 + t_wcbyi_2  # (3)
+        t_jt2xw_2 = sin_yaw * cos_roll
+        t_yxoxk_2 = cos_yaw * sin_roll
+        C32 = sin_pitch * t_jt2xw_2 - t_yxoxk_2  # (3)
+        C33 = cos_pitch * cos_roll  # (3)
+        rate_y = wy + C22 * omega0  # (4)
+        rate_z = wz + C32 * omega0  # (4)
+        t_xcu2m = omega0 * omega0
+        t_woyh3 = orbit_radius * orbit_radius
+        F_air = 0.5 * t_xcu2m * air_density * area * drag_coefficient * t_woyh3
+        t_o4eym = area * solar_pressure * (1.0 + reflectance)
+        sin_sun_elevation, cos_sun_elevation = np.sin(sun_elevation), np.cos(sun_elevation)
+        t_cbxhz = latitude - sun_latitude
+        sin_t_cbxhz, cos_t_cbxhz = np.sin(t_cbxhz), np.cos(t_cbxhz)
+        t_w63c6 = t_o4eym * (cos_sun_elevation * sin_t_cbxhz)
+        t_e7ljy = t_w63c6 - F_air
+        t_q5gsa = sin_pitch * t_fdgli
+        t_pvagg = t_q5gsa + t_wcbyi
+        t_cokzx = t_o4eym * sin_sun_elevation
+        t_cw7a6 = t_o4eym * (cos_sun_elevation * cos_t_cbxhz)
+        F_z = t_e7ljy * t_pvagg + t_cokzx * C32 + t_cw7a6 * C33
+        sin_latitude, cos_latitude = np.sin(latitude), np.cos(latitude)
+        t_ph4ov = field_moment / (orbit_radius * t_woyh3)
+        sin_inclination, cos_inclination = np.sin(inclination), np.cos(inclination)
+        t_mt3zp = t_ph4ov * sin_inclination
+        B_x = cos_latitude * t_mt3zp
+        t_vpxty = t_mt3zp + t_mt3zp
+        B_z = t_vpxty * sin_latitude
+        t_ksn4u = 1.0 / cos_pitch
+        t_k5hl2 = cos_roll * t_ksn4u
+        t_l3vet = sin_roll * t_ksn4u
+        t_dmzlz = omega0 * C32
+        t_dtpor = rate_y * t_k5hl2 + t_l3vet * t_dmzlz
+        t_5cndk = t_56qba + t_fdgli
+        t_6b6d2 = omega0 * t_5cndk
+        t_2lxy6 = rate_z * t_l3vet + t_k5hl2 * t_6b6d2
+        t_wkmzz = t_wcbyi * cos_pitch
+        t_ojoq4 = omega0 * t_wkmzz
+        t_3s3cu = rate_y * (t_l3vet * t_ksn4u * sin_pitch) + t_l3vet * t_ojoq4
+        t_yzskl = sin_yaw * sin_pitch
+        t_yuzcg = t_jt2xw_2 * cos_pitch
+        t_py3uz = omega0 * t_yuzcg
+        t_46de6 = rate_z * (t_k5hl2 * t_ksn4u * sin_pitch) + t_k5hl2 * t_py3uz
+        t_4ymrq = omega0 * C21
+        t_wdel3 = t_l3vet * t_4ymrq
+        t_lkubs = omega0 * C31
+        t_ccql3 = t_k5hl2 * t_lkubs
+        t_i4hmh = sin_pitch * t_yxoxk_2
+        t_4xk5d = t_jt2xw_2 - t_i4hmh
+        t_xdhrg = t_ph4ov * cos_inclination
+        t_4pbsi = B_x * t_4xk5d + t_xdhrg * t_5cndk - B_z * C23
+        t_itxwx = t_e7ljy * t_4xk5d - t_cokzx * t_5cndk - t_cw7a6 * C23
+        t_7s2z4 = B_x * t_pvagg - t_xdhrg * C32 + B_z * C33
+        t_dukwy = I_z + Iw_z
+        t_bcmgw = I_y + Iw_y - t_dukwy
+        t_xcu2m_2 = 3.0 * t_xcu2m
+        t_asvi2 = t_xcu2m_2 * C33
+        t_vxz3w = t_bcmgw * t_asvi2
+        t_zdw5r = t_xcu2m_2 * C23
+        t_7oem5 = (
+            dipole_y * t_4pbsi
+            + arm_y * t_itxwx
+            - dipole_z * t_7s2z4
+            - arm_z * F_z
+            - (t_vxz3w * C33 - C23 * (t_bcmgw * t_zdw5r))
+        )
+        t_wdz5p = 1.0 / I_x
+        t_cd6xl = t_fdgli * cos_pitch
+        t_mwkyj = cos_roll * sin_pitch
+        t_tt6x5 = B_x * t_cd6xl - t_xdhrg * t_yuzcg - B_z * t_mwkyj
+        t_y7iwx = t_e7ljy * t_cd6xl + t_cokzx * t_yuzcg - t_cw7a6 * t_mwkyj
+        t_qgn6d = t_yxoxk_2 * cos_pitch
+        t_psgw2 = sin_roll * sin_pitch
+        t_bcmxe = B_x * t_qgn6d - t_xdhrg * t_wkmzz - B_z * t_psgw2
+        t_sa57v = t_e7ljy * t_qgn6d + t_cokzx * t_wkmzz - t_cw7a6 * t_psgw2
+        t_buhu2 = t_xcu2m_2 * t_mwkyj
+        t_v4s6p = (
+            dipole_y * t_tt6x5
+            + arm_y * t_y7iwx
+            - dipole_z * t_bcmxe
+            - arm_z * t_sa57v
+            + (C23 * (t_bcmgw * t_buhu2) + t_vxz3w * t_psgw2)
+        )
+        t_476oe = t_yxoxk - sin_pitch * t_jt2xw
+        t_syvjd = B_x * t_476oe - t_xdhrg * C31
+        t_whbkf = t_e7ljy * t_476oe + t_cokzx * C31
+        t_wg4li = sin_pitch * t_wcbyi_2 + t_fdgli_2
+        t_grzrf = B_x * t_wg4li + t_xdhrg * C21
+        t_pblgh = t_cokzx * C21 - t_e7ljy * t_wg4li
+        t_n5ucq = wheel_friction * wheels
+        t_2fuj5 = hz + wz * I_z
+        t_rud4r = hy + wy * I_y
+        t_lfdce = t_n5ucq / Iw_x
+        t_gwqt4 = t_vpxty * cos_latitude
+        t_pvagg_2 = t_wcbyi + t_q5gsa
+        t_azyle = t_mt3zp * sin_latitude
+        t_vlaah = C33 * t_gwqt4 - t_pvagg_2 * t_azyle
+        t_ius45 = t_pvagg_2 * t_cw7a6 - C33 * t_w63c6
+        t_4xk5d_2 = t_i4hmh - t_jt2xw_2
+        t_4do7k = C23 * t_gwqt4 - t_4xk5d_2 * t_azyle
+        t_dchol = t_4xk5d_2 * t_cw7a6 - C23 * t_w63c6
+        t_l4gxo = I_x + Iw_x
+        t_viru7 = t_l4gxo - t_dukwy
+        t_s2koj = 1.0 / I_y
+        t_uohxy = cos_yaw * sin_pitch
+        t_sdpy6 = t_xdhrg * t_yzskl - B_x * t_uohxy - B_z * cos_pitch
+        t_63k4n = t_e7ljy * t_uohxy + t_cokzx * t_yzskl + t_cw7a6 * cos_pitch
+        t_ygkqp = (
+            dipole_z * t_sdpy6
+            - arm_z * t_63k4n
+            - dipole_x * t_tt6x5
+            - arm_x * t_y7iwx
+            - t_viru7 * (t_asvi2 * cos_pitch - sin_pitch * t_buhu2)
+        )
+        t_m2bmb = t_cokzx * C11 - t_e7ljy * C12
+        t_hv7pp = B_x * C12 + t_xdhrg * C11
+        t_id7q2 = hx + wx * I_x
+        t_uh5nx = t_n5ucq / Iw_y
+        t_6rmt4 = C11 * t_cw7a6 + sin_pitch * t_w63c6
+        t_62fmd = C11 * t_azyle + sin_pitch * t_gwqt4
+        t_wa4l3 = -3.0 * t_xcu2m * (t_l4gxo - I_y - Iw_y)
+        t_dm267 = t_wa4l3 * sin_pitch
+        t_eah32 = 1.0 / I_z
+        t_34tdc = (
+            dipole_x * t_bcmxe
+            + arm_x * t_sa57v
+            - dipole_y * t_sdpy6
+            + arm_y * t_63k4n
+            - (C23 * (t_wa4l3 * cos_pitch) - t_dm267 * t_psgw2)
+        )
+        t_bmggw = t_n5ucq / Iw_z
+        t_j6wsb = wheels * t_n5ucq
+        return (lambda J: J.reshape(*J.shape[:-1], 10, 10))(_vector(
+            sin_pitch * t_dtpor - sin_pitch * t_2lxy6,
+            t_l3vet * rate_y * cos_pitch
+                + sin_pitch * t_3s3cu
+                - omega0 * t_yzskl
+                + (t_k5hl2 * rate_z * cos_pitch + sin_pitch * t_46de6),
+            omega0 * C11 + sin_pitch * t_wdel3 + sin_pitch * t_ccql3,
+            1.0,
+            sin_pitch * t_l3vet,
+            sin_pitch * t_k5hl2,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            cos_roll * t_dmzlz - rate_y * sin_roll - (rate_z * cos_roll - sin_roll * t_6b6d2),
+            cos_roll * t_ojoq4 - sin_roll * t_py3uz,
+            cos_roll * t_4ymrq - sin_roll * t_lkubs,
+            0.0,
+            cos_roll,
+            -sin_roll,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            t_dtpor - t_2lxy6,
+            t_3s3cu + t_46de6,
+            t_wdel3 + t_ccql3,
+            0.0,
+            t_l3vet,
+            t_k5hl2,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            t_7oem5 * t_wdz5p,
+            t_v4s6p * t_wdz5p,
+            (dipole_y * t_syvjd + arm_y * t_whbkf + dipole_z * t_grzrf - arm_z * t_pblgh) * t_wdz5p,
+            -(t_n5ucq * t_wdz5p),
+            (wz * I_y - t_2fuj5) * t_wdz5p,
+            (t_rud4r - wy * I_z) * t_wdz5p,
+            t_lfdce * t_wdz5p,
+            wz * t_wdz5p,
+            -(wy * t_wdz5p),
+            (dipole_y * t_vlaah + arm_y * t_ius45 - dipole_z * t_4do7k - arm_z * t_dchol) * t_wdz5p,
+            (t_viru7 * (sin_pitch * t_zdw5r) - (dipole_x * t_4pbsi + arm_x * t_itxwx)) * t_s2koj,
+            t_ygkqp * t_s2koj,
+            (arm_z * t_m2bmb - dipole_z * t_hv7pp - dipole_x * t_syvjd - arm_x * t_whbkf) * t_s2koj,
+            (t_2fuj5 - wz * I_x) * t_s2koj,
+            -(t_n5ucq * t_s2koj),
+            (wx * I_z - t_id7q2) * t_s2koj,
+            -(wz * t_s2koj),
+            t_uh5nx * t_s2koj,
+            wx * t_s2koj,
+            (arm_z * t_6rmt4 - dipole_z * t_62fmd - dipole_x * t_vlaah - arm_x * t_ius45) * t_s2koj,
+            (dipole_x * t_7s2z4 + arm_x * F_z - t_dm267 * C33) * t_eah32,
+            t_34tdc * t_eah32,
+            (arm_x * t_pblgh - dipole_x * t_grzrf + dipole_y * t_hv7pp - arm_y * t_m2bmb) * t_eah32,
+            (wy * I_x - t_rud4r) * t_eah32,
+            (t_id7q2 - wx * I_y) * t_eah32,
+            -(t_n5ucq * t_eah32),
+            wy * t_eah32,
+            -(wx * t_eah32),
+            t_bmggw * t_eah32,
+            (dipole_x * t_4do7k + arm_x * t_dchol + dipole_y * t_62fmd - arm_y * t_6rmt4) * t_eah32,
+            0.0,
+            0.0,
+            0.0,
+            t_j6wsb,
+            0.0,
+            0.0,
+            -(wheels * t_lfdce),
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            t_j6wsb,
+            0.0,
+            0.0,
+            -(wheels * t_uh5nx),
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            t_j6wsb,
+            0.0,
+            0.0,
+            -(wheels * t_bmggw),
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+        ))
 
 
 def jac_u(x, u, p):
     """Jacobian of rhs with respect to u, row by row: (x, u, p) -> J."""
     x, u, p = _arrays(x, u, p)
     with np.errstate(all="ignore"):
-        v9 = -p[..., 10]
-        return (lambda J: J.reshape(*J.shape[:-1], 10, 3))(_vector(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0 / p[..., 0], 0.0, 0.0, 0.0, 1.0 / p[..., 1], 0.0, 0.0, 0.0, 1.0 / p[..., 2], v9, 0.0, 0.0, 0.0, v9, 0.0, 0.0, 0.0, v9, 0.0, 0.0, 0.0))
+        I_x = p[..., 0]
+        I_y = p[..., 1]
+        I_z = p[..., 2]
+        wheels = p[..., 10]
+        t_qzfcv = -wheels
+        return (lambda J: J.reshape(*J.shape[:-1], 10, 3))(_vector(
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            1.0 / I_x,
+            0.0,
+            0.0,
+            0.0,
+            1.0 / I_y,
+            0.0,
+            0.0,
+            0.0,
+            1.0 / I_z,
+            t_qzfcv,
+            0.0,
+            0.0,
+            0.0,
+            t_qzfcv,
+            0.0,
+            0.0,
+            0.0,
+            t_qzfcv,
+            0.0,
+            0.0,
+            0.0,
+        ))
 
 
 def jvp(x, u, p, along_x, along_u):
     """Change of rhs along a change of x and u: (x, u, p, along_x, along_u) -> change."""
     x, u, p, along_x, along_u = _arrays(x, u, p, along_x, along_u)
     with np.errstate(all="ignore"):
-        s3, c3 = np.sin(x[..., 1]), np.cos(x[..., 1])
-        s5, c5 = np.sin(x[..., 2]), np.cos(x[..., 2])
-        v7 = c5 * along_x[..., 2]
-        v12 = s3 * along_x[..., 1]
-        v14 = c3 * v7 - s5 * v12
-        s18, c18 = np.sin(x[..., 0]), np.cos(x[..., 0])
-        v20 = 1.0 / c3
-        v21 = s18 * v20
-        v24 = c5 * c18
-        v25 = s5 * s18
-        v29 = x[..., 4] + (v24 + s3 * v25) * p[..., 6]
-        v31 = c3 * along_x[..., 1]
-        v34 = c18 * along_x[..., 0]
-        v44 = s18 * v7 + s5 * v34
-        v47 = s5 * along_x[..., 2]
-        v49 = s18 * along_x[..., 0]
-        v51 = c18 * v47 + c5 * v49
-        v52 = v25 * v31 + s3 * v44 - v51
-        v54 = along_x[..., 4] + p[..., 6] * v52
-        v56 = v29 * (v34 * v20 + v21 * v20 * v12) + v21 * v54
-        v60 = c18 * v20
-        v62 = s5 * c18
-        v64 = c5 * s18
-        v67 = x[..., 5] + (s3 * v62 - v64) * p[..., 6]
-        v79 = c18 * v7 - s5 * v49
-        v84 = c5 * v34 - s18 * v47
-        v85 = v62 * v31 + s3 * v79 - v84
-        v87 = along_x[..., 5] + p[..., 6] * v85
-        v89 = v67 * (v60 * v20 * v12 - v49 * v20) + v60 * v87
-        v92 = along_x[..., 3] + p[..., 6] * v14 + (v21 * v29 * v31 + s3 * v56) + (v60 * v67 * v31 + s3 * v89)
-        s103, c103 = np.sin(x[..., 9]), np.cos(x[..., 9])
-        v106 = p[..., 7] * p[..., 7]
-        v108 = p[..., 17] / (p[..., 7] * v106)
-        s110, c110 = np.sin(p[..., 8]), np.cos(p[..., 8])
-        v111 = v108 * s110
-        v112 = c103 * v111
-        v116 = v44 + (v24 * v31 - s3 * v51)
-        v119 = v25 + s3 * v24
-        v123 = v111 * (s103 * along_x[..., 9])
-        v127 = v108 * c110
-        v130 = c3 * c18
-        v131 = v111 + v111
-        v133 = v131 * (c103 * along_x[..., 9])
-        v135 = v131 * s103
-        v138 = c18 * v12 + c3 * v49
-        v141 = v112 * v116 - v119 * v123 - v127 * v85 + (v130 * v133 - v135 * v138)
-        v149 = p[..., 20] * p[..., 24] * (1.0 + p[..., 25])
-        s151, c151 = np.sin(p[..., 27]), np.cos(p[..., 27])
-        v153 = x[..., 9] - p[..., 26]
-        s154, c154 = np.sin(v153), np.cos(v153)
-        v157 = v149 * (c151 * (c154 * along_x[..., 9]))
-        v163 = p[..., 6] * p[..., 6]
-        v171 = v149 * (c151 * s154) - 0.5 * v163 * p[..., 18] * p[..., 20] * p[..., 19] * v106
-        v175 = v149 * s151
-        v180 = v149 * (c151 * (s154 * along_x[..., 9]))
-        v183 = v149 * (c151 * c154)
-        v186 = v119 * v157 + v171 * v116 + v175 * v85 - (v130 * v180 + v183 * v138)
-        v193 = v64 * v31 + s3 * v84 - v79
-        v196 = s3 * v64 - v62
-        v201 = c3 * s18
-        v205 = c3 * v34 - s18 * v12
-        v208 = v112 * v193 - v196 * v123 - v127 * v52 + (v201 * v133 + v135 * v205)
-        v220 = v196 * v157 + v171 * v193 + v175 * v52 + (v183 * v205 - v201 * v180)
-        v222 = p[..., 15] * v141 + p[..., 22] * v186 - p[..., 16] * v208 - p[..., 23] * v220
-        v228 = p[..., 2] + p[..., 5]
-        v229 = p[..., 1] + p[..., 4] - v228
-        v231 = 3.0 * v163
-        v232 = v231 * v130
-        v235 = v231 * v138
-        v243 = p[..., 13] * p[..., 10]
-        v249 = along_u[..., 0] + v243 * (along_x[..., 6] / p[..., 3] - along_x[..., 3])
-        v253 = along_x[..., 7] + p[..., 1] * along_x[..., 4]
-        v257 = x[..., 7] + x[..., 4] * p[..., 1]
-        v260 = v222 - (v229 * v232 * v205 - v201 * (v229 * v235)) + v249 + (x[..., 5] * v253 + v257 * along_x[..., 5])
-        v263 = along_x[..., 8] + p[..., 2] * along_x[..., 5]
-        v267 = x[..., 8] + x[..., 5] * p[..., 2]
-        v273 = c3 * c5
-        v277 = c5 * v12 + c3 * v47
-        v285 = v273 * v157 - v171 * v277 + v175 * v14 - (v183 * v31 - s3 * v180)
-        v295 = v273 * v123 + v112 * v277 + v127 * v14 + (s3 * v133 + v135 * v31)
-        v303 = p[..., 23] * v285 - p[..., 16] * v295 - p[..., 14] * v141 - p[..., 21] * v186
-        v304 = p[..., 0] + p[..., 3]
-        v315 = along_u[..., 1] + v243 * (along_x[..., 7] / p[..., 4] - along_x[..., 4])
-        v321 = v303 - (v304 - v228) * (v232 * v31 - s3 * v235) + v315 + (x[..., 3] * v263 + v267 * along_x[..., 3])
-        v323 = along_x[..., 6] + p[..., 0] * along_x[..., 3]
-        v327 = x[..., 6] + x[..., 3] * p[..., 0]
-        v338 = p[..., 14] * v208 + p[..., 21] * v220 + p[..., 15] * v295 - p[..., 22] * v285
-        v343 = -3.0 * v163 * (v304 - p[..., 1] - p[..., 4])
-        v354 = along_u[..., 2] + v243 * (along_x[..., 8] / p[..., 5] - along_x[..., 5])
-        v359 = v338 - (v201 * (v343 * v31) + v343 * s3 * v205) + v354 + (x[..., 4] * v323 + v327 * along_x[..., 4])
-        return _vector(v92, c18 * v54 - v29 * v49 - (v67 * v34 + s18 * v87), v56 + v89, (v260 - (x[..., 4] * v263 + v267 * along_x[..., 4])) / p[..., 0], (v321 - (x[..., 5] * v323 + v327 * along_x[..., 5])) / p[..., 1], (v359 - (x[..., 3] * v253 + v257 * along_x[..., 3])) / p[..., 2], -(p[..., 10] * v249), -(p[..., 10] * v315), -(p[..., 10] * v354), 0.0)
+        roll = x[..., 0]
+        pitch = x[..., 1]
+        yaw = x[..., 2]
+        wx = x[..., 3]
+        wy = x[..., 4]
+        wz = x[..., 5]
+        hx = x[..., 6]
+        hy = x[..., 7]
+        hz = x[..., 8]
+        latitude = x[..., 9]
+        I_x = p[..., 0]
+        I_y = p[..., 1]
+        I_z = p[..., 2]
+        Iw_x = p[..., 3]
+        Iw_y = p[..., 4]
+        Iw_z = p[..., 5]
+        omega0 = p[..., 6]
+        orbit_radius = p[..., 7]
+        inclination = p[..., 8]
+        wheels = p[..., 10]
+        wheel_friction = p[..., 13]
+        dipole_x = p[..., 14]
+        dipole_y = p[..., 15]
+        dipole_z = p[..., 16]
+        field_moment = p[..., 17]
+        air_density = p[..., 18]
+        drag_coefficient = p[..., 19]
+        area = p[..., 20]
+        arm_x = p[..., 21]
+        arm_y = p[..., 22]
+        arm_z = p[..., 23]
+        solar_pressure = p[..., 24]
+        reflectance = p[..., 25]
+        sun_latitude = p[..., 26]
+        sun_elevation = p[..., 27]
+        along_roll = along_x[..., 0]
+        along_pitch = along_x[..., 1]
+        along_yaw = along_x[..., 2]
+        along_wx = along_x[..., 3]
+        along_wy = along_x[..., 4]
+        along_wz = along_x[..., 5]
+        along_hx = along_x[..., 6]
+        along_hy = along_x[..., 7]
+        along_hz = along_x[..., 8]
+        along_latitude = along_x[..., 9]
+        along_Tx = along_u[..., 0]
+        along_Ty = along_u[..., 1]
+        along_Tz = along_u[..., 2]
+        sin_pitch, cos_pitch = np.sin(pitch), np.cos(pitch)
+        sin_yaw, cos_yaw = np.sin(yaw), np.cos(yaw)
+        C11 = cos_pitch * cos_yaw  # (3)
+        sin_roll, cos_roll = np.sin(roll), np.cos(roll)
+        t_yxoxk = cos_yaw * sin_roll
+        t_jt2xw = sin_yaw * cos_roll
+        C21 = sin_pitch * t_yxoxk - t_jt2xw  # (3)
+        t_fdgli = cos_yaw * cos_roll
+        t_wcbyi = sin_yaw * sin_roll
+        C22 = t_fdgli + sin_pitch * t_wcbyi  # (3)
+        C23 = cos_pitch * sin_roll  # (3)
+        C31 = t_wcbyi + sin_pitch * t_fdgli  # (3)
+        C32 = sin_pitch * t_jt2xw - t_yxoxk  # (3)
+        C33 = cos_pitch * cos_roll  # (3)
+        rate_y = wy + C22 * omega0  # (4)
+        rate_z = wz + C32 * omega0  # (4)
+        t_xcu2m = omega0 * omega0
+        t_woyh3 = orbit_radius * orbit_radius
+        F_air = 0.5 * t_xcu2m * air_density * area * drag_coefficient * t_woyh3
+        sin_latitude, cos_latitude = np.sin(latitude), np.cos(latitude)
+        t_ph4ov = field_moment / (orbit_radius * t_woyh3)
+        sin_inclination, cos_inclination = np.sin(inclination), np.cos(inclination)
+        t_mt3zp = t_ph4ov * sin_inclination
+        B_x = cos_latitude * t_mt3zp
+        t_vpxty = t_mt3zp + t_mt3zp
+        B_z = t_vpxty * sin_latitude
+        t_5icb4 = cos_yaw * along_yaw
+        t_xy2yy = sin_pitch * along_pitch
+        t_gaz2e = cos_pitch * t_5icb4 - sin_yaw * t_xy2yy
+        t_ksn4u = 1.0 / cos_pitch
+        t_l3vet = sin_roll * t_ksn4u
+        t_dfbbp = cos_pitch * along_pitch
+        t_nfkgj = cos_roll * along_roll
+        t_77cpe = sin_roll * t_5icb4 + sin_yaw * t_nfkgj
+        t_7f7mz = sin_yaw * along_yaw
+        t_bbfxd = sin_roll * along_roll
+        t_t5j4l = cos_roll * t_7f7mz + cos_yaw * t_bbfxd
+        t_fut3b = t_wcbyi * t_dfbbp + sin_pitch * t_77cpe - t_t5j4l
+        t_iw7jh = along_wy + omega0 * t_fut3b
+        t_ho4wi = rate_y * (t_nfkgj * t_ksn4u + t_l3vet * t_ksn4u * t_xy2yy) + t_l3vet * t_iw7jh
+        t_k5hl2 = cos_roll * t_ksn4u
+        t_xn3as = cos_roll * t_5icb4 - sin_yaw * t_bbfxd
+        t_r7mwo = cos_yaw * t_nfkgj - sin_roll * t_7f7mz
+        t_p66sm = t_jt2xw * t_dfbbp + sin_pitch * t_xn3as - t_r7mwo
+        t_wkarc = along_wz + omega0 * t_p66sm
+        t_snkug = rate_z * (t_k5hl2 * t_ksn4u * t_xy2yy - t_bbfxd * t_ksn4u) + t_k5hl2 * t_wkarc
+        t_3yubc = t_77cpe + (t_fdgli * t_dfbbp - sin_pitch * t_t5j4l)
+        t_dj3d2 = t_mt3zp * (sin_latitude * along_latitude)
+        t_xdhrg = t_ph4ov * cos_inclination
+        t_vor3r = t_vpxty * (cos_latitude * along_latitude)
+        t_duf4v = cos_roll * t_xy2yy + cos_pitch * t_bbfxd
+        t_6xcun = (
+            B_x * t_3yubc
+            - C31 * t_dj3d2
+            - t_xdhrg * t_p66sm
+            + (C33 * t_vor3r - B_z * t_duf4v)
+        )
+        t_o4eym = area * solar_pressure * (1.0 + reflectance)
+        sin_sun_elevation, cos_sun_elevation = np.sin(sun_elevation), np.cos(sun_elevation)
+        t_cbxhz = latitude - sun_latitude
+        sin_t_cbxhz, cos_t_cbxhz = np.sin(t_cbxhz), np.cos(t_cbxhz)
+        t_4d2hq = t_o4eym * (cos_sun_elevation * (cos_t_cbxhz * along_latitude))
+        t_gegnr = t_o4eym * (cos_sun_elevation * sin_t_cbxhz) - F_air
+        t_cokzx = t_o4eym * sin_sun_elevation
+        t_axqw3 = t_o4eym * (cos_sun_elevation * (sin_t_cbxhz * along_latitude))
+        t_cw7a6 = t_o4eym * (cos_sun_elevation * cos_t_cbxhz)
+        t_rvw4l = (
+            C31 * t_4d2hq
+            + t_gegnr * t_3yubc
+            + t_cokzx * t_p66sm
+            - (C33 * t_axqw3 + t_cw7a6 * t_duf4v)
+        )
+        t_yn6iw = t_yxoxk * t_dfbbp + sin_pitch * t_r7mwo - t_xn3as
+        t_e5eec = cos_pitch * t_nfkgj - sin_roll * t_xy2yy
+        t_65wn2 = (
+            B_x * t_yn6iw
+            - C21 * t_dj3d2
+            - t_xdhrg * t_fut3b
+            + (C23 * t_vor3r + B_z * t_e5eec)
+        )
+        t_hzhrp = (
+            C21 * t_4d2hq
+            + t_gegnr * t_yn6iw
+            + t_cokzx * t_fut3b
+            + (t_cw7a6 * t_e5eec - C23 * t_axqw3)
+        )
+        t_dukwy = I_z + Iw_z
+        t_bcmgw = I_y + Iw_y - t_dukwy
+        t_xcu2m_2 = 3.0 * t_xcu2m
+        t_asvi2 = t_xcu2m_2 * C33
+        t_qilnn = t_xcu2m_2 * t_duf4v
+        t_n5ucq = wheel_friction * wheels
+        t_h3squ = along_Tx + t_n5ucq * (along_hx / Iw_x - along_wx)
+        t_c24zs = along_hy + I_y * along_wy
+        t_rud4r = hy + wy * I_y
+        t_mrqlo = along_hz + I_z * along_wz
+        t_2fuj5 = hz + wz * I_z
+        t_wdz2l = (
+            dipole_y * t_6xcun
+            + arm_y * t_rvw4l
+            - dipole_z * t_65wn2
+            - arm_z * t_hzhrp
+            - (t_bcmgw * t_asvi2 * t_e5eec - C23 * (t_bcmgw * t_qilnn))
+            + t_h3squ
+            + (wz * t_c24zs + t_rud4r * along_wz)
+            - (wy * t_mrqlo + t_2fuj5 * along_wy)
+        )
+        t_3yawc = cos_yaw * t_xy2yy + cos_pitch * t_7f7mz
+        t_lshsg = (
+            C11 * t_4d2hq
+            - t_gegnr * t_3yawc
+            + t_cokzx * t_gaz2e
+            - (t_cw7a6 * t_dfbbp - sin_pitch * t_axqw3)
+        )
+        t_ouh2h = (
+            C11 * t_dj3d2
+            + B_x * t_3yawc
+            + t_xdhrg * t_gaz2e
+            + (sin_pitch * t_vor3r + B_z * t_dfbbp)
+        )
+        t_l4gxo = I_x + Iw_x
+        t_dokbx = along_Ty + t_n5ucq * (along_hy / Iw_y - along_wy)
+        t_tzx3r = along_hx + I_x * along_wx
+        t_id7q2 = hx + wx * I_x
+        t_oacis = (
+            arm_z * t_lshsg
+            - dipole_z * t_ouh2h
+            - dipole_x * t_6xcun
+            - arm_x * t_rvw4l
+            - (t_l4gxo - t_dukwy) * (t_asvi2 * t_dfbbp - sin_pitch * t_qilnn)
+            + t_dokbx
+            + (wx * t_mrqlo + t_2fuj5 * along_wx)
+            - (wz * t_tzx3r + t_id7q2 * along_wz)
+        )
+        t_wa4l3 = -3.0 * t_xcu2m * (t_l4gxo - I_y - Iw_y)
+        t_k4pse = along_Tz + t_n5ucq * (along_hz / Iw_z - along_wz)
+        t_pslfk = (
+            dipole_x * t_65wn2
+            + arm_x * t_hzhrp
+            + dipole_y * t_ouh2h
+            - arm_y * t_lshsg
+            - (C23 * (t_wa4l3 * t_dfbbp) + t_wa4l3 * sin_pitch * t_e5eec)
+            + t_k4pse
+            + (wy * t_tzx3r + t_id7q2 * along_wy)
+            - (wx * t_c24zs + t_rud4r * along_wx)
+        )
+        return _vector(
+            along_wx
+                + omega0 * t_gaz2e
+                + (t_l3vet * rate_y * t_dfbbp + sin_pitch * t_ho4wi)
+                + (t_k5hl2 * rate_z * t_dfbbp + sin_pitch * t_snkug),
+            cos_roll * t_iw7jh - rate_y * t_bbfxd - (rate_z * t_nfkgj + sin_roll * t_wkarc),
+            t_ho4wi + t_snkug,
+            t_wdz2l / I_x,
+            t_oacis / I_y,
+            t_pslfk / I_z,
+            -(wheels * t_h3squ),
+            -(wheels * t_dokbx),
+            -(wheels * t_k4pse),
+            0.0,
+        )
 
 
 def outputs_jac(x, u, r, p):
     """Jacobian of outputs with respect to x, u and r, row by row: (x, u, r, p) -> J_x, J_u, J_r."""
     x, u, r, p = _arrays(x, u, r, p)
     with np.errstate(all="ignore"):
-        s4, c4 = np.sin(x[..., 2]), np.cos(x[..., 2])
-        s6, c6 = np.sin(x[..., 1]), np.cos(x[..., 1])
-        v7 = s4 * s6
-        v12 = c6 * c4
-        s15, c15 = np.sin(x[..., 0]), np.cos(x[..., 0])
-        v16 = s4 * c15
-        v19 = c4 * s15
-        v20 = s6 * v16 - v19
-        v22 = s4 * s15
-        v23 = v22 * c6
-        v25 = s15 * c4
-        v27 = c15 * s4
-        v28 = s6 * v25 - v27
-        v31 = c4 * c15
-        v32 = s6 * v22 + v31
-        v35 = v16 * c6
-        v37 = c15 * c4
-        v39 = s15 * s4
-        v40 = s6 * v37 + v39
-        s51, c51 = np.sin(x[..., 9]), np.cos(x[..., 9])
-        v54 = p[..., 7] * p[..., 7]
-        v56 = p[..., 17] / (p[..., 7] * v54)
-        s58, c58 = np.sin(p[..., 8]), np.cos(p[..., 8])
-        v59 = v56 * s58
-        v60 = c51 * v59
-        v61 = s6 * v19
-        v62 = v16 - v61
-        v65 = v56 * c58
-        v68 = v59 + v59
-        v70 = v68 * s51
-        v71 = c6 * s15
-        v73 = v60 * v62 + v65 * v32 - v70 * v71
-        v81 = p[..., 20] * p[..., 24] * (1.0 + p[..., 25])
-        s83, c83 = np.sin(p[..., 27]), np.cos(p[..., 27])
-        v85 = x[..., 9] - p[..., 26]
-        s86, c86 = np.sin(v85), np.cos(v85)
-        v88 = v81 * (c83 * s86)
-        v97 = 0.5 * (p[..., 6] * p[..., 6]) * p[..., 18] * p[..., 20] * p[..., 19] * v54
-        v98 = v88 - v97
-        v101 = v81 * s83
-        v106 = v81 * (c83 * c86)
-        v108 = v98 * v62 - v101 * v32 - v106 * v71
-        v112 = s6 * v31
-        v113 = v112 + v22
-        v117 = c6 * c15
-        v119 = v60 * v113 - v65 * v20 + v70 * v117
-        v127 = v98 * v113 + v101 * v20 + v106 * v117
-        v129 = p[..., 15] * v73 + p[..., 22] * v108 - p[..., 16] * v119 - p[..., 23] * v127
-        v130 = v31 * c6
-        v134 = c15 * s6
-        v136 = v60 * v130 - v65 * v35 - v70 * v134
-        v142 = v98 * v130 + v101 * v35 - v106 * v134
-        v145 = v19 * c6
-        v149 = s15 * s6
-        v151 = v60 * v145 - v65 * v23 - v70 * v149
-        v158 = v98 * v145 + v101 * v23 - v106 * v149
-        v160 = p[..., 15] * v136 + p[..., 22] * v142 - p[..., 16] * v151 - p[..., 23] * v158
-        v162 = v25 - s6 * v27
-        v165 = v60 * v162 - v65 * v40
-        v169 = v98 * v162 + v101 * v40
-        v173 = s6 * v39 + v37
-        v176 = v60 * v173 + v65 * v28
-        v181 = v101 * v28 - v98 * v173
-        v183 = p[..., 15] * v165 + p[..., 22] * v169 + p[..., 16] * v176 - p[..., 23] * v181
-        v184 = v68 * c51
-        v186 = v22 + v112
-        v187 = v59 * s51
-        v189 = v117 * v184 - v186 * v187
-        v193 = v186 * v106 - v117 * v88
-        v197 = v61 - v16
-        v199 = v71 * v184 - v197 * v187
-        v204 = v197 * v106 - v71 * v88
-        v206 = p[..., 15] * v189 + p[..., 22] * v193 - p[..., 16] * v199 - p[..., 23] * v204
-        v214 = c4 * s6
-        v218 = v65 * v7 - v60 * v214 - v70 * c6
-        v224 = v98 * v214 + v101 * v7 + v106 * c6
-        v230 = p[..., 16] * v218 - p[..., 23] * v224 - p[..., 14] * v136 - p[..., 21] * v142
-        v232 = c6 * s4
-        v234 = v101 * v12 - v98 * v232
-        v238 = v60 * v232 + v65 * v12
-        v244 = p[..., 23] * v234 - p[..., 16] * v238 - p[..., 14] * v165 - p[..., 21] * v169
-        v247 = v12 * v106 + s6 * v88
-        v251 = v12 * v187 + s6 * v184
-        v257 = p[..., 23] * v247 - p[..., 16] * v251 - p[..., 14] * v189 - p[..., 21] * v193
-        v267 = p[..., 14] * v151 + p[..., 21] * v158 - p[..., 15] * v218 + p[..., 22] * v224
-        v274 = p[..., 21] * v181 - p[..., 14] * v176 + p[..., 15] * v238 - p[..., 22] * v234
-        v281 = p[..., 14] * v199 + p[..., 21] * v204 + p[..., 15] * v251 - p[..., 22] * v247
-        return (lambda J: J.reshape(*J.shape[:-1], 15, 10))(_vector(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -(p[..., 6] * v7), p[..., 6] * v12, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, p[..., 6] * v20, p[..., 6] * v23, p[..., 6] * v28, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, -(p[..., 6] * v32), p[..., 6] * v35, p[..., 6] * v40, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 1.0 / p[..., 3], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 1.0 / p[..., 4], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 1.0 / p[..., 5], 0.0, v129, v160, v183, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, v206, -(p[..., 14] * v73 + p[..., 21] * v108), v230, v244, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, v257, p[..., 14] * v119 + p[..., 21] * v127, v267, v274, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, v281)), (lambda J: J.reshape(*J.shape[:-1], 15, 3))(_vector(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)), (lambda J: J.reshape(*J.shape[:-1], 15, 3))(_vector(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, -1.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+        roll = x[..., 0]
+        pitch = x[..., 1]
+        yaw = x[..., 2]
+        latitude = x[..., 9]
+        Iw_x = p[..., 3]
+        Iw_y = p[..., 4]
+        Iw_z = p[..., 5]
+        omega0 = p[..., 6]
+        orbit_radius = p[..., 7]
+        inclination = p[..., 8]
+        dipole_x = p[..., 14]
+        dipole_y = p[..., 15]
+        dipole_z = p[..., 16]
+        field_moment = p[..., 17]
+        air_density = p[..., 18]
+        drag_coefficient = p[..., 19]
+        area = p[..., 20]
+        arm_x = p[..., 21]
+        arm_y = p[..., 22]
+        arm_z = p[..., 23]
+        solar_pressure = p[..., 24]
+        reflectance = p[..., 25]
+        sun_latitude = p[..., 26]
+        sun_elevation = p[..., 27]
+        sin_pitch, cos_pitch = np.sin(pitch), np.cos(pitch)
+        sin_yaw, cos_yaw = np.sin(yaw), np.cos(yaw)
+        C11 = cos_pitch * cos_yaw  # (3)
+        C12 = cos_pitch * sin_yaw  # (3)
+        sin_roll, cos_roll = np.sin(roll), np.cos(roll)
+        t_yxoxk = sin_roll * cos_yaw
+        t_jt2xw = cos_roll * sin_yaw
+        C21 = sin_pitch * t_yxoxk - t_jt2xw  # (3)
+        t_wcbyi = sin_yaw * sin_roll
+        t_fdgli = cos_yaw * cos_roll
+        C22 = sin_pitch * t_wcbyi + t_fdgli  # (3)
+        C23 = cos_pitch * sin_roll  # (3)
+        t_fdgli_2 = cos_roll * cos_yaw
+        t_wcbyi_2 = sin_roll * sin_yaw
+        C31 = sin_pitch * t_fdgli_2 + t_wcbyi_2  # (3)
+        t_jt2xw_2 = sin_yaw * cos_roll
+        t_yxoxk_2 = cos_yaw * sin_roll
+        C32 = sin_pitch * t_jt2xw_2 - t_yxoxk_2  # (3)
+        C33 = cos_pitch * cos_roll  # (3)
+        t_woyh3 = orbit_radius * orbit_radius
+        F_air = 0.5 * (omega0 * omega0) * air_density * area * drag_coefficient * t_woyh3
+        t_o4eym = area * solar_pressure * (1.0 + reflectance)
+        sin_sun_elevation, cos_sun_elevation = np.sin(sun_elevation), np.cos(sun_elevation)
+        t_cbxhz = latitude - sun_latitude
+        sin_t_cbxhz, cos_t_cbxhz = np.sin(t_cbxhz), np.cos(t_cbxhz)
+        t_w63c6 = t_o4eym * (cos_sun_elevation * sin_t_cbxhz)
+        t_e7ljy = t_w63c6 - F_air
+        t_q5gsa = sin_pitch * t_fdgli
+        t_pvagg = t_q5gsa + t_wcbyi
+        t_cokzx = t_o4eym * sin_sun_elevation
+        t_cw7a6 = t_o4eym * (cos_sun_elevation * cos_t_cbxhz)
+        F_z = t_e7ljy * t_pvagg + t_cokzx * C32 + t_cw7a6 * C33
+        sin_latitude, cos_latitude = np.sin(latitude), np.cos(latitude)
+        t_ph4ov = field_moment / (orbit_radius * t_woyh3)
+        sin_inclination, cos_inclination = np.sin(inclination), np.cos(inclination)
+        t_mt3zp = t_ph4ov * sin_inclination
+        B_x = cos_latitude * t_mt3zp
+        t_vpxty = t_mt3zp + t_mt3zp
+        B_z = t_vpxty * sin_latitude
+        t_yzskl = sin_yaw * sin_pitch
+        t_wkmzz = t_wcbyi * cos_pitch
+        t_yuzcg = t_jt2xw_2 * cos_pitch
+        t_i4hmh = sin_pitch * t_yxoxk_2
+        t_4xk5d = t_jt2xw_2 - t_i4hmh
+        t_xdhrg = t_ph4ov * cos_inclination
+        t_qvmnj = B_x * t_4xk5d + t_xdhrg * C22 - B_z * C23
+        t_alsvf = t_e7ljy * t_4xk5d - t_cokzx * C22 - t_cw7a6 * C23
+        t_7s2z4 = B_x * t_pvagg - t_xdhrg * C32 + B_z * C33
+        t_cd6xl = t_fdgli * cos_pitch
+        t_mwkyj = cos_roll * sin_pitch
+        t_tt6x5 = B_x * t_cd6xl - t_xdhrg * t_yuzcg - B_z * t_mwkyj
+        t_y7iwx = t_e7ljy * t_cd6xl + t_cokzx * t_yuzcg - t_cw7a6 * t_mwkyj
+        t_qgn6d = t_yxoxk_2 * cos_pitch
+        t_psgw2 = sin_roll * sin_pitch
+        t_bcmxe = B_x * t_qgn6d - t_xdhrg * t_wkmzz - B_z * t_psgw2
+        t_sa57v = t_e7ljy * t_qgn6d + t_cokzx * t_wkmzz - t_cw7a6 * t_psgw2
+        t_476oe = t_yxoxk - sin_pitch * t_jt2xw
+        t_syvjd = B_x * t_476oe - t_xdhrg * C31
+        t_whbkf = t_e7ljy * t_476oe + t_cokzx * C31
+        t_wg4li = sin_pitch * t_wcbyi_2 + t_fdgli_2
+        t_grzrf = B_x * t_wg4li + t_xdhrg * C21
+        t_pblgh = t_cokzx * C21 - t_e7ljy * t_wg4li
+        t_gwqt4 = t_vpxty * cos_latitude
+        t_pvagg_2 = t_wcbyi + t_q5gsa
+        t_azyle = t_mt3zp * sin_latitude
+        t_vlaah = C33 * t_gwqt4 - t_pvagg_2 * t_azyle
+        t_ius45 = t_pvagg_2 * t_cw7a6 - C33 * t_w63c6
+        t_4xk5d_2 = t_i4hmh - t_jt2xw_2
+        t_4do7k = C23 * t_gwqt4 - t_4xk5d_2 * t_azyle
+        t_dchol = t_4xk5d_2 * t_cw7a6 - C23 * t_w63c6
+        t_uohxy = cos_yaw * sin_pitch
+        t_sdpy6 = t_xdhrg * t_yzskl - B_x * t_uohxy - B_z * cos_pitch
+        t_63k4n = t_e7ljy * t_uohxy + t_cokzx * t_yzskl + t_cw7a6 * cos_pitch
+        t_m2bmb = t_cokzx * C11 - t_e7ljy * C12
+        t_hv7pp = B_x * C12 + t_xdhrg * C11
+        t_6rmt4 = C11 * t_cw7a6 + sin_pitch * t_w63c6
+        t_62fmd = C11 * t_azyle + sin_pitch * t_gwqt4
+        return (lambda J: J.reshape(*J.shape[:-1], 15, 10))(_vector(
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            1.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            1.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            1.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            -(omega0 * t_yzskl),
+            omega0 * C11,
+            1.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            omega0 * C32,
+            omega0 * t_wkmzz,
+            omega0 * C21,
+            0.0,
+            1.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            -(omega0 * C22),
+            omega0 * t_yuzcg,
+            omega0 * C31,
+            0.0,
+            0.0,
+            1.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            -1.0,
+            0.0,
+            0.0,
+            1.0 / Iw_x,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            -1.0,
+            0.0,
+            0.0,
+            1.0 / Iw_y,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            -1.0,
+            0.0,
+            0.0,
+            1.0 / Iw_z,
+            0.0,
+            dipole_y * t_qvmnj + arm_y * t_alsvf - dipole_z * t_7s2z4 - arm_z * F_z,
+            dipole_y * t_tt6x5 + arm_y * t_y7iwx - dipole_z * t_bcmxe - arm_z * t_sa57v,
+            dipole_y * t_syvjd + arm_y * t_whbkf + dipole_z * t_grzrf - arm_z * t_pblgh,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            dipole_y * t_vlaah + arm_y * t_ius45 - dipole_z * t_4do7k - arm_z * t_dchol,
+            -(dipole_x * t_qvmnj + arm_x * t_alsvf),
+            dipole_z * t_sdpy6 - arm_z * t_63k4n - dipole_x * t_tt6x5 - arm_x * t_y7iwx,
+            arm_z * t_m2bmb - dipole_z * t_hv7pp - dipole_x * t_syvjd - arm_x * t_whbkf,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            arm_z * t_6rmt4 - dipole_z * t_62fmd - dipole_x * t_vlaah - arm_x * t_ius45,
+            dipole_x * t_7s2z4 + arm_x * F_z,
+            dipole_x * t_bcmxe + arm_x * t_sa57v - dipole_y * t_sdpy6 + arm_y * t_63k4n,
+            arm_x * t_pblgh - dipole_x * t_grzrf + dipole_y * t_hv7pp - arm_y * t_m2bmb,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            dipole_x * t_4do7k + arm_x * t_dchol + dipole_y * t_62fmd - arm_y * t_6rmt4,
+        )), (lambda J: J.reshape(*J.shape[:-1], 15, 3))(_vector(
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+        )), (lambda J: J.reshape(*J.shape[:-1], 15, 3))(_vector(
+            1.0,
+            0.0,
+            0.0,
+            0.0,
+            1.0,
+            0.0,
+            0.0,
+            0.0,
+            1.0,
+            -1.0,
+            0.0,
+            0.0,
+            0.0,
+            -1.0,
+            0.0,
+            0.0,
+            0.0,
+            -1.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+        ))
 
 
 def jac_p(x, u, p):
     """Jacobian of rhs with respect to p, row by row: (x, u, p) -> J."""
     x, u, p = _arrays(x, u, p)
     with np.errstate(all="ignore"):
-        s2, c2 = np.sin(x[..., 1]), np.cos(x[..., 1])
-        s4, c4 = np.sin(x[..., 2]), np.cos(x[..., 2])
-        s6, c6 = np.sin(x[..., 0]), np.cos(x[..., 0])
-        v7 = s4 * c6
-        v11 = c4 * s6
-        v12 = s2 * v7 - v11
-        v15 = 1.0 / c2
-        v16 = c6 * v15
-        v19 = c4 * c6
-        v20 = s4 * s6
-        v22 = v19 + s2 * v20
-        v23 = s6 * v15
-        v27 = c2 * s4
-        s36, c36 = np.sin(x[..., 9]), np.cos(x[..., 9])
-        v39 = p[..., 7] * p[..., 7]
-        v41 = 1.0 / (p[..., 7] * v39)
-        v42 = p[..., 17] * v41
-        s44, c44 = np.sin(p[..., 8]), np.cos(p[..., 8])
-        v45 = v42 * s44
-        v46 = c36 * v45
-        v48 = v20 + s2 * v19
-        v51 = v42 * c44
-        v56 = (v45 + v45) * s36
-        v57 = c2 * c6
-        v59 = v46 * v48 - v51 * v12 + v56 * v57
-        v64 = p[..., 20] * p[..., 24]
-        v66 = 1.0 + p[..., 25]
-        v67 = v64 * v66
-        s69, c69 = np.sin(p[..., 27]), np.cos(p[..., 27])
-        v71 = x[..., 9] - p[..., 26]
-        s72, c72 = np.sin(v71), np.cos(v71)
-        v73 = c69 * s72
-        v77 = p[..., 6] * p[..., 6]
-        v78 = 0.5 * v77
-        v80 = v78 * p[..., 18]
-        v81 = v80 * p[..., 20]
-        v83 = v81 * p[..., 19]
-        v85 = v67 * v73 - v83 * v39
-        v88 = v67 * s69
-        v92 = c69 * c72
-        v93 = v67 * v92
-        v95 = v85 * v48 + v88 * v12 + v93 * v57
-        v100 = s2 * v11 - v7
-        v104 = c2 * s6
-        v106 = v46 * v100 - v51 * v22 + v56 * v104
-        v114 = v85 * v100 + v88 * v22 + v93 * v104
-        v117 = v59 * p[..., 15] + v95 * p[..., 22] - v106 * p[..., 16] - v114 * p[..., 23]
-        v123 = p[..., 2] + p[..., 5]
-        v124 = p[..., 1] + p[..., 4] - v123
-        v127 = 3.0 * v77 * v57
-        v134 = p[..., 13] * p[..., 10]
-        v137 = 1.0 / p[..., 3]
-        v138 = x[..., 6] * v137
-        v140 = v138 - x[..., 3]
-        v142 = u[..., 0] + v134 * v140
-        v147 = x[..., 7] + x[..., 4] * p[..., 1]
-        v153 = x[..., 8] + x[..., 5] * p[..., 2]
-        v157 = 1.0 / p[..., 0]
-        v158 = (v117 - v124 * v127 * v104 + v142 + v147 * x[..., 5] - v153 * x[..., 4]) * v157
-        v163 = v104 * v157
-        v164 = v127 * v163
-        v169 = v138 * v137
-        v174 = p[..., 6] + p[..., 6]
-        v178 = p[..., 22] * v157
-        v180 = p[..., 23] * v157
-        v182 = v48 * v178 - v100 * v180
-        v183 = v39 * v182
-        v184 = p[..., 19] * v183
-        v185 = p[..., 20] * v184
-        v191 = v42 * v41
-        v192 = p[..., 16] * v157
-        v194 = p[..., 15] * v157
-        v196 = v22 * v192 - v12 * v194
-        v201 = s36 * (v57 * v194 - v104 * v192)
-        v207 = v201 + v201 + c36 * (v48 * v194 - v100 * v192)
-        v209 = c44 * v196 + s44 * v207
-        v210 = v191 * v209
-        v212 = p[..., 7] + p[..., 7]
-        v224 = v140 * v157
-        v237 = v57 * v178 - v104 * v180
-        v241 = v12 * v178 - v22 * v180
-        v245 = v92 * v237 + s69 * v241 + v73 * v182
-        v246 = v66 * v245
-        v255 = v67 * v182
-        v258 = v67 * v237
-        v270 = 1.0 / p[..., 1]
-        v273 = v127 * s2
-        v274 = v273 * v270
-        v277 = c2 * c4
-        v282 = v46 * v277 - v51 * v27 - v56 * s2
-        v288 = v85 * v277 + v88 * v27 - v93 * s2
-        v296 = v282 * p[..., 16] + v288 * p[..., 23] - v59 * p[..., 14] - v95 * p[..., 21]
-        v297 = p[..., 0] + p[..., 3]
-        v298 = v297 - v123
-        v302 = 1.0 / p[..., 4]
-        v303 = x[..., 7] * v302
-        v304 = v303 - x[..., 4]
-        v306 = u[..., 1] + v134 * v304
-        v311 = x[..., 6] + x[..., 3] * p[..., 0]
-        v315 = (v296 - v273 * v298 + v306 + v153 * x[..., 3] - v311 * x[..., 5]) * v270 * v270
-        v321 = v303 * v302
-        v329 = p[..., 23] * v270
-        v331 = p[..., 21] * v270
-        v333 = v277 * v329 - v48 * v331
-        v334 = v39 * v333
-        v335 = p[..., 19] * v334
-        v336 = p[..., 20] * v335
-        v341 = -(v174 * (3.0 * (v57 * (s2 * (v298 * v270))) + 0.5 * (p[..., 18] * v336)))
-        v342 = p[..., 14] * v270
-        v344 = p[..., 16] * v270
-        v346 = v12 * v342 - v27 * v344
-        v352 = -(s36 * (s2 * v344 + v57 * v342))
-        v358 = v352 + v352 + c36 * (v277 * v344 - v48 * v342)
-        v360 = c44 * v346 + s44 * v358
-        v361 = v191 * v360
-        v374 = v304 * v270
-        v387 = v27 * v329 - v12 * v331
-        v391 = s2 * v329 + v57 * v331
-        v395 = s69 * v387 - v92 * v391 + v73 * v333
-        v396 = v66 * v395
-        v405 = v67 * v391
-        v408 = v67 * v333
-        v420 = 1.0 / p[..., 2]
-        v424 = -3.0 * v77
-        v426 = s2 * (v104 * v420)
-        v427 = v424 * v426
-        v438 = v106 * p[..., 14] + v114 * p[..., 21] - v282 * p[..., 15] - v288 * p[..., 22]
-        v440 = v297 - p[..., 1] - p[..., 4]
-        v446 = 1.0 / p[..., 5]
-        v447 = x[..., 8] * v446
-        v448 = v447 - x[..., 5]
-        v450 = u[..., 2] + v134 * v448
-        v455 = v438 - v424 * v440 * s2 * v104 + v450 + v311 * x[..., 4] - v147 * x[..., 3]
-        v460 = v447 * v446
-        v466 = p[..., 21] * v420
-        v468 = p[..., 22] * v420
-        v470 = v100 * v466 - v277 * v468
-        v471 = v39 * v470
-        v472 = p[..., 19] * v471
-        v473 = p[..., 20] * v472
-        v479 = p[..., 15] * v420
-        v481 = p[..., 14] * v420
-        v483 = v27 * v479 - v22 * v481
-        v488 = s36 * (s2 * v479 + v104 * v481)
-        v494 = v488 + v488 + c36 * (v100 * v481 - v277 * v479)
-        v496 = c44 * v483 + s44 * v494
-        v497 = v191 * v496
-        v510 = v448 * v420
-        v523 = s2 * v468 + v104 * v466
-        v527 = v22 * v466 - v27 * v468
-        v531 = v92 * v523 + s69 * v527 + v73 * v470
-        v532 = v66 * v531
-        v541 = v67 * v470
-        v544 = v67 * v523
-        v556 = v134 * p[..., 10]
-        v558 = v140 * p[..., 10]
-        v565 = v304 * p[..., 10]
-        v572 = v448 * p[..., 10]
-        return (lambda J: J.reshape(*J.shape[:-1], 10, 33))(_vector(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, v12 * (v16 * s2) + v22 * (v23 * s2) + v27, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, v22 * c6 - v12 * s6, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, v12 * v16 + v22 * v23, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -(v158 * v157), x[..., 4] * (x[..., 5] * v157) - v164, v164 - x[..., 5] * (x[..., 4] * v157), -(v169 * (v134 * v157)), -v164, v164, -(v174 * (3.0 * (v57 * (v124 * v163)) + 0.5 * (p[..., 18] * v185))), -(v39 * v210 + v212 * (v83 * v182 + p[..., 7] * v210)), c44 * (v42 * v207) - s44 * (v42 * v196), 0.0, p[..., 13] * v224, 0.0, 0.0, p[..., 10] * v224, 0.0, v59 * v157, -(v106 * v157), v209 * v41, -(v78 * v185), -(v81 * v183), p[..., 24] * v246 - v80 * v184, 0.0, v95 * v157, -(v114 * v157), p[..., 20] * v246, v64 * v245, -(c72 * (c69 * v255) - s72 * (c69 * v258)), c69 * (v67 * v241) - s69 * (c72 * v258 + s72 * v255), 0.0, 0.0, 0.0, 0.0, 0.0, -(x[..., 3] * (x[..., 5] * v270) + v274), -v315, x[..., 5] * (x[..., 3] * v270) + v274, -v274, -(v321 * (v134 * v270)), v274, v341, -(v39 * v361 + v212 * (v83 * v333 + p[..., 7] * v361)), c44 * (v42 * v358) - s44 * (v42 * v346), 0.0, p[..., 13] * v374, 0.0, 0.0, p[..., 10] * v374, -(v59 * v270), 0.0, v282 * v270, v360 * v41, -(v78 * v336), -(v81 * v334), p[..., 24] * v396 - v80 * v335, -(v95 * v270), 0.0, v288 * v270, p[..., 20] * v396, v64 * v395, -(s72 * (c69 * v405) + c72 * (c69 * v408)), c69 * (v67 * v387) - s69 * (s72 * v408 - c72 * v405), 0.0, 0.0, 0.0, 0.0, 0.0, x[..., 3] * (x[..., 4] * v420) - v427, v427 - x[..., 4] * (x[..., 3] * v420), -(v455 * v420 * v420), -v427, v427, -(v460 * (v134 * v420)), -(v174 * (-3.0 * (v440 * v426) + 0.5 * (p[..., 18] * v473))), -(v39 * v497 + v212 * (v83 * v470 + p[..., 7] * v497)), c44 * (v42 * v494) - s44 * (v42 * v483), 0.0, p[..., 13] * v510, 0.0, 0.0, p[..., 10] * v510, v106 * v420, -(v282 * v420), 0.0, v496 * v41, -(v78 * v473), -(v81 * v471), p[..., 24] * v532 - v80 * v472, v114 * v420, -(v288 * v420), 0.0, p[..., 20] * v532, v64 * v531, -(c72 * (c69 * v541) - s72 * (c69 * v544)), c69 * (v67 * v527) - s69 * (c72 * v544 + s72 * v541), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, v169 * v556, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -(v142 + p[..., 13] * v558), 0.0, 0.0, -(p[..., 10] * v558), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, v321 * v556, 0.0, 0.0, 0.0, 0.0, 0.0, -(v306 + p[..., 13] * v565), 0.0, 0.0, -(p[..., 10] * v565), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, v460 * v556, 0.0, 0.0, 0.0, 0.0, -(v450 + p[..., 13] * v572), 0.0, 0.0, -(p[..., 10] * v572), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+        roll = x[..., 0]
+        pitch = x[..., 1]
+        yaw = x[..., 2]
+        wx = x[..., 3]
+        wy = x[..., 4]
+        wz = x[..., 5]
+        hx = x[..., 6]
+        hy = x[..., 7]
+        hz = x[..., 8]
+        latitude = x[..., 9]
+        Tx = u[..., 0]
+        Ty = u[..., 1]
+        Tz = u[..., 2]
+        I_x = p[..., 0]
+        I_y = p[..., 1]
+        I_z = p[..., 2]
+        Iw_x = p[..., 3]
+        Iw_y = p[..., 4]
+        Iw_z = p[..., 5]
+        omega0 = p[..., 6]
+        orbit_radius = p[..., 7]
+        inclination = p[..., 8]
+        wheels = p[..., 10]
+        wheel_friction = p[..., 13]
+        dipole_x = p[..., 14]
+        dipole_y = p[..., 15]
+        dipole_z = p[..., 16]
+        field_moment = p[..., 17]
+        air_density = p[..., 18]
+        drag_coefficient = p[..., 19]
+        area = p[..., 20]
+        arm_x = p[..., 21]
+        arm_y = p[..., 22]
+        arm_z = p[..., 23]
+        solar_pressure = p[..., 24]
+        reflectance = p[..., 25]
+        sun_latitude = p[..., 26]
+        sun_elevation = p[..., 27]
+        sin_pitch, cos_pitch = np.sin(pitch), np.cos(pitch)
+        sin_yaw, cos_yaw = np.sin(yaw), np.cos(yaw)
+        C11 = cos_pitch * cos_yaw  # (3)
+        C12 = cos_pitch * sin_yaw  # (3)
+        sin_roll, cos_roll = np.sin(roll), np.cos(roll)
+        t_yxoxk = cos_yaw * sin_roll
+        t_jt2xw = sin_yaw * cos_roll
+        C21 = sin_pitch * t_yxoxk - t_jt2xw  # (3)
+        t_fdgli = cos_yaw * cos_roll
+        t_wcbyi = sin_yaw * sin_roll
+        C22 = t_fdgli + sin_pitch * t_wcbyi  # (3)
+        C23 = cos_pitch * sin_roll  # (3)
+        C31 = t_wcbyi + sin_pitch * t_fdgli  # (3)
+        C32 = sin_pitch * t_jt2xw - t_yxoxk  # (3)
+        C33 = cos_pitch * cos_roll  # (3)
+        t_xcu2m = omega0 * omega0
+        t_xcu2m_2 = 0.5 * t_xcu2m
+        t_74mdg = t_xcu2m_2 * air_density
+        t_33yuw = t_74mdg * area
+        t_ymhak = t_33yuw * drag_coefficient
+        t_woyh3 = orbit_radius * orbit_radius
+        F_air = t_ymhak * t_woyh3
+        t_ntete = area * solar_pressure
+        t_njqbq = 1.0 + reflectance
+        t_4jzgd = t_ntete * t_njqbq
+        sin_sun_elevation, cos_sun_elevation = np.sin(sun_elevation), np.cos(sun_elevation)
+        t_cbxhz = latitude - sun_latitude
+        sin_t_cbxhz, cos_t_cbxhz = np.sin(t_cbxhz), np.cos(t_cbxhz)
+        t_ekgtu = cos_sun_elevation * sin_t_cbxhz
+        t_ecpr6 = t_4jzgd * t_ekgtu - F_air
+        t_yye7w = t_4jzgd * sin_sun_elevation
+        t_ur7gc = cos_sun_elevation * cos_t_cbxhz
+        t_7q2bu = t_4jzgd * t_ur7gc
+        F_x = t_ecpr6 * C11 + t_yye7w * C12 - t_7q2bu * sin_pitch
+        F_y = t_ecpr6 * C21 + t_yye7w * C22 + t_7q2bu * C23
+        F_z = t_ecpr6 * C31 + t_yye7w * C32 + t_7q2bu * C33
+        sin_latitude, cos_latitude = np.sin(latitude), np.cos(latitude)
+        t_u74gp = 1.0 / (orbit_radius * t_woyh3)
+        t_pnzyy = field_moment * t_u74gp
+        sin_inclination, cos_inclination = np.sin(inclination), np.cos(inclination)
+        t_dmyza = t_pnzyy * sin_inclination
+        B_x = cos_latitude * t_dmyza
+        B_z = (t_dmyza + t_dmyza) * sin_latitude
+        t_v7luc = t_pnzyy * cos_inclination
+        t_qfvhg = B_x * C31 - t_v7luc * C32 + B_z * C33
+        t_dtzjw = B_x * C21 - t_v7luc * C22 + B_z * C23
+        Tenv_x = t_qfvhg * dipole_y + F_z * arm_y - t_dtzjw * dipole_z - F_y * arm_z
+        t_3xqfk = B_x * C11 - t_v7luc * C12 - B_z * sin_pitch
+        Tenv_y = t_3xqfk * dipole_z + F_x * arm_z - t_qfvhg * dipole_x - F_z * arm_x
+        Tenv_z = t_dtzjw * dipole_x + F_y * arm_x - t_3xqfk * dipole_y - F_x * arm_y
+        t_kdp4p = 1.0 / Iw_x
+        t_vuxhp = hx * t_kdp4p
+        wheel_x = t_vuxhp - wx
+        t_dd3cp = 1.0 / Iw_y
+        t_ubugg = hy * t_dd3cp
+        wheel_y = t_ubugg - wy
+        t_p2zbo = 1.0 / Iw_z
+        t_fupwl = hz * t_p2zbo
+        wheel_z = t_fupwl - wz
+        t_n5ucq = wheel_friction * wheels
+        Tw_x = Tx + t_n5ucq * wheel_x
+        Tw_y = Ty + t_n5ucq * wheel_y
+        Tw_z = Tz + t_n5ucq * wheel_z
+        t_dukwy = I_z + Iw_z
+        t_bcmgw = I_y + Iw_y - t_dukwy
+        t_asvi2 = 3.0 * t_xcu2m * C33
+        t_rud4r = hy + wy * I_y
+        t_2fuj5 = hz + wz * I_z
+        t_hzpts = (
+            Tenv_x
+            - t_bcmgw * t_asvi2 * C23
+            + Tw_x
+            + t_rud4r * wz
+            - t_2fuj5 * wy
+        )
+        t_wdz5p = 1.0 / I_x
+        wx_rate = t_hzpts * t_wdz5p  # (1)
+        t_ypoyh = t_asvi2 * sin_pitch
+        t_l4gxo = I_x + Iw_x
+        t_viru7 = t_l4gxo - t_dukwy
+        t_id7q2 = hx + wx * I_x
+        t_s2koj = 1.0 / I_y
+        wy_rate = (Tenv_y - t_ypoyh * t_viru7 + Tw_y + t_2fuj5 * wx - t_id7q2 * wz) * t_s2koj  # (1)
+        t_xcu2m_3 = -3.0 * t_xcu2m
+        t_eu5d2 = t_l4gxo - I_y - Iw_y
+        t_dzdsa = (
+            Tenv_z
+            - t_xcu2m_3 * t_eu5d2 * sin_pitch * C23
+            + Tw_z
+            + t_id7q2 * wy
+            - t_rud4r * wx
+        )
+        t_eah32 = 1.0 / I_z
+        wz_rate = t_dzdsa * t_eah32  # (1)
+        t_ksn4u = 1.0 / cos_pitch
+        t_k5hl2 = cos_roll * t_ksn4u
+        t_l3vet = sin_roll * t_ksn4u
+        t_7mmui = C23 * t_wdz5p
+        t_mpksu = t_asvi2 * t_7mmui
+        t_g7ghd = t_vuxhp * t_kdp4p
+        t_nw3nv = omega0 + omega0
+        t_hskb4 = arm_y * t_wdz5p
+        t_bkxr7 = arm_z * t_wdz5p
+        t_65rpu = C31 * t_hskb4 - C21 * t_bkxr7
+        t_ncfix = t_woyh3 * t_65rpu
+        t_v2qkq = drag_coefficient * t_ncfix
+        t_vfl5x = area * t_v2qkq
+        t_eaiiz = t_pnzyy * t_u74gp
+        t_vryl5 = dipole_z * t_wdz5p
+        t_jyjqz = dipole_y * t_wdz5p
+        t_p6db7 = C22 * t_vryl5 - C32 * t_jyjqz
+        t_aw2qj = sin_latitude * (C33 * t_jyjqz - C23 * t_vryl5)
+        t_y534k = t_aw2qj + t_aw2qj + cos_latitude * (C31 * t_jyjqz - C21 * t_vryl5)
+        t_bwukh = cos_inclination * t_p6db7 + sin_inclination * t_y534k
+        t_37oda = t_eaiiz * t_bwukh
+        t_afnx2 = orbit_radius + orbit_radius
+        t_36ame = wheel_x * t_wdz5p
+        t_jvx74 = C33 * t_hskb4 - C23 * t_bkxr7
+        t_vlxe7 = C32 * t_hskb4 - C22 * t_bkxr7
+        t_cxqwf = t_ur7gc * t_jvx74 + sin_sun_elevation * t_vlxe7 + t_ekgtu * t_65rpu
+        t_jan6j = t_njqbq * t_cxqwf
+        t_jxdss = t_4jzgd * t_65rpu
+        t_gl23r = t_4jzgd * t_jvx74
+        t_gdo2h = t_ypoyh * t_s2koj
+        t_yad6h = t_ubugg * t_dd3cp
+        t_btzhi = arm_z * t_s2koj
+        t_hzzgj = arm_x * t_s2koj
+        t_opz5c = C11 * t_btzhi - C31 * t_hzzgj
+        t_tucmm = t_woyh3 * t_opz5c
+        t_yunfo = drag_coefficient * t_tucmm
+        t_vfl5x_2 = area * t_yunfo
+        t_y3otc = t_nw3nv * (3.0 * (C33 * (sin_pitch * (t_viru7 * t_s2koj))) + 0.5 * (air_density * t_vfl5x_2))
+        t_s4eid = dipole_x * t_s2koj
+        t_ea5e5 = dipole_z * t_s2koj
+        t_2isb2 = C32 * t_s4eid - C12 * t_ea5e5
+        t_54rru = -(sin_latitude * (sin_pitch * t_ea5e5 + C33 * t_s4eid))
+        t_537sd = t_54rru + t_54rru + cos_latitude * (C11 * t_ea5e5 - C31 * t_s4eid)
+        t_j2skq = cos_inclination * t_2isb2 + sin_inclination * t_537sd
+        t_i522b = t_eaiiz * t_j2skq
+        t_ugpmh = wheel_y * t_s2koj
+        t_5misd = C12 * t_btzhi - C32 * t_hzzgj
+        t_liwlu = sin_pitch * t_btzhi + C33 * t_hzzgj
+        t_uypxf = sin_sun_elevation * t_5misd - t_ur7gc * t_liwlu + t_ekgtu * t_opz5c
+        t_qgroc = t_njqbq * t_uypxf
+        t_ujlus = t_4jzgd * t_liwlu
+        t_lvcdy = t_4jzgd * t_opz5c
+        t_clsbp = sin_pitch * (C23 * t_eah32)
+        t_c72he = t_xcu2m_3 * t_clsbp
+        t_ebzji = t_fupwl * t_p2zbo
+        t_egxh4 = arm_x * t_eah32
+        t_6x2k3 = arm_y * t_eah32
+        t_kzel7 = C21 * t_egxh4 - C11 * t_6x2k3
+        t_7l34t = t_woyh3 * t_kzel7
+        t_xtbn7 = drag_coefficient * t_7l34t
+        t_vfl5x_3 = area * t_xtbn7
+        t_4uyrv = dipole_y * t_eah32
+        t_jeqfw = dipole_x * t_eah32
+        t_yz32u = C12 * t_4uyrv - C22 * t_jeqfw
+        t_2crdj = sin_latitude * (sin_pitch * t_4uyrv + C23 * t_jeqfw)
+        t_jxpne = t_2crdj + t_2crdj + cos_latitude * (C21 * t_jeqfw - C11 * t_4uyrv)
+        t_2y4y3 = cos_inclination * t_yz32u + sin_inclination * t_jxpne
+        t_cn32v = t_eaiiz * t_2y4y3
+        t_donjv = wheel_z * t_eah32
+        t_5hbjc = sin_pitch * t_6x2k3 + C23 * t_egxh4
+        t_auhzl = C22 * t_egxh4 - C12 * t_6x2k3
+        t_ymlbm = t_ur7gc * t_5hbjc + sin_sun_elevation * t_auhzl + t_ekgtu * t_kzel7
+        t_payzj = t_njqbq * t_ymlbm
+        t_jkfp6 = t_4jzgd * t_kzel7
+        t_v26gl = t_4jzgd * t_5hbjc
+        t_j6wsb = t_n5ucq * wheels
+        t_gdwsk = wheel_x * wheels
+        t_ldv46 = wheel_y * wheels
+        t_pzse7 = wheel_z * wheels
+        return (lambda J: J.reshape(*J.shape[:-1], 10, 33))(_vector(
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            C32 * (t_k5hl2 * sin_pitch) + C22 * (t_l3vet * sin_pitch) + C12,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            C22 * cos_roll - C32 * sin_roll,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            C32 * t_k5hl2 + C22 * t_l3vet,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            -(wx_rate * t_wdz5p),
+            wy * (wz * t_wdz5p) - t_mpksu,
+            t_mpksu - wz * (wy * t_wdz5p),
+            -(t_g7ghd * (t_n5ucq * t_wdz5p)),
+            -t_mpksu,
+            t_mpksu,
+            -(t_nw3nv * (3.0 * (C33 * (t_bcmgw * t_7mmui)) + 0.5 * (air_density * t_vfl5x))),
+            -(t_woyh3 * t_37oda + t_afnx2 * (t_ymhak * t_65rpu + orbit_radius * t_37oda)),
+            cos_inclination * (t_pnzyy * t_y534k) - sin_inclination * (t_pnzyy * t_p6db7),
+            0.0,
+            wheel_friction * t_36ame,
+            0.0,
+            0.0,
+            wheels * t_36ame,
+            0.0,
+            t_qfvhg * t_wdz5p,
+            -(t_dtzjw * t_wdz5p),
+            t_bwukh * t_u74gp,
+            -(t_xcu2m_2 * t_vfl5x),
+            -(t_33yuw * t_ncfix),
+            solar_pressure * t_jan6j - t_74mdg * t_v2qkq,
+            0.0,
+            F_z * t_wdz5p,
+            -(F_y * t_wdz5p),
+            area * t_jan6j,
+            t_ntete * t_cxqwf,
+            -(cos_t_cbxhz * (cos_sun_elevation * t_jxdss) - sin_t_cbxhz * (cos_sun_elevation * t_gl23r)),
+            cos_sun_elevation * (t_4jzgd * t_vlxe7) - sin_sun_elevation * (cos_t_cbxhz * t_gl23r + sin_t_cbxhz * t_jxdss),
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            -(wx * (wz * t_s2koj) + t_gdo2h),
+            -(wy_rate * t_s2koj),
+            wz * (wx * t_s2koj) + t_gdo2h,
+            -t_gdo2h,
+            -(t_yad6h * (t_n5ucq * t_s2koj)),
+            t_gdo2h,
+            -t_y3otc,
+            -(t_woyh3 * t_i522b + t_afnx2 * (t_ymhak * t_opz5c + orbit_radius * t_i522b)),
+            cos_inclination * (t_pnzyy * t_537sd) - sin_inclination * (t_pnzyy * t_2isb2),
+            0.0,
+            wheel_friction * t_ugpmh,
+            0.0,
+            0.0,
+            wheels * t_ugpmh,
+            -(t_qfvhg * t_s2koj),
+            0.0,
+            t_3xqfk * t_s2koj,
+            t_j2skq * t_u74gp,
+            -(t_xcu2m_2 * t_vfl5x_2),
+            -(t_33yuw * t_tucmm),
+            solar_pressure * t_qgroc - t_74mdg * t_yunfo,
+            -(F_z * t_s2koj),
+            0.0,
+            F_x * t_s2koj,
+            area * t_qgroc,
+            t_ntete * t_uypxf,
+            -(sin_t_cbxhz * (cos_sun_elevation * t_ujlus) + cos_t_cbxhz * (cos_sun_elevation * t_lvcdy)),
+            cos_sun_elevation * (t_4jzgd * t_5misd) - sin_sun_elevation * (sin_t_cbxhz * t_lvcdy - cos_t_cbxhz * t_ujlus),
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            wx * (wy * t_eah32) - t_c72he,
+            t_c72he - wy * (wx * t_eah32),
+            -(wz_rate * t_eah32),
+            -t_c72he,
+            t_c72he,
+            -(t_ebzji * (t_n5ucq * t_eah32)),
+            -(t_nw3nv * (-3.0 * (t_eu5d2 * t_clsbp) + 0.5 * (air_density * t_vfl5x_3))),
+            -(t_woyh3 * t_cn32v + t_afnx2 * (t_ymhak * t_kzel7 + orbit_radius * t_cn32v)),
+            cos_inclination * (t_pnzyy * t_jxpne) - sin_inclination * (t_pnzyy * t_yz32u),
+            0.0,
+            wheel_friction * t_donjv,
+            0.0,
+            0.0,
+            wheels * t_donjv,
+            t_dtzjw * t_eah32,
+            -(t_3xqfk * t_eah32),
+            0.0,
+            t_2y4y3 * t_u74gp,
+            -(t_xcu2m_2 * t_vfl5x_3),
+            -(t_33yuw * t_7l34t),
+            solar_pressure * t_payzj - t_74mdg * t_xtbn7,
+            F_y * t_eah32,
+            -(F_x * t_eah32),
+            0.0,
+            area * t_payzj,
+            t_ntete * t_ymlbm,
+            -(cos_t_cbxhz * (cos_sun_elevation * t_jkfp6) - sin_t_cbxhz * (cos_sun_elevation * t_v26gl)),
+            cos_sun_elevation * (t_4jzgd * t_auhzl) - sin_sun_elevation * (cos_t_cbxhz * t_v26gl + sin_t_cbxhz * t_jkfp6),
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            t_g7ghd * t_j6wsb,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            -(Tw_x + wheel_friction * t_gdwsk),
+            0.0,
+            0.0,
+            -(wheels * t_gdwsk),
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            t_yad6h * t_j6wsb,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            -(Tw_y + wheel_friction * t_ldv46),
+            0.0,
+            0.0,
+            -(wheels * t_ldv46),
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            t_ebzji * t_j6wsb,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            -(Tw_z + wheel_friction * t_pzse7),
+            0.0,
+            0.0,
+            -(wheels * t_pzse7),
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            1.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+        ))
 
 
 def outputs_jac_p(x, u, r, p):
     """Jacobian of outputs with respect to p, row by row: (x, u, r, p) -> J_p."""
     x, u, r, p = _arrays(x, u, r, p)
     with np.errstate(all="ignore"):
-        s2, c2 = np.sin(x[..., 1]), np.cos(x[..., 1])
-        s4, c4 = np.sin(x[..., 2]), np.cos(x[..., 2])
-        v5 = c2 * s4
-        s8, c8 = np.sin(x[..., 0]), np.cos(x[..., 0])
-        v9 = c4 * c8
-        v12 = s4 * s8
-        v14 = v9 + s2 * v12
-        v15 = s4 * c8
-        v17 = c4 * s8
-        v18 = s2 * v15 - v17
-        v22 = 1.0 / p[..., 3]
-        v28 = 1.0 / p[..., 4]
-        v34 = 1.0 / p[..., 5]
-        v39 = p[..., 6] + p[..., 6]
-        v45 = p[..., 7] * p[..., 7]
-        v47 = v12 + s2 * v9
-        v51 = s2 * v17 - v15
-        v54 = v47 * p[..., 22] - v51 * p[..., 23]
-        v55 = v45 * v54
-        v56 = p[..., 19] * v55
-        v57 = p[..., 20] * v56
-        v64 = 1.0 / (p[..., 7] * v45)
-        v65 = p[..., 17] * v64
-        v66 = v65 * v64
-        s68, c68 = np.sin(p[..., 8]), np.cos(p[..., 8])
-        v73 = v14 * p[..., 16] - v18 * p[..., 15]
-        s77, c77 = np.sin(x[..., 9]), np.cos(x[..., 9])
-        v78 = c2 * c8
-        v80 = c2 * s8
-        v83 = s77 * (v78 * p[..., 15] - v80 * p[..., 16])
-        v90 = v83 + v83 + c77 * (v47 * p[..., 15] - v51 * p[..., 16])
-        v92 = c68 * v73 + s68 * v90
-        v93 = v66 * v92
-        v95 = p[..., 7] + p[..., 7]
-        v97 = 0.5 * (p[..., 6] * p[..., 6])
-        v98 = v97 * p[..., 18]
-        v99 = v98 * p[..., 20]
-        v100 = v99 * p[..., 19]
-        v112 = v65 * s68
-        v113 = c77 * v112
-        v115 = v65 * c68
-        v119 = (v112 + v112) * s77
-        v121 = v113 * v47 - v115 * v18 + v119 * v78
-        v126 = v113 * v51 - v115 * v14 + v119 * v80
-        v135 = 1.0 + p[..., 25]
-        s137, c137 = np.sin(p[..., 27]), np.cos(p[..., 27])
-        v139 = x[..., 9] - p[..., 26]
-        s140, c140 = np.sin(v139), np.cos(v139)
-        v141 = c137 * c140
-        v144 = v78 * p[..., 22] - v80 * p[..., 23]
-        v149 = v18 * p[..., 22] - v14 * p[..., 23]
-        v153 = c137 * s140
-        v155 = v141 * v144 + s137 * v149 + v153 * v54
-        v156 = v135 * v155
-        v160 = p[..., 20] * p[..., 24]
-        v161 = v160 * v135
-        v164 = v161 * v153 - v100 * v45
-        v166 = v161 * s137
-        v169 = v161 * v141
-        v171 = v164 * v47 + v166 * v18 + v169 * v78
-        v176 = v164 * v51 + v166 * v14 + v169 * v80
-        v180 = v161 * v54
-        v183 = v161 * v144
-        v195 = c2 * c4
-        v199 = v195 * p[..., 23] - v47 * p[..., 21]
-        v200 = v45 * v199
-        v201 = p[..., 19] * v200
-        v202 = p[..., 20] * v201
-        v210 = v18 * p[..., 14] - v5 * p[..., 16]
-        v216 = -(s77 * (s2 * p[..., 16] + v78 * p[..., 14]))
-        v222 = v216 + v216 + c77 * (v195 * p[..., 16] - v47 * p[..., 14])
-        v224 = c68 * v210 + s68 * v222
-        v225 = v66 * v224
-        v243 = v113 * v195 - v115 * v5 - v119 * s2
-        v251 = v5 * p[..., 23] - v18 * p[..., 21]
-        v255 = s2 * p[..., 23] + v78 * p[..., 21]
-        v259 = s137 * v251 - v141 * v255 + v153 * v199
-        v260 = v135 * v259
-        v269 = v164 * v195 + v166 * v5 - v169 * s2
-        v272 = v161 * v255
-        v275 = v161 * v199
-        v289 = v51 * p[..., 21] - v195 * p[..., 22]
-        v290 = v45 * v289
-        v291 = p[..., 19] * v290
-        v292 = p[..., 20] * v291
-        v299 = v5 * p[..., 15] - v14 * p[..., 14]
-        v304 = s77 * (s2 * p[..., 15] + v80 * p[..., 14])
-        v310 = v304 + v304 + c77 * (v51 * p[..., 14] - v195 * p[..., 15])
-        v312 = c68 * v299 + s68 * v310
-        v313 = v66 * v312
-        v334 = s2 * p[..., 22] + v80 * p[..., 21]
-        v338 = v14 * p[..., 21] - v5 * p[..., 22]
-        v342 = v141 * v334 + s137 * v338 + v153 * v289
-        v343 = v135 * v342
-        v350 = v161 * v289
-        v353 = v161 * v334
-        return (lambda J: J.reshape(*J.shape[:-1], 15, 33))(_vector(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, v5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, v14, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, v18, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -(x[..., 6] * v22 * v22), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -(x[..., 7] * v28 * v28), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -(x[..., 8] * v34 * v34), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -(v39 * (0.5 * (p[..., 18] * v57))), -(v45 * v93 + v95 * (v100 * v54 + p[..., 7] * v93)), c68 * (v65 * v90) - s68 * (v65 * v73), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, v121, -v126, v92 * v64, -(v97 * v57), -(v99 * v55), p[..., 24] * v156 - v98 * v56, 0.0, v171, -v176, p[..., 20] * v156, v160 * v155, -(c140 * (c137 * v180) - s140 * (c137 * v183)), c137 * (v161 * v149) - s137 * (c140 * v183 + s140 * v180), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -(v39 * (0.5 * (p[..., 18] * v202))), -(v45 * v225 + v95 * (v100 * v199 + p[..., 7] * v225)), c68 * (v65 * v222) - s68 * (v65 * v210), 0.0, 0.0, 0.0, 0.0, 0.0, -v121, 0.0, v243, v224 * v64, -(v97 * v202), -(v99 * v200), p[..., 24] * v260 - v98 * v201, -v171, 0.0, v269, p[..., 20] * v260, v160 * v259, -(s140 * (c137 * v272) + c140 * (c137 * v275)), c137 * (v161 * v251) - s137 * (s140 * v275 - c140 * v272), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -(v39 * (0.5 * (p[..., 18] * v292))), -(v45 * v313 + v95 * (v100 * v289 + p[..., 7] * v313)), c68 * (v65 * v310) - s68 * (v65 * v299), 0.0, 0.0, 0.0, 0.0, 0.0, v126, -v243, 0.0, v312 * v64, -(v97 * v292), -(v99 * v290), p[..., 24] * v343 - v98 * v291, v176, -v269, 0.0, p[..., 20] * v343, v160 * v342, -(c140 * (c137 * v350) - s140 * (c137 * v353)), c137 * (v161 * v338) - s137 * (c140 * v353 + s140 * v350), 0.0, 0.0, 0.0, 0.0, 0.0))
+        roll = x[..., 0]
+        pitch = x[..., 1]
+        yaw = x[..., 2]
+        hx = x[..., 6]
+        hy = x[..., 7]
+        hz = x[..., 8]
+        latitude = x[..., 9]
+        Iw_x = p[..., 3]
+        Iw_y = p[..., 4]
+        Iw_z = p[..., 5]
+        omega0 = p[..., 6]
+        orbit_radius = p[..., 7]
+        inclination = p[..., 8]
+        dipole_x = p[..., 14]
+        dipole_y = p[..., 15]
+        dipole_z = p[..., 16]
+        field_moment = p[..., 17]
+        air_density = p[..., 18]
+        drag_coefficient = p[..., 19]
+        area = p[..., 20]
+        arm_x = p[..., 21]
+        arm_y = p[..., 22]
+        arm_z = p[..., 23]
+        solar_pressure = p[..., 24]
+        reflectance = p[..., 25]
+        sun_latitude = p[..., 26]
+        sun_elevation = p[..., 27]
+        sin_pitch, cos_pitch = np.sin(pitch), np.cos(pitch)
+        sin_yaw, cos_yaw = np.sin(yaw), np.cos(yaw)
+        C11 = cos_pitch * cos_yaw  # (3)
+        C12 = cos_pitch * sin_yaw  # (3)
+        sin_roll, cos_roll = np.sin(roll), np.cos(roll)
+        t_yxoxk = cos_yaw * sin_roll
+        t_jt2xw = sin_yaw * cos_roll
+        C21 = sin_pitch * t_yxoxk - t_jt2xw  # (3)
+        t_fdgli = cos_yaw * cos_roll
+        t_wcbyi = sin_yaw * sin_roll
+        C22 = t_fdgli + sin_pitch * t_wcbyi  # (3)
+        C23 = cos_pitch * sin_roll  # (3)
+        C31 = t_wcbyi + sin_pitch * t_fdgli  # (3)
+        C32 = sin_pitch * t_jt2xw - t_yxoxk  # (3)
+        C33 = cos_pitch * cos_roll  # (3)
+        t_xcu2m = 0.5 * (omega0 * omega0)
+        t_74mdg = t_xcu2m * air_density
+        t_jfl5k = t_74mdg * area
+        t_ymhak = t_jfl5k * drag_coefficient
+        t_woyh3 = orbit_radius * orbit_radius
+        F_air = t_ymhak * t_woyh3
+        t_ntete = area * solar_pressure
+        t_njqbq = 1.0 + reflectance
+        t_4jzgd = t_ntete * t_njqbq
+        sin_sun_elevation, cos_sun_elevation = np.sin(sun_elevation), np.cos(sun_elevation)
+        t_cbxhz = latitude - sun_latitude
+        sin_t_cbxhz, cos_t_cbxhz = np.sin(t_cbxhz), np.cos(t_cbxhz)
+        t_ekgtu = cos_sun_elevation * sin_t_cbxhz
+        t_ecpr6 = t_4jzgd * t_ekgtu - F_air
+        t_yye7w = t_4jzgd * sin_sun_elevation
+        t_ur7gc = cos_sun_elevation * cos_t_cbxhz
+        t_7q2bu = t_4jzgd * t_ur7gc
+        F_x = t_ecpr6 * C11 + t_yye7w * C12 - t_7q2bu * sin_pitch
+        F_y = t_ecpr6 * C21 + t_yye7w * C22 + t_7q2bu * C23
+        F_z = t_ecpr6 * C31 + t_yye7w * C32 + t_7q2bu * C33
+        sin_latitude, cos_latitude = np.sin(latitude), np.cos(latitude)
+        t_u74gp = 1.0 / (orbit_radius * t_woyh3)
+        t_pnzyy = field_moment * t_u74gp
+        sin_inclination, cos_inclination = np.sin(inclination), np.cos(inclination)
+        t_dmyza = t_pnzyy * sin_inclination
+        B_x = cos_latitude * t_dmyza
+        B_z = (t_dmyza + t_dmyza) * sin_latitude
+        t_kdp4p = 1.0 / Iw_x
+        t_dd3cp = 1.0 / Iw_y
+        t_p2zbo = 1.0 / Iw_z
+        t_nw3nv = omega0 + omega0
+        t_ena56 = C31 * arm_y - C21 * arm_z
+        t_pnddb = t_woyh3 * t_ena56
+        t_yffhx = drag_coefficient * t_pnddb
+        t_vfl5x = area * t_yffhx
+        t_eaiiz = t_pnzyy * t_u74gp
+        t_2mtf7 = C22 * dipole_z - C32 * dipole_y
+        t_pew2j = sin_latitude * (C33 * dipole_y - C23 * dipole_z)
+        t_so36n = t_pew2j + t_pew2j + cos_latitude * (C31 * dipole_y - C21 * dipole_z)
+        t_mrz4o = cos_inclination * t_2mtf7 + sin_inclination * t_so36n
+        t_j6j5a = t_eaiiz * t_mrz4o
+        t_afnx2 = orbit_radius + orbit_radius
+        t_v7luc = t_pnzyy * cos_inclination
+        t_qfvhg = B_x * C31 - t_v7luc * C32 + B_z * C33
+        t_dtzjw = B_x * C21 - t_v7luc * C22 + B_z * C23
+        t_mfxtp = C33 * arm_y - C23 * arm_z
+        t_vewfv = C32 * arm_y - C22 * arm_z
+        t_zmc5g = t_ur7gc * t_mfxtp + sin_sun_elevation * t_vewfv + t_ekgtu * t_ena56
+        t_ogx5w = t_njqbq * t_zmc5g
+        t_ekpnj = t_4jzgd * t_ena56
+        t_57evd = t_4jzgd * t_mfxtp
+        t_oj6kt = C11 * arm_z - C31 * arm_x
+        t_k6lr7 = t_woyh3 * t_oj6kt
+        t_erl2a = drag_coefficient * t_k6lr7
+        t_vfl5x_2 = area * t_erl2a
+        t_7zeqq = C32 * dipole_x - C12 * dipole_z
+        t_yzxam = -(sin_latitude * (sin_pitch * dipole_z + C33 * dipole_x))
+        t_fnkx3 = t_yzxam + t_yzxam + cos_latitude * (C11 * dipole_z - C31 * dipole_x)
+        t_aa7k7 = cos_inclination * t_7zeqq + sin_inclination * t_fnkx3
+        t_go2aw = t_eaiiz * t_aa7k7
+        t_3xqfk = B_x * C11 - t_v7luc * C12 - B_z * sin_pitch
+        t_tyfbf = C12 * arm_z - C32 * arm_x
+        t_uhb7v = sin_pitch * arm_z + C33 * arm_x
+        t_tgnvg = sin_sun_elevation * t_tyfbf - t_ur7gc * t_uhb7v + t_ekgtu * t_oj6kt
+        t_iyk2l = t_njqbq * t_tgnvg
+        t_z6z4y = t_4jzgd * t_uhb7v
+        t_xy7ug = t_4jzgd * t_oj6kt
+        t_cmzpv = C21 * arm_x - C11 * arm_y
+        t_ub3c2 = t_woyh3 * t_cmzpv
+        t_632ds = drag_coefficient * t_ub3c2
+        t_vfl5x_3 = area * t_632ds
+        t_qzdzv = C12 * dipole_y - C22 * dipole_x
+        t_uqjll = sin_latitude * (sin_pitch * dipole_y + C23 * dipole_x)
+        t_bsldq = t_uqjll + t_uqjll + cos_latitude * (C21 * dipole_x - C11 * dipole_y)
+        t_l5nx4 = cos_inclination * t_qzdzv + sin_inclination * t_bsldq
+        t_turue = t_eaiiz * t_l5nx4
+        t_v3vjq = sin_pitch * arm_y + C23 * arm_x
+        t_4sw6x = C22 * arm_x - C12 * arm_y
+        t_bvyjc = t_ur7gc * t_v3vjq + sin_sun_elevation * t_4sw6x + t_ekgtu * t_cmzpv
+        t_iclxv = t_njqbq * t_bvyjc
+        t_tmidt = t_4jzgd * t_cmzpv
+        t_mbe4y = t_4jzgd * t_v3vjq
+        return (lambda J: J.reshape(*J.shape[:-1], 15, 33))(_vector(
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            C12,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            C22,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            C32,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            -(hx * t_kdp4p * t_kdp4p),
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            -(hy * t_dd3cp * t_dd3cp),
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            -(hz * t_p2zbo * t_p2zbo),
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            -(t_nw3nv * (0.5 * (air_density * t_vfl5x))),
+            -(t_woyh3 * t_j6j5a + t_afnx2 * (t_ymhak * t_ena56 + orbit_radius * t_j6j5a)),
+            cos_inclination * (t_pnzyy * t_so36n) - sin_inclination * (t_pnzyy * t_2mtf7),
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            t_qfvhg,
+            -t_dtzjw,
+            t_mrz4o * t_u74gp,
+            -(t_xcu2m * t_vfl5x),
+            -(t_jfl5k * t_pnddb),
+            solar_pressure * t_ogx5w - t_74mdg * t_yffhx,
+            0.0,
+            F_z,
+            -F_y,
+            area * t_ogx5w,
+            t_ntete * t_zmc5g,
+            -(cos_t_cbxhz * (cos_sun_elevation * t_ekpnj) - sin_t_cbxhz * (cos_sun_elevation * t_57evd)),
+            cos_sun_elevation * (t_4jzgd * t_vewfv) - sin_sun_elevation * (cos_t_cbxhz * t_57evd + sin_t_cbxhz * t_ekpnj),
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            -(t_nw3nv * (0.5 * (air_density * t_vfl5x_2))),
+            -(t_woyh3 * t_go2aw + t_afnx2 * (t_ymhak * t_oj6kt + orbit_radius * t_go2aw)),
+            cos_inclination * (t_pnzyy * t_fnkx3) - sin_inclination * (t_pnzyy * t_7zeqq),
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            -t_qfvhg,
+            0.0,
+            t_3xqfk,
+            t_aa7k7 * t_u74gp,
+            -(t_xcu2m * t_vfl5x_2),
+            -(t_jfl5k * t_k6lr7),
+            solar_pressure * t_iyk2l - t_74mdg * t_erl2a,
+            -F_z,
+            0.0,
+            F_x,
+            area * t_iyk2l,
+            t_ntete * t_tgnvg,
+            -(sin_t_cbxhz * (cos_sun_elevation * t_z6z4y) + cos_t_cbxhz * (cos_sun_elevation * t_xy7ug)),
+            cos_sun_elevation * (t_4jzgd * t_tyfbf) - sin_sun_elevation * (sin_t_cbxhz * t_xy7ug - cos_t_cbxhz * t_z6z4y),
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            -(t_nw3nv * (0.5 * (air_density * t_vfl5x_3))),
+            -(t_woyh3 * t_turue + t_afnx2 * (t_ymhak * t_cmzpv + orbit_radius * t_turue)),
+            cos_inclination * (t_pnzyy * t_bsldq) - sin_inclination * (t_pnzyy * t_qzdzv),
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            t_dtzjw,
+            -t_3xqfk,
+            0.0,
+            t_l5nx4 * t_u74gp,
+            -(t_xcu2m * t_vfl5x_3),
+            -(t_jfl5k * t_ub3c2),
+            solar_pressure * t_iclxv - t_74mdg * t_632ds,
+            F_y,
+            -F_x,
+            0.0,
+            area * t_iclxv,
+            t_ntete * t_bvyjc,
+            -(cos_t_cbxhz * (cos_sun_elevation * t_tmidt) - sin_t_cbxhz * (cos_sun_elevation * t_mbe4y)),
+            cos_sun_elevation * (t_4jzgd * t_4sw6x) - sin_sun_elevation * (cos_t_cbxhz * t_mbe4y + sin_t_cbxhz * t_tmidt),
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+        ))
 
 
 def actuate_jvp(x, u_cmd, p, along_x, along_u_cmd):
     """Change of actuate along a change of x and u_cmd: (x, u_cmd, p, along_x, along_u_cmd) -> change."""
     x, u_cmd, p, along_x, along_u_cmd = _arrays(x, u_cmd, p, along_x, along_u_cmd)
     with np.errstate(all="ignore"):
-        v1 = -p[..., 11]
-        m4 = (0.5 < p[..., 10])
-        v10 = 1.0 / p[..., 9]
-        v11 = (x[..., 6] - p[..., 12]) * v10
-        v14 = (x[..., 6] + p[..., 12]) * v10
-        v15 = np.fmin(u_cmd[..., 0], v14)
-        v17 = np.where(m4, np.fmax(v11, v15), u_cmd[..., 0])
-        v18 = np.fmin(v17, p[..., 11])
-        m19 = (v1 <= v18)
-        m20 = (v18 <= v1)
-        v22 = np.where(m19, 1.0, 0.0)
-        m25 = (v17 <= p[..., 11])
-        m26 = (p[..., 11] <= v17)
-        v27 = np.where(m25, 1.0, 0.0)
-        m31 = (v15 <= v11)
-        m32 = (v11 <= v15)
-        v33 = np.where(m31, 1.0, 0.0)
-        v34 = np.where(m32, 1.0, 0.0)
-        v36 = 1.0 / (v33 + v34)
-        v39 = along_x[..., 6] * v10
-        m42 = (u_cmd[..., 0] <= v14)
-        m43 = (v14 <= u_cmd[..., 0])
-        v44 = np.where(m42, 1.0, 0.0)
-        v45 = np.where(m43, 1.0, 0.0)
-        v47 = 1.0 / (v44 + v45)
-        v55 = v33 * v36 * v39 + v34 * v36 * (v44 * v47 * along_u_cmd[..., 0] + v45 * v47 * v39)
-        v57 = v27 / (v27 + np.where(m26, 1.0, 0.0)) * np.where(m4, v55, along_u_cmd[..., 0])
-        v61 = (x[..., 7] - p[..., 12]) * v10
-        v64 = (x[..., 7] + p[..., 12]) * v10
-        v65 = np.fmin(u_cmd[..., 1], v64)
-        v67 = np.where(m4, np.fmax(v61, v65), u_cmd[..., 1])
-        v68 = np.fmin(v67, p[..., 11])
-        m69 = (v1 <= v68)
-        m70 = (v68 <= v1)
-        v72 = np.where(m69, 1.0, 0.0)
-        m75 = (v67 <= p[..., 11])
-        m76 = (p[..., 11] <= v67)
-        v77 = np.where(m75, 1.0, 0.0)
-        m81 = (v65 <= v61)
-        m82 = (v61 <= v65)
-        v83 = np.where(m81, 1.0, 0.0)
-        v84 = np.where(m82, 1.0, 0.0)
-        v86 = 1.0 / (v83 + v84)
-        v89 = along_x[..., 7] * v10
-        m92 = (u_cmd[..., 1] <= v64)
-        m93 = (v64 <= u_cmd[..., 1])
-        v94 = np.where(m92, 1.0, 0.0)
-        v95 = np.where(m93, 1.0, 0.0)
-        v97 = 1.0 / (v94 + v95)
-        v105 = v83 * v86 * v89 + v84 * v86 * (v94 * v97 * along_u_cmd[..., 1] + v95 * v97 * v89)
-        v107 = v77 / (v77 + np.where(m76, 1.0, 0.0)) * np.where(m4, v105, along_u_cmd[..., 1])
-        v111 = (x[..., 8] - p[..., 12]) * v10
-        v114 = (x[..., 8] + p[..., 12]) * v10
-        v115 = np.fmin(u_cmd[..., 2], v114)
-        v117 = np.where(m4, np.fmax(v111, v115), u_cmd[..., 2])
-        v118 = np.fmin(v117, p[..., 11])
-        m119 = (v1 <= v118)
-        m120 = (v118 <= v1)
-        v122 = np.where(m119, 1.0, 0.0)
-        m125 = (v117 <= p[..., 11])
-        m126 = (p[..., 11] <= v117)
-        v127 = np.where(m125, 1.0, 0.0)
-        m131 = (v115 <= v111)
-        m132 = (v111 <= v115)
-        v133 = np.where(m131, 1.0, 0.0)
-        v134 = np.where(m132, 1.0, 0.0)
-        v136 = 1.0 / (v133 + v134)
-        v139 = along_x[..., 8] * v10
-        m142 = (u_cmd[..., 2] <= v114)
-        m143 = (v114 <= u_cmd[..., 2])
-        v144 = np.where(m142, 1.0, 0.0)
-        v145 = np.where(m143, 1.0, 0.0)
-        v147 = 1.0 / (v144 + v145)
-        v155 = v133 * v136 * v139 + v134 * v136 * (v144 * v147 * along_u_cmd[..., 2] + v145 * v147 * v139)
-        v157 = v127 / (v127 + np.where(m126, 1.0, 0.0)) * np.where(m4, v155, along_u_cmd[..., 2])
-        return _vector(v22 / (np.where(m20, 1.0, 0.0) + v22) * v57, v72 / (np.where(m70, 1.0, 0.0) + v72) * v107, v122 / (np.where(m120, 1.0, 0.0) + v122) * v157)
+        hx = x[..., 6]
+        hy = x[..., 7]
+        hz = x[..., 8]
+        Tx_cmd = u_cmd[..., 0]
+        Ty_cmd = u_cmd[..., 1]
+        Tz_cmd = u_cmd[..., 2]
+        Ts = p[..., 9]
+        wheels = p[..., 10]
+        umax = p[..., 11]
+        hmax = p[..., 12]
+        along_hx = along_x[..., 6]
+        along_hy = along_x[..., 7]
+        along_hz = along_x[..., 8]
+        along_Tx_cmd = along_u_cmd[..., 0]
+        along_Ty_cmd = along_u_cmd[..., 1]
+        along_Tz_cmd = along_u_cmd[..., 2]
+        m_5j2jl = (0.5 < wheels)
+        t_ko3eq = 1.0 / Ts
+        t_hyxon = (hx - hmax) * t_ko3eq
+        t_hyxon_2 = (hx + hmax) * t_ko3eq
+        t_776in = np.fmin(Tx_cmd, t_hyxon_2)
+        Tx_inside = np.where(m_5j2jl, np.fmax(t_hyxon, t_776in), Tx_cmd)
+        t_izekn = (hy - hmax) * t_ko3eq
+        t_izekn_2 = (hy + hmax) * t_ko3eq
+        t_h5aia = np.fmin(Ty_cmd, t_izekn_2)
+        Ty_inside = np.where(m_5j2jl, np.fmax(t_izekn, t_h5aia), Ty_cmd)
+        t_rh2kr = (hz - hmax) * t_ko3eq
+        t_rh2kr_2 = (hz + hmax) * t_ko3eq
+        t_2zkxa = np.fmin(Tz_cmd, t_rh2kr_2)
+        Tz_inside = np.where(m_5j2jl, np.fmax(t_rh2kr, t_2zkxa), Tz_cmd)
+        t_s3iwg = -umax
+        t_fm6h3 = np.fmin(Tx_inside, umax)
+        m_yrndo = (t_s3iwg <= t_fm6h3)
+        t_yrndo = np.where(m_yrndo, 1.0, 0.0)
+        m_iiixq = (t_fm6h3 <= t_s3iwg)
+        m_2dziw = (Tx_inside <= umax)
+        t_2dziw = np.where(m_2dziw, 1.0, 0.0)
+        m_rqwp5 = (umax <= Tx_inside)
+        m_em3qn = (t_776in <= t_hyxon)
+        t_bceyp = np.where(m_em3qn, 1.0, 0.0)
+        m_ines2 = (t_hyxon <= t_776in)
+        t_h6u7m = np.where(m_ines2, 1.0, 0.0)
+        t_jlttv = 1.0 / (t_bceyp + t_h6u7m)
+        t_b3xs5 = along_hx * t_ko3eq
+        m_mybs2 = (Tx_cmd <= t_hyxon_2)
+        t_ypi2v = np.where(m_mybs2, 1.0, 0.0)
+        m_5m2pb = (t_hyxon_2 <= Tx_cmd)
+        t_q6rd7 = np.where(m_5m2pb, 1.0, 0.0)
+        t_ppmy5 = 1.0 / (t_ypi2v + t_q6rd7)
+        t_2ozcx = (
+            t_bceyp * t_jlttv * t_b3xs5
+            + t_h6u7m * t_jlttv * (t_ypi2v * t_ppmy5 * along_Tx_cmd + t_q6rd7 * t_ppmy5 * t_b3xs5)
+        )
+        t_qa4ja = np.fmin(Ty_inside, umax)
+        m_xsbdr = (t_s3iwg <= t_qa4ja)
+        t_xsbdr = np.where(m_xsbdr, 1.0, 0.0)
+        m_npskk = (t_qa4ja <= t_s3iwg)
+        m_omdpu = (Ty_inside <= umax)
+        t_omdpu = np.where(m_omdpu, 1.0, 0.0)
+        m_s7hvc = (umax <= Ty_inside)
+        m_nsdpu = (t_h5aia <= t_izekn)
+        t_exv5j = np.where(m_nsdpu, 1.0, 0.0)
+        m_uaohp = (t_izekn <= t_h5aia)
+        t_36xj3 = np.where(m_uaohp, 1.0, 0.0)
+        t_jlttv_2 = 1.0 / (t_exv5j + t_36xj3)
+        t_pycp5 = along_hy * t_ko3eq
+        m_y7kw4 = (Ty_cmd <= t_izekn_2)
+        t_jc3dp = np.where(m_y7kw4, 1.0, 0.0)
+        m_u2wrk = (t_izekn_2 <= Ty_cmd)
+        t_7imdh = np.where(m_u2wrk, 1.0, 0.0)
+        t_4krbf = 1.0 / (t_jc3dp + t_7imdh)
+        t_lyees = (
+            t_exv5j * t_jlttv_2 * t_pycp5
+            + t_36xj3 * t_jlttv_2 * (t_jc3dp * t_4krbf * along_Ty_cmd + t_7imdh * t_4krbf * t_pycp5)
+        )
+        t_yfoxd = np.fmin(Tz_inside, umax)
+        m_4pmvh = (t_s3iwg <= t_yfoxd)
+        t_4pmvh = np.where(m_4pmvh, 1.0, 0.0)
+        m_uamll = (t_yfoxd <= t_s3iwg)
+        m_ksrvq = (Tz_inside <= umax)
+        t_ksrvq = np.where(m_ksrvq, 1.0, 0.0)
+        m_cvwgs = (umax <= Tz_inside)
+        m_u4a3h = (t_2zkxa <= t_rh2kr)
+        t_2lf3b = np.where(m_u4a3h, 1.0, 0.0)
+        m_uudg6 = (t_rh2kr <= t_2zkxa)
+        t_u2axo = np.where(m_uudg6, 1.0, 0.0)
+        t_jlttv_3 = 1.0 / (t_2lf3b + t_u2axo)
+        t_hvlbb = along_hz * t_ko3eq
+        m_vylil = (Tz_cmd <= t_rh2kr_2)
+        t_np2yi = np.where(m_vylil, 1.0, 0.0)
+        m_g32am = (t_rh2kr_2 <= Tz_cmd)
+        t_yl2sx = np.where(m_g32am, 1.0, 0.0)
+        t_m4l7n = 1.0 / (t_np2yi + t_yl2sx)
+        t_6d4xk = (
+            t_2lf3b * t_jlttv_3 * t_hvlbb
+            + t_u2axo * t_jlttv_3 * (t_np2yi * t_m4l7n * along_Tz_cmd + t_yl2sx * t_m4l7n * t_hvlbb)
+        )
+        return _vector(
+            t_yrndo / (np.where(m_iiixq, 1.0, 0.0) + t_yrndo) * (t_2dziw / (t_2dziw + np.where(m_rqwp5, 1.0, 0.0)) * np.where(m_5j2jl, t_2ozcx, along_Tx_cmd)),
+            t_xsbdr / (np.where(m_npskk, 1.0, 0.0) + t_xsbdr) * (t_omdpu / (t_omdpu + np.where(m_s7hvc, 1.0, 0.0)) * np.where(m_5j2jl, t_lyees, along_Ty_cmd)),
+            t_4pmvh / (np.where(m_uamll, 1.0, 0.0) + t_4pmvh) * (t_ksrvq / (t_ksrvq + np.where(m_cvwgs, 1.0, 0.0)) * np.where(m_5j2jl, t_6d4xk, along_Tz_cmd)),
+        )
 
 
 def mrac_jvp(x, r, v, z, p, c, along_x, along_r, along_v, along_z):
     """Change of mrac along a change of x, r, v and z: (x, r, v, z, p, c, along_x, along_r, along_v, along_z) -> change_u, change_z_next."""
     x, r, v, z, p, c, along_x, along_r, along_v, along_z = _arrays(x, r, v, z, p, c, along_x, along_r, along_v, along_z)
     with np.errstate(all="ignore"):
-        m4 = (np.abs(v[..., 0]) < 1e+30)
-        m7 = (np.abs(v[..., 1]) < 1e+30)
-        m8 = np.logical_and(m4, m7)
-        m11 = (np.abs(v[..., 2]) < 1e+30)
-        m12 = np.logical_and(m8, m11)
-        m15 = (np.abs(x[..., 1]) < 1e+30)
-        m16 = np.logical_and(m12, m15)
-        m19 = (np.abs(r[..., 1]) < 1e+30)
-        m20 = np.logical_and(m16, m19)
-        m23 = (np.abs(r[..., 0]) < 1e+30)
-        m24 = np.logical_and(m20, m23)
-        m27 = (np.abs(r[..., 2]) < 1e+30)
-        m28 = np.logical_and(m24, m27)
-        m31 = (np.abs(x[..., 0]) < 1e+30)
-        m32 = np.logical_and(m28, m31)
-        m36 = (z[..., 90] < 0.5)
-        v38 = np.where(m36, x[..., 1], z[..., 50])
-        v39 = z[..., 35] * v38
-        v41 = c[..., 3] + v39 * v38
-        v43 = 1.0 / v41
-        v44 = z[..., 35] * v43
-        v45 = 1.0 / c[..., 3]
-        v50 = z[..., 51] + z[..., 40] * v38
-        v51 = z[..., 36] * v50
-        v53 = v41 + v51 * v50
-        v54 = 1.0 / v53
-        v55 = v45 * v54
-        v56 = v55 * z[..., 36]
-        v57 = v56 * v41
-        m61 = (0.5 < c[..., 18])
-        m63 = (0.5 < c[..., 20])
-        v67 = np.where(m61, v[..., 1], np.where(m63, z[..., 54], z[..., 53]))
-        v73 = v67 - z[..., 41] * v38 - z[..., 42] * z[..., 51]
-        v74 = z[..., 37] * v73
-        v76 = v53 + v74 * v73
-        v77 = 1.0 / v76
-        v78 = v45 * v77
-        v79 = v78 * z[..., 37]
-        v80 = v79 * v53
-        v92 = z[..., 52] + z[..., 45] * v67 - z[..., 43] * v38 - z[..., 44] * z[..., 51]
-        v93 = z[..., 38] * v92
-        v95 = v76 + v93 * v92
-        v96 = 1.0 / v95
-        v97 = v45 * v96
-        v98 = v97 * z[..., 38]
-        v99 = v98 * v76
-        v113 = 1.0 + z[..., 48] * v67 + z[..., 49] * z[..., 52] - z[..., 46] * v38 - z[..., 47] * z[..., 51]
-        v114 = z[..., 39] * v113
-        v117 = 1.0 / (v95 + v114 * v113)
-        v118 = v45 * v117
-        v119 = v118 * z[..., 39]
-        v120 = v119 * v95
-        v122 = v39 * v43
-        v124 = z[..., 40] - v122 * v50
-        v128 = v73 * v54
-        v130 = v39 + v51 * z[..., 40]
-        v132 = z[..., 41] + v128 * v130
-        v137 = z[..., 42] + v128 * v51
-        v140 = v44 + v57 + v80 + v99 + v120 + v57 * (v124 * v124) + v80 * (v132 * v132) + v80 * (v137 * v137)
-        v141 = v92 * v77
-        v143 = v74 * z[..., 41] - v130
-        v145 = z[..., 43] - v141 * v143
-        v150 = v74 * z[..., 42] - v51
-        v152 = z[..., 44] - v141 * v150
-        v157 = z[..., 45] - v141 * v74
-        v161 = v113 * v96
-        v163 = v143 + v93 * z[..., 43]
-        v165 = z[..., 46] - v161 * v163
-        v168 = v140 + v99 * (v145 * v145) + v99 * (v152 * v152) + v99 * (v157 * v157) + v120 * (v165 * v165)
-        v170 = v150 + v93 * z[..., 44]
-        v172 = z[..., 47] - v161 * v170
-        v177 = v74 + v93 * z[..., 45]
-        v179 = z[..., 48] - v161 * v177
-        v184 = z[..., 49] - v161 * v93
-        v187 = v168 + v120 * (v172 * v172) + v120 * (v179 * v179) + v120 * (v184 * v184)
-        m189 = (np.abs(v187) < 1e+30)
-        m190 = np.logical_and(m32, m189)
-        v193 = np.where(m36, x[..., 0], z[..., 20])
-        v194 = z[..., 5] * v193
-        v196 = c[..., 3] + v194 * v193
-        v197 = 1.0 / v196
-        v198 = z[..., 5] * v197
-        v203 = z[..., 21] + z[..., 10] * v193
-        v204 = z[..., 6] * v203
-        v206 = v196 + v204 * v203
-        v207 = 1.0 / v206
-        v208 = v207 * v45
-        v209 = v208 * z[..., 6]
-        v210 = v209 * v196
-        v216 = np.where(m61, v[..., 0], np.where(m63, z[..., 24], z[..., 23]))
-        v222 = v216 - z[..., 11] * v193 - z[..., 12] * z[..., 21]
-        v223 = z[..., 7] * v222
-        v225 = v206 + v223 * v222
-        v226 = 1.0 / v225
-        v227 = v45 * v226
-        v228 = v227 * z[..., 7]
-        v229 = v228 * v206
-        v241 = z[..., 22] + z[..., 15] * v216 - z[..., 13] * v193 - z[..., 14] * z[..., 21]
-        v242 = z[..., 8] * v241
-        v244 = v225 + v242 * v241
-        v245 = 1.0 / v244
-        v246 = v45 * v245
-        v247 = v246 * z[..., 8]
-        v248 = v247 * v225
-        v262 = 1.0 + z[..., 18] * v216 + z[..., 19] * z[..., 22] - z[..., 16] * v193 - z[..., 17] * z[..., 21]
-        v263 = z[..., 9] * v262
-        v266 = 1.0 / (v244 + v263 * v262)
-        v267 = v45 * v266
-        v268 = v267 * z[..., 9]
-        v269 = v268 * v244
-        v271 = v194 * v197
-        v273 = z[..., 10] - v271 * v203
-        v277 = v222 * v207
-        v279 = v194 + v204 * z[..., 10]
-        v281 = z[..., 11] + v277 * v279
-        v284 = v198 + v210 + v229 + v248 + v269 + v210 * (v273 * v273) + v229 * (v281 * v281)
-        v286 = z[..., 12] + v277 * v204
-        v290 = v241 * v226
-        v292 = v223 * z[..., 11] - v279
-        v294 = z[..., 13] - v290 * v292
-        v299 = v223 * z[..., 12] - v204
-        v301 = z[..., 14] - v290 * v299
-        v304 = v284 + v229 * (v286 * v286) + v248 * (v294 * v294) + v248 * (v301 * v301)
-        v306 = z[..., 15] - v290 * v223
-        v310 = v262 * v245
-        v312 = v292 + v242 * z[..., 13]
-        v314 = z[..., 16] - v310 * v312
-        v319 = v299 + v242 * z[..., 14]
-        v321 = z[..., 17] - v310 * v319
-        v324 = v304 + v248 * (v306 * v306) + v269 * (v314 * v314) + v269 * (v321 * v321)
-        v326 = v223 + v242 * z[..., 15]
-        v328 = z[..., 18] - v310 * v326
-        v333 = z[..., 19] - v310 * v242
-        v336 = v324 + v269 * (v328 * v328) + v269 * (v333 * v333)
-        m338 = (np.abs(v336) < 1e+30)
-        m339 = np.logical_and(m190, m338)
-        v343 = np.where(m36, x[..., 2], z[..., 80])
-        v344 = z[..., 65] * v343
-        v346 = c[..., 3] + v344 * v343
-        v347 = 1.0 / v346
-        v348 = z[..., 65] * v347
-        v353 = z[..., 81] + z[..., 70] * v343
-        v354 = z[..., 66] * v353
-        v356 = v346 + v354 * v353
-        v357 = 1.0 / v356
-        v358 = v45 * v357
-        v359 = v358 * z[..., 66]
-        v360 = v359 * v346
-        v366 = np.where(m61, v[..., 2], np.where(m63, z[..., 84], z[..., 83]))
-        v372 = v366 - z[..., 71] * v343 - z[..., 72] * z[..., 81]
-        v373 = z[..., 67] * v372
-        v375 = v356 + v373 * v372
-        v376 = 1.0 / v375
-        v377 = v45 * v376
-        v378 = v377 * z[..., 67]
-        v379 = v378 * v356
-        v391 = z[..., 82] + z[..., 75] * v366 - z[..., 73] * v343 - z[..., 74] * z[..., 81]
-        v392 = z[..., 68] * v391
-        v394 = v375 + v392 * v391
-        v395 = 1.0 / v394
-        v396 = v45 * v395
-        v397 = v396 * z[..., 68]
-        v398 = v397 * v375
-        v412 = 1.0 + z[..., 78] * v366 + z[..., 79] * z[..., 82] - z[..., 76] * v343 - z[..., 77] * z[..., 81]
-        v413 = z[..., 69] * v412
-        v416 = 1.0 / (v394 + v413 * v412)
-        v417 = v45 * v416
-        v418 = v417 * z[..., 69]
-        v419 = v418 * v394
-        v421 = v344 * v347
-        v423 = z[..., 70] - v421 * v353
-        v427 = v372 * v357
-        v429 = v344 + v354 * z[..., 70]
-        v431 = z[..., 71] + v427 * v429
-        v434 = v348 + v360 + v379 + v398 + v419 + v360 * (v423 * v423) + v379 * (v431 * v431)
-        v436 = z[..., 72] + v427 * v354
-        v440 = v391 * v376
-        v442 = v373 * z[..., 71] - v429
-        v444 = z[..., 73] - v440 * v442
-        v449 = v373 * z[..., 72] - v354
-        v451 = z[..., 74] - v440 * v449
-        v454 = v434 + v379 * (v436 * v436) + v398 * (v444 * v444) + v398 * (v451 * v451)
-        v456 = z[..., 75] - v440 * v373
-        v460 = v412 * v395
-        v462 = v442 + v392 * z[..., 73]
-        v464 = z[..., 76] - v460 * v462
-        v469 = v449 + v392 * z[..., 74]
-        v471 = z[..., 77] - v460 * v469
-        v474 = v454 + v398 * (v456 * v456) + v419 * (v464 * v464) + v419 * (v471 * v471)
-        v476 = v373 + v392 * z[..., 75]
-        v478 = z[..., 78] - v460 * v476
-        v483 = z[..., 79] - v460 * v392
-        v486 = v474 + v419 * (v478 * v478) + v419 * (v483 * v483)
-        m488 = (np.abs(v486) < 1e+30)
-        m489 = np.logical_and(m339, m488)
-        m491 = (np.abs(x[..., 2]) < 1e+30)
-        m492 = np.logical_and(m489, m491)
-        v498 = np.exp(-(p[..., 9] / c[..., 21]))
-        v499 = -1.0 + v498
-        v500 = v499 * v499
-        v502 = v498 + v498
-        v506 = v498 * v498
-        v512 = 4.0 * c[..., 0]
-        v515 = 3.0 * c[..., 0]
-        v517 = np.where(m63, -v512, -v515)
-        v519 = v500 * r[..., 1] + v502 * z[..., 56] - v506 * z[..., 57] + v517 * z[..., 56]
-        v521 = c[..., 0] * c[..., 0]
-        v524 = np.where(m63, 6.0 * v521, 3.0 * v521)
-        v527 = c[..., 0] * v521
-        v528 = 4.0 * v527
-        v530 = -v527
-        v531 = np.where(m63, -v528, v530)
-        v535 = v521 * v521
-        v539 = v519 + v524 * z[..., 57] + v531 * z[..., 58] + np.where(m63, v535 * z[..., 59], 0.0)
-        m542 = (0.5 < c[..., 1])
-        m544 = (1.5 < z[..., 90])
-        m545 = np.logical_and(m542, m544)
-        v550 = np.fmax(c[..., 5], c[..., 6] * p[..., 28])
-        v560 = z[..., 34] + z[..., 32] * v67 + z[..., 33] * z[..., 52] - z[..., 30] * v38
-        v564 = x[..., 1] - (v560 - z[..., 31] * z[..., 51])
-        m566 = (v550 < np.abs(v564))
-        m567 = np.logical_and(m545, m566)
-        v568 = v114 * v117
-        v572 = c[..., 17] * np.where(m567, z[..., 34] + v568 * v564, z[..., 34])
-        v575 = (v163 + v114 * z[..., 46]) * v117
-        v578 = np.where(m567, z[..., 30] + v575 * v564, z[..., 30])
-        v579 = v512 + v578
-        v585 = (v93 + v114 * z[..., 49]) * v117
-        v588 = np.where(m567, z[..., 33] + v585 * v564, z[..., 33])
-        v593 = (v177 + v114 * z[..., 48]) * v117
-        v596 = np.where(m567, z[..., 32] + v593 * v564, z[..., 32])
-        v605 = p[..., 9] * p[..., 9] * c[..., 15]
-        v608 = -0.5 * v596 + -0.5 * v588 + np.fmax(c[..., 14], 0.5 / p[..., 1] * v605)
-        v609 = np.fmax(0.0, v608)
-        v610 = v588 + v609
-        v611 = v610 * v610
-        v614 = -6.0 * v521
-        v617 = (v170 + v114 * z[..., 47]) * v117
-        v620 = np.where(m567, z[..., 31] + v617 * v564, z[..., 31])
-        v625 = np.where(m63, v578 * v579 - (v614 + v620), -(v515 + v578))
-        v627 = v596 + v609
-        v628 = v627 * v627
-        v629 = np.where(m63, v535, v530)
-        v632 = v610 * v627
-        v636 = -3.0 * v521
-        v639 = np.where(m63, v620 * v579 - v528, -(v636 + v620))
-        v644 = v610 * v578
-        v647 = 1.0 / (v611 + v628 * v620 - v627 * v644)
-        v648 = (v611 * v625 + v628 * v629 - v632 * v639) * v647
-        v649 = 1.0 + np.where(m63, -v579, 0.0) + v648
-        v655 = 1.0 / (v596 + v588 + (v609 + v609))
-        v656 = (v539 - v572 * v649) * v655
-        v661 = v627 * v629
-        v665 = v627 * v620
-        v668 = (v610 * v639 - v661 - v644 * v625 + v665 * v625) * v647
-        v672 = v656 + np.where(m63, v579 * z[..., 53], 0.0) - x[..., 1] * v668 - v648 * v67
-        v678 = v610 * v620
-        v681 = (v610 * v629 - v661 * v578 + v665 * v639 - v678 * v625) * v647
-        m685 = (np.abs(v672 - v681 * v38) < 1e+30)
-        m686 = np.logical_and(m492, m685)
-        v695 = v500 * r[..., 0] + v502 * z[..., 26] - v506 * z[..., 27] + v517 * z[..., 26]
-        v704 = v695 + v524 * z[..., 27] + v531 * z[..., 28] + np.where(m63, v535 * z[..., 29], 0.0)
-        v717 = z[..., 4] + z[..., 2] * v216 + z[..., 3] * z[..., 22] - z[..., 0] * v193 - z[..., 1] * z[..., 21]
-        v718 = x[..., 0] - v717
-        m720 = (v550 < np.abs(v718))
-        m721 = np.logical_and(m545, m720)
-        v722 = v263 * v266
-        v726 = c[..., 17] * np.where(m721, z[..., 4] + v722 * v718, z[..., 4])
-        v729 = (v312 + v263 * z[..., 16]) * v266
-        v732 = np.where(m721, z[..., 0] + v729 * v718, z[..., 0])
-        v733 = v512 + v732
-        v739 = (v242 + v263 * z[..., 19]) * v266
-        v742 = np.where(m721, z[..., 3] + v739 * v718, z[..., 3])
-        v745 = (v326 + v263 * z[..., 18]) * v266
-        v748 = np.where(m721, z[..., 2] + v745 * v718, z[..., 2])
-        v756 = -0.5 * v748 + -0.5 * v742 + np.fmax(c[..., 14], 0.5 / p[..., 0] * v605)
-        v757 = np.fmax(0.0, v756)
-        v758 = v742 + v757
-        v759 = v758 * v758
-        v763 = (v319 + v263 * z[..., 17]) * v266
-        v766 = np.where(m721, z[..., 1] + v763 * v718, z[..., 1])
-        v771 = np.where(m63, v732 * v733 - (v614 + v766), -(v515 + v732))
-        v773 = v748 + v757
-        v774 = v773 * v773
-        v777 = v758 * v773
-        v782 = np.where(m63, v766 * v733 - v528, -(v636 + v766))
-        v787 = v758 * v732
-        v790 = 1.0 / (v759 + v774 * v766 - v773 * v787)
-        v791 = (v759 * v771 + v774 * v629 - v777 * v782) * v790
-        v792 = 1.0 + np.where(m63, -v733, 0.0) + v791
-        v798 = 1.0 / (v748 + v742 + (v757 + v757))
-        v799 = (v704 - v726 * v792) * v798
-        v804 = v773 * v629
-        v808 = v773 * v766
-        v811 = (v758 * v782 - v804 - v787 * v771 + v808 * v771) * v790
-        v815 = v799 + np.where(m63, v733 * z[..., 23], 0.0) - x[..., 0] * v811 - v791 * v216
-        v821 = v758 * v766
-        v824 = (v758 * v629 - v804 * v732 + v808 * v782 - v821 * v771) * v790
-        m828 = (np.abs(v815 - v824 * v193) < 1e+30)
-        m829 = np.logical_and(m686, m828)
-        v838 = v500 * r[..., 2] + v502 * z[..., 86] - v506 * z[..., 87] + v517 * z[..., 86]
-        v847 = v838 + v524 * z[..., 87] + v531 * z[..., 88] + np.where(m63, v535 * z[..., 89], 0.0)
-        v857 = z[..., 64] + z[..., 62] * v366 + z[..., 63] * z[..., 82] - z[..., 60] * v343
-        v861 = x[..., 2] - (v857 - z[..., 61] * z[..., 81])
-        m863 = (v550 < np.abs(v861))
-        m864 = np.logical_and(m545, m863)
-        v865 = v413 * v416
-        v869 = c[..., 17] * np.where(m864, z[..., 64] + v865 * v861, z[..., 64])
-        v872 = (v462 + v413 * z[..., 76]) * v416
-        v875 = np.where(m864, z[..., 60] + v872 * v861, z[..., 60])
-        v876 = v512 + v875
-        v882 = (v392 + v413 * z[..., 79]) * v416
-        v885 = np.where(m864, z[..., 63] + v882 * v861, z[..., 63])
-        v888 = (v476 + v413 * z[..., 78]) * v416
-        v891 = np.where(m864, z[..., 62] + v888 * v861, z[..., 62])
-        v899 = -0.5 * v891 + -0.5 * v885 + np.fmax(c[..., 14], 0.5 / p[..., 2] * v605)
-        v900 = np.fmax(0.0, v899)
-        v901 = v885 + v900
-        v902 = v901 * v901
-        v906 = (v469 + v413 * z[..., 77]) * v416
-        v909 = np.where(m864, z[..., 61] + v906 * v861, z[..., 61])
-        v914 = np.where(m63, v875 * v876 - (v614 + v909), -(v515 + v875))
-        v916 = v891 + v900
-        v917 = v916 * v916
-        v920 = v901 * v916
-        v925 = np.where(m63, v909 * v876 - v528, -(v636 + v909))
-        v930 = v901 * v875
-        v933 = 1.0 / (v902 + v917 * v909 - v916 * v930)
-        v934 = (v902 * v914 + v917 * v629 - v920 * v925) * v933
-        v935 = 1.0 + np.where(m63, -v876, 0.0) + v934
-        v941 = 1.0 / (v891 + v885 + (v900 + v900))
-        v942 = (v847 - v869 * v935) * v941
-        v949 = v916 * v629
-        v953 = v916 * v909
-        v956 = (v901 * v925 - v949 - v930 * v914 + v953 * v914) * v933
-        v958 = v942 + np.where(m63, v876 * z[..., 83], 0.0) - v934 * v366 - v956 * x[..., 2]
-        v964 = v901 * v909
-        v967 = (v901 * v629 - v949 * v875 + v953 * v925 - v964 * v914) * v933
-        m971 = (np.abs(v958 - v967 * v343) < 1e+30)
-        m972 = np.logical_and(m829, m971)
-        v980 = v500 * along_r[..., 0] + v502 * along_z[..., 26] - v506 * along_z[..., 27]
-        v987 = v980 + v517 * along_z[..., 26] + v524 * along_z[..., 27] + v531 * along_z[..., 28]
-        v1001 = np.where(m61, along_v[..., 0], np.where(m63, along_z[..., 24], along_z[..., 23]))
-        v1009 = v216 * along_z[..., 18] + z[..., 18] * v1001 + (z[..., 22] * along_z[..., 19] + z[..., 19] * along_z[..., 22])
-        v1014 = np.where(m36, along_x[..., 0], along_z[..., 20])
-        v1023 = v1009 - (v193 * along_z[..., 16] + z[..., 16] * v1014) - (z[..., 21] * along_z[..., 17] + z[..., 17] * along_z[..., 21])
-        v1025 = v262 * along_z[..., 9] + z[..., 9] * v1023
-        v1031 = v193 * along_z[..., 5] + z[..., 5] * v1014
-        v1034 = v193 * v1031 + v194 * v1014
-        v1041 = along_z[..., 21] + (v193 * along_z[..., 10] + z[..., 10] * v1014)
-        v1043 = v203 * along_z[..., 6] + z[..., 6] * v1041
-        v1047 = v1034 + (v203 * v1043 + v204 * v1041)
-        v1059 = v1001 - (v193 * along_z[..., 11] + z[..., 11] * v1014) - (z[..., 21] * along_z[..., 12] + z[..., 12] * along_z[..., 21])
-        v1061 = v222 * along_z[..., 7] + z[..., 7] * v1059
-        v1065 = v1047 + (v222 * v1061 + v223 * v1059)
-        v1077 = along_z[..., 22] + (v216 * along_z[..., 15] + z[..., 15] * v1001) - (v193 * along_z[..., 13] + z[..., 13] * v1014)
-        v1082 = v1077 - (z[..., 21] * along_z[..., 14] + z[..., 14] * along_z[..., 21])
-        v1084 = v241 * along_z[..., 8] + z[..., 8] * v1082
-        v1088 = v1065 + (v241 * v1084 + v242 * v1082)
-        v1092 = v1088 + (v262 * v1025 + v263 * v1023)
-        v1105 = along_z[..., 4] + (v216 * along_z[..., 2] + z[..., 2] * v1001) + (z[..., 22] * along_z[..., 3] + z[..., 3] * along_z[..., 22])
-        v1115 = v1105 - (v193 * along_z[..., 0] + z[..., 0] * v1014) - (z[..., 21] * along_z[..., 1] + z[..., 1] * along_z[..., 21])
-        v1116 = along_x[..., 0] - v1115
-        v1119 = along_z[..., 4] + (v718 * (v1025 * v266 - v722 * v266 * v1092) + v722 * v1116)
-        v1120 = np.where(m721, v1119, along_z[..., 4])
-        v1129 = v1031 + (z[..., 10] * v1043 + v204 * along_z[..., 10])
-        v1130 = z[..., 11] * v1061 + v223 * along_z[..., 11] - v1129
-        v1134 = v1130 + (z[..., 13] * v1084 + v242 * along_z[..., 13])
-        v1142 = (v1134 + (z[..., 16] * v1025 + v263 * along_z[..., 16])) * v266 - v729 * v266 * v1092
-        v1147 = np.where(m721, along_z[..., 0] + (v718 * v1142 + v729 * v1116), along_z[..., 0])
-        v1148 = -v1147
-        v1158 = (v1084 + (z[..., 19] * v1025 + v263 * along_z[..., 19])) * v266 - v739 * v266 * v1092
-        v1163 = np.where(m721, along_z[..., 3] + (v718 * v1158 + v739 * v1116), along_z[..., 3])
-        m1164 = (0.0 <= v756)
-        m1165 = (v756 <= 0.0)
-        v1167 = np.where(m1164, 1.0, 0.0)
-        v1173 = v1061 + (z[..., 15] * v1084 + v242 * along_z[..., 15])
-        v1181 = (v1173 + (z[..., 18] * v1025 + v263 * along_z[..., 18])) * v266 - v745 * v266 * v1092
-        v1186 = np.where(m721, along_z[..., 2] + (v718 * v1181 + v745 * v1116), along_z[..., 2])
-        v1190 = v1167 / (np.where(m1165, 1.0, 0.0) + v1167) * (-0.5 * v1186 + -0.5 * v1163)
-        v1191 = v1163 + v1190
-        v1192 = (v758 + v758) * v1191
-        v1200 = z[..., 12] * v1061 + v223 * along_z[..., 12] - v1043
-        v1204 = v1200 + (z[..., 14] * v1084 + v242 * along_z[..., 14])
-        v1212 = (v1204 + (z[..., 17] * v1025 + v263 * along_z[..., 17])) * v266 - v763 * v266 * v1092
-        v1217 = np.where(m721, along_z[..., 1] + (v718 * v1212 + v763 * v1116), along_z[..., 1])
-        v1219 = np.where(m63, v733 * v1147 + v732 * v1147 - v1217, v1148)
-        v1223 = v1186 + v1190
-        v1224 = (v773 + v773) * v1223
-        v1235 = np.where(m63, v733 * v1217 + v766 * v1147, -v1217)
-        v1238 = v771 * v1192 + v759 * v1219 + v629 * v1224 - (v782 * (v773 * v1191 + v758 * v1223) + v777 * v1235)
-        v1248 = v732 * v1191 + v758 * v1147
-        v1251 = v1192 + (v766 * v1224 + v774 * v1217) - (v787 * v1223 + v773 * v1248)
-        v1253 = v1238 * v790 - v791 * v790 * v1251
-        v1257 = v987 + np.where(m63, v535 * along_z[..., 29], 0.0) - (v792 * (c[..., 17] * v1120) + v726 * (np.where(m63, v1148, 0.0) + v1253))
-        v1269 = v1257 * v798 - v799 * v798 * (v1186 + v1163 + (v1190 + v1190)) + np.where(m63, z[..., 23] * v1147 + v733 * along_z[..., 23], 0.0)
-        v1274 = v629 * v1223
-        v1282 = v766 * v1223 + v773 * v1217
-        v1286 = v782 * v1191 + v758 * v1235 - v1274 - (v771 * v1248 + v787 * v1219) + (v771 * v1282 + v808 * v1219)
-        v1292 = v811 * along_x[..., 0] + x[..., 0] * (v1286 * v790 - v811 * v790 * v1251)
-        v1306 = v629 * v1191 - (v732 * v1274 + v804 * v1147) + (v782 * v1282 + v808 * v1235)
-        v1317 = (v1306 - (v771 * (v766 * v1191 + v758 * v1217) + v821 * v1219)) * v790 - v824 * v790 * v1251
-        v1321 = v1269 - v1292 - (v216 * v1253 + v791 * v1001) - (v193 * v1317 + v824 * v1014)
-        v1330 = v500 * along_r[..., 1] + v502 * along_z[..., 56] - v506 * along_z[..., 57]
-        v1337 = v1330 + v517 * along_z[..., 56] + v524 * along_z[..., 57] + v531 * along_z[..., 58]
-        v1351 = np.where(m61, along_v[..., 1], np.where(m63, along_z[..., 54], along_z[..., 53]))
-        v1359 = v67 * along_z[..., 48] + z[..., 48] * v1351 + (z[..., 52] * along_z[..., 49] + z[..., 49] * along_z[..., 52])
-        v1364 = np.where(m36, along_x[..., 1], along_z[..., 50])
-        v1373 = v1359 - (v38 * along_z[..., 46] + z[..., 46] * v1364) - (z[..., 51] * along_z[..., 47] + z[..., 47] * along_z[..., 51])
-        v1375 = v113 * along_z[..., 39] + z[..., 39] * v1373
-        v1381 = v38 * along_z[..., 35] + z[..., 35] * v1364
-        v1384 = v38 * v1381 + v39 * v1364
-        v1391 = along_z[..., 51] + (v38 * along_z[..., 40] + z[..., 40] * v1364)
-        v1393 = v50 * along_z[..., 36] + z[..., 36] * v1391
-        v1397 = v1384 + (v50 * v1393 + v51 * v1391)
-        v1409 = v1351 - (v38 * along_z[..., 41] + z[..., 41] * v1364) - (z[..., 51] * along_z[..., 42] + z[..., 42] * along_z[..., 51])
-        v1411 = v73 * along_z[..., 37] + z[..., 37] * v1409
-        v1415 = v1397 + (v73 * v1411 + v74 * v1409)
-        v1427 = along_z[..., 52] + (v67 * along_z[..., 45] + z[..., 45] * v1351) - (v38 * along_z[..., 43] + z[..., 43] * v1364)
-        v1432 = v1427 - (z[..., 51] * along_z[..., 44] + z[..., 44] * along_z[..., 51])
-        v1434 = v92 * along_z[..., 38] + z[..., 38] * v1432
-        v1438 = v1415 + (v92 * v1434 + v93 * v1432)
-        v1442 = v1438 + (v113 * v1375 + v114 * v1373)
-        v1455 = along_z[..., 34] + (v67 * along_z[..., 32] + z[..., 32] * v1351) + (z[..., 52] * along_z[..., 33] + z[..., 33] * along_z[..., 52])
-        v1465 = v1455 - (v38 * along_z[..., 30] + z[..., 30] * v1364) - (z[..., 51] * along_z[..., 31] + z[..., 31] * along_z[..., 51])
-        v1466 = along_x[..., 1] - v1465
-        v1469 = along_z[..., 34] + (v564 * (v1375 * v117 - v568 * v117 * v1442) + v568 * v1466)
-        v1470 = np.where(m567, v1469, along_z[..., 34])
-        v1479 = v1381 + (z[..., 40] * v1393 + v51 * along_z[..., 40])
-        v1480 = z[..., 41] * v1411 + v74 * along_z[..., 41] - v1479
-        v1484 = v1480 + (z[..., 43] * v1434 + v93 * along_z[..., 43])
-        v1492 = (v1484 + (z[..., 46] * v1375 + v114 * along_z[..., 46])) * v117 - v575 * v117 * v1442
-        v1497 = np.where(m567, along_z[..., 30] + (v564 * v1492 + v575 * v1466), along_z[..., 30])
-        v1498 = -v1497
-        v1508 = (v1434 + (z[..., 49] * v1375 + v114 * along_z[..., 49])) * v117 - v585 * v117 * v1442
-        v1513 = np.where(m567, along_z[..., 33] + (v564 * v1508 + v585 * v1466), along_z[..., 33])
-        m1514 = (0.0 <= v608)
-        m1515 = (v608 <= 0.0)
-        v1517 = np.where(m1514, 1.0, 0.0)
-        v1523 = v1411 + (z[..., 45] * v1434 + v93 * along_z[..., 45])
-        v1531 = (v1523 + (z[..., 48] * v1375 + v114 * along_z[..., 48])) * v117 - v593 * v117 * v1442
-        v1536 = np.where(m567, along_z[..., 32] + (v564 * v1531 + v593 * v1466), along_z[..., 32])
-        v1540 = v1517 / (np.where(m1515, 1.0, 0.0) + v1517) * (-0.5 * v1536 + -0.5 * v1513)
-        v1541 = v1513 + v1540
-        v1542 = (v610 + v610) * v1541
-        v1550 = z[..., 42] * v1411 + v74 * along_z[..., 42] - v1393
-        v1554 = v1550 + (z[..., 44] * v1434 + v93 * along_z[..., 44])
-        v1562 = (v1554 + (z[..., 47] * v1375 + v114 * along_z[..., 47])) * v117 - v617 * v117 * v1442
-        v1567 = np.where(m567, along_z[..., 31] + (v564 * v1562 + v617 * v1466), along_z[..., 31])
-        v1569 = np.where(m63, v579 * v1497 + v578 * v1497 - v1567, v1498)
-        v1573 = v1536 + v1540
-        v1574 = (v627 + v627) * v1573
-        v1585 = np.where(m63, v579 * v1567 + v620 * v1497, -v1567)
-        v1588 = v625 * v1542 + v611 * v1569 + v629 * v1574 - (v639 * (v627 * v1541 + v610 * v1573) + v632 * v1585)
-        v1598 = v578 * v1541 + v610 * v1497
-        v1601 = v1542 + (v620 * v1574 + v628 * v1567) - (v644 * v1573 + v627 * v1598)
-        v1603 = v1588 * v647 - v648 * v647 * v1601
-        v1607 = v1337 + np.where(m63, v535 * along_z[..., 59], 0.0) - (v649 * (c[..., 17] * v1470) + v572 * (np.where(m63, v1498, 0.0) + v1603))
-        v1619 = v1607 * v655 - v656 * v655 * (v1536 + v1513 + (v1540 + v1540)) + np.where(m63, z[..., 53] * v1497 + v579 * along_z[..., 53], 0.0)
-        v1624 = v629 * v1573
-        v1632 = v620 * v1573 + v627 * v1567
-        v1636 = v639 * v1541 + v610 * v1585 - v1624 - (v625 * v1598 + v644 * v1569) + (v625 * v1632 + v665 * v1569)
-        v1642 = v668 * along_x[..., 1] + x[..., 1] * (v1636 * v647 - v668 * v647 * v1601)
-        v1656 = v629 * v1541 - (v578 * v1624 + v661 * v1497) + (v639 * v1632 + v665 * v1585)
-        v1667 = (v1656 - (v625 * (v620 * v1541 + v610 * v1567) + v678 * v1569)) * v647 - v681 * v647 * v1601
-        v1671 = v1619 - v1642 - (v67 * v1603 + v648 * v1351) - (v38 * v1667 + v681 * v1364)
-        v1680 = v500 * along_r[..., 2] + v502 * along_z[..., 86] - v506 * along_z[..., 87]
-        v1687 = v1680 + v517 * along_z[..., 86] + v524 * along_z[..., 87] + v531 * along_z[..., 88]
-        v1701 = np.where(m61, along_v[..., 2], np.where(m63, along_z[..., 84], along_z[..., 83]))
-        v1709 = v366 * along_z[..., 78] + z[..., 78] * v1701 + (z[..., 82] * along_z[..., 79] + z[..., 79] * along_z[..., 82])
-        v1714 = np.where(m36, along_x[..., 2], along_z[..., 80])
-        v1723 = v1709 - (v343 * along_z[..., 76] + z[..., 76] * v1714) - (z[..., 81] * along_z[..., 77] + z[..., 77] * along_z[..., 81])
-        v1725 = v412 * along_z[..., 69] + z[..., 69] * v1723
-        v1731 = v343 * along_z[..., 65] + z[..., 65] * v1714
-        v1734 = v343 * v1731 + v344 * v1714
-        v1741 = along_z[..., 81] + (v343 * along_z[..., 70] + z[..., 70] * v1714)
-        v1743 = v353 * along_z[..., 66] + z[..., 66] * v1741
-        v1747 = v1734 + (v353 * v1743 + v354 * v1741)
-        v1759 = v1701 - (v343 * along_z[..., 71] + z[..., 71] * v1714) - (z[..., 81] * along_z[..., 72] + z[..., 72] * along_z[..., 81])
-        v1761 = v372 * along_z[..., 67] + z[..., 67] * v1759
-        v1765 = v1747 + (v372 * v1761 + v373 * v1759)
-        v1777 = along_z[..., 82] + (v366 * along_z[..., 75] + z[..., 75] * v1701) - (v343 * along_z[..., 73] + z[..., 73] * v1714)
-        v1782 = v1777 - (z[..., 81] * along_z[..., 74] + z[..., 74] * along_z[..., 81])
-        v1784 = v391 * along_z[..., 68] + z[..., 68] * v1782
-        v1788 = v1765 + (v391 * v1784 + v392 * v1782)
-        v1792 = v1788 + (v412 * v1725 + v413 * v1723)
-        v1805 = along_z[..., 64] + (v366 * along_z[..., 62] + z[..., 62] * v1701) + (z[..., 82] * along_z[..., 63] + z[..., 63] * along_z[..., 82])
-        v1815 = v1805 - (v343 * along_z[..., 60] + z[..., 60] * v1714) - (z[..., 81] * along_z[..., 61] + z[..., 61] * along_z[..., 81])
-        v1816 = along_x[..., 2] - v1815
-        v1819 = along_z[..., 64] + (v861 * (v1725 * v416 - v865 * v416 * v1792) + v865 * v1816)
-        v1820 = np.where(m864, v1819, along_z[..., 64])
-        v1829 = v1731 + (z[..., 70] * v1743 + v354 * along_z[..., 70])
-        v1830 = z[..., 71] * v1761 + v373 * along_z[..., 71] - v1829
-        v1834 = v1830 + (z[..., 73] * v1784 + v392 * along_z[..., 73])
-        v1842 = (v1834 + (z[..., 76] * v1725 + v413 * along_z[..., 76])) * v416 - v872 * v416 * v1792
-        v1847 = np.where(m864, along_z[..., 60] + (v861 * v1842 + v872 * v1816), along_z[..., 60])
-        v1848 = -v1847
-        v1858 = (v1784 + (z[..., 79] * v1725 + v413 * along_z[..., 79])) * v416 - v882 * v416 * v1792
-        v1863 = np.where(m864, along_z[..., 63] + (v861 * v1858 + v882 * v1816), along_z[..., 63])
-        m1864 = (0.0 <= v899)
-        m1865 = (v899 <= 0.0)
-        v1867 = np.where(m1864, 1.0, 0.0)
-        v1873 = v1761 + (z[..., 75] * v1784 + v392 * along_z[..., 75])
-        v1881 = (v1873 + (z[..., 78] * v1725 + v413 * along_z[..., 78])) * v416 - v888 * v416 * v1792
-        v1886 = np.where(m864, along_z[..., 62] + (v861 * v1881 + v888 * v1816), along_z[..., 62])
-        v1890 = v1867 / (np.where(m1865, 1.0, 0.0) + v1867) * (-0.5 * v1886 + -0.5 * v1863)
-        v1891 = v1863 + v1890
-        v1892 = (v901 + v901) * v1891
-        v1900 = z[..., 72] * v1761 + v373 * along_z[..., 72] - v1743
-        v1904 = v1900 + (z[..., 74] * v1784 + v392 * along_z[..., 74])
-        v1912 = (v1904 + (z[..., 77] * v1725 + v413 * along_z[..., 77])) * v416 - v906 * v416 * v1792
-        v1917 = np.where(m864, along_z[..., 61] + (v861 * v1912 + v906 * v1816), along_z[..., 61])
-        v1919 = np.where(m63, v876 * v1847 + v875 * v1847 - v1917, v1848)
-        v1923 = v1886 + v1890
-        v1924 = (v916 + v916) * v1923
-        v1935 = np.where(m63, v876 * v1917 + v909 * v1847, -v1917)
-        v1938 = v914 * v1892 + v902 * v1919 + v629 * v1924 - (v925 * (v916 * v1891 + v901 * v1923) + v920 * v1935)
-        v1948 = v875 * v1891 + v901 * v1847
-        v1951 = v1892 + (v909 * v1924 + v917 * v1917) - (v930 * v1923 + v916 * v1948)
-        v1953 = v1938 * v933 - v934 * v933 * v1951
-        v1957 = v1687 + np.where(m63, v535 * along_z[..., 89], 0.0) - (v935 * (c[..., 17] * v1820) + v869 * (np.where(m63, v1848, 0.0) + v1953))
-        v1969 = v1957 * v941 - v942 * v941 * (v1886 + v1863 + (v1890 + v1890)) + np.where(m63, z[..., 83] * v1847 + v876 * along_z[..., 83], 0.0)
-        v1977 = v629 * v1923
-        v1985 = v909 * v1923 + v916 * v1917
-        v1989 = v925 * v1891 + v901 * v1935 - v1977 - (v914 * v1948 + v930 * v1919) + (v914 * v1985 + v953 * v1919)
-        v1996 = x[..., 2] * (v1989 * v933 - v956 * v933 * v1951) + v956 * along_x[..., 2]
-        v2006 = v629 * v1891 - (v875 * v1977 + v949 * v1847) + (v925 * v1985 + v953 * v1935)
-        v2017 = (v2006 - (v914 * (v909 * v1891 + v901 * v1917) + v964 * v1919)) * v933 - v967 * v933 * v1951
-        v2021 = v1969 - (v366 * v1953 + v934 * v1701) - v1996 - (v343 * v2017 + v967 * v1714)
-        m2029 = (c[..., 4] < v336)
-        v2030 = np.where(m2029, c[..., 3], 1.0)
-        v2036 = np.where(m721, v2030 * (along_z[..., 5] * v197 - v198 * v197 * v1034), along_z[..., 5])
-        v2044 = v196 * (v208 * along_z[..., 6] - z[..., 6] * (v207 * v207 * v1047 * v45))
-        v2049 = np.where(m972, np.where(m721, v2030 * (v2044 + v209 * v1034), along_z[..., 6]), along_z[..., 6])
-        v2057 = v206 * (v227 * along_z[..., 7] - z[..., 7] * (v227 * v226 * v1065)) + v228 * v1047
-        v2060 = np.where(m972, np.where(m721, v2030 * v2057, along_z[..., 7]), along_z[..., 7])
-        v2068 = v225 * (v246 * along_z[..., 8] - z[..., 8] * (v246 * v245 * v1088)) + v247 * v1065
-        v2071 = np.where(m972, np.where(m721, v2030 * v2068, along_z[..., 8]), along_z[..., 8])
-        v2079 = v244 * (v267 * along_z[..., 9] - z[..., 9] * (v267 * v266 * v1092)) + v268 * v1088
-        v2082 = np.where(m972, np.where(m721, v2030 * v2079, along_z[..., 9]), along_z[..., 9])
-        v2090 = along_z[..., 10] - (v203 * (v1031 * v197 - v271 * v197 * v1034) + v271 * v1041)
-        v2092 = np.where(m972, np.where(m721, v2090, along_z[..., 10]), along_z[..., 10])
-        v2096 = v1059 * v207 - v277 * v207 * v1047
-        v2101 = np.where(m721, along_z[..., 11] + (v279 * v2096 + v277 * v1129), along_z[..., 11])
-        v2107 = np.where(m721, along_z[..., 12] + (v204 * v2096 + v277 * v1043), along_z[..., 12])
-        v2112 = v1082 * v226 - v290 * v226 * v1065
-        v2117 = np.where(m721, along_z[..., 13] - (v292 * v2112 + v290 * v1130), along_z[..., 13])
-        v2123 = np.where(m721, along_z[..., 14] - (v299 * v2112 + v290 * v1200), along_z[..., 14])
-        v2129 = np.where(m721, along_z[..., 15] - (v223 * v2112 + v290 * v1061), along_z[..., 15])
-        v2134 = v1023 * v245 - v310 * v245 * v1088
-        v2139 = np.where(m721, along_z[..., 16] - (v312 * v2134 + v310 * v1134), along_z[..., 16])
-        v2145 = np.where(m721, along_z[..., 17] - (v319 * v2134 + v310 * v1204), along_z[..., 17])
-        v2151 = np.where(m721, along_z[..., 18] - (v326 * v2134 + v310 * v1173), along_z[..., 18])
-        v2157 = np.where(m721, along_z[..., 19] - (v242 * v2134 + v310 * v1084), along_z[..., 19])
-        v2164 = 0.5 * along_z[..., 26]
-        v2171 = np.where(m972, np.where(m63, v2164 + 0.5 * along_z[..., 27], v2164 + 0.5 * v980), along_z[..., 25])
-        m2181 = (c[..., 4] < v187)
-        v2182 = np.where(m2181, c[..., 3], 1.0)
-        v2188 = np.where(m567, v2182 * (along_z[..., 35] * v43 - v44 * v43 * v1384), along_z[..., 35])
-        v2197 = v41 * (v55 * along_z[..., 36] - z[..., 36] * (v55 * v54 * v1397)) + v56 * v1384
-        v2200 = np.where(m972, np.where(m567, v2182 * v2197, along_z[..., 36]), along_z[..., 36])
-        v2208 = v53 * (v78 * along_z[..., 37] - z[..., 37] * (v78 * v77 * v1415)) + v79 * v1397
-        v2211 = np.where(m972, np.where(m567, v2182 * v2208, along_z[..., 37]), along_z[..., 37])
-        v2219 = v76 * (v97 * along_z[..., 38] - z[..., 38] * (v97 * v96 * v1438)) + v98 * v1415
-        v2222 = np.where(m972, np.where(m567, v2182 * v2219, along_z[..., 38]), along_z[..., 38])
-        v2230 = v95 * (v118 * along_z[..., 39] - z[..., 39] * (v118 * v117 * v1442)) + v119 * v1438
-        v2233 = np.where(m972, np.where(m567, v2182 * v2230, along_z[..., 39]), along_z[..., 39])
-        v2241 = along_z[..., 40] - (v50 * (v1381 * v43 - v122 * v43 * v1384) + v122 * v1391)
-        v2243 = np.where(m972, np.where(m567, v2241, along_z[..., 40]), along_z[..., 40])
-        v2247 = v1409 * v54 - v128 * v54 * v1397
-        v2252 = np.where(m567, along_z[..., 41] + (v130 * v2247 + v128 * v1479), along_z[..., 41])
-        v2258 = np.where(m567, along_z[..., 42] + (v51 * v2247 + v128 * v1393), along_z[..., 42])
-        v2263 = v1432 * v77 - v141 * v77 * v1415
-        v2268 = np.where(m567, along_z[..., 43] - (v143 * v2263 + v141 * v1480), along_z[..., 43])
-        v2274 = np.where(m567, along_z[..., 44] - (v150 * v2263 + v141 * v1550), along_z[..., 44])
-        v2280 = np.where(m567, along_z[..., 45] - (v74 * v2263 + v141 * v1411), along_z[..., 45])
-        v2285 = v1373 * v96 - v161 * v96 * v1438
-        v2290 = np.where(m567, along_z[..., 46] - (v163 * v2285 + v161 * v1484), along_z[..., 46])
-        v2296 = np.where(m567, along_z[..., 47] - (v170 * v2285 + v161 * v1554), along_z[..., 47])
-        v2302 = np.where(m567, along_z[..., 48] - (v177 * v2285 + v161 * v1523), along_z[..., 48])
-        v2308 = np.where(m567, along_z[..., 49] - (v93 * v2285 + v161 * v1434), along_z[..., 49])
-        v2315 = 0.5 * along_z[..., 56]
-        v2322 = np.where(m972, np.where(m63, v2315 + 0.5 * along_z[..., 57], v2315 + 0.5 * v1330), along_z[..., 55])
-        m2332 = (c[..., 4] < v486)
-        v2333 = np.where(m2332, c[..., 3], 1.0)
-        v2339 = np.where(m864, v2333 * (along_z[..., 65] * v347 - v348 * v347 * v1734), along_z[..., 65])
-        v2348 = v346 * (v358 * along_z[..., 66] - z[..., 66] * (v358 * v357 * v1747)) + v359 * v1734
-        v2351 = np.where(m972, np.where(m864, v2333 * v2348, along_z[..., 66]), along_z[..., 66])
-        v2359 = v356 * (v377 * along_z[..., 67] - z[..., 67] * (v377 * v376 * v1765)) + v378 * v1747
-        v2362 = np.where(m972, np.where(m864, v2333 * v2359, along_z[..., 67]), along_z[..., 67])
-        v2370 = v375 * (v396 * along_z[..., 68] - z[..., 68] * (v396 * v395 * v1788)) + v397 * v1765
-        v2373 = np.where(m972, np.where(m864, v2333 * v2370, along_z[..., 68]), along_z[..., 68])
-        v2381 = v394 * (v417 * along_z[..., 69] - z[..., 69] * (v417 * v416 * v1792)) + v418 * v1788
-        v2384 = np.where(m972, np.where(m864, v2333 * v2381, along_z[..., 69]), along_z[..., 69])
-        v2392 = along_z[..., 70] - (v353 * (v1731 * v347 - v421 * v347 * v1734) + v421 * v1741)
-        v2394 = np.where(m972, np.where(m864, v2392, along_z[..., 70]), along_z[..., 70])
-        v2398 = v1759 * v357 - v427 * v357 * v1747
-        v2403 = np.where(m864, along_z[..., 71] + (v429 * v2398 + v427 * v1829), along_z[..., 71])
-        v2409 = np.where(m864, along_z[..., 72] + (v354 * v2398 + v427 * v1743), along_z[..., 72])
-        v2414 = v1782 * v376 - v440 * v376 * v1765
-        v2419 = np.where(m864, along_z[..., 73] - (v442 * v2414 + v440 * v1830), along_z[..., 73])
-        v2425 = np.where(m864, along_z[..., 74] - (v449 * v2414 + v440 * v1900), along_z[..., 74])
-        v2431 = np.where(m864, along_z[..., 75] - (v373 * v2414 + v440 * v1761), along_z[..., 75])
-        v2436 = v1723 * v395 - v460 * v395 * v1788
-        v2441 = np.where(m864, along_z[..., 76] - (v462 * v2436 + v460 * v1834), along_z[..., 76])
-        v2447 = np.where(m864, along_z[..., 77] - (v469 * v2436 + v460 * v1904), along_z[..., 77])
-        v2453 = np.where(m864, along_z[..., 78] - (v476 * v2436 + v460 * v1873), along_z[..., 78])
-        v2459 = np.where(m864, along_z[..., 79] - (v392 * v2436 + v460 * v1784), along_z[..., 79])
-        v2466 = 0.5 * along_z[..., 86]
-        v2473 = np.where(m972, np.where(m63, v2466 + 0.5 * along_z[..., 87], v2466 + 0.5 * v1680), along_z[..., 85])
-        v2478 = 1.0 + z[..., 90]
-        m2480 = (v2478 <= 2.0)
-        m2481 = (2.0 <= v2478)
-        v2483 = np.where(m2480, 1.0, 0.0)
-        v2488 = np.where(m972, v2483 / (np.where(m2481, 1.0, 0.0) + v2483) * along_z[..., 90], 0.0)
-        return _vector(np.where(m972, v1321, 0.0), np.where(m972, v1671, 0.0), np.where(m972, v2021, 0.0)), _vector(np.where(m972, v1147, along_z[..., 0]), np.where(m972, v1217, along_z[..., 1]), np.where(m972, v1186, along_z[..., 2]), np.where(m972, v1163, along_z[..., 3]), np.where(m972, v1120, along_z[..., 4]), np.where(m972, v2036, along_z[..., 5]), v2049, v2060, v2071, v2082, v2092, np.where(m972, v2101, along_z[..., 11]), np.where(m972, v2107, along_z[..., 12]), np.where(m972, v2117, along_z[..., 13]), np.where(m972, v2123, along_z[..., 14]), np.where(m972, v2129, along_z[..., 15]), np.where(m972, v2139, along_z[..., 16]), np.where(m972, v2145, along_z[..., 17]), np.where(m972, v2151, along_z[..., 18]), np.where(m972, v2157, along_z[..., 19]), np.where(m972, along_x[..., 0], along_z[..., 20]), np.where(m972, v1014, along_z[..., 21]), np.where(m972, v1001, along_z[..., 22]), np.where(m972, v1321, along_z[..., 23]), np.where(m972, along_z[..., 23], along_z[..., 24]), v2171, np.where(m972, v980, along_z[..., 26]), np.where(m972, along_z[..., 26], along_z[..., 27]), np.where(m972, along_z[..., 27], along_z[..., 28]), np.where(m972, along_z[..., 28], along_z[..., 29]), np.where(m972, v1497, along_z[..., 30]), np.where(m972, v1567, along_z[..., 31]), np.where(m972, v1536, along_z[..., 32]), np.where(m972, v1513, along_z[..., 33]), np.where(m972, v1470, along_z[..., 34]), np.where(m972, v2188, along_z[..., 35]), v2200, v2211, v2222, v2233, v2243, np.where(m972, v2252, along_z[..., 41]), np.where(m972, v2258, along_z[..., 42]), np.where(m972, v2268, along_z[..., 43]), np.where(m972, v2274, along_z[..., 44]), np.where(m972, v2280, along_z[..., 45]), np.where(m972, v2290, along_z[..., 46]), np.where(m972, v2296, along_z[..., 47]), np.where(m972, v2302, along_z[..., 48]), np.where(m972, v2308, along_z[..., 49]), np.where(m972, along_x[..., 1], along_z[..., 50]), np.where(m972, v1364, along_z[..., 51]), np.where(m972, v1351, along_z[..., 52]), np.where(m972, v1671, along_z[..., 53]), np.where(m972, along_z[..., 53], along_z[..., 54]), v2322, np.where(m972, v1330, along_z[..., 56]), np.where(m972, along_z[..., 56], along_z[..., 57]), np.where(m972, along_z[..., 57], along_z[..., 58]), np.where(m972, along_z[..., 58], along_z[..., 59]), np.where(m972, v1847, along_z[..., 60]), np.where(m972, v1917, along_z[..., 61]), np.where(m972, v1886, along_z[..., 62]), np.where(m972, v1863, along_z[..., 63]), np.where(m972, v1820, along_z[..., 64]), np.where(m972, v2339, along_z[..., 65]), v2351, v2362, v2373, v2384, v2394, np.where(m972, v2403, along_z[..., 71]), np.where(m972, v2409, along_z[..., 72]), np.where(m972, v2419, along_z[..., 73]), np.where(m972, v2425, along_z[..., 74]), np.where(m972, v2431, along_z[..., 75]), np.where(m972, v2441, along_z[..., 76]), np.where(m972, v2447, along_z[..., 77]), np.where(m972, v2453, along_z[..., 78]), np.where(m972, v2459, along_z[..., 79]), np.where(m972, along_x[..., 2], along_z[..., 80]), np.where(m972, v1714, along_z[..., 81]), np.where(m972, v1701, along_z[..., 82]), np.where(m972, v2021, along_z[..., 83]), np.where(m972, along_z[..., 83], along_z[..., 84]), v2473, np.where(m972, v1680, along_z[..., 86]), np.where(m972, along_z[..., 86], along_z[..., 87]), np.where(m972, along_z[..., 87], along_z[..., 88]), np.where(m972, along_z[..., 88], along_z[..., 89]), v2488, 0.0)
+        roll = x[..., 0]
+        pitch = x[..., 1]
+        yaw = x[..., 2]
+        ref_roll = r[..., 0]
+        ref_pitch = r[..., 1]
+        ref_yaw = r[..., 2]
+        Tx_applied = v[..., 0]
+        Ty_applied = v[..., 1]
+        Tz_applied = v[..., 2]
+        a1_roll = z[..., 0]
+        a2_roll = z[..., 1]
+        b0_roll = z[..., 2]
+        b1_roll = z[..., 3]
+        d_roll = z[..., 4]
+        D1_roll = z[..., 5]
+        D2_roll = z[..., 6]
+        D3_roll = z[..., 7]
+        D4_roll = z[..., 8]
+        D5_roll = z[..., 9]
+        U12_roll = z[..., 10]
+        U13_roll = z[..., 11]
+        U23_roll = z[..., 12]
+        U14_roll = z[..., 13]
+        U24_roll = z[..., 14]
+        U34_roll = z[..., 15]
+        U15_roll = z[..., 16]
+        U25_roll = z[..., 17]
+        U35_roll = z[..., 18]
+        U45_roll = z[..., 19]
+        y1_roll = z[..., 20]
+        y2_roll = z[..., 21]
+        v1_roll = z[..., 22]
+        u1_roll = z[..., 23]
+        u2_roll = z[..., 24]
+        wm1_roll = z[..., 26]
+        wm2_roll = z[..., 27]
+        wm3_roll = z[..., 28]
+        wm4_roll = z[..., 29]
+        a1_pitch = z[..., 30]
+        a2_pitch = z[..., 31]
+        b0_pitch = z[..., 32]
+        b1_pitch = z[..., 33]
+        d_pitch = z[..., 34]
+        D1_pitch = z[..., 35]
+        D2_pitch = z[..., 36]
+        D3_pitch = z[..., 37]
+        D4_pitch = z[..., 38]
+        D5_pitch = z[..., 39]
+        U12_pitch = z[..., 40]
+        U13_pitch = z[..., 41]
+        U23_pitch = z[..., 42]
+        U14_pitch = z[..., 43]
+        U24_pitch = z[..., 44]
+        U34_pitch = z[..., 45]
+        U15_pitch = z[..., 46]
+        U25_pitch = z[..., 47]
+        U35_pitch = z[..., 48]
+        U45_pitch = z[..., 49]
+        y1_pitch = z[..., 50]
+        y2_pitch = z[..., 51]
+        v1_pitch = z[..., 52]
+        u1_pitch = z[..., 53]
+        u2_pitch = z[..., 54]
+        wm1_pitch = z[..., 56]
+        wm2_pitch = z[..., 57]
+        wm3_pitch = z[..., 58]
+        wm4_pitch = z[..., 59]
+        a1_yaw = z[..., 60]
+        a2_yaw = z[..., 61]
+        b0_yaw = z[..., 62]
+        b1_yaw = z[..., 63]
+        d_yaw = z[..., 64]
+        D1_yaw = z[..., 65]
+        D2_yaw = z[..., 66]
+        D3_yaw = z[..., 67]
+        D4_yaw = z[..., 68]
+        D5_yaw = z[..., 69]
+        U12_yaw = z[..., 70]
+        U13_yaw = z[..., 71]
+        U23_yaw = z[..., 72]
+        U14_yaw = z[..., 73]
+        U24_yaw = z[..., 74]
+        U34_yaw = z[..., 75]
+        U15_yaw = z[..., 76]
+        U25_yaw = z[..., 77]
+        U35_yaw = z[..., 78]
+        U45_yaw = z[..., 79]
+        y1_yaw = z[..., 80]
+        y2_yaw = z[..., 81]
+        v1_yaw = z[..., 82]
+        u1_yaw = z[..., 83]
+        u2_yaw = z[..., 84]
+        wm1_yaw = z[..., 86]
+        wm2_yaw = z[..., 87]
+        wm3_yaw = z[..., 88]
+        wm4_yaw = z[..., 89]
+        samples = z[..., 90]
+        I_x = p[..., 0]
+        I_y = p[..., 1]
+        I_z = p[..., 2]
+        Ts = p[..., 9]
+        noise = p[..., 28]
+        rho = c[..., 0]
+        adapt = c[..., 1]
+        forgetting = c[..., 3]
+        trace_max = c[..., 4]
+        dead_zone = c[..., 5]
+        dead_zone_sigma = c[..., 6]
+        b_min = c[..., 14]
+        b_min_ratio = c[..., 15]
+        compensate_d = c[..., 17]
+        applied_regressor = c[..., 18]
+        design_delay = c[..., 20]
+        tau_m = c[..., 21]
+        along_roll = along_x[..., 0]
+        along_pitch = along_x[..., 1]
+        along_yaw = along_x[..., 2]
+        along_ref_roll = along_r[..., 0]
+        along_ref_pitch = along_r[..., 1]
+        along_ref_yaw = along_r[..., 2]
+        along_Tx_applied = along_v[..., 0]
+        along_Ty_applied = along_v[..., 1]
+        along_Tz_applied = along_v[..., 2]
+        along_a1_roll = along_z[..., 0]
+        along_a2_roll = along_z[..., 1]
+        along_b0_roll = along_z[..., 2]
+        along_b1_roll = along_z[..., 3]
+        along_d_roll = along_z[..., 4]
+        along_D1_roll = along_z[..., 5]
+        along_D2_roll = along_z[..., 6]
+        along_D3_roll = along_z[..., 7]
+        along_D4_roll = along_z[..., 8]
+        along_D5_roll = along_z[..., 9]
+        along_U12_roll = along_z[..., 10]
+        along_U13_roll = along_z[..., 11]
+        along_U23_roll = along_z[..., 12]
+        along_U14_roll = along_z[..., 13]
+        along_U24_roll = along_z[..., 14]
+        along_U34_roll = along_z[..., 15]
+        along_U15_roll = along_z[..., 16]
+        along_U25_roll = along_z[..., 17]
+        along_U35_roll = along_z[..., 18]
+        along_U45_roll = along_z[..., 19]
+        along_y1_roll = along_z[..., 20]
+        along_y2_roll = along_z[..., 21]
+        along_v1_roll = along_z[..., 22]
+        along_u1_roll = along_z[..., 23]
+        along_u2_roll = along_z[..., 24]
+        along_ym_roll = along_z[..., 25]
+        along_wm1_roll = along_z[..., 26]
+        along_wm2_roll = along_z[..., 27]
+        along_wm3_roll = along_z[..., 28]
+        along_wm4_roll = along_z[..., 29]
+        along_a1_pitch = along_z[..., 30]
+        along_a2_pitch = along_z[..., 31]
+        along_b0_pitch = along_z[..., 32]
+        along_b1_pitch = along_z[..., 33]
+        along_d_pitch = along_z[..., 34]
+        along_D1_pitch = along_z[..., 35]
+        along_D2_pitch = along_z[..., 36]
+        along_D3_pitch = along_z[..., 37]
+        along_D4_pitch = along_z[..., 38]
+        along_D5_pitch = along_z[..., 39]
+        along_U12_pitch = along_z[..., 40]
+        along_U13_pitch = along_z[..., 41]
+        along_U23_pitch = along_z[..., 42]
+        along_U14_pitch = along_z[..., 43]
+        along_U24_pitch = along_z[..., 44]
+        along_U34_pitch = along_z[..., 45]
+        along_U15_pitch = along_z[..., 46]
+        along_U25_pitch = along_z[..., 47]
+        along_U35_pitch = along_z[..., 48]
+        along_U45_pitch = along_z[..., 49]
+        along_y1_pitch = along_z[..., 50]
+        along_y2_pitch = along_z[..., 51]
+        along_v1_pitch = along_z[..., 52]
+        along_u1_pitch = along_z[..., 53]
+        along_u2_pitch = along_z[..., 54]
+        along_ym_pitch = along_z[..., 55]
+        along_wm1_pitch = along_z[..., 56]
+        along_wm2_pitch = along_z[..., 57]
+        along_wm3_pitch = along_z[..., 58]
+        along_wm4_pitch = along_z[..., 59]
+        along_a1_yaw = along_z[..., 60]
+        along_a2_yaw = along_z[..., 61]
+        along_b0_yaw = along_z[..., 62]
+        along_b1_yaw = along_z[..., 63]
+        along_d_yaw = along_z[..., 64]
+        along_D1_yaw = along_z[..., 65]
+        along_D2_yaw = along_z[..., 66]
+        along_D3_yaw = along_z[..., 67]
+        along_D4_yaw = along_z[..., 68]
+        along_D5_yaw = along_z[..., 69]
+        along_U12_yaw = along_z[..., 70]
+        along_U13_yaw = along_z[..., 71]
+        along_U23_yaw = along_z[..., 72]
+        along_U14_yaw = along_z[..., 73]
+        along_U24_yaw = along_z[..., 74]
+        along_U34_yaw = along_z[..., 75]
+        along_U15_yaw = along_z[..., 76]
+        along_U25_yaw = along_z[..., 77]
+        along_U35_yaw = along_z[..., 78]
+        along_U45_yaw = along_z[..., 79]
+        along_y1_yaw = along_z[..., 80]
+        along_y2_yaw = along_z[..., 81]
+        along_v1_yaw = along_z[..., 82]
+        along_u1_yaw = along_z[..., 83]
+        along_u2_yaw = along_z[..., 84]
+        along_ym_yaw = along_z[..., 85]
+        along_wm1_yaw = along_z[..., 86]
+        along_wm2_yaw = along_z[..., 87]
+        along_wm3_yaw = along_z[..., 88]
+        along_wm4_yaw = along_z[..., 89]
+        along_samples = along_z[..., 90]
+        model_pole = np.exp(-(Ts / tau_m))
+        t_hjr6j = -1.0 + model_pole
+        t_lbhv6 = t_hjr6j * t_hjr6j
+        t_u5zvh = model_pole + model_pole
+        t_lbhv6_2 = model_pole * model_pole
+        w_roll = t_lbhv6 * ref_roll + t_u5zvh * wm1_roll - t_lbhv6_2 * wm2_roll  # (16)
+        w_pitch = t_lbhv6 * ref_pitch + t_u5zvh * wm1_pitch - t_lbhv6_2 * wm2_pitch  # (16)
+        w_yaw = t_lbhv6 * ref_yaw + t_u5zvh * wm1_yaw - t_lbhv6_2 * wm2_yaw  # (16)
+        m_myerm = (samples < 0.5)
+        y1_used_roll = np.where(m_myerm, roll, y1_roll)
+        m_2oym3 = (0.5 < applied_regressor)
+        m_ng6lt = (0.5 < design_delay)
+        v_roll = np.where(m_2oym3, Tx_applied, np.where(m_ng6lt, u2_roll, u1_roll))  # (36)
+        y_hat_roll = (
+            d_roll
+            + b0_roll * v_roll
+            + b1_roll * v1_roll
+            - a1_roll * y1_used_roll
+            - a2_roll * y2_roll
+        )  # (34)
+        eps_roll = roll - y_hat_roll  # (39)
+        t_s4qc7 = D1_roll * y1_used_roll
+        alpha1_roll = forgetting + t_s4qc7 * y1_used_roll  # (40)
+        t_gcbdt = 1.0 / alpha1_roll
+        D1_free_roll = D1_roll * t_gcbdt  # (41)
+        t_4q5lb = y2_roll + U12_roll * y1_used_roll
+        t_bqiu4 = D2_roll * t_4q5lb
+        alpha2_roll = alpha1_roll + t_bqiu4 * t_4q5lb  # (40)
+        t_2ftwl = 1.0 / alpha2_roll
+        t_rkxsm = 1.0 / forgetting
+        t_buzsg = t_2ftwl * t_rkxsm
+        t_uep3r = t_buzsg * D2_roll
+        D2_free_roll = t_uep3r * alpha1_roll  # (41)
+        t_hr6w3 = t_s4qc7 * t_gcbdt
+        U12_free_roll = U12_roll - t_hr6w3 * t_4q5lb  # (41)
+        f3_roll = v_roll - U13_roll * y1_used_roll - U23_roll * y2_roll  # (40)
+        Df3_roll = D3_roll * f3_roll  # (40)
+        alpha3_roll = alpha2_roll + Df3_roll * f3_roll  # (40)
+        t_m6gkz = 1.0 / alpha3_roll
+        t_pgi2s = t_rkxsm * t_m6gkz
+        t_chslv = t_pgi2s * D3_roll
+        D3_free_roll = t_chslv * alpha2_roll  # (41)
+        t_iwp6c = f3_roll * t_2ftwl
+        t_73h6y = t_s4qc7 + t_bqiu4 * U12_roll
+        U13_free_roll = U13_roll + t_iwp6c * t_73h6y  # (41)
+        b1_3_roll = Df3_roll * U13_roll - t_73h6y  # (40)
+        U23_free_roll = U23_roll + t_iwp6c * t_bqiu4  # (41)
+        b2_3_roll = Df3_roll * U23_roll - t_bqiu4  # (40)
+        f4_roll = v1_roll + U34_roll * v_roll - U14_roll * y1_used_roll - U24_roll * y2_roll  # (40)
+        Df4_roll = D4_roll * f4_roll  # (40)
+        alpha4_roll = alpha3_roll + Df4_roll * f4_roll  # (40)
+        t_qd2bm = 1.0 / alpha4_roll
+        t_ssuku = t_rkxsm * t_qd2bm
+        t_3j35e = t_ssuku * D4_roll
+        D4_free_roll = t_3j35e * alpha3_roll  # (41)
+        t_vpr7m = f4_roll * t_m6gkz
+        U14_free_roll = U14_roll - t_vpr7m * b1_3_roll  # (41)
+        b1_4_roll = b1_3_roll + Df4_roll * U14_roll  # (40)
+        U24_free_roll = U24_roll - t_vpr7m * b2_3_roll  # (41)
+        b2_4_roll = b2_3_roll + Df4_roll * U24_roll  # (40)
+        U34_free_roll = U34_roll - t_vpr7m * Df3_roll  # (41)
+        b3_4_roll = Df3_roll + Df4_roll * U34_roll  # (40)
+        f5_roll = (
+            1.0
+            + U35_roll * v_roll
+            + U45_roll * v1_roll
+            - U15_roll * y1_used_roll
+            - U25_roll * y2_roll
+        )  # (40)
+        Df5_roll = D5_roll * f5_roll  # (40)
+        alpha5_roll = alpha4_roll + Df5_roll * f5_roll  # (40)
+        t_szpzk = 1.0 / alpha5_roll
+        t_petfr = t_rkxsm * t_szpzk
+        t_glxxd = t_petfr * D5_roll
+        D5_free_roll = t_glxxd * alpha4_roll  # (41)
+        t_el36p = f5_roll * t_qd2bm
+        U15_free_roll = U15_roll - t_el36p * b1_4_roll  # (41)
+        b1_5_roll = b1_4_roll + Df5_roll * U15_roll  # (40)
+        U25_free_roll = U25_roll - t_el36p * b2_4_roll  # (41)
+        b2_5_roll = b2_4_roll + Df5_roll * U25_roll  # (40)
+        U35_free_roll = U35_roll - t_el36p * b3_4_roll  # (41)
+        b3_5_roll = b3_4_roll + Df5_roll * U35_roll  # (40)
+        U45_free_roll = U45_roll - t_el36p * Df4_roll  # (41)
+        b4_5_roll = Df4_roll + Df5_roll * U45_roll  # (40)
+        G1_roll = b1_5_roll * t_szpzk  # (40)
+        G2_roll = b2_5_roll * t_szpzk  # (40)
+        G3_roll = b3_5_roll * t_szpzk  # (40)
+        G4_roll = b4_5_roll * t_szpzk  # (40)
+        G5_roll = Df5_roll * t_szpzk  # (40)
+        trace_roll = (
+            D1_free_roll
+            + D2_free_roll
+            + D3_free_roll
+            + D4_free_roll
+            + D5_free_roll
+            + D2_free_roll * (U12_free_roll * U12_free_roll)
+            + D3_free_roll * (U13_free_roll * U13_free_roll)
+            + D3_free_roll * (U23_free_roll * U23_free_roll)
+            + D4_free_roll * (U14_free_roll * U14_free_roll)
+            + D4_free_roll * (U24_free_roll * U24_free_roll)
+            + D4_free_roll * (U34_free_roll * U34_free_roll)
+            + D5_free_roll * (U15_free_roll * U15_free_roll)
+            + D5_free_roll * (U25_free_roll * U25_free_roll)
+            + D5_free_roll * (U35_free_roll * U35_free_roll)
+            + D5_free_roll * (U45_free_roll * U45_free_roll)
+        )  # (41)
+        m_cy5zr = (trace_max < trace_roll)
+        cap_roll = np.where(m_cy5zr, forgetting, 1.0)
+        m_jj746 = (0.5 < adapt)
+        m_d33kq = (1.5 < samples)
+        m_6w7fs = np.logical_and(m_jj746, m_d33kq)
+        t_s4yo7 = np.fmax(dead_zone, dead_zone_sigma * noise)
+        m_ga54y = (t_s4yo7 < np.abs(eps_roll))
+        m_huydk = np.logical_and(m_6w7fs, m_ga54y)
+        a1_now_roll = np.where(m_huydk, a1_roll + G1_roll * eps_roll, a1_roll)  # (42)
+        a2_now_roll = np.where(m_huydk, a2_roll + G2_roll * eps_roll, a2_roll)  # (42)
+        b0_now_roll = np.where(m_huydk, b0_roll + G3_roll * eps_roll, b0_roll)  # (42)
+        b1_now_roll = np.where(m_huydk, b1_roll + G4_roll * eps_roll, b1_roll)  # (42)
+        d_now_roll = np.where(m_huydk, d_roll + G5_roll * eps_roll, d_roll)  # (42)
+        d_used_roll = compensate_d * d_now_roll
+        y1_used_pitch = np.where(m_myerm, pitch, y1_pitch)
+        v_pitch = np.where(m_2oym3, Ty_applied, np.where(m_ng6lt, u2_pitch, u1_pitch))  # (36)
+        y_hat_pitch = (
+            d_pitch
+            + b0_pitch * v_pitch
+            + b1_pitch * v1_pitch
+            - a1_pitch * y1_used_pitch
+            - a2_pitch * y2_pitch
+        )  # (34)
+        eps_pitch = pitch - y_hat_pitch  # (39)
+        t_n6265 = D1_pitch * y1_used_pitch
+        alpha1_pitch = forgetting + t_n6265 * y1_used_pitch  # (40)
+        t_ba5cq = 1.0 / alpha1_pitch
+        D1_free_pitch = D1_pitch * t_ba5cq  # (41)
+        t_5xoth = y2_pitch + U12_pitch * y1_used_pitch
+        t_urk7s = D2_pitch * t_5xoth
+        alpha2_pitch = alpha1_pitch + t_urk7s * t_5xoth  # (40)
+        t_vq6qe = 1.0 / alpha2_pitch
+        t_rwzhe = t_rkxsm * t_vq6qe
+        t_rz27b = t_rwzhe * D2_pitch
+        D2_free_pitch = t_rz27b * alpha1_pitch  # (41)
+        t_yryoi = t_n6265 * t_ba5cq
+        U12_free_pitch = U12_pitch - t_yryoi * t_5xoth  # (41)
+        f3_pitch = v_pitch - U13_pitch * y1_used_pitch - U23_pitch * y2_pitch  # (40)
+        Df3_pitch = D3_pitch * f3_pitch  # (40)
+        alpha3_pitch = alpha2_pitch + Df3_pitch * f3_pitch  # (40)
+        t_wnsbx = 1.0 / alpha3_pitch
+        t_clmmw = t_rkxsm * t_wnsbx
+        t_ehcbr = t_clmmw * D3_pitch
+        D3_free_pitch = t_ehcbr * alpha2_pitch  # (41)
+        t_iziit = f3_pitch * t_vq6qe
+        t_m7azd = t_n6265 + t_urk7s * U12_pitch
+        U13_free_pitch = U13_pitch + t_iziit * t_m7azd  # (41)
+        b1_3_pitch = Df3_pitch * U13_pitch - t_m7azd  # (40)
+        U23_free_pitch = U23_pitch + t_iziit * t_urk7s  # (41)
+        b2_3_pitch = Df3_pitch * U23_pitch - t_urk7s  # (40)
+        f4_pitch = v1_pitch + U34_pitch * v_pitch - U14_pitch * y1_used_pitch - U24_pitch * y2_pitch  # (40)
+        Df4_pitch = D4_pitch * f4_pitch  # (40)
+        alpha4_pitch = alpha3_pitch + Df4_pitch * f4_pitch  # (40)
+        t_au2dz = 1.0 / alpha4_pitch
+        t_km5us = t_rkxsm * t_au2dz
+        t_22ct6 = t_km5us * D4_pitch
+        D4_free_pitch = t_22ct6 * alpha3_pitch  # (41)
+        t_q5cqa = f4_pitch * t_wnsbx
+        U14_free_pitch = U14_pitch - t_q5cqa * b1_3_pitch  # (41)
+        b1_4_pitch = b1_3_pitch + Df4_pitch * U14_pitch  # (40)
+        U24_free_pitch = U24_pitch - t_q5cqa * b2_3_pitch  # (41)
+        b2_4_pitch = b2_3_pitch + Df4_pitch * U24_pitch  # (40)
+        U34_free_pitch = U34_pitch - t_q5cqa * Df3_pitch  # (41)
+        b3_4_pitch = Df3_pitch + Df4_pitch * U34_pitch  # (40)
+        f5_pitch = (
+            1.0
+            + U35_pitch * v_pitch
+            + U45_pitch * v1_pitch
+            - U15_pitch * y1_used_pitch
+            - U25_pitch * y2_pitch
+        )  # (40)
+        Df5_pitch = D5_pitch * f5_pitch  # (40)
+        alpha5_pitch = alpha4_pitch + Df5_pitch * f5_pitch  # (40)
+        t_uppvm = 1.0 / alpha5_pitch
+        t_xfgg5 = t_rkxsm * t_uppvm
+        t_enyoc = t_xfgg5 * D5_pitch
+        D5_free_pitch = t_enyoc * alpha4_pitch  # (41)
+        t_blzne = f5_pitch * t_au2dz
+        U15_free_pitch = U15_pitch - t_blzne * b1_4_pitch  # (41)
+        b1_5_pitch = b1_4_pitch + Df5_pitch * U15_pitch  # (40)
+        U25_free_pitch = U25_pitch - t_blzne * b2_4_pitch  # (41)
+        b2_5_pitch = b2_4_pitch + Df5_pitch * U25_pitch  # (40)
+        U35_free_pitch = U35_pitch - t_blzne * b3_4_pitch  # (41)
+        b3_5_pitch = b3_4_pitch + Df5_pitch * U35_pitch  # (40)
+        U45_free_pitch = U45_pitch - t_blzne * Df4_pitch  # (41)
+        b4_5_pitch = Df4_pitch + Df5_pitch * U45_pitch  # (40)
+        G1_pitch = b1_5_pitch * t_uppvm  # (40)
+        G2_pitch = b2_5_pitch * t_uppvm  # (40)
+        G3_pitch = b3_5_pitch * t_uppvm  # (40)
+        G4_pitch = b4_5_pitch * t_uppvm  # (40)
+        G5_pitch = Df5_pitch * t_uppvm  # (40)
+        trace_pitch = (
+            D1_free_pitch
+            + D2_free_pitch
+            + D3_free_pitch
+            + D4_free_pitch
+            + D5_free_pitch
+            + D2_free_pitch * (U12_free_pitch * U12_free_pitch)
+            + D3_free_pitch * (U13_free_pitch * U13_free_pitch)
+            + D3_free_pitch * (U23_free_pitch * U23_free_pitch)
+            + D4_free_pitch * (U14_free_pitch * U14_free_pitch)
+            + D4_free_pitch * (U24_free_pitch * U24_free_pitch)
+            + D4_free_pitch * (U34_free_pitch * U34_free_pitch)
+            + D5_free_pitch * (U15_free_pitch * U15_free_pitch)
+            + D5_free_pitch * (U25_free_pitch * U25_free_pitch)
+            + D5_free_pitch * (U35_free_pitch * U35_free_pitch)
+            + D5_free_pitch * (U45_free_pitch * U45_free_pitch)
+        )  # (41)
+        m_rahgr = (trace_max < trace_pitch)
+        cap_pitch = np.where(m_rahgr, forgetting, 1.0)
+        m_a3jc4 = (t_s4yo7 < np.abs(eps_pitch))
+        m_fztcf = np.logical_and(m_6w7fs, m_a3jc4)
+        a1_now_pitch = np.where(m_fztcf, a1_pitch + G1_pitch * eps_pitch, a1_pitch)  # (42)
+        a2_now_pitch = np.where(m_fztcf, a2_pitch + G2_pitch * eps_pitch, a2_pitch)  # (42)
+        b0_now_pitch = np.where(m_fztcf, b0_pitch + G3_pitch * eps_pitch, b0_pitch)  # (42)
+        b1_now_pitch = np.where(m_fztcf, b1_pitch + G4_pitch * eps_pitch, b1_pitch)  # (42)
+        d_now_pitch = np.where(m_fztcf, d_pitch + G5_pitch * eps_pitch, d_pitch)  # (42)
+        d_used_pitch = compensate_d * d_now_pitch
+        y1_used_yaw = np.where(m_myerm, yaw, y1_yaw)
+        v_yaw = np.where(m_2oym3, Tz_applied, np.where(m_ng6lt, u2_yaw, u1_yaw))  # (36)
+        y_hat_yaw = (
+            d_yaw
+            + b0_yaw * v_yaw
+            + b1_yaw * v1_yaw
+            - a1_yaw * y1_used_yaw
+            - a2_yaw * y2_yaw
+        )  # (34)
+        eps_yaw = yaw - y_hat_yaw  # (39)
+        t_5t4tf = D1_yaw * y1_used_yaw
+        alpha1_yaw = forgetting + t_5t4tf * y1_used_yaw  # (40)
+        t_rrlcx = 1.0 / alpha1_yaw
+        D1_free_yaw = D1_yaw * t_rrlcx  # (41)
+        t_fz2ih = y2_yaw + U12_yaw * y1_used_yaw
+        t_3inrl = D2_yaw * t_fz2ih
+        alpha2_yaw = alpha1_yaw + t_3inrl * t_fz2ih  # (40)
+        t_epc3p = 1.0 / alpha2_yaw
+        t_jmud7 = t_rkxsm * t_epc3p
+        t_7itiz = t_jmud7 * D2_yaw
+        D2_free_yaw = t_7itiz * alpha1_yaw  # (41)
+        t_k2d3u = t_5t4tf * t_rrlcx
+        U12_free_yaw = U12_yaw - t_k2d3u * t_fz2ih  # (41)
+        f3_yaw = v_yaw - U13_yaw * y1_used_yaw - U23_yaw * y2_yaw  # (40)
+        Df3_yaw = D3_yaw * f3_yaw  # (40)
+        alpha3_yaw = alpha2_yaw + Df3_yaw * f3_yaw  # (40)
+        t_czmse = 1.0 / alpha3_yaw
+        t_qfkhf = t_rkxsm * t_czmse
+        t_3ufve = t_qfkhf * D3_yaw
+        D3_free_yaw = t_3ufve * alpha2_yaw  # (41)
+        t_qqhj7 = f3_yaw * t_epc3p
+        t_mefgo = t_5t4tf + t_3inrl * U12_yaw
+        U13_free_yaw = U13_yaw + t_qqhj7 * t_mefgo  # (41)
+        b1_3_yaw = Df3_yaw * U13_yaw - t_mefgo  # (40)
+        U23_free_yaw = U23_yaw + t_qqhj7 * t_3inrl  # (41)
+        b2_3_yaw = Df3_yaw * U23_yaw - t_3inrl  # (40)
+        f4_yaw = v1_yaw + U34_yaw * v_yaw - U14_yaw * y1_used_yaw - U24_yaw * y2_yaw  # (40)
+        Df4_yaw = D4_yaw * f4_yaw  # (40)
+        alpha4_yaw = alpha3_yaw + Df4_yaw * f4_yaw  # (40)
+        t_nk3ay = 1.0 / alpha4_yaw
+        t_zqvsh = t_rkxsm * t_nk3ay
+        t_kj3bh = t_zqvsh * D4_yaw
+        D4_free_yaw = t_kj3bh * alpha3_yaw  # (41)
+        t_ov6wh = f4_yaw * t_czmse
+        U14_free_yaw = U14_yaw - t_ov6wh * b1_3_yaw  # (41)
+        b1_4_yaw = b1_3_yaw + Df4_yaw * U14_yaw  # (40)
+        U24_free_yaw = U24_yaw - t_ov6wh * b2_3_yaw  # (41)
+        b2_4_yaw = b2_3_yaw + Df4_yaw * U24_yaw  # (40)
+        U34_free_yaw = U34_yaw - t_ov6wh * Df3_yaw  # (41)
+        b3_4_yaw = Df3_yaw + Df4_yaw * U34_yaw  # (40)
+        f5_yaw = (
+            1.0
+            + U35_yaw * v_yaw
+            + U45_yaw * v1_yaw
+            - U15_yaw * y1_used_yaw
+            - U25_yaw * y2_yaw
+        )  # (40)
+        Df5_yaw = D5_yaw * f5_yaw  # (40)
+        alpha5_yaw = alpha4_yaw + Df5_yaw * f5_yaw  # (40)
+        t_xt42v = 1.0 / alpha5_yaw
+        t_6uhyh = t_rkxsm * t_xt42v
+        t_janky = t_6uhyh * D5_yaw
+        D5_free_yaw = t_janky * alpha4_yaw  # (41)
+        t_xokdo = f5_yaw * t_nk3ay
+        U15_free_yaw = U15_yaw - t_xokdo * b1_4_yaw  # (41)
+        b1_5_yaw = b1_4_yaw + Df5_yaw * U15_yaw  # (40)
+        U25_free_yaw = U25_yaw - t_xokdo * b2_4_yaw  # (41)
+        b2_5_yaw = b2_4_yaw + Df5_yaw * U25_yaw  # (40)
+        U35_free_yaw = U35_yaw - t_xokdo * b3_4_yaw  # (41)
+        b3_5_yaw = b3_4_yaw + Df5_yaw * U35_yaw  # (40)
+        U45_free_yaw = U45_yaw - t_xokdo * Df4_yaw  # (41)
+        b4_5_yaw = Df4_yaw + Df5_yaw * U45_yaw  # (40)
+        G1_yaw = b1_5_yaw * t_xt42v  # (40)
+        G2_yaw = b2_5_yaw * t_xt42v  # (40)
+        G3_yaw = b3_5_yaw * t_xt42v  # (40)
+        G4_yaw = b4_5_yaw * t_xt42v  # (40)
+        G5_yaw = Df5_yaw * t_xt42v  # (40)
+        trace_yaw = (
+            D1_free_yaw
+            + D2_free_yaw
+            + D3_free_yaw
+            + D4_free_yaw
+            + D5_free_yaw
+            + D2_free_yaw * (U12_free_yaw * U12_free_yaw)
+            + D3_free_yaw * (U13_free_yaw * U13_free_yaw)
+            + D3_free_yaw * (U23_free_yaw * U23_free_yaw)
+            + D4_free_yaw * (U14_free_yaw * U14_free_yaw)
+            + D4_free_yaw * (U24_free_yaw * U24_free_yaw)
+            + D4_free_yaw * (U34_free_yaw * U34_free_yaw)
+            + D5_free_yaw * (U15_free_yaw * U15_free_yaw)
+            + D5_free_yaw * (U25_free_yaw * U25_free_yaw)
+            + D5_free_yaw * (U35_free_yaw * U35_free_yaw)
+            + D5_free_yaw * (U45_free_yaw * U45_free_yaw)
+        )  # (41)
+        m_4b7bf = (trace_max < trace_yaw)
+        cap_yaw = np.where(m_4b7bf, forgetting, 1.0)
+        m_tx63k = (t_s4yo7 < np.abs(eps_yaw))
+        m_6lewq = np.logical_and(m_6w7fs, m_tx63k)
+        a1_now_yaw = np.where(m_6lewq, a1_yaw + G1_yaw * eps_yaw, a1_yaw)  # (42)
+        a2_now_yaw = np.where(m_6lewq, a2_yaw + G2_yaw * eps_yaw, a2_yaw)  # (42)
+        b0_now_yaw = np.where(m_6lewq, b0_yaw + G3_yaw * eps_yaw, b0_yaw)  # (42)
+        b1_now_yaw = np.where(m_6lewq, b1_yaw + G4_yaw * eps_yaw, b1_yaw)  # (42)
+        d_now_yaw = np.where(m_6lewq, d_yaw + G5_yaw * eps_yaw, d_yaw)  # (42)
+        d_used_yaw = compensate_d * d_now_yaw
+        t_4msa4 = Ts * Ts * b_min_ratio
+        t_ff25k = -0.5 * b0_now_roll + -0.5 * b1_now_roll + np.fmax(b_min, 0.5 / I_x * t_4msa4)
+        lift_roll = np.fmax(0.0, t_ff25k)
+        B1_roll = b0_now_roll + b1_now_roll + (lift_roll + lift_roll)
+        t_bxn4n = 4.0 * rho
+        t_ph5cf = t_bxn4n + a1_now_roll
+        s1_roll = -t_ph5cf  # (22)
+        t_2wsi6 = rho * rho
+        t_2wsi6_2 = -6.0 * t_2wsi6
+        t_bxn4n_2 = 3.0 * rho
+        e1_roll = np.where(m_ng6lt, a1_now_roll * t_ph5cf - (t_2wsi6_2 + a2_now_roll), -(t_bxn4n_2 + a1_now_roll))  # (22)
+        t_ogmcx = rho * t_2wsi6
+        t_ogmcx_2 = 4.0 * t_ogmcx
+        t_2wsi6_3 = -3.0 * t_2wsi6
+        e2_roll = np.where(m_ng6lt, a2_now_roll * t_ph5cf - t_ogmcx_2, -(t_2wsi6_3 + a2_now_roll))  # (22)
+        t_v4kye = t_2wsi6 * t_2wsi6
+        t_ogmcx_3 = -t_ogmcx
+        e3_roll = np.where(m_ng6lt, t_v4kye, t_ogmcx_3)  # (22)
+        t_zjozf = b1_now_roll + lift_roll
+        t_yz2fy = t_zjozf * t_zjozf
+        t_4ihf2 = b0_now_roll + lift_roll
+        t_qkhny = t_4ihf2 * t_4ihf2
+        t_ncl23 = t_zjozf * a1_now_roll
+        res_roll = t_yz2fy + t_qkhny * a2_now_roll - t_4ihf2 * t_ncl23
+        t_at7me = t_zjozf * t_4ihf2
+        t_k6fq7 = 1.0 / res_roll
+        sd_roll = (t_yz2fy * e1_roll + t_qkhny * e3_roll - t_at7me * e2_roll) * t_k6fq7  # (22)
+        t_6p656 = t_4ihf2 * e3_roll
+        t_6zvri = t_4ihf2 * a2_now_roll
+        t0_roll = (t_zjozf * e2_roll - t_6p656 - t_ncl23 * e1_roll + t_6zvri * e1_roll) * t_k6fq7  # (22)
+        t_nopcl = t_zjozf * a2_now_roll
+        t1_roll = (t_zjozf * e3_roll - t_6p656 * a1_now_roll + t_6zvri * e2_roll - t_nopcl * e1_roll) * t_k6fq7  # (22)
+        t_z4laf = np.where(m_ng6lt, -t_bxn4n, -t_bxn4n_2)
+        t_mymwd = np.where(m_ng6lt, 6.0 * t_2wsi6, 3.0 * t_2wsi6)
+        t_32esp = np.where(m_ng6lt, -t_ogmcx_2, t_ogmcx_3)
+        Acw_roll = (
+            w_roll
+            + t_z4laf * wm1_roll
+            + t_mymwd * wm2_roll
+            + t_32esp * wm3_roll
+            + np.where(m_ng6lt, t_v4kye * wm4_roll, 0.0)
+        )
+        t_qevl4 = 1.0 + np.where(m_ng6lt, s1_roll, 0.0) + sd_roll
+        t_ircix = 1.0 / B1_roll
+        t_ozb3k = (Acw_roll - d_used_roll * t_qevl4) * t_ircix
+        u_roll_mrac = (
+            t_ozb3k
+            + np.where(m_ng6lt, t_ph5cf * u1_roll, 0.0)
+            - roll * t0_roll
+            - sd_roll * v_roll
+            - t1_roll * y1_used_roll
+        )
+        t_obugf = -0.5 * b0_now_pitch + -0.5 * b1_now_pitch + np.fmax(b_min, 0.5 / I_y * t_4msa4)
+        lift_pitch = np.fmax(0.0, t_obugf)
+        B1_pitch = b0_now_pitch + b1_now_pitch + (lift_pitch + lift_pitch)
+        t_2hojt = t_bxn4n + a1_now_pitch
+        s1_pitch = -t_2hojt  # (22)
+        e1_pitch = np.where(m_ng6lt, a1_now_pitch * t_2hojt - (t_2wsi6_2 + a2_now_pitch), -(t_bxn4n_2 + a1_now_pitch))  # (22)
+        e2_pitch = np.where(m_ng6lt, a2_now_pitch * t_2hojt - t_ogmcx_2, -(t_2wsi6_3 + a2_now_pitch))  # (22)
+        t_tpvzc = b1_now_pitch + lift_pitch
+        t_imlet = t_tpvzc * t_tpvzc
+        t_6edde = b0_now_pitch + lift_pitch
+        t_23zut = t_6edde * t_6edde
+        t_ivfwu = t_tpvzc * a1_now_pitch
+        res_pitch = t_imlet + t_23zut * a2_now_pitch - t_6edde * t_ivfwu
+        t_zcg3q = t_tpvzc * t_6edde
+        t_traey = 1.0 / res_pitch
+        sd_pitch = (t_imlet * e1_pitch + t_23zut * e3_roll - t_zcg3q * e2_pitch) * t_traey  # (22)
+        t_3uzty = t_6edde * e3_roll
+        t_rhale = t_6edde * a2_now_pitch
+        t0_pitch = (t_tpvzc * e2_pitch - t_3uzty - t_ivfwu * e1_pitch + t_rhale * e1_pitch) * t_traey  # (22)
+        t_34ruz = t_tpvzc * a2_now_pitch
+        t1_pitch = (t_tpvzc * e3_roll - t_3uzty * a1_now_pitch + t_rhale * e2_pitch - t_34ruz * e1_pitch) * t_traey  # (22)
+        Acw_pitch = (
+            w_pitch
+            + t_z4laf * wm1_pitch
+            + t_mymwd * wm2_pitch
+            + t_32esp * wm3_pitch
+            + np.where(m_ng6lt, t_v4kye * wm4_pitch, 0.0)
+        )
+        t_aamui = 1.0 + np.where(m_ng6lt, s1_pitch, 0.0) + sd_pitch
+        t_hmw3a = 1.0 / B1_pitch
+        t_4vqbg = (Acw_pitch - d_used_pitch * t_aamui) * t_hmw3a
+        u_pitch_mrac = (
+            t_4vqbg
+            + np.where(m_ng6lt, t_2hojt * u1_pitch, 0.0)
+            - pitch * t0_pitch
+            - sd_pitch * v_pitch
+            - t1_pitch * y1_used_pitch
+        )
+        t_qlksj = -0.5 * b0_now_yaw + -0.5 * b1_now_yaw + np.fmax(b_min, 0.5 / I_z * t_4msa4)
+        lift_yaw = np.fmax(0.0, t_qlksj)
+        B1_yaw = b0_now_yaw + b1_now_yaw + (lift_yaw + lift_yaw)
+        t_newnt = t_bxn4n + a1_now_yaw
+        s1_yaw = -t_newnt  # (22)
+        e1_yaw = np.where(m_ng6lt, a1_now_yaw * t_newnt - (t_2wsi6_2 + a2_now_yaw), -(t_bxn4n_2 + a1_now_yaw))  # (22)
+        e2_yaw = np.where(m_ng6lt, a2_now_yaw * t_newnt - t_ogmcx_2, -(t_2wsi6_3 + a2_now_yaw))  # (22)
+        t_zkiaw = b1_now_yaw + lift_yaw
+        t_npqek = t_zkiaw * t_zkiaw
+        t_qhfkz = b0_now_yaw + lift_yaw
+        t_xjk5e = t_qhfkz * t_qhfkz
+        t_n6w5s = t_zkiaw * a1_now_yaw
+        res_yaw = t_npqek + t_xjk5e * a2_now_yaw - t_qhfkz * t_n6w5s
+        t_z4gi6 = t_zkiaw * t_qhfkz
+        t_7xf6k = 1.0 / res_yaw
+        sd_yaw = (t_npqek * e1_yaw + t_xjk5e * e3_roll - t_z4gi6 * e2_yaw) * t_7xf6k  # (22)
+        t_vephh = t_qhfkz * e3_roll
+        t_3ziba = t_qhfkz * a2_now_yaw
+        t0_yaw = (t_zkiaw * e2_yaw - t_vephh - t_n6w5s * e1_yaw + t_3ziba * e1_yaw) * t_7xf6k  # (22)
+        t_ptnjb = t_zkiaw * a2_now_yaw
+        t1_yaw = (t_zkiaw * e3_roll - t_vephh * a1_now_yaw + t_3ziba * e2_yaw - t_ptnjb * e1_yaw) * t_7xf6k  # (22)
+        Acw_yaw = (
+            w_yaw
+            + t_z4laf * wm1_yaw
+            + t_mymwd * wm2_yaw
+            + t_32esp * wm3_yaw
+            + np.where(m_ng6lt, t_v4kye * wm4_yaw, 0.0)
+        )
+        t_maquh = 1.0 + np.where(m_ng6lt, s1_yaw, 0.0) + sd_yaw
+        t_ujplt = 1.0 / B1_yaw
+        t_xvgnn = (Acw_yaw - d_used_yaw * t_maquh) * t_ujplt
+        u_yaw_mrac = (
+            t_xvgnn
+            + np.where(m_ng6lt, t_newnt * u1_yaw, 0.0)
+            - sd_yaw * v_yaw
+            - t0_yaw * yaw
+            - t1_yaw * y1_used_yaw
+        )
+        m_m35aa = (np.abs(Tx_applied) < 1e+30)
+        m_6g4m5 = (np.abs(Ty_applied) < 1e+30)
+        m_qvzit = np.logical_and(m_m35aa, m_6g4m5)
+        m_ifmp5 = (np.abs(Tz_applied) < 1e+30)
+        m_yejzf = np.logical_and(m_qvzit, m_ifmp5)
+        m_cgnek = (np.abs(pitch) < 1e+30)
+        m_bffo2 = np.logical_and(m_yejzf, m_cgnek)
+        m_qrx2z = (np.abs(ref_pitch) < 1e+30)
+        m_bwxs3 = np.logical_and(m_bffo2, m_qrx2z)
+        m_ilioh = (np.abs(ref_roll) < 1e+30)
+        m_6i24m = np.logical_and(m_bwxs3, m_ilioh)
+        m_ghzhf = (np.abs(ref_yaw) < 1e+30)
+        m_65ott = np.logical_and(m_6i24m, m_ghzhf)
+        m_lisih = (np.abs(roll) < 1e+30)
+        m_fdhnb = np.logical_and(m_65ott, m_lisih)
+        m_klrep = (np.abs(trace_pitch) < 1e+30)
+        m_ftaye = np.logical_and(m_fdhnb, m_klrep)
+        m_nob5q = (np.abs(trace_roll) < 1e+30)
+        m_dtjsa = np.logical_and(m_ftaye, m_nob5q)
+        m_smxdh = (np.abs(trace_yaw) < 1e+30)
+        m_tnlb6 = np.logical_and(m_dtjsa, m_smxdh)
+        m_q3hd4 = (np.abs(yaw) < 1e+30)
+        m_n37qp = np.logical_and(m_tnlb6, m_q3hd4)
+        m_m4hsa = (np.abs(u_pitch_mrac) < 1e+30)
+        m_wqjeb = np.logical_and(m_n37qp, m_m4hsa)
+        m_mx2go = (np.abs(u_roll_mrac) < 1e+30)
+        m_zuvpc = np.logical_and(m_wqjeb, m_mx2go)
+        m_ibl7d = (np.abs(u_yaw_mrac) < 1e+30)
+        m_mu5jj = np.logical_and(m_zuvpc, m_ibl7d)
+        t_fyvaw = t_lbhv6 * along_ref_roll + t_u5zvh * along_wm1_roll - t_lbhv6_2 * along_wm2_roll
+        t_5guc6 = np.where(m_2oym3, along_Tx_applied, np.where(m_ng6lt, along_u2_roll, along_u1_roll))
+        t_p5mb3 = np.where(m_myerm, along_roll, along_y1_roll)
+        t_2mkg5 = (
+            v_roll * along_U35_roll
+            + U35_roll * t_5guc6
+            + (v1_roll * along_U45_roll + U45_roll * along_v1_roll)
+            - (y1_used_roll * along_U15_roll + U15_roll * t_p5mb3)
+            - (y2_roll * along_U25_roll + U25_roll * along_y2_roll)
+        )
+        t_p2iki = f5_roll * along_D5_roll + D5_roll * t_2mkg5
+        t_4ubt3 = y1_used_roll * along_D1_roll + D1_roll * t_p5mb3
+        t_zxndv = y1_used_roll * t_4ubt3 + t_s4qc7 * t_p5mb3
+        t_i5wo5 = along_y2_roll + (y1_used_roll * along_U12_roll + U12_roll * t_p5mb3)
+        t_vhaxy = t_4q5lb * along_D2_roll + D2_roll * t_i5wo5
+        t_lwfke = t_zxndv + (t_4q5lb * t_vhaxy + t_bqiu4 * t_i5wo5)
+        t_mtkdt = (
+            t_5guc6
+            - (y1_used_roll * along_U13_roll + U13_roll * t_p5mb3)
+            - (y2_roll * along_U23_roll + U23_roll * along_y2_roll)
+        )
+        t_5myce = f3_roll * along_D3_roll + D3_roll * t_mtkdt
+        t_ptrq3 = t_lwfke + (f3_roll * t_5myce + Df3_roll * t_mtkdt)
+        t_cr44a = (
+            along_v1_roll
+            + (v_roll * along_U34_roll + U34_roll * t_5guc6)
+            - (y1_used_roll * along_U14_roll + U14_roll * t_p5mb3)
+            - (y2_roll * along_U24_roll + U24_roll * along_y2_roll)
+        )
+        t_2j7d3 = f4_roll * along_D4_roll + D4_roll * t_cr44a
+        t_xbc47 = t_ptrq3 + (f4_roll * t_2j7d3 + Df4_roll * t_cr44a)
+        t_waqqe = t_xbc47 + (f5_roll * t_p2iki + Df5_roll * t_2mkg5)
+        t_zpwnk = (
+            along_d_roll
+            + (v_roll * along_b0_roll + b0_roll * t_5guc6)
+            + (v1_roll * along_b1_roll + b1_roll * along_v1_roll)
+            - (y1_used_roll * along_a1_roll + a1_roll * t_p5mb3)
+            - (y2_roll * along_a2_roll + a2_roll * along_y2_roll)
+        )
+        t_vewdd = along_roll - t_zpwnk
+        t_uyv4a = (
+            along_d_roll
+            + (eps_roll * (t_p2iki * t_szpzk - G5_roll * t_szpzk * t_waqqe) + G5_roll * t_vewdd)
+        )
+        t_4e7kp = np.where(m_huydk, t_uyv4a, along_d_roll)
+        t_i7ymo = t_4ubt3 + (U12_roll * t_vhaxy + t_bqiu4 * along_U12_roll)
+        t_7nnhz = U13_roll * t_5myce + Df3_roll * along_U13_roll - t_i7ymo
+        t_6g2lm = t_7nnhz + (U14_roll * t_2j7d3 + Df4_roll * along_U14_roll)
+        t_7lmwn = (
+            (t_6g2lm + (U15_roll * t_p2iki + Df5_roll * along_U15_roll)) * t_szpzk
+            - G1_roll * t_szpzk * t_waqqe
+        )
+        t_vh4ur = np.where(m_huydk, along_a1_roll + (eps_roll * t_7lmwn + G1_roll * t_vewdd), along_a1_roll)
+        t_6zbht = -t_vh4ur
+        t_csmt4 = (
+            (t_2j7d3 + (U45_roll * t_p2iki + Df5_roll * along_U45_roll)) * t_szpzk
+            - G4_roll * t_szpzk * t_waqqe
+        )
+        t_3jfg3 = np.where(m_huydk, along_b1_roll + (eps_roll * t_csmt4 + G4_roll * t_vewdd), along_b1_roll)
+        m_iplzg = (0.0 <= t_ff25k)
+        t_jas4c = np.where(m_iplzg, 1.0, 0.0)
+        m_r5m7i = (t_ff25k <= 0.0)
+        t_qjleu = t_5myce + (U34_roll * t_2j7d3 + Df4_roll * along_U34_roll)
+        t_x4ac6 = (
+            (t_qjleu + (U35_roll * t_p2iki + Df5_roll * along_U35_roll)) * t_szpzk
+            - G3_roll * t_szpzk * t_waqqe
+        )
+        t_mdwgv = np.where(m_huydk, along_b0_roll + (eps_roll * t_x4ac6 + G3_roll * t_vewdd), along_b0_roll)
+        t_jtkcv = t_jas4c / (np.where(m_r5m7i, 1.0, 0.0) + t_jas4c) * (-0.5 * t_mdwgv + -0.5 * t_3jfg3)
+        t_7uexi = t_3jfg3 + t_jtkcv
+        t_p6ka5 = (t_zjozf + t_zjozf) * t_7uexi
+        t_l6zsn = U23_roll * t_5myce + Df3_roll * along_U23_roll - t_vhaxy
+        t_z4fpw = t_l6zsn + (U24_roll * t_2j7d3 + Df4_roll * along_U24_roll)
+        t_m7fjp = (
+            (t_z4fpw + (U25_roll * t_p2iki + Df5_roll * along_U25_roll)) * t_szpzk
+            - G2_roll * t_szpzk * t_waqqe
+        )
+        t_qy6nt = np.where(m_huydk, along_a2_roll + (eps_roll * t_m7fjp + G2_roll * t_vewdd), along_a2_roll)
+        t_bvd4t = np.where(m_ng6lt, t_ph5cf * t_vh4ur + a1_now_roll * t_vh4ur - t_qy6nt, t_6zbht)
+        t_2nvj2 = t_mdwgv + t_jtkcv
+        t_2wzo5 = (t_4ihf2 + t_4ihf2) * t_2nvj2
+        t_ofsuv = np.where(m_ng6lt, t_ph5cf * t_qy6nt + a2_now_roll * t_vh4ur, -t_qy6nt)
+        t_uutq2 = (
+            e1_roll * t_p6ka5
+            + t_yz2fy * t_bvd4t
+            + e3_roll * t_2wzo5
+            - (e2_roll * (t_4ihf2 * t_7uexi + t_zjozf * t_2nvj2) + t_at7me * t_ofsuv)
+        )
+        t_v22rg = a1_now_roll * t_7uexi + t_zjozf * t_vh4ur
+        t_ipjhm = (
+            t_p6ka5
+            + (a2_now_roll * t_2wzo5 + t_qkhny * t_qy6nt)
+            - (t_ncl23 * t_2nvj2 + t_4ihf2 * t_v22rg)
+        )
+        t_rp6ac = t_uutq2 * t_k6fq7 - sd_roll * t_k6fq7 * t_ipjhm
+        t_nq3sa = (
+            t_fyvaw
+            + t_z4laf * along_wm1_roll
+            + t_mymwd * along_wm2_roll
+            + t_32esp * along_wm3_roll
+            + np.where(m_ng6lt, t_v4kye * along_wm4_roll, 0.0)
+            - (t_qevl4 * (compensate_d * t_4e7kp) + d_used_roll * (np.where(m_ng6lt, t_6zbht, 0.0) + t_rp6ac))
+        )
+        t_3rxvv = e3_roll * t_2nvj2
+        t_eetqw = a2_now_roll * t_2nvj2 + t_4ihf2 * t_qy6nt
+        t_6thbo = (
+            e2_roll * t_7uexi
+            + t_zjozf * t_ofsuv
+            - t_3rxvv
+            - (e1_roll * t_v22rg + t_ncl23 * t_bvd4t)
+            + (e1_roll * t_eetqw + t_6zvri * t_bvd4t)
+        )
+        t_w4ckt = (
+            e3_roll * t_7uexi
+            - (a1_now_roll * t_3rxvv + t_6p656 * t_vh4ur)
+            + (e2_roll * t_eetqw + t_6zvri * t_ofsuv)
+            - (e1_roll * (a2_now_roll * t_7uexi + t_zjozf * t_qy6nt) + t_nopcl * t_bvd4t)
+        )
+        t_6rbxb = (
+            t_nq3sa * t_ircix
+            - t_ozb3k * t_ircix * (t_mdwgv + t_3jfg3 + (t_jtkcv + t_jtkcv))
+            + np.where(m_ng6lt, u1_roll * t_vh4ur + t_ph5cf * along_u1_roll, 0.0)
+            - (t0_roll * along_roll + roll * (t_6thbo * t_k6fq7 - t0_roll * t_k6fq7 * t_ipjhm))
+            - (v_roll * t_rp6ac + sd_roll * t_5guc6)
+            - (y1_used_roll * (t_w4ckt * t_k6fq7 - t1_roll * t_k6fq7 * t_ipjhm) + t1_roll * t_p5mb3)
+        )
+        t_g77db = t_lbhv6 * along_ref_pitch + t_u5zvh * along_wm1_pitch - t_lbhv6_2 * along_wm2_pitch
+        t_fzwzx = np.where(m_2oym3, along_Ty_applied, np.where(m_ng6lt, along_u2_pitch, along_u1_pitch))
+        t_k2ugh = np.where(m_myerm, along_pitch, along_y1_pitch)
+        t_tx5zg = (
+            v_pitch * along_U35_pitch
+            + U35_pitch * t_fzwzx
+            + (v1_pitch * along_U45_pitch + U45_pitch * along_v1_pitch)
+            - (y1_used_pitch * along_U15_pitch + U15_pitch * t_k2ugh)
+            - (y2_pitch * along_U25_pitch + U25_pitch * along_y2_pitch)
+        )
+        t_te3hn = f5_pitch * along_D5_pitch + D5_pitch * t_tx5zg
+        t_52r3v = y1_used_pitch * along_D1_pitch + D1_pitch * t_k2ugh
+        t_myzpk = y1_used_pitch * t_52r3v + t_n6265 * t_k2ugh
+        t_6swjr = along_y2_pitch + (y1_used_pitch * along_U12_pitch + U12_pitch * t_k2ugh)
+        t_fck75 = t_5xoth * along_D2_pitch + D2_pitch * t_6swjr
+        t_n3q67 = t_myzpk + (t_5xoth * t_fck75 + t_urk7s * t_6swjr)
+        t_tyqro = (
+            t_fzwzx
+            - (y1_used_pitch * along_U13_pitch + U13_pitch * t_k2ugh)
+            - (y2_pitch * along_U23_pitch + U23_pitch * along_y2_pitch)
+        )
+        t_kwitg = f3_pitch * along_D3_pitch + D3_pitch * t_tyqro
+        t_xb5zf = t_n3q67 + (f3_pitch * t_kwitg + Df3_pitch * t_tyqro)
+        t_johjr = (
+            along_v1_pitch
+            + (v_pitch * along_U34_pitch + U34_pitch * t_fzwzx)
+            - (y1_used_pitch * along_U14_pitch + U14_pitch * t_k2ugh)
+            - (y2_pitch * along_U24_pitch + U24_pitch * along_y2_pitch)
+        )
+        t_s3vzk = f4_pitch * along_D4_pitch + D4_pitch * t_johjr
+        t_7o2f3 = t_xb5zf + (f4_pitch * t_s3vzk + Df4_pitch * t_johjr)
+        t_4zppg = t_7o2f3 + (f5_pitch * t_te3hn + Df5_pitch * t_tx5zg)
+        t_sfbvj = (
+            along_d_pitch
+            + (v_pitch * along_b0_pitch + b0_pitch * t_fzwzx)
+            + (v1_pitch * along_b1_pitch + b1_pitch * along_v1_pitch)
+            - (y1_used_pitch * along_a1_pitch + a1_pitch * t_k2ugh)
+            - (y2_pitch * along_a2_pitch + a2_pitch * along_y2_pitch)
+        )
+        t_54n5p = along_pitch - t_sfbvj
+        t_y6ibb = (
+            along_d_pitch
+            + (eps_pitch * (t_te3hn * t_uppvm - G5_pitch * t_uppvm * t_4zppg) + G5_pitch * t_54n5p)
+        )
+        t_yfbgo = np.where(m_fztcf, t_y6ibb, along_d_pitch)
+        t_tljzu = t_52r3v + (U12_pitch * t_fck75 + t_urk7s * along_U12_pitch)
+        t_c765l = U13_pitch * t_kwitg + Df3_pitch * along_U13_pitch - t_tljzu
+        t_ximdz = t_c765l + (U14_pitch * t_s3vzk + Df4_pitch * along_U14_pitch)
+        t_nlcuq = (
+            (t_ximdz + (U15_pitch * t_te3hn + Df5_pitch * along_U15_pitch)) * t_uppvm
+            - G1_pitch * t_uppvm * t_4zppg
+        )
+        t_hw34x = np.where(m_fztcf, along_a1_pitch + (eps_pitch * t_nlcuq + G1_pitch * t_54n5p), along_a1_pitch)
+        t_kgjqe = -t_hw34x
+        t_7l2lt = (
+            (t_s3vzk + (U45_pitch * t_te3hn + Df5_pitch * along_U45_pitch)) * t_uppvm
+            - G4_pitch * t_uppvm * t_4zppg
+        )
+        t_c6ql7 = np.where(m_fztcf, along_b1_pitch + (eps_pitch * t_7l2lt + G4_pitch * t_54n5p), along_b1_pitch)
+        m_zobj6 = (0.0 <= t_obugf)
+        t_2koqz = np.where(m_zobj6, 1.0, 0.0)
+        m_ghg47 = (t_obugf <= 0.0)
+        t_crqif = t_kwitg + (U34_pitch * t_s3vzk + Df4_pitch * along_U34_pitch)
+        t_cfhpf = (
+            (t_crqif + (U35_pitch * t_te3hn + Df5_pitch * along_U35_pitch)) * t_uppvm
+            - G3_pitch * t_uppvm * t_4zppg
+        )
+        t_t6poo = np.where(m_fztcf, along_b0_pitch + (eps_pitch * t_cfhpf + G3_pitch * t_54n5p), along_b0_pitch)
+        t_sngex = t_2koqz / (np.where(m_ghg47, 1.0, 0.0) + t_2koqz) * (-0.5 * t_t6poo + -0.5 * t_c6ql7)
+        t_lxqs2 = t_c6ql7 + t_sngex
+        t_rq5wk = (t_tpvzc + t_tpvzc) * t_lxqs2
+        t_kfsdu = U23_pitch * t_kwitg + Df3_pitch * along_U23_pitch - t_fck75
+        t_fax5j = t_kfsdu + (U24_pitch * t_s3vzk + Df4_pitch * along_U24_pitch)
+        t_ajce5 = (
+            (t_fax5j + (U25_pitch * t_te3hn + Df5_pitch * along_U25_pitch)) * t_uppvm
+            - G2_pitch * t_uppvm * t_4zppg
+        )
+        t_ak6av = np.where(m_fztcf, along_a2_pitch + (eps_pitch * t_ajce5 + G2_pitch * t_54n5p), along_a2_pitch)
+        t_t5fuc = np.where(m_ng6lt, t_2hojt * t_hw34x + a1_now_pitch * t_hw34x - t_ak6av, t_kgjqe)
+        t_3kvld = t_t6poo + t_sngex
+        t_adupz = (t_6edde + t_6edde) * t_3kvld
+        t_nbjqc = np.where(m_ng6lt, t_2hojt * t_ak6av + a2_now_pitch * t_hw34x, -t_ak6av)
+        t_k7gpu = (
+            e1_pitch * t_rq5wk
+            + t_imlet * t_t5fuc
+            + e3_roll * t_adupz
+            - (e2_pitch * (t_6edde * t_lxqs2 + t_tpvzc * t_3kvld) + t_zcg3q * t_nbjqc)
+        )
+        t_qiqyy = a1_now_pitch * t_lxqs2 + t_tpvzc * t_hw34x
+        t_uhm6v = (
+            t_rq5wk
+            + (a2_now_pitch * t_adupz + t_23zut * t_ak6av)
+            - (t_ivfwu * t_3kvld + t_6edde * t_qiqyy)
+        )
+        t_swdpr = t_k7gpu * t_traey - sd_pitch * t_traey * t_uhm6v
+        t_gdqwq = (
+            t_g77db
+            + t_z4laf * along_wm1_pitch
+            + t_mymwd * along_wm2_pitch
+            + t_32esp * along_wm3_pitch
+            + np.where(m_ng6lt, t_v4kye * along_wm4_pitch, 0.0)
+            - (t_aamui * (compensate_d * t_yfbgo) + d_used_pitch * (np.where(m_ng6lt, t_kgjqe, 0.0) + t_swdpr))
+        )
+        t_gepei = e3_roll * t_3kvld
+        t_bioy2 = a2_now_pitch * t_3kvld + t_6edde * t_ak6av
+        t_65xbp = (
+            e2_pitch * t_lxqs2
+            + t_tpvzc * t_nbjqc
+            - t_gepei
+            - (e1_pitch * t_qiqyy + t_ivfwu * t_t5fuc)
+            + (e1_pitch * t_bioy2 + t_rhale * t_t5fuc)
+        )
+        t_cwqg7 = (
+            e3_roll * t_lxqs2
+            - (a1_now_pitch * t_gepei + t_3uzty * t_hw34x)
+            + (e2_pitch * t_bioy2 + t_rhale * t_nbjqc)
+            - (e1_pitch * (a2_now_pitch * t_lxqs2 + t_tpvzc * t_ak6av) + t_34ruz * t_t5fuc)
+        )
+        t_4oelk = (
+            t_gdqwq * t_hmw3a
+            - t_4vqbg * t_hmw3a * (t_t6poo + t_c6ql7 + (t_sngex + t_sngex))
+            + np.where(m_ng6lt, u1_pitch * t_hw34x + t_2hojt * along_u1_pitch, 0.0)
+            - (t0_pitch * along_pitch + pitch * (t_65xbp * t_traey - t0_pitch * t_traey * t_uhm6v))
+            - (v_pitch * t_swdpr + sd_pitch * t_fzwzx)
+            - (y1_used_pitch * (t_cwqg7 * t_traey - t1_pitch * t_traey * t_uhm6v) + t1_pitch * t_k2ugh)
+        )
+        t_k6r65 = t_lbhv6 * along_ref_yaw + t_u5zvh * along_wm1_yaw - t_lbhv6_2 * along_wm2_yaw
+        t_2h7da = np.where(m_2oym3, along_Tz_applied, np.where(m_ng6lt, along_u2_yaw, along_u1_yaw))
+        t_rq2o3 = np.where(m_myerm, along_yaw, along_y1_yaw)
+        t_hwmgq = (
+            v_yaw * along_U35_yaw
+            + U35_yaw * t_2h7da
+            + (v1_yaw * along_U45_yaw + U45_yaw * along_v1_yaw)
+            - (y1_used_yaw * along_U15_yaw + U15_yaw * t_rq2o3)
+            - (y2_yaw * along_U25_yaw + U25_yaw * along_y2_yaw)
+        )
+        t_xfl26 = f5_yaw * along_D5_yaw + D5_yaw * t_hwmgq
+        t_yeeko = y1_used_yaw * along_D1_yaw + D1_yaw * t_rq2o3
+        t_7twjv = y1_used_yaw * t_yeeko + t_5t4tf * t_rq2o3
+        t_ynqzy = along_y2_yaw + (y1_used_yaw * along_U12_yaw + U12_yaw * t_rq2o3)
+        t_bvhqg = t_fz2ih * along_D2_yaw + D2_yaw * t_ynqzy
+        t_g3udf = t_7twjv + (t_fz2ih * t_bvhqg + t_3inrl * t_ynqzy)
+        t_dnqfm = (
+            t_2h7da
+            - (y1_used_yaw * along_U13_yaw + U13_yaw * t_rq2o3)
+            - (y2_yaw * along_U23_yaw + U23_yaw * along_y2_yaw)
+        )
+        t_spwqh = f3_yaw * along_D3_yaw + D3_yaw * t_dnqfm
+        t_u2t3t = t_g3udf + (f3_yaw * t_spwqh + Df3_yaw * t_dnqfm)
+        t_ox57m = (
+            along_v1_yaw
+            + (v_yaw * along_U34_yaw + U34_yaw * t_2h7da)
+            - (y1_used_yaw * along_U14_yaw + U14_yaw * t_rq2o3)
+            - (y2_yaw * along_U24_yaw + U24_yaw * along_y2_yaw)
+        )
+        t_v7jac = f4_yaw * along_D4_yaw + D4_yaw * t_ox57m
+        t_lat2a = t_u2t3t + (f4_yaw * t_v7jac + Df4_yaw * t_ox57m)
+        t_ewrtu = t_lat2a + (f5_yaw * t_xfl26 + Df5_yaw * t_hwmgq)
+        t_yvkbd = (
+            along_d_yaw
+            + (v_yaw * along_b0_yaw + b0_yaw * t_2h7da)
+            + (v1_yaw * along_b1_yaw + b1_yaw * along_v1_yaw)
+            - (y1_used_yaw * along_a1_yaw + a1_yaw * t_rq2o3)
+            - (y2_yaw * along_a2_yaw + a2_yaw * along_y2_yaw)
+        )
+        t_ndufb = along_yaw - t_yvkbd
+        t_i6vab = (
+            along_d_yaw
+            + (eps_yaw * (t_xfl26 * t_xt42v - G5_yaw * t_xt42v * t_ewrtu) + G5_yaw * t_ndufb)
+        )
+        t_rwfza = np.where(m_6lewq, t_i6vab, along_d_yaw)
+        t_3op2v = t_yeeko + (U12_yaw * t_bvhqg + t_3inrl * along_U12_yaw)
+        t_duqey = U13_yaw * t_spwqh + Df3_yaw * along_U13_yaw - t_3op2v
+        t_n2atp = t_duqey + (U14_yaw * t_v7jac + Df4_yaw * along_U14_yaw)
+        t_bn3mt = (
+            (t_n2atp + (U15_yaw * t_xfl26 + Df5_yaw * along_U15_yaw)) * t_xt42v
+            - G1_yaw * t_xt42v * t_ewrtu
+        )
+        t_ua7hv = np.where(m_6lewq, along_a1_yaw + (eps_yaw * t_bn3mt + G1_yaw * t_ndufb), along_a1_yaw)
+        t_36ubd = -t_ua7hv
+        t_6mmhc = (
+            (t_v7jac + (U45_yaw * t_xfl26 + Df5_yaw * along_U45_yaw)) * t_xt42v
+            - G4_yaw * t_xt42v * t_ewrtu
+        )
+        t_7g3bh = np.where(m_6lewq, along_b1_yaw + (eps_yaw * t_6mmhc + G4_yaw * t_ndufb), along_b1_yaw)
+        m_4vgw7 = (0.0 <= t_qlksj)
+        t_jpuml = np.where(m_4vgw7, 1.0, 0.0)
+        m_6cjdt = (t_qlksj <= 0.0)
+        t_gtofe = t_spwqh + (U34_yaw * t_v7jac + Df4_yaw * along_U34_yaw)
+        t_6cu3u = (
+            (t_gtofe + (U35_yaw * t_xfl26 + Df5_yaw * along_U35_yaw)) * t_xt42v
+            - G3_yaw * t_xt42v * t_ewrtu
+        )
+        t_jqmmw = np.where(m_6lewq, along_b0_yaw + (eps_yaw * t_6cu3u + G3_yaw * t_ndufb), along_b0_yaw)
+        t_ibohv = t_jpuml / (np.where(m_6cjdt, 1.0, 0.0) + t_jpuml) * (-0.5 * t_jqmmw + -0.5 * t_7g3bh)
+        t_xwlwo = t_7g3bh + t_ibohv
+        t_zwged = (t_zkiaw + t_zkiaw) * t_xwlwo
+        t_dcf52 = U23_yaw * t_spwqh + Df3_yaw * along_U23_yaw - t_bvhqg
+        t_c7xj5 = t_dcf52 + (U24_yaw * t_v7jac + Df4_yaw * along_U24_yaw)
+        t_bwo5p = (
+            (t_c7xj5 + (U25_yaw * t_xfl26 + Df5_yaw * along_U25_yaw)) * t_xt42v
+            - G2_yaw * t_xt42v * t_ewrtu
+        )
+        t_mzrdq = np.where(m_6lewq, along_a2_yaw + (eps_yaw * t_bwo5p + G2_yaw * t_ndufb), along_a2_yaw)
+        t_hdlup = np.where(m_ng6lt, t_newnt * t_ua7hv + a1_now_yaw * t_ua7hv - t_mzrdq, t_36ubd)
+        t_4evb5 = t_jqmmw + t_ibohv
+        t_bho2m = (t_qhfkz + t_qhfkz) * t_4evb5
+        t_fxys3 = np.where(m_ng6lt, t_newnt * t_mzrdq + a2_now_yaw * t_ua7hv, -t_mzrdq)
+        t_xhtsb = (
+            e1_yaw * t_zwged
+            + t_npqek * t_hdlup
+            + e3_roll * t_bho2m
+            - (e2_yaw * (t_qhfkz * t_xwlwo + t_zkiaw * t_4evb5) + t_z4gi6 * t_fxys3)
+        )
+        t_sr5gm = a1_now_yaw * t_xwlwo + t_zkiaw * t_ua7hv
+        t_tbtsp = (
+            t_zwged
+            + (a2_now_yaw * t_bho2m + t_xjk5e * t_mzrdq)
+            - (t_n6w5s * t_4evb5 + t_qhfkz * t_sr5gm)
+        )
+        t_zogq5 = t_xhtsb * t_7xf6k - sd_yaw * t_7xf6k * t_tbtsp
+        t_tgjkt = (
+            t_k6r65
+            + t_z4laf * along_wm1_yaw
+            + t_mymwd * along_wm2_yaw
+            + t_32esp * along_wm3_yaw
+            + np.where(m_ng6lt, t_v4kye * along_wm4_yaw, 0.0)
+            - (t_maquh * (compensate_d * t_rwfza) + d_used_yaw * (np.where(m_ng6lt, t_36ubd, 0.0) + t_zogq5))
+        )
+        t_oc62j = e3_roll * t_4evb5
+        t_nmhsp = a2_now_yaw * t_4evb5 + t_qhfkz * t_mzrdq
+        t_skgbh = (
+            e2_yaw * t_xwlwo
+            + t_zkiaw * t_fxys3
+            - t_oc62j
+            - (e1_yaw * t_sr5gm + t_n6w5s * t_hdlup)
+            + (e1_yaw * t_nmhsp + t_3ziba * t_hdlup)
+        )
+        t_6di57 = (
+            e3_roll * t_xwlwo
+            - (a1_now_yaw * t_oc62j + t_vephh * t_ua7hv)
+            + (e2_yaw * t_nmhsp + t_3ziba * t_fxys3)
+            - (e1_yaw * (a2_now_yaw * t_xwlwo + t_zkiaw * t_mzrdq) + t_ptnjb * t_hdlup)
+        )
+        t_43g4a = (
+            t_tgjkt * t_ujplt
+            - t_xvgnn * t_ujplt * (t_jqmmw + t_7g3bh + (t_ibohv + t_ibohv))
+            + np.where(m_ng6lt, u1_yaw * t_ua7hv + t_newnt * along_u1_yaw, 0.0)
+            - (v_yaw * t_zogq5 + sd_yaw * t_2h7da)
+            - (yaw * (t_skgbh * t_7xf6k - t0_yaw * t_7xf6k * t_tbtsp) + t0_yaw * along_yaw)
+            - (y1_used_yaw * (t_6di57 * t_7xf6k - t1_yaw * t_7xf6k * t_tbtsp) + t1_yaw * t_rq2o3)
+        )
+        t_ihfue = (
+            alpha1_roll * (t_buzsg * along_D2_roll - D2_roll * (t_2ftwl * t_2ftwl * t_lwfke * t_rkxsm))
+            + t_uep3r * t_zxndv
+        )
+        t_njcfp = (
+            alpha2_roll * (t_pgi2s * along_D3_roll - D3_roll * (t_pgi2s * t_m6gkz * t_ptrq3))
+            + t_chslv * t_lwfke
+        )
+        t_lckzd = (
+            alpha3_roll * (t_ssuku * along_D4_roll - D4_roll * (t_ssuku * t_qd2bm * t_xbc47))
+            + t_3j35e * t_ptrq3
+        )
+        t_6r6fl = (
+            alpha4_roll * (t_petfr * along_D5_roll - D5_roll * (t_petfr * t_szpzk * t_waqqe))
+            + t_glxxd * t_xbc47
+        )
+        t_ekuo5 = (
+            along_U12_roll
+            - (t_4q5lb * (t_4ubt3 * t_gcbdt - t_hr6w3 * t_gcbdt * t_zxndv) + t_hr6w3 * t_i5wo5)
+        )
+        t_nuuby = t_mtkdt * t_2ftwl - t_iwp6c * t_2ftwl * t_lwfke
+        t_zsjrk = t_cr44a * t_m6gkz - t_vpr7m * t_m6gkz * t_ptrq3
+        t_4avxw = t_2mkg5 * t_qd2bm - t_el36p * t_qd2bm * t_xbc47
+        t_nlujp = 0.5 * along_wm1_roll
+        t_ibz42 = (
+            alpha1_pitch * (t_rwzhe * along_D2_pitch - D2_pitch * (t_rwzhe * t_vq6qe * t_n3q67))
+            + t_rz27b * t_myzpk
+        )
+        t_x4xmc = (
+            alpha2_pitch * (t_clmmw * along_D3_pitch - D3_pitch * (t_clmmw * t_wnsbx * t_xb5zf))
+            + t_ehcbr * t_n3q67
+        )
+        t_l6zox = (
+            alpha3_pitch * (t_km5us * along_D4_pitch - D4_pitch * (t_km5us * t_au2dz * t_7o2f3))
+            + t_22ct6 * t_xb5zf
+        )
+        t_puqnz = (
+            alpha4_pitch * (t_xfgg5 * along_D5_pitch - D5_pitch * (t_xfgg5 * t_uppvm * t_4zppg))
+            + t_enyoc * t_7o2f3
+        )
+        t_j76ya = (
+            along_U12_pitch
+            - (t_5xoth * (t_52r3v * t_ba5cq - t_yryoi * t_ba5cq * t_myzpk) + t_yryoi * t_6swjr)
+        )
+        t_7kbbo = t_tyqro * t_vq6qe - t_iziit * t_vq6qe * t_n3q67
+        t_4hr24 = t_johjr * t_wnsbx - t_q5cqa * t_wnsbx * t_xb5zf
+        t_p5qgd = t_tx5zg * t_au2dz - t_blzne * t_au2dz * t_7o2f3
+        t_mceqq = 0.5 * along_wm1_pitch
+        t_zj3sb = (
+            alpha1_yaw * (t_jmud7 * along_D2_yaw - D2_yaw * (t_jmud7 * t_epc3p * t_g3udf))
+            + t_7itiz * t_7twjv
+        )
+        t_mhrjx = (
+            alpha2_yaw * (t_qfkhf * along_D3_yaw - D3_yaw * (t_qfkhf * t_czmse * t_u2t3t))
+            + t_3ufve * t_g3udf
+        )
+        t_yf5z4 = (
+            alpha3_yaw * (t_zqvsh * along_D4_yaw - D4_yaw * (t_zqvsh * t_nk3ay * t_lat2a))
+            + t_kj3bh * t_u2t3t
+        )
+        t_vfy4e = (
+            alpha4_yaw * (t_6uhyh * along_D5_yaw - D5_yaw * (t_6uhyh * t_xt42v * t_ewrtu))
+            + t_janky * t_lat2a
+        )
+        t_pd3h4 = (
+            along_U12_yaw
+            - (t_fz2ih * (t_yeeko * t_rrlcx - t_k2d3u * t_rrlcx * t_7twjv) + t_k2d3u * t_ynqzy)
+        )
+        t_6qxdi = t_dnqfm * t_epc3p - t_qqhj7 * t_epc3p * t_g3udf
+        t_hkx57 = t_ox57m * t_czmse - t_ov6wh * t_czmse * t_u2t3t
+        t_3lyyr = t_hwmgq * t_nk3ay - t_xokdo * t_nk3ay * t_lat2a
+        t_a3omx = 0.5 * along_wm1_yaw
+        t_es5kp = 1.0 + samples
+        m_alcgu = (t_es5kp <= 2.0)
+        t_alcgu = np.where(m_alcgu, 1.0, 0.0)
+        m_n23aq = (2.0 <= t_es5kp)
+        return _vector(
+            np.where(m_mu5jj, t_6rbxb, 0.0),
+            np.where(m_mu5jj, t_4oelk, 0.0),
+            np.where(m_mu5jj, t_43g4a, 0.0),
+        ), _vector(
+            np.where(m_mu5jj, t_vh4ur, along_a1_roll),
+            np.where(m_mu5jj, t_qy6nt, along_a2_roll),
+            np.where(m_mu5jj, t_mdwgv, along_b0_roll),
+            np.where(m_mu5jj, t_3jfg3, along_b1_roll),
+            np.where(m_mu5jj, t_4e7kp, along_d_roll),
+            np.where(m_mu5jj, np.where(m_huydk, cap_roll * (along_D1_roll * t_gcbdt - D1_free_roll * t_gcbdt * t_zxndv), along_D1_roll), along_D1_roll),
+            np.where(m_mu5jj, np.where(m_huydk, cap_roll * t_ihfue, along_D2_roll), along_D2_roll),
+            np.where(m_mu5jj, np.where(m_huydk, cap_roll * t_njcfp, along_D3_roll), along_D3_roll),
+            np.where(m_mu5jj, np.where(m_huydk, cap_roll * t_lckzd, along_D4_roll), along_D4_roll),
+            np.where(m_mu5jj, np.where(m_huydk, cap_roll * t_6r6fl, along_D5_roll), along_D5_roll),
+            np.where(m_mu5jj, np.where(m_huydk, t_ekuo5, along_U12_roll), along_U12_roll),
+            np.where(m_mu5jj, np.where(m_huydk, along_U13_roll + (t_73h6y * t_nuuby + t_iwp6c * t_i7ymo), along_U13_roll), along_U13_roll),
+            np.where(m_mu5jj, np.where(m_huydk, along_U23_roll + (t_bqiu4 * t_nuuby + t_iwp6c * t_vhaxy), along_U23_roll), along_U23_roll),
+            np.where(m_mu5jj, np.where(m_huydk, along_U14_roll - (b1_3_roll * t_zsjrk + t_vpr7m * t_7nnhz), along_U14_roll), along_U14_roll),
+            np.where(m_mu5jj, np.where(m_huydk, along_U24_roll - (b2_3_roll * t_zsjrk + t_vpr7m * t_l6zsn), along_U24_roll), along_U24_roll),
+            np.where(m_mu5jj, np.where(m_huydk, along_U34_roll - (Df3_roll * t_zsjrk + t_vpr7m * t_5myce), along_U34_roll), along_U34_roll),
+            np.where(m_mu5jj, np.where(m_huydk, along_U15_roll - (b1_4_roll * t_4avxw + t_el36p * t_6g2lm), along_U15_roll), along_U15_roll),
+            np.where(m_mu5jj, np.where(m_huydk, along_U25_roll - (b2_4_roll * t_4avxw + t_el36p * t_z4fpw), along_U25_roll), along_U25_roll),
+            np.where(m_mu5jj, np.where(m_huydk, along_U35_roll - (b3_4_roll * t_4avxw + t_el36p * t_qjleu), along_U35_roll), along_U35_roll),
+            np.where(m_mu5jj, np.where(m_huydk, along_U45_roll - (Df4_roll * t_4avxw + t_el36p * t_2j7d3), along_U45_roll), along_U45_roll),
+            np.where(m_mu5jj, along_roll, along_y1_roll),
+            np.where(m_mu5jj, t_p5mb3, along_y2_roll),
+            np.where(m_mu5jj, t_5guc6, along_v1_roll),
+            np.where(m_mu5jj, t_6rbxb, along_u1_roll),
+            np.where(m_mu5jj, along_u1_roll, along_u2_roll),
+            np.where(m_mu5jj, np.where(m_ng6lt, t_nlujp + 0.5 * along_wm2_roll, t_nlujp + 0.5 * t_fyvaw), along_ym_roll),
+            np.where(m_mu5jj, t_fyvaw, along_wm1_roll),
+            np.where(m_mu5jj, along_wm1_roll, along_wm2_roll),
+            np.where(m_mu5jj, along_wm2_roll, along_wm3_roll),
+            np.where(m_mu5jj, along_wm3_roll, along_wm4_roll),
+            np.where(m_mu5jj, t_hw34x, along_a1_pitch),
+            np.where(m_mu5jj, t_ak6av, along_a2_pitch),
+            np.where(m_mu5jj, t_t6poo, along_b0_pitch),
+            np.where(m_mu5jj, t_c6ql7, along_b1_pitch),
+            np.where(m_mu5jj, t_yfbgo, along_d_pitch),
+            np.where(m_mu5jj, np.where(m_fztcf, cap_pitch * (along_D1_pitch * t_ba5cq - D1_free_pitch * t_ba5cq * t_myzpk), along_D1_pitch), along_D1_pitch),
+            np.where(m_mu5jj, np.where(m_fztcf, cap_pitch * t_ibz42, along_D2_pitch), along_D2_pitch),
+            np.where(m_mu5jj, np.where(m_fztcf, cap_pitch * t_x4xmc, along_D3_pitch), along_D3_pitch),
+            np.where(m_mu5jj, np.where(m_fztcf, cap_pitch * t_l6zox, along_D4_pitch), along_D4_pitch),
+            np.where(m_mu5jj, np.where(m_fztcf, cap_pitch * t_puqnz, along_D5_pitch), along_D5_pitch),
+            np.where(m_mu5jj, np.where(m_fztcf, t_j76ya, along_U12_pitch), along_U12_pitch),
+            np.where(m_mu5jj, np.where(m_fztcf, along_U13_pitch + (t_m7azd * t_7kbbo + t_iziit * t_tljzu), along_U13_pitch), along_U13_pitch),
+            np.where(m_mu5jj, np.where(m_fztcf, along_U23_pitch + (t_urk7s * t_7kbbo + t_iziit * t_fck75), along_U23_pitch), along_U23_pitch),
+            np.where(m_mu5jj, np.where(m_fztcf, along_U14_pitch - (b1_3_pitch * t_4hr24 + t_q5cqa * t_c765l), along_U14_pitch), along_U14_pitch),
+            np.where(m_mu5jj, np.where(m_fztcf, along_U24_pitch - (b2_3_pitch * t_4hr24 + t_q5cqa * t_kfsdu), along_U24_pitch), along_U24_pitch),
+            np.where(m_mu5jj, np.where(m_fztcf, along_U34_pitch - (Df3_pitch * t_4hr24 + t_q5cqa * t_kwitg), along_U34_pitch), along_U34_pitch),
+            np.where(m_mu5jj, np.where(m_fztcf, along_U15_pitch - (b1_4_pitch * t_p5qgd + t_blzne * t_ximdz), along_U15_pitch), along_U15_pitch),
+            np.where(m_mu5jj, np.where(m_fztcf, along_U25_pitch - (b2_4_pitch * t_p5qgd + t_blzne * t_fax5j), along_U25_pitch), along_U25_pitch),
+            np.where(m_mu5jj, np.where(m_fztcf, along_U35_pitch - (b3_4_pitch * t_p5qgd + t_blzne * t_crqif), along_U35_pitch), along_U35_pitch),
+            np.where(m_mu5jj, np.where(m_fztcf, along_U45_pitch - (Df4_pitch * t_p5qgd + t_blzne * t_s3vzk), along_U45_pitch), along_U45_pitch),
+            np.where(m_mu5jj, along_pitch, along_y1_pitch),
+            np.where(m_mu5jj, t_k2ugh, along_y2_pitch),
+            np.where(m_mu5jj, t_fzwzx, along_v1_pitch),
+            np.where(m_mu5jj, t_4oelk, along_u1_pitch),
+            np.where(m_mu5jj, along_u1_pitch, along_u2_pitch),
+            np.where(m_mu5jj, np.where(m_ng6lt, t_mceqq + 0.5 * along_wm2_pitch, t_mceqq + 0.5 * t_g77db), along_ym_pitch),
+            np.where(m_mu5jj, t_g77db, along_wm1_pitch),
+            np.where(m_mu5jj, along_wm1_pitch, along_wm2_pitch),
+            np.where(m_mu5jj, along_wm2_pitch, along_wm3_pitch),
+            np.where(m_mu5jj, along_wm3_pitch, along_wm4_pitch),
+            np.where(m_mu5jj, t_ua7hv, along_a1_yaw),
+            np.where(m_mu5jj, t_mzrdq, along_a2_yaw),
+            np.where(m_mu5jj, t_jqmmw, along_b0_yaw),
+            np.where(m_mu5jj, t_7g3bh, along_b1_yaw),
+            np.where(m_mu5jj, t_rwfza, along_d_yaw),
+            np.where(m_mu5jj, np.where(m_6lewq, cap_yaw * (along_D1_yaw * t_rrlcx - D1_free_yaw * t_rrlcx * t_7twjv), along_D1_yaw), along_D1_yaw),
+            np.where(m_mu5jj, np.where(m_6lewq, cap_yaw * t_zj3sb, along_D2_yaw), along_D2_yaw),
+            np.where(m_mu5jj, np.where(m_6lewq, cap_yaw * t_mhrjx, along_D3_yaw), along_D3_yaw),
+            np.where(m_mu5jj, np.where(m_6lewq, cap_yaw * t_yf5z4, along_D4_yaw), along_D4_yaw),
+            np.where(m_mu5jj, np.where(m_6lewq, cap_yaw * t_vfy4e, along_D5_yaw), along_D5_yaw),
+            np.where(m_mu5jj, np.where(m_6lewq, t_pd3h4, along_U12_yaw), along_U12_yaw),
+            np.where(m_mu5jj, np.where(m_6lewq, along_U13_yaw + (t_mefgo * t_6qxdi + t_qqhj7 * t_3op2v), along_U13_yaw), along_U13_yaw),
+            np.where(m_mu5jj, np.where(m_6lewq, along_U23_yaw + (t_3inrl * t_6qxdi + t_qqhj7 * t_bvhqg), along_U23_yaw), along_U23_yaw),
+            np.where(m_mu5jj, np.where(m_6lewq, along_U14_yaw - (b1_3_yaw * t_hkx57 + t_ov6wh * t_duqey), along_U14_yaw), along_U14_yaw),
+            np.where(m_mu5jj, np.where(m_6lewq, along_U24_yaw - (b2_3_yaw * t_hkx57 + t_ov6wh * t_dcf52), along_U24_yaw), along_U24_yaw),
+            np.where(m_mu5jj, np.where(m_6lewq, along_U34_yaw - (Df3_yaw * t_hkx57 + t_ov6wh * t_spwqh), along_U34_yaw), along_U34_yaw),
+            np.where(m_mu5jj, np.where(m_6lewq, along_U15_yaw - (b1_4_yaw * t_3lyyr + t_xokdo * t_n2atp), along_U15_yaw), along_U15_yaw),
+            np.where(m_mu5jj, np.where(m_6lewq, along_U25_yaw - (b2_4_yaw * t_3lyyr + t_xokdo * t_c7xj5), along_U25_yaw), along_U25_yaw),
+            np.where(m_mu5jj, np.where(m_6lewq, along_U35_yaw - (b3_4_yaw * t_3lyyr + t_xokdo * t_gtofe), along_U35_yaw), along_U35_yaw),
+            np.where(m_mu5jj, np.where(m_6lewq, along_U45_yaw - (Df4_yaw * t_3lyyr + t_xokdo * t_v7jac), along_U45_yaw), along_U45_yaw),
+            np.where(m_mu5jj, along_yaw, along_y1_yaw),
+            np.where(m_mu5jj, t_rq2o3, along_y2_yaw),
+            np.where(m_mu5jj, t_2h7da, along_v1_yaw),
+            np.where(m_mu5jj, t_43g4a, along_u1_yaw),
+            np.where(m_mu5jj, along_u1_yaw, along_u2_yaw),
+            np.where(m_mu5jj, np.where(m_ng6lt, t_a3omx + 0.5 * along_wm2_yaw, t_a3omx + 0.5 * t_k6r65), along_ym_yaw),
+            np.where(m_mu5jj, t_k6r65, along_wm1_yaw),
+            np.where(m_mu5jj, along_wm1_yaw, along_wm2_yaw),
+            np.where(m_mu5jj, along_wm2_yaw, along_wm3_yaw),
+            np.where(m_mu5jj, along_wm3_yaw, along_wm4_yaw),
+            np.where(m_mu5jj, t_alcgu / (np.where(m_n23aq, 1.0, 0.0) + t_alcgu) * along_samples, 0.0),
+            0.0,
+        )
 
 
 def mrac_literal_jvp(x, r, v, z, p, c, along_x, along_r, along_v, along_z):
     """Change of mrac_literal along a change of x, r, v and z: (x, r, v, z, p, c, along_x, along_r, along_v, along_z) -> change_u, change_z_next."""
     x, r, v, z, p, c, along_x, along_r, along_v, along_z = _arrays(x, r, v, z, p, c, along_x, along_r, along_v, along_z)
     with np.errstate(all="ignore"):
-        m4 = (np.abs(v[..., 0]) < 1e+30)
-        m7 = (np.abs(v[..., 1]) < 1e+30)
-        m8 = np.logical_and(m4, m7)
-        m11 = (np.abs(v[..., 2]) < 1e+30)
-        m12 = np.logical_and(m8, m11)
-        m15 = (np.abs(x[..., 1]) < 1e+30)
-        m16 = np.logical_and(m12, m15)
-        m19 = (np.abs(r[..., 1]) < 1e+30)
-        m20 = np.logical_and(m16, m19)
-        m23 = (np.abs(r[..., 0]) < 1e+30)
-        m24 = np.logical_and(m20, m23)
-        m27 = (np.abs(r[..., 2]) < 1e+30)
-        m28 = np.logical_and(m24, m27)
-        m31 = (np.abs(x[..., 0]) < 1e+30)
-        m32 = np.logical_and(m28, m31)
-        m36 = (z[..., 84] < 0.5)
-        v38 = np.where(m36, x[..., 1], z[..., 48])
-        v39 = z[..., 33] * v38
-        v41 = c[..., 3] + v39 * v38
-        v43 = 1.0 / v41
-        v44 = z[..., 33] * v43
-        v45 = 1.0 / c[..., 3]
-        v50 = z[..., 49] + z[..., 38] * v38
-        v51 = z[..., 34] * v50
-        v53 = v41 + v51 * v50
-        v54 = 1.0 / v53
-        v55 = v45 * v54
-        v56 = v55 * z[..., 34]
-        v57 = v56 * v41
-        m61 = (0.5 < c[..., 18])
-        m63 = (0.5 < c[..., 20])
-        v67 = np.where(m61, v[..., 1], np.where(m63, z[..., 52], z[..., 51]))
-        v73 = v67 - z[..., 39] * v38 - z[..., 40] * z[..., 49]
-        v74 = z[..., 35] * v73
-        v76 = v53 + v74 * v73
-        v77 = 1.0 / v76
-        v78 = v45 * v77
-        v79 = v78 * z[..., 35]
-        v80 = v79 * v53
-        v92 = z[..., 50] + z[..., 43] * v67 - z[..., 41] * v38 - z[..., 42] * z[..., 49]
-        v93 = z[..., 36] * v92
-        v95 = v76 + v93 * v92
-        v96 = 1.0 / v95
-        v97 = v45 * v96
-        v98 = v97 * z[..., 36]
-        v99 = v98 * v76
-        v113 = 1.0 + z[..., 46] * v67 + z[..., 47] * z[..., 50] - z[..., 44] * v38 - z[..., 45] * z[..., 49]
-        v114 = z[..., 37] * v113
-        v117 = 1.0 / (v95 + v114 * v113)
-        v118 = v45 * v117
-        v119 = v118 * z[..., 37]
-        v120 = v119 * v95
-        v122 = v39 * v43
-        v124 = z[..., 38] - v122 * v50
-        v128 = v73 * v54
-        v130 = v39 + v51 * z[..., 38]
-        v132 = z[..., 39] + v128 * v130
-        v137 = z[..., 40] + v128 * v51
-        v140 = v44 + v57 + v80 + v99 + v120 + v57 * (v124 * v124) + v80 * (v132 * v132) + v80 * (v137 * v137)
-        v141 = v92 * v77
-        v143 = v74 * z[..., 39] - v130
-        v145 = z[..., 41] - v141 * v143
-        v150 = v74 * z[..., 40] - v51
-        v152 = z[..., 42] - v141 * v150
-        v157 = z[..., 43] - v141 * v74
-        v161 = v113 * v96
-        v163 = v143 + v93 * z[..., 41]
-        v165 = z[..., 44] - v161 * v163
-        v168 = v140 + v99 * (v145 * v145) + v99 * (v152 * v152) + v99 * (v157 * v157) + v120 * (v165 * v165)
-        v170 = v150 + v93 * z[..., 42]
-        v172 = z[..., 45] - v161 * v170
-        v177 = v74 + v93 * z[..., 43]
-        v179 = z[..., 46] - v161 * v177
-        v184 = z[..., 47] - v161 * v93
-        v187 = v168 + v120 * (v172 * v172) + v120 * (v179 * v179) + v120 * (v184 * v184)
-        m189 = (np.abs(v187) < 1e+30)
-        m190 = np.logical_and(m32, m189)
-        v193 = np.where(m36, x[..., 0], z[..., 20])
-        v194 = z[..., 5] * v193
-        v196 = c[..., 3] + v194 * v193
-        v197 = 1.0 / v196
-        v198 = z[..., 5] * v197
-        v203 = z[..., 21] + z[..., 10] * v193
-        v204 = z[..., 6] * v203
-        v206 = v196 + v204 * v203
-        v207 = 1.0 / v206
-        v208 = v207 * v45
-        v209 = v208 * z[..., 6]
-        v210 = v209 * v196
-        v216 = np.where(m61, v[..., 0], np.where(m63, z[..., 24], z[..., 23]))
-        v222 = v216 - z[..., 11] * v193 - z[..., 12] * z[..., 21]
-        v223 = z[..., 7] * v222
-        v225 = v206 + v223 * v222
-        v226 = 1.0 / v225
-        v227 = v45 * v226
-        v228 = v227 * z[..., 7]
-        v229 = v228 * v206
-        v241 = z[..., 22] + z[..., 15] * v216 - z[..., 13] * v193 - z[..., 14] * z[..., 21]
-        v242 = z[..., 8] * v241
-        v244 = v225 + v242 * v241
-        v245 = 1.0 / v244
-        v246 = v45 * v245
-        v247 = v246 * z[..., 8]
-        v248 = v247 * v225
-        v262 = 1.0 + z[..., 18] * v216 + z[..., 19] * z[..., 22] - z[..., 16] * v193 - z[..., 17] * z[..., 21]
-        v263 = z[..., 9] * v262
-        v266 = 1.0 / (v244 + v263 * v262)
-        v267 = v45 * v266
-        v268 = v267 * z[..., 9]
-        v269 = v268 * v244
-        v271 = v194 * v197
-        v273 = z[..., 10] - v271 * v203
-        v277 = v222 * v207
-        v279 = v194 + v204 * z[..., 10]
-        v281 = z[..., 11] + v277 * v279
-        v284 = v198 + v210 + v229 + v248 + v269 + v210 * (v273 * v273) + v229 * (v281 * v281)
-        v286 = z[..., 12] + v277 * v204
-        v290 = v241 * v226
-        v292 = v223 * z[..., 11] - v279
-        v294 = z[..., 13] - v290 * v292
-        v299 = v223 * z[..., 12] - v204
-        v301 = z[..., 14] - v290 * v299
-        v304 = v284 + v229 * (v286 * v286) + v248 * (v294 * v294) + v248 * (v301 * v301)
-        v306 = z[..., 15] - v290 * v223
-        v310 = v262 * v245
-        v312 = v292 + v242 * z[..., 13]
-        v314 = z[..., 16] - v310 * v312
-        v319 = v299 + v242 * z[..., 14]
-        v321 = z[..., 17] - v310 * v319
-        v324 = v304 + v248 * (v306 * v306) + v269 * (v314 * v314) + v269 * (v321 * v321)
-        v326 = v223 + v242 * z[..., 15]
-        v328 = z[..., 18] - v310 * v326
-        v333 = z[..., 19] - v310 * v242
-        v336 = v324 + v269 * (v328 * v328) + v269 * (v333 * v333)
-        m338 = (np.abs(v336) < 1e+30)
-        m339 = np.logical_and(m190, m338)
-        v343 = np.where(m36, x[..., 2], z[..., 76])
-        v344 = z[..., 61] * v343
-        v346 = c[..., 3] + v344 * v343
-        v347 = 1.0 / v346
-        v348 = z[..., 61] * v347
-        v353 = z[..., 77] + z[..., 66] * v343
-        v354 = z[..., 62] * v353
-        v356 = v346 + v354 * v353
-        v357 = 1.0 / v356
-        v358 = v45 * v357
-        v359 = v358 * z[..., 62]
-        v360 = v359 * v346
-        v366 = np.where(m61, v[..., 2], np.where(m63, z[..., 80], z[..., 79]))
-        v372 = v366 - z[..., 67] * v343 - z[..., 68] * z[..., 77]
-        v373 = z[..., 63] * v372
-        v375 = v356 + v373 * v372
-        v376 = 1.0 / v375
-        v377 = v45 * v376
-        v378 = v377 * z[..., 63]
-        v379 = v378 * v356
-        v391 = z[..., 78] + z[..., 71] * v366 - z[..., 69] * v343 - z[..., 70] * z[..., 77]
-        v392 = z[..., 64] * v391
-        v394 = v375 + v392 * v391
-        v395 = 1.0 / v394
-        v396 = v45 * v395
-        v397 = v396 * z[..., 64]
-        v398 = v397 * v375
-        v412 = 1.0 + z[..., 74] * v366 + z[..., 75] * z[..., 78] - z[..., 72] * v343 - z[..., 73] * z[..., 77]
-        v413 = z[..., 65] * v412
-        v416 = 1.0 / (v394 + v413 * v412)
-        v417 = v45 * v416
-        v418 = v417 * z[..., 65]
-        v419 = v418 * v394
-        v421 = v344 * v347
-        v423 = z[..., 66] - v421 * v353
-        v427 = v372 * v357
-        v429 = v344 + v354 * z[..., 66]
-        v431 = z[..., 67] + v427 * v429
-        v434 = v348 + v360 + v379 + v398 + v419 + v360 * (v423 * v423) + v379 * (v431 * v431)
-        v436 = z[..., 68] + v427 * v354
-        v440 = v391 * v376
-        v442 = v373 * z[..., 67] - v429
-        v444 = z[..., 69] - v440 * v442
-        v449 = v373 * z[..., 68] - v354
-        v451 = z[..., 70] - v440 * v449
-        v454 = v434 + v379 * (v436 * v436) + v398 * (v444 * v444) + v398 * (v451 * v451)
-        v456 = z[..., 71] - v440 * v373
-        v460 = v412 * v395
-        v462 = v442 + v392 * z[..., 69]
-        v464 = z[..., 72] - v460 * v462
-        v469 = v449 + v392 * z[..., 70]
-        v471 = z[..., 73] - v460 * v469
-        v474 = v454 + v398 * (v456 * v456) + v419 * (v464 * v464) + v419 * (v471 * v471)
-        v476 = v373 + v392 * z[..., 71]
-        v478 = z[..., 74] - v460 * v476
-        v483 = z[..., 75] - v460 * v392
-        v486 = v474 + v419 * (v478 * v478) + v419 * (v483 * v483)
-        m488 = (np.abs(v486) < 1e+30)
-        m489 = np.logical_and(m339, m488)
-        m491 = (np.abs(x[..., 2]) < 1e+30)
-        m492 = np.logical_and(m489, m491)
-        v498 = np.exp(-(p[..., 9] / c[..., 21]))
-        v499 = -1.0 + v498
-        v500 = v499 * v499
-        v502 = v498 + v498
-        v506 = v498 * v498
-        m511 = (0.5 < c[..., 1])
-        m513 = (1.5 < z[..., 84])
-        m514 = np.logical_and(m511, m513)
-        v519 = np.fmax(c[..., 5], c[..., 6] * p[..., 28])
-        v529 = z[..., 32] + z[..., 30] * v67 + z[..., 31] * z[..., 50] - z[..., 28] * v38
-        v533 = x[..., 1] - (v529 - z[..., 29] * z[..., 49])
-        m535 = (v519 < np.abs(v533))
-        m536 = np.logical_and(m514, m535)
-        v539 = (v93 + v114 * z[..., 47]) * v117
-        v542 = np.where(m536, z[..., 31] + v539 * v533, z[..., 31])
-        v545 = (v177 + v114 * z[..., 46]) * v117
-        v548 = np.where(m536, z[..., 30] + v545 * v533, z[..., 30])
-        v550 = np.fmax(v548, c[..., 14])
-        v555 = p[..., 9] * p[..., 9] * c[..., 15]
-        v556 = 0.5 / p[..., 1] * v555
-        v557 = np.fmax(v550, v556)
-        v559 = c[..., 0] + c[..., 0]
-        v562 = (v163 + v114 * z[..., 44]) * v117
-        v565 = np.where(m536, z[..., 28] + v562 * v533, z[..., 28])
-        v566 = v559 + v565
-        v568 = v542 - v557 * v566
-        v570 = v542 * v67
-        v574 = v500 * r[..., 1] + v502 * z[..., 54] - v506 * z[..., 55] - np.where(m63, z[..., 51] * v568 - v570 * v566, v570)
-        v575 = c[..., 0] * c[..., 0]
-        v581 = v114 * v117
-        v585 = c[..., 17] * np.where(m536, z[..., 32] + v581 * v533, z[..., 32])
-        v587 = np.where(m63, 1.0 - v566, 1.0)
-        v592 = (v170 + v114 * z[..., 45]) * v117
-        v595 = np.where(m536, z[..., 29] + v592 * v533, z[..., 29])
-        v596 = v575 - v595
-        v602 = np.where(m63, v596 + v565 * v565 + v559 * v565, -v566)
-        v604 = v574 + v575 * z[..., 55] - v559 * z[..., 54] - v585 * v587 - x[..., 1] * v602
-        v608 = np.where(m63, v559 * v595 + v565 * v595, v596)
-        v611 = 1.0 / v557
-        v612 = (v604 - v608 * v38) * v611
-        m614 = (np.abs(v612) < 1e+30)
-        m615 = np.logical_and(m492, m614)
-        v635 = z[..., 4] + z[..., 2] * v216 + z[..., 3] * z[..., 22] - z[..., 0] * v193 - z[..., 1] * z[..., 21]
-        v636 = x[..., 0] - v635
-        m638 = (v519 < np.abs(v636))
-        m639 = np.logical_and(m514, m638)
-        v642 = (v242 + v263 * z[..., 19]) * v266
-        v645 = np.where(m639, z[..., 3] + v642 * v636, z[..., 3])
-        v648 = (v326 + v263 * z[..., 18]) * v266
-        v651 = np.where(m639, z[..., 2] + v648 * v636, z[..., 2])
-        v652 = np.fmax(v651, c[..., 14])
-        v655 = 0.5 / p[..., 0] * v555
-        v656 = np.fmax(v652, v655)
-        v659 = (v312 + v263 * z[..., 16]) * v266
-        v662 = np.where(m639, z[..., 0] + v659 * v636, z[..., 0])
-        v663 = v559 + v662
-        v665 = v645 - v656 * v663
-        v667 = v645 * v216
-        v671 = v500 * r[..., 0] + v502 * z[..., 26] - v506 * z[..., 27] - np.where(m63, z[..., 23] * v665 - v667 * v663, v667)
-        v676 = v263 * v266
-        v680 = c[..., 17] * np.where(m639, z[..., 4] + v676 * v636, z[..., 4])
-        v682 = np.where(m63, 1.0 - v663, 1.0)
-        v687 = (v319 + v263 * z[..., 17]) * v266
-        v690 = np.where(m639, z[..., 1] + v687 * v636, z[..., 1])
-        v691 = v575 - v690
-        v697 = np.where(m63, v691 + v662 * v662 + v559 * v662, -v663)
-        v699 = v671 + v575 * z[..., 27] - v559 * z[..., 26] - v680 * v682 - x[..., 0] * v697
-        v703 = np.where(m63, v559 * v690 + v662 * v690, v691)
-        v706 = 1.0 / v656
-        v707 = (v699 - v703 * v193) * v706
-        m709 = (np.abs(v707) < 1e+30)
-        m710 = np.logical_and(m615, m709)
-        v727 = z[..., 60] + z[..., 58] * v366 + z[..., 59] * z[..., 78] - z[..., 56] * v343
-        v731 = x[..., 2] - (v727 - z[..., 57] * z[..., 77])
-        m733 = (v519 < np.abs(v731))
-        m734 = np.logical_and(m514, m733)
-        v737 = (v392 + v413 * z[..., 75]) * v416
-        v740 = np.where(m734, z[..., 59] + v737 * v731, z[..., 59])
-        v743 = (v476 + v413 * z[..., 74]) * v416
-        v746 = np.where(m734, z[..., 58] + v743 * v731, z[..., 58])
-        v747 = np.fmax(v746, c[..., 14])
-        v750 = 0.5 / p[..., 2] * v555
-        v751 = np.fmax(v747, v750)
-        v754 = (v462 + v413 * z[..., 72]) * v416
-        v757 = np.where(m734, z[..., 56] + v754 * v731, z[..., 56])
-        v758 = v559 + v757
-        v760 = v740 - v751 * v758
-        v762 = v740 * v366
-        v766 = v500 * r[..., 2] + v502 * z[..., 82] - v506 * z[..., 83] - np.where(m63, z[..., 79] * v760 - v762 * v758, v762)
-        v771 = v413 * v416
-        v775 = c[..., 17] * np.where(m734, z[..., 60] + v771 * v731, z[..., 60])
-        v777 = np.where(m63, 1.0 - v758, 1.0)
-        v782 = (v469 + v413 * z[..., 73]) * v416
-        v785 = np.where(m734, z[..., 57] + v782 * v731, z[..., 57])
-        v786 = v575 - v785
-        v792 = np.where(m63, v786 + v757 * v757 + v559 * v757, -v758)
-        v794 = v766 + v575 * z[..., 83] - v559 * z[..., 82] - v775 * v777 - v792 * x[..., 2]
-        v798 = np.where(m63, v559 * v785 + v757 * v785, v786)
-        v801 = 1.0 / v751
-        v802 = (v794 - v798 * v343) * v801
-        m804 = (np.abs(v802) < 1e+30)
-        m805 = np.logical_and(m710, m804)
-        v813 = v500 * along_r[..., 0] + v502 * along_z[..., 26] - v506 * along_z[..., 27]
-        v825 = np.where(m61, along_v[..., 0], np.where(m63, along_z[..., 24], along_z[..., 23]))
-        v833 = np.where(m36, along_x[..., 0], along_z[..., 20])
-        v836 = along_z[..., 22] + (v216 * along_z[..., 15] + z[..., 15] * v825) - (v193 * along_z[..., 13] + z[..., 13] * v833)
-        v842 = v836 - (z[..., 21] * along_z[..., 14] + z[..., 14] * along_z[..., 21])
-        v844 = v241 * along_z[..., 8] + z[..., 8] * v842
-        v855 = v216 * along_z[..., 18] + z[..., 18] * v825 + (z[..., 22] * along_z[..., 19] + z[..., 19] * along_z[..., 22])
-        v865 = v855 - (v193 * along_z[..., 16] + z[..., 16] * v833) - (z[..., 21] * along_z[..., 17] + z[..., 17] * along_z[..., 21])
-        v867 = v262 * along_z[..., 9] + z[..., 9] * v865
-        v877 = v193 * along_z[..., 5] + z[..., 5] * v833
-        v880 = v193 * v877 + v194 * v833
-        v887 = along_z[..., 21] + (v193 * along_z[..., 10] + z[..., 10] * v833)
-        v889 = v203 * along_z[..., 6] + z[..., 6] * v887
-        v893 = v880 + (v203 * v889 + v204 * v887)
-        v905 = v825 - (v193 * along_z[..., 11] + z[..., 11] * v833) - (z[..., 21] * along_z[..., 12] + z[..., 12] * along_z[..., 21])
-        v907 = v222 * along_z[..., 7] + z[..., 7] * v905
-        v911 = v893 + (v222 * v907 + v223 * v905)
-        v915 = v911 + (v241 * v844 + v242 * v842)
-        v919 = v915 + (v262 * v867 + v263 * v865)
-        v921 = (v844 + (z[..., 19] * v867 + v263 * along_z[..., 19])) * v266 - v642 * v266 * v919
-        v932 = along_z[..., 4] + (v216 * along_z[..., 2] + z[..., 2] * v825) + (z[..., 22] * along_z[..., 3] + z[..., 3] * along_z[..., 22])
-        v942 = v932 - (v193 * along_z[..., 0] + z[..., 0] * v833) - (z[..., 21] * along_z[..., 1] + z[..., 1] * along_z[..., 21])
-        v943 = along_x[..., 0] - v942
-        v947 = np.where(m639, along_z[..., 3] + (v636 * v921 + v642 * v943), along_z[..., 3])
-        m948 = (v655 <= v652)
-        m949 = (v652 <= v655)
-        v950 = np.where(m948, 1.0, 0.0)
-        m954 = (c[..., 14] <= v651)
-        m955 = (v651 <= c[..., 14])
-        v956 = np.where(m954, 1.0, 0.0)
-        v963 = v907 + (z[..., 15] * v844 + v242 * along_z[..., 15])
-        v971 = (v963 + (z[..., 18] * v867 + v263 * along_z[..., 18])) * v266 - v648 * v266 * v919
-        v976 = np.where(m639, along_z[..., 2] + (v636 * v971 + v648 * v943), along_z[..., 2])
-        v978 = v950 / (v950 + np.where(m949, 1.0, 0.0)) * (v956 / (v956 + np.where(m955, 1.0, 0.0)) * v976)
-        v986 = v877 + (z[..., 10] * v889 + v204 * along_z[..., 10])
-        v987 = z[..., 11] * v907 + v223 * along_z[..., 11] - v986
-        v991 = v987 + (z[..., 13] * v844 + v242 * along_z[..., 13])
-        v999 = (v991 + (z[..., 16] * v867 + v263 * along_z[..., 16])) * v266 - v659 * v266 * v919
-        v1004 = np.where(m639, along_z[..., 0] + (v636 * v999 + v659 * v943), along_z[..., 0])
-        v1009 = v665 * along_z[..., 23] + z[..., 23] * (v947 - (v663 * v978 + v656 * v1004))
-        v1012 = v216 * v947 + v645 * v825
-        v1020 = v813 - np.where(m63, v1009 - (v663 * v1012 + v667 * v1004), v1012) + v575 * along_z[..., 27]
-        v1030 = along_z[..., 4] + (v636 * (v867 * v266 - v676 * v266 * v919) + v676 * v943)
-        v1031 = np.where(m639, v1030, along_z[..., 4])
-        v1038 = v1020 - v559 * along_z[..., 26] - (v682 * (c[..., 17] * v1031) + np.where(m63, -(v680 * v1004), 0.0))
-        v1045 = z[..., 12] * v907 + v223 * along_z[..., 12] - v889
-        v1049 = v1045 + (z[..., 14] * v844 + v242 * along_z[..., 14])
-        v1057 = (v1049 + (z[..., 17] * v867 + v263 * along_z[..., 17])) * v266 - v687 * v266 * v919
-        v1062 = np.where(m639, along_z[..., 1] + (v636 * v1057 + v687 * v943), along_z[..., 1])
-        v1068 = x[..., 0] * np.where(m63, (v662 + v662) * v1004 - v1062 + v559 * v1004, -v1004)
-        v1078 = v193 * np.where(m63, v559 * v1062 + (v690 * v1004 + v662 * v1062), -v1062)
-        v1082 = (v1038 - (v697 * along_x[..., 0] + v1068) - (v1078 + v703 * v833)) * v706
-        v1085 = v1082 - v707 * v706 * v978
-        v1094 = v500 * along_r[..., 1] + v502 * along_z[..., 54] - v506 * along_z[..., 55]
-        v1106 = np.where(m61, along_v[..., 1], np.where(m63, along_z[..., 52], along_z[..., 51]))
-        v1114 = np.where(m36, along_x[..., 1], along_z[..., 48])
-        v1117 = along_z[..., 50] + (v67 * along_z[..., 43] + z[..., 43] * v1106) - (v38 * along_z[..., 41] + z[..., 41] * v1114)
-        v1123 = v1117 - (z[..., 49] * along_z[..., 42] + z[..., 42] * along_z[..., 49])
-        v1125 = v92 * along_z[..., 36] + z[..., 36] * v1123
-        v1136 = v67 * along_z[..., 46] + z[..., 46] * v1106 + (z[..., 50] * along_z[..., 47] + z[..., 47] * along_z[..., 50])
-        v1146 = v1136 - (v38 * along_z[..., 44] + z[..., 44] * v1114) - (z[..., 49] * along_z[..., 45] + z[..., 45] * along_z[..., 49])
-        v1148 = v113 * along_z[..., 37] + z[..., 37] * v1146
-        v1158 = v38 * along_z[..., 33] + z[..., 33] * v1114
-        v1161 = v38 * v1158 + v39 * v1114
-        v1168 = along_z[..., 49] + (v38 * along_z[..., 38] + z[..., 38] * v1114)
-        v1170 = v50 * along_z[..., 34] + z[..., 34] * v1168
-        v1174 = v1161 + (v50 * v1170 + v51 * v1168)
-        v1186 = v1106 - (v38 * along_z[..., 39] + z[..., 39] * v1114) - (z[..., 49] * along_z[..., 40] + z[..., 40] * along_z[..., 49])
-        v1188 = v73 * along_z[..., 35] + z[..., 35] * v1186
-        v1192 = v1174 + (v73 * v1188 + v74 * v1186)
-        v1196 = v1192 + (v92 * v1125 + v93 * v1123)
-        v1200 = v1196 + (v113 * v1148 + v114 * v1146)
-        v1202 = (v1125 + (z[..., 47] * v1148 + v114 * along_z[..., 47])) * v117 - v539 * v117 * v1200
-        v1213 = along_z[..., 32] + (v67 * along_z[..., 30] + z[..., 30] * v1106) + (z[..., 50] * along_z[..., 31] + z[..., 31] * along_z[..., 50])
-        v1223 = v1213 - (v38 * along_z[..., 28] + z[..., 28] * v1114) - (z[..., 49] * along_z[..., 29] + z[..., 29] * along_z[..., 49])
-        v1224 = along_x[..., 1] - v1223
-        v1228 = np.where(m536, along_z[..., 31] + (v533 * v1202 + v539 * v1224), along_z[..., 31])
-        m1229 = (v556 <= v550)
-        m1230 = (v550 <= v556)
-        v1231 = np.where(m1229, 1.0, 0.0)
-        m1235 = (c[..., 14] <= v548)
-        m1236 = (v548 <= c[..., 14])
-        v1237 = np.where(m1235, 1.0, 0.0)
-        v1244 = v1188 + (z[..., 43] * v1125 + v93 * along_z[..., 43])
-        v1252 = (v1244 + (z[..., 46] * v1148 + v114 * along_z[..., 46])) * v117 - v545 * v117 * v1200
-        v1257 = np.where(m536, along_z[..., 30] + (v533 * v1252 + v545 * v1224), along_z[..., 30])
-        v1259 = v1231 / (v1231 + np.where(m1230, 1.0, 0.0)) * (v1237 / (v1237 + np.where(m1236, 1.0, 0.0)) * v1257)
-        v1267 = v1158 + (z[..., 38] * v1170 + v51 * along_z[..., 38])
-        v1268 = z[..., 39] * v1188 + v74 * along_z[..., 39] - v1267
-        v1272 = v1268 + (z[..., 41] * v1125 + v93 * along_z[..., 41])
-        v1280 = (v1272 + (z[..., 44] * v1148 + v114 * along_z[..., 44])) * v117 - v562 * v117 * v1200
-        v1285 = np.where(m536, along_z[..., 28] + (v533 * v1280 + v562 * v1224), along_z[..., 28])
-        v1290 = v568 * along_z[..., 51] + z[..., 51] * (v1228 - (v566 * v1259 + v557 * v1285))
-        v1293 = v67 * v1228 + v542 * v1106
-        v1301 = v1094 - np.where(m63, v1290 - (v566 * v1293 + v570 * v1285), v1293) + v575 * along_z[..., 55]
-        v1311 = along_z[..., 32] + (v533 * (v1148 * v117 - v581 * v117 * v1200) + v581 * v1224)
-        v1312 = np.where(m536, v1311, along_z[..., 32])
-        v1319 = v1301 - v559 * along_z[..., 54] - (v587 * (c[..., 17] * v1312) + np.where(m63, -(v585 * v1285), 0.0))
-        v1326 = z[..., 40] * v1188 + v74 * along_z[..., 40] - v1170
-        v1330 = v1326 + (z[..., 42] * v1125 + v93 * along_z[..., 42])
-        v1338 = (v1330 + (z[..., 45] * v1148 + v114 * along_z[..., 45])) * v117 - v592 * v117 * v1200
-        v1343 = np.where(m536, along_z[..., 29] + (v533 * v1338 + v592 * v1224), along_z[..., 29])
-        v1349 = x[..., 1] * np.where(m63, (v565 + v565) * v1285 - v1343 + v559 * v1285, -v1285)
-        v1359 = v38 * np.where(m63, v559 * v1343 + (v595 * v1285 + v565 * v1343), -v1343)
-        v1363 = (v1319 - (v602 * along_x[..., 1] + v1349) - (v1359 + v608 * v1114)) * v611
-        v1366 = v1363 - v612 * v611 * v1259
-        v1375 = v500 * along_r[..., 2] + v502 * along_z[..., 82] - v506 * along_z[..., 83]
-        v1387 = np.where(m61, along_v[..., 2], np.where(m63, along_z[..., 80], along_z[..., 79]))
-        v1395 = np.where(m36, along_x[..., 2], along_z[..., 76])
-        v1398 = along_z[..., 78] + (v366 * along_z[..., 71] + z[..., 71] * v1387) - (v343 * along_z[..., 69] + z[..., 69] * v1395)
-        v1404 = v1398 - (z[..., 77] * along_z[..., 70] + z[..., 70] * along_z[..., 77])
-        v1406 = v391 * along_z[..., 64] + z[..., 64] * v1404
-        v1417 = v366 * along_z[..., 74] + z[..., 74] * v1387 + (z[..., 78] * along_z[..., 75] + z[..., 75] * along_z[..., 78])
-        v1427 = v1417 - (v343 * along_z[..., 72] + z[..., 72] * v1395) - (z[..., 77] * along_z[..., 73] + z[..., 73] * along_z[..., 77])
-        v1429 = v412 * along_z[..., 65] + z[..., 65] * v1427
-        v1439 = v343 * along_z[..., 61] + z[..., 61] * v1395
-        v1442 = v343 * v1439 + v344 * v1395
-        v1449 = along_z[..., 77] + (v343 * along_z[..., 66] + z[..., 66] * v1395)
-        v1451 = v353 * along_z[..., 62] + z[..., 62] * v1449
-        v1455 = v1442 + (v353 * v1451 + v354 * v1449)
-        v1467 = v1387 - (v343 * along_z[..., 67] + z[..., 67] * v1395) - (z[..., 77] * along_z[..., 68] + z[..., 68] * along_z[..., 77])
-        v1469 = v372 * along_z[..., 63] + z[..., 63] * v1467
-        v1473 = v1455 + (v372 * v1469 + v373 * v1467)
-        v1477 = v1473 + (v391 * v1406 + v392 * v1404)
-        v1481 = v1477 + (v412 * v1429 + v413 * v1427)
-        v1483 = (v1406 + (z[..., 75] * v1429 + v413 * along_z[..., 75])) * v416 - v737 * v416 * v1481
-        v1494 = along_z[..., 60] + (v366 * along_z[..., 58] + z[..., 58] * v1387) + (z[..., 78] * along_z[..., 59] + z[..., 59] * along_z[..., 78])
-        v1504 = v1494 - (v343 * along_z[..., 56] + z[..., 56] * v1395) - (z[..., 77] * along_z[..., 57] + z[..., 57] * along_z[..., 77])
-        v1505 = along_x[..., 2] - v1504
-        v1509 = np.where(m734, along_z[..., 59] + (v731 * v1483 + v737 * v1505), along_z[..., 59])
-        m1510 = (v750 <= v747)
-        m1511 = (v747 <= v750)
-        v1512 = np.where(m1510, 1.0, 0.0)
-        m1516 = (c[..., 14] <= v746)
-        m1517 = (v746 <= c[..., 14])
-        v1518 = np.where(m1516, 1.0, 0.0)
-        v1525 = v1469 + (z[..., 71] * v1406 + v392 * along_z[..., 71])
-        v1533 = (v1525 + (z[..., 74] * v1429 + v413 * along_z[..., 74])) * v416 - v743 * v416 * v1481
-        v1538 = np.where(m734, along_z[..., 58] + (v731 * v1533 + v743 * v1505), along_z[..., 58])
-        v1540 = v1512 / (v1512 + np.where(m1511, 1.0, 0.0)) * (v1518 / (v1518 + np.where(m1517, 1.0, 0.0)) * v1538)
-        v1548 = v1439 + (z[..., 66] * v1451 + v354 * along_z[..., 66])
-        v1549 = z[..., 67] * v1469 + v373 * along_z[..., 67] - v1548
-        v1553 = v1549 + (z[..., 69] * v1406 + v392 * along_z[..., 69])
-        v1561 = (v1553 + (z[..., 72] * v1429 + v413 * along_z[..., 72])) * v416 - v754 * v416 * v1481
-        v1566 = np.where(m734, along_z[..., 56] + (v731 * v1561 + v754 * v1505), along_z[..., 56])
-        v1571 = v760 * along_z[..., 79] + z[..., 79] * (v1509 - (v758 * v1540 + v751 * v1566))
-        v1574 = v366 * v1509 + v740 * v1387
-        v1582 = v1375 - np.where(m63, v1571 - (v758 * v1574 + v762 * v1566), v1574) + v575 * along_z[..., 83]
-        v1592 = along_z[..., 60] + (v731 * (v1429 * v416 - v771 * v416 * v1481) + v771 * v1505)
-        v1593 = np.where(m734, v1592, along_z[..., 60])
-        v1600 = v1582 - v559 * along_z[..., 82] - (v777 * (c[..., 17] * v1593) + np.where(m63, -(v775 * v1566), 0.0))
-        v1606 = z[..., 68] * v1469 + v373 * along_z[..., 68] - v1451
-        v1610 = v1606 + (z[..., 70] * v1406 + v392 * along_z[..., 70])
-        v1618 = (v1610 + (z[..., 73] * v1429 + v413 * along_z[..., 73])) * v416 - v782 * v416 * v1481
-        v1623 = np.where(m734, along_z[..., 57] + (v731 * v1618 + v782 * v1505), along_z[..., 57])
-        v1629 = x[..., 2] * np.where(m63, (v757 + v757) * v1566 - v1623 + v559 * v1566, -v1566)
-        v1640 = v343 * np.where(m63, v559 * v1623 + (v785 * v1566 + v757 * v1623), -v1623)
-        v1644 = (v1600 - (v1629 + v792 * along_x[..., 2]) - (v1640 + v798 * v1395)) * v801
-        v1647 = v1644 - v802 * v801 * v1540
-        m1655 = (c[..., 4] < v336)
-        v1656 = np.where(m1655, c[..., 3], 1.0)
-        v1662 = np.where(m639, v1656 * (along_z[..., 5] * v197 - v198 * v197 * v880), along_z[..., 5])
-        v1672 = v196 * (v208 * along_z[..., 6] - z[..., 6] * (v207 * v207 * v893 * v45)) + v209 * v880
-        v1675 = np.where(m805, np.where(m639, v1656 * v1672, along_z[..., 6]), along_z[..., 6])
-        v1683 = v206 * (v227 * along_z[..., 7] - z[..., 7] * (v227 * v226 * v911)) + v228 * v893
-        v1686 = np.where(m805, np.where(m639, v1656 * v1683, along_z[..., 7]), along_z[..., 7])
-        v1694 = v225 * (v246 * along_z[..., 8] - z[..., 8] * (v246 * v245 * v915)) + v247 * v911
-        v1697 = np.where(m805, np.where(m639, v1656 * v1694, along_z[..., 8]), along_z[..., 8])
-        v1705 = v244 * (v267 * along_z[..., 9] - z[..., 9] * (v267 * v266 * v919)) + v268 * v915
-        v1708 = np.where(m805, np.where(m639, v1656 * v1705, along_z[..., 9]), along_z[..., 9])
-        v1716 = along_z[..., 10] - (v203 * (v877 * v197 - v271 * v197 * v880) + v271 * v887)
-        v1718 = np.where(m805, np.where(m639, v1716, along_z[..., 10]), along_z[..., 10])
-        v1722 = v905 * v207 - v277 * v207 * v893
-        v1727 = np.where(m639, along_z[..., 11] + (v279 * v1722 + v277 * v986), along_z[..., 11])
-        v1733 = np.where(m639, along_z[..., 12] + (v204 * v1722 + v277 * v889), along_z[..., 12])
-        v1738 = v842 * v226 - v290 * v226 * v911
-        v1743 = np.where(m639, along_z[..., 13] - (v292 * v1738 + v290 * v987), along_z[..., 13])
-        v1749 = np.where(m639, along_z[..., 14] - (v299 * v1738 + v290 * v1045), along_z[..., 14])
-        v1755 = np.where(m639, along_z[..., 15] - (v223 * v1738 + v290 * v907), along_z[..., 15])
-        v1760 = v865 * v245 - v310 * v245 * v915
-        v1765 = np.where(m639, along_z[..., 16] - (v312 * v1760 + v310 * v991), along_z[..., 16])
-        v1771 = np.where(m639, along_z[..., 17] - (v319 * v1760 + v310 * v1049), along_z[..., 17])
-        v1777 = np.where(m639, along_z[..., 18] - (v326 * v1760 + v310 * v963), along_z[..., 18])
-        v1783 = np.where(m639, along_z[..., 19] - (v242 * v1760 + v310 * v844), along_z[..., 19])
-        m1800 = (c[..., 4] < v187)
-        v1801 = np.where(m1800, c[..., 3], 1.0)
-        v1807 = np.where(m536, v1801 * (along_z[..., 33] * v43 - v44 * v43 * v1161), along_z[..., 33])
-        v1816 = v41 * (v55 * along_z[..., 34] - z[..., 34] * (v55 * v54 * v1174)) + v56 * v1161
-        v1819 = np.where(m805, np.where(m536, v1801 * v1816, along_z[..., 34]), along_z[..., 34])
-        v1827 = v53 * (v78 * along_z[..., 35] - z[..., 35] * (v78 * v77 * v1192)) + v79 * v1174
-        v1830 = np.where(m805, np.where(m536, v1801 * v1827, along_z[..., 35]), along_z[..., 35])
-        v1838 = v76 * (v97 * along_z[..., 36] - z[..., 36] * (v97 * v96 * v1196)) + v98 * v1192
-        v1841 = np.where(m805, np.where(m536, v1801 * v1838, along_z[..., 36]), along_z[..., 36])
-        v1849 = v95 * (v118 * along_z[..., 37] - z[..., 37] * (v118 * v117 * v1200)) + v119 * v1196
-        v1852 = np.where(m805, np.where(m536, v1801 * v1849, along_z[..., 37]), along_z[..., 37])
-        v1860 = along_z[..., 38] - (v50 * (v1158 * v43 - v122 * v43 * v1161) + v122 * v1168)
-        v1862 = np.where(m805, np.where(m536, v1860, along_z[..., 38]), along_z[..., 38])
-        v1866 = v1186 * v54 - v128 * v54 * v1174
-        v1871 = np.where(m536, along_z[..., 39] + (v130 * v1866 + v128 * v1267), along_z[..., 39])
-        v1877 = np.where(m536, along_z[..., 40] + (v51 * v1866 + v128 * v1170), along_z[..., 40])
-        v1882 = v1123 * v77 - v141 * v77 * v1192
-        v1887 = np.where(m536, along_z[..., 41] - (v143 * v1882 + v141 * v1268), along_z[..., 41])
-        v1893 = np.where(m536, along_z[..., 42] - (v150 * v1882 + v141 * v1326), along_z[..., 42])
-        v1899 = np.where(m536, along_z[..., 43] - (v74 * v1882 + v141 * v1188), along_z[..., 43])
-        v1904 = v1146 * v96 - v161 * v96 * v1196
-        v1909 = np.where(m536, along_z[..., 44] - (v163 * v1904 + v161 * v1272), along_z[..., 44])
-        v1915 = np.where(m536, along_z[..., 45] - (v170 * v1904 + v161 * v1330), along_z[..., 45])
-        v1921 = np.where(m536, along_z[..., 46] - (v177 * v1904 + v161 * v1244), along_z[..., 46])
-        v1927 = np.where(m536, along_z[..., 47] - (v93 * v1904 + v161 * v1125), along_z[..., 47])
-        m1944 = (c[..., 4] < v486)
-        v1945 = np.where(m1944, c[..., 3], 1.0)
-        v1951 = np.where(m734, v1945 * (along_z[..., 61] * v347 - v348 * v347 * v1442), along_z[..., 61])
-        v1960 = v346 * (v358 * along_z[..., 62] - z[..., 62] * (v358 * v357 * v1455)) + v359 * v1442
-        v1963 = np.where(m805, np.where(m734, v1945 * v1960, along_z[..., 62]), along_z[..., 62])
-        v1971 = v356 * (v377 * along_z[..., 63] - z[..., 63] * (v377 * v376 * v1473)) + v378 * v1455
-        v1974 = np.where(m805, np.where(m734, v1945 * v1971, along_z[..., 63]), along_z[..., 63])
-        v1982 = v375 * (v396 * along_z[..., 64] - z[..., 64] * (v396 * v395 * v1477)) + v397 * v1473
-        v1985 = np.where(m805, np.where(m734, v1945 * v1982, along_z[..., 64]), along_z[..., 64])
-        v1993 = v394 * (v417 * along_z[..., 65] - z[..., 65] * (v417 * v416 * v1481)) + v418 * v1477
-        v1996 = np.where(m805, np.where(m734, v1945 * v1993, along_z[..., 65]), along_z[..., 65])
-        v2004 = along_z[..., 66] - (v353 * (v1439 * v347 - v421 * v347 * v1442) + v421 * v1449)
-        v2006 = np.where(m805, np.where(m734, v2004, along_z[..., 66]), along_z[..., 66])
-        v2010 = v1467 * v357 - v427 * v357 * v1455
-        v2015 = np.where(m734, along_z[..., 67] + (v429 * v2010 + v427 * v1548), along_z[..., 67])
-        v2021 = np.where(m734, along_z[..., 68] + (v354 * v2010 + v427 * v1451), along_z[..., 68])
-        v2026 = v1404 * v376 - v440 * v376 * v1473
-        v2031 = np.where(m734, along_z[..., 69] - (v442 * v2026 + v440 * v1549), along_z[..., 69])
-        v2037 = np.where(m734, along_z[..., 70] - (v449 * v2026 + v440 * v1606), along_z[..., 70])
-        v2043 = np.where(m734, along_z[..., 71] - (v373 * v2026 + v440 * v1469), along_z[..., 71])
-        v2048 = v1427 * v395 - v460 * v395 * v1477
-        v2053 = np.where(m734, along_z[..., 72] - (v462 * v2048 + v460 * v1553), along_z[..., 72])
-        v2059 = np.where(m734, along_z[..., 73] - (v469 * v2048 + v460 * v1610), along_z[..., 73])
-        v2065 = np.where(m734, along_z[..., 74] - (v476 * v2048 + v460 * v1525), along_z[..., 74])
-        v2071 = np.where(m734, along_z[..., 75] - (v392 * v2048 + v460 * v1406), along_z[..., 75])
-        v2083 = 1.0 + z[..., 84]
-        m2085 = (v2083 <= 2.0)
-        m2086 = (2.0 <= v2083)
-        v2088 = np.where(m2085, 1.0, 0.0)
-        v2093 = np.where(m805, v2088 / (np.where(m2086, 1.0, 0.0) + v2088) * along_z[..., 84], 0.0)
-        return _vector(np.where(m805, v1085, 0.0), np.where(m805, v1366, 0.0), np.where(m805, v1647, 0.0)), _vector(np.where(m805, v1004, along_z[..., 0]), np.where(m805, v1062, along_z[..., 1]), np.where(m805, v976, along_z[..., 2]), np.where(m805, v947, along_z[..., 3]), np.where(m805, v1031, along_z[..., 4]), np.where(m805, v1662, along_z[..., 5]), v1675, v1686, v1697, v1708, v1718, np.where(m805, v1727, along_z[..., 11]), np.where(m805, v1733, along_z[..., 12]), np.where(m805, v1743, along_z[..., 13]), np.where(m805, v1749, along_z[..., 14]), np.where(m805, v1755, along_z[..., 15]), np.where(m805, v1765, along_z[..., 16]), np.where(m805, v1771, along_z[..., 17]), np.where(m805, v1777, along_z[..., 18]), np.where(m805, v1783, along_z[..., 19]), np.where(m805, along_x[..., 0], along_z[..., 20]), np.where(m805, v833, along_z[..., 21]), np.where(m805, v825, along_z[..., 22]), np.where(m805, v1085, along_z[..., 23]), np.where(m805, along_z[..., 23], along_z[..., 24]), np.where(m805, np.where(m63, along_z[..., 26], v813), along_z[..., 25]), np.where(m805, v813, along_z[..., 26]), np.where(m805, along_z[..., 26], along_z[..., 27]), np.where(m805, v1285, along_z[..., 28]), np.where(m805, v1343, along_z[..., 29]), np.where(m805, v1257, along_z[..., 30]), np.where(m805, v1228, along_z[..., 31]), np.where(m805, v1312, along_z[..., 32]), np.where(m805, v1807, along_z[..., 33]), v1819, v1830, v1841, v1852, v1862, np.where(m805, v1871, along_z[..., 39]), np.where(m805, v1877, along_z[..., 40]), np.where(m805, v1887, along_z[..., 41]), np.where(m805, v1893, along_z[..., 42]), np.where(m805, v1899, along_z[..., 43]), np.where(m805, v1909, along_z[..., 44]), np.where(m805, v1915, along_z[..., 45]), np.where(m805, v1921, along_z[..., 46]), np.where(m805, v1927, along_z[..., 47]), np.where(m805, along_x[..., 1], along_z[..., 48]), np.where(m805, v1114, along_z[..., 49]), np.where(m805, v1106, along_z[..., 50]), np.where(m805, v1366, along_z[..., 51]), np.where(m805, along_z[..., 51], along_z[..., 52]), np.where(m805, np.where(m63, along_z[..., 54], v1094), along_z[..., 53]), np.where(m805, v1094, along_z[..., 54]), np.where(m805, along_z[..., 54], along_z[..., 55]), np.where(m805, v1566, along_z[..., 56]), np.where(m805, v1623, along_z[..., 57]), np.where(m805, v1538, along_z[..., 58]), np.where(m805, v1509, along_z[..., 59]), np.where(m805, v1593, along_z[..., 60]), np.where(m805, v1951, along_z[..., 61]), v1963, v1974, v1985, v1996, v2006, np.where(m805, v2015, along_z[..., 67]), np.where(m805, v2021, along_z[..., 68]), np.where(m805, v2031, along_z[..., 69]), np.where(m805, v2037, along_z[..., 70]), np.where(m805, v2043, along_z[..., 71]), np.where(m805, v2053, along_z[..., 72]), np.where(m805, v2059, along_z[..., 73]), np.where(m805, v2065, along_z[..., 74]), np.where(m805, v2071, along_z[..., 75]), np.where(m805, along_x[..., 2], along_z[..., 76]), np.where(m805, v1395, along_z[..., 77]), np.where(m805, v1387, along_z[..., 78]), np.where(m805, v1647, along_z[..., 79]), np.where(m805, along_z[..., 79], along_z[..., 80]), np.where(m805, np.where(m63, along_z[..., 82], v1375), along_z[..., 81]), np.where(m805, v1375, along_z[..., 82]), np.where(m805, along_z[..., 82], along_z[..., 83]), v2093, 0.0)
+        roll = x[..., 0]
+        pitch = x[..., 1]
+        yaw = x[..., 2]
+        ref_roll = r[..., 0]
+        ref_pitch = r[..., 1]
+        ref_yaw = r[..., 2]
+        Tx_applied = v[..., 0]
+        Ty_applied = v[..., 1]
+        Tz_applied = v[..., 2]
+        a1_roll = z[..., 0]
+        a2_roll = z[..., 1]
+        b0_roll = z[..., 2]
+        b1_roll = z[..., 3]
+        d_roll = z[..., 4]
+        D1_roll = z[..., 5]
+        D2_roll = z[..., 6]
+        D3_roll = z[..., 7]
+        D4_roll = z[..., 8]
+        D5_roll = z[..., 9]
+        U12_roll = z[..., 10]
+        U13_roll = z[..., 11]
+        U23_roll = z[..., 12]
+        U14_roll = z[..., 13]
+        U24_roll = z[..., 14]
+        U34_roll = z[..., 15]
+        U15_roll = z[..., 16]
+        U25_roll = z[..., 17]
+        U35_roll = z[..., 18]
+        U45_roll = z[..., 19]
+        y1_roll = z[..., 20]
+        y2_roll = z[..., 21]
+        v1_roll = z[..., 22]
+        u1_roll = z[..., 23]
+        u2_roll = z[..., 24]
+        wm1_roll = z[..., 26]
+        wm2_roll = z[..., 27]
+        a1_pitch = z[..., 28]
+        a2_pitch = z[..., 29]
+        b0_pitch = z[..., 30]
+        b1_pitch = z[..., 31]
+        d_pitch = z[..., 32]
+        D1_pitch = z[..., 33]
+        D2_pitch = z[..., 34]
+        D3_pitch = z[..., 35]
+        D4_pitch = z[..., 36]
+        D5_pitch = z[..., 37]
+        U12_pitch = z[..., 38]
+        U13_pitch = z[..., 39]
+        U23_pitch = z[..., 40]
+        U14_pitch = z[..., 41]
+        U24_pitch = z[..., 42]
+        U34_pitch = z[..., 43]
+        U15_pitch = z[..., 44]
+        U25_pitch = z[..., 45]
+        U35_pitch = z[..., 46]
+        U45_pitch = z[..., 47]
+        y1_pitch = z[..., 48]
+        y2_pitch = z[..., 49]
+        v1_pitch = z[..., 50]
+        u1_pitch = z[..., 51]
+        u2_pitch = z[..., 52]
+        wm1_pitch = z[..., 54]
+        wm2_pitch = z[..., 55]
+        a1_yaw = z[..., 56]
+        a2_yaw = z[..., 57]
+        b0_yaw = z[..., 58]
+        b1_yaw = z[..., 59]
+        d_yaw = z[..., 60]
+        D1_yaw = z[..., 61]
+        D2_yaw = z[..., 62]
+        D3_yaw = z[..., 63]
+        D4_yaw = z[..., 64]
+        D5_yaw = z[..., 65]
+        U12_yaw = z[..., 66]
+        U13_yaw = z[..., 67]
+        U23_yaw = z[..., 68]
+        U14_yaw = z[..., 69]
+        U24_yaw = z[..., 70]
+        U34_yaw = z[..., 71]
+        U15_yaw = z[..., 72]
+        U25_yaw = z[..., 73]
+        U35_yaw = z[..., 74]
+        U45_yaw = z[..., 75]
+        y1_yaw = z[..., 76]
+        y2_yaw = z[..., 77]
+        v1_yaw = z[..., 78]
+        u1_yaw = z[..., 79]
+        u2_yaw = z[..., 80]
+        wm1_yaw = z[..., 82]
+        wm2_yaw = z[..., 83]
+        samples = z[..., 84]
+        I_x = p[..., 0]
+        I_y = p[..., 1]
+        I_z = p[..., 2]
+        Ts = p[..., 9]
+        noise = p[..., 28]
+        C2_pole = c[..., 0]
+        adapt = c[..., 1]
+        forgetting = c[..., 3]
+        trace_max = c[..., 4]
+        dead_zone = c[..., 5]
+        dead_zone_sigma = c[..., 6]
+        b_min = c[..., 14]
+        b_min_ratio = c[..., 15]
+        compensate_d = c[..., 17]
+        applied_regressor = c[..., 18]
+        design_delay = c[..., 20]
+        tau_m = c[..., 21]
+        along_roll = along_x[..., 0]
+        along_pitch = along_x[..., 1]
+        along_yaw = along_x[..., 2]
+        along_ref_roll = along_r[..., 0]
+        along_ref_pitch = along_r[..., 1]
+        along_ref_yaw = along_r[..., 2]
+        along_Tx_applied = along_v[..., 0]
+        along_Ty_applied = along_v[..., 1]
+        along_Tz_applied = along_v[..., 2]
+        along_a1_roll = along_z[..., 0]
+        along_a2_roll = along_z[..., 1]
+        along_b0_roll = along_z[..., 2]
+        along_b1_roll = along_z[..., 3]
+        along_d_roll = along_z[..., 4]
+        along_D1_roll = along_z[..., 5]
+        along_D2_roll = along_z[..., 6]
+        along_D3_roll = along_z[..., 7]
+        along_D4_roll = along_z[..., 8]
+        along_D5_roll = along_z[..., 9]
+        along_U12_roll = along_z[..., 10]
+        along_U13_roll = along_z[..., 11]
+        along_U23_roll = along_z[..., 12]
+        along_U14_roll = along_z[..., 13]
+        along_U24_roll = along_z[..., 14]
+        along_U34_roll = along_z[..., 15]
+        along_U15_roll = along_z[..., 16]
+        along_U25_roll = along_z[..., 17]
+        along_U35_roll = along_z[..., 18]
+        along_U45_roll = along_z[..., 19]
+        along_y1_roll = along_z[..., 20]
+        along_y2_roll = along_z[..., 21]
+        along_v1_roll = along_z[..., 22]
+        along_u1_roll = along_z[..., 23]
+        along_u2_roll = along_z[..., 24]
+        along_ym_roll = along_z[..., 25]
+        along_wm1_roll = along_z[..., 26]
+        along_wm2_roll = along_z[..., 27]
+        along_a1_pitch = along_z[..., 28]
+        along_a2_pitch = along_z[..., 29]
+        along_b0_pitch = along_z[..., 30]
+        along_b1_pitch = along_z[..., 31]
+        along_d_pitch = along_z[..., 32]
+        along_D1_pitch = along_z[..., 33]
+        along_D2_pitch = along_z[..., 34]
+        along_D3_pitch = along_z[..., 35]
+        along_D4_pitch = along_z[..., 36]
+        along_D5_pitch = along_z[..., 37]
+        along_U12_pitch = along_z[..., 38]
+        along_U13_pitch = along_z[..., 39]
+        along_U23_pitch = along_z[..., 40]
+        along_U14_pitch = along_z[..., 41]
+        along_U24_pitch = along_z[..., 42]
+        along_U34_pitch = along_z[..., 43]
+        along_U15_pitch = along_z[..., 44]
+        along_U25_pitch = along_z[..., 45]
+        along_U35_pitch = along_z[..., 46]
+        along_U45_pitch = along_z[..., 47]
+        along_y1_pitch = along_z[..., 48]
+        along_y2_pitch = along_z[..., 49]
+        along_v1_pitch = along_z[..., 50]
+        along_u1_pitch = along_z[..., 51]
+        along_u2_pitch = along_z[..., 52]
+        along_ym_pitch = along_z[..., 53]
+        along_wm1_pitch = along_z[..., 54]
+        along_wm2_pitch = along_z[..., 55]
+        along_a1_yaw = along_z[..., 56]
+        along_a2_yaw = along_z[..., 57]
+        along_b0_yaw = along_z[..., 58]
+        along_b1_yaw = along_z[..., 59]
+        along_d_yaw = along_z[..., 60]
+        along_D1_yaw = along_z[..., 61]
+        along_D2_yaw = along_z[..., 62]
+        along_D3_yaw = along_z[..., 63]
+        along_D4_yaw = along_z[..., 64]
+        along_D5_yaw = along_z[..., 65]
+        along_U12_yaw = along_z[..., 66]
+        along_U13_yaw = along_z[..., 67]
+        along_U23_yaw = along_z[..., 68]
+        along_U14_yaw = along_z[..., 69]
+        along_U24_yaw = along_z[..., 70]
+        along_U34_yaw = along_z[..., 71]
+        along_U15_yaw = along_z[..., 72]
+        along_U25_yaw = along_z[..., 73]
+        along_U35_yaw = along_z[..., 74]
+        along_U45_yaw = along_z[..., 75]
+        along_y1_yaw = along_z[..., 76]
+        along_y2_yaw = along_z[..., 77]
+        along_v1_yaw = along_z[..., 78]
+        along_u1_yaw = along_z[..., 79]
+        along_u2_yaw = along_z[..., 80]
+        along_ym_yaw = along_z[..., 81]
+        along_wm1_yaw = along_z[..., 82]
+        along_wm2_yaw = along_z[..., 83]
+        along_samples = along_z[..., 84]
+        model_pole = np.exp(-(Ts / tau_m))
+        t_hjr6j = -1.0 + model_pole
+        t_lbhv6 = t_hjr6j * t_hjr6j
+        t_u5zvh = model_pole + model_pole
+        t_lbhv6_2 = model_pole * model_pole
+        w_roll = t_lbhv6 * ref_roll + t_u5zvh * wm1_roll - t_lbhv6_2 * wm2_roll  # (16)
+        w_pitch = t_lbhv6 * ref_pitch + t_u5zvh * wm1_pitch - t_lbhv6_2 * wm2_pitch  # (16)
+        w_yaw = t_lbhv6 * ref_yaw + t_u5zvh * wm1_yaw - t_lbhv6_2 * wm2_yaw  # (16)
+        m_myerm = (samples < 0.5)
+        y1_used_roll = np.where(m_myerm, roll, y1_roll)
+        m_2oym3 = (0.5 < applied_regressor)
+        m_ng6lt = (0.5 < design_delay)
+        v_roll = np.where(m_2oym3, Tx_applied, np.where(m_ng6lt, u2_roll, u1_roll))  # (36)
+        y_hat_roll = (
+            d_roll
+            + b0_roll * v_roll
+            + b1_roll * v1_roll
+            - a1_roll * y1_used_roll
+            - a2_roll * y2_roll
+        )  # (34)
+        eps_roll = roll - y_hat_roll  # (39)
+        t_s4qc7 = D1_roll * y1_used_roll
+        alpha1_roll = forgetting + t_s4qc7 * y1_used_roll  # (40)
+        t_gcbdt = 1.0 / alpha1_roll
+        D1_free_roll = D1_roll * t_gcbdt  # (41)
+        t_4q5lb = y2_roll + U12_roll * y1_used_roll
+        t_bqiu4 = D2_roll * t_4q5lb
+        alpha2_roll = alpha1_roll + t_bqiu4 * t_4q5lb  # (40)
+        t_2ftwl = 1.0 / alpha2_roll
+        t_rkxsm = 1.0 / forgetting
+        t_buzsg = t_2ftwl * t_rkxsm
+        t_uep3r = t_buzsg * D2_roll
+        D2_free_roll = t_uep3r * alpha1_roll  # (41)
+        t_hr6w3 = t_s4qc7 * t_gcbdt
+        U12_free_roll = U12_roll - t_hr6w3 * t_4q5lb  # (41)
+        f3_roll = v_roll - U13_roll * y1_used_roll - U23_roll * y2_roll  # (40)
+        Df3_roll = D3_roll * f3_roll  # (40)
+        alpha3_roll = alpha2_roll + Df3_roll * f3_roll  # (40)
+        t_m6gkz = 1.0 / alpha3_roll
+        t_pgi2s = t_rkxsm * t_m6gkz
+        t_chslv = t_pgi2s * D3_roll
+        D3_free_roll = t_chslv * alpha2_roll  # (41)
+        t_iwp6c = f3_roll * t_2ftwl
+        t_73h6y = t_s4qc7 + t_bqiu4 * U12_roll
+        U13_free_roll = U13_roll + t_iwp6c * t_73h6y  # (41)
+        b1_3_roll = Df3_roll * U13_roll - t_73h6y  # (40)
+        U23_free_roll = U23_roll + t_iwp6c * t_bqiu4  # (41)
+        b2_3_roll = Df3_roll * U23_roll - t_bqiu4  # (40)
+        f4_roll = v1_roll + U34_roll * v_roll - U14_roll * y1_used_roll - U24_roll * y2_roll  # (40)
+        Df4_roll = D4_roll * f4_roll  # (40)
+        alpha4_roll = alpha3_roll + Df4_roll * f4_roll  # (40)
+        t_qd2bm = 1.0 / alpha4_roll
+        t_ssuku = t_rkxsm * t_qd2bm
+        t_3j35e = t_ssuku * D4_roll
+        D4_free_roll = t_3j35e * alpha3_roll  # (41)
+        t_vpr7m = f4_roll * t_m6gkz
+        U14_free_roll = U14_roll - t_vpr7m * b1_3_roll  # (41)
+        b1_4_roll = b1_3_roll + Df4_roll * U14_roll  # (40)
+        U24_free_roll = U24_roll - t_vpr7m * b2_3_roll  # (41)
+        b2_4_roll = b2_3_roll + Df4_roll * U24_roll  # (40)
+        U34_free_roll = U34_roll - t_vpr7m * Df3_roll  # (41)
+        b3_4_roll = Df3_roll + Df4_roll * U34_roll  # (40)
+        f5_roll = (
+            1.0
+            + U35_roll * v_roll
+            + U45_roll * v1_roll
+            - U15_roll * y1_used_roll
+            - U25_roll * y2_roll
+        )  # (40)
+        Df5_roll = D5_roll * f5_roll  # (40)
+        alpha5_roll = alpha4_roll + Df5_roll * f5_roll  # (40)
+        t_szpzk = 1.0 / alpha5_roll
+        t_petfr = t_rkxsm * t_szpzk
+        t_glxxd = t_petfr * D5_roll
+        D5_free_roll = t_glxxd * alpha4_roll  # (41)
+        t_el36p = f5_roll * t_qd2bm
+        U15_free_roll = U15_roll - t_el36p * b1_4_roll  # (41)
+        b1_5_roll = b1_4_roll + Df5_roll * U15_roll  # (40)
+        U25_free_roll = U25_roll - t_el36p * b2_4_roll  # (41)
+        b2_5_roll = b2_4_roll + Df5_roll * U25_roll  # (40)
+        U35_free_roll = U35_roll - t_el36p * b3_4_roll  # (41)
+        b3_5_roll = b3_4_roll + Df5_roll * U35_roll  # (40)
+        U45_free_roll = U45_roll - t_el36p * Df4_roll  # (41)
+        b4_5_roll = Df4_roll + Df5_roll * U45_roll  # (40)
+        G1_roll = b1_5_roll * t_szpzk  # (40)
+        G2_roll = b2_5_roll * t_szpzk  # (40)
+        G3_roll = b3_5_roll * t_szpzk  # (40)
+        G4_roll = b4_5_roll * t_szpzk  # (40)
+        G5_roll = Df5_roll * t_szpzk  # (40)
+        trace_roll = (
+            D1_free_roll
+            + D2_free_roll
+            + D3_free_roll
+            + D4_free_roll
+            + D5_free_roll
+            + D2_free_roll * (U12_free_roll * U12_free_roll)
+            + D3_free_roll * (U13_free_roll * U13_free_roll)
+            + D3_free_roll * (U23_free_roll * U23_free_roll)
+            + D4_free_roll * (U14_free_roll * U14_free_roll)
+            + D4_free_roll * (U24_free_roll * U24_free_roll)
+            + D4_free_roll * (U34_free_roll * U34_free_roll)
+            + D5_free_roll * (U15_free_roll * U15_free_roll)
+            + D5_free_roll * (U25_free_roll * U25_free_roll)
+            + D5_free_roll * (U35_free_roll * U35_free_roll)
+            + D5_free_roll * (U45_free_roll * U45_free_roll)
+        )  # (41)
+        m_cy5zr = (trace_max < trace_roll)
+        cap_roll = np.where(m_cy5zr, forgetting, 1.0)
+        m_jj746 = (0.5 < adapt)
+        m_d33kq = (1.5 < samples)
+        m_6w7fs = np.logical_and(m_jj746, m_d33kq)
+        t_s4yo7 = np.fmax(dead_zone, dead_zone_sigma * noise)
+        m_ga54y = (t_s4yo7 < np.abs(eps_roll))
+        m_huydk = np.logical_and(m_6w7fs, m_ga54y)
+        a1_now_roll = np.where(m_huydk, a1_roll + G1_roll * eps_roll, a1_roll)  # (42)
+        a2_now_roll = np.where(m_huydk, a2_roll + G2_roll * eps_roll, a2_roll)  # (42)
+        b0_now_roll = np.where(m_huydk, b0_roll + G3_roll * eps_roll, b0_roll)  # (42)
+        b1_now_roll = np.where(m_huydk, b1_roll + G4_roll * eps_roll, b1_roll)  # (42)
+        d_now_roll = np.where(m_huydk, d_roll + G5_roll * eps_roll, d_roll)  # (42)
+        d_used_roll = compensate_d * d_now_roll
+        y1_used_pitch = np.where(m_myerm, pitch, y1_pitch)
+        v_pitch = np.where(m_2oym3, Ty_applied, np.where(m_ng6lt, u2_pitch, u1_pitch))  # (36)
+        y_hat_pitch = (
+            d_pitch
+            + b0_pitch * v_pitch
+            + b1_pitch * v1_pitch
+            - a1_pitch * y1_used_pitch
+            - a2_pitch * y2_pitch
+        )  # (34)
+        eps_pitch = pitch - y_hat_pitch  # (39)
+        t_n6265 = D1_pitch * y1_used_pitch
+        alpha1_pitch = forgetting + t_n6265 * y1_used_pitch  # (40)
+        t_ba5cq = 1.0 / alpha1_pitch
+        D1_free_pitch = D1_pitch * t_ba5cq  # (41)
+        t_5xoth = y2_pitch + U12_pitch * y1_used_pitch
+        t_urk7s = D2_pitch * t_5xoth
+        alpha2_pitch = alpha1_pitch + t_urk7s * t_5xoth  # (40)
+        t_vq6qe = 1.0 / alpha2_pitch
+        t_rwzhe = t_rkxsm * t_vq6qe
+        t_rz27b = t_rwzhe * D2_pitch
+        D2_free_pitch = t_rz27b * alpha1_pitch  # (41)
+        t_yryoi = t_n6265 * t_ba5cq
+        U12_free_pitch = U12_pitch - t_yryoi * t_5xoth  # (41)
+        f3_pitch = v_pitch - U13_pitch * y1_used_pitch - U23_pitch * y2_pitch  # (40)
+        Df3_pitch = D3_pitch * f3_pitch  # (40)
+        alpha3_pitch = alpha2_pitch + Df3_pitch * f3_pitch  # (40)
+        t_wnsbx = 1.0 / alpha3_pitch
+        t_clmmw = t_rkxsm * t_wnsbx
+        t_ehcbr = t_clmmw * D3_pitch
+        D3_free_pitch = t_ehcbr * alpha2_pitch  # (41)
+        t_iziit = f3_pitch * t_vq6qe
+        t_m7azd = t_n6265 + t_urk7s * U12_pitch
+        U13_free_pitch = U13_pitch + t_iziit * t_m7azd  # (41)
+        b1_3_pitch = Df3_pitch * U13_pitch - t_m7azd  # (40)
+        U23_free_pitch = U23_pitch + t_iziit * t_urk7s  # (41)
+        b2_3_pitch = Df3_pitch * U23_pitch - t_urk7s  # (40)
+        f4_pitch = v1_pitch + U34_pitch * v_pitch - U14_pitch * y1_used_pitch - U24_pitch * y2_pitch  # (40)
+        Df4_pitch = D4_pitch * f4_pitch  # (40)
+        alpha4_pitch = alpha3_pitch + Df4_pitch * f4_pitch  # (40)
+        t_au2dz = 1.0 / alpha4_pitch
+        t_km5us = t_rkxsm * t_au2dz
+        t_22ct6 = t_km5us * D4_pitch
+        D4_free_pitch = t_22ct6 * alpha3_pitch  # (41)
+        t_q5cqa = f4_pitch * t_wnsbx
+        U14_free_pitch = U14_pitch - t_q5cqa * b1_3_pitch  # (41)
+        b1_4_pitch = b1_3_pitch + Df4_pitch * U14_pitch  # (40)
+        U24_free_pitch = U24_pitch - t_q5cqa * b2_3_pitch  # (41)
+        b2_4_pitch = b2_3_pitch + Df4_pitch * U24_pitch  # (40)
+        U34_free_pitch = U34_pitch - t_q5cqa * Df3_pitch  # (41)
+        b3_4_pitch = Df3_pitch + Df4_pitch * U34_pitch  # (40)
+        f5_pitch = (
+            1.0
+            + U35_pitch * v_pitch
+            + U45_pitch * v1_pitch
+            - U15_pitch * y1_used_pitch
+            - U25_pitch * y2_pitch
+        )  # (40)
+        Df5_pitch = D5_pitch * f5_pitch  # (40)
+        alpha5_pitch = alpha4_pitch + Df5_pitch * f5_pitch  # (40)
+        t_uppvm = 1.0 / alpha5_pitch
+        t_xfgg5 = t_rkxsm * t_uppvm
+        t_enyoc = t_xfgg5 * D5_pitch
+        D5_free_pitch = t_enyoc * alpha4_pitch  # (41)
+        t_blzne = f5_pitch * t_au2dz
+        U15_free_pitch = U15_pitch - t_blzne * b1_4_pitch  # (41)
+        b1_5_pitch = b1_4_pitch + Df5_pitch * U15_pitch  # (40)
+        U25_free_pitch = U25_pitch - t_blzne * b2_4_pitch  # (41)
+        b2_5_pitch = b2_4_pitch + Df5_pitch * U25_pitch  # (40)
+        U35_free_pitch = U35_pitch - t_blzne * b3_4_pitch  # (41)
+        b3_5_pitch = b3_4_pitch + Df5_pitch * U35_pitch  # (40)
+        U45_free_pitch = U45_pitch - t_blzne * Df4_pitch  # (41)
+        b4_5_pitch = Df4_pitch + Df5_pitch * U45_pitch  # (40)
+        G1_pitch = b1_5_pitch * t_uppvm  # (40)
+        G2_pitch = b2_5_pitch * t_uppvm  # (40)
+        G3_pitch = b3_5_pitch * t_uppvm  # (40)
+        G4_pitch = b4_5_pitch * t_uppvm  # (40)
+        G5_pitch = Df5_pitch * t_uppvm  # (40)
+        trace_pitch = (
+            D1_free_pitch
+            + D2_free_pitch
+            + D3_free_pitch
+            + D4_free_pitch
+            + D5_free_pitch
+            + D2_free_pitch * (U12_free_pitch * U12_free_pitch)
+            + D3_free_pitch * (U13_free_pitch * U13_free_pitch)
+            + D3_free_pitch * (U23_free_pitch * U23_free_pitch)
+            + D4_free_pitch * (U14_free_pitch * U14_free_pitch)
+            + D4_free_pitch * (U24_free_pitch * U24_free_pitch)
+            + D4_free_pitch * (U34_free_pitch * U34_free_pitch)
+            + D5_free_pitch * (U15_free_pitch * U15_free_pitch)
+            + D5_free_pitch * (U25_free_pitch * U25_free_pitch)
+            + D5_free_pitch * (U35_free_pitch * U35_free_pitch)
+            + D5_free_pitch * (U45_free_pitch * U45_free_pitch)
+        )  # (41)
+        m_rahgr = (trace_max < trace_pitch)
+        cap_pitch = np.where(m_rahgr, forgetting, 1.0)
+        m_a3jc4 = (t_s4yo7 < np.abs(eps_pitch))
+        m_fztcf = np.logical_and(m_6w7fs, m_a3jc4)
+        a1_now_pitch = np.where(m_fztcf, a1_pitch + G1_pitch * eps_pitch, a1_pitch)  # (42)
+        a2_now_pitch = np.where(m_fztcf, a2_pitch + G2_pitch * eps_pitch, a2_pitch)  # (42)
+        b0_now_pitch = np.where(m_fztcf, b0_pitch + G3_pitch * eps_pitch, b0_pitch)  # (42)
+        b1_now_pitch = np.where(m_fztcf, b1_pitch + G4_pitch * eps_pitch, b1_pitch)  # (42)
+        d_now_pitch = np.where(m_fztcf, d_pitch + G5_pitch * eps_pitch, d_pitch)  # (42)
+        d_used_pitch = compensate_d * d_now_pitch
+        y1_used_yaw = np.where(m_myerm, yaw, y1_yaw)
+        v_yaw = np.where(m_2oym3, Tz_applied, np.where(m_ng6lt, u2_yaw, u1_yaw))  # (36)
+        y_hat_yaw = (
+            d_yaw
+            + b0_yaw * v_yaw
+            + b1_yaw * v1_yaw
+            - a1_yaw * y1_used_yaw
+            - a2_yaw * y2_yaw
+        )  # (34)
+        eps_yaw = yaw - y_hat_yaw  # (39)
+        t_5t4tf = D1_yaw * y1_used_yaw
+        alpha1_yaw = forgetting + t_5t4tf * y1_used_yaw  # (40)
+        t_rrlcx = 1.0 / alpha1_yaw
+        D1_free_yaw = D1_yaw * t_rrlcx  # (41)
+        t_fz2ih = y2_yaw + U12_yaw * y1_used_yaw
+        t_3inrl = D2_yaw * t_fz2ih
+        alpha2_yaw = alpha1_yaw + t_3inrl * t_fz2ih  # (40)
+        t_epc3p = 1.0 / alpha2_yaw
+        t_jmud7 = t_rkxsm * t_epc3p
+        t_7itiz = t_jmud7 * D2_yaw
+        D2_free_yaw = t_7itiz * alpha1_yaw  # (41)
+        t_k2d3u = t_5t4tf * t_rrlcx
+        U12_free_yaw = U12_yaw - t_k2d3u * t_fz2ih  # (41)
+        f3_yaw = v_yaw - U13_yaw * y1_used_yaw - U23_yaw * y2_yaw  # (40)
+        Df3_yaw = D3_yaw * f3_yaw  # (40)
+        alpha3_yaw = alpha2_yaw + Df3_yaw * f3_yaw  # (40)
+        t_czmse = 1.0 / alpha3_yaw
+        t_qfkhf = t_rkxsm * t_czmse
+        t_3ufve = t_qfkhf * D3_yaw
+        D3_free_yaw = t_3ufve * alpha2_yaw  # (41)
+        t_qqhj7 = f3_yaw * t_epc3p
+        t_mefgo = t_5t4tf + t_3inrl * U12_yaw
+        U13_free_yaw = U13_yaw + t_qqhj7 * t_mefgo  # (41)
+        b1_3_yaw = Df3_yaw * U13_yaw - t_mefgo  # (40)
+        U23_free_yaw = U23_yaw + t_qqhj7 * t_3inrl  # (41)
+        b2_3_yaw = Df3_yaw * U23_yaw - t_3inrl  # (40)
+        f4_yaw = v1_yaw + U34_yaw * v_yaw - U14_yaw * y1_used_yaw - U24_yaw * y2_yaw  # (40)
+        Df4_yaw = D4_yaw * f4_yaw  # (40)
+        alpha4_yaw = alpha3_yaw + Df4_yaw * f4_yaw  # (40)
+        t_nk3ay = 1.0 / alpha4_yaw
+        t_zqvsh = t_rkxsm * t_nk3ay
+        t_kj3bh = t_zqvsh * D4_yaw
+        D4_free_yaw = t_kj3bh * alpha3_yaw  # (41)
+        t_ov6wh = f4_yaw * t_czmse
+        U14_free_yaw = U14_yaw - t_ov6wh * b1_3_yaw  # (41)
+        b1_4_yaw = b1_3_yaw + Df4_yaw * U14_yaw  # (40)
+        U24_free_yaw = U24_yaw - t_ov6wh * b2_3_yaw  # (41)
+        b2_4_yaw = b2_3_yaw + Df4_yaw * U24_yaw  # (40)
+        U34_free_yaw = U34_yaw - t_ov6wh * Df3_yaw  # (41)
+        b3_4_yaw = Df3_yaw + Df4_yaw * U34_yaw  # (40)
+        f5_yaw = (
+            1.0
+            + U35_yaw * v_yaw
+            + U45_yaw * v1_yaw
+            - U15_yaw * y1_used_yaw
+            - U25_yaw * y2_yaw
+        )  # (40)
+        Df5_yaw = D5_yaw * f5_yaw  # (40)
+        alpha5_yaw = alpha4_yaw + Df5_yaw * f5_yaw  # (40)
+        t_xt42v = 1.0 / alpha5_yaw
+        t_6uhyh = t_rkxsm * t_xt42v
+        t_janky = t_6uhyh * D5_yaw
+        D5_free_yaw = t_janky * alpha4_yaw  # (41)
+        t_xokdo = f5_yaw * t_nk3ay
+        U15_free_yaw = U15_yaw - t_xokdo * b1_4_yaw  # (41)
+        b1_5_yaw = b1_4_yaw + Df5_yaw * U15_yaw  # (40)
+        U25_free_yaw = U25_yaw - t_xokdo * b2_4_yaw  # (41)
+        b2_5_yaw = b2_4_yaw + Df5_yaw * U25_yaw  # (40)
+        U35_free_yaw = U35_yaw - t_xokdo * b3_4_yaw  # (41)
+        b3_5_yaw = b3_4_yaw + Df5_yaw * U35_yaw  # (40)
+        U45_free_yaw = U45_yaw - t_xokdo * Df4_yaw  # (41)
+        b4_5_yaw = Df4_yaw + Df5_yaw * U45_yaw  # (40)
+        G1_yaw = b1_5_yaw * t_xt42v  # (40)
+        G2_yaw = b2_5_yaw * t_xt42v  # (40)
+        G3_yaw = b3_5_yaw * t_xt42v  # (40)
+        G4_yaw = b4_5_yaw * t_xt42v  # (40)
+        G5_yaw = Df5_yaw * t_xt42v  # (40)
+        trace_yaw = (
+            D1_free_yaw
+            + D2_free_yaw
+            + D3_free_yaw
+            + D4_free_yaw
+            + D5_free_yaw
+            + D2_free_yaw * (U12_free_yaw * U12_free_yaw)
+            + D3_free_yaw * (U13_free_yaw * U13_free_yaw)
+            + D3_free_yaw * (U23_free_yaw * U23_free_yaw)
+            + D4_free_yaw * (U14_free_yaw * U14_free_yaw)
+            + D4_free_yaw * (U24_free_yaw * U24_free_yaw)
+            + D4_free_yaw * (U34_free_yaw * U34_free_yaw)
+            + D5_free_yaw * (U15_free_yaw * U15_free_yaw)
+            + D5_free_yaw * (U25_free_yaw * U25_free_yaw)
+            + D5_free_yaw * (U35_free_yaw * U35_free_yaw)
+            + D5_free_yaw * (U45_free_yaw * U45_free_yaw)
+        )  # (41)
+        m_4b7bf = (trace_max < trace_yaw)
+        cap_yaw = np.where(m_4b7bf, forgetting, 1.0)
+        m_tx63k = (t_s4yo7 < np.abs(eps_yaw))
+        m_6lewq = np.logical_and(m_6w7fs, m_tx63k)
+        a1_now_yaw = np.where(m_6lewq, a1_yaw + G1_yaw * eps_yaw, a1_yaw)  # (42)
+        a2_now_yaw = np.where(m_6lewq, a2_yaw + G2_yaw * eps_yaw, a2_yaw)  # (42)
+        b0_now_yaw = np.where(m_6lewq, b0_yaw + G3_yaw * eps_yaw, b0_yaw)  # (42)
+        b1_now_yaw = np.where(m_6lewq, b1_yaw + G4_yaw * eps_yaw, b1_yaw)  # (42)
+        d_now_yaw = np.where(m_6lewq, d_yaw + G5_yaw * eps_yaw, d_yaw)  # (42)
+        d_used_yaw = compensate_d * d_now_yaw
+        t_uyakr = np.fmax(b0_now_roll, b_min)
+        t_4msa4 = Ts * Ts * b_min_ratio
+        t_r2nkn = 0.5 / I_x * t_4msa4
+        b0_used_roll = np.fmax(t_uyakr, t_r2nkn)
+        t_2qnly = C2_pole * C2_pole
+        t_dx3wo = t_2qnly - a2_now_roll
+        t_pbd6n = C2_pole + C2_pole
+        t_lanll = t_pbd6n + a1_now_roll
+        s1_cancel_roll = -t_lanll  # (23)
+        t0_cancel_roll = np.where(m_ng6lt, t_dx3wo + a1_now_roll * a1_now_roll + t_pbd6n * a1_now_roll, s1_cancel_roll)  # (24)
+        t1_cancel_roll = np.where(m_ng6lt, t_pbd6n * a2_now_roll + a1_now_roll * a2_now_roll, t_dx3wo)  # (24)
+        t_f3rmr = b1_now_roll - b0_used_roll * t_lanll
+        t_qkrvx = b1_now_roll * v_roll
+        BSu_roll = np.where(m_ng6lt, u1_roll * t_f3rmr - t_qkrvx * t_lanll, t_qkrvx)  # (33)
+        t_nzxnb = np.where(m_ng6lt, 1.0 - t_lanll, 1.0)
+        t_pqkxw = (
+            w_roll
+            - BSu_roll
+            + t_2qnly * wm2_roll
+            - t_pbd6n * wm1_roll
+            - d_used_roll * t_nzxnb
+            - roll * t0_cancel_roll
+            - t1_cancel_roll * y1_used_roll
+        )
+        t_63334 = 1.0 / b0_used_roll
+        u_roll_mrac_literal = t_pqkxw * t_63334
+        t_3us43 = np.fmax(b0_now_pitch, b_min)
+        t_rf45g = 0.5 / I_y * t_4msa4
+        b0_used_pitch = np.fmax(t_3us43, t_rf45g)
+        t_6kmom = t_2qnly - a2_now_pitch
+        t_xabv7 = t_pbd6n + a1_now_pitch
+        s1_cancel_pitch = -t_xabv7  # (23)
+        t0_cancel_pitch = np.where(m_ng6lt, t_6kmom + a1_now_pitch * a1_now_pitch + t_pbd6n * a1_now_pitch, s1_cancel_pitch)  # (24)
+        t1_cancel_pitch = np.where(m_ng6lt, t_pbd6n * a2_now_pitch + a1_now_pitch * a2_now_pitch, t_6kmom)  # (24)
+        t_ds3fx = b1_now_pitch - b0_used_pitch * t_xabv7
+        t_gl7ia = b1_now_pitch * v_pitch
+        BSu_pitch = np.where(m_ng6lt, u1_pitch * t_ds3fx - t_gl7ia * t_xabv7, t_gl7ia)  # (33)
+        t_7xp6e = np.where(m_ng6lt, 1.0 - t_xabv7, 1.0)
+        t_ox36q = (
+            w_pitch
+            - BSu_pitch
+            + t_2qnly * wm2_pitch
+            - t_pbd6n * wm1_pitch
+            - d_used_pitch * t_7xp6e
+            - pitch * t0_cancel_pitch
+            - t1_cancel_pitch * y1_used_pitch
+        )
+        t_l33k6 = 1.0 / b0_used_pitch
+        u_pitch_mrac_literal = t_ox36q * t_l33k6
+        t_jqfjm = np.fmax(b0_now_yaw, b_min)
+        t_ufxyh = 0.5 / I_z * t_4msa4
+        b0_used_yaw = np.fmax(t_jqfjm, t_ufxyh)
+        t_npxzz = t_2qnly - a2_now_yaw
+        t_44iwp = t_pbd6n + a1_now_yaw
+        s1_cancel_yaw = -t_44iwp  # (23)
+        t0_cancel_yaw = np.where(m_ng6lt, t_npxzz + a1_now_yaw * a1_now_yaw + t_pbd6n * a1_now_yaw, s1_cancel_yaw)  # (24)
+        t1_cancel_yaw = np.where(m_ng6lt, t_pbd6n * a2_now_yaw + a1_now_yaw * a2_now_yaw, t_npxzz)  # (24)
+        t_u4ahm = b1_now_yaw - b0_used_yaw * t_44iwp
+        t_quuto = b1_now_yaw * v_yaw
+        BSu_yaw = np.where(m_ng6lt, u1_yaw * t_u4ahm - t_quuto * t_44iwp, t_quuto)  # (33)
+        t_ekig6 = np.where(m_ng6lt, 1.0 - t_44iwp, 1.0)
+        t_hy6m2 = (
+            w_yaw
+            - BSu_yaw
+            + t_2qnly * wm2_yaw
+            - t_pbd6n * wm1_yaw
+            - d_used_yaw * t_ekig6
+            - t0_cancel_yaw * yaw
+            - t1_cancel_yaw * y1_used_yaw
+        )
+        t_uslyz = 1.0 / b0_used_yaw
+        u_yaw_mrac_literal = t_hy6m2 * t_uslyz
+        m_m35aa = (np.abs(Tx_applied) < 1e+30)
+        m_6g4m5 = (np.abs(Ty_applied) < 1e+30)
+        m_qvzit = np.logical_and(m_m35aa, m_6g4m5)
+        m_ifmp5 = (np.abs(Tz_applied) < 1e+30)
+        m_yejzf = np.logical_and(m_qvzit, m_ifmp5)
+        m_cgnek = (np.abs(pitch) < 1e+30)
+        m_bffo2 = np.logical_and(m_yejzf, m_cgnek)
+        m_qrx2z = (np.abs(ref_pitch) < 1e+30)
+        m_bwxs3 = np.logical_and(m_bffo2, m_qrx2z)
+        m_ilioh = (np.abs(ref_roll) < 1e+30)
+        m_6i24m = np.logical_and(m_bwxs3, m_ilioh)
+        m_ghzhf = (np.abs(ref_yaw) < 1e+30)
+        m_65ott = np.logical_and(m_6i24m, m_ghzhf)
+        m_lisih = (np.abs(roll) < 1e+30)
+        m_fdhnb = np.logical_and(m_65ott, m_lisih)
+        m_klrep = (np.abs(trace_pitch) < 1e+30)
+        m_ftaye = np.logical_and(m_fdhnb, m_klrep)
+        m_nob5q = (np.abs(trace_roll) < 1e+30)
+        m_dtjsa = np.logical_and(m_ftaye, m_nob5q)
+        m_smxdh = (np.abs(trace_yaw) < 1e+30)
+        m_tnlb6 = np.logical_and(m_dtjsa, m_smxdh)
+        m_q3hd4 = (np.abs(yaw) < 1e+30)
+        m_n37qp = np.logical_and(m_tnlb6, m_q3hd4)
+        m_m4djy = (np.abs(u_pitch_mrac_literal) < 1e+30)
+        m_r6745 = np.logical_and(m_n37qp, m_m4djy)
+        m_l5gdz = (np.abs(u_roll_mrac_literal) < 1e+30)
+        m_zencp = np.logical_and(m_r6745, m_l5gdz)
+        m_ccpp3 = (np.abs(u_yaw_mrac_literal) < 1e+30)
+        m_kqyoi = np.logical_and(m_zencp, m_ccpp3)
+        t_fyvaw = t_lbhv6 * along_ref_roll + t_u5zvh * along_wm1_roll - t_lbhv6_2 * along_wm2_roll
+        t_5guc6 = np.where(m_2oym3, along_Tx_applied, np.where(m_ng6lt, along_u2_roll, along_u1_roll))
+        t_p5mb3 = np.where(m_myerm, along_roll, along_y1_roll)
+        t_cr44a = (
+            along_v1_roll
+            + (v_roll * along_U34_roll + U34_roll * t_5guc6)
+            - (y1_used_roll * along_U14_roll + U14_roll * t_p5mb3)
+            - (y2_roll * along_U24_roll + U24_roll * along_y2_roll)
+        )
+        t_2j7d3 = f4_roll * along_D4_roll + D4_roll * t_cr44a
+        t_2mkg5 = (
+            v_roll * along_U35_roll
+            + U35_roll * t_5guc6
+            + (v1_roll * along_U45_roll + U45_roll * along_v1_roll)
+            - (y1_used_roll * along_U15_roll + U15_roll * t_p5mb3)
+            - (y2_roll * along_U25_roll + U25_roll * along_y2_roll)
+        )
+        t_p2iki = f5_roll * along_D5_roll + D5_roll * t_2mkg5
+        t_4ubt3 = y1_used_roll * along_D1_roll + D1_roll * t_p5mb3
+        t_zxndv = y1_used_roll * t_4ubt3 + t_s4qc7 * t_p5mb3
+        t_i5wo5 = along_y2_roll + (y1_used_roll * along_U12_roll + U12_roll * t_p5mb3)
+        t_vhaxy = t_4q5lb * along_D2_roll + D2_roll * t_i5wo5
+        t_lwfke = t_zxndv + (t_4q5lb * t_vhaxy + t_bqiu4 * t_i5wo5)
+        t_mtkdt = (
+            t_5guc6
+            - (y1_used_roll * along_U13_roll + U13_roll * t_p5mb3)
+            - (y2_roll * along_U23_roll + U23_roll * along_y2_roll)
+        )
+        t_5myce = f3_roll * along_D3_roll + D3_roll * t_mtkdt
+        t_ptrq3 = t_lwfke + (f3_roll * t_5myce + Df3_roll * t_mtkdt)
+        t_xbc47 = t_ptrq3 + (f4_roll * t_2j7d3 + Df4_roll * t_cr44a)
+        t_waqqe = t_xbc47 + (f5_roll * t_p2iki + Df5_roll * t_2mkg5)
+        t_csmt4 = (
+            (t_2j7d3 + (U45_roll * t_p2iki + Df5_roll * along_U45_roll)) * t_szpzk
+            - G4_roll * t_szpzk * t_waqqe
+        )
+        t_zpwnk = (
+            along_d_roll
+            + (v_roll * along_b0_roll + b0_roll * t_5guc6)
+            + (v1_roll * along_b1_roll + b1_roll * along_v1_roll)
+            - (y1_used_roll * along_a1_roll + a1_roll * t_p5mb3)
+            - (y2_roll * along_a2_roll + a2_roll * along_y2_roll)
+        )
+        t_vewdd = along_roll - t_zpwnk
+        t_3jfg3 = np.where(m_huydk, along_b1_roll + (eps_roll * t_csmt4 + G4_roll * t_vewdd), along_b1_roll)
+        m_ixyhd = (t_r2nkn <= t_uyakr)
+        t_scbgl = np.where(m_ixyhd, 1.0, 0.0)
+        m_enadh = (t_uyakr <= t_r2nkn)
+        m_fqqqw = (b_min <= b0_now_roll)
+        t_fqqqw = np.where(m_fqqqw, 1.0, 0.0)
+        m_ildba = (b0_now_roll <= b_min)
+        t_qjleu = t_5myce + (U34_roll * t_2j7d3 + Df4_roll * along_U34_roll)
+        t_x4ac6 = (
+            (t_qjleu + (U35_roll * t_p2iki + Df5_roll * along_U35_roll)) * t_szpzk
+            - G3_roll * t_szpzk * t_waqqe
+        )
+        t_mdwgv = np.where(m_huydk, along_b0_roll + (eps_roll * t_x4ac6 + G3_roll * t_vewdd), along_b0_roll)
+        t_xa6zw = t_scbgl / (t_scbgl + np.where(m_enadh, 1.0, 0.0)) * (t_fqqqw / (t_fqqqw + np.where(m_ildba, 1.0, 0.0)) * t_mdwgv)
+        t_i7ymo = t_4ubt3 + (U12_roll * t_vhaxy + t_bqiu4 * along_U12_roll)
+        t_7nnhz = U13_roll * t_5myce + Df3_roll * along_U13_roll - t_i7ymo
+        t_6g2lm = t_7nnhz + (U14_roll * t_2j7d3 + Df4_roll * along_U14_roll)
+        t_7lmwn = (
+            (t_6g2lm + (U15_roll * t_p2iki + Df5_roll * along_U15_roll)) * t_szpzk
+            - G1_roll * t_szpzk * t_waqqe
+        )
+        t_vh4ur = np.where(m_huydk, along_a1_roll + (eps_roll * t_7lmwn + G1_roll * t_vewdd), along_a1_roll)
+        t_c2nnb = v_roll * t_3jfg3 + b1_now_roll * t_5guc6
+        t_sehpn = (
+            t_f3rmr * along_u1_roll
+            + u1_roll * (t_3jfg3 - (t_lanll * t_xa6zw + b0_used_roll * t_vh4ur))
+            - (t_lanll * t_c2nnb + t_qkrvx * t_vh4ur)
+        )
+        t_uyv4a = (
+            along_d_roll
+            + (eps_roll * (t_p2iki * t_szpzk - G5_roll * t_szpzk * t_waqqe) + G5_roll * t_vewdd)
+        )
+        t_4e7kp = np.where(m_huydk, t_uyv4a, along_d_roll)
+        t_l6zsn = U23_roll * t_5myce + Df3_roll * along_U23_roll - t_vhaxy
+        t_z4fpw = t_l6zsn + (U24_roll * t_2j7d3 + Df4_roll * along_U24_roll)
+        t_m7fjp = (
+            (t_z4fpw + (U25_roll * t_p2iki + Df5_roll * along_U25_roll)) * t_szpzk
+            - G2_roll * t_szpzk * t_waqqe
+        )
+        t_qy6nt = np.where(m_huydk, along_a2_roll + (eps_roll * t_m7fjp + G2_roll * t_vewdd), along_a2_roll)
+        t_uu5gi = roll * np.where(m_ng6lt, (a1_now_roll + a1_now_roll) * t_vh4ur - t_qy6nt + t_pbd6n * t_vh4ur, -t_vh4ur)
+        t_xdjfu = y1_used_roll * np.where(m_ng6lt, t_pbd6n * t_qy6nt + (a2_now_roll * t_vh4ur + a1_now_roll * t_qy6nt), -t_qy6nt)
+        t_uftfu = (
+            t_fyvaw
+            - np.where(m_ng6lt, t_sehpn, t_c2nnb)
+            + t_2qnly * along_wm2_roll
+            - t_pbd6n * along_wm1_roll
+            - (t_nzxnb * (compensate_d * t_4e7kp) + np.where(m_ng6lt, -(d_used_roll * t_vh4ur), 0.0))
+            - (t0_cancel_roll * along_roll + t_uu5gi)
+            - (t_xdjfu + t1_cancel_roll * t_p5mb3)
+        )
+        t_i4jyc = t_uftfu * t_63334 - u_roll_mrac_literal * t_63334 * t_xa6zw
+        t_g77db = t_lbhv6 * along_ref_pitch + t_u5zvh * along_wm1_pitch - t_lbhv6_2 * along_wm2_pitch
+        t_fzwzx = np.where(m_2oym3, along_Ty_applied, np.where(m_ng6lt, along_u2_pitch, along_u1_pitch))
+        t_k2ugh = np.where(m_myerm, along_pitch, along_y1_pitch)
+        t_johjr = (
+            along_v1_pitch
+            + (v_pitch * along_U34_pitch + U34_pitch * t_fzwzx)
+            - (y1_used_pitch * along_U14_pitch + U14_pitch * t_k2ugh)
+            - (y2_pitch * along_U24_pitch + U24_pitch * along_y2_pitch)
+        )
+        t_s3vzk = f4_pitch * along_D4_pitch + D4_pitch * t_johjr
+        t_tx5zg = (
+            v_pitch * along_U35_pitch
+            + U35_pitch * t_fzwzx
+            + (v1_pitch * along_U45_pitch + U45_pitch * along_v1_pitch)
+            - (y1_used_pitch * along_U15_pitch + U15_pitch * t_k2ugh)
+            - (y2_pitch * along_U25_pitch + U25_pitch * along_y2_pitch)
+        )
+        t_te3hn = f5_pitch * along_D5_pitch + D5_pitch * t_tx5zg
+        t_52r3v = y1_used_pitch * along_D1_pitch + D1_pitch * t_k2ugh
+        t_myzpk = y1_used_pitch * t_52r3v + t_n6265 * t_k2ugh
+        t_6swjr = along_y2_pitch + (y1_used_pitch * along_U12_pitch + U12_pitch * t_k2ugh)
+        t_fck75 = t_5xoth * along_D2_pitch + D2_pitch * t_6swjr
+        t_n3q67 = t_myzpk + (t_5xoth * t_fck75 + t_urk7s * t_6swjr)
+        t_tyqro = (
+            t_fzwzx
+            - (y1_used_pitch * along_U13_pitch + U13_pitch * t_k2ugh)
+            - (y2_pitch * along_U23_pitch + U23_pitch * along_y2_pitch)
+        )
+        t_kwitg = f3_pitch * along_D3_pitch + D3_pitch * t_tyqro
+        t_xb5zf = t_n3q67 + (f3_pitch * t_kwitg + Df3_pitch * t_tyqro)
+        t_7o2f3 = t_xb5zf + (f4_pitch * t_s3vzk + Df4_pitch * t_johjr)
+        t_4zppg = t_7o2f3 + (f5_pitch * t_te3hn + Df5_pitch * t_tx5zg)
+        t_7l2lt = (
+            (t_s3vzk + (U45_pitch * t_te3hn + Df5_pitch * along_U45_pitch)) * t_uppvm
+            - G4_pitch * t_uppvm * t_4zppg
+        )
+        t_sfbvj = (
+            along_d_pitch
+            + (v_pitch * along_b0_pitch + b0_pitch * t_fzwzx)
+            + (v1_pitch * along_b1_pitch + b1_pitch * along_v1_pitch)
+            - (y1_used_pitch * along_a1_pitch + a1_pitch * t_k2ugh)
+            - (y2_pitch * along_a2_pitch + a2_pitch * along_y2_pitch)
+        )
+        t_54n5p = along_pitch - t_sfbvj
+        t_c6ql7 = np.where(m_fztcf, along_b1_pitch + (eps_pitch * t_7l2lt + G4_pitch * t_54n5p), along_b1_pitch)
+        m_w25f5 = (t_rf45g <= t_3us43)
+        t_vqxtx = np.where(m_w25f5, 1.0, 0.0)
+        m_tm5bw = (t_3us43 <= t_rf45g)
+        m_bdwad = (b_min <= b0_now_pitch)
+        t_bdwad = np.where(m_bdwad, 1.0, 0.0)
+        m_ffoek = (b0_now_pitch <= b_min)
+        t_crqif = t_kwitg + (U34_pitch * t_s3vzk + Df4_pitch * along_U34_pitch)
+        t_cfhpf = (
+            (t_crqif + (U35_pitch * t_te3hn + Df5_pitch * along_U35_pitch)) * t_uppvm
+            - G3_pitch * t_uppvm * t_4zppg
+        )
+        t_t6poo = np.where(m_fztcf, along_b0_pitch + (eps_pitch * t_cfhpf + G3_pitch * t_54n5p), along_b0_pitch)
+        t_ydqgt = t_vqxtx / (t_vqxtx + np.where(m_tm5bw, 1.0, 0.0)) * (t_bdwad / (t_bdwad + np.where(m_ffoek, 1.0, 0.0)) * t_t6poo)
+        t_tljzu = t_52r3v + (U12_pitch * t_fck75 + t_urk7s * along_U12_pitch)
+        t_c765l = U13_pitch * t_kwitg + Df3_pitch * along_U13_pitch - t_tljzu
+        t_ximdz = t_c765l + (U14_pitch * t_s3vzk + Df4_pitch * along_U14_pitch)
+        t_nlcuq = (
+            (t_ximdz + (U15_pitch * t_te3hn + Df5_pitch * along_U15_pitch)) * t_uppvm
+            - G1_pitch * t_uppvm * t_4zppg
+        )
+        t_hw34x = np.where(m_fztcf, along_a1_pitch + (eps_pitch * t_nlcuq + G1_pitch * t_54n5p), along_a1_pitch)
+        t_o32ab = v_pitch * t_c6ql7 + b1_now_pitch * t_fzwzx
+        t_navur = (
+            t_ds3fx * along_u1_pitch
+            + u1_pitch * (t_c6ql7 - (t_xabv7 * t_ydqgt + b0_used_pitch * t_hw34x))
+            - (t_xabv7 * t_o32ab + t_gl7ia * t_hw34x)
+        )
+        t_y6ibb = (
+            along_d_pitch
+            + (eps_pitch * (t_te3hn * t_uppvm - G5_pitch * t_uppvm * t_4zppg) + G5_pitch * t_54n5p)
+        )
+        t_yfbgo = np.where(m_fztcf, t_y6ibb, along_d_pitch)
+        t_kfsdu = U23_pitch * t_kwitg + Df3_pitch * along_U23_pitch - t_fck75
+        t_fax5j = t_kfsdu + (U24_pitch * t_s3vzk + Df4_pitch * along_U24_pitch)
+        t_ajce5 = (
+            (t_fax5j + (U25_pitch * t_te3hn + Df5_pitch * along_U25_pitch)) * t_uppvm
+            - G2_pitch * t_uppvm * t_4zppg
+        )
+        t_ak6av = np.where(m_fztcf, along_a2_pitch + (eps_pitch * t_ajce5 + G2_pitch * t_54n5p), along_a2_pitch)
+        t_j2bzl = pitch * np.where(m_ng6lt, (a1_now_pitch + a1_now_pitch) * t_hw34x - t_ak6av + t_pbd6n * t_hw34x, -t_hw34x)
+        t_5ldky = y1_used_pitch * np.where(m_ng6lt, t_pbd6n * t_ak6av + (a2_now_pitch * t_hw34x + a1_now_pitch * t_ak6av), -t_ak6av)
+        t_u5cq7 = (
+            t_g77db
+            - np.where(m_ng6lt, t_navur, t_o32ab)
+            + t_2qnly * along_wm2_pitch
+            - t_pbd6n * along_wm1_pitch
+            - (t_7xp6e * (compensate_d * t_yfbgo) + np.where(m_ng6lt, -(d_used_pitch * t_hw34x), 0.0))
+            - (t0_cancel_pitch * along_pitch + t_j2bzl)
+            - (t_5ldky + t1_cancel_pitch * t_k2ugh)
+        )
+        t_gxsuy = t_u5cq7 * t_l33k6 - u_pitch_mrac_literal * t_l33k6 * t_ydqgt
+        t_k6r65 = t_lbhv6 * along_ref_yaw + t_u5zvh * along_wm1_yaw - t_lbhv6_2 * along_wm2_yaw
+        t_2h7da = np.where(m_2oym3, along_Tz_applied, np.where(m_ng6lt, along_u2_yaw, along_u1_yaw))
+        t_rq2o3 = np.where(m_myerm, along_yaw, along_y1_yaw)
+        t_ox57m = (
+            along_v1_yaw
+            + (v_yaw * along_U34_yaw + U34_yaw * t_2h7da)
+            - (y1_used_yaw * along_U14_yaw + U14_yaw * t_rq2o3)
+            - (y2_yaw * along_U24_yaw + U24_yaw * along_y2_yaw)
+        )
+        t_v7jac = f4_yaw * along_D4_yaw + D4_yaw * t_ox57m
+        t_hwmgq = (
+            v_yaw * along_U35_yaw
+            + U35_yaw * t_2h7da
+            + (v1_yaw * along_U45_yaw + U45_yaw * along_v1_yaw)
+            - (y1_used_yaw * along_U15_yaw + U15_yaw * t_rq2o3)
+            - (y2_yaw * along_U25_yaw + U25_yaw * along_y2_yaw)
+        )
+        t_xfl26 = f5_yaw * along_D5_yaw + D5_yaw * t_hwmgq
+        t_yeeko = y1_used_yaw * along_D1_yaw + D1_yaw * t_rq2o3
+        t_7twjv = y1_used_yaw * t_yeeko + t_5t4tf * t_rq2o3
+        t_ynqzy = along_y2_yaw + (y1_used_yaw * along_U12_yaw + U12_yaw * t_rq2o3)
+        t_bvhqg = t_fz2ih * along_D2_yaw + D2_yaw * t_ynqzy
+        t_g3udf = t_7twjv + (t_fz2ih * t_bvhqg + t_3inrl * t_ynqzy)
+        t_dnqfm = (
+            t_2h7da
+            - (y1_used_yaw * along_U13_yaw + U13_yaw * t_rq2o3)
+            - (y2_yaw * along_U23_yaw + U23_yaw * along_y2_yaw)
+        )
+        t_spwqh = f3_yaw * along_D3_yaw + D3_yaw * t_dnqfm
+        t_u2t3t = t_g3udf + (f3_yaw * t_spwqh + Df3_yaw * t_dnqfm)
+        t_lat2a = t_u2t3t + (f4_yaw * t_v7jac + Df4_yaw * t_ox57m)
+        t_ewrtu = t_lat2a + (f5_yaw * t_xfl26 + Df5_yaw * t_hwmgq)
+        t_6mmhc = (
+            (t_v7jac + (U45_yaw * t_xfl26 + Df5_yaw * along_U45_yaw)) * t_xt42v
+            - G4_yaw * t_xt42v * t_ewrtu
+        )
+        t_yvkbd = (
+            along_d_yaw
+            + (v_yaw * along_b0_yaw + b0_yaw * t_2h7da)
+            + (v1_yaw * along_b1_yaw + b1_yaw * along_v1_yaw)
+            - (y1_used_yaw * along_a1_yaw + a1_yaw * t_rq2o3)
+            - (y2_yaw * along_a2_yaw + a2_yaw * along_y2_yaw)
+        )
+        t_ndufb = along_yaw - t_yvkbd
+        t_7g3bh = np.where(m_6lewq, along_b1_yaw + (eps_yaw * t_6mmhc + G4_yaw * t_ndufb), along_b1_yaw)
+        m_bn3sx = (t_ufxyh <= t_jqfjm)
+        t_expcq = np.where(m_bn3sx, 1.0, 0.0)
+        m_ifxoy = (t_jqfjm <= t_ufxyh)
+        m_b4zst = (b_min <= b0_now_yaw)
+        t_b4zst = np.where(m_b4zst, 1.0, 0.0)
+        m_jta5f = (b0_now_yaw <= b_min)
+        t_gtofe = t_spwqh + (U34_yaw * t_v7jac + Df4_yaw * along_U34_yaw)
+        t_6cu3u = (
+            (t_gtofe + (U35_yaw * t_xfl26 + Df5_yaw * along_U35_yaw)) * t_xt42v
+            - G3_yaw * t_xt42v * t_ewrtu
+        )
+        t_jqmmw = np.where(m_6lewq, along_b0_yaw + (eps_yaw * t_6cu3u + G3_yaw * t_ndufb), along_b0_yaw)
+        t_z7z4i = t_expcq / (t_expcq + np.where(m_ifxoy, 1.0, 0.0)) * (t_b4zst / (t_b4zst + np.where(m_jta5f, 1.0, 0.0)) * t_jqmmw)
+        t_3op2v = t_yeeko + (U12_yaw * t_bvhqg + t_3inrl * along_U12_yaw)
+        t_duqey = U13_yaw * t_spwqh + Df3_yaw * along_U13_yaw - t_3op2v
+        t_n2atp = t_duqey + (U14_yaw * t_v7jac + Df4_yaw * along_U14_yaw)
+        t_bn3mt = (
+            (t_n2atp + (U15_yaw * t_xfl26 + Df5_yaw * along_U15_yaw)) * t_xt42v
+            - G1_yaw * t_xt42v * t_ewrtu
+        )
+        t_ua7hv = np.where(m_6lewq, along_a1_yaw + (eps_yaw * t_bn3mt + G1_yaw * t_ndufb), along_a1_yaw)
+        t_o6gkb = v_yaw * t_7g3bh + b1_now_yaw * t_2h7da
+        t_zwdcg = (
+            t_u4ahm * along_u1_yaw
+            + u1_yaw * (t_7g3bh - (t_44iwp * t_z7z4i + b0_used_yaw * t_ua7hv))
+            - (t_44iwp * t_o6gkb + t_quuto * t_ua7hv)
+        )
+        t_i6vab = (
+            along_d_yaw
+            + (eps_yaw * (t_xfl26 * t_xt42v - G5_yaw * t_xt42v * t_ewrtu) + G5_yaw * t_ndufb)
+        )
+        t_rwfza = np.where(m_6lewq, t_i6vab, along_d_yaw)
+        t_dcf52 = U23_yaw * t_spwqh + Df3_yaw * along_U23_yaw - t_bvhqg
+        t_c7xj5 = t_dcf52 + (U24_yaw * t_v7jac + Df4_yaw * along_U24_yaw)
+        t_bwo5p = (
+            (t_c7xj5 + (U25_yaw * t_xfl26 + Df5_yaw * along_U25_yaw)) * t_xt42v
+            - G2_yaw * t_xt42v * t_ewrtu
+        )
+        t_mzrdq = np.where(m_6lewq, along_a2_yaw + (eps_yaw * t_bwo5p + G2_yaw * t_ndufb), along_a2_yaw)
+        t_trscq = yaw * np.where(m_ng6lt, (a1_now_yaw + a1_now_yaw) * t_ua7hv - t_mzrdq + t_pbd6n * t_ua7hv, -t_ua7hv)
+        t_yhbyc = y1_used_yaw * np.where(m_ng6lt, t_pbd6n * t_mzrdq + (a2_now_yaw * t_ua7hv + a1_now_yaw * t_mzrdq), -t_mzrdq)
+        t_si6kx = (
+            t_k6r65
+            - np.where(m_ng6lt, t_zwdcg, t_o6gkb)
+            + t_2qnly * along_wm2_yaw
+            - t_pbd6n * along_wm1_yaw
+            - (t_ekig6 * (compensate_d * t_rwfza) + np.where(m_ng6lt, -(d_used_yaw * t_ua7hv), 0.0))
+            - (t_trscq + t0_cancel_yaw * along_yaw)
+            - (t_yhbyc + t1_cancel_yaw * t_rq2o3)
+        )
+        t_wwgjp = t_si6kx * t_uslyz - u_yaw_mrac_literal * t_uslyz * t_z7z4i
+        t_ihfue = (
+            alpha1_roll * (t_buzsg * along_D2_roll - D2_roll * (t_2ftwl * t_2ftwl * t_lwfke * t_rkxsm))
+            + t_uep3r * t_zxndv
+        )
+        t_njcfp = (
+            alpha2_roll * (t_pgi2s * along_D3_roll - D3_roll * (t_pgi2s * t_m6gkz * t_ptrq3))
+            + t_chslv * t_lwfke
+        )
+        t_lckzd = (
+            alpha3_roll * (t_ssuku * along_D4_roll - D4_roll * (t_ssuku * t_qd2bm * t_xbc47))
+            + t_3j35e * t_ptrq3
+        )
+        t_6r6fl = (
+            alpha4_roll * (t_petfr * along_D5_roll - D5_roll * (t_petfr * t_szpzk * t_waqqe))
+            + t_glxxd * t_xbc47
+        )
+        t_ekuo5 = (
+            along_U12_roll
+            - (t_4q5lb * (t_4ubt3 * t_gcbdt - t_hr6w3 * t_gcbdt * t_zxndv) + t_hr6w3 * t_i5wo5)
+        )
+        t_nuuby = t_mtkdt * t_2ftwl - t_iwp6c * t_2ftwl * t_lwfke
+        t_zsjrk = t_cr44a * t_m6gkz - t_vpr7m * t_m6gkz * t_ptrq3
+        t_4avxw = t_2mkg5 * t_qd2bm - t_el36p * t_qd2bm * t_xbc47
+        t_ibz42 = (
+            alpha1_pitch * (t_rwzhe * along_D2_pitch - D2_pitch * (t_rwzhe * t_vq6qe * t_n3q67))
+            + t_rz27b * t_myzpk
+        )
+        t_x4xmc = (
+            alpha2_pitch * (t_clmmw * along_D3_pitch - D3_pitch * (t_clmmw * t_wnsbx * t_xb5zf))
+            + t_ehcbr * t_n3q67
+        )
+        t_l6zox = (
+            alpha3_pitch * (t_km5us * along_D4_pitch - D4_pitch * (t_km5us * t_au2dz * t_7o2f3))
+            + t_22ct6 * t_xb5zf
+        )
+        t_puqnz = (
+            alpha4_pitch * (t_xfgg5 * along_D5_pitch - D5_pitch * (t_xfgg5 * t_uppvm * t_4zppg))
+            + t_enyoc * t_7o2f3
+        )
+        t_j76ya = (
+            along_U12_pitch
+            - (t_5xoth * (t_52r3v * t_ba5cq - t_yryoi * t_ba5cq * t_myzpk) + t_yryoi * t_6swjr)
+        )
+        t_7kbbo = t_tyqro * t_vq6qe - t_iziit * t_vq6qe * t_n3q67
+        t_4hr24 = t_johjr * t_wnsbx - t_q5cqa * t_wnsbx * t_xb5zf
+        t_p5qgd = t_tx5zg * t_au2dz - t_blzne * t_au2dz * t_7o2f3
+        t_zj3sb = (
+            alpha1_yaw * (t_jmud7 * along_D2_yaw - D2_yaw * (t_jmud7 * t_epc3p * t_g3udf))
+            + t_7itiz * t_7twjv
+        )
+        t_mhrjx = (
+            alpha2_yaw * (t_qfkhf * along_D3_yaw - D3_yaw * (t_qfkhf * t_czmse * t_u2t3t))
+            + t_3ufve * t_g3udf
+        )
+        t_yf5z4 = (
+            alpha3_yaw * (t_zqvsh * along_D4_yaw - D4_yaw * (t_zqvsh * t_nk3ay * t_lat2a))
+            + t_kj3bh * t_u2t3t
+        )
+        t_vfy4e = (
+            alpha4_yaw * (t_6uhyh * along_D5_yaw - D5_yaw * (t_6uhyh * t_xt42v * t_ewrtu))
+            + t_janky * t_lat2a
+        )
+        t_pd3h4 = (
+            along_U12_yaw
+            - (t_fz2ih * (t_yeeko * t_rrlcx - t_k2d3u * t_rrlcx * t_7twjv) + t_k2d3u * t_ynqzy)
+        )
+        t_6qxdi = t_dnqfm * t_epc3p - t_qqhj7 * t_epc3p * t_g3udf
+        t_hkx57 = t_ox57m * t_czmse - t_ov6wh * t_czmse * t_u2t3t
+        t_3lyyr = t_hwmgq * t_nk3ay - t_xokdo * t_nk3ay * t_lat2a
+        t_es5kp = 1.0 + samples
+        m_alcgu = (t_es5kp <= 2.0)
+        t_alcgu = np.where(m_alcgu, 1.0, 0.0)
+        m_n23aq = (2.0 <= t_es5kp)
+        return _vector(
+            np.where(m_kqyoi, t_i4jyc, 0.0),
+            np.where(m_kqyoi, t_gxsuy, 0.0),
+            np.where(m_kqyoi, t_wwgjp, 0.0),
+        ), _vector(
+            np.where(m_kqyoi, t_vh4ur, along_a1_roll),
+            np.where(m_kqyoi, t_qy6nt, along_a2_roll),
+            np.where(m_kqyoi, t_mdwgv, along_b0_roll),
+            np.where(m_kqyoi, t_3jfg3, along_b1_roll),
+            np.where(m_kqyoi, t_4e7kp, along_d_roll),
+            np.where(m_kqyoi, np.where(m_huydk, cap_roll * (along_D1_roll * t_gcbdt - D1_free_roll * t_gcbdt * t_zxndv), along_D1_roll), along_D1_roll),
+            np.where(m_kqyoi, np.where(m_huydk, cap_roll * t_ihfue, along_D2_roll), along_D2_roll),
+            np.where(m_kqyoi, np.where(m_huydk, cap_roll * t_njcfp, along_D3_roll), along_D3_roll),
+            np.where(m_kqyoi, np.where(m_huydk, cap_roll * t_lckzd, along_D4_roll), along_D4_roll),
+            np.where(m_kqyoi, np.where(m_huydk, cap_roll * t_6r6fl, along_D5_roll), along_D5_roll),
+            np.where(m_kqyoi, np.where(m_huydk, t_ekuo5, along_U12_roll), along_U12_roll),
+            np.where(m_kqyoi, np.where(m_huydk, along_U13_roll + (t_73h6y * t_nuuby + t_iwp6c * t_i7ymo), along_U13_roll), along_U13_roll),
+            np.where(m_kqyoi, np.where(m_huydk, along_U23_roll + (t_bqiu4 * t_nuuby + t_iwp6c * t_vhaxy), along_U23_roll), along_U23_roll),
+            np.where(m_kqyoi, np.where(m_huydk, along_U14_roll - (b1_3_roll * t_zsjrk + t_vpr7m * t_7nnhz), along_U14_roll), along_U14_roll),
+            np.where(m_kqyoi, np.where(m_huydk, along_U24_roll - (b2_3_roll * t_zsjrk + t_vpr7m * t_l6zsn), along_U24_roll), along_U24_roll),
+            np.where(m_kqyoi, np.where(m_huydk, along_U34_roll - (Df3_roll * t_zsjrk + t_vpr7m * t_5myce), along_U34_roll), along_U34_roll),
+            np.where(m_kqyoi, np.where(m_huydk, along_U15_roll - (b1_4_roll * t_4avxw + t_el36p * t_6g2lm), along_U15_roll), along_U15_roll),
+            np.where(m_kqyoi, np.where(m_huydk, along_U25_roll - (b2_4_roll * t_4avxw + t_el36p * t_z4fpw), along_U25_roll), along_U25_roll),
+            np.where(m_kqyoi, np.where(m_huydk, along_U35_roll - (b3_4_roll * t_4avxw + t_el36p * t_qjleu), along_U35_roll), along_U35_roll),
+            np.where(m_kqyoi, np.where(m_huydk, along_U45_roll - (Df4_roll * t_4avxw + t_el36p * t_2j7d3), along_U45_roll), along_U45_roll),
+            np.where(m_kqyoi, along_roll, along_y1_roll),
+            np.where(m_kqyoi, t_p5mb3, along_y2_roll),
+            np.where(m_kqyoi, t_5guc6, along_v1_roll),
+            np.where(m_kqyoi, t_i4jyc, along_u1_roll),
+            np.where(m_kqyoi, along_u1_roll, along_u2_roll),
+            np.where(m_kqyoi, np.where(m_ng6lt, along_wm1_roll, t_fyvaw), along_ym_roll),
+            np.where(m_kqyoi, t_fyvaw, along_wm1_roll),
+            np.where(m_kqyoi, along_wm1_roll, along_wm2_roll),
+            np.where(m_kqyoi, t_hw34x, along_a1_pitch),
+            np.where(m_kqyoi, t_ak6av, along_a2_pitch),
+            np.where(m_kqyoi, t_t6poo, along_b0_pitch),
+            np.where(m_kqyoi, t_c6ql7, along_b1_pitch),
+            np.where(m_kqyoi, t_yfbgo, along_d_pitch),
+            np.where(m_kqyoi, np.where(m_fztcf, cap_pitch * (along_D1_pitch * t_ba5cq - D1_free_pitch * t_ba5cq * t_myzpk), along_D1_pitch), along_D1_pitch),
+            np.where(m_kqyoi, np.where(m_fztcf, cap_pitch * t_ibz42, along_D2_pitch), along_D2_pitch),
+            np.where(m_kqyoi, np.where(m_fztcf, cap_pitch * t_x4xmc, along_D3_pitch), along_D3_pitch),
+            np.where(m_kqyoi, np.where(m_fztcf, cap_pitch * t_l6zox, along_D4_pitch), along_D4_pitch),
+            np.where(m_kqyoi, np.where(m_fztcf, cap_pitch * t_puqnz, along_D5_pitch), along_D5_pitch),
+            np.where(m_kqyoi, np.where(m_fztcf, t_j76ya, along_U12_pitch), along_U12_pitch),
+            np.where(m_kqyoi, np.where(m_fztcf, along_U13_pitch + (t_m7azd * t_7kbbo + t_iziit * t_tljzu), along_U13_pitch), along_U13_pitch),
+            np.where(m_kqyoi, np.where(m_fztcf, along_U23_pitch + (t_urk7s * t_7kbbo + t_iziit * t_fck75), along_U23_pitch), along_U23_pitch),
+            np.where(m_kqyoi, np.where(m_fztcf, along_U14_pitch - (b1_3_pitch * t_4hr24 + t_q5cqa * t_c765l), along_U14_pitch), along_U14_pitch),
+            np.where(m_kqyoi, np.where(m_fztcf, along_U24_pitch - (b2_3_pitch * t_4hr24 + t_q5cqa * t_kfsdu), along_U24_pitch), along_U24_pitch),
+            np.where(m_kqyoi, np.where(m_fztcf, along_U34_pitch - (Df3_pitch * t_4hr24 + t_q5cqa * t_kwitg), along_U34_pitch), along_U34_pitch),
+            np.where(m_kqyoi, np.where(m_fztcf, along_U15_pitch - (b1_4_pitch * t_p5qgd + t_blzne * t_ximdz), along_U15_pitch), along_U15_pitch),
+            np.where(m_kqyoi, np.where(m_fztcf, along_U25_pitch - (b2_4_pitch * t_p5qgd + t_blzne * t_fax5j), along_U25_pitch), along_U25_pitch),
+            np.where(m_kqyoi, np.where(m_fztcf, along_U35_pitch - (b3_4_pitch * t_p5qgd + t_blzne * t_crqif), along_U35_pitch), along_U35_pitch),
+            np.where(m_kqyoi, np.where(m_fztcf, along_U45_pitch - (Df4_pitch * t_p5qgd + t_blzne * t_s3vzk), along_U45_pitch), along_U45_pitch),
+            np.where(m_kqyoi, along_pitch, along_y1_pitch),
+            np.where(m_kqyoi, t_k2ugh, along_y2_pitch),
+            np.where(m_kqyoi, t_fzwzx, along_v1_pitch),
+            np.where(m_kqyoi, t_gxsuy, along_u1_pitch),
+            np.where(m_kqyoi, along_u1_pitch, along_u2_pitch),
+            np.where(m_kqyoi, np.where(m_ng6lt, along_wm1_pitch, t_g77db), along_ym_pitch),
+            np.where(m_kqyoi, t_g77db, along_wm1_pitch),
+            np.where(m_kqyoi, along_wm1_pitch, along_wm2_pitch),
+            np.where(m_kqyoi, t_ua7hv, along_a1_yaw),
+            np.where(m_kqyoi, t_mzrdq, along_a2_yaw),
+            np.where(m_kqyoi, t_jqmmw, along_b0_yaw),
+            np.where(m_kqyoi, t_7g3bh, along_b1_yaw),
+            np.where(m_kqyoi, t_rwfza, along_d_yaw),
+            np.where(m_kqyoi, np.where(m_6lewq, cap_yaw * (along_D1_yaw * t_rrlcx - D1_free_yaw * t_rrlcx * t_7twjv), along_D1_yaw), along_D1_yaw),
+            np.where(m_kqyoi, np.where(m_6lewq, cap_yaw * t_zj3sb, along_D2_yaw), along_D2_yaw),
+            np.where(m_kqyoi, np.where(m_6lewq, cap_yaw * t_mhrjx, along_D3_yaw), along_D3_yaw),
+            np.where(m_kqyoi, np.where(m_6lewq, cap_yaw * t_yf5z4, along_D4_yaw), along_D4_yaw),
+            np.where(m_kqyoi, np.where(m_6lewq, cap_yaw * t_vfy4e, along_D5_yaw), along_D5_yaw),
+            np.where(m_kqyoi, np.where(m_6lewq, t_pd3h4, along_U12_yaw), along_U12_yaw),
+            np.where(m_kqyoi, np.where(m_6lewq, along_U13_yaw + (t_mefgo * t_6qxdi + t_qqhj7 * t_3op2v), along_U13_yaw), along_U13_yaw),
+            np.where(m_kqyoi, np.where(m_6lewq, along_U23_yaw + (t_3inrl * t_6qxdi + t_qqhj7 * t_bvhqg), along_U23_yaw), along_U23_yaw),
+            np.where(m_kqyoi, np.where(m_6lewq, along_U14_yaw - (b1_3_yaw * t_hkx57 + t_ov6wh * t_duqey), along_U14_yaw), along_U14_yaw),
+            np.where(m_kqyoi, np.where(m_6lewq, along_U24_yaw - (b2_3_yaw * t_hkx57 + t_ov6wh * t_dcf52), along_U24_yaw), along_U24_yaw),
+            np.where(m_kqyoi, np.where(m_6lewq, along_U34_yaw - (Df3_yaw * t_hkx57 + t_ov6wh * t_spwqh), along_U34_yaw), along_U34_yaw),
+            np.where(m_kqyoi, np.where(m_6lewq, along_U15_yaw - (b1_4_yaw * t_3lyyr + t_xokdo * t_n2atp), along_U15_yaw), along_U15_yaw),
+            np.where(m_kqyoi, np.where(m_6lewq, along_U25_yaw - (b2_4_yaw * t_3lyyr + t_xokdo * t_c7xj5), along_U25_yaw), along_U25_yaw),
+            np.where(m_kqyoi, np.where(m_6lewq, along_U35_yaw - (b3_4_yaw * t_3lyyr + t_xokdo * t_gtofe), along_U35_yaw), along_U35_yaw),
+            np.where(m_kqyoi, np.where(m_6lewq, along_U45_yaw - (Df4_yaw * t_3lyyr + t_xokdo * t_v7jac), along_U45_yaw), along_U45_yaw),
+            np.where(m_kqyoi, along_yaw, along_y1_yaw),
+            np.where(m_kqyoi, t_rq2o3, along_y2_yaw),
+            np.where(m_kqyoi, t_2h7da, along_v1_yaw),
+            np.where(m_kqyoi, t_wwgjp, along_u1_yaw),
+            np.where(m_kqyoi, along_u1_yaw, along_u2_yaw),
+            np.where(m_kqyoi, np.where(m_ng6lt, along_wm1_yaw, t_k6r65), along_ym_yaw),
+            np.where(m_kqyoi, t_k6r65, along_wm1_yaw),
+            np.where(m_kqyoi, along_wm1_yaw, along_wm2_yaw),
+            np.where(m_kqyoi, t_alcgu / (np.where(m_n23aq, 1.0, 0.0) + t_alcgu) * along_samples, 0.0),
+            0.0,
+        )
 
 
 def pd_jvp(x, r, v, z, p, c, along_x, along_r, along_v, along_z):
     """Change of pd along a change of x, r, v and z: (x, r, v, z, p, c, along_x, along_r, along_v, along_z) -> change_u, change_z_next."""
     x, r, v, z, p, c, along_x, along_r, along_v, along_z = _arrays(x, r, v, z, p, c, along_x, along_r, along_v, along_z)
     with np.errstate(all="ignore"):
-        m4 = (np.abs(x[..., 1]) < 1e+30)
-        m7 = (np.abs(r[..., 1]) < 1e+30)
-        m8 = np.logical_and(m4, m7)
-        m11 = (np.abs(r[..., 0]) < 1e+30)
-        m12 = np.logical_and(m8, m11)
-        m15 = (np.abs(r[..., 2]) < 1e+30)
-        m16 = np.logical_and(m12, m15)
-        m19 = (np.abs(x[..., 0]) < 1e+30)
-        m20 = np.logical_and(m16, m19)
-        m23 = (np.abs(x[..., 2]) < 1e+30)
-        m24 = np.logical_and(m20, m23)
-        m27 = (0.5 < c[..., 6])
-        s34, c34 = np.sin(x[..., 2]), np.cos(x[..., 2])
-        s35, c35 = np.sin(x[..., 0]), np.cos(x[..., 0])
-        s37, c37 = np.sin(x[..., 1]), np.cos(x[..., 1])
-        v40 = s34 * s35
-        v47 = c[..., 1] * (np.where(m27, z[..., 3], r[..., 1]) - x[..., 1]) - c[..., 4] * (x[..., 4] + (c34 * c35 + s37 * v40) * p[..., 6])
-        m49 = (np.abs(v47) < 1e+30)
-        m50 = np.logical_and(m24, m49)
-        v63 = c[..., 0] * (np.where(m27, z[..., 0], r[..., 0]) - x[..., 0]) - c[..., 3] * (x[..., 3] + c37 * s34 * p[..., 6])
-        m65 = (np.abs(v63) < 1e+30)
-        m66 = np.logical_and(m50, m65)
-        v74 = s34 * c35
-        v81 = c[..., 2] * (np.where(m27, z[..., 6], r[..., 2]) - x[..., 2]) - c[..., 5] * (x[..., 5] + (s37 * v74 - c34 * s35) * p[..., 6])
-        m83 = (np.abs(v81) < 1e+30)
-        m84 = np.logical_and(m66, m83)
-        m86 = (np.abs(x[..., 3]) < 1e+30)
-        m87 = np.logical_and(m84, m86)
-        m89 = (np.abs(x[..., 4]) < 1e+30)
-        m90 = np.logical_and(m87, m89)
-        m92 = (np.abs(x[..., 5]) < 1e+30)
-        m93 = np.logical_and(m90, m92)
-        v99 = c[..., 0] * (np.where(m27, along_z[..., 0], along_r[..., 0]) - along_x[..., 0])
-        v102 = c34 * along_x[..., 2]
-        v109 = along_x[..., 3] + p[..., 6] * (c37 * v102 - s34 * (s37 * along_x[..., 1]))
-        v117 = c[..., 1] * (np.where(m27, along_z[..., 3], along_r[..., 1]) - along_x[..., 1])
-        v119 = c37 * along_x[..., 1]
-        v122 = c35 * along_x[..., 0]
-        v127 = s34 * along_x[..., 2]
-        v129 = s35 * along_x[..., 0]
-        v133 = p[..., 6] * (v40 * v119 + s37 * (s35 * v102 + s34 * v122) - (c35 * v127 + c34 * v129))
-        v142 = c[..., 2] * (np.where(m27, along_z[..., 6], along_r[..., 2]) - along_x[..., 2])
-        v154 = p[..., 6] * (v74 * v119 + s37 * (c35 * v102 - s34 * v129) - (c34 * v122 - s35 * v127))
-        m160 = (0.5 < c[..., 8])
-        v162 = 0.5 * along_z[..., 1]
-        v171 = np.exp(-(p[..., 9] / c[..., 9]))
-        v172 = -1.0 + v171
-        v173 = v172 * v172
-        v175 = v171 + v171
-        v178 = v171 * v171
-        v180 = v173 * along_r[..., 0] + v175 * along_z[..., 1] - v178 * along_z[..., 2]
-        v184 = np.where(m93, np.where(m160, v162 + 0.5 * along_z[..., 2], v162 + 0.5 * v180), along_z[..., 0])
-        v188 = 0.5 * along_z[..., 4]
-        v196 = v173 * along_r[..., 1] + v175 * along_z[..., 4] - v178 * along_z[..., 5]
-        v200 = np.where(m93, np.where(m160, v188 + 0.5 * along_z[..., 5], v188 + 0.5 * v196), along_z[..., 3])
-        v204 = 0.5 * along_z[..., 7]
-        v212 = v173 * along_r[..., 2] + v175 * along_z[..., 7] - v178 * along_z[..., 8]
-        v216 = np.where(m93, np.where(m160, v204 + 0.5 * along_z[..., 8], v204 + 0.5 * v212), along_z[..., 6])
-        return _vector(np.where(m93, v99 - c[..., 3] * v109, 0.0), np.where(m93, v117 - c[..., 4] * (along_x[..., 4] + v133), 0.0), np.where(m93, v142 - c[..., 5] * (along_x[..., 5] + v154), 0.0)), _vector(v184, np.where(m93, v180, along_z[..., 1]), np.where(m93, along_z[..., 1], along_z[..., 2]), v200, np.where(m93, v196, along_z[..., 4]), np.where(m93, along_z[..., 4], along_z[..., 5]), v216, np.where(m93, v212, along_z[..., 7]), np.where(m93, along_z[..., 7], along_z[..., 8]), 0.0)
+        roll = x[..., 0]
+        pitch = x[..., 1]
+        yaw = x[..., 2]
+        wx = x[..., 3]
+        wy = x[..., 4]
+        wz = x[..., 5]
+        ref_roll = r[..., 0]
+        ref_pitch = r[..., 1]
+        ref_yaw = r[..., 2]
+        ym_roll = z[..., 0]
+        ym_pitch = z[..., 3]
+        ym_yaw = z[..., 6]
+        omega0 = p[..., 6]
+        Ts = p[..., 9]
+        Kp_x = c[..., 0]
+        Kp_y = c[..., 1]
+        Kp_z = c[..., 2]
+        Kd_x = c[..., 3]
+        Kd_y = c[..., 4]
+        Kd_z = c[..., 5]
+        follow_model = c[..., 6]
+        design_delay = c[..., 8]
+        tau_m = c[..., 9]
+        along_roll = along_x[..., 0]
+        along_pitch = along_x[..., 1]
+        along_yaw = along_x[..., 2]
+        along_wx = along_x[..., 3]
+        along_wy = along_x[..., 4]
+        along_wz = along_x[..., 5]
+        along_ref_roll = along_r[..., 0]
+        along_ref_pitch = along_r[..., 1]
+        along_ref_yaw = along_r[..., 2]
+        along_ym_roll = along_z[..., 0]
+        along_wm1_roll = along_z[..., 1]
+        along_wm2_roll = along_z[..., 2]
+        along_ym_pitch = along_z[..., 3]
+        along_wm1_pitch = along_z[..., 4]
+        along_wm2_pitch = along_z[..., 5]
+        along_ym_yaw = along_z[..., 6]
+        along_wm1_yaw = along_z[..., 7]
+        along_wm2_yaw = along_z[..., 8]
+        sin_pitch, cos_pitch = np.sin(pitch), np.cos(pitch)
+        sin_yaw, cos_yaw = np.sin(yaw), np.cos(yaw)
+        C12 = cos_pitch * sin_yaw  # (3)
+        sin_roll, cos_roll = np.sin(roll), np.cos(roll)
+        t_wcbyi = sin_yaw * sin_roll
+        C22 = cos_yaw * cos_roll + sin_pitch * t_wcbyi  # (3)
+        t_jt2xw = sin_yaw * cos_roll
+        C32 = sin_pitch * t_jt2xw - cos_yaw * sin_roll  # (3)
+        rate_x = wx + C12 * omega0  # (4)
+        rate_y = wy + C22 * omega0  # (4)
+        rate_z = wz + C32 * omega0  # (4)
+        model_pole = np.exp(-(Ts / tau_m))
+        m_z3d63 = (0.5 < follow_model)
+        u_roll_pd = Kp_x * (np.where(m_z3d63, ym_roll, ref_roll) - roll) - Kd_x * rate_x  # (50)
+        u_pitch_pd = Kp_y * (np.where(m_z3d63, ym_pitch, ref_pitch) - pitch) - Kd_y * rate_y  # (50)
+        u_yaw_pd = Kp_z * (np.where(m_z3d63, ym_yaw, ref_yaw) - yaw) - Kd_z * rate_z  # (50)
+        m_cgnek = (np.abs(pitch) < 1e+30)
+        m_qrx2z = (np.abs(ref_pitch) < 1e+30)
+        m_r3fir = np.logical_and(m_cgnek, m_qrx2z)
+        m_ilioh = (np.abs(ref_roll) < 1e+30)
+        m_bmy6f = np.logical_and(m_r3fir, m_ilioh)
+        m_ghzhf = (np.abs(ref_yaw) < 1e+30)
+        m_5iclu = np.logical_and(m_bmy6f, m_ghzhf)
+        m_lisih = (np.abs(roll) < 1e+30)
+        m_fdhnb = np.logical_and(m_5iclu, m_lisih)
+        m_q3hd4 = (np.abs(yaw) < 1e+30)
+        m_sehe6 = np.logical_and(m_fdhnb, m_q3hd4)
+        m_4fwsc = (np.abs(u_pitch_pd) < 1e+30)
+        m_ey64f = np.logical_and(m_sehe6, m_4fwsc)
+        m_zzicp = (np.abs(u_roll_pd) < 1e+30)
+        m_yof5u = np.logical_and(m_ey64f, m_zzicp)
+        m_ilrjp = (np.abs(u_yaw_pd) < 1e+30)
+        m_gwxq4 = np.logical_and(m_yof5u, m_ilrjp)
+        m_nepjb = (np.abs(wx) < 1e+30)
+        m_r3oc5 = np.logical_and(m_gwxq4, m_nepjb)
+        m_gmtwv = (np.abs(wy) < 1e+30)
+        m_mhk6s = np.logical_and(m_r3oc5, m_gmtwv)
+        m_no6hp = (np.abs(wz) < 1e+30)
+        m_le4m7 = np.logical_and(m_mhk6s, m_no6hp)
+        t_5icb4 = cos_yaw * along_yaw
+        t_kh6qc = (
+            Kp_x * (np.where(m_z3d63, along_ym_roll, along_ref_roll) - along_roll)
+            - Kd_x * (along_wx + omega0 * (cos_pitch * t_5icb4 - sin_yaw * (sin_pitch * along_pitch)))
+        )
+        t_dfbbp = cos_pitch * along_pitch
+        t_nfkgj = cos_roll * along_roll
+        t_7f7mz = sin_yaw * along_yaw
+        t_bbfxd = sin_roll * along_roll
+        t_mdomn = (
+            t_wcbyi * t_dfbbp
+            + sin_pitch * (sin_roll * t_5icb4 + sin_yaw * t_nfkgj)
+            - (cos_roll * t_7f7mz + cos_yaw * t_bbfxd)
+        )
+        t_iu5pk = (
+            Kp_y * (np.where(m_z3d63, along_ym_pitch, along_ref_pitch) - along_pitch)
+            - Kd_y * (along_wy + omega0 * t_mdomn)
+        )
+        t_3damq = (
+            t_jt2xw * t_dfbbp
+            + sin_pitch * (cos_roll * t_5icb4 - sin_yaw * t_bbfxd)
+            - (cos_yaw * t_nfkgj - sin_roll * t_7f7mz)
+        )
+        t_m5bki = (
+            Kp_z * (np.where(m_z3d63, along_ym_yaw, along_ref_yaw) - along_yaw)
+            - Kd_z * (along_wz + omega0 * t_3damq)
+        )
+        m_ng6lt = (0.5 < design_delay)
+        t_nlujp = 0.5 * along_wm1_roll
+        t_hjr6j = -1.0 + model_pole
+        t_lbhv6 = t_hjr6j * t_hjr6j
+        t_u5zvh = model_pole + model_pole
+        t_lbhv6_2 = model_pole * model_pole
+        t_fyvaw = t_lbhv6 * along_ref_roll + t_u5zvh * along_wm1_roll - t_lbhv6_2 * along_wm2_roll
+        t_mceqq = 0.5 * along_wm1_pitch
+        t_g77db = t_lbhv6 * along_ref_pitch + t_u5zvh * along_wm1_pitch - t_lbhv6_2 * along_wm2_pitch
+        t_a3omx = 0.5 * along_wm1_yaw
+        t_k6r65 = t_lbhv6 * along_ref_yaw + t_u5zvh * along_wm1_yaw - t_lbhv6_2 * along_wm2_yaw
+        return _vector(
+            np.where(m_le4m7, t_kh6qc, 0.0),
+            np.where(m_le4m7, t_iu5pk, 0.0),
+            np.where(m_le4m7, t_m5bki, 0.0),
+        ), _vector(
+            np.where(m_le4m7, np.where(m_ng6lt, t_nlujp + 0.5 * along_wm2_roll, t_nlujp + 0.5 * t_fyvaw), along_ym_roll),
+            np.where(m_le4m7, t_fyvaw, along_wm1_roll),
+            np.where(m_le4m7, along_wm1_roll, along_wm2_roll),
+            np.where(m_le4m7, np.where(m_ng6lt, t_mceqq + 0.5 * along_wm2_pitch, t_mceqq + 0.5 * t_g77db), along_ym_pitch),
+            np.where(m_le4m7, t_g77db, along_wm1_pitch),
+            np.where(m_le4m7, along_wm1_pitch, along_wm2_pitch),
+            np.where(m_le4m7, np.where(m_ng6lt, t_a3omx + 0.5 * along_wm2_yaw, t_a3omx + 0.5 * t_k6r65), along_ym_yaw),
+            np.where(m_le4m7, t_k6r65, along_wm1_yaw),
+            np.where(m_le4m7, along_wm1_yaw, along_wm2_yaw),
+            0.0,
+        )
 
 
 def rhs_prepare(p):
     """What rhs computes once per run: (p) -> h."""
     p, = _arrays(p)
     with np.errstate(all="ignore"):
-        v4 = p[..., 7] * p[..., 7]
-        v6 = p[..., 17] / (p[..., 7] * v4)
-        s8, c8 = np.sin(p[..., 8]), np.cos(p[..., 8])
-        v9 = v6 * s8
-        v18 = p[..., 20] * p[..., 24] * (1.0 + p[..., 25])
-        s20, c20 = np.sin(p[..., 27]), np.cos(p[..., 27])
-        v22 = p[..., 6] * p[..., 6]
-        v37 = p[..., 2] + p[..., 5]
-        v48 = p[..., 0] + p[..., 3]
-        return _vector(v9, v6 * c8, v9 + v9, v18, c20, 0.5 * v22 * p[..., 18] * p[..., 20] * p[..., 19] * v4, v18 * s20, p[..., 1] + p[..., 4] - v37, 3.0 * v22, p[..., 13] * p[..., 10], 1.0 / p[..., 3], 1.0 / p[..., 0], v48 - v37, 1.0 / p[..., 4], 1.0 / p[..., 1], -3.0 * v22 * (v48 - p[..., 1] - p[..., 4]), 1.0 / p[..., 5], 1.0 / p[..., 2])
+        I_x = p[..., 0]
+        I_y = p[..., 1]
+        I_z = p[..., 2]
+        Iw_x = p[..., 3]
+        Iw_y = p[..., 4]
+        Iw_z = p[..., 5]
+        omega0 = p[..., 6]
+        orbit_radius = p[..., 7]
+        inclination = p[..., 8]
+        wheels = p[..., 10]
+        wheel_friction = p[..., 13]
+        field_moment = p[..., 17]
+        air_density = p[..., 18]
+        drag_coefficient = p[..., 19]
+        area = p[..., 20]
+        solar_pressure = p[..., 24]
+        reflectance = p[..., 25]
+        sun_elevation = p[..., 27]
+        t_xcu2m = omega0 * omega0
+        t_woyh3 = orbit_radius * orbit_radius
+        F_air = 0.5 * t_xcu2m * air_density * area * drag_coefficient * t_woyh3
+        t_o4eym = area * solar_pressure * (1.0 + reflectance)
+        sin_sun_elevation, cos_sun_elevation = np.sin(sun_elevation), np.cos(sun_elevation)
+        t_ph4ov = field_moment / (orbit_radius * t_woyh3)
+        sin_inclination, cos_inclination = np.sin(inclination), np.cos(inclination)
+        t_mt3zp = t_ph4ov * sin_inclination
+        t_dukwy = I_z + Iw_z
+        t_l4gxo = I_x + Iw_x
+        return _vector(
+            F_air,
+            t_o4eym,
+            cos_sun_elevation,
+            t_o4eym * sin_sun_elevation,
+            t_mt3zp,
+            t_mt3zp + t_mt3zp,
+            t_ph4ov * cos_inclination,
+            1.0 / Iw_x,
+            1.0 / Iw_y,
+            1.0 / Iw_z,
+            wheel_friction * wheels,
+            I_y + Iw_y - t_dukwy,
+            3.0 * t_xcu2m,
+            1.0 / I_x,
+            t_l4gxo - t_dukwy,
+            1.0 / I_y,
+            -3.0 * t_xcu2m * (t_l4gxo - I_y - Iw_y),
+            1.0 / I_z,
+        )
 
 
 def rhs_prepared(x, u, p, h):
     """The rest of rhs: (x, u, p, h) -> dx."""
     x, u, p, h = _arrays(x, u, p, h)
     with np.errstate(all="ignore"):
-        s2, c2 = np.sin(x[..., 1]), np.cos(x[..., 1])
-        s4, c4 = np.sin(x[..., 2]), np.cos(x[..., 2])
-        v5 = c2 * s4
-        s11, c11 = np.sin(x[..., 0]), np.cos(x[..., 0])
-        v13 = 1.0 / c2
-        v18 = c4 * c11
-        v19 = s4 * s11
-        v21 = v18 + s2 * v19
-        v23 = x[..., 4] + v21 * p[..., 6]
-        v24 = s11 * v13 * v23
-        v29 = s4 * c11
-        v31 = c4 * s11
-        v32 = s2 * v29 - v31
-        v34 = x[..., 5] + v32 * p[..., 6]
-        v35 = c11 * v13 * v34
-        s43, c43 = np.sin(x[..., 9]), np.cos(x[..., 9])
-        v45 = c43 * h[..., 0]
-        v47 = v19 + s2 * v18
-        v54 = h[..., 2] * s43
-        v55 = c2 * c11
-        v57 = v45 * v47 - h[..., 1] * v32 + v54 * v55
-        v63 = x[..., 9] - p[..., 26]
-        s64, c64 = np.sin(v63), np.cos(v63)
-        v68 = h[..., 3] * (h[..., 4] * s64) - h[..., 5]
-        v75 = h[..., 3] * (h[..., 4] * c64)
-        v77 = v68 * v47 + h[..., 6] * v32 + v75 * v55
-        v82 = s2 * v31 - v29
-        v86 = c2 * s11
-        v88 = v45 * v82 - h[..., 1] * v21 + v54 * v86
-        v96 = v68 * v82 + h[..., 6] * v21 + v75 * v86
-        v99 = v57 * p[..., 15] + v77 * p[..., 22] - v88 * p[..., 16] - v96 * p[..., 23]
-        v104 = h[..., 8] * v55
-        v116 = u[..., 0] + h[..., 9] * (x[..., 6] * h[..., 10] - x[..., 3])
-        v120 = x[..., 7] + x[..., 4] * p[..., 1]
-        v125 = x[..., 8] + x[..., 5] * p[..., 2]
-        v127 = v99 - h[..., 7] * v104 * v86 + v116 + v120 * x[..., 5] - v125 * x[..., 4]
-        v131 = c2 * c4
-        v136 = v45 * v131 - h[..., 1] * v5 - v54 * s2
-        v142 = v68 * v131 + h[..., 6] * v5 - v75 * s2
-        v150 = v136 * p[..., 16] + v142 * p[..., 23] - v57 * p[..., 14] - v77 * p[..., 21]
-        v160 = u[..., 1] + h[..., 9] * (x[..., 7] * h[..., 13] - x[..., 4])
-        v165 = x[..., 6] + x[..., 3] * p[..., 0]
-        v167 = v150 - v104 * s2 * h[..., 12] + v160 + v125 * x[..., 3] - v165 * x[..., 5]
-        v176 = v88 * p[..., 14] + v96 * p[..., 21] - v136 * p[..., 15] - v142 * p[..., 22]
-        v186 = u[..., 2] + h[..., 9] * (x[..., 8] * h[..., 16] - x[..., 5])
-        v191 = v176 - h[..., 15] * s2 * v86 + v186 + v165 * x[..., 4] - v120 * x[..., 3]
-        return _vector(x[..., 3] + v5 * p[..., 6] + s2 * v24 + s2 * v35, c11 * v23 - s11 * v34, v24 + v35, v127 * h[..., 11], v167 * h[..., 14], v191 * h[..., 17], -(v116 * p[..., 10]), -(v160 * p[..., 10]), -(v186 * p[..., 10]), p[..., 6])
+        roll = x[..., 0]
+        pitch = x[..., 1]
+        yaw = x[..., 2]
+        wx = x[..., 3]
+        wy = x[..., 4]
+        wz = x[..., 5]
+        hx = x[..., 6]
+        hy = x[..., 7]
+        hz = x[..., 8]
+        latitude = x[..., 9]
+        Tx = u[..., 0]
+        Ty = u[..., 1]
+        Tz = u[..., 2]
+        I_x = p[..., 0]
+        I_y = p[..., 1]
+        I_z = p[..., 2]
+        omega0 = p[..., 6]
+        wheels = p[..., 10]
+        dipole_x = p[..., 14]
+        dipole_y = p[..., 15]
+        dipole_z = p[..., 16]
+        arm_x = p[..., 21]
+        arm_y = p[..., 22]
+        arm_z = p[..., 23]
+        sun_latitude = p[..., 26]
+        (
+            F_air,
+            t_o4eym,
+            cos_sun_elevation,
+            t_cokzx,
+            t_mt3zp,
+            t_vpxty,
+            t_xdhrg,
+            t_kdp4p,
+            t_dd3cp,
+            t_p2zbo,
+            t_n5ucq,
+            t_bcmgw,
+            t_xcu2m_2,
+            t_wdz5p,
+            t_viru7,
+            t_s2koj,
+            t_wa4l3,
+            t_eah32,
+        ) = np.moveaxis(h, -1, 0)
+        sin_pitch, cos_pitch = np.sin(pitch), np.cos(pitch)
+        sin_yaw, cos_yaw = np.sin(yaw), np.cos(yaw)
+        C11 = cos_pitch * cos_yaw  # (3)
+        C12 = cos_pitch * sin_yaw  # (3)
+        sin_roll, cos_roll = np.sin(roll), np.cos(roll)
+        t_yxoxk = cos_yaw * sin_roll
+        t_jt2xw = sin_yaw * cos_roll
+        C21 = sin_pitch * t_yxoxk - t_jt2xw  # (3)
+        t_fdgli = cos_yaw * cos_roll
+        t_wcbyi = sin_yaw * sin_roll
+        C22 = t_fdgli + sin_pitch * t_wcbyi  # (3)
+        C23 = cos_pitch * sin_roll  # (3)
+        C31 = t_wcbyi + sin_pitch * t_fdgli  # (3)
+        C32 = sin_pitch * t_jt2xw - t_yxoxk  # (3)
+        C33 = cos_pitch * cos_roll  # (3)
+        rate_x = wx + C12 * omega0  # (4)
+        rate_y = wy + C22 * omega0  # (4)
+        rate_z = wz + C32 * omega0  # (4)
+        t_cbxhz = latitude - sun_latitude
+        sin_t_cbxhz, cos_t_cbxhz = np.sin(t_cbxhz), np.cos(t_cbxhz)
+        t_3laeq = t_o4eym * (cos_sun_elevation * sin_t_cbxhz) - F_air
+        t_ghdyt = t_o4eym * (cos_sun_elevation * cos_t_cbxhz)
+        F_x = t_3laeq * C11 + t_cokzx * C12 - t_ghdyt * sin_pitch
+        F_y = t_3laeq * C21 + t_cokzx * C22 + t_ghdyt * C23
+        F_z = t_3laeq * C31 + t_cokzx * C32 + t_ghdyt * C33
+        sin_latitude, cos_latitude = np.sin(latitude), np.cos(latitude)
+        B_x = cos_latitude * t_mt3zp
+        B_z = t_vpxty * sin_latitude
+        t_ez2mz = B_x * C31 - t_xdhrg * C32 + B_z * C33
+        t_xhrq5 = B_x * C21 - t_xdhrg * C22 + B_z * C23
+        Tenv_x = t_ez2mz * dipole_y + F_z * arm_y - t_xhrq5 * dipole_z - F_y * arm_z
+        t_bnhq3 = B_x * C11 - t_xdhrg * C12 - B_z * sin_pitch
+        Tenv_y = t_bnhq3 * dipole_z + F_x * arm_z - t_ez2mz * dipole_x - F_z * arm_x
+        Tenv_z = t_xhrq5 * dipole_x + F_y * arm_x - t_bnhq3 * dipole_y - F_x * arm_y
+        wheel_x = hx * t_kdp4p - wx
+        wheel_y = hy * t_dd3cp - wy
+        wheel_z = hz * t_p2zbo - wz
+        Tw_x = Tx + t_n5ucq * wheel_x
+        Tw_y = Ty + t_n5ucq * wheel_y
+        Tw_z = Tz + t_n5ucq * wheel_z
+        t_jpyro = t_xcu2m_2 * C33
+        t_rud4r = hy + wy * I_y
+        t_2fuj5 = hz + wz * I_z
+        t_36qsm = (
+            Tenv_x
+            - t_bcmgw * t_jpyro * C23
+            + Tw_x
+            + t_rud4r * wz
+            - t_2fuj5 * wy
+        )
+        wx_rate = t_36qsm * t_wdz5p  # (1)
+        t_id7q2 = hx + wx * I_x
+        t_cjsmy = (
+            Tenv_y
+            - t_jpyro * sin_pitch * t_viru7
+            + Tw_y
+            + t_2fuj5 * wx
+            - t_id7q2 * wz
+        )
+        wy_rate = t_cjsmy * t_s2koj  # (1)
+        t_i7hm4 = (
+            Tenv_z
+            - t_wa4l3 * sin_pitch * C23
+            + Tw_z
+            + t_id7q2 * wy
+            - t_rud4r * wx
+        )
+        wz_rate = t_i7hm4 * t_eah32  # (1)
+        t_ksn4u = 1.0 / cos_pitch
+        t_l44wr = sin_roll * t_ksn4u * rate_y
+        t_rukvs = cos_roll * t_ksn4u * rate_z
+        return _vector(
+            rate_x + sin_pitch * t_l44wr + sin_pitch * t_rukvs,
+            cos_roll * rate_y - sin_roll * rate_z,
+            t_l44wr + t_rukvs,
+            wx_rate,
+            wy_rate,
+            wz_rate,
+            -(Tw_x * wheels),
+            -(Tw_y * wheels),
+            -(Tw_z * wheels),
+            omega0,
+        )
 
 
 def outputs_prepare(p):
     """What outputs computes once per run: (p) -> h."""
     p, = _arrays(p)
     with np.errstate(all="ignore"):
-        v10 = p[..., 7] * p[..., 7]
-        v12 = p[..., 17] / (p[..., 7] * v10)
-        s14, c14 = np.sin(p[..., 8]), np.cos(p[..., 8])
-        v15 = v12 * s14
-        v24 = p[..., 20] * p[..., 24] * (1.0 + p[..., 25])
-        s26, c26 = np.sin(p[..., 27]), np.cos(p[..., 27])
-        v35 = 0.5 * (p[..., 6] * p[..., 6]) * p[..., 18] * p[..., 20] * p[..., 19] * v10
-        return _vector(1.0 / p[..., 3], 1.0 / p[..., 4], 1.0 / p[..., 5], v15, v12 * c14, v15 + v15, v24, c26, v35, v24 * s26)
+        Iw_x = p[..., 3]
+        Iw_y = p[..., 4]
+        Iw_z = p[..., 5]
+        omega0 = p[..., 6]
+        orbit_radius = p[..., 7]
+        inclination = p[..., 8]
+        field_moment = p[..., 17]
+        air_density = p[..., 18]
+        drag_coefficient = p[..., 19]
+        area = p[..., 20]
+        solar_pressure = p[..., 24]
+        reflectance = p[..., 25]
+        sun_elevation = p[..., 27]
+        t_woyh3 = orbit_radius * orbit_radius
+        F_air = 0.5 * (omega0 * omega0) * air_density * area * drag_coefficient * t_woyh3
+        t_o4eym = area * solar_pressure * (1.0 + reflectance)
+        sin_sun_elevation, cos_sun_elevation = np.sin(sun_elevation), np.cos(sun_elevation)
+        t_ph4ov = field_moment / (orbit_radius * t_woyh3)
+        sin_inclination, cos_inclination = np.sin(inclination), np.cos(inclination)
+        t_mt3zp = t_ph4ov * sin_inclination
+        return _vector(
+            F_air,
+            t_o4eym,
+            cos_sun_elevation,
+            t_o4eym * sin_sun_elevation,
+            t_mt3zp,
+            t_mt3zp + t_mt3zp,
+            t_ph4ov * cos_inclination,
+            1.0 / Iw_x,
+            1.0 / Iw_y,
+            1.0 / Iw_z,
+        )
 
 
 def outputs_prepared(x, u, r, p, h):
     """The rest of outputs: (x, u, r, p, h) -> y."""
     x, u, r, p, h = _arrays(x, u, r, p, h)
     with np.errstate(all="ignore"):
-        s10, c10 = np.sin(x[..., 1]), np.cos(x[..., 1])
-        s11, c11 = np.sin(x[..., 2]), np.cos(x[..., 2])
-        v12 = c10 * s11
-        s18, c18 = np.sin(x[..., 0]), np.cos(x[..., 0])
-        v19 = c11 * c18
-        v22 = s11 * s18
-        v24 = v19 + s10 * v22
-        v28 = s11 * c18
-        v30 = c11 * s18
-        v31 = s10 * v28 - v30
-        s47, c47 = np.sin(x[..., 9]), np.cos(x[..., 9])
-        v49 = c47 * h[..., 3]
-        v51 = v22 + s10 * v19
-        v58 = h[..., 5] * s47
-        v59 = c10 * c18
-        v61 = v49 * v51 - h[..., 4] * v31 + v58 * v59
-        v67 = x[..., 9] - p[..., 26]
-        s68, c68 = np.sin(v67), np.cos(v67)
-        v72 = h[..., 6] * (h[..., 7] * s68) - h[..., 8]
-        v79 = h[..., 6] * (h[..., 7] * c68)
-        v81 = v72 * v51 + h[..., 9] * v31 + v79 * v59
-        v86 = s10 * v30 - v28
-        v90 = c10 * s18
-        v92 = v49 * v86 - h[..., 4] * v24 + v58 * v90
-        v100 = v72 * v86 + h[..., 9] * v24 + v79 * v90
-        v103 = v61 * p[..., 15] + v81 * p[..., 22] - v92 * p[..., 16] - v100 * p[..., 23]
-        v104 = c10 * c11
-        v109 = v49 * v104 - h[..., 4] * v12 - v58 * s10
-        v115 = v72 * v104 + h[..., 9] * v12 - v79 * s10
-        v123 = v109 * p[..., 16] + v115 * p[..., 23] - v61 * p[..., 14] - v81 * p[..., 21]
-        v130 = v92 * p[..., 14] + v100 * p[..., 21] - v109 * p[..., 15] - v115 * p[..., 22]
-        return _vector(r[..., 0], r[..., 1], r[..., 2], x[..., 0] - r[..., 0], x[..., 1] - r[..., 1], x[..., 2] - r[..., 2], x[..., 3] + v12 * p[..., 6], x[..., 4] + v24 * p[..., 6], x[..., 5] + v31 * p[..., 6], x[..., 6] * h[..., 0] - x[..., 3], x[..., 7] * h[..., 1] - x[..., 4], x[..., 8] * h[..., 2] - x[..., 5], v103, v123, v130)
+        roll = x[..., 0]
+        pitch = x[..., 1]
+        yaw = x[..., 2]
+        wx = x[..., 3]
+        wy = x[..., 4]
+        wz = x[..., 5]
+        hx = x[..., 6]
+        hy = x[..., 7]
+        hz = x[..., 8]
+        latitude = x[..., 9]
+        ref_roll = r[..., 0]
+        ref_pitch = r[..., 1]
+        ref_yaw = r[..., 2]
+        omega0 = p[..., 6]
+        dipole_x = p[..., 14]
+        dipole_y = p[..., 15]
+        dipole_z = p[..., 16]
+        arm_x = p[..., 21]
+        arm_y = p[..., 22]
+        arm_z = p[..., 23]
+        sun_latitude = p[..., 26]
+        (
+            F_air,
+            t_o4eym,
+            cos_sun_elevation,
+            t_cokzx,
+            t_mt3zp,
+            t_vpxty,
+            t_xdhrg,
+            t_kdp4p,
+            t_dd3cp,
+            t_p2zbo,
+        ) = np.moveaxis(h, -1, 0)
+        sin_pitch, cos_pitch = np.sin(pitch), np.cos(pitch)
+        sin_yaw, cos_yaw = np.sin(yaw), np.cos(yaw)
+        C11 = cos_pitch * cos_yaw  # (3)
+        C12 = cos_pitch * sin_yaw  # (3)
+        sin_roll, cos_roll = np.sin(roll), np.cos(roll)
+        t_yxoxk = cos_yaw * sin_roll
+        t_jt2xw = sin_yaw * cos_roll
+        C21 = sin_pitch * t_yxoxk - t_jt2xw  # (3)
+        t_fdgli = cos_yaw * cos_roll
+        t_wcbyi = sin_yaw * sin_roll
+        C22 = t_fdgli + sin_pitch * t_wcbyi  # (3)
+        C23 = cos_pitch * sin_roll  # (3)
+        C31 = t_wcbyi + sin_pitch * t_fdgli  # (3)
+        C32 = sin_pitch * t_jt2xw - t_yxoxk  # (3)
+        C33 = cos_pitch * cos_roll  # (3)
+        rate_x = wx + C12 * omega0  # (4)
+        rate_y = wy + C22 * omega0  # (4)
+        rate_z = wz + C32 * omega0  # (4)
+        t_cbxhz = latitude - sun_latitude
+        sin_t_cbxhz, cos_t_cbxhz = np.sin(t_cbxhz), np.cos(t_cbxhz)
+        t_3laeq = t_o4eym * (cos_sun_elevation * sin_t_cbxhz) - F_air
+        t_ghdyt = t_o4eym * (cos_sun_elevation * cos_t_cbxhz)
+        F_x = t_3laeq * C11 + t_cokzx * C12 - t_ghdyt * sin_pitch
+        F_y = t_3laeq * C21 + t_cokzx * C22 + t_ghdyt * C23
+        F_z = t_3laeq * C31 + t_cokzx * C32 + t_ghdyt * C33
+        sin_latitude, cos_latitude = np.sin(latitude), np.cos(latitude)
+        B_x = cos_latitude * t_mt3zp
+        B_z = t_vpxty * sin_latitude
+        t_ez2mz = B_x * C31 - t_xdhrg * C32 + B_z * C33
+        t_xhrq5 = B_x * C21 - t_xdhrg * C22 + B_z * C23
+        Tenv_x = t_ez2mz * dipole_y + F_z * arm_y - t_xhrq5 * dipole_z - F_y * arm_z
+        t_bnhq3 = B_x * C11 - t_xdhrg * C12 - B_z * sin_pitch
+        Tenv_y = t_bnhq3 * dipole_z + F_x * arm_z - t_ez2mz * dipole_x - F_z * arm_x
+        Tenv_z = t_xhrq5 * dipole_x + F_y * arm_x - t_bnhq3 * dipole_y - F_x * arm_y
+        wheel_x = hx * t_kdp4p - wx
+        wheel_y = hy * t_dd3cp - wy
+        wheel_z = hz * t_p2zbo - wz
+        return _vector(
+            ref_roll,
+            ref_pitch,
+            ref_yaw,
+            roll - ref_roll,
+            pitch - ref_pitch,
+            yaw - ref_yaw,
+            rate_x,
+            rate_y,
+            rate_z,
+            wheel_x,
+            wheel_y,
+            wheel_z,
+            Tenv_x,
+            Tenv_y,
+            Tenv_z,
+        )
 
 
 def limits_prepare(p):
     """What limits computes once per run: (p) -> h."""
     p, = _arrays(p)
     with np.errstate(all="ignore"):
-        return _vector(1.000000001 * p[..., 12])
+        hmax = p[..., 12]
+        return _vector(
+            1.000000001 * hmax,
+        )
 
 
 def limits_prepared(x, u, p, h):
     """The rest of limits: (x, u, p, h) -> margin."""
     x, u, p, h = _arrays(x, u, p, h)
     with np.errstate(all="ignore"):
-        v12 = np.fmax(np.fmax(np.abs(u[..., 0]), np.abs(u[..., 1])), np.abs(u[..., 2]))
-        m16 = (0.5 < p[..., 10])
-        v26 = np.fmax(np.fmax(np.abs(x[..., 6]), np.abs(x[..., 7])), np.abs(x[..., 8]))
-        return _vector(p[..., 32] - np.abs(x[..., 1]), p[..., 31] - v12, np.where(m16, h[..., 0] - v26, p[..., 12]))
+        pitch = x[..., 1]
+        hx = x[..., 6]
+        hy = x[..., 7]
+        hz = x[..., 8]
+        Tx = u[..., 0]
+        Ty = u[..., 1]
+        Tz = u[..., 2]
+        wheels = p[..., 10]
+        hmax = p[..., 12]
+        torque_lost = p[..., 31]
+        pitch_lost = p[..., 32]
+        (
+            t_hxpul,
+        ) = np.moveaxis(h, -1, 0)
+        m_5j2jl = (0.5 < wheels)
+        return _vector(
+            pitch_lost - np.abs(pitch),
+            torque_lost - np.fmax(np.fmax(np.abs(Tx), np.abs(Ty)), np.abs(Tz)),
+            np.where(m_5j2jl, t_hxpul - np.fmax(np.fmax(np.abs(hx), np.abs(hy)), np.abs(hz)), hmax),
+        )
 
 
 def actuate_prepare(p):
     """What actuate computes once per run: (p) -> h."""
     p, = _arrays(p)
     with np.errstate(all="ignore"):
-        return _vector(1.0 / p[..., 9])
+        Ts = p[..., 9]
+        return _vector(
+            1.0 / Ts,
+        )
 
 
 def actuate_prepared(x, u_cmd, p, h):
     """The rest of actuate: (x, u_cmd, p, h) -> u."""
     x, u_cmd, p, h = _arrays(x, u_cmd, p, h)
     with np.errstate(all="ignore"):
-        v1 = -p[..., 11]
-        m4 = (0.5 < p[..., 10])
-        v14 = np.fmax((x[..., 6] - p[..., 12]) * h[..., 0], np.fmin(u_cmd[..., 0], (x[..., 6] + p[..., 12]) * h[..., 0]))
-        v25 = np.fmax((x[..., 7] - p[..., 12]) * h[..., 0], np.fmin(u_cmd[..., 1], (x[..., 7] + p[..., 12]) * h[..., 0]))
-        v36 = np.fmax((x[..., 8] - p[..., 12]) * h[..., 0], np.fmin(u_cmd[..., 2], (x[..., 8] + p[..., 12]) * h[..., 0]))
-        return _vector(np.fmax(v1, np.fmin(np.where(m4, v14, u_cmd[..., 0]), p[..., 11])), np.fmax(v1, np.fmin(np.where(m4, v25, u_cmd[..., 1]), p[..., 11])), np.fmax(v1, np.fmin(np.where(m4, v36, u_cmd[..., 2]), p[..., 11])))
+        hx = x[..., 6]
+        hy = x[..., 7]
+        hz = x[..., 8]
+        Tx_cmd = u_cmd[..., 0]
+        Ty_cmd = u_cmd[..., 1]
+        Tz_cmd = u_cmd[..., 2]
+        wheels = p[..., 10]
+        umax = p[..., 11]
+        hmax = p[..., 12]
+        (
+            t_ko3eq,
+        ) = np.moveaxis(h, -1, 0)
+        m_5j2jl = (0.5 < wheels)
+        Tx_inside = np.where(m_5j2jl, np.fmax((hx - hmax) * t_ko3eq, np.fmin(Tx_cmd, (hx + hmax) * t_ko3eq)), Tx_cmd)
+        Ty_inside = np.where(m_5j2jl, np.fmax((hy - hmax) * t_ko3eq, np.fmin(Ty_cmd, (hy + hmax) * t_ko3eq)), Ty_cmd)
+        Tz_inside = np.where(m_5j2jl, np.fmax((hz - hmax) * t_ko3eq, np.fmin(Tz_cmd, (hz + hmax) * t_ko3eq)), Tz_cmd)
+        t_s3iwg = -umax
+        return _vector(
+            np.fmax(t_s3iwg, np.fmin(Tx_inside, umax)),
+            np.fmax(t_s3iwg, np.fmin(Ty_inside, umax)),
+            np.fmax(t_s3iwg, np.fmin(Tz_inside, umax)),
+        )
 
 
 def measure_prepare(p):
     """What measure computes once per run: (p) -> h."""
     p, = _arrays(p)
     with np.errstate(all="ignore"):
-        m2 = (0.0 < p[..., 30])
-        v4 = np.where(m2, p[..., 30], 1.0)
-        return _vector(v4, 1.0 / v4)
+        quantum = p[..., 30]
+        m_ue2cf = (0.0 < quantum)
+        sensor_step = np.where(m_ue2cf, quantum, 1.0)
+        return _vector(
+            sensor_step,
+            1.0 / sensor_step,
+        )
 
 
 def measure_prepared(x, e, p, h):
     """The rest of measure: (x, e, p, h) -> x_seen."""
     x, e, p, h = _arrays(x, e, p, h)
     with np.errstate(all="ignore"):
-        m2 = (0.0 < p[..., 30])
-        v9 = x[..., 0] + e[..., 0] * p[..., 28]
-        v19 = x[..., 1] + e[..., 1] * p[..., 28]
-        v28 = x[..., 2] + e[..., 2] * p[..., 28]
-        return _vector(np.where(m2, h[..., 0] * np.floor(0.5 + v9 * h[..., 1]), v9), np.where(m2, h[..., 0] * np.floor(0.5 + v19 * h[..., 1]), v19), np.where(m2, h[..., 0] * np.floor(0.5 + v28 * h[..., 1]), v28), x[..., 3] + e[..., 3] * p[..., 29], x[..., 4] + e[..., 4] * p[..., 29], x[..., 5] + e[..., 5] * p[..., 29], x[..., 6], x[..., 7], x[..., 8], x[..., 9])
+        roll = x[..., 0]
+        pitch = x[..., 1]
+        yaw = x[..., 2]
+        wx = x[..., 3]
+        wy = x[..., 4]
+        wz = x[..., 5]
+        hx = x[..., 6]
+        hy = x[..., 7]
+        hz = x[..., 8]
+        latitude = x[..., 9]
+        e_roll = e[..., 0]
+        e_pitch = e[..., 1]
+        e_yaw = e[..., 2]
+        e_wx = e[..., 3]
+        e_wy = e[..., 4]
+        e_wz = e[..., 5]
+        noise = p[..., 28]
+        noise_rate = p[..., 29]
+        quantum = p[..., 30]
+        (
+            sensor_step,
+            t_tzc6z,
+        ) = np.moveaxis(h, -1, 0)
+        m_ue2cf = (0.0 < quantum)
+        roll_noisy = roll + e_roll * noise
+        pitch_noisy = pitch + e_pitch * noise
+        yaw_noisy = yaw + e_yaw * noise
+        return _vector(
+            np.where(m_ue2cf, sensor_step * np.floor(0.5 + roll_noisy * t_tzc6z), roll_noisy),
+            np.where(m_ue2cf, sensor_step * np.floor(0.5 + pitch_noisy * t_tzc6z), pitch_noisy),
+            np.where(m_ue2cf, sensor_step * np.floor(0.5 + yaw_noisy * t_tzc6z), yaw_noisy),
+            wx + e_wx * noise_rate,
+            wy + e_wy * noise_rate,
+            wz + e_wz * noise_rate,
+            hx,
+            hy,
+            hz,
+            latitude,
+        )
 
 
 def mrac_prepare(p, c):
     """What mrac computes once per run: (p, c) -> h."""
     p, c = _arrays(p, c)
     with np.errstate(all="ignore"):
-        m5 = (0.5 < c[..., 20])
-        v11 = np.exp(-(p[..., 9] / c[..., 21]))
-        v12 = -1.0 + v11
-        v18 = 4.0 * c[..., 0]
-        v21 = 3.0 * c[..., 0]
-        v25 = c[..., 0] * c[..., 0]
-        v29 = c[..., 0] * v25
-        v30 = 4.0 * v29
-        v32 = -v29
-        v34 = v25 * v25
-        v45 = p[..., 9] * p[..., 9] * c[..., 15]
-        return _vector(1.0 / c[..., 3], v12 * v12, v11 + v11, v11 * v11, v18, v21, np.where(m5, -v18, -v21), np.where(m5, 6.0 * v25, 3.0 * v25), v30, np.where(m5, -v30, v32), v34, np.fmax(c[..., 5], c[..., 6] * p[..., 28]), np.fmax(c[..., 14], 0.5 / p[..., 1] * v45), -6.0 * v25, np.where(m5, v34, v32), -3.0 * v25, np.fmax(c[..., 14], 0.5 / p[..., 0] * v45), np.fmax(c[..., 14], 0.5 / p[..., 2] * v45))
+        I_x = p[..., 0]
+        I_y = p[..., 1]
+        I_z = p[..., 2]
+        Ts = p[..., 9]
+        noise = p[..., 28]
+        rho = c[..., 0]
+        forgetting = c[..., 3]
+        dead_zone = c[..., 5]
+        dead_zone_sigma = c[..., 6]
+        b_min = c[..., 14]
+        b_min_ratio = c[..., 15]
+        design_delay = c[..., 20]
+        tau_m = c[..., 21]
+        model_pole = np.exp(-(Ts / tau_m))
+        t_hjr6j = -1.0 + model_pole
+        m_ng6lt = (0.5 < design_delay)
+        t_4msa4 = Ts * Ts * b_min_ratio
+        t_bxn4n = 4.0 * rho
+        t_2wsi6 = rho * rho
+        t_bxn4n_2 = 3.0 * rho
+        t_ogmcx = rho * t_2wsi6
+        t_ogmcx_2 = 4.0 * t_ogmcx
+        t_v4kye = t_2wsi6 * t_2wsi6
+        t_ogmcx_3 = -t_ogmcx
+        e3_roll = np.where(m_ng6lt, t_v4kye, t_ogmcx_3)  # (22)
+        return _vector(
+            t_hjr6j * t_hjr6j,
+            model_pole + model_pole,
+            model_pole * model_pole,
+            1.0 / forgetting,
+            np.fmax(dead_zone, dead_zone_sigma * noise),
+            np.fmax(b_min, 0.5 / I_x * t_4msa4),
+            t_bxn4n,
+            -6.0 * t_2wsi6,
+            t_bxn4n_2,
+            t_ogmcx_2,
+            -3.0 * t_2wsi6,
+            t_v4kye,
+            e3_roll,
+            np.where(m_ng6lt, -t_bxn4n, -t_bxn4n_2),
+            np.where(m_ng6lt, 6.0 * t_2wsi6, 3.0 * t_2wsi6),
+            np.where(m_ng6lt, -t_ogmcx_2, t_ogmcx_3),
+            np.fmax(b_min, 0.5 / I_y * t_4msa4),
+            np.fmax(b_min, 0.5 / I_z * t_4msa4),
+        )
 
 
 def mrac_prepared(x, r, v, z, c, h):
     """The rest of mrac: (x, r, v, z, c, h) -> u, z_next."""
     x, r, v, z, c, h = _arrays(x, r, v, z, c, h)
     with np.errstate(all="ignore"):
-        m4 = (np.abs(v[..., 0]) < 1e+30)
-        m7 = (np.abs(v[..., 1]) < 1e+30)
-        m8 = np.logical_and(m4, m7)
-        m11 = (np.abs(v[..., 2]) < 1e+30)
-        m12 = np.logical_and(m8, m11)
-        m15 = (np.abs(x[..., 1]) < 1e+30)
-        m16 = np.logical_and(m12, m15)
-        m19 = (np.abs(r[..., 1]) < 1e+30)
-        m20 = np.logical_and(m16, m19)
-        m23 = (np.abs(r[..., 0]) < 1e+30)
-        m24 = np.logical_and(m20, m23)
-        m27 = (np.abs(r[..., 2]) < 1e+30)
-        m28 = np.logical_and(m24, m27)
-        m31 = (np.abs(x[..., 0]) < 1e+30)
-        m32 = np.logical_and(m28, m31)
-        m36 = (z[..., 90] < 0.5)
-        v38 = np.where(m36, x[..., 1], z[..., 50])
-        v39 = z[..., 35] * v38
-        v41 = c[..., 3] + v39 * v38
-        v43 = 1.0 / v41
-        v44 = z[..., 35] * v43
-        v50 = z[..., 51] + z[..., 40] * v38
-        v51 = z[..., 36] * v50
-        v53 = v41 + v51 * v50
-        v54 = 1.0 / v53
-        v57 = h[..., 0] * v54 * z[..., 36] * v41
-        m61 = (0.5 < c[..., 18])
-        m63 = (0.5 < c[..., 20])
-        v67 = np.where(m61, v[..., 1], np.where(m63, z[..., 54], z[..., 53]))
-        v73 = v67 - z[..., 41] * v38 - z[..., 42] * z[..., 51]
-        v74 = z[..., 37] * v73
-        v76 = v53 + v74 * v73
-        v77 = 1.0 / v76
-        v80 = h[..., 0] * v77 * z[..., 37] * v53
-        v92 = z[..., 52] + z[..., 45] * v67 - z[..., 43] * v38 - z[..., 44] * z[..., 51]
-        v93 = z[..., 38] * v92
-        v95 = v76 + v93 * v92
-        v96 = 1.0 / v95
-        v99 = h[..., 0] * v96 * z[..., 38] * v76
-        v113 = 1.0 + z[..., 48] * v67 + z[..., 49] * z[..., 52] - z[..., 46] * v38 - z[..., 47] * z[..., 51]
-        v114 = z[..., 39] * v113
-        v117 = 1.0 / (v95 + v114 * v113)
-        v120 = h[..., 0] * v117 * z[..., 39] * v95
-        v124 = z[..., 40] - v39 * v43 * v50
-        v128 = v73 * v54
-        v130 = v39 + v51 * z[..., 40]
-        v132 = z[..., 41] + v128 * v130
-        v137 = z[..., 42] + v128 * v51
-        v140 = v44 + v57 + v80 + v99 + v120 + v57 * (v124 * v124) + v80 * (v132 * v132) + v80 * (v137 * v137)
-        v141 = v92 * v77
-        v143 = v74 * z[..., 41] - v130
-        v145 = z[..., 43] - v141 * v143
-        v150 = v74 * z[..., 42] - v51
-        v152 = z[..., 44] - v141 * v150
-        v157 = z[..., 45] - v141 * v74
-        v161 = v113 * v96
-        v163 = v143 + v93 * z[..., 43]
-        v165 = z[..., 46] - v161 * v163
-        v168 = v140 + v99 * (v145 * v145) + v99 * (v152 * v152) + v99 * (v157 * v157) + v120 * (v165 * v165)
-        v170 = v150 + v93 * z[..., 44]
-        v172 = z[..., 47] - v161 * v170
-        v177 = v74 + v93 * z[..., 45]
-        v179 = z[..., 48] - v161 * v177
-        v184 = z[..., 49] - v161 * v93
-        v187 = v168 + v120 * (v172 * v172) + v120 * (v179 * v179) + v120 * (v184 * v184)
-        m189 = (np.abs(v187) < 1e+30)
-        m190 = np.logical_and(m32, m189)
-        v193 = np.where(m36, x[..., 0], z[..., 20])
-        v194 = z[..., 5] * v193
-        v196 = c[..., 3] + v194 * v193
-        v197 = 1.0 / v196
-        v198 = z[..., 5] * v197
-        v203 = z[..., 21] + z[..., 10] * v193
-        v204 = z[..., 6] * v203
-        v206 = v196 + v204 * v203
-        v207 = 1.0 / v206
-        v210 = v207 * h[..., 0] * z[..., 6] * v196
-        v216 = np.where(m61, v[..., 0], np.where(m63, z[..., 24], z[..., 23]))
-        v222 = v216 - z[..., 11] * v193 - z[..., 12] * z[..., 21]
-        v223 = z[..., 7] * v222
-        v225 = v206 + v223 * v222
-        v226 = 1.0 / v225
-        v229 = h[..., 0] * v226 * z[..., 7] * v206
-        v241 = z[..., 22] + z[..., 15] * v216 - z[..., 13] * v193 - z[..., 14] * z[..., 21]
-        v242 = z[..., 8] * v241
-        v244 = v225 + v242 * v241
-        v245 = 1.0 / v244
-        v248 = h[..., 0] * v245 * z[..., 8] * v225
-        v262 = 1.0 + z[..., 18] * v216 + z[..., 19] * z[..., 22] - z[..., 16] * v193 - z[..., 17] * z[..., 21]
-        v263 = z[..., 9] * v262
-        v266 = 1.0 / (v244 + v263 * v262)
-        v269 = h[..., 0] * v266 * z[..., 9] * v244
-        v273 = z[..., 10] - v194 * v197 * v203
-        v277 = v222 * v207
-        v279 = v194 + v204 * z[..., 10]
-        v281 = z[..., 11] + v277 * v279
-        v284 = v198 + v210 + v229 + v248 + v269 + v210 * (v273 * v273) + v229 * (v281 * v281)
-        v286 = z[..., 12] + v277 * v204
-        v290 = v241 * v226
-        v292 = v223 * z[..., 11] - v279
-        v294 = z[..., 13] - v290 * v292
-        v299 = v223 * z[..., 12] - v204
-        v301 = z[..., 14] - v290 * v299
-        v304 = v284 + v229 * (v286 * v286) + v248 * (v294 * v294) + v248 * (v301 * v301)
-        v306 = z[..., 15] - v290 * v223
-        v310 = v262 * v245
-        v312 = v292 + v242 * z[..., 13]
-        v314 = z[..., 16] - v310 * v312
-        v319 = v299 + v242 * z[..., 14]
-        v321 = z[..., 17] - v310 * v319
-        v324 = v304 + v248 * (v306 * v306) + v269 * (v314 * v314) + v269 * (v321 * v321)
-        v326 = v223 + v242 * z[..., 15]
-        v328 = z[..., 18] - v310 * v326
-        v333 = z[..., 19] - v310 * v242
-        v336 = v324 + v269 * (v328 * v328) + v269 * (v333 * v333)
-        m338 = (np.abs(v336) < 1e+30)
-        m339 = np.logical_and(m190, m338)
-        v343 = np.where(m36, x[..., 2], z[..., 80])
-        v344 = z[..., 65] * v343
-        v346 = c[..., 3] + v344 * v343
-        v347 = 1.0 / v346
-        v348 = z[..., 65] * v347
-        v353 = z[..., 81] + z[..., 70] * v343
-        v354 = z[..., 66] * v353
-        v356 = v346 + v354 * v353
-        v357 = 1.0 / v356
-        v360 = h[..., 0] * v357 * z[..., 66] * v346
-        v366 = np.where(m61, v[..., 2], np.where(m63, z[..., 84], z[..., 83]))
-        v372 = v366 - z[..., 71] * v343 - z[..., 72] * z[..., 81]
-        v373 = z[..., 67] * v372
-        v375 = v356 + v373 * v372
-        v376 = 1.0 / v375
-        v379 = h[..., 0] * v376 * z[..., 67] * v356
-        v391 = z[..., 82] + z[..., 75] * v366 - z[..., 73] * v343 - z[..., 74] * z[..., 81]
-        v392 = z[..., 68] * v391
-        v394 = v375 + v392 * v391
-        v395 = 1.0 / v394
-        v398 = h[..., 0] * v395 * z[..., 68] * v375
-        v412 = 1.0 + z[..., 78] * v366 + z[..., 79] * z[..., 82] - z[..., 76] * v343 - z[..., 77] * z[..., 81]
-        v413 = z[..., 69] * v412
-        v416 = 1.0 / (v394 + v413 * v412)
-        v419 = h[..., 0] * v416 * z[..., 69] * v394
-        v423 = z[..., 70] - v344 * v347 * v353
-        v427 = v372 * v357
-        v429 = v344 + v354 * z[..., 70]
-        v431 = z[..., 71] + v427 * v429
-        v434 = v348 + v360 + v379 + v398 + v419 + v360 * (v423 * v423) + v379 * (v431 * v431)
-        v436 = z[..., 72] + v427 * v354
-        v440 = v391 * v376
-        v442 = v373 * z[..., 71] - v429
-        v444 = z[..., 73] - v440 * v442
-        v449 = v373 * z[..., 72] - v354
-        v451 = z[..., 74] - v440 * v449
-        v454 = v434 + v379 * (v436 * v436) + v398 * (v444 * v444) + v398 * (v451 * v451)
-        v456 = z[..., 75] - v440 * v373
-        v460 = v412 * v395
-        v462 = v442 + v392 * z[..., 73]
-        v464 = z[..., 76] - v460 * v462
-        v469 = v449 + v392 * z[..., 74]
-        v471 = z[..., 77] - v460 * v469
-        v474 = v454 + v398 * (v456 * v456) + v419 * (v464 * v464) + v419 * (v471 * v471)
-        v476 = v373 + v392 * z[..., 75]
-        v478 = z[..., 78] - v460 * v476
-        v483 = z[..., 79] - v460 * v392
-        v486 = v474 + v419 * (v478 * v478) + v419 * (v483 * v483)
-        m488 = (np.abs(v486) < 1e+30)
-        m489 = np.logical_and(m339, m488)
-        m491 = (np.abs(x[..., 2]) < 1e+30)
-        m492 = np.logical_and(m489, m491)
-        v502 = h[..., 1] * r[..., 1] + h[..., 2] * z[..., 56] - h[..., 3] * z[..., 57]
-        v515 = v502 + h[..., 6] * z[..., 56] + h[..., 7] * z[..., 57] + h[..., 9] * z[..., 58]
-        m523 = (0.5 < c[..., 1])
-        m525 = (1.5 < z[..., 90])
-        m526 = np.logical_and(m523, m525)
-        v537 = z[..., 34] + z[..., 32] * v67 + z[..., 33] * z[..., 52] - z[..., 30] * v38
-        v541 = x[..., 1] - (v537 - z[..., 31] * z[..., 51])
-        m543 = (h[..., 11] < np.abs(v541))
-        m544 = np.logical_and(m526, m543)
-        v548 = np.where(m544, z[..., 34] + v114 * v117 * v541, z[..., 34])
-        v555 = np.where(m544, z[..., 30] + (v163 + v114 * z[..., 46]) * v117 * v541, z[..., 30])
-        v556 = h[..., 4] + v555
-        v565 = np.where(m544, z[..., 33] + (v93 + v114 * z[..., 49]) * v117 * v541, z[..., 33])
-        v573 = np.where(m544, z[..., 32] + (v177 + v114 * z[..., 48]) * v117 * v541, z[..., 32])
-        v579 = np.fmax(0.0, -0.5 * v573 + -0.5 * v565 + h[..., 12])
-        v580 = v565 + v579
-        v581 = v580 * v580
-        v589 = np.where(m544, z[..., 31] + (v170 + v114 * z[..., 47]) * v117 * v541, z[..., 31])
-        v594 = np.where(m63, v555 * v556 - (h[..., 13] + v589), -(h[..., 5] + v555))
-        v596 = v573 + v579
-        v597 = v596 * v596
-        v607 = np.where(m63, v589 * v556 - h[..., 8], -(h[..., 15] + v589))
-        v612 = v580 * v555
-        v615 = 1.0 / (v581 + v597 * v589 - v596 * v612)
-        v616 = (v581 * v594 + v597 * h[..., 14] - v580 * v596 * v607) * v615
-        v619 = v515 + np.where(m63, h[..., 10] * z[..., 59], 0.0) - c[..., 17] * v548 * (1.0 + np.where(m63, -v556, 0.0) + v616)
-        v626 = v619 / (v573 + v565 + (v579 + v579)) + np.where(m63, v556 * z[..., 53], 0.0)
-        v628 = v596 * h[..., 14]
-        v632 = v596 * v589
-        v637 = v626 - x[..., 1] * ((v580 * v607 - v628 - v612 * v594 + v632 * v594) * v615)
-        v648 = (v580 * h[..., 14] - v628 * v555 + v632 * v607 - v580 * v589 * v594) * v615
-        v650 = v637 - v616 * v67 - v648 * v38
-        m652 = (np.abs(v650) < 1e+30)
-        m653 = np.logical_and(m492, m652)
-        v660 = h[..., 1] * r[..., 0] + h[..., 2] * z[..., 26] - h[..., 3] * z[..., 27]
-        v667 = v660 + h[..., 6] * z[..., 26] + h[..., 7] * z[..., 27] + h[..., 9] * z[..., 28]
-        v684 = z[..., 4] + z[..., 2] * v216 + z[..., 3] * z[..., 22] - z[..., 0] * v193 - z[..., 1] * z[..., 21]
-        v685 = x[..., 0] - v684
-        m687 = (h[..., 11] < np.abs(v685))
-        m688 = np.logical_and(m526, m687)
-        v692 = np.where(m688, z[..., 4] + v263 * v266 * v685, z[..., 4])
-        v699 = np.where(m688, z[..., 0] + (v312 + v263 * z[..., 16]) * v266 * v685, z[..., 0])
-        v700 = h[..., 4] + v699
-        v709 = np.where(m688, z[..., 3] + (v242 + v263 * z[..., 19]) * v266 * v685, z[..., 3])
-        v715 = np.where(m688, z[..., 2] + (v326 + v263 * z[..., 18]) * v266 * v685, z[..., 2])
-        v721 = np.fmax(0.0, -0.5 * v715 + -0.5 * v709 + h[..., 16])
-        v722 = v709 + v721
-        v723 = v722 * v722
-        v730 = np.where(m688, z[..., 1] + (v319 + v263 * z[..., 17]) * v266 * v685, z[..., 1])
-        v735 = np.where(m63, v699 * v700 - (h[..., 13] + v730), -(h[..., 5] + v699))
-        v737 = v715 + v721
-        v738 = v737 * v737
-        v746 = np.where(m63, v730 * v700 - h[..., 8], -(h[..., 15] + v730))
-        v751 = v722 * v699
-        v754 = 1.0 / (v723 + v738 * v730 - v737 * v751)
-        v755 = (v723 * v735 + v738 * h[..., 14] - v722 * v737 * v746) * v754
-        v758 = v667 + np.where(m63, h[..., 10] * z[..., 29], 0.0) - c[..., 17] * v692 * (1.0 + np.where(m63, -v700, 0.0) + v755)
-        v765 = v758 / (v715 + v709 + (v721 + v721)) + np.where(m63, v700 * z[..., 23], 0.0)
-        v767 = v737 * h[..., 14]
-        v771 = v737 * v730
-        v776 = v765 - x[..., 0] * ((v722 * v746 - v767 - v751 * v735 + v771 * v735) * v754)
-        v787 = (v722 * h[..., 14] - v767 * v699 + v771 * v746 - v722 * v730 * v735) * v754
-        v789 = v776 - v755 * v216 - v787 * v193
-        m791 = (np.abs(v789) < 1e+30)
-        m792 = np.logical_and(m653, m791)
-        v799 = h[..., 1] * r[..., 2] + h[..., 2] * z[..., 86] - h[..., 3] * z[..., 87]
-        v806 = v799 + h[..., 6] * z[..., 86] + h[..., 7] * z[..., 87] + h[..., 9] * z[..., 88]
-        v820 = z[..., 64] + z[..., 62] * v366 + z[..., 63] * z[..., 82] - z[..., 60] * v343
-        v824 = x[..., 2] - (v820 - z[..., 61] * z[..., 81])
-        m826 = (h[..., 11] < np.abs(v824))
-        m827 = np.logical_and(m526, m826)
-        v831 = np.where(m827, z[..., 64] + v413 * v416 * v824, z[..., 64])
-        v838 = np.where(m827, z[..., 60] + (v462 + v413 * z[..., 76]) * v416 * v824, z[..., 60])
-        v839 = h[..., 4] + v838
-        v848 = np.where(m827, z[..., 63] + (v392 + v413 * z[..., 79]) * v416 * v824, z[..., 63])
-        v854 = np.where(m827, z[..., 62] + (v476 + v413 * z[..., 78]) * v416 * v824, z[..., 62])
-        v860 = np.fmax(0.0, -0.5 * v854 + -0.5 * v848 + h[..., 17])
-        v861 = v848 + v860
-        v862 = v861 * v861
-        v869 = np.where(m827, z[..., 61] + (v469 + v413 * z[..., 77]) * v416 * v824, z[..., 61])
-        v874 = np.where(m63, v838 * v839 - (h[..., 13] + v869), -(h[..., 5] + v838))
-        v876 = v854 + v860
-        v877 = v876 * v876
-        v885 = np.where(m63, v869 * v839 - h[..., 8], -(h[..., 15] + v869))
-        v890 = v861 * v838
-        v893 = 1.0 / (v862 + v877 * v869 - v876 * v890)
-        v894 = (v862 * v874 + v877 * h[..., 14] - v861 * v876 * v885) * v893
-        v897 = v806 + np.where(m63, h[..., 10] * z[..., 89], 0.0) - c[..., 17] * v831 * (1.0 + np.where(m63, -v839, 0.0) + v894)
-        v904 = v897 / (v854 + v848 + (v860 + v860)) + np.where(m63, v839 * z[..., 83], 0.0)
-        v908 = v876 * h[..., 14]
-        v912 = v876 * v869
-        v917 = v904 - v894 * v366 - (v861 * v885 - v908 - v890 * v874 + v912 * v874) * v893 * x[..., 2]
-        v926 = (v861 * h[..., 14] - v908 * v838 + v912 * v885 - v861 * v869 * v874) * v893
-        v928 = v917 - v926 * v343
-        m930 = (np.abs(v928) < 1e+30)
-        m931 = np.logical_and(m792, m930)
-        m935 = np.logical_not(m931)
-        m942 = (c[..., 4] < v336)
-        v943 = np.where(m942, c[..., 3], 1.0)
-        v984 = 0.5 * z[..., 26]
-        v991 = np.where(m931, np.where(m63, v984 + 0.5 * z[..., 27], v984 + 0.5 * v660), z[..., 25])
-        m1001 = (c[..., 4] < v187)
-        v1002 = np.where(m1001, c[..., 3], 1.0)
-        v1043 = 0.5 * z[..., 56]
-        v1050 = np.where(m931, np.where(m63, v1043 + 0.5 * z[..., 57], v1043 + 0.5 * v502), z[..., 55])
-        m1060 = (c[..., 4] < v486)
-        v1061 = np.where(m1060, c[..., 3], 1.0)
-        v1102 = 0.5 * z[..., 86]
-        v1109 = np.where(m931, np.where(m63, v1102 + 0.5 * z[..., 87], v1102 + 0.5 * v799), z[..., 85])
-        return _vector(np.where(m931, v789, 0.0), np.where(m931, v650, 0.0), np.where(m931, v928, 0.0)), _vector(np.where(m931, v699, z[..., 0]), np.where(m931, v730, z[..., 1]), np.where(m931, v715, z[..., 2]), np.where(m931, v709, z[..., 3]), np.where(m931, v692, z[..., 4]), np.where(m931, np.where(m688, v198 * v943, z[..., 5]), z[..., 5]), np.where(m931, np.where(m688, v210 * v943, z[..., 6]), z[..., 6]), np.where(m931, np.where(m688, v229 * v943, z[..., 7]), z[..., 7]), np.where(m931, np.where(m688, v248 * v943, z[..., 8]), z[..., 8]), np.where(m931, np.where(m688, v269 * v943, z[..., 9]), z[..., 9]), np.where(m931, np.where(m688, v273, z[..., 10]), z[..., 10]), np.where(m931, np.where(m688, v281, z[..., 11]), z[..., 11]), np.where(m931, np.where(m688, v286, z[..., 12]), z[..., 12]), np.where(m931, np.where(m688, v294, z[..., 13]), z[..., 13]), np.where(m931, np.where(m688, v301, z[..., 14]), z[..., 14]), np.where(m931, np.where(m688, v306, z[..., 15]), z[..., 15]), np.where(m931, np.where(m688, v314, z[..., 16]), z[..., 16]), np.where(m931, np.where(m688, v321, z[..., 17]), z[..., 17]), np.where(m931, np.where(m688, v328, z[..., 18]), z[..., 18]), np.where(m931, np.where(m688, v333, z[..., 19]), z[..., 19]), np.where(m931, x[..., 0], z[..., 20]), np.where(m931, v193, z[..., 21]), np.where(m931, v216, z[..., 22]), np.where(m931, v789, z[..., 23]), np.where(m931, z[..., 23], z[..., 24]), v991, np.where(m931, v660, z[..., 26]), np.where(m931, z[..., 26], z[..., 27]), np.where(m931, z[..., 27], z[..., 28]), np.where(m931, z[..., 28], z[..., 29]), np.where(m931, v555, z[..., 30]), np.where(m931, v589, z[..., 31]), np.where(m931, v573, z[..., 32]), np.where(m931, v565, z[..., 33]), np.where(m931, v548, z[..., 34]), np.where(m931, np.where(m544, v44 * v1002, z[..., 35]), z[..., 35]), np.where(m931, np.where(m544, v57 * v1002, z[..., 36]), z[..., 36]), np.where(m931, np.where(m544, v80 * v1002, z[..., 37]), z[..., 37]), np.where(m931, np.where(m544, v99 * v1002, z[..., 38]), z[..., 38]), np.where(m931, np.where(m544, v120 * v1002, z[..., 39]), z[..., 39]), np.where(m931, np.where(m544, v124, z[..., 40]), z[..., 40]), np.where(m931, np.where(m544, v132, z[..., 41]), z[..., 41]), np.where(m931, np.where(m544, v137, z[..., 42]), z[..., 42]), np.where(m931, np.where(m544, v145, z[..., 43]), z[..., 43]), np.where(m931, np.where(m544, v152, z[..., 44]), z[..., 44]), np.where(m931, np.where(m544, v157, z[..., 45]), z[..., 45]), np.where(m931, np.where(m544, v165, z[..., 46]), z[..., 46]), np.where(m931, np.where(m544, v172, z[..., 47]), z[..., 47]), np.where(m931, np.where(m544, v179, z[..., 48]), z[..., 48]), np.where(m931, np.where(m544, v184, z[..., 49]), z[..., 49]), np.where(m931, x[..., 1], z[..., 50]), np.where(m931, v38, z[..., 51]), np.where(m931, v67, z[..., 52]), np.where(m931, v650, z[..., 53]), np.where(m931, z[..., 53], z[..., 54]), v1050, np.where(m931, v502, z[..., 56]), np.where(m931, z[..., 56], z[..., 57]), np.where(m931, z[..., 57], z[..., 58]), np.where(m931, z[..., 58], z[..., 59]), np.where(m931, v838, z[..., 60]), np.where(m931, v869, z[..., 61]), np.where(m931, v854, z[..., 62]), np.where(m931, v848, z[..., 63]), np.where(m931, v831, z[..., 64]), np.where(m931, np.where(m827, v348 * v1061, z[..., 65]), z[..., 65]), np.where(m931, np.where(m827, v360 * v1061, z[..., 66]), z[..., 66]), np.where(m931, np.where(m827, v379 * v1061, z[..., 67]), z[..., 67]), np.where(m931, np.where(m827, v398 * v1061, z[..., 68]), z[..., 68]), np.where(m931, np.where(m827, v419 * v1061, z[..., 69]), z[..., 69]), np.where(m931, np.where(m827, v423, z[..., 70]), z[..., 70]), np.where(m931, np.where(m827, v431, z[..., 71]), z[..., 71]), np.where(m931, np.where(m827, v436, z[..., 72]), z[..., 72]), np.where(m931, np.where(m827, v444, z[..., 73]), z[..., 73]), np.where(m931, np.where(m827, v451, z[..., 74]), z[..., 74]), np.where(m931, np.where(m827, v456, z[..., 75]), z[..., 75]), np.where(m931, np.where(m827, v464, z[..., 76]), z[..., 76]), np.where(m931, np.where(m827, v471, z[..., 77]), z[..., 77]), np.where(m931, np.where(m827, v478, z[..., 78]), z[..., 78]), np.where(m931, np.where(m827, v483, z[..., 79]), z[..., 79]), np.where(m931, x[..., 2], z[..., 80]), np.where(m931, v343, z[..., 81]), np.where(m931, v366, z[..., 82]), np.where(m931, v928, z[..., 83]), np.where(m931, z[..., 83], z[..., 84]), v1109, np.where(m931, v799, z[..., 86]), np.where(m931, z[..., 86], z[..., 87]), np.where(m931, z[..., 87], z[..., 88]), np.where(m931, z[..., 88], z[..., 89]), np.where(m931, np.fmin(2.0, 1.0 + z[..., 90]), 0.0), np.where(m935, 1.0, 0.0))
+        roll = x[..., 0]
+        pitch = x[..., 1]
+        yaw = x[..., 2]
+        ref_roll = r[..., 0]
+        ref_pitch = r[..., 1]
+        ref_yaw = r[..., 2]
+        Tx_applied = v[..., 0]
+        Ty_applied = v[..., 1]
+        Tz_applied = v[..., 2]
+        a1_roll = z[..., 0]
+        a2_roll = z[..., 1]
+        b0_roll = z[..., 2]
+        b1_roll = z[..., 3]
+        d_roll = z[..., 4]
+        D1_roll = z[..., 5]
+        D2_roll = z[..., 6]
+        D3_roll = z[..., 7]
+        D4_roll = z[..., 8]
+        D5_roll = z[..., 9]
+        U12_roll = z[..., 10]
+        U13_roll = z[..., 11]
+        U23_roll = z[..., 12]
+        U14_roll = z[..., 13]
+        U24_roll = z[..., 14]
+        U34_roll = z[..., 15]
+        U15_roll = z[..., 16]
+        U25_roll = z[..., 17]
+        U35_roll = z[..., 18]
+        U45_roll = z[..., 19]
+        y1_roll = z[..., 20]
+        y2_roll = z[..., 21]
+        v1_roll = z[..., 22]
+        u1_roll = z[..., 23]
+        u2_roll = z[..., 24]
+        ym_roll = z[..., 25]
+        wm1_roll = z[..., 26]
+        wm2_roll = z[..., 27]
+        wm3_roll = z[..., 28]
+        wm4_roll = z[..., 29]
+        a1_pitch = z[..., 30]
+        a2_pitch = z[..., 31]
+        b0_pitch = z[..., 32]
+        b1_pitch = z[..., 33]
+        d_pitch = z[..., 34]
+        D1_pitch = z[..., 35]
+        D2_pitch = z[..., 36]
+        D3_pitch = z[..., 37]
+        D4_pitch = z[..., 38]
+        D5_pitch = z[..., 39]
+        U12_pitch = z[..., 40]
+        U13_pitch = z[..., 41]
+        U23_pitch = z[..., 42]
+        U14_pitch = z[..., 43]
+        U24_pitch = z[..., 44]
+        U34_pitch = z[..., 45]
+        U15_pitch = z[..., 46]
+        U25_pitch = z[..., 47]
+        U35_pitch = z[..., 48]
+        U45_pitch = z[..., 49]
+        y1_pitch = z[..., 50]
+        y2_pitch = z[..., 51]
+        v1_pitch = z[..., 52]
+        u1_pitch = z[..., 53]
+        u2_pitch = z[..., 54]
+        ym_pitch = z[..., 55]
+        wm1_pitch = z[..., 56]
+        wm2_pitch = z[..., 57]
+        wm3_pitch = z[..., 58]
+        wm4_pitch = z[..., 59]
+        a1_yaw = z[..., 60]
+        a2_yaw = z[..., 61]
+        b0_yaw = z[..., 62]
+        b1_yaw = z[..., 63]
+        d_yaw = z[..., 64]
+        D1_yaw = z[..., 65]
+        D2_yaw = z[..., 66]
+        D3_yaw = z[..., 67]
+        D4_yaw = z[..., 68]
+        D5_yaw = z[..., 69]
+        U12_yaw = z[..., 70]
+        U13_yaw = z[..., 71]
+        U23_yaw = z[..., 72]
+        U14_yaw = z[..., 73]
+        U24_yaw = z[..., 74]
+        U34_yaw = z[..., 75]
+        U15_yaw = z[..., 76]
+        U25_yaw = z[..., 77]
+        U35_yaw = z[..., 78]
+        U45_yaw = z[..., 79]
+        y1_yaw = z[..., 80]
+        y2_yaw = z[..., 81]
+        v1_yaw = z[..., 82]
+        u1_yaw = z[..., 83]
+        u2_yaw = z[..., 84]
+        ym_yaw = z[..., 85]
+        wm1_yaw = z[..., 86]
+        wm2_yaw = z[..., 87]
+        wm3_yaw = z[..., 88]
+        wm4_yaw = z[..., 89]
+        samples = z[..., 90]
+        adapt = c[..., 1]
+        forgetting = c[..., 3]
+        trace_max = c[..., 4]
+        compensate_d = c[..., 17]
+        applied_regressor = c[..., 18]
+        design_delay = c[..., 20]
+        (
+            t_lbhv6,
+            t_u5zvh,
+            t_lbhv6_2,
+            t_rkxsm,
+            t_s4yo7,
+            t_4xcao,
+            t_bxn4n,
+            t_2wsi6_2,
+            t_bxn4n_2,
+            t_ogmcx_2,
+            t_2wsi6_3,
+            t_v4kye,
+            e3_roll,
+            t_z4laf,
+            t_mymwd,
+            t_32esp,
+            t_wr7mm,
+            t_k7hjd,
+        ) = np.moveaxis(h, -1, 0)
+        w_roll = t_lbhv6 * ref_roll + t_u5zvh * wm1_roll - t_lbhv6_2 * wm2_roll  # (16)
+        w_pitch = t_lbhv6 * ref_pitch + t_u5zvh * wm1_pitch - t_lbhv6_2 * wm2_pitch  # (16)
+        w_yaw = t_lbhv6 * ref_yaw + t_u5zvh * wm1_yaw - t_lbhv6_2 * wm2_yaw  # (16)
+        m_myerm = (samples < 0.5)
+        y1_used_roll = np.where(m_myerm, roll, y1_roll)
+        m_2oym3 = (0.5 < applied_regressor)
+        m_ng6lt = (0.5 < design_delay)
+        v_roll = np.where(m_2oym3, Tx_applied, np.where(m_ng6lt, u2_roll, u1_roll))  # (36)
+        y_hat_roll = (
+            d_roll
+            + b0_roll * v_roll
+            + b1_roll * v1_roll
+            - a1_roll * y1_used_roll
+            - a2_roll * y2_roll
+        )  # (34)
+        eps_roll = roll - y_hat_roll  # (39)
+        t_s4qc7 = D1_roll * y1_used_roll
+        alpha1_roll = forgetting + t_s4qc7 * y1_used_roll  # (40)
+        t_gcbdt = 1.0 / alpha1_roll
+        D1_free_roll = D1_roll * t_gcbdt  # (41)
+        t_4q5lb = y2_roll + U12_roll * y1_used_roll
+        t_bqiu4 = D2_roll * t_4q5lb
+        alpha2_roll = alpha1_roll + t_bqiu4 * t_4q5lb  # (40)
+        t_2ftwl = 1.0 / alpha2_roll
+        D2_free_roll = t_2ftwl * t_rkxsm * D2_roll * alpha1_roll  # (41)
+        U12_free_roll = U12_roll - t_s4qc7 * t_gcbdt * t_4q5lb  # (41)
+        f3_roll = v_roll - U13_roll * y1_used_roll - U23_roll * y2_roll  # (40)
+        Df3_roll = D3_roll * f3_roll  # (40)
+        alpha3_roll = alpha2_roll + Df3_roll * f3_roll  # (40)
+        t_m6gkz = 1.0 / alpha3_roll
+        D3_free_roll = t_rkxsm * t_m6gkz * D3_roll * alpha2_roll  # (41)
+        t_iwp6c = f3_roll * t_2ftwl
+        t_73h6y = t_s4qc7 + t_bqiu4 * U12_roll
+        U13_free_roll = U13_roll + t_iwp6c * t_73h6y  # (41)
+        b1_3_roll = Df3_roll * U13_roll - t_73h6y  # (40)
+        U23_free_roll = U23_roll + t_iwp6c * t_bqiu4  # (41)
+        b2_3_roll = Df3_roll * U23_roll - t_bqiu4  # (40)
+        f4_roll = v1_roll + U34_roll * v_roll - U14_roll * y1_used_roll - U24_roll * y2_roll  # (40)
+        Df4_roll = D4_roll * f4_roll  # (40)
+        alpha4_roll = alpha3_roll + Df4_roll * f4_roll  # (40)
+        t_qd2bm = 1.0 / alpha4_roll
+        D4_free_roll = t_rkxsm * t_qd2bm * D4_roll * alpha3_roll  # (41)
+        t_vpr7m = f4_roll * t_m6gkz
+        U14_free_roll = U14_roll - t_vpr7m * b1_3_roll  # (41)
+        b1_4_roll = b1_3_roll + Df4_roll * U14_roll  # (40)
+        U24_free_roll = U24_roll - t_vpr7m * b2_3_roll  # (41)
+        b2_4_roll = b2_3_roll + Df4_roll * U24_roll  # (40)
+        U34_free_roll = U34_roll - t_vpr7m * Df3_roll  # (41)
+        b3_4_roll = Df3_roll + Df4_roll * U34_roll  # (40)
+        f5_roll = (
+            1.0
+            + U35_roll * v_roll
+            + U45_roll * v1_roll
+            - U15_roll * y1_used_roll
+            - U25_roll * y2_roll
+        )  # (40)
+        Df5_roll = D5_roll * f5_roll  # (40)
+        alpha5_roll = alpha4_roll + Df5_roll * f5_roll  # (40)
+        t_szpzk = 1.0 / alpha5_roll
+        D5_free_roll = t_rkxsm * t_szpzk * D5_roll * alpha4_roll  # (41)
+        t_el36p = f5_roll * t_qd2bm
+        U15_free_roll = U15_roll - t_el36p * b1_4_roll  # (41)
+        b1_5_roll = b1_4_roll + Df5_roll * U15_roll  # (40)
+        U25_free_roll = U25_roll - t_el36p * b2_4_roll  # (41)
+        b2_5_roll = b2_4_roll + Df5_roll * U25_roll  # (40)
+        U35_free_roll = U35_roll - t_el36p * b3_4_roll  # (41)
+        b3_5_roll = b3_4_roll + Df5_roll * U35_roll  # (40)
+        U45_free_roll = U45_roll - t_el36p * Df4_roll  # (41)
+        b4_5_roll = Df4_roll + Df5_roll * U45_roll  # (40)
+        G1_roll = b1_5_roll * t_szpzk  # (40)
+        G2_roll = b2_5_roll * t_szpzk  # (40)
+        G3_roll = b3_5_roll * t_szpzk  # (40)
+        G4_roll = b4_5_roll * t_szpzk  # (40)
+        G5_roll = Df5_roll * t_szpzk  # (40)
+        trace_roll = (
+            D1_free_roll
+            + D2_free_roll
+            + D3_free_roll
+            + D4_free_roll
+            + D5_free_roll
+            + D2_free_roll * (U12_free_roll * U12_free_roll)
+            + D3_free_roll * (U13_free_roll * U13_free_roll)
+            + D3_free_roll * (U23_free_roll * U23_free_roll)
+            + D4_free_roll * (U14_free_roll * U14_free_roll)
+            + D4_free_roll * (U24_free_roll * U24_free_roll)
+            + D4_free_roll * (U34_free_roll * U34_free_roll)
+            + D5_free_roll * (U15_free_roll * U15_free_roll)
+            + D5_free_roll * (U25_free_roll * U25_free_roll)
+            + D5_free_roll * (U35_free_roll * U35_free_roll)
+            + D5_free_roll * (U45_free_roll * U45_free_roll)
+        )  # (41)
+        m_cy5zr = (trace_max < trace_roll)
+        cap_roll = np.where(m_cy5zr, forgetting, 1.0)
+        m_jj746 = (0.5 < adapt)
+        m_d33kq = (1.5 < samples)
+        m_6w7fs = np.logical_and(m_jj746, m_d33kq)
+        m_ehesg = (t_s4yo7 < np.abs(eps_roll))
+        m_ovbqq = np.logical_and(m_6w7fs, m_ehesg)
+        a1_now_roll = np.where(m_ovbqq, a1_roll + G1_roll * eps_roll, a1_roll)  # (42)
+        a2_now_roll = np.where(m_ovbqq, a2_roll + G2_roll * eps_roll, a2_roll)  # (42)
+        b0_now_roll = np.where(m_ovbqq, b0_roll + G3_roll * eps_roll, b0_roll)  # (42)
+        b1_now_roll = np.where(m_ovbqq, b1_roll + G4_roll * eps_roll, b1_roll)  # (42)
+        d_now_roll = np.where(m_ovbqq, d_roll + G5_roll * eps_roll, d_roll)  # (42)
+        d_used_roll = compensate_d * d_now_roll
+        y1_used_pitch = np.where(m_myerm, pitch, y1_pitch)
+        v_pitch = np.where(m_2oym3, Ty_applied, np.where(m_ng6lt, u2_pitch, u1_pitch))  # (36)
+        y_hat_pitch = (
+            d_pitch
+            + b0_pitch * v_pitch
+            + b1_pitch * v1_pitch
+            - a1_pitch * y1_used_pitch
+            - a2_pitch * y2_pitch
+        )  # (34)
+        eps_pitch = pitch - y_hat_pitch  # (39)
+        t_n6265 = D1_pitch * y1_used_pitch
+        alpha1_pitch = forgetting + t_n6265 * y1_used_pitch  # (40)
+        t_ba5cq = 1.0 / alpha1_pitch
+        D1_free_pitch = D1_pitch * t_ba5cq  # (41)
+        t_5xoth = y2_pitch + U12_pitch * y1_used_pitch
+        t_urk7s = D2_pitch * t_5xoth
+        alpha2_pitch = alpha1_pitch + t_urk7s * t_5xoth  # (40)
+        t_vq6qe = 1.0 / alpha2_pitch
+        D2_free_pitch = t_rkxsm * t_vq6qe * D2_pitch * alpha1_pitch  # (41)
+        U12_free_pitch = U12_pitch - t_n6265 * t_ba5cq * t_5xoth  # (41)
+        f3_pitch = v_pitch - U13_pitch * y1_used_pitch - U23_pitch * y2_pitch  # (40)
+        Df3_pitch = D3_pitch * f3_pitch  # (40)
+        alpha3_pitch = alpha2_pitch + Df3_pitch * f3_pitch  # (40)
+        t_wnsbx = 1.0 / alpha3_pitch
+        D3_free_pitch = t_rkxsm * t_wnsbx * D3_pitch * alpha2_pitch  # (41)
+        t_iziit = f3_pitch * t_vq6qe
+        t_m7azd = t_n6265 + t_urk7s * U12_pitch
+        U13_free_pitch = U13_pitch + t_iziit * t_m7azd  # (41)
+        b1_3_pitch = Df3_pitch * U13_pitch - t_m7azd  # (40)
+        U23_free_pitch = U23_pitch + t_iziit * t_urk7s  # (41)
+        b2_3_pitch = Df3_pitch * U23_pitch - t_urk7s  # (40)
+        f4_pitch = v1_pitch + U34_pitch * v_pitch - U14_pitch * y1_used_pitch - U24_pitch * y2_pitch  # (40)
+        Df4_pitch = D4_pitch * f4_pitch  # (40)
+        alpha4_pitch = alpha3_pitch + Df4_pitch * f4_pitch  # (40)
+        t_au2dz = 1.0 / alpha4_pitch
+        D4_free_pitch = t_rkxsm * t_au2dz * D4_pitch * alpha3_pitch  # (41)
+        t_q5cqa = f4_pitch * t_wnsbx
+        U14_free_pitch = U14_pitch - t_q5cqa * b1_3_pitch  # (41)
+        b1_4_pitch = b1_3_pitch + Df4_pitch * U14_pitch  # (40)
+        U24_free_pitch = U24_pitch - t_q5cqa * b2_3_pitch  # (41)
+        b2_4_pitch = b2_3_pitch + Df4_pitch * U24_pitch  # (40)
+        U34_free_pitch = U34_pitch - t_q5cqa * Df3_pitch  # (41)
+        b3_4_pitch = Df3_pitch + Df4_pitch * U34_pitch  # (40)
+        f5_pitch = (
+            1.0
+            + U35_pitch * v_pitch
+            + U45_pitch * v1_pitch
+            - U15_pitch * y1_used_pitch
+            - U25_pitch * y2_pitch
+        )  # (40)
+        Df5_pitch = D5_pitch * f5_pitch  # (40)
+        alpha5_pitch = alpha4_pitch + Df5_pitch * f5_pitch  # (40)
+        t_uppvm = 1.0 / alpha5_pitch
+        D5_free_pitch = t_rkxsm * t_uppvm * D5_pitch * alpha4_pitch  # (41)
+        t_blzne = f5_pitch * t_au2dz
+        U15_free_pitch = U15_pitch - t_blzne * b1_4_pitch  # (41)
+        b1_5_pitch = b1_4_pitch + Df5_pitch * U15_pitch  # (40)
+        U25_free_pitch = U25_pitch - t_blzne * b2_4_pitch  # (41)
+        b2_5_pitch = b2_4_pitch + Df5_pitch * U25_pitch  # (40)
+        U35_free_pitch = U35_pitch - t_blzne * b3_4_pitch  # (41)
+        b3_5_pitch = b3_4_pitch + Df5_pitch * U35_pitch  # (40)
+        U45_free_pitch = U45_pitch - t_blzne * Df4_pitch  # (41)
+        b4_5_pitch = Df4_pitch + Df5_pitch * U45_pitch  # (40)
+        G1_pitch = b1_5_pitch * t_uppvm  # (40)
+        G2_pitch = b2_5_pitch * t_uppvm  # (40)
+        G3_pitch = b3_5_pitch * t_uppvm  # (40)
+        G4_pitch = b4_5_pitch * t_uppvm  # (40)
+        G5_pitch = Df5_pitch * t_uppvm  # (40)
+        trace_pitch = (
+            D1_free_pitch
+            + D2_free_pitch
+            + D3_free_pitch
+            + D4_free_pitch
+            + D5_free_pitch
+            + D2_free_pitch * (U12_free_pitch * U12_free_pitch)
+            + D3_free_pitch * (U13_free_pitch * U13_free_pitch)
+            + D3_free_pitch * (U23_free_pitch * U23_free_pitch)
+            + D4_free_pitch * (U14_free_pitch * U14_free_pitch)
+            + D4_free_pitch * (U24_free_pitch * U24_free_pitch)
+            + D4_free_pitch * (U34_free_pitch * U34_free_pitch)
+            + D5_free_pitch * (U15_free_pitch * U15_free_pitch)
+            + D5_free_pitch * (U25_free_pitch * U25_free_pitch)
+            + D5_free_pitch * (U35_free_pitch * U35_free_pitch)
+            + D5_free_pitch * (U45_free_pitch * U45_free_pitch)
+        )  # (41)
+        m_rahgr = (trace_max < trace_pitch)
+        cap_pitch = np.where(m_rahgr, forgetting, 1.0)
+        m_qjzob = (t_s4yo7 < np.abs(eps_pitch))
+        m_ehlkz = np.logical_and(m_6w7fs, m_qjzob)
+        a1_now_pitch = np.where(m_ehlkz, a1_pitch + G1_pitch * eps_pitch, a1_pitch)  # (42)
+        a2_now_pitch = np.where(m_ehlkz, a2_pitch + G2_pitch * eps_pitch, a2_pitch)  # (42)
+        b0_now_pitch = np.where(m_ehlkz, b0_pitch + G3_pitch * eps_pitch, b0_pitch)  # (42)
+        b1_now_pitch = np.where(m_ehlkz, b1_pitch + G4_pitch * eps_pitch, b1_pitch)  # (42)
+        d_now_pitch = np.where(m_ehlkz, d_pitch + G5_pitch * eps_pitch, d_pitch)  # (42)
+        d_used_pitch = compensate_d * d_now_pitch
+        y1_used_yaw = np.where(m_myerm, yaw, y1_yaw)
+        v_yaw = np.where(m_2oym3, Tz_applied, np.where(m_ng6lt, u2_yaw, u1_yaw))  # (36)
+        y_hat_yaw = (
+            d_yaw
+            + b0_yaw * v_yaw
+            + b1_yaw * v1_yaw
+            - a1_yaw * y1_used_yaw
+            - a2_yaw * y2_yaw
+        )  # (34)
+        eps_yaw = yaw - y_hat_yaw  # (39)
+        t_5t4tf = D1_yaw * y1_used_yaw
+        alpha1_yaw = forgetting + t_5t4tf * y1_used_yaw  # (40)
+        t_rrlcx = 1.0 / alpha1_yaw
+        D1_free_yaw = D1_yaw * t_rrlcx  # (41)
+        t_fz2ih = y2_yaw + U12_yaw * y1_used_yaw
+        t_3inrl = D2_yaw * t_fz2ih
+        alpha2_yaw = alpha1_yaw + t_3inrl * t_fz2ih  # (40)
+        t_epc3p = 1.0 / alpha2_yaw
+        D2_free_yaw = t_rkxsm * t_epc3p * D2_yaw * alpha1_yaw  # (41)
+        U12_free_yaw = U12_yaw - t_5t4tf * t_rrlcx * t_fz2ih  # (41)
+        f3_yaw = v_yaw - U13_yaw * y1_used_yaw - U23_yaw * y2_yaw  # (40)
+        Df3_yaw = D3_yaw * f3_yaw  # (40)
+        alpha3_yaw = alpha2_yaw + Df3_yaw * f3_yaw  # (40)
+        t_czmse = 1.0 / alpha3_yaw
+        D3_free_yaw = t_rkxsm * t_czmse * D3_yaw * alpha2_yaw  # (41)
+        t_qqhj7 = f3_yaw * t_epc3p
+        t_mefgo = t_5t4tf + t_3inrl * U12_yaw
+        U13_free_yaw = U13_yaw + t_qqhj7 * t_mefgo  # (41)
+        b1_3_yaw = Df3_yaw * U13_yaw - t_mefgo  # (40)
+        U23_free_yaw = U23_yaw + t_qqhj7 * t_3inrl  # (41)
+        b2_3_yaw = Df3_yaw * U23_yaw - t_3inrl  # (40)
+        f4_yaw = v1_yaw + U34_yaw * v_yaw - U14_yaw * y1_used_yaw - U24_yaw * y2_yaw  # (40)
+        Df4_yaw = D4_yaw * f4_yaw  # (40)
+        alpha4_yaw = alpha3_yaw + Df4_yaw * f4_yaw  # (40)
+        t_nk3ay = 1.0 / alpha4_yaw
+        D4_free_yaw = t_rkxsm * t_nk3ay * D4_yaw * alpha3_yaw  # (41)
+        t_ov6wh = f4_yaw * t_czmse
+        U14_free_yaw = U14_yaw - t_ov6wh * b1_3_yaw  # (41)
+        b1_4_yaw = b1_3_yaw + Df4_yaw * U14_yaw  # (40)
+        U24_free_yaw = U24_yaw - t_ov6wh * b2_3_yaw  # (41)
+        b2_4_yaw = b2_3_yaw + Df4_yaw * U24_yaw  # (40)
+        U34_free_yaw = U34_yaw - t_ov6wh * Df3_yaw  # (41)
+        b3_4_yaw = Df3_yaw + Df4_yaw * U34_yaw  # (40)
+        f5_yaw = (
+            1.0
+            + U35_yaw * v_yaw
+            + U45_yaw * v1_yaw
+            - U15_yaw * y1_used_yaw
+            - U25_yaw * y2_yaw
+        )  # (40)
+        Df5_yaw = D5_yaw * f5_yaw  # (40)
+        alpha5_yaw = alpha4_yaw + Df5_yaw * f5_yaw  # (40)
+        t_xt42v = 1.0 / alpha5_yaw
+        D5_free_yaw = t_rkxsm * t_xt42v * D5_yaw * alpha4_yaw  # (41)
+        t_xokdo = f5_yaw * t_nk3ay
+        U15_free_yaw = U15_yaw - t_xokdo * b1_4_yaw  # (41)
+        b1_5_yaw = b1_4_yaw + Df5_yaw * U15_yaw  # (40)
+        U25_free_yaw = U25_yaw - t_xokdo * b2_4_yaw  # (41)
+        b2_5_yaw = b2_4_yaw + Df5_yaw * U25_yaw  # (40)
+        U35_free_yaw = U35_yaw - t_xokdo * b3_4_yaw  # (41)
+        b3_5_yaw = b3_4_yaw + Df5_yaw * U35_yaw  # (40)
+        U45_free_yaw = U45_yaw - t_xokdo * Df4_yaw  # (41)
+        b4_5_yaw = Df4_yaw + Df5_yaw * U45_yaw  # (40)
+        G1_yaw = b1_5_yaw * t_xt42v  # (40)
+        G2_yaw = b2_5_yaw * t_xt42v  # (40)
+        G3_yaw = b3_5_yaw * t_xt42v  # (40)
+        G4_yaw = b4_5_yaw * t_xt42v  # (40)
+        G5_yaw = Df5_yaw * t_xt42v  # (40)
+        trace_yaw = (
+            D1_free_yaw
+            + D2_free_yaw
+            + D3_free_yaw
+            + D4_free_yaw
+            + D5_free_yaw
+            + D2_free_yaw * (U12_free_yaw * U12_free_yaw)
+            + D3_free_yaw * (U13_free_yaw * U13_free_yaw)
+            + D3_free_yaw * (U23_free_yaw * U23_free_yaw)
+            + D4_free_yaw * (U14_free_yaw * U14_free_yaw)
+            + D4_free_yaw * (U24_free_yaw * U24_free_yaw)
+            + D4_free_yaw * (U34_free_yaw * U34_free_yaw)
+            + D5_free_yaw * (U15_free_yaw * U15_free_yaw)
+            + D5_free_yaw * (U25_free_yaw * U25_free_yaw)
+            + D5_free_yaw * (U35_free_yaw * U35_free_yaw)
+            + D5_free_yaw * (U45_free_yaw * U45_free_yaw)
+        )  # (41)
+        m_4b7bf = (trace_max < trace_yaw)
+        cap_yaw = np.where(m_4b7bf, forgetting, 1.0)
+        m_3y25r = (t_s4yo7 < np.abs(eps_yaw))
+        m_33i5p = np.logical_and(m_6w7fs, m_3y25r)
+        a1_now_yaw = np.where(m_33i5p, a1_yaw + G1_yaw * eps_yaw, a1_yaw)  # (42)
+        a2_now_yaw = np.where(m_33i5p, a2_yaw + G2_yaw * eps_yaw, a2_yaw)  # (42)
+        b0_now_yaw = np.where(m_33i5p, b0_yaw + G3_yaw * eps_yaw, b0_yaw)  # (42)
+        b1_now_yaw = np.where(m_33i5p, b1_yaw + G4_yaw * eps_yaw, b1_yaw)  # (42)
+        d_now_yaw = np.where(m_33i5p, d_yaw + G5_yaw * eps_yaw, d_yaw)  # (42)
+        d_used_yaw = compensate_d * d_now_yaw
+        lift_roll = np.fmax(0.0, -0.5 * b0_now_roll + -0.5 * b1_now_roll + t_4xcao)
+        B1_roll = b0_now_roll + b1_now_roll + (lift_roll + lift_roll)
+        t_6v5bz = t_bxn4n + a1_now_roll
+        s1_roll = -t_6v5bz  # (22)
+        e1_roll = np.where(m_ng6lt, a1_now_roll * t_6v5bz - (t_2wsi6_2 + a2_now_roll), -(t_bxn4n_2 + a1_now_roll))  # (22)
+        e2_roll = np.where(m_ng6lt, a2_now_roll * t_6v5bz - t_ogmcx_2, -(t_2wsi6_3 + a2_now_roll))  # (22)
+        t_zjozf = b1_now_roll + lift_roll
+        t_yz2fy = t_zjozf * t_zjozf
+        t_4ihf2 = b0_now_roll + lift_roll
+        t_qkhny = t_4ihf2 * t_4ihf2
+        t_ncl23 = t_zjozf * a1_now_roll
+        res_roll = t_yz2fy + t_qkhny * a2_now_roll - t_4ihf2 * t_ncl23
+        t_k6fq7 = 1.0 / res_roll
+        sd_roll = (t_yz2fy * e1_roll + t_qkhny * e3_roll - t_zjozf * t_4ihf2 * e2_roll) * t_k6fq7  # (22)
+        t_6p656 = t_4ihf2 * e3_roll
+        t_6zvri = t_4ihf2 * a2_now_roll
+        t0_roll = (t_zjozf * e2_roll - t_6p656 - t_ncl23 * e1_roll + t_6zvri * e1_roll) * t_k6fq7  # (22)
+        t_toq7n = (
+            t_zjozf * e3_roll
+            - t_6p656 * a1_now_roll
+            + t_6zvri * e2_roll
+            - t_zjozf * a2_now_roll * e1_roll
+        )
+        t1_roll = t_toq7n * t_k6fq7  # (22)
+        Acw_roll = (
+            w_roll
+            + t_z4laf * wm1_roll
+            + t_mymwd * wm2_roll
+            + t_32esp * wm3_roll
+            + np.where(m_ng6lt, t_v4kye * wm4_roll, 0.0)
+        )
+        u_roll_mrac = (
+            (Acw_roll - d_used_roll * (1.0 + np.where(m_ng6lt, s1_roll, 0.0) + sd_roll)) / B1_roll
+            + np.where(m_ng6lt, t_6v5bz * u1_roll, 0.0)
+            - roll * t0_roll
+            - sd_roll * v_roll
+            - t1_roll * y1_used_roll
+        )
+        lift_pitch = np.fmax(0.0, -0.5 * b0_now_pitch + -0.5 * b1_now_pitch + t_wr7mm)
+        B1_pitch = b0_now_pitch + b1_now_pitch + (lift_pitch + lift_pitch)
+        t_vgebs = t_bxn4n + a1_now_pitch
+        s1_pitch = -t_vgebs  # (22)
+        e1_pitch = np.where(m_ng6lt, a1_now_pitch * t_vgebs - (t_2wsi6_2 + a2_now_pitch), -(t_bxn4n_2 + a1_now_pitch))  # (22)
+        e2_pitch = np.where(m_ng6lt, a2_now_pitch * t_vgebs - t_ogmcx_2, -(t_2wsi6_3 + a2_now_pitch))  # (22)
+        t_tpvzc = b1_now_pitch + lift_pitch
+        t_imlet = t_tpvzc * t_tpvzc
+        t_6edde = b0_now_pitch + lift_pitch
+        t_23zut = t_6edde * t_6edde
+        t_ivfwu = t_tpvzc * a1_now_pitch
+        res_pitch = t_imlet + t_23zut * a2_now_pitch - t_6edde * t_ivfwu
+        t_traey = 1.0 / res_pitch
+        sd_pitch = (t_imlet * e1_pitch + t_23zut * e3_roll - t_tpvzc * t_6edde * e2_pitch) * t_traey  # (22)
+        t_3uzty = t_6edde * e3_roll
+        t_rhale = t_6edde * a2_now_pitch
+        t0_pitch = (t_tpvzc * e2_pitch - t_3uzty - t_ivfwu * e1_pitch + t_rhale * e1_pitch) * t_traey  # (22)
+        t_7phvx = (
+            t_tpvzc * e3_roll
+            - t_3uzty * a1_now_pitch
+            + t_rhale * e2_pitch
+            - t_tpvzc * a2_now_pitch * e1_pitch
+        )
+        t1_pitch = t_7phvx * t_traey  # (22)
+        Acw_pitch = (
+            w_pitch
+            + t_z4laf * wm1_pitch
+            + t_mymwd * wm2_pitch
+            + t_32esp * wm3_pitch
+            + np.where(m_ng6lt, t_v4kye * wm4_pitch, 0.0)
+        )
+        u_pitch_mrac = (
+            (Acw_pitch - d_used_pitch * (1.0 + np.where(m_ng6lt, s1_pitch, 0.0) + sd_pitch)) / B1_pitch
+            + np.where(m_ng6lt, t_vgebs * u1_pitch, 0.0)
+            - pitch * t0_pitch
+            - sd_pitch * v_pitch
+            - t1_pitch * y1_used_pitch
+        )
+        lift_yaw = np.fmax(0.0, -0.5 * b0_now_yaw + -0.5 * b1_now_yaw + t_k7hjd)
+        B1_yaw = b0_now_yaw + b1_now_yaw + (lift_yaw + lift_yaw)
+        t_yt55d = t_bxn4n + a1_now_yaw
+        s1_yaw = -t_yt55d  # (22)
+        e1_yaw = np.where(m_ng6lt, a1_now_yaw * t_yt55d - (t_2wsi6_2 + a2_now_yaw), -(t_bxn4n_2 + a1_now_yaw))  # (22)
+        e2_yaw = np.where(m_ng6lt, a2_now_yaw * t_yt55d - t_ogmcx_2, -(t_2wsi6_3 + a2_now_yaw))  # (22)
+        t_zkiaw = b1_now_yaw + lift_yaw
+        t_npqek = t_zkiaw * t_zkiaw
+        t_qhfkz = b0_now_yaw + lift_yaw
+        t_xjk5e = t_qhfkz * t_qhfkz
+        t_n6w5s = t_zkiaw * a1_now_yaw
+        res_yaw = t_npqek + t_xjk5e * a2_now_yaw - t_qhfkz * t_n6w5s
+        t_7xf6k = 1.0 / res_yaw
+        sd_yaw = (t_npqek * e1_yaw + t_xjk5e * e3_roll - t_zkiaw * t_qhfkz * e2_yaw) * t_7xf6k  # (22)
+        t_vephh = t_qhfkz * e3_roll
+        t_3ziba = t_qhfkz * a2_now_yaw
+        t0_yaw = (t_zkiaw * e2_yaw - t_vephh - t_n6w5s * e1_yaw + t_3ziba * e1_yaw) * t_7xf6k  # (22)
+        t_aivjy = (
+            t_zkiaw * e3_roll
+            - t_vephh * a1_now_yaw
+            + t_3ziba * e2_yaw
+            - t_zkiaw * a2_now_yaw * e1_yaw
+        )
+        t1_yaw = t_aivjy * t_7xf6k  # (22)
+        Acw_yaw = (
+            w_yaw
+            + t_z4laf * wm1_yaw
+            + t_mymwd * wm2_yaw
+            + t_32esp * wm3_yaw
+            + np.where(m_ng6lt, t_v4kye * wm4_yaw, 0.0)
+        )
+        u_yaw_mrac = (
+            (Acw_yaw - d_used_yaw * (1.0 + np.where(m_ng6lt, s1_yaw, 0.0) + sd_yaw)) / B1_yaw
+            + np.where(m_ng6lt, t_yt55d * u1_yaw, 0.0)
+            - sd_yaw * v_yaw
+            - t0_yaw * yaw
+            - t1_yaw * y1_used_yaw
+        )
+        m_m35aa = (np.abs(Tx_applied) < 1e+30)
+        m_6g4m5 = (np.abs(Ty_applied) < 1e+30)
+        m_qvzit = np.logical_and(m_m35aa, m_6g4m5)
+        m_ifmp5 = (np.abs(Tz_applied) < 1e+30)
+        m_yejzf = np.logical_and(m_qvzit, m_ifmp5)
+        m_cgnek = (np.abs(pitch) < 1e+30)
+        m_bffo2 = np.logical_and(m_yejzf, m_cgnek)
+        m_qrx2z = (np.abs(ref_pitch) < 1e+30)
+        m_bwxs3 = np.logical_and(m_bffo2, m_qrx2z)
+        m_ilioh = (np.abs(ref_roll) < 1e+30)
+        m_6i24m = np.logical_and(m_bwxs3, m_ilioh)
+        m_ghzhf = (np.abs(ref_yaw) < 1e+30)
+        m_65ott = np.logical_and(m_6i24m, m_ghzhf)
+        m_lisih = (np.abs(roll) < 1e+30)
+        m_fdhnb = np.logical_and(m_65ott, m_lisih)
+        m_klrep = (np.abs(trace_pitch) < 1e+30)
+        m_ftaye = np.logical_and(m_fdhnb, m_klrep)
+        m_nob5q = (np.abs(trace_roll) < 1e+30)
+        m_dtjsa = np.logical_and(m_ftaye, m_nob5q)
+        m_smxdh = (np.abs(trace_yaw) < 1e+30)
+        m_tnlb6 = np.logical_and(m_dtjsa, m_smxdh)
+        m_q3hd4 = (np.abs(yaw) < 1e+30)
+        m_n37qp = np.logical_and(m_tnlb6, m_q3hd4)
+        m_m4hsa = (np.abs(u_pitch_mrac) < 1e+30)
+        m_wqjeb = np.logical_and(m_n37qp, m_m4hsa)
+        m_mx2go = (np.abs(u_roll_mrac) < 1e+30)
+        m_zuvpc = np.logical_and(m_wqjeb, m_mx2go)
+        m_ibl7d = (np.abs(u_yaw_mrac) < 1e+30)
+        m_mu5jj = np.logical_and(m_zuvpc, m_ibl7d)
+        Tx_cmd = np.where(m_mu5jj, u_roll_mrac, 0.0)
+        Ty_cmd = np.where(m_mu5jj, u_pitch_mrac, 0.0)
+        Tz_cmd = np.where(m_mu5jj, u_yaw_mrac, 0.0)
+        t_lfvhy = 0.5 * wm1_roll
+        t_nuzia = 0.5 * wm1_pitch
+        t_bashd = 0.5 * wm1_yaw
+        m_qbjte = np.logical_not(m_mu5jj)
+        return _vector(
+            Tx_cmd,
+            Ty_cmd,
+            Tz_cmd,
+        ), _vector(
+            np.where(m_mu5jj, a1_now_roll, a1_roll),
+            np.where(m_mu5jj, a2_now_roll, a2_roll),
+            np.where(m_mu5jj, b0_now_roll, b0_roll),
+            np.where(m_mu5jj, b1_now_roll, b1_roll),
+            np.where(m_mu5jj, d_now_roll, d_roll),
+            np.where(m_mu5jj, np.where(m_ovbqq, D1_free_roll * cap_roll, D1_roll), D1_roll),
+            np.where(m_mu5jj, np.where(m_ovbqq, D2_free_roll * cap_roll, D2_roll), D2_roll),
+            np.where(m_mu5jj, np.where(m_ovbqq, D3_free_roll * cap_roll, D3_roll), D3_roll),
+            np.where(m_mu5jj, np.where(m_ovbqq, D4_free_roll * cap_roll, D4_roll), D4_roll),
+            np.where(m_mu5jj, np.where(m_ovbqq, D5_free_roll * cap_roll, D5_roll), D5_roll),
+            np.where(m_mu5jj, np.where(m_ovbqq, U12_free_roll, U12_roll), U12_roll),
+            np.where(m_mu5jj, np.where(m_ovbqq, U13_free_roll, U13_roll), U13_roll),
+            np.where(m_mu5jj, np.where(m_ovbqq, U23_free_roll, U23_roll), U23_roll),
+            np.where(m_mu5jj, np.where(m_ovbqq, U14_free_roll, U14_roll), U14_roll),
+            np.where(m_mu5jj, np.where(m_ovbqq, U24_free_roll, U24_roll), U24_roll),
+            np.where(m_mu5jj, np.where(m_ovbqq, U34_free_roll, U34_roll), U34_roll),
+            np.where(m_mu5jj, np.where(m_ovbqq, U15_free_roll, U15_roll), U15_roll),
+            np.where(m_mu5jj, np.where(m_ovbqq, U25_free_roll, U25_roll), U25_roll),
+            np.where(m_mu5jj, np.where(m_ovbqq, U35_free_roll, U35_roll), U35_roll),
+            np.where(m_mu5jj, np.where(m_ovbqq, U45_free_roll, U45_roll), U45_roll),
+            np.where(m_mu5jj, roll, y1_roll),
+            np.where(m_mu5jj, y1_used_roll, y2_roll),
+            np.where(m_mu5jj, v_roll, v1_roll),
+            np.where(m_mu5jj, u_roll_mrac, u1_roll),
+            np.where(m_mu5jj, u1_roll, u2_roll),
+            np.where(m_mu5jj, np.where(m_ng6lt, t_lfvhy + 0.5 * wm2_roll, t_lfvhy + 0.5 * w_roll), ym_roll),
+            np.where(m_mu5jj, w_roll, wm1_roll),
+            np.where(m_mu5jj, wm1_roll, wm2_roll),
+            np.where(m_mu5jj, wm2_roll, wm3_roll),
+            np.where(m_mu5jj, wm3_roll, wm4_roll),
+            np.where(m_mu5jj, a1_now_pitch, a1_pitch),
+            np.where(m_mu5jj, a2_now_pitch, a2_pitch),
+            np.where(m_mu5jj, b0_now_pitch, b0_pitch),
+            np.where(m_mu5jj, b1_now_pitch, b1_pitch),
+            np.where(m_mu5jj, d_now_pitch, d_pitch),
+            np.where(m_mu5jj, np.where(m_ehlkz, D1_free_pitch * cap_pitch, D1_pitch), D1_pitch),
+            np.where(m_mu5jj, np.where(m_ehlkz, D2_free_pitch * cap_pitch, D2_pitch), D2_pitch),
+            np.where(m_mu5jj, np.where(m_ehlkz, D3_free_pitch * cap_pitch, D3_pitch), D3_pitch),
+            np.where(m_mu5jj, np.where(m_ehlkz, D4_free_pitch * cap_pitch, D4_pitch), D4_pitch),
+            np.where(m_mu5jj, np.where(m_ehlkz, D5_free_pitch * cap_pitch, D5_pitch), D5_pitch),
+            np.where(m_mu5jj, np.where(m_ehlkz, U12_free_pitch, U12_pitch), U12_pitch),
+            np.where(m_mu5jj, np.where(m_ehlkz, U13_free_pitch, U13_pitch), U13_pitch),
+            np.where(m_mu5jj, np.where(m_ehlkz, U23_free_pitch, U23_pitch), U23_pitch),
+            np.where(m_mu5jj, np.where(m_ehlkz, U14_free_pitch, U14_pitch), U14_pitch),
+            np.where(m_mu5jj, np.where(m_ehlkz, U24_free_pitch, U24_pitch), U24_pitch),
+            np.where(m_mu5jj, np.where(m_ehlkz, U34_free_pitch, U34_pitch), U34_pitch),
+            np.where(m_mu5jj, np.where(m_ehlkz, U15_free_pitch, U15_pitch), U15_pitch),
+            np.where(m_mu5jj, np.where(m_ehlkz, U25_free_pitch, U25_pitch), U25_pitch),
+            np.where(m_mu5jj, np.where(m_ehlkz, U35_free_pitch, U35_pitch), U35_pitch),
+            np.where(m_mu5jj, np.where(m_ehlkz, U45_free_pitch, U45_pitch), U45_pitch),
+            np.where(m_mu5jj, pitch, y1_pitch),
+            np.where(m_mu5jj, y1_used_pitch, y2_pitch),
+            np.where(m_mu5jj, v_pitch, v1_pitch),
+            np.where(m_mu5jj, u_pitch_mrac, u1_pitch),
+            np.where(m_mu5jj, u1_pitch, u2_pitch),
+            np.where(m_mu5jj, np.where(m_ng6lt, t_nuzia + 0.5 * wm2_pitch, t_nuzia + 0.5 * w_pitch), ym_pitch),
+            np.where(m_mu5jj, w_pitch, wm1_pitch),
+            np.where(m_mu5jj, wm1_pitch, wm2_pitch),
+            np.where(m_mu5jj, wm2_pitch, wm3_pitch),
+            np.where(m_mu5jj, wm3_pitch, wm4_pitch),
+            np.where(m_mu5jj, a1_now_yaw, a1_yaw),
+            np.where(m_mu5jj, a2_now_yaw, a2_yaw),
+            np.where(m_mu5jj, b0_now_yaw, b0_yaw),
+            np.where(m_mu5jj, b1_now_yaw, b1_yaw),
+            np.where(m_mu5jj, d_now_yaw, d_yaw),
+            np.where(m_mu5jj, np.where(m_33i5p, D1_free_yaw * cap_yaw, D1_yaw), D1_yaw),
+            np.where(m_mu5jj, np.where(m_33i5p, D2_free_yaw * cap_yaw, D2_yaw), D2_yaw),
+            np.where(m_mu5jj, np.where(m_33i5p, D3_free_yaw * cap_yaw, D3_yaw), D3_yaw),
+            np.where(m_mu5jj, np.where(m_33i5p, D4_free_yaw * cap_yaw, D4_yaw), D4_yaw),
+            np.where(m_mu5jj, np.where(m_33i5p, D5_free_yaw * cap_yaw, D5_yaw), D5_yaw),
+            np.where(m_mu5jj, np.where(m_33i5p, U12_free_yaw, U12_yaw), U12_yaw),
+            np.where(m_mu5jj, np.where(m_33i5p, U13_free_yaw, U13_yaw), U13_yaw),
+            np.where(m_mu5jj, np.where(m_33i5p, U23_free_yaw, U23_yaw), U23_yaw),
+            np.where(m_mu5jj, np.where(m_33i5p, U14_free_yaw, U14_yaw), U14_yaw),
+            np.where(m_mu5jj, np.where(m_33i5p, U24_free_yaw, U24_yaw), U24_yaw),
+            np.where(m_mu5jj, np.where(m_33i5p, U34_free_yaw, U34_yaw), U34_yaw),
+            np.where(m_mu5jj, np.where(m_33i5p, U15_free_yaw, U15_yaw), U15_yaw),
+            np.where(m_mu5jj, np.where(m_33i5p, U25_free_yaw, U25_yaw), U25_yaw),
+            np.where(m_mu5jj, np.where(m_33i5p, U35_free_yaw, U35_yaw), U35_yaw),
+            np.where(m_mu5jj, np.where(m_33i5p, U45_free_yaw, U45_yaw), U45_yaw),
+            np.where(m_mu5jj, yaw, y1_yaw),
+            np.where(m_mu5jj, y1_used_yaw, y2_yaw),
+            np.where(m_mu5jj, v_yaw, v1_yaw),
+            np.where(m_mu5jj, u_yaw_mrac, u1_yaw),
+            np.where(m_mu5jj, u1_yaw, u2_yaw),
+            np.where(m_mu5jj, np.where(m_ng6lt, t_bashd + 0.5 * wm2_yaw, t_bashd + 0.5 * w_yaw), ym_yaw),
+            np.where(m_mu5jj, w_yaw, wm1_yaw),
+            np.where(m_mu5jj, wm1_yaw, wm2_yaw),
+            np.where(m_mu5jj, wm2_yaw, wm3_yaw),
+            np.where(m_mu5jj, wm3_yaw, wm4_yaw),
+            np.where(m_mu5jj, np.fmin(2.0, 1.0 + samples), 0.0),
+            np.where(m_qbjte, 1.0, 0.0),
+        )
 
 
 def mrac_literal_prepare(p, c):
     """What mrac_literal computes once per run: (p, c) -> h."""
     p, c = _arrays(p, c)
     with np.errstate(all="ignore"):
-        v9 = np.exp(-(p[..., 9] / c[..., 21]))
-        v10 = -1.0 + v9
-        v23 = p[..., 9] * p[..., 9] * c[..., 15]
-        return _vector(1.0 / c[..., 3], v10 * v10, v9 + v9, v9 * v9, np.fmax(c[..., 5], c[..., 6] * p[..., 28]), 0.5 / p[..., 1] * v23, c[..., 0] + c[..., 0], c[..., 0] * c[..., 0], 0.5 / p[..., 0] * v23, 0.5 / p[..., 2] * v23)
+        I_x = p[..., 0]
+        I_y = p[..., 1]
+        I_z = p[..., 2]
+        Ts = p[..., 9]
+        noise = p[..., 28]
+        C2_pole = c[..., 0]
+        forgetting = c[..., 3]
+        dead_zone = c[..., 5]
+        dead_zone_sigma = c[..., 6]
+        b_min_ratio = c[..., 15]
+        tau_m = c[..., 21]
+        model_pole = np.exp(-(Ts / tau_m))
+        t_hjr6j = -1.0 + model_pole
+        t_4msa4 = Ts * Ts * b_min_ratio
+        return _vector(
+            t_hjr6j * t_hjr6j,
+            model_pole + model_pole,
+            model_pole * model_pole,
+            1.0 / forgetting,
+            np.fmax(dead_zone, dead_zone_sigma * noise),
+            0.5 / I_x * t_4msa4,
+            C2_pole * C2_pole,
+            C2_pole + C2_pole,
+            0.5 / I_y * t_4msa4,
+            0.5 / I_z * t_4msa4,
+        )
 
 
 def mrac_literal_prepared(x, r, v, z, c, h):
     """The rest of mrac_literal: (x, r, v, z, c, h) -> u, z_next."""
     x, r, v, z, c, h = _arrays(x, r, v, z, c, h)
     with np.errstate(all="ignore"):
-        m4 = (np.abs(v[..., 0]) < 1e+30)
-        m7 = (np.abs(v[..., 1]) < 1e+30)
-        m8 = np.logical_and(m4, m7)
-        m11 = (np.abs(v[..., 2]) < 1e+30)
-        m12 = np.logical_and(m8, m11)
-        m15 = (np.abs(x[..., 1]) < 1e+30)
-        m16 = np.logical_and(m12, m15)
-        m19 = (np.abs(r[..., 1]) < 1e+30)
-        m20 = np.logical_and(m16, m19)
-        m23 = (np.abs(r[..., 0]) < 1e+30)
-        m24 = np.logical_and(m20, m23)
-        m27 = (np.abs(r[..., 2]) < 1e+30)
-        m28 = np.logical_and(m24, m27)
-        m31 = (np.abs(x[..., 0]) < 1e+30)
-        m32 = np.logical_and(m28, m31)
-        m36 = (z[..., 84] < 0.5)
-        v38 = np.where(m36, x[..., 1], z[..., 48])
-        v39 = z[..., 33] * v38
-        v41 = c[..., 3] + v39 * v38
-        v43 = 1.0 / v41
-        v44 = z[..., 33] * v43
-        v50 = z[..., 49] + z[..., 38] * v38
-        v51 = z[..., 34] * v50
-        v53 = v41 + v51 * v50
-        v54 = 1.0 / v53
-        v57 = h[..., 0] * v54 * z[..., 34] * v41
-        m61 = (0.5 < c[..., 18])
-        m63 = (0.5 < c[..., 20])
-        v67 = np.where(m61, v[..., 1], np.where(m63, z[..., 52], z[..., 51]))
-        v73 = v67 - z[..., 39] * v38 - z[..., 40] * z[..., 49]
-        v74 = z[..., 35] * v73
-        v76 = v53 + v74 * v73
-        v77 = 1.0 / v76
-        v80 = h[..., 0] * v77 * z[..., 35] * v53
-        v92 = z[..., 50] + z[..., 43] * v67 - z[..., 41] * v38 - z[..., 42] * z[..., 49]
-        v93 = z[..., 36] * v92
-        v95 = v76 + v93 * v92
-        v96 = 1.0 / v95
-        v99 = h[..., 0] * v96 * z[..., 36] * v76
-        v113 = 1.0 + z[..., 46] * v67 + z[..., 47] * z[..., 50] - z[..., 44] * v38 - z[..., 45] * z[..., 49]
-        v114 = z[..., 37] * v113
-        v117 = 1.0 / (v95 + v114 * v113)
-        v120 = h[..., 0] * v117 * z[..., 37] * v95
-        v124 = z[..., 38] - v39 * v43 * v50
-        v128 = v73 * v54
-        v130 = v39 + v51 * z[..., 38]
-        v132 = z[..., 39] + v128 * v130
-        v137 = z[..., 40] + v128 * v51
-        v140 = v44 + v57 + v80 + v99 + v120 + v57 * (v124 * v124) + v80 * (v132 * v132) + v80 * (v137 * v137)
-        v141 = v92 * v77
-        v143 = v74 * z[..., 39] - v130
-        v145 = z[..., 41] - v141 * v143
-        v150 = v74 * z[..., 40] - v51
-        v152 = z[..., 42] - v141 * v150
-        v157 = z[..., 43] - v141 * v74
-        v161 = v113 * v96
-        v163 = v143 + v93 * z[..., 41]
-        v165 = z[..., 44] - v161 * v163
-        v168 = v140 + v99 * (v145 * v145) + v99 * (v152 * v152) + v99 * (v157 * v157) + v120 * (v165 * v165)
-        v170 = v150 + v93 * z[..., 42]
-        v172 = z[..., 45] - v161 * v170
-        v177 = v74 + v93 * z[..., 43]
-        v179 = z[..., 46] - v161 * v177
-        v184 = z[..., 47] - v161 * v93
-        v187 = v168 + v120 * (v172 * v172) + v120 * (v179 * v179) + v120 * (v184 * v184)
-        m189 = (np.abs(v187) < 1e+30)
-        m190 = np.logical_and(m32, m189)
-        v193 = np.where(m36, x[..., 0], z[..., 20])
-        v194 = z[..., 5] * v193
-        v196 = c[..., 3] + v194 * v193
-        v197 = 1.0 / v196
-        v198 = z[..., 5] * v197
-        v203 = z[..., 21] + z[..., 10] * v193
-        v204 = z[..., 6] * v203
-        v206 = v196 + v204 * v203
-        v207 = 1.0 / v206
-        v210 = v207 * h[..., 0] * z[..., 6] * v196
-        v216 = np.where(m61, v[..., 0], np.where(m63, z[..., 24], z[..., 23]))
-        v222 = v216 - z[..., 11] * v193 - z[..., 12] * z[..., 21]
-        v223 = z[..., 7] * v222
-        v225 = v206 + v223 * v222
-        v226 = 1.0 / v225
-        v229 = h[..., 0] * v226 * z[..., 7] * v206
-        v241 = z[..., 22] + z[..., 15] * v216 - z[..., 13] * v193 - z[..., 14] * z[..., 21]
-        v242 = z[..., 8] * v241
-        v244 = v225 + v242 * v241
-        v245 = 1.0 / v244
-        v248 = h[..., 0] * v245 * z[..., 8] * v225
-        v262 = 1.0 + z[..., 18] * v216 + z[..., 19] * z[..., 22] - z[..., 16] * v193 - z[..., 17] * z[..., 21]
-        v263 = z[..., 9] * v262
-        v266 = 1.0 / (v244 + v263 * v262)
-        v269 = h[..., 0] * v266 * z[..., 9] * v244
-        v273 = z[..., 10] - v194 * v197 * v203
-        v277 = v222 * v207
-        v279 = v194 + v204 * z[..., 10]
-        v281 = z[..., 11] + v277 * v279
-        v284 = v198 + v210 + v229 + v248 + v269 + v210 * (v273 * v273) + v229 * (v281 * v281)
-        v286 = z[..., 12] + v277 * v204
-        v290 = v241 * v226
-        v292 = v223 * z[..., 11] - v279
-        v294 = z[..., 13] - v290 * v292
-        v299 = v223 * z[..., 12] - v204
-        v301 = z[..., 14] - v290 * v299
-        v304 = v284 + v229 * (v286 * v286) + v248 * (v294 * v294) + v248 * (v301 * v301)
-        v306 = z[..., 15] - v290 * v223
-        v310 = v262 * v245
-        v312 = v292 + v242 * z[..., 13]
-        v314 = z[..., 16] - v310 * v312
-        v319 = v299 + v242 * z[..., 14]
-        v321 = z[..., 17] - v310 * v319
-        v324 = v304 + v248 * (v306 * v306) + v269 * (v314 * v314) + v269 * (v321 * v321)
-        v326 = v223 + v242 * z[..., 15]
-        v328 = z[..., 18] - v310 * v326
-        v333 = z[..., 19] - v310 * v242
-        v336 = v324 + v269 * (v328 * v328) + v269 * (v333 * v333)
-        m338 = (np.abs(v336) < 1e+30)
-        m339 = np.logical_and(m190, m338)
-        v343 = np.where(m36, x[..., 2], z[..., 76])
-        v344 = z[..., 61] * v343
-        v346 = c[..., 3] + v344 * v343
-        v347 = 1.0 / v346
-        v348 = z[..., 61] * v347
-        v353 = z[..., 77] + z[..., 66] * v343
-        v354 = z[..., 62] * v353
-        v356 = v346 + v354 * v353
-        v357 = 1.0 / v356
-        v360 = h[..., 0] * v357 * z[..., 62] * v346
-        v366 = np.where(m61, v[..., 2], np.where(m63, z[..., 80], z[..., 79]))
-        v372 = v366 - z[..., 67] * v343 - z[..., 68] * z[..., 77]
-        v373 = z[..., 63] * v372
-        v375 = v356 + v373 * v372
-        v376 = 1.0 / v375
-        v379 = h[..., 0] * v376 * z[..., 63] * v356
-        v391 = z[..., 78] + z[..., 71] * v366 - z[..., 69] * v343 - z[..., 70] * z[..., 77]
-        v392 = z[..., 64] * v391
-        v394 = v375 + v392 * v391
-        v395 = 1.0 / v394
-        v398 = h[..., 0] * v395 * z[..., 64] * v375
-        v412 = 1.0 + z[..., 74] * v366 + z[..., 75] * z[..., 78] - z[..., 72] * v343 - z[..., 73] * z[..., 77]
-        v413 = z[..., 65] * v412
-        v416 = 1.0 / (v394 + v413 * v412)
-        v419 = h[..., 0] * v416 * z[..., 65] * v394
-        v423 = z[..., 66] - v344 * v347 * v353
-        v427 = v372 * v357
-        v429 = v344 + v354 * z[..., 66]
-        v431 = z[..., 67] + v427 * v429
-        v434 = v348 + v360 + v379 + v398 + v419 + v360 * (v423 * v423) + v379 * (v431 * v431)
-        v436 = z[..., 68] + v427 * v354
-        v440 = v391 * v376
-        v442 = v373 * z[..., 67] - v429
-        v444 = z[..., 69] - v440 * v442
-        v449 = v373 * z[..., 68] - v354
-        v451 = z[..., 70] - v440 * v449
-        v454 = v434 + v379 * (v436 * v436) + v398 * (v444 * v444) + v398 * (v451 * v451)
-        v456 = z[..., 71] - v440 * v373
-        v460 = v412 * v395
-        v462 = v442 + v392 * z[..., 69]
-        v464 = z[..., 72] - v460 * v462
-        v469 = v449 + v392 * z[..., 70]
-        v471 = z[..., 73] - v460 * v469
-        v474 = v454 + v398 * (v456 * v456) + v419 * (v464 * v464) + v419 * (v471 * v471)
-        v476 = v373 + v392 * z[..., 71]
-        v478 = z[..., 74] - v460 * v476
-        v483 = z[..., 75] - v460 * v392
-        v486 = v474 + v419 * (v478 * v478) + v419 * (v483 * v483)
-        m488 = (np.abs(v486) < 1e+30)
-        m489 = np.logical_and(m339, m488)
-        m491 = (np.abs(x[..., 2]) < 1e+30)
-        m492 = np.logical_and(m489, m491)
-        v502 = h[..., 1] * r[..., 1] + h[..., 2] * z[..., 54] - h[..., 3] * z[..., 55]
-        m504 = (0.5 < c[..., 1])
-        m506 = (1.5 < z[..., 84])
-        m507 = np.logical_and(m504, m506)
-        v518 = z[..., 32] + z[..., 30] * v67 + z[..., 31] * z[..., 50] - z[..., 28] * v38
-        v522 = x[..., 1] - (v518 - z[..., 29] * z[..., 49])
-        m524 = (h[..., 4] < np.abs(v522))
-        m525 = np.logical_and(m507, m524)
-        v531 = np.where(m525, z[..., 31] + (v93 + v114 * z[..., 47]) * v117 * v522, z[..., 31])
-        v537 = np.where(m525, z[..., 30] + (v177 + v114 * z[..., 46]) * v117 * v522, z[..., 30])
-        v541 = np.fmax(np.fmax(v537, c[..., 14]), h[..., 5])
-        v548 = np.where(m525, z[..., 28] + (v163 + v114 * z[..., 44]) * v117 * v522, z[..., 28])
-        v549 = h[..., 6] + v548
-        v553 = v531 * v67
-        v557 = v502 - np.where(m63, z[..., 51] * (v531 - v541 * v549) - v553 * v549, v553)
-        v567 = np.where(m525, z[..., 32] + v114 * v117 * v522, z[..., 32])
-        v572 = v557 + h[..., 7] * z[..., 55] - h[..., 6] * z[..., 54] - c[..., 17] * v567 * np.where(m63, 1.0 - v549, 1.0)
-        v578 = np.where(m525, z[..., 29] + (v170 + v114 * z[..., 45]) * v117 * v522, z[..., 29])
-        v579 = h[..., 7] - v578
-        v587 = v572 - x[..., 1] * np.where(m63, v579 + v548 * v548 + h[..., 6] * v548, -v549)
-        v594 = (v587 - np.where(m63, h[..., 6] * v578 + v548 * v578, v579) * v38) / v541
-        m596 = (np.abs(v594) < 1e+30)
-        m597 = np.logical_and(m492, m596)
-        v604 = h[..., 1] * r[..., 0] + h[..., 2] * z[..., 26] - h[..., 3] * z[..., 27]
-        v617 = z[..., 4] + z[..., 2] * v216 + z[..., 3] * z[..., 22] - z[..., 0] * v193 - z[..., 1] * z[..., 21]
-        v618 = x[..., 0] - v617
-        m620 = (h[..., 4] < np.abs(v618))
-        m621 = np.logical_and(m507, m620)
-        v627 = np.where(m621, z[..., 3] + (v242 + v263 * z[..., 19]) * v266 * v618, z[..., 3])
-        v633 = np.where(m621, z[..., 2] + (v326 + v263 * z[..., 18]) * v266 * v618, z[..., 2])
-        v636 = np.fmax(np.fmax(v633, c[..., 14]), h[..., 8])
-        v642 = np.where(m621, z[..., 0] + (v312 + v263 * z[..., 16]) * v266 * v618, z[..., 0])
-        v643 = h[..., 6] + v642
-        v647 = v627 * v216
-        v651 = v604 - np.where(m63, z[..., 23] * (v627 - v636 * v643) - v647 * v643, v647)
-        v659 = np.where(m621, z[..., 4] + v263 * v266 * v618, z[..., 4])
-        v664 = v651 + h[..., 7] * z[..., 27] - h[..., 6] * z[..., 26] - c[..., 17] * v659 * np.where(m63, 1.0 - v643, 1.0)
-        v670 = np.where(m621, z[..., 1] + (v319 + v263 * z[..., 17]) * v266 * v618, z[..., 1])
-        v671 = h[..., 7] - v670
-        v679 = v664 - x[..., 0] * np.where(m63, v671 + v642 * v642 + h[..., 6] * v642, -v643)
-        v686 = (v679 - np.where(m63, h[..., 6] * v670 + v642 * v670, v671) * v193) / v636
-        m688 = (np.abs(v686) < 1e+30)
-        m689 = np.logical_and(m597, m688)
-        v696 = h[..., 1] * r[..., 2] + h[..., 2] * z[..., 82] - h[..., 3] * z[..., 83]
-        v706 = z[..., 60] + z[..., 58] * v366 + z[..., 59] * z[..., 78] - z[..., 56] * v343
-        v710 = x[..., 2] - (v706 - z[..., 57] * z[..., 77])
-        m712 = (h[..., 4] < np.abs(v710))
-        m713 = np.logical_and(m507, m712)
-        v719 = np.where(m713, z[..., 59] + (v392 + v413 * z[..., 75]) * v416 * v710, z[..., 59])
-        v725 = np.where(m713, z[..., 58] + (v476 + v413 * z[..., 74]) * v416 * v710, z[..., 58])
-        v728 = np.fmax(np.fmax(v725, c[..., 14]), h[..., 9])
-        v734 = np.where(m713, z[..., 56] + (v462 + v413 * z[..., 72]) * v416 * v710, z[..., 56])
-        v735 = h[..., 6] + v734
-        v739 = v719 * v366
-        v743 = v696 - np.where(m63, z[..., 79] * (v719 - v728 * v735) - v739 * v735, v739)
-        v751 = np.where(m713, z[..., 60] + v413 * v416 * v710, z[..., 60])
-        v756 = v743 + h[..., 7] * z[..., 83] - h[..., 6] * z[..., 82] - c[..., 17] * v751 * np.where(m63, 1.0 - v735, 1.0)
-        v762 = np.where(m713, z[..., 57] + (v469 + v413 * z[..., 73]) * v416 * v710, z[..., 57])
-        v763 = h[..., 7] - v762
-        v771 = v756 - np.where(m63, v763 + v734 * v734 + h[..., 6] * v734, -v735) * x[..., 2]
-        v778 = (v771 - np.where(m63, h[..., 6] * v762 + v734 * v762, v763) * v343) / v728
-        m780 = (np.abs(v778) < 1e+30)
-        m781 = np.logical_and(m689, m780)
-        m785 = np.logical_not(m781)
-        m792 = (c[..., 4] < v336)
-        v793 = np.where(m792, c[..., 3], 1.0)
-        m844 = (c[..., 4] < v187)
-        v845 = np.where(m844, c[..., 3], 1.0)
-        m896 = (c[..., 4] < v486)
-        v897 = np.where(m896, c[..., 3], 1.0)
-        return _vector(np.where(m781, v686, 0.0), np.where(m781, v594, 0.0), np.where(m781, v778, 0.0)), _vector(np.where(m781, v642, z[..., 0]), np.where(m781, v670, z[..., 1]), np.where(m781, v633, z[..., 2]), np.where(m781, v627, z[..., 3]), np.where(m781, v659, z[..., 4]), np.where(m781, np.where(m621, v198 * v793, z[..., 5]), z[..., 5]), np.where(m781, np.where(m621, v210 * v793, z[..., 6]), z[..., 6]), np.where(m781, np.where(m621, v229 * v793, z[..., 7]), z[..., 7]), np.where(m781, np.where(m621, v248 * v793, z[..., 8]), z[..., 8]), np.where(m781, np.where(m621, v269 * v793, z[..., 9]), z[..., 9]), np.where(m781, np.where(m621, v273, z[..., 10]), z[..., 10]), np.where(m781, np.where(m621, v281, z[..., 11]), z[..., 11]), np.where(m781, np.where(m621, v286, z[..., 12]), z[..., 12]), np.where(m781, np.where(m621, v294, z[..., 13]), z[..., 13]), np.where(m781, np.where(m621, v301, z[..., 14]), z[..., 14]), np.where(m781, np.where(m621, v306, z[..., 15]), z[..., 15]), np.where(m781, np.where(m621, v314, z[..., 16]), z[..., 16]), np.where(m781, np.where(m621, v321, z[..., 17]), z[..., 17]), np.where(m781, np.where(m621, v328, z[..., 18]), z[..., 18]), np.where(m781, np.where(m621, v333, z[..., 19]), z[..., 19]), np.where(m781, x[..., 0], z[..., 20]), np.where(m781, v193, z[..., 21]), np.where(m781, v216, z[..., 22]), np.where(m781, v686, z[..., 23]), np.where(m781, z[..., 23], z[..., 24]), np.where(m781, np.where(m63, z[..., 26], v604), z[..., 25]), np.where(m781, v604, z[..., 26]), np.where(m781, z[..., 26], z[..., 27]), np.where(m781, v548, z[..., 28]), np.where(m781, v578, z[..., 29]), np.where(m781, v537, z[..., 30]), np.where(m781, v531, z[..., 31]), np.where(m781, v567, z[..., 32]), np.where(m781, np.where(m525, v44 * v845, z[..., 33]), z[..., 33]), np.where(m781, np.where(m525, v57 * v845, z[..., 34]), z[..., 34]), np.where(m781, np.where(m525, v80 * v845, z[..., 35]), z[..., 35]), np.where(m781, np.where(m525, v99 * v845, z[..., 36]), z[..., 36]), np.where(m781, np.where(m525, v120 * v845, z[..., 37]), z[..., 37]), np.where(m781, np.where(m525, v124, z[..., 38]), z[..., 38]), np.where(m781, np.where(m525, v132, z[..., 39]), z[..., 39]), np.where(m781, np.where(m525, v137, z[..., 40]), z[..., 40]), np.where(m781, np.where(m525, v145, z[..., 41]), z[..., 41]), np.where(m781, np.where(m525, v152, z[..., 42]), z[..., 42]), np.where(m781, np.where(m525, v157, z[..., 43]), z[..., 43]), np.where(m781, np.where(m525, v165, z[..., 44]), z[..., 44]), np.where(m781, np.where(m525, v172, z[..., 45]), z[..., 45]), np.where(m781, np.where(m525, v179, z[..., 46]), z[..., 46]), np.where(m781, np.where(m525, v184, z[..., 47]), z[..., 47]), np.where(m781, x[..., 1], z[..., 48]), np.where(m781, v38, z[..., 49]), np.where(m781, v67, z[..., 50]), np.where(m781, v594, z[..., 51]), np.where(m781, z[..., 51], z[..., 52]), np.where(m781, np.where(m63, z[..., 54], v502), z[..., 53]), np.where(m781, v502, z[..., 54]), np.where(m781, z[..., 54], z[..., 55]), np.where(m781, v734, z[..., 56]), np.where(m781, v762, z[..., 57]), np.where(m781, v725, z[..., 58]), np.where(m781, v719, z[..., 59]), np.where(m781, v751, z[..., 60]), np.where(m781, np.where(m713, v348 * v897, z[..., 61]), z[..., 61]), np.where(m781, np.where(m713, v360 * v897, z[..., 62]), z[..., 62]), np.where(m781, np.where(m713, v379 * v897, z[..., 63]), z[..., 63]), np.where(m781, np.where(m713, v398 * v897, z[..., 64]), z[..., 64]), np.where(m781, np.where(m713, v419 * v897, z[..., 65]), z[..., 65]), np.where(m781, np.where(m713, v423, z[..., 66]), z[..., 66]), np.where(m781, np.where(m713, v431, z[..., 67]), z[..., 67]), np.where(m781, np.where(m713, v436, z[..., 68]), z[..., 68]), np.where(m781, np.where(m713, v444, z[..., 69]), z[..., 69]), np.where(m781, np.where(m713, v451, z[..., 70]), z[..., 70]), np.where(m781, np.where(m713, v456, z[..., 71]), z[..., 71]), np.where(m781, np.where(m713, v464, z[..., 72]), z[..., 72]), np.where(m781, np.where(m713, v471, z[..., 73]), z[..., 73]), np.where(m781, np.where(m713, v478, z[..., 74]), z[..., 74]), np.where(m781, np.where(m713, v483, z[..., 75]), z[..., 75]), np.where(m781, x[..., 2], z[..., 76]), np.where(m781, v343, z[..., 77]), np.where(m781, v366, z[..., 78]), np.where(m781, v778, z[..., 79]), np.where(m781, z[..., 79], z[..., 80]), np.where(m781, np.where(m63, z[..., 82], v696), z[..., 81]), np.where(m781, v696, z[..., 82]), np.where(m781, z[..., 82], z[..., 83]), np.where(m781, np.fmin(2.0, 1.0 + z[..., 84]), 0.0), np.where(m785, 1.0, 0.0))
+        roll = x[..., 0]
+        pitch = x[..., 1]
+        yaw = x[..., 2]
+        ref_roll = r[..., 0]
+        ref_pitch = r[..., 1]
+        ref_yaw = r[..., 2]
+        Tx_applied = v[..., 0]
+        Ty_applied = v[..., 1]
+        Tz_applied = v[..., 2]
+        a1_roll = z[..., 0]
+        a2_roll = z[..., 1]
+        b0_roll = z[..., 2]
+        b1_roll = z[..., 3]
+        d_roll = z[..., 4]
+        D1_roll = z[..., 5]
+        D2_roll = z[..., 6]
+        D3_roll = z[..., 7]
+        D4_roll = z[..., 8]
+        D5_roll = z[..., 9]
+        U12_roll = z[..., 10]
+        U13_roll = z[..., 11]
+        U23_roll = z[..., 12]
+        U14_roll = z[..., 13]
+        U24_roll = z[..., 14]
+        U34_roll = z[..., 15]
+        U15_roll = z[..., 16]
+        U25_roll = z[..., 17]
+        U35_roll = z[..., 18]
+        U45_roll = z[..., 19]
+        y1_roll = z[..., 20]
+        y2_roll = z[..., 21]
+        v1_roll = z[..., 22]
+        u1_roll = z[..., 23]
+        u2_roll = z[..., 24]
+        ym_roll = z[..., 25]
+        wm1_roll = z[..., 26]
+        wm2_roll = z[..., 27]
+        a1_pitch = z[..., 28]
+        a2_pitch = z[..., 29]
+        b0_pitch = z[..., 30]
+        b1_pitch = z[..., 31]
+        d_pitch = z[..., 32]
+        D1_pitch = z[..., 33]
+        D2_pitch = z[..., 34]
+        D3_pitch = z[..., 35]
+        D4_pitch = z[..., 36]
+        D5_pitch = z[..., 37]
+        U12_pitch = z[..., 38]
+        U13_pitch = z[..., 39]
+        U23_pitch = z[..., 40]
+        U14_pitch = z[..., 41]
+        U24_pitch = z[..., 42]
+        U34_pitch = z[..., 43]
+        U15_pitch = z[..., 44]
+        U25_pitch = z[..., 45]
+        U35_pitch = z[..., 46]
+        U45_pitch = z[..., 47]
+        y1_pitch = z[..., 48]
+        y2_pitch = z[..., 49]
+        v1_pitch = z[..., 50]
+        u1_pitch = z[..., 51]
+        u2_pitch = z[..., 52]
+        ym_pitch = z[..., 53]
+        wm1_pitch = z[..., 54]
+        wm2_pitch = z[..., 55]
+        a1_yaw = z[..., 56]
+        a2_yaw = z[..., 57]
+        b0_yaw = z[..., 58]
+        b1_yaw = z[..., 59]
+        d_yaw = z[..., 60]
+        D1_yaw = z[..., 61]
+        D2_yaw = z[..., 62]
+        D3_yaw = z[..., 63]
+        D4_yaw = z[..., 64]
+        D5_yaw = z[..., 65]
+        U12_yaw = z[..., 66]
+        U13_yaw = z[..., 67]
+        U23_yaw = z[..., 68]
+        U14_yaw = z[..., 69]
+        U24_yaw = z[..., 70]
+        U34_yaw = z[..., 71]
+        U15_yaw = z[..., 72]
+        U25_yaw = z[..., 73]
+        U35_yaw = z[..., 74]
+        U45_yaw = z[..., 75]
+        y1_yaw = z[..., 76]
+        y2_yaw = z[..., 77]
+        v1_yaw = z[..., 78]
+        u1_yaw = z[..., 79]
+        u2_yaw = z[..., 80]
+        ym_yaw = z[..., 81]
+        wm1_yaw = z[..., 82]
+        wm2_yaw = z[..., 83]
+        samples = z[..., 84]
+        adapt = c[..., 1]
+        forgetting = c[..., 3]
+        trace_max = c[..., 4]
+        b_min = c[..., 14]
+        compensate_d = c[..., 17]
+        applied_regressor = c[..., 18]
+        design_delay = c[..., 20]
+        (
+            t_lbhv6,
+            t_u5zvh,
+            t_lbhv6_2,
+            t_rkxsm,
+            t_s4yo7,
+            t_r2nkn,
+            t_2qnly,
+            t_pbd6n,
+            t_rf45g,
+            t_ufxyh,
+        ) = np.moveaxis(h, -1, 0)
+        w_roll = t_lbhv6 * ref_roll + t_u5zvh * wm1_roll - t_lbhv6_2 * wm2_roll  # (16)
+        w_pitch = t_lbhv6 * ref_pitch + t_u5zvh * wm1_pitch - t_lbhv6_2 * wm2_pitch  # (16)
+        w_yaw = t_lbhv6 * ref_yaw + t_u5zvh * wm1_yaw - t_lbhv6_2 * wm2_yaw  # (16)
+        m_myerm = (samples < 0.5)
+        y1_used_roll = np.where(m_myerm, roll, y1_roll)
+        m_2oym3 = (0.5 < applied_regressor)
+        m_ng6lt = (0.5 < design_delay)
+        v_roll = np.where(m_2oym3, Tx_applied, np.where(m_ng6lt, u2_roll, u1_roll))  # (36)
+        y_hat_roll = (
+            d_roll
+            + b0_roll * v_roll
+            + b1_roll * v1_roll
+            - a1_roll * y1_used_roll
+            - a2_roll * y2_roll
+        )  # (34)
+        eps_roll = roll - y_hat_roll  # (39)
+        t_s4qc7 = D1_roll * y1_used_roll
+        alpha1_roll = forgetting + t_s4qc7 * y1_used_roll  # (40)
+        t_gcbdt = 1.0 / alpha1_roll
+        D1_free_roll = D1_roll * t_gcbdt  # (41)
+        t_4q5lb = y2_roll + U12_roll * y1_used_roll
+        t_bqiu4 = D2_roll * t_4q5lb
+        alpha2_roll = alpha1_roll + t_bqiu4 * t_4q5lb  # (40)
+        t_2ftwl = 1.0 / alpha2_roll
+        D2_free_roll = t_2ftwl * t_rkxsm * D2_roll * alpha1_roll  # (41)
+        U12_free_roll = U12_roll - t_s4qc7 * t_gcbdt * t_4q5lb  # (41)
+        f3_roll = v_roll - U13_roll * y1_used_roll - U23_roll * y2_roll  # (40)
+        Df3_roll = D3_roll * f3_roll  # (40)
+        alpha3_roll = alpha2_roll + Df3_roll * f3_roll  # (40)
+        t_m6gkz = 1.0 / alpha3_roll
+        D3_free_roll = t_rkxsm * t_m6gkz * D3_roll * alpha2_roll  # (41)
+        t_iwp6c = f3_roll * t_2ftwl
+        t_73h6y = t_s4qc7 + t_bqiu4 * U12_roll
+        U13_free_roll = U13_roll + t_iwp6c * t_73h6y  # (41)
+        b1_3_roll = Df3_roll * U13_roll - t_73h6y  # (40)
+        U23_free_roll = U23_roll + t_iwp6c * t_bqiu4  # (41)
+        b2_3_roll = Df3_roll * U23_roll - t_bqiu4  # (40)
+        f4_roll = v1_roll + U34_roll * v_roll - U14_roll * y1_used_roll - U24_roll * y2_roll  # (40)
+        Df4_roll = D4_roll * f4_roll  # (40)
+        alpha4_roll = alpha3_roll + Df4_roll * f4_roll  # (40)
+        t_qd2bm = 1.0 / alpha4_roll
+        D4_free_roll = t_rkxsm * t_qd2bm * D4_roll * alpha3_roll  # (41)
+        t_vpr7m = f4_roll * t_m6gkz
+        U14_free_roll = U14_roll - t_vpr7m * b1_3_roll  # (41)
+        b1_4_roll = b1_3_roll + Df4_roll * U14_roll  # (40)
+        U24_free_roll = U24_roll - t_vpr7m * b2_3_roll  # (41)
+        b2_4_roll = b2_3_roll + Df4_roll * U24_roll  # (40)
+        U34_free_roll = U34_roll - t_vpr7m * Df3_roll  # (41)
+        b3_4_roll = Df3_roll + Df4_roll * U34_roll  # (40)
+        f5_roll = (
+            1.0
+            + U35_roll * v_roll
+            + U45_roll * v1_roll
+            - U15_roll * y1_used_roll
+            - U25_roll * y2_roll
+        )  # (40)
+        Df5_roll = D5_roll * f5_roll  # (40)
+        alpha5_roll = alpha4_roll + Df5_roll * f5_roll  # (40)
+        t_szpzk = 1.0 / alpha5_roll
+        D5_free_roll = t_rkxsm * t_szpzk * D5_roll * alpha4_roll  # (41)
+        t_el36p = f5_roll * t_qd2bm
+        U15_free_roll = U15_roll - t_el36p * b1_4_roll  # (41)
+        b1_5_roll = b1_4_roll + Df5_roll * U15_roll  # (40)
+        U25_free_roll = U25_roll - t_el36p * b2_4_roll  # (41)
+        b2_5_roll = b2_4_roll + Df5_roll * U25_roll  # (40)
+        U35_free_roll = U35_roll - t_el36p * b3_4_roll  # (41)
+        b3_5_roll = b3_4_roll + Df5_roll * U35_roll  # (40)
+        U45_free_roll = U45_roll - t_el36p * Df4_roll  # (41)
+        b4_5_roll = Df4_roll + Df5_roll * U45_roll  # (40)
+        G1_roll = b1_5_roll * t_szpzk  # (40)
+        G2_roll = b2_5_roll * t_szpzk  # (40)
+        G3_roll = b3_5_roll * t_szpzk  # (40)
+        G4_roll = b4_5_roll * t_szpzk  # (40)
+        G5_roll = Df5_roll * t_szpzk  # (40)
+        trace_roll = (
+            D1_free_roll
+            + D2_free_roll
+            + D3_free_roll
+            + D4_free_roll
+            + D5_free_roll
+            + D2_free_roll * (U12_free_roll * U12_free_roll)
+            + D3_free_roll * (U13_free_roll * U13_free_roll)
+            + D3_free_roll * (U23_free_roll * U23_free_roll)
+            + D4_free_roll * (U14_free_roll * U14_free_roll)
+            + D4_free_roll * (U24_free_roll * U24_free_roll)
+            + D4_free_roll * (U34_free_roll * U34_free_roll)
+            + D5_free_roll * (U15_free_roll * U15_free_roll)
+            + D5_free_roll * (U25_free_roll * U25_free_roll)
+            + D5_free_roll * (U35_free_roll * U35_free_roll)
+            + D5_free_roll * (U45_free_roll * U45_free_roll)
+        )  # (41)
+        m_cy5zr = (trace_max < trace_roll)
+        cap_roll = np.where(m_cy5zr, forgetting, 1.0)
+        m_jj746 = (0.5 < adapt)
+        m_d33kq = (1.5 < samples)
+        m_6w7fs = np.logical_and(m_jj746, m_d33kq)
+        m_ehesg = (t_s4yo7 < np.abs(eps_roll))
+        m_ovbqq = np.logical_and(m_6w7fs, m_ehesg)
+        a1_now_roll = np.where(m_ovbqq, a1_roll + G1_roll * eps_roll, a1_roll)  # (42)
+        a2_now_roll = np.where(m_ovbqq, a2_roll + G2_roll * eps_roll, a2_roll)  # (42)
+        b0_now_roll = np.where(m_ovbqq, b0_roll + G3_roll * eps_roll, b0_roll)  # (42)
+        b1_now_roll = np.where(m_ovbqq, b1_roll + G4_roll * eps_roll, b1_roll)  # (42)
+        d_now_roll = np.where(m_ovbqq, d_roll + G5_roll * eps_roll, d_roll)  # (42)
+        d_used_roll = compensate_d * d_now_roll
+        y1_used_pitch = np.where(m_myerm, pitch, y1_pitch)
+        v_pitch = np.where(m_2oym3, Ty_applied, np.where(m_ng6lt, u2_pitch, u1_pitch))  # (36)
+        y_hat_pitch = (
+            d_pitch
+            + b0_pitch * v_pitch
+            + b1_pitch * v1_pitch
+            - a1_pitch * y1_used_pitch
+            - a2_pitch * y2_pitch
+        )  # (34)
+        eps_pitch = pitch - y_hat_pitch  # (39)
+        t_n6265 = D1_pitch * y1_used_pitch
+        alpha1_pitch = forgetting + t_n6265 * y1_used_pitch  # (40)
+        t_ba5cq = 1.0 / alpha1_pitch
+        D1_free_pitch = D1_pitch * t_ba5cq  # (41)
+        t_5xoth = y2_pitch + U12_pitch * y1_used_pitch
+        t_urk7s = D2_pitch * t_5xoth
+        alpha2_pitch = alpha1_pitch + t_urk7s * t_5xoth  # (40)
+        t_vq6qe = 1.0 / alpha2_pitch
+        D2_free_pitch = t_rkxsm * t_vq6qe * D2_pitch * alpha1_pitch  # (41)
+        U12_free_pitch = U12_pitch - t_n6265 * t_ba5cq * t_5xoth  # (41)
+        f3_pitch = v_pitch - U13_pitch * y1_used_pitch - U23_pitch * y2_pitch  # (40)
+        Df3_pitch = D3_pitch * f3_pitch  # (40)
+        alpha3_pitch = alpha2_pitch + Df3_pitch * f3_pitch  # (40)
+        t_wnsbx = 1.0 / alpha3_pitch
+        D3_free_pitch = t_rkxsm * t_wnsbx * D3_pitch * alpha2_pitch  # (41)
+        t_iziit = f3_pitch * t_vq6qe
+        t_m7azd = t_n6265 + t_urk7s * U12_pitch
+        U13_free_pitch = U13_pitch + t_iziit * t_m7azd  # (41)
+        b1_3_pitch = Df3_pitch * U13_pitch - t_m7azd  # (40)
+        U23_free_pitch = U23_pitch + t_iziit * t_urk7s  # (41)
+        b2_3_pitch = Df3_pitch * U23_pitch - t_urk7s  # (40)
+        f4_pitch = v1_pitch + U34_pitch * v_pitch - U14_pitch * y1_used_pitch - U24_pitch * y2_pitch  # (40)
+        Df4_pitch = D4_pitch * f4_pitch  # (40)
+        alpha4_pitch = alpha3_pitch + Df4_pitch * f4_pitch  # (40)
+        t_au2dz = 1.0 / alpha4_pitch
+        D4_free_pitch = t_rkxsm * t_au2dz * D4_pitch * alpha3_pitch  # (41)
+        t_q5cqa = f4_pitch * t_wnsbx
+        U14_free_pitch = U14_pitch - t_q5cqa * b1_3_pitch  # (41)
+        b1_4_pitch = b1_3_pitch + Df4_pitch * U14_pitch  # (40)
+        U24_free_pitch = U24_pitch - t_q5cqa * b2_3_pitch  # (41)
+        b2_4_pitch = b2_3_pitch + Df4_pitch * U24_pitch  # (40)
+        U34_free_pitch = U34_pitch - t_q5cqa * Df3_pitch  # (41)
+        b3_4_pitch = Df3_pitch + Df4_pitch * U34_pitch  # (40)
+        f5_pitch = (
+            1.0
+            + U35_pitch * v_pitch
+            + U45_pitch * v1_pitch
+            - U15_pitch * y1_used_pitch
+            - U25_pitch * y2_pitch
+        )  # (40)
+        Df5_pitch = D5_pitch * f5_pitch  # (40)
+        alpha5_pitch = alpha4_pitch + Df5_pitch * f5_pitch  # (40)
+        t_uppvm = 1.0 / alpha5_pitch
+        D5_free_pitch = t_rkxsm * t_uppvm * D5_pitch * alpha4_pitch  # (41)
+        t_blzne = f5_pitch * t_au2dz
+        U15_free_pitch = U15_pitch - t_blzne * b1_4_pitch  # (41)
+        b1_5_pitch = b1_4_pitch + Df5_pitch * U15_pitch  # (40)
+        U25_free_pitch = U25_pitch - t_blzne * b2_4_pitch  # (41)
+        b2_5_pitch = b2_4_pitch + Df5_pitch * U25_pitch  # (40)
+        U35_free_pitch = U35_pitch - t_blzne * b3_4_pitch  # (41)
+        b3_5_pitch = b3_4_pitch + Df5_pitch * U35_pitch  # (40)
+        U45_free_pitch = U45_pitch - t_blzne * Df4_pitch  # (41)
+        b4_5_pitch = Df4_pitch + Df5_pitch * U45_pitch  # (40)
+        G1_pitch = b1_5_pitch * t_uppvm  # (40)
+        G2_pitch = b2_5_pitch * t_uppvm  # (40)
+        G3_pitch = b3_5_pitch * t_uppvm  # (40)
+        G4_pitch = b4_5_pitch * t_uppvm  # (40)
+        G5_pitch = Df5_pitch * t_uppvm  # (40)
+        trace_pitch = (
+            D1_free_pitch
+            + D2_free_pitch
+            + D3_free_pitch
+            + D4_free_pitch
+            + D5_free_pitch
+            + D2_free_pitch * (U12_free_pitch * U12_free_pitch)
+            + D3_free_pitch * (U13_free_pitch * U13_free_pitch)
+            + D3_free_pitch * (U23_free_pitch * U23_free_pitch)
+            + D4_free_pitch * (U14_free_pitch * U14_free_pitch)
+            + D4_free_pitch * (U24_free_pitch * U24_free_pitch)
+            + D4_free_pitch * (U34_free_pitch * U34_free_pitch)
+            + D5_free_pitch * (U15_free_pitch * U15_free_pitch)
+            + D5_free_pitch * (U25_free_pitch * U25_free_pitch)
+            + D5_free_pitch * (U35_free_pitch * U35_free_pitch)
+            + D5_free_pitch * (U45_free_pitch * U45_free_pitch)
+        )  # (41)
+        m_rahgr = (trace_max < trace_pitch)
+        cap_pitch = np.where(m_rahgr, forgetting, 1.0)
+        m_qjzob = (t_s4yo7 < np.abs(eps_pitch))
+        m_ehlkz = np.logical_and(m_6w7fs, m_qjzob)
+        a1_now_pitch = np.where(m_ehlkz, a1_pitch + G1_pitch * eps_pitch, a1_pitch)  # (42)
+        a2_now_pitch = np.where(m_ehlkz, a2_pitch + G2_pitch * eps_pitch, a2_pitch)  # (42)
+        b0_now_pitch = np.where(m_ehlkz, b0_pitch + G3_pitch * eps_pitch, b0_pitch)  # (42)
+        b1_now_pitch = np.where(m_ehlkz, b1_pitch + G4_pitch * eps_pitch, b1_pitch)  # (42)
+        d_now_pitch = np.where(m_ehlkz, d_pitch + G5_pitch * eps_pitch, d_pitch)  # (42)
+        d_used_pitch = compensate_d * d_now_pitch
+        y1_used_yaw = np.where(m_myerm, yaw, y1_yaw)
+        v_yaw = np.where(m_2oym3, Tz_applied, np.where(m_ng6lt, u2_yaw, u1_yaw))  # (36)
+        y_hat_yaw = (
+            d_yaw
+            + b0_yaw * v_yaw
+            + b1_yaw * v1_yaw
+            - a1_yaw * y1_used_yaw
+            - a2_yaw * y2_yaw
+        )  # (34)
+        eps_yaw = yaw - y_hat_yaw  # (39)
+        t_5t4tf = D1_yaw * y1_used_yaw
+        alpha1_yaw = forgetting + t_5t4tf * y1_used_yaw  # (40)
+        t_rrlcx = 1.0 / alpha1_yaw
+        D1_free_yaw = D1_yaw * t_rrlcx  # (41)
+        t_fz2ih = y2_yaw + U12_yaw * y1_used_yaw
+        t_3inrl = D2_yaw * t_fz2ih
+        alpha2_yaw = alpha1_yaw + t_3inrl * t_fz2ih  # (40)
+        t_epc3p = 1.0 / alpha2_yaw
+        D2_free_yaw = t_rkxsm * t_epc3p * D2_yaw * alpha1_yaw  # (41)
+        U12_free_yaw = U12_yaw - t_5t4tf * t_rrlcx * t_fz2ih  # (41)
+        f3_yaw = v_yaw - U13_yaw * y1_used_yaw - U23_yaw * y2_yaw  # (40)
+        Df3_yaw = D3_yaw * f3_yaw  # (40)
+        alpha3_yaw = alpha2_yaw + Df3_yaw * f3_yaw  # (40)
+        t_czmse = 1.0 / alpha3_yaw
+        D3_free_yaw = t_rkxsm * t_czmse * D3_yaw * alpha2_yaw  # (41)
+        t_qqhj7 = f3_yaw * t_epc3p
+        t_mefgo = t_5t4tf + t_3inrl * U12_yaw
+        U13_free_yaw = U13_yaw + t_qqhj7 * t_mefgo  # (41)
+        b1_3_yaw = Df3_yaw * U13_yaw - t_mefgo  # (40)
+        U23_free_yaw = U23_yaw + t_qqhj7 * t_3inrl  # (41)
+        b2_3_yaw = Df3_yaw * U23_yaw - t_3inrl  # (40)
+        f4_yaw = v1_yaw + U34_yaw * v_yaw - U14_yaw * y1_used_yaw - U24_yaw * y2_yaw  # (40)
+        Df4_yaw = D4_yaw * f4_yaw  # (40)
+        alpha4_yaw = alpha3_yaw + Df4_yaw * f4_yaw  # (40)
+        t_nk3ay = 1.0 / alpha4_yaw
+        D4_free_yaw = t_rkxsm * t_nk3ay * D4_yaw * alpha3_yaw  # (41)
+        t_ov6wh = f4_yaw * t_czmse
+        U14_free_yaw = U14_yaw - t_ov6wh * b1_3_yaw  # (41)
+        b1_4_yaw = b1_3_yaw + Df4_yaw * U14_yaw  # (40)
+        U24_free_yaw = U24_yaw - t_ov6wh * b2_3_yaw  # (41)
+        b2_4_yaw = b2_3_yaw + Df4_yaw * U24_yaw  # (40)
+        U34_free_yaw = U34_yaw - t_ov6wh * Df3_yaw  # (41)
+        b3_4_yaw = Df3_yaw + Df4_yaw * U34_yaw  # (40)
+        f5_yaw = (
+            1.0
+            + U35_yaw * v_yaw
+            + U45_yaw * v1_yaw
+            - U15_yaw * y1_used_yaw
+            - U25_yaw * y2_yaw
+        )  # (40)
+        Df5_yaw = D5_yaw * f5_yaw  # (40)
+        alpha5_yaw = alpha4_yaw + Df5_yaw * f5_yaw  # (40)
+        t_xt42v = 1.0 / alpha5_yaw
+        D5_free_yaw = t_rkxsm * t_xt42v * D5_yaw * alpha4_yaw  # (41)
+        t_xokdo = f5_yaw * t_nk3ay
+        U15_free_yaw = U15_yaw - t_xokdo * b1_4_yaw  # (41)
+        b1_5_yaw = b1_4_yaw + Df5_yaw * U15_yaw  # (40)
+        U25_free_yaw = U25_yaw - t_xokdo * b2_4_yaw  # (41)
+        b2_5_yaw = b2_4_yaw + Df5_yaw * U25_yaw  # (40)
+        U35_free_yaw = U35_yaw - t_xokdo * b3_4_yaw  # (41)
+        b3_5_yaw = b3_4_yaw + Df5_yaw * U35_yaw  # (40)
+        U45_free_yaw = U45_yaw - t_xokdo * Df4_yaw  # (41)
+        b4_5_yaw = Df4_yaw + Df5_yaw * U45_yaw  # (40)
+        G1_yaw = b1_5_yaw * t_xt42v  # (40)
+        G2_yaw = b2_5_yaw * t_xt42v  # (40)
+        G3_yaw = b3_5_yaw * t_xt42v  # (40)
+        G4_yaw = b4_5_yaw * t_xt42v  # (40)
+        G5_yaw = Df5_yaw * t_xt42v  # (40)
+        trace_yaw = (
+            D1_free_yaw
+            + D2_free_yaw
+            + D3_free_yaw
+            + D4_free_yaw
+            + D5_free_yaw
+            + D2_free_yaw * (U12_free_yaw * U12_free_yaw)
+            + D3_free_yaw * (U13_free_yaw * U13_free_yaw)
+            + D3_free_yaw * (U23_free_yaw * U23_free_yaw)
+            + D4_free_yaw * (U14_free_yaw * U14_free_yaw)
+            + D4_free_yaw * (U24_free_yaw * U24_free_yaw)
+            + D4_free_yaw * (U34_free_yaw * U34_free_yaw)
+            + D5_free_yaw * (U15_free_yaw * U15_free_yaw)
+            + D5_free_yaw * (U25_free_yaw * U25_free_yaw)
+            + D5_free_yaw * (U35_free_yaw * U35_free_yaw)
+            + D5_free_yaw * (U45_free_yaw * U45_free_yaw)
+        )  # (41)
+        m_4b7bf = (trace_max < trace_yaw)
+        cap_yaw = np.where(m_4b7bf, forgetting, 1.0)
+        m_3y25r = (t_s4yo7 < np.abs(eps_yaw))
+        m_33i5p = np.logical_and(m_6w7fs, m_3y25r)
+        a1_now_yaw = np.where(m_33i5p, a1_yaw + G1_yaw * eps_yaw, a1_yaw)  # (42)
+        a2_now_yaw = np.where(m_33i5p, a2_yaw + G2_yaw * eps_yaw, a2_yaw)  # (42)
+        b0_now_yaw = np.where(m_33i5p, b0_yaw + G3_yaw * eps_yaw, b0_yaw)  # (42)
+        b1_now_yaw = np.where(m_33i5p, b1_yaw + G4_yaw * eps_yaw, b1_yaw)  # (42)
+        d_now_yaw = np.where(m_33i5p, d_yaw + G5_yaw * eps_yaw, d_yaw)  # (42)
+        d_used_yaw = compensate_d * d_now_yaw
+        b0_used_roll = np.fmax(np.fmax(b0_now_roll, b_min), t_r2nkn)
+        t_pyv2r = t_2qnly - a2_now_roll
+        t_fdmbf = t_pbd6n + a1_now_roll
+        s1_cancel_roll = -t_fdmbf  # (23)
+        t0_cancel_roll = np.where(m_ng6lt, t_pyv2r + a1_now_roll * a1_now_roll + t_pbd6n * a1_now_roll, s1_cancel_roll)  # (24)
+        t1_cancel_roll = np.where(m_ng6lt, t_pbd6n * a2_now_roll + a1_now_roll * a2_now_roll, t_pyv2r)  # (24)
+        t_qkrvx = b1_now_roll * v_roll
+        BSu_roll = np.where(m_ng6lt, u1_roll * (b1_now_roll - b0_used_roll * t_fdmbf) - t_qkrvx * t_fdmbf, t_qkrvx)  # (33)
+        t_bri2w = (
+            w_roll
+            - BSu_roll
+            + t_2qnly * wm2_roll
+            - t_pbd6n * wm1_roll
+            - d_used_roll * np.where(m_ng6lt, 1.0 - t_fdmbf, 1.0)
+            - roll * t0_cancel_roll
+            - t1_cancel_roll * y1_used_roll
+        )
+        u_roll_mrac_literal = t_bri2w / b0_used_roll
+        b0_used_pitch = np.fmax(np.fmax(b0_now_pitch, b_min), t_rf45g)
+        t_lvjah = t_2qnly - a2_now_pitch
+        t_4u6xj = t_pbd6n + a1_now_pitch
+        s1_cancel_pitch = -t_4u6xj  # (23)
+        t0_cancel_pitch = np.where(m_ng6lt, t_lvjah + a1_now_pitch * a1_now_pitch + t_pbd6n * a1_now_pitch, s1_cancel_pitch)  # (24)
+        t1_cancel_pitch = np.where(m_ng6lt, t_pbd6n * a2_now_pitch + a1_now_pitch * a2_now_pitch, t_lvjah)  # (24)
+        t_gl7ia = b1_now_pitch * v_pitch
+        BSu_pitch = np.where(m_ng6lt, u1_pitch * (b1_now_pitch - b0_used_pitch * t_4u6xj) - t_gl7ia * t_4u6xj, t_gl7ia)  # (33)
+        t_e5wya = (
+            w_pitch
+            - BSu_pitch
+            + t_2qnly * wm2_pitch
+            - t_pbd6n * wm1_pitch
+            - d_used_pitch * np.where(m_ng6lt, 1.0 - t_4u6xj, 1.0)
+            - pitch * t0_cancel_pitch
+            - t1_cancel_pitch * y1_used_pitch
+        )
+        u_pitch_mrac_literal = t_e5wya / b0_used_pitch
+        b0_used_yaw = np.fmax(np.fmax(b0_now_yaw, b_min), t_ufxyh)
+        t_hf5ul = t_2qnly - a2_now_yaw
+        t_cnsbp = t_pbd6n + a1_now_yaw
+        s1_cancel_yaw = -t_cnsbp  # (23)
+        t0_cancel_yaw = np.where(m_ng6lt, t_hf5ul + a1_now_yaw * a1_now_yaw + t_pbd6n * a1_now_yaw, s1_cancel_yaw)  # (24)
+        t1_cancel_yaw = np.where(m_ng6lt, t_pbd6n * a2_now_yaw + a1_now_yaw * a2_now_yaw, t_hf5ul)  # (24)
+        t_quuto = b1_now_yaw * v_yaw
+        BSu_yaw = np.where(m_ng6lt, u1_yaw * (b1_now_yaw - b0_used_yaw * t_cnsbp) - t_quuto * t_cnsbp, t_quuto)  # (33)
+        t_4xg4q = (
+            w_yaw
+            - BSu_yaw
+            + t_2qnly * wm2_yaw
+            - t_pbd6n * wm1_yaw
+            - d_used_yaw * np.where(m_ng6lt, 1.0 - t_cnsbp, 1.0)
+            - t0_cancel_yaw * yaw
+            - t1_cancel_yaw * y1_used_yaw
+        )
+        u_yaw_mrac_literal = t_4xg4q / b0_used_yaw
+        m_m35aa = (np.abs(Tx_applied) < 1e+30)
+        m_6g4m5 = (np.abs(Ty_applied) < 1e+30)
+        m_qvzit = np.logical_and(m_m35aa, m_6g4m5)
+        m_ifmp5 = (np.abs(Tz_applied) < 1e+30)
+        m_yejzf = np.logical_and(m_qvzit, m_ifmp5)
+        m_cgnek = (np.abs(pitch) < 1e+30)
+        m_bffo2 = np.logical_and(m_yejzf, m_cgnek)
+        m_qrx2z = (np.abs(ref_pitch) < 1e+30)
+        m_bwxs3 = np.logical_and(m_bffo2, m_qrx2z)
+        m_ilioh = (np.abs(ref_roll) < 1e+30)
+        m_6i24m = np.logical_and(m_bwxs3, m_ilioh)
+        m_ghzhf = (np.abs(ref_yaw) < 1e+30)
+        m_65ott = np.logical_and(m_6i24m, m_ghzhf)
+        m_lisih = (np.abs(roll) < 1e+30)
+        m_fdhnb = np.logical_and(m_65ott, m_lisih)
+        m_klrep = (np.abs(trace_pitch) < 1e+30)
+        m_ftaye = np.logical_and(m_fdhnb, m_klrep)
+        m_nob5q = (np.abs(trace_roll) < 1e+30)
+        m_dtjsa = np.logical_and(m_ftaye, m_nob5q)
+        m_smxdh = (np.abs(trace_yaw) < 1e+30)
+        m_tnlb6 = np.logical_and(m_dtjsa, m_smxdh)
+        m_q3hd4 = (np.abs(yaw) < 1e+30)
+        m_n37qp = np.logical_and(m_tnlb6, m_q3hd4)
+        m_m4djy = (np.abs(u_pitch_mrac_literal) < 1e+30)
+        m_r6745 = np.logical_and(m_n37qp, m_m4djy)
+        m_l5gdz = (np.abs(u_roll_mrac_literal) < 1e+30)
+        m_zencp = np.logical_and(m_r6745, m_l5gdz)
+        m_ccpp3 = (np.abs(u_yaw_mrac_literal) < 1e+30)
+        m_kqyoi = np.logical_and(m_zencp, m_ccpp3)
+        Tx_cmd = np.where(m_kqyoi, u_roll_mrac_literal, 0.0)
+        Ty_cmd = np.where(m_kqyoi, u_pitch_mrac_literal, 0.0)
+        Tz_cmd = np.where(m_kqyoi, u_yaw_mrac_literal, 0.0)
+        m_dzg3g = np.logical_not(m_kqyoi)
+        return _vector(
+            Tx_cmd,
+            Ty_cmd,
+            Tz_cmd,
+        ), _vector(
+            np.where(m_kqyoi, a1_now_roll, a1_roll),
+            np.where(m_kqyoi, a2_now_roll, a2_roll),
+            np.where(m_kqyoi, b0_now_roll, b0_roll),
+            np.where(m_kqyoi, b1_now_roll, b1_roll),
+            np.where(m_kqyoi, d_now_roll, d_roll),
+            np.where(m_kqyoi, np.where(m_ovbqq, D1_free_roll * cap_roll, D1_roll), D1_roll),
+            np.where(m_kqyoi, np.where(m_ovbqq, D2_free_roll * cap_roll, D2_roll), D2_roll),
+            np.where(m_kqyoi, np.where(m_ovbqq, D3_free_roll * cap_roll, D3_roll), D3_roll),
+            np.where(m_kqyoi, np.where(m_ovbqq, D4_free_roll * cap_roll, D4_roll), D4_roll),
+            np.where(m_kqyoi, np.where(m_ovbqq, D5_free_roll * cap_roll, D5_roll), D5_roll),
+            np.where(m_kqyoi, np.where(m_ovbqq, U12_free_roll, U12_roll), U12_roll),
+            np.where(m_kqyoi, np.where(m_ovbqq, U13_free_roll, U13_roll), U13_roll),
+            np.where(m_kqyoi, np.where(m_ovbqq, U23_free_roll, U23_roll), U23_roll),
+            np.where(m_kqyoi, np.where(m_ovbqq, U14_free_roll, U14_roll), U14_roll),
+            np.where(m_kqyoi, np.where(m_ovbqq, U24_free_roll, U24_roll), U24_roll),
+            np.where(m_kqyoi, np.where(m_ovbqq, U34_free_roll, U34_roll), U34_roll),
+            np.where(m_kqyoi, np.where(m_ovbqq, U15_free_roll, U15_roll), U15_roll),
+            np.where(m_kqyoi, np.where(m_ovbqq, U25_free_roll, U25_roll), U25_roll),
+            np.where(m_kqyoi, np.where(m_ovbqq, U35_free_roll, U35_roll), U35_roll),
+            np.where(m_kqyoi, np.where(m_ovbqq, U45_free_roll, U45_roll), U45_roll),
+            np.where(m_kqyoi, roll, y1_roll),
+            np.where(m_kqyoi, y1_used_roll, y2_roll),
+            np.where(m_kqyoi, v_roll, v1_roll),
+            np.where(m_kqyoi, u_roll_mrac_literal, u1_roll),
+            np.where(m_kqyoi, u1_roll, u2_roll),
+            np.where(m_kqyoi, np.where(m_ng6lt, wm1_roll, w_roll), ym_roll),
+            np.where(m_kqyoi, w_roll, wm1_roll),
+            np.where(m_kqyoi, wm1_roll, wm2_roll),
+            np.where(m_kqyoi, a1_now_pitch, a1_pitch),
+            np.where(m_kqyoi, a2_now_pitch, a2_pitch),
+            np.where(m_kqyoi, b0_now_pitch, b0_pitch),
+            np.where(m_kqyoi, b1_now_pitch, b1_pitch),
+            np.where(m_kqyoi, d_now_pitch, d_pitch),
+            np.where(m_kqyoi, np.where(m_ehlkz, D1_free_pitch * cap_pitch, D1_pitch), D1_pitch),
+            np.where(m_kqyoi, np.where(m_ehlkz, D2_free_pitch * cap_pitch, D2_pitch), D2_pitch),
+            np.where(m_kqyoi, np.where(m_ehlkz, D3_free_pitch * cap_pitch, D3_pitch), D3_pitch),
+            np.where(m_kqyoi, np.where(m_ehlkz, D4_free_pitch * cap_pitch, D4_pitch), D4_pitch),
+            np.where(m_kqyoi, np.where(m_ehlkz, D5_free_pitch * cap_pitch, D5_pitch), D5_pitch),
+            np.where(m_kqyoi, np.where(m_ehlkz, U12_free_pitch, U12_pitch), U12_pitch),
+            np.where(m_kqyoi, np.where(m_ehlkz, U13_free_pitch, U13_pitch), U13_pitch),
+            np.where(m_kqyoi, np.where(m_ehlkz, U23_free_pitch, U23_pitch), U23_pitch),
+            np.where(m_kqyoi, np.where(m_ehlkz, U14_free_pitch, U14_pitch), U14_pitch),
+            np.where(m_kqyoi, np.where(m_ehlkz, U24_free_pitch, U24_pitch), U24_pitch),
+            np.where(m_kqyoi, np.where(m_ehlkz, U34_free_pitch, U34_pitch), U34_pitch),
+            np.where(m_kqyoi, np.where(m_ehlkz, U15_free_pitch, U15_pitch), U15_pitch),
+            np.where(m_kqyoi, np.where(m_ehlkz, U25_free_pitch, U25_pitch), U25_pitch),
+            np.where(m_kqyoi, np.where(m_ehlkz, U35_free_pitch, U35_pitch), U35_pitch),
+            np.where(m_kqyoi, np.where(m_ehlkz, U45_free_pitch, U45_pitch), U45_pitch),
+            np.where(m_kqyoi, pitch, y1_pitch),
+            np.where(m_kqyoi, y1_used_pitch, y2_pitch),
+            np.where(m_kqyoi, v_pitch, v1_pitch),
+            np.where(m_kqyoi, u_pitch_mrac_literal, u1_pitch),
+            np.where(m_kqyoi, u1_pitch, u2_pitch),
+            np.where(m_kqyoi, np.where(m_ng6lt, wm1_pitch, w_pitch), ym_pitch),
+            np.where(m_kqyoi, w_pitch, wm1_pitch),
+            np.where(m_kqyoi, wm1_pitch, wm2_pitch),
+            np.where(m_kqyoi, a1_now_yaw, a1_yaw),
+            np.where(m_kqyoi, a2_now_yaw, a2_yaw),
+            np.where(m_kqyoi, b0_now_yaw, b0_yaw),
+            np.where(m_kqyoi, b1_now_yaw, b1_yaw),
+            np.where(m_kqyoi, d_now_yaw, d_yaw),
+            np.where(m_kqyoi, np.where(m_33i5p, D1_free_yaw * cap_yaw, D1_yaw), D1_yaw),
+            np.where(m_kqyoi, np.where(m_33i5p, D2_free_yaw * cap_yaw, D2_yaw), D2_yaw),
+            np.where(m_kqyoi, np.where(m_33i5p, D3_free_yaw * cap_yaw, D3_yaw), D3_yaw),
+            np.where(m_kqyoi, np.where(m_33i5p, D4_free_yaw * cap_yaw, D4_yaw), D4_yaw),
+            np.where(m_kqyoi, np.where(m_33i5p, D5_free_yaw * cap_yaw, D5_yaw), D5_yaw),
+            np.where(m_kqyoi, np.where(m_33i5p, U12_free_yaw, U12_yaw), U12_yaw),
+            np.where(m_kqyoi, np.where(m_33i5p, U13_free_yaw, U13_yaw), U13_yaw),
+            np.where(m_kqyoi, np.where(m_33i5p, U23_free_yaw, U23_yaw), U23_yaw),
+            np.where(m_kqyoi, np.where(m_33i5p, U14_free_yaw, U14_yaw), U14_yaw),
+            np.where(m_kqyoi, np.where(m_33i5p, U24_free_yaw, U24_yaw), U24_yaw),
+            np.where(m_kqyoi, np.where(m_33i5p, U34_free_yaw, U34_yaw), U34_yaw),
+            np.where(m_kqyoi, np.where(m_33i5p, U15_free_yaw, U15_yaw), U15_yaw),
+            np.where(m_kqyoi, np.where(m_33i5p, U25_free_yaw, U25_yaw), U25_yaw),
+            np.where(m_kqyoi, np.where(m_33i5p, U35_free_yaw, U35_yaw), U35_yaw),
+            np.where(m_kqyoi, np.where(m_33i5p, U45_free_yaw, U45_yaw), U45_yaw),
+            np.where(m_kqyoi, yaw, y1_yaw),
+            np.where(m_kqyoi, y1_used_yaw, y2_yaw),
+            np.where(m_kqyoi, v_yaw, v1_yaw),
+            np.where(m_kqyoi, u_yaw_mrac_literal, u1_yaw),
+            np.where(m_kqyoi, u1_yaw, u2_yaw),
+            np.where(m_kqyoi, np.where(m_ng6lt, wm1_yaw, w_yaw), ym_yaw),
+            np.where(m_kqyoi, w_yaw, wm1_yaw),
+            np.where(m_kqyoi, wm1_yaw, wm2_yaw),
+            np.where(m_kqyoi, np.fmin(2.0, 1.0 + samples), 0.0),
+            np.where(m_dzg3g, 1.0, 0.0),
+        )
 
 
 def pd_prepare(p, c):
     """What pd computes once per run: (p, c) -> h."""
     p, c = _arrays(p, c)
     with np.errstate(all="ignore"):
-        v5 = np.exp(-(p[..., 9] / c[..., 9]))
-        v6 = -1.0 + v5
-        return _vector(v6 * v6, v5 + v5, v5 * v5)
+        Ts = p[..., 9]
+        tau_m = c[..., 9]
+        model_pole = np.exp(-(Ts / tau_m))
+        t_hjr6j = -1.0 + model_pole
+        return _vector(
+            t_hjr6j * t_hjr6j,
+            model_pole + model_pole,
+            model_pole * model_pole,
+        )
 
 
 def pd_prepared(x, r, v, z, p, c, h):
     """The rest of pd: (x, r, v, z, p, c, h) -> u, z_next."""
     x, r, v, z, p, c, h = _arrays(x, r, v, z, p, c, h)
     with np.errstate(all="ignore"):
-        m4 = (np.abs(x[..., 1]) < 1e+30)
-        m7 = (np.abs(r[..., 1]) < 1e+30)
-        m8 = np.logical_and(m4, m7)
-        m11 = (np.abs(r[..., 0]) < 1e+30)
-        m12 = np.logical_and(m8, m11)
-        m15 = (np.abs(r[..., 2]) < 1e+30)
-        m16 = np.logical_and(m12, m15)
-        m19 = (np.abs(x[..., 0]) < 1e+30)
-        m20 = np.logical_and(m16, m19)
-        m23 = (np.abs(x[..., 2]) < 1e+30)
-        m24 = np.logical_and(m20, m23)
-        m27 = (0.5 < c[..., 6])
-        s34, c34 = np.sin(x[..., 2]), np.cos(x[..., 2])
-        s35, c35 = np.sin(x[..., 0]), np.cos(x[..., 0])
-        s37, c37 = np.sin(x[..., 1]), np.cos(x[..., 1])
-        v47 = c[..., 1] * (np.where(m27, z[..., 3], r[..., 1]) - x[..., 1]) - c[..., 4] * (x[..., 4] + (c34 * c35 + s37 * (s34 * s35)) * p[..., 6])
-        m49 = (np.abs(v47) < 1e+30)
-        m50 = np.logical_and(m24, m49)
-        v63 = c[..., 0] * (np.where(m27, z[..., 0], r[..., 0]) - x[..., 0]) - c[..., 3] * (x[..., 3] + c37 * s34 * p[..., 6])
-        m65 = (np.abs(v63) < 1e+30)
-        m66 = np.logical_and(m50, m65)
-        v81 = c[..., 2] * (np.where(m27, z[..., 6], r[..., 2]) - x[..., 2]) - c[..., 5] * (x[..., 5] + (s37 * (s34 * c35) - c34 * s35) * p[..., 6])
-        m83 = (np.abs(v81) < 1e+30)
-        m84 = np.logical_and(m66, m83)
-        m86 = (np.abs(x[..., 3]) < 1e+30)
-        m87 = np.logical_and(m84, m86)
-        m89 = (np.abs(x[..., 4]) < 1e+30)
-        m90 = np.logical_and(m87, m89)
-        m92 = (np.abs(x[..., 5]) < 1e+30)
-        m93 = np.logical_and(m90, m92)
-        m99 = (0.5 < c[..., 8])
-        v101 = 0.5 * z[..., 1]
-        v112 = h[..., 0] * r[..., 0] + h[..., 1] * z[..., 1] - h[..., 2] * z[..., 2]
-        m116 = np.logical_not(m93)
-        v117 = np.where(m93, np.where(m99, v101 + 0.5 * z[..., 2], v101 + 0.5 * v112), z[..., 0])
-        v121 = 0.5 * z[..., 4]
-        v129 = h[..., 0] * r[..., 1] + h[..., 1] * z[..., 4] - h[..., 2] * z[..., 5]
-        v133 = np.where(m93, np.where(m99, v121 + 0.5 * z[..., 5], v121 + 0.5 * v129), z[..., 3])
-        v137 = 0.5 * z[..., 7]
-        v145 = h[..., 0] * r[..., 2] + h[..., 1] * z[..., 7] - h[..., 2] * z[..., 8]
-        v149 = np.where(m93, np.where(m99, v137 + 0.5 * z[..., 8], v137 + 0.5 * v145), z[..., 6])
-        return _vector(np.where(m93, v63, 0.0), np.where(m93, v47, 0.0), np.where(m93, v81, 0.0)), _vector(v117, np.where(m93, v112, z[..., 1]), np.where(m93, z[..., 1], z[..., 2]), v133, np.where(m93, v129, z[..., 4]), np.where(m93, z[..., 4], z[..., 5]), v149, np.where(m93, v145, z[..., 7]), np.where(m93, z[..., 7], z[..., 8]), np.where(m116, 1.0, 0.0))
+        roll = x[..., 0]
+        pitch = x[..., 1]
+        yaw = x[..., 2]
+        wx = x[..., 3]
+        wy = x[..., 4]
+        wz = x[..., 5]
+        ref_roll = r[..., 0]
+        ref_pitch = r[..., 1]
+        ref_yaw = r[..., 2]
+        ym_roll = z[..., 0]
+        wm1_roll = z[..., 1]
+        wm2_roll = z[..., 2]
+        ym_pitch = z[..., 3]
+        wm1_pitch = z[..., 4]
+        wm2_pitch = z[..., 5]
+        ym_yaw = z[..., 6]
+        wm1_yaw = z[..., 7]
+        wm2_yaw = z[..., 8]
+        omega0 = p[..., 6]
+        Kp_x = c[..., 0]
+        Kp_y = c[..., 1]
+        Kp_z = c[..., 2]
+        Kd_x = c[..., 3]
+        Kd_y = c[..., 4]
+        Kd_z = c[..., 5]
+        follow_model = c[..., 6]
+        design_delay = c[..., 8]
+        (
+            t_lbhv6,
+            t_u5zvh,
+            t_lbhv6_2,
+        ) = np.moveaxis(h, -1, 0)
+        sin_pitch, cos_pitch = np.sin(pitch), np.cos(pitch)
+        sin_yaw, cos_yaw = np.sin(yaw), np.cos(yaw)
+        C12 = cos_pitch * sin_yaw  # (3)
+        sin_roll, cos_roll = np.sin(roll), np.cos(roll)
+        C22 = cos_yaw * cos_roll + sin_pitch * (sin_yaw * sin_roll)  # (3)
+        C32 = sin_pitch * (sin_yaw * cos_roll) - cos_yaw * sin_roll  # (3)
+        rate_x = wx + C12 * omega0  # (4)
+        rate_y = wy + C22 * omega0  # (4)
+        rate_z = wz + C32 * omega0  # (4)
+        w_roll = t_lbhv6 * ref_roll + t_u5zvh * wm1_roll - t_lbhv6_2 * wm2_roll  # (16)
+        w_pitch = t_lbhv6 * ref_pitch + t_u5zvh * wm1_pitch - t_lbhv6_2 * wm2_pitch  # (16)
+        w_yaw = t_lbhv6 * ref_yaw + t_u5zvh * wm1_yaw - t_lbhv6_2 * wm2_yaw  # (16)
+        m_z3d63 = (0.5 < follow_model)
+        u_roll_pd = Kp_x * (np.where(m_z3d63, ym_roll, ref_roll) - roll) - Kd_x * rate_x  # (50)
+        u_pitch_pd = Kp_y * (np.where(m_z3d63, ym_pitch, ref_pitch) - pitch) - Kd_y * rate_y  # (50)
+        u_yaw_pd = Kp_z * (np.where(m_z3d63, ym_yaw, ref_yaw) - yaw) - Kd_z * rate_z  # (50)
+        m_cgnek = (np.abs(pitch) < 1e+30)
+        m_qrx2z = (np.abs(ref_pitch) < 1e+30)
+        m_r3fir = np.logical_and(m_cgnek, m_qrx2z)
+        m_ilioh = (np.abs(ref_roll) < 1e+30)
+        m_bmy6f = np.logical_and(m_r3fir, m_ilioh)
+        m_ghzhf = (np.abs(ref_yaw) < 1e+30)
+        m_5iclu = np.logical_and(m_bmy6f, m_ghzhf)
+        m_lisih = (np.abs(roll) < 1e+30)
+        m_fdhnb = np.logical_and(m_5iclu, m_lisih)
+        m_q3hd4 = (np.abs(yaw) < 1e+30)
+        m_sehe6 = np.logical_and(m_fdhnb, m_q3hd4)
+        m_4fwsc = (np.abs(u_pitch_pd) < 1e+30)
+        m_ey64f = np.logical_and(m_sehe6, m_4fwsc)
+        m_zzicp = (np.abs(u_roll_pd) < 1e+30)
+        m_yof5u = np.logical_and(m_ey64f, m_zzicp)
+        m_ilrjp = (np.abs(u_yaw_pd) < 1e+30)
+        m_gwxq4 = np.logical_and(m_yof5u, m_ilrjp)
+        m_nepjb = (np.abs(wx) < 1e+30)
+        m_r3oc5 = np.logical_and(m_gwxq4, m_nepjb)
+        m_gmtwv = (np.abs(wy) < 1e+30)
+        m_mhk6s = np.logical_and(m_r3oc5, m_gmtwv)
+        m_no6hp = (np.abs(wz) < 1e+30)
+        m_le4m7 = np.logical_and(m_mhk6s, m_no6hp)
+        Tx_cmd = np.where(m_le4m7, u_roll_pd, 0.0)
+        Ty_cmd = np.where(m_le4m7, u_pitch_pd, 0.0)
+        Tz_cmd = np.where(m_le4m7, u_yaw_pd, 0.0)
+        m_ng6lt = (0.5 < design_delay)
+        t_lfvhy = 0.5 * wm1_roll
+        t_nuzia = 0.5 * wm1_pitch
+        t_bashd = 0.5 * wm1_yaw
+        m_rtwsy = np.logical_not(m_le4m7)
+        return _vector(
+            Tx_cmd,
+            Ty_cmd,
+            Tz_cmd,
+        ), _vector(
+            np.where(m_le4m7, np.where(m_ng6lt, t_lfvhy + 0.5 * wm2_roll, t_lfvhy + 0.5 * w_roll), ym_roll),
+            np.where(m_le4m7, w_roll, wm1_roll),
+            np.where(m_le4m7, wm1_roll, wm2_roll),
+            np.where(m_le4m7, np.where(m_ng6lt, t_nuzia + 0.5 * wm2_pitch, t_nuzia + 0.5 * w_pitch), ym_pitch),
+            np.where(m_le4m7, w_pitch, wm1_pitch),
+            np.where(m_le4m7, wm1_pitch, wm2_pitch),
+            np.where(m_le4m7, np.where(m_ng6lt, t_bashd + 0.5 * wm2_yaw, t_bashd + 0.5 * w_yaw), ym_yaw),
+            np.where(m_le4m7, w_yaw, wm1_yaw),
+            np.where(m_le4m7, wm1_yaw, wm2_yaw),
+            np.where(m_rtwsy, 1.0, 0.0),
+        )

@@ -10,194 +10,250 @@
 void satellite_jac_x(const real *x, const real *u, const real *p, real *J)
 {
     (void)u;
-    real s1, c1; mv_sincos(x[1], &s1, &c1);
-    real s4, c4; mv_sincos(x[2], &s4, &c4);
-    real s6, c6; mv_sincos(x[0], &s6, &c6);
-    const real v7 = c4 * c6;
-    const real v10 = s4 * s6;
-    const real v11 = s1 * v10;
-    const real v15 = x[4] + (v7 + v11) * p[6];
-    const real v18 = K(1.0) / c1;
-    const real v19 = c6 * v18;
-    const real v21 = s6 * v18;
-    const real v22 = s4 * c6;
-    const real v24 = c4 * s6;
-    const real v25 = s1 * v22 - v24;
-    const real v26 = p[6] * v25;
-    const real v28 = v15 * v19 + v21 * v26;
-    const real v32 = x[5] + v25 * p[6];
-    const real v34 = v11 + v7;
-    const real v35 = p[6] * v34;
-    const real v37 = v32 * v21 + v19 * v35;
-    const real v45 = v10 * c1;
-    const real v46 = p[6] * v45;
-    const real v48 = v15 * (v21 * v18 * s1) + v21 * v46;
-    const real v51 = s4 * s1;
-    const real v59 = v22 * c1;
-    const real v60 = p[6] * v59;
-    const real v62 = v32 * (v19 * v18 * s1) + v19 * v60;
-    const real v66 = c1 * c4;
-    const real v68 = s6 * c4;
-    const real v70 = c6 * s4;
-    const real v71 = s1 * v68 - v70;
-    const real v72 = p[6] * v71;
-    const real v73 = v21 * v72;
-    const real v76 = c6 * c4;
-    const real v78 = s6 * s4;
-    const real v79 = s1 * v76 + v78;
-    const real v80 = p[6] * v79;
-    const real v81 = v19 * v80;
-    real s106, c106; mv_sincos(x[9], &s106, &c106);
-    const real v109 = p[7] * p[7];
-    const real v111 = p[17] / (p[7] * v109);
-    real s113, c113; mv_sincos(p[8], &s113, &c113);
-    const real v114 = v111 * s113;
-    const real v115 = c106 * v114;
-    const real v116 = s1 * v24;
-    const real v117 = v22 - v116;
-    const real v120 = v111 * c113;
-    const real v123 = v114 + v114;
-    const real v125 = v123 * s106;
-    const real v126 = c1 * s6;
-    const real v128 = v115 * v117 + v120 * v34 - v125 * v126;
-    const real v136 = p[20] * p[24] * (K(1.0) + p[25]);
-    real s138, c138; mv_sincos(p[27], &s138, &c138);
-    const real v140 = x[9] - p[26];
-    real s141, c141; mv_sincos(v140, &s141, &c141);
-    const real v143 = v136 * (c138 * s141);
-    const real v145 = p[6] * p[6];
-    const real v153 = v143 - K(0.5) * v145 * p[18] * p[20] * p[19] * v109;
-    const real v156 = v136 * s138;
-    const real v161 = v136 * (c138 * c141);
-    const real v163 = v153 * v117 - v156 * v34 - v161 * v126;
-    const real v167 = s1 * v7;
-    const real v168 = v167 + v10;
-    const real v172 = c1 * c6;
-    const real v174 = v115 * v168 - v120 * v25 + v125 * v172;
-    const real v182 = v153 * v168 + v156 * v25 + v161 * v172;
-    const real v190 = p[2] + p[5];
-    const real v191 = p[1] + p[4] - v190;
-    const real v193 = K(3.0) * v145;
-    const real v194 = v193 * v172;
-    const real v195 = v191 * v194;
-    const real v197 = v193 * v126;
-    const real v201 = p[15] * v128 + p[22] * v163 - p[16] * v174 - p[23] * v182 - (v195 * v172 - v126 * (v191 * v197));
-    const real v203 = K(1.0) / p[0];
-    const real v205 = v7 * c1;
-    const real v209 = c6 * s1;
-    const real v211 = v115 * v205 - v120 * v59 - v125 * v209;
-    const real v217 = v153 * v205 + v156 * v59 - v161 * v209;
-    const real v220 = v24 * c1;
-    const real v224 = s6 * s1;
-    const real v226 = v115 * v220 - v120 * v45 - v125 * v224;
-    const real v233 = v153 * v220 + v156 * v45 - v161 * v224;
-    const real v236 = v193 * v209;
-    const real v241 = p[15] * v211 + p[22] * v217 - p[16] * v226 - p[23] * v233 + (v126 * (v191 * v236) + v195 * v224);
-    const real v244 = v68 - s1 * v70;
-    const real v247 = v115 * v244 - v120 * v79;
-    const real v251 = v153 * v244 + v156 * v79;
-    const real v255 = s1 * v78 + v76;
-    const real v258 = v115 * v255 + v120 * v71;
-    const real v263 = v156 * v71 - v153 * v255;
-    const real v269 = p[13] * p[10];
-    const real v275 = x[8] + x[5] * p[2];
-    const real v280 = x[7] + x[4] * p[1];
-    const real v285 = v269 / p[3];
-    const real v290 = v123 * c106;
-    const real v292 = v10 + v167;
-    const real v293 = v114 * s106;
-    const real v295 = v172 * v290 - v292 * v293;
-    const real v299 = v292 * v161 - v172 * v143;
-    const real v303 = v116 - v22;
-    const real v305 = v126 * v290 - v303 * v293;
-    const real v310 = v303 * v161 - v126 * v143;
-    const real v314 = p[0] + p[3];
-    const real v315 = v314 - v190;
-    const real v324 = K(1.0) / p[1];
-    const real v327 = c4 * s1;
-    const real v331 = v120 * v51 - v115 * v327 - v125 * c1;
-    const real v337 = v153 * v327 + v156 * v51 + v161 * c1;
-    const real v348 = p[16] * v331 - p[23] * v337 - p[14] * v211 - p[21] * v217 - v315 * (v194 * c1 - s1 * v236);
-    const real v351 = c1 * s4;
-    const real v353 = v156 * v66 - v153 * v351;
-    const real v357 = v115 * v351 + v120 * v66;
-    const real v374 = x[6] + x[3] * p[0];
-    const real v379 = v269 / p[4];
-    const real v384 = v66 * v161 + s1 * v143;
-    const real v388 = v66 * v293 + s1 * v290;
-    const real v403 = K(-3.0) * v145 * (v314 - p[1] - p[4]);
-    const real v404 = v403 * s1;
-    const real v407 = K(1.0) / p[2];
-    const real v420 = p[14] * v226 + p[21] * v233 - p[15] * v331 + p[22] * v337 - (v126 * (v403 * c1) - v404 * v224);
-    const real v441 = v269 / p[5];
-    const real v451 = p[10] * v269;
-    J[0] = s1 * v28 - s1 * v37;
-    J[1] = v21 * v15 * c1 + s1 * v48 - p[6] * v51 + (v19 * v32 * c1 + s1 * v62);
-    J[2] = p[6] * v66 + s1 * v73 + s1 * v81;
+    enum { roll = SATELLITE_X_ROLL };
+    enum { pitch = SATELLITE_X_PITCH };
+    enum { yaw = SATELLITE_X_YAW };
+    enum { wx = SATELLITE_X_WX };
+    enum { wy = SATELLITE_X_WY };
+    enum { wz = SATELLITE_X_WZ };
+    enum { hx = SATELLITE_X_HX };
+    enum { hy = SATELLITE_X_HY };
+    enum { hz = SATELLITE_X_HZ };
+    enum { latitude = SATELLITE_X_LATITUDE };
+    enum { I_x = SATELLITE_P_I_X };
+    enum { I_y = SATELLITE_P_I_Y };
+    enum { I_z = SATELLITE_P_I_Z };
+    enum { Iw_x = SATELLITE_P_IW_X };
+    enum { Iw_y = SATELLITE_P_IW_Y };
+    enum { Iw_z = SATELLITE_P_IW_Z };
+    enum { omega0 = SATELLITE_P_OMEGA0 };
+    enum { orbit_radius = SATELLITE_P_ORBIT_RADIUS };
+    enum { inclination = SATELLITE_P_INCLINATION };
+    enum { wheels = SATELLITE_P_WHEELS };
+    enum { wheel_friction = SATELLITE_P_WHEEL_FRICTION };
+    enum { dipole_x = SATELLITE_P_DIPOLE_X };
+    enum { dipole_y = SATELLITE_P_DIPOLE_Y };
+    enum { dipole_z = SATELLITE_P_DIPOLE_Z };
+    enum { field_moment = SATELLITE_P_FIELD_MOMENT };
+    enum { air_density = SATELLITE_P_AIR_DENSITY };
+    enum { drag_coefficient = SATELLITE_P_DRAG_COEFFICIENT };
+    enum { area = SATELLITE_P_AREA };
+    enum { arm_x = SATELLITE_P_ARM_X };
+    enum { arm_y = SATELLITE_P_ARM_Y };
+    enum { arm_z = SATELLITE_P_ARM_Z };
+    enum { solar_pressure = SATELLITE_P_SOLAR_PRESSURE };
+    enum { reflectance = SATELLITE_P_REFLECTANCE };
+    enum { sun_latitude = SATELLITE_P_SUN_LATITUDE };
+    enum { sun_elevation = SATELLITE_P_SUN_ELEVATION };
+    real sin_pitch, cos_pitch; mv_sincos(x[pitch], &sin_pitch, &cos_pitch);
+    real sin_yaw, cos_yaw; mv_sincos(x[yaw], &sin_yaw, &cos_yaw);
+    const real C11 = cos_pitch * cos_yaw;  /* (3) */
+    const real C12 = cos_pitch * sin_yaw;  /* (3) */
+    real sin_roll, cos_roll; mv_sincos(x[roll], &sin_roll, &cos_roll);
+    const real t_yxoxk = sin_roll * cos_yaw;
+    const real t_jt2xw = cos_roll * sin_yaw;
+    const real C21 = sin_pitch * t_yxoxk - t_jt2xw;  /* (3) */
+    const real t_fdgli = cos_yaw * cos_roll;
+    const real t_wcbyi = sin_yaw * sin_roll;
+    const real t_56qba = sin_pitch * t_wcbyi;
+    const real C22 = t_fdgli + t_56qba;  /* (3) */
+    const real C23 = cos_pitch * sin_roll;  /* (3) */
+    const real t_fdgli_2 = cos_roll * cos_yaw;
+    const real t_wcbyi_2 = sin_roll * sin_yaw;
+    const real C31 = sin_pitch * t_fdgli_2 + t_wcbyi_2;  /* (3) */
+    const real t_jt2xw_2 = sin_yaw * cos_roll;
+    const real t_yxoxk_2 = cos_yaw * sin_roll;
+    const real C32 = sin_pitch * t_jt2xw_2 - t_yxoxk_2;  /* (3) */
+    const real C33 = cos_pitch * cos_roll;  /* (3) */
+    const real rate_y = x[wy] + C22 * p[omega0];  /* (4) */
+    const real rate_z = x[wz] + C32 * p[omega0];  /* (4) */
+    const real t_xcu2m = p[omega0] * p[omega0];
+    const real t_woyh3 = p[orbit_radius] * p[orbit_radius];
+    const real F_air = K(0.5) * t_xcu2m * p[air_density] * p[area] * p[drag_coefficient] * t_woyh3;
+    const real t_o4eym = p[area] * p[solar_pressure] * (K(1.0) + p[reflectance]);
+    real sin_sun_elevation, cos_sun_elevation; mv_sincos(p[sun_elevation], &sin_sun_elevation, &cos_sun_elevation);
+    const real t_cbxhz = x[latitude] - p[sun_latitude];
+    real sin_t_cbxhz, cos_t_cbxhz; mv_sincos(t_cbxhz, &sin_t_cbxhz, &cos_t_cbxhz);
+    const real t_w63c6 = t_o4eym * (cos_sun_elevation * sin_t_cbxhz);
+    const real t_e7ljy = t_w63c6 - F_air;
+    const real t_q5gsa = sin_pitch * t_fdgli;
+    const real t_pvagg = t_q5gsa + t_wcbyi;
+    const real t_cokzx = t_o4eym * sin_sun_elevation;
+    const real t_cw7a6 = t_o4eym * (cos_sun_elevation * cos_t_cbxhz);
+    const real F_z = t_e7ljy * t_pvagg + t_cokzx * C32 + t_cw7a6 * C33;
+    real sin_latitude, cos_latitude; mv_sincos(x[latitude], &sin_latitude, &cos_latitude);
+    const real t_ph4ov = p[field_moment] / (p[orbit_radius] * t_woyh3);
+    real sin_inclination, cos_inclination; mv_sincos(p[inclination], &sin_inclination, &cos_inclination);
+    const real t_mt3zp = t_ph4ov * sin_inclination;
+    const real B_x = cos_latitude * t_mt3zp;
+    const real t_vpxty = t_mt3zp + t_mt3zp;
+    const real B_z = t_vpxty * sin_latitude;
+    const real t_ksn4u = K(1.0) / cos_pitch;
+    const real t_k5hl2 = cos_roll * t_ksn4u;
+    const real t_l3vet = sin_roll * t_ksn4u;
+    const real t_dmzlz = p[omega0] * C32;
+    const real t_dtpor = rate_y * t_k5hl2 + t_l3vet * t_dmzlz;
+    const real t_5cndk = t_56qba + t_fdgli;
+    const real t_6b6d2 = p[omega0] * t_5cndk;
+    const real t_2lxy6 = rate_z * t_l3vet + t_k5hl2 * t_6b6d2;
+    const real t_wkmzz = t_wcbyi * cos_pitch;
+    const real t_ojoq4 = p[omega0] * t_wkmzz;
+    const real t_3s3cu = rate_y * (t_l3vet * t_ksn4u * sin_pitch) + t_l3vet * t_ojoq4;
+    const real t_yzskl = sin_yaw * sin_pitch;
+    const real t_yuzcg = t_jt2xw_2 * cos_pitch;
+    const real t_py3uz = p[omega0] * t_yuzcg;
+    const real t_46de6 = rate_z * (t_k5hl2 * t_ksn4u * sin_pitch) + t_k5hl2 * t_py3uz;
+    const real t_4ymrq = p[omega0] * C21;
+    const real t_wdel3 = t_l3vet * t_4ymrq;
+    const real t_lkubs = p[omega0] * C31;
+    const real t_ccql3 = t_k5hl2 * t_lkubs;
+    const real t_i4hmh = sin_pitch * t_yxoxk_2;
+    const real t_4xk5d = t_jt2xw_2 - t_i4hmh;
+    const real t_xdhrg = t_ph4ov * cos_inclination;
+    const real t_4pbsi = B_x * t_4xk5d + t_xdhrg * t_5cndk - B_z * C23;
+    const real t_itxwx = t_e7ljy * t_4xk5d - t_cokzx * t_5cndk - t_cw7a6 * C23;
+    const real t_7s2z4 = B_x * t_pvagg - t_xdhrg * C32 + B_z * C33;
+    const real t_dukwy = p[I_z] + p[Iw_z];
+    const real t_bcmgw = p[I_y] + p[Iw_y] - t_dukwy;
+    const real t_xcu2m_2 = K(3.0) * t_xcu2m;
+    const real t_asvi2 = t_xcu2m_2 * C33;
+    const real t_vxz3w = t_bcmgw * t_asvi2;
+    const real t_zdw5r = t_xcu2m_2 * C23;
+    const real t_7oem5 = p[dipole_y] * t_4pbsi
+        + p[arm_y] * t_itxwx
+        - p[dipole_z] * t_7s2z4
+        - p[arm_z] * F_z
+        - (t_vxz3w * C33 - C23 * (t_bcmgw * t_zdw5r));
+    const real t_wdz5p = K(1.0) / p[I_x];
+    const real t_cd6xl = t_fdgli * cos_pitch;
+    const real t_mwkyj = cos_roll * sin_pitch;
+    const real t_tt6x5 = B_x * t_cd6xl - t_xdhrg * t_yuzcg - B_z * t_mwkyj;
+    const real t_y7iwx = t_e7ljy * t_cd6xl + t_cokzx * t_yuzcg - t_cw7a6 * t_mwkyj;
+    const real t_qgn6d = t_yxoxk_2 * cos_pitch;
+    const real t_psgw2 = sin_roll * sin_pitch;
+    const real t_bcmxe = B_x * t_qgn6d - t_xdhrg * t_wkmzz - B_z * t_psgw2;
+    const real t_sa57v = t_e7ljy * t_qgn6d + t_cokzx * t_wkmzz - t_cw7a6 * t_psgw2;
+    const real t_buhu2 = t_xcu2m_2 * t_mwkyj;
+    const real t_v4s6p = p[dipole_y] * t_tt6x5
+        + p[arm_y] * t_y7iwx
+        - p[dipole_z] * t_bcmxe
+        - p[arm_z] * t_sa57v
+        + (C23 * (t_bcmgw * t_buhu2) + t_vxz3w * t_psgw2);
+    const real t_476oe = t_yxoxk - sin_pitch * t_jt2xw;
+    const real t_syvjd = B_x * t_476oe - t_xdhrg * C31;
+    const real t_whbkf = t_e7ljy * t_476oe + t_cokzx * C31;
+    const real t_wg4li = sin_pitch * t_wcbyi_2 + t_fdgli_2;
+    const real t_grzrf = B_x * t_wg4li + t_xdhrg * C21;
+    const real t_pblgh = t_cokzx * C21 - t_e7ljy * t_wg4li;
+    const real t_n5ucq = p[wheel_friction] * p[wheels];
+    const real t_2fuj5 = x[hz] + x[wz] * p[I_z];
+    const real t_rud4r = x[hy] + x[wy] * p[I_y];
+    const real t_lfdce = t_n5ucq / p[Iw_x];
+    const real t_gwqt4 = t_vpxty * cos_latitude;
+    const real t_pvagg_2 = t_wcbyi + t_q5gsa;
+    const real t_azyle = t_mt3zp * sin_latitude;
+    const real t_vlaah = C33 * t_gwqt4 - t_pvagg_2 * t_azyle;
+    const real t_ius45 = t_pvagg_2 * t_cw7a6 - C33 * t_w63c6;
+    const real t_4xk5d_2 = t_i4hmh - t_jt2xw_2;
+    const real t_4do7k = C23 * t_gwqt4 - t_4xk5d_2 * t_azyle;
+    const real t_dchol = t_4xk5d_2 * t_cw7a6 - C23 * t_w63c6;
+    const real t_l4gxo = p[I_x] + p[Iw_x];
+    const real t_viru7 = t_l4gxo - t_dukwy;
+    const real t_s2koj = K(1.0) / p[I_y];
+    const real t_uohxy = cos_yaw * sin_pitch;
+    const real t_sdpy6 = t_xdhrg * t_yzskl - B_x * t_uohxy - B_z * cos_pitch;
+    const real t_63k4n = t_e7ljy * t_uohxy + t_cokzx * t_yzskl + t_cw7a6 * cos_pitch;
+    const real t_ygkqp = p[dipole_z] * t_sdpy6
+        - p[arm_z] * t_63k4n
+        - p[dipole_x] * t_tt6x5
+        - p[arm_x] * t_y7iwx
+        - t_viru7 * (t_asvi2 * cos_pitch - sin_pitch * t_buhu2);
+    const real t_m2bmb = t_cokzx * C11 - t_e7ljy * C12;
+    const real t_hv7pp = B_x * C12 + t_xdhrg * C11;
+    const real t_id7q2 = x[hx] + x[wx] * p[I_x];
+    const real t_uh5nx = t_n5ucq / p[Iw_y];
+    const real t_6rmt4 = C11 * t_cw7a6 + sin_pitch * t_w63c6;
+    const real t_62fmd = C11 * t_azyle + sin_pitch * t_gwqt4;
+    const real t_wa4l3 = K(-3.0) * t_xcu2m * (t_l4gxo - p[I_y] - p[Iw_y]);
+    const real t_dm267 = t_wa4l3 * sin_pitch;
+    const real t_eah32 = K(1.0) / p[I_z];
+    const real t_34tdc = p[dipole_x] * t_bcmxe
+        + p[arm_x] * t_sa57v
+        - p[dipole_y] * t_sdpy6
+        + p[arm_y] * t_63k4n
+        - (C23 * (t_wa4l3 * cos_pitch) - t_dm267 * t_psgw2);
+    const real t_bmggw = t_n5ucq / p[Iw_z];
+    const real t_j6wsb = p[wheels] * t_n5ucq;
+    J[0] = sin_pitch * t_dtpor - sin_pitch * t_2lxy6;
+    J[1] = t_l3vet * rate_y * cos_pitch
+        + sin_pitch * t_3s3cu
+        - p[omega0] * t_yzskl
+        + (t_k5hl2 * rate_z * cos_pitch + sin_pitch * t_46de6);
+    J[2] = p[omega0] * C11 + sin_pitch * t_wdel3 + sin_pitch * t_ccql3;
     J[3] = SPLAT(K(1.0));
-    J[4] = s1 * v21;
-    J[5] = s1 * v19;
+    J[4] = sin_pitch * t_l3vet;
+    J[5] = sin_pitch * t_k5hl2;
     J[6] = SPLAT(K(0.0));
     J[7] = SPLAT(K(0.0));
     J[8] = SPLAT(K(0.0));
     J[9] = SPLAT(K(0.0));
-    J[10] = c6 * v26 - v15 * s6 - (v32 * c6 - s6 * v35);
-    J[11] = c6 * v46 - s6 * v60;
-    J[12] = c6 * v72 - s6 * v80;
+    J[10] = cos_roll * t_dmzlz - rate_y * sin_roll - (rate_z * cos_roll - sin_roll * t_6b6d2);
+    J[11] = cos_roll * t_ojoq4 - sin_roll * t_py3uz;
+    J[12] = cos_roll * t_4ymrq - sin_roll * t_lkubs;
     J[13] = SPLAT(K(0.0));
-    J[14] = c6;
-    J[15] = -s6;
+    J[14] = cos_roll;
+    J[15] = -sin_roll;
     J[16] = SPLAT(K(0.0));
     J[17] = SPLAT(K(0.0));
     J[18] = SPLAT(K(0.0));
     J[19] = SPLAT(K(0.0));
-    J[20] = v28 - v37;
-    J[21] = v48 + v62;
-    J[22] = v73 + v81;
+    J[20] = t_dtpor - t_2lxy6;
+    J[21] = t_3s3cu + t_46de6;
+    J[22] = t_wdel3 + t_ccql3;
     J[23] = SPLAT(K(0.0));
-    J[24] = v21;
-    J[25] = v19;
+    J[24] = t_l3vet;
+    J[25] = t_k5hl2;
     J[26] = SPLAT(K(0.0));
     J[27] = SPLAT(K(0.0));
     J[28] = SPLAT(K(0.0));
     J[29] = SPLAT(K(0.0));
-    J[30] = v201 * v203;
-    J[31] = v241 * v203;
-    J[32] = (p[15] * v247 + p[22] * v251 + p[16] * v258 - p[23] * v263) * v203;
-    J[33] = -(v269 * v203);
-    J[34] = (x[5] * p[1] - v275) * v203;
-    J[35] = (v280 - x[4] * p[2]) * v203;
-    J[36] = v285 * v203;
-    J[37] = x[5] * v203;
-    J[38] = -(x[4] * v203);
-    J[39] = (p[15] * v295 + p[22] * v299 - p[16] * v305 - p[23] * v310) * v203;
-    J[40] = (v315 * (s1 * v197) - (p[14] * v128 + p[21] * v163)) * v324;
-    J[41] = v348 * v324;
-    J[42] = (p[23] * v353 - p[16] * v357 - p[14] * v247 - p[21] * v251) * v324;
-    J[43] = (v275 - x[5] * p[0]) * v324;
-    J[44] = -(v269 * v324);
-    J[45] = (x[3] * p[2] - v374) * v324;
-    J[46] = -(x[5] * v324);
-    J[47] = v379 * v324;
-    J[48] = x[3] * v324;
-    J[49] = (p[23] * v384 - p[16] * v388 - p[14] * v295 - p[21] * v299) * v324;
-    J[50] = (p[14] * v174 + p[21] * v182 - v404 * v172) * v407;
-    J[51] = v420 * v407;
-    J[52] = (p[21] * v263 - p[14] * v258 + p[15] * v357 - p[22] * v353) * v407;
-    J[53] = (x[4] * p[0] - v280) * v407;
-    J[54] = (v374 - x[3] * p[1]) * v407;
-    J[55] = -(v269 * v407);
-    J[56] = x[4] * v407;
-    J[57] = -(x[3] * v407);
-    J[58] = v441 * v407;
-    J[59] = (p[14] * v305 + p[21] * v310 + p[15] * v388 - p[22] * v384) * v407;
+    J[30] = t_7oem5 * t_wdz5p;
+    J[31] = t_v4s6p * t_wdz5p;
+    J[32] = (p[dipole_y] * t_syvjd + p[arm_y] * t_whbkf + p[dipole_z] * t_grzrf - p[arm_z] * t_pblgh) * t_wdz5p;
+    J[33] = -(t_n5ucq * t_wdz5p);
+    J[34] = (x[wz] * p[I_y] - t_2fuj5) * t_wdz5p;
+    J[35] = (t_rud4r - x[wy] * p[I_z]) * t_wdz5p;
+    J[36] = t_lfdce * t_wdz5p;
+    J[37] = x[wz] * t_wdz5p;
+    J[38] = -(x[wy] * t_wdz5p);
+    J[39] = (p[dipole_y] * t_vlaah + p[arm_y] * t_ius45 - p[dipole_z] * t_4do7k - p[arm_z] * t_dchol) * t_wdz5p;
+    J[40] = (t_viru7 * (sin_pitch * t_zdw5r) - (p[dipole_x] * t_4pbsi + p[arm_x] * t_itxwx)) * t_s2koj;
+    J[41] = t_ygkqp * t_s2koj;
+    J[42] = (p[arm_z] * t_m2bmb - p[dipole_z] * t_hv7pp - p[dipole_x] * t_syvjd - p[arm_x] * t_whbkf) * t_s2koj;
+    J[43] = (t_2fuj5 - x[wz] * p[I_x]) * t_s2koj;
+    J[44] = -(t_n5ucq * t_s2koj);
+    J[45] = (x[wx] * p[I_z] - t_id7q2) * t_s2koj;
+    J[46] = -(x[wz] * t_s2koj);
+    J[47] = t_uh5nx * t_s2koj;
+    J[48] = x[wx] * t_s2koj;
+    J[49] = (p[arm_z] * t_6rmt4 - p[dipole_z] * t_62fmd - p[dipole_x] * t_vlaah - p[arm_x] * t_ius45) * t_s2koj;
+    J[50] = (p[dipole_x] * t_7s2z4 + p[arm_x] * F_z - t_dm267 * C33) * t_eah32;
+    J[51] = t_34tdc * t_eah32;
+    J[52] = (p[arm_x] * t_pblgh - p[dipole_x] * t_grzrf + p[dipole_y] * t_hv7pp - p[arm_y] * t_m2bmb) * t_eah32;
+    J[53] = (x[wy] * p[I_x] - t_rud4r) * t_eah32;
+    J[54] = (t_id7q2 - x[wx] * p[I_y]) * t_eah32;
+    J[55] = -(t_n5ucq * t_eah32);
+    J[56] = x[wy] * t_eah32;
+    J[57] = -(x[wx] * t_eah32);
+    J[58] = t_bmggw * t_eah32;
+    J[59] = (p[dipole_x] * t_4do7k + p[arm_x] * t_dchol + p[dipole_y] * t_62fmd - p[arm_y] * t_6rmt4) * t_eah32;
     J[60] = SPLAT(K(0.0));
     J[61] = SPLAT(K(0.0));
     J[62] = SPLAT(K(0.0));
-    J[63] = v451;
+    J[63] = t_j6wsb;
     J[64] = SPLAT(K(0.0));
     J[65] = SPLAT(K(0.0));
-    J[66] = -(p[10] * v285);
+    J[66] = -(p[wheels] * t_lfdce);
     J[67] = SPLAT(K(0.0));
     J[68] = SPLAT(K(0.0));
     J[69] = SPLAT(K(0.0));
@@ -205,10 +261,10 @@ void satellite_jac_x(const real *x, const real *u, const real *p, real *J)
     J[71] = SPLAT(K(0.0));
     J[72] = SPLAT(K(0.0));
     J[73] = SPLAT(K(0.0));
-    J[74] = v451;
+    J[74] = t_j6wsb;
     J[75] = SPLAT(K(0.0));
     J[76] = SPLAT(K(0.0));
-    J[77] = -(p[10] * v379);
+    J[77] = -(p[wheels] * t_uh5nx);
     J[78] = SPLAT(K(0.0));
     J[79] = SPLAT(K(0.0));
     J[80] = SPLAT(K(0.0));
@@ -216,10 +272,10 @@ void satellite_jac_x(const real *x, const real *u, const real *p, real *J)
     J[82] = SPLAT(K(0.0));
     J[83] = SPLAT(K(0.0));
     J[84] = SPLAT(K(0.0));
-    J[85] = v451;
+    J[85] = t_j6wsb;
     J[86] = SPLAT(K(0.0));
     J[87] = SPLAT(K(0.0));
-    J[88] = -(p[10] * v441);
+    J[88] = -(p[wheels] * t_bmggw);
     J[89] = SPLAT(K(0.0));
     J[90] = SPLAT(K(0.0));
     J[91] = SPLAT(K(0.0));
@@ -238,7 +294,11 @@ void satellite_jac_u(const real *x, const real *u, const real *p, real *J)
 {
     (void)x;
     (void)u;
-    const real v9 = -p[10];
+    enum { I_x = SATELLITE_P_I_X };
+    enum { I_y = SATELLITE_P_I_Y };
+    enum { I_z = SATELLITE_P_I_Z };
+    enum { wheels = SATELLITE_P_WHEELS };
+    const real t_qzfcv = -p[wheels];
     J[0] = SPLAT(K(0.0));
     J[1] = SPLAT(K(0.0));
     J[2] = SPLAT(K(0.0));
@@ -248,24 +308,24 @@ void satellite_jac_u(const real *x, const real *u, const real *p, real *J)
     J[6] = SPLAT(K(0.0));
     J[7] = SPLAT(K(0.0));
     J[8] = SPLAT(K(0.0));
-    J[9] = K(1.0) / p[0];
+    J[9] = K(1.0) / p[I_x];
     J[10] = SPLAT(K(0.0));
     J[11] = SPLAT(K(0.0));
     J[12] = SPLAT(K(0.0));
-    J[13] = K(1.0) / p[1];
+    J[13] = K(1.0) / p[I_y];
     J[14] = SPLAT(K(0.0));
     J[15] = SPLAT(K(0.0));
     J[16] = SPLAT(K(0.0));
-    J[17] = K(1.0) / p[2];
-    J[18] = v9;
+    J[17] = K(1.0) / p[I_z];
+    J[18] = t_qzfcv;
     J[19] = SPLAT(K(0.0));
     J[20] = SPLAT(K(0.0));
     J[21] = SPLAT(K(0.0));
-    J[22] = v9;
+    J[22] = t_qzfcv;
     J[23] = SPLAT(K(0.0));
     J[24] = SPLAT(K(0.0));
     J[25] = SPLAT(K(0.0));
-    J[26] = v9;
+    J[26] = t_qzfcv;
     J[27] = SPLAT(K(0.0));
     J[28] = SPLAT(K(0.0));
     J[29] = SPLAT(K(0.0));
@@ -275,104 +335,193 @@ void satellite_jac_u(const real *x, const real *u, const real *p, real *J)
 void satellite_jvp(const real *x, const real *u, const real *p, const real *along_x, const real *along_u, real *change)
 {
     (void)u;
-    real s3, c3; mv_sincos(x[1], &s3, &c3);
-    real s5, c5; mv_sincos(x[2], &s5, &c5);
-    const real v7 = c5 * along_x[2];
-    const real v12 = s3 * along_x[1];
-    const real v14 = c3 * v7 - s5 * v12;
-    real s18, c18; mv_sincos(x[0], &s18, &c18);
-    const real v20 = K(1.0) / c3;
-    const real v21 = s18 * v20;
-    const real v24 = c5 * c18;
-    const real v25 = s5 * s18;
-    const real v29 = x[4] + (v24 + s3 * v25) * p[6];
-    const real v31 = c3 * along_x[1];
-    const real v34 = c18 * along_x[0];
-    const real v44 = s18 * v7 + s5 * v34;
-    const real v47 = s5 * along_x[2];
-    const real v49 = s18 * along_x[0];
-    const real v51 = c18 * v47 + c5 * v49;
-    const real v52 = v25 * v31 + s3 * v44 - v51;
-    const real v54 = along_x[4] + p[6] * v52;
-    const real v56 = v29 * (v34 * v20 + v21 * v20 * v12) + v21 * v54;
-    const real v60 = c18 * v20;
-    const real v62 = s5 * c18;
-    const real v64 = c5 * s18;
-    const real v67 = x[5] + (s3 * v62 - v64) * p[6];
-    const real v79 = c18 * v7 - s5 * v49;
-    const real v84 = c5 * v34 - s18 * v47;
-    const real v85 = v62 * v31 + s3 * v79 - v84;
-    const real v87 = along_x[5] + p[6] * v85;
-    const real v89 = v67 * (v60 * v20 * v12 - v49 * v20) + v60 * v87;
-    const real v92 = along_x[3] + p[6] * v14 + (v21 * v29 * v31 + s3 * v56) + (v60 * v67 * v31 + s3 * v89);
-    real s103, c103; mv_sincos(x[9], &s103, &c103);
-    const real v106 = p[7] * p[7];
-    const real v108 = p[17] / (p[7] * v106);
-    real s110, c110; mv_sincos(p[8], &s110, &c110);
-    const real v111 = v108 * s110;
-    const real v112 = c103 * v111;
-    const real v116 = v44 + (v24 * v31 - s3 * v51);
-    const real v119 = v25 + s3 * v24;
-    const real v123 = v111 * (s103 * along_x[9]);
-    const real v127 = v108 * c110;
-    const real v130 = c3 * c18;
-    const real v131 = v111 + v111;
-    const real v133 = v131 * (c103 * along_x[9]);
-    const real v135 = v131 * s103;
-    const real v138 = c18 * v12 + c3 * v49;
-    const real v141 = v112 * v116 - v119 * v123 - v127 * v85 + (v130 * v133 - v135 * v138);
-    const real v149 = p[20] * p[24] * (K(1.0) + p[25]);
-    real s151, c151; mv_sincos(p[27], &s151, &c151);
-    const real v153 = x[9] - p[26];
-    real s154, c154; mv_sincos(v153, &s154, &c154);
-    const real v157 = v149 * (c151 * (c154 * along_x[9]));
-    const real v163 = p[6] * p[6];
-    const real v171 = v149 * (c151 * s154) - K(0.5) * v163 * p[18] * p[20] * p[19] * v106;
-    const real v175 = v149 * s151;
-    const real v180 = v149 * (c151 * (s154 * along_x[9]));
-    const real v183 = v149 * (c151 * c154);
-    const real v186 = v119 * v157 + v171 * v116 + v175 * v85 - (v130 * v180 + v183 * v138);
-    const real v193 = v64 * v31 + s3 * v84 - v79;
-    const real v196 = s3 * v64 - v62;
-    const real v201 = c3 * s18;
-    const real v205 = c3 * v34 - s18 * v12;
-    const real v208 = v112 * v193 - v196 * v123 - v127 * v52 + (v201 * v133 + v135 * v205);
-    const real v220 = v196 * v157 + v171 * v193 + v175 * v52 + (v183 * v205 - v201 * v180);
-    const real v228 = p[2] + p[5];
-    const real v229 = p[1] + p[4] - v228;
-    const real v231 = K(3.0) * v163;
-    const real v232 = v231 * v130;
-    const real v235 = v231 * v138;
-    const real v239 = p[15] * v141 + p[22] * v186 - p[16] * v208 - p[23] * v220 - (v229 * v232 * v205 - v201 * (v229 * v235));
-    const real v243 = p[13] * p[10];
-    const real v249 = along_u[0] + v243 * (along_x[6] / p[3] - along_x[3]);
-    const real v253 = along_x[7] + p[1] * along_x[4];
-    const real v257 = x[7] + x[4] * p[1];
-    const real v263 = along_x[8] + p[2] * along_x[5];
-    const real v267 = x[8] + x[5] * p[2];
-    const real v270 = v239 + v249 + (x[5] * v253 + v257 * along_x[5]) - (x[4] * v263 + v267 * along_x[4]);
-    const real v273 = c3 * c5;
-    const real v277 = c5 * v12 + c3 * v47;
-    const real v285 = v273 * v157 - v171 * v277 + v175 * v14 - (v183 * v31 - s3 * v180);
-    const real v295 = v273 * v123 + v112 * v277 + v127 * v14 + (s3 * v133 + v135 * v31);
-    const real v304 = p[0] + p[3];
-    const real v310 = p[23] * v285 - p[16] * v295 - p[14] * v141 - p[21] * v186 - (v304 - v228) * (v232 * v31 - s3 * v235);
-    const real v315 = along_u[1] + v243 * (along_x[7] / p[4] - along_x[4]);
-    const real v323 = along_x[6] + p[0] * along_x[3];
-    const real v327 = x[6] + x[3] * p[0];
-    const real v330 = v310 + v315 + (x[3] * v263 + v267 * along_x[3]) - (x[5] * v323 + v327 * along_x[5]);
-    const real v343 = K(-3.0) * v163 * (v304 - p[1] - p[4]);
-    const real v349 = p[14] * v208 + p[21] * v220 + p[15] * v295 - p[22] * v285 - (v201 * (v343 * v31) + v343 * s3 * v205);
-    const real v354 = along_u[2] + v243 * (along_x[8] / p[5] - along_x[5]);
-    const real v363 = v349 + v354 + (x[4] * v323 + v327 * along_x[4]) - (x[3] * v253 + v257 * along_x[3]);
-    change[0] = v92;
-    change[1] = c18 * v54 - v29 * v49 - (v67 * v34 + s18 * v87);
-    change[2] = v56 + v89;
-    change[3] = v270 / p[0];
-    change[4] = v330 / p[1];
-    change[5] = v363 / p[2];
-    change[6] = -(p[10] * v249);
-    change[7] = -(p[10] * v315);
-    change[8] = -(p[10] * v354);
+    enum { roll = SATELLITE_X_ROLL };
+    enum { pitch = SATELLITE_X_PITCH };
+    enum { yaw = SATELLITE_X_YAW };
+    enum { wx = SATELLITE_X_WX };
+    enum { wy = SATELLITE_X_WY };
+    enum { wz = SATELLITE_X_WZ };
+    enum { hx = SATELLITE_X_HX };
+    enum { hy = SATELLITE_X_HY };
+    enum { hz = SATELLITE_X_HZ };
+    enum { latitude = SATELLITE_X_LATITUDE };
+    enum { I_x = SATELLITE_P_I_X };
+    enum { I_y = SATELLITE_P_I_Y };
+    enum { I_z = SATELLITE_P_I_Z };
+    enum { Iw_x = SATELLITE_P_IW_X };
+    enum { Iw_y = SATELLITE_P_IW_Y };
+    enum { Iw_z = SATELLITE_P_IW_Z };
+    enum { omega0 = SATELLITE_P_OMEGA0 };
+    enum { orbit_radius = SATELLITE_P_ORBIT_RADIUS };
+    enum { inclination = SATELLITE_P_INCLINATION };
+    enum { wheels = SATELLITE_P_WHEELS };
+    enum { wheel_friction = SATELLITE_P_WHEEL_FRICTION };
+    enum { dipole_x = SATELLITE_P_DIPOLE_X };
+    enum { dipole_y = SATELLITE_P_DIPOLE_Y };
+    enum { dipole_z = SATELLITE_P_DIPOLE_Z };
+    enum { field_moment = SATELLITE_P_FIELD_MOMENT };
+    enum { air_density = SATELLITE_P_AIR_DENSITY };
+    enum { drag_coefficient = SATELLITE_P_DRAG_COEFFICIENT };
+    enum { area = SATELLITE_P_AREA };
+    enum { arm_x = SATELLITE_P_ARM_X };
+    enum { arm_y = SATELLITE_P_ARM_Y };
+    enum { arm_z = SATELLITE_P_ARM_Z };
+    enum { solar_pressure = SATELLITE_P_SOLAR_PRESSURE };
+    enum { reflectance = SATELLITE_P_REFLECTANCE };
+    enum { sun_latitude = SATELLITE_P_SUN_LATITUDE };
+    enum { sun_elevation = SATELLITE_P_SUN_ELEVATION };
+    enum { along_roll = 0 };
+    enum { along_pitch = 1 };
+    enum { along_yaw = 2 };
+    enum { along_wx = 3 };
+    enum { along_wy = 4 };
+    enum { along_wz = 5 };
+    enum { along_hx = 6 };
+    enum { along_hy = 7 };
+    enum { along_hz = 8 };
+    enum { along_latitude = 9 };
+    enum { along_Tx = 0 };
+    enum { along_Ty = 1 };
+    enum { along_Tz = 2 };
+    real sin_pitch, cos_pitch; mv_sincos(x[pitch], &sin_pitch, &cos_pitch);
+    real sin_yaw, cos_yaw; mv_sincos(x[yaw], &sin_yaw, &cos_yaw);
+    const real C11 = cos_pitch * cos_yaw;  /* (3) */
+    real sin_roll, cos_roll; mv_sincos(x[roll], &sin_roll, &cos_roll);
+    const real t_yxoxk = cos_yaw * sin_roll;
+    const real t_jt2xw = sin_yaw * cos_roll;
+    const real C21 = sin_pitch * t_yxoxk - t_jt2xw;  /* (3) */
+    const real t_fdgli = cos_yaw * cos_roll;
+    const real t_wcbyi = sin_yaw * sin_roll;
+    const real C22 = t_fdgli + sin_pitch * t_wcbyi;  /* (3) */
+    const real C23 = cos_pitch * sin_roll;  /* (3) */
+    const real C31 = t_wcbyi + sin_pitch * t_fdgli;  /* (3) */
+    const real C32 = sin_pitch * t_jt2xw - t_yxoxk;  /* (3) */
+    const real C33 = cos_pitch * cos_roll;  /* (3) */
+    const real rate_y = x[wy] + C22 * p[omega0];  /* (4) */
+    const real rate_z = x[wz] + C32 * p[omega0];  /* (4) */
+    const real t_xcu2m = p[omega0] * p[omega0];
+    const real t_woyh3 = p[orbit_radius] * p[orbit_radius];
+    const real F_air = K(0.5) * t_xcu2m * p[air_density] * p[area] * p[drag_coefficient] * t_woyh3;
+    real sin_latitude, cos_latitude; mv_sincos(x[latitude], &sin_latitude, &cos_latitude);
+    const real t_ph4ov = p[field_moment] / (p[orbit_radius] * t_woyh3);
+    real sin_inclination, cos_inclination; mv_sincos(p[inclination], &sin_inclination, &cos_inclination);
+    const real t_mt3zp = t_ph4ov * sin_inclination;
+    const real B_x = cos_latitude * t_mt3zp;
+    const real t_vpxty = t_mt3zp + t_mt3zp;
+    const real B_z = t_vpxty * sin_latitude;
+    const real t_5icb4 = cos_yaw * along_x[along_yaw];
+    const real t_xy2yy = sin_pitch * along_x[along_pitch];
+    const real t_gaz2e = cos_pitch * t_5icb4 - sin_yaw * t_xy2yy;
+    const real t_ksn4u = K(1.0) / cos_pitch;
+    const real t_l3vet = sin_roll * t_ksn4u;
+    const real t_dfbbp = cos_pitch * along_x[along_pitch];
+    const real t_nfkgj = cos_roll * along_x[along_roll];
+    const real t_77cpe = sin_roll * t_5icb4 + sin_yaw * t_nfkgj;
+    const real t_7f7mz = sin_yaw * along_x[along_yaw];
+    const real t_bbfxd = sin_roll * along_x[along_roll];
+    const real t_t5j4l = cos_roll * t_7f7mz + cos_yaw * t_bbfxd;
+    const real t_fut3b = t_wcbyi * t_dfbbp + sin_pitch * t_77cpe - t_t5j4l;
+    const real t_iw7jh = along_x[along_wy] + p[omega0] * t_fut3b;
+    const real t_ho4wi = rate_y * (t_nfkgj * t_ksn4u + t_l3vet * t_ksn4u * t_xy2yy) + t_l3vet * t_iw7jh;
+    const real t_k5hl2 = cos_roll * t_ksn4u;
+    const real t_xn3as = cos_roll * t_5icb4 - sin_yaw * t_bbfxd;
+    const real t_r7mwo = cos_yaw * t_nfkgj - sin_roll * t_7f7mz;
+    const real t_p66sm = t_jt2xw * t_dfbbp + sin_pitch * t_xn3as - t_r7mwo;
+    const real t_wkarc = along_x[along_wz] + p[omega0] * t_p66sm;
+    const real t_snkug = rate_z * (t_k5hl2 * t_ksn4u * t_xy2yy - t_bbfxd * t_ksn4u) + t_k5hl2 * t_wkarc;
+    const real t_3yubc = t_77cpe + (t_fdgli * t_dfbbp - sin_pitch * t_t5j4l);
+    const real t_dj3d2 = t_mt3zp * (sin_latitude * along_x[along_latitude]);
+    const real t_xdhrg = t_ph4ov * cos_inclination;
+    const real t_vor3r = t_vpxty * (cos_latitude * along_x[along_latitude]);
+    const real t_duf4v = cos_roll * t_xy2yy + cos_pitch * t_bbfxd;
+    const real t_6xcun = B_x * t_3yubc
+        - C31 * t_dj3d2
+        - t_xdhrg * t_p66sm
+        + (C33 * t_vor3r - B_z * t_duf4v);
+    const real t_o4eym = p[area] * p[solar_pressure] * (K(1.0) + p[reflectance]);
+    real sin_sun_elevation, cos_sun_elevation; mv_sincos(p[sun_elevation], &sin_sun_elevation, &cos_sun_elevation);
+    const real t_cbxhz = x[latitude] - p[sun_latitude];
+    real sin_t_cbxhz, cos_t_cbxhz; mv_sincos(t_cbxhz, &sin_t_cbxhz, &cos_t_cbxhz);
+    const real t_4d2hq = t_o4eym * (cos_sun_elevation * (cos_t_cbxhz * along_x[along_latitude]));
+    const real t_gegnr = t_o4eym * (cos_sun_elevation * sin_t_cbxhz) - F_air;
+    const real t_cokzx = t_o4eym * sin_sun_elevation;
+    const real t_axqw3 = t_o4eym * (cos_sun_elevation * (sin_t_cbxhz * along_x[along_latitude]));
+    const real t_cw7a6 = t_o4eym * (cos_sun_elevation * cos_t_cbxhz);
+    const real t_rvw4l = C31 * t_4d2hq
+        + t_gegnr * t_3yubc
+        + t_cokzx * t_p66sm
+        - (C33 * t_axqw3 + t_cw7a6 * t_duf4v);
+    const real t_yn6iw = t_yxoxk * t_dfbbp + sin_pitch * t_r7mwo - t_xn3as;
+    const real t_e5eec = cos_pitch * t_nfkgj - sin_roll * t_xy2yy;
+    const real t_65wn2 = B_x * t_yn6iw
+        - C21 * t_dj3d2
+        - t_xdhrg * t_fut3b
+        + (C23 * t_vor3r + B_z * t_e5eec);
+    const real t_hzhrp = C21 * t_4d2hq
+        + t_gegnr * t_yn6iw
+        + t_cokzx * t_fut3b
+        + (t_cw7a6 * t_e5eec - C23 * t_axqw3);
+    const real t_dukwy = p[I_z] + p[Iw_z];
+    const real t_bcmgw = p[I_y] + p[Iw_y] - t_dukwy;
+    const real t_xcu2m_2 = K(3.0) * t_xcu2m;
+    const real t_asvi2 = t_xcu2m_2 * C33;
+    const real t_qilnn = t_xcu2m_2 * t_duf4v;
+    const real t_n5ucq = p[wheel_friction] * p[wheels];
+    const real t_h3squ = along_u[along_Tx] + t_n5ucq * (along_x[along_hx] / p[Iw_x] - along_x[along_wx]);
+    const real t_c24zs = along_x[along_hy] + p[I_y] * along_x[along_wy];
+    const real t_rud4r = x[hy] + x[wy] * p[I_y];
+    const real t_mrqlo = along_x[along_hz] + p[I_z] * along_x[along_wz];
+    const real t_2fuj5 = x[hz] + x[wz] * p[I_z];
+    const real t_wdz2l = p[dipole_y] * t_6xcun
+        + p[arm_y] * t_rvw4l
+        - p[dipole_z] * t_65wn2
+        - p[arm_z] * t_hzhrp
+        - (t_bcmgw * t_asvi2 * t_e5eec - C23 * (t_bcmgw * t_qilnn))
+        + t_h3squ
+        + (x[wz] * t_c24zs + t_rud4r * along_x[along_wz])
+        - (x[wy] * t_mrqlo + t_2fuj5 * along_x[along_wy]);
+    const real t_3yawc = cos_yaw * t_xy2yy + cos_pitch * t_7f7mz;
+    const real t_lshsg = C11 * t_4d2hq
+        - t_gegnr * t_3yawc
+        + t_cokzx * t_gaz2e
+        - (t_cw7a6 * t_dfbbp - sin_pitch * t_axqw3);
+    const real t_ouh2h = C11 * t_dj3d2
+        + B_x * t_3yawc
+        + t_xdhrg * t_gaz2e
+        + (sin_pitch * t_vor3r + B_z * t_dfbbp);
+    const real t_l4gxo = p[I_x] + p[Iw_x];
+    const real t_dokbx = along_u[along_Ty] + t_n5ucq * (along_x[along_hy] / p[Iw_y] - along_x[along_wy]);
+    const real t_tzx3r = along_x[along_hx] + p[I_x] * along_x[along_wx];
+    const real t_id7q2 = x[hx] + x[wx] * p[I_x];
+    const real t_oacis = p[arm_z] * t_lshsg
+        - p[dipole_z] * t_ouh2h
+        - p[dipole_x] * t_6xcun
+        - p[arm_x] * t_rvw4l
+        - (t_l4gxo - t_dukwy) * (t_asvi2 * t_dfbbp - sin_pitch * t_qilnn)
+        + t_dokbx
+        + (x[wx] * t_mrqlo + t_2fuj5 * along_x[along_wx])
+        - (x[wz] * t_tzx3r + t_id7q2 * along_x[along_wz]);
+    const real t_wa4l3 = K(-3.0) * t_xcu2m * (t_l4gxo - p[I_y] - p[Iw_y]);
+    const real t_k4pse = along_u[along_Tz] + t_n5ucq * (along_x[along_hz] / p[Iw_z] - along_x[along_wz]);
+    const real t_pslfk = p[dipole_x] * t_65wn2
+        + p[arm_x] * t_hzhrp
+        + p[dipole_y] * t_ouh2h
+        - p[arm_y] * t_lshsg
+        - (C23 * (t_wa4l3 * t_dfbbp) + t_wa4l3 * sin_pitch * t_e5eec)
+        + t_k4pse
+        + (x[wy] * t_tzx3r + t_id7q2 * along_x[along_wy])
+        - (x[wx] * t_c24zs + t_rud4r * along_x[along_wx]);
+    change[0] = along_x[along_wx]
+        + p[omega0] * t_gaz2e
+        + (t_l3vet * rate_y * t_dfbbp + sin_pitch * t_ho4wi)
+        + (t_k5hl2 * rate_z * t_dfbbp + sin_pitch * t_snkug);
+    change[1] = cos_roll * t_iw7jh - rate_y * t_bbfxd - (rate_z * t_nfkgj + sin_roll * t_wkarc);
+    change[2] = t_ho4wi + t_snkug;
+    change[3] = t_wdz2l / p[I_x];
+    change[4] = t_oacis / p[I_y];
+    change[5] = t_pslfk / p[I_z];
+    change[6] = -(p[wheels] * t_h3squ);
+    change[7] = -(p[wheels] * t_dokbx);
+    change[8] = -(p[wheels] * t_k4pse);
     change[9] = SPLAT(K(0.0));
 }

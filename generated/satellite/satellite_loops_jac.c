@@ -9,1385 +9,2168 @@
 /* change of actuate along a change of x and u_cmd; 116 operations. */
 void satellite_actuate_jvp(const real *x, const real *u_cmd, const real *p, const real *along_x, const real *along_u_cmd, real *change)
 {
-    const real v1 = -p[11];
-    const mask m4 = LT(K(0.5), p[10]);
-    const real v10 = K(1.0) / p[9];
-    const real v11 = (x[6] - p[12]) * v10;
-    const real v14 = (x[6] + p[12]) * v10;
-    const real v15 = mv_min(u_cmd[0], v14);
-    const real v17 = SELECT(m4, mv_max(v11, v15), u_cmd[0]);
-    const real v18 = mv_min(v17, p[11]);
-    const mask m19 = LE(v1, v18);
-    const mask m20 = LE(v18, v1);
-    const real v22 = NUM(m19);
-    const mask m25 = LE(v17, p[11]);
-    const mask m26 = LE(p[11], v17);
-    const real v27 = NUM(m25);
-    const mask m31 = LE(v15, v11);
-    const mask m32 = LE(v11, v15);
-    const real v33 = NUM(m31);
-    const real v34 = NUM(m32);
-    const real v36 = K(1.0) / (v33 + v34);
-    const real v39 = along_x[6] * v10;
-    const mask m42 = LE(u_cmd[0], v14);
-    const mask m43 = LE(v14, u_cmd[0]);
-    const real v44 = NUM(m42);
-    const real v45 = NUM(m43);
-    const real v47 = K(1.0) / (v44 + v45);
-    const real v55 = v33 * v36 * v39 + v34 * v36 * (v44 * v47 * along_u_cmd[0] + v45 * v47 * v39);
-    const real v58 = v22 / (NUM(m20) + v22) * (v27 / (v27 + NUM(m26)) * SELECT(m4, v55, along_u_cmd[0]));
-    const real v61 = (x[7] - p[12]) * v10;
-    const real v64 = (x[7] + p[12]) * v10;
-    const real v65 = mv_min(u_cmd[1], v64);
-    const real v67 = SELECT(m4, mv_max(v61, v65), u_cmd[1]);
-    const real v68 = mv_min(v67, p[11]);
-    const mask m69 = LE(v1, v68);
-    const mask m70 = LE(v68, v1);
-    const real v72 = NUM(m69);
-    const mask m75 = LE(v67, p[11]);
-    const mask m76 = LE(p[11], v67);
-    const real v77 = NUM(m75);
-    const mask m81 = LE(v65, v61);
-    const mask m82 = LE(v61, v65);
-    const real v83 = NUM(m81);
-    const real v84 = NUM(m82);
-    const real v86 = K(1.0) / (v83 + v84);
-    const real v89 = along_x[7] * v10;
-    const mask m92 = LE(u_cmd[1], v64);
-    const mask m93 = LE(v64, u_cmd[1]);
-    const real v94 = NUM(m92);
-    const real v95 = NUM(m93);
-    const real v97 = K(1.0) / (v94 + v95);
-    const real v105 = v83 * v86 * v89 + v84 * v86 * (v94 * v97 * along_u_cmd[1] + v95 * v97 * v89);
-    const real v108 = v72 / (NUM(m70) + v72) * (v77 / (v77 + NUM(m76)) * SELECT(m4, v105, along_u_cmd[1]));
-    const real v111 = (x[8] - p[12]) * v10;
-    const real v114 = (x[8] + p[12]) * v10;
-    const real v115 = mv_min(u_cmd[2], v114);
-    const real v117 = SELECT(m4, mv_max(v111, v115), u_cmd[2]);
-    const real v118 = mv_min(v117, p[11]);
-    const mask m119 = LE(v1, v118);
-    const mask m120 = LE(v118, v1);
-    const real v122 = NUM(m119);
-    const mask m125 = LE(v117, p[11]);
-    const mask m126 = LE(p[11], v117);
-    const real v127 = NUM(m125);
-    const mask m131 = LE(v115, v111);
-    const mask m132 = LE(v111, v115);
-    const real v133 = NUM(m131);
-    const real v134 = NUM(m132);
-    const real v136 = K(1.0) / (v133 + v134);
-    const real v139 = along_x[8] * v10;
-    const mask m142 = LE(u_cmd[2], v114);
-    const mask m143 = LE(v114, u_cmd[2]);
-    const real v144 = NUM(m142);
-    const real v145 = NUM(m143);
-    const real v147 = K(1.0) / (v144 + v145);
-    const real v155 = v133 * v136 * v139 + v134 * v136 * (v144 * v147 * along_u_cmd[2] + v145 * v147 * v139);
-    const real v158 = v122 / (NUM(m120) + v122) * (v127 / (v127 + NUM(m126)) * SELECT(m4, v155, along_u_cmd[2]));
-    change[0] = v58;
-    change[1] = v108;
-    change[2] = v158;
+    enum { hx = SATELLITE_X_HX };
+    enum { hy = SATELLITE_X_HY };
+    enum { hz = SATELLITE_X_HZ };
+    enum { Tx_cmd = 0 };
+    enum { Ty_cmd = 1 };
+    enum { Tz_cmd = 2 };
+    enum { Ts = SATELLITE_P_TS };
+    enum { wheels = SATELLITE_P_WHEELS };
+    enum { umax = SATELLITE_P_UMAX };
+    enum { hmax = SATELLITE_P_HMAX };
+    enum { along_hx = 6 };
+    enum { along_hy = 7 };
+    enum { along_hz = 8 };
+    enum { along_Tx_cmd = 0 };
+    enum { along_Ty_cmd = 1 };
+    enum { along_Tz_cmd = 2 };
+    const mask m_5j2jl = LT(K(0.5), p[wheels]);
+    const real t_ko3eq = K(1.0) / p[Ts];
+    const real t_hyxon = (x[hx] - p[hmax]) * t_ko3eq;
+    const real t_hyxon_2 = (x[hx] + p[hmax]) * t_ko3eq;
+    const real t_776in = mv_min(u_cmd[Tx_cmd], t_hyxon_2);
+    const real Tx_inside = SELECT(m_5j2jl, mv_max(t_hyxon, t_776in), u_cmd[Tx_cmd]);
+    const real t_izekn = (x[hy] - p[hmax]) * t_ko3eq;
+    const real t_izekn_2 = (x[hy] + p[hmax]) * t_ko3eq;
+    const real t_h5aia = mv_min(u_cmd[Ty_cmd], t_izekn_2);
+    const real Ty_inside = SELECT(m_5j2jl, mv_max(t_izekn, t_h5aia), u_cmd[Ty_cmd]);
+    const real t_rh2kr = (x[hz] - p[hmax]) * t_ko3eq;
+    const real t_rh2kr_2 = (x[hz] + p[hmax]) * t_ko3eq;
+    const real t_2zkxa = mv_min(u_cmd[Tz_cmd], t_rh2kr_2);
+    const real Tz_inside = SELECT(m_5j2jl, mv_max(t_rh2kr, t_2zkxa), u_cmd[Tz_cmd]);
+    const real t_s3iwg = -p[umax];
+    const real t_fm6h3 = mv_min(Tx_inside, p[umax]);
+    const mask m_yrndo = LE(t_s3iwg, t_fm6h3);
+    const real t_yrndo = NUM(m_yrndo);
+    const mask m_iiixq = LE(t_fm6h3, t_s3iwg);
+    const mask m_2dziw = LE(Tx_inside, p[umax]);
+    const real t_2dziw = NUM(m_2dziw);
+    const mask m_rqwp5 = LE(p[umax], Tx_inside);
+    const mask m_em3qn = LE(t_776in, t_hyxon);
+    const real t_bceyp = NUM(m_em3qn);
+    const mask m_ines2 = LE(t_hyxon, t_776in);
+    const real t_h6u7m = NUM(m_ines2);
+    const real t_jlttv = K(1.0) / (t_bceyp + t_h6u7m);
+    const real t_b3xs5 = along_x[along_hx] * t_ko3eq;
+    const mask m_mybs2 = LE(u_cmd[Tx_cmd], t_hyxon_2);
+    const real t_ypi2v = NUM(m_mybs2);
+    const mask m_5m2pb = LE(t_hyxon_2, u_cmd[Tx_cmd]);
+    const real t_q6rd7 = NUM(m_5m2pb);
+    const real t_ppmy5 = K(1.0) / (t_ypi2v + t_q6rd7);
+    const real t_2ozcx = t_bceyp * t_jlttv * t_b3xs5
+        + t_h6u7m * t_jlttv * (t_ypi2v * t_ppmy5 * along_u_cmd[along_Tx_cmd] + t_q6rd7 * t_ppmy5 * t_b3xs5);
+    const real t_qa4ja = mv_min(Ty_inside, p[umax]);
+    const mask m_xsbdr = LE(t_s3iwg, t_qa4ja);
+    const real t_xsbdr = NUM(m_xsbdr);
+    const mask m_npskk = LE(t_qa4ja, t_s3iwg);
+    const mask m_omdpu = LE(Ty_inside, p[umax]);
+    const real t_omdpu = NUM(m_omdpu);
+    const mask m_s7hvc = LE(p[umax], Ty_inside);
+    const mask m_nsdpu = LE(t_h5aia, t_izekn);
+    const real t_exv5j = NUM(m_nsdpu);
+    const mask m_uaohp = LE(t_izekn, t_h5aia);
+    const real t_36xj3 = NUM(m_uaohp);
+    const real t_jlttv_2 = K(1.0) / (t_exv5j + t_36xj3);
+    const real t_pycp5 = along_x[along_hy] * t_ko3eq;
+    const mask m_y7kw4 = LE(u_cmd[Ty_cmd], t_izekn_2);
+    const real t_jc3dp = NUM(m_y7kw4);
+    const mask m_u2wrk = LE(t_izekn_2, u_cmd[Ty_cmd]);
+    const real t_7imdh = NUM(m_u2wrk);
+    const real t_4krbf = K(1.0) / (t_jc3dp + t_7imdh);
+    const real t_lyees = t_exv5j * t_jlttv_2 * t_pycp5
+        + t_36xj3 * t_jlttv_2 * (t_jc3dp * t_4krbf * along_u_cmd[along_Ty_cmd] + t_7imdh * t_4krbf * t_pycp5);
+    const real t_yfoxd = mv_min(Tz_inside, p[umax]);
+    const mask m_4pmvh = LE(t_s3iwg, t_yfoxd);
+    const real t_4pmvh = NUM(m_4pmvh);
+    const mask m_uamll = LE(t_yfoxd, t_s3iwg);
+    const mask m_ksrvq = LE(Tz_inside, p[umax]);
+    const real t_ksrvq = NUM(m_ksrvq);
+    const mask m_cvwgs = LE(p[umax], Tz_inside);
+    const mask m_u4a3h = LE(t_2zkxa, t_rh2kr);
+    const real t_2lf3b = NUM(m_u4a3h);
+    const mask m_uudg6 = LE(t_rh2kr, t_2zkxa);
+    const real t_u2axo = NUM(m_uudg6);
+    const real t_jlttv_3 = K(1.0) / (t_2lf3b + t_u2axo);
+    const real t_hvlbb = along_x[along_hz] * t_ko3eq;
+    const mask m_vylil = LE(u_cmd[Tz_cmd], t_rh2kr_2);
+    const real t_np2yi = NUM(m_vylil);
+    const mask m_g32am = LE(t_rh2kr_2, u_cmd[Tz_cmd]);
+    const real t_yl2sx = NUM(m_g32am);
+    const real t_m4l7n = K(1.0) / (t_np2yi + t_yl2sx);
+    const real t_6d4xk = t_2lf3b * t_jlttv_3 * t_hvlbb
+        + t_u2axo * t_jlttv_3 * (t_np2yi * t_m4l7n * along_u_cmd[along_Tz_cmd] + t_yl2sx * t_m4l7n * t_hvlbb);
+    change[0] = t_yrndo / (NUM(m_iiixq) + t_yrndo) * (t_2dziw / (t_2dziw + NUM(m_rqwp5)) * SELECT(m_5j2jl, t_2ozcx, along_u_cmd[along_Tx_cmd]));
+    change[1] = t_xsbdr / (NUM(m_npskk) + t_xsbdr) * (t_omdpu / (t_omdpu + NUM(m_s7hvc)) * SELECT(m_5j2jl, t_lyees, along_u_cmd[along_Ty_cmd]));
+    change[2] = t_4pmvh / (NUM(m_uamll) + t_4pmvh) * (t_ksrvq / (t_ksrvq + NUM(m_cvwgs)) * SELECT(m_5j2jl, t_6d4xk, along_u_cmd[along_Tz_cmd]));
 }
 
 /* change of mrac along a change of x, r, v and z; 2234 operations. */
 void satellite_mrac_jvp(const real *x, const real *r, const real *v, const real *z, const real *p, const real *c, const real *along_x, const real *along_r, const real *along_v, const real *along_z, real *change_u, real *change_z_next)
 {
-    const mask m4 = LT(mv_fabs(v[0]), K(1e+30));
-    const mask m7 = LT(mv_fabs(v[1]), K(1e+30));
-    const mask m8 = AND(m4, m7);
-    const mask m11 = LT(mv_fabs(v[2]), K(1e+30));
-    const mask m12 = AND(m8, m11);
-    const mask m15 = LT(mv_fabs(x[1]), K(1e+30));
-    const mask m16 = AND(m12, m15);
-    const mask m19 = LT(mv_fabs(r[1]), K(1e+30));
-    const mask m20 = AND(m16, m19);
-    const mask m23 = LT(mv_fabs(r[0]), K(1e+30));
-    const mask m24 = AND(m20, m23);
-    const mask m27 = LT(mv_fabs(r[2]), K(1e+30));
-    const mask m28 = AND(m24, m27);
-    const mask m31 = LT(mv_fabs(x[0]), K(1e+30));
-    const mask m32 = AND(m28, m31);
-    const mask m36 = LT(z[90], K(0.5));
-    const real v38 = SELECT(m36, x[1], z[50]);
-    const real v39 = z[35] * v38;
-    const real v41 = c[3] + v39 * v38;
-    const real v43 = K(1.0) / v41;
-    const real v44 = z[35] * v43;
-    const real v45 = K(1.0) / c[3];
-    const real v50 = z[51] + z[40] * v38;
-    const real v51 = z[36] * v50;
-    const real v53 = v41 + v51 * v50;
-    const real v54 = K(1.0) / v53;
-    const real v55 = v45 * v54;
-    const real v56 = v55 * z[36];
-    const real v57 = v56 * v41;
-    const mask m61 = LT(K(0.5), c[18]);
-    const mask m63 = LT(K(0.5), c[20]);
-    const real v67 = SELECT(m61, v[1], SELECT(m63, z[54], z[53]));
-    const real v73 = v67 - z[41] * v38 - z[42] * z[51];
-    const real v74 = z[37] * v73;
-    const real v76 = v53 + v74 * v73;
-    const real v77 = K(1.0) / v76;
-    const real v78 = v45 * v77;
-    const real v79 = v78 * z[37];
-    const real v80 = v79 * v53;
-    const real v92 = z[52] + z[45] * v67 - z[43] * v38 - z[44] * z[51];
-    const real v93 = z[38] * v92;
-    const real v95 = v76 + v93 * v92;
-    const real v96 = K(1.0) / v95;
-    const real v97 = v45 * v96;
-    const real v98 = v97 * z[38];
-    const real v99 = v98 * v76;
-    const real v113 = K(1.0) + z[48] * v67 + z[49] * z[52] - z[46] * v38 - z[47] * z[51];
-    const real v114 = z[39] * v113;
-    const real v117 = K(1.0) / (v95 + v114 * v113);
-    const real v118 = v45 * v117;
-    const real v119 = v118 * z[39];
-    const real v120 = v119 * v95;
-    const real v122 = v39 * v43;
-    const real v124 = z[40] - v122 * v50;
-    const real v128 = v73 * v54;
-    const real v130 = v39 + v51 * z[40];
-    const real v132 = z[41] + v128 * v130;
-    const real v137 = z[42] + v128 * v51;
-    const real v140 = v44 + v57 + v80 + v99 + v120 + v57 * (v124 * v124) + v80 * (v132 * v132) + v80 * (v137 * v137);
-    const real v141 = v92 * v77;
-    const real v143 = v74 * z[41] - v130;
-    const real v145 = z[43] - v141 * v143;
-    const real v150 = v74 * z[42] - v51;
-    const real v152 = z[44] - v141 * v150;
-    const real v157 = z[45] - v141 * v74;
-    const real v161 = v113 * v96;
-    const real v163 = v143 + v93 * z[43];
-    const real v165 = z[46] - v161 * v163;
-    const real v168 = v140 + v99 * (v145 * v145) + v99 * (v152 * v152) + v99 * (v157 * v157) + v120 * (v165 * v165);
-    const real v170 = v150 + v93 * z[44];
-    const real v172 = z[47] - v161 * v170;
-    const real v177 = v74 + v93 * z[45];
-    const real v179 = z[48] - v161 * v177;
-    const real v184 = z[49] - v161 * v93;
-    const real v187 = v168 + v120 * (v172 * v172) + v120 * (v179 * v179) + v120 * (v184 * v184);
-    const mask m189 = LT(mv_fabs(v187), K(1e+30));
-    const mask m190 = AND(m32, m189);
-    const real v193 = SELECT(m36, x[0], z[20]);
-    const real v194 = z[5] * v193;
-    const real v196 = c[3] + v194 * v193;
-    const real v197 = K(1.0) / v196;
-    const real v198 = z[5] * v197;
-    const real v203 = z[21] + z[10] * v193;
-    const real v204 = z[6] * v203;
-    const real v206 = v196 + v204 * v203;
-    const real v207 = K(1.0) / v206;
-    const real v208 = v207 * v45;
-    const real v209 = v208 * z[6];
-    const real v210 = v209 * v196;
-    const real v216 = SELECT(m61, v[0], SELECT(m63, z[24], z[23]));
-    const real v222 = v216 - z[11] * v193 - z[12] * z[21];
-    const real v223 = z[7] * v222;
-    const real v225 = v206 + v223 * v222;
-    const real v226 = K(1.0) / v225;
-    const real v227 = v45 * v226;
-    const real v228 = v227 * z[7];
-    const real v229 = v228 * v206;
-    const real v241 = z[22] + z[15] * v216 - z[13] * v193 - z[14] * z[21];
-    const real v242 = z[8] * v241;
-    const real v244 = v225 + v242 * v241;
-    const real v245 = K(1.0) / v244;
-    const real v246 = v45 * v245;
-    const real v247 = v246 * z[8];
-    const real v248 = v247 * v225;
-    const real v262 = K(1.0) + z[18] * v216 + z[19] * z[22] - z[16] * v193 - z[17] * z[21];
-    const real v263 = z[9] * v262;
-    const real v266 = K(1.0) / (v244 + v263 * v262);
-    const real v267 = v45 * v266;
-    const real v268 = v267 * z[9];
-    const real v269 = v268 * v244;
-    const real v271 = v194 * v197;
-    const real v273 = z[10] - v271 * v203;
-    const real v277 = v222 * v207;
-    const real v279 = v194 + v204 * z[10];
-    const real v281 = z[11] + v277 * v279;
-    const real v284 = v198 + v210 + v229 + v248 + v269 + v210 * (v273 * v273) + v229 * (v281 * v281);
-    const real v286 = z[12] + v277 * v204;
-    const real v290 = v241 * v226;
-    const real v292 = v223 * z[11] - v279;
-    const real v294 = z[13] - v290 * v292;
-    const real v299 = v223 * z[12] - v204;
-    const real v301 = z[14] - v290 * v299;
-    const real v304 = v284 + v229 * (v286 * v286) + v248 * (v294 * v294) + v248 * (v301 * v301);
-    const real v306 = z[15] - v290 * v223;
-    const real v310 = v262 * v245;
-    const real v312 = v292 + v242 * z[13];
-    const real v314 = z[16] - v310 * v312;
-    const real v319 = v299 + v242 * z[14];
-    const real v321 = z[17] - v310 * v319;
-    const real v324 = v304 + v248 * (v306 * v306) + v269 * (v314 * v314) + v269 * (v321 * v321);
-    const real v326 = v223 + v242 * z[15];
-    const real v328 = z[18] - v310 * v326;
-    const real v333 = z[19] - v310 * v242;
-    const real v336 = v324 + v269 * (v328 * v328) + v269 * (v333 * v333);
-    const mask m338 = LT(mv_fabs(v336), K(1e+30));
-    const mask m339 = AND(m190, m338);
-    const real v343 = SELECT(m36, x[2], z[80]);
-    const real v344 = z[65] * v343;
-    const real v346 = c[3] + v344 * v343;
-    const real v347 = K(1.0) / v346;
-    const real v348 = z[65] * v347;
-    const real v353 = z[81] + z[70] * v343;
-    const real v354 = z[66] * v353;
-    const real v356 = v346 + v354 * v353;
-    const real v357 = K(1.0) / v356;
-    const real v358 = v45 * v357;
-    const real v359 = v358 * z[66];
-    const real v360 = v359 * v346;
-    const real v366 = SELECT(m61, v[2], SELECT(m63, z[84], z[83]));
-    const real v372 = v366 - z[71] * v343 - z[72] * z[81];
-    const real v373 = z[67] * v372;
-    const real v375 = v356 + v373 * v372;
-    const real v376 = K(1.0) / v375;
-    const real v377 = v45 * v376;
-    const real v378 = v377 * z[67];
-    const real v379 = v378 * v356;
-    const real v391 = z[82] + z[75] * v366 - z[73] * v343 - z[74] * z[81];
-    const real v392 = z[68] * v391;
-    const real v394 = v375 + v392 * v391;
-    const real v395 = K(1.0) / v394;
-    const real v396 = v45 * v395;
-    const real v397 = v396 * z[68];
-    const real v398 = v397 * v375;
-    const real v412 = K(1.0) + z[78] * v366 + z[79] * z[82] - z[76] * v343 - z[77] * z[81];
-    const real v413 = z[69] * v412;
-    const real v416 = K(1.0) / (v394 + v413 * v412);
-    const real v417 = v45 * v416;
-    const real v418 = v417 * z[69];
-    const real v419 = v418 * v394;
-    const real v421 = v344 * v347;
-    const real v423 = z[70] - v421 * v353;
-    const real v427 = v372 * v357;
-    const real v429 = v344 + v354 * z[70];
-    const real v431 = z[71] + v427 * v429;
-    const real v434 = v348 + v360 + v379 + v398 + v419 + v360 * (v423 * v423) + v379 * (v431 * v431);
-    const real v436 = z[72] + v427 * v354;
-    const real v440 = v391 * v376;
-    const real v442 = v373 * z[71] - v429;
-    const real v444 = z[73] - v440 * v442;
-    const real v449 = v373 * z[72] - v354;
-    const real v451 = z[74] - v440 * v449;
-    const real v454 = v434 + v379 * (v436 * v436) + v398 * (v444 * v444) + v398 * (v451 * v451);
-    const real v456 = z[75] - v440 * v373;
-    const real v460 = v412 * v395;
-    const real v462 = v442 + v392 * z[73];
-    const real v464 = z[76] - v460 * v462;
-    const real v469 = v449 + v392 * z[74];
-    const real v471 = z[77] - v460 * v469;
-    const real v474 = v454 + v398 * (v456 * v456) + v419 * (v464 * v464) + v419 * (v471 * v471);
-    const real v476 = v373 + v392 * z[75];
-    const real v478 = z[78] - v460 * v476;
-    const real v483 = z[79] - v460 * v392;
-    const real v486 = v474 + v419 * (v478 * v478) + v419 * (v483 * v483);
-    const mask m488 = LT(mv_fabs(v486), K(1e+30));
-    const mask m489 = AND(m339, m488);
-    const mask m491 = LT(mv_fabs(x[2]), K(1e+30));
-    const mask m492 = AND(m489, m491);
-    const real v498 = mv_exp(-(p[9] / c[21]));
-    const real v499 = K(-1.0) + v498;
-    const real v500 = v499 * v499;
-    const real v502 = v498 + v498;
-    const real v506 = v498 * v498;
-    const real v512 = K(4.0) * c[0];
-    const real v515 = K(3.0) * c[0];
-    const real v517 = SELECT(m63, -v512, -v515);
-    const real v521 = c[0] * c[0];
-    const real v524 = SELECT(m63, K(6.0) * v521, K(3.0) * v521);
-    const real v527 = c[0] * v521;
-    const real v528 = K(4.0) * v527;
-    const real v530 = -v527;
-    const real v531 = SELECT(m63, -v528, v530);
-    const real v534 = v500 * r[1] + v502 * z[56] - v506 * z[57] + v517 * z[56] + v524 * z[57] + v531 * z[58];
-    const real v535 = v521 * v521;
-    const mask m542 = LT(K(0.5), c[1]);
-    const mask m544 = LT(K(1.5), z[90]);
-    const mask m545 = AND(m542, m544);
-    const real v550 = mv_max(c[5], c[6] * p[28]);
-    const real v564 = x[1] - (z[34] + z[32] * v67 + z[33] * z[52] - z[30] * v38 - z[31] * z[51]);
-    const mask m566 = LT(v550, mv_fabs(v564));
-    const mask m567 = AND(m545, m566);
-    const real v568 = v114 * v117;
-    const real v572 = c[17] * SELECT(m567, z[34] + v568 * v564, z[34]);
-    const real v575 = (v163 + v114 * z[46]) * v117;
-    const real v578 = SELECT(m567, z[30] + v575 * v564, z[30]);
-    const real v579 = v512 + v578;
-    const real v585 = (v93 + v114 * z[49]) * v117;
-    const real v588 = SELECT(m567, z[33] + v585 * v564, z[33]);
-    const real v593 = (v177 + v114 * z[48]) * v117;
-    const real v596 = SELECT(m567, z[32] + v593 * v564, z[32]);
-    const real v605 = p[9] * p[9] * c[15];
-    const real v608 = K(-0.5) * v596 + K(-0.5) * v588 + mv_max(c[14], K(0.5) / p[1] * v605);
-    const real v609 = mv_max(SPLAT(K(0.0)), v608);
-    const real v610 = v588 + v609;
-    const real v611 = v610 * v610;
-    const real v614 = K(-6.0) * v521;
-    const real v617 = (v170 + v114 * z[47]) * v117;
-    const real v620 = SELECT(m567, z[31] + v617 * v564, z[31]);
-    const real v625 = SELECT(m63, v578 * v579 - (v614 + v620), -(v515 + v578));
-    const real v627 = v596 + v609;
-    const real v628 = v627 * v627;
-    const real v629 = SELECT(m63, v535, v530);
-    const real v632 = v610 * v627;
-    const real v636 = K(-3.0) * v521;
-    const real v639 = SELECT(m63, v620 * v579 - v528, -(v636 + v620));
-    const real v644 = v610 * v578;
-    const real v647 = K(1.0) / (v611 + v628 * v620 - v627 * v644);
-    const real v648 = (v611 * v625 + v628 * v629 - v632 * v639) * v647;
-    const real v649 = K(1.0) + SELECT0(m63, -v579) + v648;
-    const real v655 = K(1.0) / (v596 + v588 + (v609 + v609));
-    const real v656 = (v534 + SELECT0(m63, v535 * z[59]) - v572 * v649) * v655;
-    const real v661 = v627 * v629;
-    const real v665 = v627 * v620;
-    const real v668 = (v610 * v639 - v661 - v644 * v625 + v665 * v625) * v647;
-    const real v678 = v610 * v620;
-    const real v681 = (v610 * v629 - v661 * v578 + v665 * v639 - v678 * v625) * v647;
-    const real v683 = v656 + SELECT0(m63, v579 * z[53]) - x[1] * v668 - v648 * v67 - v681 * v38;
-    const mask m685 = LT(mv_fabs(v683), K(1e+30));
-    const mask m686 = AND(m492, m685);
-    const real v700 = v500 * r[0] + v502 * z[26] - v506 * z[27] + v517 * z[26] + v524 * z[27] + v531 * z[28];
-    const real v718 = x[0] - (z[4] + z[2] * v216 + z[3] * z[22] - z[0] * v193 - z[1] * z[21]);
-    const mask m720 = LT(v550, mv_fabs(v718));
-    const mask m721 = AND(m545, m720);
-    const real v722 = v263 * v266;
-    const real v726 = c[17] * SELECT(m721, z[4] + v722 * v718, z[4]);
-    const real v729 = (v312 + v263 * z[16]) * v266;
-    const real v732 = SELECT(m721, z[0] + v729 * v718, z[0]);
-    const real v733 = v512 + v732;
-    const real v739 = (v242 + v263 * z[19]) * v266;
-    const real v742 = SELECT(m721, z[3] + v739 * v718, z[3]);
-    const real v745 = (v326 + v263 * z[18]) * v266;
-    const real v748 = SELECT(m721, z[2] + v745 * v718, z[2]);
-    const real v756 = K(-0.5) * v748 + K(-0.5) * v742 + mv_max(c[14], K(0.5) / p[0] * v605);
-    const real v757 = mv_max(SPLAT(K(0.0)), v756);
-    const real v758 = v742 + v757;
-    const real v759 = v758 * v758;
-    const real v763 = (v319 + v263 * z[17]) * v266;
-    const real v766 = SELECT(m721, z[1] + v763 * v718, z[1]);
-    const real v771 = SELECT(m63, v732 * v733 - (v614 + v766), -(v515 + v732));
-    const real v773 = v748 + v757;
-    const real v774 = v773 * v773;
-    const real v777 = v758 * v773;
-    const real v782 = SELECT(m63, v766 * v733 - v528, -(v636 + v766));
-    const real v787 = v758 * v732;
-    const real v790 = K(1.0) / (v759 + v774 * v766 - v773 * v787);
-    const real v791 = (v759 * v771 + v774 * v629 - v777 * v782) * v790;
-    const real v792 = K(1.0) + SELECT0(m63, -v733) + v791;
-    const real v798 = K(1.0) / (v748 + v742 + (v757 + v757));
-    const real v799 = (v700 + SELECT0(m63, v535 * z[29]) - v726 * v792) * v798;
-    const real v804 = v773 * v629;
-    const real v808 = v773 * v766;
-    const real v811 = (v758 * v782 - v804 - v787 * v771 + v808 * v771) * v790;
-    const real v821 = v758 * v766;
-    const real v824 = (v758 * v629 - v804 * v732 + v808 * v782 - v821 * v771) * v790;
-    const real v826 = v799 + SELECT0(m63, v733 * z[23]) - x[0] * v811 - v791 * v216 - v824 * v193;
-    const mask m828 = LT(mv_fabs(v826), K(1e+30));
-    const mask m829 = AND(m686, m828);
-    const real v843 = v500 * r[2] + v502 * z[86] - v506 * z[87] + v517 * z[86] + v524 * z[87] + v531 * z[88];
-    const real v861 = x[2] - (z[64] + z[62] * v366 + z[63] * z[82] - z[60] * v343 - z[61] * z[81]);
-    const mask m863 = LT(v550, mv_fabs(v861));
-    const mask m864 = AND(m545, m863);
-    const real v865 = v413 * v416;
-    const real v869 = c[17] * SELECT(m864, z[64] + v865 * v861, z[64]);
-    const real v872 = (v462 + v413 * z[76]) * v416;
-    const real v875 = SELECT(m864, z[60] + v872 * v861, z[60]);
-    const real v876 = v512 + v875;
-    const real v882 = (v392 + v413 * z[79]) * v416;
-    const real v885 = SELECT(m864, z[63] + v882 * v861, z[63]);
-    const real v888 = (v476 + v413 * z[78]) * v416;
-    const real v891 = SELECT(m864, z[62] + v888 * v861, z[62]);
-    const real v899 = K(-0.5) * v891 + K(-0.5) * v885 + mv_max(c[14], K(0.5) / p[2] * v605);
-    const real v900 = mv_max(SPLAT(K(0.0)), v899);
-    const real v901 = v885 + v900;
-    const real v902 = v901 * v901;
-    const real v906 = (v469 + v413 * z[77]) * v416;
-    const real v909 = SELECT(m864, z[61] + v906 * v861, z[61]);
-    const real v914 = SELECT(m63, v875 * v876 - (v614 + v909), -(v515 + v875));
-    const real v916 = v891 + v900;
-    const real v917 = v916 * v916;
-    const real v920 = v901 * v916;
-    const real v925 = SELECT(m63, v909 * v876 - v528, -(v636 + v909));
-    const real v930 = v901 * v875;
-    const real v933 = K(1.0) / (v902 + v917 * v909 - v916 * v930);
-    const real v934 = (v902 * v914 + v917 * v629 - v920 * v925) * v933;
-    const real v935 = K(1.0) + SELECT0(m63, -v876) + v934;
-    const real v941 = K(1.0) / (v891 + v885 + (v900 + v900));
-    const real v942 = (v843 + SELECT0(m63, v535 * z[89]) - v869 * v935) * v941;
-    const real v949 = v916 * v629;
-    const real v953 = v916 * v909;
-    const real v956 = (v901 * v925 - v949 - v930 * v914 + v953 * v914) * v933;
-    const real v964 = v901 * v909;
-    const real v967 = (v901 * v629 - v949 * v875 + v953 * v925 - v964 * v914) * v933;
-    const real v969 = v942 + SELECT0(m63, v876 * z[83]) - v934 * v366 - v956 * x[2] - v967 * v343;
-    const mask m971 = LT(mv_fabs(v969), K(1e+30));
-    const mask m972 = AND(m829, m971);
-    const real v980 = v500 * along_r[0] + v502 * along_z[26] - v506 * along_z[27];
-    const real v991 = v980 + v517 * along_z[26] + v524 * along_z[27] + v531 * along_z[28] + SELECT0(m63, v535 * along_z[29]);
-    const real v1001 = SELECT(m61, along_v[0], SELECT(m63, along_z[24], along_z[23]));
-    const real v1009 = v216 * along_z[18] + z[18] * v1001 + (z[22] * along_z[19] + z[19] * along_z[22]);
-    const real v1014 = SELECT(m36, along_x[0], along_z[20]);
-    const real v1023 = v1009 - (v193 * along_z[16] + z[16] * v1014) - (z[21] * along_z[17] + z[17] * along_z[21]);
-    const real v1025 = v262 * along_z[9] + z[9] * v1023;
-    const real v1031 = v193 * along_z[5] + z[5] * v1014;
-    const real v1034 = v193 * v1031 + v194 * v1014;
-    const real v1041 = along_z[21] + (v193 * along_z[10] + z[10] * v1014);
-    const real v1043 = v203 * along_z[6] + z[6] * v1041;
-    const real v1047 = v1034 + (v203 * v1043 + v204 * v1041);
-    const real v1059 = v1001 - (v193 * along_z[11] + z[11] * v1014) - (z[21] * along_z[12] + z[12] * along_z[21]);
-    const real v1061 = v222 * along_z[7] + z[7] * v1059;
-    const real v1065 = v1047 + (v222 * v1061 + v223 * v1059);
-    const real v1077 = along_z[22] + (v216 * along_z[15] + z[15] * v1001) - (v193 * along_z[13] + z[13] * v1014);
-    const real v1082 = v1077 - (z[21] * along_z[14] + z[14] * along_z[21]);
-    const real v1084 = v241 * along_z[8] + z[8] * v1082;
-    const real v1088 = v1065 + (v241 * v1084 + v242 * v1082);
-    const real v1092 = v1088 + (v262 * v1025 + v263 * v1023);
-    const real v1105 = along_z[4] + (v216 * along_z[2] + z[2] * v1001) + (z[22] * along_z[3] + z[3] * along_z[22]);
-    const real v1115 = v1105 - (v193 * along_z[0] + z[0] * v1014) - (z[21] * along_z[1] + z[1] * along_z[21]);
-    const real v1116 = along_x[0] - v1115;
-    const real v1119 = along_z[4] + (v718 * (v1025 * v266 - v722 * v266 * v1092) + v722 * v1116);
-    const real v1120 = SELECT(m721, v1119, along_z[4]);
-    const real v1129 = v1031 + (z[10] * v1043 + v204 * along_z[10]);
-    const real v1130 = z[11] * v1061 + v223 * along_z[11] - v1129;
-    const real v1134 = v1130 + (z[13] * v1084 + v242 * along_z[13]);
-    const real v1142 = (v1134 + (z[16] * v1025 + v263 * along_z[16])) * v266 - v729 * v266 * v1092;
-    const real v1147 = SELECT(m721, along_z[0] + (v718 * v1142 + v729 * v1116), along_z[0]);
-    const real v1148 = -v1147;
-    const real v1158 = (v1084 + (z[19] * v1025 + v263 * along_z[19])) * v266 - v739 * v266 * v1092;
-    const real v1163 = SELECT(m721, along_z[3] + (v718 * v1158 + v739 * v1116), along_z[3]);
-    const mask m1164 = LE(K(0.0), v756);
-    const mask m1165 = LE(v756, K(0.0));
-    const real v1167 = NUM(m1164);
-    const real v1173 = v1061 + (z[15] * v1084 + v242 * along_z[15]);
-    const real v1181 = (v1173 + (z[18] * v1025 + v263 * along_z[18])) * v266 - v745 * v266 * v1092;
-    const real v1186 = SELECT(m721, along_z[2] + (v718 * v1181 + v745 * v1116), along_z[2]);
-    const real v1190 = v1167 / (NUM(m1165) + v1167) * (K(-0.5) * v1186 + K(-0.5) * v1163);
-    const real v1191 = v1163 + v1190;
-    const real v1192 = (v758 + v758) * v1191;
-    const real v1200 = z[12] * v1061 + v223 * along_z[12] - v1043;
-    const real v1204 = v1200 + (z[14] * v1084 + v242 * along_z[14]);
-    const real v1212 = (v1204 + (z[17] * v1025 + v263 * along_z[17])) * v266 - v763 * v266 * v1092;
-    const real v1217 = SELECT(m721, along_z[1] + (v718 * v1212 + v763 * v1116), along_z[1]);
-    const real v1219 = SELECT(m63, v733 * v1147 + v732 * v1147 - v1217, v1148);
-    const real v1223 = v1186 + v1190;
-    const real v1224 = (v773 + v773) * v1223;
-    const real v1235 = SELECT(m63, v733 * v1217 + v766 * v1147, -v1217);
-    const real v1238 = v771 * v1192 + v759 * v1219 + v629 * v1224 - (v782 * (v773 * v1191 + v758 * v1223) + v777 * v1235);
-    const real v1248 = v732 * v1191 + v758 * v1147;
-    const real v1251 = v1192 + (v766 * v1224 + v774 * v1217) - (v787 * v1223 + v773 * v1248);
-    const real v1253 = v1238 * v790 - v791 * v790 * v1251;
-    const real v1258 = (v991 - (v792 * (c[17] * v1120) + v726 * (SELECT0(m63, v1148) + v1253))) * v798;
-    const real v1269 = v1258 - v799 * v798 * (v1186 + v1163 + (v1190 + v1190)) + SELECT0(m63, z[23] * v1147 + v733 * along_z[23]);
-    const real v1274 = v629 * v1223;
-    const real v1282 = v766 * v1223 + v773 * v1217;
-    const real v1286 = v782 * v1191 + v758 * v1235 - v1274 - (v771 * v1248 + v787 * v1219) + (v771 * v1282 + v808 * v1219);
-    const real v1293 = v1269 - (v811 * along_x[0] + x[0] * (v1286 * v790 - v811 * v790 * v1251));
-    const real v1306 = v629 * v1191 - (v732 * v1274 + v804 * v1147) + (v782 * v1282 + v808 * v1235);
-    const real v1317 = (v1306 - (v771 * (v766 * v1191 + v758 * v1217) + v821 * v1219)) * v790 - v824 * v790 * v1251;
-    const real v1321 = v1293 - (v216 * v1253 + v791 * v1001) - (v193 * v1317 + v824 * v1014);
-    const real v1330 = v500 * along_r[1] + v502 * along_z[56] - v506 * along_z[57];
-    const real v1341 = v1330 + v517 * along_z[56] + v524 * along_z[57] + v531 * along_z[58] + SELECT0(m63, v535 * along_z[59]);
-    const real v1351 = SELECT(m61, along_v[1], SELECT(m63, along_z[54], along_z[53]));
-    const real v1359 = v67 * along_z[48] + z[48] * v1351 + (z[52] * along_z[49] + z[49] * along_z[52]);
-    const real v1364 = SELECT(m36, along_x[1], along_z[50]);
-    const real v1373 = v1359 - (v38 * along_z[46] + z[46] * v1364) - (z[51] * along_z[47] + z[47] * along_z[51]);
-    const real v1375 = v113 * along_z[39] + z[39] * v1373;
-    const real v1381 = v38 * along_z[35] + z[35] * v1364;
-    const real v1384 = v38 * v1381 + v39 * v1364;
-    const real v1391 = along_z[51] + (v38 * along_z[40] + z[40] * v1364);
-    const real v1393 = v50 * along_z[36] + z[36] * v1391;
-    const real v1397 = v1384 + (v50 * v1393 + v51 * v1391);
-    const real v1409 = v1351 - (v38 * along_z[41] + z[41] * v1364) - (z[51] * along_z[42] + z[42] * along_z[51]);
-    const real v1411 = v73 * along_z[37] + z[37] * v1409;
-    const real v1415 = v1397 + (v73 * v1411 + v74 * v1409);
-    const real v1427 = along_z[52] + (v67 * along_z[45] + z[45] * v1351) - (v38 * along_z[43] + z[43] * v1364);
-    const real v1432 = v1427 - (z[51] * along_z[44] + z[44] * along_z[51]);
-    const real v1434 = v92 * along_z[38] + z[38] * v1432;
-    const real v1438 = v1415 + (v92 * v1434 + v93 * v1432);
-    const real v1442 = v1438 + (v113 * v1375 + v114 * v1373);
-    const real v1455 = along_z[34] + (v67 * along_z[32] + z[32] * v1351) + (z[52] * along_z[33] + z[33] * along_z[52]);
-    const real v1465 = v1455 - (v38 * along_z[30] + z[30] * v1364) - (z[51] * along_z[31] + z[31] * along_z[51]);
-    const real v1466 = along_x[1] - v1465;
-    const real v1469 = along_z[34] + (v564 * (v1375 * v117 - v568 * v117 * v1442) + v568 * v1466);
-    const real v1470 = SELECT(m567, v1469, along_z[34]);
-    const real v1479 = v1381 + (z[40] * v1393 + v51 * along_z[40]);
-    const real v1480 = z[41] * v1411 + v74 * along_z[41] - v1479;
-    const real v1484 = v1480 + (z[43] * v1434 + v93 * along_z[43]);
-    const real v1492 = (v1484 + (z[46] * v1375 + v114 * along_z[46])) * v117 - v575 * v117 * v1442;
-    const real v1497 = SELECT(m567, along_z[30] + (v564 * v1492 + v575 * v1466), along_z[30]);
-    const real v1498 = -v1497;
-    const real v1508 = (v1434 + (z[49] * v1375 + v114 * along_z[49])) * v117 - v585 * v117 * v1442;
-    const real v1513 = SELECT(m567, along_z[33] + (v564 * v1508 + v585 * v1466), along_z[33]);
-    const mask m1514 = LE(K(0.0), v608);
-    const mask m1515 = LE(v608, K(0.0));
-    const real v1517 = NUM(m1514);
-    const real v1523 = v1411 + (z[45] * v1434 + v93 * along_z[45]);
-    const real v1531 = (v1523 + (z[48] * v1375 + v114 * along_z[48])) * v117 - v593 * v117 * v1442;
-    const real v1536 = SELECT(m567, along_z[32] + (v564 * v1531 + v593 * v1466), along_z[32]);
-    const real v1540 = v1517 / (NUM(m1515) + v1517) * (K(-0.5) * v1536 + K(-0.5) * v1513);
-    const real v1541 = v1513 + v1540;
-    const real v1542 = (v610 + v610) * v1541;
-    const real v1550 = z[42] * v1411 + v74 * along_z[42] - v1393;
-    const real v1554 = v1550 + (z[44] * v1434 + v93 * along_z[44]);
-    const real v1562 = (v1554 + (z[47] * v1375 + v114 * along_z[47])) * v117 - v617 * v117 * v1442;
-    const real v1567 = SELECT(m567, along_z[31] + (v564 * v1562 + v617 * v1466), along_z[31]);
-    const real v1569 = SELECT(m63, v579 * v1497 + v578 * v1497 - v1567, v1498);
-    const real v1573 = v1536 + v1540;
-    const real v1574 = (v627 + v627) * v1573;
-    const real v1585 = SELECT(m63, v579 * v1567 + v620 * v1497, -v1567);
-    const real v1588 = v625 * v1542 + v611 * v1569 + v629 * v1574 - (v639 * (v627 * v1541 + v610 * v1573) + v632 * v1585);
-    const real v1598 = v578 * v1541 + v610 * v1497;
-    const real v1601 = v1542 + (v620 * v1574 + v628 * v1567) - (v644 * v1573 + v627 * v1598);
-    const real v1603 = v1588 * v647 - v648 * v647 * v1601;
-    const real v1608 = (v1341 - (v649 * (c[17] * v1470) + v572 * (SELECT0(m63, v1498) + v1603))) * v655;
-    const real v1619 = v1608 - v656 * v655 * (v1536 + v1513 + (v1540 + v1540)) + SELECT0(m63, z[53] * v1497 + v579 * along_z[53]);
-    const real v1624 = v629 * v1573;
-    const real v1632 = v620 * v1573 + v627 * v1567;
-    const real v1636 = v639 * v1541 + v610 * v1585 - v1624 - (v625 * v1598 + v644 * v1569) + (v625 * v1632 + v665 * v1569);
-    const real v1643 = v1619 - (v668 * along_x[1] + x[1] * (v1636 * v647 - v668 * v647 * v1601));
-    const real v1656 = v629 * v1541 - (v578 * v1624 + v661 * v1497) + (v639 * v1632 + v665 * v1585);
-    const real v1667 = (v1656 - (v625 * (v620 * v1541 + v610 * v1567) + v678 * v1569)) * v647 - v681 * v647 * v1601;
-    const real v1671 = v1643 - (v67 * v1603 + v648 * v1351) - (v38 * v1667 + v681 * v1364);
-    const real v1680 = v500 * along_r[2] + v502 * along_z[86] - v506 * along_z[87];
-    const real v1691 = v1680 + v517 * along_z[86] + v524 * along_z[87] + v531 * along_z[88] + SELECT0(m63, v535 * along_z[89]);
-    const real v1701 = SELECT(m61, along_v[2], SELECT(m63, along_z[84], along_z[83]));
-    const real v1709 = v366 * along_z[78] + z[78] * v1701 + (z[82] * along_z[79] + z[79] * along_z[82]);
-    const real v1714 = SELECT(m36, along_x[2], along_z[80]);
-    const real v1723 = v1709 - (v343 * along_z[76] + z[76] * v1714) - (z[81] * along_z[77] + z[77] * along_z[81]);
-    const real v1725 = v412 * along_z[69] + z[69] * v1723;
-    const real v1731 = v343 * along_z[65] + z[65] * v1714;
-    const real v1734 = v343 * v1731 + v344 * v1714;
-    const real v1741 = along_z[81] + (v343 * along_z[70] + z[70] * v1714);
-    const real v1743 = v353 * along_z[66] + z[66] * v1741;
-    const real v1747 = v1734 + (v353 * v1743 + v354 * v1741);
-    const real v1759 = v1701 - (v343 * along_z[71] + z[71] * v1714) - (z[81] * along_z[72] + z[72] * along_z[81]);
-    const real v1761 = v372 * along_z[67] + z[67] * v1759;
-    const real v1765 = v1747 + (v372 * v1761 + v373 * v1759);
-    const real v1777 = along_z[82] + (v366 * along_z[75] + z[75] * v1701) - (v343 * along_z[73] + z[73] * v1714);
-    const real v1782 = v1777 - (z[81] * along_z[74] + z[74] * along_z[81]);
-    const real v1784 = v391 * along_z[68] + z[68] * v1782;
-    const real v1788 = v1765 + (v391 * v1784 + v392 * v1782);
-    const real v1792 = v1788 + (v412 * v1725 + v413 * v1723);
-    const real v1805 = along_z[64] + (v366 * along_z[62] + z[62] * v1701) + (z[82] * along_z[63] + z[63] * along_z[82]);
-    const real v1815 = v1805 - (v343 * along_z[60] + z[60] * v1714) - (z[81] * along_z[61] + z[61] * along_z[81]);
-    const real v1816 = along_x[2] - v1815;
-    const real v1819 = along_z[64] + (v861 * (v1725 * v416 - v865 * v416 * v1792) + v865 * v1816);
-    const real v1820 = SELECT(m864, v1819, along_z[64]);
-    const real v1829 = v1731 + (z[70] * v1743 + v354 * along_z[70]);
-    const real v1830 = z[71] * v1761 + v373 * along_z[71] - v1829;
-    const real v1834 = v1830 + (z[73] * v1784 + v392 * along_z[73]);
-    const real v1842 = (v1834 + (z[76] * v1725 + v413 * along_z[76])) * v416 - v872 * v416 * v1792;
-    const real v1847 = SELECT(m864, along_z[60] + (v861 * v1842 + v872 * v1816), along_z[60]);
-    const real v1848 = -v1847;
-    const real v1858 = (v1784 + (z[79] * v1725 + v413 * along_z[79])) * v416 - v882 * v416 * v1792;
-    const real v1863 = SELECT(m864, along_z[63] + (v861 * v1858 + v882 * v1816), along_z[63]);
-    const mask m1864 = LE(K(0.0), v899);
-    const mask m1865 = LE(v899, K(0.0));
-    const real v1867 = NUM(m1864);
-    const real v1873 = v1761 + (z[75] * v1784 + v392 * along_z[75]);
-    const real v1881 = (v1873 + (z[78] * v1725 + v413 * along_z[78])) * v416 - v888 * v416 * v1792;
-    const real v1886 = SELECT(m864, along_z[62] + (v861 * v1881 + v888 * v1816), along_z[62]);
-    const real v1890 = v1867 / (NUM(m1865) + v1867) * (K(-0.5) * v1886 + K(-0.5) * v1863);
-    const real v1891 = v1863 + v1890;
-    const real v1892 = (v901 + v901) * v1891;
-    const real v1900 = z[72] * v1761 + v373 * along_z[72] - v1743;
-    const real v1904 = v1900 + (z[74] * v1784 + v392 * along_z[74]);
-    const real v1912 = (v1904 + (z[77] * v1725 + v413 * along_z[77])) * v416 - v906 * v416 * v1792;
-    const real v1917 = SELECT(m864, along_z[61] + (v861 * v1912 + v906 * v1816), along_z[61]);
-    const real v1919 = SELECT(m63, v876 * v1847 + v875 * v1847 - v1917, v1848);
-    const real v1923 = v1886 + v1890;
-    const real v1924 = (v916 + v916) * v1923;
-    const real v1935 = SELECT(m63, v876 * v1917 + v909 * v1847, -v1917);
-    const real v1938 = v914 * v1892 + v902 * v1919 + v629 * v1924 - (v925 * (v916 * v1891 + v901 * v1923) + v920 * v1935);
-    const real v1948 = v875 * v1891 + v901 * v1847;
-    const real v1951 = v1892 + (v909 * v1924 + v917 * v1917) - (v930 * v1923 + v916 * v1948);
-    const real v1953 = v1938 * v933 - v934 * v933 * v1951;
-    const real v1958 = (v1691 - (v935 * (c[17] * v1820) + v869 * (SELECT0(m63, v1848) + v1953))) * v941;
-    const real v1969 = v1958 - v942 * v941 * (v1886 + v1863 + (v1890 + v1890)) + SELECT0(m63, z[83] * v1847 + v876 * along_z[83]);
-    const real v1977 = v629 * v1923;
-    const real v1985 = v909 * v1923 + v916 * v1917;
-    const real v1989 = v925 * v1891 + v901 * v1935 - v1977 - (v914 * v1948 + v930 * v1919) + (v914 * v1985 + v953 * v1919);
-    const real v1997 = v1969 - (v366 * v1953 + v934 * v1701) - (x[2] * (v1989 * v933 - v956 * v933 * v1951) + v956 * along_x[2]);
-    const real v2006 = v629 * v1891 - (v875 * v1977 + v949 * v1847) + (v925 * v1985 + v953 * v1935);
-    const real v2017 = (v2006 - (v914 * (v909 * v1891 + v901 * v1917) + v964 * v1919)) * v933 - v967 * v933 * v1951;
-    const real v2021 = v1997 - (v343 * v2017 + v967 * v1714);
-    const mask m2029 = LT(c[4], v336);
-    const real v2030 = SELECT(m2029, c[3], SPLAT(K(1.0)));
-    const real v2036 = SELECT(m721, v2030 * (along_z[5] * v197 - v198 * v197 * v1034), along_z[5]);
-    const real v2046 = v196 * (v208 * along_z[6] - z[6] * (v207 * v207 * v1047 * v45)) + v209 * v1034;
-    const real v2058 = v2030 * (v206 * (v227 * along_z[7] - z[7] * (v227 * v226 * v1065)) + v228 * v1047);
-    const real v2069 = v2030 * (v225 * (v246 * along_z[8] - z[8] * (v246 * v245 * v1088)) + v247 * v1065);
-    const real v2080 = v2030 * (v244 * (v267 * along_z[9] - z[9] * (v267 * v266 * v1092)) + v268 * v1088);
-    const real v2090 = along_z[10] - (v203 * (v1031 * v197 - v271 * v197 * v1034) + v271 * v1041);
-    const real v2096 = v1059 * v207 - v277 * v207 * v1047;
-    const real v2102 = SELECT(m972, SELECT(m721, along_z[11] + (v279 * v2096 + v277 * v1129), along_z[11]), along_z[11]);
-    const real v2108 = SELECT(m972, SELECT(m721, along_z[12] + (v204 * v2096 + v277 * v1043), along_z[12]), along_z[12]);
-    const real v2112 = v1082 * v226 - v290 * v226 * v1065;
-    const real v2118 = SELECT(m972, SELECT(m721, along_z[13] - (v292 * v2112 + v290 * v1130), along_z[13]), along_z[13]);
-    const real v2124 = SELECT(m972, SELECT(m721, along_z[14] - (v299 * v2112 + v290 * v1200), along_z[14]), along_z[14]);
-    const real v2130 = SELECT(m972, SELECT(m721, along_z[15] - (v223 * v2112 + v290 * v1061), along_z[15]), along_z[15]);
-    const real v2134 = v1023 * v245 - v310 * v245 * v1088;
-    const real v2140 = SELECT(m972, SELECT(m721, along_z[16] - (v312 * v2134 + v310 * v1134), along_z[16]), along_z[16]);
-    const real v2146 = SELECT(m972, SELECT(m721, along_z[17] - (v319 * v2134 + v310 * v1204), along_z[17]), along_z[17]);
-    const real v2152 = SELECT(m972, SELECT(m721, along_z[18] - (v326 * v2134 + v310 * v1173), along_z[18]), along_z[18]);
-    const real v2158 = SELECT(m972, SELECT(m721, along_z[19] - (v242 * v2134 + v310 * v1084), along_z[19]), along_z[19]);
-    const real v2164 = K(0.5) * along_z[26];
-    const real v2171 = SELECT(m972, SELECT(m63, v2164 + K(0.5) * along_z[27], v2164 + K(0.5) * v980), along_z[25]);
-    const mask m2181 = LT(c[4], v187);
-    const real v2182 = SELECT(m2181, c[3], SPLAT(K(1.0)));
-    const real v2188 = SELECT(m567, v2182 * (along_z[35] * v43 - v44 * v43 * v1384), along_z[35]);
-    const real v2198 = v2182 * (v41 * (v55 * along_z[36] - z[36] * (v55 * v54 * v1397)) + v56 * v1384);
-    const real v2209 = v2182 * (v53 * (v78 * along_z[37] - z[37] * (v78 * v77 * v1415)) + v79 * v1397);
-    const real v2220 = v2182 * (v76 * (v97 * along_z[38] - z[38] * (v97 * v96 * v1438)) + v98 * v1415);
-    const real v2230 = v95 * (v118 * along_z[39] - z[39] * (v118 * v117 * v1442)) + v119 * v1438;
-    const real v2242 = SELECT(m567, along_z[40] - (v50 * (v1381 * v43 - v122 * v43 * v1384) + v122 * v1391), along_z[40]);
-    const real v2247 = v1409 * v54 - v128 * v54 * v1397;
-    const real v2253 = SELECT(m972, SELECT(m567, along_z[41] + (v130 * v2247 + v128 * v1479), along_z[41]), along_z[41]);
-    const real v2259 = SELECT(m972, SELECT(m567, along_z[42] + (v51 * v2247 + v128 * v1393), along_z[42]), along_z[42]);
-    const real v2263 = v1432 * v77 - v141 * v77 * v1415;
-    const real v2269 = SELECT(m972, SELECT(m567, along_z[43] - (v143 * v2263 + v141 * v1480), along_z[43]), along_z[43]);
-    const real v2275 = SELECT(m972, SELECT(m567, along_z[44] - (v150 * v2263 + v141 * v1550), along_z[44]), along_z[44]);
-    const real v2281 = SELECT(m972, SELECT(m567, along_z[45] - (v74 * v2263 + v141 * v1411), along_z[45]), along_z[45]);
-    const real v2285 = v1373 * v96 - v161 * v96 * v1438;
-    const real v2291 = SELECT(m972, SELECT(m567, along_z[46] - (v163 * v2285 + v161 * v1484), along_z[46]), along_z[46]);
-    const real v2297 = SELECT(m972, SELECT(m567, along_z[47] - (v170 * v2285 + v161 * v1554), along_z[47]), along_z[47]);
-    const real v2303 = SELECT(m972, SELECT(m567, along_z[48] - (v177 * v2285 + v161 * v1523), along_z[48]), along_z[48]);
-    const real v2309 = SELECT(m972, SELECT(m567, along_z[49] - (v93 * v2285 + v161 * v1434), along_z[49]), along_z[49]);
-    const real v2315 = K(0.5) * along_z[56];
-    const real v2322 = SELECT(m972, SELECT(m63, v2315 + K(0.5) * along_z[57], v2315 + K(0.5) * v1330), along_z[55]);
-    const mask m2332 = LT(c[4], v486);
-    const real v2333 = SELECT(m2332, c[3], SPLAT(K(1.0)));
-    const real v2339 = SELECT(m864, v2333 * (along_z[65] * v347 - v348 * v347 * v1734), along_z[65]);
-    const real v2348 = v346 * (v358 * along_z[66] - z[66] * (v358 * v357 * v1747)) + v359 * v1734;
-    const real v2359 = v356 * (v377 * along_z[67] - z[67] * (v377 * v376 * v1765)) + v378 * v1747;
-    const real v2370 = v375 * (v396 * along_z[68] - z[68] * (v396 * v395 * v1788)) + v397 * v1765;
-    const real v2381 = v394 * (v417 * along_z[69] - z[69] * (v417 * v416 * v1792)) + v418 * v1788;
-    const real v2392 = along_z[70] - (v353 * (v1731 * v347 - v421 * v347 * v1734) + v421 * v1741);
-    const real v2398 = v1759 * v357 - v427 * v357 * v1747;
-    const real v2404 = SELECT(m972, SELECT(m864, along_z[71] + (v429 * v2398 + v427 * v1829), along_z[71]), along_z[71]);
-    const real v2410 = SELECT(m972, SELECT(m864, along_z[72] + (v354 * v2398 + v427 * v1743), along_z[72]), along_z[72]);
-    const real v2414 = v1782 * v376 - v440 * v376 * v1765;
-    const real v2420 = SELECT(m972, SELECT(m864, along_z[73] - (v442 * v2414 + v440 * v1830), along_z[73]), along_z[73]);
-    const real v2426 = SELECT(m972, SELECT(m864, along_z[74] - (v449 * v2414 + v440 * v1900), along_z[74]), along_z[74]);
-    const real v2432 = SELECT(m972, SELECT(m864, along_z[75] - (v373 * v2414 + v440 * v1761), along_z[75]), along_z[75]);
-    const real v2436 = v1723 * v395 - v460 * v395 * v1788;
-    const real v2442 = SELECT(m972, SELECT(m864, along_z[76] - (v462 * v2436 + v460 * v1834), along_z[76]), along_z[76]);
-    const real v2448 = SELECT(m972, SELECT(m864, along_z[77] - (v469 * v2436 + v460 * v1904), along_z[77]), along_z[77]);
-    const real v2454 = SELECT(m972, SELECT(m864, along_z[78] - (v476 * v2436 + v460 * v1873), along_z[78]), along_z[78]);
-    const real v2460 = SELECT(m972, SELECT(m864, along_z[79] - (v392 * v2436 + v460 * v1784), along_z[79]), along_z[79]);
-    const real v2466 = K(0.5) * along_z[86];
-    const real v2473 = SELECT(m972, SELECT(m63, v2466 + K(0.5) * along_z[87], v2466 + K(0.5) * v1680), along_z[85]);
-    const real v2478 = K(1.0) + z[90];
-    const mask m2480 = LE(v2478, K(2.0));
-    const mask m2481 = LE(K(2.0), v2478);
-    const real v2483 = NUM(m2480);
-    change_u[0] = SELECT0(m972, v1321);
-    change_u[1] = SELECT0(m972, v1671);
-    change_u[2] = SELECT0(m972, v2021);
-    change_z_next[0] = SELECT(m972, v1147, along_z[0]);
-    change_z_next[1] = SELECT(m972, v1217, along_z[1]);
-    change_z_next[2] = SELECT(m972, v1186, along_z[2]);
-    change_z_next[3] = SELECT(m972, v1163, along_z[3]);
-    change_z_next[4] = SELECT(m972, v1120, along_z[4]);
-    change_z_next[5] = SELECT(m972, v2036, along_z[5]);
-    change_z_next[6] = SELECT(m972, SELECT(m721, v2030 * v2046, along_z[6]), along_z[6]);
-    change_z_next[7] = SELECT(m972, SELECT(m721, v2058, along_z[7]), along_z[7]);
-    change_z_next[8] = SELECT(m972, SELECT(m721, v2069, along_z[8]), along_z[8]);
-    change_z_next[9] = SELECT(m972, SELECT(m721, v2080, along_z[9]), along_z[9]);
-    change_z_next[10] = SELECT(m972, SELECT(m721, v2090, along_z[10]), along_z[10]);
-    change_z_next[11] = v2102;
-    change_z_next[12] = v2108;
-    change_z_next[13] = v2118;
-    change_z_next[14] = v2124;
-    change_z_next[15] = v2130;
-    change_z_next[16] = v2140;
-    change_z_next[17] = v2146;
-    change_z_next[18] = v2152;
-    change_z_next[19] = v2158;
-    change_z_next[20] = SELECT(m972, along_x[0], along_z[20]);
-    change_z_next[21] = SELECT(m972, v1014, along_z[21]);
-    change_z_next[22] = SELECT(m972, v1001, along_z[22]);
-    change_z_next[23] = SELECT(m972, v1321, along_z[23]);
-    change_z_next[24] = SELECT(m972, along_z[23], along_z[24]);
-    change_z_next[25] = v2171;
-    change_z_next[26] = SELECT(m972, v980, along_z[26]);
-    change_z_next[27] = SELECT(m972, along_z[26], along_z[27]);
-    change_z_next[28] = SELECT(m972, along_z[27], along_z[28]);
-    change_z_next[29] = SELECT(m972, along_z[28], along_z[29]);
-    change_z_next[30] = SELECT(m972, v1497, along_z[30]);
-    change_z_next[31] = SELECT(m972, v1567, along_z[31]);
-    change_z_next[32] = SELECT(m972, v1536, along_z[32]);
-    change_z_next[33] = SELECT(m972, v1513, along_z[33]);
-    change_z_next[34] = SELECT(m972, v1470, along_z[34]);
-    change_z_next[35] = SELECT(m972, v2188, along_z[35]);
-    change_z_next[36] = SELECT(m972, SELECT(m567, v2198, along_z[36]), along_z[36]);
-    change_z_next[37] = SELECT(m972, SELECT(m567, v2209, along_z[37]), along_z[37]);
-    change_z_next[38] = SELECT(m972, SELECT(m567, v2220, along_z[38]), along_z[38]);
-    change_z_next[39] = SELECT(m972, SELECT(m567, v2182 * v2230, along_z[39]), along_z[39]);
-    change_z_next[40] = SELECT(m972, v2242, along_z[40]);
-    change_z_next[41] = v2253;
-    change_z_next[42] = v2259;
-    change_z_next[43] = v2269;
-    change_z_next[44] = v2275;
-    change_z_next[45] = v2281;
-    change_z_next[46] = v2291;
-    change_z_next[47] = v2297;
-    change_z_next[48] = v2303;
-    change_z_next[49] = v2309;
-    change_z_next[50] = SELECT(m972, along_x[1], along_z[50]);
-    change_z_next[51] = SELECT(m972, v1364, along_z[51]);
-    change_z_next[52] = SELECT(m972, v1351, along_z[52]);
-    change_z_next[53] = SELECT(m972, v1671, along_z[53]);
-    change_z_next[54] = SELECT(m972, along_z[53], along_z[54]);
-    change_z_next[55] = v2322;
-    change_z_next[56] = SELECT(m972, v1330, along_z[56]);
-    change_z_next[57] = SELECT(m972, along_z[56], along_z[57]);
-    change_z_next[58] = SELECT(m972, along_z[57], along_z[58]);
-    change_z_next[59] = SELECT(m972, along_z[58], along_z[59]);
-    change_z_next[60] = SELECT(m972, v1847, along_z[60]);
-    change_z_next[61] = SELECT(m972, v1917, along_z[61]);
-    change_z_next[62] = SELECT(m972, v1886, along_z[62]);
-    change_z_next[63] = SELECT(m972, v1863, along_z[63]);
-    change_z_next[64] = SELECT(m972, v1820, along_z[64]);
-    change_z_next[65] = SELECT(m972, v2339, along_z[65]);
-    change_z_next[66] = SELECT(m972, SELECT(m864, v2333 * v2348, along_z[66]), along_z[66]);
-    change_z_next[67] = SELECT(m972, SELECT(m864, v2333 * v2359, along_z[67]), along_z[67]);
-    change_z_next[68] = SELECT(m972, SELECT(m864, v2333 * v2370, along_z[68]), along_z[68]);
-    change_z_next[69] = SELECT(m972, SELECT(m864, v2333 * v2381, along_z[69]), along_z[69]);
-    change_z_next[70] = SELECT(m972, SELECT(m864, v2392, along_z[70]), along_z[70]);
-    change_z_next[71] = v2404;
-    change_z_next[72] = v2410;
-    change_z_next[73] = v2420;
-    change_z_next[74] = v2426;
-    change_z_next[75] = v2432;
-    change_z_next[76] = v2442;
-    change_z_next[77] = v2448;
-    change_z_next[78] = v2454;
-    change_z_next[79] = v2460;
-    change_z_next[80] = SELECT(m972, along_x[2], along_z[80]);
-    change_z_next[81] = SELECT(m972, v1714, along_z[81]);
-    change_z_next[82] = SELECT(m972, v1701, along_z[82]);
-    change_z_next[83] = SELECT(m972, v2021, along_z[83]);
-    change_z_next[84] = SELECT(m972, along_z[83], along_z[84]);
-    change_z_next[85] = v2473;
-    change_z_next[86] = SELECT(m972, v1680, along_z[86]);
-    change_z_next[87] = SELECT(m972, along_z[86], along_z[87]);
-    change_z_next[88] = SELECT(m972, along_z[87], along_z[88]);
-    change_z_next[89] = SELECT(m972, along_z[88], along_z[89]);
-    change_z_next[90] = SELECT0(m972, v2483 / (NUM(m2481) + v2483) * along_z[90]);
+    enum { roll = SATELLITE_X_ROLL };
+    enum { pitch = SATELLITE_X_PITCH };
+    enum { yaw = SATELLITE_X_YAW };
+    enum { ref_roll = SATELLITE_R_REF_ROLL };
+    enum { ref_pitch = SATELLITE_R_REF_PITCH };
+    enum { ref_yaw = SATELLITE_R_REF_YAW };
+    enum { Tx_applied = 0 };
+    enum { Ty_applied = 1 };
+    enum { Tz_applied = 2 };
+    enum { a1_roll = SATELLITE_MRAC_Z_A1_ROLL };
+    enum { a2_roll = SATELLITE_MRAC_Z_A2_ROLL };
+    enum { b0_roll = SATELLITE_MRAC_Z_B0_ROLL };
+    enum { b1_roll = SATELLITE_MRAC_Z_B1_ROLL };
+    enum { d_roll = SATELLITE_MRAC_Z_D_ROLL };
+    enum { D1_roll = SATELLITE_MRAC_Z_D1_ROLL };
+    enum { D2_roll = SATELLITE_MRAC_Z_D2_ROLL };
+    enum { D3_roll = SATELLITE_MRAC_Z_D3_ROLL };
+    enum { D4_roll = SATELLITE_MRAC_Z_D4_ROLL };
+    enum { D5_roll = SATELLITE_MRAC_Z_D5_ROLL };
+    enum { U12_roll = SATELLITE_MRAC_Z_U12_ROLL };
+    enum { U13_roll = SATELLITE_MRAC_Z_U13_ROLL };
+    enum { U23_roll = SATELLITE_MRAC_Z_U23_ROLL };
+    enum { U14_roll = SATELLITE_MRAC_Z_U14_ROLL };
+    enum { U24_roll = SATELLITE_MRAC_Z_U24_ROLL };
+    enum { U34_roll = SATELLITE_MRAC_Z_U34_ROLL };
+    enum { U15_roll = SATELLITE_MRAC_Z_U15_ROLL };
+    enum { U25_roll = SATELLITE_MRAC_Z_U25_ROLL };
+    enum { U35_roll = SATELLITE_MRAC_Z_U35_ROLL };
+    enum { U45_roll = SATELLITE_MRAC_Z_U45_ROLL };
+    enum { y1_roll = SATELLITE_MRAC_Z_Y1_ROLL };
+    enum { y2_roll = SATELLITE_MRAC_Z_Y2_ROLL };
+    enum { v1_roll = SATELLITE_MRAC_Z_V1_ROLL };
+    enum { u1_roll = SATELLITE_MRAC_Z_U1_ROLL };
+    enum { u2_roll = SATELLITE_MRAC_Z_U2_ROLL };
+    enum { wm1_roll = SATELLITE_MRAC_Z_WM1_ROLL };
+    enum { wm2_roll = SATELLITE_MRAC_Z_WM2_ROLL };
+    enum { wm3_roll = SATELLITE_MRAC_Z_WM3_ROLL };
+    enum { wm4_roll = SATELLITE_MRAC_Z_WM4_ROLL };
+    enum { a1_pitch = SATELLITE_MRAC_Z_A1_PITCH };
+    enum { a2_pitch = SATELLITE_MRAC_Z_A2_PITCH };
+    enum { b0_pitch = SATELLITE_MRAC_Z_B0_PITCH };
+    enum { b1_pitch = SATELLITE_MRAC_Z_B1_PITCH };
+    enum { d_pitch = SATELLITE_MRAC_Z_D_PITCH };
+    enum { D1_pitch = SATELLITE_MRAC_Z_D1_PITCH };
+    enum { D2_pitch = SATELLITE_MRAC_Z_D2_PITCH };
+    enum { D3_pitch = SATELLITE_MRAC_Z_D3_PITCH };
+    enum { D4_pitch = SATELLITE_MRAC_Z_D4_PITCH };
+    enum { D5_pitch = SATELLITE_MRAC_Z_D5_PITCH };
+    enum { U12_pitch = SATELLITE_MRAC_Z_U12_PITCH };
+    enum { U13_pitch = SATELLITE_MRAC_Z_U13_PITCH };
+    enum { U23_pitch = SATELLITE_MRAC_Z_U23_PITCH };
+    enum { U14_pitch = SATELLITE_MRAC_Z_U14_PITCH };
+    enum { U24_pitch = SATELLITE_MRAC_Z_U24_PITCH };
+    enum { U34_pitch = SATELLITE_MRAC_Z_U34_PITCH };
+    enum { U15_pitch = SATELLITE_MRAC_Z_U15_PITCH };
+    enum { U25_pitch = SATELLITE_MRAC_Z_U25_PITCH };
+    enum { U35_pitch = SATELLITE_MRAC_Z_U35_PITCH };
+    enum { U45_pitch = SATELLITE_MRAC_Z_U45_PITCH };
+    enum { y1_pitch = SATELLITE_MRAC_Z_Y1_PITCH };
+    enum { y2_pitch = SATELLITE_MRAC_Z_Y2_PITCH };
+    enum { v1_pitch = SATELLITE_MRAC_Z_V1_PITCH };
+    enum { u1_pitch = SATELLITE_MRAC_Z_U1_PITCH };
+    enum { u2_pitch = SATELLITE_MRAC_Z_U2_PITCH };
+    enum { wm1_pitch = SATELLITE_MRAC_Z_WM1_PITCH };
+    enum { wm2_pitch = SATELLITE_MRAC_Z_WM2_PITCH };
+    enum { wm3_pitch = SATELLITE_MRAC_Z_WM3_PITCH };
+    enum { wm4_pitch = SATELLITE_MRAC_Z_WM4_PITCH };
+    enum { a1_yaw = SATELLITE_MRAC_Z_A1_YAW };
+    enum { a2_yaw = SATELLITE_MRAC_Z_A2_YAW };
+    enum { b0_yaw = SATELLITE_MRAC_Z_B0_YAW };
+    enum { b1_yaw = SATELLITE_MRAC_Z_B1_YAW };
+    enum { d_yaw = SATELLITE_MRAC_Z_D_YAW };
+    enum { D1_yaw = SATELLITE_MRAC_Z_D1_YAW };
+    enum { D2_yaw = SATELLITE_MRAC_Z_D2_YAW };
+    enum { D3_yaw = SATELLITE_MRAC_Z_D3_YAW };
+    enum { D4_yaw = SATELLITE_MRAC_Z_D4_YAW };
+    enum { D5_yaw = SATELLITE_MRAC_Z_D5_YAW };
+    enum { U12_yaw = SATELLITE_MRAC_Z_U12_YAW };
+    enum { U13_yaw = SATELLITE_MRAC_Z_U13_YAW };
+    enum { U23_yaw = SATELLITE_MRAC_Z_U23_YAW };
+    enum { U14_yaw = SATELLITE_MRAC_Z_U14_YAW };
+    enum { U24_yaw = SATELLITE_MRAC_Z_U24_YAW };
+    enum { U34_yaw = SATELLITE_MRAC_Z_U34_YAW };
+    enum { U15_yaw = SATELLITE_MRAC_Z_U15_YAW };
+    enum { U25_yaw = SATELLITE_MRAC_Z_U25_YAW };
+    enum { U35_yaw = SATELLITE_MRAC_Z_U35_YAW };
+    enum { U45_yaw = SATELLITE_MRAC_Z_U45_YAW };
+    enum { y1_yaw = SATELLITE_MRAC_Z_Y1_YAW };
+    enum { y2_yaw = SATELLITE_MRAC_Z_Y2_YAW };
+    enum { v1_yaw = SATELLITE_MRAC_Z_V1_YAW };
+    enum { u1_yaw = SATELLITE_MRAC_Z_U1_YAW };
+    enum { u2_yaw = SATELLITE_MRAC_Z_U2_YAW };
+    enum { wm1_yaw = SATELLITE_MRAC_Z_WM1_YAW };
+    enum { wm2_yaw = SATELLITE_MRAC_Z_WM2_YAW };
+    enum { wm3_yaw = SATELLITE_MRAC_Z_WM3_YAW };
+    enum { wm4_yaw = SATELLITE_MRAC_Z_WM4_YAW };
+    enum { samples = SATELLITE_MRAC_Z_SAMPLES };
+    enum { I_x = SATELLITE_P_I_X };
+    enum { I_y = SATELLITE_P_I_Y };
+    enum { I_z = SATELLITE_P_I_Z };
+    enum { Ts = SATELLITE_P_TS };
+    enum { noise = SATELLITE_P_NOISE };
+    enum { rho = SATELLITE_MRAC_C_RHO };
+    enum { adapt = SATELLITE_MRAC_C_ADAPT };
+    enum { forgetting = SATELLITE_MRAC_C_FORGETTING };
+    enum { trace_max = SATELLITE_MRAC_C_TRACE_MAX };
+    enum { dead_zone = SATELLITE_MRAC_C_DEAD_ZONE };
+    enum { dead_zone_sigma = SATELLITE_MRAC_C_DEAD_ZONE_SIGMA };
+    enum { b_min = SATELLITE_MRAC_C_B_MIN };
+    enum { b_min_ratio = SATELLITE_MRAC_C_B_MIN_RATIO };
+    enum { compensate_d = SATELLITE_MRAC_C_COMPENSATE_D };
+    enum { applied_regressor = SATELLITE_MRAC_C_APPLIED_REGRESSOR };
+    enum { design_delay = SATELLITE_MRAC_C_DESIGN_DELAY };
+    enum { tau_m = SATELLITE_MRAC_C_TAU_M };
+    enum { along_roll = 0 };
+    enum { along_pitch = 1 };
+    enum { along_yaw = 2 };
+    enum { along_ref_roll = 0 };
+    enum { along_ref_pitch = 1 };
+    enum { along_ref_yaw = 2 };
+    enum { along_Tx_applied = 0 };
+    enum { along_Ty_applied = 1 };
+    enum { along_Tz_applied = 2 };
+    enum { along_a1_roll = 0 };
+    enum { along_a2_roll = 1 };
+    enum { along_b0_roll = 2 };
+    enum { along_b1_roll = 3 };
+    enum { along_d_roll = 4 };
+    enum { along_D1_roll = 5 };
+    enum { along_D2_roll = 6 };
+    enum { along_D3_roll = 7 };
+    enum { along_D4_roll = 8 };
+    enum { along_D5_roll = 9 };
+    enum { along_U12_roll = 10 };
+    enum { along_U13_roll = 11 };
+    enum { along_U23_roll = 12 };
+    enum { along_U14_roll = 13 };
+    enum { along_U24_roll = 14 };
+    enum { along_U34_roll = 15 };
+    enum { along_U15_roll = 16 };
+    enum { along_U25_roll = 17 };
+    enum { along_U35_roll = 18 };
+    enum { along_U45_roll = 19 };
+    enum { along_y1_roll = 20 };
+    enum { along_y2_roll = 21 };
+    enum { along_v1_roll = 22 };
+    enum { along_u1_roll = 23 };
+    enum { along_u2_roll = 24 };
+    enum { along_ym_roll = 25 };
+    enum { along_wm1_roll = 26 };
+    enum { along_wm2_roll = 27 };
+    enum { along_wm3_roll = 28 };
+    enum { along_wm4_roll = 29 };
+    enum { along_a1_pitch = 30 };
+    enum { along_a2_pitch = 31 };
+    enum { along_b0_pitch = 32 };
+    enum { along_b1_pitch = 33 };
+    enum { along_d_pitch = 34 };
+    enum { along_D1_pitch = 35 };
+    enum { along_D2_pitch = 36 };
+    enum { along_D3_pitch = 37 };
+    enum { along_D4_pitch = 38 };
+    enum { along_D5_pitch = 39 };
+    enum { along_U12_pitch = 40 };
+    enum { along_U13_pitch = 41 };
+    enum { along_U23_pitch = 42 };
+    enum { along_U14_pitch = 43 };
+    enum { along_U24_pitch = 44 };
+    enum { along_U34_pitch = 45 };
+    enum { along_U15_pitch = 46 };
+    enum { along_U25_pitch = 47 };
+    enum { along_U35_pitch = 48 };
+    enum { along_U45_pitch = 49 };
+    enum { along_y1_pitch = 50 };
+    enum { along_y2_pitch = 51 };
+    enum { along_v1_pitch = 52 };
+    enum { along_u1_pitch = 53 };
+    enum { along_u2_pitch = 54 };
+    enum { along_ym_pitch = 55 };
+    enum { along_wm1_pitch = 56 };
+    enum { along_wm2_pitch = 57 };
+    enum { along_wm3_pitch = 58 };
+    enum { along_wm4_pitch = 59 };
+    enum { along_a1_yaw = 60 };
+    enum { along_a2_yaw = 61 };
+    enum { along_b0_yaw = 62 };
+    enum { along_b1_yaw = 63 };
+    enum { along_d_yaw = 64 };
+    enum { along_D1_yaw = 65 };
+    enum { along_D2_yaw = 66 };
+    enum { along_D3_yaw = 67 };
+    enum { along_D4_yaw = 68 };
+    enum { along_D5_yaw = 69 };
+    enum { along_U12_yaw = 70 };
+    enum { along_U13_yaw = 71 };
+    enum { along_U23_yaw = 72 };
+    enum { along_U14_yaw = 73 };
+    enum { along_U24_yaw = 74 };
+    enum { along_U34_yaw = 75 };
+    enum { along_U15_yaw = 76 };
+    enum { along_U25_yaw = 77 };
+    enum { along_U35_yaw = 78 };
+    enum { along_U45_yaw = 79 };
+    enum { along_y1_yaw = 80 };
+    enum { along_y2_yaw = 81 };
+    enum { along_v1_yaw = 82 };
+    enum { along_u1_yaw = 83 };
+    enum { along_u2_yaw = 84 };
+    enum { along_ym_yaw = 85 };
+    enum { along_wm1_yaw = 86 };
+    enum { along_wm2_yaw = 87 };
+    enum { along_wm3_yaw = 88 };
+    enum { along_wm4_yaw = 89 };
+    enum { along_samples = 90 };
+    const real model_pole = mv_exp(-(p[Ts] / c[tau_m]));
+    const real t_hjr6j = K(-1.0) + model_pole;
+    const real t_lbhv6 = t_hjr6j * t_hjr6j;
+    const real t_u5zvh = model_pole + model_pole;
+    const real t_lbhv6_2 = model_pole * model_pole;
+    const real w_roll = t_lbhv6 * r[ref_roll] + t_u5zvh * z[wm1_roll] - t_lbhv6_2 * z[wm2_roll];  /* (16) */
+    const real w_pitch = t_lbhv6 * r[ref_pitch] + t_u5zvh * z[wm1_pitch] - t_lbhv6_2 * z[wm2_pitch];  /* (16) */
+    const real w_yaw = t_lbhv6 * r[ref_yaw] + t_u5zvh * z[wm1_yaw] - t_lbhv6_2 * z[wm2_yaw];  /* (16) */
+    const mask m_myerm = LT(z[samples], K(0.5));
+    const real y1_used_roll = SELECT(m_myerm, x[roll], z[y1_roll]);
+    const mask m_2oym3 = LT(K(0.5), c[applied_regressor]);
+    const mask m_ng6lt = LT(K(0.5), c[design_delay]);
+    const real v_roll = SELECT(m_2oym3, v[Tx_applied], SELECT(m_ng6lt, z[u2_roll], z[u1_roll]));  /* (36) */
+    const real y_hat_roll = z[d_roll]
+        + z[b0_roll] * v_roll
+        + z[b1_roll] * z[v1_roll]
+        - z[a1_roll] * y1_used_roll
+        - z[a2_roll] * z[y2_roll];  /* (34) */
+    const real eps_roll = x[roll] - y_hat_roll;  /* (39) */
+    const real t_s4qc7 = z[D1_roll] * y1_used_roll;
+    const real alpha1_roll = c[forgetting] + t_s4qc7 * y1_used_roll;  /* (40) */
+    const real t_gcbdt = K(1.0) / alpha1_roll;
+    const real D1_free_roll = z[D1_roll] * t_gcbdt;  /* (41) */
+    const real t_4q5lb = z[y2_roll] + z[U12_roll] * y1_used_roll;
+    const real t_bqiu4 = z[D2_roll] * t_4q5lb;
+    const real alpha2_roll = alpha1_roll + t_bqiu4 * t_4q5lb;  /* (40) */
+    const real t_2ftwl = K(1.0) / alpha2_roll;
+    const real t_rkxsm = K(1.0) / c[forgetting];
+    const real t_buzsg = t_2ftwl * t_rkxsm;
+    const real t_uep3r = t_buzsg * z[D2_roll];
+    const real D2_free_roll = t_uep3r * alpha1_roll;  /* (41) */
+    const real t_hr6w3 = t_s4qc7 * t_gcbdt;
+    const real U12_free_roll = z[U12_roll] - t_hr6w3 * t_4q5lb;  /* (41) */
+    const real f3_roll = v_roll - z[U13_roll] * y1_used_roll - z[U23_roll] * z[y2_roll];  /* (40) */
+    const real Df3_roll = z[D3_roll] * f3_roll;  /* (40) */
+    const real alpha3_roll = alpha2_roll + Df3_roll * f3_roll;  /* (40) */
+    const real t_m6gkz = K(1.0) / alpha3_roll;
+    const real t_pgi2s = t_rkxsm * t_m6gkz;
+    const real t_chslv = t_pgi2s * z[D3_roll];
+    const real D3_free_roll = t_chslv * alpha2_roll;  /* (41) */
+    const real t_iwp6c = f3_roll * t_2ftwl;
+    const real t_73h6y = t_s4qc7 + t_bqiu4 * z[U12_roll];
+    const real U13_free_roll = z[U13_roll] + t_iwp6c * t_73h6y;  /* (41) */
+    const real b1_3_roll = Df3_roll * z[U13_roll] - t_73h6y;  /* (40) */
+    const real U23_free_roll = z[U23_roll] + t_iwp6c * t_bqiu4;  /* (41) */
+    const real b2_3_roll = Df3_roll * z[U23_roll] - t_bqiu4;  /* (40) */
+    const real f4_roll = z[v1_roll] + z[U34_roll] * v_roll - z[U14_roll] * y1_used_roll - z[U24_roll] * z[y2_roll];  /* (40) */
+    const real Df4_roll = z[D4_roll] * f4_roll;  /* (40) */
+    const real alpha4_roll = alpha3_roll + Df4_roll * f4_roll;  /* (40) */
+    const real t_qd2bm = K(1.0) / alpha4_roll;
+    const real t_ssuku = t_rkxsm * t_qd2bm;
+    const real t_3j35e = t_ssuku * z[D4_roll];
+    const real D4_free_roll = t_3j35e * alpha3_roll;  /* (41) */
+    const real t_vpr7m = f4_roll * t_m6gkz;
+    const real U14_free_roll = z[U14_roll] - t_vpr7m * b1_3_roll;  /* (41) */
+    const real b1_4_roll = b1_3_roll + Df4_roll * z[U14_roll];  /* (40) */
+    const real U24_free_roll = z[U24_roll] - t_vpr7m * b2_3_roll;  /* (41) */
+    const real b2_4_roll = b2_3_roll + Df4_roll * z[U24_roll];  /* (40) */
+    const real U34_free_roll = z[U34_roll] - t_vpr7m * Df3_roll;  /* (41) */
+    const real b3_4_roll = Df3_roll + Df4_roll * z[U34_roll];  /* (40) */
+    const real f5_roll = K(1.0)
+        + z[U35_roll] * v_roll
+        + z[U45_roll] * z[v1_roll]
+        - z[U15_roll] * y1_used_roll
+        - z[U25_roll] * z[y2_roll];  /* (40) */
+    const real Df5_roll = z[D5_roll] * f5_roll;  /* (40) */
+    const real alpha5_roll = alpha4_roll + Df5_roll * f5_roll;  /* (40) */
+    const real t_szpzk = K(1.0) / alpha5_roll;
+    const real t_petfr = t_rkxsm * t_szpzk;
+    const real t_glxxd = t_petfr * z[D5_roll];
+    const real D5_free_roll = t_glxxd * alpha4_roll;  /* (41) */
+    const real t_el36p = f5_roll * t_qd2bm;
+    const real U15_free_roll = z[U15_roll] - t_el36p * b1_4_roll;  /* (41) */
+    const real b1_5_roll = b1_4_roll + Df5_roll * z[U15_roll];  /* (40) */
+    const real U25_free_roll = z[U25_roll] - t_el36p * b2_4_roll;  /* (41) */
+    const real b2_5_roll = b2_4_roll + Df5_roll * z[U25_roll];  /* (40) */
+    const real U35_free_roll = z[U35_roll] - t_el36p * b3_4_roll;  /* (41) */
+    const real b3_5_roll = b3_4_roll + Df5_roll * z[U35_roll];  /* (40) */
+    const real U45_free_roll = z[U45_roll] - t_el36p * Df4_roll;  /* (41) */
+    const real b4_5_roll = Df4_roll + Df5_roll * z[U45_roll];  /* (40) */
+    const real G1_roll = b1_5_roll * t_szpzk;  /* (40) */
+    const real G2_roll = b2_5_roll * t_szpzk;  /* (40) */
+    const real G3_roll = b3_5_roll * t_szpzk;  /* (40) */
+    const real G4_roll = b4_5_roll * t_szpzk;  /* (40) */
+    const real G5_roll = Df5_roll * t_szpzk;  /* (40) */
+    const real trace_roll = D1_free_roll
+        + D2_free_roll
+        + D3_free_roll
+        + D4_free_roll
+        + D5_free_roll
+        + D2_free_roll * (U12_free_roll * U12_free_roll)
+        + D3_free_roll * (U13_free_roll * U13_free_roll)
+        + D3_free_roll * (U23_free_roll * U23_free_roll)
+        + D4_free_roll * (U14_free_roll * U14_free_roll)
+        + D4_free_roll * (U24_free_roll * U24_free_roll)
+        + D4_free_roll * (U34_free_roll * U34_free_roll)
+        + D5_free_roll * (U15_free_roll * U15_free_roll)
+        + D5_free_roll * (U25_free_roll * U25_free_roll)
+        + D5_free_roll * (U35_free_roll * U35_free_roll)
+        + D5_free_roll * (U45_free_roll * U45_free_roll);  /* (41) */
+    const mask m_cy5zr = LT(c[trace_max], trace_roll);
+    const real cap_roll = SELECT(m_cy5zr, c[forgetting], SPLAT(K(1.0)));
+    const mask m_jj746 = LT(K(0.5), c[adapt]);
+    const mask m_d33kq = LT(K(1.5), z[samples]);
+    const mask m_6w7fs = AND(m_jj746, m_d33kq);
+    const real t_s4yo7 = mv_max(c[dead_zone], c[dead_zone_sigma] * p[noise]);
+    const mask m_ga54y = LT(t_s4yo7, mv_fabs(eps_roll));
+    const mask m_huydk = AND(m_6w7fs, m_ga54y);
+    const real a1_now_roll = SELECT(m_huydk, z[a1_roll] + G1_roll * eps_roll, z[a1_roll]);  /* (42) */
+    const real a2_now_roll = SELECT(m_huydk, z[a2_roll] + G2_roll * eps_roll, z[a2_roll]);  /* (42) */
+    const real b0_now_roll = SELECT(m_huydk, z[b0_roll] + G3_roll * eps_roll, z[b0_roll]);  /* (42) */
+    const real b1_now_roll = SELECT(m_huydk, z[b1_roll] + G4_roll * eps_roll, z[b1_roll]);  /* (42) */
+    const real d_now_roll = SELECT(m_huydk, z[d_roll] + G5_roll * eps_roll, z[d_roll]);  /* (42) */
+    const real d_used_roll = c[compensate_d] * d_now_roll;
+    const real y1_used_pitch = SELECT(m_myerm, x[pitch], z[y1_pitch]);
+    const real v_pitch = SELECT(m_2oym3, v[Ty_applied], SELECT(m_ng6lt, z[u2_pitch], z[u1_pitch]));  /* (36) */
+    const real y_hat_pitch = z[d_pitch]
+        + z[b0_pitch] * v_pitch
+        + z[b1_pitch] * z[v1_pitch]
+        - z[a1_pitch] * y1_used_pitch
+        - z[a2_pitch] * z[y2_pitch];  /* (34) */
+    const real eps_pitch = x[pitch] - y_hat_pitch;  /* (39) */
+    const real t_n6265 = z[D1_pitch] * y1_used_pitch;
+    const real alpha1_pitch = c[forgetting] + t_n6265 * y1_used_pitch;  /* (40) */
+    const real t_ba5cq = K(1.0) / alpha1_pitch;
+    const real D1_free_pitch = z[D1_pitch] * t_ba5cq;  /* (41) */
+    const real t_5xoth = z[y2_pitch] + z[U12_pitch] * y1_used_pitch;
+    const real t_urk7s = z[D2_pitch] * t_5xoth;
+    const real alpha2_pitch = alpha1_pitch + t_urk7s * t_5xoth;  /* (40) */
+    const real t_vq6qe = K(1.0) / alpha2_pitch;
+    const real t_rwzhe = t_rkxsm * t_vq6qe;
+    const real t_rz27b = t_rwzhe * z[D2_pitch];
+    const real D2_free_pitch = t_rz27b * alpha1_pitch;  /* (41) */
+    const real t_yryoi = t_n6265 * t_ba5cq;
+    const real U12_free_pitch = z[U12_pitch] - t_yryoi * t_5xoth;  /* (41) */
+    const real f3_pitch = v_pitch - z[U13_pitch] * y1_used_pitch - z[U23_pitch] * z[y2_pitch];  /* (40) */
+    const real Df3_pitch = z[D3_pitch] * f3_pitch;  /* (40) */
+    const real alpha3_pitch = alpha2_pitch + Df3_pitch * f3_pitch;  /* (40) */
+    const real t_wnsbx = K(1.0) / alpha3_pitch;
+    const real t_clmmw = t_rkxsm * t_wnsbx;
+    const real t_ehcbr = t_clmmw * z[D3_pitch];
+    const real D3_free_pitch = t_ehcbr * alpha2_pitch;  /* (41) */
+    const real t_iziit = f3_pitch * t_vq6qe;
+    const real t_m7azd = t_n6265 + t_urk7s * z[U12_pitch];
+    const real U13_free_pitch = z[U13_pitch] + t_iziit * t_m7azd;  /* (41) */
+    const real b1_3_pitch = Df3_pitch * z[U13_pitch] - t_m7azd;  /* (40) */
+    const real U23_free_pitch = z[U23_pitch] + t_iziit * t_urk7s;  /* (41) */
+    const real b2_3_pitch = Df3_pitch * z[U23_pitch] - t_urk7s;  /* (40) */
+    const real f4_pitch = z[v1_pitch] + z[U34_pitch] * v_pitch - z[U14_pitch] * y1_used_pitch - z[U24_pitch] * z[y2_pitch];  /* (40) */
+    const real Df4_pitch = z[D4_pitch] * f4_pitch;  /* (40) */
+    const real alpha4_pitch = alpha3_pitch + Df4_pitch * f4_pitch;  /* (40) */
+    const real t_au2dz = K(1.0) / alpha4_pitch;
+    const real t_km5us = t_rkxsm * t_au2dz;
+    const real t_22ct6 = t_km5us * z[D4_pitch];
+    const real D4_free_pitch = t_22ct6 * alpha3_pitch;  /* (41) */
+    const real t_q5cqa = f4_pitch * t_wnsbx;
+    const real U14_free_pitch = z[U14_pitch] - t_q5cqa * b1_3_pitch;  /* (41) */
+    const real b1_4_pitch = b1_3_pitch + Df4_pitch * z[U14_pitch];  /* (40) */
+    const real U24_free_pitch = z[U24_pitch] - t_q5cqa * b2_3_pitch;  /* (41) */
+    const real b2_4_pitch = b2_3_pitch + Df4_pitch * z[U24_pitch];  /* (40) */
+    const real U34_free_pitch = z[U34_pitch] - t_q5cqa * Df3_pitch;  /* (41) */
+    const real b3_4_pitch = Df3_pitch + Df4_pitch * z[U34_pitch];  /* (40) */
+    const real f5_pitch = K(1.0)
+        + z[U35_pitch] * v_pitch
+        + z[U45_pitch] * z[v1_pitch]
+        - z[U15_pitch] * y1_used_pitch
+        - z[U25_pitch] * z[y2_pitch];  /* (40) */
+    const real Df5_pitch = z[D5_pitch] * f5_pitch;  /* (40) */
+    const real alpha5_pitch = alpha4_pitch + Df5_pitch * f5_pitch;  /* (40) */
+    const real t_uppvm = K(1.0) / alpha5_pitch;
+    const real t_xfgg5 = t_rkxsm * t_uppvm;
+    const real t_enyoc = t_xfgg5 * z[D5_pitch];
+    const real D5_free_pitch = t_enyoc * alpha4_pitch;  /* (41) */
+    const real t_blzne = f5_pitch * t_au2dz;
+    const real U15_free_pitch = z[U15_pitch] - t_blzne * b1_4_pitch;  /* (41) */
+    const real b1_5_pitch = b1_4_pitch + Df5_pitch * z[U15_pitch];  /* (40) */
+    const real U25_free_pitch = z[U25_pitch] - t_blzne * b2_4_pitch;  /* (41) */
+    const real b2_5_pitch = b2_4_pitch + Df5_pitch * z[U25_pitch];  /* (40) */
+    const real U35_free_pitch = z[U35_pitch] - t_blzne * b3_4_pitch;  /* (41) */
+    const real b3_5_pitch = b3_4_pitch + Df5_pitch * z[U35_pitch];  /* (40) */
+    const real U45_free_pitch = z[U45_pitch] - t_blzne * Df4_pitch;  /* (41) */
+    const real b4_5_pitch = Df4_pitch + Df5_pitch * z[U45_pitch];  /* (40) */
+    const real G1_pitch = b1_5_pitch * t_uppvm;  /* (40) */
+    const real G2_pitch = b2_5_pitch * t_uppvm;  /* (40) */
+    const real G3_pitch = b3_5_pitch * t_uppvm;  /* (40) */
+    const real G4_pitch = b4_5_pitch * t_uppvm;  /* (40) */
+    const real G5_pitch = Df5_pitch * t_uppvm;  /* (40) */
+    const real trace_pitch = D1_free_pitch
+        + D2_free_pitch
+        + D3_free_pitch
+        + D4_free_pitch
+        + D5_free_pitch
+        + D2_free_pitch * (U12_free_pitch * U12_free_pitch)
+        + D3_free_pitch * (U13_free_pitch * U13_free_pitch)
+        + D3_free_pitch * (U23_free_pitch * U23_free_pitch)
+        + D4_free_pitch * (U14_free_pitch * U14_free_pitch)
+        + D4_free_pitch * (U24_free_pitch * U24_free_pitch)
+        + D4_free_pitch * (U34_free_pitch * U34_free_pitch)
+        + D5_free_pitch * (U15_free_pitch * U15_free_pitch)
+        + D5_free_pitch * (U25_free_pitch * U25_free_pitch)
+        + D5_free_pitch * (U35_free_pitch * U35_free_pitch)
+        + D5_free_pitch * (U45_free_pitch * U45_free_pitch);  /* (41) */
+    const mask m_rahgr = LT(c[trace_max], trace_pitch);
+    const real cap_pitch = SELECT(m_rahgr, c[forgetting], SPLAT(K(1.0)));
+    const mask m_a3jc4 = LT(t_s4yo7, mv_fabs(eps_pitch));
+    const mask m_fztcf = AND(m_6w7fs, m_a3jc4);
+    const real a1_now_pitch = SELECT(m_fztcf, z[a1_pitch] + G1_pitch * eps_pitch, z[a1_pitch]);  /* (42) */
+    const real a2_now_pitch = SELECT(m_fztcf, z[a2_pitch] + G2_pitch * eps_pitch, z[a2_pitch]);  /* (42) */
+    const real b0_now_pitch = SELECT(m_fztcf, z[b0_pitch] + G3_pitch * eps_pitch, z[b0_pitch]);  /* (42) */
+    const real b1_now_pitch = SELECT(m_fztcf, z[b1_pitch] + G4_pitch * eps_pitch, z[b1_pitch]);  /* (42) */
+    const real d_now_pitch = SELECT(m_fztcf, z[d_pitch] + G5_pitch * eps_pitch, z[d_pitch]);  /* (42) */
+    const real d_used_pitch = c[compensate_d] * d_now_pitch;
+    const real y1_used_yaw = SELECT(m_myerm, x[yaw], z[y1_yaw]);
+    const real v_yaw = SELECT(m_2oym3, v[Tz_applied], SELECT(m_ng6lt, z[u2_yaw], z[u1_yaw]));  /* (36) */
+    const real y_hat_yaw = z[d_yaw]
+        + z[b0_yaw] * v_yaw
+        + z[b1_yaw] * z[v1_yaw]
+        - z[a1_yaw] * y1_used_yaw
+        - z[a2_yaw] * z[y2_yaw];  /* (34) */
+    const real eps_yaw = x[yaw] - y_hat_yaw;  /* (39) */
+    const real t_5t4tf = z[D1_yaw] * y1_used_yaw;
+    const real alpha1_yaw = c[forgetting] + t_5t4tf * y1_used_yaw;  /* (40) */
+    const real t_rrlcx = K(1.0) / alpha1_yaw;
+    const real D1_free_yaw = z[D1_yaw] * t_rrlcx;  /* (41) */
+    const real t_fz2ih = z[y2_yaw] + z[U12_yaw] * y1_used_yaw;
+    const real t_3inrl = z[D2_yaw] * t_fz2ih;
+    const real alpha2_yaw = alpha1_yaw + t_3inrl * t_fz2ih;  /* (40) */
+    const real t_epc3p = K(1.0) / alpha2_yaw;
+    const real t_jmud7 = t_rkxsm * t_epc3p;
+    const real t_7itiz = t_jmud7 * z[D2_yaw];
+    const real D2_free_yaw = t_7itiz * alpha1_yaw;  /* (41) */
+    const real t_k2d3u = t_5t4tf * t_rrlcx;
+    const real U12_free_yaw = z[U12_yaw] - t_k2d3u * t_fz2ih;  /* (41) */
+    const real f3_yaw = v_yaw - z[U13_yaw] * y1_used_yaw - z[U23_yaw] * z[y2_yaw];  /* (40) */
+    const real Df3_yaw = z[D3_yaw] * f3_yaw;  /* (40) */
+    const real alpha3_yaw = alpha2_yaw + Df3_yaw * f3_yaw;  /* (40) */
+    const real t_czmse = K(1.0) / alpha3_yaw;
+    const real t_qfkhf = t_rkxsm * t_czmse;
+    const real t_3ufve = t_qfkhf * z[D3_yaw];
+    const real D3_free_yaw = t_3ufve * alpha2_yaw;  /* (41) */
+    const real t_qqhj7 = f3_yaw * t_epc3p;
+    const real t_mefgo = t_5t4tf + t_3inrl * z[U12_yaw];
+    const real U13_free_yaw = z[U13_yaw] + t_qqhj7 * t_mefgo;  /* (41) */
+    const real b1_3_yaw = Df3_yaw * z[U13_yaw] - t_mefgo;  /* (40) */
+    const real U23_free_yaw = z[U23_yaw] + t_qqhj7 * t_3inrl;  /* (41) */
+    const real b2_3_yaw = Df3_yaw * z[U23_yaw] - t_3inrl;  /* (40) */
+    const real f4_yaw = z[v1_yaw] + z[U34_yaw] * v_yaw - z[U14_yaw] * y1_used_yaw - z[U24_yaw] * z[y2_yaw];  /* (40) */
+    const real Df4_yaw = z[D4_yaw] * f4_yaw;  /* (40) */
+    const real alpha4_yaw = alpha3_yaw + Df4_yaw * f4_yaw;  /* (40) */
+    const real t_nk3ay = K(1.0) / alpha4_yaw;
+    const real t_zqvsh = t_rkxsm * t_nk3ay;
+    const real t_kj3bh = t_zqvsh * z[D4_yaw];
+    const real D4_free_yaw = t_kj3bh * alpha3_yaw;  /* (41) */
+    const real t_ov6wh = f4_yaw * t_czmse;
+    const real U14_free_yaw = z[U14_yaw] - t_ov6wh * b1_3_yaw;  /* (41) */
+    const real b1_4_yaw = b1_3_yaw + Df4_yaw * z[U14_yaw];  /* (40) */
+    const real U24_free_yaw = z[U24_yaw] - t_ov6wh * b2_3_yaw;  /* (41) */
+    const real b2_4_yaw = b2_3_yaw + Df4_yaw * z[U24_yaw];  /* (40) */
+    const real U34_free_yaw = z[U34_yaw] - t_ov6wh * Df3_yaw;  /* (41) */
+    const real b3_4_yaw = Df3_yaw + Df4_yaw * z[U34_yaw];  /* (40) */
+    const real f5_yaw = K(1.0)
+        + z[U35_yaw] * v_yaw
+        + z[U45_yaw] * z[v1_yaw]
+        - z[U15_yaw] * y1_used_yaw
+        - z[U25_yaw] * z[y2_yaw];  /* (40) */
+    const real Df5_yaw = z[D5_yaw] * f5_yaw;  /* (40) */
+    const real alpha5_yaw = alpha4_yaw + Df5_yaw * f5_yaw;  /* (40) */
+    const real t_xt42v = K(1.0) / alpha5_yaw;
+    const real t_6uhyh = t_rkxsm * t_xt42v;
+    const real t_janky = t_6uhyh * z[D5_yaw];
+    const real D5_free_yaw = t_janky * alpha4_yaw;  /* (41) */
+    const real t_xokdo = f5_yaw * t_nk3ay;
+    const real U15_free_yaw = z[U15_yaw] - t_xokdo * b1_4_yaw;  /* (41) */
+    const real b1_5_yaw = b1_4_yaw + Df5_yaw * z[U15_yaw];  /* (40) */
+    const real U25_free_yaw = z[U25_yaw] - t_xokdo * b2_4_yaw;  /* (41) */
+    const real b2_5_yaw = b2_4_yaw + Df5_yaw * z[U25_yaw];  /* (40) */
+    const real U35_free_yaw = z[U35_yaw] - t_xokdo * b3_4_yaw;  /* (41) */
+    const real b3_5_yaw = b3_4_yaw + Df5_yaw * z[U35_yaw];  /* (40) */
+    const real U45_free_yaw = z[U45_yaw] - t_xokdo * Df4_yaw;  /* (41) */
+    const real b4_5_yaw = Df4_yaw + Df5_yaw * z[U45_yaw];  /* (40) */
+    const real G1_yaw = b1_5_yaw * t_xt42v;  /* (40) */
+    const real G2_yaw = b2_5_yaw * t_xt42v;  /* (40) */
+    const real G3_yaw = b3_5_yaw * t_xt42v;  /* (40) */
+    const real G4_yaw = b4_5_yaw * t_xt42v;  /* (40) */
+    const real G5_yaw = Df5_yaw * t_xt42v;  /* (40) */
+    const real trace_yaw = D1_free_yaw
+        + D2_free_yaw
+        + D3_free_yaw
+        + D4_free_yaw
+        + D5_free_yaw
+        + D2_free_yaw * (U12_free_yaw * U12_free_yaw)
+        + D3_free_yaw * (U13_free_yaw * U13_free_yaw)
+        + D3_free_yaw * (U23_free_yaw * U23_free_yaw)
+        + D4_free_yaw * (U14_free_yaw * U14_free_yaw)
+        + D4_free_yaw * (U24_free_yaw * U24_free_yaw)
+        + D4_free_yaw * (U34_free_yaw * U34_free_yaw)
+        + D5_free_yaw * (U15_free_yaw * U15_free_yaw)
+        + D5_free_yaw * (U25_free_yaw * U25_free_yaw)
+        + D5_free_yaw * (U35_free_yaw * U35_free_yaw)
+        + D5_free_yaw * (U45_free_yaw * U45_free_yaw);  /* (41) */
+    const mask m_4b7bf = LT(c[trace_max], trace_yaw);
+    const real cap_yaw = SELECT(m_4b7bf, c[forgetting], SPLAT(K(1.0)));
+    const mask m_tx63k = LT(t_s4yo7, mv_fabs(eps_yaw));
+    const mask m_6lewq = AND(m_6w7fs, m_tx63k);
+    const real a1_now_yaw = SELECT(m_6lewq, z[a1_yaw] + G1_yaw * eps_yaw, z[a1_yaw]);  /* (42) */
+    const real a2_now_yaw = SELECT(m_6lewq, z[a2_yaw] + G2_yaw * eps_yaw, z[a2_yaw]);  /* (42) */
+    const real b0_now_yaw = SELECT(m_6lewq, z[b0_yaw] + G3_yaw * eps_yaw, z[b0_yaw]);  /* (42) */
+    const real b1_now_yaw = SELECT(m_6lewq, z[b1_yaw] + G4_yaw * eps_yaw, z[b1_yaw]);  /* (42) */
+    const real d_now_yaw = SELECT(m_6lewq, z[d_yaw] + G5_yaw * eps_yaw, z[d_yaw]);  /* (42) */
+    const real d_used_yaw = c[compensate_d] * d_now_yaw;
+    const real t_4msa4 = p[Ts] * p[Ts] * c[b_min_ratio];
+    const real t_ff25k = K(-0.5) * b0_now_roll + K(-0.5) * b1_now_roll + mv_max(c[b_min], K(0.5) / p[I_x] * t_4msa4);
+    const real lift_roll = mv_max(SPLAT(K(0.0)), t_ff25k);
+    const real B1_roll = b0_now_roll + b1_now_roll + (lift_roll + lift_roll);
+    const real t_bxn4n = K(4.0) * c[rho];
+    const real t_ph5cf = t_bxn4n + a1_now_roll;
+    const real s1_roll = -t_ph5cf;  /* (22) */
+    const real t_2wsi6 = c[rho] * c[rho];
+    const real t_2wsi6_2 = K(-6.0) * t_2wsi6;
+    const real t_bxn4n_2 = K(3.0) * c[rho];
+    const real e1_roll = SELECT(m_ng6lt, a1_now_roll * t_ph5cf - (t_2wsi6_2 + a2_now_roll), -(t_bxn4n_2 + a1_now_roll));  /* (22) */
+    const real t_ogmcx = c[rho] * t_2wsi6;
+    const real t_ogmcx_2 = K(4.0) * t_ogmcx;
+    const real t_2wsi6_3 = K(-3.0) * t_2wsi6;
+    const real e2_roll = SELECT(m_ng6lt, a2_now_roll * t_ph5cf - t_ogmcx_2, -(t_2wsi6_3 + a2_now_roll));  /* (22) */
+    const real t_v4kye = t_2wsi6 * t_2wsi6;
+    const real t_ogmcx_3 = -t_ogmcx;
+    const real e3_roll = SELECT(m_ng6lt, t_v4kye, t_ogmcx_3);  /* (22) */
+    const real t_zjozf = b1_now_roll + lift_roll;
+    const real t_yz2fy = t_zjozf * t_zjozf;
+    const real t_4ihf2 = b0_now_roll + lift_roll;
+    const real t_qkhny = t_4ihf2 * t_4ihf2;
+    const real t_ncl23 = t_zjozf * a1_now_roll;
+    const real res_roll = t_yz2fy + t_qkhny * a2_now_roll - t_4ihf2 * t_ncl23;
+    const real t_at7me = t_zjozf * t_4ihf2;
+    const real t_k6fq7 = K(1.0) / res_roll;
+    const real sd_roll = (t_yz2fy * e1_roll + t_qkhny * e3_roll - t_at7me * e2_roll) * t_k6fq7;  /* (22) */
+    const real t_6p656 = t_4ihf2 * e3_roll;
+    const real t_6zvri = t_4ihf2 * a2_now_roll;
+    const real t0_roll = (t_zjozf * e2_roll - t_6p656 - t_ncl23 * e1_roll + t_6zvri * e1_roll) * t_k6fq7;  /* (22) */
+    const real t_nopcl = t_zjozf * a2_now_roll;
+    const real t1_roll = (t_zjozf * e3_roll - t_6p656 * a1_now_roll + t_6zvri * e2_roll - t_nopcl * e1_roll) * t_k6fq7;  /* (22) */
+    const real t_z4laf = SELECT(m_ng6lt, -t_bxn4n, -t_bxn4n_2);
+    const real t_mymwd = SELECT(m_ng6lt, K(6.0) * t_2wsi6, K(3.0) * t_2wsi6);
+    const real t_32esp = SELECT(m_ng6lt, -t_ogmcx_2, t_ogmcx_3);
+    const real Acw_roll = w_roll
+        + t_z4laf * z[wm1_roll]
+        + t_mymwd * z[wm2_roll]
+        + t_32esp * z[wm3_roll]
+        + SELECT0(m_ng6lt, t_v4kye * z[wm4_roll]);
+    const real t_qevl4 = K(1.0) + SELECT0(m_ng6lt, s1_roll) + sd_roll;
+    const real t_ircix = K(1.0) / B1_roll;
+    const real t_ozb3k = (Acw_roll - d_used_roll * t_qevl4) * t_ircix;
+    const real u_roll_mrac = t_ozb3k
+        + SELECT0(m_ng6lt, t_ph5cf * z[u1_roll])
+        - x[roll] * t0_roll
+        - sd_roll * v_roll
+        - t1_roll * y1_used_roll;
+    const real t_obugf = K(-0.5) * b0_now_pitch + K(-0.5) * b1_now_pitch + mv_max(c[b_min], K(0.5) / p[I_y] * t_4msa4);
+    const real lift_pitch = mv_max(SPLAT(K(0.0)), t_obugf);
+    const real B1_pitch = b0_now_pitch + b1_now_pitch + (lift_pitch + lift_pitch);
+    const real t_2hojt = t_bxn4n + a1_now_pitch;
+    const real s1_pitch = -t_2hojt;  /* (22) */
+    const real e1_pitch = SELECT(m_ng6lt, a1_now_pitch * t_2hojt - (t_2wsi6_2 + a2_now_pitch), -(t_bxn4n_2 + a1_now_pitch));  /* (22) */
+    const real e2_pitch = SELECT(m_ng6lt, a2_now_pitch * t_2hojt - t_ogmcx_2, -(t_2wsi6_3 + a2_now_pitch));  /* (22) */
+    const real t_tpvzc = b1_now_pitch + lift_pitch;
+    const real t_imlet = t_tpvzc * t_tpvzc;
+    const real t_6edde = b0_now_pitch + lift_pitch;
+    const real t_23zut = t_6edde * t_6edde;
+    const real t_ivfwu = t_tpvzc * a1_now_pitch;
+    const real res_pitch = t_imlet + t_23zut * a2_now_pitch - t_6edde * t_ivfwu;
+    const real t_zcg3q = t_tpvzc * t_6edde;
+    const real t_traey = K(1.0) / res_pitch;
+    const real sd_pitch = (t_imlet * e1_pitch + t_23zut * e3_roll - t_zcg3q * e2_pitch) * t_traey;  /* (22) */
+    const real t_3uzty = t_6edde * e3_roll;
+    const real t_rhale = t_6edde * a2_now_pitch;
+    const real t0_pitch = (t_tpvzc * e2_pitch - t_3uzty - t_ivfwu * e1_pitch + t_rhale * e1_pitch) * t_traey;  /* (22) */
+    const real t_34ruz = t_tpvzc * a2_now_pitch;
+    const real t1_pitch = (t_tpvzc * e3_roll - t_3uzty * a1_now_pitch + t_rhale * e2_pitch - t_34ruz * e1_pitch) * t_traey;  /* (22) */
+    const real Acw_pitch = w_pitch
+        + t_z4laf * z[wm1_pitch]
+        + t_mymwd * z[wm2_pitch]
+        + t_32esp * z[wm3_pitch]
+        + SELECT0(m_ng6lt, t_v4kye * z[wm4_pitch]);
+    const real t_aamui = K(1.0) + SELECT0(m_ng6lt, s1_pitch) + sd_pitch;
+    const real t_hmw3a = K(1.0) / B1_pitch;
+    const real t_4vqbg = (Acw_pitch - d_used_pitch * t_aamui) * t_hmw3a;
+    const real u_pitch_mrac = t_4vqbg
+        + SELECT0(m_ng6lt, t_2hojt * z[u1_pitch])
+        - x[pitch] * t0_pitch
+        - sd_pitch * v_pitch
+        - t1_pitch * y1_used_pitch;
+    const real t_qlksj = K(-0.5) * b0_now_yaw + K(-0.5) * b1_now_yaw + mv_max(c[b_min], K(0.5) / p[I_z] * t_4msa4);
+    const real lift_yaw = mv_max(SPLAT(K(0.0)), t_qlksj);
+    const real B1_yaw = b0_now_yaw + b1_now_yaw + (lift_yaw + lift_yaw);
+    const real t_newnt = t_bxn4n + a1_now_yaw;
+    const real s1_yaw = -t_newnt;  /* (22) */
+    const real e1_yaw = SELECT(m_ng6lt, a1_now_yaw * t_newnt - (t_2wsi6_2 + a2_now_yaw), -(t_bxn4n_2 + a1_now_yaw));  /* (22) */
+    const real e2_yaw = SELECT(m_ng6lt, a2_now_yaw * t_newnt - t_ogmcx_2, -(t_2wsi6_3 + a2_now_yaw));  /* (22) */
+    const real t_zkiaw = b1_now_yaw + lift_yaw;
+    const real t_npqek = t_zkiaw * t_zkiaw;
+    const real t_qhfkz = b0_now_yaw + lift_yaw;
+    const real t_xjk5e = t_qhfkz * t_qhfkz;
+    const real t_n6w5s = t_zkiaw * a1_now_yaw;
+    const real res_yaw = t_npqek + t_xjk5e * a2_now_yaw - t_qhfkz * t_n6w5s;
+    const real t_z4gi6 = t_zkiaw * t_qhfkz;
+    const real t_7xf6k = K(1.0) / res_yaw;
+    const real sd_yaw = (t_npqek * e1_yaw + t_xjk5e * e3_roll - t_z4gi6 * e2_yaw) * t_7xf6k;  /* (22) */
+    const real t_vephh = t_qhfkz * e3_roll;
+    const real t_3ziba = t_qhfkz * a2_now_yaw;
+    const real t0_yaw = (t_zkiaw * e2_yaw - t_vephh - t_n6w5s * e1_yaw + t_3ziba * e1_yaw) * t_7xf6k;  /* (22) */
+    const real t_ptnjb = t_zkiaw * a2_now_yaw;
+    const real t1_yaw = (t_zkiaw * e3_roll - t_vephh * a1_now_yaw + t_3ziba * e2_yaw - t_ptnjb * e1_yaw) * t_7xf6k;  /* (22) */
+    const real Acw_yaw = w_yaw
+        + t_z4laf * z[wm1_yaw]
+        + t_mymwd * z[wm2_yaw]
+        + t_32esp * z[wm3_yaw]
+        + SELECT0(m_ng6lt, t_v4kye * z[wm4_yaw]);
+    const real t_maquh = K(1.0) + SELECT0(m_ng6lt, s1_yaw) + sd_yaw;
+    const real t_ujplt = K(1.0) / B1_yaw;
+    const real t_xvgnn = (Acw_yaw - d_used_yaw * t_maquh) * t_ujplt;
+    const real u_yaw_mrac = t_xvgnn
+        + SELECT0(m_ng6lt, t_newnt * z[u1_yaw])
+        - sd_yaw * v_yaw
+        - t0_yaw * x[yaw]
+        - t1_yaw * y1_used_yaw;
+    const mask m_m35aa = LT(mv_fabs(v[Tx_applied]), K(1e+30));
+    const mask m_6g4m5 = LT(mv_fabs(v[Ty_applied]), K(1e+30));
+    const mask m_qvzit = AND(m_m35aa, m_6g4m5);
+    const mask m_ifmp5 = LT(mv_fabs(v[Tz_applied]), K(1e+30));
+    const mask m_yejzf = AND(m_qvzit, m_ifmp5);
+    const mask m_cgnek = LT(mv_fabs(x[pitch]), K(1e+30));
+    const mask m_bffo2 = AND(m_yejzf, m_cgnek);
+    const mask m_qrx2z = LT(mv_fabs(r[ref_pitch]), K(1e+30));
+    const mask m_bwxs3 = AND(m_bffo2, m_qrx2z);
+    const mask m_ilioh = LT(mv_fabs(r[ref_roll]), K(1e+30));
+    const mask m_6i24m = AND(m_bwxs3, m_ilioh);
+    const mask m_ghzhf = LT(mv_fabs(r[ref_yaw]), K(1e+30));
+    const mask m_65ott = AND(m_6i24m, m_ghzhf);
+    const mask m_lisih = LT(mv_fabs(x[roll]), K(1e+30));
+    const mask m_fdhnb = AND(m_65ott, m_lisih);
+    const mask m_klrep = LT(mv_fabs(trace_pitch), K(1e+30));
+    const mask m_ftaye = AND(m_fdhnb, m_klrep);
+    const mask m_nob5q = LT(mv_fabs(trace_roll), K(1e+30));
+    const mask m_dtjsa = AND(m_ftaye, m_nob5q);
+    const mask m_smxdh = LT(mv_fabs(trace_yaw), K(1e+30));
+    const mask m_tnlb6 = AND(m_dtjsa, m_smxdh);
+    const mask m_q3hd4 = LT(mv_fabs(x[yaw]), K(1e+30));
+    const mask m_n37qp = AND(m_tnlb6, m_q3hd4);
+    const mask m_m4hsa = LT(mv_fabs(u_pitch_mrac), K(1e+30));
+    const mask m_wqjeb = AND(m_n37qp, m_m4hsa);
+    const mask m_mx2go = LT(mv_fabs(u_roll_mrac), K(1e+30));
+    const mask m_zuvpc = AND(m_wqjeb, m_mx2go);
+    const mask m_ibl7d = LT(mv_fabs(u_yaw_mrac), K(1e+30));
+    const mask m_mu5jj = AND(m_zuvpc, m_ibl7d);
+    const real t_fyvaw = t_lbhv6 * along_r[along_ref_roll] + t_u5zvh * along_z[along_wm1_roll] - t_lbhv6_2 * along_z[along_wm2_roll];
+    const real t_5guc6 = SELECT(m_2oym3, along_v[along_Tx_applied], SELECT(m_ng6lt, along_z[along_u2_roll], along_z[along_u1_roll]));
+    const real t_p5mb3 = SELECT(m_myerm, along_x[along_roll], along_z[along_y1_roll]);
+    const real t_2mkg5 = v_roll * along_z[along_U35_roll]
+        + z[U35_roll] * t_5guc6
+        + (z[v1_roll] * along_z[along_U45_roll] + z[U45_roll] * along_z[along_v1_roll])
+        - (y1_used_roll * along_z[along_U15_roll] + z[U15_roll] * t_p5mb3)
+        - (z[y2_roll] * along_z[along_U25_roll] + z[U25_roll] * along_z[along_y2_roll]);
+    const real t_p2iki = f5_roll * along_z[along_D5_roll] + z[D5_roll] * t_2mkg5;
+    const real t_4ubt3 = y1_used_roll * along_z[along_D1_roll] + z[D1_roll] * t_p5mb3;
+    const real t_zxndv = y1_used_roll * t_4ubt3 + t_s4qc7 * t_p5mb3;
+    const real t_i5wo5 = along_z[along_y2_roll] + (y1_used_roll * along_z[along_U12_roll] + z[U12_roll] * t_p5mb3);
+    const real t_vhaxy = t_4q5lb * along_z[along_D2_roll] + z[D2_roll] * t_i5wo5;
+    const real t_lwfke = t_zxndv + (t_4q5lb * t_vhaxy + t_bqiu4 * t_i5wo5);
+    const real t_mtkdt = t_5guc6
+        - (y1_used_roll * along_z[along_U13_roll] + z[U13_roll] * t_p5mb3)
+        - (z[y2_roll] * along_z[along_U23_roll] + z[U23_roll] * along_z[along_y2_roll]);
+    const real t_5myce = f3_roll * along_z[along_D3_roll] + z[D3_roll] * t_mtkdt;
+    const real t_ptrq3 = t_lwfke + (f3_roll * t_5myce + Df3_roll * t_mtkdt);
+    const real t_cr44a = along_z[along_v1_roll]
+        + (v_roll * along_z[along_U34_roll] + z[U34_roll] * t_5guc6)
+        - (y1_used_roll * along_z[along_U14_roll] + z[U14_roll] * t_p5mb3)
+        - (z[y2_roll] * along_z[along_U24_roll] + z[U24_roll] * along_z[along_y2_roll]);
+    const real t_2j7d3 = f4_roll * along_z[along_D4_roll] + z[D4_roll] * t_cr44a;
+    const real t_xbc47 = t_ptrq3 + (f4_roll * t_2j7d3 + Df4_roll * t_cr44a);
+    const real t_waqqe = t_xbc47 + (f5_roll * t_p2iki + Df5_roll * t_2mkg5);
+    const real t_zpwnk = along_z[along_d_roll]
+        + (v_roll * along_z[along_b0_roll] + z[b0_roll] * t_5guc6)
+        + (z[v1_roll] * along_z[along_b1_roll] + z[b1_roll] * along_z[along_v1_roll])
+        - (y1_used_roll * along_z[along_a1_roll] + z[a1_roll] * t_p5mb3)
+        - (z[y2_roll] * along_z[along_a2_roll] + z[a2_roll] * along_z[along_y2_roll]);
+    const real t_vewdd = along_x[along_roll] - t_zpwnk;
+    const real t_uyv4a = along_z[along_d_roll]
+        + (eps_roll * (t_p2iki * t_szpzk - G5_roll * t_szpzk * t_waqqe) + G5_roll * t_vewdd);
+    const real t_4e7kp = SELECT(m_huydk, t_uyv4a, along_z[along_d_roll]);
+    const real t_i7ymo = t_4ubt3 + (z[U12_roll] * t_vhaxy + t_bqiu4 * along_z[along_U12_roll]);
+    const real t_7nnhz = z[U13_roll] * t_5myce + Df3_roll * along_z[along_U13_roll] - t_i7ymo;
+    const real t_6g2lm = t_7nnhz + (z[U14_roll] * t_2j7d3 + Df4_roll * along_z[along_U14_roll]);
+    const real t_7lmwn = (t_6g2lm + (z[U15_roll] * t_p2iki + Df5_roll * along_z[along_U15_roll])) * t_szpzk
+        - G1_roll * t_szpzk * t_waqqe;
+    const real t_vh4ur = SELECT(m_huydk, along_z[along_a1_roll] + (eps_roll * t_7lmwn + G1_roll * t_vewdd), along_z[along_a1_roll]);
+    const real t_6zbht = -t_vh4ur;
+    const real t_csmt4 = (t_2j7d3 + (z[U45_roll] * t_p2iki + Df5_roll * along_z[along_U45_roll])) * t_szpzk
+        - G4_roll * t_szpzk * t_waqqe;
+    const real t_3jfg3 = SELECT(m_huydk, along_z[along_b1_roll] + (eps_roll * t_csmt4 + G4_roll * t_vewdd), along_z[along_b1_roll]);
+    const mask m_iplzg = LE(K(0.0), t_ff25k);
+    const real t_jas4c = NUM(m_iplzg);
+    const mask m_r5m7i = LE(t_ff25k, K(0.0));
+    const real t_qjleu = t_5myce + (z[U34_roll] * t_2j7d3 + Df4_roll * along_z[along_U34_roll]);
+    const real t_x4ac6 = (t_qjleu + (z[U35_roll] * t_p2iki + Df5_roll * along_z[along_U35_roll])) * t_szpzk
+        - G3_roll * t_szpzk * t_waqqe;
+    const real t_mdwgv = SELECT(m_huydk, along_z[along_b0_roll] + (eps_roll * t_x4ac6 + G3_roll * t_vewdd), along_z[along_b0_roll]);
+    const real t_jtkcv = t_jas4c / (NUM(m_r5m7i) + t_jas4c) * (K(-0.5) * t_mdwgv + K(-0.5) * t_3jfg3);
+    const real t_7uexi = t_3jfg3 + t_jtkcv;
+    const real t_p6ka5 = (t_zjozf + t_zjozf) * t_7uexi;
+    const real t_l6zsn = z[U23_roll] * t_5myce + Df3_roll * along_z[along_U23_roll] - t_vhaxy;
+    const real t_z4fpw = t_l6zsn + (z[U24_roll] * t_2j7d3 + Df4_roll * along_z[along_U24_roll]);
+    const real t_m7fjp = (t_z4fpw + (z[U25_roll] * t_p2iki + Df5_roll * along_z[along_U25_roll])) * t_szpzk
+        - G2_roll * t_szpzk * t_waqqe;
+    const real t_qy6nt = SELECT(m_huydk, along_z[along_a2_roll] + (eps_roll * t_m7fjp + G2_roll * t_vewdd), along_z[along_a2_roll]);
+    const real t_bvd4t = SELECT(m_ng6lt, t_ph5cf * t_vh4ur + a1_now_roll * t_vh4ur - t_qy6nt, t_6zbht);
+    const real t_2nvj2 = t_mdwgv + t_jtkcv;
+    const real t_2wzo5 = (t_4ihf2 + t_4ihf2) * t_2nvj2;
+    const real t_ofsuv = SELECT(m_ng6lt, t_ph5cf * t_qy6nt + a2_now_roll * t_vh4ur, -t_qy6nt);
+    const real t_uutq2 = e1_roll * t_p6ka5
+        + t_yz2fy * t_bvd4t
+        + e3_roll * t_2wzo5
+        - (e2_roll * (t_4ihf2 * t_7uexi + t_zjozf * t_2nvj2) + t_at7me * t_ofsuv);
+    const real t_v22rg = a1_now_roll * t_7uexi + t_zjozf * t_vh4ur;
+    const real t_ipjhm = t_p6ka5
+        + (a2_now_roll * t_2wzo5 + t_qkhny * t_qy6nt)
+        - (t_ncl23 * t_2nvj2 + t_4ihf2 * t_v22rg);
+    const real t_rp6ac = t_uutq2 * t_k6fq7 - sd_roll * t_k6fq7 * t_ipjhm;
+    const real t_nq3sa = t_fyvaw
+        + t_z4laf * along_z[along_wm1_roll]
+        + t_mymwd * along_z[along_wm2_roll]
+        + t_32esp * along_z[along_wm3_roll]
+        + SELECT0(m_ng6lt, t_v4kye * along_z[along_wm4_roll])
+        - (t_qevl4 * (c[compensate_d] * t_4e7kp) + d_used_roll * (SELECT0(m_ng6lt, t_6zbht) + t_rp6ac));
+    const real t_3rxvv = e3_roll * t_2nvj2;
+    const real t_eetqw = a2_now_roll * t_2nvj2 + t_4ihf2 * t_qy6nt;
+    const real t_6thbo = e2_roll * t_7uexi
+        + t_zjozf * t_ofsuv
+        - t_3rxvv
+        - (e1_roll * t_v22rg + t_ncl23 * t_bvd4t)
+        + (e1_roll * t_eetqw + t_6zvri * t_bvd4t);
+    const real t_w4ckt = e3_roll * t_7uexi
+        - (a1_now_roll * t_3rxvv + t_6p656 * t_vh4ur)
+        + (e2_roll * t_eetqw + t_6zvri * t_ofsuv)
+        - (e1_roll * (a2_now_roll * t_7uexi + t_zjozf * t_qy6nt) + t_nopcl * t_bvd4t);
+    const real t_6rbxb = t_nq3sa * t_ircix
+        - t_ozb3k * t_ircix * (t_mdwgv + t_3jfg3 + (t_jtkcv + t_jtkcv))
+        + SELECT0(m_ng6lt, z[u1_roll] * t_vh4ur + t_ph5cf * along_z[along_u1_roll])
+        - (t0_roll * along_x[along_roll] + x[roll] * (t_6thbo * t_k6fq7 - t0_roll * t_k6fq7 * t_ipjhm))
+        - (v_roll * t_rp6ac + sd_roll * t_5guc6)
+        - (y1_used_roll * (t_w4ckt * t_k6fq7 - t1_roll * t_k6fq7 * t_ipjhm) + t1_roll * t_p5mb3);
+    const real t_g77db = t_lbhv6 * along_r[along_ref_pitch] + t_u5zvh * along_z[along_wm1_pitch] - t_lbhv6_2 * along_z[along_wm2_pitch];
+    const real t_fzwzx = SELECT(m_2oym3, along_v[along_Ty_applied], SELECT(m_ng6lt, along_z[along_u2_pitch], along_z[along_u1_pitch]));
+    const real t_k2ugh = SELECT(m_myerm, along_x[along_pitch], along_z[along_y1_pitch]);
+    const real t_tx5zg = v_pitch * along_z[along_U35_pitch]
+        + z[U35_pitch] * t_fzwzx
+        + (z[v1_pitch] * along_z[along_U45_pitch] + z[U45_pitch] * along_z[along_v1_pitch])
+        - (y1_used_pitch * along_z[along_U15_pitch] + z[U15_pitch] * t_k2ugh)
+        - (z[y2_pitch] * along_z[along_U25_pitch] + z[U25_pitch] * along_z[along_y2_pitch]);
+    const real t_te3hn = f5_pitch * along_z[along_D5_pitch] + z[D5_pitch] * t_tx5zg;
+    const real t_52r3v = y1_used_pitch * along_z[along_D1_pitch] + z[D1_pitch] * t_k2ugh;
+    const real t_myzpk = y1_used_pitch * t_52r3v + t_n6265 * t_k2ugh;
+    const real t_6swjr = along_z[along_y2_pitch] + (y1_used_pitch * along_z[along_U12_pitch] + z[U12_pitch] * t_k2ugh);
+    const real t_fck75 = t_5xoth * along_z[along_D2_pitch] + z[D2_pitch] * t_6swjr;
+    const real t_n3q67 = t_myzpk + (t_5xoth * t_fck75 + t_urk7s * t_6swjr);
+    const real t_tyqro = t_fzwzx
+        - (y1_used_pitch * along_z[along_U13_pitch] + z[U13_pitch] * t_k2ugh)
+        - (z[y2_pitch] * along_z[along_U23_pitch] + z[U23_pitch] * along_z[along_y2_pitch]);
+    const real t_kwitg = f3_pitch * along_z[along_D3_pitch] + z[D3_pitch] * t_tyqro;
+    const real t_xb5zf = t_n3q67 + (f3_pitch * t_kwitg + Df3_pitch * t_tyqro);
+    const real t_johjr = along_z[along_v1_pitch]
+        + (v_pitch * along_z[along_U34_pitch] + z[U34_pitch] * t_fzwzx)
+        - (y1_used_pitch * along_z[along_U14_pitch] + z[U14_pitch] * t_k2ugh)
+        - (z[y2_pitch] * along_z[along_U24_pitch] + z[U24_pitch] * along_z[along_y2_pitch]);
+    const real t_s3vzk = f4_pitch * along_z[along_D4_pitch] + z[D4_pitch] * t_johjr;
+    const real t_7o2f3 = t_xb5zf + (f4_pitch * t_s3vzk + Df4_pitch * t_johjr);
+    const real t_4zppg = t_7o2f3 + (f5_pitch * t_te3hn + Df5_pitch * t_tx5zg);
+    const real t_sfbvj = along_z[along_d_pitch]
+        + (v_pitch * along_z[along_b0_pitch] + z[b0_pitch] * t_fzwzx)
+        + (z[v1_pitch] * along_z[along_b1_pitch] + z[b1_pitch] * along_z[along_v1_pitch])
+        - (y1_used_pitch * along_z[along_a1_pitch] + z[a1_pitch] * t_k2ugh)
+        - (z[y2_pitch] * along_z[along_a2_pitch] + z[a2_pitch] * along_z[along_y2_pitch]);
+    const real t_54n5p = along_x[along_pitch] - t_sfbvj;
+    const real t_y6ibb = along_z[along_d_pitch]
+        + (eps_pitch * (t_te3hn * t_uppvm - G5_pitch * t_uppvm * t_4zppg) + G5_pitch * t_54n5p);
+    const real t_yfbgo = SELECT(m_fztcf, t_y6ibb, along_z[along_d_pitch]);
+    const real t_tljzu = t_52r3v + (z[U12_pitch] * t_fck75 + t_urk7s * along_z[along_U12_pitch]);
+    const real t_c765l = z[U13_pitch] * t_kwitg + Df3_pitch * along_z[along_U13_pitch] - t_tljzu;
+    const real t_ximdz = t_c765l + (z[U14_pitch] * t_s3vzk + Df4_pitch * along_z[along_U14_pitch]);
+    const real t_nlcuq = (t_ximdz + (z[U15_pitch] * t_te3hn + Df5_pitch * along_z[along_U15_pitch])) * t_uppvm
+        - G1_pitch * t_uppvm * t_4zppg;
+    const real t_hw34x = SELECT(m_fztcf, along_z[along_a1_pitch] + (eps_pitch * t_nlcuq + G1_pitch * t_54n5p), along_z[along_a1_pitch]);
+    const real t_kgjqe = -t_hw34x;
+    const real t_7l2lt = (t_s3vzk + (z[U45_pitch] * t_te3hn + Df5_pitch * along_z[along_U45_pitch])) * t_uppvm
+        - G4_pitch * t_uppvm * t_4zppg;
+    const real t_c6ql7 = SELECT(m_fztcf, along_z[along_b1_pitch] + (eps_pitch * t_7l2lt + G4_pitch * t_54n5p), along_z[along_b1_pitch]);
+    const mask m_zobj6 = LE(K(0.0), t_obugf);
+    const real t_2koqz = NUM(m_zobj6);
+    const mask m_ghg47 = LE(t_obugf, K(0.0));
+    const real t_crqif = t_kwitg + (z[U34_pitch] * t_s3vzk + Df4_pitch * along_z[along_U34_pitch]);
+    const real t_cfhpf = (t_crqif + (z[U35_pitch] * t_te3hn + Df5_pitch * along_z[along_U35_pitch])) * t_uppvm
+        - G3_pitch * t_uppvm * t_4zppg;
+    const real t_t6poo = SELECT(m_fztcf, along_z[along_b0_pitch] + (eps_pitch * t_cfhpf + G3_pitch * t_54n5p), along_z[along_b0_pitch]);
+    const real t_sngex = t_2koqz / (NUM(m_ghg47) + t_2koqz) * (K(-0.5) * t_t6poo + K(-0.5) * t_c6ql7);
+    const real t_lxqs2 = t_c6ql7 + t_sngex;
+    const real t_rq5wk = (t_tpvzc + t_tpvzc) * t_lxqs2;
+    const real t_kfsdu = z[U23_pitch] * t_kwitg + Df3_pitch * along_z[along_U23_pitch] - t_fck75;
+    const real t_fax5j = t_kfsdu + (z[U24_pitch] * t_s3vzk + Df4_pitch * along_z[along_U24_pitch]);
+    const real t_ajce5 = (t_fax5j + (z[U25_pitch] * t_te3hn + Df5_pitch * along_z[along_U25_pitch])) * t_uppvm
+        - G2_pitch * t_uppvm * t_4zppg;
+    const real t_ak6av = SELECT(m_fztcf, along_z[along_a2_pitch] + (eps_pitch * t_ajce5 + G2_pitch * t_54n5p), along_z[along_a2_pitch]);
+    const real t_t5fuc = SELECT(m_ng6lt, t_2hojt * t_hw34x + a1_now_pitch * t_hw34x - t_ak6av, t_kgjqe);
+    const real t_3kvld = t_t6poo + t_sngex;
+    const real t_adupz = (t_6edde + t_6edde) * t_3kvld;
+    const real t_nbjqc = SELECT(m_ng6lt, t_2hojt * t_ak6av + a2_now_pitch * t_hw34x, -t_ak6av);
+    const real t_k7gpu = e1_pitch * t_rq5wk
+        + t_imlet * t_t5fuc
+        + e3_roll * t_adupz
+        - (e2_pitch * (t_6edde * t_lxqs2 + t_tpvzc * t_3kvld) + t_zcg3q * t_nbjqc);
+    const real t_qiqyy = a1_now_pitch * t_lxqs2 + t_tpvzc * t_hw34x;
+    const real t_uhm6v = t_rq5wk
+        + (a2_now_pitch * t_adupz + t_23zut * t_ak6av)
+        - (t_ivfwu * t_3kvld + t_6edde * t_qiqyy);
+    const real t_swdpr = t_k7gpu * t_traey - sd_pitch * t_traey * t_uhm6v;
+    const real t_gdqwq = t_g77db
+        + t_z4laf * along_z[along_wm1_pitch]
+        + t_mymwd * along_z[along_wm2_pitch]
+        + t_32esp * along_z[along_wm3_pitch]
+        + SELECT0(m_ng6lt, t_v4kye * along_z[along_wm4_pitch])
+        - (t_aamui * (c[compensate_d] * t_yfbgo) + d_used_pitch * (SELECT0(m_ng6lt, t_kgjqe) + t_swdpr));
+    const real t_gepei = e3_roll * t_3kvld;
+    const real t_bioy2 = a2_now_pitch * t_3kvld + t_6edde * t_ak6av;
+    const real t_65xbp = e2_pitch * t_lxqs2
+        + t_tpvzc * t_nbjqc
+        - t_gepei
+        - (e1_pitch * t_qiqyy + t_ivfwu * t_t5fuc)
+        + (e1_pitch * t_bioy2 + t_rhale * t_t5fuc);
+    const real t_cwqg7 = e3_roll * t_lxqs2
+        - (a1_now_pitch * t_gepei + t_3uzty * t_hw34x)
+        + (e2_pitch * t_bioy2 + t_rhale * t_nbjqc)
+        - (e1_pitch * (a2_now_pitch * t_lxqs2 + t_tpvzc * t_ak6av) + t_34ruz * t_t5fuc);
+    const real t_4oelk = t_gdqwq * t_hmw3a
+        - t_4vqbg * t_hmw3a * (t_t6poo + t_c6ql7 + (t_sngex + t_sngex))
+        + SELECT0(m_ng6lt, z[u1_pitch] * t_hw34x + t_2hojt * along_z[along_u1_pitch])
+        - (t0_pitch * along_x[along_pitch] + x[pitch] * (t_65xbp * t_traey - t0_pitch * t_traey * t_uhm6v))
+        - (v_pitch * t_swdpr + sd_pitch * t_fzwzx)
+        - (y1_used_pitch * (t_cwqg7 * t_traey - t1_pitch * t_traey * t_uhm6v) + t1_pitch * t_k2ugh);
+    const real t_k6r65 = t_lbhv6 * along_r[along_ref_yaw] + t_u5zvh * along_z[along_wm1_yaw] - t_lbhv6_2 * along_z[along_wm2_yaw];
+    const real t_2h7da = SELECT(m_2oym3, along_v[along_Tz_applied], SELECT(m_ng6lt, along_z[along_u2_yaw], along_z[along_u1_yaw]));
+    const real t_rq2o3 = SELECT(m_myerm, along_x[along_yaw], along_z[along_y1_yaw]);
+    const real t_hwmgq = v_yaw * along_z[along_U35_yaw]
+        + z[U35_yaw] * t_2h7da
+        + (z[v1_yaw] * along_z[along_U45_yaw] + z[U45_yaw] * along_z[along_v1_yaw])
+        - (y1_used_yaw * along_z[along_U15_yaw] + z[U15_yaw] * t_rq2o3)
+        - (z[y2_yaw] * along_z[along_U25_yaw] + z[U25_yaw] * along_z[along_y2_yaw]);
+    const real t_xfl26 = f5_yaw * along_z[along_D5_yaw] + z[D5_yaw] * t_hwmgq;
+    const real t_yeeko = y1_used_yaw * along_z[along_D1_yaw] + z[D1_yaw] * t_rq2o3;
+    const real t_7twjv = y1_used_yaw * t_yeeko + t_5t4tf * t_rq2o3;
+    const real t_ynqzy = along_z[along_y2_yaw] + (y1_used_yaw * along_z[along_U12_yaw] + z[U12_yaw] * t_rq2o3);
+    const real t_bvhqg = t_fz2ih * along_z[along_D2_yaw] + z[D2_yaw] * t_ynqzy;
+    const real t_g3udf = t_7twjv + (t_fz2ih * t_bvhqg + t_3inrl * t_ynqzy);
+    const real t_dnqfm = t_2h7da
+        - (y1_used_yaw * along_z[along_U13_yaw] + z[U13_yaw] * t_rq2o3)
+        - (z[y2_yaw] * along_z[along_U23_yaw] + z[U23_yaw] * along_z[along_y2_yaw]);
+    const real t_spwqh = f3_yaw * along_z[along_D3_yaw] + z[D3_yaw] * t_dnqfm;
+    const real t_u2t3t = t_g3udf + (f3_yaw * t_spwqh + Df3_yaw * t_dnqfm);
+    const real t_ox57m = along_z[along_v1_yaw]
+        + (v_yaw * along_z[along_U34_yaw] + z[U34_yaw] * t_2h7da)
+        - (y1_used_yaw * along_z[along_U14_yaw] + z[U14_yaw] * t_rq2o3)
+        - (z[y2_yaw] * along_z[along_U24_yaw] + z[U24_yaw] * along_z[along_y2_yaw]);
+    const real t_v7jac = f4_yaw * along_z[along_D4_yaw] + z[D4_yaw] * t_ox57m;
+    const real t_lat2a = t_u2t3t + (f4_yaw * t_v7jac + Df4_yaw * t_ox57m);
+    const real t_ewrtu = t_lat2a + (f5_yaw * t_xfl26 + Df5_yaw * t_hwmgq);
+    const real t_yvkbd = along_z[along_d_yaw]
+        + (v_yaw * along_z[along_b0_yaw] + z[b0_yaw] * t_2h7da)
+        + (z[v1_yaw] * along_z[along_b1_yaw] + z[b1_yaw] * along_z[along_v1_yaw])
+        - (y1_used_yaw * along_z[along_a1_yaw] + z[a1_yaw] * t_rq2o3)
+        - (z[y2_yaw] * along_z[along_a2_yaw] + z[a2_yaw] * along_z[along_y2_yaw]);
+    const real t_ndufb = along_x[along_yaw] - t_yvkbd;
+    const real t_i6vab = along_z[along_d_yaw]
+        + (eps_yaw * (t_xfl26 * t_xt42v - G5_yaw * t_xt42v * t_ewrtu) + G5_yaw * t_ndufb);
+    const real t_rwfza = SELECT(m_6lewq, t_i6vab, along_z[along_d_yaw]);
+    const real t_3op2v = t_yeeko + (z[U12_yaw] * t_bvhqg + t_3inrl * along_z[along_U12_yaw]);
+    const real t_duqey = z[U13_yaw] * t_spwqh + Df3_yaw * along_z[along_U13_yaw] - t_3op2v;
+    const real t_n2atp = t_duqey + (z[U14_yaw] * t_v7jac + Df4_yaw * along_z[along_U14_yaw]);
+    const real t_bn3mt = (t_n2atp + (z[U15_yaw] * t_xfl26 + Df5_yaw * along_z[along_U15_yaw])) * t_xt42v
+        - G1_yaw * t_xt42v * t_ewrtu;
+    const real t_ua7hv = SELECT(m_6lewq, along_z[along_a1_yaw] + (eps_yaw * t_bn3mt + G1_yaw * t_ndufb), along_z[along_a1_yaw]);
+    const real t_36ubd = -t_ua7hv;
+    const real t_6mmhc = (t_v7jac + (z[U45_yaw] * t_xfl26 + Df5_yaw * along_z[along_U45_yaw])) * t_xt42v
+        - G4_yaw * t_xt42v * t_ewrtu;
+    const real t_7g3bh = SELECT(m_6lewq, along_z[along_b1_yaw] + (eps_yaw * t_6mmhc + G4_yaw * t_ndufb), along_z[along_b1_yaw]);
+    const mask m_4vgw7 = LE(K(0.0), t_qlksj);
+    const real t_jpuml = NUM(m_4vgw7);
+    const mask m_6cjdt = LE(t_qlksj, K(0.0));
+    const real t_gtofe = t_spwqh + (z[U34_yaw] * t_v7jac + Df4_yaw * along_z[along_U34_yaw]);
+    const real t_6cu3u = (t_gtofe + (z[U35_yaw] * t_xfl26 + Df5_yaw * along_z[along_U35_yaw])) * t_xt42v
+        - G3_yaw * t_xt42v * t_ewrtu;
+    const real t_jqmmw = SELECT(m_6lewq, along_z[along_b0_yaw] + (eps_yaw * t_6cu3u + G3_yaw * t_ndufb), along_z[along_b0_yaw]);
+    const real t_ibohv = t_jpuml / (NUM(m_6cjdt) + t_jpuml) * (K(-0.5) * t_jqmmw + K(-0.5) * t_7g3bh);
+    const real t_xwlwo = t_7g3bh + t_ibohv;
+    const real t_zwged = (t_zkiaw + t_zkiaw) * t_xwlwo;
+    const real t_dcf52 = z[U23_yaw] * t_spwqh + Df3_yaw * along_z[along_U23_yaw] - t_bvhqg;
+    const real t_c7xj5 = t_dcf52 + (z[U24_yaw] * t_v7jac + Df4_yaw * along_z[along_U24_yaw]);
+    const real t_bwo5p = (t_c7xj5 + (z[U25_yaw] * t_xfl26 + Df5_yaw * along_z[along_U25_yaw])) * t_xt42v
+        - G2_yaw * t_xt42v * t_ewrtu;
+    const real t_mzrdq = SELECT(m_6lewq, along_z[along_a2_yaw] + (eps_yaw * t_bwo5p + G2_yaw * t_ndufb), along_z[along_a2_yaw]);
+    const real t_hdlup = SELECT(m_ng6lt, t_newnt * t_ua7hv + a1_now_yaw * t_ua7hv - t_mzrdq, t_36ubd);
+    const real t_4evb5 = t_jqmmw + t_ibohv;
+    const real t_bho2m = (t_qhfkz + t_qhfkz) * t_4evb5;
+    const real t_fxys3 = SELECT(m_ng6lt, t_newnt * t_mzrdq + a2_now_yaw * t_ua7hv, -t_mzrdq);
+    const real t_xhtsb = e1_yaw * t_zwged
+        + t_npqek * t_hdlup
+        + e3_roll * t_bho2m
+        - (e2_yaw * (t_qhfkz * t_xwlwo + t_zkiaw * t_4evb5) + t_z4gi6 * t_fxys3);
+    const real t_sr5gm = a1_now_yaw * t_xwlwo + t_zkiaw * t_ua7hv;
+    const real t_tbtsp = t_zwged
+        + (a2_now_yaw * t_bho2m + t_xjk5e * t_mzrdq)
+        - (t_n6w5s * t_4evb5 + t_qhfkz * t_sr5gm);
+    const real t_zogq5 = t_xhtsb * t_7xf6k - sd_yaw * t_7xf6k * t_tbtsp;
+    const real t_tgjkt = t_k6r65
+        + t_z4laf * along_z[along_wm1_yaw]
+        + t_mymwd * along_z[along_wm2_yaw]
+        + t_32esp * along_z[along_wm3_yaw]
+        + SELECT0(m_ng6lt, t_v4kye * along_z[along_wm4_yaw])
+        - (t_maquh * (c[compensate_d] * t_rwfza) + d_used_yaw * (SELECT0(m_ng6lt, t_36ubd) + t_zogq5));
+    const real t_oc62j = e3_roll * t_4evb5;
+    const real t_nmhsp = a2_now_yaw * t_4evb5 + t_qhfkz * t_mzrdq;
+    const real t_skgbh = e2_yaw * t_xwlwo
+        + t_zkiaw * t_fxys3
+        - t_oc62j
+        - (e1_yaw * t_sr5gm + t_n6w5s * t_hdlup)
+        + (e1_yaw * t_nmhsp + t_3ziba * t_hdlup);
+    const real t_6di57 = e3_roll * t_xwlwo
+        - (a1_now_yaw * t_oc62j + t_vephh * t_ua7hv)
+        + (e2_yaw * t_nmhsp + t_3ziba * t_fxys3)
+        - (e1_yaw * (a2_now_yaw * t_xwlwo + t_zkiaw * t_mzrdq) + t_ptnjb * t_hdlup);
+    const real t_43g4a = t_tgjkt * t_ujplt
+        - t_xvgnn * t_ujplt * (t_jqmmw + t_7g3bh + (t_ibohv + t_ibohv))
+        + SELECT0(m_ng6lt, z[u1_yaw] * t_ua7hv + t_newnt * along_z[along_u1_yaw])
+        - (v_yaw * t_zogq5 + sd_yaw * t_2h7da)
+        - (x[yaw] * (t_skgbh * t_7xf6k - t0_yaw * t_7xf6k * t_tbtsp) + t0_yaw * along_x[along_yaw])
+        - (y1_used_yaw * (t_6di57 * t_7xf6k - t1_yaw * t_7xf6k * t_tbtsp) + t1_yaw * t_rq2o3);
+    const real t_ihfue = alpha1_roll * (t_buzsg * along_z[along_D2_roll] - z[D2_roll] * (t_2ftwl * t_2ftwl * t_lwfke * t_rkxsm))
+        + t_uep3r * t_zxndv;
+    const real t_njcfp = alpha2_roll * (t_pgi2s * along_z[along_D3_roll] - z[D3_roll] * (t_pgi2s * t_m6gkz * t_ptrq3))
+        + t_chslv * t_lwfke;
+    const real t_lckzd = alpha3_roll * (t_ssuku * along_z[along_D4_roll] - z[D4_roll] * (t_ssuku * t_qd2bm * t_xbc47))
+        + t_3j35e * t_ptrq3;
+    const real t_6r6fl = alpha4_roll * (t_petfr * along_z[along_D5_roll] - z[D5_roll] * (t_petfr * t_szpzk * t_waqqe))
+        + t_glxxd * t_xbc47;
+    const real t_ekuo5 = along_z[along_U12_roll]
+        - (t_4q5lb * (t_4ubt3 * t_gcbdt - t_hr6w3 * t_gcbdt * t_zxndv) + t_hr6w3 * t_i5wo5);
+    const real t_nuuby = t_mtkdt * t_2ftwl - t_iwp6c * t_2ftwl * t_lwfke;
+    const real t_zsjrk = t_cr44a * t_m6gkz - t_vpr7m * t_m6gkz * t_ptrq3;
+    const real t_4avxw = t_2mkg5 * t_qd2bm - t_el36p * t_qd2bm * t_xbc47;
+    const real t_nlujp = K(0.5) * along_z[along_wm1_roll];
+    const real t_ibz42 = alpha1_pitch * (t_rwzhe * along_z[along_D2_pitch] - z[D2_pitch] * (t_rwzhe * t_vq6qe * t_n3q67))
+        + t_rz27b * t_myzpk;
+    const real t_x4xmc = alpha2_pitch * (t_clmmw * along_z[along_D3_pitch] - z[D3_pitch] * (t_clmmw * t_wnsbx * t_xb5zf))
+        + t_ehcbr * t_n3q67;
+    const real t_l6zox = alpha3_pitch * (t_km5us * along_z[along_D4_pitch] - z[D4_pitch] * (t_km5us * t_au2dz * t_7o2f3))
+        + t_22ct6 * t_xb5zf;
+    const real t_puqnz = alpha4_pitch * (t_xfgg5 * along_z[along_D5_pitch] - z[D5_pitch] * (t_xfgg5 * t_uppvm * t_4zppg))
+        + t_enyoc * t_7o2f3;
+    const real t_j76ya = along_z[along_U12_pitch]
+        - (t_5xoth * (t_52r3v * t_ba5cq - t_yryoi * t_ba5cq * t_myzpk) + t_yryoi * t_6swjr);
+    const real t_7kbbo = t_tyqro * t_vq6qe - t_iziit * t_vq6qe * t_n3q67;
+    const real t_4hr24 = t_johjr * t_wnsbx - t_q5cqa * t_wnsbx * t_xb5zf;
+    const real t_p5qgd = t_tx5zg * t_au2dz - t_blzne * t_au2dz * t_7o2f3;
+    const real t_mceqq = K(0.5) * along_z[along_wm1_pitch];
+    const real t_zj3sb = alpha1_yaw * (t_jmud7 * along_z[along_D2_yaw] - z[D2_yaw] * (t_jmud7 * t_epc3p * t_g3udf))
+        + t_7itiz * t_7twjv;
+    const real t_mhrjx = alpha2_yaw * (t_qfkhf * along_z[along_D3_yaw] - z[D3_yaw] * (t_qfkhf * t_czmse * t_u2t3t))
+        + t_3ufve * t_g3udf;
+    const real t_yf5z4 = alpha3_yaw * (t_zqvsh * along_z[along_D4_yaw] - z[D4_yaw] * (t_zqvsh * t_nk3ay * t_lat2a))
+        + t_kj3bh * t_u2t3t;
+    const real t_vfy4e = alpha4_yaw * (t_6uhyh * along_z[along_D5_yaw] - z[D5_yaw] * (t_6uhyh * t_xt42v * t_ewrtu))
+        + t_janky * t_lat2a;
+    const real t_pd3h4 = along_z[along_U12_yaw]
+        - (t_fz2ih * (t_yeeko * t_rrlcx - t_k2d3u * t_rrlcx * t_7twjv) + t_k2d3u * t_ynqzy);
+    const real t_6qxdi = t_dnqfm * t_epc3p - t_qqhj7 * t_epc3p * t_g3udf;
+    const real t_hkx57 = t_ox57m * t_czmse - t_ov6wh * t_czmse * t_u2t3t;
+    const real t_3lyyr = t_hwmgq * t_nk3ay - t_xokdo * t_nk3ay * t_lat2a;
+    const real t_a3omx = K(0.5) * along_z[along_wm1_yaw];
+    const real t_es5kp = K(1.0) + z[samples];
+    const mask m_alcgu = LE(t_es5kp, K(2.0));
+    const real t_alcgu = NUM(m_alcgu);
+    const mask m_n23aq = LE(K(2.0), t_es5kp);
+    change_u[0] = SELECT0(m_mu5jj, t_6rbxb);
+    change_u[1] = SELECT0(m_mu5jj, t_4oelk);
+    change_u[2] = SELECT0(m_mu5jj, t_43g4a);
+    change_z_next[0] = SELECT(m_mu5jj, t_vh4ur, along_z[along_a1_roll]);
+    change_z_next[1] = SELECT(m_mu5jj, t_qy6nt, along_z[along_a2_roll]);
+    change_z_next[2] = SELECT(m_mu5jj, t_mdwgv, along_z[along_b0_roll]);
+    change_z_next[3] = SELECT(m_mu5jj, t_3jfg3, along_z[along_b1_roll]);
+    change_z_next[4] = SELECT(m_mu5jj, t_4e7kp, along_z[along_d_roll]);
+    change_z_next[5] = SELECT(m_mu5jj, SELECT(m_huydk, cap_roll * (along_z[along_D1_roll] * t_gcbdt - D1_free_roll * t_gcbdt * t_zxndv), along_z[along_D1_roll]), along_z[along_D1_roll]);
+    change_z_next[6] = SELECT(m_mu5jj, SELECT(m_huydk, cap_roll * t_ihfue, along_z[along_D2_roll]), along_z[along_D2_roll]);
+    change_z_next[7] = SELECT(m_mu5jj, SELECT(m_huydk, cap_roll * t_njcfp, along_z[along_D3_roll]), along_z[along_D3_roll]);
+    change_z_next[8] = SELECT(m_mu5jj, SELECT(m_huydk, cap_roll * t_lckzd, along_z[along_D4_roll]), along_z[along_D4_roll]);
+    change_z_next[9] = SELECT(m_mu5jj, SELECT(m_huydk, cap_roll * t_6r6fl, along_z[along_D5_roll]), along_z[along_D5_roll]);
+    change_z_next[10] = SELECT(m_mu5jj, SELECT(m_huydk, t_ekuo5, along_z[along_U12_roll]), along_z[along_U12_roll]);
+    change_z_next[11] = SELECT(m_mu5jj, SELECT(m_huydk, along_z[along_U13_roll] + (t_73h6y * t_nuuby + t_iwp6c * t_i7ymo), along_z[along_U13_roll]), along_z[along_U13_roll]);
+    change_z_next[12] = SELECT(m_mu5jj, SELECT(m_huydk, along_z[along_U23_roll] + (t_bqiu4 * t_nuuby + t_iwp6c * t_vhaxy), along_z[along_U23_roll]), along_z[along_U23_roll]);
+    change_z_next[13] = SELECT(m_mu5jj, SELECT(m_huydk, along_z[along_U14_roll] - (b1_3_roll * t_zsjrk + t_vpr7m * t_7nnhz), along_z[along_U14_roll]), along_z[along_U14_roll]);
+    change_z_next[14] = SELECT(m_mu5jj, SELECT(m_huydk, along_z[along_U24_roll] - (b2_3_roll * t_zsjrk + t_vpr7m * t_l6zsn), along_z[along_U24_roll]), along_z[along_U24_roll]);
+    change_z_next[15] = SELECT(m_mu5jj, SELECT(m_huydk, along_z[along_U34_roll] - (Df3_roll * t_zsjrk + t_vpr7m * t_5myce), along_z[along_U34_roll]), along_z[along_U34_roll]);
+    change_z_next[16] = SELECT(m_mu5jj, SELECT(m_huydk, along_z[along_U15_roll] - (b1_4_roll * t_4avxw + t_el36p * t_6g2lm), along_z[along_U15_roll]), along_z[along_U15_roll]);
+    change_z_next[17] = SELECT(m_mu5jj, SELECT(m_huydk, along_z[along_U25_roll] - (b2_4_roll * t_4avxw + t_el36p * t_z4fpw), along_z[along_U25_roll]), along_z[along_U25_roll]);
+    change_z_next[18] = SELECT(m_mu5jj, SELECT(m_huydk, along_z[along_U35_roll] - (b3_4_roll * t_4avxw + t_el36p * t_qjleu), along_z[along_U35_roll]), along_z[along_U35_roll]);
+    change_z_next[19] = SELECT(m_mu5jj, SELECT(m_huydk, along_z[along_U45_roll] - (Df4_roll * t_4avxw + t_el36p * t_2j7d3), along_z[along_U45_roll]), along_z[along_U45_roll]);
+    change_z_next[20] = SELECT(m_mu5jj, along_x[along_roll], along_z[along_y1_roll]);
+    change_z_next[21] = SELECT(m_mu5jj, t_p5mb3, along_z[along_y2_roll]);
+    change_z_next[22] = SELECT(m_mu5jj, t_5guc6, along_z[along_v1_roll]);
+    change_z_next[23] = SELECT(m_mu5jj, t_6rbxb, along_z[along_u1_roll]);
+    change_z_next[24] = SELECT(m_mu5jj, along_z[along_u1_roll], along_z[along_u2_roll]);
+    change_z_next[25] = SELECT(m_mu5jj, SELECT(m_ng6lt, t_nlujp + K(0.5) * along_z[along_wm2_roll], t_nlujp + K(0.5) * t_fyvaw), along_z[along_ym_roll]);
+    change_z_next[26] = SELECT(m_mu5jj, t_fyvaw, along_z[along_wm1_roll]);
+    change_z_next[27] = SELECT(m_mu5jj, along_z[along_wm1_roll], along_z[along_wm2_roll]);
+    change_z_next[28] = SELECT(m_mu5jj, along_z[along_wm2_roll], along_z[along_wm3_roll]);
+    change_z_next[29] = SELECT(m_mu5jj, along_z[along_wm3_roll], along_z[along_wm4_roll]);
+    change_z_next[30] = SELECT(m_mu5jj, t_hw34x, along_z[along_a1_pitch]);
+    change_z_next[31] = SELECT(m_mu5jj, t_ak6av, along_z[along_a2_pitch]);
+    change_z_next[32] = SELECT(m_mu5jj, t_t6poo, along_z[along_b0_pitch]);
+    change_z_next[33] = SELECT(m_mu5jj, t_c6ql7, along_z[along_b1_pitch]);
+    change_z_next[34] = SELECT(m_mu5jj, t_yfbgo, along_z[along_d_pitch]);
+    change_z_next[35] = SELECT(m_mu5jj, SELECT(m_fztcf, cap_pitch * (along_z[along_D1_pitch] * t_ba5cq - D1_free_pitch * t_ba5cq * t_myzpk), along_z[along_D1_pitch]), along_z[along_D1_pitch]);
+    change_z_next[36] = SELECT(m_mu5jj, SELECT(m_fztcf, cap_pitch * t_ibz42, along_z[along_D2_pitch]), along_z[along_D2_pitch]);
+    change_z_next[37] = SELECT(m_mu5jj, SELECT(m_fztcf, cap_pitch * t_x4xmc, along_z[along_D3_pitch]), along_z[along_D3_pitch]);
+    change_z_next[38] = SELECT(m_mu5jj, SELECT(m_fztcf, cap_pitch * t_l6zox, along_z[along_D4_pitch]), along_z[along_D4_pitch]);
+    change_z_next[39] = SELECT(m_mu5jj, SELECT(m_fztcf, cap_pitch * t_puqnz, along_z[along_D5_pitch]), along_z[along_D5_pitch]);
+    change_z_next[40] = SELECT(m_mu5jj, SELECT(m_fztcf, t_j76ya, along_z[along_U12_pitch]), along_z[along_U12_pitch]);
+    change_z_next[41] = SELECT(m_mu5jj, SELECT(m_fztcf, along_z[along_U13_pitch] + (t_m7azd * t_7kbbo + t_iziit * t_tljzu), along_z[along_U13_pitch]), along_z[along_U13_pitch]);
+    change_z_next[42] = SELECT(m_mu5jj, SELECT(m_fztcf, along_z[along_U23_pitch] + (t_urk7s * t_7kbbo + t_iziit * t_fck75), along_z[along_U23_pitch]), along_z[along_U23_pitch]);
+    change_z_next[43] = SELECT(m_mu5jj, SELECT(m_fztcf, along_z[along_U14_pitch] - (b1_3_pitch * t_4hr24 + t_q5cqa * t_c765l), along_z[along_U14_pitch]), along_z[along_U14_pitch]);
+    change_z_next[44] = SELECT(m_mu5jj, SELECT(m_fztcf, along_z[along_U24_pitch] - (b2_3_pitch * t_4hr24 + t_q5cqa * t_kfsdu), along_z[along_U24_pitch]), along_z[along_U24_pitch]);
+    change_z_next[45] = SELECT(m_mu5jj, SELECT(m_fztcf, along_z[along_U34_pitch] - (Df3_pitch * t_4hr24 + t_q5cqa * t_kwitg), along_z[along_U34_pitch]), along_z[along_U34_pitch]);
+    change_z_next[46] = SELECT(m_mu5jj, SELECT(m_fztcf, along_z[along_U15_pitch] - (b1_4_pitch * t_p5qgd + t_blzne * t_ximdz), along_z[along_U15_pitch]), along_z[along_U15_pitch]);
+    change_z_next[47] = SELECT(m_mu5jj, SELECT(m_fztcf, along_z[along_U25_pitch] - (b2_4_pitch * t_p5qgd + t_blzne * t_fax5j), along_z[along_U25_pitch]), along_z[along_U25_pitch]);
+    change_z_next[48] = SELECT(m_mu5jj, SELECT(m_fztcf, along_z[along_U35_pitch] - (b3_4_pitch * t_p5qgd + t_blzne * t_crqif), along_z[along_U35_pitch]), along_z[along_U35_pitch]);
+    change_z_next[49] = SELECT(m_mu5jj, SELECT(m_fztcf, along_z[along_U45_pitch] - (Df4_pitch * t_p5qgd + t_blzne * t_s3vzk), along_z[along_U45_pitch]), along_z[along_U45_pitch]);
+    change_z_next[50] = SELECT(m_mu5jj, along_x[along_pitch], along_z[along_y1_pitch]);
+    change_z_next[51] = SELECT(m_mu5jj, t_k2ugh, along_z[along_y2_pitch]);
+    change_z_next[52] = SELECT(m_mu5jj, t_fzwzx, along_z[along_v1_pitch]);
+    change_z_next[53] = SELECT(m_mu5jj, t_4oelk, along_z[along_u1_pitch]);
+    change_z_next[54] = SELECT(m_mu5jj, along_z[along_u1_pitch], along_z[along_u2_pitch]);
+    change_z_next[55] = SELECT(m_mu5jj, SELECT(m_ng6lt, t_mceqq + K(0.5) * along_z[along_wm2_pitch], t_mceqq + K(0.5) * t_g77db), along_z[along_ym_pitch]);
+    change_z_next[56] = SELECT(m_mu5jj, t_g77db, along_z[along_wm1_pitch]);
+    change_z_next[57] = SELECT(m_mu5jj, along_z[along_wm1_pitch], along_z[along_wm2_pitch]);
+    change_z_next[58] = SELECT(m_mu5jj, along_z[along_wm2_pitch], along_z[along_wm3_pitch]);
+    change_z_next[59] = SELECT(m_mu5jj, along_z[along_wm3_pitch], along_z[along_wm4_pitch]);
+    change_z_next[60] = SELECT(m_mu5jj, t_ua7hv, along_z[along_a1_yaw]);
+    change_z_next[61] = SELECT(m_mu5jj, t_mzrdq, along_z[along_a2_yaw]);
+    change_z_next[62] = SELECT(m_mu5jj, t_jqmmw, along_z[along_b0_yaw]);
+    change_z_next[63] = SELECT(m_mu5jj, t_7g3bh, along_z[along_b1_yaw]);
+    change_z_next[64] = SELECT(m_mu5jj, t_rwfza, along_z[along_d_yaw]);
+    change_z_next[65] = SELECT(m_mu5jj, SELECT(m_6lewq, cap_yaw * (along_z[along_D1_yaw] * t_rrlcx - D1_free_yaw * t_rrlcx * t_7twjv), along_z[along_D1_yaw]), along_z[along_D1_yaw]);
+    change_z_next[66] = SELECT(m_mu5jj, SELECT(m_6lewq, cap_yaw * t_zj3sb, along_z[along_D2_yaw]), along_z[along_D2_yaw]);
+    change_z_next[67] = SELECT(m_mu5jj, SELECT(m_6lewq, cap_yaw * t_mhrjx, along_z[along_D3_yaw]), along_z[along_D3_yaw]);
+    change_z_next[68] = SELECT(m_mu5jj, SELECT(m_6lewq, cap_yaw * t_yf5z4, along_z[along_D4_yaw]), along_z[along_D4_yaw]);
+    change_z_next[69] = SELECT(m_mu5jj, SELECT(m_6lewq, cap_yaw * t_vfy4e, along_z[along_D5_yaw]), along_z[along_D5_yaw]);
+    change_z_next[70] = SELECT(m_mu5jj, SELECT(m_6lewq, t_pd3h4, along_z[along_U12_yaw]), along_z[along_U12_yaw]);
+    change_z_next[71] = SELECT(m_mu5jj, SELECT(m_6lewq, along_z[along_U13_yaw] + (t_mefgo * t_6qxdi + t_qqhj7 * t_3op2v), along_z[along_U13_yaw]), along_z[along_U13_yaw]);
+    change_z_next[72] = SELECT(m_mu5jj, SELECT(m_6lewq, along_z[along_U23_yaw] + (t_3inrl * t_6qxdi + t_qqhj7 * t_bvhqg), along_z[along_U23_yaw]), along_z[along_U23_yaw]);
+    change_z_next[73] = SELECT(m_mu5jj, SELECT(m_6lewq, along_z[along_U14_yaw] - (b1_3_yaw * t_hkx57 + t_ov6wh * t_duqey), along_z[along_U14_yaw]), along_z[along_U14_yaw]);
+    change_z_next[74] = SELECT(m_mu5jj, SELECT(m_6lewq, along_z[along_U24_yaw] - (b2_3_yaw * t_hkx57 + t_ov6wh * t_dcf52), along_z[along_U24_yaw]), along_z[along_U24_yaw]);
+    change_z_next[75] = SELECT(m_mu5jj, SELECT(m_6lewq, along_z[along_U34_yaw] - (Df3_yaw * t_hkx57 + t_ov6wh * t_spwqh), along_z[along_U34_yaw]), along_z[along_U34_yaw]);
+    change_z_next[76] = SELECT(m_mu5jj, SELECT(m_6lewq, along_z[along_U15_yaw] - (b1_4_yaw * t_3lyyr + t_xokdo * t_n2atp), along_z[along_U15_yaw]), along_z[along_U15_yaw]);
+    change_z_next[77] = SELECT(m_mu5jj, SELECT(m_6lewq, along_z[along_U25_yaw] - (b2_4_yaw * t_3lyyr + t_xokdo * t_c7xj5), along_z[along_U25_yaw]), along_z[along_U25_yaw]);
+    change_z_next[78] = SELECT(m_mu5jj, SELECT(m_6lewq, along_z[along_U35_yaw] - (b3_4_yaw * t_3lyyr + t_xokdo * t_gtofe), along_z[along_U35_yaw]), along_z[along_U35_yaw]);
+    change_z_next[79] = SELECT(m_mu5jj, SELECT(m_6lewq, along_z[along_U45_yaw] - (Df4_yaw * t_3lyyr + t_xokdo * t_v7jac), along_z[along_U45_yaw]), along_z[along_U45_yaw]);
+    change_z_next[80] = SELECT(m_mu5jj, along_x[along_yaw], along_z[along_y1_yaw]);
+    change_z_next[81] = SELECT(m_mu5jj, t_rq2o3, along_z[along_y2_yaw]);
+    change_z_next[82] = SELECT(m_mu5jj, t_2h7da, along_z[along_v1_yaw]);
+    change_z_next[83] = SELECT(m_mu5jj, t_43g4a, along_z[along_u1_yaw]);
+    change_z_next[84] = SELECT(m_mu5jj, along_z[along_u1_yaw], along_z[along_u2_yaw]);
+    change_z_next[85] = SELECT(m_mu5jj, SELECT(m_ng6lt, t_a3omx + K(0.5) * along_z[along_wm2_yaw], t_a3omx + K(0.5) * t_k6r65), along_z[along_ym_yaw]);
+    change_z_next[86] = SELECT(m_mu5jj, t_k6r65, along_z[along_wm1_yaw]);
+    change_z_next[87] = SELECT(m_mu5jj, along_z[along_wm1_yaw], along_z[along_wm2_yaw]);
+    change_z_next[88] = SELECT(m_mu5jj, along_z[along_wm2_yaw], along_z[along_wm3_yaw]);
+    change_z_next[89] = SELECT(m_mu5jj, along_z[along_wm3_yaw], along_z[along_wm4_yaw]);
+    change_z_next[90] = SELECT0(m_mu5jj, t_alcgu / (NUM(m_n23aq) + t_alcgu) * along_z[along_samples]);
     change_z_next[91] = SPLAT(K(0.0));
 }
 
 /* change of mrac_literal along a change of x, r, v and z; 1859 operations. */
 void satellite_mrac_literal_jvp(const real *x, const real *r, const real *v, const real *z, const real *p, const real *c, const real *along_x, const real *along_r, const real *along_v, const real *along_z, real *change_u, real *change_z_next)
 {
-    const mask m4 = LT(mv_fabs(v[0]), K(1e+30));
-    const mask m7 = LT(mv_fabs(v[1]), K(1e+30));
-    const mask m8 = AND(m4, m7);
-    const mask m11 = LT(mv_fabs(v[2]), K(1e+30));
-    const mask m12 = AND(m8, m11);
-    const mask m15 = LT(mv_fabs(x[1]), K(1e+30));
-    const mask m16 = AND(m12, m15);
-    const mask m19 = LT(mv_fabs(r[1]), K(1e+30));
-    const mask m20 = AND(m16, m19);
-    const mask m23 = LT(mv_fabs(r[0]), K(1e+30));
-    const mask m24 = AND(m20, m23);
-    const mask m27 = LT(mv_fabs(r[2]), K(1e+30));
-    const mask m28 = AND(m24, m27);
-    const mask m31 = LT(mv_fabs(x[0]), K(1e+30));
-    const mask m32 = AND(m28, m31);
-    const mask m36 = LT(z[84], K(0.5));
-    const real v38 = SELECT(m36, x[1], z[48]);
-    const real v39 = z[33] * v38;
-    const real v41 = c[3] + v39 * v38;
-    const real v43 = K(1.0) / v41;
-    const real v44 = z[33] * v43;
-    const real v45 = K(1.0) / c[3];
-    const real v50 = z[49] + z[38] * v38;
-    const real v51 = z[34] * v50;
-    const real v53 = v41 + v51 * v50;
-    const real v54 = K(1.0) / v53;
-    const real v55 = v45 * v54;
-    const real v56 = v55 * z[34];
-    const real v57 = v56 * v41;
-    const mask m61 = LT(K(0.5), c[18]);
-    const mask m63 = LT(K(0.5), c[20]);
-    const real v67 = SELECT(m61, v[1], SELECT(m63, z[52], z[51]));
-    const real v73 = v67 - z[39] * v38 - z[40] * z[49];
-    const real v74 = z[35] * v73;
-    const real v76 = v53 + v74 * v73;
-    const real v77 = K(1.0) / v76;
-    const real v78 = v45 * v77;
-    const real v79 = v78 * z[35];
-    const real v80 = v79 * v53;
-    const real v92 = z[50] + z[43] * v67 - z[41] * v38 - z[42] * z[49];
-    const real v93 = z[36] * v92;
-    const real v95 = v76 + v93 * v92;
-    const real v96 = K(1.0) / v95;
-    const real v97 = v45 * v96;
-    const real v98 = v97 * z[36];
-    const real v99 = v98 * v76;
-    const real v113 = K(1.0) + z[46] * v67 + z[47] * z[50] - z[44] * v38 - z[45] * z[49];
-    const real v114 = z[37] * v113;
-    const real v117 = K(1.0) / (v95 + v114 * v113);
-    const real v118 = v45 * v117;
-    const real v119 = v118 * z[37];
-    const real v120 = v119 * v95;
-    const real v122 = v39 * v43;
-    const real v124 = z[38] - v122 * v50;
-    const real v128 = v73 * v54;
-    const real v130 = v39 + v51 * z[38];
-    const real v132 = z[39] + v128 * v130;
-    const real v137 = z[40] + v128 * v51;
-    const real v140 = v44 + v57 + v80 + v99 + v120 + v57 * (v124 * v124) + v80 * (v132 * v132) + v80 * (v137 * v137);
-    const real v141 = v92 * v77;
-    const real v143 = v74 * z[39] - v130;
-    const real v145 = z[41] - v141 * v143;
-    const real v150 = v74 * z[40] - v51;
-    const real v152 = z[42] - v141 * v150;
-    const real v157 = z[43] - v141 * v74;
-    const real v161 = v113 * v96;
-    const real v163 = v143 + v93 * z[41];
-    const real v165 = z[44] - v161 * v163;
-    const real v168 = v140 + v99 * (v145 * v145) + v99 * (v152 * v152) + v99 * (v157 * v157) + v120 * (v165 * v165);
-    const real v170 = v150 + v93 * z[42];
-    const real v172 = z[45] - v161 * v170;
-    const real v177 = v74 + v93 * z[43];
-    const real v179 = z[46] - v161 * v177;
-    const real v184 = z[47] - v161 * v93;
-    const real v187 = v168 + v120 * (v172 * v172) + v120 * (v179 * v179) + v120 * (v184 * v184);
-    const mask m189 = LT(mv_fabs(v187), K(1e+30));
-    const mask m190 = AND(m32, m189);
-    const real v193 = SELECT(m36, x[0], z[20]);
-    const real v194 = z[5] * v193;
-    const real v196 = c[3] + v194 * v193;
-    const real v197 = K(1.0) / v196;
-    const real v198 = z[5] * v197;
-    const real v203 = z[21] + z[10] * v193;
-    const real v204 = z[6] * v203;
-    const real v206 = v196 + v204 * v203;
-    const real v207 = K(1.0) / v206;
-    const real v208 = v207 * v45;
-    const real v209 = v208 * z[6];
-    const real v210 = v209 * v196;
-    const real v216 = SELECT(m61, v[0], SELECT(m63, z[24], z[23]));
-    const real v222 = v216 - z[11] * v193 - z[12] * z[21];
-    const real v223 = z[7] * v222;
-    const real v225 = v206 + v223 * v222;
-    const real v226 = K(1.0) / v225;
-    const real v227 = v45 * v226;
-    const real v228 = v227 * z[7];
-    const real v229 = v228 * v206;
-    const real v241 = z[22] + z[15] * v216 - z[13] * v193 - z[14] * z[21];
-    const real v242 = z[8] * v241;
-    const real v244 = v225 + v242 * v241;
-    const real v245 = K(1.0) / v244;
-    const real v246 = v45 * v245;
-    const real v247 = v246 * z[8];
-    const real v248 = v247 * v225;
-    const real v262 = K(1.0) + z[18] * v216 + z[19] * z[22] - z[16] * v193 - z[17] * z[21];
-    const real v263 = z[9] * v262;
-    const real v266 = K(1.0) / (v244 + v263 * v262);
-    const real v267 = v45 * v266;
-    const real v268 = v267 * z[9];
-    const real v269 = v268 * v244;
-    const real v271 = v194 * v197;
-    const real v273 = z[10] - v271 * v203;
-    const real v277 = v222 * v207;
-    const real v279 = v194 + v204 * z[10];
-    const real v281 = z[11] + v277 * v279;
-    const real v284 = v198 + v210 + v229 + v248 + v269 + v210 * (v273 * v273) + v229 * (v281 * v281);
-    const real v286 = z[12] + v277 * v204;
-    const real v290 = v241 * v226;
-    const real v292 = v223 * z[11] - v279;
-    const real v294 = z[13] - v290 * v292;
-    const real v299 = v223 * z[12] - v204;
-    const real v301 = z[14] - v290 * v299;
-    const real v304 = v284 + v229 * (v286 * v286) + v248 * (v294 * v294) + v248 * (v301 * v301);
-    const real v306 = z[15] - v290 * v223;
-    const real v310 = v262 * v245;
-    const real v312 = v292 + v242 * z[13];
-    const real v314 = z[16] - v310 * v312;
-    const real v319 = v299 + v242 * z[14];
-    const real v321 = z[17] - v310 * v319;
-    const real v324 = v304 + v248 * (v306 * v306) + v269 * (v314 * v314) + v269 * (v321 * v321);
-    const real v326 = v223 + v242 * z[15];
-    const real v328 = z[18] - v310 * v326;
-    const real v333 = z[19] - v310 * v242;
-    const real v336 = v324 + v269 * (v328 * v328) + v269 * (v333 * v333);
-    const mask m338 = LT(mv_fabs(v336), K(1e+30));
-    const mask m339 = AND(m190, m338);
-    const real v343 = SELECT(m36, x[2], z[76]);
-    const real v344 = z[61] * v343;
-    const real v346 = c[3] + v344 * v343;
-    const real v347 = K(1.0) / v346;
-    const real v348 = z[61] * v347;
-    const real v353 = z[77] + z[66] * v343;
-    const real v354 = z[62] * v353;
-    const real v356 = v346 + v354 * v353;
-    const real v357 = K(1.0) / v356;
-    const real v358 = v45 * v357;
-    const real v359 = v358 * z[62];
-    const real v360 = v359 * v346;
-    const real v366 = SELECT(m61, v[2], SELECT(m63, z[80], z[79]));
-    const real v372 = v366 - z[67] * v343 - z[68] * z[77];
-    const real v373 = z[63] * v372;
-    const real v375 = v356 + v373 * v372;
-    const real v376 = K(1.0) / v375;
-    const real v377 = v45 * v376;
-    const real v378 = v377 * z[63];
-    const real v379 = v378 * v356;
-    const real v391 = z[78] + z[71] * v366 - z[69] * v343 - z[70] * z[77];
-    const real v392 = z[64] * v391;
-    const real v394 = v375 + v392 * v391;
-    const real v395 = K(1.0) / v394;
-    const real v396 = v45 * v395;
-    const real v397 = v396 * z[64];
-    const real v398 = v397 * v375;
-    const real v412 = K(1.0) + z[74] * v366 + z[75] * z[78] - z[72] * v343 - z[73] * z[77];
-    const real v413 = z[65] * v412;
-    const real v416 = K(1.0) / (v394 + v413 * v412);
-    const real v417 = v45 * v416;
-    const real v418 = v417 * z[65];
-    const real v419 = v418 * v394;
-    const real v421 = v344 * v347;
-    const real v423 = z[66] - v421 * v353;
-    const real v427 = v372 * v357;
-    const real v429 = v344 + v354 * z[66];
-    const real v431 = z[67] + v427 * v429;
-    const real v434 = v348 + v360 + v379 + v398 + v419 + v360 * (v423 * v423) + v379 * (v431 * v431);
-    const real v436 = z[68] + v427 * v354;
-    const real v440 = v391 * v376;
-    const real v442 = v373 * z[67] - v429;
-    const real v444 = z[69] - v440 * v442;
-    const real v449 = v373 * z[68] - v354;
-    const real v451 = z[70] - v440 * v449;
-    const real v454 = v434 + v379 * (v436 * v436) + v398 * (v444 * v444) + v398 * (v451 * v451);
-    const real v456 = z[71] - v440 * v373;
-    const real v460 = v412 * v395;
-    const real v462 = v442 + v392 * z[69];
-    const real v464 = z[72] - v460 * v462;
-    const real v469 = v449 + v392 * z[70];
-    const real v471 = z[73] - v460 * v469;
-    const real v474 = v454 + v398 * (v456 * v456) + v419 * (v464 * v464) + v419 * (v471 * v471);
-    const real v476 = v373 + v392 * z[71];
-    const real v478 = z[74] - v460 * v476;
-    const real v483 = z[75] - v460 * v392;
-    const real v486 = v474 + v419 * (v478 * v478) + v419 * (v483 * v483);
-    const mask m488 = LT(mv_fabs(v486), K(1e+30));
-    const mask m489 = AND(m339, m488);
-    const mask m491 = LT(mv_fabs(x[2]), K(1e+30));
-    const mask m492 = AND(m489, m491);
-    const real v498 = mv_exp(-(p[9] / c[21]));
-    const real v499 = K(-1.0) + v498;
-    const real v500 = v499 * v499;
-    const real v502 = v498 + v498;
-    const real v506 = v498 * v498;
-    const mask m511 = LT(K(0.5), c[1]);
-    const mask m513 = LT(K(1.5), z[84]);
-    const mask m514 = AND(m511, m513);
-    const real v519 = mv_max(c[5], c[6] * p[28]);
-    const real v533 = x[1] - (z[32] + z[30] * v67 + z[31] * z[50] - z[28] * v38 - z[29] * z[49]);
-    const mask m535 = LT(v519, mv_fabs(v533));
-    const mask m536 = AND(m514, m535);
-    const real v539 = (v93 + v114 * z[47]) * v117;
-    const real v542 = SELECT(m536, z[31] + v539 * v533, z[31]);
-    const real v545 = (v177 + v114 * z[46]) * v117;
-    const real v548 = SELECT(m536, z[30] + v545 * v533, z[30]);
-    const real v550 = mv_max(v548, c[14]);
-    const real v555 = p[9] * p[9] * c[15];
-    const real v556 = K(0.5) / p[1] * v555;
-    const real v557 = mv_max(v550, v556);
-    const real v559 = c[0] + c[0];
-    const real v562 = (v163 + v114 * z[44]) * v117;
-    const real v565 = SELECT(m536, z[28] + v562 * v533, z[28]);
-    const real v566 = v559 + v565;
-    const real v568 = v542 - v557 * v566;
-    const real v570 = v542 * v67;
-    const real v574 = v500 * r[1] + v502 * z[54] - v506 * z[55] - SELECT(m63, z[51] * v568 - v570 * v566, v570);
-    const real v575 = c[0] * c[0];
-    const real v581 = v114 * v117;
-    const real v585 = c[17] * SELECT(m536, z[32] + v581 * v533, z[32]);
-    const real v587 = SELECT(m63, K(1.0) - v566, SPLAT(K(1.0)));
-    const real v592 = (v170 + v114 * z[45]) * v117;
-    const real v595 = SELECT(m536, z[29] + v592 * v533, z[29]);
-    const real v596 = v575 - v595;
-    const real v602 = SELECT(m63, v596 + v565 * v565 + v559 * v565, -v566);
-    const real v608 = SELECT(m63, v559 * v595 + v565 * v595, v596);
-    const real v610 = v574 + v575 * z[55] - v559 * z[54] - v585 * v587 - x[1] * v602 - v608 * v38;
-    const real v611 = K(1.0) / v557;
-    const real v612 = v610 * v611;
-    const mask m614 = LT(mv_fabs(v612), K(1e+30));
-    const mask m615 = AND(m492, m614);
-    const real v636 = x[0] - (z[4] + z[2] * v216 + z[3] * z[22] - z[0] * v193 - z[1] * z[21]);
-    const mask m638 = LT(v519, mv_fabs(v636));
-    const mask m639 = AND(m514, m638);
-    const real v642 = (v242 + v263 * z[19]) * v266;
-    const real v645 = SELECT(m639, z[3] + v642 * v636, z[3]);
-    const real v648 = (v326 + v263 * z[18]) * v266;
-    const real v651 = SELECT(m639, z[2] + v648 * v636, z[2]);
-    const real v652 = mv_max(v651, c[14]);
-    const real v655 = K(0.5) / p[0] * v555;
-    const real v656 = mv_max(v652, v655);
-    const real v659 = (v312 + v263 * z[16]) * v266;
-    const real v662 = SELECT(m639, z[0] + v659 * v636, z[0]);
-    const real v663 = v559 + v662;
-    const real v665 = v645 - v656 * v663;
-    const real v667 = v645 * v216;
-    const real v671 = v500 * r[0] + v502 * z[26] - v506 * z[27] - SELECT(m63, z[23] * v665 - v667 * v663, v667);
-    const real v676 = v263 * v266;
-    const real v680 = c[17] * SELECT(m639, z[4] + v676 * v636, z[4]);
-    const real v682 = SELECT(m63, K(1.0) - v663, SPLAT(K(1.0)));
-    const real v687 = (v319 + v263 * z[17]) * v266;
-    const real v690 = SELECT(m639, z[1] + v687 * v636, z[1]);
-    const real v691 = v575 - v690;
-    const real v697 = SELECT(m63, v691 + v662 * v662 + v559 * v662, -v663);
-    const real v703 = SELECT(m63, v559 * v690 + v662 * v690, v691);
-    const real v705 = v671 + v575 * z[27] - v559 * z[26] - v680 * v682 - x[0] * v697 - v703 * v193;
-    const real v706 = K(1.0) / v656;
-    const real v707 = v705 * v706;
-    const mask m709 = LT(mv_fabs(v707), K(1e+30));
-    const mask m710 = AND(m615, m709);
-    const real v731 = x[2] - (z[60] + z[58] * v366 + z[59] * z[78] - z[56] * v343 - z[57] * z[77]);
-    const mask m733 = LT(v519, mv_fabs(v731));
-    const mask m734 = AND(m514, m733);
-    const real v737 = (v392 + v413 * z[75]) * v416;
-    const real v740 = SELECT(m734, z[59] + v737 * v731, z[59]);
-    const real v743 = (v476 + v413 * z[74]) * v416;
-    const real v746 = SELECT(m734, z[58] + v743 * v731, z[58]);
-    const real v747 = mv_max(v746, c[14]);
-    const real v750 = K(0.5) / p[2] * v555;
-    const real v751 = mv_max(v747, v750);
-    const real v754 = (v462 + v413 * z[72]) * v416;
-    const real v757 = SELECT(m734, z[56] + v754 * v731, z[56]);
-    const real v758 = v559 + v757;
-    const real v760 = v740 - v751 * v758;
-    const real v762 = v740 * v366;
-    const real v766 = v500 * r[2] + v502 * z[82] - v506 * z[83] - SELECT(m63, z[79] * v760 - v762 * v758, v762);
-    const real v771 = v413 * v416;
-    const real v775 = c[17] * SELECT(m734, z[60] + v771 * v731, z[60]);
-    const real v777 = SELECT(m63, K(1.0) - v758, SPLAT(K(1.0)));
-    const real v782 = (v469 + v413 * z[73]) * v416;
-    const real v785 = SELECT(m734, z[57] + v782 * v731, z[57]);
-    const real v786 = v575 - v785;
-    const real v792 = SELECT(m63, v786 + v757 * v757 + v559 * v757, -v758);
-    const real v798 = SELECT(m63, v559 * v785 + v757 * v785, v786);
-    const real v800 = v766 + v575 * z[83] - v559 * z[82] - v775 * v777 - v792 * x[2] - v798 * v343;
-    const real v801 = K(1.0) / v751;
-    const real v802 = v800 * v801;
-    const mask m804 = LT(mv_fabs(v802), K(1e+30));
-    const mask m805 = AND(m710, m804);
-    const real v813 = v500 * along_r[0] + v502 * along_z[26] - v506 * along_z[27];
-    const real v825 = SELECT(m61, along_v[0], SELECT(m63, along_z[24], along_z[23]));
-    const real v833 = SELECT(m36, along_x[0], along_z[20]);
-    const real v836 = along_z[22] + (v216 * along_z[15] + z[15] * v825) - (v193 * along_z[13] + z[13] * v833);
-    const real v842 = v836 - (z[21] * along_z[14] + z[14] * along_z[21]);
-    const real v844 = v241 * along_z[8] + z[8] * v842;
-    const real v855 = v216 * along_z[18] + z[18] * v825 + (z[22] * along_z[19] + z[19] * along_z[22]);
-    const real v865 = v855 - (v193 * along_z[16] + z[16] * v833) - (z[21] * along_z[17] + z[17] * along_z[21]);
-    const real v867 = v262 * along_z[9] + z[9] * v865;
-    const real v877 = v193 * along_z[5] + z[5] * v833;
-    const real v880 = v193 * v877 + v194 * v833;
-    const real v887 = along_z[21] + (v193 * along_z[10] + z[10] * v833);
-    const real v889 = v203 * along_z[6] + z[6] * v887;
-    const real v893 = v880 + (v203 * v889 + v204 * v887);
-    const real v905 = v825 - (v193 * along_z[11] + z[11] * v833) - (z[21] * along_z[12] + z[12] * along_z[21]);
-    const real v907 = v222 * along_z[7] + z[7] * v905;
-    const real v911 = v893 + (v222 * v907 + v223 * v905);
-    const real v915 = v911 + (v241 * v844 + v242 * v842);
-    const real v919 = v915 + (v262 * v867 + v263 * v865);
-    const real v922 = v636 * ((v844 + (z[19] * v867 + v263 * along_z[19])) * v266 - v642 * v266 * v919);
-    const real v932 = along_z[4] + (v216 * along_z[2] + z[2] * v825) + (z[22] * along_z[3] + z[3] * along_z[22]);
-    const real v942 = v932 - (v193 * along_z[0] + z[0] * v833) - (z[21] * along_z[1] + z[1] * along_z[21]);
-    const real v943 = along_x[0] - v942;
-    const real v947 = SELECT(m639, along_z[3] + (v922 + v642 * v943), along_z[3]);
-    const mask m948 = LE(v655, v652);
-    const mask m949 = LE(v652, v655);
-    const real v950 = NUM(m948);
-    const mask m954 = LE(c[14], v651);
-    const mask m955 = LE(v651, c[14]);
-    const real v956 = NUM(m954);
-    const real v963 = v907 + (z[15] * v844 + v242 * along_z[15]);
-    const real v972 = v636 * ((v963 + (z[18] * v867 + v263 * along_z[18])) * v266 - v648 * v266 * v919);
-    const real v976 = SELECT(m639, along_z[2] + (v972 + v648 * v943), along_z[2]);
-    const real v978 = v950 / (v950 + NUM(m949)) * (v956 / (v956 + NUM(m955)) * v976);
-    const real v986 = v877 + (z[10] * v889 + v204 * along_z[10]);
-    const real v987 = z[11] * v907 + v223 * along_z[11] - v986;
-    const real v991 = v987 + (z[13] * v844 + v242 * along_z[13]);
-    const real v1000 = v636 * ((v991 + (z[16] * v867 + v263 * along_z[16])) * v266 - v659 * v266 * v919);
-    const real v1004 = SELECT(m639, along_z[0] + (v1000 + v659 * v943), along_z[0]);
-    const real v1012 = v216 * v947 + v645 * v825;
-    const real v1016 = v665 * along_z[23] + z[23] * (v947 - (v663 * v978 + v656 * v1004)) - (v663 * v1012 + v667 * v1004);
-    const real v1022 = v813 - SELECT(m63, v1016, v1012) + v575 * along_z[27] - v559 * along_z[26];
-    const real v1031 = SELECT(m639, along_z[4] + (v636 * (v867 * v266 - v676 * v266 * v919) + v676 * v943), along_z[4]);
-    const real v1045 = z[12] * v907 + v223 * along_z[12] - v889;
-    const real v1049 = v1045 + (z[14] * v844 + v242 * along_z[14]);
-    const real v1057 = (v1049 + (z[17] * v867 + v263 * along_z[17])) * v266 - v687 * v266 * v919;
-    const real v1062 = SELECT(m639, along_z[1] + (v636 * v1057 + v687 * v943), along_z[1]);
-    const real v1069 = v697 * along_x[0] + x[0] * SELECT(m63, (v662 + v662) * v1004 - v1062 + v559 * v1004, -v1004);
-    const real v1080 = v193 * SELECT(m63, v559 * v1062 + (v690 * v1004 + v662 * v1062), -v1062) + v703 * v833;
-    const real v1081 = v1022 - (v682 * (c[17] * v1031) + SELECT0(m63, -(v680 * v1004))) - v1069 - v1080;
-    const real v1085 = v1081 * v706 - v707 * v706 * v978;
-    const real v1094 = v500 * along_r[1] + v502 * along_z[54] - v506 * along_z[55];
-    const real v1106 = SELECT(m61, along_v[1], SELECT(m63, along_z[52], along_z[51]));
-    const real v1114 = SELECT(m36, along_x[1], along_z[48]);
-    const real v1117 = along_z[50] + (v67 * along_z[43] + z[43] * v1106) - (v38 * along_z[41] + z[41] * v1114);
-    const real v1123 = v1117 - (z[49] * along_z[42] + z[42] * along_z[49]);
-    const real v1125 = v92 * along_z[36] + z[36] * v1123;
-    const real v1136 = v67 * along_z[46] + z[46] * v1106 + (z[50] * along_z[47] + z[47] * along_z[50]);
-    const real v1146 = v1136 - (v38 * along_z[44] + z[44] * v1114) - (z[49] * along_z[45] + z[45] * along_z[49]);
-    const real v1148 = v113 * along_z[37] + z[37] * v1146;
-    const real v1158 = v38 * along_z[33] + z[33] * v1114;
-    const real v1161 = v38 * v1158 + v39 * v1114;
-    const real v1168 = along_z[49] + (v38 * along_z[38] + z[38] * v1114);
-    const real v1170 = v50 * along_z[34] + z[34] * v1168;
-    const real v1174 = v1161 + (v50 * v1170 + v51 * v1168);
-    const real v1186 = v1106 - (v38 * along_z[39] + z[39] * v1114) - (z[49] * along_z[40] + z[40] * along_z[49]);
-    const real v1188 = v73 * along_z[35] + z[35] * v1186;
-    const real v1192 = v1174 + (v73 * v1188 + v74 * v1186);
-    const real v1196 = v1192 + (v92 * v1125 + v93 * v1123);
-    const real v1200 = v1196 + (v113 * v1148 + v114 * v1146);
-    const real v1202 = (v1125 + (z[47] * v1148 + v114 * along_z[47])) * v117 - v539 * v117 * v1200;
-    const real v1213 = along_z[32] + (v67 * along_z[30] + z[30] * v1106) + (z[50] * along_z[31] + z[31] * along_z[50]);
-    const real v1223 = v1213 - (v38 * along_z[28] + z[28] * v1114) - (z[49] * along_z[29] + z[29] * along_z[49]);
-    const real v1224 = along_x[1] - v1223;
-    const real v1228 = SELECT(m536, along_z[31] + (v533 * v1202 + v539 * v1224), along_z[31]);
-    const mask m1229 = LE(v556, v550);
-    const mask m1230 = LE(v550, v556);
-    const real v1231 = NUM(m1229);
-    const mask m1235 = LE(c[14], v548);
-    const mask m1236 = LE(v548, c[14]);
-    const real v1237 = NUM(m1235);
-    const real v1244 = v1188 + (z[43] * v1125 + v93 * along_z[43]);
-    const real v1252 = (v1244 + (z[46] * v1148 + v114 * along_z[46])) * v117 - v545 * v117 * v1200;
-    const real v1257 = SELECT(m536, along_z[30] + (v533 * v1252 + v545 * v1224), along_z[30]);
-    const real v1259 = v1231 / (v1231 + NUM(m1230)) * (v1237 / (v1237 + NUM(m1236)) * v1257);
-    const real v1267 = v1158 + (z[38] * v1170 + v51 * along_z[38]);
-    const real v1268 = z[39] * v1188 + v74 * along_z[39] - v1267;
-    const real v1272 = v1268 + (z[41] * v1125 + v93 * along_z[41]);
-    const real v1280 = (v1272 + (z[44] * v1148 + v114 * along_z[44])) * v117 - v562 * v117 * v1200;
-    const real v1285 = SELECT(m536, along_z[28] + (v533 * v1280 + v562 * v1224), along_z[28]);
-    const real v1293 = v67 * v1228 + v542 * v1106;
-    const real v1297 = v568 * along_z[51] + z[51] * (v1228 - (v566 * v1259 + v557 * v1285)) - (v566 * v1293 + v570 * v1285);
-    const real v1303 = v1094 - SELECT(m63, v1297, v1293) + v575 * along_z[55] - v559 * along_z[54];
-    const real v1311 = along_z[32] + (v533 * (v1148 * v117 - v581 * v117 * v1200) + v581 * v1224);
-    const real v1312 = SELECT(m536, v1311, along_z[32]);
-    const real v1326 = z[40] * v1188 + v74 * along_z[40] - v1170;
-    const real v1330 = v1326 + (z[42] * v1125 + v93 * along_z[42]);
-    const real v1338 = (v1330 + (z[45] * v1148 + v114 * along_z[45])) * v117 - v592 * v117 * v1200;
-    const real v1343 = SELECT(m536, along_z[29] + (v533 * v1338 + v592 * v1224), along_z[29]);
-    const real v1350 = v602 * along_x[1] + x[1] * SELECT(m63, (v565 + v565) * v1285 - v1343 + v559 * v1285, -v1285);
-    const real v1361 = v38 * SELECT(m63, v559 * v1343 + (v595 * v1285 + v565 * v1343), -v1343) + v608 * v1114;
-    const real v1362 = v1303 - (v587 * (c[17] * v1312) + SELECT0(m63, -(v585 * v1285))) - v1350 - v1361;
-    const real v1366 = v1362 * v611 - v612 * v611 * v1259;
-    const real v1375 = v500 * along_r[2] + v502 * along_z[82] - v506 * along_z[83];
-    const real v1387 = SELECT(m61, along_v[2], SELECT(m63, along_z[80], along_z[79]));
-    const real v1395 = SELECT(m36, along_x[2], along_z[76]);
-    const real v1398 = along_z[78] + (v366 * along_z[71] + z[71] * v1387) - (v343 * along_z[69] + z[69] * v1395);
-    const real v1404 = v1398 - (z[77] * along_z[70] + z[70] * along_z[77]);
-    const real v1406 = v391 * along_z[64] + z[64] * v1404;
-    const real v1417 = v366 * along_z[74] + z[74] * v1387 + (z[78] * along_z[75] + z[75] * along_z[78]);
-    const real v1427 = v1417 - (v343 * along_z[72] + z[72] * v1395) - (z[77] * along_z[73] + z[73] * along_z[77]);
-    const real v1429 = v412 * along_z[65] + z[65] * v1427;
-    const real v1439 = v343 * along_z[61] + z[61] * v1395;
-    const real v1442 = v343 * v1439 + v344 * v1395;
-    const real v1449 = along_z[77] + (v343 * along_z[66] + z[66] * v1395);
-    const real v1451 = v353 * along_z[62] + z[62] * v1449;
-    const real v1455 = v1442 + (v353 * v1451 + v354 * v1449);
-    const real v1467 = v1387 - (v343 * along_z[67] + z[67] * v1395) - (z[77] * along_z[68] + z[68] * along_z[77]);
-    const real v1469 = v372 * along_z[63] + z[63] * v1467;
-    const real v1473 = v1455 + (v372 * v1469 + v373 * v1467);
-    const real v1477 = v1473 + (v391 * v1406 + v392 * v1404);
-    const real v1481 = v1477 + (v412 * v1429 + v413 * v1427);
-    const real v1483 = (v1406 + (z[75] * v1429 + v413 * along_z[75])) * v416 - v737 * v416 * v1481;
-    const real v1494 = along_z[60] + (v366 * along_z[58] + z[58] * v1387) + (z[78] * along_z[59] + z[59] * along_z[78]);
-    const real v1504 = v1494 - (v343 * along_z[56] + z[56] * v1395) - (z[77] * along_z[57] + z[57] * along_z[77]);
-    const real v1505 = along_x[2] - v1504;
-    const real v1509 = SELECT(m734, along_z[59] + (v731 * v1483 + v737 * v1505), along_z[59]);
-    const mask m1510 = LE(v750, v747);
-    const mask m1511 = LE(v747, v750);
-    const real v1512 = NUM(m1510);
-    const mask m1516 = LE(c[14], v746);
-    const mask m1517 = LE(v746, c[14]);
-    const real v1518 = NUM(m1516);
-    const real v1525 = v1469 + (z[71] * v1406 + v392 * along_z[71]);
-    const real v1533 = (v1525 + (z[74] * v1429 + v413 * along_z[74])) * v416 - v743 * v416 * v1481;
-    const real v1538 = SELECT(m734, along_z[58] + (v731 * v1533 + v743 * v1505), along_z[58]);
-    const real v1540 = v1512 / (v1512 + NUM(m1511)) * (v1518 / (v1518 + NUM(m1517)) * v1538);
-    const real v1548 = v1439 + (z[66] * v1451 + v354 * along_z[66]);
-    const real v1549 = z[67] * v1469 + v373 * along_z[67] - v1548;
-    const real v1553 = v1549 + (z[69] * v1406 + v392 * along_z[69]);
-    const real v1561 = (v1553 + (z[72] * v1429 + v413 * along_z[72])) * v416 - v754 * v416 * v1481;
-    const real v1566 = SELECT(m734, along_z[56] + (v731 * v1561 + v754 * v1505), along_z[56]);
-    const real v1574 = v366 * v1509 + v740 * v1387;
-    const real v1578 = v760 * along_z[79] + z[79] * (v1509 - (v758 * v1540 + v751 * v1566)) - (v758 * v1574 + v762 * v1566);
-    const real v1584 = v1375 - SELECT(m63, v1578, v1574) + v575 * along_z[83] - v559 * along_z[82];
-    const real v1592 = along_z[60] + (v731 * (v1429 * v416 - v771 * v416 * v1481) + v771 * v1505);
-    const real v1593 = SELECT(m734, v1592, along_z[60]);
-    const real v1606 = z[68] * v1469 + v373 * along_z[68] - v1451;
-    const real v1610 = v1606 + (z[70] * v1406 + v392 * along_z[70]);
-    const real v1618 = (v1610 + (z[73] * v1429 + v413 * along_z[73])) * v416 - v782 * v416 * v1481;
-    const real v1623 = SELECT(m734, along_z[57] + (v731 * v1618 + v782 * v1505), along_z[57]);
-    const real v1631 = x[2] * SELECT(m63, (v757 + v757) * v1566 - v1623 + v559 * v1566, -v1566) + v792 * along_x[2];
-    const real v1642 = v343 * SELECT(m63, v559 * v1623 + (v785 * v1566 + v757 * v1623), -v1623) + v798 * v1395;
-    const real v1643 = v1584 - (v777 * (c[17] * v1593) + SELECT0(m63, -(v775 * v1566))) - v1631 - v1642;
-    const real v1647 = v1643 * v801 - v802 * v801 * v1540;
-    const mask m1655 = LT(c[4], v336);
-    const real v1656 = SELECT(m1655, c[3], SPLAT(K(1.0)));
-    const real v1662 = SELECT(m639, v1656 * (along_z[5] * v197 - v198 * v197 * v880), along_z[5]);
-    const real v1672 = v196 * (v208 * along_z[6] - z[6] * (v207 * v207 * v893 * v45)) + v209 * v880;
-    const real v1684 = v1656 * (v206 * (v227 * along_z[7] - z[7] * (v227 * v226 * v911)) + v228 * v893);
-    const real v1695 = v1656 * (v225 * (v246 * along_z[8] - z[8] * (v246 * v245 * v915)) + v247 * v911);
-    const real v1706 = v1656 * (v244 * (v267 * along_z[9] - z[9] * (v267 * v266 * v919)) + v268 * v915);
-    const real v1717 = SELECT(m639, along_z[10] - (v203 * (v877 * v197 - v271 * v197 * v880) + v271 * v887), along_z[10]);
-    const real v1722 = v905 * v207 - v277 * v207 * v893;
-    const real v1728 = SELECT(m805, SELECT(m639, along_z[11] + (v279 * v1722 + v277 * v986), along_z[11]), along_z[11]);
-    const real v1734 = SELECT(m805, SELECT(m639, along_z[12] + (v204 * v1722 + v277 * v889), along_z[12]), along_z[12]);
-    const real v1738 = v842 * v226 - v290 * v226 * v911;
-    const real v1744 = SELECT(m805, SELECT(m639, along_z[13] - (v292 * v1738 + v290 * v987), along_z[13]), along_z[13]);
-    const real v1750 = SELECT(m805, SELECT(m639, along_z[14] - (v299 * v1738 + v290 * v1045), along_z[14]), along_z[14]);
-    const real v1756 = SELECT(m805, SELECT(m639, along_z[15] - (v223 * v1738 + v290 * v907), along_z[15]), along_z[15]);
-    const real v1760 = v865 * v245 - v310 * v245 * v915;
-    const real v1766 = SELECT(m805, SELECT(m639, along_z[16] - (v312 * v1760 + v310 * v991), along_z[16]), along_z[16]);
-    const real v1772 = SELECT(m805, SELECT(m639, along_z[17] - (v319 * v1760 + v310 * v1049), along_z[17]), along_z[17]);
-    const real v1778 = SELECT(m805, SELECT(m639, along_z[18] - (v326 * v1760 + v310 * v963), along_z[18]), along_z[18]);
-    const real v1784 = SELECT(m805, SELECT(m639, along_z[19] - (v242 * v1760 + v310 * v844), along_z[19]), along_z[19]);
-    const mask m1800 = LT(c[4], v187);
-    const real v1801 = SELECT(m1800, c[3], SPLAT(K(1.0)));
-    const real v1807 = SELECT(m536, v1801 * (along_z[33] * v43 - v44 * v43 * v1161), along_z[33]);
-    const real v1817 = v1801 * (v41 * (v55 * along_z[34] - z[34] * (v55 * v54 * v1174)) + v56 * v1161);
-    const real v1828 = v1801 * (v53 * (v78 * along_z[35] - z[35] * (v78 * v77 * v1192)) + v79 * v1174);
-    const real v1839 = v1801 * (v76 * (v97 * along_z[36] - z[36] * (v97 * v96 * v1196)) + v98 * v1192);
-    const real v1849 = v95 * (v118 * along_z[37] - z[37] * (v118 * v117 * v1200)) + v119 * v1196;
-    const real v1861 = SELECT(m536, along_z[38] - (v50 * (v1158 * v43 - v122 * v43 * v1161) + v122 * v1168), along_z[38]);
-    const real v1866 = v1186 * v54 - v128 * v54 * v1174;
-    const real v1872 = SELECT(m805, SELECT(m536, along_z[39] + (v130 * v1866 + v128 * v1267), along_z[39]), along_z[39]);
-    const real v1878 = SELECT(m805, SELECT(m536, along_z[40] + (v51 * v1866 + v128 * v1170), along_z[40]), along_z[40]);
-    const real v1882 = v1123 * v77 - v141 * v77 * v1192;
-    const real v1888 = SELECT(m805, SELECT(m536, along_z[41] - (v143 * v1882 + v141 * v1268), along_z[41]), along_z[41]);
-    const real v1894 = SELECT(m805, SELECT(m536, along_z[42] - (v150 * v1882 + v141 * v1326), along_z[42]), along_z[42]);
-    const real v1900 = SELECT(m805, SELECT(m536, along_z[43] - (v74 * v1882 + v141 * v1188), along_z[43]), along_z[43]);
-    const real v1904 = v1146 * v96 - v161 * v96 * v1196;
-    const real v1910 = SELECT(m805, SELECT(m536, along_z[44] - (v163 * v1904 + v161 * v1272), along_z[44]), along_z[44]);
-    const real v1916 = SELECT(m805, SELECT(m536, along_z[45] - (v170 * v1904 + v161 * v1330), along_z[45]), along_z[45]);
-    const real v1922 = SELECT(m805, SELECT(m536, along_z[46] - (v177 * v1904 + v161 * v1244), along_z[46]), along_z[46]);
-    const real v1928 = SELECT(m805, SELECT(m536, along_z[47] - (v93 * v1904 + v161 * v1125), along_z[47]), along_z[47]);
-    const mask m1944 = LT(c[4], v486);
-    const real v1945 = SELECT(m1944, c[3], SPLAT(K(1.0)));
-    const real v1951 = SELECT(m734, v1945 * (along_z[61] * v347 - v348 * v347 * v1442), along_z[61]);
-    const real v1960 = v346 * (v358 * along_z[62] - z[62] * (v358 * v357 * v1455)) + v359 * v1442;
-    const real v1971 = v356 * (v377 * along_z[63] - z[63] * (v377 * v376 * v1473)) + v378 * v1455;
-    const real v1982 = v375 * (v396 * along_z[64] - z[64] * (v396 * v395 * v1477)) + v397 * v1473;
-    const real v1993 = v394 * (v417 * along_z[65] - z[65] * (v417 * v416 * v1481)) + v418 * v1477;
-    const real v2004 = along_z[66] - (v353 * (v1439 * v347 - v421 * v347 * v1442) + v421 * v1449);
-    const real v2010 = v1467 * v357 - v427 * v357 * v1455;
-    const real v2016 = SELECT(m805, SELECT(m734, along_z[67] + (v429 * v2010 + v427 * v1548), along_z[67]), along_z[67]);
-    const real v2022 = SELECT(m805, SELECT(m734, along_z[68] + (v354 * v2010 + v427 * v1451), along_z[68]), along_z[68]);
-    const real v2026 = v1404 * v376 - v440 * v376 * v1473;
-    const real v2032 = SELECT(m805, SELECT(m734, along_z[69] - (v442 * v2026 + v440 * v1549), along_z[69]), along_z[69]);
-    const real v2038 = SELECT(m805, SELECT(m734, along_z[70] - (v449 * v2026 + v440 * v1606), along_z[70]), along_z[70]);
-    const real v2044 = SELECT(m805, SELECT(m734, along_z[71] - (v373 * v2026 + v440 * v1469), along_z[71]), along_z[71]);
-    const real v2048 = v1427 * v395 - v460 * v395 * v1477;
-    const real v2054 = SELECT(m805, SELECT(m734, along_z[72] - (v462 * v2048 + v460 * v1553), along_z[72]), along_z[72]);
-    const real v2060 = SELECT(m805, SELECT(m734, along_z[73] - (v469 * v2048 + v460 * v1610), along_z[73]), along_z[73]);
-    const real v2066 = SELECT(m805, SELECT(m734, along_z[74] - (v476 * v2048 + v460 * v1525), along_z[74]), along_z[74]);
-    const real v2072 = SELECT(m805, SELECT(m734, along_z[75] - (v392 * v2048 + v460 * v1406), along_z[75]), along_z[75]);
-    const real v2083 = K(1.0) + z[84];
-    const mask m2085 = LE(v2083, K(2.0));
-    const mask m2086 = LE(K(2.0), v2083);
-    const real v2088 = NUM(m2085);
-    change_u[0] = SELECT0(m805, v1085);
-    change_u[1] = SELECT0(m805, v1366);
-    change_u[2] = SELECT0(m805, v1647);
-    change_z_next[0] = SELECT(m805, v1004, along_z[0]);
-    change_z_next[1] = SELECT(m805, v1062, along_z[1]);
-    change_z_next[2] = SELECT(m805, v976, along_z[2]);
-    change_z_next[3] = SELECT(m805, v947, along_z[3]);
-    change_z_next[4] = SELECT(m805, v1031, along_z[4]);
-    change_z_next[5] = SELECT(m805, v1662, along_z[5]);
-    change_z_next[6] = SELECT(m805, SELECT(m639, v1656 * v1672, along_z[6]), along_z[6]);
-    change_z_next[7] = SELECT(m805, SELECT(m639, v1684, along_z[7]), along_z[7]);
-    change_z_next[8] = SELECT(m805, SELECT(m639, v1695, along_z[8]), along_z[8]);
-    change_z_next[9] = SELECT(m805, SELECT(m639, v1706, along_z[9]), along_z[9]);
-    change_z_next[10] = SELECT(m805, v1717, along_z[10]);
-    change_z_next[11] = v1728;
-    change_z_next[12] = v1734;
-    change_z_next[13] = v1744;
-    change_z_next[14] = v1750;
-    change_z_next[15] = v1756;
-    change_z_next[16] = v1766;
-    change_z_next[17] = v1772;
-    change_z_next[18] = v1778;
-    change_z_next[19] = v1784;
-    change_z_next[20] = SELECT(m805, along_x[0], along_z[20]);
-    change_z_next[21] = SELECT(m805, v833, along_z[21]);
-    change_z_next[22] = SELECT(m805, v825, along_z[22]);
-    change_z_next[23] = SELECT(m805, v1085, along_z[23]);
-    change_z_next[24] = SELECT(m805, along_z[23], along_z[24]);
-    change_z_next[25] = SELECT(m805, SELECT(m63, along_z[26], v813), along_z[25]);
-    change_z_next[26] = SELECT(m805, v813, along_z[26]);
-    change_z_next[27] = SELECT(m805, along_z[26], along_z[27]);
-    change_z_next[28] = SELECT(m805, v1285, along_z[28]);
-    change_z_next[29] = SELECT(m805, v1343, along_z[29]);
-    change_z_next[30] = SELECT(m805, v1257, along_z[30]);
-    change_z_next[31] = SELECT(m805, v1228, along_z[31]);
-    change_z_next[32] = SELECT(m805, v1312, along_z[32]);
-    change_z_next[33] = SELECT(m805, v1807, along_z[33]);
-    change_z_next[34] = SELECT(m805, SELECT(m536, v1817, along_z[34]), along_z[34]);
-    change_z_next[35] = SELECT(m805, SELECT(m536, v1828, along_z[35]), along_z[35]);
-    change_z_next[36] = SELECT(m805, SELECT(m536, v1839, along_z[36]), along_z[36]);
-    change_z_next[37] = SELECT(m805, SELECT(m536, v1801 * v1849, along_z[37]), along_z[37]);
-    change_z_next[38] = SELECT(m805, v1861, along_z[38]);
-    change_z_next[39] = v1872;
-    change_z_next[40] = v1878;
-    change_z_next[41] = v1888;
-    change_z_next[42] = v1894;
-    change_z_next[43] = v1900;
-    change_z_next[44] = v1910;
-    change_z_next[45] = v1916;
-    change_z_next[46] = v1922;
-    change_z_next[47] = v1928;
-    change_z_next[48] = SELECT(m805, along_x[1], along_z[48]);
-    change_z_next[49] = SELECT(m805, v1114, along_z[49]);
-    change_z_next[50] = SELECT(m805, v1106, along_z[50]);
-    change_z_next[51] = SELECT(m805, v1366, along_z[51]);
-    change_z_next[52] = SELECT(m805, along_z[51], along_z[52]);
-    change_z_next[53] = SELECT(m805, SELECT(m63, along_z[54], v1094), along_z[53]);
-    change_z_next[54] = SELECT(m805, v1094, along_z[54]);
-    change_z_next[55] = SELECT(m805, along_z[54], along_z[55]);
-    change_z_next[56] = SELECT(m805, v1566, along_z[56]);
-    change_z_next[57] = SELECT(m805, v1623, along_z[57]);
-    change_z_next[58] = SELECT(m805, v1538, along_z[58]);
-    change_z_next[59] = SELECT(m805, v1509, along_z[59]);
-    change_z_next[60] = SELECT(m805, v1593, along_z[60]);
-    change_z_next[61] = SELECT(m805, v1951, along_z[61]);
-    change_z_next[62] = SELECT(m805, SELECT(m734, v1945 * v1960, along_z[62]), along_z[62]);
-    change_z_next[63] = SELECT(m805, SELECT(m734, v1945 * v1971, along_z[63]), along_z[63]);
-    change_z_next[64] = SELECT(m805, SELECT(m734, v1945 * v1982, along_z[64]), along_z[64]);
-    change_z_next[65] = SELECT(m805, SELECT(m734, v1945 * v1993, along_z[65]), along_z[65]);
-    change_z_next[66] = SELECT(m805, SELECT(m734, v2004, along_z[66]), along_z[66]);
-    change_z_next[67] = v2016;
-    change_z_next[68] = v2022;
-    change_z_next[69] = v2032;
-    change_z_next[70] = v2038;
-    change_z_next[71] = v2044;
-    change_z_next[72] = v2054;
-    change_z_next[73] = v2060;
-    change_z_next[74] = v2066;
-    change_z_next[75] = v2072;
-    change_z_next[76] = SELECT(m805, along_x[2], along_z[76]);
-    change_z_next[77] = SELECT(m805, v1395, along_z[77]);
-    change_z_next[78] = SELECT(m805, v1387, along_z[78]);
-    change_z_next[79] = SELECT(m805, v1647, along_z[79]);
-    change_z_next[80] = SELECT(m805, along_z[79], along_z[80]);
-    change_z_next[81] = SELECT(m805, SELECT(m63, along_z[82], v1375), along_z[81]);
-    change_z_next[82] = SELECT(m805, v1375, along_z[82]);
-    change_z_next[83] = SELECT(m805, along_z[82], along_z[83]);
-    change_z_next[84] = SELECT0(m805, v2088 / (NUM(m2086) + v2088) * along_z[84]);
+    enum { roll = SATELLITE_X_ROLL };
+    enum { pitch = SATELLITE_X_PITCH };
+    enum { yaw = SATELLITE_X_YAW };
+    enum { ref_roll = SATELLITE_R_REF_ROLL };
+    enum { ref_pitch = SATELLITE_R_REF_PITCH };
+    enum { ref_yaw = SATELLITE_R_REF_YAW };
+    enum { Tx_applied = 0 };
+    enum { Ty_applied = 1 };
+    enum { Tz_applied = 2 };
+    enum { a1_roll = SATELLITE_MRAC_LITERAL_Z_A1_ROLL };
+    enum { a2_roll = SATELLITE_MRAC_LITERAL_Z_A2_ROLL };
+    enum { b0_roll = SATELLITE_MRAC_LITERAL_Z_B0_ROLL };
+    enum { b1_roll = SATELLITE_MRAC_LITERAL_Z_B1_ROLL };
+    enum { d_roll = SATELLITE_MRAC_LITERAL_Z_D_ROLL };
+    enum { D1_roll = SATELLITE_MRAC_LITERAL_Z_D1_ROLL };
+    enum { D2_roll = SATELLITE_MRAC_LITERAL_Z_D2_ROLL };
+    enum { D3_roll = SATELLITE_MRAC_LITERAL_Z_D3_ROLL };
+    enum { D4_roll = SATELLITE_MRAC_LITERAL_Z_D4_ROLL };
+    enum { D5_roll = SATELLITE_MRAC_LITERAL_Z_D5_ROLL };
+    enum { U12_roll = SATELLITE_MRAC_LITERAL_Z_U12_ROLL };
+    enum { U13_roll = SATELLITE_MRAC_LITERAL_Z_U13_ROLL };
+    enum { U23_roll = SATELLITE_MRAC_LITERAL_Z_U23_ROLL };
+    enum { U14_roll = SATELLITE_MRAC_LITERAL_Z_U14_ROLL };
+    enum { U24_roll = SATELLITE_MRAC_LITERAL_Z_U24_ROLL };
+    enum { U34_roll = SATELLITE_MRAC_LITERAL_Z_U34_ROLL };
+    enum { U15_roll = SATELLITE_MRAC_LITERAL_Z_U15_ROLL };
+    enum { U25_roll = SATELLITE_MRAC_LITERAL_Z_U25_ROLL };
+    enum { U35_roll = SATELLITE_MRAC_LITERAL_Z_U35_ROLL };
+    enum { U45_roll = SATELLITE_MRAC_LITERAL_Z_U45_ROLL };
+    enum { y1_roll = SATELLITE_MRAC_LITERAL_Z_Y1_ROLL };
+    enum { y2_roll = SATELLITE_MRAC_LITERAL_Z_Y2_ROLL };
+    enum { v1_roll = SATELLITE_MRAC_LITERAL_Z_V1_ROLL };
+    enum { u1_roll = SATELLITE_MRAC_LITERAL_Z_U1_ROLL };
+    enum { u2_roll = SATELLITE_MRAC_LITERAL_Z_U2_ROLL };
+    enum { wm1_roll = SATELLITE_MRAC_LITERAL_Z_WM1_ROLL };
+    enum { wm2_roll = SATELLITE_MRAC_LITERAL_Z_WM2_ROLL };
+    enum { a1_pitch = SATELLITE_MRAC_LITERAL_Z_A1_PITCH };
+    enum { a2_pitch = SATELLITE_MRAC_LITERAL_Z_A2_PITCH };
+    enum { b0_pitch = SATELLITE_MRAC_LITERAL_Z_B0_PITCH };
+    enum { b1_pitch = SATELLITE_MRAC_LITERAL_Z_B1_PITCH };
+    enum { d_pitch = SATELLITE_MRAC_LITERAL_Z_D_PITCH };
+    enum { D1_pitch = SATELLITE_MRAC_LITERAL_Z_D1_PITCH };
+    enum { D2_pitch = SATELLITE_MRAC_LITERAL_Z_D2_PITCH };
+    enum { D3_pitch = SATELLITE_MRAC_LITERAL_Z_D3_PITCH };
+    enum { D4_pitch = SATELLITE_MRAC_LITERAL_Z_D4_PITCH };
+    enum { D5_pitch = SATELLITE_MRAC_LITERAL_Z_D5_PITCH };
+    enum { U12_pitch = SATELLITE_MRAC_LITERAL_Z_U12_PITCH };
+    enum { U13_pitch = SATELLITE_MRAC_LITERAL_Z_U13_PITCH };
+    enum { U23_pitch = SATELLITE_MRAC_LITERAL_Z_U23_PITCH };
+    enum { U14_pitch = SATELLITE_MRAC_LITERAL_Z_U14_PITCH };
+    enum { U24_pitch = SATELLITE_MRAC_LITERAL_Z_U24_PITCH };
+    enum { U34_pitch = SATELLITE_MRAC_LITERAL_Z_U34_PITCH };
+    enum { U15_pitch = SATELLITE_MRAC_LITERAL_Z_U15_PITCH };
+    enum { U25_pitch = SATELLITE_MRAC_LITERAL_Z_U25_PITCH };
+    enum { U35_pitch = SATELLITE_MRAC_LITERAL_Z_U35_PITCH };
+    enum { U45_pitch = SATELLITE_MRAC_LITERAL_Z_U45_PITCH };
+    enum { y1_pitch = SATELLITE_MRAC_LITERAL_Z_Y1_PITCH };
+    enum { y2_pitch = SATELLITE_MRAC_LITERAL_Z_Y2_PITCH };
+    enum { v1_pitch = SATELLITE_MRAC_LITERAL_Z_V1_PITCH };
+    enum { u1_pitch = SATELLITE_MRAC_LITERAL_Z_U1_PITCH };
+    enum { u2_pitch = SATELLITE_MRAC_LITERAL_Z_U2_PITCH };
+    enum { wm1_pitch = SATELLITE_MRAC_LITERAL_Z_WM1_PITCH };
+    enum { wm2_pitch = SATELLITE_MRAC_LITERAL_Z_WM2_PITCH };
+    enum { a1_yaw = SATELLITE_MRAC_LITERAL_Z_A1_YAW };
+    enum { a2_yaw = SATELLITE_MRAC_LITERAL_Z_A2_YAW };
+    enum { b0_yaw = SATELLITE_MRAC_LITERAL_Z_B0_YAW };
+    enum { b1_yaw = SATELLITE_MRAC_LITERAL_Z_B1_YAW };
+    enum { d_yaw = SATELLITE_MRAC_LITERAL_Z_D_YAW };
+    enum { D1_yaw = SATELLITE_MRAC_LITERAL_Z_D1_YAW };
+    enum { D2_yaw = SATELLITE_MRAC_LITERAL_Z_D2_YAW };
+    enum { D3_yaw = SATELLITE_MRAC_LITERAL_Z_D3_YAW };
+    enum { D4_yaw = SATELLITE_MRAC_LITERAL_Z_D4_YAW };
+    enum { D5_yaw = SATELLITE_MRAC_LITERAL_Z_D5_YAW };
+    enum { U12_yaw = SATELLITE_MRAC_LITERAL_Z_U12_YAW };
+    enum { U13_yaw = SATELLITE_MRAC_LITERAL_Z_U13_YAW };
+    enum { U23_yaw = SATELLITE_MRAC_LITERAL_Z_U23_YAW };
+    enum { U14_yaw = SATELLITE_MRAC_LITERAL_Z_U14_YAW };
+    enum { U24_yaw = SATELLITE_MRAC_LITERAL_Z_U24_YAW };
+    enum { U34_yaw = SATELLITE_MRAC_LITERAL_Z_U34_YAW };
+    enum { U15_yaw = SATELLITE_MRAC_LITERAL_Z_U15_YAW };
+    enum { U25_yaw = SATELLITE_MRAC_LITERAL_Z_U25_YAW };
+    enum { U35_yaw = SATELLITE_MRAC_LITERAL_Z_U35_YAW };
+    enum { U45_yaw = SATELLITE_MRAC_LITERAL_Z_U45_YAW };
+    enum { y1_yaw = SATELLITE_MRAC_LITERAL_Z_Y1_YAW };
+    enum { y2_yaw = SATELLITE_MRAC_LITERAL_Z_Y2_YAW };
+    enum { v1_yaw = SATELLITE_MRAC_LITERAL_Z_V1_YAW };
+    enum { u1_yaw = SATELLITE_MRAC_LITERAL_Z_U1_YAW };
+    enum { u2_yaw = SATELLITE_MRAC_LITERAL_Z_U2_YAW };
+    enum { wm1_yaw = SATELLITE_MRAC_LITERAL_Z_WM1_YAW };
+    enum { wm2_yaw = SATELLITE_MRAC_LITERAL_Z_WM2_YAW };
+    enum { samples = SATELLITE_MRAC_LITERAL_Z_SAMPLES };
+    enum { I_x = SATELLITE_P_I_X };
+    enum { I_y = SATELLITE_P_I_Y };
+    enum { I_z = SATELLITE_P_I_Z };
+    enum { Ts = SATELLITE_P_TS };
+    enum { noise = SATELLITE_P_NOISE };
+    enum { C2_pole = SATELLITE_MRAC_LITERAL_C_C2_POLE };
+    enum { adapt = SATELLITE_MRAC_LITERAL_C_ADAPT };
+    enum { forgetting = SATELLITE_MRAC_LITERAL_C_FORGETTING };
+    enum { trace_max = SATELLITE_MRAC_LITERAL_C_TRACE_MAX };
+    enum { dead_zone = SATELLITE_MRAC_LITERAL_C_DEAD_ZONE };
+    enum { dead_zone_sigma = SATELLITE_MRAC_LITERAL_C_DEAD_ZONE_SIGMA };
+    enum { b_min = SATELLITE_MRAC_LITERAL_C_B_MIN };
+    enum { b_min_ratio = SATELLITE_MRAC_LITERAL_C_B_MIN_RATIO };
+    enum { compensate_d = SATELLITE_MRAC_LITERAL_C_COMPENSATE_D };
+    enum { applied_regressor = SATELLITE_MRAC_LITERAL_C_APPLIED_REGRESSOR };
+    enum { design_delay = SATELLITE_MRAC_LITERAL_C_DESIGN_DELAY };
+    enum { tau_m = SATELLITE_MRAC_LITERAL_C_TAU_M };
+    enum { along_roll = 0 };
+    enum { along_pitch = 1 };
+    enum { along_yaw = 2 };
+    enum { along_ref_roll = 0 };
+    enum { along_ref_pitch = 1 };
+    enum { along_ref_yaw = 2 };
+    enum { along_Tx_applied = 0 };
+    enum { along_Ty_applied = 1 };
+    enum { along_Tz_applied = 2 };
+    enum { along_a1_roll = 0 };
+    enum { along_a2_roll = 1 };
+    enum { along_b0_roll = 2 };
+    enum { along_b1_roll = 3 };
+    enum { along_d_roll = 4 };
+    enum { along_D1_roll = 5 };
+    enum { along_D2_roll = 6 };
+    enum { along_D3_roll = 7 };
+    enum { along_D4_roll = 8 };
+    enum { along_D5_roll = 9 };
+    enum { along_U12_roll = 10 };
+    enum { along_U13_roll = 11 };
+    enum { along_U23_roll = 12 };
+    enum { along_U14_roll = 13 };
+    enum { along_U24_roll = 14 };
+    enum { along_U34_roll = 15 };
+    enum { along_U15_roll = 16 };
+    enum { along_U25_roll = 17 };
+    enum { along_U35_roll = 18 };
+    enum { along_U45_roll = 19 };
+    enum { along_y1_roll = 20 };
+    enum { along_y2_roll = 21 };
+    enum { along_v1_roll = 22 };
+    enum { along_u1_roll = 23 };
+    enum { along_u2_roll = 24 };
+    enum { along_ym_roll = 25 };
+    enum { along_wm1_roll = 26 };
+    enum { along_wm2_roll = 27 };
+    enum { along_a1_pitch = 28 };
+    enum { along_a2_pitch = 29 };
+    enum { along_b0_pitch = 30 };
+    enum { along_b1_pitch = 31 };
+    enum { along_d_pitch = 32 };
+    enum { along_D1_pitch = 33 };
+    enum { along_D2_pitch = 34 };
+    enum { along_D3_pitch = 35 };
+    enum { along_D4_pitch = 36 };
+    enum { along_D5_pitch = 37 };
+    enum { along_U12_pitch = 38 };
+    enum { along_U13_pitch = 39 };
+    enum { along_U23_pitch = 40 };
+    enum { along_U14_pitch = 41 };
+    enum { along_U24_pitch = 42 };
+    enum { along_U34_pitch = 43 };
+    enum { along_U15_pitch = 44 };
+    enum { along_U25_pitch = 45 };
+    enum { along_U35_pitch = 46 };
+    enum { along_U45_pitch = 47 };
+    enum { along_y1_pitch = 48 };
+    enum { along_y2_pitch = 49 };
+    enum { along_v1_pitch = 50 };
+    enum { along_u1_pitch = 51 };
+    enum { along_u2_pitch = 52 };
+    enum { along_ym_pitch = 53 };
+    enum { along_wm1_pitch = 54 };
+    enum { along_wm2_pitch = 55 };
+    enum { along_a1_yaw = 56 };
+    enum { along_a2_yaw = 57 };
+    enum { along_b0_yaw = 58 };
+    enum { along_b1_yaw = 59 };
+    enum { along_d_yaw = 60 };
+    enum { along_D1_yaw = 61 };
+    enum { along_D2_yaw = 62 };
+    enum { along_D3_yaw = 63 };
+    enum { along_D4_yaw = 64 };
+    enum { along_D5_yaw = 65 };
+    enum { along_U12_yaw = 66 };
+    enum { along_U13_yaw = 67 };
+    enum { along_U23_yaw = 68 };
+    enum { along_U14_yaw = 69 };
+    enum { along_U24_yaw = 70 };
+    enum { along_U34_yaw = 71 };
+    enum { along_U15_yaw = 72 };
+    enum { along_U25_yaw = 73 };
+    enum { along_U35_yaw = 74 };
+    enum { along_U45_yaw = 75 };
+    enum { along_y1_yaw = 76 };
+    enum { along_y2_yaw = 77 };
+    enum { along_v1_yaw = 78 };
+    enum { along_u1_yaw = 79 };
+    enum { along_u2_yaw = 80 };
+    enum { along_ym_yaw = 81 };
+    enum { along_wm1_yaw = 82 };
+    enum { along_wm2_yaw = 83 };
+    enum { along_samples = 84 };
+    const real model_pole = mv_exp(-(p[Ts] / c[tau_m]));
+    const real t_hjr6j = K(-1.0) + model_pole;
+    const real t_lbhv6 = t_hjr6j * t_hjr6j;
+    const real t_u5zvh = model_pole + model_pole;
+    const real t_lbhv6_2 = model_pole * model_pole;
+    const real w_roll = t_lbhv6 * r[ref_roll] + t_u5zvh * z[wm1_roll] - t_lbhv6_2 * z[wm2_roll];  /* (16) */
+    const real w_pitch = t_lbhv6 * r[ref_pitch] + t_u5zvh * z[wm1_pitch] - t_lbhv6_2 * z[wm2_pitch];  /* (16) */
+    const real w_yaw = t_lbhv6 * r[ref_yaw] + t_u5zvh * z[wm1_yaw] - t_lbhv6_2 * z[wm2_yaw];  /* (16) */
+    const mask m_myerm = LT(z[samples], K(0.5));
+    const real y1_used_roll = SELECT(m_myerm, x[roll], z[y1_roll]);
+    const mask m_2oym3 = LT(K(0.5), c[applied_regressor]);
+    const mask m_ng6lt = LT(K(0.5), c[design_delay]);
+    const real v_roll = SELECT(m_2oym3, v[Tx_applied], SELECT(m_ng6lt, z[u2_roll], z[u1_roll]));  /* (36) */
+    const real y_hat_roll = z[d_roll]
+        + z[b0_roll] * v_roll
+        + z[b1_roll] * z[v1_roll]
+        - z[a1_roll] * y1_used_roll
+        - z[a2_roll] * z[y2_roll];  /* (34) */
+    const real eps_roll = x[roll] - y_hat_roll;  /* (39) */
+    const real t_s4qc7 = z[D1_roll] * y1_used_roll;
+    const real alpha1_roll = c[forgetting] + t_s4qc7 * y1_used_roll;  /* (40) */
+    const real t_gcbdt = K(1.0) / alpha1_roll;
+    const real D1_free_roll = z[D1_roll] * t_gcbdt;  /* (41) */
+    const real t_4q5lb = z[y2_roll] + z[U12_roll] * y1_used_roll;
+    const real t_bqiu4 = z[D2_roll] * t_4q5lb;
+    const real alpha2_roll = alpha1_roll + t_bqiu4 * t_4q5lb;  /* (40) */
+    const real t_2ftwl = K(1.0) / alpha2_roll;
+    const real t_rkxsm = K(1.0) / c[forgetting];
+    const real t_buzsg = t_2ftwl * t_rkxsm;
+    const real t_uep3r = t_buzsg * z[D2_roll];
+    const real D2_free_roll = t_uep3r * alpha1_roll;  /* (41) */
+    const real t_hr6w3 = t_s4qc7 * t_gcbdt;
+    const real U12_free_roll = z[U12_roll] - t_hr6w3 * t_4q5lb;  /* (41) */
+    const real f3_roll = v_roll - z[U13_roll] * y1_used_roll - z[U23_roll] * z[y2_roll];  /* (40) */
+    const real Df3_roll = z[D3_roll] * f3_roll;  /* (40) */
+    const real alpha3_roll = alpha2_roll + Df3_roll * f3_roll;  /* (40) */
+    const real t_m6gkz = K(1.0) / alpha3_roll;
+    const real t_pgi2s = t_rkxsm * t_m6gkz;
+    const real t_chslv = t_pgi2s * z[D3_roll];
+    const real D3_free_roll = t_chslv * alpha2_roll;  /* (41) */
+    const real t_iwp6c = f3_roll * t_2ftwl;
+    const real t_73h6y = t_s4qc7 + t_bqiu4 * z[U12_roll];
+    const real U13_free_roll = z[U13_roll] + t_iwp6c * t_73h6y;  /* (41) */
+    const real b1_3_roll = Df3_roll * z[U13_roll] - t_73h6y;  /* (40) */
+    const real U23_free_roll = z[U23_roll] + t_iwp6c * t_bqiu4;  /* (41) */
+    const real b2_3_roll = Df3_roll * z[U23_roll] - t_bqiu4;  /* (40) */
+    const real f4_roll = z[v1_roll] + z[U34_roll] * v_roll - z[U14_roll] * y1_used_roll - z[U24_roll] * z[y2_roll];  /* (40) */
+    const real Df4_roll = z[D4_roll] * f4_roll;  /* (40) */
+    const real alpha4_roll = alpha3_roll + Df4_roll * f4_roll;  /* (40) */
+    const real t_qd2bm = K(1.0) / alpha4_roll;
+    const real t_ssuku = t_rkxsm * t_qd2bm;
+    const real t_3j35e = t_ssuku * z[D4_roll];
+    const real D4_free_roll = t_3j35e * alpha3_roll;  /* (41) */
+    const real t_vpr7m = f4_roll * t_m6gkz;
+    const real U14_free_roll = z[U14_roll] - t_vpr7m * b1_3_roll;  /* (41) */
+    const real b1_4_roll = b1_3_roll + Df4_roll * z[U14_roll];  /* (40) */
+    const real U24_free_roll = z[U24_roll] - t_vpr7m * b2_3_roll;  /* (41) */
+    const real b2_4_roll = b2_3_roll + Df4_roll * z[U24_roll];  /* (40) */
+    const real U34_free_roll = z[U34_roll] - t_vpr7m * Df3_roll;  /* (41) */
+    const real b3_4_roll = Df3_roll + Df4_roll * z[U34_roll];  /* (40) */
+    const real f5_roll = K(1.0)
+        + z[U35_roll] * v_roll
+        + z[U45_roll] * z[v1_roll]
+        - z[U15_roll] * y1_used_roll
+        - z[U25_roll] * z[y2_roll];  /* (40) */
+    const real Df5_roll = z[D5_roll] * f5_roll;  /* (40) */
+    const real alpha5_roll = alpha4_roll + Df5_roll * f5_roll;  /* (40) */
+    const real t_szpzk = K(1.0) / alpha5_roll;
+    const real t_petfr = t_rkxsm * t_szpzk;
+    const real t_glxxd = t_petfr * z[D5_roll];
+    const real D5_free_roll = t_glxxd * alpha4_roll;  /* (41) */
+    const real t_el36p = f5_roll * t_qd2bm;
+    const real U15_free_roll = z[U15_roll] - t_el36p * b1_4_roll;  /* (41) */
+    const real b1_5_roll = b1_4_roll + Df5_roll * z[U15_roll];  /* (40) */
+    const real U25_free_roll = z[U25_roll] - t_el36p * b2_4_roll;  /* (41) */
+    const real b2_5_roll = b2_4_roll + Df5_roll * z[U25_roll];  /* (40) */
+    const real U35_free_roll = z[U35_roll] - t_el36p * b3_4_roll;  /* (41) */
+    const real b3_5_roll = b3_4_roll + Df5_roll * z[U35_roll];  /* (40) */
+    const real U45_free_roll = z[U45_roll] - t_el36p * Df4_roll;  /* (41) */
+    const real b4_5_roll = Df4_roll + Df5_roll * z[U45_roll];  /* (40) */
+    const real G1_roll = b1_5_roll * t_szpzk;  /* (40) */
+    const real G2_roll = b2_5_roll * t_szpzk;  /* (40) */
+    const real G3_roll = b3_5_roll * t_szpzk;  /* (40) */
+    const real G4_roll = b4_5_roll * t_szpzk;  /* (40) */
+    const real G5_roll = Df5_roll * t_szpzk;  /* (40) */
+    const real trace_roll = D1_free_roll
+        + D2_free_roll
+        + D3_free_roll
+        + D4_free_roll
+        + D5_free_roll
+        + D2_free_roll * (U12_free_roll * U12_free_roll)
+        + D3_free_roll * (U13_free_roll * U13_free_roll)
+        + D3_free_roll * (U23_free_roll * U23_free_roll)
+        + D4_free_roll * (U14_free_roll * U14_free_roll)
+        + D4_free_roll * (U24_free_roll * U24_free_roll)
+        + D4_free_roll * (U34_free_roll * U34_free_roll)
+        + D5_free_roll * (U15_free_roll * U15_free_roll)
+        + D5_free_roll * (U25_free_roll * U25_free_roll)
+        + D5_free_roll * (U35_free_roll * U35_free_roll)
+        + D5_free_roll * (U45_free_roll * U45_free_roll);  /* (41) */
+    const mask m_cy5zr = LT(c[trace_max], trace_roll);
+    const real cap_roll = SELECT(m_cy5zr, c[forgetting], SPLAT(K(1.0)));
+    const mask m_jj746 = LT(K(0.5), c[adapt]);
+    const mask m_d33kq = LT(K(1.5), z[samples]);
+    const mask m_6w7fs = AND(m_jj746, m_d33kq);
+    const real t_s4yo7 = mv_max(c[dead_zone], c[dead_zone_sigma] * p[noise]);
+    const mask m_ga54y = LT(t_s4yo7, mv_fabs(eps_roll));
+    const mask m_huydk = AND(m_6w7fs, m_ga54y);
+    const real a1_now_roll = SELECT(m_huydk, z[a1_roll] + G1_roll * eps_roll, z[a1_roll]);  /* (42) */
+    const real a2_now_roll = SELECT(m_huydk, z[a2_roll] + G2_roll * eps_roll, z[a2_roll]);  /* (42) */
+    const real b0_now_roll = SELECT(m_huydk, z[b0_roll] + G3_roll * eps_roll, z[b0_roll]);  /* (42) */
+    const real b1_now_roll = SELECT(m_huydk, z[b1_roll] + G4_roll * eps_roll, z[b1_roll]);  /* (42) */
+    const real d_now_roll = SELECT(m_huydk, z[d_roll] + G5_roll * eps_roll, z[d_roll]);  /* (42) */
+    const real d_used_roll = c[compensate_d] * d_now_roll;
+    const real y1_used_pitch = SELECT(m_myerm, x[pitch], z[y1_pitch]);
+    const real v_pitch = SELECT(m_2oym3, v[Ty_applied], SELECT(m_ng6lt, z[u2_pitch], z[u1_pitch]));  /* (36) */
+    const real y_hat_pitch = z[d_pitch]
+        + z[b0_pitch] * v_pitch
+        + z[b1_pitch] * z[v1_pitch]
+        - z[a1_pitch] * y1_used_pitch
+        - z[a2_pitch] * z[y2_pitch];  /* (34) */
+    const real eps_pitch = x[pitch] - y_hat_pitch;  /* (39) */
+    const real t_n6265 = z[D1_pitch] * y1_used_pitch;
+    const real alpha1_pitch = c[forgetting] + t_n6265 * y1_used_pitch;  /* (40) */
+    const real t_ba5cq = K(1.0) / alpha1_pitch;
+    const real D1_free_pitch = z[D1_pitch] * t_ba5cq;  /* (41) */
+    const real t_5xoth = z[y2_pitch] + z[U12_pitch] * y1_used_pitch;
+    const real t_urk7s = z[D2_pitch] * t_5xoth;
+    const real alpha2_pitch = alpha1_pitch + t_urk7s * t_5xoth;  /* (40) */
+    const real t_vq6qe = K(1.0) / alpha2_pitch;
+    const real t_rwzhe = t_rkxsm * t_vq6qe;
+    const real t_rz27b = t_rwzhe * z[D2_pitch];
+    const real D2_free_pitch = t_rz27b * alpha1_pitch;  /* (41) */
+    const real t_yryoi = t_n6265 * t_ba5cq;
+    const real U12_free_pitch = z[U12_pitch] - t_yryoi * t_5xoth;  /* (41) */
+    const real f3_pitch = v_pitch - z[U13_pitch] * y1_used_pitch - z[U23_pitch] * z[y2_pitch];  /* (40) */
+    const real Df3_pitch = z[D3_pitch] * f3_pitch;  /* (40) */
+    const real alpha3_pitch = alpha2_pitch + Df3_pitch * f3_pitch;  /* (40) */
+    const real t_wnsbx = K(1.0) / alpha3_pitch;
+    const real t_clmmw = t_rkxsm * t_wnsbx;
+    const real t_ehcbr = t_clmmw * z[D3_pitch];
+    const real D3_free_pitch = t_ehcbr * alpha2_pitch;  /* (41) */
+    const real t_iziit = f3_pitch * t_vq6qe;
+    const real t_m7azd = t_n6265 + t_urk7s * z[U12_pitch];
+    const real U13_free_pitch = z[U13_pitch] + t_iziit * t_m7azd;  /* (41) */
+    const real b1_3_pitch = Df3_pitch * z[U13_pitch] - t_m7azd;  /* (40) */
+    const real U23_free_pitch = z[U23_pitch] + t_iziit * t_urk7s;  /* (41) */
+    const real b2_3_pitch = Df3_pitch * z[U23_pitch] - t_urk7s;  /* (40) */
+    const real f4_pitch = z[v1_pitch] + z[U34_pitch] * v_pitch - z[U14_pitch] * y1_used_pitch - z[U24_pitch] * z[y2_pitch];  /* (40) */
+    const real Df4_pitch = z[D4_pitch] * f4_pitch;  /* (40) */
+    const real alpha4_pitch = alpha3_pitch + Df4_pitch * f4_pitch;  /* (40) */
+    const real t_au2dz = K(1.0) / alpha4_pitch;
+    const real t_km5us = t_rkxsm * t_au2dz;
+    const real t_22ct6 = t_km5us * z[D4_pitch];
+    const real D4_free_pitch = t_22ct6 * alpha3_pitch;  /* (41) */
+    const real t_q5cqa = f4_pitch * t_wnsbx;
+    const real U14_free_pitch = z[U14_pitch] - t_q5cqa * b1_3_pitch;  /* (41) */
+    const real b1_4_pitch = b1_3_pitch + Df4_pitch * z[U14_pitch];  /* (40) */
+    const real U24_free_pitch = z[U24_pitch] - t_q5cqa * b2_3_pitch;  /* (41) */
+    const real b2_4_pitch = b2_3_pitch + Df4_pitch * z[U24_pitch];  /* (40) */
+    const real U34_free_pitch = z[U34_pitch] - t_q5cqa * Df3_pitch;  /* (41) */
+    const real b3_4_pitch = Df3_pitch + Df4_pitch * z[U34_pitch];  /* (40) */
+    const real f5_pitch = K(1.0)
+        + z[U35_pitch] * v_pitch
+        + z[U45_pitch] * z[v1_pitch]
+        - z[U15_pitch] * y1_used_pitch
+        - z[U25_pitch] * z[y2_pitch];  /* (40) */
+    const real Df5_pitch = z[D5_pitch] * f5_pitch;  /* (40) */
+    const real alpha5_pitch = alpha4_pitch + Df5_pitch * f5_pitch;  /* (40) */
+    const real t_uppvm = K(1.0) / alpha5_pitch;
+    const real t_xfgg5 = t_rkxsm * t_uppvm;
+    const real t_enyoc = t_xfgg5 * z[D5_pitch];
+    const real D5_free_pitch = t_enyoc * alpha4_pitch;  /* (41) */
+    const real t_blzne = f5_pitch * t_au2dz;
+    const real U15_free_pitch = z[U15_pitch] - t_blzne * b1_4_pitch;  /* (41) */
+    const real b1_5_pitch = b1_4_pitch + Df5_pitch * z[U15_pitch];  /* (40) */
+    const real U25_free_pitch = z[U25_pitch] - t_blzne * b2_4_pitch;  /* (41) */
+    const real b2_5_pitch = b2_4_pitch + Df5_pitch * z[U25_pitch];  /* (40) */
+    const real U35_free_pitch = z[U35_pitch] - t_blzne * b3_4_pitch;  /* (41) */
+    const real b3_5_pitch = b3_4_pitch + Df5_pitch * z[U35_pitch];  /* (40) */
+    const real U45_free_pitch = z[U45_pitch] - t_blzne * Df4_pitch;  /* (41) */
+    const real b4_5_pitch = Df4_pitch + Df5_pitch * z[U45_pitch];  /* (40) */
+    const real G1_pitch = b1_5_pitch * t_uppvm;  /* (40) */
+    const real G2_pitch = b2_5_pitch * t_uppvm;  /* (40) */
+    const real G3_pitch = b3_5_pitch * t_uppvm;  /* (40) */
+    const real G4_pitch = b4_5_pitch * t_uppvm;  /* (40) */
+    const real G5_pitch = Df5_pitch * t_uppvm;  /* (40) */
+    const real trace_pitch = D1_free_pitch
+        + D2_free_pitch
+        + D3_free_pitch
+        + D4_free_pitch
+        + D5_free_pitch
+        + D2_free_pitch * (U12_free_pitch * U12_free_pitch)
+        + D3_free_pitch * (U13_free_pitch * U13_free_pitch)
+        + D3_free_pitch * (U23_free_pitch * U23_free_pitch)
+        + D4_free_pitch * (U14_free_pitch * U14_free_pitch)
+        + D4_free_pitch * (U24_free_pitch * U24_free_pitch)
+        + D4_free_pitch * (U34_free_pitch * U34_free_pitch)
+        + D5_free_pitch * (U15_free_pitch * U15_free_pitch)
+        + D5_free_pitch * (U25_free_pitch * U25_free_pitch)
+        + D5_free_pitch * (U35_free_pitch * U35_free_pitch)
+        + D5_free_pitch * (U45_free_pitch * U45_free_pitch);  /* (41) */
+    const mask m_rahgr = LT(c[trace_max], trace_pitch);
+    const real cap_pitch = SELECT(m_rahgr, c[forgetting], SPLAT(K(1.0)));
+    const mask m_a3jc4 = LT(t_s4yo7, mv_fabs(eps_pitch));
+    const mask m_fztcf = AND(m_6w7fs, m_a3jc4);
+    const real a1_now_pitch = SELECT(m_fztcf, z[a1_pitch] + G1_pitch * eps_pitch, z[a1_pitch]);  /* (42) */
+    const real a2_now_pitch = SELECT(m_fztcf, z[a2_pitch] + G2_pitch * eps_pitch, z[a2_pitch]);  /* (42) */
+    const real b0_now_pitch = SELECT(m_fztcf, z[b0_pitch] + G3_pitch * eps_pitch, z[b0_pitch]);  /* (42) */
+    const real b1_now_pitch = SELECT(m_fztcf, z[b1_pitch] + G4_pitch * eps_pitch, z[b1_pitch]);  /* (42) */
+    const real d_now_pitch = SELECT(m_fztcf, z[d_pitch] + G5_pitch * eps_pitch, z[d_pitch]);  /* (42) */
+    const real d_used_pitch = c[compensate_d] * d_now_pitch;
+    const real y1_used_yaw = SELECT(m_myerm, x[yaw], z[y1_yaw]);
+    const real v_yaw = SELECT(m_2oym3, v[Tz_applied], SELECT(m_ng6lt, z[u2_yaw], z[u1_yaw]));  /* (36) */
+    const real y_hat_yaw = z[d_yaw]
+        + z[b0_yaw] * v_yaw
+        + z[b1_yaw] * z[v1_yaw]
+        - z[a1_yaw] * y1_used_yaw
+        - z[a2_yaw] * z[y2_yaw];  /* (34) */
+    const real eps_yaw = x[yaw] - y_hat_yaw;  /* (39) */
+    const real t_5t4tf = z[D1_yaw] * y1_used_yaw;
+    const real alpha1_yaw = c[forgetting] + t_5t4tf * y1_used_yaw;  /* (40) */
+    const real t_rrlcx = K(1.0) / alpha1_yaw;
+    const real D1_free_yaw = z[D1_yaw] * t_rrlcx;  /* (41) */
+    const real t_fz2ih = z[y2_yaw] + z[U12_yaw] * y1_used_yaw;
+    const real t_3inrl = z[D2_yaw] * t_fz2ih;
+    const real alpha2_yaw = alpha1_yaw + t_3inrl * t_fz2ih;  /* (40) */
+    const real t_epc3p = K(1.0) / alpha2_yaw;
+    const real t_jmud7 = t_rkxsm * t_epc3p;
+    const real t_7itiz = t_jmud7 * z[D2_yaw];
+    const real D2_free_yaw = t_7itiz * alpha1_yaw;  /* (41) */
+    const real t_k2d3u = t_5t4tf * t_rrlcx;
+    const real U12_free_yaw = z[U12_yaw] - t_k2d3u * t_fz2ih;  /* (41) */
+    const real f3_yaw = v_yaw - z[U13_yaw] * y1_used_yaw - z[U23_yaw] * z[y2_yaw];  /* (40) */
+    const real Df3_yaw = z[D3_yaw] * f3_yaw;  /* (40) */
+    const real alpha3_yaw = alpha2_yaw + Df3_yaw * f3_yaw;  /* (40) */
+    const real t_czmse = K(1.0) / alpha3_yaw;
+    const real t_qfkhf = t_rkxsm * t_czmse;
+    const real t_3ufve = t_qfkhf * z[D3_yaw];
+    const real D3_free_yaw = t_3ufve * alpha2_yaw;  /* (41) */
+    const real t_qqhj7 = f3_yaw * t_epc3p;
+    const real t_mefgo = t_5t4tf + t_3inrl * z[U12_yaw];
+    const real U13_free_yaw = z[U13_yaw] + t_qqhj7 * t_mefgo;  /* (41) */
+    const real b1_3_yaw = Df3_yaw * z[U13_yaw] - t_mefgo;  /* (40) */
+    const real U23_free_yaw = z[U23_yaw] + t_qqhj7 * t_3inrl;  /* (41) */
+    const real b2_3_yaw = Df3_yaw * z[U23_yaw] - t_3inrl;  /* (40) */
+    const real f4_yaw = z[v1_yaw] + z[U34_yaw] * v_yaw - z[U14_yaw] * y1_used_yaw - z[U24_yaw] * z[y2_yaw];  /* (40) */
+    const real Df4_yaw = z[D4_yaw] * f4_yaw;  /* (40) */
+    const real alpha4_yaw = alpha3_yaw + Df4_yaw * f4_yaw;  /* (40) */
+    const real t_nk3ay = K(1.0) / alpha4_yaw;
+    const real t_zqvsh = t_rkxsm * t_nk3ay;
+    const real t_kj3bh = t_zqvsh * z[D4_yaw];
+    const real D4_free_yaw = t_kj3bh * alpha3_yaw;  /* (41) */
+    const real t_ov6wh = f4_yaw * t_czmse;
+    const real U14_free_yaw = z[U14_yaw] - t_ov6wh * b1_3_yaw;  /* (41) */
+    const real b1_4_yaw = b1_3_yaw + Df4_yaw * z[U14_yaw];  /* (40) */
+    const real U24_free_yaw = z[U24_yaw] - t_ov6wh * b2_3_yaw;  /* (41) */
+    const real b2_4_yaw = b2_3_yaw + Df4_yaw * z[U24_yaw];  /* (40) */
+    const real U34_free_yaw = z[U34_yaw] - t_ov6wh * Df3_yaw;  /* (41) */
+    const real b3_4_yaw = Df3_yaw + Df4_yaw * z[U34_yaw];  /* (40) */
+    const real f5_yaw = K(1.0)
+        + z[U35_yaw] * v_yaw
+        + z[U45_yaw] * z[v1_yaw]
+        - z[U15_yaw] * y1_used_yaw
+        - z[U25_yaw] * z[y2_yaw];  /* (40) */
+    const real Df5_yaw = z[D5_yaw] * f5_yaw;  /* (40) */
+    const real alpha5_yaw = alpha4_yaw + Df5_yaw * f5_yaw;  /* (40) */
+    const real t_xt42v = K(1.0) / alpha5_yaw;
+    const real t_6uhyh = t_rkxsm * t_xt42v;
+    const real t_janky = t_6uhyh * z[D5_yaw];
+    const real D5_free_yaw = t_janky * alpha4_yaw;  /* (41) */
+    const real t_xokdo = f5_yaw * t_nk3ay;
+    const real U15_free_yaw = z[U15_yaw] - t_xokdo * b1_4_yaw;  /* (41) */
+    const real b1_5_yaw = b1_4_yaw + Df5_yaw * z[U15_yaw];  /* (40) */
+    const real U25_free_yaw = z[U25_yaw] - t_xokdo * b2_4_yaw;  /* (41) */
+    const real b2_5_yaw = b2_4_yaw + Df5_yaw * z[U25_yaw];  /* (40) */
+    const real U35_free_yaw = z[U35_yaw] - t_xokdo * b3_4_yaw;  /* (41) */
+    const real b3_5_yaw = b3_4_yaw + Df5_yaw * z[U35_yaw];  /* (40) */
+    const real U45_free_yaw = z[U45_yaw] - t_xokdo * Df4_yaw;  /* (41) */
+    const real b4_5_yaw = Df4_yaw + Df5_yaw * z[U45_yaw];  /* (40) */
+    const real G1_yaw = b1_5_yaw * t_xt42v;  /* (40) */
+    const real G2_yaw = b2_5_yaw * t_xt42v;  /* (40) */
+    const real G3_yaw = b3_5_yaw * t_xt42v;  /* (40) */
+    const real G4_yaw = b4_5_yaw * t_xt42v;  /* (40) */
+    const real G5_yaw = Df5_yaw * t_xt42v;  /* (40) */
+    const real trace_yaw = D1_free_yaw
+        + D2_free_yaw
+        + D3_free_yaw
+        + D4_free_yaw
+        + D5_free_yaw
+        + D2_free_yaw * (U12_free_yaw * U12_free_yaw)
+        + D3_free_yaw * (U13_free_yaw * U13_free_yaw)
+        + D3_free_yaw * (U23_free_yaw * U23_free_yaw)
+        + D4_free_yaw * (U14_free_yaw * U14_free_yaw)
+        + D4_free_yaw * (U24_free_yaw * U24_free_yaw)
+        + D4_free_yaw * (U34_free_yaw * U34_free_yaw)
+        + D5_free_yaw * (U15_free_yaw * U15_free_yaw)
+        + D5_free_yaw * (U25_free_yaw * U25_free_yaw)
+        + D5_free_yaw * (U35_free_yaw * U35_free_yaw)
+        + D5_free_yaw * (U45_free_yaw * U45_free_yaw);  /* (41) */
+    const mask m_4b7bf = LT(c[trace_max], trace_yaw);
+    const real cap_yaw = SELECT(m_4b7bf, c[forgetting], SPLAT(K(1.0)));
+    const mask m_tx63k = LT(t_s4yo7, mv_fabs(eps_yaw));
+    const mask m_6lewq = AND(m_6w7fs, m_tx63k);
+    const real a1_now_yaw = SELECT(m_6lewq, z[a1_yaw] + G1_yaw * eps_yaw, z[a1_yaw]);  /* (42) */
+    const real a2_now_yaw = SELECT(m_6lewq, z[a2_yaw] + G2_yaw * eps_yaw, z[a2_yaw]);  /* (42) */
+    const real b0_now_yaw = SELECT(m_6lewq, z[b0_yaw] + G3_yaw * eps_yaw, z[b0_yaw]);  /* (42) */
+    const real b1_now_yaw = SELECT(m_6lewq, z[b1_yaw] + G4_yaw * eps_yaw, z[b1_yaw]);  /* (42) */
+    const real d_now_yaw = SELECT(m_6lewq, z[d_yaw] + G5_yaw * eps_yaw, z[d_yaw]);  /* (42) */
+    const real d_used_yaw = c[compensate_d] * d_now_yaw;
+    const real t_uyakr = mv_max(b0_now_roll, c[b_min]);
+    const real t_4msa4 = p[Ts] * p[Ts] * c[b_min_ratio];
+    const real t_r2nkn = K(0.5) / p[I_x] * t_4msa4;
+    const real b0_used_roll = mv_max(t_uyakr, t_r2nkn);
+    const real t_2qnly = c[C2_pole] * c[C2_pole];
+    const real t_dx3wo = t_2qnly - a2_now_roll;
+    const real t_pbd6n = c[C2_pole] + c[C2_pole];
+    const real t_lanll = t_pbd6n + a1_now_roll;
+    const real s1_cancel_roll = -t_lanll;  /* (23) */
+    const real t0_cancel_roll = SELECT(m_ng6lt, t_dx3wo + a1_now_roll * a1_now_roll + t_pbd6n * a1_now_roll, s1_cancel_roll);  /* (24) */
+    const real t1_cancel_roll = SELECT(m_ng6lt, t_pbd6n * a2_now_roll + a1_now_roll * a2_now_roll, t_dx3wo);  /* (24) */
+    const real t_f3rmr = b1_now_roll - b0_used_roll * t_lanll;
+    const real t_qkrvx = b1_now_roll * v_roll;
+    const real BSu_roll = SELECT(m_ng6lt, z[u1_roll] * t_f3rmr - t_qkrvx * t_lanll, t_qkrvx);  /* (33) */
+    const real t_nzxnb = SELECT(m_ng6lt, K(1.0) - t_lanll, SPLAT(K(1.0)));
+    const real t_pqkxw = w_roll
+        - BSu_roll
+        + t_2qnly * z[wm2_roll]
+        - t_pbd6n * z[wm1_roll]
+        - d_used_roll * t_nzxnb
+        - x[roll] * t0_cancel_roll
+        - t1_cancel_roll * y1_used_roll;
+    const real t_63334 = K(1.0) / b0_used_roll;
+    const real u_roll_mrac_literal = t_pqkxw * t_63334;
+    const real t_3us43 = mv_max(b0_now_pitch, c[b_min]);
+    const real t_rf45g = K(0.5) / p[I_y] * t_4msa4;
+    const real b0_used_pitch = mv_max(t_3us43, t_rf45g);
+    const real t_6kmom = t_2qnly - a2_now_pitch;
+    const real t_xabv7 = t_pbd6n + a1_now_pitch;
+    const real s1_cancel_pitch = -t_xabv7;  /* (23) */
+    const real t0_cancel_pitch = SELECT(m_ng6lt, t_6kmom + a1_now_pitch * a1_now_pitch + t_pbd6n * a1_now_pitch, s1_cancel_pitch);  /* (24) */
+    const real t1_cancel_pitch = SELECT(m_ng6lt, t_pbd6n * a2_now_pitch + a1_now_pitch * a2_now_pitch, t_6kmom);  /* (24) */
+    const real t_ds3fx = b1_now_pitch - b0_used_pitch * t_xabv7;
+    const real t_gl7ia = b1_now_pitch * v_pitch;
+    const real BSu_pitch = SELECT(m_ng6lt, z[u1_pitch] * t_ds3fx - t_gl7ia * t_xabv7, t_gl7ia);  /* (33) */
+    const real t_7xp6e = SELECT(m_ng6lt, K(1.0) - t_xabv7, SPLAT(K(1.0)));
+    const real t_ox36q = w_pitch
+        - BSu_pitch
+        + t_2qnly * z[wm2_pitch]
+        - t_pbd6n * z[wm1_pitch]
+        - d_used_pitch * t_7xp6e
+        - x[pitch] * t0_cancel_pitch
+        - t1_cancel_pitch * y1_used_pitch;
+    const real t_l33k6 = K(1.0) / b0_used_pitch;
+    const real u_pitch_mrac_literal = t_ox36q * t_l33k6;
+    const real t_jqfjm = mv_max(b0_now_yaw, c[b_min]);
+    const real t_ufxyh = K(0.5) / p[I_z] * t_4msa4;
+    const real b0_used_yaw = mv_max(t_jqfjm, t_ufxyh);
+    const real t_npxzz = t_2qnly - a2_now_yaw;
+    const real t_44iwp = t_pbd6n + a1_now_yaw;
+    const real s1_cancel_yaw = -t_44iwp;  /* (23) */
+    const real t0_cancel_yaw = SELECT(m_ng6lt, t_npxzz + a1_now_yaw * a1_now_yaw + t_pbd6n * a1_now_yaw, s1_cancel_yaw);  /* (24) */
+    const real t1_cancel_yaw = SELECT(m_ng6lt, t_pbd6n * a2_now_yaw + a1_now_yaw * a2_now_yaw, t_npxzz);  /* (24) */
+    const real t_u4ahm = b1_now_yaw - b0_used_yaw * t_44iwp;
+    const real t_quuto = b1_now_yaw * v_yaw;
+    const real BSu_yaw = SELECT(m_ng6lt, z[u1_yaw] * t_u4ahm - t_quuto * t_44iwp, t_quuto);  /* (33) */
+    const real t_ekig6 = SELECT(m_ng6lt, K(1.0) - t_44iwp, SPLAT(K(1.0)));
+    const real t_hy6m2 = w_yaw
+        - BSu_yaw
+        + t_2qnly * z[wm2_yaw]
+        - t_pbd6n * z[wm1_yaw]
+        - d_used_yaw * t_ekig6
+        - t0_cancel_yaw * x[yaw]
+        - t1_cancel_yaw * y1_used_yaw;
+    const real t_uslyz = K(1.0) / b0_used_yaw;
+    const real u_yaw_mrac_literal = t_hy6m2 * t_uslyz;
+    const mask m_m35aa = LT(mv_fabs(v[Tx_applied]), K(1e+30));
+    const mask m_6g4m5 = LT(mv_fabs(v[Ty_applied]), K(1e+30));
+    const mask m_qvzit = AND(m_m35aa, m_6g4m5);
+    const mask m_ifmp5 = LT(mv_fabs(v[Tz_applied]), K(1e+30));
+    const mask m_yejzf = AND(m_qvzit, m_ifmp5);
+    const mask m_cgnek = LT(mv_fabs(x[pitch]), K(1e+30));
+    const mask m_bffo2 = AND(m_yejzf, m_cgnek);
+    const mask m_qrx2z = LT(mv_fabs(r[ref_pitch]), K(1e+30));
+    const mask m_bwxs3 = AND(m_bffo2, m_qrx2z);
+    const mask m_ilioh = LT(mv_fabs(r[ref_roll]), K(1e+30));
+    const mask m_6i24m = AND(m_bwxs3, m_ilioh);
+    const mask m_ghzhf = LT(mv_fabs(r[ref_yaw]), K(1e+30));
+    const mask m_65ott = AND(m_6i24m, m_ghzhf);
+    const mask m_lisih = LT(mv_fabs(x[roll]), K(1e+30));
+    const mask m_fdhnb = AND(m_65ott, m_lisih);
+    const mask m_klrep = LT(mv_fabs(trace_pitch), K(1e+30));
+    const mask m_ftaye = AND(m_fdhnb, m_klrep);
+    const mask m_nob5q = LT(mv_fabs(trace_roll), K(1e+30));
+    const mask m_dtjsa = AND(m_ftaye, m_nob5q);
+    const mask m_smxdh = LT(mv_fabs(trace_yaw), K(1e+30));
+    const mask m_tnlb6 = AND(m_dtjsa, m_smxdh);
+    const mask m_q3hd4 = LT(mv_fabs(x[yaw]), K(1e+30));
+    const mask m_n37qp = AND(m_tnlb6, m_q3hd4);
+    const mask m_m4djy = LT(mv_fabs(u_pitch_mrac_literal), K(1e+30));
+    const mask m_r6745 = AND(m_n37qp, m_m4djy);
+    const mask m_l5gdz = LT(mv_fabs(u_roll_mrac_literal), K(1e+30));
+    const mask m_zencp = AND(m_r6745, m_l5gdz);
+    const mask m_ccpp3 = LT(mv_fabs(u_yaw_mrac_literal), K(1e+30));
+    const mask m_kqyoi = AND(m_zencp, m_ccpp3);
+    const real t_fyvaw = t_lbhv6 * along_r[along_ref_roll] + t_u5zvh * along_z[along_wm1_roll] - t_lbhv6_2 * along_z[along_wm2_roll];
+    const real t_5guc6 = SELECT(m_2oym3, along_v[along_Tx_applied], SELECT(m_ng6lt, along_z[along_u2_roll], along_z[along_u1_roll]));
+    const real t_p5mb3 = SELECT(m_myerm, along_x[along_roll], along_z[along_y1_roll]);
+    const real t_cr44a = along_z[along_v1_roll]
+        + (v_roll * along_z[along_U34_roll] + z[U34_roll] * t_5guc6)
+        - (y1_used_roll * along_z[along_U14_roll] + z[U14_roll] * t_p5mb3)
+        - (z[y2_roll] * along_z[along_U24_roll] + z[U24_roll] * along_z[along_y2_roll]);
+    const real t_2j7d3 = f4_roll * along_z[along_D4_roll] + z[D4_roll] * t_cr44a;
+    const real t_2mkg5 = v_roll * along_z[along_U35_roll]
+        + z[U35_roll] * t_5guc6
+        + (z[v1_roll] * along_z[along_U45_roll] + z[U45_roll] * along_z[along_v1_roll])
+        - (y1_used_roll * along_z[along_U15_roll] + z[U15_roll] * t_p5mb3)
+        - (z[y2_roll] * along_z[along_U25_roll] + z[U25_roll] * along_z[along_y2_roll]);
+    const real t_p2iki = f5_roll * along_z[along_D5_roll] + z[D5_roll] * t_2mkg5;
+    const real t_4ubt3 = y1_used_roll * along_z[along_D1_roll] + z[D1_roll] * t_p5mb3;
+    const real t_zxndv = y1_used_roll * t_4ubt3 + t_s4qc7 * t_p5mb3;
+    const real t_i5wo5 = along_z[along_y2_roll] + (y1_used_roll * along_z[along_U12_roll] + z[U12_roll] * t_p5mb3);
+    const real t_vhaxy = t_4q5lb * along_z[along_D2_roll] + z[D2_roll] * t_i5wo5;
+    const real t_lwfke = t_zxndv + (t_4q5lb * t_vhaxy + t_bqiu4 * t_i5wo5);
+    const real t_mtkdt = t_5guc6
+        - (y1_used_roll * along_z[along_U13_roll] + z[U13_roll] * t_p5mb3)
+        - (z[y2_roll] * along_z[along_U23_roll] + z[U23_roll] * along_z[along_y2_roll]);
+    const real t_5myce = f3_roll * along_z[along_D3_roll] + z[D3_roll] * t_mtkdt;
+    const real t_ptrq3 = t_lwfke + (f3_roll * t_5myce + Df3_roll * t_mtkdt);
+    const real t_xbc47 = t_ptrq3 + (f4_roll * t_2j7d3 + Df4_roll * t_cr44a);
+    const real t_waqqe = t_xbc47 + (f5_roll * t_p2iki + Df5_roll * t_2mkg5);
+    const real t_csmt4 = (t_2j7d3 + (z[U45_roll] * t_p2iki + Df5_roll * along_z[along_U45_roll])) * t_szpzk
+        - G4_roll * t_szpzk * t_waqqe;
+    const real t_zpwnk = along_z[along_d_roll]
+        + (v_roll * along_z[along_b0_roll] + z[b0_roll] * t_5guc6)
+        + (z[v1_roll] * along_z[along_b1_roll] + z[b1_roll] * along_z[along_v1_roll])
+        - (y1_used_roll * along_z[along_a1_roll] + z[a1_roll] * t_p5mb3)
+        - (z[y2_roll] * along_z[along_a2_roll] + z[a2_roll] * along_z[along_y2_roll]);
+    const real t_vewdd = along_x[along_roll] - t_zpwnk;
+    const real t_3jfg3 = SELECT(m_huydk, along_z[along_b1_roll] + (eps_roll * t_csmt4 + G4_roll * t_vewdd), along_z[along_b1_roll]);
+    const mask m_ixyhd = LE(t_r2nkn, t_uyakr);
+    const real t_scbgl = NUM(m_ixyhd);
+    const mask m_enadh = LE(t_uyakr, t_r2nkn);
+    const mask m_fqqqw = LE(c[b_min], b0_now_roll);
+    const real t_fqqqw = NUM(m_fqqqw);
+    const mask m_ildba = LE(b0_now_roll, c[b_min]);
+    const real t_qjleu = t_5myce + (z[U34_roll] * t_2j7d3 + Df4_roll * along_z[along_U34_roll]);
+    const real t_x4ac6 = (t_qjleu + (z[U35_roll] * t_p2iki + Df5_roll * along_z[along_U35_roll])) * t_szpzk
+        - G3_roll * t_szpzk * t_waqqe;
+    const real t_mdwgv = SELECT(m_huydk, along_z[along_b0_roll] + (eps_roll * t_x4ac6 + G3_roll * t_vewdd), along_z[along_b0_roll]);
+    const real t_xa6zw = t_scbgl / (t_scbgl + NUM(m_enadh)) * (t_fqqqw / (t_fqqqw + NUM(m_ildba)) * t_mdwgv);
+    const real t_i7ymo = t_4ubt3 + (z[U12_roll] * t_vhaxy + t_bqiu4 * along_z[along_U12_roll]);
+    const real t_7nnhz = z[U13_roll] * t_5myce + Df3_roll * along_z[along_U13_roll] - t_i7ymo;
+    const real t_6g2lm = t_7nnhz + (z[U14_roll] * t_2j7d3 + Df4_roll * along_z[along_U14_roll]);
+    const real t_7lmwn = (t_6g2lm + (z[U15_roll] * t_p2iki + Df5_roll * along_z[along_U15_roll])) * t_szpzk
+        - G1_roll * t_szpzk * t_waqqe;
+    const real t_vh4ur = SELECT(m_huydk, along_z[along_a1_roll] + (eps_roll * t_7lmwn + G1_roll * t_vewdd), along_z[along_a1_roll]);
+    const real t_c2nnb = v_roll * t_3jfg3 + b1_now_roll * t_5guc6;
+    const real t_sehpn = t_f3rmr * along_z[along_u1_roll]
+        + z[u1_roll] * (t_3jfg3 - (t_lanll * t_xa6zw + b0_used_roll * t_vh4ur))
+        - (t_lanll * t_c2nnb + t_qkrvx * t_vh4ur);
+    const real t_uyv4a = along_z[along_d_roll]
+        + (eps_roll * (t_p2iki * t_szpzk - G5_roll * t_szpzk * t_waqqe) + G5_roll * t_vewdd);
+    const real t_4e7kp = SELECT(m_huydk, t_uyv4a, along_z[along_d_roll]);
+    const real t_l6zsn = z[U23_roll] * t_5myce + Df3_roll * along_z[along_U23_roll] - t_vhaxy;
+    const real t_z4fpw = t_l6zsn + (z[U24_roll] * t_2j7d3 + Df4_roll * along_z[along_U24_roll]);
+    const real t_m7fjp = (t_z4fpw + (z[U25_roll] * t_p2iki + Df5_roll * along_z[along_U25_roll])) * t_szpzk
+        - G2_roll * t_szpzk * t_waqqe;
+    const real t_qy6nt = SELECT(m_huydk, along_z[along_a2_roll] + (eps_roll * t_m7fjp + G2_roll * t_vewdd), along_z[along_a2_roll]);
+    const real t_uu5gi = x[roll] * SELECT(m_ng6lt, (a1_now_roll + a1_now_roll) * t_vh4ur - t_qy6nt + t_pbd6n * t_vh4ur, -t_vh4ur);
+    const real t_xdjfu = y1_used_roll * SELECT(m_ng6lt, t_pbd6n * t_qy6nt + (a2_now_roll * t_vh4ur + a1_now_roll * t_qy6nt), -t_qy6nt);
+    const real t_uftfu = t_fyvaw
+        - SELECT(m_ng6lt, t_sehpn, t_c2nnb)
+        + t_2qnly * along_z[along_wm2_roll]
+        - t_pbd6n * along_z[along_wm1_roll]
+        - (t_nzxnb * (c[compensate_d] * t_4e7kp) + SELECT0(m_ng6lt, -(d_used_roll * t_vh4ur)))
+        - (t0_cancel_roll * along_x[along_roll] + t_uu5gi)
+        - (t_xdjfu + t1_cancel_roll * t_p5mb3);
+    const real t_i4jyc = t_uftfu * t_63334 - u_roll_mrac_literal * t_63334 * t_xa6zw;
+    const real t_g77db = t_lbhv6 * along_r[along_ref_pitch] + t_u5zvh * along_z[along_wm1_pitch] - t_lbhv6_2 * along_z[along_wm2_pitch];
+    const real t_fzwzx = SELECT(m_2oym3, along_v[along_Ty_applied], SELECT(m_ng6lt, along_z[along_u2_pitch], along_z[along_u1_pitch]));
+    const real t_k2ugh = SELECT(m_myerm, along_x[along_pitch], along_z[along_y1_pitch]);
+    const real t_johjr = along_z[along_v1_pitch]
+        + (v_pitch * along_z[along_U34_pitch] + z[U34_pitch] * t_fzwzx)
+        - (y1_used_pitch * along_z[along_U14_pitch] + z[U14_pitch] * t_k2ugh)
+        - (z[y2_pitch] * along_z[along_U24_pitch] + z[U24_pitch] * along_z[along_y2_pitch]);
+    const real t_s3vzk = f4_pitch * along_z[along_D4_pitch] + z[D4_pitch] * t_johjr;
+    const real t_tx5zg = v_pitch * along_z[along_U35_pitch]
+        + z[U35_pitch] * t_fzwzx
+        + (z[v1_pitch] * along_z[along_U45_pitch] + z[U45_pitch] * along_z[along_v1_pitch])
+        - (y1_used_pitch * along_z[along_U15_pitch] + z[U15_pitch] * t_k2ugh)
+        - (z[y2_pitch] * along_z[along_U25_pitch] + z[U25_pitch] * along_z[along_y2_pitch]);
+    const real t_te3hn = f5_pitch * along_z[along_D5_pitch] + z[D5_pitch] * t_tx5zg;
+    const real t_52r3v = y1_used_pitch * along_z[along_D1_pitch] + z[D1_pitch] * t_k2ugh;
+    const real t_myzpk = y1_used_pitch * t_52r3v + t_n6265 * t_k2ugh;
+    const real t_6swjr = along_z[along_y2_pitch] + (y1_used_pitch * along_z[along_U12_pitch] + z[U12_pitch] * t_k2ugh);
+    const real t_fck75 = t_5xoth * along_z[along_D2_pitch] + z[D2_pitch] * t_6swjr;
+    const real t_n3q67 = t_myzpk + (t_5xoth * t_fck75 + t_urk7s * t_6swjr);
+    const real t_tyqro = t_fzwzx
+        - (y1_used_pitch * along_z[along_U13_pitch] + z[U13_pitch] * t_k2ugh)
+        - (z[y2_pitch] * along_z[along_U23_pitch] + z[U23_pitch] * along_z[along_y2_pitch]);
+    const real t_kwitg = f3_pitch * along_z[along_D3_pitch] + z[D3_pitch] * t_tyqro;
+    const real t_xb5zf = t_n3q67 + (f3_pitch * t_kwitg + Df3_pitch * t_tyqro);
+    const real t_7o2f3 = t_xb5zf + (f4_pitch * t_s3vzk + Df4_pitch * t_johjr);
+    const real t_4zppg = t_7o2f3 + (f5_pitch * t_te3hn + Df5_pitch * t_tx5zg);
+    const real t_7l2lt = (t_s3vzk + (z[U45_pitch] * t_te3hn + Df5_pitch * along_z[along_U45_pitch])) * t_uppvm
+        - G4_pitch * t_uppvm * t_4zppg;
+    const real t_sfbvj = along_z[along_d_pitch]
+        + (v_pitch * along_z[along_b0_pitch] + z[b0_pitch] * t_fzwzx)
+        + (z[v1_pitch] * along_z[along_b1_pitch] + z[b1_pitch] * along_z[along_v1_pitch])
+        - (y1_used_pitch * along_z[along_a1_pitch] + z[a1_pitch] * t_k2ugh)
+        - (z[y2_pitch] * along_z[along_a2_pitch] + z[a2_pitch] * along_z[along_y2_pitch]);
+    const real t_54n5p = along_x[along_pitch] - t_sfbvj;
+    const real t_c6ql7 = SELECT(m_fztcf, along_z[along_b1_pitch] + (eps_pitch * t_7l2lt + G4_pitch * t_54n5p), along_z[along_b1_pitch]);
+    const mask m_w25f5 = LE(t_rf45g, t_3us43);
+    const real t_vqxtx = NUM(m_w25f5);
+    const mask m_tm5bw = LE(t_3us43, t_rf45g);
+    const mask m_bdwad = LE(c[b_min], b0_now_pitch);
+    const real t_bdwad = NUM(m_bdwad);
+    const mask m_ffoek = LE(b0_now_pitch, c[b_min]);
+    const real t_crqif = t_kwitg + (z[U34_pitch] * t_s3vzk + Df4_pitch * along_z[along_U34_pitch]);
+    const real t_cfhpf = (t_crqif + (z[U35_pitch] * t_te3hn + Df5_pitch * along_z[along_U35_pitch])) * t_uppvm
+        - G3_pitch * t_uppvm * t_4zppg;
+    const real t_t6poo = SELECT(m_fztcf, along_z[along_b0_pitch] + (eps_pitch * t_cfhpf + G3_pitch * t_54n5p), along_z[along_b0_pitch]);
+    const real t_ydqgt = t_vqxtx / (t_vqxtx + NUM(m_tm5bw)) * (t_bdwad / (t_bdwad + NUM(m_ffoek)) * t_t6poo);
+    const real t_tljzu = t_52r3v + (z[U12_pitch] * t_fck75 + t_urk7s * along_z[along_U12_pitch]);
+    const real t_c765l = z[U13_pitch] * t_kwitg + Df3_pitch * along_z[along_U13_pitch] - t_tljzu;
+    const real t_ximdz = t_c765l + (z[U14_pitch] * t_s3vzk + Df4_pitch * along_z[along_U14_pitch]);
+    const real t_nlcuq = (t_ximdz + (z[U15_pitch] * t_te3hn + Df5_pitch * along_z[along_U15_pitch])) * t_uppvm
+        - G1_pitch * t_uppvm * t_4zppg;
+    const real t_hw34x = SELECT(m_fztcf, along_z[along_a1_pitch] + (eps_pitch * t_nlcuq + G1_pitch * t_54n5p), along_z[along_a1_pitch]);
+    const real t_o32ab = v_pitch * t_c6ql7 + b1_now_pitch * t_fzwzx;
+    const real t_navur = t_ds3fx * along_z[along_u1_pitch]
+        + z[u1_pitch] * (t_c6ql7 - (t_xabv7 * t_ydqgt + b0_used_pitch * t_hw34x))
+        - (t_xabv7 * t_o32ab + t_gl7ia * t_hw34x);
+    const real t_y6ibb = along_z[along_d_pitch]
+        + (eps_pitch * (t_te3hn * t_uppvm - G5_pitch * t_uppvm * t_4zppg) + G5_pitch * t_54n5p);
+    const real t_yfbgo = SELECT(m_fztcf, t_y6ibb, along_z[along_d_pitch]);
+    const real t_kfsdu = z[U23_pitch] * t_kwitg + Df3_pitch * along_z[along_U23_pitch] - t_fck75;
+    const real t_fax5j = t_kfsdu + (z[U24_pitch] * t_s3vzk + Df4_pitch * along_z[along_U24_pitch]);
+    const real t_ajce5 = (t_fax5j + (z[U25_pitch] * t_te3hn + Df5_pitch * along_z[along_U25_pitch])) * t_uppvm
+        - G2_pitch * t_uppvm * t_4zppg;
+    const real t_ak6av = SELECT(m_fztcf, along_z[along_a2_pitch] + (eps_pitch * t_ajce5 + G2_pitch * t_54n5p), along_z[along_a2_pitch]);
+    const real t_j2bzl = x[pitch] * SELECT(m_ng6lt, (a1_now_pitch + a1_now_pitch) * t_hw34x - t_ak6av + t_pbd6n * t_hw34x, -t_hw34x);
+    const real t_5ldky = y1_used_pitch * SELECT(m_ng6lt, t_pbd6n * t_ak6av + (a2_now_pitch * t_hw34x + a1_now_pitch * t_ak6av), -t_ak6av);
+    const real t_u5cq7 = t_g77db
+        - SELECT(m_ng6lt, t_navur, t_o32ab)
+        + t_2qnly * along_z[along_wm2_pitch]
+        - t_pbd6n * along_z[along_wm1_pitch]
+        - (t_7xp6e * (c[compensate_d] * t_yfbgo) + SELECT0(m_ng6lt, -(d_used_pitch * t_hw34x)))
+        - (t0_cancel_pitch * along_x[along_pitch] + t_j2bzl)
+        - (t_5ldky + t1_cancel_pitch * t_k2ugh);
+    const real t_gxsuy = t_u5cq7 * t_l33k6 - u_pitch_mrac_literal * t_l33k6 * t_ydqgt;
+    const real t_k6r65 = t_lbhv6 * along_r[along_ref_yaw] + t_u5zvh * along_z[along_wm1_yaw] - t_lbhv6_2 * along_z[along_wm2_yaw];
+    const real t_2h7da = SELECT(m_2oym3, along_v[along_Tz_applied], SELECT(m_ng6lt, along_z[along_u2_yaw], along_z[along_u1_yaw]));
+    const real t_rq2o3 = SELECT(m_myerm, along_x[along_yaw], along_z[along_y1_yaw]);
+    const real t_ox57m = along_z[along_v1_yaw]
+        + (v_yaw * along_z[along_U34_yaw] + z[U34_yaw] * t_2h7da)
+        - (y1_used_yaw * along_z[along_U14_yaw] + z[U14_yaw] * t_rq2o3)
+        - (z[y2_yaw] * along_z[along_U24_yaw] + z[U24_yaw] * along_z[along_y2_yaw]);
+    const real t_v7jac = f4_yaw * along_z[along_D4_yaw] + z[D4_yaw] * t_ox57m;
+    const real t_hwmgq = v_yaw * along_z[along_U35_yaw]
+        + z[U35_yaw] * t_2h7da
+        + (z[v1_yaw] * along_z[along_U45_yaw] + z[U45_yaw] * along_z[along_v1_yaw])
+        - (y1_used_yaw * along_z[along_U15_yaw] + z[U15_yaw] * t_rq2o3)
+        - (z[y2_yaw] * along_z[along_U25_yaw] + z[U25_yaw] * along_z[along_y2_yaw]);
+    const real t_xfl26 = f5_yaw * along_z[along_D5_yaw] + z[D5_yaw] * t_hwmgq;
+    const real t_yeeko = y1_used_yaw * along_z[along_D1_yaw] + z[D1_yaw] * t_rq2o3;
+    const real t_7twjv = y1_used_yaw * t_yeeko + t_5t4tf * t_rq2o3;
+    const real t_ynqzy = along_z[along_y2_yaw] + (y1_used_yaw * along_z[along_U12_yaw] + z[U12_yaw] * t_rq2o3);
+    const real t_bvhqg = t_fz2ih * along_z[along_D2_yaw] + z[D2_yaw] * t_ynqzy;
+    const real t_g3udf = t_7twjv + (t_fz2ih * t_bvhqg + t_3inrl * t_ynqzy);
+    const real t_dnqfm = t_2h7da
+        - (y1_used_yaw * along_z[along_U13_yaw] + z[U13_yaw] * t_rq2o3)
+        - (z[y2_yaw] * along_z[along_U23_yaw] + z[U23_yaw] * along_z[along_y2_yaw]);
+    const real t_spwqh = f3_yaw * along_z[along_D3_yaw] + z[D3_yaw] * t_dnqfm;
+    const real t_u2t3t = t_g3udf + (f3_yaw * t_spwqh + Df3_yaw * t_dnqfm);
+    const real t_lat2a = t_u2t3t + (f4_yaw * t_v7jac + Df4_yaw * t_ox57m);
+    const real t_ewrtu = t_lat2a + (f5_yaw * t_xfl26 + Df5_yaw * t_hwmgq);
+    const real t_6mmhc = (t_v7jac + (z[U45_yaw] * t_xfl26 + Df5_yaw * along_z[along_U45_yaw])) * t_xt42v
+        - G4_yaw * t_xt42v * t_ewrtu;
+    const real t_yvkbd = along_z[along_d_yaw]
+        + (v_yaw * along_z[along_b0_yaw] + z[b0_yaw] * t_2h7da)
+        + (z[v1_yaw] * along_z[along_b1_yaw] + z[b1_yaw] * along_z[along_v1_yaw])
+        - (y1_used_yaw * along_z[along_a1_yaw] + z[a1_yaw] * t_rq2o3)
+        - (z[y2_yaw] * along_z[along_a2_yaw] + z[a2_yaw] * along_z[along_y2_yaw]);
+    const real t_ndufb = along_x[along_yaw] - t_yvkbd;
+    const real t_7g3bh = SELECT(m_6lewq, along_z[along_b1_yaw] + (eps_yaw * t_6mmhc + G4_yaw * t_ndufb), along_z[along_b1_yaw]);
+    const mask m_bn3sx = LE(t_ufxyh, t_jqfjm);
+    const real t_expcq = NUM(m_bn3sx);
+    const mask m_ifxoy = LE(t_jqfjm, t_ufxyh);
+    const mask m_b4zst = LE(c[b_min], b0_now_yaw);
+    const real t_b4zst = NUM(m_b4zst);
+    const mask m_jta5f = LE(b0_now_yaw, c[b_min]);
+    const real t_gtofe = t_spwqh + (z[U34_yaw] * t_v7jac + Df4_yaw * along_z[along_U34_yaw]);
+    const real t_6cu3u = (t_gtofe + (z[U35_yaw] * t_xfl26 + Df5_yaw * along_z[along_U35_yaw])) * t_xt42v
+        - G3_yaw * t_xt42v * t_ewrtu;
+    const real t_jqmmw = SELECT(m_6lewq, along_z[along_b0_yaw] + (eps_yaw * t_6cu3u + G3_yaw * t_ndufb), along_z[along_b0_yaw]);
+    const real t_z7z4i = t_expcq / (t_expcq + NUM(m_ifxoy)) * (t_b4zst / (t_b4zst + NUM(m_jta5f)) * t_jqmmw);
+    const real t_3op2v = t_yeeko + (z[U12_yaw] * t_bvhqg + t_3inrl * along_z[along_U12_yaw]);
+    const real t_duqey = z[U13_yaw] * t_spwqh + Df3_yaw * along_z[along_U13_yaw] - t_3op2v;
+    const real t_n2atp = t_duqey + (z[U14_yaw] * t_v7jac + Df4_yaw * along_z[along_U14_yaw]);
+    const real t_bn3mt = (t_n2atp + (z[U15_yaw] * t_xfl26 + Df5_yaw * along_z[along_U15_yaw])) * t_xt42v
+        - G1_yaw * t_xt42v * t_ewrtu;
+    const real t_ua7hv = SELECT(m_6lewq, along_z[along_a1_yaw] + (eps_yaw * t_bn3mt + G1_yaw * t_ndufb), along_z[along_a1_yaw]);
+    const real t_o6gkb = v_yaw * t_7g3bh + b1_now_yaw * t_2h7da;
+    const real t_zwdcg = t_u4ahm * along_z[along_u1_yaw]
+        + z[u1_yaw] * (t_7g3bh - (t_44iwp * t_z7z4i + b0_used_yaw * t_ua7hv))
+        - (t_44iwp * t_o6gkb + t_quuto * t_ua7hv);
+    const real t_i6vab = along_z[along_d_yaw]
+        + (eps_yaw * (t_xfl26 * t_xt42v - G5_yaw * t_xt42v * t_ewrtu) + G5_yaw * t_ndufb);
+    const real t_rwfza = SELECT(m_6lewq, t_i6vab, along_z[along_d_yaw]);
+    const real t_dcf52 = z[U23_yaw] * t_spwqh + Df3_yaw * along_z[along_U23_yaw] - t_bvhqg;
+    const real t_c7xj5 = t_dcf52 + (z[U24_yaw] * t_v7jac + Df4_yaw * along_z[along_U24_yaw]);
+    const real t_bwo5p = (t_c7xj5 + (z[U25_yaw] * t_xfl26 + Df5_yaw * along_z[along_U25_yaw])) * t_xt42v
+        - G2_yaw * t_xt42v * t_ewrtu;
+    const real t_mzrdq = SELECT(m_6lewq, along_z[along_a2_yaw] + (eps_yaw * t_bwo5p + G2_yaw * t_ndufb), along_z[along_a2_yaw]);
+    const real t_trscq = x[yaw] * SELECT(m_ng6lt, (a1_now_yaw + a1_now_yaw) * t_ua7hv - t_mzrdq + t_pbd6n * t_ua7hv, -t_ua7hv);
+    const real t_yhbyc = y1_used_yaw * SELECT(m_ng6lt, t_pbd6n * t_mzrdq + (a2_now_yaw * t_ua7hv + a1_now_yaw * t_mzrdq), -t_mzrdq);
+    const real t_si6kx = t_k6r65
+        - SELECT(m_ng6lt, t_zwdcg, t_o6gkb)
+        + t_2qnly * along_z[along_wm2_yaw]
+        - t_pbd6n * along_z[along_wm1_yaw]
+        - (t_ekig6 * (c[compensate_d] * t_rwfza) + SELECT0(m_ng6lt, -(d_used_yaw * t_ua7hv)))
+        - (t_trscq + t0_cancel_yaw * along_x[along_yaw])
+        - (t_yhbyc + t1_cancel_yaw * t_rq2o3);
+    const real t_wwgjp = t_si6kx * t_uslyz - u_yaw_mrac_literal * t_uslyz * t_z7z4i;
+    const real t_ihfue = alpha1_roll * (t_buzsg * along_z[along_D2_roll] - z[D2_roll] * (t_2ftwl * t_2ftwl * t_lwfke * t_rkxsm))
+        + t_uep3r * t_zxndv;
+    const real t_njcfp = alpha2_roll * (t_pgi2s * along_z[along_D3_roll] - z[D3_roll] * (t_pgi2s * t_m6gkz * t_ptrq3))
+        + t_chslv * t_lwfke;
+    const real t_lckzd = alpha3_roll * (t_ssuku * along_z[along_D4_roll] - z[D4_roll] * (t_ssuku * t_qd2bm * t_xbc47))
+        + t_3j35e * t_ptrq3;
+    const real t_6r6fl = alpha4_roll * (t_petfr * along_z[along_D5_roll] - z[D5_roll] * (t_petfr * t_szpzk * t_waqqe))
+        + t_glxxd * t_xbc47;
+    const real t_ekuo5 = along_z[along_U12_roll]
+        - (t_4q5lb * (t_4ubt3 * t_gcbdt - t_hr6w3 * t_gcbdt * t_zxndv) + t_hr6w3 * t_i5wo5);
+    const real t_nuuby = t_mtkdt * t_2ftwl - t_iwp6c * t_2ftwl * t_lwfke;
+    const real t_zsjrk = t_cr44a * t_m6gkz - t_vpr7m * t_m6gkz * t_ptrq3;
+    const real t_4avxw = t_2mkg5 * t_qd2bm - t_el36p * t_qd2bm * t_xbc47;
+    const real t_ibz42 = alpha1_pitch * (t_rwzhe * along_z[along_D2_pitch] - z[D2_pitch] * (t_rwzhe * t_vq6qe * t_n3q67))
+        + t_rz27b * t_myzpk;
+    const real t_x4xmc = alpha2_pitch * (t_clmmw * along_z[along_D3_pitch] - z[D3_pitch] * (t_clmmw * t_wnsbx * t_xb5zf))
+        + t_ehcbr * t_n3q67;
+    const real t_l6zox = alpha3_pitch * (t_km5us * along_z[along_D4_pitch] - z[D4_pitch] * (t_km5us * t_au2dz * t_7o2f3))
+        + t_22ct6 * t_xb5zf;
+    const real t_puqnz = alpha4_pitch * (t_xfgg5 * along_z[along_D5_pitch] - z[D5_pitch] * (t_xfgg5 * t_uppvm * t_4zppg))
+        + t_enyoc * t_7o2f3;
+    const real t_j76ya = along_z[along_U12_pitch]
+        - (t_5xoth * (t_52r3v * t_ba5cq - t_yryoi * t_ba5cq * t_myzpk) + t_yryoi * t_6swjr);
+    const real t_7kbbo = t_tyqro * t_vq6qe - t_iziit * t_vq6qe * t_n3q67;
+    const real t_4hr24 = t_johjr * t_wnsbx - t_q5cqa * t_wnsbx * t_xb5zf;
+    const real t_p5qgd = t_tx5zg * t_au2dz - t_blzne * t_au2dz * t_7o2f3;
+    const real t_zj3sb = alpha1_yaw * (t_jmud7 * along_z[along_D2_yaw] - z[D2_yaw] * (t_jmud7 * t_epc3p * t_g3udf))
+        + t_7itiz * t_7twjv;
+    const real t_mhrjx = alpha2_yaw * (t_qfkhf * along_z[along_D3_yaw] - z[D3_yaw] * (t_qfkhf * t_czmse * t_u2t3t))
+        + t_3ufve * t_g3udf;
+    const real t_yf5z4 = alpha3_yaw * (t_zqvsh * along_z[along_D4_yaw] - z[D4_yaw] * (t_zqvsh * t_nk3ay * t_lat2a))
+        + t_kj3bh * t_u2t3t;
+    const real t_vfy4e = alpha4_yaw * (t_6uhyh * along_z[along_D5_yaw] - z[D5_yaw] * (t_6uhyh * t_xt42v * t_ewrtu))
+        + t_janky * t_lat2a;
+    const real t_pd3h4 = along_z[along_U12_yaw]
+        - (t_fz2ih * (t_yeeko * t_rrlcx - t_k2d3u * t_rrlcx * t_7twjv) + t_k2d3u * t_ynqzy);
+    const real t_6qxdi = t_dnqfm * t_epc3p - t_qqhj7 * t_epc3p * t_g3udf;
+    const real t_hkx57 = t_ox57m * t_czmse - t_ov6wh * t_czmse * t_u2t3t;
+    const real t_3lyyr = t_hwmgq * t_nk3ay - t_xokdo * t_nk3ay * t_lat2a;
+    const real t_es5kp = K(1.0) + z[samples];
+    const mask m_alcgu = LE(t_es5kp, K(2.0));
+    const real t_alcgu = NUM(m_alcgu);
+    const mask m_n23aq = LE(K(2.0), t_es5kp);
+    change_u[0] = SELECT0(m_kqyoi, t_i4jyc);
+    change_u[1] = SELECT0(m_kqyoi, t_gxsuy);
+    change_u[2] = SELECT0(m_kqyoi, t_wwgjp);
+    change_z_next[0] = SELECT(m_kqyoi, t_vh4ur, along_z[along_a1_roll]);
+    change_z_next[1] = SELECT(m_kqyoi, t_qy6nt, along_z[along_a2_roll]);
+    change_z_next[2] = SELECT(m_kqyoi, t_mdwgv, along_z[along_b0_roll]);
+    change_z_next[3] = SELECT(m_kqyoi, t_3jfg3, along_z[along_b1_roll]);
+    change_z_next[4] = SELECT(m_kqyoi, t_4e7kp, along_z[along_d_roll]);
+    change_z_next[5] = SELECT(m_kqyoi, SELECT(m_huydk, cap_roll * (along_z[along_D1_roll] * t_gcbdt - D1_free_roll * t_gcbdt * t_zxndv), along_z[along_D1_roll]), along_z[along_D1_roll]);
+    change_z_next[6] = SELECT(m_kqyoi, SELECT(m_huydk, cap_roll * t_ihfue, along_z[along_D2_roll]), along_z[along_D2_roll]);
+    change_z_next[7] = SELECT(m_kqyoi, SELECT(m_huydk, cap_roll * t_njcfp, along_z[along_D3_roll]), along_z[along_D3_roll]);
+    change_z_next[8] = SELECT(m_kqyoi, SELECT(m_huydk, cap_roll * t_lckzd, along_z[along_D4_roll]), along_z[along_D4_roll]);
+    change_z_next[9] = SELECT(m_kqyoi, SELECT(m_huydk, cap_roll * t_6r6fl, along_z[along_D5_roll]), along_z[along_D5_roll]);
+    change_z_next[10] = SELECT(m_kqyoi, SELECT(m_huydk, t_ekuo5, along_z[along_U12_roll]), along_z[along_U12_roll]);
+    change_z_next[11] = SELECT(m_kqyoi, SELECT(m_huydk, along_z[along_U13_roll] + (t_73h6y * t_nuuby + t_iwp6c * t_i7ymo), along_z[along_U13_roll]), along_z[along_U13_roll]);
+    change_z_next[12] = SELECT(m_kqyoi, SELECT(m_huydk, along_z[along_U23_roll] + (t_bqiu4 * t_nuuby + t_iwp6c * t_vhaxy), along_z[along_U23_roll]), along_z[along_U23_roll]);
+    change_z_next[13] = SELECT(m_kqyoi, SELECT(m_huydk, along_z[along_U14_roll] - (b1_3_roll * t_zsjrk + t_vpr7m * t_7nnhz), along_z[along_U14_roll]), along_z[along_U14_roll]);
+    change_z_next[14] = SELECT(m_kqyoi, SELECT(m_huydk, along_z[along_U24_roll] - (b2_3_roll * t_zsjrk + t_vpr7m * t_l6zsn), along_z[along_U24_roll]), along_z[along_U24_roll]);
+    change_z_next[15] = SELECT(m_kqyoi, SELECT(m_huydk, along_z[along_U34_roll] - (Df3_roll * t_zsjrk + t_vpr7m * t_5myce), along_z[along_U34_roll]), along_z[along_U34_roll]);
+    change_z_next[16] = SELECT(m_kqyoi, SELECT(m_huydk, along_z[along_U15_roll] - (b1_4_roll * t_4avxw + t_el36p * t_6g2lm), along_z[along_U15_roll]), along_z[along_U15_roll]);
+    change_z_next[17] = SELECT(m_kqyoi, SELECT(m_huydk, along_z[along_U25_roll] - (b2_4_roll * t_4avxw + t_el36p * t_z4fpw), along_z[along_U25_roll]), along_z[along_U25_roll]);
+    change_z_next[18] = SELECT(m_kqyoi, SELECT(m_huydk, along_z[along_U35_roll] - (b3_4_roll * t_4avxw + t_el36p * t_qjleu), along_z[along_U35_roll]), along_z[along_U35_roll]);
+    change_z_next[19] = SELECT(m_kqyoi, SELECT(m_huydk, along_z[along_U45_roll] - (Df4_roll * t_4avxw + t_el36p * t_2j7d3), along_z[along_U45_roll]), along_z[along_U45_roll]);
+    change_z_next[20] = SELECT(m_kqyoi, along_x[along_roll], along_z[along_y1_roll]);
+    change_z_next[21] = SELECT(m_kqyoi, t_p5mb3, along_z[along_y2_roll]);
+    change_z_next[22] = SELECT(m_kqyoi, t_5guc6, along_z[along_v1_roll]);
+    change_z_next[23] = SELECT(m_kqyoi, t_i4jyc, along_z[along_u1_roll]);
+    change_z_next[24] = SELECT(m_kqyoi, along_z[along_u1_roll], along_z[along_u2_roll]);
+    change_z_next[25] = SELECT(m_kqyoi, SELECT(m_ng6lt, along_z[along_wm1_roll], t_fyvaw), along_z[along_ym_roll]);
+    change_z_next[26] = SELECT(m_kqyoi, t_fyvaw, along_z[along_wm1_roll]);
+    change_z_next[27] = SELECT(m_kqyoi, along_z[along_wm1_roll], along_z[along_wm2_roll]);
+    change_z_next[28] = SELECT(m_kqyoi, t_hw34x, along_z[along_a1_pitch]);
+    change_z_next[29] = SELECT(m_kqyoi, t_ak6av, along_z[along_a2_pitch]);
+    change_z_next[30] = SELECT(m_kqyoi, t_t6poo, along_z[along_b0_pitch]);
+    change_z_next[31] = SELECT(m_kqyoi, t_c6ql7, along_z[along_b1_pitch]);
+    change_z_next[32] = SELECT(m_kqyoi, t_yfbgo, along_z[along_d_pitch]);
+    change_z_next[33] = SELECT(m_kqyoi, SELECT(m_fztcf, cap_pitch * (along_z[along_D1_pitch] * t_ba5cq - D1_free_pitch * t_ba5cq * t_myzpk), along_z[along_D1_pitch]), along_z[along_D1_pitch]);
+    change_z_next[34] = SELECT(m_kqyoi, SELECT(m_fztcf, cap_pitch * t_ibz42, along_z[along_D2_pitch]), along_z[along_D2_pitch]);
+    change_z_next[35] = SELECT(m_kqyoi, SELECT(m_fztcf, cap_pitch * t_x4xmc, along_z[along_D3_pitch]), along_z[along_D3_pitch]);
+    change_z_next[36] = SELECT(m_kqyoi, SELECT(m_fztcf, cap_pitch * t_l6zox, along_z[along_D4_pitch]), along_z[along_D4_pitch]);
+    change_z_next[37] = SELECT(m_kqyoi, SELECT(m_fztcf, cap_pitch * t_puqnz, along_z[along_D5_pitch]), along_z[along_D5_pitch]);
+    change_z_next[38] = SELECT(m_kqyoi, SELECT(m_fztcf, t_j76ya, along_z[along_U12_pitch]), along_z[along_U12_pitch]);
+    change_z_next[39] = SELECT(m_kqyoi, SELECT(m_fztcf, along_z[along_U13_pitch] + (t_m7azd * t_7kbbo + t_iziit * t_tljzu), along_z[along_U13_pitch]), along_z[along_U13_pitch]);
+    change_z_next[40] = SELECT(m_kqyoi, SELECT(m_fztcf, along_z[along_U23_pitch] + (t_urk7s * t_7kbbo + t_iziit * t_fck75), along_z[along_U23_pitch]), along_z[along_U23_pitch]);
+    change_z_next[41] = SELECT(m_kqyoi, SELECT(m_fztcf, along_z[along_U14_pitch] - (b1_3_pitch * t_4hr24 + t_q5cqa * t_c765l), along_z[along_U14_pitch]), along_z[along_U14_pitch]);
+    change_z_next[42] = SELECT(m_kqyoi, SELECT(m_fztcf, along_z[along_U24_pitch] - (b2_3_pitch * t_4hr24 + t_q5cqa * t_kfsdu), along_z[along_U24_pitch]), along_z[along_U24_pitch]);
+    change_z_next[43] = SELECT(m_kqyoi, SELECT(m_fztcf, along_z[along_U34_pitch] - (Df3_pitch * t_4hr24 + t_q5cqa * t_kwitg), along_z[along_U34_pitch]), along_z[along_U34_pitch]);
+    change_z_next[44] = SELECT(m_kqyoi, SELECT(m_fztcf, along_z[along_U15_pitch] - (b1_4_pitch * t_p5qgd + t_blzne * t_ximdz), along_z[along_U15_pitch]), along_z[along_U15_pitch]);
+    change_z_next[45] = SELECT(m_kqyoi, SELECT(m_fztcf, along_z[along_U25_pitch] - (b2_4_pitch * t_p5qgd + t_blzne * t_fax5j), along_z[along_U25_pitch]), along_z[along_U25_pitch]);
+    change_z_next[46] = SELECT(m_kqyoi, SELECT(m_fztcf, along_z[along_U35_pitch] - (b3_4_pitch * t_p5qgd + t_blzne * t_crqif), along_z[along_U35_pitch]), along_z[along_U35_pitch]);
+    change_z_next[47] = SELECT(m_kqyoi, SELECT(m_fztcf, along_z[along_U45_pitch] - (Df4_pitch * t_p5qgd + t_blzne * t_s3vzk), along_z[along_U45_pitch]), along_z[along_U45_pitch]);
+    change_z_next[48] = SELECT(m_kqyoi, along_x[along_pitch], along_z[along_y1_pitch]);
+    change_z_next[49] = SELECT(m_kqyoi, t_k2ugh, along_z[along_y2_pitch]);
+    change_z_next[50] = SELECT(m_kqyoi, t_fzwzx, along_z[along_v1_pitch]);
+    change_z_next[51] = SELECT(m_kqyoi, t_gxsuy, along_z[along_u1_pitch]);
+    change_z_next[52] = SELECT(m_kqyoi, along_z[along_u1_pitch], along_z[along_u2_pitch]);
+    change_z_next[53] = SELECT(m_kqyoi, SELECT(m_ng6lt, along_z[along_wm1_pitch], t_g77db), along_z[along_ym_pitch]);
+    change_z_next[54] = SELECT(m_kqyoi, t_g77db, along_z[along_wm1_pitch]);
+    change_z_next[55] = SELECT(m_kqyoi, along_z[along_wm1_pitch], along_z[along_wm2_pitch]);
+    change_z_next[56] = SELECT(m_kqyoi, t_ua7hv, along_z[along_a1_yaw]);
+    change_z_next[57] = SELECT(m_kqyoi, t_mzrdq, along_z[along_a2_yaw]);
+    change_z_next[58] = SELECT(m_kqyoi, t_jqmmw, along_z[along_b0_yaw]);
+    change_z_next[59] = SELECT(m_kqyoi, t_7g3bh, along_z[along_b1_yaw]);
+    change_z_next[60] = SELECT(m_kqyoi, t_rwfza, along_z[along_d_yaw]);
+    change_z_next[61] = SELECT(m_kqyoi, SELECT(m_6lewq, cap_yaw * (along_z[along_D1_yaw] * t_rrlcx - D1_free_yaw * t_rrlcx * t_7twjv), along_z[along_D1_yaw]), along_z[along_D1_yaw]);
+    change_z_next[62] = SELECT(m_kqyoi, SELECT(m_6lewq, cap_yaw * t_zj3sb, along_z[along_D2_yaw]), along_z[along_D2_yaw]);
+    change_z_next[63] = SELECT(m_kqyoi, SELECT(m_6lewq, cap_yaw * t_mhrjx, along_z[along_D3_yaw]), along_z[along_D3_yaw]);
+    change_z_next[64] = SELECT(m_kqyoi, SELECT(m_6lewq, cap_yaw * t_yf5z4, along_z[along_D4_yaw]), along_z[along_D4_yaw]);
+    change_z_next[65] = SELECT(m_kqyoi, SELECT(m_6lewq, cap_yaw * t_vfy4e, along_z[along_D5_yaw]), along_z[along_D5_yaw]);
+    change_z_next[66] = SELECT(m_kqyoi, SELECT(m_6lewq, t_pd3h4, along_z[along_U12_yaw]), along_z[along_U12_yaw]);
+    change_z_next[67] = SELECT(m_kqyoi, SELECT(m_6lewq, along_z[along_U13_yaw] + (t_mefgo * t_6qxdi + t_qqhj7 * t_3op2v), along_z[along_U13_yaw]), along_z[along_U13_yaw]);
+    change_z_next[68] = SELECT(m_kqyoi, SELECT(m_6lewq, along_z[along_U23_yaw] + (t_3inrl * t_6qxdi + t_qqhj7 * t_bvhqg), along_z[along_U23_yaw]), along_z[along_U23_yaw]);
+    change_z_next[69] = SELECT(m_kqyoi, SELECT(m_6lewq, along_z[along_U14_yaw] - (b1_3_yaw * t_hkx57 + t_ov6wh * t_duqey), along_z[along_U14_yaw]), along_z[along_U14_yaw]);
+    change_z_next[70] = SELECT(m_kqyoi, SELECT(m_6lewq, along_z[along_U24_yaw] - (b2_3_yaw * t_hkx57 + t_ov6wh * t_dcf52), along_z[along_U24_yaw]), along_z[along_U24_yaw]);
+    change_z_next[71] = SELECT(m_kqyoi, SELECT(m_6lewq, along_z[along_U34_yaw] - (Df3_yaw * t_hkx57 + t_ov6wh * t_spwqh), along_z[along_U34_yaw]), along_z[along_U34_yaw]);
+    change_z_next[72] = SELECT(m_kqyoi, SELECT(m_6lewq, along_z[along_U15_yaw] - (b1_4_yaw * t_3lyyr + t_xokdo * t_n2atp), along_z[along_U15_yaw]), along_z[along_U15_yaw]);
+    change_z_next[73] = SELECT(m_kqyoi, SELECT(m_6lewq, along_z[along_U25_yaw] - (b2_4_yaw * t_3lyyr + t_xokdo * t_c7xj5), along_z[along_U25_yaw]), along_z[along_U25_yaw]);
+    change_z_next[74] = SELECT(m_kqyoi, SELECT(m_6lewq, along_z[along_U35_yaw] - (b3_4_yaw * t_3lyyr + t_xokdo * t_gtofe), along_z[along_U35_yaw]), along_z[along_U35_yaw]);
+    change_z_next[75] = SELECT(m_kqyoi, SELECT(m_6lewq, along_z[along_U45_yaw] - (Df4_yaw * t_3lyyr + t_xokdo * t_v7jac), along_z[along_U45_yaw]), along_z[along_U45_yaw]);
+    change_z_next[76] = SELECT(m_kqyoi, along_x[along_yaw], along_z[along_y1_yaw]);
+    change_z_next[77] = SELECT(m_kqyoi, t_rq2o3, along_z[along_y2_yaw]);
+    change_z_next[78] = SELECT(m_kqyoi, t_2h7da, along_z[along_v1_yaw]);
+    change_z_next[79] = SELECT(m_kqyoi, t_wwgjp, along_z[along_u1_yaw]);
+    change_z_next[80] = SELECT(m_kqyoi, along_z[along_u1_yaw], along_z[along_u2_yaw]);
+    change_z_next[81] = SELECT(m_kqyoi, SELECT(m_ng6lt, along_z[along_wm1_yaw], t_k6r65), along_z[along_ym_yaw]);
+    change_z_next[82] = SELECT(m_kqyoi, t_k6r65, along_z[along_wm1_yaw]);
+    change_z_next[83] = SELECT(m_kqyoi, along_z[along_wm1_yaw], along_z[along_wm2_yaw]);
+    change_z_next[84] = SELECT0(m_kqyoi, t_alcgu / (NUM(m_n23aq) + t_alcgu) * along_z[along_samples]);
     change_z_next[85] = SPLAT(K(0.0));
 }
 
@@ -1396,74 +2179,125 @@ void satellite_pd_jvp(const real *x, const real *r, const real *v, const real *z
 {
     (void)v;
     (void)along_v;
-    const mask m4 = LT(mv_fabs(x[1]), K(1e+30));
-    const mask m7 = LT(mv_fabs(r[1]), K(1e+30));
-    const mask m8 = AND(m4, m7);
-    const mask m11 = LT(mv_fabs(r[0]), K(1e+30));
-    const mask m12 = AND(m8, m11);
-    const mask m15 = LT(mv_fabs(r[2]), K(1e+30));
-    const mask m16 = AND(m12, m15);
-    const mask m19 = LT(mv_fabs(x[0]), K(1e+30));
-    const mask m20 = AND(m16, m19);
-    const mask m23 = LT(mv_fabs(x[2]), K(1e+30));
-    const mask m24 = AND(m20, m23);
-    const mask m27 = LT(K(0.5), c[6]);
-    real s34, c34; mv_sincos(x[2], &s34, &c34);
-    real s35, c35; mv_sincos(x[0], &s35, &c35);
-    real s37, c37; mv_sincos(x[1], &s37, &c37);
-    const real v40 = s34 * s35;
-    const real v47 = c[1] * (SELECT(m27, z[3], r[1]) - x[1]) - c[4] * (x[4] + (c34 * c35 + s37 * v40) * p[6]);
-    const mask m49 = LT(mv_fabs(v47), K(1e+30));
-    const mask m50 = AND(m24, m49);
-    const real v63 = c[0] * (SELECT(m27, z[0], r[0]) - x[0]) - c[3] * (x[3] + c37 * s34 * p[6]);
-    const mask m65 = LT(mv_fabs(v63), K(1e+30));
-    const mask m66 = AND(m50, m65);
-    const real v74 = s34 * c35;
-    const real v81 = c[2] * (SELECT(m27, z[6], r[2]) - x[2]) - c[5] * (x[5] + (s37 * v74 - c34 * s35) * p[6]);
-    const mask m83 = LT(mv_fabs(v81), K(1e+30));
-    const mask m84 = AND(m66, m83);
-    const mask m86 = LT(mv_fabs(x[3]), K(1e+30));
-    const mask m87 = AND(m84, m86);
-    const mask m89 = LT(mv_fabs(x[4]), K(1e+30));
-    const mask m90 = AND(m87, m89);
-    const mask m92 = LT(mv_fabs(x[5]), K(1e+30));
-    const mask m93 = AND(m90, m92);
-    const real v102 = c34 * along_x[2];
-    const real v111 = c[0] * (SELECT(m27, along_z[0], along_r[0]) - along_x[0]) - c[3] * (along_x[3] + p[6] * (c37 * v102 - s34 * (s37 * along_x[1])));
-    const real v119 = c37 * along_x[1];
-    const real v122 = c35 * along_x[0];
-    const real v127 = s34 * along_x[2];
-    const real v129 = s35 * along_x[0];
-    const real v133 = p[6] * (v40 * v119 + s37 * (s35 * v102 + s34 * v122) - (c35 * v127 + c34 * v129));
-    const real v136 = c[1] * (SELECT(m27, along_z[3], along_r[1]) - along_x[1]) - c[4] * (along_x[4] + v133);
-    const real v154 = p[6] * (v74 * v119 + s37 * (c35 * v102 - s34 * v129) - (c34 * v122 - s35 * v127));
-    const real v157 = c[2] * (SELECT(m27, along_z[6], along_r[2]) - along_x[2]) - c[5] * (along_x[5] + v154);
-    const mask m160 = LT(K(0.5), c[8]);
-    const real v162 = K(0.5) * along_z[1];
-    const real v171 = mv_exp(-(p[9] / c[9]));
-    const real v172 = K(-1.0) + v171;
-    const real v173 = v172 * v172;
-    const real v175 = v171 + v171;
-    const real v178 = v171 * v171;
-    const real v180 = v173 * along_r[0] + v175 * along_z[1] - v178 * along_z[2];
-    const real v184 = SELECT(m93, SELECT(m160, v162 + K(0.5) * along_z[2], v162 + K(0.5) * v180), along_z[0]);
-    const real v188 = K(0.5) * along_z[4];
-    const real v196 = v173 * along_r[1] + v175 * along_z[4] - v178 * along_z[5];
-    const real v200 = SELECT(m93, SELECT(m160, v188 + K(0.5) * along_z[5], v188 + K(0.5) * v196), along_z[3]);
-    const real v204 = K(0.5) * along_z[7];
-    const real v212 = v173 * along_r[2] + v175 * along_z[7] - v178 * along_z[8];
-    const real v216 = SELECT(m93, SELECT(m160, v204 + K(0.5) * along_z[8], v204 + K(0.5) * v212), along_z[6]);
-    change_u[0] = SELECT0(m93, v111);
-    change_u[1] = SELECT0(m93, v136);
-    change_u[2] = SELECT0(m93, v157);
-    change_z_next[0] = v184;
-    change_z_next[1] = SELECT(m93, v180, along_z[1]);
-    change_z_next[2] = SELECT(m93, along_z[1], along_z[2]);
-    change_z_next[3] = v200;
-    change_z_next[4] = SELECT(m93, v196, along_z[4]);
-    change_z_next[5] = SELECT(m93, along_z[4], along_z[5]);
-    change_z_next[6] = v216;
-    change_z_next[7] = SELECT(m93, v212, along_z[7]);
-    change_z_next[8] = SELECT(m93, along_z[7], along_z[8]);
+    enum { roll = SATELLITE_X_ROLL };
+    enum { pitch = SATELLITE_X_PITCH };
+    enum { yaw = SATELLITE_X_YAW };
+    enum { wx = SATELLITE_X_WX };
+    enum { wy = SATELLITE_X_WY };
+    enum { wz = SATELLITE_X_WZ };
+    enum { ref_roll = SATELLITE_R_REF_ROLL };
+    enum { ref_pitch = SATELLITE_R_REF_PITCH };
+    enum { ref_yaw = SATELLITE_R_REF_YAW };
+    enum { ym_roll = SATELLITE_PD_Z_YM_ROLL };
+    enum { ym_pitch = SATELLITE_PD_Z_YM_PITCH };
+    enum { ym_yaw = SATELLITE_PD_Z_YM_YAW };
+    enum { omega0 = SATELLITE_P_OMEGA0 };
+    enum { Ts = SATELLITE_P_TS };
+    enum { Kp_x = SATELLITE_PD_C_KP_X };
+    enum { Kp_y = SATELLITE_PD_C_KP_Y };
+    enum { Kp_z = SATELLITE_PD_C_KP_Z };
+    enum { Kd_x = SATELLITE_PD_C_KD_X };
+    enum { Kd_y = SATELLITE_PD_C_KD_Y };
+    enum { Kd_z = SATELLITE_PD_C_KD_Z };
+    enum { follow_model = SATELLITE_PD_C_FOLLOW_MODEL };
+    enum { design_delay = SATELLITE_PD_C_DESIGN_DELAY };
+    enum { tau_m = SATELLITE_PD_C_TAU_M };
+    enum { along_roll = 0 };
+    enum { along_pitch = 1 };
+    enum { along_yaw = 2 };
+    enum { along_wx = 3 };
+    enum { along_wy = 4 };
+    enum { along_wz = 5 };
+    enum { along_ref_roll = 0 };
+    enum { along_ref_pitch = 1 };
+    enum { along_ref_yaw = 2 };
+    enum { along_ym_roll = 0 };
+    enum { along_wm1_roll = 1 };
+    enum { along_wm2_roll = 2 };
+    enum { along_ym_pitch = 3 };
+    enum { along_wm1_pitch = 4 };
+    enum { along_wm2_pitch = 5 };
+    enum { along_ym_yaw = 6 };
+    enum { along_wm1_yaw = 7 };
+    enum { along_wm2_yaw = 8 };
+    real sin_pitch, cos_pitch; mv_sincos(x[pitch], &sin_pitch, &cos_pitch);
+    real sin_yaw, cos_yaw; mv_sincos(x[yaw], &sin_yaw, &cos_yaw);
+    const real C12 = cos_pitch * sin_yaw;  /* (3) */
+    real sin_roll, cos_roll; mv_sincos(x[roll], &sin_roll, &cos_roll);
+    const real t_wcbyi = sin_yaw * sin_roll;
+    const real C22 = cos_yaw * cos_roll + sin_pitch * t_wcbyi;  /* (3) */
+    const real t_jt2xw = sin_yaw * cos_roll;
+    const real C32 = sin_pitch * t_jt2xw - cos_yaw * sin_roll;  /* (3) */
+    const real rate_x = x[wx] + C12 * p[omega0];  /* (4) */
+    const real rate_y = x[wy] + C22 * p[omega0];  /* (4) */
+    const real rate_z = x[wz] + C32 * p[omega0];  /* (4) */
+    const real model_pole = mv_exp(-(p[Ts] / c[tau_m]));
+    const mask m_z3d63 = LT(K(0.5), c[follow_model]);
+    const real u_roll_pd = c[Kp_x] * (SELECT(m_z3d63, z[ym_roll], r[ref_roll]) - x[roll]) - c[Kd_x] * rate_x;  /* (50) */
+    const real u_pitch_pd = c[Kp_y] * (SELECT(m_z3d63, z[ym_pitch], r[ref_pitch]) - x[pitch]) - c[Kd_y] * rate_y;  /* (50) */
+    const real u_yaw_pd = c[Kp_z] * (SELECT(m_z3d63, z[ym_yaw], r[ref_yaw]) - x[yaw]) - c[Kd_z] * rate_z;  /* (50) */
+    const mask m_cgnek = LT(mv_fabs(x[pitch]), K(1e+30));
+    const mask m_qrx2z = LT(mv_fabs(r[ref_pitch]), K(1e+30));
+    const mask m_r3fir = AND(m_cgnek, m_qrx2z);
+    const mask m_ilioh = LT(mv_fabs(r[ref_roll]), K(1e+30));
+    const mask m_bmy6f = AND(m_r3fir, m_ilioh);
+    const mask m_ghzhf = LT(mv_fabs(r[ref_yaw]), K(1e+30));
+    const mask m_5iclu = AND(m_bmy6f, m_ghzhf);
+    const mask m_lisih = LT(mv_fabs(x[roll]), K(1e+30));
+    const mask m_fdhnb = AND(m_5iclu, m_lisih);
+    const mask m_q3hd4 = LT(mv_fabs(x[yaw]), K(1e+30));
+    const mask m_sehe6 = AND(m_fdhnb, m_q3hd4);
+    const mask m_4fwsc = LT(mv_fabs(u_pitch_pd), K(1e+30));
+    const mask m_ey64f = AND(m_sehe6, m_4fwsc);
+    const mask m_zzicp = LT(mv_fabs(u_roll_pd), K(1e+30));
+    const mask m_yof5u = AND(m_ey64f, m_zzicp);
+    const mask m_ilrjp = LT(mv_fabs(u_yaw_pd), K(1e+30));
+    const mask m_gwxq4 = AND(m_yof5u, m_ilrjp);
+    const mask m_nepjb = LT(mv_fabs(x[wx]), K(1e+30));
+    const mask m_r3oc5 = AND(m_gwxq4, m_nepjb);
+    const mask m_gmtwv = LT(mv_fabs(x[wy]), K(1e+30));
+    const mask m_mhk6s = AND(m_r3oc5, m_gmtwv);
+    const mask m_no6hp = LT(mv_fabs(x[wz]), K(1e+30));
+    const mask m_le4m7 = AND(m_mhk6s, m_no6hp);
+    const real t_5icb4 = cos_yaw * along_x[along_yaw];
+    const real t_kh6qc = c[Kp_x] * (SELECT(m_z3d63, along_z[along_ym_roll], along_r[along_ref_roll]) - along_x[along_roll])
+        - c[Kd_x] * (along_x[along_wx] + p[omega0] * (cos_pitch * t_5icb4 - sin_yaw * (sin_pitch * along_x[along_pitch])));
+    const real t_dfbbp = cos_pitch * along_x[along_pitch];
+    const real t_nfkgj = cos_roll * along_x[along_roll];
+    const real t_7f7mz = sin_yaw * along_x[along_yaw];
+    const real t_bbfxd = sin_roll * along_x[along_roll];
+    const real t_mdomn = t_wcbyi * t_dfbbp
+        + sin_pitch * (sin_roll * t_5icb4 + sin_yaw * t_nfkgj)
+        - (cos_roll * t_7f7mz + cos_yaw * t_bbfxd);
+    const real t_iu5pk = c[Kp_y] * (SELECT(m_z3d63, along_z[along_ym_pitch], along_r[along_ref_pitch]) - along_x[along_pitch])
+        - c[Kd_y] * (along_x[along_wy] + p[omega0] * t_mdomn);
+    const real t_3damq = t_jt2xw * t_dfbbp
+        + sin_pitch * (cos_roll * t_5icb4 - sin_yaw * t_bbfxd)
+        - (cos_yaw * t_nfkgj - sin_roll * t_7f7mz);
+    const real t_m5bki = c[Kp_z] * (SELECT(m_z3d63, along_z[along_ym_yaw], along_r[along_ref_yaw]) - along_x[along_yaw])
+        - c[Kd_z] * (along_x[along_wz] + p[omega0] * t_3damq);
+    const mask m_ng6lt = LT(K(0.5), c[design_delay]);
+    const real t_nlujp = K(0.5) * along_z[along_wm1_roll];
+    const real t_hjr6j = K(-1.0) + model_pole;
+    const real t_lbhv6 = t_hjr6j * t_hjr6j;
+    const real t_u5zvh = model_pole + model_pole;
+    const real t_lbhv6_2 = model_pole * model_pole;
+    const real t_fyvaw = t_lbhv6 * along_r[along_ref_roll] + t_u5zvh * along_z[along_wm1_roll] - t_lbhv6_2 * along_z[along_wm2_roll];
+    const real t_mceqq = K(0.5) * along_z[along_wm1_pitch];
+    const real t_g77db = t_lbhv6 * along_r[along_ref_pitch] + t_u5zvh * along_z[along_wm1_pitch] - t_lbhv6_2 * along_z[along_wm2_pitch];
+    const real t_a3omx = K(0.5) * along_z[along_wm1_yaw];
+    const real t_k6r65 = t_lbhv6 * along_r[along_ref_yaw] + t_u5zvh * along_z[along_wm1_yaw] - t_lbhv6_2 * along_z[along_wm2_yaw];
+    change_u[0] = SELECT0(m_le4m7, t_kh6qc);
+    change_u[1] = SELECT0(m_le4m7, t_iu5pk);
+    change_u[2] = SELECT0(m_le4m7, t_m5bki);
+    change_z_next[0] = SELECT(m_le4m7, SELECT(m_ng6lt, t_nlujp + K(0.5) * along_z[along_wm2_roll], t_nlujp + K(0.5) * t_fyvaw), along_z[along_ym_roll]);
+    change_z_next[1] = SELECT(m_le4m7, t_fyvaw, along_z[along_wm1_roll]);
+    change_z_next[2] = SELECT(m_le4m7, along_z[along_wm1_roll], along_z[along_wm2_roll]);
+    change_z_next[3] = SELECT(m_le4m7, SELECT(m_ng6lt, t_mceqq + K(0.5) * along_z[along_wm2_pitch], t_mceqq + K(0.5) * t_g77db), along_z[along_ym_pitch]);
+    change_z_next[4] = SELECT(m_le4m7, t_g77db, along_z[along_wm1_pitch]);
+    change_z_next[5] = SELECT(m_le4m7, along_z[along_wm1_pitch], along_z[along_wm2_pitch]);
+    change_z_next[6] = SELECT(m_le4m7, SELECT(m_ng6lt, t_a3omx + K(0.5) * along_z[along_wm2_yaw], t_a3omx + K(0.5) * t_k6r65), along_z[along_ym_yaw]);
+    change_z_next[7] = SELECT(m_le4m7, t_k6r65, along_z[along_wm1_yaw]);
+    change_z_next[8] = SELECT(m_le4m7, along_z[along_wm1_yaw], along_z[along_wm2_yaw]);
     change_z_next[9] = SPLAT(K(0.0));
 }

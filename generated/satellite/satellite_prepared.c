@@ -6,1049 +6,1882 @@
 
 #include "mehvar/private/arithmetic.h"
 
+/* Places of h. */
+enum {
+    rhs_h_F_air,
+    rhs_h_t_o4eym,
+    rhs_h_cos_sun_elevation,
+    rhs_h_t_cokzx,
+    rhs_h_t_mt3zp,
+    rhs_h_t_vpxty,
+    rhs_h_t_xdhrg,
+    rhs_h_t_kdp4p,
+    rhs_h_t_dd3cp,
+    rhs_h_t_p2zbo,
+    rhs_h_t_n5ucq,
+    rhs_h_t_bcmgw,
+    rhs_h_t_xcu2m_2,
+    rhs_h_t_wdz5p,
+    rhs_h_t_viru7,
+    rhs_h_t_s2koj,
+    rhs_h_t_wa4l3,
+    rhs_h_t_eah32,
+};
+
 /* what rhs computes once per run; 37 operations. */
 void satellite_rhs_prepare(const real *p, real *h)
 {
-    const real v4 = p[7] * p[7];
-    const real v6 = p[17] / (p[7] * v4);
-    real s8, c8; mv_sincos(p[8], &s8, &c8);
-    const real v9 = v6 * s8;
-    const real v18 = p[20] * p[24] * (K(1.0) + p[25]);
-    real s20, c20; mv_sincos(p[27], &s20, &c20);
-    const real v22 = p[6] * p[6];
-    const real v37 = p[2] + p[5];
-    const real v48 = p[0] + p[3];
-    h[0] = v9;
-    h[1] = v6 * c8;
-    h[2] = v9 + v9;
-    h[3] = v18;
-    h[4] = c20;
-    h[5] = K(0.5) * v22 * p[18] * p[20] * p[19] * v4;
-    h[6] = v18 * s20;
-    h[7] = p[1] + p[4] - v37;
-    h[8] = K(3.0) * v22;
-    h[9] = p[13] * p[10];
-    h[10] = K(1.0) / p[3];
-    h[11] = K(1.0) / p[0];
-    h[12] = v48 - v37;
-    h[13] = K(1.0) / p[4];
-    h[14] = K(1.0) / p[1];
-    h[15] = K(-3.0) * v22 * (v48 - p[1] - p[4]);
-    h[16] = K(1.0) / p[5];
-    h[17] = K(1.0) / p[2];
+    enum { I_x = SATELLITE_P_I_X };
+    enum { I_y = SATELLITE_P_I_Y };
+    enum { I_z = SATELLITE_P_I_Z };
+    enum { Iw_x = SATELLITE_P_IW_X };
+    enum { Iw_y = SATELLITE_P_IW_Y };
+    enum { Iw_z = SATELLITE_P_IW_Z };
+    enum { omega0 = SATELLITE_P_OMEGA0 };
+    enum { orbit_radius = SATELLITE_P_ORBIT_RADIUS };
+    enum { inclination = SATELLITE_P_INCLINATION };
+    enum { wheels = SATELLITE_P_WHEELS };
+    enum { wheel_friction = SATELLITE_P_WHEEL_FRICTION };
+    enum { field_moment = SATELLITE_P_FIELD_MOMENT };
+    enum { air_density = SATELLITE_P_AIR_DENSITY };
+    enum { drag_coefficient = SATELLITE_P_DRAG_COEFFICIENT };
+    enum { area = SATELLITE_P_AREA };
+    enum { solar_pressure = SATELLITE_P_SOLAR_PRESSURE };
+    enum { reflectance = SATELLITE_P_REFLECTANCE };
+    enum { sun_elevation = SATELLITE_P_SUN_ELEVATION };
+    const real t_xcu2m = p[omega0] * p[omega0];
+    const real t_woyh3 = p[orbit_radius] * p[orbit_radius];
+    const real F_air = K(0.5) * t_xcu2m * p[air_density] * p[area] * p[drag_coefficient] * t_woyh3;
+    const real t_o4eym = p[area] * p[solar_pressure] * (K(1.0) + p[reflectance]);
+    real sin_sun_elevation, cos_sun_elevation; mv_sincos(p[sun_elevation], &sin_sun_elevation, &cos_sun_elevation);
+    const real t_ph4ov = p[field_moment] / (p[orbit_radius] * t_woyh3);
+    real sin_inclination, cos_inclination; mv_sincos(p[inclination], &sin_inclination, &cos_inclination);
+    const real t_mt3zp = t_ph4ov * sin_inclination;
+    const real t_dukwy = p[I_z] + p[Iw_z];
+    const real t_l4gxo = p[I_x] + p[Iw_x];
+    h[rhs_h_F_air] = F_air;
+    h[rhs_h_t_o4eym] = t_o4eym;
+    h[rhs_h_cos_sun_elevation] = cos_sun_elevation;
+    h[rhs_h_t_cokzx] = t_o4eym * sin_sun_elevation;
+    h[rhs_h_t_mt3zp] = t_mt3zp;
+    h[rhs_h_t_vpxty] = t_mt3zp + t_mt3zp;
+    h[rhs_h_t_xdhrg] = t_ph4ov * cos_inclination;
+    h[rhs_h_t_kdp4p] = K(1.0) / p[Iw_x];
+    h[rhs_h_t_dd3cp] = K(1.0) / p[Iw_y];
+    h[rhs_h_t_p2zbo] = K(1.0) / p[Iw_z];
+    h[rhs_h_t_n5ucq] = p[wheel_friction] * p[wheels];
+    h[rhs_h_t_bcmgw] = p[I_y] + p[Iw_y] - t_dukwy;
+    h[rhs_h_t_xcu2m_2] = K(3.0) * t_xcu2m;
+    h[rhs_h_t_wdz5p] = K(1.0) / p[I_x];
+    h[rhs_h_t_viru7] = t_l4gxo - t_dukwy;
+    h[rhs_h_t_s2koj] = K(1.0) / p[I_y];
+    h[rhs_h_t_wa4l3] = K(-3.0) * t_xcu2m * (t_l4gxo - p[I_y] - p[Iw_y]);
+    h[rhs_h_t_eah32] = K(1.0) / p[I_z];
 }
 
 /* the rest of rhs; 153 operations. */
 void satellite_rhs_prepared(const real *x, const real *u, const real *p, const real *h, real *dx)
 {
-    real s2, c2; mv_sincos(x[1], &s2, &c2);
-    real s4, c4; mv_sincos(x[2], &s4, &c4);
-    const real v5 = c2 * s4;
-    real s11, c11; mv_sincos(x[0], &s11, &c11);
-    const real v13 = K(1.0) / c2;
-    const real v18 = c4 * c11;
-    const real v19 = s4 * s11;
-    const real v21 = v18 + s2 * v19;
-    const real v23 = x[4] + v21 * p[6];
-    const real v24 = s11 * v13 * v23;
-    const real v29 = s4 * c11;
-    const real v31 = c4 * s11;
-    const real v32 = s2 * v29 - v31;
-    const real v34 = x[5] + v32 * p[6];
-    const real v35 = c11 * v13 * v34;
-    real s43, c43; mv_sincos(x[9], &s43, &c43);
-    const real v45 = c43 * h[0];
-    const real v47 = v19 + s2 * v18;
-    const real v54 = h[2] * s43;
-    const real v55 = c2 * c11;
-    const real v57 = v45 * v47 - h[1] * v32 + v54 * v55;
-    const real v63 = x[9] - p[26];
-    real s64, c64; mv_sincos(v63, &s64, &c64);
-    const real v68 = h[3] * (h[4] * s64) - h[5];
-    const real v75 = h[3] * (h[4] * c64);
-    const real v77 = v68 * v47 + h[6] * v32 + v75 * v55;
-    const real v82 = s2 * v31 - v29;
-    const real v86 = c2 * s11;
-    const real v88 = v45 * v82 - h[1] * v21 + v54 * v86;
-    const real v96 = v68 * v82 + h[6] * v21 + v75 * v86;
-    const real v104 = h[8] * v55;
-    const real v107 = v57 * p[15] + v77 * p[22] - v88 * p[16] - v96 * p[23] - h[7] * v104 * v86;
-    const real v116 = u[0] + h[9] * (x[6] * h[10] - x[3]);
-    const real v120 = x[7] + x[4] * p[1];
-    const real v125 = x[8] + x[5] * p[2];
-    const real v131 = c2 * c4;
-    const real v136 = v45 * v131 - h[1] * v5 - v54 * s2;
-    const real v142 = v68 * v131 + h[6] * v5 - v75 * s2;
-    const real v154 = v136 * p[16] + v142 * p[23] - v57 * p[14] - v77 * p[21] - v104 * s2 * h[12];
-    const real v160 = u[1] + h[9] * (x[7] * h[13] - x[4]);
-    const real v165 = x[6] + x[3] * p[0];
-    const real v180 = v88 * p[14] + v96 * p[21] - v136 * p[15] - v142 * p[22] - h[15] * s2 * v86;
-    const real v186 = u[2] + h[9] * (x[8] * h[16] - x[5]);
-    dx[0] = x[3] + v5 * p[6] + s2 * v24 + s2 * v35;
-    dx[1] = c11 * v23 - s11 * v34;
-    dx[2] = v24 + v35;
-    dx[3] = (v107 + v116 + v120 * x[5] - v125 * x[4]) * h[11];
-    dx[4] = (v154 + v160 + v125 * x[3] - v165 * x[5]) * h[14];
-    dx[5] = (v180 + v186 + v165 * x[4] - v120 * x[3]) * h[17];
-    dx[6] = -(v116 * p[10]);
-    dx[7] = -(v160 * p[10]);
-    dx[8] = -(v186 * p[10]);
-    dx[9] = p[6];
+    enum { roll = SATELLITE_X_ROLL };
+    enum { pitch = SATELLITE_X_PITCH };
+    enum { yaw = SATELLITE_X_YAW };
+    enum { wx = SATELLITE_X_WX };
+    enum { wy = SATELLITE_X_WY };
+    enum { wz = SATELLITE_X_WZ };
+    enum { hx = SATELLITE_X_HX };
+    enum { hy = SATELLITE_X_HY };
+    enum { hz = SATELLITE_X_HZ };
+    enum { latitude = SATELLITE_X_LATITUDE };
+    enum { Tx = SATELLITE_U_TX };
+    enum { Ty = SATELLITE_U_TY };
+    enum { Tz = SATELLITE_U_TZ };
+    enum { I_x = SATELLITE_P_I_X };
+    enum { I_y = SATELLITE_P_I_Y };
+    enum { I_z = SATELLITE_P_I_Z };
+    enum { omega0 = SATELLITE_P_OMEGA0 };
+    enum { wheels = SATELLITE_P_WHEELS };
+    enum { dipole_x = SATELLITE_P_DIPOLE_X };
+    enum { dipole_y = SATELLITE_P_DIPOLE_Y };
+    enum { dipole_z = SATELLITE_P_DIPOLE_Z };
+    enum { arm_x = SATELLITE_P_ARM_X };
+    enum { arm_y = SATELLITE_P_ARM_Y };
+    enum { arm_z = SATELLITE_P_ARM_Z };
+    enum { sun_latitude = SATELLITE_P_SUN_LATITUDE };
+    enum { F_air = rhs_h_F_air };
+    enum { t_o4eym = rhs_h_t_o4eym };
+    enum { cos_sun_elevation = rhs_h_cos_sun_elevation };
+    enum { t_cokzx = rhs_h_t_cokzx };
+    enum { t_mt3zp = rhs_h_t_mt3zp };
+    enum { t_vpxty = rhs_h_t_vpxty };
+    enum { t_xdhrg = rhs_h_t_xdhrg };
+    enum { t_kdp4p = rhs_h_t_kdp4p };
+    enum { t_dd3cp = rhs_h_t_dd3cp };
+    enum { t_p2zbo = rhs_h_t_p2zbo };
+    enum { t_n5ucq = rhs_h_t_n5ucq };
+    enum { t_bcmgw = rhs_h_t_bcmgw };
+    enum { t_xcu2m_2 = rhs_h_t_xcu2m_2 };
+    enum { t_wdz5p = rhs_h_t_wdz5p };
+    enum { t_viru7 = rhs_h_t_viru7 };
+    enum { t_s2koj = rhs_h_t_s2koj };
+    enum { t_wa4l3 = rhs_h_t_wa4l3 };
+    enum { t_eah32 = rhs_h_t_eah32 };
+    real sin_pitch, cos_pitch; mv_sincos(x[pitch], &sin_pitch, &cos_pitch);
+    real sin_yaw, cos_yaw; mv_sincos(x[yaw], &sin_yaw, &cos_yaw);
+    const real C11 = cos_pitch * cos_yaw;  /* (3) */
+    const real C12 = cos_pitch * sin_yaw;  /* (3) */
+    real sin_roll, cos_roll; mv_sincos(x[roll], &sin_roll, &cos_roll);
+    const real t_yxoxk = cos_yaw * sin_roll;
+    const real t_jt2xw = sin_yaw * cos_roll;
+    const real C21 = sin_pitch * t_yxoxk - t_jt2xw;  /* (3) */
+    const real t_fdgli = cos_yaw * cos_roll;
+    const real t_wcbyi = sin_yaw * sin_roll;
+    const real C22 = t_fdgli + sin_pitch * t_wcbyi;  /* (3) */
+    const real C23 = cos_pitch * sin_roll;  /* (3) */
+    const real C31 = t_wcbyi + sin_pitch * t_fdgli;  /* (3) */
+    const real C32 = sin_pitch * t_jt2xw - t_yxoxk;  /* (3) */
+    const real C33 = cos_pitch * cos_roll;  /* (3) */
+    const real rate_x = x[wx] + C12 * p[omega0];  /* (4) */
+    const real rate_y = x[wy] + C22 * p[omega0];  /* (4) */
+    const real rate_z = x[wz] + C32 * p[omega0];  /* (4) */
+    const real t_cbxhz = x[latitude] - p[sun_latitude];
+    real sin_t_cbxhz, cos_t_cbxhz; mv_sincos(t_cbxhz, &sin_t_cbxhz, &cos_t_cbxhz);
+    const real t_3laeq = h[t_o4eym] * (h[cos_sun_elevation] * sin_t_cbxhz) - h[F_air];
+    const real t_ghdyt = h[t_o4eym] * (h[cos_sun_elevation] * cos_t_cbxhz);
+    const real F_x = t_3laeq * C11 + h[t_cokzx] * C12 - t_ghdyt * sin_pitch;
+    const real F_y = t_3laeq * C21 + h[t_cokzx] * C22 + t_ghdyt * C23;
+    const real F_z = t_3laeq * C31 + h[t_cokzx] * C32 + t_ghdyt * C33;
+    real sin_latitude, cos_latitude; mv_sincos(x[latitude], &sin_latitude, &cos_latitude);
+    const real B_x = cos_latitude * h[t_mt3zp];
+    const real B_z = h[t_vpxty] * sin_latitude;
+    const real t_ez2mz = B_x * C31 - h[t_xdhrg] * C32 + B_z * C33;
+    const real t_xhrq5 = B_x * C21 - h[t_xdhrg] * C22 + B_z * C23;
+    const real Tenv_x = t_ez2mz * p[dipole_y] + F_z * p[arm_y] - t_xhrq5 * p[dipole_z] - F_y * p[arm_z];
+    const real t_bnhq3 = B_x * C11 - h[t_xdhrg] * C12 - B_z * sin_pitch;
+    const real Tenv_y = t_bnhq3 * p[dipole_z] + F_x * p[arm_z] - t_ez2mz * p[dipole_x] - F_z * p[arm_x];
+    const real Tenv_z = t_xhrq5 * p[dipole_x] + F_y * p[arm_x] - t_bnhq3 * p[dipole_y] - F_x * p[arm_y];
+    const real wheel_x = x[hx] * h[t_kdp4p] - x[wx];
+    const real wheel_y = x[hy] * h[t_dd3cp] - x[wy];
+    const real wheel_z = x[hz] * h[t_p2zbo] - x[wz];
+    const real Tw_x = u[Tx] + h[t_n5ucq] * wheel_x;
+    const real Tw_y = u[Ty] + h[t_n5ucq] * wheel_y;
+    const real Tw_z = u[Tz] + h[t_n5ucq] * wheel_z;
+    const real t_jpyro = h[t_xcu2m_2] * C33;
+    const real t_rud4r = x[hy] + x[wy] * p[I_y];
+    const real t_2fuj5 = x[hz] + x[wz] * p[I_z];
+    const real t_36qsm = Tenv_x
+        - h[t_bcmgw] * t_jpyro * C23
+        + Tw_x
+        + t_rud4r * x[wz]
+        - t_2fuj5 * x[wy];
+    const real wx_rate = t_36qsm * h[t_wdz5p];  /* (1) */
+    const real t_id7q2 = x[hx] + x[wx] * p[I_x];
+    const real t_cjsmy = Tenv_y
+        - t_jpyro * sin_pitch * h[t_viru7]
+        + Tw_y
+        + t_2fuj5 * x[wx]
+        - t_id7q2 * x[wz];
+    const real wy_rate = t_cjsmy * h[t_s2koj];  /* (1) */
+    const real t_i7hm4 = Tenv_z
+        - h[t_wa4l3] * sin_pitch * C23
+        + Tw_z
+        + t_id7q2 * x[wy]
+        - t_rud4r * x[wx];
+    const real wz_rate = t_i7hm4 * h[t_eah32];  /* (1) */
+    const real t_ksn4u = K(1.0) / cos_pitch;
+    const real t_l44wr = sin_roll * t_ksn4u * rate_y;
+    const real t_rukvs = cos_roll * t_ksn4u * rate_z;
+    dx[0] = rate_x + sin_pitch * t_l44wr + sin_pitch * t_rukvs;
+    dx[1] = cos_roll * rate_y - sin_roll * rate_z;
+    dx[2] = t_l44wr + t_rukvs;
+    dx[3] = wx_rate;
+    dx[4] = wy_rate;
+    dx[5] = wz_rate;
+    dx[6] = -(Tw_x * p[wheels]);
+    dx[7] = -(Tw_y * p[wheels]);
+    dx[8] = -(Tw_z * p[wheels]);
+    dx[9] = p[omega0];
 }
+
+/* Places of h. */
+enum {
+    outputs_h_F_air,
+    outputs_h_t_o4eym,
+    outputs_h_cos_sun_elevation,
+    outputs_h_t_cokzx,
+    outputs_h_t_mt3zp,
+    outputs_h_t_vpxty,
+    outputs_h_t_xdhrg,
+    outputs_h_t_kdp4p,
+    outputs_h_t_dd3cp,
+    outputs_h_t_p2zbo,
+};
 
 /* what outputs computes once per run; 23 operations. */
 void satellite_outputs_prepare(const real *p, real *h)
 {
-    const real v10 = p[7] * p[7];
-    const real v12 = p[17] / (p[7] * v10);
-    real s14, c14; mv_sincos(p[8], &s14, &c14);
-    const real v15 = v12 * s14;
-    const real v24 = p[20] * p[24] * (K(1.0) + p[25]);
-    real s26, c26; mv_sincos(p[27], &s26, &c26);
-    h[0] = K(1.0) / p[3];
-    h[1] = K(1.0) / p[4];
-    h[2] = K(1.0) / p[5];
-    h[3] = v15;
-    h[4] = v12 * c14;
-    h[5] = v15 + v15;
-    h[6] = v24;
-    h[7] = c26;
-    h[8] = K(0.5) * (p[6] * p[6]) * p[18] * p[20] * p[19] * v10;
-    h[9] = v24 * s26;
+    enum { Iw_x = SATELLITE_P_IW_X };
+    enum { Iw_y = SATELLITE_P_IW_Y };
+    enum { Iw_z = SATELLITE_P_IW_Z };
+    enum { omega0 = SATELLITE_P_OMEGA0 };
+    enum { orbit_radius = SATELLITE_P_ORBIT_RADIUS };
+    enum { inclination = SATELLITE_P_INCLINATION };
+    enum { field_moment = SATELLITE_P_FIELD_MOMENT };
+    enum { air_density = SATELLITE_P_AIR_DENSITY };
+    enum { drag_coefficient = SATELLITE_P_DRAG_COEFFICIENT };
+    enum { area = SATELLITE_P_AREA };
+    enum { solar_pressure = SATELLITE_P_SOLAR_PRESSURE };
+    enum { reflectance = SATELLITE_P_REFLECTANCE };
+    enum { sun_elevation = SATELLITE_P_SUN_ELEVATION };
+    const real t_woyh3 = p[orbit_radius] * p[orbit_radius];
+    const real F_air = K(0.5) * (p[omega0] * p[omega0]) * p[air_density] * p[area] * p[drag_coefficient] * t_woyh3;
+    const real t_o4eym = p[area] * p[solar_pressure] * (K(1.0) + p[reflectance]);
+    real sin_sun_elevation, cos_sun_elevation; mv_sincos(p[sun_elevation], &sin_sun_elevation, &cos_sun_elevation);
+    const real t_ph4ov = p[field_moment] / (p[orbit_radius] * t_woyh3);
+    real sin_inclination, cos_inclination; mv_sincos(p[inclination], &sin_inclination, &cos_inclination);
+    const real t_mt3zp = t_ph4ov * sin_inclination;
+    h[outputs_h_F_air] = F_air;
+    h[outputs_h_t_o4eym] = t_o4eym;
+    h[outputs_h_cos_sun_elevation] = cos_sun_elevation;
+    h[outputs_h_t_cokzx] = t_o4eym * sin_sun_elevation;
+    h[outputs_h_t_mt3zp] = t_mt3zp;
+    h[outputs_h_t_vpxty] = t_mt3zp + t_mt3zp;
+    h[outputs_h_t_xdhrg] = t_ph4ov * cos_inclination;
+    h[outputs_h_t_kdp4p] = K(1.0) / p[Iw_x];
+    h[outputs_h_t_dd3cp] = K(1.0) / p[Iw_y];
+    h[outputs_h_t_p2zbo] = K(1.0) / p[Iw_z];
 }
 
 /* the rest of outputs; 100 operations. */
 void satellite_outputs_prepared(const real *x, const real *u, const real *r, const real *p, const real *h, real *y)
 {
     (void)u;
-    real s10, c10; mv_sincos(x[1], &s10, &c10);
-    real s11, c11; mv_sincos(x[2], &s11, &c11);
-    const real v12 = c10 * s11;
-    real s18, c18; mv_sincos(x[0], &s18, &c18);
-    const real v19 = c11 * c18;
-    const real v22 = s11 * s18;
-    const real v24 = v19 + s10 * v22;
-    const real v28 = s11 * c18;
-    const real v30 = c11 * s18;
-    const real v31 = s10 * v28 - v30;
-    real s47, c47; mv_sincos(x[9], &s47, &c47);
-    const real v49 = c47 * h[3];
-    const real v51 = v22 + s10 * v19;
-    const real v58 = h[5] * s47;
-    const real v59 = c10 * c18;
-    const real v61 = v49 * v51 - h[4] * v31 + v58 * v59;
-    const real v67 = x[9] - p[26];
-    real s68, c68; mv_sincos(v67, &s68, &c68);
-    const real v72 = h[6] * (h[7] * s68) - h[8];
-    const real v79 = h[6] * (h[7] * c68);
-    const real v81 = v72 * v51 + h[9] * v31 + v79 * v59;
-    const real v86 = s10 * v30 - v28;
-    const real v90 = c10 * s18;
-    const real v92 = v49 * v86 - h[4] * v24 + v58 * v90;
-    const real v100 = v72 * v86 + h[9] * v24 + v79 * v90;
-    const real v104 = c10 * c11;
-    const real v109 = v49 * v104 - h[4] * v12 - v58 * s10;
-    const real v115 = v72 * v104 + h[9] * v12 - v79 * s10;
-    y[0] = r[0];
-    y[1] = r[1];
-    y[2] = r[2];
-    y[3] = x[0] - r[0];
-    y[4] = x[1] - r[1];
-    y[5] = x[2] - r[2];
-    y[6] = x[3] + v12 * p[6];
-    y[7] = x[4] + v24 * p[6];
-    y[8] = x[5] + v31 * p[6];
-    y[9] = x[6] * h[0] - x[3];
-    y[10] = x[7] * h[1] - x[4];
-    y[11] = x[8] * h[2] - x[5];
-    y[12] = v61 * p[15] + v81 * p[22] - v92 * p[16] - v100 * p[23];
-    y[13] = v109 * p[16] + v115 * p[23] - v61 * p[14] - v81 * p[21];
-    y[14] = v92 * p[14] + v100 * p[21] - v109 * p[15] - v115 * p[22];
+    enum { roll = SATELLITE_X_ROLL };
+    enum { pitch = SATELLITE_X_PITCH };
+    enum { yaw = SATELLITE_X_YAW };
+    enum { wx = SATELLITE_X_WX };
+    enum { wy = SATELLITE_X_WY };
+    enum { wz = SATELLITE_X_WZ };
+    enum { hx = SATELLITE_X_HX };
+    enum { hy = SATELLITE_X_HY };
+    enum { hz = SATELLITE_X_HZ };
+    enum { latitude = SATELLITE_X_LATITUDE };
+    enum { ref_roll = SATELLITE_R_REF_ROLL };
+    enum { ref_pitch = SATELLITE_R_REF_PITCH };
+    enum { ref_yaw = SATELLITE_R_REF_YAW };
+    enum { omega0 = SATELLITE_P_OMEGA0 };
+    enum { dipole_x = SATELLITE_P_DIPOLE_X };
+    enum { dipole_y = SATELLITE_P_DIPOLE_Y };
+    enum { dipole_z = SATELLITE_P_DIPOLE_Z };
+    enum { arm_x = SATELLITE_P_ARM_X };
+    enum { arm_y = SATELLITE_P_ARM_Y };
+    enum { arm_z = SATELLITE_P_ARM_Z };
+    enum { sun_latitude = SATELLITE_P_SUN_LATITUDE };
+    enum { F_air = outputs_h_F_air };
+    enum { t_o4eym = outputs_h_t_o4eym };
+    enum { cos_sun_elevation = outputs_h_cos_sun_elevation };
+    enum { t_cokzx = outputs_h_t_cokzx };
+    enum { t_mt3zp = outputs_h_t_mt3zp };
+    enum { t_vpxty = outputs_h_t_vpxty };
+    enum { t_xdhrg = outputs_h_t_xdhrg };
+    enum { t_kdp4p = outputs_h_t_kdp4p };
+    enum { t_dd3cp = outputs_h_t_dd3cp };
+    enum { t_p2zbo = outputs_h_t_p2zbo };
+    real sin_pitch, cos_pitch; mv_sincos(x[pitch], &sin_pitch, &cos_pitch);
+    real sin_yaw, cos_yaw; mv_sincos(x[yaw], &sin_yaw, &cos_yaw);
+    const real C11 = cos_pitch * cos_yaw;  /* (3) */
+    const real C12 = cos_pitch * sin_yaw;  /* (3) */
+    real sin_roll, cos_roll; mv_sincos(x[roll], &sin_roll, &cos_roll);
+    const real t_yxoxk = cos_yaw * sin_roll;
+    const real t_jt2xw = sin_yaw * cos_roll;
+    const real C21 = sin_pitch * t_yxoxk - t_jt2xw;  /* (3) */
+    const real t_fdgli = cos_yaw * cos_roll;
+    const real t_wcbyi = sin_yaw * sin_roll;
+    const real C22 = t_fdgli + sin_pitch * t_wcbyi;  /* (3) */
+    const real C23 = cos_pitch * sin_roll;  /* (3) */
+    const real C31 = t_wcbyi + sin_pitch * t_fdgli;  /* (3) */
+    const real C32 = sin_pitch * t_jt2xw - t_yxoxk;  /* (3) */
+    const real C33 = cos_pitch * cos_roll;  /* (3) */
+    const real rate_x = x[wx] + C12 * p[omega0];  /* (4) */
+    const real rate_y = x[wy] + C22 * p[omega0];  /* (4) */
+    const real rate_z = x[wz] + C32 * p[omega0];  /* (4) */
+    const real t_cbxhz = x[latitude] - p[sun_latitude];
+    real sin_t_cbxhz, cos_t_cbxhz; mv_sincos(t_cbxhz, &sin_t_cbxhz, &cos_t_cbxhz);
+    const real t_3laeq = h[t_o4eym] * (h[cos_sun_elevation] * sin_t_cbxhz) - h[F_air];
+    const real t_ghdyt = h[t_o4eym] * (h[cos_sun_elevation] * cos_t_cbxhz);
+    const real F_x = t_3laeq * C11 + h[t_cokzx] * C12 - t_ghdyt * sin_pitch;
+    const real F_y = t_3laeq * C21 + h[t_cokzx] * C22 + t_ghdyt * C23;
+    const real F_z = t_3laeq * C31 + h[t_cokzx] * C32 + t_ghdyt * C33;
+    real sin_latitude, cos_latitude; mv_sincos(x[latitude], &sin_latitude, &cos_latitude);
+    const real B_x = cos_latitude * h[t_mt3zp];
+    const real B_z = h[t_vpxty] * sin_latitude;
+    const real t_ez2mz = B_x * C31 - h[t_xdhrg] * C32 + B_z * C33;
+    const real t_xhrq5 = B_x * C21 - h[t_xdhrg] * C22 + B_z * C23;
+    const real Tenv_x = t_ez2mz * p[dipole_y] + F_z * p[arm_y] - t_xhrq5 * p[dipole_z] - F_y * p[arm_z];
+    const real t_bnhq3 = B_x * C11 - h[t_xdhrg] * C12 - B_z * sin_pitch;
+    const real Tenv_y = t_bnhq3 * p[dipole_z] + F_x * p[arm_z] - t_ez2mz * p[dipole_x] - F_z * p[arm_x];
+    const real Tenv_z = t_xhrq5 * p[dipole_x] + F_y * p[arm_x] - t_bnhq3 * p[dipole_y] - F_x * p[arm_y];
+    const real wheel_x = x[hx] * h[t_kdp4p] - x[wx];
+    const real wheel_y = x[hy] * h[t_dd3cp] - x[wy];
+    const real wheel_z = x[hz] * h[t_p2zbo] - x[wz];
+    y[0] = r[ref_roll];
+    y[1] = r[ref_pitch];
+    y[2] = r[ref_yaw];
+    y[3] = x[roll] - r[ref_roll];
+    y[4] = x[pitch] - r[ref_pitch];
+    y[5] = x[yaw] - r[ref_yaw];
+    y[6] = rate_x;
+    y[7] = rate_y;
+    y[8] = rate_z;
+    y[9] = wheel_x;
+    y[10] = wheel_y;
+    y[11] = wheel_z;
+    y[12] = Tenv_x;
+    y[13] = Tenv_y;
+    y[14] = Tenv_z;
 }
+
+/* Places of h. */
+enum {
+    limits_h_t_hxpul,
+};
 
 /* what limits computes once per run; 1 operations. */
 void satellite_limits_prepare(const real *p, real *h)
 {
-    h[0] = K(1.000000001) * p[12];
+    enum { hmax = SATELLITE_P_HMAX };
+    h[limits_h_t_hxpul] = K(1.000000001) * p[hmax];
 }
 
 /* the rest of limits; 16 operations. */
 void satellite_limits_prepared(const real *x, const real *u, const real *p, const real *h, real *margin)
 {
-    const mask m16 = LT(K(0.5), p[10]);
-    const real v28 = SELECT(m16, h[0] - mv_max(mv_max(mv_fabs(x[6]), mv_fabs(x[7])), mv_fabs(x[8])), p[12]);
-    margin[0] = p[32] - mv_fabs(x[1]);
-    margin[1] = p[31] - mv_max(mv_max(mv_fabs(u[0]), mv_fabs(u[1])), mv_fabs(u[2]));
-    margin[2] = v28;
+    enum { pitch = SATELLITE_X_PITCH };
+    enum { hx = SATELLITE_X_HX };
+    enum { hy = SATELLITE_X_HY };
+    enum { hz = SATELLITE_X_HZ };
+    enum { Tx = SATELLITE_U_TX };
+    enum { Ty = SATELLITE_U_TY };
+    enum { Tz = SATELLITE_U_TZ };
+    enum { wheels = SATELLITE_P_WHEELS };
+    enum { hmax = SATELLITE_P_HMAX };
+    enum { torque_lost = SATELLITE_P_TORQUE_LOST };
+    enum { pitch_lost = SATELLITE_P_PITCH_LOST };
+    enum { t_hxpul = limits_h_t_hxpul };
+    const mask m_5j2jl = LT(K(0.5), p[wheels]);
+    margin[0] = p[pitch_lost] - mv_fabs(x[pitch]);
+    margin[1] = p[torque_lost] - mv_max(mv_max(mv_fabs(u[Tx]), mv_fabs(u[Ty])), mv_fabs(u[Tz]));
+    margin[2] = SELECT(m_5j2jl, h[t_hxpul] - mv_max(mv_max(mv_fabs(x[hx]), mv_fabs(x[hy])), mv_fabs(x[hz])), p[hmax]);
 }
+
+/* Places of h. */
+enum {
+    actuate_h_t_ko3eq,
+};
 
 /* what actuate computes once per run; 1 operations. */
 void satellite_actuate_prepare(const real *p, real *h)
 {
-    h[0] = K(1.0) / p[9];
+    enum { Ts = SATELLITE_P_TS };
+    h[actuate_h_t_ko3eq] = K(1.0) / p[Ts];
 }
 
 /* the rest of actuate; 28 operations. */
 void satellite_actuate_prepared(const real *x, const real *u_cmd, const real *p, const real *h, real *u)
 {
-    const real v1 = -p[11];
-    const mask m4 = LT(K(0.5), p[10]);
-    const real v15 = SELECT(m4, mv_max((x[6] - p[12]) * h[0], mv_min(u_cmd[0], (x[6] + p[12]) * h[0])), u_cmd[0]);
-    const real v26 = SELECT(m4, mv_max((x[7] - p[12]) * h[0], mv_min(u_cmd[1], (x[7] + p[12]) * h[0])), u_cmd[1]);
-    const real v37 = SELECT(m4, mv_max((x[8] - p[12]) * h[0], mv_min(u_cmd[2], (x[8] + p[12]) * h[0])), u_cmd[2]);
-    u[0] = mv_max(v1, mv_min(v15, p[11]));
-    u[1] = mv_max(v1, mv_min(v26, p[11]));
-    u[2] = mv_max(v1, mv_min(v37, p[11]));
+    enum { hx = SATELLITE_X_HX };
+    enum { hy = SATELLITE_X_HY };
+    enum { hz = SATELLITE_X_HZ };
+    enum { Tx_cmd = 0 };
+    enum { Ty_cmd = 1 };
+    enum { Tz_cmd = 2 };
+    enum { wheels = SATELLITE_P_WHEELS };
+    enum { umax = SATELLITE_P_UMAX };
+    enum { hmax = SATELLITE_P_HMAX };
+    enum { t_ko3eq = actuate_h_t_ko3eq };
+    const mask m_5j2jl = LT(K(0.5), p[wheels]);
+    const real Tx_inside = SELECT(m_5j2jl, mv_max((x[hx] - p[hmax]) * h[t_ko3eq], mv_min(u_cmd[Tx_cmd], (x[hx] + p[hmax]) * h[t_ko3eq])), u_cmd[Tx_cmd]);
+    const real Ty_inside = SELECT(m_5j2jl, mv_max((x[hy] - p[hmax]) * h[t_ko3eq], mv_min(u_cmd[Ty_cmd], (x[hy] + p[hmax]) * h[t_ko3eq])), u_cmd[Ty_cmd]);
+    const real Tz_inside = SELECT(m_5j2jl, mv_max((x[hz] - p[hmax]) * h[t_ko3eq], mv_min(u_cmd[Tz_cmd], (x[hz] + p[hmax]) * h[t_ko3eq])), u_cmd[Tz_cmd]);
+    const real t_s3iwg = -p[umax];
+    u[0] = mv_max(t_s3iwg, mv_min(Tx_inside, p[umax]));
+    u[1] = mv_max(t_s3iwg, mv_min(Ty_inside, p[umax]));
+    u[2] = mv_max(t_s3iwg, mv_min(Tz_inside, p[umax]));
 }
+
+/* Places of h. */
+enum {
+    measure_h_sensor_step,
+    measure_h_t_tzc6z,
+};
 
 /* what measure computes once per run; 3 operations. */
 void satellite_measure_prepare(const real *p, real *h)
 {
-    const mask m2 = LT(K(0.0), p[30]);
-    const real v4 = SELECT(m2, p[30], SPLAT(K(1.0)));
-    h[0] = v4;
-    h[1] = K(1.0) / v4;
+    enum { quantum = SATELLITE_P_QUANTUM };
+    const mask m_ue2cf = LT(K(0.0), p[quantum]);
+    const real sensor_step = SELECT(m_ue2cf, p[quantum], SPLAT(K(1.0)));
+    h[measure_h_sensor_step] = sensor_step;
+    h[measure_h_t_tzc6z] = K(1.0) / sensor_step;
 }
 
 /* the rest of measure; 28 operations. */
 void satellite_measure_prepared(const real *x, const real *e, const real *p, const real *h, real *x_seen)
 {
-    const mask m2 = LT(K(0.0), p[30]);
-    const real v9 = x[0] + e[0] * p[28];
-    const real v19 = x[1] + e[1] * p[28];
-    const real v28 = x[2] + e[2] * p[28];
-    x_seen[0] = SELECT(m2, h[0] * mv_floor(K(0.5) + v9 * h[1]), v9);
-    x_seen[1] = SELECT(m2, h[0] * mv_floor(K(0.5) + v19 * h[1]), v19);
-    x_seen[2] = SELECT(m2, h[0] * mv_floor(K(0.5) + v28 * h[1]), v28);
-    x_seen[3] = x[3] + e[3] * p[29];
-    x_seen[4] = x[4] + e[4] * p[29];
-    x_seen[5] = x[5] + e[5] * p[29];
-    x_seen[6] = x[6];
-    x_seen[7] = x[7];
-    x_seen[8] = x[8];
-    x_seen[9] = x[9];
+    enum { roll = SATELLITE_X_ROLL };
+    enum { pitch = SATELLITE_X_PITCH };
+    enum { yaw = SATELLITE_X_YAW };
+    enum { wx = SATELLITE_X_WX };
+    enum { wy = SATELLITE_X_WY };
+    enum { wz = SATELLITE_X_WZ };
+    enum { hx = SATELLITE_X_HX };
+    enum { hy = SATELLITE_X_HY };
+    enum { hz = SATELLITE_X_HZ };
+    enum { latitude = SATELLITE_X_LATITUDE };
+    enum { e_roll = 0 };
+    enum { e_pitch = 1 };
+    enum { e_yaw = 2 };
+    enum { e_wx = 3 };
+    enum { e_wy = 4 };
+    enum { e_wz = 5 };
+    enum { noise = SATELLITE_P_NOISE };
+    enum { noise_rate = SATELLITE_P_NOISE_RATE };
+    enum { quantum = SATELLITE_P_QUANTUM };
+    enum { sensor_step = measure_h_sensor_step };
+    enum { t_tzc6z = measure_h_t_tzc6z };
+    const mask m_ue2cf = LT(K(0.0), p[quantum]);
+    const real roll_noisy = x[roll] + e[e_roll] * p[noise];
+    const real pitch_noisy = x[pitch] + e[e_pitch] * p[noise];
+    const real yaw_noisy = x[yaw] + e[e_yaw] * p[noise];
+    x_seen[0] = SELECT(m_ue2cf, h[sensor_step] * mv_floor(K(0.5) + roll_noisy * h[t_tzc6z]), roll_noisy);
+    x_seen[1] = SELECT(m_ue2cf, h[sensor_step] * mv_floor(K(0.5) + pitch_noisy * h[t_tzc6z]), pitch_noisy);
+    x_seen[2] = SELECT(m_ue2cf, h[sensor_step] * mv_floor(K(0.5) + yaw_noisy * h[t_tzc6z]), yaw_noisy);
+    x_seen[3] = x[wx] + e[e_wx] * p[noise_rate];
+    x_seen[4] = x[wy] + e[e_wy] * p[noise_rate];
+    x_seen[5] = x[wz] + e[e_wz] * p[noise_rate];
+    x_seen[6] = x[hx];
+    x_seen[7] = x[hy];
+    x_seen[8] = x[hz];
+    x_seen[9] = x[latitude];
 }
+
+/* Places of h. */
+enum {
+    mrac_h_t_lbhv6,
+    mrac_h_t_u5zvh,
+    mrac_h_t_lbhv6_2,
+    mrac_h_t_rkxsm,
+    mrac_h_t_s4yo7,
+    mrac_h_t_4xcao,
+    mrac_h_t_bxn4n,
+    mrac_h_t_2wsi6_2,
+    mrac_h_t_bxn4n_2,
+    mrac_h_t_ogmcx_2,
+    mrac_h_t_2wsi6_3,
+    mrac_h_t_v4kye,
+    mrac_h_e3_roll,
+    mrac_h_t_z4laf,
+    mrac_h_t_mymwd,
+    mrac_h_t_32esp,
+    mrac_h_t_wr7mm,
+    mrac_h_t_k7hjd,
+};
 
 /* what mrac computes once per run; 35 operations. */
 void satellite_mrac_prepare(const real *p, const real *c, real *h)
 {
-    const mask m5 = LT(K(0.5), c[20]);
-    const real v11 = mv_exp(-(p[9] / c[21]));
-    const real v12 = K(-1.0) + v11;
-    const real v18 = K(4.0) * c[0];
-    const real v21 = K(3.0) * c[0];
-    const real v25 = c[0] * c[0];
-    const real v29 = c[0] * v25;
-    const real v30 = K(4.0) * v29;
-    const real v32 = -v29;
-    const real v34 = v25 * v25;
-    const real v45 = p[9] * p[9] * c[15];
-    h[0] = K(1.0) / c[3];
-    h[1] = v12 * v12;
-    h[2] = v11 + v11;
-    h[3] = v11 * v11;
-    h[4] = v18;
-    h[5] = v21;
-    h[6] = SELECT(m5, -v18, -v21);
-    h[7] = SELECT(m5, K(6.0) * v25, K(3.0) * v25);
-    h[8] = v30;
-    h[9] = SELECT(m5, -v30, v32);
-    h[10] = v34;
-    h[11] = mv_max(c[5], c[6] * p[28]);
-    h[12] = mv_max(c[14], K(0.5) / p[1] * v45);
-    h[13] = K(-6.0) * v25;
-    h[14] = SELECT(m5, v34, v32);
-    h[15] = K(-3.0) * v25;
-    h[16] = mv_max(c[14], K(0.5) / p[0] * v45);
-    h[17] = mv_max(c[14], K(0.5) / p[2] * v45);
+    enum { I_x = SATELLITE_P_I_X };
+    enum { I_y = SATELLITE_P_I_Y };
+    enum { I_z = SATELLITE_P_I_Z };
+    enum { Ts = SATELLITE_P_TS };
+    enum { noise = SATELLITE_P_NOISE };
+    enum { rho = SATELLITE_MRAC_C_RHO };
+    enum { forgetting = SATELLITE_MRAC_C_FORGETTING };
+    enum { dead_zone = SATELLITE_MRAC_C_DEAD_ZONE };
+    enum { dead_zone_sigma = SATELLITE_MRAC_C_DEAD_ZONE_SIGMA };
+    enum { b_min = SATELLITE_MRAC_C_B_MIN };
+    enum { b_min_ratio = SATELLITE_MRAC_C_B_MIN_RATIO };
+    enum { design_delay = SATELLITE_MRAC_C_DESIGN_DELAY };
+    enum { tau_m = SATELLITE_MRAC_C_TAU_M };
+    const real model_pole = mv_exp(-(p[Ts] / c[tau_m]));
+    const real t_hjr6j = K(-1.0) + model_pole;
+    const mask m_ng6lt = LT(K(0.5), c[design_delay]);
+    const real t_4msa4 = p[Ts] * p[Ts] * c[b_min_ratio];
+    const real t_bxn4n = K(4.0) * c[rho];
+    const real t_2wsi6 = c[rho] * c[rho];
+    const real t_bxn4n_2 = K(3.0) * c[rho];
+    const real t_ogmcx = c[rho] * t_2wsi6;
+    const real t_ogmcx_2 = K(4.0) * t_ogmcx;
+    const real t_v4kye = t_2wsi6 * t_2wsi6;
+    const real t_ogmcx_3 = -t_ogmcx;
+    const real e3_roll = SELECT(m_ng6lt, t_v4kye, t_ogmcx_3);  /* (22) */
+    h[mrac_h_t_lbhv6] = t_hjr6j * t_hjr6j;
+    h[mrac_h_t_u5zvh] = model_pole + model_pole;
+    h[mrac_h_t_lbhv6_2] = model_pole * model_pole;
+    h[mrac_h_t_rkxsm] = K(1.0) / c[forgetting];
+    h[mrac_h_t_s4yo7] = mv_max(c[dead_zone], c[dead_zone_sigma] * p[noise]);
+    h[mrac_h_t_4xcao] = mv_max(c[b_min], K(0.5) / p[I_x] * t_4msa4);
+    h[mrac_h_t_bxn4n] = t_bxn4n;
+    h[mrac_h_t_2wsi6_2] = K(-6.0) * t_2wsi6;
+    h[mrac_h_t_bxn4n_2] = t_bxn4n_2;
+    h[mrac_h_t_ogmcx_2] = t_ogmcx_2;
+    h[mrac_h_t_2wsi6_3] = K(-3.0) * t_2wsi6;
+    h[mrac_h_t_v4kye] = t_v4kye;
+    h[mrac_h_e3_roll] = e3_roll;
+    h[mrac_h_t_z4laf] = SELECT(m_ng6lt, -t_bxn4n, -t_bxn4n_2);
+    h[mrac_h_t_mymwd] = SELECT(m_ng6lt, K(6.0) * t_2wsi6, K(3.0) * t_2wsi6);
+    h[mrac_h_t_32esp] = SELECT(m_ng6lt, -t_ogmcx_2, t_ogmcx_3);
+    h[mrac_h_t_wr7mm] = mv_max(c[b_min], K(0.5) / p[I_y] * t_4msa4);
+    h[mrac_h_t_k7hjd] = mv_max(c[b_min], K(0.5) / p[I_z] * t_4msa4);
 }
 
 /* the rest of mrac; 979 operations. */
 void satellite_mrac_prepared(const real *x, const real *r, const real *v, const real *z, const real *c, const real *h, real *u, real *z_next)
 {
-    const mask m4 = LT(mv_fabs(v[0]), K(1e+30));
-    const mask m7 = LT(mv_fabs(v[1]), K(1e+30));
-    const mask m8 = AND(m4, m7);
-    const mask m11 = LT(mv_fabs(v[2]), K(1e+30));
-    const mask m12 = AND(m8, m11);
-    const mask m15 = LT(mv_fabs(x[1]), K(1e+30));
-    const mask m16 = AND(m12, m15);
-    const mask m19 = LT(mv_fabs(r[1]), K(1e+30));
-    const mask m20 = AND(m16, m19);
-    const mask m23 = LT(mv_fabs(r[0]), K(1e+30));
-    const mask m24 = AND(m20, m23);
-    const mask m27 = LT(mv_fabs(r[2]), K(1e+30));
-    const mask m28 = AND(m24, m27);
-    const mask m31 = LT(mv_fabs(x[0]), K(1e+30));
-    const mask m32 = AND(m28, m31);
-    const mask m36 = LT(z[90], K(0.5));
-    const real v38 = SELECT(m36, x[1], z[50]);
-    const real v39 = z[35] * v38;
-    const real v41 = c[3] + v39 * v38;
-    const real v43 = K(1.0) / v41;
-    const real v44 = z[35] * v43;
-    const real v50 = z[51] + z[40] * v38;
-    const real v51 = z[36] * v50;
-    const real v53 = v41 + v51 * v50;
-    const real v54 = K(1.0) / v53;
-    const real v57 = h[0] * v54 * z[36] * v41;
-    const mask m61 = LT(K(0.5), c[18]);
-    const mask m63 = LT(K(0.5), c[20]);
-    const real v67 = SELECT(m61, v[1], SELECT(m63, z[54], z[53]));
-    const real v73 = v67 - z[41] * v38 - z[42] * z[51];
-    const real v74 = z[37] * v73;
-    const real v76 = v53 + v74 * v73;
-    const real v77 = K(1.0) / v76;
-    const real v80 = h[0] * v77 * z[37] * v53;
-    const real v92 = z[52] + z[45] * v67 - z[43] * v38 - z[44] * z[51];
-    const real v93 = z[38] * v92;
-    const real v95 = v76 + v93 * v92;
-    const real v96 = K(1.0) / v95;
-    const real v99 = h[0] * v96 * z[38] * v76;
-    const real v113 = K(1.0) + z[48] * v67 + z[49] * z[52] - z[46] * v38 - z[47] * z[51];
-    const real v114 = z[39] * v113;
-    const real v117 = K(1.0) / (v95 + v114 * v113);
-    const real v120 = h[0] * v117 * z[39] * v95;
-    const real v124 = z[40] - v39 * v43 * v50;
-    const real v128 = v73 * v54;
-    const real v130 = v39 + v51 * z[40];
-    const real v132 = z[41] + v128 * v130;
-    const real v137 = z[42] + v128 * v51;
-    const real v140 = v44 + v57 + v80 + v99 + v120 + v57 * (v124 * v124) + v80 * (v132 * v132) + v80 * (v137 * v137);
-    const real v141 = v92 * v77;
-    const real v143 = v74 * z[41] - v130;
-    const real v145 = z[43] - v141 * v143;
-    const real v150 = v74 * z[42] - v51;
-    const real v152 = z[44] - v141 * v150;
-    const real v157 = z[45] - v141 * v74;
-    const real v161 = v113 * v96;
-    const real v163 = v143 + v93 * z[43];
-    const real v165 = z[46] - v161 * v163;
-    const real v168 = v140 + v99 * (v145 * v145) + v99 * (v152 * v152) + v99 * (v157 * v157) + v120 * (v165 * v165);
-    const real v170 = v150 + v93 * z[44];
-    const real v172 = z[47] - v161 * v170;
-    const real v177 = v74 + v93 * z[45];
-    const real v179 = z[48] - v161 * v177;
-    const real v184 = z[49] - v161 * v93;
-    const real v187 = v168 + v120 * (v172 * v172) + v120 * (v179 * v179) + v120 * (v184 * v184);
-    const mask m189 = LT(mv_fabs(v187), K(1e+30));
-    const mask m190 = AND(m32, m189);
-    const real v193 = SELECT(m36, x[0], z[20]);
-    const real v194 = z[5] * v193;
-    const real v196 = c[3] + v194 * v193;
-    const real v197 = K(1.0) / v196;
-    const real v198 = z[5] * v197;
-    const real v203 = z[21] + z[10] * v193;
-    const real v204 = z[6] * v203;
-    const real v206 = v196 + v204 * v203;
-    const real v207 = K(1.0) / v206;
-    const real v210 = v207 * h[0] * z[6] * v196;
-    const real v216 = SELECT(m61, v[0], SELECT(m63, z[24], z[23]));
-    const real v222 = v216 - z[11] * v193 - z[12] * z[21];
-    const real v223 = z[7] * v222;
-    const real v225 = v206 + v223 * v222;
-    const real v226 = K(1.0) / v225;
-    const real v229 = h[0] * v226 * z[7] * v206;
-    const real v241 = z[22] + z[15] * v216 - z[13] * v193 - z[14] * z[21];
-    const real v242 = z[8] * v241;
-    const real v244 = v225 + v242 * v241;
-    const real v245 = K(1.0) / v244;
-    const real v248 = h[0] * v245 * z[8] * v225;
-    const real v262 = K(1.0) + z[18] * v216 + z[19] * z[22] - z[16] * v193 - z[17] * z[21];
-    const real v263 = z[9] * v262;
-    const real v266 = K(1.0) / (v244 + v263 * v262);
-    const real v269 = h[0] * v266 * z[9] * v244;
-    const real v273 = z[10] - v194 * v197 * v203;
-    const real v277 = v222 * v207;
-    const real v279 = v194 + v204 * z[10];
-    const real v281 = z[11] + v277 * v279;
-    const real v284 = v198 + v210 + v229 + v248 + v269 + v210 * (v273 * v273) + v229 * (v281 * v281);
-    const real v286 = z[12] + v277 * v204;
-    const real v290 = v241 * v226;
-    const real v292 = v223 * z[11] - v279;
-    const real v294 = z[13] - v290 * v292;
-    const real v299 = v223 * z[12] - v204;
-    const real v301 = z[14] - v290 * v299;
-    const real v304 = v284 + v229 * (v286 * v286) + v248 * (v294 * v294) + v248 * (v301 * v301);
-    const real v306 = z[15] - v290 * v223;
-    const real v310 = v262 * v245;
-    const real v312 = v292 + v242 * z[13];
-    const real v314 = z[16] - v310 * v312;
-    const real v319 = v299 + v242 * z[14];
-    const real v321 = z[17] - v310 * v319;
-    const real v324 = v304 + v248 * (v306 * v306) + v269 * (v314 * v314) + v269 * (v321 * v321);
-    const real v326 = v223 + v242 * z[15];
-    const real v328 = z[18] - v310 * v326;
-    const real v333 = z[19] - v310 * v242;
-    const real v336 = v324 + v269 * (v328 * v328) + v269 * (v333 * v333);
-    const mask m338 = LT(mv_fabs(v336), K(1e+30));
-    const mask m339 = AND(m190, m338);
-    const real v343 = SELECT(m36, x[2], z[80]);
-    const real v344 = z[65] * v343;
-    const real v346 = c[3] + v344 * v343;
-    const real v347 = K(1.0) / v346;
-    const real v348 = z[65] * v347;
-    const real v353 = z[81] + z[70] * v343;
-    const real v354 = z[66] * v353;
-    const real v356 = v346 + v354 * v353;
-    const real v357 = K(1.0) / v356;
-    const real v360 = h[0] * v357 * z[66] * v346;
-    const real v366 = SELECT(m61, v[2], SELECT(m63, z[84], z[83]));
-    const real v372 = v366 - z[71] * v343 - z[72] * z[81];
-    const real v373 = z[67] * v372;
-    const real v375 = v356 + v373 * v372;
-    const real v376 = K(1.0) / v375;
-    const real v379 = h[0] * v376 * z[67] * v356;
-    const real v391 = z[82] + z[75] * v366 - z[73] * v343 - z[74] * z[81];
-    const real v392 = z[68] * v391;
-    const real v394 = v375 + v392 * v391;
-    const real v395 = K(1.0) / v394;
-    const real v398 = h[0] * v395 * z[68] * v375;
-    const real v412 = K(1.0) + z[78] * v366 + z[79] * z[82] - z[76] * v343 - z[77] * z[81];
-    const real v413 = z[69] * v412;
-    const real v416 = K(1.0) / (v394 + v413 * v412);
-    const real v419 = h[0] * v416 * z[69] * v394;
-    const real v423 = z[70] - v344 * v347 * v353;
-    const real v427 = v372 * v357;
-    const real v429 = v344 + v354 * z[70];
-    const real v431 = z[71] + v427 * v429;
-    const real v434 = v348 + v360 + v379 + v398 + v419 + v360 * (v423 * v423) + v379 * (v431 * v431);
-    const real v436 = z[72] + v427 * v354;
-    const real v440 = v391 * v376;
-    const real v442 = v373 * z[71] - v429;
-    const real v444 = z[73] - v440 * v442;
-    const real v449 = v373 * z[72] - v354;
-    const real v451 = z[74] - v440 * v449;
-    const real v454 = v434 + v379 * (v436 * v436) + v398 * (v444 * v444) + v398 * (v451 * v451);
-    const real v456 = z[75] - v440 * v373;
-    const real v460 = v412 * v395;
-    const real v462 = v442 + v392 * z[73];
-    const real v464 = z[76] - v460 * v462;
-    const real v469 = v449 + v392 * z[74];
-    const real v471 = z[77] - v460 * v469;
-    const real v474 = v454 + v398 * (v456 * v456) + v419 * (v464 * v464) + v419 * (v471 * v471);
-    const real v476 = v373 + v392 * z[75];
-    const real v478 = z[78] - v460 * v476;
-    const real v483 = z[79] - v460 * v392;
-    const real v486 = v474 + v419 * (v478 * v478) + v419 * (v483 * v483);
-    const mask m488 = LT(mv_fabs(v486), K(1e+30));
-    const mask m489 = AND(m339, m488);
-    const mask m491 = LT(mv_fabs(x[2]), K(1e+30));
-    const mask m492 = AND(m489, m491);
-    const real v502 = h[1] * r[1] + h[2] * z[56] - h[3] * z[57];
-    const real v520 = v502 + h[6] * z[56] + h[7] * z[57] + h[9] * z[58] + SELECT0(m63, h[10] * z[59]);
-    const mask m523 = LT(K(0.5), c[1]);
-    const mask m525 = LT(K(1.5), z[90]);
-    const mask m526 = AND(m523, m525);
-    const real v541 = x[1] - (z[34] + z[32] * v67 + z[33] * z[52] - z[30] * v38 - z[31] * z[51]);
-    const mask m543 = LT(h[11], mv_fabs(v541));
-    const mask m544 = AND(m526, m543);
-    const real v548 = SELECT(m544, z[34] + v114 * v117 * v541, z[34]);
-    const real v555 = SELECT(m544, z[30] + (v163 + v114 * z[46]) * v117 * v541, z[30]);
-    const real v556 = h[4] + v555;
-    const real v565 = SELECT(m544, z[33] + (v93 + v114 * z[49]) * v117 * v541, z[33]);
-    const real v573 = SELECT(m544, z[32] + (v177 + v114 * z[48]) * v117 * v541, z[32]);
-    const real v579 = mv_max(SPLAT(K(0.0)), K(-0.5) * v573 + K(-0.5) * v565 + h[12]);
-    const real v580 = v565 + v579;
-    const real v581 = v580 * v580;
-    const real v589 = SELECT(m544, z[31] + (v170 + v114 * z[47]) * v117 * v541, z[31]);
-    const real v594 = SELECT(m63, v555 * v556 - (h[13] + v589), -(h[5] + v555));
-    const real v596 = v573 + v579;
-    const real v597 = v596 * v596;
-    const real v607 = SELECT(m63, v589 * v556 - h[8], -(h[15] + v589));
-    const real v612 = v580 * v555;
-    const real v615 = K(1.0) / (v581 + v597 * v589 - v596 * v612);
-    const real v616 = (v581 * v594 + v597 * h[14] - v580 * v596 * v607) * v615;
-    const real v623 = (v520 - c[17] * v548 * (K(1.0) + SELECT0(m63, -v556) + v616)) / (v573 + v565 + (v579 + v579));
-    const real v628 = v596 * h[14];
-    const real v632 = v596 * v589;
-    const real v637 = v623 + SELECT0(m63, v556 * z[53]) - x[1] * ((v580 * v607 - v628 - v612 * v594 + v632 * v594) * v615);
-    const real v649 = (v580 * h[14] - v628 * v555 + v632 * v607 - v580 * v589 * v594) * v615 * v38;
-    const real v650 = v637 - v616 * v67 - v649;
-    const mask m652 = LT(mv_fabs(v650), K(1e+30));
-    const mask m653 = AND(m492, m652);
-    const real v660 = h[1] * r[0] + h[2] * z[26] - h[3] * z[27];
-    const real v671 = v660 + h[6] * z[26] + h[7] * z[27] + h[9] * z[28] + SELECT0(m63, h[10] * z[29]);
-    const real v685 = x[0] - (z[4] + z[2] * v216 + z[3] * z[22] - z[0] * v193 - z[1] * z[21]);
-    const mask m687 = LT(h[11], mv_fabs(v685));
-    const mask m688 = AND(m526, m687);
-    const real v692 = SELECT(m688, z[4] + v263 * v266 * v685, z[4]);
-    const real v699 = SELECT(m688, z[0] + (v312 + v263 * z[16]) * v266 * v685, z[0]);
-    const real v700 = h[4] + v699;
-    const real v709 = SELECT(m688, z[3] + (v242 + v263 * z[19]) * v266 * v685, z[3]);
-    const real v715 = SELECT(m688, z[2] + (v326 + v263 * z[18]) * v266 * v685, z[2]);
-    const real v721 = mv_max(SPLAT(K(0.0)), K(-0.5) * v715 + K(-0.5) * v709 + h[16]);
-    const real v722 = v709 + v721;
-    const real v723 = v722 * v722;
-    const real v730 = SELECT(m688, z[1] + (v319 + v263 * z[17]) * v266 * v685, z[1]);
-    const real v735 = SELECT(m63, v699 * v700 - (h[13] + v730), -(h[5] + v699));
-    const real v737 = v715 + v721;
-    const real v738 = v737 * v737;
-    const real v746 = SELECT(m63, v730 * v700 - h[8], -(h[15] + v730));
-    const real v751 = v722 * v699;
-    const real v754 = K(1.0) / (v723 + v738 * v730 - v737 * v751);
-    const real v755 = (v723 * v735 + v738 * h[14] - v722 * v737 * v746) * v754;
-    const real v762 = (v671 - c[17] * v692 * (K(1.0) + SELECT0(m63, -v700) + v755)) / (v715 + v709 + (v721 + v721));
-    const real v767 = v737 * h[14];
-    const real v771 = v737 * v730;
-    const real v776 = v762 + SELECT0(m63, v700 * z[23]) - x[0] * ((v722 * v746 - v767 - v751 * v735 + v771 * v735) * v754);
-    const real v788 = (v722 * h[14] - v767 * v699 + v771 * v746 - v722 * v730 * v735) * v754 * v193;
-    const real v789 = v776 - v755 * v216 - v788;
-    const mask m791 = LT(mv_fabs(v789), K(1e+30));
-    const mask m792 = AND(m653, m791);
-    const real v799 = h[1] * r[2] + h[2] * z[86] - h[3] * z[87];
-    const real v810 = v799 + h[6] * z[86] + h[7] * z[87] + h[9] * z[88] + SELECT0(m63, h[10] * z[89]);
-    const real v824 = x[2] - (z[64] + z[62] * v366 + z[63] * z[82] - z[60] * v343 - z[61] * z[81]);
-    const mask m826 = LT(h[11], mv_fabs(v824));
-    const mask m827 = AND(m526, m826);
-    const real v831 = SELECT(m827, z[64] + v413 * v416 * v824, z[64]);
-    const real v838 = SELECT(m827, z[60] + (v462 + v413 * z[76]) * v416 * v824, z[60]);
-    const real v839 = h[4] + v838;
-    const real v848 = SELECT(m827, z[63] + (v392 + v413 * z[79]) * v416 * v824, z[63]);
-    const real v854 = SELECT(m827, z[62] + (v476 + v413 * z[78]) * v416 * v824, z[62]);
-    const real v860 = mv_max(SPLAT(K(0.0)), K(-0.5) * v854 + K(-0.5) * v848 + h[17]);
-    const real v861 = v848 + v860;
-    const real v862 = v861 * v861;
-    const real v869 = SELECT(m827, z[61] + (v469 + v413 * z[77]) * v416 * v824, z[61]);
-    const real v874 = SELECT(m63, v838 * v839 - (h[13] + v869), -(h[5] + v838));
-    const real v876 = v854 + v860;
-    const real v877 = v876 * v876;
-    const real v885 = SELECT(m63, v869 * v839 - h[8], -(h[15] + v869));
-    const real v890 = v861 * v838;
-    const real v893 = K(1.0) / (v862 + v877 * v869 - v876 * v890);
-    const real v894 = (v862 * v874 + v877 * h[14] - v861 * v876 * v885) * v893;
-    const real v901 = (v810 - c[17] * v831 * (K(1.0) + SELECT0(m63, -v839) + v894)) / (v854 + v848 + (v860 + v860));
-    const real v908 = v876 * h[14];
-    const real v912 = v876 * v869;
-    const real v917 = v901 + SELECT0(m63, v839 * z[83]) - v894 * v366 - (v861 * v885 - v908 - v890 * v874 + v912 * v874) * v893 * x[2];
-    const real v927 = (v861 * h[14] - v908 * v838 + v912 * v885 - v861 * v869 * v874) * v893 * v343;
-    const real v928 = v917 - v927;
-    const mask m930 = LT(mv_fabs(v928), K(1e+30));
-    const mask m931 = AND(m792, m930);
-    const mask m935 = NOT(m931);
-    const mask m942 = LT(c[4], v336);
-    const real v943 = SELECT(m942, c[3], SPLAT(K(1.0)));
-    const real v984 = K(0.5) * z[26];
-    const real v991 = SELECT(m931, SELECT(m63, v984 + K(0.5) * z[27], v984 + K(0.5) * v660), z[25]);
-    const mask m1001 = LT(c[4], v187);
-    const real v1002 = SELECT(m1001, c[3], SPLAT(K(1.0)));
-    const real v1043 = K(0.5) * z[56];
-    const real v1050 = SELECT(m931, SELECT(m63, v1043 + K(0.5) * z[57], v1043 + K(0.5) * v502), z[55]);
-    const mask m1060 = LT(c[4], v486);
-    const real v1061 = SELECT(m1060, c[3], SPLAT(K(1.0)));
-    const real v1102 = K(0.5) * z[86];
-    const real v1109 = SELECT(m931, SELECT(m63, v1102 + K(0.5) * z[87], v1102 + K(0.5) * v799), z[85]);
-    u[0] = SELECT0(m931, v789);
-    u[1] = SELECT0(m931, v650);
-    u[2] = SELECT0(m931, v928);
-    z_next[0] = SELECT(m931, v699, z[0]);
-    z_next[1] = SELECT(m931, v730, z[1]);
-    z_next[2] = SELECT(m931, v715, z[2]);
-    z_next[3] = SELECT(m931, v709, z[3]);
-    z_next[4] = SELECT(m931, v692, z[4]);
-    z_next[5] = SELECT(m931, SELECT(m688, v198 * v943, z[5]), z[5]);
-    z_next[6] = SELECT(m931, SELECT(m688, v210 * v943, z[6]), z[6]);
-    z_next[7] = SELECT(m931, SELECT(m688, v229 * v943, z[7]), z[7]);
-    z_next[8] = SELECT(m931, SELECT(m688, v248 * v943, z[8]), z[8]);
-    z_next[9] = SELECT(m931, SELECT(m688, v269 * v943, z[9]), z[9]);
-    z_next[10] = SELECT(m931, SELECT(m688, v273, z[10]), z[10]);
-    z_next[11] = SELECT(m931, SELECT(m688, v281, z[11]), z[11]);
-    z_next[12] = SELECT(m931, SELECT(m688, v286, z[12]), z[12]);
-    z_next[13] = SELECT(m931, SELECT(m688, v294, z[13]), z[13]);
-    z_next[14] = SELECT(m931, SELECT(m688, v301, z[14]), z[14]);
-    z_next[15] = SELECT(m931, SELECT(m688, v306, z[15]), z[15]);
-    z_next[16] = SELECT(m931, SELECT(m688, v314, z[16]), z[16]);
-    z_next[17] = SELECT(m931, SELECT(m688, v321, z[17]), z[17]);
-    z_next[18] = SELECT(m931, SELECT(m688, v328, z[18]), z[18]);
-    z_next[19] = SELECT(m931, SELECT(m688, v333, z[19]), z[19]);
-    z_next[20] = SELECT(m931, x[0], z[20]);
-    z_next[21] = SELECT(m931, v193, z[21]);
-    z_next[22] = SELECT(m931, v216, z[22]);
-    z_next[23] = SELECT(m931, v789, z[23]);
-    z_next[24] = SELECT(m931, z[23], z[24]);
-    z_next[25] = v991;
-    z_next[26] = SELECT(m931, v660, z[26]);
-    z_next[27] = SELECT(m931, z[26], z[27]);
-    z_next[28] = SELECT(m931, z[27], z[28]);
-    z_next[29] = SELECT(m931, z[28], z[29]);
-    z_next[30] = SELECT(m931, v555, z[30]);
-    z_next[31] = SELECT(m931, v589, z[31]);
-    z_next[32] = SELECT(m931, v573, z[32]);
-    z_next[33] = SELECT(m931, v565, z[33]);
-    z_next[34] = SELECT(m931, v548, z[34]);
-    z_next[35] = SELECT(m931, SELECT(m544, v44 * v1002, z[35]), z[35]);
-    z_next[36] = SELECT(m931, SELECT(m544, v57 * v1002, z[36]), z[36]);
-    z_next[37] = SELECT(m931, SELECT(m544, v80 * v1002, z[37]), z[37]);
-    z_next[38] = SELECT(m931, SELECT(m544, v99 * v1002, z[38]), z[38]);
-    z_next[39] = SELECT(m931, SELECT(m544, v120 * v1002, z[39]), z[39]);
-    z_next[40] = SELECT(m931, SELECT(m544, v124, z[40]), z[40]);
-    z_next[41] = SELECT(m931, SELECT(m544, v132, z[41]), z[41]);
-    z_next[42] = SELECT(m931, SELECT(m544, v137, z[42]), z[42]);
-    z_next[43] = SELECT(m931, SELECT(m544, v145, z[43]), z[43]);
-    z_next[44] = SELECT(m931, SELECT(m544, v152, z[44]), z[44]);
-    z_next[45] = SELECT(m931, SELECT(m544, v157, z[45]), z[45]);
-    z_next[46] = SELECT(m931, SELECT(m544, v165, z[46]), z[46]);
-    z_next[47] = SELECT(m931, SELECT(m544, v172, z[47]), z[47]);
-    z_next[48] = SELECT(m931, SELECT(m544, v179, z[48]), z[48]);
-    z_next[49] = SELECT(m931, SELECT(m544, v184, z[49]), z[49]);
-    z_next[50] = SELECT(m931, x[1], z[50]);
-    z_next[51] = SELECT(m931, v38, z[51]);
-    z_next[52] = SELECT(m931, v67, z[52]);
-    z_next[53] = SELECT(m931, v650, z[53]);
-    z_next[54] = SELECT(m931, z[53], z[54]);
-    z_next[55] = v1050;
-    z_next[56] = SELECT(m931, v502, z[56]);
-    z_next[57] = SELECT(m931, z[56], z[57]);
-    z_next[58] = SELECT(m931, z[57], z[58]);
-    z_next[59] = SELECT(m931, z[58], z[59]);
-    z_next[60] = SELECT(m931, v838, z[60]);
-    z_next[61] = SELECT(m931, v869, z[61]);
-    z_next[62] = SELECT(m931, v854, z[62]);
-    z_next[63] = SELECT(m931, v848, z[63]);
-    z_next[64] = SELECT(m931, v831, z[64]);
-    z_next[65] = SELECT(m931, SELECT(m827, v348 * v1061, z[65]), z[65]);
-    z_next[66] = SELECT(m931, SELECT(m827, v360 * v1061, z[66]), z[66]);
-    z_next[67] = SELECT(m931, SELECT(m827, v379 * v1061, z[67]), z[67]);
-    z_next[68] = SELECT(m931, SELECT(m827, v398 * v1061, z[68]), z[68]);
-    z_next[69] = SELECT(m931, SELECT(m827, v419 * v1061, z[69]), z[69]);
-    z_next[70] = SELECT(m931, SELECT(m827, v423, z[70]), z[70]);
-    z_next[71] = SELECT(m931, SELECT(m827, v431, z[71]), z[71]);
-    z_next[72] = SELECT(m931, SELECT(m827, v436, z[72]), z[72]);
-    z_next[73] = SELECT(m931, SELECT(m827, v444, z[73]), z[73]);
-    z_next[74] = SELECT(m931, SELECT(m827, v451, z[74]), z[74]);
-    z_next[75] = SELECT(m931, SELECT(m827, v456, z[75]), z[75]);
-    z_next[76] = SELECT(m931, SELECT(m827, v464, z[76]), z[76]);
-    z_next[77] = SELECT(m931, SELECT(m827, v471, z[77]), z[77]);
-    z_next[78] = SELECT(m931, SELECT(m827, v478, z[78]), z[78]);
-    z_next[79] = SELECT(m931, SELECT(m827, v483, z[79]), z[79]);
-    z_next[80] = SELECT(m931, x[2], z[80]);
-    z_next[81] = SELECT(m931, v343, z[81]);
-    z_next[82] = SELECT(m931, v366, z[82]);
-    z_next[83] = SELECT(m931, v928, z[83]);
-    z_next[84] = SELECT(m931, z[83], z[84]);
-    z_next[85] = v1109;
-    z_next[86] = SELECT(m931, v799, z[86]);
-    z_next[87] = SELECT(m931, z[86], z[87]);
-    z_next[88] = SELECT(m931, z[87], z[88]);
-    z_next[89] = SELECT(m931, z[88], z[89]);
-    z_next[90] = SELECT0(m931, mv_min(SPLAT(K(2.0)), K(1.0) + z[90]));
-    z_next[91] = SELECT0(m935, SPLAT(K(1.0)));
+    enum { roll = SATELLITE_X_ROLL };
+    enum { pitch = SATELLITE_X_PITCH };
+    enum { yaw = SATELLITE_X_YAW };
+    enum { ref_roll = SATELLITE_R_REF_ROLL };
+    enum { ref_pitch = SATELLITE_R_REF_PITCH };
+    enum { ref_yaw = SATELLITE_R_REF_YAW };
+    enum { Tx_applied = 0 };
+    enum { Ty_applied = 1 };
+    enum { Tz_applied = 2 };
+    enum { a1_roll = SATELLITE_MRAC_Z_A1_ROLL };
+    enum { a2_roll = SATELLITE_MRAC_Z_A2_ROLL };
+    enum { b0_roll = SATELLITE_MRAC_Z_B0_ROLL };
+    enum { b1_roll = SATELLITE_MRAC_Z_B1_ROLL };
+    enum { d_roll = SATELLITE_MRAC_Z_D_ROLL };
+    enum { D1_roll = SATELLITE_MRAC_Z_D1_ROLL };
+    enum { D2_roll = SATELLITE_MRAC_Z_D2_ROLL };
+    enum { D3_roll = SATELLITE_MRAC_Z_D3_ROLL };
+    enum { D4_roll = SATELLITE_MRAC_Z_D4_ROLL };
+    enum { D5_roll = SATELLITE_MRAC_Z_D5_ROLL };
+    enum { U12_roll = SATELLITE_MRAC_Z_U12_ROLL };
+    enum { U13_roll = SATELLITE_MRAC_Z_U13_ROLL };
+    enum { U23_roll = SATELLITE_MRAC_Z_U23_ROLL };
+    enum { U14_roll = SATELLITE_MRAC_Z_U14_ROLL };
+    enum { U24_roll = SATELLITE_MRAC_Z_U24_ROLL };
+    enum { U34_roll = SATELLITE_MRAC_Z_U34_ROLL };
+    enum { U15_roll = SATELLITE_MRAC_Z_U15_ROLL };
+    enum { U25_roll = SATELLITE_MRAC_Z_U25_ROLL };
+    enum { U35_roll = SATELLITE_MRAC_Z_U35_ROLL };
+    enum { U45_roll = SATELLITE_MRAC_Z_U45_ROLL };
+    enum { y1_roll = SATELLITE_MRAC_Z_Y1_ROLL };
+    enum { y2_roll = SATELLITE_MRAC_Z_Y2_ROLL };
+    enum { v1_roll = SATELLITE_MRAC_Z_V1_ROLL };
+    enum { u1_roll = SATELLITE_MRAC_Z_U1_ROLL };
+    enum { u2_roll = SATELLITE_MRAC_Z_U2_ROLL };
+    enum { ym_roll = SATELLITE_MRAC_Z_YM_ROLL };
+    enum { wm1_roll = SATELLITE_MRAC_Z_WM1_ROLL };
+    enum { wm2_roll = SATELLITE_MRAC_Z_WM2_ROLL };
+    enum { wm3_roll = SATELLITE_MRAC_Z_WM3_ROLL };
+    enum { wm4_roll = SATELLITE_MRAC_Z_WM4_ROLL };
+    enum { a1_pitch = SATELLITE_MRAC_Z_A1_PITCH };
+    enum { a2_pitch = SATELLITE_MRAC_Z_A2_PITCH };
+    enum { b0_pitch = SATELLITE_MRAC_Z_B0_PITCH };
+    enum { b1_pitch = SATELLITE_MRAC_Z_B1_PITCH };
+    enum { d_pitch = SATELLITE_MRAC_Z_D_PITCH };
+    enum { D1_pitch = SATELLITE_MRAC_Z_D1_PITCH };
+    enum { D2_pitch = SATELLITE_MRAC_Z_D2_PITCH };
+    enum { D3_pitch = SATELLITE_MRAC_Z_D3_PITCH };
+    enum { D4_pitch = SATELLITE_MRAC_Z_D4_PITCH };
+    enum { D5_pitch = SATELLITE_MRAC_Z_D5_PITCH };
+    enum { U12_pitch = SATELLITE_MRAC_Z_U12_PITCH };
+    enum { U13_pitch = SATELLITE_MRAC_Z_U13_PITCH };
+    enum { U23_pitch = SATELLITE_MRAC_Z_U23_PITCH };
+    enum { U14_pitch = SATELLITE_MRAC_Z_U14_PITCH };
+    enum { U24_pitch = SATELLITE_MRAC_Z_U24_PITCH };
+    enum { U34_pitch = SATELLITE_MRAC_Z_U34_PITCH };
+    enum { U15_pitch = SATELLITE_MRAC_Z_U15_PITCH };
+    enum { U25_pitch = SATELLITE_MRAC_Z_U25_PITCH };
+    enum { U35_pitch = SATELLITE_MRAC_Z_U35_PITCH };
+    enum { U45_pitch = SATELLITE_MRAC_Z_U45_PITCH };
+    enum { y1_pitch = SATELLITE_MRAC_Z_Y1_PITCH };
+    enum { y2_pitch = SATELLITE_MRAC_Z_Y2_PITCH };
+    enum { v1_pitch = SATELLITE_MRAC_Z_V1_PITCH };
+    enum { u1_pitch = SATELLITE_MRAC_Z_U1_PITCH };
+    enum { u2_pitch = SATELLITE_MRAC_Z_U2_PITCH };
+    enum { ym_pitch = SATELLITE_MRAC_Z_YM_PITCH };
+    enum { wm1_pitch = SATELLITE_MRAC_Z_WM1_PITCH };
+    enum { wm2_pitch = SATELLITE_MRAC_Z_WM2_PITCH };
+    enum { wm3_pitch = SATELLITE_MRAC_Z_WM3_PITCH };
+    enum { wm4_pitch = SATELLITE_MRAC_Z_WM4_PITCH };
+    enum { a1_yaw = SATELLITE_MRAC_Z_A1_YAW };
+    enum { a2_yaw = SATELLITE_MRAC_Z_A2_YAW };
+    enum { b0_yaw = SATELLITE_MRAC_Z_B0_YAW };
+    enum { b1_yaw = SATELLITE_MRAC_Z_B1_YAW };
+    enum { d_yaw = SATELLITE_MRAC_Z_D_YAW };
+    enum { D1_yaw = SATELLITE_MRAC_Z_D1_YAW };
+    enum { D2_yaw = SATELLITE_MRAC_Z_D2_YAW };
+    enum { D3_yaw = SATELLITE_MRAC_Z_D3_YAW };
+    enum { D4_yaw = SATELLITE_MRAC_Z_D4_YAW };
+    enum { D5_yaw = SATELLITE_MRAC_Z_D5_YAW };
+    enum { U12_yaw = SATELLITE_MRAC_Z_U12_YAW };
+    enum { U13_yaw = SATELLITE_MRAC_Z_U13_YAW };
+    enum { U23_yaw = SATELLITE_MRAC_Z_U23_YAW };
+    enum { U14_yaw = SATELLITE_MRAC_Z_U14_YAW };
+    enum { U24_yaw = SATELLITE_MRAC_Z_U24_YAW };
+    enum { U34_yaw = SATELLITE_MRAC_Z_U34_YAW };
+    enum { U15_yaw = SATELLITE_MRAC_Z_U15_YAW };
+    enum { U25_yaw = SATELLITE_MRAC_Z_U25_YAW };
+    enum { U35_yaw = SATELLITE_MRAC_Z_U35_YAW };
+    enum { U45_yaw = SATELLITE_MRAC_Z_U45_YAW };
+    enum { y1_yaw = SATELLITE_MRAC_Z_Y1_YAW };
+    enum { y2_yaw = SATELLITE_MRAC_Z_Y2_YAW };
+    enum { v1_yaw = SATELLITE_MRAC_Z_V1_YAW };
+    enum { u1_yaw = SATELLITE_MRAC_Z_U1_YAW };
+    enum { u2_yaw = SATELLITE_MRAC_Z_U2_YAW };
+    enum { ym_yaw = SATELLITE_MRAC_Z_YM_YAW };
+    enum { wm1_yaw = SATELLITE_MRAC_Z_WM1_YAW };
+    enum { wm2_yaw = SATELLITE_MRAC_Z_WM2_YAW };
+    enum { wm3_yaw = SATELLITE_MRAC_Z_WM3_YAW };
+    enum { wm4_yaw = SATELLITE_MRAC_Z_WM4_YAW };
+    enum { samples = SATELLITE_MRAC_Z_SAMPLES };
+    enum { adapt = SATELLITE_MRAC_C_ADAPT };
+    enum { forgetting = SATELLITE_MRAC_C_FORGETTING };
+    enum { trace_max = SATELLITE_MRAC_C_TRACE_MAX };
+    enum { compensate_d = SATELLITE_MRAC_C_COMPENSATE_D };
+    enum { applied_regressor = SATELLITE_MRAC_C_APPLIED_REGRESSOR };
+    enum { design_delay = SATELLITE_MRAC_C_DESIGN_DELAY };
+    enum { t_lbhv6 = mrac_h_t_lbhv6 };
+    enum { t_u5zvh = mrac_h_t_u5zvh };
+    enum { t_lbhv6_2 = mrac_h_t_lbhv6_2 };
+    enum { t_rkxsm = mrac_h_t_rkxsm };
+    enum { t_s4yo7 = mrac_h_t_s4yo7 };
+    enum { t_4xcao = mrac_h_t_4xcao };
+    enum { t_bxn4n = mrac_h_t_bxn4n };
+    enum { t_2wsi6_2 = mrac_h_t_2wsi6_2 };
+    enum { t_bxn4n_2 = mrac_h_t_bxn4n_2 };
+    enum { t_ogmcx_2 = mrac_h_t_ogmcx_2 };
+    enum { t_2wsi6_3 = mrac_h_t_2wsi6_3 };
+    enum { t_v4kye = mrac_h_t_v4kye };
+    enum { e3_roll = mrac_h_e3_roll };
+    enum { t_z4laf = mrac_h_t_z4laf };
+    enum { t_mymwd = mrac_h_t_mymwd };
+    enum { t_32esp = mrac_h_t_32esp };
+    enum { t_wr7mm = mrac_h_t_wr7mm };
+    enum { t_k7hjd = mrac_h_t_k7hjd };
+    const real w_roll = h[t_lbhv6] * r[ref_roll] + h[t_u5zvh] * z[wm1_roll] - h[t_lbhv6_2] * z[wm2_roll];  /* (16) */
+    const real w_pitch = h[t_lbhv6] * r[ref_pitch] + h[t_u5zvh] * z[wm1_pitch] - h[t_lbhv6_2] * z[wm2_pitch];  /* (16) */
+    const real w_yaw = h[t_lbhv6] * r[ref_yaw] + h[t_u5zvh] * z[wm1_yaw] - h[t_lbhv6_2] * z[wm2_yaw];  /* (16) */
+    const mask m_myerm = LT(z[samples], K(0.5));
+    const real y1_used_roll = SELECT(m_myerm, x[roll], z[y1_roll]);
+    const mask m_2oym3 = LT(K(0.5), c[applied_regressor]);
+    const mask m_ng6lt = LT(K(0.5), c[design_delay]);
+    const real v_roll = SELECT(m_2oym3, v[Tx_applied], SELECT(m_ng6lt, z[u2_roll], z[u1_roll]));  /* (36) */
+    const real y_hat_roll = z[d_roll]
+        + z[b0_roll] * v_roll
+        + z[b1_roll] * z[v1_roll]
+        - z[a1_roll] * y1_used_roll
+        - z[a2_roll] * z[y2_roll];  /* (34) */
+    const real eps_roll = x[roll] - y_hat_roll;  /* (39) */
+    const real t_s4qc7 = z[D1_roll] * y1_used_roll;
+    const real alpha1_roll = c[forgetting] + t_s4qc7 * y1_used_roll;  /* (40) */
+    const real t_gcbdt = K(1.0) / alpha1_roll;
+    const real D1_free_roll = z[D1_roll] * t_gcbdt;  /* (41) */
+    const real t_4q5lb = z[y2_roll] + z[U12_roll] * y1_used_roll;
+    const real t_bqiu4 = z[D2_roll] * t_4q5lb;
+    const real alpha2_roll = alpha1_roll + t_bqiu4 * t_4q5lb;  /* (40) */
+    const real t_2ftwl = K(1.0) / alpha2_roll;
+    const real D2_free_roll = t_2ftwl * h[t_rkxsm] * z[D2_roll] * alpha1_roll;  /* (41) */
+    const real U12_free_roll = z[U12_roll] - t_s4qc7 * t_gcbdt * t_4q5lb;  /* (41) */
+    const real f3_roll = v_roll - z[U13_roll] * y1_used_roll - z[U23_roll] * z[y2_roll];  /* (40) */
+    const real Df3_roll = z[D3_roll] * f3_roll;  /* (40) */
+    const real alpha3_roll = alpha2_roll + Df3_roll * f3_roll;  /* (40) */
+    const real t_m6gkz = K(1.0) / alpha3_roll;
+    const real D3_free_roll = h[t_rkxsm] * t_m6gkz * z[D3_roll] * alpha2_roll;  /* (41) */
+    const real t_iwp6c = f3_roll * t_2ftwl;
+    const real t_73h6y = t_s4qc7 + t_bqiu4 * z[U12_roll];
+    const real U13_free_roll = z[U13_roll] + t_iwp6c * t_73h6y;  /* (41) */
+    const real b1_3_roll = Df3_roll * z[U13_roll] - t_73h6y;  /* (40) */
+    const real U23_free_roll = z[U23_roll] + t_iwp6c * t_bqiu4;  /* (41) */
+    const real b2_3_roll = Df3_roll * z[U23_roll] - t_bqiu4;  /* (40) */
+    const real f4_roll = z[v1_roll] + z[U34_roll] * v_roll - z[U14_roll] * y1_used_roll - z[U24_roll] * z[y2_roll];  /* (40) */
+    const real Df4_roll = z[D4_roll] * f4_roll;  /* (40) */
+    const real alpha4_roll = alpha3_roll + Df4_roll * f4_roll;  /* (40) */
+    const real t_qd2bm = K(1.0) / alpha4_roll;
+    const real D4_free_roll = h[t_rkxsm] * t_qd2bm * z[D4_roll] * alpha3_roll;  /* (41) */
+    const real t_vpr7m = f4_roll * t_m6gkz;
+    const real U14_free_roll = z[U14_roll] - t_vpr7m * b1_3_roll;  /* (41) */
+    const real b1_4_roll = b1_3_roll + Df4_roll * z[U14_roll];  /* (40) */
+    const real U24_free_roll = z[U24_roll] - t_vpr7m * b2_3_roll;  /* (41) */
+    const real b2_4_roll = b2_3_roll + Df4_roll * z[U24_roll];  /* (40) */
+    const real U34_free_roll = z[U34_roll] - t_vpr7m * Df3_roll;  /* (41) */
+    const real b3_4_roll = Df3_roll + Df4_roll * z[U34_roll];  /* (40) */
+    const real f5_roll = K(1.0)
+        + z[U35_roll] * v_roll
+        + z[U45_roll] * z[v1_roll]
+        - z[U15_roll] * y1_used_roll
+        - z[U25_roll] * z[y2_roll];  /* (40) */
+    const real Df5_roll = z[D5_roll] * f5_roll;  /* (40) */
+    const real alpha5_roll = alpha4_roll + Df5_roll * f5_roll;  /* (40) */
+    const real t_szpzk = K(1.0) / alpha5_roll;
+    const real D5_free_roll = h[t_rkxsm] * t_szpzk * z[D5_roll] * alpha4_roll;  /* (41) */
+    const real t_el36p = f5_roll * t_qd2bm;
+    const real U15_free_roll = z[U15_roll] - t_el36p * b1_4_roll;  /* (41) */
+    const real b1_5_roll = b1_4_roll + Df5_roll * z[U15_roll];  /* (40) */
+    const real U25_free_roll = z[U25_roll] - t_el36p * b2_4_roll;  /* (41) */
+    const real b2_5_roll = b2_4_roll + Df5_roll * z[U25_roll];  /* (40) */
+    const real U35_free_roll = z[U35_roll] - t_el36p * b3_4_roll;  /* (41) */
+    const real b3_5_roll = b3_4_roll + Df5_roll * z[U35_roll];  /* (40) */
+    const real U45_free_roll = z[U45_roll] - t_el36p * Df4_roll;  /* (41) */
+    const real b4_5_roll = Df4_roll + Df5_roll * z[U45_roll];  /* (40) */
+    const real G1_roll = b1_5_roll * t_szpzk;  /* (40) */
+    const real G2_roll = b2_5_roll * t_szpzk;  /* (40) */
+    const real G3_roll = b3_5_roll * t_szpzk;  /* (40) */
+    const real G4_roll = b4_5_roll * t_szpzk;  /* (40) */
+    const real G5_roll = Df5_roll * t_szpzk;  /* (40) */
+    const real trace_roll = D1_free_roll
+        + D2_free_roll
+        + D3_free_roll
+        + D4_free_roll
+        + D5_free_roll
+        + D2_free_roll * (U12_free_roll * U12_free_roll)
+        + D3_free_roll * (U13_free_roll * U13_free_roll)
+        + D3_free_roll * (U23_free_roll * U23_free_roll)
+        + D4_free_roll * (U14_free_roll * U14_free_roll)
+        + D4_free_roll * (U24_free_roll * U24_free_roll)
+        + D4_free_roll * (U34_free_roll * U34_free_roll)
+        + D5_free_roll * (U15_free_roll * U15_free_roll)
+        + D5_free_roll * (U25_free_roll * U25_free_roll)
+        + D5_free_roll * (U35_free_roll * U35_free_roll)
+        + D5_free_roll * (U45_free_roll * U45_free_roll);  /* (41) */
+    const mask m_cy5zr = LT(c[trace_max], trace_roll);
+    const real cap_roll = SELECT(m_cy5zr, c[forgetting], SPLAT(K(1.0)));
+    const mask m_jj746 = LT(K(0.5), c[adapt]);
+    const mask m_d33kq = LT(K(1.5), z[samples]);
+    const mask m_6w7fs = AND(m_jj746, m_d33kq);
+    const mask m_ehesg = LT(h[t_s4yo7], mv_fabs(eps_roll));
+    const mask m_ovbqq = AND(m_6w7fs, m_ehesg);
+    const real a1_now_roll = SELECT(m_ovbqq, z[a1_roll] + G1_roll * eps_roll, z[a1_roll]);  /* (42) */
+    const real a2_now_roll = SELECT(m_ovbqq, z[a2_roll] + G2_roll * eps_roll, z[a2_roll]);  /* (42) */
+    const real b0_now_roll = SELECT(m_ovbqq, z[b0_roll] + G3_roll * eps_roll, z[b0_roll]);  /* (42) */
+    const real b1_now_roll = SELECT(m_ovbqq, z[b1_roll] + G4_roll * eps_roll, z[b1_roll]);  /* (42) */
+    const real d_now_roll = SELECT(m_ovbqq, z[d_roll] + G5_roll * eps_roll, z[d_roll]);  /* (42) */
+    const real d_used_roll = c[compensate_d] * d_now_roll;
+    const real y1_used_pitch = SELECT(m_myerm, x[pitch], z[y1_pitch]);
+    const real v_pitch = SELECT(m_2oym3, v[Ty_applied], SELECT(m_ng6lt, z[u2_pitch], z[u1_pitch]));  /* (36) */
+    const real y_hat_pitch = z[d_pitch]
+        + z[b0_pitch] * v_pitch
+        + z[b1_pitch] * z[v1_pitch]
+        - z[a1_pitch] * y1_used_pitch
+        - z[a2_pitch] * z[y2_pitch];  /* (34) */
+    const real eps_pitch = x[pitch] - y_hat_pitch;  /* (39) */
+    const real t_n6265 = z[D1_pitch] * y1_used_pitch;
+    const real alpha1_pitch = c[forgetting] + t_n6265 * y1_used_pitch;  /* (40) */
+    const real t_ba5cq = K(1.0) / alpha1_pitch;
+    const real D1_free_pitch = z[D1_pitch] * t_ba5cq;  /* (41) */
+    const real t_5xoth = z[y2_pitch] + z[U12_pitch] * y1_used_pitch;
+    const real t_urk7s = z[D2_pitch] * t_5xoth;
+    const real alpha2_pitch = alpha1_pitch + t_urk7s * t_5xoth;  /* (40) */
+    const real t_vq6qe = K(1.0) / alpha2_pitch;
+    const real D2_free_pitch = h[t_rkxsm] * t_vq6qe * z[D2_pitch] * alpha1_pitch;  /* (41) */
+    const real U12_free_pitch = z[U12_pitch] - t_n6265 * t_ba5cq * t_5xoth;  /* (41) */
+    const real f3_pitch = v_pitch - z[U13_pitch] * y1_used_pitch - z[U23_pitch] * z[y2_pitch];  /* (40) */
+    const real Df3_pitch = z[D3_pitch] * f3_pitch;  /* (40) */
+    const real alpha3_pitch = alpha2_pitch + Df3_pitch * f3_pitch;  /* (40) */
+    const real t_wnsbx = K(1.0) / alpha3_pitch;
+    const real D3_free_pitch = h[t_rkxsm] * t_wnsbx * z[D3_pitch] * alpha2_pitch;  /* (41) */
+    const real t_iziit = f3_pitch * t_vq6qe;
+    const real t_m7azd = t_n6265 + t_urk7s * z[U12_pitch];
+    const real U13_free_pitch = z[U13_pitch] + t_iziit * t_m7azd;  /* (41) */
+    const real b1_3_pitch = Df3_pitch * z[U13_pitch] - t_m7azd;  /* (40) */
+    const real U23_free_pitch = z[U23_pitch] + t_iziit * t_urk7s;  /* (41) */
+    const real b2_3_pitch = Df3_pitch * z[U23_pitch] - t_urk7s;  /* (40) */
+    const real f4_pitch = z[v1_pitch] + z[U34_pitch] * v_pitch - z[U14_pitch] * y1_used_pitch - z[U24_pitch] * z[y2_pitch];  /* (40) */
+    const real Df4_pitch = z[D4_pitch] * f4_pitch;  /* (40) */
+    const real alpha4_pitch = alpha3_pitch + Df4_pitch * f4_pitch;  /* (40) */
+    const real t_au2dz = K(1.0) / alpha4_pitch;
+    const real D4_free_pitch = h[t_rkxsm] * t_au2dz * z[D4_pitch] * alpha3_pitch;  /* (41) */
+    const real t_q5cqa = f4_pitch * t_wnsbx;
+    const real U14_free_pitch = z[U14_pitch] - t_q5cqa * b1_3_pitch;  /* (41) */
+    const real b1_4_pitch = b1_3_pitch + Df4_pitch * z[U14_pitch];  /* (40) */
+    const real U24_free_pitch = z[U24_pitch] - t_q5cqa * b2_3_pitch;  /* (41) */
+    const real b2_4_pitch = b2_3_pitch + Df4_pitch * z[U24_pitch];  /* (40) */
+    const real U34_free_pitch = z[U34_pitch] - t_q5cqa * Df3_pitch;  /* (41) */
+    const real b3_4_pitch = Df3_pitch + Df4_pitch * z[U34_pitch];  /* (40) */
+    const real f5_pitch = K(1.0)
+        + z[U35_pitch] * v_pitch
+        + z[U45_pitch] * z[v1_pitch]
+        - z[U15_pitch] * y1_used_pitch
+        - z[U25_pitch] * z[y2_pitch];  /* (40) */
+    const real Df5_pitch = z[D5_pitch] * f5_pitch;  /* (40) */
+    const real alpha5_pitch = alpha4_pitch + Df5_pitch * f5_pitch;  /* (40) */
+    const real t_uppvm = K(1.0) / alpha5_pitch;
+    const real D5_free_pitch = h[t_rkxsm] * t_uppvm * z[D5_pitch] * alpha4_pitch;  /* (41) */
+    const real t_blzne = f5_pitch * t_au2dz;
+    const real U15_free_pitch = z[U15_pitch] - t_blzne * b1_4_pitch;  /* (41) */
+    const real b1_5_pitch = b1_4_pitch + Df5_pitch * z[U15_pitch];  /* (40) */
+    const real U25_free_pitch = z[U25_pitch] - t_blzne * b2_4_pitch;  /* (41) */
+    const real b2_5_pitch = b2_4_pitch + Df5_pitch * z[U25_pitch];  /* (40) */
+    const real U35_free_pitch = z[U35_pitch] - t_blzne * b3_4_pitch;  /* (41) */
+    const real b3_5_pitch = b3_4_pitch + Df5_pitch * z[U35_pitch];  /* (40) */
+    const real U45_free_pitch = z[U45_pitch] - t_blzne * Df4_pitch;  /* (41) */
+    const real b4_5_pitch = Df4_pitch + Df5_pitch * z[U45_pitch];  /* (40) */
+    const real G1_pitch = b1_5_pitch * t_uppvm;  /* (40) */
+    const real G2_pitch = b2_5_pitch * t_uppvm;  /* (40) */
+    const real G3_pitch = b3_5_pitch * t_uppvm;  /* (40) */
+    const real G4_pitch = b4_5_pitch * t_uppvm;  /* (40) */
+    const real G5_pitch = Df5_pitch * t_uppvm;  /* (40) */
+    const real trace_pitch = D1_free_pitch
+        + D2_free_pitch
+        + D3_free_pitch
+        + D4_free_pitch
+        + D5_free_pitch
+        + D2_free_pitch * (U12_free_pitch * U12_free_pitch)
+        + D3_free_pitch * (U13_free_pitch * U13_free_pitch)
+        + D3_free_pitch * (U23_free_pitch * U23_free_pitch)
+        + D4_free_pitch * (U14_free_pitch * U14_free_pitch)
+        + D4_free_pitch * (U24_free_pitch * U24_free_pitch)
+        + D4_free_pitch * (U34_free_pitch * U34_free_pitch)
+        + D5_free_pitch * (U15_free_pitch * U15_free_pitch)
+        + D5_free_pitch * (U25_free_pitch * U25_free_pitch)
+        + D5_free_pitch * (U35_free_pitch * U35_free_pitch)
+        + D5_free_pitch * (U45_free_pitch * U45_free_pitch);  /* (41) */
+    const mask m_rahgr = LT(c[trace_max], trace_pitch);
+    const real cap_pitch = SELECT(m_rahgr, c[forgetting], SPLAT(K(1.0)));
+    const mask m_qjzob = LT(h[t_s4yo7], mv_fabs(eps_pitch));
+    const mask m_ehlkz = AND(m_6w7fs, m_qjzob);
+    const real a1_now_pitch = SELECT(m_ehlkz, z[a1_pitch] + G1_pitch * eps_pitch, z[a1_pitch]);  /* (42) */
+    const real a2_now_pitch = SELECT(m_ehlkz, z[a2_pitch] + G2_pitch * eps_pitch, z[a2_pitch]);  /* (42) */
+    const real b0_now_pitch = SELECT(m_ehlkz, z[b0_pitch] + G3_pitch * eps_pitch, z[b0_pitch]);  /* (42) */
+    const real b1_now_pitch = SELECT(m_ehlkz, z[b1_pitch] + G4_pitch * eps_pitch, z[b1_pitch]);  /* (42) */
+    const real d_now_pitch = SELECT(m_ehlkz, z[d_pitch] + G5_pitch * eps_pitch, z[d_pitch]);  /* (42) */
+    const real d_used_pitch = c[compensate_d] * d_now_pitch;
+    const real y1_used_yaw = SELECT(m_myerm, x[yaw], z[y1_yaw]);
+    const real v_yaw = SELECT(m_2oym3, v[Tz_applied], SELECT(m_ng6lt, z[u2_yaw], z[u1_yaw]));  /* (36) */
+    const real y_hat_yaw = z[d_yaw]
+        + z[b0_yaw] * v_yaw
+        + z[b1_yaw] * z[v1_yaw]
+        - z[a1_yaw] * y1_used_yaw
+        - z[a2_yaw] * z[y2_yaw];  /* (34) */
+    const real eps_yaw = x[yaw] - y_hat_yaw;  /* (39) */
+    const real t_5t4tf = z[D1_yaw] * y1_used_yaw;
+    const real alpha1_yaw = c[forgetting] + t_5t4tf * y1_used_yaw;  /* (40) */
+    const real t_rrlcx = K(1.0) / alpha1_yaw;
+    const real D1_free_yaw = z[D1_yaw] * t_rrlcx;  /* (41) */
+    const real t_fz2ih = z[y2_yaw] + z[U12_yaw] * y1_used_yaw;
+    const real t_3inrl = z[D2_yaw] * t_fz2ih;
+    const real alpha2_yaw = alpha1_yaw + t_3inrl * t_fz2ih;  /* (40) */
+    const real t_epc3p = K(1.0) / alpha2_yaw;
+    const real D2_free_yaw = h[t_rkxsm] * t_epc3p * z[D2_yaw] * alpha1_yaw;  /* (41) */
+    const real U12_free_yaw = z[U12_yaw] - t_5t4tf * t_rrlcx * t_fz2ih;  /* (41) */
+    const real f3_yaw = v_yaw - z[U13_yaw] * y1_used_yaw - z[U23_yaw] * z[y2_yaw];  /* (40) */
+    const real Df3_yaw = z[D3_yaw] * f3_yaw;  /* (40) */
+    const real alpha3_yaw = alpha2_yaw + Df3_yaw * f3_yaw;  /* (40) */
+    const real t_czmse = K(1.0) / alpha3_yaw;
+    const real D3_free_yaw = h[t_rkxsm] * t_czmse * z[D3_yaw] * alpha2_yaw;  /* (41) */
+    const real t_qqhj7 = f3_yaw * t_epc3p;
+    const real t_mefgo = t_5t4tf + t_3inrl * z[U12_yaw];
+    const real U13_free_yaw = z[U13_yaw] + t_qqhj7 * t_mefgo;  /* (41) */
+    const real b1_3_yaw = Df3_yaw * z[U13_yaw] - t_mefgo;  /* (40) */
+    const real U23_free_yaw = z[U23_yaw] + t_qqhj7 * t_3inrl;  /* (41) */
+    const real b2_3_yaw = Df3_yaw * z[U23_yaw] - t_3inrl;  /* (40) */
+    const real f4_yaw = z[v1_yaw] + z[U34_yaw] * v_yaw - z[U14_yaw] * y1_used_yaw - z[U24_yaw] * z[y2_yaw];  /* (40) */
+    const real Df4_yaw = z[D4_yaw] * f4_yaw;  /* (40) */
+    const real alpha4_yaw = alpha3_yaw + Df4_yaw * f4_yaw;  /* (40) */
+    const real t_nk3ay = K(1.0) / alpha4_yaw;
+    const real D4_free_yaw = h[t_rkxsm] * t_nk3ay * z[D4_yaw] * alpha3_yaw;  /* (41) */
+    const real t_ov6wh = f4_yaw * t_czmse;
+    const real U14_free_yaw = z[U14_yaw] - t_ov6wh * b1_3_yaw;  /* (41) */
+    const real b1_4_yaw = b1_3_yaw + Df4_yaw * z[U14_yaw];  /* (40) */
+    const real U24_free_yaw = z[U24_yaw] - t_ov6wh * b2_3_yaw;  /* (41) */
+    const real b2_4_yaw = b2_3_yaw + Df4_yaw * z[U24_yaw];  /* (40) */
+    const real U34_free_yaw = z[U34_yaw] - t_ov6wh * Df3_yaw;  /* (41) */
+    const real b3_4_yaw = Df3_yaw + Df4_yaw * z[U34_yaw];  /* (40) */
+    const real f5_yaw = K(1.0)
+        + z[U35_yaw] * v_yaw
+        + z[U45_yaw] * z[v1_yaw]
+        - z[U15_yaw] * y1_used_yaw
+        - z[U25_yaw] * z[y2_yaw];  /* (40) */
+    const real Df5_yaw = z[D5_yaw] * f5_yaw;  /* (40) */
+    const real alpha5_yaw = alpha4_yaw + Df5_yaw * f5_yaw;  /* (40) */
+    const real t_xt42v = K(1.0) / alpha5_yaw;
+    const real D5_free_yaw = h[t_rkxsm] * t_xt42v * z[D5_yaw] * alpha4_yaw;  /* (41) */
+    const real t_xokdo = f5_yaw * t_nk3ay;
+    const real U15_free_yaw = z[U15_yaw] - t_xokdo * b1_4_yaw;  /* (41) */
+    const real b1_5_yaw = b1_4_yaw + Df5_yaw * z[U15_yaw];  /* (40) */
+    const real U25_free_yaw = z[U25_yaw] - t_xokdo * b2_4_yaw;  /* (41) */
+    const real b2_5_yaw = b2_4_yaw + Df5_yaw * z[U25_yaw];  /* (40) */
+    const real U35_free_yaw = z[U35_yaw] - t_xokdo * b3_4_yaw;  /* (41) */
+    const real b3_5_yaw = b3_4_yaw + Df5_yaw * z[U35_yaw];  /* (40) */
+    const real U45_free_yaw = z[U45_yaw] - t_xokdo * Df4_yaw;  /* (41) */
+    const real b4_5_yaw = Df4_yaw + Df5_yaw * z[U45_yaw];  /* (40) */
+    const real G1_yaw = b1_5_yaw * t_xt42v;  /* (40) */
+    const real G2_yaw = b2_5_yaw * t_xt42v;  /* (40) */
+    const real G3_yaw = b3_5_yaw * t_xt42v;  /* (40) */
+    const real G4_yaw = b4_5_yaw * t_xt42v;  /* (40) */
+    const real G5_yaw = Df5_yaw * t_xt42v;  /* (40) */
+    const real trace_yaw = D1_free_yaw
+        + D2_free_yaw
+        + D3_free_yaw
+        + D4_free_yaw
+        + D5_free_yaw
+        + D2_free_yaw * (U12_free_yaw * U12_free_yaw)
+        + D3_free_yaw * (U13_free_yaw * U13_free_yaw)
+        + D3_free_yaw * (U23_free_yaw * U23_free_yaw)
+        + D4_free_yaw * (U14_free_yaw * U14_free_yaw)
+        + D4_free_yaw * (U24_free_yaw * U24_free_yaw)
+        + D4_free_yaw * (U34_free_yaw * U34_free_yaw)
+        + D5_free_yaw * (U15_free_yaw * U15_free_yaw)
+        + D5_free_yaw * (U25_free_yaw * U25_free_yaw)
+        + D5_free_yaw * (U35_free_yaw * U35_free_yaw)
+        + D5_free_yaw * (U45_free_yaw * U45_free_yaw);  /* (41) */
+    const mask m_4b7bf = LT(c[trace_max], trace_yaw);
+    const real cap_yaw = SELECT(m_4b7bf, c[forgetting], SPLAT(K(1.0)));
+    const mask m_3y25r = LT(h[t_s4yo7], mv_fabs(eps_yaw));
+    const mask m_33i5p = AND(m_6w7fs, m_3y25r);
+    const real a1_now_yaw = SELECT(m_33i5p, z[a1_yaw] + G1_yaw * eps_yaw, z[a1_yaw]);  /* (42) */
+    const real a2_now_yaw = SELECT(m_33i5p, z[a2_yaw] + G2_yaw * eps_yaw, z[a2_yaw]);  /* (42) */
+    const real b0_now_yaw = SELECT(m_33i5p, z[b0_yaw] + G3_yaw * eps_yaw, z[b0_yaw]);  /* (42) */
+    const real b1_now_yaw = SELECT(m_33i5p, z[b1_yaw] + G4_yaw * eps_yaw, z[b1_yaw]);  /* (42) */
+    const real d_now_yaw = SELECT(m_33i5p, z[d_yaw] + G5_yaw * eps_yaw, z[d_yaw]);  /* (42) */
+    const real d_used_yaw = c[compensate_d] * d_now_yaw;
+    const real lift_roll = mv_max(SPLAT(K(0.0)), K(-0.5) * b0_now_roll + K(-0.5) * b1_now_roll + h[t_4xcao]);
+    const real B1_roll = b0_now_roll + b1_now_roll + (lift_roll + lift_roll);
+    const real t_6v5bz = h[t_bxn4n] + a1_now_roll;
+    const real s1_roll = -t_6v5bz;  /* (22) */
+    const real e1_roll = SELECT(m_ng6lt, a1_now_roll * t_6v5bz - (h[t_2wsi6_2] + a2_now_roll), -(h[t_bxn4n_2] + a1_now_roll));  /* (22) */
+    const real e2_roll = SELECT(m_ng6lt, a2_now_roll * t_6v5bz - h[t_ogmcx_2], -(h[t_2wsi6_3] + a2_now_roll));  /* (22) */
+    const real t_zjozf = b1_now_roll + lift_roll;
+    const real t_yz2fy = t_zjozf * t_zjozf;
+    const real t_4ihf2 = b0_now_roll + lift_roll;
+    const real t_qkhny = t_4ihf2 * t_4ihf2;
+    const real t_ncl23 = t_zjozf * a1_now_roll;
+    const real res_roll = t_yz2fy + t_qkhny * a2_now_roll - t_4ihf2 * t_ncl23;
+    const real t_k6fq7 = K(1.0) / res_roll;
+    const real sd_roll = (t_yz2fy * e1_roll + t_qkhny * h[e3_roll] - t_zjozf * t_4ihf2 * e2_roll) * t_k6fq7;  /* (22) */
+    const real t_6p656 = t_4ihf2 * h[e3_roll];
+    const real t_6zvri = t_4ihf2 * a2_now_roll;
+    const real t0_roll = (t_zjozf * e2_roll - t_6p656 - t_ncl23 * e1_roll + t_6zvri * e1_roll) * t_k6fq7;  /* (22) */
+    const real t_toq7n = t_zjozf * h[e3_roll]
+        - t_6p656 * a1_now_roll
+        + t_6zvri * e2_roll
+        - t_zjozf * a2_now_roll * e1_roll;
+    const real t1_roll = t_toq7n * t_k6fq7;  /* (22) */
+    const real Acw_roll = w_roll
+        + h[t_z4laf] * z[wm1_roll]
+        + h[t_mymwd] * z[wm2_roll]
+        + h[t_32esp] * z[wm3_roll]
+        + SELECT0(m_ng6lt, h[t_v4kye] * z[wm4_roll]);
+    const real u_roll_mrac = (Acw_roll - d_used_roll * (K(1.0) + SELECT0(m_ng6lt, s1_roll) + sd_roll)) / B1_roll
+        + SELECT0(m_ng6lt, t_6v5bz * z[u1_roll])
+        - x[roll] * t0_roll
+        - sd_roll * v_roll
+        - t1_roll * y1_used_roll;
+    const real lift_pitch = mv_max(SPLAT(K(0.0)), K(-0.5) * b0_now_pitch + K(-0.5) * b1_now_pitch + h[t_wr7mm]);
+    const real B1_pitch = b0_now_pitch + b1_now_pitch + (lift_pitch + lift_pitch);
+    const real t_vgebs = h[t_bxn4n] + a1_now_pitch;
+    const real s1_pitch = -t_vgebs;  /* (22) */
+    const real e1_pitch = SELECT(m_ng6lt, a1_now_pitch * t_vgebs - (h[t_2wsi6_2] + a2_now_pitch), -(h[t_bxn4n_2] + a1_now_pitch));  /* (22) */
+    const real e2_pitch = SELECT(m_ng6lt, a2_now_pitch * t_vgebs - h[t_ogmcx_2], -(h[t_2wsi6_3] + a2_now_pitch));  /* (22) */
+    const real t_tpvzc = b1_now_pitch + lift_pitch;
+    const real t_imlet = t_tpvzc * t_tpvzc;
+    const real t_6edde = b0_now_pitch + lift_pitch;
+    const real t_23zut = t_6edde * t_6edde;
+    const real t_ivfwu = t_tpvzc * a1_now_pitch;
+    const real res_pitch = t_imlet + t_23zut * a2_now_pitch - t_6edde * t_ivfwu;
+    const real t_traey = K(1.0) / res_pitch;
+    const real sd_pitch = (t_imlet * e1_pitch + t_23zut * h[e3_roll] - t_tpvzc * t_6edde * e2_pitch) * t_traey;  /* (22) */
+    const real t_3uzty = t_6edde * h[e3_roll];
+    const real t_rhale = t_6edde * a2_now_pitch;
+    const real t0_pitch = (t_tpvzc * e2_pitch - t_3uzty - t_ivfwu * e1_pitch + t_rhale * e1_pitch) * t_traey;  /* (22) */
+    const real t_7phvx = t_tpvzc * h[e3_roll]
+        - t_3uzty * a1_now_pitch
+        + t_rhale * e2_pitch
+        - t_tpvzc * a2_now_pitch * e1_pitch;
+    const real t1_pitch = t_7phvx * t_traey;  /* (22) */
+    const real Acw_pitch = w_pitch
+        + h[t_z4laf] * z[wm1_pitch]
+        + h[t_mymwd] * z[wm2_pitch]
+        + h[t_32esp] * z[wm3_pitch]
+        + SELECT0(m_ng6lt, h[t_v4kye] * z[wm4_pitch]);
+    const real u_pitch_mrac = (Acw_pitch - d_used_pitch * (K(1.0) + SELECT0(m_ng6lt, s1_pitch) + sd_pitch)) / B1_pitch
+        + SELECT0(m_ng6lt, t_vgebs * z[u1_pitch])
+        - x[pitch] * t0_pitch
+        - sd_pitch * v_pitch
+        - t1_pitch * y1_used_pitch;
+    const real lift_yaw = mv_max(SPLAT(K(0.0)), K(-0.5) * b0_now_yaw + K(-0.5) * b1_now_yaw + h[t_k7hjd]);
+    const real B1_yaw = b0_now_yaw + b1_now_yaw + (lift_yaw + lift_yaw);
+    const real t_yt55d = h[t_bxn4n] + a1_now_yaw;
+    const real s1_yaw = -t_yt55d;  /* (22) */
+    const real e1_yaw = SELECT(m_ng6lt, a1_now_yaw * t_yt55d - (h[t_2wsi6_2] + a2_now_yaw), -(h[t_bxn4n_2] + a1_now_yaw));  /* (22) */
+    const real e2_yaw = SELECT(m_ng6lt, a2_now_yaw * t_yt55d - h[t_ogmcx_2], -(h[t_2wsi6_3] + a2_now_yaw));  /* (22) */
+    const real t_zkiaw = b1_now_yaw + lift_yaw;
+    const real t_npqek = t_zkiaw * t_zkiaw;
+    const real t_qhfkz = b0_now_yaw + lift_yaw;
+    const real t_xjk5e = t_qhfkz * t_qhfkz;
+    const real t_n6w5s = t_zkiaw * a1_now_yaw;
+    const real res_yaw = t_npqek + t_xjk5e * a2_now_yaw - t_qhfkz * t_n6w5s;
+    const real t_7xf6k = K(1.0) / res_yaw;
+    const real sd_yaw = (t_npqek * e1_yaw + t_xjk5e * h[e3_roll] - t_zkiaw * t_qhfkz * e2_yaw) * t_7xf6k;  /* (22) */
+    const real t_vephh = t_qhfkz * h[e3_roll];
+    const real t_3ziba = t_qhfkz * a2_now_yaw;
+    const real t0_yaw = (t_zkiaw * e2_yaw - t_vephh - t_n6w5s * e1_yaw + t_3ziba * e1_yaw) * t_7xf6k;  /* (22) */
+    const real t_aivjy = t_zkiaw * h[e3_roll]
+        - t_vephh * a1_now_yaw
+        + t_3ziba * e2_yaw
+        - t_zkiaw * a2_now_yaw * e1_yaw;
+    const real t1_yaw = t_aivjy * t_7xf6k;  /* (22) */
+    const real Acw_yaw = w_yaw
+        + h[t_z4laf] * z[wm1_yaw]
+        + h[t_mymwd] * z[wm2_yaw]
+        + h[t_32esp] * z[wm3_yaw]
+        + SELECT0(m_ng6lt, h[t_v4kye] * z[wm4_yaw]);
+    const real u_yaw_mrac = (Acw_yaw - d_used_yaw * (K(1.0) + SELECT0(m_ng6lt, s1_yaw) + sd_yaw)) / B1_yaw
+        + SELECT0(m_ng6lt, t_yt55d * z[u1_yaw])
+        - sd_yaw * v_yaw
+        - t0_yaw * x[yaw]
+        - t1_yaw * y1_used_yaw;
+    const mask m_m35aa = LT(mv_fabs(v[Tx_applied]), K(1e+30));
+    const mask m_6g4m5 = LT(mv_fabs(v[Ty_applied]), K(1e+30));
+    const mask m_qvzit = AND(m_m35aa, m_6g4m5);
+    const mask m_ifmp5 = LT(mv_fabs(v[Tz_applied]), K(1e+30));
+    const mask m_yejzf = AND(m_qvzit, m_ifmp5);
+    const mask m_cgnek = LT(mv_fabs(x[pitch]), K(1e+30));
+    const mask m_bffo2 = AND(m_yejzf, m_cgnek);
+    const mask m_qrx2z = LT(mv_fabs(r[ref_pitch]), K(1e+30));
+    const mask m_bwxs3 = AND(m_bffo2, m_qrx2z);
+    const mask m_ilioh = LT(mv_fabs(r[ref_roll]), K(1e+30));
+    const mask m_6i24m = AND(m_bwxs3, m_ilioh);
+    const mask m_ghzhf = LT(mv_fabs(r[ref_yaw]), K(1e+30));
+    const mask m_65ott = AND(m_6i24m, m_ghzhf);
+    const mask m_lisih = LT(mv_fabs(x[roll]), K(1e+30));
+    const mask m_fdhnb = AND(m_65ott, m_lisih);
+    const mask m_klrep = LT(mv_fabs(trace_pitch), K(1e+30));
+    const mask m_ftaye = AND(m_fdhnb, m_klrep);
+    const mask m_nob5q = LT(mv_fabs(trace_roll), K(1e+30));
+    const mask m_dtjsa = AND(m_ftaye, m_nob5q);
+    const mask m_smxdh = LT(mv_fabs(trace_yaw), K(1e+30));
+    const mask m_tnlb6 = AND(m_dtjsa, m_smxdh);
+    const mask m_q3hd4 = LT(mv_fabs(x[yaw]), K(1e+30));
+    const mask m_n37qp = AND(m_tnlb6, m_q3hd4);
+    const mask m_m4hsa = LT(mv_fabs(u_pitch_mrac), K(1e+30));
+    const mask m_wqjeb = AND(m_n37qp, m_m4hsa);
+    const mask m_mx2go = LT(mv_fabs(u_roll_mrac), K(1e+30));
+    const mask m_zuvpc = AND(m_wqjeb, m_mx2go);
+    const mask m_ibl7d = LT(mv_fabs(u_yaw_mrac), K(1e+30));
+    const mask m_mu5jj = AND(m_zuvpc, m_ibl7d);
+    const real Tx_cmd = SELECT0(m_mu5jj, u_roll_mrac);
+    const real Ty_cmd = SELECT0(m_mu5jj, u_pitch_mrac);
+    const real Tz_cmd = SELECT0(m_mu5jj, u_yaw_mrac);
+    const real t_lfvhy = K(0.5) * z[wm1_roll];
+    const real t_nuzia = K(0.5) * z[wm1_pitch];
+    const real t_bashd = K(0.5) * z[wm1_yaw];
+    const mask m_qbjte = NOT(m_mu5jj);
+    u[0] = Tx_cmd;
+    u[1] = Ty_cmd;
+    u[2] = Tz_cmd;
+    z_next[0] = SELECT(m_mu5jj, a1_now_roll, z[a1_roll]);
+    z_next[1] = SELECT(m_mu5jj, a2_now_roll, z[a2_roll]);
+    z_next[2] = SELECT(m_mu5jj, b0_now_roll, z[b0_roll]);
+    z_next[3] = SELECT(m_mu5jj, b1_now_roll, z[b1_roll]);
+    z_next[4] = SELECT(m_mu5jj, d_now_roll, z[d_roll]);
+    z_next[5] = SELECT(m_mu5jj, SELECT(m_ovbqq, D1_free_roll * cap_roll, z[D1_roll]), z[D1_roll]);
+    z_next[6] = SELECT(m_mu5jj, SELECT(m_ovbqq, D2_free_roll * cap_roll, z[D2_roll]), z[D2_roll]);
+    z_next[7] = SELECT(m_mu5jj, SELECT(m_ovbqq, D3_free_roll * cap_roll, z[D3_roll]), z[D3_roll]);
+    z_next[8] = SELECT(m_mu5jj, SELECT(m_ovbqq, D4_free_roll * cap_roll, z[D4_roll]), z[D4_roll]);
+    z_next[9] = SELECT(m_mu5jj, SELECT(m_ovbqq, D5_free_roll * cap_roll, z[D5_roll]), z[D5_roll]);
+    z_next[10] = SELECT(m_mu5jj, SELECT(m_ovbqq, U12_free_roll, z[U12_roll]), z[U12_roll]);
+    z_next[11] = SELECT(m_mu5jj, SELECT(m_ovbqq, U13_free_roll, z[U13_roll]), z[U13_roll]);
+    z_next[12] = SELECT(m_mu5jj, SELECT(m_ovbqq, U23_free_roll, z[U23_roll]), z[U23_roll]);
+    z_next[13] = SELECT(m_mu5jj, SELECT(m_ovbqq, U14_free_roll, z[U14_roll]), z[U14_roll]);
+    z_next[14] = SELECT(m_mu5jj, SELECT(m_ovbqq, U24_free_roll, z[U24_roll]), z[U24_roll]);
+    z_next[15] = SELECT(m_mu5jj, SELECT(m_ovbqq, U34_free_roll, z[U34_roll]), z[U34_roll]);
+    z_next[16] = SELECT(m_mu5jj, SELECT(m_ovbqq, U15_free_roll, z[U15_roll]), z[U15_roll]);
+    z_next[17] = SELECT(m_mu5jj, SELECT(m_ovbqq, U25_free_roll, z[U25_roll]), z[U25_roll]);
+    z_next[18] = SELECT(m_mu5jj, SELECT(m_ovbqq, U35_free_roll, z[U35_roll]), z[U35_roll]);
+    z_next[19] = SELECT(m_mu5jj, SELECT(m_ovbqq, U45_free_roll, z[U45_roll]), z[U45_roll]);
+    z_next[20] = SELECT(m_mu5jj, x[roll], z[y1_roll]);
+    z_next[21] = SELECT(m_mu5jj, y1_used_roll, z[y2_roll]);
+    z_next[22] = SELECT(m_mu5jj, v_roll, z[v1_roll]);
+    z_next[23] = SELECT(m_mu5jj, u_roll_mrac, z[u1_roll]);
+    z_next[24] = SELECT(m_mu5jj, z[u1_roll], z[u2_roll]);
+    z_next[25] = SELECT(m_mu5jj, SELECT(m_ng6lt, t_lfvhy + K(0.5) * z[wm2_roll], t_lfvhy + K(0.5) * w_roll), z[ym_roll]);
+    z_next[26] = SELECT(m_mu5jj, w_roll, z[wm1_roll]);
+    z_next[27] = SELECT(m_mu5jj, z[wm1_roll], z[wm2_roll]);
+    z_next[28] = SELECT(m_mu5jj, z[wm2_roll], z[wm3_roll]);
+    z_next[29] = SELECT(m_mu5jj, z[wm3_roll], z[wm4_roll]);
+    z_next[30] = SELECT(m_mu5jj, a1_now_pitch, z[a1_pitch]);
+    z_next[31] = SELECT(m_mu5jj, a2_now_pitch, z[a2_pitch]);
+    z_next[32] = SELECT(m_mu5jj, b0_now_pitch, z[b0_pitch]);
+    z_next[33] = SELECT(m_mu5jj, b1_now_pitch, z[b1_pitch]);
+    z_next[34] = SELECT(m_mu5jj, d_now_pitch, z[d_pitch]);
+    z_next[35] = SELECT(m_mu5jj, SELECT(m_ehlkz, D1_free_pitch * cap_pitch, z[D1_pitch]), z[D1_pitch]);
+    z_next[36] = SELECT(m_mu5jj, SELECT(m_ehlkz, D2_free_pitch * cap_pitch, z[D2_pitch]), z[D2_pitch]);
+    z_next[37] = SELECT(m_mu5jj, SELECT(m_ehlkz, D3_free_pitch * cap_pitch, z[D3_pitch]), z[D3_pitch]);
+    z_next[38] = SELECT(m_mu5jj, SELECT(m_ehlkz, D4_free_pitch * cap_pitch, z[D4_pitch]), z[D4_pitch]);
+    z_next[39] = SELECT(m_mu5jj, SELECT(m_ehlkz, D5_free_pitch * cap_pitch, z[D5_pitch]), z[D5_pitch]);
+    z_next[40] = SELECT(m_mu5jj, SELECT(m_ehlkz, U12_free_pitch, z[U12_pitch]), z[U12_pitch]);
+    z_next[41] = SELECT(m_mu5jj, SELECT(m_ehlkz, U13_free_pitch, z[U13_pitch]), z[U13_pitch]);
+    z_next[42] = SELECT(m_mu5jj, SELECT(m_ehlkz, U23_free_pitch, z[U23_pitch]), z[U23_pitch]);
+    z_next[43] = SELECT(m_mu5jj, SELECT(m_ehlkz, U14_free_pitch, z[U14_pitch]), z[U14_pitch]);
+    z_next[44] = SELECT(m_mu5jj, SELECT(m_ehlkz, U24_free_pitch, z[U24_pitch]), z[U24_pitch]);
+    z_next[45] = SELECT(m_mu5jj, SELECT(m_ehlkz, U34_free_pitch, z[U34_pitch]), z[U34_pitch]);
+    z_next[46] = SELECT(m_mu5jj, SELECT(m_ehlkz, U15_free_pitch, z[U15_pitch]), z[U15_pitch]);
+    z_next[47] = SELECT(m_mu5jj, SELECT(m_ehlkz, U25_free_pitch, z[U25_pitch]), z[U25_pitch]);
+    z_next[48] = SELECT(m_mu5jj, SELECT(m_ehlkz, U35_free_pitch, z[U35_pitch]), z[U35_pitch]);
+    z_next[49] = SELECT(m_mu5jj, SELECT(m_ehlkz, U45_free_pitch, z[U45_pitch]), z[U45_pitch]);
+    z_next[50] = SELECT(m_mu5jj, x[pitch], z[y1_pitch]);
+    z_next[51] = SELECT(m_mu5jj, y1_used_pitch, z[y2_pitch]);
+    z_next[52] = SELECT(m_mu5jj, v_pitch, z[v1_pitch]);
+    z_next[53] = SELECT(m_mu5jj, u_pitch_mrac, z[u1_pitch]);
+    z_next[54] = SELECT(m_mu5jj, z[u1_pitch], z[u2_pitch]);
+    z_next[55] = SELECT(m_mu5jj, SELECT(m_ng6lt, t_nuzia + K(0.5) * z[wm2_pitch], t_nuzia + K(0.5) * w_pitch), z[ym_pitch]);
+    z_next[56] = SELECT(m_mu5jj, w_pitch, z[wm1_pitch]);
+    z_next[57] = SELECT(m_mu5jj, z[wm1_pitch], z[wm2_pitch]);
+    z_next[58] = SELECT(m_mu5jj, z[wm2_pitch], z[wm3_pitch]);
+    z_next[59] = SELECT(m_mu5jj, z[wm3_pitch], z[wm4_pitch]);
+    z_next[60] = SELECT(m_mu5jj, a1_now_yaw, z[a1_yaw]);
+    z_next[61] = SELECT(m_mu5jj, a2_now_yaw, z[a2_yaw]);
+    z_next[62] = SELECT(m_mu5jj, b0_now_yaw, z[b0_yaw]);
+    z_next[63] = SELECT(m_mu5jj, b1_now_yaw, z[b1_yaw]);
+    z_next[64] = SELECT(m_mu5jj, d_now_yaw, z[d_yaw]);
+    z_next[65] = SELECT(m_mu5jj, SELECT(m_33i5p, D1_free_yaw * cap_yaw, z[D1_yaw]), z[D1_yaw]);
+    z_next[66] = SELECT(m_mu5jj, SELECT(m_33i5p, D2_free_yaw * cap_yaw, z[D2_yaw]), z[D2_yaw]);
+    z_next[67] = SELECT(m_mu5jj, SELECT(m_33i5p, D3_free_yaw * cap_yaw, z[D3_yaw]), z[D3_yaw]);
+    z_next[68] = SELECT(m_mu5jj, SELECT(m_33i5p, D4_free_yaw * cap_yaw, z[D4_yaw]), z[D4_yaw]);
+    z_next[69] = SELECT(m_mu5jj, SELECT(m_33i5p, D5_free_yaw * cap_yaw, z[D5_yaw]), z[D5_yaw]);
+    z_next[70] = SELECT(m_mu5jj, SELECT(m_33i5p, U12_free_yaw, z[U12_yaw]), z[U12_yaw]);
+    z_next[71] = SELECT(m_mu5jj, SELECT(m_33i5p, U13_free_yaw, z[U13_yaw]), z[U13_yaw]);
+    z_next[72] = SELECT(m_mu5jj, SELECT(m_33i5p, U23_free_yaw, z[U23_yaw]), z[U23_yaw]);
+    z_next[73] = SELECT(m_mu5jj, SELECT(m_33i5p, U14_free_yaw, z[U14_yaw]), z[U14_yaw]);
+    z_next[74] = SELECT(m_mu5jj, SELECT(m_33i5p, U24_free_yaw, z[U24_yaw]), z[U24_yaw]);
+    z_next[75] = SELECT(m_mu5jj, SELECT(m_33i5p, U34_free_yaw, z[U34_yaw]), z[U34_yaw]);
+    z_next[76] = SELECT(m_mu5jj, SELECT(m_33i5p, U15_free_yaw, z[U15_yaw]), z[U15_yaw]);
+    z_next[77] = SELECT(m_mu5jj, SELECT(m_33i5p, U25_free_yaw, z[U25_yaw]), z[U25_yaw]);
+    z_next[78] = SELECT(m_mu5jj, SELECT(m_33i5p, U35_free_yaw, z[U35_yaw]), z[U35_yaw]);
+    z_next[79] = SELECT(m_mu5jj, SELECT(m_33i5p, U45_free_yaw, z[U45_yaw]), z[U45_yaw]);
+    z_next[80] = SELECT(m_mu5jj, x[yaw], z[y1_yaw]);
+    z_next[81] = SELECT(m_mu5jj, y1_used_yaw, z[y2_yaw]);
+    z_next[82] = SELECT(m_mu5jj, v_yaw, z[v1_yaw]);
+    z_next[83] = SELECT(m_mu5jj, u_yaw_mrac, z[u1_yaw]);
+    z_next[84] = SELECT(m_mu5jj, z[u1_yaw], z[u2_yaw]);
+    z_next[85] = SELECT(m_mu5jj, SELECT(m_ng6lt, t_bashd + K(0.5) * z[wm2_yaw], t_bashd + K(0.5) * w_yaw), z[ym_yaw]);
+    z_next[86] = SELECT(m_mu5jj, w_yaw, z[wm1_yaw]);
+    z_next[87] = SELECT(m_mu5jj, z[wm1_yaw], z[wm2_yaw]);
+    z_next[88] = SELECT(m_mu5jj, z[wm2_yaw], z[wm3_yaw]);
+    z_next[89] = SELECT(m_mu5jj, z[wm3_yaw], z[wm4_yaw]);
+    z_next[90] = SELECT0(m_mu5jj, mv_min(SPLAT(K(2.0)), K(1.0) + z[samples]));
+    z_next[91] = SELECT0(m_qbjte, SPLAT(K(1.0)));
 }
+
+/* Places of h. */
+enum {
+    mrac_literal_h_t_lbhv6,
+    mrac_literal_h_t_u5zvh,
+    mrac_literal_h_t_lbhv6_2,
+    mrac_literal_h_t_rkxsm,
+    mrac_literal_h_t_s4yo7,
+    mrac_literal_h_t_r2nkn,
+    mrac_literal_h_t_2qnly,
+    mrac_literal_h_t_pbd6n,
+    mrac_literal_h_t_rf45g,
+    mrac_literal_h_t_ufxyh,
+};
 
 /* what mrac_literal computes once per run; 19 operations. */
 void satellite_mrac_literal_prepare(const real *p, const real *c, real *h)
 {
-    const real v9 = mv_exp(-(p[9] / c[21]));
-    const real v10 = K(-1.0) + v9;
-    const real v23 = p[9] * p[9] * c[15];
-    h[0] = K(1.0) / c[3];
-    h[1] = v10 * v10;
-    h[2] = v9 + v9;
-    h[3] = v9 * v9;
-    h[4] = mv_max(c[5], c[6] * p[28]);
-    h[5] = K(0.5) / p[1] * v23;
-    h[6] = c[0] + c[0];
-    h[7] = c[0] * c[0];
-    h[8] = K(0.5) / p[0] * v23;
-    h[9] = K(0.5) / p[2] * v23;
+    enum { I_x = SATELLITE_P_I_X };
+    enum { I_y = SATELLITE_P_I_Y };
+    enum { I_z = SATELLITE_P_I_Z };
+    enum { Ts = SATELLITE_P_TS };
+    enum { noise = SATELLITE_P_NOISE };
+    enum { C2_pole = SATELLITE_MRAC_LITERAL_C_C2_POLE };
+    enum { forgetting = SATELLITE_MRAC_LITERAL_C_FORGETTING };
+    enum { dead_zone = SATELLITE_MRAC_LITERAL_C_DEAD_ZONE };
+    enum { dead_zone_sigma = SATELLITE_MRAC_LITERAL_C_DEAD_ZONE_SIGMA };
+    enum { b_min_ratio = SATELLITE_MRAC_LITERAL_C_B_MIN_RATIO };
+    enum { tau_m = SATELLITE_MRAC_LITERAL_C_TAU_M };
+    const real model_pole = mv_exp(-(p[Ts] / c[tau_m]));
+    const real t_hjr6j = K(-1.0) + model_pole;
+    const real t_4msa4 = p[Ts] * p[Ts] * c[b_min_ratio];
+    h[mrac_literal_h_t_lbhv6] = t_hjr6j * t_hjr6j;
+    h[mrac_literal_h_t_u5zvh] = model_pole + model_pole;
+    h[mrac_literal_h_t_lbhv6_2] = model_pole * model_pole;
+    h[mrac_literal_h_t_rkxsm] = K(1.0) / c[forgetting];
+    h[mrac_literal_h_t_s4yo7] = mv_max(c[dead_zone], c[dead_zone_sigma] * p[noise]);
+    h[mrac_literal_h_t_r2nkn] = K(0.5) / p[I_x] * t_4msa4;
+    h[mrac_literal_h_t_2qnly] = c[C2_pole] * c[C2_pole];
+    h[mrac_literal_h_t_pbd6n] = c[C2_pole] + c[C2_pole];
+    h[mrac_literal_h_t_rf45g] = K(0.5) / p[I_y] * t_4msa4;
+    h[mrac_literal_h_t_ufxyh] = K(0.5) / p[I_z] * t_4msa4;
 }
 
 /* the rest of mrac_literal; 829 operations. */
 void satellite_mrac_literal_prepared(const real *x, const real *r, const real *v, const real *z, const real *c, const real *h, real *u, real *z_next)
 {
-    const mask m4 = LT(mv_fabs(v[0]), K(1e+30));
-    const mask m7 = LT(mv_fabs(v[1]), K(1e+30));
-    const mask m8 = AND(m4, m7);
-    const mask m11 = LT(mv_fabs(v[2]), K(1e+30));
-    const mask m12 = AND(m8, m11);
-    const mask m15 = LT(mv_fabs(x[1]), K(1e+30));
-    const mask m16 = AND(m12, m15);
-    const mask m19 = LT(mv_fabs(r[1]), K(1e+30));
-    const mask m20 = AND(m16, m19);
-    const mask m23 = LT(mv_fabs(r[0]), K(1e+30));
-    const mask m24 = AND(m20, m23);
-    const mask m27 = LT(mv_fabs(r[2]), K(1e+30));
-    const mask m28 = AND(m24, m27);
-    const mask m31 = LT(mv_fabs(x[0]), K(1e+30));
-    const mask m32 = AND(m28, m31);
-    const mask m36 = LT(z[84], K(0.5));
-    const real v38 = SELECT(m36, x[1], z[48]);
-    const real v39 = z[33] * v38;
-    const real v41 = c[3] + v39 * v38;
-    const real v43 = K(1.0) / v41;
-    const real v44 = z[33] * v43;
-    const real v50 = z[49] + z[38] * v38;
-    const real v51 = z[34] * v50;
-    const real v53 = v41 + v51 * v50;
-    const real v54 = K(1.0) / v53;
-    const real v57 = h[0] * v54 * z[34] * v41;
-    const mask m61 = LT(K(0.5), c[18]);
-    const mask m63 = LT(K(0.5), c[20]);
-    const real v67 = SELECT(m61, v[1], SELECT(m63, z[52], z[51]));
-    const real v73 = v67 - z[39] * v38 - z[40] * z[49];
-    const real v74 = z[35] * v73;
-    const real v76 = v53 + v74 * v73;
-    const real v77 = K(1.0) / v76;
-    const real v80 = h[0] * v77 * z[35] * v53;
-    const real v92 = z[50] + z[43] * v67 - z[41] * v38 - z[42] * z[49];
-    const real v93 = z[36] * v92;
-    const real v95 = v76 + v93 * v92;
-    const real v96 = K(1.0) / v95;
-    const real v99 = h[0] * v96 * z[36] * v76;
-    const real v113 = K(1.0) + z[46] * v67 + z[47] * z[50] - z[44] * v38 - z[45] * z[49];
-    const real v114 = z[37] * v113;
-    const real v117 = K(1.0) / (v95 + v114 * v113);
-    const real v120 = h[0] * v117 * z[37] * v95;
-    const real v124 = z[38] - v39 * v43 * v50;
-    const real v128 = v73 * v54;
-    const real v130 = v39 + v51 * z[38];
-    const real v132 = z[39] + v128 * v130;
-    const real v137 = z[40] + v128 * v51;
-    const real v140 = v44 + v57 + v80 + v99 + v120 + v57 * (v124 * v124) + v80 * (v132 * v132) + v80 * (v137 * v137);
-    const real v141 = v92 * v77;
-    const real v143 = v74 * z[39] - v130;
-    const real v145 = z[41] - v141 * v143;
-    const real v150 = v74 * z[40] - v51;
-    const real v152 = z[42] - v141 * v150;
-    const real v157 = z[43] - v141 * v74;
-    const real v161 = v113 * v96;
-    const real v163 = v143 + v93 * z[41];
-    const real v165 = z[44] - v161 * v163;
-    const real v168 = v140 + v99 * (v145 * v145) + v99 * (v152 * v152) + v99 * (v157 * v157) + v120 * (v165 * v165);
-    const real v170 = v150 + v93 * z[42];
-    const real v172 = z[45] - v161 * v170;
-    const real v177 = v74 + v93 * z[43];
-    const real v179 = z[46] - v161 * v177;
-    const real v184 = z[47] - v161 * v93;
-    const real v187 = v168 + v120 * (v172 * v172) + v120 * (v179 * v179) + v120 * (v184 * v184);
-    const mask m189 = LT(mv_fabs(v187), K(1e+30));
-    const mask m190 = AND(m32, m189);
-    const real v193 = SELECT(m36, x[0], z[20]);
-    const real v194 = z[5] * v193;
-    const real v196 = c[3] + v194 * v193;
-    const real v197 = K(1.0) / v196;
-    const real v198 = z[5] * v197;
-    const real v203 = z[21] + z[10] * v193;
-    const real v204 = z[6] * v203;
-    const real v206 = v196 + v204 * v203;
-    const real v207 = K(1.0) / v206;
-    const real v210 = v207 * h[0] * z[6] * v196;
-    const real v216 = SELECT(m61, v[0], SELECT(m63, z[24], z[23]));
-    const real v222 = v216 - z[11] * v193 - z[12] * z[21];
-    const real v223 = z[7] * v222;
-    const real v225 = v206 + v223 * v222;
-    const real v226 = K(1.0) / v225;
-    const real v229 = h[0] * v226 * z[7] * v206;
-    const real v241 = z[22] + z[15] * v216 - z[13] * v193 - z[14] * z[21];
-    const real v242 = z[8] * v241;
-    const real v244 = v225 + v242 * v241;
-    const real v245 = K(1.0) / v244;
-    const real v248 = h[0] * v245 * z[8] * v225;
-    const real v262 = K(1.0) + z[18] * v216 + z[19] * z[22] - z[16] * v193 - z[17] * z[21];
-    const real v263 = z[9] * v262;
-    const real v266 = K(1.0) / (v244 + v263 * v262);
-    const real v269 = h[0] * v266 * z[9] * v244;
-    const real v273 = z[10] - v194 * v197 * v203;
-    const real v277 = v222 * v207;
-    const real v279 = v194 + v204 * z[10];
-    const real v281 = z[11] + v277 * v279;
-    const real v284 = v198 + v210 + v229 + v248 + v269 + v210 * (v273 * v273) + v229 * (v281 * v281);
-    const real v286 = z[12] + v277 * v204;
-    const real v290 = v241 * v226;
-    const real v292 = v223 * z[11] - v279;
-    const real v294 = z[13] - v290 * v292;
-    const real v299 = v223 * z[12] - v204;
-    const real v301 = z[14] - v290 * v299;
-    const real v304 = v284 + v229 * (v286 * v286) + v248 * (v294 * v294) + v248 * (v301 * v301);
-    const real v306 = z[15] - v290 * v223;
-    const real v310 = v262 * v245;
-    const real v312 = v292 + v242 * z[13];
-    const real v314 = z[16] - v310 * v312;
-    const real v319 = v299 + v242 * z[14];
-    const real v321 = z[17] - v310 * v319;
-    const real v324 = v304 + v248 * (v306 * v306) + v269 * (v314 * v314) + v269 * (v321 * v321);
-    const real v326 = v223 + v242 * z[15];
-    const real v328 = z[18] - v310 * v326;
-    const real v333 = z[19] - v310 * v242;
-    const real v336 = v324 + v269 * (v328 * v328) + v269 * (v333 * v333);
-    const mask m338 = LT(mv_fabs(v336), K(1e+30));
-    const mask m339 = AND(m190, m338);
-    const real v343 = SELECT(m36, x[2], z[76]);
-    const real v344 = z[61] * v343;
-    const real v346 = c[3] + v344 * v343;
-    const real v347 = K(1.0) / v346;
-    const real v348 = z[61] * v347;
-    const real v353 = z[77] + z[66] * v343;
-    const real v354 = z[62] * v353;
-    const real v356 = v346 + v354 * v353;
-    const real v357 = K(1.0) / v356;
-    const real v360 = h[0] * v357 * z[62] * v346;
-    const real v366 = SELECT(m61, v[2], SELECT(m63, z[80], z[79]));
-    const real v372 = v366 - z[67] * v343 - z[68] * z[77];
-    const real v373 = z[63] * v372;
-    const real v375 = v356 + v373 * v372;
-    const real v376 = K(1.0) / v375;
-    const real v379 = h[0] * v376 * z[63] * v356;
-    const real v391 = z[78] + z[71] * v366 - z[69] * v343 - z[70] * z[77];
-    const real v392 = z[64] * v391;
-    const real v394 = v375 + v392 * v391;
-    const real v395 = K(1.0) / v394;
-    const real v398 = h[0] * v395 * z[64] * v375;
-    const real v412 = K(1.0) + z[74] * v366 + z[75] * z[78] - z[72] * v343 - z[73] * z[77];
-    const real v413 = z[65] * v412;
-    const real v416 = K(1.0) / (v394 + v413 * v412);
-    const real v419 = h[0] * v416 * z[65] * v394;
-    const real v423 = z[66] - v344 * v347 * v353;
-    const real v427 = v372 * v357;
-    const real v429 = v344 + v354 * z[66];
-    const real v431 = z[67] + v427 * v429;
-    const real v434 = v348 + v360 + v379 + v398 + v419 + v360 * (v423 * v423) + v379 * (v431 * v431);
-    const real v436 = z[68] + v427 * v354;
-    const real v440 = v391 * v376;
-    const real v442 = v373 * z[67] - v429;
-    const real v444 = z[69] - v440 * v442;
-    const real v449 = v373 * z[68] - v354;
-    const real v451 = z[70] - v440 * v449;
-    const real v454 = v434 + v379 * (v436 * v436) + v398 * (v444 * v444) + v398 * (v451 * v451);
-    const real v456 = z[71] - v440 * v373;
-    const real v460 = v412 * v395;
-    const real v462 = v442 + v392 * z[69];
-    const real v464 = z[72] - v460 * v462;
-    const real v469 = v449 + v392 * z[70];
-    const real v471 = z[73] - v460 * v469;
-    const real v474 = v454 + v398 * (v456 * v456) + v419 * (v464 * v464) + v419 * (v471 * v471);
-    const real v476 = v373 + v392 * z[71];
-    const real v478 = z[74] - v460 * v476;
-    const real v483 = z[75] - v460 * v392;
-    const real v486 = v474 + v419 * (v478 * v478) + v419 * (v483 * v483);
-    const mask m488 = LT(mv_fabs(v486), K(1e+30));
-    const mask m489 = AND(m339, m488);
-    const mask m491 = LT(mv_fabs(x[2]), K(1e+30));
-    const mask m492 = AND(m489, m491);
-    const real v502 = h[1] * r[1] + h[2] * z[54] - h[3] * z[55];
-    const mask m504 = LT(K(0.5), c[1]);
-    const mask m506 = LT(K(1.5), z[84]);
-    const mask m507 = AND(m504, m506);
-    const real v522 = x[1] - (z[32] + z[30] * v67 + z[31] * z[50] - z[28] * v38 - z[29] * z[49]);
-    const mask m524 = LT(h[4], mv_fabs(v522));
-    const mask m525 = AND(m507, m524);
-    const real v531 = SELECT(m525, z[31] + (v93 + v114 * z[47]) * v117 * v522, z[31]);
-    const real v537 = SELECT(m525, z[30] + (v177 + v114 * z[46]) * v117 * v522, z[30]);
-    const real v541 = mv_max(mv_max(v537, c[14]), h[5]);
-    const real v548 = SELECT(m525, z[28] + (v163 + v114 * z[44]) * v117 * v522, z[28]);
-    const real v549 = h[6] + v548;
-    const real v553 = v531 * v67;
-    const real v560 = v502 - SELECT(m63, z[51] * (v531 - v541 * v549) - v553 * v549, v553) + h[7] * z[55];
-    const real v567 = SELECT(m525, z[32] + v114 * v117 * v522, z[32]);
-    const real v572 = v560 - h[6] * z[54] - c[17] * v567 * SELECT(m63, K(1.0) - v549, SPLAT(K(1.0)));
-    const real v578 = SELECT(m525, z[29] + (v170 + v114 * z[45]) * v117 * v522, z[29]);
-    const real v579 = h[7] - v578;
-    const real v593 = v572 - x[1] * SELECT(m63, v579 + v548 * v548 + h[6] * v548, -v549) - SELECT(m63, h[6] * v578 + v548 * v578, v579) * v38;
-    const real v594 = v593 / v541;
-    const mask m596 = LT(mv_fabs(v594), K(1e+30));
-    const mask m597 = AND(m492, m596);
-    const real v604 = h[1] * r[0] + h[2] * z[26] - h[3] * z[27];
-    const real v618 = x[0] - (z[4] + z[2] * v216 + z[3] * z[22] - z[0] * v193 - z[1] * z[21]);
-    const mask m620 = LT(h[4], mv_fabs(v618));
-    const mask m621 = AND(m507, m620);
-    const real v627 = SELECT(m621, z[3] + (v242 + v263 * z[19]) * v266 * v618, z[3]);
-    const real v633 = SELECT(m621, z[2] + (v326 + v263 * z[18]) * v266 * v618, z[2]);
-    const real v636 = mv_max(mv_max(v633, c[14]), h[8]);
-    const real v642 = SELECT(m621, z[0] + (v312 + v263 * z[16]) * v266 * v618, z[0]);
-    const real v643 = h[6] + v642;
-    const real v647 = v627 * v216;
-    const real v653 = v604 - SELECT(m63, z[23] * (v627 - v636 * v643) - v647 * v643, v647) + h[7] * z[27];
-    const real v659 = SELECT(m621, z[4] + v263 * v266 * v618, z[4]);
-    const real v664 = v653 - h[6] * z[26] - c[17] * v659 * SELECT(m63, K(1.0) - v643, SPLAT(K(1.0)));
-    const real v670 = SELECT(m621, z[1] + (v319 + v263 * z[17]) * v266 * v618, z[1]);
-    const real v671 = h[7] - v670;
-    const real v685 = v664 - x[0] * SELECT(m63, v671 + v642 * v642 + h[6] * v642, -v643) - SELECT(m63, h[6] * v670 + v642 * v670, v671) * v193;
-    const real v686 = v685 / v636;
-    const mask m688 = LT(mv_fabs(v686), K(1e+30));
-    const mask m689 = AND(m597, m688);
-    const real v696 = h[1] * r[2] + h[2] * z[82] - h[3] * z[83];
-    const real v710 = x[2] - (z[60] + z[58] * v366 + z[59] * z[78] - z[56] * v343 - z[57] * z[77]);
-    const mask m712 = LT(h[4], mv_fabs(v710));
-    const mask m713 = AND(m507, m712);
-    const real v719 = SELECT(m713, z[59] + (v392 + v413 * z[75]) * v416 * v710, z[59]);
-    const real v725 = SELECT(m713, z[58] + (v476 + v413 * z[74]) * v416 * v710, z[58]);
-    const real v728 = mv_max(mv_max(v725, c[14]), h[9]);
-    const real v734 = SELECT(m713, z[56] + (v462 + v413 * z[72]) * v416 * v710, z[56]);
-    const real v735 = h[6] + v734;
-    const real v739 = v719 * v366;
-    const real v745 = v696 - SELECT(m63, z[79] * (v719 - v728 * v735) - v739 * v735, v739) + h[7] * z[83];
-    const real v751 = SELECT(m713, z[60] + v413 * v416 * v710, z[60]);
-    const real v756 = v745 - h[6] * z[82] - c[17] * v751 * SELECT(m63, K(1.0) - v735, SPLAT(K(1.0)));
-    const real v762 = SELECT(m713, z[57] + (v469 + v413 * z[73]) * v416 * v710, z[57]);
-    const real v763 = h[7] - v762;
-    const real v777 = v756 - SELECT(m63, v763 + v734 * v734 + h[6] * v734, -v735) * x[2] - SELECT(m63, h[6] * v762 + v734 * v762, v763) * v343;
-    const real v778 = v777 / v728;
-    const mask m780 = LT(mv_fabs(v778), K(1e+30));
-    const mask m781 = AND(m689, m780);
-    const mask m785 = NOT(m781);
-    const mask m792 = LT(c[4], v336);
-    const real v793 = SELECT(m792, c[3], SPLAT(K(1.0)));
-    const mask m844 = LT(c[4], v187);
-    const real v845 = SELECT(m844, c[3], SPLAT(K(1.0)));
-    const mask m896 = LT(c[4], v486);
-    const real v897 = SELECT(m896, c[3], SPLAT(K(1.0)));
-    u[0] = SELECT0(m781, v686);
-    u[1] = SELECT0(m781, v594);
-    u[2] = SELECT0(m781, v778);
-    z_next[0] = SELECT(m781, v642, z[0]);
-    z_next[1] = SELECT(m781, v670, z[1]);
-    z_next[2] = SELECT(m781, v633, z[2]);
-    z_next[3] = SELECT(m781, v627, z[3]);
-    z_next[4] = SELECT(m781, v659, z[4]);
-    z_next[5] = SELECT(m781, SELECT(m621, v198 * v793, z[5]), z[5]);
-    z_next[6] = SELECT(m781, SELECT(m621, v210 * v793, z[6]), z[6]);
-    z_next[7] = SELECT(m781, SELECT(m621, v229 * v793, z[7]), z[7]);
-    z_next[8] = SELECT(m781, SELECT(m621, v248 * v793, z[8]), z[8]);
-    z_next[9] = SELECT(m781, SELECT(m621, v269 * v793, z[9]), z[9]);
-    z_next[10] = SELECT(m781, SELECT(m621, v273, z[10]), z[10]);
-    z_next[11] = SELECT(m781, SELECT(m621, v281, z[11]), z[11]);
-    z_next[12] = SELECT(m781, SELECT(m621, v286, z[12]), z[12]);
-    z_next[13] = SELECT(m781, SELECT(m621, v294, z[13]), z[13]);
-    z_next[14] = SELECT(m781, SELECT(m621, v301, z[14]), z[14]);
-    z_next[15] = SELECT(m781, SELECT(m621, v306, z[15]), z[15]);
-    z_next[16] = SELECT(m781, SELECT(m621, v314, z[16]), z[16]);
-    z_next[17] = SELECT(m781, SELECT(m621, v321, z[17]), z[17]);
-    z_next[18] = SELECT(m781, SELECT(m621, v328, z[18]), z[18]);
-    z_next[19] = SELECT(m781, SELECT(m621, v333, z[19]), z[19]);
-    z_next[20] = SELECT(m781, x[0], z[20]);
-    z_next[21] = SELECT(m781, v193, z[21]);
-    z_next[22] = SELECT(m781, v216, z[22]);
-    z_next[23] = SELECT(m781, v686, z[23]);
-    z_next[24] = SELECT(m781, z[23], z[24]);
-    z_next[25] = SELECT(m781, SELECT(m63, z[26], v604), z[25]);
-    z_next[26] = SELECT(m781, v604, z[26]);
-    z_next[27] = SELECT(m781, z[26], z[27]);
-    z_next[28] = SELECT(m781, v548, z[28]);
-    z_next[29] = SELECT(m781, v578, z[29]);
-    z_next[30] = SELECT(m781, v537, z[30]);
-    z_next[31] = SELECT(m781, v531, z[31]);
-    z_next[32] = SELECT(m781, v567, z[32]);
-    z_next[33] = SELECT(m781, SELECT(m525, v44 * v845, z[33]), z[33]);
-    z_next[34] = SELECT(m781, SELECT(m525, v57 * v845, z[34]), z[34]);
-    z_next[35] = SELECT(m781, SELECT(m525, v80 * v845, z[35]), z[35]);
-    z_next[36] = SELECT(m781, SELECT(m525, v99 * v845, z[36]), z[36]);
-    z_next[37] = SELECT(m781, SELECT(m525, v120 * v845, z[37]), z[37]);
-    z_next[38] = SELECT(m781, SELECT(m525, v124, z[38]), z[38]);
-    z_next[39] = SELECT(m781, SELECT(m525, v132, z[39]), z[39]);
-    z_next[40] = SELECT(m781, SELECT(m525, v137, z[40]), z[40]);
-    z_next[41] = SELECT(m781, SELECT(m525, v145, z[41]), z[41]);
-    z_next[42] = SELECT(m781, SELECT(m525, v152, z[42]), z[42]);
-    z_next[43] = SELECT(m781, SELECT(m525, v157, z[43]), z[43]);
-    z_next[44] = SELECT(m781, SELECT(m525, v165, z[44]), z[44]);
-    z_next[45] = SELECT(m781, SELECT(m525, v172, z[45]), z[45]);
-    z_next[46] = SELECT(m781, SELECT(m525, v179, z[46]), z[46]);
-    z_next[47] = SELECT(m781, SELECT(m525, v184, z[47]), z[47]);
-    z_next[48] = SELECT(m781, x[1], z[48]);
-    z_next[49] = SELECT(m781, v38, z[49]);
-    z_next[50] = SELECT(m781, v67, z[50]);
-    z_next[51] = SELECT(m781, v594, z[51]);
-    z_next[52] = SELECT(m781, z[51], z[52]);
-    z_next[53] = SELECT(m781, SELECT(m63, z[54], v502), z[53]);
-    z_next[54] = SELECT(m781, v502, z[54]);
-    z_next[55] = SELECT(m781, z[54], z[55]);
-    z_next[56] = SELECT(m781, v734, z[56]);
-    z_next[57] = SELECT(m781, v762, z[57]);
-    z_next[58] = SELECT(m781, v725, z[58]);
-    z_next[59] = SELECT(m781, v719, z[59]);
-    z_next[60] = SELECT(m781, v751, z[60]);
-    z_next[61] = SELECT(m781, SELECT(m713, v348 * v897, z[61]), z[61]);
-    z_next[62] = SELECT(m781, SELECT(m713, v360 * v897, z[62]), z[62]);
-    z_next[63] = SELECT(m781, SELECT(m713, v379 * v897, z[63]), z[63]);
-    z_next[64] = SELECT(m781, SELECT(m713, v398 * v897, z[64]), z[64]);
-    z_next[65] = SELECT(m781, SELECT(m713, v419 * v897, z[65]), z[65]);
-    z_next[66] = SELECT(m781, SELECT(m713, v423, z[66]), z[66]);
-    z_next[67] = SELECT(m781, SELECT(m713, v431, z[67]), z[67]);
-    z_next[68] = SELECT(m781, SELECT(m713, v436, z[68]), z[68]);
-    z_next[69] = SELECT(m781, SELECT(m713, v444, z[69]), z[69]);
-    z_next[70] = SELECT(m781, SELECT(m713, v451, z[70]), z[70]);
-    z_next[71] = SELECT(m781, SELECT(m713, v456, z[71]), z[71]);
-    z_next[72] = SELECT(m781, SELECT(m713, v464, z[72]), z[72]);
-    z_next[73] = SELECT(m781, SELECT(m713, v471, z[73]), z[73]);
-    z_next[74] = SELECT(m781, SELECT(m713, v478, z[74]), z[74]);
-    z_next[75] = SELECT(m781, SELECT(m713, v483, z[75]), z[75]);
-    z_next[76] = SELECT(m781, x[2], z[76]);
-    z_next[77] = SELECT(m781, v343, z[77]);
-    z_next[78] = SELECT(m781, v366, z[78]);
-    z_next[79] = SELECT(m781, v778, z[79]);
-    z_next[80] = SELECT(m781, z[79], z[80]);
-    z_next[81] = SELECT(m781, SELECT(m63, z[82], v696), z[81]);
-    z_next[82] = SELECT(m781, v696, z[82]);
-    z_next[83] = SELECT(m781, z[82], z[83]);
-    z_next[84] = SELECT0(m781, mv_min(SPLAT(K(2.0)), K(1.0) + z[84]));
-    z_next[85] = SELECT0(m785, SPLAT(K(1.0)));
+    enum { roll = SATELLITE_X_ROLL };
+    enum { pitch = SATELLITE_X_PITCH };
+    enum { yaw = SATELLITE_X_YAW };
+    enum { ref_roll = SATELLITE_R_REF_ROLL };
+    enum { ref_pitch = SATELLITE_R_REF_PITCH };
+    enum { ref_yaw = SATELLITE_R_REF_YAW };
+    enum { Tx_applied = 0 };
+    enum { Ty_applied = 1 };
+    enum { Tz_applied = 2 };
+    enum { a1_roll = SATELLITE_MRAC_LITERAL_Z_A1_ROLL };
+    enum { a2_roll = SATELLITE_MRAC_LITERAL_Z_A2_ROLL };
+    enum { b0_roll = SATELLITE_MRAC_LITERAL_Z_B0_ROLL };
+    enum { b1_roll = SATELLITE_MRAC_LITERAL_Z_B1_ROLL };
+    enum { d_roll = SATELLITE_MRAC_LITERAL_Z_D_ROLL };
+    enum { D1_roll = SATELLITE_MRAC_LITERAL_Z_D1_ROLL };
+    enum { D2_roll = SATELLITE_MRAC_LITERAL_Z_D2_ROLL };
+    enum { D3_roll = SATELLITE_MRAC_LITERAL_Z_D3_ROLL };
+    enum { D4_roll = SATELLITE_MRAC_LITERAL_Z_D4_ROLL };
+    enum { D5_roll = SATELLITE_MRAC_LITERAL_Z_D5_ROLL };
+    enum { U12_roll = SATELLITE_MRAC_LITERAL_Z_U12_ROLL };
+    enum { U13_roll = SATELLITE_MRAC_LITERAL_Z_U13_ROLL };
+    enum { U23_roll = SATELLITE_MRAC_LITERAL_Z_U23_ROLL };
+    enum { U14_roll = SATELLITE_MRAC_LITERAL_Z_U14_ROLL };
+    enum { U24_roll = SATELLITE_MRAC_LITERAL_Z_U24_ROLL };
+    enum { U34_roll = SATELLITE_MRAC_LITERAL_Z_U34_ROLL };
+    enum { U15_roll = SATELLITE_MRAC_LITERAL_Z_U15_ROLL };
+    enum { U25_roll = SATELLITE_MRAC_LITERAL_Z_U25_ROLL };
+    enum { U35_roll = SATELLITE_MRAC_LITERAL_Z_U35_ROLL };
+    enum { U45_roll = SATELLITE_MRAC_LITERAL_Z_U45_ROLL };
+    enum { y1_roll = SATELLITE_MRAC_LITERAL_Z_Y1_ROLL };
+    enum { y2_roll = SATELLITE_MRAC_LITERAL_Z_Y2_ROLL };
+    enum { v1_roll = SATELLITE_MRAC_LITERAL_Z_V1_ROLL };
+    enum { u1_roll = SATELLITE_MRAC_LITERAL_Z_U1_ROLL };
+    enum { u2_roll = SATELLITE_MRAC_LITERAL_Z_U2_ROLL };
+    enum { ym_roll = SATELLITE_MRAC_LITERAL_Z_YM_ROLL };
+    enum { wm1_roll = SATELLITE_MRAC_LITERAL_Z_WM1_ROLL };
+    enum { wm2_roll = SATELLITE_MRAC_LITERAL_Z_WM2_ROLL };
+    enum { a1_pitch = SATELLITE_MRAC_LITERAL_Z_A1_PITCH };
+    enum { a2_pitch = SATELLITE_MRAC_LITERAL_Z_A2_PITCH };
+    enum { b0_pitch = SATELLITE_MRAC_LITERAL_Z_B0_PITCH };
+    enum { b1_pitch = SATELLITE_MRAC_LITERAL_Z_B1_PITCH };
+    enum { d_pitch = SATELLITE_MRAC_LITERAL_Z_D_PITCH };
+    enum { D1_pitch = SATELLITE_MRAC_LITERAL_Z_D1_PITCH };
+    enum { D2_pitch = SATELLITE_MRAC_LITERAL_Z_D2_PITCH };
+    enum { D3_pitch = SATELLITE_MRAC_LITERAL_Z_D3_PITCH };
+    enum { D4_pitch = SATELLITE_MRAC_LITERAL_Z_D4_PITCH };
+    enum { D5_pitch = SATELLITE_MRAC_LITERAL_Z_D5_PITCH };
+    enum { U12_pitch = SATELLITE_MRAC_LITERAL_Z_U12_PITCH };
+    enum { U13_pitch = SATELLITE_MRAC_LITERAL_Z_U13_PITCH };
+    enum { U23_pitch = SATELLITE_MRAC_LITERAL_Z_U23_PITCH };
+    enum { U14_pitch = SATELLITE_MRAC_LITERAL_Z_U14_PITCH };
+    enum { U24_pitch = SATELLITE_MRAC_LITERAL_Z_U24_PITCH };
+    enum { U34_pitch = SATELLITE_MRAC_LITERAL_Z_U34_PITCH };
+    enum { U15_pitch = SATELLITE_MRAC_LITERAL_Z_U15_PITCH };
+    enum { U25_pitch = SATELLITE_MRAC_LITERAL_Z_U25_PITCH };
+    enum { U35_pitch = SATELLITE_MRAC_LITERAL_Z_U35_PITCH };
+    enum { U45_pitch = SATELLITE_MRAC_LITERAL_Z_U45_PITCH };
+    enum { y1_pitch = SATELLITE_MRAC_LITERAL_Z_Y1_PITCH };
+    enum { y2_pitch = SATELLITE_MRAC_LITERAL_Z_Y2_PITCH };
+    enum { v1_pitch = SATELLITE_MRAC_LITERAL_Z_V1_PITCH };
+    enum { u1_pitch = SATELLITE_MRAC_LITERAL_Z_U1_PITCH };
+    enum { u2_pitch = SATELLITE_MRAC_LITERAL_Z_U2_PITCH };
+    enum { ym_pitch = SATELLITE_MRAC_LITERAL_Z_YM_PITCH };
+    enum { wm1_pitch = SATELLITE_MRAC_LITERAL_Z_WM1_PITCH };
+    enum { wm2_pitch = SATELLITE_MRAC_LITERAL_Z_WM2_PITCH };
+    enum { a1_yaw = SATELLITE_MRAC_LITERAL_Z_A1_YAW };
+    enum { a2_yaw = SATELLITE_MRAC_LITERAL_Z_A2_YAW };
+    enum { b0_yaw = SATELLITE_MRAC_LITERAL_Z_B0_YAW };
+    enum { b1_yaw = SATELLITE_MRAC_LITERAL_Z_B1_YAW };
+    enum { d_yaw = SATELLITE_MRAC_LITERAL_Z_D_YAW };
+    enum { D1_yaw = SATELLITE_MRAC_LITERAL_Z_D1_YAW };
+    enum { D2_yaw = SATELLITE_MRAC_LITERAL_Z_D2_YAW };
+    enum { D3_yaw = SATELLITE_MRAC_LITERAL_Z_D3_YAW };
+    enum { D4_yaw = SATELLITE_MRAC_LITERAL_Z_D4_YAW };
+    enum { D5_yaw = SATELLITE_MRAC_LITERAL_Z_D5_YAW };
+    enum { U12_yaw = SATELLITE_MRAC_LITERAL_Z_U12_YAW };
+    enum { U13_yaw = SATELLITE_MRAC_LITERAL_Z_U13_YAW };
+    enum { U23_yaw = SATELLITE_MRAC_LITERAL_Z_U23_YAW };
+    enum { U14_yaw = SATELLITE_MRAC_LITERAL_Z_U14_YAW };
+    enum { U24_yaw = SATELLITE_MRAC_LITERAL_Z_U24_YAW };
+    enum { U34_yaw = SATELLITE_MRAC_LITERAL_Z_U34_YAW };
+    enum { U15_yaw = SATELLITE_MRAC_LITERAL_Z_U15_YAW };
+    enum { U25_yaw = SATELLITE_MRAC_LITERAL_Z_U25_YAW };
+    enum { U35_yaw = SATELLITE_MRAC_LITERAL_Z_U35_YAW };
+    enum { U45_yaw = SATELLITE_MRAC_LITERAL_Z_U45_YAW };
+    enum { y1_yaw = SATELLITE_MRAC_LITERAL_Z_Y1_YAW };
+    enum { y2_yaw = SATELLITE_MRAC_LITERAL_Z_Y2_YAW };
+    enum { v1_yaw = SATELLITE_MRAC_LITERAL_Z_V1_YAW };
+    enum { u1_yaw = SATELLITE_MRAC_LITERAL_Z_U1_YAW };
+    enum { u2_yaw = SATELLITE_MRAC_LITERAL_Z_U2_YAW };
+    enum { ym_yaw = SATELLITE_MRAC_LITERAL_Z_YM_YAW };
+    enum { wm1_yaw = SATELLITE_MRAC_LITERAL_Z_WM1_YAW };
+    enum { wm2_yaw = SATELLITE_MRAC_LITERAL_Z_WM2_YAW };
+    enum { samples = SATELLITE_MRAC_LITERAL_Z_SAMPLES };
+    enum { adapt = SATELLITE_MRAC_LITERAL_C_ADAPT };
+    enum { forgetting = SATELLITE_MRAC_LITERAL_C_FORGETTING };
+    enum { trace_max = SATELLITE_MRAC_LITERAL_C_TRACE_MAX };
+    enum { b_min = SATELLITE_MRAC_LITERAL_C_B_MIN };
+    enum { compensate_d = SATELLITE_MRAC_LITERAL_C_COMPENSATE_D };
+    enum { applied_regressor = SATELLITE_MRAC_LITERAL_C_APPLIED_REGRESSOR };
+    enum { design_delay = SATELLITE_MRAC_LITERAL_C_DESIGN_DELAY };
+    enum { t_lbhv6 = mrac_literal_h_t_lbhv6 };
+    enum { t_u5zvh = mrac_literal_h_t_u5zvh };
+    enum { t_lbhv6_2 = mrac_literal_h_t_lbhv6_2 };
+    enum { t_rkxsm = mrac_literal_h_t_rkxsm };
+    enum { t_s4yo7 = mrac_literal_h_t_s4yo7 };
+    enum { t_r2nkn = mrac_literal_h_t_r2nkn };
+    enum { t_2qnly = mrac_literal_h_t_2qnly };
+    enum { t_pbd6n = mrac_literal_h_t_pbd6n };
+    enum { t_rf45g = mrac_literal_h_t_rf45g };
+    enum { t_ufxyh = mrac_literal_h_t_ufxyh };
+    const real w_roll = h[t_lbhv6] * r[ref_roll] + h[t_u5zvh] * z[wm1_roll] - h[t_lbhv6_2] * z[wm2_roll];  /* (16) */
+    const real w_pitch = h[t_lbhv6] * r[ref_pitch] + h[t_u5zvh] * z[wm1_pitch] - h[t_lbhv6_2] * z[wm2_pitch];  /* (16) */
+    const real w_yaw = h[t_lbhv6] * r[ref_yaw] + h[t_u5zvh] * z[wm1_yaw] - h[t_lbhv6_2] * z[wm2_yaw];  /* (16) */
+    const mask m_myerm = LT(z[samples], K(0.5));
+    const real y1_used_roll = SELECT(m_myerm, x[roll], z[y1_roll]);
+    const mask m_2oym3 = LT(K(0.5), c[applied_regressor]);
+    const mask m_ng6lt = LT(K(0.5), c[design_delay]);
+    const real v_roll = SELECT(m_2oym3, v[Tx_applied], SELECT(m_ng6lt, z[u2_roll], z[u1_roll]));  /* (36) */
+    const real y_hat_roll = z[d_roll]
+        + z[b0_roll] * v_roll
+        + z[b1_roll] * z[v1_roll]
+        - z[a1_roll] * y1_used_roll
+        - z[a2_roll] * z[y2_roll];  /* (34) */
+    const real eps_roll = x[roll] - y_hat_roll;  /* (39) */
+    const real t_s4qc7 = z[D1_roll] * y1_used_roll;
+    const real alpha1_roll = c[forgetting] + t_s4qc7 * y1_used_roll;  /* (40) */
+    const real t_gcbdt = K(1.0) / alpha1_roll;
+    const real D1_free_roll = z[D1_roll] * t_gcbdt;  /* (41) */
+    const real t_4q5lb = z[y2_roll] + z[U12_roll] * y1_used_roll;
+    const real t_bqiu4 = z[D2_roll] * t_4q5lb;
+    const real alpha2_roll = alpha1_roll + t_bqiu4 * t_4q5lb;  /* (40) */
+    const real t_2ftwl = K(1.0) / alpha2_roll;
+    const real D2_free_roll = t_2ftwl * h[t_rkxsm] * z[D2_roll] * alpha1_roll;  /* (41) */
+    const real U12_free_roll = z[U12_roll] - t_s4qc7 * t_gcbdt * t_4q5lb;  /* (41) */
+    const real f3_roll = v_roll - z[U13_roll] * y1_used_roll - z[U23_roll] * z[y2_roll];  /* (40) */
+    const real Df3_roll = z[D3_roll] * f3_roll;  /* (40) */
+    const real alpha3_roll = alpha2_roll + Df3_roll * f3_roll;  /* (40) */
+    const real t_m6gkz = K(1.0) / alpha3_roll;
+    const real D3_free_roll = h[t_rkxsm] * t_m6gkz * z[D3_roll] * alpha2_roll;  /* (41) */
+    const real t_iwp6c = f3_roll * t_2ftwl;
+    const real t_73h6y = t_s4qc7 + t_bqiu4 * z[U12_roll];
+    const real U13_free_roll = z[U13_roll] + t_iwp6c * t_73h6y;  /* (41) */
+    const real b1_3_roll = Df3_roll * z[U13_roll] - t_73h6y;  /* (40) */
+    const real U23_free_roll = z[U23_roll] + t_iwp6c * t_bqiu4;  /* (41) */
+    const real b2_3_roll = Df3_roll * z[U23_roll] - t_bqiu4;  /* (40) */
+    const real f4_roll = z[v1_roll] + z[U34_roll] * v_roll - z[U14_roll] * y1_used_roll - z[U24_roll] * z[y2_roll];  /* (40) */
+    const real Df4_roll = z[D4_roll] * f4_roll;  /* (40) */
+    const real alpha4_roll = alpha3_roll + Df4_roll * f4_roll;  /* (40) */
+    const real t_qd2bm = K(1.0) / alpha4_roll;
+    const real D4_free_roll = h[t_rkxsm] * t_qd2bm * z[D4_roll] * alpha3_roll;  /* (41) */
+    const real t_vpr7m = f4_roll * t_m6gkz;
+    const real U14_free_roll = z[U14_roll] - t_vpr7m * b1_3_roll;  /* (41) */
+    const real b1_4_roll = b1_3_roll + Df4_roll * z[U14_roll];  /* (40) */
+    const real U24_free_roll = z[U24_roll] - t_vpr7m * b2_3_roll;  /* (41) */
+    const real b2_4_roll = b2_3_roll + Df4_roll * z[U24_roll];  /* (40) */
+    const real U34_free_roll = z[U34_roll] - t_vpr7m * Df3_roll;  /* (41) */
+    const real b3_4_roll = Df3_roll + Df4_roll * z[U34_roll];  /* (40) */
+    const real f5_roll = K(1.0)
+        + z[U35_roll] * v_roll
+        + z[U45_roll] * z[v1_roll]
+        - z[U15_roll] * y1_used_roll
+        - z[U25_roll] * z[y2_roll];  /* (40) */
+    const real Df5_roll = z[D5_roll] * f5_roll;  /* (40) */
+    const real alpha5_roll = alpha4_roll + Df5_roll * f5_roll;  /* (40) */
+    const real t_szpzk = K(1.0) / alpha5_roll;
+    const real D5_free_roll = h[t_rkxsm] * t_szpzk * z[D5_roll] * alpha4_roll;  /* (41) */
+    const real t_el36p = f5_roll * t_qd2bm;
+    const real U15_free_roll = z[U15_roll] - t_el36p * b1_4_roll;  /* (41) */
+    const real b1_5_roll = b1_4_roll + Df5_roll * z[U15_roll];  /* (40) */
+    const real U25_free_roll = z[U25_roll] - t_el36p * b2_4_roll;  /* (41) */
+    const real b2_5_roll = b2_4_roll + Df5_roll * z[U25_roll];  /* (40) */
+    const real U35_free_roll = z[U35_roll] - t_el36p * b3_4_roll;  /* (41) */
+    const real b3_5_roll = b3_4_roll + Df5_roll * z[U35_roll];  /* (40) */
+    const real U45_free_roll = z[U45_roll] - t_el36p * Df4_roll;  /* (41) */
+    const real b4_5_roll = Df4_roll + Df5_roll * z[U45_roll];  /* (40) */
+    const real G1_roll = b1_5_roll * t_szpzk;  /* (40) */
+    const real G2_roll = b2_5_roll * t_szpzk;  /* (40) */
+    const real G3_roll = b3_5_roll * t_szpzk;  /* (40) */
+    const real G4_roll = b4_5_roll * t_szpzk;  /* (40) */
+    const real G5_roll = Df5_roll * t_szpzk;  /* (40) */
+    const real trace_roll = D1_free_roll
+        + D2_free_roll
+        + D3_free_roll
+        + D4_free_roll
+        + D5_free_roll
+        + D2_free_roll * (U12_free_roll * U12_free_roll)
+        + D3_free_roll * (U13_free_roll * U13_free_roll)
+        + D3_free_roll * (U23_free_roll * U23_free_roll)
+        + D4_free_roll * (U14_free_roll * U14_free_roll)
+        + D4_free_roll * (U24_free_roll * U24_free_roll)
+        + D4_free_roll * (U34_free_roll * U34_free_roll)
+        + D5_free_roll * (U15_free_roll * U15_free_roll)
+        + D5_free_roll * (U25_free_roll * U25_free_roll)
+        + D5_free_roll * (U35_free_roll * U35_free_roll)
+        + D5_free_roll * (U45_free_roll * U45_free_roll);  /* (41) */
+    const mask m_cy5zr = LT(c[trace_max], trace_roll);
+    const real cap_roll = SELECT(m_cy5zr, c[forgetting], SPLAT(K(1.0)));
+    const mask m_jj746 = LT(K(0.5), c[adapt]);
+    const mask m_d33kq = LT(K(1.5), z[samples]);
+    const mask m_6w7fs = AND(m_jj746, m_d33kq);
+    const mask m_ehesg = LT(h[t_s4yo7], mv_fabs(eps_roll));
+    const mask m_ovbqq = AND(m_6w7fs, m_ehesg);
+    const real a1_now_roll = SELECT(m_ovbqq, z[a1_roll] + G1_roll * eps_roll, z[a1_roll]);  /* (42) */
+    const real a2_now_roll = SELECT(m_ovbqq, z[a2_roll] + G2_roll * eps_roll, z[a2_roll]);  /* (42) */
+    const real b0_now_roll = SELECT(m_ovbqq, z[b0_roll] + G3_roll * eps_roll, z[b0_roll]);  /* (42) */
+    const real b1_now_roll = SELECT(m_ovbqq, z[b1_roll] + G4_roll * eps_roll, z[b1_roll]);  /* (42) */
+    const real d_now_roll = SELECT(m_ovbqq, z[d_roll] + G5_roll * eps_roll, z[d_roll]);  /* (42) */
+    const real d_used_roll = c[compensate_d] * d_now_roll;
+    const real y1_used_pitch = SELECT(m_myerm, x[pitch], z[y1_pitch]);
+    const real v_pitch = SELECT(m_2oym3, v[Ty_applied], SELECT(m_ng6lt, z[u2_pitch], z[u1_pitch]));  /* (36) */
+    const real y_hat_pitch = z[d_pitch]
+        + z[b0_pitch] * v_pitch
+        + z[b1_pitch] * z[v1_pitch]
+        - z[a1_pitch] * y1_used_pitch
+        - z[a2_pitch] * z[y2_pitch];  /* (34) */
+    const real eps_pitch = x[pitch] - y_hat_pitch;  /* (39) */
+    const real t_n6265 = z[D1_pitch] * y1_used_pitch;
+    const real alpha1_pitch = c[forgetting] + t_n6265 * y1_used_pitch;  /* (40) */
+    const real t_ba5cq = K(1.0) / alpha1_pitch;
+    const real D1_free_pitch = z[D1_pitch] * t_ba5cq;  /* (41) */
+    const real t_5xoth = z[y2_pitch] + z[U12_pitch] * y1_used_pitch;
+    const real t_urk7s = z[D2_pitch] * t_5xoth;
+    const real alpha2_pitch = alpha1_pitch + t_urk7s * t_5xoth;  /* (40) */
+    const real t_vq6qe = K(1.0) / alpha2_pitch;
+    const real D2_free_pitch = h[t_rkxsm] * t_vq6qe * z[D2_pitch] * alpha1_pitch;  /* (41) */
+    const real U12_free_pitch = z[U12_pitch] - t_n6265 * t_ba5cq * t_5xoth;  /* (41) */
+    const real f3_pitch = v_pitch - z[U13_pitch] * y1_used_pitch - z[U23_pitch] * z[y2_pitch];  /* (40) */
+    const real Df3_pitch = z[D3_pitch] * f3_pitch;  /* (40) */
+    const real alpha3_pitch = alpha2_pitch + Df3_pitch * f3_pitch;  /* (40) */
+    const real t_wnsbx = K(1.0) / alpha3_pitch;
+    const real D3_free_pitch = h[t_rkxsm] * t_wnsbx * z[D3_pitch] * alpha2_pitch;  /* (41) */
+    const real t_iziit = f3_pitch * t_vq6qe;
+    const real t_m7azd = t_n6265 + t_urk7s * z[U12_pitch];
+    const real U13_free_pitch = z[U13_pitch] + t_iziit * t_m7azd;  /* (41) */
+    const real b1_3_pitch = Df3_pitch * z[U13_pitch] - t_m7azd;  /* (40) */
+    const real U23_free_pitch = z[U23_pitch] + t_iziit * t_urk7s;  /* (41) */
+    const real b2_3_pitch = Df3_pitch * z[U23_pitch] - t_urk7s;  /* (40) */
+    const real f4_pitch = z[v1_pitch] + z[U34_pitch] * v_pitch - z[U14_pitch] * y1_used_pitch - z[U24_pitch] * z[y2_pitch];  /* (40) */
+    const real Df4_pitch = z[D4_pitch] * f4_pitch;  /* (40) */
+    const real alpha4_pitch = alpha3_pitch + Df4_pitch * f4_pitch;  /* (40) */
+    const real t_au2dz = K(1.0) / alpha4_pitch;
+    const real D4_free_pitch = h[t_rkxsm] * t_au2dz * z[D4_pitch] * alpha3_pitch;  /* (41) */
+    const real t_q5cqa = f4_pitch * t_wnsbx;
+    const real U14_free_pitch = z[U14_pitch] - t_q5cqa * b1_3_pitch;  /* (41) */
+    const real b1_4_pitch = b1_3_pitch + Df4_pitch * z[U14_pitch];  /* (40) */
+    const real U24_free_pitch = z[U24_pitch] - t_q5cqa * b2_3_pitch;  /* (41) */
+    const real b2_4_pitch = b2_3_pitch + Df4_pitch * z[U24_pitch];  /* (40) */
+    const real U34_free_pitch = z[U34_pitch] - t_q5cqa * Df3_pitch;  /* (41) */
+    const real b3_4_pitch = Df3_pitch + Df4_pitch * z[U34_pitch];  /* (40) */
+    const real f5_pitch = K(1.0)
+        + z[U35_pitch] * v_pitch
+        + z[U45_pitch] * z[v1_pitch]
+        - z[U15_pitch] * y1_used_pitch
+        - z[U25_pitch] * z[y2_pitch];  /* (40) */
+    const real Df5_pitch = z[D5_pitch] * f5_pitch;  /* (40) */
+    const real alpha5_pitch = alpha4_pitch + Df5_pitch * f5_pitch;  /* (40) */
+    const real t_uppvm = K(1.0) / alpha5_pitch;
+    const real D5_free_pitch = h[t_rkxsm] * t_uppvm * z[D5_pitch] * alpha4_pitch;  /* (41) */
+    const real t_blzne = f5_pitch * t_au2dz;
+    const real U15_free_pitch = z[U15_pitch] - t_blzne * b1_4_pitch;  /* (41) */
+    const real b1_5_pitch = b1_4_pitch + Df5_pitch * z[U15_pitch];  /* (40) */
+    const real U25_free_pitch = z[U25_pitch] - t_blzne * b2_4_pitch;  /* (41) */
+    const real b2_5_pitch = b2_4_pitch + Df5_pitch * z[U25_pitch];  /* (40) */
+    const real U35_free_pitch = z[U35_pitch] - t_blzne * b3_4_pitch;  /* (41) */
+    const real b3_5_pitch = b3_4_pitch + Df5_pitch * z[U35_pitch];  /* (40) */
+    const real U45_free_pitch = z[U45_pitch] - t_blzne * Df4_pitch;  /* (41) */
+    const real b4_5_pitch = Df4_pitch + Df5_pitch * z[U45_pitch];  /* (40) */
+    const real G1_pitch = b1_5_pitch * t_uppvm;  /* (40) */
+    const real G2_pitch = b2_5_pitch * t_uppvm;  /* (40) */
+    const real G3_pitch = b3_5_pitch * t_uppvm;  /* (40) */
+    const real G4_pitch = b4_5_pitch * t_uppvm;  /* (40) */
+    const real G5_pitch = Df5_pitch * t_uppvm;  /* (40) */
+    const real trace_pitch = D1_free_pitch
+        + D2_free_pitch
+        + D3_free_pitch
+        + D4_free_pitch
+        + D5_free_pitch
+        + D2_free_pitch * (U12_free_pitch * U12_free_pitch)
+        + D3_free_pitch * (U13_free_pitch * U13_free_pitch)
+        + D3_free_pitch * (U23_free_pitch * U23_free_pitch)
+        + D4_free_pitch * (U14_free_pitch * U14_free_pitch)
+        + D4_free_pitch * (U24_free_pitch * U24_free_pitch)
+        + D4_free_pitch * (U34_free_pitch * U34_free_pitch)
+        + D5_free_pitch * (U15_free_pitch * U15_free_pitch)
+        + D5_free_pitch * (U25_free_pitch * U25_free_pitch)
+        + D5_free_pitch * (U35_free_pitch * U35_free_pitch)
+        + D5_free_pitch * (U45_free_pitch * U45_free_pitch);  /* (41) */
+    const mask m_rahgr = LT(c[trace_max], trace_pitch);
+    const real cap_pitch = SELECT(m_rahgr, c[forgetting], SPLAT(K(1.0)));
+    const mask m_qjzob = LT(h[t_s4yo7], mv_fabs(eps_pitch));
+    const mask m_ehlkz = AND(m_6w7fs, m_qjzob);
+    const real a1_now_pitch = SELECT(m_ehlkz, z[a1_pitch] + G1_pitch * eps_pitch, z[a1_pitch]);  /* (42) */
+    const real a2_now_pitch = SELECT(m_ehlkz, z[a2_pitch] + G2_pitch * eps_pitch, z[a2_pitch]);  /* (42) */
+    const real b0_now_pitch = SELECT(m_ehlkz, z[b0_pitch] + G3_pitch * eps_pitch, z[b0_pitch]);  /* (42) */
+    const real b1_now_pitch = SELECT(m_ehlkz, z[b1_pitch] + G4_pitch * eps_pitch, z[b1_pitch]);  /* (42) */
+    const real d_now_pitch = SELECT(m_ehlkz, z[d_pitch] + G5_pitch * eps_pitch, z[d_pitch]);  /* (42) */
+    const real d_used_pitch = c[compensate_d] * d_now_pitch;
+    const real y1_used_yaw = SELECT(m_myerm, x[yaw], z[y1_yaw]);
+    const real v_yaw = SELECT(m_2oym3, v[Tz_applied], SELECT(m_ng6lt, z[u2_yaw], z[u1_yaw]));  /* (36) */
+    const real y_hat_yaw = z[d_yaw]
+        + z[b0_yaw] * v_yaw
+        + z[b1_yaw] * z[v1_yaw]
+        - z[a1_yaw] * y1_used_yaw
+        - z[a2_yaw] * z[y2_yaw];  /* (34) */
+    const real eps_yaw = x[yaw] - y_hat_yaw;  /* (39) */
+    const real t_5t4tf = z[D1_yaw] * y1_used_yaw;
+    const real alpha1_yaw = c[forgetting] + t_5t4tf * y1_used_yaw;  /* (40) */
+    const real t_rrlcx = K(1.0) / alpha1_yaw;
+    const real D1_free_yaw = z[D1_yaw] * t_rrlcx;  /* (41) */
+    const real t_fz2ih = z[y2_yaw] + z[U12_yaw] * y1_used_yaw;
+    const real t_3inrl = z[D2_yaw] * t_fz2ih;
+    const real alpha2_yaw = alpha1_yaw + t_3inrl * t_fz2ih;  /* (40) */
+    const real t_epc3p = K(1.0) / alpha2_yaw;
+    const real D2_free_yaw = h[t_rkxsm] * t_epc3p * z[D2_yaw] * alpha1_yaw;  /* (41) */
+    const real U12_free_yaw = z[U12_yaw] - t_5t4tf * t_rrlcx * t_fz2ih;  /* (41) */
+    const real f3_yaw = v_yaw - z[U13_yaw] * y1_used_yaw - z[U23_yaw] * z[y2_yaw];  /* (40) */
+    const real Df3_yaw = z[D3_yaw] * f3_yaw;  /* (40) */
+    const real alpha3_yaw = alpha2_yaw + Df3_yaw * f3_yaw;  /* (40) */
+    const real t_czmse = K(1.0) / alpha3_yaw;
+    const real D3_free_yaw = h[t_rkxsm] * t_czmse * z[D3_yaw] * alpha2_yaw;  /* (41) */
+    const real t_qqhj7 = f3_yaw * t_epc3p;
+    const real t_mefgo = t_5t4tf + t_3inrl * z[U12_yaw];
+    const real U13_free_yaw = z[U13_yaw] + t_qqhj7 * t_mefgo;  /* (41) */
+    const real b1_3_yaw = Df3_yaw * z[U13_yaw] - t_mefgo;  /* (40) */
+    const real U23_free_yaw = z[U23_yaw] + t_qqhj7 * t_3inrl;  /* (41) */
+    const real b2_3_yaw = Df3_yaw * z[U23_yaw] - t_3inrl;  /* (40) */
+    const real f4_yaw = z[v1_yaw] + z[U34_yaw] * v_yaw - z[U14_yaw] * y1_used_yaw - z[U24_yaw] * z[y2_yaw];  /* (40) */
+    const real Df4_yaw = z[D4_yaw] * f4_yaw;  /* (40) */
+    const real alpha4_yaw = alpha3_yaw + Df4_yaw * f4_yaw;  /* (40) */
+    const real t_nk3ay = K(1.0) / alpha4_yaw;
+    const real D4_free_yaw = h[t_rkxsm] * t_nk3ay * z[D4_yaw] * alpha3_yaw;  /* (41) */
+    const real t_ov6wh = f4_yaw * t_czmse;
+    const real U14_free_yaw = z[U14_yaw] - t_ov6wh * b1_3_yaw;  /* (41) */
+    const real b1_4_yaw = b1_3_yaw + Df4_yaw * z[U14_yaw];  /* (40) */
+    const real U24_free_yaw = z[U24_yaw] - t_ov6wh * b2_3_yaw;  /* (41) */
+    const real b2_4_yaw = b2_3_yaw + Df4_yaw * z[U24_yaw];  /* (40) */
+    const real U34_free_yaw = z[U34_yaw] - t_ov6wh * Df3_yaw;  /* (41) */
+    const real b3_4_yaw = Df3_yaw + Df4_yaw * z[U34_yaw];  /* (40) */
+    const real f5_yaw = K(1.0)
+        + z[U35_yaw] * v_yaw
+        + z[U45_yaw] * z[v1_yaw]
+        - z[U15_yaw] * y1_used_yaw
+        - z[U25_yaw] * z[y2_yaw];  /* (40) */
+    const real Df5_yaw = z[D5_yaw] * f5_yaw;  /* (40) */
+    const real alpha5_yaw = alpha4_yaw + Df5_yaw * f5_yaw;  /* (40) */
+    const real t_xt42v = K(1.0) / alpha5_yaw;
+    const real D5_free_yaw = h[t_rkxsm] * t_xt42v * z[D5_yaw] * alpha4_yaw;  /* (41) */
+    const real t_xokdo = f5_yaw * t_nk3ay;
+    const real U15_free_yaw = z[U15_yaw] - t_xokdo * b1_4_yaw;  /* (41) */
+    const real b1_5_yaw = b1_4_yaw + Df5_yaw * z[U15_yaw];  /* (40) */
+    const real U25_free_yaw = z[U25_yaw] - t_xokdo * b2_4_yaw;  /* (41) */
+    const real b2_5_yaw = b2_4_yaw + Df5_yaw * z[U25_yaw];  /* (40) */
+    const real U35_free_yaw = z[U35_yaw] - t_xokdo * b3_4_yaw;  /* (41) */
+    const real b3_5_yaw = b3_4_yaw + Df5_yaw * z[U35_yaw];  /* (40) */
+    const real U45_free_yaw = z[U45_yaw] - t_xokdo * Df4_yaw;  /* (41) */
+    const real b4_5_yaw = Df4_yaw + Df5_yaw * z[U45_yaw];  /* (40) */
+    const real G1_yaw = b1_5_yaw * t_xt42v;  /* (40) */
+    const real G2_yaw = b2_5_yaw * t_xt42v;  /* (40) */
+    const real G3_yaw = b3_5_yaw * t_xt42v;  /* (40) */
+    const real G4_yaw = b4_5_yaw * t_xt42v;  /* (40) */
+    const real G5_yaw = Df5_yaw * t_xt42v;  /* (40) */
+    const real trace_yaw = D1_free_yaw
+        + D2_free_yaw
+        + D3_free_yaw
+        + D4_free_yaw
+        + D5_free_yaw
+        + D2_free_yaw * (U12_free_yaw * U12_free_yaw)
+        + D3_free_yaw * (U13_free_yaw * U13_free_yaw)
+        + D3_free_yaw * (U23_free_yaw * U23_free_yaw)
+        + D4_free_yaw * (U14_free_yaw * U14_free_yaw)
+        + D4_free_yaw * (U24_free_yaw * U24_free_yaw)
+        + D4_free_yaw * (U34_free_yaw * U34_free_yaw)
+        + D5_free_yaw * (U15_free_yaw * U15_free_yaw)
+        + D5_free_yaw * (U25_free_yaw * U25_free_yaw)
+        + D5_free_yaw * (U35_free_yaw * U35_free_yaw)
+        + D5_free_yaw * (U45_free_yaw * U45_free_yaw);  /* (41) */
+    const mask m_4b7bf = LT(c[trace_max], trace_yaw);
+    const real cap_yaw = SELECT(m_4b7bf, c[forgetting], SPLAT(K(1.0)));
+    const mask m_3y25r = LT(h[t_s4yo7], mv_fabs(eps_yaw));
+    const mask m_33i5p = AND(m_6w7fs, m_3y25r);
+    const real a1_now_yaw = SELECT(m_33i5p, z[a1_yaw] + G1_yaw * eps_yaw, z[a1_yaw]);  /* (42) */
+    const real a2_now_yaw = SELECT(m_33i5p, z[a2_yaw] + G2_yaw * eps_yaw, z[a2_yaw]);  /* (42) */
+    const real b0_now_yaw = SELECT(m_33i5p, z[b0_yaw] + G3_yaw * eps_yaw, z[b0_yaw]);  /* (42) */
+    const real b1_now_yaw = SELECT(m_33i5p, z[b1_yaw] + G4_yaw * eps_yaw, z[b1_yaw]);  /* (42) */
+    const real d_now_yaw = SELECT(m_33i5p, z[d_yaw] + G5_yaw * eps_yaw, z[d_yaw]);  /* (42) */
+    const real d_used_yaw = c[compensate_d] * d_now_yaw;
+    const real b0_used_roll = mv_max(mv_max(b0_now_roll, c[b_min]), h[t_r2nkn]);
+    const real t_pyv2r = h[t_2qnly] - a2_now_roll;
+    const real t_fdmbf = h[t_pbd6n] + a1_now_roll;
+    const real s1_cancel_roll = -t_fdmbf;  /* (23) */
+    const real t0_cancel_roll = SELECT(m_ng6lt, t_pyv2r + a1_now_roll * a1_now_roll + h[t_pbd6n] * a1_now_roll, s1_cancel_roll);  /* (24) */
+    const real t1_cancel_roll = SELECT(m_ng6lt, h[t_pbd6n] * a2_now_roll + a1_now_roll * a2_now_roll, t_pyv2r);  /* (24) */
+    const real t_qkrvx = b1_now_roll * v_roll;
+    const real BSu_roll = SELECT(m_ng6lt, z[u1_roll] * (b1_now_roll - b0_used_roll * t_fdmbf) - t_qkrvx * t_fdmbf, t_qkrvx);  /* (33) */
+    const real t_bri2w = w_roll
+        - BSu_roll
+        + h[t_2qnly] * z[wm2_roll]
+        - h[t_pbd6n] * z[wm1_roll]
+        - d_used_roll * SELECT(m_ng6lt, K(1.0) - t_fdmbf, SPLAT(K(1.0)))
+        - x[roll] * t0_cancel_roll
+        - t1_cancel_roll * y1_used_roll;
+    const real u_roll_mrac_literal = t_bri2w / b0_used_roll;
+    const real b0_used_pitch = mv_max(mv_max(b0_now_pitch, c[b_min]), h[t_rf45g]);
+    const real t_lvjah = h[t_2qnly] - a2_now_pitch;
+    const real t_4u6xj = h[t_pbd6n] + a1_now_pitch;
+    const real s1_cancel_pitch = -t_4u6xj;  /* (23) */
+    const real t0_cancel_pitch = SELECT(m_ng6lt, t_lvjah + a1_now_pitch * a1_now_pitch + h[t_pbd6n] * a1_now_pitch, s1_cancel_pitch);  /* (24) */
+    const real t1_cancel_pitch = SELECT(m_ng6lt, h[t_pbd6n] * a2_now_pitch + a1_now_pitch * a2_now_pitch, t_lvjah);  /* (24) */
+    const real t_gl7ia = b1_now_pitch * v_pitch;
+    const real BSu_pitch = SELECT(m_ng6lt, z[u1_pitch] * (b1_now_pitch - b0_used_pitch * t_4u6xj) - t_gl7ia * t_4u6xj, t_gl7ia);  /* (33) */
+    const real t_e5wya = w_pitch
+        - BSu_pitch
+        + h[t_2qnly] * z[wm2_pitch]
+        - h[t_pbd6n] * z[wm1_pitch]
+        - d_used_pitch * SELECT(m_ng6lt, K(1.0) - t_4u6xj, SPLAT(K(1.0)))
+        - x[pitch] * t0_cancel_pitch
+        - t1_cancel_pitch * y1_used_pitch;
+    const real u_pitch_mrac_literal = t_e5wya / b0_used_pitch;
+    const real b0_used_yaw = mv_max(mv_max(b0_now_yaw, c[b_min]), h[t_ufxyh]);
+    const real t_hf5ul = h[t_2qnly] - a2_now_yaw;
+    const real t_cnsbp = h[t_pbd6n] + a1_now_yaw;
+    const real s1_cancel_yaw = -t_cnsbp;  /* (23) */
+    const real t0_cancel_yaw = SELECT(m_ng6lt, t_hf5ul + a1_now_yaw * a1_now_yaw + h[t_pbd6n] * a1_now_yaw, s1_cancel_yaw);  /* (24) */
+    const real t1_cancel_yaw = SELECT(m_ng6lt, h[t_pbd6n] * a2_now_yaw + a1_now_yaw * a2_now_yaw, t_hf5ul);  /* (24) */
+    const real t_quuto = b1_now_yaw * v_yaw;
+    const real BSu_yaw = SELECT(m_ng6lt, z[u1_yaw] * (b1_now_yaw - b0_used_yaw * t_cnsbp) - t_quuto * t_cnsbp, t_quuto);  /* (33) */
+    const real t_4xg4q = w_yaw
+        - BSu_yaw
+        + h[t_2qnly] * z[wm2_yaw]
+        - h[t_pbd6n] * z[wm1_yaw]
+        - d_used_yaw * SELECT(m_ng6lt, K(1.0) - t_cnsbp, SPLAT(K(1.0)))
+        - t0_cancel_yaw * x[yaw]
+        - t1_cancel_yaw * y1_used_yaw;
+    const real u_yaw_mrac_literal = t_4xg4q / b0_used_yaw;
+    const mask m_m35aa = LT(mv_fabs(v[Tx_applied]), K(1e+30));
+    const mask m_6g4m5 = LT(mv_fabs(v[Ty_applied]), K(1e+30));
+    const mask m_qvzit = AND(m_m35aa, m_6g4m5);
+    const mask m_ifmp5 = LT(mv_fabs(v[Tz_applied]), K(1e+30));
+    const mask m_yejzf = AND(m_qvzit, m_ifmp5);
+    const mask m_cgnek = LT(mv_fabs(x[pitch]), K(1e+30));
+    const mask m_bffo2 = AND(m_yejzf, m_cgnek);
+    const mask m_qrx2z = LT(mv_fabs(r[ref_pitch]), K(1e+30));
+    const mask m_bwxs3 = AND(m_bffo2, m_qrx2z);
+    const mask m_ilioh = LT(mv_fabs(r[ref_roll]), K(1e+30));
+    const mask m_6i24m = AND(m_bwxs3, m_ilioh);
+    const mask m_ghzhf = LT(mv_fabs(r[ref_yaw]), K(1e+30));
+    const mask m_65ott = AND(m_6i24m, m_ghzhf);
+    const mask m_lisih = LT(mv_fabs(x[roll]), K(1e+30));
+    const mask m_fdhnb = AND(m_65ott, m_lisih);
+    const mask m_klrep = LT(mv_fabs(trace_pitch), K(1e+30));
+    const mask m_ftaye = AND(m_fdhnb, m_klrep);
+    const mask m_nob5q = LT(mv_fabs(trace_roll), K(1e+30));
+    const mask m_dtjsa = AND(m_ftaye, m_nob5q);
+    const mask m_smxdh = LT(mv_fabs(trace_yaw), K(1e+30));
+    const mask m_tnlb6 = AND(m_dtjsa, m_smxdh);
+    const mask m_q3hd4 = LT(mv_fabs(x[yaw]), K(1e+30));
+    const mask m_n37qp = AND(m_tnlb6, m_q3hd4);
+    const mask m_m4djy = LT(mv_fabs(u_pitch_mrac_literal), K(1e+30));
+    const mask m_r6745 = AND(m_n37qp, m_m4djy);
+    const mask m_l5gdz = LT(mv_fabs(u_roll_mrac_literal), K(1e+30));
+    const mask m_zencp = AND(m_r6745, m_l5gdz);
+    const mask m_ccpp3 = LT(mv_fabs(u_yaw_mrac_literal), K(1e+30));
+    const mask m_kqyoi = AND(m_zencp, m_ccpp3);
+    const real Tx_cmd = SELECT0(m_kqyoi, u_roll_mrac_literal);
+    const real Ty_cmd = SELECT0(m_kqyoi, u_pitch_mrac_literal);
+    const real Tz_cmd = SELECT0(m_kqyoi, u_yaw_mrac_literal);
+    const mask m_dzg3g = NOT(m_kqyoi);
+    u[0] = Tx_cmd;
+    u[1] = Ty_cmd;
+    u[2] = Tz_cmd;
+    z_next[0] = SELECT(m_kqyoi, a1_now_roll, z[a1_roll]);
+    z_next[1] = SELECT(m_kqyoi, a2_now_roll, z[a2_roll]);
+    z_next[2] = SELECT(m_kqyoi, b0_now_roll, z[b0_roll]);
+    z_next[3] = SELECT(m_kqyoi, b1_now_roll, z[b1_roll]);
+    z_next[4] = SELECT(m_kqyoi, d_now_roll, z[d_roll]);
+    z_next[5] = SELECT(m_kqyoi, SELECT(m_ovbqq, D1_free_roll * cap_roll, z[D1_roll]), z[D1_roll]);
+    z_next[6] = SELECT(m_kqyoi, SELECT(m_ovbqq, D2_free_roll * cap_roll, z[D2_roll]), z[D2_roll]);
+    z_next[7] = SELECT(m_kqyoi, SELECT(m_ovbqq, D3_free_roll * cap_roll, z[D3_roll]), z[D3_roll]);
+    z_next[8] = SELECT(m_kqyoi, SELECT(m_ovbqq, D4_free_roll * cap_roll, z[D4_roll]), z[D4_roll]);
+    z_next[9] = SELECT(m_kqyoi, SELECT(m_ovbqq, D5_free_roll * cap_roll, z[D5_roll]), z[D5_roll]);
+    z_next[10] = SELECT(m_kqyoi, SELECT(m_ovbqq, U12_free_roll, z[U12_roll]), z[U12_roll]);
+    z_next[11] = SELECT(m_kqyoi, SELECT(m_ovbqq, U13_free_roll, z[U13_roll]), z[U13_roll]);
+    z_next[12] = SELECT(m_kqyoi, SELECT(m_ovbqq, U23_free_roll, z[U23_roll]), z[U23_roll]);
+    z_next[13] = SELECT(m_kqyoi, SELECT(m_ovbqq, U14_free_roll, z[U14_roll]), z[U14_roll]);
+    z_next[14] = SELECT(m_kqyoi, SELECT(m_ovbqq, U24_free_roll, z[U24_roll]), z[U24_roll]);
+    z_next[15] = SELECT(m_kqyoi, SELECT(m_ovbqq, U34_free_roll, z[U34_roll]), z[U34_roll]);
+    z_next[16] = SELECT(m_kqyoi, SELECT(m_ovbqq, U15_free_roll, z[U15_roll]), z[U15_roll]);
+    z_next[17] = SELECT(m_kqyoi, SELECT(m_ovbqq, U25_free_roll, z[U25_roll]), z[U25_roll]);
+    z_next[18] = SELECT(m_kqyoi, SELECT(m_ovbqq, U35_free_roll, z[U35_roll]), z[U35_roll]);
+    z_next[19] = SELECT(m_kqyoi, SELECT(m_ovbqq, U45_free_roll, z[U45_roll]), z[U45_roll]);
+    z_next[20] = SELECT(m_kqyoi, x[roll], z[y1_roll]);
+    z_next[21] = SELECT(m_kqyoi, y1_used_roll, z[y2_roll]);
+    z_next[22] = SELECT(m_kqyoi, v_roll, z[v1_roll]);
+    z_next[23] = SELECT(m_kqyoi, u_roll_mrac_literal, z[u1_roll]);
+    z_next[24] = SELECT(m_kqyoi, z[u1_roll], z[u2_roll]);
+    z_next[25] = SELECT(m_kqyoi, SELECT(m_ng6lt, z[wm1_roll], w_roll), z[ym_roll]);
+    z_next[26] = SELECT(m_kqyoi, w_roll, z[wm1_roll]);
+    z_next[27] = SELECT(m_kqyoi, z[wm1_roll], z[wm2_roll]);
+    z_next[28] = SELECT(m_kqyoi, a1_now_pitch, z[a1_pitch]);
+    z_next[29] = SELECT(m_kqyoi, a2_now_pitch, z[a2_pitch]);
+    z_next[30] = SELECT(m_kqyoi, b0_now_pitch, z[b0_pitch]);
+    z_next[31] = SELECT(m_kqyoi, b1_now_pitch, z[b1_pitch]);
+    z_next[32] = SELECT(m_kqyoi, d_now_pitch, z[d_pitch]);
+    z_next[33] = SELECT(m_kqyoi, SELECT(m_ehlkz, D1_free_pitch * cap_pitch, z[D1_pitch]), z[D1_pitch]);
+    z_next[34] = SELECT(m_kqyoi, SELECT(m_ehlkz, D2_free_pitch * cap_pitch, z[D2_pitch]), z[D2_pitch]);
+    z_next[35] = SELECT(m_kqyoi, SELECT(m_ehlkz, D3_free_pitch * cap_pitch, z[D3_pitch]), z[D3_pitch]);
+    z_next[36] = SELECT(m_kqyoi, SELECT(m_ehlkz, D4_free_pitch * cap_pitch, z[D4_pitch]), z[D4_pitch]);
+    z_next[37] = SELECT(m_kqyoi, SELECT(m_ehlkz, D5_free_pitch * cap_pitch, z[D5_pitch]), z[D5_pitch]);
+    z_next[38] = SELECT(m_kqyoi, SELECT(m_ehlkz, U12_free_pitch, z[U12_pitch]), z[U12_pitch]);
+    z_next[39] = SELECT(m_kqyoi, SELECT(m_ehlkz, U13_free_pitch, z[U13_pitch]), z[U13_pitch]);
+    z_next[40] = SELECT(m_kqyoi, SELECT(m_ehlkz, U23_free_pitch, z[U23_pitch]), z[U23_pitch]);
+    z_next[41] = SELECT(m_kqyoi, SELECT(m_ehlkz, U14_free_pitch, z[U14_pitch]), z[U14_pitch]);
+    z_next[42] = SELECT(m_kqyoi, SELECT(m_ehlkz, U24_free_pitch, z[U24_pitch]), z[U24_pitch]);
+    z_next[43] = SELECT(m_kqyoi, SELECT(m_ehlkz, U34_free_pitch, z[U34_pitch]), z[U34_pitch]);
+    z_next[44] = SELECT(m_kqyoi, SELECT(m_ehlkz, U15_free_pitch, z[U15_pitch]), z[U15_pitch]);
+    z_next[45] = SELECT(m_kqyoi, SELECT(m_ehlkz, U25_free_pitch, z[U25_pitch]), z[U25_pitch]);
+    z_next[46] = SELECT(m_kqyoi, SELECT(m_ehlkz, U35_free_pitch, z[U35_pitch]), z[U35_pitch]);
+    z_next[47] = SELECT(m_kqyoi, SELECT(m_ehlkz, U45_free_pitch, z[U45_pitch]), z[U45_pitch]);
+    z_next[48] = SELECT(m_kqyoi, x[pitch], z[y1_pitch]);
+    z_next[49] = SELECT(m_kqyoi, y1_used_pitch, z[y2_pitch]);
+    z_next[50] = SELECT(m_kqyoi, v_pitch, z[v1_pitch]);
+    z_next[51] = SELECT(m_kqyoi, u_pitch_mrac_literal, z[u1_pitch]);
+    z_next[52] = SELECT(m_kqyoi, z[u1_pitch], z[u2_pitch]);
+    z_next[53] = SELECT(m_kqyoi, SELECT(m_ng6lt, z[wm1_pitch], w_pitch), z[ym_pitch]);
+    z_next[54] = SELECT(m_kqyoi, w_pitch, z[wm1_pitch]);
+    z_next[55] = SELECT(m_kqyoi, z[wm1_pitch], z[wm2_pitch]);
+    z_next[56] = SELECT(m_kqyoi, a1_now_yaw, z[a1_yaw]);
+    z_next[57] = SELECT(m_kqyoi, a2_now_yaw, z[a2_yaw]);
+    z_next[58] = SELECT(m_kqyoi, b0_now_yaw, z[b0_yaw]);
+    z_next[59] = SELECT(m_kqyoi, b1_now_yaw, z[b1_yaw]);
+    z_next[60] = SELECT(m_kqyoi, d_now_yaw, z[d_yaw]);
+    z_next[61] = SELECT(m_kqyoi, SELECT(m_33i5p, D1_free_yaw * cap_yaw, z[D1_yaw]), z[D1_yaw]);
+    z_next[62] = SELECT(m_kqyoi, SELECT(m_33i5p, D2_free_yaw * cap_yaw, z[D2_yaw]), z[D2_yaw]);
+    z_next[63] = SELECT(m_kqyoi, SELECT(m_33i5p, D3_free_yaw * cap_yaw, z[D3_yaw]), z[D3_yaw]);
+    z_next[64] = SELECT(m_kqyoi, SELECT(m_33i5p, D4_free_yaw * cap_yaw, z[D4_yaw]), z[D4_yaw]);
+    z_next[65] = SELECT(m_kqyoi, SELECT(m_33i5p, D5_free_yaw * cap_yaw, z[D5_yaw]), z[D5_yaw]);
+    z_next[66] = SELECT(m_kqyoi, SELECT(m_33i5p, U12_free_yaw, z[U12_yaw]), z[U12_yaw]);
+    z_next[67] = SELECT(m_kqyoi, SELECT(m_33i5p, U13_free_yaw, z[U13_yaw]), z[U13_yaw]);
+    z_next[68] = SELECT(m_kqyoi, SELECT(m_33i5p, U23_free_yaw, z[U23_yaw]), z[U23_yaw]);
+    z_next[69] = SELECT(m_kqyoi, SELECT(m_33i5p, U14_free_yaw, z[U14_yaw]), z[U14_yaw]);
+    z_next[70] = SELECT(m_kqyoi, SELECT(m_33i5p, U24_free_yaw, z[U24_yaw]), z[U24_yaw]);
+    z_next[71] = SELECT(m_kqyoi, SELECT(m_33i5p, U34_free_yaw, z[U34_yaw]), z[U34_yaw]);
+    z_next[72] = SELECT(m_kqyoi, SELECT(m_33i5p, U15_free_yaw, z[U15_yaw]), z[U15_yaw]);
+    z_next[73] = SELECT(m_kqyoi, SELECT(m_33i5p, U25_free_yaw, z[U25_yaw]), z[U25_yaw]);
+    z_next[74] = SELECT(m_kqyoi, SELECT(m_33i5p, U35_free_yaw, z[U35_yaw]), z[U35_yaw]);
+    z_next[75] = SELECT(m_kqyoi, SELECT(m_33i5p, U45_free_yaw, z[U45_yaw]), z[U45_yaw]);
+    z_next[76] = SELECT(m_kqyoi, x[yaw], z[y1_yaw]);
+    z_next[77] = SELECT(m_kqyoi, y1_used_yaw, z[y2_yaw]);
+    z_next[78] = SELECT(m_kqyoi, v_yaw, z[v1_yaw]);
+    z_next[79] = SELECT(m_kqyoi, u_yaw_mrac_literal, z[u1_yaw]);
+    z_next[80] = SELECT(m_kqyoi, z[u1_yaw], z[u2_yaw]);
+    z_next[81] = SELECT(m_kqyoi, SELECT(m_ng6lt, z[wm1_yaw], w_yaw), z[ym_yaw]);
+    z_next[82] = SELECT(m_kqyoi, w_yaw, z[wm1_yaw]);
+    z_next[83] = SELECT(m_kqyoi, z[wm1_yaw], z[wm2_yaw]);
+    z_next[84] = SELECT0(m_kqyoi, mv_min(SPLAT(K(2.0)), K(1.0) + z[samples]));
+    z_next[85] = SELECT0(m_dzg3g, SPLAT(K(1.0)));
 }
+
+/* Places of h. */
+enum {
+    pd_h_t_lbhv6,
+    pd_h_t_u5zvh,
+    pd_h_t_lbhv6_2,
+};
 
 /* what pd computes once per run; 6 operations. */
 void satellite_pd_prepare(const real *p, const real *c, real *h)
 {
-    const real v5 = mv_exp(-(p[9] / c[9]));
-    const real v6 = K(-1.0) + v5;
-    h[0] = v6 * v6;
-    h[1] = v5 + v5;
-    h[2] = v5 * v5;
+    enum { Ts = SATELLITE_P_TS };
+    enum { tau_m = SATELLITE_PD_C_TAU_M };
+    const real model_pole = mv_exp(-(p[Ts] / c[tau_m]));
+    const real t_hjr6j = K(-1.0) + model_pole;
+    h[pd_h_t_lbhv6] = t_hjr6j * t_hjr6j;
+    h[pd_h_t_u5zvh] = model_pole + model_pole;
+    h[pd_h_t_lbhv6_2] = model_pole * model_pole;
 }
 
 /* the rest of pd; 120 operations. */
 void satellite_pd_prepared(const real *x, const real *r, const real *v, const real *z, const real *p, const real *c, const real *h, real *u, real *z_next)
 {
     (void)v;
-    const mask m4 = LT(mv_fabs(x[1]), K(1e+30));
-    const mask m7 = LT(mv_fabs(r[1]), K(1e+30));
-    const mask m8 = AND(m4, m7);
-    const mask m11 = LT(mv_fabs(r[0]), K(1e+30));
-    const mask m12 = AND(m8, m11);
-    const mask m15 = LT(mv_fabs(r[2]), K(1e+30));
-    const mask m16 = AND(m12, m15);
-    const mask m19 = LT(mv_fabs(x[0]), K(1e+30));
-    const mask m20 = AND(m16, m19);
-    const mask m23 = LT(mv_fabs(x[2]), K(1e+30));
-    const mask m24 = AND(m20, m23);
-    const mask m27 = LT(K(0.5), c[6]);
-    real s34, c34; mv_sincos(x[2], &s34, &c34);
-    real s35, c35; mv_sincos(x[0], &s35, &c35);
-    real s37, c37; mv_sincos(x[1], &s37, &c37);
-    const real v47 = c[1] * (SELECT(m27, z[3], r[1]) - x[1]) - c[4] * (x[4] + (c34 * c35 + s37 * (s34 * s35)) * p[6]);
-    const mask m49 = LT(mv_fabs(v47), K(1e+30));
-    const mask m50 = AND(m24, m49);
-    const real v63 = c[0] * (SELECT(m27, z[0], r[0]) - x[0]) - c[3] * (x[3] + c37 * s34 * p[6]);
-    const mask m65 = LT(mv_fabs(v63), K(1e+30));
-    const mask m66 = AND(m50, m65);
-    const real v81 = c[2] * (SELECT(m27, z[6], r[2]) - x[2]) - c[5] * (x[5] + (s37 * (s34 * c35) - c34 * s35) * p[6]);
-    const mask m83 = LT(mv_fabs(v81), K(1e+30));
-    const mask m84 = AND(m66, m83);
-    const mask m86 = LT(mv_fabs(x[3]), K(1e+30));
-    const mask m87 = AND(m84, m86);
-    const mask m89 = LT(mv_fabs(x[4]), K(1e+30));
-    const mask m90 = AND(m87, m89);
-    const mask m92 = LT(mv_fabs(x[5]), K(1e+30));
-    const mask m93 = AND(m90, m92);
-    const mask m99 = LT(K(0.5), c[8]);
-    const real v101 = K(0.5) * z[1];
-    const real v112 = h[0] * r[0] + h[1] * z[1] - h[2] * z[2];
-    const mask m116 = NOT(m93);
-    const real v117 = SELECT(m93, SELECT(m99, v101 + K(0.5) * z[2], v101 + K(0.5) * v112), z[0]);
-    const real v121 = K(0.5) * z[4];
-    const real v129 = h[0] * r[1] + h[1] * z[4] - h[2] * z[5];
-    const real v133 = SELECT(m93, SELECT(m99, v121 + K(0.5) * z[5], v121 + K(0.5) * v129), z[3]);
-    const real v137 = K(0.5) * z[7];
-    const real v145 = h[0] * r[2] + h[1] * z[7] - h[2] * z[8];
-    const real v149 = SELECT(m93, SELECT(m99, v137 + K(0.5) * z[8], v137 + K(0.5) * v145), z[6]);
-    u[0] = SELECT0(m93, v63);
-    u[1] = SELECT0(m93, v47);
-    u[2] = SELECT0(m93, v81);
-    z_next[0] = v117;
-    z_next[1] = SELECT(m93, v112, z[1]);
-    z_next[2] = SELECT(m93, z[1], z[2]);
-    z_next[3] = v133;
-    z_next[4] = SELECT(m93, v129, z[4]);
-    z_next[5] = SELECT(m93, z[4], z[5]);
-    z_next[6] = v149;
-    z_next[7] = SELECT(m93, v145, z[7]);
-    z_next[8] = SELECT(m93, z[7], z[8]);
-    z_next[9] = SELECT0(m116, SPLAT(K(1.0)));
+    enum { roll = SATELLITE_X_ROLL };
+    enum { pitch = SATELLITE_X_PITCH };
+    enum { yaw = SATELLITE_X_YAW };
+    enum { wx = SATELLITE_X_WX };
+    enum { wy = SATELLITE_X_WY };
+    enum { wz = SATELLITE_X_WZ };
+    enum { ref_roll = SATELLITE_R_REF_ROLL };
+    enum { ref_pitch = SATELLITE_R_REF_PITCH };
+    enum { ref_yaw = SATELLITE_R_REF_YAW };
+    enum { ym_roll = SATELLITE_PD_Z_YM_ROLL };
+    enum { wm1_roll = SATELLITE_PD_Z_WM1_ROLL };
+    enum { wm2_roll = SATELLITE_PD_Z_WM2_ROLL };
+    enum { ym_pitch = SATELLITE_PD_Z_YM_PITCH };
+    enum { wm1_pitch = SATELLITE_PD_Z_WM1_PITCH };
+    enum { wm2_pitch = SATELLITE_PD_Z_WM2_PITCH };
+    enum { ym_yaw = SATELLITE_PD_Z_YM_YAW };
+    enum { wm1_yaw = SATELLITE_PD_Z_WM1_YAW };
+    enum { wm2_yaw = SATELLITE_PD_Z_WM2_YAW };
+    enum { omega0 = SATELLITE_P_OMEGA0 };
+    enum { Kp_x = SATELLITE_PD_C_KP_X };
+    enum { Kp_y = SATELLITE_PD_C_KP_Y };
+    enum { Kp_z = SATELLITE_PD_C_KP_Z };
+    enum { Kd_x = SATELLITE_PD_C_KD_X };
+    enum { Kd_y = SATELLITE_PD_C_KD_Y };
+    enum { Kd_z = SATELLITE_PD_C_KD_Z };
+    enum { follow_model = SATELLITE_PD_C_FOLLOW_MODEL };
+    enum { design_delay = SATELLITE_PD_C_DESIGN_DELAY };
+    enum { t_lbhv6 = pd_h_t_lbhv6 };
+    enum { t_u5zvh = pd_h_t_u5zvh };
+    enum { t_lbhv6_2 = pd_h_t_lbhv6_2 };
+    real sin_pitch, cos_pitch; mv_sincos(x[pitch], &sin_pitch, &cos_pitch);
+    real sin_yaw, cos_yaw; mv_sincos(x[yaw], &sin_yaw, &cos_yaw);
+    const real C12 = cos_pitch * sin_yaw;  /* (3) */
+    real sin_roll, cos_roll; mv_sincos(x[roll], &sin_roll, &cos_roll);
+    const real C22 = cos_yaw * cos_roll + sin_pitch * (sin_yaw * sin_roll);  /* (3) */
+    const real C32 = sin_pitch * (sin_yaw * cos_roll) - cos_yaw * sin_roll;  /* (3) */
+    const real rate_x = x[wx] + C12 * p[omega0];  /* (4) */
+    const real rate_y = x[wy] + C22 * p[omega0];  /* (4) */
+    const real rate_z = x[wz] + C32 * p[omega0];  /* (4) */
+    const real w_roll = h[t_lbhv6] * r[ref_roll] + h[t_u5zvh] * z[wm1_roll] - h[t_lbhv6_2] * z[wm2_roll];  /* (16) */
+    const real w_pitch = h[t_lbhv6] * r[ref_pitch] + h[t_u5zvh] * z[wm1_pitch] - h[t_lbhv6_2] * z[wm2_pitch];  /* (16) */
+    const real w_yaw = h[t_lbhv6] * r[ref_yaw] + h[t_u5zvh] * z[wm1_yaw] - h[t_lbhv6_2] * z[wm2_yaw];  /* (16) */
+    const mask m_z3d63 = LT(K(0.5), c[follow_model]);
+    const real u_roll_pd = c[Kp_x] * (SELECT(m_z3d63, z[ym_roll], r[ref_roll]) - x[roll]) - c[Kd_x] * rate_x;  /* (50) */
+    const real u_pitch_pd = c[Kp_y] * (SELECT(m_z3d63, z[ym_pitch], r[ref_pitch]) - x[pitch]) - c[Kd_y] * rate_y;  /* (50) */
+    const real u_yaw_pd = c[Kp_z] * (SELECT(m_z3d63, z[ym_yaw], r[ref_yaw]) - x[yaw]) - c[Kd_z] * rate_z;  /* (50) */
+    const mask m_cgnek = LT(mv_fabs(x[pitch]), K(1e+30));
+    const mask m_qrx2z = LT(mv_fabs(r[ref_pitch]), K(1e+30));
+    const mask m_r3fir = AND(m_cgnek, m_qrx2z);
+    const mask m_ilioh = LT(mv_fabs(r[ref_roll]), K(1e+30));
+    const mask m_bmy6f = AND(m_r3fir, m_ilioh);
+    const mask m_ghzhf = LT(mv_fabs(r[ref_yaw]), K(1e+30));
+    const mask m_5iclu = AND(m_bmy6f, m_ghzhf);
+    const mask m_lisih = LT(mv_fabs(x[roll]), K(1e+30));
+    const mask m_fdhnb = AND(m_5iclu, m_lisih);
+    const mask m_q3hd4 = LT(mv_fabs(x[yaw]), K(1e+30));
+    const mask m_sehe6 = AND(m_fdhnb, m_q3hd4);
+    const mask m_4fwsc = LT(mv_fabs(u_pitch_pd), K(1e+30));
+    const mask m_ey64f = AND(m_sehe6, m_4fwsc);
+    const mask m_zzicp = LT(mv_fabs(u_roll_pd), K(1e+30));
+    const mask m_yof5u = AND(m_ey64f, m_zzicp);
+    const mask m_ilrjp = LT(mv_fabs(u_yaw_pd), K(1e+30));
+    const mask m_gwxq4 = AND(m_yof5u, m_ilrjp);
+    const mask m_nepjb = LT(mv_fabs(x[wx]), K(1e+30));
+    const mask m_r3oc5 = AND(m_gwxq4, m_nepjb);
+    const mask m_gmtwv = LT(mv_fabs(x[wy]), K(1e+30));
+    const mask m_mhk6s = AND(m_r3oc5, m_gmtwv);
+    const mask m_no6hp = LT(mv_fabs(x[wz]), K(1e+30));
+    const mask m_le4m7 = AND(m_mhk6s, m_no6hp);
+    const real Tx_cmd = SELECT0(m_le4m7, u_roll_pd);
+    const real Ty_cmd = SELECT0(m_le4m7, u_pitch_pd);
+    const real Tz_cmd = SELECT0(m_le4m7, u_yaw_pd);
+    const mask m_ng6lt = LT(K(0.5), c[design_delay]);
+    const real t_lfvhy = K(0.5) * z[wm1_roll];
+    const real t_nuzia = K(0.5) * z[wm1_pitch];
+    const real t_bashd = K(0.5) * z[wm1_yaw];
+    const mask m_rtwsy = NOT(m_le4m7);
+    u[0] = Tx_cmd;
+    u[1] = Ty_cmd;
+    u[2] = Tz_cmd;
+    z_next[0] = SELECT(m_le4m7, SELECT(m_ng6lt, t_lfvhy + K(0.5) * z[wm2_roll], t_lfvhy + K(0.5) * w_roll), z[ym_roll]);
+    z_next[1] = SELECT(m_le4m7, w_roll, z[wm1_roll]);
+    z_next[2] = SELECT(m_le4m7, z[wm1_roll], z[wm2_roll]);
+    z_next[3] = SELECT(m_le4m7, SELECT(m_ng6lt, t_nuzia + K(0.5) * z[wm2_pitch], t_nuzia + K(0.5) * w_pitch), z[ym_pitch]);
+    z_next[4] = SELECT(m_le4m7, w_pitch, z[wm1_pitch]);
+    z_next[5] = SELECT(m_le4m7, z[wm1_pitch], z[wm2_pitch]);
+    z_next[6] = SELECT(m_le4m7, SELECT(m_ng6lt, t_bashd + K(0.5) * z[wm2_yaw], t_bashd + K(0.5) * w_yaw), z[ym_yaw]);
+    z_next[7] = SELECT(m_le4m7, w_yaw, z[wm1_yaw]);
+    z_next[8] = SELECT(m_le4m7, z[wm1_yaw], z[wm2_yaw]);
+    z_next[9] = SELECT0(m_rtwsy, SPLAT(K(1.0)));
 }

@@ -9,452 +9,747 @@
 /* state derivative; 695 operations. */
 void slosh_rhs(const real *x, const real *u, const real *p, real *dx)
 {
-    real s1, c1; mv_sincos(u[4], &s1, &c1);
-    const real v3 = c1 * p[9];
-    real s5, c5; mv_sincos(u[3], &s5, &c5);
-    const real v14 = K(1.0) / (p[13] * p[13] * p[12] + p[15]);
-    const real v15 = p[12] * v14;
-    const real v16 = v15 * p[15];
-    const real v17 = v16 * p[13];
-    real s19, c19; mv_sincos(x[9], &s19, &c19);
-    const real v22 = x[3] - x[14];
-    real s25, c25; mv_sincos(x[10], &s25, &c25);
-    const real v31 = c25 * x[5] + s25 * x[4];
-    const real v34 = c19 * v22 - v31 * s19;
-    const real v37 = v31 * c19 + s19 * v22;
-    const real v40 = v34 * v37 - v31 * v22;
-    const real v44 = p[16] * x[13];
-    const real v45 = v15 * p[13];
-    const real v47 = v17 * v40 + v44 * v45;
-    const real v55 = K(1.0) / (p[18] * p[18] * p[17] + p[20]);
-    const real v56 = p[17] * v55;
-    const real v57 = v56 * p[20];
-    const real v58 = v57 * p[18];
-    real s60, c60; mv_sincos(x[11], &s60, &c60);
-    const real v62 = x[3] - x[16];
-    real s65, c65; mv_sincos(x[12], &s65, &c65);
-    const real v69 = c65 * x[5] + s65 * x[4];
-    const real v72 = c60 * v62 - v69 * s60;
-    const real v75 = v69 * c60 + s60 * v62;
-    const real v78 = v72 * v75 - v69 * v62;
-    const real v82 = p[21] * x[15];
-    const real v83 = v56 * p[18];
-    const real v85 = v58 * v78 + v82 * v83;
-    const real v90 = x[4] * x[4] + x[5] * x[5];
-    const real v106 = p[0] + p[1] + v16 + v57;
-    const real v107 = (p[14] * v16 - (p[7] * p[0] + p[6] * p[1]) + p[19] * v57) / v106;
-    const real v108 = p[14] - v107;
-    const real v109 = v90 * v108;
-    const real v111 = p[13] * p[12];
-    const real v112 = v111 * v45;
-    const real v117 = c25 * x[4] - s25 * x[5];
-    const real v118 = v117 + x[13];
-    const real v122 = c19 * v109 * v112 - v111 * (v37 * v37 + v118 * v118);
-    const real v125 = p[19] - v107;
-    const real v126 = v90 * v125;
-    const real v128 = p[18] * p[17];
-    const real v129 = v128 * v83;
-    const real v134 = c65 * x[4] - s65 * x[5];
-    const real v135 = v134 + x[15];
-    const real v139 = c60 * v126 * v129 - v128 * (v75 * v75 + v135 * v135);
-    const real v142 = v3 * c5 + (v47 * s19 + v85 * s60 + c19 * v122 + c60 * v139);
-    const real v145 = v112 * s19;
-    const real v146 = v145 * s19;
-    const real v148 = v129 * s60;
-    const real v149 = v148 * s60;
-    const real v151 = K(1.0) / (v106 + v112 + v129 - v146 - v149);
-    const real v153 = v145 * c19;
-    const real v155 = v148 * c60;
-    const real v157 = v153 * s25 + v155 * s65;
-    const real v158 = v157 * v151;
-    const real v160 = s1 * p[9];
-    const real v161 = s19 * p[13];
-    const real v165 = p[12] / (p[15] + p[12] * (v161 * v161));
-    const real v166 = x[3] * x[4];
-    const real v168 = c19 * p[13];
-    const real v175 = v166 * v161 + v117 * v168 * v22 - v34 * p[13] * (v118 + x[13]);
-    const real v177 = p[16] * x[14];
-    const real v180 = v165 * (v175 * p[15] - v177 * v161);
-    const real v181 = v180 * c25;
-    const real v182 = s60 * p[18];
-    const real v186 = p[17] / (p[20] + p[17] * (v182 * v182));
-    const real v188 = c60 * p[18];
-    const real v195 = v166 * v182 + v134 * v188 * v62 - v72 * p[18] * (v135 + x[15]);
-    const real v197 = p[21] * x[16];
-    const real v200 = v186 * (v195 * p[20] - v197 * v182);
-    const real v201 = v200 * c65;
-    const real v205 = s19 * v122 - v47 * c19;
-    const real v210 = s60 * v139 - v85 * c60;
-    const real v215 = v160 - (v181 + v201 + v205 * s25 + v210 * s65) + v158 * v142;
-    const real v216 = s25 * s25;
-    const real v218 = v165 * p[15];
-    const real v219 = v146 + v16 - v218;
-    const real v220 = v216 * v219;
-    const real v221 = s65 * s65;
-    const real v223 = v186 * p[20];
-    const real v224 = v149 + v57 - v223;
-    const real v225 = v221 * v224;
-    const real v234 = K(1.0) / (v220 + v225 + v106 + v218 + v223 - v16 - v57 - v157 * v158);
-    const real v236 = c25 * s25;
-    const real v238 = c65 * s65;
-    const real v243 = v153 * c25 + v155 * c65;
-    const real v244 = v243 * v151;
-    const real v246 = v236 * v219 + v238 * v224 - v157 * v244;
-    const real v247 = v246 * v234;
-    const real v250 = v3 * s5;
-    const real v252 = v180 * s25;
-    const real v253 = v200 * s65;
-    const real v261 = v244 * v142 - (v250 + (v205 * c25 - (v252 + v253) + v210 * c65)) - v247 * v215;
-    const real v270 = K(1.0) / (v146 + v149 + v106 - v220 - v225 - v246 * v247 - v243 * v244);
-    const real v272 = v161 * v218;
-    const real v273 = s25 * v272;
-    const real v274 = v182 * v223;
-    const real v275 = s65 * v274;
-    const real v277 = v17 * c19;
-    const real v280 = v58 * c60;
-    const real v283 = c25 * v272;
-    const real v284 = c65 * v274;
-    const real v290 = v17 * s19;
-    const real v291 = v58 * s60;
-    const real v292 = v290 + v291;
-    const real v293 = v292 * v151;
-    const real v295 = v283 + v284 + v277 * s25 + v280 * s65 + v157 * v293;
-    const real v296 = v295 * v234;
-    const real v300 = v273 + v275 - v277 * c25 - v280 * c65 + v246 * v296 - v243 * v293;
-    const real v301 = v300 * v270;
-    const real v305 = v290 * v109 + v47 * p[13];
-    const real v308 = v180 * v161 + v200 * v182;
-    const real v312 = v291 * v126 + v85 * p[18];
-    const real v316 = x[14] * p[15];
-    const real v319 = x[16] * p[20];
-    const real v324 = p[4] - p[5];
-    const real v327 = v305 - v308 + v312 - v44 - v82 + v316 * x[4] + v319 * x[4] - v324 * x[4] * x[5];
-    const real v334 = u[0] - v327 + v293 * v142 + v296 * v215 - v301 * v261;
-    const real v337 = v161 * v272 + v182 * v274;
-    const real v338 = v17 * p[13];
-    const real v340 = v58 * p[18];
-    const real v344 = p[2] + p[3];
-    const real v352 = K(1.0) / (v337 + v338 + v340 + v344 - v295 * v296 - v300 * v301 - v292 * v293);
-    const real v354 = v108 - v168;
-    const real v355 = v354 * v218;
-    const real v356 = v161 * v355;
-    const real v357 = c25 * v356;
-    const real v359 = v125 - v188;
-    const real v360 = v359 * v223;
-    const real v361 = v182 * v360;
-    const real v362 = c65 * v361;
-    const real v364 = v277 * v108;
-    const real v365 = v338 - v364;
-    const real v368 = v280 * v125;
-    const real v369 = v340 - v368;
-    const real v373 = v355 - v108 * v16;
-    const real v375 = v360 - v125 * v57;
-    const real v377 = v146 * v108;
-    const real v378 = v277 - v377;
-    const real v379 = v378 + v373;
-    const real v381 = v149 * v125;
-    const real v382 = v280 - v381;
-    const real v383 = v382 + v375;
-    const real v385 = v216 * v379 + v221 * v383;
-    const real v390 = v290 + v153 * v108;
-    const real v393 = v291 + v155 * v125;
-    const real v395 = v390 * s25 + v393 * s65;
-    const real v396 = v395 * v151;
-    const real v398 = v373 + v375 - v385 - v283 - v284 - v157 * v396;
-    const real v399 = v398 * v234;
-    const real v404 = v236 * v379 + v238 * v383;
-    const real v410 = v273 - v404 + v275 - v246 * v399 - v243 * v396;
-    const real v411 = v410 * v270;
-    const real v415 = v337 - v357 - v362 + v365 * s25 + v369 * s65 + v295 * v399 - v300 * v411 - v292 * v396;
-    const real v416 = v415 * v352;
-    const real v419 = v305 + v205 * v108;
-    const real v425 = v312 + v210 * v125;
-    const real v431 = v419 * s25 - (v308 + v177 + v197) + v425 * s65 - v166 * (v344 + (p[5] - p[4]));
-    const real v432 = x[13] * p[15];
-    const real v435 = x[15] * p[20];
-    const real v445 = p[7] + p[8] + v107;
-    const real v447 = u[2] - (v431 - v432 * x[4] - v435 * x[4] + v181 * v354 + v201 * v359) - v160 * v445;
-    const real v455 = v447 + v396 * v142 - v399 * v215 - v411 * v261 - v416 * v334;
-    const real v456 = v354 * v355;
-    const real v457 = v359 * v360;
-    const real v461 = v16 * (v108 * v108);
-    const real v466 = v338 + K(-2.0) * v364 + v108 * v377;
-    const real v468 = v461 + v466 - v456;
-    const real v469 = v216 * v468;
-    const real v472 = v57 * (v125 * v125);
-    const real v476 = v340 + K(-2.0) * v368 + v125 * v381;
-    const real v478 = v472 + v476 - v457;
-    const real v479 = v221 * v478;
-    const real v492 = v16 * (p[14] * p[14]) + v57 * (p[19] * p[19]) + p[0] * (p[7] * p[7]) + p[1] * (p[6] * p[6]);
-    const real v495 = v492 - v106 * (v107 * v107);
-    const real v501 = v456 + v457 + v337 + v469 + v479 + (p[2] + p[5] + v495) - v461 - v472 + K(-2.0) * v357;
-    const real v511 = v501 + K(-2.0) * v362 - v398 * v399 - v410 * v411 - v415 * v416 - v395 * v396;
-    const real v512 = K(1.0) / v511;
-    const real v516 = s25 * v356 + s65 * v361;
-    const real v523 = v390 * c25 + v393 * c65;
-    const real v524 = v523 * v151;
-    const real v526 = v404 + v157 * v524;
-    const real v527 = v526 * v234;
-    const real v535 = v385 - (v378 + v382) + v246 * v527 - v243 * v524;
-    const real v536 = v535 * v270;
-    const real v548 = v516 + v365 * c25 + v369 * c65 - v295 * v527 - v300 * v536 - v292 * v524;
-    const real v549 = v548 * v352;
-    const real v551 = v516 + v236 * v468 + v238 * v478 + v398 * v527 - v410 * v536 - v415 * v549;
-    const real v553 = v551 - v395 * v524;
-    const real v554 = v553 * v512;
-    const real v564 = x[3] * x[5];
-    const real v565 = p[15] + p[20];
-    const real v569 = v419 * c25 + v425 * c65 + v316 * x[3] + v319 * x[3] - v564 * (v344 + v565 + v324);
-    const real v579 = v250 * v445 - (u[1] + (v569 - v252 * v354 - v253 * v359 - v432 * x[5] - v435 * x[5]));
-    const real v589 = v579 + v524 * v142 + v527 * v215 - v536 * v261 - v549 * v334 - v554 * v455;
-    const real v600 = v466 + v476 + (p[2] + p[4] + v565 + v495) - v469 - v479 - v526 * v527 - v535 * v536;
-    const real v607 = v589 / (v600 - v548 * v549 - v553 * v554 - v523 * v524);
-    const real v609 = v455 * v512 - v554 * v607;
-    const real v613 = v334 * v352 - v416 * v609 - v549 * v607;
-    const real v619 = v261 * v270 - v301 * v613 - v411 * v609 - v536 * v607;
-    const real v627 = v215 * v234 - v247 * v619 + v296 * v613 - v399 * v609 + v527 * v607;
-    const real v637 = v142 * v151 + v158 * v627 + v244 * v619 + v293 * v613 + v396 * v609 + v524 * v607;
-    const real v660 = v609 - v166;
-    const real v663 = v609 * s25 + v607 * c25;
-    const real v664 = v663 + v40;
-    const real v679 = v45 * (c19 * (v663 * v108 + v627 * s25 + v619 * c25) + s19 * (v637 - v109));
-    const real v690 = v613 + v609;
-    const real v694 = v175 + v627 * c25 + v354 * (v609 * c25 - v607 * s25) - v690 * v161 - v619 * s25;
-    const real v702 = v609 * s65 + v607 * c65;
-    const real v703 = v702 + v78;
-    const real v718 = v83 * (c60 * (v702 * v125 + v627 * s65 + v619 * c65) + s60 * (v637 - v126));
-    const real v732 = v195 + v627 * c65 + v359 * (v609 * c65 - v607 * s65) - v690 * v182 - v619 * s65;
-    dx[0] = v637 + v90 * v107 - x[2] * x[4] + x[1] * x[5];
-    dx[1] = v627 - v609 * v107 + (x[2] * x[3] - x[0] * x[5]);
-    dx[2] = v619 - v607 * v107 + (x[0] * x[4] - x[1] * x[3]);
-    dx[3] = v613;
-    dx[4] = v564 - v607;
-    dx[5] = v660;
-    dx[6] = x[3];
-    dx[7] = x[4];
-    dx[8] = x[5];
-    dx[9] = x[13];
-    dx[10] = x[14];
-    dx[11] = x[15];
-    dx[12] = x[16];
-    dx[13] = v664 - (v44 + p[15] * (v664 + v613)) * v14 - v679;
-    dx[14] = -(v660 + v165 * (v177 * (K(1.0) / p[12]) + v161 * v694));
-    dx[15] = v703 - (v82 + p[20] * (v703 + v613)) * v55 - v718;
-    dx[16] = -(v660 + v186 * (v197 * (K(1.0) / p[17]) + v182 * v732));
+    enum { vx = SLOSH_X_VX };
+    enum { vy = SLOSH_X_VY };
+    enum { vz = SLOSH_X_VZ };
+    enum { wx = SLOSH_X_WX };
+    enum { wy = SLOSH_X_WY };
+    enum { wz = SLOSH_X_WZ };
+    enum { phi1 = SLOSH_X_PHI1 };
+    enum { theta1 = SLOSH_X_THETA1 };
+    enum { phi2 = SLOSH_X_PHI2 };
+    enum { theta2 = SLOSH_X_THETA2 };
+    enum { phi1_dot = SLOSH_X_PHI1_DOT };
+    enum { theta1_dot = SLOSH_X_THETA1_DOT };
+    enum { phi2_dot = SLOSH_X_PHI2_DOT };
+    enum { theta2_dot = SLOSH_X_THETA2_DOT };
+    enum { Mx = SLOSH_U_MX };
+    enum { My = SLOSH_U_MY };
+    enum { Mz = SLOSH_U_MZ };
+    enum { delta1 = SLOSH_U_DELTA1 };
+    enum { delta2 = SLOSH_U_DELTA2 };
+    enum { m = SLOSH_P_M };
+    enum { m0 = SLOSH_P_M0 };
+    enum { I0 = SLOSH_P_I0 };
+    enum { J_x = SLOSH_P_J_X };
+    enum { J_y = SLOSH_P_J_Y };
+    enum { J_z = SLOSH_P_J_Z };
+    enum { h0 = SLOSH_P_H0 };
+    enum { b = SLOSH_P_B };
+    enum { d = SLOSH_P_D };
+    enum { F = SLOSH_P_F };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { eps1 = SLOSH_P_EPS1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { eps2 = SLOSH_P_EPS2 };
+    const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
+    const real t_zrejm = K(1.0) / D1;
+    const real t_3qn53 = p[m1] * t_zrejm;
+    const real k1 = t_3qn53 * p[l1];
+    const real me1 = t_3qn53 * p[I1];
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real mv1 = t_6nwd2 * k1;
+    const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
+    const real t_5wzvs = K(1.0) / D2;
+    const real t_54cbb = p[m2] * t_5wzvs;
+    const real k2 = t_54cbb * p[l2];
+    const real me2 = t_54cbb * p[I2];
+    const real t_popww = p[l2] * p[m2];
+    const real mv2 = t_popww * k2;
+    const real M_C = p[m] + p[m0] + me1 + me2;
+    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real S_C = me1 * (p[h1] * p[h1])
+        + me2 * (p[h2] * p[h2])
+        + p[m] * (p[b] * p[b])
+        + p[m0] * (p[h0] * p[h0])
+        - M_C * (x_C * x_C);
+    const real J_C1 = p[I0] + p[J_x];
+    const real J_C3 = p[I0] + p[J_z] + S_C;
+    const real t_is5lg = p[I1] + p[I2];
+    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
+    const real W12 = x[wx] * x[wy];
+    const real W13 = x[wx] * x[wz];
+    const real e1 = p[h1] - x_C;
+    const real e2 = p[h2] - x_C;
+    real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
+    const real t_ruxs4 = cos_delta2 * p[F];
+    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
+    const real f_x = t_ruxs4 * cos_delta1;
+    const real f_y = sin_delta2 * p[F];
+    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
+    const real Wt1 = cos_theta1 * x[wz] + sin_theta1 * x[wy];
+    const real w_x1 = x[wx] - x[theta1_dot];
+    const real p1 = Wn1 + x[phi1_dot];
+    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
+    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
+    const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
+    const real Wt2 = cos_theta2 * x[wz] + sin_theta2 * x[wy];
+    const real w_x2 = x[wx] - x[theta2_dot];
+    const real p2 = Wn2 + x[phi2_dot];
+    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
+    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
+    const real t_w7vil = t_rybsf * e1;
+    const real tension1 = cos_phi1 * t_w7vil * mv1 - t_6nwd2 * sigma_sq1;
+    const real As_1 = mv1 * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real eAss_1 = Ass_1 * e1;
+    const real q_1 = sin_phi1 * p[l1];
+    const real lc_1 = cos_phi1 * p[l1];
+    const real B_1 = me1 * p[l1];
+    const real Bs_1 = B_1 * sin_phi1;
+    const real Bc_1 = B_1 * cos_phi1;
+    const real Bl_1 = B_1 * p[l1];
+    const real g_1 = e1 - lc_1;
+    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
+    const real wth_1 = th_1 * p[I1];
+    const real eBc_1 = Bc_1 * e1;
+    const real wg_1 = g_1 * wth_1;
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real tn11_1 = Ass_1 + me1 - wth_1;
+    const real t_b7ure = me1 * (e1 * e1);
+    const real t_3bowt = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
+    const real t_3fv6l = g_1 * wg_1;
+    const real tn44_1 = t_b7ure + t_3bowt - t_3fv6l;
+    const real wq_1 = q_1 * wth_1;
+    const real wqg_1 = q_1 * wg_1;
+    const real wqq_1 = q_1 * wq_1;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real wgC_1 = cos_theta1 * wqg_1;
+    const real wgS_1 = sin_theta1 * wqg_1;
+    const real loss_phi1 = p[eps1] * x[phi1_dot];
+    const real loss_theta1 = p[eps1] * x[theta1_dot];
+    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real zeta1 = W12 * q_1
+        + Wn1 * lc_1 * w_x1
+        - chi1 * p[l1] * (p1 + x[phi1_dot]);
+    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
+    const real t_7imwe = B_1 * eta1 + loss_phi1 * k1;
+    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real M_q1 = F_n1 * q_1;
+    const real I_phi1 = x[phi1_dot] * p[I1];
+    const real I_theta1 = x[theta1_dot] * p[I1];
+    const real t_6fvzz = t_rybsf * e2;
+    const real tension2 = cos_phi2 * t_6fvzz * mv2 - t_popww * sigma_sq2;
+    const real As_2 = mv2 * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real eAss_2 = Ass_2 * e2;
+    const real q_2 = sin_phi2 * p[l2];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real B_2 = me2 * p[l2];
+    const real Bs_2 = B_2 * sin_phi2;
+    const real Bc_2 = B_2 * cos_phi2;
+    const real Bl_2 = B_2 * p[l2];
+    const real g_2 = e2 - lc_2;
+    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
+    const real wth_2 = th_2 * p[I2];
+    const real eBc_2 = Bc_2 * e2;
+    const real wg_2 = g_2 * wth_2;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real tn11_2 = Ass_2 + me2 - wth_2;
+    const real t_lpk5h = me2 * (e2 * e2);
+    const real t_ymmgl = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
+    const real t_odwbr = g_2 * wg_2;
+    const real tn44_2 = t_lpk5h + t_ymmgl - t_odwbr;
+    const real wq_2 = q_2 * wth_2;
+    const real wqg_2 = q_2 * wg_2;
+    const real wqq_2 = q_2 * wq_2;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real wgC_2 = cos_theta2 * wqg_2;
+    const real wgS_2 = sin_theta2 * wqg_2;
+    const real loss_phi2 = p[eps2] * x[phi2_dot];
+    const real loss_theta2 = p[eps2] * x[theta2_dot];
+    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real zeta2 = W12 * q_2
+        + Wn2 * lc_2 * w_x2
+        - chi2 * p[l2] * (p2 + x[phi2_dot]);
+    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
+    const real t_4b2fa = B_2 * eta2 + loss_phi2 * k2;
+    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real M_q2 = F_n2 * q_2;
+    const real I_phi2 = x[phi2_dot] * p[I2];
+    const real I_theta2 = x[theta2_dot] * p[I2];
+    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
+    const real t_fbeaw = S_sq1 * tn11_1;
+    const real t_dj555 = S_sq2 * tn11_2;
+    const real K22 = t_fbeaw + t_dj555 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real K33 = Ass_1 + Ass_2 + M_C - t_fbeaw - t_dj555;
+    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
+    const real t_nhr5u = wqq_1 + wqq_2;
+    const real K44 = t_nhr5u + Bl_1 + Bl_2 + J_C1;
+    const real t_tcgxn = wg_1 - e1 * me1;
+    const real t_uf5ib = wg_2 - e2 * me2;
+    const real t_32gyg = Bc_1 - eAss_1;
+    const real t_65obb = t_32gyg + t_tcgxn;
+    const real t_gbkg6 = Bc_2 - eAss_2;
+    const real t_yoiua = t_gbkg6 + t_uf5ib;
+    const real t_z76hk = S_sq1 * t_65obb + S_sq2 * t_yoiua;
+    const real K52 = t_tcgxn + t_uf5ib - t_z76hk - wqC_1 - wqC_2;
+    const real t_hjmgb = SC1 * t_65obb + SC2 * t_yoiua;
+    const real K53 = wqS_1 - t_hjmgb + wqS_2;
+    const real t_nncdg = Bl_1 - eBc_1;
+    const real t_4q22j = Bl_2 - eBc_2;
+    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
+    const real t_hoosk = S_sq1 * tn44_1;
+    const real t_drvdp = S_sq2 * tn44_2;
+    const real K55 = t_3fv6l
+        + t_odwbr
+        + t_nhr5u
+        + t_hoosk
+        + t_drvdp
+        + J_C3
+        - t_b7ure
+        - t_lpk5h
+        + K(-2.0) * wgC_1
+        + K(-2.0) * wgC_2;
+    const real K63 = t_z76hk - (t_32gyg + t_gbkg6);
+    const real t_zhbuw = wgS_1 + wgS_2;
+    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
+    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_3bowt + t_ymmgl + J_C2 - t_hoosk - t_drvdp;
+    const real t_vt7uo = F_n1 * cos_theta1;
+    const real t_oncjt = F_n2 * cos_theta2;
+    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real t_azclp = F_n1 * sin_theta1;
+    const real t_iya7w = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
+    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
+    const real t_kp7yy = M_q1 + M_q2;
+    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
+    const real t_sfymc = p[J_y] - p[J_z];
+    const real n4 = t_aejai
+        - t_kp7yy
+        + t_zd4fs
+        - loss_phi1
+        - loss_phi2
+        + I_theta1 * x[wy]
+        + I_theta2 * x[wy]
+        - t_sfymc * x[wy] * x[wz];
+    const real t_w7nmt = t_aejai + F_t1 * e1;
+    const real t_e5cx2 = t_zd4fs + F_t2 * e2;
+    const real n5 = t_w7nmt * sin_theta1
+        - (t_kp7yy + loss_theta1 + loss_theta2)
+        + t_e5cx2 * sin_theta2
+        - W12 * (J_C1 + (p[J_z] - p[J_y]))
+        - I_phi1 * x[wy]
+        - I_phi2 * x[wy]
+        + t_vt7uo * g_1
+        + t_oncjt * g_2;
+    const real n6 = t_w7nmt * cos_theta1
+        + t_e5cx2 * cos_theta2
+        + I_theta1 * x[wx]
+        + I_theta2 * x[wx]
+        - W13 * (J_C1 + t_is5lg + t_sfymc)
+        - t_azclp * g_1
+        - t_iya7w * g_2
+        - I_phi1 * x[wz]
+        - I_phi2 * x[wz];
+    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_bpfoo = K(1.0) / K11;
+    const real t_w7lcw = t_b3aij * t_bpfoo;
+    const real K_D2 = K22 - t_b3aij * t_w7lcw;
+    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_3go2w = t_zzymx * t_bpfoo;
+    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
+    const real t_4iujv = K(1.0) / K_D2;
+    const real K_L32 = t_d4mqf * t_4iujv;
+    const real t_ev7u5 = Bs_1 + Asc_1 * e1;
+    const real t_bvybx = Bs_2 + Asc_2 * e2;
+    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
+    const real t_vshgd = t_6mmeb * t_bpfoo;
+    const real t_p6zld = K52 - t_b3aij * t_vshgd;
+    const real K_L52 = t_p6zld * t_4iujv;
+    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
+    const real t_2m245 = Bs_1 + Bs_2;
+    const real t_xq4wt = t_2m245 * t_bpfoo;
+    const real t_m67zs = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2 + t_b3aij * t_xq4wt;
+    const real t_6urah = t_m67zs * t_4iujv;
+    const real t_m27n6 = K43 + t_d4mqf * t_6urah - t_zzymx * t_xq4wt;
+    const real t_zmh3u = K(1.0) / K_D3;
+    const real K_L43 = t_m27n6 * t_zmh3u;
+    const real t_bxfcn = K53 - t_d4mqf * K_L52 - t_zzymx * t_vshgd;
+    const real K_L53 = t_bxfcn * t_zmh3u;
+    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
+    const real t_e4enr = t_bl4f2 * t_bpfoo;
+    const real t_qvrp6 = t_hjmgb + t_b3aij * t_e4enr;
+    const real t_dj64q = t_qvrp6 * t_4iujv;
+    const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
+    const real K_L63 = t_rahc4 * t_zmh3u;
+    const real K_D4 = K44 - t_m67zs * t_6urah - t_m27n6 * K_L43 - t_2m245 * t_xq4wt;
+    const real t_amczu = K54 + t_m67zs * K_L52 - t_m27n6 * K_L53 - t_2m245 * t_vshgd;
+    const real t_lt2al = K(1.0) / K_D4;
+    const real K_L54 = t_amczu * t_lt2al;
+    const real t_e4k6u = K64 - t_m67zs * t_dj64q - t_m27n6 * K_L63 - t_2m245 * t_e4enr;
+    const real K_L64 = t_e4k6u * t_lt2al;
+    const real K_D5 = K55
+        - t_p6zld * K_L52
+        - t_bxfcn * K_L53
+        - t_amczu * K_L54
+        - t_6mmeb * t_vshgd;
+    const real t_jo54w = K65
+        + t_p6zld * t_dj64q
+        - t_bxfcn * K_L63
+        - t_amczu * K_L64
+        - t_6mmeb * t_e4enr;
+    const real t_ftqxb = K(1.0) / K_D5;
+    const real K_L65 = t_jo54w * t_ftqxb;
+    const real K_D6 = K66
+        - t_qvrp6 * t_dj64q
+        - t_rahc4 * K_L63
+        - t_e4k6u * K_L64
+        - t_jo54w * K_L65
+        - t_bl4f2 * t_e4enr;
+    const real b1 = f_x
+        + (t_7imwe * sin_phi1 + t_4b2fa * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2);
+    const real b2 = f_y - n2;
+    const real b4 = u[Mx] - n4;
+    const real t_lwe76 = p[b] + p[d] + x_C;
+    const real b5 = u[Mz] - n5 - f_y * t_lwe76;
+    const real t_gcu5g = t_ruxs4 * sin_delta1;
+    const real b6 = t_gcu5g * t_lwe76 - (u[My] + n6);
+    const real X_y2 = b2 + t_w7lcw * b1;
+    const real X_y3 = t_3go2w * b1 - (t_gcu5g + n3) - K_L32 * X_y2;
+    const real X_y4 = b4 + t_xq4wt * b1 + t_6urah * X_y2 - K_L43 * X_y3;
+    const real X_y5 = b5
+        + t_vshgd * b1
+        - K_L52 * X_y2
+        - K_L53 * X_y3
+        - K_L54 * X_y4;
+    const real X_y6 = b6
+        + t_e4enr * b1
+        + t_dj64q * X_y2
+        - K_L63 * X_y3
+        - K_L64 * X_y4
+        - K_L65 * X_y5;
+    const real X_x6 = X_y6 / K_D6;
+    const real X_x5 = X_y5 * t_ftqxb - K_L65 * X_x6;
+    const real X_x4 = X_y4 * t_lt2al - K_L54 * X_x5 - K_L64 * X_x6;
+    const real X_x3 = X_y3 * t_zmh3u - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
+    const real X_x2 = X_y2 * t_4iujv
+        - K_L32 * X_x3
+        + t_6urah * X_x4
+        - K_L52 * X_x5
+        + t_dj64q * X_x6;
+    const real X_x1 = b1 * t_bpfoo
+        + t_w7lcw * X_x2
+        + t_3go2w * X_x3
+        + t_xq4wt * X_x4
+        + t_vshgd * X_x5
+        + t_e4enr * X_x6;
+    const real G_t1 = X_x5 * sin_theta1 + X_x6 * cos_theta1;
+    const real Gt_eta1 = G_t1 + eta1;
+    const real t_ynvhx = cos_phi1 * (G_t1 * e1 + X_x2 * sin_theta1 + X_x3 * cos_theta1)
+        + sin_phi1 * (X_x1 - t_w7vil);
+    const real phi_acc1 = Gt_eta1 - (loss_phi1 + p[I1] * (Gt_eta1 + X_x4)) * t_zrejm - k1 * t_ynvhx;
+    const real t_g433r = X_x5 - W12;
+    const real t_mwq7z = X_x4 + X_x5;
+    const real t_5ffnn = zeta1
+        + X_x2 * cos_theta1
+        + g_1 * (X_x5 * cos_theta1 - X_x6 * sin_theta1)
+        - t_mwq7z * q_1
+        - X_x3 * sin_theta1;
+    const real theta_acc1 = -(t_g433r + th_1 * (loss_theta1 * (K(1.0) / p[m1]) + q_1 * t_5ffnn));
+    const real G_t2 = X_x5 * sin_theta2 + X_x6 * cos_theta2;
+    const real Gt_eta2 = G_t2 + eta2;
+    const real t_rrute = cos_phi2 * (G_t2 * e2 + X_x2 * sin_theta2 + X_x3 * cos_theta2)
+        + sin_phi2 * (X_x1 - t_6fvzz);
+    const real phi_acc2 = Gt_eta2 - (loss_phi2 + p[I2] * (Gt_eta2 + X_x4)) * t_5wzvs - k2 * t_rrute;
+    const real t_oqair = zeta2
+        + X_x2 * cos_theta2
+        + g_2 * (X_x5 * cos_theta2 - X_x6 * sin_theta2)
+        - t_mwq7z * q_2
+        - X_x3 * sin_theta2;
+    const real theta_acc2 = -(t_g433r + th_2 * (loss_theta2 * (K(1.0) / p[m2]) + q_2 * t_oqair));
+    dx[0] = X_x1 + t_rybsf * x_C - x[vz] * x[wy] + x[vy] * x[wz];
+    dx[1] = X_x2 - X_x5 * x_C + (x[vz] * x[wx] - x[vx] * x[wz]);
+    dx[2] = X_x3 - X_x6 * x_C + (x[vx] * x[wy] - x[vy] * x[wx]);
+    dx[3] = X_x4;
+    dx[4] = W13 - X_x6;
+    dx[5] = t_g433r;
+    dx[6] = x[wx];
+    dx[7] = x[wy];
+    dx[8] = x[wz];
+    dx[9] = x[phi1_dot];
+    dx[10] = x[theta1_dot];
+    dx[11] = x[phi2_dot];
+    dx[12] = x[theta2_dot];
+    dx[13] = phi_acc1;
+    dx[14] = theta_acc1;
+    dx[15] = phi_acc2;
+    dx[16] = theta_acc2;
 }
 
 /* outputs of a run; 612 operations. */
 void slosh_outputs(const real *x, const real *u, const real *r, const real *p, real *y)
 {
     (void)r;
-    real s1, c1; mv_sincos(u[4], &s1, &c1);
-    const real v3 = s1 * p[9];
-    real s7, c7; mv_sincos(x[9], &s7, &c7);
-    const real v9 = s7 * p[13];
-    const real v13 = p[12] / (p[15] + p[12] * (v9 * v9));
-    const real v16 = x[3] * x[4];
-    real s19, c19; mv_sincos(x[10], &s19, &c19);
-    const real v24 = c19 * x[4] - s19 * x[5];
-    const real v26 = c7 * p[13];
-    const real v29 = x[3] - x[14];
-    const real v35 = c19 * x[5] + s19 * x[4];
-    const real v37 = c7 * v29 - v35 * s7;
-    const real v40 = v24 + x[13];
-    const real v46 = p[16] * x[14];
-    const real v48 = (v16 * v9 + v24 * v26 * v29 - v37 * p[13] * (v40 + x[13])) * p[15] - v46 * v9;
-    const real v49 = v13 * v48;
-    const real v50 = v49 * c19;
-    real s54, c54; mv_sincos(x[11], &s54, &c54);
-    const real v56 = s54 * p[18];
-    const real v60 = p[17] / (p[20] + p[17] * (v56 * v56));
-    real s63, c63; mv_sincos(x[12], &s63, &c63);
-    const real v67 = c63 * x[4] - s63 * x[5];
-    const real v69 = c54 * p[18];
-    const real v72 = x[3] - x[16];
-    const real v78 = c63 * x[5] + s63 * x[4];
-    const real v80 = c54 * v72 - v78 * s54;
-    const real v83 = v67 + x[15];
-    const real v89 = p[21] * x[16];
-    const real v91 = (v16 * v56 + v67 * v69 * v72 - v80 * p[18] * (v83 + x[15])) * p[20] - v89 * v56;
-    const real v92 = v60 * v91;
-    const real v93 = v92 * c63;
-    const real v97 = x[4] * x[4] + x[5] * x[5];
-    const real v102 = p[12] / (p[13] * p[13] * p[12] + p[15]);
-    const real v103 = v102 * p[15];
-    const real v117 = p[17] / (p[18] * p[18] * p[17] + p[20]);
-    const real v118 = v117 * p[20];
-    const real v123 = p[0] + p[1] + v103 + v118;
-    const real v124 = (p[14] * v103 - (p[7] * p[0] + p[6] * p[1]) + p[19] * v118) / v123;
-    const real v125 = p[14] - v124;
-    const real v126 = v97 * v125;
-    const real v128 = p[13] * p[12];
-    const real v129 = v102 * p[13];
-    const real v130 = v128 * v129;
-    const real v134 = v35 * c7 + s7 * v29;
-    const real v139 = c7 * v126 * v130 - v128 * (v134 * v134 + v40 * v40);
-    const real v141 = v103 * p[13];
-    const real v146 = p[16] * x[13];
-    const real v148 = v141 * (v37 * v134 - v35 * v29) + v146 * v129;
-    const real v150 = s7 * v139 - v148 * c7;
-    const real v153 = p[19] - v124;
-    const real v154 = v97 * v153;
-    const real v156 = p[18] * p[17];
-    const real v157 = v117 * p[18];
-    const real v158 = v156 * v157;
-    const real v162 = v78 * c54 + s54 * v72;
-    const real v167 = c54 * v154 * v158 - v156 * (v162 * v162 + v83 * v83);
-    const real v169 = v118 * p[18];
-    const real v174 = p[21] * x[15];
-    const real v176 = v169 * (v80 * v162 - v78 * v72) + v174 * v157;
-    const real v178 = s54 * v167 - v176 * c54;
-    const real v182 = v130 * s7;
-    const real v183 = v182 * c7;
-    const real v185 = v158 * s54;
-    const real v186 = v185 * c54;
-    const real v188 = v183 * s19 + v186 * s63;
-    const real v191 = v182 * s7;
-    const real v193 = v185 * s54;
-    const real v196 = K(1.0) / (v123 + v130 + v158 - v191 - v193);
-    const real v197 = v188 * v196;
-    const real v199 = c1 * p[9];
-    real s201, c201; mv_sincos(u[3], &s201, &c201);
-    const real v210 = v199 * c201 + (v148 * s7 + v176 * s54 + c7 * v139 + c54 * v167);
-    const real v212 = v3 - (v50 + v93 + v150 * s19 + v178 * s63) + v197 * v210;
-    const real v213 = s19 * s19;
-    const real v215 = v13 * p[15];
-    const real v216 = v191 + v103 - v215;
-    const real v217 = v213 * v216;
-    const real v218 = s63 * s63;
-    const real v220 = v60 * p[20];
-    const real v221 = v193 + v118 - v220;
-    const real v222 = v218 * v221;
-    const real v231 = K(1.0) / (v217 + v222 + v123 + v215 + v220 - v103 - v118 - v188 * v197);
-    const real v233 = c19 * s19;
-    const real v235 = c63 * s63;
-    const real v240 = v183 * c19 + v186 * c63;
-    const real v241 = v240 * v196;
-    const real v243 = v233 * v216 + v235 * v221 - v188 * v241;
-    const real v244 = v243 * v231;
-    const real v247 = v199 * s201;
-    const real v249 = v49 * s19;
-    const real v250 = v92 * s63;
-    const real v258 = v241 * v210 - (v247 + (v150 * c19 - (v249 + v250) + v178 * c63)) - v244 * v212;
-    const real v267 = K(1.0) / (v191 + v193 + v123 - v217 - v222 - v243 * v244 - v240 * v241);
-    const real v269 = v9 * v215;
-    const real v270 = s19 * v269;
-    const real v271 = v56 * v220;
-    const real v272 = s63 * v271;
-    const real v274 = v141 * c7;
-    const real v277 = v169 * c54;
-    const real v280 = c19 * v269;
-    const real v281 = c63 * v271;
-    const real v287 = v141 * s7;
-    const real v288 = v169 * s54;
-    const real v289 = v287 + v288;
-    const real v290 = v289 * v196;
-    const real v292 = v280 + v281 + v274 * s19 + v277 * s63 + v188 * v290;
-    const real v293 = v292 * v231;
-    const real v297 = v270 + v272 - v274 * c19 - v277 * c63 + v243 * v293 - v240 * v290;
-    const real v298 = v297 * v267;
-    const real v302 = v287 * v126 + v148 * p[13];
-    const real v305 = v49 * v9 + v92 * v56;
-    const real v309 = v288 * v154 + v176 * p[18];
-    const real v313 = x[14] * p[15];
-    const real v316 = x[16] * p[20];
-    const real v321 = p[4] - p[5];
-    const real v324 = v302 - v305 + v309 - v146 - v174 + v313 * x[4] + v316 * x[4] - v321 * x[4] * x[5];
-    const real v331 = u[0] - v324 + v290 * v210 + v293 * v212 - v298 * v258;
-    const real v334 = v9 * v269 + v56 * v271;
-    const real v335 = v141 * p[13];
-    const real v337 = v169 * p[18];
-    const real v341 = p[2] + p[3];
-    const real v349 = K(1.0) / (v334 + v335 + v337 + v341 - v292 * v293 - v297 * v298 - v289 * v290);
-    const real v351 = v125 - v26;
-    const real v352 = v351 * v215;
-    const real v353 = v9 * v352;
-    const real v354 = c19 * v353;
-    const real v356 = v153 - v69;
-    const real v357 = v356 * v220;
-    const real v358 = v56 * v357;
-    const real v359 = c63 * v358;
-    const real v361 = v274 * v125;
-    const real v362 = v335 - v361;
-    const real v365 = v277 * v153;
-    const real v366 = v337 - v365;
-    const real v370 = v352 - v125 * v103;
-    const real v372 = v357 - v153 * v118;
-    const real v374 = v191 * v125;
-    const real v375 = v274 - v374;
-    const real v376 = v375 + v370;
-    const real v378 = v193 * v153;
-    const real v379 = v277 - v378;
-    const real v380 = v379 + v372;
-    const real v382 = v213 * v376 + v218 * v380;
-    const real v387 = v287 + v183 * v125;
-    const real v390 = v288 + v186 * v153;
-    const real v392 = v387 * s19 + v390 * s63;
-    const real v393 = v392 * v196;
-    const real v395 = v370 + v372 - v382 - v280 - v281 - v188 * v393;
-    const real v396 = v395 * v231;
-    const real v401 = v233 * v376 + v235 * v380;
-    const real v407 = v270 - v401 + v272 - v243 * v396 - v240 * v393;
-    const real v408 = v407 * v267;
-    const real v412 = v334 - v354 - v359 + v362 * s19 + v366 * s63 + v292 * v396 - v297 * v408 - v289 * v393;
-    const real v413 = v412 * v349;
-    const real v416 = v302 + v150 * v125;
-    const real v422 = v309 + v178 * v153;
-    const real v428 = v416 * s19 - (v305 + v46 + v89) + v422 * s63 - v16 * (v341 + (p[5] - p[4]));
-    const real v429 = x[13] * p[15];
-    const real v432 = x[15] * p[20];
-    const real v442 = p[7] + p[8] + v124;
-    const real v444 = u[2] - (v428 - v429 * x[4] - v432 * x[4] + v50 * v351 + v93 * v356) - v3 * v442;
-    const real v452 = v444 + v393 * v210 - v396 * v212 - v408 * v258 - v413 * v331;
-    const real v453 = v351 * v352;
-    const real v454 = v356 * v357;
-    const real v458 = v103 * (v125 * v125);
-    const real v463 = v335 + K(-2.0) * v361 + v125 * v374;
-    const real v465 = v458 + v463 - v453;
-    const real v466 = v213 * v465;
-    const real v469 = v118 * (v153 * v153);
-    const real v473 = v337 + K(-2.0) * v365 + v153 * v378;
-    const real v475 = v469 + v473 - v454;
-    const real v476 = v218 * v475;
-    const real v489 = v103 * (p[14] * p[14]) + v118 * (p[19] * p[19]) + p[0] * (p[7] * p[7]) + p[1] * (p[6] * p[6]);
-    const real v492 = v489 - v123 * (v124 * v124);
-    const real v498 = v453 + v454 + v334 + v466 + v476 + (p[2] + p[5] + v492) - v458 - v469 + K(-2.0) * v354;
-    const real v508 = v498 + K(-2.0) * v359 - v395 * v396 - v407 * v408 - v412 * v413 - v392 * v393;
-    const real v509 = K(1.0) / v508;
-    const real v513 = s19 * v353 + s63 * v358;
-    const real v520 = v387 * c19 + v390 * c63;
-    const real v521 = v520 * v196;
-    const real v523 = v401 + v188 * v521;
-    const real v524 = v523 * v231;
-    const real v532 = v382 - (v375 + v379) + v243 * v524 - v240 * v521;
-    const real v533 = v532 * v267;
-    const real v545 = v513 + v362 * c19 + v366 * c63 - v292 * v524 - v297 * v533 - v289 * v521;
-    const real v546 = v545 * v349;
-    const real v548 = v513 + v233 * v465 + v235 * v475 + v395 * v524 - v407 * v533 - v412 * v546;
-    const real v550 = v548 - v392 * v521;
-    const real v551 = v550 * v509;
-    const real v561 = x[3] * x[5];
-    const real v562 = p[15] + p[20];
-    const real v566 = v416 * c19 + v422 * c63 + v313 * x[3] + v316 * x[3] - v561 * (v341 + v562 + v321);
-    const real v576 = v247 * v442 - (u[1] + (v566 - v249 * v351 - v250 * v356 - v429 * x[5] - v432 * x[5]));
-    const real v586 = v576 + v521 * v210 + v524 * v212 - v533 * v258 - v546 * v331 - v551 * v452;
-    const real v597 = v463 + v473 + (p[2] + p[4] + v562 + v492) - v466 - v476 - v523 * v524 - v532 * v533;
-    const real v604 = v586 / (v597 - v545 * v546 - v550 * v551 - v520 * v521);
-    const real v606 = v452 * v509 - v551 * v604;
-    const real v610 = v331 * v349 - v413 * v606 - v546 * v604;
-    const real v616 = v258 * v267 - v298 * v610 - v408 * v606 - v533 * v604;
-    const real v624 = v212 * v231 - v244 * v616 + v293 * v610 - v396 * v606 + v524 * v604;
-    const real v641 = v210 * v196 + v197 * v624 + v241 * v616 + v290 * v610 + v393 * v606 + v521 * v604;
-    y[0] = v624 - v606 * v124;
-    y[1] = v616 - v604 * v124;
-    y[2] = v610;
-    y[3] = v561 - v604;
-    y[4] = v606 - v16;
-    y[5] = v641 + v97 * v124;
-    y[6] = mv_sqrt(s1 * s1 + c1 * c1 * (s201 * s201));
+    enum { wx = SLOSH_X_WX };
+    enum { wy = SLOSH_X_WY };
+    enum { wz = SLOSH_X_WZ };
+    enum { phi1 = SLOSH_X_PHI1 };
+    enum { theta1 = SLOSH_X_THETA1 };
+    enum { phi2 = SLOSH_X_PHI2 };
+    enum { theta2 = SLOSH_X_THETA2 };
+    enum { phi1_dot = SLOSH_X_PHI1_DOT };
+    enum { theta1_dot = SLOSH_X_THETA1_DOT };
+    enum { phi2_dot = SLOSH_X_PHI2_DOT };
+    enum { theta2_dot = SLOSH_X_THETA2_DOT };
+    enum { Mx = SLOSH_U_MX };
+    enum { My = SLOSH_U_MY };
+    enum { Mz = SLOSH_U_MZ };
+    enum { delta1 = SLOSH_U_DELTA1 };
+    enum { delta2 = SLOSH_U_DELTA2 };
+    enum { m = SLOSH_P_M };
+    enum { m0 = SLOSH_P_M0 };
+    enum { I0 = SLOSH_P_I0 };
+    enum { J_x = SLOSH_P_J_X };
+    enum { J_y = SLOSH_P_J_Y };
+    enum { J_z = SLOSH_P_J_Z };
+    enum { h0 = SLOSH_P_H0 };
+    enum { b = SLOSH_P_B };
+    enum { d = SLOSH_P_D };
+    enum { F = SLOSH_P_F };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { eps1 = SLOSH_P_EPS1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { eps2 = SLOSH_P_EPS2 };
+    const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
+    const real t_gx5gf = p[m1] / D1;
+    const real k1 = t_gx5gf * p[l1];
+    const real me1 = t_gx5gf * p[I1];
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real mv1 = t_6nwd2 * k1;
+    const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
+    const real t_wiek6 = p[m2] / D2;
+    const real k2 = t_wiek6 * p[l2];
+    const real me2 = t_wiek6 * p[I2];
+    const real t_popww = p[l2] * p[m2];
+    const real mv2 = t_popww * k2;
+    const real M_C = p[m] + p[m0] + me1 + me2;
+    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real S_C = me1 * (p[h1] * p[h1])
+        + me2 * (p[h2] * p[h2])
+        + p[m] * (p[b] * p[b])
+        + p[m0] * (p[h0] * p[h0])
+        - M_C * (x_C * x_C);
+    const real J_C1 = p[I0] + p[J_x];
+    const real J_C3 = p[I0] + p[J_z] + S_C;
+    const real t_is5lg = p[I1] + p[I2];
+    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
+    const real W12 = x[wx] * x[wy];
+    const real W13 = x[wx] * x[wz];
+    const real e1 = p[h1] - x_C;
+    const real e2 = p[h2] - x_C;
+    real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
+    const real t_ruxs4 = cos_delta2 * p[F];
+    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
+    const real f_x = t_ruxs4 * cos_delta1;
+    const real f_y = sin_delta2 * p[F];
+    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
+    const real Wt1 = cos_theta1 * x[wz] + sin_theta1 * x[wy];
+    const real w_x1 = x[wx] - x[theta1_dot];
+    const real p1 = Wn1 + x[phi1_dot];
+    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
+    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
+    const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
+    const real Wt2 = cos_theta2 * x[wz] + sin_theta2 * x[wy];
+    const real w_x2 = x[wx] - x[theta2_dot];
+    const real p2 = Wn2 + x[phi2_dot];
+    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
+    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
+    const real t_w7vil = t_rybsf * e1;
+    const real tension1 = cos_phi1 * t_w7vil * mv1 - t_6nwd2 * sigma_sq1;
+    const real As_1 = mv1 * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real eAss_1 = Ass_1 * e1;
+    const real q_1 = sin_phi1 * p[l1];
+    const real lc_1 = cos_phi1 * p[l1];
+    const real B_1 = me1 * p[l1];
+    const real Bs_1 = B_1 * sin_phi1;
+    const real Bc_1 = B_1 * cos_phi1;
+    const real Bl_1 = B_1 * p[l1];
+    const real g_1 = e1 - lc_1;
+    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
+    const real wth_1 = th_1 * p[I1];
+    const real eBc_1 = Bc_1 * e1;
+    const real wg_1 = g_1 * wth_1;
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real tn11_1 = Ass_1 + me1 - wth_1;
+    const real t_b7ure = me1 * (e1 * e1);
+    const real t_3bowt = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
+    const real t_3fv6l = g_1 * wg_1;
+    const real tn44_1 = t_b7ure + t_3bowt - t_3fv6l;
+    const real wq_1 = q_1 * wth_1;
+    const real wqg_1 = q_1 * wg_1;
+    const real wqq_1 = q_1 * wq_1;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real wgC_1 = cos_theta1 * wqg_1;
+    const real wgS_1 = sin_theta1 * wqg_1;
+    const real loss_phi1 = p[eps1] * x[phi1_dot];
+    const real loss_theta1 = p[eps1] * x[theta1_dot];
+    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real zeta1 = W12 * q_1
+        + Wn1 * lc_1 * w_x1
+        - chi1 * p[l1] * (p1 + x[phi1_dot]);
+    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
+    const real t_7imwe = B_1 * eta1 + loss_phi1 * k1;
+    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real M_q1 = F_n1 * q_1;
+    const real I_phi1 = x[phi1_dot] * p[I1];
+    const real I_theta1 = x[theta1_dot] * p[I1];
+    const real t_6fvzz = t_rybsf * e2;
+    const real tension2 = cos_phi2 * t_6fvzz * mv2 - t_popww * sigma_sq2;
+    const real As_2 = mv2 * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real eAss_2 = Ass_2 * e2;
+    const real q_2 = sin_phi2 * p[l2];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real B_2 = me2 * p[l2];
+    const real Bs_2 = B_2 * sin_phi2;
+    const real Bc_2 = B_2 * cos_phi2;
+    const real Bl_2 = B_2 * p[l2];
+    const real g_2 = e2 - lc_2;
+    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
+    const real wth_2 = th_2 * p[I2];
+    const real eBc_2 = Bc_2 * e2;
+    const real wg_2 = g_2 * wth_2;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real tn11_2 = Ass_2 + me2 - wth_2;
+    const real t_lpk5h = me2 * (e2 * e2);
+    const real t_ymmgl = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
+    const real t_odwbr = g_2 * wg_2;
+    const real tn44_2 = t_lpk5h + t_ymmgl - t_odwbr;
+    const real wq_2 = q_2 * wth_2;
+    const real wqg_2 = q_2 * wg_2;
+    const real wqq_2 = q_2 * wq_2;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real wgC_2 = cos_theta2 * wqg_2;
+    const real wgS_2 = sin_theta2 * wqg_2;
+    const real loss_phi2 = p[eps2] * x[phi2_dot];
+    const real loss_theta2 = p[eps2] * x[theta2_dot];
+    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real zeta2 = W12 * q_2
+        + Wn2 * lc_2 * w_x2
+        - chi2 * p[l2] * (p2 + x[phi2_dot]);
+    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
+    const real t_4b2fa = B_2 * eta2 + loss_phi2 * k2;
+    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real M_q2 = F_n2 * q_2;
+    const real I_phi2 = x[phi2_dot] * p[I2];
+    const real I_theta2 = x[theta2_dot] * p[I2];
+    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
+    const real t_fbeaw = S_sq1 * tn11_1;
+    const real t_dj555 = S_sq2 * tn11_2;
+    const real K22 = t_fbeaw + t_dj555 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real K33 = Ass_1 + Ass_2 + M_C - t_fbeaw - t_dj555;
+    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
+    const real t_nhr5u = wqq_1 + wqq_2;
+    const real K44 = t_nhr5u + Bl_1 + Bl_2 + J_C1;
+    const real t_tcgxn = wg_1 - e1 * me1;
+    const real t_uf5ib = wg_2 - e2 * me2;
+    const real t_32gyg = Bc_1 - eAss_1;
+    const real t_65obb = t_32gyg + t_tcgxn;
+    const real t_gbkg6 = Bc_2 - eAss_2;
+    const real t_yoiua = t_gbkg6 + t_uf5ib;
+    const real t_z76hk = S_sq1 * t_65obb + S_sq2 * t_yoiua;
+    const real K52 = t_tcgxn + t_uf5ib - t_z76hk - wqC_1 - wqC_2;
+    const real t_hjmgb = SC1 * t_65obb + SC2 * t_yoiua;
+    const real K53 = wqS_1 - t_hjmgb + wqS_2;
+    const real t_nncdg = Bl_1 - eBc_1;
+    const real t_4q22j = Bl_2 - eBc_2;
+    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
+    const real t_hoosk = S_sq1 * tn44_1;
+    const real t_drvdp = S_sq2 * tn44_2;
+    const real K55 = t_3fv6l
+        + t_odwbr
+        + t_nhr5u
+        + t_hoosk
+        + t_drvdp
+        + J_C3
+        - t_b7ure
+        - t_lpk5h
+        + K(-2.0) * wgC_1
+        + K(-2.0) * wgC_2;
+    const real K63 = t_z76hk - (t_32gyg + t_gbkg6);
+    const real t_zhbuw = wgS_1 + wgS_2;
+    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
+    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_3bowt + t_ymmgl + J_C2 - t_hoosk - t_drvdp;
+    const real t_vt7uo = F_n1 * cos_theta1;
+    const real t_oncjt = F_n2 * cos_theta2;
+    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real t_azclp = F_n1 * sin_theta1;
+    const real t_iya7w = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
+    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
+    const real t_kp7yy = M_q1 + M_q2;
+    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
+    const real t_sfymc = p[J_y] - p[J_z];
+    const real n4 = t_aejai
+        - t_kp7yy
+        + t_zd4fs
+        - loss_phi1
+        - loss_phi2
+        + I_theta1 * x[wy]
+        + I_theta2 * x[wy]
+        - t_sfymc * x[wy] * x[wz];
+    const real t_w7nmt = t_aejai + F_t1 * e1;
+    const real t_e5cx2 = t_zd4fs + F_t2 * e2;
+    const real n5 = t_w7nmt * sin_theta1
+        - (t_kp7yy + loss_theta1 + loss_theta2)
+        + t_e5cx2 * sin_theta2
+        - W12 * (J_C1 + (p[J_z] - p[J_y]))
+        - I_phi1 * x[wy]
+        - I_phi2 * x[wy]
+        + t_vt7uo * g_1
+        + t_oncjt * g_2;
+    const real n6 = t_w7nmt * cos_theta1
+        + t_e5cx2 * cos_theta2
+        + I_theta1 * x[wx]
+        + I_theta2 * x[wx]
+        - W13 * (J_C1 + t_is5lg + t_sfymc)
+        - t_azclp * g_1
+        - t_iya7w * g_2
+        - I_phi1 * x[wz]
+        - I_phi2 * x[wz];
+    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_bpfoo = K(1.0) / K11;
+    const real t_w7lcw = t_b3aij * t_bpfoo;
+    const real K_D2 = K22 - t_b3aij * t_w7lcw;
+    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_3go2w = t_zzymx * t_bpfoo;
+    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
+    const real t_4iujv = K(1.0) / K_D2;
+    const real K_L32 = t_d4mqf * t_4iujv;
+    const real t_ev7u5 = Bs_1 + Asc_1 * e1;
+    const real t_bvybx = Bs_2 + Asc_2 * e2;
+    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
+    const real t_vshgd = t_6mmeb * t_bpfoo;
+    const real t_p6zld = K52 - t_b3aij * t_vshgd;
+    const real K_L52 = t_p6zld * t_4iujv;
+    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
+    const real t_2m245 = Bs_1 + Bs_2;
+    const real t_xq4wt = t_2m245 * t_bpfoo;
+    const real t_m67zs = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2 + t_b3aij * t_xq4wt;
+    const real t_6urah = t_m67zs * t_4iujv;
+    const real t_m27n6 = K43 + t_d4mqf * t_6urah - t_zzymx * t_xq4wt;
+    const real t_zmh3u = K(1.0) / K_D3;
+    const real K_L43 = t_m27n6 * t_zmh3u;
+    const real t_bxfcn = K53 - t_d4mqf * K_L52 - t_zzymx * t_vshgd;
+    const real K_L53 = t_bxfcn * t_zmh3u;
+    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
+    const real t_e4enr = t_bl4f2 * t_bpfoo;
+    const real t_qvrp6 = t_hjmgb + t_b3aij * t_e4enr;
+    const real t_dj64q = t_qvrp6 * t_4iujv;
+    const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
+    const real K_L63 = t_rahc4 * t_zmh3u;
+    const real K_D4 = K44 - t_m67zs * t_6urah - t_m27n6 * K_L43 - t_2m245 * t_xq4wt;
+    const real t_amczu = K54 + t_m67zs * K_L52 - t_m27n6 * K_L53 - t_2m245 * t_vshgd;
+    const real t_lt2al = K(1.0) / K_D4;
+    const real K_L54 = t_amczu * t_lt2al;
+    const real t_e4k6u = K64 - t_m67zs * t_dj64q - t_m27n6 * K_L63 - t_2m245 * t_e4enr;
+    const real K_L64 = t_e4k6u * t_lt2al;
+    const real K_D5 = K55
+        - t_p6zld * K_L52
+        - t_bxfcn * K_L53
+        - t_amczu * K_L54
+        - t_6mmeb * t_vshgd;
+    const real t_jo54w = K65
+        + t_p6zld * t_dj64q
+        - t_bxfcn * K_L63
+        - t_amczu * K_L64
+        - t_6mmeb * t_e4enr;
+    const real t_ftqxb = K(1.0) / K_D5;
+    const real K_L65 = t_jo54w * t_ftqxb;
+    const real K_D6 = K66
+        - t_qvrp6 * t_dj64q
+        - t_rahc4 * K_L63
+        - t_e4k6u * K_L64
+        - t_jo54w * K_L65
+        - t_bl4f2 * t_e4enr;
+    const real b1 = f_x
+        + (t_7imwe * sin_phi1 + t_4b2fa * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2);
+    const real b2 = f_y - n2;
+    const real b4 = u[Mx] - n4;
+    const real t_lwe76 = p[b] + p[d] + x_C;
+    const real b5 = u[Mz] - n5 - f_y * t_lwe76;
+    const real t_gcu5g = t_ruxs4 * sin_delta1;
+    const real b6 = t_gcu5g * t_lwe76 - (u[My] + n6);
+    const real X_y2 = b2 + t_w7lcw * b1;
+    const real X_y3 = t_3go2w * b1 - (t_gcu5g + n3) - K_L32 * X_y2;
+    const real X_y4 = b4 + t_xq4wt * b1 + t_6urah * X_y2 - K_L43 * X_y3;
+    const real X_y5 = b5
+        + t_vshgd * b1
+        - K_L52 * X_y2
+        - K_L53 * X_y3
+        - K_L54 * X_y4;
+    const real X_y6 = b6
+        + t_e4enr * b1
+        + t_dj64q * X_y2
+        - K_L63 * X_y3
+        - K_L64 * X_y4
+        - K_L65 * X_y5;
+    const real X_x6 = X_y6 / K_D6;
+    const real X_x5 = X_y5 * t_ftqxb - K_L65 * X_x6;
+    const real X_x4 = X_y4 * t_lt2al - K_L54 * X_x5 - K_L64 * X_x6;
+    const real X_x3 = X_y3 * t_zmh3u - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
+    const real X_x2 = X_y2 * t_4iujv
+        - K_L32 * X_x3
+        + t_6urah * X_x4
+        - K_L52 * X_x5
+        + t_dj64q * X_x6;
+    const real X_x1 = b1 * t_bpfoo
+        + t_w7lcw * X_x2
+        + t_3go2w * X_x3
+        + t_xq4wt * X_x4
+        + t_vshgd * X_x5
+        + t_e4enr * X_x6;
+    y[0] = X_x2 - X_x5 * x_C;
+    y[1] = X_x3 - X_x6 * x_C;
+    y[2] = X_x4;
+    y[3] = W13 - X_x6;
+    y[4] = X_x5 - W12;
+    y[5] = X_x1 + t_rybsf * x_C;
+    y[6] = mv_sqrt(sin_delta2 * sin_delta2 + cos_delta2 * cos_delta2 * (sin_delta1 * sin_delta1));
 }
 
 /* margins that stay positive along a run; 0 operations. */
@@ -469,944 +764,1547 @@ void slosh_limits(const real *x, const real *u, const real *p, real *margin)
 /* state derivative, full, euler; 712 operations. */
 void slosh_rhs_euler(const real *x, const real *u, const real *p, real *dx)
 {
-    real s1, c1; mv_sincos(u[4], &s1, &c1);
-    const real v3 = c1 * p[9];
-    real s5, c5; mv_sincos(u[3], &s5, &c5);
-    const real v14 = K(1.0) / (p[13] * p[13] * p[12] + p[15]);
-    const real v15 = p[12] * v14;
-    const real v16 = v15 * p[15];
-    const real v17 = v16 * p[13];
-    real s19, c19; mv_sincos(x[9], &s19, &c19);
-    const real v22 = x[3] - x[14];
-    real s25, c25; mv_sincos(x[10], &s25, &c25);
-    const real v31 = c25 * x[5] + s25 * x[4];
-    const real v34 = c19 * v22 - v31 * s19;
-    const real v37 = v31 * c19 + s19 * v22;
-    const real v40 = v34 * v37 - v31 * v22;
-    const real v44 = p[16] * x[13];
-    const real v45 = v15 * p[13];
-    const real v47 = v17 * v40 + v44 * v45;
-    const real v55 = K(1.0) / (p[18] * p[18] * p[17] + p[20]);
-    const real v56 = p[17] * v55;
-    const real v57 = v56 * p[20];
-    const real v58 = v57 * p[18];
-    real s60, c60; mv_sincos(x[11], &s60, &c60);
-    const real v62 = x[3] - x[16];
-    real s65, c65; mv_sincos(x[12], &s65, &c65);
-    const real v69 = c65 * x[5] + s65 * x[4];
-    const real v72 = c60 * v62 - v69 * s60;
-    const real v75 = v69 * c60 + s60 * v62;
-    const real v78 = v72 * v75 - v69 * v62;
-    const real v82 = p[21] * x[15];
-    const real v83 = v56 * p[18];
-    const real v85 = v58 * v78 + v82 * v83;
-    const real v90 = x[4] * x[4] + x[5] * x[5];
-    const real v106 = p[0] + p[1] + v16 + v57;
-    const real v107 = (p[14] * v16 - (p[7] * p[0] + p[6] * p[1]) + p[19] * v57) / v106;
-    const real v108 = p[14] - v107;
-    const real v109 = v90 * v108;
-    const real v111 = p[13] * p[12];
-    const real v112 = v111 * v45;
-    const real v117 = c25 * x[4] - s25 * x[5];
-    const real v118 = v117 + x[13];
-    const real v122 = c19 * v109 * v112 - v111 * (v37 * v37 + v118 * v118);
-    const real v125 = p[19] - v107;
-    const real v126 = v90 * v125;
-    const real v128 = p[18] * p[17];
-    const real v129 = v128 * v83;
-    const real v134 = c65 * x[4] - s65 * x[5];
-    const real v135 = v134 + x[15];
-    const real v139 = c60 * v126 * v129 - v128 * (v75 * v75 + v135 * v135);
-    const real v142 = v3 * c5 + (v47 * s19 + v85 * s60 + c19 * v122 + c60 * v139);
-    const real v145 = v112 * s19;
-    const real v146 = v145 * s19;
-    const real v148 = v129 * s60;
-    const real v149 = v148 * s60;
-    const real v151 = K(1.0) / (v106 + v112 + v129 - v146 - v149);
-    const real v153 = v145 * c19;
-    const real v155 = v148 * c60;
-    const real v157 = v153 * s25 + v155 * s65;
-    const real v158 = v157 * v151;
-    const real v160 = s1 * p[9];
-    const real v161 = s19 * p[13];
-    const real v165 = p[12] / (p[15] + p[12] * (v161 * v161));
-    const real v166 = x[3] * x[4];
-    const real v168 = c19 * p[13];
-    const real v175 = v166 * v161 + v117 * v168 * v22 - v34 * p[13] * (v118 + x[13]);
-    const real v177 = p[16] * x[14];
-    const real v180 = v165 * (v175 * p[15] - v177 * v161);
-    const real v181 = v180 * c25;
-    const real v182 = s60 * p[18];
-    const real v186 = p[17] / (p[20] + p[17] * (v182 * v182));
-    const real v188 = c60 * p[18];
-    const real v195 = v166 * v182 + v134 * v188 * v62 - v72 * p[18] * (v135 + x[15]);
-    const real v197 = p[21] * x[16];
-    const real v200 = v186 * (v195 * p[20] - v197 * v182);
-    const real v201 = v200 * c65;
-    const real v205 = s19 * v122 - v47 * c19;
-    const real v210 = s60 * v139 - v85 * c60;
-    const real v215 = v160 - (v181 + v201 + v205 * s25 + v210 * s65) + v158 * v142;
-    const real v216 = s25 * s25;
-    const real v218 = v165 * p[15];
-    const real v219 = v146 + v16 - v218;
-    const real v220 = v216 * v219;
-    const real v221 = s65 * s65;
-    const real v223 = v186 * p[20];
-    const real v224 = v149 + v57 - v223;
-    const real v225 = v221 * v224;
-    const real v234 = K(1.0) / (v220 + v225 + v106 + v218 + v223 - v16 - v57 - v157 * v158);
-    const real v236 = c25 * s25;
-    const real v238 = c65 * s65;
-    const real v243 = v153 * c25 + v155 * c65;
-    const real v244 = v243 * v151;
-    const real v246 = v236 * v219 + v238 * v224 - v157 * v244;
-    const real v247 = v246 * v234;
-    const real v250 = v3 * s5;
-    const real v252 = v180 * s25;
-    const real v253 = v200 * s65;
-    const real v261 = v244 * v142 - (v250 + (v205 * c25 - (v252 + v253) + v210 * c65)) - v247 * v215;
-    const real v270 = K(1.0) / (v146 + v149 + v106 - v220 - v225 - v246 * v247 - v243 * v244);
-    const real v272 = v161 * v218;
-    const real v273 = s25 * v272;
-    const real v274 = v182 * v223;
-    const real v275 = s65 * v274;
-    const real v277 = v17 * c19;
-    const real v280 = v58 * c60;
-    const real v283 = c25 * v272;
-    const real v284 = c65 * v274;
-    const real v290 = v17 * s19;
-    const real v291 = v58 * s60;
-    const real v292 = v290 + v291;
-    const real v293 = v292 * v151;
-    const real v295 = v283 + v284 + v277 * s25 + v280 * s65 + v157 * v293;
-    const real v296 = v295 * v234;
-    const real v300 = v273 + v275 - v277 * c25 - v280 * c65 + v246 * v296 - v243 * v293;
-    const real v301 = v300 * v270;
-    const real v305 = v290 * v109 + v47 * p[13];
-    const real v308 = v180 * v161 + v200 * v182;
-    const real v312 = v291 * v126 + v85 * p[18];
-    const real v316 = x[14] * p[15];
-    const real v319 = x[16] * p[20];
-    const real v324 = p[4] - p[5];
-    const real v327 = v305 - v308 + v312 - v44 - v82 + v316 * x[4] + v319 * x[4] - v324 * x[4] * x[5];
-    const real v334 = u[0] - v327 + v293 * v142 + v296 * v215 - v301 * v261;
-    const real v337 = v161 * v272 + v182 * v274;
-    const real v338 = v17 * p[13];
-    const real v340 = v58 * p[18];
-    const real v344 = p[2] + p[3];
-    const real v352 = K(1.0) / (v337 + v338 + v340 + v344 - v295 * v296 - v300 * v301 - v292 * v293);
-    const real v354 = v108 - v168;
-    const real v355 = v354 * v218;
-    const real v356 = v161 * v355;
-    const real v357 = c25 * v356;
-    const real v359 = v125 - v188;
-    const real v360 = v359 * v223;
-    const real v361 = v182 * v360;
-    const real v362 = c65 * v361;
-    const real v364 = v277 * v108;
-    const real v365 = v338 - v364;
-    const real v368 = v280 * v125;
-    const real v369 = v340 - v368;
-    const real v373 = v355 - v108 * v16;
-    const real v375 = v360 - v125 * v57;
-    const real v377 = v146 * v108;
-    const real v378 = v277 - v377;
-    const real v379 = v378 + v373;
-    const real v381 = v149 * v125;
-    const real v382 = v280 - v381;
-    const real v383 = v382 + v375;
-    const real v385 = v216 * v379 + v221 * v383;
-    const real v390 = v290 + v153 * v108;
-    const real v393 = v291 + v155 * v125;
-    const real v395 = v390 * s25 + v393 * s65;
-    const real v396 = v395 * v151;
-    const real v398 = v373 + v375 - v385 - v283 - v284 - v157 * v396;
-    const real v399 = v398 * v234;
-    const real v404 = v236 * v379 + v238 * v383;
-    const real v410 = v273 - v404 + v275 - v246 * v399 - v243 * v396;
-    const real v411 = v410 * v270;
-    const real v415 = v337 - v357 - v362 + v365 * s25 + v369 * s65 + v295 * v399 - v300 * v411 - v292 * v396;
-    const real v416 = v415 * v352;
-    const real v419 = v305 + v205 * v108;
-    const real v425 = v312 + v210 * v125;
-    const real v431 = v419 * s25 - (v308 + v177 + v197) + v425 * s65 - v166 * (v344 + (p[5] - p[4]));
-    const real v432 = x[13] * p[15];
-    const real v435 = x[15] * p[20];
-    const real v445 = p[7] + p[8] + v107;
-    const real v447 = u[2] - (v431 - v432 * x[4] - v435 * x[4] + v181 * v354 + v201 * v359) - v160 * v445;
-    const real v455 = v447 + v396 * v142 - v399 * v215 - v411 * v261 - v416 * v334;
-    const real v456 = v354 * v355;
-    const real v457 = v359 * v360;
-    const real v461 = v16 * (v108 * v108);
-    const real v466 = v338 + K(-2.0) * v364 + v108 * v377;
-    const real v468 = v461 + v466 - v456;
-    const real v469 = v216 * v468;
-    const real v472 = v57 * (v125 * v125);
-    const real v476 = v340 + K(-2.0) * v368 + v125 * v381;
-    const real v478 = v472 + v476 - v457;
-    const real v479 = v221 * v478;
-    const real v492 = v16 * (p[14] * p[14]) + v57 * (p[19] * p[19]) + p[0] * (p[7] * p[7]) + p[1] * (p[6] * p[6]);
-    const real v495 = v492 - v106 * (v107 * v107);
-    const real v501 = v456 + v457 + v337 + v469 + v479 + (p[2] + p[5] + v495) - v461 - v472 + K(-2.0) * v357;
-    const real v511 = v501 + K(-2.0) * v362 - v398 * v399 - v410 * v411 - v415 * v416 - v395 * v396;
-    const real v512 = K(1.0) / v511;
-    const real v516 = s25 * v356 + s65 * v361;
-    const real v523 = v390 * c25 + v393 * c65;
-    const real v524 = v523 * v151;
-    const real v526 = v404 + v157 * v524;
-    const real v527 = v526 * v234;
-    const real v535 = v385 - (v378 + v382) + v246 * v527 - v243 * v524;
-    const real v536 = v535 * v270;
-    const real v548 = v516 + v365 * c25 + v369 * c65 - v295 * v527 - v300 * v536 - v292 * v524;
-    const real v549 = v548 * v352;
-    const real v551 = v516 + v236 * v468 + v238 * v478 + v398 * v527 - v410 * v536 - v415 * v549;
-    const real v553 = v551 - v395 * v524;
-    const real v554 = v553 * v512;
-    const real v564 = x[3] * x[5];
-    const real v565 = p[15] + p[20];
-    const real v569 = v419 * c25 + v425 * c65 + v316 * x[3] + v319 * x[3] - v564 * (v344 + v565 + v324);
-    const real v579 = v250 * v445 - (u[1] + (v569 - v252 * v354 - v253 * v359 - v432 * x[5] - v435 * x[5]));
-    const real v589 = v579 + v524 * v142 + v527 * v215 - v536 * v261 - v549 * v334 - v554 * v455;
-    const real v600 = v466 + v476 + (p[2] + p[4] + v565 + v495) - v469 - v479 - v526 * v527 - v535 * v536;
-    const real v607 = v589 / (v600 - v548 * v549 - v553 * v554 - v523 * v524);
-    const real v609 = v455 * v512 - v554 * v607;
-    const real v613 = v334 * v352 - v416 * v609 - v549 * v607;
-    const real v619 = v261 * v270 - v301 * v613 - v411 * v609 - v536 * v607;
-    const real v627 = v215 * v234 - v247 * v619 + v296 * v613 - v399 * v609 + v527 * v607;
-    const real v637 = v142 * v151 + v158 * v627 + v244 * v619 + v293 * v613 + v396 * v609 + v524 * v607;
-    const real v660 = v609 - v166;
-    real s662, c662; mv_sincos(x[7], &s662, &c662);
-    real s664, c664; mv_sincos(x[6], &s664, &c664);
-    const real v666 = K(1.0) / c662;
-    const real v668 = s664 * v666 * x[4];
-    const real v673 = c664 * v666 * x[5];
-    const real v682 = v609 * s25 + v607 * c25;
-    const real v683 = v682 + v40;
-    const real v698 = v45 * (c19 * (v682 * v108 + v627 * s25 + v619 * c25) + s19 * (v637 - v109));
-    const real v709 = v613 + v609;
-    const real v713 = v175 + v627 * c25 + v354 * (v609 * c25 - v607 * s25) - v709 * v161 - v619 * s25;
-    const real v721 = v609 * s65 + v607 * c65;
-    const real v722 = v721 + v78;
-    const real v737 = v83 * (c60 * (v721 * v125 + v627 * s65 + v619 * c65) + s60 * (v637 - v126));
-    const real v751 = v195 + v627 * c65 + v359 * (v609 * c65 - v607 * s65) - v709 * v182 - v619 * s65;
-    dx[0] = v637 + v90 * v107 - x[2] * x[4] + x[1] * x[5];
-    dx[1] = v627 - v609 * v107 + (x[2] * x[3] - x[0] * x[5]);
-    dx[2] = v619 - v607 * v107 + (x[0] * x[4] - x[1] * x[3]);
-    dx[3] = v613;
-    dx[4] = v564 - v607;
-    dx[5] = v660;
-    dx[6] = x[3] + s662 * v668 + s662 * v673;
-    dx[7] = c664 * x[4] - s664 * x[5];
-    dx[8] = v668 + v673;
-    dx[9] = x[13];
-    dx[10] = x[14];
-    dx[11] = x[15];
-    dx[12] = x[16];
-    dx[13] = v683 - (v44 + p[15] * (v683 + v613)) * v14 - v698;
-    dx[14] = -(v660 + v165 * (v177 * (K(1.0) / p[12]) + v161 * v713));
-    dx[15] = v722 - (v82 + p[20] * (v722 + v613)) * v55 - v737;
-    dx[16] = -(v660 + v186 * (v197 * (K(1.0) / p[17]) + v182 * v751));
+    enum { vx = SLOSH_X_VX };
+    enum { vy = SLOSH_X_VY };
+    enum { vz = SLOSH_X_VZ };
+    enum { wx = SLOSH_X_WX };
+    enum { wy = SLOSH_X_WY };
+    enum { wz = SLOSH_X_WZ };
+    enum { att1 = SLOSH_X_ATT1 };
+    enum { att2 = SLOSH_X_ATT2 };
+    enum { phi1 = SLOSH_X_PHI1 };
+    enum { theta1 = SLOSH_X_THETA1 };
+    enum { phi2 = SLOSH_X_PHI2 };
+    enum { theta2 = SLOSH_X_THETA2 };
+    enum { phi1_dot = SLOSH_X_PHI1_DOT };
+    enum { theta1_dot = SLOSH_X_THETA1_DOT };
+    enum { phi2_dot = SLOSH_X_PHI2_DOT };
+    enum { theta2_dot = SLOSH_X_THETA2_DOT };
+    enum { Mx = SLOSH_U_MX };
+    enum { My = SLOSH_U_MY };
+    enum { Mz = SLOSH_U_MZ };
+    enum { delta1 = SLOSH_U_DELTA1 };
+    enum { delta2 = SLOSH_U_DELTA2 };
+    enum { m = SLOSH_P_M };
+    enum { m0 = SLOSH_P_M0 };
+    enum { I0 = SLOSH_P_I0 };
+    enum { J_x = SLOSH_P_J_X };
+    enum { J_y = SLOSH_P_J_Y };
+    enum { J_z = SLOSH_P_J_Z };
+    enum { h0 = SLOSH_P_H0 };
+    enum { b = SLOSH_P_B };
+    enum { d = SLOSH_P_D };
+    enum { F = SLOSH_P_F };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { eps1 = SLOSH_P_EPS1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { eps2 = SLOSH_P_EPS2 };
+    const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
+    const real t_zrejm = K(1.0) / D1;
+    const real t_3qn53 = p[m1] * t_zrejm;
+    const real k1 = t_3qn53 * p[l1];
+    const real me1 = t_3qn53 * p[I1];
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real mv1 = t_6nwd2 * k1;
+    const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
+    const real t_5wzvs = K(1.0) / D2;
+    const real t_54cbb = p[m2] * t_5wzvs;
+    const real k2 = t_54cbb * p[l2];
+    const real me2 = t_54cbb * p[I2];
+    const real t_popww = p[l2] * p[m2];
+    const real mv2 = t_popww * k2;
+    const real M_C = p[m] + p[m0] + me1 + me2;
+    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real S_C = me1 * (p[h1] * p[h1])
+        + me2 * (p[h2] * p[h2])
+        + p[m] * (p[b] * p[b])
+        + p[m0] * (p[h0] * p[h0])
+        - M_C * (x_C * x_C);
+    const real J_C1 = p[I0] + p[J_x];
+    const real J_C3 = p[I0] + p[J_z] + S_C;
+    const real t_is5lg = p[I1] + p[I2];
+    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
+    const real W12 = x[wx] * x[wy];
+    const real W13 = x[wx] * x[wz];
+    const real e1 = p[h1] - x_C;
+    const real e2 = p[h2] - x_C;
+    real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
+    const real t_ruxs4 = cos_delta2 * p[F];
+    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
+    const real f_x = t_ruxs4 * cos_delta1;
+    const real f_y = sin_delta2 * p[F];
+    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
+    const real Wt1 = cos_theta1 * x[wz] + sin_theta1 * x[wy];
+    const real w_x1 = x[wx] - x[theta1_dot];
+    const real p1 = Wn1 + x[phi1_dot];
+    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
+    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
+    const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
+    const real Wt2 = cos_theta2 * x[wz] + sin_theta2 * x[wy];
+    const real w_x2 = x[wx] - x[theta2_dot];
+    const real p2 = Wn2 + x[phi2_dot];
+    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
+    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
+    const real t_w7vil = t_rybsf * e1;
+    const real tension1 = cos_phi1 * t_w7vil * mv1 - t_6nwd2 * sigma_sq1;
+    const real As_1 = mv1 * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real eAss_1 = Ass_1 * e1;
+    const real q_1 = sin_phi1 * p[l1];
+    const real lc_1 = cos_phi1 * p[l1];
+    const real B_1 = me1 * p[l1];
+    const real Bs_1 = B_1 * sin_phi1;
+    const real Bc_1 = B_1 * cos_phi1;
+    const real Bl_1 = B_1 * p[l1];
+    const real g_1 = e1 - lc_1;
+    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
+    const real wth_1 = th_1 * p[I1];
+    const real eBc_1 = Bc_1 * e1;
+    const real wg_1 = g_1 * wth_1;
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real tn11_1 = Ass_1 + me1 - wth_1;
+    const real t_b7ure = me1 * (e1 * e1);
+    const real t_3bowt = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
+    const real t_3fv6l = g_1 * wg_1;
+    const real tn44_1 = t_b7ure + t_3bowt - t_3fv6l;
+    const real wq_1 = q_1 * wth_1;
+    const real wqg_1 = q_1 * wg_1;
+    const real wqq_1 = q_1 * wq_1;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real wgC_1 = cos_theta1 * wqg_1;
+    const real wgS_1 = sin_theta1 * wqg_1;
+    const real loss_phi1 = p[eps1] * x[phi1_dot];
+    const real loss_theta1 = p[eps1] * x[theta1_dot];
+    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real zeta1 = W12 * q_1
+        + Wn1 * lc_1 * w_x1
+        - chi1 * p[l1] * (p1 + x[phi1_dot]);
+    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
+    const real t_7imwe = B_1 * eta1 + loss_phi1 * k1;
+    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real M_q1 = F_n1 * q_1;
+    const real I_phi1 = x[phi1_dot] * p[I1];
+    const real I_theta1 = x[theta1_dot] * p[I1];
+    const real t_6fvzz = t_rybsf * e2;
+    const real tension2 = cos_phi2 * t_6fvzz * mv2 - t_popww * sigma_sq2;
+    const real As_2 = mv2 * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real eAss_2 = Ass_2 * e2;
+    const real q_2 = sin_phi2 * p[l2];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real B_2 = me2 * p[l2];
+    const real Bs_2 = B_2 * sin_phi2;
+    const real Bc_2 = B_2 * cos_phi2;
+    const real Bl_2 = B_2 * p[l2];
+    const real g_2 = e2 - lc_2;
+    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
+    const real wth_2 = th_2 * p[I2];
+    const real eBc_2 = Bc_2 * e2;
+    const real wg_2 = g_2 * wth_2;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real tn11_2 = Ass_2 + me2 - wth_2;
+    const real t_lpk5h = me2 * (e2 * e2);
+    const real t_ymmgl = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
+    const real t_odwbr = g_2 * wg_2;
+    const real tn44_2 = t_lpk5h + t_ymmgl - t_odwbr;
+    const real wq_2 = q_2 * wth_2;
+    const real wqg_2 = q_2 * wg_2;
+    const real wqq_2 = q_2 * wq_2;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real wgC_2 = cos_theta2 * wqg_2;
+    const real wgS_2 = sin_theta2 * wqg_2;
+    const real loss_phi2 = p[eps2] * x[phi2_dot];
+    const real loss_theta2 = p[eps2] * x[theta2_dot];
+    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real zeta2 = W12 * q_2
+        + Wn2 * lc_2 * w_x2
+        - chi2 * p[l2] * (p2 + x[phi2_dot]);
+    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
+    const real t_4b2fa = B_2 * eta2 + loss_phi2 * k2;
+    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real M_q2 = F_n2 * q_2;
+    const real I_phi2 = x[phi2_dot] * p[I2];
+    const real I_theta2 = x[theta2_dot] * p[I2];
+    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
+    const real t_fbeaw = S_sq1 * tn11_1;
+    const real t_dj555 = S_sq2 * tn11_2;
+    const real K22 = t_fbeaw + t_dj555 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real K33 = Ass_1 + Ass_2 + M_C - t_fbeaw - t_dj555;
+    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
+    const real t_nhr5u = wqq_1 + wqq_2;
+    const real K44 = t_nhr5u + Bl_1 + Bl_2 + J_C1;
+    const real t_tcgxn = wg_1 - e1 * me1;
+    const real t_uf5ib = wg_2 - e2 * me2;
+    const real t_32gyg = Bc_1 - eAss_1;
+    const real t_65obb = t_32gyg + t_tcgxn;
+    const real t_gbkg6 = Bc_2 - eAss_2;
+    const real t_yoiua = t_gbkg6 + t_uf5ib;
+    const real t_z76hk = S_sq1 * t_65obb + S_sq2 * t_yoiua;
+    const real K52 = t_tcgxn + t_uf5ib - t_z76hk - wqC_1 - wqC_2;
+    const real t_hjmgb = SC1 * t_65obb + SC2 * t_yoiua;
+    const real K53 = wqS_1 - t_hjmgb + wqS_2;
+    const real t_nncdg = Bl_1 - eBc_1;
+    const real t_4q22j = Bl_2 - eBc_2;
+    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
+    const real t_hoosk = S_sq1 * tn44_1;
+    const real t_drvdp = S_sq2 * tn44_2;
+    const real K55 = t_3fv6l
+        + t_odwbr
+        + t_nhr5u
+        + t_hoosk
+        + t_drvdp
+        + J_C3
+        - t_b7ure
+        - t_lpk5h
+        + K(-2.0) * wgC_1
+        + K(-2.0) * wgC_2;
+    const real K63 = t_z76hk - (t_32gyg + t_gbkg6);
+    const real t_zhbuw = wgS_1 + wgS_2;
+    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
+    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_3bowt + t_ymmgl + J_C2 - t_hoosk - t_drvdp;
+    const real t_vt7uo = F_n1 * cos_theta1;
+    const real t_oncjt = F_n2 * cos_theta2;
+    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real t_azclp = F_n1 * sin_theta1;
+    const real t_iya7w = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
+    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
+    const real t_kp7yy = M_q1 + M_q2;
+    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
+    const real t_sfymc = p[J_y] - p[J_z];
+    const real n4 = t_aejai
+        - t_kp7yy
+        + t_zd4fs
+        - loss_phi1
+        - loss_phi2
+        + I_theta1 * x[wy]
+        + I_theta2 * x[wy]
+        - t_sfymc * x[wy] * x[wz];
+    const real t_w7nmt = t_aejai + F_t1 * e1;
+    const real t_e5cx2 = t_zd4fs + F_t2 * e2;
+    const real n5 = t_w7nmt * sin_theta1
+        - (t_kp7yy + loss_theta1 + loss_theta2)
+        + t_e5cx2 * sin_theta2
+        - W12 * (J_C1 + (p[J_z] - p[J_y]))
+        - I_phi1 * x[wy]
+        - I_phi2 * x[wy]
+        + t_vt7uo * g_1
+        + t_oncjt * g_2;
+    const real n6 = t_w7nmt * cos_theta1
+        + t_e5cx2 * cos_theta2
+        + I_theta1 * x[wx]
+        + I_theta2 * x[wx]
+        - W13 * (J_C1 + t_is5lg + t_sfymc)
+        - t_azclp * g_1
+        - t_iya7w * g_2
+        - I_phi1 * x[wz]
+        - I_phi2 * x[wz];
+    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_bpfoo = K(1.0) / K11;
+    const real t_w7lcw = t_b3aij * t_bpfoo;
+    const real K_D2 = K22 - t_b3aij * t_w7lcw;
+    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_3go2w = t_zzymx * t_bpfoo;
+    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
+    const real t_4iujv = K(1.0) / K_D2;
+    const real K_L32 = t_d4mqf * t_4iujv;
+    const real t_ev7u5 = Bs_1 + Asc_1 * e1;
+    const real t_bvybx = Bs_2 + Asc_2 * e2;
+    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
+    const real t_vshgd = t_6mmeb * t_bpfoo;
+    const real t_p6zld = K52 - t_b3aij * t_vshgd;
+    const real K_L52 = t_p6zld * t_4iujv;
+    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
+    const real t_2m245 = Bs_1 + Bs_2;
+    const real t_xq4wt = t_2m245 * t_bpfoo;
+    const real t_m67zs = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2 + t_b3aij * t_xq4wt;
+    const real t_6urah = t_m67zs * t_4iujv;
+    const real t_m27n6 = K43 + t_d4mqf * t_6urah - t_zzymx * t_xq4wt;
+    const real t_zmh3u = K(1.0) / K_D3;
+    const real K_L43 = t_m27n6 * t_zmh3u;
+    const real t_bxfcn = K53 - t_d4mqf * K_L52 - t_zzymx * t_vshgd;
+    const real K_L53 = t_bxfcn * t_zmh3u;
+    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
+    const real t_e4enr = t_bl4f2 * t_bpfoo;
+    const real t_qvrp6 = t_hjmgb + t_b3aij * t_e4enr;
+    const real t_dj64q = t_qvrp6 * t_4iujv;
+    const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
+    const real K_L63 = t_rahc4 * t_zmh3u;
+    const real K_D4 = K44 - t_m67zs * t_6urah - t_m27n6 * K_L43 - t_2m245 * t_xq4wt;
+    const real t_amczu = K54 + t_m67zs * K_L52 - t_m27n6 * K_L53 - t_2m245 * t_vshgd;
+    const real t_lt2al = K(1.0) / K_D4;
+    const real K_L54 = t_amczu * t_lt2al;
+    const real t_e4k6u = K64 - t_m67zs * t_dj64q - t_m27n6 * K_L63 - t_2m245 * t_e4enr;
+    const real K_L64 = t_e4k6u * t_lt2al;
+    const real K_D5 = K55
+        - t_p6zld * K_L52
+        - t_bxfcn * K_L53
+        - t_amczu * K_L54
+        - t_6mmeb * t_vshgd;
+    const real t_jo54w = K65
+        + t_p6zld * t_dj64q
+        - t_bxfcn * K_L63
+        - t_amczu * K_L64
+        - t_6mmeb * t_e4enr;
+    const real t_ftqxb = K(1.0) / K_D5;
+    const real K_L65 = t_jo54w * t_ftqxb;
+    const real K_D6 = K66
+        - t_qvrp6 * t_dj64q
+        - t_rahc4 * K_L63
+        - t_e4k6u * K_L64
+        - t_jo54w * K_L65
+        - t_bl4f2 * t_e4enr;
+    const real b1 = f_x
+        + (t_7imwe * sin_phi1 + t_4b2fa * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2);
+    const real b2 = f_y - n2;
+    const real b4 = u[Mx] - n4;
+    const real t_lwe76 = p[b] + p[d] + x_C;
+    const real b5 = u[Mz] - n5 - f_y * t_lwe76;
+    const real t_gcu5g = t_ruxs4 * sin_delta1;
+    const real b6 = t_gcu5g * t_lwe76 - (u[My] + n6);
+    const real X_y2 = b2 + t_w7lcw * b1;
+    const real X_y3 = t_3go2w * b1 - (t_gcu5g + n3) - K_L32 * X_y2;
+    const real X_y4 = b4 + t_xq4wt * b1 + t_6urah * X_y2 - K_L43 * X_y3;
+    const real X_y5 = b5
+        + t_vshgd * b1
+        - K_L52 * X_y2
+        - K_L53 * X_y3
+        - K_L54 * X_y4;
+    const real X_y6 = b6
+        + t_e4enr * b1
+        + t_dj64q * X_y2
+        - K_L63 * X_y3
+        - K_L64 * X_y4
+        - K_L65 * X_y5;
+    const real X_x6 = X_y6 / K_D6;
+    const real X_x5 = X_y5 * t_ftqxb - K_L65 * X_x6;
+    const real X_x4 = X_y4 * t_lt2al - K_L54 * X_x5 - K_L64 * X_x6;
+    const real X_x3 = X_y3 * t_zmh3u - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
+    const real X_x2 = X_y2 * t_4iujv
+        - K_L32 * X_x3
+        + t_6urah * X_x4
+        - K_L52 * X_x5
+        + t_dj64q * X_x6;
+    const real X_x1 = b1 * t_bpfoo
+        + t_w7lcw * X_x2
+        + t_3go2w * X_x3
+        + t_xq4wt * X_x4
+        + t_vshgd * X_x5
+        + t_e4enr * X_x6;
+    const real G_t1 = X_x5 * sin_theta1 + X_x6 * cos_theta1;
+    const real Gt_eta1 = G_t1 + eta1;
+    const real t_ynvhx = cos_phi1 * (G_t1 * e1 + X_x2 * sin_theta1 + X_x3 * cos_theta1)
+        + sin_phi1 * (X_x1 - t_w7vil);
+    const real phi_acc1 = Gt_eta1 - (loss_phi1 + p[I1] * (Gt_eta1 + X_x4)) * t_zrejm - k1 * t_ynvhx;
+    const real t_g433r = X_x5 - W12;
+    const real t_mwq7z = X_x4 + X_x5;
+    const real t_5ffnn = zeta1
+        + X_x2 * cos_theta1
+        + g_1 * (X_x5 * cos_theta1 - X_x6 * sin_theta1)
+        - t_mwq7z * q_1
+        - X_x3 * sin_theta1;
+    const real theta_acc1 = -(t_g433r + th_1 * (loss_theta1 * (K(1.0) / p[m1]) + q_1 * t_5ffnn));
+    const real G_t2 = X_x5 * sin_theta2 + X_x6 * cos_theta2;
+    const real Gt_eta2 = G_t2 + eta2;
+    const real t_rrute = cos_phi2 * (G_t2 * e2 + X_x2 * sin_theta2 + X_x3 * cos_theta2)
+        + sin_phi2 * (X_x1 - t_6fvzz);
+    const real phi_acc2 = Gt_eta2 - (loss_phi2 + p[I2] * (Gt_eta2 + X_x4)) * t_5wzvs - k2 * t_rrute;
+    const real t_oqair = zeta2
+        + X_x2 * cos_theta2
+        + g_2 * (X_x5 * cos_theta2 - X_x6 * sin_theta2)
+        - t_mwq7z * q_2
+        - X_x3 * sin_theta2;
+    const real theta_acc2 = -(t_g433r + th_2 * (loss_theta2 * (K(1.0) / p[m2]) + q_2 * t_oqair));
+    real sin_att2, cos_att2; mv_sincos(x[att2], &sin_att2, &cos_att2);
+    real sin_att1, cos_att1; mv_sincos(x[att1], &sin_att1, &cos_att1);
+    const real t_oa5el = K(1.0) / cos_att2;
+    const real t_s66h7 = sin_att1 * t_oa5el * x[wy];
+    const real t_bi4sl = cos_att1 * t_oa5el * x[wz];
+    dx[0] = X_x1 + t_rybsf * x_C - x[vz] * x[wy] + x[vy] * x[wz];
+    dx[1] = X_x2 - X_x5 * x_C + (x[vz] * x[wx] - x[vx] * x[wz]);
+    dx[2] = X_x3 - X_x6 * x_C + (x[vx] * x[wy] - x[vy] * x[wx]);
+    dx[3] = X_x4;
+    dx[4] = W13 - X_x6;
+    dx[5] = t_g433r;
+    dx[6] = x[wx] + sin_att2 * t_s66h7 + sin_att2 * t_bi4sl;
+    dx[7] = cos_att1 * x[wy] - sin_att1 * x[wz];
+    dx[8] = t_s66h7 + t_bi4sl;
+    dx[9] = x[phi1_dot];
+    dx[10] = x[theta1_dot];
+    dx[11] = x[phi2_dot];
+    dx[12] = x[theta2_dot];
+    dx[13] = phi_acc1;
+    dx[14] = theta_acc1;
+    dx[15] = phi_acc2;
+    dx[16] = theta_acc2;
 }
 
 /* state derivative, reduced, small; 830 operations. */
 void slosh_rhs_reduced(const real *x, const real *u, const real *p, real *dx)
 {
-    const real v3 = p[0] + p[1];
-    const real v8 = p[9] / (v3 + p[12] + p[17]);
-    real s18, c18; mv_sincos(u[4], &s18, &c18);
-    const real v19 = s18 * p[9];
-    real s22, c22; mv_sincos(x[9], &s22, &c22);
-    const real v24 = s22 * p[13];
-    const real v28 = p[12] / (p[15] + p[12] * (v24 * v24));
-    const real v30 = x[3] * x[4];
-    real s33, c33; mv_sincos(x[10], &s33, &c33);
-    const real v37 = c33 * x[4] - s33 * x[5];
-    const real v39 = c22 * p[13];
-    const real v42 = x[3] - x[14];
-    const real v46 = c33 * x[5];
-    const real v47 = s33 * x[4];
-    const real v48 = v46 + v47;
-    const real v50 = c22 * v42 - v48 * s22;
-    const real v53 = v37 + x[13];
-    const real v59 = p[16] * x[14];
-    const real v61 = (v30 * v24 + v37 * v39 * v42 - v50 * p[13] * (v53 + x[13])) * p[15] - v59 * v24;
-    const real v62 = v28 * v61;
-    const real v63 = v62 * c33;
-    real s66, c66; mv_sincos(x[11], &s66, &c66);
-    const real v68 = s66 * p[18];
-    const real v72 = p[17] / (p[20] + p[17] * (v68 * v68));
-    real s75, c75; mv_sincos(x[12], &s75, &c75);
-    const real v79 = c75 * x[4] - s75 * x[5];
-    const real v81 = c66 * p[18];
-    const real v84 = x[3] - x[16];
-    const real v88 = c75 * x[5];
-    const real v89 = s75 * x[4];
-    const real v90 = v88 + v89;
-    const real v92 = c66 * v84 - v90 * s66;
-    const real v95 = v79 + x[15];
-    const real v101 = p[21] * x[16];
-    const real v103 = (v30 * v68 + v79 * v81 * v84 - v92 * p[18] * (v95 + x[15])) * p[20] - v101 * v68;
-    const real v104 = v72 * v103;
-    const real v105 = v104 * c75;
-    const real v109 = x[4] * x[4] + x[5] * x[5];
-    const real v111 = p[13] * p[13];
-    const real v112 = v111 * p[12];
-    const real v115 = K(1.0) / (v112 + p[15]);
-    const real v116 = p[12] * v115;
-    const real v117 = v116 * p[15];
-    const real v126 = p[18] * p[18];
-    const real v127 = v126 * p[17];
-    const real v129 = K(1.0) / (v127 + p[20]);
-    const real v130 = p[17] * v129;
-    const real v131 = v130 * p[20];
-    const real v135 = v3 + v117 + v131;
-    const real v136 = (p[14] * v117 - (p[7] * p[0] + p[6] * p[1]) + p[19] * v131) / v135;
-    const real v137 = p[14] - v136;
-    const real v138 = v109 * v137;
-    const real v140 = p[13] * p[12];
-    const real v141 = v116 * p[13];
-    const real v142 = v140 * v141;
-    const real v146 = v48 * c22 + s22 * v42;
-    const real v151 = c22 * v138 * v142 - v140 * (v146 * v146 + v53 * v53);
-    const real v153 = v117 * p[13];
-    const real v158 = p[16] * x[13];
-    const real v160 = v153 * (v50 * v146 - v48 * v42) + v158 * v141;
-    const real v162 = s22 * v151 - v160 * c22;
-    const real v165 = p[19] - v136;
-    const real v166 = v109 * v165;
-    const real v168 = p[18] * p[17];
-    const real v169 = v130 * p[18];
-    const real v170 = v168 * v169;
-    const real v174 = v90 * c66 + s66 * v84;
-    const real v179 = c66 * v166 * v170 - v168 * (v174 * v174 + v95 * v95);
-    const real v181 = v131 * p[18];
-    const real v186 = p[21] * x[15];
-    const real v188 = v181 * (v92 * v174 - v90 * v84) + v186 * v169;
-    const real v190 = s66 * v179 - v188 * c66;
-    const real v194 = v142 * s22;
-    const real v195 = v194 * c22;
-    const real v197 = v170 * s66;
-    const real v198 = v197 * c66;
-    const real v200 = v195 * s33 + v198 * s75;
-    const real v203 = v194 * s22;
-    const real v205 = v197 * s66;
-    const real v207 = K(1.0) / (v135 + v142 + v170 - v203 - v205);
-    const real v208 = v200 * v207;
-    const real v210 = c18 * p[9];
-    real s212, c212; mv_sincos(u[3], &s212, &c212);
-    const real v221 = v210 * c212 + (v160 * s22 + v188 * s66 + c22 * v151 + c66 * v179);
-    const real v223 = v19 - (v63 + v105 + v162 * s33 + v190 * s75) + v208 * v221;
-    const real v224 = s33 * s33;
-    const real v226 = v28 * p[15];
-    const real v227 = v203 + v117 - v226;
-    const real v228 = v224 * v227;
-    const real v229 = s75 * s75;
-    const real v231 = v72 * p[20];
-    const real v232 = v205 + v131 - v231;
-    const real v233 = v229 * v232;
-    const real v242 = K(1.0) / (v228 + v233 + v135 + v226 + v231 - v117 - v131 - v200 * v208);
-    const real v244 = c33 * s33;
-    const real v246 = c75 * s75;
-    const real v251 = v195 * c33 + v198 * c75;
-    const real v252 = v251 * v207;
-    const real v254 = v244 * v227 + v246 * v232 - v200 * v252;
-    const real v255 = v254 * v242;
-    const real v258 = v210 * s212;
-    const real v260 = v62 * s33;
-    const real v261 = v104 * s75;
-    const real v269 = v252 * v221 - (v258 + (v162 * c33 - (v260 + v261) + v190 * c75)) - v255 * v223;
-    const real v278 = K(1.0) / (v203 + v205 + v135 - v228 - v233 - v254 * v255 - v251 * v252);
-    const real v280 = v24 * v226;
-    const real v281 = s33 * v280;
-    const real v282 = v68 * v231;
-    const real v283 = s75 * v282;
-    const real v285 = v153 * c22;
-    const real v288 = v181 * c66;
-    const real v291 = c33 * v280;
-    const real v292 = c75 * v282;
-    const real v298 = v153 * s22;
-    const real v299 = v181 * s66;
-    const real v300 = v298 + v299;
-    const real v301 = v300 * v207;
-    const real v303 = v291 + v292 + v285 * s33 + v288 * s75 + v200 * v301;
-    const real v304 = v303 * v242;
-    const real v308 = v281 + v283 - v285 * c33 - v288 * c75 + v254 * v304 - v251 * v301;
-    const real v309 = v308 * v278;
-    const real v313 = v298 * v138 + v160 * p[13];
-    const real v316 = v62 * v24 + v104 * v68;
-    const real v320 = v299 * v166 + v188 * p[18];
-    const real v324 = x[14] * p[15];
-    const real v327 = x[16] * p[20];
-    const real v332 = p[4] - p[5];
-    const real v335 = v313 - v316 + v320 - v158 - v186 + v324 * x[4] + v327 * x[4] - v332 * x[4] * x[5];
-    const real v342 = u[0] - v335 + v301 * v221 + v304 * v223 - v309 * v269;
-    const real v345 = v24 * v280 + v68 * v282;
-    const real v346 = v153 * p[13];
-    const real v348 = v181 * p[18];
-    const real v352 = p[2] + p[3];
-    const real v360 = K(1.0) / (v345 + v346 + v348 + v352 - v303 * v304 - v308 * v309 - v300 * v301);
-    const real v362 = v137 - v39;
-    const real v363 = v362 * v226;
-    const real v364 = v24 * v363;
-    const real v365 = c33 * v364;
-    const real v367 = v165 - v81;
-    const real v368 = v367 * v231;
-    const real v369 = v68 * v368;
-    const real v370 = c75 * v369;
-    const real v372 = v285 * v137;
-    const real v373 = v346 - v372;
-    const real v376 = v288 * v165;
-    const real v377 = v348 - v376;
-    const real v381 = v363 - v137 * v117;
-    const real v383 = v368 - v165 * v131;
-    const real v385 = v203 * v137;
-    const real v386 = v285 - v385;
-    const real v387 = v386 + v381;
-    const real v389 = v205 * v165;
-    const real v390 = v288 - v389;
-    const real v391 = v390 + v383;
-    const real v393 = v224 * v387 + v229 * v391;
-    const real v398 = v298 + v195 * v137;
-    const real v401 = v299 + v198 * v165;
-    const real v403 = v398 * s33 + v401 * s75;
-    const real v404 = v403 * v207;
-    const real v406 = v381 + v383 - v393 - v291 - v292 - v200 * v404;
-    const real v407 = v406 * v242;
-    const real v412 = v244 * v387 + v246 * v391;
-    const real v418 = v281 - v412 + v283 - v254 * v407 - v251 * v404;
-    const real v419 = v418 * v278;
-    const real v423 = v345 - v365 - v370 + v373 * s33 + v377 * s75 + v303 * v407 - v308 * v419 - v300 * v404;
-    const real v424 = v423 * v360;
-    const real v427 = v313 + v162 * v137;
-    const real v433 = v320 + v190 * v165;
-    const real v439 = v427 * s33 - (v316 + v59 + v101) + v433 * s75 - v30 * (v352 + (p[5] - p[4]));
-    const real v440 = x[13] * p[15];
-    const real v443 = x[15] * p[20];
-    const real v453 = p[7] + p[8] + v136;
-    const real v455 = u[2] - (v439 - v440 * x[4] - v443 * x[4] + v63 * v362 + v105 * v367) - v19 * v453;
-    const real v463 = v455 + v404 * v221 - v407 * v223 - v419 * v269 - v424 * v342;
-    const real v464 = v362 * v363;
-    const real v465 = v367 * v368;
-    const real v469 = v117 * (v137 * v137);
-    const real v474 = v346 + K(-2.0) * v372 + v137 * v385;
-    const real v476 = v469 + v474 - v464;
-    const real v477 = v224 * v476;
-    const real v480 = v131 * (v165 * v165);
-    const real v484 = v348 + K(-2.0) * v376 + v165 * v389;
-    const real v486 = v480 + v484 - v465;
-    const real v487 = v229 * v486;
-    const real v500 = v117 * (p[14] * p[14]) + v131 * (p[19] * p[19]) + p[0] * (p[7] * p[7]) + p[1] * (p[6] * p[6]);
-    const real v503 = v500 - v135 * (v136 * v136);
-    const real v509 = v464 + v465 + v345 + v477 + v487 + (p[2] + p[5] + v503) - v469 - v480 + K(-2.0) * v365;
-    const real v519 = v509 + K(-2.0) * v370 - v406 * v407 - v418 * v419 - v423 * v424 - v403 * v404;
-    const real v520 = K(1.0) / v519;
-    const real v524 = s33 * v364 + s75 * v369;
-    const real v531 = v398 * c33 + v401 * c75;
-    const real v532 = v531 * v207;
-    const real v534 = v412 + v200 * v532;
-    const real v535 = v534 * v242;
-    const real v543 = v393 - (v386 + v390) + v254 * v535 - v251 * v532;
-    const real v544 = v543 * v278;
-    const real v556 = v524 + v373 * c33 + v377 * c75 - v303 * v535 - v308 * v544 - v300 * v532;
-    const real v557 = v556 * v360;
-    const real v559 = v524 + v244 * v476 + v246 * v486 + v406 * v535 - v418 * v544 - v423 * v557;
-    const real v561 = v559 - v403 * v532;
-    const real v562 = v561 * v520;
-    const real v572 = x[3] * x[5];
-    const real v573 = p[15] + p[20];
-    const real v577 = v427 * c33 + v433 * c75 + v324 * x[3] + v327 * x[3] - v572 * (v352 + v573 + v332);
-    const real v587 = v258 * v453 - (u[1] + (v577 - v260 * v362 - v261 * v367 - v440 * x[5] - v443 * x[5]));
-    const real v597 = v587 + v532 * v221 + v535 * v223 - v544 * v269 - v557 * v342 - v562 * v463;
-    const real v608 = v474 + v484 + (p[2] + p[4] + v573 + v503) - v477 - v487 - v534 * v535 - v543 * v544;
-    const real v615 = v597 / (v608 - v556 * v557 - v561 * v562 - v531 * v532);
-    const real v617 = v463 * v520 - v562 * v615;
-    const real v621 = v342 * v360 - v424 * v617 - v557 * v615;
-    const real v627 = v269 * v278 - v309 * v621 - v419 * v617 - v544 * v615;
-    const real v637 = v223 * v242 - v255 * v627 + v304 * v621 - v407 * v617 + v535 * v615 - v617 * v136;
-    const real v644 = v627 - v615 * v136;
-    const real v649 = v572 - v615;
-    const real v650 = v617 - v30;
-    const real v651 = v39 * p[12];
-    const real v652 = c33 * v651;
-    const real v658 = s22 * v140;
-    const real v660 = v658 * p[14];
-    const real v661 = v47 + v46;
-    const real v662 = v661 * v661;
-    const real v669 = s22 * c22;
-    const real v670 = v112 * v669;
-    const real v673 = x[3] * x[3];
-    const real v675 = v158 - v660 * v662 - v660 * (v37 * v37) - x[14] * x[14] * v670 - v670 * v673;
-    const real v677 = s22 * s22;
-    const real v678 = v112 * v677;
-    const real v679 = v678 * v661;
-    const real v689 = v675 - (x[14] + x[14]) * v679 - v112 * v661 * x[3] + v111 * v662 * s22 * c22 * p[12];
-    const real v690 = v111 + v111;
-    const real v701 = v689 + v690 * v677 * v661 * x[3] * p[12] + c22 * v661 * p[14] * x[3] * p[13] * p[12];
-    const real v709 = s33 * v651;
-    const real v711 = v8 * v658 + (v701 + v690 * s22 * c22 * x[14] * x[3] * p[12]) + v637 * v709;
-    const real v716 = v112 * s33;
-    const real v719 = v649 * (v652 * p[14] - v111 * c33 * p[12]) - (v711 + v644 * v652) - v650 * (v709 * p[14] - v716);
-    const real v723 = s33 * v658;
-    const real v725 = v37 * x[3];
-    const real v728 = x[13] + x[13];
-    const real v733 = v670 * v728;
-    const real v737 = v59 + v660 * v725 + v679 * v728 + v679 * v37 + v733 * x[14] - v670 * v725;
-    const real v740 = c33 * v658;
-    const real v748 = v644 * v723 - (v737 - v733 * x[3] + v637 * v740) - v649 * (v723 * p[14] - v669 * v716);
-    const real v759 = (v748 - v650 * (v740 * p[14] - v669 * (v112 * c33) + p[15]) + v621 * v678) / (v678 + p[15]);
-    const real v760 = v81 * p[17];
-    const real v761 = v760 * c75;
-    const real v767 = v168 * s66;
-    const real v769 = s66 * c66;
-    const real v770 = v769 * v127;
-    const real v773 = v767 * p[19];
-    const real v774 = v89 + v88;
-    const real v775 = v774 * v774;
-    const real v783 = v186 - v673 * v770 - v773 * v775 - v773 * (v79 * v79) - x[16] * x[16] * v770;
-    const real v785 = s66 * s66;
-    const real v786 = v785 * v127;
-    const real v787 = v774 * v786;
-    const real v797 = v783 - (x[16] + x[16]) * v787 - v774 * v127 * x[3] + v775 * s66 * c66 * v126 * p[17];
-    const real v809 = v797 + (v774 + v774) * v785 * v126 * x[3] * p[17] + v774 * c66 * p[19] * x[3] * p[18] * p[17];
-    const real v818 = v760 * s75;
-    const real v820 = v8 * v767 + (v809 + (s66 + s66) * c66 * v126 * x[16] * x[3] * p[17]) + v637 * v818;
-    const real v825 = s75 * v127;
-    const real v828 = v649 * (v761 * p[19] - c75 * v126 * p[17]) - (v820 + v644 * v761) - v650 * (v818 * p[19] - v825);
-    const real v832 = v767 * s75;
-    const real v836 = v79 * x[3];
-    const real v839 = x[15] + x[15];
-    const real v846 = v101 + v79 * v787 + v773 * v836 + v787 * v839 + v770 * v839 * x[16] - v770 * v836;
-    const real v851 = v767 * c75;
-    const real v859 = v644 * v832 - (v846 - v770 * (x[3] + x[3]) * x[15] + v637 * v851) - v649 * (v832 * p[19] - v825 * v769);
-    const real v870 = (v859 - v650 * (v851 * p[19] - v769 * (c75 * v127) + p[20]) + v621 * v786) / (v786 + p[20]);
-    dx[0] = v8 - x[2] * x[4] + x[1] * x[5];
-    dx[1] = v637 + (x[2] * x[3] - x[0] * x[5]);
-    dx[2] = v644 + (x[0] * x[4] - x[1] * x[3]);
-    dx[3] = v621;
-    dx[4] = v649;
-    dx[5] = v650;
-    dx[6] = x[3];
-    dx[7] = x[4];
-    dx[8] = x[5];
-    dx[9] = x[13];
-    dx[10] = x[14];
-    dx[11] = x[15];
-    dx[12] = x[16];
-    dx[13] = (v719 - v621 * p[15]) * v115;
-    dx[14] = v759;
-    dx[15] = (v828 - v621 * p[20]) * v129;
-    dx[16] = v870;
+    enum { vx = SLOSH_X_VX };
+    enum { vy = SLOSH_X_VY };
+    enum { vz = SLOSH_X_VZ };
+    enum { wx = SLOSH_X_WX };
+    enum { wy = SLOSH_X_WY };
+    enum { wz = SLOSH_X_WZ };
+    enum { phi1 = SLOSH_X_PHI1 };
+    enum { theta1 = SLOSH_X_THETA1 };
+    enum { phi2 = SLOSH_X_PHI2 };
+    enum { theta2 = SLOSH_X_THETA2 };
+    enum { phi1_dot = SLOSH_X_PHI1_DOT };
+    enum { theta1_dot = SLOSH_X_THETA1_DOT };
+    enum { phi2_dot = SLOSH_X_PHI2_DOT };
+    enum { theta2_dot = SLOSH_X_THETA2_DOT };
+    enum { Mx = SLOSH_U_MX };
+    enum { My = SLOSH_U_MY };
+    enum { Mz = SLOSH_U_MZ };
+    enum { delta1 = SLOSH_U_DELTA1 };
+    enum { delta2 = SLOSH_U_DELTA2 };
+    enum { m = SLOSH_P_M };
+    enum { m0 = SLOSH_P_M0 };
+    enum { I0 = SLOSH_P_I0 };
+    enum { J_x = SLOSH_P_J_X };
+    enum { J_y = SLOSH_P_J_Y };
+    enum { J_z = SLOSH_P_J_Z };
+    enum { h0 = SLOSH_P_H0 };
+    enum { b = SLOSH_P_B };
+    enum { d = SLOSH_P_D };
+    enum { F = SLOSH_P_F };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { eps1 = SLOSH_P_EPS1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { eps2 = SLOSH_P_EPS2 };
+    const real t_os4zj = p[l1] * p[l1];
+    const real t_yx2kz = t_os4zj * p[m1];
+    const real D1 = t_yx2kz + p[I1];
+    const real t_zrejm = K(1.0) / D1;
+    const real t_3qn53 = p[m1] * t_zrejm;
+    const real k1 = t_3qn53 * p[l1];
+    const real me1 = t_3qn53 * p[I1];
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real mv1 = t_6nwd2 * k1;
+    const real t_nfvux = p[l2] * p[l2];
+    const real t_frp3h = t_nfvux * p[m2];
+    const real D2 = t_frp3h + p[I2];
+    const real t_5wzvs = K(1.0) / D2;
+    const real t_54cbb = p[m2] * t_5wzvs;
+    const real k2 = t_54cbb * p[l2];
+    const real me2 = t_54cbb * p[I2];
+    const real t_popww = p[l2] * p[m2];
+    const real mv2 = t_popww * k2;
+    const real t_omhyl = p[m] + p[m0];
+    const real M_C = t_omhyl + me1 + me2;
+    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real S_C = me1 * (p[h1] * p[h1])
+        + me2 * (p[h2] * p[h2])
+        + p[m] * (p[b] * p[b])
+        + p[m0] * (p[h0] * p[h0])
+        - M_C * (x_C * x_C);
+    const real J_C1 = p[I0] + p[J_x];
+    const real J_C3 = p[I0] + p[J_z] + S_C;
+    const real t_is5lg = p[I1] + p[I2];
+    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
+    const real W12 = x[wx] * x[wy];
+    const real W13 = x[wx] * x[wz];
+    const real e1 = p[h1] - x_C;
+    const real e2 = p[h2] - x_C;
+    real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
+    const real t_ruxs4 = cos_delta2 * p[F];
+    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
+    const real f_x = t_ruxs4 * cos_delta1;
+    const real f_y = sin_delta2 * p[F];
+    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
+    const real t_rding = cos_theta1 * x[wz];
+    const real t_a3uw4 = sin_theta1 * x[wy];
+    const real Wt1 = t_rding + t_a3uw4;
+    const real w_x1 = x[wx] - x[theta1_dot];
+    const real p1 = Wn1 + x[phi1_dot];
+    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
+    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
+    const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
+    const real t_geoui = cos_theta2 * x[wz];
+    const real t_vhhwy = sin_theta2 * x[wy];
+    const real Wt2 = t_geoui + t_vhhwy;
+    const real w_x2 = x[wx] - x[theta2_dot];
+    const real p2 = Wn2 + x[phi2_dot];
+    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
+    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
+    const real t_w7vil = t_rybsf * e1;
+    const real tension1 = cos_phi1 * t_w7vil * mv1 - t_6nwd2 * sigma_sq1;
+    const real As_1 = mv1 * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real eAss_1 = Ass_1 * e1;
+    const real q_1 = sin_phi1 * p[l1];
+    const real lc_1 = cos_phi1 * p[l1];
+    const real B_1 = me1 * p[l1];
+    const real Bs_1 = B_1 * sin_phi1;
+    const real Bc_1 = B_1 * cos_phi1;
+    const real Bl_1 = B_1 * p[l1];
+    const real g_1 = e1 - lc_1;
+    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
+    const real wth_1 = th_1 * p[I1];
+    const real eBc_1 = Bc_1 * e1;
+    const real wg_1 = g_1 * wth_1;
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real tn11_1 = Ass_1 + me1 - wth_1;
+    const real t_b7ure = me1 * (e1 * e1);
+    const real t_3bowt = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
+    const real t_3fv6l = g_1 * wg_1;
+    const real tn44_1 = t_b7ure + t_3bowt - t_3fv6l;
+    const real wq_1 = q_1 * wth_1;
+    const real wqg_1 = q_1 * wg_1;
+    const real wqq_1 = q_1 * wq_1;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real wgC_1 = cos_theta1 * wqg_1;
+    const real wgS_1 = sin_theta1 * wqg_1;
+    const real loss_phi1 = p[eps1] * x[phi1_dot];
+    const real loss_theta1 = p[eps1] * x[theta1_dot];
+    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real zeta1 = W12 * q_1
+        + Wn1 * lc_1 * w_x1
+        - chi1 * p[l1] * (p1 + x[phi1_dot]);
+    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
+    const real t_7imwe = B_1 * eta1 + loss_phi1 * k1;
+    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real M_q1 = F_n1 * q_1;
+    const real I_phi1 = x[phi1_dot] * p[I1];
+    const real I_theta1 = x[theta1_dot] * p[I1];
+    const real t_6fvzz = t_rybsf * e2;
+    const real tension2 = cos_phi2 * t_6fvzz * mv2 - t_popww * sigma_sq2;
+    const real As_2 = mv2 * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real eAss_2 = Ass_2 * e2;
+    const real q_2 = sin_phi2 * p[l2];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real B_2 = me2 * p[l2];
+    const real Bs_2 = B_2 * sin_phi2;
+    const real Bc_2 = B_2 * cos_phi2;
+    const real Bl_2 = B_2 * p[l2];
+    const real g_2 = e2 - lc_2;
+    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
+    const real wth_2 = th_2 * p[I2];
+    const real eBc_2 = Bc_2 * e2;
+    const real wg_2 = g_2 * wth_2;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real tn11_2 = Ass_2 + me2 - wth_2;
+    const real t_lpk5h = me2 * (e2 * e2);
+    const real t_ymmgl = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
+    const real t_odwbr = g_2 * wg_2;
+    const real tn44_2 = t_lpk5h + t_ymmgl - t_odwbr;
+    const real wq_2 = q_2 * wth_2;
+    const real wqg_2 = q_2 * wg_2;
+    const real wqq_2 = q_2 * wq_2;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real wgC_2 = cos_theta2 * wqg_2;
+    const real wgS_2 = sin_theta2 * wqg_2;
+    const real loss_phi2 = p[eps2] * x[phi2_dot];
+    const real loss_theta2 = p[eps2] * x[theta2_dot];
+    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real zeta2 = W12 * q_2
+        + Wn2 * lc_2 * w_x2
+        - chi2 * p[l2] * (p2 + x[phi2_dot]);
+    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
+    const real t_4b2fa = B_2 * eta2 + loss_phi2 * k2;
+    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real M_q2 = F_n2 * q_2;
+    const real I_phi2 = x[phi2_dot] * p[I2];
+    const real I_theta2 = x[theta2_dot] * p[I2];
+    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
+    const real t_fbeaw = S_sq1 * tn11_1;
+    const real t_dj555 = S_sq2 * tn11_2;
+    const real K22 = t_fbeaw + t_dj555 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real K33 = Ass_1 + Ass_2 + M_C - t_fbeaw - t_dj555;
+    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
+    const real t_nhr5u = wqq_1 + wqq_2;
+    const real K44 = t_nhr5u + Bl_1 + Bl_2 + J_C1;
+    const real t_tcgxn = wg_1 - e1 * me1;
+    const real t_uf5ib = wg_2 - e2 * me2;
+    const real t_32gyg = Bc_1 - eAss_1;
+    const real t_65obb = t_32gyg + t_tcgxn;
+    const real t_gbkg6 = Bc_2 - eAss_2;
+    const real t_yoiua = t_gbkg6 + t_uf5ib;
+    const real t_z76hk = S_sq1 * t_65obb + S_sq2 * t_yoiua;
+    const real K52 = t_tcgxn + t_uf5ib - t_z76hk - wqC_1 - wqC_2;
+    const real t_hjmgb = SC1 * t_65obb + SC2 * t_yoiua;
+    const real K53 = wqS_1 - t_hjmgb + wqS_2;
+    const real t_nncdg = Bl_1 - eBc_1;
+    const real t_4q22j = Bl_2 - eBc_2;
+    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
+    const real t_hoosk = S_sq1 * tn44_1;
+    const real t_drvdp = S_sq2 * tn44_2;
+    const real K55 = t_3fv6l
+        + t_odwbr
+        + t_nhr5u
+        + t_hoosk
+        + t_drvdp
+        + J_C3
+        - t_b7ure
+        - t_lpk5h
+        + K(-2.0) * wgC_1
+        + K(-2.0) * wgC_2;
+    const real K63 = t_z76hk - (t_32gyg + t_gbkg6);
+    const real t_zhbuw = wgS_1 + wgS_2;
+    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
+    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_3bowt + t_ymmgl + J_C2 - t_hoosk - t_drvdp;
+    const real t_vt7uo = F_n1 * cos_theta1;
+    const real t_oncjt = F_n2 * cos_theta2;
+    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real t_azclp = F_n1 * sin_theta1;
+    const real t_iya7w = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
+    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
+    const real t_kp7yy = M_q1 + M_q2;
+    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
+    const real t_sfymc = p[J_y] - p[J_z];
+    const real n4 = t_aejai
+        - t_kp7yy
+        + t_zd4fs
+        - loss_phi1
+        - loss_phi2
+        + I_theta1 * x[wy]
+        + I_theta2 * x[wy]
+        - t_sfymc * x[wy] * x[wz];
+    const real t_w7nmt = t_aejai + F_t1 * e1;
+    const real t_e5cx2 = t_zd4fs + F_t2 * e2;
+    const real n5 = t_w7nmt * sin_theta1
+        - (t_kp7yy + loss_theta1 + loss_theta2)
+        + t_e5cx2 * sin_theta2
+        - W12 * (J_C1 + (p[J_z] - p[J_y]))
+        - I_phi1 * x[wy]
+        - I_phi2 * x[wy]
+        + t_vt7uo * g_1
+        + t_oncjt * g_2;
+    const real n6 = t_w7nmt * cos_theta1
+        + t_e5cx2 * cos_theta2
+        + I_theta1 * x[wx]
+        + I_theta2 * x[wx]
+        - W13 * (J_C1 + t_is5lg + t_sfymc)
+        - t_azclp * g_1
+        - t_iya7w * g_2
+        - I_phi1 * x[wz]
+        - I_phi2 * x[wz];
+    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_bpfoo = K(1.0) / K11;
+    const real t_w7lcw = t_b3aij * t_bpfoo;
+    const real K_D2 = K22 - t_b3aij * t_w7lcw;
+    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_3go2w = t_zzymx * t_bpfoo;
+    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
+    const real t_4iujv = K(1.0) / K_D2;
+    const real K_L32 = t_d4mqf * t_4iujv;
+    const real t_ev7u5 = Bs_1 + Asc_1 * e1;
+    const real t_bvybx = Bs_2 + Asc_2 * e2;
+    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
+    const real t_vshgd = t_6mmeb * t_bpfoo;
+    const real t_p6zld = K52 - t_b3aij * t_vshgd;
+    const real K_L52 = t_p6zld * t_4iujv;
+    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
+    const real t_2m245 = Bs_1 + Bs_2;
+    const real t_xq4wt = t_2m245 * t_bpfoo;
+    const real t_m67zs = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2 + t_b3aij * t_xq4wt;
+    const real t_6urah = t_m67zs * t_4iujv;
+    const real t_m27n6 = K43 + t_d4mqf * t_6urah - t_zzymx * t_xq4wt;
+    const real t_zmh3u = K(1.0) / K_D3;
+    const real K_L43 = t_m27n6 * t_zmh3u;
+    const real t_bxfcn = K53 - t_d4mqf * K_L52 - t_zzymx * t_vshgd;
+    const real K_L53 = t_bxfcn * t_zmh3u;
+    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
+    const real t_e4enr = t_bl4f2 * t_bpfoo;
+    const real t_qvrp6 = t_hjmgb + t_b3aij * t_e4enr;
+    const real t_dj64q = t_qvrp6 * t_4iujv;
+    const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
+    const real K_L63 = t_rahc4 * t_zmh3u;
+    const real K_D4 = K44 - t_m67zs * t_6urah - t_m27n6 * K_L43 - t_2m245 * t_xq4wt;
+    const real t_amczu = K54 + t_m67zs * K_L52 - t_m27n6 * K_L53 - t_2m245 * t_vshgd;
+    const real t_lt2al = K(1.0) / K_D4;
+    const real K_L54 = t_amczu * t_lt2al;
+    const real t_e4k6u = K64 - t_m67zs * t_dj64q - t_m27n6 * K_L63 - t_2m245 * t_e4enr;
+    const real K_L64 = t_e4k6u * t_lt2al;
+    const real K_D5 = K55
+        - t_p6zld * K_L52
+        - t_bxfcn * K_L53
+        - t_amczu * K_L54
+        - t_6mmeb * t_vshgd;
+    const real t_jo54w = K65
+        + t_p6zld * t_dj64q
+        - t_bxfcn * K_L63
+        - t_amczu * K_L64
+        - t_6mmeb * t_e4enr;
+    const real t_ftqxb = K(1.0) / K_D5;
+    const real K_L65 = t_jo54w * t_ftqxb;
+    const real K_D6 = K66
+        - t_qvrp6 * t_dj64q
+        - t_rahc4 * K_L63
+        - t_e4k6u * K_L64
+        - t_jo54w * K_L65
+        - t_bl4f2 * t_e4enr;
+    const real b1 = f_x
+        + (t_7imwe * sin_phi1 + t_4b2fa * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2);
+    const real b2 = f_y - n2;
+    const real b4 = u[Mx] - n4;
+    const real t_lwe76 = p[b] + p[d] + x_C;
+    const real b5 = u[Mz] - n5 - f_y * t_lwe76;
+    const real t_gcu5g = t_ruxs4 * sin_delta1;
+    const real b6 = t_gcu5g * t_lwe76 - (u[My] + n6);
+    const real X_y2 = b2 + t_w7lcw * b1;
+    const real X_y3 = t_3go2w * b1 - (t_gcu5g + n3) - K_L32 * X_y2;
+    const real X_y4 = b4 + t_xq4wt * b1 + t_6urah * X_y2 - K_L43 * X_y3;
+    const real X_y5 = b5
+        + t_vshgd * b1
+        - K_L52 * X_y2
+        - K_L53 * X_y3
+        - K_L54 * X_y4;
+    const real X_y6 = b6
+        + t_e4enr * b1
+        + t_dj64q * X_y2
+        - K_L63 * X_y3
+        - K_L64 * X_y4
+        - K_L65 * X_y5;
+    const real X_x6 = X_y6 / K_D6;
+    const real X_x5 = X_y5 * t_ftqxb - K_L65 * X_x6;
+    const real X_x4 = X_y4 * t_lt2al - K_L54 * X_x5 - K_L64 * X_x6;
+    const real X_x3 = X_y3 * t_zmh3u - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
+    const real X_x2 = X_y2 * t_4iujv
+        - K_L32 * X_x3
+        + t_6urah * X_x4
+        - K_L52 * X_x5
+        + t_dj64q * X_x6;
+    const real gx_phi1 = sin_phi1 * t_6nwd2;  /* (25) */
+    const real t_5zfdh = lc_1 * p[m1];
+    const real gy_phi1 = sin_theta1 * t_5zfdh;  /* (25) */
+    const real gz_phi1 = cos_theta1 * t_5zfdh;  /* (25) */
+    const real t_4xxce = t_yx2kz * sin_theta1;
+    const real cz_phi1 = gy_phi1 * p[h1] - t_4xxce;  /* (25) */
+    const real t_azo52 = gx_phi1 * p[h1];
+    const real t_amwyw = t_a3uw4 + t_rding;
+    const real t_7eszt = t_amwyw * t_amwyw;
+    const real t_a233z = sin_phi1 * cos_phi1;
+    const real t_5jodw = t_yx2kz * t_a233z;
+    const real t_wube7 = x[wx] * x[wx];
+    const real t_3qva5 = sin_phi1 * sin_phi1;
+    const real t_invly = t_yx2kz * t_3qva5;
+    const real t_h5pol = t_invly * t_amwyw;
+    const real t_oc5tk = t_os4zj + t_os4zj;
+    const real k_phi1 = loss_phi1
+        - t_azo52 * t_7eszt
+        - t_azo52 * (Wn1 * Wn1)
+        - x[theta1_dot] * x[theta1_dot] * t_5jodw
+        - t_5jodw * t_wube7
+        - (x[theta1_dot] + x[theta1_dot]) * t_h5pol
+        - t_yx2kz * t_amwyw * x[wx]
+        + t_os4zj * t_7eszt * sin_phi1 * cos_phi1 * p[m1]
+        + t_oc5tk * t_3qva5 * t_amwyw * x[wx] * p[m1]
+        + cos_phi1 * t_amwyw * p[h1] * x[wx] * p[l1] * p[m1]
+        + t_oc5tk * sin_phi1 * cos_phi1 * x[theta1_dot] * x[wx] * p[m1];  /* (25) */
+    const real D_theta1 = t_invly + p[I1];  /* (26) */
+    const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
+    const real t_tpms2 = sin_theta1 * gx_phi1;
+    const real cy_theta1 = t_tpms2 * p[h1] - t_a233z * t_4xxce;  /* (26) */
+    const real cz_theta1 = gy_theta1 * p[h1] - t_a233z * (t_yx2kz * cos_theta1) + p[I1];  /* (26) */
+    const real t_ywy5z = Wn1 * x[wx];
+    const real t_j5odj = x[phi1_dot] + x[phi1_dot];
+    const real t_femof = t_5jodw * t_j5odj;
+    const real k_theta1 = loss_theta1
+        + t_azo52 * t_ywy5z
+        + t_h5pol * t_j5odj
+        + t_h5pol * Wn1
+        + t_femof * x[theta1_dot]
+        - t_5jodw * t_ywy5z
+        - t_femof * x[wx];  /* (26) */
+    const real gx_phi2 = t_popww * sin_phi2;  /* (25) */
+    const real t_p4m3j = lc_2 * p[m2];
+    const real gy_phi2 = t_p4m3j * sin_theta2;  /* (25) */
+    const real gz_phi2 = t_p4m3j * cos_theta2;  /* (25) */
+    const real t_tb25v = sin_theta2 * t_frp3h;
+    const real cz_phi2 = gy_phi2 * p[h2] - t_tb25v;  /* (25) */
+    const real t_nqm7d = sin_phi2 * cos_phi2;
+    const real t_2t5uv = t_nqm7d * t_frp3h;
+    const real t_svo5z = gx_phi2 * p[h2];
+    const real t_kmx3q = t_vhhwy + t_geoui;
+    const real t_3chhy = t_kmx3q * t_kmx3q;
+    const real t_4j4b3 = sin_phi2 * sin_phi2;
+    const real t_claqt = t_4j4b3 * t_frp3h;
+    const real t_imick = t_kmx3q * t_claqt;
+    const real k_phi2 = loss_phi2
+        - t_wube7 * t_2t5uv
+        - t_svo5z * t_3chhy
+        - t_svo5z * (Wn2 * Wn2)
+        - x[theta2_dot] * x[theta2_dot] * t_2t5uv
+        - (x[theta2_dot] + x[theta2_dot]) * t_imick
+        - t_kmx3q * t_frp3h * x[wx]
+        + t_3chhy * sin_phi2 * cos_phi2 * t_nfvux * p[m2]
+        + (t_kmx3q + t_kmx3q) * t_4j4b3 * t_nfvux * x[wx] * p[m2]
+        + t_kmx3q * cos_phi2 * p[h2] * x[wx] * p[l2] * p[m2]
+        + (sin_phi2 + sin_phi2) * cos_phi2 * t_nfvux * x[theta2_dot] * x[wx] * p[m2];  /* (25) */
+    const real D_theta2 = t_claqt + p[I2];  /* (26) */
+    const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
+    const real t_h3pge = gx_phi2 * sin_theta2;
+    const real cy_theta2 = t_h3pge * p[h2] - t_tb25v * t_nqm7d;  /* (26) */
+    const real cz_theta2 = gy_theta2 * p[h2] - t_nqm7d * (cos_theta2 * t_frp3h) + p[I2];  /* (26) */
+    const real t_nw7er = Wn2 * x[wx];
+    const real t_473qv = x[phi2_dot] + x[phi2_dot];
+    const real k_theta2 = loss_theta2
+        + Wn2 * t_imick
+        + t_svo5z * t_nw7er
+        + t_imick * t_473qv
+        + t_2t5uv * t_473qv * x[theta2_dot]
+        - t_2t5uv * t_nw7er
+        - t_2t5uv * (x[wx] + x[wx]) * x[phi2_dot];  /* (26) */
+    const real ax_eq = p[F] / (t_omhyl + p[m1] + p[m2]);  /* (19) */
+    const real t_bu64g = X_x2 - X_x5 * x_C;
+    const real t_isafs = X_x3 - X_x6 * x_C;
+    const real t_s6zvw = W13 - X_x6;
+    const real t_g433r = X_x5 - W12;
+    const real t_jaxjh = t_s6zvw * (gz_phi1 * p[h1] - t_os4zj * cos_theta1 * p[m1])
+        - (ax_eq * gx_phi1 + k_phi1 + t_bu64g * gy_phi1 + t_isafs * gz_phi1)
+        - t_g433r * cz_phi1
+        - X_x4 * p[I1];
+    const real t_lq4cq = t_isafs * t_tpms2
+        - (k_theta1 + t_bu64g * gy_theta1)
+        - t_s6zvw * cy_theta1
+        - t_g433r * cz_theta1
+        + X_x4 * t_invly;
+    const real t_q4cqs = t_s6zvw * (gz_phi2 * p[h2] - cos_theta2 * t_nfvux * p[m2])
+        - (ax_eq * gx_phi2 + k_phi2 + t_bu64g * gy_phi2 + t_isafs * gz_phi2)
+        - t_g433r * cz_phi2
+        - X_x4 * p[I2];
+    const real t_s7oaj = t_isafs * t_h3pge
+        - (k_theta2 + t_bu64g * gy_theta2)
+        - t_s6zvw * cy_theta2
+        - t_g433r * cz_theta2
+        + X_x4 * t_claqt;
+    dx[0] = ax_eq - x[vz] * x[wy] + x[vy] * x[wz];
+    dx[1] = t_bu64g + (x[vz] * x[wx] - x[vx] * x[wz]);
+    dx[2] = t_isafs + (x[vx] * x[wy] - x[vy] * x[wx]);
+    dx[3] = X_x4;
+    dx[4] = t_s6zvw;
+    dx[5] = t_g433r;
+    dx[6] = x[wx];
+    dx[7] = x[wy];
+    dx[8] = x[wz];
+    dx[9] = x[phi1_dot];
+    dx[10] = x[theta1_dot];
+    dx[11] = x[phi2_dot];
+    dx[12] = x[theta2_dot];
+    dx[13] = t_jaxjh * t_zrejm;
+    dx[14] = t_lq4cq / D_theta1;
+    dx[15] = t_q4cqs * t_5wzvs;
+    dx[16] = t_s7oaj / D_theta2;
 }
 
 /* state derivative, reduced, euler; 847 operations. */
 void slosh_rhs_reduced_euler(const real *x, const real *u, const real *p, real *dx)
 {
-    const real v3 = p[0] + p[1];
-    const real v8 = p[9] / (v3 + p[12] + p[17]);
-    real s18, c18; mv_sincos(u[4], &s18, &c18);
-    const real v19 = s18 * p[9];
-    real s22, c22; mv_sincos(x[9], &s22, &c22);
-    const real v24 = s22 * p[13];
-    const real v28 = p[12] / (p[15] + p[12] * (v24 * v24));
-    const real v30 = x[3] * x[4];
-    real s33, c33; mv_sincos(x[10], &s33, &c33);
-    const real v37 = c33 * x[4] - s33 * x[5];
-    const real v39 = c22 * p[13];
-    const real v42 = x[3] - x[14];
-    const real v46 = c33 * x[5];
-    const real v47 = s33 * x[4];
-    const real v48 = v46 + v47;
-    const real v50 = c22 * v42 - v48 * s22;
-    const real v53 = v37 + x[13];
-    const real v59 = p[16] * x[14];
-    const real v61 = (v30 * v24 + v37 * v39 * v42 - v50 * p[13] * (v53 + x[13])) * p[15] - v59 * v24;
-    const real v62 = v28 * v61;
-    const real v63 = v62 * c33;
-    real s66, c66; mv_sincos(x[11], &s66, &c66);
-    const real v68 = s66 * p[18];
-    const real v72 = p[17] / (p[20] + p[17] * (v68 * v68));
-    real s75, c75; mv_sincos(x[12], &s75, &c75);
-    const real v79 = c75 * x[4] - s75 * x[5];
-    const real v81 = c66 * p[18];
-    const real v84 = x[3] - x[16];
-    const real v88 = c75 * x[5];
-    const real v89 = s75 * x[4];
-    const real v90 = v88 + v89;
-    const real v92 = c66 * v84 - v90 * s66;
-    const real v95 = v79 + x[15];
-    const real v101 = p[21] * x[16];
-    const real v103 = (v30 * v68 + v79 * v81 * v84 - v92 * p[18] * (v95 + x[15])) * p[20] - v101 * v68;
-    const real v104 = v72 * v103;
-    const real v105 = v104 * c75;
-    const real v109 = x[4] * x[4] + x[5] * x[5];
-    const real v111 = p[13] * p[13];
-    const real v112 = v111 * p[12];
-    const real v115 = K(1.0) / (v112 + p[15]);
-    const real v116 = p[12] * v115;
-    const real v117 = v116 * p[15];
-    const real v126 = p[18] * p[18];
-    const real v127 = v126 * p[17];
-    const real v129 = K(1.0) / (v127 + p[20]);
-    const real v130 = p[17] * v129;
-    const real v131 = v130 * p[20];
-    const real v135 = v3 + v117 + v131;
-    const real v136 = (p[14] * v117 - (p[7] * p[0] + p[6] * p[1]) + p[19] * v131) / v135;
-    const real v137 = p[14] - v136;
-    const real v138 = v109 * v137;
-    const real v140 = p[13] * p[12];
-    const real v141 = v116 * p[13];
-    const real v142 = v140 * v141;
-    const real v146 = v48 * c22 + s22 * v42;
-    const real v151 = c22 * v138 * v142 - v140 * (v146 * v146 + v53 * v53);
-    const real v153 = v117 * p[13];
-    const real v158 = p[16] * x[13];
-    const real v160 = v153 * (v50 * v146 - v48 * v42) + v158 * v141;
-    const real v162 = s22 * v151 - v160 * c22;
-    const real v165 = p[19] - v136;
-    const real v166 = v109 * v165;
-    const real v168 = p[18] * p[17];
-    const real v169 = v130 * p[18];
-    const real v170 = v168 * v169;
-    const real v174 = v90 * c66 + s66 * v84;
-    const real v179 = c66 * v166 * v170 - v168 * (v174 * v174 + v95 * v95);
-    const real v181 = v131 * p[18];
-    const real v186 = p[21] * x[15];
-    const real v188 = v181 * (v92 * v174 - v90 * v84) + v186 * v169;
-    const real v190 = s66 * v179 - v188 * c66;
-    const real v194 = v142 * s22;
-    const real v195 = v194 * c22;
-    const real v197 = v170 * s66;
-    const real v198 = v197 * c66;
-    const real v200 = v195 * s33 + v198 * s75;
-    const real v203 = v194 * s22;
-    const real v205 = v197 * s66;
-    const real v207 = K(1.0) / (v135 + v142 + v170 - v203 - v205);
-    const real v208 = v200 * v207;
-    const real v210 = c18 * p[9];
-    real s212, c212; mv_sincos(u[3], &s212, &c212);
-    const real v221 = v210 * c212 + (v160 * s22 + v188 * s66 + c22 * v151 + c66 * v179);
-    const real v223 = v19 - (v63 + v105 + v162 * s33 + v190 * s75) + v208 * v221;
-    const real v224 = s33 * s33;
-    const real v226 = v28 * p[15];
-    const real v227 = v203 + v117 - v226;
-    const real v228 = v224 * v227;
-    const real v229 = s75 * s75;
-    const real v231 = v72 * p[20];
-    const real v232 = v205 + v131 - v231;
-    const real v233 = v229 * v232;
-    const real v242 = K(1.0) / (v228 + v233 + v135 + v226 + v231 - v117 - v131 - v200 * v208);
-    const real v244 = c33 * s33;
-    const real v246 = c75 * s75;
-    const real v251 = v195 * c33 + v198 * c75;
-    const real v252 = v251 * v207;
-    const real v254 = v244 * v227 + v246 * v232 - v200 * v252;
-    const real v255 = v254 * v242;
-    const real v258 = v210 * s212;
-    const real v260 = v62 * s33;
-    const real v261 = v104 * s75;
-    const real v269 = v252 * v221 - (v258 + (v162 * c33 - (v260 + v261) + v190 * c75)) - v255 * v223;
-    const real v278 = K(1.0) / (v203 + v205 + v135 - v228 - v233 - v254 * v255 - v251 * v252);
-    const real v280 = v24 * v226;
-    const real v281 = s33 * v280;
-    const real v282 = v68 * v231;
-    const real v283 = s75 * v282;
-    const real v285 = v153 * c22;
-    const real v288 = v181 * c66;
-    const real v291 = c33 * v280;
-    const real v292 = c75 * v282;
-    const real v298 = v153 * s22;
-    const real v299 = v181 * s66;
-    const real v300 = v298 + v299;
-    const real v301 = v300 * v207;
-    const real v303 = v291 + v292 + v285 * s33 + v288 * s75 + v200 * v301;
-    const real v304 = v303 * v242;
-    const real v308 = v281 + v283 - v285 * c33 - v288 * c75 + v254 * v304 - v251 * v301;
-    const real v309 = v308 * v278;
-    const real v313 = v298 * v138 + v160 * p[13];
-    const real v316 = v62 * v24 + v104 * v68;
-    const real v320 = v299 * v166 + v188 * p[18];
-    const real v324 = x[14] * p[15];
-    const real v327 = x[16] * p[20];
-    const real v332 = p[4] - p[5];
-    const real v335 = v313 - v316 + v320 - v158 - v186 + v324 * x[4] + v327 * x[4] - v332 * x[4] * x[5];
-    const real v342 = u[0] - v335 + v301 * v221 + v304 * v223 - v309 * v269;
-    const real v345 = v24 * v280 + v68 * v282;
-    const real v346 = v153 * p[13];
-    const real v348 = v181 * p[18];
-    const real v352 = p[2] + p[3];
-    const real v360 = K(1.0) / (v345 + v346 + v348 + v352 - v303 * v304 - v308 * v309 - v300 * v301);
-    const real v362 = v137 - v39;
-    const real v363 = v362 * v226;
-    const real v364 = v24 * v363;
-    const real v365 = c33 * v364;
-    const real v367 = v165 - v81;
-    const real v368 = v367 * v231;
-    const real v369 = v68 * v368;
-    const real v370 = c75 * v369;
-    const real v372 = v285 * v137;
-    const real v373 = v346 - v372;
-    const real v376 = v288 * v165;
-    const real v377 = v348 - v376;
-    const real v381 = v363 - v137 * v117;
-    const real v383 = v368 - v165 * v131;
-    const real v385 = v203 * v137;
-    const real v386 = v285 - v385;
-    const real v387 = v386 + v381;
-    const real v389 = v205 * v165;
-    const real v390 = v288 - v389;
-    const real v391 = v390 + v383;
-    const real v393 = v224 * v387 + v229 * v391;
-    const real v398 = v298 + v195 * v137;
-    const real v401 = v299 + v198 * v165;
-    const real v403 = v398 * s33 + v401 * s75;
-    const real v404 = v403 * v207;
-    const real v406 = v381 + v383 - v393 - v291 - v292 - v200 * v404;
-    const real v407 = v406 * v242;
-    const real v412 = v244 * v387 + v246 * v391;
-    const real v418 = v281 - v412 + v283 - v254 * v407 - v251 * v404;
-    const real v419 = v418 * v278;
-    const real v423 = v345 - v365 - v370 + v373 * s33 + v377 * s75 + v303 * v407 - v308 * v419 - v300 * v404;
-    const real v424 = v423 * v360;
-    const real v427 = v313 + v162 * v137;
-    const real v433 = v320 + v190 * v165;
-    const real v439 = v427 * s33 - (v316 + v59 + v101) + v433 * s75 - v30 * (v352 + (p[5] - p[4]));
-    const real v440 = x[13] * p[15];
-    const real v443 = x[15] * p[20];
-    const real v453 = p[7] + p[8] + v136;
-    const real v455 = u[2] - (v439 - v440 * x[4] - v443 * x[4] + v63 * v362 + v105 * v367) - v19 * v453;
-    const real v463 = v455 + v404 * v221 - v407 * v223 - v419 * v269 - v424 * v342;
-    const real v464 = v362 * v363;
-    const real v465 = v367 * v368;
-    const real v469 = v117 * (v137 * v137);
-    const real v474 = v346 + K(-2.0) * v372 + v137 * v385;
-    const real v476 = v469 + v474 - v464;
-    const real v477 = v224 * v476;
-    const real v480 = v131 * (v165 * v165);
-    const real v484 = v348 + K(-2.0) * v376 + v165 * v389;
-    const real v486 = v480 + v484 - v465;
-    const real v487 = v229 * v486;
-    const real v500 = v117 * (p[14] * p[14]) + v131 * (p[19] * p[19]) + p[0] * (p[7] * p[7]) + p[1] * (p[6] * p[6]);
-    const real v503 = v500 - v135 * (v136 * v136);
-    const real v509 = v464 + v465 + v345 + v477 + v487 + (p[2] + p[5] + v503) - v469 - v480 + K(-2.0) * v365;
-    const real v519 = v509 + K(-2.0) * v370 - v406 * v407 - v418 * v419 - v423 * v424 - v403 * v404;
-    const real v520 = K(1.0) / v519;
-    const real v524 = s33 * v364 + s75 * v369;
-    const real v531 = v398 * c33 + v401 * c75;
-    const real v532 = v531 * v207;
-    const real v534 = v412 + v200 * v532;
-    const real v535 = v534 * v242;
-    const real v543 = v393 - (v386 + v390) + v254 * v535 - v251 * v532;
-    const real v544 = v543 * v278;
-    const real v556 = v524 + v373 * c33 + v377 * c75 - v303 * v535 - v308 * v544 - v300 * v532;
-    const real v557 = v556 * v360;
-    const real v559 = v524 + v244 * v476 + v246 * v486 + v406 * v535 - v418 * v544 - v423 * v557;
-    const real v561 = v559 - v403 * v532;
-    const real v562 = v561 * v520;
-    const real v572 = x[3] * x[5];
-    const real v573 = p[15] + p[20];
-    const real v577 = v427 * c33 + v433 * c75 + v324 * x[3] + v327 * x[3] - v572 * (v352 + v573 + v332);
-    const real v587 = v258 * v453 - (u[1] + (v577 - v260 * v362 - v261 * v367 - v440 * x[5] - v443 * x[5]));
-    const real v597 = v587 + v532 * v221 + v535 * v223 - v544 * v269 - v557 * v342 - v562 * v463;
-    const real v608 = v474 + v484 + (p[2] + p[4] + v573 + v503) - v477 - v487 - v534 * v535 - v543 * v544;
-    const real v615 = v597 / (v608 - v556 * v557 - v561 * v562 - v531 * v532);
-    const real v617 = v463 * v520 - v562 * v615;
-    const real v621 = v342 * v360 - v424 * v617 - v557 * v615;
-    const real v627 = v269 * v278 - v309 * v621 - v419 * v617 - v544 * v615;
-    const real v637 = v223 * v242 - v255 * v627 + v304 * v621 - v407 * v617 + v535 * v615 - v617 * v136;
-    const real v644 = v627 - v615 * v136;
-    const real v649 = v572 - v615;
-    const real v650 = v617 - v30;
-    real s652, c652; mv_sincos(x[7], &s652, &c652);
-    real s654, c654; mv_sincos(x[6], &s654, &c654);
-    const real v656 = K(1.0) / c652;
-    const real v658 = s654 * v656 * x[4];
-    const real v663 = c654 * v656 * x[5];
-    const real v670 = v39 * p[12];
-    const real v671 = c33 * v670;
-    const real v677 = s22 * v140;
-    const real v679 = v677 * p[14];
-    const real v680 = v47 + v46;
-    const real v681 = v680 * v680;
-    const real v688 = s22 * c22;
-    const real v689 = v112 * v688;
-    const real v692 = x[3] * x[3];
-    const real v694 = v158 - v679 * v681 - v679 * (v37 * v37) - x[14] * x[14] * v689 - v689 * v692;
-    const real v696 = s22 * s22;
-    const real v697 = v112 * v696;
-    const real v698 = v697 * v680;
-    const real v708 = v694 - (x[14] + x[14]) * v698 - v112 * v680 * x[3] + v111 * v681 * s22 * c22 * p[12];
-    const real v709 = v111 + v111;
-    const real v720 = v708 + v709 * v696 * v680 * x[3] * p[12] + c22 * v680 * p[14] * x[3] * p[13] * p[12];
-    const real v728 = s33 * v670;
-    const real v730 = v8 * v677 + (v720 + v709 * s22 * c22 * x[14] * x[3] * p[12]) + v637 * v728;
-    const real v735 = v112 * s33;
-    const real v738 = v649 * (v671 * p[14] - v111 * c33 * p[12]) - (v730 + v644 * v671) - v650 * (v728 * p[14] - v735);
-    const real v742 = s33 * v677;
-    const real v744 = v37 * x[3];
-    const real v747 = x[13] + x[13];
-    const real v752 = v689 * v747;
-    const real v756 = v59 + v679 * v744 + v698 * v747 + v698 * v37 + v752 * x[14] - v689 * v744;
-    const real v759 = c33 * v677;
-    const real v767 = v644 * v742 - (v756 - v752 * x[3] + v637 * v759) - v649 * (v742 * p[14] - v688 * v735);
-    const real v778 = (v767 - v650 * (v759 * p[14] - v688 * (v112 * c33) + p[15]) + v621 * v697) / (v697 + p[15]);
-    const real v779 = v81 * p[17];
-    const real v780 = v779 * c75;
-    const real v786 = v168 * s66;
-    const real v788 = s66 * c66;
-    const real v789 = v788 * v127;
-    const real v792 = v786 * p[19];
-    const real v793 = v89 + v88;
-    const real v794 = v793 * v793;
-    const real v802 = v186 - v692 * v789 - v792 * v794 - v792 * (v79 * v79) - x[16] * x[16] * v789;
-    const real v804 = s66 * s66;
-    const real v805 = v804 * v127;
-    const real v806 = v793 * v805;
-    const real v816 = v802 - (x[16] + x[16]) * v806 - v793 * v127 * x[3] + v794 * s66 * c66 * v126 * p[17];
-    const real v828 = v816 + (v793 + v793) * v804 * v126 * x[3] * p[17] + v793 * c66 * p[19] * x[3] * p[18] * p[17];
-    const real v837 = v779 * s75;
-    const real v839 = v8 * v786 + (v828 + (s66 + s66) * c66 * v126 * x[16] * x[3] * p[17]) + v637 * v837;
-    const real v844 = s75 * v127;
-    const real v847 = v649 * (v780 * p[19] - c75 * v126 * p[17]) - (v839 + v644 * v780) - v650 * (v837 * p[19] - v844);
-    const real v851 = v786 * s75;
-    const real v855 = v79 * x[3];
-    const real v858 = x[15] + x[15];
-    const real v865 = v101 + v79 * v806 + v792 * v855 + v806 * v858 + v789 * v858 * x[16] - v789 * v855;
-    const real v870 = v786 * c75;
-    const real v878 = v644 * v851 - (v865 - v789 * (x[3] + x[3]) * x[15] + v637 * v870) - v649 * (v851 * p[19] - v844 * v788);
-    const real v889 = (v878 - v650 * (v870 * p[19] - v788 * (c75 * v127) + p[20]) + v621 * v805) / (v805 + p[20]);
-    dx[0] = v8 - x[2] * x[4] + x[1] * x[5];
-    dx[1] = v637 + (x[2] * x[3] - x[0] * x[5]);
-    dx[2] = v644 + (x[0] * x[4] - x[1] * x[3]);
-    dx[3] = v621;
-    dx[4] = v649;
-    dx[5] = v650;
-    dx[6] = x[3] + s652 * v658 + s652 * v663;
-    dx[7] = c654 * x[4] - s654 * x[5];
-    dx[8] = v658 + v663;
-    dx[9] = x[13];
-    dx[10] = x[14];
-    dx[11] = x[15];
-    dx[12] = x[16];
-    dx[13] = (v738 - v621 * p[15]) * v115;
-    dx[14] = v778;
-    dx[15] = (v847 - v621 * p[20]) * v129;
-    dx[16] = v889;
+    enum { vx = SLOSH_X_VX };
+    enum { vy = SLOSH_X_VY };
+    enum { vz = SLOSH_X_VZ };
+    enum { wx = SLOSH_X_WX };
+    enum { wy = SLOSH_X_WY };
+    enum { wz = SLOSH_X_WZ };
+    enum { att1 = SLOSH_X_ATT1 };
+    enum { att2 = SLOSH_X_ATT2 };
+    enum { phi1 = SLOSH_X_PHI1 };
+    enum { theta1 = SLOSH_X_THETA1 };
+    enum { phi2 = SLOSH_X_PHI2 };
+    enum { theta2 = SLOSH_X_THETA2 };
+    enum { phi1_dot = SLOSH_X_PHI1_DOT };
+    enum { theta1_dot = SLOSH_X_THETA1_DOT };
+    enum { phi2_dot = SLOSH_X_PHI2_DOT };
+    enum { theta2_dot = SLOSH_X_THETA2_DOT };
+    enum { Mx = SLOSH_U_MX };
+    enum { My = SLOSH_U_MY };
+    enum { Mz = SLOSH_U_MZ };
+    enum { delta1 = SLOSH_U_DELTA1 };
+    enum { delta2 = SLOSH_U_DELTA2 };
+    enum { m = SLOSH_P_M };
+    enum { m0 = SLOSH_P_M0 };
+    enum { I0 = SLOSH_P_I0 };
+    enum { J_x = SLOSH_P_J_X };
+    enum { J_y = SLOSH_P_J_Y };
+    enum { J_z = SLOSH_P_J_Z };
+    enum { h0 = SLOSH_P_H0 };
+    enum { b = SLOSH_P_B };
+    enum { d = SLOSH_P_D };
+    enum { F = SLOSH_P_F };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { eps1 = SLOSH_P_EPS1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { eps2 = SLOSH_P_EPS2 };
+    const real t_os4zj = p[l1] * p[l1];
+    const real t_yx2kz = t_os4zj * p[m1];
+    const real D1 = t_yx2kz + p[I1];
+    const real t_zrejm = K(1.0) / D1;
+    const real t_3qn53 = p[m1] * t_zrejm;
+    const real k1 = t_3qn53 * p[l1];
+    const real me1 = t_3qn53 * p[I1];
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real mv1 = t_6nwd2 * k1;
+    const real t_nfvux = p[l2] * p[l2];
+    const real t_frp3h = t_nfvux * p[m2];
+    const real D2 = t_frp3h + p[I2];
+    const real t_5wzvs = K(1.0) / D2;
+    const real t_54cbb = p[m2] * t_5wzvs;
+    const real k2 = t_54cbb * p[l2];
+    const real me2 = t_54cbb * p[I2];
+    const real t_popww = p[l2] * p[m2];
+    const real mv2 = t_popww * k2;
+    const real t_omhyl = p[m] + p[m0];
+    const real M_C = t_omhyl + me1 + me2;
+    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real S_C = me1 * (p[h1] * p[h1])
+        + me2 * (p[h2] * p[h2])
+        + p[m] * (p[b] * p[b])
+        + p[m0] * (p[h0] * p[h0])
+        - M_C * (x_C * x_C);
+    const real J_C1 = p[I0] + p[J_x];
+    const real J_C3 = p[I0] + p[J_z] + S_C;
+    const real t_is5lg = p[I1] + p[I2];
+    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
+    const real W12 = x[wx] * x[wy];
+    const real W13 = x[wx] * x[wz];
+    const real e1 = p[h1] - x_C;
+    const real e2 = p[h2] - x_C;
+    real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
+    const real t_ruxs4 = cos_delta2 * p[F];
+    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
+    const real f_x = t_ruxs4 * cos_delta1;
+    const real f_y = sin_delta2 * p[F];
+    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
+    const real t_rding = cos_theta1 * x[wz];
+    const real t_a3uw4 = sin_theta1 * x[wy];
+    const real Wt1 = t_rding + t_a3uw4;
+    const real w_x1 = x[wx] - x[theta1_dot];
+    const real p1 = Wn1 + x[phi1_dot];
+    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
+    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
+    const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
+    const real t_geoui = cos_theta2 * x[wz];
+    const real t_vhhwy = sin_theta2 * x[wy];
+    const real Wt2 = t_geoui + t_vhhwy;
+    const real w_x2 = x[wx] - x[theta2_dot];
+    const real p2 = Wn2 + x[phi2_dot];
+    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
+    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
+    const real t_w7vil = t_rybsf * e1;
+    const real tension1 = cos_phi1 * t_w7vil * mv1 - t_6nwd2 * sigma_sq1;
+    const real As_1 = mv1 * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real eAss_1 = Ass_1 * e1;
+    const real q_1 = sin_phi1 * p[l1];
+    const real lc_1 = cos_phi1 * p[l1];
+    const real B_1 = me1 * p[l1];
+    const real Bs_1 = B_1 * sin_phi1;
+    const real Bc_1 = B_1 * cos_phi1;
+    const real Bl_1 = B_1 * p[l1];
+    const real g_1 = e1 - lc_1;
+    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
+    const real wth_1 = th_1 * p[I1];
+    const real eBc_1 = Bc_1 * e1;
+    const real wg_1 = g_1 * wth_1;
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real tn11_1 = Ass_1 + me1 - wth_1;
+    const real t_b7ure = me1 * (e1 * e1);
+    const real t_3bowt = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
+    const real t_3fv6l = g_1 * wg_1;
+    const real tn44_1 = t_b7ure + t_3bowt - t_3fv6l;
+    const real wq_1 = q_1 * wth_1;
+    const real wqg_1 = q_1 * wg_1;
+    const real wqq_1 = q_1 * wq_1;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real wgC_1 = cos_theta1 * wqg_1;
+    const real wgS_1 = sin_theta1 * wqg_1;
+    const real loss_phi1 = p[eps1] * x[phi1_dot];
+    const real loss_theta1 = p[eps1] * x[theta1_dot];
+    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real zeta1 = W12 * q_1
+        + Wn1 * lc_1 * w_x1
+        - chi1 * p[l1] * (p1 + x[phi1_dot]);
+    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
+    const real t_7imwe = B_1 * eta1 + loss_phi1 * k1;
+    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real M_q1 = F_n1 * q_1;
+    const real I_phi1 = x[phi1_dot] * p[I1];
+    const real I_theta1 = x[theta1_dot] * p[I1];
+    const real t_6fvzz = t_rybsf * e2;
+    const real tension2 = cos_phi2 * t_6fvzz * mv2 - t_popww * sigma_sq2;
+    const real As_2 = mv2 * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real eAss_2 = Ass_2 * e2;
+    const real q_2 = sin_phi2 * p[l2];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real B_2 = me2 * p[l2];
+    const real Bs_2 = B_2 * sin_phi2;
+    const real Bc_2 = B_2 * cos_phi2;
+    const real Bl_2 = B_2 * p[l2];
+    const real g_2 = e2 - lc_2;
+    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
+    const real wth_2 = th_2 * p[I2];
+    const real eBc_2 = Bc_2 * e2;
+    const real wg_2 = g_2 * wth_2;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real tn11_2 = Ass_2 + me2 - wth_2;
+    const real t_lpk5h = me2 * (e2 * e2);
+    const real t_ymmgl = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
+    const real t_odwbr = g_2 * wg_2;
+    const real tn44_2 = t_lpk5h + t_ymmgl - t_odwbr;
+    const real wq_2 = q_2 * wth_2;
+    const real wqg_2 = q_2 * wg_2;
+    const real wqq_2 = q_2 * wq_2;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real wgC_2 = cos_theta2 * wqg_2;
+    const real wgS_2 = sin_theta2 * wqg_2;
+    const real loss_phi2 = p[eps2] * x[phi2_dot];
+    const real loss_theta2 = p[eps2] * x[theta2_dot];
+    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real zeta2 = W12 * q_2
+        + Wn2 * lc_2 * w_x2
+        - chi2 * p[l2] * (p2 + x[phi2_dot]);
+    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
+    const real t_4b2fa = B_2 * eta2 + loss_phi2 * k2;
+    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real M_q2 = F_n2 * q_2;
+    const real I_phi2 = x[phi2_dot] * p[I2];
+    const real I_theta2 = x[theta2_dot] * p[I2];
+    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
+    const real t_fbeaw = S_sq1 * tn11_1;
+    const real t_dj555 = S_sq2 * tn11_2;
+    const real K22 = t_fbeaw + t_dj555 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real K33 = Ass_1 + Ass_2 + M_C - t_fbeaw - t_dj555;
+    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
+    const real t_nhr5u = wqq_1 + wqq_2;
+    const real K44 = t_nhr5u + Bl_1 + Bl_2 + J_C1;
+    const real t_tcgxn = wg_1 - e1 * me1;
+    const real t_uf5ib = wg_2 - e2 * me2;
+    const real t_32gyg = Bc_1 - eAss_1;
+    const real t_65obb = t_32gyg + t_tcgxn;
+    const real t_gbkg6 = Bc_2 - eAss_2;
+    const real t_yoiua = t_gbkg6 + t_uf5ib;
+    const real t_z76hk = S_sq1 * t_65obb + S_sq2 * t_yoiua;
+    const real K52 = t_tcgxn + t_uf5ib - t_z76hk - wqC_1 - wqC_2;
+    const real t_hjmgb = SC1 * t_65obb + SC2 * t_yoiua;
+    const real K53 = wqS_1 - t_hjmgb + wqS_2;
+    const real t_nncdg = Bl_1 - eBc_1;
+    const real t_4q22j = Bl_2 - eBc_2;
+    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
+    const real t_hoosk = S_sq1 * tn44_1;
+    const real t_drvdp = S_sq2 * tn44_2;
+    const real K55 = t_3fv6l
+        + t_odwbr
+        + t_nhr5u
+        + t_hoosk
+        + t_drvdp
+        + J_C3
+        - t_b7ure
+        - t_lpk5h
+        + K(-2.0) * wgC_1
+        + K(-2.0) * wgC_2;
+    const real K63 = t_z76hk - (t_32gyg + t_gbkg6);
+    const real t_zhbuw = wgS_1 + wgS_2;
+    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
+    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_3bowt + t_ymmgl + J_C2 - t_hoosk - t_drvdp;
+    const real t_vt7uo = F_n1 * cos_theta1;
+    const real t_oncjt = F_n2 * cos_theta2;
+    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real t_azclp = F_n1 * sin_theta1;
+    const real t_iya7w = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
+    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
+    const real t_kp7yy = M_q1 + M_q2;
+    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
+    const real t_sfymc = p[J_y] - p[J_z];
+    const real n4 = t_aejai
+        - t_kp7yy
+        + t_zd4fs
+        - loss_phi1
+        - loss_phi2
+        + I_theta1 * x[wy]
+        + I_theta2 * x[wy]
+        - t_sfymc * x[wy] * x[wz];
+    const real t_w7nmt = t_aejai + F_t1 * e1;
+    const real t_e5cx2 = t_zd4fs + F_t2 * e2;
+    const real n5 = t_w7nmt * sin_theta1
+        - (t_kp7yy + loss_theta1 + loss_theta2)
+        + t_e5cx2 * sin_theta2
+        - W12 * (J_C1 + (p[J_z] - p[J_y]))
+        - I_phi1 * x[wy]
+        - I_phi2 * x[wy]
+        + t_vt7uo * g_1
+        + t_oncjt * g_2;
+    const real n6 = t_w7nmt * cos_theta1
+        + t_e5cx2 * cos_theta2
+        + I_theta1 * x[wx]
+        + I_theta2 * x[wx]
+        - W13 * (J_C1 + t_is5lg + t_sfymc)
+        - t_azclp * g_1
+        - t_iya7w * g_2
+        - I_phi1 * x[wz]
+        - I_phi2 * x[wz];
+    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_bpfoo = K(1.0) / K11;
+    const real t_w7lcw = t_b3aij * t_bpfoo;
+    const real K_D2 = K22 - t_b3aij * t_w7lcw;
+    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_3go2w = t_zzymx * t_bpfoo;
+    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
+    const real t_4iujv = K(1.0) / K_D2;
+    const real K_L32 = t_d4mqf * t_4iujv;
+    const real t_ev7u5 = Bs_1 + Asc_1 * e1;
+    const real t_bvybx = Bs_2 + Asc_2 * e2;
+    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
+    const real t_vshgd = t_6mmeb * t_bpfoo;
+    const real t_p6zld = K52 - t_b3aij * t_vshgd;
+    const real K_L52 = t_p6zld * t_4iujv;
+    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
+    const real t_2m245 = Bs_1 + Bs_2;
+    const real t_xq4wt = t_2m245 * t_bpfoo;
+    const real t_m67zs = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2 + t_b3aij * t_xq4wt;
+    const real t_6urah = t_m67zs * t_4iujv;
+    const real t_m27n6 = K43 + t_d4mqf * t_6urah - t_zzymx * t_xq4wt;
+    const real t_zmh3u = K(1.0) / K_D3;
+    const real K_L43 = t_m27n6 * t_zmh3u;
+    const real t_bxfcn = K53 - t_d4mqf * K_L52 - t_zzymx * t_vshgd;
+    const real K_L53 = t_bxfcn * t_zmh3u;
+    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
+    const real t_e4enr = t_bl4f2 * t_bpfoo;
+    const real t_qvrp6 = t_hjmgb + t_b3aij * t_e4enr;
+    const real t_dj64q = t_qvrp6 * t_4iujv;
+    const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
+    const real K_L63 = t_rahc4 * t_zmh3u;
+    const real K_D4 = K44 - t_m67zs * t_6urah - t_m27n6 * K_L43 - t_2m245 * t_xq4wt;
+    const real t_amczu = K54 + t_m67zs * K_L52 - t_m27n6 * K_L53 - t_2m245 * t_vshgd;
+    const real t_lt2al = K(1.0) / K_D4;
+    const real K_L54 = t_amczu * t_lt2al;
+    const real t_e4k6u = K64 - t_m67zs * t_dj64q - t_m27n6 * K_L63 - t_2m245 * t_e4enr;
+    const real K_L64 = t_e4k6u * t_lt2al;
+    const real K_D5 = K55
+        - t_p6zld * K_L52
+        - t_bxfcn * K_L53
+        - t_amczu * K_L54
+        - t_6mmeb * t_vshgd;
+    const real t_jo54w = K65
+        + t_p6zld * t_dj64q
+        - t_bxfcn * K_L63
+        - t_amczu * K_L64
+        - t_6mmeb * t_e4enr;
+    const real t_ftqxb = K(1.0) / K_D5;
+    const real K_L65 = t_jo54w * t_ftqxb;
+    const real K_D6 = K66
+        - t_qvrp6 * t_dj64q
+        - t_rahc4 * K_L63
+        - t_e4k6u * K_L64
+        - t_jo54w * K_L65
+        - t_bl4f2 * t_e4enr;
+    const real b1 = f_x
+        + (t_7imwe * sin_phi1 + t_4b2fa * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2);
+    const real b2 = f_y - n2;
+    const real b4 = u[Mx] - n4;
+    const real t_lwe76 = p[b] + p[d] + x_C;
+    const real b5 = u[Mz] - n5 - f_y * t_lwe76;
+    const real t_gcu5g = t_ruxs4 * sin_delta1;
+    const real b6 = t_gcu5g * t_lwe76 - (u[My] + n6);
+    const real X_y2 = b2 + t_w7lcw * b1;
+    const real X_y3 = t_3go2w * b1 - (t_gcu5g + n3) - K_L32 * X_y2;
+    const real X_y4 = b4 + t_xq4wt * b1 + t_6urah * X_y2 - K_L43 * X_y3;
+    const real X_y5 = b5
+        + t_vshgd * b1
+        - K_L52 * X_y2
+        - K_L53 * X_y3
+        - K_L54 * X_y4;
+    const real X_y6 = b6
+        + t_e4enr * b1
+        + t_dj64q * X_y2
+        - K_L63 * X_y3
+        - K_L64 * X_y4
+        - K_L65 * X_y5;
+    const real X_x6 = X_y6 / K_D6;
+    const real X_x5 = X_y5 * t_ftqxb - K_L65 * X_x6;
+    const real X_x4 = X_y4 * t_lt2al - K_L54 * X_x5 - K_L64 * X_x6;
+    const real X_x3 = X_y3 * t_zmh3u - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
+    const real X_x2 = X_y2 * t_4iujv
+        - K_L32 * X_x3
+        + t_6urah * X_x4
+        - K_L52 * X_x5
+        + t_dj64q * X_x6;
+    const real gx_phi1 = sin_phi1 * t_6nwd2;  /* (25) */
+    const real t_5zfdh = lc_1 * p[m1];
+    const real gy_phi1 = sin_theta1 * t_5zfdh;  /* (25) */
+    const real gz_phi1 = cos_theta1 * t_5zfdh;  /* (25) */
+    const real t_4xxce = t_yx2kz * sin_theta1;
+    const real cz_phi1 = gy_phi1 * p[h1] - t_4xxce;  /* (25) */
+    const real t_azo52 = gx_phi1 * p[h1];
+    const real t_amwyw = t_a3uw4 + t_rding;
+    const real t_7eszt = t_amwyw * t_amwyw;
+    const real t_a233z = sin_phi1 * cos_phi1;
+    const real t_5jodw = t_yx2kz * t_a233z;
+    const real t_wube7 = x[wx] * x[wx];
+    const real t_3qva5 = sin_phi1 * sin_phi1;
+    const real t_invly = t_yx2kz * t_3qva5;
+    const real t_h5pol = t_invly * t_amwyw;
+    const real t_oc5tk = t_os4zj + t_os4zj;
+    const real k_phi1 = loss_phi1
+        - t_azo52 * t_7eszt
+        - t_azo52 * (Wn1 * Wn1)
+        - x[theta1_dot] * x[theta1_dot] * t_5jodw
+        - t_5jodw * t_wube7
+        - (x[theta1_dot] + x[theta1_dot]) * t_h5pol
+        - t_yx2kz * t_amwyw * x[wx]
+        + t_os4zj * t_7eszt * sin_phi1 * cos_phi1 * p[m1]
+        + t_oc5tk * t_3qva5 * t_amwyw * x[wx] * p[m1]
+        + cos_phi1 * t_amwyw * p[h1] * x[wx] * p[l1] * p[m1]
+        + t_oc5tk * sin_phi1 * cos_phi1 * x[theta1_dot] * x[wx] * p[m1];  /* (25) */
+    const real D_theta1 = t_invly + p[I1];  /* (26) */
+    const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
+    const real t_tpms2 = sin_theta1 * gx_phi1;
+    const real cy_theta1 = t_tpms2 * p[h1] - t_a233z * t_4xxce;  /* (26) */
+    const real cz_theta1 = gy_theta1 * p[h1] - t_a233z * (t_yx2kz * cos_theta1) + p[I1];  /* (26) */
+    const real t_ywy5z = Wn1 * x[wx];
+    const real t_j5odj = x[phi1_dot] + x[phi1_dot];
+    const real t_femof = t_5jodw * t_j5odj;
+    const real k_theta1 = loss_theta1
+        + t_azo52 * t_ywy5z
+        + t_h5pol * t_j5odj
+        + t_h5pol * Wn1
+        + t_femof * x[theta1_dot]
+        - t_5jodw * t_ywy5z
+        - t_femof * x[wx];  /* (26) */
+    const real gx_phi2 = t_popww * sin_phi2;  /* (25) */
+    const real t_p4m3j = lc_2 * p[m2];
+    const real gy_phi2 = t_p4m3j * sin_theta2;  /* (25) */
+    const real gz_phi2 = t_p4m3j * cos_theta2;  /* (25) */
+    const real t_tb25v = sin_theta2 * t_frp3h;
+    const real cz_phi2 = gy_phi2 * p[h2] - t_tb25v;  /* (25) */
+    const real t_nqm7d = sin_phi2 * cos_phi2;
+    const real t_2t5uv = t_nqm7d * t_frp3h;
+    const real t_svo5z = gx_phi2 * p[h2];
+    const real t_kmx3q = t_vhhwy + t_geoui;
+    const real t_3chhy = t_kmx3q * t_kmx3q;
+    const real t_4j4b3 = sin_phi2 * sin_phi2;
+    const real t_claqt = t_4j4b3 * t_frp3h;
+    const real t_imick = t_kmx3q * t_claqt;
+    const real k_phi2 = loss_phi2
+        - t_wube7 * t_2t5uv
+        - t_svo5z * t_3chhy
+        - t_svo5z * (Wn2 * Wn2)
+        - x[theta2_dot] * x[theta2_dot] * t_2t5uv
+        - (x[theta2_dot] + x[theta2_dot]) * t_imick
+        - t_kmx3q * t_frp3h * x[wx]
+        + t_3chhy * sin_phi2 * cos_phi2 * t_nfvux * p[m2]
+        + (t_kmx3q + t_kmx3q) * t_4j4b3 * t_nfvux * x[wx] * p[m2]
+        + t_kmx3q * cos_phi2 * p[h2] * x[wx] * p[l2] * p[m2]
+        + (sin_phi2 + sin_phi2) * cos_phi2 * t_nfvux * x[theta2_dot] * x[wx] * p[m2];  /* (25) */
+    const real D_theta2 = t_claqt + p[I2];  /* (26) */
+    const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
+    const real t_h3pge = gx_phi2 * sin_theta2;
+    const real cy_theta2 = t_h3pge * p[h2] - t_tb25v * t_nqm7d;  /* (26) */
+    const real cz_theta2 = gy_theta2 * p[h2] - t_nqm7d * (cos_theta2 * t_frp3h) + p[I2];  /* (26) */
+    const real t_nw7er = Wn2 * x[wx];
+    const real t_473qv = x[phi2_dot] + x[phi2_dot];
+    const real k_theta2 = loss_theta2
+        + Wn2 * t_imick
+        + t_svo5z * t_nw7er
+        + t_imick * t_473qv
+        + t_2t5uv * t_473qv * x[theta2_dot]
+        - t_2t5uv * t_nw7er
+        - t_2t5uv * (x[wx] + x[wx]) * x[phi2_dot];  /* (26) */
+    const real ax_eq = p[F] / (t_omhyl + p[m1] + p[m2]);  /* (19) */
+    const real t_bu64g = X_x2 - X_x5 * x_C;
+    const real t_isafs = X_x3 - X_x6 * x_C;
+    const real t_s6zvw = W13 - X_x6;
+    const real t_g433r = X_x5 - W12;
+    real sin_att2, cos_att2; mv_sincos(x[att2], &sin_att2, &cos_att2);
+    real sin_att1, cos_att1; mv_sincos(x[att1], &sin_att1, &cos_att1);
+    const real t_oa5el = K(1.0) / cos_att2;
+    const real t_s66h7 = sin_att1 * t_oa5el * x[wy];
+    const real t_bi4sl = cos_att1 * t_oa5el * x[wz];
+    const real t_jaxjh = t_s6zvw * (gz_phi1 * p[h1] - t_os4zj * cos_theta1 * p[m1])
+        - (ax_eq * gx_phi1 + k_phi1 + t_bu64g * gy_phi1 + t_isafs * gz_phi1)
+        - t_g433r * cz_phi1
+        - X_x4 * p[I1];
+    const real t_lq4cq = t_isafs * t_tpms2
+        - (k_theta1 + t_bu64g * gy_theta1)
+        - t_s6zvw * cy_theta1
+        - t_g433r * cz_theta1
+        + X_x4 * t_invly;
+    const real t_q4cqs = t_s6zvw * (gz_phi2 * p[h2] - cos_theta2 * t_nfvux * p[m2])
+        - (ax_eq * gx_phi2 + k_phi2 + t_bu64g * gy_phi2 + t_isafs * gz_phi2)
+        - t_g433r * cz_phi2
+        - X_x4 * p[I2];
+    const real t_s7oaj = t_isafs * t_h3pge
+        - (k_theta2 + t_bu64g * gy_theta2)
+        - t_s6zvw * cy_theta2
+        - t_g433r * cz_theta2
+        + X_x4 * t_claqt;
+    dx[0] = ax_eq - x[vz] * x[wy] + x[vy] * x[wz];
+    dx[1] = t_bu64g + (x[vz] * x[wx] - x[vx] * x[wz]);
+    dx[2] = t_isafs + (x[vx] * x[wy] - x[vy] * x[wx]);
+    dx[3] = X_x4;
+    dx[4] = t_s6zvw;
+    dx[5] = t_g433r;
+    dx[6] = x[wx] + sin_att2 * t_s66h7 + sin_att2 * t_bi4sl;
+    dx[7] = cos_att1 * x[wy] - sin_att1 * x[wz];
+    dx[8] = t_s66h7 + t_bi4sl;
+    dx[9] = x[phi1_dot];
+    dx[10] = x[theta1_dot];
+    dx[11] = x[phi2_dot];
+    dx[12] = x[theta2_dot];
+    dx[13] = t_jaxjh * t_zrejm;
+    dx[14] = t_lq4cq / D_theta1;
+    dx[15] = t_q4cqs * t_5wzvs;
+    dx[16] = t_s7oaj / D_theta2;
 }
 
 /* input that acts; 236 operations. */
 void slosh_actuate(const real *x, const real *u_cmd, const real *p, real *u)
 {
-    const real v7 = p[12] / (p[13] * p[13] * p[12] + p[15]);
-    const real v8 = v7 * p[15];
-    const real v9 = v8 * p[13];
-    real s11, c11; mv_sincos(x[9], &s11, &c11);
-    const real v12 = v9 * s11;
-    const real v19 = p[17] / (p[18] * p[18] * p[17] + p[20]);
-    const real v20 = v19 * p[20];
-    const real v21 = v20 * p[18];
-    real s23, c23; mv_sincos(x[11], &s23, &c23);
-    const real v24 = v21 * s23;
-    const real v31 = mv_max(-p[11], mv_min(u_cmd[4], p[11]));
-    real s32, c32; mv_sincos(v31, &s32, &c32);
-    const real v33 = p[9] * c32;
-    const mask m37 = LE(mv_fabs(u_cmd[4]), p[11]);
-    real s41, c41; mv_sincos(u_cmd[4], &s41, &c41);
-    real s42, c42; mv_sincos(u_cmd[3], &s42, &c42);
-    const real v43 = c41 * s42;
-    const real v48 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), v43 * (K(1.0) / mv_cos(p[11]))));
-    const real v52 = mv_max(-p[10], mv_min(p[10], SELECT(m37, u_cmd[3], mv_asin(v48))));
-    real s53, c53; mv_sincos(v52, &s53, &c53);
-    const real v58 = v33 * c53 - c41 * p[9] * c42;
-    const real v63 = p[0] + p[1] + v8 + v20;
-    const real v66 = p[13] * p[12] * (v7 * p[13]);
-    const real v70 = p[18] * p[17] * (v19 * p[18]);
-    const real v72 = v66 * s11;
-    const real v73 = v72 * s11;
-    const real v75 = v70 * s23;
-    const real v76 = v75 * s23;
-    const real v78 = K(1.0) / (v63 + v66 + v70 - v73 - v76);
-    const real v81 = v72 * c11;
-    real s83, c83; mv_sincos(x[10], &s83, &c83);
-    const real v86 = v75 * c23;
-    real s88, c88; mv_sincos(x[12], &s88, &c88);
-    const real v90 = v81 * s83 + v86 * s88;
-    const real v91 = v90 * v78;
-    const real v96 = p[9] * s32 - p[9] * s41;
-    const real v98 = v96 + v91 * v58;
-    const real v99 = s83 * s83;
-    const real v101 = s11 * p[13];
-    const real v106 = p[12] / (p[15] + p[12] * (v101 * v101)) * p[15];
-    const real v107 = v73 + v8 - v106;
-    const real v108 = v99 * v107;
-    const real v109 = s88 * s88;
-    const real v111 = s23 * p[18];
-    const real v116 = p[17] / (p[20] + p[17] * (v111 * v111)) * p[20];
-    const real v117 = v76 + v20 - v116;
-    const real v118 = v109 * v117;
-    const real v127 = K(1.0) / (v108 + v118 + v63 + v106 + v116 - v8 - v20 - v90 * v91);
-    const real v130 = c83 * s83;
-    const real v133 = c88 * s88;
-    const real v138 = v81 * c83 + v86 * c88;
-    const real v139 = v138 * v78;
-    const real v141 = v130 * v107 + v133 * v117 - v90 * v139;
-    const real v142 = v141 * v127;
-    const real v146 = v43 * p[9] - v33 * s53;
-    const real v159 = (v146 + v139 * v58 - v142 * v98) / (v73 + v76 + v63 - v108 - v118 - v141 * v142 - v138 * v139);
-    const real v161 = v98 * v127 - v142 * v159;
-    const real v165 = v58 * v78 + v91 * v161 + v139 * v159;
-    const real v168 = v101 * v106;
-    const real v169 = c83 * v168;
-    const real v170 = v111 * v116;
-    const real v171 = c88 * v170;
-    const real v173 = v9 * c11;
-    const real v176 = v21 * c23;
-    const real v180 = u_cmd[0] - (v12 + v24) * v165 - (v169 + v171 + v173 * s83 + v176 * s88) * v161;
-    const real v181 = s83 * v168;
-    const real v182 = s88 * v170;
-    const real v204 = (p[14] * v8 - (p[7] * p[0] + p[6] * p[1]) + p[19] * v20) / v63;
-    const real v205 = p[7] + p[8] + v204;
-    const real v208 = p[14] - v204;
-    const real v210 = v12 + v81 * v208;
-    const real v212 = p[19] - v204;
-    const real v214 = v24 + v86 * v212;
-    const real v220 = v173 - v73 * v208;
-    const real v225 = (v208 - c11 * p[13]) * v106 - v208 * v8;
-    const real v226 = v220 + v225;
-    const real v229 = v176 - v76 * v212;
-    const real v234 = (v212 - c23 * p[18]) * v116 - v212 * v20;
-    const real v235 = v229 + v234;
-    const real v237 = v130 * v226 + v133 * v235;
-    const real v242 = v99 * v226 + v109 * v235;
-    const real v246 = u_cmd[1] - v205 * v146 + (v210 * c83 + v214 * c88) * v165 + v237 * v161 - (v242 - (v220 + v229)) * v159;
-    const real v258 = u_cmd[2] - (v210 * s83 + v214 * s88) * v165 + (v225 + v234 - v242 - v169 - v171) * v161;
-    u[0] = v180 + (v181 + v182 - v173 * c83 - v176 * c88) * v159;
-    u[1] = v246;
-    u[2] = v258 + (v181 - v237 + v182) * v159 + v205 * v96;
-    u[3] = v52;
-    u[4] = v31;
+    enum { phi1 = SLOSH_X_PHI1 };
+    enum { theta1 = SLOSH_X_THETA1 };
+    enum { phi2 = SLOSH_X_PHI2 };
+    enum { theta2 = SLOSH_X_THETA2 };
+    enum { Mx_cmd = 0 };
+    enum { My_cmd = 1 };
+    enum { Mz_cmd = 2 };
+    enum { delta1_cmd = 3 };
+    enum { delta2_cmd = 4 };
+    enum { m = SLOSH_P_M };
+    enum { m0 = SLOSH_P_M0 };
+    enum { h0 = SLOSH_P_H0 };
+    enum { b = SLOSH_P_B };
+    enum { d = SLOSH_P_D };
+    enum { F = SLOSH_P_F };
+    enum { delta1_max = SLOSH_P_DELTA1_MAX };
+    enum { delta2_max = SLOSH_P_DELTA2_MAX };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
+    const real t_gx5gf = p[m1] / D1;
+    const real k1 = t_gx5gf * p[l1];
+    const real me1 = t_gx5gf * p[I1];
+    const real mv1 = p[l1] * p[m1] * k1;
+    const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
+    const real t_wiek6 = p[m2] / D2;
+    const real k2 = t_wiek6 * p[l2];
+    const real me2 = t_wiek6 * p[I2];
+    const real mv2 = p[l2] * p[m2] * k2;
+    const real M_C = p[m] + p[m0] + me1 + me2;
+    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real e1 = p[h1] - x_C;
+    const real e2 = p[h2] - x_C;
+    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
+    const real As_1 = mv1 * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real eAss_1 = Ass_1 * e1;
+    const real q_1 = sin_phi1 * p[l1];
+    const real lc_1 = cos_phi1 * p[l1];
+    const real B_1 = me1 * p[l1];
+    const real Bs_1 = B_1 * sin_phi1;
+    const real Bc_1 = B_1 * cos_phi1;
+    const real g_1 = e1 - lc_1;
+    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
+    const real wth_1 = th_1 * p[I1];
+    const real wg_1 = g_1 * wth_1;
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real tn11_1 = Ass_1 + me1 - wth_1;
+    const real wq_1 = q_1 * wth_1;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real As_2 = mv2 * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real eAss_2 = Ass_2 * e2;
+    const real q_2 = sin_phi2 * p[l2];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real B_2 = me2 * p[l2];
+    const real Bs_2 = B_2 * sin_phi2;
+    const real Bc_2 = B_2 * cos_phi2;
+    const real g_2 = e2 - lc_2;
+    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
+    const real wth_2 = th_2 * p[I2];
+    const real wg_2 = g_2 * wth_2;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real tn11_2 = Ass_2 + me2 - wth_2;
+    const real wq_2 = q_2 * wth_2;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
+    const real t_fbeaw = S_sq1 * tn11_1;
+    const real t_dj555 = S_sq2 * tn11_2;
+    const real K22 = t_fbeaw + t_dj555 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real K33 = Ass_1 + Ass_2 + M_C - t_fbeaw - t_dj555;
+    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
+    const real t_tcgxn = wg_1 - e1 * me1;
+    const real t_uf5ib = wg_2 - e2 * me2;
+    const real t_32gyg = Bc_1 - eAss_1;
+    const real t_65obb = t_32gyg + t_tcgxn;
+    const real t_gbkg6 = Bc_2 - eAss_2;
+    const real t_yoiua = t_gbkg6 + t_uf5ib;
+    const real t_z76hk = S_sq1 * t_65obb + S_sq2 * t_yoiua;
+    const real K52 = t_tcgxn + t_uf5ib - t_z76hk - wqC_1 - wqC_2;
+    const real t_hjmgb = SC1 * t_65obb + SC2 * t_yoiua;
+    const real K53 = wqS_1 - t_hjmgb + wqS_2;
+    const real K63 = t_z76hk - (t_32gyg + t_gbkg6);
+    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_bpfoo = K(1.0) / K11;
+    const real t_w7lcw = t_b3aij * t_bpfoo;
+    const real K_D2 = K22 - t_b3aij * t_w7lcw;
+    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_3go2w = t_zzymx * t_bpfoo;
+    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
+    const real t_4iujv = K(1.0) / K_D2;
+    const real K_L32 = t_d4mqf * t_4iujv;
+    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
+    const real delta2_act = mv_max(-p[delta2_max], mv_min(u_cmd[delta2_cmd], p[delta2_max]));
+    const mask m_tdcs7 = LE(mv_fabs(u_cmd[delta2_cmd]), p[delta2_max]);
+    real sin_delta2_cmd, cos_delta2_cmd; mv_sincos(u_cmd[delta2_cmd], &sin_delta2_cmd, &cos_delta2_cmd);
+    real sin_delta1_cmd, cos_delta1_cmd; mv_sincos(u_cmd[delta1_cmd], &sin_delta1_cmd, &cos_delta1_cmd);
+    const real t_dd7v5 = cos_delta2_cmd * sin_delta1_cmd;
+    const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_tdcs7, u_cmd[delta1_cmd], mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_dd7v5 * (K(1.0) / mv_cos(p[delta2_max]))))))));
+    real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
+    const real t_y4w6o = p[F] * cos_delta2_act;
+    real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
+    const real df1_act = t_y4w6o * cos_delta1_act - cos_delta2_cmd * p[F] * cos_delta1_cmd;
+    const real df2_act = p[F] * sin_delta2_act - p[F] * sin_delta2_cmd;
+    const real df3_act = t_dd7v5 * p[F] - t_y4w6o * sin_delta1_act;
+    const real da_act_y2 = df2_act + t_w7lcw * df1_act;
+    const real da_act_y3 = df3_act + t_3go2w * df1_act - K_L32 * da_act_y2;
+    const real da_act_x3 = da_act_y3 / K_D3;
+    const real da_act_x2 = da_act_y2 * t_4iujv - K_L32 * da_act_x3;
+    const real da_act_x1 = df1_act * t_bpfoo + t_w7lcw * da_act_x2 + t_3go2w * da_act_x3;
+    const real t_lwe76 = p[b] + p[d] + x_C;
+    const real t_ev7u5 = Bs_1 + Asc_1 * e1;
+    const real t_bvybx = Bs_2 + Asc_2 * e2;
+    u[0] = u_cmd[Mx_cmd]
+        - (Bs_1 + Bs_2) * da_act_x1
+        - (wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2) * da_act_x2
+        + K43 * da_act_x3;
+    u[1] = u_cmd[My_cmd]
+        - t_lwe76 * df3_act
+        + (t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2) * da_act_x1
+        + t_hjmgb * da_act_x2
+        - K63 * da_act_x3;
+    u[2] = u_cmd[Mz_cmd]
+        - (t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2) * da_act_x1
+        + K52 * da_act_x2
+        + K53 * da_act_x3
+        + t_lwe76 * df2_act;
+    u[3] = delta1_act;
+    u[4] = delta2_act;
 }
 
 /* initial state of a scenario; 0 operations. */
 void slosh_initial(const real *p, const real *s, real *x)
 {
     (void)p;
-    x[0] = s[0];
-    x[1] = s[1];
-    x[2] = s[2];
-    x[3] = s[3];
-    x[4] = s[4];
-    x[5] = s[5];
-    x[6] = s[6];
-    x[7] = s[7];
-    x[8] = s[8];
-    x[9] = s[9];
-    x[10] = s[10];
-    x[11] = s[13];
-    x[12] = s[14];
-    x[13] = s[11];
-    x[14] = s[12];
-    x[15] = s[15];
-    x[16] = s[16];
+    enum { vx_0 = SLOSH_S_VX_0 };
+    enum { vy_0 = SLOSH_S_VY_0 };
+    enum { vz_0 = SLOSH_S_VZ_0 };
+    enum { wx_0 = SLOSH_S_WX_0 };
+    enum { wy_0 = SLOSH_S_WY_0 };
+    enum { wz_0 = SLOSH_S_WZ_0 };
+    enum { att1_0 = SLOSH_S_ATT1_0 };
+    enum { att2_0 = SLOSH_S_ATT2_0 };
+    enum { att3_0 = SLOSH_S_ATT3_0 };
+    enum { phi1_0 = SLOSH_S_PHI1_0 };
+    enum { theta1_0 = SLOSH_S_THETA1_0 };
+    enum { phi1_dot_0 = SLOSH_S_PHI1_DOT_0 };
+    enum { theta1_dot_0 = SLOSH_S_THETA1_DOT_0 };
+    enum { phi2_0 = SLOSH_S_PHI2_0 };
+    enum { theta2_0 = SLOSH_S_THETA2_0 };
+    enum { phi2_dot_0 = SLOSH_S_PHI2_DOT_0 };
+    enum { theta2_dot_0 = SLOSH_S_THETA2_DOT_0 };
+    x[0] = s[vx_0];
+    x[1] = s[vy_0];
+    x[2] = s[vz_0];
+    x[3] = s[wx_0];
+    x[4] = s[wy_0];
+    x[5] = s[wz_0];
+    x[6] = s[att1_0];
+    x[7] = s[att2_0];
+    x[8] = s[att3_0];
+    x[9] = s[phi1_0];
+    x[10] = s[theta1_0];
+    x[11] = s[phi2_0];
+    x[12] = s[theta2_0];
+    x[13] = s[phi1_dot_0];
+    x[14] = s[theta1_dot_0];
+    x[15] = s[phi2_dot_0];
+    x[16] = s[theta2_dot_0];
 }
 
 /* reference of a scenario; 0 operations. */
@@ -1421,4322 +2319,7336 @@ void slosh_reference(const real *t, const real *p, const real *s, real *r)
 /* margins that stay positive for a feasible scenario; 22 operations. */
 void slosh_constraints(const real *p, const real *s, real *margin)
 {
-    const real v10 = mv_min(mv_min(p[4] - p[5] + p[3], p[5] - p[4] + p[3]), p[4] + p[5] - p[3]);
-    margin[0] = v10;
-    margin[1] = K(6.283185307179586) - mv_fabs(s[6]);
-    margin[2] = K(6.283185307179586) - mv_fabs(s[7]);
-    margin[3] = K(6.283185307179586) - mv_fabs(s[8]);
-    margin[4] = K(6.283185307179586) - mv_fabs(s[9]);
-    margin[5] = K(6.283185307179586) - mv_fabs(s[10]);
-    margin[6] = K(6.283185307179586) - mv_fabs(s[13]);
-    margin[7] = K(6.283185307179586) - mv_fabs(s[14]);
+    enum { J_x = SLOSH_P_J_X };
+    enum { J_y = SLOSH_P_J_Y };
+    enum { J_z = SLOSH_P_J_Z };
+    enum { att1_0 = SLOSH_S_ATT1_0 };
+    enum { att2_0 = SLOSH_S_ATT2_0 };
+    enum { att3_0 = SLOSH_S_ATT3_0 };
+    enum { phi1_0 = SLOSH_S_PHI1_0 };
+    enum { theta1_0 = SLOSH_S_THETA1_0 };
+    enum { phi2_0 = SLOSH_S_PHI2_0 };
+    enum { theta2_0 = SLOSH_S_THETA2_0 };
+    margin[0] = mv_min(mv_min(p[J_y] - p[J_z] + p[J_x], p[J_z] - p[J_y] + p[J_x]), p[J_y] + p[J_z] - p[J_x]);
+    margin[1] = K(6.283185307179586) - mv_fabs(s[att1_0]);
+    margin[2] = K(6.283185307179586) - mv_fabs(s[att2_0]);
+    margin[3] = K(6.283185307179586) - mv_fabs(s[att3_0]);
+    margin[4] = K(6.283185307179586) - mv_fabs(s[phi1_0]);
+    margin[5] = K(6.283185307179586) - mv_fabs(s[theta1_0]);
+    margin[6] = K(6.283185307179586) - mv_fabs(s[phi2_0]);
+    margin[7] = K(6.283185307179586) - mv_fabs(s[theta2_0]);
 }
 
 /* kinetic energy (5); 139 operations. */
 void slosh_energy(const real *x, const real *p, real *energy)
 {
-    const real v14 = (p[2] + p[3]) * (K(0.5) * (x[3] * x[3])) + (p[2] + p[5]) * (K(0.5) * (x[5] * x[5]));
-    const real v16 = x[4] * x[4];
-    const real v25 = x[13] + x[3];
-    const real v29 = x[14] + x[5];
-    const real v33 = v14 + K(0.5) * v16 * (p[2] + p[4]) + K(0.5) * p[15] * (v16 + v25 * v25 + v29 * v29);
-    const real v37 = x[15] + x[3];
-    const real v41 = x[16] + x[5];
-    const real v49 = x[0] * x[0];
-    const real v53 = x[1] - p[7] * x[5];
-    const real v58 = p[7] * x[4] + x[2];
-    const real v62 = v33 + K(0.5) * p[20] * (v16 + v37 * v37 + v41 * v41) + K(0.5) * p[0] * (v49 + v53 * v53 + v58 * v58);
-    const real v67 = x[1] - p[6] * x[5];
-    const real v71 = p[6] * x[4] + x[2];
-    real s79, c79; mv_sincos(x[9], &s79, &c79);
-    const real v81 = s79 * p[13];
-    real s83, c83; mv_sincos(x[10], &s83, &c83);
-    const real v92 = v81 * (c83 * x[4]) + x[0] - v81 * (s83 * x[5]) + v81 * x[13];
-    const real v96 = c79 * p[13];
-    const real v97 = p[14] - v96;
-    const real v100 = v96 * x[13];
-    const real v103 = v81 * c83;
-    const real v107 = v97 * x[5] + x[1] + v100 * s83 + v103 * x[14] - v103 * x[3];
-    const real v114 = v81 * s83;
-    const real v118 = x[2] - v97 * x[4] + v100 * c83 + v114 * x[3] - v114 * x[14];
-    const real v122 = v62 + K(0.5) * p[1] * (v49 + v67 * v67 + v71 * v71) + K(0.5) * p[12] * (v92 * v92 + v107 * v107 + v118 * v118);
-    real s126, c126; mv_sincos(x[12], &s126, &c126);
-    real s129, c129; mv_sincos(x[11], &s129, &c129);
-    const real v131 = s129 * p[18];
-    const real v139 = c126 * x[4] * v131 + x[0] - s126 * x[5] * v131 + v131 * x[15];
-    const real v143 = c129 * p[18];
-    const real v144 = p[19] - v143;
-    const real v147 = v143 * x[15];
-    const real v150 = v131 * c126;
-    const real v154 = v144 * x[5] + x[1] + v147 * s126 + v150 * x[16] - v150 * x[3];
-    const real v161 = v131 * s126;
-    const real v165 = x[2] - v144 * x[4] + v147 * c126 + v161 * x[3] - v161 * x[16];
-    energy[0] = v122 + K(0.5) * p[17] * (v139 * v139 + v154 * v154 + v165 * v165);
+    enum { vx = SLOSH_X_VX };
+    enum { vy = SLOSH_X_VY };
+    enum { vz = SLOSH_X_VZ };
+    enum { wx = SLOSH_X_WX };
+    enum { wy = SLOSH_X_WY };
+    enum { wz = SLOSH_X_WZ };
+    enum { phi1 = SLOSH_X_PHI1 };
+    enum { theta1 = SLOSH_X_THETA1 };
+    enum { phi2 = SLOSH_X_PHI2 };
+    enum { theta2 = SLOSH_X_THETA2 };
+    enum { phi1_dot = SLOSH_X_PHI1_DOT };
+    enum { theta1_dot = SLOSH_X_THETA1_DOT };
+    enum { phi2_dot = SLOSH_X_PHI2_DOT };
+    enum { theta2_dot = SLOSH_X_THETA2_DOT };
+    enum { m = SLOSH_P_M };
+    enum { m0 = SLOSH_P_M0 };
+    enum { I0 = SLOSH_P_I0 };
+    enum { J_x = SLOSH_P_J_X };
+    enum { J_y = SLOSH_P_J_Y };
+    enum { J_z = SLOSH_P_J_Z };
+    enum { h0 = SLOSH_P_H0 };
+    enum { b = SLOSH_P_B };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    const real t_qux2u = x[wy] * x[wy];
+    const real t_twhcz = x[phi1_dot] + x[wx];
+    const real t_z5xwk = x[theta1_dot] + x[wz];
+    const real t_4edop = x[phi2_dot] + x[wx];
+    const real t_z3xrm = x[theta2_dot] + x[wz];
+    const real t_i5ifh = x[vx] * x[vx];
+    const real t_h3qit = x[vy] - p[b] * x[wz];
+    const real t_pwb5x = p[b] * x[wy] + x[vz];
+    const real t_jbwqe = x[vy] - p[h0] * x[wz];
+    const real t_plir6 = p[h0] * x[wy] + x[vz];
+    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
+    const real t_uu25d = sin_phi1 * p[l1];
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    const real t_mdgjb = t_uu25d * (cos_theta1 * x[wy])
+        + x[vx]
+        - t_uu25d * (sin_theta1 * x[wz])
+        + t_uu25d * x[phi1_dot];
+    const real t_4fh24 = cos_phi1 * p[l1];
+    const real t_5wsq6 = p[h1] - t_4fh24;
+    const real t_gmx3d = t_4fh24 * x[phi1_dot];
+    const real t_3ndti = t_uu25d * cos_theta1;
+    const real t_yjz75 = t_5wsq6 * x[wz]
+        + x[vy]
+        + t_gmx3d * sin_theta1
+        + t_3ndti * x[theta1_dot]
+        - t_3ndti * x[wx];
+    const real t_nifmf = t_uu25d * sin_theta1;
+    const real t_znexn = x[vz]
+        - t_5wsq6 * x[wy]
+        + t_gmx3d * cos_theta1
+        + t_nifmf * x[wx]
+        - t_nifmf * x[theta1_dot];
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    const real t_pgd7h = sin_phi2 * p[l2];
+    const real t_naqak = cos_theta2 * x[wy] * t_pgd7h
+        + x[vx]
+        - sin_theta2 * x[wz] * t_pgd7h
+        + t_pgd7h * x[phi2_dot];
+    const real t_i5y5i = cos_phi2 * p[l2];
+    const real t_i4qrx = p[h2] - t_i5y5i;
+    const real t_qy3i6 = t_i5y5i * x[phi2_dot];
+    const real t_m32m4 = t_pgd7h * cos_theta2;
+    const real t_yd4q2 = t_i4qrx * x[wz]
+        + x[vy]
+        + t_qy3i6 * sin_theta2
+        + t_m32m4 * x[theta2_dot]
+        - t_m32m4 * x[wx];
+    const real t_z7gk4 = t_pgd7h * sin_theta2;
+    const real t_pxtje = x[vz]
+        - t_i4qrx * x[wy]
+        + t_qy3i6 * cos_theta2
+        + t_z7gk4 * x[wx]
+        - t_z7gk4 * x[theta2_dot];
+    energy[0] = (p[I0] + p[J_x]) * (K(0.5) * (x[wx] * x[wx]))
+        + (p[I0] + p[J_z]) * (K(0.5) * (x[wz] * x[wz]))
+        + K(0.5) * t_qux2u * (p[I0] + p[J_y])
+        + K(0.5) * p[I1] * (t_qux2u + t_twhcz * t_twhcz + t_z5xwk * t_z5xwk)
+        + K(0.5) * p[I2] * (t_qux2u + t_4edop * t_4edop + t_z3xrm * t_z3xrm)
+        + K(0.5) * p[m] * (t_i5ifh + t_h3qit * t_h3qit + t_pwb5x * t_pwb5x)
+        + K(0.5) * p[m0] * (t_i5ifh + t_jbwqe * t_jbwqe + t_plir6 * t_plir6)
+        + K(0.5) * p[m1] * (t_mdgjb * t_mdgjb + t_yjz75 * t_yjz75 + t_znexn * t_znexn)
+        + K(0.5) * p[m2] * (t_naqak * t_naqak + t_yd4q2 * t_yd4q2 + t_pxtje * t_pxtje);
 }
 
 /* linear momentum and angular momentum about O, in body axes; 247 operations. */
 void slosh_momentum(const real *x, const real *p, real *momentum)
 {
-    const real v2 = K(0.5) * p[12];
-    const real v4 = x[0] + x[0];
-    real s7, c7; mv_sincos(x[9], &s7, &c7);
-    const real v9 = s7 * p[13];
-    real s11, c11; mv_sincos(x[10], &s11, &c11);
-    const real v14 = v9 * (s11 * x[5]);
-    const real v20 = v9 * (c11 * x[4]);
-    const real v24 = x[13] + x[13];
-    const real v29 = K(0.5) * p[17];
-    real s31, c31; mv_sincos(x[12], &s31, &c31);
-    real s34, c34; mv_sincos(x[11], &s34, &c34);
-    const real v36 = s34 * p[18];
-    const real v37 = s31 * x[5] * v36;
-    const real v42 = c31 * x[4] * v36;
-    const real v46 = x[15] + x[15];
-    const real v50 = v2 * (v4 + K(-2.0) * v14 + (v20 + v20) + v24 * v9) + v29 * (v4 + K(-2.0) * v37 + (v42 + v42) + v46 * v36);
-    const real v57 = K(0.5) * p[0];
-    const real v59 = p[7] * x[5];
-    const real v62 = K(-2.0) * x[1];
-    const real v65 = K(0.5) * p[1];
-    const real v67 = p[6] * x[5];
-    const real v72 = x[1] + x[1];
-    const real v75 = c7 * p[13];
-    const real v76 = p[14] - v75;
-    const real v77 = v76 * x[5];
-    const real v81 = x[14] + x[14];
-    const real v82 = v9 * c11;
-    const real v85 = v24 * v75;
-    const real v89 = x[3] + x[3];
-    const real v93 = v57 * (K(-2.0) * v59 - v62) + v65 * (K(-2.0) * v67 - v62) + v2 * (v72 + (v77 + v77) + v81 * v82 + v85 * s11 - v89 * v82);
-    const real v96 = c34 * p[18];
-    const real v97 = p[19] - v96;
-    const real v98 = v97 * x[5];
-    const real v102 = x[16] + x[16];
-    const real v103 = v36 * c31;
-    const real v106 = v96 * v46;
-    const real v114 = x[2] + x[2];
-    const real v115 = p[7] * x[4];
-    const real v119 = p[6] * x[4];
-    const real v124 = v76 * x[4];
-    const real v127 = v9 * s11;
-    const real v135 = v57 * (v114 + (v115 + v115)) + v65 * (v114 + (v119 + v119)) + v2 * (v114 + K(-2.0) * v124 + v89 * v127 + v85 * c11 - v81 * v127);
-    const real v136 = v97 * x[4];
-    const real v139 = v36 * s31;
-    const real v147 = v135 + v29 * (v114 + K(-2.0) * v136 + v89 * v139 + v106 * c31 - v102 * v139);
-    const real v153 = K(0.5) * p[15];
-    const real v158 = K(0.5) * p[20];
-    const real v163 = v75 * x[13];
-    const real v169 = x[2] - v124 + v163 * c11 + v127 * x[3] - v127 * x[14];
-    const real v180 = v77 + x[1] + v163 * s11 + v82 * x[14] - v82 * x[3];
-    const real v181 = v82 + v82;
-    const real v185 = (p[2] + p[3]) * x[3] + v153 * (v24 + v89) + v158 * (v46 + v89) + v2 * ((v169 + v169) * s7 * s11 * p[13] - v180 * v181);
-    const real v187 = v96 * x[15];
-    const real v193 = x[2] - v136 + v187 * c31 + v139 * x[3] - v139 * x[16];
-    const real v204 = v98 + x[1] + v187 * s31 + v103 * x[16] - v103 * x[3];
-    const real v205 = v103 + v103;
-    const real v210 = p[7] * p[0];
-    const real v213 = p[6] * p[1];
-    const real v224 = v20 + x[0] - v14 + v9 * x[13];
-    const real v229 = p[14] + p[14] + K(-2.0) * c7 * p[13];
-    const real v233 = v210 * (v115 + x[2]) + v213 * (v119 + x[2]) + (p[2] + p[4]) * x[4] + v2 * (v224 * v181 - v169 * v229);
-    const real v237 = v42 + x[0] - v37 + v36 * x[15];
-    const real v242 = p[19] + p[19] + K(-2.0) * c34 * p[18];
-    const real v254 = x[5] + x[5];
-    const real v266 = (p[2] + p[5]) * x[5] + v153 * (v81 + v254) + v158 * (v102 + v254) + v2 * (v180 * v229 + K(-2.0) * v224 * v127);
-    const real v278 = v266 + v29 * (v204 * v242 + K(-2.0) * v237 * v139) - v210 * (x[1] - v59) - v213 * (x[1] - v67);
-    momentum[0] = v50 + x[0] * p[0] + x[0] * p[1];
-    momentum[1] = v93 + v29 * (v72 + (v98 + v98) + v102 * v103 + v106 * s31 - v89 * v103);
-    momentum[2] = v147;
-    momentum[3] = v185 + v29 * ((v193 + v193) * s34 * s31 * p[18] - v204 * v205);
-    momentum[4] = v233 + v29 * (v237 * v205 - v193 * v242) + x[4] * p[15] + x[4] * p[20];
-    momentum[5] = v278;
+    enum { vx = SLOSH_X_VX };
+    enum { vy = SLOSH_X_VY };
+    enum { vz = SLOSH_X_VZ };
+    enum { wx = SLOSH_X_WX };
+    enum { wy = SLOSH_X_WY };
+    enum { wz = SLOSH_X_WZ };
+    enum { phi1 = SLOSH_X_PHI1 };
+    enum { theta1 = SLOSH_X_THETA1 };
+    enum { phi2 = SLOSH_X_PHI2 };
+    enum { theta2 = SLOSH_X_THETA2 };
+    enum { phi1_dot = SLOSH_X_PHI1_DOT };
+    enum { theta1_dot = SLOSH_X_THETA1_DOT };
+    enum { phi2_dot = SLOSH_X_PHI2_DOT };
+    enum { theta2_dot = SLOSH_X_THETA2_DOT };
+    enum { m = SLOSH_P_M };
+    enum { m0 = SLOSH_P_M0 };
+    enum { I0 = SLOSH_P_I0 };
+    enum { J_x = SLOSH_P_J_X };
+    enum { J_y = SLOSH_P_J_Y };
+    enum { J_z = SLOSH_P_J_Z };
+    enum { h0 = SLOSH_P_H0 };
+    enum { b = SLOSH_P_B };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    const real t_zig7f = K(0.5) * p[m1];
+    const real t_zpf2p = x[vx] + x[vx];
+    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
+    const real t_uu25d = sin_phi1 * p[l1];
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    const real t_y53hc = t_uu25d * (sin_theta1 * x[wz]);
+    const real t_q2sfi = t_uu25d * (cos_theta1 * x[wy]);
+    const real t_j5odj = x[phi1_dot] + x[phi1_dot];
+    const real t_fha3f = K(0.5) * p[m2];
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    const real t_pgd7h = sin_phi2 * p[l2];
+    const real t_jdyu6 = sin_theta2 * x[wz] * t_pgd7h;
+    const real t_xza42 = cos_theta2 * x[wy] * t_pgd7h;
+    const real t_473qv = x[phi2_dot] + x[phi2_dot];
+    const real t_mldgu = K(0.5) * p[m];
+    const real t_i435h = p[b] * x[wz];
+    const real t_byoa6 = K(-2.0) * x[vy];
+    const real t_4qrd5 = K(0.5) * p[m0];
+    const real t_2pqsj = p[h0] * x[wz];
+    const real t_owcld = x[vy] + x[vy];
+    const real t_4fh24 = cos_phi1 * p[l1];
+    const real t_5wsq6 = p[h1] - t_4fh24;
+    const real t_k43ez = t_5wsq6 * x[wz];
+    const real t_djbtf = x[theta1_dot] + x[theta1_dot];
+    const real t_3ndti = t_uu25d * cos_theta1;
+    const real t_nboqt = t_j5odj * t_4fh24;
+    const real t_qbejf = x[wx] + x[wx];
+    const real t_fc73r = t_owcld
+        + (t_k43ez + t_k43ez)
+        + t_djbtf * t_3ndti
+        + t_nboqt * sin_theta1
+        - t_qbejf * t_3ndti;
+    const real t_i5y5i = cos_phi2 * p[l2];
+    const real t_i4qrx = p[h2] - t_i5y5i;
+    const real t_rkxmj = t_i4qrx * x[wz];
+    const real t_m5kd4 = x[theta2_dot] + x[theta2_dot];
+    const real t_m32m4 = t_pgd7h * cos_theta2;
+    const real t_adpvy = t_i5y5i * t_473qv;
+    const real t_l7jnq = t_owcld
+        + (t_rkxmj + t_rkxmj)
+        + t_m5kd4 * t_m32m4
+        + t_adpvy * sin_theta2
+        - t_qbejf * t_m32m4;
+    const real t_vri23 = x[vz] + x[vz];
+    const real t_afq4u = p[b] * x[wy];
+    const real t_vghml = p[h0] * x[wy];
+    const real t_ga5oq = t_5wsq6 * x[wy];
+    const real t_nifmf = t_uu25d * sin_theta1;
+    const real t_u76v5 = t_vri23
+        + K(-2.0) * t_ga5oq
+        + t_qbejf * t_nifmf
+        + t_nboqt * cos_theta1
+        - t_djbtf * t_nifmf;
+    const real t_wp7p4 = t_i4qrx * x[wy];
+    const real t_z7gk4 = t_pgd7h * sin_theta2;
+    const real t_ppxeq = t_vri23
+        + K(-2.0) * t_wp7p4
+        + t_qbejf * t_z7gk4
+        + t_adpvy * cos_theta2
+        - t_m5kd4 * t_z7gk4;
+    const real t_ykayx = K(0.5) * p[I1];
+    const real t_mjwqd = K(0.5) * p[I2];
+    const real t_gmx3d = t_4fh24 * x[phi1_dot];
+    const real t_3pu7w = x[vz] - t_ga5oq + t_gmx3d * cos_theta1 + t_nifmf * x[wx] - t_nifmf * x[theta1_dot];
+    const real t_5ppc7 = t_k43ez + x[vy] + t_gmx3d * sin_theta1 + t_3ndti * x[theta1_dot] - t_3ndti * x[wx];
+    const real t_dg6fc = t_3ndti + t_3ndti;
+    const real t_qy3i6 = t_i5y5i * x[phi2_dot];
+    const real t_lsqou = x[vz] - t_wp7p4 + t_qy3i6 * cos_theta2 + t_z7gk4 * x[wx] - t_z7gk4 * x[theta2_dot];
+    const real t_gcz5k = t_rkxmj + x[vy] + t_qy3i6 * sin_theta2 + t_m32m4 * x[theta2_dot] - t_m32m4 * x[wx];
+    const real t_xbb3s = t_m32m4 + t_m32m4;
+    const real t_lgaky = p[b] * p[m];
+    const real t_oslib = p[h0] * p[m0];
+    const real t_mpmd7 = t_q2sfi + x[vx] - t_y53hc + t_uu25d * x[phi1_dot];
+    const real t_tliu6 = p[h1] + p[h1] + K(-2.0) * cos_phi1 * p[l1];
+    const real t_dctfb = t_xza42 + x[vx] - t_jdyu6 + t_pgd7h * x[phi2_dot];
+    const real t_cwmco = p[h2] + p[h2] + K(-2.0) * cos_phi2 * p[l2];
+    const real t_gwp2t = x[wz] + x[wz];
+    momentum[0] = t_zig7f * (t_zpf2p + K(-2.0) * t_y53hc + (t_q2sfi + t_q2sfi) + t_j5odj * t_uu25d)
+        + t_fha3f * (t_zpf2p + K(-2.0) * t_jdyu6 + (t_xza42 + t_xza42) + t_473qv * t_pgd7h)
+        + x[vx] * p[m]
+        + x[vx] * p[m0];
+    momentum[1] = t_mldgu * (K(-2.0) * t_i435h - t_byoa6)
+        + t_4qrd5 * (K(-2.0) * t_2pqsj - t_byoa6)
+        + t_zig7f * t_fc73r
+        + t_fha3f * t_l7jnq;
+    momentum[2] = t_mldgu * (t_vri23 + (t_afq4u + t_afq4u))
+        + t_4qrd5 * (t_vri23 + (t_vghml + t_vghml))
+        + t_zig7f * t_u76v5
+        + t_fha3f * t_ppxeq;
+    momentum[3] = (p[I0] + p[J_x]) * x[wx]
+        + t_ykayx * (t_j5odj + t_qbejf)
+        + t_mjwqd * (t_473qv + t_qbejf)
+        + t_zig7f * ((t_3pu7w + t_3pu7w) * sin_phi1 * sin_theta1 * p[l1] - t_5ppc7 * t_dg6fc)
+        + t_fha3f * ((t_lsqou + t_lsqou) * sin_phi2 * sin_theta2 * p[l2] - t_gcz5k * t_xbb3s);
+    momentum[4] = t_lgaky * (t_afq4u + x[vz])
+        + t_oslib * (t_vghml + x[vz])
+        + (p[I0] + p[J_y]) * x[wy]
+        + t_zig7f * (t_mpmd7 * t_dg6fc - t_3pu7w * t_tliu6)
+        + t_fha3f * (t_dctfb * t_xbb3s - t_lsqou * t_cwmco)
+        + x[wy] * p[I1]
+        + x[wy] * p[I2];
+    momentum[5] = (p[I0] + p[J_z]) * x[wz]
+        + t_ykayx * (t_djbtf + t_gwp2t)
+        + t_mjwqd * (t_m5kd4 + t_gwp2t)
+        + t_zig7f * (t_5ppc7 * t_tliu6 + K(-2.0) * t_mpmd7 * t_nifmf)
+        + t_fha3f * (t_gcz5k * t_cwmco + K(-2.0) * t_dctfb * t_z7gk4)
+        - t_lgaky * (x[vy] - t_i435h)
+        - t_oslib * (x[vy] - t_2pqsj);
 }
 
 /* moments and gimbal angles that bring about a_y, a_z and Omega'; 601 operations. */
 void slosh_to_physical(const real *x, const real *reduced, const real *p, real *u)
 {
-    const real v6 = p[12] / (p[13] * p[13] * p[12] + p[15]);
-    const real v7 = v6 * p[15];
-    const real v8 = v7 * p[13];
-    real s10, c10; mv_sincos(x[9], &s10, &c10);
-    const real v11 = v8 * s10;
-    const real v16 = x[4] * x[4] + x[5] * x[5];
-    const real v34 = p[17] / (p[18] * p[18] * p[17] + p[20]);
-    const real v35 = v34 * p[20];
-    const real v40 = p[0] + p[1] + v7 + v35;
-    const real v41 = (p[14] * v7 - (p[7] * p[0] + p[6] * p[1]) + p[19] * v35) / v40;
-    const real v42 = p[14] - v41;
-    const real v43 = v16 * v42;
-    const real v48 = x[3] - x[14];
-    real s51, c51; mv_sincos(x[10], &s51, &c51);
-    const real v55 = c51 * x[5] + s51 * x[4];
-    const real v57 = c10 * v48 - v55 * s10;
-    const real v60 = v55 * c10 + s10 * v48;
-    const real v67 = p[16] * x[13];
-    const real v68 = v6 * p[13];
-    const real v70 = v8 * (v57 * v60 - v55 * v48) + v67 * v68;
-    const real v72 = v11 * v43 + v70 * p[13];
-    const real v73 = s10 * p[13];
-    const real v77 = p[12] / (p[15] + p[12] * (v73 * v73));
-    const real v78 = x[3] * x[4];
-    const real v82 = c51 * x[4] - s51 * x[5];
-    const real v83 = c10 * p[13];
-    const real v88 = v82 + x[13];
-    const real v93 = p[16] * x[14];
-    const real v95 = (v78 * v73 + v82 * v83 * v48 - v57 * p[13] * (v88 + x[13])) * p[15] - v93 * v73;
-    const real v96 = v77 * v95;
-    real s99, c99; mv_sincos(x[11], &s99, &c99);
-    const real v100 = s99 * p[18];
-    const real v104 = p[17] / (p[20] + p[17] * (v100 * v100));
-    real s107, c107; mv_sincos(x[12], &s107, &c107);
-    const real v111 = c107 * x[4] - s107 * x[5];
-    const real v113 = c99 * p[18];
-    const real v116 = x[3] - x[16];
-    const real v122 = c107 * x[5] + s107 * x[4];
-    const real v124 = c99 * v116 - v122 * s99;
-    const real v127 = v111 + x[15];
-    const real v131 = (v78 * v100 + v111 * v113 * v116 - v124 * p[18] * (v127 + x[15])) * p[20];
-    const real v133 = p[21] * x[16];
-    const real v136 = v104 * (v131 - v133 * v100);
-    const real v138 = v96 * v73 + v136 * v100;
-    const real v140 = v35 * p[18];
-    const real v141 = v140 * s99;
-    const real v142 = p[19] - v41;
-    const real v143 = v16 * v142;
-    const real v147 = v122 * c99 + s99 * v116;
-    const real v152 = p[21] * x[15];
-    const real v153 = v34 * p[18];
-    const real v155 = v140 * (v124 * v147 - v122 * v116) + v152 * v153;
-    const real v157 = v141 * v143 + v155 * p[18];
-    const real v161 = x[14] * p[15];
-    const real v164 = x[16] * p[20];
-    const real v169 = p[4] - p[5];
-    const real v172 = v72 - v138 + v157 - v67 - v152 + v161 * x[4] + v164 * x[4] - v169 * x[4] * x[5];
-    const real v174 = v78 + reduced[4];
-    const real v175 = v77 * p[15];
-    const real v176 = v73 * v175;
-    const real v178 = v104 * p[20];
-    const real v179 = v100 * v178;
-    const real v181 = v73 * v176 + v100 * v179;
-    const real v182 = v42 - v83;
-    const real v183 = v182 * v175;
-    const real v184 = v73 * v183;
-    const real v185 = c51 * v184;
-    const real v187 = v142 - v113;
-    const real v188 = v187 * v178;
-    const real v189 = v100 * v188;
-    const real v190 = c107 * v189;
-    const real v192 = v8 * p[13];
-    const real v193 = v8 * c10;
-    const real v194 = v193 * v42;
-    const real v195 = v192 - v194;
-    const real v198 = v140 * p[18];
-    const real v199 = v140 * c99;
-    const real v200 = v199 * v142;
-    const real v201 = v198 - v200;
-    const real v203 = v181 - v185 - v190 + v195 * s51 + v201 * s107;
-    const real v206 = x[3] * x[5];
-    const real v208 = v206 - reduced[3];
-    const real v211 = s51 * v184 + s107 * v189;
-    const real v215 = v211 + v195 * c51 + v201 * c107;
-    const real v218 = v11 + v141;
-    const real v220 = p[13] * p[12];
-    const real v221 = v220 * v68;
-    const real v223 = p[18] * p[17];
-    const real v224 = v223 * v153;
-    const real v226 = v221 * s10;
-    const real v227 = v226 * s10;
-    const real v229 = v224 * s99;
-    const real v230 = v229 * s99;
-    const real v231 = v40 + v221 + v224 - v227 - v230;
-    const real v241 = c10 * v43 * v221 - v220 * (v60 * v60 + v88 * v88);
-    const real v250 = c99 * v143 * v224 - v223 * (v147 * v147 + v127 * v127);
-    const real v253 = v226 * c10;
-    const real v255 = v11 + v253 * v42;
-    const real v257 = v229 * c99;
-    const real v259 = v141 + v257 * v142;
-    const real v261 = v255 * s51 + v259 * s107;
-    const real v266 = v255 * c51 + v259 * c107;
-    const real v268 = v70 * s10 + v155 * s99 + c10 * v241 + c99 * v250 + v174 * v261 + v208 * v266;
-    const real v271 = v253 * s51 + v257 * s107;
-    const real v274 = reduced[0] + v174 * v41;
-    const real v279 = v253 * c51 + v257 * c107;
-    const real v282 = reduced[1] + v208 * v41;
-    const real v287 = v268 + v271 * v274 + v279 * v282 + v218 * reduced[2];
-    const real v289 = v96 * c51;
-    const real v290 = v136 * c107;
-    const real v294 = s10 * v241 - v70 * c10;
-    const real v299 = s99 * v250 - v155 * c99;
-    const real v303 = v183 - v42 * v7;
-    const real v305 = v188 - v142 * v35;
-    const real v307 = s51 * s51;
-    const real v308 = v227 * v42;
-    const real v309 = v193 - v308;
-    const real v310 = v309 + v303;
-    const real v312 = s107 * s107;
-    const real v313 = v230 * v142;
-    const real v314 = v199 - v313;
-    const real v315 = v314 + v305;
-    const real v317 = v307 * v310 + v312 * v315;
-    const real v319 = c51 * v176;
-    const real v321 = c107 * v179;
-    const real v322 = v303 + v305 - v317 - v319 - v321;
-    const real v325 = c51 * s51;
-    const real v327 = c107 * s107;
-    const real v329 = v325 * v310 + v327 * v315;
-    const real v333 = v227 + v7 - v175;
-    const real v334 = v307 * v333;
-    const real v336 = v230 + v35 - v178;
-    const real v337 = v312 * v336;
-    const real v343 = v334 + v337 + v40 + v175 + v178 - v7 - v35;
-    const real v345 = v289 + v290 + v294 * s51 + v299 * s107 + v174 * v322 - v208 * v329 + v343 * v274;
-    const real v348 = v325 * v333 + v327 * v336;
-    const real v355 = v319 + v321 + v193 * s51 + v199 * s107;
-    const real v357 = v345 + v348 * v282 - v355 * reduced[2];
-    const real v361 = v96 * s51;
-    const real v362 = v136 * s107;
-    const real v367 = s51 * v176;
-    const real v369 = s107 * v179;
-    const real v370 = v367 - v329 + v369;
-    const real v374 = v317 - (v309 + v314);
-    const real v378 = v294 * c51 - (v361 + v362) + v299 * c107 + v174 * v370 + v208 * v374 + v348 * v274;
-    const real v382 = v227 + v230 + v40 - v334 - v337;
-    const real v389 = v367 + v369 - v193 * c51 - v199 * c107;
-    const real v391 = v378 + v382 * v282 + v389 * reduced[2];
-    const real v393 = v231 * v287 + v271 * v357 + v279 * v391;
-    const real v399 = v231 * v231 + v271 * v271 + v279 * v279;
-    const real v409 = v393 * v393 - v399 * (v287 * v287 - p[9] * p[9] + v357 * v357 + v391 * v391);
-    const real v413 = (mv_sqrt(mv_max(SPLAT(K(0.0)), v409)) + v393) / v399;
-    const real v419 = v357 - v271 * v413;
-    const real v420 = K(1.0) / p[9];
-    const real v423 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), v419 * v420));
-    const real v424 = mv_asin(v423);
-    real s425, c425; mv_sincos(v424, &s425, &c425);
-    const real v426 = p[9] * c425;
-    const real v428 = v391 - v279 * v413;
-    const real v437 = mv_min(SPLAT(K(1.0)), -(v428 * v420 / mv_max(SPLAT(K(1e-09)), mv_sqrt(K(1.0) - v423 * v423))));
-    const real v439 = mv_asin(mv_max(SPLAT(K(-1.0)), v437));
-    real s440, c440; mv_sincos(v439, &s440, &c440);
-    const real v444 = v426 * c440 - (v231 * v413 - v287);
-    const real v445 = K(1.0) / v231;
-    const real v447 = v271 * v445;
-    const real v449 = p[9] * s425;
-    const real v452 = v449 - v419 + v447 * v444;
-    const real v455 = K(1.0) / (v343 - v271 * v447);
-    const real v457 = v279 * v445;
-    const real v459 = v348 - v271 * v457;
-    const real v460 = v459 * v455;
-    const real v463 = v426 * s440;
-    const real v472 = (v457 * v444 - (v463 + v428) - v460 * v452) / (v382 - v459 * v460 - v279 * v457);
-    const real v474 = v452 * v455 - v460 * v472;
-    const real v478 = v444 * v445 + v447 * v474 + v457 * v472;
-    const real v482 = v172 + v174 * v203 + v208 * v215 - v218 * v413 - v218 * v478 - v355 * v274;
-    const real v493 = p[2] + p[3];
-    const real v496 = v482 - v355 * v474 + v389 * v282 + v389 * v472 + (v181 + v192 + v198 + v493) * reduced[2];
-    const real v499 = p[7] + p[8] + v41;
-    const real v502 = v72 + v294 * v42;
-    const real v505 = v157 + v299 * v142;
-    const real v512 = p[15] + p[20];
-    const real v516 = v502 * c51 + v505 * c107 + v161 * x[3] + v164 * x[3] - v206 * (v493 + v512 + v169);
-    const real v521 = x[13] * p[15];
-    const real v524 = x[15] * p[20];
-    const real v527 = v463 * v499 - (v516 - v361 * v182 - v362 * v187 - v521 * x[5] - v524 * x[5]);
-    const real v529 = v7 * (v42 * v42);
-    const real v534 = v192 + K(-2.0) * v194 + v42 * v308;
-    const real v536 = v182 * v183;
-    const real v537 = v529 + v534 - v536;
-    const real v541 = v35 * (v142 * v142);
-    const real v545 = v198 + K(-2.0) * v200 + v142 * v313;
-    const real v547 = v187 * v188;
-    const real v548 = v541 + v545 - v547;
-    const real v550 = v211 + v325 * v537 + v327 * v548;
-    const real v566 = v7 * (p[14] * p[14]) + v35 * (p[19] * p[19]) + p[0] * (p[7] * p[7]) + p[1] * (p[6] * p[6]);
-    const real v569 = v566 - v40 * (v41 * v41);
-    const real v572 = v307 * v537;
-    const real v574 = v312 * v548;
-    const real v577 = v527 - v174 * v550 - v208 * (v534 + v545 + (p[2] + p[4] + v512 + v569) - v572 - v574);
-    const real v587 = v577 + v266 * v413 + v266 * v478 + v329 * v274 + v329 * v474 - v374 * v282;
-    const real v601 = v502 * s51 - (v138 + v93 + v133) + v505 * s107 - v78 * (v493 + (p[5] - p[4]));
-    const real v620 = v536 + v547 + v181 + v572 + v574 + (p[2] + p[5] + v569) - v529 - v541 + K(-2.0) * v185;
-    const real v624 = v601 - v521 * x[4] - v524 * x[4] + v289 * v182 + v290 * v187 + v174 * (v620 + K(-2.0) * v190);
-    const real v634 = v624 + v208 * v550 - v261 * v413 - v261 * v478 + v322 * v274 + v322 * v474;
-    u[0] = v496;
-    u[1] = v587 - v374 * v472 - v215 * reduced[2];
-    u[2] = v634 + v370 * v282 + v370 * v472 + v203 * reduced[2] + v449 * v499;
-    u[3] = v439;
-    u[4] = v424;
+    enum { wx = SLOSH_X_WX };
+    enum { wy = SLOSH_X_WY };
+    enum { wz = SLOSH_X_WZ };
+    enum { phi1 = SLOSH_X_PHI1 };
+    enum { theta1 = SLOSH_X_THETA1 };
+    enum { phi2 = SLOSH_X_PHI2 };
+    enum { theta2 = SLOSH_X_THETA2 };
+    enum { phi1_dot = SLOSH_X_PHI1_DOT };
+    enum { theta1_dot = SLOSH_X_THETA1_DOT };
+    enum { phi2_dot = SLOSH_X_PHI2_DOT };
+    enum { theta2_dot = SLOSH_X_THETA2_DOT };
+    enum { ay = 0 };
+    enum { az = 1 };
+    enum { alpha1 = 2 };
+    enum { alpha2 = 3 };
+    enum { alpha3 = 4 };
+    enum { m = SLOSH_P_M };
+    enum { m0 = SLOSH_P_M0 };
+    enum { I0 = SLOSH_P_I0 };
+    enum { J_x = SLOSH_P_J_X };
+    enum { J_y = SLOSH_P_J_Y };
+    enum { J_z = SLOSH_P_J_Z };
+    enum { h0 = SLOSH_P_H0 };
+    enum { b = SLOSH_P_B };
+    enum { d = SLOSH_P_D };
+    enum { F = SLOSH_P_F };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { eps1 = SLOSH_P_EPS1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { eps2 = SLOSH_P_EPS2 };
+    const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
+    const real t_gx5gf = p[m1] / D1;
+    const real k1 = t_gx5gf * p[l1];
+    const real me1 = t_gx5gf * p[I1];
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real mv1 = t_6nwd2 * k1;
+    const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
+    const real t_wiek6 = p[m2] / D2;
+    const real k2 = t_wiek6 * p[l2];
+    const real me2 = t_wiek6 * p[I2];
+    const real t_popww = p[l2] * p[m2];
+    const real mv2 = t_popww * k2;
+    const real M_C = p[m] + p[m0] + me1 + me2;
+    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real S_C = me1 * (p[h1] * p[h1])
+        + me2 * (p[h2] * p[h2])
+        + p[m] * (p[b] * p[b])
+        + p[m0] * (p[h0] * p[h0])
+        - M_C * (x_C * x_C);
+    const real J_C1 = p[I0] + p[J_x];
+    const real J_C3 = p[I0] + p[J_z] + S_C;
+    const real t_is5lg = p[I1] + p[I2];
+    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
+    const real W12 = x[wx] * x[wy];
+    const real W13 = x[wx] * x[wz];
+    const real e1 = p[h1] - x_C;
+    const real e2 = p[h2] - x_C;
+    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
+    const real Wt1 = cos_theta1 * x[wz] + sin_theta1 * x[wy];
+    const real w_x1 = x[wx] - x[theta1_dot];
+    const real p1 = Wn1 + x[phi1_dot];
+    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
+    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
+    const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
+    const real Wt2 = cos_theta2 * x[wz] + sin_theta2 * x[wy];
+    const real w_x2 = x[wx] - x[theta2_dot];
+    const real p2 = Wn2 + x[phi2_dot];
+    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
+    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
+    const real t_w7vil = t_rybsf * e1;
+    const real tension1 = cos_phi1 * t_w7vil * mv1 - t_6nwd2 * sigma_sq1;
+    const real As_1 = mv1 * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real eAss_1 = Ass_1 * e1;
+    const real q_1 = sin_phi1 * p[l1];
+    const real lc_1 = cos_phi1 * p[l1];
+    const real B_1 = me1 * p[l1];
+    const real Bs_1 = B_1 * sin_phi1;
+    const real Bc_1 = B_1 * cos_phi1;
+    const real Bl_1 = B_1 * p[l1];
+    const real g_1 = e1 - lc_1;
+    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
+    const real wth_1 = th_1 * p[I1];
+    const real eBc_1 = Bc_1 * e1;
+    const real wg_1 = g_1 * wth_1;
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real tn11_1 = Ass_1 + me1 - wth_1;
+    const real t_b7ure = me1 * (e1 * e1);
+    const real t_3bowt = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
+    const real t_3fv6l = g_1 * wg_1;
+    const real tn44_1 = t_b7ure + t_3bowt - t_3fv6l;
+    const real wq_1 = q_1 * wth_1;
+    const real wqg_1 = q_1 * wg_1;
+    const real wqq_1 = q_1 * wq_1;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real wgC_1 = cos_theta1 * wqg_1;
+    const real wgS_1 = sin_theta1 * wqg_1;
+    const real loss_phi1 = p[eps1] * x[phi1_dot];
+    const real loss_theta1 = p[eps1] * x[theta1_dot];
+    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real zeta1 = W12 * q_1
+        + Wn1 * lc_1 * w_x1
+        - chi1 * p[l1] * (p1 + x[phi1_dot]);
+    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
+    const real t_7imwe = B_1 * eta1 + loss_phi1 * k1;
+    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real M_q1 = F_n1 * q_1;
+    const real I_phi1 = x[phi1_dot] * p[I1];
+    const real I_theta1 = x[theta1_dot] * p[I1];
+    const real t_6fvzz = t_rybsf * e2;
+    const real tension2 = cos_phi2 * t_6fvzz * mv2 - t_popww * sigma_sq2;
+    const real As_2 = mv2 * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real eAss_2 = Ass_2 * e2;
+    const real q_2 = sin_phi2 * p[l2];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real B_2 = me2 * p[l2];
+    const real Bs_2 = B_2 * sin_phi2;
+    const real Bc_2 = B_2 * cos_phi2;
+    const real Bl_2 = B_2 * p[l2];
+    const real g_2 = e2 - lc_2;
+    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
+    const real wth_2 = th_2 * p[I2];
+    const real eBc_2 = Bc_2 * e2;
+    const real wg_2 = g_2 * wth_2;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real tn11_2 = Ass_2 + me2 - wth_2;
+    const real t_lpk5h = me2 * (e2 * e2);
+    const real t_ymmgl = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
+    const real t_odwbr = g_2 * wg_2;
+    const real tn44_2 = t_lpk5h + t_ymmgl - t_odwbr;
+    const real wq_2 = q_2 * wth_2;
+    const real wqg_2 = q_2 * wg_2;
+    const real wqq_2 = q_2 * wq_2;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real wgC_2 = cos_theta2 * wqg_2;
+    const real wgS_2 = sin_theta2 * wqg_2;
+    const real loss_phi2 = p[eps2] * x[phi2_dot];
+    const real loss_theta2 = p[eps2] * x[theta2_dot];
+    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real zeta2 = W12 * q_2
+        + Wn2 * lc_2 * w_x2
+        - chi2 * p[l2] * (p2 + x[phi2_dot]);
+    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
+    const real t_4b2fa = B_2 * eta2 + loss_phi2 * k2;
+    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real M_q2 = F_n2 * q_2;
+    const real I_phi2 = x[phi2_dot] * p[I2];
+    const real I_theta2 = x[theta2_dot] * p[I2];
+    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
+    const real t_fbeaw = S_sq1 * tn11_1;
+    const real t_dj555 = S_sq2 * tn11_2;
+    const real K22 = t_fbeaw + t_dj555 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real K33 = Ass_1 + Ass_2 + M_C - t_fbeaw - t_dj555;
+    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
+    const real t_nhr5u = wqq_1 + wqq_2;
+    const real K44 = t_nhr5u + Bl_1 + Bl_2 + J_C1;
+    const real t_tcgxn = wg_1 - e1 * me1;
+    const real t_uf5ib = wg_2 - e2 * me2;
+    const real t_32gyg = Bc_1 - eAss_1;
+    const real t_65obb = t_32gyg + t_tcgxn;
+    const real t_gbkg6 = Bc_2 - eAss_2;
+    const real t_yoiua = t_gbkg6 + t_uf5ib;
+    const real t_z76hk = S_sq1 * t_65obb + S_sq2 * t_yoiua;
+    const real K52 = t_tcgxn + t_uf5ib - t_z76hk - wqC_1 - wqC_2;
+    const real t_hjmgb = SC1 * t_65obb + SC2 * t_yoiua;
+    const real K53 = wqS_1 - t_hjmgb + wqS_2;
+    const real t_nncdg = Bl_1 - eBc_1;
+    const real t_4q22j = Bl_2 - eBc_2;
+    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
+    const real t_hoosk = S_sq1 * tn44_1;
+    const real t_drvdp = S_sq2 * tn44_2;
+    const real K55 = t_3fv6l
+        + t_odwbr
+        + t_nhr5u
+        + t_hoosk
+        + t_drvdp
+        + J_C3
+        - t_b7ure
+        - t_lpk5h
+        + K(-2.0) * wgC_1
+        + K(-2.0) * wgC_2;
+    const real K63 = t_z76hk - (t_32gyg + t_gbkg6);
+    const real t_zhbuw = wgS_1 + wgS_2;
+    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
+    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_3bowt + t_ymmgl + J_C2 - t_hoosk - t_drvdp;
+    const real t_vt7uo = F_n1 * cos_theta1;
+    const real t_oncjt = F_n2 * cos_theta2;
+    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real t_azclp = F_n1 * sin_theta1;
+    const real t_iya7w = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
+    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
+    const real t_kp7yy = M_q1 + M_q2;
+    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
+    const real t_sfymc = p[J_y] - p[J_z];
+    const real n4 = t_aejai
+        - t_kp7yy
+        + t_zd4fs
+        - loss_phi1
+        - loss_phi2
+        + I_theta1 * x[wy]
+        + I_theta2 * x[wy]
+        - t_sfymc * x[wy] * x[wz];
+    const real t_w7nmt = t_aejai + F_t1 * e1;
+    const real t_e5cx2 = t_zd4fs + F_t2 * e2;
+    const real n5 = t_w7nmt * sin_theta1
+        - (t_kp7yy + loss_theta1 + loss_theta2)
+        + t_e5cx2 * sin_theta2
+        - W12 * (J_C1 + (p[J_z] - p[J_y]))
+        - I_phi1 * x[wy]
+        - I_phi2 * x[wy]
+        + t_vt7uo * g_1
+        + t_oncjt * g_2;
+    const real n6 = t_w7nmt * cos_theta1
+        + t_e5cx2 * cos_theta2
+        + I_theta1 * x[wx]
+        + I_theta2 * x[wx]
+        - W13 * (J_C1 + t_is5lg + t_sfymc)
+        - t_azclp * g_1
+        - t_iya7w * g_2
+        - I_phi1 * x[wz]
+        - I_phi2 * x[wz];
+    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_bpfoo = K(1.0) / K11;
+    const real t_w7lcw = t_b3aij * t_bpfoo;
+    const real K_D2 = K22 - t_b3aij * t_w7lcw;
+    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_3go2w = t_zzymx * t_bpfoo;
+    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
+    const real t_4iujv = K(1.0) / K_D2;
+    const real K_L32 = t_d4mqf * t_4iujv;
+    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
+    const real G2_any = W12 + reduced[alpha3];
+    const real G3_any = W13 - reduced[alpha2];
+    const real a2_any = reduced[ay] + G2_any * x_C;
+    const real a3_any = reduced[az] + G3_any * x_C;
+    const real t_yz7e5 = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
+    const real q2_any = n2
+        + G2_any * K52
+        - G3_any * t_hjmgb
+        + K22 * a2_any
+        + K32 * a3_any
+        - t_yz7e5 * reduced[alpha1];
+    const real q3_any = n3
+        + G2_any * K53
+        + G3_any * K63
+        + K32 * a2_any
+        + K33 * a3_any
+        + K43 * reduced[alpha1];
+    const real PP_any = K11 * K11 + t_b3aij * t_b3aij + t_zzymx * t_zzymx;
+    const real t_ev7u5 = Bs_1 + Asc_1 * e1;
+    const real t_bvybx = Bs_2 + Asc_2 * e2;
+    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
+    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
+    const real t_2m245 = Bs_1 + Bs_2;
+    const real t_a3oqw = t_7imwe * sin_phi1
+        + t_4b2fa * sin_phi2
+        + cos_phi1 * tension1
+        + cos_phi2 * tension2
+        + G2_any * t_6mmeb
+        + G3_any * t_bl4f2
+        + t_b3aij * a2_any
+        + t_zzymx * a3_any
+        + t_2m245 * reduced[alpha1];
+    const real t_begga = K11 * t_a3oqw + t_b3aij * q2_any + t_zzymx * q3_any;
+    const real t_mxgit = PP_any * (t_a3oqw * t_a3oqw - p[F] * p[F] + q2_any * q2_any + q3_any * q3_any);
+    const real root_any = mv_sqrt(mv_max(SPLAT(K(0.0)), t_begga * t_begga - t_mxgit));
+    const real ax_any = (root_any + t_begga) / PP_any;
+    const real f1_any = K11 * ax_any - t_a3oqw;
+    const real f2_any = q2_any - t_b3aij * ax_any;
+    const real f3_any = q3_any - t_zzymx * ax_any;
+    const real t_y7rm6 = K(1.0) / p[F];
+    const real sin_d2_any = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_any * t_y7rm6));
+    const real cos_d2_any = mv_sqrt(K(1.0) - sin_d2_any * sin_d2_any);
+    const real delta1_any = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_any * t_y7rm6 / mv_max(SPLAT(K(1e-09)), cos_d2_any)))));
+    const real delta2_any = mv_asin(sin_d2_any);
+    real sin_delta2_any, cos_delta2_any; mv_sincos(delta2_any, &sin_delta2_any, &cos_delta2_any);
+    const real t_mzfjf = p[F] * cos_delta2_any;
+    real sin_delta1_any, cos_delta1_any; mv_sincos(delta1_any, &sin_delta1_any, &cos_delta1_any);
+    const real df1_any = t_mzfjf * cos_delta1_any - f1_any;
+    const real t_bel4c = p[F] * sin_delta2_any;
+    const real df2_any = t_bel4c - f2_any;
+    const real da_any_y2 = df2_any + t_w7lcw * df1_any;
+    const real t_ylfu3 = t_mzfjf * sin_delta1_any;
+    const real da_any_y3 = t_3go2w * df1_any - (t_ylfu3 + f3_any) - K_L32 * da_any_y2;
+    const real da_any_x3 = da_any_y3 / K_D3;
+    const real da_any_x2 = da_any_y2 * t_4iujv - K_L32 * da_any_x3;
+    const real da_any_x1 = df1_any * t_bpfoo + t_w7lcw * da_any_x2 + t_3go2w * da_any_x3;
+    const real Mx_any = n4
+        + G2_any * K54
+        + G3_any * K64
+        - t_2m245 * ax_any
+        - t_2m245 * da_any_x1
+        - t_yz7e5 * a2_any
+        - t_yz7e5 * da_any_x2
+        + K43 * a3_any
+        + K43 * da_any_x3
+        + K44 * reduced[alpha1];
+    const real t_lwe76 = p[b] + p[d] + x_C;
+    const real My_any = t_ylfu3 * t_lwe76
+        - n6
+        - G2_any * K65
+        - G3_any * K66
+        + t_bl4f2 * ax_any
+        + t_bl4f2 * da_any_x1
+        + t_hjmgb * a2_any
+        + t_hjmgb * da_any_x2
+        - K63 * a3_any
+        - K63 * da_any_x3
+        - K64 * reduced[alpha1];
+    const real Mz_any = n5
+        + G2_any * K55
+        + G3_any * K65
+        - t_6mmeb * ax_any
+        - t_6mmeb * da_any_x1
+        + K52 * a2_any
+        + K52 * da_any_x2
+        + K53 * a3_any
+        + K53 * da_any_x3
+        + K54 * reduced[alpha1]
+        + t_bel4c * t_lwe76;
+    u[0] = Mx_any;
+    u[1] = My_any;
+    u[2] = Mz_any;
+    u[3] = delta1_any;
+    u[4] = delta2_any;
 }
 
 /* Lyapunov function of lyapunov-v1; 155 operations. */
 void slosh_lyapunov_v1_value(const real *x, const real *p, const real *c, real *V)
 {
-    const real v17 = K(0.5) * (x[3] * x[3]) * c[3] + K(0.5) * (x[4] * x[4]) * c[5] + K(0.5) * (x[5] * x[5]) * c[7];
-    const real v35 = v17 + K(0.5) * c[0] * (x[1] * x[1]) + K(0.5) * c[1] * (x[2] * x[2]) + K(0.5) * c[2] * (x[6] * x[6]);
-    const real v56 = p[13] * p[13];
-    const real v57 = v56 * p[12];
-    real s63, c63; mv_sincos(x[10], &s63, &c63);
-    real s65, c65; mv_sincos(x[9], &s65, &c65);
-    const real v67 = c65 * p[13] * p[12];
-    const real v79 = v57 * s63;
-    const real v82 = p[15] * x[3] - (c63 * v67 * p[14] - v56 * c63 * p[12]) * x[4] + (s63 * v67 * p[14] - v79) * x[5];
-    const real v85 = K(0.5) * (c[13] * p[12]) * (x[13] * x[13] + (x[13] + x[13]) / (v57 + p[15]) * v82);
-    const real v86 = v35 + K(0.5) * c[4] * (x[7] * x[7]) + K(0.5) * c[6] * (x[8] * x[8]) + v85;
-    const real v94 = p[18] * p[18];
-    const real v95 = v94 * p[17];
-    real s101, c101; mv_sincos(x[11], &s101, &c101);
-    const real v103 = c101 * p[18] * p[17];
-    real s105, c105; mv_sincos(x[12], &s105, &c105);
-    const real v117 = s105 * v95;
-    const real v120 = p[20] * x[3] - (v103 * c105 * p[19] - c105 * v94 * p[17]) * x[4] + (v103 * s105 * p[19] - v117) * x[5];
-    const real v123 = K(0.5) * (c[13] * p[17]) * (x[15] * x[15] + (x[15] + x[15]) / (v95 + p[20]) * v120);
-    const real v133 = v57 * (s65 * s65);
-    const real v137 = s65 * (p[13] * p[12]);
-    const real v140 = s65 * c65;
-    const real v153 = (s63 * v137 * p[14] - v140 * v79) * x[4] - v133 * x[3] + (c63 * v137 * p[14] - v140 * (v57 * c63) + p[15]) * x[5];
-    const real v156 = K(0.5) * (c[14] * p[12]) * (x[14] * x[14] + (x[14] + x[14]) / (v133 + p[15]) * v153);
-    const real v165 = s101 * s101 * v95;
-    const real v169 = p[18] * p[17] * s101;
-    const real v172 = s101 * c101;
-    const real v185 = (v169 * s105 * p[19] - v117 * v172) * x[4] - v165 * x[3] + (v169 * c105 * p[19] - v172 * (c105 * v95) + p[20]) * x[5];
-    const real v188 = K(0.5) * (c[14] * p[17]) * (x[16] * x[16] + (x[16] + x[16]) / (v165 + p[20]) * v185);
-    V[0] = v86 + v123 + v156 + v188;
+    enum { vy = SLOSH_X_VY };
+    enum { vz = SLOSH_X_VZ };
+    enum { wx = SLOSH_X_WX };
+    enum { wy = SLOSH_X_WY };
+    enum { wz = SLOSH_X_WZ };
+    enum { att1 = SLOSH_X_ATT1 };
+    enum { att2 = SLOSH_X_ATT2 };
+    enum { att3 = SLOSH_X_ATT3 };
+    enum { phi1 = SLOSH_X_PHI1 };
+    enum { theta1 = SLOSH_X_THETA1 };
+    enum { phi2 = SLOSH_X_PHI2 };
+    enum { theta2 = SLOSH_X_THETA2 };
+    enum { phi1_dot = SLOSH_X_PHI1_DOT };
+    enum { theta1_dot = SLOSH_X_THETA1_DOT };
+    enum { phi2_dot = SLOSH_X_PHI2_DOT };
+    enum { theta2_dot = SLOSH_X_THETA2_DOT };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { r1 = SLOSH_LYAPUNOV_V1_C_R1 };
+    enum { r2 = SLOSH_LYAPUNOV_V1_C_R2 };
+    enum { r3 = SLOSH_LYAPUNOV_V1_C_R3 };
+    enum { r4 = SLOSH_LYAPUNOV_V1_C_R4 };
+    enum { r5 = SLOSH_LYAPUNOV_V1_C_R5 };
+    enum { r6 = SLOSH_LYAPUNOV_V1_C_R6 };
+    enum { r7 = SLOSH_LYAPUNOV_V1_C_R7 };
+    enum { r8 = SLOSH_LYAPUNOV_V1_C_R8 };
+    enum { r9 = SLOSH_LYAPUNOV_V1_C_R9 };
+    enum { r10 = SLOSH_LYAPUNOV_V1_C_R10 };
+    const real t_os4zj = p[l1] * p[l1];
+    const real t_yx2kz = t_os4zj * p[m1];
+    const real D_phi1 = t_yx2kz + p[I1];  /* (25) */
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
+    const real t_pv3py = cos_phi1 * p[l1] * p[m1];
+    const real t_frhni = t_yx2kz * sin_theta1;
+    const real cz_phi1 = sin_theta1 * t_pv3py * p[h1] - t_frhni;  /* (25) */
+    const real t_nud3b = t_yx2kz * (sin_phi1 * sin_phi1);
+    const real D_theta1 = t_nud3b + p[I1];  /* (26) */
+    const real t_6ulha = sin_phi1 * (p[l1] * p[m1]);
+    const real t_fgmjk = sin_phi1 * cos_phi1;
+    const real cy_theta1 = sin_theta1 * t_6ulha * p[h1] - t_fgmjk * t_frhni;  /* (26) */
+    const real cz_theta1 = cos_theta1 * t_6ulha * p[h1] - t_fgmjk * (t_yx2kz * cos_theta1) + p[I1];  /* (26) */
+    const real t_nfvux = p[l2] * p[l2];
+    const real t_frp3h = t_nfvux * p[m2];
+    const real D_phi2 = t_frp3h + p[I2];  /* (25) */
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    const real t_aafcb = cos_phi2 * p[l2] * p[m2];
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
+    const real t_hhb7k = sin_theta2 * t_frp3h;
+    const real cz_phi2 = t_aafcb * sin_theta2 * p[h2] - t_hhb7k;  /* (25) */
+    const real t_mlci7 = sin_phi2 * sin_phi2 * t_frp3h;
+    const real D_theta2 = t_mlci7 + p[I2];  /* (26) */
+    const real t_3fjpd = p[l2] * p[m2] * sin_phi2;
+    const real t_qg23f = sin_phi2 * cos_phi2;
+    const real cy_theta2 = t_3fjpd * sin_theta2 * p[h2] - t_hhb7k * t_qg23f;  /* (26) */
+    const real cz_theta2 = t_3fjpd * cos_theta2 * p[h2] - t_qg23f * (cos_theta2 * t_frp3h) + p[I2];  /* (26) */
+    const real W_phi1 = c[r9] * p[m1];  /* (27) */
+    const real W_theta1 = c[r10] * p[m1];  /* (27) */
+    const real W_phi2 = c[r9] * p[m2];  /* (27) */
+    const real W_theta2 = c[r10] * p[m2];  /* (27) */
+    const real t_rydik = p[I1] * x[wx]
+        - (cos_theta1 * t_pv3py * p[h1] - t_os4zj * cos_theta1 * p[m1]) * x[wy]
+        + cz_phi1 * x[wz];
+    const real t_weu2r = p[I2] * x[wx]
+        - (t_aafcb * cos_theta2 * p[h2] - cos_theta2 * t_nfvux * p[m2]) * x[wy]
+        + cz_phi2 * x[wz];
+    const real t_jkdj5 = (x[theta1_dot] + x[theta1_dot]) / D_theta1 * (cy_theta1 * x[wy] - t_nud3b * x[wx] + cz_theta1 * x[wz]);
+    const real t_y6g2s = (x[theta2_dot] + x[theta2_dot]) / D_theta2 * (cy_theta2 * x[wy] - t_mlci7 * x[wx] + cz_theta2 * x[wz]);
+    const real V_v1 = K(0.5) * (x[wx] * x[wx]) * c[r4]
+        + K(0.5) * (x[wy] * x[wy]) * c[r6]
+        + K(0.5) * (x[wz] * x[wz]) * c[r8]
+        + K(0.5) * c[r1] * (x[vy] * x[vy])
+        + K(0.5) * c[r2] * (x[vz] * x[vz])
+        + K(0.5) * c[r3] * (x[att1] * x[att1])
+        + K(0.5) * c[r5] * (x[att2] * x[att2])
+        + K(0.5) * c[r7] * (x[att3] * x[att3])
+        + K(0.5) * W_phi1 * (x[phi1_dot] * x[phi1_dot] + (x[phi1_dot] + x[phi1_dot]) / D_phi1 * t_rydik)
+        + K(0.5) * W_phi2 * (x[phi2_dot] * x[phi2_dot] + (x[phi2_dot] + x[phi2_dot]) / D_phi2 * t_weu2r)
+        + K(0.5) * W_theta1 * (x[theta1_dot] * x[theta1_dot] + t_jkdj5)
+        + K(0.5) * W_theta2 * (x[theta2_dot] * x[theta2_dot] + t_y6g2s);  /* (27) */
+    V[0] = V_v1;
 }
 
 /* what lyapunov-v1 demands: u1..u5, lateral force, and how much of it is beyond the thrust; 812 operations. */
 void slosh_lyapunov_v1_demand(const real *x, const real *p, const real *c, real *demand)
 {
-    const real v2 = x[1] * c[0];
-    const real v7 = p[13] * p[13];
-    const real v8 = v7 * p[12];
-    const real v10 = v8 + p[15];
-    const real v12 = c[13] * p[12] / (v10 * v10);
-    real s16, c16; mv_sincos(x[10], &s16, &c16);
-    real s18, c18; mv_sincos(x[9], &s18, &c18);
-    const real v19 = c18 * p[13];
-    const real v20 = v19 * p[12];
-    const real v21 = c16 * v20;
-    const real v23 = v21 * p[14];
-    const real v26 = v23 - v7 * c16 * p[12];
-    const real v31 = s16 * v20;
-    const real v32 = v31 * p[14];
-    const real v33 = v8 * s16;
-    const real v34 = v32 - v33;
-    const real v39 = v10 * x[13];
-    const real v41 = v12 * (p[15] * x[3] - v26 * x[4] + v34 * x[5] + v39);
-    const real v47 = p[18] * p[18];
-    const real v48 = v47 * p[17];
-    const real v50 = v48 + p[20];
-    const real v52 = c[13] * p[17] / (v50 * v50);
-    real s55, c55; mv_sincos(x[11], &s55, &c55);
-    const real v56 = c55 * p[18];
-    const real v57 = v56 * p[17];
-    real s59, c59; mv_sincos(x[12], &s59, &c59);
-    const real v60 = v57 * c59;
-    const real v62 = v60 * p[19];
-    const real v65 = v62 - c59 * v47 * p[17];
-    const real v69 = v57 * s59;
-    const real v70 = v69 * p[19];
-    const real v71 = s59 * v48;
-    const real v72 = v70 - v71;
-    const real v76 = v50 * x[15];
-    const real v78 = v52 * (p[20] * x[3] - v65 * x[4] + v72 * x[5] + v76);
-    const real v84 = s18 * s18;
-    const real v85 = v8 * v84;
-    const real v86 = v85 + p[15];
-    const real v88 = c[14] * p[12] / (v86 * v86);
-    const real v89 = p[13] * p[12];
-    const real v90 = s18 * v89;
-    const real v91 = s16 * v90;
-    const real v92 = v91 * p[14];
-    const real v93 = s18 * c18;
-    const real v95 = v92 - v93 * v33;
-    const real v99 = c16 * v90;
-    const real v100 = v99 * p[14];
-    const real v101 = v8 * c16;
-    const real v103 = v100 - v93 * v101;
-    const real v104 = v103 + p[15];
-    const real v108 = v86 * x[14];
-    const real v110 = v88 * (v95 * x[4] - v85 * x[3] + v104 * x[5] + v108);
-    const real v115 = s55 * s55;
-    const real v116 = v115 * v48;
-    const real v117 = v116 + p[20];
-    const real v119 = c[14] * p[17] / (v117 * v117);
-    const real v120 = p[18] * p[17];
-    const real v121 = v120 * s55;
-    const real v122 = v121 * s59;
-    const real v123 = v122 * p[19];
-    const real v124 = s55 * c55;
-    const real v126 = v123 - v71 * v124;
-    const real v130 = v121 * c59;
-    const real v131 = v130 * p[19];
-    const real v132 = c59 * v48;
-    const real v134 = v131 - v124 * v132;
-    const real v135 = v134 + p[20];
-    const real v139 = v117 * x[16];
-    const real v141 = v119 * (v126 * x[4] - v116 * x[3] + v135 * x[5] + v139);
-    const real v145 = (v2 - v41 * v31 - v78 * v69 - v110 * v99 - v141 * v130) * c[8];
-    const real v149 = x[2] * c[1];
-    const real v159 = (v149 - v41 * v21 - v78 * v60 + v110 * v91 + v141 * v122) * c[9];
-    const real v171 = p[0] + p[1];
-    const real v174 = p[9] / (v171 + p[12] + p[17]);
-    const real v175 = v174 * v90;
-    const real v178 = p[16] * x[13];
-    const real v179 = v90 * p[14];
-    const real v180 = s16 * x[4];
-    const real v181 = c16 * x[5];
-    const real v182 = v180 + v181;
-    const real v183 = v182 * v182;
-    const real v188 = c16 * x[4] - s16 * x[5];
-    const real v193 = v8 * v93;
-    const real v196 = x[3] * x[3];
-    const real v198 = v178 - v179 * v183 - v179 * (v188 * v188) - x[14] * x[14] * v193 - v193 * v196;
-    const real v200 = v85 * v182;
-    const real v210 = v198 - (x[14] + x[14]) * v200 - v8 * v182 * x[3] + v7 * v183 * s18 * c18 * p[12];
-    const real v211 = v7 + v7;
-    const real v222 = v210 + v211 * v84 * v182 * x[3] * p[12] + c18 * v182 * p[14] * x[3] * p[13] * p[12];
-    const real v228 = v222 + v211 * s18 * c18 * x[14] * x[3] * p[12];
-    const real v233 = v174 * v121;
-    const real v236 = p[21] * x[15];
-    const real v237 = v124 * v48;
-    const real v240 = v121 * p[19];
-    const real v241 = s59 * x[4];
-    const real v242 = c59 * x[5];
-    const real v243 = v241 + v242;
-    const real v244 = v243 * v243;
-    const real v249 = c59 * x[4] - s59 * x[5];
-    const real v255 = v236 - v196 * v237 - v240 * v244 - v240 * (v249 * v249) - x[16] * x[16] * v237;
-    const real v257 = v243 * v116;
-    const real v267 = v255 - (x[16] + x[16]) * v257 - v243 * v48 * x[3] + v244 * s55 * c55 * v47 * p[17];
-    const real v279 = v267 + (v243 + v243) * v115 * v47 * x[3] * p[17] + v243 * c55 * p[19] * x[3] * p[18] * p[17];
-    const real v286 = v279 + (s55 + s55) * c55 * v47 * x[16] * x[3] * p[17];
-    const real v290 = x[6] * c[2] - v149 * x[1] - v12 * (v175 * p[15] + p[15] * v228) - v52 * (v233 * p[20] + p[20] * v286);
-    const real v291 = x[13] + x[13];
-    const real v292 = v193 * v291;
-    const real v294 = v292 * x[14];
-    const real v296 = p[16] * x[14];
-    const real v297 = v188 * x[3];
-    const real v308 = v296 + v179 * v297 + v200 * v291 + v200 * v188 + v294 - v193 * v297 - v292 * x[3];
-    const real v314 = x[15] + x[15];
-    const real v315 = v237 * v314;
-    const real v317 = v315 * x[16];
-    const real v319 = p[21] * x[16];
-    const real v322 = v249 * x[3];
-    const real v333 = v319 + v249 * v257 + v240 * v322 + v257 * v314 + v317 - v237 * v322 - v237 * (x[3] + x[3]) * x[15];
-    const real v338 = v290 - v88 * (v108 * v292 - (v294 * v85 + v85 * v308)) - v119 * (v139 * v315 - (v317 * v116 + v116 * v333));
-    const real v342 = x[3] * c[10] + (v338 + x[1] * x[2] * c[0]);
-    const real v355 = c[3] - v12 * (p[15] * p[15]) - v52 * (p[20] * p[20]) - v88 * (v85 * v85) - v119 * (v116 * v116);
-    const real v357 = K(1.0) / v355;
-    const real v359 = v12 * p[15];
-    const real v361 = v52 * p[20];
-    const real v364 = v88 * v85;
-    const real v367 = v119 * v116;
-    const real v369 = v359 * v26 + v361 * v65 + v364 * v95 + v367 * v126;
-    const real v370 = v369 * v357;
-    const real v386 = x[7] * c[4] + v12 * (v175 * v26 + v26 * v228 + v39 * (v100 * x[13] + v34 * x[14]));
-    const real v396 = v386 + v52 * (v233 * v65 + v65 * v286 + v76 * (v72 * x[16] + v131 * x[15]));
-    const real v403 = c18 * c18;
-    const real v409 = v294 * v95 + v95 * v308 - v108 * (v103 * x[14] + x[13] * (v32 + v84 * v33 - v403 * v33));
-    const real v418 = c55 * c55;
-    const real v424 = v317 * v126 + v126 * v333 - v139 * (v134 * x[16] + x[15] * (v70 + v71 * v115 - v71 * v418));
-    const real v432 = v370 * v342 - (x[4] * c[11] + (v396 - v88 * v409 - v119 * v424 + x[0] * x[2] * c[1]));
-    const real v445 = c[5] - v12 * (v26 * v26) - v52 * (v65 * v65) - v88 * (v95 * v95) - v119 * (v126 * v126);
-    const real v448 = K(1.0) / (v445 - v369 * v370);
-    const real v460 = v12 * v26 * v34 + v52 * v65 * v72 - v88 * v95 * v104 - v119 * v126 * v135;
-    const real v467 = v364 * v104 - (v359 * v34 + v361 * v72) + v367 * v135;
-    const real v468 = v467 * v357;
-    const real v470 = v460 - v369 * v468;
-    const real v471 = v470 * v448;
-    const real v489 = x[8] * c[6] - v2 * x[0] - v12 * (v175 * v34 + v34 * v228 - v39 * (v26 * x[14] - v92 * x[13]));
-    const real v499 = v489 - v52 * (v233 * v72 + v72 * v286 - v76 * (v65 * x[16] - v123 * x[15]));
-    const real v511 = v294 * v104 + v104 * v308 - v108 * (x[13] * (v23 + v84 * v101 - v101 * v403) - v95 * x[14]);
-    const real v525 = v317 * v135 + v135 * v333 - v139 * (x[15] * (v62 + v115 * v132 - v132 * v418) - v126 * x[16]);
-    const real v531 = v468 * v342 - (x[5] * c[12] + (v499 - v88 * v511 - v119 * v525)) - v471 * v432;
-    const real v544 = c[7] - v12 * (v34 * v34) - v52 * (v72 * v72) - v88 * (v104 * v104) - v119 * (v135 * v135);
-    const real v549 = v531 / (v544 - v470 * v471 - v467 * v468);
-    const real v551 = v432 * v448 - v471 * v549;
-    const real v555 = v342 * v357 + v370 * v551 + v468 * v549;
-    const real v557 = s18 * p[13];
-    const real v561 = p[12] / (p[15] + p[12] * (v557 * v557));
-    const real v562 = x[3] * x[4];
-    const real v565 = x[3] - x[14];
-    const real v569 = v181 + v180;
-    const real v571 = c18 * v565 - v569 * s18;
-    const real v573 = v188 + x[13];
-    const real v577 = (v562 * v557 + v188 * v19 * v565 - v571 * p[13] * (v573 + x[13])) * p[15];
-    const real v580 = v561 * (v577 - v296 * v557);
-    const real v582 = s55 * p[18];
-    const real v586 = p[17] / (p[20] + p[17] * (v582 * v582));
-    const real v589 = x[3] - x[16];
-    const real v593 = v242 + v241;
-    const real v595 = c55 * v589 - v593 * s55;
-    const real v597 = v249 + x[15];
-    const real v601 = (v562 * v582 + v249 * v56 * v589 - v595 * p[18] * (v597 + x[15])) * p[20];
-    const real v604 = v586 * (v601 - v319 * v582);
-    const real v609 = x[4] * x[4] + x[5] * x[5];
-    const real v610 = p[12] / v10;
-    const real v611 = v610 * p[15];
-    const real v619 = p[17] / v50;
-    const real v620 = v619 * p[20];
-    const real v624 = v171 + v611 + v620;
-    const real v625 = (p[14] * v611 - (p[7] * p[0] + p[6] * p[1]) + p[19] * v620) / v624;
-    const real v626 = p[14] - v625;
-    const real v629 = v610 * p[13];
-    const real v630 = v89 * v629;
-    const real v634 = v569 * c18 + s18 * v565;
-    const real v639 = c18 * (v609 * v626) * v630 - v89 * (v634 * v634 + v573 * v573);
-    const real v641 = v611 * p[13];
-    const real v647 = v641 * (v571 * v634 - v569 * v565) + v178 * v629;
-    const real v649 = s18 * v639 - v647 * c18;
-    const real v652 = p[19] - v625;
-    const real v655 = v619 * p[18];
-    const real v656 = v120 * v655;
-    const real v660 = v593 * c55 + s55 * v589;
-    const real v665 = c55 * (v609 * v652) * v656 - v120 * (v660 * v660 + v597 * v597);
-    const real v667 = v620 * p[18];
-    const real v673 = v667 * (v595 * v660 - v593 * v589) + v236 * v655;
-    const real v675 = s55 * v665 - v673 * c55;
-    const real v678 = v562 + v549;
-    const real v680 = v561 * p[15];
-    const real v683 = (v626 - v19) * v680 - v626 * v611;
-    const real v685 = v586 * p[20];
-    const real v688 = (v652 - v56) * v685 - v652 * v620;
-    const real v690 = s16 * s16;
-    const real v691 = v641 * c18;
-    const real v692 = v630 * s18;
-    const real v693 = v692 * s18;
-    const real v695 = v691 - v693 * v626;
-    const real v696 = v695 + v683;
-    const real v698 = s59 * s59;
-    const real v699 = v667 * c55;
-    const real v700 = v656 * s55;
-    const real v701 = v700 * s55;
-    const real v703 = v699 - v701 * v652;
-    const real v704 = v703 + v688;
-    const real v706 = v690 * v696 + v698 * v704;
-    const real v708 = v557 * v680;
-    const real v709 = c16 * v708;
-    const real v711 = v582 * v685;
-    const real v712 = c59 * v711;
-    const real v715 = v580 * c16 + v604 * c59 + v649 * s16 + v675 * s59 + v678 * (v683 + v688 - v706 - v709 - v712);
-    const real v717 = x[3] * x[5] - v551;
-    const real v718 = c16 * s16;
-    const real v720 = c59 * s59;
-    const real v722 = v718 * v696 + v720 * v704;
-    const real v726 = v693 + v611 - v680;
-    const real v727 = v690 * v726;
-    const real v729 = v701 + v620 - v685;
-    const real v730 = v698 * v729;
-    const real v738 = v678 * v625 - v145;
-    const real v740 = v715 - v717 * v722 + (v727 + v730 + v624 + v680 + v685 - v611 - v620) * v738;
-    const real v743 = v718 * v726 + v720 * v729;
-    const real v745 = v717 * v625 - v159;
-    const real v754 = v740 + v743 * v745 + (v709 + v712 + v691 * s16 + v699 * s59) * v555;
-    const real v755 = v692 * c18;
-    const real v757 = v700 * c55;
-    const real v759 = v755 * s16 + v757 * s59;
-    const real v764 = v624 + v630 + v656 - v693 - v701;
-    const real v765 = v641 * s18;
-    const real v766 = v667 * s55;
-    const real v777 = v765 + v755 * v626;
-    const real v780 = v766 + v757 * v652;
-    const real v784 = v647 * s18 + v673 * s55 + c18 * v639 + c55 * v665 + v678 * (v777 * s16 + v780 * s59);
-    const real v794 = v755 * c16 + v757 * c59;
-    const real v797 = (v765 + v766) * v555 - (v784 + v717 * (v777 * c16 + v780 * c59) + v759 * v738 + v794 * v745);
-    const real v808 = s16 * v708;
-    const real v810 = s59 * v711;
-    const real v813 = v649 * c16 - (v580 * s16 + v604 * s59) + v675 * c59 + v678 * (v808 - v722 + v810);
-    const real v825 = v813 + v717 * (v706 - (v695 + v703)) + v743 * v738 + (v693 + v701 + v624 - v727 - v730) * v745;
-    const real v832 = v825 - (v808 + v810 - v691 * c16 - v699 * c59) * v555;
-    const real v834 = v764 * v797 - v759 * v754 - v794 * v832;
-    const real v840 = v764 * v764 + v759 * v759 + v794 * v794;
-    const real v849 = v834 * v834 - v840 * (v797 * v797 - p[9] * p[9] + v754 * v754 + v832 * v832);
-    const real v853 = (mv_sqrt(mv_max(SPLAT(K(0.0)), v849)) - v834) / v840;
-    const real v855 = v754 - v759 * v853;
-    const real v858 = v832 - v794 * v853;
-    const real v861 = mv_sqrt(v855 * v855 + v858 * v858);
-    demand[0] = -v145;
-    demand[1] = -v159;
-    demand[2] = -v555;
-    demand[3] = v551;
-    demand[4] = v549;
-    demand[5] = v861;
-    demand[6] = mv_max(SPLAT(K(0.0)), v861 - p[9]);
+    enum { vx = SLOSH_X_VX };
+    enum { vy = SLOSH_X_VY };
+    enum { vz = SLOSH_X_VZ };
+    enum { wx = SLOSH_X_WX };
+    enum { wy = SLOSH_X_WY };
+    enum { wz = SLOSH_X_WZ };
+    enum { att1 = SLOSH_X_ATT1 };
+    enum { att2 = SLOSH_X_ATT2 };
+    enum { att3 = SLOSH_X_ATT3 };
+    enum { phi1 = SLOSH_X_PHI1 };
+    enum { theta1 = SLOSH_X_THETA1 };
+    enum { phi2 = SLOSH_X_PHI2 };
+    enum { theta2 = SLOSH_X_THETA2 };
+    enum { phi1_dot = SLOSH_X_PHI1_DOT };
+    enum { theta1_dot = SLOSH_X_THETA1_DOT };
+    enum { phi2_dot = SLOSH_X_PHI2_DOT };
+    enum { theta2_dot = SLOSH_X_THETA2_DOT };
+    enum { m = SLOSH_P_M };
+    enum { m0 = SLOSH_P_M0 };
+    enum { h0 = SLOSH_P_H0 };
+    enum { b = SLOSH_P_B };
+    enum { F = SLOSH_P_F };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { eps1 = SLOSH_P_EPS1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { eps2 = SLOSH_P_EPS2 };
+    enum { r1 = SLOSH_LYAPUNOV_V1_C_R1 };
+    enum { r2 = SLOSH_LYAPUNOV_V1_C_R2 };
+    enum { r3 = SLOSH_LYAPUNOV_V1_C_R3 };
+    enum { r4 = SLOSH_LYAPUNOV_V1_C_R4 };
+    enum { r5 = SLOSH_LYAPUNOV_V1_C_R5 };
+    enum { r6 = SLOSH_LYAPUNOV_V1_C_R6 };
+    enum { r7 = SLOSH_LYAPUNOV_V1_C_R7 };
+    enum { r8 = SLOSH_LYAPUNOV_V1_C_R8 };
+    enum { w1 = SLOSH_LYAPUNOV_V1_C_W1 };
+    enum { w2 = SLOSH_LYAPUNOV_V1_C_W2 };
+    enum { w3 = SLOSH_LYAPUNOV_V1_C_W3 };
+    enum { w4 = SLOSH_LYAPUNOV_V1_C_W4 };
+    enum { w5 = SLOSH_LYAPUNOV_V1_C_W5 };
+    enum { r9 = SLOSH_LYAPUNOV_V1_C_R9 };
+    enum { r10 = SLOSH_LYAPUNOV_V1_C_R10 };
+    const real t_os4zj = p[l1] * p[l1];
+    const real t_yx2kz = t_os4zj * p[m1];
+    const real D1 = t_yx2kz + p[I1];
+    const real t_gx5gf = p[m1] / D1;
+    const real k1 = t_gx5gf * p[l1];
+    const real me1 = t_gx5gf * p[I1];
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real mv1 = t_6nwd2 * k1;
+    const real t_nfvux = p[l2] * p[l2];
+    const real t_frp3h = t_nfvux * p[m2];
+    const real D2 = t_frp3h + p[I2];
+    const real t_wiek6 = p[m2] / D2;
+    const real k2 = t_wiek6 * p[l2];
+    const real me2 = t_wiek6 * p[I2];
+    const real t_popww = p[l2] * p[m2];
+    const real mv2 = t_popww * k2;
+    const real t_omhyl = p[m] + p[m0];
+    const real M_C = t_omhyl + me1 + me2;
+    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real W12 = x[wx] * x[wy];
+    const real W13 = x[wx] * x[wz];
+    const real e1 = p[h1] - x_C;
+    const real e2 = p[h2] - x_C;
+    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
+    const real t_a3uw4 = sin_theta1 * x[wy];
+    const real t_rding = cos_theta1 * x[wz];
+    const real Wt1 = t_a3uw4 + t_rding;
+    const real w_x1 = x[wx] - x[theta1_dot];
+    const real p1 = Wn1 + x[phi1_dot];
+    const real t_amwyw = t_rding + t_a3uw4;
+    const real chi1 = cos_phi1 * w_x1 - t_amwyw * sin_phi1;
+    const real t_wbiqd = t_amwyw * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_wbiqd * t_wbiqd + p1 * p1;
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
+    const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
+    const real t_vhhwy = sin_theta2 * x[wy];
+    const real t_geoui = cos_theta2 * x[wz];
+    const real Wt2 = t_vhhwy + t_geoui;
+    const real w_x2 = x[wx] - x[theta2_dot];
+    const real p2 = Wn2 + x[phi2_dot];
+    const real t_kmx3q = t_geoui + t_vhhwy;
+    const real chi2 = cos_phi2 * w_x2 - t_kmx3q * sin_phi2;
+    const real t_xxh2p = t_kmx3q * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_xxh2p * t_xxh2p + p2 * p2;
+    const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
+    const real tension1 = cos_phi1 * (t_rybsf * e1) * mv1 - t_6nwd2 * sigma_sq1;
+    const real As_1 = mv1 * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real eAss_1 = Ass_1 * e1;
+    const real q_1 = sin_phi1 * p[l1];
+    const real lc_1 = cos_phi1 * p[l1];
+    const real B_1 = me1 * p[l1];
+    const real Bs_1 = B_1 * sin_phi1;
+    const real Bc_1 = B_1 * cos_phi1;
+    const real g_1 = e1 - lc_1;
+    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
+    const real wth_1 = th_1 * p[I1];
+    const real wg_1 = g_1 * wth_1;
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real tn11_1 = Ass_1 + me1 - wth_1;
+    const real wq_1 = q_1 * wth_1;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real loss_phi1 = p[eps1] * x[phi1_dot];
+    const real loss_theta1 = p[eps1] * x[theta1_dot];
+    const real eta1 = chi1 * t_wbiqd - t_amwyw * w_x1;
+    const real zeta1 = W12 * q_1
+        + Wn1 * lc_1 * w_x1
+        - chi1 * p[l1] * (p1 + x[phi1_dot]);
+    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
+    const real t_7imwe = B_1 * eta1 + loss_phi1 * k1;
+    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real tension2 = cos_phi2 * (t_rybsf * e2) * mv2 - t_popww * sigma_sq2;
+    const real As_2 = mv2 * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real eAss_2 = Ass_2 * e2;
+    const real q_2 = sin_phi2 * p[l2];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real B_2 = me2 * p[l2];
+    const real Bs_2 = B_2 * sin_phi2;
+    const real Bc_2 = B_2 * cos_phi2;
+    const real g_2 = e2 - lc_2;
+    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
+    const real wth_2 = th_2 * p[I2];
+    const real wg_2 = g_2 * wth_2;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real tn11_2 = Ass_2 + me2 - wth_2;
+    const real wq_2 = q_2 * wth_2;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real loss_phi2 = p[eps2] * x[phi2_dot];
+    const real loss_theta2 = p[eps2] * x[theta2_dot];
+    const real eta2 = chi2 * t_xxh2p - t_kmx3q * w_x2;
+    const real zeta2 = W12 * q_2
+        + Wn2 * lc_2 * w_x2
+        - chi2 * p[l2] * (p2 + x[phi2_dot]);
+    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
+    const real t_4b2fa = B_2 * eta2 + loss_phi2 * k2;
+    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
+    const real t_fbeaw = S_sq1 * tn11_1;
+    const real t_dj555 = S_sq2 * tn11_2;
+    const real K22 = t_fbeaw + t_dj555 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real K33 = Ass_1 + Ass_2 + M_C - t_fbeaw - t_dj555;
+    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
+    const real t_tcgxn = wg_1 - e1 * me1;
+    const real t_uf5ib = wg_2 - e2 * me2;
+    const real t_32gyg = Bc_1 - eAss_1;
+    const real t_65obb = t_32gyg + t_tcgxn;
+    const real t_gbkg6 = Bc_2 - eAss_2;
+    const real t_yoiua = t_gbkg6 + t_uf5ib;
+    const real t_z76hk = S_sq1 * t_65obb + S_sq2 * t_yoiua;
+    const real K52 = t_tcgxn + t_uf5ib - t_z76hk - wqC_1 - wqC_2;
+    const real t_hjmgb = SC1 * t_65obb + SC2 * t_yoiua;
+    const real K53 = wqS_1 - t_hjmgb + wqS_2;
+    const real K63 = t_z76hk - (t_32gyg + t_gbkg6);
+    const real n2 = F_n1 * cos_theta1 + F_n2 * cos_theta2 + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (F_n1 * sin_theta1 + F_n2 * sin_theta2) + F_t2 * cos_theta2;
+    const real gx_phi1 = sin_phi1 * t_6nwd2;  /* (25) */
+    const real t_5zfdh = lc_1 * p[m1];
+    const real gy_phi1 = sin_theta1 * t_5zfdh;  /* (25) */
+    const real gz_phi1 = cos_theta1 * t_5zfdh;  /* (25) */
+    const real t_bnlcb = gy_phi1 * p[h1];
+    const real t_4xxce = t_yx2kz * sin_theta1;
+    const real cz_phi1 = t_bnlcb - t_4xxce;  /* (25) */
+    const real t_azo52 = gx_phi1 * p[h1];
+    const real t_c6d5b = Wt1 * Wt1;
+    const real t_a233z = sin_phi1 * cos_phi1;
+    const real t_5jodw = t_yx2kz * t_a233z;
+    const real t_wube7 = x[wx] * x[wx];
+    const real t_3qva5 = sin_phi1 * sin_phi1;
+    const real t_invly = t_yx2kz * t_3qva5;
+    const real t_sybx3 = t_invly * Wt1;
+    const real t_oc5tk = t_os4zj + t_os4zj;
+    const real k_phi1 = loss_phi1
+        - t_azo52 * t_c6d5b
+        - t_azo52 * (Wn1 * Wn1)
+        - x[theta1_dot] * x[theta1_dot] * t_5jodw
+        - t_5jodw * t_wube7
+        - (x[theta1_dot] + x[theta1_dot]) * t_sybx3
+        - t_yx2kz * Wt1 * x[wx]
+        + t_os4zj * t_c6d5b * sin_phi1 * cos_phi1 * p[m1]
+        + t_oc5tk * t_3qva5 * Wt1 * x[wx] * p[m1]
+        + cos_phi1 * Wt1 * p[h1] * x[wx] * p[l1] * p[m1]
+        + t_oc5tk * sin_phi1 * cos_phi1 * x[theta1_dot] * x[wx] * p[m1];  /* (25) */
+    const real D_theta1 = t_invly + p[I1];  /* (26) */
+    const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
+    const real t_tpms2 = sin_theta1 * gx_phi1;
+    const real t_nmcsn = t_tpms2 * p[h1];
+    const real cy_theta1 = t_nmcsn - t_a233z * t_4xxce;  /* (26) */
+    const real t_m5cmg = gy_theta1 * p[h1];
+    const real t_bdhgv = t_yx2kz * cos_theta1;
+    const real t_uyufu = t_m5cmg - t_a233z * t_bdhgv;
+    const real cz_theta1 = t_uyufu + p[I1];  /* (26) */
+    const real t_ywy5z = Wn1 * x[wx];
+    const real t_j5odj = x[phi1_dot] + x[phi1_dot];
+    const real Dd_theta1 = t_5jodw * t_j5odj;
+    const real t_b7wcv = Dd_theta1 * x[theta1_dot];
+    const real k_theta1 = loss_theta1
+        + t_azo52 * t_ywy5z
+        + t_sybx3 * t_j5odj
+        + t_sybx3 * Wn1
+        + t_b7wcv
+        - t_5jodw * t_ywy5z
+        - Dd_theta1 * x[wx];  /* (26) */
+    const real gx_phi2 = t_popww * sin_phi2;  /* (25) */
+    const real t_p4m3j = lc_2 * p[m2];
+    const real gy_phi2 = t_p4m3j * sin_theta2;  /* (25) */
+    const real gz_phi2 = t_p4m3j * cos_theta2;  /* (25) */
+    const real t_ba7if = gy_phi2 * p[h2];
+    const real t_tb25v = sin_theta2 * t_frp3h;
+    const real cz_phi2 = t_ba7if - t_tb25v;  /* (25) */
+    const real t_nqm7d = sin_phi2 * cos_phi2;
+    const real t_2t5uv = t_nqm7d * t_frp3h;
+    const real t_svo5z = gx_phi2 * p[h2];
+    const real t_ylcad = Wt2 * Wt2;
+    const real t_4j4b3 = sin_phi2 * sin_phi2;
+    const real t_claqt = t_4j4b3 * t_frp3h;
+    const real t_zjzfv = Wt2 * t_claqt;
+    const real k_phi2 = loss_phi2
+        - t_wube7 * t_2t5uv
+        - t_svo5z * t_ylcad
+        - t_svo5z * (Wn2 * Wn2)
+        - x[theta2_dot] * x[theta2_dot] * t_2t5uv
+        - (x[theta2_dot] + x[theta2_dot]) * t_zjzfv
+        - Wt2 * t_frp3h * x[wx]
+        + t_ylcad * sin_phi2 * cos_phi2 * t_nfvux * p[m2]
+        + (Wt2 + Wt2) * t_4j4b3 * t_nfvux * x[wx] * p[m2]
+        + Wt2 * cos_phi2 * p[h2] * x[wx] * p[l2] * p[m2]
+        + (sin_phi2 + sin_phi2) * cos_phi2 * t_nfvux * x[theta2_dot] * x[wx] * p[m2];  /* (25) */
+    const real D_theta2 = t_claqt + p[I2];  /* (26) */
+    const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
+    const real t_h3pge = gx_phi2 * sin_theta2;
+    const real t_ikdxp = t_h3pge * p[h2];
+    const real cy_theta2 = t_ikdxp - t_tb25v * t_nqm7d;  /* (26) */
+    const real t_gidtm = gy_theta2 * p[h2];
+    const real t_senbd = cos_theta2 * t_frp3h;
+    const real t_3o3n4 = t_gidtm - t_nqm7d * t_senbd;
+    const real cz_theta2 = t_3o3n4 + p[I2];  /* (26) */
+    const real t_nw7er = Wn2 * x[wx];
+    const real t_473qv = x[phi2_dot] + x[phi2_dot];
+    const real Dd_theta2 = t_2t5uv * t_473qv;
+    const real t_putjj = Dd_theta2 * x[theta2_dot];
+    const real k_theta2 = loss_theta2
+        + Wn2 * t_zjzfv
+        + t_svo5z * t_nw7er
+        + t_zjzfv * t_473qv
+        + t_putjj
+        - t_2t5uv * t_nw7er
+        - t_2t5uv * (x[wx] + x[wx]) * x[phi2_dot];  /* (26) */
+    const real ax_eq = p[F] / (t_omhyl + p[m1] + p[m2]);  /* (19) */
+    const real W_phi1 = c[r9] * p[m1];  /* (27) */
+    const real cdy_phi1 = t_m5cmg * x[phi1_dot] + cz_phi1 * x[theta1_dot];
+    const real t_pthak = gz_phi1 * p[h1];
+    const real t_qesxo = t_pthak - t_os4zj * cos_theta1 * p[m1];
+    const real cdz_phi1 = t_qesxo * x[theta1_dot] - t_nmcsn * x[phi1_dot];
+    const real W_theta1 = c[r10] * p[m1];  /* (27) */
+    const real t_4of2f = cos_phi1 * cos_phi1;
+    const real cdy_theta1 = t_uyufu * x[theta1_dot] + x[phi1_dot] * (t_bnlcb + t_3qva5 * t_4xxce - t_4of2f * t_4xxce);
+    const real cdz_theta1 = x[phi1_dot] * (t_pthak + t_3qva5 * t_bdhgv - t_bdhgv * t_4of2f) - cy_theta1 * x[theta1_dot];
+    const real W_phi2 = c[r9] * p[m2];  /* (27) */
+    const real cdy_phi2 = cz_phi2 * x[theta2_dot] + t_gidtm * x[phi2_dot];
+    const real t_3ndrr = gz_phi2 * p[h2];
+    const real t_x5sl2 = t_3ndrr - cos_theta2 * t_nfvux * p[m2];
+    const real cdz_phi2 = t_x5sl2 * x[theta2_dot] - t_ikdxp * x[phi2_dot];
+    const real W_theta2 = c[r10] * p[m2];  /* (27) */
+    const real t_zozwp = cos_phi2 * cos_phi2;
+    const real cdy_theta2 = t_3o3n4 * x[theta2_dot] + x[phi2_dot] * (t_ba7if + t_tb25v * t_4j4b3 - t_tb25v * t_zozwp);
+    const real cdz_theta2 = x[phi2_dot] * (t_3ndrr + t_4j4b3 * t_senbd - t_senbd * t_zozwp) - cy_theta2 * x[theta2_dot];
+    const real t_wij2f = x[vy] * c[r1];
+    const real t_mj52b = W_phi1 / (D1 * D1);
+    const real t_o2gar = D1 * x[phi1_dot];
+    const real t_3c5in = t_mj52b * (p[I1] * x[wx] - t_qesxo * x[wy] + cz_phi1 * x[wz] + t_o2gar);
+    const real t_iecaz = W_phi2 / (D2 * D2);
+    const real t_gifwv = D2 * x[phi2_dot];
+    const real t_ohb73 = t_iecaz * (p[I2] * x[wx] - t_x5sl2 * x[wy] + cz_phi2 * x[wz] + t_gifwv);
+    const real t_j7ex5 = W_theta1 / (D_theta1 * D_theta1);
+    const real t_iomfo = D_theta1 * x[theta1_dot];
+    const real t_cdafg = t_j7ex5 * (cy_theta1 * x[wy] - t_invly * x[wx] + cz_theta1 * x[wz] + t_iomfo);
+    const real t_s5xdh = W_theta2 / (D_theta2 * D_theta2);
+    const real t_kyc32 = D_theta2 * x[theta2_dot];
+    const real t_rbkok = t_s5xdh * (cy_theta2 * x[wy] - t_claqt * x[wx] + cz_theta2 * x[wz] + t_kyc32);
+    const real B_v1 = t_wij2f
+        - t_3c5in * gy_phi1
+        - t_ohb73 * gy_phi2
+        - t_cdafg * gy_theta1
+        - t_rbkok * gy_theta2;  /* (29) */
+    const real t_aqbxr = x[vz] * c[r2];
+    const real C_v1 = t_aqbxr
+        - t_3c5in * gz_phi1
+        - t_ohb73 * gz_phi2
+        + t_cdafg * t_tpms2
+        + t_rbkok * t_h3pge;  /* (29) */
+    const real t_5bilv = ax_eq * gx_phi1;
+    const real t_4oupt = ax_eq * gx_phi2;
+    const real g1_v1 = x[att1] * c[r3]
+        - t_aqbxr * x[vy]
+        - t_mj52b * (t_5bilv * p[I1] + p[I1] * k_phi1)
+        - t_iecaz * (t_4oupt * p[I2] + p[I2] * k_phi2)
+        - t_j7ex5 * (t_iomfo * Dd_theta1 - (t_b7wcv * t_invly + t_invly * k_theta1))
+        - t_s5xdh * (t_kyc32 * Dd_theta2 - (t_putjj * t_claqt + t_claqt * k_theta2))
+        + x[vy] * x[vz] * c[r1];  /* (29) */
+    const real g2_v1 = x[att2] * c[r5]
+        + t_mj52b * (t_5bilv * t_qesxo + t_qesxo * k_phi1 + t_o2gar * cdy_phi1)
+        + t_iecaz * (t_4oupt * t_x5sl2 + t_x5sl2 * k_phi2 + t_gifwv * cdy_phi2)
+        - t_j7ex5 * (t_b7wcv * cy_theta1 + cy_theta1 * k_theta1 - t_iomfo * cdy_theta1)
+        - t_s5xdh * (t_putjj * cy_theta2 + cy_theta2 * k_theta2 - t_kyc32 * cdy_theta2)
+        + x[vx] * x[vz] * c[r2];  /* (29) */
+    const real g3_v1 = x[att3] * c[r7]
+        - t_wij2f * x[vx]
+        - t_mj52b * (t_5bilv * cz_phi1 + cz_phi1 * k_phi1 - t_o2gar * cdz_phi1)
+        - t_iecaz * (t_4oupt * cz_phi2 + cz_phi2 * k_phi2 - t_gifwv * cdz_phi2)
+        - t_j7ex5 * (t_b7wcv * cz_theta1 + cz_theta1 * k_theta1 - t_iomfo * cdz_theta1)
+        - t_s5xdh * (t_putjj * cz_theta2 + cz_theta2 * k_theta2 - t_kyc32 * cdz_theta2);  /* (29) */
+    const real f11_v1 = c[r4]
+        - t_mj52b * (p[I1] * p[I1])
+        - t_iecaz * (p[I2] * p[I2])
+        - t_j7ex5 * (t_invly * t_invly)
+        - t_s5xdh * (t_claqt * t_claqt);  /* (29) */
+    const real t_7pydp = t_mj52b * p[I1];
+    const real t_ob75p = t_iecaz * p[I2];
+    const real t_ccobz = t_j7ex5 * t_invly;
+    const real t_6w3c7 = t_s5xdh * t_claqt;
+    const real f21_v1 = t_7pydp * t_qesxo + t_ob75p * t_x5sl2 + t_ccobz * cy_theta1 + t_6w3c7 * cy_theta2;  /* (29) */
+    const real f22_v1 = c[r6]
+        - t_mj52b * (t_qesxo * t_qesxo)
+        - t_iecaz * (t_x5sl2 * t_x5sl2)
+        - t_j7ex5 * (cy_theta1 * cy_theta1)
+        - t_s5xdh * (cy_theta2 * cy_theta2);  /* (29) */
+    const real f31_v1 = t_ccobz * cz_theta1 - (t_7pydp * cz_phi1 + t_ob75p * cz_phi2) + t_6w3c7 * cz_theta2;  /* (29) */
+    const real f32_v1 = t_mj52b * t_qesxo * cz_phi1
+        + t_iecaz * t_x5sl2 * cz_phi2
+        - t_j7ex5 * cy_theta1 * cz_theta1
+        - t_s5xdh * cy_theta2 * cz_theta2;  /* (29) */
+    const real f33_v1 = c[r8]
+        - t_mj52b * (cz_phi1 * cz_phi1)
+        - t_iecaz * (cz_phi2 * cz_phi2)
+        - t_j7ex5 * (cz_theta1 * cz_theta1)
+        - t_s5xdh * (cz_theta2 * cz_theta2);  /* (29) */
+    const real t_4v7es = K(1.0) / f11_v1;
+    const real f_v1_L21 = f21_v1 * t_4v7es;
+    const real f_v1_L31 = f31_v1 * t_4v7es;
+    const real f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21;
+    const real t_g2uww = f32_v1 - f21_v1 * f_v1_L31;
+    const real t_omhw7 = K(1.0) / f_v1_D2;
+    const real f_v1_L32 = t_g2uww * t_omhw7;
+    const real f_v1_D3 = f33_v1 - t_g2uww * f_v1_L32 - f31_v1 * f_v1_L31;
+    const real t_u5ggi = x[wx] * c[w3] + g1_v1;
+    const real u_v1_y2 = f_v1_L21 * t_u5ggi - (x[wy] * c[w4] + g2_v1);
+    const real u_v1_y3 = f_v1_L31 * t_u5ggi - (x[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
+    const real u_v1_x3 = u_v1_y3 / f_v1_D3;
+    const real u_v1_x2 = u_v1_y2 * t_omhw7 - f_v1_L32 * u_v1_x3;
+    const real t_dyqoa = t_u5ggi * t_4v7es + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
+    const real u_v1_x1 = -t_dyqoa;
+    const real t_mjt7i = B_v1 * c[w1];
+    const real u1_v1 = -t_mjt7i;  /* (31) */
+    const real t_2xlzh = C_v1 * c[w2];
+    const real u2_v1 = -t_2xlzh;  /* (32) */
+    const real G2_v1 = W12 + u_v1_x3;
+    const real G3_v1 = W13 - u_v1_x2;
+    const real a2_v1 = G2_v1 * x_C - t_mjt7i;
+    const real a3_v1 = G3_v1 * x_C - t_2xlzh;
+    const real t_ev7u5 = Bs_1 + Asc_1 * e1;
+    const real t_bvybx = Bs_2 + Asc_2 * e2;
+    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_vzrlr = t_7imwe * sin_phi1
+        + t_4b2fa * sin_phi2
+        + cos_phi1 * tension1
+        + cos_phi2 * tension2
+        + G2_v1 * (t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2)
+        + G3_v1 * (t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2)
+        + t_b3aij * a2_v1
+        + t_zzymx * a3_v1;
+    const real q1_v1 = (Bs_1 + Bs_2) * t_dyqoa - t_vzrlr;
+    const real q2_v1 = n2
+        + G2_v1 * K52
+        - G3_v1 * t_hjmgb
+        + K22 * a2_v1
+        + K32 * a3_v1
+        + (wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2) * t_dyqoa;
+    const real q3_v1 = n3
+        + G2_v1 * K53
+        + G3_v1 * K63
+        + K32 * a2_v1
+        + K33 * a3_v1
+        - K43 * t_dyqoa;
+    const real PP_v1 = K11 * K11 + t_b3aij * t_b3aij + t_zzymx * t_zzymx;
+    const real Pq_v1 = K11 * q1_v1 - t_b3aij * q2_v1 - t_zzymx * q3_v1;
+    const real t_echqo = PP_v1 * (q1_v1 * q1_v1 - p[F] * p[F] + q2_v1 * q2_v1 + q3_v1 * q3_v1);
+    const real root_v1 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v1 * Pq_v1 - t_echqo));
+    const real ax_v1 = (root_v1 - Pq_v1) / PP_v1;
+    const real f2_v1 = q2_v1 - t_b3aij * ax_v1;
+    const real f3_v1 = q3_v1 - t_zzymx * ax_v1;
+    const real lateral_v1 = mv_sqrt(f2_v1 * f2_v1 + f3_v1 * f3_v1);
+    demand[0] = u1_v1;
+    demand[1] = u2_v1;
+    demand[2] = u_v1_x1;
+    demand[3] = u_v1_x2;
+    demand[4] = u_v1_x3;
+    demand[5] = lateral_v1;
+    demand[6] = mv_max(SPLAT(K(0.0)), lateral_v1 - p[F]);
 }
 
 /* Lyapunov function of lyapunov-v2; 31 operations. */
 void slosh_lyapunov_v2_value(const real *x, const real *p, const real *c, real *V)
 {
     (void)p;
-    const real v17 = K(0.5) * (x[3] * x[3]) * c[3] + K(0.5) * (x[4] * x[4]) * c[5] + K(0.5) * (x[5] * x[5]) * c[7];
-    const real v35 = v17 + K(0.5) * c[0] * (x[1] * x[1]) + K(0.5) * c[1] * (x[2] * x[2]) + K(0.5) * c[2] * (x[6] * x[6]);
-    V[0] = v35 + K(0.5) * c[4] * (x[7] * x[7]) + K(0.5) * c[6] * (x[8] * x[8]);
+    enum { vy = SLOSH_X_VY };
+    enum { vz = SLOSH_X_VZ };
+    enum { wx = SLOSH_X_WX };
+    enum { wy = SLOSH_X_WY };
+    enum { wz = SLOSH_X_WZ };
+    enum { att1 = SLOSH_X_ATT1 };
+    enum { att2 = SLOSH_X_ATT2 };
+    enum { att3 = SLOSH_X_ATT3 };
+    enum { r1 = SLOSH_LYAPUNOV_V2_C_R1 };
+    enum { r2 = SLOSH_LYAPUNOV_V2_C_R2 };
+    enum { r3 = SLOSH_LYAPUNOV_V2_C_R3 };
+    enum { r4 = SLOSH_LYAPUNOV_V2_C_R4 };
+    enum { r5 = SLOSH_LYAPUNOV_V2_C_R5 };
+    enum { r6 = SLOSH_LYAPUNOV_V2_C_R6 };
+    enum { r7 = SLOSH_LYAPUNOV_V2_C_R7 };
+    enum { r8 = SLOSH_LYAPUNOV_V2_C_R8 };
+    const real V_v2 = K(0.5) * (x[wx] * x[wx]) * c[r4]
+        + K(0.5) * (x[wy] * x[wy]) * c[r6]
+        + K(0.5) * (x[wz] * x[wz]) * c[r8]
+        + K(0.5) * c[r1] * (x[vy] * x[vy])
+        + K(0.5) * c[r2] * (x[vz] * x[vz])
+        + K(0.5) * c[r3] * (x[att1] * x[att1])
+        + K(0.5) * c[r5] * (x[att2] * x[att2])
+        + K(0.5) * c[r7] * (x[att3] * x[att3]);  /* (28) */
+    V[0] = V_v2;
 }
 
 /* what lyapunov-v2 demands: u1..u5, lateral force, and how much of it is beyond the thrust; 361 operations. */
 void slosh_lyapunov_v2_demand(const real *x, const real *p, const real *c, real *demand)
 {
-    const real v2 = x[1] * c[0];
-    const real v4 = v2 * c[8];
-    const real v8 = x[2] * c[1];
-    const real v10 = v8 * c[9];
-    const real v24 = (x[3] * c[10] + (v2 * x[2] - v8 * x[1] + x[6] * c[2])) / c[3];
-    const real v37 = (x[4] * c[11] + (v8 * x[0] + x[7] * c[4])) / c[5];
-    const real v49 = (x[5] * c[12] + (x[8] * c[6] - v2 * x[0])) / c[7];
-    real s54, c54; mv_sincos(x[9], &s54, &c54);
-    const real v56 = s54 * p[13];
-    const real v60 = p[12] / (p[15] + p[12] * (v56 * v56));
-    const real v61 = x[3] * x[4];
-    real s64, c64; mv_sincos(x[10], &s64, &c64);
-    const real v68 = c64 * x[4] - s64 * x[5];
-    const real v70 = c54 * p[13];
-    const real v73 = x[3] - x[14];
-    const real v79 = c64 * x[5] + s64 * x[4];
-    const real v81 = c54 * v73 - v79 * s54;
-    const real v84 = v68 + x[13];
-    const real v92 = (v61 * v56 + v68 * v70 * v73 - v81 * p[13] * (v84 + x[13])) * p[15] - p[16] * x[14] * v56;
-    const real v93 = v60 * v92;
-    real s98, c98; mv_sincos(x[11], &s98, &c98);
-    const real v100 = s98 * p[18];
-    const real v104 = p[17] / (p[20] + p[17] * (v100 * v100));
-    real s107, c107; mv_sincos(x[12], &s107, &c107);
-    const real v111 = c107 * x[4] - s107 * x[5];
-    const real v113 = c98 * p[18];
-    const real v116 = x[3] - x[16];
-    const real v122 = c107 * x[5] + s107 * x[4];
-    const real v124 = c98 * v116 - v122 * s98;
-    const real v127 = v111 + x[15];
-    const real v131 = (v61 * v100 + v111 * v113 * v116 - v124 * p[18] * (v127 + x[15])) * p[20];
-    const real v136 = v104 * (v131 - p[21] * x[16] * v100);
-    const real v141 = x[4] * x[4] + x[5] * x[5];
-    const real v146 = p[12] / (p[13] * p[13] * p[12] + p[15]);
-    const real v147 = v146 * p[15];
-    const real v161 = p[17] / (p[18] * p[18] * p[17] + p[20]);
-    const real v162 = v161 * p[20];
-    const real v167 = p[0] + p[1] + v147 + v162;
-    const real v168 = (p[14] * v147 - (p[7] * p[0] + p[6] * p[1]) + p[19] * v162) / v167;
-    const real v169 = p[14] - v168;
-    const real v172 = p[13] * p[12];
-    const real v173 = v146 * p[13];
-    const real v174 = v172 * v173;
-    const real v178 = v79 * c54 + s54 * v73;
-    const real v183 = c54 * (v141 * v169) * v174 - v172 * (v178 * v178 + v84 * v84);
-    const real v185 = v147 * p[13];
-    const real v192 = v185 * (v81 * v178 - v79 * v73) + p[16] * x[13] * v173;
-    const real v194 = s54 * v183 - v192 * c54;
-    const real v197 = p[19] - v168;
-    const real v200 = p[18] * p[17];
-    const real v201 = v161 * p[18];
-    const real v202 = v200 * v201;
-    const real v206 = v122 * c98 + s98 * v116;
-    const real v211 = c98 * (v141 * v197) * v202 - v200 * (v206 * v206 + v127 * v127);
-    const real v213 = v162 * p[18];
-    const real v220 = v213 * (v124 * v206 - v122 * v116) + p[21] * x[15] * v201;
-    const real v222 = s98 * v211 - v220 * c98;
-    const real v225 = v61 - v49;
-    const real v227 = v60 * p[15];
-    const real v230 = (v169 - v70) * v227 - v169 * v147;
-    const real v232 = v104 * p[20];
-    const real v235 = (v197 - v113) * v232 - v197 * v162;
-    const real v237 = s64 * s64;
-    const real v238 = v185 * c54;
-    const real v239 = v174 * s54;
-    const real v240 = v239 * s54;
-    const real v242 = v238 - v240 * v169;
-    const real v243 = v242 + v230;
-    const real v245 = s107 * s107;
-    const real v246 = v213 * c98;
-    const real v247 = v202 * s98;
-    const real v248 = v247 * s98;
-    const real v250 = v246 - v248 * v197;
-    const real v251 = v250 + v235;
-    const real v253 = v237 * v243 + v245 * v251;
-    const real v255 = v56 * v227;
-    const real v256 = c64 * v255;
-    const real v258 = v100 * v232;
-    const real v259 = c107 * v258;
-    const real v262 = v93 * c64 + v136 * c107 + v194 * s64 + v222 * s107 + v225 * (v230 + v235 - v253 - v256 - v259);
-    const real v264 = x[3] * x[5] + v37;
-    const real v265 = c64 * s64;
-    const real v267 = c107 * s107;
-    const real v269 = v265 * v243 + v267 * v251;
-    const real v273 = v240 + v147 - v227;
-    const real v274 = v237 * v273;
-    const real v276 = v248 + v162 - v232;
-    const real v277 = v245 * v276;
-    const real v285 = v225 * v168 - v4;
-    const real v287 = v262 - v264 * v269 + (v274 + v277 + v167 + v227 + v232 - v147 - v162) * v285;
-    const real v290 = v265 * v273 + v267 * v276;
-    const real v292 = v264 * v168 - v10;
-    const real v301 = v287 + v290 * v292 + (v256 + v259 + v238 * s64 + v246 * s107) * v24;
-    const real v302 = v239 * c54;
-    const real v304 = v247 * c98;
-    const real v306 = v302 * s64 + v304 * s107;
-    const real v311 = v167 + v174 + v202 - v240 - v248;
-    const real v312 = v185 * s54;
-    const real v313 = v213 * s98;
-    const real v324 = v312 + v302 * v169;
-    const real v327 = v313 + v304 * v197;
-    const real v331 = v192 * s54 + v220 * s98 + c54 * v183 + c98 * v211 + v225 * (v324 * s64 + v327 * s107);
-    const real v341 = v302 * c64 + v304 * c107;
-    const real v344 = (v312 + v313) * v24 - (v331 + v264 * (v324 * c64 + v327 * c107) + v306 * v285 + v341 * v292);
-    const real v355 = s64 * v255;
-    const real v357 = s107 * v258;
-    const real v360 = v194 * c64 - (v93 * s64 + v136 * s107) + v222 * c107 + v225 * (v355 - v269 + v357);
-    const real v372 = v360 + v264 * (v253 - (v242 + v250)) + v290 * v285 + (v240 + v248 + v167 - v274 - v277) * v292;
-    const real v379 = v372 - (v355 + v357 - v238 * c64 - v246 * c107) * v24;
-    const real v381 = v311 * v344 - v306 * v301 - v341 * v379;
-    const real v387 = v311 * v311 + v306 * v306 + v341 * v341;
-    const real v397 = v381 * v381 - v387 * (v344 * v344 - p[9] * p[9] + v301 * v301 + v379 * v379);
-    const real v401 = (mv_sqrt(mv_max(SPLAT(K(0.0)), v397)) - v381) / v387;
-    const real v403 = v301 - v306 * v401;
-    const real v406 = v379 - v341 * v401;
-    const real v409 = mv_sqrt(v403 * v403 + v406 * v406);
-    demand[0] = -v4;
-    demand[1] = -v10;
-    demand[2] = -v24;
-    demand[3] = -v37;
-    demand[4] = -v49;
-    demand[5] = v409;
-    demand[6] = mv_max(SPLAT(K(0.0)), v409 - p[9]);
+    enum { vx = SLOSH_X_VX };
+    enum { vy = SLOSH_X_VY };
+    enum { vz = SLOSH_X_VZ };
+    enum { wx = SLOSH_X_WX };
+    enum { wy = SLOSH_X_WY };
+    enum { wz = SLOSH_X_WZ };
+    enum { att1 = SLOSH_X_ATT1 };
+    enum { att2 = SLOSH_X_ATT2 };
+    enum { att3 = SLOSH_X_ATT3 };
+    enum { phi1 = SLOSH_X_PHI1 };
+    enum { theta1 = SLOSH_X_THETA1 };
+    enum { phi2 = SLOSH_X_PHI2 };
+    enum { theta2 = SLOSH_X_THETA2 };
+    enum { phi1_dot = SLOSH_X_PHI1_DOT };
+    enum { theta1_dot = SLOSH_X_THETA1_DOT };
+    enum { phi2_dot = SLOSH_X_PHI2_DOT };
+    enum { theta2_dot = SLOSH_X_THETA2_DOT };
+    enum { m = SLOSH_P_M };
+    enum { m0 = SLOSH_P_M0 };
+    enum { h0 = SLOSH_P_H0 };
+    enum { b = SLOSH_P_B };
+    enum { F = SLOSH_P_F };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { eps1 = SLOSH_P_EPS1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { eps2 = SLOSH_P_EPS2 };
+    enum { r1 = SLOSH_LYAPUNOV_V2_C_R1 };
+    enum { r2 = SLOSH_LYAPUNOV_V2_C_R2 };
+    enum { r3 = SLOSH_LYAPUNOV_V2_C_R3 };
+    enum { r4 = SLOSH_LYAPUNOV_V2_C_R4 };
+    enum { r5 = SLOSH_LYAPUNOV_V2_C_R5 };
+    enum { r6 = SLOSH_LYAPUNOV_V2_C_R6 };
+    enum { r7 = SLOSH_LYAPUNOV_V2_C_R7 };
+    enum { r8 = SLOSH_LYAPUNOV_V2_C_R8 };
+    enum { w1 = SLOSH_LYAPUNOV_V2_C_W1 };
+    enum { w2 = SLOSH_LYAPUNOV_V2_C_W2 };
+    enum { w3 = SLOSH_LYAPUNOV_V2_C_W3 };
+    enum { w4 = SLOSH_LYAPUNOV_V2_C_W4 };
+    enum { w5 = SLOSH_LYAPUNOV_V2_C_W5 };
+    const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
+    const real t_gx5gf = p[m1] / D1;
+    const real k1 = t_gx5gf * p[l1];
+    const real me1 = t_gx5gf * p[I1];
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real mv1 = t_6nwd2 * k1;
+    const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
+    const real t_wiek6 = p[m2] / D2;
+    const real k2 = t_wiek6 * p[l2];
+    const real me2 = t_wiek6 * p[I2];
+    const real t_popww = p[l2] * p[m2];
+    const real mv2 = t_popww * k2;
+    const real M_C = p[m] + p[m0] + me1 + me2;
+    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real W12 = x[wx] * x[wy];
+    const real W13 = x[wx] * x[wz];
+    const real e1 = p[h1] - x_C;
+    const real e2 = p[h2] - x_C;
+    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
+    const real Wt1 = cos_theta1 * x[wz] + sin_theta1 * x[wy];
+    const real w_x1 = x[wx] - x[theta1_dot];
+    const real p1 = Wn1 + x[phi1_dot];
+    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
+    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
+    const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
+    const real Wt2 = cos_theta2 * x[wz] + sin_theta2 * x[wy];
+    const real w_x2 = x[wx] - x[theta2_dot];
+    const real p2 = Wn2 + x[phi2_dot];
+    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
+    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
+    const real tension1 = cos_phi1 * (t_rybsf * e1) * mv1 - t_6nwd2 * sigma_sq1;
+    const real As_1 = mv1 * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real eAss_1 = Ass_1 * e1;
+    const real q_1 = sin_phi1 * p[l1];
+    const real lc_1 = cos_phi1 * p[l1];
+    const real B_1 = me1 * p[l1];
+    const real Bs_1 = B_1 * sin_phi1;
+    const real Bc_1 = B_1 * cos_phi1;
+    const real g_1 = e1 - lc_1;
+    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
+    const real wth_1 = th_1 * p[I1];
+    const real wg_1 = g_1 * wth_1;
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real tn11_1 = Ass_1 + me1 - wth_1;
+    const real wq_1 = q_1 * wth_1;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real loss_phi1 = p[eps1] * x[phi1_dot];
+    const real loss_theta1 = p[eps1] * x[theta1_dot];
+    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real zeta1 = W12 * q_1
+        + Wn1 * lc_1 * w_x1
+        - chi1 * p[l1] * (p1 + x[phi1_dot]);
+    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
+    const real t_7imwe = B_1 * eta1 + loss_phi1 * k1;
+    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real tension2 = cos_phi2 * (t_rybsf * e2) * mv2 - t_popww * sigma_sq2;
+    const real As_2 = mv2 * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real eAss_2 = Ass_2 * e2;
+    const real q_2 = sin_phi2 * p[l2];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real B_2 = me2 * p[l2];
+    const real Bs_2 = B_2 * sin_phi2;
+    const real Bc_2 = B_2 * cos_phi2;
+    const real g_2 = e2 - lc_2;
+    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
+    const real wth_2 = th_2 * p[I2];
+    const real wg_2 = g_2 * wth_2;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real tn11_2 = Ass_2 + me2 - wth_2;
+    const real wq_2 = q_2 * wth_2;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real loss_phi2 = p[eps2] * x[phi2_dot];
+    const real loss_theta2 = p[eps2] * x[theta2_dot];
+    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real zeta2 = W12 * q_2
+        + Wn2 * lc_2 * w_x2
+        - chi2 * p[l2] * (p2 + x[phi2_dot]);
+    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
+    const real t_4b2fa = B_2 * eta2 + loss_phi2 * k2;
+    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
+    const real t_fbeaw = S_sq1 * tn11_1;
+    const real t_dj555 = S_sq2 * tn11_2;
+    const real K22 = t_fbeaw + t_dj555 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real K33 = Ass_1 + Ass_2 + M_C - t_fbeaw - t_dj555;
+    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
+    const real t_tcgxn = wg_1 - e1 * me1;
+    const real t_uf5ib = wg_2 - e2 * me2;
+    const real t_32gyg = Bc_1 - eAss_1;
+    const real t_65obb = t_32gyg + t_tcgxn;
+    const real t_gbkg6 = Bc_2 - eAss_2;
+    const real t_yoiua = t_gbkg6 + t_uf5ib;
+    const real t_z76hk = S_sq1 * t_65obb + S_sq2 * t_yoiua;
+    const real K52 = t_tcgxn + t_uf5ib - t_z76hk - wqC_1 - wqC_2;
+    const real t_hjmgb = SC1 * t_65obb + SC2 * t_yoiua;
+    const real K53 = wqS_1 - t_hjmgb + wqS_2;
+    const real K63 = t_z76hk - (t_32gyg + t_gbkg6);
+    const real n2 = F_n1 * cos_theta1 + F_n2 * cos_theta2 + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (F_n1 * sin_theta1 + F_n2 * sin_theta2) + F_t2 * cos_theta2;
+    const real B_v2 = x[vy] * c[r1];  /* (29) */
+    const real C_v2 = x[vz] * c[r2];  /* (29) */
+    const real g1_v2 = B_v2 * x[vz] - C_v2 * x[vy] + x[att1] * c[r3];  /* (29) */
+    const real g2_v2 = C_v2 * x[vx] + x[att2] * c[r5];  /* (29) */
+    const real g3_v2 = x[att3] * c[r7] - B_v2 * x[vx];  /* (29) */
+    const real t_hr2xx = (x[wz] * c[w5] + g3_v2) / c[r8];
+    const real u_v2_x3 = -t_hr2xx;
+    const real t_exkvb = (x[wy] * c[w4] + g2_v2) / c[r6];
+    const real u_v2_x2 = -t_exkvb;
+    const real t_r5rcm = (x[wx] * c[w3] + g1_v2) / c[r4];
+    const real u_v2_x1 = -t_r5rcm;
+    const real t_k42hn = B_v2 * c[w1];
+    const real u1_v2 = -t_k42hn;  /* (34) */
+    const real t_xy2rv = C_v2 * c[w2];
+    const real u2_v2 = -t_xy2rv;  /* (35) */
+    const real G2_v2 = W12 - t_hr2xx;
+    const real G3_v2 = W13 + t_exkvb;
+    const real a2_v2 = G2_v2 * x_C - t_k42hn;
+    const real a3_v2 = G3_v2 * x_C - t_xy2rv;
+    const real t_ev7u5 = Bs_1 + Asc_1 * e1;
+    const real t_bvybx = Bs_2 + Asc_2 * e2;
+    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_bkfqo = t_7imwe * sin_phi1
+        + t_4b2fa * sin_phi2
+        + cos_phi1 * tension1
+        + cos_phi2 * tension2
+        + G2_v2 * (t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2)
+        + G3_v2 * (t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2)
+        + t_b3aij * a2_v2
+        + t_zzymx * a3_v2;
+    const real q1_v2 = (Bs_1 + Bs_2) * t_r5rcm - t_bkfqo;
+    const real q2_v2 = n2
+        + G2_v2 * K52
+        - G3_v2 * t_hjmgb
+        + K22 * a2_v2
+        + K32 * a3_v2
+        + (wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2) * t_r5rcm;
+    const real q3_v2 = n3
+        + G2_v2 * K53
+        + G3_v2 * K63
+        + K32 * a2_v2
+        + K33 * a3_v2
+        - K43 * t_r5rcm;
+    const real PP_v2 = K11 * K11 + t_b3aij * t_b3aij + t_zzymx * t_zzymx;
+    const real Pq_v2 = K11 * q1_v2 - t_b3aij * q2_v2 - t_zzymx * q3_v2;
+    const real t_m473c = PP_v2 * (q1_v2 * q1_v2 - p[F] * p[F] + q2_v2 * q2_v2 + q3_v2 * q3_v2);
+    const real root_v2 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v2 * Pq_v2 - t_m473c));
+    const real ax_v2 = (root_v2 - Pq_v2) / PP_v2;
+    const real f2_v2 = q2_v2 - t_b3aij * ax_v2;
+    const real f3_v2 = q3_v2 - t_zzymx * ax_v2;
+    const real lateral_v2 = mv_sqrt(f2_v2 * f2_v2 + f3_v2 * f3_v2);
+    demand[0] = u1_v2;
+    demand[1] = u2_v2;
+    demand[2] = u_v2_x1;
+    demand[3] = u_v2_x2;
+    demand[4] = u_v2_x3;
+    demand[5] = lateral_v2;
+    demand[6] = mv_max(SPLAT(K(0.0)), lateral_v2 - p[F]);
 }
 
 /* Lyapunov law with the pendulums' rates, (27), (29)-(33); 1076 operations. */
 void slosh_lyapunov_v1(const real *x, const real *r, const real *p, const real *c, real *u)
 {
     (void)r;
-    const real v2 = p[13] * p[13];
-    const real v3 = v2 * p[12];
-    const real v5 = v3 + p[15];
-    const real v6 = p[12] / v5;
-    const real v7 = v6 * p[15];
-    const real v8 = v7 * p[13];
-    real s10, c10; mv_sincos(x[9], &s10, &c10);
-    const real v11 = v8 * s10;
-    const real v16 = x[4] * x[4] + x[5] * x[5];
-    const real v30 = p[18] * p[18];
-    const real v31 = v30 * p[17];
-    const real v33 = v31 + p[20];
-    const real v34 = p[17] / v33;
-    const real v35 = v34 * p[20];
-    const real v38 = p[0] + p[1];
-    const real v40 = v38 + v7 + v35;
-    const real v41 = (p[14] * v7 - (p[7] * p[0] + p[6] * p[1]) + p[19] * v35) / v40;
-    const real v42 = p[14] - v41;
-    const real v43 = v16 * v42;
-    const real v48 = x[3] - x[14];
-    real s51, c51; mv_sincos(x[10], &s51, &c51);
-    const real v52 = c51 * x[5];
-    const real v54 = s51 * x[4];
-    const real v55 = v52 + v54;
-    const real v57 = c10 * v48 - v55 * s10;
-    const real v60 = v55 * c10 + s10 * v48;
-    const real v67 = p[16] * x[13];
-    const real v68 = v6 * p[13];
-    const real v70 = v8 * (v57 * v60 - v55 * v48) + v67 * v68;
-    const real v72 = v11 * v43 + v70 * p[13];
-    const real v73 = s10 * p[13];
-    const real v77 = p[12] / (p[15] + p[12] * (v73 * v73));
-    const real v78 = x[3] * x[4];
-    const real v82 = c51 * x[4] - s51 * x[5];
-    const real v83 = c10 * p[13];
-    const real v88 = v82 + x[13];
-    const real v93 = p[16] * x[14];
-    const real v95 = (v78 * v73 + v82 * v83 * v48 - v57 * p[13] * (v88 + x[13])) * p[15] - v93 * v73;
-    const real v96 = v77 * v95;
-    real s99, c99; mv_sincos(x[11], &s99, &c99);
-    const real v100 = s99 * p[18];
-    const real v104 = p[17] / (p[20] + p[17] * (v100 * v100));
-    real s107, c107; mv_sincos(x[12], &s107, &c107);
-    const real v111 = c107 * x[4] - s107 * x[5];
-    const real v113 = c99 * p[18];
-    const real v116 = x[3] - x[16];
-    const real v120 = c107 * x[5];
-    const real v121 = s107 * x[4];
-    const real v122 = v120 + v121;
-    const real v124 = c99 * v116 - v122 * s99;
-    const real v127 = v111 + x[15];
-    const real v131 = (v78 * v100 + v111 * v113 * v116 - v124 * p[18] * (v127 + x[15])) * p[20];
-    const real v133 = p[21] * x[16];
-    const real v136 = v104 * (v131 - v133 * v100);
-    const real v138 = v96 * v73 + v136 * v100;
-    const real v140 = v35 * p[18];
-    const real v141 = v140 * s99;
-    const real v142 = p[19] - v41;
-    const real v143 = v16 * v142;
-    const real v147 = v122 * c99 + s99 * v116;
-    const real v152 = p[21] * x[15];
-    const real v153 = v34 * p[18];
-    const real v155 = v140 * (v124 * v147 - v122 * v116) + v152 * v153;
-    const real v157 = v141 * v143 + v155 * p[18];
-    const real v161 = x[14] * p[15];
-    const real v164 = x[16] * p[20];
-    const real v169 = p[4] - p[5];
-    const real v172 = v72 - v138 + v157 - v67 - v152 + v161 * x[4] + v164 * x[4] - v169 * x[4] * x[5];
-    const real v175 = s10 * s10;
-    const real v176 = v3 * v175;
-    const real v177 = v176 + p[15];
-    const real v179 = c[14] * p[12] / (v177 * v177);
-    const real v180 = v179 * v176;
-    const real v181 = p[13] * p[12];
-    const real v182 = s10 * v181;
-    const real v183 = c51 * v182;
-    const real v184 = v183 * p[14];
-    const real v185 = s10 * c10;
-    const real v186 = v3 * c51;
-    const real v188 = v184 - v185 * v186;
-    const real v189 = v188 + p[15];
-    const real v194 = c[13] * p[12] / (v5 * v5);
-    const real v195 = v194 * p[15];
-    const real v196 = v83 * p[12];
-    const real v197 = s51 * v196;
-    const real v198 = v197 * p[14];
-    const real v199 = v3 * s51;
-    const real v200 = v198 - v199;
-    const real v204 = c[13] * p[17] / (v33 * v33);
-    const real v205 = v204 * p[20];
-    const real v206 = v113 * p[17];
-    const real v207 = v206 * s107;
-    const real v208 = v207 * p[19];
-    const real v209 = s107 * v31;
-    const real v210 = v208 - v209;
-    const real v215 = s99 * s99;
-    const real v216 = v215 * v31;
-    const real v217 = v216 + p[20];
-    const real v219 = c[14] * p[17] / (v217 * v217);
-    const real v220 = v219 * v216;
-    const real v221 = p[18] * p[17];
-    const real v222 = v221 * s99;
-    const real v223 = v222 * c107;
-    const real v224 = v223 * p[19];
-    const real v225 = s99 * c99;
-    const real v226 = c107 * v31;
-    const real v228 = v224 - v225 * v226;
-    const real v229 = v228 + p[20];
-    const real v231 = v180 * v189 - (v195 * v200 + v205 * v210) + v220 * v229;
-    const real v241 = c[3] - v194 * (p[15] * p[15]) - v204 * (p[20] * p[20]) - v179 * (v176 * v176);
-    const real v246 = K(1.0) / (v241 - v219 * (v216 * v216));
-    const real v247 = v231 * v246;
-    const real v255 = x[2] * c[1];
-    const real v262 = p[9] / (v38 + p[12] + p[17]);
-    const real v263 = v262 * v182;
-    const real v265 = v182 * p[14];
-    const real v266 = v54 + v52;
-    const real v267 = v266 * v266;
-    const real v274 = v3 * v185;
-    const real v277 = x[3] * x[3];
-    const real v279 = v67 - v265 * v267 - v265 * (v82 * v82) - x[14] * x[14] * v274 - v274 * v277;
-    const real v281 = v176 * v266;
-    const real v291 = v279 - (x[14] + x[14]) * v281 - v3 * v266 * x[3] + v2 * v267 * s10 * c10 * p[12];
-    const real v292 = v2 + v2;
-    const real v303 = v291 + v292 * v175 * v266 * x[3] * p[12] + c10 * v266 * p[14] * x[3] * p[13] * p[12];
-    const real v309 = v303 + v292 * s10 * c10 * x[14] * x[3] * p[12];
-    const real v314 = v262 * v222;
-    const real v316 = v225 * v31;
-    const real v319 = v222 * p[19];
-    const real v320 = v121 + v120;
-    const real v321 = v320 * v320;
-    const real v329 = v152 - v277 * v316 - v319 * v321 - v319 * (v111 * v111) - x[16] * x[16] * v316;
-    const real v331 = v320 * v216;
-    const real v341 = v329 - (x[16] + x[16]) * v331 - v320 * v31 * x[3] + v321 * s99 * c99 * v30 * p[17];
-    const real v353 = v341 + (v320 + v320) * v215 * v30 * x[3] * p[17] + v320 * c99 * p[19] * x[3] * p[18] * p[17];
-    const real v360 = v353 + (s99 + s99) * c99 * v30 * x[16] * x[3] * p[17];
-    const real v364 = x[6] * c[2] - v255 * x[1] - v194 * (v263 * p[15] + p[15] * v309) - v204 * (v314 * p[20] + p[20] * v360);
-    const real v365 = v177 * x[14];
-    const real v366 = x[13] + x[13];
-    const real v367 = v274 * v366;
-    const real v369 = v367 * x[14];
-    const real v371 = v82 * x[3];
-    const real v382 = v93 + v265 * v371 + v281 * v366 + v281 * v82 + v369 - v274 * v371 - v367 * x[3];
-    const real v388 = v217 * x[16];
-    const real v389 = x[15] + x[15];
-    const real v390 = v316 * v389;
-    const real v392 = v390 * x[16];
-    const real v396 = v111 * x[3];
-    const real v407 = v133 + v111 * v331 + v319 * v396 + v331 * v389 + v392 - v316 * v396 - v316 * (x[3] + x[3]) * x[15];
-    const real v412 = v364 - v179 * (v365 * v367 - (v369 * v176 + v176 * v382)) - v219 * (v388 * v390 - (v392 * v216 + v216 * v407));
-    const real v417 = x[3] * c[10] + (v412 + x[1] * x[2] * c[0]);
-    const real v424 = x[1] * c[0];
-    const real v431 = v5 * x[13];
-    const real v432 = c51 * v196;
-    const real v433 = v432 * p[14];
-    const real v436 = v433 - v2 * c51 * p[12];
-    const real v438 = s51 * v182;
-    const real v439 = v438 * p[14];
-    const real v444 = v194 * (v263 * v200 + v200 * v309 - v431 * (v436 * x[14] - v439 * x[13]));
-    const real v449 = v33 * x[15];
-    const real v450 = v206 * c107;
-    const real v451 = v450 * p[19];
-    const real v454 = v451 - c107 * v30 * p[17];
-    const real v456 = v222 * s107;
-    const real v457 = v456 * p[19];
-    const real v462 = v204 * (v314 * v210 + v210 * v360 - v449 * (v454 * x[16] - v457 * x[15]));
-    const real v469 = c10 * c10;
-    const real v474 = v439 - v185 * v199;
-    const real v478 = v369 * v189 + v189 * v382 - v365 * (x[13] * (v433 + v175 * v186 - v186 * v469) - v474 * x[14]);
-    const real v486 = c99 * c99;
-    const real v491 = v457 - v209 * v225;
-    const real v495 = v392 * v229 + v229 * v407 - v388 * (x[15] * (v451 + v215 * v226 - v226 * v486) - v491 * x[16]);
-    const real v498 = x[5] * c[12] + (x[8] * c[6] - v424 * x[0] - v444 - v462 - v179 * v478 - v219 * v495);
-    const real v510 = v194 * v436 * v200 + v204 * v454 * v210 - v179 * v474 * v189 - v219 * v491 * v229;
-    const real v517 = v195 * v436 + v205 * v454 + v180 * v474 + v220 * v491;
-    const real v519 = v510 - v517 * v247;
-    const real v529 = c[5] - v194 * (v436 * v436) - v204 * (v454 * v454) - v179 * (v474 * v474);
-    const real v533 = v517 * v246;
-    const real v536 = K(1.0) / (v529 - v219 * (v491 * v491) - v517 * v533);
-    const real v537 = v519 * v536;
-    const real v552 = v194 * (v263 * v436 + v436 * v309 + v431 * (v184 * x[13] + v200 * x[14]));
-    const real v562 = v204 * (v314 * v454 + v454 * v360 + v449 * (v210 * x[16] + v224 * x[15]));
-    const real v575 = v369 * v474 + v474 * v382 - v365 * (v188 * x[14] + x[13] * (v198 + v175 * v199 - v469 * v199));
-    const real v589 = v392 * v491 + v491 * v407 - v388 * (v228 * x[16] + x[15] * (v208 + v209 * v215 - v209 * v486));
-    const real v594 = x[7] * c[4] + v552 + v562 - v179 * v575 - v219 * v589 + x[0] * x[2] * c[1];
-    const real v596 = v533 * v417 - (x[4] * c[11] + v594);
-    const real v608 = c[7] - v194 * (v200 * v200) - v204 * (v210 * v210) - v179 * (v189 * v189);
-    const real v616 = (v247 * v417 - v498 - v537 * v596) / (v608 - v219 * (v229 * v229) - v519 * v537 - v231 * v247);
-    const real v617 = v78 + v616;
-    const real v618 = v77 * p[15];
-    const real v619 = v73 * v618;
-    const real v621 = v104 * p[20];
-    const real v622 = v100 * v621;
-    const real v624 = v73 * v619 + v100 * v622;
-    const real v625 = v42 - v83;
-    const real v626 = v625 * v618;
-    const real v627 = v73 * v626;
-    const real v628 = c51 * v627;
-    const real v630 = v142 - v113;
-    const real v631 = v630 * v621;
-    const real v632 = v100 * v631;
-    const real v633 = c107 * v632;
-    const real v635 = v8 * p[13];
-    const real v636 = v8 * c10;
-    const real v637 = v636 * v42;
-    const real v638 = v635 - v637;
-    const real v641 = v140 * p[18];
-    const real v642 = v140 * c99;
-    const real v643 = v642 * v142;
-    const real v644 = v641 - v643;
-    const real v646 = v624 - v628 - v633 + v638 * s51 + v644 * s107;
-    const real v649 = x[3] * x[5];
-    const real v652 = v596 * v536 - v537 * v616;
-    const real v653 = v649 - v652;
-    const real v656 = s51 * v627 + s107 * v632;
-    const real v660 = v656 + v638 * c51 + v644 * c107;
-    const real v663 = v11 + v141;
-    const real v665 = v181 * v68;
-    const real v667 = v221 * v153;
-    const real v669 = v665 * s10;
-    const real v670 = v669 * s10;
-    const real v672 = v667 * s99;
-    const real v673 = v672 * s99;
-    const real v674 = v40 + v665 + v667 - v670 - v673;
-    const real v679 = v417 * v246 + v533 * v652 + v247 * v616;
-    const real v690 = c10 * v43 * v665 - v181 * (v60 * v60 + v88 * v88);
-    const real v699 = c99 * v143 * v667 - v221 * (v147 * v147 + v127 * v127);
-    const real v702 = v669 * c10;
-    const real v704 = v11 + v702 * v42;
-    const real v706 = v672 * c99;
-    const real v708 = v141 + v706 * v142;
-    const real v710 = v704 * s51 + v708 * s107;
-    const real v715 = v704 * c51 + v708 * c107;
-    const real v717 = v70 * s10 + v155 * s99 + c10 * v690 + c99 * v699 + v617 * v710 + v653 * v715;
-    const real v720 = v702 * s51 + v706 * s107;
-    const real v728 = v194 * (p[15] * x[3] - v436 * x[4] + v200 * x[5] + v431);
-    const real v737 = v204 * (p[20] * x[3] - v454 * x[4] + v210 * x[5] + v449);
-    const real v746 = v179 * (v474 * x[4] - v176 * x[3] + v189 * x[5] + v365);
-    const real v755 = v219 * (v491 * x[4] - v216 * x[3] + v229 * x[5] + v388);
-    const real v760 = v617 * v41 - (v424 - v728 * v197 - v737 * v207 - v746 * v183 - v755 * v223) * c[8];
-    const real v765 = v702 * c51 + v706 * c107;
-    const real v777 = v653 * v41 - (v255 - v728 * v432 - v737 * v450 + v746 * v438 + v755 * v456) * c[9];
-    const real v780 = v663 * v679 - (v717 + v720 * v760 + v765 * v777);
-    const real v782 = v96 * c51;
-    const real v783 = v136 * c107;
-    const real v787 = s10 * v690 - v70 * c10;
-    const real v792 = s99 * v699 - v155 * c99;
-    const real v796 = v626 - v42 * v7;
-    const real v798 = v631 - v142 * v35;
-    const real v800 = s51 * s51;
-    const real v801 = v670 * v42;
-    const real v802 = v636 - v801;
-    const real v803 = v802 + v796;
-    const real v805 = s107 * s107;
-    const real v806 = v673 * v142;
-    const real v807 = v642 - v806;
-    const real v808 = v807 + v798;
-    const real v810 = v800 * v803 + v805 * v808;
-    const real v812 = c51 * v619;
-    const real v814 = c107 * v622;
-    const real v815 = v796 + v798 - v810 - v812 - v814;
-    const real v818 = c51 * s51;
-    const real v820 = c107 * s107;
-    const real v822 = v818 * v803 + v820 * v808;
-    const real v826 = v670 + v7 - v618;
-    const real v827 = v800 * v826;
-    const real v829 = v673 + v35 - v621;
-    const real v830 = v805 * v829;
-    const real v836 = v827 + v830 + v40 + v618 + v621 - v7 - v35;
-    const real v838 = v782 + v783 + v787 * s51 + v792 * s107 + v617 * v815 - v653 * v822 + v836 * v760;
-    const real v841 = v818 * v826 + v820 * v829;
-    const real v848 = v812 + v814 + v636 * s51 + v642 * s107;
-    const real v850 = v838 + v841 * v777 + v848 * v679;
-    const real v854 = v96 * s51;
-    const real v855 = v136 * s107;
-    const real v860 = s51 * v619;
-    const real v862 = s107 * v622;
-    const real v863 = v860 - v822 + v862;
-    const real v867 = v810 - (v802 + v807);
-    const real v871 = v787 * c51 - (v854 + v855) + v792 * c107 + v617 * v863 + v653 * v867 + v841 * v760;
-    const real v875 = v670 + v673 + v40 - v827 - v830;
-    const real v882 = v860 + v862 - v636 * c51 - v642 * c107;
-    const real v884 = v871 + v875 * v777 - v882 * v679;
-    const real v886 = v674 * v780 - v720 * v850 - v765 * v884;
-    const real v892 = v674 * v674 + v720 * v720 + v765 * v765;
-    const real v901 = v886 * v886 - v892 * (v780 * v780 - p[9] * p[9] + v850 * v850 + v884 * v884);
-    const real v905 = (mv_sqrt(mv_max(SPLAT(K(0.0)), v901)) - v886) / v892;
-    const real v910 = v850 - v720 * v905;
-    const real v911 = K(1.0) / p[9];
-    const real v914 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), v910 * v911));
-    const real v915 = mv_asin(v914);
-    real s916, c916; mv_sincos(v915, &s916, &c916);
-    const real v917 = p[9] * c916;
-    const real v919 = v884 - v765 * v905;
-    const real v928 = mv_min(SPLAT(K(1.0)), -(v919 * v911 / mv_max(SPLAT(K(1e-09)), mv_sqrt(K(1.0) - v914 * v914))));
-    const real v930 = mv_asin(mv_max(SPLAT(K(-1.0)), v928));
-    real s931, c931; mv_sincos(v930, &s931, &c931);
-    const real v935 = v917 * c931 - (v780 + v674 * v905);
-    const real v936 = K(1.0) / v674;
-    const real v938 = v720 * v936;
-    const real v940 = p[9] * s916;
-    const real v943 = v940 - v910 + v938 * v935;
-    const real v946 = K(1.0) / (v836 - v720 * v938);
-    const real v948 = v765 * v936;
-    const real v950 = v841 - v720 * v948;
-    const real v951 = v950 * v946;
-    const real v954 = v917 * s931;
-    const real v963 = (v948 * v935 - (v954 + v919) - v951 * v943) / (v875 - v950 * v951 - v765 * v948);
-    const real v965 = v943 * v946 - v951 * v963;
-    const real v969 = v935 * v936 + v938 * v965 + v948 * v963;
-    const real v973 = v172 + v617 * v646 + v653 * v660 - v663 * v905 - v663 * v969 - v848 * v760;
-    const real v984 = p[2] + p[3];
-    const real v987 = v973 - v848 * v965 + v882 * v777 + v882 * v963 - (v624 + v635 + v641 + v984) * v679;
-    const real v990 = p[7] + p[8] + v41;
-    const real v993 = v72 + v787 * v42;
-    const real v996 = v157 + v792 * v142;
-    const real v1003 = p[15] + p[20];
-    const real v1007 = v993 * c51 + v996 * c107 + v161 * x[3] + v164 * x[3] - v649 * (v984 + v1003 + v169);
-    const real v1012 = x[13] * p[15];
-    const real v1015 = x[15] * p[20];
-    const real v1018 = v954 * v990 - (v1007 - v854 * v625 - v855 * v630 - v1012 * x[5] - v1015 * x[5]);
-    const real v1020 = v7 * (v42 * v42);
-    const real v1025 = v635 + K(-2.0) * v637 + v42 * v801;
-    const real v1027 = v625 * v626;
-    const real v1028 = v1020 + v1025 - v1027;
-    const real v1032 = v35 * (v142 * v142);
-    const real v1036 = v641 + K(-2.0) * v643 + v142 * v806;
-    const real v1038 = v630 * v631;
-    const real v1039 = v1032 + v1036 - v1038;
-    const real v1041 = v656 + v818 * v1028 + v820 * v1039;
-    const real v1057 = v7 * (p[14] * p[14]) + v35 * (p[19] * p[19]) + p[0] * (p[7] * p[7]) + p[1] * (p[6] * p[6]);
-    const real v1060 = v1057 - v40 * (v41 * v41);
-    const real v1063 = v800 * v1028;
-    const real v1065 = v805 * v1039;
-    const real v1068 = v1018 - v617 * v1041 - v653 * (v1025 + v1036 + (p[2] + p[4] + v1003 + v1060) - v1063 - v1065);
-    const real v1078 = v1068 + v715 * v905 + v715 * v969 + v822 * v760 + v822 * v965 - v867 * v777;
-    const real v1092 = v993 * s51 - (v138 + v93 + v133) + v996 * s107 - v78 * (v984 + (p[5] - p[4]));
-    const real v1109 = v1027 + v1038 + v624 + v1063 + v1065 + (p[2] + p[5] + v1060) - v1020 - v1032;
-    const real v1115 = v1092 - v1012 * x[4] - v1015 * x[4] + v782 * v625 + v783 * v630 + v617 * (v1109 + K(-2.0) * v628 + K(-2.0) * v633);
-    const real v1125 = v1115 + v653 * v1041 - v710 * v905 - v710 * v969 + v815 * v760 + v815 * v965;
-    u[0] = v987;
-    u[1] = v1078 - v867 * v963 + v660 * v679;
-    u[2] = v1125 + v863 * v777 + v863 * v963 - v646 * v679 + v940 * v990;
-    u[3] = v930;
-    u[4] = v915;
+    enum { vx = SLOSH_X_VX };
+    enum { vy = SLOSH_X_VY };
+    enum { vz = SLOSH_X_VZ };
+    enum { wx = SLOSH_X_WX };
+    enum { wy = SLOSH_X_WY };
+    enum { wz = SLOSH_X_WZ };
+    enum { att1 = SLOSH_X_ATT1 };
+    enum { att2 = SLOSH_X_ATT2 };
+    enum { att3 = SLOSH_X_ATT3 };
+    enum { phi1 = SLOSH_X_PHI1 };
+    enum { theta1 = SLOSH_X_THETA1 };
+    enum { phi2 = SLOSH_X_PHI2 };
+    enum { theta2 = SLOSH_X_THETA2 };
+    enum { phi1_dot = SLOSH_X_PHI1_DOT };
+    enum { theta1_dot = SLOSH_X_THETA1_DOT };
+    enum { phi2_dot = SLOSH_X_PHI2_DOT };
+    enum { theta2_dot = SLOSH_X_THETA2_DOT };
+    enum { m = SLOSH_P_M };
+    enum { m0 = SLOSH_P_M0 };
+    enum { I0 = SLOSH_P_I0 };
+    enum { J_x = SLOSH_P_J_X };
+    enum { J_y = SLOSH_P_J_Y };
+    enum { J_z = SLOSH_P_J_Z };
+    enum { h0 = SLOSH_P_H0 };
+    enum { b = SLOSH_P_B };
+    enum { d = SLOSH_P_D };
+    enum { F = SLOSH_P_F };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { eps1 = SLOSH_P_EPS1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { eps2 = SLOSH_P_EPS2 };
+    enum { r1 = SLOSH_LYAPUNOV_V1_C_R1 };
+    enum { r2 = SLOSH_LYAPUNOV_V1_C_R2 };
+    enum { r3 = SLOSH_LYAPUNOV_V1_C_R3 };
+    enum { r4 = SLOSH_LYAPUNOV_V1_C_R4 };
+    enum { r5 = SLOSH_LYAPUNOV_V1_C_R5 };
+    enum { r6 = SLOSH_LYAPUNOV_V1_C_R6 };
+    enum { r7 = SLOSH_LYAPUNOV_V1_C_R7 };
+    enum { r8 = SLOSH_LYAPUNOV_V1_C_R8 };
+    enum { w1 = SLOSH_LYAPUNOV_V1_C_W1 };
+    enum { w2 = SLOSH_LYAPUNOV_V1_C_W2 };
+    enum { w3 = SLOSH_LYAPUNOV_V1_C_W3 };
+    enum { w4 = SLOSH_LYAPUNOV_V1_C_W4 };
+    enum { w5 = SLOSH_LYAPUNOV_V1_C_W5 };
+    enum { r9 = SLOSH_LYAPUNOV_V1_C_R9 };
+    enum { r10 = SLOSH_LYAPUNOV_V1_C_R10 };
+    const real t_os4zj = p[l1] * p[l1];
+    const real t_yx2kz = t_os4zj * p[m1];
+    const real D1 = t_yx2kz + p[I1];
+    const real t_gx5gf = p[m1] / D1;
+    const real k1 = t_gx5gf * p[l1];
+    const real me1 = t_gx5gf * p[I1];
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real mv1 = t_6nwd2 * k1;
+    const real t_nfvux = p[l2] * p[l2];
+    const real t_frp3h = t_nfvux * p[m2];
+    const real D2 = t_frp3h + p[I2];
+    const real t_wiek6 = p[m2] / D2;
+    const real k2 = t_wiek6 * p[l2];
+    const real me2 = t_wiek6 * p[I2];
+    const real t_popww = p[l2] * p[m2];
+    const real mv2 = t_popww * k2;
+    const real t_omhyl = p[m] + p[m0];
+    const real M_C = t_omhyl + me1 + me2;
+    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real S_C = me1 * (p[h1] * p[h1])
+        + me2 * (p[h2] * p[h2])
+        + p[m] * (p[b] * p[b])
+        + p[m0] * (p[h0] * p[h0])
+        - M_C * (x_C * x_C);
+    const real J_C1 = p[I0] + p[J_x];
+    const real J_C3 = p[I0] + p[J_z] + S_C;
+    const real t_is5lg = p[I1] + p[I2];
+    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
+    const real W12 = x[wx] * x[wy];
+    const real W13 = x[wx] * x[wz];
+    const real e1 = p[h1] - x_C;
+    const real e2 = p[h2] - x_C;
+    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
+    const real t_rding = cos_theta1 * x[wz];
+    const real t_a3uw4 = sin_theta1 * x[wy];
+    const real Wt1 = t_rding + t_a3uw4;
+    const real w_x1 = x[wx] - x[theta1_dot];
+    const real p1 = Wn1 + x[phi1_dot];
+    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
+    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
+    const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
+    const real t_geoui = cos_theta2 * x[wz];
+    const real t_vhhwy = sin_theta2 * x[wy];
+    const real Wt2 = t_geoui + t_vhhwy;
+    const real w_x2 = x[wx] - x[theta2_dot];
+    const real p2 = Wn2 + x[phi2_dot];
+    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
+    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
+    const real t_w7vil = t_rybsf * e1;
+    const real tension1 = cos_phi1 * t_w7vil * mv1 - t_6nwd2 * sigma_sq1;
+    const real As_1 = mv1 * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real eAss_1 = Ass_1 * e1;
+    const real q_1 = sin_phi1 * p[l1];
+    const real lc_1 = cos_phi1 * p[l1];
+    const real B_1 = me1 * p[l1];
+    const real Bs_1 = B_1 * sin_phi1;
+    const real Bc_1 = B_1 * cos_phi1;
+    const real Bl_1 = B_1 * p[l1];
+    const real g_1 = e1 - lc_1;
+    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
+    const real wth_1 = th_1 * p[I1];
+    const real eBc_1 = Bc_1 * e1;
+    const real wg_1 = g_1 * wth_1;
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real tn11_1 = Ass_1 + me1 - wth_1;
+    const real t_b7ure = me1 * (e1 * e1);
+    const real t_3bowt = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
+    const real t_3fv6l = g_1 * wg_1;
+    const real tn44_1 = t_b7ure + t_3bowt - t_3fv6l;
+    const real wq_1 = q_1 * wth_1;
+    const real wqg_1 = q_1 * wg_1;
+    const real wqq_1 = q_1 * wq_1;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real wgC_1 = cos_theta1 * wqg_1;
+    const real wgS_1 = sin_theta1 * wqg_1;
+    const real loss_phi1 = p[eps1] * x[phi1_dot];
+    const real loss_theta1 = p[eps1] * x[theta1_dot];
+    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real zeta1 = W12 * q_1
+        + Wn1 * lc_1 * w_x1
+        - chi1 * p[l1] * (p1 + x[phi1_dot]);
+    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
+    const real t_7imwe = B_1 * eta1 + loss_phi1 * k1;
+    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real M_q1 = F_n1 * q_1;
+    const real I_phi1 = x[phi1_dot] * p[I1];
+    const real I_theta1 = x[theta1_dot] * p[I1];
+    const real t_6fvzz = t_rybsf * e2;
+    const real tension2 = cos_phi2 * t_6fvzz * mv2 - t_popww * sigma_sq2;
+    const real As_2 = mv2 * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real eAss_2 = Ass_2 * e2;
+    const real q_2 = sin_phi2 * p[l2];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real B_2 = me2 * p[l2];
+    const real Bs_2 = B_2 * sin_phi2;
+    const real Bc_2 = B_2 * cos_phi2;
+    const real Bl_2 = B_2 * p[l2];
+    const real g_2 = e2 - lc_2;
+    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
+    const real wth_2 = th_2 * p[I2];
+    const real eBc_2 = Bc_2 * e2;
+    const real wg_2 = g_2 * wth_2;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real tn11_2 = Ass_2 + me2 - wth_2;
+    const real t_lpk5h = me2 * (e2 * e2);
+    const real t_ymmgl = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
+    const real t_odwbr = g_2 * wg_2;
+    const real tn44_2 = t_lpk5h + t_ymmgl - t_odwbr;
+    const real wq_2 = q_2 * wth_2;
+    const real wqg_2 = q_2 * wg_2;
+    const real wqq_2 = q_2 * wq_2;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real wgC_2 = cos_theta2 * wqg_2;
+    const real wgS_2 = sin_theta2 * wqg_2;
+    const real loss_phi2 = p[eps2] * x[phi2_dot];
+    const real loss_theta2 = p[eps2] * x[theta2_dot];
+    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real zeta2 = W12 * q_2
+        + Wn2 * lc_2 * w_x2
+        - chi2 * p[l2] * (p2 + x[phi2_dot]);
+    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
+    const real t_4b2fa = B_2 * eta2 + loss_phi2 * k2;
+    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real M_q2 = F_n2 * q_2;
+    const real I_phi2 = x[phi2_dot] * p[I2];
+    const real I_theta2 = x[theta2_dot] * p[I2];
+    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
+    const real t_fbeaw = S_sq1 * tn11_1;
+    const real t_dj555 = S_sq2 * tn11_2;
+    const real K22 = t_fbeaw + t_dj555 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real K33 = Ass_1 + Ass_2 + M_C - t_fbeaw - t_dj555;
+    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
+    const real t_nhr5u = wqq_1 + wqq_2;
+    const real K44 = t_nhr5u + Bl_1 + Bl_2 + J_C1;
+    const real t_tcgxn = wg_1 - e1 * me1;
+    const real t_uf5ib = wg_2 - e2 * me2;
+    const real t_32gyg = Bc_1 - eAss_1;
+    const real t_65obb = t_32gyg + t_tcgxn;
+    const real t_gbkg6 = Bc_2 - eAss_2;
+    const real t_yoiua = t_gbkg6 + t_uf5ib;
+    const real t_z76hk = S_sq1 * t_65obb + S_sq2 * t_yoiua;
+    const real K52 = t_tcgxn + t_uf5ib - t_z76hk - wqC_1 - wqC_2;
+    const real t_hjmgb = SC1 * t_65obb + SC2 * t_yoiua;
+    const real K53 = wqS_1 - t_hjmgb + wqS_2;
+    const real t_nncdg = Bl_1 - eBc_1;
+    const real t_4q22j = Bl_2 - eBc_2;
+    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
+    const real t_hoosk = S_sq1 * tn44_1;
+    const real t_drvdp = S_sq2 * tn44_2;
+    const real K55 = t_3fv6l
+        + t_odwbr
+        + t_nhr5u
+        + t_hoosk
+        + t_drvdp
+        + J_C3
+        - t_b7ure
+        - t_lpk5h
+        + K(-2.0) * wgC_1
+        + K(-2.0) * wgC_2;
+    const real K63 = t_z76hk - (t_32gyg + t_gbkg6);
+    const real t_zhbuw = wgS_1 + wgS_2;
+    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
+    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_3bowt + t_ymmgl + J_C2 - t_hoosk - t_drvdp;
+    const real t_vt7uo = F_n1 * cos_theta1;
+    const real t_oncjt = F_n2 * cos_theta2;
+    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real t_azclp = F_n1 * sin_theta1;
+    const real t_iya7w = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
+    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
+    const real t_kp7yy = M_q1 + M_q2;
+    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
+    const real t_sfymc = p[J_y] - p[J_z];
+    const real n4 = t_aejai
+        - t_kp7yy
+        + t_zd4fs
+        - loss_phi1
+        - loss_phi2
+        + I_theta1 * x[wy]
+        + I_theta2 * x[wy]
+        - t_sfymc * x[wy] * x[wz];
+    const real t_w7nmt = t_aejai + F_t1 * e1;
+    const real t_e5cx2 = t_zd4fs + F_t2 * e2;
+    const real n5 = t_w7nmt * sin_theta1
+        - (t_kp7yy + loss_theta1 + loss_theta2)
+        + t_e5cx2 * sin_theta2
+        - W12 * (J_C1 + (p[J_z] - p[J_y]))
+        - I_phi1 * x[wy]
+        - I_phi2 * x[wy]
+        + t_vt7uo * g_1
+        + t_oncjt * g_2;
+    const real n6 = t_w7nmt * cos_theta1
+        + t_e5cx2 * cos_theta2
+        + I_theta1 * x[wx]
+        + I_theta2 * x[wx]
+        - W13 * (J_C1 + t_is5lg + t_sfymc)
+        - t_azclp * g_1
+        - t_iya7w * g_2
+        - I_phi1 * x[wz]
+        - I_phi2 * x[wz];
+    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_bpfoo = K(1.0) / K11;
+    const real t_w7lcw = t_b3aij * t_bpfoo;
+    const real K_D2 = K22 - t_b3aij * t_w7lcw;
+    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_3go2w = t_zzymx * t_bpfoo;
+    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
+    const real t_4iujv = K(1.0) / K_D2;
+    const real K_L32 = t_d4mqf * t_4iujv;
+    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
+    const real gx_phi1 = sin_phi1 * t_6nwd2;  /* (25) */
+    const real t_5zfdh = lc_1 * p[m1];
+    const real gy_phi1 = sin_theta1 * t_5zfdh;  /* (25) */
+    const real gz_phi1 = cos_theta1 * t_5zfdh;  /* (25) */
+    const real t_bnlcb = gy_phi1 * p[h1];
+    const real t_4xxce = t_yx2kz * sin_theta1;
+    const real cz_phi1 = t_bnlcb - t_4xxce;  /* (25) */
+    const real t_azo52 = gx_phi1 * p[h1];
+    const real t_amwyw = t_a3uw4 + t_rding;
+    const real t_7eszt = t_amwyw * t_amwyw;
+    const real t_a233z = sin_phi1 * cos_phi1;
+    const real t_5jodw = t_yx2kz * t_a233z;
+    const real t_wube7 = x[wx] * x[wx];
+    const real t_3qva5 = sin_phi1 * sin_phi1;
+    const real t_invly = t_yx2kz * t_3qva5;
+    const real t_h5pol = t_invly * t_amwyw;
+    const real t_oc5tk = t_os4zj + t_os4zj;
+    const real k_phi1 = loss_phi1
+        - t_azo52 * t_7eszt
+        - t_azo52 * (Wn1 * Wn1)
+        - x[theta1_dot] * x[theta1_dot] * t_5jodw
+        - t_5jodw * t_wube7
+        - (x[theta1_dot] + x[theta1_dot]) * t_h5pol
+        - t_yx2kz * t_amwyw * x[wx]
+        + t_os4zj * t_7eszt * sin_phi1 * cos_phi1 * p[m1]
+        + t_oc5tk * t_3qva5 * t_amwyw * x[wx] * p[m1]
+        + cos_phi1 * t_amwyw * p[h1] * x[wx] * p[l1] * p[m1]
+        + t_oc5tk * sin_phi1 * cos_phi1 * x[theta1_dot] * x[wx] * p[m1];  /* (25) */
+    const real D_theta1 = t_invly + p[I1];  /* (26) */
+    const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
+    const real t_tpms2 = sin_theta1 * gx_phi1;
+    const real t_nmcsn = t_tpms2 * p[h1];
+    const real cy_theta1 = t_nmcsn - t_a233z * t_4xxce;  /* (26) */
+    const real t_m5cmg = gy_theta1 * p[h1];
+    const real t_bdhgv = t_yx2kz * cos_theta1;
+    const real t_uyufu = t_m5cmg - t_a233z * t_bdhgv;
+    const real cz_theta1 = t_uyufu + p[I1];  /* (26) */
+    const real t_ywy5z = Wn1 * x[wx];
+    const real t_j5odj = x[phi1_dot] + x[phi1_dot];
+    const real Dd_theta1 = t_5jodw * t_j5odj;
+    const real t_b7wcv = Dd_theta1 * x[theta1_dot];
+    const real k_theta1 = loss_theta1
+        + t_azo52 * t_ywy5z
+        + t_h5pol * t_j5odj
+        + t_h5pol * Wn1
+        + t_b7wcv
+        - t_5jodw * t_ywy5z
+        - Dd_theta1 * x[wx];  /* (26) */
+    const real gx_phi2 = t_popww * sin_phi2;  /* (25) */
+    const real t_p4m3j = lc_2 * p[m2];
+    const real gy_phi2 = t_p4m3j * sin_theta2;  /* (25) */
+    const real gz_phi2 = t_p4m3j * cos_theta2;  /* (25) */
+    const real t_ba7if = gy_phi2 * p[h2];
+    const real t_tb25v = sin_theta2 * t_frp3h;
+    const real cz_phi2 = t_ba7if - t_tb25v;  /* (25) */
+    const real t_nqm7d = sin_phi2 * cos_phi2;
+    const real t_2t5uv = t_nqm7d * t_frp3h;
+    const real t_svo5z = gx_phi2 * p[h2];
+    const real t_kmx3q = t_vhhwy + t_geoui;
+    const real t_3chhy = t_kmx3q * t_kmx3q;
+    const real t_4j4b3 = sin_phi2 * sin_phi2;
+    const real t_claqt = t_4j4b3 * t_frp3h;
+    const real t_imick = t_kmx3q * t_claqt;
+    const real k_phi2 = loss_phi2
+        - t_wube7 * t_2t5uv
+        - t_svo5z * t_3chhy
+        - t_svo5z * (Wn2 * Wn2)
+        - x[theta2_dot] * x[theta2_dot] * t_2t5uv
+        - (x[theta2_dot] + x[theta2_dot]) * t_imick
+        - t_kmx3q * t_frp3h * x[wx]
+        + t_3chhy * sin_phi2 * cos_phi2 * t_nfvux * p[m2]
+        + (t_kmx3q + t_kmx3q) * t_4j4b3 * t_nfvux * x[wx] * p[m2]
+        + t_kmx3q * cos_phi2 * p[h2] * x[wx] * p[l2] * p[m2]
+        + (sin_phi2 + sin_phi2) * cos_phi2 * t_nfvux * x[theta2_dot] * x[wx] * p[m2];  /* (25) */
+    const real D_theta2 = t_claqt + p[I2];  /* (26) */
+    const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
+    const real t_h3pge = gx_phi2 * sin_theta2;
+    const real t_ikdxp = t_h3pge * p[h2];
+    const real cy_theta2 = t_ikdxp - t_tb25v * t_nqm7d;  /* (26) */
+    const real t_gidtm = gy_theta2 * p[h2];
+    const real t_senbd = cos_theta2 * t_frp3h;
+    const real t_3o3n4 = t_gidtm - t_nqm7d * t_senbd;
+    const real cz_theta2 = t_3o3n4 + p[I2];  /* (26) */
+    const real t_nw7er = Wn2 * x[wx];
+    const real t_473qv = x[phi2_dot] + x[phi2_dot];
+    const real Dd_theta2 = t_2t5uv * t_473qv;
+    const real t_putjj = Dd_theta2 * x[theta2_dot];
+    const real k_theta2 = loss_theta2
+        + Wn2 * t_imick
+        + t_svo5z * t_nw7er
+        + t_imick * t_473qv
+        + t_putjj
+        - t_2t5uv * t_nw7er
+        - t_2t5uv * (x[wx] + x[wx]) * x[phi2_dot];  /* (26) */
+    const real ax_eq = p[F] / (t_omhyl + p[m1] + p[m2]);  /* (19) */
+    const real W_phi1 = c[r9] * p[m1];  /* (27) */
+    const real cdy_phi1 = t_m5cmg * x[phi1_dot] + cz_phi1 * x[theta1_dot];
+    const real t_pthak = gz_phi1 * p[h1];
+    const real t_qesxo = t_pthak - t_os4zj * cos_theta1 * p[m1];
+    const real cdz_phi1 = t_qesxo * x[theta1_dot] - t_nmcsn * x[phi1_dot];
+    const real W_theta1 = c[r10] * p[m1];  /* (27) */
+    const real t_4of2f = cos_phi1 * cos_phi1;
+    const real cdy_theta1 = t_uyufu * x[theta1_dot] + x[phi1_dot] * (t_bnlcb + t_3qva5 * t_4xxce - t_4of2f * t_4xxce);
+    const real cdz_theta1 = x[phi1_dot] * (t_pthak + t_3qva5 * t_bdhgv - t_bdhgv * t_4of2f) - cy_theta1 * x[theta1_dot];
+    const real W_phi2 = c[r9] * p[m2];  /* (27) */
+    const real cdy_phi2 = cz_phi2 * x[theta2_dot] + t_gidtm * x[phi2_dot];
+    const real t_3ndrr = gz_phi2 * p[h2];
+    const real t_x5sl2 = t_3ndrr - cos_theta2 * t_nfvux * p[m2];
+    const real cdz_phi2 = t_x5sl2 * x[theta2_dot] - t_ikdxp * x[phi2_dot];
+    const real W_theta2 = c[r10] * p[m2];  /* (27) */
+    const real t_zozwp = cos_phi2 * cos_phi2;
+    const real cdy_theta2 = t_3o3n4 * x[theta2_dot] + x[phi2_dot] * (t_ba7if + t_tb25v * t_4j4b3 - t_tb25v * t_zozwp);
+    const real cdz_theta2 = x[phi2_dot] * (t_3ndrr + t_4j4b3 * t_senbd - t_senbd * t_zozwp) - cy_theta2 * x[theta2_dot];
+    const real t_wij2f = x[vy] * c[r1];
+    const real t_mj52b = W_phi1 / (D1 * D1);
+    const real t_o2gar = D1 * x[phi1_dot];
+    const real t_3c5in = t_mj52b * (p[I1] * x[wx] - t_qesxo * x[wy] + cz_phi1 * x[wz] + t_o2gar);
+    const real t_iecaz = W_phi2 / (D2 * D2);
+    const real t_gifwv = D2 * x[phi2_dot];
+    const real t_ohb73 = t_iecaz * (p[I2] * x[wx] - t_x5sl2 * x[wy] + cz_phi2 * x[wz] + t_gifwv);
+    const real t_j7ex5 = W_theta1 / (D_theta1 * D_theta1);
+    const real t_iomfo = D_theta1 * x[theta1_dot];
+    const real t_cdafg = t_j7ex5 * (cy_theta1 * x[wy] - t_invly * x[wx] + cz_theta1 * x[wz] + t_iomfo);
+    const real t_s5xdh = W_theta2 / (D_theta2 * D_theta2);
+    const real t_kyc32 = D_theta2 * x[theta2_dot];
+    const real t_rbkok = t_s5xdh * (cy_theta2 * x[wy] - t_claqt * x[wx] + cz_theta2 * x[wz] + t_kyc32);
+    const real B_v1 = t_wij2f
+        - t_3c5in * gy_phi1
+        - t_ohb73 * gy_phi2
+        - t_cdafg * gy_theta1
+        - t_rbkok * gy_theta2;  /* (29) */
+    const real t_aqbxr = x[vz] * c[r2];
+    const real C_v1 = t_aqbxr
+        - t_3c5in * gz_phi1
+        - t_ohb73 * gz_phi2
+        + t_cdafg * t_tpms2
+        + t_rbkok * t_h3pge;  /* (29) */
+    const real t_5bilv = ax_eq * gx_phi1;
+    const real t_4oupt = ax_eq * gx_phi2;
+    const real g1_v1 = x[att1] * c[r3]
+        - t_aqbxr * x[vy]
+        - t_mj52b * (t_5bilv * p[I1] + p[I1] * k_phi1)
+        - t_iecaz * (t_4oupt * p[I2] + p[I2] * k_phi2)
+        - t_j7ex5 * (t_iomfo * Dd_theta1 - (t_b7wcv * t_invly + t_invly * k_theta1))
+        - t_s5xdh * (t_kyc32 * Dd_theta2 - (t_putjj * t_claqt + t_claqt * k_theta2))
+        + x[vy] * x[vz] * c[r1];  /* (29) */
+    const real g2_v1 = x[att2] * c[r5]
+        + t_mj52b * (t_5bilv * t_qesxo + t_qesxo * k_phi1 + t_o2gar * cdy_phi1)
+        + t_iecaz * (t_4oupt * t_x5sl2 + t_x5sl2 * k_phi2 + t_gifwv * cdy_phi2)
+        - t_j7ex5 * (t_b7wcv * cy_theta1 + cy_theta1 * k_theta1 - t_iomfo * cdy_theta1)
+        - t_s5xdh * (t_putjj * cy_theta2 + cy_theta2 * k_theta2 - t_kyc32 * cdy_theta2)
+        + x[vx] * x[vz] * c[r2];  /* (29) */
+    const real g3_v1 = x[att3] * c[r7]
+        - t_wij2f * x[vx]
+        - t_mj52b * (t_5bilv * cz_phi1 + cz_phi1 * k_phi1 - t_o2gar * cdz_phi1)
+        - t_iecaz * (t_4oupt * cz_phi2 + cz_phi2 * k_phi2 - t_gifwv * cdz_phi2)
+        - t_j7ex5 * (t_b7wcv * cz_theta1 + cz_theta1 * k_theta1 - t_iomfo * cdz_theta1)
+        - t_s5xdh * (t_putjj * cz_theta2 + cz_theta2 * k_theta2 - t_kyc32 * cdz_theta2);  /* (29) */
+    const real f11_v1 = c[r4]
+        - t_mj52b * (p[I1] * p[I1])
+        - t_iecaz * (p[I2] * p[I2])
+        - t_j7ex5 * (t_invly * t_invly)
+        - t_s5xdh * (t_claqt * t_claqt);  /* (29) */
+    const real t_7pydp = t_mj52b * p[I1];
+    const real t_ob75p = t_iecaz * p[I2];
+    const real t_ccobz = t_j7ex5 * t_invly;
+    const real t_6w3c7 = t_s5xdh * t_claqt;
+    const real f21_v1 = t_7pydp * t_qesxo + t_ob75p * t_x5sl2 + t_ccobz * cy_theta1 + t_6w3c7 * cy_theta2;  /* (29) */
+    const real f22_v1 = c[r6]
+        - t_mj52b * (t_qesxo * t_qesxo)
+        - t_iecaz * (t_x5sl2 * t_x5sl2)
+        - t_j7ex5 * (cy_theta1 * cy_theta1)
+        - t_s5xdh * (cy_theta2 * cy_theta2);  /* (29) */
+    const real f31_v1 = t_ccobz * cz_theta1 - (t_7pydp * cz_phi1 + t_ob75p * cz_phi2) + t_6w3c7 * cz_theta2;  /* (29) */
+    const real f32_v1 = t_mj52b * t_qesxo * cz_phi1
+        + t_iecaz * t_x5sl2 * cz_phi2
+        - t_j7ex5 * cy_theta1 * cz_theta1
+        - t_s5xdh * cy_theta2 * cz_theta2;  /* (29) */
+    const real f33_v1 = c[r8]
+        - t_mj52b * (cz_phi1 * cz_phi1)
+        - t_iecaz * (cz_phi2 * cz_phi2)
+        - t_j7ex5 * (cz_theta1 * cz_theta1)
+        - t_s5xdh * (cz_theta2 * cz_theta2);  /* (29) */
+    const real t_4v7es = K(1.0) / f11_v1;
+    const real f_v1_L21 = f21_v1 * t_4v7es;
+    const real f_v1_L31 = f31_v1 * t_4v7es;
+    const real f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21;
+    const real t_g2uww = f32_v1 - f21_v1 * f_v1_L31;
+    const real t_omhw7 = K(1.0) / f_v1_D2;
+    const real f_v1_L32 = t_g2uww * t_omhw7;
+    const real f_v1_D3 = f33_v1 - t_g2uww * f_v1_L32 - f31_v1 * f_v1_L31;
+    const real t_u5ggi = x[wx] * c[w3] + g1_v1;
+    const real u_v1_y2 = f_v1_L21 * t_u5ggi - (x[wy] * c[w4] + g2_v1);
+    const real u_v1_y3 = f_v1_L31 * t_u5ggi - (x[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
+    const real u_v1_x3 = u_v1_y3 / f_v1_D3;
+    const real u_v1_x2 = u_v1_y2 * t_omhw7 - f_v1_L32 * u_v1_x3;
+    const real G2_v1 = W12 + u_v1_x3;
+    const real G3_v1 = W13 - u_v1_x2;
+    const real a2_v1 = G2_v1 * x_C - B_v1 * c[w1];
+    const real a3_v1 = G3_v1 * x_C - C_v1 * c[w2];
+    const real t_2m245 = Bs_1 + Bs_2;
+    const real t_dyqoa = t_u5ggi * t_4v7es + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
+    const real t_ev7u5 = Bs_1 + Asc_1 * e1;
+    const real t_bvybx = Bs_2 + Asc_2 * e2;
+    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
+    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
+    const real t_vzrlr = t_7imwe * sin_phi1
+        + t_4b2fa * sin_phi2
+        + cos_phi1 * tension1
+        + cos_phi2 * tension2
+        + G2_v1 * t_6mmeb
+        + G3_v1 * t_bl4f2
+        + t_b3aij * a2_v1
+        + t_zzymx * a3_v1;
+    const real q1_v1 = t_2m245 * t_dyqoa - t_vzrlr;
+    const real t_yz7e5 = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
+    const real q2_v1 = n2
+        + G2_v1 * K52
+        - G3_v1 * t_hjmgb
+        + K22 * a2_v1
+        + K32 * a3_v1
+        + t_yz7e5 * t_dyqoa;
+    const real q3_v1 = n3
+        + G2_v1 * K53
+        + G3_v1 * K63
+        + K32 * a2_v1
+        + K33 * a3_v1
+        - K43 * t_dyqoa;
+    const real PP_v1 = K11 * K11 + t_b3aij * t_b3aij + t_zzymx * t_zzymx;
+    const real Pq_v1 = K11 * q1_v1 - t_b3aij * q2_v1 - t_zzymx * q3_v1;
+    const real t_echqo = PP_v1 * (q1_v1 * q1_v1 - p[F] * p[F] + q2_v1 * q2_v1 + q3_v1 * q3_v1);
+    const real root_v1 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v1 * Pq_v1 - t_echqo));
+    const real ax_v1 = (root_v1 - Pq_v1) / PP_v1;
+    const real f1_v1 = q1_v1 + K11 * ax_v1;
+    const real f2_v1 = q2_v1 - t_b3aij * ax_v1;
+    const real f3_v1 = q3_v1 - t_zzymx * ax_v1;
+    const real t_y7rm6 = K(1.0) / p[F];
+    const real sin_d2_v1 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v1 * t_y7rm6));
+    const real cos_d2_v1 = mv_sqrt(K(1.0) - sin_d2_v1 * sin_d2_v1);
+    const real delta1_v1 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v1 * t_y7rm6 / mv_max(SPLAT(K(1e-09)), cos_d2_v1)))));
+    const real delta2_v1 = mv_asin(sin_d2_v1);
+    real sin_delta2_v1, cos_delta2_v1; mv_sincos(delta2_v1, &sin_delta2_v1, &cos_delta2_v1);
+    const real t_szme2 = p[F] * cos_delta2_v1;
+    real sin_delta1_v1, cos_delta1_v1; mv_sincos(delta1_v1, &sin_delta1_v1, &cos_delta1_v1);
+    const real df1_v1 = t_szme2 * cos_delta1_v1 - f1_v1;
+    const real t_uqkgz = p[F] * sin_delta2_v1;
+    const real df2_v1 = t_uqkgz - f2_v1;
+    const real da_v1_y2 = df2_v1 + t_w7lcw * df1_v1;
+    const real t_s3dfp = t_szme2 * sin_delta1_v1;
+    const real da_v1_y3 = t_3go2w * df1_v1 - (t_s3dfp + f3_v1) - K_L32 * da_v1_y2;
+    const real da_v1_x3 = da_v1_y3 / K_D3;
+    const real da_v1_x2 = da_v1_y2 * t_4iujv - K_L32 * da_v1_x3;
+    const real da_v1_x1 = df1_v1 * t_bpfoo + t_w7lcw * da_v1_x2 + t_3go2w * da_v1_x3;
+    const real Mx_v1 = n4
+        + G2_v1 * K54
+        + G3_v1 * K64
+        - t_2m245 * ax_v1
+        - t_2m245 * da_v1_x1
+        - t_yz7e5 * a2_v1
+        - t_yz7e5 * da_v1_x2
+        + K43 * a3_v1
+        + K43 * da_v1_x3
+        - K44 * t_dyqoa;
+    const real t_lwe76 = p[b] + p[d] + x_C;
+    const real My_v1 = t_s3dfp * t_lwe76
+        - n6
+        - G2_v1 * K65
+        - G3_v1 * K66
+        + t_bl4f2 * ax_v1
+        + t_bl4f2 * da_v1_x1
+        + t_hjmgb * a2_v1
+        + t_hjmgb * da_v1_x2
+        - K63 * a3_v1
+        - K63 * da_v1_x3
+        + K64 * t_dyqoa;
+    const real Mz_v1 = n5
+        + G2_v1 * K55
+        + G3_v1 * K65
+        - t_6mmeb * ax_v1
+        - t_6mmeb * da_v1_x1
+        + K52 * a2_v1
+        + K52 * da_v1_x2
+        + K53 * a3_v1
+        + K53 * da_v1_x3
+        - K54 * t_dyqoa
+        + t_uqkgz * t_lwe76;
+    u[0] = Mx_v1;
+    u[1] = My_v1;
+    u[2] = Mz_v1;
+    u[3] = delta1_v1;
+    u[4] = delta2_v1;
 }
 
 /* closed loop of lyapunov-v1; 1395 operations. */
 void slosh_lyapunov_v1_loop(const real *q, const real *r, const real *p, const real *c, real *dq)
 {
     (void)r;
-    real s7, c7; mv_sincos(q[9], &s7, &c7);
-    const real v9 = s7 * p[13];
-    const real v13 = p[12] / (p[15] + p[12] * (v9 * v9));
-    const real v16 = q[3] * q[4];
-    real s19, c19; mv_sincos(q[10], &s19, &c19);
-    const real v24 = c19 * q[4] - s19 * q[5];
-    const real v26 = c7 * p[13];
-    const real v29 = q[3] - q[14];
-    const real v33 = c19 * q[5];
-    const real v34 = s19 * q[4];
-    const real v35 = v33 + v34;
-    const real v37 = c7 * v29 - v35 * s7;
-    const real v40 = v24 + q[13];
-    const real v43 = v16 * v9 + v24 * v26 * v29 - v37 * p[13] * (v40 + q[13]);
-    const real v46 = p[16] * q[14];
-    const real v49 = v13 * (v43 * p[15] - v46 * v9);
-    const real v50 = v49 * c19;
-    real s54, c54; mv_sincos(q[11], &s54, &c54);
-    const real v56 = s54 * p[18];
-    const real v60 = p[17] / (p[20] + p[17] * (v56 * v56));
-    real s63, c63; mv_sincos(q[12], &s63, &c63);
-    const real v67 = c63 * q[4] - s63 * q[5];
-    const real v69 = c54 * p[18];
-    const real v72 = q[3] - q[16];
-    const real v76 = c63 * q[5];
-    const real v77 = s63 * q[4];
-    const real v78 = v76 + v77;
-    const real v80 = c54 * v72 - v78 * s54;
-    const real v83 = v67 + q[15];
-    const real v86 = v16 * v56 + v67 * v69 * v72 - v80 * p[18] * (v83 + q[15]);
-    const real v89 = p[21] * q[16];
-    const real v92 = v60 * (v86 * p[20] - v89 * v56);
-    const real v93 = v92 * c63;
-    const real v97 = q[4] * q[4] + q[5] * q[5];
-    const real v99 = p[13] * p[13];
-    const real v100 = v99 * p[12];
-    const real v101 = v100 + p[15];
-    const real v102 = K(1.0) / v101;
-    const real v103 = p[12] * v102;
-    const real v104 = v103 * p[15];
-    const real v115 = p[18] * p[18];
-    const real v116 = v115 * p[17];
-    const real v117 = v116 + p[20];
-    const real v118 = K(1.0) / v117;
-    const real v119 = p[17] * v118;
-    const real v120 = v119 * p[20];
-    const real v123 = p[0] + p[1];
-    const real v125 = v123 + v104 + v120;
-    const real v126 = (p[14] * v104 - (p[7] * p[0] + p[6] * p[1]) + p[19] * v120) / v125;
-    const real v127 = p[14] - v126;
-    const real v128 = v97 * v127;
-    const real v130 = p[13] * p[12];
-    const real v131 = v103 * p[13];
-    const real v132 = v130 * v131;
-    const real v136 = v35 * c7 + s7 * v29;
-    const real v141 = c7 * v128 * v132 - v130 * (v136 * v136 + v40 * v40);
-    const real v143 = v104 * p[13];
-    const real v146 = v37 * v136 - v35 * v29;
-    const real v148 = p[16] * q[13];
-    const real v150 = v143 * v146 + v148 * v131;
-    const real v152 = s7 * v141 - v150 * c7;
-    const real v155 = p[19] - v126;
-    const real v156 = v97 * v155;
-    const real v158 = p[18] * p[17];
-    const real v159 = v119 * p[18];
-    const real v160 = v158 * v159;
-    const real v164 = v78 * c54 + s54 * v72;
-    const real v169 = c54 * v156 * v160 - v158 * (v164 * v164 + v83 * v83);
-    const real v171 = v120 * p[18];
-    const real v174 = v80 * v164 - v78 * v72;
-    const real v176 = p[21] * q[15];
-    const real v178 = v171 * v174 + v176 * v159;
-    const real v180 = s54 * v169 - v178 * c54;
-    const real v182 = v50 + v93 + v152 * s19 + v180 * s63;
-    const real v185 = s7 * s7;
-    const real v186 = v100 * v185;
-    const real v187 = v186 + p[15];
-    const real v189 = c[14] * p[12] / (v187 * v187);
-    const real v190 = v189 * v186;
-    const real v191 = s7 * v130;
-    const real v192 = c19 * v191;
-    const real v193 = v192 * p[14];
-    const real v194 = s7 * c7;
-    const real v195 = v100 * c19;
-    const real v197 = v193 - v194 * v195;
-    const real v198 = v197 + p[15];
-    const real v203 = c[13] * p[12] / (v101 * v101);
-    const real v204 = v203 * p[15];
-    const real v205 = v26 * p[12];
-    const real v206 = s19 * v205;
-    const real v207 = v206 * p[14];
-    const real v208 = v100 * s19;
-    const real v209 = v207 - v208;
-    const real v213 = c[13] * p[17] / (v117 * v117);
-    const real v214 = v213 * p[20];
-    const real v215 = v69 * p[17];
-    const real v216 = v215 * s63;
-    const real v217 = v216 * p[19];
-    const real v218 = s63 * v116;
-    const real v219 = v217 - v218;
-    const real v224 = s54 * s54;
-    const real v225 = v224 * v116;
-    const real v226 = v225 + p[20];
-    const real v228 = c[14] * p[17] / (v226 * v226);
-    const real v229 = v228 * v225;
-    const real v230 = v158 * s54;
-    const real v231 = v230 * c63;
-    const real v232 = v231 * p[19];
-    const real v233 = s54 * c54;
-    const real v234 = c63 * v116;
-    const real v236 = v232 - v233 * v234;
-    const real v237 = v236 + p[20];
-    const real v239 = v190 * v198 - (v204 * v209 + v214 * v219) + v229 * v237;
-    const real v249 = c[3] - v203 * (p[15] * p[15]) - v213 * (p[20] * p[20]) - v189 * (v186 * v186);
-    const real v253 = K(1.0) / (v249 - v228 * (v225 * v225));
-    const real v254 = v239 * v253;
-    const real v262 = q[2] * c[1];
-    const real v269 = p[9] / (v123 + p[12] + p[17]);
-    const real v270 = v269 * v191;
-    const real v272 = v191 * p[14];
-    const real v273 = v34 + v33;
-    const real v274 = v273 * v273;
-    const real v281 = v100 * v194;
-    const real v284 = q[3] * q[3];
-    const real v286 = v148 - v272 * v274 - v272 * (v24 * v24) - q[14] * q[14] * v281 - v281 * v284;
-    const real v288 = v186 * v273;
-    const real v298 = v286 - (q[14] + q[14]) * v288 - v100 * v273 * q[3] + v99 * v274 * s7 * c7 * p[12];
-    const real v299 = v99 + v99;
-    const real v310 = v298 + v299 * v185 * v273 * q[3] * p[12] + c7 * v273 * p[14] * q[3] * p[13] * p[12];
-    const real v316 = v310 + v299 * s7 * c7 * q[14] * q[3] * p[12];
-    const real v321 = v269 * v230;
-    const real v323 = v233 * v116;
-    const real v326 = v230 * p[19];
-    const real v327 = v77 + v76;
-    const real v328 = v327 * v327;
-    const real v336 = v176 - v284 * v323 - v326 * v328 - v326 * (v67 * v67) - q[16] * q[16] * v323;
-    const real v338 = v327 * v225;
-    const real v348 = v336 - (q[16] + q[16]) * v338 - v327 * v116 * q[3] + v328 * s54 * c54 * v115 * p[17];
-    const real v360 = v348 + (v327 + v327) * v224 * v115 * q[3] * p[17] + v327 * c54 * p[19] * q[3] * p[18] * p[17];
-    const real v367 = v360 + (s54 + s54) * c54 * v115 * q[16] * q[3] * p[17];
-    const real v371 = q[6] * c[2] - v262 * q[1] - v203 * (v270 * p[15] + p[15] * v316) - v213 * (v321 * p[20] + p[20] * v367);
-    const real v372 = v187 * q[14];
-    const real v373 = q[13] + q[13];
-    const real v374 = v281 * v373;
-    const real v376 = v374 * q[14];
-    const real v378 = v24 * q[3];
-    const real v389 = v46 + v272 * v378 + v288 * v373 + v288 * v24 + v376 - v281 * v378 - v374 * q[3];
-    const real v395 = v226 * q[16];
-    const real v396 = q[15] + q[15];
-    const real v397 = v323 * v396;
-    const real v399 = v397 * q[16];
-    const real v403 = v67 * q[3];
-    const real v414 = v89 + v67 * v338 + v326 * v403 + v338 * v396 + v399 - v323 * v403 - v323 * (q[3] + q[3]) * q[15];
-    const real v419 = v371 - v189 * (v372 * v374 - (v376 * v186 + v186 * v389)) - v228 * (v395 * v397 - (v399 * v225 + v225 * v414));
-    const real v424 = q[3] * c[10] + (v419 + q[1] * q[2] * c[0]);
-    const real v431 = q[1] * c[0];
-    const real v438 = v101 * q[13];
-    const real v439 = c19 * v205;
-    const real v440 = v439 * p[14];
-    const real v443 = v440 - v99 * c19 * p[12];
-    const real v445 = s19 * v191;
-    const real v446 = v445 * p[14];
-    const real v451 = v203 * (v270 * v209 + v209 * v316 - v438 * (v443 * q[14] - v446 * q[13]));
-    const real v456 = v117 * q[15];
-    const real v457 = v215 * c63;
-    const real v458 = v457 * p[19];
-    const real v461 = v458 - c63 * v115 * p[17];
-    const real v463 = v230 * s63;
-    const real v464 = v463 * p[19];
-    const real v469 = v213 * (v321 * v219 + v219 * v367 - v456 * (v461 * q[16] - v464 * q[15]));
-    const real v476 = c7 * c7;
-    const real v481 = v446 - v194 * v208;
-    const real v485 = v376 * v198 + v198 * v389 - v372 * (q[13] * (v440 + v185 * v195 - v195 * v476) - v481 * q[14]);
-    const real v493 = c54 * c54;
-    const real v498 = v464 - v218 * v233;
-    const real v502 = v399 * v237 + v237 * v414 - v395 * (q[15] * (v458 + v224 * v234 - v234 * v493) - v498 * q[16]);
-    const real v505 = q[5] * c[12] + (q[8] * c[6] - v431 * q[0] - v451 - v469 - v189 * v485 - v228 * v502);
-    const real v517 = v203 * v443 * v209 + v213 * v461 * v219 - v189 * v481 * v198 - v228 * v498 * v237;
-    const real v524 = v204 * v443 + v214 * v461 + v190 * v481 + v229 * v498;
-    const real v526 = v517 - v524 * v254;
-    const real v536 = c[5] - v203 * (v443 * v443) - v213 * (v461 * v461) - v189 * (v481 * v481);
-    const real v540 = v524 * v253;
-    const real v543 = K(1.0) / (v536 - v228 * (v498 * v498) - v524 * v540);
-    const real v544 = v526 * v543;
-    const real v559 = v203 * (v270 * v443 + v443 * v316 + v438 * (v193 * q[13] + v209 * q[14]));
-    const real v569 = v213 * (v321 * v461 + v461 * v367 + v456 * (v219 * q[16] + v232 * q[15]));
-    const real v582 = v376 * v481 + v481 * v389 - v372 * (v197 * q[14] + q[13] * (v207 + v185 * v208 - v476 * v208));
-    const real v596 = v399 * v498 + v498 * v414 - v395 * (v236 * q[16] + q[15] * (v217 + v218 * v224 - v218 * v493));
-    const real v601 = q[7] * c[4] + v559 + v569 - v189 * v582 - v228 * v596 + q[0] * q[2] * c[1];
-    const real v603 = v540 * v424 - (q[4] * c[11] + v601);
-    const real v615 = c[7] - v203 * (v209 * v209) - v213 * (v219 * v219) - v189 * (v198 * v198);
-    const real v623 = (v254 * v424 - v505 - v544 * v603) / (v615 - v228 * (v237 * v237) - v526 * v544 - v239 * v254);
-    const real v624 = v16 + v623;
-    const real v625 = v127 - v26;
-    const real v626 = v13 * p[15];
-    const real v627 = v625 * v626;
-    const real v629 = v627 - v127 * v104;
-    const real v630 = v155 - v69;
-    const real v631 = v60 * p[20];
-    const real v632 = v630 * v631;
-    const real v634 = v632 - v155 * v120;
-    const real v636 = s19 * s19;
-    const real v637 = v143 * c7;
-    const real v638 = v132 * s7;
-    const real v639 = v638 * s7;
-    const real v640 = v639 * v127;
-    const real v641 = v637 - v640;
-    const real v642 = v641 + v629;
-    const real v644 = s63 * s63;
-    const real v645 = v171 * c54;
-    const real v646 = v160 * s54;
-    const real v647 = v646 * s54;
-    const real v648 = v647 * v155;
-    const real v649 = v645 - v648;
-    const real v650 = v649 + v634;
-    const real v652 = v636 * v642 + v644 * v650;
-    const real v654 = v9 * v626;
-    const real v655 = c19 * v654;
-    const real v657 = v56 * v631;
-    const real v658 = c63 * v657;
-    const real v659 = v629 + v634 - v652 - v655 - v658;
-    const real v662 = q[3] * q[5];
-    const real v665 = v603 * v543 - v544 * v623;
-    const real v666 = v662 - v665;
-    const real v667 = c19 * s19;
-    const real v669 = c63 * s63;
-    const real v671 = v667 * v642 + v669 * v650;
-    const real v675 = v639 + v104 - v626;
-    const real v676 = v636 * v675;
-    const real v678 = v647 + v120 - v631;
-    const real v679 = v644 * v678;
-    const real v685 = v676 + v679 + v125 + v626 + v631 - v104 - v120;
-    const real v693 = v203 * (p[15] * q[3] - v443 * q[4] + v209 * q[5] + v438);
-    const real v702 = v213 * (p[20] * q[3] - v461 * q[4] + v219 * q[5] + v456);
-    const real v711 = v189 * (v481 * q[4] - v186 * q[3] + v198 * q[5] + v372);
-    const real v720 = v228 * (v498 * q[4] - v225 * q[3] + v237 * q[5] + v395);
-    const real v725 = v624 * v126 - (v431 - v693 * v206 - v702 * v216 - v711 * v192 - v720 * v231) * c[8];
-    const real v730 = v667 * v675 + v669 * v678;
-    const real v742 = v666 * v126 - (v262 - v693 * v439 - v702 * v457 + v711 * v445 + v720 * v463) * c[9];
-    const real v749 = v655 + v658 + v637 * s19 + v645 * s63;
-    const real v754 = v424 * v253 + v540 * v665 + v254 * v623;
-    const real v756 = v182 + v624 * v659 - v666 * v671 + v685 * v725 + v730 * v742 + v749 * v754;
-    const real v757 = v638 * c7;
-    const real v759 = v646 * c54;
-    const real v761 = v757 * s19 + v759 * s63;
-    const real v766 = v125 + v132 + v160 - v639 - v647;
-    const real v767 = v143 * s7;
-    const real v768 = v171 * s54;
-    const real v769 = v767 + v768;
-    const real v777 = v150 * s7 + v178 * s54 + c7 * v141 + c54 * v169;
-    const real v779 = v767 + v757 * v127;
-    const real v782 = v768 + v759 * v155;
-    const real v784 = v779 * s19 + v782 * s63;
-    const real v789 = v779 * c19 + v782 * c63;
-    const real v796 = v757 * c19 + v759 * c63;
-    const real v799 = v769 * v754 - (v777 + v624 * v784 + v666 * v789 + v761 * v725 + v796 * v742);
-    const real v804 = v49 * s19;
-    const real v805 = v92 * s63;
-    const real v809 = v152 * c19 - (v804 + v805) + v180 * c63;
-    const real v810 = s19 * v654;
-    const real v812 = s63 * v657;
-    const real v813 = v810 - v671 + v812;
-    const real v817 = v652 - (v641 + v649);
-    const real v825 = v639 + v647 + v125 - v676 - v679;
-    const real v832 = v810 + v812 - v637 * c19 - v645 * c63;
-    const real v834 = v809 + v624 * v813 + v666 * v817 + v730 * v725 + v825 * v742 - v832 * v754;
-    const real v836 = v766 * v799 - v761 * v756 - v796 * v834;
-    const real v842 = v766 * v766 + v761 * v761 + v796 * v796;
-    const real v851 = v836 * v836 - v842 * (v799 * v799 - p[9] * p[9] + v756 * v756 + v834 * v834);
-    const real v855 = (mv_sqrt(mv_max(SPLAT(K(0.0)), v851)) - v836) / v842;
-    const real v857 = v756 - v761 * v855;
-    const real v858 = K(1.0) / p[9];
-    const real v861 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), v857 * v858));
-    const real v862 = mv_asin(v861);
-    const real v864 = mv_max(-p[11], mv_min(v862, p[11]));
-    real s865, c865; mv_sincos(v864, &s865, &c865);
-    const real v866 = c865 * p[9];
-    const mask m870 = LE(mv_fabs(v862), p[11]);
-    const real v872 = v834 - v796 * v855;
-    const real v881 = mv_min(SPLAT(K(1.0)), -(v872 * v858 / mv_max(SPLAT(K(1e-09)), mv_sqrt(K(1.0) - v861 * v861))));
-    const real v883 = mv_asin(mv_max(SPLAT(K(-1.0)), v881));
-    real s884, c884; mv_sincos(v862, &s884, &c884);
-    real s885, c885; mv_sincos(v883, &s885, &c885);
-    const real v886 = c884 * s885;
-    const real v891 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), v886 * (K(1.0) / mv_cos(p[11]))));
-    const real v895 = mv_max(-p[10], mv_min(p[10], SELECT(m870, v883, mv_asin(v891))));
-    real s896, c896; mv_sincos(v895, &s896, &c896);
-    const real v898 = v866 * c896 + v777;
-    const real v899 = K(1.0) / v766;
-    const real v901 = v761 * v899;
-    const real v903 = s865 * p[9];
-    const real v906 = v903 - v182 + v901 * v898;
-    const real v909 = K(1.0) / (v685 - v761 * v901);
-    const real v911 = v796 * v899;
-    const real v913 = v730 - v761 * v911;
-    const real v914 = v913 * v909;
-    const real v917 = v866 * s896;
-    const real v921 = v911 * v898 - (v917 + v809) - v914 * v906;
-    const real v926 = K(1.0) / (v825 - v913 * v914 - v796 * v911);
-    const real v928 = v769 * v899;
-    const real v930 = v749 + v761 * v928;
-    const real v931 = v930 * v909;
-    const real v935 = v832 + v913 * v931 - v796 * v928;
-    const real v936 = v935 * v926;
-    const real v939 = v767 * v128 + v150 * p[13];
-    const real v942 = v49 * v9 + v92 * v56;
-    const real v946 = v768 * v156 + v178 * p[18];
-    const real v950 = q[14] * p[15];
-    const real v953 = q[16] * p[20];
-    const real v958 = p[4] - p[5];
-    const real v961 = v939 - v942 + v946 - v148 - v176 + v950 * q[4] + v953 * q[4] - v958 * q[4] * q[5];
-    const real v964 = v9 * v654 + v56 * v657;
-    const real v965 = v9 * v627;
-    const real v966 = c19 * v965;
-    const real v968 = v56 * v632;
-    const real v969 = c63 * v968;
-    const real v971 = v143 * p[13];
-    const real v972 = v637 * v127;
-    const real v973 = v971 - v972;
-    const real v976 = v171 * p[18];
-    const real v977 = v645 * v155;
-    const real v978 = v976 - v977;
-    const real v980 = v964 - v966 - v969 + v973 * s19 + v978 * s63;
-    const real v985 = s19 * v965 + s63 * v968;
-    const real v989 = v985 + v973 * c19 + v978 * c63;
-    const real v994 = p[9] * c884;
-    const real v999 = v994 * c885 - (v799 + v766 * v855);
-    const real v1002 = p[9] * s884;
-    const real v1005 = v1002 - v857 + v901 * v999;
-    const real v1008 = v994 * s885;
-    const real v1013 = (v911 * v999 - (v1008 + v872) - v914 * v1005) * v926;
-    const real v1015 = v1005 * v909 - v914 * v1013;
-    const real v1019 = v999 * v899 + v901 * v1015 + v911 * v1013;
-    const real v1023 = v961 + v624 * v980 + v666 * v989 - v769 * v855 - v769 * v1019 - v749 * v725;
-    const real v1034 = p[2] + p[3];
-    const real v1035 = v964 + v971 + v976 + v1034;
-    const real v1038 = p[9] * c865;
-    const real v1042 = v1038 * c896 - c884 * p[9] * c885;
-    const real v1045 = p[9] * s865 - v1002;
-    const real v1047 = v1045 + v901 * v1042;
-    const real v1051 = v886 * p[9] - v1038 * s896;
-    const real v1056 = (v1051 + v911 * v1042 - v914 * v1047) * v926;
-    const real v1058 = v1047 * v909 - v914 * v1056;
-    const real v1062 = v1042 * v899 + v901 * v1058 + v911 * v1056;
-    const real v1064 = v1023 - v749 * v1015 + v832 * v742 + v832 * v1013 - v1035 * v754 - v769 * v1062;
-    const real v1075 = v1064 - v749 * v1058 + v832 * v1056 - v961 + v928 * v898 + v931 * v906 - v936 * v921;
-    const real v1082 = K(1.0) / (v1035 - v930 * v931 - v935 * v936 - v769 * v928);
-    const real v1084 = v784 * v899;
-    const real v1086 = v659 - v761 * v1084;
-    const real v1087 = v1086 * v909;
-    const real v1093 = v813 - v913 * v1087 - v796 * v1084;
-    const real v1094 = v1093 * v926;
-    const real v1098 = v980 + v930 * v1087 - v935 * v1094 - v769 * v1084;
-    const real v1099 = v1098 * v1082;
-    const real v1101 = v939 + v152 * v127;
-    const real v1107 = v946 + v180 * v155;
-    const real v1113 = v1101 * s19 - (v942 + v46 + v89) + v1107 * s63 - v16 * (v1034 + (p[5] - p[4]));
-    const real v1114 = q[13] * p[15];
-    const real v1117 = q[15] * p[20];
-    const real v1123 = v1113 - v1114 * q[4] - v1117 * q[4] + v50 * v625 + v93 * v630;
-    const real v1124 = v625 * v627;
-    const real v1125 = v630 * v632;
-    const real v1129 = v104 * (v127 * v127);
-    const real v1134 = v971 + K(-2.0) * v972 + v127 * v640;
-    const real v1136 = v1129 + v1134 - v1124;
-    const real v1137 = v636 * v1136;
-    const real v1140 = v120 * (v155 * v155);
-    const real v1144 = v976 + K(-2.0) * v977 + v155 * v648;
-    const real v1146 = v1140 + v1144 - v1125;
-    const real v1147 = v644 * v1146;
-    const real v1160 = v104 * (p[14] * p[14]) + v120 * (p[19] * p[19]) + p[0] * (p[7] * p[7]) + p[1] * (p[6] * p[6]);
-    const real v1163 = v1160 - v125 * (v126 * v126);
-    const real v1167 = v1124 + v1125 + v964 + v1137 + v1147 + (p[2] + p[5] + v1163) - v1129 - v1140;
-    const real v1171 = v1167 + K(-2.0) * v966 + K(-2.0) * v969;
-    const real v1177 = v985 + v667 * v1136 + v669 * v1146;
-    const real v1185 = v1123 + v624 * v1171 + v666 * v1177 - v784 * v855 - v784 * v1019 + v659 * v725;
-    const real v1196 = p[7] + p[8] + v126;
-    const real v1198 = v1185 + v659 * v1015 + v813 * v742 + v813 * v1013 - v980 * v754 + v1002 * v1196;
-    const real v1207 = v1198 - v784 * v1062 + v659 * v1058 + v813 * v1056 + v1045 * v1196 - v1123;
-    const real v1217 = v1207 - v903 * v1196 + v1084 * v898 - v1087 * v906 - v1094 * v921 - v1099 * v1075;
-    const real v1226 = K(1.0) / (v1171 - v1086 * v1087 - v1093 * v1094 - v1098 * v1099 - v784 * v1084);
-    const real v1228 = v789 * v899;
-    const real v1230 = v671 + v761 * v1228;
-    const real v1231 = v1230 * v909;
-    const real v1237 = v817 + v913 * v1231 - v796 * v1228;
-    const real v1238 = v1237 * v926;
-    const real v1246 = v989 - v930 * v1231 - v935 * v1238 - v769 * v1228;
-    const real v1247 = v1246 * v1082;
-    const real v1251 = v1177 + v1086 * v1231 - v1093 * v1238 - v1098 * v1247 - v784 * v1228;
-    const real v1252 = v1251 * v1226;
-    const real v1262 = p[15] + p[20];
-    const real v1266 = v1101 * c19 + v1107 * c63 + v950 * q[3] + v953 * q[3] - v662 * (v1034 + v1262 + v958);
-    const real v1274 = v1266 - v804 * v625 - v805 * v630 - v1114 * q[5] - v1117 * q[5];
-    const real v1284 = v1134 + v1144 + (p[2] + p[4] + v1262 + v1163) - v1137 - v1147;
-    const real v1290 = v1008 * v1196 - v1274 - v624 * v1177 - v666 * v1284 + v789 * v855 + v789 * v1019;
-    const real v1300 = v1290 + v671 * v725 + v671 * v1015 - v817 * v742 - v817 * v1013 + v989 * v754;
-    const real v1309 = v1300 - v1051 * v1196 + v789 * v1062 + v671 * v1058 - v817 * v1056 + v1274;
-    const real v1318 = v917 * v1196 - v1309 + v1228 * v898 + v1231 * v906 - v1238 * v921 - v1247 * v1075;
-    const real v1330 = v1284 - v1230 * v1231 - v1237 * v1238 - v1246 * v1247 - v1251 * v1252 - v789 * v1228;
-    const real v1331 = (v1318 - v1252 * v1217) / v1330;
-    const real v1333 = v1217 * v1226 - v1252 * v1331;
-    const real v1337 = v1075 * v1082 - v1099 * v1333 - v1247 * v1331;
-    const real v1343 = v921 * v926 - v936 * v1337 - v1094 * v1333 - v1238 * v1331;
-    const real v1351 = v906 * v909 - v914 * v1343 + v931 * v1337 - v1087 * v1333 + v1231 * v1331;
-    const real v1361 = v898 * v899 + v901 * v1351 + v911 * v1343 + v928 * v1337 + v1084 * v1333 + v1228 * v1331;
-    const real v1381 = v1333 - v16;
-    const real v1384 = v1333 * s19 + v1331 * c19;
-    const real v1385 = v1384 + v146;
-    const real v1400 = v131 * (c7 * (v1384 * v127 + v1351 * s19 + v1343 * c19) + s7 * (v1361 - v128));
-    const real v1411 = v1337 + v1333;
-    const real v1415 = v43 + v1351 * c19 + v625 * (v1333 * c19 - v1331 * s19) - v1411 * v9 - v1343 * s19;
-    const real v1423 = v1333 * s63 + v1331 * c63;
-    const real v1424 = v1423 + v174;
-    const real v1439 = v159 * (c54 * (v1423 * v155 + v1351 * s63 + v1343 * c63) + s54 * (v1361 - v156));
-    const real v1453 = v86 + v1351 * c63 + v630 * (v1333 * c63 - v1331 * s63) - v1411 * v56 - v1343 * s63;
-    dq[0] = v1361 + v97 * v126 - q[2] * q[4] + q[1] * q[5];
-    dq[1] = v1351 - v1333 * v126 + (q[2] * q[3] - q[0] * q[5]);
-    dq[2] = v1343 - v1331 * v126 + (q[0] * q[4] - q[1] * q[3]);
-    dq[3] = v1337;
-    dq[4] = v662 - v1331;
-    dq[5] = v1381;
-    dq[6] = q[3];
-    dq[7] = q[4];
-    dq[8] = q[5];
-    dq[9] = q[13];
-    dq[10] = q[14];
-    dq[11] = q[15];
-    dq[12] = q[16];
-    dq[13] = v1385 - (v148 + p[15] * (v1385 + v1337)) * v102 - v1400;
-    dq[14] = -(v1381 + v13 * (v46 * (K(1.0) / p[12]) + v9 * v1415));
-    dq[15] = v1424 - (v176 + p[20] * (v1424 + v1337)) * v118 - v1439;
-    dq[16] = -(v1381 + v60 * (v89 * (K(1.0) / p[17]) + v56 * v1453));
+    enum { vx = 0 };
+    enum { vy = 1 };
+    enum { vz = 2 };
+    enum { wx = 3 };
+    enum { wy = 4 };
+    enum { wz = 5 };
+    enum { att1 = 6 };
+    enum { att2 = 7 };
+    enum { att3 = 8 };
+    enum { phi1 = 9 };
+    enum { theta1 = 10 };
+    enum { phi2 = 11 };
+    enum { theta2 = 12 };
+    enum { phi1_dot = 13 };
+    enum { theta1_dot = 14 };
+    enum { phi2_dot = 15 };
+    enum { theta2_dot = 16 };
+    enum { m = SLOSH_P_M };
+    enum { m0 = SLOSH_P_M0 };
+    enum { I0 = SLOSH_P_I0 };
+    enum { J_x = SLOSH_P_J_X };
+    enum { J_y = SLOSH_P_J_Y };
+    enum { J_z = SLOSH_P_J_Z };
+    enum { h0 = SLOSH_P_H0 };
+    enum { b = SLOSH_P_B };
+    enum { d = SLOSH_P_D };
+    enum { F = SLOSH_P_F };
+    enum { delta1_max = SLOSH_P_DELTA1_MAX };
+    enum { delta2_max = SLOSH_P_DELTA2_MAX };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { eps1 = SLOSH_P_EPS1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { eps2 = SLOSH_P_EPS2 };
+    enum { r1 = SLOSH_LYAPUNOV_V1_C_R1 };
+    enum { r2 = SLOSH_LYAPUNOV_V1_C_R2 };
+    enum { r3 = SLOSH_LYAPUNOV_V1_C_R3 };
+    enum { r4 = SLOSH_LYAPUNOV_V1_C_R4 };
+    enum { r5 = SLOSH_LYAPUNOV_V1_C_R5 };
+    enum { r6 = SLOSH_LYAPUNOV_V1_C_R6 };
+    enum { r7 = SLOSH_LYAPUNOV_V1_C_R7 };
+    enum { r8 = SLOSH_LYAPUNOV_V1_C_R8 };
+    enum { w1 = SLOSH_LYAPUNOV_V1_C_W1 };
+    enum { w2 = SLOSH_LYAPUNOV_V1_C_W2 };
+    enum { w3 = SLOSH_LYAPUNOV_V1_C_W3 };
+    enum { w4 = SLOSH_LYAPUNOV_V1_C_W4 };
+    enum { w5 = SLOSH_LYAPUNOV_V1_C_W5 };
+    enum { r9 = SLOSH_LYAPUNOV_V1_C_R9 };
+    enum { r10 = SLOSH_LYAPUNOV_V1_C_R10 };
+    const real t_os4zj = p[l1] * p[l1];
+    const real t_yx2kz = t_os4zj * p[m1];
+    const real D1 = t_yx2kz + p[I1];
+    const real t_zrejm = K(1.0) / D1;
+    const real t_3qn53 = p[m1] * t_zrejm;
+    const real k1 = t_3qn53 * p[l1];
+    const real me1 = t_3qn53 * p[I1];
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real mv1 = t_6nwd2 * k1;
+    const real t_nfvux = p[l2] * p[l2];
+    const real t_frp3h = t_nfvux * p[m2];
+    const real D2 = t_frp3h + p[I2];
+    const real t_5wzvs = K(1.0) / D2;
+    const real t_54cbb = p[m2] * t_5wzvs;
+    const real k2 = t_54cbb * p[l2];
+    const real me2 = t_54cbb * p[I2];
+    const real t_popww = p[l2] * p[m2];
+    const real mv2 = t_popww * k2;
+    const real t_omhyl = p[m] + p[m0];
+    const real M_C = t_omhyl + me1 + me2;
+    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real S_C = me1 * (p[h1] * p[h1])
+        + me2 * (p[h2] * p[h2])
+        + p[m] * (p[b] * p[b])
+        + p[m0] * (p[h0] * p[h0])
+        - M_C * (x_C * x_C);
+    const real J_C1 = p[I0] + p[J_x];
+    const real J_C3 = p[I0] + p[J_z] + S_C;
+    const real t_is5lg = p[I1] + p[I2];
+    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
+    const real W12 = q[wx] * q[wy];
+    const real W13 = q[wx] * q[wz];
+    const real e1 = p[h1] - x_C;
+    const real e2 = p[h2] - x_C;
+    real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
+    const real q_1 = sin_phi1 * p[l1];
+    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
+    real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
+    const real Wn1 = cos_theta1 * q[wy] - sin_theta1 * q[wz];
+    const real lc_1 = cos_phi1 * p[l1];
+    const real w_x1 = q[wx] - q[theta1_dot];
+    const real t_rding = cos_theta1 * q[wz];
+    const real t_a3uw4 = sin_theta1 * q[wy];
+    const real Wt1 = t_rding + t_a3uw4;
+    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
+    const real p1 = Wn1 + q[phi1_dot];
+    const real zeta1 = W12 * q_1
+        + Wn1 * lc_1 * w_x1
+        - chi1 * p[l1] * (p1 + q[phi1_dot]);
+    const real loss_theta1 = p[eps1] * q[theta1_dot];
+    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
+    const real t_vt7uo = F_n1 * cos_theta1;
+    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
+    const real q_2 = sin_phi2 * p[l2];
+    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
+    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
+    const real Wn2 = cos_theta2 * q[wy] - sin_theta2 * q[wz];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real w_x2 = q[wx] - q[theta2_dot];
+    const real t_geoui = cos_theta2 * q[wz];
+    const real t_vhhwy = sin_theta2 * q[wy];
+    const real Wt2 = t_geoui + t_vhhwy;
+    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
+    const real p2 = Wn2 + q[phi2_dot];
+    const real zeta2 = W12 * q_2
+        + Wn2 * lc_2 * w_x2
+        - chi2 * p[l2] * (p2 + q[phi2_dot]);
+    const real loss_theta2 = p[eps2] * q[theta2_dot];
+    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
+    const real t_oncjt = F_n2 * cos_theta2;
+    const real t_rybsf = q[wy] * q[wy] + q[wz] * q[wz];
+    const real t_w7vil = t_rybsf * e1;
+    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    const real tension1 = cos_phi1 * t_w7vil * mv1 - t_6nwd2 * sigma_sq1;
+    const real B_1 = me1 * p[l1];
+    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real loss_phi1 = p[eps1] * q[phi1_dot];
+    const real t_7imwe = B_1 * eta1 + loss_phi1 * k1;
+    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real t_6fvzz = t_rybsf * e2;
+    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real tension2 = cos_phi2 * t_6fvzz * mv2 - t_popww * sigma_sq2;
+    const real B_2 = me2 * p[l2];
+    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real loss_phi2 = p[eps2] * q[phi2_dot];
+    const real t_4b2fa = B_2 * eta2 + loss_phi2 * k2;
+    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real W_theta1 = c[r10] * p[m1];  /* (27) */
+    const real t_3qva5 = sin_phi1 * sin_phi1;
+    const real t_invly = t_yx2kz * t_3qva5;
+    const real D_theta1 = t_invly + p[I1];  /* (26) */
+    const real t_j7ex5 = W_theta1 / (D_theta1 * D_theta1);
+    const real t_ccobz = t_j7ex5 * t_invly;
+    const real gx_phi1 = sin_phi1 * t_6nwd2;  /* (25) */
+    const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
+    const real t_m5cmg = gy_theta1 * p[h1];
+    const real t_a233z = sin_phi1 * cos_phi1;
+    const real t_bdhgv = t_yx2kz * cos_theta1;
+    const real t_uyufu = t_m5cmg - t_a233z * t_bdhgv;
+    const real cz_theta1 = t_uyufu + p[I1];  /* (26) */
+    const real W_phi1 = c[r9] * p[m1];  /* (27) */
+    const real t_mj52b = W_phi1 / (D1 * D1);
+    const real t_7pydp = t_mj52b * p[I1];
+    const real t_5zfdh = lc_1 * p[m1];
+    const real gy_phi1 = sin_theta1 * t_5zfdh;  /* (25) */
+    const real t_bnlcb = gy_phi1 * p[h1];
+    const real t_4xxce = t_yx2kz * sin_theta1;
+    const real cz_phi1 = t_bnlcb - t_4xxce;  /* (25) */
+    const real W_phi2 = c[r9] * p[m2];  /* (27) */
+    const real t_iecaz = W_phi2 / (D2 * D2);
+    const real t_ob75p = t_iecaz * p[I2];
+    const real t_p4m3j = lc_2 * p[m2];
+    const real gy_phi2 = t_p4m3j * sin_theta2;  /* (25) */
+    const real t_ba7if = gy_phi2 * p[h2];
+    const real t_tb25v = sin_theta2 * t_frp3h;
+    const real cz_phi2 = t_ba7if - t_tb25v;  /* (25) */
+    const real W_theta2 = c[r10] * p[m2];  /* (27) */
+    const real t_4j4b3 = sin_phi2 * sin_phi2;
+    const real t_claqt = t_4j4b3 * t_frp3h;
+    const real D_theta2 = t_claqt + p[I2];  /* (26) */
+    const real t_s5xdh = W_theta2 / (D_theta2 * D_theta2);
+    const real t_6w3c7 = t_s5xdh * t_claqt;
+    const real gx_phi2 = t_popww * sin_phi2;  /* (25) */
+    const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
+    const real t_gidtm = gy_theta2 * p[h2];
+    const real t_nqm7d = sin_phi2 * cos_phi2;
+    const real t_senbd = cos_theta2 * t_frp3h;
+    const real t_3o3n4 = t_gidtm - t_nqm7d * t_senbd;
+    const real cz_theta2 = t_3o3n4 + p[I2];  /* (26) */
+    const real f31_v1 = t_ccobz * cz_theta1 - (t_7pydp * cz_phi1 + t_ob75p * cz_phi2) + t_6w3c7 * cz_theta2;  /* (29) */
+    const real f11_v1 = c[r4]
+        - t_mj52b * (p[I1] * p[I1])
+        - t_iecaz * (p[I2] * p[I2])
+        - t_j7ex5 * (t_invly * t_invly)
+        - t_s5xdh * (t_claqt * t_claqt);  /* (29) */
+    const real t_4v7es = K(1.0) / f11_v1;
+    const real f_v1_L31 = f31_v1 * t_4v7es;
+    const real t_aqbxr = q[vz] * c[r2];
+    const real ax_eq = p[F] / (t_omhyl + p[m1] + p[m2]);  /* (19) */
+    const real t_5bilv = ax_eq * gx_phi1;
+    const real t_azo52 = gx_phi1 * p[h1];
+    const real t_amwyw = t_a3uw4 + t_rding;
+    const real t_7eszt = t_amwyw * t_amwyw;
+    const real t_5jodw = t_yx2kz * t_a233z;
+    const real t_wube7 = q[wx] * q[wx];
+    const real t_h5pol = t_invly * t_amwyw;
+    const real t_oc5tk = t_os4zj + t_os4zj;
+    const real k_phi1 = loss_phi1
+        - t_azo52 * t_7eszt
+        - t_azo52 * (Wn1 * Wn1)
+        - q[theta1_dot] * q[theta1_dot] * t_5jodw
+        - t_5jodw * t_wube7
+        - (q[theta1_dot] + q[theta1_dot]) * t_h5pol
+        - t_yx2kz * t_amwyw * q[wx]
+        + t_os4zj * t_7eszt * sin_phi1 * cos_phi1 * p[m1]
+        + t_oc5tk * t_3qva5 * t_amwyw * q[wx] * p[m1]
+        + cos_phi1 * t_amwyw * p[h1] * q[wx] * p[l1] * p[m1]
+        + t_oc5tk * sin_phi1 * cos_phi1 * q[theta1_dot] * q[wx] * p[m1];  /* (25) */
+    const real t_4oupt = ax_eq * gx_phi2;
+    const real t_2t5uv = t_nqm7d * t_frp3h;
+    const real t_svo5z = gx_phi2 * p[h2];
+    const real t_kmx3q = t_vhhwy + t_geoui;
+    const real t_3chhy = t_kmx3q * t_kmx3q;
+    const real t_imick = t_kmx3q * t_claqt;
+    const real k_phi2 = loss_phi2
+        - t_wube7 * t_2t5uv
+        - t_svo5z * t_3chhy
+        - t_svo5z * (Wn2 * Wn2)
+        - q[theta2_dot] * q[theta2_dot] * t_2t5uv
+        - (q[theta2_dot] + q[theta2_dot]) * t_imick
+        - t_kmx3q * t_frp3h * q[wx]
+        + t_3chhy * sin_phi2 * cos_phi2 * t_nfvux * p[m2]
+        + (t_kmx3q + t_kmx3q) * t_4j4b3 * t_nfvux * q[wx] * p[m2]
+        + t_kmx3q * cos_phi2 * p[h2] * q[wx] * p[l2] * p[m2]
+        + (sin_phi2 + sin_phi2) * cos_phi2 * t_nfvux * q[theta2_dot] * q[wx] * p[m2];  /* (25) */
+    const real t_iomfo = D_theta1 * q[theta1_dot];
+    const real t_j5odj = q[phi1_dot] + q[phi1_dot];
+    const real Dd_theta1 = t_5jodw * t_j5odj;
+    const real t_b7wcv = Dd_theta1 * q[theta1_dot];
+    const real t_ywy5z = Wn1 * q[wx];
+    const real k_theta1 = loss_theta1
+        + t_azo52 * t_ywy5z
+        + t_h5pol * t_j5odj
+        + t_h5pol * Wn1
+        + t_b7wcv
+        - t_5jodw * t_ywy5z
+        - Dd_theta1 * q[wx];  /* (26) */
+    const real t_kyc32 = D_theta2 * q[theta2_dot];
+    const real t_473qv = q[phi2_dot] + q[phi2_dot];
+    const real Dd_theta2 = t_2t5uv * t_473qv;
+    const real t_putjj = Dd_theta2 * q[theta2_dot];
+    const real t_nw7er = Wn2 * q[wx];
+    const real k_theta2 = loss_theta2
+        + Wn2 * t_imick
+        + t_svo5z * t_nw7er
+        + t_imick * t_473qv
+        + t_putjj
+        - t_2t5uv * t_nw7er
+        - t_2t5uv * (q[wx] + q[wx]) * q[phi2_dot];  /* (26) */
+    const real g1_v1 = q[att1] * c[r3]
+        - t_aqbxr * q[vy]
+        - t_mj52b * (t_5bilv * p[I1] + p[I1] * k_phi1)
+        - t_iecaz * (t_4oupt * p[I2] + p[I2] * k_phi2)
+        - t_j7ex5 * (t_iomfo * Dd_theta1 - (t_b7wcv * t_invly + t_invly * k_theta1))
+        - t_s5xdh * (t_kyc32 * Dd_theta2 - (t_putjj * t_claqt + t_claqt * k_theta2))
+        + q[vy] * q[vz] * c[r1];  /* (29) */
+    const real t_u5ggi = q[wx] * c[w3] + g1_v1;
+    const real t_wij2f = q[vy] * c[r1];
+    const real t_o2gar = D1 * q[phi1_dot];
+    const real gz_phi1 = cos_theta1 * t_5zfdh;  /* (25) */
+    const real t_pthak = gz_phi1 * p[h1];
+    const real t_qesxo = t_pthak - t_os4zj * cos_theta1 * p[m1];
+    const real t_tpms2 = sin_theta1 * gx_phi1;
+    const real t_nmcsn = t_tpms2 * p[h1];
+    const real cdz_phi1 = t_qesxo * q[theta1_dot] - t_nmcsn * q[phi1_dot];
+    const real t_gifwv = D2 * q[phi2_dot];
+    const real gz_phi2 = t_p4m3j * cos_theta2;  /* (25) */
+    const real t_3ndrr = gz_phi2 * p[h2];
+    const real t_x5sl2 = t_3ndrr - cos_theta2 * t_nfvux * p[m2];
+    const real t_h3pge = gx_phi2 * sin_theta2;
+    const real t_ikdxp = t_h3pge * p[h2];
+    const real cdz_phi2 = t_x5sl2 * q[theta2_dot] - t_ikdxp * q[phi2_dot];
+    const real t_4of2f = cos_phi1 * cos_phi1;
+    const real cy_theta1 = t_nmcsn - t_a233z * t_4xxce;  /* (26) */
+    const real cdz_theta1 = q[phi1_dot] * (t_pthak + t_3qva5 * t_bdhgv - t_bdhgv * t_4of2f) - cy_theta1 * q[theta1_dot];
+    const real t_zozwp = cos_phi2 * cos_phi2;
+    const real cy_theta2 = t_ikdxp - t_tb25v * t_nqm7d;  /* (26) */
+    const real cdz_theta2 = q[phi2_dot] * (t_3ndrr + t_4j4b3 * t_senbd - t_senbd * t_zozwp) - cy_theta2 * q[theta2_dot];
+    const real g3_v1 = q[att3] * c[r7]
+        - t_wij2f * q[vx]
+        - t_mj52b * (t_5bilv * cz_phi1 + cz_phi1 * k_phi1 - t_o2gar * cdz_phi1)
+        - t_iecaz * (t_4oupt * cz_phi2 + cz_phi2 * k_phi2 - t_gifwv * cdz_phi2)
+        - t_j7ex5 * (t_b7wcv * cz_theta1 + cz_theta1 * k_theta1 - t_iomfo * cdz_theta1)
+        - t_s5xdh * (t_putjj * cz_theta2 + cz_theta2 * k_theta2 - t_kyc32 * cdz_theta2);  /* (29) */
+    const real f32_v1 = t_mj52b * t_qesxo * cz_phi1
+        + t_iecaz * t_x5sl2 * cz_phi2
+        - t_j7ex5 * cy_theta1 * cz_theta1
+        - t_s5xdh * cy_theta2 * cz_theta2;  /* (29) */
+    const real f21_v1 = t_7pydp * t_qesxo + t_ob75p * t_x5sl2 + t_ccobz * cy_theta1 + t_6w3c7 * cy_theta2;  /* (29) */
+    const real t_g2uww = f32_v1 - f21_v1 * f_v1_L31;
+    const real f22_v1 = c[r6]
+        - t_mj52b * (t_qesxo * t_qesxo)
+        - t_iecaz * (t_x5sl2 * t_x5sl2)
+        - t_j7ex5 * (cy_theta1 * cy_theta1)
+        - t_s5xdh * (cy_theta2 * cy_theta2);  /* (29) */
+    const real f_v1_L21 = f21_v1 * t_4v7es;
+    const real f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21;
+    const real t_omhw7 = K(1.0) / f_v1_D2;
+    const real f_v1_L32 = t_g2uww * t_omhw7;
+    const real cdy_phi1 = t_m5cmg * q[phi1_dot] + cz_phi1 * q[theta1_dot];
+    const real cdy_phi2 = cz_phi2 * q[theta2_dot] + t_gidtm * q[phi2_dot];
+    const real cdy_theta1 = t_uyufu * q[theta1_dot] + q[phi1_dot] * (t_bnlcb + t_3qva5 * t_4xxce - t_4of2f * t_4xxce);
+    const real cdy_theta2 = t_3o3n4 * q[theta2_dot] + q[phi2_dot] * (t_ba7if + t_tb25v * t_4j4b3 - t_tb25v * t_zozwp);
+    const real g2_v1 = q[att2] * c[r5]
+        + t_mj52b * (t_5bilv * t_qesxo + t_qesxo * k_phi1 + t_o2gar * cdy_phi1)
+        + t_iecaz * (t_4oupt * t_x5sl2 + t_x5sl2 * k_phi2 + t_gifwv * cdy_phi2)
+        - t_j7ex5 * (t_b7wcv * cy_theta1 + cy_theta1 * k_theta1 - t_iomfo * cdy_theta1)
+        - t_s5xdh * (t_putjj * cy_theta2 + cy_theta2 * k_theta2 - t_kyc32 * cdy_theta2)
+        + q[vx] * q[vz] * c[r2];  /* (29) */
+    const real u_v1_y2 = f_v1_L21 * t_u5ggi - (q[wy] * c[w4] + g2_v1);
+    const real u_v1_y3 = f_v1_L31 * t_u5ggi - (q[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
+    const real f33_v1 = c[r8]
+        - t_mj52b * (cz_phi1 * cz_phi1)
+        - t_iecaz * (cz_phi2 * cz_phi2)
+        - t_j7ex5 * (cz_theta1 * cz_theta1)
+        - t_s5xdh * (cz_theta2 * cz_theta2);  /* (29) */
+    const real f_v1_D3 = f33_v1 - t_g2uww * f_v1_L32 - f31_v1 * f_v1_L31;
+    const real u_v1_x3 = u_v1_y3 / f_v1_D3;
+    const real G2_v1 = W12 + u_v1_x3;
+    const real g_1 = e1 - lc_1;
+    const real wth_1 = th_1 * p[I1];
+    const real wg_1 = g_1 * wth_1;
+    const real t_tcgxn = wg_1 - e1 * me1;
+    const real g_2 = e2 - lc_2;
+    const real wth_2 = th_2 * p[I2];
+    const real wg_2 = g_2 * wth_2;
+    const real t_uf5ib = wg_2 - e2 * me2;
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real Bc_1 = B_1 * cos_phi1;
+    const real As_1 = mv1 * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real eAss_1 = Ass_1 * e1;
+    const real t_32gyg = Bc_1 - eAss_1;
+    const real t_65obb = t_32gyg + t_tcgxn;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real Bc_2 = B_2 * cos_phi2;
+    const real As_2 = mv2 * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real eAss_2 = Ass_2 * e2;
+    const real t_gbkg6 = Bc_2 - eAss_2;
+    const real t_yoiua = t_gbkg6 + t_uf5ib;
+    const real t_z76hk = S_sq1 * t_65obb + S_sq2 * t_yoiua;
+    const real wq_1 = q_1 * wth_1;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wq_2 = q_2 * wth_2;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real K52 = t_tcgxn + t_uf5ib - t_z76hk - wqC_1 - wqC_2;
+    const real u_v1_x2 = u_v1_y2 * t_omhw7 - f_v1_L32 * u_v1_x3;
+    const real G3_v1 = W13 - u_v1_x2;
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real t_hjmgb = SC1 * t_65obb + SC2 * t_yoiua;
+    const real tn11_1 = Ass_1 + me1 - wth_1;
+    const real t_fbeaw = S_sq1 * tn11_1;
+    const real tn11_2 = Ass_2 + me2 - wth_2;
+    const real t_dj555 = S_sq2 * tn11_2;
+    const real K22 = t_fbeaw + t_dj555 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real t_3c5in = t_mj52b * (p[I1] * q[wx] - t_qesxo * q[wy] + cz_phi1 * q[wz] + t_o2gar);
+    const real t_ohb73 = t_iecaz * (p[I2] * q[wx] - t_x5sl2 * q[wy] + cz_phi2 * q[wz] + t_gifwv);
+    const real t_cdafg = t_j7ex5 * (cy_theta1 * q[wy] - t_invly * q[wx] + cz_theta1 * q[wz] + t_iomfo);
+    const real t_rbkok = t_s5xdh * (cy_theta2 * q[wy] - t_claqt * q[wx] + cz_theta2 * q[wz] + t_kyc32);
+    const real B_v1 = t_wij2f
+        - t_3c5in * gy_phi1
+        - t_ohb73 * gy_phi2
+        - t_cdafg * gy_theta1
+        - t_rbkok * gy_theta2;  /* (29) */
+    const real a2_v1 = G2_v1 * x_C - B_v1 * c[w1];
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real C_v1 = t_aqbxr
+        - t_3c5in * gz_phi1
+        - t_ohb73 * gz_phi2
+        + t_cdafg * t_tpms2
+        + t_rbkok * t_h3pge;  /* (29) */
+    const real a3_v1 = G3_v1 * x_C - C_v1 * c[w2];
+    const real t_yz7e5 = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
+    const real t_dyqoa = t_u5ggi * t_4v7es + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
+    const real q2_v1 = n2
+        + G2_v1 * K52
+        - G3_v1 * t_hjmgb
+        + K22 * a2_v1
+        + K32 * a3_v1
+        + t_yz7e5 * t_dyqoa;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
+    const real Bs_1 = B_1 * sin_phi1;
+    const real Bs_2 = B_2 * sin_phi2;
+    const real t_2m245 = Bs_1 + Bs_2;
+    const real t_xynyo = t_7imwe * sin_phi1 + t_4b2fa * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2;
+    const real t_ev7u5 = Bs_1 + Asc_1 * e1;
+    const real t_bvybx = Bs_2 + Asc_2 * e2;
+    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
+    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
+    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_xiu6d = t_xynyo
+        + G2_v1 * t_6mmeb
+        + G3_v1 * t_bl4f2
+        + t_b3aij * a2_v1
+        + t_zzymx * a3_v1;
+    const real q1_v1 = t_2m245 * t_dyqoa - t_xiu6d;
+    const real t_azclp = F_n1 * sin_theta1;
+    const real t_iya7w = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real K53 = wqS_1 - t_hjmgb + wqS_2;
+    const real K63 = t_z76hk - (t_32gyg + t_gbkg6);
+    const real K33 = Ass_1 + Ass_2 + M_C - t_fbeaw - t_dj555;
+    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
+    const real q3_v1 = n3
+        + G2_v1 * K53
+        + G3_v1 * K63
+        + K32 * a2_v1
+        + K33 * a3_v1
+        - K43 * t_dyqoa;
+    const real Pq_v1 = K11 * q1_v1 - t_b3aij * q2_v1 - t_zzymx * q3_v1;
+    const real PP_v1 = K11 * K11 + t_b3aij * t_b3aij + t_zzymx * t_zzymx;
+    const real t_echqo = PP_v1 * (q1_v1 * q1_v1 - p[F] * p[F] + q2_v1 * q2_v1 + q3_v1 * q3_v1);
+    const real root_v1 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v1 * Pq_v1 - t_echqo));
+    const real ax_v1 = (root_v1 - Pq_v1) / PP_v1;
+    const real f2_v1 = q2_v1 - t_b3aij * ax_v1;
+    const real t_y7rm6 = K(1.0) / p[F];
+    const real sin_d2_v1 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v1 * t_y7rm6));
+    const real delta2_v1 = mv_asin(sin_d2_v1);
+    const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v1, p[delta2_max]));
+    real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
+    const real t_y4w6o = cos_delta2_act * p[F];
+    const mask m_puf2t = LE(mv_fabs(delta2_v1), p[delta2_max]);
+    const real f3_v1 = q3_v1 - t_zzymx * ax_v1;
+    const real cos_d2_v1 = mv_sqrt(K(1.0) - sin_d2_v1 * sin_d2_v1);
+    const real delta1_v1 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v1 * t_y7rm6 / mv_max(SPLAT(K(1e-09)), cos_d2_v1)))));
+    real sin_delta2_v1, cos_delta2_v1; mv_sincos(delta2_v1, &sin_delta2_v1, &cos_delta2_v1);
+    real sin_delta1_v1, cos_delta1_v1; mv_sincos(delta1_v1, &sin_delta1_v1, &cos_delta1_v1);
+    const real t_y2zgg = cos_delta2_v1 * sin_delta1_v1;
+    const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_puf2t, delta1_v1, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_y2zgg * (K(1.0) / mv_cos(p[delta2_max]))))))));
+    real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
+    const real f_x = t_y4w6o * cos_delta1_act;
+    const real f_y = sin_delta2_act * p[F];
+    const real Bl_1 = B_1 * p[l1];
+    const real eBc_1 = Bc_1 * e1;
+    const real t_b7ure = me1 * (e1 * e1);
+    const real t_3bowt = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
+    const real t_3fv6l = g_1 * wg_1;
+    const real tn44_1 = t_b7ure + t_3bowt - t_3fv6l;
+    const real wqg_1 = q_1 * wg_1;
+    const real wqq_1 = q_1 * wq_1;
+    const real wgC_1 = cos_theta1 * wqg_1;
+    const real wgS_1 = sin_theta1 * wqg_1;
+    const real M_q1 = F_n1 * q_1;
+    const real I_phi1 = q[phi1_dot] * p[I1];
+    const real I_theta1 = q[theta1_dot] * p[I1];
+    const real Bl_2 = B_2 * p[l2];
+    const real eBc_2 = Bc_2 * e2;
+    const real t_lpk5h = me2 * (e2 * e2);
+    const real t_ymmgl = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
+    const real t_odwbr = g_2 * wg_2;
+    const real tn44_2 = t_lpk5h + t_ymmgl - t_odwbr;
+    const real wqg_2 = q_2 * wg_2;
+    const real wqq_2 = q_2 * wq_2;
+    const real wgC_2 = cos_theta2 * wqg_2;
+    const real wgS_2 = sin_theta2 * wqg_2;
+    const real M_q2 = F_n2 * q_2;
+    const real I_phi2 = q[phi2_dot] * p[I2];
+    const real I_theta2 = q[theta2_dot] * p[I2];
+    const real t_nhr5u = wqq_1 + wqq_2;
+    const real K44 = t_nhr5u + Bl_1 + Bl_2 + J_C1;
+    const real t_nncdg = Bl_1 - eBc_1;
+    const real t_4q22j = Bl_2 - eBc_2;
+    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
+    const real t_hoosk = S_sq1 * tn44_1;
+    const real t_drvdp = S_sq2 * tn44_2;
+    const real K55 = t_3fv6l
+        + t_odwbr
+        + t_nhr5u
+        + t_hoosk
+        + t_drvdp
+        + J_C3
+        - t_b7ure
+        - t_lpk5h
+        + K(-2.0) * wgC_1
+        + K(-2.0) * wgC_2;
+    const real t_zhbuw = wgS_1 + wgS_2;
+    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
+    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_3bowt + t_ymmgl + J_C2 - t_hoosk - t_drvdp;
+    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
+    const real t_kp7yy = M_q1 + M_q2;
+    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
+    const real t_sfymc = p[J_y] - p[J_z];
+    const real n4 = t_aejai
+        - t_kp7yy
+        + t_zd4fs
+        - loss_phi1
+        - loss_phi2
+        + I_theta1 * q[wy]
+        + I_theta2 * q[wy]
+        - t_sfymc * q[wy] * q[wz];
+    const real t_w7nmt = t_aejai + F_t1 * e1;
+    const real t_e5cx2 = t_zd4fs + F_t2 * e2;
+    const real n5 = t_w7nmt * sin_theta1
+        - (t_kp7yy + loss_theta1 + loss_theta2)
+        + t_e5cx2 * sin_theta2
+        - W12 * (J_C1 + (p[J_z] - p[J_y]))
+        - I_phi1 * q[wy]
+        - I_phi2 * q[wy]
+        + t_vt7uo * g_1
+        + t_oncjt * g_2;
+    const real n6 = t_w7nmt * cos_theta1
+        + t_e5cx2 * cos_theta2
+        + I_theta1 * q[wx]
+        + I_theta2 * q[wx]
+        - W13 * (J_C1 + t_is5lg + t_sfymc)
+        - t_azclp * g_1
+        - t_iya7w * g_2
+        - I_phi1 * q[wz]
+        - I_phi2 * q[wz];
+    const real t_bpfoo = K(1.0) / K11;
+    const real t_w7lcw = t_b3aij * t_bpfoo;
+    const real K_D2 = K22 - t_b3aij * t_w7lcw;
+    const real t_3go2w = t_zzymx * t_bpfoo;
+    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
+    const real t_4iujv = K(1.0) / K_D2;
+    const real K_L32 = t_d4mqf * t_4iujv;
+    const real t_vshgd = t_6mmeb * t_bpfoo;
+    const real t_p6zld = K52 - t_b3aij * t_vshgd;
+    const real K_L52 = t_p6zld * t_4iujv;
+    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
+    const real t_xq4wt = t_2m245 * t_bpfoo;
+    const real t_u3hss = t_yz7e5 + t_b3aij * t_xq4wt;
+    const real t_4jmrt = t_u3hss * t_4iujv;
+    const real t_yfebn = K43 + t_d4mqf * t_4jmrt - t_zzymx * t_xq4wt;
+    const real t_zmh3u = K(1.0) / K_D3;
+    const real K_L43 = t_yfebn * t_zmh3u;
+    const real t_bxfcn = K53 - t_d4mqf * K_L52 - t_zzymx * t_vshgd;
+    const real K_L53 = t_bxfcn * t_zmh3u;
+    const real t_e4enr = t_bl4f2 * t_bpfoo;
+    const real t_qvrp6 = t_hjmgb + t_b3aij * t_e4enr;
+    const real t_dj64q = t_qvrp6 * t_4iujv;
+    const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
+    const real K_L63 = t_rahc4 * t_zmh3u;
+    const real K_D4 = K44 - t_u3hss * t_4jmrt - t_yfebn * K_L43 - t_2m245 * t_xq4wt;
+    const real t_ejg3c = K54 + t_u3hss * K_L52 - t_yfebn * K_L53 - t_2m245 * t_vshgd;
+    const real t_lt2al = K(1.0) / K_D4;
+    const real K_L54 = t_ejg3c * t_lt2al;
+    const real t_yioo4 = K64 - t_u3hss * t_dj64q - t_yfebn * K_L63 - t_2m245 * t_e4enr;
+    const real K_L64 = t_yioo4 * t_lt2al;
+    const real K_D5 = K55
+        - t_p6zld * K_L52
+        - t_bxfcn * K_L53
+        - t_ejg3c * K_L54
+        - t_6mmeb * t_vshgd;
+    const real t_aqba4 = K65
+        + t_p6zld * t_dj64q
+        - t_bxfcn * K_L63
+        - t_ejg3c * K_L64
+        - t_6mmeb * t_e4enr;
+    const real t_ftqxb = K(1.0) / K_D5;
+    const real K_L65 = t_aqba4 * t_ftqxb;
+    const real K_D6 = K66
+        - t_qvrp6 * t_dj64q
+        - t_rahc4 * K_L63
+        - t_yioo4 * K_L64
+        - t_aqba4 * K_L65
+        - t_bl4f2 * t_e4enr;
+    const real b1 = f_x + t_xynyo;
+    const real b2 = f_y - n2;
+    const real t_szme2 = p[F] * cos_delta2_v1;
+    const real f1_v1 = q1_v1 + K11 * ax_v1;
+    const real df1_v1 = t_szme2 * cos_delta1_v1 - f1_v1;
+    const real t_uqkgz = p[F] * sin_delta2_v1;
+    const real df2_v1 = t_uqkgz - f2_v1;
+    const real da_v1_y2 = df2_v1 + t_w7lcw * df1_v1;
+    const real t_s3dfp = t_szme2 * sin_delta1_v1;
+    const real da_v1_y3 = t_3go2w * df1_v1 - (t_s3dfp + f3_v1) - K_L32 * da_v1_y2;
+    const real da_v1_x3 = da_v1_y3 * t_zmh3u;
+    const real da_v1_x2 = da_v1_y2 * t_4iujv - K_L32 * da_v1_x3;
+    const real da_v1_x1 = df1_v1 * t_bpfoo + t_w7lcw * da_v1_x2 + t_3go2w * da_v1_x3;
+    const real Mx_v1 = n4
+        + G2_v1 * K54
+        + G3_v1 * K64
+        - t_2m245 * ax_v1
+        - t_2m245 * da_v1_x1
+        - t_yz7e5 * a2_v1
+        - t_yz7e5 * da_v1_x2
+        + K43 * a3_v1
+        + K43 * da_v1_x3
+        - K44 * t_dyqoa;
+    const real t_y4w6o_2 = p[F] * cos_delta2_act;
+    const real df1_act = t_y4w6o_2 * cos_delta1_act - cos_delta2_v1 * p[F] * cos_delta1_v1;
+    const real df2_act = p[F] * sin_delta2_act - t_uqkgz;
+    const real da_act_y2 = df2_act + t_w7lcw * df1_act;
+    const real df3_act = t_y2zgg * p[F] - t_y4w6o_2 * sin_delta1_act;
+    const real da_act_y3 = df3_act + t_3go2w * df1_act - K_L32 * da_act_y2;
+    const real da_act_x3 = da_act_y3 * t_zmh3u;
+    const real da_act_x2 = da_act_y2 * t_4iujv - K_L32 * da_act_x3;
+    const real da_act_x1 = df1_act * t_bpfoo + t_w7lcw * da_act_x2 + t_3go2w * da_act_x3;
+    const real Mx = Mx_v1 - t_2m245 * da_act_x1 - t_yz7e5 * da_act_x2 + K43 * da_act_x3;
+    const real b4 = Mx - n4;
+    const real t_lwe76 = p[b] + p[d] + x_C;
+    const real Mz_v1 = n5
+        + G2_v1 * K55
+        + G3_v1 * K65
+        - t_6mmeb * ax_v1
+        - t_6mmeb * da_v1_x1
+        + K52 * a2_v1
+        + K52 * da_v1_x2
+        + K53 * a3_v1
+        + K53 * da_v1_x3
+        - K54 * t_dyqoa
+        + t_uqkgz * t_lwe76;
+    const real Mz = Mz_v1
+        - t_6mmeb * da_act_x1
+        + K52 * da_act_x2
+        + K53 * da_act_x3
+        + df2_act * t_lwe76;
+    const real b5 = Mz - n5 - f_y * t_lwe76;
+    const real t_lpjfo = t_y4w6o * sin_delta1_act;
+    const real My_v1 = t_s3dfp * t_lwe76
+        - n6
+        - G2_v1 * K65
+        - G3_v1 * K66
+        + t_bl4f2 * ax_v1
+        + t_bl4f2 * da_v1_x1
+        + t_hjmgb * a2_v1
+        + t_hjmgb * da_v1_x2
+        - K63 * a3_v1
+        - K63 * da_v1_x3
+        + K64 * t_dyqoa;
+    const real My = My_v1
+        - df3_act * t_lwe76
+        + t_bl4f2 * da_act_x1
+        + t_hjmgb * da_act_x2
+        - K63 * da_act_x3;
+    const real b6 = t_lpjfo * t_lwe76 - (My + n6);
+    const real X_y2 = b2 + t_w7lcw * b1;
+    const real X_y3 = t_3go2w * b1 - (t_lpjfo + n3) - K_L32 * X_y2;
+    const real X_y4 = b4 + t_xq4wt * b1 + t_4jmrt * X_y2 - K_L43 * X_y3;
+    const real X_y5 = b5
+        + t_vshgd * b1
+        - K_L52 * X_y2
+        - K_L53 * X_y3
+        - K_L54 * X_y4;
+    const real X_y6 = b6
+        + t_e4enr * b1
+        + t_dj64q * X_y2
+        - K_L63 * X_y3
+        - K_L64 * X_y4
+        - K_L65 * X_y5;
+    const real X_x6 = X_y6 / K_D6;
+    const real X_x5 = X_y5 * t_ftqxb - K_L65 * X_x6;
+    const real X_x4 = X_y4 * t_lt2al - K_L54 * X_x5 - K_L64 * X_x6;
+    const real X_x3 = X_y3 * t_zmh3u - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
+    const real X_x2 = X_y2 * t_4iujv
+        - K_L32 * X_x3
+        + t_4jmrt * X_x4
+        - K_L52 * X_x5
+        + t_dj64q * X_x6;
+    const real X_x1 = b1 * t_bpfoo
+        + t_w7lcw * X_x2
+        + t_3go2w * X_x3
+        + t_xq4wt * X_x4
+        + t_vshgd * X_x5
+        + t_e4enr * X_x6;
+    const real G_t1 = X_x5 * sin_theta1 + X_x6 * cos_theta1;
+    const real Gt_eta1 = G_t1 + eta1;
+    const real t_ynvhx = cos_phi1 * (G_t1 * e1 + X_x2 * sin_theta1 + X_x3 * cos_theta1)
+        + sin_phi1 * (X_x1 - t_w7vil);
+    const real phi_acc1 = Gt_eta1 - (loss_phi1 + p[I1] * (Gt_eta1 + X_x4)) * t_zrejm - k1 * t_ynvhx;
+    const real t_g433r = X_x5 - W12;
+    const real t_mwq7z = X_x4 + X_x5;
+    const real t_5ffnn = zeta1
+        + X_x2 * cos_theta1
+        + g_1 * (X_x5 * cos_theta1 - X_x6 * sin_theta1)
+        - t_mwq7z * q_1
+        - X_x3 * sin_theta1;
+    const real theta_acc1 = -(t_g433r + th_1 * (loss_theta1 * (K(1.0) / p[m1]) + q_1 * t_5ffnn));
+    const real G_t2 = X_x5 * sin_theta2 + X_x6 * cos_theta2;
+    const real Gt_eta2 = G_t2 + eta2;
+    const real t_rrute = cos_phi2 * (G_t2 * e2 + X_x2 * sin_theta2 + X_x3 * cos_theta2)
+        + sin_phi2 * (X_x1 - t_6fvzz);
+    const real phi_acc2 = Gt_eta2 - (loss_phi2 + p[I2] * (Gt_eta2 + X_x4)) * t_5wzvs - k2 * t_rrute;
+    const real t_oqair = zeta2
+        + X_x2 * cos_theta2
+        + g_2 * (X_x5 * cos_theta2 - X_x6 * sin_theta2)
+        - t_mwq7z * q_2
+        - X_x3 * sin_theta2;
+    const real theta_acc2 = -(t_g433r + th_2 * (loss_theta2 * (K(1.0) / p[m2]) + q_2 * t_oqair));
+    dq[0] = X_x1 + t_rybsf * x_C - q[vz] * q[wy] + q[vy] * q[wz];
+    dq[1] = X_x2 - X_x5 * x_C + (q[vz] * q[wx] - q[vx] * q[wz]);
+    dq[2] = X_x3 - X_x6 * x_C + (q[vx] * q[wy] - q[vy] * q[wx]);
+    dq[3] = X_x4;
+    dq[4] = W13 - X_x6;
+    dq[5] = t_g433r;
+    dq[6] = q[wx];
+    dq[7] = q[wy];
+    dq[8] = q[wz];
+    dq[9] = q[phi1_dot];
+    dq[10] = q[theta1_dot];
+    dq[11] = q[phi2_dot];
+    dq[12] = q[theta2_dot];
+    dq[13] = phi_acc1;
+    dq[14] = theta_acc1;
+    dq[15] = phi_acc2;
+    dq[16] = theta_acc2;
 }
 
 /* state and input in the loop of lyapunov-v1; 1142 operations. */
 void slosh_lyapunov_v1_observe(const real *q, const real *r, const real *p, const real *c, real *x, real *u, real *u_cmd)
 {
     (void)r;
-    const real v19 = p[13] * p[13];
-    const real v20 = v19 * p[12];
-    const real v22 = v20 + p[15];
-    const real v23 = p[12] / v22;
-    const real v24 = v23 * p[15];
-    const real v25 = v24 * p[13];
-    real s26, c26; mv_sincos(q[9], &s26, &c26);
-    const real v27 = v25 * s26;
-    const real v30 = q[4] * q[4] + q[5] * q[5];
-    const real v44 = p[18] * p[18];
-    const real v45 = v44 * p[17];
-    const real v47 = v45 + p[20];
-    const real v48 = p[17] / v47;
-    const real v49 = v48 * p[20];
-    const real v52 = p[0] + p[1];
-    const real v54 = v52 + v24 + v49;
-    const real v55 = (p[14] * v24 - (p[7] * p[0] + p[6] * p[1]) + p[19] * v49) / v54;
-    const real v56 = p[14] - v55;
-    const real v57 = v30 * v56;
-    const real v60 = q[3] - q[14];
-    real s62, c62; mv_sincos(q[10], &s62, &c62);
-    const real v63 = c62 * q[5];
-    const real v65 = s62 * q[4];
-    const real v66 = v63 + v65;
-    const real v68 = c26 * v60 - v66 * s26;
-    const real v71 = v66 * c26 + s26 * v60;
-    const real v77 = p[16] * q[13];
-    const real v78 = v23 * p[13];
-    const real v80 = v25 * (v68 * v71 - v66 * v60) + v77 * v78;
-    const real v82 = v27 * v57 + v80 * p[13];
-    const real v83 = s26 * p[13];
-    const real v87 = p[12] / (p[15] + p[12] * (v83 * v83));
-    const real v88 = q[3] * q[4];
-    const real v92 = c62 * q[4] - s62 * q[5];
-    const real v93 = c26 * p[13];
-    const real v98 = v92 + q[13];
-    const real v103 = p[16] * q[14];
-    const real v105 = (v88 * v83 + v92 * v93 * v60 - v68 * p[13] * (v98 + q[13])) * p[15] - v103 * v83;
-    const real v106 = v87 * v105;
-    real s108, c108; mv_sincos(q[11], &s108, &c108);
-    const real v109 = s108 * p[18];
-    const real v113 = p[17] / (p[20] + p[17] * (v109 * v109));
-    real s115, c115; mv_sincos(q[12], &s115, &c115);
-    const real v119 = c115 * q[4] - s115 * q[5];
-    const real v121 = c108 * p[18];
-    const real v123 = q[3] - q[16];
-    const real v127 = c115 * q[5];
-    const real v128 = s115 * q[4];
-    const real v129 = v127 + v128;
-    const real v131 = c108 * v123 - v129 * s108;
-    const real v133 = v119 + q[15];
-    const real v137 = (v88 * v109 + v119 * v121 * v123 - v131 * p[18] * (v133 + q[15])) * p[20];
-    const real v139 = p[21] * q[16];
-    const real v142 = v113 * (v137 - v139 * v109);
-    const real v144 = v106 * v83 + v142 * v109;
-    const real v146 = v49 * p[18];
-    const real v147 = v146 * s108;
-    const real v148 = p[19] - v55;
-    const real v149 = v30 * v148;
-    const real v153 = v129 * c108 + s108 * v123;
-    const real v158 = p[21] * q[15];
-    const real v159 = v48 * p[18];
-    const real v161 = v146 * (v131 * v153 - v129 * v123) + v158 * v159;
-    const real v163 = v147 * v149 + v161 * p[18];
-    const real v167 = q[14] * p[15];
-    const real v170 = q[16] * p[20];
-    const real v175 = p[4] - p[5];
-    const real v178 = v82 - v144 + v163 - v77 - v158 + v167 * q[4] + v170 * q[4] - v175 * q[4] * q[5];
-    const real v181 = s26 * s26;
-    const real v182 = v20 * v181;
-    const real v183 = v182 + p[15];
-    const real v185 = c[14] * p[12] / (v183 * v183);
-    const real v186 = v185 * v182;
-    const real v187 = p[13] * p[12];
-    const real v188 = s26 * v187;
-    const real v189 = c62 * v188;
-    const real v190 = v189 * p[14];
-    const real v191 = s26 * c26;
-    const real v192 = v20 * c62;
-    const real v194 = v190 - v191 * v192;
-    const real v195 = v194 + p[15];
-    const real v200 = c[13] * p[12] / (v22 * v22);
-    const real v201 = v200 * p[15];
-    const real v202 = v93 * p[12];
-    const real v203 = s62 * v202;
-    const real v204 = v203 * p[14];
-    const real v205 = v20 * s62;
-    const real v206 = v204 - v205;
-    const real v210 = c[13] * p[17] / (v47 * v47);
-    const real v211 = v210 * p[20];
-    const real v212 = v121 * p[17];
-    const real v213 = v212 * s115;
-    const real v214 = v213 * p[19];
-    const real v215 = s115 * v45;
-    const real v216 = v214 - v215;
-    const real v221 = s108 * s108;
-    const real v222 = v221 * v45;
-    const real v223 = v222 + p[20];
-    const real v225 = c[14] * p[17] / (v223 * v223);
-    const real v226 = v225 * v222;
-    const real v227 = p[18] * p[17];
-    const real v228 = v227 * s108;
-    const real v229 = v228 * c115;
-    const real v230 = v229 * p[19];
-    const real v231 = s108 * c108;
-    const real v232 = c115 * v45;
-    const real v234 = v230 - v231 * v232;
-    const real v235 = v234 + p[20];
-    const real v237 = v186 * v195 - (v201 * v206 + v211 * v216) + v226 * v235;
-    const real v247 = c[3] - v200 * (p[15] * p[15]) - v210 * (p[20] * p[20]) - v185 * (v182 * v182);
-    const real v252 = K(1.0) / (v247 - v225 * (v222 * v222));
-    const real v253 = v237 * v252;
-    const real v259 = q[2] * c[1];
-    const real v265 = p[9] / (v52 + p[12] + p[17]);
-    const real v266 = v265 * v188;
-    const real v268 = v188 * p[14];
-    const real v269 = v65 + v63;
-    const real v270 = v269 * v269;
-    const real v277 = v20 * v191;
-    const real v280 = q[3] * q[3];
-    const real v282 = v77 - v268 * v270 - v268 * (v92 * v92) - q[14] * q[14] * v277 - v277 * v280;
-    const real v284 = v182 * v269;
-    const real v294 = v282 - (q[14] + q[14]) * v284 - v20 * v269 * q[3] + v19 * v270 * s26 * c26 * p[12];
-    const real v295 = v19 + v19;
-    const real v306 = v294 + v295 * v181 * v269 * q[3] * p[12] + c26 * v269 * p[14] * q[3] * p[13] * p[12];
-    const real v312 = v306 + v295 * s26 * c26 * q[14] * q[3] * p[12];
-    const real v317 = v265 * v228;
-    const real v319 = v231 * v45;
-    const real v322 = v228 * p[19];
-    const real v323 = v128 + v127;
-    const real v324 = v323 * v323;
-    const real v332 = v158 - v280 * v319 - v322 * v324 - v322 * (v119 * v119) - q[16] * q[16] * v319;
-    const real v334 = v323 * v222;
-    const real v344 = v332 - (q[16] + q[16]) * v334 - v323 * v45 * q[3] + v324 * s108 * c108 * v44 * p[17];
-    const real v356 = v344 + (v323 + v323) * v221 * v44 * q[3] * p[17] + v323 * c108 * p[19] * q[3] * p[18] * p[17];
-    const real v363 = v356 + (s108 + s108) * c108 * v44 * q[16] * q[3] * p[17];
-    const real v367 = q[6] * c[2] - v259 * q[1] - v200 * (v266 * p[15] + p[15] * v312) - v210 * (v317 * p[20] + p[20] * v363);
-    const real v368 = v183 * q[14];
-    const real v369 = q[13] + q[13];
-    const real v370 = v277 * v369;
-    const real v372 = v370 * q[14];
-    const real v374 = v92 * q[3];
-    const real v385 = v103 + v268 * v374 + v284 * v369 + v284 * v92 + v372 - v277 * v374 - v370 * q[3];
-    const real v391 = v223 * q[16];
-    const real v392 = q[15] + q[15];
-    const real v393 = v319 * v392;
-    const real v395 = v393 * q[16];
-    const real v399 = v119 * q[3];
-    const real v410 = v139 + v119 * v334 + v322 * v399 + v334 * v392 + v395 - v319 * v399 - v319 * (q[3] + q[3]) * q[15];
-    const real v415 = v367 - v185 * (v368 * v370 - (v372 * v182 + v182 * v385)) - v225 * (v391 * v393 - (v395 * v222 + v222 * v410));
-    const real v420 = q[3] * c[10] + (v415 + q[1] * q[2] * c[0]);
-    const real v426 = q[1] * c[0];
-    const real v432 = v22 * q[13];
-    const real v433 = c62 * v202;
-    const real v434 = v433 * p[14];
-    const real v437 = v434 - v19 * c62 * p[12];
-    const real v439 = s62 * v188;
-    const real v440 = v439 * p[14];
-    const real v445 = v200 * (v266 * v206 + v206 * v312 - v432 * (v437 * q[14] - v440 * q[13]));
-    const real v450 = v47 * q[15];
-    const real v451 = v212 * c115;
-    const real v452 = v451 * p[19];
-    const real v455 = v452 - c115 * v44 * p[17];
-    const real v457 = v228 * s115;
-    const real v458 = v457 * p[19];
-    const real v463 = v210 * (v317 * v216 + v216 * v363 - v450 * (v455 * q[16] - v458 * q[15]));
-    const real v470 = c26 * c26;
-    const real v475 = v440 - v191 * v205;
-    const real v479 = v372 * v195 + v195 * v385 - v368 * (q[13] * (v434 + v181 * v192 - v192 * v470) - v475 * q[14]);
-    const real v487 = c108 * c108;
-    const real v492 = v458 - v215 * v231;
-    const real v496 = v395 * v235 + v235 * v410 - v391 * (q[15] * (v452 + v221 * v232 - v232 * v487) - v492 * q[16]);
-    const real v499 = q[5] * c[12] + (q[8] * c[6] - v426 * q[0] - v445 - v463 - v185 * v479 - v225 * v496);
-    const real v511 = v200 * v437 * v206 + v210 * v455 * v216 - v185 * v475 * v195 - v225 * v492 * v235;
-    const real v518 = v201 * v437 + v211 * v455 + v186 * v475 + v226 * v492;
-    const real v520 = v511 - v518 * v253;
-    const real v530 = c[5] - v200 * (v437 * v437) - v210 * (v455 * v455) - v185 * (v475 * v475);
-    const real v534 = v518 * v252;
-    const real v537 = K(1.0) / (v530 - v225 * (v492 * v492) - v518 * v534);
-    const real v538 = v520 * v537;
-    const real v552 = v200 * (v266 * v437 + v437 * v312 + v432 * (v190 * q[13] + v206 * q[14]));
-    const real v562 = v210 * (v317 * v455 + v455 * v363 + v450 * (v216 * q[16] + v230 * q[15]));
-    const real v575 = v372 * v475 + v475 * v385 - v368 * (v194 * q[14] + q[13] * (v204 + v181 * v205 - v470 * v205));
-    const real v589 = v395 * v492 + v492 * v410 - v391 * (v234 * q[16] + q[15] * (v214 + v215 * v221 - v215 * v487));
-    const real v594 = q[7] * c[4] + v552 + v562 - v185 * v575 - v225 * v589 + q[0] * q[2] * c[1];
-    const real v596 = v534 * v420 - (q[4] * c[11] + v594);
-    const real v608 = c[7] - v200 * (v206 * v206) - v210 * (v216 * v216) - v185 * (v195 * v195);
-    const real v616 = (v253 * v420 - v499 - v538 * v596) / (v608 - v225 * (v235 * v235) - v520 * v538 - v237 * v253);
-    const real v617 = v88 + v616;
-    const real v618 = v87 * p[15];
-    const real v619 = v83 * v618;
-    const real v621 = v113 * p[20];
-    const real v622 = v109 * v621;
-    const real v624 = v83 * v619 + v109 * v622;
-    const real v625 = v56 - v93;
-    const real v626 = v625 * v618;
-    const real v627 = v83 * v626;
-    const real v628 = c62 * v627;
-    const real v630 = v148 - v121;
-    const real v631 = v630 * v621;
-    const real v632 = v109 * v631;
-    const real v633 = c115 * v632;
-    const real v635 = v25 * p[13];
-    const real v636 = v25 * c26;
-    const real v637 = v636 * v56;
-    const real v638 = v635 - v637;
-    const real v641 = v146 * p[18];
-    const real v642 = v146 * c108;
-    const real v643 = v642 * v148;
-    const real v644 = v641 - v643;
-    const real v646 = v624 - v628 - v633 + v638 * s62 + v644 * s115;
-    const real v649 = q[3] * q[5];
-    const real v652 = v596 * v537 - v538 * v616;
-    const real v653 = v649 - v652;
-    const real v656 = s62 * v627 + s115 * v632;
-    const real v660 = v656 + v638 * c62 + v644 * c115;
-    const real v663 = v27 + v147;
-    const real v665 = v187 * v78;
-    const real v667 = v227 * v159;
-    const real v669 = v665 * s26;
-    const real v670 = v669 * s26;
-    const real v672 = v667 * s108;
-    const real v673 = v672 * s108;
-    const real v674 = v54 + v665 + v667 - v670 - v673;
-    const real v679 = v420 * v252 + v534 * v652 + v253 * v616;
-    const real v690 = c26 * v57 * v665 - v187 * (v71 * v71 + v98 * v98);
-    const real v699 = c108 * v149 * v667 - v227 * (v153 * v153 + v133 * v133);
-    const real v702 = v669 * c26;
-    const real v704 = v27 + v702 * v56;
-    const real v706 = v672 * c108;
-    const real v708 = v147 + v706 * v148;
-    const real v710 = v704 * s62 + v708 * s115;
-    const real v715 = v704 * c62 + v708 * c115;
-    const real v717 = v80 * s26 + v161 * s108 + c26 * v690 + c108 * v699 + v617 * v710 + v653 * v715;
-    const real v720 = v702 * s62 + v706 * s115;
-    const real v728 = v200 * (p[15] * q[3] - v437 * q[4] + v206 * q[5] + v432);
-    const real v737 = v210 * (p[20] * q[3] - v455 * q[4] + v216 * q[5] + v450);
-    const real v746 = v185 * (v475 * q[4] - v182 * q[3] + v195 * q[5] + v368);
-    const real v755 = v225 * (v492 * q[4] - v222 * q[3] + v235 * q[5] + v391);
-    const real v760 = v617 * v55 - (v426 - v728 * v203 - v737 * v213 - v746 * v189 - v755 * v229) * c[8];
-    const real v765 = v702 * c62 + v706 * c115;
-    const real v777 = v653 * v55 - (v259 - v728 * v433 - v737 * v451 + v746 * v439 + v755 * v457) * c[9];
-    const real v780 = v663 * v679 - (v717 + v720 * v760 + v765 * v777);
-    const real v782 = v106 * c62;
-    const real v783 = v142 * c115;
-    const real v787 = s26 * v690 - v80 * c26;
-    const real v792 = s108 * v699 - v161 * c108;
-    const real v796 = v626 - v56 * v24;
-    const real v798 = v631 - v148 * v49;
-    const real v800 = s62 * s62;
-    const real v801 = v670 * v56;
-    const real v802 = v636 - v801;
-    const real v803 = v802 + v796;
-    const real v805 = s115 * s115;
-    const real v806 = v673 * v148;
-    const real v807 = v642 - v806;
-    const real v808 = v807 + v798;
-    const real v810 = v800 * v803 + v805 * v808;
-    const real v812 = c62 * v619;
-    const real v814 = c115 * v622;
-    const real v815 = v796 + v798 - v810 - v812 - v814;
-    const real v818 = c62 * s62;
-    const real v820 = c115 * s115;
-    const real v822 = v818 * v803 + v820 * v808;
-    const real v826 = v670 + v24 - v618;
-    const real v827 = v800 * v826;
-    const real v829 = v673 + v49 - v621;
-    const real v830 = v805 * v829;
-    const real v836 = v827 + v830 + v54 + v618 + v621 - v24 - v49;
-    const real v838 = v782 + v783 + v787 * s62 + v792 * s115 + v617 * v815 - v653 * v822 + v836 * v760;
-    const real v841 = v818 * v826 + v820 * v829;
-    const real v848 = v812 + v814 + v636 * s62 + v642 * s115;
-    const real v850 = v838 + v841 * v777 + v848 * v679;
-    const real v854 = v106 * s62;
-    const real v855 = v142 * s115;
-    const real v860 = s62 * v619;
-    const real v862 = s115 * v622;
-    const real v863 = v860 - v822 + v862;
-    const real v867 = v810 - (v802 + v807);
-    const real v871 = v787 * c62 - (v854 + v855) + v792 * c115 + v617 * v863 + v653 * v867 + v841 * v760;
-    const real v875 = v670 + v673 + v54 - v827 - v830;
-    const real v882 = v860 + v862 - v636 * c62 - v642 * c115;
-    const real v884 = v871 + v875 * v777 - v882 * v679;
-    const real v886 = v674 * v780 - v720 * v850 - v765 * v884;
-    const real v892 = v674 * v674 + v720 * v720 + v765 * v765;
-    const real v901 = v886 * v886 - v892 * (v780 * v780 - p[9] * p[9] + v850 * v850 + v884 * v884);
-    const real v905 = (mv_sqrt(mv_max(SPLAT(K(0.0)), v901)) - v886) / v892;
-    const real v910 = v850 - v720 * v905;
-    const real v911 = K(1.0) / p[9];
-    const real v914 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), v910 * v911));
-    const real v915 = mv_asin(v914);
-    real s916, c916; mv_sincos(v915, &s916, &c916);
-    const real v917 = p[9] * c916;
-    const real v919 = v884 - v765 * v905;
-    const real v928 = mv_min(SPLAT(K(1.0)), -(v919 * v911 / mv_max(SPLAT(K(1e-09)), mv_sqrt(K(1.0) - v914 * v914))));
-    const real v930 = mv_asin(mv_max(SPLAT(K(-1.0)), v928));
-    real s931, c931; mv_sincos(v930, &s931, &c931);
-    const real v935 = v917 * c931 - (v780 + v674 * v905);
-    const real v936 = K(1.0) / v674;
-    const real v938 = v720 * v936;
-    const real v940 = p[9] * s916;
-    const real v943 = v940 - v910 + v938 * v935;
-    const real v946 = K(1.0) / (v836 - v720 * v938);
-    const real v948 = v765 * v936;
-    const real v950 = v841 - v720 * v948;
-    const real v951 = v950 * v946;
-    const real v954 = v917 * s931;
-    const real v963 = K(1.0) / (v875 - v950 * v951 - v765 * v948);
-    const real v964 = (v948 * v935 - (v954 + v919) - v951 * v943) * v963;
-    const real v966 = v943 * v946 - v951 * v964;
-    const real v970 = v935 * v936 + v938 * v966 + v948 * v964;
-    const real v974 = v178 + v617 * v646 + v653 * v660 - v663 * v905 - v663 * v970 - v848 * v760;
-    const real v985 = p[2] + p[3];
-    const real v988 = v974 - v848 * v966 + v882 * v777 + v882 * v964 - (v624 + v635 + v641 + v985) * v679;
-    const real v992 = mv_max(-p[11], mv_min(v915, p[11]));
-    real s993, c993; mv_sincos(v992, &s993, &c993);
-    const real v994 = p[9] * c993;
-    const mask m998 = LE(mv_fabs(v915), p[11]);
-    const real v999 = c916 * s931;
-    const real v1004 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), v999 * (K(1.0) / mv_cos(p[11]))));
-    const real v1008 = mv_max(-p[10], mv_min(p[10], SELECT(m998, v930, mv_asin(v1004))));
-    real s1009, c1009; mv_sincos(v1008, &s1009, &c1009);
-    const real v1013 = v994 * c1009 - c916 * p[9] * c931;
-    const real v1017 = p[9] * s993 - v940;
-    const real v1019 = v1017 + v938 * v1013;
-    const real v1024 = v999 * p[9] - v994 * s1009;
-    const real v1029 = (v1024 + v948 * v1013 - v951 * v1019) * v963;
-    const real v1031 = v1019 * v946 - v951 * v1029;
-    const real v1035 = v1013 * v936 + v938 * v1031 + v948 * v1029;
-    const real v1044 = p[7] + p[8] + v55;
-    const real v1047 = v82 + v787 * v56;
-    const real v1050 = v163 + v792 * v148;
-    const real v1057 = p[15] + p[20];
-    const real v1061 = v1047 * c62 + v1050 * c115 + v167 * q[3] + v170 * q[3] - v649 * (v985 + v1057 + v175);
-    const real v1066 = q[13] * p[15];
-    const real v1069 = q[15] * p[20];
-    const real v1072 = v954 * v1044 - (v1061 - v854 * v625 - v855 * v630 - v1066 * q[5] - v1069 * q[5]);
-    const real v1074 = v24 * (v56 * v56);
-    const real v1079 = v635 + K(-2.0) * v637 + v56 * v801;
-    const real v1081 = v625 * v626;
-    const real v1082 = v1074 + v1079 - v1081;
-    const real v1086 = v49 * (v148 * v148);
-    const real v1090 = v641 + K(-2.0) * v643 + v148 * v806;
-    const real v1092 = v630 * v631;
-    const real v1093 = v1086 + v1090 - v1092;
-    const real v1095 = v656 + v818 * v1082 + v820 * v1093;
-    const real v1111 = v24 * (p[14] * p[14]) + v49 * (p[19] * p[19]) + p[0] * (p[7] * p[7]) + p[1] * (p[6] * p[6]);
-    const real v1114 = v1111 - v54 * (v55 * v55);
-    const real v1117 = v800 * v1082;
-    const real v1119 = v805 * v1093;
-    const real v1122 = v1072 - v617 * v1095 - v653 * (v1079 + v1090 + (p[2] + p[4] + v1057 + v1114) - v1117 - v1119);
-    const real v1132 = v1122 + v715 * v905 + v715 * v970 + v822 * v760 + v822 * v966 - v867 * v777;
-    const real v1136 = v1132 - v867 * v964 + v660 * v679;
-    const real v1154 = v1047 * s62 - (v144 + v103 + v139) + v1050 * s115 - v88 * (v985 + (p[5] - p[4]));
-    const real v1171 = v1081 + v1092 + v624 + v1117 + v1119 + (p[2] + p[5] + v1114) - v1074 - v1086;
-    const real v1177 = v1154 - v1066 * q[4] - v1069 * q[4] + v782 * v625 + v783 * v630 + v617 * (v1171 + K(-2.0) * v628 + K(-2.0) * v633);
-    const real v1187 = v1177 + v653 * v1095 - v710 * v905 - v710 * v970 + v815 * v760 + v815 * v966;
-    const real v1195 = v1187 + v863 * v777 + v863 * v964 - v646 * v679 + v940 * v1044;
-    x[0] = q[0];
-    x[1] = q[1];
-    x[2] = q[2];
-    x[3] = q[3];
-    x[4] = q[4];
-    x[5] = q[5];
-    x[6] = q[6];
-    x[7] = q[7];
-    x[8] = q[8];
-    x[9] = q[9];
-    x[10] = q[10];
-    x[11] = q[11];
-    x[12] = q[12];
-    x[13] = q[13];
-    x[14] = q[14];
-    x[15] = q[15];
-    x[16] = q[16];
-    u[0] = v988 - v663 * v1035 - v848 * v1031 + v882 * v1029;
-    u[1] = v1136 - v1024 * v1044 + v715 * v1035 + v822 * v1031 - v867 * v1029;
-    u[2] = v1195 - v710 * v1035 + v815 * v1031 + v863 * v1029 + v1017 * v1044;
-    u[3] = v1008;
-    u[4] = v992;
-    u_cmd[0] = v988;
-    u_cmd[1] = v1136;
-    u_cmd[2] = v1195;
-    u_cmd[3] = v930;
-    u_cmd[4] = v915;
+    enum { vx = 0 };
+    enum { vy = 1 };
+    enum { vz = 2 };
+    enum { wx = 3 };
+    enum { wy = 4 };
+    enum { wz = 5 };
+    enum { att1 = 6 };
+    enum { att2 = 7 };
+    enum { att3 = 8 };
+    enum { phi1 = 9 };
+    enum { theta1 = 10 };
+    enum { phi2 = 11 };
+    enum { theta2 = 12 };
+    enum { phi1_dot = 13 };
+    enum { theta1_dot = 14 };
+    enum { phi2_dot = 15 };
+    enum { theta2_dot = 16 };
+    enum { m = SLOSH_P_M };
+    enum { m0 = SLOSH_P_M0 };
+    enum { I0 = SLOSH_P_I0 };
+    enum { J_x = SLOSH_P_J_X };
+    enum { J_y = SLOSH_P_J_Y };
+    enum { J_z = SLOSH_P_J_Z };
+    enum { h0 = SLOSH_P_H0 };
+    enum { b = SLOSH_P_B };
+    enum { d = SLOSH_P_D };
+    enum { F = SLOSH_P_F };
+    enum { delta1_max = SLOSH_P_DELTA1_MAX };
+    enum { delta2_max = SLOSH_P_DELTA2_MAX };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { eps1 = SLOSH_P_EPS1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { eps2 = SLOSH_P_EPS2 };
+    enum { r1 = SLOSH_LYAPUNOV_V1_C_R1 };
+    enum { r2 = SLOSH_LYAPUNOV_V1_C_R2 };
+    enum { r3 = SLOSH_LYAPUNOV_V1_C_R3 };
+    enum { r4 = SLOSH_LYAPUNOV_V1_C_R4 };
+    enum { r5 = SLOSH_LYAPUNOV_V1_C_R5 };
+    enum { r6 = SLOSH_LYAPUNOV_V1_C_R6 };
+    enum { r7 = SLOSH_LYAPUNOV_V1_C_R7 };
+    enum { r8 = SLOSH_LYAPUNOV_V1_C_R8 };
+    enum { w1 = SLOSH_LYAPUNOV_V1_C_W1 };
+    enum { w2 = SLOSH_LYAPUNOV_V1_C_W2 };
+    enum { w3 = SLOSH_LYAPUNOV_V1_C_W3 };
+    enum { w4 = SLOSH_LYAPUNOV_V1_C_W4 };
+    enum { w5 = SLOSH_LYAPUNOV_V1_C_W5 };
+    enum { r9 = SLOSH_LYAPUNOV_V1_C_R9 };
+    enum { r10 = SLOSH_LYAPUNOV_V1_C_R10 };
+    const real t_os4zj = p[l1] * p[l1];
+    const real t_yx2kz = t_os4zj * p[m1];
+    const real D1 = t_yx2kz + p[I1];
+    const real t_gx5gf = p[m1] / D1;
+    const real k1 = t_gx5gf * p[l1];
+    const real me1 = t_gx5gf * p[I1];
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real mv1 = t_6nwd2 * k1;
+    const real t_nfvux = p[l2] * p[l2];
+    const real t_frp3h = t_nfvux * p[m2];
+    const real D2 = t_frp3h + p[I2];
+    const real t_wiek6 = p[m2] / D2;
+    const real k2 = t_wiek6 * p[l2];
+    const real me2 = t_wiek6 * p[I2];
+    const real t_popww = p[l2] * p[m2];
+    const real mv2 = t_popww * k2;
+    const real t_omhyl = p[m] + p[m0];
+    const real M_C = t_omhyl + me1 + me2;
+    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real S_C = me1 * (p[h1] * p[h1])
+        + me2 * (p[h2] * p[h2])
+        + p[m] * (p[b] * p[b])
+        + p[m0] * (p[h0] * p[h0])
+        - M_C * (x_C * x_C);
+    const real J_C1 = p[I0] + p[J_x];
+    const real J_C3 = p[I0] + p[J_z] + S_C;
+    const real t_is5lg = p[I1] + p[I2];
+    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
+    const real W12 = q[wx] * q[wy];
+    const real W13 = q[wx] * q[wz];
+    const real e1 = p[h1] - x_C;
+    const real e2 = p[h2] - x_C;
+    real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
+    const real Wn1 = cos_theta1 * q[wy] - sin_theta1 * q[wz];
+    const real t_rding = cos_theta1 * q[wz];
+    const real t_a3uw4 = sin_theta1 * q[wy];
+    const real Wt1 = t_rding + t_a3uw4;
+    const real w_x1 = q[wx] - q[theta1_dot];
+    const real p1 = Wn1 + q[phi1_dot];
+    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
+    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
+    const real Wn2 = cos_theta2 * q[wy] - sin_theta2 * q[wz];
+    const real t_geoui = cos_theta2 * q[wz];
+    const real t_vhhwy = sin_theta2 * q[wy];
+    const real Wt2 = t_geoui + t_vhhwy;
+    const real w_x2 = q[wx] - q[theta2_dot];
+    const real p2 = Wn2 + q[phi2_dot];
+    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
+    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_rybsf = q[wy] * q[wy] + q[wz] * q[wz];
+    const real t_w7vil = t_rybsf * e1;
+    const real tension1 = cos_phi1 * t_w7vil * mv1 - t_6nwd2 * sigma_sq1;
+    const real As_1 = mv1 * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real eAss_1 = Ass_1 * e1;
+    const real q_1 = sin_phi1 * p[l1];
+    const real lc_1 = cos_phi1 * p[l1];
+    const real B_1 = me1 * p[l1];
+    const real Bs_1 = B_1 * sin_phi1;
+    const real Bc_1 = B_1 * cos_phi1;
+    const real Bl_1 = B_1 * p[l1];
+    const real g_1 = e1 - lc_1;
+    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
+    const real wth_1 = th_1 * p[I1];
+    const real eBc_1 = Bc_1 * e1;
+    const real wg_1 = g_1 * wth_1;
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real tn11_1 = Ass_1 + me1 - wth_1;
+    const real t_b7ure = me1 * (e1 * e1);
+    const real t_3bowt = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
+    const real t_3fv6l = g_1 * wg_1;
+    const real tn44_1 = t_b7ure + t_3bowt - t_3fv6l;
+    const real wq_1 = q_1 * wth_1;
+    const real wqg_1 = q_1 * wg_1;
+    const real wqq_1 = q_1 * wq_1;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real wgC_1 = cos_theta1 * wqg_1;
+    const real wgS_1 = sin_theta1 * wqg_1;
+    const real loss_phi1 = p[eps1] * q[phi1_dot];
+    const real loss_theta1 = p[eps1] * q[theta1_dot];
+    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real zeta1 = W12 * q_1
+        + Wn1 * lc_1 * w_x1
+        - chi1 * p[l1] * (p1 + q[phi1_dot]);
+    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
+    const real t_7imwe = B_1 * eta1 + loss_phi1 * k1;
+    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real M_q1 = F_n1 * q_1;
+    const real I_phi1 = q[phi1_dot] * p[I1];
+    const real I_theta1 = q[theta1_dot] * p[I1];
+    const real t_6fvzz = t_rybsf * e2;
+    const real tension2 = cos_phi2 * t_6fvzz * mv2 - t_popww * sigma_sq2;
+    const real As_2 = mv2 * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real eAss_2 = Ass_2 * e2;
+    const real q_2 = sin_phi2 * p[l2];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real B_2 = me2 * p[l2];
+    const real Bs_2 = B_2 * sin_phi2;
+    const real Bc_2 = B_2 * cos_phi2;
+    const real Bl_2 = B_2 * p[l2];
+    const real g_2 = e2 - lc_2;
+    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
+    const real wth_2 = th_2 * p[I2];
+    const real eBc_2 = Bc_2 * e2;
+    const real wg_2 = g_2 * wth_2;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real tn11_2 = Ass_2 + me2 - wth_2;
+    const real t_lpk5h = me2 * (e2 * e2);
+    const real t_ymmgl = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
+    const real t_odwbr = g_2 * wg_2;
+    const real tn44_2 = t_lpk5h + t_ymmgl - t_odwbr;
+    const real wq_2 = q_2 * wth_2;
+    const real wqg_2 = q_2 * wg_2;
+    const real wqq_2 = q_2 * wq_2;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real wgC_2 = cos_theta2 * wqg_2;
+    const real wgS_2 = sin_theta2 * wqg_2;
+    const real loss_phi2 = p[eps2] * q[phi2_dot];
+    const real loss_theta2 = p[eps2] * q[theta2_dot];
+    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real zeta2 = W12 * q_2
+        + Wn2 * lc_2 * w_x2
+        - chi2 * p[l2] * (p2 + q[phi2_dot]);
+    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
+    const real t_4b2fa = B_2 * eta2 + loss_phi2 * k2;
+    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real M_q2 = F_n2 * q_2;
+    const real I_phi2 = q[phi2_dot] * p[I2];
+    const real I_theta2 = q[theta2_dot] * p[I2];
+    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
+    const real t_fbeaw = S_sq1 * tn11_1;
+    const real t_dj555 = S_sq2 * tn11_2;
+    const real K22 = t_fbeaw + t_dj555 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real K33 = Ass_1 + Ass_2 + M_C - t_fbeaw - t_dj555;
+    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
+    const real t_nhr5u = wqq_1 + wqq_2;
+    const real K44 = t_nhr5u + Bl_1 + Bl_2 + J_C1;
+    const real t_tcgxn = wg_1 - e1 * me1;
+    const real t_uf5ib = wg_2 - e2 * me2;
+    const real t_32gyg = Bc_1 - eAss_1;
+    const real t_65obb = t_32gyg + t_tcgxn;
+    const real t_gbkg6 = Bc_2 - eAss_2;
+    const real t_yoiua = t_gbkg6 + t_uf5ib;
+    const real t_z76hk = S_sq1 * t_65obb + S_sq2 * t_yoiua;
+    const real K52 = t_tcgxn + t_uf5ib - t_z76hk - wqC_1 - wqC_2;
+    const real t_hjmgb = SC1 * t_65obb + SC2 * t_yoiua;
+    const real K53 = wqS_1 - t_hjmgb + wqS_2;
+    const real t_nncdg = Bl_1 - eBc_1;
+    const real t_4q22j = Bl_2 - eBc_2;
+    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
+    const real t_hoosk = S_sq1 * tn44_1;
+    const real t_drvdp = S_sq2 * tn44_2;
+    const real K55 = t_3fv6l
+        + t_odwbr
+        + t_nhr5u
+        + t_hoosk
+        + t_drvdp
+        + J_C3
+        - t_b7ure
+        - t_lpk5h
+        + K(-2.0) * wgC_1
+        + K(-2.0) * wgC_2;
+    const real K63 = t_z76hk - (t_32gyg + t_gbkg6);
+    const real t_zhbuw = wgS_1 + wgS_2;
+    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
+    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_3bowt + t_ymmgl + J_C2 - t_hoosk - t_drvdp;
+    const real t_vt7uo = F_n1 * cos_theta1;
+    const real t_oncjt = F_n2 * cos_theta2;
+    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real t_azclp = F_n1 * sin_theta1;
+    const real t_iya7w = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
+    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
+    const real t_kp7yy = M_q1 + M_q2;
+    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
+    const real t_sfymc = p[J_y] - p[J_z];
+    const real n4 = t_aejai
+        - t_kp7yy
+        + t_zd4fs
+        - loss_phi1
+        - loss_phi2
+        + I_theta1 * q[wy]
+        + I_theta2 * q[wy]
+        - t_sfymc * q[wy] * q[wz];
+    const real t_w7nmt = t_aejai + F_t1 * e1;
+    const real t_e5cx2 = t_zd4fs + F_t2 * e2;
+    const real n5 = t_w7nmt * sin_theta1
+        - (t_kp7yy + loss_theta1 + loss_theta2)
+        + t_e5cx2 * sin_theta2
+        - W12 * (J_C1 + (p[J_z] - p[J_y]))
+        - I_phi1 * q[wy]
+        - I_phi2 * q[wy]
+        + t_vt7uo * g_1
+        + t_oncjt * g_2;
+    const real n6 = t_w7nmt * cos_theta1
+        + t_e5cx2 * cos_theta2
+        + I_theta1 * q[wx]
+        + I_theta2 * q[wx]
+        - W13 * (J_C1 + t_is5lg + t_sfymc)
+        - t_azclp * g_1
+        - t_iya7w * g_2
+        - I_phi1 * q[wz]
+        - I_phi2 * q[wz];
+    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_bpfoo = K(1.0) / K11;
+    const real t_w7lcw = t_b3aij * t_bpfoo;
+    const real K_D2 = K22 - t_b3aij * t_w7lcw;
+    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_3go2w = t_zzymx * t_bpfoo;
+    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
+    const real t_4iujv = K(1.0) / K_D2;
+    const real K_L32 = t_d4mqf * t_4iujv;
+    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
+    const real gx_phi1 = sin_phi1 * t_6nwd2;  /* (25) */
+    const real t_5zfdh = lc_1 * p[m1];
+    const real gy_phi1 = sin_theta1 * t_5zfdh;  /* (25) */
+    const real gz_phi1 = cos_theta1 * t_5zfdh;  /* (25) */
+    const real t_bnlcb = gy_phi1 * p[h1];
+    const real t_4xxce = t_yx2kz * sin_theta1;
+    const real cz_phi1 = t_bnlcb - t_4xxce;  /* (25) */
+    const real t_azo52 = gx_phi1 * p[h1];
+    const real t_amwyw = t_a3uw4 + t_rding;
+    const real t_7eszt = t_amwyw * t_amwyw;
+    const real t_a233z = sin_phi1 * cos_phi1;
+    const real t_5jodw = t_yx2kz * t_a233z;
+    const real t_wube7 = q[wx] * q[wx];
+    const real t_3qva5 = sin_phi1 * sin_phi1;
+    const real t_invly = t_yx2kz * t_3qva5;
+    const real t_h5pol = t_invly * t_amwyw;
+    const real t_oc5tk = t_os4zj + t_os4zj;
+    const real k_phi1 = loss_phi1
+        - t_azo52 * t_7eszt
+        - t_azo52 * (Wn1 * Wn1)
+        - q[theta1_dot] * q[theta1_dot] * t_5jodw
+        - t_5jodw * t_wube7
+        - (q[theta1_dot] + q[theta1_dot]) * t_h5pol
+        - t_yx2kz * t_amwyw * q[wx]
+        + t_os4zj * t_7eszt * sin_phi1 * cos_phi1 * p[m1]
+        + t_oc5tk * t_3qva5 * t_amwyw * q[wx] * p[m1]
+        + cos_phi1 * t_amwyw * p[h1] * q[wx] * p[l1] * p[m1]
+        + t_oc5tk * sin_phi1 * cos_phi1 * q[theta1_dot] * q[wx] * p[m1];  /* (25) */
+    const real D_theta1 = t_invly + p[I1];  /* (26) */
+    const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
+    const real t_tpms2 = sin_theta1 * gx_phi1;
+    const real t_nmcsn = t_tpms2 * p[h1];
+    const real cy_theta1 = t_nmcsn - t_a233z * t_4xxce;  /* (26) */
+    const real t_m5cmg = gy_theta1 * p[h1];
+    const real t_bdhgv = t_yx2kz * cos_theta1;
+    const real t_uyufu = t_m5cmg - t_a233z * t_bdhgv;
+    const real cz_theta1 = t_uyufu + p[I1];  /* (26) */
+    const real t_ywy5z = Wn1 * q[wx];
+    const real t_j5odj = q[phi1_dot] + q[phi1_dot];
+    const real Dd_theta1 = t_5jodw * t_j5odj;
+    const real t_b7wcv = Dd_theta1 * q[theta1_dot];
+    const real k_theta1 = loss_theta1
+        + t_azo52 * t_ywy5z
+        + t_h5pol * t_j5odj
+        + t_h5pol * Wn1
+        + t_b7wcv
+        - t_5jodw * t_ywy5z
+        - Dd_theta1 * q[wx];  /* (26) */
+    const real gx_phi2 = t_popww * sin_phi2;  /* (25) */
+    const real t_p4m3j = lc_2 * p[m2];
+    const real gy_phi2 = t_p4m3j * sin_theta2;  /* (25) */
+    const real gz_phi2 = t_p4m3j * cos_theta2;  /* (25) */
+    const real t_ba7if = gy_phi2 * p[h2];
+    const real t_tb25v = sin_theta2 * t_frp3h;
+    const real cz_phi2 = t_ba7if - t_tb25v;  /* (25) */
+    const real t_nqm7d = sin_phi2 * cos_phi2;
+    const real t_2t5uv = t_nqm7d * t_frp3h;
+    const real t_svo5z = gx_phi2 * p[h2];
+    const real t_kmx3q = t_vhhwy + t_geoui;
+    const real t_3chhy = t_kmx3q * t_kmx3q;
+    const real t_4j4b3 = sin_phi2 * sin_phi2;
+    const real t_claqt = t_4j4b3 * t_frp3h;
+    const real t_imick = t_kmx3q * t_claqt;
+    const real k_phi2 = loss_phi2
+        - t_wube7 * t_2t5uv
+        - t_svo5z * t_3chhy
+        - t_svo5z * (Wn2 * Wn2)
+        - q[theta2_dot] * q[theta2_dot] * t_2t5uv
+        - (q[theta2_dot] + q[theta2_dot]) * t_imick
+        - t_kmx3q * t_frp3h * q[wx]
+        + t_3chhy * sin_phi2 * cos_phi2 * t_nfvux * p[m2]
+        + (t_kmx3q + t_kmx3q) * t_4j4b3 * t_nfvux * q[wx] * p[m2]
+        + t_kmx3q * cos_phi2 * p[h2] * q[wx] * p[l2] * p[m2]
+        + (sin_phi2 + sin_phi2) * cos_phi2 * t_nfvux * q[theta2_dot] * q[wx] * p[m2];  /* (25) */
+    const real D_theta2 = t_claqt + p[I2];  /* (26) */
+    const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
+    const real t_h3pge = gx_phi2 * sin_theta2;
+    const real t_ikdxp = t_h3pge * p[h2];
+    const real cy_theta2 = t_ikdxp - t_tb25v * t_nqm7d;  /* (26) */
+    const real t_gidtm = gy_theta2 * p[h2];
+    const real t_senbd = cos_theta2 * t_frp3h;
+    const real t_3o3n4 = t_gidtm - t_nqm7d * t_senbd;
+    const real cz_theta2 = t_3o3n4 + p[I2];  /* (26) */
+    const real t_nw7er = Wn2 * q[wx];
+    const real t_473qv = q[phi2_dot] + q[phi2_dot];
+    const real Dd_theta2 = t_2t5uv * t_473qv;
+    const real t_putjj = Dd_theta2 * q[theta2_dot];
+    const real k_theta2 = loss_theta2
+        + Wn2 * t_imick
+        + t_svo5z * t_nw7er
+        + t_imick * t_473qv
+        + t_putjj
+        - t_2t5uv * t_nw7er
+        - t_2t5uv * (q[wx] + q[wx]) * q[phi2_dot];  /* (26) */
+    const real ax_eq = p[F] / (t_omhyl + p[m1] + p[m2]);  /* (19) */
+    const real W_phi1 = c[r9] * p[m1];  /* (27) */
+    const real cdy_phi1 = t_m5cmg * q[phi1_dot] + cz_phi1 * q[theta1_dot];
+    const real t_pthak = gz_phi1 * p[h1];
+    const real t_qesxo = t_pthak - t_os4zj * cos_theta1 * p[m1];
+    const real cdz_phi1 = t_qesxo * q[theta1_dot] - t_nmcsn * q[phi1_dot];
+    const real W_theta1 = c[r10] * p[m1];  /* (27) */
+    const real t_4of2f = cos_phi1 * cos_phi1;
+    const real cdy_theta1 = t_uyufu * q[theta1_dot] + q[phi1_dot] * (t_bnlcb + t_3qva5 * t_4xxce - t_4of2f * t_4xxce);
+    const real cdz_theta1 = q[phi1_dot] * (t_pthak + t_3qva5 * t_bdhgv - t_bdhgv * t_4of2f) - cy_theta1 * q[theta1_dot];
+    const real W_phi2 = c[r9] * p[m2];  /* (27) */
+    const real cdy_phi2 = cz_phi2 * q[theta2_dot] + t_gidtm * q[phi2_dot];
+    const real t_3ndrr = gz_phi2 * p[h2];
+    const real t_x5sl2 = t_3ndrr - cos_theta2 * t_nfvux * p[m2];
+    const real cdz_phi2 = t_x5sl2 * q[theta2_dot] - t_ikdxp * q[phi2_dot];
+    const real W_theta2 = c[r10] * p[m2];  /* (27) */
+    const real t_zozwp = cos_phi2 * cos_phi2;
+    const real cdy_theta2 = t_3o3n4 * q[theta2_dot] + q[phi2_dot] * (t_ba7if + t_tb25v * t_4j4b3 - t_tb25v * t_zozwp);
+    const real cdz_theta2 = q[phi2_dot] * (t_3ndrr + t_4j4b3 * t_senbd - t_senbd * t_zozwp) - cy_theta2 * q[theta2_dot];
+    const real t_wij2f = q[vy] * c[r1];
+    const real t_mj52b = W_phi1 / (D1 * D1);
+    const real t_o2gar = D1 * q[phi1_dot];
+    const real t_3c5in = t_mj52b * (p[I1] * q[wx] - t_qesxo * q[wy] + cz_phi1 * q[wz] + t_o2gar);
+    const real t_iecaz = W_phi2 / (D2 * D2);
+    const real t_gifwv = D2 * q[phi2_dot];
+    const real t_ohb73 = t_iecaz * (p[I2] * q[wx] - t_x5sl2 * q[wy] + cz_phi2 * q[wz] + t_gifwv);
+    const real t_j7ex5 = W_theta1 / (D_theta1 * D_theta1);
+    const real t_iomfo = D_theta1 * q[theta1_dot];
+    const real t_cdafg = t_j7ex5 * (cy_theta1 * q[wy] - t_invly * q[wx] + cz_theta1 * q[wz] + t_iomfo);
+    const real t_s5xdh = W_theta2 / (D_theta2 * D_theta2);
+    const real t_kyc32 = D_theta2 * q[theta2_dot];
+    const real t_rbkok = t_s5xdh * (cy_theta2 * q[wy] - t_claqt * q[wx] + cz_theta2 * q[wz] + t_kyc32);
+    const real B_v1 = t_wij2f
+        - t_3c5in * gy_phi1
+        - t_ohb73 * gy_phi2
+        - t_cdafg * gy_theta1
+        - t_rbkok * gy_theta2;  /* (29) */
+    const real t_aqbxr = q[vz] * c[r2];
+    const real C_v1 = t_aqbxr
+        - t_3c5in * gz_phi1
+        - t_ohb73 * gz_phi2
+        + t_cdafg * t_tpms2
+        + t_rbkok * t_h3pge;  /* (29) */
+    const real t_5bilv = ax_eq * gx_phi1;
+    const real t_4oupt = ax_eq * gx_phi2;
+    const real g1_v1 = q[att1] * c[r3]
+        - t_aqbxr * q[vy]
+        - t_mj52b * (t_5bilv * p[I1] + p[I1] * k_phi1)
+        - t_iecaz * (t_4oupt * p[I2] + p[I2] * k_phi2)
+        - t_j7ex5 * (t_iomfo * Dd_theta1 - (t_b7wcv * t_invly + t_invly * k_theta1))
+        - t_s5xdh * (t_kyc32 * Dd_theta2 - (t_putjj * t_claqt + t_claqt * k_theta2))
+        + q[vy] * q[vz] * c[r1];  /* (29) */
+    const real g2_v1 = q[att2] * c[r5]
+        + t_mj52b * (t_5bilv * t_qesxo + t_qesxo * k_phi1 + t_o2gar * cdy_phi1)
+        + t_iecaz * (t_4oupt * t_x5sl2 + t_x5sl2 * k_phi2 + t_gifwv * cdy_phi2)
+        - t_j7ex5 * (t_b7wcv * cy_theta1 + cy_theta1 * k_theta1 - t_iomfo * cdy_theta1)
+        - t_s5xdh * (t_putjj * cy_theta2 + cy_theta2 * k_theta2 - t_kyc32 * cdy_theta2)
+        + q[vx] * q[vz] * c[r2];  /* (29) */
+    const real g3_v1 = q[att3] * c[r7]
+        - t_wij2f * q[vx]
+        - t_mj52b * (t_5bilv * cz_phi1 + cz_phi1 * k_phi1 - t_o2gar * cdz_phi1)
+        - t_iecaz * (t_4oupt * cz_phi2 + cz_phi2 * k_phi2 - t_gifwv * cdz_phi2)
+        - t_j7ex5 * (t_b7wcv * cz_theta1 + cz_theta1 * k_theta1 - t_iomfo * cdz_theta1)
+        - t_s5xdh * (t_putjj * cz_theta2 + cz_theta2 * k_theta2 - t_kyc32 * cdz_theta2);  /* (29) */
+    const real f11_v1 = c[r4]
+        - t_mj52b * (p[I1] * p[I1])
+        - t_iecaz * (p[I2] * p[I2])
+        - t_j7ex5 * (t_invly * t_invly)
+        - t_s5xdh * (t_claqt * t_claqt);  /* (29) */
+    const real t_7pydp = t_mj52b * p[I1];
+    const real t_ob75p = t_iecaz * p[I2];
+    const real t_ccobz = t_j7ex5 * t_invly;
+    const real t_6w3c7 = t_s5xdh * t_claqt;
+    const real f21_v1 = t_7pydp * t_qesxo + t_ob75p * t_x5sl2 + t_ccobz * cy_theta1 + t_6w3c7 * cy_theta2;  /* (29) */
+    const real f22_v1 = c[r6]
+        - t_mj52b * (t_qesxo * t_qesxo)
+        - t_iecaz * (t_x5sl2 * t_x5sl2)
+        - t_j7ex5 * (cy_theta1 * cy_theta1)
+        - t_s5xdh * (cy_theta2 * cy_theta2);  /* (29) */
+    const real f31_v1 = t_ccobz * cz_theta1 - (t_7pydp * cz_phi1 + t_ob75p * cz_phi2) + t_6w3c7 * cz_theta2;  /* (29) */
+    const real f32_v1 = t_mj52b * t_qesxo * cz_phi1
+        + t_iecaz * t_x5sl2 * cz_phi2
+        - t_j7ex5 * cy_theta1 * cz_theta1
+        - t_s5xdh * cy_theta2 * cz_theta2;  /* (29) */
+    const real f33_v1 = c[r8]
+        - t_mj52b * (cz_phi1 * cz_phi1)
+        - t_iecaz * (cz_phi2 * cz_phi2)
+        - t_j7ex5 * (cz_theta1 * cz_theta1)
+        - t_s5xdh * (cz_theta2 * cz_theta2);  /* (29) */
+    const real t_4v7es = K(1.0) / f11_v1;
+    const real f_v1_L21 = f21_v1 * t_4v7es;
+    const real f_v1_L31 = f31_v1 * t_4v7es;
+    const real f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21;
+    const real t_g2uww = f32_v1 - f21_v1 * f_v1_L31;
+    const real t_omhw7 = K(1.0) / f_v1_D2;
+    const real f_v1_L32 = t_g2uww * t_omhw7;
+    const real f_v1_D3 = f33_v1 - t_g2uww * f_v1_L32 - f31_v1 * f_v1_L31;
+    const real t_u5ggi = q[wx] * c[w3] + g1_v1;
+    const real u_v1_y2 = f_v1_L21 * t_u5ggi - (q[wy] * c[w4] + g2_v1);
+    const real u_v1_y3 = f_v1_L31 * t_u5ggi - (q[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
+    const real u_v1_x3 = u_v1_y3 / f_v1_D3;
+    const real u_v1_x2 = u_v1_y2 * t_omhw7 - f_v1_L32 * u_v1_x3;
+    const real G2_v1 = W12 + u_v1_x3;
+    const real G3_v1 = W13 - u_v1_x2;
+    const real a2_v1 = G2_v1 * x_C - B_v1 * c[w1];
+    const real a3_v1 = G3_v1 * x_C - C_v1 * c[w2];
+    const real t_2m245 = Bs_1 + Bs_2;
+    const real t_dyqoa = t_u5ggi * t_4v7es + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
+    const real t_ev7u5 = Bs_1 + Asc_1 * e1;
+    const real t_bvybx = Bs_2 + Asc_2 * e2;
+    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
+    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
+    const real t_vzrlr = t_7imwe * sin_phi1
+        + t_4b2fa * sin_phi2
+        + cos_phi1 * tension1
+        + cos_phi2 * tension2
+        + G2_v1 * t_6mmeb
+        + G3_v1 * t_bl4f2
+        + t_b3aij * a2_v1
+        + t_zzymx * a3_v1;
+    const real q1_v1 = t_2m245 * t_dyqoa - t_vzrlr;
+    const real t_yz7e5 = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
+    const real q2_v1 = n2
+        + G2_v1 * K52
+        - G3_v1 * t_hjmgb
+        + K22 * a2_v1
+        + K32 * a3_v1
+        + t_yz7e5 * t_dyqoa;
+    const real q3_v1 = n3
+        + G2_v1 * K53
+        + G3_v1 * K63
+        + K32 * a2_v1
+        + K33 * a3_v1
+        - K43 * t_dyqoa;
+    const real PP_v1 = K11 * K11 + t_b3aij * t_b3aij + t_zzymx * t_zzymx;
+    const real Pq_v1 = K11 * q1_v1 - t_b3aij * q2_v1 - t_zzymx * q3_v1;
+    const real t_echqo = PP_v1 * (q1_v1 * q1_v1 - p[F] * p[F] + q2_v1 * q2_v1 + q3_v1 * q3_v1);
+    const real root_v1 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v1 * Pq_v1 - t_echqo));
+    const real ax_v1 = (root_v1 - Pq_v1) / PP_v1;
+    const real f1_v1 = q1_v1 + K11 * ax_v1;
+    const real f2_v1 = q2_v1 - t_b3aij * ax_v1;
+    const real f3_v1 = q3_v1 - t_zzymx * ax_v1;
+    const real t_y7rm6 = K(1.0) / p[F];
+    const real sin_d2_v1 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v1 * t_y7rm6));
+    const real cos_d2_v1 = mv_sqrt(K(1.0) - sin_d2_v1 * sin_d2_v1);
+    const real delta1_v1 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v1 * t_y7rm6 / mv_max(SPLAT(K(1e-09)), cos_d2_v1)))));
+    const real delta2_v1 = mv_asin(sin_d2_v1);
+    real sin_delta2_v1, cos_delta2_v1; mv_sincos(delta2_v1, &sin_delta2_v1, &cos_delta2_v1);
+    const real t_szme2 = p[F] * cos_delta2_v1;
+    real sin_delta1_v1, cos_delta1_v1; mv_sincos(delta1_v1, &sin_delta1_v1, &cos_delta1_v1);
+    const real df1_v1 = t_szme2 * cos_delta1_v1 - f1_v1;
+    const real t_uqkgz = p[F] * sin_delta2_v1;
+    const real df2_v1 = t_uqkgz - f2_v1;
+    const real da_v1_y2 = df2_v1 + t_w7lcw * df1_v1;
+    const real t_s3dfp = t_szme2 * sin_delta1_v1;
+    const real da_v1_y3 = t_3go2w * df1_v1 - (t_s3dfp + f3_v1) - K_L32 * da_v1_y2;
+    const real t_zmh3u = K(1.0) / K_D3;
+    const real da_v1_x3 = da_v1_y3 * t_zmh3u;
+    const real da_v1_x2 = da_v1_y2 * t_4iujv - K_L32 * da_v1_x3;
+    const real da_v1_x1 = df1_v1 * t_bpfoo + t_w7lcw * da_v1_x2 + t_3go2w * da_v1_x3;
+    const real Mx_v1 = n4
+        + G2_v1 * K54
+        + G3_v1 * K64
+        - t_2m245 * ax_v1
+        - t_2m245 * da_v1_x1
+        - t_yz7e5 * a2_v1
+        - t_yz7e5 * da_v1_x2
+        + K43 * a3_v1
+        + K43 * da_v1_x3
+        - K44 * t_dyqoa;
+    const real t_lwe76 = p[b] + p[d] + x_C;
+    const real My_v1 = t_s3dfp * t_lwe76
+        - n6
+        - G2_v1 * K65
+        - G3_v1 * K66
+        + t_bl4f2 * ax_v1
+        + t_bl4f2 * da_v1_x1
+        + t_hjmgb * a2_v1
+        + t_hjmgb * da_v1_x2
+        - K63 * a3_v1
+        - K63 * da_v1_x3
+        + K64 * t_dyqoa;
+    const real Mz_v1 = n5
+        + G2_v1 * K55
+        + G3_v1 * K65
+        - t_6mmeb * ax_v1
+        - t_6mmeb * da_v1_x1
+        + K52 * a2_v1
+        + K52 * da_v1_x2
+        + K53 * a3_v1
+        + K53 * da_v1_x3
+        - K54 * t_dyqoa
+        + t_uqkgz * t_lwe76;
+    const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v1, p[delta2_max]));
+    const mask m_puf2t = LE(mv_fabs(delta2_v1), p[delta2_max]);
+    const real t_y2zgg = cos_delta2_v1 * sin_delta1_v1;
+    const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_puf2t, delta1_v1, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_y2zgg * (K(1.0) / mv_cos(p[delta2_max]))))))));
+    real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
+    const real t_y4w6o = p[F] * cos_delta2_act;
+    real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
+    const real df1_act = t_y4w6o * cos_delta1_act - cos_delta2_v1 * p[F] * cos_delta1_v1;
+    const real df2_act = p[F] * sin_delta2_act - t_uqkgz;
+    const real df3_act = t_y2zgg * p[F] - t_y4w6o * sin_delta1_act;
+    const real da_act_y2 = df2_act + t_w7lcw * df1_act;
+    const real da_act_y3 = df3_act + t_3go2w * df1_act - K_L32 * da_act_y2;
+    const real da_act_x3 = da_act_y3 * t_zmh3u;
+    const real da_act_x2 = da_act_y2 * t_4iujv - K_L32 * da_act_x3;
+    const real da_act_x1 = df1_act * t_bpfoo + t_w7lcw * da_act_x2 + t_3go2w * da_act_x3;
+    const real Mx = Mx_v1 - t_2m245 * da_act_x1 - t_yz7e5 * da_act_x2 + K43 * da_act_x3;
+    const real My = My_v1
+        - df3_act * t_lwe76
+        + t_bl4f2 * da_act_x1
+        + t_hjmgb * da_act_x2
+        - K63 * da_act_x3;
+    const real Mz = Mz_v1
+        - t_6mmeb * da_act_x1
+        + K52 * da_act_x2
+        + K53 * da_act_x3
+        + df2_act * t_lwe76;
+    x[0] = q[vx];
+    x[1] = q[vy];
+    x[2] = q[vz];
+    x[3] = q[wx];
+    x[4] = q[wy];
+    x[5] = q[wz];
+    x[6] = q[att1];
+    x[7] = q[att2];
+    x[8] = q[att3];
+    x[9] = q[phi1];
+    x[10] = q[theta1];
+    x[11] = q[phi2];
+    x[12] = q[theta2];
+    x[13] = q[phi1_dot];
+    x[14] = q[theta1_dot];
+    x[15] = q[phi2_dot];
+    x[16] = q[theta2_dot];
+    u[0] = Mx;
+    u[1] = My;
+    u[2] = Mz;
+    u[3] = delta1_act;
+    u[4] = delta2_act;
+    u_cmd[0] = Mx_v1;
+    u_cmd[1] = My_v1;
+    u_cmd[2] = Mz_v1;
+    u_cmd[3] = delta1_v1;
+    u_cmd[4] = delta2_v1;
 }
 
 /* closed loop of lyapunov-v1, full, euler; 1412 operations. */
 void slosh_lyapunov_v1_loop_euler(const real *q, const real *r, const real *p, const real *c, real *dq)
 {
     (void)r;
-    real s7, c7; mv_sincos(q[9], &s7, &c7);
-    const real v9 = s7 * p[13];
-    const real v13 = p[12] / (p[15] + p[12] * (v9 * v9));
-    const real v16 = q[3] * q[4];
-    real s19, c19; mv_sincos(q[10], &s19, &c19);
-    const real v24 = c19 * q[4] - s19 * q[5];
-    const real v26 = c7 * p[13];
-    const real v29 = q[3] - q[14];
-    const real v33 = c19 * q[5];
-    const real v34 = s19 * q[4];
-    const real v35 = v33 + v34;
-    const real v37 = c7 * v29 - v35 * s7;
-    const real v40 = v24 + q[13];
-    const real v43 = v16 * v9 + v24 * v26 * v29 - v37 * p[13] * (v40 + q[13]);
-    const real v46 = p[16] * q[14];
-    const real v49 = v13 * (v43 * p[15] - v46 * v9);
-    const real v50 = v49 * c19;
-    real s54, c54; mv_sincos(q[11], &s54, &c54);
-    const real v56 = s54 * p[18];
-    const real v60 = p[17] / (p[20] + p[17] * (v56 * v56));
-    real s63, c63; mv_sincos(q[12], &s63, &c63);
-    const real v67 = c63 * q[4] - s63 * q[5];
-    const real v69 = c54 * p[18];
-    const real v72 = q[3] - q[16];
-    const real v76 = c63 * q[5];
-    const real v77 = s63 * q[4];
-    const real v78 = v76 + v77;
-    const real v80 = c54 * v72 - v78 * s54;
-    const real v83 = v67 + q[15];
-    const real v86 = v16 * v56 + v67 * v69 * v72 - v80 * p[18] * (v83 + q[15]);
-    const real v89 = p[21] * q[16];
-    const real v92 = v60 * (v86 * p[20] - v89 * v56);
-    const real v93 = v92 * c63;
-    const real v97 = q[4] * q[4] + q[5] * q[5];
-    const real v99 = p[13] * p[13];
-    const real v100 = v99 * p[12];
-    const real v101 = v100 + p[15];
-    const real v102 = K(1.0) / v101;
-    const real v103 = p[12] * v102;
-    const real v104 = v103 * p[15];
-    const real v115 = p[18] * p[18];
-    const real v116 = v115 * p[17];
-    const real v117 = v116 + p[20];
-    const real v118 = K(1.0) / v117;
-    const real v119 = p[17] * v118;
-    const real v120 = v119 * p[20];
-    const real v123 = p[0] + p[1];
-    const real v125 = v123 + v104 + v120;
-    const real v126 = (p[14] * v104 - (p[7] * p[0] + p[6] * p[1]) + p[19] * v120) / v125;
-    const real v127 = p[14] - v126;
-    const real v128 = v97 * v127;
-    const real v130 = p[13] * p[12];
-    const real v131 = v103 * p[13];
-    const real v132 = v130 * v131;
-    const real v136 = v35 * c7 + s7 * v29;
-    const real v141 = c7 * v128 * v132 - v130 * (v136 * v136 + v40 * v40);
-    const real v143 = v104 * p[13];
-    const real v146 = v37 * v136 - v35 * v29;
-    const real v148 = p[16] * q[13];
-    const real v150 = v143 * v146 + v148 * v131;
-    const real v152 = s7 * v141 - v150 * c7;
-    const real v155 = p[19] - v126;
-    const real v156 = v97 * v155;
-    const real v158 = p[18] * p[17];
-    const real v159 = v119 * p[18];
-    const real v160 = v158 * v159;
-    const real v164 = v78 * c54 + s54 * v72;
-    const real v169 = c54 * v156 * v160 - v158 * (v164 * v164 + v83 * v83);
-    const real v171 = v120 * p[18];
-    const real v174 = v80 * v164 - v78 * v72;
-    const real v176 = p[21] * q[15];
-    const real v178 = v171 * v174 + v176 * v159;
-    const real v180 = s54 * v169 - v178 * c54;
-    const real v182 = v50 + v93 + v152 * s19 + v180 * s63;
-    const real v185 = s7 * s7;
-    const real v186 = v100 * v185;
-    const real v187 = v186 + p[15];
-    const real v189 = c[14] * p[12] / (v187 * v187);
-    const real v190 = v189 * v186;
-    const real v191 = s7 * v130;
-    const real v192 = c19 * v191;
-    const real v193 = v192 * p[14];
-    const real v194 = s7 * c7;
-    const real v195 = v100 * c19;
-    const real v197 = v193 - v194 * v195;
-    const real v198 = v197 + p[15];
-    const real v203 = c[13] * p[12] / (v101 * v101);
-    const real v204 = v203 * p[15];
-    const real v205 = v26 * p[12];
-    const real v206 = s19 * v205;
-    const real v207 = v206 * p[14];
-    const real v208 = v100 * s19;
-    const real v209 = v207 - v208;
-    const real v213 = c[13] * p[17] / (v117 * v117);
-    const real v214 = v213 * p[20];
-    const real v215 = v69 * p[17];
-    const real v216 = v215 * s63;
-    const real v217 = v216 * p[19];
-    const real v218 = s63 * v116;
-    const real v219 = v217 - v218;
-    const real v224 = s54 * s54;
-    const real v225 = v224 * v116;
-    const real v226 = v225 + p[20];
-    const real v228 = c[14] * p[17] / (v226 * v226);
-    const real v229 = v228 * v225;
-    const real v230 = v158 * s54;
-    const real v231 = v230 * c63;
-    const real v232 = v231 * p[19];
-    const real v233 = s54 * c54;
-    const real v234 = c63 * v116;
-    const real v236 = v232 - v233 * v234;
-    const real v237 = v236 + p[20];
-    const real v239 = v190 * v198 - (v204 * v209 + v214 * v219) + v229 * v237;
-    const real v249 = c[3] - v203 * (p[15] * p[15]) - v213 * (p[20] * p[20]) - v189 * (v186 * v186);
-    const real v253 = K(1.0) / (v249 - v228 * (v225 * v225));
-    const real v254 = v239 * v253;
-    const real v262 = q[2] * c[1];
-    const real v269 = p[9] / (v123 + p[12] + p[17]);
-    const real v270 = v269 * v191;
-    const real v272 = v191 * p[14];
-    const real v273 = v34 + v33;
-    const real v274 = v273 * v273;
-    const real v281 = v100 * v194;
-    const real v284 = q[3] * q[3];
-    const real v286 = v148 - v272 * v274 - v272 * (v24 * v24) - q[14] * q[14] * v281 - v281 * v284;
-    const real v288 = v186 * v273;
-    const real v298 = v286 - (q[14] + q[14]) * v288 - v100 * v273 * q[3] + v99 * v274 * s7 * c7 * p[12];
-    const real v299 = v99 + v99;
-    const real v310 = v298 + v299 * v185 * v273 * q[3] * p[12] + c7 * v273 * p[14] * q[3] * p[13] * p[12];
-    const real v316 = v310 + v299 * s7 * c7 * q[14] * q[3] * p[12];
-    const real v321 = v269 * v230;
-    const real v323 = v233 * v116;
-    const real v326 = v230 * p[19];
-    const real v327 = v77 + v76;
-    const real v328 = v327 * v327;
-    const real v336 = v176 - v284 * v323 - v326 * v328 - v326 * (v67 * v67) - q[16] * q[16] * v323;
-    const real v338 = v327 * v225;
-    const real v348 = v336 - (q[16] + q[16]) * v338 - v327 * v116 * q[3] + v328 * s54 * c54 * v115 * p[17];
-    const real v360 = v348 + (v327 + v327) * v224 * v115 * q[3] * p[17] + v327 * c54 * p[19] * q[3] * p[18] * p[17];
-    const real v367 = v360 + (s54 + s54) * c54 * v115 * q[16] * q[3] * p[17];
-    const real v371 = q[6] * c[2] - v262 * q[1] - v203 * (v270 * p[15] + p[15] * v316) - v213 * (v321 * p[20] + p[20] * v367);
-    const real v372 = v187 * q[14];
-    const real v373 = q[13] + q[13];
-    const real v374 = v281 * v373;
-    const real v376 = v374 * q[14];
-    const real v378 = v24 * q[3];
-    const real v389 = v46 + v272 * v378 + v288 * v373 + v288 * v24 + v376 - v281 * v378 - v374 * q[3];
-    const real v395 = v226 * q[16];
-    const real v396 = q[15] + q[15];
-    const real v397 = v323 * v396;
-    const real v399 = v397 * q[16];
-    const real v403 = v67 * q[3];
-    const real v414 = v89 + v67 * v338 + v326 * v403 + v338 * v396 + v399 - v323 * v403 - v323 * (q[3] + q[3]) * q[15];
-    const real v419 = v371 - v189 * (v372 * v374 - (v376 * v186 + v186 * v389)) - v228 * (v395 * v397 - (v399 * v225 + v225 * v414));
-    const real v424 = q[3] * c[10] + (v419 + q[1] * q[2] * c[0]);
-    const real v431 = q[1] * c[0];
-    const real v438 = v101 * q[13];
-    const real v439 = c19 * v205;
-    const real v440 = v439 * p[14];
-    const real v443 = v440 - v99 * c19 * p[12];
-    const real v445 = s19 * v191;
-    const real v446 = v445 * p[14];
-    const real v451 = v203 * (v270 * v209 + v209 * v316 - v438 * (v443 * q[14] - v446 * q[13]));
-    const real v456 = v117 * q[15];
-    const real v457 = v215 * c63;
-    const real v458 = v457 * p[19];
-    const real v461 = v458 - c63 * v115 * p[17];
-    const real v463 = v230 * s63;
-    const real v464 = v463 * p[19];
-    const real v469 = v213 * (v321 * v219 + v219 * v367 - v456 * (v461 * q[16] - v464 * q[15]));
-    const real v476 = c7 * c7;
-    const real v481 = v446 - v194 * v208;
-    const real v485 = v376 * v198 + v198 * v389 - v372 * (q[13] * (v440 + v185 * v195 - v195 * v476) - v481 * q[14]);
-    const real v493 = c54 * c54;
-    const real v498 = v464 - v218 * v233;
-    const real v502 = v399 * v237 + v237 * v414 - v395 * (q[15] * (v458 + v224 * v234 - v234 * v493) - v498 * q[16]);
-    const real v505 = q[5] * c[12] + (q[8] * c[6] - v431 * q[0] - v451 - v469 - v189 * v485 - v228 * v502);
-    const real v517 = v203 * v443 * v209 + v213 * v461 * v219 - v189 * v481 * v198 - v228 * v498 * v237;
-    const real v524 = v204 * v443 + v214 * v461 + v190 * v481 + v229 * v498;
-    const real v526 = v517 - v524 * v254;
-    const real v536 = c[5] - v203 * (v443 * v443) - v213 * (v461 * v461) - v189 * (v481 * v481);
-    const real v540 = v524 * v253;
-    const real v543 = K(1.0) / (v536 - v228 * (v498 * v498) - v524 * v540);
-    const real v544 = v526 * v543;
-    const real v559 = v203 * (v270 * v443 + v443 * v316 + v438 * (v193 * q[13] + v209 * q[14]));
-    const real v569 = v213 * (v321 * v461 + v461 * v367 + v456 * (v219 * q[16] + v232 * q[15]));
-    const real v582 = v376 * v481 + v481 * v389 - v372 * (v197 * q[14] + q[13] * (v207 + v185 * v208 - v476 * v208));
-    const real v596 = v399 * v498 + v498 * v414 - v395 * (v236 * q[16] + q[15] * (v217 + v218 * v224 - v218 * v493));
-    const real v601 = q[7] * c[4] + v559 + v569 - v189 * v582 - v228 * v596 + q[0] * q[2] * c[1];
-    const real v603 = v540 * v424 - (q[4] * c[11] + v601);
-    const real v615 = c[7] - v203 * (v209 * v209) - v213 * (v219 * v219) - v189 * (v198 * v198);
-    const real v623 = (v254 * v424 - v505 - v544 * v603) / (v615 - v228 * (v237 * v237) - v526 * v544 - v239 * v254);
-    const real v624 = v16 + v623;
-    const real v625 = v127 - v26;
-    const real v626 = v13 * p[15];
-    const real v627 = v625 * v626;
-    const real v629 = v627 - v127 * v104;
-    const real v630 = v155 - v69;
-    const real v631 = v60 * p[20];
-    const real v632 = v630 * v631;
-    const real v634 = v632 - v155 * v120;
-    const real v636 = s19 * s19;
-    const real v637 = v143 * c7;
-    const real v638 = v132 * s7;
-    const real v639 = v638 * s7;
-    const real v640 = v639 * v127;
-    const real v641 = v637 - v640;
-    const real v642 = v641 + v629;
-    const real v644 = s63 * s63;
-    const real v645 = v171 * c54;
-    const real v646 = v160 * s54;
-    const real v647 = v646 * s54;
-    const real v648 = v647 * v155;
-    const real v649 = v645 - v648;
-    const real v650 = v649 + v634;
-    const real v652 = v636 * v642 + v644 * v650;
-    const real v654 = v9 * v626;
-    const real v655 = c19 * v654;
-    const real v657 = v56 * v631;
-    const real v658 = c63 * v657;
-    const real v659 = v629 + v634 - v652 - v655 - v658;
-    const real v662 = q[3] * q[5];
-    const real v665 = v603 * v543 - v544 * v623;
-    const real v666 = v662 - v665;
-    const real v667 = c19 * s19;
-    const real v669 = c63 * s63;
-    const real v671 = v667 * v642 + v669 * v650;
-    const real v675 = v639 + v104 - v626;
-    const real v676 = v636 * v675;
-    const real v678 = v647 + v120 - v631;
-    const real v679 = v644 * v678;
-    const real v685 = v676 + v679 + v125 + v626 + v631 - v104 - v120;
-    const real v693 = v203 * (p[15] * q[3] - v443 * q[4] + v209 * q[5] + v438);
-    const real v702 = v213 * (p[20] * q[3] - v461 * q[4] + v219 * q[5] + v456);
-    const real v711 = v189 * (v481 * q[4] - v186 * q[3] + v198 * q[5] + v372);
-    const real v720 = v228 * (v498 * q[4] - v225 * q[3] + v237 * q[5] + v395);
-    const real v725 = v624 * v126 - (v431 - v693 * v206 - v702 * v216 - v711 * v192 - v720 * v231) * c[8];
-    const real v730 = v667 * v675 + v669 * v678;
-    const real v742 = v666 * v126 - (v262 - v693 * v439 - v702 * v457 + v711 * v445 + v720 * v463) * c[9];
-    const real v749 = v655 + v658 + v637 * s19 + v645 * s63;
-    const real v754 = v424 * v253 + v540 * v665 + v254 * v623;
-    const real v756 = v182 + v624 * v659 - v666 * v671 + v685 * v725 + v730 * v742 + v749 * v754;
-    const real v757 = v638 * c7;
-    const real v759 = v646 * c54;
-    const real v761 = v757 * s19 + v759 * s63;
-    const real v766 = v125 + v132 + v160 - v639 - v647;
-    const real v767 = v143 * s7;
-    const real v768 = v171 * s54;
-    const real v769 = v767 + v768;
-    const real v777 = v150 * s7 + v178 * s54 + c7 * v141 + c54 * v169;
-    const real v779 = v767 + v757 * v127;
-    const real v782 = v768 + v759 * v155;
-    const real v784 = v779 * s19 + v782 * s63;
-    const real v789 = v779 * c19 + v782 * c63;
-    const real v796 = v757 * c19 + v759 * c63;
-    const real v799 = v769 * v754 - (v777 + v624 * v784 + v666 * v789 + v761 * v725 + v796 * v742);
-    const real v804 = v49 * s19;
-    const real v805 = v92 * s63;
-    const real v809 = v152 * c19 - (v804 + v805) + v180 * c63;
-    const real v810 = s19 * v654;
-    const real v812 = s63 * v657;
-    const real v813 = v810 - v671 + v812;
-    const real v817 = v652 - (v641 + v649);
-    const real v825 = v639 + v647 + v125 - v676 - v679;
-    const real v832 = v810 + v812 - v637 * c19 - v645 * c63;
-    const real v834 = v809 + v624 * v813 + v666 * v817 + v730 * v725 + v825 * v742 - v832 * v754;
-    const real v836 = v766 * v799 - v761 * v756 - v796 * v834;
-    const real v842 = v766 * v766 + v761 * v761 + v796 * v796;
-    const real v851 = v836 * v836 - v842 * (v799 * v799 - p[9] * p[9] + v756 * v756 + v834 * v834);
-    const real v855 = (mv_sqrt(mv_max(SPLAT(K(0.0)), v851)) - v836) / v842;
-    const real v857 = v756 - v761 * v855;
-    const real v858 = K(1.0) / p[9];
-    const real v861 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), v857 * v858));
-    const real v862 = mv_asin(v861);
-    const real v864 = mv_max(-p[11], mv_min(v862, p[11]));
-    real s865, c865; mv_sincos(v864, &s865, &c865);
-    const real v866 = c865 * p[9];
-    const mask m870 = LE(mv_fabs(v862), p[11]);
-    const real v872 = v834 - v796 * v855;
-    const real v881 = mv_min(SPLAT(K(1.0)), -(v872 * v858 / mv_max(SPLAT(K(1e-09)), mv_sqrt(K(1.0) - v861 * v861))));
-    const real v883 = mv_asin(mv_max(SPLAT(K(-1.0)), v881));
-    real s884, c884; mv_sincos(v862, &s884, &c884);
-    real s885, c885; mv_sincos(v883, &s885, &c885);
-    const real v886 = c884 * s885;
-    const real v891 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), v886 * (K(1.0) / mv_cos(p[11]))));
-    const real v895 = mv_max(-p[10], mv_min(p[10], SELECT(m870, v883, mv_asin(v891))));
-    real s896, c896; mv_sincos(v895, &s896, &c896);
-    const real v898 = v866 * c896 + v777;
-    const real v899 = K(1.0) / v766;
-    const real v901 = v761 * v899;
-    const real v903 = s865 * p[9];
-    const real v906 = v903 - v182 + v901 * v898;
-    const real v909 = K(1.0) / (v685 - v761 * v901);
-    const real v911 = v796 * v899;
-    const real v913 = v730 - v761 * v911;
-    const real v914 = v913 * v909;
-    const real v917 = v866 * s896;
-    const real v921 = v911 * v898 - (v917 + v809) - v914 * v906;
-    const real v926 = K(1.0) / (v825 - v913 * v914 - v796 * v911);
-    const real v928 = v769 * v899;
-    const real v930 = v749 + v761 * v928;
-    const real v931 = v930 * v909;
-    const real v935 = v832 + v913 * v931 - v796 * v928;
-    const real v936 = v935 * v926;
-    const real v939 = v767 * v128 + v150 * p[13];
-    const real v942 = v49 * v9 + v92 * v56;
-    const real v946 = v768 * v156 + v178 * p[18];
-    const real v950 = q[14] * p[15];
-    const real v953 = q[16] * p[20];
-    const real v958 = p[4] - p[5];
-    const real v961 = v939 - v942 + v946 - v148 - v176 + v950 * q[4] + v953 * q[4] - v958 * q[4] * q[5];
-    const real v964 = v9 * v654 + v56 * v657;
-    const real v965 = v9 * v627;
-    const real v966 = c19 * v965;
-    const real v968 = v56 * v632;
-    const real v969 = c63 * v968;
-    const real v971 = v143 * p[13];
-    const real v972 = v637 * v127;
-    const real v973 = v971 - v972;
-    const real v976 = v171 * p[18];
-    const real v977 = v645 * v155;
-    const real v978 = v976 - v977;
-    const real v980 = v964 - v966 - v969 + v973 * s19 + v978 * s63;
-    const real v985 = s19 * v965 + s63 * v968;
-    const real v989 = v985 + v973 * c19 + v978 * c63;
-    const real v994 = p[9] * c884;
-    const real v999 = v994 * c885 - (v799 + v766 * v855);
-    const real v1002 = p[9] * s884;
-    const real v1005 = v1002 - v857 + v901 * v999;
-    const real v1008 = v994 * s885;
-    const real v1013 = (v911 * v999 - (v1008 + v872) - v914 * v1005) * v926;
-    const real v1015 = v1005 * v909 - v914 * v1013;
-    const real v1019 = v999 * v899 + v901 * v1015 + v911 * v1013;
-    const real v1023 = v961 + v624 * v980 + v666 * v989 - v769 * v855 - v769 * v1019 - v749 * v725;
-    const real v1034 = p[2] + p[3];
-    const real v1035 = v964 + v971 + v976 + v1034;
-    const real v1038 = p[9] * c865;
-    const real v1042 = v1038 * c896 - c884 * p[9] * c885;
-    const real v1045 = p[9] * s865 - v1002;
-    const real v1047 = v1045 + v901 * v1042;
-    const real v1051 = v886 * p[9] - v1038 * s896;
-    const real v1056 = (v1051 + v911 * v1042 - v914 * v1047) * v926;
-    const real v1058 = v1047 * v909 - v914 * v1056;
-    const real v1062 = v1042 * v899 + v901 * v1058 + v911 * v1056;
-    const real v1064 = v1023 - v749 * v1015 + v832 * v742 + v832 * v1013 - v1035 * v754 - v769 * v1062;
-    const real v1075 = v1064 - v749 * v1058 + v832 * v1056 - v961 + v928 * v898 + v931 * v906 - v936 * v921;
-    const real v1082 = K(1.0) / (v1035 - v930 * v931 - v935 * v936 - v769 * v928);
-    const real v1084 = v784 * v899;
-    const real v1086 = v659 - v761 * v1084;
-    const real v1087 = v1086 * v909;
-    const real v1093 = v813 - v913 * v1087 - v796 * v1084;
-    const real v1094 = v1093 * v926;
-    const real v1098 = v980 + v930 * v1087 - v935 * v1094 - v769 * v1084;
-    const real v1099 = v1098 * v1082;
-    const real v1101 = v939 + v152 * v127;
-    const real v1107 = v946 + v180 * v155;
-    const real v1113 = v1101 * s19 - (v942 + v46 + v89) + v1107 * s63 - v16 * (v1034 + (p[5] - p[4]));
-    const real v1114 = q[13] * p[15];
-    const real v1117 = q[15] * p[20];
-    const real v1123 = v1113 - v1114 * q[4] - v1117 * q[4] + v50 * v625 + v93 * v630;
-    const real v1124 = v625 * v627;
-    const real v1125 = v630 * v632;
-    const real v1129 = v104 * (v127 * v127);
-    const real v1134 = v971 + K(-2.0) * v972 + v127 * v640;
-    const real v1136 = v1129 + v1134 - v1124;
-    const real v1137 = v636 * v1136;
-    const real v1140 = v120 * (v155 * v155);
-    const real v1144 = v976 + K(-2.0) * v977 + v155 * v648;
-    const real v1146 = v1140 + v1144 - v1125;
-    const real v1147 = v644 * v1146;
-    const real v1160 = v104 * (p[14] * p[14]) + v120 * (p[19] * p[19]) + p[0] * (p[7] * p[7]) + p[1] * (p[6] * p[6]);
-    const real v1163 = v1160 - v125 * (v126 * v126);
-    const real v1167 = v1124 + v1125 + v964 + v1137 + v1147 + (p[2] + p[5] + v1163) - v1129 - v1140;
-    const real v1171 = v1167 + K(-2.0) * v966 + K(-2.0) * v969;
-    const real v1177 = v985 + v667 * v1136 + v669 * v1146;
-    const real v1185 = v1123 + v624 * v1171 + v666 * v1177 - v784 * v855 - v784 * v1019 + v659 * v725;
-    const real v1196 = p[7] + p[8] + v126;
-    const real v1198 = v1185 + v659 * v1015 + v813 * v742 + v813 * v1013 - v980 * v754 + v1002 * v1196;
-    const real v1207 = v1198 - v784 * v1062 + v659 * v1058 + v813 * v1056 + v1045 * v1196 - v1123;
-    const real v1217 = v1207 - v903 * v1196 + v1084 * v898 - v1087 * v906 - v1094 * v921 - v1099 * v1075;
-    const real v1226 = K(1.0) / (v1171 - v1086 * v1087 - v1093 * v1094 - v1098 * v1099 - v784 * v1084);
-    const real v1228 = v789 * v899;
-    const real v1230 = v671 + v761 * v1228;
-    const real v1231 = v1230 * v909;
-    const real v1237 = v817 + v913 * v1231 - v796 * v1228;
-    const real v1238 = v1237 * v926;
-    const real v1246 = v989 - v930 * v1231 - v935 * v1238 - v769 * v1228;
-    const real v1247 = v1246 * v1082;
-    const real v1251 = v1177 + v1086 * v1231 - v1093 * v1238 - v1098 * v1247 - v784 * v1228;
-    const real v1252 = v1251 * v1226;
-    const real v1262 = p[15] + p[20];
-    const real v1266 = v1101 * c19 + v1107 * c63 + v950 * q[3] + v953 * q[3] - v662 * (v1034 + v1262 + v958);
-    const real v1274 = v1266 - v804 * v625 - v805 * v630 - v1114 * q[5] - v1117 * q[5];
-    const real v1284 = v1134 + v1144 + (p[2] + p[4] + v1262 + v1163) - v1137 - v1147;
-    const real v1290 = v1008 * v1196 - v1274 - v624 * v1177 - v666 * v1284 + v789 * v855 + v789 * v1019;
-    const real v1300 = v1290 + v671 * v725 + v671 * v1015 - v817 * v742 - v817 * v1013 + v989 * v754;
-    const real v1309 = v1300 - v1051 * v1196 + v789 * v1062 + v671 * v1058 - v817 * v1056 + v1274;
-    const real v1318 = v917 * v1196 - v1309 + v1228 * v898 + v1231 * v906 - v1238 * v921 - v1247 * v1075;
-    const real v1330 = v1284 - v1230 * v1231 - v1237 * v1238 - v1246 * v1247 - v1251 * v1252 - v789 * v1228;
-    const real v1331 = (v1318 - v1252 * v1217) / v1330;
-    const real v1333 = v1217 * v1226 - v1252 * v1331;
-    const real v1337 = v1075 * v1082 - v1099 * v1333 - v1247 * v1331;
-    const real v1343 = v921 * v926 - v936 * v1337 - v1094 * v1333 - v1238 * v1331;
-    const real v1351 = v906 * v909 - v914 * v1343 + v931 * v1337 - v1087 * v1333 + v1231 * v1331;
-    const real v1361 = v898 * v899 + v901 * v1351 + v911 * v1343 + v928 * v1337 + v1084 * v1333 + v1228 * v1331;
-    const real v1381 = v1333 - v16;
-    real s1382, c1382; mv_sincos(q[7], &s1382, &c1382);
-    real s1383, c1383; mv_sincos(q[6], &s1383, &c1383);
-    const real v1385 = K(1.0) / c1382;
-    const real v1387 = s1383 * v1385 * q[4];
-    const real v1392 = c1383 * v1385 * q[5];
-    const real v1401 = v1333 * s19 + v1331 * c19;
-    const real v1402 = v1401 + v146;
-    const real v1417 = v131 * (c7 * (v1401 * v127 + v1351 * s19 + v1343 * c19) + s7 * (v1361 - v128));
-    const real v1428 = v1337 + v1333;
-    const real v1432 = v43 + v1351 * c19 + v625 * (v1333 * c19 - v1331 * s19) - v1428 * v9 - v1343 * s19;
-    const real v1440 = v1333 * s63 + v1331 * c63;
-    const real v1441 = v1440 + v174;
-    const real v1456 = v159 * (c54 * (v1440 * v155 + v1351 * s63 + v1343 * c63) + s54 * (v1361 - v156));
-    const real v1470 = v86 + v1351 * c63 + v630 * (v1333 * c63 - v1331 * s63) - v1428 * v56 - v1343 * s63;
-    dq[0] = v1361 + v97 * v126 - q[2] * q[4] + q[1] * q[5];
-    dq[1] = v1351 - v1333 * v126 + (q[2] * q[3] - q[0] * q[5]);
-    dq[2] = v1343 - v1331 * v126 + (q[0] * q[4] - q[1] * q[3]);
-    dq[3] = v1337;
-    dq[4] = v662 - v1331;
-    dq[5] = v1381;
-    dq[6] = q[3] + s1382 * v1387 + s1382 * v1392;
-    dq[7] = c1383 * q[4] - s1383 * q[5];
-    dq[8] = v1387 + v1392;
-    dq[9] = q[13];
-    dq[10] = q[14];
-    dq[11] = q[15];
-    dq[12] = q[16];
-    dq[13] = v1402 - (v148 + p[15] * (v1402 + v1337)) * v102 - v1417;
-    dq[14] = -(v1381 + v13 * (v46 * (K(1.0) / p[12]) + v9 * v1432));
-    dq[15] = v1441 - (v176 + p[20] * (v1441 + v1337)) * v118 - v1456;
-    dq[16] = -(v1381 + v60 * (v89 * (K(1.0) / p[17]) + v56 * v1470));
+    enum { vx = 0 };
+    enum { vy = 1 };
+    enum { vz = 2 };
+    enum { wx = 3 };
+    enum { wy = 4 };
+    enum { wz = 5 };
+    enum { att1 = 6 };
+    enum { att2 = 7 };
+    enum { att3 = 8 };
+    enum { phi1 = 9 };
+    enum { theta1 = 10 };
+    enum { phi2 = 11 };
+    enum { theta2 = 12 };
+    enum { phi1_dot = 13 };
+    enum { theta1_dot = 14 };
+    enum { phi2_dot = 15 };
+    enum { theta2_dot = 16 };
+    enum { m = SLOSH_P_M };
+    enum { m0 = SLOSH_P_M0 };
+    enum { I0 = SLOSH_P_I0 };
+    enum { J_x = SLOSH_P_J_X };
+    enum { J_y = SLOSH_P_J_Y };
+    enum { J_z = SLOSH_P_J_Z };
+    enum { h0 = SLOSH_P_H0 };
+    enum { b = SLOSH_P_B };
+    enum { d = SLOSH_P_D };
+    enum { F = SLOSH_P_F };
+    enum { delta1_max = SLOSH_P_DELTA1_MAX };
+    enum { delta2_max = SLOSH_P_DELTA2_MAX };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { eps1 = SLOSH_P_EPS1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { eps2 = SLOSH_P_EPS2 };
+    enum { r1 = SLOSH_LYAPUNOV_V1_C_R1 };
+    enum { r2 = SLOSH_LYAPUNOV_V1_C_R2 };
+    enum { r3 = SLOSH_LYAPUNOV_V1_C_R3 };
+    enum { r4 = SLOSH_LYAPUNOV_V1_C_R4 };
+    enum { r5 = SLOSH_LYAPUNOV_V1_C_R5 };
+    enum { r6 = SLOSH_LYAPUNOV_V1_C_R6 };
+    enum { r7 = SLOSH_LYAPUNOV_V1_C_R7 };
+    enum { r8 = SLOSH_LYAPUNOV_V1_C_R8 };
+    enum { w1 = SLOSH_LYAPUNOV_V1_C_W1 };
+    enum { w2 = SLOSH_LYAPUNOV_V1_C_W2 };
+    enum { w3 = SLOSH_LYAPUNOV_V1_C_W3 };
+    enum { w4 = SLOSH_LYAPUNOV_V1_C_W4 };
+    enum { w5 = SLOSH_LYAPUNOV_V1_C_W5 };
+    enum { r9 = SLOSH_LYAPUNOV_V1_C_R9 };
+    enum { r10 = SLOSH_LYAPUNOV_V1_C_R10 };
+    const real t_os4zj = p[l1] * p[l1];
+    const real t_yx2kz = t_os4zj * p[m1];
+    const real D1 = t_yx2kz + p[I1];
+    const real t_zrejm = K(1.0) / D1;
+    const real t_3qn53 = p[m1] * t_zrejm;
+    const real k1 = t_3qn53 * p[l1];
+    const real me1 = t_3qn53 * p[I1];
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real mv1 = t_6nwd2 * k1;
+    const real t_nfvux = p[l2] * p[l2];
+    const real t_frp3h = t_nfvux * p[m2];
+    const real D2 = t_frp3h + p[I2];
+    const real t_5wzvs = K(1.0) / D2;
+    const real t_54cbb = p[m2] * t_5wzvs;
+    const real k2 = t_54cbb * p[l2];
+    const real me2 = t_54cbb * p[I2];
+    const real t_popww = p[l2] * p[m2];
+    const real mv2 = t_popww * k2;
+    const real t_omhyl = p[m] + p[m0];
+    const real M_C = t_omhyl + me1 + me2;
+    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real S_C = me1 * (p[h1] * p[h1])
+        + me2 * (p[h2] * p[h2])
+        + p[m] * (p[b] * p[b])
+        + p[m0] * (p[h0] * p[h0])
+        - M_C * (x_C * x_C);
+    const real J_C1 = p[I0] + p[J_x];
+    const real J_C3 = p[I0] + p[J_z] + S_C;
+    const real t_is5lg = p[I1] + p[I2];
+    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
+    const real W12 = q[wx] * q[wy];
+    const real W13 = q[wx] * q[wz];
+    const real e1 = p[h1] - x_C;
+    const real e2 = p[h2] - x_C;
+    real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
+    const real q_1 = sin_phi1 * p[l1];
+    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
+    real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
+    const real Wn1 = cos_theta1 * q[wy] - sin_theta1 * q[wz];
+    const real lc_1 = cos_phi1 * p[l1];
+    const real w_x1 = q[wx] - q[theta1_dot];
+    const real t_rding = cos_theta1 * q[wz];
+    const real t_a3uw4 = sin_theta1 * q[wy];
+    const real Wt1 = t_rding + t_a3uw4;
+    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
+    const real p1 = Wn1 + q[phi1_dot];
+    const real zeta1 = W12 * q_1
+        + Wn1 * lc_1 * w_x1
+        - chi1 * p[l1] * (p1 + q[phi1_dot]);
+    const real loss_theta1 = p[eps1] * q[theta1_dot];
+    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
+    const real t_vt7uo = F_n1 * cos_theta1;
+    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
+    const real q_2 = sin_phi2 * p[l2];
+    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
+    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
+    const real Wn2 = cos_theta2 * q[wy] - sin_theta2 * q[wz];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real w_x2 = q[wx] - q[theta2_dot];
+    const real t_geoui = cos_theta2 * q[wz];
+    const real t_vhhwy = sin_theta2 * q[wy];
+    const real Wt2 = t_geoui + t_vhhwy;
+    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
+    const real p2 = Wn2 + q[phi2_dot];
+    const real zeta2 = W12 * q_2
+        + Wn2 * lc_2 * w_x2
+        - chi2 * p[l2] * (p2 + q[phi2_dot]);
+    const real loss_theta2 = p[eps2] * q[theta2_dot];
+    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
+    const real t_oncjt = F_n2 * cos_theta2;
+    const real t_rybsf = q[wy] * q[wy] + q[wz] * q[wz];
+    const real t_w7vil = t_rybsf * e1;
+    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    const real tension1 = cos_phi1 * t_w7vil * mv1 - t_6nwd2 * sigma_sq1;
+    const real B_1 = me1 * p[l1];
+    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real loss_phi1 = p[eps1] * q[phi1_dot];
+    const real t_7imwe = B_1 * eta1 + loss_phi1 * k1;
+    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real t_6fvzz = t_rybsf * e2;
+    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real tension2 = cos_phi2 * t_6fvzz * mv2 - t_popww * sigma_sq2;
+    const real B_2 = me2 * p[l2];
+    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real loss_phi2 = p[eps2] * q[phi2_dot];
+    const real t_4b2fa = B_2 * eta2 + loss_phi2 * k2;
+    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real W_theta1 = c[r10] * p[m1];  /* (27) */
+    const real t_3qva5 = sin_phi1 * sin_phi1;
+    const real t_invly = t_yx2kz * t_3qva5;
+    const real D_theta1 = t_invly + p[I1];  /* (26) */
+    const real t_j7ex5 = W_theta1 / (D_theta1 * D_theta1);
+    const real t_ccobz = t_j7ex5 * t_invly;
+    const real gx_phi1 = sin_phi1 * t_6nwd2;  /* (25) */
+    const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
+    const real t_m5cmg = gy_theta1 * p[h1];
+    const real t_a233z = sin_phi1 * cos_phi1;
+    const real t_bdhgv = t_yx2kz * cos_theta1;
+    const real t_uyufu = t_m5cmg - t_a233z * t_bdhgv;
+    const real cz_theta1 = t_uyufu + p[I1];  /* (26) */
+    const real W_phi1 = c[r9] * p[m1];  /* (27) */
+    const real t_mj52b = W_phi1 / (D1 * D1);
+    const real t_7pydp = t_mj52b * p[I1];
+    const real t_5zfdh = lc_1 * p[m1];
+    const real gy_phi1 = sin_theta1 * t_5zfdh;  /* (25) */
+    const real t_bnlcb = gy_phi1 * p[h1];
+    const real t_4xxce = t_yx2kz * sin_theta1;
+    const real cz_phi1 = t_bnlcb - t_4xxce;  /* (25) */
+    const real W_phi2 = c[r9] * p[m2];  /* (27) */
+    const real t_iecaz = W_phi2 / (D2 * D2);
+    const real t_ob75p = t_iecaz * p[I2];
+    const real t_p4m3j = lc_2 * p[m2];
+    const real gy_phi2 = t_p4m3j * sin_theta2;  /* (25) */
+    const real t_ba7if = gy_phi2 * p[h2];
+    const real t_tb25v = sin_theta2 * t_frp3h;
+    const real cz_phi2 = t_ba7if - t_tb25v;  /* (25) */
+    const real W_theta2 = c[r10] * p[m2];  /* (27) */
+    const real t_4j4b3 = sin_phi2 * sin_phi2;
+    const real t_claqt = t_4j4b3 * t_frp3h;
+    const real D_theta2 = t_claqt + p[I2];  /* (26) */
+    const real t_s5xdh = W_theta2 / (D_theta2 * D_theta2);
+    const real t_6w3c7 = t_s5xdh * t_claqt;
+    const real gx_phi2 = t_popww * sin_phi2;  /* (25) */
+    const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
+    const real t_gidtm = gy_theta2 * p[h2];
+    const real t_nqm7d = sin_phi2 * cos_phi2;
+    const real t_senbd = cos_theta2 * t_frp3h;
+    const real t_3o3n4 = t_gidtm - t_nqm7d * t_senbd;
+    const real cz_theta2 = t_3o3n4 + p[I2];  /* (26) */
+    const real f31_v1 = t_ccobz * cz_theta1 - (t_7pydp * cz_phi1 + t_ob75p * cz_phi2) + t_6w3c7 * cz_theta2;  /* (29) */
+    const real f11_v1 = c[r4]
+        - t_mj52b * (p[I1] * p[I1])
+        - t_iecaz * (p[I2] * p[I2])
+        - t_j7ex5 * (t_invly * t_invly)
+        - t_s5xdh * (t_claqt * t_claqt);  /* (29) */
+    const real t_4v7es = K(1.0) / f11_v1;
+    const real f_v1_L31 = f31_v1 * t_4v7es;
+    const real t_aqbxr = q[vz] * c[r2];
+    const real ax_eq = p[F] / (t_omhyl + p[m1] + p[m2]);  /* (19) */
+    const real t_5bilv = ax_eq * gx_phi1;
+    const real t_azo52 = gx_phi1 * p[h1];
+    const real t_amwyw = t_a3uw4 + t_rding;
+    const real t_7eszt = t_amwyw * t_amwyw;
+    const real t_5jodw = t_yx2kz * t_a233z;
+    const real t_wube7 = q[wx] * q[wx];
+    const real t_h5pol = t_invly * t_amwyw;
+    const real t_oc5tk = t_os4zj + t_os4zj;
+    const real k_phi1 = loss_phi1
+        - t_azo52 * t_7eszt
+        - t_azo52 * (Wn1 * Wn1)
+        - q[theta1_dot] * q[theta1_dot] * t_5jodw
+        - t_5jodw * t_wube7
+        - (q[theta1_dot] + q[theta1_dot]) * t_h5pol
+        - t_yx2kz * t_amwyw * q[wx]
+        + t_os4zj * t_7eszt * sin_phi1 * cos_phi1 * p[m1]
+        + t_oc5tk * t_3qva5 * t_amwyw * q[wx] * p[m1]
+        + cos_phi1 * t_amwyw * p[h1] * q[wx] * p[l1] * p[m1]
+        + t_oc5tk * sin_phi1 * cos_phi1 * q[theta1_dot] * q[wx] * p[m1];  /* (25) */
+    const real t_4oupt = ax_eq * gx_phi2;
+    const real t_2t5uv = t_nqm7d * t_frp3h;
+    const real t_svo5z = gx_phi2 * p[h2];
+    const real t_kmx3q = t_vhhwy + t_geoui;
+    const real t_3chhy = t_kmx3q * t_kmx3q;
+    const real t_imick = t_kmx3q * t_claqt;
+    const real k_phi2 = loss_phi2
+        - t_wube7 * t_2t5uv
+        - t_svo5z * t_3chhy
+        - t_svo5z * (Wn2 * Wn2)
+        - q[theta2_dot] * q[theta2_dot] * t_2t5uv
+        - (q[theta2_dot] + q[theta2_dot]) * t_imick
+        - t_kmx3q * t_frp3h * q[wx]
+        + t_3chhy * sin_phi2 * cos_phi2 * t_nfvux * p[m2]
+        + (t_kmx3q + t_kmx3q) * t_4j4b3 * t_nfvux * q[wx] * p[m2]
+        + t_kmx3q * cos_phi2 * p[h2] * q[wx] * p[l2] * p[m2]
+        + (sin_phi2 + sin_phi2) * cos_phi2 * t_nfvux * q[theta2_dot] * q[wx] * p[m2];  /* (25) */
+    const real t_iomfo = D_theta1 * q[theta1_dot];
+    const real t_j5odj = q[phi1_dot] + q[phi1_dot];
+    const real Dd_theta1 = t_5jodw * t_j5odj;
+    const real t_b7wcv = Dd_theta1 * q[theta1_dot];
+    const real t_ywy5z = Wn1 * q[wx];
+    const real k_theta1 = loss_theta1
+        + t_azo52 * t_ywy5z
+        + t_h5pol * t_j5odj
+        + t_h5pol * Wn1
+        + t_b7wcv
+        - t_5jodw * t_ywy5z
+        - Dd_theta1 * q[wx];  /* (26) */
+    const real t_kyc32 = D_theta2 * q[theta2_dot];
+    const real t_473qv = q[phi2_dot] + q[phi2_dot];
+    const real Dd_theta2 = t_2t5uv * t_473qv;
+    const real t_putjj = Dd_theta2 * q[theta2_dot];
+    const real t_nw7er = Wn2 * q[wx];
+    const real k_theta2 = loss_theta2
+        + Wn2 * t_imick
+        + t_svo5z * t_nw7er
+        + t_imick * t_473qv
+        + t_putjj
+        - t_2t5uv * t_nw7er
+        - t_2t5uv * (q[wx] + q[wx]) * q[phi2_dot];  /* (26) */
+    const real g1_v1 = q[att1] * c[r3]
+        - t_aqbxr * q[vy]
+        - t_mj52b * (t_5bilv * p[I1] + p[I1] * k_phi1)
+        - t_iecaz * (t_4oupt * p[I2] + p[I2] * k_phi2)
+        - t_j7ex5 * (t_iomfo * Dd_theta1 - (t_b7wcv * t_invly + t_invly * k_theta1))
+        - t_s5xdh * (t_kyc32 * Dd_theta2 - (t_putjj * t_claqt + t_claqt * k_theta2))
+        + q[vy] * q[vz] * c[r1];  /* (29) */
+    const real t_u5ggi = q[wx] * c[w3] + g1_v1;
+    const real t_wij2f = q[vy] * c[r1];
+    const real t_o2gar = D1 * q[phi1_dot];
+    const real gz_phi1 = cos_theta1 * t_5zfdh;  /* (25) */
+    const real t_pthak = gz_phi1 * p[h1];
+    const real t_qesxo = t_pthak - t_os4zj * cos_theta1 * p[m1];
+    const real t_tpms2 = sin_theta1 * gx_phi1;
+    const real t_nmcsn = t_tpms2 * p[h1];
+    const real cdz_phi1 = t_qesxo * q[theta1_dot] - t_nmcsn * q[phi1_dot];
+    const real t_gifwv = D2 * q[phi2_dot];
+    const real gz_phi2 = t_p4m3j * cos_theta2;  /* (25) */
+    const real t_3ndrr = gz_phi2 * p[h2];
+    const real t_x5sl2 = t_3ndrr - cos_theta2 * t_nfvux * p[m2];
+    const real t_h3pge = gx_phi2 * sin_theta2;
+    const real t_ikdxp = t_h3pge * p[h2];
+    const real cdz_phi2 = t_x5sl2 * q[theta2_dot] - t_ikdxp * q[phi2_dot];
+    const real t_4of2f = cos_phi1 * cos_phi1;
+    const real cy_theta1 = t_nmcsn - t_a233z * t_4xxce;  /* (26) */
+    const real cdz_theta1 = q[phi1_dot] * (t_pthak + t_3qva5 * t_bdhgv - t_bdhgv * t_4of2f) - cy_theta1 * q[theta1_dot];
+    const real t_zozwp = cos_phi2 * cos_phi2;
+    const real cy_theta2 = t_ikdxp - t_tb25v * t_nqm7d;  /* (26) */
+    const real cdz_theta2 = q[phi2_dot] * (t_3ndrr + t_4j4b3 * t_senbd - t_senbd * t_zozwp) - cy_theta2 * q[theta2_dot];
+    const real g3_v1 = q[att3] * c[r7]
+        - t_wij2f * q[vx]
+        - t_mj52b * (t_5bilv * cz_phi1 + cz_phi1 * k_phi1 - t_o2gar * cdz_phi1)
+        - t_iecaz * (t_4oupt * cz_phi2 + cz_phi2 * k_phi2 - t_gifwv * cdz_phi2)
+        - t_j7ex5 * (t_b7wcv * cz_theta1 + cz_theta1 * k_theta1 - t_iomfo * cdz_theta1)
+        - t_s5xdh * (t_putjj * cz_theta2 + cz_theta2 * k_theta2 - t_kyc32 * cdz_theta2);  /* (29) */
+    const real f32_v1 = t_mj52b * t_qesxo * cz_phi1
+        + t_iecaz * t_x5sl2 * cz_phi2
+        - t_j7ex5 * cy_theta1 * cz_theta1
+        - t_s5xdh * cy_theta2 * cz_theta2;  /* (29) */
+    const real f21_v1 = t_7pydp * t_qesxo + t_ob75p * t_x5sl2 + t_ccobz * cy_theta1 + t_6w3c7 * cy_theta2;  /* (29) */
+    const real t_g2uww = f32_v1 - f21_v1 * f_v1_L31;
+    const real f22_v1 = c[r6]
+        - t_mj52b * (t_qesxo * t_qesxo)
+        - t_iecaz * (t_x5sl2 * t_x5sl2)
+        - t_j7ex5 * (cy_theta1 * cy_theta1)
+        - t_s5xdh * (cy_theta2 * cy_theta2);  /* (29) */
+    const real f_v1_L21 = f21_v1 * t_4v7es;
+    const real f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21;
+    const real t_omhw7 = K(1.0) / f_v1_D2;
+    const real f_v1_L32 = t_g2uww * t_omhw7;
+    const real cdy_phi1 = t_m5cmg * q[phi1_dot] + cz_phi1 * q[theta1_dot];
+    const real cdy_phi2 = cz_phi2 * q[theta2_dot] + t_gidtm * q[phi2_dot];
+    const real cdy_theta1 = t_uyufu * q[theta1_dot] + q[phi1_dot] * (t_bnlcb + t_3qva5 * t_4xxce - t_4of2f * t_4xxce);
+    const real cdy_theta2 = t_3o3n4 * q[theta2_dot] + q[phi2_dot] * (t_ba7if + t_tb25v * t_4j4b3 - t_tb25v * t_zozwp);
+    const real g2_v1 = q[att2] * c[r5]
+        + t_mj52b * (t_5bilv * t_qesxo + t_qesxo * k_phi1 + t_o2gar * cdy_phi1)
+        + t_iecaz * (t_4oupt * t_x5sl2 + t_x5sl2 * k_phi2 + t_gifwv * cdy_phi2)
+        - t_j7ex5 * (t_b7wcv * cy_theta1 + cy_theta1 * k_theta1 - t_iomfo * cdy_theta1)
+        - t_s5xdh * (t_putjj * cy_theta2 + cy_theta2 * k_theta2 - t_kyc32 * cdy_theta2)
+        + q[vx] * q[vz] * c[r2];  /* (29) */
+    const real u_v1_y2 = f_v1_L21 * t_u5ggi - (q[wy] * c[w4] + g2_v1);
+    const real u_v1_y3 = f_v1_L31 * t_u5ggi - (q[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
+    const real f33_v1 = c[r8]
+        - t_mj52b * (cz_phi1 * cz_phi1)
+        - t_iecaz * (cz_phi2 * cz_phi2)
+        - t_j7ex5 * (cz_theta1 * cz_theta1)
+        - t_s5xdh * (cz_theta2 * cz_theta2);  /* (29) */
+    const real f_v1_D3 = f33_v1 - t_g2uww * f_v1_L32 - f31_v1 * f_v1_L31;
+    const real u_v1_x3 = u_v1_y3 / f_v1_D3;
+    const real G2_v1 = W12 + u_v1_x3;
+    const real g_1 = e1 - lc_1;
+    const real wth_1 = th_1 * p[I1];
+    const real wg_1 = g_1 * wth_1;
+    const real t_tcgxn = wg_1 - e1 * me1;
+    const real g_2 = e2 - lc_2;
+    const real wth_2 = th_2 * p[I2];
+    const real wg_2 = g_2 * wth_2;
+    const real t_uf5ib = wg_2 - e2 * me2;
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real Bc_1 = B_1 * cos_phi1;
+    const real As_1 = mv1 * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real eAss_1 = Ass_1 * e1;
+    const real t_32gyg = Bc_1 - eAss_1;
+    const real t_65obb = t_32gyg + t_tcgxn;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real Bc_2 = B_2 * cos_phi2;
+    const real As_2 = mv2 * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real eAss_2 = Ass_2 * e2;
+    const real t_gbkg6 = Bc_2 - eAss_2;
+    const real t_yoiua = t_gbkg6 + t_uf5ib;
+    const real t_z76hk = S_sq1 * t_65obb + S_sq2 * t_yoiua;
+    const real wq_1 = q_1 * wth_1;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wq_2 = q_2 * wth_2;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real K52 = t_tcgxn + t_uf5ib - t_z76hk - wqC_1 - wqC_2;
+    const real u_v1_x2 = u_v1_y2 * t_omhw7 - f_v1_L32 * u_v1_x3;
+    const real G3_v1 = W13 - u_v1_x2;
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real t_hjmgb = SC1 * t_65obb + SC2 * t_yoiua;
+    const real tn11_1 = Ass_1 + me1 - wth_1;
+    const real t_fbeaw = S_sq1 * tn11_1;
+    const real tn11_2 = Ass_2 + me2 - wth_2;
+    const real t_dj555 = S_sq2 * tn11_2;
+    const real K22 = t_fbeaw + t_dj555 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real t_3c5in = t_mj52b * (p[I1] * q[wx] - t_qesxo * q[wy] + cz_phi1 * q[wz] + t_o2gar);
+    const real t_ohb73 = t_iecaz * (p[I2] * q[wx] - t_x5sl2 * q[wy] + cz_phi2 * q[wz] + t_gifwv);
+    const real t_cdafg = t_j7ex5 * (cy_theta1 * q[wy] - t_invly * q[wx] + cz_theta1 * q[wz] + t_iomfo);
+    const real t_rbkok = t_s5xdh * (cy_theta2 * q[wy] - t_claqt * q[wx] + cz_theta2 * q[wz] + t_kyc32);
+    const real B_v1 = t_wij2f
+        - t_3c5in * gy_phi1
+        - t_ohb73 * gy_phi2
+        - t_cdafg * gy_theta1
+        - t_rbkok * gy_theta2;  /* (29) */
+    const real a2_v1 = G2_v1 * x_C - B_v1 * c[w1];
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real C_v1 = t_aqbxr
+        - t_3c5in * gz_phi1
+        - t_ohb73 * gz_phi2
+        + t_cdafg * t_tpms2
+        + t_rbkok * t_h3pge;  /* (29) */
+    const real a3_v1 = G3_v1 * x_C - C_v1 * c[w2];
+    const real t_yz7e5 = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
+    const real t_dyqoa = t_u5ggi * t_4v7es + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
+    const real q2_v1 = n2
+        + G2_v1 * K52
+        - G3_v1 * t_hjmgb
+        + K22 * a2_v1
+        + K32 * a3_v1
+        + t_yz7e5 * t_dyqoa;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
+    const real Bs_1 = B_1 * sin_phi1;
+    const real Bs_2 = B_2 * sin_phi2;
+    const real t_2m245 = Bs_1 + Bs_2;
+    const real t_xynyo = t_7imwe * sin_phi1 + t_4b2fa * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2;
+    const real t_ev7u5 = Bs_1 + Asc_1 * e1;
+    const real t_bvybx = Bs_2 + Asc_2 * e2;
+    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
+    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
+    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_xiu6d = t_xynyo
+        + G2_v1 * t_6mmeb
+        + G3_v1 * t_bl4f2
+        + t_b3aij * a2_v1
+        + t_zzymx * a3_v1;
+    const real q1_v1 = t_2m245 * t_dyqoa - t_xiu6d;
+    const real t_azclp = F_n1 * sin_theta1;
+    const real t_iya7w = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real K53 = wqS_1 - t_hjmgb + wqS_2;
+    const real K63 = t_z76hk - (t_32gyg + t_gbkg6);
+    const real K33 = Ass_1 + Ass_2 + M_C - t_fbeaw - t_dj555;
+    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
+    const real q3_v1 = n3
+        + G2_v1 * K53
+        + G3_v1 * K63
+        + K32 * a2_v1
+        + K33 * a3_v1
+        - K43 * t_dyqoa;
+    const real Pq_v1 = K11 * q1_v1 - t_b3aij * q2_v1 - t_zzymx * q3_v1;
+    const real PP_v1 = K11 * K11 + t_b3aij * t_b3aij + t_zzymx * t_zzymx;
+    const real t_echqo = PP_v1 * (q1_v1 * q1_v1 - p[F] * p[F] + q2_v1 * q2_v1 + q3_v1 * q3_v1);
+    const real root_v1 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v1 * Pq_v1 - t_echqo));
+    const real ax_v1 = (root_v1 - Pq_v1) / PP_v1;
+    const real f2_v1 = q2_v1 - t_b3aij * ax_v1;
+    const real t_y7rm6 = K(1.0) / p[F];
+    const real sin_d2_v1 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v1 * t_y7rm6));
+    const real delta2_v1 = mv_asin(sin_d2_v1);
+    const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v1, p[delta2_max]));
+    real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
+    const real t_y4w6o = cos_delta2_act * p[F];
+    const mask m_puf2t = LE(mv_fabs(delta2_v1), p[delta2_max]);
+    const real f3_v1 = q3_v1 - t_zzymx * ax_v1;
+    const real cos_d2_v1 = mv_sqrt(K(1.0) - sin_d2_v1 * sin_d2_v1);
+    const real delta1_v1 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v1 * t_y7rm6 / mv_max(SPLAT(K(1e-09)), cos_d2_v1)))));
+    real sin_delta2_v1, cos_delta2_v1; mv_sincos(delta2_v1, &sin_delta2_v1, &cos_delta2_v1);
+    real sin_delta1_v1, cos_delta1_v1; mv_sincos(delta1_v1, &sin_delta1_v1, &cos_delta1_v1);
+    const real t_y2zgg = cos_delta2_v1 * sin_delta1_v1;
+    const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_puf2t, delta1_v1, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_y2zgg * (K(1.0) / mv_cos(p[delta2_max]))))))));
+    real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
+    const real f_x = t_y4w6o * cos_delta1_act;
+    const real f_y = sin_delta2_act * p[F];
+    const real Bl_1 = B_1 * p[l1];
+    const real eBc_1 = Bc_1 * e1;
+    const real t_b7ure = me1 * (e1 * e1);
+    const real t_3bowt = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
+    const real t_3fv6l = g_1 * wg_1;
+    const real tn44_1 = t_b7ure + t_3bowt - t_3fv6l;
+    const real wqg_1 = q_1 * wg_1;
+    const real wqq_1 = q_1 * wq_1;
+    const real wgC_1 = cos_theta1 * wqg_1;
+    const real wgS_1 = sin_theta1 * wqg_1;
+    const real M_q1 = F_n1 * q_1;
+    const real I_phi1 = q[phi1_dot] * p[I1];
+    const real I_theta1 = q[theta1_dot] * p[I1];
+    const real Bl_2 = B_2 * p[l2];
+    const real eBc_2 = Bc_2 * e2;
+    const real t_lpk5h = me2 * (e2 * e2);
+    const real t_ymmgl = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
+    const real t_odwbr = g_2 * wg_2;
+    const real tn44_2 = t_lpk5h + t_ymmgl - t_odwbr;
+    const real wqg_2 = q_2 * wg_2;
+    const real wqq_2 = q_2 * wq_2;
+    const real wgC_2 = cos_theta2 * wqg_2;
+    const real wgS_2 = sin_theta2 * wqg_2;
+    const real M_q2 = F_n2 * q_2;
+    const real I_phi2 = q[phi2_dot] * p[I2];
+    const real I_theta2 = q[theta2_dot] * p[I2];
+    const real t_nhr5u = wqq_1 + wqq_2;
+    const real K44 = t_nhr5u + Bl_1 + Bl_2 + J_C1;
+    const real t_nncdg = Bl_1 - eBc_1;
+    const real t_4q22j = Bl_2 - eBc_2;
+    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
+    const real t_hoosk = S_sq1 * tn44_1;
+    const real t_drvdp = S_sq2 * tn44_2;
+    const real K55 = t_3fv6l
+        + t_odwbr
+        + t_nhr5u
+        + t_hoosk
+        + t_drvdp
+        + J_C3
+        - t_b7ure
+        - t_lpk5h
+        + K(-2.0) * wgC_1
+        + K(-2.0) * wgC_2;
+    const real t_zhbuw = wgS_1 + wgS_2;
+    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
+    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_3bowt + t_ymmgl + J_C2 - t_hoosk - t_drvdp;
+    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
+    const real t_kp7yy = M_q1 + M_q2;
+    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
+    const real t_sfymc = p[J_y] - p[J_z];
+    const real n4 = t_aejai
+        - t_kp7yy
+        + t_zd4fs
+        - loss_phi1
+        - loss_phi2
+        + I_theta1 * q[wy]
+        + I_theta2 * q[wy]
+        - t_sfymc * q[wy] * q[wz];
+    const real t_w7nmt = t_aejai + F_t1 * e1;
+    const real t_e5cx2 = t_zd4fs + F_t2 * e2;
+    const real n5 = t_w7nmt * sin_theta1
+        - (t_kp7yy + loss_theta1 + loss_theta2)
+        + t_e5cx2 * sin_theta2
+        - W12 * (J_C1 + (p[J_z] - p[J_y]))
+        - I_phi1 * q[wy]
+        - I_phi2 * q[wy]
+        + t_vt7uo * g_1
+        + t_oncjt * g_2;
+    const real n6 = t_w7nmt * cos_theta1
+        + t_e5cx2 * cos_theta2
+        + I_theta1 * q[wx]
+        + I_theta2 * q[wx]
+        - W13 * (J_C1 + t_is5lg + t_sfymc)
+        - t_azclp * g_1
+        - t_iya7w * g_2
+        - I_phi1 * q[wz]
+        - I_phi2 * q[wz];
+    const real t_bpfoo = K(1.0) / K11;
+    const real t_w7lcw = t_b3aij * t_bpfoo;
+    const real K_D2 = K22 - t_b3aij * t_w7lcw;
+    const real t_3go2w = t_zzymx * t_bpfoo;
+    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
+    const real t_4iujv = K(1.0) / K_D2;
+    const real K_L32 = t_d4mqf * t_4iujv;
+    const real t_vshgd = t_6mmeb * t_bpfoo;
+    const real t_p6zld = K52 - t_b3aij * t_vshgd;
+    const real K_L52 = t_p6zld * t_4iujv;
+    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
+    const real t_xq4wt = t_2m245 * t_bpfoo;
+    const real t_u3hss = t_yz7e5 + t_b3aij * t_xq4wt;
+    const real t_4jmrt = t_u3hss * t_4iujv;
+    const real t_yfebn = K43 + t_d4mqf * t_4jmrt - t_zzymx * t_xq4wt;
+    const real t_zmh3u = K(1.0) / K_D3;
+    const real K_L43 = t_yfebn * t_zmh3u;
+    const real t_bxfcn = K53 - t_d4mqf * K_L52 - t_zzymx * t_vshgd;
+    const real K_L53 = t_bxfcn * t_zmh3u;
+    const real t_e4enr = t_bl4f2 * t_bpfoo;
+    const real t_qvrp6 = t_hjmgb + t_b3aij * t_e4enr;
+    const real t_dj64q = t_qvrp6 * t_4iujv;
+    const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
+    const real K_L63 = t_rahc4 * t_zmh3u;
+    const real K_D4 = K44 - t_u3hss * t_4jmrt - t_yfebn * K_L43 - t_2m245 * t_xq4wt;
+    const real t_ejg3c = K54 + t_u3hss * K_L52 - t_yfebn * K_L53 - t_2m245 * t_vshgd;
+    const real t_lt2al = K(1.0) / K_D4;
+    const real K_L54 = t_ejg3c * t_lt2al;
+    const real t_yioo4 = K64 - t_u3hss * t_dj64q - t_yfebn * K_L63 - t_2m245 * t_e4enr;
+    const real K_L64 = t_yioo4 * t_lt2al;
+    const real K_D5 = K55
+        - t_p6zld * K_L52
+        - t_bxfcn * K_L53
+        - t_ejg3c * K_L54
+        - t_6mmeb * t_vshgd;
+    const real t_aqba4 = K65
+        + t_p6zld * t_dj64q
+        - t_bxfcn * K_L63
+        - t_ejg3c * K_L64
+        - t_6mmeb * t_e4enr;
+    const real t_ftqxb = K(1.0) / K_D5;
+    const real K_L65 = t_aqba4 * t_ftqxb;
+    const real K_D6 = K66
+        - t_qvrp6 * t_dj64q
+        - t_rahc4 * K_L63
+        - t_yioo4 * K_L64
+        - t_aqba4 * K_L65
+        - t_bl4f2 * t_e4enr;
+    const real b1 = f_x + t_xynyo;
+    const real b2 = f_y - n2;
+    const real t_szme2 = p[F] * cos_delta2_v1;
+    const real f1_v1 = q1_v1 + K11 * ax_v1;
+    const real df1_v1 = t_szme2 * cos_delta1_v1 - f1_v1;
+    const real t_uqkgz = p[F] * sin_delta2_v1;
+    const real df2_v1 = t_uqkgz - f2_v1;
+    const real da_v1_y2 = df2_v1 + t_w7lcw * df1_v1;
+    const real t_s3dfp = t_szme2 * sin_delta1_v1;
+    const real da_v1_y3 = t_3go2w * df1_v1 - (t_s3dfp + f3_v1) - K_L32 * da_v1_y2;
+    const real da_v1_x3 = da_v1_y3 * t_zmh3u;
+    const real da_v1_x2 = da_v1_y2 * t_4iujv - K_L32 * da_v1_x3;
+    const real da_v1_x1 = df1_v1 * t_bpfoo + t_w7lcw * da_v1_x2 + t_3go2w * da_v1_x3;
+    const real Mx_v1 = n4
+        + G2_v1 * K54
+        + G3_v1 * K64
+        - t_2m245 * ax_v1
+        - t_2m245 * da_v1_x1
+        - t_yz7e5 * a2_v1
+        - t_yz7e5 * da_v1_x2
+        + K43 * a3_v1
+        + K43 * da_v1_x3
+        - K44 * t_dyqoa;
+    const real t_y4w6o_2 = p[F] * cos_delta2_act;
+    const real df1_act = t_y4w6o_2 * cos_delta1_act - cos_delta2_v1 * p[F] * cos_delta1_v1;
+    const real df2_act = p[F] * sin_delta2_act - t_uqkgz;
+    const real da_act_y2 = df2_act + t_w7lcw * df1_act;
+    const real df3_act = t_y2zgg * p[F] - t_y4w6o_2 * sin_delta1_act;
+    const real da_act_y3 = df3_act + t_3go2w * df1_act - K_L32 * da_act_y2;
+    const real da_act_x3 = da_act_y3 * t_zmh3u;
+    const real da_act_x2 = da_act_y2 * t_4iujv - K_L32 * da_act_x3;
+    const real da_act_x1 = df1_act * t_bpfoo + t_w7lcw * da_act_x2 + t_3go2w * da_act_x3;
+    const real Mx = Mx_v1 - t_2m245 * da_act_x1 - t_yz7e5 * da_act_x2 + K43 * da_act_x3;
+    const real b4 = Mx - n4;
+    const real t_lwe76 = p[b] + p[d] + x_C;
+    const real Mz_v1 = n5
+        + G2_v1 * K55
+        + G3_v1 * K65
+        - t_6mmeb * ax_v1
+        - t_6mmeb * da_v1_x1
+        + K52 * a2_v1
+        + K52 * da_v1_x2
+        + K53 * a3_v1
+        + K53 * da_v1_x3
+        - K54 * t_dyqoa
+        + t_uqkgz * t_lwe76;
+    const real Mz = Mz_v1
+        - t_6mmeb * da_act_x1
+        + K52 * da_act_x2
+        + K53 * da_act_x3
+        + df2_act * t_lwe76;
+    const real b5 = Mz - n5 - f_y * t_lwe76;
+    const real t_lpjfo = t_y4w6o * sin_delta1_act;
+    const real My_v1 = t_s3dfp * t_lwe76
+        - n6
+        - G2_v1 * K65
+        - G3_v1 * K66
+        + t_bl4f2 * ax_v1
+        + t_bl4f2 * da_v1_x1
+        + t_hjmgb * a2_v1
+        + t_hjmgb * da_v1_x2
+        - K63 * a3_v1
+        - K63 * da_v1_x3
+        + K64 * t_dyqoa;
+    const real My = My_v1
+        - df3_act * t_lwe76
+        + t_bl4f2 * da_act_x1
+        + t_hjmgb * da_act_x2
+        - K63 * da_act_x3;
+    const real b6 = t_lpjfo * t_lwe76 - (My + n6);
+    const real X_y2 = b2 + t_w7lcw * b1;
+    const real X_y3 = t_3go2w * b1 - (t_lpjfo + n3) - K_L32 * X_y2;
+    const real X_y4 = b4 + t_xq4wt * b1 + t_4jmrt * X_y2 - K_L43 * X_y3;
+    const real X_y5 = b5
+        + t_vshgd * b1
+        - K_L52 * X_y2
+        - K_L53 * X_y3
+        - K_L54 * X_y4;
+    const real X_y6 = b6
+        + t_e4enr * b1
+        + t_dj64q * X_y2
+        - K_L63 * X_y3
+        - K_L64 * X_y4
+        - K_L65 * X_y5;
+    const real X_x6 = X_y6 / K_D6;
+    const real X_x5 = X_y5 * t_ftqxb - K_L65 * X_x6;
+    const real X_x4 = X_y4 * t_lt2al - K_L54 * X_x5 - K_L64 * X_x6;
+    const real X_x3 = X_y3 * t_zmh3u - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
+    const real X_x2 = X_y2 * t_4iujv
+        - K_L32 * X_x3
+        + t_4jmrt * X_x4
+        - K_L52 * X_x5
+        + t_dj64q * X_x6;
+    const real X_x1 = b1 * t_bpfoo
+        + t_w7lcw * X_x2
+        + t_3go2w * X_x3
+        + t_xq4wt * X_x4
+        + t_vshgd * X_x5
+        + t_e4enr * X_x6;
+    const real G_t1 = X_x5 * sin_theta1 + X_x6 * cos_theta1;
+    const real Gt_eta1 = G_t1 + eta1;
+    const real t_ynvhx = cos_phi1 * (G_t1 * e1 + X_x2 * sin_theta1 + X_x3 * cos_theta1)
+        + sin_phi1 * (X_x1 - t_w7vil);
+    const real phi_acc1 = Gt_eta1 - (loss_phi1 + p[I1] * (Gt_eta1 + X_x4)) * t_zrejm - k1 * t_ynvhx;
+    const real t_g433r = X_x5 - W12;
+    const real t_mwq7z = X_x4 + X_x5;
+    const real t_5ffnn = zeta1
+        + X_x2 * cos_theta1
+        + g_1 * (X_x5 * cos_theta1 - X_x6 * sin_theta1)
+        - t_mwq7z * q_1
+        - X_x3 * sin_theta1;
+    const real theta_acc1 = -(t_g433r + th_1 * (loss_theta1 * (K(1.0) / p[m1]) + q_1 * t_5ffnn));
+    const real G_t2 = X_x5 * sin_theta2 + X_x6 * cos_theta2;
+    const real Gt_eta2 = G_t2 + eta2;
+    const real t_rrute = cos_phi2 * (G_t2 * e2 + X_x2 * sin_theta2 + X_x3 * cos_theta2)
+        + sin_phi2 * (X_x1 - t_6fvzz);
+    const real phi_acc2 = Gt_eta2 - (loss_phi2 + p[I2] * (Gt_eta2 + X_x4)) * t_5wzvs - k2 * t_rrute;
+    const real t_oqair = zeta2
+        + X_x2 * cos_theta2
+        + g_2 * (X_x5 * cos_theta2 - X_x6 * sin_theta2)
+        - t_mwq7z * q_2
+        - X_x3 * sin_theta2;
+    const real theta_acc2 = -(t_g433r + th_2 * (loss_theta2 * (K(1.0) / p[m2]) + q_2 * t_oqair));
+    real sin_att2, cos_att2; mv_sincos(q[att2], &sin_att2, &cos_att2);
+    real sin_att1, cos_att1; mv_sincos(q[att1], &sin_att1, &cos_att1);
+    const real t_oa5el = K(1.0) / cos_att2;
+    const real t_s66h7 = sin_att1 * t_oa5el * q[wy];
+    const real t_bi4sl = cos_att1 * t_oa5el * q[wz];
+    dq[0] = X_x1 + t_rybsf * x_C - q[vz] * q[wy] + q[vy] * q[wz];
+    dq[1] = X_x2 - X_x5 * x_C + (q[vz] * q[wx] - q[vx] * q[wz]);
+    dq[2] = X_x3 - X_x6 * x_C + (q[vx] * q[wy] - q[vy] * q[wx]);
+    dq[3] = X_x4;
+    dq[4] = W13 - X_x6;
+    dq[5] = t_g433r;
+    dq[6] = q[wx] + sin_att2 * t_s66h7 + sin_att2 * t_bi4sl;
+    dq[7] = cos_att1 * q[wy] - sin_att1 * q[wz];
+    dq[8] = t_s66h7 + t_bi4sl;
+    dq[9] = q[phi1_dot];
+    dq[10] = q[theta1_dot];
+    dq[11] = q[phi2_dot];
+    dq[12] = q[theta2_dot];
+    dq[13] = phi_acc1;
+    dq[14] = theta_acc1;
+    dq[15] = phi_acc2;
+    dq[16] = theta_acc2;
 }
 
 /* closed loop of lyapunov-v1, reduced, small; 568 operations. */
 void slosh_lyapunov_v1_loop_reduced(const real *q, const real *r, const real *p, const real *c, real *dq)
 {
     (void)r;
-    const real v8 = p[9] / (p[0] + p[1] + p[12] + p[17]);
-    const real v23 = q[1] * c[0];
-    const real v27 = p[13] * p[13];
-    const real v28 = v27 * p[12];
-    const real v30 = v28 + p[15];
-    const real v32 = c[13] * p[12] / (v30 * v30);
-    real s35, c35; mv_sincos(q[10], &s35, &c35);
-    real s37, c37; mv_sincos(q[9], &s37, &c37);
-    const real v39 = c37 * p[13] * p[12];
-    const real v40 = c35 * v39;
-    const real v42 = v40 * p[14];
-    const real v45 = v42 - v27 * c35 * p[12];
-    const real v49 = s35 * v39;
-    const real v50 = v49 * p[14];
-    const real v51 = v28 * s35;
-    const real v52 = v50 - v51;
-    const real v56 = v30 * q[13];
-    const real v58 = v32 * (p[15] * q[3] - v45 * q[4] + v52 * q[5] + v56);
-    const real v63 = p[18] * p[18];
-    const real v64 = v63 * p[17];
-    const real v66 = v64 + p[20];
-    const real v68 = c[13] * p[17] / (v66 * v66);
-    real s71, c71; mv_sincos(q[11], &s71, &c71);
-    const real v73 = c71 * p[18] * p[17];
-    real s75, c75; mv_sincos(q[12], &s75, &c75);
-    const real v76 = v73 * c75;
-    const real v78 = v76 * p[19];
-    const real v81 = v78 - c75 * v63 * p[17];
-    const real v85 = v73 * s75;
-    const real v86 = v85 * p[19];
-    const real v87 = s75 * v64;
-    const real v88 = v86 - v87;
-    const real v92 = v66 * q[15];
-    const real v94 = v68 * (p[20] * q[3] - v81 * q[4] + v88 * q[5] + v92);
-    const real v100 = s37 * s37;
-    const real v101 = v28 * v100;
-    const real v102 = v101 + p[15];
-    const real v104 = c[14] * p[12] / (v102 * v102);
-    const real v106 = s37 * (p[13] * p[12]);
-    const real v107 = s35 * v106;
-    const real v108 = v107 * p[14];
-    const real v109 = s37 * c37;
-    const real v111 = v108 - v109 * v51;
-    const real v115 = c35 * v106;
-    const real v116 = v115 * p[14];
-    const real v117 = v28 * c35;
-    const real v119 = v116 - v109 * v117;
-    const real v120 = v119 + p[15];
-    const real v124 = v102 * q[14];
-    const real v126 = v104 * (v111 * q[4] - v101 * q[3] + v120 * q[5] + v124);
-    const real v131 = s71 * s71;
-    const real v132 = v131 * v64;
-    const real v133 = v132 + p[20];
-    const real v135 = c[14] * p[17] / (v133 * v133);
-    const real v137 = p[18] * p[17] * s71;
-    const real v138 = v137 * s75;
-    const real v139 = v138 * p[19];
-    const real v140 = s71 * c71;
-    const real v142 = v139 - v87 * v140;
-    const real v146 = v137 * c75;
-    const real v147 = v146 * p[19];
-    const real v148 = c75 * v64;
-    const real v150 = v147 - v140 * v148;
-    const real v151 = v150 + p[20];
-    const real v155 = v133 * q[16];
-    const real v157 = v135 * (v142 * q[4] - v132 * q[3] + v151 * q[5] + v155);
-    const real v161 = (v23 - v58 * v49 - v94 * v85 - v126 * v115 - v157 * v146) * c[8];
-    const real v167 = q[2] * c[1];
-    const real v177 = (v167 - v58 * v40 - v94 * v76 + v126 * v107 + v157 * v138) * c[9];
-    const real v186 = v8 * v106;
-    const real v190 = v106 * p[14];
-    const real v193 = s35 * q[4] + c35 * q[5];
-    const real v194 = v193 * v193;
-    const real v199 = c35 * q[4] - s35 * q[5];
-    const real v204 = v28 * v109;
-    const real v206 = p[16] * q[13] - v190 * v194 - v190 * (v199 * v199) - q[14] * q[14] * v204;
-    const real v207 = q[3] * q[3];
-    const real v211 = v101 * v193;
-    const real v221 = v206 - v204 * v207 - (q[14] + q[14]) * v211 - v28 * v193 * q[3] + v27 * v194 * s37 * c37 * p[12];
-    const real v222 = v27 + v27;
-    const real v233 = v221 + v222 * v100 * v193 * q[3] * p[12] + c37 * v193 * p[14] * q[3] * p[13] * p[12];
-    const real v239 = v233 + v222 * s37 * c37 * q[14] * q[3] * p[12];
-    const real v244 = v8 * v137;
-    const real v248 = v140 * v64;
-    const real v251 = v137 * p[19];
-    const real v254 = s75 * q[4] + c75 * q[5];
-    const real v255 = v254 * v254;
-    const real v260 = c75 * q[4] - s75 * q[5];
-    const real v266 = p[21] * q[15] - v207 * v248 - v251 * v255 - v251 * (v260 * v260) - q[16] * q[16] * v248;
-    const real v268 = v254 * v132;
-    const real v278 = v266 - (q[16] + q[16]) * v268 - v254 * v64 * q[3] + v255 * s71 * c71 * v63 * p[17];
-    const real v290 = v278 + (v254 + v254) * v131 * v63 * q[3] * p[17] + v254 * c71 * p[19] * q[3] * p[18] * p[17];
-    const real v297 = v290 + (s71 + s71) * c71 * v63 * q[16] * q[3] * p[17];
-    const real v301 = q[6] * c[2] - v167 * q[1] - v32 * (v186 * p[15] + p[15] * v239) - v68 * (v244 * p[20] + p[20] * v297);
-    const real v302 = q[13] + q[13];
-    const real v303 = v204 * v302;
-    const real v305 = v303 * q[14];
-    const real v308 = v199 * q[3];
-    const real v317 = p[16] * q[14] + v190 * v308 + v211 * v302 + v211 * v199 + v305 - v204 * v308;
-    const real v319 = v317 - v303 * q[3];
-    const real v325 = q[15] + q[15];
-    const real v326 = v248 * v325;
-    const real v328 = v326 * q[16];
-    const real v333 = v260 * q[3];
-    const real v340 = p[21] * q[16] + v260 * v268 + v251 * v333 + v268 * v325 + v328 - v248 * v333;
-    const real v344 = v340 - v248 * (q[3] + q[3]) * q[15];
-    const real v349 = v301 - v104 * (v124 * v303 - (v305 * v101 + v101 * v319)) - v135 * (v155 * v326 - (v328 * v132 + v132 * v344));
-    const real v353 = q[3] * c[10] + (v349 + q[1] * q[2] * c[0]);
-    const real v363 = c[3] - v32 * (p[15] * p[15]) - v68 * (p[20] * p[20]) - v104 * (v101 * v101);
-    const real v368 = K(1.0) / (v363 - v135 * (v132 * v132));
-    const real v370 = v32 * p[15];
-    const real v372 = v68 * p[20];
-    const real v375 = v104 * v101;
-    const real v378 = v135 * v132;
-    const real v380 = v370 * v45 + v372 * v81 + v375 * v111 + v378 * v142;
-    const real v381 = v380 * v368;
-    const real v397 = q[7] * c[4] + v32 * (v186 * v45 + v45 * v239 + v56 * (v116 * q[13] + v52 * q[14]));
-    const real v407 = v397 + v68 * (v244 * v81 + v81 * v297 + v92 * (v88 * q[16] + v147 * q[15]));
-    const real v414 = c37 * c37;
-    const real v420 = v305 * v111 + v111 * v319 - v124 * (v119 * q[14] + q[13] * (v50 + v100 * v51 - v414 * v51));
-    const real v429 = c71 * c71;
-    const real v435 = v328 * v142 + v142 * v344 - v155 * (v150 * q[16] + q[15] * (v86 + v87 * v131 - v87 * v429));
-    const real v442 = v381 * v353 - (q[4] * c[11] + (v407 - v104 * v420 - v135 * v435 + q[0] * q[2] * c[1]));
-    const real v455 = c[5] - v32 * (v45 * v45) - v68 * (v81 * v81) - v104 * (v111 * v111) - v135 * (v142 * v142);
-    const real v458 = K(1.0) / (v455 - v380 * v381);
-    const real v470 = v32 * v45 * v52 + v68 * v81 * v88 - v104 * v111 * v120 - v135 * v142 * v151;
-    const real v477 = v375 * v120 - (v370 * v52 + v372 * v88) + v378 * v151;
-    const real v478 = v477 * v368;
-    const real v480 = v470 - v380 * v478;
-    const real v481 = v480 * v458;
-    const real v499 = q[8] * c[6] - v23 * q[0] - v32 * (v186 * v52 + v52 * v239 - v56 * (v45 * q[14] - v108 * q[13]));
-    const real v509 = v499 - v68 * (v244 * v88 + v88 * v297 - v92 * (v81 * q[16] - v139 * q[15]));
-    const real v521 = v305 * v120 + v120 * v319 - v124 * (q[13] * (v42 + v100 * v117 - v117 * v414) - v111 * q[14]);
-    const real v535 = v328 * v151 + v151 * v344 - v155 * (q[15] * (v78 + v131 * v148 - v148 * v429) - v142 * q[16]);
-    const real v541 = v478 * v353 - (q[5] * c[12] + (v509 - v104 * v521 - v135 * v535)) - v481 * v442;
-    const real v554 = c[7] - v32 * (v52 * v52) - v68 * (v88 * v88) - v104 * (v120 * v120) - v135 * (v151 * v151);
-    const real v559 = v541 / (v554 - v480 * v481 - v477 * v478);
-    const real v561 = v442 * v458 - v481 * v559;
-    const real v565 = v353 * v368 + v381 * v561 + v478 * v559;
-    const real v577 = p[15] * v565 - (v186 + v239) + v45 * v561 - v52 * v559 + v49 * v161 + v40 * v177;
-    const real v589 = v115 * v161 - (v319 + v101 * v565 + v111 * v561 + v120 * v559) - v107 * v177;
-    const real v601 = p[20] * v565 - (v244 + v297) + v81 * v561 - v88 * v559 + v85 * v161 + v76 * v177;
-    const real v613 = v146 * v161 - (v344 + v132 * v565 + v142 * v561 + v151 * v559) - v138 * v177;
-    dq[0] = v8 - q[2] * q[4] + q[1] * q[5];
-    dq[1] = q[2] * q[3] - q[0] * q[5] - v161;
-    dq[2] = q[0] * q[4] - q[1] * q[3] - v177;
-    dq[3] = -v565;
-    dq[4] = v561;
-    dq[5] = v559;
-    dq[6] = q[3];
-    dq[7] = q[4];
-    dq[8] = q[5];
-    dq[9] = q[13];
-    dq[10] = q[14];
-    dq[11] = q[15];
-    dq[12] = q[16];
-    dq[13] = v577 * (K(1.0) / v30);
-    dq[14] = v589 / v102;
-    dq[15] = v601 * (K(1.0) / v66);
-    dq[16] = v613 / v133;
+    enum { vx = 0 };
+    enum { vy = 1 };
+    enum { vz = 2 };
+    enum { wx = 3 };
+    enum { wy = 4 };
+    enum { wz = 5 };
+    enum { att1 = 6 };
+    enum { att2 = 7 };
+    enum { att3 = 8 };
+    enum { phi1 = 9 };
+    enum { theta1 = 10 };
+    enum { phi2 = 11 };
+    enum { theta2 = 12 };
+    enum { phi1_dot = 13 };
+    enum { theta1_dot = 14 };
+    enum { phi2_dot = 15 };
+    enum { theta2_dot = 16 };
+    enum { m = SLOSH_P_M };
+    enum { m0 = SLOSH_P_M0 };
+    enum { F = SLOSH_P_F };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { eps1 = SLOSH_P_EPS1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { eps2 = SLOSH_P_EPS2 };
+    enum { r1 = SLOSH_LYAPUNOV_V1_C_R1 };
+    enum { r2 = SLOSH_LYAPUNOV_V1_C_R2 };
+    enum { r3 = SLOSH_LYAPUNOV_V1_C_R3 };
+    enum { r4 = SLOSH_LYAPUNOV_V1_C_R4 };
+    enum { r5 = SLOSH_LYAPUNOV_V1_C_R5 };
+    enum { r6 = SLOSH_LYAPUNOV_V1_C_R6 };
+    enum { r7 = SLOSH_LYAPUNOV_V1_C_R7 };
+    enum { r8 = SLOSH_LYAPUNOV_V1_C_R8 };
+    enum { w1 = SLOSH_LYAPUNOV_V1_C_W1 };
+    enum { w2 = SLOSH_LYAPUNOV_V1_C_W2 };
+    enum { w3 = SLOSH_LYAPUNOV_V1_C_W3 };
+    enum { w4 = SLOSH_LYAPUNOV_V1_C_W4 };
+    enum { w5 = SLOSH_LYAPUNOV_V1_C_W5 };
+    enum { r9 = SLOSH_LYAPUNOV_V1_C_R9 };
+    enum { r10 = SLOSH_LYAPUNOV_V1_C_R10 };
+    const real t_os4zj = p[l1] * p[l1];
+    const real t_yx2kz = t_os4zj * p[m1];
+    const real D_phi1 = t_yx2kz + p[I1];  /* (25) */
+    real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
+    const real gx_phi1 = sin_phi1 * (p[l1] * p[m1]);  /* (25) */
+    real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
+    const real t_pv3py = cos_phi1 * p[l1] * p[m1];
+    const real gy_phi1 = sin_theta1 * t_pv3py;  /* (25) */
+    const real gz_phi1 = cos_theta1 * t_pv3py;  /* (25) */
+    const real t_bnlcb = gy_phi1 * p[h1];
+    const real t_frhni = t_yx2kz * sin_theta1;
+    const real cz_phi1 = t_bnlcb - t_frhni;  /* (25) */
+    const real t_azo52 = gx_phi1 * p[h1];
+    const real t_5vpfz = sin_theta1 * q[wy] + cos_theta1 * q[wz];
+    const real t_3wt73 = t_5vpfz * t_5vpfz;
+    const real t_d3hip = cos_theta1 * q[wy] - sin_theta1 * q[wz];
+    const real t_fgmjk = sin_phi1 * cos_phi1;
+    const real t_brgbu = t_yx2kz * t_fgmjk;
+    const real t_wube7 = q[wx] * q[wx];
+    const real t_j5zf2 = sin_phi1 * sin_phi1;
+    const real t_5dcra = t_yx2kz * t_j5zf2;
+    const real t_3mjf5 = t_5dcra * t_5vpfz;
+    const real t_oc5tk = t_os4zj + t_os4zj;
+    const real k_phi1 = p[eps1] * q[phi1_dot]
+        - t_azo52 * t_3wt73
+        - t_azo52 * (t_d3hip * t_d3hip)
+        - q[theta1_dot] * q[theta1_dot] * t_brgbu
+        - t_brgbu * t_wube7
+        - (q[theta1_dot] + q[theta1_dot]) * t_3mjf5
+        - t_yx2kz * t_5vpfz * q[wx]
+        + t_os4zj * t_3wt73 * sin_phi1 * cos_phi1 * p[m1]
+        + t_oc5tk * t_j5zf2 * t_5vpfz * q[wx] * p[m1]
+        + cos_phi1 * t_5vpfz * p[h1] * q[wx] * p[l1] * p[m1]
+        + t_oc5tk * sin_phi1 * cos_phi1 * q[theta1_dot] * q[wx] * p[m1];  /* (25) */
+    const real D_theta1 = t_5dcra + p[I1];  /* (26) */
+    const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
+    const real t_e5ugo = sin_theta1 * gx_phi1;
+    const real t_xoziy = t_e5ugo * p[h1];
+    const real cy_theta1 = t_xoziy - t_fgmjk * t_frhni;  /* (26) */
+    const real t_m5cmg = gy_theta1 * p[h1];
+    const real t_w7asd = t_yx2kz * cos_theta1;
+    const real t_deay5 = t_m5cmg - t_fgmjk * t_w7asd;
+    const real cz_theta1 = t_deay5 + p[I1];  /* (26) */
+    const real t_ybskz = t_d3hip * q[wx];
+    const real t_j5odj = q[phi1_dot] + q[phi1_dot];
+    const real Dd_theta1 = t_brgbu * t_j5odj;
+    const real t_b7wcv = Dd_theta1 * q[theta1_dot];
+    const real k_theta1 = p[eps1] * q[theta1_dot]
+        + t_azo52 * t_ybskz
+        + t_3mjf5 * t_j5odj
+        + t_3mjf5 * t_d3hip
+        + t_b7wcv
+        - t_brgbu * t_ybskz
+        - Dd_theta1 * q[wx];  /* (26) */
+    const real t_nfvux = p[l2] * p[l2];
+    const real t_frp3h = t_nfvux * p[m2];
+    const real D_phi2 = t_frp3h + p[I2];  /* (25) */
+    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
+    const real gx_phi2 = p[l2] * p[m2] * sin_phi2;  /* (25) */
+    const real t_aafcb = cos_phi2 * p[l2] * p[m2];
+    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
+    const real gy_phi2 = t_aafcb * sin_theta2;  /* (25) */
+    const real gz_phi2 = t_aafcb * cos_theta2;  /* (25) */
+    const real t_ba7if = gy_phi2 * p[h2];
+    const real t_hhb7k = sin_theta2 * t_frp3h;
+    const real cz_phi2 = t_ba7if - t_hhb7k;  /* (25) */
+    const real t_qg23f = sin_phi2 * cos_phi2;
+    const real t_yetof = t_qg23f * t_frp3h;
+    const real t_svo5z = gx_phi2 * p[h2];
+    const real t_cuv7o = sin_theta2 * q[wy] + cos_theta2 * q[wz];
+    const real t_flneb = t_cuv7o * t_cuv7o;
+    const real t_3cqcq = cos_theta2 * q[wy] - sin_theta2 * q[wz];
+    const real t_acoue = sin_phi2 * sin_phi2;
+    const real t_jeevc = t_acoue * t_frp3h;
+    const real t_gnuap = t_cuv7o * t_jeevc;
+    const real k_phi2 = p[eps2] * q[phi2_dot]
+        - t_wube7 * t_yetof
+        - t_svo5z * t_flneb
+        - t_svo5z * (t_3cqcq * t_3cqcq)
+        - q[theta2_dot] * q[theta2_dot] * t_yetof
+        - (q[theta2_dot] + q[theta2_dot]) * t_gnuap
+        - t_cuv7o * t_frp3h * q[wx]
+        + t_flneb * sin_phi2 * cos_phi2 * t_nfvux * p[m2]
+        + (t_cuv7o + t_cuv7o) * t_acoue * t_nfvux * q[wx] * p[m2]
+        + t_cuv7o * cos_phi2 * p[h2] * q[wx] * p[l2] * p[m2]
+        + (sin_phi2 + sin_phi2) * cos_phi2 * t_nfvux * q[theta2_dot] * q[wx] * p[m2];  /* (25) */
+    const real D_theta2 = t_jeevc + p[I2];  /* (26) */
+    const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
+    const real t_7j7h4 = gx_phi2 * sin_theta2;
+    const real t_bxu5p = t_7j7h4 * p[h2];
+    const real cy_theta2 = t_bxu5p - t_hhb7k * t_qg23f;  /* (26) */
+    const real t_gidtm = gy_theta2 * p[h2];
+    const real t_mlczk = cos_theta2 * t_frp3h;
+    const real t_cq3iz = t_gidtm - t_qg23f * t_mlczk;
+    const real cz_theta2 = t_cq3iz + p[I2];  /* (26) */
+    const real t_dr7rz = t_3cqcq * q[wx];
+    const real t_473qv = q[phi2_dot] + q[phi2_dot];
+    const real Dd_theta2 = t_yetof * t_473qv;
+    const real t_putjj = Dd_theta2 * q[theta2_dot];
+    const real k_theta2 = p[eps2] * q[theta2_dot]
+        + t_3cqcq * t_gnuap
+        + t_svo5z * t_dr7rz
+        + t_gnuap * t_473qv
+        + t_putjj
+        - t_yetof * t_dr7rz
+        - t_yetof * (q[wx] + q[wx]) * q[phi2_dot];  /* (26) */
+    const real ax_eq = p[F] / (p[m] + p[m0] + p[m1] + p[m2]);  /* (19) */
+    const real W_phi1 = c[r9] * p[m1];  /* (27) */
+    const real cdy_phi1 = t_m5cmg * q[phi1_dot] + cz_phi1 * q[theta1_dot];
+    const real t_pthak = gz_phi1 * p[h1];
+    const real t_x5blp = t_pthak - t_os4zj * cos_theta1 * p[m1];
+    const real cdz_phi1 = t_x5blp * q[theta1_dot] - t_xoziy * q[phi1_dot];
+    const real W_theta1 = c[r10] * p[m1];  /* (27) */
+    const real t_tdfn5 = cos_phi1 * cos_phi1;
+    const real cdy_theta1 = t_deay5 * q[theta1_dot] + q[phi1_dot] * (t_bnlcb + t_j5zf2 * t_frhni - t_tdfn5 * t_frhni);
+    const real cdz_theta1 = q[phi1_dot] * (t_pthak + t_j5zf2 * t_w7asd - t_w7asd * t_tdfn5) - cy_theta1 * q[theta1_dot];
+    const real W_phi2 = c[r9] * p[m2];  /* (27) */
+    const real cdy_phi2 = cz_phi2 * q[theta2_dot] + t_gidtm * q[phi2_dot];
+    const real t_3ndrr = gz_phi2 * p[h2];
+    const real t_ums4z = t_3ndrr - cos_theta2 * t_nfvux * p[m2];
+    const real cdz_phi2 = t_ums4z * q[theta2_dot] - t_bxu5p * q[phi2_dot];
+    const real W_theta2 = c[r10] * p[m2];  /* (27) */
+    const real t_oovgz = cos_phi2 * cos_phi2;
+    const real cdy_theta2 = t_cq3iz * q[theta2_dot] + q[phi2_dot] * (t_ba7if + t_hhb7k * t_acoue - t_hhb7k * t_oovgz);
+    const real cdz_theta2 = q[phi2_dot] * (t_3ndrr + t_acoue * t_mlczk - t_mlczk * t_oovgz) - cy_theta2 * q[theta2_dot];
+    const real t_wij2f = q[vy] * c[r1];
+    const real t_gtrpy = W_phi1 / (D_phi1 * D_phi1);
+    const real t_tlq7s = D_phi1 * q[phi1_dot];
+    const real t_7ig6r = t_gtrpy * (p[I1] * q[wx] - t_x5blp * q[wy] + cz_phi1 * q[wz] + t_tlq7s);
+    const real t_kovll = W_phi2 / (D_phi2 * D_phi2);
+    const real t_ekjz2 = D_phi2 * q[phi2_dot];
+    const real t_m6t54 = t_kovll * (p[I2] * q[wx] - t_ums4z * q[wy] + cz_phi2 * q[wz] + t_ekjz2);
+    const real t_j7ex5 = W_theta1 / (D_theta1 * D_theta1);
+    const real t_iomfo = D_theta1 * q[theta1_dot];
+    const real t_fu574 = t_j7ex5 * (cy_theta1 * q[wy] - t_5dcra * q[wx] + cz_theta1 * q[wz] + t_iomfo);
+    const real t_s5xdh = W_theta2 / (D_theta2 * D_theta2);
+    const real t_kyc32 = D_theta2 * q[theta2_dot];
+    const real t_mtgnz = t_s5xdh * (cy_theta2 * q[wy] - t_jeevc * q[wx] + cz_theta2 * q[wz] + t_kyc32);
+    const real B_v1 = t_wij2f
+        - t_7ig6r * gy_phi1
+        - t_m6t54 * gy_phi2
+        - t_fu574 * gy_theta1
+        - t_mtgnz * gy_theta2;  /* (29) */
+    const real t_aqbxr = q[vz] * c[r2];
+    const real C_v1 = t_aqbxr
+        - t_7ig6r * gz_phi1
+        - t_m6t54 * gz_phi2
+        + t_fu574 * t_e5ugo
+        + t_mtgnz * t_7j7h4;  /* (29) */
+    const real t_5bilv = ax_eq * gx_phi1;
+    const real t_4oupt = ax_eq * gx_phi2;
+    const real g1_v1 = q[att1] * c[r3]
+        - t_aqbxr * q[vy]
+        - t_gtrpy * (t_5bilv * p[I1] + p[I1] * k_phi1)
+        - t_kovll * (t_4oupt * p[I2] + p[I2] * k_phi2)
+        - t_j7ex5 * (t_iomfo * Dd_theta1 - (t_b7wcv * t_5dcra + t_5dcra * k_theta1))
+        - t_s5xdh * (t_kyc32 * Dd_theta2 - (t_putjj * t_jeevc + t_jeevc * k_theta2))
+        + q[vy] * q[vz] * c[r1];  /* (29) */
+    const real g2_v1 = q[att2] * c[r5]
+        + t_gtrpy * (t_5bilv * t_x5blp + t_x5blp * k_phi1 + t_tlq7s * cdy_phi1)
+        + t_kovll * (t_4oupt * t_ums4z + t_ums4z * k_phi2 + t_ekjz2 * cdy_phi2)
+        - t_j7ex5 * (t_b7wcv * cy_theta1 + cy_theta1 * k_theta1 - t_iomfo * cdy_theta1)
+        - t_s5xdh * (t_putjj * cy_theta2 + cy_theta2 * k_theta2 - t_kyc32 * cdy_theta2)
+        + q[vx] * q[vz] * c[r2];  /* (29) */
+    const real g3_v1 = q[att3] * c[r7]
+        - t_wij2f * q[vx]
+        - t_gtrpy * (t_5bilv * cz_phi1 + cz_phi1 * k_phi1 - t_tlq7s * cdz_phi1)
+        - t_kovll * (t_4oupt * cz_phi2 + cz_phi2 * k_phi2 - t_ekjz2 * cdz_phi2)
+        - t_j7ex5 * (t_b7wcv * cz_theta1 + cz_theta1 * k_theta1 - t_iomfo * cdz_theta1)
+        - t_s5xdh * (t_putjj * cz_theta2 + cz_theta2 * k_theta2 - t_kyc32 * cdz_theta2);  /* (29) */
+    const real f11_v1 = c[r4]
+        - t_gtrpy * (p[I1] * p[I1])
+        - t_kovll * (p[I2] * p[I2])
+        - t_j7ex5 * (t_5dcra * t_5dcra)
+        - t_s5xdh * (t_jeevc * t_jeevc);  /* (29) */
+    const real t_fbkub = t_gtrpy * p[I1];
+    const real t_hl4rq = t_kovll * p[I2];
+    const real t_o2dlc = t_j7ex5 * t_5dcra;
+    const real t_omiyj = t_s5xdh * t_jeevc;
+    const real f21_v1 = t_fbkub * t_x5blp + t_hl4rq * t_ums4z + t_o2dlc * cy_theta1 + t_omiyj * cy_theta2;  /* (29) */
+    const real f22_v1 = c[r6]
+        - t_gtrpy * (t_x5blp * t_x5blp)
+        - t_kovll * (t_ums4z * t_ums4z)
+        - t_j7ex5 * (cy_theta1 * cy_theta1)
+        - t_s5xdh * (cy_theta2 * cy_theta2);  /* (29) */
+    const real f31_v1 = t_o2dlc * cz_theta1 - (t_fbkub * cz_phi1 + t_hl4rq * cz_phi2) + t_omiyj * cz_theta2;  /* (29) */
+    const real f32_v1 = t_gtrpy * t_x5blp * cz_phi1
+        + t_kovll * t_ums4z * cz_phi2
+        - t_j7ex5 * cy_theta1 * cz_theta1
+        - t_s5xdh * cy_theta2 * cz_theta2;  /* (29) */
+    const real f33_v1 = c[r8]
+        - t_gtrpy * (cz_phi1 * cz_phi1)
+        - t_kovll * (cz_phi2 * cz_phi2)
+        - t_j7ex5 * (cz_theta1 * cz_theta1)
+        - t_s5xdh * (cz_theta2 * cz_theta2);  /* (29) */
+    const real t_4v7es = K(1.0) / f11_v1;
+    const real f_v1_L21 = f21_v1 * t_4v7es;
+    const real f_v1_L31 = f31_v1 * t_4v7es;
+    const real f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21;
+    const real t_g2uww = f32_v1 - f21_v1 * f_v1_L31;
+    const real t_omhw7 = K(1.0) / f_v1_D2;
+    const real f_v1_L32 = t_g2uww * t_omhw7;
+    const real f_v1_D3 = f33_v1 - t_g2uww * f_v1_L32 - f31_v1 * f_v1_L31;
+    const real t_u5ggi = q[wx] * c[w3] + g1_v1;
+    const real u_v1_y2 = f_v1_L21 * t_u5ggi - (q[wy] * c[w4] + g2_v1);
+    const real u_v1_y3 = f_v1_L31 * t_u5ggi - (q[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
+    const real u_v1_x3 = u_v1_y3 / f_v1_D3;
+    const real u_v1_x2 = u_v1_y2 * t_omhw7 - f_v1_L32 * u_v1_x3;
+    const real t_dyqoa = t_u5ggi * t_4v7es + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
+    const real u_v1_x1 = -t_dyqoa;
+    const real t_mjt7i = B_v1 * c[w1];
+    const real t_2xlzh = C_v1 * c[w2];
+    const real t_2mk3d = p[I1] * t_dyqoa
+        - (t_5bilv + k_phi1)
+        + t_x5blp * u_v1_x2
+        - cz_phi1 * u_v1_x3
+        + gy_phi1 * t_mjt7i
+        + gz_phi1 * t_2xlzh;
+    const real t_xndxw = gy_theta1 * t_mjt7i
+        - (k_theta1 + t_5dcra * t_dyqoa + cy_theta1 * u_v1_x2 + cz_theta1 * u_v1_x3)
+        - t_e5ugo * t_2xlzh;
+    const real t_xrb3a = p[I2] * t_dyqoa
+        - (t_4oupt + k_phi2)
+        + t_ums4z * u_v1_x2
+        - cz_phi2 * u_v1_x3
+        + gy_phi2 * t_mjt7i
+        + gz_phi2 * t_2xlzh;
+    const real t_l5dvp = gy_theta2 * t_mjt7i
+        - (k_theta2 + t_jeevc * t_dyqoa + cy_theta2 * u_v1_x2 + cz_theta2 * u_v1_x3)
+        - t_7j7h4 * t_2xlzh;
+    dq[0] = ax_eq - q[vz] * q[wy] + q[vy] * q[wz];
+    dq[1] = q[vz] * q[wx] - q[vx] * q[wz] - t_mjt7i;
+    dq[2] = q[vx] * q[wy] - q[vy] * q[wx] - t_2xlzh;
+    dq[3] = u_v1_x1;
+    dq[4] = u_v1_x2;
+    dq[5] = u_v1_x3;
+    dq[6] = q[wx];
+    dq[7] = q[wy];
+    dq[8] = q[wz];
+    dq[9] = q[phi1_dot];
+    dq[10] = q[theta1_dot];
+    dq[11] = q[phi2_dot];
+    dq[12] = q[theta2_dot];
+    dq[13] = t_2mk3d * (K(1.0) / D_phi1);
+    dq[14] = t_xndxw / D_theta1;
+    dq[15] = t_xrb3a * (K(1.0) / D_phi2);
+    dq[16] = t_l5dvp / D_theta2;
 }
 
 /* closed loop of lyapunov-v1, reduced, euler; 585 operations. */
 void slosh_lyapunov_v1_loop_reduced_euler(const real *q, const real *r, const real *p, const real *c, real *dq)
 {
     (void)r;
-    const real v8 = p[9] / (p[0] + p[1] + p[12] + p[17]);
-    const real v23 = q[1] * c[0];
-    const real v27 = p[13] * p[13];
-    const real v28 = v27 * p[12];
-    const real v30 = v28 + p[15];
-    const real v32 = c[13] * p[12] / (v30 * v30);
-    real s35, c35; mv_sincos(q[10], &s35, &c35);
-    real s37, c37; mv_sincos(q[9], &s37, &c37);
-    const real v39 = c37 * p[13] * p[12];
-    const real v40 = c35 * v39;
-    const real v42 = v40 * p[14];
-    const real v45 = v42 - v27 * c35 * p[12];
-    const real v49 = s35 * v39;
-    const real v50 = v49 * p[14];
-    const real v51 = v28 * s35;
-    const real v52 = v50 - v51;
-    const real v56 = v30 * q[13];
-    const real v58 = v32 * (p[15] * q[3] - v45 * q[4] + v52 * q[5] + v56);
-    const real v63 = p[18] * p[18];
-    const real v64 = v63 * p[17];
-    const real v66 = v64 + p[20];
-    const real v68 = c[13] * p[17] / (v66 * v66);
-    real s71, c71; mv_sincos(q[11], &s71, &c71);
-    const real v73 = c71 * p[18] * p[17];
-    real s75, c75; mv_sincos(q[12], &s75, &c75);
-    const real v76 = v73 * c75;
-    const real v78 = v76 * p[19];
-    const real v81 = v78 - c75 * v63 * p[17];
-    const real v85 = v73 * s75;
-    const real v86 = v85 * p[19];
-    const real v87 = s75 * v64;
-    const real v88 = v86 - v87;
-    const real v92 = v66 * q[15];
-    const real v94 = v68 * (p[20] * q[3] - v81 * q[4] + v88 * q[5] + v92);
-    const real v100 = s37 * s37;
-    const real v101 = v28 * v100;
-    const real v102 = v101 + p[15];
-    const real v104 = c[14] * p[12] / (v102 * v102);
-    const real v106 = s37 * (p[13] * p[12]);
-    const real v107 = s35 * v106;
-    const real v108 = v107 * p[14];
-    const real v109 = s37 * c37;
-    const real v111 = v108 - v109 * v51;
-    const real v115 = c35 * v106;
-    const real v116 = v115 * p[14];
-    const real v117 = v28 * c35;
-    const real v119 = v116 - v109 * v117;
-    const real v120 = v119 + p[15];
-    const real v124 = v102 * q[14];
-    const real v126 = v104 * (v111 * q[4] - v101 * q[3] + v120 * q[5] + v124);
-    const real v131 = s71 * s71;
-    const real v132 = v131 * v64;
-    const real v133 = v132 + p[20];
-    const real v135 = c[14] * p[17] / (v133 * v133);
-    const real v137 = p[18] * p[17] * s71;
-    const real v138 = v137 * s75;
-    const real v139 = v138 * p[19];
-    const real v140 = s71 * c71;
-    const real v142 = v139 - v87 * v140;
-    const real v146 = v137 * c75;
-    const real v147 = v146 * p[19];
-    const real v148 = c75 * v64;
-    const real v150 = v147 - v140 * v148;
-    const real v151 = v150 + p[20];
-    const real v155 = v133 * q[16];
-    const real v157 = v135 * (v142 * q[4] - v132 * q[3] + v151 * q[5] + v155);
-    const real v161 = (v23 - v58 * v49 - v94 * v85 - v126 * v115 - v157 * v146) * c[8];
-    const real v167 = q[2] * c[1];
-    const real v177 = (v167 - v58 * v40 - v94 * v76 + v126 * v107 + v157 * v138) * c[9];
-    const real v186 = v8 * v106;
-    const real v190 = v106 * p[14];
-    const real v193 = s35 * q[4] + c35 * q[5];
-    const real v194 = v193 * v193;
-    const real v199 = c35 * q[4] - s35 * q[5];
-    const real v204 = v28 * v109;
-    const real v206 = p[16] * q[13] - v190 * v194 - v190 * (v199 * v199) - q[14] * q[14] * v204;
-    const real v207 = q[3] * q[3];
-    const real v211 = v101 * v193;
-    const real v221 = v206 - v204 * v207 - (q[14] + q[14]) * v211 - v28 * v193 * q[3] + v27 * v194 * s37 * c37 * p[12];
-    const real v222 = v27 + v27;
-    const real v233 = v221 + v222 * v100 * v193 * q[3] * p[12] + c37 * v193 * p[14] * q[3] * p[13] * p[12];
-    const real v239 = v233 + v222 * s37 * c37 * q[14] * q[3] * p[12];
-    const real v244 = v8 * v137;
-    const real v248 = v140 * v64;
-    const real v251 = v137 * p[19];
-    const real v254 = s75 * q[4] + c75 * q[5];
-    const real v255 = v254 * v254;
-    const real v260 = c75 * q[4] - s75 * q[5];
-    const real v266 = p[21] * q[15] - v207 * v248 - v251 * v255 - v251 * (v260 * v260) - q[16] * q[16] * v248;
-    const real v268 = v254 * v132;
-    const real v278 = v266 - (q[16] + q[16]) * v268 - v254 * v64 * q[3] + v255 * s71 * c71 * v63 * p[17];
-    const real v290 = v278 + (v254 + v254) * v131 * v63 * q[3] * p[17] + v254 * c71 * p[19] * q[3] * p[18] * p[17];
-    const real v297 = v290 + (s71 + s71) * c71 * v63 * q[16] * q[3] * p[17];
-    const real v301 = q[6] * c[2] - v167 * q[1] - v32 * (v186 * p[15] + p[15] * v239) - v68 * (v244 * p[20] + p[20] * v297);
-    const real v302 = q[13] + q[13];
-    const real v303 = v204 * v302;
-    const real v305 = v303 * q[14];
-    const real v308 = v199 * q[3];
-    const real v317 = p[16] * q[14] + v190 * v308 + v211 * v302 + v211 * v199 + v305 - v204 * v308;
-    const real v319 = v317 - v303 * q[3];
-    const real v325 = q[15] + q[15];
-    const real v326 = v248 * v325;
-    const real v328 = v326 * q[16];
-    const real v333 = v260 * q[3];
-    const real v340 = p[21] * q[16] + v260 * v268 + v251 * v333 + v268 * v325 + v328 - v248 * v333;
-    const real v344 = v340 - v248 * (q[3] + q[3]) * q[15];
-    const real v349 = v301 - v104 * (v124 * v303 - (v305 * v101 + v101 * v319)) - v135 * (v155 * v326 - (v328 * v132 + v132 * v344));
-    const real v353 = q[3] * c[10] + (v349 + q[1] * q[2] * c[0]);
-    const real v363 = c[3] - v32 * (p[15] * p[15]) - v68 * (p[20] * p[20]) - v104 * (v101 * v101);
-    const real v368 = K(1.0) / (v363 - v135 * (v132 * v132));
-    const real v370 = v32 * p[15];
-    const real v372 = v68 * p[20];
-    const real v375 = v104 * v101;
-    const real v378 = v135 * v132;
-    const real v380 = v370 * v45 + v372 * v81 + v375 * v111 + v378 * v142;
-    const real v381 = v380 * v368;
-    const real v397 = q[7] * c[4] + v32 * (v186 * v45 + v45 * v239 + v56 * (v116 * q[13] + v52 * q[14]));
-    const real v407 = v397 + v68 * (v244 * v81 + v81 * v297 + v92 * (v88 * q[16] + v147 * q[15]));
-    const real v414 = c37 * c37;
-    const real v420 = v305 * v111 + v111 * v319 - v124 * (v119 * q[14] + q[13] * (v50 + v100 * v51 - v414 * v51));
-    const real v429 = c71 * c71;
-    const real v435 = v328 * v142 + v142 * v344 - v155 * (v150 * q[16] + q[15] * (v86 + v87 * v131 - v87 * v429));
-    const real v442 = v381 * v353 - (q[4] * c[11] + (v407 - v104 * v420 - v135 * v435 + q[0] * q[2] * c[1]));
-    const real v455 = c[5] - v32 * (v45 * v45) - v68 * (v81 * v81) - v104 * (v111 * v111) - v135 * (v142 * v142);
-    const real v458 = K(1.0) / (v455 - v380 * v381);
-    const real v470 = v32 * v45 * v52 + v68 * v81 * v88 - v104 * v111 * v120 - v135 * v142 * v151;
-    const real v477 = v375 * v120 - (v370 * v52 + v372 * v88) + v378 * v151;
-    const real v478 = v477 * v368;
-    const real v480 = v470 - v380 * v478;
-    const real v481 = v480 * v458;
-    const real v499 = q[8] * c[6] - v23 * q[0] - v32 * (v186 * v52 + v52 * v239 - v56 * (v45 * q[14] - v108 * q[13]));
-    const real v509 = v499 - v68 * (v244 * v88 + v88 * v297 - v92 * (v81 * q[16] - v139 * q[15]));
-    const real v521 = v305 * v120 + v120 * v319 - v124 * (q[13] * (v42 + v100 * v117 - v117 * v414) - v111 * q[14]);
-    const real v535 = v328 * v151 + v151 * v344 - v155 * (q[15] * (v78 + v131 * v148 - v148 * v429) - v142 * q[16]);
-    const real v541 = v478 * v353 - (q[5] * c[12] + (v509 - v104 * v521 - v135 * v535)) - v481 * v442;
-    const real v554 = c[7] - v32 * (v52 * v52) - v68 * (v88 * v88) - v104 * (v120 * v120) - v135 * (v151 * v151);
-    const real v559 = v541 / (v554 - v480 * v481 - v477 * v478);
-    const real v561 = v442 * v458 - v481 * v559;
-    const real v565 = v353 * v368 + v381 * v561 + v478 * v559;
-    real s567, c567; mv_sincos(q[7], &s567, &c567);
-    real s568, c568; mv_sincos(q[6], &s568, &c568);
-    const real v570 = K(1.0) / c567;
-    const real v572 = s568 * v570 * q[4];
-    const real v577 = c568 * v570 * q[5];
-    const real v594 = p[15] * v565 - (v186 + v239) + v45 * v561 - v52 * v559 + v49 * v161 + v40 * v177;
-    const real v606 = v115 * v161 - (v319 + v101 * v565 + v111 * v561 + v120 * v559) - v107 * v177;
-    const real v618 = p[20] * v565 - (v244 + v297) + v81 * v561 - v88 * v559 + v85 * v161 + v76 * v177;
-    const real v630 = v146 * v161 - (v344 + v132 * v565 + v142 * v561 + v151 * v559) - v138 * v177;
-    dq[0] = v8 - q[2] * q[4] + q[1] * q[5];
-    dq[1] = q[2] * q[3] - q[0] * q[5] - v161;
-    dq[2] = q[0] * q[4] - q[1] * q[3] - v177;
-    dq[3] = -v565;
-    dq[4] = v561;
-    dq[5] = v559;
-    dq[6] = q[3] + s567 * v572 + s567 * v577;
-    dq[7] = c568 * q[4] - s568 * q[5];
-    dq[8] = v572 + v577;
-    dq[9] = q[13];
-    dq[10] = q[14];
-    dq[11] = q[15];
-    dq[12] = q[16];
-    dq[13] = v594 * (K(1.0) / v30);
-    dq[14] = v606 / v102;
-    dq[15] = v618 * (K(1.0) / v66);
-    dq[16] = v630 / v133;
+    enum { vx = 0 };
+    enum { vy = 1 };
+    enum { vz = 2 };
+    enum { wx = 3 };
+    enum { wy = 4 };
+    enum { wz = 5 };
+    enum { att1 = 6 };
+    enum { att2 = 7 };
+    enum { att3 = 8 };
+    enum { phi1 = 9 };
+    enum { theta1 = 10 };
+    enum { phi2 = 11 };
+    enum { theta2 = 12 };
+    enum { phi1_dot = 13 };
+    enum { theta1_dot = 14 };
+    enum { phi2_dot = 15 };
+    enum { theta2_dot = 16 };
+    enum { m = SLOSH_P_M };
+    enum { m0 = SLOSH_P_M0 };
+    enum { F = SLOSH_P_F };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { eps1 = SLOSH_P_EPS1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { eps2 = SLOSH_P_EPS2 };
+    enum { r1 = SLOSH_LYAPUNOV_V1_C_R1 };
+    enum { r2 = SLOSH_LYAPUNOV_V1_C_R2 };
+    enum { r3 = SLOSH_LYAPUNOV_V1_C_R3 };
+    enum { r4 = SLOSH_LYAPUNOV_V1_C_R4 };
+    enum { r5 = SLOSH_LYAPUNOV_V1_C_R5 };
+    enum { r6 = SLOSH_LYAPUNOV_V1_C_R6 };
+    enum { r7 = SLOSH_LYAPUNOV_V1_C_R7 };
+    enum { r8 = SLOSH_LYAPUNOV_V1_C_R8 };
+    enum { w1 = SLOSH_LYAPUNOV_V1_C_W1 };
+    enum { w2 = SLOSH_LYAPUNOV_V1_C_W2 };
+    enum { w3 = SLOSH_LYAPUNOV_V1_C_W3 };
+    enum { w4 = SLOSH_LYAPUNOV_V1_C_W4 };
+    enum { w5 = SLOSH_LYAPUNOV_V1_C_W5 };
+    enum { r9 = SLOSH_LYAPUNOV_V1_C_R9 };
+    enum { r10 = SLOSH_LYAPUNOV_V1_C_R10 };
+    const real t_os4zj = p[l1] * p[l1];
+    const real t_yx2kz = t_os4zj * p[m1];
+    const real D_phi1 = t_yx2kz + p[I1];  /* (25) */
+    real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
+    const real gx_phi1 = sin_phi1 * (p[l1] * p[m1]);  /* (25) */
+    real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
+    const real t_pv3py = cos_phi1 * p[l1] * p[m1];
+    const real gy_phi1 = sin_theta1 * t_pv3py;  /* (25) */
+    const real gz_phi1 = cos_theta1 * t_pv3py;  /* (25) */
+    const real t_bnlcb = gy_phi1 * p[h1];
+    const real t_frhni = t_yx2kz * sin_theta1;
+    const real cz_phi1 = t_bnlcb - t_frhni;  /* (25) */
+    const real t_azo52 = gx_phi1 * p[h1];
+    const real t_5vpfz = sin_theta1 * q[wy] + cos_theta1 * q[wz];
+    const real t_3wt73 = t_5vpfz * t_5vpfz;
+    const real t_d3hip = cos_theta1 * q[wy] - sin_theta1 * q[wz];
+    const real t_fgmjk = sin_phi1 * cos_phi1;
+    const real t_brgbu = t_yx2kz * t_fgmjk;
+    const real t_wube7 = q[wx] * q[wx];
+    const real t_j5zf2 = sin_phi1 * sin_phi1;
+    const real t_5dcra = t_yx2kz * t_j5zf2;
+    const real t_3mjf5 = t_5dcra * t_5vpfz;
+    const real t_oc5tk = t_os4zj + t_os4zj;
+    const real k_phi1 = p[eps1] * q[phi1_dot]
+        - t_azo52 * t_3wt73
+        - t_azo52 * (t_d3hip * t_d3hip)
+        - q[theta1_dot] * q[theta1_dot] * t_brgbu
+        - t_brgbu * t_wube7
+        - (q[theta1_dot] + q[theta1_dot]) * t_3mjf5
+        - t_yx2kz * t_5vpfz * q[wx]
+        + t_os4zj * t_3wt73 * sin_phi1 * cos_phi1 * p[m1]
+        + t_oc5tk * t_j5zf2 * t_5vpfz * q[wx] * p[m1]
+        + cos_phi1 * t_5vpfz * p[h1] * q[wx] * p[l1] * p[m1]
+        + t_oc5tk * sin_phi1 * cos_phi1 * q[theta1_dot] * q[wx] * p[m1];  /* (25) */
+    const real D_theta1 = t_5dcra + p[I1];  /* (26) */
+    const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
+    const real t_e5ugo = sin_theta1 * gx_phi1;
+    const real t_xoziy = t_e5ugo * p[h1];
+    const real cy_theta1 = t_xoziy - t_fgmjk * t_frhni;  /* (26) */
+    const real t_m5cmg = gy_theta1 * p[h1];
+    const real t_w7asd = t_yx2kz * cos_theta1;
+    const real t_deay5 = t_m5cmg - t_fgmjk * t_w7asd;
+    const real cz_theta1 = t_deay5 + p[I1];  /* (26) */
+    const real t_ybskz = t_d3hip * q[wx];
+    const real t_j5odj = q[phi1_dot] + q[phi1_dot];
+    const real Dd_theta1 = t_brgbu * t_j5odj;
+    const real t_b7wcv = Dd_theta1 * q[theta1_dot];
+    const real k_theta1 = p[eps1] * q[theta1_dot]
+        + t_azo52 * t_ybskz
+        + t_3mjf5 * t_j5odj
+        + t_3mjf5 * t_d3hip
+        + t_b7wcv
+        - t_brgbu * t_ybskz
+        - Dd_theta1 * q[wx];  /* (26) */
+    const real t_nfvux = p[l2] * p[l2];
+    const real t_frp3h = t_nfvux * p[m2];
+    const real D_phi2 = t_frp3h + p[I2];  /* (25) */
+    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
+    const real gx_phi2 = p[l2] * p[m2] * sin_phi2;  /* (25) */
+    const real t_aafcb = cos_phi2 * p[l2] * p[m2];
+    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
+    const real gy_phi2 = t_aafcb * sin_theta2;  /* (25) */
+    const real gz_phi2 = t_aafcb * cos_theta2;  /* (25) */
+    const real t_ba7if = gy_phi2 * p[h2];
+    const real t_hhb7k = sin_theta2 * t_frp3h;
+    const real cz_phi2 = t_ba7if - t_hhb7k;  /* (25) */
+    const real t_qg23f = sin_phi2 * cos_phi2;
+    const real t_yetof = t_qg23f * t_frp3h;
+    const real t_svo5z = gx_phi2 * p[h2];
+    const real t_cuv7o = sin_theta2 * q[wy] + cos_theta2 * q[wz];
+    const real t_flneb = t_cuv7o * t_cuv7o;
+    const real t_3cqcq = cos_theta2 * q[wy] - sin_theta2 * q[wz];
+    const real t_acoue = sin_phi2 * sin_phi2;
+    const real t_jeevc = t_acoue * t_frp3h;
+    const real t_gnuap = t_cuv7o * t_jeevc;
+    const real k_phi2 = p[eps2] * q[phi2_dot]
+        - t_wube7 * t_yetof
+        - t_svo5z * t_flneb
+        - t_svo5z * (t_3cqcq * t_3cqcq)
+        - q[theta2_dot] * q[theta2_dot] * t_yetof
+        - (q[theta2_dot] + q[theta2_dot]) * t_gnuap
+        - t_cuv7o * t_frp3h * q[wx]
+        + t_flneb * sin_phi2 * cos_phi2 * t_nfvux * p[m2]
+        + (t_cuv7o + t_cuv7o) * t_acoue * t_nfvux * q[wx] * p[m2]
+        + t_cuv7o * cos_phi2 * p[h2] * q[wx] * p[l2] * p[m2]
+        + (sin_phi2 + sin_phi2) * cos_phi2 * t_nfvux * q[theta2_dot] * q[wx] * p[m2];  /* (25) */
+    const real D_theta2 = t_jeevc + p[I2];  /* (26) */
+    const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
+    const real t_7j7h4 = gx_phi2 * sin_theta2;
+    const real t_bxu5p = t_7j7h4 * p[h2];
+    const real cy_theta2 = t_bxu5p - t_hhb7k * t_qg23f;  /* (26) */
+    const real t_gidtm = gy_theta2 * p[h2];
+    const real t_mlczk = cos_theta2 * t_frp3h;
+    const real t_cq3iz = t_gidtm - t_qg23f * t_mlczk;
+    const real cz_theta2 = t_cq3iz + p[I2];  /* (26) */
+    const real t_dr7rz = t_3cqcq * q[wx];
+    const real t_473qv = q[phi2_dot] + q[phi2_dot];
+    const real Dd_theta2 = t_yetof * t_473qv;
+    const real t_putjj = Dd_theta2 * q[theta2_dot];
+    const real k_theta2 = p[eps2] * q[theta2_dot]
+        + t_3cqcq * t_gnuap
+        + t_svo5z * t_dr7rz
+        + t_gnuap * t_473qv
+        + t_putjj
+        - t_yetof * t_dr7rz
+        - t_yetof * (q[wx] + q[wx]) * q[phi2_dot];  /* (26) */
+    const real ax_eq = p[F] / (p[m] + p[m0] + p[m1] + p[m2]);  /* (19) */
+    const real W_phi1 = c[r9] * p[m1];  /* (27) */
+    const real cdy_phi1 = t_m5cmg * q[phi1_dot] + cz_phi1 * q[theta1_dot];
+    const real t_pthak = gz_phi1 * p[h1];
+    const real t_x5blp = t_pthak - t_os4zj * cos_theta1 * p[m1];
+    const real cdz_phi1 = t_x5blp * q[theta1_dot] - t_xoziy * q[phi1_dot];
+    const real W_theta1 = c[r10] * p[m1];  /* (27) */
+    const real t_tdfn5 = cos_phi1 * cos_phi1;
+    const real cdy_theta1 = t_deay5 * q[theta1_dot] + q[phi1_dot] * (t_bnlcb + t_j5zf2 * t_frhni - t_tdfn5 * t_frhni);
+    const real cdz_theta1 = q[phi1_dot] * (t_pthak + t_j5zf2 * t_w7asd - t_w7asd * t_tdfn5) - cy_theta1 * q[theta1_dot];
+    const real W_phi2 = c[r9] * p[m2];  /* (27) */
+    const real cdy_phi2 = cz_phi2 * q[theta2_dot] + t_gidtm * q[phi2_dot];
+    const real t_3ndrr = gz_phi2 * p[h2];
+    const real t_ums4z = t_3ndrr - cos_theta2 * t_nfvux * p[m2];
+    const real cdz_phi2 = t_ums4z * q[theta2_dot] - t_bxu5p * q[phi2_dot];
+    const real W_theta2 = c[r10] * p[m2];  /* (27) */
+    const real t_oovgz = cos_phi2 * cos_phi2;
+    const real cdy_theta2 = t_cq3iz * q[theta2_dot] + q[phi2_dot] * (t_ba7if + t_hhb7k * t_acoue - t_hhb7k * t_oovgz);
+    const real cdz_theta2 = q[phi2_dot] * (t_3ndrr + t_acoue * t_mlczk - t_mlczk * t_oovgz) - cy_theta2 * q[theta2_dot];
+    const real t_wij2f = q[vy] * c[r1];
+    const real t_gtrpy = W_phi1 / (D_phi1 * D_phi1);
+    const real t_tlq7s = D_phi1 * q[phi1_dot];
+    const real t_7ig6r = t_gtrpy * (p[I1] * q[wx] - t_x5blp * q[wy] + cz_phi1 * q[wz] + t_tlq7s);
+    const real t_kovll = W_phi2 / (D_phi2 * D_phi2);
+    const real t_ekjz2 = D_phi2 * q[phi2_dot];
+    const real t_m6t54 = t_kovll * (p[I2] * q[wx] - t_ums4z * q[wy] + cz_phi2 * q[wz] + t_ekjz2);
+    const real t_j7ex5 = W_theta1 / (D_theta1 * D_theta1);
+    const real t_iomfo = D_theta1 * q[theta1_dot];
+    const real t_fu574 = t_j7ex5 * (cy_theta1 * q[wy] - t_5dcra * q[wx] + cz_theta1 * q[wz] + t_iomfo);
+    const real t_s5xdh = W_theta2 / (D_theta2 * D_theta2);
+    const real t_kyc32 = D_theta2 * q[theta2_dot];
+    const real t_mtgnz = t_s5xdh * (cy_theta2 * q[wy] - t_jeevc * q[wx] + cz_theta2 * q[wz] + t_kyc32);
+    const real B_v1 = t_wij2f
+        - t_7ig6r * gy_phi1
+        - t_m6t54 * gy_phi2
+        - t_fu574 * gy_theta1
+        - t_mtgnz * gy_theta2;  /* (29) */
+    const real t_aqbxr = q[vz] * c[r2];
+    const real C_v1 = t_aqbxr
+        - t_7ig6r * gz_phi1
+        - t_m6t54 * gz_phi2
+        + t_fu574 * t_e5ugo
+        + t_mtgnz * t_7j7h4;  /* (29) */
+    const real t_5bilv = ax_eq * gx_phi1;
+    const real t_4oupt = ax_eq * gx_phi2;
+    const real g1_v1 = q[att1] * c[r3]
+        - t_aqbxr * q[vy]
+        - t_gtrpy * (t_5bilv * p[I1] + p[I1] * k_phi1)
+        - t_kovll * (t_4oupt * p[I2] + p[I2] * k_phi2)
+        - t_j7ex5 * (t_iomfo * Dd_theta1 - (t_b7wcv * t_5dcra + t_5dcra * k_theta1))
+        - t_s5xdh * (t_kyc32 * Dd_theta2 - (t_putjj * t_jeevc + t_jeevc * k_theta2))
+        + q[vy] * q[vz] * c[r1];  /* (29) */
+    const real g2_v1 = q[att2] * c[r5]
+        + t_gtrpy * (t_5bilv * t_x5blp + t_x5blp * k_phi1 + t_tlq7s * cdy_phi1)
+        + t_kovll * (t_4oupt * t_ums4z + t_ums4z * k_phi2 + t_ekjz2 * cdy_phi2)
+        - t_j7ex5 * (t_b7wcv * cy_theta1 + cy_theta1 * k_theta1 - t_iomfo * cdy_theta1)
+        - t_s5xdh * (t_putjj * cy_theta2 + cy_theta2 * k_theta2 - t_kyc32 * cdy_theta2)
+        + q[vx] * q[vz] * c[r2];  /* (29) */
+    const real g3_v1 = q[att3] * c[r7]
+        - t_wij2f * q[vx]
+        - t_gtrpy * (t_5bilv * cz_phi1 + cz_phi1 * k_phi1 - t_tlq7s * cdz_phi1)
+        - t_kovll * (t_4oupt * cz_phi2 + cz_phi2 * k_phi2 - t_ekjz2 * cdz_phi2)
+        - t_j7ex5 * (t_b7wcv * cz_theta1 + cz_theta1 * k_theta1 - t_iomfo * cdz_theta1)
+        - t_s5xdh * (t_putjj * cz_theta2 + cz_theta2 * k_theta2 - t_kyc32 * cdz_theta2);  /* (29) */
+    const real f11_v1 = c[r4]
+        - t_gtrpy * (p[I1] * p[I1])
+        - t_kovll * (p[I2] * p[I2])
+        - t_j7ex5 * (t_5dcra * t_5dcra)
+        - t_s5xdh * (t_jeevc * t_jeevc);  /* (29) */
+    const real t_fbkub = t_gtrpy * p[I1];
+    const real t_hl4rq = t_kovll * p[I2];
+    const real t_o2dlc = t_j7ex5 * t_5dcra;
+    const real t_omiyj = t_s5xdh * t_jeevc;
+    const real f21_v1 = t_fbkub * t_x5blp + t_hl4rq * t_ums4z + t_o2dlc * cy_theta1 + t_omiyj * cy_theta2;  /* (29) */
+    const real f22_v1 = c[r6]
+        - t_gtrpy * (t_x5blp * t_x5blp)
+        - t_kovll * (t_ums4z * t_ums4z)
+        - t_j7ex5 * (cy_theta1 * cy_theta1)
+        - t_s5xdh * (cy_theta2 * cy_theta2);  /* (29) */
+    const real f31_v1 = t_o2dlc * cz_theta1 - (t_fbkub * cz_phi1 + t_hl4rq * cz_phi2) + t_omiyj * cz_theta2;  /* (29) */
+    const real f32_v1 = t_gtrpy * t_x5blp * cz_phi1
+        + t_kovll * t_ums4z * cz_phi2
+        - t_j7ex5 * cy_theta1 * cz_theta1
+        - t_s5xdh * cy_theta2 * cz_theta2;  /* (29) */
+    const real f33_v1 = c[r8]
+        - t_gtrpy * (cz_phi1 * cz_phi1)
+        - t_kovll * (cz_phi2 * cz_phi2)
+        - t_j7ex5 * (cz_theta1 * cz_theta1)
+        - t_s5xdh * (cz_theta2 * cz_theta2);  /* (29) */
+    const real t_4v7es = K(1.0) / f11_v1;
+    const real f_v1_L21 = f21_v1 * t_4v7es;
+    const real f_v1_L31 = f31_v1 * t_4v7es;
+    const real f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21;
+    const real t_g2uww = f32_v1 - f21_v1 * f_v1_L31;
+    const real t_omhw7 = K(1.0) / f_v1_D2;
+    const real f_v1_L32 = t_g2uww * t_omhw7;
+    const real f_v1_D3 = f33_v1 - t_g2uww * f_v1_L32 - f31_v1 * f_v1_L31;
+    const real t_u5ggi = q[wx] * c[w3] + g1_v1;
+    const real u_v1_y2 = f_v1_L21 * t_u5ggi - (q[wy] * c[w4] + g2_v1);
+    const real u_v1_y3 = f_v1_L31 * t_u5ggi - (q[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
+    const real u_v1_x3 = u_v1_y3 / f_v1_D3;
+    const real u_v1_x2 = u_v1_y2 * t_omhw7 - f_v1_L32 * u_v1_x3;
+    const real t_dyqoa = t_u5ggi * t_4v7es + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
+    const real u_v1_x1 = -t_dyqoa;
+    const real t_mjt7i = B_v1 * c[w1];
+    const real t_2xlzh = C_v1 * c[w2];
+    real sin_att2, cos_att2; mv_sincos(q[att2], &sin_att2, &cos_att2);
+    real sin_att1, cos_att1; mv_sincos(q[att1], &sin_att1, &cos_att1);
+    const real t_oa5el = K(1.0) / cos_att2;
+    const real t_s66h7 = sin_att1 * t_oa5el * q[wy];
+    const real t_bi4sl = cos_att1 * t_oa5el * q[wz];
+    const real t_2mk3d = p[I1] * t_dyqoa
+        - (t_5bilv + k_phi1)
+        + t_x5blp * u_v1_x2
+        - cz_phi1 * u_v1_x3
+        + gy_phi1 * t_mjt7i
+        + gz_phi1 * t_2xlzh;
+    const real t_xndxw = gy_theta1 * t_mjt7i
+        - (k_theta1 + t_5dcra * t_dyqoa + cy_theta1 * u_v1_x2 + cz_theta1 * u_v1_x3)
+        - t_e5ugo * t_2xlzh;
+    const real t_xrb3a = p[I2] * t_dyqoa
+        - (t_4oupt + k_phi2)
+        + t_ums4z * u_v1_x2
+        - cz_phi2 * u_v1_x3
+        + gy_phi2 * t_mjt7i
+        + gz_phi2 * t_2xlzh;
+    const real t_l5dvp = gy_theta2 * t_mjt7i
+        - (k_theta2 + t_jeevc * t_dyqoa + cy_theta2 * u_v1_x2 + cz_theta2 * u_v1_x3)
+        - t_7j7h4 * t_2xlzh;
+    dq[0] = ax_eq - q[vz] * q[wy] + q[vy] * q[wz];
+    dq[1] = q[vz] * q[wx] - q[vx] * q[wz] - t_mjt7i;
+    dq[2] = q[vx] * q[wy] - q[vy] * q[wx] - t_2xlzh;
+    dq[3] = u_v1_x1;
+    dq[4] = u_v1_x2;
+    dq[5] = u_v1_x3;
+    dq[6] = q[wx] + sin_att2 * t_s66h7 + sin_att2 * t_bi4sl;
+    dq[7] = cos_att1 * q[wy] - sin_att1 * q[wz];
+    dq[8] = t_s66h7 + t_bi4sl;
+    dq[9] = q[phi1_dot];
+    dq[10] = q[theta1_dot];
+    dq[11] = q[phi2_dot];
+    dq[12] = q[theta2_dot];
+    dq[13] = t_2mk3d * (K(1.0) / D_phi1);
+    dq[14] = t_xndxw / D_theta1;
+    dq[15] = t_xrb3a * (K(1.0) / D_phi2);
+    dq[16] = t_l5dvp / D_theta2;
 }
 
 /* margins of a feasible lyapunov-v1; 42 operations. */
 void slosh_lyapunov_v1_constraints(const real *p, const real *c, const real *s, real *margin)
 {
     (void)s;
-    const real v9 = p[15] * p[15];
-    const real v14 = p[13] * p[13] * p[12] + p[15];
-    const real v15 = v14 * v14;
-    const real v21 = p[15] + p[13] * p[12] * (p[13] + mv_fabs(p[14]));
-    const real v22 = v21 * v21;
-    const real v33 = p[20] * p[20];
-    const real v38 = p[18] * p[18] * p[17] + p[20];
-    const real v39 = v38 * v38;
-    const real v45 = p[20] + p[18] * p[17] * (p[18] + mv_fabs(p[19]));
-    const real v46 = v45 * v45;
-    const real v54 = p[12] * (c[14] / v9 * (v15 + v22) + c[13] / v15 * (v9 + v22)) + p[17] * (c[14] / v33 * (v39 + v46) + c[13] / v39 * (v33 + v46));
-    margin[0] = p[9];
-    margin[1] = mv_min(mv_min(c[3], c[5]), c[7]) - v54;
+    enum { F = SLOSH_P_F };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { r4 = SLOSH_LYAPUNOV_V1_C_R4 };
+    enum { r6 = SLOSH_LYAPUNOV_V1_C_R6 };
+    enum { r8 = SLOSH_LYAPUNOV_V1_C_R8 };
+    enum { r9 = SLOSH_LYAPUNOV_V1_C_R9 };
+    enum { r10 = SLOSH_LYAPUNOV_V1_C_R10 };
+    const real t_jgzic = p[I1] * p[I1];
+    const real t_exhop = p[l1] * p[l1] * p[m1] + p[I1];
+    const real t_hplli = t_exhop * t_exhop;
+    const real t_j66xq = p[I1] + p[l1] * p[m1] * (p[l1] + mv_fabs(p[h1]));
+    const real t_gyeci = t_j66xq * t_j66xq;
+    const real t_kqsea = p[m1] * (c[r10] / t_jgzic * (t_hplli + t_gyeci) + c[r9] / t_hplli * (t_jgzic + t_gyeci));
+    const real t_y2j4h = p[I2] * p[I2];
+    const real t_yevid = p[l2] * p[l2] * p[m2] + p[I2];
+    const real t_bj27t = t_yevid * t_yevid;
+    const real t_ldkqj = p[I2] + p[l2] * p[m2] * (p[l2] + mv_fabs(p[h2]));
+    const real t_xcocx = t_ldkqj * t_ldkqj;
+    const real t_phb27 = p[m2] * (c[r10] / t_y2j4h * (t_bj27t + t_xcocx) + c[r9] / t_bj27t * (t_y2j4h + t_xcocx));
+    margin[0] = p[F];
+    margin[1] = mv_min(mv_min(c[r4], c[r6]), c[r8]) - (t_kqsea + t_phb27);
 }
 
 /* what lyapunov-v1 reports; 868 operations. */
 void slosh_lyapunov_v1_outputs(const real *x, const real *r, const real *p, const real *c, real *w)
 {
     (void)r;
-    const real v2 = x[3] * x[3];
-    const real v7 = x[4] * x[4];
-    const real v13 = x[5] * x[5];
-    const real v23 = K(0.5) * v2 * c[3] + K(0.5) * v7 * c[5] + K(0.5) * v13 * c[7] + K(0.5) * c[0] * (x[1] * x[1]);
-    const real v41 = v23 + K(0.5) * c[1] * (x[2] * x[2]) + K(0.5) * c[2] * (x[6] * x[6]) + K(0.5) * c[4] * (x[7] * x[7]);
-    const real v50 = c[13] * p[12];
-    const real v54 = x[13] + x[13];
-    const real v56 = p[13] * p[13];
-    const real v57 = v56 * p[12];
-    const real v59 = v57 + p[15];
-    const real v61 = K(1.0) / v59;
-    real s65, c65; mv_sincos(x[10], &s65, &c65);
-    real s67, c67; mv_sincos(x[9], &s67, &c67);
-    const real v68 = c67 * p[13];
-    const real v69 = v68 * p[12];
-    const real v70 = c65 * v69;
-    const real v72 = v70 * p[14];
-    const real v75 = v72 - v56 * c65 * p[12];
-    const real v79 = s65 * v69;
-    const real v80 = v79 * p[14];
-    const real v81 = v57 * s65;
-    const real v82 = v80 - v81;
-    const real v84 = p[15] * x[3] - v75 * x[4] + v82 * x[5];
-    const real v88 = v41 + K(0.5) * c[6] * (x[8] * x[8]) + K(0.5) * v50 * (x[13] * x[13] + v54 * v61 * v84);
-    const real v90 = c[13] * p[17];
-    const real v94 = x[15] + x[15];
-    const real v96 = p[18] * p[18];
-    const real v97 = v96 * p[17];
-    const real v99 = v97 + p[20];
-    const real v100 = K(1.0) / v99;
-    real s104, c104; mv_sincos(x[11], &s104, &c104);
-    const real v105 = c104 * p[18];
-    const real v106 = v105 * p[17];
-    real s108, c108; mv_sincos(x[12], &s108, &c108);
-    const real v109 = v106 * c108;
-    const real v111 = v109 * p[19];
-    const real v114 = v111 - c108 * v96 * p[17];
-    const real v118 = v106 * s108;
-    const real v119 = v118 * p[19];
-    const real v120 = s108 * v97;
-    const real v121 = v119 - v120;
-    const real v123 = p[20] * x[3] - v114 * x[4] + v121 * x[5];
-    const real v129 = c[14] * p[12];
-    const real v132 = x[14] * x[14];
-    const real v133 = x[14] + x[14];
-    const real v135 = s67 * s67;
-    const real v136 = v57 * v135;
-    const real v137 = v136 + p[15];
-    const real v139 = p[13] * p[12];
-    const real v140 = s67 * v139;
-    const real v141 = s65 * v140;
-    const real v142 = v141 * p[14];
-    const real v143 = s67 * c67;
-    const real v145 = v142 - v143 * v81;
-    const real v149 = c65 * v140;
-    const real v150 = v149 * p[14];
-    const real v151 = v57 * c65;
-    const real v153 = v150 - v143 * v151;
-    const real v154 = v153 + p[15];
-    const real v156 = v145 * x[4] - v136 * x[3] + v154 * x[5];
-    const real v160 = v88 + K(0.5) * v90 * (x[15] * x[15] + v94 * v100 * v123) + K(0.5) * v129 * (v132 + v133 / v137 * v156);
-    const real v161 = c[14] * p[17];
-    const real v164 = x[16] * x[16];
-    const real v165 = x[16] + x[16];
-    const real v167 = s104 * s104;
-    const real v168 = v167 * v97;
-    const real v169 = v168 + p[20];
-    const real v171 = p[18] * p[17];
-    const real v172 = v171 * s104;
-    const real v173 = v172 * s108;
-    const real v174 = v173 * p[19];
-    const real v175 = s104 * c104;
-    const real v177 = v174 - v120 * v175;
-    const real v181 = v172 * c108;
-    const real v182 = v181 * p[19];
-    const real v183 = c108 * v97;
-    const real v185 = v182 - v175 * v183;
-    const real v186 = v185 + p[20];
-    const real v188 = v177 * x[4] - v168 * x[3] + v186 * x[5];
-    const real v193 = s67 * p[13];
-    const real v197 = p[12] / (p[15] + p[12] * (v193 * v193));
-    const real v198 = x[3] * x[4];
-    const real v202 = c65 * x[4] - s65 * x[5];
-    const real v204 = x[3] - x[14];
-    const real v208 = c65 * x[5];
-    const real v209 = s65 * x[4];
-    const real v210 = v208 + v209;
-    const real v212 = c67 * v204 - v210 * s67;
-    const real v214 = v202 + x[13];
-    const real v218 = (v198 * v193 + v202 * v68 * v204 - v212 * p[13] * (v214 + x[13])) * p[15];
-    const real v220 = p[16] * x[14];
-    const real v223 = v197 * (v218 - v220 * v193);
-    const real v225 = s104 * p[18];
-    const real v229 = p[17] / (p[20] + p[17] * (v225 * v225));
-    const real v233 = c108 * x[4] - s108 * x[5];
-    const real v235 = x[3] - x[16];
-    const real v239 = c108 * x[5];
-    const real v240 = s108 * x[4];
-    const real v241 = v239 + v240;
-    const real v243 = c104 * v235 - v241 * s104;
-    const real v245 = v233 + x[15];
-    const real v249 = (v198 * v225 + v233 * v105 * v235 - v243 * p[18] * (v245 + x[15])) * p[20];
-    const real v251 = p[21] * x[16];
-    const real v254 = v229 * (v249 - v251 * v225);
-    const real v257 = v7 + v13;
-    const real v258 = p[12] * v61;
-    const real v259 = v258 * p[15];
-    const real v269 = p[17] * v100;
-    const real v270 = v269 * p[20];
-    const real v273 = p[0] + p[1];
-    const real v275 = v273 + v259 + v270;
-    const real v276 = (p[14] * v259 - (p[7] * p[0] + p[6] * p[1]) + p[19] * v270) / v275;
-    const real v277 = p[14] - v276;
-    const real v280 = v258 * p[13];
-    const real v281 = v139 * v280;
-    const real v285 = v210 * c67 + s67 * v204;
-    const real v290 = c67 * (v257 * v277) * v281 - v139 * (v285 * v285 + v214 * v214);
-    const real v292 = v259 * p[13];
-    const real v297 = p[16] * x[13];
-    const real v299 = v292 * (v212 * v285 - v210 * v204) + v297 * v280;
-    const real v301 = s67 * v290 - v299 * c67;
-    const real v304 = p[19] - v276;
-    const real v307 = v269 * p[18];
-    const real v308 = v171 * v307;
-    const real v312 = v241 * c104 + s104 * v235;
-    const real v317 = c104 * (v257 * v304) * v308 - v171 * (v312 * v312 + v245 * v245);
-    const real v319 = v270 * p[18];
-    const real v324 = p[21] * x[15];
-    const real v326 = v319 * (v243 * v312 - v241 * v235) + v324 * v307;
-    const real v328 = s104 * v317 - v326 * c104;
-    const real v332 = v129 / (v137 * v137);
-    const real v333 = v332 * v136;
-    const real v336 = v50 / (v59 * v59);
-    const real v337 = v336 * p[15];
-    const real v340 = v90 / (v99 * v99);
-    const real v341 = v340 * p[20];
-    const real v346 = v161 / (v169 * v169);
-    const real v347 = v346 * v168;
-    const real v349 = v333 * v154 - (v337 * v82 + v341 * v121) + v347 * v186;
-    const real v358 = c[3] - v336 * (p[15] * p[15]) - v340 * (p[20] * p[20]) - v332 * (v136 * v136);
-    const real v362 = K(1.0) / (v358 - v346 * (v168 * v168));
-    const real v363 = v349 * v362;
-    const real v367 = x[2] * c[1];
-    const real v373 = p[9] / (v273 + p[12] + p[17]);
-    const real v374 = v373 * v140;
-    const real v376 = v140 * p[14];
-    const real v377 = v209 + v208;
-    const real v378 = v377 * v377;
-    const real v384 = v57 * v143;
-    const real v389 = v136 * v377;
-    const real v391 = v297 - v376 * v378 - v376 * (v202 * v202) - v132 * v384 - v384 * v2 - v133 * v389;
-    const real v400 = v56 + v56;
-    const real v405 = v391 - v57 * v377 * x[3] + v56 * v378 * s67 * c67 * p[12] + v400 * v135 * v377 * x[3] * p[12];
-    const real v417 = v405 + c67 * v377 * p[14] * x[3] * p[13] * p[12] + v400 * s67 * c67 * x[14] * x[3] * p[12];
-    const real v422 = v373 * v172;
-    const real v424 = v175 * v97;
-    const real v427 = v172 * p[19];
-    const real v428 = v240 + v239;
-    const real v429 = v428 * v428;
-    const real v437 = v428 * v168;
-    const real v439 = v324 - v2 * v424 - v427 * v429 - v427 * (v233 * v233) - v164 * v424 - v165 * v437;
-    const real v453 = v439 - v428 * v97 * x[3] + v429 * s104 * c104 * v96 * p[17] + (v428 + v428) * v167 * v96 * x[3] * p[17];
-    const real v466 = v453 + v428 * c104 * p[19] * x[3] * p[18] * p[17] + (s104 + s104) * c104 * v96 * x[16] * x[3] * p[17];
-    const real v470 = x[6] * c[2] - v367 * x[1] - v336 * (v374 * p[15] + p[15] * v417) - v340 * (v422 * p[20] + p[20] * v466);
-    const real v471 = v137 * x[14];
-    const real v472 = v384 * v54;
-    const real v474 = v472 * x[14];
-    const real v476 = v202 * x[3];
-    const real v487 = v220 + v376 * v476 + v389 * v54 + v389 * v202 + v474 - v384 * v476 - v472 * x[3];
-    const real v493 = v169 * x[16];
-    const real v494 = v424 * v94;
-    const real v496 = v494 * x[16];
-    const real v500 = v233 * x[3];
-    const real v511 = v251 + v233 * v437 + v427 * v500 + v437 * v94 + v496 - v424 * v500 - v424 * (x[3] + x[3]) * x[15];
-    const real v516 = v470 - v332 * (v471 * v472 - (v474 * v136 + v136 * v487)) - v346 * (v493 * v494 - (v496 * v168 + v168 * v511));
-    const real v520 = x[3] * c[10] + (v516 + x[1] * x[2] * c[0]);
-    const real v525 = x[1] * c[0];
-    const real v532 = v59 * x[13];
-    const real v539 = x[8] * c[6] - v525 * x[0] - v336 * (v374 * v82 + v82 * v417 - v532 * (v75 * x[14] - v142 * x[13]));
-    const real v543 = v99 * x[15];
-    const real v549 = v340 * (v422 * v121 + v121 * v466 - v543 * (v114 * x[16] - v174 * x[15]));
-    const real v556 = c67 * c67;
-    const real v563 = v474 * v154 + v154 * v487 - v471 * (x[13] * (v72 + v135 * v151 - v151 * v556) - v145 * x[14]);
-    const real v571 = c104 * c104;
-    const real v578 = v496 * v186 + v186 * v511 - v493 * (x[15] * (v111 + v167 * v183 - v183 * v571) - v177 * x[16]);
-    const real v593 = v336 * v75 * v82 + v340 * v114 * v121 - v332 * v145 * v154 - v346 * v177 * v186;
-    const real v600 = v337 * v75 + v341 * v114 + v333 * v145 + v347 * v177;
-    const real v602 = v593 - v600 * v363;
-    const real v614 = c[5] - v336 * (v75 * v75) - v340 * (v114 * v114) - v332 * (v145 * v145) - v346 * (v177 * v177);
-    const real v615 = v600 * v362;
-    const real v618 = K(1.0) / (v614 - v600 * v615);
-    const real v619 = v602 * v618;
-    const real v633 = x[7] * c[4] + v336 * (v374 * v75 + v75 * v417 + v532 * (v150 * x[13] + v82 * x[14]));
-    const real v642 = v340 * (v422 * v114 + v114 * v466 + v543 * (v121 * x[16] + v182 * x[15]));
-    const real v655 = v474 * v145 + v145 * v487 - v471 * (v153 * x[14] + x[13] * (v80 + v135 * v81 - v556 * v81));
-    const real v669 = v496 * v177 + v177 * v511 - v493 * (v185 * x[16] + x[15] * (v119 + v120 * v167 - v120 * v571));
-    const real v675 = x[4] * c[11] + (v633 + v642 - v332 * v655 - v346 * v669 + x[0] * x[2] * c[1]);
-    const real v676 = v615 * v520 - v675;
-    const real v678 = v363 * v520 - (x[5] * c[12] + (v539 - v549 - v332 * v563 - v346 * v578)) - v619 * v676;
-    const real v690 = c[7] - v336 * (v82 * v82) - v340 * (v121 * v121) - v332 * (v154 * v154) - v346 * (v186 * v186);
-    const real v695 = v678 / (v690 - v602 * v619 - v349 * v363);
-    const real v696 = v198 + v695;
-    const real v698 = v197 * p[15];
-    const real v701 = (v277 - v68) * v698 - v277 * v259;
-    const real v703 = v229 * p[20];
-    const real v706 = (v304 - v105) * v703 - v304 * v270;
-    const real v708 = s65 * s65;
-    const real v709 = v292 * c67;
-    const real v710 = v281 * s67;
-    const real v711 = v710 * s67;
-    const real v713 = v709 - v711 * v277;
-    const real v714 = v713 + v701;
-    const real v716 = s108 * s108;
-    const real v717 = v319 * c104;
-    const real v718 = v308 * s104;
-    const real v719 = v718 * s104;
-    const real v721 = v717 - v719 * v304;
-    const real v722 = v721 + v706;
-    const real v724 = v708 * v714 + v716 * v722;
-    const real v726 = v193 * v698;
-    const real v727 = c65 * v726;
-    const real v729 = v225 * v703;
-    const real v730 = c108 * v729;
-    const real v733 = v223 * c65 + v254 * c108 + v301 * s65 + v328 * s108 + v696 * (v701 + v706 - v724 - v727 - v730);
-    const real v737 = v676 * v618 - v619 * v695;
-    const real v738 = x[3] * x[5] - v737;
-    const real v739 = c65 * s65;
-    const real v741 = c108 * s108;
-    const real v743 = v739 * v714 + v741 * v722;
-    const real v747 = v711 + v259 - v698;
-    const real v748 = v708 * v747;
-    const real v750 = v719 + v270 - v703;
-    const real v751 = v716 * v750;
-    const real v760 = v336 * (v84 + v532);
-    const real v764 = v340 * (v123 + v543);
-    const real v768 = v332 * (v156 + v471);
-    const real v772 = v346 * (v188 + v493);
-    const real v777 = v696 * v276 - (v525 - v760 * v79 - v764 * v118 - v768 * v149 - v772 * v181) * c[8];
-    const real v779 = v733 - v738 * v743 + (v748 + v751 + v275 + v698 + v703 - v259 - v270) * v777;
-    const real v782 = v739 * v747 + v741 * v750;
-    const real v794 = v738 * v276 - (v367 - v760 * v70 - v764 * v109 + v768 * v141 + v772 * v173) * c[9];
-    const real v806 = v520 * v362 + v615 * v737 + v363 * v695;
-    const real v808 = v779 + v782 * v794 + (v727 + v730 + v709 * s65 + v717 * s108) * v806;
-    const real v809 = v710 * c67;
-    const real v811 = v718 * c104;
-    const real v813 = v809 * s65 + v811 * s108;
-    const real v818 = v275 + v281 + v308 - v711 - v719;
-    const real v819 = v292 * s67;
-    const real v820 = v319 * s104;
-    const real v831 = v819 + v809 * v277;
-    const real v834 = v820 + v811 * v304;
-    const real v838 = v299 * s67 + v326 * s104 + c67 * v290 + c104 * v317 + v696 * (v831 * s65 + v834 * s108);
-    const real v848 = v809 * c65 + v811 * c108;
-    const real v851 = (v819 + v820) * v806 - (v838 + v738 * (v831 * c65 + v834 * c108) + v813 * v777 + v848 * v794);
-    const real v862 = s65 * v726;
-    const real v864 = s108 * v729;
-    const real v867 = v301 * c65 - (v223 * s65 + v254 * s108) + v328 * c108 + v696 * (v862 - v743 + v864);
-    const real v879 = v867 + v738 * (v724 - (v713 + v721)) + v782 * v777 + (v711 + v719 + v275 - v748 - v751) * v794;
-    const real v886 = v879 - (v862 + v864 - v709 * c65 - v717 * c108) * v806;
-    const real v888 = v818 * v851 - v813 * v808 - v848 * v886;
-    const real v894 = v818 * v818 + v813 * v813 + v848 * v848;
-    const real v903 = v888 * v888 - v894 * (v851 * v851 - p[9] * p[9] + v808 * v808 + v886 * v886);
-    const real v907 = (mv_sqrt(mv_max(SPLAT(K(0.0)), v903)) - v888) / v894;
-    const real v909 = v808 - v813 * v907;
-    const real v912 = v886 - v848 * v907;
-    const real v915 = mv_sqrt(v909 * v909 + v912 * v912);
-    w[0] = v160 + K(0.5) * v161 * (v164 + v165 / v169 * v188);
-    w[1] = v915;
-    w[2] = mv_max(SPLAT(K(0.0)), v915 - p[9]);
+    enum { vx = SLOSH_X_VX };
+    enum { vy = SLOSH_X_VY };
+    enum { vz = SLOSH_X_VZ };
+    enum { wx = SLOSH_X_WX };
+    enum { wy = SLOSH_X_WY };
+    enum { wz = SLOSH_X_WZ };
+    enum { att1 = SLOSH_X_ATT1 };
+    enum { att2 = SLOSH_X_ATT2 };
+    enum { att3 = SLOSH_X_ATT3 };
+    enum { phi1 = SLOSH_X_PHI1 };
+    enum { theta1 = SLOSH_X_THETA1 };
+    enum { phi2 = SLOSH_X_PHI2 };
+    enum { theta2 = SLOSH_X_THETA2 };
+    enum { phi1_dot = SLOSH_X_PHI1_DOT };
+    enum { theta1_dot = SLOSH_X_THETA1_DOT };
+    enum { phi2_dot = SLOSH_X_PHI2_DOT };
+    enum { theta2_dot = SLOSH_X_THETA2_DOT };
+    enum { m = SLOSH_P_M };
+    enum { m0 = SLOSH_P_M0 };
+    enum { h0 = SLOSH_P_H0 };
+    enum { b = SLOSH_P_B };
+    enum { F = SLOSH_P_F };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { eps1 = SLOSH_P_EPS1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { eps2 = SLOSH_P_EPS2 };
+    enum { r1 = SLOSH_LYAPUNOV_V1_C_R1 };
+    enum { r2 = SLOSH_LYAPUNOV_V1_C_R2 };
+    enum { r3 = SLOSH_LYAPUNOV_V1_C_R3 };
+    enum { r4 = SLOSH_LYAPUNOV_V1_C_R4 };
+    enum { r5 = SLOSH_LYAPUNOV_V1_C_R5 };
+    enum { r6 = SLOSH_LYAPUNOV_V1_C_R6 };
+    enum { r7 = SLOSH_LYAPUNOV_V1_C_R7 };
+    enum { r8 = SLOSH_LYAPUNOV_V1_C_R8 };
+    enum { w1 = SLOSH_LYAPUNOV_V1_C_W1 };
+    enum { w2 = SLOSH_LYAPUNOV_V1_C_W2 };
+    enum { w3 = SLOSH_LYAPUNOV_V1_C_W3 };
+    enum { w4 = SLOSH_LYAPUNOV_V1_C_W4 };
+    enum { w5 = SLOSH_LYAPUNOV_V1_C_W5 };
+    enum { r9 = SLOSH_LYAPUNOV_V1_C_R9 };
+    enum { r10 = SLOSH_LYAPUNOV_V1_C_R10 };
+    const real t_os4zj = p[l1] * p[l1];
+    const real t_yx2kz = t_os4zj * p[m1];
+    const real D1 = t_yx2kz + p[I1];
+    const real t_zrejm = K(1.0) / D1;
+    const real t_3qn53 = p[m1] * t_zrejm;
+    const real k1 = t_3qn53 * p[l1];
+    const real me1 = t_3qn53 * p[I1];
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real mv1 = t_6nwd2 * k1;
+    const real t_nfvux = p[l2] * p[l2];
+    const real t_frp3h = t_nfvux * p[m2];
+    const real D2 = t_frp3h + p[I2];
+    const real t_5wzvs = K(1.0) / D2;
+    const real t_54cbb = p[m2] * t_5wzvs;
+    const real k2 = t_54cbb * p[l2];
+    const real me2 = t_54cbb * p[I2];
+    const real t_popww = p[l2] * p[m2];
+    const real mv2 = t_popww * k2;
+    const real t_omhyl = p[m] + p[m0];
+    const real M_C = t_omhyl + me1 + me2;
+    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real W12 = x[wx] * x[wy];
+    const real W13 = x[wx] * x[wz];
+    const real e1 = p[h1] - x_C;
+    const real e2 = p[h2] - x_C;
+    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
+    const real t_rding = cos_theta1 * x[wz];
+    const real t_a3uw4 = sin_theta1 * x[wy];
+    const real Wt1 = t_rding + t_a3uw4;
+    const real w_x1 = x[wx] - x[theta1_dot];
+    const real p1 = Wn1 + x[phi1_dot];
+    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
+    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
+    const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
+    const real t_geoui = cos_theta2 * x[wz];
+    const real t_vhhwy = sin_theta2 * x[wy];
+    const real Wt2 = t_geoui + t_vhhwy;
+    const real w_x2 = x[wx] - x[theta2_dot];
+    const real p2 = Wn2 + x[phi2_dot];
+    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
+    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_qux2u = x[wy] * x[wy];
+    const real t_kyio7 = x[wz] * x[wz];
+    const real t_rybsf = t_qux2u + t_kyio7;
+    const real tension1 = cos_phi1 * (t_rybsf * e1) * mv1 - t_6nwd2 * sigma_sq1;
+    const real As_1 = mv1 * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real eAss_1 = Ass_1 * e1;
+    const real q_1 = sin_phi1 * p[l1];
+    const real lc_1 = cos_phi1 * p[l1];
+    const real B_1 = me1 * p[l1];
+    const real Bs_1 = B_1 * sin_phi1;
+    const real Bc_1 = B_1 * cos_phi1;
+    const real g_1 = e1 - lc_1;
+    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
+    const real wth_1 = th_1 * p[I1];
+    const real wg_1 = g_1 * wth_1;
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real tn11_1 = Ass_1 + me1 - wth_1;
+    const real wq_1 = q_1 * wth_1;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real loss_phi1 = p[eps1] * x[phi1_dot];
+    const real loss_theta1 = p[eps1] * x[theta1_dot];
+    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real zeta1 = W12 * q_1
+        + Wn1 * lc_1 * w_x1
+        - chi1 * p[l1] * (p1 + x[phi1_dot]);
+    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
+    const real t_7imwe = B_1 * eta1 + loss_phi1 * k1;
+    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real tension2 = cos_phi2 * (t_rybsf * e2) * mv2 - t_popww * sigma_sq2;
+    const real As_2 = mv2 * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real eAss_2 = Ass_2 * e2;
+    const real q_2 = sin_phi2 * p[l2];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real B_2 = me2 * p[l2];
+    const real Bs_2 = B_2 * sin_phi2;
+    const real Bc_2 = B_2 * cos_phi2;
+    const real g_2 = e2 - lc_2;
+    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
+    const real wth_2 = th_2 * p[I2];
+    const real wg_2 = g_2 * wth_2;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real tn11_2 = Ass_2 + me2 - wth_2;
+    const real wq_2 = q_2 * wth_2;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real loss_phi2 = p[eps2] * x[phi2_dot];
+    const real loss_theta2 = p[eps2] * x[theta2_dot];
+    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real zeta2 = W12 * q_2
+        + Wn2 * lc_2 * w_x2
+        - chi2 * p[l2] * (p2 + x[phi2_dot]);
+    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
+    const real t_4b2fa = B_2 * eta2 + loss_phi2 * k2;
+    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
+    const real t_fbeaw = S_sq1 * tn11_1;
+    const real t_dj555 = S_sq2 * tn11_2;
+    const real K22 = t_fbeaw + t_dj555 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real K33 = Ass_1 + Ass_2 + M_C - t_fbeaw - t_dj555;
+    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
+    const real t_tcgxn = wg_1 - e1 * me1;
+    const real t_uf5ib = wg_2 - e2 * me2;
+    const real t_32gyg = Bc_1 - eAss_1;
+    const real t_65obb = t_32gyg + t_tcgxn;
+    const real t_gbkg6 = Bc_2 - eAss_2;
+    const real t_yoiua = t_gbkg6 + t_uf5ib;
+    const real t_z76hk = S_sq1 * t_65obb + S_sq2 * t_yoiua;
+    const real K52 = t_tcgxn + t_uf5ib - t_z76hk - wqC_1 - wqC_2;
+    const real t_hjmgb = SC1 * t_65obb + SC2 * t_yoiua;
+    const real K53 = wqS_1 - t_hjmgb + wqS_2;
+    const real K63 = t_z76hk - (t_32gyg + t_gbkg6);
+    const real n2 = F_n1 * cos_theta1 + F_n2 * cos_theta2 + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (F_n1 * sin_theta1 + F_n2 * sin_theta2) + F_t2 * cos_theta2;
+    const real gx_phi1 = sin_phi1 * t_6nwd2;  /* (25) */
+    const real t_5zfdh = lc_1 * p[m1];
+    const real gy_phi1 = sin_theta1 * t_5zfdh;  /* (25) */
+    const real gz_phi1 = cos_theta1 * t_5zfdh;  /* (25) */
+    const real t_bnlcb = gy_phi1 * p[h1];
+    const real t_4xxce = t_yx2kz * sin_theta1;
+    const real cz_phi1 = t_bnlcb - t_4xxce;  /* (25) */
+    const real t_azo52 = gx_phi1 * p[h1];
+    const real t_amwyw = t_a3uw4 + t_rding;
+    const real t_7eszt = t_amwyw * t_amwyw;
+    const real t_f5hf3 = x[theta1_dot] * x[theta1_dot];
+    const real t_a233z = sin_phi1 * cos_phi1;
+    const real t_5jodw = t_yx2kz * t_a233z;
+    const real t_wube7 = x[wx] * x[wx];
+    const real t_djbtf = x[theta1_dot] + x[theta1_dot];
+    const real t_3qva5 = sin_phi1 * sin_phi1;
+    const real t_invly = t_yx2kz * t_3qva5;
+    const real t_h5pol = t_invly * t_amwyw;
+    const real t_oc5tk = t_os4zj + t_os4zj;
+    const real k_phi1 = loss_phi1
+        - t_azo52 * t_7eszt
+        - t_azo52 * (Wn1 * Wn1)
+        - t_f5hf3 * t_5jodw
+        - t_5jodw * t_wube7
+        - t_djbtf * t_h5pol
+        - t_yx2kz * t_amwyw * x[wx]
+        + t_os4zj * t_7eszt * sin_phi1 * cos_phi1 * p[m1]
+        + t_oc5tk * t_3qva5 * t_amwyw * x[wx] * p[m1]
+        + cos_phi1 * t_amwyw * p[h1] * x[wx] * p[l1] * p[m1]
+        + t_oc5tk * sin_phi1 * cos_phi1 * x[theta1_dot] * x[wx] * p[m1];  /* (25) */
+    const real D_theta1 = t_invly + p[I1];  /* (26) */
+    const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
+    const real t_tpms2 = sin_theta1 * gx_phi1;
+    const real t_nmcsn = t_tpms2 * p[h1];
+    const real cy_theta1 = t_nmcsn - t_a233z * t_4xxce;  /* (26) */
+    const real t_m5cmg = gy_theta1 * p[h1];
+    const real t_bdhgv = t_yx2kz * cos_theta1;
+    const real t_uyufu = t_m5cmg - t_a233z * t_bdhgv;
+    const real cz_theta1 = t_uyufu + p[I1];  /* (26) */
+    const real t_ywy5z = Wn1 * x[wx];
+    const real t_j5odj = x[phi1_dot] + x[phi1_dot];
+    const real Dd_theta1 = t_5jodw * t_j5odj;
+    const real t_b7wcv = Dd_theta1 * x[theta1_dot];
+    const real k_theta1 = loss_theta1
+        + t_azo52 * t_ywy5z
+        + t_h5pol * t_j5odj
+        + t_h5pol * Wn1
+        + t_b7wcv
+        - t_5jodw * t_ywy5z
+        - Dd_theta1 * x[wx];  /* (26) */
+    const real gx_phi2 = t_popww * sin_phi2;  /* (25) */
+    const real t_p4m3j = lc_2 * p[m2];
+    const real gy_phi2 = t_p4m3j * sin_theta2;  /* (25) */
+    const real gz_phi2 = t_p4m3j * cos_theta2;  /* (25) */
+    const real t_ba7if = gy_phi2 * p[h2];
+    const real t_tb25v = sin_theta2 * t_frp3h;
+    const real cz_phi2 = t_ba7if - t_tb25v;  /* (25) */
+    const real t_nqm7d = sin_phi2 * cos_phi2;
+    const real t_2t5uv = t_nqm7d * t_frp3h;
+    const real t_svo5z = gx_phi2 * p[h2];
+    const real t_kmx3q = t_vhhwy + t_geoui;
+    const real t_3chhy = t_kmx3q * t_kmx3q;
+    const real t_h6l62 = x[theta2_dot] * x[theta2_dot];
+    const real t_m5kd4 = x[theta2_dot] + x[theta2_dot];
+    const real t_4j4b3 = sin_phi2 * sin_phi2;
+    const real t_claqt = t_4j4b3 * t_frp3h;
+    const real t_imick = t_kmx3q * t_claqt;
+    const real k_phi2 = loss_phi2
+        - t_wube7 * t_2t5uv
+        - t_svo5z * t_3chhy
+        - t_svo5z * (Wn2 * Wn2)
+        - t_h6l62 * t_2t5uv
+        - t_m5kd4 * t_imick
+        - t_kmx3q * t_frp3h * x[wx]
+        + t_3chhy * sin_phi2 * cos_phi2 * t_nfvux * p[m2]
+        + (t_kmx3q + t_kmx3q) * t_4j4b3 * t_nfvux * x[wx] * p[m2]
+        + t_kmx3q * cos_phi2 * p[h2] * x[wx] * p[l2] * p[m2]
+        + (sin_phi2 + sin_phi2) * cos_phi2 * t_nfvux * x[theta2_dot] * x[wx] * p[m2];  /* (25) */
+    const real D_theta2 = t_claqt + p[I2];  /* (26) */
+    const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
+    const real t_h3pge = gx_phi2 * sin_theta2;
+    const real t_ikdxp = t_h3pge * p[h2];
+    const real cy_theta2 = t_ikdxp - t_tb25v * t_nqm7d;  /* (26) */
+    const real t_gidtm = gy_theta2 * p[h2];
+    const real t_senbd = cos_theta2 * t_frp3h;
+    const real t_3o3n4 = t_gidtm - t_nqm7d * t_senbd;
+    const real cz_theta2 = t_3o3n4 + p[I2];  /* (26) */
+    const real t_nw7er = Wn2 * x[wx];
+    const real t_473qv = x[phi2_dot] + x[phi2_dot];
+    const real Dd_theta2 = t_2t5uv * t_473qv;
+    const real t_putjj = Dd_theta2 * x[theta2_dot];
+    const real k_theta2 = loss_theta2
+        + Wn2 * t_imick
+        + t_svo5z * t_nw7er
+        + t_imick * t_473qv
+        + t_putjj
+        - t_2t5uv * t_nw7er
+        - t_2t5uv * (x[wx] + x[wx]) * x[phi2_dot];  /* (26) */
+    const real ax_eq = p[F] / (t_omhyl + p[m1] + p[m2]);  /* (19) */
+    const real W_phi1 = c[r9] * p[m1];  /* (27) */
+    const real cdy_phi1 = t_m5cmg * x[phi1_dot] + cz_phi1 * x[theta1_dot];
+    const real t_pthak = gz_phi1 * p[h1];
+    const real t_qesxo = t_pthak - t_os4zj * cos_theta1 * p[m1];
+    const real cdz_phi1 = t_qesxo * x[theta1_dot] - t_nmcsn * x[phi1_dot];
+    const real W_theta1 = c[r10] * p[m1];  /* (27) */
+    const real t_4of2f = cos_phi1 * cos_phi1;
+    const real cdy_theta1 = t_uyufu * x[theta1_dot] + x[phi1_dot] * (t_bnlcb + t_3qva5 * t_4xxce - t_4of2f * t_4xxce);
+    const real cdz_theta1 = x[phi1_dot] * (t_pthak + t_3qva5 * t_bdhgv - t_bdhgv * t_4of2f) - cy_theta1 * x[theta1_dot];
+    const real W_phi2 = c[r9] * p[m2];  /* (27) */
+    const real cdy_phi2 = cz_phi2 * x[theta2_dot] + t_gidtm * x[phi2_dot];
+    const real t_3ndrr = gz_phi2 * p[h2];
+    const real t_x5sl2 = t_3ndrr - cos_theta2 * t_nfvux * p[m2];
+    const real cdz_phi2 = t_x5sl2 * x[theta2_dot] - t_ikdxp * x[phi2_dot];
+    const real W_theta2 = c[r10] * p[m2];  /* (27) */
+    const real t_zozwp = cos_phi2 * cos_phi2;
+    const real cdy_theta2 = t_3o3n4 * x[theta2_dot] + x[phi2_dot] * (t_ba7if + t_tb25v * t_4j4b3 - t_tb25v * t_zozwp);
+    const real cdz_theta2 = x[phi2_dot] * (t_3ndrr + t_4j4b3 * t_senbd - t_senbd * t_zozwp) - cy_theta2 * x[theta2_dot];
+    const real t_lx5ts = p[I1] * x[wx] - t_qesxo * x[wy] + cz_phi1 * x[wz];
+    const real t_nnhvb = p[I2] * x[wx] - t_x5sl2 * x[wy] + cz_phi2 * x[wz];
+    const real t_uwhy5 = cy_theta1 * x[wy] - t_invly * x[wx] + cz_theta1 * x[wz];
+    const real t_3swyo = cy_theta2 * x[wy] - t_claqt * x[wx] + cz_theta2 * x[wz];
+    const real V_v1 = K(0.5) * t_wube7 * c[r4]
+        + K(0.5) * t_qux2u * c[r6]
+        + K(0.5) * t_kyio7 * c[r8]
+        + K(0.5) * c[r1] * (x[vy] * x[vy])
+        + K(0.5) * c[r2] * (x[vz] * x[vz])
+        + K(0.5) * c[r3] * (x[att1] * x[att1])
+        + K(0.5) * c[r5] * (x[att2] * x[att2])
+        + K(0.5) * c[r7] * (x[att3] * x[att3])
+        + K(0.5) * W_phi1 * (x[phi1_dot] * x[phi1_dot] + t_j5odj * t_zrejm * t_lx5ts)
+        + K(0.5) * W_phi2 * (x[phi2_dot] * x[phi2_dot] + t_473qv * t_5wzvs * t_nnhvb)
+        + K(0.5) * W_theta1 * (t_f5hf3 + t_djbtf / D_theta1 * t_uwhy5)
+        + K(0.5) * W_theta2 * (t_h6l62 + t_m5kd4 / D_theta2 * t_3swyo);  /* (27) */
+    const real t_wij2f = x[vy] * c[r1];
+    const real t_mj52b = W_phi1 / (D1 * D1);
+    const real t_o2gar = D1 * x[phi1_dot];
+    const real t_6fwwp = t_mj52b * (t_lx5ts + t_o2gar);
+    const real t_iecaz = W_phi2 / (D2 * D2);
+    const real t_gifwv = D2 * x[phi2_dot];
+    const real t_wkcfe = t_iecaz * (t_nnhvb + t_gifwv);
+    const real t_j7ex5 = W_theta1 / (D_theta1 * D_theta1);
+    const real t_iomfo = D_theta1 * x[theta1_dot];
+    const real t_ydkrb = t_j7ex5 * (t_uwhy5 + t_iomfo);
+    const real t_s5xdh = W_theta2 / (D_theta2 * D_theta2);
+    const real t_kyc32 = D_theta2 * x[theta2_dot];
+    const real t_mx3ku = t_s5xdh * (t_3swyo + t_kyc32);
+    const real B_v1 = t_wij2f
+        - t_6fwwp * gy_phi1
+        - t_wkcfe * gy_phi2
+        - t_ydkrb * gy_theta1
+        - t_mx3ku * gy_theta2;  /* (29) */
+    const real t_aqbxr = x[vz] * c[r2];
+    const real C_v1 = t_aqbxr
+        - t_6fwwp * gz_phi1
+        - t_wkcfe * gz_phi2
+        + t_ydkrb * t_tpms2
+        + t_mx3ku * t_h3pge;  /* (29) */
+    const real t_5bilv = ax_eq * gx_phi1;
+    const real t_4oupt = ax_eq * gx_phi2;
+    const real g1_v1 = x[att1] * c[r3]
+        - t_aqbxr * x[vy]
+        - t_mj52b * (t_5bilv * p[I1] + p[I1] * k_phi1)
+        - t_iecaz * (t_4oupt * p[I2] + p[I2] * k_phi2)
+        - t_j7ex5 * (t_iomfo * Dd_theta1 - (t_b7wcv * t_invly + t_invly * k_theta1))
+        - t_s5xdh * (t_kyc32 * Dd_theta2 - (t_putjj * t_claqt + t_claqt * k_theta2))
+        + x[vy] * x[vz] * c[r1];  /* (29) */
+    const real g2_v1 = x[att2] * c[r5]
+        + t_mj52b * (t_5bilv * t_qesxo + t_qesxo * k_phi1 + t_o2gar * cdy_phi1)
+        + t_iecaz * (t_4oupt * t_x5sl2 + t_x5sl2 * k_phi2 + t_gifwv * cdy_phi2)
+        - t_j7ex5 * (t_b7wcv * cy_theta1 + cy_theta1 * k_theta1 - t_iomfo * cdy_theta1)
+        - t_s5xdh * (t_putjj * cy_theta2 + cy_theta2 * k_theta2 - t_kyc32 * cdy_theta2)
+        + x[vx] * x[vz] * c[r2];  /* (29) */
+    const real g3_v1 = x[att3] * c[r7]
+        - t_wij2f * x[vx]
+        - t_mj52b * (t_5bilv * cz_phi1 + cz_phi1 * k_phi1 - t_o2gar * cdz_phi1)
+        - t_iecaz * (t_4oupt * cz_phi2 + cz_phi2 * k_phi2 - t_gifwv * cdz_phi2)
+        - t_j7ex5 * (t_b7wcv * cz_theta1 + cz_theta1 * k_theta1 - t_iomfo * cdz_theta1)
+        - t_s5xdh * (t_putjj * cz_theta2 + cz_theta2 * k_theta2 - t_kyc32 * cdz_theta2);  /* (29) */
+    const real f11_v1 = c[r4]
+        - t_mj52b * (p[I1] * p[I1])
+        - t_iecaz * (p[I2] * p[I2])
+        - t_j7ex5 * (t_invly * t_invly)
+        - t_s5xdh * (t_claqt * t_claqt);  /* (29) */
+    const real t_7pydp = t_mj52b * p[I1];
+    const real t_ob75p = t_iecaz * p[I2];
+    const real t_ccobz = t_j7ex5 * t_invly;
+    const real t_6w3c7 = t_s5xdh * t_claqt;
+    const real f21_v1 = t_7pydp * t_qesxo + t_ob75p * t_x5sl2 + t_ccobz * cy_theta1 + t_6w3c7 * cy_theta2;  /* (29) */
+    const real f22_v1 = c[r6]
+        - t_mj52b * (t_qesxo * t_qesxo)
+        - t_iecaz * (t_x5sl2 * t_x5sl2)
+        - t_j7ex5 * (cy_theta1 * cy_theta1)
+        - t_s5xdh * (cy_theta2 * cy_theta2);  /* (29) */
+    const real f31_v1 = t_ccobz * cz_theta1 - (t_7pydp * cz_phi1 + t_ob75p * cz_phi2) + t_6w3c7 * cz_theta2;  /* (29) */
+    const real f32_v1 = t_mj52b * t_qesxo * cz_phi1
+        + t_iecaz * t_x5sl2 * cz_phi2
+        - t_j7ex5 * cy_theta1 * cz_theta1
+        - t_s5xdh * cy_theta2 * cz_theta2;  /* (29) */
+    const real f33_v1 = c[r8]
+        - t_mj52b * (cz_phi1 * cz_phi1)
+        - t_iecaz * (cz_phi2 * cz_phi2)
+        - t_j7ex5 * (cz_theta1 * cz_theta1)
+        - t_s5xdh * (cz_theta2 * cz_theta2);  /* (29) */
+    const real t_4v7es = K(1.0) / f11_v1;
+    const real f_v1_L21 = f21_v1 * t_4v7es;
+    const real f_v1_L31 = f31_v1 * t_4v7es;
+    const real f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21;
+    const real t_g2uww = f32_v1 - f21_v1 * f_v1_L31;
+    const real t_omhw7 = K(1.0) / f_v1_D2;
+    const real f_v1_L32 = t_g2uww * t_omhw7;
+    const real f_v1_D3 = f33_v1 - t_g2uww * f_v1_L32 - f31_v1 * f_v1_L31;
+    const real t_u5ggi = x[wx] * c[w3] + g1_v1;
+    const real u_v1_y2 = f_v1_L21 * t_u5ggi - (x[wy] * c[w4] + g2_v1);
+    const real u_v1_y3 = f_v1_L31 * t_u5ggi - (x[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
+    const real u_v1_x3 = u_v1_y3 / f_v1_D3;
+    const real u_v1_x2 = u_v1_y2 * t_omhw7 - f_v1_L32 * u_v1_x3;
+    const real G2_v1 = W12 + u_v1_x3;
+    const real G3_v1 = W13 - u_v1_x2;
+    const real a2_v1 = G2_v1 * x_C - B_v1 * c[w1];
+    const real a3_v1 = G3_v1 * x_C - C_v1 * c[w2];
+    const real t_dyqoa = t_u5ggi * t_4v7es + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
+    const real t_ev7u5 = Bs_1 + Asc_1 * e1;
+    const real t_bvybx = Bs_2 + Asc_2 * e2;
+    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_vzrlr = t_7imwe * sin_phi1
+        + t_4b2fa * sin_phi2
+        + cos_phi1 * tension1
+        + cos_phi2 * tension2
+        + G2_v1 * (t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2)
+        + G3_v1 * (t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2)
+        + t_b3aij * a2_v1
+        + t_zzymx * a3_v1;
+    const real q1_v1 = (Bs_1 + Bs_2) * t_dyqoa - t_vzrlr;
+    const real q2_v1 = n2
+        + G2_v1 * K52
+        - G3_v1 * t_hjmgb
+        + K22 * a2_v1
+        + K32 * a3_v1
+        + (wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2) * t_dyqoa;
+    const real q3_v1 = n3
+        + G2_v1 * K53
+        + G3_v1 * K63
+        + K32 * a2_v1
+        + K33 * a3_v1
+        - K43 * t_dyqoa;
+    const real PP_v1 = K11 * K11 + t_b3aij * t_b3aij + t_zzymx * t_zzymx;
+    const real Pq_v1 = K11 * q1_v1 - t_b3aij * q2_v1 - t_zzymx * q3_v1;
+    const real t_echqo = PP_v1 * (q1_v1 * q1_v1 - p[F] * p[F] + q2_v1 * q2_v1 + q3_v1 * q3_v1);
+    const real root_v1 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v1 * Pq_v1 - t_echqo));
+    const real ax_v1 = (root_v1 - Pq_v1) / PP_v1;
+    const real f2_v1 = q2_v1 - t_b3aij * ax_v1;
+    const real f3_v1 = q3_v1 - t_zzymx * ax_v1;
+    const real lateral_v1 = mv_sqrt(f2_v1 * f2_v1 + f3_v1 * f3_v1);
+    w[0] = V_v1;
+    w[1] = lateral_v1;
+    w[2] = mv_max(SPLAT(K(0.0)), lateral_v1 - p[F]);
 }
 
 /* Lyapunov law of velocities and attitude, (28), (34)-(36); 628 operations. */
 void slosh_lyapunov_v2(const real *x, const real *r, const real *p, const real *c, real *u)
 {
     (void)r;
-    const real v6 = p[12] / (p[13] * p[13] * p[12] + p[15]);
-    const real v7 = v6 * p[15];
-    const real v8 = v7 * p[13];
-    real s10, c10; mv_sincos(x[9], &s10, &c10);
-    const real v11 = v8 * s10;
-    const real v16 = x[4] * x[4] + x[5] * x[5];
-    const real v34 = p[17] / (p[18] * p[18] * p[17] + p[20]);
-    const real v35 = v34 * p[20];
-    const real v40 = p[0] + p[1] + v7 + v35;
-    const real v41 = (p[14] * v7 - (p[7] * p[0] + p[6] * p[1]) + p[19] * v35) / v40;
-    const real v42 = p[14] - v41;
-    const real v43 = v16 * v42;
-    const real v48 = x[3] - x[14];
-    real s51, c51; mv_sincos(x[10], &s51, &c51);
-    const real v55 = c51 * x[5] + s51 * x[4];
-    const real v57 = c10 * v48 - v55 * s10;
-    const real v60 = v55 * c10 + s10 * v48;
-    const real v67 = p[16] * x[13];
-    const real v68 = v6 * p[13];
-    const real v70 = v8 * (v57 * v60 - v55 * v48) + v67 * v68;
-    const real v72 = v11 * v43 + v70 * p[13];
-    const real v73 = s10 * p[13];
-    const real v77 = p[12] / (p[15] + p[12] * (v73 * v73));
-    const real v78 = x[3] * x[4];
-    const real v82 = c51 * x[4] - s51 * x[5];
-    const real v83 = c10 * p[13];
-    const real v88 = v82 + x[13];
-    const real v93 = p[16] * x[14];
-    const real v95 = (v78 * v73 + v82 * v83 * v48 - v57 * p[13] * (v88 + x[13])) * p[15] - v93 * v73;
-    const real v96 = v77 * v95;
-    real s99, c99; mv_sincos(x[11], &s99, &c99);
-    const real v100 = s99 * p[18];
-    const real v104 = p[17] / (p[20] + p[17] * (v100 * v100));
-    real s107, c107; mv_sincos(x[12], &s107, &c107);
-    const real v111 = c107 * x[4] - s107 * x[5];
-    const real v113 = c99 * p[18];
-    const real v116 = x[3] - x[16];
-    const real v122 = c107 * x[5] + s107 * x[4];
-    const real v124 = c99 * v116 - v122 * s99;
-    const real v127 = v111 + x[15];
-    const real v131 = (v78 * v100 + v111 * v113 * v116 - v124 * p[18] * (v127 + x[15])) * p[20];
-    const real v133 = p[21] * x[16];
-    const real v136 = v104 * (v131 - v133 * v100);
-    const real v138 = v96 * v73 + v136 * v100;
-    const real v140 = v35 * p[18];
-    const real v141 = v140 * s99;
-    const real v142 = p[19] - v41;
-    const real v143 = v16 * v142;
-    const real v147 = v122 * c99 + s99 * v116;
-    const real v152 = p[21] * x[15];
-    const real v153 = v34 * p[18];
-    const real v155 = v140 * (v124 * v147 - v122 * v116) + v152 * v153;
-    const real v157 = v141 * v143 + v155 * p[18];
-    const real v161 = x[14] * p[15];
-    const real v164 = x[16] * p[20];
-    const real v169 = p[4] - p[5];
-    const real v172 = v72 - v138 + v157 - v67 - v152 + v161 * x[4] + v164 * x[4] - v169 * x[4] * x[5];
-    const real v180 = x[1] * c[0];
-    const real v189 = v78 - (x[5] * c[12] + (x[8] * c[6] - v180 * x[0])) * (K(1.0) / c[7]);
-    const real v190 = v77 * p[15];
-    const real v191 = v73 * v190;
-    const real v193 = v104 * p[20];
-    const real v194 = v100 * v193;
-    const real v196 = v73 * v191 + v100 * v194;
-    const real v197 = v42 - v83;
-    const real v198 = v197 * v190;
-    const real v199 = v73 * v198;
-    const real v200 = c51 * v199;
-    const real v202 = v142 - v113;
-    const real v203 = v202 * v193;
-    const real v204 = v100 * v203;
-    const real v205 = c107 * v204;
-    const real v207 = v8 * p[13];
-    const real v208 = v8 * c10;
-    const real v209 = v208 * v42;
-    const real v210 = v207 - v209;
-    const real v213 = v140 * p[18];
-    const real v214 = v140 * c99;
-    const real v215 = v214 * v142;
-    const real v216 = v213 - v215;
-    const real v218 = v196 - v200 - v205 + v210 * s51 + v216 * s107;
-    const real v221 = x[3] * x[5];
-    const real v226 = x[2] * c[1];
-    const real v236 = v221 + (x[4] * c[11] + (v226 * x[0] + x[7] * c[4])) * (K(1.0) / c[5]);
-    const real v239 = s51 * v199 + s107 * v204;
-    const real v243 = v239 + v210 * c51 + v216 * c107;
-    const real v246 = v11 + v141;
-    const real v248 = p[13] * p[12];
-    const real v249 = v248 * v68;
-    const real v251 = p[18] * p[17];
-    const real v252 = v251 * v153;
-    const real v254 = v249 * s10;
-    const real v255 = v254 * s10;
-    const real v257 = v252 * s99;
-    const real v258 = v257 * s99;
-    const real v259 = v40 + v249 + v252 - v255 - v258;
-    const real v272 = (x[3] * c[10] + (v180 * x[2] - v226 * x[1] + x[6] * c[2])) * (K(1.0) / c[3]);
-    const real v283 = c10 * v43 * v249 - v248 * (v60 * v60 + v88 * v88);
-    const real v292 = c99 * v143 * v252 - v251 * (v147 * v147 + v127 * v127);
-    const real v295 = v254 * c10;
-    const real v297 = v11 + v295 * v42;
-    const real v299 = v257 * c99;
-    const real v301 = v141 + v299 * v142;
-    const real v303 = v297 * s51 + v301 * s107;
-    const real v308 = v297 * c51 + v301 * c107;
-    const real v310 = v70 * s10 + v155 * s99 + c10 * v283 + c99 * v292 + v189 * v303 + v236 * v308;
-    const real v313 = v295 * s51 + v299 * s107;
-    const real v317 = v189 * v41 - v180 * c[8];
-    const real v322 = v295 * c51 + v299 * c107;
-    const real v326 = v236 * v41 - v226 * c[9];
-    const real v329 = v246 * v272 - (v310 + v313 * v317 + v322 * v326);
-    const real v331 = v96 * c51;
-    const real v332 = v136 * c107;
-    const real v336 = s10 * v283 - v70 * c10;
-    const real v341 = s99 * v292 - v155 * c99;
-    const real v345 = v198 - v42 * v7;
-    const real v347 = v203 - v142 * v35;
-    const real v349 = s51 * s51;
-    const real v350 = v255 * v42;
-    const real v351 = v208 - v350;
-    const real v352 = v351 + v345;
-    const real v354 = s107 * s107;
-    const real v355 = v258 * v142;
-    const real v356 = v214 - v355;
-    const real v357 = v356 + v347;
-    const real v359 = v349 * v352 + v354 * v357;
-    const real v361 = c51 * v191;
-    const real v363 = c107 * v194;
-    const real v364 = v345 + v347 - v359 - v361 - v363;
-    const real v367 = c51 * s51;
-    const real v369 = c107 * s107;
-    const real v371 = v367 * v352 + v369 * v357;
-    const real v375 = v255 + v7 - v190;
-    const real v376 = v349 * v375;
-    const real v378 = v258 + v35 - v193;
-    const real v379 = v354 * v378;
-    const real v385 = v376 + v379 + v40 + v190 + v193 - v7 - v35;
-    const real v387 = v331 + v332 + v336 * s51 + v341 * s107 + v189 * v364 - v236 * v371 + v385 * v317;
-    const real v390 = v367 * v375 + v369 * v378;
-    const real v397 = v361 + v363 + v208 * s51 + v214 * s107;
-    const real v399 = v387 + v390 * v326 + v397 * v272;
-    const real v403 = v96 * s51;
-    const real v404 = v136 * s107;
-    const real v409 = s51 * v191;
-    const real v411 = s107 * v194;
-    const real v412 = v409 - v371 + v411;
-    const real v416 = v359 - (v351 + v356);
-    const real v420 = v336 * c51 - (v403 + v404) + v341 * c107 + v189 * v412 + v236 * v416 + v390 * v317;
-    const real v424 = v255 + v258 + v40 - v376 - v379;
-    const real v431 = v409 + v411 - v208 * c51 - v214 * c107;
-    const real v433 = v420 + v424 * v326 - v431 * v272;
-    const real v435 = v259 * v329 - v313 * v399 - v322 * v433;
-    const real v441 = v259 * v259 + v313 * v313 + v322 * v322;
-    const real v451 = v435 * v435 - v441 * (v329 * v329 - p[9] * p[9] + v399 * v399 + v433 * v433);
-    const real v455 = (mv_sqrt(mv_max(SPLAT(K(0.0)), v451)) - v435) / v441;
-    const real v460 = v399 - v313 * v455;
-    const real v461 = K(1.0) / p[9];
-    const real v464 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), v460 * v461));
-    const real v465 = mv_asin(v464);
-    real s466, c466; mv_sincos(v465, &s466, &c466);
-    const real v467 = p[9] * c466;
-    const real v469 = v433 - v322 * v455;
-    const real v478 = mv_min(SPLAT(K(1.0)), -(v469 * v461 / mv_max(SPLAT(K(1e-09)), mv_sqrt(K(1.0) - v464 * v464))));
-    const real v480 = mv_asin(mv_max(SPLAT(K(-1.0)), v478));
-    real s481, c481; mv_sincos(v480, &s481, &c481);
-    const real v485 = v467 * c481 - (v329 + v259 * v455);
-    const real v486 = K(1.0) / v259;
-    const real v488 = v313 * v486;
-    const real v490 = p[9] * s466;
-    const real v493 = v490 - v460 + v488 * v485;
-    const real v496 = K(1.0) / (v385 - v313 * v488);
-    const real v498 = v322 * v486;
-    const real v500 = v390 - v313 * v498;
-    const real v501 = v500 * v496;
-    const real v504 = v467 * s481;
-    const real v513 = (v498 * v485 - (v504 + v469) - v501 * v493) / (v424 - v500 * v501 - v322 * v498);
-    const real v515 = v493 * v496 - v501 * v513;
-    const real v519 = v485 * v486 + v488 * v515 + v498 * v513;
-    const real v523 = v172 + v189 * v218 + v236 * v243 - v246 * v455 - v246 * v519 - v397 * v317;
-    const real v534 = p[2] + p[3];
-    const real v537 = v523 - v397 * v515 + v431 * v326 + v431 * v513 - (v196 + v207 + v213 + v534) * v272;
-    const real v540 = p[7] + p[8] + v41;
-    const real v543 = v72 + v336 * v42;
-    const real v546 = v157 + v341 * v142;
-    const real v553 = p[15] + p[20];
-    const real v557 = v543 * c51 + v546 * c107 + v161 * x[3] + v164 * x[3] - v221 * (v534 + v553 + v169);
-    const real v562 = x[13] * p[15];
-    const real v565 = x[15] * p[20];
-    const real v568 = v504 * v540 - (v557 - v403 * v197 - v404 * v202 - v562 * x[5] - v565 * x[5]);
-    const real v570 = v7 * (v42 * v42);
-    const real v575 = v207 + K(-2.0) * v209 + v42 * v350;
-    const real v577 = v197 * v198;
-    const real v578 = v570 + v575 - v577;
-    const real v582 = v35 * (v142 * v142);
-    const real v586 = v213 + K(-2.0) * v215 + v142 * v355;
-    const real v588 = v202 * v203;
-    const real v589 = v582 + v586 - v588;
-    const real v591 = v239 + v367 * v578 + v369 * v589;
-    const real v607 = v7 * (p[14] * p[14]) + v35 * (p[19] * p[19]) + p[0] * (p[7] * p[7]) + p[1] * (p[6] * p[6]);
-    const real v610 = v607 - v40 * (v41 * v41);
-    const real v613 = v349 * v578;
-    const real v615 = v354 * v589;
-    const real v618 = v568 - v189 * v591 - v236 * (v575 + v586 + (p[2] + p[4] + v553 + v610) - v613 - v615);
-    const real v628 = v618 + v308 * v455 + v308 * v519 + v371 * v317 + v371 * v515 - v416 * v326;
-    const real v642 = v543 * s51 - (v138 + v93 + v133) + v546 * s107 - v78 * (v534 + (p[5] - p[4]));
-    const real v661 = v577 + v588 + v196 + v613 + v615 + (p[2] + p[5] + v610) - v570 - v582 + K(-2.0) * v200;
-    const real v665 = v642 - v562 * x[4] - v565 * x[4] + v331 * v197 + v332 * v202 + v189 * (v661 + K(-2.0) * v205);
-    const real v675 = v665 + v236 * v591 - v303 * v455 - v303 * v519 + v364 * v317 + v364 * v515;
-    u[0] = v537;
-    u[1] = v628 - v416 * v513 + v243 * v272;
-    u[2] = v675 + v412 * v326 + v412 * v513 - v218 * v272 + v490 * v540;
-    u[3] = v480;
-    u[4] = v465;
+    enum { vx = SLOSH_X_VX };
+    enum { vy = SLOSH_X_VY };
+    enum { vz = SLOSH_X_VZ };
+    enum { wx = SLOSH_X_WX };
+    enum { wy = SLOSH_X_WY };
+    enum { wz = SLOSH_X_WZ };
+    enum { att1 = SLOSH_X_ATT1 };
+    enum { att2 = SLOSH_X_ATT2 };
+    enum { att3 = SLOSH_X_ATT3 };
+    enum { phi1 = SLOSH_X_PHI1 };
+    enum { theta1 = SLOSH_X_THETA1 };
+    enum { phi2 = SLOSH_X_PHI2 };
+    enum { theta2 = SLOSH_X_THETA2 };
+    enum { phi1_dot = SLOSH_X_PHI1_DOT };
+    enum { theta1_dot = SLOSH_X_THETA1_DOT };
+    enum { phi2_dot = SLOSH_X_PHI2_DOT };
+    enum { theta2_dot = SLOSH_X_THETA2_DOT };
+    enum { m = SLOSH_P_M };
+    enum { m0 = SLOSH_P_M0 };
+    enum { I0 = SLOSH_P_I0 };
+    enum { J_x = SLOSH_P_J_X };
+    enum { J_y = SLOSH_P_J_Y };
+    enum { J_z = SLOSH_P_J_Z };
+    enum { h0 = SLOSH_P_H0 };
+    enum { b = SLOSH_P_B };
+    enum { d = SLOSH_P_D };
+    enum { F = SLOSH_P_F };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { eps1 = SLOSH_P_EPS1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { eps2 = SLOSH_P_EPS2 };
+    enum { r1 = SLOSH_LYAPUNOV_V2_C_R1 };
+    enum { r2 = SLOSH_LYAPUNOV_V2_C_R2 };
+    enum { r3 = SLOSH_LYAPUNOV_V2_C_R3 };
+    enum { r4 = SLOSH_LYAPUNOV_V2_C_R4 };
+    enum { r5 = SLOSH_LYAPUNOV_V2_C_R5 };
+    enum { r6 = SLOSH_LYAPUNOV_V2_C_R6 };
+    enum { r7 = SLOSH_LYAPUNOV_V2_C_R7 };
+    enum { r8 = SLOSH_LYAPUNOV_V2_C_R8 };
+    enum { w1 = SLOSH_LYAPUNOV_V2_C_W1 };
+    enum { w2 = SLOSH_LYAPUNOV_V2_C_W2 };
+    enum { w3 = SLOSH_LYAPUNOV_V2_C_W3 };
+    enum { w4 = SLOSH_LYAPUNOV_V2_C_W4 };
+    enum { w5 = SLOSH_LYAPUNOV_V2_C_W5 };
+    const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
+    const real t_gx5gf = p[m1] / D1;
+    const real k1 = t_gx5gf * p[l1];
+    const real me1 = t_gx5gf * p[I1];
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real mv1 = t_6nwd2 * k1;
+    const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
+    const real t_wiek6 = p[m2] / D2;
+    const real k2 = t_wiek6 * p[l2];
+    const real me2 = t_wiek6 * p[I2];
+    const real t_popww = p[l2] * p[m2];
+    const real mv2 = t_popww * k2;
+    const real M_C = p[m] + p[m0] + me1 + me2;
+    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real S_C = me1 * (p[h1] * p[h1])
+        + me2 * (p[h2] * p[h2])
+        + p[m] * (p[b] * p[b])
+        + p[m0] * (p[h0] * p[h0])
+        - M_C * (x_C * x_C);
+    const real J_C1 = p[I0] + p[J_x];
+    const real J_C3 = p[I0] + p[J_z] + S_C;
+    const real t_is5lg = p[I1] + p[I2];
+    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
+    const real W12 = x[wx] * x[wy];
+    const real W13 = x[wx] * x[wz];
+    const real e1 = p[h1] - x_C;
+    const real e2 = p[h2] - x_C;
+    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
+    const real Wt1 = cos_theta1 * x[wz] + sin_theta1 * x[wy];
+    const real w_x1 = x[wx] - x[theta1_dot];
+    const real p1 = Wn1 + x[phi1_dot];
+    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
+    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
+    const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
+    const real Wt2 = cos_theta2 * x[wz] + sin_theta2 * x[wy];
+    const real w_x2 = x[wx] - x[theta2_dot];
+    const real p2 = Wn2 + x[phi2_dot];
+    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
+    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
+    const real t_w7vil = t_rybsf * e1;
+    const real tension1 = cos_phi1 * t_w7vil * mv1 - t_6nwd2 * sigma_sq1;
+    const real As_1 = mv1 * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real eAss_1 = Ass_1 * e1;
+    const real q_1 = sin_phi1 * p[l1];
+    const real lc_1 = cos_phi1 * p[l1];
+    const real B_1 = me1 * p[l1];
+    const real Bs_1 = B_1 * sin_phi1;
+    const real Bc_1 = B_1 * cos_phi1;
+    const real Bl_1 = B_1 * p[l1];
+    const real g_1 = e1 - lc_1;
+    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
+    const real wth_1 = th_1 * p[I1];
+    const real eBc_1 = Bc_1 * e1;
+    const real wg_1 = g_1 * wth_1;
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real tn11_1 = Ass_1 + me1 - wth_1;
+    const real t_b7ure = me1 * (e1 * e1);
+    const real t_3bowt = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
+    const real t_3fv6l = g_1 * wg_1;
+    const real tn44_1 = t_b7ure + t_3bowt - t_3fv6l;
+    const real wq_1 = q_1 * wth_1;
+    const real wqg_1 = q_1 * wg_1;
+    const real wqq_1 = q_1 * wq_1;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real wgC_1 = cos_theta1 * wqg_1;
+    const real wgS_1 = sin_theta1 * wqg_1;
+    const real loss_phi1 = p[eps1] * x[phi1_dot];
+    const real loss_theta1 = p[eps1] * x[theta1_dot];
+    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real zeta1 = W12 * q_1
+        + Wn1 * lc_1 * w_x1
+        - chi1 * p[l1] * (p1 + x[phi1_dot]);
+    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
+    const real t_7imwe = B_1 * eta1 + loss_phi1 * k1;
+    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real M_q1 = F_n1 * q_1;
+    const real I_phi1 = x[phi1_dot] * p[I1];
+    const real I_theta1 = x[theta1_dot] * p[I1];
+    const real t_6fvzz = t_rybsf * e2;
+    const real tension2 = cos_phi2 * t_6fvzz * mv2 - t_popww * sigma_sq2;
+    const real As_2 = mv2 * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real eAss_2 = Ass_2 * e2;
+    const real q_2 = sin_phi2 * p[l2];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real B_2 = me2 * p[l2];
+    const real Bs_2 = B_2 * sin_phi2;
+    const real Bc_2 = B_2 * cos_phi2;
+    const real Bl_2 = B_2 * p[l2];
+    const real g_2 = e2 - lc_2;
+    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
+    const real wth_2 = th_2 * p[I2];
+    const real eBc_2 = Bc_2 * e2;
+    const real wg_2 = g_2 * wth_2;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real tn11_2 = Ass_2 + me2 - wth_2;
+    const real t_lpk5h = me2 * (e2 * e2);
+    const real t_ymmgl = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
+    const real t_odwbr = g_2 * wg_2;
+    const real tn44_2 = t_lpk5h + t_ymmgl - t_odwbr;
+    const real wq_2 = q_2 * wth_2;
+    const real wqg_2 = q_2 * wg_2;
+    const real wqq_2 = q_2 * wq_2;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real wgC_2 = cos_theta2 * wqg_2;
+    const real wgS_2 = sin_theta2 * wqg_2;
+    const real loss_phi2 = p[eps2] * x[phi2_dot];
+    const real loss_theta2 = p[eps2] * x[theta2_dot];
+    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real zeta2 = W12 * q_2
+        + Wn2 * lc_2 * w_x2
+        - chi2 * p[l2] * (p2 + x[phi2_dot]);
+    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
+    const real t_4b2fa = B_2 * eta2 + loss_phi2 * k2;
+    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real M_q2 = F_n2 * q_2;
+    const real I_phi2 = x[phi2_dot] * p[I2];
+    const real I_theta2 = x[theta2_dot] * p[I2];
+    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
+    const real t_fbeaw = S_sq1 * tn11_1;
+    const real t_dj555 = S_sq2 * tn11_2;
+    const real K22 = t_fbeaw + t_dj555 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real K33 = Ass_1 + Ass_2 + M_C - t_fbeaw - t_dj555;
+    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
+    const real t_nhr5u = wqq_1 + wqq_2;
+    const real K44 = t_nhr5u + Bl_1 + Bl_2 + J_C1;
+    const real t_tcgxn = wg_1 - e1 * me1;
+    const real t_uf5ib = wg_2 - e2 * me2;
+    const real t_32gyg = Bc_1 - eAss_1;
+    const real t_65obb = t_32gyg + t_tcgxn;
+    const real t_gbkg6 = Bc_2 - eAss_2;
+    const real t_yoiua = t_gbkg6 + t_uf5ib;
+    const real t_z76hk = S_sq1 * t_65obb + S_sq2 * t_yoiua;
+    const real K52 = t_tcgxn + t_uf5ib - t_z76hk - wqC_1 - wqC_2;
+    const real t_hjmgb = SC1 * t_65obb + SC2 * t_yoiua;
+    const real K53 = wqS_1 - t_hjmgb + wqS_2;
+    const real t_nncdg = Bl_1 - eBc_1;
+    const real t_4q22j = Bl_2 - eBc_2;
+    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
+    const real t_hoosk = S_sq1 * tn44_1;
+    const real t_drvdp = S_sq2 * tn44_2;
+    const real K55 = t_3fv6l
+        + t_odwbr
+        + t_nhr5u
+        + t_hoosk
+        + t_drvdp
+        + J_C3
+        - t_b7ure
+        - t_lpk5h
+        + K(-2.0) * wgC_1
+        + K(-2.0) * wgC_2;
+    const real K63 = t_z76hk - (t_32gyg + t_gbkg6);
+    const real t_zhbuw = wgS_1 + wgS_2;
+    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
+    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_3bowt + t_ymmgl + J_C2 - t_hoosk - t_drvdp;
+    const real t_vt7uo = F_n1 * cos_theta1;
+    const real t_oncjt = F_n2 * cos_theta2;
+    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real t_azclp = F_n1 * sin_theta1;
+    const real t_iya7w = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
+    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
+    const real t_kp7yy = M_q1 + M_q2;
+    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
+    const real t_sfymc = p[J_y] - p[J_z];
+    const real n4 = t_aejai
+        - t_kp7yy
+        + t_zd4fs
+        - loss_phi1
+        - loss_phi2
+        + I_theta1 * x[wy]
+        + I_theta2 * x[wy]
+        - t_sfymc * x[wy] * x[wz];
+    const real t_w7nmt = t_aejai + F_t1 * e1;
+    const real t_e5cx2 = t_zd4fs + F_t2 * e2;
+    const real n5 = t_w7nmt * sin_theta1
+        - (t_kp7yy + loss_theta1 + loss_theta2)
+        + t_e5cx2 * sin_theta2
+        - W12 * (J_C1 + (p[J_z] - p[J_y]))
+        - I_phi1 * x[wy]
+        - I_phi2 * x[wy]
+        + t_vt7uo * g_1
+        + t_oncjt * g_2;
+    const real n6 = t_w7nmt * cos_theta1
+        + t_e5cx2 * cos_theta2
+        + I_theta1 * x[wx]
+        + I_theta2 * x[wx]
+        - W13 * (J_C1 + t_is5lg + t_sfymc)
+        - t_azclp * g_1
+        - t_iya7w * g_2
+        - I_phi1 * x[wz]
+        - I_phi2 * x[wz];
+    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_bpfoo = K(1.0) / K11;
+    const real t_w7lcw = t_b3aij * t_bpfoo;
+    const real K_D2 = K22 - t_b3aij * t_w7lcw;
+    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_3go2w = t_zzymx * t_bpfoo;
+    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
+    const real t_4iujv = K(1.0) / K_D2;
+    const real K_L32 = t_d4mqf * t_4iujv;
+    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
+    const real B_v2 = x[vy] * c[r1];  /* (29) */
+    const real C_v2 = x[vz] * c[r2];  /* (29) */
+    const real g1_v2 = B_v2 * x[vz] - C_v2 * x[vy] + x[att1] * c[r3];  /* (29) */
+    const real g2_v2 = C_v2 * x[vx] + x[att2] * c[r5];  /* (29) */
+    const real g3_v2 = x[att3] * c[r7] - B_v2 * x[vx];  /* (29) */
+    const real G2_v2 = W12 - (x[wz] * c[w5] + g3_v2) * (K(1.0) / c[r8]);
+    const real G3_v2 = W13 + (x[wy] * c[w4] + g2_v2) * (K(1.0) / c[r6]);
+    const real a2_v2 = G2_v2 * x_C - B_v2 * c[w1];
+    const real a3_v2 = G3_v2 * x_C - C_v2 * c[w2];
+    const real t_2m245 = Bs_1 + Bs_2;
+    const real t_lutta = (x[wx] * c[w3] + g1_v2) * (K(1.0) / c[r4]);
+    const real t_ev7u5 = Bs_1 + Asc_1 * e1;
+    const real t_bvybx = Bs_2 + Asc_2 * e2;
+    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
+    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
+    const real t_bkfqo = t_7imwe * sin_phi1
+        + t_4b2fa * sin_phi2
+        + cos_phi1 * tension1
+        + cos_phi2 * tension2
+        + G2_v2 * t_6mmeb
+        + G3_v2 * t_bl4f2
+        + t_b3aij * a2_v2
+        + t_zzymx * a3_v2;
+    const real q1_v2 = t_2m245 * t_lutta - t_bkfqo;
+    const real t_yz7e5 = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
+    const real q2_v2 = n2
+        + G2_v2 * K52
+        - G3_v2 * t_hjmgb
+        + K22 * a2_v2
+        + K32 * a3_v2
+        + t_yz7e5 * t_lutta;
+    const real q3_v2 = n3
+        + G2_v2 * K53
+        + G3_v2 * K63
+        + K32 * a2_v2
+        + K33 * a3_v2
+        - K43 * t_lutta;
+    const real PP_v2 = K11 * K11 + t_b3aij * t_b3aij + t_zzymx * t_zzymx;
+    const real Pq_v2 = K11 * q1_v2 - t_b3aij * q2_v2 - t_zzymx * q3_v2;
+    const real t_m473c = PP_v2 * (q1_v2 * q1_v2 - p[F] * p[F] + q2_v2 * q2_v2 + q3_v2 * q3_v2);
+    const real root_v2 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v2 * Pq_v2 - t_m473c));
+    const real ax_v2 = (root_v2 - Pq_v2) / PP_v2;
+    const real f1_v2 = q1_v2 + K11 * ax_v2;
+    const real f2_v2 = q2_v2 - t_b3aij * ax_v2;
+    const real f3_v2 = q3_v2 - t_zzymx * ax_v2;
+    const real t_y7rm6 = K(1.0) / p[F];
+    const real sin_d2_v2 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v2 * t_y7rm6));
+    const real cos_d2_v2 = mv_sqrt(K(1.0) - sin_d2_v2 * sin_d2_v2);
+    const real delta1_v2 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v2 * t_y7rm6 / mv_max(SPLAT(K(1e-09)), cos_d2_v2)))));
+    const real delta2_v2 = mv_asin(sin_d2_v2);
+    real sin_delta2_v2, cos_delta2_v2; mv_sincos(delta2_v2, &sin_delta2_v2, &cos_delta2_v2);
+    const real t_4mgpp = p[F] * cos_delta2_v2;
+    real sin_delta1_v2, cos_delta1_v2; mv_sincos(delta1_v2, &sin_delta1_v2, &cos_delta1_v2);
+    const real df1_v2 = t_4mgpp * cos_delta1_v2 - f1_v2;
+    const real t_7oaon = p[F] * sin_delta2_v2;
+    const real df2_v2 = t_7oaon - f2_v2;
+    const real da_v2_y2 = df2_v2 + t_w7lcw * df1_v2;
+    const real t_pmr3w = t_4mgpp * sin_delta1_v2;
+    const real da_v2_y3 = t_3go2w * df1_v2 - (t_pmr3w + f3_v2) - K_L32 * da_v2_y2;
+    const real da_v2_x3 = da_v2_y3 / K_D3;
+    const real da_v2_x2 = da_v2_y2 * t_4iujv - K_L32 * da_v2_x3;
+    const real da_v2_x1 = df1_v2 * t_bpfoo + t_w7lcw * da_v2_x2 + t_3go2w * da_v2_x3;
+    const real Mx_v2 = n4
+        + G2_v2 * K54
+        + G3_v2 * K64
+        - t_2m245 * ax_v2
+        - t_2m245 * da_v2_x1
+        - t_yz7e5 * a2_v2
+        - t_yz7e5 * da_v2_x2
+        + K43 * a3_v2
+        + K43 * da_v2_x3
+        - K44 * t_lutta;
+    const real t_lwe76 = p[b] + p[d] + x_C;
+    const real My_v2 = t_pmr3w * t_lwe76
+        - n6
+        - G2_v2 * K65
+        - G3_v2 * K66
+        + t_bl4f2 * ax_v2
+        + t_bl4f2 * da_v2_x1
+        + t_hjmgb * a2_v2
+        + t_hjmgb * da_v2_x2
+        - K63 * a3_v2
+        - K63 * da_v2_x3
+        + K64 * t_lutta;
+    const real Mz_v2 = n5
+        + G2_v2 * K55
+        + G3_v2 * K65
+        - t_6mmeb * ax_v2
+        - t_6mmeb * da_v2_x1
+        + K52 * a2_v2
+        + K52 * da_v2_x2
+        + K53 * a3_v2
+        + K53 * da_v2_x3
+        - K54 * t_lutta
+        + t_7oaon * t_lwe76;
+    u[0] = Mx_v2;
+    u[1] = My_v2;
+    u[2] = Mz_v2;
+    u[3] = delta1_v2;
+    u[4] = delta2_v2;
 }
 
 /* closed loop of lyapunov-v2; 947 operations. */
 void slosh_lyapunov_v2_loop(const real *q, const real *r, const real *p, const real *c, real *dq)
 {
     (void)r;
-    real s7, c7; mv_sincos(q[9], &s7, &c7);
-    const real v9 = s7 * p[13];
-    const real v13 = p[12] / (p[15] + p[12] * (v9 * v9));
-    const real v16 = q[3] * q[4];
-    real s19, c19; mv_sincos(q[10], &s19, &c19);
-    const real v24 = c19 * q[4] - s19 * q[5];
-    const real v26 = c7 * p[13];
-    const real v29 = q[3] - q[14];
-    const real v35 = c19 * q[5] + s19 * q[4];
-    const real v37 = c7 * v29 - v35 * s7;
-    const real v40 = v24 + q[13];
-    const real v43 = v16 * v9 + v24 * v26 * v29 - v37 * p[13] * (v40 + q[13]);
-    const real v46 = p[16] * q[14];
-    const real v49 = v13 * (v43 * p[15] - v46 * v9);
-    const real v50 = v49 * c19;
-    real s54, c54; mv_sincos(q[11], &s54, &c54);
-    const real v56 = s54 * p[18];
-    const real v60 = p[17] / (p[20] + p[17] * (v56 * v56));
-    real s63, c63; mv_sincos(q[12], &s63, &c63);
-    const real v67 = c63 * q[4] - s63 * q[5];
-    const real v69 = c54 * p[18];
-    const real v72 = q[3] - q[16];
-    const real v78 = c63 * q[5] + s63 * q[4];
-    const real v80 = c54 * v72 - v78 * s54;
-    const real v83 = v67 + q[15];
-    const real v86 = v16 * v56 + v67 * v69 * v72 - v80 * p[18] * (v83 + q[15]);
-    const real v89 = p[21] * q[16];
-    const real v92 = v60 * (v86 * p[20] - v89 * v56);
-    const real v93 = v92 * c63;
-    const real v97 = q[4] * q[4] + q[5] * q[5];
-    const real v102 = K(1.0) / (p[13] * p[13] * p[12] + p[15]);
-    const real v103 = p[12] * v102;
-    const real v104 = v103 * p[15];
-    const real v118 = K(1.0) / (p[18] * p[18] * p[17] + p[20]);
-    const real v119 = p[17] * v118;
-    const real v120 = v119 * p[20];
-    const real v125 = p[0] + p[1] + v104 + v120;
-    const real v126 = (p[14] * v104 - (p[7] * p[0] + p[6] * p[1]) + p[19] * v120) / v125;
-    const real v127 = p[14] - v126;
-    const real v128 = v97 * v127;
-    const real v130 = p[13] * p[12];
-    const real v131 = v103 * p[13];
-    const real v132 = v130 * v131;
-    const real v136 = v35 * c7 + s7 * v29;
-    const real v141 = c7 * v128 * v132 - v130 * (v136 * v136 + v40 * v40);
-    const real v143 = v104 * p[13];
-    const real v146 = v37 * v136 - v35 * v29;
-    const real v148 = p[16] * q[13];
-    const real v150 = v143 * v146 + v148 * v131;
-    const real v152 = s7 * v141 - v150 * c7;
-    const real v155 = p[19] - v126;
-    const real v156 = v97 * v155;
-    const real v158 = p[18] * p[17];
-    const real v159 = v119 * p[18];
-    const real v160 = v158 * v159;
-    const real v164 = v78 * c54 + s54 * v72;
-    const real v169 = c54 * v156 * v160 - v158 * (v164 * v164 + v83 * v83);
-    const real v171 = v120 * p[18];
-    const real v174 = v80 * v164 - v78 * v72;
-    const real v176 = p[21] * q[15];
-    const real v178 = v171 * v174 + v176 * v159;
-    const real v180 = s54 * v169 - v178 * c54;
-    const real v182 = v50 + v93 + v152 * s19 + v180 * s63;
-    const real v190 = q[1] * c[0];
-    const real v198 = v16 - (q[5] * c[12] + (q[8] * c[6] - v190 * q[0])) * (K(1.0) / c[7]);
-    const real v199 = v127 - v26;
-    const real v200 = v13 * p[15];
-    const real v201 = v199 * v200;
-    const real v203 = v201 - v127 * v104;
-    const real v204 = v155 - v69;
-    const real v205 = v60 * p[20];
-    const real v206 = v204 * v205;
-    const real v208 = v206 - v155 * v120;
-    const real v210 = s19 * s19;
-    const real v211 = v143 * c7;
-    const real v212 = v132 * s7;
-    const real v213 = v212 * s7;
-    const real v214 = v213 * v127;
-    const real v215 = v211 - v214;
-    const real v216 = v215 + v203;
-    const real v218 = s63 * s63;
-    const real v219 = v171 * c54;
-    const real v220 = v160 * s54;
-    const real v221 = v220 * s54;
-    const real v222 = v221 * v155;
-    const real v223 = v219 - v222;
-    const real v224 = v223 + v208;
-    const real v226 = v210 * v216 + v218 * v224;
-    const real v228 = v9 * v200;
-    const real v229 = c19 * v228;
-    const real v231 = v56 * v205;
-    const real v232 = c63 * v231;
-    const real v233 = v203 + v208 - v226 - v229 - v232;
-    const real v236 = q[3] * q[5];
-    const real v241 = q[2] * c[1];
-    const real v251 = v236 + (q[4] * c[11] + (v241 * q[0] + q[7] * c[4])) * (K(1.0) / c[5]);
-    const real v252 = c19 * s19;
-    const real v254 = c63 * s63;
-    const real v256 = v252 * v216 + v254 * v224;
-    const real v260 = v213 + v104 - v200;
-    const real v261 = v210 * v260;
-    const real v263 = v221 + v120 - v205;
-    const real v264 = v218 * v263;
-    const real v270 = v261 + v264 + v125 + v200 + v205 - v104 - v120;
-    const real v274 = v198 * v126 - v190 * c[8];
-    const real v279 = v252 * v260 + v254 * v263;
-    const real v283 = v251 * v126 - v241 * c[9];
-    const real v290 = v229 + v232 + v211 * s19 + v219 * s63;
-    const real v303 = (q[3] * c[10] + (v190 * q[2] - v241 * q[1] + q[6] * c[2])) * (K(1.0) / c[3]);
-    const real v305 = v182 + v198 * v233 - v251 * v256 + v270 * v274 + v279 * v283 + v290 * v303;
-    const real v306 = v212 * c7;
-    const real v308 = v220 * c54;
-    const real v310 = v306 * s19 + v308 * s63;
-    const real v315 = v125 + v132 + v160 - v213 - v221;
-    const real v316 = v143 * s7;
-    const real v317 = v171 * s54;
-    const real v318 = v316 + v317;
-    const real v326 = v150 * s7 + v178 * s54 + c7 * v141 + c54 * v169;
-    const real v328 = v316 + v306 * v127;
-    const real v331 = v317 + v308 * v155;
-    const real v333 = v328 * s19 + v331 * s63;
-    const real v338 = v328 * c19 + v331 * c63;
-    const real v345 = v306 * c19 + v308 * c63;
-    const real v348 = v318 * v303 - (v326 + v198 * v333 + v251 * v338 + v310 * v274 + v345 * v283);
-    const real v353 = v49 * s19;
-    const real v354 = v92 * s63;
-    const real v358 = v152 * c19 - (v353 + v354) + v180 * c63;
-    const real v359 = s19 * v228;
-    const real v361 = s63 * v231;
-    const real v362 = v359 - v256 + v361;
-    const real v366 = v226 - (v215 + v223);
-    const real v374 = v213 + v221 + v125 - v261 - v264;
-    const real v381 = v359 + v361 - v211 * c19 - v219 * c63;
-    const real v383 = v358 + v198 * v362 + v251 * v366 + v279 * v274 + v374 * v283 - v381 * v303;
-    const real v385 = v315 * v348 - v310 * v305 - v345 * v383;
-    const real v391 = v315 * v315 + v310 * v310 + v345 * v345;
-    const real v401 = v385 * v385 - v391 * (v348 * v348 - p[9] * p[9] + v305 * v305 + v383 * v383);
-    const real v405 = (mv_sqrt(mv_max(SPLAT(K(0.0)), v401)) - v385) / v391;
-    const real v407 = v305 - v310 * v405;
-    const real v408 = K(1.0) / p[9];
-    const real v411 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), v407 * v408));
-    const real v412 = mv_asin(v411);
-    const real v414 = mv_max(-p[11], mv_min(v412, p[11]));
-    real s415, c415; mv_sincos(v414, &s415, &c415);
-    const real v416 = c415 * p[9];
-    const mask m420 = LE(mv_fabs(v412), p[11]);
-    const real v422 = v383 - v345 * v405;
-    const real v431 = mv_min(SPLAT(K(1.0)), -(v422 * v408 / mv_max(SPLAT(K(1e-09)), mv_sqrt(K(1.0) - v411 * v411))));
-    const real v433 = mv_asin(mv_max(SPLAT(K(-1.0)), v431));
-    real s434, c434; mv_sincos(v412, &s434, &c434);
-    real s435, c435; mv_sincos(v433, &s435, &c435);
-    const real v436 = c434 * s435;
-    const real v441 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), v436 * (K(1.0) / mv_cos(p[11]))));
-    const real v445 = mv_max(-p[10], mv_min(p[10], SELECT(m420, v433, mv_asin(v441))));
-    real s446, c446; mv_sincos(v445, &s446, &c446);
-    const real v448 = v416 * c446 + v326;
-    const real v449 = K(1.0) / v315;
-    const real v451 = v310 * v449;
-    const real v453 = s415 * p[9];
-    const real v456 = v453 - v182 + v451 * v448;
-    const real v459 = K(1.0) / (v270 - v310 * v451);
-    const real v461 = v345 * v449;
-    const real v463 = v279 - v310 * v461;
-    const real v464 = v463 * v459;
-    const real v467 = v416 * s446;
-    const real v471 = v461 * v448 - (v467 + v358) - v464 * v456;
-    const real v476 = K(1.0) / (v374 - v463 * v464 - v345 * v461);
-    const real v478 = v318 * v449;
-    const real v480 = v290 + v310 * v478;
-    const real v481 = v480 * v459;
-    const real v485 = v381 + v463 * v481 - v345 * v478;
-    const real v486 = v485 * v476;
-    const real v489 = v316 * v128 + v150 * p[13];
-    const real v492 = v49 * v9 + v92 * v56;
-    const real v496 = v317 * v156 + v178 * p[18];
-    const real v500 = q[14] * p[15];
-    const real v503 = q[16] * p[20];
-    const real v508 = p[4] - p[5];
-    const real v511 = v489 - v492 + v496 - v148 - v176 + v500 * q[4] + v503 * q[4] - v508 * q[4] * q[5];
-    const real v514 = v9 * v228 + v56 * v231;
-    const real v515 = v9 * v201;
-    const real v516 = c19 * v515;
-    const real v518 = v56 * v206;
-    const real v519 = c63 * v518;
-    const real v521 = v143 * p[13];
-    const real v522 = v211 * v127;
-    const real v523 = v521 - v522;
-    const real v526 = v171 * p[18];
-    const real v527 = v219 * v155;
-    const real v528 = v526 - v527;
-    const real v530 = v514 - v516 - v519 + v523 * s19 + v528 * s63;
-    const real v535 = s19 * v515 + s63 * v518;
-    const real v539 = v535 + v523 * c19 + v528 * c63;
-    const real v544 = p[9] * c434;
-    const real v549 = v544 * c435 - (v348 + v315 * v405);
-    const real v552 = p[9] * s434;
-    const real v555 = v552 - v407 + v451 * v549;
-    const real v558 = v544 * s435;
-    const real v563 = (v461 * v549 - (v558 + v422) - v464 * v555) * v476;
-    const real v565 = v555 * v459 - v464 * v563;
-    const real v569 = v549 * v449 + v451 * v565 + v461 * v563;
-    const real v573 = v511 + v198 * v530 + v251 * v539 - v318 * v405 - v318 * v569 - v290 * v274;
-    const real v584 = p[2] + p[3];
-    const real v585 = v514 + v521 + v526 + v584;
-    const real v588 = p[9] * c415;
-    const real v592 = v588 * c446 - c434 * p[9] * c435;
-    const real v595 = p[9] * s415 - v552;
-    const real v597 = v595 + v451 * v592;
-    const real v601 = v436 * p[9] - v588 * s446;
-    const real v606 = (v601 + v461 * v592 - v464 * v597) * v476;
-    const real v608 = v597 * v459 - v464 * v606;
-    const real v612 = v592 * v449 + v451 * v608 + v461 * v606;
-    const real v614 = v573 - v290 * v565 + v381 * v283 + v381 * v563 - v585 * v303 - v318 * v612;
-    const real v625 = v614 - v290 * v608 + v381 * v606 - v511 + v478 * v448 + v481 * v456 - v486 * v471;
-    const real v632 = K(1.0) / (v585 - v480 * v481 - v485 * v486 - v318 * v478);
-    const real v634 = v333 * v449;
-    const real v636 = v233 - v310 * v634;
-    const real v637 = v636 * v459;
-    const real v643 = v362 - v463 * v637 - v345 * v634;
-    const real v644 = v643 * v476;
-    const real v648 = v530 + v480 * v637 - v485 * v644 - v318 * v634;
-    const real v649 = v648 * v632;
-    const real v651 = v489 + v152 * v127;
-    const real v657 = v496 + v180 * v155;
-    const real v663 = v651 * s19 - (v492 + v46 + v89) + v657 * s63 - v16 * (v584 + (p[5] - p[4]));
-    const real v664 = q[13] * p[15];
-    const real v667 = q[15] * p[20];
-    const real v673 = v663 - v664 * q[4] - v667 * q[4] + v50 * v199 + v93 * v204;
-    const real v674 = v199 * v201;
-    const real v675 = v204 * v206;
-    const real v679 = v104 * (v127 * v127);
-    const real v684 = v521 + K(-2.0) * v522 + v127 * v214;
-    const real v686 = v679 + v684 - v674;
-    const real v687 = v210 * v686;
-    const real v690 = v120 * (v155 * v155);
-    const real v694 = v526 + K(-2.0) * v527 + v155 * v222;
-    const real v696 = v690 + v694 - v675;
-    const real v697 = v218 * v696;
-    const real v710 = v104 * (p[14] * p[14]) + v120 * (p[19] * p[19]) + p[0] * (p[7] * p[7]) + p[1] * (p[6] * p[6]);
-    const real v713 = v710 - v125 * (v126 * v126);
-    const real v719 = v674 + v675 + v514 + v687 + v697 + (p[2] + p[5] + v713) - v679 - v690 + K(-2.0) * v516;
-    const real v721 = v719 + K(-2.0) * v519;
-    const real v727 = v535 + v252 * v686 + v254 * v696;
-    const real v735 = v673 + v198 * v721 + v251 * v727 - v333 * v405 - v333 * v569 + v233 * v274;
-    const real v746 = p[7] + p[8] + v126;
-    const real v748 = v735 + v233 * v565 + v362 * v283 + v362 * v563 - v530 * v303 + v552 * v746;
-    const real v759 = v748 - v333 * v612 + v233 * v608 + v362 * v606 + v595 * v746 - v673 - v453 * v746;
-    const real v767 = v759 + v634 * v448 - v637 * v456 - v644 * v471 - v649 * v625;
-    const real v776 = K(1.0) / (v721 - v636 * v637 - v643 * v644 - v648 * v649 - v333 * v634);
-    const real v778 = v338 * v449;
-    const real v780 = v256 + v310 * v778;
-    const real v781 = v780 * v459;
-    const real v787 = v366 + v463 * v781 - v345 * v778;
-    const real v788 = v787 * v476;
-    const real v796 = v539 - v480 * v781 - v485 * v788 - v318 * v778;
-    const real v797 = v796 * v632;
-    const real v801 = v727 + v636 * v781 - v643 * v788 - v648 * v797 - v333 * v778;
-    const real v802 = v801 * v776;
-    const real v812 = p[15] + p[20];
-    const real v816 = v651 * c19 + v657 * c63 + v500 * q[3] + v503 * q[3] - v236 * (v584 + v812 + v508);
-    const real v824 = v816 - v353 * v199 - v354 * v204 - v664 * q[5] - v667 * q[5];
-    const real v834 = v684 + v694 + (p[2] + p[4] + v812 + v713) - v687 - v697;
-    const real v840 = v558 * v746 - v824 - v198 * v727 - v251 * v834 + v338 * v405 + v338 * v569;
-    const real v850 = v840 + v256 * v274 + v256 * v565 - v366 * v283 - v366 * v563 + v539 * v303;
-    const real v860 = v467 * v746 - (v850 - v601 * v746 + v338 * v612 + v256 * v608 - v366 * v606 + v824);
-    const real v870 = v860 + v778 * v448 + v781 * v456 - v788 * v471 - v797 * v625 - v802 * v767;
-    const real v880 = v834 - v780 * v781 - v787 * v788 - v796 * v797 - v801 * v802 - v338 * v778;
-    const real v881 = v870 / v880;
-    const real v883 = v767 * v776 - v802 * v881;
-    const real v887 = v625 * v632 - v649 * v883 - v797 * v881;
-    const real v893 = v471 * v476 - v486 * v887 - v644 * v883 - v788 * v881;
-    const real v901 = v456 * v459 - v464 * v893 + v481 * v887 - v637 * v883 + v781 * v881;
-    const real v911 = v448 * v449 + v451 * v901 + v461 * v893 + v478 * v887 + v634 * v883 + v778 * v881;
-    const real v931 = v883 - v16;
-    const real v934 = v883 * s19 + v881 * c19;
-    const real v935 = v934 + v146;
-    const real v950 = v131 * (c7 * (v934 * v127 + v901 * s19 + v893 * c19) + s7 * (v911 - v128));
-    const real v961 = v887 + v883;
-    const real v965 = v43 + v901 * c19 + v199 * (v883 * c19 - v881 * s19) - v961 * v9 - v893 * s19;
-    const real v973 = v883 * s63 + v881 * c63;
-    const real v974 = v973 + v174;
-    const real v989 = v159 * (c54 * (v973 * v155 + v901 * s63 + v893 * c63) + s54 * (v911 - v156));
-    const real v1003 = v86 + v901 * c63 + v204 * (v883 * c63 - v881 * s63) - v961 * v56 - v893 * s63;
-    dq[0] = v911 + v97 * v126 - q[2] * q[4] + q[1] * q[5];
-    dq[1] = v901 - v883 * v126 + (q[2] * q[3] - q[0] * q[5]);
-    dq[2] = v893 - v881 * v126 + (q[0] * q[4] - q[1] * q[3]);
-    dq[3] = v887;
-    dq[4] = v236 - v881;
-    dq[5] = v931;
-    dq[6] = q[3];
-    dq[7] = q[4];
-    dq[8] = q[5];
-    dq[9] = q[13];
-    dq[10] = q[14];
-    dq[11] = q[15];
-    dq[12] = q[16];
-    dq[13] = v935 - (v148 + p[15] * (v935 + v887)) * v102 - v950;
-    dq[14] = -(v931 + v13 * (v46 * (K(1.0) / p[12]) + v9 * v965));
-    dq[15] = v974 - (v176 + p[20] * (v974 + v887)) * v118 - v989;
-    dq[16] = -(v931 + v60 * (v89 * (K(1.0) / p[17]) + v56 * v1003));
+    enum { vx = 0 };
+    enum { vy = 1 };
+    enum { vz = 2 };
+    enum { wx = 3 };
+    enum { wy = 4 };
+    enum { wz = 5 };
+    enum { att1 = 6 };
+    enum { att2 = 7 };
+    enum { att3 = 8 };
+    enum { phi1 = 9 };
+    enum { theta1 = 10 };
+    enum { phi2 = 11 };
+    enum { theta2 = 12 };
+    enum { phi1_dot = 13 };
+    enum { theta1_dot = 14 };
+    enum { phi2_dot = 15 };
+    enum { theta2_dot = 16 };
+    enum { m = SLOSH_P_M };
+    enum { m0 = SLOSH_P_M0 };
+    enum { I0 = SLOSH_P_I0 };
+    enum { J_x = SLOSH_P_J_X };
+    enum { J_y = SLOSH_P_J_Y };
+    enum { J_z = SLOSH_P_J_Z };
+    enum { h0 = SLOSH_P_H0 };
+    enum { b = SLOSH_P_B };
+    enum { d = SLOSH_P_D };
+    enum { F = SLOSH_P_F };
+    enum { delta1_max = SLOSH_P_DELTA1_MAX };
+    enum { delta2_max = SLOSH_P_DELTA2_MAX };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { eps1 = SLOSH_P_EPS1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { eps2 = SLOSH_P_EPS2 };
+    enum { r1 = SLOSH_LYAPUNOV_V2_C_R1 };
+    enum { r2 = SLOSH_LYAPUNOV_V2_C_R2 };
+    enum { r3 = SLOSH_LYAPUNOV_V2_C_R3 };
+    enum { r4 = SLOSH_LYAPUNOV_V2_C_R4 };
+    enum { r5 = SLOSH_LYAPUNOV_V2_C_R5 };
+    enum { r6 = SLOSH_LYAPUNOV_V2_C_R6 };
+    enum { r7 = SLOSH_LYAPUNOV_V2_C_R7 };
+    enum { r8 = SLOSH_LYAPUNOV_V2_C_R8 };
+    enum { w1 = SLOSH_LYAPUNOV_V2_C_W1 };
+    enum { w2 = SLOSH_LYAPUNOV_V2_C_W2 };
+    enum { w3 = SLOSH_LYAPUNOV_V2_C_W3 };
+    enum { w4 = SLOSH_LYAPUNOV_V2_C_W4 };
+    enum { w5 = SLOSH_LYAPUNOV_V2_C_W5 };
+    const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
+    const real t_zrejm = K(1.0) / D1;
+    const real t_3qn53 = p[m1] * t_zrejm;
+    const real k1 = t_3qn53 * p[l1];
+    const real me1 = t_3qn53 * p[I1];
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real mv1 = t_6nwd2 * k1;
+    const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
+    const real t_5wzvs = K(1.0) / D2;
+    const real t_54cbb = p[m2] * t_5wzvs;
+    const real k2 = t_54cbb * p[l2];
+    const real me2 = t_54cbb * p[I2];
+    const real t_popww = p[l2] * p[m2];
+    const real mv2 = t_popww * k2;
+    const real M_C = p[m] + p[m0] + me1 + me2;
+    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real S_C = me1 * (p[h1] * p[h1])
+        + me2 * (p[h2] * p[h2])
+        + p[m] * (p[b] * p[b])
+        + p[m0] * (p[h0] * p[h0])
+        - M_C * (x_C * x_C);
+    const real J_C1 = p[I0] + p[J_x];
+    const real J_C3 = p[I0] + p[J_z] + S_C;
+    const real t_is5lg = p[I1] + p[I2];
+    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
+    const real W12 = q[wx] * q[wy];
+    const real W13 = q[wx] * q[wz];
+    const real e1 = p[h1] - x_C;
+    const real e2 = p[h2] - x_C;
+    real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
+    const real q_1 = sin_phi1 * p[l1];
+    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
+    real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
+    const real Wn1 = cos_theta1 * q[wy] - sin_theta1 * q[wz];
+    const real lc_1 = cos_phi1 * p[l1];
+    const real w_x1 = q[wx] - q[theta1_dot];
+    const real Wt1 = cos_theta1 * q[wz] + sin_theta1 * q[wy];
+    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
+    const real p1 = Wn1 + q[phi1_dot];
+    const real zeta1 = W12 * q_1
+        + Wn1 * lc_1 * w_x1
+        - chi1 * p[l1] * (p1 + q[phi1_dot]);
+    const real loss_theta1 = p[eps1] * q[theta1_dot];
+    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
+    const real t_vt7uo = F_n1 * cos_theta1;
+    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
+    const real q_2 = sin_phi2 * p[l2];
+    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
+    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
+    const real Wn2 = cos_theta2 * q[wy] - sin_theta2 * q[wz];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real w_x2 = q[wx] - q[theta2_dot];
+    const real Wt2 = cos_theta2 * q[wz] + sin_theta2 * q[wy];
+    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
+    const real p2 = Wn2 + q[phi2_dot];
+    const real zeta2 = W12 * q_2
+        + Wn2 * lc_2 * w_x2
+        - chi2 * p[l2] * (p2 + q[phi2_dot]);
+    const real loss_theta2 = p[eps2] * q[theta2_dot];
+    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
+    const real t_oncjt = F_n2 * cos_theta2;
+    const real t_rybsf = q[wy] * q[wy] + q[wz] * q[wz];
+    const real t_w7vil = t_rybsf * e1;
+    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    const real tension1 = cos_phi1 * t_w7vil * mv1 - t_6nwd2 * sigma_sq1;
+    const real B_1 = me1 * p[l1];
+    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real loss_phi1 = p[eps1] * q[phi1_dot];
+    const real t_7imwe = B_1 * eta1 + loss_phi1 * k1;
+    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real t_6fvzz = t_rybsf * e2;
+    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real tension2 = cos_phi2 * t_6fvzz * mv2 - t_popww * sigma_sq2;
+    const real B_2 = me2 * p[l2];
+    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real loss_phi2 = p[eps2] * q[phi2_dot];
+    const real t_4b2fa = B_2 * eta2 + loss_phi2 * k2;
+    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real B_v2 = q[vy] * c[r1];  /* (29) */
+    const real g3_v2 = q[att3] * c[r7] - B_v2 * q[vx];  /* (29) */
+    const real G2_v2 = W12 - (q[wz] * c[w5] + g3_v2) * (K(1.0) / c[r8]);
+    const real g_1 = e1 - lc_1;
+    const real wth_1 = th_1 * p[I1];
+    const real wg_1 = g_1 * wth_1;
+    const real t_tcgxn = wg_1 - e1 * me1;
+    const real g_2 = e2 - lc_2;
+    const real wth_2 = th_2 * p[I2];
+    const real wg_2 = g_2 * wth_2;
+    const real t_uf5ib = wg_2 - e2 * me2;
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real Bc_1 = B_1 * cos_phi1;
+    const real As_1 = mv1 * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real eAss_1 = Ass_1 * e1;
+    const real t_32gyg = Bc_1 - eAss_1;
+    const real t_65obb = t_32gyg + t_tcgxn;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real Bc_2 = B_2 * cos_phi2;
+    const real As_2 = mv2 * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real eAss_2 = Ass_2 * e2;
+    const real t_gbkg6 = Bc_2 - eAss_2;
+    const real t_yoiua = t_gbkg6 + t_uf5ib;
+    const real t_z76hk = S_sq1 * t_65obb + S_sq2 * t_yoiua;
+    const real wq_1 = q_1 * wth_1;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wq_2 = q_2 * wth_2;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real K52 = t_tcgxn + t_uf5ib - t_z76hk - wqC_1 - wqC_2;
+    const real C_v2 = q[vz] * c[r2];  /* (29) */
+    const real g2_v2 = C_v2 * q[vx] + q[att2] * c[r5];  /* (29) */
+    const real G3_v2 = W13 + (q[wy] * c[w4] + g2_v2) * (K(1.0) / c[r6]);
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real t_hjmgb = SC1 * t_65obb + SC2 * t_yoiua;
+    const real tn11_1 = Ass_1 + me1 - wth_1;
+    const real t_fbeaw = S_sq1 * tn11_1;
+    const real tn11_2 = Ass_2 + me2 - wth_2;
+    const real t_dj555 = S_sq2 * tn11_2;
+    const real K22 = t_fbeaw + t_dj555 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real a2_v2 = G2_v2 * x_C - B_v2 * c[w1];
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real a3_v2 = G3_v2 * x_C - C_v2 * c[w2];
+    const real t_yz7e5 = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
+    const real g1_v2 = B_v2 * q[vz] - C_v2 * q[vy] + q[att1] * c[r3];  /* (29) */
+    const real t_lutta = (q[wx] * c[w3] + g1_v2) * (K(1.0) / c[r4]);
+    const real q2_v2 = n2
+        + G2_v2 * K52
+        - G3_v2 * t_hjmgb
+        + K22 * a2_v2
+        + K32 * a3_v2
+        + t_yz7e5 * t_lutta;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
+    const real Bs_1 = B_1 * sin_phi1;
+    const real Bs_2 = B_2 * sin_phi2;
+    const real t_2m245 = Bs_1 + Bs_2;
+    const real t_xynyo = t_7imwe * sin_phi1 + t_4b2fa * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2;
+    const real t_ev7u5 = Bs_1 + Asc_1 * e1;
+    const real t_bvybx = Bs_2 + Asc_2 * e2;
+    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
+    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
+    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_5dwtq = t_xynyo
+        + G2_v2 * t_6mmeb
+        + G3_v2 * t_bl4f2
+        + t_b3aij * a2_v2
+        + t_zzymx * a3_v2;
+    const real q1_v2 = t_2m245 * t_lutta - t_5dwtq;
+    const real t_azclp = F_n1 * sin_theta1;
+    const real t_iya7w = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real K53 = wqS_1 - t_hjmgb + wqS_2;
+    const real K63 = t_z76hk - (t_32gyg + t_gbkg6);
+    const real K33 = Ass_1 + Ass_2 + M_C - t_fbeaw - t_dj555;
+    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
+    const real q3_v2 = n3
+        + G2_v2 * K53
+        + G3_v2 * K63
+        + K32 * a2_v2
+        + K33 * a3_v2
+        - K43 * t_lutta;
+    const real Pq_v2 = K11 * q1_v2 - t_b3aij * q2_v2 - t_zzymx * q3_v2;
+    const real PP_v2 = K11 * K11 + t_b3aij * t_b3aij + t_zzymx * t_zzymx;
+    const real t_m473c = PP_v2 * (q1_v2 * q1_v2 - p[F] * p[F] + q2_v2 * q2_v2 + q3_v2 * q3_v2);
+    const real root_v2 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v2 * Pq_v2 - t_m473c));
+    const real ax_v2 = (root_v2 - Pq_v2) / PP_v2;
+    const real f2_v2 = q2_v2 - t_b3aij * ax_v2;
+    const real t_y7rm6 = K(1.0) / p[F];
+    const real sin_d2_v2 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v2 * t_y7rm6));
+    const real delta2_v2 = mv_asin(sin_d2_v2);
+    const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v2, p[delta2_max]));
+    real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
+    const real t_y4w6o = cos_delta2_act * p[F];
+    const mask m_jdzdf = LE(mv_fabs(delta2_v2), p[delta2_max]);
+    const real f3_v2 = q3_v2 - t_zzymx * ax_v2;
+    const real cos_d2_v2 = mv_sqrt(K(1.0) - sin_d2_v2 * sin_d2_v2);
+    const real delta1_v2 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v2 * t_y7rm6 / mv_max(SPLAT(K(1e-09)), cos_d2_v2)))));
+    real sin_delta2_v2, cos_delta2_v2; mv_sincos(delta2_v2, &sin_delta2_v2, &cos_delta2_v2);
+    real sin_delta1_v2, cos_delta1_v2; mv_sincos(delta1_v2, &sin_delta1_v2, &cos_delta1_v2);
+    const real t_svkod = cos_delta2_v2 * sin_delta1_v2;
+    const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_jdzdf, delta1_v2, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_svkod * (K(1.0) / mv_cos(p[delta2_max]))))))));
+    real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
+    const real f_x = t_y4w6o * cos_delta1_act;
+    const real f_y = sin_delta2_act * p[F];
+    const real Bl_1 = B_1 * p[l1];
+    const real eBc_1 = Bc_1 * e1;
+    const real t_b7ure = me1 * (e1 * e1);
+    const real t_3bowt = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
+    const real t_3fv6l = g_1 * wg_1;
+    const real tn44_1 = t_b7ure + t_3bowt - t_3fv6l;
+    const real wqg_1 = q_1 * wg_1;
+    const real wqq_1 = q_1 * wq_1;
+    const real wgC_1 = cos_theta1 * wqg_1;
+    const real wgS_1 = sin_theta1 * wqg_1;
+    const real M_q1 = F_n1 * q_1;
+    const real I_phi1 = q[phi1_dot] * p[I1];
+    const real I_theta1 = q[theta1_dot] * p[I1];
+    const real Bl_2 = B_2 * p[l2];
+    const real eBc_2 = Bc_2 * e2;
+    const real t_lpk5h = me2 * (e2 * e2);
+    const real t_ymmgl = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
+    const real t_odwbr = g_2 * wg_2;
+    const real tn44_2 = t_lpk5h + t_ymmgl - t_odwbr;
+    const real wqg_2 = q_2 * wg_2;
+    const real wqq_2 = q_2 * wq_2;
+    const real wgC_2 = cos_theta2 * wqg_2;
+    const real wgS_2 = sin_theta2 * wqg_2;
+    const real M_q2 = F_n2 * q_2;
+    const real I_phi2 = q[phi2_dot] * p[I2];
+    const real I_theta2 = q[theta2_dot] * p[I2];
+    const real t_nhr5u = wqq_1 + wqq_2;
+    const real K44 = t_nhr5u + Bl_1 + Bl_2 + J_C1;
+    const real t_nncdg = Bl_1 - eBc_1;
+    const real t_4q22j = Bl_2 - eBc_2;
+    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
+    const real t_hoosk = S_sq1 * tn44_1;
+    const real t_drvdp = S_sq2 * tn44_2;
+    const real K55 = t_3fv6l
+        + t_odwbr
+        + t_nhr5u
+        + t_hoosk
+        + t_drvdp
+        + J_C3
+        - t_b7ure
+        - t_lpk5h
+        + K(-2.0) * wgC_1
+        + K(-2.0) * wgC_2;
+    const real t_zhbuw = wgS_1 + wgS_2;
+    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
+    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_3bowt + t_ymmgl + J_C2 - t_hoosk - t_drvdp;
+    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
+    const real t_kp7yy = M_q1 + M_q2;
+    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
+    const real t_sfymc = p[J_y] - p[J_z];
+    const real n4 = t_aejai
+        - t_kp7yy
+        + t_zd4fs
+        - loss_phi1
+        - loss_phi2
+        + I_theta1 * q[wy]
+        + I_theta2 * q[wy]
+        - t_sfymc * q[wy] * q[wz];
+    const real t_w7nmt = t_aejai + F_t1 * e1;
+    const real t_e5cx2 = t_zd4fs + F_t2 * e2;
+    const real n5 = t_w7nmt * sin_theta1
+        - (t_kp7yy + loss_theta1 + loss_theta2)
+        + t_e5cx2 * sin_theta2
+        - W12 * (J_C1 + (p[J_z] - p[J_y]))
+        - I_phi1 * q[wy]
+        - I_phi2 * q[wy]
+        + t_vt7uo * g_1
+        + t_oncjt * g_2;
+    const real n6 = t_w7nmt * cos_theta1
+        + t_e5cx2 * cos_theta2
+        + I_theta1 * q[wx]
+        + I_theta2 * q[wx]
+        - W13 * (J_C1 + t_is5lg + t_sfymc)
+        - t_azclp * g_1
+        - t_iya7w * g_2
+        - I_phi1 * q[wz]
+        - I_phi2 * q[wz];
+    const real t_bpfoo = K(1.0) / K11;
+    const real t_w7lcw = t_b3aij * t_bpfoo;
+    const real K_D2 = K22 - t_b3aij * t_w7lcw;
+    const real t_3go2w = t_zzymx * t_bpfoo;
+    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
+    const real t_4iujv = K(1.0) / K_D2;
+    const real K_L32 = t_d4mqf * t_4iujv;
+    const real t_vshgd = t_6mmeb * t_bpfoo;
+    const real t_p6zld = K52 - t_b3aij * t_vshgd;
+    const real K_L52 = t_p6zld * t_4iujv;
+    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
+    const real t_xq4wt = t_2m245 * t_bpfoo;
+    const real t_u3hss = t_yz7e5 + t_b3aij * t_xq4wt;
+    const real t_4jmrt = t_u3hss * t_4iujv;
+    const real t_yfebn = K43 + t_d4mqf * t_4jmrt - t_zzymx * t_xq4wt;
+    const real t_zmh3u = K(1.0) / K_D3;
+    const real K_L43 = t_yfebn * t_zmh3u;
+    const real t_bxfcn = K53 - t_d4mqf * K_L52 - t_zzymx * t_vshgd;
+    const real K_L53 = t_bxfcn * t_zmh3u;
+    const real t_e4enr = t_bl4f2 * t_bpfoo;
+    const real t_qvrp6 = t_hjmgb + t_b3aij * t_e4enr;
+    const real t_dj64q = t_qvrp6 * t_4iujv;
+    const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
+    const real K_L63 = t_rahc4 * t_zmh3u;
+    const real K_D4 = K44 - t_u3hss * t_4jmrt - t_yfebn * K_L43 - t_2m245 * t_xq4wt;
+    const real t_ejg3c = K54 + t_u3hss * K_L52 - t_yfebn * K_L53 - t_2m245 * t_vshgd;
+    const real t_lt2al = K(1.0) / K_D4;
+    const real K_L54 = t_ejg3c * t_lt2al;
+    const real t_yioo4 = K64 - t_u3hss * t_dj64q - t_yfebn * K_L63 - t_2m245 * t_e4enr;
+    const real K_L64 = t_yioo4 * t_lt2al;
+    const real K_D5 = K55
+        - t_p6zld * K_L52
+        - t_bxfcn * K_L53
+        - t_ejg3c * K_L54
+        - t_6mmeb * t_vshgd;
+    const real t_aqba4 = K65
+        + t_p6zld * t_dj64q
+        - t_bxfcn * K_L63
+        - t_ejg3c * K_L64
+        - t_6mmeb * t_e4enr;
+    const real t_ftqxb = K(1.0) / K_D5;
+    const real K_L65 = t_aqba4 * t_ftqxb;
+    const real K_D6 = K66
+        - t_qvrp6 * t_dj64q
+        - t_rahc4 * K_L63
+        - t_yioo4 * K_L64
+        - t_aqba4 * K_L65
+        - t_bl4f2 * t_e4enr;
+    const real b1 = f_x + t_xynyo;
+    const real b2 = f_y - n2;
+    const real t_4mgpp = p[F] * cos_delta2_v2;
+    const real f1_v2 = q1_v2 + K11 * ax_v2;
+    const real df1_v2 = t_4mgpp * cos_delta1_v2 - f1_v2;
+    const real t_7oaon = p[F] * sin_delta2_v2;
+    const real df2_v2 = t_7oaon - f2_v2;
+    const real da_v2_y2 = df2_v2 + t_w7lcw * df1_v2;
+    const real t_pmr3w = t_4mgpp * sin_delta1_v2;
+    const real da_v2_y3 = t_3go2w * df1_v2 - (t_pmr3w + f3_v2) - K_L32 * da_v2_y2;
+    const real da_v2_x3 = da_v2_y3 * t_zmh3u;
+    const real da_v2_x2 = da_v2_y2 * t_4iujv - K_L32 * da_v2_x3;
+    const real da_v2_x1 = df1_v2 * t_bpfoo + t_w7lcw * da_v2_x2 + t_3go2w * da_v2_x3;
+    const real Mx_v2 = n4
+        + G2_v2 * K54
+        + G3_v2 * K64
+        - t_2m245 * ax_v2
+        - t_2m245 * da_v2_x1
+        - t_yz7e5 * a2_v2
+        - t_yz7e5 * da_v2_x2
+        + K43 * a3_v2
+        + K43 * da_v2_x3
+        - K44 * t_lutta;
+    const real t_y4w6o_2 = p[F] * cos_delta2_act;
+    const real df1_act = t_y4w6o_2 * cos_delta1_act - cos_delta2_v2 * p[F] * cos_delta1_v2;
+    const real df2_act = p[F] * sin_delta2_act - t_7oaon;
+    const real da_act_y2 = df2_act + t_w7lcw * df1_act;
+    const real df3_act = t_svkod * p[F] - t_y4w6o_2 * sin_delta1_act;
+    const real da_act_y3 = df3_act + t_3go2w * df1_act - K_L32 * da_act_y2;
+    const real da_act_x3 = da_act_y3 * t_zmh3u;
+    const real da_act_x2 = da_act_y2 * t_4iujv - K_L32 * da_act_x3;
+    const real da_act_x1 = df1_act * t_bpfoo + t_w7lcw * da_act_x2 + t_3go2w * da_act_x3;
+    const real Mx = Mx_v2 - t_2m245 * da_act_x1 - t_yz7e5 * da_act_x2 + K43 * da_act_x3;
+    const real b4 = Mx - n4;
+    const real t_lwe76 = p[b] + p[d] + x_C;
+    const real Mz_v2 = n5
+        + G2_v2 * K55
+        + G3_v2 * K65
+        - t_6mmeb * ax_v2
+        - t_6mmeb * da_v2_x1
+        + K52 * a2_v2
+        + K52 * da_v2_x2
+        + K53 * a3_v2
+        + K53 * da_v2_x3
+        - K54 * t_lutta
+        + t_7oaon * t_lwe76;
+    const real Mz = Mz_v2
+        - t_6mmeb * da_act_x1
+        + K52 * da_act_x2
+        + K53 * da_act_x3
+        + df2_act * t_lwe76;
+    const real b5 = Mz - n5 - f_y * t_lwe76;
+    const real t_lpjfo = t_y4w6o * sin_delta1_act;
+    const real My_v2 = t_pmr3w * t_lwe76
+        - n6
+        - G2_v2 * K65
+        - G3_v2 * K66
+        + t_bl4f2 * ax_v2
+        + t_bl4f2 * da_v2_x1
+        + t_hjmgb * a2_v2
+        + t_hjmgb * da_v2_x2
+        - K63 * a3_v2
+        - K63 * da_v2_x3
+        + K64 * t_lutta;
+    const real My = My_v2
+        - df3_act * t_lwe76
+        + t_bl4f2 * da_act_x1
+        + t_hjmgb * da_act_x2
+        - K63 * da_act_x3;
+    const real b6 = t_lpjfo * t_lwe76 - (My + n6);
+    const real X_y2 = b2 + t_w7lcw * b1;
+    const real X_y3 = t_3go2w * b1 - (t_lpjfo + n3) - K_L32 * X_y2;
+    const real X_y4 = b4 + t_xq4wt * b1 + t_4jmrt * X_y2 - K_L43 * X_y3;
+    const real X_y5 = b5
+        + t_vshgd * b1
+        - K_L52 * X_y2
+        - K_L53 * X_y3
+        - K_L54 * X_y4;
+    const real X_y6 = b6
+        + t_e4enr * b1
+        + t_dj64q * X_y2
+        - K_L63 * X_y3
+        - K_L64 * X_y4
+        - K_L65 * X_y5;
+    const real X_x6 = X_y6 / K_D6;
+    const real X_x5 = X_y5 * t_ftqxb - K_L65 * X_x6;
+    const real X_x4 = X_y4 * t_lt2al - K_L54 * X_x5 - K_L64 * X_x6;
+    const real X_x3 = X_y3 * t_zmh3u - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
+    const real X_x2 = X_y2 * t_4iujv
+        - K_L32 * X_x3
+        + t_4jmrt * X_x4
+        - K_L52 * X_x5
+        + t_dj64q * X_x6;
+    const real X_x1 = b1 * t_bpfoo
+        + t_w7lcw * X_x2
+        + t_3go2w * X_x3
+        + t_xq4wt * X_x4
+        + t_vshgd * X_x5
+        + t_e4enr * X_x6;
+    const real G_t1 = X_x5 * sin_theta1 + X_x6 * cos_theta1;
+    const real Gt_eta1 = G_t1 + eta1;
+    const real t_ynvhx = cos_phi1 * (G_t1 * e1 + X_x2 * sin_theta1 + X_x3 * cos_theta1)
+        + sin_phi1 * (X_x1 - t_w7vil);
+    const real phi_acc1 = Gt_eta1 - (loss_phi1 + p[I1] * (Gt_eta1 + X_x4)) * t_zrejm - k1 * t_ynvhx;
+    const real t_g433r = X_x5 - W12;
+    const real t_mwq7z = X_x4 + X_x5;
+    const real t_5ffnn = zeta1
+        + X_x2 * cos_theta1
+        + g_1 * (X_x5 * cos_theta1 - X_x6 * sin_theta1)
+        - t_mwq7z * q_1
+        - X_x3 * sin_theta1;
+    const real theta_acc1 = -(t_g433r + th_1 * (loss_theta1 * (K(1.0) / p[m1]) + q_1 * t_5ffnn));
+    const real G_t2 = X_x5 * sin_theta2 + X_x6 * cos_theta2;
+    const real Gt_eta2 = G_t2 + eta2;
+    const real t_rrute = cos_phi2 * (G_t2 * e2 + X_x2 * sin_theta2 + X_x3 * cos_theta2)
+        + sin_phi2 * (X_x1 - t_6fvzz);
+    const real phi_acc2 = Gt_eta2 - (loss_phi2 + p[I2] * (Gt_eta2 + X_x4)) * t_5wzvs - k2 * t_rrute;
+    const real t_oqair = zeta2
+        + X_x2 * cos_theta2
+        + g_2 * (X_x5 * cos_theta2 - X_x6 * sin_theta2)
+        - t_mwq7z * q_2
+        - X_x3 * sin_theta2;
+    const real theta_acc2 = -(t_g433r + th_2 * (loss_theta2 * (K(1.0) / p[m2]) + q_2 * t_oqair));
+    dq[0] = X_x1 + t_rybsf * x_C - q[vz] * q[wy] + q[vy] * q[wz];
+    dq[1] = X_x2 - X_x5 * x_C + (q[vz] * q[wx] - q[vx] * q[wz]);
+    dq[2] = X_x3 - X_x6 * x_C + (q[vx] * q[wy] - q[vy] * q[wx]);
+    dq[3] = X_x4;
+    dq[4] = W13 - X_x6;
+    dq[5] = t_g433r;
+    dq[6] = q[wx];
+    dq[7] = q[wy];
+    dq[8] = q[wz];
+    dq[9] = q[phi1_dot];
+    dq[10] = q[theta1_dot];
+    dq[11] = q[phi2_dot];
+    dq[12] = q[theta2_dot];
+    dq[13] = phi_acc1;
+    dq[14] = theta_acc1;
+    dq[15] = phi_acc2;
+    dq[16] = theta_acc2;
 }
 
 /* state and input in the loop of lyapunov-v2; 694 operations. */
 void slosh_lyapunov_v2_observe(const real *q, const real *r, const real *p, const real *c, real *x, real *u, real *u_cmd)
 {
     (void)r;
-    const real v23 = p[12] / (p[13] * p[13] * p[12] + p[15]);
-    const real v24 = v23 * p[15];
-    const real v25 = v24 * p[13];
-    real s26, c26; mv_sincos(q[9], &s26, &c26);
-    const real v27 = v25 * s26;
-    const real v30 = q[4] * q[4] + q[5] * q[5];
-    const real v48 = p[17] / (p[18] * p[18] * p[17] + p[20]);
-    const real v49 = v48 * p[20];
-    const real v54 = p[0] + p[1] + v24 + v49;
-    const real v55 = (p[14] * v24 - (p[7] * p[0] + p[6] * p[1]) + p[19] * v49) / v54;
-    const real v56 = p[14] - v55;
-    const real v57 = v30 * v56;
-    const real v60 = q[3] - q[14];
-    real s62, c62; mv_sincos(q[10], &s62, &c62);
-    const real v66 = c62 * q[5] + s62 * q[4];
-    const real v68 = c26 * v60 - v66 * s26;
-    const real v71 = v66 * c26 + s26 * v60;
-    const real v77 = p[16] * q[13];
-    const real v78 = v23 * p[13];
-    const real v80 = v25 * (v68 * v71 - v66 * v60) + v77 * v78;
-    const real v82 = v27 * v57 + v80 * p[13];
-    const real v83 = s26 * p[13];
-    const real v87 = p[12] / (p[15] + p[12] * (v83 * v83));
-    const real v88 = q[3] * q[4];
-    const real v92 = c62 * q[4] - s62 * q[5];
-    const real v93 = c26 * p[13];
-    const real v98 = v92 + q[13];
-    const real v103 = p[16] * q[14];
-    const real v105 = (v88 * v83 + v92 * v93 * v60 - v68 * p[13] * (v98 + q[13])) * p[15] - v103 * v83;
-    const real v106 = v87 * v105;
-    real s108, c108; mv_sincos(q[11], &s108, &c108);
-    const real v109 = s108 * p[18];
-    const real v113 = p[17] / (p[20] + p[17] * (v109 * v109));
-    real s115, c115; mv_sincos(q[12], &s115, &c115);
-    const real v119 = c115 * q[4] - s115 * q[5];
-    const real v121 = c108 * p[18];
-    const real v123 = q[3] - q[16];
-    const real v129 = c115 * q[5] + s115 * q[4];
-    const real v131 = c108 * v123 - v129 * s108;
-    const real v133 = v119 + q[15];
-    const real v137 = (v88 * v109 + v119 * v121 * v123 - v131 * p[18] * (v133 + q[15])) * p[20];
-    const real v139 = p[21] * q[16];
-    const real v142 = v113 * (v137 - v139 * v109);
-    const real v144 = v106 * v83 + v142 * v109;
-    const real v146 = v49 * p[18];
-    const real v147 = v146 * s108;
-    const real v148 = p[19] - v55;
-    const real v149 = v30 * v148;
-    const real v153 = v129 * c108 + s108 * v123;
-    const real v158 = p[21] * q[15];
-    const real v159 = v48 * p[18];
-    const real v161 = v146 * (v131 * v153 - v129 * v123) + v158 * v159;
-    const real v163 = v147 * v149 + v161 * p[18];
-    const real v167 = q[14] * p[15];
-    const real v170 = q[16] * p[20];
-    const real v175 = p[4] - p[5];
-    const real v178 = v82 - v144 + v163 - v77 - v158 + v167 * q[4] + v170 * q[4] - v175 * q[4] * q[5];
-    const real v184 = q[1] * c[0];
-    const real v192 = v88 - (q[5] * c[12] + (q[8] * c[6] - v184 * q[0])) * (K(1.0) / c[7]);
-    const real v193 = v87 * p[15];
-    const real v194 = v83 * v193;
-    const real v196 = v113 * p[20];
-    const real v197 = v109 * v196;
-    const real v199 = v83 * v194 + v109 * v197;
-    const real v200 = v56 - v93;
-    const real v201 = v200 * v193;
-    const real v202 = v83 * v201;
-    const real v203 = c62 * v202;
-    const real v205 = v148 - v121;
-    const real v206 = v205 * v196;
-    const real v207 = v109 * v206;
-    const real v208 = c115 * v207;
-    const real v210 = v25 * p[13];
-    const real v211 = v25 * c26;
-    const real v212 = v211 * v56;
-    const real v213 = v210 - v212;
-    const real v216 = v146 * p[18];
-    const real v217 = v146 * c108;
-    const real v218 = v217 * v148;
-    const real v219 = v216 - v218;
-    const real v221 = v199 - v203 - v208 + v213 * s62 + v219 * s115;
-    const real v224 = q[3] * q[5];
-    const real v228 = q[2] * c[1];
-    const real v237 = v224 + (q[4] * c[11] + (v228 * q[0] + q[7] * c[4])) * (K(1.0) / c[5]);
-    const real v240 = s62 * v202 + s115 * v207;
-    const real v244 = v240 + v213 * c62 + v219 * c115;
-    const real v247 = v27 + v147;
-    const real v249 = p[13] * p[12];
-    const real v250 = v249 * v78;
-    const real v252 = p[18] * p[17];
-    const real v253 = v252 * v159;
-    const real v255 = v250 * s26;
-    const real v256 = v255 * s26;
-    const real v258 = v253 * s108;
-    const real v259 = v258 * s108;
-    const real v260 = v54 + v250 + v253 - v256 - v259;
-    const real v272 = (q[3] * c[10] + (v184 * q[2] - v228 * q[1] + q[6] * c[2])) * (K(1.0) / c[3]);
-    const real v283 = c26 * v57 * v250 - v249 * (v71 * v71 + v98 * v98);
-    const real v292 = c108 * v149 * v253 - v252 * (v153 * v153 + v133 * v133);
-    const real v295 = v255 * c26;
-    const real v297 = v27 + v295 * v56;
-    const real v299 = v258 * c108;
-    const real v301 = v147 + v299 * v148;
-    const real v303 = v297 * s62 + v301 * s115;
-    const real v308 = v297 * c62 + v301 * c115;
-    const real v310 = v80 * s26 + v161 * s108 + c26 * v283 + c108 * v292 + v192 * v303 + v237 * v308;
-    const real v313 = v295 * s62 + v299 * s115;
-    const real v317 = v192 * v55 - v184 * c[8];
-    const real v322 = v295 * c62 + v299 * c115;
-    const real v326 = v237 * v55 - v228 * c[9];
-    const real v329 = v247 * v272 - (v310 + v313 * v317 + v322 * v326);
-    const real v331 = v106 * c62;
-    const real v332 = v142 * c115;
-    const real v336 = s26 * v283 - v80 * c26;
-    const real v341 = s108 * v292 - v161 * c108;
-    const real v345 = v201 - v56 * v24;
-    const real v347 = v206 - v148 * v49;
-    const real v349 = s62 * s62;
-    const real v350 = v256 * v56;
-    const real v351 = v211 - v350;
-    const real v352 = v351 + v345;
-    const real v354 = s115 * s115;
-    const real v355 = v259 * v148;
-    const real v356 = v217 - v355;
-    const real v357 = v356 + v347;
-    const real v359 = v349 * v352 + v354 * v357;
-    const real v361 = c62 * v194;
-    const real v363 = c115 * v197;
-    const real v364 = v345 + v347 - v359 - v361 - v363;
-    const real v367 = c62 * s62;
-    const real v369 = c115 * s115;
-    const real v371 = v367 * v352 + v369 * v357;
-    const real v375 = v256 + v24 - v193;
-    const real v376 = v349 * v375;
-    const real v378 = v259 + v49 - v196;
-    const real v379 = v354 * v378;
-    const real v385 = v376 + v379 + v54 + v193 + v196 - v24 - v49;
-    const real v387 = v331 + v332 + v336 * s62 + v341 * s115 + v192 * v364 - v237 * v371 + v385 * v317;
-    const real v390 = v367 * v375 + v369 * v378;
-    const real v397 = v361 + v363 + v211 * s62 + v217 * s115;
-    const real v399 = v387 + v390 * v326 + v397 * v272;
-    const real v403 = v106 * s62;
-    const real v404 = v142 * s115;
-    const real v409 = s62 * v194;
-    const real v411 = s115 * v197;
-    const real v412 = v409 - v371 + v411;
-    const real v416 = v359 - (v351 + v356);
-    const real v420 = v336 * c62 - (v403 + v404) + v341 * c115 + v192 * v412 + v237 * v416 + v390 * v317;
-    const real v424 = v256 + v259 + v54 - v376 - v379;
-    const real v431 = v409 + v411 - v211 * c62 - v217 * c115;
-    const real v433 = v420 + v424 * v326 - v431 * v272;
-    const real v435 = v260 * v329 - v313 * v399 - v322 * v433;
-    const real v441 = v260 * v260 + v313 * v313 + v322 * v322;
-    const real v451 = v435 * v435 - v441 * (v329 * v329 - p[9] * p[9] + v399 * v399 + v433 * v433);
-    const real v455 = (mv_sqrt(mv_max(SPLAT(K(0.0)), v451)) - v435) / v441;
-    const real v460 = v399 - v313 * v455;
-    const real v461 = K(1.0) / p[9];
-    const real v464 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), v460 * v461));
-    const real v465 = mv_asin(v464);
-    real s466, c466; mv_sincos(v465, &s466, &c466);
-    const real v467 = p[9] * c466;
-    const real v469 = v433 - v322 * v455;
-    const real v478 = mv_min(SPLAT(K(1.0)), -(v469 * v461 / mv_max(SPLAT(K(1e-09)), mv_sqrt(K(1.0) - v464 * v464))));
-    const real v480 = mv_asin(mv_max(SPLAT(K(-1.0)), v478));
-    real s481, c481; mv_sincos(v480, &s481, &c481);
-    const real v485 = v467 * c481 - (v329 + v260 * v455);
-    const real v486 = K(1.0) / v260;
-    const real v488 = v313 * v486;
-    const real v490 = p[9] * s466;
-    const real v493 = v490 - v460 + v488 * v485;
-    const real v496 = K(1.0) / (v385 - v313 * v488);
-    const real v498 = v322 * v486;
-    const real v500 = v390 - v313 * v498;
-    const real v501 = v500 * v496;
-    const real v504 = v467 * s481;
-    const real v513 = K(1.0) / (v424 - v500 * v501 - v322 * v498);
-    const real v514 = (v498 * v485 - (v504 + v469) - v501 * v493) * v513;
-    const real v516 = v493 * v496 - v501 * v514;
-    const real v520 = v485 * v486 + v488 * v516 + v498 * v514;
-    const real v524 = v178 + v192 * v221 + v237 * v244 - v247 * v455 - v247 * v520 - v397 * v317;
-    const real v535 = p[2] + p[3];
-    const real v538 = v524 - v397 * v516 + v431 * v326 + v431 * v514 - (v199 + v210 + v216 + v535) * v272;
-    const real v542 = mv_max(-p[11], mv_min(v465, p[11]));
-    real s543, c543; mv_sincos(v542, &s543, &c543);
-    const real v544 = p[9] * c543;
-    const mask m548 = LE(mv_fabs(v465), p[11]);
-    const real v549 = c466 * s481;
-    const real v554 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), v549 * (K(1.0) / mv_cos(p[11]))));
-    const real v558 = mv_max(-p[10], mv_min(p[10], SELECT(m548, v480, mv_asin(v554))));
-    real s559, c559; mv_sincos(v558, &s559, &c559);
-    const real v563 = v544 * c559 - c466 * p[9] * c481;
-    const real v567 = p[9] * s543 - v490;
-    const real v569 = v567 + v488 * v563;
-    const real v574 = v549 * p[9] - v544 * s559;
-    const real v579 = (v574 + v498 * v563 - v501 * v569) * v513;
-    const real v581 = v569 * v496 - v501 * v579;
-    const real v585 = v563 * v486 + v488 * v581 + v498 * v579;
-    const real v594 = p[7] + p[8] + v55;
-    const real v597 = v82 + v336 * v56;
-    const real v600 = v163 + v341 * v148;
-    const real v607 = p[15] + p[20];
-    const real v611 = v597 * c62 + v600 * c115 + v167 * q[3] + v170 * q[3] - v224 * (v535 + v607 + v175);
-    const real v616 = q[13] * p[15];
-    const real v619 = q[15] * p[20];
-    const real v622 = v504 * v594 - (v611 - v403 * v200 - v404 * v205 - v616 * q[5] - v619 * q[5]);
-    const real v624 = v24 * (v56 * v56);
-    const real v629 = v210 + K(-2.0) * v212 + v56 * v350;
-    const real v631 = v200 * v201;
-    const real v632 = v624 + v629 - v631;
-    const real v636 = v49 * (v148 * v148);
-    const real v640 = v216 + K(-2.0) * v218 + v148 * v355;
-    const real v642 = v205 * v206;
-    const real v643 = v636 + v640 - v642;
-    const real v645 = v240 + v367 * v632 + v369 * v643;
-    const real v661 = v24 * (p[14] * p[14]) + v49 * (p[19] * p[19]) + p[0] * (p[7] * p[7]) + p[1] * (p[6] * p[6]);
-    const real v664 = v661 - v54 * (v55 * v55);
-    const real v667 = v349 * v632;
-    const real v669 = v354 * v643;
-    const real v672 = v622 - v192 * v645 - v237 * (v629 + v640 + (p[2] + p[4] + v607 + v664) - v667 - v669);
-    const real v682 = v672 + v308 * v455 + v308 * v520 + v371 * v317 + v371 * v516 - v416 * v326;
-    const real v686 = v682 - v416 * v514 + v244 * v272;
-    const real v704 = v597 * s62 - (v144 + v103 + v139) + v600 * s115 - v88 * (v535 + (p[5] - p[4]));
-    const real v723 = v631 + v642 + v199 + v667 + v669 + (p[2] + p[5] + v664) - v624 - v636 + K(-2.0) * v203;
-    const real v727 = v704 - v616 * q[4] - v619 * q[4] + v331 * v200 + v332 * v205 + v192 * (v723 + K(-2.0) * v208);
-    const real v737 = v727 + v237 * v645 - v303 * v455 - v303 * v520 + v364 * v317 + v364 * v516;
-    const real v745 = v737 + v412 * v326 + v412 * v514 - v221 * v272 + v490 * v594;
-    x[0] = q[0];
-    x[1] = q[1];
-    x[2] = q[2];
-    x[3] = q[3];
-    x[4] = q[4];
-    x[5] = q[5];
-    x[6] = q[6];
-    x[7] = q[7];
-    x[8] = q[8];
-    x[9] = q[9];
-    x[10] = q[10];
-    x[11] = q[11];
-    x[12] = q[12];
-    x[13] = q[13];
-    x[14] = q[14];
-    x[15] = q[15];
-    x[16] = q[16];
-    u[0] = v538 - v247 * v585 - v397 * v581 + v431 * v579;
-    u[1] = v686 - v574 * v594 + v308 * v585 + v371 * v581 - v416 * v579;
-    u[2] = v745 - v303 * v585 + v364 * v581 + v412 * v579 + v567 * v594;
-    u[3] = v558;
-    u[4] = v542;
-    u_cmd[0] = v538;
-    u_cmd[1] = v686;
-    u_cmd[2] = v745;
-    u_cmd[3] = v480;
-    u_cmd[4] = v465;
+    enum { vx = 0 };
+    enum { vy = 1 };
+    enum { vz = 2 };
+    enum { wx = 3 };
+    enum { wy = 4 };
+    enum { wz = 5 };
+    enum { att1 = 6 };
+    enum { att2 = 7 };
+    enum { att3 = 8 };
+    enum { phi1 = 9 };
+    enum { theta1 = 10 };
+    enum { phi2 = 11 };
+    enum { theta2 = 12 };
+    enum { phi1_dot = 13 };
+    enum { theta1_dot = 14 };
+    enum { phi2_dot = 15 };
+    enum { theta2_dot = 16 };
+    enum { m = SLOSH_P_M };
+    enum { m0 = SLOSH_P_M0 };
+    enum { I0 = SLOSH_P_I0 };
+    enum { J_x = SLOSH_P_J_X };
+    enum { J_y = SLOSH_P_J_Y };
+    enum { J_z = SLOSH_P_J_Z };
+    enum { h0 = SLOSH_P_H0 };
+    enum { b = SLOSH_P_B };
+    enum { d = SLOSH_P_D };
+    enum { F = SLOSH_P_F };
+    enum { delta1_max = SLOSH_P_DELTA1_MAX };
+    enum { delta2_max = SLOSH_P_DELTA2_MAX };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { eps1 = SLOSH_P_EPS1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { eps2 = SLOSH_P_EPS2 };
+    enum { r1 = SLOSH_LYAPUNOV_V2_C_R1 };
+    enum { r2 = SLOSH_LYAPUNOV_V2_C_R2 };
+    enum { r3 = SLOSH_LYAPUNOV_V2_C_R3 };
+    enum { r4 = SLOSH_LYAPUNOV_V2_C_R4 };
+    enum { r5 = SLOSH_LYAPUNOV_V2_C_R5 };
+    enum { r6 = SLOSH_LYAPUNOV_V2_C_R6 };
+    enum { r7 = SLOSH_LYAPUNOV_V2_C_R7 };
+    enum { r8 = SLOSH_LYAPUNOV_V2_C_R8 };
+    enum { w1 = SLOSH_LYAPUNOV_V2_C_W1 };
+    enum { w2 = SLOSH_LYAPUNOV_V2_C_W2 };
+    enum { w3 = SLOSH_LYAPUNOV_V2_C_W3 };
+    enum { w4 = SLOSH_LYAPUNOV_V2_C_W4 };
+    enum { w5 = SLOSH_LYAPUNOV_V2_C_W5 };
+    const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
+    const real t_gx5gf = p[m1] / D1;
+    const real k1 = t_gx5gf * p[l1];
+    const real me1 = t_gx5gf * p[I1];
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real mv1 = t_6nwd2 * k1;
+    const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
+    const real t_wiek6 = p[m2] / D2;
+    const real k2 = t_wiek6 * p[l2];
+    const real me2 = t_wiek6 * p[I2];
+    const real t_popww = p[l2] * p[m2];
+    const real mv2 = t_popww * k2;
+    const real M_C = p[m] + p[m0] + me1 + me2;
+    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real S_C = me1 * (p[h1] * p[h1])
+        + me2 * (p[h2] * p[h2])
+        + p[m] * (p[b] * p[b])
+        + p[m0] * (p[h0] * p[h0])
+        - M_C * (x_C * x_C);
+    const real J_C1 = p[I0] + p[J_x];
+    const real J_C3 = p[I0] + p[J_z] + S_C;
+    const real t_is5lg = p[I1] + p[I2];
+    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
+    const real W12 = q[wx] * q[wy];
+    const real W13 = q[wx] * q[wz];
+    const real e1 = p[h1] - x_C;
+    const real e2 = p[h2] - x_C;
+    real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
+    const real Wn1 = cos_theta1 * q[wy] - sin_theta1 * q[wz];
+    const real Wt1 = cos_theta1 * q[wz] + sin_theta1 * q[wy];
+    const real w_x1 = q[wx] - q[theta1_dot];
+    const real p1 = Wn1 + q[phi1_dot];
+    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
+    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
+    const real Wn2 = cos_theta2 * q[wy] - sin_theta2 * q[wz];
+    const real Wt2 = cos_theta2 * q[wz] + sin_theta2 * q[wy];
+    const real w_x2 = q[wx] - q[theta2_dot];
+    const real p2 = Wn2 + q[phi2_dot];
+    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
+    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_rybsf = q[wy] * q[wy] + q[wz] * q[wz];
+    const real t_w7vil = t_rybsf * e1;
+    const real tension1 = cos_phi1 * t_w7vil * mv1 - t_6nwd2 * sigma_sq1;
+    const real As_1 = mv1 * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real eAss_1 = Ass_1 * e1;
+    const real q_1 = sin_phi1 * p[l1];
+    const real lc_1 = cos_phi1 * p[l1];
+    const real B_1 = me1 * p[l1];
+    const real Bs_1 = B_1 * sin_phi1;
+    const real Bc_1 = B_1 * cos_phi1;
+    const real Bl_1 = B_1 * p[l1];
+    const real g_1 = e1 - lc_1;
+    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
+    const real wth_1 = th_1 * p[I1];
+    const real eBc_1 = Bc_1 * e1;
+    const real wg_1 = g_1 * wth_1;
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real tn11_1 = Ass_1 + me1 - wth_1;
+    const real t_b7ure = me1 * (e1 * e1);
+    const real t_3bowt = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
+    const real t_3fv6l = g_1 * wg_1;
+    const real tn44_1 = t_b7ure + t_3bowt - t_3fv6l;
+    const real wq_1 = q_1 * wth_1;
+    const real wqg_1 = q_1 * wg_1;
+    const real wqq_1 = q_1 * wq_1;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real wgC_1 = cos_theta1 * wqg_1;
+    const real wgS_1 = sin_theta1 * wqg_1;
+    const real loss_phi1 = p[eps1] * q[phi1_dot];
+    const real loss_theta1 = p[eps1] * q[theta1_dot];
+    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real zeta1 = W12 * q_1
+        + Wn1 * lc_1 * w_x1
+        - chi1 * p[l1] * (p1 + q[phi1_dot]);
+    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
+    const real t_7imwe = B_1 * eta1 + loss_phi1 * k1;
+    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real M_q1 = F_n1 * q_1;
+    const real I_phi1 = q[phi1_dot] * p[I1];
+    const real I_theta1 = q[theta1_dot] * p[I1];
+    const real t_6fvzz = t_rybsf * e2;
+    const real tension2 = cos_phi2 * t_6fvzz * mv2 - t_popww * sigma_sq2;
+    const real As_2 = mv2 * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real eAss_2 = Ass_2 * e2;
+    const real q_2 = sin_phi2 * p[l2];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real B_2 = me2 * p[l2];
+    const real Bs_2 = B_2 * sin_phi2;
+    const real Bc_2 = B_2 * cos_phi2;
+    const real Bl_2 = B_2 * p[l2];
+    const real g_2 = e2 - lc_2;
+    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
+    const real wth_2 = th_2 * p[I2];
+    const real eBc_2 = Bc_2 * e2;
+    const real wg_2 = g_2 * wth_2;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real tn11_2 = Ass_2 + me2 - wth_2;
+    const real t_lpk5h = me2 * (e2 * e2);
+    const real t_ymmgl = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
+    const real t_odwbr = g_2 * wg_2;
+    const real tn44_2 = t_lpk5h + t_ymmgl - t_odwbr;
+    const real wq_2 = q_2 * wth_2;
+    const real wqg_2 = q_2 * wg_2;
+    const real wqq_2 = q_2 * wq_2;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real wgC_2 = cos_theta2 * wqg_2;
+    const real wgS_2 = sin_theta2 * wqg_2;
+    const real loss_phi2 = p[eps2] * q[phi2_dot];
+    const real loss_theta2 = p[eps2] * q[theta2_dot];
+    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real zeta2 = W12 * q_2
+        + Wn2 * lc_2 * w_x2
+        - chi2 * p[l2] * (p2 + q[phi2_dot]);
+    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
+    const real t_4b2fa = B_2 * eta2 + loss_phi2 * k2;
+    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real M_q2 = F_n2 * q_2;
+    const real I_phi2 = q[phi2_dot] * p[I2];
+    const real I_theta2 = q[theta2_dot] * p[I2];
+    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
+    const real t_fbeaw = S_sq1 * tn11_1;
+    const real t_dj555 = S_sq2 * tn11_2;
+    const real K22 = t_fbeaw + t_dj555 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real K33 = Ass_1 + Ass_2 + M_C - t_fbeaw - t_dj555;
+    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
+    const real t_nhr5u = wqq_1 + wqq_2;
+    const real K44 = t_nhr5u + Bl_1 + Bl_2 + J_C1;
+    const real t_tcgxn = wg_1 - e1 * me1;
+    const real t_uf5ib = wg_2 - e2 * me2;
+    const real t_32gyg = Bc_1 - eAss_1;
+    const real t_65obb = t_32gyg + t_tcgxn;
+    const real t_gbkg6 = Bc_2 - eAss_2;
+    const real t_yoiua = t_gbkg6 + t_uf5ib;
+    const real t_z76hk = S_sq1 * t_65obb + S_sq2 * t_yoiua;
+    const real K52 = t_tcgxn + t_uf5ib - t_z76hk - wqC_1 - wqC_2;
+    const real t_hjmgb = SC1 * t_65obb + SC2 * t_yoiua;
+    const real K53 = wqS_1 - t_hjmgb + wqS_2;
+    const real t_nncdg = Bl_1 - eBc_1;
+    const real t_4q22j = Bl_2 - eBc_2;
+    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
+    const real t_hoosk = S_sq1 * tn44_1;
+    const real t_drvdp = S_sq2 * tn44_2;
+    const real K55 = t_3fv6l
+        + t_odwbr
+        + t_nhr5u
+        + t_hoosk
+        + t_drvdp
+        + J_C3
+        - t_b7ure
+        - t_lpk5h
+        + K(-2.0) * wgC_1
+        + K(-2.0) * wgC_2;
+    const real K63 = t_z76hk - (t_32gyg + t_gbkg6);
+    const real t_zhbuw = wgS_1 + wgS_2;
+    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
+    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_3bowt + t_ymmgl + J_C2 - t_hoosk - t_drvdp;
+    const real t_vt7uo = F_n1 * cos_theta1;
+    const real t_oncjt = F_n2 * cos_theta2;
+    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real t_azclp = F_n1 * sin_theta1;
+    const real t_iya7w = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
+    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
+    const real t_kp7yy = M_q1 + M_q2;
+    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
+    const real t_sfymc = p[J_y] - p[J_z];
+    const real n4 = t_aejai
+        - t_kp7yy
+        + t_zd4fs
+        - loss_phi1
+        - loss_phi2
+        + I_theta1 * q[wy]
+        + I_theta2 * q[wy]
+        - t_sfymc * q[wy] * q[wz];
+    const real t_w7nmt = t_aejai + F_t1 * e1;
+    const real t_e5cx2 = t_zd4fs + F_t2 * e2;
+    const real n5 = t_w7nmt * sin_theta1
+        - (t_kp7yy + loss_theta1 + loss_theta2)
+        + t_e5cx2 * sin_theta2
+        - W12 * (J_C1 + (p[J_z] - p[J_y]))
+        - I_phi1 * q[wy]
+        - I_phi2 * q[wy]
+        + t_vt7uo * g_1
+        + t_oncjt * g_2;
+    const real n6 = t_w7nmt * cos_theta1
+        + t_e5cx2 * cos_theta2
+        + I_theta1 * q[wx]
+        + I_theta2 * q[wx]
+        - W13 * (J_C1 + t_is5lg + t_sfymc)
+        - t_azclp * g_1
+        - t_iya7w * g_2
+        - I_phi1 * q[wz]
+        - I_phi2 * q[wz];
+    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_bpfoo = K(1.0) / K11;
+    const real t_w7lcw = t_b3aij * t_bpfoo;
+    const real K_D2 = K22 - t_b3aij * t_w7lcw;
+    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_3go2w = t_zzymx * t_bpfoo;
+    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
+    const real t_4iujv = K(1.0) / K_D2;
+    const real K_L32 = t_d4mqf * t_4iujv;
+    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
+    const real B_v2 = q[vy] * c[r1];  /* (29) */
+    const real C_v2 = q[vz] * c[r2];  /* (29) */
+    const real g1_v2 = B_v2 * q[vz] - C_v2 * q[vy] + q[att1] * c[r3];  /* (29) */
+    const real g2_v2 = C_v2 * q[vx] + q[att2] * c[r5];  /* (29) */
+    const real g3_v2 = q[att3] * c[r7] - B_v2 * q[vx];  /* (29) */
+    const real G2_v2 = W12 - (q[wz] * c[w5] + g3_v2) * (K(1.0) / c[r8]);
+    const real G3_v2 = W13 + (q[wy] * c[w4] + g2_v2) * (K(1.0) / c[r6]);
+    const real a2_v2 = G2_v2 * x_C - B_v2 * c[w1];
+    const real a3_v2 = G3_v2 * x_C - C_v2 * c[w2];
+    const real t_2m245 = Bs_1 + Bs_2;
+    const real t_lutta = (q[wx] * c[w3] + g1_v2) * (K(1.0) / c[r4]);
+    const real t_ev7u5 = Bs_1 + Asc_1 * e1;
+    const real t_bvybx = Bs_2 + Asc_2 * e2;
+    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
+    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
+    const real t_bkfqo = t_7imwe * sin_phi1
+        + t_4b2fa * sin_phi2
+        + cos_phi1 * tension1
+        + cos_phi2 * tension2
+        + G2_v2 * t_6mmeb
+        + G3_v2 * t_bl4f2
+        + t_b3aij * a2_v2
+        + t_zzymx * a3_v2;
+    const real q1_v2 = t_2m245 * t_lutta - t_bkfqo;
+    const real t_yz7e5 = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
+    const real q2_v2 = n2
+        + G2_v2 * K52
+        - G3_v2 * t_hjmgb
+        + K22 * a2_v2
+        + K32 * a3_v2
+        + t_yz7e5 * t_lutta;
+    const real q3_v2 = n3
+        + G2_v2 * K53
+        + G3_v2 * K63
+        + K32 * a2_v2
+        + K33 * a3_v2
+        - K43 * t_lutta;
+    const real PP_v2 = K11 * K11 + t_b3aij * t_b3aij + t_zzymx * t_zzymx;
+    const real Pq_v2 = K11 * q1_v2 - t_b3aij * q2_v2 - t_zzymx * q3_v2;
+    const real t_m473c = PP_v2 * (q1_v2 * q1_v2 - p[F] * p[F] + q2_v2 * q2_v2 + q3_v2 * q3_v2);
+    const real root_v2 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v2 * Pq_v2 - t_m473c));
+    const real ax_v2 = (root_v2 - Pq_v2) / PP_v2;
+    const real f1_v2 = q1_v2 + K11 * ax_v2;
+    const real f2_v2 = q2_v2 - t_b3aij * ax_v2;
+    const real f3_v2 = q3_v2 - t_zzymx * ax_v2;
+    const real t_y7rm6 = K(1.0) / p[F];
+    const real sin_d2_v2 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v2 * t_y7rm6));
+    const real cos_d2_v2 = mv_sqrt(K(1.0) - sin_d2_v2 * sin_d2_v2);
+    const real delta1_v2 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v2 * t_y7rm6 / mv_max(SPLAT(K(1e-09)), cos_d2_v2)))));
+    const real delta2_v2 = mv_asin(sin_d2_v2);
+    real sin_delta2_v2, cos_delta2_v2; mv_sincos(delta2_v2, &sin_delta2_v2, &cos_delta2_v2);
+    const real t_4mgpp = p[F] * cos_delta2_v2;
+    real sin_delta1_v2, cos_delta1_v2; mv_sincos(delta1_v2, &sin_delta1_v2, &cos_delta1_v2);
+    const real df1_v2 = t_4mgpp * cos_delta1_v2 - f1_v2;
+    const real t_7oaon = p[F] * sin_delta2_v2;
+    const real df2_v2 = t_7oaon - f2_v2;
+    const real da_v2_y2 = df2_v2 + t_w7lcw * df1_v2;
+    const real t_pmr3w = t_4mgpp * sin_delta1_v2;
+    const real da_v2_y3 = t_3go2w * df1_v2 - (t_pmr3w + f3_v2) - K_L32 * da_v2_y2;
+    const real t_zmh3u = K(1.0) / K_D3;
+    const real da_v2_x3 = da_v2_y3 * t_zmh3u;
+    const real da_v2_x2 = da_v2_y2 * t_4iujv - K_L32 * da_v2_x3;
+    const real da_v2_x1 = df1_v2 * t_bpfoo + t_w7lcw * da_v2_x2 + t_3go2w * da_v2_x3;
+    const real Mx_v2 = n4
+        + G2_v2 * K54
+        + G3_v2 * K64
+        - t_2m245 * ax_v2
+        - t_2m245 * da_v2_x1
+        - t_yz7e5 * a2_v2
+        - t_yz7e5 * da_v2_x2
+        + K43 * a3_v2
+        + K43 * da_v2_x3
+        - K44 * t_lutta;
+    const real t_lwe76 = p[b] + p[d] + x_C;
+    const real My_v2 = t_pmr3w * t_lwe76
+        - n6
+        - G2_v2 * K65
+        - G3_v2 * K66
+        + t_bl4f2 * ax_v2
+        + t_bl4f2 * da_v2_x1
+        + t_hjmgb * a2_v2
+        + t_hjmgb * da_v2_x2
+        - K63 * a3_v2
+        - K63 * da_v2_x3
+        + K64 * t_lutta;
+    const real Mz_v2 = n5
+        + G2_v2 * K55
+        + G3_v2 * K65
+        - t_6mmeb * ax_v2
+        - t_6mmeb * da_v2_x1
+        + K52 * a2_v2
+        + K52 * da_v2_x2
+        + K53 * a3_v2
+        + K53 * da_v2_x3
+        - K54 * t_lutta
+        + t_7oaon * t_lwe76;
+    const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v2, p[delta2_max]));
+    const mask m_jdzdf = LE(mv_fabs(delta2_v2), p[delta2_max]);
+    const real t_svkod = cos_delta2_v2 * sin_delta1_v2;
+    const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_jdzdf, delta1_v2, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_svkod * (K(1.0) / mv_cos(p[delta2_max]))))))));
+    real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
+    const real t_y4w6o = p[F] * cos_delta2_act;
+    real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
+    const real df1_act = t_y4w6o * cos_delta1_act - cos_delta2_v2 * p[F] * cos_delta1_v2;
+    const real df2_act = p[F] * sin_delta2_act - t_7oaon;
+    const real df3_act = t_svkod * p[F] - t_y4w6o * sin_delta1_act;
+    const real da_act_y2 = df2_act + t_w7lcw * df1_act;
+    const real da_act_y3 = df3_act + t_3go2w * df1_act - K_L32 * da_act_y2;
+    const real da_act_x3 = da_act_y3 * t_zmh3u;
+    const real da_act_x2 = da_act_y2 * t_4iujv - K_L32 * da_act_x3;
+    const real da_act_x1 = df1_act * t_bpfoo + t_w7lcw * da_act_x2 + t_3go2w * da_act_x3;
+    const real Mx = Mx_v2 - t_2m245 * da_act_x1 - t_yz7e5 * da_act_x2 + K43 * da_act_x3;
+    const real My = My_v2
+        - df3_act * t_lwe76
+        + t_bl4f2 * da_act_x1
+        + t_hjmgb * da_act_x2
+        - K63 * da_act_x3;
+    const real Mz = Mz_v2
+        - t_6mmeb * da_act_x1
+        + K52 * da_act_x2
+        + K53 * da_act_x3
+        + df2_act * t_lwe76;
+    x[0] = q[vx];
+    x[1] = q[vy];
+    x[2] = q[vz];
+    x[3] = q[wx];
+    x[4] = q[wy];
+    x[5] = q[wz];
+    x[6] = q[att1];
+    x[7] = q[att2];
+    x[8] = q[att3];
+    x[9] = q[phi1];
+    x[10] = q[theta1];
+    x[11] = q[phi2];
+    x[12] = q[theta2];
+    x[13] = q[phi1_dot];
+    x[14] = q[theta1_dot];
+    x[15] = q[phi2_dot];
+    x[16] = q[theta2_dot];
+    u[0] = Mx;
+    u[1] = My;
+    u[2] = Mz;
+    u[3] = delta1_act;
+    u[4] = delta2_act;
+    u_cmd[0] = Mx_v2;
+    u_cmd[1] = My_v2;
+    u_cmd[2] = Mz_v2;
+    u_cmd[3] = delta1_v2;
+    u_cmd[4] = delta2_v2;
 }
 
 /* closed loop of lyapunov-v2, full, euler; 964 operations. */
 void slosh_lyapunov_v2_loop_euler(const real *q, const real *r, const real *p, const real *c, real *dq)
 {
     (void)r;
-    real s7, c7; mv_sincos(q[9], &s7, &c7);
-    const real v9 = s7 * p[13];
-    const real v13 = p[12] / (p[15] + p[12] * (v9 * v9));
-    const real v16 = q[3] * q[4];
-    real s19, c19; mv_sincos(q[10], &s19, &c19);
-    const real v24 = c19 * q[4] - s19 * q[5];
-    const real v26 = c7 * p[13];
-    const real v29 = q[3] - q[14];
-    const real v35 = c19 * q[5] + s19 * q[4];
-    const real v37 = c7 * v29 - v35 * s7;
-    const real v40 = v24 + q[13];
-    const real v43 = v16 * v9 + v24 * v26 * v29 - v37 * p[13] * (v40 + q[13]);
-    const real v46 = p[16] * q[14];
-    const real v49 = v13 * (v43 * p[15] - v46 * v9);
-    const real v50 = v49 * c19;
-    real s54, c54; mv_sincos(q[11], &s54, &c54);
-    const real v56 = s54 * p[18];
-    const real v60 = p[17] / (p[20] + p[17] * (v56 * v56));
-    real s63, c63; mv_sincos(q[12], &s63, &c63);
-    const real v67 = c63 * q[4] - s63 * q[5];
-    const real v69 = c54 * p[18];
-    const real v72 = q[3] - q[16];
-    const real v78 = c63 * q[5] + s63 * q[4];
-    const real v80 = c54 * v72 - v78 * s54;
-    const real v83 = v67 + q[15];
-    const real v86 = v16 * v56 + v67 * v69 * v72 - v80 * p[18] * (v83 + q[15]);
-    const real v89 = p[21] * q[16];
-    const real v92 = v60 * (v86 * p[20] - v89 * v56);
-    const real v93 = v92 * c63;
-    const real v97 = q[4] * q[4] + q[5] * q[5];
-    const real v102 = K(1.0) / (p[13] * p[13] * p[12] + p[15]);
-    const real v103 = p[12] * v102;
-    const real v104 = v103 * p[15];
-    const real v118 = K(1.0) / (p[18] * p[18] * p[17] + p[20]);
-    const real v119 = p[17] * v118;
-    const real v120 = v119 * p[20];
-    const real v125 = p[0] + p[1] + v104 + v120;
-    const real v126 = (p[14] * v104 - (p[7] * p[0] + p[6] * p[1]) + p[19] * v120) / v125;
-    const real v127 = p[14] - v126;
-    const real v128 = v97 * v127;
-    const real v130 = p[13] * p[12];
-    const real v131 = v103 * p[13];
-    const real v132 = v130 * v131;
-    const real v136 = v35 * c7 + s7 * v29;
-    const real v141 = c7 * v128 * v132 - v130 * (v136 * v136 + v40 * v40);
-    const real v143 = v104 * p[13];
-    const real v146 = v37 * v136 - v35 * v29;
-    const real v148 = p[16] * q[13];
-    const real v150 = v143 * v146 + v148 * v131;
-    const real v152 = s7 * v141 - v150 * c7;
-    const real v155 = p[19] - v126;
-    const real v156 = v97 * v155;
-    const real v158 = p[18] * p[17];
-    const real v159 = v119 * p[18];
-    const real v160 = v158 * v159;
-    const real v164 = v78 * c54 + s54 * v72;
-    const real v169 = c54 * v156 * v160 - v158 * (v164 * v164 + v83 * v83);
-    const real v171 = v120 * p[18];
-    const real v174 = v80 * v164 - v78 * v72;
-    const real v176 = p[21] * q[15];
-    const real v178 = v171 * v174 + v176 * v159;
-    const real v180 = s54 * v169 - v178 * c54;
-    const real v182 = v50 + v93 + v152 * s19 + v180 * s63;
-    const real v190 = q[1] * c[0];
-    const real v198 = v16 - (q[5] * c[12] + (q[8] * c[6] - v190 * q[0])) * (K(1.0) / c[7]);
-    const real v199 = v127 - v26;
-    const real v200 = v13 * p[15];
-    const real v201 = v199 * v200;
-    const real v203 = v201 - v127 * v104;
-    const real v204 = v155 - v69;
-    const real v205 = v60 * p[20];
-    const real v206 = v204 * v205;
-    const real v208 = v206 - v155 * v120;
-    const real v210 = s19 * s19;
-    const real v211 = v143 * c7;
-    const real v212 = v132 * s7;
-    const real v213 = v212 * s7;
-    const real v214 = v213 * v127;
-    const real v215 = v211 - v214;
-    const real v216 = v215 + v203;
-    const real v218 = s63 * s63;
-    const real v219 = v171 * c54;
-    const real v220 = v160 * s54;
-    const real v221 = v220 * s54;
-    const real v222 = v221 * v155;
-    const real v223 = v219 - v222;
-    const real v224 = v223 + v208;
-    const real v226 = v210 * v216 + v218 * v224;
-    const real v228 = v9 * v200;
-    const real v229 = c19 * v228;
-    const real v231 = v56 * v205;
-    const real v232 = c63 * v231;
-    const real v233 = v203 + v208 - v226 - v229 - v232;
-    const real v236 = q[3] * q[5];
-    const real v241 = q[2] * c[1];
-    const real v251 = v236 + (q[4] * c[11] + (v241 * q[0] + q[7] * c[4])) * (K(1.0) / c[5]);
-    const real v252 = c19 * s19;
-    const real v254 = c63 * s63;
-    const real v256 = v252 * v216 + v254 * v224;
-    const real v260 = v213 + v104 - v200;
-    const real v261 = v210 * v260;
-    const real v263 = v221 + v120 - v205;
-    const real v264 = v218 * v263;
-    const real v270 = v261 + v264 + v125 + v200 + v205 - v104 - v120;
-    const real v274 = v198 * v126 - v190 * c[8];
-    const real v279 = v252 * v260 + v254 * v263;
-    const real v283 = v251 * v126 - v241 * c[9];
-    const real v290 = v229 + v232 + v211 * s19 + v219 * s63;
-    const real v303 = (q[3] * c[10] + (v190 * q[2] - v241 * q[1] + q[6] * c[2])) * (K(1.0) / c[3]);
-    const real v305 = v182 + v198 * v233 - v251 * v256 + v270 * v274 + v279 * v283 + v290 * v303;
-    const real v306 = v212 * c7;
-    const real v308 = v220 * c54;
-    const real v310 = v306 * s19 + v308 * s63;
-    const real v315 = v125 + v132 + v160 - v213 - v221;
-    const real v316 = v143 * s7;
-    const real v317 = v171 * s54;
-    const real v318 = v316 + v317;
-    const real v326 = v150 * s7 + v178 * s54 + c7 * v141 + c54 * v169;
-    const real v328 = v316 + v306 * v127;
-    const real v331 = v317 + v308 * v155;
-    const real v333 = v328 * s19 + v331 * s63;
-    const real v338 = v328 * c19 + v331 * c63;
-    const real v345 = v306 * c19 + v308 * c63;
-    const real v348 = v318 * v303 - (v326 + v198 * v333 + v251 * v338 + v310 * v274 + v345 * v283);
-    const real v353 = v49 * s19;
-    const real v354 = v92 * s63;
-    const real v358 = v152 * c19 - (v353 + v354) + v180 * c63;
-    const real v359 = s19 * v228;
-    const real v361 = s63 * v231;
-    const real v362 = v359 - v256 + v361;
-    const real v366 = v226 - (v215 + v223);
-    const real v374 = v213 + v221 + v125 - v261 - v264;
-    const real v381 = v359 + v361 - v211 * c19 - v219 * c63;
-    const real v383 = v358 + v198 * v362 + v251 * v366 + v279 * v274 + v374 * v283 - v381 * v303;
-    const real v385 = v315 * v348 - v310 * v305 - v345 * v383;
-    const real v391 = v315 * v315 + v310 * v310 + v345 * v345;
-    const real v401 = v385 * v385 - v391 * (v348 * v348 - p[9] * p[9] + v305 * v305 + v383 * v383);
-    const real v405 = (mv_sqrt(mv_max(SPLAT(K(0.0)), v401)) - v385) / v391;
-    const real v407 = v305 - v310 * v405;
-    const real v408 = K(1.0) / p[9];
-    const real v411 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), v407 * v408));
-    const real v412 = mv_asin(v411);
-    const real v414 = mv_max(-p[11], mv_min(v412, p[11]));
-    real s415, c415; mv_sincos(v414, &s415, &c415);
-    const real v416 = c415 * p[9];
-    const mask m420 = LE(mv_fabs(v412), p[11]);
-    const real v422 = v383 - v345 * v405;
-    const real v431 = mv_min(SPLAT(K(1.0)), -(v422 * v408 / mv_max(SPLAT(K(1e-09)), mv_sqrt(K(1.0) - v411 * v411))));
-    const real v433 = mv_asin(mv_max(SPLAT(K(-1.0)), v431));
-    real s434, c434; mv_sincos(v412, &s434, &c434);
-    real s435, c435; mv_sincos(v433, &s435, &c435);
-    const real v436 = c434 * s435;
-    const real v441 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), v436 * (K(1.0) / mv_cos(p[11]))));
-    const real v445 = mv_max(-p[10], mv_min(p[10], SELECT(m420, v433, mv_asin(v441))));
-    real s446, c446; mv_sincos(v445, &s446, &c446);
-    const real v448 = v416 * c446 + v326;
-    const real v449 = K(1.0) / v315;
-    const real v451 = v310 * v449;
-    const real v453 = s415 * p[9];
-    const real v456 = v453 - v182 + v451 * v448;
-    const real v459 = K(1.0) / (v270 - v310 * v451);
-    const real v461 = v345 * v449;
-    const real v463 = v279 - v310 * v461;
-    const real v464 = v463 * v459;
-    const real v467 = v416 * s446;
-    const real v471 = v461 * v448 - (v467 + v358) - v464 * v456;
-    const real v476 = K(1.0) / (v374 - v463 * v464 - v345 * v461);
-    const real v478 = v318 * v449;
-    const real v480 = v290 + v310 * v478;
-    const real v481 = v480 * v459;
-    const real v485 = v381 + v463 * v481 - v345 * v478;
-    const real v486 = v485 * v476;
-    const real v489 = v316 * v128 + v150 * p[13];
-    const real v492 = v49 * v9 + v92 * v56;
-    const real v496 = v317 * v156 + v178 * p[18];
-    const real v500 = q[14] * p[15];
-    const real v503 = q[16] * p[20];
-    const real v508 = p[4] - p[5];
-    const real v511 = v489 - v492 + v496 - v148 - v176 + v500 * q[4] + v503 * q[4] - v508 * q[4] * q[5];
-    const real v514 = v9 * v228 + v56 * v231;
-    const real v515 = v9 * v201;
-    const real v516 = c19 * v515;
-    const real v518 = v56 * v206;
-    const real v519 = c63 * v518;
-    const real v521 = v143 * p[13];
-    const real v522 = v211 * v127;
-    const real v523 = v521 - v522;
-    const real v526 = v171 * p[18];
-    const real v527 = v219 * v155;
-    const real v528 = v526 - v527;
-    const real v530 = v514 - v516 - v519 + v523 * s19 + v528 * s63;
-    const real v535 = s19 * v515 + s63 * v518;
-    const real v539 = v535 + v523 * c19 + v528 * c63;
-    const real v544 = p[9] * c434;
-    const real v549 = v544 * c435 - (v348 + v315 * v405);
-    const real v552 = p[9] * s434;
-    const real v555 = v552 - v407 + v451 * v549;
-    const real v558 = v544 * s435;
-    const real v563 = (v461 * v549 - (v558 + v422) - v464 * v555) * v476;
-    const real v565 = v555 * v459 - v464 * v563;
-    const real v569 = v549 * v449 + v451 * v565 + v461 * v563;
-    const real v573 = v511 + v198 * v530 + v251 * v539 - v318 * v405 - v318 * v569 - v290 * v274;
-    const real v584 = p[2] + p[3];
-    const real v585 = v514 + v521 + v526 + v584;
-    const real v588 = p[9] * c415;
-    const real v592 = v588 * c446 - c434 * p[9] * c435;
-    const real v595 = p[9] * s415 - v552;
-    const real v597 = v595 + v451 * v592;
-    const real v601 = v436 * p[9] - v588 * s446;
-    const real v606 = (v601 + v461 * v592 - v464 * v597) * v476;
-    const real v608 = v597 * v459 - v464 * v606;
-    const real v612 = v592 * v449 + v451 * v608 + v461 * v606;
-    const real v614 = v573 - v290 * v565 + v381 * v283 + v381 * v563 - v585 * v303 - v318 * v612;
-    const real v625 = v614 - v290 * v608 + v381 * v606 - v511 + v478 * v448 + v481 * v456 - v486 * v471;
-    const real v632 = K(1.0) / (v585 - v480 * v481 - v485 * v486 - v318 * v478);
-    const real v634 = v333 * v449;
-    const real v636 = v233 - v310 * v634;
-    const real v637 = v636 * v459;
-    const real v643 = v362 - v463 * v637 - v345 * v634;
-    const real v644 = v643 * v476;
-    const real v648 = v530 + v480 * v637 - v485 * v644 - v318 * v634;
-    const real v649 = v648 * v632;
-    const real v651 = v489 + v152 * v127;
-    const real v657 = v496 + v180 * v155;
-    const real v663 = v651 * s19 - (v492 + v46 + v89) + v657 * s63 - v16 * (v584 + (p[5] - p[4]));
-    const real v664 = q[13] * p[15];
-    const real v667 = q[15] * p[20];
-    const real v673 = v663 - v664 * q[4] - v667 * q[4] + v50 * v199 + v93 * v204;
-    const real v674 = v199 * v201;
-    const real v675 = v204 * v206;
-    const real v679 = v104 * (v127 * v127);
-    const real v684 = v521 + K(-2.0) * v522 + v127 * v214;
-    const real v686 = v679 + v684 - v674;
-    const real v687 = v210 * v686;
-    const real v690 = v120 * (v155 * v155);
-    const real v694 = v526 + K(-2.0) * v527 + v155 * v222;
-    const real v696 = v690 + v694 - v675;
-    const real v697 = v218 * v696;
-    const real v710 = v104 * (p[14] * p[14]) + v120 * (p[19] * p[19]) + p[0] * (p[7] * p[7]) + p[1] * (p[6] * p[6]);
-    const real v713 = v710 - v125 * (v126 * v126);
-    const real v719 = v674 + v675 + v514 + v687 + v697 + (p[2] + p[5] + v713) - v679 - v690 + K(-2.0) * v516;
-    const real v721 = v719 + K(-2.0) * v519;
-    const real v727 = v535 + v252 * v686 + v254 * v696;
-    const real v735 = v673 + v198 * v721 + v251 * v727 - v333 * v405 - v333 * v569 + v233 * v274;
-    const real v746 = p[7] + p[8] + v126;
-    const real v748 = v735 + v233 * v565 + v362 * v283 + v362 * v563 - v530 * v303 + v552 * v746;
-    const real v759 = v748 - v333 * v612 + v233 * v608 + v362 * v606 + v595 * v746 - v673 - v453 * v746;
-    const real v767 = v759 + v634 * v448 - v637 * v456 - v644 * v471 - v649 * v625;
-    const real v776 = K(1.0) / (v721 - v636 * v637 - v643 * v644 - v648 * v649 - v333 * v634);
-    const real v778 = v338 * v449;
-    const real v780 = v256 + v310 * v778;
-    const real v781 = v780 * v459;
-    const real v787 = v366 + v463 * v781 - v345 * v778;
-    const real v788 = v787 * v476;
-    const real v796 = v539 - v480 * v781 - v485 * v788 - v318 * v778;
-    const real v797 = v796 * v632;
-    const real v801 = v727 + v636 * v781 - v643 * v788 - v648 * v797 - v333 * v778;
-    const real v802 = v801 * v776;
-    const real v812 = p[15] + p[20];
-    const real v816 = v651 * c19 + v657 * c63 + v500 * q[3] + v503 * q[3] - v236 * (v584 + v812 + v508);
-    const real v824 = v816 - v353 * v199 - v354 * v204 - v664 * q[5] - v667 * q[5];
-    const real v834 = v684 + v694 + (p[2] + p[4] + v812 + v713) - v687 - v697;
-    const real v840 = v558 * v746 - v824 - v198 * v727 - v251 * v834 + v338 * v405 + v338 * v569;
-    const real v850 = v840 + v256 * v274 + v256 * v565 - v366 * v283 - v366 * v563 + v539 * v303;
-    const real v860 = v467 * v746 - (v850 - v601 * v746 + v338 * v612 + v256 * v608 - v366 * v606 + v824);
-    const real v870 = v860 + v778 * v448 + v781 * v456 - v788 * v471 - v797 * v625 - v802 * v767;
-    const real v880 = v834 - v780 * v781 - v787 * v788 - v796 * v797 - v801 * v802 - v338 * v778;
-    const real v881 = v870 / v880;
-    const real v883 = v767 * v776 - v802 * v881;
-    const real v887 = v625 * v632 - v649 * v883 - v797 * v881;
-    const real v893 = v471 * v476 - v486 * v887 - v644 * v883 - v788 * v881;
-    const real v901 = v456 * v459 - v464 * v893 + v481 * v887 - v637 * v883 + v781 * v881;
-    const real v911 = v448 * v449 + v451 * v901 + v461 * v893 + v478 * v887 + v634 * v883 + v778 * v881;
-    const real v931 = v883 - v16;
-    real s932, c932; mv_sincos(q[7], &s932, &c932);
-    real s933, c933; mv_sincos(q[6], &s933, &c933);
-    const real v935 = K(1.0) / c932;
-    const real v937 = s933 * v935 * q[4];
-    const real v942 = c933 * v935 * q[5];
-    const real v951 = v883 * s19 + v881 * c19;
-    const real v952 = v951 + v146;
-    const real v967 = v131 * (c7 * (v951 * v127 + v901 * s19 + v893 * c19) + s7 * (v911 - v128));
-    const real v978 = v887 + v883;
-    const real v982 = v43 + v901 * c19 + v199 * (v883 * c19 - v881 * s19) - v978 * v9 - v893 * s19;
-    const real v990 = v883 * s63 + v881 * c63;
-    const real v991 = v990 + v174;
-    const real v1006 = v159 * (c54 * (v990 * v155 + v901 * s63 + v893 * c63) + s54 * (v911 - v156));
-    const real v1020 = v86 + v901 * c63 + v204 * (v883 * c63 - v881 * s63) - v978 * v56 - v893 * s63;
-    dq[0] = v911 + v97 * v126 - q[2] * q[4] + q[1] * q[5];
-    dq[1] = v901 - v883 * v126 + (q[2] * q[3] - q[0] * q[5]);
-    dq[2] = v893 - v881 * v126 + (q[0] * q[4] - q[1] * q[3]);
-    dq[3] = v887;
-    dq[4] = v236 - v881;
-    dq[5] = v931;
-    dq[6] = q[3] + s932 * v937 + s932 * v942;
-    dq[7] = c933 * q[4] - s933 * q[5];
-    dq[8] = v937 + v942;
-    dq[9] = q[13];
-    dq[10] = q[14];
-    dq[11] = q[15];
-    dq[12] = q[16];
-    dq[13] = v952 - (v148 + p[15] * (v952 + v887)) * v102 - v967;
-    dq[14] = -(v931 + v13 * (v46 * (K(1.0) / p[12]) + v9 * v982));
-    dq[15] = v991 - (v176 + p[20] * (v991 + v887)) * v118 - v1006;
-    dq[16] = -(v931 + v60 * (v89 * (K(1.0) / p[17]) + v56 * v1020));
+    enum { vx = 0 };
+    enum { vy = 1 };
+    enum { vz = 2 };
+    enum { wx = 3 };
+    enum { wy = 4 };
+    enum { wz = 5 };
+    enum { att1 = 6 };
+    enum { att2 = 7 };
+    enum { att3 = 8 };
+    enum { phi1 = 9 };
+    enum { theta1 = 10 };
+    enum { phi2 = 11 };
+    enum { theta2 = 12 };
+    enum { phi1_dot = 13 };
+    enum { theta1_dot = 14 };
+    enum { phi2_dot = 15 };
+    enum { theta2_dot = 16 };
+    enum { m = SLOSH_P_M };
+    enum { m0 = SLOSH_P_M0 };
+    enum { I0 = SLOSH_P_I0 };
+    enum { J_x = SLOSH_P_J_X };
+    enum { J_y = SLOSH_P_J_Y };
+    enum { J_z = SLOSH_P_J_Z };
+    enum { h0 = SLOSH_P_H0 };
+    enum { b = SLOSH_P_B };
+    enum { d = SLOSH_P_D };
+    enum { F = SLOSH_P_F };
+    enum { delta1_max = SLOSH_P_DELTA1_MAX };
+    enum { delta2_max = SLOSH_P_DELTA2_MAX };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { eps1 = SLOSH_P_EPS1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { eps2 = SLOSH_P_EPS2 };
+    enum { r1 = SLOSH_LYAPUNOV_V2_C_R1 };
+    enum { r2 = SLOSH_LYAPUNOV_V2_C_R2 };
+    enum { r3 = SLOSH_LYAPUNOV_V2_C_R3 };
+    enum { r4 = SLOSH_LYAPUNOV_V2_C_R4 };
+    enum { r5 = SLOSH_LYAPUNOV_V2_C_R5 };
+    enum { r6 = SLOSH_LYAPUNOV_V2_C_R6 };
+    enum { r7 = SLOSH_LYAPUNOV_V2_C_R7 };
+    enum { r8 = SLOSH_LYAPUNOV_V2_C_R8 };
+    enum { w1 = SLOSH_LYAPUNOV_V2_C_W1 };
+    enum { w2 = SLOSH_LYAPUNOV_V2_C_W2 };
+    enum { w3 = SLOSH_LYAPUNOV_V2_C_W3 };
+    enum { w4 = SLOSH_LYAPUNOV_V2_C_W4 };
+    enum { w5 = SLOSH_LYAPUNOV_V2_C_W5 };
+    const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
+    const real t_zrejm = K(1.0) / D1;
+    const real t_3qn53 = p[m1] * t_zrejm;
+    const real k1 = t_3qn53 * p[l1];
+    const real me1 = t_3qn53 * p[I1];
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real mv1 = t_6nwd2 * k1;
+    const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
+    const real t_5wzvs = K(1.0) / D2;
+    const real t_54cbb = p[m2] * t_5wzvs;
+    const real k2 = t_54cbb * p[l2];
+    const real me2 = t_54cbb * p[I2];
+    const real t_popww = p[l2] * p[m2];
+    const real mv2 = t_popww * k2;
+    const real M_C = p[m] + p[m0] + me1 + me2;
+    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real S_C = me1 * (p[h1] * p[h1])
+        + me2 * (p[h2] * p[h2])
+        + p[m] * (p[b] * p[b])
+        + p[m0] * (p[h0] * p[h0])
+        - M_C * (x_C * x_C);
+    const real J_C1 = p[I0] + p[J_x];
+    const real J_C3 = p[I0] + p[J_z] + S_C;
+    const real t_is5lg = p[I1] + p[I2];
+    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
+    const real W12 = q[wx] * q[wy];
+    const real W13 = q[wx] * q[wz];
+    const real e1 = p[h1] - x_C;
+    const real e2 = p[h2] - x_C;
+    real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
+    const real q_1 = sin_phi1 * p[l1];
+    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
+    real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
+    const real Wn1 = cos_theta1 * q[wy] - sin_theta1 * q[wz];
+    const real lc_1 = cos_phi1 * p[l1];
+    const real w_x1 = q[wx] - q[theta1_dot];
+    const real Wt1 = cos_theta1 * q[wz] + sin_theta1 * q[wy];
+    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
+    const real p1 = Wn1 + q[phi1_dot];
+    const real zeta1 = W12 * q_1
+        + Wn1 * lc_1 * w_x1
+        - chi1 * p[l1] * (p1 + q[phi1_dot]);
+    const real loss_theta1 = p[eps1] * q[theta1_dot];
+    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
+    const real t_vt7uo = F_n1 * cos_theta1;
+    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
+    const real q_2 = sin_phi2 * p[l2];
+    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
+    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
+    const real Wn2 = cos_theta2 * q[wy] - sin_theta2 * q[wz];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real w_x2 = q[wx] - q[theta2_dot];
+    const real Wt2 = cos_theta2 * q[wz] + sin_theta2 * q[wy];
+    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
+    const real p2 = Wn2 + q[phi2_dot];
+    const real zeta2 = W12 * q_2
+        + Wn2 * lc_2 * w_x2
+        - chi2 * p[l2] * (p2 + q[phi2_dot]);
+    const real loss_theta2 = p[eps2] * q[theta2_dot];
+    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
+    const real t_oncjt = F_n2 * cos_theta2;
+    const real t_rybsf = q[wy] * q[wy] + q[wz] * q[wz];
+    const real t_w7vil = t_rybsf * e1;
+    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    const real tension1 = cos_phi1 * t_w7vil * mv1 - t_6nwd2 * sigma_sq1;
+    const real B_1 = me1 * p[l1];
+    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real loss_phi1 = p[eps1] * q[phi1_dot];
+    const real t_7imwe = B_1 * eta1 + loss_phi1 * k1;
+    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real t_6fvzz = t_rybsf * e2;
+    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real tension2 = cos_phi2 * t_6fvzz * mv2 - t_popww * sigma_sq2;
+    const real B_2 = me2 * p[l2];
+    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real loss_phi2 = p[eps2] * q[phi2_dot];
+    const real t_4b2fa = B_2 * eta2 + loss_phi2 * k2;
+    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real B_v2 = q[vy] * c[r1];  /* (29) */
+    const real g3_v2 = q[att3] * c[r7] - B_v2 * q[vx];  /* (29) */
+    const real G2_v2 = W12 - (q[wz] * c[w5] + g3_v2) * (K(1.0) / c[r8]);
+    const real g_1 = e1 - lc_1;
+    const real wth_1 = th_1 * p[I1];
+    const real wg_1 = g_1 * wth_1;
+    const real t_tcgxn = wg_1 - e1 * me1;
+    const real g_2 = e2 - lc_2;
+    const real wth_2 = th_2 * p[I2];
+    const real wg_2 = g_2 * wth_2;
+    const real t_uf5ib = wg_2 - e2 * me2;
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real Bc_1 = B_1 * cos_phi1;
+    const real As_1 = mv1 * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real eAss_1 = Ass_1 * e1;
+    const real t_32gyg = Bc_1 - eAss_1;
+    const real t_65obb = t_32gyg + t_tcgxn;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real Bc_2 = B_2 * cos_phi2;
+    const real As_2 = mv2 * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real eAss_2 = Ass_2 * e2;
+    const real t_gbkg6 = Bc_2 - eAss_2;
+    const real t_yoiua = t_gbkg6 + t_uf5ib;
+    const real t_z76hk = S_sq1 * t_65obb + S_sq2 * t_yoiua;
+    const real wq_1 = q_1 * wth_1;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wq_2 = q_2 * wth_2;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real K52 = t_tcgxn + t_uf5ib - t_z76hk - wqC_1 - wqC_2;
+    const real C_v2 = q[vz] * c[r2];  /* (29) */
+    const real g2_v2 = C_v2 * q[vx] + q[att2] * c[r5];  /* (29) */
+    const real G3_v2 = W13 + (q[wy] * c[w4] + g2_v2) * (K(1.0) / c[r6]);
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real t_hjmgb = SC1 * t_65obb + SC2 * t_yoiua;
+    const real tn11_1 = Ass_1 + me1 - wth_1;
+    const real t_fbeaw = S_sq1 * tn11_1;
+    const real tn11_2 = Ass_2 + me2 - wth_2;
+    const real t_dj555 = S_sq2 * tn11_2;
+    const real K22 = t_fbeaw + t_dj555 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real a2_v2 = G2_v2 * x_C - B_v2 * c[w1];
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real a3_v2 = G3_v2 * x_C - C_v2 * c[w2];
+    const real t_yz7e5 = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
+    const real g1_v2 = B_v2 * q[vz] - C_v2 * q[vy] + q[att1] * c[r3];  /* (29) */
+    const real t_lutta = (q[wx] * c[w3] + g1_v2) * (K(1.0) / c[r4]);
+    const real q2_v2 = n2
+        + G2_v2 * K52
+        - G3_v2 * t_hjmgb
+        + K22 * a2_v2
+        + K32 * a3_v2
+        + t_yz7e5 * t_lutta;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
+    const real Bs_1 = B_1 * sin_phi1;
+    const real Bs_2 = B_2 * sin_phi2;
+    const real t_2m245 = Bs_1 + Bs_2;
+    const real t_xynyo = t_7imwe * sin_phi1 + t_4b2fa * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2;
+    const real t_ev7u5 = Bs_1 + Asc_1 * e1;
+    const real t_bvybx = Bs_2 + Asc_2 * e2;
+    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
+    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
+    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_5dwtq = t_xynyo
+        + G2_v2 * t_6mmeb
+        + G3_v2 * t_bl4f2
+        + t_b3aij * a2_v2
+        + t_zzymx * a3_v2;
+    const real q1_v2 = t_2m245 * t_lutta - t_5dwtq;
+    const real t_azclp = F_n1 * sin_theta1;
+    const real t_iya7w = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real K53 = wqS_1 - t_hjmgb + wqS_2;
+    const real K63 = t_z76hk - (t_32gyg + t_gbkg6);
+    const real K33 = Ass_1 + Ass_2 + M_C - t_fbeaw - t_dj555;
+    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
+    const real q3_v2 = n3
+        + G2_v2 * K53
+        + G3_v2 * K63
+        + K32 * a2_v2
+        + K33 * a3_v2
+        - K43 * t_lutta;
+    const real Pq_v2 = K11 * q1_v2 - t_b3aij * q2_v2 - t_zzymx * q3_v2;
+    const real PP_v2 = K11 * K11 + t_b3aij * t_b3aij + t_zzymx * t_zzymx;
+    const real t_m473c = PP_v2 * (q1_v2 * q1_v2 - p[F] * p[F] + q2_v2 * q2_v2 + q3_v2 * q3_v2);
+    const real root_v2 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v2 * Pq_v2 - t_m473c));
+    const real ax_v2 = (root_v2 - Pq_v2) / PP_v2;
+    const real f2_v2 = q2_v2 - t_b3aij * ax_v2;
+    const real t_y7rm6 = K(1.0) / p[F];
+    const real sin_d2_v2 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v2 * t_y7rm6));
+    const real delta2_v2 = mv_asin(sin_d2_v2);
+    const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v2, p[delta2_max]));
+    real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
+    const real t_y4w6o = cos_delta2_act * p[F];
+    const mask m_jdzdf = LE(mv_fabs(delta2_v2), p[delta2_max]);
+    const real f3_v2 = q3_v2 - t_zzymx * ax_v2;
+    const real cos_d2_v2 = mv_sqrt(K(1.0) - sin_d2_v2 * sin_d2_v2);
+    const real delta1_v2 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v2 * t_y7rm6 / mv_max(SPLAT(K(1e-09)), cos_d2_v2)))));
+    real sin_delta2_v2, cos_delta2_v2; mv_sincos(delta2_v2, &sin_delta2_v2, &cos_delta2_v2);
+    real sin_delta1_v2, cos_delta1_v2; mv_sincos(delta1_v2, &sin_delta1_v2, &cos_delta1_v2);
+    const real t_svkod = cos_delta2_v2 * sin_delta1_v2;
+    const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_jdzdf, delta1_v2, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_svkod * (K(1.0) / mv_cos(p[delta2_max]))))))));
+    real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
+    const real f_x = t_y4w6o * cos_delta1_act;
+    const real f_y = sin_delta2_act * p[F];
+    const real Bl_1 = B_1 * p[l1];
+    const real eBc_1 = Bc_1 * e1;
+    const real t_b7ure = me1 * (e1 * e1);
+    const real t_3bowt = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
+    const real t_3fv6l = g_1 * wg_1;
+    const real tn44_1 = t_b7ure + t_3bowt - t_3fv6l;
+    const real wqg_1 = q_1 * wg_1;
+    const real wqq_1 = q_1 * wq_1;
+    const real wgC_1 = cos_theta1 * wqg_1;
+    const real wgS_1 = sin_theta1 * wqg_1;
+    const real M_q1 = F_n1 * q_1;
+    const real I_phi1 = q[phi1_dot] * p[I1];
+    const real I_theta1 = q[theta1_dot] * p[I1];
+    const real Bl_2 = B_2 * p[l2];
+    const real eBc_2 = Bc_2 * e2;
+    const real t_lpk5h = me2 * (e2 * e2);
+    const real t_ymmgl = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
+    const real t_odwbr = g_2 * wg_2;
+    const real tn44_2 = t_lpk5h + t_ymmgl - t_odwbr;
+    const real wqg_2 = q_2 * wg_2;
+    const real wqq_2 = q_2 * wq_2;
+    const real wgC_2 = cos_theta2 * wqg_2;
+    const real wgS_2 = sin_theta2 * wqg_2;
+    const real M_q2 = F_n2 * q_2;
+    const real I_phi2 = q[phi2_dot] * p[I2];
+    const real I_theta2 = q[theta2_dot] * p[I2];
+    const real t_nhr5u = wqq_1 + wqq_2;
+    const real K44 = t_nhr5u + Bl_1 + Bl_2 + J_C1;
+    const real t_nncdg = Bl_1 - eBc_1;
+    const real t_4q22j = Bl_2 - eBc_2;
+    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
+    const real t_hoosk = S_sq1 * tn44_1;
+    const real t_drvdp = S_sq2 * tn44_2;
+    const real K55 = t_3fv6l
+        + t_odwbr
+        + t_nhr5u
+        + t_hoosk
+        + t_drvdp
+        + J_C3
+        - t_b7ure
+        - t_lpk5h
+        + K(-2.0) * wgC_1
+        + K(-2.0) * wgC_2;
+    const real t_zhbuw = wgS_1 + wgS_2;
+    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
+    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_3bowt + t_ymmgl + J_C2 - t_hoosk - t_drvdp;
+    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
+    const real t_kp7yy = M_q1 + M_q2;
+    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
+    const real t_sfymc = p[J_y] - p[J_z];
+    const real n4 = t_aejai
+        - t_kp7yy
+        + t_zd4fs
+        - loss_phi1
+        - loss_phi2
+        + I_theta1 * q[wy]
+        + I_theta2 * q[wy]
+        - t_sfymc * q[wy] * q[wz];
+    const real t_w7nmt = t_aejai + F_t1 * e1;
+    const real t_e5cx2 = t_zd4fs + F_t2 * e2;
+    const real n5 = t_w7nmt * sin_theta1
+        - (t_kp7yy + loss_theta1 + loss_theta2)
+        + t_e5cx2 * sin_theta2
+        - W12 * (J_C1 + (p[J_z] - p[J_y]))
+        - I_phi1 * q[wy]
+        - I_phi2 * q[wy]
+        + t_vt7uo * g_1
+        + t_oncjt * g_2;
+    const real n6 = t_w7nmt * cos_theta1
+        + t_e5cx2 * cos_theta2
+        + I_theta1 * q[wx]
+        + I_theta2 * q[wx]
+        - W13 * (J_C1 + t_is5lg + t_sfymc)
+        - t_azclp * g_1
+        - t_iya7w * g_2
+        - I_phi1 * q[wz]
+        - I_phi2 * q[wz];
+    const real t_bpfoo = K(1.0) / K11;
+    const real t_w7lcw = t_b3aij * t_bpfoo;
+    const real K_D2 = K22 - t_b3aij * t_w7lcw;
+    const real t_3go2w = t_zzymx * t_bpfoo;
+    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
+    const real t_4iujv = K(1.0) / K_D2;
+    const real K_L32 = t_d4mqf * t_4iujv;
+    const real t_vshgd = t_6mmeb * t_bpfoo;
+    const real t_p6zld = K52 - t_b3aij * t_vshgd;
+    const real K_L52 = t_p6zld * t_4iujv;
+    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
+    const real t_xq4wt = t_2m245 * t_bpfoo;
+    const real t_u3hss = t_yz7e5 + t_b3aij * t_xq4wt;
+    const real t_4jmrt = t_u3hss * t_4iujv;
+    const real t_yfebn = K43 + t_d4mqf * t_4jmrt - t_zzymx * t_xq4wt;
+    const real t_zmh3u = K(1.0) / K_D3;
+    const real K_L43 = t_yfebn * t_zmh3u;
+    const real t_bxfcn = K53 - t_d4mqf * K_L52 - t_zzymx * t_vshgd;
+    const real K_L53 = t_bxfcn * t_zmh3u;
+    const real t_e4enr = t_bl4f2 * t_bpfoo;
+    const real t_qvrp6 = t_hjmgb + t_b3aij * t_e4enr;
+    const real t_dj64q = t_qvrp6 * t_4iujv;
+    const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
+    const real K_L63 = t_rahc4 * t_zmh3u;
+    const real K_D4 = K44 - t_u3hss * t_4jmrt - t_yfebn * K_L43 - t_2m245 * t_xq4wt;
+    const real t_ejg3c = K54 + t_u3hss * K_L52 - t_yfebn * K_L53 - t_2m245 * t_vshgd;
+    const real t_lt2al = K(1.0) / K_D4;
+    const real K_L54 = t_ejg3c * t_lt2al;
+    const real t_yioo4 = K64 - t_u3hss * t_dj64q - t_yfebn * K_L63 - t_2m245 * t_e4enr;
+    const real K_L64 = t_yioo4 * t_lt2al;
+    const real K_D5 = K55
+        - t_p6zld * K_L52
+        - t_bxfcn * K_L53
+        - t_ejg3c * K_L54
+        - t_6mmeb * t_vshgd;
+    const real t_aqba4 = K65
+        + t_p6zld * t_dj64q
+        - t_bxfcn * K_L63
+        - t_ejg3c * K_L64
+        - t_6mmeb * t_e4enr;
+    const real t_ftqxb = K(1.0) / K_D5;
+    const real K_L65 = t_aqba4 * t_ftqxb;
+    const real K_D6 = K66
+        - t_qvrp6 * t_dj64q
+        - t_rahc4 * K_L63
+        - t_yioo4 * K_L64
+        - t_aqba4 * K_L65
+        - t_bl4f2 * t_e4enr;
+    const real b1 = f_x + t_xynyo;
+    const real b2 = f_y - n2;
+    const real t_4mgpp = p[F] * cos_delta2_v2;
+    const real f1_v2 = q1_v2 + K11 * ax_v2;
+    const real df1_v2 = t_4mgpp * cos_delta1_v2 - f1_v2;
+    const real t_7oaon = p[F] * sin_delta2_v2;
+    const real df2_v2 = t_7oaon - f2_v2;
+    const real da_v2_y2 = df2_v2 + t_w7lcw * df1_v2;
+    const real t_pmr3w = t_4mgpp * sin_delta1_v2;
+    const real da_v2_y3 = t_3go2w * df1_v2 - (t_pmr3w + f3_v2) - K_L32 * da_v2_y2;
+    const real da_v2_x3 = da_v2_y3 * t_zmh3u;
+    const real da_v2_x2 = da_v2_y2 * t_4iujv - K_L32 * da_v2_x3;
+    const real da_v2_x1 = df1_v2 * t_bpfoo + t_w7lcw * da_v2_x2 + t_3go2w * da_v2_x3;
+    const real Mx_v2 = n4
+        + G2_v2 * K54
+        + G3_v2 * K64
+        - t_2m245 * ax_v2
+        - t_2m245 * da_v2_x1
+        - t_yz7e5 * a2_v2
+        - t_yz7e5 * da_v2_x2
+        + K43 * a3_v2
+        + K43 * da_v2_x3
+        - K44 * t_lutta;
+    const real t_y4w6o_2 = p[F] * cos_delta2_act;
+    const real df1_act = t_y4w6o_2 * cos_delta1_act - cos_delta2_v2 * p[F] * cos_delta1_v2;
+    const real df2_act = p[F] * sin_delta2_act - t_7oaon;
+    const real da_act_y2 = df2_act + t_w7lcw * df1_act;
+    const real df3_act = t_svkod * p[F] - t_y4w6o_2 * sin_delta1_act;
+    const real da_act_y3 = df3_act + t_3go2w * df1_act - K_L32 * da_act_y2;
+    const real da_act_x3 = da_act_y3 * t_zmh3u;
+    const real da_act_x2 = da_act_y2 * t_4iujv - K_L32 * da_act_x3;
+    const real da_act_x1 = df1_act * t_bpfoo + t_w7lcw * da_act_x2 + t_3go2w * da_act_x3;
+    const real Mx = Mx_v2 - t_2m245 * da_act_x1 - t_yz7e5 * da_act_x2 + K43 * da_act_x3;
+    const real b4 = Mx - n4;
+    const real t_lwe76 = p[b] + p[d] + x_C;
+    const real Mz_v2 = n5
+        + G2_v2 * K55
+        + G3_v2 * K65
+        - t_6mmeb * ax_v2
+        - t_6mmeb * da_v2_x1
+        + K52 * a2_v2
+        + K52 * da_v2_x2
+        + K53 * a3_v2
+        + K53 * da_v2_x3
+        - K54 * t_lutta
+        + t_7oaon * t_lwe76;
+    const real Mz = Mz_v2
+        - t_6mmeb * da_act_x1
+        + K52 * da_act_x2
+        + K53 * da_act_x3
+        + df2_act * t_lwe76;
+    const real b5 = Mz - n5 - f_y * t_lwe76;
+    const real t_lpjfo = t_y4w6o * sin_delta1_act;
+    const real My_v2 = t_pmr3w * t_lwe76
+        - n6
+        - G2_v2 * K65
+        - G3_v2 * K66
+        + t_bl4f2 * ax_v2
+        + t_bl4f2 * da_v2_x1
+        + t_hjmgb * a2_v2
+        + t_hjmgb * da_v2_x2
+        - K63 * a3_v2
+        - K63 * da_v2_x3
+        + K64 * t_lutta;
+    const real My = My_v2
+        - df3_act * t_lwe76
+        + t_bl4f2 * da_act_x1
+        + t_hjmgb * da_act_x2
+        - K63 * da_act_x3;
+    const real b6 = t_lpjfo * t_lwe76 - (My + n6);
+    const real X_y2 = b2 + t_w7lcw * b1;
+    const real X_y3 = t_3go2w * b1 - (t_lpjfo + n3) - K_L32 * X_y2;
+    const real X_y4 = b4 + t_xq4wt * b1 + t_4jmrt * X_y2 - K_L43 * X_y3;
+    const real X_y5 = b5
+        + t_vshgd * b1
+        - K_L52 * X_y2
+        - K_L53 * X_y3
+        - K_L54 * X_y4;
+    const real X_y6 = b6
+        + t_e4enr * b1
+        + t_dj64q * X_y2
+        - K_L63 * X_y3
+        - K_L64 * X_y4
+        - K_L65 * X_y5;
+    const real X_x6 = X_y6 / K_D6;
+    const real X_x5 = X_y5 * t_ftqxb - K_L65 * X_x6;
+    const real X_x4 = X_y4 * t_lt2al - K_L54 * X_x5 - K_L64 * X_x6;
+    const real X_x3 = X_y3 * t_zmh3u - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
+    const real X_x2 = X_y2 * t_4iujv
+        - K_L32 * X_x3
+        + t_4jmrt * X_x4
+        - K_L52 * X_x5
+        + t_dj64q * X_x6;
+    const real X_x1 = b1 * t_bpfoo
+        + t_w7lcw * X_x2
+        + t_3go2w * X_x3
+        + t_xq4wt * X_x4
+        + t_vshgd * X_x5
+        + t_e4enr * X_x6;
+    const real G_t1 = X_x5 * sin_theta1 + X_x6 * cos_theta1;
+    const real Gt_eta1 = G_t1 + eta1;
+    const real t_ynvhx = cos_phi1 * (G_t1 * e1 + X_x2 * sin_theta1 + X_x3 * cos_theta1)
+        + sin_phi1 * (X_x1 - t_w7vil);
+    const real phi_acc1 = Gt_eta1 - (loss_phi1 + p[I1] * (Gt_eta1 + X_x4)) * t_zrejm - k1 * t_ynvhx;
+    const real t_g433r = X_x5 - W12;
+    const real t_mwq7z = X_x4 + X_x5;
+    const real t_5ffnn = zeta1
+        + X_x2 * cos_theta1
+        + g_1 * (X_x5 * cos_theta1 - X_x6 * sin_theta1)
+        - t_mwq7z * q_1
+        - X_x3 * sin_theta1;
+    const real theta_acc1 = -(t_g433r + th_1 * (loss_theta1 * (K(1.0) / p[m1]) + q_1 * t_5ffnn));
+    const real G_t2 = X_x5 * sin_theta2 + X_x6 * cos_theta2;
+    const real Gt_eta2 = G_t2 + eta2;
+    const real t_rrute = cos_phi2 * (G_t2 * e2 + X_x2 * sin_theta2 + X_x3 * cos_theta2)
+        + sin_phi2 * (X_x1 - t_6fvzz);
+    const real phi_acc2 = Gt_eta2 - (loss_phi2 + p[I2] * (Gt_eta2 + X_x4)) * t_5wzvs - k2 * t_rrute;
+    const real t_oqair = zeta2
+        + X_x2 * cos_theta2
+        + g_2 * (X_x5 * cos_theta2 - X_x6 * sin_theta2)
+        - t_mwq7z * q_2
+        - X_x3 * sin_theta2;
+    const real theta_acc2 = -(t_g433r + th_2 * (loss_theta2 * (K(1.0) / p[m2]) + q_2 * t_oqair));
+    real sin_att2, cos_att2; mv_sincos(q[att2], &sin_att2, &cos_att2);
+    real sin_att1, cos_att1; mv_sincos(q[att1], &sin_att1, &cos_att1);
+    const real t_oa5el = K(1.0) / cos_att2;
+    const real t_s66h7 = sin_att1 * t_oa5el * q[wy];
+    const real t_bi4sl = cos_att1 * t_oa5el * q[wz];
+    dq[0] = X_x1 + t_rybsf * x_C - q[vz] * q[wy] + q[vy] * q[wz];
+    dq[1] = X_x2 - X_x5 * x_C + (q[vz] * q[wx] - q[vx] * q[wz]);
+    dq[2] = X_x3 - X_x6 * x_C + (q[vx] * q[wy] - q[vy] * q[wx]);
+    dq[3] = X_x4;
+    dq[4] = W13 - X_x6;
+    dq[5] = t_g433r;
+    dq[6] = q[wx] + sin_att2 * t_s66h7 + sin_att2 * t_bi4sl;
+    dq[7] = cos_att1 * q[wy] - sin_att1 * q[wz];
+    dq[8] = t_s66h7 + t_bi4sl;
+    dq[9] = q[phi1_dot];
+    dq[10] = q[theta1_dot];
+    dq[11] = q[phi2_dot];
+    dq[12] = q[theta2_dot];
+    dq[13] = phi_acc1;
+    dq[14] = theta_acc1;
+    dq[15] = phi_acc2;
+    dq[16] = theta_acc2;
 }
 
 /* closed loop of lyapunov-v2, reduced, small; 297 operations. */
 void slosh_lyapunov_v2_loop_reduced(const real *q, const real *r, const real *p, const real *c, real *dq)
 {
     (void)r;
-    const real v8 = p[9] / (p[0] + p[1] + p[12] + p[17]);
-    const real v23 = q[1] * c[0];
-    const real v25 = v23 * c[8];
-    const real v31 = q[2] * c[1];
-    const real v33 = v31 * c[9];
-    const real v48 = (q[3] * c[10] + (v23 * q[2] - v31 * q[1] + q[6] * c[2])) * (K(1.0) / c[3]);
-    const real v60 = (q[4] * c[11] + (v31 * q[0] + q[7] * c[4])) * (K(1.0) / c[5]);
-    const real v72 = (q[5] * c[12] + (q[8] * c[6] - v23 * q[0])) * (K(1.0) / c[7]);
-    real s81, c81; mv_sincos(q[9], &s81, &c81);
-    const real v84 = s81 * (p[13] * p[12]);
-    const real v89 = v84 * p[14];
-    real s91, c91; mv_sincos(q[10], &s91, &c91);
-    const real v95 = s91 * q[4] + c91 * q[5];
-    const real v96 = v95 * v95;
-    const real v101 = c91 * q[4] - s91 * q[5];
-    const real v106 = p[13] * p[13];
-    const real v107 = v106 * p[12];
-    const real v109 = s81 * c81;
-    const real v110 = v107 * v109;
-    const real v113 = q[3] * q[3];
-    const real v115 = p[16] * q[13] - v89 * v96 - v89 * (v101 * v101) - q[14] * q[14] * v110 - v110 * v113;
-    const real v117 = s81 * s81;
-    const real v118 = v107 * v117;
-    const real v119 = v118 * v95;
-    const real v129 = v115 - (q[14] + q[14]) * v119 - v107 * v95 * q[3] + v106 * v96 * s81 * c81 * p[12];
-    const real v130 = v106 + v106;
-    const real v141 = v129 + v130 * v117 * v95 * q[3] * p[12] + c81 * v95 * p[14] * q[3] * p[13] * p[12];
-    const real v149 = p[15] * v48 - (v8 * v84 + (v141 + v130 * s81 * c81 * q[14] * q[3] * p[12]));
-    const real v151 = c81 * p[13] * p[12];
-    const real v152 = c91 * v151;
-    const real v159 = s91 * v151;
-    const real v161 = v107 * s91;
-    const real v164 = v149 - (v152 * p[14] - v106 * c91 * p[12]) * v60 + (v159 * p[14] - v161) * v72;
-    const real v172 = s91 * v84;
-    const real v178 = v101 * q[3];
-    const real v181 = q[13] + q[13];
-    const real v186 = v110 * v181;
-    const real v190 = p[16] * q[14] + v89 * v178 + v119 * v181 + v119 * v101 + v186 * q[14] - v110 * v178;
-    const real v196 = c91 * v84;
-    const real v203 = (v172 * p[14] - v109 * v161) * v60 - (v190 - v186 * q[3] + v118 * v48) + (v196 * p[14] - v109 * (v107 * c91) + p[15]) * v72;
-    real s215, c215; mv_sincos(q[11], &s215, &c215);
-    const real v216 = p[18] * p[17] * s215;
-    const real v221 = s215 * c215;
-    const real v222 = p[18] * p[18];
-    const real v223 = v222 * p[17];
-    const real v224 = v221 * v223;
-    const real v228 = v216 * p[19];
-    real s230, c230; mv_sincos(q[12], &s230, &c230);
-    const real v234 = s230 * q[4] + c230 * q[5];
-    const real v235 = v234 * v234;
-    const real v240 = c230 * q[4] - s230 * q[5];
-    const real v246 = p[21] * q[15] - v113 * v224 - v228 * v235 - v228 * (v240 * v240) - q[16] * q[16] * v224;
-    const real v248 = s215 * s215;
-    const real v249 = v248 * v223;
-    const real v250 = v234 * v249;
-    const real v260 = v246 - (q[16] + q[16]) * v250 - v234 * v223 * q[3] + v235 * s215 * c215 * v222 * p[17];
-    const real v272 = v260 + (v234 + v234) * v248 * v222 * q[3] * p[17] + v234 * c215 * p[19] * q[3] * p[18] * p[17];
-    const real v281 = p[20] * v48 - (v8 * v216 + (v272 + (s215 + s215) * c215 * v222 * q[16] * q[3] * p[17]));
-    const real v283 = c215 * p[18] * p[17];
-    const real v284 = v283 * c230;
-    const real v291 = v283 * s230;
-    const real v293 = s230 * v223;
-    const real v296 = v281 - (v284 * p[19] - c230 * v222 * p[17]) * v60 + (v291 * p[19] - v293) * v72;
-    const real v304 = v216 * s230;
-    const real v312 = v240 * q[3];
-    const real v315 = q[15] + q[15];
-    const real v320 = p[21] * q[16] + v240 * v250 + v228 * v312 + v250 * v315 + v224 * v315 * q[16];
-    const real v329 = (v304 * p[19] - v293 * v221) * v60 - (v320 - v224 * v312 - v224 * (q[3] + q[3]) * q[15] + v249 * v48);
-    const real v330 = v216 * c230;
-    const real v341 = v329 + (v330 * p[19] - v221 * (c230 * v223) + p[20]) * v72 + v330 * v25 - v304 * v33;
-    dq[0] = v8 - q[2] * q[4] + q[1] * q[5];
-    dq[1] = q[2] * q[3] - q[0] * q[5] - v25;
-    dq[2] = q[0] * q[4] - q[1] * q[3] - v33;
-    dq[3] = -v48;
-    dq[4] = -v60;
-    dq[5] = -v72;
-    dq[6] = q[3];
-    dq[7] = q[4];
-    dq[8] = q[5];
-    dq[9] = q[13];
-    dq[10] = q[14];
-    dq[11] = q[15];
-    dq[12] = q[16];
-    dq[13] = (v164 + v159 * v25 + v152 * v33) * (K(1.0) / (v107 + p[15]));
-    dq[14] = (v203 + v196 * v25 - v172 * v33) / (v118 + p[15]);
-    dq[15] = (v296 + v291 * v25 + v284 * v33) * (K(1.0) / (v223 + p[20]));
-    dq[16] = v341 / (v249 + p[20]);
+    enum { vx = 0 };
+    enum { vy = 1 };
+    enum { vz = 2 };
+    enum { wx = 3 };
+    enum { wy = 4 };
+    enum { wz = 5 };
+    enum { att1 = 6 };
+    enum { att2 = 7 };
+    enum { att3 = 8 };
+    enum { phi1 = 9 };
+    enum { theta1 = 10 };
+    enum { phi2 = 11 };
+    enum { theta2 = 12 };
+    enum { phi1_dot = 13 };
+    enum { theta1_dot = 14 };
+    enum { phi2_dot = 15 };
+    enum { theta2_dot = 16 };
+    enum { m = SLOSH_P_M };
+    enum { m0 = SLOSH_P_M0 };
+    enum { F = SLOSH_P_F };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { eps1 = SLOSH_P_EPS1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { eps2 = SLOSH_P_EPS2 };
+    enum { r1 = SLOSH_LYAPUNOV_V2_C_R1 };
+    enum { r2 = SLOSH_LYAPUNOV_V2_C_R2 };
+    enum { r3 = SLOSH_LYAPUNOV_V2_C_R3 };
+    enum { r4 = SLOSH_LYAPUNOV_V2_C_R4 };
+    enum { r5 = SLOSH_LYAPUNOV_V2_C_R5 };
+    enum { r6 = SLOSH_LYAPUNOV_V2_C_R6 };
+    enum { r7 = SLOSH_LYAPUNOV_V2_C_R7 };
+    enum { r8 = SLOSH_LYAPUNOV_V2_C_R8 };
+    enum { w1 = SLOSH_LYAPUNOV_V2_C_W1 };
+    enum { w2 = SLOSH_LYAPUNOV_V2_C_W2 };
+    enum { w3 = SLOSH_LYAPUNOV_V2_C_W3 };
+    enum { w4 = SLOSH_LYAPUNOV_V2_C_W4 };
+    enum { w5 = SLOSH_LYAPUNOV_V2_C_W5 };
+    const real t_os4zj = p[l1] * p[l1];
+    const real t_yx2kz = t_os4zj * p[m1];
+    const real D_phi1 = t_yx2kz + p[I1];  /* (25) */
+    real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
+    const real gx_phi1 = sin_phi1 * (p[l1] * p[m1]);  /* (25) */
+    real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
+    const real t_pv3py = cos_phi1 * p[l1] * p[m1];
+    const real gy_phi1 = sin_theta1 * t_pv3py;  /* (25) */
+    const real gz_phi1 = cos_theta1 * t_pv3py;  /* (25) */
+    const real t_frhni = t_yx2kz * sin_theta1;
+    const real cz_phi1 = gy_phi1 * p[h1] - t_frhni;  /* (25) */
+    const real t_azo52 = gx_phi1 * p[h1];
+    const real t_5vpfz = sin_theta1 * q[wy] + cos_theta1 * q[wz];
+    const real t_3wt73 = t_5vpfz * t_5vpfz;
+    const real t_d3hip = cos_theta1 * q[wy] - sin_theta1 * q[wz];
+    const real t_fgmjk = sin_phi1 * cos_phi1;
+    const real t_brgbu = t_yx2kz * t_fgmjk;
+    const real t_wube7 = q[wx] * q[wx];
+    const real t_j5zf2 = sin_phi1 * sin_phi1;
+    const real t_5dcra = t_yx2kz * t_j5zf2;
+    const real t_3mjf5 = t_5dcra * t_5vpfz;
+    const real t_oc5tk = t_os4zj + t_os4zj;
+    const real k_phi1 = p[eps1] * q[phi1_dot]
+        - t_azo52 * t_3wt73
+        - t_azo52 * (t_d3hip * t_d3hip)
+        - q[theta1_dot] * q[theta1_dot] * t_brgbu
+        - t_brgbu * t_wube7
+        - (q[theta1_dot] + q[theta1_dot]) * t_3mjf5
+        - t_yx2kz * t_5vpfz * q[wx]
+        + t_os4zj * t_3wt73 * sin_phi1 * cos_phi1 * p[m1]
+        + t_oc5tk * t_j5zf2 * t_5vpfz * q[wx] * p[m1]
+        + cos_phi1 * t_5vpfz * p[h1] * q[wx] * p[l1] * p[m1]
+        + t_oc5tk * sin_phi1 * cos_phi1 * q[theta1_dot] * q[wx] * p[m1];  /* (25) */
+    const real D_theta1 = t_5dcra + p[I1];  /* (26) */
+    const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
+    const real t_e5ugo = sin_theta1 * gx_phi1;
+    const real cy_theta1 = t_e5ugo * p[h1] - t_fgmjk * t_frhni;  /* (26) */
+    const real cz_theta1 = gy_theta1 * p[h1] - t_fgmjk * (t_yx2kz * cos_theta1) + p[I1];  /* (26) */
+    const real t_ybskz = t_d3hip * q[wx];
+    const real t_j5odj = q[phi1_dot] + q[phi1_dot];
+    const real t_gx7s5 = t_brgbu * t_j5odj;
+    const real k_theta1 = p[eps1] * q[theta1_dot]
+        + t_azo52 * t_ybskz
+        + t_3mjf5 * t_j5odj
+        + t_3mjf5 * t_d3hip
+        + t_gx7s5 * q[theta1_dot]
+        - t_brgbu * t_ybskz
+        - t_gx7s5 * q[wx];  /* (26) */
+    const real t_nfvux = p[l2] * p[l2];
+    const real t_frp3h = t_nfvux * p[m2];
+    const real D_phi2 = t_frp3h + p[I2];  /* (25) */
+    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
+    const real gx_phi2 = p[l2] * p[m2] * sin_phi2;  /* (25) */
+    const real t_aafcb = cos_phi2 * p[l2] * p[m2];
+    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
+    const real gy_phi2 = t_aafcb * sin_theta2;  /* (25) */
+    const real gz_phi2 = t_aafcb * cos_theta2;  /* (25) */
+    const real t_hhb7k = sin_theta2 * t_frp3h;
+    const real cz_phi2 = gy_phi2 * p[h2] - t_hhb7k;  /* (25) */
+    const real t_qg23f = sin_phi2 * cos_phi2;
+    const real t_yetof = t_qg23f * t_frp3h;
+    const real t_svo5z = gx_phi2 * p[h2];
+    const real t_cuv7o = sin_theta2 * q[wy] + cos_theta2 * q[wz];
+    const real t_flneb = t_cuv7o * t_cuv7o;
+    const real t_3cqcq = cos_theta2 * q[wy] - sin_theta2 * q[wz];
+    const real t_acoue = sin_phi2 * sin_phi2;
+    const real t_jeevc = t_acoue * t_frp3h;
+    const real t_gnuap = t_cuv7o * t_jeevc;
+    const real k_phi2 = p[eps2] * q[phi2_dot]
+        - t_wube7 * t_yetof
+        - t_svo5z * t_flneb
+        - t_svo5z * (t_3cqcq * t_3cqcq)
+        - q[theta2_dot] * q[theta2_dot] * t_yetof
+        - (q[theta2_dot] + q[theta2_dot]) * t_gnuap
+        - t_cuv7o * t_frp3h * q[wx]
+        + t_flneb * sin_phi2 * cos_phi2 * t_nfvux * p[m2]
+        + (t_cuv7o + t_cuv7o) * t_acoue * t_nfvux * q[wx] * p[m2]
+        + t_cuv7o * cos_phi2 * p[h2] * q[wx] * p[l2] * p[m2]
+        + (sin_phi2 + sin_phi2) * cos_phi2 * t_nfvux * q[theta2_dot] * q[wx] * p[m2];  /* (25) */
+    const real D_theta2 = t_jeevc + p[I2];  /* (26) */
+    const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
+    const real t_7j7h4 = gx_phi2 * sin_theta2;
+    const real cy_theta2 = t_7j7h4 * p[h2] - t_hhb7k * t_qg23f;  /* (26) */
+    const real cz_theta2 = gy_theta2 * p[h2] - t_qg23f * (cos_theta2 * t_frp3h) + p[I2];  /* (26) */
+    const real t_dr7rz = t_3cqcq * q[wx];
+    const real t_473qv = q[phi2_dot] + q[phi2_dot];
+    const real k_theta2 = p[eps2] * q[theta2_dot]
+        + t_3cqcq * t_gnuap
+        + t_svo5z * t_dr7rz
+        + t_gnuap * t_473qv
+        + t_yetof * t_473qv * q[theta2_dot]
+        - t_yetof * t_dr7rz
+        - t_yetof * (q[wx] + q[wx]) * q[phi2_dot];  /* (26) */
+    const real ax_eq = p[F] / (p[m] + p[m0] + p[m1] + p[m2]);  /* (19) */
+    const real B_v2 = q[vy] * c[r1];  /* (29) */
+    const real C_v2 = q[vz] * c[r2];  /* (29) */
+    const real g1_v2 = B_v2 * q[vz] - C_v2 * q[vy] + q[att1] * c[r3];  /* (29) */
+    const real g2_v2 = C_v2 * q[vx] + q[att2] * c[r5];  /* (29) */
+    const real g3_v2 = q[att3] * c[r7] - B_v2 * q[vx];  /* (29) */
+    const real t_e2c5d = (q[wz] * c[w5] + g3_v2) * (K(1.0) / c[r8]);
+    const real u_v2_x3 = -t_e2c5d;
+    const real t_e3ypf = (q[wy] * c[w4] + g2_v2) * (K(1.0) / c[r6]);
+    const real u_v2_x2 = -t_e3ypf;
+    const real t_lutta = (q[wx] * c[w3] + g1_v2) * (K(1.0) / c[r4]);
+    const real u_v2_x1 = -t_lutta;
+    const real t_k42hn = B_v2 * c[w1];
+    const real t_xy2rv = C_v2 * c[w2];
+    const real t_avayb = p[I1] * t_lutta
+        - (ax_eq * gx_phi1 + k_phi1)
+        - (gz_phi1 * p[h1] - t_os4zj * cos_theta1 * p[m1]) * t_e3ypf
+        + cz_phi1 * t_e2c5d
+        + gy_phi1 * t_k42hn
+        + gz_phi1 * t_xy2rv;
+    const real t_fmhpj = cy_theta1 * t_e3ypf
+        - (k_theta1 + t_5dcra * t_lutta)
+        + cz_theta1 * t_e2c5d
+        + gy_theta1 * t_k42hn
+        - t_e5ugo * t_xy2rv;
+    const real t_nw3vl = p[I2] * t_lutta
+        - (ax_eq * gx_phi2 + k_phi2)
+        - (gz_phi2 * p[h2] - cos_theta2 * t_nfvux * p[m2]) * t_e3ypf
+        + cz_phi2 * t_e2c5d
+        + gy_phi2 * t_k42hn
+        + gz_phi2 * t_xy2rv;
+    const real t_v53a3 = cy_theta2 * t_e3ypf
+        - (k_theta2 + t_jeevc * t_lutta)
+        + cz_theta2 * t_e2c5d
+        + gy_theta2 * t_k42hn
+        - t_7j7h4 * t_xy2rv;
+    dq[0] = ax_eq - q[vz] * q[wy] + q[vy] * q[wz];
+    dq[1] = q[vz] * q[wx] - q[vx] * q[wz] - t_k42hn;
+    dq[2] = q[vx] * q[wy] - q[vy] * q[wx] - t_xy2rv;
+    dq[3] = u_v2_x1;
+    dq[4] = u_v2_x2;
+    dq[5] = u_v2_x3;
+    dq[6] = q[wx];
+    dq[7] = q[wy];
+    dq[8] = q[wz];
+    dq[9] = q[phi1_dot];
+    dq[10] = q[theta1_dot];
+    dq[11] = q[phi2_dot];
+    dq[12] = q[theta2_dot];
+    dq[13] = t_avayb * (K(1.0) / D_phi1);
+    dq[14] = t_fmhpj / D_theta1;
+    dq[15] = t_nw3vl * (K(1.0) / D_phi2);
+    dq[16] = t_v53a3 / D_theta2;
 }
 
 /* closed loop of lyapunov-v2, reduced, euler; 314 operations. */
 void slosh_lyapunov_v2_loop_reduced_euler(const real *q, const real *r, const real *p, const real *c, real *dq)
 {
     (void)r;
-    const real v8 = p[9] / (p[0] + p[1] + p[12] + p[17]);
-    const real v23 = q[1] * c[0];
-    const real v25 = v23 * c[8];
-    const real v31 = q[2] * c[1];
-    const real v33 = v31 * c[9];
-    const real v48 = (q[3] * c[10] + (v23 * q[2] - v31 * q[1] + q[6] * c[2])) * (K(1.0) / c[3]);
-    const real v60 = (q[4] * c[11] + (v31 * q[0] + q[7] * c[4])) * (K(1.0) / c[5]);
-    const real v72 = (q[5] * c[12] + (q[8] * c[6] - v23 * q[0])) * (K(1.0) / c[7]);
-    real s74, c74; mv_sincos(q[7], &s74, &c74);
-    real s75, c75; mv_sincos(q[6], &s75, &c75);
-    const real v77 = K(1.0) / c74;
-    const real v79 = s75 * v77 * q[4];
-    const real v84 = c75 * v77 * q[5];
-    real s98, c98; mv_sincos(q[9], &s98, &c98);
-    const real v101 = s98 * (p[13] * p[12]);
-    const real v106 = v101 * p[14];
-    real s108, c108; mv_sincos(q[10], &s108, &c108);
-    const real v112 = s108 * q[4] + c108 * q[5];
-    const real v113 = v112 * v112;
-    const real v118 = c108 * q[4] - s108 * q[5];
-    const real v123 = p[13] * p[13];
-    const real v124 = v123 * p[12];
-    const real v126 = s98 * c98;
-    const real v127 = v124 * v126;
-    const real v129 = p[16] * q[13] - v106 * v113 - v106 * (v118 * v118) - q[14] * q[14] * v127;
-    const real v130 = q[3] * q[3];
-    const real v134 = s98 * s98;
-    const real v135 = v124 * v134;
-    const real v136 = v135 * v112;
-    const real v146 = v129 - v127 * v130 - (q[14] + q[14]) * v136 - v124 * v112 * q[3] + v123 * v113 * s98 * c98 * p[12];
-    const real v147 = v123 + v123;
-    const real v158 = v146 + v147 * v134 * v112 * q[3] * p[12] + c98 * v112 * p[14] * q[3] * p[13] * p[12];
-    const real v166 = p[15] * v48 - (v8 * v101 + (v158 + v147 * s98 * c98 * q[14] * q[3] * p[12]));
-    const real v168 = c98 * p[13] * p[12];
-    const real v169 = c108 * v168;
-    const real v176 = s108 * v168;
-    const real v178 = v124 * s108;
-    const real v181 = v166 - (v169 * p[14] - v123 * c108 * p[12]) * v60 + (v176 * p[14] - v178) * v72;
-    const real v189 = s108 * v101;
-    const real v195 = v118 * q[3];
-    const real v198 = q[13] + q[13];
-    const real v203 = v127 * v198;
-    const real v207 = p[16] * q[14] + v106 * v195 + v136 * v198 + v136 * v118 + v203 * q[14] - v127 * v195;
-    const real v213 = c108 * v101;
-    const real v220 = (v189 * p[14] - v126 * v178) * v60 - (v207 - v203 * q[3] + v135 * v48) + (v213 * p[14] - v126 * (v124 * c108) + p[15]) * v72;
-    real s232, c232; mv_sincos(q[11], &s232, &c232);
-    const real v233 = p[18] * p[17] * s232;
-    const real v238 = s232 * c232;
-    const real v239 = p[18] * p[18];
-    const real v240 = v239 * p[17];
-    const real v241 = v238 * v240;
-    const real v245 = v233 * p[19];
-    real s247, c247; mv_sincos(q[12], &s247, &c247);
-    const real v251 = s247 * q[4] + c247 * q[5];
-    const real v252 = v251 * v251;
-    const real v257 = c247 * q[4] - s247 * q[5];
-    const real v263 = p[21] * q[15] - v130 * v241 - v245 * v252 - v245 * (v257 * v257) - q[16] * q[16] * v241;
-    const real v265 = s232 * s232;
-    const real v266 = v265 * v240;
-    const real v267 = v251 * v266;
-    const real v277 = v263 - (q[16] + q[16]) * v267 - v251 * v240 * q[3] + v252 * s232 * c232 * v239 * p[17];
-    const real v289 = v277 + (v251 + v251) * v265 * v239 * q[3] * p[17] + v251 * c232 * p[19] * q[3] * p[18] * p[17];
-    const real v298 = p[20] * v48 - (v8 * v233 + (v289 + (s232 + s232) * c232 * v239 * q[16] * q[3] * p[17]));
-    const real v300 = c232 * p[18] * p[17];
-    const real v301 = v300 * c247;
-    const real v308 = v300 * s247;
-    const real v310 = s247 * v240;
-    const real v313 = v298 - (v301 * p[19] - c247 * v239 * p[17]) * v60 + (v308 * p[19] - v310) * v72;
-    const real v321 = v233 * s247;
-    const real v329 = v257 * q[3];
-    const real v332 = q[15] + q[15];
-    const real v337 = p[21] * q[16] + v257 * v267 + v245 * v329 + v267 * v332 + v241 * v332 * q[16];
-    const real v346 = (v321 * p[19] - v310 * v238) * v60 - (v337 - v241 * v329 - v241 * (q[3] + q[3]) * q[15] + v266 * v48);
-    const real v347 = v233 * c247;
-    const real v358 = v346 + (v347 * p[19] - v238 * (c247 * v240) + p[20]) * v72 + v347 * v25 - v321 * v33;
-    dq[0] = v8 - q[2] * q[4] + q[1] * q[5];
-    dq[1] = q[2] * q[3] - q[0] * q[5] - v25;
-    dq[2] = q[0] * q[4] - q[1] * q[3] - v33;
-    dq[3] = -v48;
-    dq[4] = -v60;
-    dq[5] = -v72;
-    dq[6] = q[3] + s74 * v79 + s74 * v84;
-    dq[7] = c75 * q[4] - s75 * q[5];
-    dq[8] = v79 + v84;
-    dq[9] = q[13];
-    dq[10] = q[14];
-    dq[11] = q[15];
-    dq[12] = q[16];
-    dq[13] = (v181 + v176 * v25 + v169 * v33) * (K(1.0) / (v124 + p[15]));
-    dq[14] = (v220 + v213 * v25 - v189 * v33) / (v135 + p[15]);
-    dq[15] = (v313 + v308 * v25 + v301 * v33) * (K(1.0) / (v240 + p[20]));
-    dq[16] = v358 / (v266 + p[20]);
+    enum { vx = 0 };
+    enum { vy = 1 };
+    enum { vz = 2 };
+    enum { wx = 3 };
+    enum { wy = 4 };
+    enum { wz = 5 };
+    enum { att1 = 6 };
+    enum { att2 = 7 };
+    enum { att3 = 8 };
+    enum { phi1 = 9 };
+    enum { theta1 = 10 };
+    enum { phi2 = 11 };
+    enum { theta2 = 12 };
+    enum { phi1_dot = 13 };
+    enum { theta1_dot = 14 };
+    enum { phi2_dot = 15 };
+    enum { theta2_dot = 16 };
+    enum { m = SLOSH_P_M };
+    enum { m0 = SLOSH_P_M0 };
+    enum { F = SLOSH_P_F };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { eps1 = SLOSH_P_EPS1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { eps2 = SLOSH_P_EPS2 };
+    enum { r1 = SLOSH_LYAPUNOV_V2_C_R1 };
+    enum { r2 = SLOSH_LYAPUNOV_V2_C_R2 };
+    enum { r3 = SLOSH_LYAPUNOV_V2_C_R3 };
+    enum { r4 = SLOSH_LYAPUNOV_V2_C_R4 };
+    enum { r5 = SLOSH_LYAPUNOV_V2_C_R5 };
+    enum { r6 = SLOSH_LYAPUNOV_V2_C_R6 };
+    enum { r7 = SLOSH_LYAPUNOV_V2_C_R7 };
+    enum { r8 = SLOSH_LYAPUNOV_V2_C_R8 };
+    enum { w1 = SLOSH_LYAPUNOV_V2_C_W1 };
+    enum { w2 = SLOSH_LYAPUNOV_V2_C_W2 };
+    enum { w3 = SLOSH_LYAPUNOV_V2_C_W3 };
+    enum { w4 = SLOSH_LYAPUNOV_V2_C_W4 };
+    enum { w5 = SLOSH_LYAPUNOV_V2_C_W5 };
+    const real t_os4zj = p[l1] * p[l1];
+    const real t_yx2kz = t_os4zj * p[m1];
+    const real D_phi1 = t_yx2kz + p[I1];  /* (25) */
+    real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
+    const real gx_phi1 = sin_phi1 * (p[l1] * p[m1]);  /* (25) */
+    real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
+    const real t_pv3py = cos_phi1 * p[l1] * p[m1];
+    const real gy_phi1 = sin_theta1 * t_pv3py;  /* (25) */
+    const real gz_phi1 = cos_theta1 * t_pv3py;  /* (25) */
+    const real t_frhni = t_yx2kz * sin_theta1;
+    const real cz_phi1 = gy_phi1 * p[h1] - t_frhni;  /* (25) */
+    const real t_azo52 = gx_phi1 * p[h1];
+    const real t_5vpfz = sin_theta1 * q[wy] + cos_theta1 * q[wz];
+    const real t_3wt73 = t_5vpfz * t_5vpfz;
+    const real t_d3hip = cos_theta1 * q[wy] - sin_theta1 * q[wz];
+    const real t_fgmjk = sin_phi1 * cos_phi1;
+    const real t_brgbu = t_yx2kz * t_fgmjk;
+    const real t_wube7 = q[wx] * q[wx];
+    const real t_j5zf2 = sin_phi1 * sin_phi1;
+    const real t_5dcra = t_yx2kz * t_j5zf2;
+    const real t_3mjf5 = t_5dcra * t_5vpfz;
+    const real t_oc5tk = t_os4zj + t_os4zj;
+    const real k_phi1 = p[eps1] * q[phi1_dot]
+        - t_azo52 * t_3wt73
+        - t_azo52 * (t_d3hip * t_d3hip)
+        - q[theta1_dot] * q[theta1_dot] * t_brgbu
+        - t_brgbu * t_wube7
+        - (q[theta1_dot] + q[theta1_dot]) * t_3mjf5
+        - t_yx2kz * t_5vpfz * q[wx]
+        + t_os4zj * t_3wt73 * sin_phi1 * cos_phi1 * p[m1]
+        + t_oc5tk * t_j5zf2 * t_5vpfz * q[wx] * p[m1]
+        + cos_phi1 * t_5vpfz * p[h1] * q[wx] * p[l1] * p[m1]
+        + t_oc5tk * sin_phi1 * cos_phi1 * q[theta1_dot] * q[wx] * p[m1];  /* (25) */
+    const real D_theta1 = t_5dcra + p[I1];  /* (26) */
+    const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
+    const real t_e5ugo = sin_theta1 * gx_phi1;
+    const real cy_theta1 = t_e5ugo * p[h1] - t_fgmjk * t_frhni;  /* (26) */
+    const real cz_theta1 = gy_theta1 * p[h1] - t_fgmjk * (t_yx2kz * cos_theta1) + p[I1];  /* (26) */
+    const real t_ybskz = t_d3hip * q[wx];
+    const real t_j5odj = q[phi1_dot] + q[phi1_dot];
+    const real t_gx7s5 = t_brgbu * t_j5odj;
+    const real k_theta1 = p[eps1] * q[theta1_dot]
+        + t_azo52 * t_ybskz
+        + t_3mjf5 * t_j5odj
+        + t_3mjf5 * t_d3hip
+        + t_gx7s5 * q[theta1_dot]
+        - t_brgbu * t_ybskz
+        - t_gx7s5 * q[wx];  /* (26) */
+    const real t_nfvux = p[l2] * p[l2];
+    const real t_frp3h = t_nfvux * p[m2];
+    const real D_phi2 = t_frp3h + p[I2];  /* (25) */
+    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
+    const real gx_phi2 = p[l2] * p[m2] * sin_phi2;  /* (25) */
+    const real t_aafcb = cos_phi2 * p[l2] * p[m2];
+    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
+    const real gy_phi2 = t_aafcb * sin_theta2;  /* (25) */
+    const real gz_phi2 = t_aafcb * cos_theta2;  /* (25) */
+    const real t_hhb7k = sin_theta2 * t_frp3h;
+    const real cz_phi2 = gy_phi2 * p[h2] - t_hhb7k;  /* (25) */
+    const real t_qg23f = sin_phi2 * cos_phi2;
+    const real t_yetof = t_qg23f * t_frp3h;
+    const real t_svo5z = gx_phi2 * p[h2];
+    const real t_cuv7o = sin_theta2 * q[wy] + cos_theta2 * q[wz];
+    const real t_flneb = t_cuv7o * t_cuv7o;
+    const real t_3cqcq = cos_theta2 * q[wy] - sin_theta2 * q[wz];
+    const real t_acoue = sin_phi2 * sin_phi2;
+    const real t_jeevc = t_acoue * t_frp3h;
+    const real t_gnuap = t_cuv7o * t_jeevc;
+    const real k_phi2 = p[eps2] * q[phi2_dot]
+        - t_wube7 * t_yetof
+        - t_svo5z * t_flneb
+        - t_svo5z * (t_3cqcq * t_3cqcq)
+        - q[theta2_dot] * q[theta2_dot] * t_yetof
+        - (q[theta2_dot] + q[theta2_dot]) * t_gnuap
+        - t_cuv7o * t_frp3h * q[wx]
+        + t_flneb * sin_phi2 * cos_phi2 * t_nfvux * p[m2]
+        + (t_cuv7o + t_cuv7o) * t_acoue * t_nfvux * q[wx] * p[m2]
+        + t_cuv7o * cos_phi2 * p[h2] * q[wx] * p[l2] * p[m2]
+        + (sin_phi2 + sin_phi2) * cos_phi2 * t_nfvux * q[theta2_dot] * q[wx] * p[m2];  /* (25) */
+    const real D_theta2 = t_jeevc + p[I2];  /* (26) */
+    const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
+    const real t_7j7h4 = gx_phi2 * sin_theta2;
+    const real cy_theta2 = t_7j7h4 * p[h2] - t_hhb7k * t_qg23f;  /* (26) */
+    const real cz_theta2 = gy_theta2 * p[h2] - t_qg23f * (cos_theta2 * t_frp3h) + p[I2];  /* (26) */
+    const real t_dr7rz = t_3cqcq * q[wx];
+    const real t_473qv = q[phi2_dot] + q[phi2_dot];
+    const real k_theta2 = p[eps2] * q[theta2_dot]
+        + t_3cqcq * t_gnuap
+        + t_svo5z * t_dr7rz
+        + t_gnuap * t_473qv
+        + t_yetof * t_473qv * q[theta2_dot]
+        - t_yetof * t_dr7rz
+        - t_yetof * (q[wx] + q[wx]) * q[phi2_dot];  /* (26) */
+    const real ax_eq = p[F] / (p[m] + p[m0] + p[m1] + p[m2]);  /* (19) */
+    const real B_v2 = q[vy] * c[r1];  /* (29) */
+    const real C_v2 = q[vz] * c[r2];  /* (29) */
+    const real g1_v2 = B_v2 * q[vz] - C_v2 * q[vy] + q[att1] * c[r3];  /* (29) */
+    const real g2_v2 = C_v2 * q[vx] + q[att2] * c[r5];  /* (29) */
+    const real g3_v2 = q[att3] * c[r7] - B_v2 * q[vx];  /* (29) */
+    const real t_e2c5d = (q[wz] * c[w5] + g3_v2) * (K(1.0) / c[r8]);
+    const real u_v2_x3 = -t_e2c5d;
+    const real t_e3ypf = (q[wy] * c[w4] + g2_v2) * (K(1.0) / c[r6]);
+    const real u_v2_x2 = -t_e3ypf;
+    const real t_lutta = (q[wx] * c[w3] + g1_v2) * (K(1.0) / c[r4]);
+    const real u_v2_x1 = -t_lutta;
+    const real t_k42hn = B_v2 * c[w1];
+    const real t_xy2rv = C_v2 * c[w2];
+    real sin_att2, cos_att2; mv_sincos(q[att2], &sin_att2, &cos_att2);
+    real sin_att1, cos_att1; mv_sincos(q[att1], &sin_att1, &cos_att1);
+    const real t_oa5el = K(1.0) / cos_att2;
+    const real t_s66h7 = sin_att1 * t_oa5el * q[wy];
+    const real t_bi4sl = cos_att1 * t_oa5el * q[wz];
+    const real t_avayb = p[I1] * t_lutta
+        - (ax_eq * gx_phi1 + k_phi1)
+        - (gz_phi1 * p[h1] - t_os4zj * cos_theta1 * p[m1]) * t_e3ypf
+        + cz_phi1 * t_e2c5d
+        + gy_phi1 * t_k42hn
+        + gz_phi1 * t_xy2rv;
+    const real t_fmhpj = cy_theta1 * t_e3ypf
+        - (k_theta1 + t_5dcra * t_lutta)
+        + cz_theta1 * t_e2c5d
+        + gy_theta1 * t_k42hn
+        - t_e5ugo * t_xy2rv;
+    const real t_nw3vl = p[I2] * t_lutta
+        - (ax_eq * gx_phi2 + k_phi2)
+        - (gz_phi2 * p[h2] - cos_theta2 * t_nfvux * p[m2]) * t_e3ypf
+        + cz_phi2 * t_e2c5d
+        + gy_phi2 * t_k42hn
+        + gz_phi2 * t_xy2rv;
+    const real t_v53a3 = cy_theta2 * t_e3ypf
+        - (k_theta2 + t_jeevc * t_lutta)
+        + cz_theta2 * t_e2c5d
+        + gy_theta2 * t_k42hn
+        - t_7j7h4 * t_xy2rv;
+    dq[0] = ax_eq - q[vz] * q[wy] + q[vy] * q[wz];
+    dq[1] = q[vz] * q[wx] - q[vx] * q[wz] - t_k42hn;
+    dq[2] = q[vx] * q[wy] - q[vy] * q[wx] - t_xy2rv;
+    dq[3] = u_v2_x1;
+    dq[4] = u_v2_x2;
+    dq[5] = u_v2_x3;
+    dq[6] = q[wx] + sin_att2 * t_s66h7 + sin_att2 * t_bi4sl;
+    dq[7] = cos_att1 * q[wy] - sin_att1 * q[wz];
+    dq[8] = t_s66h7 + t_bi4sl;
+    dq[9] = q[phi1_dot];
+    dq[10] = q[theta1_dot];
+    dq[11] = q[phi2_dot];
+    dq[12] = q[theta2_dot];
+    dq[13] = t_avayb * (K(1.0) / D_phi1);
+    dq[14] = t_fmhpj / D_theta1;
+    dq[15] = t_nw3vl * (K(1.0) / D_phi2);
+    dq[16] = t_v53a3 / D_theta2;
 }
 
 /* margins of a feasible lyapunov-v2; 0 operations. */
@@ -5744,130 +9656,228 @@ void slosh_lyapunov_v2_constraints(const real *p, const real *c, const real *s, 
 {
     (void)c;
     (void)s;
-    margin[0] = p[9];
+    enum { F = SLOSH_P_F };
+    margin[0] = p[F];
 }
 
 /* what lyapunov-v2 reports; 390 operations. */
 void slosh_lyapunov_v2_outputs(const real *x, const real *r, const real *p, const real *c, real *w)
 {
     (void)r;
-    const real v7 = x[4] * x[4];
-    const real v13 = x[5] * x[5];
-    const real v23 = K(0.5) * (x[3] * x[3]) * c[3] + K(0.5) * v7 * c[5] + K(0.5) * v13 * c[7] + K(0.5) * c[0] * (x[1] * x[1]);
-    const real v41 = v23 + K(0.5) * c[1] * (x[2] * x[2]) + K(0.5) * c[2] * (x[6] * x[6]) + K(0.5) * c[4] * (x[7] * x[7]);
-    real s51, c51; mv_sincos(x[9], &s51, &c51);
-    const real v53 = s51 * p[13];
-    const real v57 = p[12] / (p[15] + p[12] * (v53 * v53));
-    const real v58 = x[3] * x[4];
-    real s61, c61; mv_sincos(x[10], &s61, &c61);
-    const real v65 = c61 * x[4] - s61 * x[5];
-    const real v67 = c51 * p[13];
-    const real v70 = x[3] - x[14];
-    const real v76 = c61 * x[5] + s61 * x[4];
-    const real v78 = c51 * v70 - v76 * s51;
-    const real v81 = v65 + x[13];
-    const real v89 = (v58 * v53 + v65 * v67 * v70 - v78 * p[13] * (v81 + x[13])) * p[15] - p[16] * x[14] * v53;
-    const real v90 = v57 * v89;
-    real s95, c95; mv_sincos(x[11], &s95, &c95);
-    const real v97 = s95 * p[18];
-    const real v101 = p[17] / (p[20] + p[17] * (v97 * v97));
-    real s104, c104; mv_sincos(x[12], &s104, &c104);
-    const real v108 = c104 * x[4] - s104 * x[5];
-    const real v110 = c95 * p[18];
-    const real v113 = x[3] - x[16];
-    const real v119 = c104 * x[5] + s104 * x[4];
-    const real v121 = c95 * v113 - v119 * s95;
-    const real v124 = v108 + x[15];
-    const real v132 = (v58 * v97 + v108 * v110 * v113 - v121 * p[18] * (v124 + x[15])) * p[20] - p[21] * x[16] * v97;
-    const real v133 = v101 * v132;
-    const real v136 = v7 + v13;
-    const real v141 = p[12] / (p[13] * p[13] * p[12] + p[15]);
-    const real v142 = v141 * p[15];
-    const real v156 = p[17] / (p[18] * p[18] * p[17] + p[20]);
-    const real v157 = v156 * p[20];
-    const real v162 = p[0] + p[1] + v142 + v157;
-    const real v163 = (p[14] * v142 - (p[7] * p[0] + p[6] * p[1]) + p[19] * v157) / v162;
-    const real v164 = p[14] - v163;
-    const real v167 = p[13] * p[12];
-    const real v168 = v141 * p[13];
-    const real v169 = v167 * v168;
-    const real v173 = v76 * c51 + s51 * v70;
-    const real v178 = c51 * (v136 * v164) * v169 - v167 * (v173 * v173 + v81 * v81);
-    const real v180 = v142 * p[13];
-    const real v187 = v180 * (v78 * v173 - v76 * v70) + p[16] * x[13] * v168;
-    const real v189 = s51 * v178 - v187 * c51;
-    const real v192 = p[19] - v163;
-    const real v195 = p[18] * p[17];
-    const real v196 = v156 * p[18];
-    const real v197 = v195 * v196;
-    const real v201 = v119 * c95 + s95 * v113;
-    const real v206 = c95 * (v136 * v192) * v197 - v195 * (v201 * v201 + v124 * v124);
-    const real v208 = v157 * p[18];
-    const real v215 = v208 * (v121 * v201 - v119 * v113) + p[21] * x[15] * v196;
-    const real v217 = s95 * v206 - v215 * c95;
-    const real v223 = x[1] * c[0];
-    const real v229 = v58 - (x[5] * c[12] + (x[8] * c[6] - v223 * x[0])) / c[7];
-    const real v231 = v57 * p[15];
-    const real v234 = (v164 - v67) * v231 - v164 * v142;
-    const real v236 = v101 * p[20];
-    const real v239 = (v192 - v110) * v236 - v192 * v157;
-    const real v241 = s61 * s61;
-    const real v242 = v180 * c51;
-    const real v243 = v169 * s51;
-    const real v244 = v243 * s51;
-    const real v246 = v242 - v244 * v164;
-    const real v247 = v246 + v234;
-    const real v249 = s104 * s104;
-    const real v250 = v208 * c95;
-    const real v251 = v197 * s95;
-    const real v252 = v251 * s95;
-    const real v254 = v250 - v252 * v192;
-    const real v255 = v254 + v239;
-    const real v257 = v241 * v247 + v249 * v255;
-    const real v259 = v53 * v231;
-    const real v260 = c61 * v259;
-    const real v262 = v97 * v236;
-    const real v263 = c104 * v262;
-    const real v266 = v90 * c61 + v133 * c104 + v189 * s61 + v217 * s104 + v229 * (v234 + v239 - v257 - v260 - v263);
-    const real v270 = x[2] * c[1];
-    const real v276 = x[3] * x[5] + (x[4] * c[11] + (v270 * x[0] + x[7] * c[4])) / c[5];
-    const real v277 = c61 * s61;
-    const real v279 = c104 * s104;
-    const real v281 = v277 * v247 + v279 * v255;
-    const real v285 = v244 + v142 - v231;
-    const real v286 = v241 * v285;
-    const real v288 = v252 + v157 - v236;
-    const real v289 = v249 * v288;
-    const real v299 = v229 * v163 - v223 * c[8];
-    const real v301 = v266 - v276 * v281 + (v286 + v289 + v162 + v231 + v236 - v142 - v157) * v299;
-    const real v304 = v277 * v285 + v279 * v288;
-    const real v308 = v276 * v163 - v270 * c[9];
-    const real v324 = (x[3] * c[10] + (v223 * x[2] - v270 * x[1] + x[6] * c[2])) / c[3];
-    const real v326 = v301 + v304 * v308 + (v260 + v263 + v242 * s61 + v250 * s104) * v324;
-    const real v327 = v243 * c51;
-    const real v329 = v251 * c95;
-    const real v331 = v327 * s61 + v329 * s104;
-    const real v336 = v162 + v169 + v197 - v244 - v252;
-    const real v337 = v180 * s51;
-    const real v338 = v208 * s95;
-    const real v349 = v337 + v327 * v164;
-    const real v352 = v338 + v329 * v192;
-    const real v356 = v187 * s51 + v215 * s95 + c51 * v178 + c95 * v206 + v229 * (v349 * s61 + v352 * s104);
-    const real v366 = v327 * c61 + v329 * c104;
-    const real v369 = (v337 + v338) * v324 - (v356 + v276 * (v349 * c61 + v352 * c104) + v331 * v299 + v366 * v308);
-    const real v380 = s61 * v259;
-    const real v382 = s104 * v262;
-    const real v385 = v189 * c61 - (v90 * s61 + v133 * s104) + v217 * c104 + v229 * (v380 - v281 + v382);
-    const real v397 = v385 + v276 * (v257 - (v246 + v254)) + v304 * v299 + (v244 + v252 + v162 - v286 - v289) * v308;
-    const real v404 = v397 - (v380 + v382 - v242 * c61 - v250 * c104) * v324;
-    const real v406 = v336 * v369 - v331 * v326 - v366 * v404;
-    const real v412 = v336 * v336 + v331 * v331 + v366 * v366;
-    const real v422 = v406 * v406 - v412 * (v369 * v369 - p[9] * p[9] + v326 * v326 + v404 * v404);
-    const real v426 = (mv_sqrt(mv_max(SPLAT(K(0.0)), v422)) - v406) / v412;
-    const real v428 = v326 - v331 * v426;
-    const real v431 = v404 - v366 * v426;
-    const real v434 = mv_sqrt(v428 * v428 + v431 * v431);
-    w[0] = v41 + K(0.5) * c[6] * (x[8] * x[8]);
-    w[1] = v434;
-    w[2] = mv_max(SPLAT(K(0.0)), v434 - p[9]);
+    enum { vx = SLOSH_X_VX };
+    enum { vy = SLOSH_X_VY };
+    enum { vz = SLOSH_X_VZ };
+    enum { wx = SLOSH_X_WX };
+    enum { wy = SLOSH_X_WY };
+    enum { wz = SLOSH_X_WZ };
+    enum { att1 = SLOSH_X_ATT1 };
+    enum { att2 = SLOSH_X_ATT2 };
+    enum { att3 = SLOSH_X_ATT3 };
+    enum { phi1 = SLOSH_X_PHI1 };
+    enum { theta1 = SLOSH_X_THETA1 };
+    enum { phi2 = SLOSH_X_PHI2 };
+    enum { theta2 = SLOSH_X_THETA2 };
+    enum { phi1_dot = SLOSH_X_PHI1_DOT };
+    enum { theta1_dot = SLOSH_X_THETA1_DOT };
+    enum { phi2_dot = SLOSH_X_PHI2_DOT };
+    enum { theta2_dot = SLOSH_X_THETA2_DOT };
+    enum { m = SLOSH_P_M };
+    enum { m0 = SLOSH_P_M0 };
+    enum { h0 = SLOSH_P_H0 };
+    enum { b = SLOSH_P_B };
+    enum { F = SLOSH_P_F };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { eps1 = SLOSH_P_EPS1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { eps2 = SLOSH_P_EPS2 };
+    enum { r1 = SLOSH_LYAPUNOV_V2_C_R1 };
+    enum { r2 = SLOSH_LYAPUNOV_V2_C_R2 };
+    enum { r3 = SLOSH_LYAPUNOV_V2_C_R3 };
+    enum { r4 = SLOSH_LYAPUNOV_V2_C_R4 };
+    enum { r5 = SLOSH_LYAPUNOV_V2_C_R5 };
+    enum { r6 = SLOSH_LYAPUNOV_V2_C_R6 };
+    enum { r7 = SLOSH_LYAPUNOV_V2_C_R7 };
+    enum { r8 = SLOSH_LYAPUNOV_V2_C_R8 };
+    enum { w1 = SLOSH_LYAPUNOV_V2_C_W1 };
+    enum { w2 = SLOSH_LYAPUNOV_V2_C_W2 };
+    enum { w3 = SLOSH_LYAPUNOV_V2_C_W3 };
+    enum { w4 = SLOSH_LYAPUNOV_V2_C_W4 };
+    enum { w5 = SLOSH_LYAPUNOV_V2_C_W5 };
+    const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
+    const real t_gx5gf = p[m1] / D1;
+    const real k1 = t_gx5gf * p[l1];
+    const real me1 = t_gx5gf * p[I1];
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real mv1 = t_6nwd2 * k1;
+    const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
+    const real t_wiek6 = p[m2] / D2;
+    const real k2 = t_wiek6 * p[l2];
+    const real me2 = t_wiek6 * p[I2];
+    const real t_popww = p[l2] * p[m2];
+    const real mv2 = t_popww * k2;
+    const real M_C = p[m] + p[m0] + me1 + me2;
+    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real W12 = x[wx] * x[wy];
+    const real W13 = x[wx] * x[wz];
+    const real e1 = p[h1] - x_C;
+    const real e2 = p[h2] - x_C;
+    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
+    const real Wt1 = cos_theta1 * x[wz] + sin_theta1 * x[wy];
+    const real w_x1 = x[wx] - x[theta1_dot];
+    const real p1 = Wn1 + x[phi1_dot];
+    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
+    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
+    const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
+    const real Wt2 = cos_theta2 * x[wz] + sin_theta2 * x[wy];
+    const real w_x2 = x[wx] - x[theta2_dot];
+    const real p2 = Wn2 + x[phi2_dot];
+    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
+    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_qux2u = x[wy] * x[wy];
+    const real t_kyio7 = x[wz] * x[wz];
+    const real t_rybsf = t_qux2u + t_kyio7;
+    const real tension1 = cos_phi1 * (t_rybsf * e1) * mv1 - t_6nwd2 * sigma_sq1;
+    const real As_1 = mv1 * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real eAss_1 = Ass_1 * e1;
+    const real q_1 = sin_phi1 * p[l1];
+    const real lc_1 = cos_phi1 * p[l1];
+    const real B_1 = me1 * p[l1];
+    const real Bs_1 = B_1 * sin_phi1;
+    const real Bc_1 = B_1 * cos_phi1;
+    const real g_1 = e1 - lc_1;
+    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
+    const real wth_1 = th_1 * p[I1];
+    const real wg_1 = g_1 * wth_1;
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real tn11_1 = Ass_1 + me1 - wth_1;
+    const real wq_1 = q_1 * wth_1;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real loss_phi1 = p[eps1] * x[phi1_dot];
+    const real loss_theta1 = p[eps1] * x[theta1_dot];
+    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real zeta1 = W12 * q_1
+        + Wn1 * lc_1 * w_x1
+        - chi1 * p[l1] * (p1 + x[phi1_dot]);
+    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
+    const real t_7imwe = B_1 * eta1 + loss_phi1 * k1;
+    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real tension2 = cos_phi2 * (t_rybsf * e2) * mv2 - t_popww * sigma_sq2;
+    const real As_2 = mv2 * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real eAss_2 = Ass_2 * e2;
+    const real q_2 = sin_phi2 * p[l2];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real B_2 = me2 * p[l2];
+    const real Bs_2 = B_2 * sin_phi2;
+    const real Bc_2 = B_2 * cos_phi2;
+    const real g_2 = e2 - lc_2;
+    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
+    const real wth_2 = th_2 * p[I2];
+    const real wg_2 = g_2 * wth_2;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real tn11_2 = Ass_2 + me2 - wth_2;
+    const real wq_2 = q_2 * wth_2;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real loss_phi2 = p[eps2] * x[phi2_dot];
+    const real loss_theta2 = p[eps2] * x[theta2_dot];
+    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real zeta2 = W12 * q_2
+        + Wn2 * lc_2 * w_x2
+        - chi2 * p[l2] * (p2 + x[phi2_dot]);
+    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
+    const real t_4b2fa = B_2 * eta2 + loss_phi2 * k2;
+    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
+    const real t_fbeaw = S_sq1 * tn11_1;
+    const real t_dj555 = S_sq2 * tn11_2;
+    const real K22 = t_fbeaw + t_dj555 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real K33 = Ass_1 + Ass_2 + M_C - t_fbeaw - t_dj555;
+    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
+    const real t_tcgxn = wg_1 - e1 * me1;
+    const real t_uf5ib = wg_2 - e2 * me2;
+    const real t_32gyg = Bc_1 - eAss_1;
+    const real t_65obb = t_32gyg + t_tcgxn;
+    const real t_gbkg6 = Bc_2 - eAss_2;
+    const real t_yoiua = t_gbkg6 + t_uf5ib;
+    const real t_z76hk = S_sq1 * t_65obb + S_sq2 * t_yoiua;
+    const real K52 = t_tcgxn + t_uf5ib - t_z76hk - wqC_1 - wqC_2;
+    const real t_hjmgb = SC1 * t_65obb + SC2 * t_yoiua;
+    const real K53 = wqS_1 - t_hjmgb + wqS_2;
+    const real K63 = t_z76hk - (t_32gyg + t_gbkg6);
+    const real n2 = F_n1 * cos_theta1 + F_n2 * cos_theta2 + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (F_n1 * sin_theta1 + F_n2 * sin_theta2) + F_t2 * cos_theta2;
+    const real V_v2 = K(0.5) * (x[wx] * x[wx]) * c[r4]
+        + K(0.5) * t_qux2u * c[r6]
+        + K(0.5) * t_kyio7 * c[r8]
+        + K(0.5) * c[r1] * (x[vy] * x[vy])
+        + K(0.5) * c[r2] * (x[vz] * x[vz])
+        + K(0.5) * c[r3] * (x[att1] * x[att1])
+        + K(0.5) * c[r5] * (x[att2] * x[att2])
+        + K(0.5) * c[r7] * (x[att3] * x[att3]);  /* (28) */
+    const real B_v2 = x[vy] * c[r1];  /* (29) */
+    const real C_v2 = x[vz] * c[r2];  /* (29) */
+    const real g1_v2 = B_v2 * x[vz] - C_v2 * x[vy] + x[att1] * c[r3];  /* (29) */
+    const real g2_v2 = C_v2 * x[vx] + x[att2] * c[r5];  /* (29) */
+    const real g3_v2 = x[att3] * c[r7] - B_v2 * x[vx];  /* (29) */
+    const real G2_v2 = W12 - (x[wz] * c[w5] + g3_v2) / c[r8];
+    const real G3_v2 = W13 + (x[wy] * c[w4] + g2_v2) / c[r6];
+    const real a2_v2 = G2_v2 * x_C - B_v2 * c[w1];
+    const real a3_v2 = G3_v2 * x_C - C_v2 * c[w2];
+    const real t_r5rcm = (x[wx] * c[w3] + g1_v2) / c[r4];
+    const real t_ev7u5 = Bs_1 + Asc_1 * e1;
+    const real t_bvybx = Bs_2 + Asc_2 * e2;
+    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_bkfqo = t_7imwe * sin_phi1
+        + t_4b2fa * sin_phi2
+        + cos_phi1 * tension1
+        + cos_phi2 * tension2
+        + G2_v2 * (t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2)
+        + G3_v2 * (t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2)
+        + t_b3aij * a2_v2
+        + t_zzymx * a3_v2;
+    const real q1_v2 = (Bs_1 + Bs_2) * t_r5rcm - t_bkfqo;
+    const real q2_v2 = n2
+        + G2_v2 * K52
+        - G3_v2 * t_hjmgb
+        + K22 * a2_v2
+        + K32 * a3_v2
+        + (wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2) * t_r5rcm;
+    const real q3_v2 = n3
+        + G2_v2 * K53
+        + G3_v2 * K63
+        + K32 * a2_v2
+        + K33 * a3_v2
+        - K43 * t_r5rcm;
+    const real PP_v2 = K11 * K11 + t_b3aij * t_b3aij + t_zzymx * t_zzymx;
+    const real Pq_v2 = K11 * q1_v2 - t_b3aij * q2_v2 - t_zzymx * q3_v2;
+    const real t_m473c = PP_v2 * (q1_v2 * q1_v2 - p[F] * p[F] + q2_v2 * q2_v2 + q3_v2 * q3_v2);
+    const real root_v2 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v2 * Pq_v2 - t_m473c));
+    const real ax_v2 = (root_v2 - Pq_v2) / PP_v2;
+    const real f2_v2 = q2_v2 - t_b3aij * ax_v2;
+    const real f3_v2 = q3_v2 - t_zzymx * ax_v2;
+    const real lateral_v2 = mv_sqrt(f2_v2 * f2_v2 + f3_v2 * f3_v2);
+    w[0] = V_v2;
+    w[1] = lateral_v2;
+    w[2] = mv_max(SPLAT(K(0.0)), lateral_v2 - p[F]);
 }

@@ -10,7 +10,7 @@
 
 #include "mehvar/real.h"
 
-#define SLOSH_HASH "d50b1714d4596ce760d5b715a9fb6c106da56589801682ddcff01e3a39400456"
+#define SLOSH_HASH "10078ef07c4e7838c22e1bf0570bbe1e0295b0dda97a78e6435a37b74da8d7ab"
 
 /* state x */
 enum {

@@ -9,1075 +9,1736 @@
 /* Jacobian of rhs with respect to x, row by row; 4064 operations. */
 void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
 {
-    real s5, c5; mv_sincos(x[9], &s5, &c5);
-    const real v13 = K(1.0) / (p[13] * p[13] * p[12] + p[15]);
-    const real v14 = p[12] * v13;
-    const real v15 = v14 * p[15];
-    const real v16 = v15 * p[13];
-    real s18, c18; mv_sincos(x[10], &s18, &c18);
-    const real v22 = c18 * x[5] + s18 * x[4];
-    const real v24 = v22 * c5;
-    const real v27 = x[3] - x[14];
-    const real v29 = v24 + s5 * v27;
-    const real v32 = v22 * s5;
-    const real v33 = c5 * v27 - v32;
-    const real v35 = v29 * c5 + v33 * s5;
-    const real v36 = v35 - v22;
-    const real v37 = v16 * v36;
-    real s40, c40; mv_sincos(x[11], &s40, &c40);
-    const real v47 = K(1.0) / (p[18] * p[18] * p[17] + p[20]);
-    const real v48 = p[17] * v47;
-    const real v49 = v48 * p[20];
-    const real v50 = v49 * p[18];
-    real s52, c52; mv_sincos(x[12], &s52, &c52);
-    const real v56 = c52 * x[5] + s52 * x[4];
-    const real v58 = v56 * c40;
-    const real v60 = x[3] - x[16];
-    const real v62 = v58 + s40 * v60;
-    const real v65 = v56 * s40;
-    const real v66 = c40 * v60 - v65;
-    const real v68 = v62 * c40 + v66 * s40;
-    const real v69 = v68 - v56;
-    const real v70 = v50 * v69;
-    const real v73 = p[13] * p[12];
-    const real v74 = v29 + v29;
-    const real v76 = v73 * (v74 * s5);
-    const real v77 = c5 * v76;
-    const real v79 = p[18] * p[17];
-    const real v80 = v62 + v62;
-    const real v82 = v79 * (v80 * s40);
-    const real v83 = c40 * v82;
-    const real v84 = s5 * v37 + s40 * v70 - v77 - v83;
-    const real v89 = p[0] + p[1] + v15 + v49;
-    const real v90 = v14 * p[13];
-    const real v91 = v73 * v90;
-    const real v93 = v48 * p[18];
-    const real v94 = v79 * v93;
-    const real v96 = v91 * s5;
-    const real v97 = v96 * s5;
-    const real v99 = v94 * s40;
-    const real v100 = v99 * s40;
-    const real v102 = K(1.0) / (v89 + v91 + v94 - v97 - v100);
-    const real v104 = v96 * c5;
-    const real v105 = v104 * s18;
-    const real v106 = v99 * c40;
-    const real v107 = v106 * s52;
-    const real v108 = v105 + v107;
-    const real v109 = v108 * v102;
-    const real v111 = s5 * p[13];
-    const real v115 = K(1.0) / (p[15] + p[12] * (v111 * v111));
-    const real v116 = p[12] * v115;
-    const real v120 = c18 * x[4] - s18 * x[5];
-    const real v121 = c5 * p[13];
-    const real v122 = v120 * v121;
-    const real v125 = v120 + x[13];
-    const real v126 = v125 + x[13];
-    const real v127 = p[13] * c5;
-    const real v128 = v126 * v127;
-    const real v129 = v111 * x[4] + v122 - v128;
-    const real v131 = v116 * (p[15] * v129);
-    const real v132 = c18 * v131;
-    const real v133 = s40 * p[18];
-    const real v137 = K(1.0) / (p[20] + p[17] * (v133 * v133));
-    const real v138 = p[17] * v137;
-    const real v142 = c52 * x[4] - s52 * x[5];
-    const real v143 = c40 * p[18];
-    const real v144 = v142 * v143;
-    const real v147 = v142 + x[15];
-    const real v148 = v147 + x[15];
-    const real v149 = p[18] * c40;
-    const real v150 = v148 * v149;
-    const real v151 = v133 * x[4] + v144 - v150;
-    const real v153 = v138 * (p[20] * v151);
-    const real v154 = c52 * v153;
-    const real v156 = s5 * v76;
-    const real v158 = v156 + c5 * v37;
-    const real v161 = s40 * v82;
-    const real v163 = v161 + c40 * v70;
-    const real v166 = v109 * v84 - (v132 + v154 - s18 * v158 - s52 * v163);
-    const real v167 = s18 * s18;
-    const real v169 = v116 * p[15];
-    const real v170 = v97 + v15 - v169;
-    const real v171 = v167 * v170;
-    const real v172 = s52 * s52;
-    const real v174 = v138 * p[20];
-    const real v175 = v100 + v49 - v174;
-    const real v176 = v172 * v175;
-    const real v185 = K(1.0) / (v171 + v176 + v89 + v169 + v174 - v15 - v49 - v108 * v109);
-    const real v187 = c18 * s18;
-    const real v189 = c52 * s52;
-    const real v192 = v104 * c18;
-    const real v193 = v106 * c52;
-    const real v194 = v192 + v193;
-    const real v195 = v194 * v102;
-    const real v197 = v187 * v170 + v189 * v175 - v108 * v195;
-    const real v198 = v197 * v185;
-    const real v201 = s18 * v131;
-    const real v202 = s52 * v153;
-    const real v209 = v195 * v84 + (c18 * v158 + (v201 + v202) + c52 * v163) - v198 * v166;
-    const real v218 = K(1.0) / (v97 + v100 + v89 - v171 - v176 - v197 * v198 - v194 * v195);
-    const real v220 = v111 * v169;
-    const real v221 = s18 * v220;
-    const real v222 = v133 * v174;
-    const real v223 = s52 * v222;
-    const real v225 = v16 * c5;
-    const real v226 = v225 * c18;
-    const real v228 = v50 * c40;
-    const real v229 = v228 * c52;
-    const real v231 = c18 * v220;
-    const real v232 = c52 * v222;
-    const real v234 = v225 * s18;
-    const real v236 = v228 * s52;
-    const real v238 = v16 * s5;
-    const real v239 = v50 * s40;
-    const real v240 = v238 + v239;
-    const real v241 = v240 * v102;
-    const real v243 = v231 + v232 + v234 + v236 + v108 * v241;
-    const real v244 = v243 * v185;
-    const real v248 = v221 + v223 - v226 - v229 + v197 * v244 - v194 * v241;
-    const real v249 = v248 * v218;
-    const real v251 = p[13] * v37;
-    const real v254 = v111 * v131 + v133 * v153;
-    const real v256 = p[18] * v70;
-    const real v262 = v241 * v84 - (v251 - v254 + v256) + v244 * v166 - v249 * v209;
-    const real v265 = v111 * v220 + v133 * v222;
-    const real v266 = v16 * p[13];
-    const real v268 = v50 * p[18];
-    const real v272 = p[2] + p[3];
-    const real v280 = K(1.0) / (v265 + v266 + v268 + v272 - v243 * v244 - v248 * v249 - v240 * v241);
-    const real v293 = (p[14] * v15 - (p[7] * p[0] + p[6] * p[1]) + p[19] * v49) / v89;
-    const real v294 = p[14] - v293;
-    const real v295 = v294 - v121;
-    const real v296 = v295 * v169;
-    const real v297 = v111 * v296;
-    const real v298 = c18 * v297;
-    const real v300 = p[19] - v293;
-    const real v301 = v300 - v143;
-    const real v302 = v301 * v174;
-    const real v303 = v133 * v302;
-    const real v304 = c52 * v303;
-    const real v306 = v225 * v294;
-    const real v307 = v266 - v306;
-    const real v308 = v307 * s18;
-    const real v310 = v228 * v300;
-    const real v311 = v268 - v310;
-    const real v312 = v311 * s52;
-    const real v315 = v296 - v294 * v15;
-    const real v317 = v302 - v300 * v49;
-    const real v319 = v97 * v294;
-    const real v320 = v225 - v319;
-    const real v321 = v320 + v315;
-    const real v323 = v100 * v300;
-    const real v324 = v228 - v323;
-    const real v325 = v324 + v317;
-    const real v327 = v167 * v321 + v172 * v325;
-    const real v332 = v238 + v104 * v294;
-    const real v333 = v332 * s18;
-    const real v335 = v239 + v106 * v300;
-    const real v336 = v335 * s52;
-    const real v337 = v333 + v336;
-    const real v338 = v337 * v102;
-    const real v340 = v315 + v317 - v327 - v231 - v232 - v108 * v338;
-    const real v341 = v340 * v185;
-    const real v346 = v187 * v321 + v189 * v325;
-    const real v352 = v221 - v346 + v223 - v197 * v341 - v194 * v338;
-    const real v353 = v352 * v218;
-    const real v357 = v265 - v298 - v304 + v308 + v312 + v243 * v341 - v248 * v353 - v240 * v338;
-    const real v358 = v357 * v280;
-    const real v361 = v251 - v294 * v158;
-    const real v365 = v256 - v300 * v163;
-    const real v371 = v272 + (p[5] - p[4]);
-    const real v378 = v338 * v84 - (s18 * v361 - v254 + s52 * v365 - v371 * x[4] + v295 * v132 + v301 * v154);
-    const real v384 = v378 - v341 * v166 - v353 * v209 - v358 * v262;
-    const real v385 = v295 * v296;
-    const real v386 = v301 * v302;
-    const real v390 = v15 * (v294 * v294);
-    const real v395 = v266 + K(-2.0) * v306 + v294 * v319;
-    const real v397 = v390 + v395 - v385;
-    const real v398 = v167 * v397;
-    const real v401 = v49 * (v300 * v300);
-    const real v405 = v268 + K(-2.0) * v310 + v300 * v323;
-    const real v407 = v401 + v405 - v386;
-    const real v408 = v172 * v407;
-    const real v421 = v15 * (p[14] * p[14]) + v49 * (p[19] * p[19]) + p[0] * (p[7] * p[7]) + p[1] * (p[6] * p[6]);
-    const real v424 = v421 - v89 * (v293 * v293);
-    const real v430 = v385 + v386 + v265 + v398 + v408 + (p[2] + p[5] + v424) - v390 - v401 + K(-2.0) * v298;
-    const real v440 = v430 + K(-2.0) * v304 - v340 * v341 - v352 * v353 - v357 * v358 - v337 * v338;
-    const real v441 = K(1.0) / v440;
-    const real v445 = s18 * v297 + s52 * v303;
-    const real v450 = v332 * c18;
-    const real v451 = v335 * c52;
-    const real v452 = v450 + v451;
-    const real v453 = v452 * v102;
-    const real v455 = v346 + v108 * v453;
-    const real v456 = v455 * v185;
-    const real v464 = v327 - (v320 + v324) + v197 * v456 - v194 * v453;
-    const real v465 = v464 * v218;
-    const real v468 = v307 * c18;
-    const real v470 = v311 * c52;
-    const real v477 = v445 + v468 + v470 - v243 * v456 - v248 * v465 - v240 * v453;
-    const real v478 = v477 * v280;
-    const real v480 = v445 + v187 * v397 + v189 * v407 + v340 * v456 - v352 * v465 - v357 * v478;
-    const real v482 = v480 - v337 * v453;
-    const real v483 = v482 * v441;
-    const real v488 = x[14] * p[15];
-    const real v490 = x[16] * p[20];
-    const real v492 = p[15] + p[20];
-    const real v494 = p[4] - p[5];
-    const real v495 = v272 + v492 + v494;
-    const real v501 = c18 * v361 + c52 * v365 + v488 + v490 - v495 * x[5] - v295 * v201 - v301 * v202;
-    const real v510 = v453 * v84 - v501 + v456 * v166 - v465 * v209 - v478 * v262 - v483 * v384;
-    const real v521 = v395 + v405 + (p[2] + p[4] + v492 + v424) - v398 - v408 - v455 * v456 - v464 * v465;
-    const real v528 = K(1.0) / (v521 - v477 * v478 - v482 * v483 - v452 * v453);
-    const real v529 = v510 * v528;
-    const real v531 = v384 * v441 - v483 * v529;
-    const real v535 = v262 * v280 - v358 * v531 - v478 * v529;
-    const real v541 = v209 * v218 - v249 * v535 - v353 * v531 - v465 * v529;
-    const real v549 = v166 * v185 - v198 * v541 + v244 * v535 - v341 * v531 + v456 * v529;
-    const real v559 = v84 * v102 + v109 * v549 + v195 * v541 + v241 * v535 + v338 * v531 + v453 * v529;
-    const real v560 = c5 * s18;
-    const real v562 = s5 * s18;
-    const real v566 = v33 * v560 - v29 * v562 - v27 * s18;
-    const real v567 = v16 * v566;
-    const real v569 = c40 * s52;
-    const real v571 = s40 * s52;
-    const real v575 = v66 * v569 - v62 * v571 - v60 * s52;
-    const real v576 = v50 * v575;
-    const real v579 = x[4] + x[4];
-    const real v580 = v294 * v579;
-    const real v584 = v125 + v125;
-    const real v588 = v91 * (c5 * v580) - v73 * (v74 * v560 + v584 * c18);
-    const real v591 = v300 * v579;
-    const real v595 = v147 + v147;
-    const real v599 = v94 * (c40 * v591) - v79 * (v80 * v569 + v595 * c52);
-    const real v601 = s5 * v567 + s40 * v576 + c5 * v588 + c40 * v599;
-    const real v608 = v33 * p[13];
-    const real v613 = v111 * x[3] + v27 * (v121 * c18) - (v608 * c18 - v126 * (p[13] * v562));
-    const real v615 = v116 * (p[15] * v613);
-    const real v616 = c18 * v615;
-    const real v621 = v66 * p[18];
-    const real v626 = v133 * x[3] + v60 * (v143 * c52) - (v621 * c52 - v148 * (p[18] * v571));
-    const real v628 = v138 * (p[20] * v626);
-    const real v629 = c52 * v628;
-    const real v633 = s5 * v588 - c5 * v567;
-    const real v638 = s40 * v599 - c40 * v576;
-    const real v641 = v109 * v601 - (v616 + v629 + s18 * v633 + s52 * v638);
-    const real v645 = s18 * v615;
-    const real v646 = s52 * v628;
-    const real v653 = v195 * v601 - (c18 * v633 - (v645 + v646) + c52 * v638) - v198 * v641;
-    const real v658 = v238 * v580 + p[13] * v567;
-    const real v661 = v111 * v615 + v133 * v628;
-    const real v665 = v239 * v591 + p[18] * v576;
-    const real v673 = v241 * v601 - (v658 - v661 + v665 + v488 + v490 - x[5] * v494) + v244 * v641;
-    const real v675 = v673 - v249 * v653;
-    const real v679 = v658 + v294 * v633;
-    const real v683 = v665 + v300 * v638;
-    const real v688 = x[13] * p[15];
-    const real v690 = x[15] * p[20];
-    const real v695 = s18 * v679 - v661 + s52 * v683 - v371 * x[3] - v688 - v690 + v295 * v616 + v301 * v629;
-    const real v702 = v338 * v601 - v695 - v341 * v641 - v353 * v653 - v358 * v675;
-    const real v714 = v453 * v601 - (c18 * v679 + c52 * v683 - v295 * v645 - v301 * v646) + v456 * v641;
-    const real v721 = (v714 - v465 * v653 - v478 * v675 - v483 * v702) * v528;
-    const real v723 = v702 * v441 - v483 * v721;
-    const real v727 = v675 * v280 - v358 * v723 - v478 * v721;
-    const real v733 = v653 * v218 - v249 * v727 - v353 * v723 - v465 * v721;
-    const real v741 = v641 * v185 - v198 * v733 + v244 * v727 - v341 * v723 + v456 * v721;
-    const real v751 = v601 * v102 + v109 * v741 + v195 * v733 + v241 * v727 + v338 * v723 + v453 * v721;
-    const real v756 = c5 * c18;
-    const real v758 = s5 * c18;
-    const real v762 = v33 * v756 - v29 * v758 - v27 * c18;
-    const real v763 = v16 * v762;
-    const real v765 = c40 * c52;
-    const real v767 = s40 * c52;
-    const real v771 = v66 * v765 - v62 * v767 - v60 * c52;
-    const real v772 = v50 * v771;
-    const real v775 = x[5] + x[5];
-    const real v776 = v294 * v775;
-    const real v783 = v91 * (c5 * v776) - v73 * (v74 * v756 - v584 * s18);
-    const real v786 = v300 * v775;
-    const real v793 = v94 * (c40 * v786) - v79 * (v80 * v765 - v595 * s52);
-    const real v795 = s5 * v763 + s40 * v772 + c5 * v783 + c40 * v793;
-    const real v804 = v126 * (p[13] * v758) + v608 * s18 - v27 * (v121 * s18);
-    const real v806 = v116 * (p[15] * v804);
-    const real v807 = c18 * v806;
-    const real v814 = v148 * (p[18] * v767) + v621 * s52 - v60 * (v143 * s52);
-    const real v816 = v138 * (p[20] * v814);
-    const real v817 = c52 * v816;
-    const real v821 = s5 * v783 - c5 * v763;
-    const real v826 = s40 * v793 - c40 * v772;
-    const real v829 = v109 * v795 - (v807 + v817 + s18 * v821 + s52 * v826);
-    const real v833 = s18 * v806;
-    const real v834 = s52 * v816;
-    const real v841 = v195 * v795 - (c18 * v821 - (v833 + v834) + c52 * v826) - v198 * v829;
-    const real v846 = v238 * v776 + p[13] * v763;
-    const real v849 = v111 * v806 + v133 * v816;
-    const real v853 = v239 * v786 + p[18] * v772;
-    const real v855 = v494 * x[4];
-    const real v861 = v241 * v795 - (v846 - v849 + v853 - v855) + v244 * v829 - v249 * v841;
-    const real v865 = v846 + v294 * v821;
-    const real v869 = v853 + v300 * v826;
-    const real v876 = v338 * v795 - (s18 * v865 - v849 + s52 * v869 + v295 * v807 + v301 * v817);
-    const real v882 = v876 - v341 * v829 - v353 * v841 - v358 * v861;
-    const real v895 = c18 * v865 + c52 * v869 - v495 * x[3] - v295 * v833 - v301 * v834 - v688 - v690;
-    const real v904 = v453 * v795 - v895 + v456 * v829 - v465 * v841 - v478 * v861 - v483 * v882;
-    const real v905 = v904 * v528;
-    const real v907 = v882 * v441 - v483 * v905;
-    const real v911 = v861 * v280 - v358 * v907 - v478 * v905;
-    const real v917 = v841 * v218 - v249 * v911 - v353 * v907 - v465 * v905;
-    const real v925 = v829 * v185 - v198 * v917 + v244 * v911 - v341 * v907 + v456 * v905;
-    const real v935 = v795 * v102 + v109 * v925 + v195 * v917 + v241 * v911 + v338 * v907 + v453 * v905;
-    const real v941 = v27 * c5 - v32;
-    const real v944 = v27 * s5 + v24;
-    const real v946 = v33 * v941 - v29 * v944;
-    const real v947 = v16 * v946;
-    const real v954 = p[16] * x[13];
-    const real v956 = v16 * (v33 * v29 - v22 * v27) + v954 * v90;
-    const real v957 = v956 * c5;
-    const real v961 = x[4] * x[4] + x[5] * x[5];
-    const real v962 = v961 * v294;
-    const real v969 = c5 * v962 * v91 - v73 * (v29 * v29 + v125 * v125);
-    const real v975 = v91 * (v962 * s5) + v73 * (v74 * v941);
-    const real v978 = s5 * v947 + v957 - (v969 * s5 + c5 * v975);
-    real s981, c981; mv_sincos(u[4], &s981, &c981);
-    const real v983 = c981 * p[9];
-    real s985, c985; mv_sincos(u[3], &s985, &c985);
-    const real v987 = v956 * s5;
-    const real v993 = p[21] * x[15];
-    const real v995 = v50 * (v66 * v62 - v56 * v60) + v993 * v93;
-    const real v996 = v995 * s40;
-    const real v1000 = v961 * v300;
-    const real v1007 = c40 * v1000 * v94 - v79 * (v62 * v62 + v147 * v147);
-    const real v1010 = v983 * c985 + (v987 + v996 + c5 * v969 + c40 * v1007);
-    const real v1011 = v1010 * v102;
-    const real v1012 = v1011 * v102;
-    const real v1013 = v91 * c5;
-    const real v1015 = s5 * v1013 + v104;
-    const real v1019 = s981 * p[9];
-    const real v1020 = x[3] * x[4];
-    const real v1025 = v1020 * v111 + v122 * v27 - v608 * v126;
-    const real v1027 = p[16] * x[14];
-    const real v1029 = v1025 * p[15] - v1027 * v111;
-    const real v1030 = v116 * v1029;
-    const real v1031 = v1030 * c18;
-    const real v1036 = v1020 * v133 + v144 * v60 - v621 * v148;
-    const real v1038 = p[21] * x[16];
-    const real v1040 = v1036 * p[20] - v1038 * v133;
-    const real v1041 = v138 * v1040;
-    const real v1042 = v1041 * c52;
-    const real v1045 = s5 * v969 - v957;
-    const real v1046 = v1045 * s18;
-    const real v1049 = v995 * c40;
-    const real v1050 = s40 * v1007 - v1049;
-    const real v1051 = v1050 * s52;
-    const real v1055 = v1019 - (v1031 + v1042 + v1046 + v1051) + v109 * v1010;
-    const real v1056 = v1055 * v185;
-    const real v1059 = v983 * s985;
-    const real v1060 = v1045 * c18;
-    const real v1061 = v1030 * s18;
-    const real v1062 = v1041 * s52;
-    const real v1065 = v1050 * c52;
-    const real v1070 = v195 * v1010 - (v1059 + (v1060 - (v1061 + v1062) + v1065)) - v198 * v1055;
-    const real v1071 = v1070 * v218;
-    const real v1075 = v238 * v962 + v956 * p[13];
-    const real v1078 = v1030 * v111 + v1041 * v133;
-    const real v1082 = v239 * v1000 + v995 * p[18];
-    const real v1091 = v1075 - v1078 + v1082 - v954 - v993 + v488 * x[4] + v490 * x[4] - v855 * x[5];
-    const real v1098 = u[0] - v1091 + v241 * v1010 + v244 * v1055 - v249 * v1070;
-    const real v1099 = v1098 * v280;
-    const real v1102 = v1075 + v1045 * v294;
-    const real v1103 = v1102 * s18;
-    const real v1108 = v1082 + v1050 * v300;
-    const real v1109 = v1108 * s52;
-    const real v1116 = v1103 - (v1078 + v1027 + v1038) + v1109 - v1020 * v371 - v688 * x[4] - v690 * x[4];
-    const real v1124 = p[7] + p[8] + v293;
-    const real v1128 = u[2] - (v1116 + v1031 * v295 + v1042 * v301) - v1019 * v1124 + v338 * v1010;
-    const real v1134 = v1128 - v341 * v1055 - v353 * v1070 - v358 * v1098;
-    const real v1135 = v1134 * v441;
-    const real v1138 = v1102 * c18;
-    const real v1139 = v1108 * c52;
-    const real v1149 = v1138 + v1139 + v488 * x[3] + v490 * x[3] - x[3] * x[5] * v495 - v1061 * v295;
-    const real v1157 = v1059 * v1124 - (u[1] + (v1149 - v1062 * v301 - v688 * x[5] - v690 * x[5]));
-    const real v1167 = v1157 + v453 * v1010 + v456 * v1055 - v465 * v1070 - v478 * v1098 - v483 * v1134;
-    const real v1168 = v1167 * v528;
-    const real v1170 = v1135 - v483 * v1168;
-    const real v1174 = v1099 - v358 * v1170 - v478 * v1168;
-    const real v1180 = v1071 - v249 * v1174 - v353 * v1170 - v465 * v1168;
-    const real v1188 = v1056 - v198 * v1180 + v244 * v1174 - v341 * v1170 + v456 * v1168;
-    const real v1190 = c5 * v1013 - v97;
-    const real v1191 = s18 * v1190;
-    const real v1193 = v109 * v102;
-    const real v1195 = v1191 * v102 + v1193 * v1015;
-    const real v1201 = p[13] * s5;
-    const real v1207 = v1020 * v127 - v27 * (v120 * v1201) + v126 * (p[13] * v944);
-    const real v1216 = v116 * v115 * (p[12] * ((v111 + v111) * v127));
-    const real v1218 = v116 * (p[15] * v1207 - v1027 * v127) - v1029 * v1216;
-    const real v1219 = c18 * v1218;
-    const real v1225 = v969 * c5 - s5 * v975 - (c5 * v947 - v987);
-    const real v1228 = v1010 * v1195 + v109 * v978 - (v1219 + s18 * v1225);
-    const real v1230 = v1056 * v185;
-    const real v1231 = p[15] * v1216;
-    const real v1232 = v1015 + v1231;
-    const real v1233 = v167 * v1232;
-    const real v1238 = v1233 - v1231 - (v109 * v1191 + v108 * v1195);
-    const real v1243 = c18 * v1190;
-    const real v1245 = v195 * v102;
-    const real v1247 = v1243 * v102 + v1245 * v1015;
-    const real v1250 = v187 * v1232 - (v195 * v1191 + v108 * v1247);
-    const real v1252 = v198 * v185;
-    const real v1254 = v1250 * v185 - v1252 * v1238;
-    const real v1260 = s18 * v1218;
-    const real v1266 = v1010 * v1247 + v195 * v978 - (c18 * v1225 - v1260) - (v1055 * v1254 + v198 * v1228);
-    const real v1268 = v1071 * v218;
-    const real v1277 = v1015 - v1233 - (v198 * v1250 + v197 * v1254) - (v195 * v1243 + v194 * v1247);
-    const real v1282 = v169 * v127 - v111 * v1231;
-    const real v1283 = s18 * v1282;
-    const real v1287 = c18 * v1282;
-    const real v1292 = v241 * v102;
-    const real v1294 = v225 * v102 + v1292 * v1015;
-    const real v1297 = v1287 - s18 * v238 + (v241 * v1191 + v108 * v1294);
-    const real v1299 = v244 * v185;
-    const real v1301 = v1297 * v185 - v1299 * v1238;
-    const real v1308 = v1283 + c18 * v238 + (v244 * v1250 + v197 * v1301) - (v241 * v1243 + v194 * v1294);
-    const real v1310 = v249 * v218;
-    const real v1312 = v1308 * v218 - v1310 * v1277;
-    const real v1319 = v962 * v225 + p[13] * v947;
-    const real v1322 = v111 * v1218 + v1030 * v127;
-    const real v1328 = v1010 * v1294 + v241 * v978 - (v1319 - v1322) + (v1055 * v1301 + v244 * v1228);
-    const real v1332 = v1328 - (v1070 * v1312 + v249 * v1266);
-    const real v1334 = v1099 * v280;
-    const real v1337 = v220 * v127 + v111 * v1282;
-    const real v1349 = v1337 - (v244 * v1297 + v243 * v1301) - (v249 * v1308 + v248 * v1312) - (v241 * v225 + v240 * v1294);
-    const real v1355 = v169 * v1201 - v295 * v1231;
-    const real v1357 = v296 * v127 + v111 * v1355;
-    const real v1358 = c18 * v1357;
-    const real v1360 = v294 * v238;
-    const real v1364 = v294 * v1015;
-    const real v1365 = v238 + v1364;
-    const real v1366 = v1355 - v1365;
-    const real v1367 = v167 * v1366;
-    const real v1372 = v225 + v294 * v1190;
-    const real v1373 = s18 * v1372;
-    const real v1375 = v338 * v102;
-    const real v1377 = v1373 * v102 + v1375 * v1015;
-    const real v1380 = v1355 - v1367 - v1287 - (v338 * v1191 + v108 * v1377);
-    const real v1382 = v341 * v185;
-    const real v1384 = v1380 * v185 - v1382 * v1238;
-    const real v1389 = v187 * v1366;
-    const real v1398 = v1283 - v1389 - (v341 * v1250 + v197 * v1384) - (v338 * v1243 + v194 * v1377);
-    const real v1400 = v353 * v218;
-    const real v1402 = v1398 * v218 - v1400 * v1277;
-    const real v1405 = v1337 - v1358 + s18 * v1360 + (v341 * v1297 + v243 * v1384) - (v353 * v1308 + v248 * v1402);
-    const real v1409 = v1405 - (v338 * v225 + v240 * v1377);
-    const real v1411 = v358 * v280;
-    const real v1413 = v1409 * v280 - v1411 * v1349;
-    const real v1419 = v1319 + v294 * v1225;
-    const real v1426 = v1010 * v1377 + v338 * v978 - (s18 * v1419 - v1322 + (v295 * v1219 + v1031 * v1201));
-    const real v1438 = v1426 - (v1055 * v1384 + v341 * v1228) - (v1070 * v1402 + v353 * v1266) - (v1098 * v1413 + v358 * v1332);
-    const real v1440 = v1135 * v441;
-    const real v1443 = v296 * v1201 + v295 * v1355;
-    const real v1447 = v294 * v1364 - K(-2.0) * v1360;
-    const real v1448 = v1447 - v1443;
-    const real v1449 = v167 * v1448;
-    const real v1460 = v1443 + v1337 + v1449 + K(-2.0) * v1358 - (v341 * v1380 + v340 * v1384) - (v353 * v1398 + v352 * v1402);
-    const real v1468 = v1460 - (v358 * v1409 + v357 * v1413) - (v338 * v1373 + v337 * v1377);
-    const real v1471 = s18 * v1357;
-    const real v1476 = c18 * v1372;
-    const real v1478 = v453 * v102;
-    const real v1480 = v1476 * v102 + v1478 * v1015;
-    const real v1483 = v1389 + (v453 * v1191 + v108 * v1480);
-    const real v1485 = v456 * v185;
-    const real v1487 = v1483 * v185 - v1485 * v1238;
-    const real v1500 = v1367 + v1365 + (v456 * v1250 + v197 * v1487) - (v453 * v1243 + v194 * v1480);
-    const real v1502 = v465 * v218;
-    const real v1504 = v1500 * v218 - v1502 * v1277;
-    const real v1507 = v1471 + v187 * v1448 + (v456 * v1380 + v340 * v1487) - (v465 * v1398 + v352 * v1504);
-    const real v1518 = v1471 + c18 * v1360 - (v456 * v1297 + v243 * v1487) - (v465 * v1308 + v248 * v1504);
-    const real v1522 = v1518 - (v453 * v225 + v240 * v1480);
-    const real v1524 = v478 * v280;
-    const real v1526 = v1522 * v280 - v1524 * v1349;
-    const real v1533 = v1507 - (v478 * v1409 + v357 * v1526) - (v453 * v1373 + v337 * v1480);
-    const real v1535 = v483 * v441;
-    const real v1537 = v1533 * v441 - v1535 * v1468;
-    const real v1547 = v1010 * v1480 + v453 * v978 - (c18 * v1419 - (v295 * v1260 + v1061 * v1201));
-    const real v1559 = v1547 + (v1055 * v1487 + v456 * v1228) - (v1070 * v1504 + v465 * v1266) - (v1098 * v1526 + v478 * v1332);
-    const real v1565 = v1168 * v528;
-    const real v1574 = v1447 - v1449 - (v456 * v1483 + v455 * v1487) - (v465 * v1500 + v464 * v1504);
-    const real v1586 = v1574 - (v478 * v1522 + v477 * v1526) - (v483 * v1533 + v482 * v1537) - (v453 * v1476 + v452 * v1480);
-    const real v1588 = (v1559 - (v1134 * v1537 + v483 * v1438)) * v528 - v1565 * v1586;
-    const real v1591 = v1438 * v441 - v1440 * v1468 - (v1168 * v1537 + v483 * v1588);
-    const real v1598 = v1332 * v280 - v1334 * v1349 - (v1170 * v1413 + v358 * v1591) - (v1168 * v1526 + v478 * v1588);
-    const real v1605 = v1266 * v218 - v1268 * v1277 - (v1174 * v1312 + v249 * v1598) - (v1170 * v1402 + v353 * v1591);
-    const real v1609 = v1605 - (v1168 * v1504 + v465 * v1588);
-    const real v1616 = v1228 * v185 - v1230 * v1238 - (v1180 * v1254 + v198 * v1609) + (v1174 * v1301 + v244 * v1598);
-    const real v1624 = v1616 - (v1170 * v1384 + v341 * v1591) + (v1168 * v1487 + v456 * v1588);
-    const real v1631 = v978 * v102 + v1012 * v1015 + (v1188 * v1195 + v109 * v1624) + (v1180 * v1247 + v195 * v1609);
-    const real v1643 = v1631 + (v1174 * v1294 + v241 * v1598) + (v1170 * v1377 + v338 * v1591) + (v1168 * v1480 + v453 * v1588);
-    const real v1646 = x[4] * c18 - x[5] * s18;
-    const real v1647 = c5 * v1646;
-    const real v1649 = s5 * v1646;
-    const real v1653 = v33 * v1647 - v29 * v1649 - v27 * v1646;
-    const real v1654 = v16 * v1653;
-    const real v1659 = x[4] * s18 + x[5] * c18;
-    const real v1662 = v73 * (v74 * v1647 - v584 * v1659);
-    const real v1664 = s5 * v1654 - c5 * v1662;
-    const real v1666 = v192 * v102;
-    const real v1677 = v126 * (p[13] * v1649) + v608 * v1659 - v27 * (v121 * v1659);
-    const real v1679 = v116 * (p[15] * v1677);
-    const real v1681 = c18 * v1679 - v1061;
-    const real v1684 = s5 * v1662 + c5 * v1654;
-    const real v1688 = v1010 * v1666 + v109 * v1664 - (v1681 + (v1060 - s18 * v1684));
-    const real v1691 = (s18 + s18) * c18;
-    const real v1692 = v170 * v1691;
-    const real v1696 = v1692 - (v109 * v192 + v108 * v1666);
-    const real v1700 = c18 * c18 - v167;
-    const real v1703 = v105 * v102;
-    const real v1706 = v170 * v1700 - (v195 * v192 - v108 * v1703);
-    const real v1709 = v1706 * v185 - v1252 * v1696;
-    const real v1717 = s18 * v1679 + v1031;
-    const real v1723 = v195 * v1664 - v1010 * v1703 + (c18 * v1684 + v1046 + v1717) - (v1055 * v1709 + v198 * v1688);
-    const real v1732 = v195 * v105 + v194 * v1703 - (v1692 + (v198 * v1706 + v197 * v1709));
-    const real v1735 = v220 * c18;
-    const real v1738 = v220 * s18;
-    const real v1741 = v226 - v1738 + v241 * v192;
-    const real v1744 = v1741 * v185 - v1299 * v1696;
-    const real v1749 = v1735 + v234 + (v244 * v1706 + v197 * v1744) + v241 * v105;
-    const real v1752 = v1749 * v218 - v1310 * v1732;
-    const real v1755 = p[13] * v1654;
-    const real v1756 = v111 * v1679;
-    const real v1766 = v241 * v1664 - (v1755 - v1756) + (v1055 * v1744 + v244 * v1688) - (v1070 * v1752 + v249 * v1723);
-    const real v1774 = v244 * v1741 + v243 * v1744 + (v249 * v1749 + v248 * v1752);
-    const real v1777 = v297 * s18;
-    const real v1780 = v321 * v1691;
-    const real v1783 = v450 * v102;
-    const real v1786 = v1738 - v1780 - (v338 * v192 + v108 * v1783);
-    const real v1789 = v1786 * v185 - v1382 * v1696;
-    const real v1794 = v321 * v1700;
-    const real v1803 = v1735 - v1794 - (v341 * v1706 + v197 * v1789) - (v194 * v1783 - v338 * v105);
-    const real v1806 = v1803 * v218 - v1400 * v1732;
-    const real v1809 = v1777 + v468 + (v341 * v1741 + v243 * v1789) - (v353 * v1749 + v248 * v1806);
-    const real v1811 = v1809 - v240 * v1783;
-    const real v1814 = v1811 * v280 + v1411 * v1774;
-    const real v1820 = v1755 - v294 * v1684;
-    const real v1826 = v1010 * v1783 + v338 * v1664 - (s18 * v1820 + v1138 - v1756 + v295 * v1681);
-    const real v1838 = v1826 - (v1055 * v1789 + v341 * v1688) - (v1070 * v1806 + v353 * v1723) - (v1098 * v1814 + v358 * v1766);
-    const real v1840 = v397 * v1691;
-    const real v1850 = v1840 - K(-2.0) * v1777 - (v341 * v1786 + v340 * v1789) - (v353 * v1803 + v352 * v1806);
-    const real v1858 = v1850 - (v358 * v1811 + v357 * v1814) - (v338 * v450 + v337 * v1783);
-    const real v1861 = v297 * c18;
-    const real v1866 = v333 * v102;
-    const real v1869 = v1794 + (v453 * v192 - v108 * v1866);
-    const real v1872 = v1869 * v185 - v1485 * v1696;
-    const real v1884 = v1780 + (v456 * v1706 + v197 * v1872) + (v453 * v105 + v194 * v1866);
-    const real v1887 = v1884 * v218 - v1502 * v1732;
-    const real v1890 = v1861 + v397 * v1700 + (v456 * v1786 + v340 * v1872) - (v465 * v1803 + v352 * v1887);
-    const real v1900 = v1861 - v308 - (v456 * v1741 + v243 * v1872) - (v465 * v1749 + v248 * v1887);
-    const real v1902 = v1900 + v240 * v1866;
-    const real v1905 = v1902 * v280 + v1524 * v1774;
-    const real v1912 = v1890 - (v478 * v1811 + v357 * v1905) - (v453 * v450 - v337 * v1866);
-    const real v1915 = v1912 * v441 - v1535 * v1858;
-    const real v1928 = v453 * v1664 - v1010 * v1866 - (c18 * v1820 - v1103 - v295 * v1717) + (v1055 * v1872 + v456 * v1688);
-    const real v1940 = v1928 - (v1070 * v1887 + v465 * v1723) - (v1098 * v1905 + v478 * v1766) - (v1134 * v1915 + v483 * v1838);
-    const real v1956 = v1840 + (v456 * v1869 + v455 * v1872) + (v465 * v1884 + v464 * v1887) + (v478 * v1902 + v477 * v1905);
-    const real v1962 = v1565 * (v453 * v333 + v452 * v1866 - (v1956 + (v483 * v1912 + v482 * v1915)));
-    const real v1963 = v1940 * v528 - v1962;
-    const real v1966 = v1838 * v441 - v1440 * v1858 - (v1168 * v1915 + v483 * v1963);
-    const real v1973 = v1766 * v280 + v1334 * v1774 - (v1170 * v1814 + v358 * v1966) - (v1168 * v1905 + v478 * v1963);
-    const real v1980 = v1723 * v218 - v1268 * v1732 - (v1174 * v1752 + v249 * v1973) - (v1170 * v1806 + v353 * v1966);
-    const real v1984 = v1980 - (v1168 * v1887 + v465 * v1963);
-    const real v1991 = v1688 * v185 - v1230 * v1696 - (v1180 * v1709 + v198 * v1984) + (v1174 * v1744 + v244 * v1973);
-    const real v1999 = v1991 - (v1170 * v1789 + v341 * v1966) + (v1168 * v1872 + v456 * v1963);
-    const real v2006 = v1664 * v102 + (v1188 * v1666 + v109 * v1999) + (v195 * v1984 - v1180 * v1703);
-    const real v2016 = v2006 + v241 * v1973 + (v1170 * v1783 + v338 * v1966) + (v453 * v1963 - v1168 * v1866);
-    const real v2018 = v60 * c40 - v65;
-    const real v2021 = v60 * s40 + v58;
-    const real v2023 = v66 * v2018 - v62 * v2021;
-    const real v2024 = v50 * v2023;
-    const real v2032 = v94 * (v1000 * s40) + v79 * (v80 * v2018);
-    const real v2035 = s40 * v2024 + v1049 - (v1007 * s40 + c40 * v2032);
-    const real v2037 = v94 * c40;
-    const real v2039 = s40 * v2037 + v106;
-    const real v2043 = c40 * v2037 - v100;
-    const real v2044 = s52 * v2043;
-    const real v2047 = v2044 * v102 + v1193 * v2039;
-    const real v2053 = p[18] * s40;
-    const real v2059 = v1020 * v149 - v60 * (v142 * v2053) + v148 * (p[18] * v2021);
-    const real v2068 = v138 * v137 * (p[17] * ((v133 + v133) * v149));
-    const real v2070 = v138 * (p[20] * v2059 - v1038 * v149) - v1040 * v2068;
-    const real v2071 = c52 * v2070;
-    const real v2077 = v1007 * c40 - s40 * v2032 - (c40 * v2024 - v996);
-    const real v2080 = v1010 * v2047 + v109 * v2035 - (v2071 + s52 * v2077);
-    const real v2082 = p[20] * v2068;
-    const real v2083 = v2039 + v2082;
-    const real v2084 = v172 * v2083;
-    const real v2089 = v2084 - v2082 - (v109 * v2044 + v108 * v2047);
-    const real v2094 = c52 * v2043;
-    const real v2097 = v2094 * v102 + v1245 * v2039;
-    const real v2100 = v189 * v2083 - (v195 * v2044 + v108 * v2097);
-    const real v2103 = v2100 * v185 - v1252 * v2089;
-    const real v2109 = s52 * v2070;
-    const real v2115 = v1010 * v2097 + v195 * v2035 - (c52 * v2077 - v2109) - (v1055 * v2103 + v198 * v2080);
-    const real v2125 = v2039 - v2084 - (v198 * v2100 + v197 * v2103) - (v195 * v2094 + v194 * v2097);
-    const real v2130 = v174 * v149 - v133 * v2082;
-    const real v2131 = s52 * v2130;
-    const real v2135 = c52 * v2130;
-    const real v2141 = v228 * v102 + v1292 * v2039;
-    const real v2144 = v2135 - s52 * v239 + (v241 * v2044 + v108 * v2141);
-    const real v2147 = v2144 * v185 - v1299 * v2089;
-    const real v2154 = v2131 + c52 * v239 + (v244 * v2100 + v197 * v2147) - (v241 * v2094 + v194 * v2141);
-    const real v2157 = v2154 * v218 - v1310 * v2125;
-    const real v2164 = v1000 * v228 + p[18] * v2024;
-    const real v2167 = v133 * v2070 + v1041 * v149;
-    const real v2173 = v1010 * v2141 + v241 * v2035 - (v2164 - v2167) + (v1055 * v2147 + v244 * v2080);
-    const real v2177 = v2173 - (v1070 * v2157 + v249 * v2115);
-    const real v2181 = v222 * v149 + v133 * v2130;
-    const real v2193 = v2181 - (v244 * v2144 + v243 * v2147) - (v249 * v2154 + v248 * v2157) - (v241 * v228 + v240 * v2141);
-    const real v2199 = v174 * v2053 - v301 * v2082;
-    const real v2201 = v302 * v149 + v133 * v2199;
-    const real v2202 = c52 * v2201;
-    const real v2204 = v300 * v239;
-    const real v2208 = v300 * v2039;
-    const real v2209 = v239 + v2208;
-    const real v2210 = v2199 - v2209;
-    const real v2211 = v172 * v2210;
-    const real v2216 = v228 + v300 * v2043;
-    const real v2217 = s52 * v2216;
-    const real v2220 = v2217 * v102 + v1375 * v2039;
-    const real v2223 = v2199 - v2211 - v2135 - (v338 * v2044 + v108 * v2220);
-    const real v2226 = v2223 * v185 - v1382 * v2089;
-    const real v2231 = v189 * v2210;
-    const real v2240 = v2131 - v2231 - (v341 * v2100 + v197 * v2226) - (v338 * v2094 + v194 * v2220);
-    const real v2243 = v2240 * v218 - v1400 * v2125;
-    const real v2246 = v2181 - v2202 + s52 * v2204 + (v341 * v2144 + v243 * v2226) - (v353 * v2154 + v248 * v2243);
-    const real v2250 = v2246 - (v338 * v228 + v240 * v2220);
-    const real v2253 = v2250 * v280 - v1411 * v2193;
-    const real v2259 = v2164 + v300 * v2077;
-    const real v2266 = v1010 * v2220 + v338 * v2035 - (s52 * v2259 - v2167 + (v301 * v2071 + v1042 * v2053));
-    const real v2278 = v2266 - (v1055 * v2226 + v341 * v2080) - (v1070 * v2243 + v353 * v2115) - (v1098 * v2253 + v358 * v2177);
-    const real v2282 = v302 * v2053 + v301 * v2199;
-    const real v2286 = v300 * v2208 - K(-2.0) * v2204;
-    const real v2287 = v2286 - v2282;
-    const real v2288 = v172 * v2287;
-    const real v2299 = v2282 + v2181 + v2288 + K(-2.0) * v2202 - (v341 * v2223 + v340 * v2226) - (v353 * v2240 + v352 * v2243);
-    const real v2307 = v2299 - (v358 * v2250 + v357 * v2253) - (v338 * v2217 + v337 * v2220);
-    const real v2310 = s52 * v2201;
-    const real v2315 = c52 * v2216;
-    const real v2318 = v2315 * v102 + v1478 * v2039;
-    const real v2321 = v2231 + (v453 * v2044 + v108 * v2318);
-    const real v2324 = v2321 * v185 - v1485 * v2089;
-    const real v2337 = v2211 + v2209 + (v456 * v2100 + v197 * v2324) - (v453 * v2094 + v194 * v2318);
-    const real v2340 = v2337 * v218 - v1502 * v2125;
-    const real v2343 = v2310 + v189 * v2287 + (v456 * v2223 + v340 * v2324) - (v465 * v2240 + v352 * v2340);
-    const real v2354 = v2310 + c52 * v2204 - (v456 * v2144 + v243 * v2324) - (v465 * v2154 + v248 * v2340);
-    const real v2358 = v2354 - (v453 * v228 + v240 * v2318);
-    const real v2361 = v2358 * v280 - v1524 * v2193;
-    const real v2368 = v2343 - (v478 * v2250 + v357 * v2361) - (v453 * v2217 + v337 * v2318);
-    const real v2371 = v2368 * v441 - v1535 * v2307;
-    const real v2381 = v1010 * v2318 + v453 * v2035 - (c52 * v2259 - (v301 * v2109 + v1062 * v2053));
-    const real v2393 = v2381 + (v1055 * v2324 + v456 * v2080) - (v1070 * v2340 + v465 * v2115) - (v1098 * v2361 + v478 * v2177);
-    const real v2407 = v2286 - v2288 - (v456 * v2321 + v455 * v2324) - (v465 * v2337 + v464 * v2340);
-    const real v2419 = v2407 - (v478 * v2358 + v477 * v2361) - (v483 * v2368 + v482 * v2371) - (v453 * v2315 + v452 * v2318);
-    const real v2421 = (v2393 - (v1134 * v2371 + v483 * v2278)) * v528 - v1565 * v2419;
-    const real v2424 = v2278 * v441 - v1440 * v2307 - (v1168 * v2371 + v483 * v2421);
-    const real v2431 = v2177 * v280 - v1334 * v2193 - (v1170 * v2253 + v358 * v2424) - (v1168 * v2361 + v478 * v2421);
-    const real v2438 = v2115 * v218 - v1268 * v2125 - (v1174 * v2157 + v249 * v2431) - (v1170 * v2243 + v353 * v2424);
-    const real v2442 = v2438 - (v1168 * v2340 + v465 * v2421);
-    const real v2449 = v2080 * v185 - v1230 * v2089 - (v1180 * v2103 + v198 * v2442) + (v1174 * v2147 + v244 * v2431);
-    const real v2457 = v2449 - (v1170 * v2226 + v341 * v2424) + (v1168 * v2324 + v456 * v2421);
-    const real v2464 = v2035 * v102 + v1012 * v2039 + (v1188 * v2047 + v109 * v2457) + (v1180 * v2097 + v195 * v2442);
-    const real v2476 = v2464 + (v1174 * v2141 + v241 * v2431) + (v1170 * v2220 + v338 * v2424) + (v1168 * v2318 + v453 * v2421);
-    const real v2479 = x[4] * c52 - x[5] * s52;
-    const real v2480 = c40 * v2479;
-    const real v2482 = s40 * v2479;
-    const real v2486 = v66 * v2480 - v62 * v2482 - v60 * v2479;
-    const real v2487 = v50 * v2486;
-    const real v2492 = x[4] * s52 + x[5] * c52;
-    const real v2495 = v79 * (v80 * v2480 - v595 * v2492);
-    const real v2497 = s40 * v2487 - c40 * v2495;
-    const real v2499 = v193 * v102;
-    const real v2510 = v148 * (p[18] * v2482) + v621 * v2492 - v60 * (v143 * v2492);
-    const real v2512 = v138 * (p[20] * v2510);
-    const real v2514 = c52 * v2512 - v1062;
-    const real v2517 = s40 * v2495 + c40 * v2487;
-    const real v2521 = v1010 * v2499 + v109 * v2497 - (v2514 + (v1065 - s52 * v2517));
-    const real v2524 = (s52 + s52) * c52;
-    const real v2525 = v175 * v2524;
-    const real v2529 = v2525 - (v109 * v193 + v108 * v2499);
-    const real v2533 = c52 * c52 - v172;
-    const real v2536 = v107 * v102;
-    const real v2539 = v175 * v2533 - (v195 * v193 - v108 * v2536);
-    const real v2542 = v2539 * v185 - v1252 * v2529;
-    const real v2548 = s52 * v2512 + v1042;
-    const real v2556 = v195 * v2497 - v1010 * v2536 + (v2548 + (c52 * v2517 + v1051)) - (v1055 * v2542 + v198 * v2521);
-    const real v2565 = v195 * v107 + v194 * v2536 - (v2525 + (v198 * v2539 + v197 * v2542));
-    const real v2568 = v222 * c52;
-    const real v2571 = v222 * s52;
-    const real v2574 = v229 - v2571 + v241 * v193;
-    const real v2577 = v2574 * v185 - v1299 * v2529;
-    const real v2582 = v2568 + v236 + (v244 * v2539 + v197 * v2577) + v241 * v107;
-    const real v2585 = v2582 * v218 - v1310 * v2565;
-    const real v2588 = p[18] * v2487;
-    const real v2589 = v133 * v2512;
-    const real v2599 = v241 * v2497 - (v2588 - v2589) + (v1055 * v2577 + v244 * v2521) - (v1070 * v2585 + v249 * v2556);
-    const real v2607 = v244 * v2574 + v243 * v2577 + (v249 * v2582 + v248 * v2585);
-    const real v2610 = v303 * s52;
-    const real v2613 = v325 * v2524;
-    const real v2616 = v451 * v102;
-    const real v2619 = v2571 - v2613 - (v338 * v193 + v108 * v2616);
-    const real v2622 = v2619 * v185 - v1382 * v2529;
-    const real v2627 = v325 * v2533;
-    const real v2636 = v2568 - v2627 - (v341 * v2539 + v197 * v2622) - (v194 * v2616 - v338 * v107);
-    const real v2639 = v2636 * v218 - v1400 * v2565;
-    const real v2642 = v2610 + v470 + (v341 * v2574 + v243 * v2622) - (v353 * v2582 + v248 * v2639);
-    const real v2644 = v2642 - v240 * v2616;
-    const real v2647 = v2644 * v280 + v1411 * v2607;
-    const real v2653 = v2588 - v300 * v2517;
-    const real v2659 = v1010 * v2616 + v338 * v2497 - (s52 * v2653 + v1139 - v2589 + v301 * v2514);
-    const real v2671 = v2659 - (v1055 * v2622 + v341 * v2521) - (v1070 * v2639 + v353 * v2556) - (v1098 * v2647 + v358 * v2599);
-    const real v2673 = v407 * v2524;
-    const real v2683 = v2673 - K(-2.0) * v2610 - (v341 * v2619 + v340 * v2622) - (v353 * v2636 + v352 * v2639);
-    const real v2691 = v2683 - (v358 * v2644 + v357 * v2647) - (v338 * v451 + v337 * v2616);
-    const real v2694 = v303 * c52;
-    const real v2699 = v336 * v102;
-    const real v2702 = v2627 + (v453 * v193 - v108 * v2699);
-    const real v2705 = v2702 * v185 - v1485 * v2529;
-    const real v2717 = v2613 + (v456 * v2539 + v197 * v2705) + (v453 * v107 + v194 * v2699);
-    const real v2720 = v2717 * v218 - v1502 * v2565;
-    const real v2723 = v2694 + v407 * v2533 + (v456 * v2619 + v340 * v2705) - (v465 * v2636 + v352 * v2720);
-    const real v2733 = v2694 - v312 - (v456 * v2574 + v243 * v2705) - (v465 * v2582 + v248 * v2720);
-    const real v2735 = v2733 + v240 * v2699;
-    const real v2738 = v2735 * v280 + v1524 * v2607;
-    const real v2745 = v2723 - (v478 * v2644 + v357 * v2738) - (v453 * v451 - v337 * v2699);
-    const real v2748 = v2745 * v441 - v1535 * v2691;
-    const real v2761 = v453 * v2497 - v1010 * v2699 - (c52 * v2653 - v1109 - v301 * v2548) + (v1055 * v2705 + v456 * v2521);
-    const real v2773 = v2761 - (v1070 * v2720 + v465 * v2556) - (v1098 * v2738 + v478 * v2599) - (v1134 * v2748 + v483 * v2671);
-    const real v2789 = v2673 + (v456 * v2702 + v455 * v2705) + (v465 * v2717 + v464 * v2720) + (v478 * v2735 + v477 * v2738);
-    const real v2795 = v1565 * (v453 * v336 + v452 * v2699 - (v2789 + (v483 * v2745 + v482 * v2748)));
-    const real v2796 = v2773 * v528 - v2795;
-    const real v2799 = v2671 * v441 - v1440 * v2691 - (v1168 * v2748 + v483 * v2796);
-    const real v2806 = v2599 * v280 + v1334 * v2607 - (v1170 * v2647 + v358 * v2799) - (v1168 * v2738 + v478 * v2796);
-    const real v2813 = v2556 * v218 - v1268 * v2565 - (v1174 * v2585 + v249 * v2806) - (v1170 * v2639 + v353 * v2799);
-    const real v2817 = v2813 - (v1168 * v2720 + v465 * v2796);
-    const real v2824 = v2521 * v185 - v1230 * v2529 - (v1180 * v2542 + v198 * v2817) + (v1174 * v2577 + v244 * v2806);
-    const real v2832 = v2824 - (v1170 * v2622 + v341 * v2799) + (v1168 * v2705 + v456 * v2796);
-    const real v2839 = v2497 * v102 + (v1188 * v2499 + v109 * v2832) + (v195 * v2817 - v1180 * v2536);
-    const real v2849 = v2839 + v241 * v2806 + (v1170 * v2616 + v338 * v2799) + (v453 * v2796 - v1168 * v2699);
-    const real v2850 = v90 * p[16];
-    const real v2852 = v73 * v584;
-    const real v2854 = s5 * v2850 - c5 * v2852;
-    const real v2856 = v608 + v608;
-    const real v2858 = v116 * (p[15] * v2856);
-    const real v2859 = c18 * v2858;
-    const real v2862 = s5 * v2852 + c5 * v2850;
-    const real v2866 = v2859 + s18 * v2862 + v109 * v2854;
-    const real v2869 = s18 * v2858;
-    const real v2874 = v195 * v2854 - (v2869 - c18 * v2862) - v198 * v2866;
-    const real v2877 = p[13] * v2850;
-    const real v2878 = v111 * v2858;
-    const real v2885 = v241 * v2854 - (v2877 + v2878 - p[16]) + v244 * v2866 - v249 * v2874;
-    const real v2889 = v2877 - v294 * v2862;
-    const real v2892 = x[4] * p[15];
-    const real v2898 = v338 * v2854 - (s18 * v2889 + v2878 - v2892 - v295 * v2859) - v341 * v2866;
-    const real v2902 = v2898 - v353 * v2874 - v358 * v2885;
-    const real v2912 = v453 * v2854 - (c18 * v2889 + v295 * v2869 - x[5] * p[15]) + v456 * v2866;
-    const real v2919 = (v2912 - v465 * v2874 - v478 * v2885 - v483 * v2902) * v528;
-    const real v2921 = v2902 * v441 - v483 * v2919;
-    const real v2925 = v2885 * v280 - v358 * v2921 - v478 * v2919;
-    const real v2931 = v2874 * v218 - v249 * v2925 - v353 * v2921 - v465 * v2919;
-    const real v2939 = v2866 * v185 - v198 * v2931 + v244 * v2925 - v341 * v2921 + v456 * v2919;
-    const real v2949 = v2854 * v102 + v109 * v2939 + v195 * v2931 + v241 * v2925 + v338 * v2921 + v453 * v2919;
-    const real v2950 = v22 - v35;
-    const real v2951 = v16 * v2950;
-    const real v2953 = s5 * v2951 + v77;
-    const real v2956 = v128 - v122;
-    const real v2960 = v116 * (p[15] * v2956 - v111 * p[16]);
-    const real v2961 = c18 * v2960;
-    const real v2963 = v156 - c5 * v2951;
-    const real v2966 = v109 * v2953 - (v2961 + s18 * v2963);
-    const real v2970 = s18 * v2960;
-    const real v2974 = v195 * v2953 - (c18 * v2963 - v2970) - v198 * v2966;
-    const real v2977 = p[13] * v2951;
-    const real v2978 = v111 * v2960;
-    const real v2985 = v241 * v2953 - (v2977 - v2978 + v2892) + v244 * v2966 - v249 * v2974;
-    const real v2989 = v2977 + v294 * v2963;
-    const real v2997 = v338 * v2953 - (s18 * v2989 - (v2978 + p[16]) + v295 * v2961) - v341 * v2966;
-    const real v3001 = v2997 - v353 * v2974 - v358 * v2985;
-    const real v3011 = v453 * v2953 - (c18 * v2989 + x[3] * p[15] - v295 * v2970) + v456 * v2966;
-    const real v3018 = (v3011 - v465 * v2974 - v478 * v2985 - v483 * v3001) * v528;
-    const real v3020 = v3001 * v441 - v483 * v3018;
-    const real v3024 = v2985 * v280 - v358 * v3020 - v478 * v3018;
-    const real v3030 = v2974 * v218 - v249 * v3024 - v353 * v3020 - v465 * v3018;
-    const real v3038 = v2966 * v185 - v198 * v3030 + v244 * v3024 - v341 * v3020 + v456 * v3018;
-    const real v3048 = v2953 * v102 + v109 * v3038 + v195 * v3030 + v241 * v3024 + v338 * v3020 + v453 * v3018;
-    const real v3049 = v93 * p[21];
-    const real v3051 = v79 * v595;
-    const real v3053 = s40 * v3049 - c40 * v3051;
-    const real v3055 = v621 + v621;
-    const real v3057 = v138 * (p[20] * v3055);
-    const real v3058 = c52 * v3057;
-    const real v3061 = s40 * v3051 + c40 * v3049;
-    const real v3065 = v3058 + s52 * v3061 + v109 * v3053;
-    const real v3068 = s52 * v3057;
-    const real v3073 = v195 * v3053 - (v3068 - c52 * v3061) - v198 * v3065;
-    const real v3076 = v133 * v3057;
-    const real v3077 = p[18] * v3049;
-    const real v3084 = v241 * v3053 - (v3076 + v3077 - p[21]) + v244 * v3065 - v249 * v3073;
-    const real v3088 = v3077 - v300 * v3061;
-    const real v3091 = x[4] * p[20];
-    const real v3097 = v338 * v3053 - (v3076 + s52 * v3088 - v3091 - v301 * v3058) - v341 * v3065;
-    const real v3101 = v3097 - v353 * v3073 - v358 * v3084;
-    const real v3111 = v453 * v3053 - (c52 * v3088 + v301 * v3068 - x[5] * p[20]) + v456 * v3065;
-    const real v3118 = (v3111 - v465 * v3073 - v478 * v3084 - v483 * v3101) * v528;
-    const real v3120 = v3101 * v441 - v483 * v3118;
-    const real v3124 = v3084 * v280 - v358 * v3120 - v478 * v3118;
-    const real v3130 = v3073 * v218 - v249 * v3124 - v353 * v3120 - v465 * v3118;
-    const real v3138 = v3065 * v185 - v198 * v3130 + v244 * v3124 - v341 * v3120 + v456 * v3118;
-    const real v3148 = v3053 * v102 + v109 * v3138 + v195 * v3130 + v241 * v3124 + v338 * v3120 + v453 * v3118;
-    const real v3149 = v56 - v68;
-    const real v3150 = v50 * v3149;
-    const real v3152 = s40 * v3150 + v83;
-    const real v3155 = v150 - v144;
-    const real v3159 = v138 * (p[20] * v3155 - v133 * p[21]);
-    const real v3160 = c52 * v3159;
-    const real v3162 = v161 - c40 * v3150;
-    const real v3165 = v109 * v3152 - (v3160 + s52 * v3162);
-    const real v3169 = s52 * v3159;
-    const real v3173 = v195 * v3152 - (c52 * v3162 - v3169) - v198 * v3165;
-    const real v3176 = p[18] * v3150;
-    const real v3177 = v133 * v3159;
-    const real v3184 = v241 * v3152 - (v3176 - v3177 + v3091) + v244 * v3165 - v249 * v3173;
-    const real v3188 = v3176 + v300 * v3162;
-    const real v3196 = v338 * v3152 - (s52 * v3188 - (v3177 + p[21]) + v301 * v3160) - v341 * v3165;
-    const real v3200 = v3196 - v353 * v3173 - v358 * v3184;
-    const real v3210 = v453 * v3152 - (c52 * v3188 + x[3] * p[20] - v301 * v3169) + v456 * v3165;
-    const real v3217 = (v3210 - v465 * v3173 - v478 * v3184 - v483 * v3200) * v528;
-    const real v3219 = v3200 * v441 - v483 * v3217;
-    const real v3223 = v3184 * v280 - v358 * v3219 - v478 * v3217;
-    const real v3229 = v3173 * v218 - v249 * v3223 - v353 * v3219 - v465 * v3217;
-    const real v3237 = v3165 * v185 - v198 * v3229 + v244 * v3223 - v341 * v3219 + v456 * v3217;
-    const real v3247 = v3152 * v102 + v109 * v3237 + v195 * v3229 + v241 * v3223 + v338 * v3219 + v453 * v3217;
-    const real v3310 = v531 - x[4];
-    const real v3311 = v723 - x[3];
-    const real v3314 = s18 * v531 + c18 * v529;
-    const real v3315 = v3314 + v36;
-    const real v3329 = v3315 - p[15] * (v3315 + v535) * v13 - v90 * (c5 * (v294 * v3314 + s18 * v549 + c18 * v541) + s5 * v559);
-    const real v3332 = s18 * v723 + c18 * v721;
-    const real v3333 = v3332 + v566;
-    const real v3347 = v90 * (c5 * (v294 * v3332 + s18 * v741 + c18 * v733) + s5 * (v751 - v580));
-    const real v3351 = s18 * v907 + c18 * v905;
-    const real v3352 = v3351 + v762;
-    const real v3366 = v90 * (c5 * (v294 * v3351 + s18 * v925 + c18 * v917) + s5 * (v935 - v776));
-    const real v3370 = s18 * v1591 + c18 * v1588;
-    const real v3371 = v3370 + v946;
-    const real v3382 = v1170 * s18;
-    const real v3383 = v1168 * c18;
-    const real v3386 = v1188 * s18;
-    const real v3388 = v1180 * c18;
-    const real v3391 = c5 * (v294 * v3370 + s18 * v1624 + c18 * v1609) - ((v3382 + v3383) * v294 + v3386 + v3388) * s5;
-    const real v3401 = v1011 + v109 * v1188 + v195 * v1180 + v241 * v1174 + v338 * v1170 + v453 * v1168;
-    const real v3408 = v3371 - p[15] * (v3371 + v1598) * v13 - v90 * (v3391 + ((v3401 - v962) * c5 + s5 * v1643));
-    const real v3410 = v1170 * c18;
-    const real v3413 = v1168 * s18;
-    const real v3415 = s18 * v1966 + v3410 + (c18 * v1963 - v3413);
-    const real v3416 = v3415 + v1653;
-    const real v3423 = v1188 * c18;
-    const real v3427 = v1180 * s18;
-    const real v3432 = c5 * (v294 * v3415 + (s18 * v1999 + v3423) + (c18 * v1984 - v3427)) + s5 * v2016;
-    const real v3437 = s18 * v2424 + c18 * v2421;
-    const real v3451 = v3437 - p[15] * (v3437 + v2431) * v13 - v90 * (c5 * (v294 * v3437 + s18 * v2457 + c18 * v2442) + s5 * v2476);
-    const real v3454 = s18 * v2799 + c18 * v2796;
-    const real v3468 = v3454 - p[15] * (v3454 + v2806) * v13 - v90 * (c5 * (v294 * v3454 + s18 * v2832 + c18 * v2817) + s5 * v2849);
-    const real v3471 = s18 * v2921 + c18 * v2919;
-    const real v3486 = v3471 - (p[16] + p[15] * (v3471 + v2925)) * v13 - v90 * (c5 * (v294 * v3471 + s18 * v2939 + c18 * v2931) + s5 * v2949);
-    const real v3489 = s18 * v3020 + c18 * v3018;
-    const real v3490 = v3489 + v2950;
-    const real v3504 = v3490 - p[15] * (v3490 + v3024) * v13 - v90 * (c5 * (v294 * v3489 + s18 * v3038 + c18 * v3030) + s5 * v3048);
-    const real v3507 = s18 * v3120 + c18 * v3118;
-    const real v3521 = v3507 - p[15] * (v3507 + v3124) * v13 - v90 * (c5 * (v294 * v3507 + s18 * v3138 + c18 * v3130) + s5 * v3148);
-    const real v3524 = s18 * v3219 + c18 * v3217;
-    const real v3538 = v3524 - p[15] * (v3524 + v3223) * v13 - v90 * (c5 * (v294 * v3524 + s18 * v3237 + c18 * v3229) + s5 * v3247);
-    const real v3546 = v535 + v531;
-    const real v3550 = v129 + c18 * v549 + v295 * (c18 * v531 - s18 * v529) - v111 * v3546 - s18 * v541;
-    const real v3562 = v727 + v723;
-    const real v3566 = v613 + c18 * v741 + v295 * (c18 * v723 - s18 * v721) - v111 * v3562 - s18 * v733;
-    const real v3578 = v911 + v907;
-    const real v3582 = v804 + c18 * v925 + v295 * (c18 * v907 - s18 * v905) - v111 * v3578 - s18 * v917;
-    const real v3588 = v3410 - v3413;
-    const real v3591 = v1174 + v1170;
-    const real v3594 = v1025 + v3423 + v295 * v3588 - v3591 * v111 - v3427;
-    const real v3604 = v1207 + c18 * v1624 + (v3588 * v1201 + v295 * (c18 * v1591 - s18 * v1588));
-    const real v3605 = v1598 + v1591;
-    const real v3613 = v3594 * v127 + v111 * (v3604 - (v111 * v3605 + v3591 * v127) - s18 * v1609);
-    const real v3615 = K(1.0) / p[12];
-    const real v3632 = v1677 + (c18 * v1999 - v3386) + v295 * (c18 * v1966 - v3382 - (s18 * v1963 + v3383));
-    const real v3633 = v1973 + v1966;
-    const real v3642 = -(v1966 + v116 * (v111 * (v3632 - v111 * v3633 - (s18 * v1984 + v3388))));
-    const real v3649 = v2431 + v2424;
-    const real v3653 = c18 * v2457 + v295 * (c18 * v2424 - s18 * v2421) - v111 * v3649 - s18 * v2442;
-    const real v3664 = v2806 + v2799;
-    const real v3668 = c18 * v2832 + v295 * (c18 * v2799 - s18 * v2796) - v111 * v3664 - s18 * v2817;
-    const real v3680 = v2925 + v2921;
-    const real v3684 = c18 * v2939 - v2856 + v295 * (c18 * v2921 - s18 * v2919) - v111 * v3680 - s18 * v2931;
-    const real v3697 = v3024 + v3020;
-    const real v3701 = v2956 + c18 * v3038 + v295 * (c18 * v3020 - s18 * v3018) - v111 * v3697 - s18 * v3030;
-    const real v3713 = v3124 + v3120;
-    const real v3717 = c18 * v3138 + v295 * (c18 * v3120 - s18 * v3118) - v111 * v3713 - s18 * v3130;
-    const real v3728 = v3223 + v3219;
-    const real v3732 = c18 * v3237 + v295 * (c18 * v3219 - s18 * v3217) - v111 * v3728 - s18 * v3229;
-    const real v3739 = s52 * v531 + c52 * v529;
-    const real v3740 = v3739 + v69;
-    const real v3754 = v3740 - p[20] * (v3740 + v535) * v47 - v93 * (c40 * (v300 * v3739 + s52 * v549 + c52 * v541) + s40 * v559);
-    const real v3757 = s52 * v723 + c52 * v721;
-    const real v3758 = v3757 + v575;
-    const real v3772 = v93 * (c40 * (v300 * v3757 + s52 * v741 + c52 * v733) + s40 * (v751 - v591));
-    const real v3776 = s52 * v907 + c52 * v905;
-    const real v3777 = v3776 + v771;
-    const real v3791 = v93 * (c40 * (v300 * v3776 + s52 * v925 + c52 * v917) + s40 * (v935 - v786));
-    const real v3795 = s52 * v1591 + c52 * v1588;
-    const real v3809 = v3795 - p[20] * (v3795 + v1598) * v47 - v93 * (c40 * (v300 * v3795 + s52 * v1624 + c52 * v1609) + s40 * v1643);
-    const real v3812 = s52 * v1966 + c52 * v1963;
-    const real v3826 = v3812 - p[20] * (v3812 + v1973) * v47 - v93 * (c40 * (v300 * v3812 + s52 * v1999 + c52 * v1984) + s40 * v2016);
-    const real v3829 = s52 * v2424 + c52 * v2421;
-    const real v3830 = v3829 + v2023;
-    const real v3841 = v1170 * s52;
-    const real v3842 = v1168 * c52;
-    const real v3845 = v1188 * s52;
-    const real v3847 = v1180 * c52;
-    const real v3850 = c40 * (v300 * v3829 + s52 * v2457 + c52 * v2442) - ((v3841 + v3842) * v300 + v3845 + v3847) * s40;
-    const real v3857 = v3830 - p[20] * (v3830 + v2431) * v47 - v93 * (v3850 + ((v3401 - v1000) * c40 + s40 * v2476));
-    const real v3859 = v1170 * c52;
-    const real v3862 = v1168 * s52;
-    const real v3864 = s52 * v2799 + v3859 + (c52 * v2796 - v3862);
-    const real v3865 = v3864 + v2486;
-    const real v3872 = v1188 * c52;
-    const real v3876 = v1180 * s52;
-    const real v3881 = c40 * (v300 * v3864 + (s52 * v2832 + v3872) + (c52 * v2817 - v3876)) + s40 * v2849;
-    const real v3886 = s52 * v2921 + c52 * v2919;
-    const real v3900 = v3886 - p[20] * (v3886 + v2925) * v47 - v93 * (c40 * (v300 * v3886 + s52 * v2939 + c52 * v2931) + s40 * v2949);
-    const real v3903 = s52 * v3020 + c52 * v3018;
-    const real v3917 = v3903 - p[20] * (v3903 + v3024) * v47 - v93 * (c40 * (v300 * v3903 + s52 * v3038 + c52 * v3030) + s40 * v3048);
-    const real v3920 = s52 * v3120 + c52 * v3118;
-    const real v3935 = v3920 - (p[21] + p[20] * (v3920 + v3124)) * v47 - v93 * (c40 * (v300 * v3920 + s52 * v3138 + c52 * v3130) + s40 * v3148);
-    const real v3938 = s52 * v3219 + c52 * v3217;
-    const real v3939 = v3938 + v3149;
-    const real v3953 = v3939 - p[20] * (v3939 + v3223) * v47 - v93 * (c40 * (v300 * v3938 + s52 * v3237 + c52 * v3229) + s40 * v3247);
-    const real v3964 = v151 + c52 * v549 + v301 * (c52 * v531 - s52 * v529) - v133 * v3546 - s52 * v541;
-    const real v3979 = v626 + c52 * v741 + v301 * (c52 * v723 - s52 * v721) - v133 * v3562 - s52 * v733;
-    const real v3994 = v814 + c52 * v925 + v301 * (c52 * v907 - s52 * v905) - v133 * v3578 - s52 * v917;
-    const real v4008 = c52 * v1624 + v301 * (c52 * v1591 - s52 * v1588) - v133 * v3605 - s52 * v1609;
-    const real v4022 = c52 * v1999 + v301 * (c52 * v1966 - s52 * v1963) - v133 * v3633 - s52 * v1984;
-    const real v4028 = v3859 - v3862;
-    const real v4033 = v1036 + v3872 + v301 * v4028 - v3591 * v133 - v3876;
-    const real v4043 = v2059 + c52 * v2457 + (v4028 * v2053 + v301 * (c52 * v2424 - s52 * v2421));
-    const real v4051 = v4033 * v149 + v133 * (v4043 - (v133 * v3649 + v3591 * v149) - s52 * v2442);
-    const real v4053 = K(1.0) / p[17];
-    const real v4070 = v2510 + (c52 * v2832 - v3845) + v301 * (c52 * v2799 - v3841 - (s52 * v2796 + v3842));
-    const real v4079 = -(v2799 + v138 * (v133 * (v4070 - v133 * v3664 - (s52 * v2817 + v3847))));
-    const real v4089 = c52 * v2939 + v301 * (c52 * v2921 - s52 * v2919) - v133 * v3680 - s52 * v2931;
-    const real v4103 = c52 * v3038 + v301 * (c52 * v3020 - s52 * v3018) - v133 * v3697 - s52 * v3030;
-    const real v4118 = c52 * v3138 - v3055 + v301 * (c52 * v3120 - s52 * v3118) - v133 * v3713 - s52 * v3130;
-    const real v4134 = v3155 + c52 * v3237 + v301 * (c52 * v3219 - s52 * v3217) - v133 * v3728 - s52 * v3229;
+    enum { vx = SLOSH_X_VX };
+    enum { vy = SLOSH_X_VY };
+    enum { vz = SLOSH_X_VZ };
+    enum { wx = SLOSH_X_WX };
+    enum { wy = SLOSH_X_WY };
+    enum { wz = SLOSH_X_WZ };
+    enum { phi1 = SLOSH_X_PHI1 };
+    enum { theta1 = SLOSH_X_THETA1 };
+    enum { phi2 = SLOSH_X_PHI2 };
+    enum { theta2 = SLOSH_X_THETA2 };
+    enum { phi1_dot = SLOSH_X_PHI1_DOT };
+    enum { theta1_dot = SLOSH_X_THETA1_DOT };
+    enum { phi2_dot = SLOSH_X_PHI2_DOT };
+    enum { theta2_dot = SLOSH_X_THETA2_DOT };
+    enum { Mx = SLOSH_U_MX };
+    enum { My = SLOSH_U_MY };
+    enum { Mz = SLOSH_U_MZ };
+    enum { delta1 = SLOSH_U_DELTA1 };
+    enum { delta2 = SLOSH_U_DELTA2 };
+    enum { m = SLOSH_P_M };
+    enum { m0 = SLOSH_P_M0 };
+    enum { I0 = SLOSH_P_I0 };
+    enum { J_x = SLOSH_P_J_X };
+    enum { J_y = SLOSH_P_J_Y };
+    enum { J_z = SLOSH_P_J_Z };
+    enum { h0 = SLOSH_P_H0 };
+    enum { b = SLOSH_P_B };
+    enum { d = SLOSH_P_D };
+    enum { F = SLOSH_P_F };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { eps1 = SLOSH_P_EPS1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { eps2 = SLOSH_P_EPS2 };
+    const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
+    const real t_zrejm = K(1.0) / D1;
+    const real t_3qn53 = p[m1] * t_zrejm;
+    const real k1 = t_3qn53 * p[l1];
+    const real me1 = t_3qn53 * p[I1];
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real mv1 = t_6nwd2 * k1;
+    const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
+    const real t_5wzvs = K(1.0) / D2;
+    const real t_54cbb = p[m2] * t_5wzvs;
+    const real k2 = t_54cbb * p[l2];
+    const real me2 = t_54cbb * p[I2];
+    const real t_popww = p[l2] * p[m2];
+    const real mv2 = t_popww * k2;
+    const real M_C = p[m] + p[m0] + me1 + me2;
+    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real S_C = me1 * (p[h1] * p[h1])
+        + me2 * (p[h2] * p[h2])
+        + p[m] * (p[b] * p[b])
+        + p[m0] * (p[h0] * p[h0])
+        - M_C * (x_C * x_C);
+    const real J_C1 = p[I0] + p[J_x];
+    const real J_C3 = p[I0] + p[J_z] + S_C;
+    const real t_is5lg = p[I1] + p[I2];
+    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
+    const real W12 = x[wx] * x[wy];
+    const real W13 = x[wx] * x[wz];
+    const real e1 = p[h1] - x_C;
+    const real e2 = p[h2] - x_C;
+    real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
+    const real t_ruxs4 = cos_delta2 * p[F];
+    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
+    const real f_x = t_ruxs4 * cos_delta1;
+    const real f_y = sin_delta2 * p[F];
+    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
+    const real Wt1 = cos_theta1 * x[wz] + sin_theta1 * x[wy];
+    const real w_x1 = x[wx] - x[theta1_dot];
+    const real p1 = Wn1 + x[phi1_dot];
+    const real t_tqamb = Wt1 * sin_phi1;
+    const real chi1 = cos_phi1 * w_x1 - t_tqamb;
+    const real t_pad7a = Wt1 * cos_phi1;
+    const real t_qm5gj = t_pad7a + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
+    const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
+    const real Wt2 = cos_theta2 * x[wz] + sin_theta2 * x[wy];
+    const real w_x2 = x[wx] - x[theta2_dot];
+    const real p2 = Wn2 + x[phi2_dot];
+    const real t_4adrp = Wt2 * sin_phi2;
+    const real chi2 = cos_phi2 * w_x2 - t_4adrp;
+    const real t_3pe4c = Wt2 * cos_phi2;
+    const real t_c6dmt = t_3pe4c + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
+    const real t_w7vil = t_rybsf * e1;
+    const real tension1 = cos_phi1 * t_w7vil * mv1 - t_6nwd2 * sigma_sq1;
+    const real As_1 = mv1 * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real eAss_1 = Ass_1 * e1;
+    const real q_1 = sin_phi1 * p[l1];
+    const real lc_1 = cos_phi1 * p[l1];
+    const real B_1 = me1 * p[l1];
+    const real Bs_1 = B_1 * sin_phi1;
+    const real Bc_1 = B_1 * cos_phi1;
+    const real Bl_1 = B_1 * p[l1];
+    const real g_1 = e1 - lc_1;
+    const real t_62zow = K(1.0) / (p[I1] + p[m1] * (q_1 * q_1));
+    const real th_1 = p[m1] * t_62zow;
+    const real wth_1 = th_1 * p[I1];
+    const real eBc_1 = Bc_1 * e1;
+    const real wg_1 = g_1 * wth_1;
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real tn11_1 = Ass_1 + me1 - wth_1;
+    const real t_b7ure = me1 * (e1 * e1);
+    const real t_3bowt = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
+    const real t_3fv6l = g_1 * wg_1;
+    const real tn44_1 = t_b7ure + t_3bowt - t_3fv6l;
+    const real wq_1 = q_1 * wth_1;
+    const real wqg_1 = q_1 * wg_1;
+    const real wqq_1 = q_1 * wq_1;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real wgC_1 = cos_theta1 * wqg_1;
+    const real wgS_1 = sin_theta1 * wqg_1;
+    const real loss_phi1 = p[eps1] * x[phi1_dot];
+    const real loss_theta1 = p[eps1] * x[theta1_dot];
+    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real t_smkh7 = Wn1 * lc_1;
+    const real t_q2k45 = chi1 * p[l1];
+    const real t_wmv32 = p1 + x[phi1_dot];
+    const real zeta1 = W12 * q_1 + t_smkh7 * w_x1 - t_q2k45 * t_wmv32;
+    const real t_xips6 = zeta1 * p[I1] - loss_theta1 * q_1;
+    const real F_n1 = th_1 * t_xips6;
+    const real t_7imwe = B_1 * eta1 + loss_phi1 * k1;
+    const real t_k644q = t_7imwe * cos_phi1;
+    const real F_t1 = sin_phi1 * tension1 - t_k644q;
+    const real M_q1 = F_n1 * q_1;
+    const real I_phi1 = x[phi1_dot] * p[I1];
+    const real I_theta1 = x[theta1_dot] * p[I1];
+    const real t_6fvzz = t_rybsf * e2;
+    const real tension2 = cos_phi2 * t_6fvzz * mv2 - t_popww * sigma_sq2;
+    const real As_2 = mv2 * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real eAss_2 = Ass_2 * e2;
+    const real q_2 = sin_phi2 * p[l2];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real B_2 = me2 * p[l2];
+    const real Bs_2 = B_2 * sin_phi2;
+    const real Bc_2 = B_2 * cos_phi2;
+    const real Bl_2 = B_2 * p[l2];
+    const real g_2 = e2 - lc_2;
+    const real t_4434n = K(1.0) / (p[I2] + p[m2] * (q_2 * q_2));
+    const real th_2 = p[m2] * t_4434n;
+    const real wth_2 = th_2 * p[I2];
+    const real eBc_2 = Bc_2 * e2;
+    const real wg_2 = g_2 * wth_2;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real tn11_2 = Ass_2 + me2 - wth_2;
+    const real t_lpk5h = me2 * (e2 * e2);
+    const real t_ymmgl = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
+    const real t_odwbr = g_2 * wg_2;
+    const real tn44_2 = t_lpk5h + t_ymmgl - t_odwbr;
+    const real wq_2 = q_2 * wth_2;
+    const real wqg_2 = q_2 * wg_2;
+    const real wqq_2 = q_2 * wq_2;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real wgC_2 = cos_theta2 * wqg_2;
+    const real wgS_2 = sin_theta2 * wqg_2;
+    const real loss_phi2 = p[eps2] * x[phi2_dot];
+    const real loss_theta2 = p[eps2] * x[theta2_dot];
+    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real t_2nvx4 = Wn2 * lc_2;
+    const real t_e55su = chi2 * p[l2];
+    const real t_nlamb = p2 + x[phi2_dot];
+    const real zeta2 = W12 * q_2 + t_2nvx4 * w_x2 - t_e55su * t_nlamb;
+    const real t_vry6x = zeta2 * p[I2] - loss_theta2 * q_2;
+    const real F_n2 = th_2 * t_vry6x;
+    const real t_4b2fa = B_2 * eta2 + loss_phi2 * k2;
+    const real t_czyms = t_4b2fa * cos_phi2;
+    const real F_t2 = sin_phi2 * tension2 - t_czyms;
+    const real M_q2 = F_n2 * q_2;
+    const real I_phi2 = x[phi2_dot] * p[I2];
+    const real I_theta2 = x[theta2_dot] * p[I2];
+    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
+    const real t_fbeaw = S_sq1 * tn11_1;
+    const real t_dj555 = S_sq2 * tn11_2;
+    const real K22 = t_fbeaw + t_dj555 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real K33 = Ass_1 + Ass_2 + M_C - t_fbeaw - t_dj555;
+    const real t_rlbqu = Bc_1 * cos_theta1;
+    const real t_2fa7h = Bc_2 * cos_theta2;
+    const real K43 = wqS_1 + wqS_2 - t_rlbqu - t_2fa7h;
+    const real t_nhr5u = wqq_1 + wqq_2;
+    const real K44 = t_nhr5u + Bl_1 + Bl_2 + J_C1;
+    const real t_tcgxn = wg_1 - e1 * me1;
+    const real t_uf5ib = wg_2 - e2 * me2;
+    const real t_32gyg = Bc_1 - eAss_1;
+    const real t_65obb = t_32gyg + t_tcgxn;
+    const real t_gbkg6 = Bc_2 - eAss_2;
+    const real t_yoiua = t_gbkg6 + t_uf5ib;
+    const real t_z76hk = S_sq1 * t_65obb + S_sq2 * t_yoiua;
+    const real K52 = t_tcgxn + t_uf5ib - t_z76hk - wqC_1 - wqC_2;
+    const real t_hjmgb = SC1 * t_65obb + SC2 * t_yoiua;
+    const real K53 = wqS_1 - t_hjmgb + wqS_2;
+    const real t_nncdg = Bl_1 - eBc_1;
+    const real t_cr4jw = t_nncdg * sin_theta1;
+    const real t_4q22j = Bl_2 - eBc_2;
+    const real t_6pb2s = t_4q22j * sin_theta2;
+    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_cr4jw + t_6pb2s;
+    const real t_hoosk = S_sq1 * tn44_1;
+    const real t_drvdp = S_sq2 * tn44_2;
+    const real K55 = t_3fv6l
+        + t_odwbr
+        + t_nhr5u
+        + t_hoosk
+        + t_drvdp
+        + J_C3
+        - t_b7ure
+        - t_lpk5h
+        + K(-2.0) * wgC_1
+        + K(-2.0) * wgC_2;
+    const real K63 = t_z76hk - (t_32gyg + t_gbkg6);
+    const real t_zhbuw = wgS_1 + wgS_2;
+    const real t_67cpm = t_nncdg * cos_theta1;
+    const real t_4qb3w = t_4q22j * cos_theta2;
+    const real K64 = t_zhbuw + t_67cpm + t_4qb3w;
+    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_3bowt + t_ymmgl + J_C2 - t_hoosk - t_drvdp;
+    const real t_vt7uo = F_n1 * cos_theta1;
+    const real t_oncjt = F_n2 * cos_theta2;
+    const real t_ramrz = F_t1 * sin_theta1;
+    const real t_ssvj3 = F_t2 * sin_theta2;
+    const real n2 = t_vt7uo + t_oncjt + t_ramrz + t_ssvj3;
+    const real t_ibvem = F_t1 * cos_theta1;
+    const real t_azclp = F_n1 * sin_theta1;
+    const real t_iya7w = F_n2 * sin_theta2;
+    const real t_ga7f3 = F_t2 * cos_theta2;
+    const real n3 = t_ibvem - (t_azclp + t_iya7w) + t_ga7f3;
+    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
+    const real t_kp7yy = M_q1 + M_q2;
+    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
+    const real t_sfymc = p[J_y] - p[J_z];
+    const real t_6nfyn = t_sfymc * x[wy];
+    const real n4 = t_aejai
+        - t_kp7yy
+        + t_zd4fs
+        - loss_phi1
+        - loss_phi2
+        + I_theta1 * x[wy]
+        + I_theta2 * x[wy]
+        - t_6nfyn * x[wz];
+    const real t_w7nmt = t_aejai + F_t1 * e1;
+    const real t_h4rsv = t_w7nmt * sin_theta1;
+    const real t_e5cx2 = t_zd4fs + F_t2 * e2;
+    const real t_n4l7v = t_e5cx2 * sin_theta2;
+    const real t_5r66u = J_C1 + (p[J_z] - p[J_y]);
+    const real n5 = t_h4rsv
+        - (t_kp7yy + loss_theta1 + loss_theta2)
+        + t_n4l7v
+        - W12 * t_5r66u
+        - I_phi1 * x[wy]
+        - I_phi2 * x[wy]
+        + t_vt7uo * g_1
+        + t_oncjt * g_2;
+    const real t_slihb = t_w7nmt * cos_theta1;
+    const real t_wrhtu = t_e5cx2 * cos_theta2;
+    const real t_7bo2j = J_C1 + t_is5lg + t_sfymc;
+    const real n6 = t_slihb
+        + t_wrhtu
+        + I_theta1 * x[wx]
+        + I_theta2 * x[wx]
+        - W13 * t_7bo2j
+        - t_azclp * g_1
+        - t_iya7w * g_2
+        - I_phi1 * x[wz]
+        - I_phi2 * x[wz];
+    const real t_pagmx = Asc_1 * sin_theta1;
+    const real t_em5lf = Asc_2 * sin_theta2;
+    const real t_b3aij = t_pagmx + t_em5lf;
+    const real t_bpfoo = K(1.0) / K11;
+    const real t_w7lcw = t_b3aij * t_bpfoo;
+    const real K_D2 = K22 - t_b3aij * t_w7lcw;
+    const real t_pq5r4 = Asc_1 * cos_theta1;
+    const real t_mejrc = Asc_2 * cos_theta2;
+    const real t_zzymx = t_pq5r4 + t_mejrc;
+    const real t_3go2w = t_zzymx * t_bpfoo;
+    const real t_2rbbr = K32 - t_b3aij * t_3go2w;
+    const real t_4iujv = K(1.0) / K_D2;
+    const real K_L32 = t_2rbbr * t_4iujv;
+    const real t_ev7u5 = Bs_1 + Asc_1 * e1;
+    const real t_b2inm = t_ev7u5 * sin_theta1;
+    const real t_bvybx = Bs_2 + Asc_2 * e2;
+    const real t_i6twe = t_bvybx * sin_theta2;
+    const real t_6mmeb = t_b2inm + t_i6twe;
+    const real t_rujpm = t_6mmeb * t_bpfoo;
+    const real t_xqwvu = K52 - t_b3aij * t_rujpm;
+    const real K_L52 = t_xqwvu * t_4iujv;
+    const real K_D3 = K33 - t_2rbbr * K_L32 - t_zzymx * t_3go2w;
+    const real t_kimqu = Bc_1 * sin_theta1;
+    const real t_h3qlz = Bc_2 * sin_theta2;
+    const real t_2m245 = Bs_1 + Bs_2;
+    const real t_xq4wt = t_2m245 * t_bpfoo;
+    const real t_m67zs = wqC_1 + wqC_2 + t_kimqu + t_h3qlz + t_b3aij * t_xq4wt;
+    const real t_3jpev = t_m67zs * t_4iujv;
+    const real t_busu7 = K43 + t_2rbbr * t_3jpev - t_zzymx * t_xq4wt;
+    const real t_zmh3u = K(1.0) / K_D3;
+    const real K_L43 = t_busu7 * t_zmh3u;
+    const real t_kjv32 = K53 - t_2rbbr * K_L52 - t_zzymx * t_rujpm;
+    const real K_L53 = t_kjv32 * t_zmh3u;
+    const real t_llswo = t_ev7u5 * cos_theta1;
+    const real t_inhtz = t_bvybx * cos_theta2;
+    const real t_bl4f2 = t_llswo + t_inhtz;
+    const real t_pgxzp = t_bl4f2 * t_bpfoo;
+    const real t_dzmcy = t_hjmgb + t_b3aij * t_pgxzp;
+    const real t_gz422 = t_dzmcy * t_4iujv;
+    const real t_iyghn = K63 + t_2rbbr * t_gz422 - t_zzymx * t_pgxzp;
+    const real K_L63 = t_iyghn * t_zmh3u;
+    const real K_D4 = K44 - t_m67zs * t_3jpev - t_busu7 * K_L43 - t_2m245 * t_xq4wt;
+    const real t_qs67n = K54 + t_m67zs * K_L52 - t_busu7 * K_L53 - t_2m245 * t_rujpm;
+    const real t_lt2al = K(1.0) / K_D4;
+    const real K_L54 = t_qs67n * t_lt2al;
+    const real t_vuqjn = K64 - t_m67zs * t_gz422 - t_busu7 * K_L63 - t_2m245 * t_pgxzp;
+    const real K_L64 = t_vuqjn * t_lt2al;
+    const real K_D5 = K55
+        - t_xqwvu * K_L52
+        - t_kjv32 * K_L53
+        - t_qs67n * K_L54
+        - t_6mmeb * t_rujpm;
+    const real t_aedxu = K65
+        + t_xqwvu * t_gz422
+        - t_kjv32 * K_L63
+        - t_qs67n * K_L64
+        - t_6mmeb * t_pgxzp;
+    const real t_ftqxb = K(1.0) / K_D5;
+    const real K_L65 = t_aedxu * t_ftqxb;
+    const real K_D6 = K66
+        - t_dzmcy * t_gz422
+        - t_iyghn * K_L63
+        - t_vuqjn * K_L64
+        - t_aedxu * K_L65
+        - t_bl4f2 * t_pgxzp;
+    const real t_qbgt7 = t_7imwe * sin_phi1;
+    const real t_v7h4t = t_4b2fa * sin_phi2;
+    const real b1 = f_x + (t_qbgt7 + t_v7h4t + cos_phi1 * tension1 + cos_phi2 * tension2);
+    const real b2 = f_y - n2;
+    const real b4 = u[Mx] - n4;
+    const real t_lwe76 = p[b] + p[d] + x_C;
+    const real b5 = u[Mz] - n5 - f_y * t_lwe76;
+    const real t_gcu5g = t_ruxs4 * sin_delta1;
+    const real b6 = t_gcu5g * t_lwe76 - (u[My] + n6);
+    const real X_y2 = b2 + t_w7lcw * b1;
+    const real X_y3 = t_3go2w * b1 - (t_gcu5g + n3) - K_L32 * X_y2;
+    const real X_y4 = b4 + t_xq4wt * b1 + t_3jpev * X_y2 - K_L43 * X_y3;
+    const real X_y5 = b5
+        + t_rujpm * b1
+        - K_L52 * X_y2
+        - K_L53 * X_y3
+        - K_L54 * X_y4;
+    const real X_y6 = b6
+        + t_pgxzp * b1
+        + t_gz422 * X_y2
+        - K_L63 * X_y3
+        - K_L64 * X_y4
+        - K_L65 * X_y5;
+    const real t_nfkwa = K(1.0) / K_D6;
+    const real X_x6 = X_y6 * t_nfkwa;
+    const real t_cufdy = X_y5 * t_ftqxb;
+    const real X_x5 = t_cufdy - K_L65 * X_x6;
+    const real t_72jfh = X_y4 * t_lt2al;
+    const real X_x4 = t_72jfh - K_L54 * X_x5 - K_L64 * X_x6;
+    const real t_izhu2 = X_y3 * t_zmh3u;
+    const real X_x3 = t_izhu2 - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
+    const real t_uifqg = X_y2 * t_4iujv;
+    const real X_x2 = t_uifqg
+        - K_L32 * X_x3
+        + t_3jpev * X_x4
+        - K_L52 * X_x5
+        + t_gz422 * X_x6;
+    const real t_47fu6 = b1 * t_bpfoo;
+    const real X_x1 = t_47fu6
+        + t_w7lcw * X_x2
+        + t_3go2w * X_x3
+        + t_xq4wt * X_x4
+        + t_rujpm * X_x5
+        + t_pgxzp * X_x6;
+    const real t_wg4gh = X_x5 * sin_theta1;
+    const real t_kw2iv = X_x6 * cos_theta1;
+    const real G_t1 = t_wg4gh + t_kw2iv;
+    const real t_ywjjw = X_x5 * sin_theta2;
+    const real t_f6k2p = X_x6 * cos_theta2;
+    const real G_t2 = t_ywjjw + t_f6k2p;
+    const real t_2idpk = t_qm5gj * cos_phi1 + chi1 * sin_phi1;
+    const real t_bawzi = t_2idpk - Wt1;
+    const real t_h7dxi = B_1 * t_bawzi;
+    const real t_6tvwe = t_c6dmt * cos_phi2 + chi2 * sin_phi2;
+    const real t_ly4o3 = t_6tvwe - Wt2;
+    const real t_skszy = B_2 * t_ly4o3;
+    const real t_dskdd = t_qm5gj + t_qm5gj;
+    const real t_jfvj3 = t_6nwd2 * (t_dskdd * sin_phi1);
+    const real t_ghnnr = cos_phi1 * t_jfvj3;
+    const real t_npq2c = t_c6dmt + t_c6dmt;
+    const real t_2bqt6 = t_popww * (t_npq2c * sin_phi2);
+    const real t_7e3oz = cos_phi2 * t_2bqt6;
+    const real t_pworu = sin_phi1 * t_h7dxi + sin_phi2 * t_skszy - t_ghnnr - t_7e3oz;
+    const real t_4z4np = p[l1] * cos_phi1;
+    const real t_ceplo = t_wmv32 * t_4z4np;
+    const real t_ljxeu = q_1 * x[wy] + t_smkh7 - t_ceplo;
+    const real t_wp4cy = th_1 * (p[I1] * t_ljxeu);
+    const real t_mnfa5 = cos_theta1 * t_wp4cy;
+    const real t_yk3z4 = p[l2] * cos_phi2;
+    const real t_udto6 = t_nlamb * t_yk3z4;
+    const real t_f5pan = q_2 * x[wy] + t_2nvx4 - t_udto6;
+    const real t_sc77m = th_2 * (p[I2] * t_f5pan);
+    const real t_cb5bw = cos_theta2 * t_sc77m;
+    const real t_qbft3 = sin_phi1 * t_jfvj3;
+    const real t_hqad4 = t_qbft3 + cos_phi1 * t_h7dxi;
+    const real t_bpppy = sin_phi2 * t_2bqt6;
+    const real t_3iwx3 = t_bpppy + cos_phi2 * t_skszy;
+    const real t_exl5i = t_w7lcw * t_pworu - (t_mnfa5 + t_cb5bw - sin_theta1 * t_hqad4 - sin_theta2 * t_3iwx3);
+    const real t_rwvfl = sin_theta1 * t_wp4cy;
+    const real t_cqdkk = sin_theta2 * t_sc77m;
+    const real t_fa6nk = t_3go2w * t_pworu
+        + (cos_theta1 * t_hqad4 + (t_rwvfl + t_cqdkk) + cos_theta2 * t_3iwx3)
+        - K_L32 * t_exl5i;
+    const real t_zfk4z = p[l1] * t_h7dxi;
+    const real t_a7ivz = q_1 * t_wp4cy + q_2 * t_sc77m;
+    const real t_6tlin = p[l2] * t_skszy;
+    const real t_sacre = t_xq4wt * t_pworu
+        - (t_zfk4z - t_a7ivz + t_6tlin)
+        + t_3jpev * t_exl5i
+        - K_L43 * t_fa6nk;
+    const real t_oeo2d = t_zfk4z - e1 * t_hqad4;
+    const real t_6g4dk = t_6tlin - e2 * t_3iwx3;
+    const real t_tc4zj = sin_theta1 * t_oeo2d
+        - t_a7ivz
+        + sin_theta2 * t_6g4dk
+        - t_5r66u * x[wy]
+        + g_1 * t_mnfa5
+        + g_2 * t_cb5bw;
+    const real t_jmofn = t_rujpm * t_pworu
+        - t_tc4zj
+        - K_L52 * t_exl5i
+        - K_L53 * t_fa6nk
+        - K_L54 * t_sacre;
+    const real t_d3sej = cos_theta1 * t_oeo2d
+        + cos_theta2 * t_6g4dk
+        + I_theta1
+        + I_theta2
+        - t_7bo2j * x[wz]
+        - g_1 * t_rwvfl
+        - g_2 * t_cqdkk;
+    const real t_cryxh = t_pgxzp * t_pworu
+        - t_d3sej
+        + t_gz422 * t_exl5i
+        - K_L63 * t_fa6nk
+        - K_L64 * t_sacre
+        - K_L65 * t_jmofn;
+    const real t_fukug = t_cryxh * t_nfkwa;
+    const real t_mvcys = t_jmofn * t_ftqxb - K_L65 * t_fukug;
+    const real t_cgzf6 = t_sacre * t_lt2al - K_L54 * t_mvcys - K_L64 * t_fukug;
+    const real t_k4g3j = t_fa6nk * t_zmh3u - K_L43 * t_cgzf6 - K_L53 * t_mvcys - K_L63 * t_fukug;
+    const real t_p3cyq = t_exl5i * t_4iujv
+        - K_L32 * t_k4g3j
+        + t_3jpev * t_cgzf6
+        - K_L52 * t_mvcys
+        + t_gz422 * t_fukug;
+    const real t_eyqb4 = t_pworu * t_bpfoo
+        + t_w7lcw * t_p3cyq
+        + t_3go2w * t_k4g3j
+        + t_xq4wt * t_cgzf6
+        + t_rujpm * t_mvcys
+        + t_pgxzp * t_fukug;
+    const real t_tqerc = cos_phi1 * sin_theta1;
+    const real t_bq73g = sin_phi1 * sin_theta1;
+    const real t_lmubw = chi1 * t_tqerc - t_qm5gj * t_bq73g - w_x1 * sin_theta1;
+    const real t_64tpi = B_1 * t_lmubw;
+    const real t_vjwdl = cos_phi2 * sin_theta2;
+    const real t_7pjle = sin_phi2 * sin_theta2;
+    const real t_js3na = chi2 * t_vjwdl - t_c6dmt * t_7pjle - w_x2 * sin_theta2;
+    const real t_xythb = B_2 * t_js3na;
+    const real t_6xfo3 = x[wy] + x[wy];
+    const real t_imsf6 = e1 * t_6xfo3;
+    const real t_7uthm = p1 + p1;
+    const real t_sayxc = mv1 * (cos_phi1 * t_imsf6) - t_6nwd2 * (t_dskdd * t_tqerc + t_7uthm * cos_theta1);
+    const real t_sqd7x = e2 * t_6xfo3;
+    const real t_ozxm2 = p2 + p2;
+    const real t_a5qu3 = mv2 * (cos_phi2 * t_sqd7x) - t_popww * (t_npq2c * t_vjwdl + t_ozxm2 * cos_theta2);
+    const real t_bg65y = sin_phi1 * t_64tpi + sin_phi2 * t_xythb + cos_phi1 * t_sayxc + cos_phi2 * t_a5qu3;
+    const real t_qrqlw = q_1 * x[wx]
+        + w_x1 * (lc_1 * cos_theta1)
+        - (t_q2k45 * cos_theta1 - t_wmv32 * (p[l1] * t_bq73g));
+    const real t_3t364 = th_1 * (p[I1] * t_qrqlw);
+    const real t_56goo = cos_theta1 * t_3t364;
+    const real t_wbyvc = q_2 * x[wx]
+        + w_x2 * (lc_2 * cos_theta2)
+        - (t_e55su * cos_theta2 - t_nlamb * (p[l2] * t_7pjle));
+    const real t_nrfga = th_2 * (p[I2] * t_wbyvc);
+    const real t_isxxh = cos_theta2 * t_nrfga;
+    const real t_zexpu = sin_phi1 * t_sayxc - cos_phi1 * t_64tpi;
+    const real t_jshhh = sin_phi2 * t_a5qu3 - cos_phi2 * t_xythb;
+    const real t_r3r7s = t_w7lcw * t_bg65y - (t_56goo + t_isxxh + sin_theta1 * t_zexpu + sin_theta2 * t_jshhh);
+    const real t_hrzpn = sin_theta1 * t_3t364;
+    const real t_dm2ov = sin_theta2 * t_nrfga;
+    const real t_joo3t = t_3go2w * t_bg65y
+        - (cos_theta1 * t_zexpu - (t_hrzpn + t_dm2ov) + cos_theta2 * t_jshhh)
+        - K_L32 * t_r3r7s;
+    const real t_zycl7 = Bs_1 * t_imsf6 + p[l1] * t_64tpi;
+    const real t_ht2gr = q_1 * t_3t364 + q_2 * t_nrfga;
+    const real t_6wizo = Bs_2 * t_sqd7x + p[l2] * t_xythb;
+    const real t_5odkw = t_xq4wt * t_bg65y
+        - (t_zycl7 - t_ht2gr + t_6wizo + I_theta1 + I_theta2 - x[wz] * t_sfymc)
+        + t_3jpev * t_r3r7s
+        - K_L43 * t_joo3t;
+    const real t_tnzse = t_zycl7 + e1 * t_zexpu;
+    const real t_rv4bf = t_6wizo + e2 * t_jshhh;
+    const real t_hgr6m = sin_theta1 * t_tnzse
+        - t_ht2gr
+        + sin_theta2 * t_rv4bf
+        - t_5r66u * x[wx]
+        - I_phi1
+        - I_phi2
+        + g_1 * t_56goo
+        + g_2 * t_isxxh;
+    const real t_ygneh = t_rujpm * t_bg65y
+        - t_hgr6m
+        - K_L52 * t_r3r7s
+        - K_L53 * t_joo3t
+        - K_L54 * t_5odkw;
+    const real t_y3xss = t_pgxzp * t_bg65y
+        - (cos_theta1 * t_tnzse + cos_theta2 * t_rv4bf - g_1 * t_hrzpn - g_2 * t_dm2ov)
+        + t_gz422 * t_r3r7s
+        - K_L63 * t_joo3t
+        - K_L64 * t_5odkw
+        - K_L65 * t_ygneh;
+    const real t_yanuq = t_y3xss * t_nfkwa;
+    const real t_zidue = t_ygneh * t_ftqxb - K_L65 * t_yanuq;
+    const real t_v3546 = t_5odkw * t_lt2al - K_L54 * t_zidue - K_L64 * t_yanuq;
+    const real t_z2otz = t_joo3t * t_zmh3u - K_L43 * t_v3546 - K_L53 * t_zidue - K_L63 * t_yanuq;
+    const real t_5gogd = t_r3r7s * t_4iujv
+        - K_L32 * t_z2otz
+        + t_3jpev * t_v3546
+        - K_L52 * t_zidue
+        + t_gz422 * t_yanuq;
+    const real t_d5rka = t_bg65y * t_bpfoo
+        + t_w7lcw * t_5gogd
+        + t_3go2w * t_z2otz
+        + t_xq4wt * t_v3546
+        + t_rujpm * t_zidue
+        + t_pgxzp * t_yanuq;
+    const real t_3wimo = cos_phi1 * cos_theta1;
+    const real t_xfyzm = sin_phi1 * cos_theta1;
+    const real t_e6rpb = chi1 * t_3wimo - t_qm5gj * t_xfyzm - w_x1 * cos_theta1;
+    const real t_jpgmg = B_1 * t_e6rpb;
+    const real t_kwc4d = cos_phi2 * cos_theta2;
+    const real t_5jk2g = sin_phi2 * cos_theta2;
+    const real t_jv37x = chi2 * t_kwc4d - t_c6dmt * t_5jk2g - w_x2 * cos_theta2;
+    const real t_h6rqi = B_2 * t_jv37x;
+    const real t_gwp2t = x[wz] + x[wz];
+    const real t_oetyi = e1 * t_gwp2t;
+    const real t_3kj2o = mv1 * (cos_phi1 * t_oetyi) - t_6nwd2 * (t_dskdd * t_3wimo - t_7uthm * sin_theta1);
+    const real t_xfnc5 = e2 * t_gwp2t;
+    const real t_zqoxx = mv2 * (cos_phi2 * t_xfnc5) - t_popww * (t_npq2c * t_kwc4d - t_ozxm2 * sin_theta2);
+    const real t_pctcd = sin_phi1 * t_jpgmg + sin_phi2 * t_h6rqi + cos_phi1 * t_3kj2o + cos_phi2 * t_zqoxx;
+    const real t_z7jiy = t_wmv32 * (p[l1] * t_xfyzm) + t_q2k45 * sin_theta1 - w_x1 * (lc_1 * sin_theta1);
+    const real t_ucha7 = th_1 * (p[I1] * t_z7jiy);
+    const real t_iiyuu = cos_theta1 * t_ucha7;
+    const real t_aopwl = t_nlamb * (p[l2] * t_5jk2g) + t_e55su * sin_theta2 - w_x2 * (lc_2 * sin_theta2);
+    const real t_ji52a = th_2 * (p[I2] * t_aopwl);
+    const real t_etwic = cos_theta2 * t_ji52a;
+    const real t_thij4 = sin_phi1 * t_3kj2o - cos_phi1 * t_jpgmg;
+    const real t_brnoc = sin_phi2 * t_zqoxx - cos_phi2 * t_h6rqi;
+    const real t_izsb2 = t_w7lcw * t_pctcd - (t_iiyuu + t_etwic + sin_theta1 * t_thij4 + sin_theta2 * t_brnoc);
+    const real t_5vlm2 = sin_theta1 * t_ucha7;
+    const real t_e53jk = sin_theta2 * t_ji52a;
+    const real t_2iqnc = t_3go2w * t_pctcd
+        - (cos_theta1 * t_thij4 - (t_5vlm2 + t_e53jk) + cos_theta2 * t_brnoc)
+        - K_L32 * t_izsb2;
+    const real t_oeqp6 = Bs_1 * t_oetyi + p[l1] * t_jpgmg;
+    const real t_r7m37 = q_1 * t_ucha7 + q_2 * t_ji52a;
+    const real t_amsj5 = Bs_2 * t_xfnc5 + p[l2] * t_h6rqi;
+    const real t_clu23 = t_xq4wt * t_pctcd
+        - (t_oeqp6 - t_r7m37 + t_amsj5 - t_6nfyn)
+        + t_3jpev * t_izsb2
+        - K_L43 * t_2iqnc;
+    const real t_mvuro = t_oeqp6 + e1 * t_thij4;
+    const real t_blnd5 = t_amsj5 + e2 * t_brnoc;
+    const real t_rp4f5 = sin_theta1 * t_mvuro
+        - t_r7m37
+        + sin_theta2 * t_blnd5
+        + g_1 * t_iiyuu
+        + g_2 * t_etwic;
+    const real t_zd2f6 = t_rujpm * t_pctcd
+        - t_rp4f5
+        - K_L52 * t_izsb2
+        - K_L53 * t_2iqnc
+        - K_L54 * t_clu23;
+    const real t_ogxo7 = cos_theta1 * t_mvuro
+        + cos_theta2 * t_blnd5
+        - t_7bo2j * x[wx]
+        - g_1 * t_5vlm2
+        - g_2 * t_e53jk
+        - I_phi1
+        - I_phi2;
+    const real t_ckewu = t_pgxzp * t_pctcd
+        - t_ogxo7
+        + t_gz422 * t_izsb2
+        - K_L63 * t_2iqnc
+        - K_L64 * t_clu23
+        - K_L65 * t_zd2f6;
+    const real t_gif7d = t_ckewu * t_nfkwa;
+    const real t_hucxp = t_zd2f6 * t_ftqxb - K_L65 * t_gif7d;
+    const real t_psn6w = t_clu23 * t_lt2al - K_L54 * t_hucxp - K_L64 * t_gif7d;
+    const real t_nsiwt = t_2iqnc * t_zmh3u - K_L43 * t_psn6w - K_L53 * t_hucxp - K_L63 * t_gif7d;
+    const real t_gbvsw = t_izsb2 * t_4iujv
+        - K_L32 * t_nsiwt
+        + t_3jpev * t_psn6w
+        - K_L52 * t_hucxp
+        + t_gz422 * t_gif7d;
+    const real t_r4y2f = t_pctcd * t_bpfoo
+        + t_w7lcw * t_gbvsw
+        + t_3go2w * t_nsiwt
+        + t_xq4wt * t_psn6w
+        + t_rujpm * t_hucxp
+        + t_pgxzp * t_gif7d;
+    const real t_laqoo = w_x1 * cos_phi1 - t_tqamb;
+    const real t_qm5gj_2 = w_x1 * sin_phi1 + t_pad7a;
+    const real t_hvpvf = chi1 * t_laqoo - t_qm5gj * t_qm5gj_2;
+    const real t_5qnaj = B_1 * t_hvpvf;
+    const real t_rqjd5 = mv1 * (t_w7vil * sin_phi1) + t_6nwd2 * (t_dskdd * t_laqoo);
+    const real t_ku2ls = sin_phi1 * t_5qnaj + t_k644q - (tension1 * sin_phi1 + cos_phi1 * t_rqjd5);
+    const real t_2sw7d = t_47fu6 * t_bpfoo;
+    const real t_6choa = mv1 * cos_phi1;
+    const real t_h2ibw = sin_phi1 * t_6choa + Asc_1;
+    const real t_m24qb = cos_phi1 * t_6choa - Ass_1;
+    const real t_7j6vv = sin_theta1 * t_m24qb;
+    const real t_7rnk2 = t_w7lcw * t_bpfoo;
+    const real t_ccnxe = t_7j6vv * t_bpfoo + t_7rnk2 * t_h2ibw;
+    const real t_xtwlg = p[l1] * sin_phi1;
+    const real t_f2zxy = W12 * t_4z4np - w_x1 * (Wn1 * t_xtwlg) + t_wmv32 * (p[l1] * t_qm5gj_2);
+    const real t_vhuco = th_1 * t_62zow * (p[m1] * ((q_1 + q_1) * t_4z4np));
+    const real t_dnmdb = th_1 * (p[I1] * t_f2zxy - loss_theta1 * t_4z4np) - t_xips6 * t_vhuco;
+    const real t_6fek6 = cos_theta1 * t_dnmdb;
+    const real t_ajxqx = tension1 * cos_phi1 - sin_phi1 * t_rqjd5 - (cos_phi1 * t_5qnaj - t_qbgt7);
+    const real t_jwrt2 = b1 * t_ccnxe + t_w7lcw * t_ku2ls - (t_6fek6 + sin_theta1 * t_ajxqx);
+    const real t_5am4i = t_uifqg * t_4iujv;
+    const real t_qends = p[I1] * t_vhuco;
+    const real t_3agyi = t_h2ibw + t_qends;
+    const real t_6n66f = S_sq1 * t_3agyi;
+    const real t_7ekva = t_6n66f - t_qends - (t_w7lcw * t_7j6vv + t_b3aij * t_ccnxe);
+    const real t_ix2vw = cos_theta1 * t_m24qb;
+    const real t_7rnk2_2 = t_3go2w * t_bpfoo;
+    const real t_lkd5z = t_ix2vw * t_bpfoo + t_7rnk2_2 * t_h2ibw;
+    const real t_eukb7 = SC1 * t_3agyi - (t_3go2w * t_7j6vv + t_b3aij * t_lkd5z);
+    const real t_6yahm = K_L32 * t_4iujv;
+    const real t_sx3o7 = t_eukb7 * t_4iujv - t_6yahm * t_7ekva;
+    const real t_k46nc = sin_theta1 * t_dnmdb;
+    const real t_hnz62 = b1 * t_lkd5z
+        + t_3go2w * t_ku2ls
+        - (cos_theta1 * t_ajxqx - t_k46nc)
+        - (X_y2 * t_sx3o7 + K_L32 * t_jwrt2);
+    const real t_insvr = t_izhu2 * t_zmh3u;
+    const real t_zyg4s = t_h2ibw
+        - t_6n66f
+        - (K_L32 * t_eukb7 + t_2rbbr * t_sx3o7)
+        - (t_3go2w * t_ix2vw + t_zzymx * t_lkd5z);
+    const real t_ryzts = wth_1 * t_4z4np - q_1 * t_qends;
+    const real t_g5uka = sin_theta1 * t_ryzts;
+    const real t_zohce = cos_theta1 * t_ryzts;
+    const real t_jtjoh = t_xq4wt * t_bpfoo;
+    const real t_zopz4 = Bc_1 * t_bpfoo + t_jtjoh * t_h2ibw;
+    const real t_ran7z = t_zohce - sin_theta1 * Bs_1 + (t_xq4wt * t_7j6vv + t_b3aij * t_zopz4);
+    const real t_j4z66 = t_3jpev * t_4iujv;
+    const real t_qvqlb = t_ran7z * t_4iujv - t_j4z66 * t_7ekva;
+    const real t_am56c = t_g5uka
+        + cos_theta1 * Bs_1
+        + (t_3jpev * t_eukb7 + t_2rbbr * t_qvqlb)
+        - (t_xq4wt * t_ix2vw + t_zzymx * t_zopz4);
+    const real t_ydwjl = K_L43 * t_zmh3u;
+    const real t_vjaoz = t_am56c * t_zmh3u - t_ydwjl * t_zyg4s;
+    const real t_umhin = t_w7vil * Bc_1 + p[l1] * t_5qnaj;
+    const real t_7t2bq = q_1 * t_dnmdb + F_n1 * t_4z4np;
+    const real t_vzbfg = b1 * t_zopz4
+        + t_xq4wt * t_ku2ls
+        - (t_umhin - t_7t2bq)
+        + (X_y2 * t_qvqlb + t_3jpev * t_jwrt2)
+        - (X_y3 * t_vjaoz + K_L43 * t_hnz62);
+    const real t_gkoba = t_72jfh * t_lt2al;
+    const real t_gtdgn = wq_1 * t_4z4np + q_1 * t_ryzts;
+    const real t_zlytl = t_gtdgn
+        - (t_3jpev * t_ran7z + t_m67zs * t_qvqlb)
+        - (K_L43 * t_am56c + t_busu7 * t_vjaoz)
+        - (t_xq4wt * Bc_1 + t_2m245 * t_zopz4);
+    const real t_xziph = wth_1 * t_xtwlg - g_1 * t_qends;
+    const real t_52vl2 = wg_1 * t_4z4np + q_1 * t_xziph;
+    const real t_3s2va = cos_theta1 * t_52vl2;
+    const real t_6iiam = e1 * Bs_1;
+    const real t_7z7va = e1 * t_h2ibw;
+    const real t_fpsha = Bs_1 + t_7z7va;
+    const real t_wufir = t_xziph - t_fpsha;
+    const real t_dra62 = S_sq1 * t_wufir;
+    const real t_vvqnn = Bc_1 + e1 * t_m24qb;
+    const real t_e4sul = sin_theta1 * t_vvqnn;
+    const real t_7rnk2_3 = t_rujpm * t_bpfoo;
+    const real t_ryoqa = t_e4sul * t_bpfoo + t_7rnk2_3 * t_h2ibw;
+    const real t_dxvtf = t_xziph - t_dra62 - t_zohce - (t_rujpm * t_7j6vv + t_b3aij * t_ryoqa);
+    const real t_hfybw = K_L52 * t_4iujv;
+    const real t_npjae = t_dxvtf * t_4iujv - t_hfybw * t_7ekva;
+    const real t_d4baz = SC1 * t_wufir;
+    const real t_trcfn = t_g5uka
+        - t_d4baz
+        - (K_L52 * t_eukb7 + t_2rbbr * t_npjae)
+        - (t_rujpm * t_ix2vw + t_zzymx * t_ryoqa);
+    const real t_qe675 = K_L53 * t_zmh3u;
+    const real t_4qzna = t_trcfn * t_zmh3u - t_qe675 * t_zyg4s;
+    const real t_v6w56 = t_gtdgn
+        - t_3s2va
+        + sin_theta1 * t_6iiam
+        + (K_L52 * t_ran7z + t_m67zs * t_npjae)
+        - (K_L53 * t_am56c + t_busu7 * t_4qzna)
+        - (t_rujpm * Bc_1 + t_2m245 * t_ryoqa);
+    const real t_2e52m = K_L54 * t_lt2al;
+    const real t_fpb7p = t_v6w56 * t_lt2al - t_2e52m * t_zlytl;
+    const real t_tdpur = t_umhin + e1 * t_ajxqx;
+    const real t_ltxdf = b1 * t_ryoqa
+        + t_rujpm * t_ku2ls
+        - (sin_theta1 * t_tdpur - t_7t2bq + (g_1 * t_6fek6 + t_vt7uo * t_xtwlg))
+        - (X_y2 * t_npjae + K_L52 * t_jwrt2)
+        - (X_y3 * t_4qzna + K_L53 * t_hnz62)
+        - (X_y4 * t_fpb7p + K_L54 * t_vzbfg);
+    const real t_eriz2 = t_cufdy * t_ftqxb;
+    const real t_iorjk = wg_1 * t_xtwlg + g_1 * t_xziph;
+    const real t_dnjms = e1 * t_7z7va - K(-2.0) * t_6iiam;
+    const real t_miprn = t_dnjms - t_iorjk;
+    const real t_bznju = S_sq1 * t_miprn;
+    const real t_ga4qh = t_iorjk
+        + t_gtdgn
+        + t_bznju
+        + K(-2.0) * t_3s2va
+        - (K_L52 * t_dxvtf + t_xqwvu * t_npjae)
+        - (K_L53 * t_trcfn + t_kjv32 * t_4qzna)
+        - (K_L54 * t_v6w56 + t_qs67n * t_fpb7p)
+        - (t_rujpm * t_e4sul + t_6mmeb * t_ryoqa);
+    const real t_tzirt = sin_theta1 * t_52vl2;
+    const real t_as46a = cos_theta1 * t_vvqnn;
+    const real t_7rnk2_4 = t_pgxzp * t_bpfoo;
+    const real t_fewxz = t_as46a * t_bpfoo + t_7rnk2_4 * t_h2ibw;
+    const real t_oal24 = t_d4baz + (t_pgxzp * t_7j6vv + t_b3aij * t_fewxz);
+    const real t_2ngl5 = t_gz422 * t_4iujv;
+    const real t_xcrgh = t_oal24 * t_4iujv - t_2ngl5 * t_7ekva;
+    const real t_zmlnb = t_dra62
+        + t_fpsha
+        + (t_gz422 * t_eukb7 + t_2rbbr * t_xcrgh)
+        - (t_pgxzp * t_ix2vw + t_zzymx * t_fewxz);
+    const real t_kpf5p = K_L63 * t_zmh3u;
+    const real t_t3nez = t_zmlnb * t_zmh3u - t_kpf5p * t_zyg4s;
+    const real t_jh5ai = t_tzirt
+        + cos_theta1 * t_6iiam
+        - (t_gz422 * t_ran7z + t_m67zs * t_xcrgh)
+        - (K_L63 * t_am56c + t_busu7 * t_t3nez)
+        - (t_pgxzp * Bc_1 + t_2m245 * t_fewxz);
+    const real t_wurun = K_L64 * t_lt2al;
+    const real t_jobc6 = t_jh5ai * t_lt2al - t_wurun * t_zlytl;
+    const real t_3vmiw = t_tzirt
+        + SC1 * t_miprn
+        + (t_gz422 * t_dxvtf + t_xqwvu * t_xcrgh)
+        - (K_L63 * t_trcfn + t_kjv32 * t_t3nez)
+        - (K_L64 * t_v6w56 + t_qs67n * t_jobc6)
+        - (t_pgxzp * t_e4sul + t_6mmeb * t_fewxz);
+    const real t_dzxqu = K_L65 * t_ftqxb;
+    const real t_vf7ew = t_3vmiw * t_ftqxb - t_dzxqu * t_ga4qh;
+    const real t_ayjtj = b1 * t_fewxz
+        + t_pgxzp * t_ku2ls
+        - (cos_theta1 * t_tdpur - (g_1 * t_k46nc + t_azclp * t_xtwlg))
+        + (X_y2 * t_xcrgh + t_gz422 * t_jwrt2)
+        - (X_y3 * t_t3nez + K_L63 * t_hnz62)
+        - (X_y4 * t_jobc6 + K_L64 * t_vzbfg)
+        - (X_y5 * t_vf7ew + K_L65 * t_ltxdf);
+    const real t_o4hiw = X_x6 * t_nfkwa;
+    const real t_v6umg = t_dnjms
+        - t_bznju
+        - (t_gz422 * t_oal24 + t_dzmcy * t_xcrgh)
+        - (K_L63 * t_zmlnb + t_iyghn * t_t3nez)
+        - (K_L64 * t_jh5ai + t_vuqjn * t_jobc6)
+        - (K_L65 * t_3vmiw + t_aedxu * t_vf7ew)
+        - (t_pgxzp * t_as46a + t_bl4f2 * t_fewxz);
+    const real t_2rjc3 = t_ayjtj * t_nfkwa - t_o4hiw * t_v6umg;
+    const real t_nbkzt = t_ltxdf * t_ftqxb - t_eriz2 * t_ga4qh - (X_x6 * t_vf7ew + K_L65 * t_2rjc3);
+    const real t_acgzr = t_vzbfg * t_lt2al
+        - t_gkoba * t_zlytl
+        - (X_x5 * t_fpb7p + K_L54 * t_nbkzt)
+        - (X_x6 * t_jobc6 + K_L64 * t_2rjc3);
+    const real t_vb3vk = t_hnz62 * t_zmh3u
+        - t_insvr * t_zyg4s
+        - (X_x4 * t_vjaoz + K_L43 * t_acgzr)
+        - (X_x5 * t_4qzna + K_L53 * t_nbkzt)
+        - (X_x6 * t_t3nez + K_L63 * t_2rjc3);
+    const real t_clzgq = t_jwrt2 * t_4iujv
+        - t_5am4i * t_7ekva
+        - (X_x3 * t_sx3o7 + K_L32 * t_vb3vk)
+        + (X_x4 * t_qvqlb + t_3jpev * t_acgzr)
+        - (X_x5 * t_npjae + K_L52 * t_nbkzt)
+        + (X_x6 * t_xcrgh + t_gz422 * t_2rjc3);
+    const real t_ohz37 = t_ku2ls * t_bpfoo
+        + t_2sw7d * t_h2ibw
+        + (X_x2 * t_ccnxe + t_w7lcw * t_clzgq)
+        + (X_x3 * t_lkd5z + t_3go2w * t_vb3vk)
+        + (X_x4 * t_zopz4 + t_xq4wt * t_acgzr)
+        + (X_x5 * t_ryoqa + t_rujpm * t_nbkzt)
+        + (X_x6 * t_fewxz + t_pgxzp * t_2rjc3);
+    const real t_ffpz7 = x[wy] * cos_theta1 - x[wz] * sin_theta1;
+    const real t_2wqtn = cos_phi1 * t_ffpz7;
+    const real t_7lrt3 = sin_phi1 * t_ffpz7;
+    const real t_y5gv4 = chi1 * t_2wqtn - t_qm5gj * t_7lrt3 - w_x1 * t_ffpz7;
+    const real t_qoq6p = B_1 * t_y5gv4;
+    const real t_amwyw = x[wy] * sin_theta1 + x[wz] * cos_theta1;
+    const real t_2jicd = t_6nwd2 * (t_dskdd * t_2wqtn - t_7uthm * t_amwyw);
+    const real t_xf6ji = sin_phi1 * t_qoq6p - cos_phi1 * t_2jicd;
+    const real t_7rizg = t_pq5r4 * t_bpfoo;
+    const real t_2vp5p = t_wmv32 * (p[l1] * t_7lrt3) + t_q2k45 * t_amwyw - w_x1 * (lc_1 * t_amwyw);
+    const real t_b2rhp = th_1 * (p[I1] * t_2vp5p);
+    const real t_kvxem = cos_theta1 * t_b2rhp - t_azclp;
+    const real t_osexi = sin_phi1 * t_2jicd + cos_phi1 * t_qoq6p;
+    const real t_na2dn = b1 * t_7rizg + t_w7lcw * t_xf6ji - (t_kvxem + (t_ibvem - sin_theta1 * t_osexi));
+    const real t_amqia = (sin_theta1 + sin_theta1) * cos_theta1;
+    const real t_dypyd = tn11_1 * t_amqia;
+    const real t_gruy3 = t_dypyd - (t_w7lcw * t_pq5r4 + t_b3aij * t_7rizg);
+    const real t_32wvq = cos_theta1 * cos_theta1 - S_sq1;
+    const real t_xy6nc = t_pagmx * t_bpfoo;
+    const real t_2d4vd = tn11_1 * t_32wvq - (t_3go2w * t_pq5r4 - t_b3aij * t_xy6nc);
+    const real t_qjb2l = t_2d4vd * t_4iujv - t_6yahm * t_gruy3;
+    const real t_6ikyu = sin_theta1 * t_b2rhp + t_vt7uo;
+    const real t_blco7 = t_3go2w * t_xf6ji
+        - b1 * t_xy6nc
+        + (cos_theta1 * t_osexi + t_ramrz + t_6ikyu)
+        - (X_y2 * t_qjb2l + K_L32 * t_na2dn);
+    const real t_5t2nc = t_3go2w * t_pagmx
+        + t_zzymx * t_xy6nc
+        - (t_dypyd + (K_L32 * t_2d4vd + t_2rbbr * t_qjb2l));
+    const real t_a5psl = wq_1 * cos_theta1;
+    const real t_4sjo7 = wq_1 * sin_theta1;
+    const real t_ilktx = t_rlbqu - t_4sjo7 + t_xq4wt * t_pq5r4;
+    const real t_6adkg = t_ilktx * t_4iujv - t_j4z66 * t_gruy3;
+    const real t_qki4i = t_a5psl + t_kimqu + (t_3jpev * t_2d4vd + t_2rbbr * t_6adkg) + t_xq4wt * t_pagmx;
+    const real t_7awbi = t_qki4i * t_zmh3u - t_ydwjl * t_5t2nc;
+    const real t_zbzge = p[l1] * t_qoq6p;
+    const real t_3clim = q_1 * t_b2rhp;
+    const real t_r2ei4 = t_xq4wt * t_xf6ji
+        - (t_zbzge - t_3clim)
+        + (X_y2 * t_6adkg + t_3jpev * t_na2dn)
+        - (X_y3 * t_7awbi + K_L43 * t_blco7);
+    const real t_7l7qw = t_3jpev * t_ilktx + t_m67zs * t_6adkg + (K_L43 * t_qki4i + t_busu7 * t_7awbi);
+    const real t_k6txy = wqg_1 * sin_theta1;
+    const real t_i3r2o = t_65obb * t_amqia;
+    const real t_zfxwu = t_llswo * t_bpfoo;
+    const real t_epn5o = t_4sjo7 - t_i3r2o - (t_rujpm * t_pq5r4 + t_b3aij * t_zfxwu);
+    const real t_gwmcr = t_epn5o * t_4iujv - t_hfybw * t_gruy3;
+    const real t_gv4lk = t_65obb * t_32wvq;
+    const real t_qzzlb = t_a5psl
+        - t_gv4lk
+        - (K_L52 * t_2d4vd + t_2rbbr * t_gwmcr)
+        - (t_zzymx * t_zfxwu - t_rujpm * t_pagmx);
+    const real t_bvkpi = t_qzzlb * t_zmh3u - t_qe675 * t_5t2nc;
+    const real t_ftvjz = t_k6txy
+        + t_67cpm
+        + (K_L52 * t_ilktx + t_m67zs * t_gwmcr)
+        - (K_L53 * t_qki4i + t_busu7 * t_bvkpi)
+        - t_2m245 * t_zfxwu;
+    const real t_ouygk = t_ftvjz * t_lt2al + t_2e52m * t_7l7qw;
+    const real t_rtw3j = t_zbzge - e1 * t_osexi;
+    const real t_on6ek = b1 * t_zfxwu
+        + t_rujpm * t_xf6ji
+        - (sin_theta1 * t_rtw3j + t_slihb - t_3clim + g_1 * t_kvxem)
+        - (X_y2 * t_gwmcr + K_L52 * t_na2dn)
+        - (X_y3 * t_bvkpi + K_L53 * t_blco7)
+        - (X_y4 * t_ouygk + K_L54 * t_r2ei4);
+    const real t_twgyt = tn44_1 * t_amqia;
+    const real t_tedmq = t_twgyt
+        - K(-2.0) * t_k6txy
+        - (K_L52 * t_epn5o + t_xqwvu * t_gwmcr)
+        - (K_L53 * t_qzzlb + t_kjv32 * t_bvkpi)
+        - (K_L54 * t_ftvjz + t_qs67n * t_ouygk)
+        - (t_rujpm * t_llswo + t_6mmeb * t_zfxwu);
+    const real t_tn2l4 = wqg_1 * cos_theta1;
+    const real t_rqo2a = t_b2inm * t_bpfoo;
+    const real t_cr6n6 = t_gv4lk + (t_pgxzp * t_pq5r4 - t_b3aij * t_rqo2a);
+    const real t_vpdap = t_cr6n6 * t_4iujv - t_2ngl5 * t_gruy3;
+    const real t_6rklf = t_i3r2o
+        + (t_gz422 * t_2d4vd + t_2rbbr * t_vpdap)
+        + (t_pgxzp * t_pagmx + t_zzymx * t_rqo2a);
+    const real t_k3xtn = t_6rklf * t_zmh3u - t_kpf5p * t_5t2nc;
+    const real t_wuh4g = t_tn2l4
+        - t_cr4jw
+        - (t_gz422 * t_ilktx + t_m67zs * t_vpdap)
+        - (K_L63 * t_qki4i + t_busu7 * t_k3xtn)
+        + t_2m245 * t_rqo2a;
+    const real t_z6is2 = t_wuh4g * t_lt2al + t_wurun * t_7l7qw;
+    const real t_qcqb4 = t_tn2l4
+        + tn44_1 * t_32wvq
+        + (t_gz422 * t_epn5o + t_xqwvu * t_vpdap)
+        - (K_L63 * t_qzzlb + t_kjv32 * t_k3xtn)
+        - (K_L64 * t_ftvjz + t_qs67n * t_z6is2)
+        - (t_pgxzp * t_llswo - t_6mmeb * t_rqo2a);
+    const real t_76hqo = t_qcqb4 * t_ftqxb - t_dzxqu * t_tedmq;
+    const real t_fwps3 = t_pgxzp * t_xf6ji
+        - b1 * t_rqo2a
+        - (cos_theta1 * t_rtw3j - t_h4rsv - g_1 * t_6ikyu)
+        + (X_y2 * t_vpdap + t_gz422 * t_na2dn)
+        - (X_y3 * t_k3xtn + K_L63 * t_blco7)
+        - (X_y4 * t_z6is2 + K_L64 * t_r2ei4)
+        - (X_y5 * t_76hqo + K_L65 * t_on6ek);
+    const real t_q6txf = t_twgyt
+        + (t_gz422 * t_cr6n6 + t_dzmcy * t_vpdap)
+        + (K_L63 * t_6rklf + t_iyghn * t_k3xtn)
+        + (K_L64 * t_wuh4g + t_vuqjn * t_z6is2)
+        + (K_L65 * t_qcqb4 + t_aedxu * t_76hqo);
+    const real t_vbfnl = t_fwps3 * t_nfkwa - t_o4hiw * (t_pgxzp * t_b2inm + t_bl4f2 * t_rqo2a - t_q6txf);
+    const real t_zr5di = t_on6ek * t_ftqxb - t_eriz2 * t_tedmq - (X_x6 * t_76hqo + K_L65 * t_vbfnl);
+    const real t_3knpj = t_r2ei4 * t_lt2al
+        + t_gkoba * t_7l7qw
+        - (X_x5 * t_ouygk + K_L54 * t_zr5di)
+        - (X_x6 * t_z6is2 + K_L64 * t_vbfnl);
+    const real t_vmmcz = t_blco7 * t_zmh3u
+        - t_insvr * t_5t2nc
+        - (X_x4 * t_7awbi + K_L43 * t_3knpj)
+        - (X_x5 * t_bvkpi + K_L53 * t_zr5di)
+        - (X_x6 * t_k3xtn + K_L63 * t_vbfnl);
+    const real t_ghemx = t_na2dn * t_4iujv
+        - t_5am4i * t_gruy3
+        - (X_x3 * t_qjb2l + K_L32 * t_vmmcz)
+        + (X_x4 * t_6adkg + t_3jpev * t_3knpj)
+        - (X_x5 * t_gwmcr + K_L52 * t_zr5di)
+        + (X_x6 * t_vpdap + t_gz422 * t_vbfnl);
+    const real t_siypo = t_xf6ji * t_bpfoo
+        + (X_x2 * t_7rizg + t_w7lcw * t_ghemx)
+        + (t_3go2w * t_vmmcz - X_x3 * t_xy6nc)
+        + t_xq4wt * t_3knpj
+        + (X_x5 * t_zfxwu + t_rujpm * t_zr5di)
+        + (t_pgxzp * t_vbfnl - X_x6 * t_rqo2a);
+    const real t_4p46o = w_x2 * cos_phi2 - t_4adrp;
+    const real t_c6dmt_2 = w_x2 * sin_phi2 + t_3pe4c;
+    const real t_aduzw = chi2 * t_4p46o - t_c6dmt * t_c6dmt_2;
+    const real t_fregp = B_2 * t_aduzw;
+    const real t_7pqkc = mv2 * (t_6fvzz * sin_phi2) + t_popww * (t_npq2c * t_4p46o);
+    const real t_7smnw = sin_phi2 * t_fregp + t_czyms - (tension2 * sin_phi2 + cos_phi2 * t_7pqkc);
+    const real t_jzaos = mv2 * cos_phi2;
+    const real t_anfnj = sin_phi2 * t_jzaos + Asc_2;
+    const real t_f2vdr = cos_phi2 * t_jzaos - Ass_2;
+    const real t_igjjb = sin_theta2 * t_f2vdr;
+    const real t_f4frf = t_igjjb * t_bpfoo + t_7rnk2 * t_anfnj;
+    const real t_h36cy = p[l2] * sin_phi2;
+    const real t_qy4n2 = W12 * t_yk3z4 - w_x2 * (Wn2 * t_h36cy) + t_nlamb * (p[l2] * t_c6dmt_2);
+    const real t_2s2br = th_2 * t_4434n * (p[m2] * ((q_2 + q_2) * t_yk3z4));
+    const real t_q6l6c = th_2 * (p[I2] * t_qy4n2 - loss_theta2 * t_yk3z4) - t_vry6x * t_2s2br;
+    const real t_uj3u6 = cos_theta2 * t_q6l6c;
+    const real t_ehxvd = tension2 * cos_phi2 - sin_phi2 * t_7pqkc - (cos_phi2 * t_fregp - t_v7h4t);
+    const real t_anhhw = b1 * t_f4frf + t_w7lcw * t_7smnw - (t_uj3u6 + sin_theta2 * t_ehxvd);
+    const real t_hokbn = p[I2] * t_2s2br;
+    const real t_mj4g4 = t_anfnj + t_hokbn;
+    const real t_hq2cs = S_sq2 * t_mj4g4;
+    const real t_56wd7 = t_hq2cs - t_hokbn - (t_w7lcw * t_igjjb + t_b3aij * t_f4frf);
+    const real t_kytbr = cos_theta2 * t_f2vdr;
+    const real t_zlixu = t_kytbr * t_bpfoo + t_7rnk2_2 * t_anfnj;
+    const real t_tqol2 = SC2 * t_mj4g4 - (t_3go2w * t_igjjb + t_b3aij * t_zlixu);
+    const real t_miecx = t_tqol2 * t_4iujv - t_6yahm * t_56wd7;
+    const real t_k5p2h = sin_theta2 * t_q6l6c;
+    const real t_aa6tz = b1 * t_zlixu
+        + t_3go2w * t_7smnw
+        - (cos_theta2 * t_ehxvd - t_k5p2h)
+        - (X_y2 * t_miecx + K_L32 * t_anhhw);
+    const real t_k2fda = t_anfnj
+        - t_hq2cs
+        - (K_L32 * t_tqol2 + t_2rbbr * t_miecx)
+        - (t_3go2w * t_kytbr + t_zzymx * t_zlixu);
+    const real t_2xgil = wth_2 * t_yk3z4 - q_2 * t_hokbn;
+    const real t_4twqa = sin_theta2 * t_2xgil;
+    const real t_vzlku = cos_theta2 * t_2xgil;
+    const real t_sasqd = Bc_2 * t_bpfoo + t_jtjoh * t_anfnj;
+    const real t_ysiow = t_vzlku - sin_theta2 * Bs_2 + (t_xq4wt * t_igjjb + t_b3aij * t_sasqd);
+    const real t_s7ss2 = t_ysiow * t_4iujv - t_j4z66 * t_56wd7;
+    const real t_ro67f = t_4twqa
+        + cos_theta2 * Bs_2
+        + (t_3jpev * t_tqol2 + t_2rbbr * t_s7ss2)
+        - (t_xq4wt * t_kytbr + t_zzymx * t_sasqd);
+    const real t_wish7 = t_ro67f * t_zmh3u - t_ydwjl * t_k2fda;
+    const real t_p2f6u = t_6fvzz * Bc_2 + p[l2] * t_fregp;
+    const real t_dlwth = q_2 * t_q6l6c + F_n2 * t_yk3z4;
+    const real t_5lojb = b1 * t_sasqd
+        + t_xq4wt * t_7smnw
+        - (t_p2f6u - t_dlwth)
+        + (X_y2 * t_s7ss2 + t_3jpev * t_anhhw)
+        - (X_y3 * t_wish7 + K_L43 * t_aa6tz);
+    const real t_vpcgp = wq_2 * t_yk3z4 + q_2 * t_2xgil;
+    const real t_5vhkx = t_vpcgp
+        - (t_3jpev * t_ysiow + t_m67zs * t_s7ss2)
+        - (K_L43 * t_ro67f + t_busu7 * t_wish7)
+        - (t_xq4wt * Bc_2 + t_2m245 * t_sasqd);
+    const real t_ktpye = wth_2 * t_h36cy - g_2 * t_hokbn;
+    const real t_42o7o = wg_2 * t_yk3z4 + q_2 * t_ktpye;
+    const real t_bbhco = cos_theta2 * t_42o7o;
+    const real t_moyc6 = e2 * Bs_2;
+    const real t_n46wu = e2 * t_anfnj;
+    const real t_r6gya = Bs_2 + t_n46wu;
+    const real t_kpd7x = t_ktpye - t_r6gya;
+    const real t_kxs24 = S_sq2 * t_kpd7x;
+    const real t_2zutr = Bc_2 + e2 * t_f2vdr;
+    const real t_msyoe = sin_theta2 * t_2zutr;
+    const real t_5xnip = t_msyoe * t_bpfoo + t_7rnk2_3 * t_anfnj;
+    const real t_odat4 = t_ktpye - t_kxs24 - t_vzlku - (t_rujpm * t_igjjb + t_b3aij * t_5xnip);
+    const real t_x6rr5 = t_odat4 * t_4iujv - t_hfybw * t_56wd7;
+    const real t_w6dhl = SC2 * t_kpd7x;
+    const real t_6nzrt = t_4twqa
+        - t_w6dhl
+        - (K_L52 * t_tqol2 + t_2rbbr * t_x6rr5)
+        - (t_rujpm * t_kytbr + t_zzymx * t_5xnip);
+    const real t_o42pg = t_6nzrt * t_zmh3u - t_qe675 * t_k2fda;
+    const real t_rovf7 = t_vpcgp
+        - t_bbhco
+        + sin_theta2 * t_moyc6
+        + (K_L52 * t_ysiow + t_m67zs * t_x6rr5)
+        - (K_L53 * t_ro67f + t_busu7 * t_o42pg)
+        - (t_rujpm * Bc_2 + t_2m245 * t_5xnip);
+    const real t_m7j6i = t_rovf7 * t_lt2al - t_2e52m * t_5vhkx;
+    const real t_j4zbm = t_p2f6u + e2 * t_ehxvd;
+    const real t_aux6v = b1 * t_5xnip
+        + t_rujpm * t_7smnw
+        - (sin_theta2 * t_j4zbm - t_dlwth + (g_2 * t_uj3u6 + t_oncjt * t_h36cy))
+        - (X_y2 * t_x6rr5 + K_L52 * t_anhhw)
+        - (X_y3 * t_o42pg + K_L53 * t_aa6tz)
+        - (X_y4 * t_m7j6i + K_L54 * t_5lojb);
+    const real t_37ayo = wg_2 * t_h36cy + g_2 * t_ktpye;
+    const real t_vjaf4 = e2 * t_n46wu - K(-2.0) * t_moyc6;
+    const real t_3khok = t_vjaf4 - t_37ayo;
+    const real t_pfkyz = S_sq2 * t_3khok;
+    const real t_j5rpr = t_37ayo
+        + t_vpcgp
+        + t_pfkyz
+        + K(-2.0) * t_bbhco
+        - (K_L52 * t_odat4 + t_xqwvu * t_x6rr5)
+        - (K_L53 * t_6nzrt + t_kjv32 * t_o42pg)
+        - (K_L54 * t_rovf7 + t_qs67n * t_m7j6i)
+        - (t_rujpm * t_msyoe + t_6mmeb * t_5xnip);
+    const real t_awxjj = sin_theta2 * t_42o7o;
+    const real t_sqznz = cos_theta2 * t_2zutr;
+    const real t_jxilg = t_sqznz * t_bpfoo + t_7rnk2_4 * t_anfnj;
+    const real t_pqe72 = t_w6dhl + (t_pgxzp * t_igjjb + t_b3aij * t_jxilg);
+    const real t_sznin = t_pqe72 * t_4iujv - t_2ngl5 * t_56wd7;
+    const real t_2y3xy = t_kxs24
+        + t_r6gya
+        + (t_gz422 * t_tqol2 + t_2rbbr * t_sznin)
+        - (t_pgxzp * t_kytbr + t_zzymx * t_jxilg);
+    const real t_dw7gu = t_2y3xy * t_zmh3u - t_kpf5p * t_k2fda;
+    const real t_5kib4 = t_awxjj
+        + cos_theta2 * t_moyc6
+        - (t_gz422 * t_ysiow + t_m67zs * t_sznin)
+        - (K_L63 * t_ro67f + t_busu7 * t_dw7gu)
+        - (t_pgxzp * Bc_2 + t_2m245 * t_jxilg);
+    const real t_qm5qx = t_5kib4 * t_lt2al - t_wurun * t_5vhkx;
+    const real t_w7kgk = t_awxjj
+        + SC2 * t_3khok
+        + (t_gz422 * t_odat4 + t_xqwvu * t_sznin)
+        - (K_L63 * t_6nzrt + t_kjv32 * t_dw7gu)
+        - (K_L64 * t_rovf7 + t_qs67n * t_qm5qx)
+        - (t_pgxzp * t_msyoe + t_6mmeb * t_jxilg);
+    const real t_cti3e = t_w7kgk * t_ftqxb - t_dzxqu * t_j5rpr;
+    const real t_l3bkt = b1 * t_jxilg
+        + t_pgxzp * t_7smnw
+        - (cos_theta2 * t_j4zbm - (g_2 * t_k5p2h + t_iya7w * t_h36cy))
+        + (X_y2 * t_sznin + t_gz422 * t_anhhw)
+        - (X_y3 * t_dw7gu + K_L63 * t_aa6tz)
+        - (X_y4 * t_qm5qx + K_L64 * t_5lojb)
+        - (X_y5 * t_cti3e + K_L65 * t_aux6v);
+    const real t_rbhbe = t_vjaf4
+        - t_pfkyz
+        - (t_gz422 * t_pqe72 + t_dzmcy * t_sznin)
+        - (K_L63 * t_2y3xy + t_iyghn * t_dw7gu)
+        - (K_L64 * t_5kib4 + t_vuqjn * t_qm5qx)
+        - (K_L65 * t_w7kgk + t_aedxu * t_cti3e)
+        - (t_pgxzp * t_sqznz + t_bl4f2 * t_jxilg);
+    const real t_ggj7d = t_l3bkt * t_nfkwa - t_o4hiw * t_rbhbe;
+    const real t_5rghd = t_aux6v * t_ftqxb - t_eriz2 * t_j5rpr - (X_x6 * t_cti3e + K_L65 * t_ggj7d);
+    const real t_qeczb = t_5lojb * t_lt2al
+        - t_gkoba * t_5vhkx
+        - (X_x5 * t_m7j6i + K_L54 * t_5rghd)
+        - (X_x6 * t_qm5qx + K_L64 * t_ggj7d);
+    const real t_z36hd = t_aa6tz * t_zmh3u
+        - t_insvr * t_k2fda
+        - (X_x4 * t_wish7 + K_L43 * t_qeczb)
+        - (X_x5 * t_o42pg + K_L53 * t_5rghd)
+        - (X_x6 * t_dw7gu + K_L63 * t_ggj7d);
+    const real t_ixgiu = t_anhhw * t_4iujv
+        - t_5am4i * t_56wd7
+        - (X_x3 * t_miecx + K_L32 * t_z36hd)
+        + (X_x4 * t_s7ss2 + t_3jpev * t_qeczb)
+        - (X_x5 * t_x6rr5 + K_L52 * t_5rghd)
+        + (X_x6 * t_sznin + t_gz422 * t_ggj7d);
+    const real t_5ikkw = t_7smnw * t_bpfoo
+        + t_2sw7d * t_anfnj
+        + (X_x2 * t_f4frf + t_w7lcw * t_ixgiu)
+        + (X_x3 * t_zlixu + t_3go2w * t_z36hd)
+        + (X_x4 * t_sasqd + t_xq4wt * t_qeczb)
+        + (X_x5 * t_5xnip + t_rujpm * t_5rghd)
+        + (X_x6 * t_jxilg + t_pgxzp * t_ggj7d);
+    const real t_62dmq = x[wy] * cos_theta2 - x[wz] * sin_theta2;
+    const real t_v3kg2 = cos_phi2 * t_62dmq;
+    const real t_rcia5 = sin_phi2 * t_62dmq;
+    const real t_abii4 = chi2 * t_v3kg2 - t_c6dmt * t_rcia5 - w_x2 * t_62dmq;
+    const real t_3poda = B_2 * t_abii4;
+    const real t_kmx3q = x[wy] * sin_theta2 + x[wz] * cos_theta2;
+    const real t_q63w7 = t_popww * (t_npq2c * t_v3kg2 - t_ozxm2 * t_kmx3q);
+    const real t_hjtld = sin_phi2 * t_3poda - cos_phi2 * t_q63w7;
+    const real t_hr7g5 = t_mejrc * t_bpfoo;
+    const real t_jx7yj = t_nlamb * (p[l2] * t_rcia5) + t_e55su * t_kmx3q - w_x2 * (lc_2 * t_kmx3q);
+    const real t_iwdgv = th_2 * (p[I2] * t_jx7yj);
+    const real t_r45ez = cos_theta2 * t_iwdgv - t_iya7w;
+    const real t_5td2q = sin_phi2 * t_q63w7 + cos_phi2 * t_3poda;
+    const real t_4mjyh = b1 * t_hr7g5 + t_w7lcw * t_hjtld - (t_r45ez + (t_ga7f3 - sin_theta2 * t_5td2q));
+    const real t_vsg3m = (sin_theta2 + sin_theta2) * cos_theta2;
+    const real t_bynkl = tn11_2 * t_vsg3m;
+    const real t_5awlg = t_bynkl - (t_w7lcw * t_mejrc + t_b3aij * t_hr7g5);
+    const real t_vvls5 = cos_theta2 * cos_theta2 - S_sq2;
+    const real t_w7urv = t_em5lf * t_bpfoo;
+    const real t_zzxmw = tn11_2 * t_vvls5 - (t_3go2w * t_mejrc - t_b3aij * t_w7urv);
+    const real t_ctuam = t_zzxmw * t_4iujv - t_6yahm * t_5awlg;
+    const real t_g66ka = sin_theta2 * t_iwdgv + t_oncjt;
+    const real t_urjje = t_3go2w * t_hjtld
+        - b1 * t_w7urv
+        + (t_g66ka + (cos_theta2 * t_5td2q + t_ssvj3))
+        - (X_y2 * t_ctuam + K_L32 * t_4mjyh);
+    const real t_xj6ud = t_3go2w * t_em5lf
+        + t_zzymx * t_w7urv
+        - (t_bynkl + (K_L32 * t_zzxmw + t_2rbbr * t_ctuam));
+    const real t_lq6gj = wq_2 * cos_theta2;
+    const real t_7u5ql = wq_2 * sin_theta2;
+    const real t_ufzx3 = t_2fa7h - t_7u5ql + t_xq4wt * t_mejrc;
+    const real t_mc75e = t_ufzx3 * t_4iujv - t_j4z66 * t_5awlg;
+    const real t_hil2t = t_lq6gj + t_h3qlz + (t_3jpev * t_zzxmw + t_2rbbr * t_mc75e) + t_xq4wt * t_em5lf;
+    const real t_ddhbg = t_hil2t * t_zmh3u - t_ydwjl * t_xj6ud;
+    const real t_ae7pr = p[l2] * t_3poda;
+    const real t_44ssi = q_2 * t_iwdgv;
+    const real t_vfjfb = t_xq4wt * t_hjtld
+        - (t_ae7pr - t_44ssi)
+        + (X_y2 * t_mc75e + t_3jpev * t_4mjyh)
+        - (X_y3 * t_ddhbg + K_L43 * t_urjje);
+    const real t_ipobs = t_3jpev * t_ufzx3 + t_m67zs * t_mc75e + (K_L43 * t_hil2t + t_busu7 * t_ddhbg);
+    const real t_jke4d = wqg_2 * sin_theta2;
+    const real t_duc43 = t_yoiua * t_vsg3m;
+    const real t_tcnjk = t_inhtz * t_bpfoo;
+    const real t_au2wz = t_7u5ql - t_duc43 - (t_rujpm * t_mejrc + t_b3aij * t_tcnjk);
+    const real t_7a3rr = t_au2wz * t_4iujv - t_hfybw * t_5awlg;
+    const real t_h4epw = t_yoiua * t_vvls5;
+    const real t_du6qd = t_lq6gj
+        - t_h4epw
+        - (K_L52 * t_zzxmw + t_2rbbr * t_7a3rr)
+        - (t_zzymx * t_tcnjk - t_rujpm * t_em5lf);
+    const real t_dxe4o = t_du6qd * t_zmh3u - t_qe675 * t_xj6ud;
+    const real t_7armk = t_jke4d
+        + t_4qb3w
+        + (K_L52 * t_ufzx3 + t_m67zs * t_7a3rr)
+        - (K_L53 * t_hil2t + t_busu7 * t_dxe4o)
+        - t_2m245 * t_tcnjk;
+    const real t_6mg7c = t_7armk * t_lt2al + t_2e52m * t_ipobs;
+    const real t_cdcpd = t_ae7pr - e2 * t_5td2q;
+    const real t_l6cjx = b1 * t_tcnjk
+        + t_rujpm * t_hjtld
+        - (sin_theta2 * t_cdcpd + t_wrhtu - t_44ssi + g_2 * t_r45ez)
+        - (X_y2 * t_7a3rr + K_L52 * t_4mjyh)
+        - (X_y3 * t_dxe4o + K_L53 * t_urjje)
+        - (X_y4 * t_6mg7c + K_L54 * t_vfjfb);
+    const real t_mxd3p = tn44_2 * t_vsg3m;
+    const real t_7pgss = t_mxd3p
+        - K(-2.0) * t_jke4d
+        - (K_L52 * t_au2wz + t_xqwvu * t_7a3rr)
+        - (K_L53 * t_du6qd + t_kjv32 * t_dxe4o)
+        - (K_L54 * t_7armk + t_qs67n * t_6mg7c)
+        - (t_rujpm * t_inhtz + t_6mmeb * t_tcnjk);
+    const real t_jcxvb = wqg_2 * cos_theta2;
+    const real t_kpfwr = t_i6twe * t_bpfoo;
+    const real t_mgkky = t_h4epw + (t_pgxzp * t_mejrc - t_b3aij * t_kpfwr);
+    const real t_utidn = t_mgkky * t_4iujv - t_2ngl5 * t_5awlg;
+    const real t_o7ywb = t_duc43
+        + (t_gz422 * t_zzxmw + t_2rbbr * t_utidn)
+        + (t_pgxzp * t_em5lf + t_zzymx * t_kpfwr);
+    const real t_etrao = t_o7ywb * t_zmh3u - t_kpf5p * t_xj6ud;
+    const real t_vssx4 = t_jcxvb
+        - t_6pb2s
+        - (t_gz422 * t_ufzx3 + t_m67zs * t_utidn)
+        - (K_L63 * t_hil2t + t_busu7 * t_etrao)
+        + t_2m245 * t_kpfwr;
+    const real t_6xzlq = t_vssx4 * t_lt2al + t_wurun * t_ipobs;
+    const real t_4qrru = t_jcxvb
+        + tn44_2 * t_vvls5
+        + (t_gz422 * t_au2wz + t_xqwvu * t_utidn)
+        - (K_L63 * t_du6qd + t_kjv32 * t_etrao)
+        - (K_L64 * t_7armk + t_qs67n * t_6xzlq)
+        - (t_pgxzp * t_inhtz - t_6mmeb * t_kpfwr);
+    const real t_6gqpz = t_4qrru * t_ftqxb - t_dzxqu * t_7pgss;
+    const real t_m5mgr = t_pgxzp * t_hjtld
+        - b1 * t_kpfwr
+        - (cos_theta2 * t_cdcpd - t_n4l7v - g_2 * t_g66ka)
+        + (X_y2 * t_utidn + t_gz422 * t_4mjyh)
+        - (X_y3 * t_etrao + K_L63 * t_urjje)
+        - (X_y4 * t_6xzlq + K_L64 * t_vfjfb)
+        - (X_y5 * t_6gqpz + K_L65 * t_l6cjx);
+    const real t_c4cau = t_mxd3p
+        + (t_gz422 * t_mgkky + t_dzmcy * t_utidn)
+        + (K_L63 * t_o7ywb + t_iyghn * t_etrao)
+        + (K_L64 * t_vssx4 + t_vuqjn * t_6xzlq)
+        + (K_L65 * t_4qrru + t_aedxu * t_6gqpz);
+    const real t_7ekei = t_m5mgr * t_nfkwa - t_o4hiw * (t_pgxzp * t_i6twe + t_bl4f2 * t_kpfwr - t_c4cau);
+    const real t_6dg7r = t_l6cjx * t_ftqxb - t_eriz2 * t_7pgss - (X_x6 * t_6gqpz + K_L65 * t_7ekei);
+    const real t_tlzdx = t_vfjfb * t_lt2al
+        + t_gkoba * t_ipobs
+        - (X_x5 * t_6mg7c + K_L54 * t_6dg7r)
+        - (X_x6 * t_6xzlq + K_L64 * t_7ekei);
+    const real t_vpbw5 = t_urjje * t_zmh3u
+        - t_insvr * t_xj6ud
+        - (X_x4 * t_ddhbg + K_L43 * t_tlzdx)
+        - (X_x5 * t_dxe4o + K_L53 * t_6dg7r)
+        - (X_x6 * t_etrao + K_L63 * t_7ekei);
+    const real t_ze77j = t_4mjyh * t_4iujv
+        - t_5am4i * t_5awlg
+        - (X_x3 * t_ctuam + K_L32 * t_vpbw5)
+        + (X_x4 * t_mc75e + t_3jpev * t_tlzdx)
+        - (X_x5 * t_7a3rr + K_L52 * t_6dg7r)
+        + (X_x6 * t_utidn + t_gz422 * t_7ekei);
+    const real t_x2xqm = t_hjtld * t_bpfoo
+        + (X_x2 * t_hr7g5 + t_w7lcw * t_ze77j)
+        + (t_3go2w * t_vpbw5 - X_x3 * t_w7urv)
+        + t_xq4wt * t_tlzdx
+        + (X_x5 * t_tcnjk + t_rujpm * t_6dg7r)
+        + (t_pgxzp * t_7ekei - X_x6 * t_kpfwr);
+    const real t_5skfg = k1 * p[eps1];
+    const real t_2r2yl = t_6nwd2 * t_7uthm;
+    const real t_py77n = sin_phi1 * t_5skfg - cos_phi1 * t_2r2yl;
+    const real t_nxx6u = t_q2k45 + t_q2k45;
+    const real t_qkxuz = th_1 * (p[I1] * t_nxx6u);
+    const real t_sjukx = cos_theta1 * t_qkxuz;
+    const real t_xryeg = sin_phi1 * t_2r2yl + cos_phi1 * t_5skfg;
+    const real t_nask7 = t_sjukx + sin_theta1 * t_xryeg + t_w7lcw * t_py77n;
+    const real t_3j3sr = sin_theta1 * t_qkxuz;
+    const real t_bbeaq = t_3go2w * t_py77n - (t_3j3sr - cos_theta1 * t_xryeg) - K_L32 * t_nask7;
+    const real t_2g7bi = p[l1] * t_5skfg;
+    const real t_t262i = q_1 * t_qkxuz;
+    const real t_a4qku = t_xq4wt * t_py77n
+        - (t_2g7bi + t_t262i - p[eps1])
+        + t_3jpev * t_nask7
+        - K_L43 * t_bbeaq;
+    const real t_jczf2 = t_2g7bi - e1 * t_xryeg;
+    const real t_cs5mc = x[wy] * p[I1];
+    const real t_4njta = t_rujpm * t_py77n
+        - (sin_theta1 * t_jczf2 + t_t262i - t_cs5mc - g_1 * t_sjukx)
+        - K_L52 * t_nask7
+        - K_L53 * t_bbeaq
+        - K_L54 * t_a4qku;
+    const real t_io3oh = t_pgxzp * t_py77n
+        - (cos_theta1 * t_jczf2 + g_1 * t_3j3sr - x[wz] * p[I1])
+        + t_gz422 * t_nask7
+        - K_L63 * t_bbeaq
+        - K_L64 * t_a4qku
+        - K_L65 * t_4njta;
+    const real t_zzwnh = t_io3oh * t_nfkwa;
+    const real t_zgzfd = t_4njta * t_ftqxb - K_L65 * t_zzwnh;
+    const real t_lg6ux = t_a4qku * t_lt2al - K_L54 * t_zgzfd - K_L64 * t_zzwnh;
+    const real t_jxtto = t_bbeaq * t_zmh3u - K_L43 * t_lg6ux - K_L53 * t_zgzfd - K_L63 * t_zzwnh;
+    const real t_ky43l = t_nask7 * t_4iujv
+        - K_L32 * t_jxtto
+        + t_3jpev * t_lg6ux
+        - K_L52 * t_zgzfd
+        + t_gz422 * t_zzwnh;
+    const real t_osway = t_py77n * t_bpfoo
+        + t_w7lcw * t_ky43l
+        + t_3go2w * t_jxtto
+        + t_xq4wt * t_lg6ux
+        + t_rujpm * t_zgzfd
+        + t_pgxzp * t_zzwnh;
+    const real t_bawzi_2 = Wt1 - t_2idpk;
+    const real t_h7dxi_2 = B_1 * t_bawzi_2;
+    const real t_j4nxv = sin_phi1 * t_h7dxi_2 + t_ghnnr;
+    const real t_ol4jq = t_ceplo - t_smkh7;
+    const real t_5znvx = th_1 * (p[I1] * t_ol4jq - q_1 * p[eps1]);
+    const real t_lv5jl = cos_theta1 * t_5znvx;
+    const real t_hqad4_2 = t_qbft3 - cos_phi1 * t_h7dxi_2;
+    const real t_66ljm = t_w7lcw * t_j4nxv - (t_lv5jl + sin_theta1 * t_hqad4_2);
+    const real t_swgbm = sin_theta1 * t_5znvx;
+    const real t_y4kk5 = t_3go2w * t_j4nxv - (cos_theta1 * t_hqad4_2 - t_swgbm) - K_L32 * t_66ljm;
+    const real t_zfk4z_2 = p[l1] * t_h7dxi_2;
+    const real t_kukcp = q_1 * t_5znvx;
+    const real t_kkmhd = t_xq4wt * t_j4nxv
+        - (t_zfk4z_2 - t_kukcp + t_cs5mc)
+        + t_3jpev * t_66ljm
+        - K_L43 * t_y4kk5;
+    const real t_oeo2d_2 = t_zfk4z_2 + e1 * t_hqad4_2;
+    const real t_sduz2 = t_rujpm * t_j4nxv
+        - (sin_theta1 * t_oeo2d_2 - (t_kukcp + p[eps1]) + g_1 * t_lv5jl)
+        - K_L52 * t_66ljm
+        - K_L53 * t_y4kk5
+        - K_L54 * t_kkmhd;
+    const real t_us5yq = t_pgxzp * t_j4nxv
+        - (cos_theta1 * t_oeo2d_2 + x[wx] * p[I1] - g_1 * t_swgbm)
+        + t_gz422 * t_66ljm
+        - K_L63 * t_y4kk5
+        - K_L64 * t_kkmhd
+        - K_L65 * t_sduz2;
+    const real t_w4yjg = t_us5yq * t_nfkwa;
+    const real t_o2b4u = t_sduz2 * t_ftqxb - K_L65 * t_w4yjg;
+    const real t_c4scz = t_kkmhd * t_lt2al - K_L54 * t_o2b4u - K_L64 * t_w4yjg;
+    const real t_yvcd5 = t_y4kk5 * t_zmh3u - K_L43 * t_c4scz - K_L53 * t_o2b4u - K_L63 * t_w4yjg;
+    const real t_5ewla = t_66ljm * t_4iujv
+        - K_L32 * t_yvcd5
+        + t_3jpev * t_c4scz
+        - K_L52 * t_o2b4u
+        + t_gz422 * t_w4yjg;
+    const real t_xpg2b = t_j4nxv * t_bpfoo
+        + t_w7lcw * t_5ewla
+        + t_3go2w * t_yvcd5
+        + t_xq4wt * t_c4scz
+        + t_rujpm * t_o2b4u
+        + t_pgxzp * t_w4yjg;
+    const real t_o7zln = k2 * p[eps2];
+    const real t_kkthf = t_popww * t_ozxm2;
+    const real t_h6rho = sin_phi2 * t_o7zln - cos_phi2 * t_kkthf;
+    const real t_pv35x = t_e55su + t_e55su;
+    const real t_lmpa4 = th_2 * (p[I2] * t_pv35x);
+    const real t_556h3 = cos_theta2 * t_lmpa4;
+    const real t_7cclx = sin_phi2 * t_kkthf + cos_phi2 * t_o7zln;
+    const real t_hk5jy = t_556h3 + sin_theta2 * t_7cclx + t_w7lcw * t_h6rho;
+    const real t_qj4qw = sin_theta2 * t_lmpa4;
+    const real t_houes = t_3go2w * t_h6rho - (t_qj4qw - cos_theta2 * t_7cclx) - K_L32 * t_hk5jy;
+    const real t_xeswd = q_2 * t_lmpa4;
+    const real t_ldmue = p[l2] * t_o7zln;
+    const real t_orfk7 = t_xq4wt * t_h6rho
+        - (t_xeswd + t_ldmue - p[eps2])
+        + t_3jpev * t_hk5jy
+        - K_L43 * t_houes;
+    const real t_dvr7i = t_ldmue - e2 * t_7cclx;
+    const real t_ak22y = x[wy] * p[I2];
+    const real t_gha7f = t_rujpm * t_h6rho
+        - (t_xeswd + sin_theta2 * t_dvr7i - t_ak22y - g_2 * t_556h3)
+        - K_L52 * t_hk5jy
+        - K_L53 * t_houes
+        - K_L54 * t_orfk7;
+    const real t_y4p7x = t_pgxzp * t_h6rho
+        - (cos_theta2 * t_dvr7i + g_2 * t_qj4qw - x[wz] * p[I2])
+        + t_gz422 * t_hk5jy
+        - K_L63 * t_houes
+        - K_L64 * t_orfk7
+        - K_L65 * t_gha7f;
+    const real t_wa6kp = t_y4p7x * t_nfkwa;
+    const real t_dytux = t_gha7f * t_ftqxb - K_L65 * t_wa6kp;
+    const real t_ucko3 = t_orfk7 * t_lt2al - K_L54 * t_dytux - K_L64 * t_wa6kp;
+    const real t_nvzz5 = t_houes * t_zmh3u - K_L43 * t_ucko3 - K_L53 * t_dytux - K_L63 * t_wa6kp;
+    const real t_neuvj = t_hk5jy * t_4iujv
+        - K_L32 * t_nvzz5
+        + t_3jpev * t_ucko3
+        - K_L52 * t_dytux
+        + t_gz422 * t_wa6kp;
+    const real t_qcn7c = t_h6rho * t_bpfoo
+        + t_w7lcw * t_neuvj
+        + t_3go2w * t_nvzz5
+        + t_xq4wt * t_ucko3
+        + t_rujpm * t_dytux
+        + t_pgxzp * t_wa6kp;
+    const real t_ly4o3_2 = Wt2 - t_6tvwe;
+    const real t_skszy_2 = B_2 * t_ly4o3_2;
+    const real t_lxf65 = sin_phi2 * t_skszy_2 + t_7e3oz;
+    const real t_noiav = t_udto6 - t_2nvx4;
+    const real t_jmlk4 = th_2 * (p[I2] * t_noiav - q_2 * p[eps2]);
+    const real t_kaole = cos_theta2 * t_jmlk4;
+    const real t_3iwx3_2 = t_bpppy - cos_phi2 * t_skszy_2;
+    const real t_py4gp = t_w7lcw * t_lxf65 - (t_kaole + sin_theta2 * t_3iwx3_2);
+    const real t_wmtg5 = sin_theta2 * t_jmlk4;
+    const real t_c2tmt = t_3go2w * t_lxf65 - (cos_theta2 * t_3iwx3_2 - t_wmtg5) - K_L32 * t_py4gp;
+    const real t_6tlin_2 = p[l2] * t_skszy_2;
+    const real t_toplq = q_2 * t_jmlk4;
+    const real t_p4uwd = t_xq4wt * t_lxf65
+        - (t_6tlin_2 - t_toplq + t_ak22y)
+        + t_3jpev * t_py4gp
+        - K_L43 * t_c2tmt;
+    const real t_6g4dk_2 = t_6tlin_2 + e2 * t_3iwx3_2;
+    const real t_36elt = t_rujpm * t_lxf65
+        - (sin_theta2 * t_6g4dk_2 - (t_toplq + p[eps2]) + g_2 * t_kaole)
+        - K_L52 * t_py4gp
+        - K_L53 * t_c2tmt
+        - K_L54 * t_p4uwd;
+    const real t_tdom5 = t_pgxzp * t_lxf65
+        - (cos_theta2 * t_6g4dk_2 + x[wx] * p[I2] - g_2 * t_wmtg5)
+        + t_gz422 * t_py4gp
+        - K_L63 * t_c2tmt
+        - K_L64 * t_p4uwd
+        - K_L65 * t_36elt;
+    const real t_qyrcg = t_tdom5 * t_nfkwa;
+    const real t_mm5vw = t_36elt * t_ftqxb - K_L65 * t_qyrcg;
+    const real t_vu6ur = t_p4uwd * t_lt2al - K_L54 * t_mm5vw - K_L64 * t_qyrcg;
+    const real t_ibmfi = t_c2tmt * t_zmh3u - K_L43 * t_vu6ur - K_L53 * t_mm5vw - K_L63 * t_qyrcg;
+    const real t_s77ah = t_py4gp * t_4iujv
+        - K_L32 * t_ibmfi
+        + t_3jpev * t_vu6ur
+        - K_L52 * t_mm5vw
+        + t_gz422 * t_qyrcg;
+    const real t_smbtt = t_lxf65 * t_bpfoo
+        + t_w7lcw * t_s77ah
+        + t_3go2w * t_ibmfi
+        + t_xq4wt * t_vu6ur
+        + t_rujpm * t_mm5vw
+        + t_pgxzp * t_qyrcg;
+    const real t_ljjby = t_mvcys - x[wy];
+    const real t_6xihg = t_zidue - x[wx];
+    const real t_d24ea = sin_theta1 * t_mvcys + cos_theta1 * t_fukug;
+    const real t_7iogl = t_d24ea + t_bawzi;
+    const real t_stpa4 = cos_phi1 * (e1 * t_d24ea + sin_theta1 * t_p3cyq + cos_theta1 * t_k4g3j)
+        + sin_phi1 * t_eyqb4;
+    const real t_g4vjj = sin_theta1 * t_zidue + cos_theta1 * t_yanuq;
+    const real t_vjduo = t_g4vjj + t_lmubw;
+    const real t_e7lob = cos_phi1 * (e1 * t_g4vjj + sin_theta1 * t_5gogd + cos_theta1 * t_z2otz)
+        + sin_phi1 * (t_d5rka - t_imsf6);
+    const real t_d24ea_2 = sin_theta1 * t_hucxp + cos_theta1 * t_gif7d;
+    const real t_rb6tk = t_d24ea_2 + t_e6rpb;
+    const real t_g563g = cos_phi1 * (e1 * t_d24ea_2 + sin_theta1 * t_gbvsw + cos_theta1 * t_nsiwt)
+        + sin_phi1 * (t_r4y2f - t_oetyi);
+    const real t_6i3h6 = sin_theta1 * t_nbkzt + cos_theta1 * t_2rjc3;
+    const real t_kohte = t_6i3h6 + t_hvpvf;
+    const real t_yijss = X_x2 * sin_theta1;
+    const real t_dnlk7 = X_x3 * cos_theta1;
+    const real t_2hj4r = cos_phi1 * (e1 * t_6i3h6 + sin_theta1 * t_clzgq + cos_theta1 * t_vb3vk)
+        - (G_t1 * e1 + t_yijss + t_dnlk7) * sin_phi1
+        + ((X_x1 - t_w7vil) * cos_phi1 + sin_phi1 * t_ohz37);
+    const real t_niq6z = X_x5 * cos_theta1;
+    const real t_43mkt = X_x6 * sin_theta1;
+    const real t_suox4 = sin_theta1 * t_zr5di + t_niq6z + (cos_theta1 * t_vbfnl - t_43mkt);
+    const real t_yfrgw = t_suox4 + t_y5gv4;
+    const real t_xtcbd = X_x2 * cos_theta1;
+    const real t_jpkdx = X_x3 * sin_theta1;
+    const real t_hwsei = cos_phi1 * (e1 * t_suox4 + (sin_theta1 * t_ghemx + t_xtcbd) + (cos_theta1 * t_vmmcz - t_jpkdx));
+    const real t_cpkpb = sin_theta1 * t_5rghd + cos_theta1 * t_ggj7d;
+    const real t_gjjkx = cos_phi1 * (e1 * t_cpkpb + sin_theta1 * t_ixgiu + cos_theta1 * t_z36hd)
+        + sin_phi1 * t_5ikkw;
+    const real t_pjwwp = sin_theta1 * t_6dg7r + cos_theta1 * t_7ekei;
+    const real t_5rtia = cos_phi1 * (e1 * t_pjwwp + sin_theta1 * t_ze77j + cos_theta1 * t_vpbw5)
+        + sin_phi1 * t_x2xqm;
+    const real t_uc5ut = sin_theta1 * t_zgzfd + cos_theta1 * t_zzwnh;
+    const real t_2szno = cos_phi1 * (e1 * t_uc5ut + sin_theta1 * t_ky43l + cos_theta1 * t_jxtto)
+        + sin_phi1 * t_osway;
+    const real t_rx2x6 = sin_theta1 * t_o2b4u + cos_theta1 * t_w4yjg;
+    const real t_7iogl_2 = t_rx2x6 + t_bawzi_2;
+    const real t_bpc6o = cos_phi1 * (e1 * t_rx2x6 + sin_theta1 * t_5ewla + cos_theta1 * t_yvcd5)
+        + sin_phi1 * t_xpg2b;
+    const real t_tixs4 = sin_theta1 * t_dytux + cos_theta1 * t_wa6kp;
+    const real t_yfavs = cos_phi1 * (e1 * t_tixs4 + sin_theta1 * t_neuvj + cos_theta1 * t_nvzz5)
+        + sin_phi1 * t_qcn7c;
+    const real t_fb4it = sin_theta1 * t_mm5vw + cos_theta1 * t_qyrcg;
+    const real t_djhv6 = cos_phi1 * (e1 * t_fb4it + sin_theta1 * t_s77ah + cos_theta1 * t_ibmfi)
+        + sin_phi1 * t_smbtt;
+    const real t_f2s7l = t_cgzf6 + t_mvcys;
+    const real t_z5ycs = t_ljxeu
+        + cos_theta1 * t_p3cyq
+        + g_1 * (cos_theta1 * t_mvcys - sin_theta1 * t_fukug)
+        - q_1 * t_f2s7l
+        - sin_theta1 * t_k4g3j;
+    const real t_aonvw = t_v3546 + t_zidue;
+    const real t_7t23y = t_qrqlw
+        + cos_theta1 * t_5gogd
+        + g_1 * (cos_theta1 * t_zidue - sin_theta1 * t_yanuq)
+        - q_1 * t_aonvw
+        - sin_theta1 * t_z2otz;
+    const real t_36ekq = t_psn6w + t_hucxp;
+    const real t_zp6pk = t_z7jiy
+        + cos_theta1 * t_gbvsw
+        + g_1 * (cos_theta1 * t_hucxp - sin_theta1 * t_gif7d)
+        - q_1 * t_36ekq
+        - sin_theta1 * t_nsiwt;
+    const real t_ogd3q = t_niq6z - t_43mkt;
+    const real t_mwq7z = X_x4 + X_x5;
+    const real t_5ffnn = zeta1 + t_xtcbd + g_1 * t_ogd3q - t_mwq7z * q_1 - t_jpkdx;
+    const real t_4kv23 = t_acgzr + t_nbkzt;
+    const real t_glazt = t_f2zxy
+        + cos_theta1 * t_clzgq
+        + (t_ogd3q * t_xtwlg + g_1 * (cos_theta1 * t_nbkzt - sin_theta1 * t_2rjc3))
+        - (q_1 * t_4kv23 + t_mwq7z * t_4z4np)
+        - sin_theta1 * t_vb3vk;
+    const real t_ibe72 = K(1.0) / p[m1];
+    const real t_37k6y = th_1 * (t_5ffnn * t_4z4np + q_1 * t_glazt)
+        - (loss_theta1 * t_ibe72 + q_1 * t_5ffnn) * t_vhuco;
+    const real t_qbvyw = t_3knpj + t_zr5di;
+    const real t_go4yy = t_2vp5p
+        + (cos_theta1 * t_ghemx - t_yijss)
+        + g_1 * (cos_theta1 * t_zr5di - t_wg4gh - (sin_theta1 * t_vbfnl + t_kw2iv))
+        - q_1 * t_qbvyw
+        - (sin_theta1 * t_vmmcz + t_dnlk7);
+    const real t_62hw3 = t_qeczb + t_5rghd;
+    const real t_pn42b = cos_theta1 * t_ixgiu
+        + g_1 * (cos_theta1 * t_5rghd - sin_theta1 * t_ggj7d)
+        - q_1 * t_62hw3
+        - sin_theta1 * t_z36hd;
+    const real t_jkr3e = t_tlzdx + t_6dg7r;
+    const real t_qk44u = cos_theta1 * t_ze77j
+        + g_1 * (cos_theta1 * t_6dg7r - sin_theta1 * t_7ekei)
+        - q_1 * t_jkr3e
+        - sin_theta1 * t_vpbw5;
+    const real t_sxhnn = t_lg6ux + t_zgzfd;
+    const real t_ovipm = cos_theta1 * t_ky43l
+        - t_nxx6u
+        + g_1 * (cos_theta1 * t_zgzfd - sin_theta1 * t_zzwnh)
+        - q_1 * t_sxhnn
+        - sin_theta1 * t_jxtto;
+    const real t_2gspi = t_c4scz + t_o2b4u;
+    const real t_gt2q6 = t_ol4jq
+        + cos_theta1 * t_5ewla
+        + g_1 * (cos_theta1 * t_o2b4u - sin_theta1 * t_w4yjg)
+        - q_1 * t_2gspi
+        - sin_theta1 * t_yvcd5;
+    const real t_ue6qm = t_ucko3 + t_dytux;
+    const real t_cey4r = cos_theta1 * t_neuvj
+        + g_1 * (cos_theta1 * t_dytux - sin_theta1 * t_wa6kp)
+        - q_1 * t_ue6qm
+        - sin_theta1 * t_nvzz5;
+    const real t_vdq6k = t_vu6ur + t_mm5vw;
+    const real t_o7eef = cos_theta1 * t_s77ah
+        + g_1 * (cos_theta1 * t_mm5vw - sin_theta1 * t_qyrcg)
+        - q_1 * t_vdq6k
+        - sin_theta1 * t_ibmfi;
+    const real t_mbe2r = sin_theta2 * t_mvcys + cos_theta2 * t_fukug;
+    const real t_5zull = t_mbe2r + t_ly4o3;
+    const real t_p7h7g = cos_phi2 * (e2 * t_mbe2r + sin_theta2 * t_p3cyq + cos_theta2 * t_k4g3j)
+        + sin_phi2 * t_eyqb4;
+    const real t_cavu5 = sin_theta2 * t_zidue + cos_theta2 * t_yanuq;
+    const real t_45gz6 = t_cavu5 + t_js3na;
+    const real t_pz33d = cos_phi2 * (e2 * t_cavu5 + sin_theta2 * t_5gogd + cos_theta2 * t_z2otz)
+        + sin_phi2 * (t_d5rka - t_sqd7x);
+    const real t_mbe2r_2 = sin_theta2 * t_hucxp + cos_theta2 * t_gif7d;
+    const real t_v3njf = t_mbe2r_2 + t_jv37x;
+    const real t_fg6t7 = cos_phi2 * (e2 * t_mbe2r_2 + sin_theta2 * t_gbvsw + cos_theta2 * t_nsiwt)
+        + sin_phi2 * (t_r4y2f - t_xfnc5);
+    const real t_wbluk = sin_theta2 * t_nbkzt + cos_theta2 * t_2rjc3;
+    const real t_v2sjm = cos_phi2 * (e2 * t_wbluk + sin_theta2 * t_clzgq + cos_theta2 * t_vb3vk)
+        + sin_phi2 * t_ohz37;
+    const real t_edlpj = sin_theta2 * t_zr5di + cos_theta2 * t_vbfnl;
+    const real t_7ao57 = cos_phi2 * (e2 * t_edlpj + sin_theta2 * t_ghemx + cos_theta2 * t_vmmcz)
+        + sin_phi2 * t_siypo;
+    const real t_ugh3y = sin_theta2 * t_5rghd + cos_theta2 * t_ggj7d;
+    const real t_yun54 = t_ugh3y + t_aduzw;
+    const real t_7idvc = X_x2 * sin_theta2;
+    const real t_rmigv = X_x3 * cos_theta2;
+    const real t_ert3o = cos_phi2 * (e2 * t_ugh3y + sin_theta2 * t_ixgiu + cos_theta2 * t_z36hd)
+        - (G_t2 * e2 + t_7idvc + t_rmigv) * sin_phi2
+        + ((X_x1 - t_6fvzz) * cos_phi2 + sin_phi2 * t_5ikkw);
+    const real t_44ttq = X_x5 * cos_theta2;
+    const real t_fmgqh = X_x6 * sin_theta2;
+    const real t_666xy = sin_theta2 * t_6dg7r + t_44ttq + (cos_theta2 * t_7ekei - t_fmgqh);
+    const real t_qdiup = t_666xy + t_abii4;
+    const real t_3ocqs = X_x2 * cos_theta2;
+    const real t_m72m7 = X_x3 * sin_theta2;
+    const real t_wpqww = cos_phi2 * (e2 * t_666xy + (sin_theta2 * t_ze77j + t_3ocqs) + (cos_theta2 * t_vpbw5 - t_m72m7));
+    const real t_ndael = sin_theta2 * t_zgzfd + cos_theta2 * t_zzwnh;
+    const real t_ca6n5 = cos_phi2 * (e2 * t_ndael + sin_theta2 * t_ky43l + cos_theta2 * t_jxtto)
+        + sin_phi2 * t_osway;
+    const real t_hdhet = sin_theta2 * t_o2b4u + cos_theta2 * t_w4yjg;
+    const real t_qv4hp = cos_phi2 * (e2 * t_hdhet + sin_theta2 * t_5ewla + cos_theta2 * t_yvcd5)
+        + sin_phi2 * t_xpg2b;
+    const real t_vso36 = sin_theta2 * t_dytux + cos_theta2 * t_wa6kp;
+    const real t_2jexu = cos_phi2 * (e2 * t_vso36 + sin_theta2 * t_neuvj + cos_theta2 * t_nvzz5)
+        + sin_phi2 * t_qcn7c;
+    const real t_xmvmi = sin_theta2 * t_mm5vw + cos_theta2 * t_qyrcg;
+    const real t_5zull_2 = t_xmvmi + t_ly4o3_2;
+    const real t_iytag = cos_phi2 * (e2 * t_xmvmi + sin_theta2 * t_s77ah + cos_theta2 * t_ibmfi)
+        + sin_phi2 * t_smbtt;
+    const real t_dgy3c = t_f5pan
+        + cos_theta2 * t_p3cyq
+        + g_2 * (cos_theta2 * t_mvcys - sin_theta2 * t_fukug)
+        - q_2 * t_f2s7l
+        - sin_theta2 * t_k4g3j;
+    const real t_6q5vx = t_wbyvc
+        + cos_theta2 * t_5gogd
+        + g_2 * (cos_theta2 * t_zidue - sin_theta2 * t_yanuq)
+        - q_2 * t_aonvw
+        - sin_theta2 * t_z2otz;
+    const real t_kgekk = t_aopwl
+        + cos_theta2 * t_gbvsw
+        + g_2 * (cos_theta2 * t_hucxp - sin_theta2 * t_gif7d)
+        - q_2 * t_36ekq
+        - sin_theta2 * t_nsiwt;
+    const real t_ct5ru = cos_theta2 * t_clzgq
+        + g_2 * (cos_theta2 * t_nbkzt - sin_theta2 * t_2rjc3)
+        - q_2 * t_4kv23
+        - sin_theta2 * t_vb3vk;
+    const real t_roiww = cos_theta2 * t_ghemx
+        + g_2 * (cos_theta2 * t_zr5di - sin_theta2 * t_vbfnl)
+        - q_2 * t_qbvyw
+        - sin_theta2 * t_vmmcz;
+    const real t_qv4rx = t_44ttq - t_fmgqh;
+    const real t_oqair = zeta2 + t_3ocqs + g_2 * t_qv4rx - t_mwq7z * q_2 - t_m72m7;
+    const real t_p3bh6 = t_qy4n2
+        + cos_theta2 * t_ixgiu
+        + (t_qv4rx * t_h36cy + g_2 * (cos_theta2 * t_5rghd - sin_theta2 * t_ggj7d))
+        - (q_2 * t_62hw3 + t_mwq7z * t_yk3z4)
+        - sin_theta2 * t_z36hd;
+    const real t_r7vy7 = K(1.0) / p[m2];
+    const real t_vokmq = th_2 * (t_oqair * t_yk3z4 + q_2 * t_p3bh6)
+        - (loss_theta2 * t_r7vy7 + q_2 * t_oqair) * t_2s2br;
+    const real t_hucua = t_jx7yj
+        + (cos_theta2 * t_ze77j - t_7idvc)
+        + g_2 * (cos_theta2 * t_6dg7r - t_ywjjw - (sin_theta2 * t_7ekei + t_f6k2p))
+        - q_2 * t_jkr3e
+        - (sin_theta2 * t_vpbw5 + t_rmigv);
+    const real t_ydtrg = cos_theta2 * t_ky43l
+        + g_2 * (cos_theta2 * t_zgzfd - sin_theta2 * t_zzwnh)
+        - q_2 * t_sxhnn
+        - sin_theta2 * t_jxtto;
+    const real t_waus3 = cos_theta2 * t_5ewla
+        + g_2 * (cos_theta2 * t_o2b4u - sin_theta2 * t_w4yjg)
+        - q_2 * t_2gspi
+        - sin_theta2 * t_yvcd5;
+    const real t_4emsa = cos_theta2 * t_neuvj
+        - t_pv35x
+        + g_2 * (cos_theta2 * t_dytux - sin_theta2 * t_wa6kp)
+        - q_2 * t_ue6qm
+        - sin_theta2 * t_nvzz5;
+    const real t_heo73 = t_noiav
+        + cos_theta2 * t_s77ah
+        + g_2 * (cos_theta2 * t_mm5vw - sin_theta2 * t_qyrcg)
+        - q_2 * t_vdq6k
+        - sin_theta2 * t_ibmfi;
     J[0] = SPLAT(K(0.0));
-    J[1] = x[5];
-    J[2] = -x[4];
-    J[3] = v559;
-    J[4] = v751 + v293 * v579 - x[2];
-    J[5] = v935 + v293 * v775 + x[1];
+    J[1] = x[wz];
+    J[2] = -x[wy];
+    J[3] = t_eyqb4;
+    J[4] = t_d5rka + x_C * t_6xfo3 - x[vz];
+    J[5] = t_r4y2f + x_C * t_gwp2t + x[vy];
     J[6] = SPLAT(K(0.0));
     J[7] = SPLAT(K(0.0));
     J[8] = SPLAT(K(0.0));
-    J[9] = v1643;
-    J[10] = v2016;
-    J[11] = v2476;
-    J[12] = v2849;
-    J[13] = v2949;
-    J[14] = v3048;
-    J[15] = v3148;
-    J[16] = v3247;
-    J[17] = -x[5];
+    J[9] = t_ohz37;
+    J[10] = t_siypo;
+    J[11] = t_5ikkw;
+    J[12] = t_x2xqm;
+    J[13] = t_osway;
+    J[14] = t_xpg2b;
+    J[15] = t_qcn7c;
+    J[16] = t_smbtt;
+    J[17] = -x[wz];
     J[18] = SPLAT(K(0.0));
-    J[19] = x[3];
-    J[20] = v549 - v293 * v531 + x[2];
-    J[21] = v741 - v293 * v723;
-    J[22] = v925 - v293 * v907 - x[0];
+    J[19] = x[wx];
+    J[20] = t_p3cyq - x_C * t_mvcys + x[vz];
+    J[21] = t_5gogd - x_C * t_zidue;
+    J[22] = t_gbvsw - x_C * t_hucxp - x[vx];
     J[23] = SPLAT(K(0.0));
     J[24] = SPLAT(K(0.0));
     J[25] = SPLAT(K(0.0));
-    J[26] = v1624 - v293 * v1591;
-    J[27] = v1999 - v293 * v1966;
-    J[28] = v2457 - v293 * v2424;
-    J[29] = v2832 - v293 * v2799;
-    J[30] = v2939 - v293 * v2921;
-    J[31] = v3038 - v293 * v3020;
-    J[32] = v3138 - v293 * v3120;
-    J[33] = v3237 - v293 * v3219;
-    J[34] = x[4];
-    J[35] = -x[3];
+    J[26] = t_clzgq - x_C * t_nbkzt;
+    J[27] = t_ghemx - x_C * t_zr5di;
+    J[28] = t_ixgiu - x_C * t_5rghd;
+    J[29] = t_ze77j - x_C * t_6dg7r;
+    J[30] = t_ky43l - x_C * t_zgzfd;
+    J[31] = t_5ewla - x_C * t_o2b4u;
+    J[32] = t_neuvj - x_C * t_dytux;
+    J[33] = t_s77ah - x_C * t_mm5vw;
+    J[34] = x[wy];
+    J[35] = -x[wx];
     J[36] = SPLAT(K(0.0));
-    J[37] = v541 - v293 * v529 - x[1];
-    J[38] = v733 - v293 * v721 + x[0];
-    J[39] = v917 - v293 * v905;
+    J[37] = t_k4g3j - x_C * t_fukug - x[vy];
+    J[38] = t_z2otz - x_C * t_yanuq + x[vx];
+    J[39] = t_nsiwt - x_C * t_gif7d;
     J[40] = SPLAT(K(0.0));
     J[41] = SPLAT(K(0.0));
     J[42] = SPLAT(K(0.0));
-    J[43] = v1609 - v293 * v1588;
-    J[44] = v1984 - v293 * v1963;
-    J[45] = v2442 - v293 * v2421;
-    J[46] = v2817 - v293 * v2796;
-    J[47] = v2931 - v293 * v2919;
-    J[48] = v3030 - v293 * v3018;
-    J[49] = v3130 - v293 * v3118;
-    J[50] = v3229 - v293 * v3217;
+    J[43] = t_vb3vk - x_C * t_2rjc3;
+    J[44] = t_vmmcz - x_C * t_vbfnl;
+    J[45] = t_z36hd - x_C * t_ggj7d;
+    J[46] = t_vpbw5 - x_C * t_7ekei;
+    J[47] = t_jxtto - x_C * t_zzwnh;
+    J[48] = t_yvcd5 - x_C * t_w4yjg;
+    J[49] = t_nvzz5 - x_C * t_wa6kp;
+    J[50] = t_ibmfi - x_C * t_qyrcg;
     J[51] = SPLAT(K(0.0));
     J[52] = SPLAT(K(0.0));
     J[53] = SPLAT(K(0.0));
-    J[54] = v535;
-    J[55] = v727;
-    J[56] = v911;
+    J[54] = t_cgzf6;
+    J[55] = t_v3546;
+    J[56] = t_psn6w;
     J[57] = SPLAT(K(0.0));
     J[58] = SPLAT(K(0.0));
     J[59] = SPLAT(K(0.0));
-    J[60] = v1598;
-    J[61] = v1973;
-    J[62] = v2431;
-    J[63] = v2806;
-    J[64] = v2925;
-    J[65] = v3024;
-    J[66] = v3124;
-    J[67] = v3223;
+    J[60] = t_acgzr;
+    J[61] = t_3knpj;
+    J[62] = t_qeczb;
+    J[63] = t_tlzdx;
+    J[64] = t_lg6ux;
+    J[65] = t_c4scz;
+    J[66] = t_ucko3;
+    J[67] = t_vu6ur;
     J[68] = SPLAT(K(0.0));
     J[69] = SPLAT(K(0.0));
     J[70] = SPLAT(K(0.0));
-    J[71] = x[5] - v529;
-    J[72] = -v721;
-    J[73] = x[3] - v905;
+    J[71] = x[wz] - t_fukug;
+    J[72] = -t_yanuq;
+    J[73] = x[wx] - t_gif7d;
     J[74] = SPLAT(K(0.0));
     J[75] = SPLAT(K(0.0));
     J[76] = SPLAT(K(0.0));
-    J[77] = -v1588;
-    J[78] = -v1963;
-    J[79] = -v2421;
-    J[80] = -v2796;
-    J[81] = -v2919;
-    J[82] = -v3018;
-    J[83] = -v3118;
-    J[84] = -v3217;
+    J[77] = -t_2rjc3;
+    J[78] = -t_vbfnl;
+    J[79] = -t_ggj7d;
+    J[80] = -t_7ekei;
+    J[81] = -t_zzwnh;
+    J[82] = -t_w4yjg;
+    J[83] = -t_wa6kp;
+    J[84] = -t_qyrcg;
     J[85] = SPLAT(K(0.0));
     J[86] = SPLAT(K(0.0));
     J[87] = SPLAT(K(0.0));
-    J[88] = v3310;
-    J[89] = v3311;
-    J[90] = v907;
+    J[88] = t_ljjby;
+    J[89] = t_6xihg;
+    J[90] = t_hucxp;
     J[91] = SPLAT(K(0.0));
     J[92] = SPLAT(K(0.0));
     J[93] = SPLAT(K(0.0));
-    J[94] = v1591;
-    J[95] = v1966;
-    J[96] = v2424;
-    J[97] = v2799;
-    J[98] = v2921;
-    J[99] = v3020;
-    J[100] = v3120;
-    J[101] = v3219;
+    J[94] = t_nbkzt;
+    J[95] = t_zr5di;
+    J[96] = t_5rghd;
+    J[97] = t_6dg7r;
+    J[98] = t_zgzfd;
+    J[99] = t_o2b4u;
+    J[100] = t_dytux;
+    J[101] = t_mm5vw;
     J[102] = SPLAT(K(0.0));
     J[103] = SPLAT(K(0.0));
     J[104] = SPLAT(K(0.0));
@@ -1200,325 +1861,483 @@ void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
     J[221] = SPLAT(K(0.0));
     J[222] = SPLAT(K(0.0));
     J[223] = SPLAT(K(0.0));
-    J[224] = v3329;
-    J[225] = v3333 - p[15] * (v3333 + v727) * v13 - v3347;
-    J[226] = v3352 - p[15] * (v3352 + v911) * v13 - v3366;
+    J[224] = t_7iogl - p[I1] * (t_7iogl + t_cgzf6) * t_zrejm - k1 * t_stpa4;
+    J[225] = t_vjduo - p[I1] * (t_vjduo + t_v3546) * t_zrejm - k1 * t_e7lob;
+    J[226] = t_rb6tk - p[I1] * (t_rb6tk + t_psn6w) * t_zrejm - k1 * t_g563g;
     J[227] = SPLAT(K(0.0));
     J[228] = SPLAT(K(0.0));
     J[229] = SPLAT(K(0.0));
-    J[230] = v3408;
-    J[231] = v3416 - p[15] * (v3416 + v1973) * v13 - v90 * v3432;
-    J[232] = v3451;
-    J[233] = v3468;
-    J[234] = v3486;
-    J[235] = v3504;
-    J[236] = v3521;
-    J[237] = v3538;
+    J[230] = t_kohte - p[I1] * (t_kohte + t_acgzr) * t_zrejm - k1 * t_2hj4r;
+    J[231] = t_yfrgw
+        - p[I1] * (t_yfrgw + t_3knpj) * t_zrejm
+        - k1 * (t_hwsei + sin_phi1 * t_siypo);
+    J[232] = t_cpkpb - p[I1] * (t_cpkpb + t_qeczb) * t_zrejm - k1 * t_gjjkx;
+    J[233] = t_pjwwp - p[I1] * (t_pjwwp + t_tlzdx) * t_zrejm - k1 * t_5rtia;
+    J[234] = t_uc5ut - (p[eps1] + p[I1] * (t_uc5ut + t_lg6ux)) * t_zrejm - k1 * t_2szno;
+    J[235] = t_7iogl_2 - p[I1] * (t_7iogl_2 + t_c4scz) * t_zrejm - k1 * t_bpc6o;
+    J[236] = t_tixs4 - p[I1] * (t_tixs4 + t_ucko3) * t_zrejm - k1 * t_yfavs;
+    J[237] = t_fb4it - p[I1] * (t_fb4it + t_vu6ur) * t_zrejm - k1 * t_djhv6;
     J[238] = SPLAT(K(0.0));
     J[239] = SPLAT(K(0.0));
     J[240] = SPLAT(K(0.0));
-    J[241] = -(v3310 + v116 * (v111 * v3550));
-    J[242] = -(v3311 + v116 * (v111 * v3566));
-    J[243] = -(v907 + v116 * (v111 * v3582));
+    J[241] = -(t_ljjby + th_1 * (q_1 * t_z5ycs));
+    J[242] = -(t_6xihg + th_1 * (q_1 * t_7t23y));
+    J[243] = -(t_hucxp + th_1 * (q_1 * t_zp6pk));
     J[244] = SPLAT(K(0.0));
     J[245] = SPLAT(K(0.0));
     J[246] = SPLAT(K(0.0));
-    J[247] = -(v1591 + (v116 * v3613 - (v1027 * v3615 + v111 * v3594) * v1216));
-    J[248] = v3642;
-    J[249] = -(v2424 + v116 * (v111 * v3653));
-    J[250] = -(v2799 + v116 * (v111 * v3668));
-    J[251] = -(v2921 + v116 * (v111 * v3684));
-    J[252] = -(v3020 + v116 * (p[16] * v3615 + v111 * v3701));
-    J[253] = -(v3120 + v116 * (v111 * v3717));
-    J[254] = -(v3219 + v116 * (v111 * v3732));
+    J[247] = -(t_nbkzt + t_37k6y);
+    J[248] = -(t_zr5di + th_1 * (q_1 * t_go4yy));
+    J[249] = -(t_5rghd + th_1 * (q_1 * t_pn42b));
+    J[250] = -(t_6dg7r + th_1 * (q_1 * t_qk44u));
+    J[251] = -(t_zgzfd + th_1 * (q_1 * t_ovipm));
+    J[252] = -(t_o2b4u + th_1 * (p[eps1] * t_ibe72 + q_1 * t_gt2q6));
+    J[253] = -(t_dytux + th_1 * (q_1 * t_cey4r));
+    J[254] = -(t_mm5vw + th_1 * (q_1 * t_o7eef));
     J[255] = SPLAT(K(0.0));
     J[256] = SPLAT(K(0.0));
     J[257] = SPLAT(K(0.0));
-    J[258] = v3754;
-    J[259] = v3758 - p[20] * (v3758 + v727) * v47 - v3772;
-    J[260] = v3777 - p[20] * (v3777 + v911) * v47 - v3791;
+    J[258] = t_5zull - p[I2] * (t_5zull + t_cgzf6) * t_5wzvs - k2 * t_p7h7g;
+    J[259] = t_45gz6 - p[I2] * (t_45gz6 + t_v3546) * t_5wzvs - k2 * t_pz33d;
+    J[260] = t_v3njf - p[I2] * (t_v3njf + t_psn6w) * t_5wzvs - k2 * t_fg6t7;
     J[261] = SPLAT(K(0.0));
     J[262] = SPLAT(K(0.0));
     J[263] = SPLAT(K(0.0));
-    J[264] = v3809;
-    J[265] = v3826;
-    J[266] = v3857;
-    J[267] = v3865 - p[20] * (v3865 + v2806) * v47 - v93 * v3881;
-    J[268] = v3900;
-    J[269] = v3917;
-    J[270] = v3935;
-    J[271] = v3953;
+    J[264] = t_wbluk - p[I2] * (t_wbluk + t_acgzr) * t_5wzvs - k2 * t_v2sjm;
+    J[265] = t_edlpj - p[I2] * (t_edlpj + t_3knpj) * t_5wzvs - k2 * t_7ao57;
+    J[266] = t_yun54 - p[I2] * (t_yun54 + t_qeczb) * t_5wzvs - k2 * t_ert3o;
+    J[267] = t_qdiup
+        - p[I2] * (t_qdiup + t_tlzdx) * t_5wzvs
+        - k2 * (t_wpqww + sin_phi2 * t_x2xqm);
+    J[268] = t_ndael - p[I2] * (t_ndael + t_lg6ux) * t_5wzvs - k2 * t_ca6n5;
+    J[269] = t_hdhet - p[I2] * (t_hdhet + t_c4scz) * t_5wzvs - k2 * t_qv4hp;
+    J[270] = t_vso36 - (p[eps2] + p[I2] * (t_vso36 + t_ucko3)) * t_5wzvs - k2 * t_2jexu;
+    J[271] = t_5zull_2 - p[I2] * (t_5zull_2 + t_vu6ur) * t_5wzvs - k2 * t_iytag;
     J[272] = SPLAT(K(0.0));
     J[273] = SPLAT(K(0.0));
     J[274] = SPLAT(K(0.0));
-    J[275] = -(v3310 + v138 * (v133 * v3964));
-    J[276] = -(v3311 + v138 * (v133 * v3979));
-    J[277] = -(v907 + v138 * (v133 * v3994));
+    J[275] = -(t_ljjby + th_2 * (q_2 * t_dgy3c));
+    J[276] = -(t_6xihg + th_2 * (q_2 * t_6q5vx));
+    J[277] = -(t_hucxp + th_2 * (q_2 * t_kgekk));
     J[278] = SPLAT(K(0.0));
     J[279] = SPLAT(K(0.0));
     J[280] = SPLAT(K(0.0));
-    J[281] = -(v1591 + v138 * (v133 * v4008));
-    J[282] = -(v1966 + v138 * (v133 * v4022));
-    J[283] = -(v2424 + (v138 * v4051 - (v1038 * v4053 + v133 * v4033) * v2068));
-    J[284] = v4079;
-    J[285] = -(v2921 + v138 * (v133 * v4089));
-    J[286] = -(v3020 + v138 * (v133 * v4103));
-    J[287] = -(v3120 + v138 * (v133 * v4118));
-    J[288] = -(v3219 + v138 * (p[21] * v4053 + v133 * v4134));
+    J[281] = -(t_nbkzt + th_2 * (q_2 * t_ct5ru));
+    J[282] = -(t_zr5di + th_2 * (q_2 * t_roiww));
+    J[283] = -(t_5rghd + t_vokmq);
+    J[284] = -(t_6dg7r + th_2 * (q_2 * t_hucua));
+    J[285] = -(t_zgzfd + th_2 * (q_2 * t_ydtrg));
+    J[286] = -(t_o2b4u + th_2 * (q_2 * t_waus3));
+    J[287] = -(t_dytux + th_2 * (q_2 * t_4emsa));
+    J[288] = -(t_mm5vw + th_2 * (p[eps2] * t_r7vy7 + q_2 * t_heo73));
 }
 
 /* Jacobian of rhs with respect to u, row by row; 879 operations. */
 void slosh_jac_u(const real *x, const real *u, const real *p, real *J)
 {
-    const real v8 = K(1.0) / (p[13] * p[13] * p[12] + p[15]);
-    const real v9 = p[12] * v8;
-    const real v10 = v9 * p[13];
-    const real v11 = p[13] * p[12] * v10;
-    real s13, c13; mv_sincos(x[9], &s13, &c13);
-    const real v14 = v11 * s13;
-    const real v16 = v14 * c13;
-    real s18, c18; mv_sincos(x[10], &s18, &c18);
-    const real v27 = K(1.0) / (p[18] * p[18] * p[17] + p[20]);
-    const real v28 = p[17] * v27;
-    const real v29 = v28 * p[18];
-    const real v30 = p[18] * p[17] * v29;
-    real s32, c32; mv_sincos(x[11], &s32, &c32);
-    const real v33 = v30 * s32;
-    const real v35 = v33 * c32;
-    real s37, c37; mv_sincos(x[12], &s37, &c37);
-    const real v39 = v16 * s18 + v35 * s37;
-    const real v43 = v9 * p[15];
-    const real v45 = v28 * p[20];
-    const real v46 = p[0] + p[1] + v43 + v45;
-    const real v49 = v14 * s13;
-    const real v51 = v33 * s32;
-    const real v53 = K(1.0) / (v46 + v11 + v30 - v49 - v51);
-    const real v54 = v39 * v53;
-    const real v56 = s13 * p[13];
-    const real v60 = p[12] / (p[15] + p[12] * (v56 * v56));
-    const real v61 = v60 * p[15];
-    const real v62 = v56 * v61;
-    const real v63 = c18 * v62;
-    const real v65 = s32 * p[18];
-    const real v69 = p[17] / (p[20] + p[17] * (v65 * v65));
-    const real v70 = v69 * p[20];
-    const real v71 = v65 * v70;
-    const real v72 = c37 * v71;
-    const real v74 = v43 * p[13];
-    const real v75 = v74 * c13;
-    const real v78 = v45 * p[18];
-    const real v79 = v78 * c32;
-    const real v82 = v74 * s13;
-    const real v83 = v78 * s32;
-    const real v84 = v82 + v83;
-    const real v85 = v84 * v53;
-    const real v87 = v63 + v72 + v75 * s18 + v79 * s37 + v39 * v85;
-    const real v88 = s18 * s18;
-    const real v90 = v49 + v43 - v61;
-    const real v91 = v88 * v90;
-    const real v92 = s37 * s37;
-    const real v94 = v51 + v45 - v70;
-    const real v95 = v92 * v94;
-    const real v104 = K(1.0) / (v91 + v95 + v46 + v61 + v70 - v43 - v45 - v39 * v54);
-    const real v105 = v87 * v104;
-    const real v108 = v56 * v62 + v65 * v71;
-    const real v109 = v74 * p[13];
-    const real v111 = v78 * p[18];
-    const real v119 = s18 * v62;
-    const real v120 = s37 * v71;
-    const real v126 = c18 * s18;
-    const real v128 = c37 * s37;
-    const real v133 = v16 * c18 + v35 * c37;
-    const real v134 = v133 * v53;
-    const real v136 = v126 * v90 + v128 * v94 - v39 * v134;
-    const real v140 = v119 + v120 - v75 * c18 - v79 * c37 + v136 * v105 - v133 * v85;
-    const real v145 = v136 * v104;
-    const real v150 = K(1.0) / (v49 + v51 + v46 - v91 - v95 - v136 * v145 - v133 * v134);
-    const real v151 = v140 * v150;
-    const real v155 = v108 + v109 + v111 + (p[2] + p[3]) - v87 * v105 - v140 * v151 - v84 * v85;
-    const real v156 = K(1.0) / v155;
-    const real v168 = (p[14] * v43 - (p[7] * p[0] + p[6] * p[1]) + p[19] * v45) / v46;
-    const real v169 = p[14] - v168;
-    const real v171 = v169 - c13 * p[13];
-    const real v172 = v171 * v61;
-    const real v173 = v56 * v172;
-    const real v174 = c18 * v173;
-    const real v176 = p[19] - v168;
-    const real v178 = v176 - c32 * p[18];
-    const real v179 = v178 * v70;
-    const real v180 = v65 * v179;
-    const real v181 = c37 * v180;
-    const real v183 = v75 * v169;
-    const real v184 = v109 - v183;
-    const real v187 = v79 * v176;
-    const real v188 = v111 - v187;
-    const real v192 = v172 - v169 * v43;
-    const real v194 = v179 - v176 * v45;
-    const real v196 = v49 * v169;
-    const real v197 = v75 - v196;
-    const real v198 = v197 + v192;
-    const real v200 = v51 * v176;
-    const real v201 = v79 - v200;
-    const real v202 = v201 + v194;
-    const real v204 = v88 * v198 + v92 * v202;
-    const real v209 = v82 + v16 * v169;
-    const real v212 = v83 + v35 * v176;
-    const real v214 = v209 * s18 + v212 * s37;
-    const real v215 = v214 * v53;
-    const real v217 = v192 + v194 - v204 - v63 - v72 - v39 * v215;
-    const real v218 = v217 * v104;
-    const real v223 = v126 * v198 + v128 * v202;
-    const real v229 = v119 - v223 + v120 - v136 * v218 - v133 * v215;
-    const real v230 = v229 * v150;
-    const real v234 = v108 - v174 - v181 + v184 * s18 + v188 * s37 + v87 * v218 - v140 * v230 - v84 * v215;
-    const real v235 = v234 * v156;
-    const real v236 = v171 * v172;
-    const real v237 = v178 * v179;
-    const real v241 = v43 * (v169 * v169);
-    const real v246 = v109 + K(-2.0) * v183 + v169 * v196;
-    const real v248 = v241 + v246 - v236;
-    const real v249 = v88 * v248;
-    const real v252 = v45 * (v176 * v176);
-    const real v256 = v111 + K(-2.0) * v187 + v176 * v200;
-    const real v258 = v252 + v256 - v237;
-    const real v259 = v92 * v258;
-    const real v273 = v43 * (p[14] * p[14]) + v45 * (p[19] * p[19]) + p[0] * (p[7] * p[7]) + p[1] * (p[6] * p[6]);
-    const real v276 = v273 - v46 * (v168 * v168);
-    const real v282 = v236 + v237 + v108 + v249 + v259 + (p[2] + p[5] + v276) - v241 - v252 + K(-2.0) * v174;
-    const real v292 = v282 + K(-2.0) * v181 - v217 * v218 - v229 * v230 - v234 * v235 - v214 * v215;
-    const real v293 = K(1.0) / v292;
-    const real v297 = s18 * v173 + s37 * v180;
-    const real v304 = v209 * c18 + v212 * c37;
-    const real v305 = v304 * v53;
-    const real v307 = v223 + v39 * v305;
-    const real v308 = v307 * v104;
-    const real v316 = v204 - (v197 + v201) + v136 * v308 - v133 * v305;
-    const real v317 = v316 * v150;
-    const real v329 = v297 + v184 * c18 + v188 * c37 - v87 * v308 - v140 * v317 - v84 * v305;
-    const real v330 = v329 * v156;
-    const real v332 = v297 + v126 * v248 + v128 * v258 + v217 * v308 - v229 * v317 - v234 * v330;
-    const real v334 = v332 - v214 * v305;
-    const real v335 = v334 * v293;
-    const real v348 = v246 + v256 + (p[2] + p[4] + (p[15] + p[20]) + v276) - v249 - v259 - v307 * v308;
-    const real v357 = K(1.0) / (v348 - v316 * v317 - v329 * v330 - v334 * v335 - v304 * v305);
-    const real v358 = (v335 * v235 - v330) * v357;
-    const real v360 = v235 * v293 + v335 * v358;
-    const real v364 = v156 + v235 * v360 - v330 * v358;
-    const real v370 = v230 * v360 - v151 * v364 - v317 * v358;
-    const real v376 = v105 * v364 - v145 * v370 + v218 * v360 + v308 * v358;
-    const real v385 = v54 * v376 + v134 * v370 + v85 * v364 - v215 * v360 + v305 * v358;
-    const real v387 = v335 * v357;
-    const real v389 = v330 * v357 - v235 * v387;
-    const real v395 = v317 * v357 - (v151 * v389 + v230 * v387);
-    const real v401 = v105 * v389 - v145 * v395 - v218 * v387 - v308 * v357;
-    const real v410 = v54 * v401 + v134 * v395 + v85 * v389 + v215 * v387 - v305 * v357;
-    const real v413 = v293 + v335 * v387;
-    const real v415 = v330 * v387 - v235 * v413;
-    const real v421 = v317 * v387 - (v151 * v415 + v230 * v413);
-    const real v427 = v105 * v415 - v145 * v421 - v218 * v413 - v308 * v387;
-    const real v436 = v54 * v427 + v134 * v421 + v85 * v415 + v215 * v413 - v305 * v387;
-    const real v439 = p[7] + p[8] + v168;
-    real s441, c441; mv_sincos(u[4], &s441, &c441);
-    const real v443 = c441 * p[9];
-    real s445, c445; mv_sincos(u[3], &s445, &c445);
-    const real v446 = v443 * c445;
-    const real v449 = v443 * s445;
-    const real v452 = v54 * v449;
-    const real v458 = v145 * v452 - (v134 * v449 + v446);
-    const real v465 = v85 * v449 + v105 * v452 + v151 * v458;
-    const real v474 = v218 * v452 - v215 * v449 - v230 * v458 + v235 * v465;
-    const real v476 = v439 * v446 - v305 * v449 - v308 * v452 - v317 * v458 + v330 * v465 - v335 * v474;
-    const real v477 = v476 * v357;
-    const real v484 = v474 * v293 - v335 * v477;
-    const real v488 = v465 * v156 + v235 * v484 + v330 * v477;
-    const real v494 = v458 * v150 + v151 * v488 - v230 * v484 - v317 * v477;
-    const real v501 = v308 * v477 - (v452 * v104 + v145 * v494 + v105 * v488 + v218 * v484);
-    const real v512 = v54 * v501 - v449 * v53 + v134 * v494 - v85 * v488 + v215 * v484 + v305 * v477;
-    const real v513 = p[9] * c441;
-    const real v515 = p[9] * s441;
-    const real v516 = c445 * v515;
-    const real v518 = v513 - v54 * v516;
-    const real v520 = s445 * v515;
-    const real v524 = v520 - v134 * v516 - v145 * v518;
-    const real v530 = v105 * v518 - v85 * v516 - v151 * v524;
-    const real v540 = v439 * v513 + v215 * v516 + v218 * v518 + v230 * v524 + v235 * v530;
-    const real v552 = v308 * v518 - (v439 * v520 + v305 * v516) - v317 * v524 - v330 * v530 + v335 * v540;
-    const real v553 = v552 * v357;
-    const real v555 = v540 * v293 + v335 * v553;
-    const real v559 = v530 * v156 + v235 * v555 - v330 * v553;
-    const real v565 = v524 * v150 - v151 * v559 + v230 * v555 - v317 * v553;
-    const real v573 = v518 * v104 - v145 * v565 + v105 * v559 + v218 * v555 + v308 * v553;
-    const real v584 = v54 * v573 - v516 * v53 + v134 * v565 + v85 * v559 - v215 * v555 + v305 * v553;
-    const real v587 = v168 * v387;
-    const real v613 = c18 * v358 - s18 * v360;
-    const real v627 = v613 - p[15] * (v613 + v364) * v8 - v10 * (c13 * (v169 * v613 + s18 * v376 + c18 * v370) + s13 * v385);
-    const real v628 = s18 * v387;
-    const real v630 = v628 - c18 * v357;
-    const real v644 = v630 - p[15] * (v630 + v389) * v8 - v10 * (c13 * (v169 * v630 + s18 * v401 + c18 * v395) + s13 * v410);
-    const real v646 = c18 * v387;
-    const real v647 = s18 * v413 - v646;
-    const real v661 = v647 - p[15] * (v647 + v415) * v8 - v10 * (c13 * (v169 * v647 + s18 * v427 + c18 * v421) + s13 * v436);
-    const real v664 = s18 * v484 + c18 * v477;
-    const real v678 = v664 - p[15] * (v664 - v488) * v8 - v10 * (c13 * (v169 * v664 + s18 * v501 + c18 * v494) + s13 * v512);
-    const real v681 = c18 * v553 - s18 * v555;
-    const real v695 = v681 - p[15] * (v681 + v559) * v8 - v10 * (c13 * (v169 * v681 + s18 * v573 + c18 * v565) + s13 * v584);
-    const real v702 = v364 - v360;
-    const real v707 = v56 * (c18 * v376 - v171 * (c18 * v360 + s18 * v358) - v56 * v702 - s18 * v370);
-    const real v716 = v389 + v387;
-    const real v721 = v56 * (c18 * v401 + v171 * (v646 + s18 * v357) - v56 * v716 - s18 * v395);
-    const real v730 = v415 + v413;
-    const real v735 = v56 * (c18 * v427 + v171 * (c18 * v413 + v628) - v56 * v730 - s18 * v421);
-    const real v745 = v484 - v488;
-    const real v750 = v56 * (c18 * v501 + v171 * (c18 * v484 - s18 * v477) - v56 * v745 - s18 * v494);
-    const real v760 = v559 - v555;
-    const real v765 = v56 * (c18 * v573 - v171 * (c18 * v555 + s18 * v553) - v56 * v760 - s18 * v565);
-    const real v771 = c37 * v358 - s37 * v360;
-    const real v785 = v771 - p[20] * (v771 + v364) * v27 - v29 * (c32 * (v176 * v771 + s37 * v376 + c37 * v370) + s32 * v385);
-    const real v786 = s37 * v387;
-    const real v788 = v786 - c37 * v357;
-    const real v802 = v788 - p[20] * (v788 + v389) * v27 - v29 * (c32 * (v176 * v788 + s37 * v401 + c37 * v395) + s32 * v410);
-    const real v804 = c37 * v387;
-    const real v805 = s37 * v413 - v804;
-    const real v819 = v805 - p[20] * (v805 + v415) * v27 - v29 * (c32 * (v176 * v805 + s37 * v427 + c37 * v421) + s32 * v436);
-    const real v822 = s37 * v484 + c37 * v477;
-    const real v836 = v822 - p[20] * (v822 - v488) * v27 - v29 * (c32 * (v176 * v822 + s37 * v501 + c37 * v494) + s32 * v512);
-    const real v839 = c37 * v553 - s37 * v555;
-    const real v853 = v839 - p[20] * (v839 + v559) * v27 - v29 * (c32 * (v176 * v839 + s37 * v573 + c37 * v565) + s32 * v584);
-    const real v864 = v65 * (c37 * v376 - v178 * (c37 * v360 + s37 * v358) - v65 * v702 - s37 * v370);
-    const real v877 = v65 * (c37 * v401 + v178 * (v804 + s37 * v357) - v65 * v716 - s37 * v395);
-    const real v890 = v65 * (c37 * v427 + v178 * (c37 * v413 + v786) - v65 * v730 - s37 * v421);
-    const real v904 = v65 * (c37 * v501 + v178 * (c37 * v484 - s37 * v477) - v65 * v745 - s37 * v494);
-    const real v918 = v65 * (c37 * v573 - v178 * (c37 * v555 + s37 * v553) - v65 * v760 - s37 * v565);
-    J[0] = v385;
-    J[1] = v410;
-    J[2] = v436;
-    J[3] = v512;
-    J[4] = v584;
-    J[5] = v376 + v168 * v360;
-    J[6] = v401 - v587;
-    J[7] = v427 - v168 * v413;
-    J[8] = v501 - v168 * v484;
-    J[9] = v573 + v168 * v555;
-    J[10] = v370 - v168 * v358;
-    J[11] = v395 + v168 * v357;
-    J[12] = v421 + v587;
-    J[13] = v494 - v168 * v477;
-    J[14] = v565 - v168 * v553;
-    J[15] = v364;
-    J[16] = v389;
-    J[17] = v415;
-    J[18] = -v488;
-    J[19] = v559;
-    J[20] = -v358;
-    J[21] = v357;
-    J[22] = v387;
-    J[23] = -v477;
-    J[24] = -v553;
-    J[25] = -v360;
-    J[26] = v387;
-    J[27] = v413;
-    J[28] = v484;
-    J[29] = -v555;
+    enum { phi1 = SLOSH_X_PHI1 };
+    enum { theta1 = SLOSH_X_THETA1 };
+    enum { phi2 = SLOSH_X_PHI2 };
+    enum { theta2 = SLOSH_X_THETA2 };
+    enum { delta1 = SLOSH_U_DELTA1 };
+    enum { delta2 = SLOSH_U_DELTA2 };
+    enum { m = SLOSH_P_M };
+    enum { m0 = SLOSH_P_M0 };
+    enum { I0 = SLOSH_P_I0 };
+    enum { J_x = SLOSH_P_J_X };
+    enum { J_y = SLOSH_P_J_Y };
+    enum { J_z = SLOSH_P_J_Z };
+    enum { h0 = SLOSH_P_H0 };
+    enum { b = SLOSH_P_B };
+    enum { d = SLOSH_P_D };
+    enum { F = SLOSH_P_F };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
+    const real t_zrejm = K(1.0) / D1;
+    const real t_3qn53 = p[m1] * t_zrejm;
+    const real k1 = t_3qn53 * p[l1];
+    const real me1 = t_3qn53 * p[I1];
+    const real mv1 = p[l1] * p[m1] * k1;
+    const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
+    const real t_5wzvs = K(1.0) / D2;
+    const real t_54cbb = p[m2] * t_5wzvs;
+    const real k2 = t_54cbb * p[l2];
+    const real me2 = t_54cbb * p[I2];
+    const real mv2 = p[l2] * p[m2] * k2;
+    const real M_C = p[m] + p[m0] + me1 + me2;
+    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real S_C = me1 * (p[h1] * p[h1])
+        + me2 * (p[h2] * p[h2])
+        + p[m] * (p[b] * p[b])
+        + p[m0] * (p[h0] * p[h0])
+        - M_C * (x_C * x_C);
+    const real J_C1 = p[I0] + p[J_x];
+    const real J_C3 = p[I0] + p[J_z] + S_C;
+    const real J_C2 = p[I0] + p[J_y] + (p[I1] + p[I2]) + S_C;
+    const real e1 = p[h1] - x_C;
+    const real e2 = p[h2] - x_C;
+    real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
+    const real t_ruxs4 = cos_delta2 * p[F];
+    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
+    const real f_x = t_ruxs4 * cos_delta1;
+    const real f_y = p[F] * sin_delta2;
+    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
+    const real As_1 = mv1 * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real eAss_1 = Ass_1 * e1;
+    const real q_1 = sin_phi1 * p[l1];
+    const real lc_1 = cos_phi1 * p[l1];
+    const real B_1 = me1 * p[l1];
+    const real Bs_1 = B_1 * sin_phi1;
+    const real Bc_1 = B_1 * cos_phi1;
+    const real Bl_1 = B_1 * p[l1];
+    const real g_1 = e1 - lc_1;
+    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
+    const real wth_1 = th_1 * p[I1];
+    const real eBc_1 = Bc_1 * e1;
+    const real wg_1 = g_1 * wth_1;
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real tn11_1 = Ass_1 + me1 - wth_1;
+    const real t_b7ure = me1 * (e1 * e1);
+    const real t_3bowt = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
+    const real t_3fv6l = g_1 * wg_1;
+    const real tn44_1 = t_b7ure + t_3bowt - t_3fv6l;
+    const real wq_1 = q_1 * wth_1;
+    const real wqg_1 = q_1 * wg_1;
+    const real wqq_1 = q_1 * wq_1;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real wgC_1 = cos_theta1 * wqg_1;
+    const real wgS_1 = sin_theta1 * wqg_1;
+    const real As_2 = mv2 * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real eAss_2 = Ass_2 * e2;
+    const real q_2 = sin_phi2 * p[l2];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real B_2 = me2 * p[l2];
+    const real Bs_2 = B_2 * sin_phi2;
+    const real Bc_2 = B_2 * cos_phi2;
+    const real Bl_2 = B_2 * p[l2];
+    const real g_2 = e2 - lc_2;
+    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
+    const real wth_2 = th_2 * p[I2];
+    const real eBc_2 = Bc_2 * e2;
+    const real wg_2 = g_2 * wth_2;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real tn11_2 = Ass_2 + me2 - wth_2;
+    const real t_lpk5h = me2 * (e2 * e2);
+    const real t_ymmgl = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
+    const real t_odwbr = g_2 * wg_2;
+    const real tn44_2 = t_lpk5h + t_ymmgl - t_odwbr;
+    const real wq_2 = q_2 * wth_2;
+    const real wqg_2 = q_2 * wg_2;
+    const real wqq_2 = q_2 * wq_2;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real wgC_2 = cos_theta2 * wqg_2;
+    const real wgS_2 = sin_theta2 * wqg_2;
+    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
+    const real t_fbeaw = S_sq1 * tn11_1;
+    const real t_dj555 = S_sq2 * tn11_2;
+    const real K22 = t_fbeaw + t_dj555 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real K33 = Ass_1 + Ass_2 + M_C - t_fbeaw - t_dj555;
+    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
+    const real t_nhr5u = wqq_1 + wqq_2;
+    const real K44 = t_nhr5u + Bl_1 + Bl_2 + J_C1;
+    const real t_tcgxn = wg_1 - e1 * me1;
+    const real t_uf5ib = wg_2 - e2 * me2;
+    const real t_32gyg = Bc_1 - eAss_1;
+    const real t_65obb = t_32gyg + t_tcgxn;
+    const real t_gbkg6 = Bc_2 - eAss_2;
+    const real t_yoiua = t_gbkg6 + t_uf5ib;
+    const real t_z76hk = S_sq1 * t_65obb + S_sq2 * t_yoiua;
+    const real K52 = t_tcgxn + t_uf5ib - t_z76hk - wqC_1 - wqC_2;
+    const real t_hjmgb = SC1 * t_65obb + SC2 * t_yoiua;
+    const real K53 = wqS_1 - t_hjmgb + wqS_2;
+    const real t_nncdg = Bl_1 - eBc_1;
+    const real t_4q22j = Bl_2 - eBc_2;
+    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
+    const real t_hoosk = S_sq1 * tn44_1;
+    const real t_drvdp = S_sq2 * tn44_2;
+    const real K55 = t_3fv6l
+        + t_odwbr
+        + t_nhr5u
+        + t_hoosk
+        + t_drvdp
+        + J_C3
+        - t_b7ure
+        - t_lpk5h
+        + K(-2.0) * wgC_1
+        + K(-2.0) * wgC_2;
+    const real K63 = t_z76hk - (t_32gyg + t_gbkg6);
+    const real t_zhbuw = wgS_1 + wgS_2;
+    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
+    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_3bowt + t_ymmgl + J_C2 - t_hoosk - t_drvdp;
+    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_bpfoo = K(1.0) / K11;
+    const real t_w7lcw = t_b3aij * t_bpfoo;
+    const real K_D2 = K22 - t_b3aij * t_w7lcw;
+    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_3go2w = t_zzymx * t_bpfoo;
+    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
+    const real t_4iujv = K(1.0) / K_D2;
+    const real K_L32 = t_d4mqf * t_4iujv;
+    const real t_ev7u5 = Bs_1 + Asc_1 * e1;
+    const real t_bvybx = Bs_2 + Asc_2 * e2;
+    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
+    const real t_vshgd = t_6mmeb * t_bpfoo;
+    const real t_p6zld = K52 - t_b3aij * t_vshgd;
+    const real K_L52 = t_p6zld * t_4iujv;
+    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
+    const real t_2m245 = Bs_1 + Bs_2;
+    const real t_xq4wt = t_2m245 * t_bpfoo;
+    const real t_m67zs = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2 + t_b3aij * t_xq4wt;
+    const real t_6urah = t_m67zs * t_4iujv;
+    const real t_m27n6 = K43 + t_d4mqf * t_6urah - t_zzymx * t_xq4wt;
+    const real t_zmh3u = K(1.0) / K_D3;
+    const real K_L43 = t_m27n6 * t_zmh3u;
+    const real t_bxfcn = K53 - t_d4mqf * K_L52 - t_zzymx * t_vshgd;
+    const real K_L53 = t_bxfcn * t_zmh3u;
+    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
+    const real t_e4enr = t_bl4f2 * t_bpfoo;
+    const real t_qvrp6 = t_hjmgb + t_b3aij * t_e4enr;
+    const real t_dj64q = t_qvrp6 * t_4iujv;
+    const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
+    const real K_L63 = t_rahc4 * t_zmh3u;
+    const real K_D4 = K44 - t_m67zs * t_6urah - t_m27n6 * K_L43 - t_2m245 * t_xq4wt;
+    const real t_amczu = K54 + t_m67zs * K_L52 - t_m27n6 * K_L53 - t_2m245 * t_vshgd;
+    const real t_lt2al = K(1.0) / K_D4;
+    const real K_L54 = t_amczu * t_lt2al;
+    const real t_e4k6u = K64 - t_m67zs * t_dj64q - t_m27n6 * K_L63 - t_2m245 * t_e4enr;
+    const real K_L64 = t_e4k6u * t_lt2al;
+    const real K_D5 = K55
+        - t_p6zld * K_L52
+        - t_bxfcn * K_L53
+        - t_amczu * K_L54
+        - t_6mmeb * t_vshgd;
+    const real t_jo54w = K65
+        + t_p6zld * t_dj64q
+        - t_bxfcn * K_L63
+        - t_amczu * K_L64
+        - t_6mmeb * t_e4enr;
+    const real t_ftqxb = K(1.0) / K_D5;
+    const real K_L65 = t_jo54w * t_ftqxb;
+    const real K_D6 = K66
+        - t_qvrp6 * t_dj64q
+        - t_rahc4 * K_L63
+        - t_e4k6u * K_L64
+        - t_jo54w * K_L65
+        - t_bl4f2 * t_e4enr;
+    const real t_nfkwa = K(1.0) / K_D6;
+    const real t_hiifd = (K_L65 * K_L54 - K_L64) * t_nfkwa;
+    const real t_5u7wz = K_L54 * t_ftqxb + K_L65 * t_hiifd;
+    const real t_6ytpw = t_lt2al + K_L54 * t_5u7wz - K_L64 * t_hiifd;
+    const real t_fokyf = K_L53 * t_5u7wz - K_L43 * t_6ytpw - K_L63 * t_hiifd;
+    const real t_fiyby = t_6urah * t_6ytpw - K_L32 * t_fokyf + K_L52 * t_5u7wz + t_dj64q * t_hiifd;
+    const real t_ueggq = t_w7lcw * t_fiyby
+        + t_3go2w * t_fokyf
+        + t_xq4wt * t_6ytpw
+        - t_vshgd * t_5u7wz
+        + t_e4enr * t_hiifd;
+    const real t_zwjps = K_L65 * t_nfkwa;
+    const real t_ctsrf = K_L64 * t_nfkwa - K_L54 * t_zwjps;
+    const real t_5wlzs = K_L63 * t_nfkwa - (K_L43 * t_ctsrf + K_L53 * t_zwjps);
+    const real t_ltkoi = t_6urah * t_ctsrf - K_L32 * t_5wlzs - K_L52 * t_zwjps - t_dj64q * t_nfkwa;
+    const real t_fzl2a = t_w7lcw * t_ltkoi
+        + t_3go2w * t_5wlzs
+        + t_xq4wt * t_ctsrf
+        + t_vshgd * t_zwjps
+        - t_e4enr * t_nfkwa;
+    const real t_kchpi = t_ftqxb + K_L65 * t_zwjps;
+    const real t_ht423 = K_L64 * t_zwjps - K_L54 * t_kchpi;
+    const real t_mrgyy = K_L63 * t_zwjps - (K_L43 * t_ht423 + K_L53 * t_kchpi);
+    const real t_f72r2 = t_6urah * t_ht423 - K_L32 * t_mrgyy - K_L52 * t_kchpi - t_dj64q * t_zwjps;
+    const real t_4wxpe = t_w7lcw * t_f72r2
+        + t_3go2w * t_mrgyy
+        + t_xq4wt * t_ht423
+        + t_vshgd * t_kchpi
+        - t_e4enr * t_zwjps;
+    const real t_lwe76 = p[b] + p[d] + x_C;
+    const real t_gcu5g = t_ruxs4 * sin_delta1;
+    const real t_wqzoa = t_w7lcw * t_gcu5g;
+    const real t_5hiyq = K_L32 * t_wqzoa - (t_3go2w * t_gcu5g + f_x);
+    const real t_jzilr = t_xq4wt * t_gcu5g + t_6urah * t_wqzoa + K_L43 * t_5hiyq;
+    const real t_zx4zt = K_L52 * t_wqzoa - t_vshgd * t_gcu5g - K_L53 * t_5hiyq + K_L54 * t_jzilr;
+    const real t_lxwbb = t_lwe76 * f_x
+        - t_e4enr * t_gcu5g
+        - t_dj64q * t_wqzoa
+        - K_L63 * t_5hiyq
+        + K_L64 * t_jzilr
+        - K_L65 * t_zx4zt;
+    const real t_imbm2 = t_lxwbb * t_nfkwa;
+    const real t_gam2q = t_zx4zt * t_ftqxb - K_L65 * t_imbm2;
+    const real t_w4fnn = t_jzilr * t_lt2al + K_L54 * t_gam2q + K_L64 * t_imbm2;
+    const real t_ej2d2 = t_5hiyq * t_zmh3u + K_L43 * t_w4fnn - K_L53 * t_gam2q - K_L63 * t_imbm2;
+    const real t_wse3o = t_dj64q * t_imbm2
+        - (t_wqzoa * t_4iujv + K_L32 * t_ej2d2 + t_6urah * t_w4fnn + K_L52 * t_gam2q);
+    const real t_hgcol = t_w7lcw * t_wse3o
+        - t_gcu5g * t_bpfoo
+        + t_3go2w * t_ej2d2
+        - t_xq4wt * t_w4fnn
+        + t_vshgd * t_gam2q
+        + t_e4enr * t_imbm2;
+    const real t_ruxs4_2 = p[F] * cos_delta2;
+    const real t_exz5b = cos_delta1 * f_y;
+    const real t_3xluz = t_ruxs4_2 - t_w7lcw * t_exz5b;
+    const real t_jowkb = sin_delta1 * f_y;
+    const real t_bdf6j = t_jowkb - t_3go2w * t_exz5b - K_L32 * t_3xluz;
+    const real t_xgosb = t_6urah * t_3xluz - t_xq4wt * t_exz5b - K_L43 * t_bdf6j;
+    const real t_szw4u = t_lwe76 * t_ruxs4_2
+        + t_vshgd * t_exz5b
+        + K_L52 * t_3xluz
+        + K_L53 * t_bdf6j
+        + K_L54 * t_xgosb;
+    const real t_yfavv = t_dj64q * t_3xluz
+        - (t_lwe76 * t_jowkb + t_e4enr * t_exz5b)
+        - K_L63 * t_bdf6j
+        - K_L64 * t_xgosb
+        + K_L65 * t_szw4u;
+    const real t_lqoxe = t_yfavv * t_nfkwa;
+    const real t_tewcm = t_szw4u * t_ftqxb + K_L65 * t_lqoxe;
+    const real t_752gl = t_xgosb * t_lt2al + K_L54 * t_tewcm - K_L64 * t_lqoxe;
+    const real t_yshmv = t_bdf6j * t_zmh3u - K_L43 * t_752gl + K_L53 * t_tewcm - K_L63 * t_lqoxe;
+    const real t_cukth = t_3xluz * t_4iujv
+        - K_L32 * t_yshmv
+        + t_6urah * t_752gl
+        + K_L52 * t_tewcm
+        + t_dj64q * t_lqoxe;
+    const real t_ega5d = t_w7lcw * t_cukth
+        - t_exz5b * t_bpfoo
+        + t_3go2w * t_yshmv
+        + t_xq4wt * t_752gl
+        - t_vshgd * t_tewcm
+        + t_e4enr * t_lqoxe;
+    const real t_okbuw = x_C * t_zwjps;
+    const real t_4n5xx = cos_theta1 * t_hiifd - sin_theta1 * t_5u7wz;
+    const real t_xox4q = cos_phi1 * (e1 * t_4n5xx + sin_theta1 * t_fiyby + cos_theta1 * t_fokyf)
+        + sin_phi1 * t_ueggq;
+    const real t_4koa5 = sin_theta1 * t_zwjps;
+    const real t_kfd5v = t_4koa5 - cos_theta1 * t_nfkwa;
+    const real t_tbn6u = cos_phi1 * (e1 * t_kfd5v + sin_theta1 * t_ltkoi + cos_theta1 * t_5wlzs)
+        + sin_phi1 * t_fzl2a;
+    const real t_v7fho = cos_theta1 * t_zwjps;
+    const real t_zkcpx = sin_theta1 * t_kchpi - t_v7fho;
+    const real t_fjarp = cos_phi1 * (e1 * t_zkcpx + sin_theta1 * t_f72r2 + cos_theta1 * t_mrgyy)
+        + sin_phi1 * t_4wxpe;
+    const real t_fcaq7 = sin_theta1 * t_gam2q + cos_theta1 * t_imbm2;
+    const real t_l6e5a = cos_phi1 * (e1 * t_fcaq7 + sin_theta1 * t_wse3o + cos_theta1 * t_ej2d2)
+        + sin_phi1 * t_hgcol;
+    const real t_vr3vd = cos_theta1 * t_lqoxe - sin_theta1 * t_tewcm;
+    const real t_wmjd7 = cos_phi1 * (e1 * t_vr3vd + sin_theta1 * t_cukth + cos_theta1 * t_yshmv)
+        + sin_phi1 * t_ega5d;
+    const real t_g3dly = t_6ytpw - t_5u7wz;
+    const real t_jr52b = cos_theta1 * t_fiyby
+        - g_1 * (cos_theta1 * t_5u7wz + sin_theta1 * t_hiifd)
+        - q_1 * t_g3dly
+        - sin_theta1 * t_fokyf;
+    const real t_af24o = t_ctsrf + t_zwjps;
+    const real t_syqg4 = cos_theta1 * t_ltkoi
+        + g_1 * (t_v7fho + sin_theta1 * t_nfkwa)
+        - q_1 * t_af24o
+        - sin_theta1 * t_5wlzs;
+    const real t_7fuvy = t_ht423 + t_kchpi;
+    const real t_aaqcg = cos_theta1 * t_f72r2
+        + g_1 * (cos_theta1 * t_kchpi + t_4koa5)
+        - q_1 * t_7fuvy
+        - sin_theta1 * t_mrgyy;
+    const real t_titeo = t_gam2q - t_w4fnn;
+    const real t_ixue4 = cos_theta1 * t_wse3o
+        + g_1 * (cos_theta1 * t_gam2q - sin_theta1 * t_imbm2)
+        - q_1 * t_titeo
+        - sin_theta1 * t_ej2d2;
+    const real t_d2tsk = t_752gl - t_tewcm;
+    const real t_quju6 = cos_theta1 * t_cukth
+        - g_1 * (cos_theta1 * t_tewcm + sin_theta1 * t_lqoxe)
+        - q_1 * t_d2tsk
+        - sin_theta1 * t_yshmv;
+    const real t_h5vfc = cos_theta2 * t_hiifd - sin_theta2 * t_5u7wz;
+    const real t_as5ay = cos_phi2 * (e2 * t_h5vfc + sin_theta2 * t_fiyby + cos_theta2 * t_fokyf)
+        + sin_phi2 * t_ueggq;
+    const real t_rdjur = sin_theta2 * t_zwjps;
+    const real t_fa7jv = t_rdjur - cos_theta2 * t_nfkwa;
+    const real t_t7wqn = cos_phi2 * (e2 * t_fa7jv + sin_theta2 * t_ltkoi + cos_theta2 * t_5wlzs)
+        + sin_phi2 * t_fzl2a;
+    const real t_rhp3f = cos_theta2 * t_zwjps;
+    const real t_lptuo = sin_theta2 * t_kchpi - t_rhp3f;
+    const real t_jxtm6 = cos_phi2 * (e2 * t_lptuo + sin_theta2 * t_f72r2 + cos_theta2 * t_mrgyy)
+        + sin_phi2 * t_4wxpe;
+    const real t_wjd6v = sin_theta2 * t_gam2q + cos_theta2 * t_imbm2;
+    const real t_il2zc = cos_phi2 * (e2 * t_wjd6v + sin_theta2 * t_wse3o + cos_theta2 * t_ej2d2)
+        + sin_phi2 * t_hgcol;
+    const real t_wh7q3 = cos_theta2 * t_lqoxe - sin_theta2 * t_tewcm;
+    const real t_3wdkl = cos_phi2 * (e2 * t_wh7q3 + sin_theta2 * t_cukth + cos_theta2 * t_yshmv)
+        + sin_phi2 * t_ega5d;
+    const real t_sjuag = cos_theta2 * t_fiyby
+        - g_2 * (cos_theta2 * t_5u7wz + sin_theta2 * t_hiifd)
+        - q_2 * t_g3dly
+        - sin_theta2 * t_fokyf;
+    const real t_opudw = cos_theta2 * t_ltkoi
+        + g_2 * (t_rhp3f + sin_theta2 * t_nfkwa)
+        - q_2 * t_af24o
+        - sin_theta2 * t_5wlzs;
+    const real t_cqedw = cos_theta2 * t_f72r2
+        + g_2 * (cos_theta2 * t_kchpi + t_rdjur)
+        - q_2 * t_7fuvy
+        - sin_theta2 * t_mrgyy;
+    const real t_4fa7z = cos_theta2 * t_wse3o
+        + g_2 * (cos_theta2 * t_gam2q - sin_theta2 * t_imbm2)
+        - q_2 * t_titeo
+        - sin_theta2 * t_ej2d2;
+    const real t_22bum = cos_theta2 * t_cukth
+        - g_2 * (cos_theta2 * t_tewcm + sin_theta2 * t_lqoxe)
+        - q_2 * t_d2tsk
+        - sin_theta2 * t_yshmv;
+    J[0] = t_ueggq;
+    J[1] = t_fzl2a;
+    J[2] = t_4wxpe;
+    J[3] = t_hgcol;
+    J[4] = t_ega5d;
+    J[5] = t_fiyby + x_C * t_5u7wz;
+    J[6] = t_ltkoi - t_okbuw;
+    J[7] = t_f72r2 - x_C * t_kchpi;
+    J[8] = t_wse3o - x_C * t_gam2q;
+    J[9] = t_cukth + x_C * t_tewcm;
+    J[10] = t_fokyf - x_C * t_hiifd;
+    J[11] = t_5wlzs + x_C * t_nfkwa;
+    J[12] = t_mrgyy + t_okbuw;
+    J[13] = t_ej2d2 - x_C * t_imbm2;
+    J[14] = t_yshmv - x_C * t_lqoxe;
+    J[15] = t_6ytpw;
+    J[16] = t_ctsrf;
+    J[17] = t_ht423;
+    J[18] = -t_w4fnn;
+    J[19] = t_752gl;
+    J[20] = -t_hiifd;
+    J[21] = t_nfkwa;
+    J[22] = t_zwjps;
+    J[23] = -t_imbm2;
+    J[24] = -t_lqoxe;
+    J[25] = -t_5u7wz;
+    J[26] = t_zwjps;
+    J[27] = t_kchpi;
+    J[28] = t_gam2q;
+    J[29] = -t_tewcm;
     J[30] = SPLAT(K(0.0));
     J[31] = SPLAT(K(0.0));
     J[32] = SPLAT(K(0.0));
@@ -1554,487 +2373,805 @@ void slosh_jac_u(const real *x, const real *u, const real *p, real *J)
     J[62] = SPLAT(K(0.0));
     J[63] = SPLAT(K(0.0));
     J[64] = SPLAT(K(0.0));
-    J[65] = v627;
-    J[66] = v644;
-    J[67] = v661;
-    J[68] = v678;
-    J[69] = v695;
-    J[70] = -(v60 * v707 - v360);
-    J[71] = -(v387 + v60 * v721);
-    J[72] = -(v413 + v60 * v735);
-    J[73] = -(v484 + v60 * v750);
-    J[74] = -(v60 * v765 - v555);
-    J[75] = v785;
-    J[76] = v802;
-    J[77] = v819;
-    J[78] = v836;
-    J[79] = v853;
-    J[80] = -(v69 * v864 - v360);
-    J[81] = -(v387 + v69 * v877);
-    J[82] = -(v413 + v69 * v890);
-    J[83] = -(v484 + v69 * v904);
-    J[84] = -(v69 * v918 - v555);
+    J[65] = t_4n5xx - p[I1] * (t_4n5xx + t_6ytpw) * t_zrejm - k1 * t_xox4q;
+    J[66] = t_kfd5v - p[I1] * (t_kfd5v + t_ctsrf) * t_zrejm - k1 * t_tbn6u;
+    J[67] = t_zkcpx - p[I1] * (t_zkcpx + t_ht423) * t_zrejm - k1 * t_fjarp;
+    J[68] = t_fcaq7 - p[I1] * (t_fcaq7 - t_w4fnn) * t_zrejm - k1 * t_l6e5a;
+    J[69] = t_vr3vd - p[I1] * (t_vr3vd + t_752gl) * t_zrejm - k1 * t_wmjd7;
+    J[70] = -(th_1 * (q_1 * t_jr52b) - t_5u7wz);
+    J[71] = -(t_zwjps + th_1 * (q_1 * t_syqg4));
+    J[72] = -(t_kchpi + th_1 * (q_1 * t_aaqcg));
+    J[73] = -(t_gam2q + th_1 * (q_1 * t_ixue4));
+    J[74] = -(th_1 * (q_1 * t_quju6) - t_tewcm);
+    J[75] = t_h5vfc - p[I2] * (t_h5vfc + t_6ytpw) * t_5wzvs - k2 * t_as5ay;
+    J[76] = t_fa7jv - p[I2] * (t_fa7jv + t_ctsrf) * t_5wzvs - k2 * t_t7wqn;
+    J[77] = t_lptuo - p[I2] * (t_lptuo + t_ht423) * t_5wzvs - k2 * t_jxtm6;
+    J[78] = t_wjd6v - p[I2] * (t_wjd6v - t_w4fnn) * t_5wzvs - k2 * t_il2zc;
+    J[79] = t_wh7q3 - p[I2] * (t_wh7q3 + t_752gl) * t_5wzvs - k2 * t_3wdkl;
+    J[80] = -(th_2 * (q_2 * t_sjuag) - t_5u7wz);
+    J[81] = -(t_zwjps + th_2 * (q_2 * t_opudw));
+    J[82] = -(t_kchpi + th_2 * (q_2 * t_cqedw));
+    J[83] = -(t_gam2q + th_2 * (q_2 * t_4fa7z));
+    J[84] = -(th_2 * (q_2 * t_22bum) - t_tewcm);
 }
 
 /* change of rhs along a change of x and u; 1769 operations. */
 void slosh_jvp(const real *x, const real *u, const real *p, const real *along_x, const real *along_u, real *change)
 {
-    real s1, c1; mv_sincos(x[9], &s1, &c1);
-    const real v9 = K(1.0) / (p[13] * p[13] * p[12] + p[15]);
-    const real v10 = p[12] * v9;
-    const real v11 = v10 * p[15];
-    const real v12 = v11 * p[13];
-    real s14, c14; mv_sincos(x[10], &s14, &c14);
-    const real v20 = c14 * x[5] + s14 * x[4];
-    const real v25 = x[3] - x[14];
-    const real v27 = v20 * c1 + s1 * v25;
-    const real v30 = along_x[3] - along_x[14];
-    const real v33 = s1 * along_x[9];
-    const real v39 = s14 * along_x[10];
-    const real v42 = c14 * along_x[10];
-    const real v47 = c14 * along_x[5] - x[5] * v39 + (x[4] * v42 + s14 * along_x[4]);
-    const real v49 = c1 * along_x[9];
-    const real v52 = c1 * v30 - v25 * v33 - (s1 * v47 + v20 * v49);
-    const real v56 = c1 * v25 - v20 * s1;
-    const real v63 = c1 * v47 - v20 * v33 + (v25 * v49 + s1 * v30);
-    const real v69 = v27 * v52 + v56 * v63 - (v25 * v47 + v20 * v30);
-    const real v71 = v10 * p[13];
-    const real v74 = p[16] * along_x[13];
-    const real v76 = v12 * v69 + v71 * v74;
-    const real v83 = p[16] * x[13];
-    const real v85 = v12 * (v56 * v27 - v20 * v25) + v83 * v71;
-    real s89, c89; mv_sincos(x[11], &s89, &c89);
-    const real v96 = K(1.0) / (p[18] * p[18] * p[17] + p[20]);
-    const real v97 = p[17] * v96;
-    const real v98 = v97 * p[20];
-    const real v99 = v98 * p[18];
-    real s101, c101; mv_sincos(x[12], &s101, &c101);
-    const real v105 = c101 * x[5] + s101 * x[4];
-    const real v109 = x[3] - x[16];
-    const real v111 = v105 * c89 + s89 * v109;
-    const real v113 = along_x[3] - along_x[16];
-    const real v116 = s89 * along_x[11];
-    const real v121 = s101 * along_x[12];
-    const real v124 = c101 * along_x[12];
-    const real v128 = c101 * along_x[5] - x[5] * v121 + (x[4] * v124 + s101 * along_x[4]);
-    const real v130 = c89 * along_x[11];
-    const real v133 = c89 * v113 - v109 * v116 - (s89 * v128 + v105 * v130);
-    const real v137 = c89 * v109 - v105 * s89;
-    const real v144 = c89 * v128 - v105 * v116 + (v109 * v130 + s89 * v113);
-    const real v150 = v111 * v133 + v137 * v144 - (v109 * v128 + v105 * v113);
-    const real v152 = v97 * p[18];
-    const real v155 = p[21] * along_x[15];
-    const real v157 = v99 * v150 + v152 * v155;
-    const real v164 = p[21] * x[15];
-    const real v166 = v99 * (v137 * v111 - v105 * v109) + v164 * v152;
-    const real v170 = p[13] * p[12];
-    const real v171 = v170 * v71;
-    const real v187 = p[0] + p[1] + v11 + v98;
-    const real v188 = (p[14] * v11 - (p[7] * p[0] + p[6] * p[1]) + p[19] * v98) / v187;
-    const real v189 = p[14] - v188;
-    const real v194 = (x[4] + x[4]) * along_x[4] + (x[5] + x[5]) * along_x[5];
-    const real v195 = v189 * v194;
-    const real v199 = x[4] * x[4] + x[5] * x[5];
-    const real v200 = v199 * v189;
-    const real v208 = c14 * x[4] - s14 * x[5];
-    const real v209 = v208 + x[13];
-    const real v217 = c14 * along_x[4] - x[4] * v39 - (x[5] * v42 + s14 * along_x[5]);
-    const real v218 = v217 + along_x[13];
-    const real v222 = v171 * (c1 * v195 - v200 * v33) - v170 * ((v27 + v27) * v63 + (v209 + v209) * v218);
-    const real v230 = c1 * v200 * v171 - v170 * (v27 * v27 + v209 * v209);
-    const real v233 = s1 * v76 + v85 * v49 + (s89 * v157 + v166 * v130) + (c1 * v222 - v230 * v33);
-    const real v234 = p[18] * p[17];
-    const real v235 = v234 * v152;
-    const real v236 = p[19] - v188;
-    const real v237 = v236 * v194;
-    const real v239 = v199 * v236;
-    const real v247 = c101 * x[4] - s101 * x[5];
-    const real v248 = v247 + x[15];
-    const real v256 = c101 * along_x[4] - x[4] * v121 - (x[5] * v124 + s101 * along_x[5]);
-    const real v257 = v256 + along_x[15];
-    const real v261 = v235 * (c89 * v237 - v239 * v116) - v234 * ((v111 + v111) * v144 + (v248 + v248) * v257);
-    const real v269 = c89 * v239 * v235 - v234 * (v111 * v111 + v248 * v248);
-    real s274, c274; mv_sincos(u[3], &s274, &c274);
-    real s277, c277; mv_sincos(u[4], &s277, &c277);
-    const real v280 = p[9] * (s277 * along_u[4]);
-    const real v283 = c277 * p[9];
-    const real v289 = v233 + (c89 * v261 - v269 * v116) - (c274 * v280 + v283 * (s274 * along_u[3]));
-    const real v292 = v171 * s1;
-    const real v293 = v292 * s1;
-    const real v295 = v235 * s89;
-    const real v296 = v295 * s89;
-    const real v298 = K(1.0) / (v187 + v171 + v235 - v293 - v296);
-    const real v308 = v283 * c274 + (v85 * s1 + v166 * s89 + c1 * v230 + c89 * v269);
-    const real v309 = v308 * v298;
-    const real v311 = v171 * v49;
-    const real v314 = s1 * v311 + v292 * v49;
-    const real v315 = v235 * v130;
-    const real v318 = s89 * v315 + v295 * v130;
-    const real v319 = v314 + v318;
-    const real v322 = s277 * p[9];
-    const real v323 = s1 * p[13];
-    const real v327 = K(1.0) / (p[15] + p[12] * (v323 * v323));
-    const real v328 = p[12] * v327;
-    const real v329 = x[3] * x[4];
-    const real v331 = c1 * p[13];
-    const real v332 = v208 * v331;
-    const real v335 = v56 * p[13];
-    const real v336 = v209 + x[13];
-    const real v338 = v329 * v323 + v332 * v25 - v335 * v336;
-    const real v340 = p[16] * x[14];
-    const real v342 = v338 * p[15] - v340 * v323;
-    const real v343 = v328 * v342;
-    const real v344 = v343 * c14;
-    const real v345 = s89 * p[18];
-    const real v349 = K(1.0) / (p[20] + p[17] * (v345 * v345));
-    const real v350 = p[17] * v349;
-    const real v352 = c89 * p[18];
-    const real v353 = v247 * v352;
-    const real v356 = v137 * p[18];
-    const real v357 = v248 + x[15];
-    const real v359 = v329 * v345 + v353 * v109 - v356 * v357;
-    const real v361 = p[21] * x[16];
-    const real v363 = v359 * p[20] - v361 * v345;
-    const real v364 = v350 * v363;
-    const real v365 = v364 * c101;
-    const real v369 = s1 * v230 - v85 * c1;
-    const real v374 = s89 * v269 - v166 * c89;
-    const real v378 = v292 * c1;
-    const real v380 = v295 * c89;
-    const real v382 = v378 * s14 + v380 * s101;
-    const real v383 = v382 * v298;
-    const real v385 = v322 - (v344 + v365 + v369 * s14 + v374 * s101) + v383 * v308;
-    const real v386 = s14 * s14;
-    const real v388 = v328 * p[15];
-    const real v389 = v293 + v11 - v388;
-    const real v390 = v386 * v389;
-    const real v391 = s101 * s101;
-    const real v393 = v350 * p[20];
-    const real v394 = v296 + v98 - v393;
-    const real v395 = v391 * v394;
-    const real v404 = K(1.0) / (v390 + v395 + v187 + v388 + v393 - v11 - v98 - v382 * v383);
-    const real v405 = v385 * v404;
-    const real v406 = c14 * s14;
-    const real v408 = c101 * s101;
-    const real v413 = v378 * c14 + v380 * c101;
-    const real v414 = v413 * v298;
-    const real v416 = v406 * v389 + v408 * v394 - v382 * v414;
-    const real v417 = v416 * v404;
-    const real v419 = v283 * s274;
-    const real v421 = v343 * s14;
-    const real v422 = v364 * s101;
-    const real v430 = v414 * v308 - (v419 + (v369 * c14 - (v421 + v422) + v374 * c101)) - v417 * v385;
-    const real v439 = K(1.0) / (v293 + v296 + v187 - v390 - v395 - v416 * v417 - v413 * v414);
-    const real v440 = v430 * v439;
-    const real v441 = v323 * v388;
-    const real v442 = s14 * v441;
-    const real v443 = v345 * v393;
-    const real v444 = s101 * v443;
-    const real v446 = v12 * c1;
-    const real v449 = v99 * c89;
-    const real v452 = c14 * v441;
-    const real v453 = c101 * v443;
-    const real v459 = v12 * s1;
-    const real v460 = v99 * s89;
-    const real v461 = v459 + v460;
-    const real v462 = v461 * v298;
-    const real v464 = v452 + v453 + v446 * s14 + v449 * s101 + v382 * v462;
-    const real v465 = v464 * v404;
-    const real v469 = v442 + v444 - v446 * c14 - v449 * c101 + v416 * v465 - v413 * v462;
-    const real v470 = v469 * v439;
-    const real v474 = v459 * v200 + v85 * p[13];
-    const real v477 = v343 * v323 + v364 * v345;
-    const real v481 = v460 * v239 + v166 * p[18];
-    const real v485 = x[14] * p[15];
-    const real v488 = x[16] * p[20];
-    const real v493 = p[4] - p[5];
-    const real v494 = v493 * x[4];
-    const real v496 = v474 - v477 + v481 - v83 - v164 + v485 * x[4] + v488 * x[4] - v494 * x[5];
-    const real v503 = u[0] - v496 + v462 * v308 + v465 * v385 - v470 * v430;
-    const real v506 = v323 * v441 + v345 * v443;
-    const real v507 = v12 * p[13];
-    const real v509 = v99 * p[18];
-    const real v513 = p[2] + p[3];
-    const real v521 = K(1.0) / (v506 + v507 + v509 + v513 - v464 * v465 - v469 * v470 - v461 * v462);
-    const real v522 = v503 * v521;
-    const real v523 = v189 - v331;
-    const real v524 = v523 * v388;
-    const real v525 = v323 * v524;
-    const real v526 = c14 * v525;
-    const real v528 = v236 - v352;
-    const real v529 = v528 * v393;
-    const real v530 = v345 * v529;
-    const real v531 = c101 * v530;
-    const real v533 = v446 * v189;
-    const real v534 = v507 - v533;
-    const real v537 = v449 * v236;
-    const real v538 = v509 - v537;
-    const real v542 = v524 - v189 * v11;
-    const real v544 = v529 - v236 * v98;
-    const real v546 = v293 * v189;
-    const real v547 = v446 - v546;
-    const real v548 = v547 + v542;
-    const real v550 = v296 * v236;
-    const real v551 = v449 - v550;
-    const real v552 = v551 + v544;
-    const real v554 = v386 * v548 + v391 * v552;
-    const real v559 = v459 + v378 * v189;
-    const real v562 = v460 + v380 * v236;
-    const real v564 = v559 * s14 + v562 * s101;
-    const real v565 = v564 * v298;
-    const real v567 = v542 + v544 - v554 - v452 - v453 - v382 * v565;
-    const real v568 = v567 * v404;
-    const real v573 = v406 * v548 + v408 * v552;
-    const real v579 = v442 - v573 + v444 - v416 * v568 - v413 * v565;
-    const real v580 = v579 * v439;
-    const real v582 = v506 - v526 - v531 + v534 * s14 + v538 * s101 + v464 * v568 - v469 * v580;
-    const real v584 = v582 - v461 * v565;
-    const real v585 = v584 * v521;
-    const real v588 = v474 + v369 * v189;
-    const real v594 = v481 + v374 * v236;
-    const real v598 = v513 + (p[5] - p[4]);
-    const real v601 = x[13] * p[15];
-    const real v603 = v588 * s14 - (v477 + v340 + v361) + v594 * s101 - v329 * v598 - v601 * x[4];
-    const real v604 = x[15] * p[20];
-    const real v614 = p[7] + p[8] + v188;
-    const real v618 = u[2] - (v603 - v604 * x[4] + v344 * v523 + v365 * v528) - v322 * v614 + v565 * v308;
-    const real v624 = v618 - v568 * v385 - v580 * v430 - v585 * v503;
-    const real v625 = v523 * v524;
-    const real v626 = v528 * v529;
-    const real v630 = v11 * (v189 * v189);
-    const real v635 = v507 + K(-2.0) * v533 + v189 * v546;
-    const real v637 = v630 + v635 - v625;
-    const real v638 = v386 * v637;
-    const real v641 = v98 * (v236 * v236);
-    const real v645 = v509 + K(-2.0) * v537 + v236 * v550;
-    const real v647 = v641 + v645 - v626;
-    const real v648 = v391 * v647;
-    const real v661 = v11 * (p[14] * p[14]) + v98 * (p[19] * p[19]) + p[0] * (p[7] * p[7]) + p[1] * (p[6] * p[6]);
-    const real v664 = v661 - v187 * (v188 * v188);
-    const real v670 = v625 + v626 + v506 + v638 + v648 + (p[2] + p[5] + v664) - v630 - v641 + K(-2.0) * v526;
-    const real v680 = v670 + K(-2.0) * v531 - v567 * v568 - v579 * v580 - v584 * v585 - v564 * v565;
-    const real v681 = K(1.0) / v680;
-    const real v682 = v624 * v681;
-    const real v685 = s14 * v525 + s101 * v530;
-    const real v692 = v559 * c14 + v562 * c101;
-    const real v693 = v692 * v298;
-    const real v695 = v573 + v382 * v693;
-    const real v696 = v695 * v404;
-    const real v704 = v554 - (v547 + v551) + v416 * v696 - v413 * v693;
-    const real v705 = v704 * v439;
-    const real v717 = v685 + v534 * c14 + v538 * c101 - v464 * v696 - v469 * v705 - v461 * v693;
-    const real v718 = v717 * v521;
-    const real v720 = v685 + v406 * v637 + v408 * v647 + v567 * v696 - v579 * v705 - v584 * v718;
-    const real v722 = v720 - v564 * v693;
-    const real v723 = v722 * v681;
-    const real v734 = p[15] + p[20];
-    const real v736 = v513 + v734 + v493;
-    const real v738 = v588 * c14 + v594 * c101 + v485 * x[3] + v488 * x[3] - x[3] * x[5] * v736;
-    const real v748 = v419 * v614 - (u[1] + (v738 - v421 * v523 - v422 * v528 - v601 * x[5] - v604 * x[5]));
-    const real v758 = v748 + v693 * v308 + v696 * v385 - v705 * v430 - v718 * v503 - v723 * v624;
-    const real v769 = v635 + v645 + (p[2] + p[4] + v734 + v664) - v638 - v648 - v695 * v696 - v704 * v705;
-    const real v776 = K(1.0) / (v769 - v717 * v718 - v722 * v723 - v692 * v693);
-    const real v777 = v758 * v776;
-    const real v779 = v682 - v723 * v777;
-    const real v783 = v522 - v585 * v779 - v718 * v777;
-    const real v789 = v440 - v470 * v783 - v580 * v779 - v705 * v777;
-    const real v797 = v405 - v417 * v789 + v465 * v783 - v568 * v779 + v696 * v777;
-    const real v800 = c1 * v311 - v292 * v33;
-    const real v806 = c89 * v315 - v295 * v116;
-    const real v810 = s14 * v800 + v378 * v42 + (s101 * v806 + v380 * v124);
-    const real v814 = v810 * v298 + v383 * v298 * v319;
-    const real v817 = p[9] * (c277 * along_u[4]);
-    const real v820 = x[4] * along_x[3] + x[3] * along_x[4];
-    const real v822 = p[13] * v49;
-    const real v826 = p[13] * v33;
-    const real v832 = v323 * v820 + v329 * v822 + (v25 * (v331 * v217 - v208 * v826) + v332 * v30);
-    const real v838 = v832 - (v336 * (p[13] * v52) + v335 * (v218 + along_x[13]));
-    const real v840 = p[16] * along_x[14];
-    const real v850 = v328 * v327 * (p[12] * ((v323 + v323) * v822));
-    const real v852 = v328 * (p[15] * v838 - (v323 * v840 + v340 * v822)) - v342 * v850;
-    const real v855 = c14 * v852 - v343 * v39;
-    const real v857 = p[18] * v130;
-    const real v861 = p[18] * v116;
-    const real v867 = v345 * v820 + v329 * v857 + (v109 * (v352 * v256 - v247 * v861) + v353 * v113);
-    const real v873 = v867 - (v357 * (p[18] * v133) + v356 * (v257 + along_x[15]));
-    const real v875 = p[21] * along_x[16];
-    const real v885 = v350 * v349 * (p[17] * ((v345 + v345) * v857));
-    const real v887 = v350 * (p[20] * v873 - (v345 * v875 + v361 * v857)) - v363 * v885;
-    const real v890 = c101 * v887 - v364 * v121;
-    const real v898 = v230 * v49 + s1 * v222 - (c1 * v76 - v85 * v33);
-    const real v909 = v269 * v130 + s89 * v261 - (c89 * v157 - v166 * v116);
-    const real v914 = v817 - (v855 + v890 + (s14 * v898 + v369 * v42) + (s101 * v909 + v374 * v124));
-    const real v918 = v914 + (v308 * v814 + v383 * v289);
-    const real v922 = (s14 + s14) * v42;
-    const real v924 = p[15] * v850;
-    const real v925 = v314 + v924;
-    const real v927 = v389 * v922 + v386 * v925;
-    const real v929 = (s101 + s101) * v124;
-    const real v931 = p[20] * v885;
-    const real v932 = v318 + v931;
-    const real v934 = v394 * v929 + v391 * v932;
-    const real v941 = v927 + v934 - v924 - v931 - (v383 * v810 + v382 * v814);
-    const real v946 = c14 * v42 - s14 * v39;
-    const real v952 = c101 * v124 - s101 * v121;
-    const real v964 = c14 * v800 - v378 * v39 + (c101 * v806 - v380 * v121);
-    const real v968 = v964 * v298 + v414 * v298 * v319;
-    const real v971 = v389 * v946 + v406 * v925 + (v394 * v952 + v408 * v932) - (v414 * v810 + v382 * v968);
-    const real v975 = v971 * v404 - v417 * v404 * v941;
-    const real v983 = v283 * (c274 * along_u[3]) - s274 * v280;
-    const real v989 = s14 * v852 + v343 * v42;
-    const real v992 = s101 * v887 + v364 * v124;
-    const real v999 = v983 + (c14 * v898 - v369 * v39 - (v989 + v992) + (c101 * v909 - v374 * v121));
-    const real v1004 = v308 * v968 + v414 * v289 - v999 - (v385 * v975 + v417 * v918);
-    const real v1016 = v319 - v927 - v934 - (v417 * v971 + v416 * v975) - (v414 * v964 + v413 * v968);
-    const real v1022 = v388 * v822 - v323 * v924;
-    const real v1024 = v441 * v42 + s14 * v1022;
-    const real v1028 = v393 * v857 - v345 * v931;
-    const real v1030 = v443 * v124 + s101 * v1028;
-    const real v1032 = v12 * v33;
-    const real v1037 = v99 * v116;
-    const real v1041 = v1024 + v1030 + (c14 * v1032 + v446 * v39) + (c101 * v1037 + v449 * v121);
-    const real v1045 = c14 * v1022 - v441 * v39;
-    const real v1048 = c101 * v1028 - v443 * v121;
-    const real v1057 = v1045 + v1048 + (v446 * v42 - s14 * v1032) + (v449 * v124 - s101 * v1037);
-    const real v1059 = v12 * v49;
-    const real v1060 = v99 * v130;
-    const real v1061 = v1059 + v1060;
-    const real v1065 = v1061 * v298 + v462 * v298 * v319;
-    const real v1068 = v1057 + (v462 * v810 + v382 * v1065);
-    const real v1072 = v1068 * v404 - v465 * v404 * v941;
-    const real v1079 = v1041 + (v465 * v971 + v416 * v1072) - (v462 * v964 + v413 * v1065);
-    const real v1083 = v1079 * v439 - v470 * v439 * v1016;
-    const real v1090 = v200 * v1059 + v459 * v195 + p[13] * v76;
-    const real v1097 = v323 * v852 + v343 * v822 + (v345 * v887 + v364 * v857);
-    const real v1103 = v239 * v1060 + v460 * v237 + p[18] * v157;
-    const real v1107 = p[15] * along_x[14];
-    const real v1112 = p[20] * along_x[16];
-    const real v1116 = v1090 - v1097 + v1103 - v74 - v155 + (x[4] * v1107 + v485 * along_x[4]) + (x[4] * v1112 + v488 * along_x[4]);
-    const real v1126 = along_u[0] - (v1116 - (x[5] * (v493 * along_x[4]) + v494 * along_x[5])) + (v308 * v1065 + v462 * v289);
-    const real v1134 = v1126 + (v385 * v1072 + v465 * v918) - (v430 * v1083 + v470 * v1004);
-    const real v1143 = v441 * v822 + v323 * v1022 + (v443 * v857 + v345 * v1028);
-    const real v1155 = v1143 - (v465 * v1068 + v464 * v1072) - (v470 * v1079 + v469 * v1083) - (v462 * v1061 + v461 * v1065);
-    const real v1161 = v388 * v826 - v523 * v924;
-    const real v1163 = v524 * v822 + v323 * v1161;
-    const real v1166 = c14 * v1163 - v525 * v39;
-    const real v1171 = v393 * v861 - v528 * v931;
-    const real v1173 = v529 * v857 + v345 * v1171;
-    const real v1176 = c101 * v1173 - v530 * v121;
-    const real v1178 = v189 * v1032;
-    const real v1183 = v236 * v1037;
-    const real v1187 = v1143 - v1166 - v1176 + (s14 * v1178 + v534 * v42) + (s101 * v1183 + v538 * v124);
-    const real v1191 = v189 * v314;
-    const real v1192 = v1032 + v1191;
-    const real v1193 = v1161 - v1192;
-    const real v1197 = v236 * v318;
-    const real v1198 = v1037 + v1197;
-    const real v1199 = v1171 - v1198;
-    const real v1202 = v548 * v922 + v386 * v1193 + (v552 * v929 + v391 * v1199);
-    const real v1208 = v1059 + v189 * v800;
-    const real v1213 = v1060 + v236 * v806;
-    const real v1217 = s14 * v1208 + v559 * v42 + (s101 * v1213 + v562 * v124);
-    const real v1221 = v1217 * v298 + v565 * v298 * v319;
-    const real v1224 = v1161 + v1171 - v1202 - v1045 - v1048 - (v565 * v810 + v382 * v1221);
-    const real v1228 = v1224 * v404 - v568 * v404 * v941;
-    const real v1239 = v548 * v946 + v406 * v1193 + (v552 * v952 + v408 * v1199);
-    const real v1249 = v1024 - v1239 + v1030 - (v568 * v971 + v416 * v1228) - (v565 * v964 + v413 * v1221);
-    const real v1253 = v1249 * v439 - v580 * v439 * v1016;
-    const real v1260 = v1187 + (v568 * v1068 + v464 * v1228) - (v580 * v1079 + v469 * v1253) - (v565 * v1061 + v461 * v1221);
-    const real v1264 = v1260 * v521 - v585 * v521 * v1155;
-    const real v1268 = v1090 + v189 * v898;
-    const real v1276 = v1103 + v236 * v909;
-    const real v1280 = s14 * v1268 + v588 * v42 - (v1097 + v840 + v875) + (s101 * v1276 + v594 * v124);
-    const real v1283 = p[15] * along_x[13];
-    const real v1288 = p[20] * along_x[15];
-    const real v1292 = v1280 - v598 * v820 - (x[4] * v1283 + v601 * along_x[4]) - (x[4] * v1288 + v604 * along_x[4]);
-    const real v1301 = along_u[2] - (v1292 + (v523 * v855 + v344 * v826) + (v528 * v890 + v365 * v861));
-    const real v1311 = v1301 - v614 * v817 + (v308 * v1221 + v565 * v289) - (v385 * v1228 + v568 * v918);
-    const real v1319 = v1311 - (v430 * v1253 + v580 * v1004) - (v503 * v1264 + v585 * v1134);
-    const real v1324 = v524 * v826 + v523 * v1161;
-    const real v1327 = v529 * v861 + v528 * v1171;
-    const real v1333 = v189 * v1191 - K(-2.0) * v1178;
-    const real v1334 = v1333 - v1324;
-    const real v1336 = v637 * v922 + v386 * v1334;
-    const real v1341 = v236 * v1197 - K(-2.0) * v1183;
-    const real v1342 = v1341 - v1327;
-    const real v1344 = v647 * v929 + v391 * v1342;
-    const real v1349 = v1324 + v1327 + v1143 + v1336 + v1344 + K(-2.0) * v1166 + K(-2.0) * v1176;
-    const real v1361 = v1349 - (v568 * v1224 + v567 * v1228) - (v580 * v1249 + v579 * v1253) - (v585 * v1260 + v584 * v1264);
-    const real v1365 = v1361 - (v565 * v1217 + v564 * v1221);
-    const real v1374 = v525 * v42 + s14 * v1163 + (v530 * v124 + s101 * v1173);
-    const real v1391 = c14 * v1208 - v559 * v39 + (c101 * v1213 - v562 * v121);
-    const real v1395 = v1391 * v298 + v693 * v298 * v319;
-    const real v1398 = v1239 + (v693 * v810 + v382 * v1395);
-    const real v1402 = v1398 * v404 - v696 * v404 * v941;
-    const real v1405 = v1374 + (v637 * v946 + v406 * v1334) + (v647 * v952 + v408 * v1342) + (v696 * v1224 + v567 * v1402);
-    const real v1416 = v1202 + (v1192 + v1198) + (v696 * v971 + v416 * v1402) - (v693 * v964 + v413 * v1395);
-    const real v1420 = v1416 * v439 - v705 * v439 * v1016;
-    const real v1436 = v1374 + (c14 * v1178 - v534 * v39) + (c101 * v1183 - v538 * v121) - (v696 * v1068 + v464 * v1402);
-    const real v1444 = v1436 - (v705 * v1079 + v469 * v1420) - (v693 * v1061 + v461 * v1395);
-    const real v1448 = v1444 * v521 - v718 * v521 * v1155;
-    const real v1455 = v1405 - (v705 * v1249 + v579 * v1420) - (v718 * v1260 + v584 * v1448) - (v693 * v1217 + v564 * v1395);
-    const real v1459 = v1455 * v681 - v723 * v681 * v1365;
-    const real v1473 = c14 * v1268 - v588 * v39 + (c101 * v1276 - v594 * v121) + (x[3] * v1107 + v485 * along_x[3]);
-    const real v1480 = x[5] * along_x[3] + x[3] * along_x[5];
-    const real v1486 = v1473 + (x[3] * v1112 + v488 * along_x[3]) - v736 * v1480 - (v523 * v989 + v421 * v826);
-    const real v1498 = v1486 - (v528 * v992 + v422 * v861) - (x[5] * v1283 + v601 * along_x[5]) - (x[5] * v1288 + v604 * along_x[5]);
-    const real v1508 = v614 * v983 - (along_u[1] + v1498) + (v308 * v1395 + v693 * v289) + (v385 * v1402 + v696 * v918);
-    const real v1520 = v1508 - (v430 * v1420 + v705 * v1004) - (v503 * v1448 + v718 * v1134) - (v624 * v1459 + v723 * v1319);
-    const real v1533 = v1333 + v1341 - v1336 - v1344 - (v696 * v1398 + v695 * v1402) - (v705 * v1416 + v704 * v1420);
-    const real v1545 = v1533 - (v718 * v1444 + v717 * v1448) - (v723 * v1455 + v722 * v1459) - (v693 * v1391 + v692 * v1395);
-    const real v1547 = v1520 * v776 - v777 * v776 * v1545;
-    const real v1550 = v1319 * v681 - v682 * v681 * v1365 - (v777 * v1459 + v723 * v1547);
-    const real v1557 = v1134 * v521 - v522 * v521 * v1155 - (v779 * v1264 + v585 * v1550) - (v777 * v1448 + v718 * v1547);
-    const real v1564 = v1004 * v439 - v440 * v439 * v1016 - (v783 * v1083 + v470 * v1557) - (v779 * v1253 + v580 * v1550);
-    const real v1568 = v1564 - (v777 * v1420 + v705 * v1547);
-    const real v1575 = v918 * v404 - v405 * v404 * v941 - (v789 * v975 + v417 * v1568) + (v783 * v1072 + v465 * v1557);
-    const real v1583 = v1575 - (v779 * v1228 + v568 * v1550) + (v777 * v1402 + v696 * v1547);
-    const real v1590 = v289 * v298 + v309 * v298 * v319 + (v797 * v814 + v383 * v1583) + (v789 * v968 + v414 * v1568);
-    const real v1602 = v1590 + (v783 * v1065 + v462 * v1557) + (v779 * v1221 + v565 * v1550) + (v777 * v1395 + v693 * v1547);
-    const real v1616 = v1602 + v188 * v194 - (x[4] * along_x[2] + x[2] * along_x[4]) + (x[5] * along_x[1] + x[1] * along_x[5]);
-    const real v1627 = x[3] * along_x[2] + x[2] * along_x[3] - (x[5] * along_x[0] + x[0] * along_x[5]);
-    const real v1637 = x[4] * along_x[0] + x[0] * along_x[4] - (x[3] * along_x[1] + x[1] * along_x[3]);
-    const real v1640 = v1550 - v820;
-    const real v1647 = s14 * v1550 + v779 * v42 + (c14 * v1547 - v777 * v39);
-    const real v1648 = v1647 + v69;
-    const real v1663 = c1 * (v189 * v1647 + (s14 * v1583 + v797 * v42) + (c14 * v1568 - v789 * v39));
-    const real v1673 = v1663 - ((v779 * s14 + v777 * c14) * v189 + v797 * s14 + v789 * c14) * v33;
-    const real v1683 = v309 + v383 * v797 + v414 * v789 + v462 * v783 + v565 * v779 + v693 * v777;
-    const real v1691 = v1648 - (v74 + p[15] * (v1648 + v1557)) * v9 - v71 * (v1673 + ((v1683 - v200) * v49 + s1 * (v1602 - v195)));
-    const real v1692 = K(1.0) / p[12];
-    const real v1698 = v779 * c14 - v777 * s14;
-    const real v1701 = v783 + v779;
-    const real v1705 = v338 + v797 * c14 + v523 * v1698 - v1701 * v323 - v789 * s14;
-    const real v1720 = v1698 * v826 + v523 * (c14 * v1550 - v779 * v39 - (s14 * v1547 + v777 * v42));
-    const real v1722 = v1557 + v1550;
-    const real v1726 = v838 + (c14 * v1583 - v797 * v39) + v1720 - (v323 * v1722 + v1701 * v822);
-    const real v1733 = v840 * v1692 + (v1705 * v822 + v323 * (v1726 - (s14 * v1568 + v789 * v42)));
-    const real v1748 = s101 * v1550 + v779 * v124 + (c101 * v1547 - v777 * v121);
-    const real v1749 = v1748 + v150;
-    const real v1763 = v236 * v1748 + (s101 * v1583 + v797 * v124) + (c101 * v1568 - v789 * v121);
-    const real v1774 = c89 * v1763 - ((v779 * s101 + v777 * c101) * v236 + v797 * s101 + v789 * c101) * v116;
-    const real v1782 = v1749 - (v155 + p[20] * (v1749 + v1557)) * v96 - v152 * (v1774 + ((v1683 - v239) * v130 + s89 * (v1602 - v237)));
-    const real v1783 = K(1.0) / p[17];
-    const real v1789 = v779 * c101 - v777 * s101;
-    const real v1795 = v359 + v797 * c101 + v528 * v1789 - v1701 * v345 - v789 * s101;
-    const real v1810 = v1789 * v861 + v528 * (c101 * v1550 - v779 * v121 - (s101 * v1547 + v777 * v124));
-    const real v1815 = v873 + (c101 * v1583 - v797 * v121) + v1810 - (v345 * v1722 + v1701 * v857);
-    const real v1822 = v875 * v1783 + (v1795 * v857 + v345 * (v1815 - (s101 * v1568 + v789 * v124)));
-    change[0] = v1616;
-    change[1] = v1583 - v188 * v1550 + v1627;
-    change[2] = v1568 - v188 * v1547 + v1637;
-    change[3] = v1557;
-    change[4] = v1480 - v1547;
-    change[5] = v1640;
-    change[6] = along_x[3];
-    change[7] = along_x[4];
-    change[8] = along_x[5];
-    change[9] = along_x[13];
-    change[10] = along_x[14];
-    change[11] = along_x[15];
-    change[12] = along_x[16];
-    change[13] = v1691;
-    change[14] = -(v1640 + (v328 * v1733 - (v340 * v1692 + v323 * v1705) * v850));
-    change[15] = v1782;
-    change[16] = -(v1640 + (v350 * v1822 - (v361 * v1783 + v345 * v1795) * v885));
+    enum { vx = SLOSH_X_VX };
+    enum { vy = SLOSH_X_VY };
+    enum { vz = SLOSH_X_VZ };
+    enum { wx = SLOSH_X_WX };
+    enum { wy = SLOSH_X_WY };
+    enum { wz = SLOSH_X_WZ };
+    enum { phi1 = SLOSH_X_PHI1 };
+    enum { theta1 = SLOSH_X_THETA1 };
+    enum { phi2 = SLOSH_X_PHI2 };
+    enum { theta2 = SLOSH_X_THETA2 };
+    enum { phi1_dot = SLOSH_X_PHI1_DOT };
+    enum { theta1_dot = SLOSH_X_THETA1_DOT };
+    enum { phi2_dot = SLOSH_X_PHI2_DOT };
+    enum { theta2_dot = SLOSH_X_THETA2_DOT };
+    enum { Mx = SLOSH_U_MX };
+    enum { My = SLOSH_U_MY };
+    enum { Mz = SLOSH_U_MZ };
+    enum { delta1 = SLOSH_U_DELTA1 };
+    enum { delta2 = SLOSH_U_DELTA2 };
+    enum { m = SLOSH_P_M };
+    enum { m0 = SLOSH_P_M0 };
+    enum { I0 = SLOSH_P_I0 };
+    enum { J_x = SLOSH_P_J_X };
+    enum { J_y = SLOSH_P_J_Y };
+    enum { J_z = SLOSH_P_J_Z };
+    enum { h0 = SLOSH_P_H0 };
+    enum { b = SLOSH_P_B };
+    enum { d = SLOSH_P_D };
+    enum { F = SLOSH_P_F };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { eps1 = SLOSH_P_EPS1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { eps2 = SLOSH_P_EPS2 };
+    enum { along_vx = 0 };
+    enum { along_vy = 1 };
+    enum { along_vz = 2 };
+    enum { along_wx = 3 };
+    enum { along_wy = 4 };
+    enum { along_wz = 5 };
+    enum { along_phi1 = 9 };
+    enum { along_theta1 = 10 };
+    enum { along_phi2 = 11 };
+    enum { along_theta2 = 12 };
+    enum { along_phi1_dot = 13 };
+    enum { along_theta1_dot = 14 };
+    enum { along_phi2_dot = 15 };
+    enum { along_theta2_dot = 16 };
+    enum { along_Mx = 0 };
+    enum { along_My = 1 };
+    enum { along_Mz = 2 };
+    enum { along_delta1 = 3 };
+    enum { along_delta2 = 4 };
+    const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
+    const real t_zrejm = K(1.0) / D1;
+    const real t_3qn53 = p[m1] * t_zrejm;
+    const real k1 = t_3qn53 * p[l1];
+    const real me1 = t_3qn53 * p[I1];
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real mv1 = t_6nwd2 * k1;
+    const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
+    const real t_5wzvs = K(1.0) / D2;
+    const real t_54cbb = p[m2] * t_5wzvs;
+    const real k2 = t_54cbb * p[l2];
+    const real me2 = t_54cbb * p[I2];
+    const real t_popww = p[l2] * p[m2];
+    const real mv2 = t_popww * k2;
+    const real M_C = p[m] + p[m0] + me1 + me2;
+    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real S_C = me1 * (p[h1] * p[h1])
+        + me2 * (p[h2] * p[h2])
+        + p[m] * (p[b] * p[b])
+        + p[m0] * (p[h0] * p[h0])
+        - M_C * (x_C * x_C);
+    const real J_C1 = p[I0] + p[J_x];
+    const real J_C3 = p[I0] + p[J_z] + S_C;
+    const real t_is5lg = p[I1] + p[I2];
+    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
+    const real W12 = x[wx] * x[wy];
+    const real W13 = x[wx] * x[wz];
+    const real e1 = p[h1] - x_C;
+    const real e2 = p[h2] - x_C;
+    real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
+    const real t_ruxs4 = cos_delta2 * p[F];
+    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
+    const real f_x = t_ruxs4 * cos_delta1;
+    const real f_y = sin_delta2 * p[F];
+    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
+    const real Wt1 = cos_theta1 * x[wz] + sin_theta1 * x[wy];
+    const real w_x1 = x[wx] - x[theta1_dot];
+    const real p1 = Wn1 + x[phi1_dot];
+    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
+    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
+    const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
+    const real Wt2 = cos_theta2 * x[wz] + sin_theta2 * x[wy];
+    const real w_x2 = x[wx] - x[theta2_dot];
+    const real p2 = Wn2 + x[phi2_dot];
+    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
+    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
+    const real t_w7vil = t_rybsf * e1;
+    const real tension1 = cos_phi1 * t_w7vil * mv1 - t_6nwd2 * sigma_sq1;
+    const real As_1 = mv1 * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real eAss_1 = Ass_1 * e1;
+    const real q_1 = sin_phi1 * p[l1];
+    const real lc_1 = cos_phi1 * p[l1];
+    const real B_1 = me1 * p[l1];
+    const real Bs_1 = B_1 * sin_phi1;
+    const real Bc_1 = B_1 * cos_phi1;
+    const real Bl_1 = B_1 * p[l1];
+    const real g_1 = e1 - lc_1;
+    const real t_62zow = K(1.0) / (p[I1] + p[m1] * (q_1 * q_1));
+    const real th_1 = p[m1] * t_62zow;
+    const real wth_1 = th_1 * p[I1];
+    const real eBc_1 = Bc_1 * e1;
+    const real wg_1 = g_1 * wth_1;
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real tn11_1 = Ass_1 + me1 - wth_1;
+    const real t_b7ure = me1 * (e1 * e1);
+    const real t_3bowt = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
+    const real t_3fv6l = g_1 * wg_1;
+    const real tn44_1 = t_b7ure + t_3bowt - t_3fv6l;
+    const real wq_1 = q_1 * wth_1;
+    const real wqg_1 = q_1 * wg_1;
+    const real wqq_1 = q_1 * wq_1;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real wgC_1 = cos_theta1 * wqg_1;
+    const real wgS_1 = sin_theta1 * wqg_1;
+    const real loss_phi1 = p[eps1] * x[phi1_dot];
+    const real loss_theta1 = p[eps1] * x[theta1_dot];
+    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real t_smkh7 = Wn1 * lc_1;
+    const real t_q2k45 = chi1 * p[l1];
+    const real t_wmv32 = p1 + x[phi1_dot];
+    const real zeta1 = W12 * q_1 + t_smkh7 * w_x1 - t_q2k45 * t_wmv32;
+    const real t_xips6 = zeta1 * p[I1] - loss_theta1 * q_1;
+    const real F_n1 = th_1 * t_xips6;
+    const real t_7imwe = B_1 * eta1 + loss_phi1 * k1;
+    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real M_q1 = F_n1 * q_1;
+    const real I_phi1 = x[phi1_dot] * p[I1];
+    const real I_theta1 = x[theta1_dot] * p[I1];
+    const real t_6fvzz = t_rybsf * e2;
+    const real tension2 = cos_phi2 * t_6fvzz * mv2 - t_popww * sigma_sq2;
+    const real As_2 = mv2 * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real eAss_2 = Ass_2 * e2;
+    const real q_2 = sin_phi2 * p[l2];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real B_2 = me2 * p[l2];
+    const real Bs_2 = B_2 * sin_phi2;
+    const real Bc_2 = B_2 * cos_phi2;
+    const real Bl_2 = B_2 * p[l2];
+    const real g_2 = e2 - lc_2;
+    const real t_4434n = K(1.0) / (p[I2] + p[m2] * (q_2 * q_2));
+    const real th_2 = p[m2] * t_4434n;
+    const real wth_2 = th_2 * p[I2];
+    const real eBc_2 = Bc_2 * e2;
+    const real wg_2 = g_2 * wth_2;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real tn11_2 = Ass_2 + me2 - wth_2;
+    const real t_lpk5h = me2 * (e2 * e2);
+    const real t_ymmgl = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
+    const real t_odwbr = g_2 * wg_2;
+    const real tn44_2 = t_lpk5h + t_ymmgl - t_odwbr;
+    const real wq_2 = q_2 * wth_2;
+    const real wqg_2 = q_2 * wg_2;
+    const real wqq_2 = q_2 * wq_2;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real wgC_2 = cos_theta2 * wqg_2;
+    const real wgS_2 = sin_theta2 * wqg_2;
+    const real loss_phi2 = p[eps2] * x[phi2_dot];
+    const real loss_theta2 = p[eps2] * x[theta2_dot];
+    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real t_2nvx4 = Wn2 * lc_2;
+    const real t_e55su = chi2 * p[l2];
+    const real t_nlamb = p2 + x[phi2_dot];
+    const real zeta2 = W12 * q_2 + t_2nvx4 * w_x2 - t_e55su * t_nlamb;
+    const real t_vry6x = zeta2 * p[I2] - loss_theta2 * q_2;
+    const real F_n2 = th_2 * t_vry6x;
+    const real t_4b2fa = B_2 * eta2 + loss_phi2 * k2;
+    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real M_q2 = F_n2 * q_2;
+    const real I_phi2 = x[phi2_dot] * p[I2];
+    const real I_theta2 = x[theta2_dot] * p[I2];
+    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
+    const real t_fbeaw = S_sq1 * tn11_1;
+    const real t_dj555 = S_sq2 * tn11_2;
+    const real K22 = t_fbeaw + t_dj555 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real K33 = Ass_1 + Ass_2 + M_C - t_fbeaw - t_dj555;
+    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
+    const real t_nhr5u = wqq_1 + wqq_2;
+    const real K44 = t_nhr5u + Bl_1 + Bl_2 + J_C1;
+    const real t_tcgxn = wg_1 - e1 * me1;
+    const real t_uf5ib = wg_2 - e2 * me2;
+    const real t_32gyg = Bc_1 - eAss_1;
+    const real t_65obb = t_32gyg + t_tcgxn;
+    const real t_gbkg6 = Bc_2 - eAss_2;
+    const real t_yoiua = t_gbkg6 + t_uf5ib;
+    const real t_z76hk = S_sq1 * t_65obb + S_sq2 * t_yoiua;
+    const real K52 = t_tcgxn + t_uf5ib - t_z76hk - wqC_1 - wqC_2;
+    const real t_hjmgb = SC1 * t_65obb + SC2 * t_yoiua;
+    const real K53 = wqS_1 - t_hjmgb + wqS_2;
+    const real t_nncdg = Bl_1 - eBc_1;
+    const real t_4q22j = Bl_2 - eBc_2;
+    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
+    const real t_hoosk = S_sq1 * tn44_1;
+    const real t_drvdp = S_sq2 * tn44_2;
+    const real K55 = t_3fv6l
+        + t_odwbr
+        + t_nhr5u
+        + t_hoosk
+        + t_drvdp
+        + J_C3
+        - t_b7ure
+        - t_lpk5h
+        + K(-2.0) * wgC_1
+        + K(-2.0) * wgC_2;
+    const real K63 = t_z76hk - (t_32gyg + t_gbkg6);
+    const real t_zhbuw = wgS_1 + wgS_2;
+    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
+    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_3bowt + t_ymmgl + J_C2 - t_hoosk - t_drvdp;
+    const real t_vt7uo = F_n1 * cos_theta1;
+    const real t_oncjt = F_n2 * cos_theta2;
+    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real t_azclp = F_n1 * sin_theta1;
+    const real t_iya7w = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
+    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
+    const real t_kp7yy = M_q1 + M_q2;
+    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
+    const real t_sfymc = p[J_y] - p[J_z];
+    const real t_6nfyn = t_sfymc * x[wy];
+    const real n4 = t_aejai
+        - t_kp7yy
+        + t_zd4fs
+        - loss_phi1
+        - loss_phi2
+        + I_theta1 * x[wy]
+        + I_theta2 * x[wy]
+        - t_6nfyn * x[wz];
+    const real t_w7nmt = t_aejai + F_t1 * e1;
+    const real t_e5cx2 = t_zd4fs + F_t2 * e2;
+    const real t_5r66u = J_C1 + (p[J_z] - p[J_y]);
+    const real n5 = t_w7nmt * sin_theta1
+        - (t_kp7yy + loss_theta1 + loss_theta2)
+        + t_e5cx2 * sin_theta2
+        - W12 * t_5r66u
+        - I_phi1 * x[wy]
+        - I_phi2 * x[wy]
+        + t_vt7uo * g_1
+        + t_oncjt * g_2;
+    const real t_7bo2j = J_C1 + t_is5lg + t_sfymc;
+    const real n6 = t_w7nmt * cos_theta1
+        + t_e5cx2 * cos_theta2
+        + I_theta1 * x[wx]
+        + I_theta2 * x[wx]
+        - W13 * t_7bo2j
+        - t_azclp * g_1
+        - t_iya7w * g_2
+        - I_phi1 * x[wz]
+        - I_phi2 * x[wz];
+    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_bpfoo = K(1.0) / K11;
+    const real t_w7lcw = t_b3aij * t_bpfoo;
+    const real K_D2 = K22 - t_b3aij * t_w7lcw;
+    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_3go2w = t_zzymx * t_bpfoo;
+    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
+    const real t_4iujv = K(1.0) / K_D2;
+    const real K_L32 = t_d4mqf * t_4iujv;
+    const real t_ev7u5 = Bs_1 + Asc_1 * e1;
+    const real t_bvybx = Bs_2 + Asc_2 * e2;
+    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
+    const real t_vshgd = t_6mmeb * t_bpfoo;
+    const real t_p6zld = K52 - t_b3aij * t_vshgd;
+    const real K_L52 = t_p6zld * t_4iujv;
+    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
+    const real t_2m245 = Bs_1 + Bs_2;
+    const real t_xq4wt = t_2m245 * t_bpfoo;
+    const real t_m67zs = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2 + t_b3aij * t_xq4wt;
+    const real t_6urah = t_m67zs * t_4iujv;
+    const real t_m27n6 = K43 + t_d4mqf * t_6urah - t_zzymx * t_xq4wt;
+    const real t_zmh3u = K(1.0) / K_D3;
+    const real K_L43 = t_m27n6 * t_zmh3u;
+    const real t_bxfcn = K53 - t_d4mqf * K_L52 - t_zzymx * t_vshgd;
+    const real K_L53 = t_bxfcn * t_zmh3u;
+    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
+    const real t_e4enr = t_bl4f2 * t_bpfoo;
+    const real t_qvrp6 = t_hjmgb + t_b3aij * t_e4enr;
+    const real t_dj64q = t_qvrp6 * t_4iujv;
+    const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
+    const real K_L63 = t_rahc4 * t_zmh3u;
+    const real K_D4 = K44 - t_m67zs * t_6urah - t_m27n6 * K_L43 - t_2m245 * t_xq4wt;
+    const real t_amczu = K54 + t_m67zs * K_L52 - t_m27n6 * K_L53 - t_2m245 * t_vshgd;
+    const real t_lt2al = K(1.0) / K_D4;
+    const real K_L54 = t_amczu * t_lt2al;
+    const real t_e4k6u = K64 - t_m67zs * t_dj64q - t_m27n6 * K_L63 - t_2m245 * t_e4enr;
+    const real K_L64 = t_e4k6u * t_lt2al;
+    const real K_D5 = K55
+        - t_p6zld * K_L52
+        - t_bxfcn * K_L53
+        - t_amczu * K_L54
+        - t_6mmeb * t_vshgd;
+    const real t_jo54w = K65
+        + t_p6zld * t_dj64q
+        - t_bxfcn * K_L63
+        - t_amczu * K_L64
+        - t_6mmeb * t_e4enr;
+    const real t_ftqxb = K(1.0) / K_D5;
+    const real K_L65 = t_jo54w * t_ftqxb;
+    const real K_D6 = K66
+        - t_qvrp6 * t_dj64q
+        - t_rahc4 * K_L63
+        - t_e4k6u * K_L64
+        - t_jo54w * K_L65
+        - t_bl4f2 * t_e4enr;
+    const real b1 = f_x
+        + (t_7imwe * sin_phi1 + t_4b2fa * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2);
+    const real b2 = f_y - n2;
+    const real b4 = u[Mx] - n4;
+    const real t_lwe76 = p[b] + p[d] + x_C;
+    const real b5 = u[Mz] - n5 - f_y * t_lwe76;
+    const real t_gcu5g = t_ruxs4 * sin_delta1;
+    const real b6 = t_gcu5g * t_lwe76 - (u[My] + n6);
+    const real X_y2 = b2 + t_w7lcw * b1;
+    const real X_y3 = t_3go2w * b1 - (t_gcu5g + n3) - K_L32 * X_y2;
+    const real X_y4 = b4 + t_xq4wt * b1 + t_6urah * X_y2 - K_L43 * X_y3;
+    const real X_y5 = b5
+        + t_vshgd * b1
+        - K_L52 * X_y2
+        - K_L53 * X_y3
+        - K_L54 * X_y4;
+    const real X_y6 = b6
+        + t_e4enr * b1
+        + t_dj64q * X_y2
+        - K_L63 * X_y3
+        - K_L64 * X_y4
+        - K_L65 * X_y5;
+    const real t_nfkwa = K(1.0) / K_D6;
+    const real X_x6 = X_y6 * t_nfkwa;
+    const real t_cufdy = X_y5 * t_ftqxb;
+    const real X_x5 = t_cufdy - K_L65 * X_x6;
+    const real t_72jfh = X_y4 * t_lt2al;
+    const real X_x4 = t_72jfh - K_L54 * X_x5 - K_L64 * X_x6;
+    const real t_izhu2 = X_y3 * t_zmh3u;
+    const real X_x3 = t_izhu2 - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
+    const real t_uifqg = X_y2 * t_4iujv;
+    const real X_x2 = t_uifqg
+        - K_L32 * X_x3
+        + t_6urah * X_x4
+        - K_L52 * X_x5
+        + t_dj64q * X_x6;
+    const real t_47fu6 = b1 * t_bpfoo;
+    const real X_x1 = t_47fu6
+        + t_w7lcw * X_x2
+        + t_3go2w * X_x3
+        + t_xq4wt * X_x4
+        + t_vshgd * X_x5
+        + t_e4enr * X_x6;
+    const real G_t1 = X_x5 * sin_theta1 + X_x6 * cos_theta1;
+    const real G_t2 = X_x5 * sin_theta2 + X_x6 * cos_theta2;
+    const real t_t7e4r = along_x[along_wx] - along_x[along_theta1_dot];
+    const real t_r477s = sin_phi1 * along_x[along_phi1];
+    const real t_gzco3 = sin_theta1 * along_x[along_theta1];
+    const real t_7xloa = cos_theta1 * along_x[along_theta1];
+    const real t_diibk = cos_theta1 * along_x[along_wz] - x[wz] * t_gzco3 + (x[wy] * t_7xloa + sin_theta1 * along_x[along_wy]);
+    const real t_u3bis = cos_phi1 * along_x[along_phi1];
+    const real t_idjxn = cos_phi1 * t_t7e4r - w_x1 * t_r477s - (sin_phi1 * t_diibk + Wt1 * t_u3bis);
+    const real t_rxace = cos_phi1 * t_diibk - Wt1 * t_r477s + (w_x1 * t_u3bis + sin_phi1 * t_t7e4r);
+    const real t_wbpon = t_qm5gj * t_idjxn + chi1 * t_rxace - (w_x1 * t_diibk + Wt1 * t_t7e4r);
+    const real t_zmble = p[eps1] * along_x[along_phi1_dot];
+    const real t_4ps2g = B_1 * t_wbpon + k1 * t_zmble;
+    const real t_b67qm = along_x[along_wx] - along_x[along_theta2_dot];
+    const real t_zjnbg = sin_phi2 * along_x[along_phi2];
+    const real t_lgafn = sin_theta2 * along_x[along_theta2];
+    const real t_gzo6d = cos_theta2 * along_x[along_theta2];
+    const real t_eycr6 = cos_theta2 * along_x[along_wz] - x[wz] * t_lgafn + (x[wy] * t_gzo6d + sin_theta2 * along_x[along_wy]);
+    const real t_kxapq = cos_phi2 * along_x[along_phi2];
+    const real t_7uyfc = cos_phi2 * t_b67qm - w_x2 * t_zjnbg - (sin_phi2 * t_eycr6 + Wt2 * t_kxapq);
+    const real t_5govq = cos_phi2 * t_eycr6 - Wt2 * t_zjnbg + (w_x2 * t_kxapq + sin_phi2 * t_b67qm);
+    const real t_y3fz3 = t_c6dmt * t_7uyfc + chi2 * t_5govq - (w_x2 * t_eycr6 + Wt2 * t_b67qm);
+    const real t_trbl5 = p[eps2] * along_x[along_phi2_dot];
+    const real t_cb4zc = B_2 * t_y3fz3 + k2 * t_trbl5;
+    const real t_fjb5c = (x[wy] + x[wy]) * along_x[along_wy] + (x[wz] + x[wz]) * along_x[along_wz];
+    const real t_vbqwh = e1 * t_fjb5c;
+    const real t_jgoba = cos_theta1 * along_x[along_wy] - x[wy] * t_gzco3 - (x[wz] * t_7xloa + sin_theta1 * along_x[along_wz]);
+    const real t_j5ton = t_jgoba + along_x[along_phi1_dot];
+    const real t_epihp = mv1 * (cos_phi1 * t_vbqwh - t_w7vil * t_r477s)
+        - t_6nwd2 * ((t_qm5gj + t_qm5gj) * t_rxace + (p1 + p1) * t_j5ton);
+    const real t_u3ycx = e2 * t_fjb5c;
+    const real t_poule = cos_theta2 * along_x[along_wy] - x[wy] * t_lgafn - (x[wz] * t_gzo6d + sin_theta2 * along_x[along_wz]);
+    const real t_o3tgg = t_poule + along_x[along_phi2_dot];
+    const real t_nmec3 = mv2 * (cos_phi2 * t_u3ycx - t_6fvzz * t_zjnbg)
+        - t_popww * ((t_c6dmt + t_c6dmt) * t_5govq + (p2 + p2) * t_o3tgg);
+    const real t_wybx3 = p[F] * (sin_delta2 * along_u[along_delta2]);
+    const real t_wob7t = sin_phi1 * t_4ps2g
+        + t_7imwe * t_u3bis
+        + (sin_phi2 * t_cb4zc + t_4b2fa * t_kxapq)
+        + (cos_phi1 * t_epihp - tension1 * t_r477s)
+        + (cos_phi2 * t_nmec3 - tension2 * t_zjnbg)
+        - (cos_delta1 * t_wybx3 + t_ruxs4 * (sin_delta1 * along_u[along_delta1]));
+    const real t_g3x7g = mv1 * t_u3bis;
+    const real t_4mgnc = sin_phi1 * t_g3x7g + As_1 * t_u3bis;
+    const real t_oz7ag = mv2 * t_kxapq;
+    const real t_tys73 = sin_phi2 * t_oz7ag + As_2 * t_kxapq;
+    const real t_oqb2a = t_4mgnc + t_tys73;
+    const real t_m4i63 = cos_phi1 * t_g3x7g - As_1 * t_r477s;
+    const real t_aqus5 = cos_phi2 * t_oz7ag - As_2 * t_zjnbg;
+    const real t_ql2ju = sin_theta1 * t_m4i63 + Asc_1 * t_7xloa + (sin_theta2 * t_aqus5 + Asc_2 * t_gzo6d);
+    const real t_vcmoj = t_ql2ju * t_bpfoo + t_w7lcw * t_bpfoo * t_oqb2a;
+    const real t_byxim = p[F] * (cos_delta2 * along_u[along_delta2]);
+    const real t_y5zog = x[wy] * along_x[along_wx] + x[wx] * along_x[along_wy];
+    const real t_xggug = p[l1] * t_u3bis;
+    const real t_wvrxp = p[l1] * t_r477s;
+    const real t_grjl3 = q_1 * t_y5zog
+        + W12 * t_xggug
+        + (w_x1 * (lc_1 * t_jgoba - Wn1 * t_wvrxp) + t_smkh7 * t_t7e4r)
+        - (t_wmv32 * (p[l1] * t_idjxn) + t_q2k45 * (t_j5ton + along_x[along_phi1_dot]));
+    const real t_sqgls = p[eps1] * along_x[along_theta1_dot];
+    const real t_julzq = th_1 * t_62zow * (p[m1] * ((q_1 + q_1) * t_xggug));
+    const real t_k2ads = th_1 * (p[I1] * t_grjl3 - (q_1 * t_sqgls + loss_theta1 * t_xggug))
+        - t_xips6 * t_julzq;
+    const real t_i6ply = cos_theta1 * t_k2ads - F_n1 * t_gzco3;
+    const real t_x4syx = p[l2] * t_kxapq;
+    const real t_oukri = p[l2] * t_zjnbg;
+    const real t_4cbz5 = q_2 * t_y5zog
+        + W12 * t_x4syx
+        + (w_x2 * (lc_2 * t_poule - Wn2 * t_oukri) + t_2nvx4 * t_b67qm)
+        - (t_nlamb * (p[l2] * t_7uyfc) + t_e55su * (t_o3tgg + along_x[along_phi2_dot]));
+    const real t_lon4y = p[eps2] * along_x[along_theta2_dot];
+    const real t_hxrn3 = th_2 * t_4434n * (p[m2] * ((q_2 + q_2) * t_x4syx));
+    const real t_7i4pa = th_2 * (p[I2] * t_4cbz5 - (q_2 * t_lon4y + loss_theta2 * t_x4syx))
+        - t_vry6x * t_hxrn3;
+    const real t_jlula = cos_theta2 * t_7i4pa - F_n2 * t_lgafn;
+    const real t_3upj6 = tension1 * t_u3bis + sin_phi1 * t_epihp - (cos_phi1 * t_4ps2g - t_7imwe * t_r477s);
+    const real t_cv7qx = tension2 * t_kxapq + sin_phi2 * t_nmec3 - (cos_phi2 * t_cb4zc - t_4b2fa * t_zjnbg);
+    const real t_qhhxa = t_i6ply
+        + t_jlula
+        + (sin_theta1 * t_3upj6 + F_t1 * t_7xloa)
+        + (sin_theta2 * t_cv7qx + F_t2 * t_gzo6d);
+    const real t_5o335 = t_byxim - t_qhhxa + (b1 * t_vcmoj + t_w7lcw * t_wob7t);
+    const real t_c23o2 = (sin_theta1 + sin_theta1) * t_7xloa;
+    const real t_vltvw = p[I1] * t_julzq;
+    const real t_nzqgu = t_4mgnc + t_vltvw;
+    const real t_d7jey = tn11_1 * t_c23o2 + S_sq1 * t_nzqgu;
+    const real t_vfytj = (sin_theta2 + sin_theta2) * t_gzo6d;
+    const real t_zmcd5 = p[I2] * t_hxrn3;
+    const real t_ls5em = t_tys73 + t_zmcd5;
+    const real t_qxmxx = tn11_2 * t_vfytj + S_sq2 * t_ls5em;
+    const real t_m2in3 = t_d7jey + t_qxmxx - t_vltvw - t_zmcd5 - (t_w7lcw * t_ql2ju + t_b3aij * t_vcmoj);
+    const real t_bgfqx = cos_theta1 * t_7xloa - sin_theta1 * t_gzco3;
+    const real t_f3p5c = cos_theta2 * t_gzo6d - sin_theta2 * t_lgafn;
+    const real t_thmu4 = cos_theta1 * t_m4i63 - Asc_1 * t_gzco3 + (cos_theta2 * t_aqus5 - Asc_2 * t_lgafn);
+    const real t_xs7e4 = t_thmu4 * t_bpfoo + t_3go2w * t_bpfoo * t_oqb2a;
+    const real t_lqciy = tn11_1 * t_bgfqx
+        + SC1 * t_nzqgu
+        + (tn11_2 * t_f3p5c + SC2 * t_ls5em)
+        - (t_3go2w * t_ql2ju + t_b3aij * t_xs7e4);
+    const real t_aohoh = t_lqciy * t_4iujv - K_L32 * t_4iujv * t_m2in3;
+    const real t_qmyd7 = t_ruxs4 * (cos_delta1 * along_u[along_delta1]) - sin_delta1 * t_wybx3;
+    const real t_5er3o = sin_theta1 * t_k2ads + F_n1 * t_7xloa;
+    const real t_dw3xg = sin_theta2 * t_7i4pa + F_n2 * t_gzo6d;
+    const real t_wghhc = cos_theta1 * t_3upj6
+        - F_t1 * t_gzco3
+        - (t_5er3o + t_dw3xg)
+        + (cos_theta2 * t_cv7qx - F_t2 * t_lgafn);
+    const real t_f2qbh = b1 * t_xs7e4
+        + t_3go2w * t_wob7t
+        - (t_qmyd7 + t_wghhc)
+        - (X_y2 * t_aohoh + K_L32 * t_5o335);
+    const real t_htjpc = t_oqb2a
+        - t_d7jey
+        - t_qxmxx
+        - (K_L32 * t_lqciy + t_d4mqf * t_aohoh)
+        - (t_3go2w * t_thmu4 + t_zzymx * t_xs7e4);
+    const real t_6ik5d = wth_1 * t_xggug - q_1 * t_vltvw;
+    const real t_yuwss = wq_1 * t_7xloa + sin_theta1 * t_6ik5d;
+    const real t_plooz = wth_2 * t_x4syx - q_2 * t_zmcd5;
+    const real t_vivay = wq_2 * t_gzo6d + sin_theta2 * t_plooz;
+    const real t_lp2tr = B_1 * t_r477s;
+    const real t_wz5xx = B_2 * t_zjnbg;
+    const real t_ow2yt = cos_theta1 * t_6ik5d - wq_1 * t_gzco3;
+    const real t_andwa = cos_theta2 * t_plooz - wq_2 * t_lgafn;
+    const real t_ik2jg = B_1 * t_u3bis;
+    const real t_o4leh = B_2 * t_kxapq;
+    const real t_fm43t = t_ik2jg + t_o4leh;
+    const real t_jj6hm = t_fm43t * t_bpfoo + t_xq4wt * t_bpfoo * t_oqb2a;
+    const real t_bdoat = t_ow2yt
+        + t_andwa
+        + (Bc_1 * t_7xloa - sin_theta1 * t_lp2tr)
+        + (Bc_2 * t_gzo6d - sin_theta2 * t_wz5xx)
+        + (t_xq4wt * t_ql2ju + t_b3aij * t_jj6hm);
+    const real t_xwoxa = t_bdoat * t_4iujv - t_6urah * t_4iujv * t_m2in3;
+    const real t_tt5lb = t_yuwss
+        + t_vivay
+        + (cos_theta1 * t_lp2tr + Bc_1 * t_gzco3)
+        + (cos_theta2 * t_wz5xx + Bc_2 * t_lgafn)
+        + (t_6urah * t_lqciy + t_d4mqf * t_xwoxa)
+        - (t_xq4wt * t_thmu4 + t_zzymx * t_jj6hm);
+    const real t_qmnrh = t_tt5lb * t_zmh3u - K_L43 * t_zmh3u * t_htjpc;
+    const real t_2alzh = t_w7vil * t_ik2jg + Bs_1 * t_vbqwh + p[l1] * t_4ps2g;
+    const real t_xsd5m = q_1 * t_k2ads + F_n1 * t_xggug + (q_2 * t_7i4pa + F_n2 * t_x4syx);
+    const real t_bmgvp = t_6fvzz * t_o4leh + Bs_2 * t_u3ycx + p[l2] * t_cb4zc;
+    const real t_ihgv7 = p[I1] * along_x[along_theta1_dot];
+    const real t_5vhzn = p[I2] * along_x[along_theta2_dot];
+    const real t_5e6ek = t_2alzh
+        - t_xsd5m
+        + t_bmgvp
+        - t_zmble
+        - t_trbl5
+        + (x[wy] * t_ihgv7 + I_theta1 * along_x[along_wy])
+        + (x[wy] * t_5vhzn + I_theta2 * along_x[along_wy])
+        - (x[wz] * (t_sfymc * along_x[along_wy]) + t_6nfyn * along_x[along_wz]);
+    const real t_w6ufb = along_u[along_Mx]
+        - t_5e6ek
+        + (b1 * t_jj6hm + t_xq4wt * t_wob7t)
+        + (X_y2 * t_xwoxa + t_6urah * t_5o335)
+        - (X_y3 * t_qmnrh + K_L43 * t_f2qbh);
+    const real t_lmeqo = wq_1 * t_xggug + q_1 * t_6ik5d + (wq_2 * t_x4syx + q_2 * t_plooz);
+    const real t_iwd2y = t_lmeqo
+        - (t_6urah * t_bdoat + t_m67zs * t_xwoxa)
+        - (K_L43 * t_tt5lb + t_m27n6 * t_qmnrh)
+        - (t_xq4wt * t_fm43t + t_2m245 * t_jj6hm);
+    const real t_p7wdd = wth_1 * t_wvrxp - g_1 * t_vltvw;
+    const real t_uvki3 = wg_1 * t_xggug + q_1 * t_p7wdd;
+    const real t_6b5j3 = cos_theta1 * t_uvki3 - wqg_1 * t_gzco3;
+    const real t_v5uuq = wth_2 * t_oukri - g_2 * t_zmcd5;
+    const real t_4houv = wg_2 * t_x4syx + q_2 * t_v5uuq;
+    const real t_jvp6q = cos_theta2 * t_4houv - wqg_2 * t_lgafn;
+    const real t_5kwcz = e1 * t_lp2tr;
+    const real t_ltgig = e2 * t_wz5xx;
+    const real t_jkn3n = e1 * t_4mgnc;
+    const real t_33ras = t_lp2tr + t_jkn3n;
+    const real t_4ee66 = t_p7wdd - t_33ras;
+    const real t_2koli = e2 * t_tys73;
+    const real t_newbu = t_wz5xx + t_2koli;
+    const real t_ldkuf = t_v5uuq - t_newbu;
+    const real t_ke3mq = t_65obb * t_c23o2 + S_sq1 * t_4ee66 + (t_yoiua * t_vfytj + S_sq2 * t_ldkuf);
+    const real t_rhxsn = t_ik2jg + e1 * t_m4i63;
+    const real t_5tipn = t_o4leh + e2 * t_aqus5;
+    const real t_j3w63 = sin_theta1 * t_rhxsn + t_ev7u5 * t_7xloa + (sin_theta2 * t_5tipn + t_bvybx * t_gzo6d);
+    const real t_s3iaw = t_j3w63 * t_bpfoo + t_vshgd * t_bpfoo * t_oqb2a;
+    const real t_ykdqt = t_p7wdd
+        + t_v5uuq
+        - t_ke3mq
+        - t_ow2yt
+        - t_andwa
+        - (t_vshgd * t_ql2ju + t_b3aij * t_s3iaw);
+    const real t_qphjf = t_ykdqt * t_4iujv - K_L52 * t_4iujv * t_m2in3;
+    const real t_7muol = t_65obb * t_bgfqx + SC1 * t_4ee66 + (t_yoiua * t_f3p5c + SC2 * t_ldkuf);
+    const real t_aw3es = t_yuwss
+        - t_7muol
+        + t_vivay
+        - (K_L52 * t_lqciy + t_d4mqf * t_qphjf)
+        - (t_vshgd * t_thmu4 + t_zzymx * t_s3iaw);
+    const real t_clsiv = t_aw3es * t_zmh3u - K_L53 * t_zmh3u * t_htjpc;
+    const real t_enbet = t_lmeqo
+        - t_6b5j3
+        - t_jvp6q
+        + (sin_theta1 * t_5kwcz + t_nncdg * t_7xloa)
+        + (sin_theta2 * t_ltgig + t_4q22j * t_gzo6d)
+        + (K_L52 * t_bdoat + t_m67zs * t_qphjf)
+        - (K_L53 * t_tt5lb + t_m27n6 * t_clsiv)
+        - (t_vshgd * t_fm43t + t_2m245 * t_s3iaw);
+    const real t_y7aqj = t_enbet * t_lt2al - K_L54 * t_lt2al * t_iwd2y;
+    const real t_75lgm = t_2alzh + e1 * t_3upj6;
+    const real t_k7hpp = t_bmgvp + e2 * t_cv7qx;
+    const real t_cexsj = p[I1] * along_x[along_phi1_dot];
+    const real t_6syep = p[I2] * along_x[along_phi2_dot];
+    const real t_vowo6 = sin_theta1 * t_75lgm
+        + t_w7nmt * t_7xloa
+        - (t_xsd5m + t_sqgls + t_lon4y)
+        + (sin_theta2 * t_k7hpp + t_e5cx2 * t_gzo6d)
+        - t_5r66u * t_y5zog
+        - (x[wy] * t_cexsj + I_phi1 * along_x[along_wy])
+        - (x[wy] * t_6syep + I_phi2 * along_x[along_wy])
+        + (g_1 * t_i6ply + t_vt7uo * t_wvrxp)
+        + (g_2 * t_jlula + t_oncjt * t_oukri);
+    const real t_j7wgf = along_u[along_Mz]
+        - t_vowo6
+        - t_lwe76 * t_byxim
+        + (b1 * t_s3iaw + t_vshgd * t_wob7t)
+        - (X_y2 * t_qphjf + K_L52 * t_5o335)
+        - (X_y3 * t_clsiv + K_L53 * t_f2qbh)
+        - (X_y4 * t_y7aqj + K_L54 * t_w6ufb);
+    const real t_ho4oo = wg_1 * t_wvrxp + g_1 * t_p7wdd;
+    const real t_jacgj = wg_2 * t_oukri + g_2 * t_v5uuq;
+    const real t_e6cz6 = e1 * t_jkn3n - K(-2.0) * t_5kwcz;
+    const real t_hansg = t_e6cz6 - t_ho4oo;
+    const real t_yat33 = tn44_1 * t_c23o2 + S_sq1 * t_hansg;
+    const real t_vo7za = e2 * t_2koli - K(-2.0) * t_ltgig;
+    const real t_g3yxf = t_vo7za - t_jacgj;
+    const real t_qylsp = tn44_2 * t_vfytj + S_sq2 * t_g3yxf;
+    const real t_42ze3 = t_ho4oo
+        + t_jacgj
+        + t_lmeqo
+        + t_yat33
+        + t_qylsp
+        + K(-2.0) * t_6b5j3
+        + K(-2.0) * t_jvp6q
+        - (K_L52 * t_ykdqt + t_p6zld * t_qphjf)
+        - (K_L53 * t_aw3es + t_bxfcn * t_clsiv)
+        - (K_L54 * t_enbet + t_amczu * t_y7aqj)
+        - (t_vshgd * t_j3w63 + t_6mmeb * t_s3iaw);
+    const real t_7wvhi = wqg_1 * t_7xloa + sin_theta1 * t_uvki3 + (wqg_2 * t_gzo6d + sin_theta2 * t_4houv);
+    const real t_bnzmj = cos_theta1 * t_rhxsn - t_ev7u5 * t_gzco3 + (cos_theta2 * t_5tipn - t_bvybx * t_lgafn);
+    const real t_6vlnz = t_bnzmj * t_bpfoo + t_e4enr * t_bpfoo * t_oqb2a;
+    const real t_sqcju = t_7muol + (t_e4enr * t_ql2ju + t_b3aij * t_6vlnz);
+    const real t_ux3up = t_sqcju * t_4iujv - t_dj64q * t_4iujv * t_m2in3;
+    const real t_qgnjz = t_ke3mq
+        + (t_33ras + t_newbu)
+        + (t_dj64q * t_lqciy + t_d4mqf * t_ux3up)
+        - (t_e4enr * t_thmu4 + t_zzymx * t_6vlnz);
+    const real t_7w5sb = t_qgnjz * t_zmh3u - K_L63 * t_zmh3u * t_htjpc;
+    const real t_o64wz = t_7wvhi
+        + (cos_theta1 * t_5kwcz - t_nncdg * t_gzco3)
+        + (cos_theta2 * t_ltgig - t_4q22j * t_lgafn)
+        - (t_dj64q * t_bdoat + t_m67zs * t_ux3up)
+        - (K_L63 * t_tt5lb + t_m27n6 * t_7w5sb)
+        - (t_e4enr * t_fm43t + t_2m245 * t_6vlnz);
+    const real t_mtmt3 = t_o64wz * t_lt2al - K_L64 * t_lt2al * t_iwd2y;
+    const real t_cmkne = t_7wvhi
+        + (tn44_1 * t_bgfqx + SC1 * t_hansg)
+        + (tn44_2 * t_f3p5c + SC2 * t_g3yxf)
+        + (t_dj64q * t_ykdqt + t_p6zld * t_ux3up)
+        - (K_L63 * t_aw3es + t_bxfcn * t_7w5sb)
+        - (K_L64 * t_enbet + t_amczu * t_mtmt3)
+        - (t_e4enr * t_j3w63 + t_6mmeb * t_6vlnz);
+    const real t_xzhu6 = t_cmkne * t_ftqxb - K_L65 * t_ftqxb * t_42ze3;
+    const real t_d5jt4 = x[wz] * along_x[along_wx] + x[wx] * along_x[along_wz];
+    const real t_3opsn = cos_theta1 * t_75lgm
+        - t_w7nmt * t_gzco3
+        + (cos_theta2 * t_k7hpp - t_e5cx2 * t_lgafn)
+        + (x[wx] * t_ihgv7 + I_theta1 * along_x[along_wx])
+        + (x[wx] * t_5vhzn + I_theta2 * along_x[along_wx])
+        - t_7bo2j * t_d5jt4
+        - (g_1 * t_5er3o + t_azclp * t_wvrxp)
+        - (g_2 * t_dw3xg + t_iya7w * t_oukri)
+        - (x[wz] * t_cexsj + I_phi1 * along_x[along_wz])
+        - (x[wz] * t_6syep + I_phi2 * along_x[along_wz]);
+    const real t_s3vkn = t_lwe76 * t_qmyd7
+        - (along_u[along_My] + t_3opsn)
+        + (b1 * t_6vlnz + t_e4enr * t_wob7t)
+        + (X_y2 * t_ux3up + t_dj64q * t_5o335)
+        - (X_y3 * t_7w5sb + K_L63 * t_f2qbh)
+        - (X_y4 * t_mtmt3 + K_L64 * t_w6ufb)
+        - (X_y5 * t_xzhu6 + K_L65 * t_j7wgf);
+    const real t_wpt77 = t_e6cz6
+        + t_vo7za
+        - t_yat33
+        - t_qylsp
+        - (t_dj64q * t_sqcju + t_qvrp6 * t_ux3up)
+        - (K_L63 * t_qgnjz + t_rahc4 * t_7w5sb)
+        - (K_L64 * t_o64wz + t_e4k6u * t_mtmt3)
+        - (K_L65 * t_cmkne + t_jo54w * t_xzhu6)
+        - (t_e4enr * t_bnzmj + t_bl4f2 * t_6vlnz);
+    const real t_jpude = t_s3vkn * t_nfkwa - X_x6 * t_nfkwa * t_wpt77;
+    const real t_m3gyr = t_j7wgf * t_ftqxb
+        - t_cufdy * t_ftqxb * t_42ze3
+        - (X_x6 * t_xzhu6 + K_L65 * t_jpude);
+    const real t_6uegn = t_w6ufb * t_lt2al
+        - t_72jfh * t_lt2al * t_iwd2y
+        - (X_x5 * t_y7aqj + K_L54 * t_m3gyr)
+        - (X_x6 * t_mtmt3 + K_L64 * t_jpude);
+    const real t_3iuud = t_f2qbh * t_zmh3u
+        - t_izhu2 * t_zmh3u * t_htjpc
+        - (X_x4 * t_qmnrh + K_L43 * t_6uegn)
+        - (X_x5 * t_clsiv + K_L53 * t_m3gyr)
+        - (X_x6 * t_7w5sb + K_L63 * t_jpude);
+    const real t_t3j5c = t_5o335 * t_4iujv
+        - t_uifqg * t_4iujv * t_m2in3
+        - (X_x3 * t_aohoh + K_L32 * t_3iuud)
+        + (X_x4 * t_xwoxa + t_6urah * t_6uegn)
+        - (X_x5 * t_qphjf + K_L52 * t_m3gyr)
+        + (X_x6 * t_ux3up + t_dj64q * t_jpude);
+    const real t_odsqd = t_wob7t * t_bpfoo
+        + t_47fu6 * t_bpfoo * t_oqb2a
+        + (X_x2 * t_vcmoj + t_w7lcw * t_t3j5c)
+        + (X_x3 * t_xs7e4 + t_3go2w * t_3iuud)
+        + (X_x4 * t_jj6hm + t_xq4wt * t_6uegn)
+        + (X_x5 * t_s3iaw + t_vshgd * t_m3gyr)
+        + (X_x6 * t_6vlnz + t_e4enr * t_jpude);
+    const real t_5f4sz = t_m3gyr - t_y5zog;
+    const real t_r6cru = sin_theta1 * t_m3gyr + X_x5 * t_7xloa + (cos_theta1 * t_jpude - X_x6 * t_gzco3);
+    const real t_fb4pe = t_r6cru + t_wbpon;
+    const real t_dkypl = e1 * t_r6cru
+        + (sin_theta1 * t_t3j5c + X_x2 * t_7xloa)
+        + (cos_theta1 * t_3iuud - X_x3 * t_gzco3);
+    const real t_2g4tt = cos_phi1 * t_dkypl
+        - (G_t1 * e1 + X_x2 * sin_theta1 + X_x3 * cos_theta1) * t_r477s
+        + ((X_x1 - t_w7vil) * t_u3bis + sin_phi1 * (t_odsqd - t_vbqwh));
+    const real t_ibe72 = K(1.0) / p[m1];
+    const real t_ogd3q = X_x5 * cos_theta1 - X_x6 * sin_theta1;
+    const real t_mwq7z = X_x4 + X_x5;
+    const real t_5ffnn = zeta1
+        + X_x2 * cos_theta1
+        + g_1 * t_ogd3q
+        - t_mwq7z * q_1
+        - X_x3 * sin_theta1;
+    const real t_kiea2 = g_1 * (cos_theta1 * t_m3gyr - X_x5 * t_gzco3 - (sin_theta1 * t_jpude + X_x6 * t_7xloa));
+    const real t_4xduz = t_6uegn + t_m3gyr;
+    const real t_bf3af = t_grjl3
+        + (cos_theta1 * t_t3j5c - X_x2 * t_gzco3)
+        + (t_ogd3q * t_wvrxp + t_kiea2)
+        - (q_1 * t_4xduz + t_mwq7z * t_xggug)
+        - (sin_theta1 * t_3iuud + X_x3 * t_7xloa);
+    const real t_gldwx = th_1 * (t_sqgls * t_ibe72 + (t_5ffnn * t_xggug + q_1 * t_bf3af))
+        - (loss_theta1 * t_ibe72 + q_1 * t_5ffnn) * t_julzq;
+    const real t_vy6uv = sin_theta2 * t_m3gyr + X_x5 * t_gzo6d + (cos_theta2 * t_jpude - X_x6 * t_lgafn);
+    const real t_vk7yj = t_vy6uv + t_y3fz3;
+    const real t_6esai = e2 * t_vy6uv
+        + (sin_theta2 * t_t3j5c + X_x2 * t_gzo6d)
+        + (cos_theta2 * t_3iuud - X_x3 * t_lgafn);
+    const real t_3du6d = cos_phi2 * t_6esai
+        - (G_t2 * e2 + X_x2 * sin_theta2 + X_x3 * cos_theta2) * t_zjnbg
+        + ((X_x1 - t_6fvzz) * t_kxapq + sin_phi2 * (t_odsqd - t_u3ycx));
+    const real t_r7vy7 = K(1.0) / p[m2];
+    const real t_qv4rx = X_x5 * cos_theta2 - X_x6 * sin_theta2;
+    const real t_oqair = zeta2
+        + X_x2 * cos_theta2
+        + g_2 * t_qv4rx
+        - t_mwq7z * q_2
+        - X_x3 * sin_theta2;
+    const real t_qfmzs = g_2 * (cos_theta2 * t_m3gyr - X_x5 * t_lgafn - (sin_theta2 * t_jpude + X_x6 * t_gzo6d));
+    const real t_fli4y = t_4cbz5
+        + (cos_theta2 * t_t3j5c - X_x2 * t_lgafn)
+        + (t_qv4rx * t_oukri + t_qfmzs)
+        - (q_2 * t_4xduz + t_mwq7z * t_x4syx)
+        - (sin_theta2 * t_3iuud + X_x3 * t_gzo6d);
+    const real t_rl2ga = th_2 * (t_lon4y * t_r7vy7 + (t_oqair * t_x4syx + q_2 * t_fli4y))
+        - (loss_theta2 * t_r7vy7 + q_2 * t_oqair) * t_hxrn3;
+    change[0] = t_odsqd
+        + x_C * t_fjb5c
+        - (x[wy] * along_x[along_vz] + x[vz] * along_x[along_wy])
+        + (x[wz] * along_x[along_vy] + x[vy] * along_x[along_wz]);
+    change[1] = t_t3j5c
+        - x_C * t_m3gyr
+        + (x[wx] * along_x[along_vz] + x[vz] * along_x[along_wx] - (x[wz] * along_x[along_vx] + x[vx] * along_x[along_wz]));
+    change[2] = t_3iuud
+        - x_C * t_jpude
+        + (x[wy] * along_x[along_vx] + x[vx] * along_x[along_wy] - (x[wx] * along_x[along_vy] + x[vy] * along_x[along_wx]));
+    change[3] = t_6uegn;
+    change[4] = t_d5jt4 - t_jpude;
+    change[5] = t_5f4sz;
+    change[6] = along_x[along_wx];
+    change[7] = along_x[along_wy];
+    change[8] = along_x[along_wz];
+    change[9] = along_x[along_phi1_dot];
+    change[10] = along_x[along_theta1_dot];
+    change[11] = along_x[along_phi2_dot];
+    change[12] = along_x[along_theta2_dot];
+    change[13] = t_fb4pe - (t_zmble + p[I1] * (t_fb4pe + t_6uegn)) * t_zrejm - k1 * t_2g4tt;
+    change[14] = -(t_5f4sz + t_gldwx);
+    change[15] = t_vk7yj - (t_trbl5 + p[I2] * (t_vk7yj + t_6uegn)) * t_5wzvs - k2 * t_3du6d;
+    change[16] = -(t_5f4sz + t_rl2ga);
 }

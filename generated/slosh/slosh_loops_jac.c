@@ -9,3999 +9,6477 @@
 /* change of actuate along a change of x and u_cmd; 570 operations. */
 void slosh_actuate_jvp(const real *x, const real *u_cmd, const real *p, const real *along_x, const real *along_u_cmd, real *change)
 {
-    const real v3 = -p[11];
-    const real v5 = mv_min(u_cmd[4], p[11]);
-    const real v6 = mv_max(v3, v5);
-    real s7, c7; mv_sincos(v6, &s7, &c7);
-    const real v8 = p[9] * c7;
-    const real v10 = -p[10];
-    const mask m12 = LE(mv_fabs(u_cmd[4]), p[11]);
-    real s15, c15; mv_sincos(u_cmd[4], &s15, &c15);
-    real s16, c16; mv_sincos(u_cmd[3], &s16, &c16);
-    const real v17 = c15 * s16;
-    const real v19 = K(1.0) / mv_cos(p[11]);
-    const real v20 = v17 * v19;
-    const real v21 = mv_min(SPLAT(K(1.0)), v20);
-    const mask m23 = LT(v21, K(-1.0));
-    const mask m24 = LT(K(-1.0), v21);
-    const mask m25 = LT(K(1.0), v20);
-    const mask m26 = AND(m24, m25);
-    const mask m27 = OR(m23, m26);
-    const mask m28 = OR(m27, m25);
-    const real v29 = mv_max(SPLAT(K(-1.0)), v21);
-    const real v30 = mv_asin(v29);
-    const mask m31 = NOT(m28);
-    const real v33 = SELECT(m12, u_cmd[3], SELECT(m28, v30, v30));
-    const real v34 = mv_min(p[10], v33);
-    const real v35 = mv_max(v10, v34);
-    real s36, c36; mv_sincos(v35, &s36, &c36);
-    const real v38 = c15 * p[9];
-    const real v41 = v8 * c36 - v38 * c16;
-    const real v51 = p[12] / (p[13] * p[13] * p[12] + p[15]);
-    const real v52 = v51 * p[15];
-    const real v60 = p[17] / (p[18] * p[18] * p[17] + p[20]);
-    const real v61 = v60 * p[20];
-    const real v62 = p[0] + p[1] + v52 + v61;
-    const real v65 = p[13] * p[12] * (v51 * p[13]);
-    const real v69 = p[18] * p[17] * (v60 * p[18]);
-    real s72, c72; mv_sincos(x[9], &s72, &c72);
-    const real v73 = v65 * s72;
-    const real v74 = v73 * s72;
-    real s77, c77; mv_sincos(x[11], &s77, &c77);
-    const real v78 = v69 * s77;
-    const real v79 = v78 * s77;
-    const real v81 = K(1.0) / (v62 + v65 + v69 - v74 - v79);
-    const real v82 = v41 * v81;
-    const real v84 = v73 * c72;
-    real s86, c86; mv_sincos(x[10], &s86, &c86);
-    const real v89 = v78 * c77;
-    real s91, c91; mv_sincos(x[12], &s91, &c91);
-    const real v93 = v84 * s86 + v89 * s91;
-    const real v94 = v93 * v81;
-    const real v101 = p[9] * s7 - p[9] * s15 + v94 * v41;
-    const real v102 = s86 * s86;
-    const real v104 = s72 * p[13];
-    const real v108 = K(1.0) / (p[15] + p[12] * (v104 * v104));
-    const real v109 = p[12] * v108;
-    const real v110 = v109 * p[15];
-    const real v111 = v74 + v52 - v110;
-    const real v112 = v102 * v111;
-    const real v113 = s91 * s91;
-    const real v115 = s77 * p[18];
-    const real v119 = K(1.0) / (p[20] + p[17] * (v115 * v115));
-    const real v120 = p[17] * v119;
-    const real v121 = v120 * p[20];
-    const real v122 = v79 + v61 - v121;
-    const real v123 = v113 * v122;
-    const real v132 = K(1.0) / (v112 + v123 + v62 + v110 + v121 - v52 - v61 - v93 * v94);
-    const real v133 = v101 * v132;
-    const real v135 = c86 * s86;
-    const real v138 = c91 * s91;
-    const real v143 = v84 * c86 + v89 * c91;
-    const real v144 = v143 * v81;
-    const real v146 = v135 * v111 + v138 * v122 - v93 * v144;
-    const real v147 = v146 * v132;
-    const real v164 = K(1.0) / (v74 + v79 + v62 - v112 - v123 - v146 * v147 - v143 * v144);
-    const real v165 = (v17 * p[9] - v8 * s36 + v144 * v41 - v147 * v101) * v164;
-    const real v167 = v133 - v147 * v165;
-    const real v171 = v82 + v94 * v167 + v144 * v165;
-    const real v172 = v52 * p[13];
-    const real v174 = c72 * along_x[9];
-    const real v175 = v172 * v174;
-    const real v176 = v61 * p[18];
-    const real v178 = c77 * along_x[11];
-    const real v179 = v176 * v178;
-    const real v182 = v172 * s72;
-    const real v183 = v176 * s77;
-    const real v186 = s15 * along_u_cmd[4];
-    const mask m193 = LE(v3, v5);
-    const mask m194 = LE(v5, v3);
-    const real v196 = NUM(m193);
-    const mask m199 = LE(u_cmd[4], p[11]);
-    const mask m200 = LE(p[11], u_cmd[4]);
-    const real v201 = NUM(m199);
-    const real v206 = v196 / (NUM(m194) + v196) * (v201 / (v201 + NUM(m200)) * along_u_cmd[4]);
-    const real v208 = p[9] * (s7 * v206);
-    const mask m210 = LE(v10, v34);
-    const mask m211 = LE(v34, v10);
-    const real v213 = NUM(m210);
-    const mask m216 = LE(v33, p[10]);
-    const mask m217 = LE(p[10], v33);
-    const real v219 = NUM(m216);
-    const mask m222 = LE(K(-1.0), v21);
-    const mask m223 = LE(v21, K(-1.0));
-    const real v225 = NUM(m222);
-    const mask m228 = LE(v20, K(1.0));
-    const mask m229 = LE(K(1.0), v20);
-    const real v231 = NUM(m228);
-    const real v237 = c15 * (c16 * along_u_cmd[3]) - s16 * v186;
-    const real v244 = v225 / (NUM(m223) + v225) * (v231 / (NUM(m229) + v231) * (v237 * v19)) / mv_sqrt(K(1.0) - v29 * v29);
-    const real v247 = v219 / (NUM(m217) + v219) * SELECT(m12, along_u_cmd[3], SELECT0(m31, v244));
-    const real v248 = v213 / (NUM(m211) + v213) * v247;
-    const real v252 = c16 * (p[9] * v186) + v38 * (s16 * along_u_cmd[3]) - (c36 * v208 + v8 * (s36 * v248));
-    const real v255 = v65 * v174;
-    const real v258 = s72 * v255 + v73 * v174;
-    const real v259 = v69 * v178;
-    const real v262 = s77 * v259 + v78 * v178;
-    const real v263 = v258 + v262;
-    const real v267 = s72 * along_x[9];
-    const real v269 = c72 * v255 - v73 * v267;
-    const real v272 = c86 * along_x[10];
-    const real v276 = s77 * along_x[11];
-    const real v278 = c77 * v259 - v78 * v276;
-    const real v281 = c91 * along_x[12];
-    const real v284 = s86 * v269 + v84 * v272 + (s91 * v278 + v89 * v281);
-    const real v288 = v284 * v81 + v94 * v81 * v263;
-    const real v294 = p[9] * (c7 * v206) - p[9] * (c15 * along_u_cmd[4]);
-    const real v298 = v294 + (v41 * v288 + v94 * v252);
-    const real v302 = (s86 + s86) * v272;
-    const real v306 = p[13] * v174;
-    const real v310 = p[15] * (v109 * v108 * (p[12] * ((v104 + v104) * v306)));
-    const real v311 = v258 + v310;
-    const real v313 = v111 * v302 + v102 * v311;
-    const real v315 = (s91 + s91) * v281;
-    const real v319 = p[18] * v178;
-    const real v323 = p[20] * (v120 * v119 * (p[17] * ((v115 + v115) * v319)));
-    const real v324 = v262 + v323;
-    const real v326 = v122 * v315 + v113 * v324;
-    const real v333 = v313 + v326 - v310 - v323 - (v94 * v284 + v93 * v288);
-    const real v337 = s86 * along_x[10];
-    const real v339 = c86 * v272 - s86 * v337;
-    const real v344 = s91 * along_x[12];
-    const real v346 = c91 * v281 - s91 * v344;
-    const real v358 = c86 * v269 - v84 * v337 + (c91 * v278 - v89 * v344);
-    const real v362 = v358 * v81 + v144 * v81 * v263;
-    const real v365 = v111 * v339 + v135 * v311 + (v122 * v346 + v138 * v324) - (v144 * v284 + v93 * v362);
-    const real v369 = v365 * v132 - v147 * v132 * v333;
-    const real v376 = p[9] * v237 - (v8 * (c36 * v248) - s36 * v208);
-    const real v396 = v263 - v313 - v326 - (v147 * v365 + v146 * v369) - (v144 * v358 + v143 * v362);
-    const real v398 = (v376 + (v41 * v362 + v144 * v252) - (v101 * v369 + v147 * v298)) * v164 - v165 * v164 * v396;
-    const real v401 = v298 * v132 - v133 * v132 * v333 - (v165 * v369 + v147 * v398);
-    const real v408 = v252 * v81 + v82 * v81 * v263 + (v167 * v288 + v94 * v401) + (v165 * v362 + v144 * v398);
-    const real v414 = v110 * v306 - v104 * v310;
-    const real v416 = v104 * v110;
-    const real v418 = c86 * v414 - v416 * v337;
-    const real v421 = v121 * v319 - v115 * v323;
-    const real v423 = v115 * v121;
-    const real v425 = c91 * v421 - v423 * v344;
-    const real v427 = v172 * c72;
-    const real v429 = v172 * v267;
-    const real v433 = v176 * c77;
-    const real v435 = v176 * v276;
-    const real v439 = v167 * (v418 + v425 + (v427 * v272 - s86 * v429) + (v433 * v281 - s91 * v435));
-    const real v440 = c86 * v416;
-    const real v441 = c91 * v423;
-    const real v449 = along_u_cmd[0] - (v171 * (v175 + v179) + (v182 + v183) * v408) - (v439 + (v440 + v441 + v427 * s86 + v433 * s91) * v401);
-    const real v452 = v416 * v272 + s86 * v414;
-    const real v455 = v423 * v281 + s91 * v421;
-    const real v465 = v165 * (v452 + v455 + (c86 * v429 + v427 * v337) + (c91 * v435 + v433 * v344));
-    const real v466 = s86 * v416;
-    const real v467 = s91 * v423;
-    const real v490 = (p[14] * v52 - (p[7] * p[0] + p[6] * p[1]) + p[19] * v61) / v62;
-    const real v491 = p[7] + p[8] + v490;
-    const real v494 = p[14] - v490;
-    const real v496 = v175 + v494 * v269;
-    const real v499 = v182 + v84 * v494;
-    const real v502 = p[19] - v490;
-    const real v504 = v179 + v502 * v278;
-    const real v507 = v183 + v89 * v502;
-    const real v516 = v171 * (c86 * v496 - v499 * v337 + (c91 * v504 - v507 * v344)) + (v499 * c86 + v507 * c91) * v408;
-    const real v519 = v427 - v74 * v494;
-    const real v521 = v494 - c72 * p[13];
-    const real v524 = v521 * v110 - v494 * v52;
-    const real v525 = v519 + v524;
-    const real v530 = v110 * (p[13] * v267) - v521 * v310;
-    const real v532 = v429 + v494 * v258;
-    const real v533 = v530 - v532;
-    const real v537 = v433 - v79 * v502;
-    const real v539 = v502 - c77 * p[18];
-    const real v542 = v539 * v121 - v502 * v61;
-    const real v543 = v537 + v542;
-    const real v548 = v121 * (p[18] * v276) - v539 * v323;
-    const real v550 = v435 + v502 * v262;
-    const real v551 = v548 - v550;
-    const real v554 = v525 * v339 + v135 * v533 + (v543 * v346 + v138 * v551);
-    const real v558 = v135 * v525 + v138 * v543;
-    const real v568 = v525 * v302 + v102 * v533 + (v543 * v315 + v113 * v551);
-    const real v574 = v102 * v525 + v113 * v543;
-    const real v579 = along_u_cmd[1] - v491 * v376 + v516 + (v167 * v554 + v558 * v401) - (v165 * (v568 + (v532 + v550)) + (v574 - (v519 + v537)) * v398);
-    const real v593 = v171 * (s86 * v496 + v499 * v272 + (s91 * v504 + v507 * v281)) + (v499 * s86 + v507 * s91) * v408;
-    const real v605 = v167 * (v530 + v548 - v568 - v418 - v425) + (v524 + v542 - v574 - v440 - v441) * v401;
-    const real v614 = along_u_cmd[2] - v593 + v605 + (v165 * (v452 - v554 + v455) + (v466 - v558 + v467) * v398);
-    change[0] = v449 + (v465 + (v466 + v467 - v427 * c86 - v433 * c91) * v398);
-    change[1] = v579;
-    change[2] = v614 + v491 * v294;
-    change[3] = v248;
-    change[4] = v206;
+    enum { phi1 = SLOSH_X_PHI1 };
+    enum { theta1 = SLOSH_X_THETA1 };
+    enum { phi2 = SLOSH_X_PHI2 };
+    enum { theta2 = SLOSH_X_THETA2 };
+    enum { delta1_cmd = 3 };
+    enum { delta2_cmd = 4 };
+    enum { m = SLOSH_P_M };
+    enum { m0 = SLOSH_P_M0 };
+    enum { h0 = SLOSH_P_H0 };
+    enum { b = SLOSH_P_B };
+    enum { d = SLOSH_P_D };
+    enum { F = SLOSH_P_F };
+    enum { delta1_max = SLOSH_P_DELTA1_MAX };
+    enum { delta2_max = SLOSH_P_DELTA2_MAX };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { along_phi1 = 9 };
+    enum { along_theta1 = 10 };
+    enum { along_phi2 = 11 };
+    enum { along_theta2 = 12 };
+    enum { along_Mx_cmd = 0 };
+    enum { along_My_cmd = 1 };
+    enum { along_Mz_cmd = 2 };
+    enum { along_delta1_cmd = 3 };
+    enum { along_delta2_cmd = 4 };
+    const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
+    const real t_gx5gf = p[m1] / D1;
+    const real k1 = t_gx5gf * p[l1];
+    const real me1 = t_gx5gf * p[I1];
+    const real mv1 = p[l1] * p[m1] * k1;
+    const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
+    const real t_wiek6 = p[m2] / D2;
+    const real k2 = t_wiek6 * p[l2];
+    const real me2 = t_wiek6 * p[I2];
+    const real mv2 = p[l2] * p[m2] * k2;
+    const real M_C = p[m] + p[m0] + me1 + me2;
+    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real e1 = p[h1] - x_C;
+    const real e2 = p[h2] - x_C;
+    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
+    const real As_1 = mv1 * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real eAss_1 = Ass_1 * e1;
+    const real q_1 = sin_phi1 * p[l1];
+    const real lc_1 = cos_phi1 * p[l1];
+    const real B_1 = me1 * p[l1];
+    const real Bs_1 = B_1 * sin_phi1;
+    const real Bc_1 = B_1 * cos_phi1;
+    const real g_1 = e1 - lc_1;
+    const real t_62zow = K(1.0) / (p[I1] + p[m1] * (q_1 * q_1));
+    const real th_1 = p[m1] * t_62zow;
+    const real wth_1 = th_1 * p[I1];
+    const real wg_1 = g_1 * wth_1;
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real tn11_1 = Ass_1 + me1 - wth_1;
+    const real wq_1 = q_1 * wth_1;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real As_2 = mv2 * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real eAss_2 = Ass_2 * e2;
+    const real q_2 = sin_phi2 * p[l2];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real B_2 = me2 * p[l2];
+    const real Bs_2 = B_2 * sin_phi2;
+    const real Bc_2 = B_2 * cos_phi2;
+    const real g_2 = e2 - lc_2;
+    const real t_4434n = K(1.0) / (p[I2] + p[m2] * (q_2 * q_2));
+    const real th_2 = p[m2] * t_4434n;
+    const real wth_2 = th_2 * p[I2];
+    const real wg_2 = g_2 * wth_2;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real tn11_2 = Ass_2 + me2 - wth_2;
+    const real wq_2 = q_2 * wth_2;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
+    const real t_fbeaw = S_sq1 * tn11_1;
+    const real t_dj555 = S_sq2 * tn11_2;
+    const real K22 = t_fbeaw + t_dj555 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real K33 = Ass_1 + Ass_2 + M_C - t_fbeaw - t_dj555;
+    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
+    const real t_tcgxn = wg_1 - e1 * me1;
+    const real t_uf5ib = wg_2 - e2 * me2;
+    const real t_32gyg = Bc_1 - eAss_1;
+    const real t_65obb = t_32gyg + t_tcgxn;
+    const real t_gbkg6 = Bc_2 - eAss_2;
+    const real t_yoiua = t_gbkg6 + t_uf5ib;
+    const real t_z76hk = S_sq1 * t_65obb + S_sq2 * t_yoiua;
+    const real K52 = t_tcgxn + t_uf5ib - t_z76hk - wqC_1 - wqC_2;
+    const real t_hjmgb = SC1 * t_65obb + SC2 * t_yoiua;
+    const real K53 = wqS_1 - t_hjmgb + wqS_2;
+    const real K63 = t_z76hk - (t_32gyg + t_gbkg6);
+    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_bpfoo = K(1.0) / K11;
+    const real t_w7lcw = t_b3aij * t_bpfoo;
+    const real K_D2 = K22 - t_b3aij * t_w7lcw;
+    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_3go2w = t_zzymx * t_bpfoo;
+    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
+    const real t_4iujv = K(1.0) / K_D2;
+    const real K_L32 = t_d4mqf * t_4iujv;
+    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
+    const real t_6k2ny = -p[delta2_max];
+    const real t_arc6h = mv_min(u_cmd[delta2_cmd], p[delta2_max]);
+    const real delta2_act = mv_max(t_6k2ny, t_arc6h);
+    real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
+    real sin_delta2_cmd, cos_delta2_cmd; mv_sincos(u_cmd[delta2_cmd], &sin_delta2_cmd, &cos_delta2_cmd);
+    const real df2_act = p[F] * sin_delta2_act - p[F] * sin_delta2_cmd;
+    const real t_y4w6o = p[F] * cos_delta2_act;
+    const real t_qerph = -p[delta1_max];
+    const mask m_tdcs7 = LE(mv_fabs(u_cmd[delta2_cmd]), p[delta2_max]);
+    real sin_delta1_cmd, cos_delta1_cmd; mv_sincos(u_cmd[delta1_cmd], &sin_delta1_cmd, &cos_delta1_cmd);
+    const real t_dd7v5 = cos_delta2_cmd * sin_delta1_cmd;
+    const real t_xkg6l = K(1.0) / mv_cos(p[delta2_max]);
+    const real t_r3kxd = t_dd7v5 * t_xkg6l;
+    const real t_33tdi = mv_min(SPLAT(K(1.0)), t_r3kxd);
+    const mask m_lyzdv = LT(t_33tdi, K(-1.0));
+    const mask m_3egkw = LT(K(-1.0), t_33tdi);
+    const mask m_24spq = LT(K(1.0), t_r3kxd);
+    const mask m_phdii = AND(m_3egkw, m_24spq);
+    const mask m_35nsk = OR(m_lyzdv, m_phdii);
+    const mask m_25iwn = OR(m_35nsk, m_24spq);
+    const real t_2g6s5 = mv_max(SPLAT(K(-1.0)), t_33tdi);
+    const real t_xdpyp = mv_asin(t_2g6s5);
+    const real t_2hlb5 = SELECT(m_tdcs7, u_cmd[delta1_cmd], SELECT(m_25iwn, t_xdpyp, t_xdpyp));
+    const real t_jtckg = mv_min(p[delta1_max], t_2hlb5);
+    const real t_lfdbd = mv_max(t_qerph, t_jtckg);
+    real sin_t_lfdbd, cos_t_lfdbd; mv_sincos(t_lfdbd, &sin_t_lfdbd, &cos_t_lfdbd);
+    const real t_kdhs7 = cos_delta2_cmd * p[F];
+    const real t_fezll = t_y4w6o * cos_t_lfdbd - t_kdhs7 * cos_delta1_cmd;
+    const real t_zskb7 = t_fezll * t_bpfoo;
+    const real t_xlheb = df2_act + t_w7lcw * t_fezll;
+    const real t_g5xgi = t_xlheb * t_4iujv;
+    const real t_zmh3u = K(1.0) / K_D3;
+    const real t_4pvme = (t_dd7v5 * p[F] - t_y4w6o * sin_t_lfdbd + t_3go2w * t_fezll - K_L32 * t_xlheb) * t_zmh3u;
+    const real t_eifsf = t_g5xgi - K_L32 * t_4pvme;
+    const real t_5v5av = t_zskb7 + t_w7lcw * t_eifsf + t_3go2w * t_4pvme;
+    const real t_u3bis = cos_phi1 * along_x[along_phi1];
+    const real t_ik2jg = B_1 * t_u3bis;
+    const real t_kxapq = cos_phi2 * along_x[along_phi2];
+    const real t_o4leh = B_2 * t_kxapq;
+    const real t_qr24f = sin_delta2_cmd * along_u_cmd[along_delta2_cmd];
+    const mask m_mbmxp = LE(t_6k2ny, t_arc6h);
+    const real t_mbmxp = NUM(m_mbmxp);
+    const mask m_532zp = LE(t_arc6h, t_6k2ny);
+    const mask m_xib4o = LE(u_cmd[delta2_cmd], p[delta2_max]);
+    const real t_xib4o = NUM(m_xib4o);
+    const mask m_nmmaw = LE(p[delta2_max], u_cmd[delta2_cmd]);
+    const real t_wuks7 = t_mbmxp / (NUM(m_532zp) + t_mbmxp) * (t_xib4o / (t_xib4o + NUM(m_nmmaw)) * along_u_cmd[along_delta2_cmd]);
+    const real t_nxtxh = p[F] * (sin_delta2_act * t_wuks7);
+    const mask m_nfmtb = LE(t_qerph, t_jtckg);
+    const real t_fkqa6 = NUM(m_nfmtb);
+    const mask m_7soza = LE(t_jtckg, t_qerph);
+    const mask m_ddafp = LE(t_2hlb5, p[delta1_max]);
+    const real t_zvmzt = NUM(m_ddafp);
+    const mask m_tehkb = LE(p[delta1_max], t_2hlb5);
+    const mask m_el4yy = NOT(m_25iwn);
+    const mask m_x7dkd = LE(K(-1.0), t_33tdi);
+    const real t_wzftv = NUM(m_x7dkd);
+    const mask m_pjw43 = LE(t_33tdi, K(-1.0));
+    const mask m_c7e3s = LE(t_r3kxd, K(1.0));
+    const real t_zv3rt = NUM(m_c7e3s);
+    const mask m_rzd2j = LE(K(1.0), t_r3kxd);
+    const real t_bmwpt = cos_delta2_cmd * (cos_delta1_cmd * along_u_cmd[along_delta1_cmd]) - sin_delta1_cmd * t_qr24f;
+    const real t_oysdi = t_wzftv / (NUM(m_pjw43) + t_wzftv) * (t_zv3rt / (NUM(m_rzd2j) + t_zv3rt) * (t_bmwpt * t_xkg6l)) / mv_sqrt(K(1.0) - t_2g6s5 * t_2g6s5);
+    const real t_bblts = t_fkqa6 / (NUM(m_7soza) + t_fkqa6) * (t_zvmzt / (NUM(m_tehkb) + t_zvmzt) * SELECT(m_tdcs7, along_u_cmd[along_delta1_cmd], SELECT0(m_el4yy, t_oysdi)));
+    const real t_yak4n = cos_delta1_cmd * (p[F] * t_qr24f)
+        + t_kdhs7 * (sin_delta1_cmd * along_u_cmd[along_delta1_cmd])
+        - (cos_t_lfdbd * t_nxtxh + t_y4w6o * (sin_t_lfdbd * t_bblts));
+    const real t_g3x7g = mv1 * t_u3bis;
+    const real t_4mgnc = sin_phi1 * t_g3x7g + As_1 * t_u3bis;
+    const real t_oz7ag = mv2 * t_kxapq;
+    const real t_tys73 = sin_phi2 * t_oz7ag + As_2 * t_kxapq;
+    const real t_oqb2a = t_4mgnc + t_tys73;
+    const real t_r477s = sin_phi1 * along_x[along_phi1];
+    const real t_m4i63 = cos_phi1 * t_g3x7g - As_1 * t_r477s;
+    const real t_7xloa = cos_theta1 * along_x[along_theta1];
+    const real t_zjnbg = sin_phi2 * along_x[along_phi2];
+    const real t_aqus5 = cos_phi2 * t_oz7ag - As_2 * t_zjnbg;
+    const real t_gzo6d = cos_theta2 * along_x[along_theta2];
+    const real t_ql2ju = sin_theta1 * t_m4i63 + Asc_1 * t_7xloa + (sin_theta2 * t_aqus5 + Asc_2 * t_gzo6d);
+    const real t_vcmoj = t_ql2ju * t_bpfoo + t_w7lcw * t_bpfoo * t_oqb2a;
+    const real t_twplx = p[F] * (cos_delta2_act * t_wuks7) - p[F] * (cos_delta2_cmd * along_u_cmd[along_delta2_cmd]);
+    const real t_dvcpb = t_twplx + (t_fezll * t_vcmoj + t_w7lcw * t_yak4n);
+    const real t_c23o2 = (sin_theta1 + sin_theta1) * t_7xloa;
+    const real t_xggug = p[l1] * t_u3bis;
+    const real t_67mcq = p[I1] * (th_1 * t_62zow * (p[m1] * ((q_1 + q_1) * t_xggug)));
+    const real t_oxz2j = t_4mgnc + t_67mcq;
+    const real t_abc3d = tn11_1 * t_c23o2 + S_sq1 * t_oxz2j;
+    const real t_vfytj = (sin_theta2 + sin_theta2) * t_gzo6d;
+    const real t_x4syx = p[l2] * t_kxapq;
+    const real t_kzyqm = p[I2] * (th_2 * t_4434n * (p[m2] * ((q_2 + q_2) * t_x4syx)));
+    const real t_zklfl = t_tys73 + t_kzyqm;
+    const real t_sejtq = tn11_2 * t_vfytj + S_sq2 * t_zklfl;
+    const real t_ehnyc = t_abc3d + t_sejtq - t_67mcq - t_kzyqm - (t_w7lcw * t_ql2ju + t_b3aij * t_vcmoj);
+    const real t_gzco3 = sin_theta1 * along_x[along_theta1];
+    const real t_bgfqx = cos_theta1 * t_7xloa - sin_theta1 * t_gzco3;
+    const real t_lgafn = sin_theta2 * along_x[along_theta2];
+    const real t_f3p5c = cos_theta2 * t_gzo6d - sin_theta2 * t_lgafn;
+    const real t_thmu4 = cos_theta1 * t_m4i63 - Asc_1 * t_gzco3 + (cos_theta2 * t_aqus5 - Asc_2 * t_lgafn);
+    const real t_xs7e4 = t_thmu4 * t_bpfoo + t_3go2w * t_bpfoo * t_oqb2a;
+    const real t_xu65h = tn11_1 * t_bgfqx
+        + SC1 * t_oxz2j
+        + (tn11_2 * t_f3p5c + SC2 * t_zklfl)
+        - (t_3go2w * t_ql2ju + t_b3aij * t_xs7e4);
+    const real t_ysyo7 = t_xu65h * t_4iujv - K_L32 * t_4iujv * t_ehnyc;
+    const real t_4umqs = p[F] * t_bmwpt - (t_y4w6o * (cos_t_lfdbd * t_bblts) - sin_t_lfdbd * t_nxtxh);
+    const real t_lw37e = t_4umqs
+        + (t_fezll * t_xs7e4 + t_3go2w * t_yak4n)
+        - (t_xlheb * t_ysyo7 + K_L32 * t_dvcpb);
+    const real t_htjpc = t_oqb2a
+        - t_abc3d
+        - t_sejtq
+        - (K_L32 * t_xu65h + t_d4mqf * t_ysyo7)
+        - (t_3go2w * t_thmu4 + t_zzymx * t_xs7e4);
+    const real t_xhzhs = t_lw37e * t_zmh3u - t_4pvme * t_zmh3u * t_htjpc;
+    const real t_4kb3m = t_dvcpb * t_4iujv
+        - t_g5xgi * t_4iujv * t_ehnyc
+        - (t_4pvme * t_ysyo7 + K_L32 * t_xhzhs);
+    const real t_xmh67 = t_yak4n * t_bpfoo
+        + t_zskb7 * t_bpfoo * t_oqb2a
+        + (t_eifsf * t_vcmoj + t_w7lcw * t_4kb3m)
+        + (t_4pvme * t_xs7e4 + t_3go2w * t_xhzhs);
+    const real t_wu52b = wth_1 * t_xggug - q_1 * t_67mcq;
+    const real t_dumu2 = cos_theta1 * t_wu52b - wq_1 * t_gzco3;
+    const real t_eqmdt = wth_2 * t_x4syx - q_2 * t_kzyqm;
+    const real t_g63ja = cos_theta2 * t_eqmdt - wq_2 * t_lgafn;
+    const real t_lp2tr = B_1 * t_r477s;
+    const real t_wz5xx = B_2 * t_zjnbg;
+    const real t_nnisg = t_dumu2
+        + t_g63ja
+        + (Bc_1 * t_7xloa - sin_theta1 * t_lp2tr)
+        + (Bc_2 * t_gzo6d - sin_theta2 * t_wz5xx);
+    const real t_cjcyn = t_eifsf * t_nnisg
+        + (wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2) * t_4kb3m;
+    const real t_nxd3h = wq_1 * t_7xloa + sin_theta1 * t_wu52b;
+    const real t_bl6cn = wq_2 * t_gzo6d + sin_theta2 * t_eqmdt;
+    const real t_lso4x = t_nxd3h
+        + t_bl6cn
+        + (cos_theta1 * t_lp2tr + Bc_1 * t_gzco3)
+        + (cos_theta2 * t_wz5xx + Bc_2 * t_lgafn);
+    const real t_lwe76 = p[b] + p[d] + x_C;
+    const real t_rhxsn = t_ik2jg + e1 * t_m4i63;
+    const real t_ev7u5 = Bs_1 + Asc_1 * e1;
+    const real t_5tipn = t_o4leh + e2 * t_aqus5;
+    const real t_bvybx = Bs_2 + Asc_2 * e2;
+    const real t_njka2 = t_5v5av * (cos_theta1 * t_rhxsn - t_ev7u5 * t_gzco3 + (cos_theta2 * t_5tipn - t_bvybx * t_lgafn));
+    const real t_wwpd7 = wth_1 * (p[l1] * t_r477s) - g_1 * t_67mcq;
+    const real t_swnow = t_lp2tr + e1 * t_4mgnc;
+    const real t_3vp7c = t_wwpd7 - t_swnow;
+    const real t_m7xsl = wth_2 * (p[l2] * t_zjnbg) - g_2 * t_kzyqm;
+    const real t_x6wz3 = t_wz5xx + e2 * t_tys73;
+    const real t_zwixe = t_m7xsl - t_x6wz3;
+    const real t_zigc7 = t_65obb * t_bgfqx + SC1 * t_3vp7c + (t_yoiua * t_f3p5c + SC2 * t_zwixe);
+    const real t_7mzmq = t_65obb * t_c23o2 + S_sq1 * t_3vp7c + (t_yoiua * t_vfytj + S_sq2 * t_zwixe);
+    const real t_ka7gl = t_5v5av * (sin_theta1 * t_rhxsn + t_ev7u5 * t_7xloa + (sin_theta2 * t_5tipn + t_bvybx * t_gzo6d));
+    change[0] = along_u_cmd[along_Mx_cmd]
+        - (t_5v5av * (t_ik2jg + t_o4leh) + (Bs_1 + Bs_2) * t_xmh67)
+        - t_cjcyn
+        + (t_4pvme * t_lso4x + K43 * t_xhzhs);
+    change[1] = along_u_cmd[along_My_cmd]
+        - t_lwe76 * t_4umqs
+        + (t_njka2 + (t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2) * t_xmh67)
+        + (t_eifsf * t_zigc7 + t_hjmgb * t_4kb3m)
+        - (t_4pvme * (t_7mzmq + (t_swnow + t_x6wz3)) + K63 * t_xhzhs);
+    change[2] = along_u_cmd[along_Mz_cmd]
+        - (t_ka7gl + (t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2) * t_xmh67)
+        + (t_eifsf * (t_wwpd7 + t_m7xsl - t_7mzmq - t_dumu2 - t_g63ja) + K52 * t_4kb3m)
+        + (t_4pvme * (t_nxd3h - t_zigc7 + t_bl6cn) + K53 * t_xhzhs)
+        + t_lwe76 * t_twplx;
+    change[3] = t_bblts;
+    change[4] = t_wuks7;
 }
 
 /* change of lyapunov_v1 along a change of x; 2811 operations. */
 void slosh_lyapunov_v1_jvp(const real *x, const real *r, const real *p, const real *c, const real *along_x, real *change)
 {
     (void)r;
-    const real v4 = x[4] * x[4] + x[5] * x[5];
-    const real v8 = p[13] * p[13];
-    const real v9 = v8 * p[12];
-    const real v11 = v9 + p[15];
-    const real v12 = p[12] / v11;
-    const real v13 = v12 * p[15];
-    const real v26 = p[18] * p[18];
-    const real v27 = v26 * p[17];
-    const real v29 = v27 + p[20];
-    const real v30 = p[17] / v29;
-    const real v31 = v30 * p[20];
-    const real v34 = p[0] + p[1];
-    const real v36 = v34 + v13 + v31;
-    const real v37 = (p[14] * v13 - (p[7] * p[0] + p[6] * p[1]) + p[19] * v31) / v36;
-    const real v38 = p[14] - v37;
-    const real v39 = v4 * v38;
-    const real v40 = v13 * p[13];
-    real s42, c42; mv_sincos(x[9], &s42, &c42);
-    const real v44 = c42 * along_x[9];
-    const real v45 = v40 * v44;
-    const real v48 = v40 * s42;
-    const real v55 = (x[4] + x[4]) * along_x[4] + (x[5] + x[5]) * along_x[5];
-    const real v56 = v38 * v55;
-    real s60, c60; mv_sincos(x[10], &s60, &c60);
-    const real v61 = c60 * x[5];
-    const real v63 = s60 * x[4];
-    const real v64 = v61 + v63;
-    const real v68 = x[3] - x[14];
-    const real v70 = v64 * c42 + s42 * v68;
-    const real v73 = along_x[3] - along_x[14];
-    const real v75 = s42 * along_x[9];
-    const real v80 = s60 * along_x[10];
-    const real v82 = c60 * along_x[5] - x[5] * v80;
-    const real v83 = c60 * along_x[10];
-    const real v86 = x[4] * v83 + s60 * along_x[4];
-    const real v87 = v82 + v86;
-    const real v91 = c42 * v73 - v68 * v75 - (s42 * v87 + v64 * v44);
-    const real v95 = c42 * v68 - v64 * s42;
-    const real v102 = c42 * v87 - v64 * v75 + (v68 * v44 + s42 * v73);
-    const real v110 = v12 * p[13];
-    const real v113 = p[16] * along_x[13];
-    const real v115 = v40 * (v70 * v91 + v95 * v102 - (v68 * v87 + v64 * v73)) + v110 * v113;
-    const real v117 = v39 * v45 + v48 * v56 + p[13] * v115;
-    const real v118 = s42 * p[13];
-    const real v123 = K(1.0) / (p[15] + p[12] * (v118 * v118));
-    const real v124 = p[12] * v123;
-    const real v127 = x[4] * along_x[3] + x[3] * along_x[4];
-    const real v129 = x[3] * x[4];
-    const real v130 = p[13] * v44;
-    const real v133 = c42 * p[13];
-    const real v140 = c60 * along_x[4] - x[4] * v80 - (x[5] * v83 + s60 * along_x[5]);
-    const real v144 = c60 * x[4] - s60 * x[5];
-    const real v145 = p[13] * v75;
-    const real v149 = v144 * v133;
-    const real v152 = v118 * v127 + v129 * v130 + (v68 * (v133 * v140 - v144 * v145) + v149 * v73);
-    const real v154 = v144 + x[13];
-    const real v155 = v154 + x[13];
-    const real v158 = v95 * p[13];
-    const real v159 = v140 + along_x[13];
-    const real v165 = p[16] * along_x[14];
-    const real v167 = p[16] * x[14];
-    const real v170 = p[15] * (v152 - (v155 * (p[13] * v91) + v158 * (v159 + along_x[13]))) - (v118 * v165 + v167 * v130);
-    const real v179 = (v129 * v118 + v149 * v68 - v158 * v155) * p[15] - v167 * v118;
-    const real v184 = v124 * v123 * (p[12] * ((v118 + v118) * v130));
-    const real v186 = v124 * v170 - v179 * v184;
-    const real v188 = v124 * v179;
-    real s192, c192; mv_sincos(x[11], &s192, &c192);
-    const real v193 = s192 * p[18];
-    const real v197 = K(1.0) / (p[20] + p[17] * (v193 * v193));
-    const real v198 = p[17] * v197;
-    const real v202 = c192 * along_x[11];
-    const real v203 = p[18] * v202;
-    const real v207 = x[3] - x[16];
-    const real v208 = c192 * p[18];
-    real s210, c210; mv_sincos(x[12], &s210, &c210);
-    const real v214 = s210 * along_x[12];
-    const real v217 = c210 * along_x[12];
-    const real v221 = c210 * along_x[4] - x[4] * v214 - (x[5] * v217 + s210 * along_x[5]);
-    const real v225 = c210 * x[4] - s210 * x[5];
-    const real v226 = s192 * along_x[11];
-    const real v227 = p[18] * v226;
-    const real v231 = v225 * v208;
-    const real v233 = along_x[3] - along_x[16];
-    const real v236 = v193 * v127 + v129 * v203 + (v207 * (v208 * v221 - v225 * v227) + v231 * v233);
-    const real v238 = v225 + x[15];
-    const real v239 = v238 + x[15];
-    const real v245 = c210 * along_x[5] - x[5] * v214;
-    const real v248 = x[4] * v217 + s210 * along_x[4];
-    const real v249 = v245 + v248;
-    const real v251 = c210 * x[5];
-    const real v252 = s210 * x[4];
-    const real v253 = v251 + v252;
-    const real v256 = c192 * v233 - v207 * v226 - (s192 * v249 + v253 * v202);
-    const real v261 = c192 * v207 - v253 * s192;
-    const real v262 = v261 * p[18];
-    const real v264 = v221 + along_x[15];
-    const real v271 = p[21] * along_x[16];
-    const real v273 = p[21] * x[16];
-    const real v276 = p[20] * (v236 - (v239 * (p[18] * v256) + v262 * (v264 + along_x[15]))) - (v193 * v271 + v273 * v203);
-    const real v285 = (v129 * v193 + v231 * v207 - v262 * v239) * p[20] - v273 * v193;
-    const real v290 = v198 * v197 * (p[17] * ((v193 + v193) * v203));
-    const real v292 = v198 * v276 - v285 * v290;
-    const real v294 = v198 * v285;
-    const real v297 = v118 * v186 + v188 * v130 + (v193 * v292 + v294 * v203);
-    const real v299 = p[19] - v37;
-    const real v300 = v4 * v299;
-    const real v301 = v31 * p[18];
-    const real v302 = v301 * v202;
-    const real v304 = v301 * s192;
-    const real v305 = v299 * v55;
-    const real v310 = v253 * c192 + s192 * v207;
-    const real v318 = c192 * v249 - v253 * v226 + (v207 * v202 + s192 * v233);
-    const real v326 = v30 * p[18];
-    const real v327 = p[21] * along_x[15];
-    const real v329 = v301 * (v310 * v256 + v261 * v318 - (v207 * v249 + v253 * v233)) + v326 * v327;
-    const real v331 = v300 * v302 + v304 * v305 + p[18] * v329;
-    const real v335 = p[15] * along_x[14];
-    const real v337 = x[14] * p[15];
-    const real v341 = p[20] * along_x[16];
-    const real v343 = x[16] * p[20];
-    const real v346 = v117 - v297 + v331 - v113 - v327 + (x[4] * v335 + v337 * along_x[4]) + (x[4] * v341 + v343 * along_x[4]);
-    const real v349 = p[4] - p[5];
-    const real v356 = v124 * p[15];
-    const real v357 = v118 * v356;
-    const real v359 = v198 * p[20];
-    const real v360 = v193 * v359;
-    const real v362 = v118 * v357 + v193 * v360;
-    const real v363 = v38 - v133;
-    const real v364 = v363 * v356;
-    const real v365 = v118 * v364;
-    const real v366 = c60 * v365;
-    const real v368 = v299 - v208;
-    const real v369 = v368 * v359;
-    const real v370 = v193 * v369;
-    const real v371 = c210 * v370;
-    const real v373 = v40 * p[13];
-    const real v374 = v40 * c42;
-    const real v375 = v374 * v38;
-    const real v376 = v373 - v375;
-    const real v379 = v301 * p[18];
-    const real v380 = v301 * c192;
-    const real v381 = v380 * v299;
-    const real v382 = v379 - v381;
-    const real v384 = v362 - v366 - v371 + v376 * s60 + v382 * s210;
-    const real v392 = x[2] * c[1];
-    const real v399 = c[13] * p[12] / (v11 * v11);
-    const real v403 = p[9] / (v34 + p[12] + p[17]);
-    const real v404 = p[13] * p[12];
-    const real v405 = s42 * v404;
-    const real v406 = v403 * v405;
-    const real v408 = p[16] * x[13];
-    const real v409 = v405 * p[14];
-    const real v410 = v63 + v61;
-    const real v411 = v410 * v410;
-    const real v414 = v144 * v144;
-    const real v417 = x[14] * x[14];
-    const real v418 = s42 * c42;
-    const real v419 = v9 * v418;
-    const real v422 = x[3] * x[3];
-    const real v425 = x[14] + x[14];
-    const real v426 = s42 * s42;
-    const real v427 = v9 * v426;
-    const real v428 = v427 * v410;
-    const real v430 = v408 - v409 * v411 - v409 * v414 - v417 * v419 - v419 * v422 - v425 * v428;
-    const real v431 = v9 * v410;
-    const real v434 = v8 * v411;
-    const real v435 = v434 * s42;
-    const real v439 = v8 + v8;
-    const real v440 = v439 * v426;
-    const real v441 = v440 * v410;
-    const real v446 = c42 * v410 * p[14];
-    const real v450 = v430 - v431 * x[3] + v435 * c42 * p[12] + v441 * x[3] * p[12] + v446 * x[3] * p[13] * p[12];
-    const real v451 = v439 * s42;
-    const real v452 = v451 * c42;
-    const real v453 = v452 * x[14];
-    const real v456 = v450 + v453 * x[3] * p[12];
-    const real v463 = c[13] * p[17] / (v29 * v29);
-    const real v464 = p[18] * p[17];
-    const real v465 = v464 * s192;
-    const real v466 = v403 * v465;
-    const real v468 = p[21] * x[15];
-    const real v469 = s192 * c192;
-    const real v470 = v469 * v27;
-    const real v473 = v465 * p[19];
-    const real v474 = v252 + v251;
-    const real v475 = v474 * v474;
-    const real v478 = v225 * v225;
-    const real v481 = x[16] * x[16];
-    const real v484 = x[16] + x[16];
-    const real v485 = s192 * s192;
-    const real v486 = v485 * v27;
-    const real v487 = v474 * v486;
-    const real v489 = v468 - v422 * v470 - v473 * v475 - v473 * v478 - v481 * v470 - v484 * v487;
-    const real v490 = v474 * v27;
-    const real v493 = v475 * s192;
-    const real v498 = v474 + v474;
-    const real v500 = v498 * v485 * v26;
-    const real v505 = v474 * c192 * p[19];
-    const real v509 = v489 - v490 * x[3] + v493 * c192 * v26 * p[17] + v500 * x[3] * p[17] + v505 * x[3] * p[18] * p[17];
-    const real v510 = s192 + s192;
-    const real v512 = v510 * c192 * v26;
-    const real v513 = v512 * x[16];
-    const real v516 = v509 + v513 * x[3] * p[17];
-    const real v520 = x[6] * c[2] - v392 * x[1] - v399 * (v406 * p[15] + p[15] * v456) - v463 * (v466 * p[20] + p[20] * v516);
-    const real v523 = v427 + p[15];
-    const real v525 = K(1.0) / (v523 * v523);
-    const real v526 = c[14] * p[12] * v525;
-    const real v527 = v523 * x[14];
-    const real v528 = x[13] + x[13];
-    const real v529 = v419 * v528;
-    const real v531 = v529 * x[14];
-    const real v533 = v144 * x[3];
-    const real v544 = v167 + v409 * v533 + v428 * v528 + v428 * v144 + v531 - v419 * v533 - v529 * x[3];
-    const real v547 = v527 * v529 - (v531 * v427 + v427 * v544);
-    const real v551 = v486 + p[20];
-    const real v553 = K(1.0) / (v551 * v551);
-    const real v554 = c[14] * p[17] * v553;
-    const real v555 = v551 * x[16];
-    const real v556 = x[15] + x[15];
-    const real v557 = v470 * v556;
-    const real v559 = v557 * x[16];
-    const real v563 = v225 * x[3];
-    const real v571 = x[3] + x[3];
-    const real v572 = v470 * v571;
-    const real v574 = v273 + v225 * v487 + v473 * v563 + v487 * v556 + v559 - v470 * v563 - v572 * x[15];
-    const real v577 = v555 * v557 - (v559 * v486 + v486 * v574);
-    const real v584 = x[3] * c[10] + (v520 - v526 * v547 - v554 * v577 + x[1] * x[2] * c[0]);
-    const real v585 = c60 * v405;
-    const real v586 = v585 * p[14];
-    const real v587 = v9 * c60;
-    const real v589 = v586 - v418 * v587;
-    const real v590 = v589 + p[15];
-    const real v592 = (s42 + s42) * v44;
-    const real v593 = v9 * v592;
-    const real v598 = v526 * v525 * ((v523 + v523) * v593);
-    const real v600 = v526 * v593 - v427 * v598;
-    const real v602 = v526 * v427;
-    const real v603 = v404 * v44;
-    const real v606 = c60 * v603 - v405 * v80;
-    const real v607 = p[14] * v606;
-    const real v610 = c42 * v44 - s42 * v75;
-    const real v612 = v9 * v80;
-    const real v615 = v607 - (v587 * v610 - v418 * v612);
-    const real v618 = v399 * p[15];
-    const real v619 = v133 * p[12];
-    const real v621 = p[12] * v145;
-    const real v623 = v619 * v83 - s60 * v621;
-    const real v624 = p[14] * v623;
-    const real v625 = v9 * v83;
-    const real v626 = v624 - v625;
-    const real v628 = v463 * p[20];
-    const real v629 = v208 * p[17];
-    const real v631 = p[17] * v227;
-    const real v633 = v629 * v217 - s210 * v631;
-    const real v634 = p[19] * v633;
-    const real v635 = v27 * v217;
-    const real v636 = v634 - v635;
-    const real v640 = v465 * c210;
-    const real v641 = v640 * p[19];
-    const real v642 = c210 * v27;
-    const real v644 = v641 - v469 * v642;
-    const real v645 = v644 + p[20];
-    const real v646 = v510 * v202;
-    const real v647 = v27 * v646;
-    const real v652 = v554 * v553 * ((v551 + v551) * v647);
-    const real v654 = v554 * v647 - v486 * v652;
-    const real v656 = v554 * v486;
-    const real v657 = v464 * v202;
-    const real v660 = c210 * v657 - v465 * v214;
-    const real v661 = p[19] * v660;
-    const real v664 = c192 * v202 - s192 * v226;
-    const real v666 = v27 * v214;
-    const real v669 = v661 - (v642 * v664 - v469 * v666);
-    const real v672 = v590 * v600 + v602 * v615 - (v618 * v626 + v628 * v636) + (v645 * v654 + v656 * v669);
-    const real v680 = v427 * v427;
-    const real v683 = v486 * v486;
-    const real v685 = c[3] - v399 * (p[15] * p[15]) - v463 * (p[20] * p[20]) - v526 * v680 - v554 * v683;
-    const real v686 = K(1.0) / v685;
-    const real v689 = s60 * v619;
-    const real v690 = v689 * p[14];
-    const real v691 = v9 * s60;
-    const real v692 = v690 - v691;
-    const real v694 = v629 * s210;
-    const real v695 = v694 * p[19];
-    const real v696 = s210 * v27;
-    const real v697 = v695 - v696;
-    const real v702 = v602 * v590 - (v618 * v692 + v628 * v697) + v656 * v645;
-    const real v703 = v702 * v686;
-    const real v715 = v526 * ((v427 + v427) * v593) - v680 * v598 + (v554 * ((v486 + v486) * v647) - v683 * v652);
-    const real v717 = v672 * v686 + v703 * v686 * v715;
-    const real v723 = c[1] * along_x[2];
-    const real v729 = v403 * v603;
-    const real v731 = p[14] * v603;
-    const real v734 = v86 + v82;
-    const real v735 = (v410 + v410) * v734;
-    const real v744 = v113 - (v411 * v731 + v409 * v735) - (v414 * v731 + v409 * ((v144 + v144) * v140));
-    const real v747 = v9 * v610;
-    const real v752 = v571 * along_x[3];
-    const real v755 = v744 - (v419 * (v425 * along_x[14]) + v417 * v747) - (v422 * v747 + v419 * v752);
-    const real v760 = v410 * v593 + v427 * v734;
-    const real v768 = v755 - (v428 * (along_x[14] + along_x[14]) + v425 * v760) - (x[3] * (v9 * v734) + v431 * along_x[3]);
-    const real v785 = p[12] * (x[3] * (v410 * (v439 * v592) + v440 * v734) + v441 * along_x[3]);
-    const real v786 = v768 + p[12] * (c42 * (s42 * (v8 * v735) + v434 * v44) - v435 * v75) + v785;
-    const real v795 = p[12] * (p[13] * (x[3] * (p[14] * (c42 * v734 - v410 * v75)) + v446 * along_x[3]));
-    const real v806 = x[3] * (x[14] * (c42 * (v439 * v44) - v451 * v75) + v452 * along_x[14]) + v453 * along_x[3];
-    const real v808 = v786 + v795 + p[12] * v806;
-    const real v812 = c[2] * along_x[6] - (x[1] * v723 + v392 * along_x[1]) - v399 * (p[15] * v729 + p[15] * v808);
-    const real v813 = v403 * v657;
-    const real v816 = v27 * v664;
-    const real v820 = p[19] * v657;
-    const real v822 = v248 + v245;
-    const real v823 = v498 * v822;
-    const real v832 = v327 - (v470 * v752 + v422 * v816) - (v475 * v820 + v473 * v823) - (v478 * v820 + v473 * ((v225 + v225) * v221));
-    const real v842 = v486 * v822 + v474 * v647;
-    const real v845 = v832 - (v470 * (v484 * along_x[16]) + v481 * v816) - (v487 * (along_x[16] + along_x[16]) + v484 * v842);
-    const real v859 = v845 - (x[3] * (v27 * v822) + v490 * along_x[3]) + p[17] * (v26 * (c192 * (s192 * v823 + v475 * v202) - v493 * v226));
-    const real v868 = p[17] * (x[3] * (v26 * (v485 * (v822 + v822) + v498 * v646)) + v500 * along_x[3]);
-    const real v877 = p[18] * (x[3] * (p[19] * (c192 * v822 - v474 * v226)) + v505 * along_x[3]);
-    const real v887 = x[16] * (v26 * (c192 * (v202 + v202) - v510 * v226)) + v512 * along_x[16];
-    const real v892 = v859 + v868 + p[17] * v877 + p[17] * (x[3] * v887 + v513 * along_x[3]);
-    const real v899 = x[14] * v593 + v523 * along_x[14];
-    const real v902 = along_x[13] + along_x[13];
-    const real v904 = v528 * v747 + v419 * v902;
-    const real v909 = x[14] * v904 + v529 * along_x[14];
-    const real v917 = x[3] * v140 + v144 * along_x[3];
-    const real v928 = v165 + (v533 * v731 + v409 * v917) + (v528 * v760 + v428 * v902) + (v144 * v760 + v428 * v140);
-    const real v937 = v928 + v909 - (v533 * v747 + v419 * v917) - (x[3] * v904 + v529 * along_x[3]);
-    const real v941 = v529 * v899 + v527 * v904 - (v427 * v909 + v531 * v593 + (v544 * v593 + v427 * v937));
-    const real v945 = v812 - v463 * (p[20] * v813 + p[20] * v892) - (v526 * v941 - v547 * v598);
-    const real v948 = x[16] * v647 + v551 * along_x[16];
-    const real v951 = along_x[15] + along_x[15];
-    const real v953 = v556 * v816 + v470 * v951;
-    const real v958 = x[16] * v953 + v557 * along_x[16];
-    const real v970 = x[3] * v221 + v225 * along_x[3];
-    const real v977 = v271 + (v487 * v221 + v225 * v842) + (v563 * v820 + v473 * v970) + (v556 * v842 + v487 * v951);
-    const real v989 = x[15] * (v571 * v816 + v470 * (along_x[3] + along_x[3])) + v572 * along_x[15];
-    const real v990 = v977 + v958 - (v563 * v816 + v470 * v970) - v989;
-    const real v994 = v557 * v948 + v555 * v953 - (v486 * v958 + v559 * v647 + (v574 * v647 + v486 * v990));
-    const real v1003 = v945 - (v554 * v994 - v577 * v652) + c[0] * (x[2] * along_x[1] + x[1] * along_x[2]);
-    const real v1004 = c[10] * along_x[3] + v1003;
-    const real v1013 = c[0] * along_x[1];
-    const real v1015 = x[1] * c[0];
-    const real v1027 = c60 * v619;
-    const real v1028 = v1027 * p[14];
-    const real v1031 = v1028 - v8 * c60 * p[12];
-    const real v1033 = s60 * v405;
-    const real v1034 = v1033 * p[14];
-    const real v1036 = v1031 * x[14] - v1034 * x[13];
-    const real v1037 = v11 * along_x[13];
-    const real v1039 = v11 * x[13];
-    const real v1044 = v619 * v80 + c60 * v621;
-    const real v1045 = p[14] * v1044;
-    const real v1046 = p[12] * (v8 * v80) - v1045;
-    const real v1052 = v405 * v83 + s60 * v603;
-    const real v1053 = p[14] * v1052;
-    const real v1057 = x[14] * v1046 + v1031 * along_x[14] - (x[13] * v1053 + v1034 * along_x[13]);
-    const real v1060 = v692 * v729 + v406 * v626 + (v456 * v626 + v692 * v808) - (v1036 * v1037 + v1039 * v1057);
-    const real v1070 = v629 * c210;
-    const real v1071 = v1070 * p[19];
-    const real v1074 = v1071 - c210 * v26 * p[17];
-    const real v1076 = v465 * s210;
-    const real v1077 = v1076 * p[19];
-    const real v1079 = v1074 * x[16] - v1077 * x[15];
-    const real v1080 = v29 * along_x[15];
-    const real v1082 = v29 * x[15];
-    const real v1087 = c210 * v631 + v629 * v214;
-    const real v1088 = p[19] * v1087;
-    const real v1089 = p[17] * (v26 * v214) - v1088;
-    const real v1095 = s210 * v657 + v465 * v217;
-    const real v1096 = p[19] * v1095;
-    const real v1100 = x[16] * v1089 + v1074 * along_x[16] - (x[15] * v1096 + v1077 * along_x[15]);
-    const real v1103 = v697 * v813 + v466 * v636 + (v516 * v636 + v697 * v892) - (v1079 * v1080 + v1082 * v1100);
-    const real v1105 = c[6] * along_x[8] - (x[0] * v1013 + v1015 * along_x[0]) - v399 * v1060 - v463 * v1103;
-    const real v1115 = c42 * c42;
-    const real v1117 = v1028 + v426 * v587 - v587 * v1115;
-    const real v1120 = v1034 - v418 * v691;
-    const real v1122 = x[13] * v1117 - v1120 * x[14];
-    const real v1131 = (c42 + c42) * v75;
-    const real v1135 = x[13] * (v587 * v592 - v426 * v612 - v1045 + (v1115 * v612 + v587 * v1131));
-    const real v1140 = v1053 - (v691 * v610 + v418 * v625);
-    const real v1145 = v527 * (v1117 * along_x[13] + v1135 - (x[14] * v1140 + v1120 * along_x[14]));
-    const real v1147 = v590 * v909 + v531 * v615 + (v544 * v615 + v590 * v937) - (v1122 * v899 + v1145);
-    const real v1153 = v531 * v590 + v590 * v544 - v527 * v1122;
-    const real v1166 = c192 * c192;
-    const real v1168 = v1071 + v485 * v642 - v642 * v1166;
-    const real v1171 = v1077 - v696 * v469;
-    const real v1173 = x[15] * v1168 - v1171 * x[16];
-    const real v1182 = (c192 + c192) * v226;
-    const real v1186 = x[15] * (v642 * v646 - v485 * v666 - v1088 + (v1166 * v666 + v642 * v1182));
-    const real v1191 = v1096 - (v469 * v635 + v696 * v664);
-    const real v1196 = v555 * (v1168 * along_x[15] + v1186 - (x[16] * v1191 + v1171 * along_x[16]));
-    const real v1198 = v645 * v958 + v559 * v669 + (v574 * v669 + v645 * v990) - (v1173 * v948 + v1196);
-    const real v1204 = v559 * v645 + v645 * v574 - v555 * v1173;
-    const real v1208 = c[12] * along_x[5] + (v1105 - (v526 * v1147 - v1153 * v598) - (v554 * v1198 - v1204 * v652));
-    const real v1216 = v618 * v1031 + v628 * v1074 + v602 * v1120 + v656 * v1171;
-    const real v1217 = v1216 * v686;
-    const real v1229 = v586 * x[13] + v692 * x[14];
-    const real v1239 = v697 * x[16] + v641 * x[15];
-    const real v1243 = x[7] * c[4] + v399 * (v406 * v1031 + v1031 * v456 + v1039 * v1229) + v463 * (v466 * v1074 + v1074 * v516 + v1082 * v1239);
-    const real v1251 = v690 + v426 * v691 - v1115 * v691;
-    const real v1253 = v589 * x[14] + x[13] * v1251;
-    const real v1255 = v531 * v1120 + v1120 * v544 - v527 * v1253;
-    const real v1265 = v695 + v696 * v485 - v696 * v1166;
-    const real v1267 = v644 * x[16] + x[15] * v1265;
-    const real v1269 = v559 * v1171 + v1171 * v574 - v555 * v1267;
-    const real v1275 = x[4] * c[11] + (v1243 - v526 * v1255 - v554 * v1269 + x[0] * x[2] * c[1]);
-    const real v1276 = v1217 * v584 - v1275;
-    const real v1279 = v399 * v1031;
-    const real v1284 = v463 * v1074;
-    const real v1287 = v692 * (v399 * v1046) + v1279 * v626 + (v697 * (v463 * v1089) + v1284 * v636);
-    const real v1292 = v526 * v1120;
-    const real v1300 = v554 * v1171;
-    const real v1303 = v1287 - (v590 * (v526 * v1140 - v1120 * v598) + v1292 * v615) - (v645 * (v554 * v1191 - v1171 * v652) + v1300 * v669);
-    const real v1314 = v618 * v1046 + v628 * v1089 + (v1120 * v600 + v602 * v1140) + (v1171 * v654 + v656 * v1191);
-    const real v1318 = v1303 - (v703 * v1314 + v1216 * v717);
-    const real v1326 = v1120 * v1120;
-    const real v1329 = v1171 * v1171;
-    const real v1331 = c[5] - v399 * (v1031 * v1031) - v463 * (v1074 * v1074) - v526 * v1326 - v554 * v1329;
-    const real v1334 = K(1.0) / (v1331 - v1216 * v1217);
-    const real v1344 = v1279 * v692 + v1284 * v697 - v1292 * v590 - v1300 * v645 - v1216 * v703;
-    const real v1345 = v1344 * v1334;
-    const real v1359 = v399 * ((v1031 + v1031) * v1046) + v463 * ((v1074 + v1074) * v1089) + (v526 * ((v1120 + v1120) * v1140) - v1326 * v598);
-    const real v1370 = v1314 * v686 + v1217 * v686 * v715;
-    const real v1373 = v1359 + (v554 * ((v1171 + v1171) * v1191) - v1329 * v652) + (v1217 * v1314 + v1216 * v1370);
-    const real v1375 = v1318 * v1334 + v1345 * v1334 * v1373;
-    const real v1398 = v1039 * (x[13] * v607 + v586 * along_x[13] + (x[14] * v626 + v692 * along_x[14]));
-    const real v1400 = v1031 * v729 + v406 * v1046 + (v456 * v1046 + v1031 * v808) + (v1229 * v1037 + v1398);
-    const real v1418 = v1082 * (x[16] * v636 + v697 * along_x[16] + (x[15] * v661 + v641 * along_x[15]));
-    const real v1420 = v1074 * v813 + v466 * v1089 + (v516 * v1089 + v1074 * v892) + (v1239 * v1080 + v1418);
-    const real v1443 = x[13] * (v624 + (v691 * v592 + v426 * v625) - (v1115 * v625 - v691 * v1131));
-    const real v1446 = v527 * (x[14] * v615 + v589 * along_x[14] + (v1251 * along_x[13] + v1443));
-    const real v1448 = v1120 * v909 + v531 * v1140 + (v544 * v1140 + v1120 * v937) - (v1253 * v899 + v1446);
-    const real v1452 = c[4] * along_x[7] + v399 * v1400 + v463 * v1420 - (v526 * v1448 - v1255 * v598);
-    const real v1473 = x[15] * (v634 + (v485 * v635 + v696 * v646) - (v1166 * v635 - v696 * v1182));
-    const real v1476 = v555 * (x[16] * v669 + v644 * along_x[16] + (v1265 * along_x[15] + v1473));
-    const real v1478 = v1171 * v958 + v559 * v1191 + (v574 * v1191 + v1171 * v990) - (v1267 * v948 + v1476);
-    const real v1487 = v1452 - (v554 * v1478 - v1269 * v652) + c[1] * (x[2] * along_x[0] + x[0] * along_x[2]);
-    const real v1489 = v584 * v1370 + v1217 * v1004 - (c[11] * along_x[4] + v1487);
-    const real v1500 = v590 * v590;
-    const real v1503 = v645 * v645;
-    const real v1505 = c[7] - v399 * (v692 * v692) - v463 * (v697 * v697) - v526 * v1500 - v554 * v1503;
-    const real v1510 = K(1.0) / (v1505 - v1344 * v1345 - v702 * v703);
-    const real v1511 = (v584 * v717 + v703 * v1004 - v1208 - (v1276 * v1375 + v1345 * v1489)) * v1510;
-    const real v1524 = x[8] * c[6] - v1015 * x[0] - v399 * (v406 * v692 + v692 * v456 - v1039 * v1036);
-    const real v1533 = v1524 - v463 * (v466 * v697 + v697 * v516 - v1082 * v1079) - v526 * v1153;
-    const real v1540 = (v703 * v584 - (x[5] * c[12] + (v1533 - v554 * v1204)) - v1345 * v1276) * v1510;
-    const real v1554 = v399 * ((v692 + v692) * v626) + v463 * ((v697 + v697) * v636) + (v526 * ((v590 + v590) * v615) - v1500 * v598);
-    const real v1564 = v1554 + (v554 * ((v645 + v645) * v669) - v1503 * v652) + (v1345 * v1318 + v1344 * v1375);
-    const real v1570 = v1511 + v1540 * v1510 * (v1564 + (v703 * v672 + v702 * v717));
-    const real v1571 = v127 + v1570;
-    const real v1573 = v129 + v1540;
-    const real v1576 = p[15] * v184;
-    const real v1578 = v356 * v130 - v118 * v1576;
-    const real v1583 = p[20] * v290;
-    const real v1585 = v359 * v203 - v193 * v1583;
-    const real v1588 = v357 * v130 + v118 * v1578 + (v360 * v203 + v193 * v1585);
-    const real v1592 = v356 * v145 - v363 * v1576;
-    const real v1594 = v364 * v130 + v118 * v1592;
-    const real v1597 = c60 * v1594 - v365 * v80;
-    const real v1602 = v359 * v227 - v368 * v1583;
-    const real v1604 = v369 * v203 + v193 * v1602;
-    const real v1607 = c210 * v1604 - v370 * v214;
-    const real v1609 = v40 * v75;
-    const real v1610 = v38 * v1609;
-    const real v1615 = v301 * v226;
-    const real v1616 = v299 * v1615;
-    const real v1620 = v1588 - v1597 - v1607 + (s60 * v1610 + v376 * v83) + (s210 * v1616 + v382 * v217);
-    const real v1623 = v346 - (x[5] * (v349 * along_x[4]) + v349 * x[4] * along_x[5]) + (v384 * v1571 + v1573 * v1620);
-    const real v1626 = s60 * v365 + s210 * v370;
-    const real v1630 = v1626 + v376 * c60 + v382 * c210;
-    const real v1633 = x[5] * along_x[3] + x[3] * along_x[5];
-    const real v1635 = v1276 * v1334;
-    const real v1642 = v1489 * v1334 + v1635 * v1334 * v1373 - (v1540 * v1375 + v1345 * v1570);
-    const real v1643 = v1633 - v1642;
-    const real v1647 = v1635 - v1345 * v1540;
-    const real v1648 = x[3] * x[5] - v1647;
-    const real v1655 = v365 * v83 + s60 * v1594 + (v370 * v217 + s210 * v1604);
-    const real v1663 = v1655 + (c60 * v1610 - v376 * v80) + (c210 * v1616 - v382 * v214);
-    const real v1667 = v404 * v110;
-    const real v1669 = v464 * v326;
-    const real v1671 = v1667 * s42;
-    const real v1672 = v1671 * s42;
-    const real v1674 = v1669 * s192;
-    const real v1675 = v1674 * s192;
-    const real v1676 = v36 + v1667 + v1669 - v1672 - v1675;
-    const real v1677 = v48 + v304;
-    const real v1678 = v584 * v686;
-    const real v1682 = v1678 + v1217 * v1647 + v703 * v1540;
-    const real v1689 = v40 * (v95 * v70 - v64 * v68) + v408 * v110;
-    const real v1696 = v301 * (v261 * v310 - v253 * v207) + v468 * v326;
-    const real v1705 = c42 * v39 * v1667 - v404 * (v70 * v70 + v154 * v154);
-    const real v1714 = c192 * v300 * v1669 - v464 * (v310 * v310 + v238 * v238);
-    const real v1717 = v1671 * c42;
-    const real v1719 = v48 + v1717 * v38;
-    const real v1721 = v1674 * c192;
-    const real v1723 = v304 + v1721 * v299;
-    const real v1725 = v1719 * s60 + v1723 * s210;
-    const real v1730 = v1719 * c60 + v1723 * c210;
-    const real v1732 = v1689 * s42 + v1696 * s192 + c42 * v1705 + c192 * v1714 + v1573 * v1725 + v1648 * v1730;
-    const real v1735 = v1717 * s60 + v1721 * s210;
-    const real v1743 = v399 * (p[15] * x[3] - v1031 * x[4] + v692 * x[5] + v1039);
-    const real v1752 = v463 * (p[20] * x[3] - v1074 * x[4] + v697 * x[5] + v1082);
-    const real v1760 = v1120 * x[4] - v427 * x[3] + v590 * x[5] + v527;
-    const real v1761 = v526 * v1760;
-    const real v1769 = v1171 * x[4] - v486 * x[3] + v645 * x[5] + v555;
-    const real v1770 = v554 * v1769;
-    const real v1774 = (v1015 - v1743 * v689 - v1752 * v694 - v1761 * v585 - v1770 * v640) * c[8];
-    const real v1775 = v1573 * v37 - v1774;
-    const real v1780 = v1717 * c60 + v1721 * c210;
-    const real v1791 = (v392 - v1743 * v1027 - v1752 * v1070 + v1761 * v1033 + v1770 * v1076) * c[9];
-    const real v1792 = v1648 * v37 - v1791;
-    const real v1795 = v1677 * v1682 - (v1732 + v1735 * v1775 + v1780 * v1792);
-    const real v1797 = v188 * c60;
-    const real v1798 = v294 * c210;
-    const real v1802 = s42 * v1705 - v1689 * c42;
-    const real v1807 = s192 * v1714 - v1696 * c192;
-    const real v1811 = v364 - v38 * v13;
-    const real v1813 = v369 - v299 * v31;
-    const real v1815 = s60 * s60;
-    const real v1816 = v1672 * v38;
-    const real v1817 = v374 - v1816;
-    const real v1818 = v1817 + v1811;
-    const real v1820 = s210 * s210;
-    const real v1821 = v1675 * v299;
-    const real v1822 = v380 - v1821;
-    const real v1823 = v1822 + v1813;
-    const real v1825 = v1815 * v1818 + v1820 * v1823;
-    const real v1827 = c60 * v357;
-    const real v1829 = c210 * v360;
-    const real v1830 = v1811 + v1813 - v1825 - v1827 - v1829;
-    const real v1833 = c60 * s60;
-    const real v1835 = c210 * s210;
-    const real v1837 = v1833 * v1818 + v1835 * v1823;
-    const real v1839 = v1797 + v1798 + v1802 * s60 + v1807 * s210 + v1573 * v1830 - v1648 * v1837;
-    const real v1841 = v1672 + v13 - v356;
-    const real v1842 = v1815 * v1841;
-    const real v1844 = v1675 + v31 - v359;
-    const real v1845 = v1820 * v1844;
-    const real v1851 = v1842 + v1845 + v36 + v356 + v359 - v13 - v31;
-    const real v1856 = v1833 * v1841 + v1835 * v1844;
-    const real v1863 = v1827 + v1829 + v374 * s60 + v380 * s210;
-    const real v1865 = v1839 + v1851 * v1775 + v1856 * v1792 + v1863 * v1682;
-    const real v1869 = v188 * s60;
-    const real v1870 = v294 * s210;
-    const real v1875 = s60 * v357;
-    const real v1877 = s210 * v360;
-    const real v1878 = v1875 - v1837 + v1877;
-    const real v1882 = v1825 - (v1817 + v1822);
-    const real v1884 = v1802 * c60 - (v1869 + v1870) + v1807 * c210 + v1573 * v1878 + v1648 * v1882;
-    const real v1890 = v1672 + v1675 + v36 - v1842 - v1845;
-    const real v1897 = v1875 + v1877 - v374 * c60 - v380 * c210;
-    const real v1899 = v1884 + v1856 * v1775 + v1890 * v1792 - v1897 * v1682;
-    const real v1901 = v1676 * v1795 - v1735 * v1865 - v1780 * v1899;
-    const real v1907 = v1676 * v1676 + v1735 * v1735 + v1780 * v1780;
-    const real v1914 = v1795 * v1795 - p[9] * p[9] + v1865 * v1865 + v1899 * v1899;
-    const real v1916 = v1901 * v1901 - v1907 * v1914;
-    const mask m1918 = LT(v1916, K(0.0));
-    const real v1920 = mv_sqrt(mv_max(SPLAT(K(0.0)), v1916));
-    const mask m1921 = NOT(m1918);
-    const real v1924 = K(1.0) / v1907;
-    const real v1925 = (SELECT(m1918, v1920, v1920) - v1901) * v1924;
-    const real v1926 = v45 + v302;
-    const mask m1928 = LE(K(0.0), v1916);
-    const mask m1929 = LE(v1916, K(0.0));
-    const real v1931 = NUM(m1928);
-    const real v1947 = v1004 * v686 + v1678 * v686 * v715 + (v1647 * v1370 + v1217 * v1642) + (v1540 * v717 + v703 * v1570);
-    const real v1967 = v1667 * (c42 * v56 - v39 * v75) - v404 * ((v70 + v70) * v102 + (v154 + v154) * v159);
-    const real v1971 = s42 * v115 + v1689 * v44 + (s192 * v329 + v1696 * v202) + (c42 * v1967 - v1705 * v75);
-    const real v1982 = v1669 * (c192 * v305 - v300 * v226) - v464 * ((v310 + v310) * v318 + (v238 + v238) * v264);
-    const real v1988 = v1667 * v44;
-    const real v1991 = c42 * v1988 - v1671 * v75;
-    const real v1993 = v45 + v38 * v1991;
-    const real v1997 = v1669 * v202;
-    const real v2000 = c192 * v1997 - v1674 * v226;
-    const real v2002 = v302 + v299 * v2000;
-    const real v2006 = s60 * v1993 + v1719 * v83 + (s210 * v2002 + v1723 * v217);
-    const real v2017 = c60 * v1993 - v1719 * v80 + (c210 * v2002 - v1723 * v214);
-    const real v2020 = v1971 + (c192 * v1982 - v1714 * v226) + (v1725 * v1571 + v1573 * v2006) + (v1730 * v1643 + v1648 * v2017);
-    const real v2027 = s60 * v1991 + v1717 * v83 + (s210 * v2000 + v1721 * v217);
-    const real v2038 = p[15] * along_x[3] - (x[4] * v1046 + v1031 * along_x[4]) + (x[5] * v626 + v692 * along_x[5]);
-    const real v2040 = v399 * (v2038 + v1037);
-    const real v2053 = p[20] * along_x[3] - (x[4] * v1089 + v1074 * along_x[4]) + (x[5] * v636 + v697 * along_x[5]);
-    const real v2055 = v463 * (v2053 + v1080);
-    const real v2070 = x[4] * v1140 + v1120 * along_x[4] - (x[3] * v593 + v427 * along_x[3]) + (x[5] * v615 + v590 * along_x[5]);
-    const real v2074 = v526 * (v2070 + v899) - v1760 * v598;
-    const real v2078 = v1013 - (v689 * v2040 + v1743 * v623) - (v694 * v2055 + v1752 * v633) - (v585 * v2074 + v1761 * v606);
-    const real v2089 = x[4] * v1191 + v1171 * along_x[4] - (x[3] * v647 + v486 * along_x[3]) + (x[5] * v669 + v645 * along_x[5]);
-    const real v2093 = v554 * (v2089 + v948) - v1769 * v652;
-    const real v2099 = v37 * v1571 - c[8] * (v2078 - (v640 * v2093 + v1770 * v660));
-    const real v2109 = c60 * v1991 - v1717 * v80 + (c210 * v2000 - v1721 * v214);
-    const real v2123 = v723 - (v1027 * v2040 - v1743 * v1044) - (v1070 * v2055 - v1752 * v1087) + (v1033 * v2074 + v1761 * v1052);
-    const real v2129 = v37 * v1643 - c[9] * (v2123 + (v1076 * v2093 + v1770 * v1095));
-    const real v2132 = v2020 + (v1775 * v2027 + v1735 * v2099) + (v1792 * v2109 + v1780 * v2129);
-    const real v2133 = v1682 * v1926 + v1677 * v1947 - v2132;
-    const real v2137 = s42 * v1988 + v1671 * v44;
-    const real v2140 = s192 * v1997 + v1674 * v202;
-    const real v2141 = v2137 + v2140;
-    const real v2147 = c60 * v186 - v188 * v80;
-    const real v2150 = c210 * v292 - v294 * v214;
-    const real v2158 = v1705 * v44 + s42 * v1967 - (c42 * v115 - v1689 * v75);
-    const real v2169 = v1714 * v202 + s192 * v1982 - (c192 * v329 - v1696 * v226);
-    const real v2173 = v2147 + v2150 + (s60 * v2158 + v1802 * v83) + (s210 * v2169 + v1807 * v217);
-    const real v2177 = (s60 + s60) * v83;
-    const real v2179 = v38 * v2137;
-    const real v2180 = v1609 + v2179;
-    const real v2181 = v1592 - v2180;
-    const real v2185 = (s210 + s210) * v217;
-    const real v2187 = v299 * v2140;
-    const real v2188 = v1615 + v2187;
-    const real v2189 = v1602 - v2188;
-    const real v2192 = v1818 * v2177 + v1815 * v2181 + (v1823 * v2185 + v1820 * v2189);
-    const real v2196 = c60 * v1578 - v357 * v80;
-    const real v2200 = c210 * v1585 - v360 * v214;
-    const real v2201 = v1592 + v1602 - v2192 - v2196 - v2200;
-    const real v2208 = c60 * v83 - s60 * v80;
-    const real v2214 = c210 * v217 - s210 * v214;
-    const real v2218 = v1818 * v2208 + v1833 * v2181 + (v1823 * v2214 + v1835 * v2189);
-    const real v2221 = v2173 + (v1830 * v1571 + v1573 * v2201) - (v1837 * v1643 + v1648 * v2218);
-    const real v2223 = v2137 + v1576;
-    const real v2225 = v1841 * v2177 + v1815 * v2223;
-    const real v2227 = v2140 + v1583;
-    const real v2229 = v1844 * v2185 + v1820 * v2227;
-    const real v2232 = v2225 + v2229 - v1576 - v1583;
-    const real v2243 = v1841 * v2208 + v1833 * v2223 + (v1844 * v2214 + v1835 * v2227);
-    const real v2247 = v2221 + (v1775 * v2232 + v1851 * v2099) + (v1792 * v2243 + v1856 * v2129);
-    const real v2256 = v2196 + v2200 + (v374 * v83 - s60 * v1609) + (v380 * v217 - s210 * v1615);
-    const real v2260 = v2247 + (v1682 * v2256 + v1863 * v1947);
-    const real v2270 = s60 * v186 + v188 * v83;
-    const real v2273 = s210 * v292 + v294 * v217;
-    const real v2279 = c60 * v2158 - v1802 * v80 - (v2270 + v2273) + (c210 * v2169 - v1807 * v214);
-    const real v2283 = v357 * v83 + s60 * v1578;
-    const real v2287 = v360 * v217 + s210 * v1585;
-    const real v2288 = v2283 - v2218 + v2287;
-    const real v2294 = v2192 + (v2180 + v2188);
-    const real v2297 = v2279 + (v1878 * v1571 + v1573 * v2288) + (v1882 * v1643 + v1648 * v2294);
-    const real v2303 = v2141 - v2225 - v2229;
-    const real v2307 = v2297 + (v1775 * v2243 + v1856 * v2099) + (v1792 * v2303 + v1890 * v2129);
-    const real v2316 = v2283 + v2287 + (c60 * v1609 + v374 * v80) + (c210 * v1615 + v380 * v214);
-    const real v2320 = v2307 - (v1682 * v2316 + v1897 * v1947);
-    const real v2323 = v1676 * v2133 - v1795 * v2141 - (v1865 * v2027 + v1735 * v2260) - (v1899 * v2109 + v1780 * v2320);
-    const real v2332 = (v1735 + v1735) * v2027 - (v1676 + v1676) * v2141 + (v1780 + v1780) * v2109;
-    const real v2341 = (v1795 + v1795) * v2133 + (v1865 + v1865) * v2260 + (v1899 + v1899) * v2320;
-    const real v2345 = v1931 / (NUM(m1929) + v1931) * ((v1901 + v1901) * v2323 - (v1914 * v2332 + v1907 * v2341));
-    const real v2353 = (SELECT0(m1921, v2345 / (v1920 + v1920)) - v2323) * v1924 - v1925 * v1924 * v2332;
-    const real v2356 = v1623 + (v1630 * v1643 + v1648 * v1663) - (v1925 * v1926 + v1677 * v2353);
-    const real v2358 = (v1920 - v1901) * v1924;
-    const real v2361 = K(1.0) / p[9];
-    const real v2362 = (v1865 - v1735 * v2358) * v2361;
-    const real v2363 = mv_min(SPLAT(K(1.0)), v2362);
-    const mask m2365 = LT(v2363, K(-1.0));
-    const mask m2366 = LT(K(-1.0), v2363);
-    const mask m2367 = LT(K(1.0), v2362);
-    const mask m2368 = AND(m2366, m2367);
-    const mask m2369 = OR(m2365, m2368);
-    const mask m2370 = OR(m2369, m2367);
-    const real v2371 = mv_max(SPLAT(K(-1.0)), v2363);
-    const mask m2373 = NOT(m2370);
-    const real v2375 = v1865 - v1735 * v1925;
-    const real v2376 = v2375 * v2361;
-    const real v2377 = mv_min(SPLAT(K(1.0)), v2376);
-    const real v2378 = mv_max(SPLAT(K(-1.0)), v2377);
-    const real v2380 = SELECT(m2370, mv_asin(v2371), mv_asin(v2378));
-    real s2381, c2381; mv_sincos(v2380, &s2381, &c2381);
-    const real v2382 = p[9] * c2381;
-    const real v2389 = mv_sqrt(K(1.0) - v2371 * v2371);
-    const real v2392 = -((v1899 - v1780 * v2358) * v2361 / mv_max(SPLAT(K(1e-09)), v2389));
-    const real v2393 = mv_min(SPLAT(K(1.0)), v2392);
-    const mask m2394 = LT(v2393, K(-1.0));
-    const mask m2395 = LT(K(-1.0), v2393);
-    const mask m2396 = LT(K(1.0), v2392);
-    const mask m2397 = AND(m2395, m2396);
-    const mask m2398 = OR(m2394, m2397);
-    const mask m2399 = OR(m2398, m2396);
-    const mask m2402 = NOT(m2399);
-    const real v2404 = v1899 - v1780 * v1925;
-    const real v2408 = mv_sqrt(K(1.0) - v2378 * v2378);
-    const real v2409 = SELECT(m2370, v2389, v2408);
-    const real v2411 = K(1.0) / mv_max(SPLAT(K(1e-09)), v2409);
-    const real v2412 = v2404 * v2361 * v2411;
-    const real v2413 = -v2412;
-    const real v2414 = mv_min(SPLAT(K(1.0)), v2413);
-    const real v2415 = mv_max(SPLAT(K(-1.0)), v2414);
-    const real v2417 = SELECT(m2399, mv_asin(mv_max(SPLAT(K(-1.0)), v2393)), mv_asin(v2415));
-    real s2418, c2418; mv_sincos(v2417, &s2418, &c2418);
-    const real v2422 = v2382 * c2418 - (v1795 + v1676 * v1925);
-    const real v2423 = K(1.0) / v1676;
-    const real v2424 = v2422 * v2423;
-    const real v2425 = v1735 * v2423;
-    const real v2430 = p[9] * s2381 - v2375 + v2425 * v2422;
-    const real v2433 = K(1.0) / (v1851 - v1735 * v2425);
-    const real v2434 = v2430 * v2433;
-    const real v2435 = v1780 * v2423;
-    const real v2437 = v1856 - v1735 * v2435;
-    const real v2438 = v2437 * v2433;
-    const real v2450 = K(1.0) / (v1890 - v2437 * v2438 - v1780 * v2435);
-    const real v2451 = (v2435 * v2422 - (v2382 * s2418 + v2404) - v2438 * v2430) * v2450;
-    const real v2453 = v2434 - v2438 * v2451;
-    const real v2457 = v2424 + v2425 * v2453 + v2435 * v2451;
-    const mask m2459 = LE(K(-1.0), v2377);
-    const mask m2460 = LE(v2377, K(-1.0));
-    const real v2462 = NUM(m2459);
-    const mask m2465 = LE(v2376, K(1.0));
-    const mask m2466 = LE(K(1.0), v2376);
-    const real v2468 = NUM(m2465);
-    const real v2474 = v2260 - (v1925 * v2027 + v1735 * v2353);
-    const real v2477 = v2462 / (NUM(m2460) + v2462) * (v2468 / (NUM(m2466) + v2468) * (v2474 * v2361));
-    const real v2478 = v2477 / v2408;
-    const real v2480 = p[9] * (s2381 * v2478);
-    const mask m2484 = LE(K(-1.0), v2414);
-    const mask m2485 = LE(v2414, K(-1.0));
-    const real v2487 = NUM(m2484);
-    const mask m2490 = LE(v2413, K(1.0));
-    const mask m2491 = LE(K(1.0), v2413);
-    const real v2493 = NUM(m2490);
-    const real v2499 = v2320 - (v1925 * v2109 + v1780 * v2353);
-    const mask m2503 = LE(K(1e-09), v2409);
-    const mask m2504 = LE(v2409, K(1e-09));
-    const real v2506 = NUM(m2503);
-    const real v2513 = v2506 / (NUM(m2504) + v2506) * ((v2378 + v2378) * v2477 / (v2408 + v2408));
-    const real v2517 = v2493 / (NUM(m2491) + v2493) * (v2499 * v2361 * v2411 + SELECT0(m2373, v2412 * v2411 * v2513));
-    const real v2522 = v2487 / (NUM(m2485) + v2487) * v2517 / mv_sqrt(K(1.0) - v2415 * v2415);
-    const real v2526 = SELECT0(m2373, -(c2418 * v2480)) + SELECT0(m2402, v2382 * (s2418 * v2522));
-    const real v2531 = v2526 - (v2133 + (v1676 * v2353 - v1925 * v2141));
-    const real v2539 = v2027 * v2423 + v2425 * v2423 * v2141;
-    const real v2542 = p[9] * (c2381 * v2478);
-    const real v2548 = SELECT0(m2373, v2542) - v2474 + (v2422 * v2539 + v2425 * v2531);
-    const real v2554 = v2232 - (v2425 * v2027 + v1735 * v2539);
-    const real v2561 = v2109 * v2423 + v2435 * v2423 * v2141;
-    const real v2564 = v2243 - (v2435 * v2027 + v1735 * v2561);
-    const real v2568 = v2564 * v2433 - v2438 * v2433 * v2554;
-    const real v2580 = SELECT0(m2373, -(s2418 * v2480)) + SELECT0(m2402, -(v2382 * (c2418 * v2522)));
-    const real v2586 = v2422 * v2561 + v2435 * v2531 - (v2580 + v2499) - (v2430 * v2568 + v2438 * v2548);
-    const real v2596 = v2303 - (v2438 * v2564 + v2437 * v2568) - (v2435 * v2109 + v1780 * v2561);
-    const real v2598 = v2586 * v2450 - v2451 * v2450 * v2596;
-    const real v2601 = v2548 * v2433 - v2434 * v2433 * v2554 - (v2451 * v2568 + v2438 * v2598);
-    const real v2608 = v2531 * v2423 + v2424 * v2423 * v2141 + (v2453 * v2539 + v2425 * v2601) + (v2451 * v2561 + v2435 * v2598);
-    const real v2615 = v2356 - (v2457 * v1926 + v1677 * v2608) - (v1775 * v2256 + v1863 * v2099);
-    const real v2623 = v2615 - (v2453 * v2256 + v1863 * v2601) + (v1792 * v2316 + v1897 * v2129);
-    const real v2633 = p[2] + p[3];
-    const real v2637 = v2623 + (v2451 * v2316 + v1897 * v2598) - (v1682 * v1588 + (v362 + v373 + v379 + v2633) * v1947);
-    const real v2640 = p[7] + p[8] + v37;
-    const real v2643 = v117 + v38 * v2158;
-    const real v2649 = v48 * v39 + v1689 * p[13] + v1802 * v38;
-    const real v2653 = v331 + v299 * v2169;
-    const real v2659 = v304 * v300 + v1696 * p[18] + v1807 * v299;
-    const real v2666 = c60 * v2643 - v2649 * v80 + (c210 * v2653 - v2659 * v214) + (x[3] * v335 + v337 * along_x[3]);
-    const real v2671 = p[15] + p[20];
-    const real v2675 = v2666 + (x[3] * v341 + v343 * along_x[3]) - (v2633 + v2671 + v349) * v1633;
-    const real v2684 = p[15] * along_x[13];
-    const real v2686 = x[13] * p[15];
-    const real v2689 = v2675 - (v363 * v2270 + v1869 * v145) - (v368 * v2273 + v1870 * v227) - (x[5] * v2684 + v2686 * along_x[5]);
-    const real v2690 = p[20] * along_x[15];
-    const real v2692 = x[15] * p[20];
-    const real v2698 = v13 * (v38 * v38);
-    const real v2703 = v373 + K(-2.0) * v375 + v38 * v1816;
-    const real v2705 = v363 * v364;
-    const real v2706 = v2698 + v2703 - v2705;
-    const real v2710 = v31 * (v299 * v299);
-    const real v2714 = v379 + K(-2.0) * v381 + v299 * v1821;
-    const real v2716 = v368 * v369;
-    const real v2717 = v2710 + v2714 - v2716;
-    const real v2719 = v1626 + v1833 * v2706 + v1835 * v2717;
-    const real v2724 = v38 * v2179 - K(-2.0) * v1610;
-    const real v2727 = v364 * v145 + v363 * v1592;
-    const real v2728 = v2724 - v2727;
-    const real v2735 = v299 * v2187 - K(-2.0) * v1616;
-    const real v2738 = v369 * v227 + v368 * v1602;
-    const real v2739 = v2735 - v2738;
-    const real v2742 = v1655 + (v2706 * v2208 + v1833 * v2728) + (v2717 * v2214 + v1835 * v2739);
-    const real v2745 = v2640 * v2580 - (v2689 - (x[5] * v2690 + v2692 * along_x[5])) - (v2719 * v1571 + v1573 * v2742);
-    const real v2759 = v13 * (p[14] * p[14]) + v31 * (p[19] * p[19]) + p[0] * (p[7] * p[7]) + p[1] * (p[6] * p[6]);
-    const real v2762 = v2759 - v36 * (v37 * v37);
-    const real v2765 = v1815 * v2706;
-    const real v2767 = v1820 * v2717;
-    const real v2773 = v2706 * v2177 + v1815 * v2728;
-    const real v2777 = v2717 * v2185 + v1820 * v2739;
-    const real v2780 = (v2703 + v2714 + (p[2] + p[4] + v2671 + v2762) - v2765 - v2767) * v1643 + v1648 * (v2724 + v2735 - v2773 - v2777);
-    const real v2789 = v2745 - v2780 + (v1925 * v2017 + v1730 * v2353) + (v2457 * v2017 + v1730 * v2608);
-    const real v2797 = v2789 + (v1775 * v2218 + v1837 * v2099) + (v2453 * v2218 + v1837 * v2601);
-    const real v2805 = v2797 - (v1792 * v2294 + v1882 * v2129) - (v2451 * v2294 + v1882 * v2598);
-    const real v2819 = s60 * v2643 + v2649 * v83 - (v297 + v165 + v271) + (s210 * v2653 + v2659 * v217);
-    const real v2827 = v2819 - (v2633 + (p[5] - p[4])) * v127 - (x[4] * v2684 + v2686 * along_x[4]);
-    const real v2835 = v2827 - (x[4] * v2690 + v2692 * along_x[4]) + (v363 * v2147 + v1797 * v145);
-    const real v2848 = v2705 + v2716 + v362 + v2765 + v2767 + (p[2] + p[5] + v2762) - v2698 - v2710;
-    const real v2861 = v2727 + v2738 + v1588 + v2773 + v2777 + K(-2.0) * v1597 + K(-2.0) * v1607;
-    const real v2864 = v2835 + (v368 * v2150 + v1798 * v227) + ((v2848 + K(-2.0) * v366 + K(-2.0) * v371) * v1571 + v1573 * v2861);
-    const real v2872 = v2864 + (v2719 * v1643 + v1648 * v2742) - (v1925 * v2006 + v1725 * v2353);
-    const real v2880 = v2872 - (v2457 * v2006 + v1725 * v2608) + (v1775 * v2201 + v1830 * v2099);
-    const real v2888 = v2880 + (v2453 * v2201 + v1830 * v2601) + (v1792 * v2288 + v1878 * v2129);
-    const real v2899 = v2888 + (v2451 * v2288 + v1878 * v2598) - (v1682 * v1620 + v384 * v1947) + SELECT0(m2373, v2640 * v2542);
-    change[0] = v2637;
-    change[1] = v2805 + (v1682 * v1663 + v1630 * v1947);
-    change[2] = v2899;
-    change[3] = SELECT0(m2402, -v2522);
-    change[4] = SELECT0(m2373, v2478);
+    enum { vx = SLOSH_X_VX };
+    enum { vy = SLOSH_X_VY };
+    enum { vz = SLOSH_X_VZ };
+    enum { wx = SLOSH_X_WX };
+    enum { wy = SLOSH_X_WY };
+    enum { wz = SLOSH_X_WZ };
+    enum { att1 = SLOSH_X_ATT1 };
+    enum { att2 = SLOSH_X_ATT2 };
+    enum { att3 = SLOSH_X_ATT3 };
+    enum { phi1 = SLOSH_X_PHI1 };
+    enum { theta1 = SLOSH_X_THETA1 };
+    enum { phi2 = SLOSH_X_PHI2 };
+    enum { theta2 = SLOSH_X_THETA2 };
+    enum { phi1_dot = SLOSH_X_PHI1_DOT };
+    enum { theta1_dot = SLOSH_X_THETA1_DOT };
+    enum { phi2_dot = SLOSH_X_PHI2_DOT };
+    enum { theta2_dot = SLOSH_X_THETA2_DOT };
+    enum { m = SLOSH_P_M };
+    enum { m0 = SLOSH_P_M0 };
+    enum { I0 = SLOSH_P_I0 };
+    enum { J_x = SLOSH_P_J_X };
+    enum { J_y = SLOSH_P_J_Y };
+    enum { J_z = SLOSH_P_J_Z };
+    enum { h0 = SLOSH_P_H0 };
+    enum { b = SLOSH_P_B };
+    enum { d = SLOSH_P_D };
+    enum { F = SLOSH_P_F };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { eps1 = SLOSH_P_EPS1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { eps2 = SLOSH_P_EPS2 };
+    enum { r1 = SLOSH_LYAPUNOV_V1_C_R1 };
+    enum { r2 = SLOSH_LYAPUNOV_V1_C_R2 };
+    enum { r3 = SLOSH_LYAPUNOV_V1_C_R3 };
+    enum { r4 = SLOSH_LYAPUNOV_V1_C_R4 };
+    enum { r5 = SLOSH_LYAPUNOV_V1_C_R5 };
+    enum { r6 = SLOSH_LYAPUNOV_V1_C_R6 };
+    enum { r7 = SLOSH_LYAPUNOV_V1_C_R7 };
+    enum { r8 = SLOSH_LYAPUNOV_V1_C_R8 };
+    enum { w1 = SLOSH_LYAPUNOV_V1_C_W1 };
+    enum { w2 = SLOSH_LYAPUNOV_V1_C_W2 };
+    enum { w3 = SLOSH_LYAPUNOV_V1_C_W3 };
+    enum { w4 = SLOSH_LYAPUNOV_V1_C_W4 };
+    enum { w5 = SLOSH_LYAPUNOV_V1_C_W5 };
+    enum { r9 = SLOSH_LYAPUNOV_V1_C_R9 };
+    enum { r10 = SLOSH_LYAPUNOV_V1_C_R10 };
+    enum { along_vx = 0 };
+    enum { along_vy = 1 };
+    enum { along_vz = 2 };
+    enum { along_wx = 3 };
+    enum { along_wy = 4 };
+    enum { along_wz = 5 };
+    enum { along_att1 = 6 };
+    enum { along_att2 = 7 };
+    enum { along_att3 = 8 };
+    enum { along_phi1 = 9 };
+    enum { along_theta1 = 10 };
+    enum { along_phi2 = 11 };
+    enum { along_theta2 = 12 };
+    enum { along_phi1_dot = 13 };
+    enum { along_theta1_dot = 14 };
+    enum { along_phi2_dot = 15 };
+    enum { along_theta2_dot = 16 };
+    const real t_os4zj = p[l1] * p[l1];
+    const real t_yx2kz = t_os4zj * p[m1];
+    const real D1 = t_yx2kz + p[I1];
+    const real t_gx5gf = p[m1] / D1;
+    const real k1 = t_gx5gf * p[l1];
+    const real me1 = t_gx5gf * p[I1];
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real mv1 = t_6nwd2 * k1;
+    const real t_nfvux = p[l2] * p[l2];
+    const real t_frp3h = t_nfvux * p[m2];
+    const real D2 = t_frp3h + p[I2];
+    const real t_wiek6 = p[m2] / D2;
+    const real k2 = t_wiek6 * p[l2];
+    const real me2 = t_wiek6 * p[I2];
+    const real t_popww = p[l2] * p[m2];
+    const real mv2 = t_popww * k2;
+    const real t_omhyl = p[m] + p[m0];
+    const real M_C = t_omhyl + me1 + me2;
+    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real S_C = me1 * (p[h1] * p[h1])
+        + me2 * (p[h2] * p[h2])
+        + p[m] * (p[b] * p[b])
+        + p[m0] * (p[h0] * p[h0])
+        - M_C * (x_C * x_C);
+    const real J_C1 = p[I0] + p[J_x];
+    const real J_C3 = p[I0] + p[J_z] + S_C;
+    const real t_is5lg = p[I1] + p[I2];
+    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
+    const real W12 = x[wx] * x[wy];
+    const real W13 = x[wx] * x[wz];
+    const real e1 = p[h1] - x_C;
+    const real e2 = p[h2] - x_C;
+    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
+    const real t_rding = cos_theta1 * x[wz];
+    const real t_a3uw4 = sin_theta1 * x[wy];
+    const real Wt1 = t_rding + t_a3uw4;
+    const real w_x1 = x[wx] - x[theta1_dot];
+    const real p1 = Wn1 + x[phi1_dot];
+    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
+    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
+    const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
+    const real t_geoui = cos_theta2 * x[wz];
+    const real t_vhhwy = sin_theta2 * x[wy];
+    const real Wt2 = t_geoui + t_vhhwy;
+    const real w_x2 = x[wx] - x[theta2_dot];
+    const real p2 = Wn2 + x[phi2_dot];
+    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
+    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
+    const real t_w7vil = t_rybsf * e1;
+    const real tension1 = cos_phi1 * t_w7vil * mv1 - t_6nwd2 * sigma_sq1;
+    const real As_1 = mv1 * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real eAss_1 = Ass_1 * e1;
+    const real q_1 = sin_phi1 * p[l1];
+    const real lc_1 = cos_phi1 * p[l1];
+    const real B_1 = me1 * p[l1];
+    const real Bs_1 = B_1 * sin_phi1;
+    const real Bc_1 = B_1 * cos_phi1;
+    const real Bl_1 = B_1 * p[l1];
+    const real g_1 = e1 - lc_1;
+    const real t_62zow = K(1.0) / (p[I1] + p[m1] * (q_1 * q_1));
+    const real th_1 = p[m1] * t_62zow;
+    const real wth_1 = th_1 * p[I1];
+    const real eBc_1 = Bc_1 * e1;
+    const real wg_1 = g_1 * wth_1;
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real tn11_1 = Ass_1 + me1 - wth_1;
+    const real t_b7ure = me1 * (e1 * e1);
+    const real t_3bowt = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
+    const real t_3fv6l = g_1 * wg_1;
+    const real tn44_1 = t_b7ure + t_3bowt - t_3fv6l;
+    const real wq_1 = q_1 * wth_1;
+    const real wqg_1 = q_1 * wg_1;
+    const real wqq_1 = q_1 * wq_1;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real wgC_1 = cos_theta1 * wqg_1;
+    const real wgS_1 = sin_theta1 * wqg_1;
+    const real loss_phi1 = p[eps1] * x[phi1_dot];
+    const real loss_theta1 = p[eps1] * x[theta1_dot];
+    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real t_smkh7 = Wn1 * lc_1;
+    const real t_q2k45 = chi1 * p[l1];
+    const real t_wmv32 = p1 + x[phi1_dot];
+    const real zeta1 = W12 * q_1 + t_smkh7 * w_x1 - t_q2k45 * t_wmv32;
+    const real t_xips6 = zeta1 * p[I1] - loss_theta1 * q_1;
+    const real F_n1 = th_1 * t_xips6;
+    const real t_7imwe = B_1 * eta1 + loss_phi1 * k1;
+    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real I_phi1 = x[phi1_dot] * p[I1];
+    const real I_theta1 = x[theta1_dot] * p[I1];
+    const real t_6fvzz = t_rybsf * e2;
+    const real tension2 = cos_phi2 * t_6fvzz * mv2 - t_popww * sigma_sq2;
+    const real As_2 = mv2 * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real eAss_2 = Ass_2 * e2;
+    const real q_2 = sin_phi2 * p[l2];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real B_2 = me2 * p[l2];
+    const real Bs_2 = B_2 * sin_phi2;
+    const real Bc_2 = B_2 * cos_phi2;
+    const real Bl_2 = B_2 * p[l2];
+    const real g_2 = e2 - lc_2;
+    const real t_4434n = K(1.0) / (p[I2] + p[m2] * (q_2 * q_2));
+    const real th_2 = p[m2] * t_4434n;
+    const real wth_2 = th_2 * p[I2];
+    const real eBc_2 = Bc_2 * e2;
+    const real wg_2 = g_2 * wth_2;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real tn11_2 = Ass_2 + me2 - wth_2;
+    const real t_lpk5h = me2 * (e2 * e2);
+    const real t_ymmgl = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
+    const real t_odwbr = g_2 * wg_2;
+    const real tn44_2 = t_lpk5h + t_ymmgl - t_odwbr;
+    const real wq_2 = q_2 * wth_2;
+    const real wqg_2 = q_2 * wg_2;
+    const real wqq_2 = q_2 * wq_2;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real wgC_2 = cos_theta2 * wqg_2;
+    const real wgS_2 = sin_theta2 * wqg_2;
+    const real loss_phi2 = p[eps2] * x[phi2_dot];
+    const real loss_theta2 = p[eps2] * x[theta2_dot];
+    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real t_2nvx4 = Wn2 * lc_2;
+    const real t_e55su = chi2 * p[l2];
+    const real t_nlamb = p2 + x[phi2_dot];
+    const real zeta2 = W12 * q_2 + t_2nvx4 * w_x2 - t_e55su * t_nlamb;
+    const real t_vry6x = zeta2 * p[I2] - loss_theta2 * q_2;
+    const real F_n2 = th_2 * t_vry6x;
+    const real t_4b2fa = B_2 * eta2 + loss_phi2 * k2;
+    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real I_phi2 = x[phi2_dot] * p[I2];
+    const real I_theta2 = x[theta2_dot] * p[I2];
+    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
+    const real t_fbeaw = S_sq1 * tn11_1;
+    const real t_dj555 = S_sq2 * tn11_2;
+    const real K22 = t_fbeaw + t_dj555 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real K33 = Ass_1 + Ass_2 + M_C - t_fbeaw - t_dj555;
+    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
+    const real t_nhr5u = wqq_1 + wqq_2;
+    const real K44 = t_nhr5u + Bl_1 + Bl_2 + J_C1;
+    const real t_tcgxn = wg_1 - e1 * me1;
+    const real t_uf5ib = wg_2 - e2 * me2;
+    const real t_32gyg = Bc_1 - eAss_1;
+    const real t_65obb = t_32gyg + t_tcgxn;
+    const real t_gbkg6 = Bc_2 - eAss_2;
+    const real t_yoiua = t_gbkg6 + t_uf5ib;
+    const real t_z76hk = S_sq1 * t_65obb + S_sq2 * t_yoiua;
+    const real K52 = t_tcgxn + t_uf5ib - t_z76hk - wqC_1 - wqC_2;
+    const real t_hjmgb = SC1 * t_65obb + SC2 * t_yoiua;
+    const real K53 = wqS_1 - t_hjmgb + wqS_2;
+    const real t_nncdg = Bl_1 - eBc_1;
+    const real t_4q22j = Bl_2 - eBc_2;
+    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
+    const real t_hoosk = S_sq1 * tn44_1;
+    const real t_drvdp = S_sq2 * tn44_2;
+    const real K55 = t_3fv6l
+        + t_odwbr
+        + t_nhr5u
+        + t_hoosk
+        + t_drvdp
+        + J_C3
+        - t_b7ure
+        - t_lpk5h
+        + K(-2.0) * wgC_1
+        + K(-2.0) * wgC_2;
+    const real K63 = t_z76hk - (t_32gyg + t_gbkg6);
+    const real t_zhbuw = wgS_1 + wgS_2;
+    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
+    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_3bowt + t_ymmgl + J_C2 - t_hoosk - t_drvdp;
+    const real t_vt7uo = F_n1 * cos_theta1;
+    const real t_oncjt = F_n2 * cos_theta2;
+    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real t_azclp = F_n1 * sin_theta1;
+    const real t_iya7w = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
+    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_bpfoo = K(1.0) / K11;
+    const real t_w7lcw = t_b3aij * t_bpfoo;
+    const real K_D2 = K22 - t_b3aij * t_w7lcw;
+    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_3go2w = t_zzymx * t_bpfoo;
+    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
+    const real t_4iujv = K(1.0) / K_D2;
+    const real K_L32 = t_d4mqf * t_4iujv;
+    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
+    const real gx_phi1 = sin_phi1 * t_6nwd2;  /* (25) */
+    const real t_5zfdh = lc_1 * p[m1];
+    const real gy_phi1 = sin_theta1 * t_5zfdh;  /* (25) */
+    const real gz_phi1 = cos_theta1 * t_5zfdh;  /* (25) */
+    const real t_bnlcb = gy_phi1 * p[h1];
+    const real t_4xxce = t_yx2kz * sin_theta1;
+    const real cz_phi1 = t_bnlcb - t_4xxce;  /* (25) */
+    const real t_azo52 = gx_phi1 * p[h1];
+    const real t_amwyw = t_a3uw4 + t_rding;
+    const real t_7eszt = t_amwyw * t_amwyw;
+    const real t_k4dl5 = Wn1 * Wn1;
+    const real t_f5hf3 = x[theta1_dot] * x[theta1_dot];
+    const real t_a233z = sin_phi1 * cos_phi1;
+    const real t_5jodw = t_yx2kz * t_a233z;
+    const real t_wube7 = x[wx] * x[wx];
+    const real t_djbtf = x[theta1_dot] + x[theta1_dot];
+    const real t_3qva5 = sin_phi1 * sin_phi1;
+    const real t_invly = t_yx2kz * t_3qva5;
+    const real t_h5pol = t_invly * t_amwyw;
+    const real t_3arbs = t_yx2kz * t_amwyw;
+    const real t_kf34p = t_os4zj * t_7eszt;
+    const real t_s3rhs = t_kf34p * sin_phi1;
+    const real t_oc5tk = t_os4zj + t_os4zj;
+    const real t_rayay = t_oc5tk * t_3qva5;
+    const real t_pfzlv = t_rayay * t_amwyw;
+    const real t_a22o5 = cos_phi1 * t_amwyw * p[h1];
+    const real t_nctjx = t_oc5tk * sin_phi1;
+    const real t_etuep = t_nctjx * cos_phi1;
+    const real t_tuhjm = t_etuep * x[theta1_dot];
+    const real k_phi1 = loss_phi1
+        - t_azo52 * t_7eszt
+        - t_azo52 * t_k4dl5
+        - t_f5hf3 * t_5jodw
+        - t_5jodw * t_wube7
+        - t_djbtf * t_h5pol
+        - t_3arbs * x[wx]
+        + t_s3rhs * cos_phi1 * p[m1]
+        + t_pfzlv * x[wx] * p[m1]
+        + t_a22o5 * x[wx] * p[l1] * p[m1]
+        + t_tuhjm * x[wx] * p[m1];  /* (25) */
+    const real D_theta1 = t_invly + p[I1];  /* (26) */
+    const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
+    const real t_tpms2 = sin_theta1 * gx_phi1;
+    const real t_nmcsn = t_tpms2 * p[h1];
+    const real cy_theta1 = t_nmcsn - t_a233z * t_4xxce;  /* (26) */
+    const real t_m5cmg = gy_theta1 * p[h1];
+    const real t_bdhgv = t_yx2kz * cos_theta1;
+    const real t_uyufu = t_m5cmg - t_a233z * t_bdhgv;
+    const real cz_theta1 = t_uyufu + p[I1];  /* (26) */
+    const real t_ywy5z = Wn1 * x[wx];
+    const real t_j5odj = x[phi1_dot] + x[phi1_dot];
+    const real Dd_theta1 = t_5jodw * t_j5odj;
+    const real t_b7wcv = Dd_theta1 * x[theta1_dot];
+    const real k_theta1 = loss_theta1
+        + t_azo52 * t_ywy5z
+        + t_h5pol * t_j5odj
+        + t_h5pol * Wn1
+        + t_b7wcv
+        - t_5jodw * t_ywy5z
+        - Dd_theta1 * x[wx];  /* (26) */
+    const real gx_phi2 = t_popww * sin_phi2;  /* (25) */
+    const real t_p4m3j = lc_2 * p[m2];
+    const real gy_phi2 = t_p4m3j * sin_theta2;  /* (25) */
+    const real gz_phi2 = t_p4m3j * cos_theta2;  /* (25) */
+    const real t_ba7if = gy_phi2 * p[h2];
+    const real t_tb25v = sin_theta2 * t_frp3h;
+    const real cz_phi2 = t_ba7if - t_tb25v;  /* (25) */
+    const real t_nqm7d = sin_phi2 * cos_phi2;
+    const real t_2t5uv = t_nqm7d * t_frp3h;
+    const real t_svo5z = gx_phi2 * p[h2];
+    const real t_kmx3q = t_vhhwy + t_geoui;
+    const real t_3chhy = t_kmx3q * t_kmx3q;
+    const real t_mkhlh = Wn2 * Wn2;
+    const real t_h6l62 = x[theta2_dot] * x[theta2_dot];
+    const real t_m5kd4 = x[theta2_dot] + x[theta2_dot];
+    const real t_4j4b3 = sin_phi2 * sin_phi2;
+    const real t_claqt = t_4j4b3 * t_frp3h;
+    const real t_imick = t_kmx3q * t_claqt;
+    const real t_itb3v = t_kmx3q * t_frp3h;
+    const real t_dduhy = t_3chhy * sin_phi2;
+    const real t_xtc5p = t_kmx3q + t_kmx3q;
+    const real t_wu4dt = t_xtc5p * t_4j4b3 * t_nfvux;
+    const real t_dxdta = t_kmx3q * cos_phi2 * p[h2];
+    const real t_6xmwt = sin_phi2 + sin_phi2;
+    const real t_nlwqw = t_6xmwt * cos_phi2 * t_nfvux;
+    const real t_s5rvl = t_nlwqw * x[theta2_dot];
+    const real k_phi2 = loss_phi2
+        - t_wube7 * t_2t5uv
+        - t_svo5z * t_3chhy
+        - t_svo5z * t_mkhlh
+        - t_h6l62 * t_2t5uv
+        - t_m5kd4 * t_imick
+        - t_itb3v * x[wx]
+        + t_dduhy * cos_phi2 * t_nfvux * p[m2]
+        + t_wu4dt * x[wx] * p[m2]
+        + t_dxdta * x[wx] * p[l2] * p[m2]
+        + t_s5rvl * x[wx] * p[m2];  /* (25) */
+    const real D_theta2 = t_claqt + p[I2];  /* (26) */
+    const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
+    const real t_h3pge = gx_phi2 * sin_theta2;
+    const real t_ikdxp = t_h3pge * p[h2];
+    const real cy_theta2 = t_ikdxp - t_tb25v * t_nqm7d;  /* (26) */
+    const real t_gidtm = gy_theta2 * p[h2];
+    const real t_senbd = cos_theta2 * t_frp3h;
+    const real t_3o3n4 = t_gidtm - t_nqm7d * t_senbd;
+    const real cz_theta2 = t_3o3n4 + p[I2];  /* (26) */
+    const real t_nw7er = Wn2 * x[wx];
+    const real t_473qv = x[phi2_dot] + x[phi2_dot];
+    const real Dd_theta2 = t_2t5uv * t_473qv;
+    const real t_putjj = Dd_theta2 * x[theta2_dot];
+    const real t_qbejf = x[wx] + x[wx];
+    const real t_sf5f4 = t_2t5uv * t_qbejf;
+    const real k_theta2 = loss_theta2
+        + Wn2 * t_imick
+        + t_svo5z * t_nw7er
+        + t_imick * t_473qv
+        + t_putjj
+        - t_2t5uv * t_nw7er
+        - t_sf5f4 * x[phi2_dot];  /* (26) */
+    const real ax_eq = p[F] / (t_omhyl + p[m1] + p[m2]);  /* (19) */
+    const real W_phi1 = c[r9] * p[m1];  /* (27) */
+    const real cdy_phi1 = t_m5cmg * x[phi1_dot] + cz_phi1 * x[theta1_dot];
+    const real t_pthak = gz_phi1 * p[h1];
+    const real t_qesxo = t_pthak - t_os4zj * cos_theta1 * p[m1];
+    const real cdz_phi1 = t_qesxo * x[theta1_dot] - t_nmcsn * x[phi1_dot];
+    const real W_theta1 = c[r10] * p[m1];  /* (27) */
+    const real t_4of2f = cos_phi1 * cos_phi1;
+    const real t_bfz2n = t_bnlcb + t_3qva5 * t_4xxce - t_4of2f * t_4xxce;
+    const real cdy_theta1 = t_uyufu * x[theta1_dot] + x[phi1_dot] * t_bfz2n;
+    const real t_isre3 = t_pthak + t_3qva5 * t_bdhgv - t_bdhgv * t_4of2f;
+    const real cdz_theta1 = x[phi1_dot] * t_isre3 - cy_theta1 * x[theta1_dot];
+    const real W_phi2 = c[r9] * p[m2];  /* (27) */
+    const real cdy_phi2 = cz_phi2 * x[theta2_dot] + t_gidtm * x[phi2_dot];
+    const real t_3ndrr = gz_phi2 * p[h2];
+    const real t_x5sl2 = t_3ndrr - cos_theta2 * t_nfvux * p[m2];
+    const real cdz_phi2 = t_x5sl2 * x[theta2_dot] - t_ikdxp * x[phi2_dot];
+    const real W_theta2 = c[r10] * p[m2];  /* (27) */
+    const real t_zozwp = cos_phi2 * cos_phi2;
+    const real t_zosjn = t_ba7if + t_tb25v * t_4j4b3 - t_tb25v * t_zozwp;
+    const real cdy_theta2 = t_3o3n4 * x[theta2_dot] + x[phi2_dot] * t_zosjn;
+    const real t_v6y4o = t_3ndrr + t_4j4b3 * t_senbd - t_senbd * t_zozwp;
+    const real cdz_theta2 = x[phi2_dot] * t_v6y4o - cy_theta2 * x[theta2_dot];
+    const real t_wij2f = x[vy] * c[r1];
+    const real t_mj52b = W_phi1 / (D1 * D1);
+    const real t_o2gar = D1 * x[phi1_dot];
+    const real t_3c5in = t_mj52b * (p[I1] * x[wx] - t_qesxo * x[wy] + cz_phi1 * x[wz] + t_o2gar);
+    const real t_iecaz = W_phi2 / (D2 * D2);
+    const real t_gifwv = D2 * x[phi2_dot];
+    const real t_ohb73 = t_iecaz * (p[I2] * x[wx] - t_x5sl2 * x[wy] + cz_phi2 * x[wz] + t_gifwv);
+    const real t_s3anf = K(1.0) / (D_theta1 * D_theta1);
+    const real t_ez7bq = W_theta1 * t_s3anf;
+    const real t_iomfo = D_theta1 * x[theta1_dot];
+    const real t_qslek = cy_theta1 * x[wy] - t_invly * x[wx] + cz_theta1 * x[wz] + t_iomfo;
+    const real t_gviyw = t_ez7bq * t_qslek;
+    const real t_k2khp = K(1.0) / (D_theta2 * D_theta2);
+    const real t_gutx2 = W_theta2 * t_k2khp;
+    const real t_kyc32 = D_theta2 * x[theta2_dot];
+    const real t_v4uw7 = cy_theta2 * x[wy] - t_claqt * x[wx] + cz_theta2 * x[wz] + t_kyc32;
+    const real t_pbnsi = t_gutx2 * t_v4uw7;
+    const real B_v1 = t_wij2f
+        - t_3c5in * gy_phi1
+        - t_ohb73 * gy_phi2
+        - t_gviyw * gy_theta1
+        - t_pbnsi * gy_theta2;  /* (29) */
+    const real t_aqbxr = x[vz] * c[r2];
+    const real C_v1 = t_aqbxr
+        - t_3c5in * gz_phi1
+        - t_ohb73 * gz_phi2
+        + t_gviyw * t_tpms2
+        + t_pbnsi * t_h3pge;  /* (29) */
+    const real t_5bilv = ax_eq * gx_phi1;
+    const real t_4oupt = ax_eq * gx_phi2;
+    const real t_j6adq = t_iomfo * Dd_theta1 - (t_b7wcv * t_invly + t_invly * k_theta1);
+    const real t_32c47 = t_kyc32 * Dd_theta2 - (t_putjj * t_claqt + t_claqt * k_theta2);
+    const real g1_v1 = x[att1] * c[r3]
+        - t_aqbxr * x[vy]
+        - t_mj52b * (t_5bilv * p[I1] + p[I1] * k_phi1)
+        - t_iecaz * (t_4oupt * p[I2] + p[I2] * k_phi2)
+        - t_ez7bq * t_j6adq
+        - t_gutx2 * t_32c47
+        + x[vy] * x[vz] * c[r1];  /* (29) */
+    const real t_yyv5s = t_b7wcv * cy_theta1 + cy_theta1 * k_theta1 - t_iomfo * cdy_theta1;
+    const real t_5rh6g = t_putjj * cy_theta2 + cy_theta2 * k_theta2 - t_kyc32 * cdy_theta2;
+    const real g2_v1 = x[att2] * c[r5]
+        + t_mj52b * (t_5bilv * t_qesxo + t_qesxo * k_phi1 + t_o2gar * cdy_phi1)
+        + t_iecaz * (t_4oupt * t_x5sl2 + t_x5sl2 * k_phi2 + t_gifwv * cdy_phi2)
+        - t_ez7bq * t_yyv5s
+        - t_gutx2 * t_5rh6g
+        + x[vx] * x[vz] * c[r2];  /* (29) */
+    const real t_mzqhd = t_b7wcv * cz_theta1 + cz_theta1 * k_theta1 - t_iomfo * cdz_theta1;
+    const real t_rnwmg = t_putjj * cz_theta2 + cz_theta2 * k_theta2 - t_kyc32 * cdz_theta2;
+    const real g3_v1 = x[att3] * c[r7]
+        - t_wij2f * x[vx]
+        - t_mj52b * (t_5bilv * cz_phi1 + cz_phi1 * k_phi1 - t_o2gar * cdz_phi1)
+        - t_iecaz * (t_4oupt * cz_phi2 + cz_phi2 * k_phi2 - t_gifwv * cdz_phi2)
+        - t_ez7bq * t_mzqhd
+        - t_gutx2 * t_rnwmg;  /* (29) */
+    const real t_clci7 = t_invly * t_invly;
+    const real t_tj77e = t_claqt * t_claqt;
+    const real f11_v1 = c[r4]
+        - t_mj52b * (p[I1] * p[I1])
+        - t_iecaz * (p[I2] * p[I2])
+        - t_ez7bq * t_clci7
+        - t_gutx2 * t_tj77e;  /* (29) */
+    const real t_7pydp = t_mj52b * p[I1];
+    const real t_ob75p = t_iecaz * p[I2];
+    const real t_l5slt = t_ez7bq * t_invly;
+    const real t_qy6do = t_gutx2 * t_claqt;
+    const real f21_v1 = t_7pydp * t_qesxo + t_ob75p * t_x5sl2 + t_l5slt * cy_theta1 + t_qy6do * cy_theta2;  /* (29) */
+    const real t_2pj2n = cy_theta1 * cy_theta1;
+    const real t_2s2k3 = cy_theta2 * cy_theta2;
+    const real f22_v1 = c[r6]
+        - t_mj52b * (t_qesxo * t_qesxo)
+        - t_iecaz * (t_x5sl2 * t_x5sl2)
+        - t_ez7bq * t_2pj2n
+        - t_gutx2 * t_2s2k3;  /* (29) */
+    const real f31_v1 = t_l5slt * cz_theta1 - (t_7pydp * cz_phi1 + t_ob75p * cz_phi2) + t_qy6do * cz_theta2;  /* (29) */
+    const real t_jjmo5 = t_mj52b * t_qesxo;
+    const real t_b3dii = t_iecaz * t_x5sl2;
+    const real t_bvpt7 = t_ez7bq * cy_theta1;
+    const real t_lhj2f = t_gutx2 * cy_theta2;
+    const real f32_v1 = t_jjmo5 * cz_phi1 + t_b3dii * cz_phi2 - t_bvpt7 * cz_theta1 - t_lhj2f * cz_theta2;  /* (29) */
+    const real t_cvscp = cz_theta1 * cz_theta1;
+    const real t_m4efx = cz_theta2 * cz_theta2;
+    const real f33_v1 = c[r8]
+        - t_mj52b * (cz_phi1 * cz_phi1)
+        - t_iecaz * (cz_phi2 * cz_phi2)
+        - t_ez7bq * t_cvscp
+        - t_gutx2 * t_m4efx;  /* (29) */
+    const real t_4v7es = K(1.0) / f11_v1;
+    const real f_v1_L21 = f21_v1 * t_4v7es;
+    const real f_v1_L31 = f31_v1 * t_4v7es;
+    const real f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21;
+    const real t_g2uww = f32_v1 - f21_v1 * f_v1_L31;
+    const real t_omhw7 = K(1.0) / f_v1_D2;
+    const real f_v1_L32 = t_g2uww * t_omhw7;
+    const real f_v1_D3 = f33_v1 - t_g2uww * f_v1_L32 - f31_v1 * f_v1_L31;
+    const real t_u5ggi = x[wx] * c[w3] + g1_v1;
+    const real u_v1_y2 = f_v1_L21 * t_u5ggi - (x[wy] * c[w4] + g2_v1);
+    const real u_v1_y3 = f_v1_L31 * t_u5ggi - (x[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
+    const real t_qqmqs = K(1.0) / f_v1_D3;
+    const real u_v1_x3 = u_v1_y3 * t_qqmqs;
+    const real t_33aeq = u_v1_y2 * t_omhw7;
+    const real u_v1_x2 = t_33aeq - f_v1_L32 * u_v1_x3;
+    const real G2_v1 = W12 + u_v1_x3;
+    const real G3_v1 = W13 - u_v1_x2;
+    const real a2_v1 = G2_v1 * x_C - B_v1 * c[w1];
+    const real a3_v1 = G3_v1 * x_C - C_v1 * c[w2];
+    const real t_2m245 = Bs_1 + Bs_2;
+    const real t_5pxhn = t_u5ggi * t_4v7es;
+    const real t_dyqoa = t_5pxhn + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
+    const real t_ev7u5 = Bs_1 + Asc_1 * e1;
+    const real t_bvybx = Bs_2 + Asc_2 * e2;
+    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
+    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
+    const real t_vzrlr = t_7imwe * sin_phi1
+        + t_4b2fa * sin_phi2
+        + cos_phi1 * tension1
+        + cos_phi2 * tension2
+        + G2_v1 * t_6mmeb
+        + G3_v1 * t_bl4f2
+        + t_b3aij * a2_v1
+        + t_zzymx * a3_v1;
+    const real q1_v1 = t_2m245 * t_dyqoa - t_vzrlr;
+    const real t_yz7e5 = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
+    const real q2_v1 = n2
+        + G2_v1 * K52
+        - G3_v1 * t_hjmgb
+        + K22 * a2_v1
+        + K32 * a3_v1
+        + t_yz7e5 * t_dyqoa;
+    const real q3_v1 = n3
+        + G2_v1 * K53
+        + G3_v1 * K63
+        + K32 * a2_v1
+        + K33 * a3_v1
+        - K43 * t_dyqoa;
+    const real PP_v1 = K11 * K11 + t_b3aij * t_b3aij + t_zzymx * t_zzymx;
+    const real Pq_v1 = K11 * q1_v1 - t_b3aij * q2_v1 - t_zzymx * q3_v1;
+    const real t_5a4ay = q1_v1 * q1_v1 - p[F] * p[F] + q2_v1 * q2_v1 + q3_v1 * q3_v1;
+    const real t_a36gr = Pq_v1 * Pq_v1 - PP_v1 * t_5a4ay;
+    const real root_v1 = mv_sqrt(mv_max(SPLAT(K(0.0)), t_a36gr));
+    const real t_phv5x = K(1.0) / PP_v1;
+    const real ax_v1 = (root_v1 - Pq_v1) * t_phv5x;
+    const real f2_v1 = q2_v1 - t_b3aij * ax_v1;
+    const real f3_v1 = q3_v1 - t_zzymx * ax_v1;
+    const real t_y7rm6 = K(1.0) / p[F];
+    const real t_465bb = f2_v1 * t_y7rm6;
+    const real t_gagpi = mv_min(SPLAT(K(1.0)), t_465bb);
+    const real sin_d2_v1 = mv_max(SPLAT(K(-1.0)), t_gagpi);
+    const real cos_d2_v1 = mv_sqrt(K(1.0) - sin_d2_v1 * sin_d2_v1);
+    const real t_tp232 = -(f3_v1 * t_y7rm6 / mv_max(SPLAT(K(1e-09)), cos_d2_v1));
+    const real t_zl7wy = mv_min(SPLAT(K(1.0)), t_tp232);
+    const real delta1_v1 = mv_asin(mv_max(SPLAT(K(-1.0)), t_zl7wy));
+    const real delta2_v1 = mv_asin(sin_d2_v1);
+    const real t_u3bis = cos_phi1 * along_x[along_phi1];
+    const real t_ik2jg = B_1 * t_u3bis;
+    const real t_fjb5c = (x[wy] + x[wy]) * along_x[along_wy] + (x[wz] + x[wz]) * along_x[along_wz];
+    const real t_vbqwh = e1 * t_fjb5c;
+    const real t_t7e4r = along_x[along_wx] - along_x[along_theta1_dot];
+    const real t_r477s = sin_phi1 * along_x[along_phi1];
+    const real t_gzco3 = sin_theta1 * along_x[along_theta1];
+    const real t_7cbbr = cos_theta1 * along_x[along_wz] - x[wz] * t_gzco3;
+    const real t_7xloa = cos_theta1 * along_x[along_theta1];
+    const real t_dzpvs = x[wy] * t_7xloa + sin_theta1 * along_x[along_wy];
+    const real t_vszy4 = t_7cbbr + t_dzpvs;
+    const real t_pao4s = cos_phi1 * t_t7e4r - w_x1 * t_r477s - (sin_phi1 * t_vszy4 + Wt1 * t_u3bis);
+    const real t_vzus7 = cos_phi1 * t_vszy4 - Wt1 * t_r477s + (w_x1 * t_u3bis + sin_phi1 * t_t7e4r);
+    const real t_wn4kv = B_1 * (t_qm5gj * t_pao4s + chi1 * t_vzus7 - (w_x1 * t_vszy4 + Wt1 * t_t7e4r));
+    const real t_zmble = p[eps1] * along_x[along_phi1_dot];
+    const real t_vkd6n = t_wn4kv + k1 * t_zmble;
+    const real t_2alzh = t_w7vil * t_ik2jg + Bs_1 * t_vbqwh + p[l1] * t_vkd6n;
+    const real t_y5zog = x[wy] * along_x[along_wx] + x[wx] * along_x[along_wy];
+    const real t_xggug = p[l1] * t_u3bis;
+    const real t_jgoba = cos_theta1 * along_x[along_wy] - x[wy] * t_gzco3 - (x[wz] * t_7xloa + sin_theta1 * along_x[along_wz]);
+    const real t_wvrxp = p[l1] * t_r477s;
+    const real t_j5ton = t_jgoba + along_x[along_phi1_dot];
+    const real t_wzwsl = q_1 * t_y5zog
+        + W12 * t_xggug
+        + (w_x1 * (lc_1 * t_jgoba - Wn1 * t_wvrxp) + t_smkh7 * t_t7e4r)
+        - (t_wmv32 * (p[l1] * t_pao4s) + t_q2k45 * (t_j5ton + along_x[along_phi1_dot]));
+    const real t_sqgls = p[eps1] * along_x[along_theta1_dot];
+    const real t_julzq = th_1 * t_62zow * (p[m1] * ((q_1 + q_1) * t_xggug));
+    const real t_k2ads = th_1 * (p[I1] * t_wzwsl - (q_1 * t_sqgls + loss_theta1 * t_xggug))
+        - t_xips6 * t_julzq;
+    const real t_kxapq = cos_phi2 * along_x[along_phi2];
+    const real t_x4syx = p[l2] * t_kxapq;
+    const real t_lgafn = sin_theta2 * along_x[along_theta2];
+    const real t_gzo6d = cos_theta2 * along_x[along_theta2];
+    const real t_poule = cos_theta2 * along_x[along_wy] - x[wy] * t_lgafn - (x[wz] * t_gzo6d + sin_theta2 * along_x[along_wz]);
+    const real t_zjnbg = sin_phi2 * along_x[along_phi2];
+    const real t_oukri = p[l2] * t_zjnbg;
+    const real t_b67qm = along_x[along_wx] - along_x[along_theta2_dot];
+    const real t_qil4n = cos_theta2 * along_x[along_wz] - x[wz] * t_lgafn;
+    const real t_sl4v2 = x[wy] * t_gzo6d + sin_theta2 * along_x[along_wy];
+    const real t_dhkjf = t_qil4n + t_sl4v2;
+    const real t_t66ts = cos_phi2 * t_b67qm - w_x2 * t_zjnbg - (sin_phi2 * t_dhkjf + Wt2 * t_kxapq);
+    const real t_o3tgg = t_poule + along_x[along_phi2_dot];
+    const real t_pm7v4 = q_2 * t_y5zog
+        + W12 * t_x4syx
+        + (w_x2 * (lc_2 * t_poule - Wn2 * t_oukri) + t_2nvx4 * t_b67qm)
+        - (t_nlamb * (p[l2] * t_t66ts) + t_e55su * (t_o3tgg + along_x[along_phi2_dot]));
+    const real t_lon4y = p[eps2] * along_x[along_theta2_dot];
+    const real t_hxrn3 = th_2 * t_4434n * (p[m2] * ((q_2 + q_2) * t_x4syx));
+    const real t_7i4pa = th_2 * (p[I2] * t_pm7v4 - (q_2 * t_lon4y + loss_theta2 * t_x4syx))
+        - t_vry6x * t_hxrn3;
+    const real t_xsd5m = q_1 * t_k2ads + F_n1 * t_xggug + (q_2 * t_7i4pa + F_n2 * t_x4syx);
+    const real t_o4leh = B_2 * t_kxapq;
+    const real t_u3ycx = e2 * t_fjb5c;
+    const real t_6m23g = cos_phi2 * t_dhkjf - Wt2 * t_zjnbg + (w_x2 * t_kxapq + sin_phi2 * t_b67qm);
+    const real t_mpkgb = B_2 * (t_c6dmt * t_t66ts + chi2 * t_6m23g - (w_x2 * t_dhkjf + Wt2 * t_b67qm));
+    const real t_trbl5 = p[eps2] * along_x[along_phi2_dot];
+    const real t_jvoyz = t_mpkgb + k2 * t_trbl5;
+    const real t_bmgvp = t_6fvzz * t_o4leh + Bs_2 * t_u3ycx + p[l2] * t_jvoyz;
+    const real t_ihgv7 = p[I1] * along_x[along_theta1_dot];
+    const real t_5vhzn = p[I2] * along_x[along_theta2_dot];
+    const real t_sfymc = p[J_y] - p[J_z];
+    const real t_op2k2 = (sin_phi1 + sin_phi1) * t_u3bis;
+    const real t_bdpz7 = t_yx2kz * t_op2k2;
+    const real t_sru7b = t_ez7bq * t_s3anf * ((D_theta1 + D_theta1) * t_bdpz7);
+    const real t_c4crv = t_ez7bq * t_bdpz7 - t_invly * t_sru7b;
+    const real t_7c7m3 = t_6nwd2 * t_u3bis;
+    const real t_s4yep = cos_theta1 * t_7c7m3 - gx_phi1 * t_gzco3;
+    const real t_ktymc = p[h1] * t_s4yep;
+    const real t_vmayb = cos_phi1 * t_u3bis - sin_phi1 * t_r477s;
+    const real t_awdvc = t_yx2kz * t_gzco3;
+    const real t_cfvsl = t_ktymc - (t_bdhgv * t_vmayb - t_a233z * t_awdvc);
+    const real t_zxk4s = p[m1] * t_wvrxp;
+    const real t_pykcz = t_5zfdh * t_7xloa - sin_theta1 * t_zxk4s;
+    const real t_maya6 = p[h1] * t_pykcz;
+    const real t_q7d7y = t_yx2kz * t_7xloa;
+    const real t_fl6ym = t_maya6 - t_q7d7y;
+    const real t_5rcbb = p[m2] * t_oukri;
+    const real t_i3r44 = t_p4m3j * t_gzo6d - sin_theta2 * t_5rcbb;
+    const real t_7dywq = p[h2] * t_i3r44;
+    const real t_77tlb = t_frp3h * t_gzo6d;
+    const real t_kltib = t_7dywq - t_77tlb;
+    const real t_lz6xq = t_6xmwt * t_kxapq;
+    const real t_wtzx6 = t_frp3h * t_lz6xq;
+    const real t_jhzf2 = t_gutx2 * t_k2khp * ((D_theta2 + D_theta2) * t_wtzx6);
+    const real t_vf7y7 = t_gutx2 * t_wtzx6 - t_claqt * t_jhzf2;
+    const real t_4pvzc = t_popww * t_kxapq;
+    const real t_lufaa = cos_theta2 * t_4pvzc - gx_phi2 * t_lgafn;
+    const real t_qp6he = p[h2] * t_lufaa;
+    const real t_p5pan = cos_phi2 * t_kxapq - sin_phi2 * t_zjnbg;
+    const real t_djnlr = t_frp3h * t_lgafn;
+    const real t_3sak4 = t_qp6he - (t_senbd * t_p5pan - t_nqm7d * t_djnlr);
+    const real t_entai = cz_theta1 * t_c4crv
+        + t_l5slt * t_cfvsl
+        - (t_7pydp * t_fl6ym + t_ob75p * t_kltib)
+        + (cz_theta2 * t_vf7y7 + t_qy6do * t_3sak4);
+    const real t_jp7tj = t_ez7bq * ((t_invly + t_invly) * t_bdpz7)
+        - t_clci7 * t_sru7b
+        + (t_gutx2 * ((t_claqt + t_claqt) * t_wtzx6) - t_tj77e * t_jhzf2);
+    const real t_oqbcv = t_entai * t_4v7es + f_v1_L31 * t_4v7es * t_jp7tj;
+    const real t_c2js2 = c[r2] * along_x[along_vz];
+    const real t_embva = ax_eq * t_7c7m3;
+    const real t_4v5pt = p[h1] * t_7c7m3;
+    const real t_vszy4_2 = t_dzpvs + t_7cbbr;
+    const real t_iz7td = (t_amwyw + t_amwyw) * t_vszy4_2;
+    const real t_i4qup = t_yx2kz * t_vmayb;
+    const real t_ulbst = t_qbejf * along_x[along_wx];
+    const real t_shesw = t_amwyw * t_bdpz7 + t_invly * t_vszy4_2;
+    const real t_x4qrh = p[m1] * (cos_phi1 * (sin_phi1 * (t_os4zj * t_iz7td) + t_kf34p * t_u3bis) - t_s3rhs * t_r477s);
+    const real t_7wvpb = p[m1] * (x[wx] * (t_amwyw * (t_oc5tk * t_op2k2) + t_rayay * t_vszy4_2) + t_pfzlv * along_x[along_wx]);
+    const real t_wziod = p[l1] * (x[wx] * (p[h1] * (cos_phi1 * t_vszy4_2 - t_amwyw * t_r477s)) + t_a22o5 * along_x[along_wx]);
+    const real t_j5rwo = x[wx] * (x[theta1_dot] * (cos_phi1 * (t_oc5tk * t_u3bis) - t_nctjx * t_r477s) + t_etuep * along_x[along_theta1_dot]);
+    const real t_yb73m = t_zmble
+        - (t_7eszt * t_4v5pt + t_azo52 * t_iz7td)
+        - (t_k4dl5 * t_4v5pt + t_azo52 * ((Wn1 + Wn1) * t_jgoba))
+        - (t_5jodw * (t_djbtf * along_x[along_theta1_dot]) + t_f5hf3 * t_i4qup)
+        - (t_wube7 * t_i4qup + t_5jodw * t_ulbst)
+        - (t_h5pol * (along_x[along_theta1_dot] + along_x[along_theta1_dot]) + t_djbtf * t_shesw)
+        - (x[wx] * (t_yx2kz * t_vszy4_2) + t_3arbs * along_x[along_wx])
+        + t_x4qrh
+        + t_7wvpb
+        + p[m1] * t_wziod
+        + p[m1] * (t_j5rwo + t_tuhjm * along_x[along_wx]);
+    const real t_yjbzs = ax_eq * t_4pvzc;
+    const real t_wvc67 = t_frp3h * t_p5pan;
+    const real t_db6ea = p[h2] * t_4pvzc;
+    const real t_dhkjf_2 = t_sl4v2 + t_qil4n;
+    const real t_4wlx4 = t_xtc5p * t_dhkjf_2;
+    const real t_xdbta = t_claqt * t_dhkjf_2 + t_kmx3q * t_wtzx6;
+    const real t_mbolz = p[m2] * (t_nfvux * (cos_phi2 * (sin_phi2 * t_4wlx4 + t_3chhy * t_kxapq) - t_dduhy * t_zjnbg));
+    const real t_q3uts = x[wx] * (t_nfvux * (t_4j4b3 * (t_dhkjf_2 + t_dhkjf_2) + t_xtc5p * t_lz6xq))
+        + t_wu4dt * along_x[along_wx];
+    const real t_kzqxx = p[l2] * (x[wx] * (p[h2] * (cos_phi2 * t_dhkjf_2 - t_kmx3q * t_zjnbg)) + t_dxdta * along_x[along_wx]);
+    const real t_rw5xr = x[theta2_dot] * (t_nfvux * (cos_phi2 * (t_kxapq + t_kxapq) - t_6xmwt * t_zjnbg))
+        + t_nlwqw * along_x[along_theta2_dot];
+    const real t_ftx33 = t_trbl5
+        - (t_2t5uv * t_ulbst + t_wube7 * t_wvc67)
+        - (t_3chhy * t_db6ea + t_svo5z * t_4wlx4)
+        - (t_mkhlh * t_db6ea + t_svo5z * ((Wn2 + Wn2) * t_poule))
+        - (t_2t5uv * (t_m5kd4 * along_x[along_theta2_dot]) + t_h6l62 * t_wvc67)
+        - (t_imick * (along_x[along_theta2_dot] + along_x[along_theta2_dot]) + t_m5kd4 * t_xdbta)
+        - (x[wx] * (t_frp3h * t_dhkjf_2) + t_itb3v * along_x[along_wx])
+        + t_mbolz
+        + p[m2] * t_q3uts
+        + p[m2] * t_kzqxx
+        + p[m2] * (x[wx] * t_rw5xr + t_s5rvl * along_x[along_wx]);
+    const real t_wfflj = x[theta1_dot] * t_bdpz7 + D_theta1 * along_x[along_theta1_dot];
+    const real t_lxdz3 = along_x[along_phi1_dot] + along_x[along_phi1_dot];
+    const real t_h4lc3 = t_j5odj * t_i4qup + t_5jodw * t_lxdz3;
+    const real t_ik4hr = x[theta1_dot] * t_h4lc3 + Dd_theta1 * along_x[along_theta1_dot];
+    const real t_kvhsz = x[wx] * t_jgoba + Wn1 * along_x[along_wx];
+    const real t_3gzfu = t_sqgls
+        + (t_ywy5z * t_4v5pt + t_azo52 * t_kvhsz)
+        + (t_j5odj * t_shesw + t_h5pol * t_lxdz3)
+        + (Wn1 * t_shesw + t_h5pol * t_jgoba)
+        + t_ik4hr
+        - (t_ywy5z * t_i4qup + t_5jodw * t_kvhsz)
+        - (x[wx] * t_h4lc3 + Dd_theta1 * along_x[along_wx]);
+    const real t_b4url = Dd_theta1 * t_wfflj
+        + t_iomfo * t_h4lc3
+        - (t_invly * t_ik4hr + t_b7wcv * t_bdpz7 + (k_theta1 * t_bdpz7 + t_invly * t_3gzfu));
+    const real t_n4gse = x[theta2_dot] * t_wtzx6 + D_theta2 * along_x[along_theta2_dot];
+    const real t_cgwpv = along_x[along_phi2_dot] + along_x[along_phi2_dot];
+    const real t_hxp7b = t_473qv * t_wvc67 + t_2t5uv * t_cgwpv;
+    const real t_y73si = x[theta2_dot] * t_hxp7b + Dd_theta2 * along_x[along_theta2_dot];
+    const real t_wu62i = x[wx] * t_poule + Wn2 * along_x[along_wx];
+    const real t_5vd4t = t_lon4y
+        + (t_imick * t_poule + Wn2 * t_xdbta)
+        + (t_nw7er * t_db6ea + t_svo5z * t_wu62i)
+        + (t_473qv * t_xdbta + t_imick * t_cgwpv)
+        + t_y73si
+        - (t_nw7er * t_wvc67 + t_2t5uv * t_wu62i)
+        - (x[phi2_dot] * (t_qbejf * t_wvc67 + t_2t5uv * (along_x[along_wx] + along_x[along_wx])) + t_sf5f4 * along_x[along_phi2_dot]);
+    const real t_y67kr = Dd_theta2 * t_n4gse
+        + t_kyc32 * t_hxp7b
+        - (t_claqt * t_y73si + t_putjj * t_wtzx6 + (k_theta2 * t_wtzx6 + t_claqt * t_5vd4t));
+    const real t_ixvdt = c[r3] * along_x[along_att1]
+        - (x[vy] * t_c2js2 + t_aqbxr * along_x[along_vy])
+        - t_mj52b * (p[I1] * t_embva + p[I1] * t_yb73m)
+        - t_iecaz * (p[I2] * t_yjbzs + p[I2] * t_ftx33)
+        - (t_ez7bq * t_b4url - t_j6adq * t_sru7b)
+        - (t_gutx2 * t_y67kr - t_32c47 * t_jhzf2)
+        + c[r1] * (x[vz] * along_x[along_vy] + x[vy] * along_x[along_vz]);
+    const real t_vgaig = c[w3] * along_x[along_wx] + t_ixvdt;
+    const real t_rbvs6 = c[r1] * along_x[along_vy];
+    const real t_hxwfk = D1 * along_x[along_phi1_dot];
+    const real t_u2zsv = t_5zfdh * t_gzco3 + cos_theta1 * t_zxk4s;
+    const real t_5d4ju = p[h1] * t_u2zsv;
+    const real t_s4xuw = p[m1] * (t_os4zj * t_gzco3) - t_5d4ju;
+    const real t_a7q2w = gx_phi1 * t_7xloa + sin_theta1 * t_7c7m3;
+    const real t_aedsl = p[h1] * t_a7q2w;
+    const real t_bytc4 = t_o2gar * (x[theta1_dot] * t_s4xuw + t_qesxo * along_x[along_theta1_dot] - (x[phi1_dot] * t_aedsl + t_nmcsn * along_x[along_phi1_dot]));
+    const real t_mbr3g = cz_phi1 * t_embva
+        + t_5bilv * t_fl6ym
+        + (k_phi1 * t_fl6ym + cz_phi1 * t_yb73m)
+        - (cdz_phi1 * t_hxwfk + t_bytc4);
+    const real t_fd6ms = D2 * along_x[along_phi2_dot];
+    const real t_xsgyo = cos_theta2 * t_5rcbb + t_p4m3j * t_lgafn;
+    const real t_7k5dl = p[h2] * t_xsgyo;
+    const real t_sv2vu = p[m2] * (t_nfvux * t_lgafn) - t_7k5dl;
+    const real t_v355n = sin_theta2 * t_4pvzc + gx_phi2 * t_gzo6d;
+    const real t_obpm2 = p[h2] * t_v355n;
+    const real t_buwd5 = t_gifwv * (x[theta2_dot] * t_sv2vu + t_x5sl2 * along_x[along_theta2_dot] - (x[phi2_dot] * t_obpm2 + t_ikdxp * along_x[along_phi2_dot]));
+    const real t_nxdvk = cz_phi2 * t_yjbzs
+        + t_4oupt * t_kltib
+        + (k_phi2 * t_kltib + cz_phi2 * t_ftx33)
+        - (cdz_phi2 * t_fd6ms + t_buwd5);
+    const real t_vqjdh = (cos_phi1 + cos_phi1) * t_r477s;
+    const real t_nw75d = t_bdhgv * t_op2k2
+        - t_3qva5 * t_awdvc
+        - t_5d4ju
+        + (t_4of2f * t_awdvc + t_bdhgv * t_vqjdh);
+    const real t_eyr7u = t_aedsl - (t_4xxce * t_vmayb + t_a233z * t_q7d7y);
+    const real t_b62ia = t_iomfo * (t_isre3 * along_x[along_phi1_dot] + x[phi1_dot] * t_nw75d - (x[theta1_dot] * t_eyr7u + cy_theta1 * along_x[along_theta1_dot]));
+    const real t_y4ke5 = cz_theta1 * t_ik4hr
+        + t_b7wcv * t_cfvsl
+        + (k_theta1 * t_cfvsl + cz_theta1 * t_3gzfu)
+        - (cdz_theta1 * t_wfflj + t_b62ia);
+    const real t_vdi7b = (cos_phi2 + cos_phi2) * t_zjnbg;
+    const real t_be7an = t_senbd * t_lz6xq
+        - t_4j4b3 * t_djnlr
+        - t_7k5dl
+        + (t_zozwp * t_djnlr + t_senbd * t_vdi7b);
+    const real t_cs5vi = t_obpm2 - (t_nqm7d * t_77tlb + t_tb25v * t_p5pan);
+    const real t_i2b7v = t_kyc32 * (t_v6y4o * along_x[along_phi2_dot] + x[phi2_dot] * t_be7an - (x[theta2_dot] * t_cs5vi + cy_theta2 * along_x[along_theta2_dot]));
+    const real t_mx62i = cz_theta2 * t_y73si
+        + t_putjj * t_3sak4
+        + (k_theta2 * t_3sak4 + cz_theta2 * t_5vd4t)
+        - (cdz_theta2 * t_n4gse + t_i2b7v);
+    const real t_bx65f = c[r7] * along_x[along_att3]
+        - (x[vx] * t_rbvs6 + t_wij2f * along_x[along_vx])
+        - t_mj52b * t_mbr3g
+        - t_iecaz * t_nxdvk
+        - (t_ez7bq * t_y4ke5 - t_mzqhd * t_sru7b)
+        - (t_gutx2 * t_mx62i - t_rnwmg * t_jhzf2);
+    const real t_6ivd6 = t_7pydp * t_s4xuw
+        + t_ob75p * t_sv2vu
+        + (cy_theta1 * t_c4crv + t_l5slt * t_eyr7u)
+        + (cy_theta2 * t_vf7y7 + t_qy6do * t_cs5vi);
+    const real t_vxpqm = cz_phi1 * (t_mj52b * t_s4xuw)
+        + t_jjmo5 * t_fl6ym
+        + (cz_phi2 * (t_iecaz * t_sv2vu) + t_b3dii * t_kltib)
+        - (cz_theta1 * (t_ez7bq * t_eyr7u - cy_theta1 * t_sru7b) + t_bvpt7 * t_cfvsl)
+        - (cz_theta2 * (t_gutx2 * t_cs5vi - cy_theta2 * t_jhzf2) + t_lhj2f * t_3sak4)
+        - (f_v1_L31 * t_6ivd6 + f21_v1 * t_oqbcv);
+    const real t_djuog = t_6ivd6 * t_4v7es + f_v1_L21 * t_4v7es * t_jp7tj;
+    const real t_qqcoz = t_mj52b * ((t_qesxo + t_qesxo) * t_s4xuw)
+        + t_iecaz * ((t_x5sl2 + t_x5sl2) * t_sv2vu)
+        + (t_ez7bq * ((cy_theta1 + cy_theta1) * t_eyr7u) - t_2pj2n * t_sru7b)
+        + (t_gutx2 * ((cy_theta2 + cy_theta2) * t_cs5vi) - t_2s2k3 * t_jhzf2)
+        + (f_v1_L21 * t_6ivd6 + f21_v1 * t_djuog);
+    const real t_lrxyy = t_vxpqm * t_omhw7 + f_v1_L32 * t_omhw7 * t_qqcoz;
+    const real t_qvcm6 = t_o2gar * (x[phi1_dot] * t_ktymc + t_m5cmg * along_x[along_phi1_dot] + (x[theta1_dot] * t_fl6ym + cz_phi1 * along_x[along_theta1_dot]));
+    const real t_45b4o = t_qesxo * t_embva
+        + t_5bilv * t_s4xuw
+        + (k_phi1 * t_s4xuw + t_qesxo * t_yb73m)
+        + (cdy_phi1 * t_hxwfk + t_qvcm6);
+    const real t_x2rp7 = t_gifwv * (x[theta2_dot] * t_kltib + cz_phi2 * along_x[along_theta2_dot] + (x[phi2_dot] * t_qp6he + t_gidtm * along_x[along_phi2_dot]));
+    const real t_44yg6 = t_x5sl2 * t_yjbzs
+        + t_4oupt * t_sv2vu
+        + (k_phi2 * t_sv2vu + t_x5sl2 * t_ftx33)
+        + (cdy_phi2 * t_fd6ms + t_x2rp7);
+    const real t_f7tuk = t_maya6
+        + (t_4xxce * t_op2k2 + t_3qva5 * t_q7d7y)
+        - (t_4of2f * t_q7d7y - t_4xxce * t_vqjdh);
+    const real t_h5o43 = t_iomfo * (x[theta1_dot] * t_cfvsl + t_uyufu * along_x[along_theta1_dot] + (t_bfz2n * along_x[along_phi1_dot] + x[phi1_dot] * t_f7tuk));
+    const real t_sau6m = cy_theta1 * t_ik4hr
+        + t_b7wcv * t_eyr7u
+        + (k_theta1 * t_eyr7u + cy_theta1 * t_3gzfu)
+        - (cdy_theta1 * t_wfflj + t_h5o43);
+    const real t_ags5z = t_7dywq
+        + (t_4j4b3 * t_77tlb + t_tb25v * t_lz6xq)
+        - (t_zozwp * t_77tlb - t_tb25v * t_vdi7b);
+    const real t_fso57 = t_kyc32 * (x[theta2_dot] * t_3sak4 + t_3o3n4 * along_x[along_theta2_dot] + (t_zosjn * along_x[along_phi2_dot] + x[phi2_dot] * t_ags5z));
+    const real t_q3sih = cy_theta2 * t_y73si
+        + t_putjj * t_cs5vi
+        + (k_theta2 * t_cs5vi + cy_theta2 * t_5vd4t)
+        - (cdy_theta2 * t_n4gse + t_fso57);
+    const real t_ur22l = c[r5] * along_x[along_att2]
+        + t_mj52b * t_45b4o
+        + t_iecaz * t_44yg6
+        - (t_ez7bq * t_sau6m - t_yyv5s * t_sru7b)
+        - (t_gutx2 * t_q3sih - t_5rh6g * t_jhzf2)
+        + c[r2] * (x[vz] * along_x[along_vx] + x[vx] * along_x[along_vz]);
+    const real t_sd63l = t_u5ggi * t_djuog + f_v1_L21 * t_vgaig - (c[w4] * along_x[along_wy] + t_ur22l);
+    const real t_jp5kl = t_u5ggi * t_oqbcv
+        + f_v1_L31 * t_vgaig
+        - (c[w5] * along_x[along_wz] + t_bx65f)
+        - (u_v1_y2 * t_lrxyy + f_v1_L32 * t_sd63l);
+    const real t_5szd6 = t_mj52b * ((cz_phi1 + cz_phi1) * t_fl6ym)
+        + t_iecaz * ((cz_phi2 + cz_phi2) * t_kltib)
+        + (t_ez7bq * ((cz_theta1 + cz_theta1) * t_cfvsl) - t_cvscp * t_sru7b)
+        + (t_gutx2 * ((cz_theta2 + cz_theta2) * t_3sak4) - t_m4efx * t_jhzf2)
+        + (f_v1_L32 * t_vxpqm + t_g2uww * t_lrxyy)
+        + (f_v1_L31 * t_entai + f31_v1 * t_oqbcv);
+    const real t_6uplf = t_jp5kl * t_qqmqs + u_v1_x3 * t_qqmqs * t_5szd6;
+    const real t_wcvsx = t_y5zog + t_6uplf;
+    const real t_vltvw = p[I1] * t_julzq;
+    const real t_6ik5d = wth_1 * t_xggug - q_1 * t_vltvw;
+    const real t_zmcd5 = p[I2] * t_hxrn3;
+    const real t_plooz = wth_2 * t_x4syx - q_2 * t_zmcd5;
+    const real t_lmeqo = wq_1 * t_xggug + q_1 * t_6ik5d + (wq_2 * t_x4syx + q_2 * t_plooz);
+    const real t_p7wdd = wth_1 * t_wvrxp - g_1 * t_vltvw;
+    const real t_uvki3 = wg_1 * t_xggug + q_1 * t_p7wdd;
+    const real t_6b5j3 = cos_theta1 * t_uvki3 - wqg_1 * t_gzco3;
+    const real t_v5uuq = wth_2 * t_oukri - g_2 * t_zmcd5;
+    const real t_4houv = wg_2 * t_x4syx + q_2 * t_v5uuq;
+    const real t_jvp6q = cos_theta2 * t_4houv - wqg_2 * t_lgafn;
+    const real t_lp2tr = B_1 * t_r477s;
+    const real t_5kwcz = e1 * t_lp2tr;
+    const real t_wz5xx = B_2 * t_zjnbg;
+    const real t_ltgig = e2 * t_wz5xx;
+    const real t_w6xbp = t_lmeqo
+        - t_6b5j3
+        - t_jvp6q
+        + (sin_theta1 * t_5kwcz + t_nncdg * t_7xloa)
+        + (sin_theta2 * t_ltgig + t_4q22j * t_gzo6d);
+    const real t_d5jt4 = x[wz] * along_x[along_wx] + x[wx] * along_x[along_wz];
+    const real t_hdiwi = t_sd63l * t_omhw7
+        + t_33aeq * t_omhw7 * t_qqcoz
+        - (u_v1_x3 * t_lrxyy + f_v1_L32 * t_6uplf);
+    const real t_ghylr = t_d5jt4 - t_hdiwi;
+    const real t_7wvhi = wqg_1 * t_7xloa + sin_theta1 * t_uvki3 + (wqg_2 * t_gzo6d + sin_theta2 * t_4houv);
+    const real t_7oln4 = t_7wvhi
+        + (cos_theta1 * t_5kwcz - t_nncdg * t_gzco3)
+        + (cos_theta2 * t_ltgig - t_4q22j * t_lgafn);
+    const mask m_algzm = LT(t_a36gr, K(0.0));
+    const real t_fa67e = (SELECT(m_algzm, root_v1, root_v1) - Pq_v1) * t_phv5x;
+    const real t_fm43t = t_ik2jg + t_o4leh;
+    const mask m_il3ht = NOT(m_algzm);
+    const mask m_gp3h6 = LE(K(0.0), t_a36gr);
+    const real t_d5n4u = NUM(m_gp3h6);
+    const mask m_x7kv3 = LE(t_a36gr, K(0.0));
+    const real t_6ciek = t_vgaig * t_4v7es
+        + t_5pxhn * t_4v7es * t_jp7tj
+        + (u_v1_x2 * t_djuog + f_v1_L21 * t_hdiwi)
+        + (u_v1_x3 * t_oqbcv + f_v1_L31 * t_6uplf);
+    const real t_gfahp = mv1 * (cos_phi1 * t_vbqwh - t_w7vil * t_r477s)
+        - t_6nwd2 * ((t_qm5gj + t_qm5gj) * t_vzus7 + (p1 + p1) * t_j5ton);
+    const real t_b63u5 = mv2 * (cos_phi2 * t_u3ycx - t_6fvzz * t_zjnbg)
+        - t_popww * ((t_c6dmt + t_c6dmt) * t_6m23g + (p2 + p2) * t_o3tgg);
+    const real t_g3x7g = mv1 * t_u3bis;
+    const real t_m4i63 = cos_phi1 * t_g3x7g - As_1 * t_r477s;
+    const real t_rhxsn = t_ik2jg + e1 * t_m4i63;
+    const real t_oz7ag = mv2 * t_kxapq;
+    const real t_aqus5 = cos_phi2 * t_oz7ag - As_2 * t_zjnbg;
+    const real t_5tipn = t_o4leh + e2 * t_aqus5;
+    const real t_j3w63 = sin_theta1 * t_rhxsn + t_ev7u5 * t_7xloa + (sin_theta2 * t_5tipn + t_bvybx * t_gzo6d);
+    const real t_bnzmj = cos_theta1 * t_rhxsn - t_ev7u5 * t_gzco3 + (cos_theta2 * t_5tipn - t_bvybx * t_lgafn);
+    const real t_ql2ju = sin_theta1 * t_m4i63 + Asc_1 * t_7xloa + (sin_theta2 * t_aqus5 + Asc_2 * t_gzo6d);
+    const real t_xbmxw = p[I1] * along_x[along_wx]
+        - (x[wy] * t_s4xuw + t_qesxo * along_x[along_wy])
+        + (x[wz] * t_fl6ym + cz_phi1 * along_x[along_wz])
+        + t_hxwfk;
+    const real t_ktlnx = t_mj52b * t_xbmxw;
+    const real t_emfol = p[I2] * along_x[along_wx]
+        - (x[wy] * t_sv2vu + t_x5sl2 * along_x[along_wy])
+        + (x[wz] * t_kltib + cz_phi2 * along_x[along_wz])
+        + t_fd6ms;
+    const real t_wqfmc = t_iecaz * t_emfol;
+    const real t_dwqj7 = x[wy] * t_eyr7u
+        + cy_theta1 * along_x[along_wy]
+        - (x[wx] * t_bdpz7 + t_invly * along_x[along_wx])
+        + (x[wz] * t_cfvsl + cz_theta1 * along_x[along_wz])
+        + t_wfflj;
+    const real t_qanmz = t_ez7bq * t_dwqj7 - t_qslek * t_sru7b;
+    const real t_4ig3w = x[wy] * t_cs5vi
+        + cy_theta2 * along_x[along_wy]
+        - (x[wx] * t_wtzx6 + t_claqt * along_x[along_wx])
+        + (x[wz] * t_3sak4 + cz_theta2 * along_x[along_wz])
+        + t_n4gse;
+    const real t_hucip = t_gutx2 * t_4ig3w - t_v4uw7 * t_jhzf2;
+    const real t_klz2f = t_rbvs6
+        - (gy_phi1 * t_ktlnx + t_3c5in * t_pykcz)
+        - (gy_phi2 * t_wqfmc + t_ohb73 * t_i3r44)
+        - (gy_theta1 * t_qanmz + t_gviyw * t_s4yep)
+        - (gy_theta2 * t_hucip + t_pbnsi * t_lufaa);
+    const real t_fvc32 = x_C * t_wcvsx - c[w1] * t_klz2f;
+    const real t_thmu4 = cos_theta1 * t_m4i63 - Asc_1 * t_gzco3 + (cos_theta2 * t_aqus5 - Asc_2 * t_lgafn);
+    const real t_ofptl = t_c2js2
+        - (gz_phi1 * t_ktlnx - t_3c5in * t_u2zsv)
+        - (gz_phi2 * t_wqfmc - t_ohb73 * t_xsgyo)
+        + (t_tpms2 * t_qanmz + t_gviyw * t_a7q2w)
+        + (t_h3pge * t_hucip + t_pbnsi * t_v355n);
+    const real t_k5zfi = x_C * t_ghylr - c[w2] * t_ofptl;
+    const real t_no2a5 = sin_phi1 * t_vkd6n
+        + t_7imwe * t_u3bis
+        + (sin_phi2 * t_jvoyz + t_4b2fa * t_kxapq)
+        + (cos_phi1 * t_gfahp - tension1 * t_r477s)
+        + (cos_phi2 * t_b63u5 - tension2 * t_zjnbg)
+        + (t_6mmeb * t_wcvsx + G2_v1 * t_j3w63)
+        + (t_bl4f2 * t_ghylr + G3_v1 * t_bnzmj)
+        + (a2_v1 * t_ql2ju + t_b3aij * t_fvc32)
+        + (a3_v1 * t_thmu4 + t_zzymx * t_k5zfi);
+    const real t_e3etd = t_dyqoa * t_fm43t + t_2m245 * t_6ciek - t_no2a5;
+    const real t_4mgnc = sin_phi1 * t_g3x7g + As_1 * t_u3bis;
+    const real t_tys73 = sin_phi2 * t_oz7ag + As_2 * t_kxapq;
+    const real t_oqb2a = t_4mgnc + t_tys73;
+    const real t_i6ply = cos_theta1 * t_k2ads - F_n1 * t_gzco3;
+    const real t_jlula = cos_theta2 * t_7i4pa - F_n2 * t_lgafn;
+    const real t_3upj6 = tension1 * t_u3bis + sin_phi1 * t_gfahp - (cos_phi1 * t_vkd6n - t_7imwe * t_r477s);
+    const real t_cv7qx = tension2 * t_kxapq + sin_phi2 * t_b63u5 - (cos_phi2 * t_jvoyz - t_4b2fa * t_zjnbg);
+    const real t_c23o2 = (sin_theta1 + sin_theta1) * t_7xloa;
+    const real t_jkn3n = e1 * t_4mgnc;
+    const real t_33ras = t_lp2tr + t_jkn3n;
+    const real t_4ee66 = t_p7wdd - t_33ras;
+    const real t_vfytj = (sin_theta2 + sin_theta2) * t_gzo6d;
+    const real t_2koli = e2 * t_tys73;
+    const real t_newbu = t_wz5xx + t_2koli;
+    const real t_ldkuf = t_v5uuq - t_newbu;
+    const real t_ke3mq = t_65obb * t_c23o2 + S_sq1 * t_4ee66 + (t_yoiua * t_vfytj + S_sq2 * t_ldkuf);
+    const real t_ow2yt = cos_theta1 * t_6ik5d - wq_1 * t_gzco3;
+    const real t_andwa = cos_theta2 * t_plooz - wq_2 * t_lgafn;
+    const real t_g3iw3 = t_p7wdd + t_v5uuq - t_ke3mq - t_ow2yt - t_andwa;
+    const real t_bgfqx = cos_theta1 * t_7xloa - sin_theta1 * t_gzco3;
+    const real t_f3p5c = cos_theta2 * t_gzo6d - sin_theta2 * t_lgafn;
+    const real t_7muol = t_65obb * t_bgfqx + SC1 * t_4ee66 + (t_yoiua * t_f3p5c + SC2 * t_ldkuf);
+    const real t_nzqgu = t_4mgnc + t_vltvw;
+    const real t_d7jey = tn11_1 * t_c23o2 + S_sq1 * t_nzqgu;
+    const real t_ls5em = t_tys73 + t_zmcd5;
+    const real t_qxmxx = tn11_2 * t_vfytj + S_sq2 * t_ls5em;
+    const real t_4m3lc = t_d7jey + t_qxmxx - t_vltvw - t_zmcd5;
+    const real t_mfl7i = tn11_1 * t_bgfqx + SC1 * t_nzqgu + (tn11_2 * t_f3p5c + SC2 * t_ls5em);
+    const real t_nnisg = t_ow2yt
+        + t_andwa
+        + (Bc_1 * t_7xloa - sin_theta1 * t_lp2tr)
+        + (Bc_2 * t_gzo6d - sin_theta2 * t_wz5xx);
+    const real t_b6crz = t_i6ply
+        + t_jlula
+        + (sin_theta1 * t_3upj6 + F_t1 * t_7xloa)
+        + (sin_theta2 * t_cv7qx + F_t2 * t_gzo6d)
+        + (K52 * t_wcvsx + G2_v1 * t_g3iw3)
+        - (t_hjmgb * t_ghylr + G3_v1 * t_7muol)
+        + (a2_v1 * t_4m3lc + K22 * t_fvc32)
+        + (a3_v1 * t_mfl7i + K32 * t_k5zfi)
+        + (t_dyqoa * t_nnisg + t_yz7e5 * t_6ciek);
+    const real t_5er3o = sin_theta1 * t_k2ads + F_n1 * t_7xloa;
+    const real t_dw3xg = sin_theta2 * t_7i4pa + F_n2 * t_gzo6d;
+    const real t_yuwss = wq_1 * t_7xloa + sin_theta1 * t_6ik5d;
+    const real t_vivay = wq_2 * t_gzo6d + sin_theta2 * t_plooz;
+    const real t_kthc6 = t_yuwss - t_7muol + t_vivay;
+    const real t_oaetb = t_ke3mq + (t_33ras + t_newbu);
+    const real t_d52nt = t_oqb2a - t_d7jey - t_qxmxx;
+    const real t_lso4x = t_yuwss
+        + t_vivay
+        + (cos_theta1 * t_lp2tr + Bc_1 * t_gzco3)
+        + (cos_theta2 * t_wz5xx + Bc_2 * t_lgafn);
+    const real t_zge7x = cos_theta1 * t_3upj6
+        - F_t1 * t_gzco3
+        - (t_5er3o + t_dw3xg)
+        + (cos_theta2 * t_cv7qx - F_t2 * t_lgafn)
+        + (K53 * t_wcvsx + G2_v1 * t_kthc6)
+        + (K63 * t_ghylr + G3_v1 * t_oaetb)
+        + (a2_v1 * t_mfl7i + K32 * t_fvc32)
+        + (a3_v1 * t_d52nt + K33 * t_k5zfi)
+        - (t_dyqoa * t_lso4x + K43 * t_6ciek);
+    const real t_u2wn2 = K11 * t_e3etd
+        - q1_v1 * t_oqb2a
+        - (q2_v1 * t_ql2ju + t_b3aij * t_b6crz)
+        - (q3_v1 * t_thmu4 + t_zzymx * t_zge7x);
+    const real t_ypv7w = (t_b3aij + t_b3aij) * t_ql2ju
+        - (K11 + K11) * t_oqb2a
+        + (t_zzymx + t_zzymx) * t_thmu4;
+    const real t_f4nfz = (q1_v1 + q1_v1) * t_e3etd
+        + (q2_v1 + q2_v1) * t_b6crz
+        + (q3_v1 + q3_v1) * t_zge7x;
+    const real t_czjys = t_d5n4u / (NUM(m_x7kv3) + t_d5n4u) * ((Pq_v1 + Pq_v1) * t_u2wn2 - (t_5a4ay * t_ypv7w + PP_v1 * t_f4nfz));
+    const real t_efapm = (SELECT0(m_il3ht, t_czjys / (root_v1 + root_v1)) - t_u2wn2) * t_phv5x
+        - t_fa67e * t_phv5x * t_ypv7w;
+    const mask m_6nbzc = LT(t_gagpi, K(-1.0));
+    const mask m_ja2dp = LT(K(-1.0), t_gagpi);
+    const mask m_pawag = LT(K(1.0), t_465bb);
+    const mask m_xab3y = AND(m_ja2dp, m_pawag);
+    const mask m_35nsk = OR(m_6nbzc, m_xab3y);
+    const mask m_donrk = OR(m_35nsk, m_pawag);
+    const real t_ee3eg = q2_v1 - t_b3aij * t_fa67e;
+    const real t_axo3w = t_ee3eg * t_y7rm6;
+    const real t_4mbl2 = mv_min(SPLAT(K(1.0)), t_axo3w);
+    const real t_dmbry = mv_max(SPLAT(K(-1.0)), t_4mbl2);
+    const real t_7g2cn = SELECT(m_donrk, delta2_v1, mv_asin(t_dmbry));
+    real sin_t_7g2cn, cos_t_7g2cn; mv_sincos(t_7g2cn, &sin_t_7g2cn, &cos_t_7g2cn);
+    const real t_p34e2 = p[F] * cos_t_7g2cn;
+    const mask m_jskbz = LT(t_zl7wy, K(-1.0));
+    const mask m_7hrvn = LT(K(-1.0), t_zl7wy);
+    const mask m_livv6 = LT(K(1.0), t_tp232);
+    const mask m_hjhpt = AND(m_7hrvn, m_livv6);
+    const mask m_xrwwu = OR(m_jskbz, m_hjhpt);
+    const mask m_2pj4u = OR(m_xrwwu, m_livv6);
+    const real t_nsi7k = q3_v1 - t_zzymx * t_fa67e;
+    const real t_v4pjv = mv_sqrt(K(1.0) - t_dmbry * t_dmbry);
+    const real t_mflm3 = SELECT(m_donrk, cos_d2_v1, t_v4pjv);
+    const real t_yk7ex = K(1.0) / mv_max(SPLAT(K(1e-09)), t_mflm3);
+    const real t_wk2ya = t_nsi7k * t_y7rm6 * t_yk7ex;
+    const real t_wvfy4 = -t_wk2ya;
+    const real t_ltztq = mv_min(SPLAT(K(1.0)), t_wvfy4);
+    const real t_xb3pe = mv_max(SPLAT(K(-1.0)), t_ltztq);
+    const real t_finmd = SELECT(m_2pj4u, delta1_v1, mv_asin(t_xb3pe));
+    real sin_t_finmd, cos_t_finmd; mv_sincos(t_finmd, &sin_t_finmd, &cos_t_finmd);
+    const real t_ron5c = t_p34e2 * cos_t_finmd - (q1_v1 + K11 * t_fa67e);
+    const real t_5jrem = t_ron5c * t_bpfoo;
+    const real t_3s6wr = p[F] * sin_t_7g2cn - t_ee3eg + t_w7lcw * t_ron5c;
+    const real t_kag24 = t_3s6wr * t_4iujv;
+    const real t_zmh3u = K(1.0) / K_D3;
+    const real t_74try = (t_3go2w * t_ron5c - (t_p34e2 * sin_t_finmd + t_nsi7k) - K_L32 * t_3s6wr) * t_zmh3u;
+    const real t_k6yvx = t_kag24 - K_L32 * t_74try;
+    const real t_su3za = t_5jrem + t_w7lcw * t_k6yvx + t_3go2w * t_74try;
+    const mask m_el4yy = NOT(m_donrk);
+    const mask m_ieiia = LE(K(-1.0), t_4mbl2);
+    const real t_wzftv = NUM(m_ieiia);
+    const mask m_hnocs = LE(t_4mbl2, K(-1.0));
+    const mask m_mn6wz = LE(t_axo3w, K(1.0));
+    const real t_hkwhb = NUM(m_mn6wz);
+    const mask m_li3iy = LE(K(1.0), t_axo3w);
+    const real t_c3msw = t_b6crz - (t_fa67e * t_ql2ju + t_b3aij * t_efapm);
+    const real t_u4pql = t_wzftv / (NUM(m_hnocs) + t_wzftv) * (t_hkwhb / (NUM(m_li3iy) + t_hkwhb) * (t_c3msw * t_y7rm6));
+    const real t_4tqvz = t_u4pql / t_v4pjv;
+    const real t_r6owk = p[F] * (sin_t_7g2cn * t_4tqvz);
+    const mask m_uklky = NOT(m_2pj4u);
+    const mask m_wzftv = LE(K(-1.0), t_ltztq);
+    const real t_wzftv_2 = NUM(m_wzftv);
+    const mask m_ov2v5 = LE(t_ltztq, K(-1.0));
+    const mask m_n24ux = LE(t_wvfy4, K(1.0));
+    const real t_nowqj = NUM(m_n24ux);
+    const mask m_lq75g = LE(K(1.0), t_wvfy4);
+    const real t_dvo32 = t_zge7x - (t_fa67e * t_thmu4 + t_zzymx * t_efapm);
+    const mask m_w4h4n = LE(K(1e-09), t_mflm3);
+    const real t_e4e7t = NUM(m_w4h4n);
+    const mask m_ywlft = LE(t_mflm3, K(1e-09));
+    const real t_lnl2k = t_wk2ya * t_yk7ex * (t_e4e7t / (NUM(m_ywlft) + t_e4e7t) * ((t_dmbry + t_dmbry) * t_u4pql / (t_v4pjv + t_v4pjv)));
+    const real t_asxkh = t_wzftv_2 / (NUM(m_ov2v5) + t_wzftv_2) * (t_nowqj / (NUM(m_lq75g) + t_nowqj) * (t_dvo32 * t_y7rm6 * t_yk7ex + SELECT0(m_el4yy, t_lnl2k)));
+    const real t_x4qmc = t_asxkh / mv_sqrt(K(1.0) - t_xb3pe * t_xb3pe);
+    const real t_vykhz = SELECT0(m_el4yy, -(cos_t_finmd * t_r6owk))
+        + SELECT0(m_uklky, t_p34e2 * (sin_t_finmd * t_x4qmc))
+        - (t_e3etd + (K11 * t_efapm - t_fa67e * t_oqb2a));
+    const real t_vcmoj = t_ql2ju * t_bpfoo + t_w7lcw * t_bpfoo * t_oqb2a;
+    const real t_bepcy = p[F] * (cos_t_7g2cn * t_4tqvz);
+    const real t_ddym3 = SELECT0(m_el4yy, t_bepcy) - t_c3msw + (t_ron5c * t_vcmoj + t_w7lcw * t_vykhz);
+    const real t_a7vxo = t_4m3lc - (t_w7lcw * t_ql2ju + t_b3aij * t_vcmoj);
+    const real t_xs7e4 = t_thmu4 * t_bpfoo + t_3go2w * t_bpfoo * t_oqb2a;
+    const real t_xiyvc = t_mfl7i - (t_3go2w * t_ql2ju + t_b3aij * t_xs7e4);
+    const real t_sp4m6 = t_xiyvc * t_4iujv - K_L32 * t_4iujv * t_a7vxo;
+    const real t_z46ln = SELECT0(m_el4yy, -(sin_t_finmd * t_r6owk)) + SELECT0(m_uklky, -(t_p34e2 * (cos_t_finmd * t_x4qmc)));
+    const real t_umxv4 = t_ron5c * t_xs7e4
+        + t_3go2w * t_vykhz
+        - (t_z46ln + t_dvo32)
+        - (t_3s6wr * t_sp4m6 + K_L32 * t_ddym3);
+    const real t_v27ts = t_d52nt
+        - (K_L32 * t_xiyvc + t_d4mqf * t_sp4m6)
+        - (t_3go2w * t_thmu4 + t_zzymx * t_xs7e4);
+    const real t_daoz2 = t_umxv4 * t_zmh3u - t_74try * t_zmh3u * t_v27ts;
+    const real t_xvlc5 = t_ddym3 * t_4iujv
+        - t_kag24 * t_4iujv * t_a7vxo
+        - (t_74try * t_sp4m6 + K_L32 * t_daoz2);
+    const real t_4rr54 = t_vykhz * t_bpfoo
+        + t_5jrem * t_bpfoo * t_oqb2a
+        + (t_k6yvx * t_vcmoj + t_w7lcw * t_xvlc5)
+        + (t_74try * t_xs7e4 + t_3go2w * t_daoz2);
+    const real t_lwe76 = p[b] + p[d] + x_C;
+    const real t_ktnnx = t_2alzh + e1 * t_3upj6;
+    const real t_s6mmw = Bs_1 * t_w7vil + t_7imwe * p[l1] + F_t1 * e1;
+    const real t_imrld = t_bmgvp + e2 * t_cv7qx;
+    const real t_bbyqj = Bs_2 * t_6fvzz + t_4b2fa * p[l2] + F_t2 * e2;
+    const real t_cexsj = p[I1] * along_x[along_phi1_dot];
+    const real t_6syep = p[I2] * along_x[along_phi2_dot];
+    const real t_nrkvj = cos_theta1 * t_ktnnx
+        - t_s6mmw * t_gzco3
+        + (cos_theta2 * t_imrld - t_bbyqj * t_lgafn)
+        + (x[wx] * t_ihgv7 + I_theta1 * along_x[along_wx])
+        + (x[wx] * t_5vhzn + I_theta2 * along_x[along_wx])
+        - (J_C1 + t_is5lg + t_sfymc) * t_d5jt4
+        - (g_1 * t_5er3o + t_azclp * t_wvrxp)
+        - (g_2 * t_dw3xg + t_iya7w * t_oukri)
+        - (x[wz] * t_cexsj + I_phi1 * along_x[along_wz])
+        - (x[wz] * t_6syep + I_phi2 * along_x[along_wz]);
+    const real t_e6cz6 = e1 * t_jkn3n - K(-2.0) * t_5kwcz;
+    const real t_ho4oo = wg_1 * t_wvrxp + g_1 * t_p7wdd;
+    const real t_hansg = t_e6cz6 - t_ho4oo;
+    const real t_vo7za = e2 * t_2koli - K(-2.0) * t_ltgig;
+    const real t_jacgj = wg_2 * t_oukri + g_2 * t_v5uuq;
+    const real t_g3yxf = t_vo7za - t_jacgj;
+    const real t_2lfdf = t_7wvhi
+        + (tn44_1 * t_bgfqx + SC1 * t_hansg)
+        + (tn44_2 * t_f3p5c + SC2 * t_g3yxf);
+    const real t_yat33 = tn44_1 * t_c23o2 + S_sq1 * t_hansg;
+    const real t_qylsp = tn44_2 * t_vfytj + S_sq2 * t_g3yxf;
+    const real t_ckrat = t_ho4oo
+        + t_jacgj
+        + t_lmeqo
+        + t_yat33
+        + t_qylsp
+        + K(-2.0) * t_6b5j3
+        + K(-2.0) * t_jvp6q;
+    change[0] = t_2alzh
+        - t_xsd5m
+        + t_bmgvp
+        - t_zmble
+        - t_trbl5
+        + (x[wy] * t_ihgv7 + I_theta1 * along_x[along_wy])
+        + (x[wy] * t_5vhzn + I_theta2 * along_x[along_wy])
+        - (x[wz] * (t_sfymc * along_x[along_wy]) + t_sfymc * x[wy] * along_x[along_wz])
+        + (K54 * t_wcvsx + G2_v1 * t_w6xbp)
+        + (K64 * t_ghylr + G3_v1 * t_7oln4)
+        - (t_fa67e * t_fm43t + t_2m245 * t_efapm)
+        - (t_su3za * t_fm43t + t_2m245 * t_4rr54)
+        - (a2_v1 * t_nnisg + t_yz7e5 * t_fvc32)
+        - (t_k6yvx * t_nnisg + t_yz7e5 * t_xvlc5)
+        + (a3_v1 * t_lso4x + K43 * t_k5zfi)
+        + (t_74try * t_lso4x + K43 * t_daoz2)
+        - (t_dyqoa * t_lmeqo + K44 * t_6ciek);
+    change[1] = t_lwe76 * t_z46ln
+        - t_nrkvj
+        - (K65 * t_wcvsx + G2_v1 * t_2lfdf)
+        - (K66 * t_ghylr + G3_v1 * (t_e6cz6 + t_vo7za - t_yat33 - t_qylsp))
+        + (t_fa67e * t_bnzmj + t_bl4f2 * t_efapm)
+        + (t_su3za * t_bnzmj + t_bl4f2 * t_4rr54)
+        + (a2_v1 * t_7muol + t_hjmgb * t_fvc32)
+        + (t_k6yvx * t_7muol + t_hjmgb * t_xvlc5)
+        - (a3_v1 * t_oaetb + K63 * t_k5zfi)
+        - (t_74try * t_oaetb + K63 * t_daoz2)
+        + (t_dyqoa * t_7oln4 + K64 * t_6ciek);
+    change[2] = sin_theta1 * t_ktnnx
+        + t_s6mmw * t_7xloa
+        - (t_xsd5m + t_sqgls + t_lon4y)
+        + (sin_theta2 * t_imrld + t_bbyqj * t_gzo6d)
+        - (J_C1 + (p[J_z] - p[J_y])) * t_y5zog
+        - (x[wy] * t_cexsj + I_phi1 * along_x[along_wy])
+        - (x[wy] * t_6syep + I_phi2 * along_x[along_wy])
+        + (g_1 * t_i6ply + t_vt7uo * t_wvrxp)
+        + (g_2 * t_jlula + t_oncjt * t_oukri)
+        + (K55 * t_wcvsx + G2_v1 * t_ckrat)
+        + (K65 * t_ghylr + G3_v1 * t_2lfdf)
+        - (t_fa67e * t_j3w63 + t_6mmeb * t_efapm)
+        - (t_su3za * t_j3w63 + t_6mmeb * t_4rr54)
+        + (a2_v1 * t_g3iw3 + K52 * t_fvc32)
+        + (t_k6yvx * t_g3iw3 + K52 * t_xvlc5)
+        + (a3_v1 * t_kthc6 + K53 * t_k5zfi)
+        + (t_74try * t_kthc6 + K53 * t_daoz2)
+        - (t_dyqoa * t_w6xbp + K54 * t_6ciek)
+        + SELECT0(m_el4yy, t_lwe76 * t_bepcy);
+    change[3] = SELECT0(m_uklky, -t_x4qmc);
+    change[4] = SELECT0(m_el4yy, t_4tqvz);
 }
 
 /* Jacobian of lyapunov_v1_loop with respect to q, row by row; 12316 operations. */
 void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, const real *c, real *J_q)
 {
     (void)r;
-    real s4, c4; mv_sincos(q[9], &s4, &c4);
-    const real v6 = s4 * p[13];
-    const real v10 = K(1.0) / (p[15] + p[12] * (v6 * v6));
-    const real v11 = p[12] * v10;
-    const real v14 = q[3] * q[4];
-    real s17, c17; mv_sincos(q[10], &s17, &c17);
-    const real v22 = c17 * q[4] - s17 * q[5];
-    const real v24 = c4 * p[13];
-    const real v25 = v22 * v24;
-    const real v27 = q[3] - q[14];
-    const real v31 = c17 * q[5];
-    const real v32 = s17 * q[4];
-    const real v33 = v31 + v32;
-    const real v34 = v33 * s4;
-    const real v35 = c4 * v27 - v34;
-    const real v36 = v35 * p[13];
-    const real v38 = v22 + q[13];
-    const real v39 = v38 + q[13];
-    const real v41 = v14 * v6 + v25 * v27 - v36 * v39;
-    const real v44 = p[16] * q[14];
-    const real v46 = v41 * p[15] - v44 * v6;
-    const real v47 = v11 * v46;
-    const real v48 = v47 * c17;
-    real s52, c52; mv_sincos(q[11], &s52, &c52);
-    const real v54 = s52 * p[18];
-    const real v58 = K(1.0) / (p[20] + p[17] * (v54 * v54));
-    const real v59 = p[17] * v58;
-    real s62, c62; mv_sincos(q[12], &s62, &c62);
-    const real v66 = c62 * q[4] - s62 * q[5];
-    const real v68 = c52 * p[18];
-    const real v69 = v66 * v68;
-    const real v71 = q[3] - q[16];
-    const real v75 = c62 * q[5];
-    const real v76 = s62 * q[4];
-    const real v77 = v75 + v76;
-    const real v78 = v77 * s52;
-    const real v79 = c52 * v71 - v78;
-    const real v80 = v79 * p[18];
-    const real v82 = v66 + q[15];
-    const real v83 = v82 + q[15];
-    const real v85 = v14 * v54 + v69 * v71 - v80 * v83;
-    const real v88 = p[21] * q[16];
-    const real v90 = v85 * p[20] - v88 * v54;
-    const real v91 = v59 * v90;
-    const real v92 = v91 * c62;
-    const real v96 = q[4] * q[4] + q[5] * q[5];
-    const real v98 = p[13] * p[13];
-    const real v99 = v98 * p[12];
-    const real v100 = v99 + p[15];
-    const real v101 = K(1.0) / v100;
-    const real v102 = p[12] * v101;
-    const real v103 = v102 * p[15];
-    const real v114 = p[18] * p[18];
-    const real v115 = v114 * p[17];
-    const real v116 = v115 + p[20];
-    const real v117 = K(1.0) / v116;
-    const real v118 = p[17] * v117;
-    const real v119 = v118 * p[20];
-    const real v122 = p[0] + p[1];
-    const real v124 = v122 + v103 + v119;
-    const real v125 = (p[14] * v103 - (p[7] * p[0] + p[6] * p[1]) + p[19] * v119) / v124;
-    const real v126 = p[14] - v125;
-    const real v127 = v96 * v126;
-    const real v129 = p[13] * p[12];
-    const real v130 = v102 * p[13];
-    const real v131 = v129 * v130;
-    const real v133 = v33 * c4;
-    const real v135 = v133 + s4 * v27;
-    const real v140 = c4 * v127 * v131 - v129 * (v135 * v135 + v38 * v38);
-    const real v142 = v103 * p[13];
-    const real v147 = p[16] * q[13];
-    const real v149 = v142 * (v35 * v135 - v33 * v27) + v147 * v130;
-    const real v150 = v149 * c4;
-    const real v151 = s4 * v140 - v150;
-    const real v152 = v151 * s17;
-    const real v154 = p[19] - v125;
-    const real v155 = v96 * v154;
-    const real v157 = p[18] * p[17];
-    const real v158 = v118 * p[18];
-    const real v159 = v157 * v158;
-    const real v161 = v77 * c52;
-    const real v163 = v161 + s52 * v71;
-    const real v168 = c52 * v155 * v159 - v157 * (v163 * v163 + v82 * v82);
-    const real v170 = v119 * p[18];
-    const real v175 = p[21] * q[15];
-    const real v177 = v170 * (v79 * v163 - v77 * v71) + v175 * v158;
-    const real v178 = v177 * c52;
-    const real v179 = s52 * v168 - v178;
-    const real v180 = v179 * s62;
-    const real v181 = v48 + v92 + v152 + v180;
-    const real v184 = s4 * s4;
-    const real v185 = v99 * v184;
-    const real v186 = v185 + p[15];
-    const real v188 = K(1.0) / (v186 * v186);
-    const real v189 = c[14] * p[12] * v188;
-    const real v190 = v189 * v185;
-    const real v191 = s4 * v129;
-    const real v192 = c17 * v191;
-    const real v193 = v192 * p[14];
-    const real v194 = s4 * c4;
-    const real v195 = v99 * c17;
-    const real v196 = v194 * v195;
-    const real v197 = v193 - v196;
-    const real v198 = v197 + p[15];
-    const real v203 = c[13] * p[12] / (v100 * v100);
-    const real v204 = v203 * p[15];
-    const real v205 = v24 * p[12];
-    const real v206 = s17 * v205;
-    const real v207 = v206 * p[14];
-    const real v208 = v99 * s17;
-    const real v209 = v207 - v208;
-    const real v213 = c[13] * p[17] / (v116 * v116);
-    const real v214 = v213 * p[20];
-    const real v215 = v68 * p[17];
-    const real v216 = v215 * s62;
-    const real v217 = v216 * p[19];
-    const real v218 = s62 * v115;
-    const real v219 = v217 - v218;
-    const real v224 = s52 * s52;
-    const real v225 = v224 * v115;
-    const real v226 = v225 + p[20];
-    const real v228 = K(1.0) / (v226 * v226);
-    const real v229 = c[14] * p[17] * v228;
-    const real v230 = v229 * v225;
-    const real v231 = v157 * s52;
-    const real v232 = v231 * c62;
-    const real v233 = v232 * p[19];
-    const real v234 = s52 * c52;
-    const real v235 = c62 * v115;
-    const real v237 = v233 - v234 * v235;
-    const real v238 = v237 + p[20];
-    const real v240 = v190 * v198 - (v204 * v209 + v214 * v219) + v230 * v238;
-    const real v248 = v185 * v185;
-    const real v251 = v225 * v225;
-    const real v253 = c[3] - v203 * (p[15] * p[15]) - v213 * (p[20] * p[20]) - v189 * v248 - v229 * v251;
-    const real v254 = K(1.0) / v253;
-    const real v255 = v240 * v254;
-    const real v263 = q[2] * c[1];
-    const real v270 = p[9] / (v122 + p[12] + p[17]);
-    const real v271 = v270 * v191;
-    const real v273 = v191 * p[14];
-    const real v274 = v32 + v31;
-    const real v275 = v274 * v274;
-    const real v278 = v22 * v22;
-    const real v281 = q[14] * q[14];
-    const real v282 = v99 * v194;
-    const real v285 = q[3] * q[3];
-    const real v288 = q[14] + q[14];
-    const real v289 = v185 * v274;
-    const real v291 = v147 - v273 * v275 - v273 * v278 - v281 * v282 - v282 * v285 - v288 * v289;
-    const real v292 = v99 * v274;
-    const real v295 = v98 * v275;
-    const real v296 = v295 * s4;
-    const real v300 = v98 + v98;
-    const real v301 = v300 * v184;
-    const real v302 = v301 * v274;
-    const real v307 = c4 * v274 * p[14];
-    const real v311 = v291 - v292 * q[3] + v296 * c4 * p[12] + v302 * q[3] * p[12] + v307 * q[3] * p[13] * p[12];
-    const real v312 = v300 * s4;
-    const real v313 = v312 * c4;
-    const real v314 = v313 * q[14];
-    const real v317 = v311 + v314 * q[3] * p[12];
-    const real v322 = v270 * v231;
-    const real v324 = v234 * v115;
-    const real v327 = v231 * p[19];
-    const real v328 = v76 + v75;
-    const real v329 = v328 * v328;
-    const real v332 = v66 * v66;
-    const real v335 = q[16] * q[16];
-    const real v338 = q[16] + q[16];
-    const real v339 = v328 * v225;
-    const real v341 = v175 - v285 * v324 - v327 * v329 - v327 * v332 - v335 * v324 - v338 * v339;
-    const real v342 = v328 * v115;
-    const real v345 = v329 * s52;
-    const real v350 = v328 + v328;
-    const real v352 = v350 * v224 * v114;
-    const real v357 = v328 * c52 * p[19];
-    const real v361 = v341 - v342 * q[3] + v345 * c52 * v114 * p[17] + v352 * q[3] * p[17] + v357 * q[3] * p[18] * p[17];
-    const real v362 = s52 + s52;
-    const real v363 = v362 * c52;
-    const real v364 = v363 * v114;
-    const real v365 = v364 * q[16];
-    const real v368 = v361 + v365 * q[3] * p[17];
-    const real v372 = q[6] * c[2] - v263 * q[1] - v203 * (v271 * p[15] + p[15] * v317) - v213 * (v322 * p[20] + p[20] * v368);
-    const real v373 = v186 * q[14];
-    const real v374 = q[13] + q[13];
-    const real v375 = v282 * v374;
-    const real v377 = v375 * q[14];
-    const real v379 = v22 * q[3];
-    const real v390 = v44 + v273 * v379 + v289 * v374 + v289 * v22 + v377 - v282 * v379 - v375 * q[3];
-    const real v393 = v373 * v375 - (v377 * v185 + v185 * v390);
-    const real v396 = v226 * q[16];
-    const real v397 = q[15] + q[15];
-    const real v398 = v324 * v397;
-    const real v400 = v398 * q[16];
-    const real v404 = v66 * q[3];
-    const real v412 = q[3] + q[3];
-    const real v413 = v324 * v412;
-    const real v415 = v88 + v66 * v339 + v327 * v404 + v339 * v397 + v400 - v324 * v404 - v413 * q[15];
-    const real v418 = v396 * v398 - (v400 * v225 + v225 * v415);
-    const real v425 = q[3] * c[10] + (v372 - v189 * v393 - v229 * v418 + q[1] * q[2] * c[0]);
-    const real v432 = q[1] * c[0];
-    const real v439 = v100 * q[13];
-    const real v440 = c17 * v205;
-    const real v441 = v440 * p[14];
-    const real v444 = v441 - v98 * c17 * p[12];
-    const real v446 = s17 * v191;
-    const real v447 = v446 * p[14];
-    const real v449 = v444 * q[14] - v447 * q[13];
-    const real v453 = q[8] * c[6] - v432 * q[0] - v203 * (v271 * v209 + v209 * v317 - v439 * v449);
-    const real v457 = v116 * q[15];
-    const real v458 = v215 * c62;
-    const real v459 = v458 * p[19];
-    const real v462 = v459 - c62 * v114 * p[17];
-    const real v464 = v231 * s62;
-    const real v465 = v464 * p[19];
-    const real v467 = v462 * q[16] - v465 * q[15];
-    const real v475 = v184 * v195;
-    const real v477 = c4 * c4;
-    const real v479 = v441 + v475 - v195 * v477;
-    const real v481 = v194 * v208;
-    const real v482 = v447 - v481;
-    const real v484 = q[13] * v479 - v482 * q[14];
-    const real v486 = v377 * v198 + v198 * v390 - v373 * v484;
-    const real v494 = c52 * c52;
-    const real v496 = v459 + v224 * v235 - v235 * v494;
-    const real v499 = v465 - v218 * v234;
-    const real v501 = q[15] * v496 - v499 * q[16];
-    const real v503 = v400 * v238 + v238 * v415 - v396 * v501;
-    const real v505 = v453 - v213 * (v322 * v219 + v219 * v368 - v457 * v467) - v189 * v486 - v229 * v503;
-    const real v508 = v203 * v444;
-    const real v510 = v213 * v462;
-    const real v513 = v189 * v482;
-    const real v516 = v229 * v499;
-    const real v525 = v204 * v444 + v214 * v462 + v190 * v482 + v230 * v499;
-    const real v527 = v508 * v209 + v510 * v219 - v513 * v198 - v516 * v238 - v525 * v255;
-    const real v535 = v482 * v482;
-    const real v538 = v499 * v499;
-    const real v540 = c[5] - v203 * (v444 * v444) - v213 * (v462 * v462) - v189 * v535 - v229 * v538;
-    const real v541 = v525 * v254;
-    const real v544 = K(1.0) / (v540 - v525 * v541);
-    const real v545 = v527 * v544;
-    const real v557 = v193 * q[13] + v209 * q[14];
-    const real v567 = v219 * q[16] + v233 * q[15];
-    const real v571 = q[7] * c[4] + v203 * (v271 * v444 + v444 * v317 + v439 * v557) + v213 * (v322 * v462 + v462 * v368 + v457 * v567);
-    const real v576 = v184 * v208;
-    const real v578 = v477 * v208;
-    const real v579 = v207 + v576 - v578;
-    const real v581 = v197 * q[14] + q[13] * v579;
-    const real v583 = v377 * v482 + v482 * v390 - v373 * v581;
-    const real v593 = v217 + v218 * v224 - v218 * v494;
-    const real v595 = v237 * q[16] + q[15] * v593;
-    const real v597 = v400 * v499 + v499 * v415 - v396 * v595;
-    const real v604 = v541 * v425 - (q[4] * c[11] + (v571 - v189 * v583 - v229 * v597 + q[0] * q[2] * c[1]));
-    const real v614 = v198 * v198;
-    const real v617 = v238 * v238;
-    const real v619 = c[7] - v203 * (v209 * v209) - v213 * (v219 * v219) - v189 * v614 - v229 * v617;
-    const real v624 = K(1.0) / (v619 - v527 * v545 - v240 * v255);
-    const real v625 = (v255 * v425 - (q[5] * c[12] + v505) - v545 * v604) * v624;
-    const real v626 = v14 + v625;
-    const real v627 = v126 - v24;
-    const real v628 = v11 * p[15];
-    const real v629 = v627 * v628;
-    const real v631 = v629 - v126 * v103;
-    const real v632 = v154 - v68;
-    const real v633 = v59 * p[20];
-    const real v634 = v632 * v633;
-    const real v636 = v634 - v154 * v119;
-    const real v638 = s17 * s17;
-    const real v639 = v142 * c4;
-    const real v640 = v131 * s4;
-    const real v641 = v640 * s4;
-    const real v642 = v641 * v126;
-    const real v643 = v639 - v642;
-    const real v644 = v643 + v631;
-    const real v646 = s62 * s62;
-    const real v647 = v170 * c52;
-    const real v648 = v159 * s52;
-    const real v649 = v648 * s52;
-    const real v650 = v649 * v154;
-    const real v651 = v647 - v650;
-    const real v652 = v651 + v636;
-    const real v654 = v638 * v644 + v646 * v652;
-    const real v656 = v6 * v628;
-    const real v657 = c17 * v656;
-    const real v659 = v54 * v633;
-    const real v660 = c62 * v659;
-    const real v661 = v631 + v636 - v654 - v657 - v660;
-    const real v664 = q[3] * q[5];
-    const real v665 = v604 * v544;
-    const real v667 = v665 - v545 * v625;
-    const real v668 = v664 - v667;
-    const real v669 = c17 * s17;
-    const real v671 = c62 * s62;
-    const real v673 = v669 * v644 + v671 * v652;
-    const real v677 = v641 + v103 - v628;
-    const real v678 = v638 * v677;
-    const real v680 = v649 + v119 - v633;
-    const real v681 = v646 * v680;
-    const real v687 = v678 + v681 + v124 + v628 + v633 - v103 - v119;
-    const real v695 = v203 * (p[15] * q[3] - v444 * q[4] + v209 * q[5] + v439);
-    const real v704 = v213 * (p[20] * q[3] - v462 * q[4] + v219 * q[5] + v457);
-    const real v705 = v704 * v216;
-    const real v712 = v482 * q[4] - v185 * q[3] + v198 * q[5] + v373;
-    const real v713 = v189 * v712;
-    const real v721 = v499 * q[4] - v225 * q[3] + v238 * q[5] + v396;
-    const real v722 = v229 * v721;
-    const real v723 = v722 * v232;
-    const real v727 = v626 * v125 - (v432 - v695 * v206 - v705 - v713 * v192 - v723) * c[8];
-    const real v732 = v669 * v677 + v671 * v680;
-    const real v736 = v704 * v458;
-    const real v740 = v722 * v464;
-    const real v744 = v668 * v125 - (v263 - v695 * v440 - v736 + v713 * v446 + v740) * c[9];
-    const real v748 = v639 * s17;
-    const real v750 = v647 * s62;
-    const real v751 = v657 + v660 + v748 + v750;
-    const real v752 = v425 * v254;
-    const real v756 = v752 + v541 * v667 + v255 * v625;
-    const real v758 = v181 + v626 * v661 - v668 * v673 + v687 * v727 + v732 * v744 + v751 * v756;
-    const real v759 = v640 * c4;
-    const real v760 = v759 * s17;
-    const real v761 = v648 * c52;
-    const real v762 = v761 * s62;
-    const real v763 = v760 + v762;
-    const real v768 = v124 + v131 + v159 - v641 - v649;
-    const real v769 = v142 * s4;
-    const real v770 = v170 * s52;
-    const real v771 = v769 + v770;
-    const real v773 = v149 * s4;
-    const real v774 = v177 * s52;
-    const real v779 = v773 + v774 + c4 * v140 + c52 * v168;
-    const real v781 = v769 + v759 * v126;
-    const real v782 = v781 * s17;
-    const real v784 = v770 + v761 * v154;
-    const real v785 = v784 * s62;
-    const real v786 = v782 + v785;
-    const real v789 = v781 * c17;
-    const real v790 = v784 * c62;
-    const real v791 = v789 + v790;
-    const real v796 = v759 * c17;
-    const real v797 = v761 * c62;
-    const real v798 = v796 + v797;
-    const real v801 = v771 * v756 - (v779 + v626 * v786 + v668 * v791 + v763 * v727 + v798 * v744);
-    const real v805 = v151 * c17;
-    const real v806 = v47 * s17;
-    const real v807 = v91 * s62;
-    const real v810 = v179 * c62;
-    const real v811 = v805 - (v806 + v807) + v810;
-    const real v812 = s17 * v656;
-    const real v814 = s62 * v659;
-    const real v815 = v812 - v673 + v814;
-    const real v819 = v654 - (v643 + v651);
-    const real v827 = v641 + v649 + v124 - v678 - v681;
-    const real v831 = v639 * c17;
-    const real v833 = v647 * c62;
-    const real v834 = v812 + v814 - v831 - v833;
-    const real v836 = v811 + v626 * v815 + v668 * v819 + v732 * v727 + v827 * v744 - v834 * v756;
-    const real v838 = v768 * v801 - v763 * v758 - v798 * v836;
-    const real v844 = v768 * v768 + v763 * v763 + v798 * v798;
-    const real v851 = v801 * v801 - p[9] * p[9] + v758 * v758 + v836 * v836;
-    const real v853 = v838 * v838 - v844 * v851;
-    const real v855 = mv_sqrt(mv_max(SPLAT(K(0.0)), v853));
-    const real v857 = K(1.0) / v844;
-    const real v858 = (v855 - v838) * v857;
-    const real v861 = K(1.0) / p[9];
-    const real v862 = (v758 - v763 * v858) * v861;
-    const real v863 = mv_min(SPLAT(K(1.0)), v862);
-    const mask m865 = LT(v863, K(-1.0));
-    const mask m866 = LT(K(-1.0), v863);
-    const mask m867 = LT(K(1.0), v862);
-    const mask m868 = AND(m866, m867);
-    const mask m869 = OR(m865, m868);
-    const mask m870 = OR(m869, m867);
-    const mask m871 = NOT(m870);
-    const real v873 = -p[10];
-    const real v874 = mv_max(SPLAT(K(-1.0)), v863);
-    const real v875 = mv_asin(v874);
-    const mask m876 = LT(v853, K(0.0));
-    const mask m877 = NOT(m876);
-    const real v880 = (SELECT(m876, v855, v855) - v838) * v857;
-    const real v882 = v758 - v763 * v880;
-    const real v883 = v882 * v861;
-    const real v884 = mv_min(SPLAT(K(1.0)), v883);
-    const real v885 = mv_max(SPLAT(K(-1.0)), v884);
-    const real v887 = SELECT(m870, v875, mv_asin(v885));
-    const mask m890 = LE(mv_fabs(v887), p[11]);
-    const real v897 = mv_sqrt(K(1.0) - v874 * v874);
-    const real v900 = -((v836 - v798 * v858) * v861 / mv_max(SPLAT(K(1e-09)), v897));
-    const real v901 = mv_min(SPLAT(K(1.0)), v900);
-    const mask m902 = LT(v901, K(-1.0));
-    const mask m903 = LT(K(-1.0), v901);
-    const mask m904 = LT(K(1.0), v900);
-    const mask m905 = AND(m903, m904);
-    const mask m906 = OR(m902, m905);
-    const mask m907 = OR(m906, m904);
-    const real v909 = mv_asin(mv_max(SPLAT(K(-1.0)), v901));
-    const mask m910 = NOT(m907);
-    const real v912 = v836 - v798 * v880;
-    const real v916 = mv_sqrt(K(1.0) - v885 * v885);
-    const real v917 = SELECT(m870, v897, v916);
-    const real v919 = K(1.0) / mv_max(SPLAT(K(1e-09)), v917);
-    const real v920 = v912 * v861 * v919;
-    const real v921 = -v920;
-    const real v922 = mv_min(SPLAT(K(1.0)), v921);
-    const real v923 = mv_max(SPLAT(K(-1.0)), v922);
-    const real v925 = SELECT(m907, v909, mv_asin(v923));
-    const real v930 = K(1.0) / mv_cos(p[11]);
-    const real v931 = mv_cos(v875) * mv_sin(v909) * v930;
-    const real v932 = mv_min(SPLAT(K(1.0)), v931);
-    const mask m933 = LT(v932, K(-1.0));
-    const mask m934 = LT(K(-1.0), v932);
-    const mask m935 = LT(K(1.0), v931);
-    const mask m936 = LT(v931, K(1.0));
-    const mask m937 = AND(m870, m907);
-    const mask m938 = AND(m936, m937);
-    const mask m939 = OR(m935, m938);
-    const mask m940 = OR(m939, m937);
-    const mask m941 = AND(m934, m940);
-    const mask m942 = OR(m933, m941);
-    const mask m943 = OR(m942, m940);
-    const mask m946 = NOT(m943);
-    real s947, c947; mv_sincos(v887, &s947, &c947);
-    real s948, c948; mv_sincos(v925, &s948, &c948);
-    const real v949 = c947 * s948;
-    const real v950 = v949 * v930;
-    const real v951 = mv_min(SPLAT(K(1.0)), v950);
-    const real v952 = mv_max(SPLAT(K(-1.0)), v951);
-    const real v955 = SELECT(m890, v925, SELECT(m943, mv_asin(mv_max(SPLAT(K(-1.0)), v932)), mv_asin(v952)));
-    const real v956 = mv_min(p[10], v955);
-    const real v957 = mv_max(v873, v956);
-    real s958, c958; mv_sincos(v957, &s958, &c958);
-    const real v959 = -p[11];
-    const real v960 = mv_min(v887, p[11]);
-    const real v961 = mv_max(v959, v960);
-    real s962, c962; mv_sincos(v961, &s962, &c962);
-    const mask m963 = LE(v959, v960);
-    const mask m964 = LE(v960, v959);
-    const real v966 = NUM(m963);
-    const real v968 = v966 / (NUM(m964) + v966);
-    const mask m969 = LE(v887, p[11]);
-    const mask m970 = LE(p[11], v887);
-    const real v971 = NUM(m969);
-    const real v974 = v971 / (v971 + NUM(m970));
-    const mask m975 = LE(K(-1.0), v884);
-    const mask m976 = LE(v884, K(-1.0));
-    const real v978 = NUM(m975);
-    const real v980 = v978 / (NUM(m976) + v978);
-    const mask m981 = LE(v883, K(1.0));
-    const mask m982 = LE(K(1.0), v883);
-    const real v984 = NUM(m981);
-    const real v986 = v984 / (NUM(m982) + v984);
-    const real v987 = c[1] * q[2];
-    const real v990 = (v432 + v545 * v987) * v624;
-    const real v994 = v987 * v544 + v545 * v990;
-    const real v997 = v125 * v990;
-    const real v1000 = v125 * v994;
-    const real v1005 = v255 * v990 - v541 * v994;
-    const real v1007 = v661 * v990 - v673 * v994 + v687 * v997 + v732 * v1000 + v751 * v1005;
-    const mask m1008 = LE(K(0.0), v853);
-    const mask m1009 = LE(v853, K(0.0));
-    const real v1011 = NUM(m1008);
-    const real v1013 = v1011 / (NUM(m1009) + v1011);
-    const real v1014 = v838 + v838;
-    const real v1023 = v771 * v1005 - (v786 * v990 + v791 * v994 + v763 * v997 + v798 * v1000);
-    const real v1035 = v815 * v990 + v819 * v994 + v732 * v997 + v827 * v1000 - v834 * v1005;
-    const real v1037 = v768 * v1023 - v763 * v1007 - v798 * v1035;
-    const real v1039 = v801 + v801;
-    const real v1041 = v758 + v758;
-    const real v1044 = v836 + v836;
-    const real v1049 = v1013 * (v1014 * v1037 - v844 * (v1039 * v1023 + v1041 * v1007 + v1044 * v1035));
-    const real v1051 = K(1.0) / (v855 + v855);
-    const real v1055 = (SELECT0(m877, v1049 * v1051) - v1037) * v857;
-    const real v1057 = v1007 - v763 * v1055;
-    const real v1060 = v980 * (v986 * (v1057 * v861));
-    const real v1061 = K(1.0) / v916;
-    const real v1062 = v1060 * v1061;
-    const real v1064 = v968 * (v974 * v1062);
-    const real v1066 = p[9] * (s962 * v1064);
-    const real v1069 = SELECT0(m871, -(c958 * v1066));
-    const real v1071 = c962 * p[9];
-    const mask m1073 = LE(v873, v956);
-    const mask m1074 = LE(v956, v873);
-    const real v1076 = NUM(m1073);
-    const real v1078 = v1076 / (NUM(m1074) + v1076);
-    const mask m1079 = LE(v955, p[10]);
-    const mask m1080 = LE(p[10], v955);
-    const real v1082 = NUM(m1079);
-    const real v1084 = v1082 / (NUM(m1080) + v1082);
-    const mask m1085 = LE(K(-1.0), v922);
-    const mask m1086 = LE(v922, K(-1.0));
-    const real v1088 = NUM(m1085);
-    const real v1090 = v1088 / (NUM(m1086) + v1088);
-    const mask m1091 = LE(v921, K(1.0));
-    const mask m1092 = LE(K(1.0), v921);
-    const real v1094 = NUM(m1091);
-    const real v1096 = v1094 / (NUM(m1092) + v1094);
-    const real v1098 = v1035 - v798 * v1055;
-    const real v1101 = v920 * v919;
-    const mask m1102 = LE(K(1e-09), v917);
-    const mask m1103 = LE(v917, K(1e-09));
-    const real v1105 = NUM(m1102);
-    const real v1107 = v1105 / (NUM(m1103) + v1105);
-    const real v1108 = v885 + v885;
-    const real v1111 = K(1.0) / (v916 + v916);
-    const real v1116 = v1098 * v861 * v919 + SELECT0(m871, v1101 * (v1107 * (v1108 * v1060 * v1111)));
-    const real v1122 = K(1.0) / mv_sqrt(K(1.0) - v923 * v923);
-    const real v1123 = v1090 * (v1096 * v1116) * v1122;
-    const mask m1126 = LE(K(-1.0), v951);
-    const mask m1127 = LE(v951, K(-1.0));
-    const real v1129 = NUM(m1126);
-    const real v1131 = v1129 / (NUM(m1127) + v1129);
-    const mask m1132 = LE(v950, K(1.0));
-    const mask m1133 = LE(K(1.0), v950);
-    const real v1135 = NUM(m1132);
-    const real v1137 = v1135 / (NUM(m1133) + v1135);
-    const real v1139 = s947 * v1062;
-    const real v1144 = c948 * v1123;
-    const real v1148 = SELECT0(m871, -(s948 * v1139)) + SELECT0(m910, -(c947 * v1144));
-    const real v1155 = K(1.0) / mv_sqrt(K(1.0) - v952 * v952);
-    const real v1158 = SELECT(m890, SELECT0(m910, -v1123), SELECT0(m946, v1131 * (v1137 * (v1148 * v930)) * v1155));
-    const real v1160 = v1078 * (v1084 * v1158);
-    const real v1161 = s958 * v1160;
-    const real v1163 = v1069 - v1071 * v1161;
-    const real v1164 = K(1.0) / v768;
-    const real v1166 = v763 * v1164;
-    const real v1168 = p[9] * (c962 * v1064);
-    const real v1171 = SELECT0(m871, v1168) + v1166 * v1163;
-    const real v1174 = K(1.0) / (v687 - v763 * v1166);
-    const real v1176 = v798 * v1164;
-    const real v1178 = v732 - v763 * v1176;
-    const real v1179 = v1178 * v1174;
-    const real v1183 = SELECT0(m871, -(s958 * v1066));
-    const real v1184 = c958 * v1160;
-    const real v1186 = v1183 + v1071 * v1184;
-    const real v1189 = v1176 * v1163 - v1186 - v1179 * v1171;
-    const real v1194 = K(1.0) / (v827 - v1178 * v1179 - v798 * v1176);
-    const real v1196 = v771 * v1164;
-    const real v1198 = v751 + v763 * v1196;
-    const real v1199 = v1198 * v1174;
-    const real v1203 = v834 + v1178 * v1199 - v798 * v1196;
-    const real v1204 = v1203 * v1194;
-    const real v1207 = v6 * v656 + v54 * v659;
-    const real v1208 = v6 * v629;
-    const real v1209 = c17 * v1208;
-    const real v1211 = v54 * v634;
-    const real v1212 = c62 * v1211;
-    const real v1214 = v142 * p[13];
-    const real v1215 = v639 * v126;
-    const real v1216 = v1214 - v1215;
-    const real v1217 = v1216 * s17;
-    const real v1219 = v170 * p[18];
-    const real v1220 = v647 * v154;
-    const real v1221 = v1219 - v1220;
-    const real v1222 = v1221 * s62;
-    const real v1223 = v1207 - v1209 - v1212 + v1217 + v1222;
-    const real v1227 = s17 * v1208 + s62 * v1211;
-    const real v1228 = v1216 * c17;
-    const real v1230 = v1221 * c62;
-    const real v1231 = v1227 + v1228 + v1230;
-    const real v1236 = p[9] * v1139;
-    const real v1239 = SELECT0(m871, -(c948 * v1236));
-    const real v1240 = p[9] * c947;
-    const real v1241 = s948 * v1123;
-    const real v1247 = v1239 + SELECT0(m910, v1240 * v1241) - (v1023 + v768 * v1055);
-    const real v1250 = p[9] * (c947 * v1062);
-    const real v1254 = SELECT0(m871, v1250) - v1057 + v1166 * v1247;
-    const real v1263 = SELECT0(m871, -(s948 * v1236)) + SELECT0(m910, -(v1240 * v1144));
-    const real v1268 = (v1176 * v1247 - (v1263 + v1098) - v1179 * v1254) * v1194;
-    const real v1270 = v1254 * v1174 - v1179 * v1268;
-    const real v1274 = v1247 * v1164 + v1166 * v1270 + v1176 * v1268;
-    const real v1280 = v1223 * v990 + v1231 * v994 - v771 * v1055 - v771 * v1274 - v751 * v997 - v751 * v1270;
-    const real v1289 = p[2] + p[3];
-    const real v1290 = v1207 + v1214 + v1219 + v1289;
-    const real v1293 = p[9] * c962;
-    const real v1296 = c947 * p[9];
-    const real v1300 = v1069 - v1293 * v1161 - (v1239 + SELECT0(m910, v1296 * v1241));
-    const real v1302 = v1168 - v1250;
-    const real v1305 = SELECT0(m871, v1302) + v1166 * v1300;
-    const real v1310 = p[9] * v1148 - (v1183 + v1293 * v1184);
-    const real v1315 = (v1310 + v1176 * v1300 - v1179 * v1305) * v1194;
-    const real v1317 = v1305 * v1174 - v1179 * v1315;
-    const real v1321 = v1300 * v1164 + v1166 * v1317 + v1176 * v1315;
-    const real v1325 = v1280 + v834 * v1000 + v834 * v1268 - v1290 * v1005 - v771 * v1321 - v751 * v1317;
-    const real v1333 = v1325 + v834 * v1315 + v1196 * v1163 + v1199 * v1171 - v1204 * v1189;
-    const real v1340 = K(1.0) / (v1290 - v1198 * v1199 - v1203 * v1204 - v771 * v1196);
-    const real v1342 = v786 * v1164;
-    const real v1344 = v661 - v763 * v1342;
-    const real v1345 = v1344 * v1174;
-    const real v1351 = v815 - v1178 * v1345 - v798 * v1342;
-    const real v1352 = v1351 * v1194;
-    const real v1356 = v1223 + v1198 * v1345 - v1203 * v1352 - v771 * v1342;
-    const real v1357 = v1356 * v1340;
-    const real v1358 = v627 * v629;
-    const real v1359 = v632 * v634;
-    const real v1363 = v103 * (v126 * v126);
-    const real v1368 = v1214 + K(-2.0) * v1215 + v126 * v642;
-    const real v1370 = v1363 + v1368 - v1358;
-    const real v1371 = v638 * v1370;
-    const real v1374 = v119 * (v154 * v154);
-    const real v1378 = v1219 + K(-2.0) * v1220 + v154 * v650;
-    const real v1380 = v1374 + v1378 - v1359;
-    const real v1381 = v646 * v1380;
-    const real v1395 = v103 * (p[14] * p[14]) + v119 * (p[19] * p[19]) + p[0] * (p[7] * p[7]) + p[1] * (p[6] * p[6]);
-    const real v1398 = v1395 - v124 * (v125 * v125);
-    const real v1402 = v1358 + v1359 + v1207 + v1371 + v1381 + (p[2] + p[5] + v1398) - v1363 - v1374;
-    const real v1406 = v1402 + K(-2.0) * v1209 + K(-2.0) * v1212;
-    const real v1411 = v1227 + v669 * v1370 + v671 * v1380;
-    const real v1421 = v1406 * v990 + v1411 * v994 - v786 * v1055 - v786 * v1274 + v661 * v997 + v661 * v1270;
-    const real v1430 = p[7] + p[8] + v125;
-    const real v1433 = v1421 + v815 * v1000 + v815 * v1268 - v1223 * v1005 + SELECT0(m871, v1430 * v1250);
-    const real v1442 = v1433 - v786 * v1321 + v661 * v1317 + v815 * v1315 + SELECT0(m871, v1430 * v1302);
-    const real v1452 = v1442 + SELECT0(m871, -(v1430 * v1168)) + v1342 * v1163 - v1345 * v1171 - v1352 * v1189;
-    const real v1454 = v1452 - v1357 * v1333;
-    const real v1463 = K(1.0) / (v1406 - v1344 * v1345 - v1351 * v1352 - v1356 * v1357 - v786 * v1342);
-    const real v1465 = v791 * v1164;
-    const real v1467 = v673 + v763 * v1465;
-    const real v1468 = v1467 * v1174;
-    const real v1474 = v819 + v1178 * v1468 - v798 * v1465;
-    const real v1475 = v1474 * v1194;
-    const real v1483 = v1231 - v1198 * v1468 - v1203 * v1475 - v771 * v1465;
-    const real v1484 = v1483 * v1340;
-    const real v1488 = v1411 + v1344 * v1468 - v1351 * v1475 - v1356 * v1484 - v786 * v1465;
-    const real v1489 = v1488 * v1463;
-    const real v1497 = p[15] + p[20];
-    const real v1502 = v1368 + v1378 + (p[2] + p[4] + v1497 + v1398) - v1371 - v1381;
-    const real v1508 = v1430 * v1263 - v1411 * v990 - v1502 * v994 + v791 * v1055 + v791 * v1274;
-    const real v1518 = v1508 + v673 * v997 + v673 * v1270 - v819 * v1000 - v819 * v1268 + v1231 * v1005;
-    const real v1527 = v1430 * v1186 - (v1518 - v1430 * v1310 + v791 * v1321 + v673 * v1317 - v819 * v1315);
-    const real v1537 = v1527 + v1465 * v1163 + v1468 * v1171 - v1475 * v1189 - v1484 * v1333 - v1489 * v1454;
-    const real v1547 = v1502 - v1467 * v1468 - v1474 * v1475 - v1483 * v1484 - v1488 * v1489 - v791 * v1465;
-    const real v1548 = K(1.0) / v1547;
-    const real v1549 = v1537 * v1548;
-    const real v1551 = v1454 * v1463 - v1489 * v1549;
-    const real v1555 = v1333 * v1340 - v1357 * v1551 - v1484 * v1549;
-    const real v1561 = v1189 * v1194 - v1204 * v1555 - v1352 * v1551 - v1475 * v1549;
-    const real v1569 = v1171 * v1174 - v1179 * v1561 + v1199 * v1555 - v1345 * v1551 + v1468 * v1549;
-    const real v1577 = v1163 * v1164 + v1166 * v1569 + v1176 * v1561 + v1196 * v1555 + v1342 * v1551;
-    const real v1579 = v1577 + v1465 * v1549;
-    const real v1581 = c[0] * q[2] - v263;
-    const real v1585 = v541 * v1581;
-    const real v1588 = (v255 * v1581 + q[0] * c[0] - v545 * v1585) * v624;
-    const real v1592 = v1585 * v544 - v545 * v1588;
-    const real v1597 = v125 * v1588 - c[8] * c[0];
-    const real v1600 = v125 * v1592;
-    const real v1607 = v1581 * v254 + v541 * v1592 + v255 * v1588;
-    const real v1609 = v661 * v1588 + v673 * v1592 + v687 * v1597 - v732 * v1600 + v751 * v1607;
-    const real v1618 = v771 * v1607 - (v786 * v1588 - v791 * v1592 + v763 * v1597 - v798 * v1600);
-    const real v1630 = v815 * v1588 - v819 * v1592 + v732 * v1597 - v827 * v1600 - v834 * v1607;
-    const real v1632 = v768 * v1618 - v763 * v1609 - v798 * v1630;
-    const real v1641 = v1013 * (v1014 * v1632 - v844 * (v1039 * v1618 + v1041 * v1609 + v1044 * v1630));
-    const real v1645 = (SELECT0(m877, v1641 * v1051) - v1632) * v857;
-    const real v1647 = v1609 - v763 * v1645;
-    const real v1650 = v980 * (v986 * (v1647 * v861));
-    const real v1651 = v1650 * v1061;
-    const real v1653 = v968 * (v974 * v1651);
-    const real v1655 = p[9] * (s962 * v1653);
-    const real v1658 = SELECT0(m871, -(c958 * v1655));
-    const real v1660 = v1630 - v798 * v1645;
-    const real v1668 = v1660 * v861 * v919 + SELECT0(m871, v1101 * (v1107 * (v1108 * v1650 * v1111)));
-    const real v1671 = v1090 * (v1096 * v1668) * v1122;
-    const real v1674 = s947 * v1651;
-    const real v1678 = c948 * v1671;
-    const real v1682 = SELECT0(m871, -(s948 * v1674)) + SELECT0(m910, -(c947 * v1678));
-    const real v1688 = SELECT(m890, SELECT0(m910, -v1671), SELECT0(m946, v1131 * (v1137 * (v1682 * v930)) * v1155));
-    const real v1690 = v1078 * (v1084 * v1688);
-    const real v1691 = s958 * v1690;
-    const real v1693 = v1658 - v1071 * v1691;
-    const real v1696 = p[9] * (c962 * v1653);
-    const real v1699 = SELECT0(m871, v1696) + v1166 * v1693;
-    const real v1704 = SELECT0(m871, -(s958 * v1655));
-    const real v1705 = c958 * v1690;
-    const real v1707 = v1704 + v1071 * v1705;
-    const real v1710 = v1176 * v1693 - v1707 - v1179 * v1699;
-    const real v1717 = p[9] * v1674;
-    const real v1720 = SELECT0(m871, -(c948 * v1717));
-    const real v1721 = s948 * v1671;
-    const real v1727 = v1720 + SELECT0(m910, v1240 * v1721) - (v1618 + v768 * v1645);
-    const real v1730 = p[9] * (c947 * v1651);
-    const real v1734 = SELECT0(m871, v1730) - v1647 + v1166 * v1727;
-    const real v1743 = SELECT0(m871, -(s948 * v1717)) + SELECT0(m910, -(v1240 * v1678));
-    const real v1748 = (v1176 * v1727 - (v1743 + v1660) - v1179 * v1734) * v1194;
-    const real v1750 = v1734 * v1174 - v1179 * v1748;
-    const real v1754 = v1727 * v1164 + v1166 * v1750 + v1176 * v1748;
-    const real v1758 = v1223 * v1588 - v1231 * v1592 - v771 * v1645 - v771 * v1754 - v751 * v1597;
-    const real v1772 = v1658 - v1293 * v1691 - (v1720 + SELECT0(m910, v1296 * v1721));
-    const real v1774 = v1696 - v1730;
-    const real v1777 = SELECT0(m871, v1774) + v1166 * v1772;
-    const real v1782 = p[9] * v1682 - (v1704 + v1293 * v1705);
-    const real v1787 = (v1782 + v1176 * v1772 - v1179 * v1777) * v1194;
-    const real v1789 = v1777 * v1174 - v1179 * v1787;
-    const real v1793 = v1772 * v1164 + v1166 * v1789 + v1176 * v1787;
-    const real v1795 = v1758 - v751 * v1750 - v834 * v1600 + v834 * v1748 - v1290 * v1607 - v771 * v1793;
-    const real v1805 = v1795 - v751 * v1789 + v834 * v1787 + v1196 * v1693 + v1199 * v1699 - v1204 * v1710;
-    const real v1815 = v1406 * v1588 - v1411 * v1592 - v786 * v1645 - v786 * v1754 + v661 * v1597;
-    const real v1826 = v1815 + v661 * v1750 - v815 * v1600 + v815 * v1748 - v1223 * v1607 + SELECT0(m871, v1430 * v1730);
-    const real v1835 = v1826 - v786 * v1793 + v661 * v1789 + v815 * v1787 + SELECT0(m871, v1430 * v1774);
-    const real v1845 = v1835 + SELECT0(m871, -(v1430 * v1696)) + v1342 * v1693 - v1345 * v1699 - v1352 * v1710;
-    const real v1847 = v1845 - v1357 * v1805;
-    const real v1858 = v1430 * v1743 - v1411 * v1588 + v1502 * v1592 + v791 * v1645 + v791 * v1754;
-    const real v1868 = v1858 + v673 * v1597 + v673 * v1750 + v819 * v1600 - v819 * v1748 + v1231 * v1607;
-    const real v1877 = v1430 * v1707 - (v1868 - v1430 * v1782 + v791 * v1793 + v673 * v1789 - v819 * v1787);
-    const real v1887 = v1877 + v1465 * v1693 + v1468 * v1699 - v1475 * v1710 - v1484 * v1805 - v1489 * v1847;
-    const real v1888 = v1887 * v1548;
-    const real v1890 = v1847 * v1463 - v1489 * v1888;
-    const real v1894 = v1805 * v1340 - v1357 * v1890 - v1484 * v1888;
-    const real v1900 = v1710 * v1194 - v1204 * v1894 - v1352 * v1890 - v1475 * v1888;
-    const real v1908 = v1699 * v1174 - v1179 * v1900 + v1199 * v1894 - v1345 * v1890 + v1468 * v1888;
-    const real v1916 = v1693 * v1164 + v1166 * v1908 + v1176 * v1900 + v1196 * v1894 + v1342 * v1890;
-    const real v1918 = v1916 + v1465 * v1888;
-    const real v1922 = c[0] * q[1] - q[1] * c[1];
-    const real v1926 = v541 * v1922 - c[1] * q[0];
-    const real v1929 = (v255 * v1922 - v545 * v1926) * v624;
-    const real v1933 = v1926 * v544 - v545 * v1929;
-    const real v1936 = v125 * v1929;
-    const real v1941 = v125 * v1933 + c[9] * c[1];
-    const real v1948 = v1922 * v254 + v541 * v1933 + v255 * v1929;
-    const real v1950 = v661 * v1929 + v673 * v1933 + v687 * v1936 - v732 * v1941 + v751 * v1948;
-    const real v1959 = v771 * v1948 - (v786 * v1929 - v791 * v1933 + v763 * v1936 - v798 * v1941);
-    const real v1971 = v815 * v1929 - v819 * v1933 + v732 * v1936 - v827 * v1941 - v834 * v1948;
-    const real v1973 = v768 * v1959 - v763 * v1950 - v798 * v1971;
-    const real v1982 = v1013 * (v1014 * v1973 - v844 * (v1039 * v1959 + v1041 * v1950 + v1044 * v1971));
-    const real v1986 = (SELECT0(m877, v1982 * v1051) - v1973) * v857;
-    const real v1988 = v1950 - v763 * v1986;
-    const real v1991 = v980 * (v986 * (v1988 * v861));
-    const real v1992 = v1991 * v1061;
-    const real v1994 = v968 * (v974 * v1992);
-    const real v1996 = p[9] * (s962 * v1994);
-    const real v1999 = SELECT0(m871, -(c958 * v1996));
-    const real v2001 = v1971 - v798 * v1986;
-    const real v2009 = v2001 * v861 * v919 + SELECT0(m871, v1101 * (v1107 * (v1108 * v1991 * v1111)));
-    const real v2012 = v1090 * (v1096 * v2009) * v1122;
-    const real v2015 = s947 * v1992;
-    const real v2019 = c948 * v2012;
-    const real v2023 = SELECT0(m871, -(s948 * v2015)) + SELECT0(m910, -(c947 * v2019));
-    const real v2029 = SELECT(m890, SELECT0(m910, -v2012), SELECT0(m946, v1131 * (v1137 * (v2023 * v930)) * v1155));
-    const real v2031 = v1078 * (v1084 * v2029);
-    const real v2032 = s958 * v2031;
-    const real v2034 = v1999 - v1071 * v2032;
-    const real v2037 = p[9] * (c962 * v1994);
-    const real v2040 = SELECT0(m871, v2037) + v1166 * v2034;
-    const real v2045 = SELECT0(m871, -(s958 * v1996));
-    const real v2046 = c958 * v2031;
-    const real v2048 = v2045 + v1071 * v2046;
-    const real v2051 = v1176 * v2034 - v2048 - v1179 * v2040;
-    const real v2058 = p[9] * v2015;
-    const real v2061 = SELECT0(m871, -(c948 * v2058));
-    const real v2062 = s948 * v2012;
-    const real v2068 = v2061 + SELECT0(m910, v1240 * v2062) - (v1959 + v768 * v1986);
-    const real v2071 = p[9] * (c947 * v1992);
-    const real v2075 = SELECT0(m871, v2071) - v1988 + v1166 * v2068;
-    const real v2084 = SELECT0(m871, -(s948 * v2058)) + SELECT0(m910, -(v1240 * v2019));
-    const real v2089 = (v1176 * v2068 - (v2084 + v2001) - v1179 * v2075) * v1194;
-    const real v2091 = v2075 * v1174 - v1179 * v2089;
-    const real v2095 = v2068 * v1164 + v1166 * v2091 + v1176 * v2089;
-    const real v2099 = v1223 * v1929 - v1231 * v1933 - v771 * v1986 - v771 * v2095 - v751 * v1936;
-    const real v2113 = v1999 - v1293 * v2032 - (v2061 + SELECT0(m910, v1296 * v2062));
-    const real v2115 = v2037 - v2071;
-    const real v2118 = SELECT0(m871, v2115) + v1166 * v2113;
-    const real v2123 = p[9] * v2023 - (v2045 + v1293 * v2046);
-    const real v2128 = (v2123 + v1176 * v2113 - v1179 * v2118) * v1194;
-    const real v2130 = v2118 * v1174 - v1179 * v2128;
-    const real v2134 = v2113 * v1164 + v1166 * v2130 + v1176 * v2128;
-    const real v2136 = v2099 - v751 * v2091 - v834 * v1941 + v834 * v2089 - v1290 * v1948 - v771 * v2134;
-    const real v2146 = v2136 - v751 * v2130 + v834 * v2128 + v1196 * v2034 + v1199 * v2040 - v1204 * v2051;
-    const real v2156 = v1406 * v1929 - v1411 * v1933 - v786 * v1986 - v786 * v2095 + v661 * v1936;
-    const real v2167 = v2156 + v661 * v2091 - v815 * v1941 + v815 * v2089 - v1223 * v1948 + SELECT0(m871, v1430 * v2071);
-    const real v2176 = v2167 - v786 * v2134 + v661 * v2130 + v815 * v2128 + SELECT0(m871, v1430 * v2115);
-    const real v2186 = v2176 + SELECT0(m871, -(v1430 * v2037)) + v1342 * v2034 - v1345 * v2040 - v1352 * v2051;
-    const real v2188 = v2186 - v1357 * v2146;
-    const real v2199 = v1430 * v2084 - v1411 * v1929 + v1502 * v1933 + v791 * v1986 + v791 * v2095;
-    const real v2209 = v2199 + v673 * v1936 + v673 * v2091 + v819 * v1941 - v819 * v2089 + v1231 * v1948;
-    const real v2218 = v1430 * v2048 - (v2209 - v1430 * v2123 + v791 * v2134 + v673 * v2130 - v819 * v2128);
-    const real v2228 = v2218 + v1465 * v2034 + v1468 * v2040 - v1475 * v2051 - v1484 * v2146 - v1489 * v2188;
-    const real v2229 = v2228 * v1548;
-    const real v2231 = v2188 * v1463 - v1489 * v2229;
-    const real v2235 = v2146 * v1340 - v1357 * v2231 - v1484 * v2229;
-    const real v2241 = v2051 * v1194 - v1204 * v2235 - v1352 * v2231 - v1475 * v2229;
-    const real v2249 = v2040 * v1174 - v1179 * v2241 + v1199 * v2235 - v1345 * v2231 + v1468 * v2229;
-    const real v2257 = v2034 * v1164 + v1166 * v2249 + v1176 * v2241 + v1196 * v2235 + v1342 * v2231;
-    const real v2259 = v2257 + v1465 * v2229;
-    const real v2263 = p[13] * c4;
-    const real v2264 = v39 * v2263;
-    const real v2265 = v6 * q[4] + v25 - v2264;
-    const real v2267 = v11 * (p[15] * v2265);
-    const real v2268 = c17 * v2267;
-    const real v2271 = p[18] * c52;
-    const real v2272 = v83 * v2271;
-    const real v2273 = v54 * q[4] + v69 - v2272;
-    const real v2275 = v59 * (p[20] * v2273);
-    const real v2276 = c62 * v2275;
-    const real v2278 = v135 + v135;
-    const real v2280 = v129 * (v2278 * s4);
-    const real v2281 = s4 * v2280;
-    const real v2284 = v135 * c4 + v35 * s4;
-    const real v2285 = v2284 - v33;
-    const real v2286 = v142 * v2285;
-    const real v2288 = v2281 + c4 * v2286;
-    const real v2291 = v163 + v163;
-    const real v2293 = v157 * (v2291 * s52);
-    const real v2294 = s52 * v2293;
-    const real v2297 = v163 * c52 + v79 * s52;
-    const real v2298 = v2297 - v77;
-    const real v2299 = v170 * v2298;
-    const real v2301 = v2294 + c52 * v2299;
-    const real v2303 = v2268 + v2276 - s17 * v2288 - s62 * v2301;
-    const real v2307 = v273 * v22 - v282 * v22 - v375;
-    const real v2318 = p[12] * v302 - (v282 * v412 + v292) + p[12] * (p[13] * v307) + p[12] * v314;
-    const real v2328 = p[17] * v352 - (v413 + v342) + p[17] * (p[18] * v357) + p[17] * v365;
-    const real v2332 = v189 * (v185 * v2307) - (v203 * (p[15] * v2318) + v213 * (p[20] * v2328));
-    const real v2336 = v324 + v324;
-    const real v2338 = v327 * v66 - v324 * v66 - q[15] * v2336;
-    const real v2342 = c[10] + (v2332 + v229 * (v225 * v2338));
-    const real v2354 = v203 * (v209 * v2318) + v213 * (v219 * v2328) + v189 * (v198 * v2307) + v229 * (v238 * v2338);
-    const real v2367 = v203 * (v444 * v2318) + v213 * (v462 * v2328) - v189 * (v482 * v2307) - v229 * (v499 * v2338);
-    const real v2368 = v541 * v2342 - v2367;
-    const real v2371 = (v255 * v2342 + v2354 - v545 * v2368) * v624;
-    const real v2372 = q[4] + v2371;
-    const real v2377 = v2368 * v544 - v545 * v2371;
-    const real v2378 = q[5] - v2377;
-    const real v2390 = v125 * v2372 - c[8] * (v192 * v190 - (v206 * v204 + v216 * v214) + v232 * v230);
-    const real v2402 = v125 * v2378 + c[9] * (v440 * v204 + v458 * v214 + v446 * v190 + v464 * v230);
-    const real v2409 = v2342 * v254 + v541 * v2377 + v255 * v2371;
-    const real v2411 = v2303 + v661 * v2372 - v673 * v2378 + v687 * v2390 + v732 * v2402 + v751 * v2409;
-    const real v2416 = c4 * v2280;
-    const real v2418 = c52 * v2293;
-    const real v2419 = s4 * v2286 + s52 * v2299 - v2416 - v2418;
-    const real v2428 = v771 * v2409 - (v2419 + v786 * v2372 + v791 * v2378 + v763 * v2390 + v798 * v2402);
-    const real v2434 = s17 * v2267;
-    const real v2435 = s62 * v2275;
-    const real v2439 = c17 * v2288 + (v2434 + v2435) + c62 * v2301;
-    const real v2448 = v815 * v2372 - v2439 + v819 * v2378 + v732 * v2390 + v827 * v2402 - v834 * v2409;
-    const real v2450 = v768 * v2428 - v763 * v2411 - v798 * v2448;
-    const real v2459 = v1013 * (v1014 * v2450 - v844 * (v1039 * v2428 + v1041 * v2411 + v1044 * v2448));
-    const real v2463 = (SELECT0(m877, v2459 * v1051) - v2450) * v857;
-    const real v2465 = v2411 - v763 * v2463;
-    const real v2468 = v980 * (v986 * (v2465 * v861));
-    const real v2469 = v2468 * v1061;
-    const real v2471 = v968 * (v974 * v2469);
-    const real v2473 = p[9] * (s962 * v2471);
-    const real v2476 = SELECT0(m871, -(c958 * v2473));
-    const real v2478 = v2448 - v798 * v2463;
-    const real v2486 = v2478 * v861 * v919 + SELECT0(m871, v1101 * (v1107 * (v1108 * v2468 * v1111)));
-    const real v2489 = v1090 * (v1096 * v2486) * v1122;
-    const real v2492 = s947 * v2469;
-    const real v2496 = c948 * v2489;
-    const real v2500 = SELECT0(m871, -(s948 * v2492)) + SELECT0(m910, -(c947 * v2496));
-    const real v2506 = SELECT(m890, SELECT0(m910, -v2489), SELECT0(m946, v1131 * (v1137 * (v2500 * v930)) * v1155));
-    const real v2508 = v1078 * (v1084 * v2506);
-    const real v2509 = s958 * v2508;
-    const real v2512 = v2476 - v1071 * v2509 + v2419;
-    const real v2515 = p[9] * (c962 * v2471);
-    const real v2519 = SELECT0(m871, v2515) - v2303 + v1166 * v2512;
-    const real v2524 = SELECT0(m871, -(s958 * v2473));
-    const real v2525 = c958 * v2508;
-    const real v2527 = v2524 + v1071 * v2525;
-    const real v2531 = v1176 * v2512 - (v2527 - v2439) - v1179 * v2519;
-    const real v2533 = p[13] * v2286;
-    const real v2536 = v6 * v2267 + v54 * v2275;
-    const real v2538 = p[18] * v2299;
-    const real v2539 = v2533 - v2536 + v2538;
-    const real v2546 = p[9] * v2492;
-    const real v2549 = SELECT0(m871, -(c948 * v2546));
-    const real v2550 = s948 * v2489;
-    const real v2556 = v2549 + SELECT0(m910, v1240 * v2550) - (v2428 + v768 * v2463);
-    const real v2559 = p[9] * (c947 * v2469);
-    const real v2563 = SELECT0(m871, v2559) - v2465 + v1166 * v2556;
-    const real v2572 = SELECT0(m871, -(s948 * v2546)) + SELECT0(m910, -(v1240 * v2496));
-    const real v2577 = (v1176 * v2556 - (v2572 + v2478) - v1179 * v2563) * v1194;
-    const real v2579 = v2563 * v1174 - v1179 * v2577;
-    const real v2583 = v2556 * v1164 + v1166 * v2579 + v1176 * v2577;
-    const real v2587 = v2539 + v1223 * v2372 + v1231 * v2378 - v771 * v2463 - v771 * v2583 - v751 * v2390;
-    const real v2601 = v2476 - v1293 * v2509 - (v2549 + SELECT0(m910, v1296 * v2550));
-    const real v2603 = v2515 - v2559;
-    const real v2606 = SELECT0(m871, v2603) + v1166 * v2601;
-    const real v2611 = p[9] * v2500 - (v2524 + v1293 * v2525);
-    const real v2616 = (v2611 + v1176 * v2601 - v1179 * v2606) * v1194;
-    const real v2618 = v2606 * v1174 - v1179 * v2616;
-    const real v2622 = v2601 * v1164 + v1166 * v2618 + v1176 * v2616;
-    const real v2624 = v2587 - v751 * v2579 + v834 * v2402 + v834 * v2577 - v1290 * v2409 - v771 * v2622;
-    const real v2633 = v2624 - v751 * v2618 + v834 * v2616 - v2539 + v1196 * v2512 + v1199 * v2519;
-    const real v2635 = v2633 - v1204 * v2531;
-    const real v2638 = v2533 - v126 * v2288;
-    const real v2642 = v2538 - v154 * v2301;
-    const real v2646 = v1289 + (p[5] - p[4]);
-    const real v2652 = s17 * v2638 - v2536 + s62 * v2642 - v2646 * q[4] + v627 * v2268 + v632 * v2276;
-    const real v2662 = v2652 + v1406 * v2372 + v1411 * v2378 - v786 * v2463 - v786 * v2583 + v661 * v2390;
-    const real v2673 = v2662 + v661 * v2579 + v815 * v2402 + v815 * v2577 - v1223 * v2409 + SELECT0(m871, v1430 * v2559);
-    const real v2682 = v2673 - v786 * v2622 + v661 * v2618 + v815 * v2616 + SELECT0(m871, v1430 * v2603);
-    const real v2691 = v2682 - v2652 + SELECT0(m871, -(v1430 * v2515)) + v1342 * v2512 - v1345 * v2519;
-    const real v2695 = v2691 - v1352 * v2531 - v1357 * v2635;
-    const real v2702 = q[14] * p[15];
-    const real v2704 = q[16] * p[20];
-    const real v2707 = p[4] - p[5];
-    const real v2708 = v1289 + v1497 + v2707;
-    const real v2714 = c17 * v2638 + c62 * v2642 + v2702 + v2704 - v2708 * q[5] - v627 * v2434 - v632 * v2435;
-    const real v2723 = v1430 * v2572 - v2714 - v1411 * v2372 - v1502 * v2378 + v791 * v2463 + v791 * v2583;
-    const real v2733 = v2723 + v673 * v2390 + v673 * v2579 - v819 * v2402 - v819 * v2577 + v1231 * v2409;
-    const real v2742 = v2733 - v1430 * v2611 + v791 * v2622 + v673 * v2618 - v819 * v2616 + v2714;
-    const real v2751 = v1430 * v2527 - v2742 + v1465 * v2512 + v1468 * v2519 - v1475 * v2531 - v1484 * v2635;
-    const real v2754 = (v2751 - v1489 * v2695) * v1548;
-    const real v2756 = v2695 * v1463 - v1489 * v2754;
-    const real v2760 = v2635 * v1340 - v1357 * v2756 - v1484 * v2754;
-    const real v2766 = v2531 * v1194 - v1204 * v2760 - v1352 * v2756 - v1475 * v2754;
-    const real v2774 = v2519 * v1174 - v1179 * v2766 + v1199 * v2760 - v1345 * v2756 + v1468 * v2754;
-    const real v2782 = v2512 * v1164 + v1166 * v2774 + v1176 * v2766 + v1196 * v2760 + v1342 * v2756;
-    const real v2784 = v2782 + v1465 * v2754;
-    const real v2790 = s4 * s17;
-    const real v2794 = v6 * q[3] + v27 * (v24 * c17) - (v36 * c17 - v39 * (p[13] * v2790));
-    const real v2796 = v11 * (p[15] * v2794);
-    const real v2797 = c17 * v2796;
-    const real v2803 = s52 * s62;
-    const real v2807 = v54 * q[3] + v71 * (v68 * c62) - (v80 * c62 - v83 * (p[18] * v2803));
-    const real v2809 = v59 * (p[20] * v2807);
-    const real v2810 = c62 * v2809;
-    const real v2812 = q[4] + q[4];
-    const real v2813 = v126 * v2812;
-    const real v2816 = c4 * s17;
-    const real v2818 = v38 + v38;
-    const real v2822 = v131 * (c4 * v2813) - v129 * (v2278 * v2816 + v2818 * c17);
-    const real v2828 = v35 * v2816 - v135 * v2790 - v27 * s17;
-    const real v2829 = v142 * v2828;
-    const real v2831 = s4 * v2822 - c4 * v2829;
-    const real v2834 = v154 * v2812;
-    const real v2837 = c52 * s62;
-    const real v2839 = v82 + v82;
-    const real v2843 = v159 * (c52 * v2834) - v157 * (v2291 * v2837 + v2839 * c62);
-    const real v2849 = v79 * v2837 - v163 * v2803 - v71 * s62;
-    const real v2850 = v170 * v2849;
-    const real v2852 = s52 * v2843 - c52 * v2850;
-    const real v2854 = v2797 + v2810 + s17 * v2831 + s62 * v2852;
-    const real v2855 = q[3] * c17;
-    const real v2857 = v185 * s17;
-    const real v2865 = v273 * v2855 + v374 * v2857 + (v22 * v2857 + v289 * c17) - v282 * v2855;
-    const real v2868 = v274 + v274;
-    const real v2869 = v2868 * s17;
-    const real v2875 = v22 + v22;
-    const real v2883 = p[12] * (c4 * (s4 * (v98 * v2869))) - (v273 * v2869 + v273 * (v2875 * c17) + v288 * v2857 + q[3] * v208);
-    const real v2892 = v2883 + p[12] * (q[3] * (v301 * s17)) + p[12] * (p[13] * (q[3] * (p[14] * v2816)));
-    const real v2895 = v350 * s62;
-    const real v2901 = v66 + v66;
-    const real v2905 = v225 * s62;
-    const real v2908 = v115 * s62;
-    const real v2911 = p[17] * (v114 * (c52 * (s52 * v2895))) - (v327 * v2895 + v327 * (v2901 * c62) + v338 * v2905 + q[3] * v2908);
-    const real v2912 = s62 + s62;
-    const real v2922 = v2911 + p[17] * (q[3] * (v114 * (v224 * v2912))) + p[17] * (p[18] * (q[3] * (p[19] * v2837)));
-    const real v2926 = v189 * (v185 * v2865) - (v203 * (p[15] * v2892) + v213 * (p[20] * v2922));
-    const real v2930 = q[3] * c62;
-    const real v2936 = v339 * c62 + v66 * v2905 + v327 * v2930 + v397 * v2905 - v324 * v2930;
-    const real v2939 = v2926 + v229 * (v225 * v2936);
-    const real v2951 = v203 * (v209 * v2892) + v213 * (v219 * v2922) + v189 * (v198 * v2865) + v229 * (v238 * v2936);
-    const real v2964 = v203 * (v444 * v2892) + v213 * (v462 * v2922) - v189 * (v482 * v2865) - v229 * (v499 * v2936);
-    const real v2966 = v541 * v2939 - (c[11] + v2964);
-    const real v2969 = (v255 * v2939 + v2951 - v545 * v2966) * v624;
-    const real v2970 = q[3] + v2969;
-    const real v2975 = v2966 * v544 - v545 * v2969;
-    const real v2987 = v125 * v2970 - c[8] * (v206 * v508 + v216 * v510 - v192 * v513 - v232 * v516);
-    const real v2999 = v125 * v2975 + c[9] * (v440 * v508 + v458 * v510 + v446 * v513 + v464 * v516);
-    const real v3006 = v2939 * v254 + v541 * v2975 + v255 * v2969;
-    const real v3008 = v2854 + v661 * v2970 + v673 * v2975 + v687 * v2987 - v732 * v2999 + v751 * v3006;
-    const real v3016 = s4 * v2829 + s52 * v2850 + c4 * v2822 + c52 * v2843;
-    const real v3025 = v771 * v3006 - (v3016 + v786 * v2970 - v791 * v2975 + v763 * v2987 - v798 * v2999);
-    const real v3030 = s17 * v2796;
-    const real v3031 = s62 * v2809;
-    const real v3035 = c17 * v2831 - (v3030 + v3031) + c62 * v2852;
-    const real v3045 = v3035 + v815 * v2970 - v819 * v2975 + v732 * v2987 - v827 * v2999 - v834 * v3006;
-    const real v3047 = v768 * v3025 - v763 * v3008 - v798 * v3045;
-    const real v3056 = v1013 * (v1014 * v3047 - v844 * (v1039 * v3025 + v1041 * v3008 + v1044 * v3045));
-    const real v3060 = (SELECT0(m877, v3056 * v1051) - v3047) * v857;
-    const real v3062 = v3008 - v763 * v3060;
-    const real v3065 = v980 * (v986 * (v3062 * v861));
-    const real v3066 = v3065 * v1061;
-    const real v3068 = v968 * (v974 * v3066);
-    const real v3070 = p[9] * (s962 * v3068);
-    const real v3073 = SELECT0(m871, -(c958 * v3070));
-    const real v3075 = v3045 - v798 * v3060;
-    const real v3083 = v3075 * v861 * v919 + SELECT0(m871, v1101 * (v1107 * (v1108 * v3065 * v1111)));
-    const real v3086 = v1090 * (v1096 * v3083) * v1122;
-    const real v3089 = s947 * v3066;
-    const real v3093 = c948 * v3086;
-    const real v3097 = SELECT0(m871, -(s948 * v3089)) + SELECT0(m910, -(c947 * v3093));
-    const real v3103 = SELECT(m890, SELECT0(m910, -v3086), SELECT0(m946, v1131 * (v1137 * (v3097 * v930)) * v1155));
-    const real v3105 = v1078 * (v1084 * v3103);
-    const real v3106 = s958 * v3105;
-    const real v3109 = v3073 - v1071 * v3106 + v3016;
-    const real v3112 = p[9] * (c962 * v3068);
-    const real v3116 = SELECT0(m871, v3112) - v2854 + v1166 * v3109;
-    const real v3121 = SELECT0(m871, -(s958 * v3070));
-    const real v3122 = c958 * v3105;
-    const real v3124 = v3121 + v1071 * v3122;
-    const real v3128 = v1176 * v3109 - (v3124 + v3035) - v1179 * v3116;
-    const real v3132 = v769 * v2813 + p[13] * v2829;
-    const real v3135 = v6 * v2796 + v54 * v2809;
-    const real v3139 = v770 * v2834 + p[18] * v2850;
-    const real v3144 = v3132 - v3135 + v3139 + v2702 + v2704 - q[5] * v2707;
-    const real v3151 = p[9] * v3089;
-    const real v3154 = SELECT0(m871, -(c948 * v3151));
-    const real v3155 = s948 * v3086;
-    const real v3161 = v3154 + SELECT0(m910, v1240 * v3155) - (v3025 + v768 * v3060);
-    const real v3164 = p[9] * (c947 * v3066);
-    const real v3168 = SELECT0(m871, v3164) - v3062 + v1166 * v3161;
-    const real v3177 = SELECT0(m871, -(s948 * v3151)) + SELECT0(m910, -(v1240 * v3093));
-    const real v3182 = (v1176 * v3161 - (v3177 + v3075) - v1179 * v3168) * v1194;
-    const real v3184 = v3168 * v1174 - v1179 * v3182;
-    const real v3188 = v3161 * v1164 + v1166 * v3184 + v1176 * v3182;
-    const real v3192 = v3144 + v1223 * v2970 - v1231 * v2975 - v771 * v3060 - v771 * v3188 - v751 * v2987;
-    const real v3206 = v3073 - v1293 * v3106 - (v3154 + SELECT0(m910, v1296 * v3155));
-    const real v3208 = v3112 - v3164;
-    const real v3211 = SELECT0(m871, v3208) + v1166 * v3206;
-    const real v3216 = p[9] * v3097 - (v3121 + v1293 * v3122);
-    const real v3221 = (v3216 + v1176 * v3206 - v1179 * v3211) * v1194;
-    const real v3223 = v3211 * v1174 - v1179 * v3221;
-    const real v3227 = v3206 * v1164 + v1166 * v3223 + v1176 * v3221;
-    const real v3229 = v3192 - v751 * v3184 - v834 * v2999 + v834 * v3182 - v1290 * v3006 - v771 * v3227;
-    const real v3238 = v3229 - v751 * v3223 + v834 * v3221 - v3144 + v1196 * v3109 + v1199 * v3116;
-    const real v3240 = v3238 - v1204 * v3128;
-    const real v3243 = v3132 + v126 * v2831;
-    const real v3247 = v3139 + v154 * v2852;
-    const real v3252 = q[13] * p[15];
-    const real v3254 = q[15] * p[20];
-    const real v3257 = s17 * v3243 - v3135 + s62 * v3247 - v2646 * q[3] - v3252 - v3254 + v627 * v2797;
-    const real v3259 = v3257 + v632 * v2810;
-    const real v3269 = v3259 + v1406 * v2970 - v1411 * v2975 - v786 * v3060 - v786 * v3188 + v661 * v2987;
-    const real v3280 = v3269 + v661 * v3184 - v815 * v2999 + v815 * v3182 - v1223 * v3006 + SELECT0(m871, v1430 * v3164);
-    const real v3289 = v3280 - v786 * v3227 + v661 * v3223 + v815 * v3221 + SELECT0(m871, v1430 * v3208);
-    const real v3298 = v3289 - v3259 + SELECT0(m871, -(v1430 * v3112)) + v1342 * v3109 - v1345 * v3116;
-    const real v3302 = v3298 - v1352 * v3128 - v1357 * v3240;
-    const real v3312 = c17 * v3243 + c62 * v3247 - v627 * v3030 - v632 * v3031;
-    const real v3321 = v1430 * v3177 - v3312 - v1411 * v2970 + v1502 * v2975 + v791 * v3060 + v791 * v3188;
-    const real v3331 = v3321 + v673 * v2987 + v673 * v3184 + v819 * v2999 - v819 * v3182 + v1231 * v3006;
-    const real v3340 = v3331 - v1430 * v3216 + v791 * v3227 + v673 * v3223 - v819 * v3221 + v3312;
-    const real v3349 = v1430 * v3124 - v3340 + v1465 * v3109 + v1468 * v3116 - v1475 * v3128 - v1484 * v3240;
-    const real v3352 = (v3349 - v1489 * v3302) * v1548;
-    const real v3354 = v3302 * v1463 - v1489 * v3352;
-    const real v3358 = v3240 * v1340 - v1357 * v3354 - v1484 * v3352;
-    const real v3364 = v3128 * v1194 - v1204 * v3358 - v1352 * v3354 - v1475 * v3352;
-    const real v3372 = v3116 * v1174 - v1179 * v3364 + v1199 * v3358 - v1345 * v3354 + v1468 * v3352;
-    const real v3380 = v3109 * v1164 + v1166 * v3372 + v1176 * v3364 + v1196 * v3358 + v1342 * v3354;
-    const real v3382 = v3380 + v1465 * v3352;
-    const real v3386 = s4 * c17;
-    const real v3393 = v39 * (p[13] * v3386) + v36 * s17 - v27 * (v24 * s17);
-    const real v3395 = v11 * (p[15] * v3393);
-    const real v3396 = c17 * v3395;
-    const real v3397 = s52 * c62;
-    const real v3404 = v83 * (p[18] * v3397) + v80 * s62 - v71 * (v68 * s62);
-    const real v3406 = v59 * (p[20] * v3404);
-    const real v3407 = c62 * v3406;
-    const real v3409 = q[5] + q[5];
-    const real v3410 = v126 * v3409;
-    const real v3413 = c4 * c17;
-    const real v3418 = v131 * (c4 * v3410) - v129 * (v2278 * v3413 - v2818 * s17);
-    const real v3424 = v35 * v3413 - v135 * v3386 - v27 * c17;
-    const real v3425 = v142 * v3424;
-    const real v3427 = s4 * v3418 - c4 * v3425;
-    const real v3430 = v154 * v3409;
-    const real v3433 = c52 * c62;
-    const real v3438 = v159 * (c52 * v3430) - v157 * (v2291 * v3433 - v2839 * s62);
-    const real v3444 = v79 * v3433 - v163 * v3397 - v71 * c62;
-    const real v3445 = v170 * v3444;
-    const real v3447 = s52 * v3438 - c52 * v3445;
-    const real v3449 = v3396 + v3407 + s17 * v3427 + s62 * v3447;
-    const real v3450 = v185 * c17;
-    const real v3452 = q[3] * s17;
-    const real v3460 = v374 * v3450 - v273 * v3452 + (v22 * v3450 - v289 * s17) + v282 * v3452;
-    const real v3465 = v2868 * c17;
-    const real v3476 = v273 * (v2875 * s17) - v273 * v3465 - v288 * v3450 - q[3] * v195 + p[12] * (c4 * (s4 * (v98 * v3465)));
-    const real v3485 = v3476 + p[12] * (q[3] * (v301 * c17)) + p[12] * (p[13] * (q[3] * (p[14] * v3413)));
-    const real v3490 = v350 * c62;
-    const real v3493 = v225 * c62;
-    const real v3496 = v115 * c62;
-    const real v3503 = v327 * (v2901 * s62) - v327 * v3490 - v338 * v3493 - q[3] * v3496 + p[17] * (v114 * (c52 * (s52 * v3490)));
-    const real v3514 = v3503 + p[17] * (q[3] * (v114 * (v224 * (c62 + c62)))) + p[17] * (p[18] * (q[3] * (p[19] * v3433)));
-    const real v3518 = v189 * (v185 * v3460) - (v203 * (p[15] * v3485) + v213 * (p[20] * v3514));
-    const real v3522 = q[3] * s62;
-    const real v3528 = v66 * v3493 - v339 * s62 - v327 * v3522 + v397 * v3493 + v324 * v3522;
-    const real v3531 = v3518 + v229 * (v225 * v3528);
-    const real v3543 = v203 * (v209 * v3485) + v213 * (v219 * v3514) + v189 * (v198 * v3460) + v229 * (v238 * v3528);
-    const real v3557 = v203 * (v444 * v3485) + v213 * (v462 * v3514) - v189 * (v482 * v3460) - v229 * (v499 * v3528);
-    const real v3558 = v541 * v3531 - v3557;
-    const real v3561 = (v255 * v3531 - (c[12] - v3543) - v545 * v3558) * v624;
-    const real v3566 = v3558 * v544 - v545 * v3561;
-    const real v3567 = q[3] - v3566;
-    const real v3571 = v203 * v209;
-    const real v3573 = v213 * v219;
-    const real v3576 = v189 * v198;
-    const real v3579 = v229 * v238;
-    const real v3583 = v125 * v3561 + c[8] * (v206 * v3571 + v216 * v3573 + v192 * v3576 + v232 * v3579);
-    const real v3595 = v125 * v3567 - c[9] * (v446 * v3576 - (v440 * v3571 + v458 * v3573) + v464 * v3579);
-    const real v3602 = v3531 * v254 + v541 * v3566 + v255 * v3561;
-    const real v3604 = v3449 + v661 * v3561 - v673 * v3567 + v687 * v3583 + v732 * v3595 + v751 * v3602;
-    const real v3612 = s4 * v3425 + s52 * v3445 + c4 * v3418 + c52 * v3438;
-    const real v3621 = v771 * v3602 - (v3612 + v786 * v3561 + v791 * v3567 + v763 * v3583 + v798 * v3595);
-    const real v3626 = s17 * v3395;
-    const real v3627 = s62 * v3406;
-    const real v3631 = c17 * v3427 - (v3626 + v3627) + c62 * v3447;
-    const real v3641 = v3631 + v815 * v3561 + v819 * v3567 + v732 * v3583 + v827 * v3595 - v834 * v3602;
-    const real v3643 = v768 * v3621 - v763 * v3604 - v798 * v3641;
-    const real v3652 = v1013 * (v1014 * v3643 - v844 * (v1039 * v3621 + v1041 * v3604 + v1044 * v3641));
-    const real v3656 = (SELECT0(m877, v3652 * v1051) - v3643) * v857;
-    const real v3658 = v3604 - v763 * v3656;
-    const real v3661 = v980 * (v986 * (v3658 * v861));
-    const real v3662 = v3661 * v1061;
-    const real v3664 = v968 * (v974 * v3662);
-    const real v3666 = p[9] * (s962 * v3664);
-    const real v3669 = SELECT0(m871, -(c958 * v3666));
-    const real v3671 = v3641 - v798 * v3656;
-    const real v3679 = v3671 * v861 * v919 + SELECT0(m871, v1101 * (v1107 * (v1108 * v3661 * v1111)));
-    const real v3682 = v1090 * (v1096 * v3679) * v1122;
-    const real v3685 = s947 * v3662;
-    const real v3689 = c948 * v3682;
-    const real v3693 = SELECT0(m871, -(s948 * v3685)) + SELECT0(m910, -(c947 * v3689));
-    const real v3699 = SELECT(m890, SELECT0(m910, -v3682), SELECT0(m946, v1131 * (v1137 * (v3693 * v930)) * v1155));
-    const real v3701 = v1078 * (v1084 * v3699);
-    const real v3702 = s958 * v3701;
-    const real v3705 = v3669 - v1071 * v3702 + v3612;
-    const real v3708 = p[9] * (c962 * v3664);
-    const real v3712 = SELECT0(m871, v3708) - v3449 + v1166 * v3705;
-    const real v3717 = SELECT0(m871, -(s958 * v3666));
-    const real v3718 = c958 * v3701;
-    const real v3720 = v3717 + v1071 * v3718;
-    const real v3724 = v1176 * v3705 - (v3720 + v3631) - v1179 * v3712;
-    const real v3728 = v769 * v3410 + p[13] * v3425;
-    const real v3731 = v6 * v3395 + v54 * v3406;
-    const real v3735 = v770 * v3430 + p[18] * v3445;
-    const real v3737 = v2707 * q[4];
-    const real v3738 = v3728 - v3731 + v3735 - v3737;
-    const real v3745 = p[9] * v3685;
-    const real v3748 = SELECT0(m871, -(c948 * v3745));
-    const real v3749 = s948 * v3682;
-    const real v3755 = v3748 + SELECT0(m910, v1240 * v3749) - (v3621 + v768 * v3656);
-    const real v3758 = p[9] * (c947 * v3662);
-    const real v3762 = SELECT0(m871, v3758) - v3658 + v1166 * v3755;
-    const real v3771 = SELECT0(m871, -(s948 * v3745)) + SELECT0(m910, -(v1240 * v3689));
-    const real v3776 = (v1176 * v3755 - (v3771 + v3671) - v1179 * v3762) * v1194;
-    const real v3778 = v3762 * v1174 - v1179 * v3776;
-    const real v3782 = v3755 * v1164 + v1166 * v3778 + v1176 * v3776;
-    const real v3786 = v3738 + v1223 * v3561 + v1231 * v3567 - v771 * v3656 - v771 * v3782 - v751 * v3583;
-    const real v3800 = v3669 - v1293 * v3702 - (v3748 + SELECT0(m910, v1296 * v3749));
-    const real v3802 = v3708 - v3758;
-    const real v3805 = SELECT0(m871, v3802) + v1166 * v3800;
-    const real v3810 = p[9] * v3693 - (v3717 + v1293 * v3718);
-    const real v3815 = (v3810 + v1176 * v3800 - v1179 * v3805) * v1194;
-    const real v3817 = v3805 * v1174 - v1179 * v3815;
-    const real v3821 = v3800 * v1164 + v1166 * v3817 + v1176 * v3815;
-    const real v3823 = v3786 - v751 * v3778 + v834 * v3595 + v834 * v3776 - v1290 * v3602 - v771 * v3821;
-    const real v3832 = v3823 - v751 * v3817 + v834 * v3815 - v3738 + v1196 * v3705 + v1199 * v3712;
-    const real v3834 = v3832 - v1204 * v3724;
-    const real v3837 = v3728 + v126 * v3427;
-    const real v3841 = v3735 + v154 * v3447;
-    const real v3847 = s17 * v3837 - v3731 + s62 * v3841 + v627 * v3396 + v632 * v3407;
-    const real v3857 = v3847 + v1406 * v3561 + v1411 * v3567 - v786 * v3656 - v786 * v3782 + v661 * v3583;
-    const real v3868 = v3857 + v661 * v3778 + v815 * v3595 + v815 * v3776 - v1223 * v3602 + SELECT0(m871, v1430 * v3758);
-    const real v3877 = v3868 - v786 * v3821 + v661 * v3817 + v815 * v3815 + SELECT0(m871, v1430 * v3802);
-    const real v3886 = v3877 - v3847 + SELECT0(m871, -(v1430 * v3708)) + v1342 * v3705 - v1345 * v3712;
-    const real v3890 = v3886 - v1352 * v3724 - v1357 * v3834;
-    const real v3903 = c17 * v3837 + c62 * v3841 - v2708 * q[3] - v627 * v3626 - v632 * v3627 - v3252;
-    const real v3904 = v3903 - v3254;
-    const real v3913 = v1430 * v3771 - v3904 - v1411 * v3561 - v1502 * v3567 + v791 * v3656 + v791 * v3782;
-    const real v3923 = v3913 + v673 * v3583 + v673 * v3778 - v819 * v3595 - v819 * v3776 + v1231 * v3602;
-    const real v3932 = v3923 - v1430 * v3810 + v791 * v3821 + v673 * v3817 - v819 * v3815 + v3904;
-    const real v3941 = v1430 * v3720 - v3932 + v1465 * v3705 + v1468 * v3712 - v1475 * v3724 - v1484 * v3834;
-    const real v3944 = (v3941 - v1489 * v3890) * v1548;
-    const real v3946 = v3890 * v1463 - v1489 * v3944;
-    const real v3950 = v3834 * v1340 - v1357 * v3946 - v1484 * v3944;
-    const real v3956 = v3724 * v1194 - v1204 * v3950 - v1352 * v3946 - v1475 * v3944;
-    const real v3964 = v3712 * v1174 - v1179 * v3956 + v1199 * v3950 - v1345 * v3946 + v1468 * v3944;
-    const real v3972 = v3705 * v1164 + v1166 * v3964 + v1176 * v3956 + v1196 * v3950 + v1342 * v3946;
-    const real v3974 = v3972 + v1465 * v3944;
-    const real v3979 = v541 * c[2];
-    const real v3982 = (v255 * c[2] - v545 * v3979) * v624;
-    const real v3986 = v3979 * v544 - v545 * v3982;
-    const real v3989 = v125 * v3982;
-    const real v3992 = v125 * v3986;
-    const real v3999 = c[2] * v254 + v541 * v3986 + v255 * v3982;
-    const real v4001 = v661 * v3982 + v673 * v3986 + v687 * v3989 - v732 * v3992 + v751 * v3999;
-    const real v4010 = v771 * v3999 - (v786 * v3982 - v791 * v3986 + v763 * v3989 - v798 * v3992);
-    const real v4022 = v815 * v3982 - v819 * v3986 + v732 * v3989 - v827 * v3992 - v834 * v3999;
-    const real v4024 = v768 * v4010 - v763 * v4001 - v798 * v4022;
-    const real v4033 = v1013 * (v1014 * v4024 - v844 * (v1039 * v4010 + v1041 * v4001 + v1044 * v4022));
-    const real v4037 = (SELECT0(m877, v4033 * v1051) - v4024) * v857;
-    const real v4039 = v4001 - v763 * v4037;
-    const real v4042 = v980 * (v986 * (v4039 * v861));
-    const real v4043 = v4042 * v1061;
-    const real v4045 = v968 * (v974 * v4043);
-    const real v4047 = p[9] * (s962 * v4045);
-    const real v4050 = SELECT0(m871, -(c958 * v4047));
-    const real v4052 = v4022 - v798 * v4037;
-    const real v4060 = v4052 * v861 * v919 + SELECT0(m871, v1101 * (v1107 * (v1108 * v4042 * v1111)));
-    const real v4063 = v1090 * (v1096 * v4060) * v1122;
-    const real v4066 = s947 * v4043;
-    const real v4070 = c948 * v4063;
-    const real v4074 = SELECT0(m871, -(s948 * v4066)) + SELECT0(m910, -(c947 * v4070));
-    const real v4080 = SELECT(m890, SELECT0(m910, -v4063), SELECT0(m946, v1131 * (v1137 * (v4074 * v930)) * v1155));
-    const real v4082 = v1078 * (v1084 * v4080);
-    const real v4083 = s958 * v4082;
-    const real v4085 = v4050 - v1071 * v4083;
-    const real v4088 = p[9] * (c962 * v4045);
-    const real v4091 = SELECT0(m871, v4088) + v1166 * v4085;
-    const real v4096 = SELECT0(m871, -(s958 * v4047));
-    const real v4097 = c958 * v4082;
-    const real v4099 = v4096 + v1071 * v4097;
-    const real v4102 = v1176 * v4085 - v4099 - v1179 * v4091;
-    const real v4109 = p[9] * v4066;
-    const real v4112 = SELECT0(m871, -(c948 * v4109));
-    const real v4113 = s948 * v4063;
-    const real v4119 = v4112 + SELECT0(m910, v1240 * v4113) - (v4010 + v768 * v4037);
-    const real v4122 = p[9] * (c947 * v4043);
-    const real v4126 = SELECT0(m871, v4122) - v4039 + v1166 * v4119;
-    const real v4135 = SELECT0(m871, -(s948 * v4109)) + SELECT0(m910, -(v1240 * v4070));
-    const real v4140 = (v1176 * v4119 - (v4135 + v4052) - v1179 * v4126) * v1194;
-    const real v4142 = v4126 * v1174 - v1179 * v4140;
-    const real v4146 = v4119 * v1164 + v1166 * v4142 + v1176 * v4140;
-    const real v4150 = v1223 * v3982 - v1231 * v3986 - v771 * v4037 - v771 * v4146 - v751 * v3989;
-    const real v4164 = v4050 - v1293 * v4083 - (v4112 + SELECT0(m910, v1296 * v4113));
-    const real v4166 = v4088 - v4122;
-    const real v4169 = SELECT0(m871, v4166) + v1166 * v4164;
-    const real v4174 = p[9] * v4074 - (v4096 + v1293 * v4097);
-    const real v4179 = (v4174 + v1176 * v4164 - v1179 * v4169) * v1194;
-    const real v4181 = v4169 * v1174 - v1179 * v4179;
-    const real v4185 = v4164 * v1164 + v1166 * v4181 + v1176 * v4179;
-    const real v4187 = v4150 - v751 * v4142 - v834 * v3992 + v834 * v4140 - v1290 * v3999 - v771 * v4185;
-    const real v4197 = v4187 - v751 * v4181 + v834 * v4179 + v1196 * v4085 + v1199 * v4091 - v1204 * v4102;
-    const real v4207 = v1406 * v3982 - v1411 * v3986 - v786 * v4037 - v786 * v4146 + v661 * v3989;
-    const real v4218 = v4207 + v661 * v4142 - v815 * v3992 + v815 * v4140 - v1223 * v3999 + SELECT0(m871, v1430 * v4122);
-    const real v4227 = v4218 - v786 * v4185 + v661 * v4181 + v815 * v4179 + SELECT0(m871, v1430 * v4166);
-    const real v4237 = v4227 + SELECT0(m871, -(v1430 * v4088)) + v1342 * v4085 - v1345 * v4091 - v1352 * v4102;
-    const real v4239 = v4237 - v1357 * v4197;
-    const real v4250 = v1430 * v4135 - v1411 * v3982 + v1502 * v3986 + v791 * v4037 + v791 * v4146;
-    const real v4260 = v4250 + v673 * v3989 + v673 * v4142 + v819 * v3992 - v819 * v4140 + v1231 * v3999;
-    const real v4269 = v1430 * v4099 - (v4260 - v1430 * v4174 + v791 * v4185 + v673 * v4181 - v819 * v4179);
-    const real v4279 = v4269 + v1465 * v4085 + v1468 * v4091 - v1475 * v4102 - v1484 * v4197 - v1489 * v4239;
-    const real v4280 = v4279 * v1548;
-    const real v4282 = v4239 * v1463 - v1489 * v4280;
-    const real v4286 = v4197 * v1340 - v1357 * v4282 - v1484 * v4280;
-    const real v4292 = v4102 * v1194 - v1204 * v4286 - v1352 * v4282 - v1475 * v4280;
-    const real v4300 = v4091 * v1174 - v1179 * v4292 + v1199 * v4286 - v1345 * v4282 + v1468 * v4280;
-    const real v4308 = v4085 * v1164 + v1166 * v4300 + v1176 * v4292 + v1196 * v4286 + v1342 * v4282;
-    const real v4310 = v4308 + v1465 * v4280;
-    const real v4312 = v545 * c[4] * v624;
-    const real v4316 = c[4] * v544 + v545 * v4312;
-    const real v4319 = v125 * v4312;
-    const real v4322 = v125 * v4316;
-    const real v4327 = v255 * v4312 - v541 * v4316;
-    const real v4329 = v661 * v4312 - v673 * v4316 + v687 * v4319 + v732 * v4322 + v751 * v4327;
-    const real v4338 = v771 * v4327 - (v786 * v4312 + v791 * v4316 + v763 * v4319 + v798 * v4322);
-    const real v4350 = v815 * v4312 + v819 * v4316 + v732 * v4319 + v827 * v4322 - v834 * v4327;
-    const real v4352 = v768 * v4338 - v763 * v4329 - v798 * v4350;
-    const real v4361 = v1013 * (v1014 * v4352 - v844 * (v1039 * v4338 + v1041 * v4329 + v1044 * v4350));
-    const real v4365 = (SELECT0(m877, v4361 * v1051) - v4352) * v857;
-    const real v4367 = v4329 - v763 * v4365;
-    const real v4370 = v980 * (v986 * (v4367 * v861));
-    const real v4371 = v4370 * v1061;
-    const real v4373 = v968 * (v974 * v4371);
-    const real v4375 = p[9] * (s962 * v4373);
-    const real v4378 = SELECT0(m871, -(c958 * v4375));
-    const real v4380 = v4350 - v798 * v4365;
-    const real v4388 = v4380 * v861 * v919 + SELECT0(m871, v1101 * (v1107 * (v1108 * v4370 * v1111)));
-    const real v4391 = v1090 * (v1096 * v4388) * v1122;
-    const real v4394 = s947 * v4371;
-    const real v4398 = c948 * v4391;
-    const real v4402 = SELECT0(m871, -(s948 * v4394)) + SELECT0(m910, -(c947 * v4398));
-    const real v4408 = SELECT(m890, SELECT0(m910, -v4391), SELECT0(m946, v1131 * (v1137 * (v4402 * v930)) * v1155));
-    const real v4410 = v1078 * (v1084 * v4408);
-    const real v4411 = s958 * v4410;
-    const real v4413 = v4378 - v1071 * v4411;
-    const real v4416 = p[9] * (c962 * v4373);
-    const real v4419 = SELECT0(m871, v4416) + v1166 * v4413;
-    const real v4424 = SELECT0(m871, -(s958 * v4375));
-    const real v4425 = c958 * v4410;
-    const real v4427 = v4424 + v1071 * v4425;
-    const real v4430 = v1176 * v4413 - v4427 - v1179 * v4419;
-    const real v4437 = p[9] * v4394;
-    const real v4440 = SELECT0(m871, -(c948 * v4437));
-    const real v4441 = s948 * v4391;
-    const real v4447 = v4440 + SELECT0(m910, v1240 * v4441) - (v4338 + v768 * v4365);
-    const real v4450 = p[9] * (c947 * v4371);
-    const real v4454 = SELECT0(m871, v4450) - v4367 + v1166 * v4447;
-    const real v4463 = SELECT0(m871, -(s948 * v4437)) + SELECT0(m910, -(v1240 * v4398));
-    const real v4468 = (v1176 * v4447 - (v4463 + v4380) - v1179 * v4454) * v1194;
-    const real v4470 = v4454 * v1174 - v1179 * v4468;
-    const real v4474 = v4447 * v1164 + v1166 * v4470 + v1176 * v4468;
-    const real v4478 = v1223 * v4312 + v1231 * v4316 - v771 * v4365 - v771 * v4474 - v751 * v4319;
-    const real v4492 = v4378 - v1293 * v4411 - (v4440 + SELECT0(m910, v1296 * v4441));
-    const real v4494 = v4416 - v4450;
-    const real v4497 = SELECT0(m871, v4494) + v1166 * v4492;
-    const real v4502 = p[9] * v4402 - (v4424 + v1293 * v4425);
-    const real v4507 = (v4502 + v1176 * v4492 - v1179 * v4497) * v1194;
-    const real v4509 = v4497 * v1174 - v1179 * v4507;
-    const real v4513 = v4492 * v1164 + v1166 * v4509 + v1176 * v4507;
-    const real v4515 = v4478 - v751 * v4470 + v834 * v4322 + v834 * v4468 - v1290 * v4327 - v771 * v4513;
-    const real v4525 = v4515 - v751 * v4509 + v834 * v4507 + v1196 * v4413 + v1199 * v4419 - v1204 * v4430;
-    const real v4535 = v1406 * v4312 + v1411 * v4316 - v786 * v4365 - v786 * v4474 + v661 * v4319;
-    const real v4546 = v4535 + v661 * v4470 + v815 * v4322 + v815 * v4468 - v1223 * v4327 + SELECT0(m871, v1430 * v4450);
-    const real v4555 = v4546 - v786 * v4513 + v661 * v4509 + v815 * v4507 + SELECT0(m871, v1430 * v4494);
-    const real v4565 = v4555 + SELECT0(m871, -(v1430 * v4416)) + v1342 * v4413 - v1345 * v4419 - v1352 * v4430;
-    const real v4567 = v4565 - v1357 * v4525;
-    const real v4578 = v1430 * v4463 - v1411 * v4312 - v1502 * v4316 + v791 * v4365 + v791 * v4474;
-    const real v4588 = v4578 + v673 * v4319 + v673 * v4470 - v819 * v4322 - v819 * v4468 + v1231 * v4327;
-    const real v4597 = v1430 * v4427 - (v4588 - v1430 * v4502 + v791 * v4513 + v673 * v4509 - v819 * v4507);
-    const real v4607 = v4597 + v1465 * v4413 + v1468 * v4419 - v1475 * v4430 - v1484 * v4525 - v1489 * v4567;
-    const real v4608 = v4607 * v1548;
-    const real v4610 = v4567 * v1463 - v1489 * v4608;
-    const real v4614 = v4525 * v1340 - v1357 * v4610 - v1484 * v4608;
-    const real v4620 = v4430 * v1194 - v1204 * v4614 - v1352 * v4610 - v1475 * v4608;
-    const real v4628 = v4419 * v1174 - v1179 * v4620 + v1199 * v4614 - v1345 * v4610 + v1468 * v4608;
-    const real v4636 = v4413 * v1164 + v1166 * v4628 + v1176 * v4620 + v1196 * v4614 + v1342 * v4610;
-    const real v4638 = v4636 + v1465 * v4608;
-    const real v4639 = c[6] * v624;
-    const real v4640 = v545 * v4639;
-    const real v4644 = v125 * v4639;
-    const real v4647 = v125 * v4640;
-    const real v4652 = v541 * v4640 - v255 * v4639;
-    const real v4654 = v673 * v4640 - v661 * v4639 - v687 * v4644 - v732 * v4647 + v751 * v4652;
-    const real v4663 = v771 * v4652 + (v786 * v4639 + v791 * v4640 + v763 * v4644 + v798 * v4647);
-    const real v4675 = v815 * v4639 + v819 * v4640 + v732 * v4644 + v827 * v4647 + v834 * v4652;
-    const real v4677 = v768 * v4663 - v763 * v4654 + v798 * v4675;
-    const real v4686 = v1013 * (v1014 * v4677 - v844 * (v1039 * v4663 + v1041 * v4654 - v1044 * v4675));
-    const real v4690 = (SELECT0(m877, v4686 * v1051) - v4677) * v857;
-    const real v4692 = v4654 - v763 * v4690;
-    const real v4695 = v980 * (v986 * (v4692 * v861));
-    const real v4696 = v4695 * v1061;
-    const real v4698 = v968 * (v974 * v4696);
-    const real v4700 = p[9] * (s962 * v4698);
-    const real v4703 = SELECT0(m871, -(c958 * v4700));
-    const real v4710 = v4675 + v798 * v4690;
-    const real v4713 = SELECT0(m871, v1101 * (v1107 * (v1108 * v4695 * v1111))) - v4710 * v861 * v919;
-    const real v4716 = v1090 * (v1096 * v4713) * v1122;
-    const real v4719 = s947 * v4696;
-    const real v4723 = c948 * v4716;
-    const real v4727 = SELECT0(m871, -(s948 * v4719)) + SELECT0(m910, -(c947 * v4723));
-    const real v4733 = SELECT(m890, SELECT0(m910, -v4716), SELECT0(m946, v1131 * (v1137 * (v4727 * v930)) * v1155));
-    const real v4735 = v1078 * (v1084 * v4733);
-    const real v4736 = s958 * v4735;
-    const real v4738 = v4703 - v1071 * v4736;
-    const real v4741 = p[9] * (c962 * v4698);
-    const real v4744 = SELECT0(m871, v4741) + v1166 * v4738;
-    const real v4749 = SELECT0(m871, -(s958 * v4700));
-    const real v4750 = c958 * v4735;
-    const real v4752 = v4749 + v1071 * v4750;
-    const real v4755 = v1176 * v4738 - v4752 - v1179 * v4744;
-    const real v4763 = p[9] * v4719;
-    const real v4766 = SELECT0(m871, -(c948 * v4763));
-    const real v4767 = s948 * v4716;
-    const real v4773 = v4766 + SELECT0(m910, v1240 * v4767) - (v4663 + v768 * v4690);
-    const real v4776 = p[9] * (c947 * v4696);
-    const real v4780 = SELECT0(m871, v4776) - v4692 + v1166 * v4773;
-    const real v4789 = SELECT0(m871, -(s948 * v4763)) + SELECT0(m910, -(v1240 * v4723));
-    const real v4794 = (v1176 * v4773 - (v4789 - v4710) - v1179 * v4780) * v1194;
-    const real v4796 = v4780 * v1174 - v1179 * v4794;
-    const real v4800 = v4773 * v1164 + v1166 * v4796 + v1176 * v4794;
-    const real v4803 = v751 * v4644 - (v1223 * v4639 + v1231 * v4640 + v771 * v4690 + v771 * v4800);
-    const real v4817 = v4703 - v1293 * v4736 - (v4766 + SELECT0(m910, v1296 * v4767));
-    const real v4819 = v4741 - v4776;
-    const real v4822 = SELECT0(m871, v4819) + v1166 * v4817;
-    const real v4827 = p[9] * v4727 - (v4749 + v1293 * v4750);
-    const real v4832 = (v4827 + v1176 * v4817 - v1179 * v4822) * v1194;
-    const real v4834 = v4822 * v1174 - v1179 * v4832;
-    const real v4838 = v4817 * v1164 + v1166 * v4834 + v1176 * v4832;
-    const real v4840 = v4803 - v751 * v4796 - v834 * v4647 + v834 * v4794 - v1290 * v4652 - v771 * v4838;
-    const real v4850 = v4840 - v751 * v4834 + v834 * v4832 + v1196 * v4738 + v1199 * v4744 - v1204 * v4755;
-    const real v4861 = v1406 * v4639 + v1411 * v4640 + v786 * v4690 + v786 * v4800 + v661 * v4644;
-    const real v4871 = v661 * v4796 - v4861 - v815 * v4647 + v815 * v4794 - v1223 * v4652 + SELECT0(m871, v1430 * v4776);
-    const real v4880 = v4871 - v786 * v4838 + v661 * v4834 + v815 * v4832 + SELECT0(m871, v1430 * v4819);
-    const real v4890 = v4880 + SELECT0(m871, -(v1430 * v4741)) + v1342 * v4738 - v1345 * v4744 - v1352 * v4755;
-    const real v4892 = v4890 - v1357 * v4850;
-    const real v4903 = v1430 * v4789 + v1411 * v4639 + v1502 * v4640 + v791 * v4690 + v791 * v4800;
-    const real v4913 = v4903 - v673 * v4644 + v673 * v4796 + v819 * v4647 - v819 * v4794 + v1231 * v4652;
-    const real v4922 = v1430 * v4752 - (v4913 - v1430 * v4827 + v791 * v4838 + v673 * v4834 - v819 * v4832);
-    const real v4932 = v4922 + v1465 * v4738 + v1468 * v4744 - v1475 * v4755 - v1484 * v4850 - v1489 * v4892;
-    const real v4933 = v4932 * v1548;
-    const real v4935 = v4892 * v1463 - v1489 * v4933;
-    const real v4939 = v4850 * v1340 - v1357 * v4935 - v1484 * v4933;
-    const real v4945 = v4755 * v1194 - v1204 * v4939 - v1352 * v4935 - v1475 * v4933;
-    const real v4953 = v4744 * v1174 - v1179 * v4945 + v1199 * v4939 - v1345 * v4935 + v1468 * v4933;
-    const real v4961 = v4738 * v1164 + v1166 * v4953 + v1176 * v4945 + v1196 * v4939 + v1342 * v4935;
-    const real v4963 = v4961 + v1465 * v4933;
-    const real v4965 = p[13] * s4;
-    const real v4970 = v27 * s4 + v133;
-    const real v4973 = v14 * v2263 - v27 * (v22 * v4965) + v39 * (p[13] * v4970);
-    const real v4982 = v11 * v10 * (p[12] * ((v6 + v6) * v2263));
-    const real v4984 = v11 * (p[15] * v4973 - v44 * v2263) - v46 * v4982;
-    const real v4985 = c17 * v4984;
-    const real v4990 = v27 * c4 - v34;
-    const real v4993 = v131 * (v127 * s4) + v129 * (v2278 * v4990);
-    const real v4998 = v35 * v4990 - v135 * v4970;
-    const real v4999 = v142 * v4998;
-    const real v5002 = v140 * c4 - s4 * v4993 - (c4 * v4999 - v773);
-    const real v5004 = v4985 + s17 * v5002;
-    const real v5006 = (s4 + s4) * c4;
-    const real v5007 = v99 * v5006;
-    const real v5012 = v189 * v188 * ((v186 + v186) * v5007);
-    const real v5014 = v189 * v5007 - v185 * v5012;
-    const real v5016 = v129 * c4;
-    const real v5017 = c17 * v5016;
-    const real v5018 = p[14] * v5017;
-    const real v5019 = v477 - v184;
-    const real v5021 = v5018 - v195 * v5019;
-    const real v5024 = p[12] * v4965;
-    const real v5025 = s17 * v5024;
-    const real v5026 = p[14] * v5025;
-    const real v5028 = v198 * v5014 + v190 * v5021 + v204 * v5026;
-    const real v5030 = v255 * v254;
-    const real v5035 = v189 * ((v185 + v185) * v5007) - v248 * v5012;
-    const real v5037 = v5028 * v254 + v5030 * v5035;
-    const real v5039 = v270 * v5016;
-    const real v5046 = p[14] * v5016;
-    const real v5050 = v99 * v5019;
-    const real v5055 = v274 * v5007;
-    const real v5058 = p[12] * (c4 * (v295 * c4) - v296 * s4) - (v275 * v5046 + v278 * v5046 + v281 * v5050 + v285 * v5050 + v288 * v5055);
-    const real v5069 = v5058 + p[12] * (q[3] * (v274 * (v300 * v5006))) - p[12] * (p[13] * (q[3] * (p[14] * (v274 * s4))));
-    const real v5077 = v5069 + p[12] * (q[3] * (q[14] * (c4 * (v300 * c4) - v312 * s4)));
-    const real v5081 = q[14] * v5007;
-    const real v5083 = v374 * v5050;
-    const real v5086 = q[14] * v5083;
-    const real v5100 = v379 * v5046 + v374 * v5055 + v22 * v5055 + v5086 - v379 * v5050 - q[3] * v5083;
-    const real v5104 = v375 * v5081 + v373 * v5083 - (v185 * v5086 + v377 * v5007 + (v390 * v5007 + v185 * v5100));
-    const real v5108 = v203 * (p[15] * v5039 + p[15] * v5077) + (v189 * v5104 - v393 * v5012);
-    const real v5118 = c17 * v5024;
-    const real v5119 = p[14] * v5118;
-    const real v5121 = s17 * v5016;
-    const real v5122 = p[14] * v5121;
-    const real v5126 = v209 * v5039 - v271 * v5026 + (v209 * v5077 - v317 * v5026) + v439 * (q[14] * v5119 + q[13] * v5122);
-    const real v5139 = (c4 + c4) * s4;
-    const real v5144 = v5122 - v208 * v5019;
-    const real v5148 = v484 * v5081 + v373 * (q[13] * (v195 * v5006 - v5119 + v195 * v5139) - q[14] * v5144);
-    const real v5150 = v189 * (v198 * v5086 + v377 * v5021 + (v390 * v5021 + v198 * v5100) - v5148);
-    const real v5159 = v482 * v5014 + v190 * v5144 - v204 * v5119;
-    const real v5161 = v541 * v254;
-    const real v5163 = v5159 * v254 + v5161 * v5035;
-    const real v5178 = v444 * v5039 - v271 * v5119 + (v444 * v5077 - v317 * v5119) + v439 * (q[13] * v5018 - q[14] * v5026);
-    const real v5196 = v581 * v5081 + v373 * (q[14] * v5021 + q[13] * (v208 * v5006 - v5026 + v208 * v5139));
-    const real v5198 = v189 * (v482 * v5086 + v377 * v5144 + (v390 * v5144 + v482 * v5100) - v5196);
-    const real v5202 = v425 * v5163 - v541 * v5108 - (v203 * v5178 - (v5198 - v583 * v5012));
-    const real v5214 = v209 * (v203 * v5119) + v508 * v5026 + (v198 * (v189 * v5144 - v482 * v5012) + v513 * v5021);
-    const real v5218 = v5214 + (v255 * v5159 + v525 * v5037);
-    const real v5220 = v545 * v544;
-    const real v5221 = v444 + v444;
-    const real v5224 = v482 + v482;
-    const real v5233 = v203 * (v5221 * v5119) - (v189 * (v5224 * v5144) - v535 * v5012) - (v541 * v5159 + v525 * v5163);
-    const real v5235 = v5218 * v544 + v5220 * v5233;
-    const real v5238 = v425 * v5037 - v255 * v5108 + (v203 * v5126 + (v5150 - v486 * v5012)) - (v545 * v5202 - v604 * v5235);
-    const real v5240 = v625 * v624;
-    const real v5241 = v209 + v209;
-    const real v5244 = v198 + v198;
-    const real v5253 = v203 * (v5241 * v5026) - (v189 * (v5244 * v5021) - v614 * v5012) + (v545 * v5218 + v527 * v5235);
-    const real v5259 = v5238 * v624 - v5240 * (v5253 - (v255 * v5028 + v240 * v5037));
-    const real v5262 = p[15] * v4982;
-    const real v5264 = v628 * v4965 - v627 * v5262;
-    const real v5265 = v131 * c4;
-    const real v5267 = s4 * v5265 + v759;
-    const real v5268 = v126 * v5267;
-    const real v5269 = v769 + v5268;
-    const real v5270 = v5264 - v5269;
-    const real v5271 = v638 * v5270;
-    const real v5275 = v628 * v2263 - v6 * v5262;
-    const real v5276 = c17 * v5275;
-    const real v5277 = v5264 - v5271 - v5276;
-    const real v5281 = v669 * v5270;
-    const real v5284 = v665 * v544;
-    const real v5290 = v5202 * v544 - v5284 * v5233 - (v545 * v5259 - v625 * v5235);
-    const real v5294 = v5267 + v5262;
-    const real v5295 = v638 * v5294;
-    const real v5296 = v5295 - v5262;
-    const real v5302 = v203 * (q[4] * v5119 - q[5] * v5026);
-    const real v5314 = v189 * (q[4] * v5144 - q[3] * v5007 + q[5] * v5021 + v5081) - v712 * v5012;
-    const real v5320 = v125 * v5259 + c[8] * (v206 * v5302 - v695 * v5025 + (v192 * v5314 + v713 * v5017));
-    const real v5323 = v5004 + (v661 * v5259 + v626 * v5277) - (v668 * v5281 - v673 * v5290) + (v727 * v5296 + v687 * v5320);
-    const real v5324 = v669 * v5294;
-    const real v5335 = v125 * v5290 + c[9] * (v446 * v5314 + v713 * v5121 - (v440 * v5302 - v695 * v5118));
-    const real v5340 = v5276 - s17 * v769;
-    const real v5342 = v752 * v254;
-    const real v5353 = v5342 * v5035 - v5108 * v254 + (v667 * v5163 + v541 * v5290) + (v625 * v5037 + v255 * v5259);
-    const real v5356 = v5323 + (v744 * v5324 - v732 * v5335) + (v756 * v5340 + v751 * v5353);
-    const real v5358 = c4 * v5265 - v641;
-    const real v5359 = s17 * v5358;
-    const real v5369 = s4 * v4999 + v150 - (v140 * s4 + c4 * v4993);
-    const real v5372 = v639 + v126 * v5358;
-    const real v5373 = s17 * v5372;
-    const real v5377 = c17 * v5372;
-    const real v5385 = v5369 + (v786 * v5259 + v626 * v5373) + (v668 * v5377 - v791 * v5290) + (v727 * v5359 + v763 * v5320);
-    const real v5386 = c17 * v5358;
-    const real v5391 = v756 * v639 + v771 * v5353 - (v5385 + (v744 * v5386 - v798 * v5335));
-    const real v5401 = s17 * v4984;
-    const real v5402 = c17 * v5002 - v5401;
-    const real v5404 = s17 * v5275;
-    const real v5405 = v5404 - v5281;
-    const real v5409 = v5271 + v5269;
-    const real v5417 = v5402 + (v815 * v5259 + v626 * v5405) + (v668 * v5409 - v819 * v5290) + (v727 * v5324 + v732 * v5320);
-    const real v5418 = v5267 - v5295;
-    const real v5424 = v5404 + c17 * v769;
-    const real v5428 = v5417 + (v744 * v5418 - v827 * v5335) - (v756 * v5424 + v834 * v5353);
-    const real v5431 = v768 * v5391 - v801 * v5267 - (v758 * v5359 + v763 * v5356) - (v836 * v5386 + v798 * v5428);
-    const real v5433 = v763 + v763;
-    const real v5435 = v768 + v768;
-    const real v5438 = v798 + v798;
-    const real v5440 = v5433 * v5359 - v5435 * v5267 + v5438 * v5386;
-    const real v5449 = v1014 * v5431 - (v851 * v5440 + v844 * (v1039 * v5391 + v1041 * v5356 + v1044 * v5428));
-    const real v5455 = v880 * v857;
-    const real v5457 = (SELECT0(m877, v1013 * v5449 * v1051) - v5431) * v857 - v5455 * v5440;
-    const real v5460 = v5356 - (v880 * v5359 + v763 * v5457);
-    const real v5463 = v980 * (v986 * (v5460 * v861));
-    const real v5464 = v5463 * v1061;
-    const real v5466 = v968 * (v974 * v5464);
-    const real v5468 = p[9] * (s962 * v5466);
-    const real v5471 = SELECT0(m871, -(c958 * v5468));
-    const real v5475 = v5428 - (v880 * v5386 + v798 * v5457);
-    const real v5483 = v5475 * v861 * v919 + SELECT0(m871, v1101 * (v1107 * (v1108 * v5463 * v1111)));
-    const real v5486 = v1090 * (v1096 * v5483) * v1122;
-    const real v5489 = s947 * v5464;
-    const real v5493 = c948 * v5486;
-    const real v5497 = SELECT0(m871, -(s948 * v5489)) + SELECT0(m910, -(c947 * v5493));
-    const real v5503 = SELECT(m890, SELECT0(m910, -v5486), SELECT0(m946, v1131 * (v1137 * (v5497 * v930)) * v1155));
-    const real v5505 = v1078 * (v1084 * v5503);
-    const real v5506 = s958 * v5505;
-    const real v5509 = v5471 - v1071 * v5506 + v5369;
-    const real v5512 = v1071 * c958 + v779;
-    const real v5513 = v5512 * v1164;
-    const real v5514 = v5513 * v1164;
-    const real v5517 = s962 * p[9];
-    const real v5520 = v5517 - v181 + v1166 * v5512;
-    const real v5521 = v5520 * v1174;
-    const real v5523 = v1071 * s958;
-    const real v5527 = v1176 * v5512 - (v5523 + v811) - v1179 * v5520;
-    const real v5528 = v5527 * v1194;
-    const real v5531 = v769 * v127 + v149 * p[13];
-    const real v5534 = v47 * v6 + v91 * v54;
-    const real v5538 = v770 * v155 + v177 * p[18];
-    const real v5547 = v5531 - v5534 + v5538 - v147 - v175 + v2702 * q[4] + v2704 * q[4] - v3737 * q[5];
-    const real v5557 = v1240 * c948 - (v801 + v768 * v880);
-    const real v5558 = v5557 * v1164;
-    const real v5559 = p[9] * s947;
-    const real v5562 = v5559 - v882 + v1166 * v5557;
-    const real v5563 = v5562 * v1174;
-    const real v5565 = v1240 * s948;
-    const real v5570 = (v1176 * v5557 - (v5565 + v912) - v1179 * v5562) * v1194;
-    const real v5572 = v5563 - v1179 * v5570;
-    const real v5576 = v5558 + v1166 * v5572 + v1176 * v5570;
-    const real v5580 = v5547 + v626 * v1223 + v668 * v1231 - v771 * v880 - v771 * v5576 - v751 * v727;
-    const real v5591 = v1293 * c958 - v1296 * c948;
-    const real v5592 = v5591 * v1164;
-    const real v5594 = p[9] * s962 - v5559;
-    const real v5596 = v5594 + v1166 * v5591;
-    const real v5597 = v5596 * v1174;
-    const real v5600 = v949 * p[9] - v1293 * s958;
-    const real v5605 = (v5600 + v1176 * v5591 - v1179 * v5596) * v1194;
-    const real v5607 = v5597 - v1179 * v5605;
-    const real v5611 = v5592 + v1166 * v5607 + v1176 * v5605;
-    const real v5613 = v5580 - v751 * v5572 + v834 * v744 + v834 * v5570 - v1290 * v756 - v771 * v5611;
-    const real v5622 = v5613 - v751 * v5607 + v834 * v5605 - v5547 + v1196 * v5512 + v1199 * v5520;
-    const real v5624 = v5622 - v1204 * v5527;
-    const real v5625 = v5624 * v1340;
-    const real v5627 = v5531 + v151 * v126;
-    const real v5628 = v5627 * s17;
-    const real v5633 = v5538 + v179 * v154;
-    const real v5634 = v5633 * s62;
-    const real v5641 = v5628 - (v5534 + v44 + v88) + v5634 - v14 * v2646 - v3252 * q[4] - v3254 * q[4];
-    const real v5645 = v5641 + v48 * v627 + v92 * v632;
-    const real v5655 = v5645 + v626 * v1406 + v668 * v1411 - v786 * v880 - v786 * v5576 + v661 * v727;
-    const real v5665 = v5655 + v661 * v5572 + v815 * v744 + v815 * v5570 - v1223 * v756 + v5559 * v1430;
-    const real v5674 = v5665 - v786 * v5611 + v661 * v5607 + v815 * v5605 + v5594 * v1430 - v5645;
-    const real v5684 = v5674 - v5517 * v1430 + v1342 * v5512 - v1345 * v5520 - v1352 * v5527 - v1357 * v5624;
-    const real v5685 = v5684 * v1463;
-    const real v5688 = v5627 * c17;
-    const real v5689 = v5633 * c62;
-    const real v5700 = v5688 + v5689 + v2702 * q[3] + v2704 * q[3] - v664 * v2708 - v806 * v627 - v807 * v632;
-    const real v5704 = v5700 - v3252 * q[5] - v3254 * q[5];
-    const real v5713 = v5565 * v1430 - v5704 - v626 * v1411 - v668 * v1502 + v791 * v880 + v791 * v5576;
-    const real v5723 = v5713 + v673 * v727 + v673 * v5572 - v819 * v744 - v819 * v5570 + v1231 * v756;
-    const real v5732 = v5723 - v5600 * v1430 + v791 * v5611 + v673 * v5607 - v819 * v5605 + v5704;
-    const real v5741 = v5523 * v1430 - v5732 + v1465 * v5512 + v1468 * v5520 - v1475 * v5527 - v1484 * v5624;
-    const real v5744 = (v5741 - v1489 * v5684) * v1548;
-    const real v5746 = v5685 - v1489 * v5744;
-    const real v5750 = v5625 - v1357 * v5746 - v1484 * v5744;
-    const real v5756 = v5528 - v1204 * v5750 - v1352 * v5746 - v1475 * v5744;
-    const real v5764 = v5521 - v1179 * v5756 + v1199 * v5750 - v1345 * v5746 + v1468 * v5744;
-    const real v5766 = v1166 * v1164;
-    const real v5768 = v5359 * v1164 + v5766 * v5267;
-    const real v5771 = p[9] * (c962 * v5466);
-    const real v5777 = SELECT0(m871, v5771) - v5004 + (v5512 * v5768 + v1166 * v5509);
-    const real v5779 = v5521 * v1174;
-    const real v5783 = v5296 - (v1166 * v5359 + v763 * v5768);
-    const real v5788 = v1176 * v1164;
-    const real v5790 = v5386 * v1164 + v5788 * v5267;
-    const real v5793 = v5324 - (v1176 * v5359 + v763 * v5790);
-    const real v5795 = v1179 * v1174;
-    const real v5797 = v5793 * v1174 - v5795 * v5783;
-    const real v5804 = SELECT0(m871, -(s958 * v5468));
-    const real v5805 = c958 * v5505;
-    const real v5807 = v5804 + v1071 * v5805;
-    const real v5813 = v5512 * v5790 + v1176 * v5509 - (v5807 + v5402) - (v5520 * v5797 + v1179 * v5777);
-    const real v5815 = v5528 * v1194;
-    const real v5823 = v5418 - (v1179 * v5793 + v1178 * v5797) - (v1176 * v5386 + v798 * v5790);
-    const real v5829 = v1196 * v1164;
-    const real v5831 = v639 * v1164 + v5829 * v5267;
-    const real v5834 = v5340 + (v1196 * v5359 + v763 * v5831);
-    const real v5836 = v1199 * v1174;
-    const real v5838 = v5834 * v1174 - v5836 * v5783;
-    const real v5845 = v5424 + (v1199 * v5793 + v1178 * v5838) - (v1196 * v5386 + v798 * v5831);
-    const real v5847 = v1204 * v1194;
-    const real v5849 = v5845 * v1194 - v5847 * v5823;
-    const real v5853 = v127 * v639 + p[13] * v4999;
-    const real v5856 = v6 * v4984 + v47 * v2263;
-    const real v5857 = v5853 - v5856;
-    const real v5861 = v656 * v2263 + v6 * v5275;
-    const real v5864 = v629 * v2263 + v6 * v5264;
-    const real v5865 = c17 * v5864;
-    const real v5867 = v126 * v769;
-    const real v5869 = v5861 - v5865 + s17 * v5867;
-    const real v5873 = s17 * v5864;
-    const real v5875 = v5873 + c17 * v5867;
-    const real v5883 = v5857 + (v1223 * v5259 + v626 * v5869) + (v668 * v5875 - v1231 * v5290) - (v880 * v639 + v771 * v5457);
-    const real v5885 = p[9] * v5489;
-    const real v5888 = SELECT0(m871, -(c948 * v5885));
-    const real v5889 = s948 * v5486;
-    const real v5897 = v5888 + SELECT0(m910, v1240 * v5889) - (v5391 + (v768 * v5457 - v880 * v5267));
-    const real v5899 = v5558 * v1164;
-    const real v5904 = p[9] * (c947 * v5464);
-    const real v5910 = SELECT0(m871, v5904) - v5460 + (v5557 * v5768 + v1166 * v5897);
-    const real v5912 = v5563 * v1174;
-    const real v5925 = SELECT0(m871, -(s948 * v5885)) + SELECT0(m910, -(v1240 * v5493));
-    const real v5931 = v5557 * v5790 + v1176 * v5897 - (v5925 + v5475) - (v5562 * v5797 + v1179 * v5910);
-    const real v5933 = v5570 * v1194;
-    const real v5935 = v5931 * v1194 - v5933 * v5823;
-    const real v5938 = v5910 * v1174 - v5912 * v5783 - (v5570 * v5797 + v1179 * v5935);
-    const real v5945 = v5897 * v1164 + v5899 * v5267 + (v5572 * v5768 + v1166 * v5938) + (v5570 * v5790 + v1176 * v5935);
-    const real v5956 = v5883 - (v5576 * v639 + v771 * v5945) - (v727 * v5340 + v751 * v5320) - (v5572 * v5340 + v751 * v5938);
-    const real v5968 = v5956 + (v744 * v5424 - v834 * v5335) + (v5570 * v5424 + v834 * v5935) - (v756 * v5861 + v1290 * v5353);
-    const real v5975 = v5471 - v1293 * v5506 - (v5888 + SELECT0(m910, v1296 * v5889));
-    const real v5977 = v5592 * v1164;
-    const real v5981 = v5771 - v5904;
-    const real v5986 = SELECT0(m871, v5981) + (v5591 * v5768 + v1166 * v5975);
-    const real v5988 = v5597 * v1174;
-    const real v5995 = p[9] * v5497 - (v5804 + v1293 * v5805);
-    const real v6003 = v5995 + (v5591 * v5790 + v1176 * v5975) - (v5596 * v5797 + v1179 * v5986);
-    const real v6005 = v5605 * v1194;
-    const real v6007 = v6003 * v1194 - v6005 * v5823;
-    const real v6010 = v5986 * v1174 - v5988 * v5783 - (v5605 * v5797 + v1179 * v6007);
-    const real v6017 = v5975 * v1164 + v5977 * v5267 + (v5607 * v5768 + v1166 * v6010) + (v5605 * v5790 + v1176 * v6007);
-    const real v6028 = v5968 - (v5611 * v639 + v771 * v6017) - (v5607 * v5340 + v751 * v6010) + (v5605 * v5424 + v834 * v6007);
-    const real v6037 = v6028 - v5857 + (v5512 * v5831 + v1196 * v5509) + (v5520 * v5838 + v1199 * v5777);
-    const real v6041 = v6037 - (v5527 * v5849 + v1204 * v5813);
-    const real v6043 = v5625 * v1340;
-    const real v6051 = v5861 - (v1199 * v5834 + v1198 * v5838) - (v1204 * v5845 + v1203 * v5849);
-    const real v6055 = v6051 - (v1196 * v639 + v771 * v5831);
-    const real v6061 = v1342 * v1164;
-    const real v6063 = v5373 * v1164 + v6061 * v5267;
-    const real v6066 = v5277 - (v1342 * v5359 + v763 * v6063);
-    const real v6068 = v1345 * v1174;
-    const real v6070 = v6066 * v1174 - v6068 * v5783;
-    const real v6082 = v5405 - (v1345 * v5793 + v1178 * v6070) - (v1342 * v5386 + v798 * v6063);
-    const real v6084 = v1352 * v1194;
-    const real v6086 = v6082 * v1194 - v6084 * v5823;
-    const real v6089 = v5869 + (v1345 * v5834 + v1198 * v6070) - (v1352 * v5845 + v1203 * v6086);
-    const real v6093 = v6089 - (v1342 * v639 + v771 * v6063);
-    const real v6095 = v1357 * v1340;
-    const real v6097 = v6093 * v1340 - v6095 * v6055;
-    const real v6100 = v5853 + v126 * v5002;
-    const real v6106 = s17 * v6100 - v5856 + (v627 * v4985 + v48 * v4965);
-    const real v6110 = v629 * v4965 + v627 * v5264;
-    const real v6114 = v126 * v5268 - K(-2.0) * v5867;
-    const real v6115 = v6114 - v6110;
-    const real v6116 = v638 * v6115;
-    const real v6119 = v6110 + v5861 + v6116 + K(-2.0) * v5865;
-    const real v6124 = v5873 + v669 * v6115;
-    const real v6132 = v6106 + (v1406 * v5259 + v626 * v6119) + (v668 * v6124 - v1411 * v5290) - (v880 * v5373 + v786 * v5457);
-    const real v6144 = v6132 - (v5576 * v5373 + v786 * v5945) + (v727 * v5277 + v661 * v5320) + (v5572 * v5277 + v661 * v5938);
-    const real v6156 = v6144 + (v744 * v5405 - v815 * v5335) + (v5570 * v5405 + v815 * v5935) - (v756 * v5869 + v1223 * v5353);
-    const real v6167 = v6156 + SELECT0(m871, v1430 * v5904) - (v5611 * v5373 + v786 * v6017) + (v5607 * v5277 + v661 * v6010);
-    const real v6175 = v6167 + (v5605 * v5405 + v815 * v6007) + SELECT0(m871, v1430 * v5981) - v6106;
-    const real v6183 = v6175 + SELECT0(m871, -(v1430 * v5771)) + (v5512 * v6063 + v1342 * v5509);
-    const real v6191 = v6183 - (v5520 * v6070 + v1345 * v5777) - (v5527 * v6086 + v1352 * v5813);
-    const real v6195 = v6191 - (v5624 * v6097 + v1357 * v6041);
-    const real v6197 = v5685 * v1463;
-    const real v6205 = v6119 - (v1345 * v6066 + v1344 * v6070) - (v1352 * v6082 + v1351 * v6086);
-    const real v6213 = v6205 - (v1357 * v6093 + v1356 * v6097) - (v1342 * v5373 + v786 * v6063);
-    const real v6219 = v1465 * v1164;
-    const real v6221 = v5377 * v1164 + v6219 * v5267;
-    const real v6224 = v5281 + (v1465 * v5359 + v763 * v6221);
-    const real v6226 = v1468 * v1174;
-    const real v6228 = v6224 * v1174 - v6226 * v5783;
-    const real v6240 = v5409 + (v1468 * v5793 + v1178 * v6228) - (v1465 * v5386 + v798 * v6221);
-    const real v6242 = v1475 * v1194;
-    const real v6244 = v6240 * v1194 - v6242 * v5823;
-    const real v6247 = v6124 + (v1468 * v6066 + v1344 * v6228) - (v1475 * v6082 + v1351 * v6244);
-    const real v6256 = v5875 - (v1468 * v5834 + v1198 * v6228) - (v1475 * v5845 + v1203 * v6244);
-    const real v6260 = v6256 - (v1465 * v639 + v771 * v6221);
-    const real v6262 = v1484 * v1340;
-    const real v6264 = v6260 * v1340 - v6262 * v6055;
-    const real v6271 = v6247 - (v1484 * v6093 + v1356 * v6264) - (v1465 * v5373 + v786 * v6221);
-    const real v6273 = v1489 * v1463;
-    const real v6275 = v6271 * v1463 - v6273 * v6213;
-    const real v6283 = c17 * v6100 - (v627 * v5401 + v806 * v4965);
-    const real v6289 = v6114 - v6116;
-    const real v6293 = v1430 * v5925 - v6283 - (v1411 * v5259 + v626 * v6124) - (v668 * v6289 - v1502 * v5290);
-    const real v6305 = v6293 + (v880 * v5377 + v791 * v5457) + (v5576 * v5377 + v791 * v5945) + (v727 * v5281 + v673 * v5320);
-    const real v6317 = v6305 + (v5572 * v5281 + v673 * v5938) - (v744 * v5409 - v819 * v5335) - (v5570 * v5409 + v819 * v5935);
-    const real v6327 = v6317 + (v756 * v5875 + v1231 * v5353) - v1430 * v5995 + (v5611 * v5377 + v791 * v6017);
-    const real v6336 = v6327 + (v5607 * v5281 + v673 * v6010) - (v5605 * v5409 + v819 * v6007) + v6283;
-    const real v6345 = v1430 * v5807 - v6336 + (v5512 * v6221 + v1465 * v5509) + (v5520 * v6228 + v1468 * v5777);
-    const real v6353 = v6345 - (v5527 * v6244 + v1475 * v5813) - (v5624 * v6264 + v1484 * v6041);
-    const real v6359 = v5744 * v1548;
-    const real v6367 = v6289 - (v1468 * v6224 + v1467 * v6228) - (v1475 * v6240 + v1474 * v6244);
-    const real v6375 = v6367 - (v1484 * v6260 + v1483 * v6264) - (v1489 * v6271 + v1488 * v6275);
-    const real v6381 = (v6353 - (v5684 * v6275 + v1489 * v6195)) * v1548 - v6359 * (v6375 - (v1465 * v5377 + v791 * v6221));
-    const real v6384 = v6195 * v1463 - v6197 * v6213 - (v5744 * v6275 + v1489 * v6381);
-    const real v6391 = v6041 * v1340 - v6043 * v6055 - (v5746 * v6097 + v1357 * v6384) - (v5744 * v6264 + v1484 * v6381);
-    const real v6398 = v5813 * v1194 - v5815 * v5823 - (v5750 * v5849 + v1204 * v6391) - (v5746 * v6086 + v1352 * v6384);
-    const real v6402 = v6398 - (v5744 * v6244 + v1475 * v6381);
-    const real v6409 = v5777 * v1174 - v5779 * v5783 - (v5756 * v5797 + v1179 * v6402) + (v5750 * v5838 + v1199 * v6391);
-    const real v6417 = v6409 - (v5746 * v6070 + v1345 * v6384) + (v5744 * v6228 + v1468 * v6381);
-    const real v6424 = v5509 * v1164 + v5514 * v5267 + (v5764 * v5768 + v1166 * v6417) + (v5756 * v5790 + v1176 * v6402);
-    const real v6432 = v6424 + (v5750 * v5831 + v1196 * v6391) + (v5746 * v6063 + v1342 * v6384);
-    const real v6436 = v6432 + (v5744 * v6221 + v1465 * v6381);
-    const real v6439 = q[4] * c17 - q[5] * s17;
-    const real v6440 = s4 * v6439;
-    const real v6445 = q[4] * s17 + q[5] * c17;
-    const real v6450 = v39 * (p[13] * v6440) + v36 * v6445 - v27 * (v24 * v6445);
-    const real v6452 = v11 * (p[15] * v6450);
-    const real v6454 = c17 * v6452 - v806;
-    const real v6455 = c4 * v6439;
-    const real v6459 = v129 * (v2278 * v6455 - v2818 * v6445);
-    const real v6465 = v35 * v6455 - v135 * v6440 - v27 * v6439;
-    const real v6466 = v142 * v6465;
-    const real v6468 = s4 * v6459 + c4 * v6466;
-    const real v6471 = v6454 + (v805 - s17 * v6468);
-    const real v6472 = v191 * s17;
-    const real v6473 = p[14] * v6472;
-    const real v6474 = v481 - v6473;
-    const real v6476 = v205 * c17;
-    const real v6477 = p[14] * v6476;
-    const real v6478 = v6477 - v195;
-    const real v6480 = v190 * v6474 - v204 * v6478;
-    const real v6481 = v6480 * v254;
-    const real v6483 = v185 * v6439;
-    const real v6485 = q[3] * v6445;
-    const real v6493 = v374 * v6483 - v273 * v6485 + (v22 * v6483 - v289 * v6445) + v282 * v6485;
-    const real v6498 = v2868 * v6439;
-    const real v6505 = v273 * (v2875 * v6445) - v273 * v6498 - v288 * v6483 - q[3] * (v99 * v6439);
-    const real v6514 = v6505 + p[12] * (c4 * (s4 * (v98 * v6498))) + p[12] * (q[3] * (v301 * v6439));
-    const real v6519 = v6514 + p[12] * (p[13] * (q[3] * (p[14] * v6455)));
-    const real v6522 = v189 * (v185 * v6493) - v203 * (p[15] * v6519);
-    const real v6532 = v205 * s17;
-    const real v6533 = p[14] * v6532;
-    const real v6534 = p[12] * (v98 * s17) - v6533;
-    const real v6536 = v191 * c17;
-    const real v6537 = p[14] * v6536;
-    const real v6541 = v271 * v6478 + (v317 * v6478 + v209 * v6519) - v439 * (q[14] * v6534 - q[13] * v6537);
-    const real v6551 = v6537 - v196;
-    const real v6555 = v377 * v6474 + (v390 * v6474 + v198 * v6493) - v373 * (q[13] * (v578 - (v6533 + v576)) - q[14] * v6551);
-    const real v6567 = v209 * (v203 * v6534) + v508 * v6478 - (v198 * (v189 * v6551) + v513 * v6474);
-    const real v6570 = v204 * v6534 + v190 * v6551;
-    const real v6574 = v6567 - (v255 * v6570 + v525 * v6481);
-    const real v6582 = v6570 * v254;
-    const real v6585 = v203 * (v5221 * v6534) + v189 * (v5224 * v6551) + (v541 * v6570 + v525 * v6582);
-    const real v6587 = v6574 * v544 + v5220 * v6585;
-    const real v6601 = v271 * v6534 + (v317 * v6534 + v444 * v6519) + v439 * (q[14] * v6478 - q[13] * v6473);
-    const real v6615 = v377 * v6551 + (v390 * v6551 + v482 * v6493) - v373 * (q[14] * v6474 + q[13] * (v6477 + v475 - v477 * v195));
-    const real v6618 = v425 * v6582 + v541 * v6522 - (v203 * v6601 - v189 * v6615);
-    const real v6621 = v425 * v6481 + v255 * v6522 + (v203 * v6541 + v189 * v6555) - (v604 * v6587 + v545 * v6618);
-    const real v6631 = v203 * (v5241 * v6478) + v189 * (v5244 * v6474) + (v545 * v6574 + v527 * v6587);
-    const real v6637 = v6621 * v624 + v5240 * (v6631 + (v255 * v6480 + v240 * v6481));
-    const real v6639 = v656 * s17;
-    const real v6641 = (s17 + s17) * c17;
-    const real v6642 = v644 * v6641;
-    const real v6643 = v6639 - v6642;
-    const real v6648 = c17 * c17 - v638;
-    const real v6649 = v644 * v6648;
-    const real v6657 = v6618 * v544 + v5284 * v6585 - (v625 * v6587 + v545 * v6637);
-    const real v6661 = v677 * v6641;
-    const real v6667 = v203 * (q[5] * v6478 - q[4] * v6534);
-    const real v6674 = v189 * (q[4] * v6551 + q[5] * v6474);
-    const real v6680 = v125 * v6637 + c[8] * (v206 * v6667 + v695 * v6476 + (v192 * v6674 - v713 * v6472));
-    const real v6683 = v6471 + (v661 * v6637 + v626 * v6643) - (v668 * v6649 - v673 * v6657) + (v727 * v6661 + v687 * v6680);
-    const real v6684 = v677 * v6648;
-    const real v6695 = v125 * v6657 + c[9] * (v446 * v6674 + v713 * v6536 - (v440 * v6667 - v695 * v6532));
-    const real v6699 = v831 - v6639;
-    const real v6709 = v6522 * v254 + (v667 * v6582 + v541 * v6657) + (v625 * v6481 + v255 * v6637);
-    const real v6712 = v6683 + (v744 * v6684 - v732 * v6695) + (v756 * v6699 + v751 * v6709);
-    const real v6717 = s4 * v6466 - c4 * v6459;
-    const real v6729 = v6717 + (v786 * v6637 + v626 * v789) - (v791 * v6657 + v668 * v782) + (v727 * v796 + v763 * v6680);
-    const real v6734 = v771 * v6709 - (v6729 - (v744 * v760 + v798 * v6695));
-    const real v6741 = v656 * c17;
-    const real v6742 = v6741 - v6649;
-    const real v6748 = s17 * v6452 + v48;
-    const real v6749 = c17 * v6468 + v152 + v6748;
-    const real v6758 = v815 * v6637 + v626 * v6742 - v6749 + (v668 * v6642 - v819 * v6657) + (v727 * v6684 + v732 * v6680);
-    const real v6763 = v6741 + v748;
-    const real v6767 = v6758 - (v744 * v6661 + v827 * v6695) - (v756 * v6763 + v834 * v6709);
-    const real v6771 = v768 * v6734 - (v758 * v796 + v763 * v6712) - (v798 * v6767 - v836 * v760);
-    const real v6775 = v5433 * v796 - v5438 * v760;
-    const real v6784 = v1014 * v6771 - (v851 * v6775 + v844 * (v1039 * v6734 + v1041 * v6712 + v1044 * v6767));
-    const real v6791 = (SELECT0(m877, v1013 * v6784 * v1051) - v6771) * v857 - v5455 * v6775;
-    const real v6794 = v6712 - (v880 * v796 + v763 * v6791);
-    const real v6797 = v980 * (v986 * (v6794 * v861));
-    const real v6798 = v6797 * v1061;
-    const real v6800 = v968 * (v974 * v6798);
-    const real v6802 = p[9] * (s962 * v6800);
-    const real v6805 = SELECT0(m871, -(c958 * v6802));
-    const real v6809 = v6767 - (v798 * v6791 - v880 * v760);
-    const real v6817 = v6809 * v861 * v919 + SELECT0(m871, v1101 * (v1107 * (v1108 * v6797 * v1111)));
-    const real v6820 = v1090 * (v1096 * v6817) * v1122;
-    const real v6823 = s947 * v6798;
-    const real v6827 = c948 * v6820;
-    const real v6831 = SELECT0(m871, -(s948 * v6823)) + SELECT0(m910, -(c947 * v6827));
-    const real v6837 = SELECT(m890, SELECT0(m910, -v6820), SELECT0(m946, v1131 * (v1137 * (v6831 * v930)) * v1155));
-    const real v6839 = v1078 * (v1084 * v6837);
-    const real v6840 = s958 * v6839;
-    const real v6843 = v6805 - v1071 * v6840 + v6717;
-    const real v6845 = v796 * v1164;
-    const real v6848 = p[9] * (c962 * v6800);
-    const real v6854 = SELECT0(m871, v6848) - v6471 + (v5512 * v6845 + v1166 * v6843);
-    const real v6859 = v6661 - (v1166 * v796 + v763 * v6845);
-    const real v6863 = v760 * v1164;
-    const real v6866 = v6684 - (v1176 * v796 - v763 * v6863);
-    const real v6869 = v6866 * v1174 - v5795 * v6859;
-    const real v6876 = SELECT0(m871, -(s958 * v6802));
-    const real v6877 = c958 * v6839;
-    const real v6879 = v6876 + v1071 * v6877;
-    const real v6885 = v1176 * v6843 - v5512 * v6863 - (v6879 - v6749) - (v5520 * v6869 + v1179 * v6854);
-    const real v6894 = v1176 * v760 + v798 * v6863 - (v6661 + (v1179 * v6866 + v1178 * v6869));
-    const real v6899 = v6699 + v1196 * v796;
-    const real v6902 = v6899 * v1174 - v5836 * v6859;
-    const real v6907 = v6763 + (v1199 * v6866 + v1178 * v6902) + v1196 * v760;
-    const real v6910 = v6907 * v1194 - v5847 * v6894;
-    const real v6912 = p[13] * v6466;
-    const real v6913 = v6 * v6452;
-    const real v6914 = v6912 - v6913;
-    const real v6916 = v1208 * s17;
-    const real v6917 = v6916 + v1228;
-    const real v6921 = v1208 * c17;
-    const real v6922 = v6921 - v1217;
-    const real v6928 = v6914 + (v1223 * v6637 + v626 * v6917) + (v668 * v6922 - v1231 * v6657) - v771 * v6791;
-    const real v6929 = p[9] * v6823;
-    const real v6932 = SELECT0(m871, -(c948 * v6929));
-    const real v6933 = s948 * v6820;
-    const real v6939 = v6932 + SELECT0(m910, v1240 * v6933) - (v6734 + v768 * v6791);
-    const real v6943 = p[9] * (c947 * v6798);
-    const real v6949 = SELECT0(m871, v6943) - v6794 + (v5557 * v6845 + v1166 * v6939);
-    const real v6963 = SELECT0(m871, -(s948 * v6929)) + SELECT0(m910, -(v1240 * v6827));
-    const real v6969 = v1176 * v6939 - v5557 * v6863 - (v6963 + v6809) - (v5562 * v6869 + v1179 * v6949);
-    const real v6972 = v6969 * v1194 - v5933 * v6894;
-    const real v6975 = v6949 * v1174 - v5912 * v6859 - (v5570 * v6869 + v1179 * v6972);
-    const real v6982 = v6939 * v1164 + (v5572 * v6845 + v1166 * v6975) + (v1176 * v6972 - v5570 * v6863);
-    const real v6992 = v6928 - v771 * v6982 - (v727 * v6699 + v751 * v6680) - (v5572 * v6699 + v751 * v6975);
-    const real v7002 = v6992 + (v744 * v6763 - v834 * v6695) + (v5570 * v6763 + v834 * v6972) - v1290 * v6709;
-    const real v7008 = v6805 - v1293 * v6840 - (v6932 + SELECT0(m910, v1296 * v6933));
-    const real v7011 = v6848 - v6943;
-    const real v7016 = SELECT0(m871, v7011) + (v5591 * v6845 + v1166 * v7008);
-    const real v7024 = p[9] * v6831 - (v6876 + v1293 * v6877);
-    const real v7032 = v7024 + (v1176 * v7008 - v5591 * v6863) - (v5596 * v6869 + v1179 * v7016);
-    const real v7035 = v7032 * v1194 - v6005 * v6894;
-    const real v7038 = v7016 * v1174 - v5988 * v6859 - (v5605 * v6869 + v1179 * v7035);
-    const real v7045 = v7008 * v1164 + (v5607 * v6845 + v1166 * v7038) + (v1176 * v7035 - v5605 * v6863);
-    const real v7055 = v7002 - v771 * v7045 - (v5607 * v6699 + v751 * v7038) + (v5605 * v6763 + v834 * v7035);
-    const real v7066 = v7055 - v6914 + v1196 * v6843 + (v5520 * v6902 + v1199 * v6854) - (v5527 * v6910 + v1204 * v6885);
-    const real v7074 = v1199 * v6899 + v1198 * v6902 + (v1204 * v6907 + v1203 * v6910);
-    const real v7079 = v789 * v1164;
-    const real v7082 = v6643 - (v1342 * v796 + v763 * v7079);
-    const real v7085 = v7082 * v1174 - v6068 * v6859;
-    const real v7097 = v6742 - (v1345 * v6866 + v1178 * v7085) - (v798 * v7079 - v1342 * v760);
-    const real v7100 = v7097 * v1194 - v6084 * v6894;
-    const real v7103 = v6917 + (v1345 * v6899 + v1198 * v7085) - (v1352 * v6907 + v1203 * v7100);
-    const real v7105 = v7103 - v771 * v7079;
-    const real v7108 = v7105 * v1340 + v6095 * v7074;
-    const real v7111 = v6912 - v126 * v6468;
-    const real v7116 = s17 * v7111 + v5688 - v6913 + v627 * v6454;
-    const real v7118 = v1370 * v6641;
-    const real v7120 = v7118 - K(-2.0) * v6916;
-    const real v7125 = v6921 + v1370 * v6648;
-    const real v7133 = v7116 + (v1406 * v6637 + v626 * v7120) + (v668 * v7125 - v1411 * v6657) - (v880 * v789 + v786 * v6791);
-    const real v7145 = v7133 - (v5576 * v789 + v786 * v6982) + (v727 * v6643 + v661 * v6680) + (v5572 * v6643 + v661 * v6975);
-    const real v7157 = v7145 + (v744 * v6742 - v815 * v6695) + (v5570 * v6742 + v815 * v6972) - (v756 * v6917 + v1223 * v6709);
-    const real v7168 = v7157 + SELECT0(m871, v1430 * v6943) - (v5611 * v789 + v786 * v7045) + (v5607 * v6643 + v661 * v7038);
-    const real v7176 = v7168 + (v5605 * v6742 + v815 * v7035) + SELECT0(m871, v1430 * v7011) - v7116;
-    const real v7184 = v7176 + SELECT0(m871, -(v1430 * v6848)) + (v5512 * v7079 + v1342 * v6843);
-    const real v7192 = v7184 - (v5520 * v7085 + v1345 * v6854) - (v5527 * v7100 + v1352 * v6885);
-    const real v7196 = v7192 - (v5624 * v7108 + v1357 * v7066);
-    const real v7205 = v7120 - (v1345 * v7082 + v1344 * v7085) - (v1352 * v7097 + v1351 * v7100);
-    const real v7213 = v7205 - (v1357 * v7105 + v1356 * v7108) - (v1342 * v789 + v786 * v7079);
-    const real v7218 = v782 * v1164;
-    const real v7221 = v6649 + (v1465 * v796 - v763 * v7218);
-    const real v7224 = v7221 * v1174 - v6226 * v6859;
-    const real v7236 = v6642 + (v1468 * v6866 + v1178 * v7224) + (v1465 * v760 + v798 * v7218);
-    const real v7239 = v7236 * v1194 - v6242 * v6894;
-    const real v7242 = v7125 + (v1468 * v7082 + v1344 * v7224) - (v1475 * v7097 + v1351 * v7239);
-    const real v7251 = v6922 - (v1468 * v6899 + v1198 * v7224) - (v1475 * v6907 + v1203 * v7239);
-    const real v7253 = v7251 + v771 * v7218;
-    const real v7256 = v7253 * v1340 + v6262 * v7074;
-    const real v7263 = v7242 - (v1484 * v7105 + v1356 * v7256) - (v1465 * v789 - v786 * v7218);
-    const real v7266 = v7263 * v1463 - v6273 * v7213;
-    const real v7273 = c17 * v7111 - v5628 - v627 * v6748;
-    const real v7282 = v1430 * v6963 - v7273 - (v1411 * v6637 + v626 * v7125) + (v1502 * v6657 + v668 * v7118);
-    const real v7294 = v7282 + (v791 * v6791 - v880 * v782) + (v791 * v6982 - v5576 * v782) + (v727 * v6649 + v673 * v6680);
-    const real v7306 = v7294 + (v5572 * v6649 + v673 * v6975) - (v744 * v6642 - v819 * v6695) - (v5570 * v6642 + v819 * v6972);
-    const real v7316 = v7306 + (v756 * v6922 + v1231 * v6709) - v1430 * v7024 + (v791 * v7045 - v5611 * v782);
-    const real v7325 = v7316 + (v5607 * v6649 + v673 * v7038) - (v5605 * v6642 + v819 * v7035) + v7273;
-    const real v7334 = v1430 * v6879 - v7325 + (v1465 * v6843 - v5512 * v7218) + (v5520 * v7224 + v1468 * v6854);
-    const real v7342 = v7334 - (v5527 * v7239 + v1475 * v6885) - (v5624 * v7256 + v1484 * v7066);
-    const real v7358 = v7118 + (v1468 * v7221 + v1467 * v7224) + (v1475 * v7236 + v1474 * v7239);
-    const real v7366 = v7358 + (v1484 * v7253 + v1483 * v7256) + (v1489 * v7263 + v1488 * v7266);
-    const real v7369 = (v7342 - (v5684 * v7266 + v1489 * v7196)) * v1548 - v6359 * (v1465 * v782 + v791 * v7218 - v7366);
-    const real v7372 = v7196 * v1463 - v6197 * v7213 - (v5744 * v7266 + v1489 * v7369);
-    const real v7379 = v7066 * v1340 + v6043 * v7074 - (v5746 * v7108 + v1357 * v7372) - (v5744 * v7256 + v1484 * v7369);
-    const real v7386 = v6885 * v1194 - v5815 * v6894 - (v5750 * v6910 + v1204 * v7379) - (v5746 * v7100 + v1352 * v7372);
-    const real v7390 = v7386 - (v5744 * v7239 + v1475 * v7369);
-    const real v7397 = v6854 * v1174 - v5779 * v6859 - (v5756 * v6869 + v1179 * v7390) + (v5750 * v6902 + v1199 * v7379);
-    const real v7405 = v7397 - (v5746 * v7085 + v1345 * v7372) + (v5744 * v7224 + v1468 * v7369);
-    const real v7412 = v6843 * v1164 + (v5764 * v6845 + v1166 * v7405) + (v1176 * v7390 - v5756 * v6863);
-    const real v7422 = v7412 + v1196 * v7379 + (v5746 * v7079 + v1342 * v7372) + (v1465 * v7369 - v5744 * v7218);
-    const real v7424 = p[18] * s52;
-    const real v7429 = v71 * s52 + v161;
-    const real v7432 = v14 * v2271 - v71 * (v66 * v7424) + v83 * (p[18] * v7429);
-    const real v7441 = v59 * v58 * (p[17] * ((v54 + v54) * v2271));
-    const real v7443 = v59 * (p[20] * v7432 - v88 * v2271) - v90 * v7441;
-    const real v7444 = c62 * v7443;
-    const real v7449 = v71 * c52 - v78;
-    const real v7452 = v159 * (v155 * s52) + v157 * (v2291 * v7449);
-    const real v7457 = v79 * v7449 - v163 * v7429;
-    const real v7458 = v170 * v7457;
-    const real v7461 = v168 * c52 - s52 * v7452 - (c52 * v7458 - v774);
-    const real v7463 = v7444 + s62 * v7461;
-    const real v7464 = p[17] * v7424;
-    const real v7465 = s62 * v7464;
-    const real v7466 = p[19] * v7465;
-    const real v7468 = v115 * v363;
-    const real v7473 = v229 * v228 * ((v226 + v226) * v7468);
-    const real v7475 = v229 * v7468 - v225 * v7473;
-    const real v7477 = v157 * c52;
-    const real v7478 = c62 * v7477;
-    const real v7479 = p[19] * v7478;
-    const real v7480 = v494 - v224;
-    const real v7482 = v7479 - v235 * v7480;
-    const real v7485 = v214 * v7466 + (v238 * v7475 + v230 * v7482);
-    const real v7491 = v229 * ((v225 + v225) * v7468) - v251 * v7473;
-    const real v7493 = v7485 * v254 + v5030 * v7491;
-    const real v7495 = v270 * v7477;
-    const real v7503 = v115 * v7480;
-    const real v7505 = p[19] * v7477;
-    const real v7512 = v328 * v7468;
-    const real v7515 = p[17] * (v114 * (c52 * (v329 * c52) - v345 * s52)) - (v285 * v7503 + v329 * v7505 + v332 * v7505 + v335 * v7503 + v338 * v7512);
-    const real v7526 = v7515 + p[17] * (q[3] * (v114 * (v350 * v363))) - p[17] * (p[18] * (q[3] * (p[19] * (v328 * s52))));
-    const real v7527 = c52 + c52;
-    const real v7535 = v7526 + p[17] * (q[3] * (q[16] * (v114 * (c52 * v7527 - v362 * s52))));
-    const real v7539 = q[16] * v7468;
-    const real v7541 = v397 * v7503;
-    const real v7544 = q[16] * v7541;
-    const real v7559 = v66 * v7512 + v404 * v7505 + v397 * v7512 + v7544 - v404 * v7503 - q[15] * (v412 * v7503);
-    const real v7563 = v398 * v7539 + v396 * v7541 - (v225 * v7544 + v400 * v7468 + (v415 * v7468 + v225 * v7559));
-    const real v7567 = v213 * (p[20] * v7495 + p[20] * v7535) + (v229 * v7563 - v418 * v7473);
-    const real v7577 = c62 * v7464;
-    const real v7578 = p[19] * v7577;
-    const real v7580 = s62 * v7477;
-    const real v7581 = p[19] * v7580;
-    const real v7585 = v219 * v7495 - v322 * v7466 + (v219 * v7535 - v368 * v7466) + v457 * (q[16] * v7578 + q[15] * v7581);
-    const real v7597 = v7527 * s52;
-    const real v7602 = v7581 - v218 * v7480;
-    const real v7606 = v501 * v7539 + v396 * (q[15] * (v235 * v363 - v7578 + v235 * v7597) - q[16] * v7602);
-    const real v7608 = v229 * (v238 * v7544 + v400 * v7482 + (v415 * v7482 + v238 * v7559) - v7606);
-    const real v7617 = v499 * v7475 + v230 * v7602 - v214 * v7578;
-    const real v7620 = v7617 * v254 + v5161 * v7491;
-    const real v7635 = v462 * v7495 - v322 * v7578 + (v462 * v7535 - v368 * v7578) + v457 * (q[15] * v7479 - q[16] * v7466);
-    const real v7653 = v595 * v7539 + v396 * (q[16] * v7482 + q[15] * (v218 * v363 - v7466 + v218 * v7597));
-    const real v7655 = v229 * (v499 * v7544 + v400 * v7602 + (v415 * v7602 + v499 * v7559) - v7653);
-    const real v7659 = v425 * v7620 - v541 * v7567 - (v213 * v7635 - (v7655 - v597 * v7473));
-    const real v7671 = v219 * (v213 * v7578) + v510 * v7466 + (v238 * (v229 * v7602 - v499 * v7473) + v516 * v7482);
-    const real v7675 = v7671 + (v255 * v7617 + v525 * v7493);
-    const real v7677 = v462 + v462;
-    const real v7680 = v499 + v499;
-    const real v7689 = v213 * (v7677 * v7578) - (v229 * (v7680 * v7602) - v538 * v7473) - (v541 * v7617 + v525 * v7620);
-    const real v7691 = v7675 * v544 + v5220 * v7689;
-    const real v7694 = v425 * v7493 - v255 * v7567 + (v213 * v7585 + (v7608 - v503 * v7473)) - (v545 * v7659 - v604 * v7691);
-    const real v7696 = v219 + v219;
-    const real v7699 = v238 + v238;
-    const real v7708 = v213 * (v7696 * v7466) - (v229 * (v7699 * v7482) - v617 * v7473) + (v545 * v7675 + v527 * v7691);
-    const real v7714 = v7694 * v624 - v5240 * (v7708 - (v255 * v7485 + v240 * v7493));
-    const real v7717 = p[20] * v7441;
-    const real v7719 = v633 * v7424 - v632 * v7717;
-    const real v7720 = v159 * c52;
-    const real v7722 = s52 * v7720 + v761;
-    const real v7723 = v154 * v7722;
-    const real v7724 = v770 + v7723;
-    const real v7725 = v7719 - v7724;
-    const real v7726 = v646 * v7725;
-    const real v7730 = v633 * v2271 - v54 * v7717;
-    const real v7731 = c62 * v7730;
-    const real v7732 = v7719 - v7726 - v7731;
-    const real v7736 = v671 * v7725;
-    const real v7744 = v7659 * v544 - v5284 * v7689 - (v545 * v7714 - v625 * v7691);
-    const real v7748 = v7722 + v7717;
-    const real v7749 = v646 * v7748;
-    const real v7750 = v7749 - v7717;
-    const real v7756 = v213 * (q[4] * v7578 - q[5] * v7466);
-    const real v7768 = v229 * (q[4] * v7602 - q[3] * v7468 + q[5] * v7482 + v7539) - v721 * v7473;
-    const real v7774 = v125 * v7714 + c[8] * (v216 * v7756 - v704 * v7465 + (v232 * v7768 + v722 * v7478));
-    const real v7777 = v7463 + (v661 * v7714 + v626 * v7732) - (v668 * v7736 - v673 * v7744) + (v727 * v7750 + v687 * v7774);
-    const real v7778 = v671 * v7748;
-    const real v7789 = v125 * v7744 + c[9] * (v464 * v7768 + v722 * v7580 - (v458 * v7756 - v704 * v7577));
-    const real v7794 = v7731 - s62 * v770;
-    const real v7806 = v5342 * v7491 - v7567 * v254 + (v667 * v7620 + v541 * v7744) + (v625 * v7493 + v255 * v7714);
-    const real v7809 = v7777 + (v744 * v7778 - v732 * v7789) + (v756 * v7794 + v751 * v7806);
-    const real v7811 = c52 * v7720 - v649;
-    const real v7812 = s62 * v7811;
-    const real v7822 = s52 * v7458 + v178 - (v168 * s52 + c52 * v7452);
-    const real v7825 = v647 + v154 * v7811;
-    const real v7826 = s62 * v7825;
-    const real v7830 = c62 * v7825;
-    const real v7838 = v7822 + (v786 * v7714 + v626 * v7826) + (v668 * v7830 - v791 * v7744) + (v727 * v7812 + v763 * v7774);
-    const real v7839 = c62 * v7811;
-    const real v7844 = v756 * v647 + v771 * v7806 - (v7838 + (v744 * v7839 - v798 * v7789));
-    const real v7854 = s62 * v7443;
-    const real v7855 = c62 * v7461 - v7854;
-    const real v7857 = s62 * v7730;
-    const real v7858 = v7857 - v7736;
-    const real v7862 = v7726 + v7724;
-    const real v7870 = v7855 + (v815 * v7714 + v626 * v7858) + (v668 * v7862 - v819 * v7744) + (v727 * v7778 + v732 * v7774);
-    const real v7871 = v7722 - v7749;
-    const real v7877 = v7857 + c62 * v770;
-    const real v7881 = v7870 + (v744 * v7871 - v827 * v7789) - (v756 * v7877 + v834 * v7806);
-    const real v7884 = v768 * v7844 - v801 * v7722 - (v758 * v7812 + v763 * v7809) - (v836 * v7839 + v798 * v7881);
-    const real v7890 = v5433 * v7812 - v5435 * v7722 + v5438 * v7839;
-    const real v7899 = v1014 * v7884 - (v851 * v7890 + v844 * (v1039 * v7844 + v1041 * v7809 + v1044 * v7881));
-    const real v7906 = (SELECT0(m877, v1013 * v7899 * v1051) - v7884) * v857 - v5455 * v7890;
-    const real v7909 = v7809 - (v880 * v7812 + v763 * v7906);
-    const real v7912 = v980 * (v986 * (v7909 * v861));
-    const real v7913 = v7912 * v1061;
-    const real v7915 = v968 * (v974 * v7913);
-    const real v7917 = p[9] * (s962 * v7915);
-    const real v7920 = SELECT0(m871, -(c958 * v7917));
-    const real v7924 = v7881 - (v880 * v7839 + v798 * v7906);
-    const real v7932 = v7924 * v861 * v919 + SELECT0(m871, v1101 * (v1107 * (v1108 * v7912 * v1111)));
-    const real v7935 = v1090 * (v1096 * v7932) * v1122;
-    const real v7938 = s947 * v7913;
-    const real v7942 = c948 * v7935;
-    const real v7946 = SELECT0(m871, -(s948 * v7938)) + SELECT0(m910, -(c947 * v7942));
-    const real v7952 = SELECT(m890, SELECT0(m910, -v7935), SELECT0(m946, v1131 * (v1137 * (v7946 * v930)) * v1155));
-    const real v7954 = v1078 * (v1084 * v7952);
-    const real v7955 = s958 * v7954;
-    const real v7958 = v7920 - v1071 * v7955 + v7822;
-    const real v7964 = v7812 * v1164 + v5766 * v7722;
-    const real v7967 = p[9] * (c962 * v7915);
-    const real v7973 = SELECT0(m871, v7967) - v7463 + (v5512 * v7964 + v1166 * v7958);
-    const real v7978 = v7750 - (v1166 * v7812 + v763 * v7964);
-    const real v7984 = v7839 * v1164 + v5788 * v7722;
-    const real v7987 = v7778 - (v1176 * v7812 + v763 * v7984);
-    const real v7990 = v7987 * v1174 - v5795 * v7978;
-    const real v7997 = SELECT0(m871, -(s958 * v7917));
-    const real v7998 = c958 * v7954;
-    const real v8000 = v7997 + v1071 * v7998;
-    const real v8006 = v5512 * v7984 + v1176 * v7958 - (v8000 + v7855) - (v5520 * v7990 + v1179 * v7973);
-    const real v8015 = v7871 - (v1179 * v7987 + v1178 * v7990) - (v1176 * v7839 + v798 * v7984);
-    const real v8022 = v647 * v1164 + v5829 * v7722;
-    const real v8025 = v7794 + (v1196 * v7812 + v763 * v8022);
-    const real v8028 = v8025 * v1174 - v5836 * v7978;
-    const real v8035 = v7877 + (v1199 * v7987 + v1178 * v8028) - (v1196 * v7839 + v798 * v8022);
-    const real v8038 = v8035 * v1194 - v5847 * v8015;
-    const real v8042 = v155 * v647 + p[18] * v7458;
-    const real v8045 = v54 * v7443 + v91 * v2271;
-    const real v8046 = v8042 - v8045;
-    const real v8050 = v659 * v2271 + v54 * v7730;
-    const real v8053 = v634 * v2271 + v54 * v7719;
-    const real v8054 = c62 * v8053;
-    const real v8056 = v154 * v770;
-    const real v8058 = v8050 - v8054 + s62 * v8056;
-    const real v8062 = s62 * v8053;
-    const real v8064 = v8062 + c62 * v8056;
-    const real v8072 = v8046 + (v1223 * v7714 + v626 * v8058) + (v668 * v8064 - v1231 * v7744) - (v880 * v647 + v771 * v7906);
-    const real v8074 = p[9] * v7938;
-    const real v8077 = SELECT0(m871, -(c948 * v8074));
-    const real v8078 = s948 * v7935;
-    const real v8086 = v8077 + SELECT0(m910, v1240 * v8078) - (v7844 + (v768 * v7906 - v880 * v7722));
-    const real v8092 = p[9] * (c947 * v7913);
-    const real v8098 = SELECT0(m871, v8092) - v7909 + (v5557 * v7964 + v1166 * v8086);
-    const real v8112 = SELECT0(m871, -(s948 * v8074)) + SELECT0(m910, -(v1240 * v7942));
-    const real v8118 = v5557 * v7984 + v1176 * v8086 - (v8112 + v7924) - (v5562 * v7990 + v1179 * v8098);
-    const real v8121 = v8118 * v1194 - v5933 * v8015;
-    const real v8124 = v8098 * v1174 - v5912 * v7978 - (v5570 * v7990 + v1179 * v8121);
-    const real v8131 = v8086 * v1164 + v5899 * v7722 + (v5572 * v7964 + v1166 * v8124) + (v5570 * v7984 + v1176 * v8121);
-    const real v8142 = v8072 - (v5576 * v647 + v771 * v8131) - (v727 * v7794 + v751 * v7774) - (v5572 * v7794 + v751 * v8124);
-    const real v8154 = v8142 + (v744 * v7877 - v834 * v7789) + (v5570 * v7877 + v834 * v8121) - (v756 * v8050 + v1290 * v7806);
-    const real v8161 = v7920 - v1293 * v7955 - (v8077 + SELECT0(m910, v1296 * v8078));
-    const real v8166 = v7967 - v8092;
-    const real v8171 = SELECT0(m871, v8166) + (v5591 * v7964 + v1166 * v8161);
-    const real v8179 = p[9] * v7946 - (v7997 + v1293 * v7998);
-    const real v8187 = v8179 + (v5591 * v7984 + v1176 * v8161) - (v5596 * v7990 + v1179 * v8171);
-    const real v8190 = v8187 * v1194 - v6005 * v8015;
-    const real v8193 = v8171 * v1174 - v5988 * v7978 - (v5605 * v7990 + v1179 * v8190);
-    const real v8200 = v8161 * v1164 + v5977 * v7722 + (v5607 * v7964 + v1166 * v8193) + (v5605 * v7984 + v1176 * v8190);
-    const real v8211 = v8154 - (v5611 * v647 + v771 * v8200) - (v5607 * v7794 + v751 * v8193) + (v5605 * v7877 + v834 * v8190);
-    const real v8220 = v8211 - v8046 + (v5512 * v8022 + v1196 * v7958) + (v5520 * v8028 + v1199 * v7973);
-    const real v8224 = v8220 - (v5527 * v8038 + v1204 * v8006);
-    const real v8233 = v8050 - (v1199 * v8025 + v1198 * v8028) - (v1204 * v8035 + v1203 * v8038);
-    const real v8237 = v8233 - (v1196 * v647 + v771 * v8022);
-    const real v8244 = v7826 * v1164 + v6061 * v7722;
-    const real v8247 = v7732 - (v1342 * v7812 + v763 * v8244);
-    const real v8250 = v8247 * v1174 - v6068 * v7978;
-    const real v8262 = v7858 - (v1345 * v7987 + v1178 * v8250) - (v1342 * v7839 + v798 * v8244);
-    const real v8265 = v8262 * v1194 - v6084 * v8015;
-    const real v8268 = v8058 + (v1345 * v8025 + v1198 * v8250) - (v1352 * v8035 + v1203 * v8265);
-    const real v8272 = v8268 - (v1342 * v647 + v771 * v8244);
-    const real v8275 = v8272 * v1340 - v6095 * v8237;
-    const real v8278 = v8042 + v154 * v7461;
-    const real v8284 = s62 * v8278 - v8045 + (v632 * v7444 + v92 * v7424);
-    const real v8288 = v634 * v7424 + v632 * v7719;
-    const real v8292 = v154 * v7723 - K(-2.0) * v8056;
-    const real v8293 = v8292 - v8288;
-    const real v8294 = v646 * v8293;
-    const real v8297 = v8288 + v8050 + v8294 + K(-2.0) * v8054;
-    const real v8302 = v8062 + v671 * v8293;
-    const real v8310 = v8284 + (v1406 * v7714 + v626 * v8297) + (v668 * v8302 - v1411 * v7744) - (v880 * v7826 + v786 * v7906);
-    const real v8322 = v8310 - (v5576 * v7826 + v786 * v8131) + (v727 * v7732 + v661 * v7774) + (v5572 * v7732 + v661 * v8124);
-    const real v8334 = v8322 + (v744 * v7858 - v815 * v7789) + (v5570 * v7858 + v815 * v8121) - (v756 * v8058 + v1223 * v7806);
-    const real v8345 = v8334 + SELECT0(m871, v1430 * v8092) - (v5611 * v7826 + v786 * v8200) + (v5607 * v7732 + v661 * v8193);
-    const real v8353 = v8345 + (v5605 * v7858 + v815 * v8190) + SELECT0(m871, v1430 * v8166) - v8284;
-    const real v8361 = v8353 + SELECT0(m871, -(v1430 * v7967)) + (v5512 * v8244 + v1342 * v7958);
-    const real v8369 = v8361 - (v5520 * v8250 + v1345 * v7973) - (v5527 * v8265 + v1352 * v8006);
-    const real v8373 = v8369 - (v5624 * v8275 + v1357 * v8224);
-    const real v8382 = v8297 - (v1345 * v8247 + v1344 * v8250) - (v1352 * v8262 + v1351 * v8265);
-    const real v8390 = v8382 - (v1357 * v8272 + v1356 * v8275) - (v1342 * v7826 + v786 * v8244);
-    const real v8397 = v7830 * v1164 + v6219 * v7722;
-    const real v8400 = v7736 + (v1465 * v7812 + v763 * v8397);
-    const real v8403 = v8400 * v1174 - v6226 * v7978;
-    const real v8415 = v7862 + (v1468 * v7987 + v1178 * v8403) - (v1465 * v7839 + v798 * v8397);
-    const real v8418 = v8415 * v1194 - v6242 * v8015;
-    const real v8421 = v8302 + (v1468 * v8247 + v1344 * v8403) - (v1475 * v8262 + v1351 * v8418);
-    const real v8430 = v8064 - (v1468 * v8025 + v1198 * v8403) - (v1475 * v8035 + v1203 * v8418);
-    const real v8434 = v8430 - (v1465 * v647 + v771 * v8397);
-    const real v8437 = v8434 * v1340 - v6262 * v8237;
-    const real v8444 = v8421 - (v1484 * v8272 + v1356 * v8437) - (v1465 * v7826 + v786 * v8397);
-    const real v8447 = v8444 * v1463 - v6273 * v8390;
-    const real v8455 = c62 * v8278 - (v632 * v7854 + v807 * v7424);
-    const real v8461 = v8292 - v8294;
-    const real v8465 = v1430 * v8112 - v8455 - (v1411 * v7714 + v626 * v8302) - (v668 * v8461 - v1502 * v7744);
-    const real v8477 = v8465 + (v880 * v7830 + v791 * v7906) + (v5576 * v7830 + v791 * v8131) + (v727 * v7736 + v673 * v7774);
-    const real v8489 = v8477 + (v5572 * v7736 + v673 * v8124) - (v744 * v7862 - v819 * v7789) - (v5570 * v7862 + v819 * v8121);
-    const real v8499 = v8489 + (v756 * v8064 + v1231 * v7806) - v1430 * v8179 + (v5611 * v7830 + v791 * v8200);
-    const real v8508 = v8499 + (v5607 * v7736 + v673 * v8193) - (v5605 * v7862 + v819 * v8190) + v8455;
-    const real v8517 = v1430 * v8000 - v8508 + (v5512 * v8397 + v1465 * v7958) + (v5520 * v8403 + v1468 * v7973);
-    const real v8525 = v8517 - (v5527 * v8418 + v1475 * v8006) - (v5624 * v8437 + v1484 * v8224);
-    const real v8538 = v8461 - (v1468 * v8400 + v1467 * v8403) - (v1475 * v8415 + v1474 * v8418);
-    const real v8546 = v8538 - (v1484 * v8434 + v1483 * v8437) - (v1489 * v8444 + v1488 * v8447);
-    const real v8552 = (v8525 - (v5684 * v8447 + v1489 * v8373)) * v1548 - v6359 * (v8546 - (v1465 * v7830 + v791 * v8397));
-    const real v8555 = v8373 * v1463 - v6197 * v8390 - (v5744 * v8447 + v1489 * v8552);
-    const real v8562 = v8224 * v1340 - v6043 * v8237 - (v5746 * v8275 + v1357 * v8555) - (v5744 * v8437 + v1484 * v8552);
-    const real v8569 = v8006 * v1194 - v5815 * v8015 - (v5750 * v8038 + v1204 * v8562) - (v5746 * v8265 + v1352 * v8555);
-    const real v8573 = v8569 - (v5744 * v8418 + v1475 * v8552);
-    const real v8580 = v7973 * v1174 - v5779 * v7978 - (v5756 * v7990 + v1179 * v8573) + (v5750 * v8028 + v1199 * v8562);
-    const real v8588 = v8580 - (v5746 * v8250 + v1345 * v8555) + (v5744 * v8403 + v1468 * v8552);
-    const real v8595 = v7958 * v1164 + v5514 * v7722 + (v5764 * v7964 + v1166 * v8588) + (v5756 * v7984 + v1176 * v8573);
-    const real v8603 = v8595 + (v5750 * v8022 + v1196 * v8562) + (v5746 * v8244 + v1342 * v8555);
-    const real v8607 = v8603 + (v5744 * v8397 + v1465 * v8552);
-    const real v8610 = q[4] * c62 - q[5] * s62;
-    const real v8611 = s52 * v8610;
-    const real v8616 = q[4] * s62 + q[5] * c62;
-    const real v8621 = v83 * (p[18] * v8611) + v80 * v8616 - v71 * (v68 * v8616);
-    const real v8623 = v59 * (p[20] * v8621);
-    const real v8625 = c62 * v8623 - v807;
-    const real v8626 = c52 * v8610;
-    const real v8630 = v157 * (v2291 * v8626 - v2839 * v8616);
-    const real v8636 = v79 * v8626 - v163 * v8611 - v71 * v8610;
-    const real v8637 = v170 * v8636;
-    const real v8639 = s52 * v8630 + c52 * v8637;
-    const real v8642 = v8625 + (v810 - s62 * v8639);
-    const real v8644 = p[19] * v464;
-    const real v8645 = v234 * v2908 - v8644;
-    const real v8647 = p[19] * v458;
-    const real v8648 = v8647 - v3496;
-    const real v8650 = v230 * v8645 - v214 * v8648;
-    const real v8651 = v8650 * v254;
-    const real v8653 = v225 * v8610;
-    const real v8657 = q[3] * v8616;
-    const real v8663 = v66 * v8653 - v339 * v8616 - v327 * v8657 + v397 * v8653 + v324 * v8657;
-    const real v8668 = v350 * v8610;
-    const real v8675 = v327 * (v2901 * v8616) - v327 * v8668 - v338 * v8653 - q[3] * (v115 * v8610);
-    const real v8686 = v8675 + p[17] * (v114 * (c52 * (s52 * v8668))) + p[17] * (q[3] * (v114 * (v224 * (v8610 + v8610))));
-    const real v8691 = v8686 + p[17] * (p[18] * (q[3] * (p[19] * v8626)));
-    const real v8694 = v229 * (v225 * v8663) - v213 * (p[20] * v8691);
-    const real v8704 = p[19] * v216;
-    const real v8705 = p[17] * (v114 * s62) - v8704;
-    const real v8707 = p[19] * v232;
-    const real v8711 = v322 * v8648 + (v368 * v8648 + v219 * v8691) - v457 * (q[16] * v8705 - q[15] * v8707);
-    const real v8724 = v8707 - v234 * v3496;
-    const real v8728 = v400 * v8645 + (v415 * v8645 + v238 * v8663) - v396 * (q[15] * (v494 * v2908 - (v8704 + v224 * v2908)) - q[16] * v8724);
-    const real v8740 = v219 * (v213 * v8705) + v510 * v8648 - (v238 * (v229 * v8724) + v516 * v8645);
-    const real v8743 = v214 * v8705 + v230 * v8724;
-    const real v8747 = v8740 - (v255 * v8743 + v525 * v8651);
-    const real v8755 = v8743 * v254;
-    const real v8758 = v213 * (v7677 * v8705) + v229 * (v7680 * v8724) + (v541 * v8743 + v525 * v8755);
-    const real v8760 = v8747 * v544 + v5220 * v8758;
-    const real v8774 = v322 * v8705 + (v368 * v8705 + v462 * v8691) + v457 * (q[16] * v8648 - q[15] * v8644);
-    const real v8789 = v400 * v8724 + (v415 * v8724 + v499 * v8663) - v396 * (q[16] * v8645 + q[15] * (v8647 + v224 * v3496 - v494 * v3496));
-    const real v8792 = v425 * v8755 + v541 * v8694 - (v213 * v8774 - v229 * v8789);
-    const real v8795 = v425 * v8651 + v255 * v8694 + (v213 * v8711 + v229 * v8728) - (v604 * v8760 + v545 * v8792);
-    const real v8805 = v213 * (v7696 * v8648) + v229 * (v7699 * v8645) + (v545 * v8747 + v527 * v8760);
-    const real v8811 = v8795 * v624 + v5240 * (v8805 + (v255 * v8650 + v240 * v8651));
-    const real v8813 = v659 * s62;
-    const real v8814 = v2912 * c62;
-    const real v8815 = v652 * v8814;
-    const real v8816 = v8813 - v8815;
-    const real v8821 = c62 * c62 - v646;
-    const real v8822 = v652 * v8821;
-    const real v8830 = v8792 * v544 + v5284 * v8758 - (v625 * v8760 + v545 * v8811);
-    const real v8834 = v680 * v8814;
-    const real v8840 = v213 * (q[5] * v8648 - q[4] * v8705);
-    const real v8846 = v229 * (q[4] * v8724 + q[5] * v8645);
-    const real v8851 = v125 * v8811 + c[8] * (v216 * v8840 + v736 + (v232 * v8846 - v740));
-    const real v8854 = v8642 + (v661 * v8811 + v626 * v8816) - (v668 * v8822 - v673 * v8830) + (v727 * v8834 + v687 * v8851);
-    const real v8855 = v680 * v8821;
-    const real v8864 = v125 * v8830 + c[9] * (v464 * v8846 + v723 - (v458 * v8840 - v705));
-    const real v8868 = v833 - v8813;
-    const real v8878 = v8694 * v254 + (v667 * v8755 + v541 * v8830) + (v625 * v8651 + v255 * v8811);
-    const real v8881 = v8854 + (v744 * v8855 - v732 * v8864) + (v756 * v8868 + v751 * v8878);
-    const real v8886 = s52 * v8637 - c52 * v8630;
-    const real v8898 = v8886 + (v786 * v8811 + v626 * v790) - (v791 * v8830 + v668 * v785) + (v727 * v797 + v763 * v8851);
-    const real v8903 = v771 * v8878 - (v8898 - (v744 * v762 + v798 * v8864));
-    const real v8910 = v659 * c62;
-    const real v8911 = v8910 - v8822;
-    const real v8915 = s62 * v8623 + v92;
-    const real v8918 = v8915 + (c62 * v8639 + v180);
-    const real v8927 = v815 * v8811 + v626 * v8911 - v8918 + (v668 * v8815 - v819 * v8830) + (v727 * v8855 + v732 * v8851);
-    const real v8932 = v8910 + v750;
-    const real v8936 = v8927 - (v744 * v8834 + v827 * v8864) - (v756 * v8932 + v834 * v8878);
-    const real v8940 = v768 * v8903 - (v758 * v797 + v763 * v8881) - (v798 * v8936 - v836 * v762);
-    const real v8944 = v5433 * v797 - v5438 * v762;
-    const real v8953 = v1014 * v8940 - (v851 * v8944 + v844 * (v1039 * v8903 + v1041 * v8881 + v1044 * v8936));
-    const real v8960 = (SELECT0(m877, v1013 * v8953 * v1051) - v8940) * v857 - v5455 * v8944;
-    const real v8963 = v8881 - (v880 * v797 + v763 * v8960);
-    const real v8966 = v980 * (v986 * (v8963 * v861));
-    const real v8967 = v8966 * v1061;
-    const real v8969 = v968 * (v974 * v8967);
-    const real v8971 = p[9] * (s962 * v8969);
-    const real v8974 = SELECT0(m871, -(c958 * v8971));
-    const real v8978 = v8936 - (v798 * v8960 - v880 * v762);
-    const real v8986 = v8978 * v861 * v919 + SELECT0(m871, v1101 * (v1107 * (v1108 * v8966 * v1111)));
-    const real v8989 = v1090 * (v1096 * v8986) * v1122;
-    const real v8992 = s947 * v8967;
-    const real v8996 = c948 * v8989;
-    const real v9000 = SELECT0(m871, -(s948 * v8992)) + SELECT0(m910, -(c947 * v8996));
-    const real v9006 = SELECT(m890, SELECT0(m910, -v8989), SELECT0(m946, v1131 * (v1137 * (v9000 * v930)) * v1155));
-    const real v9008 = v1078 * (v1084 * v9006);
-    const real v9009 = s958 * v9008;
-    const real v9012 = v8974 - v1071 * v9009 + v8886;
-    const real v9014 = v797 * v1164;
-    const real v9017 = p[9] * (c962 * v8969);
-    const real v9023 = SELECT0(m871, v9017) - v8642 + (v5512 * v9014 + v1166 * v9012);
-    const real v9028 = v8834 - (v1166 * v797 + v763 * v9014);
-    const real v9032 = v762 * v1164;
-    const real v9035 = v8855 - (v1176 * v797 - v763 * v9032);
-    const real v9038 = v9035 * v1174 - v5795 * v9028;
-    const real v9045 = SELECT0(m871, -(s958 * v8971));
-    const real v9046 = c958 * v9008;
-    const real v9048 = v9045 + v1071 * v9046;
-    const real v9054 = v1176 * v9012 - v5512 * v9032 - (v9048 - v8918) - (v5520 * v9038 + v1179 * v9023);
-    const real v9063 = v1176 * v762 + v798 * v9032 - (v8834 + (v1179 * v9035 + v1178 * v9038));
-    const real v9068 = v8868 + v1196 * v797;
-    const real v9071 = v9068 * v1174 - v5836 * v9028;
-    const real v9076 = v8932 + (v1199 * v9035 + v1178 * v9071) + v1196 * v762;
-    const real v9079 = v9076 * v1194 - v5847 * v9063;
-    const real v9081 = p[18] * v8637;
-    const real v9082 = v54 * v8623;
-    const real v9083 = v9081 - v9082;
-    const real v9085 = v1211 * s62;
-    const real v9086 = v9085 + v1230;
-    const real v9090 = v1211 * c62;
-    const real v9091 = v9090 - v1222;
-    const real v9097 = v9083 + (v1223 * v8811 + v626 * v9086) + (v668 * v9091 - v1231 * v8830) - v771 * v8960;
-    const real v9098 = p[9] * v8992;
-    const real v9101 = SELECT0(m871, -(c948 * v9098));
-    const real v9102 = s948 * v8989;
-    const real v9108 = v9101 + SELECT0(m910, v1240 * v9102) - (v8903 + v768 * v8960);
-    const real v9112 = p[9] * (c947 * v8967);
-    const real v9118 = SELECT0(m871, v9112) - v8963 + (v5557 * v9014 + v1166 * v9108);
-    const real v9132 = SELECT0(m871, -(s948 * v9098)) + SELECT0(m910, -(v1240 * v8996));
-    const real v9138 = v1176 * v9108 - v5557 * v9032 - (v9132 + v8978) - (v5562 * v9038 + v1179 * v9118);
-    const real v9141 = v9138 * v1194 - v5933 * v9063;
-    const real v9144 = v9118 * v1174 - v5912 * v9028 - (v5570 * v9038 + v1179 * v9141);
-    const real v9151 = v9108 * v1164 + (v5572 * v9014 + v1166 * v9144) + (v1176 * v9141 - v5570 * v9032);
-    const real v9161 = v9097 - v771 * v9151 - (v727 * v8868 + v751 * v8851) - (v5572 * v8868 + v751 * v9144);
-    const real v9171 = v9161 + (v744 * v8932 - v834 * v8864) + (v5570 * v8932 + v834 * v9141) - v1290 * v8878;
-    const real v9177 = v8974 - v1293 * v9009 - (v9101 + SELECT0(m910, v1296 * v9102));
-    const real v9180 = v9017 - v9112;
-    const real v9185 = SELECT0(m871, v9180) + (v5591 * v9014 + v1166 * v9177);
-    const real v9193 = p[9] * v9000 - (v9045 + v1293 * v9046);
-    const real v9201 = v9193 + (v1176 * v9177 - v5591 * v9032) - (v5596 * v9038 + v1179 * v9185);
-    const real v9204 = v9201 * v1194 - v6005 * v9063;
-    const real v9207 = v9185 * v1174 - v5988 * v9028 - (v5605 * v9038 + v1179 * v9204);
-    const real v9214 = v9177 * v1164 + (v5607 * v9014 + v1166 * v9207) + (v1176 * v9204 - v5605 * v9032);
-    const real v9224 = v9171 - v771 * v9214 - (v5607 * v8868 + v751 * v9207) + (v5605 * v8932 + v834 * v9204);
-    const real v9235 = v9224 - v9083 + v1196 * v9012 + (v5520 * v9071 + v1199 * v9023) - (v5527 * v9079 + v1204 * v9054);
-    const real v9243 = v1199 * v9068 + v1198 * v9071 + (v1204 * v9076 + v1203 * v9079);
-    const real v9248 = v790 * v1164;
-    const real v9251 = v8816 - (v1342 * v797 + v763 * v9248);
-    const real v9254 = v9251 * v1174 - v6068 * v9028;
-    const real v9266 = v8911 - (v1345 * v9035 + v1178 * v9254) - (v798 * v9248 - v1342 * v762);
-    const real v9269 = v9266 * v1194 - v6084 * v9063;
-    const real v9272 = v9086 + (v1345 * v9068 + v1198 * v9254) - (v1352 * v9076 + v1203 * v9269);
-    const real v9274 = v9272 - v771 * v9248;
-    const real v9277 = v9274 * v1340 + v6095 * v9243;
-    const real v9280 = v9081 - v154 * v8639;
-    const real v9285 = s62 * v9280 + v5689 - v9082 + v632 * v8625;
-    const real v9287 = v1380 * v8814;
-    const real v9289 = v9287 - K(-2.0) * v9085;
-    const real v9294 = v9090 + v1380 * v8821;
-    const real v9302 = v9285 + (v1406 * v8811 + v626 * v9289) + (v668 * v9294 - v1411 * v8830) - (v880 * v790 + v786 * v8960);
-    const real v9314 = v9302 - (v5576 * v790 + v786 * v9151) + (v727 * v8816 + v661 * v8851) + (v5572 * v8816 + v661 * v9144);
-    const real v9326 = v9314 + (v744 * v8911 - v815 * v8864) + (v5570 * v8911 + v815 * v9141) - (v756 * v9086 + v1223 * v8878);
-    const real v9337 = v9326 + SELECT0(m871, v1430 * v9112) - (v5611 * v790 + v786 * v9214) + (v5607 * v8816 + v661 * v9207);
-    const real v9345 = v9337 + (v5605 * v8911 + v815 * v9204) + SELECT0(m871, v1430 * v9180) - v9285;
-    const real v9353 = v9345 + SELECT0(m871, -(v1430 * v9017)) + (v5512 * v9248 + v1342 * v9012);
-    const real v9361 = v9353 - (v5520 * v9254 + v1345 * v9023) - (v5527 * v9269 + v1352 * v9054);
-    const real v9365 = v9361 - (v5624 * v9277 + v1357 * v9235);
-    const real v9374 = v9289 - (v1345 * v9251 + v1344 * v9254) - (v1352 * v9266 + v1351 * v9269);
-    const real v9382 = v9374 - (v1357 * v9274 + v1356 * v9277) - (v1342 * v790 + v786 * v9248);
-    const real v9387 = v785 * v1164;
-    const real v9390 = v8822 + (v1465 * v797 - v763 * v9387);
-    const real v9393 = v9390 * v1174 - v6226 * v9028;
-    const real v9405 = v8815 + (v1468 * v9035 + v1178 * v9393) + (v1465 * v762 + v798 * v9387);
-    const real v9408 = v9405 * v1194 - v6242 * v9063;
-    const real v9411 = v9294 + (v1468 * v9251 + v1344 * v9393) - (v1475 * v9266 + v1351 * v9408);
-    const real v9420 = v9091 - (v1468 * v9068 + v1198 * v9393) - (v1475 * v9076 + v1203 * v9408);
-    const real v9422 = v9420 + v771 * v9387;
-    const real v9425 = v9422 * v1340 + v6262 * v9243;
-    const real v9432 = v9411 - (v1484 * v9274 + v1356 * v9425) - (v1465 * v790 - v786 * v9387);
-    const real v9435 = v9432 * v1463 - v6273 * v9382;
-    const real v9442 = c62 * v9280 - v5634 - v632 * v8915;
-    const real v9451 = v1430 * v9132 - v9442 - (v1411 * v8811 + v626 * v9294) + (v1502 * v8830 + v668 * v9287);
-    const real v9463 = v9451 + (v791 * v8960 - v880 * v785) + (v791 * v9151 - v5576 * v785) + (v727 * v8822 + v673 * v8851);
-    const real v9475 = v9463 + (v5572 * v8822 + v673 * v9144) - (v744 * v8815 - v819 * v8864) - (v5570 * v8815 + v819 * v9141);
-    const real v9485 = v9475 + (v756 * v9091 + v1231 * v8878) - v1430 * v9193 + (v791 * v9214 - v5611 * v785);
-    const real v9494 = v9485 + (v5607 * v8822 + v673 * v9207) - (v5605 * v8815 + v819 * v9204) + v9442;
-    const real v9503 = v1430 * v9048 - v9494 + (v1465 * v9012 - v5512 * v9387) + (v5520 * v9393 + v1468 * v9023);
-    const real v9511 = v9503 - (v5527 * v9408 + v1475 * v9054) - (v5624 * v9425 + v1484 * v9235);
-    const real v9527 = v9287 + (v1468 * v9390 + v1467 * v9393) + (v1475 * v9405 + v1474 * v9408);
-    const real v9535 = v9527 + (v1484 * v9422 + v1483 * v9425) + (v1489 * v9432 + v1488 * v9435);
-    const real v9538 = (v9511 - (v5684 * v9435 + v1489 * v9365)) * v1548 - v6359 * (v1465 * v785 + v791 * v9387 - v9535);
-    const real v9541 = v9365 * v1463 - v6197 * v9382 - (v5744 * v9435 + v1489 * v9538);
-    const real v9548 = v9235 * v1340 + v6043 * v9243 - (v5746 * v9277 + v1357 * v9541) - (v5744 * v9425 + v1484 * v9538);
-    const real v9555 = v9054 * v1194 - v5815 * v9063 - (v5750 * v9079 + v1204 * v9548) - (v5746 * v9269 + v1352 * v9541);
-    const real v9559 = v9555 - (v5744 * v9408 + v1475 * v9538);
-    const real v9566 = v9023 * v1174 - v5779 * v9028 - (v5756 * v9038 + v1179 * v9559) + (v5750 * v9071 + v1199 * v9548);
-    const real v9574 = v9566 - (v5746 * v9254 + v1345 * v9541) + (v5744 * v9393 + v1468 * v9538);
-    const real v9581 = v9012 * v1164 + (v5764 * v9014 + v1166 * v9574) + (v1176 * v9559 - v5756 * v9032);
-    const real v9591 = v9581 + v1196 * v9548 + (v5746 * v9248 + v1342 * v9541) + (v1465 * v9538 - v5744 * v9387);
-    const real v9598 = v282 + v282;
-    const real v9599 = q[14] * v9598;
-    const real v9601 = v289 + v289;
-    const real v9604 = v9601 + v9599 - q[3] * v9598;
-    const real v9610 = v203 * (v209 * p[16] - (v449 * v100 - v439 * v447)) + v189 * (v198 * v9599 + v198 * v9604 - v373 * v479);
-    const real v9619 = v203 * (p[15] * p[16]) + v189 * (v373 * v9598 - (v185 * v9599 + v185 * v9604));
-    const real v9635 = v203 * (v444 * p[16] + (v557 * v100 + v439 * v193)) - v189 * (v482 * v9599 + v482 * v9604 - v373 * v579);
-    const real v9636 = v541 * v9619 + v9635;
-    const real v9639 = (v9610 - v255 * v9619 + v545 * v9636) * v624;
-    const real v9641 = v36 + v36;
-    const real v9643 = v11 * (p[15] * v9641);
-    const real v9644 = c17 * v9643;
-    const real v9645 = v129 * v2818;
-    const real v9647 = v130 * p[16];
-    const real v9649 = s4 * v9645 + c4 * v9647;
-    const real v9651 = v9644 + s17 * v9649;
-    const real v9655 = v9636 * v544 + v545 * v9639;
-    const real v9659 = v203 * v100;
-    const real v9662 = v125 * v9639 + c[8] * (v206 * v9659);
-    const real v9668 = v125 * v9655 + c[9] * (v440 * v9659);
-    const real v9675 = v255 * v9639 - (v9619 * v254 + v541 * v9655);
-    const real v9677 = v661 * v9639 - v9651 - v673 * v9655 + v687 * v9662 + v732 * v9668 + v751 * v9675;
-    const real v9681 = s4 * v9647 - c4 * v9645;
-    const real v9690 = v771 * v9675 - (v9681 + v786 * v9639 + v791 * v9655 + v763 * v9662 + v798 * v9668);
-    const real v9694 = s17 * v9643;
-    const real v9696 = v9694 - c17 * v9649;
-    const real v9706 = v9696 + v815 * v9639 + v819 * v9655 + v732 * v9662 + v827 * v9668 - v834 * v9675;
-    const real v9708 = v768 * v9690 - v763 * v9677 - v798 * v9706;
-    const real v9717 = v1013 * (v1014 * v9708 - v844 * (v1039 * v9690 + v1041 * v9677 + v1044 * v9706));
-    const real v9721 = (SELECT0(m877, v9717 * v1051) - v9708) * v857;
-    const real v9723 = v9677 - v763 * v9721;
-    const real v9726 = v980 * (v986 * (v9723 * v861));
-    const real v9727 = v9726 * v1061;
-    const real v9729 = v968 * (v974 * v9727);
-    const real v9731 = p[9] * (s962 * v9729);
-    const real v9734 = SELECT0(m871, -(c958 * v9731));
-    const real v9736 = v9706 - v798 * v9721;
-    const real v9744 = v9736 * v861 * v919 + SELECT0(m871, v1101 * (v1107 * (v1108 * v9726 * v1111)));
-    const real v9747 = v1090 * (v1096 * v9744) * v1122;
-    const real v9750 = s947 * v9727;
-    const real v9754 = c948 * v9747;
-    const real v9758 = SELECT0(m871, -(s948 * v9750)) + SELECT0(m910, -(c947 * v9754));
-    const real v9764 = SELECT(m890, SELECT0(m910, -v9747), SELECT0(m946, v1131 * (v1137 * (v9758 * v930)) * v1155));
-    const real v9766 = v1078 * (v1084 * v9764);
-    const real v9767 = s958 * v9766;
-    const real v9770 = v9734 - v1071 * v9767 + v9681;
-    const real v9773 = p[9] * (c962 * v9729);
-    const real v9777 = SELECT0(m871, v9773) + v9651 + v1166 * v9770;
-    const real v9782 = SELECT0(m871, -(s958 * v9731));
-    const real v9783 = c958 * v9766;
-    const real v9785 = v9782 + v1071 * v9783;
-    const real v9789 = v1176 * v9770 - (v9785 + v9696) - v1179 * v9777;
-    const real v9791 = p[13] * v9647;
-    const real v9792 = v6 * v9643;
-    const real v9794 = v9791 + v9792 - p[16];
-    const real v9801 = p[9] * v9750;
-    const real v9804 = SELECT0(m871, -(c948 * v9801));
-    const real v9805 = s948 * v9747;
-    const real v9811 = v9804 + SELECT0(m910, v1240 * v9805) - (v9690 + v768 * v9721);
-    const real v9814 = p[9] * (c947 * v9727);
-    const real v9818 = SELECT0(m871, v9814) - v9723 + v1166 * v9811;
-    const real v9827 = SELECT0(m871, -(s948 * v9801)) + SELECT0(m910, -(v1240 * v9754));
-    const real v9832 = (v1176 * v9811 - (v9827 + v9736) - v1179 * v9818) * v1194;
-    const real v9834 = v9818 * v1174 - v1179 * v9832;
-    const real v9838 = v9811 * v1164 + v1166 * v9834 + v1176 * v9832;
-    const real v9842 = v9794 + v1223 * v9639 + v1231 * v9655 - v771 * v9721 - v771 * v9838 - v751 * v9662;
-    const real v9856 = v9734 - v1293 * v9767 - (v9804 + SELECT0(m910, v1296 * v9805));
-    const real v9858 = v9773 - v9814;
-    const real v9861 = SELECT0(m871, v9858) + v1166 * v9856;
-    const real v9866 = p[9] * v9758 - (v9782 + v1293 * v9783);
-    const real v9871 = (v9866 + v1176 * v9856 - v1179 * v9861) * v1194;
-    const real v9873 = v9861 * v1174 - v1179 * v9871;
-    const real v9877 = v9856 * v1164 + v1166 * v9873 + v1176 * v9871;
-    const real v9879 = v9842 - v751 * v9834 + v834 * v9668 + v834 * v9832 - v1290 * v9675 - v771 * v9877;
-    const real v9888 = v9879 - v751 * v9873 + v834 * v9871 - v9794 + v1196 * v9770 + v1199 * v9777;
-    const real v9890 = v9888 - v1204 * v9789;
-    const real v9893 = v9791 - v126 * v9649;
-    const real v9896 = q[4] * p[15];
-    const real v9899 = s17 * v9893 + v9792 - v9896 - v627 * v9644;
-    const real v9909 = v9899 + v1406 * v9639 + v1411 * v9655 - v786 * v9721 - v786 * v9838 + v661 * v9662;
-    const real v9920 = v9909 + v661 * v9834 + v815 * v9668 + v815 * v9832 - v1223 * v9675 + SELECT0(m871, v1430 * v9814);
-    const real v9929 = v9920 - v786 * v9877 + v661 * v9873 + v815 * v9871 + SELECT0(m871, v1430 * v9858);
-    const real v9938 = v9929 - v9899 + SELECT0(m871, -(v1430 * v9773)) + v1342 * v9770 - v1345 * v9777;
-    const real v9942 = v9938 - v1352 * v9789 - v1357 * v9890;
-    const real v9950 = c17 * v9893 + v627 * v9694 - q[5] * p[15];
-    const real v9959 = v1430 * v9827 - v9950 - v1411 * v9639 - v1502 * v9655 + v791 * v9721 + v791 * v9838;
-    const real v9969 = v9959 + v673 * v9662 + v673 * v9834 - v819 * v9668 - v819 * v9832 + v1231 * v9675;
-    const real v9978 = v9969 - v1430 * v9866 + v791 * v9877 + v673 * v9873 - v819 * v9871 + v9950;
-    const real v9987 = v1430 * v9785 - v9978 + v1465 * v9770 + v1468 * v9777 - v1475 * v9789 - v1484 * v9890;
-    const real v9990 = (v9987 - v1489 * v9942) * v1548;
-    const real v9992 = v9942 * v1463 - v1489 * v9990;
-    const real v9996 = v9890 * v1340 - v1357 * v9992 - v1484 * v9990;
-    const real v10002 = v9789 * v1194 - v1204 * v9996 - v1352 * v9992 - v1475 * v9990;
-    const real v10010 = v9777 * v1174 - v1179 * v10002 + v1199 * v9996 - v1345 * v9992 + v1468 * v9990;
-    const real v10018 = v9770 * v1164 + v1166 * v10010 + v1176 * v10002 + v1196 * v9996 + v1342 * v9992;
-    const real v10020 = v10018 + v1465 * v9990;
-    const real v10021 = v2264 - v25;
-    const real v10025 = v11 * (p[15] * v10021 - v6 * p[16]);
-    const real v10026 = c17 * v10025;
-    const real v10027 = v33 - v2284;
-    const real v10028 = v142 * v10027;
-    const real v10030 = v2281 - c4 * v10028;
-    const real v10032 = v10026 + s17 * v10030;
-    const real v10037 = p[12] * (q[3] * v313) - (v282 * v288 + v9601);
-    const real v10043 = p[16] + v375;
-    const real v10051 = v203 * (v209 * v10037 - v439 * v444) + v189 * (v198 * v375 + v198 * v10043 - (v484 * v186 - v373 * v482));
-    const real v10060 = v203 * (p[15] * v10037) + v189 * (v375 * v186 - (v185 * v375 + v185 * v10043));
-    const real v10076 = v203 * (v444 * v10037 + v439 * v209) - v189 * (v482 * v375 + v482 * v10043 - (v581 * v186 + v373 * v197));
-    const real v10077 = v541 * v10060 + v10076;
-    const real v10080 = (v10051 - v255 * v10060 + v545 * v10077) * v624;
-    const real v10085 = v10077 * v544 + v545 * v10080;
-    const real v10089 = v189 * v186;
-    const real v10092 = v125 * v10080 + c[8] * (v192 * v10089);
-    const real v10098 = v125 * v10085 - c[9] * (v446 * v10089);
-    const real v10105 = v255 * v10080 - (v10060 * v254 + v541 * v10085);
-    const real v10107 = v10032 + v661 * v10080 - v673 * v10085 + v687 * v10092 + v732 * v10098 + v751 * v10105;
-    const real v10110 = s4 * v10028 + v2416;
-    const real v10119 = v771 * v10105 - (v10110 + v786 * v10080 + v791 * v10085 + v763 * v10092 + v798 * v10098);
-    const real v10124 = s17 * v10025;
-    const real v10125 = c17 * v10030 - v10124;
-    const real v10135 = v10125 + v815 * v10080 + v819 * v10085 + v732 * v10092 + v827 * v10098 - v834 * v10105;
-    const real v10137 = v768 * v10119 - v763 * v10107 - v798 * v10135;
-    const real v10145 = v1014 * v10137 - v844 * (v1039 * v10119 + v1041 * v10107 + v1044 * v10135);
-    const real v10150 = (SELECT0(m877, v1013 * v10145 * v1051) - v10137) * v857;
-    const real v10152 = v10107 - v763 * v10150;
-    const real v10155 = v980 * (v986 * (v10152 * v861));
-    const real v10156 = v10155 * v1061;
-    const real v10158 = v968 * (v974 * v10156);
-    const real v10160 = p[9] * (s962 * v10158);
-    const real v10163 = SELECT0(m871, -(c958 * v10160));
-    const real v10165 = v10135 - v798 * v10150;
-    const real v10173 = v10165 * v861 * v919 + SELECT0(m871, v1101 * (v1107 * (v1108 * v10155 * v1111)));
-    const real v10176 = v1090 * (v1096 * v10173) * v1122;
-    const real v10179 = s947 * v10156;
-    const real v10183 = c948 * v10176;
-    const real v10187 = SELECT0(m871, -(s948 * v10179)) + SELECT0(m910, -(c947 * v10183));
-    const real v10193 = SELECT(m890, SELECT0(m910, -v10176), SELECT0(m946, v1131 * (v1137 * (v10187 * v930)) * v1155));
-    const real v10195 = v1078 * (v1084 * v10193);
-    const real v10196 = s958 * v10195;
-    const real v10199 = v10163 - v1071 * v10196 + v10110;
-    const real v10202 = p[9] * (c962 * v10158);
-    const real v10206 = SELECT0(m871, v10202) - v10032 + v1166 * v10199;
-    const real v10211 = SELECT0(m871, -(s958 * v10160));
-    const real v10212 = c958 * v10195;
-    const real v10214 = v10211 + v1071 * v10212;
-    const real v10218 = v1176 * v10199 - (v10214 + v10125) - v1179 * v10206;
-    const real v10220 = p[13] * v10028;
-    const real v10221 = v6 * v10025;
-    const real v10223 = v10220 - v10221 + v9896;
-    const real v10230 = p[9] * v10179;
-    const real v10233 = SELECT0(m871, -(c948 * v10230));
-    const real v10234 = s948 * v10176;
-    const real v10240 = v10233 + SELECT0(m910, v1240 * v10234) - (v10119 + v768 * v10150);
-    const real v10243 = p[9] * (c947 * v10156);
-    const real v10247 = SELECT0(m871, v10243) - v10152 + v1166 * v10240;
-    const real v10256 = SELECT0(m871, -(s948 * v10230)) + SELECT0(m910, -(v1240 * v10183));
-    const real v10261 = (v1176 * v10240 - (v10256 + v10165) - v1179 * v10247) * v1194;
-    const real v10263 = v10247 * v1174 - v1179 * v10261;
-    const real v10267 = v10240 * v1164 + v1166 * v10263 + v1176 * v10261;
-    const real v10271 = v10223 + v1223 * v10080 + v1231 * v10085 - v771 * v10150 - v771 * v10267 - v751 * v10092;
-    const real v10285 = v10163 - v1293 * v10196 - (v10233 + SELECT0(m910, v1296 * v10234));
-    const real v10287 = v10202 - v10243;
-    const real v10290 = SELECT0(m871, v10287) + v1166 * v10285;
-    const real v10295 = p[9] * v10187 - (v10211 + v1293 * v10212);
-    const real v10300 = (v10295 + v1176 * v10285 - v1179 * v10290) * v1194;
-    const real v10302 = v10290 * v1174 - v1179 * v10300;
-    const real v10306 = v10285 * v1164 + v1166 * v10302 + v1176 * v10300;
-    const real v10308 = v10271 - v751 * v10263 + v834 * v10098 + v834 * v10261 - v1290 * v10105 - v771 * v10306;
-    const real v10317 = v10308 - v751 * v10302 + v834 * v10300 - v10223 + v1196 * v10199 + v1199 * v10206;
-    const real v10319 = v10317 - v1204 * v10218;
-    const real v10322 = v10220 + v126 * v10030;
-    const real v10327 = s17 * v10322 - (v10221 + p[16]) + v627 * v10026;
-    const real v10337 = v10327 + v1406 * v10080 + v1411 * v10085 - v786 * v10150 - v786 * v10267 + v661 * v10092;
-    const real v10348 = v10337 + v661 * v10263 + v815 * v10098 + v815 * v10261 - v1223 * v10105 + SELECT0(m871, v1430 * v10243);
-    const real v10357 = v10348 - v786 * v10306 + v661 * v10302 + v815 * v10300 + SELECT0(m871, v1430 * v10287);
-    const real v10366 = v10357 - v10327 + SELECT0(m871, -(v1430 * v10202)) + v1342 * v10199 - v1345 * v10206;
-    const real v10370 = v10366 - v1352 * v10218 - v1357 * v10319;
-    const real v10378 = c17 * v10322 + q[3] * p[15] - v627 * v10124;
-    const real v10385 = v1430 * v10256 - v10378 - v1411 * v10080 - v1502 * v10085 + v791 * v10150;
-    const real v10395 = v10385 + v791 * v10267 + v673 * v10092 + v673 * v10263 - v819 * v10098 - v819 * v10261;
-    const real v10405 = v10395 + v1231 * v10105 - v1430 * v10295 + v791 * v10306 + v673 * v10302 - v819 * v10300;
-    const real v10413 = v1430 * v10214 - (v10405 + v10378) + v1465 * v10199 + v1468 * v10206 - v1475 * v10218;
-    const real v10418 = (v10413 - v1484 * v10319 - v1489 * v10370) * v1548;
-    const real v10420 = v10370 * v1463 - v1489 * v10418;
-    const real v10424 = v10319 * v1340 - v1357 * v10420 - v1484 * v10418;
-    const real v10430 = v10218 * v1194 - v1204 * v10424 - v1352 * v10420 - v1475 * v10418;
-    const real v10438 = v10206 * v1174 - v1179 * v10430 + v1199 * v10424 - v1345 * v10420 + v1468 * v10418;
-    const real v10446 = v10199 * v1164 + v1166 * v10438 + v1176 * v10430 + v1196 * v10424 + v1342 * v10420;
-    const real v10448 = v10446 + v1465 * v10418;
-    const real v10455 = q[16] * v2336;
-    const real v10457 = v339 + v339;
-    const real v10459 = v10457 + v10455 - v413;
-    const real v10465 = v213 * (v219 * p[21] - (v467 * v116 - v457 * v465)) + v229 * (v238 * v10455 + v238 * v10459 - v396 * v496);
-    const real v10474 = v213 * (p[20] * p[21]) + v229 * (v396 * v2336 - (v225 * v10455 + v225 * v10459));
-    const real v10490 = v213 * (v462 * p[21] + (v567 * v116 + v457 * v233)) - v229 * (v499 * v10455 + v499 * v10459 - v396 * v593);
-    const real v10491 = v541 * v10474 + v10490;
-    const real v10494 = (v10465 - v255 * v10474 + v545 * v10491) * v624;
-    const real v10496 = v80 + v80;
-    const real v10498 = v59 * (p[20] * v10496);
-    const real v10499 = c62 * v10498;
-    const real v10500 = v157 * v2839;
-    const real v10502 = v158 * p[21];
-    const real v10504 = s52 * v10500 + c52 * v10502;
-    const real v10506 = v10499 + s62 * v10504;
-    const real v10510 = v10491 * v544 + v545 * v10494;
-    const real v10514 = v213 * v116;
-    const real v10517 = v125 * v10494 + c[8] * (v216 * v10514);
-    const real v10523 = v125 * v10510 + c[9] * (v458 * v10514);
-    const real v10530 = v255 * v10494 - (v10474 * v254 + v541 * v10510);
-    const real v10532 = v661 * v10494 - v10506 - v673 * v10510 + v687 * v10517 + v732 * v10523 + v751 * v10530;
-    const real v10536 = s52 * v10502 - c52 * v10500;
-    const real v10545 = v771 * v10530 - (v10536 + v786 * v10494 + v791 * v10510 + v763 * v10517 + v798 * v10523);
-    const real v10549 = s62 * v10498;
-    const real v10551 = v10549 - c62 * v10504;
-    const real v10561 = v10551 + v815 * v10494 + v819 * v10510 + v732 * v10517 + v827 * v10523 - v834 * v10530;
-    const real v10563 = v768 * v10545 - v763 * v10532 - v798 * v10561;
-    const real v10571 = v1014 * v10563 - v844 * (v1039 * v10545 + v1041 * v10532 + v1044 * v10561);
-    const real v10576 = (SELECT0(m877, v1013 * v10571 * v1051) - v10563) * v857;
-    const real v10578 = v10532 - v763 * v10576;
-    const real v10581 = v980 * (v986 * (v10578 * v861));
-    const real v10582 = v10581 * v1061;
-    const real v10584 = v968 * (v974 * v10582);
-    const real v10586 = p[9] * (s962 * v10584);
-    const real v10589 = SELECT0(m871, -(c958 * v10586));
-    const real v10591 = v10561 - v798 * v10576;
-    const real v10599 = v10591 * v861 * v919 + SELECT0(m871, v1101 * (v1107 * (v1108 * v10581 * v1111)));
-    const real v10602 = v1090 * (v1096 * v10599) * v1122;
-    const real v10605 = s947 * v10582;
-    const real v10609 = c948 * v10602;
-    const real v10613 = SELECT0(m871, -(s948 * v10605)) + SELECT0(m910, -(c947 * v10609));
-    const real v10619 = SELECT(m890, SELECT0(m910, -v10602), SELECT0(m946, v1131 * (v1137 * (v10613 * v930)) * v1155));
-    const real v10621 = v1078 * (v1084 * v10619);
-    const real v10622 = s958 * v10621;
-    const real v10625 = v10589 - v1071 * v10622 + v10536;
-    const real v10628 = p[9] * (c962 * v10584);
-    const real v10632 = SELECT0(m871, v10628) + v10506 + v1166 * v10625;
-    const real v10637 = SELECT0(m871, -(s958 * v10586));
-    const real v10638 = c958 * v10621;
-    const real v10640 = v10637 + v1071 * v10638;
-    const real v10644 = v1176 * v10625 - (v10640 + v10551) - v1179 * v10632;
-    const real v10646 = v54 * v10498;
-    const real v10647 = p[18] * v10502;
-    const real v10649 = v10646 + v10647 - p[21];
-    const real v10656 = p[9] * v10605;
-    const real v10659 = SELECT0(m871, -(c948 * v10656));
-    const real v10660 = s948 * v10602;
-    const real v10666 = v10659 + SELECT0(m910, v1240 * v10660) - (v10545 + v768 * v10576);
-    const real v10669 = p[9] * (c947 * v10582);
-    const real v10673 = SELECT0(m871, v10669) - v10578 + v1166 * v10666;
-    const real v10682 = SELECT0(m871, -(s948 * v10656)) + SELECT0(m910, -(v1240 * v10609));
-    const real v10687 = (v1176 * v10666 - (v10682 + v10591) - v1179 * v10673) * v1194;
-    const real v10689 = v10673 * v1174 - v1179 * v10687;
-    const real v10693 = v10666 * v1164 + v1166 * v10689 + v1176 * v10687;
-    const real v10697 = v10649 + v1223 * v10494 + v1231 * v10510 - v771 * v10576 - v771 * v10693 - v751 * v10517;
-    const real v10711 = v10589 - v1293 * v10622 - (v10659 + SELECT0(m910, v1296 * v10660));
-    const real v10713 = v10628 - v10669;
-    const real v10716 = SELECT0(m871, v10713) + v1166 * v10711;
-    const real v10721 = p[9] * v10613 - (v10637 + v1293 * v10638);
-    const real v10726 = (v10721 + v1176 * v10711 - v1179 * v10716) * v1194;
-    const real v10728 = v10716 * v1174 - v1179 * v10726;
-    const real v10732 = v10711 * v1164 + v1166 * v10728 + v1176 * v10726;
-    const real v10734 = v10697 - v751 * v10689 + v834 * v10523 + v834 * v10687 - v1290 * v10530 - v771 * v10732;
-    const real v10743 = v10734 - v751 * v10728 + v834 * v10726 - v10649 + v1196 * v10625 + v1199 * v10632;
-    const real v10745 = v10743 - v1204 * v10644;
-    const real v10748 = v10647 - v154 * v10504;
-    const real v10751 = q[4] * p[20];
-    const real v10754 = v10646 + s62 * v10748 - v10751 - v632 * v10499;
-    const real v10764 = v10754 + v1406 * v10494 + v1411 * v10510 - v786 * v10576 - v786 * v10693 + v661 * v10517;
-    const real v10775 = v10764 + v661 * v10689 + v815 * v10523 + v815 * v10687 - v1223 * v10530 + SELECT0(m871, v1430 * v10669);
-    const real v10784 = v10775 - v786 * v10732 + v661 * v10728 + v815 * v10726 + SELECT0(m871, v1430 * v10713);
-    const real v10793 = v10784 - v10754 + SELECT0(m871, -(v1430 * v10628)) + v1342 * v10625 - v1345 * v10632;
-    const real v10797 = v10793 - v1352 * v10644 - v1357 * v10745;
-    const real v10805 = c62 * v10748 + v632 * v10549 - q[5] * p[20];
-    const real v10812 = v1430 * v10682 - v10805 - v1411 * v10494 - v1502 * v10510 + v791 * v10576;
-    const real v10822 = v10812 + v791 * v10693 + v673 * v10517 + v673 * v10689 - v819 * v10523 - v819 * v10687;
-    const real v10832 = v10822 + v1231 * v10530 - v1430 * v10721 + v791 * v10732 + v673 * v10728 - v819 * v10726;
-    const real v10840 = v1430 * v10640 - (v10832 + v10805) + v1465 * v10625 + v1468 * v10632 - v1475 * v10644;
-    const real v10845 = (v10840 - v1484 * v10745 - v1489 * v10797) * v1548;
-    const real v10847 = v10797 * v1463 - v1489 * v10845;
-    const real v10851 = v10745 * v1340 - v1357 * v10847 - v1484 * v10845;
-    const real v10857 = v10644 * v1194 - v1204 * v10851 - v1352 * v10847 - v1475 * v10845;
-    const real v10865 = v10632 * v1174 - v1179 * v10857 + v1199 * v10851 - v1345 * v10847 + v1468 * v10845;
-    const real v10873 = v10625 * v1164 + v1166 * v10865 + v1176 * v10857 + v1196 * v10851 + v1342 * v10847;
-    const real v10875 = v10873 + v1465 * v10845;
-    const real v10876 = v2272 - v69;
-    const real v10880 = v59 * (p[20] * v10876 - v54 * p[21]);
-    const real v10881 = c62 * v10880;
-    const real v10882 = v77 - v2297;
-    const real v10883 = v170 * v10882;
-    const real v10885 = v2294 - c52 * v10883;
-    const real v10887 = v10881 + s62 * v10885;
-    const real v10892 = p[17] * (q[3] * v364) - (v324 * v338 + v10457);
-    const real v10898 = p[21] + v398;
-    const real v10906 = v213 * (v219 * v10892 - v457 * v462) + v229 * (v238 * v398 + v238 * v10898 - (v501 * v226 - v396 * v499));
-    const real v10915 = v213 * (p[20] * v10892) + v229 * (v398 * v226 - (v225 * v398 + v225 * v10898));
-    const real v10931 = v213 * (v462 * v10892 + v457 * v219) - v229 * (v499 * v398 + v499 * v10898 - (v595 * v226 + v396 * v237));
-    const real v10932 = v541 * v10915 + v10931;
-    const real v10935 = (v10906 - v255 * v10915 + v545 * v10932) * v624;
-    const real v10940 = v10932 * v544 + v545 * v10935;
-    const real v10944 = v229 * v226;
-    const real v10947 = v125 * v10935 + c[8] * (v232 * v10944);
-    const real v10953 = v125 * v10940 - c[9] * (v464 * v10944);
-    const real v10960 = v255 * v10935 - (v10915 * v254 + v541 * v10940);
-    const real v10962 = v10887 + v661 * v10935 - v673 * v10940 + v687 * v10947 + v732 * v10953 + v751 * v10960;
-    const real v10965 = s52 * v10883 + v2418;
-    const real v10974 = v771 * v10960 - (v10965 + v786 * v10935 + v791 * v10940 + v763 * v10947 + v798 * v10953);
-    const real v10979 = s62 * v10880;
-    const real v10980 = c62 * v10885 - v10979;
-    const real v10990 = v10980 + v815 * v10935 + v819 * v10940 + v732 * v10947 + v827 * v10953 - v834 * v10960;
-    const real v10992 = v768 * v10974 - v763 * v10962 - v798 * v10990;
-    const real v11000 = v1014 * v10992 - v844 * (v1039 * v10974 + v1041 * v10962 + v1044 * v10990);
-    const real v11005 = (SELECT0(m877, v1013 * v11000 * v1051) - v10992) * v857;
-    const real v11007 = v10962 - v763 * v11005;
-    const real v11010 = v980 * (v986 * (v11007 * v861));
-    const real v11011 = v11010 * v1061;
-    const real v11013 = v968 * (v974 * v11011);
-    const real v11015 = p[9] * (s962 * v11013);
-    const real v11018 = SELECT0(m871, -(c958 * v11015));
-    const real v11020 = v10990 - v798 * v11005;
-    const real v11028 = v11020 * v861 * v919 + SELECT0(m871, v1101 * (v1107 * (v1108 * v11010 * v1111)));
-    const real v11031 = v1090 * (v1096 * v11028) * v1122;
-    const real v11034 = s947 * v11011;
-    const real v11038 = c948 * v11031;
-    const real v11042 = SELECT0(m871, -(s948 * v11034)) + SELECT0(m910, -(c947 * v11038));
-    const real v11048 = SELECT(m890, SELECT0(m910, -v11031), SELECT0(m946, v1131 * (v1137 * (v11042 * v930)) * v1155));
-    const real v11050 = v1078 * (v1084 * v11048);
-    const real v11051 = s958 * v11050;
-    const real v11054 = v11018 - v1071 * v11051 + v10965;
-    const real v11057 = p[9] * (c962 * v11013);
-    const real v11061 = SELECT0(m871, v11057) - v10887 + v1166 * v11054;
-    const real v11066 = SELECT0(m871, -(s958 * v11015));
-    const real v11067 = c958 * v11050;
-    const real v11069 = v11066 + v1071 * v11067;
-    const real v11073 = v1176 * v11054 - (v11069 + v10980) - v1179 * v11061;
-    const real v11075 = p[18] * v10883;
-    const real v11076 = v54 * v10880;
-    const real v11078 = v11075 - v11076 + v10751;
-    const real v11085 = p[9] * v11034;
-    const real v11088 = SELECT0(m871, -(c948 * v11085));
-    const real v11089 = s948 * v11031;
-    const real v11095 = v11088 + SELECT0(m910, v1240 * v11089) - (v10974 + v768 * v11005);
-    const real v11098 = p[9] * (c947 * v11011);
-    const real v11102 = SELECT0(m871, v11098) - v11007 + v1166 * v11095;
-    const real v11111 = SELECT0(m871, -(s948 * v11085)) + SELECT0(m910, -(v1240 * v11038));
-    const real v11116 = (v1176 * v11095 - (v11111 + v11020) - v1179 * v11102) * v1194;
-    const real v11118 = v11102 * v1174 - v1179 * v11116;
-    const real v11122 = v11095 * v1164 + v1166 * v11118 + v1176 * v11116;
-    const real v11126 = v11078 + v1223 * v10935 + v1231 * v10940 - v771 * v11005 - v771 * v11122 - v751 * v10947;
-    const real v11140 = v11018 - v1293 * v11051 - (v11088 + SELECT0(m910, v1296 * v11089));
-    const real v11142 = v11057 - v11098;
-    const real v11145 = SELECT0(m871, v11142) + v1166 * v11140;
-    const real v11150 = p[9] * v11042 - (v11066 + v1293 * v11067);
-    const real v11155 = (v11150 + v1176 * v11140 - v1179 * v11145) * v1194;
-    const real v11157 = v11145 * v1174 - v1179 * v11155;
-    const real v11161 = v11140 * v1164 + v1166 * v11157 + v1176 * v11155;
-    const real v11163 = v11126 - v751 * v11118 + v834 * v10953 + v834 * v11116 - v1290 * v10960 - v771 * v11161;
-    const real v11172 = v11163 - v751 * v11157 + v834 * v11155 - v11078 + v1196 * v11054 + v1199 * v11061;
-    const real v11174 = v11172 - v1204 * v11073;
-    const real v11177 = v11075 + v154 * v10885;
-    const real v11182 = s62 * v11177 - (v11076 + p[21]) + v632 * v10881;
-    const real v11192 = v11182 + v1406 * v10935 + v1411 * v10940 - v786 * v11005 - v786 * v11122 + v661 * v10947;
-    const real v11203 = v11192 + v661 * v11118 + v815 * v10953 + v815 * v11116 - v1223 * v10960 + SELECT0(m871, v1430 * v11098);
-    const real v11212 = v11203 - v786 * v11161 + v661 * v11157 + v815 * v11155 + SELECT0(m871, v1430 * v11142);
-    const real v11221 = v11212 - v11182 + SELECT0(m871, -(v1430 * v11057)) + v1342 * v11054 - v1345 * v11061;
-    const real v11225 = v11221 - v1352 * v11073 - v1357 * v11174;
-    const real v11233 = c62 * v11177 + q[3] * p[20] - v632 * v10979;
-    const real v11240 = v1430 * v11111 - v11233 - v1411 * v10935 - v1502 * v10940 + v791 * v11005;
-    const real v11250 = v11240 + v791 * v11122 + v673 * v10947 + v673 * v11118 - v819 * v10953 - v819 * v11116;
-    const real v11260 = v11250 + v1231 * v10960 - v1430 * v11150 + v791 * v11161 + v673 * v11157 - v819 * v11155;
-    const real v11268 = v1430 * v11069 - (v11260 + v11233) + v1465 * v11054 + v1468 * v11061 - v1475 * v11073;
-    const real v11273 = (v11268 - v1484 * v11174 - v1489 * v11225) * v1548;
-    const real v11275 = v11225 * v1463 - v1489 * v11273;
-    const real v11279 = v11174 * v1340 - v1357 * v11275 - v1484 * v11273;
-    const real v11285 = v11073 * v1194 - v1204 * v11279 - v1352 * v11275 - v1475 * v11273;
-    const real v11293 = v11061 * v1174 - v1179 * v11285 + v1199 * v11279 - v1345 * v11275 + v1468 * v11273;
-    const real v11301 = v11054 * v1164 + v1166 * v11293 + v1176 * v11285 + v1196 * v11279 + v1342 * v11275;
-    const real v11303 = v11301 + v1465 * v11273;
-    const real v11397 = v2756 - q[4];
-    const real v11398 = v3354 - q[3];
-    const real v11401 = s17 * v1551 + c17 * v1549;
-    const real v11415 = v11401 - p[15] * (v11401 + v1555) * v101 - v130 * (c4 * (v126 * v11401 + s17 * v1569 + c17 * v1561) + s4 * v1579);
-    const real v11418 = s17 * v1890 + c17 * v1888;
-    const real v11432 = v11418 - p[15] * (v11418 + v1894) * v101 - v130 * (c4 * (v126 * v11418 + s17 * v1908 + c17 * v1900) + s4 * v1918);
-    const real v11435 = s17 * v2231 + c17 * v2229;
-    const real v11449 = v11435 - p[15] * (v11435 + v2235) * v101 - v130 * (c4 * (v126 * v11435 + s17 * v2249 + c17 * v2241) + s4 * v2259);
-    const real v11452 = s17 * v2756 + c17 * v2754;
-    const real v11453 = v11452 + v2285;
-    const real v11467 = v11453 - p[15] * (v11453 + v2760) * v101 - v130 * (c4 * (v126 * v11452 + s17 * v2774 + c17 * v2766) + s4 * v2784);
-    const real v11470 = s17 * v3354 + c17 * v3352;
-    const real v11471 = v11470 + v2828;
-    const real v11485 = v130 * (c4 * (v126 * v11470 + s17 * v3372 + c17 * v3364) + s4 * (v3382 - v2813));
-    const real v11489 = s17 * v3946 + c17 * v3944;
-    const real v11490 = v11489 + v3424;
-    const real v11504 = v130 * (c4 * (v126 * v11489 + s17 * v3964 + c17 * v3956) + s4 * (v3974 - v3410));
-    const real v11508 = s17 * v4282 + c17 * v4280;
-    const real v11522 = v11508 - p[15] * (v11508 + v4286) * v101 - v130 * (c4 * (v126 * v11508 + s17 * v4300 + c17 * v4292) + s4 * v4310);
-    const real v11525 = s17 * v4610 + c17 * v4608;
-    const real v11539 = v11525 - p[15] * (v11525 + v4614) * v101 - v130 * (c4 * (v126 * v11525 + s17 * v4628 + c17 * v4620) + s4 * v4638);
-    const real v11542 = s17 * v4935 + c17 * v4933;
-    const real v11556 = v11542 - p[15] * (v11542 + v4939) * v101 - v130 * (c4 * (v126 * v11542 + s17 * v4953 + c17 * v4945) + s4 * v4963);
-    const real v11559 = s17 * v6384 + c17 * v6381;
-    const real v11560 = v11559 + v4998;
-    const real v11571 = v5746 * s17;
-    const real v11572 = v5744 * c17;
-    const real v11575 = v5764 * s17;
-    const real v11577 = v5756 * c17;
-    const real v11580 = c4 * (v126 * v11559 + s17 * v6417 + c17 * v6402) - ((v11571 + v11572) * v126 + v11575 + v11577) * s4;
-    const real v11590 = v5513 + v1166 * v5764 + v1176 * v5756 + v1196 * v5750 + v1342 * v5746 + v1465 * v5744;
-    const real v11597 = v11560 - p[15] * (v11560 + v6391) * v101 - v130 * (v11580 + ((v11590 - v127) * c4 + s4 * v6436));
-    const real v11599 = v5746 * c17;
-    const real v11602 = v5744 * s17;
-    const real v11604 = s17 * v7372 + v11599 + (c17 * v7369 - v11602);
-    const real v11605 = v11604 + v6465;
-    const real v11612 = v5764 * c17;
-    const real v11616 = v5756 * s17;
-    const real v11621 = c4 * (v126 * v11604 + (s17 * v7405 + v11612) + (c17 * v7390 - v11616)) + s4 * v7422;
-    const real v11626 = s17 * v8555 + c17 * v8552;
-    const real v11640 = v11626 - p[15] * (v11626 + v8562) * v101 - v130 * (c4 * (v126 * v11626 + s17 * v8588 + c17 * v8573) + s4 * v8607);
-    const real v11643 = s17 * v9541 + c17 * v9538;
-    const real v11657 = v11643 - p[15] * (v11643 + v9548) * v101 - v130 * (c4 * (v126 * v11643 + s17 * v9574 + c17 * v9559) + s4 * v9591);
-    const real v11660 = s17 * v9992 + c17 * v9990;
-    const real v11674 = v130 * (c4 * (v126 * v11660 + s17 * v10010 + c17 * v10002) + s4 * v10020);
-    const real v11678 = s17 * v10420 + c17 * v10418;
-    const real v11679 = v11678 + v10027;
-    const real v11692 = v130 * (c4 * (v126 * v11678 + s17 * v10438 + c17 * v10430) + s4 * v10448);
-    const real v11696 = s17 * v10847 + c17 * v10845;
-    const real v11709 = v130 * (c4 * (v126 * v11696 + s17 * v10865 + c17 * v10857) + s4 * v10875);
-    const real v11713 = s17 * v11275 + c17 * v11273;
-    const real v11726 = v130 * (c4 * (v126 * v11713 + s17 * v11293 + c17 * v11285) + s4 * v11303);
-    const real v11734 = v1555 + v1551;
-    const real v11738 = c17 * v1569 + v627 * (c17 * v1551 - s17 * v1549) - v6 * v11734 - s17 * v1561;
-    const real v11749 = v1894 + v1890;
-    const real v11753 = c17 * v1908 + v627 * (c17 * v1890 - s17 * v1888) - v6 * v11749 - s17 * v1900;
-    const real v11764 = v2235 + v2231;
-    const real v11768 = c17 * v2249 + v627 * (c17 * v2231 - s17 * v2229) - v6 * v11764 - s17 * v2241;
-    const real v11780 = v2760 + v2756;
-    const real v11784 = v2265 + c17 * v2774 + v627 * (c17 * v2756 - s17 * v2754) - v6 * v11780 - s17 * v2766;
-    const real v11796 = v3358 + v3354;
-    const real v11800 = v2794 + c17 * v3372 + v627 * (c17 * v3354 - s17 * v3352) - v6 * v11796 - s17 * v3364;
-    const real v11812 = v3950 + v3946;
-    const real v11816 = v3393 + c17 * v3964 + v627 * (c17 * v3946 - s17 * v3944) - v6 * v11812 - s17 * v3956;
-    const real v11827 = v4286 + v4282;
-    const real v11831 = c17 * v4300 + v627 * (c17 * v4282 - s17 * v4280) - v6 * v11827 - s17 * v4292;
-    const real v11842 = v4614 + v4610;
-    const real v11846 = c17 * v4628 + v627 * (c17 * v4610 - s17 * v4608) - v6 * v11842 - s17 * v4620;
-    const real v11857 = v4939 + v4935;
-    const real v11861 = c17 * v4953 + v627 * (c17 * v4935 - s17 * v4933) - v6 * v11857 - s17 * v4945;
-    const real v11867 = v11599 - v11602;
-    const real v11870 = v5750 + v5746;
-    const real v11873 = v41 + v11612 + v627 * v11867 - v11870 * v6 - v11616;
-    const real v11883 = v4973 + c17 * v6417 + (v11867 * v4965 + v627 * (c17 * v6384 - s17 * v6381));
-    const real v11884 = v6391 + v6384;
-    const real v11892 = v11873 * v2263 + v6 * (v11883 - (v6 * v11884 + v11870 * v2263) - s17 * v6402);
-    const real v11894 = K(1.0) / p[12];
-    const real v11911 = v6450 + (c17 * v7405 - v11575) + v627 * (c17 * v7372 - v11571 - (s17 * v7369 + v11572));
-    const real v11912 = v7379 + v7372;
-    const real v11928 = v8562 + v8555;
-    const real v11932 = c17 * v8588 + v627 * (c17 * v8555 - s17 * v8552) - v6 * v11928 - s17 * v8573;
-    const real v11943 = v9548 + v9541;
-    const real v11947 = c17 * v9574 + v627 * (c17 * v9541 - s17 * v9538) - v6 * v11943 - s17 * v9559;
-    const real v11959 = v9996 + v9992;
-    const real v11963 = c17 * v10010 - v9641 + v627 * (c17 * v9992 - s17 * v9990) - v6 * v11959 - s17 * v10002;
-    const real v11976 = v10424 + v10420;
-    const real v11978 = v10021 + c17 * v10438 + v627 * (c17 * v10420 - s17 * v10418) - v6 * v11976;
-    const real v11992 = v10851 + v10847;
-    const real v11996 = c17 * v10865 + v627 * (c17 * v10847 - s17 * v10845) - v6 * v11992 - s17 * v10857;
-    const real v12007 = v11279 + v11275;
-    const real v12011 = c17 * v11293 + v627 * (c17 * v11275 - s17 * v11273) - v6 * v12007 - s17 * v11285;
-    const real v12018 = s62 * v1551 + c62 * v1549;
-    const real v12032 = v12018 - p[20] * (v12018 + v1555) * v117 - v158 * (c52 * (v154 * v12018 + s62 * v1569 + c62 * v1561) + s52 * v1579);
-    const real v12035 = s62 * v1890 + c62 * v1888;
-    const real v12049 = v12035 - p[20] * (v12035 + v1894) * v117 - v158 * (c52 * (v154 * v12035 + s62 * v1908 + c62 * v1900) + s52 * v1918);
-    const real v12052 = s62 * v2231 + c62 * v2229;
-    const real v12066 = v12052 - p[20] * (v12052 + v2235) * v117 - v158 * (c52 * (v154 * v12052 + s62 * v2249 + c62 * v2241) + s52 * v2259);
-    const real v12069 = s62 * v2756 + c62 * v2754;
-    const real v12070 = v12069 + v2298;
-    const real v12084 = v12070 - p[20] * (v12070 + v2760) * v117 - v158 * (c52 * (v154 * v12069 + s62 * v2774 + c62 * v2766) + s52 * v2784);
-    const real v12087 = s62 * v3354 + c62 * v3352;
-    const real v12088 = v12087 + v2849;
-    const real v12101 = c52 * (v154 * v12087 + s62 * v3372 + c62 * v3364) + s52 * (v3382 - v2834);
-    const real v12106 = s62 * v3946 + c62 * v3944;
-    const real v12107 = v12106 + v3444;
-    const real v12120 = c52 * (v154 * v12106 + s62 * v3964 + c62 * v3956) + s52 * (v3974 - v3430);
-    const real v12125 = s62 * v4282 + c62 * v4280;
-    const real v12139 = v12125 - p[20] * (v12125 + v4286) * v117 - v158 * (c52 * (v154 * v12125 + s62 * v4300 + c62 * v4292) + s52 * v4310);
-    const real v12142 = s62 * v4610 + c62 * v4608;
-    const real v12156 = v12142 - p[20] * (v12142 + v4614) * v117 - v158 * (c52 * (v154 * v12142 + s62 * v4628 + c62 * v4620) + s52 * v4638);
-    const real v12159 = s62 * v4935 + c62 * v4933;
-    const real v12173 = v12159 - p[20] * (v12159 + v4939) * v117 - v158 * (c52 * (v154 * v12159 + s62 * v4953 + c62 * v4945) + s52 * v4963);
-    const real v12176 = s62 * v6384 + c62 * v6381;
-    const real v12190 = v12176 - p[20] * (v12176 + v6391) * v117 - v158 * (c52 * (v154 * v12176 + s62 * v6417 + c62 * v6402) + s52 * v6436);
-    const real v12193 = s62 * v7372 + c62 * v7369;
-    const real v12207 = v12193 - p[20] * (v12193 + v7379) * v117 - v158 * (c52 * (v154 * v12193 + s62 * v7405 + c62 * v7390) + s52 * v7422);
-    const real v12210 = s62 * v8555 + c62 * v8552;
-    const real v12211 = v12210 + v7457;
-    const real v12222 = v5746 * s62;
-    const real v12223 = v5744 * c62;
-    const real v12226 = v5764 * s62;
-    const real v12228 = v5756 * c62;
-    const real v12231 = c52 * (v154 * v12210 + s62 * v8588 + c62 * v8573) - ((v12222 + v12223) * v154 + v12226 + v12228) * s52;
-    const real v12238 = v12211 - p[20] * (v12211 + v8562) * v117 - v158 * (v12231 + ((v11590 - v155) * c52 + s52 * v8607));
-    const real v12240 = v5746 * c62;
-    const real v12243 = v5744 * s62;
-    const real v12245 = s62 * v9541 + v12240 + (c62 * v9538 - v12243);
-    const real v12246 = v12245 + v8636;
-    const real v12253 = v5764 * c62;
-    const real v12257 = v5756 * s62;
-    const real v12262 = c52 * (v154 * v12245 + (s62 * v9574 + v12253) + (c62 * v9559 - v12257)) + s52 * v9591;
-    const real v12267 = s62 * v9992 + c62 * v9990;
-    const real v12280 = v158 * (c52 * (v154 * v12267 + s62 * v10010 + c62 * v10002) + s52 * v10020);
-    const real v12284 = s62 * v10420 + c62 * v10418;
-    const real v12297 = v158 * (c52 * (v154 * v12284 + s62 * v10438 + c62 * v10430) + s52 * v10448);
-    const real v12301 = s62 * v10847 + c62 * v10845;
-    const real v12315 = v158 * (c52 * (v154 * v12301 + s62 * v10865 + c62 * v10857) + s52 * v10875);
-    const real v12319 = s62 * v11275 + c62 * v11273;
-    const real v12320 = v12319 + v10882;
-    const real v12333 = v158 * (c52 * (v154 * v12319 + s62 * v11293 + c62 * v11285) + s52 * v11303);
-    const real v12344 = c62 * v1569 + v632 * (c62 * v1551 - s62 * v1549) - v54 * v11734 - s62 * v1561;
-    const real v12358 = c62 * v1908 + v632 * (c62 * v1890 - s62 * v1888) - v54 * v11749 - s62 * v1900;
-    const real v12372 = c62 * v2249 + v632 * (c62 * v2231 - s62 * v2229) - v54 * v11764 - s62 * v2241;
-    const real v12387 = v2273 + c62 * v2774 + v632 * (c62 * v2756 - s62 * v2754) - v54 * v11780 - s62 * v2766;
-    const real v12402 = v2807 + c62 * v3372 + v632 * (c62 * v3354 - s62 * v3352) - v54 * v11796 - s62 * v3364;
-    const real v12417 = v3404 + c62 * v3964 + v632 * (c62 * v3946 - s62 * v3944) - v54 * v11812 - s62 * v3956;
-    const real v12431 = c62 * v4300 + v632 * (c62 * v4282 - s62 * v4280) - v54 * v11827 - s62 * v4292;
-    const real v12445 = c62 * v4628 + v632 * (c62 * v4610 - s62 * v4608) - v54 * v11842 - s62 * v4620;
-    const real v12459 = c62 * v4953 + v632 * (c62 * v4935 - s62 * v4933) - v54 * v11857 - s62 * v4945;
-    const real v12473 = c62 * v6417 + v632 * (c62 * v6384 - s62 * v6381) - v54 * v11884 - s62 * v6402;
-    const real v12487 = c62 * v7405 + v632 * (c62 * v7372 - s62 * v7369) - v54 * v11912 - s62 * v7390;
-    const real v12493 = v12240 - v12243;
-    const real v12498 = v85 + v12253 + v632 * v12493 - v11870 * v54 - v12257;
-    const real v12508 = v7432 + c62 * v8588 + (v12493 * v7424 + v632 * (c62 * v8555 - s62 * v8552));
-    const real v12516 = v12498 * v2271 + v54 * (v12508 - (v54 * v11928 + v11870 * v2271) - s62 * v8573);
-    const real v12518 = K(1.0) / p[17];
-    const real v12535 = v8621 + (c62 * v9574 - v12226) + v632 * (c62 * v9541 - v12222 - (s62 * v9538 + v12223));
-    const real v12544 = -(v9541 + v59 * (v54 * (v12535 - v54 * v11943 - (s62 * v9559 + v12228))));
-    const real v12554 = c62 * v10010 + v632 * (c62 * v9992 - s62 * v9990) - v54 * v11959 - s62 * v10002;
-    const real v12568 = c62 * v10438 + v632 * (c62 * v10420 - s62 * v10418) - v54 * v11976 - s62 * v10430;
-    const real v12581 = c62 * v10865 - v10496 + v632 * (c62 * v10847 - s62 * v10845) - v54 * v11992;
-    const real v12597 = v10876 + c62 * v11293 + v632 * (c62 * v11275 - s62 * v11273) - v54 * v12007;
-    J_q[0] = v1579;
-    J_q[1] = v1918 + q[5];
-    J_q[2] = v2259 - q[4];
-    J_q[3] = v2784;
-    J_q[4] = v3382 + v125 * v2812 - q[2];
-    J_q[5] = v3974 + v125 * v3409 + q[1];
-    J_q[6] = v4310;
-    J_q[7] = v4638;
-    J_q[8] = v4963;
-    J_q[9] = v6436;
-    J_q[10] = v7422;
-    J_q[11] = v8607;
-    J_q[12] = v9591;
-    J_q[13] = v10020;
-    J_q[14] = v10448;
-    J_q[15] = v10875;
-    J_q[16] = v11303;
-    J_q[17] = v1569 - v125 * v1551 - q[5];
-    J_q[18] = v1908 - v125 * v1890;
-    J_q[19] = v2249 - v125 * v2231 + q[3];
-    J_q[20] = v2774 - v125 * v2756 + q[2];
-    J_q[21] = v3372 - v125 * v3354;
-    J_q[22] = v3964 - v125 * v3946 - q[0];
-    J_q[23] = v4300 - v125 * v4282;
-    J_q[24] = v4628 - v125 * v4610;
-    J_q[25] = v4953 - v125 * v4935;
-    J_q[26] = v6417 - v125 * v6384;
-    J_q[27] = v7405 - v125 * v7372;
-    J_q[28] = v8588 - v125 * v8555;
-    J_q[29] = v9574 - v125 * v9541;
-    J_q[30] = v10010 - v125 * v9992;
-    J_q[31] = v10438 - v125 * v10420;
-    J_q[32] = v10865 - v125 * v10847;
-    J_q[33] = v11293 - v125 * v11275;
-    J_q[34] = v1561 - v125 * v1549 + q[4];
-    J_q[35] = v1900 - v125 * v1888 - q[3];
-    J_q[36] = v2241 - v125 * v2229;
-    J_q[37] = v2766 - v125 * v2754 - q[1];
-    J_q[38] = v3364 - v125 * v3352 + q[0];
-    J_q[39] = v3956 - v125 * v3944;
-    J_q[40] = v4292 - v125 * v4280;
-    J_q[41] = v4620 - v125 * v4608;
-    J_q[42] = v4945 - v125 * v4933;
-    J_q[43] = v6402 - v125 * v6381;
-    J_q[44] = v7390 - v125 * v7369;
-    J_q[45] = v8573 - v125 * v8552;
-    J_q[46] = v9559 - v125 * v9538;
-    J_q[47] = v10002 - v125 * v9990;
-    J_q[48] = v10430 - v125 * v10418;
-    J_q[49] = v10857 - v125 * v10845;
-    J_q[50] = v11285 - v125 * v11273;
-    J_q[51] = v1555;
-    J_q[52] = v1894;
-    J_q[53] = v2235;
-    J_q[54] = v2760;
-    J_q[55] = v3358;
-    J_q[56] = v3950;
-    J_q[57] = v4286;
-    J_q[58] = v4614;
-    J_q[59] = v4939;
-    J_q[60] = v6391;
-    J_q[61] = v7379;
-    J_q[62] = v8562;
-    J_q[63] = v9548;
-    J_q[64] = v9996;
-    J_q[65] = v10424;
-    J_q[66] = v10851;
-    J_q[67] = v11279;
-    J_q[68] = -v1549;
-    J_q[69] = -v1888;
-    J_q[70] = -v2229;
-    J_q[71] = q[5] - v2754;
-    J_q[72] = -v3352;
-    J_q[73] = q[3] - v3944;
-    J_q[74] = -v4280;
-    J_q[75] = -v4608;
-    J_q[76] = -v4933;
-    J_q[77] = -v6381;
-    J_q[78] = -v7369;
-    J_q[79] = -v8552;
-    J_q[80] = -v9538;
-    J_q[81] = -v9990;
-    J_q[82] = -v10418;
-    J_q[83] = -v10845;
-    J_q[84] = -v11273;
-    J_q[85] = v1551;
-    J_q[86] = v1890;
-    J_q[87] = v2231;
-    J_q[88] = v11397;
-    J_q[89] = v11398;
-    J_q[90] = v3946;
-    J_q[91] = v4282;
-    J_q[92] = v4610;
-    J_q[93] = v4935;
-    J_q[94] = v6384;
-    J_q[95] = v7372;
-    J_q[96] = v8555;
-    J_q[97] = v9541;
-    J_q[98] = v9992;
-    J_q[99] = v10420;
-    J_q[100] = v10847;
-    J_q[101] = v11275;
+    enum { vx = 0 };
+    enum { vy = 1 };
+    enum { vz = 2 };
+    enum { wx = 3 };
+    enum { wy = 4 };
+    enum { wz = 5 };
+    enum { att1 = 6 };
+    enum { att2 = 7 };
+    enum { att3 = 8 };
+    enum { phi1 = 9 };
+    enum { theta1 = 10 };
+    enum { phi2 = 11 };
+    enum { theta2 = 12 };
+    enum { phi1_dot = 13 };
+    enum { theta1_dot = 14 };
+    enum { phi2_dot = 15 };
+    enum { theta2_dot = 16 };
+    enum { m = SLOSH_P_M };
+    enum { m0 = SLOSH_P_M0 };
+    enum { I0 = SLOSH_P_I0 };
+    enum { J_x = SLOSH_P_J_X };
+    enum { J_y = SLOSH_P_J_Y };
+    enum { J_z = SLOSH_P_J_Z };
+    enum { h0 = SLOSH_P_H0 };
+    enum { b = SLOSH_P_B };
+    enum { d = SLOSH_P_D };
+    enum { F = SLOSH_P_F };
+    enum { delta1_max = SLOSH_P_DELTA1_MAX };
+    enum { delta2_max = SLOSH_P_DELTA2_MAX };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { eps1 = SLOSH_P_EPS1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { eps2 = SLOSH_P_EPS2 };
+    enum { r1 = SLOSH_LYAPUNOV_V1_C_R1 };
+    enum { r2 = SLOSH_LYAPUNOV_V1_C_R2 };
+    enum { r3 = SLOSH_LYAPUNOV_V1_C_R3 };
+    enum { r4 = SLOSH_LYAPUNOV_V1_C_R4 };
+    enum { r5 = SLOSH_LYAPUNOV_V1_C_R5 };
+    enum { r6 = SLOSH_LYAPUNOV_V1_C_R6 };
+    enum { r7 = SLOSH_LYAPUNOV_V1_C_R7 };
+    enum { r8 = SLOSH_LYAPUNOV_V1_C_R8 };
+    enum { w1 = SLOSH_LYAPUNOV_V1_C_W1 };
+    enum { w2 = SLOSH_LYAPUNOV_V1_C_W2 };
+    enum { w3 = SLOSH_LYAPUNOV_V1_C_W3 };
+    enum { w4 = SLOSH_LYAPUNOV_V1_C_W4 };
+    enum { w5 = SLOSH_LYAPUNOV_V1_C_W5 };
+    enum { r9 = SLOSH_LYAPUNOV_V1_C_R9 };
+    enum { r10 = SLOSH_LYAPUNOV_V1_C_R10 };
+    const real t_os4zj = p[l1] * p[l1];
+    const real t_yx2kz = t_os4zj * p[m1];
+    const real D1 = t_yx2kz + p[I1];
+    const real t_zrejm = K(1.0) / D1;
+    const real t_3qn53 = p[m1] * t_zrejm;
+    const real k1 = t_3qn53 * p[l1];
+    const real me1 = t_3qn53 * p[I1];
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real mv1 = t_6nwd2 * k1;
+    const real t_nfvux = p[l2] * p[l2];
+    const real t_frp3h = t_nfvux * p[m2];
+    const real D2 = t_frp3h + p[I2];
+    const real t_5wzvs = K(1.0) / D2;
+    const real t_54cbb = p[m2] * t_5wzvs;
+    const real k2 = t_54cbb * p[l2];
+    const real me2 = t_54cbb * p[I2];
+    const real t_popww = p[l2] * p[m2];
+    const real mv2 = t_popww * k2;
+    const real t_omhyl = p[m] + p[m0];
+    const real M_C = t_omhyl + me1 + me2;
+    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real S_C = me1 * (p[h1] * p[h1])
+        + me2 * (p[h2] * p[h2])
+        + p[m] * (p[b] * p[b])
+        + p[m0] * (p[h0] * p[h0])
+        - M_C * (x_C * x_C);
+    const real J_C1 = p[I0] + p[J_x];
+    const real J_C3 = p[I0] + p[J_z] + S_C;
+    const real t_is5lg = p[I1] + p[I2];
+    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
+    const real W12 = q[wx] * q[wy];
+    const real W13 = q[wx] * q[wz];
+    const real e1 = p[h1] - x_C;
+    const real e2 = p[h2] - x_C;
+    real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
+    const real Wn1 = cos_theta1 * q[wy] - sin_theta1 * q[wz];
+    const real t_rding = cos_theta1 * q[wz];
+    const real t_a3uw4 = sin_theta1 * q[wy];
+    const real Wt1 = t_rding + t_a3uw4;
+    const real w_x1 = q[wx] - q[theta1_dot];
+    const real p1 = Wn1 + q[phi1_dot];
+    const real t_tqamb = Wt1 * sin_phi1;
+    const real chi1 = cos_phi1 * w_x1 - t_tqamb;
+    const real t_pad7a = Wt1 * cos_phi1;
+    const real t_qm5gj = t_pad7a + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
+    const real Wn2 = cos_theta2 * q[wy] - sin_theta2 * q[wz];
+    const real t_geoui = cos_theta2 * q[wz];
+    const real t_vhhwy = sin_theta2 * q[wy];
+    const real Wt2 = t_geoui + t_vhhwy;
+    const real w_x2 = q[wx] - q[theta2_dot];
+    const real p2 = Wn2 + q[phi2_dot];
+    const real t_4adrp = Wt2 * sin_phi2;
+    const real chi2 = cos_phi2 * w_x2 - t_4adrp;
+    const real t_3pe4c = Wt2 * cos_phi2;
+    const real t_c6dmt = t_3pe4c + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_rybsf = q[wy] * q[wy] + q[wz] * q[wz];
+    const real t_w7vil = t_rybsf * e1;
+    const real tension1 = cos_phi1 * t_w7vil * mv1 - t_6nwd2 * sigma_sq1;
+    const real As_1 = mv1 * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real eAss_1 = Ass_1 * e1;
+    const real q_1 = sin_phi1 * p[l1];
+    const real lc_1 = cos_phi1 * p[l1];
+    const real B_1 = me1 * p[l1];
+    const real Bs_1 = B_1 * sin_phi1;
+    const real Bc_1 = B_1 * cos_phi1;
+    const real Bl_1 = B_1 * p[l1];
+    const real g_1 = e1 - lc_1;
+    const real t_62zow = K(1.0) / (p[I1] + p[m1] * (q_1 * q_1));
+    const real th_1 = p[m1] * t_62zow;
+    const real wth_1 = th_1 * p[I1];
+    const real eBc_1 = Bc_1 * e1;
+    const real wg_1 = g_1 * wth_1;
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real tn11_1 = Ass_1 + me1 - wth_1;
+    const real t_b7ure = me1 * (e1 * e1);
+    const real t_3bowt = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
+    const real t_3fv6l = g_1 * wg_1;
+    const real tn44_1 = t_b7ure + t_3bowt - t_3fv6l;
+    const real wq_1 = q_1 * wth_1;
+    const real wqg_1 = q_1 * wg_1;
+    const real wqq_1 = q_1 * wq_1;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real wgC_1 = cos_theta1 * wqg_1;
+    const real wgS_1 = sin_theta1 * wqg_1;
+    const real loss_phi1 = p[eps1] * q[phi1_dot];
+    const real loss_theta1 = p[eps1] * q[theta1_dot];
+    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real t_smkh7 = Wn1 * lc_1;
+    const real t_q2k45 = chi1 * p[l1];
+    const real t_wmv32 = p1 + q[phi1_dot];
+    const real zeta1 = W12 * q_1 + t_smkh7 * w_x1 - t_q2k45 * t_wmv32;
+    const real t_xips6 = zeta1 * p[I1] - loss_theta1 * q_1;
+    const real F_n1 = th_1 * t_xips6;
+    const real t_7imwe = B_1 * eta1 + loss_phi1 * k1;
+    const real t_k644q = t_7imwe * cos_phi1;
+    const real F_t1 = sin_phi1 * tension1 - t_k644q;
+    const real M_q1 = F_n1 * q_1;
+    const real I_phi1 = q[phi1_dot] * p[I1];
+    const real I_theta1 = q[theta1_dot] * p[I1];
+    const real t_6fvzz = t_rybsf * e2;
+    const real tension2 = cos_phi2 * t_6fvzz * mv2 - t_popww * sigma_sq2;
+    const real As_2 = mv2 * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real eAss_2 = Ass_2 * e2;
+    const real q_2 = sin_phi2 * p[l2];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real B_2 = me2 * p[l2];
+    const real Bs_2 = B_2 * sin_phi2;
+    const real Bc_2 = B_2 * cos_phi2;
+    const real Bl_2 = B_2 * p[l2];
+    const real g_2 = e2 - lc_2;
+    const real t_4434n = K(1.0) / (p[I2] + p[m2] * (q_2 * q_2));
+    const real th_2 = p[m2] * t_4434n;
+    const real wth_2 = th_2 * p[I2];
+    const real eBc_2 = Bc_2 * e2;
+    const real wg_2 = g_2 * wth_2;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real tn11_2 = Ass_2 + me2 - wth_2;
+    const real t_lpk5h = me2 * (e2 * e2);
+    const real t_ymmgl = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
+    const real t_odwbr = g_2 * wg_2;
+    const real tn44_2 = t_lpk5h + t_ymmgl - t_odwbr;
+    const real wq_2 = q_2 * wth_2;
+    const real wqg_2 = q_2 * wg_2;
+    const real wqq_2 = q_2 * wq_2;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real wgC_2 = cos_theta2 * wqg_2;
+    const real wgS_2 = sin_theta2 * wqg_2;
+    const real loss_phi2 = p[eps2] * q[phi2_dot];
+    const real loss_theta2 = p[eps2] * q[theta2_dot];
+    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real t_2nvx4 = Wn2 * lc_2;
+    const real t_e55su = chi2 * p[l2];
+    const real t_nlamb = p2 + q[phi2_dot];
+    const real zeta2 = W12 * q_2 + t_2nvx4 * w_x2 - t_e55su * t_nlamb;
+    const real t_vry6x = zeta2 * p[I2] - loss_theta2 * q_2;
+    const real F_n2 = th_2 * t_vry6x;
+    const real t_4b2fa = B_2 * eta2 + loss_phi2 * k2;
+    const real t_czyms = t_4b2fa * cos_phi2;
+    const real F_t2 = sin_phi2 * tension2 - t_czyms;
+    const real M_q2 = F_n2 * q_2;
+    const real I_phi2 = q[phi2_dot] * p[I2];
+    const real I_theta2 = q[theta2_dot] * p[I2];
+    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
+    const real t_fbeaw = S_sq1 * tn11_1;
+    const real t_dj555 = S_sq2 * tn11_2;
+    const real K22 = t_fbeaw + t_dj555 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real K33 = Ass_1 + Ass_2 + M_C - t_fbeaw - t_dj555;
+    const real t_rlbqu = Bc_1 * cos_theta1;
+    const real t_2fa7h = Bc_2 * cos_theta2;
+    const real K43 = wqS_1 + wqS_2 - t_rlbqu - t_2fa7h;
+    const real t_nhr5u = wqq_1 + wqq_2;
+    const real K44 = t_nhr5u + Bl_1 + Bl_2 + J_C1;
+    const real t_tcgxn = wg_1 - e1 * me1;
+    const real t_uf5ib = wg_2 - e2 * me2;
+    const real t_32gyg = Bc_1 - eAss_1;
+    const real t_65obb = t_32gyg + t_tcgxn;
+    const real t_gbkg6 = Bc_2 - eAss_2;
+    const real t_yoiua = t_gbkg6 + t_uf5ib;
+    const real t_z76hk = S_sq1 * t_65obb + S_sq2 * t_yoiua;
+    const real K52 = t_tcgxn + t_uf5ib - t_z76hk - wqC_1 - wqC_2;
+    const real t_hjmgb = SC1 * t_65obb + SC2 * t_yoiua;
+    const real K53 = wqS_1 - t_hjmgb + wqS_2;
+    const real t_nncdg = Bl_1 - eBc_1;
+    const real t_cr4jw = t_nncdg * sin_theta1;
+    const real t_4q22j = Bl_2 - eBc_2;
+    const real t_6pb2s = t_4q22j * sin_theta2;
+    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_cr4jw + t_6pb2s;
+    const real t_hoosk = S_sq1 * tn44_1;
+    const real t_drvdp = S_sq2 * tn44_2;
+    const real K55 = t_3fv6l
+        + t_odwbr
+        + t_nhr5u
+        + t_hoosk
+        + t_drvdp
+        + J_C3
+        - t_b7ure
+        - t_lpk5h
+        + K(-2.0) * wgC_1
+        + K(-2.0) * wgC_2;
+    const real K63 = t_z76hk - (t_32gyg + t_gbkg6);
+    const real t_zhbuw = wgS_1 + wgS_2;
+    const real t_67cpm = t_nncdg * cos_theta1;
+    const real t_4qb3w = t_4q22j * cos_theta2;
+    const real K64 = t_zhbuw + t_67cpm + t_4qb3w;
+    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_3bowt + t_ymmgl + J_C2 - t_hoosk - t_drvdp;
+    const real t_vt7uo = F_n1 * cos_theta1;
+    const real t_oncjt = F_n2 * cos_theta2;
+    const real t_ramrz = F_t1 * sin_theta1;
+    const real t_ssvj3 = F_t2 * sin_theta2;
+    const real n2 = t_vt7uo + t_oncjt + t_ramrz + t_ssvj3;
+    const real t_ibvem = F_t1 * cos_theta1;
+    const real t_azclp = F_n1 * sin_theta1;
+    const real t_iya7w = F_n2 * sin_theta2;
+    const real t_ga7f3 = F_t2 * cos_theta2;
+    const real n3 = t_ibvem - (t_azclp + t_iya7w) + t_ga7f3;
+    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
+    const real t_kp7yy = M_q1 + M_q2;
+    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
+    const real t_sfymc = p[J_y] - p[J_z];
+    const real t_6nfyn = t_sfymc * q[wy];
+    const real n4 = t_aejai
+        - t_kp7yy
+        + t_zd4fs
+        - loss_phi1
+        - loss_phi2
+        + I_theta1 * q[wy]
+        + I_theta2 * q[wy]
+        - t_6nfyn * q[wz];
+    const real t_w7nmt = t_aejai + F_t1 * e1;
+    const real t_h4rsv = t_w7nmt * sin_theta1;
+    const real t_e5cx2 = t_zd4fs + F_t2 * e2;
+    const real t_n4l7v = t_e5cx2 * sin_theta2;
+    const real t_5r66u = J_C1 + (p[J_z] - p[J_y]);
+    const real n5 = t_h4rsv
+        - (t_kp7yy + loss_theta1 + loss_theta2)
+        + t_n4l7v
+        - W12 * t_5r66u
+        - I_phi1 * q[wy]
+        - I_phi2 * q[wy]
+        + t_vt7uo * g_1
+        + t_oncjt * g_2;
+    const real t_slihb = t_w7nmt * cos_theta1;
+    const real t_wrhtu = t_e5cx2 * cos_theta2;
+    const real t_7bo2j = J_C1 + t_is5lg + t_sfymc;
+    const real n6 = t_slihb
+        + t_wrhtu
+        + I_theta1 * q[wx]
+        + I_theta2 * q[wx]
+        - W13 * t_7bo2j
+        - t_azclp * g_1
+        - t_iya7w * g_2
+        - I_phi1 * q[wz]
+        - I_phi2 * q[wz];
+    const real t_pagmx = Asc_1 * sin_theta1;
+    const real t_em5lf = Asc_2 * sin_theta2;
+    const real t_b3aij = t_pagmx + t_em5lf;
+    const real t_bpfoo = K(1.0) / K11;
+    const real t_w7lcw = t_b3aij * t_bpfoo;
+    const real K_D2 = K22 - t_b3aij * t_w7lcw;
+    const real t_pq5r4 = Asc_1 * cos_theta1;
+    const real t_mejrc = Asc_2 * cos_theta2;
+    const real t_zzymx = t_pq5r4 + t_mejrc;
+    const real t_3go2w = t_zzymx * t_bpfoo;
+    const real t_2rbbr = K32 - t_b3aij * t_3go2w;
+    const real t_4iujv = K(1.0) / K_D2;
+    const real K_L32 = t_2rbbr * t_4iujv;
+    const real t_ev7u5 = Bs_1 + Asc_1 * e1;
+    const real t_b2inm = t_ev7u5 * sin_theta1;
+    const real t_bvybx = Bs_2 + Asc_2 * e2;
+    const real t_i6twe = t_bvybx * sin_theta2;
+    const real t_6mmeb = t_b2inm + t_i6twe;
+    const real t_rujpm = t_6mmeb * t_bpfoo;
+    const real t_xqwvu = K52 - t_b3aij * t_rujpm;
+    const real K_L52 = t_xqwvu * t_4iujv;
+    const real K_D3 = K33 - t_2rbbr * K_L32 - t_zzymx * t_3go2w;
+    const real t_kimqu = Bc_1 * sin_theta1;
+    const real t_h3qlz = Bc_2 * sin_theta2;
+    const real t_yz7e5 = wqC_1 + wqC_2 + t_kimqu + t_h3qlz;
+    const real t_2m245 = Bs_1 + Bs_2;
+    const real t_xq4wt = t_2m245 * t_bpfoo;
+    const real t_u3hss = t_yz7e5 + t_b3aij * t_xq4wt;
+    const real t_5wcj3 = t_u3hss * t_4iujv;
+    const real t_fqe33 = K43 + t_2rbbr * t_5wcj3 - t_zzymx * t_xq4wt;
+    const real t_zmh3u = K(1.0) / K_D3;
+    const real K_L43 = t_fqe33 * t_zmh3u;
+    const real t_kjv32 = K53 - t_2rbbr * K_L52 - t_zzymx * t_rujpm;
+    const real K_L53 = t_kjv32 * t_zmh3u;
+    const real t_llswo = t_ev7u5 * cos_theta1;
+    const real t_inhtz = t_bvybx * cos_theta2;
+    const real t_bl4f2 = t_llswo + t_inhtz;
+    const real t_pgxzp = t_bl4f2 * t_bpfoo;
+    const real t_dzmcy = t_hjmgb + t_b3aij * t_pgxzp;
+    const real t_gz422 = t_dzmcy * t_4iujv;
+    const real t_iyghn = K63 + t_2rbbr * t_gz422 - t_zzymx * t_pgxzp;
+    const real K_L63 = t_iyghn * t_zmh3u;
+    const real K_D4 = K44 - t_u3hss * t_5wcj3 - t_fqe33 * K_L43 - t_2m245 * t_xq4wt;
+    const real t_svz2s = K54 + t_u3hss * K_L52 - t_fqe33 * K_L53 - t_2m245 * t_rujpm;
+    const real t_lt2al = K(1.0) / K_D4;
+    const real K_L54 = t_svz2s * t_lt2al;
+    const real t_vjpw3 = K64 - t_u3hss * t_gz422 - t_fqe33 * K_L63 - t_2m245 * t_pgxzp;
+    const real K_L64 = t_vjpw3 * t_lt2al;
+    const real K_D5 = K55
+        - t_xqwvu * K_L52
+        - t_kjv32 * K_L53
+        - t_svz2s * K_L54
+        - t_6mmeb * t_rujpm;
+    const real t_3np5y = K65
+        + t_xqwvu * t_gz422
+        - t_kjv32 * K_L63
+        - t_svz2s * K_L64
+        - t_6mmeb * t_pgxzp;
+    const real t_ftqxb = K(1.0) / K_D5;
+    const real K_L65 = t_3np5y * t_ftqxb;
+    const real K_D6 = K66
+        - t_dzmcy * t_gz422
+        - t_iyghn * K_L63
+        - t_vjpw3 * K_L64
+        - t_3np5y * K_L65
+        - t_bl4f2 * t_pgxzp;
+    const real gx_phi1 = sin_phi1 * t_6nwd2;  /* (25) */
+    const real t_5zfdh = lc_1 * p[m1];
+    const real gy_phi1 = sin_theta1 * t_5zfdh;  /* (25) */
+    const real gz_phi1 = cos_theta1 * t_5zfdh;  /* (25) */
+    const real t_bnlcb = gy_phi1 * p[h1];
+    const real t_4xxce = t_yx2kz * sin_theta1;
+    const real cz_phi1 = t_bnlcb - t_4xxce;  /* (25) */
+    const real t_azo52 = gx_phi1 * p[h1];
+    const real t_amwyw = t_a3uw4 + t_rding;
+    const real t_7eszt = t_amwyw * t_amwyw;
+    const real t_k4dl5 = Wn1 * Wn1;
+    const real t_f5hf3 = q[theta1_dot] * q[theta1_dot];
+    const real t_a233z = sin_phi1 * cos_phi1;
+    const real t_5jodw = t_yx2kz * t_a233z;
+    const real t_wube7 = q[wx] * q[wx];
+    const real t_djbtf = q[theta1_dot] + q[theta1_dot];
+    const real t_3qva5 = sin_phi1 * sin_phi1;
+    const real t_invly = t_yx2kz * t_3qva5;
+    const real t_h5pol = t_invly * t_amwyw;
+    const real t_3arbs = t_yx2kz * t_amwyw;
+    const real t_kf34p = t_os4zj * t_7eszt;
+    const real t_s3rhs = t_kf34p * sin_phi1;
+    const real t_oc5tk = t_os4zj + t_os4zj;
+    const real t_rayay = t_oc5tk * t_3qva5;
+    const real t_pfzlv = t_rayay * t_amwyw;
+    const real t_a22o5 = cos_phi1 * t_amwyw * p[h1];
+    const real t_nctjx = t_oc5tk * sin_phi1;
+    const real t_etuep = t_nctjx * cos_phi1;
+    const real t_tuhjm = t_etuep * q[theta1_dot];
+    const real k_phi1 = loss_phi1
+        - t_azo52 * t_7eszt
+        - t_azo52 * t_k4dl5
+        - t_f5hf3 * t_5jodw
+        - t_5jodw * t_wube7
+        - t_djbtf * t_h5pol
+        - t_3arbs * q[wx]
+        + t_s3rhs * cos_phi1 * p[m1]
+        + t_pfzlv * q[wx] * p[m1]
+        + t_a22o5 * q[wx] * p[l1] * p[m1]
+        + t_tuhjm * q[wx] * p[m1];  /* (25) */
+    const real D_theta1 = t_invly + p[I1];  /* (26) */
+    const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
+    const real t_tpms2 = sin_theta1 * gx_phi1;
+    const real t_nmcsn = t_tpms2 * p[h1];
+    const real t_3aj4g = t_a233z * t_4xxce;
+    const real cy_theta1 = t_nmcsn - t_3aj4g;  /* (26) */
+    const real t_m5cmg = gy_theta1 * p[h1];
+    const real t_bdhgv = t_yx2kz * cos_theta1;
+    const real t_3zodw = t_a233z * t_bdhgv;
+    const real t_rmmvl = t_m5cmg - t_3zodw;
+    const real cz_theta1 = t_rmmvl + p[I1];  /* (26) */
+    const real t_ywy5z = Wn1 * q[wx];
+    const real t_j5odj = q[phi1_dot] + q[phi1_dot];
+    const real Dd_theta1 = t_5jodw * t_j5odj;
+    const real t_b7wcv = Dd_theta1 * q[theta1_dot];
+    const real k_theta1 = loss_theta1
+        + t_azo52 * t_ywy5z
+        + t_h5pol * t_j5odj
+        + t_h5pol * Wn1
+        + t_b7wcv
+        - t_5jodw * t_ywy5z
+        - Dd_theta1 * q[wx];  /* (26) */
+    const real gx_phi2 = t_popww * sin_phi2;  /* (25) */
+    const real t_p4m3j = lc_2 * p[m2];
+    const real gy_phi2 = t_p4m3j * sin_theta2;  /* (25) */
+    const real gz_phi2 = t_p4m3j * cos_theta2;  /* (25) */
+    const real t_ba7if = gy_phi2 * p[h2];
+    const real t_tb25v = sin_theta2 * t_frp3h;
+    const real cz_phi2 = t_ba7if - t_tb25v;  /* (25) */
+    const real t_nqm7d = sin_phi2 * cos_phi2;
+    const real t_2t5uv = t_nqm7d * t_frp3h;
+    const real t_svo5z = gx_phi2 * p[h2];
+    const real t_kmx3q = t_vhhwy + t_geoui;
+    const real t_3chhy = t_kmx3q * t_kmx3q;
+    const real t_mkhlh = Wn2 * Wn2;
+    const real t_h6l62 = q[theta2_dot] * q[theta2_dot];
+    const real t_m5kd4 = q[theta2_dot] + q[theta2_dot];
+    const real t_4j4b3 = sin_phi2 * sin_phi2;
+    const real t_claqt = t_4j4b3 * t_frp3h;
+    const real t_imick = t_kmx3q * t_claqt;
+    const real t_itb3v = t_kmx3q * t_frp3h;
+    const real t_dduhy = t_3chhy * sin_phi2;
+    const real t_xtc5p = t_kmx3q + t_kmx3q;
+    const real t_wu4dt = t_xtc5p * t_4j4b3 * t_nfvux;
+    const real t_dxdta = t_kmx3q * cos_phi2 * p[h2];
+    const real t_6xmwt = sin_phi2 + sin_phi2;
+    const real t_3a2on = t_6xmwt * cos_phi2;
+    const real t_sammx = t_3a2on * t_nfvux;
+    const real t_pwp7l = t_sammx * q[theta2_dot];
+    const real k_phi2 = loss_phi2
+        - t_wube7 * t_2t5uv
+        - t_svo5z * t_3chhy
+        - t_svo5z * t_mkhlh
+        - t_h6l62 * t_2t5uv
+        - t_m5kd4 * t_imick
+        - t_itb3v * q[wx]
+        + t_dduhy * cos_phi2 * t_nfvux * p[m2]
+        + t_wu4dt * q[wx] * p[m2]
+        + t_dxdta * q[wx] * p[l2] * p[m2]
+        + t_pwp7l * q[wx] * p[m2];  /* (25) */
+    const real D_theta2 = t_claqt + p[I2];  /* (26) */
+    const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
+    const real t_h3pge = gx_phi2 * sin_theta2;
+    const real t_ikdxp = t_h3pge * p[h2];
+    const real cy_theta2 = t_ikdxp - t_tb25v * t_nqm7d;  /* (26) */
+    const real t_gidtm = gy_theta2 * p[h2];
+    const real t_senbd = cos_theta2 * t_frp3h;
+    const real t_3o3n4 = t_gidtm - t_nqm7d * t_senbd;
+    const real cz_theta2 = t_3o3n4 + p[I2];  /* (26) */
+    const real t_nw7er = Wn2 * q[wx];
+    const real t_473qv = q[phi2_dot] + q[phi2_dot];
+    const real Dd_theta2 = t_2t5uv * t_473qv;
+    const real t_putjj = Dd_theta2 * q[theta2_dot];
+    const real t_qbejf = q[wx] + q[wx];
+    const real t_sf5f4 = t_2t5uv * t_qbejf;
+    const real k_theta2 = loss_theta2
+        + Wn2 * t_imick
+        + t_svo5z * t_nw7er
+        + t_imick * t_473qv
+        + t_putjj
+        - t_2t5uv * t_nw7er
+        - t_sf5f4 * q[phi2_dot];  /* (26) */
+    const real ax_eq = p[F] / (t_omhyl + p[m1] + p[m2]);  /* (19) */
+    const real W_phi1 = c[r9] * p[m1];  /* (27) */
+    const real cdy_phi1 = t_m5cmg * q[phi1_dot] + cz_phi1 * q[theta1_dot];
+    const real t_pthak = gz_phi1 * p[h1];
+    const real t_qesxo = t_pthak - t_os4zj * cos_theta1 * p[m1];
+    const real cdz_phi1 = t_qesxo * q[theta1_dot] - t_nmcsn * q[phi1_dot];
+    const real W_theta1 = c[r10] * p[m1];  /* (27) */
+    const real t_sg5ym = t_3qva5 * t_4xxce;
+    const real t_4of2f = cos_phi1 * cos_phi1;
+    const real t_3rjss = t_4of2f * t_4xxce;
+    const real t_3gwm2 = t_bnlcb + t_sg5ym - t_3rjss;
+    const real cdy_theta1 = t_rmmvl * q[theta1_dot] + q[phi1_dot] * t_3gwm2;
+    const real t_rj6ui = t_3qva5 * t_bdhgv;
+    const real t_eu2fe = t_pthak + t_rj6ui - t_bdhgv * t_4of2f;
+    const real cdz_theta1 = q[phi1_dot] * t_eu2fe - cy_theta1 * q[theta1_dot];
+    const real W_phi2 = c[r9] * p[m2];  /* (27) */
+    const real cdy_phi2 = cz_phi2 * q[theta2_dot] + t_gidtm * q[phi2_dot];
+    const real t_3ndrr = gz_phi2 * p[h2];
+    const real t_x5sl2 = t_3ndrr - cos_theta2 * t_nfvux * p[m2];
+    const real cdz_phi2 = t_x5sl2 * q[theta2_dot] - t_ikdxp * q[phi2_dot];
+    const real W_theta2 = c[r10] * p[m2];  /* (27) */
+    const real t_zozwp = cos_phi2 * cos_phi2;
+    const real t_zosjn = t_ba7if + t_tb25v * t_4j4b3 - t_tb25v * t_zozwp;
+    const real cdy_theta2 = t_3o3n4 * q[theta2_dot] + q[phi2_dot] * t_zosjn;
+    const real t_v6y4o = t_3ndrr + t_4j4b3 * t_senbd - t_senbd * t_zozwp;
+    const real cdz_theta2 = q[phi2_dot] * t_v6y4o - cy_theta2 * q[theta2_dot];
+    const real t_wij2f = q[vy] * c[r1];
+    const real t_mj52b = W_phi1 / (D1 * D1);
+    const real t_o2gar = D1 * q[phi1_dot];
+    const real t_3c5in = t_mj52b * (p[I1] * q[wx] - t_qesxo * q[wy] + cz_phi1 * q[wz] + t_o2gar);
+    const real t_iecaz = W_phi2 / (D2 * D2);
+    const real t_gifwv = D2 * q[phi2_dot];
+    const real t_ohb73 = t_iecaz * (p[I2] * q[wx] - t_x5sl2 * q[wy] + cz_phi2 * q[wz] + t_gifwv);
+    const real t_tzhlc = t_ohb73 * gy_phi2;
+    const real t_s3anf = K(1.0) / (D_theta1 * D_theta1);
+    const real t_ez7bq = W_theta1 * t_s3anf;
+    const real t_iomfo = D_theta1 * q[theta1_dot];
+    const real t_qslek = cy_theta1 * q[wy] - t_invly * q[wx] + cz_theta1 * q[wz] + t_iomfo;
+    const real t_gviyw = t_ez7bq * t_qslek;
+    const real t_k2khp = K(1.0) / (D_theta2 * D_theta2);
+    const real t_gutx2 = W_theta2 * t_k2khp;
+    const real t_kyc32 = D_theta2 * q[theta2_dot];
+    const real t_v4uw7 = cy_theta2 * q[wy] - t_claqt * q[wx] + cz_theta2 * q[wz] + t_kyc32;
+    const real t_pbnsi = t_gutx2 * t_v4uw7;
+    const real t_uoaiw = t_pbnsi * gy_theta2;
+    const real B_v1 = t_wij2f - t_3c5in * gy_phi1 - t_tzhlc - t_gviyw * gy_theta1 - t_uoaiw;  /* (29) */
+    const real t_aqbxr = q[vz] * c[r2];
+    const real t_4jfys = t_ohb73 * gz_phi2;
+    const real t_7sygh = t_pbnsi * t_h3pge;
+    const real C_v1 = t_aqbxr - t_3c5in * gz_phi1 - t_4jfys + t_gviyw * t_tpms2 + t_7sygh;  /* (29) */
+    const real t_5bilv = ax_eq * gx_phi1;
+    const real t_4oupt = ax_eq * gx_phi2;
+    const real t_j6adq = t_iomfo * Dd_theta1 - (t_b7wcv * t_invly + t_invly * k_theta1);
+    const real t_32c47 = t_kyc32 * Dd_theta2 - (t_putjj * t_claqt + t_claqt * k_theta2);
+    const real g1_v1 = q[att1] * c[r3]
+        - t_aqbxr * q[vy]
+        - t_mj52b * (t_5bilv * p[I1] + p[I1] * k_phi1)
+        - t_iecaz * (t_4oupt * p[I2] + p[I2] * k_phi2)
+        - t_ez7bq * t_j6adq
+        - t_gutx2 * t_32c47
+        + q[vy] * q[vz] * c[r1];  /* (29) */
+    const real t_yyv5s = t_b7wcv * cy_theta1 + cy_theta1 * k_theta1 - t_iomfo * cdy_theta1;
+    const real t_5rh6g = t_putjj * cy_theta2 + cy_theta2 * k_theta2 - t_kyc32 * cdy_theta2;
+    const real g2_v1 = q[att2] * c[r5]
+        + t_mj52b * (t_5bilv * t_qesxo + t_qesxo * k_phi1 + t_o2gar * cdy_phi1)
+        + t_iecaz * (t_4oupt * t_x5sl2 + t_x5sl2 * k_phi2 + t_gifwv * cdy_phi2)
+        - t_ez7bq * t_yyv5s
+        - t_gutx2 * t_5rh6g
+        + q[vx] * q[vz] * c[r2];  /* (29) */
+    const real t_mzqhd = t_b7wcv * cz_theta1 + cz_theta1 * k_theta1 - t_iomfo * cdz_theta1;
+    const real t_rnwmg = t_putjj * cz_theta2 + cz_theta2 * k_theta2 - t_kyc32 * cdz_theta2;
+    const real g3_v1 = q[att3] * c[r7]
+        - t_wij2f * q[vx]
+        - t_mj52b * (t_5bilv * cz_phi1 + cz_phi1 * k_phi1 - t_o2gar * cdz_phi1)
+        - t_iecaz * (t_4oupt * cz_phi2 + cz_phi2 * k_phi2 - t_gifwv * cdz_phi2)
+        - t_ez7bq * t_mzqhd
+        - t_gutx2 * t_rnwmg;  /* (29) */
+    const real t_clci7 = t_invly * t_invly;
+    const real t_tj77e = t_claqt * t_claqt;
+    const real f11_v1 = c[r4]
+        - t_mj52b * (p[I1] * p[I1])
+        - t_iecaz * (p[I2] * p[I2])
+        - t_ez7bq * t_clci7
+        - t_gutx2 * t_tj77e;  /* (29) */
+    const real t_7pydp = t_mj52b * p[I1];
+    const real t_ob75p = t_iecaz * p[I2];
+    const real t_l5slt = t_ez7bq * t_invly;
+    const real t_qy6do = t_gutx2 * t_claqt;
+    const real f21_v1 = t_7pydp * t_qesxo + t_ob75p * t_x5sl2 + t_l5slt * cy_theta1 + t_qy6do * cy_theta2;  /* (29) */
+    const real t_2pj2n = cy_theta1 * cy_theta1;
+    const real t_2s2k3 = cy_theta2 * cy_theta2;
+    const real f22_v1 = c[r6]
+        - t_mj52b * (t_qesxo * t_qesxo)
+        - t_iecaz * (t_x5sl2 * t_x5sl2)
+        - t_ez7bq * t_2pj2n
+        - t_gutx2 * t_2s2k3;  /* (29) */
+    const real f31_v1 = t_l5slt * cz_theta1 - (t_7pydp * cz_phi1 + t_ob75p * cz_phi2) + t_qy6do * cz_theta2;  /* (29) */
+    const real t_jjmo5 = t_mj52b * t_qesxo;
+    const real t_b3dii = t_iecaz * t_x5sl2;
+    const real t_bvpt7 = t_ez7bq * cy_theta1;
+    const real t_lhj2f = t_gutx2 * cy_theta2;
+    const real f32_v1 = t_jjmo5 * cz_phi1 + t_b3dii * cz_phi2 - t_bvpt7 * cz_theta1 - t_lhj2f * cz_theta2;  /* (29) */
+    const real t_cvscp = cz_theta1 * cz_theta1;
+    const real t_m4efx = cz_theta2 * cz_theta2;
+    const real f33_v1 = c[r8]
+        - t_mj52b * (cz_phi1 * cz_phi1)
+        - t_iecaz * (cz_phi2 * cz_phi2)
+        - t_ez7bq * t_cvscp
+        - t_gutx2 * t_m4efx;  /* (29) */
+    const real t_4v7es = K(1.0) / f11_v1;
+    const real f_v1_L21 = f21_v1 * t_4v7es;
+    const real f_v1_L31 = f31_v1 * t_4v7es;
+    const real f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21;
+    const real t_g2uww = f32_v1 - f21_v1 * f_v1_L31;
+    const real t_omhw7 = K(1.0) / f_v1_D2;
+    const real f_v1_L32 = t_g2uww * t_omhw7;
+    const real f_v1_D3 = f33_v1 - t_g2uww * f_v1_L32 - f31_v1 * f_v1_L31;
+    const real t_u5ggi = q[wx] * c[w3] + g1_v1;
+    const real u_v1_y2 = f_v1_L21 * t_u5ggi - (q[wy] * c[w4] + g2_v1);
+    const real u_v1_y3 = f_v1_L31 * t_u5ggi - (q[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
+    const real t_qqmqs = K(1.0) / f_v1_D3;
+    const real u_v1_x3 = u_v1_y3 * t_qqmqs;
+    const real t_33aeq = u_v1_y2 * t_omhw7;
+    const real u_v1_x2 = t_33aeq - f_v1_L32 * u_v1_x3;
+    const real G2_v1 = W12 + u_v1_x3;
+    const real G3_v1 = W13 - u_v1_x2;
+    const real a2_v1 = G2_v1 * x_C - B_v1 * c[w1];
+    const real a3_v1 = G3_v1 * x_C - C_v1 * c[w2];
+    const real t_5pxhn = t_u5ggi * t_4v7es;
+    const real t_dyqoa = t_5pxhn + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
+    const real t_qbgt7 = t_7imwe * sin_phi1;
+    const real t_v7h4t = t_4b2fa * sin_phi2;
+    const real t_xynyo = t_qbgt7 + t_v7h4t + cos_phi1 * tension1 + cos_phi2 * tension2;
+    const real t_7dt3s = t_xynyo
+        + G2_v1 * t_6mmeb
+        + G3_v1 * t_bl4f2
+        + t_b3aij * a2_v1
+        + t_zzymx * a3_v1;
+    const real q1_v1 = t_2m245 * t_dyqoa - t_7dt3s;
+    const real q2_v1 = n2
+        + G2_v1 * K52
+        - G3_v1 * t_hjmgb
+        + K22 * a2_v1
+        + K32 * a3_v1
+        + t_yz7e5 * t_dyqoa;
+    const real q3_v1 = n3
+        + G2_v1 * K53
+        + G3_v1 * K63
+        + K32 * a2_v1
+        + K33 * a3_v1
+        - K43 * t_dyqoa;
+    const real PP_v1 = K11 * K11 + t_b3aij * t_b3aij + t_zzymx * t_zzymx;
+    const real Pq_v1 = K11 * q1_v1 - t_b3aij * q2_v1 - t_zzymx * q3_v1;
+    const real t_5a4ay = q1_v1 * q1_v1 - p[F] * p[F] + q2_v1 * q2_v1 + q3_v1 * q3_v1;
+    const real t_a36gr = Pq_v1 * Pq_v1 - PP_v1 * t_5a4ay;
+    const real root_v1 = mv_sqrt(mv_max(SPLAT(K(0.0)), t_a36gr));
+    const real t_phv5x = K(1.0) / PP_v1;
+    const real ax_v1 = (root_v1 - Pq_v1) * t_phv5x;
+    const real f2_v1 = q2_v1 - t_b3aij * ax_v1;
+    const real f3_v1 = q3_v1 - t_zzymx * ax_v1;
+    const real t_y7rm6 = K(1.0) / p[F];
+    const real t_465bb = f2_v1 * t_y7rm6;
+    const real t_gagpi = mv_min(SPLAT(K(1.0)), t_465bb);
+    const real sin_d2_v1 = mv_max(SPLAT(K(-1.0)), t_gagpi);
+    const real cos_d2_v1 = mv_sqrt(K(1.0) - sin_d2_v1 * sin_d2_v1);
+    const real t_tp232 = -(f3_v1 * t_y7rm6 / mv_max(SPLAT(K(1e-09)), cos_d2_v1));
+    const real t_zl7wy = mv_min(SPLAT(K(1.0)), t_tp232);
+    const real delta1_v1 = mv_asin(mv_max(SPLAT(K(-1.0)), t_zl7wy));
+    const real delta2_v1 = mv_asin(sin_d2_v1);
+    const mask m_6nbzc = LT(t_gagpi, K(-1.0));
+    const mask m_ja2dp = LT(K(-1.0), t_gagpi);
+    const mask m_pawag = LT(K(1.0), t_465bb);
+    const mask m_xab3y = AND(m_ja2dp, m_pawag);
+    const mask m_35nsk = OR(m_6nbzc, m_xab3y);
+    const mask m_donrk = OR(m_35nsk, m_pawag);
+    const mask m_el4yy = NOT(m_donrk);
+    const real t_qerph = -p[delta1_max];
+    const mask m_algzm = LT(t_a36gr, K(0.0));
+    const real t_fa67e = (SELECT(m_algzm, root_v1, root_v1) - Pq_v1) * t_phv5x;
+    const real t_ee3eg = q2_v1 - t_b3aij * t_fa67e;
+    const real t_5qtlo = t_ee3eg * t_y7rm6;
+    const real t_4mbl2 = mv_min(SPLAT(K(1.0)), t_5qtlo);
+    const real t_dmbry = mv_max(SPLAT(K(-1.0)), t_4mbl2);
+    const real t_7g2cn = SELECT(m_donrk, delta2_v1, mv_asin(t_dmbry));
+    const mask m_hlry2 = LE(mv_fabs(t_7g2cn), p[delta2_max]);
+    const mask m_jskbz = LT(t_zl7wy, K(-1.0));
+    const mask m_7hrvn = LT(K(-1.0), t_zl7wy);
+    const mask m_livv6 = LT(K(1.0), t_tp232);
+    const mask m_hjhpt = AND(m_7hrvn, m_livv6);
+    const mask m_xrwwu = OR(m_jskbz, m_hjhpt);
+    const mask m_2pj4u = OR(m_xrwwu, m_livv6);
+    const real t_nsi7k = q3_v1 - t_zzymx * t_fa67e;
+    const real t_v4pjv = mv_sqrt(K(1.0) - t_dmbry * t_dmbry);
+    const real t_mflm3 = SELECT(m_donrk, cos_d2_v1, t_v4pjv);
+    const real t_yk7ex = K(1.0) / mv_max(SPLAT(K(1e-09)), t_mflm3);
+    const real t_d5sga = t_nsi7k * t_y7rm6 * t_yk7ex;
+    const real t_wvfy4 = -t_d5sga;
+    const real t_ltztq = mv_min(SPLAT(K(1.0)), t_wvfy4);
+    const real t_xb3pe = mv_max(SPLAT(K(-1.0)), t_ltztq);
+    const real t_finmd = SELECT(m_2pj4u, delta1_v1, mv_asin(t_xb3pe));
+    const real t_xkg6l = K(1.0) / mv_cos(p[delta2_max]);
+    const real t_vhlgi = mv_cos(delta2_v1) * mv_sin(delta1_v1) * t_xkg6l;
+    const real t_bu7ty = mv_min(SPLAT(K(1.0)), t_vhlgi);
+    const mask m_m6cas = LT(t_bu7ty, K(-1.0));
+    const mask m_pksrx = LT(K(-1.0), t_bu7ty);
+    const mask m_rks7n = LT(K(1.0), t_vhlgi);
+    const mask m_eoy45 = LT(t_vhlgi, K(1.0));
+    const mask m_ojgi7 = AND(m_donrk, m_2pj4u);
+    const mask m_yycxm = AND(m_eoy45, m_ojgi7);
+    const mask m_mb5ro = OR(m_rks7n, m_yycxm);
+    const mask m_yua5q = OR(m_mb5ro, m_ojgi7);
+    const mask m_hv2m7 = AND(m_pksrx, m_yua5q);
+    const mask m_3kx4h = OR(m_m6cas, m_hv2m7);
+    const mask m_icvbq = OR(m_3kx4h, m_yua5q);
+    real sin_t_7g2cn, cos_t_7g2cn; mv_sincos(t_7g2cn, &sin_t_7g2cn, &cos_t_7g2cn);
+    real sin_t_finmd, cos_t_finmd; mv_sincos(t_finmd, &sin_t_finmd, &cos_t_finmd);
+    const real t_chtvn = cos_t_7g2cn * sin_t_finmd;
+    const real t_n35pv = t_chtvn * t_xkg6l;
+    const real t_33tdi = mv_min(SPLAT(K(1.0)), t_n35pv);
+    const real t_2g6s5 = mv_max(SPLAT(K(-1.0)), t_33tdi);
+    const real t_4ndub = SELECT(m_hlry2, t_finmd, SELECT(m_icvbq, mv_asin(mv_max(SPLAT(K(-1.0)), t_bu7ty)), mv_asin(t_2g6s5)));
+    const real t_ry6da = mv_min(p[delta1_max], t_4ndub);
+    const real t_kl6tx = mv_max(t_qerph, t_ry6da);
+    real sin_t_kl6tx, cos_t_kl6tx; mv_sincos(t_kl6tx, &sin_t_kl6tx, &cos_t_kl6tx);
+    const real t_6k2ny = -p[delta2_max];
+    const real t_bidtu = mv_min(t_7g2cn, p[delta2_max]);
+    const real t_s5hay = mv_max(t_6k2ny, t_bidtu);
+    real sin_t_s5hay, cos_t_s5hay; mv_sincos(t_s5hay, &sin_t_s5hay, &cos_t_s5hay);
+    const mask m_pcyp5 = LE(t_6k2ny, t_bidtu);
+    const real t_ews3r = NUM(m_pcyp5);
+    const mask m_tqsco = LE(t_bidtu, t_6k2ny);
+    const real t_bw2jd = t_ews3r / (NUM(m_tqsco) + t_ews3r);
+    const mask m_cr7kt = LE(t_7g2cn, p[delta2_max]);
+    const real t_yk72d = NUM(m_cr7kt);
+    const mask m_vnww5 = LE(p[delta2_max], t_7g2cn);
+    const real t_ee7r6 = t_yk72d / (t_yk72d + NUM(m_vnww5));
+    const mask m_ieiia = LE(K(-1.0), t_4mbl2);
+    const real t_wzftv = NUM(m_ieiia);
+    const mask m_hnocs = LE(t_4mbl2, K(-1.0));
+    const real t_q2hfz = t_wzftv / (NUM(m_hnocs) + t_wzftv);
+    const mask m_mn6wz = LE(t_5qtlo, K(1.0));
+    const real t_hkwhb = NUM(m_mn6wz);
+    const mask m_li3iy = LE(K(1.0), t_5qtlo);
+    const real t_5x4sb = t_hkwhb / (NUM(m_li3iy) + t_hkwhb);
+    const real t_aqbxr_2 = c[r2] * q[vz];
+    const real t_iisyb = (t_wij2f + f_v1_L32 * t_aqbxr_2) * t_qqmqs;
+    const real t_lj45t = t_aqbxr_2 * t_omhw7 + f_v1_L32 * t_iisyb;
+    const real t_dyhdg = x_C * t_iisyb;
+    const real t_45u7y = x_C * t_lj45t;
+    const real t_7wf6s = f_v1_L31 * t_iisyb - f_v1_L21 * t_lj45t;
+    const real t_s4i4h = K52 * t_iisyb
+        - t_hjmgb * t_lj45t
+        + K22 * t_dyhdg
+        + K32 * t_45u7y
+        + t_yz7e5 * t_7wf6s;
+    const mask m_il3ht = NOT(m_algzm);
+    const mask m_gp3h6 = LE(K(0.0), t_a36gr);
+    const real t_d5n4u = NUM(m_gp3h6);
+    const mask m_x7kv3 = LE(t_a36gr, K(0.0));
+    const real t_w4p3n = t_d5n4u / (NUM(m_x7kv3) + t_d5n4u);
+    const real t_nlrbh = Pq_v1 + Pq_v1;
+    const real t_2ycg6 = t_2m245 * t_7wf6s
+        - (t_6mmeb * t_iisyb + t_bl4f2 * t_lj45t + t_b3aij * t_dyhdg + t_zzymx * t_45u7y);
+    const real t_irakw = K53 * t_iisyb
+        + K63 * t_lj45t
+        + K32 * t_dyhdg
+        + K33 * t_45u7y
+        - K43 * t_7wf6s;
+    const real t_63pn2 = K11 * t_2ycg6 - t_b3aij * t_s4i4h - t_zzymx * t_irakw;
+    const real t_i246m = q1_v1 + q1_v1;
+    const real t_etuzz = q2_v1 + q2_v1;
+    const real t_uen3p = q3_v1 + q3_v1;
+    const real t_baocm = t_nlrbh * t_63pn2
+        - PP_v1 * (t_i246m * t_2ycg6 + t_etuzz * t_s4i4h + t_uen3p * t_irakw);
+    const real t_q5kgs = K(1.0) / (root_v1 + root_v1);
+    const real t_q2d7w = (SELECT0(m_il3ht, t_w4p3n * t_baocm * t_q5kgs) - t_63pn2) * t_phv5x;
+    const real t_be3jn = t_s4i4h - t_b3aij * t_q2d7w;
+    const real t_g6zxh = t_q2hfz * (t_5x4sb * (t_be3jn * t_y7rm6));
+    const real t_nwsjf = K(1.0) / t_v4pjv;
+    const real t_oesw4 = t_g6zxh * t_nwsjf;
+    const real t_iubif = t_bw2jd * (t_ee7r6 * t_oesw4);
+    const real t_27ev7 = p[F] * (sin_t_s5hay * t_iubif);
+    const real t_wzmp3 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7));
+    const real t_zmkrd = cos_t_s5hay * p[F];
+    const mask m_qbaiu = LE(t_qerph, t_ry6da);
+    const real t_fkqa6 = NUM(m_qbaiu);
+    const mask m_cbqaf = LE(t_ry6da, t_qerph);
+    const real t_zrb6o = t_fkqa6 / (NUM(m_cbqaf) + t_fkqa6);
+    const mask m_bh25r = LE(t_4ndub, p[delta1_max]);
+    const real t_bx6ew = NUM(m_bh25r);
+    const mask m_c2f4d = LE(p[delta1_max], t_4ndub);
+    const real t_vr3uw = t_bx6ew / (NUM(m_c2f4d) + t_bx6ew);
+    const mask m_uklky = NOT(m_2pj4u);
+    const mask m_wzftv = LE(K(-1.0), t_ltztq);
+    const real t_wzftv_2 = NUM(m_wzftv);
+    const mask m_ov2v5 = LE(t_ltztq, K(-1.0));
+    const real t_q2hfz_2 = t_wzftv_2 / (NUM(m_ov2v5) + t_wzftv_2);
+    const mask m_n24ux = LE(t_wvfy4, K(1.0));
+    const real t_nowqj = NUM(m_n24ux);
+    const mask m_lq75g = LE(K(1.0), t_wvfy4);
+    const real t_2snz7 = t_nowqj / (NUM(m_lq75g) + t_nowqj);
+    const real t_axo6j = t_irakw - t_zzymx * t_q2d7w;
+    const real t_oayxs = t_d5sga * t_yk7ex;
+    const mask m_w4h4n = LE(K(1e-09), t_mflm3);
+    const real t_e4e7t = NUM(m_w4h4n);
+    const mask m_ywlft = LE(t_mflm3, K(1e-09));
+    const real t_jpiko = t_e4e7t / (NUM(m_ywlft) + t_e4e7t);
+    const real t_uwsp7 = t_dmbry + t_dmbry;
+    const real t_imn4h = K(1.0) / (t_v4pjv + t_v4pjv);
+    const real t_wszle = t_axo6j * t_y7rm6 * t_yk7ex
+        + SELECT0(m_el4yy, t_oayxs * (t_jpiko * (t_uwsp7 * t_g6zxh * t_imn4h)));
+    const real t_bifdl = K(1.0) / mv_sqrt(K(1.0) - t_xb3pe * t_xb3pe);
+    const real t_6llfx = t_q2hfz_2 * (t_2snz7 * t_wszle) * t_bifdl;
+    const mask m_poz7i = NOT(m_icvbq);
+    const mask m_x7dkd = LE(K(-1.0), t_33tdi);
+    const real t_wzftv_3 = NUM(m_x7dkd);
+    const mask m_pjw43 = LE(t_33tdi, K(-1.0));
+    const real t_q2hfz_3 = t_wzftv_3 / (NUM(m_pjw43) + t_wzftv_3);
+    const mask m_c7e3s = LE(t_n35pv, K(1.0));
+    const real t_zv3rt = NUM(m_c7e3s);
+    const mask m_rzd2j = LE(K(1.0), t_n35pv);
+    const real t_yued5 = t_zv3rt / (NUM(m_rzd2j) + t_zv3rt);
+    const real t_rl5d3 = sin_t_7g2cn * t_oesw4;
+    const real t_i7skh = cos_t_finmd * t_6llfx;
+    const real t_k6zjx = SELECT0(m_el4yy, -(sin_t_finmd * t_rl5d3)) + SELECT0(m_uklky, -(cos_t_7g2cn * t_i7skh));
+    const real t_bifdl_2 = K(1.0) / mv_sqrt(K(1.0) - t_2g6s5 * t_2g6s5);
+    const real t_7t7eb = SELECT(m_hlry2, SELECT0(m_uklky, -t_6llfx), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_k6zjx * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde = t_zrb6o * (t_vr3uw * t_7t7eb);
+    const real t_cxwzz = sin_t_kl6tx * t_swjde;
+    const real t_ke372 = t_wzmp3 - t_zmkrd * t_cxwzz;
+    const real t_ilple = p[F] * (cos_t_s5hay * t_iubif);
+    const real t_j5h4e = SELECT0(m_el4yy, t_ilple) + t_w7lcw * t_ke372;
+    const real t_ooljq = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7));
+    const real t_lqx5z = cos_t_kl6tx * t_swjde;
+    const real t_mvrqf = t_ooljq + t_zmkrd * t_lqx5z;
+    const real t_ejflw = t_3go2w * t_ke372 - t_mvrqf - K_L32 * t_j5h4e;
+    const real t_shxu4 = p[F] * t_rl5d3;
+    const real t_tvmsg = SELECT0(m_el4yy, -(cos_t_finmd * t_shxu4));
+    const real t_p34e2 = p[F] * cos_t_7g2cn;
+    const real t_an7qj = sin_t_finmd * t_6llfx;
+    const real t_v26n6 = t_tvmsg + SELECT0(m_uklky, t_p34e2 * t_an7qj) - (t_2ycg6 + K11 * t_q2d7w);
+    const real t_7ofua = p[F] * (cos_t_7g2cn * t_oesw4);
+    const real t_sn6mn = SELECT0(m_el4yy, t_7ofua) - t_be3jn + t_w7lcw * t_v26n6;
+    const real t_3cp5h = SELECT0(m_el4yy, -(sin_t_finmd * t_shxu4)) + SELECT0(m_uklky, -(t_p34e2 * t_i7skh));
+    const real t_avv7v = (t_3go2w * t_v26n6 - (t_3cp5h + t_axo6j) - K_L32 * t_sn6mn) * t_zmh3u;
+    const real t_2xwyg = t_sn6mn * t_4iujv - K_L32 * t_avv7v;
+    const real t_yw7ac = t_v26n6 * t_bpfoo + t_w7lcw * t_2xwyg + t_3go2w * t_avv7v;
+    const real t_zmkrd_2 = p[F] * cos_t_s5hay;
+    const real t_p34e2_2 = cos_t_7g2cn * p[F];
+    const real t_cgxsm = t_wzmp3 - t_zmkrd_2 * t_cxwzz - (t_tvmsg + SELECT0(m_uklky, t_p34e2_2 * t_an7qj));
+    const real t_ycqju = t_ilple - t_7ofua;
+    const real t_4w3t6 = SELECT0(m_el4yy, t_ycqju) + t_w7lcw * t_cgxsm;
+    const real t_pdzxe = p[F] * t_k6zjx - (t_ooljq + t_zmkrd_2 * t_lqx5z);
+    const real t_tuq22 = (t_pdzxe + t_3go2w * t_cgxsm - K_L32 * t_4w3t6) * t_zmh3u;
+    const real t_s7pal = t_4w3t6 * t_4iujv - K_L32 * t_tuq22;
+    const real t_cyfhb = t_cgxsm * t_bpfoo + t_w7lcw * t_s7pal + t_3go2w * t_tuq22;
+    const real t_spxks = K54 * t_iisyb
+        + K64 * t_lj45t
+        - t_2m245 * t_q2d7w
+        - t_2m245 * t_yw7ac
+        - t_yz7e5 * t_dyhdg
+        - t_yz7e5 * t_2xwyg
+        + K43 * t_45u7y
+        + K43 * t_avv7v
+        - K44 * t_7wf6s
+        - t_2m245 * t_cyfhb
+        - t_yz7e5 * t_s7pal
+        + K43 * t_tuq22
+        + t_xq4wt * t_ke372
+        + t_5wcj3 * t_j5h4e
+        - K_L43 * t_ejflw;
+    const real t_lwe76 = p[b] + p[d] + x_C;
+    const real t_dvsxi = K55 * t_iisyb
+        + K65 * t_lj45t
+        - t_6mmeb * t_q2d7w
+        - t_6mmeb * t_yw7ac
+        + K52 * t_dyhdg
+        + K52 * t_2xwyg
+        + K53 * t_45u7y
+        + K53 * t_avv7v
+        - K54 * t_7wf6s
+        + SELECT0(m_el4yy, t_lwe76 * t_7ofua)
+        - t_6mmeb * t_cyfhb
+        + K52 * t_s7pal
+        + K53 * t_tuq22
+        + SELECT0(m_el4yy, t_lwe76 * t_ycqju)
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple))
+        + t_rujpm * t_ke372
+        - K_L52 * t_j5h4e
+        - K_L53 * t_ejflw
+        - K_L54 * t_spxks;
+    const real t_uyk7o = t_lwe76 * t_3cp5h
+        - K65 * t_iisyb
+        - K66 * t_lj45t
+        + t_bl4f2 * t_q2d7w
+        + t_bl4f2 * t_yw7ac
+        + t_hjmgb * t_dyhdg
+        + t_hjmgb * t_2xwyg
+        - K63 * t_45u7y
+        - K63 * t_avv7v
+        + K64 * t_7wf6s
+        - t_lwe76 * t_pdzxe
+        + t_bl4f2 * t_cyfhb
+        + t_hjmgb * t_s7pal
+        - K63 * t_tuq22;
+    const real t_syk56 = t_lwe76 * t_mvrqf
+        - t_uyk7o
+        + t_pgxzp * t_ke372
+        + t_gz422 * t_j5h4e
+        - K_L63 * t_ejflw
+        - K_L64 * t_spxks
+        - K_L65 * t_dvsxi;
+    const real t_nfkwa = K(1.0) / K_D6;
+    const real t_zutqn = t_syk56 * t_nfkwa;
+    const real t_gly7z = t_dvsxi * t_ftqxb - K_L65 * t_zutqn;
+    const real t_3uamd = t_spxks * t_lt2al - K_L54 * t_gly7z - K_L64 * t_zutqn;
+    const real t_kumhc = t_ejflw * t_zmh3u - K_L43 * t_3uamd - K_L53 * t_gly7z - K_L63 * t_zutqn;
+    const real t_2p2oi = t_j5h4e * t_4iujv
+        - K_L32 * t_kumhc
+        + t_5wcj3 * t_3uamd
+        - K_L52 * t_gly7z
+        + t_gz422 * t_zutqn;
+    const real t_djlq2 = t_ke372 * t_bpfoo
+        + t_w7lcw * t_2p2oi
+        + t_3go2w * t_kumhc
+        + t_xq4wt * t_3uamd
+        + t_rujpm * t_gly7z
+        + t_pgxzp * t_zutqn;
+    const real t_erjja = c[r1] * q[vz] - t_aqbxr;
+    const real t_outiz = f_v1_L21 * t_erjja;
+    const real t_cjacu = (f_v1_L31 * t_erjja + q[vx] * c[r1] - f_v1_L32 * t_outiz) * t_qqmqs;
+    const real t_ezdhr = t_outiz * t_omhw7 - f_v1_L32 * t_cjacu;
+    const real t_dew5r = x_C * t_cjacu - c[w1] * c[r1];
+    const real t_rmlmy = x_C * t_ezdhr;
+    const real t_hdvpj = t_erjja * t_4v7es + f_v1_L21 * t_ezdhr + f_v1_L31 * t_cjacu;
+    const real t_4zi5m = K52 * t_cjacu
+        + t_hjmgb * t_ezdhr
+        + K22 * t_dew5r
+        - K32 * t_rmlmy
+        + t_yz7e5 * t_hdvpj;
+    const real t_o2f4c = t_2m245 * t_hdvpj
+        - (t_6mmeb * t_cjacu - t_bl4f2 * t_ezdhr + t_b3aij * t_dew5r - t_zzymx * t_rmlmy);
+    const real t_czee2 = K53 * t_cjacu
+        - K63 * t_ezdhr
+        + K32 * t_dew5r
+        - K33 * t_rmlmy
+        - K43 * t_hdvpj;
+    const real t_xlmdx = K11 * t_o2f4c - t_b3aij * t_4zi5m - t_zzymx * t_czee2;
+    const real t_44o5i = t_nlrbh * t_xlmdx
+        - PP_v1 * (t_i246m * t_o2f4c + t_etuzz * t_4zi5m + t_uen3p * t_czee2);
+    const real t_4776m = (SELECT0(m_il3ht, t_w4p3n * t_44o5i * t_q5kgs) - t_xlmdx) * t_phv5x;
+    const real t_ciwug = t_4zi5m - t_b3aij * t_4776m;
+    const real t_ze4ff = t_q2hfz * (t_5x4sb * (t_ciwug * t_y7rm6));
+    const real t_oesw4_2 = t_ze4ff * t_nwsjf;
+    const real t_iubif_2 = t_bw2jd * (t_ee7r6 * t_oesw4_2);
+    const real t_27ev7_2 = p[F] * (sin_t_s5hay * t_iubif_2);
+    const real t_wzmp3_2 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_2));
+    const real t_67n6k = t_czee2 - t_zzymx * t_4776m;
+    const real t_vadtm = t_67n6k * t_y7rm6 * t_yk7ex
+        + SELECT0(m_el4yy, t_oayxs * (t_jpiko * (t_uwsp7 * t_ze4ff * t_imn4h)));
+    const real t_6llfx_2 = t_q2hfz_2 * (t_2snz7 * t_vadtm) * t_bifdl;
+    const real t_rl5d3_2 = sin_t_7g2cn * t_oesw4_2;
+    const real t_i7skh_2 = cos_t_finmd * t_6llfx_2;
+    const real t_k6zjx_2 = SELECT0(m_el4yy, -(sin_t_finmd * t_rl5d3_2)) + SELECT0(m_uklky, -(cos_t_7g2cn * t_i7skh_2));
+    const real t_7t7eb_2 = SELECT(m_hlry2, SELECT0(m_uklky, -t_6llfx_2), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_k6zjx_2 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_2 = t_zrb6o * (t_vr3uw * t_7t7eb_2);
+    const real t_cxwzz_2 = sin_t_kl6tx * t_swjde_2;
+    const real t_ke372_2 = t_wzmp3_2 - t_zmkrd * t_cxwzz_2;
+    const real t_ilple_2 = p[F] * (cos_t_s5hay * t_iubif_2);
+    const real t_j5h4e_2 = SELECT0(m_el4yy, t_ilple_2) + t_w7lcw * t_ke372_2;
+    const real t_ooljq_2 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_2));
+    const real t_lqx5z_2 = cos_t_kl6tx * t_swjde_2;
+    const real t_mvrqf_2 = t_ooljq_2 + t_zmkrd * t_lqx5z_2;
+    const real t_ejflw_2 = t_3go2w * t_ke372_2 - t_mvrqf_2 - K_L32 * t_j5h4e_2;
+    const real t_shxu4_2 = p[F] * t_rl5d3_2;
+    const real t_tvmsg_2 = SELECT0(m_el4yy, -(cos_t_finmd * t_shxu4_2));
+    const real t_an7qj_2 = sin_t_finmd * t_6llfx_2;
+    const real t_t3zca = t_tvmsg_2 + SELECT0(m_uklky, t_p34e2 * t_an7qj_2) - (t_o2f4c + K11 * t_4776m);
+    const real t_7ofua_2 = p[F] * (cos_t_7g2cn * t_oesw4_2);
+    const real t_vkdzg = SELECT0(m_el4yy, t_7ofua_2) - t_ciwug + t_w7lcw * t_t3zca;
+    const real t_3cp5h_2 = SELECT0(m_el4yy, -(sin_t_finmd * t_shxu4_2)) + SELECT0(m_uklky, -(t_p34e2 * t_i7skh_2));
+    const real t_lirtp = (t_3go2w * t_t3zca - (t_3cp5h_2 + t_67n6k) - K_L32 * t_vkdzg) * t_zmh3u;
+    const real t_2xwyg_2 = t_vkdzg * t_4iujv - K_L32 * t_lirtp;
+    const real t_ltzgy = t_t3zca * t_bpfoo + t_w7lcw * t_2xwyg_2 + t_3go2w * t_lirtp;
+    const real t_cgxsm_2 = t_wzmp3_2 - t_zmkrd_2 * t_cxwzz_2 - (t_tvmsg_2 + SELECT0(m_uklky, t_p34e2_2 * t_an7qj_2));
+    const real t_ycqju_2 = t_ilple_2 - t_7ofua_2;
+    const real t_4w3t6_2 = SELECT0(m_el4yy, t_ycqju_2) + t_w7lcw * t_cgxsm_2;
+    const real t_pdzxe_2 = p[F] * t_k6zjx_2 - (t_ooljq_2 + t_zmkrd_2 * t_lqx5z_2);
+    const real t_tuq22_2 = (t_pdzxe_2 + t_3go2w * t_cgxsm_2 - K_L32 * t_4w3t6_2) * t_zmh3u;
+    const real t_s7pal_2 = t_4w3t6_2 * t_4iujv - K_L32 * t_tuq22_2;
+    const real t_cyfhb_2 = t_cgxsm_2 * t_bpfoo + t_w7lcw * t_s7pal_2 + t_3go2w * t_tuq22_2;
+    const real t_oqvko = K54 * t_cjacu
+        - K64 * t_ezdhr
+        - t_2m245 * t_4776m
+        - t_2m245 * t_ltzgy
+        - t_yz7e5 * t_dew5r
+        - t_yz7e5 * t_2xwyg_2
+        - K43 * t_rmlmy
+        + K43 * t_lirtp
+        - K44 * t_hdvpj
+        - t_2m245 * t_cyfhb_2
+        - t_yz7e5 * t_s7pal_2
+        + K43 * t_tuq22_2
+        + t_xq4wt * t_ke372_2
+        + t_5wcj3 * t_j5h4e_2
+        - K_L43 * t_ejflw_2;
+    const real t_v2wmy = K55 * t_cjacu
+        - K65 * t_ezdhr
+        - t_6mmeb * t_4776m
+        - t_6mmeb * t_ltzgy
+        + K52 * t_dew5r
+        + K52 * t_2xwyg_2
+        - K53 * t_rmlmy
+        + K53 * t_lirtp
+        - K54 * t_hdvpj
+        + SELECT0(m_el4yy, t_lwe76 * t_7ofua_2)
+        - t_6mmeb * t_cyfhb_2
+        + K52 * t_s7pal_2
+        + K53 * t_tuq22_2
+        + SELECT0(m_el4yy, t_lwe76 * t_ycqju_2)
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple_2))
+        + t_rujpm * t_ke372_2
+        - K_L52 * t_j5h4e_2
+        - K_L53 * t_ejflw_2
+        - K_L54 * t_oqvko;
+    const real t_nphp4 = t_lwe76 * t_3cp5h_2
+        - K65 * t_cjacu
+        + K66 * t_ezdhr
+        + t_bl4f2 * t_4776m
+        + t_bl4f2 * t_ltzgy
+        + t_hjmgb * t_dew5r
+        + t_hjmgb * t_2xwyg_2
+        + K63 * t_rmlmy
+        - K63 * t_lirtp
+        + K64 * t_hdvpj
+        - t_lwe76 * t_pdzxe_2
+        + t_bl4f2 * t_cyfhb_2
+        + t_hjmgb * t_s7pal_2
+        - K63 * t_tuq22_2;
+    const real t_ms4oo = t_lwe76 * t_mvrqf_2
+        - t_nphp4
+        + t_pgxzp * t_ke372_2
+        + t_gz422 * t_j5h4e_2
+        - K_L63 * t_ejflw_2
+        - K_L64 * t_oqvko
+        - K_L65 * t_v2wmy;
+    const real t_g244h = t_ms4oo * t_nfkwa;
+    const real t_feqox = t_v2wmy * t_ftqxb - K_L65 * t_g244h;
+    const real t_qcbyi = t_oqvko * t_lt2al - K_L54 * t_feqox - K_L64 * t_g244h;
+    const real t_hydzp = t_ejflw_2 * t_zmh3u - K_L43 * t_qcbyi - K_L53 * t_feqox - K_L63 * t_g244h;
+    const real t_cpzth = t_j5h4e_2 * t_4iujv
+        - K_L32 * t_hydzp
+        + t_5wcj3 * t_qcbyi
+        - K_L52 * t_feqox
+        + t_gz422 * t_g244h;
+    const real t_ly4v3 = t_ke372_2 * t_bpfoo
+        + t_w7lcw * t_cpzth
+        + t_3go2w * t_hydzp
+        + t_xq4wt * t_qcbyi
+        + t_rujpm * t_feqox
+        + t_pgxzp * t_g244h;
+    const real t_bgzij = c[r1] * q[vy] - q[vy] * c[r2];
+    const real t_b4a5o = f_v1_L21 * t_bgzij - c[r2] * q[vx];
+    const real t_7ut75 = (f_v1_L31 * t_bgzij - f_v1_L32 * t_b4a5o) * t_qqmqs;
+    const real t_72wcc = t_b4a5o * t_omhw7 - f_v1_L32 * t_7ut75;
+    const real t_hmycd = x_C * t_7ut75;
+    const real t_yykul = x_C * t_72wcc + c[w2] * c[r2];
+    const real t_zwsdh = t_bgzij * t_4v7es + f_v1_L21 * t_72wcc + f_v1_L31 * t_7ut75;
+    const real t_kc4sg = K52 * t_7ut75
+        + t_hjmgb * t_72wcc
+        + K22 * t_hmycd
+        - K32 * t_yykul
+        + t_yz7e5 * t_zwsdh;
+    const real t_aw7da = t_2m245 * t_zwsdh
+        - (t_6mmeb * t_7ut75 - t_bl4f2 * t_72wcc + t_b3aij * t_hmycd - t_zzymx * t_yykul);
+    const real t_awcvz = K53 * t_7ut75
+        - K63 * t_72wcc
+        + K32 * t_hmycd
+        - K33 * t_yykul
+        - K43 * t_zwsdh;
+    const real t_477bj = K11 * t_aw7da - t_b3aij * t_kc4sg - t_zzymx * t_awcvz;
+    const real t_hextx = t_nlrbh * t_477bj
+        - PP_v1 * (t_i246m * t_aw7da + t_etuzz * t_kc4sg + t_uen3p * t_awcvz);
+    const real t_urtq5 = (SELECT0(m_il3ht, t_w4p3n * t_hextx * t_q5kgs) - t_477bj) * t_phv5x;
+    const real t_i3kjq = t_kc4sg - t_b3aij * t_urtq5;
+    const real t_esjjl = t_q2hfz * (t_5x4sb * (t_i3kjq * t_y7rm6));
+    const real t_oesw4_3 = t_esjjl * t_nwsjf;
+    const real t_iubif_3 = t_bw2jd * (t_ee7r6 * t_oesw4_3);
+    const real t_27ev7_3 = p[F] * (sin_t_s5hay * t_iubif_3);
+    const real t_wzmp3_3 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_3));
+    const real t_nlyjr = t_awcvz - t_zzymx * t_urtq5;
+    const real t_qo7dg = t_nlyjr * t_y7rm6 * t_yk7ex
+        + SELECT0(m_el4yy, t_oayxs * (t_jpiko * (t_uwsp7 * t_esjjl * t_imn4h)));
+    const real t_6llfx_3 = t_q2hfz_2 * (t_2snz7 * t_qo7dg) * t_bifdl;
+    const real t_rl5d3_3 = sin_t_7g2cn * t_oesw4_3;
+    const real t_i7skh_3 = cos_t_finmd * t_6llfx_3;
+    const real t_k6zjx_3 = SELECT0(m_el4yy, -(sin_t_finmd * t_rl5d3_3)) + SELECT0(m_uklky, -(cos_t_7g2cn * t_i7skh_3));
+    const real t_7t7eb_3 = SELECT(m_hlry2, SELECT0(m_uklky, -t_6llfx_3), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_k6zjx_3 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_3 = t_zrb6o * (t_vr3uw * t_7t7eb_3);
+    const real t_cxwzz_3 = sin_t_kl6tx * t_swjde_3;
+    const real t_ke372_3 = t_wzmp3_3 - t_zmkrd * t_cxwzz_3;
+    const real t_ilple_3 = p[F] * (cos_t_s5hay * t_iubif_3);
+    const real t_j5h4e_3 = SELECT0(m_el4yy, t_ilple_3) + t_w7lcw * t_ke372_3;
+    const real t_ooljq_3 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_3));
+    const real t_lqx5z_3 = cos_t_kl6tx * t_swjde_3;
+    const real t_mvrqf_3 = t_ooljq_3 + t_zmkrd * t_lqx5z_3;
+    const real t_ejflw_3 = t_3go2w * t_ke372_3 - t_mvrqf_3 - K_L32 * t_j5h4e_3;
+    const real t_shxu4_3 = p[F] * t_rl5d3_3;
+    const real t_tvmsg_3 = SELECT0(m_el4yy, -(cos_t_finmd * t_shxu4_3));
+    const real t_an7qj_3 = sin_t_finmd * t_6llfx_3;
+    const real t_cpb2h = t_tvmsg_3 + SELECT0(m_uklky, t_p34e2 * t_an7qj_3) - (t_aw7da + K11 * t_urtq5);
+    const real t_7ofua_3 = p[F] * (cos_t_7g2cn * t_oesw4_3);
+    const real t_5loze = SELECT0(m_el4yy, t_7ofua_3) - t_i3kjq + t_w7lcw * t_cpb2h;
+    const real t_3cp5h_3 = SELECT0(m_el4yy, -(sin_t_finmd * t_shxu4_3)) + SELECT0(m_uklky, -(t_p34e2 * t_i7skh_3));
+    const real t_hdzqo = (t_3go2w * t_cpb2h - (t_3cp5h_3 + t_nlyjr) - K_L32 * t_5loze) * t_zmh3u;
+    const real t_2xwyg_3 = t_5loze * t_4iujv - K_L32 * t_hdzqo;
+    const real t_ltzgy_2 = t_cpb2h * t_bpfoo + t_w7lcw * t_2xwyg_3 + t_3go2w * t_hdzqo;
+    const real t_cgxsm_3 = t_wzmp3_3 - t_zmkrd_2 * t_cxwzz_3 - (t_tvmsg_3 + SELECT0(m_uklky, t_p34e2_2 * t_an7qj_3));
+    const real t_ycqju_3 = t_ilple_3 - t_7ofua_3;
+    const real t_4w3t6_3 = SELECT0(m_el4yy, t_ycqju_3) + t_w7lcw * t_cgxsm_3;
+    const real t_pdzxe_3 = p[F] * t_k6zjx_3 - (t_ooljq_3 + t_zmkrd_2 * t_lqx5z_3);
+    const real t_tuq22_3 = (t_pdzxe_3 + t_3go2w * t_cgxsm_3 - K_L32 * t_4w3t6_3) * t_zmh3u;
+    const real t_s7pal_3 = t_4w3t6_3 * t_4iujv - K_L32 * t_tuq22_3;
+    const real t_cyfhb_3 = t_cgxsm_3 * t_bpfoo + t_w7lcw * t_s7pal_3 + t_3go2w * t_tuq22_3;
+    const real t_qihff = K54 * t_7ut75
+        - K64 * t_72wcc
+        - t_2m245 * t_urtq5
+        - t_2m245 * t_ltzgy_2
+        - t_yz7e5 * t_hmycd
+        - t_yz7e5 * t_2xwyg_3
+        - K43 * t_yykul
+        + K43 * t_hdzqo
+        - K44 * t_zwsdh
+        - t_2m245 * t_cyfhb_3
+        - t_yz7e5 * t_s7pal_3
+        + K43 * t_tuq22_3
+        + t_xq4wt * t_ke372_3
+        + t_5wcj3 * t_j5h4e_3
+        - K_L43 * t_ejflw_3;
+    const real t_ntb6f = K55 * t_7ut75
+        - K65 * t_72wcc
+        - t_6mmeb * t_urtq5
+        - t_6mmeb * t_ltzgy_2
+        + K52 * t_hmycd
+        + K52 * t_2xwyg_3
+        - K53 * t_yykul
+        + K53 * t_hdzqo
+        - K54 * t_zwsdh
+        + SELECT0(m_el4yy, t_lwe76 * t_7ofua_3)
+        - t_6mmeb * t_cyfhb_3
+        + K52 * t_s7pal_3
+        + K53 * t_tuq22_3
+        + SELECT0(m_el4yy, t_lwe76 * t_ycqju_3)
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple_3))
+        + t_rujpm * t_ke372_3
+        - K_L52 * t_j5h4e_3
+        - K_L53 * t_ejflw_3
+        - K_L54 * t_qihff;
+    const real t_u3kgh = t_lwe76 * t_3cp5h_3
+        - K65 * t_7ut75
+        + K66 * t_72wcc
+        + t_bl4f2 * t_urtq5
+        + t_bl4f2 * t_ltzgy_2
+        + t_hjmgb * t_hmycd
+        + t_hjmgb * t_2xwyg_3
+        + K63 * t_yykul
+        - K63 * t_hdzqo
+        + K64 * t_zwsdh
+        - t_lwe76 * t_pdzxe_3
+        + t_bl4f2 * t_cyfhb_3
+        + t_hjmgb * t_s7pal_3
+        - K63 * t_tuq22_3;
+    const real t_tugiy = t_lwe76 * t_mvrqf_3
+        - t_u3kgh
+        + t_pgxzp * t_ke372_3
+        + t_gz422 * t_j5h4e_3
+        - K_L63 * t_ejflw_3
+        - K_L64 * t_qihff
+        - K_L65 * t_ntb6f;
+    const real t_tt7qo = t_tugiy * t_nfkwa;
+    const real t_wpogp = t_ntb6f * t_ftqxb - K_L65 * t_tt7qo;
+    const real t_wzbp5 = t_qihff * t_lt2al - K_L54 * t_wpogp - K_L64 * t_tt7qo;
+    const real t_nfkya = t_ejflw_3 * t_zmh3u - K_L43 * t_wzbp5 - K_L53 * t_wpogp - K_L63 * t_tt7qo;
+    const real t_yemxe = t_j5h4e_3 * t_4iujv
+        - K_L32 * t_nfkya
+        + t_5wcj3 * t_wzbp5
+        - K_L52 * t_wpogp
+        + t_gz422 * t_tt7qo;
+    const real t_x342x = t_ke372_3 * t_bpfoo
+        + t_w7lcw * t_yemxe
+        + t_3go2w * t_nfkya
+        + t_xq4wt * t_wzbp5
+        + t_rujpm * t_wpogp
+        + t_pgxzp * t_tt7qo;
+    const real t_4z4np = p[l1] * cos_phi1;
+    const real t_ceplo = t_wmv32 * t_4z4np;
+    const real t_ljxeu = q_1 * q[wy] + t_smkh7 - t_ceplo;
+    const real t_wp4cy = th_1 * (p[I1] * t_ljxeu);
+    const real t_mnfa5 = cos_theta1 * t_wp4cy;
+    const real t_yk3z4 = p[l2] * cos_phi2;
+    const real t_udto6 = t_nlamb * t_yk3z4;
+    const real t_f5pan = q_2 * q[wy] + t_2nvx4 - t_udto6;
+    const real t_sc77m = th_2 * (p[I2] * t_f5pan);
+    const real t_cb5bw = cos_theta2 * t_sc77m;
+    const real t_dskdd = t_qm5gj + t_qm5gj;
+    const real t_jfvj3 = t_6nwd2 * (t_dskdd * sin_phi1);
+    const real t_qbft3 = sin_phi1 * t_jfvj3;
+    const real t_2idpk = t_qm5gj * cos_phi1 + chi1 * sin_phi1;
+    const real t_bawzi = t_2idpk - Wt1;
+    const real t_h7dxi = B_1 * t_bawzi;
+    const real t_hqad4 = t_qbft3 + cos_phi1 * t_h7dxi;
+    const real t_npq2c = t_c6dmt + t_c6dmt;
+    const real t_2bqt6 = t_popww * (t_npq2c * sin_phi2);
+    const real t_bpppy = sin_phi2 * t_2bqt6;
+    const real t_6tvwe = t_c6dmt * cos_phi2 + chi2 * sin_phi2;
+    const real t_ly4o3 = t_6tvwe - Wt2;
+    const real t_skszy = B_2 * t_ly4o3;
+    const real t_3iwx3 = t_bpppy + cos_phi2 * t_skszy;
+    const real t_ec5ib = t_mnfa5 + t_cb5bw - sin_theta1 * t_hqad4 - sin_theta2 * t_3iwx3;
+    const real t_s7fnn = t_azo52 * Wn1 - t_5jodw * Wn1 - Dd_theta1;
+    const real t_viu2a = p[m1] * t_pfzlv
+        - (t_5jodw * t_qbejf + t_3arbs)
+        + p[m1] * (p[l1] * t_a22o5)
+        + p[m1] * t_tuhjm;
+    const real t_ecgbv = p[m2] * t_wu4dt
+        - (t_sf5f4 + t_itb3v)
+        + p[m2] * (p[l2] * t_dxdta)
+        + p[m2] * t_pwp7l;
+    const real t_6rpiz = t_2t5uv + t_2t5uv;
+    const real t_wl5tr = t_svo5z * Wn2 - t_2t5uv * Wn2 - q[phi2_dot] * t_6rpiz;
+    const real t_dkoxc = t_ez7bq * (t_invly * t_s7fnn)
+        - (t_mj52b * (p[I1] * t_viu2a) + t_iecaz * (p[I2] * t_ecgbv))
+        + t_gutx2 * (t_claqt * t_wl5tr);
+    const real t_masw7 = c[w3] + t_dkoxc;
+    const real t_6ahic = t_mj52b * (cz_phi1 * t_viu2a)
+        + t_iecaz * (cz_phi2 * t_ecgbv)
+        + t_ez7bq * (cz_theta1 * t_s7fnn)
+        + t_gutx2 * (cz_theta2 * t_wl5tr);
+    const real t_js6xh = t_mj52b * (t_qesxo * t_viu2a)
+        + t_iecaz * (t_x5sl2 * t_ecgbv)
+        - t_ez7bq * (cy_theta1 * t_s7fnn)
+        - t_gutx2 * (cy_theta2 * t_wl5tr);
+    const real t_fbva2 = f_v1_L21 * t_masw7 - t_js6xh;
+    const real t_z7z7i = (f_v1_L31 * t_masw7 + t_6ahic - f_v1_L32 * t_fbva2) * t_qqmqs;
+    const real t_j2jup = q[wy] + t_z7z7i;
+    const real t_qe6vj = t_fbva2 * t_omhw7 - f_v1_L32 * t_z7z7i;
+    const real t_3krc3 = q[wz] - t_qe6vj;
+    const real t_2ccm7 = c[w1] * (gy_theta1 * t_l5slt - (gy_phi1 * t_7pydp + gy_phi2 * t_ob75p) + gy_theta2 * t_qy6do);
+    const real t_vhjzc = x_C * t_j2jup - t_2ccm7;
+    const real t_cyqj6 = c[w2] * (gz_phi1 * t_7pydp + gz_phi2 * t_ob75p + t_tpms2 * t_l5slt + t_h3pge * t_qy6do);
+    const real t_4772y = x_C * t_3krc3 + t_cyqj6;
+    const real t_iaacb = t_masw7 * t_4v7es + f_v1_L21 * t_qe6vj + f_v1_L31 * t_z7z7i;
+    const real t_xi5ml = t_ec5ib
+        + K52 * t_j2jup
+        - t_hjmgb * t_3krc3
+        + K22 * t_vhjzc
+        + K32 * t_4772y
+        + t_yz7e5 * t_iaacb;
+    const real t_ghnnr = cos_phi1 * t_jfvj3;
+    const real t_7e3oz = cos_phi2 * t_2bqt6;
+    const real t_pworu = sin_phi1 * t_h7dxi + sin_phi2 * t_skszy - t_ghnnr - t_7e3oz;
+    const real t_rjkox = t_pworu
+        + t_6mmeb * t_j2jup
+        + t_bl4f2 * t_3krc3
+        + t_b3aij * t_vhjzc
+        + t_zzymx * t_4772y;
+    const real t_zmny3 = t_2m245 * t_iaacb - t_rjkox;
+    const real t_rwvfl = sin_theta1 * t_wp4cy;
+    const real t_cqdkk = sin_theta2 * t_sc77m;
+    const real t_4wml3 = cos_theta1 * t_hqad4 + (t_rwvfl + t_cqdkk) + cos_theta2 * t_3iwx3;
+    const real t_4c5rw = K53 * t_j2jup
+        - t_4wml3
+        + K63 * t_3krc3
+        + K32 * t_vhjzc
+        + K33 * t_4772y
+        - K43 * t_iaacb;
+    const real t_qprab = K11 * t_zmny3 - t_b3aij * t_xi5ml - t_zzymx * t_4c5rw;
+    const real t_7qrgf = t_nlrbh * t_qprab
+        - PP_v1 * (t_i246m * t_zmny3 + t_etuzz * t_xi5ml + t_uen3p * t_4c5rw);
+    const real t_fhtxu = (SELECT0(m_il3ht, t_w4p3n * t_7qrgf * t_q5kgs) - t_qprab) * t_phv5x;
+    const real t_2zdjv = t_xi5ml - t_b3aij * t_fhtxu;
+    const real t_isnqo = t_q2hfz * (t_5x4sb * (t_2zdjv * t_y7rm6));
+    const real t_oesw4_4 = t_isnqo * t_nwsjf;
+    const real t_iubif_4 = t_bw2jd * (t_ee7r6 * t_oesw4_4);
+    const real t_27ev7_4 = p[F] * (sin_t_s5hay * t_iubif_4);
+    const real t_wzmp3_4 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_4));
+    const real t_qpid4 = t_4c5rw - t_zzymx * t_fhtxu;
+    const real t_wugjx = t_qpid4 * t_y7rm6 * t_yk7ex
+        + SELECT0(m_el4yy, t_oayxs * (t_jpiko * (t_uwsp7 * t_isnqo * t_imn4h)));
+    const real t_6llfx_4 = t_q2hfz_2 * (t_2snz7 * t_wugjx) * t_bifdl;
+    const real t_rl5d3_4 = sin_t_7g2cn * t_oesw4_4;
+    const real t_i7skh_4 = cos_t_finmd * t_6llfx_4;
+    const real t_k6zjx_4 = SELECT0(m_el4yy, -(sin_t_finmd * t_rl5d3_4)) + SELECT0(m_uklky, -(cos_t_7g2cn * t_i7skh_4));
+    const real t_7t7eb_4 = SELECT(m_hlry2, SELECT0(m_uklky, -t_6llfx_4), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_k6zjx_4 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_4 = t_zrb6o * (t_vr3uw * t_7t7eb_4);
+    const real t_cxwzz_4 = sin_t_kl6tx * t_swjde_4;
+    const real t_q5vwp = t_wzmp3_4 - t_zmkrd * t_cxwzz_4 + t_pworu;
+    const real t_ilple_4 = p[F] * (cos_t_s5hay * t_iubif_4);
+    const real t_x24cd = SELECT0(m_el4yy, t_ilple_4) - t_ec5ib + t_w7lcw * t_q5vwp;
+    const real t_ooljq_4 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_4));
+    const real t_lqx5z_4 = cos_t_kl6tx * t_swjde_4;
+    const real t_mvrqf_4 = t_ooljq_4 + t_zmkrd * t_lqx5z_4;
+    const real t_6sjkg = t_3go2w * t_q5vwp - (t_mvrqf_4 - t_4wml3) - K_L32 * t_x24cd;
+    const real t_zfk4z = p[l1] * t_h7dxi;
+    const real t_a7ivz = q_1 * t_wp4cy + q_2 * t_sc77m;
+    const real t_6tlin = p[l2] * t_skszy;
+    const real t_5rzq2 = t_zfk4z - t_a7ivz + t_6tlin;
+    const real t_shxu4_4 = p[F] * t_rl5d3_4;
+    const real t_tvmsg_4 = SELECT0(m_el4yy, -(cos_t_finmd * t_shxu4_4));
+    const real t_an7qj_4 = sin_t_finmd * t_6llfx_4;
+    const real t_ywqzu = t_tvmsg_4 + SELECT0(m_uklky, t_p34e2 * t_an7qj_4) - (t_zmny3 + K11 * t_fhtxu);
+    const real t_7ofua_4 = p[F] * (cos_t_7g2cn * t_oesw4_4);
+    const real t_gfnjo = SELECT0(m_el4yy, t_7ofua_4) - t_2zdjv + t_w7lcw * t_ywqzu;
+    const real t_3cp5h_4 = SELECT0(m_el4yy, -(sin_t_finmd * t_shxu4_4)) + SELECT0(m_uklky, -(t_p34e2 * t_i7skh_4));
+    const real t_dwigf = (t_3go2w * t_ywqzu - (t_3cp5h_4 + t_qpid4) - K_L32 * t_gfnjo) * t_zmh3u;
+    const real t_2xwyg_4 = t_gfnjo * t_4iujv - K_L32 * t_dwigf;
+    const real t_vevi4 = t_ywqzu * t_bpfoo + t_w7lcw * t_2xwyg_4 + t_3go2w * t_dwigf;
+    const real t_cgxsm_4 = t_wzmp3_4 - t_zmkrd_2 * t_cxwzz_4 - (t_tvmsg_4 + SELECT0(m_uklky, t_p34e2_2 * t_an7qj_4));
+    const real t_ycqju_4 = t_ilple_4 - t_7ofua_4;
+    const real t_4w3t6_4 = SELECT0(m_el4yy, t_ycqju_4) + t_w7lcw * t_cgxsm_4;
+    const real t_pdzxe_4 = p[F] * t_k6zjx_4 - (t_ooljq_4 + t_zmkrd_2 * t_lqx5z_4);
+    const real t_tuq22_4 = (t_pdzxe_4 + t_3go2w * t_cgxsm_4 - K_L32 * t_4w3t6_4) * t_zmh3u;
+    const real t_s7pal_4 = t_4w3t6_4 * t_4iujv - K_L32 * t_tuq22_4;
+    const real t_cyfhb_4 = t_cgxsm_4 * t_bpfoo + t_w7lcw * t_s7pal_4 + t_3go2w * t_tuq22_4;
+    const real t_v6teg = t_5rzq2
+        + K54 * t_j2jup
+        + K64 * t_3krc3
+        - t_2m245 * t_fhtxu
+        - t_2m245 * t_vevi4
+        - t_yz7e5 * t_vhjzc
+        - t_yz7e5 * t_2xwyg_4
+        + K43 * t_4772y
+        + K43 * t_dwigf
+        - K44 * t_iaacb
+        - t_2m245 * t_cyfhb_4
+        - t_yz7e5 * t_s7pal_4
+        + K43 * t_tuq22_4
+        - t_5rzq2
+        + t_xq4wt * t_q5vwp
+        + t_5wcj3 * t_x24cd
+        - K_L43 * t_6sjkg;
+    const real t_oeo2d = t_zfk4z - e1 * t_hqad4;
+    const real t_6g4dk = t_6tlin - e2 * t_3iwx3;
+    const real t_tc4zj = sin_theta1 * t_oeo2d
+        - t_a7ivz
+        + sin_theta2 * t_6g4dk
+        - t_5r66u * q[wy]
+        + g_1 * t_mnfa5
+        + g_2 * t_cb5bw;
+    const real t_wdsap = t_tc4zj
+        + K55 * t_j2jup
+        + K65 * t_3krc3
+        - t_6mmeb * t_fhtxu
+        - t_6mmeb * t_vevi4
+        + K52 * t_vhjzc
+        + K52 * t_2xwyg_4
+        + K53 * t_4772y
+        + K53 * t_dwigf
+        - K54 * t_iaacb
+        + SELECT0(m_el4yy, t_lwe76 * t_7ofua_4)
+        - t_6mmeb * t_cyfhb_4
+        + K52 * t_s7pal_4
+        + K53 * t_tuq22_4
+        + SELECT0(m_el4yy, t_lwe76 * t_ycqju_4)
+        - t_tc4zj
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple_4))
+        + t_rujpm * t_q5vwp
+        - K_L52 * t_x24cd
+        - K_L53 * t_6sjkg
+        - K_L54 * t_v6teg;
+    const real t_d3sej = cos_theta1 * t_oeo2d
+        + cos_theta2 * t_6g4dk
+        + I_theta1
+        + I_theta2
+        - t_7bo2j * q[wz]
+        - g_1 * t_rwvfl
+        - g_2 * t_cqdkk;
+    const real t_tcqs6 = t_lwe76 * t_3cp5h_4
+        - t_d3sej
+        - K65 * t_j2jup
+        - K66 * t_3krc3
+        + t_bl4f2 * t_fhtxu
+        + t_bl4f2 * t_vevi4
+        + t_hjmgb * t_vhjzc
+        + t_hjmgb * t_2xwyg_4
+        - K63 * t_4772y
+        - K63 * t_dwigf
+        + K64 * t_iaacb
+        - t_lwe76 * t_pdzxe_4
+        + t_bl4f2 * t_cyfhb_4
+        + t_hjmgb * t_s7pal_4
+        - K63 * t_tuq22_4
+        + t_d3sej;
+    const real t_w4ti3 = t_lwe76 * t_mvrqf_4
+        - t_tcqs6
+        + t_pgxzp * t_q5vwp
+        + t_gz422 * t_x24cd
+        - K_L63 * t_6sjkg
+        - K_L64 * t_v6teg
+        - K_L65 * t_wdsap;
+    const real t_mnget = t_w4ti3 * t_nfkwa;
+    const real t_zzomv = t_wdsap * t_ftqxb - K_L65 * t_mnget;
+    const real t_hridv = t_v6teg * t_lt2al - K_L54 * t_zzomv - K_L64 * t_mnget;
+    const real t_mzuye = t_6sjkg * t_zmh3u - K_L43 * t_hridv - K_L53 * t_zzomv - K_L63 * t_mnget;
+    const real t_57c5m = t_x24cd * t_4iujv
+        - K_L32 * t_mzuye
+        + t_5wcj3 * t_hridv
+        - K_L52 * t_zzomv
+        + t_gz422 * t_mnget;
+    const real t_qdb76 = t_q5vwp * t_bpfoo
+        + t_w7lcw * t_57c5m
+        + t_3go2w * t_mzuye
+        + t_xq4wt * t_hridv
+        + t_rujpm * t_zzomv
+        + t_pgxzp * t_mnget;
+    const real t_bq73g = sin_phi1 * sin_theta1;
+    const real t_qrqlw = q_1 * q[wx]
+        + w_x1 * (lc_1 * cos_theta1)
+        - (t_q2k45 * cos_theta1 - t_wmv32 * (p[l1] * t_bq73g));
+    const real t_3t364 = th_1 * (p[I1] * t_qrqlw);
+    const real t_56goo = cos_theta1 * t_3t364;
+    const real t_7pjle = sin_phi2 * sin_theta2;
+    const real t_wbyvc = q_2 * q[wx]
+        + w_x2 * (lc_2 * cos_theta2)
+        - (t_e55su * cos_theta2 - t_nlamb * (p[l2] * t_7pjle));
+    const real t_nrfga = th_2 * (p[I2] * t_wbyvc);
+    const real t_isxxh = cos_theta2 * t_nrfga;
+    const real t_6xfo3 = q[wy] + q[wy];
+    const real t_imsf6 = e1 * t_6xfo3;
+    const real t_tqerc = cos_phi1 * sin_theta1;
+    const real t_7uthm = p1 + p1;
+    const real t_sayxc = mv1 * (cos_phi1 * t_imsf6) - t_6nwd2 * (t_dskdd * t_tqerc + t_7uthm * cos_theta1);
+    const real t_lmubw = chi1 * t_tqerc - t_qm5gj * t_bq73g - w_x1 * sin_theta1;
+    const real t_64tpi = B_1 * t_lmubw;
+    const real t_zexpu = sin_phi1 * t_sayxc - cos_phi1 * t_64tpi;
+    const real t_sqd7x = e2 * t_6xfo3;
+    const real t_vjwdl = cos_phi2 * sin_theta2;
+    const real t_ozxm2 = p2 + p2;
+    const real t_a5qu3 = mv2 * (cos_phi2 * t_sqd7x) - t_popww * (t_npq2c * t_vjwdl + t_ozxm2 * cos_theta2);
+    const real t_js3na = chi2 * t_vjwdl - t_c6dmt * t_7pjle - w_x2 * sin_theta2;
+    const real t_xythb = B_2 * t_js3na;
+    const real t_jshhh = sin_phi2 * t_a5qu3 - cos_phi2 * t_xythb;
+    const real t_zxqcw = t_56goo + t_isxxh + sin_theta1 * t_zexpu + sin_theta2 * t_jshhh;
+    const real t_3owti = q[wx] * cos_theta1;
+    const real t_y226h = t_invly * sin_theta1;
+    const real t_usgpo = t_azo52 * t_3owti
+        + t_j5odj * t_y226h
+        + (Wn1 * t_y226h + t_h5pol * cos_theta1)
+        - t_5jodw * t_3owti;
+    const real t_r4r4q = t_amwyw + t_amwyw;
+    const real t_4p4lq = t_r4r4q * sin_theta1;
+    const real t_rnhqh = Wn1 + Wn1;
+    const real t_3kwkx = t_azo52 * t_4p4lq
+        + t_azo52 * (t_rnhqh * cos_theta1)
+        + t_djbtf * t_y226h
+        + q[wx] * t_4xxce;
+    const real t_lasjq = p[m1] * (cos_phi1 * (sin_phi1 * (t_os4zj * t_4p4lq)))
+        - t_3kwkx
+        + p[m1] * (q[wx] * (t_rayay * sin_theta1))
+        + p[m1] * (p[l1] * (q[wx] * (p[h1] * t_tqerc)));
+    const real t_oaknx = t_xtc5p * sin_theta2;
+    const real t_g6xot = Wn2 + Wn2;
+    const real t_acqzg = t_claqt * sin_theta2;
+    const real t_tb25v_2 = t_frp3h * sin_theta2;
+    const real t_jsmzw = t_svo5z * t_oaknx
+        + t_svo5z * (t_g6xot * cos_theta2)
+        + t_m5kd4 * t_acqzg
+        + q[wx] * t_tb25v_2;
+    const real t_xqgq3 = sin_theta2 + sin_theta2;
+    const real t_zxcsp = p[m2] * (t_nfvux * (cos_phi2 * (sin_phi2 * t_oaknx)))
+        - t_jsmzw
+        + p[m2] * (q[wx] * (t_nfvux * (t_4j4b3 * t_xqgq3)))
+        + p[m2] * (p[l2] * (q[wx] * (p[h2] * t_vjwdl)));
+    const real t_ewmae = q[wx] * cos_theta2;
+    const real t_q6xwg = t_imick * cos_theta2
+        + Wn2 * t_acqzg
+        + t_svo5z * t_ewmae
+        + t_473qv * t_acqzg
+        - t_2t5uv * t_ewmae;
+    const real t_3jxh7 = t_ez7bq * (t_invly * t_usgpo)
+        - (t_mj52b * (p[I1] * t_lasjq) + t_iecaz * (p[I2] * t_zxcsp))
+        + t_gutx2 * (t_claqt * t_q6xwg);
+    const real t_xaea7 = t_mj52b * (cz_phi1 * t_lasjq)
+        + t_iecaz * (cz_phi2 * t_zxcsp)
+        + t_ez7bq * (cz_theta1 * t_usgpo)
+        + t_gutx2 * (cz_theta2 * t_q6xwg);
+    const real t_5ikqk = t_mj52b * (t_qesxo * t_lasjq)
+        + t_iecaz * (t_x5sl2 * t_zxcsp)
+        - t_ez7bq * (cy_theta1 * t_usgpo)
+        - t_gutx2 * (cy_theta2 * t_q6xwg);
+    const real t_276ik = f_v1_L21 * t_3jxh7 - (c[w4] + t_5ikqk);
+    const real t_yqu3w = (f_v1_L31 * t_3jxh7 + t_xaea7 - f_v1_L32 * t_276ik) * t_qqmqs;
+    const real t_zpuqp = q[wx] + t_yqu3w;
+    const real t_i6h7a = t_276ik * t_omhw7 - f_v1_L32 * t_yqu3w;
+    const real t_5i5u2 = c[w1] * (gy_phi1 * t_jjmo5 + gy_phi2 * t_b3dii - gy_theta1 * t_bvpt7 - gy_theta2 * t_lhj2f);
+    const real t_zh2u7 = x_C * t_zpuqp - t_5i5u2;
+    const real t_gqxap = c[w2] * (gz_phi1 * t_jjmo5 + gz_phi2 * t_b3dii + t_tpms2 * t_bvpt7 + t_h3pge * t_lhj2f);
+    const real t_sffp3 = x_C * t_i6h7a + t_gqxap;
+    const real t_uyjal = t_3jxh7 * t_4v7es + f_v1_L21 * t_i6h7a + f_v1_L31 * t_yqu3w;
+    const real t_eoc3d = t_zxqcw
+        + K52 * t_zpuqp
+        + t_hjmgb * t_i6h7a
+        + K22 * t_zh2u7
+        - K32 * t_sffp3
+        + t_yz7e5 * t_uyjal;
+    const real t_bg65y = sin_phi1 * t_64tpi + sin_phi2 * t_xythb + cos_phi1 * t_sayxc + cos_phi2 * t_a5qu3;
+    const real t_bvptg = t_bg65y
+        + t_6mmeb * t_zpuqp
+        - t_bl4f2 * t_i6h7a
+        + t_b3aij * t_zh2u7
+        - t_zzymx * t_sffp3;
+    const real t_p67to = t_2m245 * t_uyjal - t_bvptg;
+    const real t_hrzpn = sin_theta1 * t_3t364;
+    const real t_dm2ov = sin_theta2 * t_nrfga;
+    const real t_s7zkf = cos_theta1 * t_zexpu - (t_hrzpn + t_dm2ov) + cos_theta2 * t_jshhh;
+    const real t_s3rpw = t_s7zkf
+        + K53 * t_zpuqp
+        - K63 * t_i6h7a
+        + K32 * t_zh2u7
+        - K33 * t_sffp3
+        - K43 * t_uyjal;
+    const real t_aus3i = K11 * t_p67to - t_b3aij * t_eoc3d - t_zzymx * t_s3rpw;
+    const real t_q46jx = t_nlrbh * t_aus3i
+        - PP_v1 * (t_i246m * t_p67to + t_etuzz * t_eoc3d + t_uen3p * t_s3rpw);
+    const real t_fhtxu_2 = (SELECT0(m_il3ht, t_w4p3n * t_q46jx * t_q5kgs) - t_aus3i) * t_phv5x;
+    const real t_syeon = t_eoc3d - t_b3aij * t_fhtxu_2;
+    const real t_isnqo_2 = t_q2hfz * (t_5x4sb * (t_syeon * t_y7rm6));
+    const real t_oesw4_5 = t_isnqo_2 * t_nwsjf;
+    const real t_iubif_5 = t_bw2jd * (t_ee7r6 * t_oesw4_5);
+    const real t_27ev7_5 = p[F] * (sin_t_s5hay * t_iubif_5);
+    const real t_wzmp3_5 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_5));
+    const real t_g7f22 = t_s3rpw - t_zzymx * t_fhtxu_2;
+    const real t_wugjx_2 = t_g7f22 * t_y7rm6 * t_yk7ex
+        + SELECT0(m_el4yy, t_oayxs * (t_jpiko * (t_uwsp7 * t_isnqo_2 * t_imn4h)));
+    const real t_6llfx_5 = t_q2hfz_2 * (t_2snz7 * t_wugjx_2) * t_bifdl;
+    const real t_rl5d3_5 = sin_t_7g2cn * t_oesw4_5;
+    const real t_i7skh_5 = cos_t_finmd * t_6llfx_5;
+    const real t_k6zjx_5 = SELECT0(m_el4yy, -(sin_t_finmd * t_rl5d3_5)) + SELECT0(m_uklky, -(cos_t_7g2cn * t_i7skh_5));
+    const real t_7t7eb_5 = SELECT(m_hlry2, SELECT0(m_uklky, -t_6llfx_5), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_k6zjx_5 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_5 = t_zrb6o * (t_vr3uw * t_7t7eb_5);
+    const real t_cxwzz_5 = sin_t_kl6tx * t_swjde_5;
+    const real t_eczq7 = t_wzmp3_5 - t_zmkrd * t_cxwzz_5 + t_bg65y;
+    const real t_ilple_5 = p[F] * (cos_t_s5hay * t_iubif_5);
+    const real t_2daqj = SELECT0(m_el4yy, t_ilple_5) - t_zxqcw + t_w7lcw * t_eczq7;
+    const real t_ooljq_5 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_5));
+    const real t_lqx5z_5 = cos_t_kl6tx * t_swjde_5;
+    const real t_mvrqf_5 = t_ooljq_5 + t_zmkrd * t_lqx5z_5;
+    const real t_7lwhh = t_3go2w * t_eczq7 - (t_mvrqf_5 + t_s7zkf) - K_L32 * t_2daqj;
+    const real t_zycl7 = Bs_1 * t_imsf6 + p[l1] * t_64tpi;
+    const real t_ht2gr = q_1 * t_3t364 + q_2 * t_nrfga;
+    const real t_6wizo = Bs_2 * t_sqd7x + p[l2] * t_xythb;
+    const real t_bl4fd = t_zycl7 - t_ht2gr + t_6wizo + I_theta1 + I_theta2 - q[wz] * t_sfymc;
+    const real t_shxu4_5 = p[F] * t_rl5d3_5;
+    const real t_tvmsg_5 = SELECT0(m_el4yy, -(cos_t_finmd * t_shxu4_5));
+    const real t_an7qj_5 = sin_t_finmd * t_6llfx_5;
+    const real t_ywqzu_2 = t_tvmsg_5 + SELECT0(m_uklky, t_p34e2 * t_an7qj_5) - (t_p67to + K11 * t_fhtxu_2);
+    const real t_7ofua_5 = p[F] * (cos_t_7g2cn * t_oesw4_5);
+    const real t_gfnjo_2 = SELECT0(m_el4yy, t_7ofua_5) - t_syeon + t_w7lcw * t_ywqzu_2;
+    const real t_3cp5h_5 = SELECT0(m_el4yy, -(sin_t_finmd * t_shxu4_5)) + SELECT0(m_uklky, -(t_p34e2 * t_i7skh_5));
+    const real t_dwigf_2 = (t_3go2w * t_ywqzu_2 - (t_3cp5h_5 + t_g7f22) - K_L32 * t_gfnjo_2) * t_zmh3u;
+    const real t_2xwyg_5 = t_gfnjo_2 * t_4iujv - K_L32 * t_dwigf_2;
+    const real t_vevi4_2 = t_ywqzu_2 * t_bpfoo + t_w7lcw * t_2xwyg_5 + t_3go2w * t_dwigf_2;
+    const real t_cgxsm_5 = t_wzmp3_5 - t_zmkrd_2 * t_cxwzz_5 - (t_tvmsg_5 + SELECT0(m_uklky, t_p34e2_2 * t_an7qj_5));
+    const real t_ycqju_5 = t_ilple_5 - t_7ofua_5;
+    const real t_4w3t6_5 = SELECT0(m_el4yy, t_ycqju_5) + t_w7lcw * t_cgxsm_5;
+    const real t_pdzxe_5 = p[F] * t_k6zjx_5 - (t_ooljq_5 + t_zmkrd_2 * t_lqx5z_5);
+    const real t_tuq22_5 = (t_pdzxe_5 + t_3go2w * t_cgxsm_5 - K_L32 * t_4w3t6_5) * t_zmh3u;
+    const real t_s7pal_5 = t_4w3t6_5 * t_4iujv - K_L32 * t_tuq22_5;
+    const real t_cyfhb_5 = t_cgxsm_5 * t_bpfoo + t_w7lcw * t_s7pal_5 + t_3go2w * t_tuq22_5;
+    const real t_y3aeh = t_bl4fd
+        + K54 * t_zpuqp
+        - K64 * t_i6h7a
+        - t_2m245 * t_fhtxu_2
+        - t_2m245 * t_vevi4_2
+        - t_yz7e5 * t_zh2u7
+        - t_yz7e5 * t_2xwyg_5
+        - K43 * t_sffp3
+        + K43 * t_dwigf_2
+        - K44 * t_uyjal
+        - t_2m245 * t_cyfhb_5
+        - t_yz7e5 * t_s7pal_5
+        + K43 * t_tuq22_5
+        - t_bl4fd
+        + t_xq4wt * t_eczq7
+        + t_5wcj3 * t_2daqj
+        - K_L43 * t_7lwhh;
+    const real t_tnzse = t_zycl7 + e1 * t_zexpu;
+    const real t_rv4bf = t_6wizo + e2 * t_jshhh;
+    const real t_hgr6m = sin_theta1 * t_tnzse
+        - t_ht2gr
+        + sin_theta2 * t_rv4bf
+        - t_5r66u * q[wx]
+        - I_phi1
+        - I_phi2
+        + g_1 * t_56goo
+        + g_2 * t_isxxh;
+    const real t_rv3s3 = t_hgr6m
+        + K55 * t_zpuqp
+        - K65 * t_i6h7a
+        - t_6mmeb * t_fhtxu_2
+        - t_6mmeb * t_vevi4_2
+        + K52 * t_zh2u7
+        + K52 * t_2xwyg_5
+        - K53 * t_sffp3
+        + K53 * t_dwigf_2
+        - K54 * t_uyjal
+        + SELECT0(m_el4yy, t_lwe76 * t_7ofua_5)
+        - t_6mmeb * t_cyfhb_5
+        + K52 * t_s7pal_5
+        + K53 * t_tuq22_5
+        + SELECT0(m_el4yy, t_lwe76 * t_ycqju_5)
+        - t_hgr6m
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple_5))
+        + t_rujpm * t_eczq7
+        - K_L52 * t_2daqj
+        - K_L53 * t_7lwhh
+        - K_L54 * t_y3aeh;
+    const real t_ewa5q = cos_theta1 * t_tnzse + cos_theta2 * t_rv4bf - g_1 * t_hrzpn - g_2 * t_dm2ov;
+    const real t_zbwjh = t_lwe76 * t_3cp5h_5
+        - t_ewa5q
+        - K65 * t_zpuqp
+        + K66 * t_i6h7a
+        + t_bl4f2 * t_fhtxu_2
+        + t_bl4f2 * t_vevi4_2
+        + t_hjmgb * t_zh2u7
+        + t_hjmgb * t_2xwyg_5
+        + K63 * t_sffp3
+        - K63 * t_dwigf_2
+        + K64 * t_uyjal
+        - t_lwe76 * t_pdzxe_5
+        + t_bl4f2 * t_cyfhb_5
+        + t_hjmgb * t_s7pal_5
+        - K63 * t_tuq22_5
+        + t_ewa5q;
+    const real t_co33r = t_lwe76 * t_mvrqf_5
+        - t_zbwjh
+        + t_pgxzp * t_eczq7
+        + t_gz422 * t_2daqj
+        - K_L63 * t_7lwhh
+        - K_L64 * t_y3aeh
+        - K_L65 * t_rv3s3;
+    const real t_mnget_2 = t_co33r * t_nfkwa;
+    const real t_wjyn2 = t_rv3s3 * t_ftqxb - K_L65 * t_mnget_2;
+    const real t_6eg6k = t_y3aeh * t_lt2al - K_L54 * t_wjyn2 - K_L64 * t_mnget_2;
+    const real t_mzuye_2 = t_7lwhh * t_zmh3u - K_L43 * t_6eg6k - K_L53 * t_wjyn2 - K_L63 * t_mnget_2;
+    const real t_57c5m_2 = t_2daqj * t_4iujv
+        - K_L32 * t_mzuye_2
+        + t_5wcj3 * t_6eg6k
+        - K_L52 * t_wjyn2
+        + t_gz422 * t_mnget_2;
+    const real t_okbgz = t_eczq7 * t_bpfoo
+        + t_w7lcw * t_57c5m_2
+        + t_3go2w * t_mzuye_2
+        + t_xq4wt * t_6eg6k
+        + t_rujpm * t_wjyn2
+        + t_pgxzp * t_mnget_2;
+    const real t_xfyzm = sin_phi1 * cos_theta1;
+    const real t_z7jiy = t_wmv32 * (p[l1] * t_xfyzm) + t_q2k45 * sin_theta1 - w_x1 * (lc_1 * sin_theta1);
+    const real t_ucha7 = th_1 * (p[I1] * t_z7jiy);
+    const real t_iiyuu = cos_theta1 * t_ucha7;
+    const real t_5jk2g = sin_phi2 * cos_theta2;
+    const real t_aopwl = t_nlamb * (p[l2] * t_5jk2g) + t_e55su * sin_theta2 - w_x2 * (lc_2 * sin_theta2);
+    const real t_ji52a = th_2 * (p[I2] * t_aopwl);
+    const real t_etwic = cos_theta2 * t_ji52a;
+    const real t_gwp2t = q[wz] + q[wz];
+    const real t_oetyi = e1 * t_gwp2t;
+    const real t_3wimo = cos_phi1 * cos_theta1;
+    const real t_3kj2o = mv1 * (cos_phi1 * t_oetyi) - t_6nwd2 * (t_dskdd * t_3wimo - t_7uthm * sin_theta1);
+    const real t_e6rpb = chi1 * t_3wimo - t_qm5gj * t_xfyzm - w_x1 * cos_theta1;
+    const real t_jpgmg = B_1 * t_e6rpb;
+    const real t_thij4 = sin_phi1 * t_3kj2o - cos_phi1 * t_jpgmg;
+    const real t_xfnc5 = e2 * t_gwp2t;
+    const real t_kwc4d = cos_phi2 * cos_theta2;
+    const real t_zqoxx = mv2 * (cos_phi2 * t_xfnc5) - t_popww * (t_npq2c * t_kwc4d - t_ozxm2 * sin_theta2);
+    const real t_jv37x = chi2 * t_kwc4d - t_c6dmt * t_5jk2g - w_x2 * cos_theta2;
+    const real t_h6rqi = B_2 * t_jv37x;
+    const real t_brnoc = sin_phi2 * t_zqoxx - cos_phi2 * t_h6rqi;
+    const real t_47q5a = t_iiyuu + t_etwic + sin_theta1 * t_thij4 + sin_theta2 * t_brnoc;
+    const real t_77pwl = t_invly * cos_theta1;
+    const real t_wmzot = q[wx] * sin_theta1;
+    const real t_nxikn = t_j5odj * t_77pwl
+        - t_azo52 * t_wmzot
+        + (Wn1 * t_77pwl - t_h5pol * sin_theta1)
+        + t_5jodw * t_wmzot;
+    const real t_fzeph = t_r4r4q * cos_theta1;
+    const real t_ve5tt = t_azo52 * (t_rnhqh * sin_theta1)
+        - t_azo52 * t_fzeph
+        - t_djbtf * t_77pwl
+        - q[wx] * t_bdhgv
+        + p[m1] * (cos_phi1 * (sin_phi1 * (t_os4zj * t_fzeph)))
+        + p[m1] * (q[wx] * (t_rayay * cos_theta1))
+        + p[m1] * (p[l1] * (q[wx] * (p[h1] * t_3wimo)));
+    const real t_snpkf = t_xtc5p * cos_theta2;
+    const real t_ap7y5 = t_claqt * cos_theta2;
+    const real t_senbd_2 = t_frp3h * cos_theta2;
+    const real t_jsgt6 = t_svo5z * (t_g6xot * sin_theta2)
+        - t_svo5z * t_snpkf
+        - t_m5kd4 * t_ap7y5
+        - q[wx] * t_senbd_2
+        + p[m2] * (t_nfvux * (cos_phi2 * (sin_phi2 * t_snpkf)))
+        + p[m2] * (q[wx] * (t_nfvux * (t_4j4b3 * (cos_theta2 + cos_theta2))))
+        + p[m2] * (p[l2] * (q[wx] * (p[h2] * t_kwc4d)));
+    const real t_wxb4q = q[wx] * sin_theta2;
+    const real t_enveh = Wn2 * t_ap7y5
+        - t_imick * sin_theta2
+        - t_svo5z * t_wxb4q
+        + t_473qv * t_ap7y5
+        + t_2t5uv * t_wxb4q;
+    const real t_chdyu = t_ez7bq * (t_invly * t_nxikn)
+        - (t_mj52b * (p[I1] * t_ve5tt) + t_iecaz * (p[I2] * t_jsgt6))
+        + t_gutx2 * (t_claqt * t_enveh);
+    const real t_2w6e7 = t_mj52b * (cz_phi1 * t_ve5tt)
+        + t_iecaz * (cz_phi2 * t_jsgt6)
+        + t_ez7bq * (cz_theta1 * t_nxikn)
+        + t_gutx2 * (cz_theta2 * t_enveh);
+    const real t_7rbhm = t_mj52b * (t_qesxo * t_ve5tt)
+        + t_iecaz * (t_x5sl2 * t_jsgt6)
+        - t_ez7bq * (cy_theta1 * t_nxikn)
+        - t_gutx2 * (cy_theta2 * t_enveh);
+    const real t_zbibq = f_v1_L21 * t_chdyu - t_7rbhm;
+    const real t_reyae = (f_v1_L31 * t_chdyu - (c[w5] - t_2w6e7) - f_v1_L32 * t_zbibq) * t_qqmqs;
+    const real t_ig5qj = t_zbibq * t_omhw7 - f_v1_L32 * t_reyae;
+    const real t_7hj4i = q[wx] - t_ig5qj;
+    const real t_b34d2 = t_mj52b * cz_phi1;
+    const real t_bt4xf = t_iecaz * cz_phi2;
+    const real t_6y72q = t_ez7bq * cz_theta1;
+    const real t_qnlif = t_gutx2 * cz_theta2;
+    const real t_ns7vc = c[w1] * (gy_phi1 * t_b34d2 + gy_phi2 * t_bt4xf + gy_theta1 * t_6y72q + gy_theta2 * t_qnlif);
+    const real t_5736r = x_C * t_reyae + t_ns7vc;
+    const real t_s4ufv = c[w2] * (t_tpms2 * t_6y72q - (gz_phi1 * t_b34d2 + gz_phi2 * t_bt4xf) + t_h3pge * t_qnlif);
+    const real t_hqckp = x_C * t_7hj4i - t_s4ufv;
+    const real t_3hlz7 = t_chdyu * t_4v7es + f_v1_L21 * t_ig5qj + f_v1_L31 * t_reyae;
+    const real t_hemsf = t_47q5a
+        + K52 * t_reyae
+        - t_hjmgb * t_7hj4i
+        + K22 * t_5736r
+        + K32 * t_hqckp
+        + t_yz7e5 * t_3hlz7;
+    const real t_pctcd = sin_phi1 * t_jpgmg + sin_phi2 * t_h6rqi + cos_phi1 * t_3kj2o + cos_phi2 * t_zqoxx;
+    const real t_fzn56 = t_pctcd
+        + t_6mmeb * t_reyae
+        + t_bl4f2 * t_7hj4i
+        + t_b3aij * t_5736r
+        + t_zzymx * t_hqckp;
+    const real t_xane2 = t_2m245 * t_3hlz7 - t_fzn56;
+    const real t_5vlm2 = sin_theta1 * t_ucha7;
+    const real t_e53jk = sin_theta2 * t_ji52a;
+    const real t_4fkxj = cos_theta1 * t_thij4 - (t_5vlm2 + t_e53jk) + cos_theta2 * t_brnoc;
+    const real t_eelyy = t_4fkxj
+        + K53 * t_reyae
+        + K63 * t_7hj4i
+        + K32 * t_5736r
+        + K33 * t_hqckp
+        - K43 * t_3hlz7;
+    const real t_ypwpd = K11 * t_xane2 - t_b3aij * t_hemsf - t_zzymx * t_eelyy;
+    const real t_oa637 = t_nlrbh * t_ypwpd
+        - PP_v1 * (t_i246m * t_xane2 + t_etuzz * t_hemsf + t_uen3p * t_eelyy);
+    const real t_3e5wk = (SELECT0(m_il3ht, t_w4p3n * t_oa637 * t_q5kgs) - t_ypwpd) * t_phv5x;
+    const real t_b6cad = t_hemsf - t_b3aij * t_3e5wk;
+    const real t_phufc = t_q2hfz * (t_5x4sb * (t_b6cad * t_y7rm6));
+    const real t_oesw4_6 = t_phufc * t_nwsjf;
+    const real t_iubif_6 = t_bw2jd * (t_ee7r6 * t_oesw4_6);
+    const real t_27ev7_6 = p[F] * (sin_t_s5hay * t_iubif_6);
+    const real t_wzmp3_6 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_6));
+    const real t_br3qd = t_eelyy - t_zzymx * t_3e5wk;
+    const real t_iqffg = t_br3qd * t_y7rm6 * t_yk7ex
+        + SELECT0(m_el4yy, t_oayxs * (t_jpiko * (t_uwsp7 * t_phufc * t_imn4h)));
+    const real t_6llfx_6 = t_q2hfz_2 * (t_2snz7 * t_iqffg) * t_bifdl;
+    const real t_rl5d3_6 = sin_t_7g2cn * t_oesw4_6;
+    const real t_i7skh_6 = cos_t_finmd * t_6llfx_6;
+    const real t_k6zjx_6 = SELECT0(m_el4yy, -(sin_t_finmd * t_rl5d3_6)) + SELECT0(m_uklky, -(cos_t_7g2cn * t_i7skh_6));
+    const real t_7t7eb_6 = SELECT(m_hlry2, SELECT0(m_uklky, -t_6llfx_6), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_k6zjx_6 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_6 = t_zrb6o * (t_vr3uw * t_7t7eb_6);
+    const real t_cxwzz_6 = sin_t_kl6tx * t_swjde_6;
+    const real t_jglsc = t_wzmp3_6 - t_zmkrd * t_cxwzz_6 + t_pctcd;
+    const real t_ilple_6 = p[F] * (cos_t_s5hay * t_iubif_6);
+    const real t_2daqj_2 = SELECT0(m_el4yy, t_ilple_6) - t_47q5a + t_w7lcw * t_jglsc;
+    const real t_ooljq_6 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_6));
+    const real t_lqx5z_6 = cos_t_kl6tx * t_swjde_6;
+    const real t_mvrqf_6 = t_ooljq_6 + t_zmkrd * t_lqx5z_6;
+    const real t_7lwhh_2 = t_3go2w * t_jglsc - (t_mvrqf_6 + t_4fkxj) - K_L32 * t_2daqj_2;
+    const real t_oeqp6 = Bs_1 * t_oetyi + p[l1] * t_jpgmg;
+    const real t_r7m37 = q_1 * t_ucha7 + q_2 * t_ji52a;
+    const real t_amsj5 = Bs_2 * t_xfnc5 + p[l2] * t_h6rqi;
+    const real t_bxte5 = t_oeqp6 - t_r7m37 + t_amsj5 - t_6nfyn;
+    const real t_shxu4_6 = p[F] * t_rl5d3_6;
+    const real t_tvmsg_6 = SELECT0(m_el4yy, -(cos_t_finmd * t_shxu4_6));
+    const real t_an7qj_6 = sin_t_finmd * t_6llfx_6;
+    const real t_abffh = t_tvmsg_6 + SELECT0(m_uklky, t_p34e2 * t_an7qj_6) - (t_xane2 + K11 * t_3e5wk);
+    const real t_7ofua_6 = p[F] * (cos_t_7g2cn * t_oesw4_6);
+    const real t_p7b4z = SELECT0(m_el4yy, t_7ofua_6) - t_b6cad + t_w7lcw * t_abffh;
+    const real t_3cp5h_6 = SELECT0(m_el4yy, -(sin_t_finmd * t_shxu4_6)) + SELECT0(m_uklky, -(t_p34e2 * t_i7skh_6));
+    const real t_j53ny = (t_3go2w * t_abffh - (t_3cp5h_6 + t_br3qd) - K_L32 * t_p7b4z) * t_zmh3u;
+    const real t_2xwyg_6 = t_p7b4z * t_4iujv - K_L32 * t_j53ny;
+    const real t_vevi4_3 = t_abffh * t_bpfoo + t_w7lcw * t_2xwyg_6 + t_3go2w * t_j53ny;
+    const real t_cgxsm_6 = t_wzmp3_6 - t_zmkrd_2 * t_cxwzz_6 - (t_tvmsg_6 + SELECT0(m_uklky, t_p34e2_2 * t_an7qj_6));
+    const real t_ycqju_6 = t_ilple_6 - t_7ofua_6;
+    const real t_4w3t6_6 = SELECT0(m_el4yy, t_ycqju_6) + t_w7lcw * t_cgxsm_6;
+    const real t_pdzxe_6 = p[F] * t_k6zjx_6 - (t_ooljq_6 + t_zmkrd_2 * t_lqx5z_6);
+    const real t_tuq22_6 = (t_pdzxe_6 + t_3go2w * t_cgxsm_6 - K_L32 * t_4w3t6_6) * t_zmh3u;
+    const real t_s7pal_6 = t_4w3t6_6 * t_4iujv - K_L32 * t_tuq22_6;
+    const real t_cyfhb_6 = t_cgxsm_6 * t_bpfoo + t_w7lcw * t_s7pal_6 + t_3go2w * t_tuq22_6;
+    const real t_ymmgr = t_bxte5
+        + K54 * t_reyae
+        + K64 * t_7hj4i
+        - t_2m245 * t_3e5wk
+        - t_2m245 * t_vevi4_3
+        - t_yz7e5 * t_5736r
+        - t_yz7e5 * t_2xwyg_6
+        + K43 * t_hqckp
+        + K43 * t_j53ny
+        - K44 * t_3hlz7
+        - t_2m245 * t_cyfhb_6
+        - t_yz7e5 * t_s7pal_6
+        + K43 * t_tuq22_6
+        - t_bxte5
+        + t_xq4wt * t_jglsc
+        + t_5wcj3 * t_2daqj_2
+        - K_L43 * t_7lwhh_2;
+    const real t_mvuro = t_oeqp6 + e1 * t_thij4;
+    const real t_blnd5 = t_amsj5 + e2 * t_brnoc;
+    const real t_rp4f5 = sin_theta1 * t_mvuro
+        - t_r7m37
+        + sin_theta2 * t_blnd5
+        + g_1 * t_iiyuu
+        + g_2 * t_etwic;
+    const real t_z53bs = t_rp4f5
+        + K55 * t_reyae
+        + K65 * t_7hj4i
+        - t_6mmeb * t_3e5wk
+        - t_6mmeb * t_vevi4_3
+        + K52 * t_5736r
+        + K52 * t_2xwyg_6
+        + K53 * t_hqckp
+        + K53 * t_j53ny
+        - K54 * t_3hlz7
+        + SELECT0(m_el4yy, t_lwe76 * t_7ofua_6)
+        - t_6mmeb * t_cyfhb_6
+        + K52 * t_s7pal_6
+        + K53 * t_tuq22_6
+        + SELECT0(m_el4yy, t_lwe76 * t_ycqju_6)
+        - t_rp4f5
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple_6))
+        + t_rujpm * t_jglsc
+        - K_L52 * t_2daqj_2
+        - K_L53 * t_7lwhh_2
+        - K_L54 * t_ymmgr;
+    const real t_ogxo7 = cos_theta1 * t_mvuro
+        + cos_theta2 * t_blnd5
+        - t_7bo2j * q[wx]
+        - g_1 * t_5vlm2
+        - g_2 * t_e53jk
+        - I_phi1
+        - I_phi2;
+    const real t_trtxh = t_lwe76 * t_3cp5h_6
+        - t_ogxo7
+        - K65 * t_reyae
+        - K66 * t_7hj4i
+        + t_bl4f2 * t_3e5wk
+        + t_bl4f2 * t_vevi4_3
+        + t_hjmgb * t_5736r
+        + t_hjmgb * t_2xwyg_6
+        - K63 * t_hqckp
+        - K63 * t_j53ny
+        + K64 * t_3hlz7
+        - t_lwe76 * t_pdzxe_6
+        + t_bl4f2 * t_cyfhb_6
+        + t_hjmgb * t_s7pal_6
+        - K63 * t_tuq22_6
+        + t_ogxo7;
+    const real t_kugxg = t_lwe76 * t_mvrqf_6
+        - t_trtxh
+        + t_pgxzp * t_jglsc
+        + t_gz422 * t_2daqj_2
+        - K_L63 * t_7lwhh_2
+        - K_L64 * t_ymmgr
+        - K_L65 * t_z53bs;
+    const real t_4cutx = t_kugxg * t_nfkwa;
+    const real t_iiyl4 = t_z53bs * t_ftqxb - K_L65 * t_4cutx;
+    const real t_wjknz = t_ymmgr * t_lt2al - K_L54 * t_iiyl4 - K_L64 * t_4cutx;
+    const real t_eirme = t_7lwhh_2 * t_zmh3u - K_L43 * t_wjknz - K_L53 * t_iiyl4 - K_L63 * t_4cutx;
+    const real t_tknj6 = t_2daqj_2 * t_4iujv
+        - K_L32 * t_eirme
+        + t_5wcj3 * t_wjknz
+        - K_L52 * t_iiyl4
+        + t_gz422 * t_4cutx;
+    const real t_rfoph = t_jglsc * t_bpfoo
+        + t_w7lcw * t_tknj6
+        + t_3go2w * t_eirme
+        + t_xq4wt * t_wjknz
+        + t_rujpm * t_iiyl4
+        + t_pgxzp * t_4cutx;
+    const real t_4q2dw = f_v1_L21 * c[r3];
+    const real t_tcpu5 = (f_v1_L31 * c[r3] - f_v1_L32 * t_4q2dw) * t_qqmqs;
+    const real t_rbde4 = t_4q2dw * t_omhw7 - f_v1_L32 * t_tcpu5;
+    const real t_qsxwh = x_C * t_tcpu5;
+    const real t_tneuq = x_C * t_rbde4;
+    const real t_3bfgr = c[r3] * t_4v7es + f_v1_L21 * t_rbde4 + f_v1_L31 * t_tcpu5;
+    const real t_dpvov = K52 * t_tcpu5
+        + t_hjmgb * t_rbde4
+        + K22 * t_qsxwh
+        - K32 * t_tneuq
+        + t_yz7e5 * t_3bfgr;
+    const real t_xt4xu = t_2m245 * t_3bfgr
+        - (t_6mmeb * t_tcpu5 - t_bl4f2 * t_rbde4 + t_b3aij * t_qsxwh - t_zzymx * t_tneuq);
+    const real t_2as3h = K53 * t_tcpu5
+        - K63 * t_rbde4
+        + K32 * t_qsxwh
+        - K33 * t_tneuq
+        - K43 * t_3bfgr;
+    const real t_223c2 = K11 * t_xt4xu - t_b3aij * t_dpvov - t_zzymx * t_2as3h;
+    const real t_uykiy = t_nlrbh * t_223c2
+        - PP_v1 * (t_i246m * t_xt4xu + t_etuzz * t_dpvov + t_uen3p * t_2as3h);
+    const real t_q2d7w_2 = (SELECT0(m_il3ht, t_w4p3n * t_uykiy * t_q5kgs) - t_223c2) * t_phv5x;
+    const real t_6gk22 = t_dpvov - t_b3aij * t_q2d7w_2;
+    const real t_g6zxh_2 = t_q2hfz * (t_5x4sb * (t_6gk22 * t_y7rm6));
+    const real t_oesw4_7 = t_g6zxh_2 * t_nwsjf;
+    const real t_iubif_7 = t_bw2jd * (t_ee7r6 * t_oesw4_7);
+    const real t_27ev7_7 = p[F] * (sin_t_s5hay * t_iubif_7);
+    const real t_wzmp3_7 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_7));
+    const real t_m75vd = t_2as3h - t_zzymx * t_q2d7w_2;
+    const real t_wszle_2 = t_m75vd * t_y7rm6 * t_yk7ex
+        + SELECT0(m_el4yy, t_oayxs * (t_jpiko * (t_uwsp7 * t_g6zxh_2 * t_imn4h)));
+    const real t_6llfx_7 = t_q2hfz_2 * (t_2snz7 * t_wszle_2) * t_bifdl;
+    const real t_rl5d3_7 = sin_t_7g2cn * t_oesw4_7;
+    const real t_i7skh_7 = cos_t_finmd * t_6llfx_7;
+    const real t_k6zjx_7 = SELECT0(m_el4yy, -(sin_t_finmd * t_rl5d3_7)) + SELECT0(m_uklky, -(cos_t_7g2cn * t_i7skh_7));
+    const real t_7t7eb_7 = SELECT(m_hlry2, SELECT0(m_uklky, -t_6llfx_7), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_k6zjx_7 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_7 = t_zrb6o * (t_vr3uw * t_7t7eb_7);
+    const real t_cxwzz_7 = sin_t_kl6tx * t_swjde_7;
+    const real t_ke372_4 = t_wzmp3_7 - t_zmkrd * t_cxwzz_7;
+    const real t_ilple_7 = p[F] * (cos_t_s5hay * t_iubif_7);
+    const real t_j5h4e_4 = SELECT0(m_el4yy, t_ilple_7) + t_w7lcw * t_ke372_4;
+    const real t_ooljq_7 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_7));
+    const real t_lqx5z_7 = cos_t_kl6tx * t_swjde_7;
+    const real t_mvrqf_7 = t_ooljq_7 + t_zmkrd * t_lqx5z_7;
+    const real t_ejflw_4 = t_3go2w * t_ke372_4 - t_mvrqf_7 - K_L32 * t_j5h4e_4;
+    const real t_shxu4_7 = p[F] * t_rl5d3_7;
+    const real t_tvmsg_7 = SELECT0(m_el4yy, -(cos_t_finmd * t_shxu4_7));
+    const real t_an7qj_7 = sin_t_finmd * t_6llfx_7;
+    const real t_vb2kz = t_tvmsg_7 + SELECT0(m_uklky, t_p34e2 * t_an7qj_7) - (t_xt4xu + K11 * t_q2d7w_2);
+    const real t_7ofua_7 = p[F] * (cos_t_7g2cn * t_oesw4_7);
+    const real t_sn6mn_2 = SELECT0(m_el4yy, t_7ofua_7) - t_6gk22 + t_w7lcw * t_vb2kz;
+    const real t_3cp5h_7 = SELECT0(m_el4yy, -(sin_t_finmd * t_shxu4_7)) + SELECT0(m_uklky, -(t_p34e2 * t_i7skh_7));
+    const real t_avv7v_2 = (t_3go2w * t_vb2kz - (t_3cp5h_7 + t_m75vd) - K_L32 * t_sn6mn_2) * t_zmh3u;
+    const real t_2xwyg_7 = t_sn6mn_2 * t_4iujv - K_L32 * t_avv7v_2;
+    const real t_yw7ac_2 = t_vb2kz * t_bpfoo + t_w7lcw * t_2xwyg_7 + t_3go2w * t_avv7v_2;
+    const real t_cgxsm_7 = t_wzmp3_7 - t_zmkrd_2 * t_cxwzz_7 - (t_tvmsg_7 + SELECT0(m_uklky, t_p34e2_2 * t_an7qj_7));
+    const real t_ycqju_7 = t_ilple_7 - t_7ofua_7;
+    const real t_4w3t6_7 = SELECT0(m_el4yy, t_ycqju_7) + t_w7lcw * t_cgxsm_7;
+    const real t_pdzxe_7 = p[F] * t_k6zjx_7 - (t_ooljq_7 + t_zmkrd_2 * t_lqx5z_7);
+    const real t_tuq22_7 = (t_pdzxe_7 + t_3go2w * t_cgxsm_7 - K_L32 * t_4w3t6_7) * t_zmh3u;
+    const real t_s7pal_7 = t_4w3t6_7 * t_4iujv - K_L32 * t_tuq22_7;
+    const real t_cyfhb_7 = t_cgxsm_7 * t_bpfoo + t_w7lcw * t_s7pal_7 + t_3go2w * t_tuq22_7;
+    const real t_z466l = K54 * t_tcpu5
+        - K64 * t_rbde4
+        - t_2m245 * t_q2d7w_2
+        - t_2m245 * t_yw7ac_2
+        - t_yz7e5 * t_qsxwh
+        - t_yz7e5 * t_2xwyg_7
+        - K43 * t_tneuq
+        + K43 * t_avv7v_2
+        - K44 * t_3bfgr
+        - t_2m245 * t_cyfhb_7
+        - t_yz7e5 * t_s7pal_7
+        + K43 * t_tuq22_7
+        + t_xq4wt * t_ke372_4
+        + t_5wcj3 * t_j5h4e_4
+        - K_L43 * t_ejflw_4;
+    const real t_ue7vp = K55 * t_tcpu5
+        - K65 * t_rbde4
+        - t_6mmeb * t_q2d7w_2
+        - t_6mmeb * t_yw7ac_2
+        + K52 * t_qsxwh
+        + K52 * t_2xwyg_7
+        - K53 * t_tneuq
+        + K53 * t_avv7v_2
+        - K54 * t_3bfgr
+        + SELECT0(m_el4yy, t_lwe76 * t_7ofua_7)
+        - t_6mmeb * t_cyfhb_7
+        + K52 * t_s7pal_7
+        + K53 * t_tuq22_7
+        + SELECT0(m_el4yy, t_lwe76 * t_ycqju_7)
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple_7))
+        + t_rujpm * t_ke372_4
+        - K_L52 * t_j5h4e_4
+        - K_L53 * t_ejflw_4
+        - K_L54 * t_z466l;
+    const real t_mqgh7 = t_lwe76 * t_3cp5h_7
+        - K65 * t_tcpu5
+        + K66 * t_rbde4
+        + t_bl4f2 * t_q2d7w_2
+        + t_bl4f2 * t_yw7ac_2
+        + t_hjmgb * t_qsxwh
+        + t_hjmgb * t_2xwyg_7
+        + K63 * t_tneuq
+        - K63 * t_avv7v_2
+        + K64 * t_3bfgr
+        - t_lwe76 * t_pdzxe_7
+        + t_bl4f2 * t_cyfhb_7
+        + t_hjmgb * t_s7pal_7
+        - K63 * t_tuq22_7;
+    const real t_ykll4 = t_lwe76 * t_mvrqf_7
+        - t_mqgh7
+        + t_pgxzp * t_ke372_4
+        + t_gz422 * t_j5h4e_4
+        - K_L63 * t_ejflw_4
+        - K_L64 * t_z466l
+        - K_L65 * t_ue7vp;
+    const real t_zutqn_2 = t_ykll4 * t_nfkwa;
+    const real t_lplor = t_ue7vp * t_ftqxb - K_L65 * t_zutqn_2;
+    const real t_6fz7a = t_z466l * t_lt2al - K_L54 * t_lplor - K_L64 * t_zutqn_2;
+    const real t_kumhc_2 = t_ejflw_4 * t_zmh3u - K_L43 * t_6fz7a - K_L53 * t_lplor - K_L63 * t_zutqn_2;
+    const real t_2p2oi_2 = t_j5h4e_4 * t_4iujv
+        - K_L32 * t_kumhc_2
+        + t_5wcj3 * t_6fz7a
+        - K_L52 * t_lplor
+        + t_gz422 * t_zutqn_2;
+    const real t_djlq2_2 = t_ke372_4 * t_bpfoo
+        + t_w7lcw * t_2p2oi_2
+        + t_3go2w * t_kumhc_2
+        + t_xq4wt * t_6fz7a
+        + t_rujpm * t_lplor
+        + t_pgxzp * t_zutqn_2;
+    const real t_yjiyl = f_v1_L32 * c[r5] * t_qqmqs;
+    const real t_aclpk = c[r5] * t_omhw7 + f_v1_L32 * t_yjiyl;
+    const real t_pr5eq = x_C * t_yjiyl;
+    const real t_crt3c = x_C * t_aclpk;
+    const real t_yqvej = f_v1_L31 * t_yjiyl - f_v1_L21 * t_aclpk;
+    const real t_zvxng = K52 * t_yjiyl
+        - t_hjmgb * t_aclpk
+        + K22 * t_pr5eq
+        + K32 * t_crt3c
+        + t_yz7e5 * t_yqvej;
+    const real t_ngsjc = t_2m245 * t_yqvej
+        - (t_6mmeb * t_yjiyl + t_bl4f2 * t_aclpk + t_b3aij * t_pr5eq + t_zzymx * t_crt3c);
+    const real t_rzndu = K53 * t_yjiyl
+        + K63 * t_aclpk
+        + K32 * t_pr5eq
+        + K33 * t_crt3c
+        - K43 * t_yqvej;
+    const real t_xqott = K11 * t_ngsjc - t_b3aij * t_zvxng - t_zzymx * t_rzndu;
+    const real t_je6ik = t_nlrbh * t_xqott
+        - PP_v1 * (t_i246m * t_ngsjc + t_etuzz * t_zvxng + t_uen3p * t_rzndu);
+    const real t_q2d7w_3 = (SELECT0(m_il3ht, t_w4p3n * t_je6ik * t_q5kgs) - t_xqott) * t_phv5x;
+    const real t_f3b6q = t_zvxng - t_b3aij * t_q2d7w_3;
+    const real t_g6zxh_3 = t_q2hfz * (t_5x4sb * (t_f3b6q * t_y7rm6));
+    const real t_oesw4_8 = t_g6zxh_3 * t_nwsjf;
+    const real t_iubif_8 = t_bw2jd * (t_ee7r6 * t_oesw4_8);
+    const real t_27ev7_8 = p[F] * (sin_t_s5hay * t_iubif_8);
+    const real t_wzmp3_8 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_8));
+    const real t_ltjns = t_rzndu - t_zzymx * t_q2d7w_3;
+    const real t_wszle_3 = t_ltjns * t_y7rm6 * t_yk7ex
+        + SELECT0(m_el4yy, t_oayxs * (t_jpiko * (t_uwsp7 * t_g6zxh_3 * t_imn4h)));
+    const real t_6llfx_8 = t_q2hfz_2 * (t_2snz7 * t_wszle_3) * t_bifdl;
+    const real t_rl5d3_8 = sin_t_7g2cn * t_oesw4_8;
+    const real t_i7skh_8 = cos_t_finmd * t_6llfx_8;
+    const real t_k6zjx_8 = SELECT0(m_el4yy, -(sin_t_finmd * t_rl5d3_8)) + SELECT0(m_uklky, -(cos_t_7g2cn * t_i7skh_8));
+    const real t_7t7eb_8 = SELECT(m_hlry2, SELECT0(m_uklky, -t_6llfx_8), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_k6zjx_8 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_8 = t_zrb6o * (t_vr3uw * t_7t7eb_8);
+    const real t_cxwzz_8 = sin_t_kl6tx * t_swjde_8;
+    const real t_ke372_5 = t_wzmp3_8 - t_zmkrd * t_cxwzz_8;
+    const real t_ilple_8 = p[F] * (cos_t_s5hay * t_iubif_8);
+    const real t_j5h4e_5 = SELECT0(m_el4yy, t_ilple_8) + t_w7lcw * t_ke372_5;
+    const real t_ooljq_8 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_8));
+    const real t_lqx5z_8 = cos_t_kl6tx * t_swjde_8;
+    const real t_mvrqf_8 = t_ooljq_8 + t_zmkrd * t_lqx5z_8;
+    const real t_ejflw_5 = t_3go2w * t_ke372_5 - t_mvrqf_8 - K_L32 * t_j5h4e_5;
+    const real t_shxu4_8 = p[F] * t_rl5d3_8;
+    const real t_tvmsg_8 = SELECT0(m_el4yy, -(cos_t_finmd * t_shxu4_8));
+    const real t_an7qj_8 = sin_t_finmd * t_6llfx_8;
+    const real t_xliqu = t_tvmsg_8 + SELECT0(m_uklky, t_p34e2 * t_an7qj_8) - (t_ngsjc + K11 * t_q2d7w_3);
+    const real t_7ofua_8 = p[F] * (cos_t_7g2cn * t_oesw4_8);
+    const real t_sn6mn_3 = SELECT0(m_el4yy, t_7ofua_8) - t_f3b6q + t_w7lcw * t_xliqu;
+    const real t_3cp5h_8 = SELECT0(m_el4yy, -(sin_t_finmd * t_shxu4_8)) + SELECT0(m_uklky, -(t_p34e2 * t_i7skh_8));
+    const real t_avv7v_3 = (t_3go2w * t_xliqu - (t_3cp5h_8 + t_ltjns) - K_L32 * t_sn6mn_3) * t_zmh3u;
+    const real t_2xwyg_8 = t_sn6mn_3 * t_4iujv - K_L32 * t_avv7v_3;
+    const real t_yw7ac_3 = t_xliqu * t_bpfoo + t_w7lcw * t_2xwyg_8 + t_3go2w * t_avv7v_3;
+    const real t_cgxsm_8 = t_wzmp3_8 - t_zmkrd_2 * t_cxwzz_8 - (t_tvmsg_8 + SELECT0(m_uklky, t_p34e2_2 * t_an7qj_8));
+    const real t_ycqju_8 = t_ilple_8 - t_7ofua_8;
+    const real t_4w3t6_8 = SELECT0(m_el4yy, t_ycqju_8) + t_w7lcw * t_cgxsm_8;
+    const real t_pdzxe_8 = p[F] * t_k6zjx_8 - (t_ooljq_8 + t_zmkrd_2 * t_lqx5z_8);
+    const real t_tuq22_8 = (t_pdzxe_8 + t_3go2w * t_cgxsm_8 - K_L32 * t_4w3t6_8) * t_zmh3u;
+    const real t_s7pal_8 = t_4w3t6_8 * t_4iujv - K_L32 * t_tuq22_8;
+    const real t_cyfhb_8 = t_cgxsm_8 * t_bpfoo + t_w7lcw * t_s7pal_8 + t_3go2w * t_tuq22_8;
+    const real t_lrlcu = K54 * t_yjiyl
+        + K64 * t_aclpk
+        - t_2m245 * t_q2d7w_3
+        - t_2m245 * t_yw7ac_3
+        - t_yz7e5 * t_pr5eq
+        - t_yz7e5 * t_2xwyg_8
+        + K43 * t_crt3c
+        + K43 * t_avv7v_3
+        - K44 * t_yqvej
+        - t_2m245 * t_cyfhb_8
+        - t_yz7e5 * t_s7pal_8
+        + K43 * t_tuq22_8
+        + t_xq4wt * t_ke372_5
+        + t_5wcj3 * t_j5h4e_5
+        - K_L43 * t_ejflw_5;
+    const real t_thzz5 = K55 * t_yjiyl
+        + K65 * t_aclpk
+        - t_6mmeb * t_q2d7w_3
+        - t_6mmeb * t_yw7ac_3
+        + K52 * t_pr5eq
+        + K52 * t_2xwyg_8
+        + K53 * t_crt3c
+        + K53 * t_avv7v_3
+        - K54 * t_yqvej
+        + SELECT0(m_el4yy, t_lwe76 * t_7ofua_8)
+        - t_6mmeb * t_cyfhb_8
+        + K52 * t_s7pal_8
+        + K53 * t_tuq22_8
+        + SELECT0(m_el4yy, t_lwe76 * t_ycqju_8)
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple_8))
+        + t_rujpm * t_ke372_5
+        - K_L52 * t_j5h4e_5
+        - K_L53 * t_ejflw_5
+        - K_L54 * t_lrlcu;
+    const real t_3z5vv = t_lwe76 * t_3cp5h_8
+        - K65 * t_yjiyl
+        - K66 * t_aclpk
+        + t_bl4f2 * t_q2d7w_3
+        + t_bl4f2 * t_yw7ac_3
+        + t_hjmgb * t_pr5eq
+        + t_hjmgb * t_2xwyg_8
+        - K63 * t_crt3c
+        - K63 * t_avv7v_3
+        + K64 * t_yqvej
+        - t_lwe76 * t_pdzxe_8
+        + t_bl4f2 * t_cyfhb_8
+        + t_hjmgb * t_s7pal_8
+        - K63 * t_tuq22_8;
+    const real t_drhdr = t_lwe76 * t_mvrqf_8
+        - t_3z5vv
+        + t_pgxzp * t_ke372_5
+        + t_gz422 * t_j5h4e_5
+        - K_L63 * t_ejflw_5
+        - K_L64 * t_lrlcu
+        - K_L65 * t_thzz5;
+    const real t_zutqn_3 = t_drhdr * t_nfkwa;
+    const real t_qu7oh = t_thzz5 * t_ftqxb - K_L65 * t_zutqn_3;
+    const real t_xa2fg = t_lrlcu * t_lt2al - K_L54 * t_qu7oh - K_L64 * t_zutqn_3;
+    const real t_kumhc_3 = t_ejflw_5 * t_zmh3u - K_L43 * t_xa2fg - K_L53 * t_qu7oh - K_L63 * t_zutqn_3;
+    const real t_2p2oi_3 = t_j5h4e_5 * t_4iujv
+        - K_L32 * t_kumhc_3
+        + t_5wcj3 * t_xa2fg
+        - K_L52 * t_qu7oh
+        + t_gz422 * t_zutqn_3;
+    const real t_djlq2_3 = t_ke372_5 * t_bpfoo
+        + t_w7lcw * t_2p2oi_3
+        + t_3go2w * t_kumhc_3
+        + t_xq4wt * t_xa2fg
+        + t_rujpm * t_qu7oh
+        + t_pgxzp * t_zutqn_3;
+    const real t_v4sgy = c[r7] * t_qqmqs;
+    const real t_gycyz = f_v1_L32 * t_v4sgy;
+    const real t_zx3g2 = x_C * t_v4sgy;
+    const real t_7nl4n = x_C * t_gycyz;
+    const real t_yxqpe = f_v1_L21 * t_gycyz - f_v1_L31 * t_v4sgy;
+    const real t_khe4i = t_hjmgb * t_gycyz
+        - K52 * t_v4sgy
+        - K22 * t_zx3g2
+        - K32 * t_7nl4n
+        + t_yz7e5 * t_yxqpe;
+    const real t_rdsjk = t_2m245 * t_yxqpe
+        + (t_6mmeb * t_v4sgy + t_bl4f2 * t_gycyz + t_b3aij * t_zx3g2 + t_zzymx * t_7nl4n);
+    const real t_gmg5t = K53 * t_v4sgy
+        + K63 * t_gycyz
+        + K32 * t_zx3g2
+        + K33 * t_7nl4n
+        + K43 * t_yxqpe;
+    const real t_ukie5 = K11 * t_rdsjk - t_b3aij * t_khe4i + t_zzymx * t_gmg5t;
+    const real t_d5j3r = t_nlrbh * t_ukie5
+        - PP_v1 * (t_i246m * t_rdsjk + t_etuzz * t_khe4i - t_uen3p * t_gmg5t);
+    const real t_ymila = (SELECT0(m_il3ht, t_w4p3n * t_d5j3r * t_q5kgs) - t_ukie5) * t_phv5x;
+    const real t_vkhxy = t_khe4i - t_b3aij * t_ymila;
+    const real t_2ss6z = t_q2hfz * (t_5x4sb * (t_vkhxy * t_y7rm6));
+    const real t_oesw4_9 = t_2ss6z * t_nwsjf;
+    const real t_iubif_9 = t_bw2jd * (t_ee7r6 * t_oesw4_9);
+    const real t_27ev7_9 = p[F] * (sin_t_s5hay * t_iubif_9);
+    const real t_wzmp3_9 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_9));
+    const real t_27m7g = t_gmg5t + t_zzymx * t_ymila;
+    const real t_qgt4b = SELECT0(m_el4yy, t_oayxs * (t_jpiko * (t_uwsp7 * t_2ss6z * t_imn4h)))
+        - t_27m7g * t_y7rm6 * t_yk7ex;
+    const real t_6llfx_9 = t_q2hfz_2 * (t_2snz7 * t_qgt4b) * t_bifdl;
+    const real t_rl5d3_9 = sin_t_7g2cn * t_oesw4_9;
+    const real t_i7skh_9 = cos_t_finmd * t_6llfx_9;
+    const real t_k6zjx_9 = SELECT0(m_el4yy, -(sin_t_finmd * t_rl5d3_9)) + SELECT0(m_uklky, -(cos_t_7g2cn * t_i7skh_9));
+    const real t_7t7eb_9 = SELECT(m_hlry2, SELECT0(m_uklky, -t_6llfx_9), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_k6zjx_9 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_9 = t_zrb6o * (t_vr3uw * t_7t7eb_9);
+    const real t_cxwzz_9 = sin_t_kl6tx * t_swjde_9;
+    const real t_ke372_6 = t_wzmp3_9 - t_zmkrd * t_cxwzz_9;
+    const real t_ilple_9 = p[F] * (cos_t_s5hay * t_iubif_9);
+    const real t_j5h4e_6 = SELECT0(m_el4yy, t_ilple_9) + t_w7lcw * t_ke372_6;
+    const real t_ooljq_9 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_9));
+    const real t_lqx5z_9 = cos_t_kl6tx * t_swjde_9;
+    const real t_mvrqf_9 = t_ooljq_9 + t_zmkrd * t_lqx5z_9;
+    const real t_ejflw_6 = t_3go2w * t_ke372_6 - t_mvrqf_9 - K_L32 * t_j5h4e_6;
+    const real t_shxu4_9 = p[F] * t_rl5d3_9;
+    const real t_tvmsg_9 = SELECT0(m_el4yy, -(cos_t_finmd * t_shxu4_9));
+    const real t_an7qj_9 = sin_t_finmd * t_6llfx_9;
+    const real t_alkbm = t_tvmsg_9 + SELECT0(m_uklky, t_p34e2 * t_an7qj_9) - (t_rdsjk + K11 * t_ymila);
+    const real t_7ofua_9 = p[F] * (cos_t_7g2cn * t_oesw4_9);
+    const real t_mnspt = SELECT0(m_el4yy, t_7ofua_9) - t_vkhxy + t_w7lcw * t_alkbm;
+    const real t_3cp5h_9 = SELECT0(m_el4yy, -(sin_t_finmd * t_shxu4_9)) + SELECT0(m_uklky, -(t_p34e2 * t_i7skh_9));
+    const real t_47kib = (t_3go2w * t_alkbm - (t_3cp5h_9 - t_27m7g) - K_L32 * t_mnspt) * t_zmh3u;
+    const real t_2xwyg_9 = t_mnspt * t_4iujv - K_L32 * t_47kib;
+    const real t_7phbl = t_alkbm * t_bpfoo + t_w7lcw * t_2xwyg_9 + t_3go2w * t_47kib;
+    const real t_cgxsm_9 = t_wzmp3_9 - t_zmkrd_2 * t_cxwzz_9 - (t_tvmsg_9 + SELECT0(m_uklky, t_p34e2_2 * t_an7qj_9));
+    const real t_ycqju_9 = t_ilple_9 - t_7ofua_9;
+    const real t_4w3t6_9 = SELECT0(m_el4yy, t_ycqju_9) + t_w7lcw * t_cgxsm_9;
+    const real t_pdzxe_9 = p[F] * t_k6zjx_9 - (t_ooljq_9 + t_zmkrd_2 * t_lqx5z_9);
+    const real t_tuq22_9 = (t_pdzxe_9 + t_3go2w * t_cgxsm_9 - K_L32 * t_4w3t6_9) * t_zmh3u;
+    const real t_s7pal_9 = t_4w3t6_9 * t_4iujv - K_L32 * t_tuq22_9;
+    const real t_cyfhb_9 = t_cgxsm_9 * t_bpfoo + t_w7lcw * t_s7pal_9 + t_3go2w * t_tuq22_9;
+    const real t_rzqvc = t_yz7e5 * t_zx3g2
+        - (K54 * t_v4sgy + K64 * t_gycyz + t_2m245 * t_ymila + t_2m245 * t_7phbl)
+        - t_yz7e5 * t_2xwyg_9
+        - K43 * t_7nl4n
+        + K43 * t_47kib
+        - K44 * t_yxqpe
+        - t_2m245 * t_cyfhb_9
+        - t_yz7e5 * t_s7pal_9
+        + K43 * t_tuq22_9
+        + t_xq4wt * t_ke372_6
+        + t_5wcj3 * t_j5h4e_6
+        - K_L43 * t_ejflw_6;
+    const real t_7qbxf = K55 * t_v4sgy
+        + K65 * t_gycyz
+        + t_6mmeb * t_ymila
+        + t_6mmeb * t_7phbl
+        + K52 * t_zx3g2;
+    const real t_hexcr = K52 * t_2xwyg_9
+        - t_7qbxf
+        - K53 * t_7nl4n
+        + K53 * t_47kib
+        - K54 * t_yxqpe
+        + SELECT0(m_el4yy, t_lwe76 * t_7ofua_9)
+        - t_6mmeb * t_cyfhb_9
+        + K52 * t_s7pal_9
+        + K53 * t_tuq22_9
+        + SELECT0(m_el4yy, t_lwe76 * t_ycqju_9)
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple_9))
+        + t_rujpm * t_ke372_6
+        - K_L52 * t_j5h4e_6
+        - K_L53 * t_ejflw_6
+        - K_L54 * t_rzqvc;
+    const real t_23tri = t_lwe76 * t_3cp5h_9
+        + K65 * t_v4sgy
+        + K66 * t_gycyz
+        + t_bl4f2 * t_ymila
+        + t_bl4f2 * t_7phbl
+        - t_hjmgb * t_zx3g2
+        + t_hjmgb * t_2xwyg_9
+        + K63 * t_7nl4n
+        - K63 * t_47kib
+        + K64 * t_yxqpe
+        - t_lwe76 * t_pdzxe_9
+        + t_bl4f2 * t_cyfhb_9
+        + t_hjmgb * t_s7pal_9
+        - K63 * t_tuq22_9;
+    const real t_eonc4 = t_lwe76 * t_mvrqf_9
+        - t_23tri
+        + t_pgxzp * t_ke372_6
+        + t_gz422 * t_j5h4e_6
+        - K_L63 * t_ejflw_6
+        - K_L64 * t_rzqvc
+        - K_L65 * t_hexcr;
+    const real t_6fkgz = t_eonc4 * t_nfkwa;
+    const real t_2g35z = t_hexcr * t_ftqxb - K_L65 * t_6fkgz;
+    const real t_gcknu = t_rzqvc * t_lt2al - K_L54 * t_2g35z - K_L64 * t_6fkgz;
+    const real t_thoo4 = t_ejflw_6 * t_zmh3u - K_L43 * t_gcknu - K_L53 * t_2g35z - K_L63 * t_6fkgz;
+    const real t_zp3td = t_j5h4e_6 * t_4iujv
+        - K_L32 * t_thoo4
+        + t_5wcj3 * t_gcknu
+        - K_L52 * t_2g35z
+        + t_gz422 * t_6fkgz;
+    const real t_ykypl = t_ke372_6 * t_bpfoo
+        + t_w7lcw * t_zp3td
+        + t_3go2w * t_thoo4
+        + t_xq4wt * t_gcknu
+        + t_rujpm * t_2g35z
+        + t_pgxzp * t_6fkgz;
+    const real t_xtwlg = p[l1] * sin_phi1;
+    const real t_qm5gj_2 = w_x1 * sin_phi1 + t_pad7a;
+    const real t_f2zxy = W12 * t_4z4np - w_x1 * (Wn1 * t_xtwlg) + t_wmv32 * (p[l1] * t_qm5gj_2);
+    const real t_vhuco = th_1 * t_62zow * (p[m1] * ((q_1 + q_1) * t_4z4np));
+    const real t_dnmdb = th_1 * (p[I1] * t_f2zxy - loss_theta1 * t_4z4np) - t_xips6 * t_vhuco;
+    const real t_6fek6 = cos_theta1 * t_dnmdb;
+    const real t_laqoo = w_x1 * cos_phi1 - t_tqamb;
+    const real t_rqjd5 = mv1 * (t_w7vil * sin_phi1) + t_6nwd2 * (t_dskdd * t_laqoo);
+    const real t_hvpvf = chi1 * t_laqoo - t_qm5gj * t_qm5gj_2;
+    const real t_5qnaj = B_1 * t_hvpvf;
+    const real t_ajxqx = tension1 * cos_phi1 - sin_phi1 * t_rqjd5 - (cos_phi1 * t_5qnaj - t_qbgt7);
+    const real t_rokek = t_6fek6 + sin_theta1 * t_ajxqx;
+    const real t_75425 = (sin_phi1 + sin_phi1) * cos_phi1;
+    const real t_7tzjv = t_yx2kz * t_75425;
+    const real t_cjjpz = t_ez7bq * t_s3anf * ((D_theta1 + D_theta1) * t_7tzjv);
+    const real t_gl56f = t_ez7bq * t_7tzjv - t_invly * t_cjjpz;
+    const real t_fwiha = t_6nwd2 * cos_phi1;
+    const real t_yrjg7 = cos_theta1 * t_fwiha;
+    const real t_ykqly = p[h1] * t_yrjg7;
+    const real t_oyvy4 = t_4of2f - t_3qva5;
+    const real t_kyrzj = t_ykqly - t_bdhgv * t_oyvy4;
+    const real t_s6hag = p[m1] * t_xtwlg;
+    const real t_vdcma = sin_theta1 * t_s6hag;
+    const real t_usaza = p[h1] * t_vdcma;
+    const real t_f464g = cz_theta1 * t_gl56f + t_l5slt * t_kyrzj + t_7pydp * t_usaza;
+    const real t_da3ja = f_v1_L31 * t_4v7es;
+    const real t_via6t = t_ez7bq * ((t_invly + t_invly) * t_7tzjv) - t_clci7 * t_cjjpz;
+    const real t_2on4z = t_f464g * t_4v7es + t_da3ja * t_via6t;
+    const real t_ipetm = ax_eq * t_fwiha;
+    const real t_4fmqp = p[h1] * t_fwiha;
+    const real t_saigb = t_yx2kz * t_oyvy4;
+    const real t_ixwhc = t_amwyw * t_7tzjv;
+    const real t_d34ec = t_7eszt * t_4fmqp
+        + t_k4dl5 * t_4fmqp
+        + t_f5hf3 * t_saigb
+        + t_wube7 * t_saigb
+        + t_djbtf * t_ixwhc;
+    const real t_dcp64 = p[m1] * (cos_phi1 * (t_kf34p * cos_phi1) - t_s3rhs * sin_phi1)
+        - t_d34ec
+        + p[m1] * (q[wx] * (t_amwyw * (t_oc5tk * t_75425)))
+        - p[m1] * (p[l1] * (q[wx] * (p[h1] * (t_amwyw * sin_phi1))))
+        + p[m1] * (q[wx] * (q[theta1_dot] * (cos_phi1 * (t_oc5tk * cos_phi1) - t_nctjx * sin_phi1)));
+    const real t_tpnji = q[theta1_dot] * t_7tzjv;
+    const real t_nnkvv = t_j5odj * t_saigb;
+    const real t_7pfkc = q[theta1_dot] * t_nnkvv;
+    const real t_4632i = t_ywy5z * t_4fmqp
+        + t_j5odj * t_ixwhc
+        + Wn1 * t_ixwhc
+        + t_7pfkc
+        - t_ywy5z * t_saigb
+        - q[wx] * t_nnkvv;
+    const real t_jeokd = Dd_theta1 * t_tpnji
+        + t_iomfo * t_nnkvv
+        - (t_invly * t_7pfkc + t_b7wcv * t_7tzjv + (k_theta1 * t_7tzjv + t_invly * t_4632i));
+    const real t_3usgb = t_mj52b * (p[I1] * t_ipetm + p[I1] * t_dcp64)
+        + (t_ez7bq * t_jeokd - t_j6adq * t_cjjpz);
+    const real t_d2es7 = cos_theta1 * t_s6hag;
+    const real t_ijxpm = p[h1] * t_d2es7;
+    const real t_gbcgi = sin_theta1 * t_fwiha;
+    const real t_umkri = p[h1] * t_gbcgi;
+    const real t_nofox = cz_phi1 * t_ipetm
+        - t_5bilv * t_usaza
+        + (cz_phi1 * t_dcp64 - k_phi1 * t_usaza)
+        + t_o2gar * (q[theta1_dot] * t_ijxpm + q[phi1_dot] * t_umkri);
+    const real t_wv44n = (cos_phi1 + cos_phi1) * sin_phi1;
+    const real t_fqlzb = t_umkri - t_4xxce * t_oyvy4;
+    const real t_icope = t_iomfo * (q[phi1_dot] * (t_bdhgv * t_75425 - t_ijxpm + t_bdhgv * t_wv44n) - q[theta1_dot] * t_fqlzb);
+    const real t_u2wdb = cz_theta1 * t_7pfkc
+        + t_b7wcv * t_kyrzj
+        + (k_theta1 * t_kyrzj + cz_theta1 * t_4632i)
+        - (cdz_theta1 * t_tpnji + t_icope);
+    const real t_xzutd = cy_theta1 * t_gl56f + t_l5slt * t_fqlzb - t_7pydp * t_ijxpm;
+    const real t_ibbnt = f_v1_L21 * t_4v7es;
+    const real t_j3jcn = t_xzutd * t_4v7es + t_ibbnt * t_via6t;
+    const real t_ygqqb = t_qesxo * t_ipetm
+        - t_5bilv * t_ijxpm
+        + (t_qesxo * t_dcp64 - k_phi1 * t_ijxpm)
+        + t_o2gar * (q[phi1_dot] * t_ykqly - q[theta1_dot] * t_usaza);
+    const real t_sagzv = t_iomfo * (q[theta1_dot] * t_kyrzj + q[phi1_dot] * (t_4xxce * t_75425 - t_usaza + t_4xxce * t_wv44n));
+    const real t_sahw4 = cy_theta1 * t_7pfkc
+        + t_b7wcv * t_fqlzb
+        + (k_theta1 * t_fqlzb + cy_theta1 * t_4632i)
+        - (cdy_theta1 * t_tpnji + t_sagzv);
+    const real t_q5hli = t_u5ggi * t_j3jcn
+        - f_v1_L21 * t_3usgb
+        - (t_mj52b * t_ygqqb - (t_ez7bq * t_sahw4 - t_yyv5s * t_cjjpz));
+    const real t_zmhda = cz_phi1 * (t_mj52b * t_ijxpm)
+        + t_jjmo5 * t_usaza
+        + (cz_theta1 * (t_ez7bq * t_fqlzb - cy_theta1 * t_cjjpz) + t_bvpt7 * t_kyrzj)
+        + (f_v1_L31 * t_xzutd + f21_v1 * t_2on4z);
+    const real t_le5ne = f_v1_L32 * t_omhw7;
+    const real t_v6mis = t_qesxo + t_qesxo;
+    const real t_mlegk = cy_theta1 + cy_theta1;
+    const real t_aidqc = t_mj52b * (t_v6mis * t_ijxpm)
+        - (t_ez7bq * (t_mlegk * t_fqlzb) - t_2pj2n * t_cjjpz)
+        - (f_v1_L21 * t_xzutd + f21_v1 * t_j3jcn);
+    const real t_q7dkn = t_zmhda * t_omhw7 + t_le5ne * t_aidqc;
+    const real t_3vdlt = t_u5ggi * t_2on4z
+        - f_v1_L31 * t_3usgb
+        + (t_mj52b * t_nofox + (t_ez7bq * t_u2wdb - t_mzqhd * t_cjjpz))
+        - (f_v1_L32 * t_q5hli - u_v1_y2 * t_q7dkn);
+    const real t_wnugc = u_v1_x3 * t_qqmqs;
+    const real t_u73vw = cz_phi1 + cz_phi1;
+    const real t_xu4te = cz_theta1 + cz_theta1;
+    const real t_ib5gg = t_mj52b * (t_u73vw * t_usaza)
+        - (t_ez7bq * (t_xu4te * t_kyrzj) - t_cvscp * t_cjjpz)
+        + (f_v1_L32 * t_zmhda + t_g2uww * t_q7dkn)
+        - (f_v1_L31 * t_f464g + f31_v1 * t_2on4z);
+    const real t_vo75s = t_3vdlt * t_qqmqs - t_wnugc * t_ib5gg;
+    const real t_qends = p[I1] * t_vhuco;
+    const real t_xziph = wth_1 * t_xtwlg - g_1 * t_qends;
+    const real t_6choa = mv1 * cos_phi1;
+    const real t_h2ibw = sin_phi1 * t_6choa + Asc_1;
+    const real t_7z7va = e1 * t_h2ibw;
+    const real t_fpsha = Bs_1 + t_7z7va;
+    const real t_wufir = t_xziph - t_fpsha;
+    const real t_dra62 = S_sq1 * t_wufir;
+    const real t_ryzts = wth_1 * t_4z4np - q_1 * t_qends;
+    const real t_zohce = cos_theta1 * t_ryzts;
+    const real t_mckmq = t_xziph - t_dra62 - t_zohce;
+    const real t_d4baz = SC1 * t_wufir;
+    const real t_7cmd7 = t_33aeq * t_omhw7;
+    const real t_wjiv5 = t_q5hli * t_omhw7 - t_7cmd7 * t_aidqc - (f_v1_L32 * t_vo75s - u_v1_x3 * t_q7dkn);
+    const real t_3agyi = t_h2ibw + t_qends;
+    const real t_6n66f = S_sq1 * t_3agyi;
+    const real t_l72w5 = t_6n66f - t_qends;
+    const real t_jrv7r = t_mj52b * (q[wy] * t_ijxpm - q[wz] * t_usaza);
+    const real t_2diwi = t_ez7bq * (q[wy] * t_fqlzb - q[wx] * t_7tzjv + q[wz] * t_kyrzj + t_tpnji)
+        - t_qslek * t_cjjpz;
+    const real t_jnxnf = c[w1] * (gy_phi1 * t_jrv7r - t_3c5in * t_vdcma + (gy_theta1 * t_2diwi + t_gviyw * t_yrjg7));
+    const real t_o62xw = x_C * t_vo75s + t_jnxnf;
+    const real t_yb6pt = SC1 * t_3agyi;
+    const real t_nd3t7 = c[w2] * (t_tpms2 * t_2diwi + t_gviyw * t_gbcgi - (gz_phi1 * t_jrv7r - t_3c5in * t_d2es7));
+    const real t_ouwvj = x_C * t_wjiv5 + t_nd3t7;
+    const real t_cpcc7 = t_zohce - sin_theta1 * Bs_1;
+    const real t_m2abm = t_5pxhn * t_4v7es;
+    const real t_ux3lj = t_m2abm * t_via6t
+        - t_3usgb * t_4v7es
+        + (u_v1_x2 * t_j3jcn + f_v1_L21 * t_wjiv5)
+        + (u_v1_x3 * t_2on4z + f_v1_L31 * t_vo75s);
+    const real t_pohqk = t_rokek
+        + (K52 * t_vo75s + G2_v1 * t_mckmq)
+        - (G3_v1 * t_d4baz - t_hjmgb * t_wjiv5)
+        + (a2_v1 * t_l72w5 + K22 * t_o62xw)
+        + (a3_v1 * t_yb6pt - K32 * t_ouwvj)
+        + (t_dyqoa * t_cpcc7 + t_yz7e5 * t_ux3lj);
+    const real t_m24qb = cos_phi1 * t_6choa - Ass_1;
+    const real t_7j6vv = sin_theta1 * t_m24qb;
+    const real t_ku2ls = sin_phi1 * t_5qnaj + t_k644q - (tension1 * sin_phi1 + cos_phi1 * t_rqjd5);
+    const real t_vvqnn = Bc_1 + e1 * t_m24qb;
+    const real t_e4sul = sin_theta1 * t_vvqnn;
+    const real t_as46a = cos_theta1 * t_vvqnn;
+    const real t_ix2vw = cos_theta1 * t_m24qb;
+    const real t_3e7hd = t_ku2ls
+        + (t_6mmeb * t_vo75s + G2_v1 * t_e4sul)
+        + (G3_v1 * t_as46a - t_bl4f2 * t_wjiv5)
+        + (a2_v1 * t_7j6vv + t_b3aij * t_o62xw)
+        + (a3_v1 * t_ix2vw - t_zzymx * t_ouwvj);
+    const real t_uomjg = t_dyqoa * Bc_1 + t_2m245 * t_ux3lj - t_3e7hd;
+    const real t_k46nc = sin_theta1 * t_dnmdb;
+    const real t_snoq4 = cos_theta1 * t_ajxqx - t_k46nc;
+    const real t_g5uka = sin_theta1 * t_ryzts;
+    const real t_zhx4p = t_g5uka - t_d4baz;
+    const real t_5rsa6 = t_dra62 + t_fpsha;
+    const real t_yguee = t_h2ibw - t_6n66f;
+    const real t_2m764 = t_g5uka + cos_theta1 * Bs_1;
+    const real t_32bhn = t_snoq4
+        + (K53 * t_vo75s + G2_v1 * t_zhx4p)
+        + (G3_v1 * t_5rsa6 - K63 * t_wjiv5)
+        + (a2_v1 * t_yb6pt + K32 * t_o62xw)
+        + (a3_v1 * t_yguee - K33 * t_ouwvj)
+        - (t_dyqoa * t_2m764 + K43 * t_ux3lj);
+    const real t_prsqe = K11 * t_uomjg
+        - q1_v1 * t_h2ibw
+        - (q2_v1 * t_7j6vv + t_b3aij * t_pohqk)
+        - (q3_v1 * t_ix2vw + t_zzymx * t_32bhn);
+    const real t_tqzpl = t_b3aij + t_b3aij;
+    const real t_s5vhe = K11 + K11;
+    const real t_r6alf = t_zzymx + t_zzymx;
+    const real t_yhqy5 = t_tqzpl * t_7j6vv - t_s5vhe * t_h2ibw + t_r6alf * t_ix2vw;
+    const real t_kl2ze = t_5a4ay * t_yhqy5
+        + PP_v1 * (t_i246m * t_uomjg + t_etuzz * t_pohqk + t_uen3p * t_32bhn);
+    const real t_6xjbo = t_fa67e * t_phv5x;
+    const real t_kc5qb = (SELECT0(m_il3ht, t_w4p3n * (t_nlrbh * t_prsqe - t_kl2ze) * t_q5kgs) - t_prsqe) * t_phv5x
+        - t_6xjbo * t_yhqy5;
+    const real t_q2c6z = t_pohqk - (t_fa67e * t_7j6vv + t_b3aij * t_kc5qb);
+    const real t_jdiv5 = t_q2hfz * (t_5x4sb * (t_q2c6z * t_y7rm6));
+    const real t_7vxmt = t_jdiv5 * t_nwsjf;
+    const real t_iubif_10 = t_bw2jd * (t_ee7r6 * t_7vxmt);
+    const real t_27ev7_10 = p[F] * (sin_t_s5hay * t_iubif_10);
+    const real t_wzmp3_10 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_10));
+    const real t_v7njk = t_32bhn - (t_fa67e * t_ix2vw + t_zzymx * t_kc5qb);
+    const real t_kncgh = t_v7njk * t_y7rm6 * t_yk7ex
+        + SELECT0(m_el4yy, t_oayxs * (t_jpiko * (t_uwsp7 * t_jdiv5 * t_imn4h)));
+    const real t_iijst = t_q2hfz_2 * (t_2snz7 * t_kncgh) * t_bifdl;
+    const real t_rl5d3_10 = sin_t_7g2cn * t_7vxmt;
+    const real t_i7skh_10 = cos_t_finmd * t_iijst;
+    const real t_k6zjx_10 = SELECT0(m_el4yy, -(sin_t_finmd * t_rl5d3_10)) + SELECT0(m_uklky, -(cos_t_7g2cn * t_i7skh_10));
+    const real t_7t7eb_10 = SELECT(m_hlry2, SELECT0(m_uklky, -t_iijst), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_k6zjx_10 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_10 = t_zrb6o * (t_vr3uw * t_7t7eb_10);
+    const real t_cxwzz_10 = sin_t_kl6tx * t_swjde_10;
+    const real t_no73e = t_wzmp3_10 - t_zmkrd * t_cxwzz_10 + t_ku2ls;
+    const real t_sfc5s = t_zmkrd * cos_t_kl6tx + t_xynyo;
+    const real t_h6owg = t_sfc5s * t_bpfoo;
+    const real t_gvhmj = t_h6owg * t_bpfoo;
+    const real t_b4c42 = sin_t_s5hay * p[F];
+    const real t_dpn2x = t_b4c42 - n2 + t_w7lcw * t_sfc5s;
+    const real t_6re54 = t_dpn2x * t_4iujv;
+    const real t_gyv2s = t_zmkrd * sin_t_kl6tx;
+    const real t_rugjk = t_3go2w * t_sfc5s - (t_gyv2s + n3) - K_L32 * t_dpn2x;
+    const real t_gqsuf = t_rugjk * t_zmh3u;
+    const real t_ron5c = t_p34e2 * cos_t_finmd - (q1_v1 + K11 * t_fa67e);
+    const real t_5jrem = t_ron5c * t_bpfoo;
+    const real t_6kk4j = p[F] * sin_t_7g2cn;
+    const real t_3fjjo = t_6kk4j - t_ee3eg + t_w7lcw * t_ron5c;
+    const real t_mwmsi = t_3fjjo * t_4iujv;
+    const real t_m3h2j = t_p34e2 * sin_t_finmd;
+    const real t_ydmyt = (t_3go2w * t_ron5c - (t_m3h2j + t_nsi7k) - K_L32 * t_3fjjo) * t_zmh3u;
+    const real t_jaz4k = t_mwmsi - K_L32 * t_ydmyt;
+    const real t_q5ya6 = t_5jrem + t_w7lcw * t_jaz4k + t_3go2w * t_ydmyt;
+    const real t_ukbfi = t_zmkrd_2 * cos_t_kl6tx - t_p34e2_2 * cos_t_finmd;
+    const real t_dg2xv = t_ukbfi * t_bpfoo;
+    const real t_76oy7 = p[F] * sin_t_s5hay - t_6kk4j;
+    const real t_qbbkc = t_76oy7 + t_w7lcw * t_ukbfi;
+    const real t_2suna = t_qbbkc * t_4iujv;
+    const real t_qfukh = t_chtvn * p[F] - t_zmkrd_2 * sin_t_kl6tx;
+    const real t_lvdlo = (t_qfukh + t_3go2w * t_ukbfi - K_L32 * t_qbbkc) * t_zmh3u;
+    const real t_4zkth = t_2suna - K_L32 * t_lvdlo;
+    const real t_vrqgs = t_dg2xv + t_w7lcw * t_4zkth + t_3go2w * t_lvdlo;
+    const real t_6opev = n4
+        + G2_v1 * K54
+        + G3_v1 * K64
+        - t_2m245 * t_fa67e
+        - t_2m245 * t_q5ya6
+        - t_yz7e5 * a2_v1
+        - t_yz7e5 * t_jaz4k
+        + K43 * a3_v1
+        + K43 * t_ydmyt
+        - K44 * t_dyqoa
+        - t_2m245 * t_vrqgs
+        - t_yz7e5 * t_4zkth
+        + K43 * t_lvdlo
+        - n4
+        + t_xq4wt * t_sfc5s
+        + t_5wcj3 * t_dpn2x
+        - K_L43 * t_rugjk;
+    const real t_65ym4 = t_6opev * t_lt2al;
+    const real t_f6bdh = n5
+        + G2_v1 * K55
+        + G3_v1 * K65
+        - t_6mmeb * t_fa67e
+        - t_6mmeb * t_q5ya6
+        + K52 * a2_v1
+        + K52 * t_jaz4k
+        + K53 * a3_v1
+        + K53 * t_ydmyt
+        - K54 * t_dyqoa
+        + t_6kk4j * t_lwe76
+        - t_6mmeb * t_vrqgs
+        + K52 * t_4zkth
+        + K53 * t_lvdlo
+        + t_76oy7 * t_lwe76
+        - n5
+        - t_b4c42 * t_lwe76
+        + t_rujpm * t_sfc5s
+        - K_L52 * t_dpn2x
+        - K_L53 * t_rugjk
+        - K_L54 * t_6opev;
+    const real t_qfycd = t_f6bdh * t_ftqxb;
+    const real t_bnhw5 = t_m3h2j * t_lwe76
+        - n6
+        - G2_v1 * K65
+        - G3_v1 * K66
+        + t_bl4f2 * t_fa67e
+        + t_bl4f2 * t_q5ya6
+        + t_hjmgb * a2_v1
+        + t_hjmgb * t_jaz4k
+        - K63 * a3_v1
+        - K63 * t_ydmyt
+        + K64 * t_dyqoa
+        - t_qfukh * t_lwe76
+        + t_bl4f2 * t_vrqgs
+        + t_hjmgb * t_4zkth
+        - K63 * t_lvdlo
+        + n6;
+    const real t_dl7ie = t_gyv2s * t_lwe76
+        - t_bnhw5
+        + t_pgxzp * t_sfc5s
+        + t_gz422 * t_dpn2x
+        - K_L63 * t_rugjk
+        - K_L64 * t_6opev
+        - K_L65 * t_f6bdh;
+    const real t_2uqac = t_dl7ie * t_nfkwa;
+    const real t_tuxen = t_qfycd - K_L65 * t_2uqac;
+    const real t_4i5kl = t_65ym4 - K_L54 * t_tuxen - K_L64 * t_2uqac;
+    const real t_h4uvc = t_gqsuf - K_L43 * t_4i5kl - K_L53 * t_tuxen - K_L63 * t_2uqac;
+    const real t_ykhgf = t_6re54
+        - K_L32 * t_h4uvc
+        + t_5wcj3 * t_4i5kl
+        - K_L52 * t_tuxen
+        + t_gz422 * t_2uqac;
+    const real t_7rnk2 = t_w7lcw * t_bpfoo;
+    const real t_ccnxe = t_7j6vv * t_bpfoo + t_7rnk2 * t_h2ibw;
+    const real t_ilple_10 = p[F] * (cos_t_s5hay * t_iubif_10);
+    const real t_24wuc = SELECT0(m_el4yy, t_ilple_10) - t_rokek + (t_sfc5s * t_ccnxe + t_w7lcw * t_no73e);
+    const real t_me7eb = t_6re54 * t_4iujv;
+    const real t_vujgj = t_l72w5 - (t_w7lcw * t_7j6vv + t_b3aij * t_ccnxe);
+    const real t_7rnk2_2 = t_3go2w * t_bpfoo;
+    const real t_lkd5z = t_ix2vw * t_bpfoo + t_7rnk2_2 * t_h2ibw;
+    const real t_vouj3 = t_yb6pt - (t_3go2w * t_7j6vv + t_b3aij * t_lkd5z);
+    const real t_6yahm = K_L32 * t_4iujv;
+    const real t_5y4uw = t_vouj3 * t_4iujv - t_6yahm * t_vujgj;
+    const real t_ooljq_10 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_10));
+    const real t_lqx5z_10 = cos_t_kl6tx * t_swjde_10;
+    const real t_mvrqf_10 = t_ooljq_10 + t_zmkrd * t_lqx5z_10;
+    const real t_bpniw = t_sfc5s * t_lkd5z
+        + t_3go2w * t_no73e
+        - (t_mvrqf_10 + t_snoq4)
+        - (t_dpn2x * t_5y4uw + K_L32 * t_24wuc);
+    const real t_qty3w = t_gqsuf * t_zmh3u;
+    const real t_o7t6b = t_yguee
+        - (K_L32 * t_vouj3 + t_2rbbr * t_5y4uw)
+        - (t_3go2w * t_ix2vw + t_zzymx * t_lkd5z);
+    const real t_jtjoh = t_xq4wt * t_bpfoo;
+    const real t_zopz4 = Bc_1 * t_bpfoo + t_jtjoh * t_h2ibw;
+    const real t_tbtnm = t_cpcc7 + (t_xq4wt * t_7j6vv + t_b3aij * t_zopz4);
+    const real t_2ngl5 = t_5wcj3 * t_4iujv;
+    const real t_uiiin = t_tbtnm * t_4iujv - t_2ngl5 * t_vujgj;
+    const real t_udoda = t_2m764
+        + (t_5wcj3 * t_vouj3 + t_2rbbr * t_uiiin)
+        - (t_xq4wt * t_ix2vw + t_zzymx * t_zopz4);
+    const real t_ydwjl = K_L43 * t_zmh3u;
+    const real t_tt5vf = t_udoda * t_zmh3u - t_ydwjl * t_o7t6b;
+    const real t_umhin = t_w7vil * Bc_1 + p[l1] * t_5qnaj;
+    const real t_7t2bq = q_1 * t_dnmdb + F_n1 * t_4z4np;
+    const real t_pqrhd = t_umhin - t_7t2bq;
+    const real t_gtdgn = wq_1 * t_4z4np + q_1 * t_ryzts;
+    const real t_52vl2 = wg_1 * t_4z4np + q_1 * t_xziph;
+    const real t_3s2va = cos_theta1 * t_52vl2;
+    const real t_6iiam = e1 * Bs_1;
+    const real t_l2col = t_gtdgn - t_3s2va + sin_theta1 * t_6iiam;
+    const real t_tzirt = sin_theta1 * t_52vl2;
+    const real t_kpob3 = t_tzirt + cos_theta1 * t_6iiam;
+    const real t_shxu4_10 = p[F] * t_rl5d3_10;
+    const real t_tvmsg_10 = SELECT0(m_el4yy, -(cos_t_finmd * t_shxu4_10));
+    const real t_an7qj_10 = sin_t_finmd * t_iijst;
+    const real t_asgqn = t_tvmsg_10
+        + SELECT0(m_uklky, t_p34e2 * t_an7qj_10)
+        - (t_uomjg + (K11 * t_kc5qb - t_fa67e * t_h2ibw));
+    const real t_lnw7n = t_5jrem * t_bpfoo;
+    const real t_7ofua_10 = p[F] * (cos_t_7g2cn * t_7vxmt);
+    const real t_szdgf = SELECT0(m_el4yy, t_7ofua_10) - t_q2c6z + (t_ron5c * t_ccnxe + t_w7lcw * t_asgqn);
+    const real t_ey6wv = t_mwmsi * t_4iujv;
+    const real t_3cp5h_10 = SELECT0(m_el4yy, -(sin_t_finmd * t_shxu4_10)) + SELECT0(m_uklky, -(t_p34e2 * t_i7skh_10));
+    const real t_almxq = t_ron5c * t_lkd5z
+        + t_3go2w * t_asgqn
+        - (t_3cp5h_10 + t_v7njk)
+        - (t_3fjjo * t_5y4uw + K_L32 * t_szdgf);
+    const real t_grik6 = t_ydmyt * t_zmh3u;
+    const real t_6haov = t_almxq * t_zmh3u - t_grik6 * t_o7t6b;
+    const real t_trwry = t_szdgf * t_4iujv - t_ey6wv * t_vujgj - (t_ydmyt * t_5y4uw + K_L32 * t_6haov);
+    const real t_u62zz = t_asgqn * t_bpfoo
+        + t_lnw7n * t_h2ibw
+        + (t_jaz4k * t_ccnxe + t_w7lcw * t_trwry)
+        + (t_ydmyt * t_lkd5z + t_3go2w * t_6haov);
+    const real t_cgxsm_10 = t_wzmp3_10 - t_zmkrd_2 * t_cxwzz_10 - (t_tvmsg_10 + SELECT0(m_uklky, t_p34e2_2 * t_an7qj_10));
+    const real t_fhvpl = t_dg2xv * t_bpfoo;
+    const real t_ycqju_10 = t_ilple_10 - t_7ofua_10;
+    const real t_krlji = SELECT0(m_el4yy, t_ycqju_10) + (t_ukbfi * t_ccnxe + t_w7lcw * t_cgxsm_10);
+    const real t_2ngl5_2 = t_2suna * t_4iujv;
+    const real t_pdzxe_10 = p[F] * t_k6zjx_10 - (t_ooljq_10 + t_zmkrd_2 * t_lqx5z_10);
+    const real t_lyfr4 = t_pdzxe_10
+        + (t_ukbfi * t_lkd5z + t_3go2w * t_cgxsm_10)
+        - (t_qbbkc * t_5y4uw + K_L32 * t_krlji);
+    const real t_n6whd = t_lvdlo * t_zmh3u;
+    const real t_cf7cd = t_lyfr4 * t_zmh3u - t_n6whd * t_o7t6b;
+    const real t_qltyy = t_krlji * t_4iujv - t_2ngl5_2 * t_vujgj - (t_lvdlo * t_5y4uw + K_L32 * t_cf7cd);
+    const real t_4fz7z = t_cgxsm_10 * t_bpfoo
+        + t_fhvpl * t_h2ibw
+        + (t_4zkth * t_ccnxe + t_w7lcw * t_qltyy)
+        + (t_lvdlo * t_lkd5z + t_3go2w * t_cf7cd);
+    const real t_nsuki = t_pqrhd
+        + (K54 * t_vo75s + G2_v1 * t_l2col)
+        + (G3_v1 * t_kpob3 - K64 * t_wjiv5)
+        - (t_fa67e * Bc_1 + t_2m245 * t_kc5qb)
+        - (t_q5ya6 * Bc_1 + t_2m245 * t_u62zz)
+        - (a2_v1 * t_cpcc7 + t_yz7e5 * t_o62xw)
+        - (t_jaz4k * t_cpcc7 + t_yz7e5 * t_trwry)
+        + (a3_v1 * t_2m764 - K43 * t_ouwvj)
+        + (t_ydmyt * t_2m764 + K43 * t_6haov)
+        - (t_dyqoa * t_gtdgn + K44 * t_ux3lj)
+        - (t_vrqgs * Bc_1 + t_2m245 * t_4fz7z)
+        - (t_4zkth * t_cpcc7 + t_yz7e5 * t_qltyy)
+        + (t_lvdlo * t_2m764 + K43 * t_cf7cd)
+        - t_pqrhd
+        + (t_sfc5s * t_zopz4 + t_xq4wt * t_no73e)
+        + (t_dpn2x * t_uiiin + t_5wcj3 * t_24wuc)
+        - (t_rugjk * t_tt5vf + K_L43 * t_bpniw);
+    const real t_7d2ur = t_65ym4 * t_lt2al;
+    const real t_gyzdz = t_gtdgn
+        - (t_5wcj3 * t_tbtnm + t_u3hss * t_uiiin)
+        - (K_L43 * t_udoda + t_fqe33 * t_tt5vf)
+        - (t_xq4wt * Bc_1 + t_2m245 * t_zopz4);
+    const real t_7rnk2_3 = t_rujpm * t_bpfoo;
+    const real t_ryoqa = t_e4sul * t_bpfoo + t_7rnk2_3 * t_h2ibw;
+    const real t_vdval = t_mckmq - (t_rujpm * t_7j6vv + t_b3aij * t_ryoqa);
+    const real t_hfybw = K_L52 * t_4iujv;
+    const real t_4uch5 = t_vdval * t_4iujv - t_hfybw * t_vujgj;
+    const real t_oeegq = t_zhx4p
+        - (K_L52 * t_vouj3 + t_2rbbr * t_4uch5)
+        - (t_rujpm * t_ix2vw + t_zzymx * t_ryoqa);
+    const real t_qe675 = K_L53 * t_zmh3u;
+    const real t_iuhck = t_oeegq * t_zmh3u - t_qe675 * t_o7t6b;
+    const real t_dnt6a = t_l2col
+        + (K_L52 * t_tbtnm + t_u3hss * t_4uch5)
+        - (K_L53 * t_udoda + t_fqe33 * t_iuhck)
+        - (t_rujpm * Bc_1 + t_2m245 * t_ryoqa);
+    const real t_2e52m = K_L54 * t_lt2al;
+    const real t_rsa5i = t_dnt6a * t_lt2al - t_2e52m * t_gyzdz;
+    const real t_tdpur = t_umhin + e1 * t_ajxqx;
+    const real t_xrxt3 = sin_theta1 * t_tdpur - t_7t2bq + (g_1 * t_6fek6 + t_vt7uo * t_xtwlg);
+    const real t_iorjk = wg_1 * t_xtwlg + g_1 * t_xziph;
+    const real t_dnjms = e1 * t_7z7va - K(-2.0) * t_6iiam;
+    const real t_miprn = t_dnjms - t_iorjk;
+    const real t_bznju = S_sq1 * t_miprn;
+    const real t_sldgv = t_iorjk + t_gtdgn + t_bznju + K(-2.0) * t_3s2va;
+    const real t_3xz55 = t_tzirt + SC1 * t_miprn;
+    const real t_nnnmw = t_xrxt3
+        + (K55 * t_vo75s + G2_v1 * t_sldgv)
+        + (G3_v1 * t_3xz55 - K65 * t_wjiv5)
+        - (t_fa67e * t_e4sul + t_6mmeb * t_kc5qb)
+        - (t_q5ya6 * t_e4sul + t_6mmeb * t_u62zz)
+        + (a2_v1 * t_mckmq + K52 * t_o62xw)
+        + (t_jaz4k * t_mckmq + K52 * t_trwry)
+        + (a3_v1 * t_zhx4p - K53 * t_ouwvj)
+        + (t_ydmyt * t_zhx4p + K53 * t_6haov)
+        - (t_dyqoa * t_l2col + K54 * t_ux3lj)
+        + SELECT0(m_el4yy, t_lwe76 * t_7ofua_10)
+        - (t_vrqgs * t_e4sul + t_6mmeb * t_4fz7z)
+        + (t_4zkth * t_mckmq + K52 * t_qltyy)
+        + (t_lvdlo * t_zhx4p + K53 * t_cf7cd)
+        + SELECT0(m_el4yy, t_lwe76 * t_ycqju_10)
+        - t_xrxt3
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple_10))
+        + (t_sfc5s * t_ryoqa + t_rujpm * t_no73e)
+        - (t_dpn2x * t_4uch5 + K_L52 * t_24wuc)
+        - (t_rugjk * t_iuhck + K_L53 * t_bpniw)
+        - (t_6opev * t_rsa5i + K_L54 * t_nsuki);
+    const real t_sflvv = t_qfycd * t_ftqxb;
+    const real t_kk3t2 = t_sldgv
+        - (K_L52 * t_vdval + t_xqwvu * t_4uch5)
+        - (K_L53 * t_oeegq + t_kjv32 * t_iuhck)
+        - (K_L54 * t_dnt6a + t_svz2s * t_rsa5i)
+        - (t_rujpm * t_e4sul + t_6mmeb * t_ryoqa);
+    const real t_7rnk2_4 = t_pgxzp * t_bpfoo;
+    const real t_fewxz = t_as46a * t_bpfoo + t_7rnk2_4 * t_h2ibw;
+    const real t_oal24 = t_d4baz + (t_pgxzp * t_7j6vv + t_b3aij * t_fewxz);
+    const real t_2ngl5_3 = t_gz422 * t_4iujv;
+    const real t_xxezt = t_oal24 * t_4iujv - t_2ngl5_3 * t_vujgj;
+    const real t_5juhs = t_5rsa6
+        + (t_gz422 * t_vouj3 + t_2rbbr * t_xxezt)
+        - (t_pgxzp * t_ix2vw + t_zzymx * t_fewxz);
+    const real t_kpf5p = K_L63 * t_zmh3u;
+    const real t_gkyes = t_5juhs * t_zmh3u - t_kpf5p * t_o7t6b;
+    const real t_oqiz4 = t_kpob3
+        - (t_gz422 * t_tbtnm + t_u3hss * t_xxezt)
+        - (K_L63 * t_udoda + t_fqe33 * t_gkyes)
+        - (t_pgxzp * Bc_1 + t_2m245 * t_fewxz);
+    const real t_wurun = K_L64 * t_lt2al;
+    const real t_fl2vi = t_oqiz4 * t_lt2al - t_wurun * t_gyzdz;
+    const real t_u36cu = t_3xz55
+        + (t_gz422 * t_vdval + t_xqwvu * t_xxezt)
+        - (K_L63 * t_oeegq + t_kjv32 * t_gkyes)
+        - (K_L64 * t_dnt6a + t_svz2s * t_fl2vi)
+        - (t_pgxzp * t_e4sul + t_6mmeb * t_fewxz);
+    const real t_dzxqu = K_L65 * t_ftqxb;
+    const real t_yykno = t_u36cu * t_ftqxb - t_dzxqu * t_kk3t2;
+    const real t_wfax6 = cos_theta1 * t_tdpur - (g_1 * t_k46nc + t_azclp * t_xtwlg);
+    const real t_dp6fa = t_dnjms - t_bznju;
+    const real t_orl7q = t_lwe76 * t_3cp5h_10
+        - t_wfax6
+        - (K65 * t_vo75s + G2_v1 * t_3xz55)
+        - (G3_v1 * t_dp6fa - K66 * t_wjiv5)
+        + (t_fa67e * t_as46a + t_bl4f2 * t_kc5qb)
+        + (t_q5ya6 * t_as46a + t_bl4f2 * t_u62zz)
+        + (a2_v1 * t_d4baz + t_hjmgb * t_o62xw)
+        + (t_jaz4k * t_d4baz + t_hjmgb * t_trwry)
+        - (a3_v1 * t_5rsa6 - K63 * t_ouwvj)
+        - (t_ydmyt * t_5rsa6 + K63 * t_6haov)
+        + (t_dyqoa * t_kpob3 + K64 * t_ux3lj)
+        - t_lwe76 * t_pdzxe_10
+        + (t_vrqgs * t_as46a + t_bl4f2 * t_4fz7z)
+        + (t_4zkth * t_d4baz + t_hjmgb * t_qltyy)
+        - (t_lvdlo * t_5rsa6 + K63 * t_cf7cd)
+        + t_wfax6;
+    const real t_gjtu6 = t_lwe76 * t_mvrqf_10
+        - t_orl7q
+        + (t_sfc5s * t_fewxz + t_pgxzp * t_no73e)
+        + (t_dpn2x * t_xxezt + t_gz422 * t_24wuc)
+        - (t_rugjk * t_gkyes + K_L63 * t_bpniw)
+        - (t_6opev * t_fl2vi + K_L64 * t_nsuki)
+        - (t_f6bdh * t_yykno + K_L65 * t_nnnmw);
+    const real t_xzdnc = t_2uqac * t_nfkwa;
+    const real t_xz4j7 = t_dp6fa
+        - (t_gz422 * t_oal24 + t_dzmcy * t_xxezt)
+        - (K_L63 * t_5juhs + t_iyghn * t_gkyes)
+        - (K_L64 * t_oqiz4 + t_vjpw3 * t_fl2vi)
+        - (K_L65 * t_u36cu + t_3np5y * t_yykno)
+        - (t_pgxzp * t_as46a + t_bl4f2 * t_fewxz);
+    const real t_ssv4i = t_gjtu6 * t_nfkwa - t_xzdnc * t_xz4j7;
+    const real t_v4qko = t_nnnmw * t_ftqxb - t_sflvv * t_kk3t2 - (t_2uqac * t_yykno + K_L65 * t_ssv4i);
+    const real t_ya4sy = t_nsuki * t_lt2al
+        - t_7d2ur * t_gyzdz
+        - (t_tuxen * t_rsa5i + K_L54 * t_v4qko)
+        - (t_2uqac * t_fl2vi + K_L64 * t_ssv4i);
+    const real t_fnht4 = t_bpniw * t_zmh3u
+        - t_qty3w * t_o7t6b
+        - (t_4i5kl * t_tt5vf + K_L43 * t_ya4sy)
+        - (t_tuxen * t_iuhck + K_L53 * t_v4qko)
+        - (t_2uqac * t_gkyes + K_L63 * t_ssv4i);
+    const real t_6mkl7 = t_24wuc * t_4iujv
+        - t_me7eb * t_vujgj
+        - (t_h4uvc * t_5y4uw + K_L32 * t_fnht4)
+        + (t_4i5kl * t_uiiin + t_5wcj3 * t_ya4sy)
+        - (t_tuxen * t_4uch5 + K_L52 * t_v4qko)
+        + (t_2uqac * t_xxezt + t_gz422 * t_ssv4i);
+    const real t_pxlrv = t_no73e * t_bpfoo
+        + t_gvhmj * t_h2ibw
+        + (t_ykhgf * t_ccnxe + t_w7lcw * t_6mkl7)
+        + (t_h4uvc * t_lkd5z + t_3go2w * t_fnht4)
+        + (t_4i5kl * t_zopz4 + t_xq4wt * t_ya4sy)
+        + (t_tuxen * t_ryoqa + t_rujpm * t_v4qko)
+        + (t_2uqac * t_fewxz + t_pgxzp * t_ssv4i);
+    const real t_ffpz7 = q[wy] * cos_theta1 - q[wz] * sin_theta1;
+    const real t_7lrt3 = sin_phi1 * t_ffpz7;
+    const real t_amwyw_2 = q[wy] * sin_theta1 + q[wz] * cos_theta1;
+    const real t_2vp5p = t_wmv32 * (p[l1] * t_7lrt3) + t_q2k45 * t_amwyw_2 - w_x1 * (lc_1 * t_amwyw_2);
+    const real t_b2rhp = th_1 * (p[I1] * t_2vp5p);
+    const real t_kvxem = cos_theta1 * t_b2rhp - t_azclp;
+    const real t_2wqtn = cos_phi1 * t_ffpz7;
+    const real t_2jicd = t_6nwd2 * (t_dskdd * t_2wqtn - t_7uthm * t_amwyw_2);
+    const real t_y5gv4 = chi1 * t_2wqtn - t_qm5gj * t_7lrt3 - w_x1 * t_ffpz7;
+    const real t_qoq6p = B_1 * t_y5gv4;
+    const real t_osexi = sin_phi1 * t_2jicd + cos_phi1 * t_qoq6p;
+    const real t_kmyiu = t_kvxem + (t_ibvem - sin_theta1 * t_osexi);
+    const real t_tpms2_2 = gx_phi1 * sin_theta1;
+    const real t_nmcsn_2 = p[h1] * t_tpms2_2;
+    const real t_dpbbh = t_3aj4g - t_nmcsn_2;
+    const real t_lqmgs = t_5zfdh * cos_theta1;
+    const real t_3cnis = p[h1] * t_lqmgs;
+    const real t_4lew2 = t_3cnis - t_bdhgv;
+    const real t_ze2tg = t_l5slt * t_dpbbh - t_7pydp * t_4lew2;
+    const real t_zjjhq = t_ze2tg * t_4v7es;
+    const real t_zk66k = t_invly * t_ffpz7;
+    const real t_oto2y = q[wx] * t_amwyw_2;
+    const real t_gyoqy = t_j5odj * t_zk66k
+        - t_azo52 * t_oto2y
+        + (Wn1 * t_zk66k - t_h5pol * t_amwyw_2)
+        + t_5jodw * t_oto2y;
+    const real t_ftkcu = t_r4r4q * t_ffpz7;
+    const real t_wfe5d = t_azo52 * (t_rnhqh * t_amwyw_2)
+        - t_azo52 * t_ftkcu
+        - t_djbtf * t_zk66k
+        - q[wx] * (t_yx2kz * t_ffpz7)
+        + p[m1] * (cos_phi1 * (sin_phi1 * (t_os4zj * t_ftkcu)))
+        + p[m1] * (q[wx] * (t_rayay * t_ffpz7))
+        + p[m1] * (p[l1] * (q[wx] * (p[h1] * t_2wqtn)));
+    const real t_ynnt2 = t_ez7bq * (t_invly * t_gyoqy) - t_mj52b * (p[I1] * t_wfe5d);
+    const real t_aw54h = t_5zfdh * sin_theta1;
+    const real t_5al42 = p[h1] * t_aw54h;
+    const real t_tx2os = p[m1] * (t_os4zj * sin_theta1) - t_5al42;
+    const real t_uc44q = gx_phi1 * cos_theta1;
+    const real t_tvmzf = p[h1] * t_uc44q;
+    const real t_dq4xy = t_5bilv * t_4lew2
+        + (k_phi1 * t_4lew2 + cz_phi1 * t_wfe5d)
+        - t_o2gar * (q[theta1_dot] * t_tx2os - q[phi1_dot] * t_tvmzf);
+    const real t_wyzr6 = t_tvmzf - t_3zodw;
+    const real t_p7ks5 = t_b7wcv * t_dpbbh
+        + (k_theta1 * t_dpbbh + cz_theta1 * t_gyoqy)
+        - t_iomfo * (q[phi1_dot] * (t_3rjss - (t_5al42 + t_sg5ym)) - q[theta1_dot] * t_wyzr6);
+    const real t_hgzmo = t_7pydp * t_tx2os + t_l5slt * t_wyzr6;
+    const real t_mlvag = cz_phi1 * (t_mj52b * t_tx2os)
+        + t_jjmo5 * t_4lew2
+        - (cz_theta1 * (t_ez7bq * t_wyzr6) + t_bvpt7 * t_dpbbh)
+        - (f_v1_L31 * t_hgzmo + f21_v1 * t_zjjhq);
+    const real t_qitwn = t_hgzmo * t_4v7es;
+    const real t_fxl34 = t_mj52b * (t_v6mis * t_tx2os)
+        + t_ez7bq * (t_mlegk * t_wyzr6)
+        + (f_v1_L21 * t_hgzmo + f21_v1 * t_qitwn);
+    const real t_a2ten = t_mlvag * t_omhw7 + t_le5ne * t_fxl34;
+    const real t_bxtfr = t_5bilv * t_tx2os
+        + (k_phi1 * t_tx2os + t_qesxo * t_wfe5d)
+        + t_o2gar * (q[theta1_dot] * t_4lew2 - q[phi1_dot] * t_nmcsn_2);
+    const real t_bgykl = t_b7wcv * t_wyzr6
+        + (k_theta1 * t_wyzr6 + cy_theta1 * t_gyoqy)
+        - t_iomfo * (q[theta1_dot] * t_dpbbh + q[phi1_dot] * (t_3cnis + t_rj6ui - t_4of2f * t_bdhgv));
+    const real t_drqr4 = t_u5ggi * t_qitwn + f_v1_L21 * t_ynnt2 - (t_mj52b * t_bxtfr - t_ez7bq * t_bgykl);
+    const real t_r73c4 = t_u5ggi * t_zjjhq
+        + f_v1_L31 * t_ynnt2
+        + (t_mj52b * t_dq4xy + t_ez7bq * t_p7ks5)
+        - (u_v1_y2 * t_a2ten + f_v1_L32 * t_drqr4);
+    const real t_ibi6c = t_mj52b * (t_u73vw * t_4lew2)
+        + t_ez7bq * (t_xu4te * t_dpbbh)
+        + (f_v1_L32 * t_mlvag + t_g2uww * t_a2ten)
+        + (f_v1_L31 * t_ze2tg + f31_v1 * t_zjjhq);
+    const real t_imule = t_r73c4 * t_qqmqs + t_wnugc * t_ibi6c;
+    const real t_4sjo7 = wq_1 * sin_theta1;
+    const real t_amqia = (sin_theta1 + sin_theta1) * cos_theta1;
+    const real t_i3r2o = t_65obb * t_amqia;
+    const real t_vsfgn = t_4sjo7 - t_i3r2o;
+    const real t_32wvq = cos_theta1 * cos_theta1 - S_sq1;
+    const real t_gv4lk = t_65obb * t_32wvq;
+    const real t_hnvo7 = t_drqr4 * t_omhw7 + t_7cmd7 * t_fxl34 - (u_v1_x3 * t_a2ten + f_v1_L32 * t_imule);
+    const real t_dypyd = tn11_1 * t_amqia;
+    const real t_l6cwm = t_mj52b * (q[wz] * t_4lew2 - q[wy] * t_tx2os);
+    const real t_5dpn7 = t_ez7bq * (q[wy] * t_wyzr6 + q[wz] * t_dpbbh);
+    const real t_zwlqq = c[w1] * (gy_phi1 * t_l6cwm + t_3c5in * t_lqmgs + (gy_theta1 * t_5dpn7 - t_gviyw * t_tpms2_2));
+    const real t_fy2nm = x_C * t_imule + t_zwlqq;
+    const real t_6xofg = tn11_1 * t_32wvq;
+    const real t_xt7mj = c[w2] * (t_tpms2 * t_5dpn7 + t_gviyw * t_uc44q - (gz_phi1 * t_l6cwm - t_3c5in * t_aw54h));
+    const real t_fqg74 = x_C * t_hnvo7 + t_xt7mj;
+    const real t_m5bad = t_rlbqu - t_4sjo7;
+    const real t_uwjrp = t_ynnt2 * t_4v7es
+        + (u_v1_x2 * t_qitwn + f_v1_L21 * t_hnvo7)
+        + (u_v1_x3 * t_zjjhq + f_v1_L31 * t_imule);
+    const real t_fxafa = t_kmyiu
+        + (K52 * t_imule + G2_v1 * t_vsfgn)
+        - (G3_v1 * t_gv4lk - t_hjmgb * t_hnvo7)
+        + (a2_v1 * t_dypyd + K22 * t_fy2nm)
+        + (a3_v1 * t_6xofg - K32 * t_fqg74)
+        + (t_dyqoa * t_m5bad + t_yz7e5 * t_uwjrp);
+    const real t_xf6ji = sin_phi1 * t_qoq6p - cos_phi1 * t_2jicd;
+    const real t_6xslr = t_xf6ji
+        + (t_6mmeb * t_imule + G2_v1 * t_llswo)
+        - (t_bl4f2 * t_hnvo7 + G3_v1 * t_b2inm)
+        + (a2_v1 * t_pq5r4 + t_b3aij * t_fy2nm)
+        - (a3_v1 * t_pagmx + t_zzymx * t_fqg74);
+    const real t_ncjw5 = t_2m245 * t_uwjrp - t_6xslr;
+    const real t_a5psl = wq_1 * cos_theta1;
+    const real t_uyxg3 = t_a5psl - t_gv4lk;
+    const real t_6ikyu = sin_theta1 * t_b2rhp + t_vt7uo;
+    const real t_f4zwy = cos_theta1 * t_osexi + t_ramrz + t_6ikyu;
+    const real t_xexp4 = t_a5psl + t_kimqu;
+    const real t_chuwa = K53 * t_imule
+        + G2_v1 * t_uyxg3
+        - t_f4zwy
+        + (G3_v1 * t_i3r2o - K63 * t_hnvo7)
+        + (a2_v1 * t_6xofg + K32 * t_fy2nm)
+        - (a3_v1 * t_dypyd + K33 * t_fqg74)
+        - (t_dyqoa * t_xexp4 + K43 * t_uwjrp);
+    const real t_25gcq = K11 * t_ncjw5
+        - (q2_v1 * t_pq5r4 + t_b3aij * t_fxafa)
+        - (t_zzymx * t_chuwa - q3_v1 * t_pagmx);
+    const real t_tcld2 = t_tqzpl * t_pq5r4 - t_r6alf * t_pagmx;
+    const real t_yh5f2 = t_5a4ay * t_tcld2
+        + PP_v1 * (t_i246m * t_ncjw5 + t_etuzz * t_fxafa + t_uen3p * t_chuwa);
+    const real t_743kv = (SELECT0(m_il3ht, t_w4p3n * (t_nlrbh * t_25gcq - t_yh5f2) * t_q5kgs) - t_25gcq) * t_phv5x
+        - t_6xjbo * t_tcld2;
+    const real t_qcloz = t_fxafa - (t_fa67e * t_pq5r4 + t_b3aij * t_743kv);
+    const real t_h3tyq = t_q2hfz * (t_5x4sb * (t_qcloz * t_y7rm6));
+    const real t_7vxmt_2 = t_h3tyq * t_nwsjf;
+    const real t_iubif_11 = t_bw2jd * (t_ee7r6 * t_7vxmt_2);
+    const real t_27ev7_11 = p[F] * (sin_t_s5hay * t_iubif_11);
+    const real t_wzmp3_11 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_11));
+    const real t_td2z7 = t_chuwa - (t_zzymx * t_743kv - t_fa67e * t_pagmx);
+    const real t_36ho7 = t_td2z7 * t_y7rm6 * t_yk7ex
+        + SELECT0(m_el4yy, t_oayxs * (t_jpiko * (t_uwsp7 * t_h3tyq * t_imn4h)));
+    const real t_iijst_2 = t_q2hfz_2 * (t_2snz7 * t_36ho7) * t_bifdl;
+    const real t_rl5d3_11 = sin_t_7g2cn * t_7vxmt_2;
+    const real t_i7skh_11 = cos_t_finmd * t_iijst_2;
+    const real t_k6zjx_11 = SELECT0(m_el4yy, -(sin_t_finmd * t_rl5d3_11)) + SELECT0(m_uklky, -(cos_t_7g2cn * t_i7skh_11));
+    const real t_7t7eb_11 = SELECT(m_hlry2, SELECT0(m_uklky, -t_iijst_2), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_k6zjx_11 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_11 = t_zrb6o * (t_vr3uw * t_7t7eb_11);
+    const real t_cxwzz_11 = sin_t_kl6tx * t_swjde_11;
+    const real t_7uga3 = t_wzmp3_11 - t_zmkrd * t_cxwzz_11 + t_xf6ji;
+    const real t_7rizg = t_pq5r4 * t_bpfoo;
+    const real t_ilple_11 = p[F] * (cos_t_s5hay * t_iubif_11);
+    const real t_g266i = SELECT0(m_el4yy, t_ilple_11) - t_kmyiu + (t_sfc5s * t_7rizg + t_w7lcw * t_7uga3);
+    const real t_gruy3 = t_dypyd - (t_w7lcw * t_pq5r4 + t_b3aij * t_7rizg);
+    const real t_xy6nc = t_pagmx * t_bpfoo;
+    const real t_2d4vd = t_6xofg - (t_3go2w * t_pq5r4 - t_b3aij * t_xy6nc);
+    const real t_m5fev = t_2d4vd * t_4iujv - t_6yahm * t_gruy3;
+    const real t_ooljq_11 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_11));
+    const real t_lqx5z_11 = cos_t_kl6tx * t_swjde_11;
+    const real t_mvrqf_11 = t_ooljq_11 + t_zmkrd * t_lqx5z_11;
+    const real t_ggaal = t_3go2w * t_7uga3
+        - t_sfc5s * t_xy6nc
+        - (t_mvrqf_11 - t_f4zwy)
+        - (t_dpn2x * t_m5fev + K_L32 * t_g266i);
+    const real t_knzic = t_3go2w * t_pagmx
+        + t_zzymx * t_xy6nc
+        - (t_dypyd + (K_L32 * t_2d4vd + t_2rbbr * t_m5fev));
+    const real t_oigft = t_m5bad + t_xq4wt * t_pq5r4;
+    const real t_4vjf5 = t_oigft * t_4iujv - t_2ngl5 * t_gruy3;
+    const real t_wgipm = t_xexp4 + (t_5wcj3 * t_2d4vd + t_2rbbr * t_4vjf5) + t_xq4wt * t_pagmx;
+    const real t_vqp6m = t_wgipm * t_zmh3u - t_ydwjl * t_knzic;
+    const real t_zbzge = p[l1] * t_qoq6p;
+    const real t_3clim = q_1 * t_b2rhp;
+    const real t_pmsic = t_zbzge - t_3clim;
+    const real t_k6txy = wqg_1 * sin_theta1;
+    const real t_k2hpp = t_k6txy + t_67cpm;
+    const real t_tn2l4 = wqg_1 * cos_theta1;
+    const real t_6morb = t_tn2l4 - t_cr4jw;
+    const real t_shxu4_11 = p[F] * t_rl5d3_11;
+    const real t_tvmsg_11 = SELECT0(m_el4yy, -(cos_t_finmd * t_shxu4_11));
+    const real t_an7qj_11 = sin_t_finmd * t_iijst_2;
+    const real t_wb36h = t_tvmsg_11 + SELECT0(m_uklky, t_p34e2 * t_an7qj_11) - (t_ncjw5 + K11 * t_743kv);
+    const real t_7ofua_11 = p[F] * (cos_t_7g2cn * t_7vxmt_2);
+    const real t_42jdw = SELECT0(m_el4yy, t_7ofua_11) - t_qcloz + (t_ron5c * t_7rizg + t_w7lcw * t_wb36h);
+    const real t_3cp5h_11 = SELECT0(m_el4yy, -(sin_t_finmd * t_shxu4_11)) + SELECT0(m_uklky, -(t_p34e2 * t_i7skh_11));
+    const real t_sw2a7 = t_3go2w * t_wb36h
+        - t_ron5c * t_xy6nc
+        - (t_3cp5h_11 + t_td2z7)
+        - (t_3fjjo * t_m5fev + K_L32 * t_42jdw);
+    const real t_t7noz = t_sw2a7 * t_zmh3u - t_grik6 * t_knzic;
+    const real t_qyz7i = t_42jdw * t_4iujv - t_ey6wv * t_gruy3 - (t_ydmyt * t_m5fev + K_L32 * t_t7noz);
+    const real t_v4bk5 = t_wb36h * t_bpfoo
+        + (t_jaz4k * t_7rizg + t_w7lcw * t_qyz7i)
+        + (t_3go2w * t_t7noz - t_ydmyt * t_xy6nc);
+    const real t_cgxsm_11 = t_wzmp3_11 - t_zmkrd_2 * t_cxwzz_11 - (t_tvmsg_11 + SELECT0(m_uklky, t_p34e2_2 * t_an7qj_11));
+    const real t_ycqju_11 = t_ilple_11 - t_7ofua_11;
+    const real t_gdryy = SELECT0(m_el4yy, t_ycqju_11) + (t_ukbfi * t_7rizg + t_w7lcw * t_cgxsm_11);
+    const real t_pdzxe_11 = p[F] * t_k6zjx_11 - (t_ooljq_11 + t_zmkrd_2 * t_lqx5z_11);
+    const real t_7ywwu = t_pdzxe_11
+        + (t_3go2w * t_cgxsm_11 - t_ukbfi * t_xy6nc)
+        - (t_qbbkc * t_m5fev + K_L32 * t_gdryy);
+    const real t_mgy3p = t_7ywwu * t_zmh3u - t_n6whd * t_knzic;
+    const real t_p7gcv = t_gdryy * t_4iujv - t_2ngl5_2 * t_gruy3 - (t_lvdlo * t_m5fev + K_L32 * t_mgy3p);
+    const real t_zlgy3 = t_cgxsm_11 * t_bpfoo
+        + (t_4zkth * t_7rizg + t_w7lcw * t_p7gcv)
+        + (t_3go2w * t_mgy3p - t_lvdlo * t_xy6nc);
+    const real t_2c46y = t_pmsic
+        + (K54 * t_imule + G2_v1 * t_k2hpp)
+        + (G3_v1 * t_6morb - K64 * t_hnvo7)
+        - t_2m245 * t_743kv
+        - t_2m245 * t_v4bk5
+        - (a2_v1 * t_m5bad + t_yz7e5 * t_fy2nm)
+        - (t_jaz4k * t_m5bad + t_yz7e5 * t_qyz7i)
+        + (a3_v1 * t_xexp4 - K43 * t_fqg74)
+        + (t_ydmyt * t_xexp4 + K43 * t_t7noz)
+        - K44 * t_uwjrp
+        - t_2m245 * t_zlgy3
+        - (t_4zkth * t_m5bad + t_yz7e5 * t_p7gcv)
+        + (t_lvdlo * t_xexp4 + K43 * t_mgy3p)
+        - t_pmsic
+        + t_xq4wt * t_7uga3
+        + (t_dpn2x * t_4vjf5 + t_5wcj3 * t_g266i)
+        - (t_rugjk * t_vqp6m + K_L43 * t_ggaal);
+    const real t_yyjyy = t_5wcj3 * t_oigft + t_u3hss * t_4vjf5 + (K_L43 * t_wgipm + t_fqe33 * t_vqp6m);
+    const real t_zfxwu = t_llswo * t_bpfoo;
+    const real t_2dasf = t_vsfgn - (t_rujpm * t_pq5r4 + t_b3aij * t_zfxwu);
+    const real t_63hn3 = t_2dasf * t_4iujv - t_hfybw * t_gruy3;
+    const real t_vexvb = t_uyxg3
+        - (K_L52 * t_2d4vd + t_2rbbr * t_63hn3)
+        - (t_zzymx * t_zfxwu - t_rujpm * t_pagmx);
+    const real t_cngcl = t_vexvb * t_zmh3u - t_qe675 * t_knzic;
+    const real t_paaj2 = t_k2hpp
+        + (K_L52 * t_oigft + t_u3hss * t_63hn3)
+        - (K_L53 * t_wgipm + t_fqe33 * t_cngcl)
+        - t_2m245 * t_zfxwu;
+    const real t_edocq = t_paaj2 * t_lt2al + t_2e52m * t_yyjyy;
+    const real t_rtw3j = t_zbzge - e1 * t_osexi;
+    const real t_sjs36 = sin_theta1 * t_rtw3j + t_slihb - t_3clim + g_1 * t_kvxem;
+    const real t_twgyt = tn44_1 * t_amqia;
+    const real t_6mhge = t_twgyt - K(-2.0) * t_k6txy;
+    const real t_mkj6e = t_tn2l4 + tn44_1 * t_32wvq;
+    const real t_rzban = t_sjs36
+        + (K55 * t_imule + G2_v1 * t_6mhge)
+        + (G3_v1 * t_mkj6e - K65 * t_hnvo7)
+        - (t_fa67e * t_llswo + t_6mmeb * t_743kv)
+        - (t_q5ya6 * t_llswo + t_6mmeb * t_v4bk5)
+        + (a2_v1 * t_vsfgn + K52 * t_fy2nm)
+        + (t_jaz4k * t_vsfgn + K52 * t_qyz7i)
+        + (a3_v1 * t_uyxg3 - K53 * t_fqg74)
+        + (t_ydmyt * t_uyxg3 + K53 * t_t7noz)
+        - (t_dyqoa * t_k2hpp + K54 * t_uwjrp)
+        + SELECT0(m_el4yy, t_lwe76 * t_7ofua_11)
+        - (t_vrqgs * t_llswo + t_6mmeb * t_zlgy3)
+        + (t_4zkth * t_vsfgn + K52 * t_p7gcv)
+        + (t_lvdlo * t_uyxg3 + K53 * t_mgy3p)
+        + SELECT0(m_el4yy, t_lwe76 * t_ycqju_11)
+        - t_sjs36
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple_11))
+        + (t_sfc5s * t_zfxwu + t_rujpm * t_7uga3)
+        - (t_dpn2x * t_63hn3 + K_L52 * t_g266i)
+        - (t_rugjk * t_cngcl + K_L53 * t_ggaal)
+        - (t_6opev * t_edocq + K_L54 * t_2c46y);
+    const real t_3ao52 = t_6mhge
+        - (K_L52 * t_2dasf + t_xqwvu * t_63hn3)
+        - (K_L53 * t_vexvb + t_kjv32 * t_cngcl)
+        - (K_L54 * t_paaj2 + t_svz2s * t_edocq)
+        - (t_rujpm * t_llswo + t_6mmeb * t_zfxwu);
+    const real t_rqo2a = t_b2inm * t_bpfoo;
+    const real t_cr6n6 = t_gv4lk + (t_pgxzp * t_pq5r4 - t_b3aij * t_rqo2a);
+    const real t_vpdap = t_cr6n6 * t_4iujv - t_2ngl5_3 * t_gruy3;
+    const real t_yckak = t_i3r2o
+        + (t_gz422 * t_2d4vd + t_2rbbr * t_vpdap)
+        + (t_pgxzp * t_pagmx + t_zzymx * t_rqo2a);
+    const real t_pw3g4 = t_yckak * t_zmh3u - t_kpf5p * t_knzic;
+    const real t_in3sd = t_6morb
+        - (t_gz422 * t_oigft + t_u3hss * t_vpdap)
+        - (K_L63 * t_wgipm + t_fqe33 * t_pw3g4)
+        + t_2m245 * t_rqo2a;
+    const real t_notmf = t_in3sd * t_lt2al + t_wurun * t_yyjyy;
+    const real t_jm2gy = t_mkj6e
+        + (t_gz422 * t_2dasf + t_xqwvu * t_vpdap)
+        - (K_L63 * t_vexvb + t_kjv32 * t_pw3g4)
+        - (K_L64 * t_paaj2 + t_svz2s * t_notmf)
+        - (t_pgxzp * t_llswo - t_6mmeb * t_rqo2a);
+    const real t_amvha = t_jm2gy * t_ftqxb - t_dzxqu * t_3ao52;
+    const real t_jabll = cos_theta1 * t_rtw3j - t_h4rsv - g_1 * t_6ikyu;
+    const real t_elmlk = t_lwe76 * t_3cp5h_11
+        - t_jabll
+        - (K65 * t_imule + G2_v1 * t_mkj6e)
+        + (K66 * t_hnvo7 + G3_v1 * t_twgyt)
+        + (t_bl4f2 * t_743kv - t_fa67e * t_b2inm)
+        + (t_bl4f2 * t_v4bk5 - t_q5ya6 * t_b2inm)
+        + (a2_v1 * t_gv4lk + t_hjmgb * t_fy2nm)
+        + (t_jaz4k * t_gv4lk + t_hjmgb * t_qyz7i)
+        - (a3_v1 * t_i3r2o - K63 * t_fqg74)
+        - (t_ydmyt * t_i3r2o + K63 * t_t7noz)
+        + (t_dyqoa * t_6morb + K64 * t_uwjrp)
+        - t_lwe76 * t_pdzxe_11
+        + (t_bl4f2 * t_zlgy3 - t_vrqgs * t_b2inm)
+        + (t_4zkth * t_gv4lk + t_hjmgb * t_p7gcv)
+        - (t_lvdlo * t_i3r2o + K63 * t_mgy3p)
+        + t_jabll;
+    const real t_w3cdr = t_lwe76 * t_mvrqf_11
+        - t_elmlk
+        + (t_pgxzp * t_7uga3 - t_sfc5s * t_rqo2a)
+        + (t_dpn2x * t_vpdap + t_gz422 * t_g266i)
+        - (t_rugjk * t_pw3g4 + K_L63 * t_ggaal)
+        - (t_6opev * t_notmf + K_L64 * t_2c46y)
+        - (t_f6bdh * t_amvha + K_L65 * t_rzban);
+    const real t_2oq32 = t_twgyt
+        + (t_gz422 * t_cr6n6 + t_dzmcy * t_vpdap)
+        + (K_L63 * t_yckak + t_iyghn * t_pw3g4)
+        + (K_L64 * t_in3sd + t_vjpw3 * t_notmf)
+        + (K_L65 * t_jm2gy + t_3np5y * t_amvha);
+    const real t_ugw37 = t_w3cdr * t_nfkwa - t_xzdnc * (t_pgxzp * t_b2inm + t_bl4f2 * t_rqo2a - t_2oq32);
+    const real t_nqno6 = t_rzban * t_ftqxb - t_sflvv * t_3ao52 - (t_2uqac * t_amvha + K_L65 * t_ugw37);
+    const real t_rwbzc = t_2c46y * t_lt2al
+        + t_7d2ur * t_yyjyy
+        - (t_tuxen * t_edocq + K_L54 * t_nqno6)
+        - (t_2uqac * t_notmf + K_L64 * t_ugw37);
+    const real t_kiwmn = t_ggaal * t_zmh3u
+        - t_qty3w * t_knzic
+        - (t_4i5kl * t_vqp6m + K_L43 * t_rwbzc)
+        - (t_tuxen * t_cngcl + K_L53 * t_nqno6)
+        - (t_2uqac * t_pw3g4 + K_L63 * t_ugw37);
+    const real t_rodgz = t_g266i * t_4iujv
+        - t_me7eb * t_gruy3
+        - (t_h4uvc * t_m5fev + K_L32 * t_kiwmn)
+        + (t_4i5kl * t_4vjf5 + t_5wcj3 * t_rwbzc)
+        - (t_tuxen * t_63hn3 + K_L52 * t_nqno6)
+        + (t_2uqac * t_vpdap + t_gz422 * t_ugw37);
+    const real t_w63pi = t_7uga3 * t_bpfoo
+        + (t_ykhgf * t_7rizg + t_w7lcw * t_rodgz)
+        + (t_3go2w * t_kiwmn - t_h4uvc * t_xy6nc)
+        + t_xq4wt * t_rwbzc
+        + (t_tuxen * t_zfxwu + t_rujpm * t_nqno6)
+        + (t_pgxzp * t_ugw37 - t_2uqac * t_rqo2a);
+    const real t_h36cy = p[l2] * sin_phi2;
+    const real t_c6dmt_2 = w_x2 * sin_phi2 + t_3pe4c;
+    const real t_qy4n2 = W12 * t_yk3z4 - w_x2 * (Wn2 * t_h36cy) + t_nlamb * (p[l2] * t_c6dmt_2);
+    const real t_2s2br = th_2 * t_4434n * (p[m2] * ((q_2 + q_2) * t_yk3z4));
+    const real t_q6l6c = th_2 * (p[I2] * t_qy4n2 - loss_theta2 * t_yk3z4) - t_vry6x * t_2s2br;
+    const real t_uj3u6 = cos_theta2 * t_q6l6c;
+    const real t_4p46o = w_x2 * cos_phi2 - t_4adrp;
+    const real t_7pqkc = mv2 * (t_6fvzz * sin_phi2) + t_popww * (t_npq2c * t_4p46o);
+    const real t_aduzw = chi2 * t_4p46o - t_c6dmt * t_c6dmt_2;
+    const real t_fregp = B_2 * t_aduzw;
+    const real t_ehxvd = tension2 * cos_phi2 - sin_phi2 * t_7pqkc - (cos_phi2 * t_fregp - t_v7h4t);
+    const real t_kqzlv = t_uj3u6 + sin_theta2 * t_ehxvd;
+    const real t_swriq = p[m2] * t_h36cy;
+    const real t_hqesu = sin_theta2 * t_swriq;
+    const real t_felv2 = p[h2] * t_hqesu;
+    const real t_6ozwk = t_frp3h * t_3a2on;
+    const real t_43ql3 = t_gutx2 * t_k2khp * ((D_theta2 + D_theta2) * t_6ozwk);
+    const real t_gxwvr = t_gutx2 * t_6ozwk - t_claqt * t_43ql3;
+    const real t_rszaw = t_popww * cos_phi2;
+    const real t_mrtap = cos_theta2 * t_rszaw;
+    const real t_qontq = p[h2] * t_mrtap;
+    const real t_mrzx3 = t_zozwp - t_4j4b3;
+    const real t_g7523 = t_qontq - t_senbd * t_mrzx3;
+    const real t_6ley6 = t_ob75p * t_felv2 + (cz_theta2 * t_gxwvr + t_qy6do * t_g7523);
+    const real t_wk7yn = t_gutx2 * ((t_claqt + t_claqt) * t_6ozwk) - t_tj77e * t_43ql3;
+    const real t_qseai = t_6ley6 * t_4v7es + t_da3ja * t_wk7yn;
+    const real t_57vrz = ax_eq * t_rszaw;
+    const real t_6gx32 = t_frp3h * t_mrzx3;
+    const real t_lsig7 = p[h2] * t_rszaw;
+    const real t_ff2n6 = t_kmx3q * t_6ozwk;
+    const real t_y7pwg = t_wube7 * t_6gx32
+        + t_3chhy * t_lsig7
+        + t_mkhlh * t_lsig7
+        + t_h6l62 * t_6gx32
+        + t_m5kd4 * t_ff2n6;
+    const real t_x25aj = cos_phi2 + cos_phi2;
+    const real t_ywy3h = p[m2] * (t_nfvux * (cos_phi2 * (t_3chhy * cos_phi2) - t_dduhy * sin_phi2))
+        - t_y7pwg
+        + p[m2] * (q[wx] * (t_nfvux * (t_xtc5p * t_3a2on)))
+        - p[m2] * (p[l2] * (q[wx] * (p[h2] * (t_kmx3q * sin_phi2))))
+        + p[m2] * (q[wx] * (q[theta2_dot] * (t_nfvux * (cos_phi2 * t_x25aj - t_6xmwt * sin_phi2))));
+    const real t_hhe47 = q[theta2_dot] * t_6ozwk;
+    const real t_eqdib = t_473qv * t_6gx32;
+    const real t_4pc4u = q[theta2_dot] * t_eqdib;
+    const real t_7bywx = Wn2 * t_ff2n6
+        + t_nw7er * t_lsig7
+        + t_473qv * t_ff2n6
+        + t_4pc4u
+        - t_nw7er * t_6gx32
+        - q[phi2_dot] * (t_qbejf * t_6gx32);
+    const real t_zvk2z = Dd_theta2 * t_hhe47
+        + t_kyc32 * t_eqdib
+        - (t_claqt * t_4pc4u + t_putjj * t_6ozwk + (k_theta2 * t_6ozwk + t_claqt * t_7bywx));
+    const real t_mrm4d = t_iecaz * (p[I2] * t_57vrz + p[I2] * t_ywy3h)
+        + (t_gutx2 * t_zvk2z - t_32c47 * t_43ql3);
+    const real t_ja7nq = cos_theta2 * t_swriq;
+    const real t_s5wfv = p[h2] * t_ja7nq;
+    const real t_fdqqh = sin_theta2 * t_rszaw;
+    const real t_kwhrd = p[h2] * t_fdqqh;
+    const real t_nbng7 = cz_phi2 * t_57vrz
+        - t_4oupt * t_felv2
+        + (cz_phi2 * t_ywy3h - k_phi2 * t_felv2)
+        + t_gifwv * (q[theta2_dot] * t_s5wfv + q[phi2_dot] * t_kwhrd);
+    const real t_fq53f = t_x25aj * sin_phi2;
+    const real t_63hns = t_kwhrd - t_tb25v * t_mrzx3;
+    const real t_sqrnp = t_kyc32 * (q[phi2_dot] * (t_senbd * t_3a2on - t_s5wfv + t_senbd * t_fq53f) - q[theta2_dot] * t_63hns);
+    const real t_3xem7 = cz_theta2 * t_4pc4u
+        + t_putjj * t_g7523
+        + (k_theta2 * t_g7523 + cz_theta2 * t_7bywx)
+        - (cdz_theta2 * t_hhe47 + t_sqrnp);
+    const real t_icpsl = cy_theta2 * t_gxwvr + t_qy6do * t_63hns - t_ob75p * t_s5wfv;
+    const real t_n5mlh = t_icpsl * t_4v7es + t_ibbnt * t_wk7yn;
+    const real t_uyqxy = t_x5sl2 * t_57vrz
+        - t_4oupt * t_s5wfv
+        + (t_x5sl2 * t_ywy3h - k_phi2 * t_s5wfv)
+        + t_gifwv * (q[phi2_dot] * t_qontq - q[theta2_dot] * t_felv2);
+    const real t_xcwdz = t_kyc32 * (q[theta2_dot] * t_g7523 + q[phi2_dot] * (t_tb25v * t_3a2on - t_felv2 + t_tb25v * t_fq53f));
+    const real t_wkaev = cy_theta2 * t_4pc4u
+        + t_putjj * t_63hns
+        + (k_theta2 * t_63hns + cy_theta2 * t_7bywx)
+        - (cdy_theta2 * t_hhe47 + t_xcwdz);
+    const real t_5ylj3 = t_u5ggi * t_n5mlh
+        - f_v1_L21 * t_mrm4d
+        - (t_iecaz * t_uyqxy - (t_gutx2 * t_wkaev - t_5rh6g * t_43ql3));
+    const real t_norya = cz_phi2 * (t_iecaz * t_s5wfv)
+        + t_b3dii * t_felv2
+        + (cz_theta2 * (t_gutx2 * t_63hns - cy_theta2 * t_43ql3) + t_lhj2f * t_g7523)
+        + (f_v1_L31 * t_icpsl + f21_v1 * t_qseai);
+    const real t_mq26f = t_x5sl2 + t_x5sl2;
+    const real t_m2zpo = cy_theta2 + cy_theta2;
+    const real t_gh3ce = t_iecaz * (t_mq26f * t_s5wfv)
+        - (t_gutx2 * (t_m2zpo * t_63hns) - t_2s2k3 * t_43ql3)
+        - (f_v1_L21 * t_icpsl + f21_v1 * t_n5mlh);
+    const real t_t6kdi = t_norya * t_omhw7 + t_le5ne * t_gh3ce;
+    const real t_k3dgb = t_u5ggi * t_qseai
+        - f_v1_L31 * t_mrm4d
+        + (t_iecaz * t_nbng7 + (t_gutx2 * t_3xem7 - t_rnwmg * t_43ql3))
+        - (f_v1_L32 * t_5ylj3 - u_v1_y2 * t_t6kdi);
+    const real t_e27s7 = cz_phi2 + cz_phi2;
+    const real t_m3vig = cz_theta2 + cz_theta2;
+    const real t_5we63 = t_iecaz * (t_e27s7 * t_felv2)
+        - (t_gutx2 * (t_m3vig * t_g7523) - t_m4efx * t_43ql3)
+        + (f_v1_L32 * t_norya + t_g2uww * t_t6kdi)
+        - (f_v1_L31 * t_6ley6 + f31_v1 * t_qseai);
+    const real t_cfj6u = t_k3dgb * t_qqmqs - t_wnugc * t_5we63;
+    const real t_hokbn = p[I2] * t_2s2br;
+    const real t_ktpye = wth_2 * t_h36cy - g_2 * t_hokbn;
+    const real t_jzaos = mv2 * cos_phi2;
+    const real t_anfnj = sin_phi2 * t_jzaos + Asc_2;
+    const real t_n46wu = e2 * t_anfnj;
+    const real t_r6gya = Bs_2 + t_n46wu;
+    const real t_kpd7x = t_ktpye - t_r6gya;
+    const real t_kxs24 = S_sq2 * t_kpd7x;
+    const real t_2xgil = wth_2 * t_yk3z4 - q_2 * t_hokbn;
+    const real t_vzlku = cos_theta2 * t_2xgil;
+    const real t_r2vni = t_ktpye - t_kxs24 - t_vzlku;
+    const real t_w6dhl = SC2 * t_kpd7x;
+    const real t_fisqb = t_5ylj3 * t_omhw7 - t_7cmd7 * t_gh3ce - (f_v1_L32 * t_cfj6u - u_v1_x3 * t_t6kdi);
+    const real t_mj4g4 = t_anfnj + t_hokbn;
+    const real t_hq2cs = S_sq2 * t_mj4g4;
+    const real t_vkqzx = t_hq2cs - t_hokbn;
+    const real t_k2fe6 = t_iecaz * (q[wy] * t_s5wfv - q[wz] * t_felv2);
+    const real t_66i5o = t_gutx2 * (q[wy] * t_63hns - q[wx] * t_6ozwk + q[wz] * t_g7523 + t_hhe47)
+        - t_v4uw7 * t_43ql3;
+    const real t_42p6c = c[w1] * (gy_phi2 * t_k2fe6 - t_ohb73 * t_hqesu + (gy_theta2 * t_66i5o + t_pbnsi * t_mrtap));
+    const real t_vw5vx = x_C * t_cfj6u + t_42p6c;
+    const real t_yy7hn = SC2 * t_mj4g4;
+    const real t_q4aqs = c[w2] * (t_h3pge * t_66i5o + t_pbnsi * t_fdqqh - (gz_phi2 * t_k2fe6 - t_ohb73 * t_ja7nq));
+    const real t_ujee2 = x_C * t_fisqb + t_q4aqs;
+    const real t_hq6pr = t_vzlku - sin_theta2 * Bs_2;
+    const real t_tfurk = t_m2abm * t_wk7yn
+        - t_mrm4d * t_4v7es
+        + (u_v1_x2 * t_n5mlh + f_v1_L21 * t_fisqb)
+        + (u_v1_x3 * t_qseai + f_v1_L31 * t_cfj6u);
+    const real t_5elch = t_kqzlv
+        + (K52 * t_cfj6u + G2_v1 * t_r2vni)
+        - (G3_v1 * t_w6dhl - t_hjmgb * t_fisqb)
+        + (a2_v1 * t_vkqzx + K22 * t_vw5vx)
+        + (a3_v1 * t_yy7hn - K32 * t_ujee2)
+        + (t_dyqoa * t_hq6pr + t_yz7e5 * t_tfurk);
+    const real t_f2vdr = cos_phi2 * t_jzaos - Ass_2;
+    const real t_igjjb = sin_theta2 * t_f2vdr;
+    const real t_7smnw = sin_phi2 * t_fregp + t_czyms - (tension2 * sin_phi2 + cos_phi2 * t_7pqkc);
+    const real t_2zutr = Bc_2 + e2 * t_f2vdr;
+    const real t_msyoe = sin_theta2 * t_2zutr;
+    const real t_sqznz = cos_theta2 * t_2zutr;
+    const real t_kytbr = cos_theta2 * t_f2vdr;
+    const real t_uefwu = t_7smnw
+        + (t_6mmeb * t_cfj6u + G2_v1 * t_msyoe)
+        + (G3_v1 * t_sqznz - t_bl4f2 * t_fisqb)
+        + (a2_v1 * t_igjjb + t_b3aij * t_vw5vx)
+        + (a3_v1 * t_kytbr - t_zzymx * t_ujee2);
+    const real t_qpujq = t_dyqoa * Bc_2 + t_2m245 * t_tfurk - t_uefwu;
+    const real t_k5p2h = sin_theta2 * t_q6l6c;
+    const real t_yocbh = cos_theta2 * t_ehxvd - t_k5p2h;
+    const real t_4twqa = sin_theta2 * t_2xgil;
+    const real t_mnv5e = t_4twqa - t_w6dhl;
+    const real t_2wedy = t_kxs24 + t_r6gya;
+    const real t_2mw2y = t_anfnj - t_hq2cs;
+    const real t_sok6x = t_4twqa + cos_theta2 * Bs_2;
+    const real t_ld5pn = t_yocbh
+        + (K53 * t_cfj6u + G2_v1 * t_mnv5e)
+        + (G3_v1 * t_2wedy - K63 * t_fisqb)
+        + (a2_v1 * t_yy7hn + K32 * t_vw5vx)
+        + (a3_v1 * t_2mw2y - K33 * t_ujee2)
+        - (t_dyqoa * t_sok6x + K43 * t_tfurk);
+    const real t_fbn73 = K11 * t_qpujq
+        - q1_v1 * t_anfnj
+        - (q2_v1 * t_igjjb + t_b3aij * t_5elch)
+        - (q3_v1 * t_kytbr + t_zzymx * t_ld5pn);
+    const real t_sj2tb = t_tqzpl * t_igjjb - t_s5vhe * t_anfnj + t_r6alf * t_kytbr;
+    const real t_cqfie = t_5a4ay * t_sj2tb
+        + PP_v1 * (t_i246m * t_qpujq + t_etuzz * t_5elch + t_uen3p * t_ld5pn);
+    const real t_ifj7u = (SELECT0(m_il3ht, t_w4p3n * (t_nlrbh * t_fbn73 - t_cqfie) * t_q5kgs) - t_fbn73) * t_phv5x
+        - t_6xjbo * t_sj2tb;
+    const real t_tfwgb = t_5elch - (t_fa67e * t_igjjb + t_b3aij * t_ifj7u);
+    const real t_hrd5n = t_q2hfz * (t_5x4sb * (t_tfwgb * t_y7rm6));
+    const real t_7vxmt_3 = t_hrd5n * t_nwsjf;
+    const real t_iubif_12 = t_bw2jd * (t_ee7r6 * t_7vxmt_3);
+    const real t_27ev7_12 = p[F] * (sin_t_s5hay * t_iubif_12);
+    const real t_wzmp3_12 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_12));
+    const real t_cqbs6 = t_ld5pn - (t_fa67e * t_kytbr + t_zzymx * t_ifj7u);
+    const real t_uov36 = t_cqbs6 * t_y7rm6 * t_yk7ex
+        + SELECT0(m_el4yy, t_oayxs * (t_jpiko * (t_uwsp7 * t_hrd5n * t_imn4h)));
+    const real t_iijst_3 = t_q2hfz_2 * (t_2snz7 * t_uov36) * t_bifdl;
+    const real t_rl5d3_12 = sin_t_7g2cn * t_7vxmt_3;
+    const real t_i7skh_12 = cos_t_finmd * t_iijst_3;
+    const real t_k6zjx_12 = SELECT0(m_el4yy, -(sin_t_finmd * t_rl5d3_12)) + SELECT0(m_uklky, -(cos_t_7g2cn * t_i7skh_12));
+    const real t_7t7eb_12 = SELECT(m_hlry2, SELECT0(m_uklky, -t_iijst_3), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_k6zjx_12 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_12 = t_zrb6o * (t_vr3uw * t_7t7eb_12);
+    const real t_cxwzz_12 = sin_t_kl6tx * t_swjde_12;
+    const real t_iq3qk = t_wzmp3_12 - t_zmkrd * t_cxwzz_12 + t_7smnw;
+    const real t_f4frf = t_igjjb * t_bpfoo + t_7rnk2 * t_anfnj;
+    const real t_ilple_12 = p[F] * (cos_t_s5hay * t_iubif_12);
+    const real t_ziyck = SELECT0(m_el4yy, t_ilple_12) - t_kqzlv + (t_sfc5s * t_f4frf + t_w7lcw * t_iq3qk);
+    const real t_dx5p7 = t_vkqzx - (t_w7lcw * t_igjjb + t_b3aij * t_f4frf);
+    const real t_zlixu = t_kytbr * t_bpfoo + t_7rnk2_2 * t_anfnj;
+    const real t_g4jqr = t_yy7hn - (t_3go2w * t_igjjb + t_b3aij * t_zlixu);
+    const real t_t5hju = t_g4jqr * t_4iujv - t_6yahm * t_dx5p7;
+    const real t_ooljq_12 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_12));
+    const real t_lqx5z_12 = cos_t_kl6tx * t_swjde_12;
+    const real t_mvrqf_12 = t_ooljq_12 + t_zmkrd * t_lqx5z_12;
+    const real t_kunja = t_sfc5s * t_zlixu
+        + t_3go2w * t_iq3qk
+        - (t_mvrqf_12 + t_yocbh)
+        - (t_dpn2x * t_t5hju + K_L32 * t_ziyck);
+    const real t_e2fky = t_2mw2y
+        - (K_L32 * t_g4jqr + t_2rbbr * t_t5hju)
+        - (t_3go2w * t_kytbr + t_zzymx * t_zlixu);
+    const real t_sasqd = Bc_2 * t_bpfoo + t_jtjoh * t_anfnj;
+    const real t_kpo7l = t_hq6pr + (t_xq4wt * t_igjjb + t_b3aij * t_sasqd);
+    const real t_mifaj = t_kpo7l * t_4iujv - t_2ngl5 * t_dx5p7;
+    const real t_krxfu = t_sok6x
+        + (t_5wcj3 * t_g4jqr + t_2rbbr * t_mifaj)
+        - (t_xq4wt * t_kytbr + t_zzymx * t_sasqd);
+    const real t_jn6ns = t_krxfu * t_zmh3u - t_ydwjl * t_e2fky;
+    const real t_p2f6u = t_6fvzz * Bc_2 + p[l2] * t_fregp;
+    const real t_dlwth = q_2 * t_q6l6c + F_n2 * t_yk3z4;
+    const real t_acn2f = t_p2f6u - t_dlwth;
+    const real t_vpcgp = wq_2 * t_yk3z4 + q_2 * t_2xgil;
+    const real t_42o7o = wg_2 * t_yk3z4 + q_2 * t_ktpye;
+    const real t_bbhco = cos_theta2 * t_42o7o;
+    const real t_moyc6 = e2 * Bs_2;
+    const real t_nymit = t_vpcgp - t_bbhco + sin_theta2 * t_moyc6;
+    const real t_awxjj = sin_theta2 * t_42o7o;
+    const real t_rrnkr = t_awxjj + cos_theta2 * t_moyc6;
+    const real t_shxu4_12 = p[F] * t_rl5d3_12;
+    const real t_tvmsg_12 = SELECT0(m_el4yy, -(cos_t_finmd * t_shxu4_12));
+    const real t_an7qj_12 = sin_t_finmd * t_iijst_3;
+    const real t_5p4ii = t_tvmsg_12
+        + SELECT0(m_uklky, t_p34e2 * t_an7qj_12)
+        - (t_qpujq + (K11 * t_ifj7u - t_fa67e * t_anfnj));
+    const real t_7ofua_12 = p[F] * (cos_t_7g2cn * t_7vxmt_3);
+    const real t_ri6bk = SELECT0(m_el4yy, t_7ofua_12) - t_tfwgb + (t_ron5c * t_f4frf + t_w7lcw * t_5p4ii);
+    const real t_3cp5h_12 = SELECT0(m_el4yy, -(sin_t_finmd * t_shxu4_12)) + SELECT0(m_uklky, -(t_p34e2 * t_i7skh_12));
+    const real t_xkhyq = t_ron5c * t_zlixu
+        + t_3go2w * t_5p4ii
+        - (t_3cp5h_12 + t_cqbs6)
+        - (t_3fjjo * t_t5hju + K_L32 * t_ri6bk);
+    const real t_sorhq = t_xkhyq * t_zmh3u - t_grik6 * t_e2fky;
+    const real t_itjr2 = t_ri6bk * t_4iujv - t_ey6wv * t_dx5p7 - (t_ydmyt * t_t5hju + K_L32 * t_sorhq);
+    const real t_ipba4 = t_5p4ii * t_bpfoo
+        + t_lnw7n * t_anfnj
+        + (t_jaz4k * t_f4frf + t_w7lcw * t_itjr2)
+        + (t_ydmyt * t_zlixu + t_3go2w * t_sorhq);
+    const real t_cgxsm_12 = t_wzmp3_12 - t_zmkrd_2 * t_cxwzz_12 - (t_tvmsg_12 + SELECT0(m_uklky, t_p34e2_2 * t_an7qj_12));
+    const real t_ycqju_12 = t_ilple_12 - t_7ofua_12;
+    const real t_tqfwg = SELECT0(m_el4yy, t_ycqju_12) + (t_ukbfi * t_f4frf + t_w7lcw * t_cgxsm_12);
+    const real t_pdzxe_12 = p[F] * t_k6zjx_12 - (t_ooljq_12 + t_zmkrd_2 * t_lqx5z_12);
+    const real t_ulqga = t_pdzxe_12
+        + (t_ukbfi * t_zlixu + t_3go2w * t_cgxsm_12)
+        - (t_qbbkc * t_t5hju + K_L32 * t_tqfwg);
+    const real t_zwhcl = t_ulqga * t_zmh3u - t_n6whd * t_e2fky;
+    const real t_hrowo = t_tqfwg * t_4iujv - t_2ngl5_2 * t_dx5p7 - (t_lvdlo * t_t5hju + K_L32 * t_zwhcl);
+    const real t_gqezs = t_cgxsm_12 * t_bpfoo
+        + t_fhvpl * t_anfnj
+        + (t_4zkth * t_f4frf + t_w7lcw * t_hrowo)
+        + (t_lvdlo * t_zlixu + t_3go2w * t_zwhcl);
+    const real t_qwen4 = t_acn2f
+        + (K54 * t_cfj6u + G2_v1 * t_nymit)
+        + (G3_v1 * t_rrnkr - K64 * t_fisqb)
+        - (t_fa67e * Bc_2 + t_2m245 * t_ifj7u)
+        - (t_q5ya6 * Bc_2 + t_2m245 * t_ipba4)
+        - (a2_v1 * t_hq6pr + t_yz7e5 * t_vw5vx)
+        - (t_jaz4k * t_hq6pr + t_yz7e5 * t_itjr2)
+        + (a3_v1 * t_sok6x - K43 * t_ujee2)
+        + (t_ydmyt * t_sok6x + K43 * t_sorhq)
+        - (t_dyqoa * t_vpcgp + K44 * t_tfurk)
+        - (t_vrqgs * Bc_2 + t_2m245 * t_gqezs)
+        - (t_4zkth * t_hq6pr + t_yz7e5 * t_hrowo)
+        + (t_lvdlo * t_sok6x + K43 * t_zwhcl)
+        - t_acn2f
+        + (t_sfc5s * t_sasqd + t_xq4wt * t_iq3qk)
+        + (t_dpn2x * t_mifaj + t_5wcj3 * t_ziyck)
+        - (t_rugjk * t_jn6ns + K_L43 * t_kunja);
+    const real t_lgjiq = t_vpcgp
+        - (t_5wcj3 * t_kpo7l + t_u3hss * t_mifaj)
+        - (K_L43 * t_krxfu + t_fqe33 * t_jn6ns)
+        - (t_xq4wt * Bc_2 + t_2m245 * t_sasqd);
+    const real t_5xnip = t_msyoe * t_bpfoo + t_7rnk2_3 * t_anfnj;
+    const real t_32omk = t_r2vni - (t_rujpm * t_igjjb + t_b3aij * t_5xnip);
+    const real t_l4x2s = t_32omk * t_4iujv - t_hfybw * t_dx5p7;
+    const real t_zrewz = t_mnv5e
+        - (K_L52 * t_g4jqr + t_2rbbr * t_l4x2s)
+        - (t_rujpm * t_kytbr + t_zzymx * t_5xnip);
+    const real t_5t5zm = t_zrewz * t_zmh3u - t_qe675 * t_e2fky;
+    const real t_5tzd5 = t_nymit
+        + (K_L52 * t_kpo7l + t_u3hss * t_l4x2s)
+        - (K_L53 * t_krxfu + t_fqe33 * t_5t5zm)
+        - (t_rujpm * Bc_2 + t_2m245 * t_5xnip);
+    const real t_tujua = t_5tzd5 * t_lt2al - t_2e52m * t_lgjiq;
+    const real t_j4zbm = t_p2f6u + e2 * t_ehxvd;
+    const real t_q3pde = sin_theta2 * t_j4zbm - t_dlwth + (g_2 * t_uj3u6 + t_oncjt * t_h36cy);
+    const real t_37ayo = wg_2 * t_h36cy + g_2 * t_ktpye;
+    const real t_vjaf4 = e2 * t_n46wu - K(-2.0) * t_moyc6;
+    const real t_3khok = t_vjaf4 - t_37ayo;
+    const real t_pfkyz = S_sq2 * t_3khok;
+    const real t_tjq2e = t_37ayo + t_vpcgp + t_pfkyz + K(-2.0) * t_bbhco;
+    const real t_qjj4z = t_awxjj + SC2 * t_3khok;
+    const real t_cezzw = t_q3pde
+        + (K55 * t_cfj6u + G2_v1 * t_tjq2e)
+        + (G3_v1 * t_qjj4z - K65 * t_fisqb)
+        - (t_fa67e * t_msyoe + t_6mmeb * t_ifj7u)
+        - (t_q5ya6 * t_msyoe + t_6mmeb * t_ipba4)
+        + (a2_v1 * t_r2vni + K52 * t_vw5vx)
+        + (t_jaz4k * t_r2vni + K52 * t_itjr2)
+        + (a3_v1 * t_mnv5e - K53 * t_ujee2)
+        + (t_ydmyt * t_mnv5e + K53 * t_sorhq)
+        - (t_dyqoa * t_nymit + K54 * t_tfurk)
+        + SELECT0(m_el4yy, t_lwe76 * t_7ofua_12)
+        - (t_vrqgs * t_msyoe + t_6mmeb * t_gqezs)
+        + (t_4zkth * t_r2vni + K52 * t_hrowo)
+        + (t_lvdlo * t_mnv5e + K53 * t_zwhcl)
+        + SELECT0(m_el4yy, t_lwe76 * t_ycqju_12)
+        - t_q3pde
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple_12))
+        + (t_sfc5s * t_5xnip + t_rujpm * t_iq3qk)
+        - (t_dpn2x * t_l4x2s + K_L52 * t_ziyck)
+        - (t_rugjk * t_5t5zm + K_L53 * t_kunja)
+        - (t_6opev * t_tujua + K_L54 * t_qwen4);
+    const real t_qsjbn = t_tjq2e
+        - (K_L52 * t_32omk + t_xqwvu * t_l4x2s)
+        - (K_L53 * t_zrewz + t_kjv32 * t_5t5zm)
+        - (K_L54 * t_5tzd5 + t_svz2s * t_tujua)
+        - (t_rujpm * t_msyoe + t_6mmeb * t_5xnip);
+    const real t_jxilg = t_sqznz * t_bpfoo + t_7rnk2_4 * t_anfnj;
+    const real t_pqe72 = t_w6dhl + (t_pgxzp * t_igjjb + t_b3aij * t_jxilg);
+    const real t_3xbgy = t_pqe72 * t_4iujv - t_2ngl5_3 * t_dx5p7;
+    const real t_ax5yf = t_2wedy
+        + (t_gz422 * t_g4jqr + t_2rbbr * t_3xbgy)
+        - (t_pgxzp * t_kytbr + t_zzymx * t_jxilg);
+    const real t_xgopd = t_ax5yf * t_zmh3u - t_kpf5p * t_e2fky;
+    const real t_tonqp = t_rrnkr
+        - (t_gz422 * t_kpo7l + t_u3hss * t_3xbgy)
+        - (K_L63 * t_krxfu + t_fqe33 * t_xgopd)
+        - (t_pgxzp * Bc_2 + t_2m245 * t_jxilg);
+    const real t_mrgut = t_tonqp * t_lt2al - t_wurun * t_lgjiq;
+    const real t_6jql7 = t_qjj4z
+        + (t_gz422 * t_32omk + t_xqwvu * t_3xbgy)
+        - (K_L63 * t_zrewz + t_kjv32 * t_xgopd)
+        - (K_L64 * t_5tzd5 + t_svz2s * t_mrgut)
+        - (t_pgxzp * t_msyoe + t_6mmeb * t_jxilg);
+    const real t_n7dzz = t_6jql7 * t_ftqxb - t_dzxqu * t_qsjbn;
+    const real t_kwwbo = cos_theta2 * t_j4zbm - (g_2 * t_k5p2h + t_iya7w * t_h36cy);
+    const real t_gil4e = t_vjaf4 - t_pfkyz;
+    const real t_zklgz = t_lwe76 * t_3cp5h_12
+        - t_kwwbo
+        - (K65 * t_cfj6u + G2_v1 * t_qjj4z)
+        - (G3_v1 * t_gil4e - K66 * t_fisqb)
+        + (t_fa67e * t_sqznz + t_bl4f2 * t_ifj7u)
+        + (t_q5ya6 * t_sqznz + t_bl4f2 * t_ipba4)
+        + (a2_v1 * t_w6dhl + t_hjmgb * t_vw5vx)
+        + (t_jaz4k * t_w6dhl + t_hjmgb * t_itjr2)
+        - (a3_v1 * t_2wedy - K63 * t_ujee2)
+        - (t_ydmyt * t_2wedy + K63 * t_sorhq)
+        + (t_dyqoa * t_rrnkr + K64 * t_tfurk)
+        - t_lwe76 * t_pdzxe_12
+        + (t_vrqgs * t_sqznz + t_bl4f2 * t_gqezs)
+        + (t_4zkth * t_w6dhl + t_hjmgb * t_hrowo)
+        - (t_lvdlo * t_2wedy + K63 * t_zwhcl)
+        + t_kwwbo;
+    const real t_7ztgx = t_lwe76 * t_mvrqf_12
+        - t_zklgz
+        + (t_sfc5s * t_jxilg + t_pgxzp * t_iq3qk)
+        + (t_dpn2x * t_3xbgy + t_gz422 * t_ziyck)
+        - (t_rugjk * t_xgopd + K_L63 * t_kunja)
+        - (t_6opev * t_mrgut + K_L64 * t_qwen4)
+        - (t_f6bdh * t_n7dzz + K_L65 * t_cezzw);
+    const real t_icopf = t_gil4e
+        - (t_gz422 * t_pqe72 + t_dzmcy * t_3xbgy)
+        - (K_L63 * t_ax5yf + t_iyghn * t_xgopd)
+        - (K_L64 * t_tonqp + t_vjpw3 * t_mrgut)
+        - (K_L65 * t_6jql7 + t_3np5y * t_n7dzz)
+        - (t_pgxzp * t_sqznz + t_bl4f2 * t_jxilg);
+    const real t_dk4f6 = t_7ztgx * t_nfkwa - t_xzdnc * t_icopf;
+    const real t_nxjdi = t_cezzw * t_ftqxb - t_sflvv * t_qsjbn - (t_2uqac * t_n7dzz + K_L65 * t_dk4f6);
+    const real t_3qa4z = t_qwen4 * t_lt2al
+        - t_7d2ur * t_lgjiq
+        - (t_tuxen * t_tujua + K_L54 * t_nxjdi)
+        - (t_2uqac * t_mrgut + K_L64 * t_dk4f6);
+    const real t_no7nk = t_kunja * t_zmh3u
+        - t_qty3w * t_e2fky
+        - (t_4i5kl * t_jn6ns + K_L43 * t_3qa4z)
+        - (t_tuxen * t_5t5zm + K_L53 * t_nxjdi)
+        - (t_2uqac * t_xgopd + K_L63 * t_dk4f6);
+    const real t_ic43s = t_ziyck * t_4iujv
+        - t_me7eb * t_dx5p7
+        - (t_h4uvc * t_t5hju + K_L32 * t_no7nk)
+        + (t_4i5kl * t_mifaj + t_5wcj3 * t_3qa4z)
+        - (t_tuxen * t_l4x2s + K_L52 * t_nxjdi)
+        + (t_2uqac * t_3xbgy + t_gz422 * t_dk4f6);
+    const real t_h3xdr = t_iq3qk * t_bpfoo
+        + t_gvhmj * t_anfnj
+        + (t_ykhgf * t_f4frf + t_w7lcw * t_ic43s)
+        + (t_h4uvc * t_zlixu + t_3go2w * t_no7nk)
+        + (t_4i5kl * t_sasqd + t_xq4wt * t_3qa4z)
+        + (t_tuxen * t_5xnip + t_rujpm * t_nxjdi)
+        + (t_2uqac * t_jxilg + t_pgxzp * t_dk4f6);
+    const real t_62dmq = q[wy] * cos_theta2 - q[wz] * sin_theta2;
+    const real t_rcia5 = sin_phi2 * t_62dmq;
+    const real t_kmx3q_2 = q[wy] * sin_theta2 + q[wz] * cos_theta2;
+    const real t_jx7yj = t_nlamb * (p[l2] * t_rcia5) + t_e55su * t_kmx3q_2 - w_x2 * (lc_2 * t_kmx3q_2);
+    const real t_iwdgv = th_2 * (p[I2] * t_jx7yj);
+    const real t_r45ez = cos_theta2 * t_iwdgv - t_iya7w;
+    const real t_v3kg2 = cos_phi2 * t_62dmq;
+    const real t_q63w7 = t_popww * (t_npq2c * t_v3kg2 - t_ozxm2 * t_kmx3q_2);
+    const real t_abii4 = chi2 * t_v3kg2 - t_c6dmt * t_rcia5 - w_x2 * t_62dmq;
+    const real t_3poda = B_2 * t_abii4;
+    const real t_5td2q = sin_phi2 * t_q63w7 + cos_phi2 * t_3poda;
+    const real t_kiqnd = t_r45ez + (t_ga7f3 - sin_theta2 * t_5td2q);
+    const real t_ikdxp_2 = p[h2] * t_h3pge;
+    const real t_exl7n = t_nqm7d * t_tb25v_2 - t_ikdxp_2;
+    const real t_3ndrr_2 = p[h2] * gz_phi2;
+    const real t_p2q3m = t_3ndrr_2 - t_senbd_2;
+    const real t_tzfxo = t_qy6do * t_exl7n - t_ob75p * t_p2q3m;
+    const real t_fdcpx = t_tzfxo * t_4v7es;
+    const real t_x3rol = t_claqt * t_62dmq;
+    const real t_vnjwc = q[wx] * t_kmx3q_2;
+    const real t_heeu4 = Wn2 * t_x3rol
+        - t_imick * t_kmx3q_2
+        - t_svo5z * t_vnjwc
+        + t_473qv * t_x3rol
+        + t_2t5uv * t_vnjwc;
+    const real t_3ivo4 = t_xtc5p * t_62dmq;
+    const real t_xmpz3 = t_svo5z * (t_g6xot * t_kmx3q_2)
+        - t_svo5z * t_3ivo4
+        - t_m5kd4 * t_x3rol
+        - q[wx] * (t_frp3h * t_62dmq)
+        + p[m2] * (t_nfvux * (cos_phi2 * (sin_phi2 * t_3ivo4)))
+        + p[m2] * (q[wx] * (t_nfvux * (t_4j4b3 * (t_62dmq + t_62dmq))))
+        + p[m2] * (p[l2] * (q[wx] * (p[h2] * t_v3kg2)));
+    const real t_shx7c = t_gutx2 * (t_claqt * t_heeu4) - t_iecaz * (p[I2] * t_xmpz3);
+    const real t_ba7if_2 = p[h2] * gy_phi2;
+    const real t_yhf7x = p[m2] * (t_nfvux * sin_theta2) - t_ba7if_2;
+    const real t_gidtm_2 = p[h2] * gy_theta2;
+    const real t_l5sev = t_4oupt * t_p2q3m
+        + (k_phi2 * t_p2q3m + cz_phi2 * t_xmpz3)
+        - t_gifwv * (q[theta2_dot] * t_yhf7x - q[phi2_dot] * t_gidtm_2);
+    const real t_3o3n4_2 = t_gidtm_2 - t_nqm7d * t_senbd_2;
+    const real t_6rvst = t_kyc32 * (q[phi2_dot] * (t_zozwp * t_tb25v_2 - (t_ba7if_2 + t_4j4b3 * t_tb25v_2)) - q[theta2_dot] * t_3o3n4_2);
+    const real t_a6r3n = t_iecaz * t_l5sev
+        + t_gutx2 * (t_putjj * t_exl7n + (k_theta2 * t_exl7n + cz_theta2 * t_heeu4) - t_6rvst);
+    const real t_vgkhr = t_ob75p * t_yhf7x + t_qy6do * t_3o3n4_2;
+    const real t_mvj62 = cz_phi2 * (t_iecaz * t_yhf7x)
+        + t_b3dii * t_p2q3m
+        - (cz_theta2 * (t_gutx2 * t_3o3n4_2) + t_lhj2f * t_exl7n)
+        - (f_v1_L31 * t_vgkhr + f21_v1 * t_fdcpx);
+    const real t_zjxcz = t_vgkhr * t_4v7es;
+    const real t_ljhrd = t_iecaz * (t_mq26f * t_yhf7x)
+        + t_gutx2 * (t_m2zpo * t_3o3n4_2)
+        + (f_v1_L21 * t_vgkhr + f21_v1 * t_zjxcz);
+    const real t_vxmix = t_mvj62 * t_omhw7 + t_le5ne * t_ljhrd;
+    const real t_ngt6z = t_4oupt * t_yhf7x
+        + (k_phi2 * t_yhf7x + t_x5sl2 * t_xmpz3)
+        + t_gifwv * (q[theta2_dot] * t_p2q3m - q[phi2_dot] * t_ikdxp_2);
+    const real t_hzoyv = t_kyc32 * (q[theta2_dot] * t_exl7n + q[phi2_dot] * (t_3ndrr_2 + t_4j4b3 * t_senbd_2 - t_zozwp * t_senbd_2));
+    const real t_hlmay = t_iecaz * t_ngt6z
+        - t_gutx2 * (t_putjj * t_3o3n4_2 + (k_theta2 * t_3o3n4_2 + cy_theta2 * t_heeu4) - t_hzoyv);
+    const real t_5ulmk = t_u5ggi * t_zjxcz + f_v1_L21 * t_shx7c - t_hlmay;
+    const real t_tyqxb = t_u5ggi * t_fdcpx
+        + f_v1_L31 * t_shx7c
+        + t_a6r3n
+        - (u_v1_y2 * t_vxmix + f_v1_L32 * t_5ulmk);
+    const real t_7pf5x = t_iecaz * (t_e27s7 * t_p2q3m)
+        + t_gutx2 * (t_m3vig * t_exl7n)
+        + (f_v1_L32 * t_mvj62 + t_g2uww * t_vxmix)
+        + (f_v1_L31 * t_tzfxo + f31_v1 * t_fdcpx);
+    const real t_k3huk = t_tyqxb * t_qqmqs + t_wnugc * t_7pf5x;
+    const real t_7u5ql = wq_2 * sin_theta2;
+    const real t_vsg3m = t_xqgq3 * cos_theta2;
+    const real t_duc43 = t_yoiua * t_vsg3m;
+    const real t_jxofu = t_7u5ql - t_duc43;
+    const real t_vvls5 = cos_theta2 * cos_theta2 - S_sq2;
+    const real t_h4epw = t_yoiua * t_vvls5;
+    const real t_liqn7 = t_5ulmk * t_omhw7 + t_7cmd7 * t_ljhrd - (u_v1_x3 * t_vxmix + f_v1_L32 * t_k3huk);
+    const real t_bynkl = tn11_2 * t_vsg3m;
+    const real t_mw7e2 = t_iecaz * (q[wz] * t_p2q3m - q[wy] * t_yhf7x);
+    const real t_bfpem = t_gutx2 * (q[wy] * t_3o3n4_2 + q[wz] * t_exl7n);
+    const real t_jhour = x_C * t_k3huk
+        + c[w1] * (gy_phi2 * t_mw7e2 + t_4jfys + (gy_theta2 * t_bfpem - t_7sygh));
+    const real t_vasro = tn11_2 * t_vvls5;
+    const real t_u6rvj = x_C * t_liqn7
+        + c[w2] * (t_h3pge * t_bfpem + t_uoaiw - (gz_phi2 * t_mw7e2 - t_tzhlc));
+    const real t_6coth = t_2fa7h - t_7u5ql;
+    const real t_tmp7b = t_shx7c * t_4v7es
+        + (u_v1_x2 * t_zjxcz + f_v1_L21 * t_liqn7)
+        + (u_v1_x3 * t_fdcpx + f_v1_L31 * t_k3huk);
+    const real t_hx2t7 = t_kiqnd
+        + (K52 * t_k3huk + G2_v1 * t_jxofu)
+        - (G3_v1 * t_h4epw - t_hjmgb * t_liqn7)
+        + (a2_v1 * t_bynkl + K22 * t_jhour)
+        + (a3_v1 * t_vasro - K32 * t_u6rvj)
+        + (t_dyqoa * t_6coth + t_yz7e5 * t_tmp7b);
+    const real t_hjtld = sin_phi2 * t_3poda - cos_phi2 * t_q63w7;
+    const real t_3u5nb = t_hjtld
+        + (t_6mmeb * t_k3huk + G2_v1 * t_inhtz)
+        - (t_bl4f2 * t_liqn7 + G3_v1 * t_i6twe)
+        + (a2_v1 * t_mejrc + t_b3aij * t_jhour)
+        - (a3_v1 * t_em5lf + t_zzymx * t_u6rvj);
+    const real t_viiqv = t_2m245 * t_tmp7b - t_3u5nb;
+    const real t_lq6gj = wq_2 * cos_theta2;
+    const real t_yuyqq = t_lq6gj - t_h4epw;
+    const real t_g66ka = sin_theta2 * t_iwdgv + t_oncjt;
+    const real t_2fkuq = t_g66ka + (cos_theta2 * t_5td2q + t_ssvj3);
+    const real t_kjyuk = t_lq6gj + t_h3qlz;
+    const real t_smu3f = K53 * t_k3huk
+        + G2_v1 * t_yuyqq
+        - t_2fkuq
+        + (G3_v1 * t_duc43 - K63 * t_liqn7)
+        + (a2_v1 * t_vasro + K32 * t_jhour)
+        - (a3_v1 * t_bynkl + K33 * t_u6rvj)
+        - (t_dyqoa * t_kjyuk + K43 * t_tmp7b);
+    const real t_gx5bt = K11 * t_viiqv
+        - (q2_v1 * t_mejrc + t_b3aij * t_hx2t7)
+        - (t_zzymx * t_smu3f - q3_v1 * t_em5lf);
+    const real t_7leln = t_tqzpl * t_mejrc - t_r6alf * t_em5lf;
+    const real t_m64dm = t_5a4ay * t_7leln
+        + PP_v1 * (t_i246m * t_viiqv + t_etuzz * t_hx2t7 + t_uen3p * t_smu3f);
+    const real t_67qqb = (SELECT0(m_il3ht, t_w4p3n * (t_nlrbh * t_gx5bt - t_m64dm) * t_q5kgs) - t_gx5bt) * t_phv5x
+        - t_6xjbo * t_7leln;
+    const real t_kxtsu = t_hx2t7 - (t_fa67e * t_mejrc + t_b3aij * t_67qqb);
+    const real t_ixscg = t_q2hfz * (t_5x4sb * (t_kxtsu * t_y7rm6));
+    const real t_7vxmt_4 = t_ixscg * t_nwsjf;
+    const real t_iubif_13 = t_bw2jd * (t_ee7r6 * t_7vxmt_4);
+    const real t_27ev7_13 = p[F] * (sin_t_s5hay * t_iubif_13);
+    const real t_wzmp3_13 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_13));
+    const real t_vmh3i = t_smu3f - (t_zzymx * t_67qqb - t_fa67e * t_em5lf);
+    const real t_unsjo = t_vmh3i * t_y7rm6 * t_yk7ex
+        + SELECT0(m_el4yy, t_oayxs * (t_jpiko * (t_uwsp7 * t_ixscg * t_imn4h)));
+    const real t_iijst_4 = t_q2hfz_2 * (t_2snz7 * t_unsjo) * t_bifdl;
+    const real t_rl5d3_13 = sin_t_7g2cn * t_7vxmt_4;
+    const real t_i7skh_13 = cos_t_finmd * t_iijst_4;
+    const real t_k6zjx_13 = SELECT0(m_el4yy, -(sin_t_finmd * t_rl5d3_13)) + SELECT0(m_uklky, -(cos_t_7g2cn * t_i7skh_13));
+    const real t_7t7eb_13 = SELECT(m_hlry2, SELECT0(m_uklky, -t_iijst_4), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_k6zjx_13 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_13 = t_zrb6o * (t_vr3uw * t_7t7eb_13);
+    const real t_cxwzz_13 = sin_t_kl6tx * t_swjde_13;
+    const real t_xdfm7 = t_wzmp3_13 - t_zmkrd * t_cxwzz_13 + t_hjtld;
+    const real t_hr7g5 = t_mejrc * t_bpfoo;
+    const real t_ilple_13 = p[F] * (cos_t_s5hay * t_iubif_13);
+    const real t_jabep = SELECT0(m_el4yy, t_ilple_13) - t_kiqnd + (t_sfc5s * t_hr7g5 + t_w7lcw * t_xdfm7);
+    const real t_2f7cs = t_bynkl - (t_w7lcw * t_mejrc + t_b3aij * t_hr7g5);
+    const real t_w7urv = t_em5lf * t_bpfoo;
+    const real t_zzxmw = t_vasro - (t_3go2w * t_mejrc - t_b3aij * t_w7urv);
+    const real t_5245i = t_zzxmw * t_4iujv - t_6yahm * t_2f7cs;
+    const real t_ooljq_13 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_13));
+    const real t_lqx5z_13 = cos_t_kl6tx * t_swjde_13;
+    const real t_mvrqf_13 = t_ooljq_13 + t_zmkrd * t_lqx5z_13;
+    const real t_cc4cr = t_3go2w * t_xdfm7
+        - t_sfc5s * t_w7urv
+        - (t_mvrqf_13 - t_2fkuq)
+        - (t_dpn2x * t_5245i + K_L32 * t_jabep);
+    const real t_n7sqy = t_3go2w * t_em5lf
+        + t_zzymx * t_w7urv
+        - (t_bynkl + (K_L32 * t_zzxmw + t_2rbbr * t_5245i));
+    const real t_hwhsw = t_6coth + t_xq4wt * t_mejrc;
+    const real t_as4es = t_hwhsw * t_4iujv - t_2ngl5 * t_2f7cs;
+    const real t_kkkcc = t_kjyuk + (t_5wcj3 * t_zzxmw + t_2rbbr * t_as4es) + t_xq4wt * t_em5lf;
+    const real t_h3yhs = t_kkkcc * t_zmh3u - t_ydwjl * t_n7sqy;
+    const real t_ae7pr = p[l2] * t_3poda;
+    const real t_44ssi = q_2 * t_iwdgv;
+    const real t_a7wcu = t_ae7pr - t_44ssi;
+    const real t_jke4d = wqg_2 * sin_theta2;
+    const real t_jnyny = t_jke4d + t_4qb3w;
+    const real t_jcxvb = wqg_2 * cos_theta2;
+    const real t_yokvo = t_jcxvb - t_6pb2s;
+    const real t_shxu4_13 = p[F] * t_rl5d3_13;
+    const real t_tvmsg_13 = SELECT0(m_el4yy, -(cos_t_finmd * t_shxu4_13));
+    const real t_an7qj_13 = sin_t_finmd * t_iijst_4;
+    const real t_wb36h_2 = t_tvmsg_13 + SELECT0(m_uklky, t_p34e2 * t_an7qj_13) - (t_viiqv + K11 * t_67qqb);
+    const real t_7ofua_13 = p[F] * (cos_t_7g2cn * t_7vxmt_4);
+    const real t_soph5 = SELECT0(m_el4yy, t_7ofua_13) - t_kxtsu + (t_ron5c * t_hr7g5 + t_w7lcw * t_wb36h_2);
+    const real t_3cp5h_13 = SELECT0(m_el4yy, -(sin_t_finmd * t_shxu4_13)) + SELECT0(m_uklky, -(t_p34e2 * t_i7skh_13));
+    const real t_hppow = t_3go2w * t_wb36h_2
+        - t_ron5c * t_w7urv
+        - (t_3cp5h_13 + t_vmh3i)
+        - (t_3fjjo * t_5245i + K_L32 * t_soph5);
+    const real t_z6qnn = t_hppow * t_zmh3u - t_grik6 * t_n7sqy;
+    const real t_blkrn = t_soph5 * t_4iujv - t_ey6wv * t_2f7cs - (t_ydmyt * t_5245i + K_L32 * t_z6qnn);
+    const real t_douhz = t_wb36h_2 * t_bpfoo
+        + (t_jaz4k * t_hr7g5 + t_w7lcw * t_blkrn)
+        + (t_3go2w * t_z6qnn - t_ydmyt * t_w7urv);
+    const real t_cgxsm_13 = t_wzmp3_13 - t_zmkrd_2 * t_cxwzz_13 - (t_tvmsg_13 + SELECT0(m_uklky, t_p34e2_2 * t_an7qj_13));
+    const real t_ycqju_13 = t_ilple_13 - t_7ofua_13;
+    const real t_cdm7w = SELECT0(m_el4yy, t_ycqju_13) + (t_ukbfi * t_hr7g5 + t_w7lcw * t_cgxsm_13);
+    const real t_pdzxe_13 = p[F] * t_k6zjx_13 - (t_ooljq_13 + t_zmkrd_2 * t_lqx5z_13);
+    const real t_a764m = t_pdzxe_13
+        + (t_3go2w * t_cgxsm_13 - t_ukbfi * t_w7urv)
+        - (t_qbbkc * t_5245i + K_L32 * t_cdm7w);
+    const real t_oleyw = t_a764m * t_zmh3u - t_n6whd * t_n7sqy;
+    const real t_ax7cl = t_cdm7w * t_4iujv - t_2ngl5_2 * t_2f7cs - (t_lvdlo * t_5245i + K_L32 * t_oleyw);
+    const real t_6et5f = t_cgxsm_13 * t_bpfoo
+        + (t_4zkth * t_hr7g5 + t_w7lcw * t_ax7cl)
+        + (t_3go2w * t_oleyw - t_lvdlo * t_w7urv);
+    const real t_xka2d = t_a7wcu
+        + (K54 * t_k3huk + G2_v1 * t_jnyny)
+        + (G3_v1 * t_yokvo - K64 * t_liqn7)
+        - t_2m245 * t_67qqb
+        - t_2m245 * t_douhz
+        - (a2_v1 * t_6coth + t_yz7e5 * t_jhour)
+        - (t_jaz4k * t_6coth + t_yz7e5 * t_blkrn)
+        + (a3_v1 * t_kjyuk - K43 * t_u6rvj)
+        + (t_ydmyt * t_kjyuk + K43 * t_z6qnn)
+        - K44 * t_tmp7b
+        - t_2m245 * t_6et5f
+        - (t_4zkth * t_6coth + t_yz7e5 * t_ax7cl)
+        + (t_lvdlo * t_kjyuk + K43 * t_oleyw)
+        - t_a7wcu
+        + t_xq4wt * t_xdfm7
+        + (t_dpn2x * t_as4es + t_5wcj3 * t_jabep)
+        - (t_rugjk * t_h3yhs + K_L43 * t_cc4cr);
+    const real t_z36xo = t_5wcj3 * t_hwhsw + t_u3hss * t_as4es + (K_L43 * t_kkkcc + t_fqe33 * t_h3yhs);
+    const real t_tcnjk = t_inhtz * t_bpfoo;
+    const real t_pekg2 = t_jxofu - (t_rujpm * t_mejrc + t_b3aij * t_tcnjk);
+    const real t_eq7ot = t_pekg2 * t_4iujv - t_hfybw * t_2f7cs;
+    const real t_fbik5 = t_yuyqq
+        - (K_L52 * t_zzxmw + t_2rbbr * t_eq7ot)
+        - (t_zzymx * t_tcnjk - t_rujpm * t_em5lf);
+    const real t_otkxh = t_fbik5 * t_zmh3u - t_qe675 * t_n7sqy;
+    const real t_objih = t_jnyny
+        + (K_L52 * t_hwhsw + t_u3hss * t_eq7ot)
+        - (K_L53 * t_kkkcc + t_fqe33 * t_otkxh)
+        - t_2m245 * t_tcnjk;
+    const real t_edocq_2 = t_objih * t_lt2al + t_2e52m * t_z36xo;
+    const real t_cdcpd = t_ae7pr - e2 * t_5td2q;
+    const real t_67tyi = sin_theta2 * t_cdcpd + t_wrhtu - t_44ssi + g_2 * t_r45ez;
+    const real t_mxd3p = tn44_2 * t_vsg3m;
+    const real t_fsjsa = t_mxd3p - K(-2.0) * t_jke4d;
+    const real t_jjfdv = t_jcxvb + tn44_2 * t_vvls5;
+    const real t_nhxni = t_67tyi
+        + (K55 * t_k3huk + G2_v1 * t_fsjsa)
+        + (G3_v1 * t_jjfdv - K65 * t_liqn7)
+        - (t_fa67e * t_inhtz + t_6mmeb * t_67qqb)
+        - (t_q5ya6 * t_inhtz + t_6mmeb * t_douhz)
+        + (a2_v1 * t_jxofu + K52 * t_jhour)
+        + (t_jaz4k * t_jxofu + K52 * t_blkrn)
+        + (a3_v1 * t_yuyqq - K53 * t_u6rvj)
+        + (t_ydmyt * t_yuyqq + K53 * t_z6qnn)
+        - (t_dyqoa * t_jnyny + K54 * t_tmp7b)
+        + SELECT0(m_el4yy, t_lwe76 * t_7ofua_13)
+        - (t_vrqgs * t_inhtz + t_6mmeb * t_6et5f)
+        + (t_4zkth * t_jxofu + K52 * t_ax7cl)
+        + (t_lvdlo * t_yuyqq + K53 * t_oleyw)
+        + SELECT0(m_el4yy, t_lwe76 * t_ycqju_13)
+        - t_67tyi
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple_13))
+        + (t_sfc5s * t_tcnjk + t_rujpm * t_xdfm7)
+        - (t_dpn2x * t_eq7ot + K_L52 * t_jabep)
+        - (t_rugjk * t_otkxh + K_L53 * t_cc4cr)
+        - (t_6opev * t_edocq_2 + K_L54 * t_xka2d);
+    const real t_rr7bu = t_fsjsa
+        - (K_L52 * t_pekg2 + t_xqwvu * t_eq7ot)
+        - (K_L53 * t_fbik5 + t_kjv32 * t_otkxh)
+        - (K_L54 * t_objih + t_svz2s * t_edocq_2)
+        - (t_rujpm * t_inhtz + t_6mmeb * t_tcnjk);
+    const real t_kpfwr = t_i6twe * t_bpfoo;
+    const real t_mgkky = t_h4epw + (t_pgxzp * t_mejrc - t_b3aij * t_kpfwr);
+    const real t_utidn = t_mgkky * t_4iujv - t_2ngl5_3 * t_2f7cs;
+    const real t_abaq3 = t_duc43
+        + (t_gz422 * t_zzxmw + t_2rbbr * t_utidn)
+        + (t_pgxzp * t_em5lf + t_zzymx * t_kpfwr);
+    const real t_dfbbm = t_abaq3 * t_zmh3u - t_kpf5p * t_n7sqy;
+    const real t_ip4wi = t_yokvo
+        - (t_gz422 * t_hwhsw + t_u3hss * t_utidn)
+        - (K_L63 * t_kkkcc + t_fqe33 * t_dfbbm)
+        + t_2m245 * t_kpfwr;
+    const real t_notmf_2 = t_ip4wi * t_lt2al + t_wurun * t_z36xo;
+    const real t_z7sm5 = t_jjfdv
+        + (t_gz422 * t_pekg2 + t_xqwvu * t_utidn)
+        - (K_L63 * t_fbik5 + t_kjv32 * t_dfbbm)
+        - (K_L64 * t_objih + t_svz2s * t_notmf_2)
+        - (t_pgxzp * t_inhtz - t_6mmeb * t_kpfwr);
+    const real t_a3dww = t_z7sm5 * t_ftqxb - t_dzxqu * t_rr7bu;
+    const real t_rzicu = cos_theta2 * t_cdcpd - t_n4l7v - g_2 * t_g66ka;
+    const real t_hzavx = t_lwe76 * t_3cp5h_13
+        - t_rzicu
+        - (K65 * t_k3huk + G2_v1 * t_jjfdv)
+        + (K66 * t_liqn7 + G3_v1 * t_mxd3p)
+        + (t_bl4f2 * t_67qqb - t_fa67e * t_i6twe)
+        + (t_bl4f2 * t_douhz - t_q5ya6 * t_i6twe)
+        + (a2_v1 * t_h4epw + t_hjmgb * t_jhour)
+        + (t_jaz4k * t_h4epw + t_hjmgb * t_blkrn)
+        - (a3_v1 * t_duc43 - K63 * t_u6rvj)
+        - (t_ydmyt * t_duc43 + K63 * t_z6qnn)
+        + (t_dyqoa * t_yokvo + K64 * t_tmp7b)
+        - t_lwe76 * t_pdzxe_13
+        + (t_bl4f2 * t_6et5f - t_vrqgs * t_i6twe)
+        + (t_4zkth * t_h4epw + t_hjmgb * t_ax7cl)
+        - (t_lvdlo * t_duc43 + K63 * t_oleyw)
+        + t_rzicu;
+    const real t_ipmo7 = t_lwe76 * t_mvrqf_13
+        - t_hzavx
+        + (t_pgxzp * t_xdfm7 - t_sfc5s * t_kpfwr)
+        + (t_dpn2x * t_utidn + t_gz422 * t_jabep)
+        - (t_rugjk * t_dfbbm + K_L63 * t_cc4cr)
+        - (t_6opev * t_notmf_2 + K_L64 * t_xka2d)
+        - (t_f6bdh * t_a3dww + K_L65 * t_nhxni);
+    const real t_nkcl5 = t_mxd3p
+        + (t_gz422 * t_mgkky + t_dzmcy * t_utidn)
+        + (K_L63 * t_abaq3 + t_iyghn * t_dfbbm)
+        + (K_L64 * t_ip4wi + t_vjpw3 * t_notmf_2)
+        + (K_L65 * t_z7sm5 + t_3np5y * t_a3dww);
+    const real t_syjue = t_ipmo7 * t_nfkwa - t_xzdnc * (t_pgxzp * t_i6twe + t_bl4f2 * t_kpfwr - t_nkcl5);
+    const real t_rvw6a = t_nhxni * t_ftqxb - t_sflvv * t_rr7bu - (t_2uqac * t_a3dww + K_L65 * t_syjue);
+    const real t_ejwzg = t_xka2d * t_lt2al
+        + t_7d2ur * t_z36xo
+        - (t_tuxen * t_edocq_2 + K_L54 * t_rvw6a)
+        - (t_2uqac * t_notmf_2 + K_L64 * t_syjue);
+    const real t_2lqg5 = t_cc4cr * t_zmh3u
+        - t_qty3w * t_n7sqy
+        - (t_4i5kl * t_h3yhs + K_L43 * t_ejwzg)
+        - (t_tuxen * t_otkxh + K_L53 * t_rvw6a)
+        - (t_2uqac * t_dfbbm + K_L63 * t_syjue);
+    const real t_yjloj = t_jabep * t_4iujv
+        - t_me7eb * t_2f7cs
+        - (t_h4uvc * t_5245i + K_L32 * t_2lqg5)
+        + (t_4i5kl * t_as4es + t_5wcj3 * t_ejwzg)
+        - (t_tuxen * t_eq7ot + K_L52 * t_rvw6a)
+        + (t_2uqac * t_utidn + t_gz422 * t_syjue);
+    const real t_gs6kq = t_xdfm7 * t_bpfoo
+        + (t_ykhgf * t_hr7g5 + t_w7lcw * t_yjloj)
+        + (t_3go2w * t_2lqg5 - t_h4uvc * t_w7urv)
+        + t_xq4wt * t_ejwzg
+        + (t_tuxen * t_tcnjk + t_rujpm * t_rvw6a)
+        + (t_pgxzp * t_syjue - t_2uqac * t_kpfwr);
+    const real t_tnr24 = t_5jodw + t_5jodw;
+    const real t_jdg2n = q[theta1_dot] * t_tnr24;
+    const real t_x3csu = t_h5pol + t_h5pol;
+    const real t_xqxwn = t_x3csu + t_jdg2n - q[wx] * t_tnr24;
+    const real t_b42ki = t_mj52b * (p[I1] * p[eps1])
+        + t_ez7bq * (t_iomfo * t_tnr24 - (t_invly * t_jdg2n + t_invly * t_xqxwn));
+    const real t_ihkkq = t_mj52b * (t_qesxo * p[eps1] + (cdy_phi1 * D1 + t_o2gar * t_m5cmg))
+        - t_ez7bq * (cy_theta1 * t_jdg2n + cy_theta1 * t_xqxwn - t_iomfo * t_3gwm2);
+    const real t_rntqj = f_v1_L21 * t_b42ki + t_ihkkq;
+    const real t_j4pnc = t_mj52b * (cz_phi1 * p[eps1] - (cdz_phi1 * D1 - t_o2gar * t_nmcsn))
+        + t_ez7bq * (cz_theta1 * t_jdg2n + cz_theta1 * t_xqxwn - t_iomfo * t_eu2fe)
+        - f_v1_L31 * t_b42ki
+        + f_v1_L32 * t_rntqj;
+    const real t_gaqn2 = t_j4pnc * t_qqmqs;
+    const real t_nxx6u = t_q2k45 + t_q2k45;
+    const real t_qkxuz = th_1 * (p[I1] * t_nxx6u);
+    const real t_sjukx = cos_theta1 * t_qkxuz;
+    const real t_2r2yl = t_6nwd2 * t_7uthm;
+    const real t_5skfg = k1 * p[eps1];
+    const real t_xryeg = sin_phi1 * t_2r2yl + cos_phi1 * t_5skfg;
+    const real t_7yepl = t_sjukx + sin_theta1 * t_xryeg;
+    const real t_hvv3x = t_rntqj * t_omhw7 + f_v1_L32 * t_gaqn2;
+    const real t_bvfgt = t_mj52b * D1;
+    const real t_njrtb = x_C * t_gaqn2 + c[w1] * (gy_phi1 * t_bvfgt);
+    const real t_hfu5v = x_C * t_hvv3x + c[w2] * (gz_phi1 * t_bvfgt);
+    const real t_dcv4z = f_v1_L31 * t_gaqn2 - (t_b42ki * t_4v7es + f_v1_L21 * t_hvv3x);
+    const real t_ucjct = K52 * t_gaqn2
+        - t_7yepl
+        - t_hjmgb * t_hvv3x
+        + K22 * t_njrtb
+        + K32 * t_hfu5v
+        + t_yz7e5 * t_dcv4z;
+    const real t_py77n = sin_phi1 * t_5skfg - cos_phi1 * t_2r2yl;
+    const real t_zybjm = t_py77n
+        + t_6mmeb * t_gaqn2
+        + t_bl4f2 * t_hvv3x
+        + t_b3aij * t_njrtb
+        + t_zzymx * t_hfu5v;
+    const real t_j57g4 = t_2m245 * t_dcv4z - t_zybjm;
+    const real t_3j3sr = sin_theta1 * t_qkxuz;
+    const real t_kvrf6 = t_3j3sr - cos_theta1 * t_xryeg;
+    const real t_3bvjd = t_kvrf6
+        + K53 * t_gaqn2
+        + K63 * t_hvv3x
+        + K32 * t_njrtb
+        + K33 * t_hfu5v
+        - K43 * t_dcv4z;
+    const real t_sgto3 = K11 * t_j57g4 - t_b3aij * t_ucjct - t_zzymx * t_3bvjd;
+    const real t_ywbof = t_nlrbh * t_sgto3
+        - PP_v1 * (t_i246m * t_j57g4 + t_etuzz * t_ucjct + t_uen3p * t_3bvjd);
+    const real t_3e5wk_2 = (SELECT0(m_il3ht, t_w4p3n * t_ywbof * t_q5kgs) - t_sgto3) * t_phv5x;
+    const real t_ktnqz = t_ucjct - t_b3aij * t_3e5wk_2;
+    const real t_phufc_2 = t_q2hfz * (t_5x4sb * (t_ktnqz * t_y7rm6));
+    const real t_oesw4_10 = t_phufc_2 * t_nwsjf;
+    const real t_iubif_14 = t_bw2jd * (t_ee7r6 * t_oesw4_10);
+    const real t_27ev7_14 = p[F] * (sin_t_s5hay * t_iubif_14);
+    const real t_wzmp3_14 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_14));
+    const real t_zfb75 = t_3bvjd - t_zzymx * t_3e5wk_2;
+    const real t_iqffg_2 = t_zfb75 * t_y7rm6 * t_yk7ex
+        + SELECT0(m_el4yy, t_oayxs * (t_jpiko * (t_uwsp7 * t_phufc_2 * t_imn4h)));
+    const real t_6llfx_10 = t_q2hfz_2 * (t_2snz7 * t_iqffg_2) * t_bifdl;
+    const real t_rl5d3_14 = sin_t_7g2cn * t_oesw4_10;
+    const real t_i7skh_14 = cos_t_finmd * t_6llfx_10;
+    const real t_k6zjx_14 = SELECT0(m_el4yy, -(sin_t_finmd * t_rl5d3_14)) + SELECT0(m_uklky, -(cos_t_7g2cn * t_i7skh_14));
+    const real t_7t7eb_14 = SELECT(m_hlry2, SELECT0(m_uklky, -t_6llfx_10), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_k6zjx_14 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_14 = t_zrb6o * (t_vr3uw * t_7t7eb_14);
+    const real t_cxwzz_14 = sin_t_kl6tx * t_swjde_14;
+    const real t_djwjp = t_wzmp3_14 - t_zmkrd * t_cxwzz_14 + t_py77n;
+    const real t_ilple_14 = p[F] * (cos_t_s5hay * t_iubif_14);
+    const real t_npksr = SELECT0(m_el4yy, t_ilple_14) + t_7yepl + t_w7lcw * t_djwjp;
+    const real t_ooljq_14 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_14));
+    const real t_lqx5z_14 = cos_t_kl6tx * t_swjde_14;
+    const real t_mvrqf_14 = t_ooljq_14 + t_zmkrd * t_lqx5z_14;
+    const real t_nd3tx = t_3go2w * t_djwjp - (t_mvrqf_14 + t_kvrf6) - K_L32 * t_npksr;
+    const real t_2g7bi = p[l1] * t_5skfg;
+    const real t_t262i = q_1 * t_qkxuz;
+    const real t_fbgrz = t_2g7bi + t_t262i - p[eps1];
+    const real t_shxu4_14 = p[F] * t_rl5d3_14;
+    const real t_tvmsg_14 = SELECT0(m_el4yy, -(cos_t_finmd * t_shxu4_14));
+    const real t_an7qj_14 = sin_t_finmd * t_6llfx_10;
+    const real t_abffh_2 = t_tvmsg_14 + SELECT0(m_uklky, t_p34e2 * t_an7qj_14) - (t_j57g4 + K11 * t_3e5wk_2);
+    const real t_7ofua_14 = p[F] * (cos_t_7g2cn * t_oesw4_10);
+    const real t_p7b4z_2 = SELECT0(m_el4yy, t_7ofua_14) - t_ktnqz + t_w7lcw * t_abffh_2;
+    const real t_3cp5h_14 = SELECT0(m_el4yy, -(sin_t_finmd * t_shxu4_14)) + SELECT0(m_uklky, -(t_p34e2 * t_i7skh_14));
+    const real t_j53ny_2 = (t_3go2w * t_abffh_2 - (t_3cp5h_14 + t_zfb75) - K_L32 * t_p7b4z_2) * t_zmh3u;
+    const real t_2xwyg_10 = t_p7b4z_2 * t_4iujv - K_L32 * t_j53ny_2;
+    const real t_vevi4_4 = t_abffh_2 * t_bpfoo + t_w7lcw * t_2xwyg_10 + t_3go2w * t_j53ny_2;
+    const real t_cgxsm_14 = t_wzmp3_14 - t_zmkrd_2 * t_cxwzz_14 - (t_tvmsg_14 + SELECT0(m_uklky, t_p34e2_2 * t_an7qj_14));
+    const real t_ycqju_14 = t_ilple_14 - t_7ofua_14;
+    const real t_4w3t6_10 = SELECT0(m_el4yy, t_ycqju_14) + t_w7lcw * t_cgxsm_14;
+    const real t_pdzxe_14 = p[F] * t_k6zjx_14 - (t_ooljq_14 + t_zmkrd_2 * t_lqx5z_14);
+    const real t_tuq22_10 = (t_pdzxe_14 + t_3go2w * t_cgxsm_14 - K_L32 * t_4w3t6_10) * t_zmh3u;
+    const real t_s7pal_10 = t_4w3t6_10 * t_4iujv - K_L32 * t_tuq22_10;
+    const real t_cyfhb_10 = t_cgxsm_14 * t_bpfoo + t_w7lcw * t_s7pal_10 + t_3go2w * t_tuq22_10;
+    const real t_i3zk6 = t_fbgrz
+        + K54 * t_gaqn2
+        + K64 * t_hvv3x
+        - t_2m245 * t_3e5wk_2
+        - t_2m245 * t_vevi4_4
+        - t_yz7e5 * t_njrtb
+        - t_yz7e5 * t_2xwyg_10
+        + K43 * t_hfu5v
+        + K43 * t_j53ny_2
+        - K44 * t_dcv4z
+        - t_2m245 * t_cyfhb_10
+        - t_yz7e5 * t_s7pal_10
+        + K43 * t_tuq22_10
+        - t_fbgrz
+        + t_xq4wt * t_djwjp
+        + t_5wcj3 * t_npksr
+        - K_L43 * t_nd3tx;
+    const real t_jczf2 = t_2g7bi - e1 * t_xryeg;
+    const real t_cs5mc = q[wy] * p[I1];
+    const real t_yqv2h = sin_theta1 * t_jczf2 + t_t262i - t_cs5mc - g_1 * t_sjukx;
+    const real t_5ezql = t_yqv2h
+        + K55 * t_gaqn2
+        + K65 * t_hvv3x
+        - t_6mmeb * t_3e5wk_2
+        - t_6mmeb * t_vevi4_4
+        + K52 * t_njrtb
+        + K52 * t_2xwyg_10
+        + K53 * t_hfu5v
+        + K53 * t_j53ny_2
+        - K54 * t_dcv4z
+        + SELECT0(m_el4yy, t_lwe76 * t_7ofua_14)
+        - t_6mmeb * t_cyfhb_10
+        + K52 * t_s7pal_10
+        + K53 * t_tuq22_10
+        + SELECT0(m_el4yy, t_lwe76 * t_ycqju_14)
+        - t_yqv2h
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple_14))
+        + t_rujpm * t_djwjp
+        - K_L52 * t_npksr
+        - K_L53 * t_nd3tx
+        - K_L54 * t_i3zk6;
+    const real t_seul2 = cos_theta1 * t_jczf2 + g_1 * t_3j3sr - q[wz] * p[I1];
+    const real t_hnshz = t_lwe76 * t_3cp5h_14
+        - t_seul2
+        - K65 * t_gaqn2
+        - K66 * t_hvv3x
+        + t_bl4f2 * t_3e5wk_2
+        + t_bl4f2 * t_vevi4_4
+        + t_hjmgb * t_njrtb
+        + t_hjmgb * t_2xwyg_10
+        - K63 * t_hfu5v
+        - K63 * t_j53ny_2
+        + K64 * t_dcv4z
+        - t_lwe76 * t_pdzxe_14
+        + t_bl4f2 * t_cyfhb_10
+        + t_hjmgb * t_s7pal_10
+        - K63 * t_tuq22_10
+        + t_seul2;
+    const real t_edum6 = t_lwe76 * t_mvrqf_14
+        - t_hnshz
+        + t_pgxzp * t_djwjp
+        + t_gz422 * t_npksr
+        - K_L63 * t_nd3tx
+        - K_L64 * t_i3zk6
+        - K_L65 * t_5ezql;
+    const real t_4cutx_2 = t_edum6 * t_nfkwa;
+    const real t_5l7vm = t_5ezql * t_ftqxb - K_L65 * t_4cutx_2;
+    const real t_mowgp = t_i3zk6 * t_lt2al - K_L54 * t_5l7vm - K_L64 * t_4cutx_2;
+    const real t_2h6we = t_nd3tx * t_zmh3u - K_L43 * t_mowgp - K_L53 * t_5l7vm - K_L63 * t_4cutx_2;
+    const real t_2phl7 = t_npksr * t_4iujv
+        - K_L32 * t_2h6we
+        + t_5wcj3 * t_mowgp
+        - K_L52 * t_5l7vm
+        + t_gz422 * t_4cutx_2;
+    const real t_udtjq = t_djwjp * t_bpfoo
+        + t_w7lcw * t_2phl7
+        + t_3go2w * t_2h6we
+        + t_xq4wt * t_mowgp
+        + t_rujpm * t_5l7vm
+        + t_pgxzp * t_4cutx_2;
+    const real t_ol4jq = t_ceplo - t_smkh7;
+    const real t_5znvx = th_1 * (p[I1] * t_ol4jq - q_1 * p[eps1]);
+    const real t_lv5jl = cos_theta1 * t_5znvx;
+    const real t_bawzi_2 = Wt1 - t_2idpk;
+    const real t_h7dxi_2 = B_1 * t_bawzi_2;
+    const real t_hqad4_2 = t_qbft3 - cos_phi1 * t_h7dxi_2;
+    const real t_ymprg = t_lv5jl + sin_theta1 * t_hqad4_2;
+    const real t_owyhx = p[m1] * (q[wx] * t_etuep) - (t_5jodw * t_djbtf + t_x3csu);
+    const real t_tf3a4 = p[eps1] + Dd_theta1;
+    const real t_txpuv = t_ez7bq * (cz_theta1 * Dd_theta1 + cz_theta1 * t_tf3a4 - (cdz_theta1 * D_theta1 - t_iomfo * cy_theta1));
+    const real t_3trwl = t_mj52b * (p[I1] * t_owyhx)
+        + t_ez7bq * (Dd_theta1 * D_theta1 - (t_invly * Dd_theta1 + t_invly * t_tf3a4));
+    const real t_vo6zw = t_ez7bq * (cy_theta1 * Dd_theta1 + cy_theta1 * t_tf3a4 - (cdy_theta1 * D_theta1 + t_iomfo * t_rmmvl));
+    const real t_suojr = f_v1_L21 * t_3trwl + (t_mj52b * (t_qesxo * t_owyhx + t_o2gar * cz_phi1) - t_vo6zw);
+    const real t_ozqps = t_mj52b * (cz_phi1 * t_owyhx - t_o2gar * t_qesxo)
+        + t_txpuv
+        - f_v1_L31 * t_3trwl
+        + f_v1_L32 * t_suojr;
+    const real t_f7pkz = t_ozqps * t_qqmqs;
+    const real t_2vudx = t_suojr * t_omhw7 + f_v1_L32 * t_f7pkz;
+    const real t_ppukz = t_ez7bq * D_theta1;
+    const real t_mqru2 = x_C * t_f7pkz + c[w1] * (gy_theta1 * t_ppukz);
+    const real t_pc6tk = x_C * t_2vudx - c[w2] * (t_tpms2 * t_ppukz);
+    const real t_nrmva = f_v1_L31 * t_f7pkz - (t_3trwl * t_4v7es + f_v1_L21 * t_2vudx);
+    const real t_72bvc = t_ymprg
+        + K52 * t_f7pkz
+        - t_hjmgb * t_2vudx
+        + K22 * t_mqru2
+        + K32 * t_pc6tk
+        + t_yz7e5 * t_nrmva;
+    const real t_j4nxv = sin_phi1 * t_h7dxi_2 + t_ghnnr;
+    const real t_3bbuz = t_j4nxv
+        + t_6mmeb * t_f7pkz
+        + t_bl4f2 * t_2vudx
+        + t_b3aij * t_mqru2
+        + t_zzymx * t_pc6tk;
+    const real t_6bru3 = t_2m245 * t_nrmva - t_3bbuz;
+    const real t_swgbm = sin_theta1 * t_5znvx;
+    const real t_np7n6 = cos_theta1 * t_hqad4_2 - t_swgbm;
+    const real t_cdn25 = t_np7n6
+        + K53 * t_f7pkz
+        + K63 * t_2vudx
+        + K32 * t_mqru2
+        + K33 * t_pc6tk
+        - K43 * t_nrmva;
+    const real t_hg6jg = K11 * t_6bru3 - t_b3aij * t_72bvc - t_zzymx * t_cdn25;
+    const real t_5by4z = t_nlrbh * t_hg6jg
+        - PP_v1 * (t_i246m * t_6bru3 + t_etuzz * t_72bvc + t_uen3p * t_cdn25);
+    const real t_3e5wk_3 = (SELECT0(m_il3ht, t_w4p3n * t_5by4z * t_q5kgs) - t_hg6jg) * t_phv5x;
+    const real t_ixc3m = t_72bvc - t_b3aij * t_3e5wk_3;
+    const real t_phufc_3 = t_q2hfz * (t_5x4sb * (t_ixc3m * t_y7rm6));
+    const real t_oesw4_11 = t_phufc_3 * t_nwsjf;
+    const real t_iubif_15 = t_bw2jd * (t_ee7r6 * t_oesw4_11);
+    const real t_27ev7_15 = p[F] * (sin_t_s5hay * t_iubif_15);
+    const real t_wzmp3_15 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_15));
+    const real t_h5kun = t_cdn25 - t_zzymx * t_3e5wk_3;
+    const real t_iqffg_3 = t_h5kun * t_y7rm6 * t_yk7ex
+        + SELECT0(m_el4yy, t_oayxs * (t_jpiko * (t_uwsp7 * t_phufc_3 * t_imn4h)));
+    const real t_6llfx_11 = t_q2hfz_2 * (t_2snz7 * t_iqffg_3) * t_bifdl;
+    const real t_rl5d3_15 = sin_t_7g2cn * t_oesw4_11;
+    const real t_i7skh_15 = cos_t_finmd * t_6llfx_11;
+    const real t_k6zjx_15 = SELECT0(m_el4yy, -(sin_t_finmd * t_rl5d3_15)) + SELECT0(m_uklky, -(cos_t_7g2cn * t_i7skh_15));
+    const real t_7t7eb_15 = SELECT(m_hlry2, SELECT0(m_uklky, -t_6llfx_11), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_k6zjx_15 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_15 = t_zrb6o * (t_vr3uw * t_7t7eb_15);
+    const real t_cxwzz_15 = sin_t_kl6tx * t_swjde_15;
+    const real t_b2eri = t_wzmp3_15 - t_zmkrd * t_cxwzz_15 + t_j4nxv;
+    const real t_ilple_15 = p[F] * (cos_t_s5hay * t_iubif_15);
+    const real t_cqjfx = SELECT0(m_el4yy, t_ilple_15) - t_ymprg + t_w7lcw * t_b2eri;
+    const real t_ooljq_15 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_15));
+    const real t_lqx5z_15 = cos_t_kl6tx * t_swjde_15;
+    const real t_mvrqf_15 = t_ooljq_15 + t_zmkrd * t_lqx5z_15;
+    const real t_oi36c = t_3go2w * t_b2eri - (t_mvrqf_15 + t_np7n6) - K_L32 * t_cqjfx;
+    const real t_zfk4z_2 = p[l1] * t_h7dxi_2;
+    const real t_kukcp = q_1 * t_5znvx;
+    const real t_mbg7s = t_zfk4z_2 - t_kukcp + t_cs5mc;
+    const real t_shxu4_15 = p[F] * t_rl5d3_15;
+    const real t_tvmsg_15 = SELECT0(m_el4yy, -(cos_t_finmd * t_shxu4_15));
+    const real t_an7qj_15 = sin_t_finmd * t_6llfx_11;
+    const real t_abffh_3 = t_tvmsg_15 + SELECT0(m_uklky, t_p34e2 * t_an7qj_15) - (t_6bru3 + K11 * t_3e5wk_3);
+    const real t_7ofua_15 = p[F] * (cos_t_7g2cn * t_oesw4_11);
+    const real t_p7b4z_3 = SELECT0(m_el4yy, t_7ofua_15) - t_ixc3m + t_w7lcw * t_abffh_3;
+    const real t_3cp5h_15 = SELECT0(m_el4yy, -(sin_t_finmd * t_shxu4_15)) + SELECT0(m_uklky, -(t_p34e2 * t_i7skh_15));
+    const real t_j53ny_3 = (t_3go2w * t_abffh_3 - (t_3cp5h_15 + t_h5kun) - K_L32 * t_p7b4z_3) * t_zmh3u;
+    const real t_2xwyg_11 = t_p7b4z_3 * t_4iujv - K_L32 * t_j53ny_3;
+    const real t_vevi4_5 = t_abffh_3 * t_bpfoo + t_w7lcw * t_2xwyg_11 + t_3go2w * t_j53ny_3;
+    const real t_cgxsm_15 = t_wzmp3_15 - t_zmkrd_2 * t_cxwzz_15 - (t_tvmsg_15 + SELECT0(m_uklky, t_p34e2_2 * t_an7qj_15));
+    const real t_ycqju_15 = t_ilple_15 - t_7ofua_15;
+    const real t_4w3t6_11 = SELECT0(m_el4yy, t_ycqju_15) + t_w7lcw * t_cgxsm_15;
+    const real t_pdzxe_15 = p[F] * t_k6zjx_15 - (t_ooljq_15 + t_zmkrd_2 * t_lqx5z_15);
+    const real t_tuq22_11 = (t_pdzxe_15 + t_3go2w * t_cgxsm_15 - K_L32 * t_4w3t6_11) * t_zmh3u;
+    const real t_s7pal_11 = t_4w3t6_11 * t_4iujv - K_L32 * t_tuq22_11;
+    const real t_cyfhb_11 = t_cgxsm_15 * t_bpfoo + t_w7lcw * t_s7pal_11 + t_3go2w * t_tuq22_11;
+    const real t_qbnbi = t_mbg7s
+        + K54 * t_f7pkz
+        + K64 * t_2vudx
+        - t_2m245 * t_3e5wk_3
+        - t_2m245 * t_vevi4_5
+        - t_yz7e5 * t_mqru2
+        - t_yz7e5 * t_2xwyg_11
+        + K43 * t_pc6tk
+        + K43 * t_j53ny_3
+        - K44 * t_nrmva
+        - t_2m245 * t_cyfhb_11
+        - t_yz7e5 * t_s7pal_11
+        + K43 * t_tuq22_11
+        - t_mbg7s
+        + t_xq4wt * t_b2eri
+        + t_5wcj3 * t_cqjfx
+        - K_L43 * t_oi36c;
+    const real t_oeo2d_2 = t_zfk4z_2 + e1 * t_hqad4_2;
+    const real t_mgxsh = sin_theta1 * t_oeo2d_2 - (t_kukcp + p[eps1]) + g_1 * t_lv5jl;
+    const real t_kz2as = t_mgxsh
+        + K55 * t_f7pkz
+        + K65 * t_2vudx
+        - t_6mmeb * t_3e5wk_3
+        - t_6mmeb * t_vevi4_5
+        + K52 * t_mqru2
+        + K52 * t_2xwyg_11
+        + K53 * t_pc6tk
+        + K53 * t_j53ny_3
+        - K54 * t_nrmva
+        + SELECT0(m_el4yy, t_lwe76 * t_7ofua_15)
+        - t_6mmeb * t_cyfhb_11
+        + K52 * t_s7pal_11
+        + K53 * t_tuq22_11
+        + SELECT0(m_el4yy, t_lwe76 * t_ycqju_15)
+        - t_mgxsh
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple_15))
+        + t_rujpm * t_b2eri
+        - K_L52 * t_cqjfx
+        - K_L53 * t_oi36c
+        - K_L54 * t_qbnbi;
+    const real t_tu4uy = cos_theta1 * t_oeo2d_2 + q[wx] * p[I1] - g_1 * t_swgbm;
+    const real t_2zndr = t_lwe76 * t_3cp5h_15
+        - t_tu4uy
+        - K65 * t_f7pkz
+        - K66 * t_2vudx
+        + t_bl4f2 * t_3e5wk_3
+        + t_bl4f2 * t_vevi4_5
+        + t_hjmgb * t_mqru2
+        + t_hjmgb * t_2xwyg_11
+        - K63 * t_pc6tk
+        - K63 * t_j53ny_3
+        + K64 * t_nrmva
+        - t_lwe76 * t_pdzxe_15
+        + t_bl4f2 * t_cyfhb_11
+        + t_hjmgb * t_s7pal_11
+        - K63 * t_tuq22_11
+        + t_tu4uy;
+    const real t_h74ny = t_lwe76 * t_mvrqf_15
+        - t_2zndr
+        + t_pgxzp * t_b2eri
+        + t_gz422 * t_cqjfx
+        - K_L63 * t_oi36c
+        - K_L64 * t_qbnbi
+        - K_L65 * t_kz2as;
+    const real t_4cutx_3 = t_h74ny * t_nfkwa;
+    const real t_e3yox = t_kz2as * t_ftqxb - K_L65 * t_4cutx_3;
+    const real t_czhcj = t_qbnbi * t_lt2al - K_L54 * t_e3yox - K_L64 * t_4cutx_3;
+    const real t_2h6we_2 = t_oi36c * t_zmh3u - K_L43 * t_czhcj - K_L53 * t_e3yox - K_L63 * t_4cutx_3;
+    const real t_2phl7_2 = t_cqjfx * t_4iujv
+        - K_L32 * t_2h6we_2
+        + t_5wcj3 * t_czhcj
+        - K_L52 * t_e3yox
+        + t_gz422 * t_4cutx_3;
+    const real t_gdqra = t_b2eri * t_bpfoo
+        + t_w7lcw * t_2phl7_2
+        + t_3go2w * t_2h6we_2
+        + t_xq4wt * t_czhcj
+        + t_rujpm * t_e3yox
+        + t_pgxzp * t_4cutx_3;
+    const real t_wvfwz = q[theta2_dot] * t_6rpiz;
+    const real t_x3csu_2 = t_imick + t_imick;
+    const real t_3l6h5 = t_x3csu_2 + t_wvfwz - t_sf5f4;
+    const real t_rwyjr = t_iecaz * (p[I2] * p[eps2])
+        + t_gutx2 * (t_kyc32 * t_6rpiz - (t_claqt * t_wvfwz + t_claqt * t_3l6h5));
+    const real t_t2kik = t_iecaz * (t_x5sl2 * p[eps2] + (cdy_phi2 * D2 + t_gifwv * t_gidtm))
+        - t_gutx2 * (cy_theta2 * t_wvfwz + cy_theta2 * t_3l6h5 - t_kyc32 * t_zosjn);
+    const real t_lsbgl = f_v1_L21 * t_rwyjr + t_t2kik;
+    const real t_bexxl = t_iecaz * (cz_phi2 * p[eps2] - (cdz_phi2 * D2 - t_gifwv * t_ikdxp))
+        + t_gutx2 * (cz_theta2 * t_wvfwz + cz_theta2 * t_3l6h5 - t_kyc32 * t_v6y4o)
+        - f_v1_L31 * t_rwyjr
+        + f_v1_L32 * t_lsbgl;
+    const real t_p73my = t_bexxl * t_qqmqs;
+    const real t_pv35x = t_e55su + t_e55su;
+    const real t_lmpa4 = th_2 * (p[I2] * t_pv35x);
+    const real t_556h3 = cos_theta2 * t_lmpa4;
+    const real t_kkthf = t_popww * t_ozxm2;
+    const real t_o7zln = k2 * p[eps2];
+    const real t_7cclx = sin_phi2 * t_kkthf + cos_phi2 * t_o7zln;
+    const real t_gu724 = t_556h3 + sin_theta2 * t_7cclx;
+    const real t_pnl52 = t_lsbgl * t_omhw7 + f_v1_L32 * t_p73my;
+    const real t_tvbdp = t_iecaz * D2;
+    const real t_7dmt2 = x_C * t_p73my + c[w1] * (gy_phi2 * t_tvbdp);
+    const real t_427z5 = x_C * t_pnl52 + c[w2] * (gz_phi2 * t_tvbdp);
+    const real t_fkvtz = f_v1_L31 * t_p73my - (t_rwyjr * t_4v7es + f_v1_L21 * t_pnl52);
+    const real t_ruw4d = K52 * t_p73my
+        - t_gu724
+        - t_hjmgb * t_pnl52
+        + K22 * t_7dmt2
+        + K32 * t_427z5
+        + t_yz7e5 * t_fkvtz;
+    const real t_h6rho = sin_phi2 * t_o7zln - cos_phi2 * t_kkthf;
+    const real t_opm2y = t_h6rho
+        + t_6mmeb * t_p73my
+        + t_bl4f2 * t_pnl52
+        + t_b3aij * t_7dmt2
+        + t_zzymx * t_427z5;
+    const real t_exp4h = t_2m245 * t_fkvtz - t_opm2y;
+    const real t_qj4qw = sin_theta2 * t_lmpa4;
+    const real t_o4q3i = t_qj4qw - cos_theta2 * t_7cclx;
+    const real t_iiogu = t_o4q3i
+        + K53 * t_p73my
+        + K63 * t_pnl52
+        + K32 * t_7dmt2
+        + K33 * t_427z5
+        - K43 * t_fkvtz;
+    const real t_tuwf7 = K11 * t_exp4h - t_b3aij * t_ruw4d - t_zzymx * t_iiogu;
+    const real t_tnjvl = t_nlrbh * t_tuwf7
+        - PP_v1 * (t_i246m * t_exp4h + t_etuzz * t_ruw4d + t_uen3p * t_iiogu);
+    const real t_3e5wk_4 = (SELECT0(m_il3ht, t_w4p3n * t_tnjvl * t_q5kgs) - t_tuwf7) * t_phv5x;
+    const real t_kctrr = t_ruw4d - t_b3aij * t_3e5wk_4;
+    const real t_phufc_4 = t_q2hfz * (t_5x4sb * (t_kctrr * t_y7rm6));
+    const real t_oesw4_12 = t_phufc_4 * t_nwsjf;
+    const real t_iubif_16 = t_bw2jd * (t_ee7r6 * t_oesw4_12);
+    const real t_27ev7_16 = p[F] * (sin_t_s5hay * t_iubif_16);
+    const real t_wzmp3_16 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_16));
+    const real t_uvecy = t_iiogu - t_zzymx * t_3e5wk_4;
+    const real t_iqffg_4 = t_uvecy * t_y7rm6 * t_yk7ex
+        + SELECT0(m_el4yy, t_oayxs * (t_jpiko * (t_uwsp7 * t_phufc_4 * t_imn4h)));
+    const real t_6llfx_12 = t_q2hfz_2 * (t_2snz7 * t_iqffg_4) * t_bifdl;
+    const real t_rl5d3_16 = sin_t_7g2cn * t_oesw4_12;
+    const real t_i7skh_16 = cos_t_finmd * t_6llfx_12;
+    const real t_k6zjx_16 = SELECT0(m_el4yy, -(sin_t_finmd * t_rl5d3_16)) + SELECT0(m_uklky, -(cos_t_7g2cn * t_i7skh_16));
+    const real t_7t7eb_16 = SELECT(m_hlry2, SELECT0(m_uklky, -t_6llfx_12), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_k6zjx_16 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_16 = t_zrb6o * (t_vr3uw * t_7t7eb_16);
+    const real t_cxwzz_16 = sin_t_kl6tx * t_swjde_16;
+    const real t_4d6eh = t_wzmp3_16 - t_zmkrd * t_cxwzz_16 + t_h6rho;
+    const real t_ilple_16 = p[F] * (cos_t_s5hay * t_iubif_16);
+    const real t_gqsxc = SELECT0(m_el4yy, t_ilple_16) + t_gu724 + t_w7lcw * t_4d6eh;
+    const real t_ooljq_16 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_16));
+    const real t_lqx5z_16 = cos_t_kl6tx * t_swjde_16;
+    const real t_mvrqf_16 = t_ooljq_16 + t_zmkrd * t_lqx5z_16;
+    const real t_5fmhp = t_3go2w * t_4d6eh - (t_mvrqf_16 + t_o4q3i) - K_L32 * t_gqsxc;
+    const real t_xeswd = q_2 * t_lmpa4;
+    const real t_ldmue = p[l2] * t_o7zln;
+    const real t_rtgmx = t_xeswd + t_ldmue - p[eps2];
+    const real t_shxu4_16 = p[F] * t_rl5d3_16;
+    const real t_tvmsg_16 = SELECT0(m_el4yy, -(cos_t_finmd * t_shxu4_16));
+    const real t_an7qj_16 = sin_t_finmd * t_6llfx_12;
+    const real t_abffh_4 = t_tvmsg_16 + SELECT0(m_uklky, t_p34e2 * t_an7qj_16) - (t_exp4h + K11 * t_3e5wk_4);
+    const real t_7ofua_16 = p[F] * (cos_t_7g2cn * t_oesw4_12);
+    const real t_p7b4z_4 = SELECT0(m_el4yy, t_7ofua_16) - t_kctrr + t_w7lcw * t_abffh_4;
+    const real t_3cp5h_16 = SELECT0(m_el4yy, -(sin_t_finmd * t_shxu4_16)) + SELECT0(m_uklky, -(t_p34e2 * t_i7skh_16));
+    const real t_j53ny_4 = (t_3go2w * t_abffh_4 - (t_3cp5h_16 + t_uvecy) - K_L32 * t_p7b4z_4) * t_zmh3u;
+    const real t_2xwyg_12 = t_p7b4z_4 * t_4iujv - K_L32 * t_j53ny_4;
+    const real t_vevi4_6 = t_abffh_4 * t_bpfoo + t_w7lcw * t_2xwyg_12 + t_3go2w * t_j53ny_4;
+    const real t_cgxsm_16 = t_wzmp3_16 - t_zmkrd_2 * t_cxwzz_16 - (t_tvmsg_16 + SELECT0(m_uklky, t_p34e2_2 * t_an7qj_16));
+    const real t_ycqju_16 = t_ilple_16 - t_7ofua_16;
+    const real t_4w3t6_12 = SELECT0(m_el4yy, t_ycqju_16) + t_w7lcw * t_cgxsm_16;
+    const real t_pdzxe_16 = p[F] * t_k6zjx_16 - (t_ooljq_16 + t_zmkrd_2 * t_lqx5z_16);
+    const real t_tuq22_12 = (t_pdzxe_16 + t_3go2w * t_cgxsm_16 - K_L32 * t_4w3t6_12) * t_zmh3u;
+    const real t_s7pal_12 = t_4w3t6_12 * t_4iujv - K_L32 * t_tuq22_12;
+    const real t_cyfhb_12 = t_cgxsm_16 * t_bpfoo + t_w7lcw * t_s7pal_12 + t_3go2w * t_tuq22_12;
+    const real t_2hwvz = t_rtgmx
+        + K54 * t_p73my
+        + K64 * t_pnl52
+        - t_2m245 * t_3e5wk_4
+        - t_2m245 * t_vevi4_6
+        - t_yz7e5 * t_7dmt2
+        - t_yz7e5 * t_2xwyg_12
+        + K43 * t_427z5
+        + K43 * t_j53ny_4
+        - K44 * t_fkvtz
+        - t_2m245 * t_cyfhb_12
+        - t_yz7e5 * t_s7pal_12
+        + K43 * t_tuq22_12
+        - t_rtgmx
+        + t_xq4wt * t_4d6eh
+        + t_5wcj3 * t_gqsxc
+        - K_L43 * t_5fmhp;
+    const real t_dvr7i = t_ldmue - e2 * t_7cclx;
+    const real t_ak22y = q[wy] * p[I2];
+    const real t_p3gbd = t_xeswd + sin_theta2 * t_dvr7i - t_ak22y - g_2 * t_556h3;
+    const real t_rtk6s = t_p3gbd
+        + K55 * t_p73my
+        + K65 * t_pnl52
+        - t_6mmeb * t_3e5wk_4
+        - t_6mmeb * t_vevi4_6
+        + K52 * t_7dmt2
+        + K52 * t_2xwyg_12
+        + K53 * t_427z5
+        + K53 * t_j53ny_4
+        - K54 * t_fkvtz
+        + SELECT0(m_el4yy, t_lwe76 * t_7ofua_16)
+        - t_6mmeb * t_cyfhb_12
+        + K52 * t_s7pal_12
+        + K53 * t_tuq22_12
+        + SELECT0(m_el4yy, t_lwe76 * t_ycqju_16)
+        - t_p3gbd
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple_16))
+        + t_rujpm * t_4d6eh
+        - K_L52 * t_gqsxc
+        - K_L53 * t_5fmhp
+        - K_L54 * t_2hwvz;
+    const real t_qo64z = cos_theta2 * t_dvr7i + g_2 * t_qj4qw - q[wz] * p[I2];
+    const real t_lvqdl = t_lwe76 * t_3cp5h_16
+        - t_qo64z
+        - K65 * t_p73my
+        - K66 * t_pnl52
+        + t_bl4f2 * t_3e5wk_4
+        + t_bl4f2 * t_vevi4_6
+        + t_hjmgb * t_7dmt2
+        + t_hjmgb * t_2xwyg_12
+        - K63 * t_427z5
+        - K63 * t_j53ny_4
+        + K64 * t_fkvtz
+        - t_lwe76 * t_pdzxe_16
+        + t_bl4f2 * t_cyfhb_12
+        + t_hjmgb * t_s7pal_12
+        - K63 * t_tuq22_12
+        + t_qo64z;
+    const real t_lbkbk = t_lwe76 * t_mvrqf_16
+        - t_lvqdl
+        + t_pgxzp * t_4d6eh
+        + t_gz422 * t_gqsxc
+        - K_L63 * t_5fmhp
+        - K_L64 * t_2hwvz
+        - K_L65 * t_rtk6s;
+    const real t_4cutx_4 = t_lbkbk * t_nfkwa;
+    const real t_p4fkk = t_rtk6s * t_ftqxb - K_L65 * t_4cutx_4;
+    const real t_n7l66 = t_2hwvz * t_lt2al - K_L54 * t_p4fkk - K_L64 * t_4cutx_4;
+    const real t_azo7n = t_5fmhp * t_zmh3u - K_L43 * t_n7l66 - K_L53 * t_p4fkk - K_L63 * t_4cutx_4;
+    const real t_pr4pj = t_gqsxc * t_4iujv
+        - K_L32 * t_azo7n
+        + t_5wcj3 * t_n7l66
+        - K_L52 * t_p4fkk
+        + t_gz422 * t_4cutx_4;
+    const real t_oyjp2 = t_4d6eh * t_bpfoo
+        + t_w7lcw * t_pr4pj
+        + t_3go2w * t_azo7n
+        + t_xq4wt * t_n7l66
+        + t_rujpm * t_p4fkk
+        + t_pgxzp * t_4cutx_4;
+    const real t_noiav = t_udto6 - t_2nvx4;
+    const real t_jmlk4 = th_2 * (p[I2] * t_noiav - q_2 * p[eps2]);
+    const real t_kaole = cos_theta2 * t_jmlk4;
+    const real t_ly4o3_2 = Wt2 - t_6tvwe;
+    const real t_skszy_2 = B_2 * t_ly4o3_2;
+    const real t_3iwx3_2 = t_bpppy - cos_phi2 * t_skszy_2;
+    const real t_4a7dd = t_kaole + sin_theta2 * t_3iwx3_2;
+    const real t_cnogd = p[m2] * (q[wx] * t_sammx) - (t_2t5uv * t_m5kd4 + t_x3csu_2);
+    const real t_rjcvm = p[eps2] + Dd_theta2;
+    const real t_em4sd = t_gutx2 * (cz_theta2 * Dd_theta2 + cz_theta2 * t_rjcvm - (cdz_theta2 * D_theta2 - t_kyc32 * cy_theta2));
+    const real t_t5bce = t_iecaz * (p[I2] * t_cnogd)
+        + t_gutx2 * (Dd_theta2 * D_theta2 - (t_claqt * Dd_theta2 + t_claqt * t_rjcvm));
+    const real t_jtxg4 = t_gutx2 * (cy_theta2 * Dd_theta2 + cy_theta2 * t_rjcvm - (cdy_theta2 * D_theta2 + t_kyc32 * t_3o3n4));
+    const real t_fibfk = f_v1_L21 * t_t5bce + (t_iecaz * (t_x5sl2 * t_cnogd + t_gifwv * cz_phi2) - t_jtxg4);
+    const real t_6w5wl = t_iecaz * (cz_phi2 * t_cnogd - t_gifwv * t_x5sl2)
+        + t_em4sd
+        - f_v1_L31 * t_t5bce
+        + f_v1_L32 * t_fibfk;
+    const real t_djmfo = t_6w5wl * t_qqmqs;
+    const real t_h6uoq = t_fibfk * t_omhw7 + f_v1_L32 * t_djmfo;
+    const real t_abc5a = t_gutx2 * D_theta2;
+    const real t_vakk6 = x_C * t_djmfo + c[w1] * (gy_theta2 * t_abc5a);
+    const real t_zcvw6 = x_C * t_h6uoq - c[w2] * (t_h3pge * t_abc5a);
+    const real t_6oj7b = f_v1_L31 * t_djmfo - (t_t5bce * t_4v7es + f_v1_L21 * t_h6uoq);
+    const real t_xdf57 = t_4a7dd
+        + K52 * t_djmfo
+        - t_hjmgb * t_h6uoq
+        + K22 * t_vakk6
+        + K32 * t_zcvw6
+        + t_yz7e5 * t_6oj7b;
+    const real t_lxf65 = sin_phi2 * t_skszy_2 + t_7e3oz;
+    const real t_ghtuc = t_lxf65
+        + t_6mmeb * t_djmfo
+        + t_bl4f2 * t_h6uoq
+        + t_b3aij * t_vakk6
+        + t_zzymx * t_zcvw6;
+    const real t_xywhy = t_2m245 * t_6oj7b - t_ghtuc;
+    const real t_wmtg5 = sin_theta2 * t_jmlk4;
+    const real t_e526l = cos_theta2 * t_3iwx3_2 - t_wmtg5;
+    const real t_fy34v = t_e526l
+        + K53 * t_djmfo
+        + K63 * t_h6uoq
+        + K32 * t_vakk6
+        + K33 * t_zcvw6
+        - K43 * t_6oj7b;
+    const real t_h77bv = K11 * t_xywhy - t_b3aij * t_xdf57 - t_zzymx * t_fy34v;
+    const real t_l4izc = t_nlrbh * t_h77bv
+        - PP_v1 * (t_i246m * t_xywhy + t_etuzz * t_xdf57 + t_uen3p * t_fy34v);
+    const real t_3e5wk_5 = (SELECT0(m_il3ht, t_w4p3n * t_l4izc * t_q5kgs) - t_h77bv) * t_phv5x;
+    const real t_xlame = t_xdf57 - t_b3aij * t_3e5wk_5;
+    const real t_phufc_5 = t_q2hfz * (t_5x4sb * (t_xlame * t_y7rm6));
+    const real t_oesw4_13 = t_phufc_5 * t_nwsjf;
+    const real t_iubif_17 = t_bw2jd * (t_ee7r6 * t_oesw4_13);
+    const real t_27ev7_17 = p[F] * (sin_t_s5hay * t_iubif_17);
+    const real t_wzmp3_17 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_17));
+    const real t_23vtw = t_fy34v - t_zzymx * t_3e5wk_5;
+    const real t_iqffg_5 = t_23vtw * t_y7rm6 * t_yk7ex
+        + SELECT0(m_el4yy, t_oayxs * (t_jpiko * (t_uwsp7 * t_phufc_5 * t_imn4h)));
+    const real t_6llfx_13 = t_q2hfz_2 * (t_2snz7 * t_iqffg_5) * t_bifdl;
+    const real t_rl5d3_17 = sin_t_7g2cn * t_oesw4_13;
+    const real t_i7skh_17 = cos_t_finmd * t_6llfx_13;
+    const real t_k6zjx_17 = SELECT0(m_el4yy, -(sin_t_finmd * t_rl5d3_17)) + SELECT0(m_uklky, -(cos_t_7g2cn * t_i7skh_17));
+    const real t_7t7eb_17 = SELECT(m_hlry2, SELECT0(m_uklky, -t_6llfx_13), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_k6zjx_17 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_17 = t_zrb6o * (t_vr3uw * t_7t7eb_17);
+    const real t_cxwzz_17 = sin_t_kl6tx * t_swjde_17;
+    const real t_j46a4 = t_wzmp3_17 - t_zmkrd * t_cxwzz_17 + t_lxf65;
+    const real t_ilple_17 = p[F] * (cos_t_s5hay * t_iubif_17);
+    const real t_mqm36 = SELECT0(m_el4yy, t_ilple_17) - t_4a7dd + t_w7lcw * t_j46a4;
+    const real t_ooljq_17 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_17));
+    const real t_lqx5z_17 = cos_t_kl6tx * t_swjde_17;
+    const real t_mvrqf_17 = t_ooljq_17 + t_zmkrd * t_lqx5z_17;
+    const real t_sis4m = t_3go2w * t_j46a4 - (t_mvrqf_17 + t_e526l) - K_L32 * t_mqm36;
+    const real t_6tlin_2 = p[l2] * t_skszy_2;
+    const real t_toplq = q_2 * t_jmlk4;
+    const real t_yqqsh = t_6tlin_2 - t_toplq + t_ak22y;
+    const real t_shxu4_17 = p[F] * t_rl5d3_17;
+    const real t_tvmsg_17 = SELECT0(m_el4yy, -(cos_t_finmd * t_shxu4_17));
+    const real t_an7qj_17 = sin_t_finmd * t_6llfx_13;
+    const real t_abffh_5 = t_tvmsg_17 + SELECT0(m_uklky, t_p34e2 * t_an7qj_17) - (t_xywhy + K11 * t_3e5wk_5);
+    const real t_7ofua_17 = p[F] * (cos_t_7g2cn * t_oesw4_13);
+    const real t_p7b4z_5 = SELECT0(m_el4yy, t_7ofua_17) - t_xlame + t_w7lcw * t_abffh_5;
+    const real t_3cp5h_17 = SELECT0(m_el4yy, -(sin_t_finmd * t_shxu4_17)) + SELECT0(m_uklky, -(t_p34e2 * t_i7skh_17));
+    const real t_j53ny_5 = (t_3go2w * t_abffh_5 - (t_3cp5h_17 + t_23vtw) - K_L32 * t_p7b4z_5) * t_zmh3u;
+    const real t_2xwyg_13 = t_p7b4z_5 * t_4iujv - K_L32 * t_j53ny_5;
+    const real t_vevi4_7 = t_abffh_5 * t_bpfoo + t_w7lcw * t_2xwyg_13 + t_3go2w * t_j53ny_5;
+    const real t_cgxsm_17 = t_wzmp3_17 - t_zmkrd_2 * t_cxwzz_17 - (t_tvmsg_17 + SELECT0(m_uklky, t_p34e2_2 * t_an7qj_17));
+    const real t_ycqju_17 = t_ilple_17 - t_7ofua_17;
+    const real t_4w3t6_13 = SELECT0(m_el4yy, t_ycqju_17) + t_w7lcw * t_cgxsm_17;
+    const real t_pdzxe_17 = p[F] * t_k6zjx_17 - (t_ooljq_17 + t_zmkrd_2 * t_lqx5z_17);
+    const real t_tuq22_13 = (t_pdzxe_17 + t_3go2w * t_cgxsm_17 - K_L32 * t_4w3t6_13) * t_zmh3u;
+    const real t_s7pal_13 = t_4w3t6_13 * t_4iujv - K_L32 * t_tuq22_13;
+    const real t_cyfhb_13 = t_cgxsm_17 * t_bpfoo + t_w7lcw * t_s7pal_13 + t_3go2w * t_tuq22_13;
+    const real t_qd3kz = t_yqqsh
+        + K54 * t_djmfo
+        + K64 * t_h6uoq
+        - t_2m245 * t_3e5wk_5
+        - t_2m245 * t_vevi4_7
+        - t_yz7e5 * t_vakk6
+        - t_yz7e5 * t_2xwyg_13
+        + K43 * t_zcvw6
+        + K43 * t_j53ny_5
+        - K44 * t_6oj7b
+        - t_2m245 * t_cyfhb_13
+        - t_yz7e5 * t_s7pal_13
+        + K43 * t_tuq22_13
+        - t_yqqsh
+        + t_xq4wt * t_j46a4
+        + t_5wcj3 * t_mqm36
+        - K_L43 * t_sis4m;
+    const real t_6g4dk_2 = t_6tlin_2 + e2 * t_3iwx3_2;
+    const real t_yw7jt = sin_theta2 * t_6g4dk_2 - (t_toplq + p[eps2]) + g_2 * t_kaole;
+    const real t_h6b4s = t_yw7jt
+        + K55 * t_djmfo
+        + K65 * t_h6uoq
+        - t_6mmeb * t_3e5wk_5
+        - t_6mmeb * t_vevi4_7
+        + K52 * t_vakk6
+        + K52 * t_2xwyg_13
+        + K53 * t_zcvw6
+        + K53 * t_j53ny_5
+        - K54 * t_6oj7b
+        + SELECT0(m_el4yy, t_lwe76 * t_7ofua_17)
+        - t_6mmeb * t_cyfhb_13
+        + K52 * t_s7pal_13
+        + K53 * t_tuq22_13
+        + SELECT0(m_el4yy, t_lwe76 * t_ycqju_17)
+        - t_yw7jt
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple_17))
+        + t_rujpm * t_j46a4
+        - K_L52 * t_mqm36
+        - K_L53 * t_sis4m
+        - K_L54 * t_qd3kz;
+    const real t_fzpy2 = cos_theta2 * t_6g4dk_2 + q[wx] * p[I2] - g_2 * t_wmtg5;
+    const real t_penon = t_lwe76 * t_3cp5h_17
+        - t_fzpy2
+        - K65 * t_djmfo
+        - K66 * t_h6uoq
+        + t_bl4f2 * t_3e5wk_5
+        + t_bl4f2 * t_vevi4_7
+        + t_hjmgb * t_vakk6
+        + t_hjmgb * t_2xwyg_13
+        - K63 * t_zcvw6
+        - K63 * t_j53ny_5
+        + K64 * t_6oj7b
+        - t_lwe76 * t_pdzxe_17
+        + t_bl4f2 * t_cyfhb_13
+        + t_hjmgb * t_s7pal_13
+        - K63 * t_tuq22_13
+        + t_fzpy2;
+    const real t_znwie = t_lwe76 * t_mvrqf_17
+        - t_penon
+        + t_pgxzp * t_j46a4
+        + t_gz422 * t_mqm36
+        - K_L63 * t_sis4m
+        - K_L64 * t_qd3kz
+        - K_L65 * t_h6b4s;
+    const real t_4cutx_5 = t_znwie * t_nfkwa;
+    const real t_5apjr = t_h6b4s * t_ftqxb - K_L65 * t_4cutx_5;
+    const real t_fbmcw = t_qd3kz * t_lt2al - K_L54 * t_5apjr - K_L64 * t_4cutx_5;
+    const real t_azo7n_2 = t_sis4m * t_zmh3u - K_L43 * t_fbmcw - K_L53 * t_5apjr - K_L63 * t_4cutx_5;
+    const real t_pr4pj_2 = t_mqm36 * t_4iujv
+        - K_L32 * t_azo7n_2
+        + t_5wcj3 * t_fbmcw
+        - K_L52 * t_5apjr
+        + t_gz422 * t_4cutx_5;
+    const real t_5c726 = t_j46a4 * t_bpfoo
+        + t_w7lcw * t_pr4pj_2
+        + t_3go2w * t_azo7n_2
+        + t_xq4wt * t_fbmcw
+        + t_rujpm * t_5apjr
+        + t_pgxzp * t_4cutx_5;
+    const real t_kefq7 = t_zzomv - q[wy];
+    const real t_gvbad = t_wjyn2 - q[wx];
+    const real t_sm7oh = sin_theta1 * t_gly7z + cos_theta1 * t_zutqn;
+    const real t_i2uqx = cos_phi1 * (e1 * t_sm7oh + sin_theta1 * t_2p2oi + cos_theta1 * t_kumhc)
+        + sin_phi1 * t_djlq2;
+    const real t_kto4a = sin_theta1 * t_feqox + cos_theta1 * t_g244h;
+    const real t_i2uqx_2 = cos_phi1 * (e1 * t_kto4a + sin_theta1 * t_cpzth + cos_theta1 * t_hydzp)
+        + sin_phi1 * t_ly4v3;
+    const real t_lhj2i = sin_theta1 * t_wpogp + cos_theta1 * t_tt7qo;
+    const real t_i2uqx_3 = cos_phi1 * (e1 * t_lhj2i + sin_theta1 * t_yemxe + cos_theta1 * t_nfkya)
+        + sin_phi1 * t_x342x;
+    const real t_p6d45 = sin_theta1 * t_zzomv + cos_theta1 * t_mnget;
+    const real t_7iogl = t_p6d45 + t_bawzi;
+    const real t_vabek = cos_phi1 * (e1 * t_p6d45 + sin_theta1 * t_57c5m + cos_theta1 * t_mzuye)
+        + sin_phi1 * t_qdb76;
+    const real t_p6d45_2 = sin_theta1 * t_wjyn2 + cos_theta1 * t_mnget_2;
+    const real t_vjduo = t_p6d45_2 + t_lmubw;
+    const real t_qifvy = cos_phi1 * (e1 * t_p6d45_2 + sin_theta1 * t_57c5m_2 + cos_theta1 * t_mzuye_2)
+        + sin_phi1 * (t_okbgz - t_imsf6);
+    const real t_y4lgs = sin_theta1 * t_iiyl4 + cos_theta1 * t_4cutx;
+    const real t_rb6tk = t_y4lgs + t_e6rpb;
+    const real t_saffr = cos_phi1 * (e1 * t_y4lgs + sin_theta1 * t_tknj6 + cos_theta1 * t_eirme)
+        + sin_phi1 * (t_rfoph - t_oetyi);
+    const real t_sm7oh_2 = sin_theta1 * t_lplor + cos_theta1 * t_zutqn_2;
+    const real t_i2uqx_4 = cos_phi1 * (e1 * t_sm7oh_2 + sin_theta1 * t_2p2oi_2 + cos_theta1 * t_kumhc_2)
+        + sin_phi1 * t_djlq2_2;
+    const real t_sm7oh_3 = sin_theta1 * t_qu7oh + cos_theta1 * t_zutqn_3;
+    const real t_i2uqx_5 = cos_phi1 * (e1 * t_sm7oh_3 + sin_theta1 * t_2p2oi_3 + cos_theta1 * t_kumhc_3)
+        + sin_phi1 * t_djlq2_3;
+    const real t_pzpfi = sin_theta1 * t_2g35z + cos_theta1 * t_6fkgz;
+    const real t_i2uqx_6 = cos_phi1 * (e1 * t_pzpfi + sin_theta1 * t_zp3td + cos_theta1 * t_thoo4)
+        + sin_phi1 * t_ykypl;
+    const real t_kc27u = sin_theta1 * t_v4qko + cos_theta1 * t_ssv4i;
+    const real t_7vefx = t_kc27u + t_hvpvf;
+    const real t_oddk5 = t_tuxen * sin_theta1;
+    const real t_2f3sm = t_2uqac * cos_theta1;
+    const real t_mrzu7 = t_ykhgf * sin_theta1;
+    const real t_idi6q = t_h4uvc * cos_theta1;
+    const real t_caceg = t_h6owg
+        + t_w7lcw * t_ykhgf
+        + t_3go2w * t_h4uvc
+        + t_xq4wt * t_4i5kl
+        + t_rujpm * t_tuxen
+        + t_pgxzp * t_2uqac;
+    const real t_yo5o7 = cos_phi1 * (e1 * t_kc27u + sin_theta1 * t_6mkl7 + cos_theta1 * t_fnht4)
+        - ((t_oddk5 + t_2f3sm) * e1 + t_mrzu7 + t_idi6q) * sin_phi1
+        + ((t_caceg - t_w7vil) * cos_phi1 + sin_phi1 * t_pxlrv);
+    const real t_7rpve = t_tuxen * cos_theta1;
+    const real t_p7gpo = t_2uqac * sin_theta1;
+    const real t_gw5c5 = sin_theta1 * t_nqno6 + t_7rpve + (cos_theta1 * t_ugw37 - t_p7gpo);
+    const real t_tkpvc = t_gw5c5 + t_y5gv4;
+    const real t_rn2kh = t_ykhgf * cos_theta1;
+    const real t_lmtff = t_h4uvc * sin_theta1;
+    const real t_c5sbx = cos_phi1 * (e1 * t_gw5c5 + (sin_theta1 * t_rodgz + t_rn2kh) + (cos_theta1 * t_kiwmn - t_lmtff));
+    const real t_kc27u_2 = sin_theta1 * t_nxjdi + cos_theta1 * t_dk4f6;
+    const real t_laa5v = cos_phi1 * (e1 * t_kc27u_2 + sin_theta1 * t_ic43s + cos_theta1 * t_no7nk)
+        + sin_phi1 * t_h3xdr;
+    const real t_jkwwo = sin_theta1 * t_rvw6a + cos_theta1 * t_syjue;
+    const real t_uwleq = cos_phi1 * (e1 * t_jkwwo + sin_theta1 * t_yjloj + cos_theta1 * t_2lqg5)
+        + sin_phi1 * t_gs6kq;
+    const real t_y4lgs_2 = sin_theta1 * t_5l7vm + cos_theta1 * t_4cutx_2;
+    const real t_vabek_2 = cos_phi1 * (e1 * t_y4lgs_2 + sin_theta1 * t_2phl7 + cos_theta1 * t_2h6we)
+        + sin_phi1 * t_udtjq;
+    const real t_y4lgs_3 = sin_theta1 * t_e3yox + cos_theta1 * t_4cutx_3;
+    const real t_7iogl_2 = t_y4lgs_3 + t_bawzi_2;
+    const real t_vabek_3 = cos_phi1 * (e1 * t_y4lgs_3 + sin_theta1 * t_2phl7_2 + cos_theta1 * t_2h6we_2)
+        + sin_phi1 * t_gdqra;
+    const real t_y4lgs_4 = sin_theta1 * t_p4fkk + cos_theta1 * t_4cutx_4;
+    const real t_vabek_4 = cos_phi1 * (e1 * t_y4lgs_4 + sin_theta1 * t_pr4pj + cos_theta1 * t_azo7n)
+        + sin_phi1 * t_oyjp2;
+    const real t_y4lgs_5 = sin_theta1 * t_5apjr + cos_theta1 * t_4cutx_5;
+    const real t_vabek_5 = cos_phi1 * (e1 * t_y4lgs_5 + sin_theta1 * t_pr4pj_2 + cos_theta1 * t_azo7n_2)
+        + sin_phi1 * t_5c726;
+    const real t_iatwi = t_3uamd + t_gly7z;
+    const real t_izolf = cos_theta1 * t_2p2oi
+        + g_1 * (cos_theta1 * t_gly7z - sin_theta1 * t_zutqn)
+        - q_1 * t_iatwi
+        - sin_theta1 * t_kumhc;
+    const real t_u7f5z = t_qcbyi + t_feqox;
+    const real t_42lpy = cos_theta1 * t_cpzth
+        + g_1 * (cos_theta1 * t_feqox - sin_theta1 * t_g244h)
+        - q_1 * t_u7f5z
+        - sin_theta1 * t_hydzp;
+    const real t_cbl45 = t_wzbp5 + t_wpogp;
+    const real t_4l7im = cos_theta1 * t_yemxe
+        + g_1 * (cos_theta1 * t_wpogp - sin_theta1 * t_tt7qo)
+        - q_1 * t_cbl45
+        - sin_theta1 * t_nfkya;
+    const real t_z5dmr = t_hridv + t_zzomv;
+    const real t_cgiir = t_ljxeu
+        + cos_theta1 * t_57c5m
+        + g_1 * (cos_theta1 * t_zzomv - sin_theta1 * t_mnget)
+        - q_1 * t_z5dmr
+        - sin_theta1 * t_mzuye;
+    const real t_z5dmr_2 = t_6eg6k + t_wjyn2;
+    const real t_4fg7c = t_qrqlw
+        + cos_theta1 * t_57c5m_2
+        + g_1 * (cos_theta1 * t_wjyn2 - sin_theta1 * t_mnget_2)
+        - q_1 * t_z5dmr_2
+        - sin_theta1 * t_mzuye_2;
+    const real t_suzv4 = t_wjknz + t_iiyl4;
+    const real t_dzzlz = t_z7jiy
+        + cos_theta1 * t_tknj6
+        + g_1 * (cos_theta1 * t_iiyl4 - sin_theta1 * t_4cutx)
+        - q_1 * t_suzv4
+        - sin_theta1 * t_eirme;
+    const real t_iatwi_2 = t_6fz7a + t_lplor;
+    const real t_izolf_2 = cos_theta1 * t_2p2oi_2
+        + g_1 * (cos_theta1 * t_lplor - sin_theta1 * t_zutqn_2)
+        - q_1 * t_iatwi_2
+        - sin_theta1 * t_kumhc_2;
+    const real t_iatwi_3 = t_xa2fg + t_qu7oh;
+    const real t_izolf_3 = cos_theta1 * t_2p2oi_3
+        + g_1 * (cos_theta1 * t_qu7oh - sin_theta1 * t_zutqn_3)
+        - q_1 * t_iatwi_3
+        - sin_theta1 * t_kumhc_3;
+    const real t_7jdux = t_gcknu + t_2g35z;
+    const real t_bhxvk = cos_theta1 * t_zp3td
+        + g_1 * (cos_theta1 * t_2g35z - sin_theta1 * t_6fkgz)
+        - q_1 * t_7jdux
+        - sin_theta1 * t_thoo4;
+    const real t_ypz44 = t_7rpve - t_p7gpo;
+    const real t_fqxxb = t_4i5kl + t_tuxen;
+    const real t_kn4ym = zeta1 + t_rn2kh + g_1 * t_ypz44 - t_fqxxb * q_1 - t_lmtff;
+    const real t_kukju = t_ya4sy + t_v4qko;
+    const real t_7ksht = t_f2zxy
+        + cos_theta1 * t_6mkl7
+        + (t_ypz44 * t_xtwlg + g_1 * (cos_theta1 * t_v4qko - sin_theta1 * t_ssv4i))
+        - (q_1 * t_kukju + t_fqxxb * t_4z4np)
+        - sin_theta1 * t_fnht4;
+    const real t_ibe72 = K(1.0) / p[m1];
+    const real t_oovpr = th_1 * (t_kn4ym * t_4z4np + q_1 * t_7ksht)
+        - (loss_theta1 * t_ibe72 + q_1 * t_kn4ym) * t_vhuco;
+    const real t_ba6y4 = t_rwbzc + t_nqno6;
+    const real t_z2qmn = t_2vp5p
+        + (cos_theta1 * t_rodgz - t_mrzu7)
+        + g_1 * (cos_theta1 * t_nqno6 - t_oddk5 - (sin_theta1 * t_ugw37 + t_2f3sm))
+        - q_1 * t_ba6y4
+        - (sin_theta1 * t_kiwmn + t_idi6q);
+    const real t_ad33o = t_3qa4z + t_nxjdi;
+    const real t_xrzaa = cos_theta1 * t_ic43s
+        + g_1 * (cos_theta1 * t_nxjdi - sin_theta1 * t_dk4f6)
+        - q_1 * t_ad33o
+        - sin_theta1 * t_no7nk;
+    const real t_ba6y4_2 = t_ejwzg + t_rvw6a;
+    const real t_dcrhq = cos_theta1 * t_yjloj
+        + g_1 * (cos_theta1 * t_rvw6a - sin_theta1 * t_syjue)
+        - q_1 * t_ba6y4_2
+        - sin_theta1 * t_2lqg5;
+    const real t_suzv4_2 = t_mowgp + t_5l7vm;
+    const real t_tckos = cos_theta1 * t_2phl7
+        - t_nxx6u
+        + g_1 * (cos_theta1 * t_5l7vm - sin_theta1 * t_4cutx_2)
+        - q_1 * t_suzv4_2
+        - sin_theta1 * t_2h6we;
+    const real t_suzv4_3 = t_czhcj + t_e3yox;
+    const real t_mcyw5 = t_ol4jq
+        + cos_theta1 * t_2phl7_2
+        + g_1 * (cos_theta1 * t_e3yox - sin_theta1 * t_4cutx_3)
+        - q_1 * t_suzv4_3
+        - sin_theta1 * t_2h6we_2;
+    const real t_suzv4_4 = t_n7l66 + t_p4fkk;
+    const real t_5zfhi = cos_theta1 * t_pr4pj
+        + g_1 * (cos_theta1 * t_p4fkk - sin_theta1 * t_4cutx_4)
+        - q_1 * t_suzv4_4
+        - sin_theta1 * t_azo7n;
+    const real t_suzv4_5 = t_fbmcw + t_5apjr;
+    const real t_5zfhi_2 = cos_theta1 * t_pr4pj_2
+        + g_1 * (cos_theta1 * t_5apjr - sin_theta1 * t_4cutx_5)
+        - q_1 * t_suzv4_5
+        - sin_theta1 * t_azo7n_2;
+    const real t_cafw3 = sin_theta2 * t_gly7z + cos_theta2 * t_zutqn;
+    const real t_c5bej = cos_phi2 * (e2 * t_cafw3 + sin_theta2 * t_2p2oi + cos_theta2 * t_kumhc)
+        + sin_phi2 * t_djlq2;
+    const real t_5vn34 = sin_theta2 * t_feqox + cos_theta2 * t_g244h;
+    const real t_c5bej_2 = cos_phi2 * (e2 * t_5vn34 + sin_theta2 * t_cpzth + cos_theta2 * t_hydzp)
+        + sin_phi2 * t_ly4v3;
+    const real t_5rdqz = sin_theta2 * t_wpogp + cos_theta2 * t_tt7qo;
+    const real t_c5bej_3 = cos_phi2 * (e2 * t_5rdqz + sin_theta2 * t_yemxe + cos_theta2 * t_nfkya)
+        + sin_phi2 * t_x342x;
+    const real t_gbts3 = sin_theta2 * t_zzomv + cos_theta2 * t_mnget;
+    const real t_5zull = t_gbts3 + t_ly4o3;
+    const real t_cdywg = cos_phi2 * (e2 * t_gbts3 + sin_theta2 * t_57c5m + cos_theta2 * t_mzuye)
+        + sin_phi2 * t_qdb76;
+    const real t_gbts3_2 = sin_theta2 * t_wjyn2 + cos_theta2 * t_mnget_2;
+    const real t_45gz6 = t_gbts3_2 + t_js3na;
+    const real t_plaqj = cos_phi2 * (e2 * t_gbts3_2 + sin_theta2 * t_57c5m_2 + cos_theta2 * t_mzuye_2)
+        + sin_phi2 * (t_okbgz - t_sqd7x);
+    const real t_xczzw = sin_theta2 * t_iiyl4 + cos_theta2 * t_4cutx;
+    const real t_v3njf = t_xczzw + t_jv37x;
+    const real t_u6hxg = cos_phi2 * (e2 * t_xczzw + sin_theta2 * t_tknj6 + cos_theta2 * t_eirme)
+        + sin_phi2 * (t_rfoph - t_xfnc5);
+    const real t_cafw3_2 = sin_theta2 * t_lplor + cos_theta2 * t_zutqn_2;
+    const real t_c5bej_4 = cos_phi2 * (e2 * t_cafw3_2 + sin_theta2 * t_2p2oi_2 + cos_theta2 * t_kumhc_2)
+        + sin_phi2 * t_djlq2_2;
+    const real t_cafw3_3 = sin_theta2 * t_qu7oh + cos_theta2 * t_zutqn_3;
+    const real t_c5bej_5 = cos_phi2 * (e2 * t_cafw3_3 + sin_theta2 * t_2p2oi_3 + cos_theta2 * t_kumhc_3)
+        + sin_phi2 * t_djlq2_3;
+    const real t_p6mvu = sin_theta2 * t_2g35z + cos_theta2 * t_6fkgz;
+    const real t_c5bej_6 = cos_phi2 * (e2 * t_p6mvu + sin_theta2 * t_zp3td + cos_theta2 * t_thoo4)
+        + sin_phi2 * t_ykypl;
+    const real t_ndi47 = sin_theta2 * t_v4qko + cos_theta2 * t_ssv4i;
+    const real t_bj3q7 = cos_phi2 * (e2 * t_ndi47 + sin_theta2 * t_6mkl7 + cos_theta2 * t_fnht4)
+        + sin_phi2 * t_pxlrv;
+    const real t_73mw4 = sin_theta2 * t_nqno6 + cos_theta2 * t_ugw37;
+    const real t_kitw7 = cos_phi2 * (e2 * t_73mw4 + sin_theta2 * t_rodgz + cos_theta2 * t_kiwmn)
+        + sin_phi2 * t_w63pi;
+    const real t_ndi47_2 = sin_theta2 * t_nxjdi + cos_theta2 * t_dk4f6;
+    const real t_5ptvl = t_ndi47_2 + t_aduzw;
+    const real t_3sqll = t_tuxen * sin_theta2;
+    const real t_amaem = t_2uqac * cos_theta2;
+    const real t_7u45u = t_ykhgf * sin_theta2;
+    const real t_na5ey = t_h4uvc * cos_theta2;
+    const real t_2uvam = cos_phi2 * (e2 * t_ndi47_2 + sin_theta2 * t_ic43s + cos_theta2 * t_no7nk)
+        - ((t_3sqll + t_amaem) * e2 + t_7u45u + t_na5ey) * sin_phi2
+        + ((t_caceg - t_6fvzz) * cos_phi2 + sin_phi2 * t_h3xdr);
+    const real t_f3pyg = t_tuxen * cos_theta2;
+    const real t_uucil = t_2uqac * sin_theta2;
+    const real t_ksdae = sin_theta2 * t_rvw6a + t_f3pyg + (cos_theta2 * t_syjue - t_uucil);
+    const real t_rtb3q = t_ksdae + t_abii4;
+    const real t_aiy5n = t_ykhgf * cos_theta2;
+    const real t_xyaxt = t_h4uvc * sin_theta2;
+    const real t_4d5it = cos_phi2 * (e2 * t_ksdae + (sin_theta2 * t_yjloj + t_aiy5n) + (cos_theta2 * t_2lqg5 - t_xyaxt));
+    const real t_xczzw_2 = sin_theta2 * t_5l7vm + cos_theta2 * t_4cutx_2;
+    const real t_cdywg_2 = cos_phi2 * (e2 * t_xczzw_2 + sin_theta2 * t_2phl7 + cos_theta2 * t_2h6we)
+        + sin_phi2 * t_udtjq;
+    const real t_xczzw_3 = sin_theta2 * t_e3yox + cos_theta2 * t_4cutx_3;
+    const real t_cdywg_3 = cos_phi2 * (e2 * t_xczzw_3 + sin_theta2 * t_2phl7_2 + cos_theta2 * t_2h6we_2)
+        + sin_phi2 * t_gdqra;
+    const real t_xczzw_4 = sin_theta2 * t_p4fkk + cos_theta2 * t_4cutx_4;
+    const real t_cdywg_4 = cos_phi2 * (e2 * t_xczzw_4 + sin_theta2 * t_pr4pj + cos_theta2 * t_azo7n)
+        + sin_phi2 * t_oyjp2;
+    const real t_xczzw_5 = sin_theta2 * t_5apjr + cos_theta2 * t_4cutx_5;
+    const real t_5zull_2 = t_xczzw_5 + t_ly4o3_2;
+    const real t_cdywg_5 = cos_phi2 * (e2 * t_xczzw_5 + sin_theta2 * t_pr4pj_2 + cos_theta2 * t_azo7n_2)
+        + sin_phi2 * t_5c726;
+    const real t_f5ofw = cos_theta2 * t_2p2oi
+        + g_2 * (cos_theta2 * t_gly7z - sin_theta2 * t_zutqn)
+        - q_2 * t_iatwi
+        - sin_theta2 * t_kumhc;
+    const real t_j46s7 = cos_theta2 * t_cpzth
+        + g_2 * (cos_theta2 * t_feqox - sin_theta2 * t_g244h)
+        - q_2 * t_u7f5z
+        - sin_theta2 * t_hydzp;
+    const real t_hmjb4 = cos_theta2 * t_yemxe
+        + g_2 * (cos_theta2 * t_wpogp - sin_theta2 * t_tt7qo)
+        - q_2 * t_cbl45
+        - sin_theta2 * t_nfkya;
+    const real t_aritt = t_f5pan
+        + cos_theta2 * t_57c5m
+        + g_2 * (cos_theta2 * t_zzomv - sin_theta2 * t_mnget)
+        - q_2 * t_z5dmr
+        - sin_theta2 * t_mzuye;
+    const real t_u6qhh = t_wbyvc
+        + cos_theta2 * t_57c5m_2
+        + g_2 * (cos_theta2 * t_wjyn2 - sin_theta2 * t_mnget_2)
+        - q_2 * t_z5dmr_2
+        - sin_theta2 * t_mzuye_2;
+    const real t_ue5su = t_aopwl
+        + cos_theta2 * t_tknj6
+        + g_2 * (cos_theta2 * t_iiyl4 - sin_theta2 * t_4cutx)
+        - q_2 * t_suzv4
+        - sin_theta2 * t_eirme;
+    const real t_f5ofw_2 = cos_theta2 * t_2p2oi_2
+        + g_2 * (cos_theta2 * t_lplor - sin_theta2 * t_zutqn_2)
+        - q_2 * t_iatwi_2
+        - sin_theta2 * t_kumhc_2;
+    const real t_f5ofw_3 = cos_theta2 * t_2p2oi_3
+        + g_2 * (cos_theta2 * t_qu7oh - sin_theta2 * t_zutqn_3)
+        - q_2 * t_iatwi_3
+        - sin_theta2 * t_kumhc_3;
+    const real t_t5tcj = cos_theta2 * t_zp3td
+        + g_2 * (cos_theta2 * t_2g35z - sin_theta2 * t_6fkgz)
+        - q_2 * t_7jdux
+        - sin_theta2 * t_thoo4;
+    const real t_mh3er = cos_theta2 * t_6mkl7
+        + g_2 * (cos_theta2 * t_v4qko - sin_theta2 * t_ssv4i)
+        - q_2 * t_kukju
+        - sin_theta2 * t_fnht4;
+    const real t_obdlu = cos_theta2 * t_rodgz
+        + g_2 * (cos_theta2 * t_nqno6 - sin_theta2 * t_ugw37)
+        - q_2 * t_ba6y4
+        - sin_theta2 * t_kiwmn;
+    const real t_yzpya = t_f3pyg - t_uucil;
+    const real t_xih5d = zeta2 + t_aiy5n + g_2 * t_yzpya - t_fqxxb * q_2 - t_xyaxt;
+    const real t_pyavq = t_qy4n2
+        + cos_theta2 * t_ic43s
+        + (t_yzpya * t_h36cy + g_2 * (cos_theta2 * t_nxjdi - sin_theta2 * t_dk4f6))
+        - (q_2 * t_ad33o + t_fqxxb * t_yk3z4)
+        - sin_theta2 * t_no7nk;
+    const real t_r7vy7 = K(1.0) / p[m2];
+    const real t_qgl3e = th_2 * (t_xih5d * t_yk3z4 + q_2 * t_pyavq)
+        - (loss_theta2 * t_r7vy7 + q_2 * t_xih5d) * t_2s2br;
+    const real t_bfclz = t_jx7yj
+        + (cos_theta2 * t_yjloj - t_7u45u)
+        + g_2 * (cos_theta2 * t_rvw6a - t_3sqll - (sin_theta2 * t_syjue + t_amaem))
+        - q_2 * t_ba6y4_2
+        - (sin_theta2 * t_2lqg5 + t_na5ey);
+    const real t_6meeu = cos_theta2 * t_2phl7
+        + g_2 * (cos_theta2 * t_5l7vm - sin_theta2 * t_4cutx_2)
+        - q_2 * t_suzv4_2
+        - sin_theta2 * t_2h6we;
+    const real t_6meeu_2 = cos_theta2 * t_2phl7_2
+        + g_2 * (cos_theta2 * t_e3yox - sin_theta2 * t_4cutx_3)
+        - q_2 * t_suzv4_3
+        - sin_theta2 * t_2h6we_2;
+    const real t_7bzrg = cos_theta2 * t_pr4pj
+        - t_pv35x
+        + g_2 * (cos_theta2 * t_p4fkk - sin_theta2 * t_4cutx_4)
+        - q_2 * t_suzv4_4
+        - sin_theta2 * t_azo7n;
+    const real t_mtatg = t_noiav
+        + cos_theta2 * t_pr4pj_2
+        + g_2 * (cos_theta2 * t_5apjr - sin_theta2 * t_4cutx_5)
+        - q_2 * t_suzv4_5
+        - sin_theta2 * t_azo7n_2;
+    J_q[0] = t_djlq2;
+    J_q[1] = t_ly4v3 + q[wz];
+    J_q[2] = t_x342x - q[wy];
+    J_q[3] = t_qdb76;
+    J_q[4] = t_okbgz + x_C * t_6xfo3 - q[vz];
+    J_q[5] = t_rfoph + x_C * t_gwp2t + q[vy];
+    J_q[6] = t_djlq2_2;
+    J_q[7] = t_djlq2_3;
+    J_q[8] = t_ykypl;
+    J_q[9] = t_pxlrv;
+    J_q[10] = t_w63pi;
+    J_q[11] = t_h3xdr;
+    J_q[12] = t_gs6kq;
+    J_q[13] = t_udtjq;
+    J_q[14] = t_gdqra;
+    J_q[15] = t_oyjp2;
+    J_q[16] = t_5c726;
+    J_q[17] = t_2p2oi - x_C * t_gly7z - q[wz];
+    J_q[18] = t_cpzth - x_C * t_feqox;
+    J_q[19] = t_yemxe - x_C * t_wpogp + q[wx];
+    J_q[20] = t_57c5m - x_C * t_zzomv + q[vz];
+    J_q[21] = t_57c5m_2 - x_C * t_wjyn2;
+    J_q[22] = t_tknj6 - x_C * t_iiyl4 - q[vx];
+    J_q[23] = t_2p2oi_2 - x_C * t_lplor;
+    J_q[24] = t_2p2oi_3 - x_C * t_qu7oh;
+    J_q[25] = t_zp3td - x_C * t_2g35z;
+    J_q[26] = t_6mkl7 - x_C * t_v4qko;
+    J_q[27] = t_rodgz - x_C * t_nqno6;
+    J_q[28] = t_ic43s - x_C * t_nxjdi;
+    J_q[29] = t_yjloj - x_C * t_rvw6a;
+    J_q[30] = t_2phl7 - x_C * t_5l7vm;
+    J_q[31] = t_2phl7_2 - x_C * t_e3yox;
+    J_q[32] = t_pr4pj - x_C * t_p4fkk;
+    J_q[33] = t_pr4pj_2 - x_C * t_5apjr;
+    J_q[34] = t_kumhc - x_C * t_zutqn + q[wy];
+    J_q[35] = t_hydzp - x_C * t_g244h - q[wx];
+    J_q[36] = t_nfkya - x_C * t_tt7qo;
+    J_q[37] = t_mzuye - x_C * t_mnget - q[vy];
+    J_q[38] = t_mzuye_2 - x_C * t_mnget_2 + q[vx];
+    J_q[39] = t_eirme - x_C * t_4cutx;
+    J_q[40] = t_kumhc_2 - x_C * t_zutqn_2;
+    J_q[41] = t_kumhc_3 - x_C * t_zutqn_3;
+    J_q[42] = t_thoo4 - x_C * t_6fkgz;
+    J_q[43] = t_fnht4 - x_C * t_ssv4i;
+    J_q[44] = t_kiwmn - x_C * t_ugw37;
+    J_q[45] = t_no7nk - x_C * t_dk4f6;
+    J_q[46] = t_2lqg5 - x_C * t_syjue;
+    J_q[47] = t_2h6we - x_C * t_4cutx_2;
+    J_q[48] = t_2h6we_2 - x_C * t_4cutx_3;
+    J_q[49] = t_azo7n - x_C * t_4cutx_4;
+    J_q[50] = t_azo7n_2 - x_C * t_4cutx_5;
+    J_q[51] = t_3uamd;
+    J_q[52] = t_qcbyi;
+    J_q[53] = t_wzbp5;
+    J_q[54] = t_hridv;
+    J_q[55] = t_6eg6k;
+    J_q[56] = t_wjknz;
+    J_q[57] = t_6fz7a;
+    J_q[58] = t_xa2fg;
+    J_q[59] = t_gcknu;
+    J_q[60] = t_ya4sy;
+    J_q[61] = t_rwbzc;
+    J_q[62] = t_3qa4z;
+    J_q[63] = t_ejwzg;
+    J_q[64] = t_mowgp;
+    J_q[65] = t_czhcj;
+    J_q[66] = t_n7l66;
+    J_q[67] = t_fbmcw;
+    J_q[68] = -t_zutqn;
+    J_q[69] = -t_g244h;
+    J_q[70] = -t_tt7qo;
+    J_q[71] = q[wz] - t_mnget;
+    J_q[72] = -t_mnget_2;
+    J_q[73] = q[wx] - t_4cutx;
+    J_q[74] = -t_zutqn_2;
+    J_q[75] = -t_zutqn_3;
+    J_q[76] = -t_6fkgz;
+    J_q[77] = -t_ssv4i;
+    J_q[78] = -t_ugw37;
+    J_q[79] = -t_dk4f6;
+    J_q[80] = -t_syjue;
+    J_q[81] = -t_4cutx_2;
+    J_q[82] = -t_4cutx_3;
+    J_q[83] = -t_4cutx_4;
+    J_q[84] = -t_4cutx_5;
+    J_q[85] = t_gly7z;
+    J_q[86] = t_feqox;
+    J_q[87] = t_wpogp;
+    J_q[88] = t_kefq7;
+    J_q[89] = t_gvbad;
+    J_q[90] = t_iiyl4;
+    J_q[91] = t_lplor;
+    J_q[92] = t_qu7oh;
+    J_q[93] = t_2g35z;
+    J_q[94] = t_v4qko;
+    J_q[95] = t_nqno6;
+    J_q[96] = t_nxjdi;
+    J_q[97] = t_rvw6a;
+    J_q[98] = t_5l7vm;
+    J_q[99] = t_e3yox;
+    J_q[100] = t_p4fkk;
+    J_q[101] = t_5apjr;
     J_q[102] = SPLAT(K(0.0));
     J_q[103] = SPLAT(K(0.0));
     J_q[104] = SPLAT(K(0.0));
@@ -4121,2906 +6599,4653 @@ void slosh_lyapunov_v1_loop_jac(const real *q, const real *r, const real *p, con
     J_q[218] = SPLAT(K(0.0));
     J_q[219] = SPLAT(K(0.0));
     J_q[220] = SPLAT(K(1.0));
-    J_q[221] = v11415;
-    J_q[222] = v11432;
-    J_q[223] = v11449;
-    J_q[224] = v11467;
-    J_q[225] = v11471 - p[15] * (v11471 + v3358) * v101 - v11485;
-    J_q[226] = v11490 - p[15] * (v11490 + v3950) * v101 - v11504;
-    J_q[227] = v11522;
-    J_q[228] = v11539;
-    J_q[229] = v11556;
-    J_q[230] = v11597;
-    J_q[231] = v11605 - p[15] * (v11605 + v7379) * v101 - v130 * v11621;
-    J_q[232] = v11640;
-    J_q[233] = v11657;
-    J_q[234] = v11660 - (p[16] + p[15] * (v11660 + v9996)) * v101 - v11674;
-    J_q[235] = v11679 - p[15] * (v11679 + v10424) * v101 - v11692;
-    J_q[236] = v11696 - p[15] * (v11696 + v10851) * v101 - v11709;
-    J_q[237] = v11713 - p[15] * (v11713 + v11279) * v101 - v11726;
-    J_q[238] = -(v1551 + v11 * (v6 * v11738));
-    J_q[239] = -(v1890 + v11 * (v6 * v11753));
-    J_q[240] = -(v2231 + v11 * (v6 * v11768));
-    J_q[241] = -(v11397 + v11 * (v6 * v11784));
-    J_q[242] = -(v11398 + v11 * (v6 * v11800));
-    J_q[243] = -(v3946 + v11 * (v6 * v11816));
-    J_q[244] = -(v4282 + v11 * (v6 * v11831));
-    J_q[245] = -(v4610 + v11 * (v6 * v11846));
-    J_q[246] = -(v4935 + v11 * (v6 * v11861));
-    J_q[247] = -(v6384 + (v11 * v11892 - (v44 * v11894 + v6 * v11873) * v4982));
-    J_q[248] = -(v7372 + v11 * (v6 * (v11911 - v6 * v11912 - (s17 * v7390 + v11577))));
-    J_q[249] = -(v8555 + v11 * (v6 * v11932));
-    J_q[250] = -(v9541 + v11 * (v6 * v11947));
-    J_q[251] = -(v9992 + v11 * (v6 * v11963));
-    J_q[252] = -(v10420 + v11 * (p[16] * v11894 + v6 * (v11978 - s17 * v10430)));
-    J_q[253] = -(v10847 + v11 * (v6 * v11996));
-    J_q[254] = -(v11275 + v11 * (v6 * v12011));
-    J_q[255] = v12032;
-    J_q[256] = v12049;
-    J_q[257] = v12066;
-    J_q[258] = v12084;
-    J_q[259] = v12088 - p[20] * (v12088 + v3358) * v117 - v158 * v12101;
-    J_q[260] = v12107 - p[20] * (v12107 + v3950) * v117 - v158 * v12120;
-    J_q[261] = v12139;
-    J_q[262] = v12156;
-    J_q[263] = v12173;
-    J_q[264] = v12190;
-    J_q[265] = v12207;
-    J_q[266] = v12238;
-    J_q[267] = v12246 - p[20] * (v12246 + v9548) * v117 - v158 * v12262;
-    J_q[268] = v12267 - p[20] * (v12267 + v9996) * v117 - v12280;
-    J_q[269] = v12284 - p[20] * (v12284 + v10424) * v117 - v12297;
-    J_q[270] = v12301 - (p[21] + p[20] * (v12301 + v10851)) * v117 - v12315;
-    J_q[271] = v12320 - p[20] * (v12320 + v11279) * v117 - v12333;
-    J_q[272] = -(v1551 + v59 * (v54 * v12344));
-    J_q[273] = -(v1890 + v59 * (v54 * v12358));
-    J_q[274] = -(v2231 + v59 * (v54 * v12372));
-    J_q[275] = -(v11397 + v59 * (v54 * v12387));
-    J_q[276] = -(v11398 + v59 * (v54 * v12402));
-    J_q[277] = -(v3946 + v59 * (v54 * v12417));
-    J_q[278] = -(v4282 + v59 * (v54 * v12431));
-    J_q[279] = -(v4610 + v59 * (v54 * v12445));
-    J_q[280] = -(v4935 + v59 * (v54 * v12459));
-    J_q[281] = -(v6384 + v59 * (v54 * v12473));
-    J_q[282] = -(v7372 + v59 * (v54 * v12487));
-    J_q[283] = -(v8555 + (v59 * v12516 - (v88 * v12518 + v54 * v12498) * v7441));
-    J_q[284] = v12544;
-    J_q[285] = -(v9992 + v59 * (v54 * v12554));
-    J_q[286] = -(v10420 + v59 * (v54 * v12568));
-    J_q[287] = -(v10847 + v59 * (v54 * (v12581 - s62 * v10857)));
-    J_q[288] = -(v11275 + v59 * (p[21] * v12518 + v54 * (v12597 - s62 * v11285)));
+    J_q[221] = t_sm7oh - p[I1] * (t_sm7oh + t_3uamd) * t_zrejm - k1 * t_i2uqx;
+    J_q[222] = t_kto4a - p[I1] * (t_kto4a + t_qcbyi) * t_zrejm - k1 * t_i2uqx_2;
+    J_q[223] = t_lhj2i - p[I1] * (t_lhj2i + t_wzbp5) * t_zrejm - k1 * t_i2uqx_3;
+    J_q[224] = t_7iogl - p[I1] * (t_7iogl + t_hridv) * t_zrejm - k1 * t_vabek;
+    J_q[225] = t_vjduo - p[I1] * (t_vjduo + t_6eg6k) * t_zrejm - k1 * t_qifvy;
+    J_q[226] = t_rb6tk - p[I1] * (t_rb6tk + t_wjknz) * t_zrejm - k1 * t_saffr;
+    J_q[227] = t_sm7oh_2 - p[I1] * (t_sm7oh_2 + t_6fz7a) * t_zrejm - k1 * t_i2uqx_4;
+    J_q[228] = t_sm7oh_3 - p[I1] * (t_sm7oh_3 + t_xa2fg) * t_zrejm - k1 * t_i2uqx_5;
+    J_q[229] = t_pzpfi - p[I1] * (t_pzpfi + t_gcknu) * t_zrejm - k1 * t_i2uqx_6;
+    J_q[230] = t_7vefx - p[I1] * (t_7vefx + t_ya4sy) * t_zrejm - k1 * t_yo5o7;
+    J_q[231] = t_tkpvc
+        - p[I1] * (t_tkpvc + t_rwbzc) * t_zrejm
+        - k1 * (t_c5sbx + sin_phi1 * t_w63pi);
+    J_q[232] = t_kc27u_2 - p[I1] * (t_kc27u_2 + t_3qa4z) * t_zrejm - k1 * t_laa5v;
+    J_q[233] = t_jkwwo - p[I1] * (t_jkwwo + t_ejwzg) * t_zrejm - k1 * t_uwleq;
+    J_q[234] = t_y4lgs_2 - (p[eps1] + p[I1] * (t_y4lgs_2 + t_mowgp)) * t_zrejm - k1 * t_vabek_2;
+    J_q[235] = t_7iogl_2 - p[I1] * (t_7iogl_2 + t_czhcj) * t_zrejm - k1 * t_vabek_3;
+    J_q[236] = t_y4lgs_4 - p[I1] * (t_y4lgs_4 + t_n7l66) * t_zrejm - k1 * t_vabek_4;
+    J_q[237] = t_y4lgs_5 - p[I1] * (t_y4lgs_5 + t_fbmcw) * t_zrejm - k1 * t_vabek_5;
+    J_q[238] = -(t_gly7z + th_1 * (q_1 * t_izolf));
+    J_q[239] = -(t_feqox + th_1 * (q_1 * t_42lpy));
+    J_q[240] = -(t_wpogp + th_1 * (q_1 * t_4l7im));
+    J_q[241] = -(t_kefq7 + th_1 * (q_1 * t_cgiir));
+    J_q[242] = -(t_gvbad + th_1 * (q_1 * t_4fg7c));
+    J_q[243] = -(t_iiyl4 + th_1 * (q_1 * t_dzzlz));
+    J_q[244] = -(t_lplor + th_1 * (q_1 * t_izolf_2));
+    J_q[245] = -(t_qu7oh + th_1 * (q_1 * t_izolf_3));
+    J_q[246] = -(t_2g35z + th_1 * (q_1 * t_bhxvk));
+    J_q[247] = -(t_v4qko + t_oovpr);
+    J_q[248] = -(t_nqno6 + th_1 * (q_1 * t_z2qmn));
+    J_q[249] = -(t_nxjdi + th_1 * (q_1 * t_xrzaa));
+    J_q[250] = -(t_rvw6a + th_1 * (q_1 * t_dcrhq));
+    J_q[251] = -(t_5l7vm + th_1 * (q_1 * t_tckos));
+    J_q[252] = -(t_e3yox + th_1 * (p[eps1] * t_ibe72 + q_1 * t_mcyw5));
+    J_q[253] = -(t_p4fkk + th_1 * (q_1 * t_5zfhi));
+    J_q[254] = -(t_5apjr + th_1 * (q_1 * t_5zfhi_2));
+    J_q[255] = t_cafw3 - p[I2] * (t_cafw3 + t_3uamd) * t_5wzvs - k2 * t_c5bej;
+    J_q[256] = t_5vn34 - p[I2] * (t_5vn34 + t_qcbyi) * t_5wzvs - k2 * t_c5bej_2;
+    J_q[257] = t_5rdqz - p[I2] * (t_5rdqz + t_wzbp5) * t_5wzvs - k2 * t_c5bej_3;
+    J_q[258] = t_5zull - p[I2] * (t_5zull + t_hridv) * t_5wzvs - k2 * t_cdywg;
+    J_q[259] = t_45gz6 - p[I2] * (t_45gz6 + t_6eg6k) * t_5wzvs - k2 * t_plaqj;
+    J_q[260] = t_v3njf - p[I2] * (t_v3njf + t_wjknz) * t_5wzvs - k2 * t_u6hxg;
+    J_q[261] = t_cafw3_2 - p[I2] * (t_cafw3_2 + t_6fz7a) * t_5wzvs - k2 * t_c5bej_4;
+    J_q[262] = t_cafw3_3 - p[I2] * (t_cafw3_3 + t_xa2fg) * t_5wzvs - k2 * t_c5bej_5;
+    J_q[263] = t_p6mvu - p[I2] * (t_p6mvu + t_gcknu) * t_5wzvs - k2 * t_c5bej_6;
+    J_q[264] = t_ndi47 - p[I2] * (t_ndi47 + t_ya4sy) * t_5wzvs - k2 * t_bj3q7;
+    J_q[265] = t_73mw4 - p[I2] * (t_73mw4 + t_rwbzc) * t_5wzvs - k2 * t_kitw7;
+    J_q[266] = t_5ptvl - p[I2] * (t_5ptvl + t_3qa4z) * t_5wzvs - k2 * t_2uvam;
+    J_q[267] = t_rtb3q
+        - p[I2] * (t_rtb3q + t_ejwzg) * t_5wzvs
+        - k2 * (t_4d5it + sin_phi2 * t_gs6kq);
+    J_q[268] = t_xczzw_2 - p[I2] * (t_xczzw_2 + t_mowgp) * t_5wzvs - k2 * t_cdywg_2;
+    J_q[269] = t_xczzw_3 - p[I2] * (t_xczzw_3 + t_czhcj) * t_5wzvs - k2 * t_cdywg_3;
+    J_q[270] = t_xczzw_4 - (p[eps2] + p[I2] * (t_xczzw_4 + t_n7l66)) * t_5wzvs - k2 * t_cdywg_4;
+    J_q[271] = t_5zull_2 - p[I2] * (t_5zull_2 + t_fbmcw) * t_5wzvs - k2 * t_cdywg_5;
+    J_q[272] = -(t_gly7z + th_2 * (q_2 * t_f5ofw));
+    J_q[273] = -(t_feqox + th_2 * (q_2 * t_j46s7));
+    J_q[274] = -(t_wpogp + th_2 * (q_2 * t_hmjb4));
+    J_q[275] = -(t_kefq7 + th_2 * (q_2 * t_aritt));
+    J_q[276] = -(t_gvbad + th_2 * (q_2 * t_u6qhh));
+    J_q[277] = -(t_iiyl4 + th_2 * (q_2 * t_ue5su));
+    J_q[278] = -(t_lplor + th_2 * (q_2 * t_f5ofw_2));
+    J_q[279] = -(t_qu7oh + th_2 * (q_2 * t_f5ofw_3));
+    J_q[280] = -(t_2g35z + th_2 * (q_2 * t_t5tcj));
+    J_q[281] = -(t_v4qko + th_2 * (q_2 * t_mh3er));
+    J_q[282] = -(t_nqno6 + th_2 * (q_2 * t_obdlu));
+    J_q[283] = -(t_nxjdi + t_qgl3e);
+    J_q[284] = -(t_rvw6a + th_2 * (q_2 * t_bfclz));
+    J_q[285] = -(t_5l7vm + th_2 * (q_2 * t_6meeu));
+    J_q[286] = -(t_e3yox + th_2 * (q_2 * t_6meeu_2));
+    J_q[287] = -(t_p4fkk + th_2 * (q_2 * t_7bzrg));
+    J_q[288] = -(t_5apjr + th_2 * (p[eps2] * t_r7vy7 + q_2 * t_mtatg));
 }
 
 /* change of lyapunov_v2 along a change of x; 1554 operations. */
 void slosh_lyapunov_v2_jvp(const real *x, const real *r, const real *p, const real *c, const real *along_x, real *change)
 {
     (void)r;
-    const real v4 = x[4] * x[4] + x[5] * x[5];
-    const real v12 = p[12] / (p[13] * p[13] * p[12] + p[15]);
-    const real v13 = v12 * p[15];
-    const real v30 = p[17] / (p[18] * p[18] * p[17] + p[20]);
-    const real v31 = v30 * p[20];
-    const real v36 = p[0] + p[1] + v13 + v31;
-    const real v37 = (p[14] * v13 - (p[7] * p[0] + p[6] * p[1]) + p[19] * v31) / v36;
-    const real v38 = p[14] - v37;
-    const real v39 = v4 * v38;
-    const real v40 = v13 * p[13];
-    real s42, c42; mv_sincos(x[9], &s42, &c42);
-    const real v44 = c42 * along_x[9];
-    const real v45 = v40 * v44;
-    const real v48 = v40 * s42;
-    const real v55 = (x[4] + x[4]) * along_x[4] + (x[5] + x[5]) * along_x[5];
-    const real v56 = v38 * v55;
-    real s60, c60; mv_sincos(x[10], &s60, &c60);
-    const real v64 = c60 * x[5] + s60 * x[4];
-    const real v68 = x[3] - x[14];
-    const real v70 = v64 * c42 + s42 * v68;
-    const real v73 = along_x[3] - along_x[14];
-    const real v75 = s42 * along_x[9];
-    const real v80 = s60 * along_x[10];
-    const real v83 = c60 * along_x[10];
-    const real v87 = c60 * along_x[5] - x[5] * v80 + (x[4] * v83 + s60 * along_x[4]);
-    const real v91 = c42 * v73 - v68 * v75 - (s42 * v87 + v64 * v44);
-    const real v95 = c42 * v68 - v64 * s42;
-    const real v102 = c42 * v87 - v64 * v75 + (v68 * v44 + s42 * v73);
-    const real v110 = v12 * p[13];
-    const real v113 = p[16] * along_x[13];
-    const real v115 = v40 * (v70 * v91 + v95 * v102 - (v68 * v87 + v64 * v73)) + v110 * v113;
-    const real v117 = v39 * v45 + v48 * v56 + p[13] * v115;
-    const real v118 = s42 * p[13];
-    const real v123 = K(1.0) / (p[15] + p[12] * (v118 * v118));
-    const real v124 = p[12] * v123;
-    const real v127 = x[4] * along_x[3] + x[3] * along_x[4];
-    const real v129 = x[3] * x[4];
-    const real v130 = p[13] * v44;
-    const real v133 = c42 * p[13];
-    const real v140 = c60 * along_x[4] - x[4] * v80 - (x[5] * v83 + s60 * along_x[5]);
-    const real v144 = c60 * x[4] - s60 * x[5];
-    const real v145 = p[13] * v75;
-    const real v149 = v144 * v133;
-    const real v152 = v118 * v127 + v129 * v130 + (v68 * (v133 * v140 - v144 * v145) + v149 * v73);
-    const real v154 = v144 + x[13];
-    const real v155 = v154 + x[13];
-    const real v158 = v95 * p[13];
-    const real v159 = v140 + along_x[13];
-    const real v165 = p[16] * along_x[14];
-    const real v167 = p[16] * x[14];
-    const real v170 = p[15] * (v152 - (v155 * (p[13] * v91) + v158 * (v159 + along_x[13]))) - (v118 * v165 + v167 * v130);
-    const real v179 = (v129 * v118 + v149 * v68 - v158 * v155) * p[15] - v167 * v118;
-    const real v184 = v124 * v123 * (p[12] * ((v118 + v118) * v130));
-    const real v186 = v124 * v170 - v179 * v184;
-    const real v188 = v124 * v179;
-    real s192, c192; mv_sincos(x[11], &s192, &c192);
-    const real v193 = s192 * p[18];
-    const real v197 = K(1.0) / (p[20] + p[17] * (v193 * v193));
-    const real v198 = p[17] * v197;
-    const real v202 = c192 * along_x[11];
-    const real v203 = p[18] * v202;
-    const real v207 = x[3] - x[16];
-    const real v208 = c192 * p[18];
-    real s210, c210; mv_sincos(x[12], &s210, &c210);
-    const real v214 = s210 * along_x[12];
-    const real v217 = c210 * along_x[12];
-    const real v221 = c210 * along_x[4] - x[4] * v214 - (x[5] * v217 + s210 * along_x[5]);
-    const real v225 = c210 * x[4] - s210 * x[5];
-    const real v226 = s192 * along_x[11];
-    const real v227 = p[18] * v226;
-    const real v231 = v225 * v208;
-    const real v233 = along_x[3] - along_x[16];
-    const real v236 = v193 * v127 + v129 * v203 + (v207 * (v208 * v221 - v225 * v227) + v231 * v233);
-    const real v238 = v225 + x[15];
-    const real v239 = v238 + x[15];
-    const real v249 = c210 * along_x[5] - x[5] * v214 + (x[4] * v217 + s210 * along_x[4]);
-    const real v253 = c210 * x[5] + s210 * x[4];
-    const real v256 = c192 * v233 - v207 * v226 - (s192 * v249 + v253 * v202);
-    const real v261 = c192 * v207 - v253 * s192;
-    const real v262 = v261 * p[18];
-    const real v264 = v221 + along_x[15];
-    const real v271 = p[21] * along_x[16];
-    const real v273 = p[21] * x[16];
-    const real v276 = p[20] * (v236 - (v239 * (p[18] * v256) + v262 * (v264 + along_x[15]))) - (v193 * v271 + v273 * v203);
-    const real v285 = (v129 * v193 + v231 * v207 - v262 * v239) * p[20] - v273 * v193;
-    const real v290 = v198 * v197 * (p[17] * ((v193 + v193) * v203));
-    const real v292 = v198 * v276 - v285 * v290;
-    const real v294 = v198 * v285;
-    const real v297 = v118 * v186 + v188 * v130 + (v193 * v292 + v294 * v203);
-    const real v299 = p[19] - v37;
-    const real v300 = v4 * v299;
-    const real v301 = v31 * p[18];
-    const real v302 = v301 * v202;
-    const real v304 = v301 * s192;
-    const real v305 = v299 * v55;
-    const real v310 = v253 * c192 + s192 * v207;
-    const real v318 = c192 * v249 - v253 * v226 + (v207 * v202 + s192 * v233);
-    const real v326 = v30 * p[18];
-    const real v327 = p[21] * along_x[15];
-    const real v329 = v301 * (v310 * v256 + v261 * v318 - (v207 * v249 + v253 * v233)) + v326 * v327;
-    const real v331 = v300 * v302 + v304 * v305 + p[18] * v329;
-    const real v335 = p[15] * along_x[14];
-    const real v337 = x[14] * p[15];
-    const real v341 = p[20] * along_x[16];
-    const real v343 = x[16] * p[20];
-    const real v346 = v117 - v297 + v331 - v113 - v327 + (x[4] * v335 + v337 * along_x[4]) + (x[4] * v341 + v343 * along_x[4]);
-    const real v349 = p[4] - p[5];
-    const real v356 = v124 * p[15];
-    const real v357 = v118 * v356;
-    const real v359 = v198 * p[20];
-    const real v360 = v193 * v359;
-    const real v362 = v118 * v357 + v193 * v360;
-    const real v363 = v38 - v133;
-    const real v364 = v363 * v356;
-    const real v365 = v118 * v364;
-    const real v366 = c60 * v365;
-    const real v368 = v299 - v208;
-    const real v369 = v368 * v359;
-    const real v370 = v193 * v369;
-    const real v371 = c210 * v370;
-    const real v373 = v40 * p[13];
-    const real v374 = v40 * c42;
-    const real v375 = v374 * v38;
-    const real v376 = v373 - v375;
-    const real v379 = v301 * p[18];
-    const real v380 = v301 * c192;
-    const real v381 = v380 * v299;
-    const real v382 = v379 - v381;
-    const real v384 = v362 - v366 - v371 + v376 * s60 + v382 * s210;
-    const real v393 = c[0] * along_x[1];
-    const real v396 = x[1] * c[0];
-    const real v401 = c[12] * along_x[5] + (c[6] * along_x[8] - (x[0] * v393 + v396 * along_x[0]));
-    const real v403 = K(1.0) / c[7];
-    const real v405 = v127 - v401 * v403;
-    const real v414 = v129 - (x[5] * c[12] + (x[8] * c[6] - v396 * x[0])) * v403;
-    const real v417 = p[15] * v184;
-    const real v419 = v356 * v130 - v118 * v417;
-    const real v424 = p[20] * v290;
-    const real v426 = v359 * v203 - v193 * v424;
-    const real v429 = v357 * v130 + v118 * v419 + (v360 * v203 + v193 * v426);
-    const real v433 = v356 * v145 - v363 * v417;
-    const real v435 = v364 * v130 + v118 * v433;
-    const real v438 = c60 * v435 - v365 * v80;
-    const real v443 = v359 * v227 - v368 * v424;
-    const real v445 = v369 * v203 + v193 * v443;
-    const real v448 = c210 * v445 - v370 * v214;
-    const real v450 = v40 * v75;
-    const real v451 = v38 * v450;
-    const real v456 = v301 * v226;
-    const real v457 = v299 * v456;
-    const real v461 = v429 - v438 - v448 + (s60 * v451 + v376 * v83) + (s210 * v457 + v382 * v217);
-    const real v464 = v346 - (x[5] * (v349 * along_x[4]) + v349 * x[4] * along_x[5]) + (v384 * v405 + v414 * v461);
-    const real v467 = s60 * v365 + s210 * v370;
-    const real v471 = v467 + v376 * c60 + v382 * c210;
-    const real v474 = x[5] * along_x[3] + x[3] * along_x[5];
-    const real v479 = c[1] * along_x[2];
-    const real v482 = x[2] * c[1];
-    const real v489 = c[11] * along_x[4] + (x[0] * v479 + v482 * along_x[0] + c[4] * along_x[7]);
-    const real v491 = K(1.0) / c[5];
-    const real v493 = v474 + v489 * v491;
-    const real v503 = x[3] * x[5] + (x[4] * c[11] + (v482 * x[0] + x[7] * c[4])) * v491;
-    const real v510 = v365 * v83 + s60 * v435 + (v370 * v217 + s210 * v445);
-    const real v518 = v510 + (c60 * v451 - v376 * v80) + (c210 * v457 - v382 * v214);
-    const real v522 = p[13] * p[12];
-    const real v523 = v522 * v110;
-    const real v525 = p[18] * p[17];
-    const real v526 = v525 * v326;
-    const real v528 = v523 * s42;
-    const real v529 = v528 * s42;
-    const real v531 = v526 * s192;
-    const real v532 = v531 * s192;
-    const real v533 = v36 + v523 + v526 - v529 - v532;
-    const real v534 = v48 + v304;
-    const real v546 = K(1.0) / c[3];
-    const real v547 = (x[3] * c[10] + (v396 * x[2] - v482 * x[1] + x[6] * c[2])) * v546;
-    const real v555 = v40 * (v95 * v70 - v64 * v68) + p[16] * x[13] * v110;
-    const real v563 = v301 * (v261 * v310 - v253 * v207) + p[21] * x[15] * v326;
-    const real v572 = c42 * v39 * v523 - v522 * (v70 * v70 + v154 * v154);
-    const real v581 = c192 * v300 * v526 - v525 * (v310 * v310 + v238 * v238);
-    const real v584 = v528 * c42;
-    const real v586 = v48 + v584 * v38;
-    const real v588 = v531 * c192;
-    const real v590 = v304 + v588 * v299;
-    const real v592 = v586 * s60 + v590 * s210;
-    const real v597 = v586 * c60 + v590 * c210;
-    const real v599 = v555 * s42 + v563 * s192 + c42 * v572 + c192 * v581 + v414 * v592 + v503 * v597;
-    const real v602 = v584 * s60 + v588 * s210;
-    const real v606 = v414 * v37 - v396 * c[8];
-    const real v611 = v584 * c60 + v588 * c210;
-    const real v615 = v503 * v37 - v482 * c[9];
-    const real v618 = v534 * v547 - (v599 + v602 * v606 + v611 * v615);
-    const real v620 = v188 * c60;
-    const real v621 = v294 * c210;
-    const real v625 = s42 * v572 - v555 * c42;
-    const real v630 = s192 * v581 - v563 * c192;
-    const real v634 = v364 - v38 * v13;
-    const real v636 = v369 - v299 * v31;
-    const real v638 = s60 * s60;
-    const real v639 = v529 * v38;
-    const real v640 = v374 - v639;
-    const real v641 = v640 + v634;
-    const real v643 = s210 * s210;
-    const real v644 = v532 * v299;
-    const real v645 = v380 - v644;
-    const real v646 = v645 + v636;
-    const real v648 = v638 * v641 + v643 * v646;
-    const real v650 = c60 * v357;
-    const real v652 = c210 * v360;
-    const real v653 = v634 + v636 - v648 - v650 - v652;
-    const real v656 = c60 * s60;
-    const real v658 = c210 * s210;
-    const real v660 = v656 * v641 + v658 * v646;
-    const real v664 = v529 + v13 - v356;
-    const real v665 = v638 * v664;
-    const real v667 = v532 + v31 - v359;
-    const real v668 = v643 * v667;
-    const real v674 = v665 + v668 + v36 + v356 + v359 - v13 - v31;
-    const real v676 = v620 + v621 + v625 * s60 + v630 * s210 + v414 * v653 - v503 * v660 + v674 * v606;
-    const real v679 = v656 * v664 + v658 * v667;
-    const real v686 = v650 + v652 + v374 * s60 + v380 * s210;
-    const real v688 = v676 + v679 * v615 + v686 * v547;
-    const real v692 = v188 * s60;
-    const real v693 = v294 * s210;
-    const real v698 = s60 * v357;
-    const real v700 = s210 * v360;
-    const real v701 = v698 - v660 + v700;
-    const real v705 = v648 - (v640 + v645);
-    const real v709 = v625 * c60 - (v692 + v693) + v630 * c210 + v414 * v701 + v503 * v705 + v679 * v606;
-    const real v713 = v529 + v532 + v36 - v665 - v668;
-    const real v720 = v698 + v700 - v374 * c60 - v380 * c210;
-    const real v722 = v709 + v713 * v615 - v720 * v547;
-    const real v724 = v533 * v618 - v602 * v688 - v611 * v722;
-    const real v730 = v533 * v533 + v602 * v602 + v611 * v611;
-    const real v738 = v618 * v618 - p[9] * p[9] + v688 * v688 + v722 * v722;
-    const real v740 = v724 * v724 - v730 * v738;
-    const mask m742 = LT(v740, K(0.0));
-    const real v744 = mv_sqrt(mv_max(SPLAT(K(0.0)), v740));
-    const mask m745 = NOT(m742);
-    const real v748 = K(1.0) / v730;
-    const real v749 = (SELECT(m742, v744, v744) - v724) * v748;
-    const real v750 = v45 + v302;
-    const mask m752 = LE(K(0.0), v740);
-    const mask m753 = LE(v740, K(0.0));
-    const real v755 = NUM(m752);
-    const real v770 = x[2] * v393 + v396 * along_x[2] - (x[1] * v479 + v482 * along_x[1]) + c[2] * along_x[6];
-    const real v772 = (c[10] * along_x[3] + v770) * v546;
-    const real v792 = v523 * (c42 * v56 - v39 * v75) - v522 * ((v70 + v70) * v102 + (v154 + v154) * v159);
-    const real v796 = s42 * v115 + v555 * v44 + (s192 * v329 + v563 * v202) + (c42 * v792 - v572 * v75);
-    const real v807 = v526 * (c192 * v305 - v300 * v226) - v525 * ((v310 + v310) * v318 + (v238 + v238) * v264);
-    const real v813 = v523 * v44;
-    const real v816 = c42 * v813 - v528 * v75;
-    const real v818 = v45 + v38 * v816;
-    const real v822 = v526 * v202;
-    const real v825 = c192 * v822 - v531 * v226;
-    const real v827 = v302 + v299 * v825;
-    const real v831 = s60 * v818 + v586 * v83 + (s210 * v827 + v590 * v217);
-    const real v842 = c60 * v818 - v586 * v80 + (c210 * v827 - v590 * v214);
-    const real v845 = v796 + (c192 * v807 - v581 * v226) + (v592 * v405 + v414 * v831) + (v597 * v493 + v503 * v842);
-    const real v852 = s60 * v816 + v584 * v83 + (s210 * v825 + v588 * v217);
-    const real v856 = v37 * v405 - c[8] * v393;
-    const real v866 = c60 * v816 - v584 * v80 + (c210 * v825 - v588 * v214);
-    const real v870 = v37 * v493 - c[9] * v479;
-    const real v874 = v547 * v750 + v534 * v772 - (v845 + (v606 * v852 + v602 * v856) + (v615 * v866 + v611 * v870));
-    const real v878 = s42 * v813 + v528 * v44;
-    const real v881 = s192 * v822 + v531 * v202;
-    const real v882 = v878 + v881;
-    const real v888 = c60 * v186 - v188 * v80;
-    const real v891 = c210 * v292 - v294 * v214;
-    const real v899 = v572 * v44 + s42 * v792 - (c42 * v115 - v555 * v75);
-    const real v910 = v581 * v202 + s192 * v807 - (c192 * v329 - v563 * v226);
-    const real v918 = (s60 + s60) * v83;
-    const real v920 = v38 * v878;
-    const real v921 = v450 + v920;
-    const real v922 = v433 - v921;
-    const real v926 = (s210 + s210) * v217;
-    const real v928 = v299 * v881;
-    const real v929 = v456 + v928;
-    const real v930 = v443 - v929;
-    const real v933 = v641 * v918 + v638 * v922 + (v646 * v926 + v643 * v930);
-    const real v937 = c60 * v419 - v357 * v80;
-    const real v941 = c210 * v426 - v360 * v214;
-    const real v942 = v433 + v443 - v933 - v937 - v941;
-    const real v945 = v888 + v891 + (s60 * v899 + v625 * v83) + (s210 * v910 + v630 * v217) + (v653 * v405 + v414 * v942);
-    const real v949 = c60 * v83 - s60 * v80;
-    const real v955 = c210 * v217 - s210 * v214;
-    const real v959 = v641 * v949 + v656 * v922 + (v646 * v955 + v658 * v930);
-    const real v964 = v878 + v417;
-    const real v966 = v664 * v918 + v638 * v964;
-    const real v968 = v881 + v424;
-    const real v970 = v667 * v926 + v643 * v968;
-    const real v973 = v966 + v970 - v417 - v424;
-    const real v984 = v664 * v949 + v656 * v964 + (v667 * v955 + v658 * v968);
-    const real v988 = v945 - (v660 * v493 + v503 * v959) + (v606 * v973 + v674 * v856) + (v615 * v984 + v679 * v870);
-    const real v997 = v937 + v941 + (v374 * v83 - s60 * v450) + (v380 * v217 - s210 * v456);
-    const real v1001 = v988 + (v547 * v997 + v686 * v772);
-    const real v1011 = s60 * v186 + v188 * v83;
-    const real v1014 = s210 * v292 + v294 * v217;
-    const real v1024 = v357 * v83 + s60 * v419;
-    const real v1028 = v360 * v217 + s210 * v426;
-    const real v1029 = v1024 - v959 + v1028;
-    const real v1032 = c60 * v899 - v625 * v80 - (v1011 + v1014) + (c210 * v910 - v630 * v214) + (v701 * v405 + v414 * v1029);
-    const real v1035 = v933 + (v921 + v929);
-    const real v1044 = v882 - v966 - v970;
-    const real v1048 = v1032 + (v705 * v493 + v503 * v1035) + (v606 * v984 + v679 * v856) + (v615 * v1044 + v713 * v870);
-    const real v1057 = v1024 + v1028 + (c60 * v450 + v374 * v80) + (c210 * v456 + v380 * v214);
-    const real v1061 = v1048 - (v547 * v1057 + v720 * v772);
-    const real v1064 = v533 * v874 - v618 * v882 - (v688 * v852 + v602 * v1001) - (v722 * v866 + v611 * v1061);
-    const real v1073 = (v602 + v602) * v852 - (v533 + v533) * v882 + (v611 + v611) * v866;
-    const real v1083 = v730 * ((v618 + v618) * v874 + (v688 + v688) * v1001 + (v722 + v722) * v1061);
-    const real v1086 = v755 / (NUM(m753) + v755) * ((v724 + v724) * v1064 - (v738 * v1073 + v1083));
-    const real v1094 = (SELECT0(m745, v1086 / (v744 + v744)) - v1064) * v748 - v749 * v748 * v1073;
-    const real v1099 = (v744 - v724) * v748;
-    const real v1102 = K(1.0) / p[9];
-    const real v1103 = (v688 - v602 * v1099) * v1102;
-    const real v1104 = mv_min(SPLAT(K(1.0)), v1103);
-    const mask m1106 = LT(v1104, K(-1.0));
-    const mask m1107 = LT(K(-1.0), v1104);
-    const mask m1108 = LT(K(1.0), v1103);
-    const mask m1109 = AND(m1107, m1108);
-    const mask m1110 = OR(m1106, m1109);
-    const mask m1111 = OR(m1110, m1108);
-    const real v1112 = mv_max(SPLAT(K(-1.0)), v1104);
-    const mask m1114 = NOT(m1111);
-    const real v1116 = v688 - v602 * v749;
-    const real v1117 = v1116 * v1102;
-    const real v1118 = mv_min(SPLAT(K(1.0)), v1117);
-    const real v1119 = mv_max(SPLAT(K(-1.0)), v1118);
-    const real v1121 = SELECT(m1111, mv_asin(v1112), mv_asin(v1119));
-    real s1122, c1122; mv_sincos(v1121, &s1122, &c1122);
-    const real v1123 = p[9] * c1122;
-    const real v1130 = mv_sqrt(K(1.0) - v1112 * v1112);
-    const real v1133 = -((v722 - v611 * v1099) * v1102 / mv_max(SPLAT(K(1e-09)), v1130));
-    const real v1134 = mv_min(SPLAT(K(1.0)), v1133);
-    const mask m1135 = LT(v1134, K(-1.0));
-    const mask m1136 = LT(K(-1.0), v1134);
-    const mask m1137 = LT(K(1.0), v1133);
-    const mask m1138 = AND(m1136, m1137);
-    const mask m1139 = OR(m1135, m1138);
-    const mask m1140 = OR(m1139, m1137);
-    const mask m1143 = NOT(m1140);
-    const real v1145 = v722 - v611 * v749;
-    const real v1149 = mv_sqrt(K(1.0) - v1119 * v1119);
-    const real v1150 = SELECT(m1111, v1130, v1149);
-    const real v1152 = K(1.0) / mv_max(SPLAT(K(1e-09)), v1150);
-    const real v1153 = v1145 * v1102 * v1152;
-    const real v1154 = -v1153;
-    const real v1155 = mv_min(SPLAT(K(1.0)), v1154);
-    const real v1156 = mv_max(SPLAT(K(-1.0)), v1155);
-    const real v1158 = SELECT(m1140, mv_asin(mv_max(SPLAT(K(-1.0)), v1134)), mv_asin(v1156));
-    real s1159, c1159; mv_sincos(v1158, &s1159, &c1159);
-    const real v1163 = v1123 * c1159 - (v618 + v533 * v749);
-    const real v1164 = K(1.0) / v533;
-    const real v1165 = v1163 * v1164;
-    const real v1166 = v602 * v1164;
-    const real v1171 = p[9] * s1122 - v1116 + v1166 * v1163;
-    const real v1174 = K(1.0) / (v674 - v602 * v1166);
-    const real v1175 = v1171 * v1174;
-    const real v1176 = v611 * v1164;
-    const real v1178 = v679 - v602 * v1176;
-    const real v1179 = v1178 * v1174;
-    const real v1191 = K(1.0) / (v713 - v1178 * v1179 - v611 * v1176);
-    const real v1192 = (v1176 * v1163 - (v1123 * s1159 + v1145) - v1179 * v1171) * v1191;
-    const real v1194 = v1175 - v1179 * v1192;
-    const real v1198 = v1165 + v1166 * v1194 + v1176 * v1192;
-    const mask m1200 = LE(K(-1.0), v1118);
-    const mask m1201 = LE(v1118, K(-1.0));
-    const real v1203 = NUM(m1200);
-    const mask m1206 = LE(v1117, K(1.0));
-    const mask m1207 = LE(K(1.0), v1117);
-    const real v1209 = NUM(m1206);
-    const real v1215 = v1001 - (v749 * v852 + v602 * v1094);
-    const real v1218 = v1203 / (NUM(m1201) + v1203) * (v1209 / (NUM(m1207) + v1209) * (v1215 * v1102));
-    const real v1219 = v1218 / v1149;
-    const real v1221 = p[9] * (s1122 * v1219);
-    const mask m1225 = LE(K(-1.0), v1155);
-    const mask m1226 = LE(v1155, K(-1.0));
-    const real v1228 = NUM(m1225);
-    const mask m1231 = LE(v1154, K(1.0));
-    const mask m1232 = LE(K(1.0), v1154);
-    const real v1234 = NUM(m1231);
-    const real v1240 = v1061 - (v749 * v866 + v611 * v1094);
-    const mask m1244 = LE(K(1e-09), v1150);
-    const mask m1245 = LE(v1150, K(1e-09));
-    const real v1247 = NUM(m1244);
-    const real v1254 = v1247 / (NUM(m1245) + v1247) * ((v1119 + v1119) * v1218 / (v1149 + v1149));
-    const real v1258 = v1234 / (NUM(m1232) + v1234) * (v1240 * v1102 * v1152 + SELECT0(m1114, v1153 * v1152 * v1254));
-    const real v1263 = v1228 / (NUM(m1226) + v1228) * v1258 / mv_sqrt(K(1.0) - v1156 * v1156);
-    const real v1267 = SELECT0(m1114, -(c1159 * v1221)) + SELECT0(m1143, v1123 * (s1159 * v1263));
-    const real v1272 = v1267 - (v874 + (v533 * v1094 - v749 * v882));
-    const real v1280 = v852 * v1164 + v1166 * v1164 * v882;
-    const real v1283 = p[9] * (c1122 * v1219);
-    const real v1289 = SELECT0(m1114, v1283) - v1215 + (v1163 * v1280 + v1166 * v1272);
-    const real v1295 = v973 - (v1166 * v852 + v602 * v1280);
-    const real v1302 = v866 * v1164 + v1176 * v1164 * v882;
-    const real v1305 = v984 - (v1176 * v852 + v602 * v1302);
-    const real v1309 = v1305 * v1174 - v1179 * v1174 * v1295;
-    const real v1321 = SELECT0(m1114, -(s1159 * v1221)) + SELECT0(m1143, -(v1123 * (c1159 * v1263)));
-    const real v1327 = v1163 * v1302 + v1176 * v1272 - (v1321 + v1240) - (v1171 * v1309 + v1179 * v1289);
-    const real v1338 = v1192 * v1191 * (v1044 - (v1179 * v1305 + v1178 * v1309) - (v1176 * v866 + v611 * v1302));
-    const real v1339 = v1327 * v1191 - v1338;
-    const real v1342 = v1289 * v1174 - v1175 * v1174 * v1295 - (v1192 * v1309 + v1179 * v1339);
-    const real v1349 = v1272 * v1164 + v1165 * v1164 * v882 + (v1194 * v1280 + v1166 * v1342) + (v1192 * v1302 + v1176 * v1339);
-    const real v1352 = v464 + (v471 * v493 + v503 * v518) - (v749 * v750 + v534 * v1094) - (v1198 * v750 + v534 * v1349);
-    const real v1364 = v1352 - (v606 * v997 + v686 * v856) - (v1194 * v997 + v686 * v1342) + (v615 * v1057 + v720 * v870);
-    const real v1374 = p[2] + p[3];
-    const real v1378 = v1364 + (v1192 * v1057 + v720 * v1339) - (v547 * v429 + (v362 + v373 + v379 + v1374) * v772);
-    const real v1381 = p[7] + p[8] + v37;
-    const real v1384 = v117 + v38 * v899;
-    const real v1390 = v48 * v39 + v555 * p[13] + v625 * v38;
-    const real v1394 = v331 + v299 * v910;
-    const real v1400 = v304 * v300 + v563 * p[18] + v630 * v299;
-    const real v1407 = c60 * v1384 - v1390 * v80 + (c210 * v1394 - v1400 * v214) + (x[3] * v335 + v337 * along_x[3]);
-    const real v1412 = p[15] + p[20];
-    const real v1416 = v1407 + (x[3] * v341 + v343 * along_x[3]) - (v1374 + v1412 + v349) * v474;
-    const real v1425 = p[15] * along_x[13];
-    const real v1427 = x[13] * p[15];
-    const real v1430 = v1416 - (v363 * v1011 + v692 * v145) - (v368 * v1014 + v693 * v227) - (x[5] * v1425 + v1427 * along_x[5]);
-    const real v1431 = p[20] * along_x[15];
-    const real v1433 = x[15] * p[20];
-    const real v1439 = v13 * (v38 * v38);
-    const real v1444 = v373 + K(-2.0) * v375 + v38 * v639;
-    const real v1446 = v363 * v364;
-    const real v1447 = v1439 + v1444 - v1446;
-    const real v1451 = v31 * (v299 * v299);
-    const real v1455 = v379 + K(-2.0) * v381 + v299 * v644;
-    const real v1457 = v368 * v369;
-    const real v1458 = v1451 + v1455 - v1457;
-    const real v1460 = v467 + v656 * v1447 + v658 * v1458;
-    const real v1465 = v38 * v920 - K(-2.0) * v451;
-    const real v1468 = v364 * v145 + v363 * v433;
-    const real v1469 = v1465 - v1468;
-    const real v1476 = v299 * v928 - K(-2.0) * v457;
-    const real v1479 = v369 * v227 + v368 * v443;
-    const real v1480 = v1476 - v1479;
-    const real v1483 = v510 + (v1447 * v949 + v656 * v1469) + (v1458 * v955 + v658 * v1480);
-    const real v1486 = v1381 * v1321 - (v1430 - (x[5] * v1431 + v1433 * along_x[5])) - (v1460 * v405 + v414 * v1483);
-    const real v1500 = v13 * (p[14] * p[14]) + v31 * (p[19] * p[19]) + p[0] * (p[7] * p[7]) + p[1] * (p[6] * p[6]);
-    const real v1503 = v1500 - v36 * (v37 * v37);
-    const real v1506 = v638 * v1447;
-    const real v1508 = v643 * v1458;
-    const real v1514 = v1447 * v918 + v638 * v1469;
-    const real v1518 = v1458 * v926 + v643 * v1480;
-    const real v1521 = (v1444 + v1455 + (p[2] + p[4] + v1412 + v1503) - v1506 - v1508) * v493 + v503 * (v1465 + v1476 - v1514 - v1518);
-    const real v1530 = v1486 - v1521 + (v749 * v842 + v597 * v1094) + (v1198 * v842 + v597 * v1349);
-    const real v1542 = v1530 + (v606 * v959 + v660 * v856) + (v1194 * v959 + v660 * v1342) - (v615 * v1035 + v705 * v870);
-    const real v1560 = s60 * v1384 + v1390 * v83 - (v297 + v165 + v271) + (s210 * v1394 + v1400 * v217);
-    const real v1568 = v1560 - (v1374 + (p[5] - p[4])) * v127 - (x[4] * v1425 + v1427 * along_x[4]);
-    const real v1576 = v1568 - (x[4] * v1431 + v1433 * along_x[4]) + (v363 * v888 + v620 * v145);
-    const real v1589 = v1446 + v1457 + v362 + v1506 + v1508 + (p[2] + p[5] + v1503) - v1439 - v1451;
-    const real v1603 = v414 * (v1468 + v1479 + v429 + v1514 + v1518 + K(-2.0) * v438 + K(-2.0) * v448);
-    const real v1605 = v1576 + (v368 * v891 + v621 * v227) + ((v1589 + K(-2.0) * v366 + K(-2.0) * v371) * v405 + v1603);
-    const real v1617 = v1605 + (v1460 * v493 + v503 * v1483) - (v749 * v831 + v592 * v1094) - (v1198 * v831 + v592 * v1349);
-    const real v1629 = v1617 + (v606 * v942 + v653 * v856) + (v1194 * v942 + v653 * v1342) + (v615 * v1029 + v701 * v870);
-    const real v1640 = v1629 + (v1192 * v1029 + v701 * v1339) - (v547 * v461 + v384 * v772) + SELECT0(m1114, v1381 * v1283);
-    change[0] = v1378;
-    change[1] = v1542 - (v1192 * v1035 + v705 * v1339) + (v547 * v518 + v471 * v772);
-    change[2] = v1640;
-    change[3] = SELECT0(m1143, -v1263);
-    change[4] = SELECT0(m1114, v1219);
+    enum { vx = SLOSH_X_VX };
+    enum { vy = SLOSH_X_VY };
+    enum { vz = SLOSH_X_VZ };
+    enum { wx = SLOSH_X_WX };
+    enum { wy = SLOSH_X_WY };
+    enum { wz = SLOSH_X_WZ };
+    enum { att1 = SLOSH_X_ATT1 };
+    enum { att2 = SLOSH_X_ATT2 };
+    enum { att3 = SLOSH_X_ATT3 };
+    enum { phi1 = SLOSH_X_PHI1 };
+    enum { theta1 = SLOSH_X_THETA1 };
+    enum { phi2 = SLOSH_X_PHI2 };
+    enum { theta2 = SLOSH_X_THETA2 };
+    enum { phi1_dot = SLOSH_X_PHI1_DOT };
+    enum { theta1_dot = SLOSH_X_THETA1_DOT };
+    enum { phi2_dot = SLOSH_X_PHI2_DOT };
+    enum { theta2_dot = SLOSH_X_THETA2_DOT };
+    enum { m = SLOSH_P_M };
+    enum { m0 = SLOSH_P_M0 };
+    enum { I0 = SLOSH_P_I0 };
+    enum { J_x = SLOSH_P_J_X };
+    enum { J_y = SLOSH_P_J_Y };
+    enum { J_z = SLOSH_P_J_Z };
+    enum { h0 = SLOSH_P_H0 };
+    enum { b = SLOSH_P_B };
+    enum { d = SLOSH_P_D };
+    enum { F = SLOSH_P_F };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { eps1 = SLOSH_P_EPS1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { eps2 = SLOSH_P_EPS2 };
+    enum { r1 = SLOSH_LYAPUNOV_V2_C_R1 };
+    enum { r2 = SLOSH_LYAPUNOV_V2_C_R2 };
+    enum { r3 = SLOSH_LYAPUNOV_V2_C_R3 };
+    enum { r4 = SLOSH_LYAPUNOV_V2_C_R4 };
+    enum { r5 = SLOSH_LYAPUNOV_V2_C_R5 };
+    enum { r6 = SLOSH_LYAPUNOV_V2_C_R6 };
+    enum { r7 = SLOSH_LYAPUNOV_V2_C_R7 };
+    enum { r8 = SLOSH_LYAPUNOV_V2_C_R8 };
+    enum { w1 = SLOSH_LYAPUNOV_V2_C_W1 };
+    enum { w2 = SLOSH_LYAPUNOV_V2_C_W2 };
+    enum { w3 = SLOSH_LYAPUNOV_V2_C_W3 };
+    enum { w4 = SLOSH_LYAPUNOV_V2_C_W4 };
+    enum { w5 = SLOSH_LYAPUNOV_V2_C_W5 };
+    enum { along_vx = 0 };
+    enum { along_vy = 1 };
+    enum { along_vz = 2 };
+    enum { along_wx = 3 };
+    enum { along_wy = 4 };
+    enum { along_wz = 5 };
+    enum { along_att1 = 6 };
+    enum { along_att2 = 7 };
+    enum { along_att3 = 8 };
+    enum { along_phi1 = 9 };
+    enum { along_theta1 = 10 };
+    enum { along_phi2 = 11 };
+    enum { along_theta2 = 12 };
+    enum { along_phi1_dot = 13 };
+    enum { along_theta1_dot = 14 };
+    enum { along_phi2_dot = 15 };
+    enum { along_theta2_dot = 16 };
+    const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
+    const real t_gx5gf = p[m1] / D1;
+    const real k1 = t_gx5gf * p[l1];
+    const real me1 = t_gx5gf * p[I1];
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real mv1 = t_6nwd2 * k1;
+    const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
+    const real t_wiek6 = p[m2] / D2;
+    const real k2 = t_wiek6 * p[l2];
+    const real me2 = t_wiek6 * p[I2];
+    const real t_popww = p[l2] * p[m2];
+    const real mv2 = t_popww * k2;
+    const real M_C = p[m] + p[m0] + me1 + me2;
+    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real S_C = me1 * (p[h1] * p[h1])
+        + me2 * (p[h2] * p[h2])
+        + p[m] * (p[b] * p[b])
+        + p[m0] * (p[h0] * p[h0])
+        - M_C * (x_C * x_C);
+    const real J_C1 = p[I0] + p[J_x];
+    const real J_C3 = p[I0] + p[J_z] + S_C;
+    const real t_is5lg = p[I1] + p[I2];
+    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
+    const real W12 = x[wx] * x[wy];
+    const real W13 = x[wx] * x[wz];
+    const real e1 = p[h1] - x_C;
+    const real e2 = p[h2] - x_C;
+    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
+    const real Wt1 = cos_theta1 * x[wz] + sin_theta1 * x[wy];
+    const real w_x1 = x[wx] - x[theta1_dot];
+    const real p1 = Wn1 + x[phi1_dot];
+    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
+    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
+    const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
+    const real Wt2 = cos_theta2 * x[wz] + sin_theta2 * x[wy];
+    const real w_x2 = x[wx] - x[theta2_dot];
+    const real p2 = Wn2 + x[phi2_dot];
+    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
+    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
+    const real t_w7vil = t_rybsf * e1;
+    const real tension1 = cos_phi1 * t_w7vil * mv1 - t_6nwd2 * sigma_sq1;
+    const real As_1 = mv1 * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real eAss_1 = Ass_1 * e1;
+    const real q_1 = sin_phi1 * p[l1];
+    const real lc_1 = cos_phi1 * p[l1];
+    const real B_1 = me1 * p[l1];
+    const real Bs_1 = B_1 * sin_phi1;
+    const real Bc_1 = B_1 * cos_phi1;
+    const real Bl_1 = B_1 * p[l1];
+    const real g_1 = e1 - lc_1;
+    const real t_62zow = K(1.0) / (p[I1] + p[m1] * (q_1 * q_1));
+    const real th_1 = p[m1] * t_62zow;
+    const real wth_1 = th_1 * p[I1];
+    const real eBc_1 = Bc_1 * e1;
+    const real wg_1 = g_1 * wth_1;
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real tn11_1 = Ass_1 + me1 - wth_1;
+    const real t_b7ure = me1 * (e1 * e1);
+    const real t_3bowt = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
+    const real t_3fv6l = g_1 * wg_1;
+    const real tn44_1 = t_b7ure + t_3bowt - t_3fv6l;
+    const real wq_1 = q_1 * wth_1;
+    const real wqg_1 = q_1 * wg_1;
+    const real wqq_1 = q_1 * wq_1;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real wgC_1 = cos_theta1 * wqg_1;
+    const real wgS_1 = sin_theta1 * wqg_1;
+    const real loss_phi1 = p[eps1] * x[phi1_dot];
+    const real loss_theta1 = p[eps1] * x[theta1_dot];
+    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real t_smkh7 = Wn1 * lc_1;
+    const real t_q2k45 = chi1 * p[l1];
+    const real t_wmv32 = p1 + x[phi1_dot];
+    const real zeta1 = W12 * q_1 + t_smkh7 * w_x1 - t_q2k45 * t_wmv32;
+    const real t_xips6 = zeta1 * p[I1] - loss_theta1 * q_1;
+    const real F_n1 = th_1 * t_xips6;
+    const real t_7imwe = B_1 * eta1 + loss_phi1 * k1;
+    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real I_phi1 = x[phi1_dot] * p[I1];
+    const real I_theta1 = x[theta1_dot] * p[I1];
+    const real t_6fvzz = t_rybsf * e2;
+    const real tension2 = cos_phi2 * t_6fvzz * mv2 - t_popww * sigma_sq2;
+    const real As_2 = mv2 * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real eAss_2 = Ass_2 * e2;
+    const real q_2 = sin_phi2 * p[l2];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real B_2 = me2 * p[l2];
+    const real Bs_2 = B_2 * sin_phi2;
+    const real Bc_2 = B_2 * cos_phi2;
+    const real Bl_2 = B_2 * p[l2];
+    const real g_2 = e2 - lc_2;
+    const real t_4434n = K(1.0) / (p[I2] + p[m2] * (q_2 * q_2));
+    const real th_2 = p[m2] * t_4434n;
+    const real wth_2 = th_2 * p[I2];
+    const real eBc_2 = Bc_2 * e2;
+    const real wg_2 = g_2 * wth_2;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real tn11_2 = Ass_2 + me2 - wth_2;
+    const real t_lpk5h = me2 * (e2 * e2);
+    const real t_ymmgl = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
+    const real t_odwbr = g_2 * wg_2;
+    const real tn44_2 = t_lpk5h + t_ymmgl - t_odwbr;
+    const real wq_2 = q_2 * wth_2;
+    const real wqg_2 = q_2 * wg_2;
+    const real wqq_2 = q_2 * wq_2;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real wgC_2 = cos_theta2 * wqg_2;
+    const real wgS_2 = sin_theta2 * wqg_2;
+    const real loss_phi2 = p[eps2] * x[phi2_dot];
+    const real loss_theta2 = p[eps2] * x[theta2_dot];
+    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real t_2nvx4 = Wn2 * lc_2;
+    const real t_e55su = chi2 * p[l2];
+    const real t_nlamb = p2 + x[phi2_dot];
+    const real zeta2 = W12 * q_2 + t_2nvx4 * w_x2 - t_e55su * t_nlamb;
+    const real t_vry6x = zeta2 * p[I2] - loss_theta2 * q_2;
+    const real F_n2 = th_2 * t_vry6x;
+    const real t_4b2fa = B_2 * eta2 + loss_phi2 * k2;
+    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real I_phi2 = x[phi2_dot] * p[I2];
+    const real I_theta2 = x[theta2_dot] * p[I2];
+    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
+    const real t_fbeaw = S_sq1 * tn11_1;
+    const real t_dj555 = S_sq2 * tn11_2;
+    const real K22 = t_fbeaw + t_dj555 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real K33 = Ass_1 + Ass_2 + M_C - t_fbeaw - t_dj555;
+    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
+    const real t_nhr5u = wqq_1 + wqq_2;
+    const real K44 = t_nhr5u + Bl_1 + Bl_2 + J_C1;
+    const real t_tcgxn = wg_1 - e1 * me1;
+    const real t_uf5ib = wg_2 - e2 * me2;
+    const real t_32gyg = Bc_1 - eAss_1;
+    const real t_65obb = t_32gyg + t_tcgxn;
+    const real t_gbkg6 = Bc_2 - eAss_2;
+    const real t_yoiua = t_gbkg6 + t_uf5ib;
+    const real t_z76hk = S_sq1 * t_65obb + S_sq2 * t_yoiua;
+    const real K52 = t_tcgxn + t_uf5ib - t_z76hk - wqC_1 - wqC_2;
+    const real t_hjmgb = SC1 * t_65obb + SC2 * t_yoiua;
+    const real K53 = wqS_1 - t_hjmgb + wqS_2;
+    const real t_nncdg = Bl_1 - eBc_1;
+    const real t_4q22j = Bl_2 - eBc_2;
+    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
+    const real t_hoosk = S_sq1 * tn44_1;
+    const real t_drvdp = S_sq2 * tn44_2;
+    const real K55 = t_3fv6l
+        + t_odwbr
+        + t_nhr5u
+        + t_hoosk
+        + t_drvdp
+        + J_C3
+        - t_b7ure
+        - t_lpk5h
+        + K(-2.0) * wgC_1
+        + K(-2.0) * wgC_2;
+    const real K63 = t_z76hk - (t_32gyg + t_gbkg6);
+    const real t_zhbuw = wgS_1 + wgS_2;
+    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
+    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_3bowt + t_ymmgl + J_C2 - t_hoosk - t_drvdp;
+    const real t_vt7uo = F_n1 * cos_theta1;
+    const real t_oncjt = F_n2 * cos_theta2;
+    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real t_azclp = F_n1 * sin_theta1;
+    const real t_iya7w = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
+    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_bpfoo = K(1.0) / K11;
+    const real t_w7lcw = t_b3aij * t_bpfoo;
+    const real K_D2 = K22 - t_b3aij * t_w7lcw;
+    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_3go2w = t_zzymx * t_bpfoo;
+    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
+    const real t_4iujv = K(1.0) / K_D2;
+    const real K_L32 = t_d4mqf * t_4iujv;
+    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
+    const real B_v2 = x[vy] * c[r1];  /* (29) */
+    const real C_v2 = x[vz] * c[r2];  /* (29) */
+    const real g1_v2 = B_v2 * x[vz] - C_v2 * x[vy] + x[att1] * c[r3];  /* (29) */
+    const real g2_v2 = C_v2 * x[vx] + x[att2] * c[r5];  /* (29) */
+    const real g3_v2 = x[att3] * c[r7] - B_v2 * x[vx];  /* (29) */
+    const real t_t6fx5 = K(1.0) / c[r8];
+    const real G2_v2 = W12 - (x[wz] * c[w5] + g3_v2) * t_t6fx5;
+    const real t_yjeu3 = K(1.0) / c[r6];
+    const real G3_v2 = W13 + (x[wy] * c[w4] + g2_v2) * t_yjeu3;
+    const real a2_v2 = G2_v2 * x_C - B_v2 * c[w1];
+    const real a3_v2 = G3_v2 * x_C - C_v2 * c[w2];
+    const real t_2m245 = Bs_1 + Bs_2;
+    const real t_ma4ro = K(1.0) / c[r4];
+    const real t_lutta = (x[wx] * c[w3] + g1_v2) * t_ma4ro;
+    const real t_ev7u5 = Bs_1 + Asc_1 * e1;
+    const real t_bvybx = Bs_2 + Asc_2 * e2;
+    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
+    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
+    const real t_bkfqo = t_7imwe * sin_phi1
+        + t_4b2fa * sin_phi2
+        + cos_phi1 * tension1
+        + cos_phi2 * tension2
+        + G2_v2 * t_6mmeb
+        + G3_v2 * t_bl4f2
+        + t_b3aij * a2_v2
+        + t_zzymx * a3_v2;
+    const real q1_v2 = t_2m245 * t_lutta - t_bkfqo;
+    const real t_yz7e5 = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
+    const real q2_v2 = n2
+        + G2_v2 * K52
+        - G3_v2 * t_hjmgb
+        + K22 * a2_v2
+        + K32 * a3_v2
+        + t_yz7e5 * t_lutta;
+    const real q3_v2 = n3
+        + G2_v2 * K53
+        + G3_v2 * K63
+        + K32 * a2_v2
+        + K33 * a3_v2
+        - K43 * t_lutta;
+    const real PP_v2 = K11 * K11 + t_b3aij * t_b3aij + t_zzymx * t_zzymx;
+    const real Pq_v2 = K11 * q1_v2 - t_b3aij * q2_v2 - t_zzymx * q3_v2;
+    const real t_owyvy = q1_v2 * q1_v2 - p[F] * p[F] + q2_v2 * q2_v2 + q3_v2 * q3_v2;
+    const real t_5y7r7 = Pq_v2 * Pq_v2 - PP_v2 * t_owyvy;
+    const real root_v2 = mv_sqrt(mv_max(SPLAT(K(0.0)), t_5y7r7));
+    const real t_hvu5i = K(1.0) / PP_v2;
+    const real ax_v2 = (root_v2 - Pq_v2) * t_hvu5i;
+    const real f2_v2 = q2_v2 - t_b3aij * ax_v2;
+    const real f3_v2 = q3_v2 - t_zzymx * ax_v2;
+    const real t_y7rm6 = K(1.0) / p[F];
+    const real t_w4bdl = f2_v2 * t_y7rm6;
+    const real t_gv4uc = mv_min(SPLAT(K(1.0)), t_w4bdl);
+    const real sin_d2_v2 = mv_max(SPLAT(K(-1.0)), t_gv4uc);
+    const real cos_d2_v2 = mv_sqrt(K(1.0) - sin_d2_v2 * sin_d2_v2);
+    const real t_ldujx = -(f3_v2 * t_y7rm6 / mv_max(SPLAT(K(1e-09)), cos_d2_v2));
+    const real t_bfggr = mv_min(SPLAT(K(1.0)), t_ldujx);
+    const real delta1_v2 = mv_asin(mv_max(SPLAT(K(-1.0)), t_bfggr));
+    const real delta2_v2 = mv_asin(sin_d2_v2);
+    const real t_u3bis = cos_phi1 * along_x[along_phi1];
+    const real t_ik2jg = B_1 * t_u3bis;
+    const real t_fjb5c = (x[wy] + x[wy]) * along_x[along_wy] + (x[wz] + x[wz]) * along_x[along_wz];
+    const real t_vbqwh = e1 * t_fjb5c;
+    const real t_t7e4r = along_x[along_wx] - along_x[along_theta1_dot];
+    const real t_r477s = sin_phi1 * along_x[along_phi1];
+    const real t_gzco3 = sin_theta1 * along_x[along_theta1];
+    const real t_7xloa = cos_theta1 * along_x[along_theta1];
+    const real t_diibk = cos_theta1 * along_x[along_wz] - x[wz] * t_gzco3 + (x[wy] * t_7xloa + sin_theta1 * along_x[along_wy]);
+    const real t_idjxn = cos_phi1 * t_t7e4r - w_x1 * t_r477s - (sin_phi1 * t_diibk + Wt1 * t_u3bis);
+    const real t_rxace = cos_phi1 * t_diibk - Wt1 * t_r477s + (w_x1 * t_u3bis + sin_phi1 * t_t7e4r);
+    const real t_2oitm = B_1 * (t_qm5gj * t_idjxn + chi1 * t_rxace - (w_x1 * t_diibk + Wt1 * t_t7e4r));
+    const real t_zmble = p[eps1] * along_x[along_phi1_dot];
+    const real t_4ps2g = t_2oitm + k1 * t_zmble;
+    const real t_2alzh = t_w7vil * t_ik2jg + Bs_1 * t_vbqwh + p[l1] * t_4ps2g;
+    const real t_y5zog = x[wy] * along_x[along_wx] + x[wx] * along_x[along_wy];
+    const real t_xggug = p[l1] * t_u3bis;
+    const real t_jgoba = cos_theta1 * along_x[along_wy] - x[wy] * t_gzco3 - (x[wz] * t_7xloa + sin_theta1 * along_x[along_wz]);
+    const real t_wvrxp = p[l1] * t_r477s;
+    const real t_j5ton = t_jgoba + along_x[along_phi1_dot];
+    const real t_grjl3 = q_1 * t_y5zog
+        + W12 * t_xggug
+        + (w_x1 * (lc_1 * t_jgoba - Wn1 * t_wvrxp) + t_smkh7 * t_t7e4r)
+        - (t_wmv32 * (p[l1] * t_idjxn) + t_q2k45 * (t_j5ton + along_x[along_phi1_dot]));
+    const real t_sqgls = p[eps1] * along_x[along_theta1_dot];
+    const real t_julzq = th_1 * t_62zow * (p[m1] * ((q_1 + q_1) * t_xggug));
+    const real t_k2ads = th_1 * (p[I1] * t_grjl3 - (q_1 * t_sqgls + loss_theta1 * t_xggug))
+        - t_xips6 * t_julzq;
+    const real t_kxapq = cos_phi2 * along_x[along_phi2];
+    const real t_x4syx = p[l2] * t_kxapq;
+    const real t_lgafn = sin_theta2 * along_x[along_theta2];
+    const real t_gzo6d = cos_theta2 * along_x[along_theta2];
+    const real t_poule = cos_theta2 * along_x[along_wy] - x[wy] * t_lgafn - (x[wz] * t_gzo6d + sin_theta2 * along_x[along_wz]);
+    const real t_zjnbg = sin_phi2 * along_x[along_phi2];
+    const real t_oukri = p[l2] * t_zjnbg;
+    const real t_b67qm = along_x[along_wx] - along_x[along_theta2_dot];
+    const real t_eycr6 = cos_theta2 * along_x[along_wz] - x[wz] * t_lgafn + (x[wy] * t_gzo6d + sin_theta2 * along_x[along_wy]);
+    const real t_7uyfc = cos_phi2 * t_b67qm - w_x2 * t_zjnbg - (sin_phi2 * t_eycr6 + Wt2 * t_kxapq);
+    const real t_o3tgg = t_poule + along_x[along_phi2_dot];
+    const real t_4cbz5 = q_2 * t_y5zog
+        + W12 * t_x4syx
+        + (w_x2 * (lc_2 * t_poule - Wn2 * t_oukri) + t_2nvx4 * t_b67qm)
+        - (t_nlamb * (p[l2] * t_7uyfc) + t_e55su * (t_o3tgg + along_x[along_phi2_dot]));
+    const real t_lon4y = p[eps2] * along_x[along_theta2_dot];
+    const real t_hxrn3 = th_2 * t_4434n * (p[m2] * ((q_2 + q_2) * t_x4syx));
+    const real t_7i4pa = th_2 * (p[I2] * t_4cbz5 - (q_2 * t_lon4y + loss_theta2 * t_x4syx))
+        - t_vry6x * t_hxrn3;
+    const real t_xsd5m = q_1 * t_k2ads + F_n1 * t_xggug + (q_2 * t_7i4pa + F_n2 * t_x4syx);
+    const real t_o4leh = B_2 * t_kxapq;
+    const real t_u3ycx = e2 * t_fjb5c;
+    const real t_5govq = cos_phi2 * t_eycr6 - Wt2 * t_zjnbg + (w_x2 * t_kxapq + sin_phi2 * t_b67qm);
+    const real t_ccuze = B_2 * (t_c6dmt * t_7uyfc + chi2 * t_5govq - (w_x2 * t_eycr6 + Wt2 * t_b67qm));
+    const real t_trbl5 = p[eps2] * along_x[along_phi2_dot];
+    const real t_cb4zc = t_ccuze + k2 * t_trbl5;
+    const real t_bmgvp = t_6fvzz * t_o4leh + Bs_2 * t_u3ycx + p[l2] * t_cb4zc;
+    const real t_ihgv7 = p[I1] * along_x[along_theta1_dot];
+    const real t_5vhzn = p[I2] * along_x[along_theta2_dot];
+    const real t_sfymc = p[J_y] - p[J_z];
+    const real t_rbvs6 = c[r1] * along_x[along_vy];
+    const real t_nl65q = (c[w5] * along_x[along_wz] + (c[r7] * along_x[along_att3] - (x[vx] * t_rbvs6 + B_v2 * along_x[along_vx]))) * t_t6fx5;
+    const real t_3hzgf = t_y5zog - t_nl65q;
+    const real t_vltvw = p[I1] * t_julzq;
+    const real t_6ik5d = wth_1 * t_xggug - q_1 * t_vltvw;
+    const real t_zmcd5 = p[I2] * t_hxrn3;
+    const real t_plooz = wth_2 * t_x4syx - q_2 * t_zmcd5;
+    const real t_lmeqo = wq_1 * t_xggug + q_1 * t_6ik5d + (wq_2 * t_x4syx + q_2 * t_plooz);
+    const real t_p7wdd = wth_1 * t_wvrxp - g_1 * t_vltvw;
+    const real t_uvki3 = wg_1 * t_xggug + q_1 * t_p7wdd;
+    const real t_6b5j3 = cos_theta1 * t_uvki3 - wqg_1 * t_gzco3;
+    const real t_v5uuq = wth_2 * t_oukri - g_2 * t_zmcd5;
+    const real t_4houv = wg_2 * t_x4syx + q_2 * t_v5uuq;
+    const real t_jvp6q = cos_theta2 * t_4houv - wqg_2 * t_lgafn;
+    const real t_lp2tr = B_1 * t_r477s;
+    const real t_5kwcz = e1 * t_lp2tr;
+    const real t_wz5xx = B_2 * t_zjnbg;
+    const real t_ltgig = e2 * t_wz5xx;
+    const real t_w6xbp = t_lmeqo
+        - t_6b5j3
+        - t_jvp6q
+        + (sin_theta1 * t_5kwcz + t_nncdg * t_7xloa)
+        + (sin_theta2 * t_ltgig + t_4q22j * t_gzo6d);
+    const real t_d5jt4 = x[wz] * along_x[along_wx] + x[wx] * along_x[along_wz];
+    const real t_c2js2 = c[r2] * along_x[along_vz];
+    const real t_goatc = (c[w4] * along_x[along_wy] + (x[vx] * t_c2js2 + C_v2 * along_x[along_vx] + c[r5] * along_x[along_att2])) * t_yjeu3;
+    const real t_qd6hg = t_d5jt4 + t_goatc;
+    const real t_7wvhi = wqg_1 * t_7xloa + sin_theta1 * t_uvki3 + (wqg_2 * t_gzo6d + sin_theta2 * t_4houv);
+    const real t_7oln4 = t_7wvhi
+        + (cos_theta1 * t_5kwcz - t_nncdg * t_gzco3)
+        + (cos_theta2 * t_ltgig - t_4q22j * t_lgafn);
+    const mask m_kyd3d = LT(t_5y7r7, K(0.0));
+    const real t_wdgab = (SELECT(m_kyd3d, root_v2, root_v2) - Pq_v2) * t_hvu5i;
+    const real t_fm43t = t_ik2jg + t_o4leh;
+    const mask m_l7cqn = NOT(m_kyd3d);
+    const mask m_gpyuk = LE(K(0.0), t_5y7r7);
+    const real t_gcb25 = NUM(m_gpyuk);
+    const mask m_jylev = LE(t_5y7r7, K(0.0));
+    const real t_i2dbg = x[vz] * t_rbvs6
+        + B_v2 * along_x[along_vz]
+        - (x[vy] * t_c2js2 + C_v2 * along_x[along_vy])
+        + c[r3] * along_x[along_att1];
+    const real t_gmv7a = (c[w3] * along_x[along_wx] + t_i2dbg) * t_ma4ro;
+    const real t_epihp = mv1 * (cos_phi1 * t_vbqwh - t_w7vil * t_r477s)
+        - t_6nwd2 * ((t_qm5gj + t_qm5gj) * t_rxace + (p1 + p1) * t_j5ton);
+    const real t_nmec3 = mv2 * (cos_phi2 * t_u3ycx - t_6fvzz * t_zjnbg)
+        - t_popww * ((t_c6dmt + t_c6dmt) * t_5govq + (p2 + p2) * t_o3tgg);
+    const real t_g3x7g = mv1 * t_u3bis;
+    const real t_m4i63 = cos_phi1 * t_g3x7g - As_1 * t_r477s;
+    const real t_rhxsn = t_ik2jg + e1 * t_m4i63;
+    const real t_oz7ag = mv2 * t_kxapq;
+    const real t_aqus5 = cos_phi2 * t_oz7ag - As_2 * t_zjnbg;
+    const real t_5tipn = t_o4leh + e2 * t_aqus5;
+    const real t_j3w63 = sin_theta1 * t_rhxsn + t_ev7u5 * t_7xloa + (sin_theta2 * t_5tipn + t_bvybx * t_gzo6d);
+    const real t_bnzmj = cos_theta1 * t_rhxsn - t_ev7u5 * t_gzco3 + (cos_theta2 * t_5tipn - t_bvybx * t_lgafn);
+    const real t_ql2ju = sin_theta1 * t_m4i63 + Asc_1 * t_7xloa + (sin_theta2 * t_aqus5 + Asc_2 * t_gzo6d);
+    const real t_xpw4j = x_C * t_3hzgf - c[w1] * t_rbvs6;
+    const real t_thmu4 = cos_theta1 * t_m4i63 - Asc_1 * t_gzco3 + (cos_theta2 * t_aqus5 - Asc_2 * t_lgafn);
+    const real t_qtcty = x_C * t_qd6hg - c[w2] * t_c2js2;
+    const real t_uvukm = sin_phi1 * t_4ps2g
+        + t_7imwe * t_u3bis
+        + (sin_phi2 * t_cb4zc + t_4b2fa * t_kxapq)
+        + (cos_phi1 * t_epihp - tension1 * t_r477s)
+        + (cos_phi2 * t_nmec3 - tension2 * t_zjnbg)
+        + (t_6mmeb * t_3hzgf + G2_v2 * t_j3w63)
+        + (t_bl4f2 * t_qd6hg + G3_v2 * t_bnzmj)
+        + (a2_v2 * t_ql2ju + t_b3aij * t_xpw4j)
+        + (a3_v2 * t_thmu4 + t_zzymx * t_qtcty);
+    const real t_rufjq = t_lutta * t_fm43t + t_2m245 * t_gmv7a - t_uvukm;
+    const real t_4mgnc = sin_phi1 * t_g3x7g + As_1 * t_u3bis;
+    const real t_tys73 = sin_phi2 * t_oz7ag + As_2 * t_kxapq;
+    const real t_oqb2a = t_4mgnc + t_tys73;
+    const real t_i6ply = cos_theta1 * t_k2ads - F_n1 * t_gzco3;
+    const real t_jlula = cos_theta2 * t_7i4pa - F_n2 * t_lgafn;
+    const real t_3upj6 = tension1 * t_u3bis + sin_phi1 * t_epihp - (cos_phi1 * t_4ps2g - t_7imwe * t_r477s);
+    const real t_cv7qx = tension2 * t_kxapq + sin_phi2 * t_nmec3 - (cos_phi2 * t_cb4zc - t_4b2fa * t_zjnbg);
+    const real t_c23o2 = (sin_theta1 + sin_theta1) * t_7xloa;
+    const real t_jkn3n = e1 * t_4mgnc;
+    const real t_33ras = t_lp2tr + t_jkn3n;
+    const real t_4ee66 = t_p7wdd - t_33ras;
+    const real t_vfytj = (sin_theta2 + sin_theta2) * t_gzo6d;
+    const real t_2koli = e2 * t_tys73;
+    const real t_newbu = t_wz5xx + t_2koli;
+    const real t_ldkuf = t_v5uuq - t_newbu;
+    const real t_ke3mq = t_65obb * t_c23o2 + S_sq1 * t_4ee66 + (t_yoiua * t_vfytj + S_sq2 * t_ldkuf);
+    const real t_ow2yt = cos_theta1 * t_6ik5d - wq_1 * t_gzco3;
+    const real t_andwa = cos_theta2 * t_plooz - wq_2 * t_lgafn;
+    const real t_g3iw3 = t_p7wdd + t_v5uuq - t_ke3mq - t_ow2yt - t_andwa;
+    const real t_bgfqx = cos_theta1 * t_7xloa - sin_theta1 * t_gzco3;
+    const real t_f3p5c = cos_theta2 * t_gzo6d - sin_theta2 * t_lgafn;
+    const real t_7muol = t_65obb * t_bgfqx + SC1 * t_4ee66 + (t_yoiua * t_f3p5c + SC2 * t_ldkuf);
+    const real t_nzqgu = t_4mgnc + t_vltvw;
+    const real t_d7jey = tn11_1 * t_c23o2 + S_sq1 * t_nzqgu;
+    const real t_ls5em = t_tys73 + t_zmcd5;
+    const real t_qxmxx = tn11_2 * t_vfytj + S_sq2 * t_ls5em;
+    const real t_4m3lc = t_d7jey + t_qxmxx - t_vltvw - t_zmcd5;
+    const real t_mfl7i = tn11_1 * t_bgfqx + SC1 * t_nzqgu + (tn11_2 * t_f3p5c + SC2 * t_ls5em);
+    const real t_nnisg = t_ow2yt
+        + t_andwa
+        + (Bc_1 * t_7xloa - sin_theta1 * t_lp2tr)
+        + (Bc_2 * t_gzo6d - sin_theta2 * t_wz5xx);
+    const real t_yclph = t_i6ply
+        + t_jlula
+        + (sin_theta1 * t_3upj6 + F_t1 * t_7xloa)
+        + (sin_theta2 * t_cv7qx + F_t2 * t_gzo6d)
+        + (K52 * t_3hzgf + G2_v2 * t_g3iw3)
+        - (t_hjmgb * t_qd6hg + G3_v2 * t_7muol)
+        + (a2_v2 * t_4m3lc + K22 * t_xpw4j)
+        + (a3_v2 * t_mfl7i + K32 * t_qtcty)
+        + (t_lutta * t_nnisg + t_yz7e5 * t_gmv7a);
+    const real t_5er3o = sin_theta1 * t_k2ads + F_n1 * t_7xloa;
+    const real t_dw3xg = sin_theta2 * t_7i4pa + F_n2 * t_gzo6d;
+    const real t_yuwss = wq_1 * t_7xloa + sin_theta1 * t_6ik5d;
+    const real t_vivay = wq_2 * t_gzo6d + sin_theta2 * t_plooz;
+    const real t_kthc6 = t_yuwss - t_7muol + t_vivay;
+    const real t_oaetb = t_ke3mq + (t_33ras + t_newbu);
+    const real t_d52nt = t_oqb2a - t_d7jey - t_qxmxx;
+    const real t_lso4x = t_yuwss
+        + t_vivay
+        + (cos_theta1 * t_lp2tr + Bc_1 * t_gzco3)
+        + (cos_theta2 * t_wz5xx + Bc_2 * t_lgafn);
+    const real t_p4baz = cos_theta1 * t_3upj6
+        - F_t1 * t_gzco3
+        - (t_5er3o + t_dw3xg)
+        + (cos_theta2 * t_cv7qx - F_t2 * t_lgafn)
+        + (K53 * t_3hzgf + G2_v2 * t_kthc6)
+        + (K63 * t_qd6hg + G3_v2 * t_oaetb)
+        + (a2_v2 * t_mfl7i + K32 * t_xpw4j)
+        + (a3_v2 * t_d52nt + K33 * t_qtcty)
+        - (t_lutta * t_lso4x + K43 * t_gmv7a);
+    const real t_whyqg = K11 * t_rufjq
+        - q1_v2 * t_oqb2a
+        - (q2_v2 * t_ql2ju + t_b3aij * t_yclph)
+        - (q3_v2 * t_thmu4 + t_zzymx * t_p4baz);
+    const real t_ypv7w = (t_b3aij + t_b3aij) * t_ql2ju
+        - (K11 + K11) * t_oqb2a
+        + (t_zzymx + t_zzymx) * t_thmu4;
+    const real t_s3sdg = (q1_v2 + q1_v2) * t_rufjq
+        + (q2_v2 + q2_v2) * t_yclph
+        + (q3_v2 + q3_v2) * t_p4baz;
+    const real t_ghnca = t_gcb25 / (NUM(m_jylev) + t_gcb25) * ((Pq_v2 + Pq_v2) * t_whyqg - (t_owyvy * t_ypv7w + PP_v2 * t_s3sdg));
+    const real t_ov6od = (SELECT0(m_l7cqn, t_ghnca / (root_v2 + root_v2)) - t_whyqg) * t_hvu5i
+        - t_wdgab * t_hvu5i * t_ypv7w;
+    const mask m_5gpld = LT(t_gv4uc, K(-1.0));
+    const mask m_fymqf = LT(K(-1.0), t_gv4uc);
+    const mask m_lej7o = LT(K(1.0), t_w4bdl);
+    const mask m_mg55y = AND(m_fymqf, m_lej7o);
+    const mask m_35nsk = OR(m_5gpld, m_mg55y);
+    const mask m_zww5v = OR(m_35nsk, m_lej7o);
+    const real t_jker3 = q2_v2 - t_b3aij * t_wdgab;
+    const real t_uzctx = t_jker3 * t_y7rm6;
+    const real t_4qbql = mv_min(SPLAT(K(1.0)), t_uzctx);
+    const real t_dmbry = mv_max(SPLAT(K(-1.0)), t_4qbql);
+    const real t_g4u7i = SELECT(m_zww5v, delta2_v2, mv_asin(t_dmbry));
+    real sin_t_g4u7i, cos_t_g4u7i; mv_sincos(t_g4u7i, &sin_t_g4u7i, &cos_t_g4u7i);
+    const real t_wo26r = p[F] * cos_t_g4u7i;
+    const mask m_furr5 = LT(t_bfggr, K(-1.0));
+    const mask m_uqg3t = LT(K(-1.0), t_bfggr);
+    const mask m_dvyvr = LT(K(1.0), t_ldujx);
+    const mask m_nngn3 = AND(m_uqg3t, m_dvyvr);
+    const mask m_xrwwu = OR(m_furr5, m_nngn3);
+    const mask m_qt2kt = OR(m_xrwwu, m_dvyvr);
+    const real t_gzb3e = q3_v2 - t_zzymx * t_wdgab;
+    const real t_v4pjv = mv_sqrt(K(1.0) - t_dmbry * t_dmbry);
+    const real t_c7nyz = SELECT(m_zww5v, cos_d2_v2, t_v4pjv);
+    const real t_qvk2y = K(1.0) / mv_max(SPLAT(K(1e-09)), t_c7nyz);
+    const real t_pwjaz = t_gzb3e * t_y7rm6 * t_qvk2y;
+    const real t_pdpy6 = -t_pwjaz;
+    const real t_ltztq = mv_min(SPLAT(K(1.0)), t_pdpy6);
+    const real t_xb3pe = mv_max(SPLAT(K(-1.0)), t_ltztq);
+    const real t_kood5 = SELECT(m_qt2kt, delta1_v2, mv_asin(t_xb3pe));
+    real sin_t_kood5, cos_t_kood5; mv_sincos(t_kood5, &sin_t_kood5, &cos_t_kood5);
+    const real t_gw4dc = t_wo26r * cos_t_kood5 - (q1_v2 + K11 * t_wdgab);
+    const real t_hdxqd = t_gw4dc * t_bpfoo;
+    const real t_mhahi = p[F] * sin_t_g4u7i - t_jker3 + t_w7lcw * t_gw4dc;
+    const real t_yxhpj = t_mhahi * t_4iujv;
+    const real t_zmh3u = K(1.0) / K_D3;
+    const real t_qzquc = (t_3go2w * t_gw4dc - (t_wo26r * sin_t_kood5 + t_gzb3e) - K_L32 * t_mhahi) * t_zmh3u;
+    const real t_l4jsl = t_yxhpj - K_L32 * t_qzquc;
+    const real t_x6uzk = t_hdxqd + t_w7lcw * t_l4jsl + t_3go2w * t_qzquc;
+    const mask m_el4yy = NOT(m_zww5v);
+    const mask m_ieiia = LE(K(-1.0), t_4qbql);
+    const real t_wzftv = NUM(m_ieiia);
+    const mask m_hnocs = LE(t_4qbql, K(-1.0));
+    const mask m_i4vgm = LE(t_uzctx, K(1.0));
+    const real t_hkwhb = NUM(m_i4vgm);
+    const mask m_iwk2v = LE(K(1.0), t_uzctx);
+    const real t_ct7ts = t_yclph - (t_wdgab * t_ql2ju + t_b3aij * t_ov6od);
+    const real t_ts7jr = t_wzftv / (NUM(m_hnocs) + t_wzftv) * (t_hkwhb / (NUM(m_iwk2v) + t_hkwhb) * (t_ct7ts * t_y7rm6));
+    const real t_4tqvz = t_ts7jr / t_v4pjv;
+    const real t_jr45c = p[F] * (sin_t_g4u7i * t_4tqvz);
+    const mask m_uklky = NOT(m_qt2kt);
+    const mask m_wzftv = LE(K(-1.0), t_ltztq);
+    const real t_wzftv_2 = NUM(m_wzftv);
+    const mask m_ov2v5 = LE(t_ltztq, K(-1.0));
+    const mask m_n24ux = LE(t_pdpy6, K(1.0));
+    const real t_nowqj = NUM(m_n24ux);
+    const mask m_lq75g = LE(K(1.0), t_pdpy6);
+    const real t_63jz7 = t_p4baz - (t_wdgab * t_thmu4 + t_zzymx * t_ov6od);
+    const mask m_jpukc = LE(K(1e-09), t_c7nyz);
+    const real t_uyi7x = NUM(m_jpukc);
+    const mask m_ia2oz = LE(t_c7nyz, K(1e-09));
+    const real t_5rtd7 = t_pwjaz * t_qvk2y * (t_uyi7x / (NUM(m_ia2oz) + t_uyi7x) * ((t_dmbry + t_dmbry) * t_ts7jr / (t_v4pjv + t_v4pjv)));
+    const real t_sj54h = t_wzftv_2 / (NUM(m_ov2v5) + t_wzftv_2) * (t_nowqj / (NUM(m_lq75g) + t_nowqj) * (t_63jz7 * t_y7rm6 * t_qvk2y + SELECT0(m_el4yy, t_5rtd7)));
+    const real t_x4qmc = t_sj54h / mv_sqrt(K(1.0) - t_xb3pe * t_xb3pe);
+    const real t_lqbma = SELECT0(m_el4yy, -(cos_t_kood5 * t_jr45c))
+        + SELECT0(m_uklky, t_wo26r * (sin_t_kood5 * t_x4qmc))
+        - (t_rufjq + (K11 * t_ov6od - t_wdgab * t_oqb2a));
+    const real t_vcmoj = t_ql2ju * t_bpfoo + t_w7lcw * t_bpfoo * t_oqb2a;
+    const real t_txoub = p[F] * (cos_t_g4u7i * t_4tqvz);
+    const real t_m3bnf = SELECT0(m_el4yy, t_txoub) - t_ct7ts + (t_gw4dc * t_vcmoj + t_w7lcw * t_lqbma);
+    const real t_a7vxo = t_4m3lc - (t_w7lcw * t_ql2ju + t_b3aij * t_vcmoj);
+    const real t_xs7e4 = t_thmu4 * t_bpfoo + t_3go2w * t_bpfoo * t_oqb2a;
+    const real t_xiyvc = t_mfl7i - (t_3go2w * t_ql2ju + t_b3aij * t_xs7e4);
+    const real t_sp4m6 = t_xiyvc * t_4iujv - K_L32 * t_4iujv * t_a7vxo;
+    const real t_ilo47 = SELECT0(m_el4yy, -(sin_t_kood5 * t_jr45c)) + SELECT0(m_uklky, -(t_wo26r * (cos_t_kood5 * t_x4qmc)));
+    const real t_5vbc7 = t_gw4dc * t_xs7e4
+        + t_3go2w * t_lqbma
+        - (t_ilo47 + t_63jz7)
+        - (t_mhahi * t_sp4m6 + K_L32 * t_m3bnf);
+    const real t_v27ts = t_d52nt
+        - (K_L32 * t_xiyvc + t_d4mqf * t_sp4m6)
+        - (t_3go2w * t_thmu4 + t_zzymx * t_xs7e4);
+    const real t_gkqa3 = t_5vbc7 * t_zmh3u - t_qzquc * t_zmh3u * t_v27ts;
+    const real t_anlzh = t_m3bnf * t_4iujv
+        - t_yxhpj * t_4iujv * t_a7vxo
+        - (t_qzquc * t_sp4m6 + K_L32 * t_gkqa3);
+    const real t_xormi = t_lqbma * t_bpfoo
+        + t_hdxqd * t_bpfoo * t_oqb2a
+        + (t_l4jsl * t_vcmoj + t_w7lcw * t_anlzh)
+        + (t_qzquc * t_xs7e4 + t_3go2w * t_gkqa3);
+    const real t_lwe76 = p[b] + p[d] + x_C;
+    const real t_ktnnx = t_2alzh + e1 * t_3upj6;
+    const real t_s6mmw = Bs_1 * t_w7vil + t_7imwe * p[l1] + F_t1 * e1;
+    const real t_imrld = t_bmgvp + e2 * t_cv7qx;
+    const real t_bbyqj = Bs_2 * t_6fvzz + t_4b2fa * p[l2] + F_t2 * e2;
+    const real t_cexsj = p[I1] * along_x[along_phi1_dot];
+    const real t_6syep = p[I2] * along_x[along_phi2_dot];
+    const real t_nrkvj = cos_theta1 * t_ktnnx
+        - t_s6mmw * t_gzco3
+        + (cos_theta2 * t_imrld - t_bbyqj * t_lgafn)
+        + (x[wx] * t_ihgv7 + I_theta1 * along_x[along_wx])
+        + (x[wx] * t_5vhzn + I_theta2 * along_x[along_wx])
+        - (J_C1 + t_is5lg + t_sfymc) * t_d5jt4
+        - (g_1 * t_5er3o + t_azclp * t_wvrxp)
+        - (g_2 * t_dw3xg + t_iya7w * t_oukri)
+        - (x[wz] * t_cexsj + I_phi1 * along_x[along_wz])
+        - (x[wz] * t_6syep + I_phi2 * along_x[along_wz]);
+    const real t_e6cz6 = e1 * t_jkn3n - K(-2.0) * t_5kwcz;
+    const real t_ho4oo = wg_1 * t_wvrxp + g_1 * t_p7wdd;
+    const real t_hansg = t_e6cz6 - t_ho4oo;
+    const real t_vo7za = e2 * t_2koli - K(-2.0) * t_ltgig;
+    const real t_jacgj = wg_2 * t_oukri + g_2 * t_v5uuq;
+    const real t_g3yxf = t_vo7za - t_jacgj;
+    const real t_2lfdf = t_7wvhi
+        + (tn44_1 * t_bgfqx + SC1 * t_hansg)
+        + (tn44_2 * t_f3p5c + SC2 * t_g3yxf);
+    const real t_yat33 = tn44_1 * t_c23o2 + S_sq1 * t_hansg;
+    const real t_qylsp = tn44_2 * t_vfytj + S_sq2 * t_g3yxf;
+    const real t_ckrat = t_ho4oo
+        + t_jacgj
+        + t_lmeqo
+        + t_yat33
+        + t_qylsp
+        + K(-2.0) * t_6b5j3
+        + K(-2.0) * t_jvp6q;
+    change[0] = t_2alzh
+        - t_xsd5m
+        + t_bmgvp
+        - t_zmble
+        - t_trbl5
+        + (x[wy] * t_ihgv7 + I_theta1 * along_x[along_wy])
+        + (x[wy] * t_5vhzn + I_theta2 * along_x[along_wy])
+        - (x[wz] * (t_sfymc * along_x[along_wy]) + t_sfymc * x[wy] * along_x[along_wz])
+        + (K54 * t_3hzgf + G2_v2 * t_w6xbp)
+        + (K64 * t_qd6hg + G3_v2 * t_7oln4)
+        - (t_wdgab * t_fm43t + t_2m245 * t_ov6od)
+        - (t_x6uzk * t_fm43t + t_2m245 * t_xormi)
+        - (a2_v2 * t_nnisg + t_yz7e5 * t_xpw4j)
+        - (t_l4jsl * t_nnisg + t_yz7e5 * t_anlzh)
+        + (a3_v2 * t_lso4x + K43 * t_qtcty)
+        + (t_qzquc * t_lso4x + K43 * t_gkqa3)
+        - (t_lutta * t_lmeqo + K44 * t_gmv7a);
+    change[1] = t_lwe76 * t_ilo47
+        - t_nrkvj
+        - (K65 * t_3hzgf + G2_v2 * t_2lfdf)
+        - (K66 * t_qd6hg + G3_v2 * (t_e6cz6 + t_vo7za - t_yat33 - t_qylsp))
+        + (t_wdgab * t_bnzmj + t_bl4f2 * t_ov6od)
+        + (t_x6uzk * t_bnzmj + t_bl4f2 * t_xormi)
+        + (a2_v2 * t_7muol + t_hjmgb * t_xpw4j)
+        + (t_l4jsl * t_7muol + t_hjmgb * t_anlzh)
+        - (a3_v2 * t_oaetb + K63 * t_qtcty)
+        - (t_qzquc * t_oaetb + K63 * t_gkqa3)
+        + (t_lutta * t_7oln4 + K64 * t_gmv7a);
+    change[2] = sin_theta1 * t_ktnnx
+        + t_s6mmw * t_7xloa
+        - (t_xsd5m + t_sqgls + t_lon4y)
+        + (sin_theta2 * t_imrld + t_bbyqj * t_gzo6d)
+        - (J_C1 + (p[J_z] - p[J_y])) * t_y5zog
+        - (x[wy] * t_cexsj + I_phi1 * along_x[along_wy])
+        - (x[wy] * t_6syep + I_phi2 * along_x[along_wy])
+        + (g_1 * t_i6ply + t_vt7uo * t_wvrxp)
+        + (g_2 * t_jlula + t_oncjt * t_oukri)
+        + (K55 * t_3hzgf + G2_v2 * t_ckrat)
+        + (K65 * t_qd6hg + G3_v2 * t_2lfdf)
+        - (t_wdgab * t_j3w63 + t_6mmeb * t_ov6od)
+        - (t_x6uzk * t_j3w63 + t_6mmeb * t_xormi)
+        + (a2_v2 * t_g3iw3 + K52 * t_xpw4j)
+        + (t_l4jsl * t_g3iw3 + K52 * t_anlzh)
+        + (a3_v2 * t_kthc6 + K53 * t_qtcty)
+        + (t_qzquc * t_kthc6 + K53 * t_gkqa3)
+        - (t_lutta * t_w6xbp + K54 * t_gmv7a)
+        + SELECT0(m_el4yy, t_lwe76 * t_txoub);
+    change[3] = SELECT0(m_uklky, -t_x4qmc);
+    change[4] = SELECT0(m_el4yy, t_4tqvz);
 }
 
 /* Jacobian of lyapunov_v2_loop with respect to q, row by row; 9452 operations. */
 void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, const real *c, real *J_q)
 {
     (void)r;
-    real s4, c4; mv_sincos(q[9], &s4, &c4);
-    const real v6 = s4 * p[13];
-    const real v10 = K(1.0) / (p[15] + p[12] * (v6 * v6));
-    const real v11 = p[12] * v10;
-    const real v14 = q[3] * q[4];
-    real s17, c17; mv_sincos(q[10], &s17, &c17);
-    const real v22 = c17 * q[4] - s17 * q[5];
-    const real v24 = c4 * p[13];
-    const real v25 = v22 * v24;
-    const real v27 = q[3] - q[14];
-    const real v33 = c17 * q[5] + s17 * q[4];
-    const real v34 = v33 * s4;
-    const real v35 = c4 * v27 - v34;
-    const real v36 = v35 * p[13];
-    const real v38 = v22 + q[13];
-    const real v39 = v38 + q[13];
-    const real v41 = v14 * v6 + v25 * v27 - v36 * v39;
-    const real v44 = p[16] * q[14];
-    const real v46 = v41 * p[15] - v44 * v6;
-    const real v47 = v11 * v46;
-    const real v48 = v47 * c17;
-    real s52, c52; mv_sincos(q[11], &s52, &c52);
-    const real v54 = s52 * p[18];
-    const real v58 = K(1.0) / (p[20] + p[17] * (v54 * v54));
-    const real v59 = p[17] * v58;
-    real s62, c62; mv_sincos(q[12], &s62, &c62);
-    const real v66 = c62 * q[4] - s62 * q[5];
-    const real v68 = c52 * p[18];
-    const real v69 = v66 * v68;
-    const real v71 = q[3] - q[16];
-    const real v77 = c62 * q[5] + s62 * q[4];
-    const real v78 = v77 * s52;
-    const real v79 = c52 * v71 - v78;
-    const real v80 = v79 * p[18];
-    const real v82 = v66 + q[15];
-    const real v83 = v82 + q[15];
-    const real v85 = v14 * v54 + v69 * v71 - v80 * v83;
-    const real v88 = p[21] * q[16];
-    const real v90 = v85 * p[20] - v88 * v54;
-    const real v91 = v59 * v90;
-    const real v92 = v91 * c62;
-    const real v96 = q[4] * q[4] + q[5] * q[5];
-    const real v101 = K(1.0) / (p[13] * p[13] * p[12] + p[15]);
-    const real v102 = p[12] * v101;
-    const real v103 = v102 * p[15];
-    const real v117 = K(1.0) / (p[18] * p[18] * p[17] + p[20]);
-    const real v118 = p[17] * v117;
-    const real v119 = v118 * p[20];
-    const real v124 = p[0] + p[1] + v103 + v119;
-    const real v125 = (p[14] * v103 - (p[7] * p[0] + p[6] * p[1]) + p[19] * v119) / v124;
-    const real v126 = p[14] - v125;
-    const real v127 = v96 * v126;
-    const real v129 = p[13] * p[12];
-    const real v130 = v102 * p[13];
-    const real v131 = v129 * v130;
-    const real v133 = v33 * c4;
-    const real v135 = v133 + s4 * v27;
-    const real v140 = c4 * v127 * v131 - v129 * (v135 * v135 + v38 * v38);
-    const real v142 = v103 * p[13];
-    const real v147 = p[16] * q[13];
-    const real v149 = v142 * (v35 * v135 - v33 * v27) + v147 * v130;
-    const real v150 = v149 * c4;
-    const real v151 = s4 * v140 - v150;
-    const real v152 = v151 * s17;
-    const real v154 = p[19] - v125;
-    const real v155 = v96 * v154;
-    const real v157 = p[18] * p[17];
-    const real v158 = v118 * p[18];
-    const real v159 = v157 * v158;
-    const real v161 = v77 * c52;
-    const real v163 = v161 + s52 * v71;
-    const real v168 = c52 * v155 * v159 - v157 * (v163 * v163 + v82 * v82);
-    const real v170 = v119 * p[18];
-    const real v175 = p[21] * q[15];
-    const real v177 = v170 * (v79 * v163 - v77 * v71) + v175 * v158;
-    const real v178 = v177 * c52;
-    const real v179 = s52 * v168 - v178;
-    const real v180 = v179 * s62;
-    const real v181 = v48 + v92 + v152 + v180;
-    const real v189 = q[1] * c[0];
-    const real v195 = K(1.0) / c[7];
-    const real v197 = v14 - (q[5] * c[12] + (q[8] * c[6] - v189 * q[0])) * v195;
-    const real v198 = v126 - v24;
-    const real v199 = v11 * p[15];
-    const real v200 = v198 * v199;
-    const real v202 = v200 - v126 * v103;
-    const real v203 = v154 - v68;
-    const real v204 = v59 * p[20];
-    const real v205 = v203 * v204;
-    const real v207 = v205 - v154 * v119;
-    const real v209 = s17 * s17;
-    const real v210 = v142 * c4;
-    const real v211 = v131 * s4;
-    const real v212 = v211 * s4;
-    const real v213 = v212 * v126;
-    const real v214 = v210 - v213;
-    const real v215 = v214 + v202;
-    const real v217 = s62 * s62;
-    const real v218 = v170 * c52;
-    const real v219 = v159 * s52;
-    const real v220 = v219 * s52;
-    const real v221 = v220 * v154;
-    const real v222 = v218 - v221;
-    const real v223 = v222 + v207;
-    const real v225 = v209 * v215 + v217 * v223;
-    const real v227 = v6 * v199;
-    const real v228 = c17 * v227;
-    const real v230 = v54 * v204;
-    const real v231 = c62 * v230;
-    const real v232 = v202 + v207 - v225 - v228 - v231;
-    const real v235 = q[3] * q[5];
-    const real v240 = q[2] * c[1];
-    const real v248 = K(1.0) / c[5];
-    const real v250 = v235 + (q[4] * c[11] + (v240 * q[0] + q[7] * c[4])) * v248;
-    const real v251 = c17 * s17;
-    const real v253 = c62 * s62;
-    const real v255 = v251 * v215 + v253 * v223;
-    const real v259 = v212 + v103 - v199;
-    const real v260 = v209 * v259;
-    const real v262 = v220 + v119 - v204;
-    const real v263 = v217 * v262;
-    const real v269 = v260 + v263 + v124 + v199 + v204 - v103 - v119;
-    const real v273 = v197 * v125 - v189 * c[8];
-    const real v278 = v251 * v259 + v253 * v262;
-    const real v282 = v250 * v125 - v240 * c[9];
-    const real v286 = v210 * s17;
-    const real v288 = v218 * s62;
-    const real v289 = v228 + v231 + v286 + v288;
-    const real v301 = K(1.0) / c[3];
-    const real v302 = (q[3] * c[10] + (v189 * q[2] - v240 * q[1] + q[6] * c[2])) * v301;
-    const real v304 = v181 + v197 * v232 - v250 * v255 + v269 * v273 + v278 * v282 + v289 * v302;
-    const real v305 = v211 * c4;
-    const real v306 = v305 * s17;
-    const real v307 = v219 * c52;
-    const real v308 = v307 * s62;
-    const real v309 = v306 + v308;
-    const real v314 = v124 + v131 + v159 - v212 - v220;
-    const real v315 = v142 * s4;
-    const real v316 = v170 * s52;
-    const real v317 = v315 + v316;
-    const real v319 = v149 * s4;
-    const real v320 = v177 * s52;
-    const real v325 = v319 + v320 + c4 * v140 + c52 * v168;
-    const real v327 = v315 + v305 * v126;
-    const real v328 = v327 * s17;
-    const real v330 = v316 + v307 * v154;
-    const real v331 = v330 * s62;
-    const real v332 = v328 + v331;
-    const real v335 = v327 * c17;
-    const real v336 = v330 * c62;
-    const real v337 = v335 + v336;
-    const real v342 = v305 * c17;
-    const real v343 = v307 * c62;
-    const real v344 = v342 + v343;
-    const real v347 = v317 * v302 - (v325 + v197 * v332 + v250 * v337 + v309 * v273 + v344 * v282);
-    const real v351 = v151 * c17;
-    const real v352 = v47 * s17;
-    const real v353 = v91 * s62;
-    const real v356 = v179 * c62;
-    const real v357 = v351 - (v352 + v353) + v356;
-    const real v358 = s17 * v227;
-    const real v360 = s62 * v230;
-    const real v361 = v358 - v255 + v360;
-    const real v365 = v225 - (v214 + v222);
-    const real v373 = v212 + v220 + v124 - v260 - v263;
-    const real v377 = v210 * c17;
-    const real v379 = v218 * c62;
-    const real v380 = v358 + v360 - v377 - v379;
-    const real v382 = v357 + v197 * v361 + v250 * v365 + v278 * v273 + v373 * v282 - v380 * v302;
-    const real v384 = v314 * v347 - v309 * v304 - v344 * v382;
-    const real v390 = v314 * v314 + v309 * v309 + v344 * v344;
-    const real v398 = v347 * v347 - p[9] * p[9] + v304 * v304 + v382 * v382;
-    const real v400 = v384 * v384 - v390 * v398;
-    const real v402 = mv_sqrt(mv_max(SPLAT(K(0.0)), v400));
-    const real v404 = K(1.0) / v390;
-    const real v405 = (v402 - v384) * v404;
-    const real v408 = K(1.0) / p[9];
-    const real v409 = (v304 - v309 * v405) * v408;
-    const real v410 = mv_min(SPLAT(K(1.0)), v409);
-    const mask m412 = LT(v410, K(-1.0));
-    const mask m413 = LT(K(-1.0), v410);
-    const mask m414 = LT(K(1.0), v409);
-    const mask m415 = AND(m413, m414);
-    const mask m416 = OR(m412, m415);
-    const mask m417 = OR(m416, m414);
-    const mask m418 = NOT(m417);
-    const real v420 = -p[10];
-    const real v421 = mv_max(SPLAT(K(-1.0)), v410);
-    const real v422 = mv_asin(v421);
-    const mask m423 = LT(v400, K(0.0));
-    const mask m424 = NOT(m423);
-    const real v427 = (SELECT(m423, v402, v402) - v384) * v404;
-    const real v429 = v304 - v309 * v427;
-    const real v430 = v429 * v408;
-    const real v431 = mv_min(SPLAT(K(1.0)), v430);
-    const real v432 = mv_max(SPLAT(K(-1.0)), v431);
-    const real v434 = SELECT(m417, v422, mv_asin(v432));
-    const mask m437 = LE(mv_fabs(v434), p[11]);
-    const real v444 = mv_sqrt(K(1.0) - v421 * v421);
-    const real v447 = -((v382 - v344 * v405) * v408 / mv_max(SPLAT(K(1e-09)), v444));
-    const real v448 = mv_min(SPLAT(K(1.0)), v447);
-    const mask m449 = LT(v448, K(-1.0));
-    const mask m450 = LT(K(-1.0), v448);
-    const mask m451 = LT(K(1.0), v447);
-    const mask m452 = AND(m450, m451);
-    const mask m453 = OR(m449, m452);
-    const mask m454 = OR(m453, m451);
-    const real v456 = mv_asin(mv_max(SPLAT(K(-1.0)), v448));
-    const mask m457 = NOT(m454);
-    const real v459 = v382 - v344 * v427;
-    const real v463 = mv_sqrt(K(1.0) - v432 * v432);
-    const real v464 = SELECT(m417, v444, v463);
-    const real v466 = K(1.0) / mv_max(SPLAT(K(1e-09)), v464);
-    const real v467 = v459 * v408 * v466;
-    const real v468 = -v467;
-    const real v469 = mv_min(SPLAT(K(1.0)), v468);
-    const real v470 = mv_max(SPLAT(K(-1.0)), v469);
-    const real v472 = SELECT(m454, v456, mv_asin(v470));
-    const real v477 = K(1.0) / mv_cos(p[11]);
-    const real v478 = mv_cos(v422) * mv_sin(v456) * v477;
-    const real v479 = mv_min(SPLAT(K(1.0)), v478);
-    const mask m480 = LT(v479, K(-1.0));
-    const mask m481 = LT(K(-1.0), v479);
-    const mask m482 = LT(K(1.0), v478);
-    const mask m483 = LT(v478, K(1.0));
-    const mask m484 = AND(m417, m454);
-    const mask m485 = AND(m483, m484);
-    const mask m486 = OR(m482, m485);
-    const mask m487 = OR(m486, m484);
-    const mask m488 = AND(m481, m487);
-    const mask m489 = OR(m480, m488);
-    const mask m490 = OR(m489, m487);
-    const mask m493 = NOT(m490);
-    real s494, c494; mv_sincos(v434, &s494, &c494);
-    real s495, c495; mv_sincos(v472, &s495, &c495);
-    const real v496 = c494 * s495;
-    const real v497 = v496 * v477;
-    const real v498 = mv_min(SPLAT(K(1.0)), v497);
-    const real v499 = mv_max(SPLAT(K(-1.0)), v498);
-    const real v502 = SELECT(m437, v472, SELECT(m490, mv_asin(mv_max(SPLAT(K(-1.0)), v479)), mv_asin(v499)));
-    const real v503 = mv_min(p[10], v502);
-    const real v504 = mv_max(v420, v503);
-    real s505, c505; mv_sincos(v504, &s505, &c505);
-    const real v506 = -p[11];
-    const real v507 = mv_min(v434, p[11]);
-    const real v508 = mv_max(v506, v507);
-    real s509, c509; mv_sincos(v508, &s509, &c509);
-    const mask m510 = LE(v506, v507);
-    const mask m511 = LE(v507, v506);
-    const real v513 = NUM(m510);
-    const real v515 = v513 / (NUM(m511) + v513);
-    const mask m516 = LE(v434, p[11]);
-    const mask m517 = LE(p[11], v434);
-    const real v518 = NUM(m516);
-    const real v521 = v518 / (v518 + NUM(m517));
-    const mask m522 = LE(K(-1.0), v431);
-    const mask m523 = LE(v431, K(-1.0));
-    const real v525 = NUM(m522);
-    const real v527 = v525 / (NUM(m523) + v525);
-    const mask m528 = LE(v430, K(1.0));
-    const mask m529 = LE(K(1.0), v430);
-    const real v531 = NUM(m528);
-    const real v533 = v531 / (NUM(m529) + v531);
-    const real v534 = v189 * v195;
-    const real v536 = v240 * v248;
-    const real v539 = v125 * v534;
-    const real v542 = v125 * v536;
-    const real v544 = v232 * v534 - v255 * v536 + v269 * v539 + v278 * v542;
-    const mask m545 = LE(K(0.0), v400);
-    const mask m546 = LE(v400, K(0.0));
-    const real v548 = NUM(m545);
-    const real v550 = v548 / (NUM(m546) + v548);
-    const real v551 = v384 + v384;
-    const real v558 = v332 * v534 + v337 * v536 + v309 * v539 + v344 * v542;
-    const real v568 = v361 * v534 + v365 * v536 + v278 * v539 + v373 * v542;
-    const real v570 = v314 * v558 + v309 * v544 + v344 * v568;
-    const real v572 = v304 + v304;
-    const real v574 = v347 + v347;
-    const real v577 = v382 + v382;
-    const real v584 = K(1.0) / (v402 + v402);
-    const real v585 = v550 * (v551 * v570 + v390 * (v572 * v544 - v574 * v558 + v577 * v568)) * v584;
-    const real v589 = (SELECT0(m424, -v585) + v570) * v404;
-    const real v591 = v544 - v309 * v589;
-    const real v594 = v527 * (v533 * (v591 * v408));
-    const real v595 = K(1.0) / v463;
-    const real v596 = v594 * v595;
-    const real v598 = v515 * (v521 * v596);
-    const real v600 = p[9] * (s509 * v598);
-    const real v603 = SELECT0(m418, -(c505 * v600));
-    const real v605 = c509 * p[9];
-    const mask m607 = LE(v420, v503);
-    const mask m608 = LE(v503, v420);
-    const real v610 = NUM(m607);
-    const real v612 = v610 / (NUM(m608) + v610);
-    const mask m613 = LE(v502, p[10]);
-    const mask m614 = LE(p[10], v502);
-    const real v616 = NUM(m613);
-    const real v618 = v616 / (NUM(m614) + v616);
-    const mask m619 = LE(K(-1.0), v469);
-    const mask m620 = LE(v469, K(-1.0));
-    const real v622 = NUM(m619);
-    const real v624 = v622 / (NUM(m620) + v622);
-    const mask m625 = LE(v468, K(1.0));
-    const mask m626 = LE(K(1.0), v468);
-    const real v628 = NUM(m625);
-    const real v630 = v628 / (NUM(m626) + v628);
-    const real v632 = v568 - v344 * v589;
-    const real v635 = v467 * v466;
-    const mask m636 = LE(K(1e-09), v464);
-    const mask m637 = LE(v464, K(1e-09));
-    const real v639 = NUM(m636);
-    const real v641 = v639 / (NUM(m637) + v639);
-    const real v642 = v432 + v432;
-    const real v645 = K(1.0) / (v463 + v463);
-    const real v651 = v630 * (v632 * v408 * v466 + SELECT0(m418, v635 * (v641 * (v642 * v594 * v645))));
-    const real v656 = K(1.0) / mv_sqrt(K(1.0) - v470 * v470);
-    const real v657 = v624 * v651 * v656;
-    const mask m660 = LE(K(-1.0), v498);
-    const mask m661 = LE(v498, K(-1.0));
-    const real v663 = NUM(m660);
-    const real v665 = v663 / (NUM(m661) + v663);
-    const mask m666 = LE(v497, K(1.0));
-    const mask m667 = LE(K(1.0), v497);
-    const real v669 = NUM(m666);
-    const real v671 = v669 / (NUM(m667) + v669);
-    const real v673 = s494 * v596;
-    const real v678 = c495 * v657;
-    const real v682 = SELECT0(m418, -(s495 * v673)) + SELECT0(m457, -(c494 * v678));
-    const real v689 = K(1.0) / mv_sqrt(K(1.0) - v499 * v499);
-    const real v692 = SELECT(m437, SELECT0(m457, -v657), SELECT0(m493, v665 * (v671 * (v682 * v477)) * v689));
-    const real v694 = v612 * (v618 * v692);
-    const real v695 = s505 * v694;
-    const real v697 = v603 - v605 * v695;
-    const real v698 = K(1.0) / v314;
-    const real v700 = v309 * v698;
-    const real v702 = p[9] * (c509 * v598);
-    const real v705 = SELECT0(m418, v702) + v700 * v697;
-    const real v708 = K(1.0) / (v269 - v309 * v700);
-    const real v710 = v344 * v698;
-    const real v712 = v278 - v309 * v710;
-    const real v713 = v712 * v708;
-    const real v717 = SELECT0(m418, -(s505 * v600));
-    const real v718 = c505 * v694;
-    const real v720 = v717 + v605 * v718;
-    const real v723 = v710 * v697 - v720 - v713 * v705;
-    const real v728 = K(1.0) / (v373 - v712 * v713 - v344 * v710);
-    const real v730 = v317 * v698;
-    const real v732 = v289 + v309 * v730;
-    const real v733 = v732 * v708;
-    const real v737 = v380 + v712 * v733 - v344 * v730;
-    const real v738 = v737 * v728;
-    const real v741 = v6 * v227 + v54 * v230;
-    const real v742 = v6 * v200;
-    const real v743 = c17 * v742;
-    const real v745 = v54 * v205;
-    const real v746 = c62 * v745;
-    const real v748 = v142 * p[13];
-    const real v749 = v210 * v126;
-    const real v750 = v748 - v749;
-    const real v751 = v750 * s17;
-    const real v753 = v170 * p[18];
-    const real v754 = v218 * v154;
-    const real v755 = v753 - v754;
-    const real v756 = v755 * s62;
-    const real v757 = v741 - v743 - v746 + v751 + v756;
-    const real v761 = s17 * v742 + s62 * v745;
-    const real v762 = v750 * c17;
-    const real v764 = v755 * c62;
-    const real v765 = v761 + v762 + v764;
-    const real v770 = p[9] * v673;
-    const real v773 = SELECT0(m418, -(c495 * v770));
-    const real v774 = p[9] * c494;
-    const real v775 = s495 * v657;
-    const real v781 = v773 + SELECT0(m457, v774 * v775) - (v314 * v589 - v558);
-    const real v784 = p[9] * (c494 * v596);
-    const real v788 = SELECT0(m418, v784) - v591 + v700 * v781;
-    const real v797 = SELECT0(m418, -(s495 * v770)) + SELECT0(m457, -(v774 * v678));
-    const real v802 = (v710 * v781 - (v797 + v632) - v713 * v788) * v728;
-    const real v804 = v788 * v708 - v713 * v802;
-    const real v808 = v781 * v698 + v700 * v804 + v710 * v802;
-    const real v814 = v757 * v534 + v765 * v536 - v317 * v589 - v317 * v808 - v289 * v539 - v289 * v804;
-    const real v819 = p[9] * c509;
-    const real v822 = c494 * p[9];
-    const real v826 = v603 - v819 * v695 - (v773 + SELECT0(m457, v822 * v775));
-    const real v828 = v702 - v784;
-    const real v831 = SELECT0(m418, v828) + v700 * v826;
-    const real v836 = p[9] * v682 - (v717 + v819 * v718);
-    const real v841 = (v836 + v710 * v826 - v713 * v831) * v728;
-    const real v843 = v831 * v708 - v713 * v841;
-    const real v847 = v826 * v698 + v700 * v843 + v710 * v841;
-    const real v853 = v814 + v380 * v542 + v380 * v802 - v317 * v847 - v289 * v843 + v380 * v841;
-    const real v859 = v853 + v730 * v697 + v733 * v705 - v738 * v723;
-    const real v864 = p[2] + p[3];
-    const real v865 = v741 + v748 + v753 + v864;
-    const real v872 = K(1.0) / (v865 - v732 * v733 - v737 * v738 - v317 * v730);
-    const real v874 = v332 * v698;
-    const real v876 = v232 - v309 * v874;
-    const real v877 = v876 * v708;
-    const real v883 = v361 - v712 * v877 - v344 * v874;
-    const real v884 = v883 * v728;
-    const real v888 = v757 + v732 * v877 - v737 * v884 - v317 * v874;
-    const real v889 = v888 * v872;
-    const real v890 = v198 * v200;
-    const real v891 = v203 * v205;
-    const real v895 = v103 * (v126 * v126);
-    const real v900 = v748 + K(-2.0) * v749 + v126 * v213;
-    const real v902 = v895 + v900 - v890;
-    const real v903 = v209 * v902;
-    const real v906 = v119 * (v154 * v154);
-    const real v910 = v753 + K(-2.0) * v754 + v154 * v221;
-    const real v912 = v906 + v910 - v891;
-    const real v913 = v217 * v912;
-    const real v927 = v103 * (p[14] * p[14]) + v119 * (p[19] * p[19]) + p[0] * (p[7] * p[7]) + p[1] * (p[6] * p[6]);
-    const real v930 = v927 - v124 * (v125 * v125);
-    const real v936 = v890 + v891 + v741 + v903 + v913 + (p[2] + p[5] + v930) - v895 - v906 + K(-2.0) * v743;
-    const real v938 = v936 + K(-2.0) * v746;
-    const real v943 = v761 + v251 * v902 + v253 * v912;
-    const real v953 = v938 * v534 + v943 * v536 - v332 * v589 - v332 * v808 + v232 * v539 + v232 * v804;
-    const real v960 = p[7] + p[8] + v125;
-    const real v965 = v953 + v361 * v542 + v361 * v802 + SELECT0(m418, v960 * v784) - v332 * v847;
-    const real v976 = v965 + v232 * v843 + v361 * v841 + SELECT0(m418, v960 * v828) + SELECT0(m418, -(v960 * v702));
-    const real v984 = v976 + v874 * v697 - v877 * v705 - v884 * v723 - v889 * v859;
-    const real v993 = K(1.0) / (v938 - v876 * v877 - v883 * v884 - v888 * v889 - v332 * v874);
-    const real v995 = v337 * v698;
-    const real v997 = v255 + v309 * v995;
-    const real v998 = v997 * v708;
-    const real v1004 = v365 + v712 * v998 - v344 * v995;
-    const real v1005 = v1004 * v728;
-    const real v1013 = v765 - v732 * v998 - v737 * v1005 - v317 * v995;
-    const real v1014 = v1013 * v872;
-    const real v1018 = v943 + v876 * v998 - v883 * v1005 - v888 * v1014 - v332 * v995;
-    const real v1019 = v1018 * v993;
-    const real v1027 = p[15] + p[20];
-    const real v1032 = v900 + v910 + (p[2] + p[4] + v1027 + v930) - v903 - v913;
-    const real v1040 = v960 * v797 - v943 * v534 - v1032 * v536 + v337 * v589 + v337 * v808 + v255 * v539;
-    const real v1050 = v1040 + v255 * v804 - v365 * v542 - v365 * v802 - v960 * v836 + v337 * v847;
-    const real v1059 = v960 * v720 - (v1050 + v255 * v843 - v365 * v841) + v995 * v697 + v998 * v705;
-    const real v1075 = v1032 - v997 * v998 - v1004 * v1005 - v1013 * v1014 - v1018 * v1019 - v337 * v995;
-    const real v1076 = K(1.0) / v1075;
-    const real v1077 = (v1059 - v1005 * v723 - v1014 * v859 - v1019 * v984) * v1076;
-    const real v1079 = v984 * v993 - v1019 * v1077;
-    const real v1083 = v859 * v872 - v889 * v1079 - v1014 * v1077;
-    const real v1089 = v723 * v728 - v738 * v1083 - v884 * v1079 - v1005 * v1077;
-    const real v1097 = v705 * v708 - v713 * v1089 + v733 * v1083 - v877 * v1079 + v998 * v1077;
-    const real v1107 = v697 * v698 + v700 * v1097 + v710 * v1089 + v730 * v1083 + v874 * v1079 + v995 * v1077;
-    const real v1109 = q[0] * c[0] * v195;
-    const real v1113 = v125 * v1109 - c[8] * c[0];
-    const real v1118 = (q[2] * c[0] - v240) * v301;
-    const real v1120 = v232 * v1109 + v269 * v1113 + v289 * v1118;
-    const real v1125 = v317 * v1118 - (v332 * v1109 + v309 * v1113);
-    const real v1133 = v361 * v1109 + v278 * v1113 - v380 * v1118;
-    const real v1135 = v314 * v1125 - v309 * v1120 - v344 * v1133;
-    const real v1144 = v550 * (v551 * v1135 - v390 * (v574 * v1125 + v572 * v1120 + v577 * v1133));
-    const real v1148 = (SELECT0(m424, v1144 * v584) - v1135) * v404;
-    const real v1150 = v1120 - v309 * v1148;
-    const real v1153 = v527 * (v533 * (v1150 * v408));
-    const real v1154 = v1153 * v595;
-    const real v1156 = v515 * (v521 * v1154);
-    const real v1158 = p[9] * (s509 * v1156);
-    const real v1161 = SELECT0(m418, -(c505 * v1158));
-    const real v1163 = v1133 - v344 * v1148;
-    const real v1171 = v1163 * v408 * v466 + SELECT0(m418, v635 * (v641 * (v642 * v1153 * v645)));
-    const real v1174 = v624 * (v630 * v1171) * v656;
-    const real v1177 = s494 * v1154;
-    const real v1181 = c495 * v1174;
-    const real v1185 = SELECT0(m418, -(s495 * v1177)) + SELECT0(m457, -(c494 * v1181));
-    const real v1191 = SELECT(m437, SELECT0(m457, -v1174), SELECT0(m493, v665 * (v671 * (v1185 * v477)) * v689));
-    const real v1193 = v612 * (v618 * v1191);
-    const real v1194 = s505 * v1193;
-    const real v1196 = v1161 - v605 * v1194;
-    const real v1199 = p[9] * (c509 * v1156);
-    const real v1202 = SELECT0(m418, v1199) + v700 * v1196;
-    const real v1207 = SELECT0(m418, -(s505 * v1158));
-    const real v1208 = c505 * v1193;
-    const real v1210 = v1207 + v605 * v1208;
-    const real v1213 = v710 * v1196 - v1210 - v713 * v1202;
-    const real v1218 = p[9] * v1177;
-    const real v1221 = SELECT0(m418, -(c495 * v1218));
-    const real v1222 = s495 * v1174;
-    const real v1228 = v1221 + SELECT0(m457, v774 * v1222) - (v1125 + v314 * v1148);
-    const real v1231 = p[9] * (c494 * v1154);
-    const real v1235 = SELECT0(m418, v1231) - v1150 + v700 * v1228;
-    const real v1244 = SELECT0(m418, -(s495 * v1218)) + SELECT0(m457, -(v774 * v1181));
-    const real v1249 = (v710 * v1228 - (v1244 + v1163) - v713 * v1235) * v728;
-    const real v1251 = v1235 * v708 - v713 * v1249;
-    const real v1255 = v1228 * v698 + v700 * v1251 + v710 * v1249;
-    const real v1263 = v757 * v1109 - v317 * v1148 - v317 * v1255 - v289 * v1113 - v289 * v1251 + v380 * v1249;
-    const real v1271 = v1161 - v819 * v1194 - (v1221 + SELECT0(m457, v822 * v1222));
-    const real v1273 = v1199 - v1231;
-    const real v1276 = SELECT0(m418, v1273) + v700 * v1271;
-    const real v1281 = p[9] * v1185 - (v1207 + v819 * v1208);
-    const real v1286 = (v1281 + v710 * v1271 - v713 * v1276) * v728;
-    const real v1288 = v1276 * v708 - v713 * v1286;
-    const real v1292 = v1271 * v698 + v700 * v1288 + v710 * v1286;
-    const real v1300 = v1263 - v865 * v1118 - v317 * v1292 - v289 * v1288 + v380 * v1286 + v730 * v1196;
-    const real v1304 = v1300 + v733 * v1202 - v738 * v1213;
-    const real v1316 = v938 * v1109 - v332 * v1148 - v332 * v1255 + v232 * v1113 + v232 * v1251 + v361 * v1249;
-    const real v1325 = v1316 - v757 * v1118 + SELECT0(m418, v960 * v1231) - v332 * v1292 + v232 * v1288;
-    const real v1334 = v1325 + v361 * v1286 + SELECT0(m418, v960 * v1273) + SELECT0(m418, -(v960 * v1199));
-    const real v1342 = v1334 + v874 * v1196 - v877 * v1202 - v884 * v1213 - v889 * v1304;
-    const real v1355 = v960 * v1244 - v943 * v1109 + v337 * v1148 + v337 * v1255 + v255 * v1113 + v255 * v1251;
-    const real v1365 = v1355 - v365 * v1249 + v765 * v1118 - v960 * v1281 + v337 * v1292 + v255 * v1288;
-    const real v1374 = v960 * v1210 - (v1365 - v365 * v1286) + v995 * v1196 + v998 * v1202 - v1005 * v1213;
-    const real v1379 = (v1374 - v1014 * v1304 - v1019 * v1342) * v1076;
-    const real v1381 = v1342 * v993 - v1019 * v1379;
-    const real v1385 = v1304 * v872 - v889 * v1381 - v1014 * v1379;
-    const real v1391 = v1213 * v728 - v738 * v1385 - v884 * v1381 - v1005 * v1379;
-    const real v1399 = v1202 * v708 - v713 * v1391 + v733 * v1385 - v877 * v1381 + v998 * v1379;
-    const real v1409 = v1196 * v698 + v700 * v1399 + v710 * v1391 + v730 * v1385 + v874 * v1381 + v995 * v1379;
-    const real v1412 = q[0] * c[1] * v248;
-    const real v1415 = v125 * v1412 - c[9] * c[1];
-    const real v1421 = (v189 - q[1] * c[1]) * v301;
-    const real v1423 = v278 * v1415 - v255 * v1412 + v289 * v1421;
-    const real v1428 = v317 * v1421 - (v337 * v1412 + v344 * v1415);
-    const real v1436 = v365 * v1412 + v373 * v1415 - v380 * v1421;
-    const real v1438 = v314 * v1428 - v309 * v1423 - v344 * v1436;
-    const real v1447 = v550 * (v551 * v1438 - v390 * (v574 * v1428 + v572 * v1423 + v577 * v1436));
-    const real v1451 = (SELECT0(m424, v1447 * v584) - v1438) * v404;
-    const real v1453 = v1423 - v309 * v1451;
-    const real v1456 = v527 * (v533 * (v1453 * v408));
-    const real v1457 = v1456 * v595;
-    const real v1459 = v515 * (v521 * v1457);
-    const real v1461 = p[9] * (s509 * v1459);
-    const real v1464 = SELECT0(m418, -(c505 * v1461));
-    const real v1466 = v1436 - v344 * v1451;
-    const real v1474 = v1466 * v408 * v466 + SELECT0(m418, v635 * (v641 * (v642 * v1456 * v645)));
-    const real v1477 = v624 * (v630 * v1474) * v656;
-    const real v1480 = s494 * v1457;
-    const real v1484 = c495 * v1477;
-    const real v1488 = SELECT0(m418, -(s495 * v1480)) + SELECT0(m457, -(c494 * v1484));
-    const real v1494 = SELECT(m437, SELECT0(m457, -v1477), SELECT0(m493, v665 * (v671 * (v1488 * v477)) * v689));
-    const real v1496 = v612 * (v618 * v1494);
-    const real v1497 = s505 * v1496;
-    const real v1499 = v1464 - v605 * v1497;
-    const real v1502 = p[9] * (c509 * v1459);
-    const real v1505 = SELECT0(m418, v1502) + v700 * v1499;
-    const real v1510 = SELECT0(m418, -(s505 * v1461));
-    const real v1511 = c505 * v1496;
-    const real v1513 = v1510 + v605 * v1511;
-    const real v1516 = v710 * v1499 - v1513 - v713 * v1505;
-    const real v1521 = p[9] * v1480;
-    const real v1524 = SELECT0(m418, -(c495 * v1521));
-    const real v1525 = s495 * v1477;
-    const real v1531 = v1524 + SELECT0(m457, v774 * v1525) - (v1428 + v314 * v1451);
-    const real v1534 = p[9] * (c494 * v1457);
-    const real v1538 = SELECT0(m418, v1534) - v1453 + v700 * v1531;
-    const real v1547 = SELECT0(m418, -(s495 * v1521)) + SELECT0(m457, -(v774 * v1484));
-    const real v1552 = (v710 * v1531 - (v1547 + v1466) - v713 * v1538) * v728;
-    const real v1554 = v1538 * v708 - v713 * v1552;
-    const real v1558 = v1531 * v698 + v700 * v1554 + v710 * v1552;
-    const real v1566 = v765 * v1412 - v317 * v1451 - v317 * v1558 - v289 * v1554 + v380 * v1415 + v380 * v1552;
-    const real v1574 = v1464 - v819 * v1497 - (v1524 + SELECT0(m457, v822 * v1525));
-    const real v1576 = v1502 - v1534;
-    const real v1579 = SELECT0(m418, v1576) + v700 * v1574;
-    const real v1584 = p[9] * v1488 - (v1510 + v819 * v1511);
-    const real v1589 = (v1584 + v710 * v1574 - v713 * v1579) * v728;
-    const real v1591 = v1579 * v708 - v713 * v1589;
-    const real v1595 = v1574 * v698 + v700 * v1591 + v710 * v1589;
-    const real v1603 = v1566 - v865 * v1421 - v317 * v1595 - v289 * v1591 + v380 * v1589 + v730 * v1499;
-    const real v1607 = v1603 + v733 * v1505 - v738 * v1516;
-    const real v1619 = v943 * v1412 - v332 * v1451 - v332 * v1558 + v232 * v1554 + v361 * v1415 + v361 * v1552;
-    const real v1628 = v1619 - v757 * v1421 + SELECT0(m418, v960 * v1534) - v332 * v1595 + v232 * v1591;
-    const real v1637 = v1628 + v361 * v1589 + SELECT0(m418, v960 * v1576) + SELECT0(m418, -(v960 * v1502));
-    const real v1645 = v1637 + v874 * v1499 - v877 * v1505 - v884 * v1516 - v889 * v1607;
-    const real v1656 = v960 * v1547 - v1032 * v1412 + v337 * v1451 + v337 * v1558 + v255 * v1554;
-    const real v1666 = v1656 - v365 * v1415 - v365 * v1552 + v765 * v1421 - v960 * v1584 + v337 * v1595;
-    const real v1675 = v960 * v1513 - (v1666 + v255 * v1591 - v365 * v1589) + v995 * v1499 + v998 * v1505;
-    const real v1682 = (v1675 - v1005 * v1516 - v1014 * v1607 - v1019 * v1645) * v1076;
-    const real v1684 = v1645 * v993 - v1019 * v1682;
-    const real v1688 = v1607 * v872 - v889 * v1684 - v1014 * v1682;
-    const real v1694 = v1516 * v728 - v738 * v1688 - v884 * v1684 - v1005 * v1682;
-    const real v1702 = v1505 * v708 - v713 * v1694 + v733 * v1688 - v877 * v1684 + v998 * v1682;
-    const real v1712 = v1499 * v698 + v700 * v1702 + v710 * v1694 + v730 * v1688 + v874 * v1684 + v995 * v1682;
-    const real v1716 = p[13] * c4;
-    const real v1717 = v39 * v1716;
-    const real v1718 = v6 * q[4] + v25 - v1717;
-    const real v1720 = v11 * (p[15] * v1718);
-    const real v1721 = c17 * v1720;
-    const real v1724 = p[18] * c52;
-    const real v1725 = v83 * v1724;
-    const real v1726 = v54 * q[4] + v69 - v1725;
-    const real v1728 = v59 * (p[20] * v1726);
-    const real v1729 = c62 * v1728;
-    const real v1731 = v135 + v135;
-    const real v1733 = v129 * (v1731 * s4);
-    const real v1734 = s4 * v1733;
-    const real v1737 = v135 * c4 + v35 * s4;
-    const real v1738 = v1737 - v33;
-    const real v1739 = v142 * v1738;
-    const real v1741 = v1734 + c4 * v1739;
-    const real v1744 = v163 + v163;
-    const real v1746 = v157 * (v1744 * s52);
-    const real v1747 = s52 * v1746;
-    const real v1750 = v163 * c52 + v79 * s52;
-    const real v1751 = v1750 - v77;
-    const real v1752 = v170 * v1751;
-    const real v1754 = v1747 + c52 * v1752;
-    const real v1756 = v1721 + v1729 - s17 * v1741 - s62 * v1754;
-    const real v1761 = v125 * q[4];
-    const real v1764 = v125 * q[5];
-    const real v1767 = c[10] * v301;
-    const real v1769 = v1756 + v232 * q[4] - v255 * q[5] + v269 * v1761 + v278 * v1764 + v289 * v1767;
-    const real v1774 = c4 * v1733;
-    const real v1776 = c52 * v1746;
-    const real v1777 = s4 * v1739 + s52 * v1752 - v1774 - v1776;
-    const real v1786 = v317 * v1767 - (v1777 + v332 * q[4] + v337 * q[5] + v309 * v1761 + v344 * v1764);
-    const real v1792 = s17 * v1720;
-    const real v1793 = s62 * v1728;
-    const real v1797 = c17 * v1741 + (v1792 + v1793) + c62 * v1754;
-    const real v1806 = v361 * q[4] - v1797 + v365 * q[5] + v278 * v1761 + v373 * v1764 - v380 * v1767;
-    const real v1808 = v314 * v1786 - v309 * v1769 - v344 * v1806;
-    const real v1817 = v550 * (v551 * v1808 - v390 * (v574 * v1786 + v572 * v1769 + v577 * v1806));
-    const real v1821 = (SELECT0(m424, v1817 * v584) - v1808) * v404;
-    const real v1823 = v1769 - v309 * v1821;
-    const real v1826 = v527 * (v533 * (v1823 * v408));
-    const real v1827 = v1826 * v595;
-    const real v1829 = v515 * (v521 * v1827);
-    const real v1831 = p[9] * (s509 * v1829);
-    const real v1834 = SELECT0(m418, -(c505 * v1831));
-    const real v1836 = v1806 - v344 * v1821;
-    const real v1844 = v1836 * v408 * v466 + SELECT0(m418, v635 * (v641 * (v642 * v1826 * v645)));
-    const real v1847 = v624 * (v630 * v1844) * v656;
-    const real v1850 = s494 * v1827;
-    const real v1854 = c495 * v1847;
-    const real v1858 = SELECT0(m418, -(s495 * v1850)) + SELECT0(m457, -(c494 * v1854));
-    const real v1864 = SELECT(m437, SELECT0(m457, -v1847), SELECT0(m493, v665 * (v671 * (v1858 * v477)) * v689));
-    const real v1866 = v612 * (v618 * v1864);
-    const real v1867 = s505 * v1866;
-    const real v1870 = v1834 - v605 * v1867 + v1777;
-    const real v1873 = p[9] * (c509 * v1829);
-    const real v1877 = SELECT0(m418, v1873) - v1756 + v700 * v1870;
-    const real v1882 = SELECT0(m418, -(s505 * v1831));
-    const real v1883 = c505 * v1866;
-    const real v1885 = v1882 + v605 * v1883;
-    const real v1889 = v710 * v1870 - (v1885 - v1797) - v713 * v1877;
-    const real v1891 = p[13] * v1739;
-    const real v1894 = v6 * v1720 + v54 * v1728;
-    const real v1896 = p[18] * v1752;
-    const real v1897 = v1891 - v1894 + v1896;
-    const real v1904 = p[9] * v1850;
-    const real v1907 = SELECT0(m418, -(c495 * v1904));
-    const real v1908 = s495 * v1847;
-    const real v1914 = v1907 + SELECT0(m457, v774 * v1908) - (v1786 + v314 * v1821);
-    const real v1917 = p[9] * (c494 * v1827);
-    const real v1921 = SELECT0(m418, v1917) - v1823 + v700 * v1914;
-    const real v1930 = SELECT0(m418, -(s495 * v1904)) + SELECT0(m457, -(v774 * v1854));
-    const real v1935 = (v710 * v1914 - (v1930 + v1836) - v713 * v1921) * v728;
-    const real v1937 = v1921 * v708 - v713 * v1935;
-    const real v1941 = v1914 * v698 + v700 * v1937 + v710 * v1935;
-    const real v1945 = v1897 + v757 * q[4] + v765 * q[5] - v317 * v1821 - v317 * v1941 - v289 * v1761;
-    const real v1959 = v1834 - v819 * v1867 - (v1907 + SELECT0(m457, v822 * v1908));
-    const real v1961 = v1873 - v1917;
-    const real v1964 = SELECT0(m418, v1961) + v700 * v1959;
-    const real v1969 = p[9] * v1858 - (v1882 + v819 * v1883);
-    const real v1974 = (v1969 + v710 * v1959 - v713 * v1964) * v728;
-    const real v1976 = v1964 * v708 - v713 * v1974;
-    const real v1980 = v1959 * v698 + v700 * v1976 + v710 * v1974;
-    const real v1982 = v1945 - v289 * v1937 + v380 * v1764 + v380 * v1935 - v865 * v1767 - v317 * v1980;
-    const real v1991 = v1982 - v289 * v1976 + v380 * v1974 - v1897 + v730 * v1870 + v733 * v1877;
-    const real v1993 = v1991 - v738 * v1889;
-    const real v1996 = v1891 - v126 * v1741;
-    const real v2000 = v1896 - v154 * v1754;
-    const real v2004 = v864 + (p[5] - p[4]);
-    const real v2010 = s17 * v1996 - v1894 + s62 * v2000 - v2004 * q[4] + v198 * v1721 + v203 * v1729;
-    const real v2020 = v2010 + v938 * q[4] + v943 * q[5] - v332 * v1821 - v332 * v1941 + v232 * v1761;
-    const real v2031 = v2020 + v232 * v1937 + v361 * v1764 + v361 * v1935 - v757 * v1767 + SELECT0(m418, v960 * v1917);
-    const real v2040 = v2031 - v332 * v1980 + v232 * v1976 + v361 * v1974 + SELECT0(m418, v960 * v1961);
-    const real v2049 = v2040 - v2010 + SELECT0(m418, -(v960 * v1873)) + v874 * v1870 - v877 * v1877;
-    const real v2053 = v2049 - v884 * v1889 - v889 * v1993;
-    const real v2060 = q[14] * p[15];
-    const real v2062 = q[16] * p[20];
-    const real v2065 = p[4] - p[5];
-    const real v2066 = v864 + v1027 + v2065;
-    const real v2072 = c17 * v1996 + c62 * v2000 + v2060 + v2062 - v2066 * q[5] - v198 * v1792 - v203 * v1793;
-    const real v2081 = v960 * v1930 - v2072 - v943 * q[4] - v1032 * q[5] + v337 * v1821 + v337 * v1941;
-    const real v2091 = v2081 + v255 * v1761 + v255 * v1937 - v365 * v1764 - v365 * v1935 + v765 * v1767;
-    const real v2100 = v2091 - v960 * v1969 + v337 * v1980 + v255 * v1976 - v365 * v1974 + v2072;
-    const real v2109 = v960 * v1885 - v2100 + v995 * v1870 + v998 * v1877 - v1005 * v1889 - v1014 * v1993;
-    const real v2112 = (v2109 - v1019 * v2053) * v1076;
-    const real v2114 = v2053 * v993 - v1019 * v2112;
-    const real v2118 = v1993 * v872 - v889 * v2114 - v1014 * v2112;
-    const real v2124 = v1889 * v728 - v738 * v2118 - v884 * v2114 - v1005 * v2112;
-    const real v2132 = v1877 * v708 - v713 * v2124 + v733 * v2118 - v877 * v2114 + v998 * v2112;
-    const real v2142 = v1870 * v698 + v700 * v2132 + v710 * v2124 + v730 * v2118 + v874 * v2114 + v995 * v2112;
-    const real v2148 = s4 * s17;
-    const real v2152 = v6 * q[3] + v27 * (v24 * c17) - (v36 * c17 - v39 * (p[13] * v2148));
-    const real v2154 = v11 * (p[15] * v2152);
-    const real v2155 = c17 * v2154;
-    const real v2161 = s52 * s62;
-    const real v2165 = v54 * q[3] + v71 * (v68 * c62) - (v80 * c62 - v83 * (p[18] * v2161));
-    const real v2167 = v59 * (p[20] * v2165);
-    const real v2168 = c62 * v2167;
-    const real v2170 = q[4] + q[4];
-    const real v2171 = v126 * v2170;
-    const real v2174 = c4 * s17;
-    const real v2176 = v38 + v38;
-    const real v2180 = v131 * (c4 * v2171) - v129 * (v1731 * v2174 + v2176 * c17);
-    const real v2186 = v35 * v2174 - v135 * v2148 - v27 * s17;
-    const real v2187 = v142 * v2186;
-    const real v2189 = s4 * v2180 - c4 * v2187;
-    const real v2192 = v154 * v2170;
-    const real v2195 = c52 * s62;
-    const real v2197 = v82 + v82;
-    const real v2201 = v159 * (c52 * v2192) - v157 * (v1744 * v2195 + v2197 * c62);
-    const real v2207 = v79 * v2195 - v163 * v2161 - v71 * s62;
-    const real v2208 = v170 * v2207;
-    const real v2210 = s52 * v2201 - c52 * v2208;
-    const real v2212 = v2155 + v2168 + s17 * v2189 + s62 * v2210;
-    const real v2215 = c[11] * v248;
-    const real v2218 = v125 * q[3];
-    const real v2221 = v125 * v2215;
-    const real v2223 = v2212 + v232 * q[3] - v255 * v2215 + v269 * v2218 + v278 * v2221;
-    const real v2230 = s4 * v2187 + s52 * v2208 + c4 * v2180 + c52 * v2201;
-    const real v2238 = v2230 + v332 * q[3] + v337 * v2215 + v309 * v2218 + v344 * v2221;
-    const real v2243 = s17 * v2154;
-    const real v2244 = s62 * v2167;
-    const real v2248 = c17 * v2189 - (v2243 + v2244) + c62 * v2210;
-    const real v2253 = v278 * v2218;
-    const real v2256 = v2248 + v361 * q[3] + v365 * v2215 + v2253 + v373 * v2221;
-    const real v2258 = v314 * v2238 + v309 * v2223 + v344 * v2256;
-    const real v2267 = v550 * (v551 * v2258 + v390 * (v572 * v2223 - v574 * v2238 + v577 * v2256));
-    const real v2272 = (SELECT0(m424, -(v2267 * v584)) + v2258) * v404;
-    const real v2274 = v2223 - v309 * v2272;
-    const real v2277 = v527 * (v533 * (v2274 * v408));
-    const real v2278 = v2277 * v595;
-    const real v2280 = v515 * (v521 * v2278);
-    const real v2282 = p[9] * (s509 * v2280);
-    const real v2285 = SELECT0(m418, -(c505 * v2282));
-    const real v2287 = v2256 - v344 * v2272;
-    const real v2295 = v2287 * v408 * v466 + SELECT0(m418, v635 * (v641 * (v642 * v2277 * v645)));
-    const real v2298 = v624 * (v630 * v2295) * v656;
-    const real v2301 = s494 * v2278;
-    const real v2305 = c495 * v2298;
-    const real v2309 = SELECT0(m418, -(s495 * v2301)) + SELECT0(m457, -(c494 * v2305));
-    const real v2315 = SELECT(m437, SELECT0(m457, -v2298), SELECT0(m493, v665 * (v671 * (v2309 * v477)) * v689));
-    const real v2317 = v612 * (v618 * v2315);
-    const real v2318 = s505 * v2317;
-    const real v2321 = v2285 - v605 * v2318 + v2230;
-    const real v2324 = p[9] * (c509 * v2280);
-    const real v2328 = SELECT0(m418, v2324) - v2212 + v700 * v2321;
-    const real v2333 = SELECT0(m418, -(s505 * v2282));
-    const real v2334 = c505 * v2317;
-    const real v2336 = v2333 + v605 * v2334;
-    const real v2340 = v710 * v2321 - (v2336 + v2248) - v713 * v2328;
-    const real v2344 = v315 * v2171 + p[13] * v2187;
-    const real v2347 = v6 * v2154 + v54 * v2167;
-    const real v2351 = v316 * v2192 + p[18] * v2208;
-    const real v2356 = v2344 - v2347 + v2351 + v2060 + v2062 - q[5] * v2065;
-    const real v2363 = p[9] * v2301;
-    const real v2366 = SELECT0(m418, -(c495 * v2363));
-    const real v2367 = s495 * v2298;
-    const real v2373 = v2366 + SELECT0(m457, v774 * v2367) - (v314 * v2272 - v2238);
-    const real v2376 = p[9] * (c494 * v2278);
-    const real v2380 = SELECT0(m418, v2376) - v2274 + v700 * v2373;
-    const real v2389 = SELECT0(m418, -(s495 * v2363)) + SELECT0(m457, -(v774 * v2305));
-    const real v2394 = (v710 * v2373 - (v2389 + v2287) - v713 * v2380) * v728;
-    const real v2396 = v2380 * v708 - v713 * v2394;
-    const real v2400 = v2373 * v698 + v700 * v2396 + v710 * v2394;
-    const real v2404 = v2356 + v757 * q[3] + v765 * v2215 - v317 * v2272 - v317 * v2400 - v289 * v2218;
-    const real v2416 = v2285 - v819 * v2318 - (v2366 + SELECT0(m457, v822 * v2367));
-    const real v2418 = v2324 - v2376;
-    const real v2421 = SELECT0(m418, v2418) + v700 * v2416;
-    const real v2426 = p[9] * v2309 - (v2333 + v819 * v2334);
-    const real v2431 = (v2426 + v710 * v2416 - v713 * v2421) * v728;
-    const real v2433 = v2421 * v708 - v713 * v2431;
-    const real v2437 = v2416 * v698 + v700 * v2433 + v710 * v2431;
-    const real v2441 = v2404 - v289 * v2396 + v380 * v2221 + v380 * v2394 - v317 * v2437 - v289 * v2433;
-    const real v2450 = v2441 + v380 * v2431 - v2356 + v730 * v2321 + v733 * v2328 - v738 * v2340;
-    const real v2453 = v2344 + v126 * v2189;
-    const real v2457 = v2351 + v154 * v2210;
-    const real v2462 = q[13] * p[15];
-    const real v2464 = q[15] * p[20];
-    const real v2467 = s17 * v2453 - v2347 + s62 * v2457 - v2004 * q[3] - v2462 - v2464 + v198 * v2155;
-    const real v2469 = v2467 + v203 * v2168;
-    const real v2479 = v2469 + v938 * q[3] + v943 * v2215 - v332 * v2272 - v332 * v2400 + v232 * v2218;
-    const real v2488 = v2479 + v232 * v2396 + v361 * v2221 + v361 * v2394 + SELECT0(m418, v960 * v2376);
-    const real v2497 = v2488 - v332 * v2437 + v232 * v2433 + v361 * v2431 + SELECT0(m418, v960 * v2418);
-    const real v2506 = v2497 - v2469 + SELECT0(m418, -(v960 * v2324)) + v874 * v2321 - v877 * v2328;
-    const real v2510 = v2506 - v884 * v2340 - v889 * v2450;
-    const real v2520 = c17 * v2453 + c62 * v2457 - v198 * v2243 - v203 * v2244;
-    const real v2522 = v943 * q[3];
-    const real v2529 = v960 * v2389 - v2520 - v2522 - v1032 * v2215 + v337 * v2272 + v337 * v2400;
-    const real v2539 = v2529 + v255 * v2218 + v255 * v2396 - v365 * v2221 - v365 * v2394 - v960 * v2426;
-    const real v2547 = v960 * v2336 - (v2539 + v337 * v2437 + v255 * v2433 - v365 * v2431 + v2520);
-    const real v2557 = v2547 + v995 * v2321 + v998 * v2328 - v1005 * v2340 - v1014 * v2450 - v1019 * v2510;
-    const real v2558 = v2557 * v1076;
-    const real v2560 = v2510 * v993 - v1019 * v2558;
-    const real v2564 = v2450 * v872 - v889 * v2560 - v1014 * v2558;
-    const real v2570 = v2340 * v728 - v738 * v2564 - v884 * v2560 - v1005 * v2558;
-    const real v2578 = v2328 * v708 - v713 * v2570 + v733 * v2564 - v877 * v2560 + v998 * v2558;
-    const real v2588 = v2321 * v698 + v700 * v2578 + v710 * v2570 + v730 * v2564 + v874 * v2560 + v995 * v2558;
-    const real v2592 = s4 * c17;
-    const real v2599 = v39 * (p[13] * v2592) + v36 * s17 - v27 * (v24 * s17);
-    const real v2601 = v11 * (p[15] * v2599);
-    const real v2602 = c17 * v2601;
-    const real v2603 = s52 * c62;
-    const real v2610 = v83 * (p[18] * v2603) + v80 * s62 - v71 * (v68 * s62);
-    const real v2612 = v59 * (p[20] * v2610);
-    const real v2613 = c62 * v2612;
-    const real v2615 = q[5] + q[5];
-    const real v2616 = v126 * v2615;
-    const real v2619 = c4 * c17;
-    const real v2624 = v131 * (c4 * v2616) - v129 * (v1731 * v2619 - v2176 * s17);
-    const real v2630 = v35 * v2619 - v135 * v2592 - v27 * c17;
-    const real v2631 = v142 * v2630;
-    const real v2633 = s4 * v2624 - c4 * v2631;
-    const real v2636 = v154 * v2615;
-    const real v2639 = c52 * c62;
-    const real v2644 = v159 * (c52 * v2636) - v157 * (v1744 * v2639 - v2197 * s62);
-    const real v2650 = v79 * v2639 - v163 * v2603 - v71 * c62;
-    const real v2651 = v170 * v2650;
-    const real v2653 = s52 * v2644 - c52 * v2651;
-    const real v2655 = v2602 + v2613 + s17 * v2633 + s62 * v2653;
-    const real v2656 = c[12] * v195;
-    const real v2661 = v125 * v2656;
-    const real v2664 = v2655 - v232 * v2656 - v255 * q[3] - v269 * v2661 + v2253;
-    const real v2671 = s4 * v2631 + s52 * v2651 + c4 * v2624 + c52 * v2644;
-    const real v2679 = v2671 - v332 * v2656 + v337 * q[3] - v309 * v2661 + v344 * v2218;
-    const real v2684 = s17 * v2601;
-    const real v2685 = s62 * v2612;
-    const real v2689 = c17 * v2633 - (v2684 + v2685) + c62 * v2653;
-    const real v2697 = v2689 - v361 * v2656 + v365 * q[3] - v278 * v2661 + v373 * v2218;
-    const real v2699 = v314 * v2679 + v309 * v2664 + v344 * v2697;
-    const real v2708 = v550 * (v551 * v2699 + v390 * (v572 * v2664 - v574 * v2679 + v577 * v2697));
-    const real v2713 = (SELECT0(m424, -(v2708 * v584)) + v2699) * v404;
-    const real v2715 = v2664 - v309 * v2713;
-    const real v2718 = v527 * (v533 * (v2715 * v408));
-    const real v2719 = v2718 * v595;
-    const real v2721 = v515 * (v521 * v2719);
-    const real v2723 = p[9] * (s509 * v2721);
-    const real v2726 = SELECT0(m418, -(c505 * v2723));
-    const real v2728 = v2697 - v344 * v2713;
-    const real v2736 = v2728 * v408 * v466 + SELECT0(m418, v635 * (v641 * (v642 * v2718 * v645)));
-    const real v2739 = v624 * (v630 * v2736) * v656;
-    const real v2742 = s494 * v2719;
-    const real v2746 = c495 * v2739;
-    const real v2750 = SELECT0(m418, -(s495 * v2742)) + SELECT0(m457, -(c494 * v2746));
-    const real v2756 = SELECT(m437, SELECT0(m457, -v2739), SELECT0(m493, v665 * (v671 * (v2750 * v477)) * v689));
-    const real v2758 = v612 * (v618 * v2756);
-    const real v2759 = s505 * v2758;
-    const real v2762 = v2726 - v605 * v2759 + v2671;
-    const real v2765 = p[9] * (c509 * v2721);
-    const real v2769 = SELECT0(m418, v2765) - v2655 + v700 * v2762;
-    const real v2774 = SELECT0(m418, -(s505 * v2723));
-    const real v2775 = c505 * v2758;
-    const real v2777 = v2774 + v605 * v2775;
-    const real v2781 = v710 * v2762 - (v2777 + v2689) - v713 * v2769;
-    const real v2785 = v315 * v2616 + p[13] * v2631;
-    const real v2788 = v6 * v2601 + v54 * v2612;
-    const real v2792 = v316 * v2636 + p[18] * v2651;
-    const real v2794 = v2065 * q[4];
-    const real v2795 = v2785 - v2788 + v2792 - v2794;
-    const real v2802 = p[9] * v2742;
-    const real v2805 = SELECT0(m418, -(c495 * v2802));
-    const real v2806 = s495 * v2739;
-    const real v2812 = v2805 + SELECT0(m457, v774 * v2806) - (v314 * v2713 - v2679);
-    const real v2815 = p[9] * (c494 * v2719);
-    const real v2819 = SELECT0(m418, v2815) - v2715 + v700 * v2812;
-    const real v2828 = SELECT0(m418, -(s495 * v2802)) + SELECT0(m457, -(v774 * v2746));
-    const real v2833 = (v710 * v2812 - (v2828 + v2728) - v713 * v2819) * v728;
-    const real v2835 = v2819 * v708 - v713 * v2833;
-    const real v2839 = v2812 * v698 + v700 * v2835 + v710 * v2833;
-    const real v2843 = v2795 - v757 * v2656 + v765 * q[3] - v317 * v2713 - v317 * v2839 + v289 * v2661;
-    const real v2855 = v2726 - v819 * v2759 - (v2805 + SELECT0(m457, v822 * v2806));
-    const real v2857 = v2765 - v2815;
-    const real v2860 = SELECT0(m418, v2857) + v700 * v2855;
-    const real v2865 = p[9] * v2750 - (v2774 + v819 * v2775);
-    const real v2870 = (v2865 + v710 * v2855 - v713 * v2860) * v728;
-    const real v2872 = v2860 * v708 - v713 * v2870;
-    const real v2876 = v2855 * v698 + v700 * v2872 + v710 * v2870;
-    const real v2880 = v2843 - v289 * v2835 + v380 * v2218 + v380 * v2833 - v317 * v2876 - v289 * v2872;
-    const real v2889 = v2880 + v380 * v2870 - v2795 + v730 * v2762 + v733 * v2769 - v738 * v2781;
-    const real v2892 = v2785 + v126 * v2633;
-    const real v2896 = v2792 + v154 * v2653;
-    const real v2902 = s17 * v2892 - v2788 + s62 * v2896 + v198 * v2602 + v203 * v2613;
-    const real v2911 = v2902 - v938 * v2656 + v2522 - v332 * v2713 - v332 * v2839 - v232 * v2661;
-    const real v2920 = v2911 + v232 * v2835 + v361 * v2218 + v361 * v2833 + SELECT0(m418, v960 * v2815);
-    const real v2929 = v2920 - v332 * v2876 + v232 * v2872 + v361 * v2870 + SELECT0(m418, v960 * v2857);
-    const real v2938 = v2929 - v2902 + SELECT0(m418, -(v960 * v2765)) + v874 * v2762 - v877 * v2769;
-    const real v2942 = v2938 - v884 * v2781 - v889 * v2889;
-    const real v2955 = c17 * v2892 + c62 * v2896 - v2066 * q[3] - v198 * v2684 - v203 * v2685 - v2462;
-    const real v2956 = v2955 - v2464;
-    const real v2965 = v960 * v2828 - v2956 + v943 * v2656 - v1032 * q[3] + v337 * v2713 + v337 * v2839;
-    const real v2975 = v2965 - v255 * v2661 + v255 * v2835 - v365 * v2218 - v365 * v2833 - v960 * v2865;
-    const real v2983 = v960 * v2777 - (v2975 + v337 * v2876 + v255 * v2872 - v365 * v2870 + v2956);
-    const real v2993 = v2983 + v995 * v2762 + v998 * v2769 - v1005 * v2781 - v1014 * v2889 - v1019 * v2942;
-    const real v2994 = v2993 * v1076;
-    const real v2996 = v2942 * v993 - v1019 * v2994;
-    const real v3000 = v2889 * v872 - v889 * v2996 - v1014 * v2994;
-    const real v3006 = v2781 * v728 - v738 * v3000 - v884 * v2996 - v1005 * v2994;
-    const real v3014 = v2769 * v708 - v713 * v3006 + v733 * v3000 - v877 * v2996 + v998 * v2994;
-    const real v3024 = v2762 * v698 + v700 * v3014 + v710 * v3006 + v730 * v3000 + v874 * v2996 + v995 * v2994;
-    const real v3028 = c[2] * v301;
-    const real v3029 = v289 * v3028;
-    const real v3030 = v317 * v3028;
-    const real v3034 = v380 * v3028;
-    const real v3036 = v314 * v3030 - v309 * v3029 + v344 * v3034;
-    const real v3045 = v550 * (v551 * v3036 - v390 * (v574 * v3030 + v572 * v3029 - v577 * v3034));
-    const real v3049 = (SELECT0(m424, v3045 * v584) - v3036) * v404;
-    const real v3051 = v3029 - v309 * v3049;
-    const real v3054 = v527 * (v533 * (v3051 * v408));
-    const real v3055 = v3054 * v595;
-    const real v3057 = v515 * (v521 * v3055);
-    const real v3059 = p[9] * (s509 * v3057);
-    const real v3062 = SELECT0(m418, -(c505 * v3059));
-    const real v3069 = v3034 + v344 * v3049;
-    const real v3072 = SELECT0(m418, v635 * (v641 * (v642 * v3054 * v645))) - v3069 * v408 * v466;
-    const real v3075 = v624 * (v630 * v3072) * v656;
-    const real v3078 = s494 * v3055;
-    const real v3082 = c495 * v3075;
-    const real v3086 = SELECT0(m418, -(s495 * v3078)) + SELECT0(m457, -(c494 * v3082));
-    const real v3092 = SELECT(m437, SELECT0(m457, -v3075), SELECT0(m493, v665 * (v671 * (v3086 * v477)) * v689));
-    const real v3094 = v612 * (v618 * v3092);
-    const real v3095 = s505 * v3094;
-    const real v3097 = v3062 - v605 * v3095;
-    const real v3100 = p[9] * (c509 * v3057);
-    const real v3103 = SELECT0(m418, v3100) + v700 * v3097;
-    const real v3108 = SELECT0(m418, -(s505 * v3059));
-    const real v3109 = c505 * v3094;
-    const real v3111 = v3108 + v605 * v3109;
-    const real v3114 = v710 * v3097 - v3111 - v713 * v3103;
-    const real v3116 = p[9] * v3078;
-    const real v3119 = SELECT0(m418, -(c495 * v3116));
-    const real v3120 = s495 * v3075;
-    const real v3126 = v3119 + SELECT0(m457, v774 * v3120) - (v3030 + v314 * v3049);
-    const real v3134 = SELECT0(m418, -(s495 * v3116)) + SELECT0(m457, -(v774 * v3082));
-    const real v3138 = p[9] * (c494 * v3055);
-    const real v3142 = SELECT0(m418, v3138) - v3051 + v700 * v3126;
-    const real v3145 = (v710 * v3126 - (v3134 - v3069) - v713 * v3142) * v728;
-    const real v3151 = v3142 * v708 - v713 * v3145;
-    const real v3155 = v3126 * v698 + v700 * v3151 + v710 * v3145;
-    const real v3162 = v380 * v3145 - (v317 * v3049 + v317 * v3155 + v289 * v3151) - v865 * v3028;
-    const real v3168 = v3062 - v819 * v3095 - (v3119 + SELECT0(m457, v822 * v3120));
-    const real v3170 = v3100 - v3138;
-    const real v3173 = SELECT0(m418, v3170) + v700 * v3168;
-    const real v3178 = p[9] * v3086 - (v3108 + v819 * v3109);
-    const real v3183 = (v3178 + v710 * v3168 - v713 * v3173) * v728;
-    const real v3185 = v3173 * v708 - v713 * v3183;
-    const real v3189 = v3168 * v698 + v700 * v3185 + v710 * v3183;
-    const real v3199 = v3162 - v317 * v3189 - v289 * v3185 + v380 * v3183 + v730 * v3097 + v733 * v3103;
-    const real v3201 = v3199 - v738 * v3114;
-    const real v3211 = v232 * v3151 - (v332 * v3049 + v332 * v3155) + v361 * v3145 - v757 * v3028;
-    const real v3220 = v3211 + SELECT0(m418, v960 * v3138) - v332 * v3189 + v232 * v3185 + v361 * v3183;
-    const real v3229 = v3220 + SELECT0(m418, v960 * v3170) + SELECT0(m418, -(v960 * v3100)) + v874 * v3097;
-    const real v3235 = v3229 - v877 * v3103 - v884 * v3114 - v889 * v3201;
-    const real v3248 = v960 * v3134 + v337 * v3049 + v337 * v3155 + v255 * v3151 - v365 * v3145 + v765 * v3028;
-    const real v3257 = v960 * v3111 - (v3248 - v960 * v3178 + v337 * v3189 + v255 * v3185 - v365 * v3183);
-    const real v3267 = v3257 + v995 * v3097 + v998 * v3103 - v1005 * v3114 - v1014 * v3201 - v1019 * v3235;
-    const real v3268 = v3267 * v1076;
-    const real v3270 = v3235 * v993 - v1019 * v3268;
-    const real v3274 = v3201 * v872 - v889 * v3270 - v1014 * v3268;
-    const real v3280 = v3114 * v728 - v738 * v3274 - v884 * v3270 - v1005 * v3268;
-    const real v3288 = v3103 * v708 - v713 * v3280 + v733 * v3274 - v877 * v3270 + v998 * v3268;
-    const real v3298 = v3097 * v698 + v700 * v3288 + v710 * v3280 + v730 * v3274 + v874 * v3270 + v995 * v3268;
-    const real v3299 = c[4] * v248;
-    const real v3300 = v125 * v3299;
-    const real v3303 = v278 * v3300 - v255 * v3299;
-    const real v3306 = v337 * v3299 + v344 * v3300;
-    const real v3312 = v365 * v3299 + v373 * v3300;
-    const real v3314 = v314 * v3306 + v309 * v3303 + v344 * v3312;
-    const real v3323 = v550 * (v551 * v3314 + v390 * (v572 * v3303 - v574 * v3306 + v577 * v3312));
-    const real v3328 = (SELECT0(m424, -(v3323 * v584)) + v3314) * v404;
-    const real v3330 = v3303 - v309 * v3328;
-    const real v3333 = v527 * (v533 * (v3330 * v408));
-    const real v3334 = v3333 * v595;
-    const real v3336 = v515 * (v521 * v3334);
-    const real v3338 = p[9] * (s509 * v3336);
-    const real v3341 = SELECT0(m418, -(c505 * v3338));
-    const real v3343 = v3312 - v344 * v3328;
-    const real v3351 = v3343 * v408 * v466 + SELECT0(m418, v635 * (v641 * (v642 * v3333 * v645)));
-    const real v3354 = v624 * (v630 * v3351) * v656;
-    const real v3357 = s494 * v3334;
-    const real v3361 = c495 * v3354;
-    const real v3365 = SELECT0(m418, -(s495 * v3357)) + SELECT0(m457, -(c494 * v3361));
-    const real v3371 = SELECT(m437, SELECT0(m457, -v3354), SELECT0(m493, v665 * (v671 * (v3365 * v477)) * v689));
-    const real v3373 = v612 * (v618 * v3371);
-    const real v3374 = s505 * v3373;
-    const real v3376 = v3341 - v605 * v3374;
-    const real v3379 = p[9] * (c509 * v3336);
-    const real v3382 = SELECT0(m418, v3379) + v700 * v3376;
-    const real v3387 = SELECT0(m418, -(s505 * v3338));
-    const real v3388 = c505 * v3373;
-    const real v3390 = v3387 + v605 * v3388;
-    const real v3393 = v710 * v3376 - v3390 - v713 * v3382;
-    const real v3398 = p[9] * v3357;
-    const real v3401 = SELECT0(m418, -(c495 * v3398));
-    const real v3402 = s495 * v3354;
-    const real v3408 = v3401 + SELECT0(m457, v774 * v3402) - (v314 * v3328 - v3306);
-    const real v3411 = p[9] * (c494 * v3334);
-    const real v3415 = SELECT0(m418, v3411) - v3330 + v700 * v3408;
-    const real v3424 = SELECT0(m418, -(s495 * v3398)) + SELECT0(m457, -(v774 * v3361));
-    const real v3429 = (v710 * v3408 - (v3424 + v3343) - v713 * v3415) * v728;
-    const real v3431 = v3415 * v708 - v713 * v3429;
-    const real v3435 = v3408 * v698 + v700 * v3431 + v710 * v3429;
-    const real v3443 = v765 * v3299 - v317 * v3328 - v317 * v3435 - v289 * v3431 + v380 * v3300 + v380 * v3429;
-    const real v3449 = v3341 - v819 * v3374 - (v3401 + SELECT0(m457, v822 * v3402));
-    const real v3451 = v3379 - v3411;
-    const real v3454 = SELECT0(m418, v3451) + v700 * v3449;
-    const real v3459 = p[9] * v3365 - (v3387 + v819 * v3388);
-    const real v3464 = (v3459 + v710 * v3449 - v713 * v3454) * v728;
-    const real v3466 = v3454 * v708 - v713 * v3464;
-    const real v3470 = v3449 * v698 + v700 * v3466 + v710 * v3464;
-    const real v3480 = v3443 - v317 * v3470 - v289 * v3466 + v380 * v3464 + v730 * v3376 + v733 * v3382;
-    const real v3482 = v3480 - v738 * v3393;
-    const real v3494 = v943 * v3299 - v332 * v3328 - v332 * v3435 + v232 * v3431 + v361 * v3300 + v361 * v3429;
-    const real v3503 = v3494 + SELECT0(m418, v960 * v3411) - v332 * v3470 + v232 * v3466 + v361 * v3464;
-    const real v3512 = v3503 + SELECT0(m418, v960 * v3451) + SELECT0(m418, -(v960 * v3379)) + v874 * v3376;
-    const real v3518 = v3512 - v877 * v3382 - v884 * v3393 - v889 * v3482;
-    const real v3529 = v960 * v3424 - v1032 * v3299 + v337 * v3328 + v337 * v3435 + v255 * v3431;
-    const real v3539 = v3529 - v365 * v3300 - v365 * v3429 - v960 * v3459 + v337 * v3470 + v255 * v3466;
-    const real v3548 = v960 * v3390 - (v3539 - v365 * v3464) + v995 * v3376 + v998 * v3382 - v1005 * v3393;
-    const real v3553 = (v3548 - v1014 * v3482 - v1019 * v3518) * v1076;
-    const real v3555 = v3518 * v993 - v1019 * v3553;
-    const real v3559 = v3482 * v872 - v889 * v3555 - v1014 * v3553;
-    const real v3565 = v3393 * v728 - v738 * v3559 - v884 * v3555 - v1005 * v3553;
-    const real v3573 = v3382 * v708 - v713 * v3565 + v733 * v3559 - v877 * v3555 + v998 * v3553;
-    const real v3583 = v3376 * v698 + v700 * v3573 + v710 * v3565 + v730 * v3559 + v874 * v3555 + v995 * v3553;
-    const real v3584 = c[6] * v195;
-    const real v3586 = v125 * v3584;
-    const real v3588 = v232 * v3584 + v269 * v3586;
-    const real v3591 = v332 * v3584 + v309 * v3586;
-    const real v3597 = v361 * v3584 + v278 * v3586;
-    const real v3599 = v314 * v3591 + v309 * v3588 + v344 * v3597;
-    const real v3608 = v550 * (v551 * v3599 - v390 * (v574 * v3591 - v572 * v3588 - v577 * v3597));
-    const real v3612 = (SELECT0(m424, v3608 * v584) - v3599) * v404;
-    const real v3614 = v3588 + v309 * v3612;
-    const real v3617 = v527 * (v533 * (v3614 * v408));
-    const real v3618 = v3617 * v595;
-    const real v3620 = v515 * (v521 * v3618);
-    const real v3622 = p[9] * (s509 * v3620);
-    const real v3624 = SELECT0(m418, c505 * v3622);
-    const real v3632 = v3597 + v344 * v3612;
-    const real v3635 = SELECT0(m418, -(v635 * (v641 * (v642 * v3617 * v645)))) - v3632 * v408 * v466;
-    const real v3638 = v624 * (v630 * v3635) * v656;
-    const real v3641 = s494 * v3618;
-    const real v3644 = c495 * v3638;
-    const real v3648 = SELECT0(m418, s495 * v3641) + SELECT0(m457, -(c494 * v3644));
-    const real v3654 = SELECT(m437, SELECT0(m457, -v3638), SELECT0(m493, v665 * (v671 * (v3648 * v477)) * v689));
-    const real v3656 = v612 * (v618 * v3654);
-    const real v3657 = s505 * v3656;
-    const real v3659 = v3624 - v605 * v3657;
-    const real v3662 = p[9] * (c509 * v3620);
-    const real v3666 = SELECT0(m418, -v3662) + v700 * v3659;
-    const real v3670 = SELECT0(m418, s505 * v3622);
-    const real v3671 = c505 * v3656;
-    const real v3673 = v3670 + v605 * v3671;
-    const real v3676 = v710 * v3659 - v3673 - v713 * v3666;
-    const real v3682 = p[9] * v3641;
-    const real v3684 = SELECT0(m418, c495 * v3682);
-    const real v3685 = s495 * v3638;
-    const real v3691 = v3684 + SELECT0(m457, v774 * v3685) - (v3591 + v314 * v3612);
-    const real v3694 = p[9] * (c494 * v3618);
-    const real v3699 = SELECT0(m418, -v3694) + v3614 + v700 * v3691;
-    const real v3707 = SELECT0(m418, s495 * v3682) + SELECT0(m457, -(v774 * v3644));
-    const real v3712 = (v710 * v3691 - (v3707 - v3632) - v713 * v3699) * v728;
-    const real v3714 = v3699 * v708 - v713 * v3712;
-    const real v3718 = v3691 * v698 + v700 * v3714 + v710 * v3712;
-    const real v3723 = v289 * v3586 - (v757 * v3584 + v317 * v3612 + v317 * v3718) - v289 * v3714;
-    const real v3731 = v3624 - v819 * v3657 - (v3684 + SELECT0(m457, v822 * v3685));
-    const real v3733 = v3694 - v3662;
-    const real v3736 = SELECT0(m418, v3733) + v700 * v3731;
-    const real v3741 = p[9] * v3648 - (v3670 + v819 * v3671);
-    const real v3746 = (v3741 + v710 * v3731 - v713 * v3736) * v728;
-    const real v3748 = v3736 * v708 - v713 * v3746;
-    const real v3752 = v3731 * v698 + v700 * v3748 + v710 * v3746;
-    const real v3760 = v3723 + v380 * v3712 - v317 * v3752 - v289 * v3748 + v380 * v3746 + v730 * v3659;
-    const real v3764 = v3760 + v733 * v3666 - v738 * v3676;
-    const real v3774 = v232 * v3714 - (v938 * v3584 + v332 * v3612 + v332 * v3718 + v232 * v3586);
-    const real v3784 = v3774 + v361 * v3712 + SELECT0(m418, -(v960 * v3694)) - v332 * v3752 + v232 * v3748;
-    const real v3792 = v3784 + v361 * v3746 + SELECT0(m418, v960 * v3733) + SELECT0(m418, v960 * v3662);
-    const real v3800 = v3792 + v874 * v3659 - v877 * v3666 - v884 * v3676 - v889 * v3764;
-    const real v3813 = v960 * v3707 + v943 * v3584 + v337 * v3612 + v337 * v3718 - v255 * v3586 + v255 * v3714;
-    const real v3823 = v3813 - v365 * v3712 - v960 * v3741 + v337 * v3752 + v255 * v3748 - v365 * v3746;
-    const real v3832 = v960 * v3673 - v3823 + v995 * v3659 + v998 * v3666 - v1005 * v3676 - v1014 * v3764;
-    const real v3835 = (v3832 - v1019 * v3800) * v1076;
-    const real v3837 = v3800 * v993 - v1019 * v3835;
-    const real v3841 = v3764 * v872 - v889 * v3837 - v1014 * v3835;
-    const real v3847 = v3676 * v728 - v738 * v3841 - v884 * v3837 - v1005 * v3835;
-    const real v3855 = v3666 * v708 - v713 * v3847 + v733 * v3841 - v877 * v3837 + v998 * v3835;
-    const real v3865 = v3659 * v698 + v700 * v3855 + v710 * v3847 + v730 * v3841 + v874 * v3837 + v995 * v3835;
-    const real v3867 = p[13] * s4;
-    const real v3872 = v27 * s4 + v133;
-    const real v3875 = v14 * v1716 - v27 * (v22 * v3867) + v39 * (p[13] * v3872);
-    const real v3884 = v11 * v10 * (p[12] * ((v6 + v6) * v1716));
-    const real v3886 = v11 * (p[15] * v3875 - v44 * v1716) - v46 * v3884;
-    const real v3887 = c17 * v3886;
-    const real v3892 = v27 * c4 - v34;
-    const real v3895 = v131 * (v127 * s4) + v129 * (v1731 * v3892);
-    const real v3900 = v35 * v3892 - v135 * v3872;
-    const real v3901 = v142 * v3900;
-    const real v3904 = v140 * c4 - s4 * v3895 - (c4 * v3901 - v319);
-    const real v3906 = v3887 + s17 * v3904;
-    const real v3908 = p[15] * v3884;
-    const real v3910 = v199 * v3867 - v198 * v3908;
-    const real v3911 = v131 * c4;
-    const real v3913 = s4 * v3911 + v305;
-    const real v3914 = v126 * v3913;
-    const real v3915 = v315 + v3914;
-    const real v3916 = v3910 - v3915;
-    const real v3917 = v209 * v3916;
-    const real v3921 = v199 * v1716 - v6 * v3908;
-    const real v3922 = c17 * v3921;
-    const real v3923 = v3910 - v3917 - v3922;
-    const real v3926 = v251 * v3916;
-    const real v3929 = v3913 + v3908;
-    const real v3930 = v209 * v3929;
-    const real v3931 = v3930 - v3908;
-    const real v3934 = v251 * v3929;
-    const real v3938 = v3922 - s17 * v315;
-    const real v3940 = v3906 + v197 * v3923 - v250 * v3926 + v273 * v3931 + v282 * v3934 + v302 * v3938;
-    const real v3942 = c4 * v3911 - v212;
-    const real v3943 = s17 * v3942;
-    const real v3951 = s4 * v3901 + v150 - (v140 * s4 + c4 * v3895);
-    const real v3953 = v210 + v126 * v3942;
-    const real v3954 = s17 * v3953;
-    const real v3957 = c17 * v3953;
-    const real v3962 = c17 * v3942;
-    const real v3965 = v302 * v210 - (v3951 + v197 * v3954 + v250 * v3957 + v273 * v3943 + v282 * v3962);
-    const real v3975 = s17 * v3886;
-    const real v3976 = c17 * v3904 - v3975;
-    const real v3977 = s17 * v3921;
-    const real v3978 = v3977 - v3926;
-    const real v3981 = v3917 + v3915;
-    const real v3986 = v3913 - v3930;
-    const real v3990 = v3977 + c17 * v315;
-    const real v3992 = v3976 + v197 * v3978 + v250 * v3981 + v273 * v3934 + v282 * v3986 - v302 * v3990;
-    const real v3995 = v314 * v3965 - v347 * v3913 - (v304 * v3943 + v309 * v3940) - (v382 * v3962 + v344 * v3992);
-    const real v3997 = v309 + v309;
-    const real v3999 = v314 + v314;
-    const real v4002 = v344 + v344;
-    const real v4004 = v3997 * v3943 - v3999 * v3913 + v4002 * v3962;
-    const real v4013 = v551 * v3995 - (v398 * v4004 + v390 * (v574 * v3965 + v572 * v3940 + v577 * v3992));
-    const real v4019 = v427 * v404;
-    const real v4021 = (SELECT0(m424, v550 * v4013 * v584) - v3995) * v404 - v4019 * v4004;
-    const real v4024 = v3940 - (v427 * v3943 + v309 * v4021);
-    const real v4027 = v527 * (v533 * (v4024 * v408));
-    const real v4028 = v4027 * v595;
-    const real v4030 = v515 * (v521 * v4028);
-    const real v4032 = p[9] * (s509 * v4030);
-    const real v4035 = SELECT0(m418, -(c505 * v4032));
-    const real v4039 = v3992 - (v427 * v3962 + v344 * v4021);
-    const real v4047 = v4039 * v408 * v466 + SELECT0(m418, v635 * (v641 * (v642 * v4027 * v645)));
-    const real v4050 = v624 * (v630 * v4047) * v656;
-    const real v4053 = s494 * v4028;
-    const real v4057 = c495 * v4050;
-    const real v4061 = SELECT0(m418, -(s495 * v4053)) + SELECT0(m457, -(c494 * v4057));
-    const real v4067 = SELECT(m437, SELECT0(m457, -v4050), SELECT0(m493, v665 * (v671 * (v4061 * v477)) * v689));
-    const real v4069 = v612 * (v618 * v4067);
-    const real v4070 = s505 * v4069;
-    const real v4073 = v4035 - v605 * v4070 + v3951;
-    const real v4076 = v605 * c505 + v325;
-    const real v4077 = v4076 * v698;
-    const real v4078 = v4077 * v698;
-    const real v4081 = s509 * p[9];
-    const real v4084 = v4081 - v181 + v700 * v4076;
-    const real v4085 = v4084 * v708;
-    const real v4087 = v605 * s505;
-    const real v4091 = v710 * v4076 - (v4087 + v357) - v713 * v4084;
-    const real v4092 = v4091 * v728;
-    const real v4095 = v315 * v127 + v149 * p[13];
-    const real v4098 = v47 * v6 + v91 * v54;
-    const real v4102 = v316 * v155 + v177 * p[18];
-    const real v4111 = v4095 - v4098 + v4102 - v147 - v175 + v2060 * q[4] + v2062 * q[4] - v2794 * q[5];
-    const real v4121 = v774 * c495 - (v347 + v314 * v427);
-    const real v4122 = v4121 * v698;
-    const real v4123 = p[9] * s494;
-    const real v4126 = v4123 - v429 + v700 * v4121;
-    const real v4127 = v4126 * v708;
-    const real v4129 = v774 * s495;
-    const real v4134 = (v710 * v4121 - (v4129 + v459) - v713 * v4126) * v728;
-    const real v4136 = v4127 - v713 * v4134;
-    const real v4140 = v4122 + v700 * v4136 + v710 * v4134;
-    const real v4144 = v4111 + v197 * v757 + v250 * v765 - v317 * v427 - v317 * v4140 - v289 * v273;
-    const real v4155 = v819 * c505 - v822 * c495;
-    const real v4156 = v4155 * v698;
-    const real v4158 = p[9] * s509 - v4123;
-    const real v4160 = v4158 + v700 * v4155;
-    const real v4161 = v4160 * v708;
-    const real v4164 = v496 * p[9] - v819 * s505;
-    const real v4169 = (v4164 + v710 * v4155 - v713 * v4160) * v728;
-    const real v4171 = v4161 - v713 * v4169;
-    const real v4175 = v4156 + v700 * v4171 + v710 * v4169;
-    const real v4177 = v4144 - v289 * v4136 + v380 * v282 + v380 * v4134 - v865 * v302 - v317 * v4175;
-    const real v4186 = v4177 - v289 * v4171 + v380 * v4169 - v4111 + v730 * v4076 + v733 * v4084;
-    const real v4188 = v4186 - v738 * v4091;
-    const real v4189 = v4188 * v872;
-    const real v4191 = v4095 + v151 * v126;
-    const real v4192 = v4191 * s17;
-    const real v4197 = v4102 + v179 * v154;
-    const real v4198 = v4197 * s62;
-    const real v4205 = v4192 - (v4098 + v44 + v88) + v4198 - v14 * v2004 - v2462 * q[4] - v2464 * q[4];
-    const real v4209 = v4205 + v48 * v198 + v92 * v203;
-    const real v4219 = v4209 + v197 * v938 + v250 * v943 - v332 * v427 - v332 * v4140 + v232 * v273;
-    const real v4229 = v4219 + v232 * v4136 + v361 * v282 + v361 * v4134 - v757 * v302 + v4123 * v960;
-    const real v4238 = v4229 - v332 * v4175 + v232 * v4171 + v361 * v4169 + v4158 * v960 - v4209;
-    const real v4248 = v4238 - v4081 * v960 + v874 * v4076 - v877 * v4084 - v884 * v4091 - v889 * v4188;
-    const real v4249 = v4248 * v993;
-    const real v4252 = v4191 * c17;
-    const real v4253 = v4197 * c62;
-    const real v4264 = v4252 + v4253 + v2060 * q[3] + v2062 * q[3] - v235 * v2066 - v352 * v198 - v353 * v203;
-    const real v4268 = v4264 - v2462 * q[5] - v2464 * q[5];
-    const real v4277 = v4129 * v960 - v4268 - v197 * v943 - v250 * v1032 + v337 * v427 + v337 * v4140;
-    const real v4287 = v4277 + v255 * v273 + v255 * v4136 - v365 * v282 - v365 * v4134 + v765 * v302;
-    const real v4296 = v4287 - v4164 * v960 + v337 * v4175 + v255 * v4171 - v365 * v4169 + v4268;
-    const real v4305 = v4087 * v960 - v4296 + v995 * v4076 + v998 * v4084 - v1005 * v4091 - v1014 * v4188;
-    const real v4308 = (v4305 - v1019 * v4248) * v1076;
-    const real v4310 = v4249 - v1019 * v4308;
-    const real v4314 = v4189 - v889 * v4310 - v1014 * v4308;
-    const real v4320 = v4092 - v738 * v4314 - v884 * v4310 - v1005 * v4308;
-    const real v4328 = v4085 - v713 * v4320 + v733 * v4314 - v877 * v4310 + v998 * v4308;
-    const real v4330 = v700 * v698;
-    const real v4332 = v3943 * v698 + v4330 * v3913;
-    const real v4335 = p[9] * (c509 * v4030);
-    const real v4341 = SELECT0(m418, v4335) - v3906 + (v4076 * v4332 + v700 * v4073);
-    const real v4343 = v4085 * v708;
-    const real v4347 = v3931 - (v700 * v3943 + v309 * v4332);
-    const real v4352 = v710 * v698;
-    const real v4354 = v3962 * v698 + v4352 * v3913;
-    const real v4357 = v3934 - (v710 * v3943 + v309 * v4354);
-    const real v4359 = v713 * v708;
-    const real v4361 = v4357 * v708 - v4359 * v4347;
-    const real v4368 = SELECT0(m418, -(s505 * v4032));
-    const real v4369 = c505 * v4069;
-    const real v4371 = v4368 + v605 * v4369;
-    const real v4377 = v4076 * v4354 + v710 * v4073 - (v4371 + v3976) - (v4084 * v4361 + v713 * v4341);
-    const real v4379 = v4092 * v728;
-    const real v4387 = v3986 - (v713 * v4357 + v712 * v4361) - (v710 * v3962 + v344 * v4354);
-    const real v4393 = v730 * v698;
-    const real v4395 = v210 * v698 + v4393 * v3913;
-    const real v4398 = v3938 + (v730 * v3943 + v309 * v4395);
-    const real v4400 = v733 * v708;
-    const real v4402 = v4398 * v708 - v4400 * v4347;
-    const real v4409 = v3990 + (v733 * v4357 + v712 * v4402) - (v730 * v3962 + v344 * v4395);
-    const real v4411 = v738 * v728;
-    const real v4413 = v4409 * v728 - v4411 * v4387;
-    const real v4417 = v127 * v210 + p[13] * v3901;
-    const real v4420 = v6 * v3886 + v47 * v1716;
-    const real v4421 = v4417 - v4420;
-    const real v4424 = v227 * v1716 + v6 * v3921;
-    const real v4427 = v200 * v1716 + v6 * v3910;
-    const real v4428 = c17 * v4427;
-    const real v4430 = v126 * v315;
-    const real v4432 = v4424 - v4428 + s17 * v4430;
-    const real v4435 = s17 * v4427;
-    const real v4437 = v4435 + c17 * v4430;
-    const real v4445 = p[9] * v4053;
-    const real v4448 = SELECT0(m418, -(c495 * v4445));
-    const real v4449 = s495 * v4050;
-    const real v4457 = v4448 + SELECT0(m457, v774 * v4449) - (v3965 + (v314 * v4021 - v427 * v3913));
-    const real v4459 = v4122 * v698;
-    const real v4464 = p[9] * (c494 * v4028);
-    const real v4470 = SELECT0(m418, v4464) - v4024 + (v4121 * v4332 + v700 * v4457);
-    const real v4472 = v4127 * v708;
-    const real v4485 = SELECT0(m418, -(s495 * v4445)) + SELECT0(m457, -(v774 * v4057));
-    const real v4491 = v4121 * v4354 + v710 * v4457 - (v4485 + v4039) - (v4126 * v4361 + v713 * v4470);
-    const real v4493 = v4134 * v728;
-    const real v4495 = v4491 * v728 - v4493 * v4387;
-    const real v4498 = v4470 * v708 - v4472 * v4347 - (v4134 * v4361 + v713 * v4495);
-    const real v4505 = v4457 * v698 + v4459 * v3913 + (v4136 * v4332 + v700 * v4498) + (v4134 * v4354 + v710 * v4495);
-    const real v4508 = v4421 + v197 * v4432 + v250 * v4437 - (v427 * v210 + v317 * v4021) - (v4140 * v210 + v317 * v4505);
-    const real v4520 = v4508 - v273 * v3938 - (v4136 * v3938 + v289 * v4498) + v282 * v3990 + (v4134 * v3990 + v380 * v4495);
-    const real v4529 = v4035 - v819 * v4070 - (v4448 + SELECT0(m457, v822 * v4449));
-    const real v4531 = v4156 * v698;
-    const real v4535 = v4335 - v4464;
-    const real v4540 = SELECT0(m418, v4535) + (v4155 * v4332 + v700 * v4529);
-    const real v4542 = v4161 * v708;
-    const real v4549 = p[9] * v4061 - (v4368 + v819 * v4369);
-    const real v4558 = (v4549 + (v4155 * v4354 + v710 * v4529) - (v4160 * v4361 + v713 * v4540)) * v728;
-    const real v4559 = v4169 * v728;
-    const real v4561 = v4558 - v4559 * v4387;
-    const real v4564 = v4540 * v708 - v4542 * v4347 - (v4169 * v4361 + v713 * v4561);
-    const real v4571 = v4529 * v698 + v4531 * v3913 + (v4171 * v4332 + v700 * v4564) + (v4169 * v4354 + v710 * v4561);
-    const real v4578 = v4520 - v302 * v4424 - (v4175 * v210 + v317 * v4571) - (v4171 * v3938 + v289 * v4564);
-    const real v4587 = v4578 + (v4169 * v3990 + v380 * v4561) - v4421 + (v4076 * v4395 + v730 * v4073);
-    const real v4595 = v4587 + (v4084 * v4402 + v733 * v4341) - (v4091 * v4413 + v738 * v4377);
-    const real v4597 = v4189 * v872;
-    const real v4609 = v4424 - (v733 * v4398 + v732 * v4402) - (v738 * v4409 + v737 * v4413) - (v730 * v210 + v317 * v4395);
-    const real v4615 = v874 * v698;
-    const real v4617 = v3954 * v698 + v4615 * v3913;
-    const real v4620 = v3923 - (v874 * v3943 + v309 * v4617);
-    const real v4622 = v877 * v708;
-    const real v4624 = v4620 * v708 - v4622 * v4347;
-    const real v4636 = v3978 - (v877 * v4357 + v712 * v4624) - (v874 * v3962 + v344 * v4617);
-    const real v4638 = v884 * v728;
-    const real v4640 = v4636 * v728 - v4638 * v4387;
-    const real v4647 = v4432 + (v877 * v4398 + v732 * v4624) - (v884 * v4409 + v737 * v4640) - (v874 * v210 + v317 * v4617);
-    const real v4649 = v889 * v872;
-    const real v4651 = v4647 * v872 - v4649 * v4609;
-    const real v4654 = v4417 + v126 * v3904;
-    const real v4660 = s17 * v4654 - v4420 + (v198 * v3887 + v48 * v3867);
-    const real v4663 = v200 * v3867 + v198 * v3910;
-    const real v4667 = v126 * v3914 - K(-2.0) * v4430;
-    const real v4668 = v4667 - v4663;
-    const real v4669 = v209 * v4668;
-    const real v4672 = v4663 + v4424 + v4669 + K(-2.0) * v4428;
-    const real v4676 = v4435 + v251 * v4668;
-    const real v4686 = v4660 + v197 * v4672 + v250 * v4676 - (v427 * v3954 + v332 * v4021) - (v4140 * v3954 + v332 * v4505);
-    const real v4698 = v4686 + v273 * v3923 + (v4136 * v3923 + v232 * v4498) + v282 * v3978 + (v4134 * v3978 + v361 * v4495);
-    const real v4707 = v4698 - v302 * v4432 + SELECT0(m418, v960 * v4464) - (v4175 * v3954 + v332 * v4571);
-    const real v4718 = v4707 + (v4171 * v3923 + v232 * v4564) + (v4169 * v3978 + v361 * v4561) + SELECT0(m418, v960 * v4535);
-    const real v4727 = v4718 - v4660 + SELECT0(m418, -(v960 * v4335)) + (v4076 * v4617 + v874 * v4073);
-    const real v4739 = v4727 - (v4084 * v4624 + v877 * v4341) - (v4091 * v4640 + v884 * v4377) - (v4188 * v4651 + v889 * v4595);
-    const real v4741 = v4249 * v993;
-    const real v4753 = v4672 - (v877 * v4620 + v876 * v4624) - (v884 * v4636 + v883 * v4640) - (v889 * v4647 + v888 * v4651);
-    const real v4757 = v4753 - (v874 * v3954 + v332 * v4617);
-    const real v4763 = v995 * v698;
-    const real v4765 = v3957 * v698 + v4763 * v3913;
-    const real v4768 = v3926 + (v995 * v3943 + v309 * v4765);
-    const real v4770 = v998 * v708;
-    const real v4772 = v4768 * v708 - v4770 * v4347;
-    const real v4784 = v3981 + (v998 * v4357 + v712 * v4772) - (v995 * v3962 + v344 * v4765);
-    const real v4786 = v1005 * v728;
-    const real v4788 = v4784 * v728 - v4786 * v4387;
-    const real v4804 = v4437 - (v998 * v4398 + v732 * v4772) - (v1005 * v4409 + v737 * v4788) - (v995 * v210 + v317 * v4765);
-    const real v4806 = v1014 * v872;
-    const real v4808 = v4804 * v872 - v4806 * v4609;
-    const real v4811 = v4676 + (v998 * v4620 + v876 * v4772) - (v1005 * v4636 + v883 * v4788) - (v1014 * v4647 + v888 * v4808);
-    const real v4815 = v4811 - (v995 * v3954 + v332 * v4765);
-    const real v4817 = v1019 * v993;
-    const real v4819 = v4815 * v993 - v4817 * v4757;
-    const real v4827 = c17 * v4654 - (v198 * v3975 + v352 * v3867);
-    const real v4831 = v4667 - v4669;
-    const real v4837 = v960 * v4485 - v4827 - v197 * v4676 - v250 * v4831 + (v427 * v3957 + v337 * v4021);
-    const real v4847 = v4837 + (v4140 * v3957 + v337 * v4505) + v273 * v3926 + (v4136 * v3926 + v255 * v4498);
-    const real v4857 = v4847 - v282 * v3981 - (v4134 * v3981 + v365 * v4495) + v302 * v4437 - v960 * v4549;
-    const real v4869 = v4857 + (v4175 * v3957 + v337 * v4571) + (v4171 * v3926 + v255 * v4564) - (v4169 * v3981 + v365 * v4561);
-    const real v4879 = v960 * v4371 - (v4869 + v4827) + (v4076 * v4765 + v995 * v4073) + (v4084 * v4772 + v998 * v4341);
-    const real v4887 = v4879 - (v4091 * v4788 + v1005 * v4377) - (v4188 * v4808 + v1014 * v4595);
-    const real v4893 = v4308 * v1076;
-    const real v4905 = v4831 - (v998 * v4768 + v997 * v4772) - (v1005 * v4784 + v1004 * v4788) - (v1014 * v4804 + v1013 * v4808);
-    const real v4914 = v4893 * (v4905 - (v1019 * v4815 + v1018 * v4819) - (v995 * v3957 + v337 * v4765));
-    const real v4915 = (v4887 - (v4248 * v4819 + v1019 * v4739)) * v1076 - v4914;
-    const real v4918 = v4739 * v993 - v4741 * v4757 - (v4308 * v4819 + v1019 * v4915);
-    const real v4925 = v4595 * v872 - v4597 * v4609 - (v4310 * v4651 + v889 * v4918) - (v4308 * v4808 + v1014 * v4915);
-    const real v4932 = v4377 * v728 - v4379 * v4387 - (v4314 * v4413 + v738 * v4925) - (v4310 * v4640 + v884 * v4918);
-    const real v4936 = v4932 - (v4308 * v4788 + v1005 * v4915);
-    const real v4943 = v4341 * v708 - v4343 * v4347 - (v4320 * v4361 + v713 * v4936) + (v4314 * v4402 + v733 * v4925);
-    const real v4951 = v4943 - (v4310 * v4624 + v877 * v4918) + (v4308 * v4772 + v998 * v4915);
-    const real v4958 = v4073 * v698 + v4078 * v3913 + (v4328 * v4332 + v700 * v4951) + (v4320 * v4354 + v710 * v4936);
-    const real v4970 = v4958 + (v4314 * v4395 + v730 * v4925) + (v4310 * v4617 + v874 * v4918) + (v4308 * v4765 + v995 * v4915);
-    const real v4973 = q[4] * c17 - q[5] * s17;
-    const real v4974 = s4 * v4973;
-    const real v4979 = q[4] * s17 + q[5] * c17;
-    const real v4984 = v39 * (p[13] * v4974) + v36 * v4979 - v27 * (v24 * v4979);
-    const real v4986 = v11 * (p[15] * v4984);
-    const real v4988 = c17 * v4986 - v352;
-    const real v4989 = c4 * v4973;
-    const real v4993 = v129 * (v1731 * v4989 - v2176 * v4979);
-    const real v4999 = v35 * v4989 - v135 * v4974 - v27 * v4973;
-    const real v5000 = v142 * v4999;
-    const real v5002 = s4 * v4993 + c4 * v5000;
-    const real v5005 = v4988 + (v351 - s17 * v5002);
-    const real v5006 = v227 * s17;
-    const real v5008 = (s17 + s17) * c17;
-    const real v5009 = v215 * v5008;
-    const real v5010 = v5006 - v5009;
-    const real v5014 = c17 * c17 - v209;
-    const real v5015 = v215 * v5014;
-    const real v5018 = v259 * v5008;
-    const real v5021 = v259 * v5014;
-    const real v5024 = v377 - v5006;
-    const real v5026 = v5005 + v197 * v5010 - v250 * v5015 + v273 * v5018 + v282 * v5021 + v302 * v5024;
-    const real v5030 = s4 * v5000 - c4 * v4993;
-    const real v5038 = v5030 + v197 * v335 - v250 * v328 + v273 * v342 - v282 * v306;
-    const real v5044 = v227 * c17;
-    const real v5045 = v5044 - v5015;
-    const real v5050 = s17 * v4986 + v48;
-    const real v5051 = c17 * v5002 + v152 + v5050;
-    const real v5059 = v5044 + v286;
-    const real v5061 = v197 * v5045 - v5051 + v250 * v5009 + v273 * v5021 - v282 * v5018 - v302 * v5059;
-    const real v5065 = v314 * v5038 + (v304 * v342 + v309 * v5026) + (v344 * v5061 - v382 * v306);
-    const real v5069 = v3997 * v342 - v4002 * v306;
-    const real v5078 = v551 * v5065 + (v398 * v5069 + v390 * (v572 * v5026 - v574 * v5038 + v577 * v5061));
-    const real v5086 = (SELECT0(m424, -(v550 * v5078 * v584)) + v5065) * v404 - v4019 * v5069;
-    const real v5089 = v5026 - (v427 * v342 + v309 * v5086);
-    const real v5092 = v527 * (v533 * (v5089 * v408));
-    const real v5093 = v5092 * v595;
-    const real v5095 = v515 * (v521 * v5093);
-    const real v5097 = p[9] * (s509 * v5095);
-    const real v5100 = SELECT0(m418, -(c505 * v5097));
-    const real v5104 = v5061 - (v344 * v5086 - v427 * v306);
-    const real v5112 = v5104 * v408 * v466 + SELECT0(m418, v635 * (v641 * (v642 * v5092 * v645)));
-    const real v5115 = v624 * (v630 * v5112) * v656;
-    const real v5118 = s494 * v5093;
-    const real v5122 = c495 * v5115;
-    const real v5126 = SELECT0(m418, -(s495 * v5118)) + SELECT0(m457, -(c494 * v5122));
-    const real v5132 = SELECT(m437, SELECT0(m457, -v5115), SELECT0(m493, v665 * (v671 * (v5126 * v477)) * v689));
-    const real v5134 = v612 * (v618 * v5132);
-    const real v5135 = s505 * v5134;
-    const real v5138 = v5100 - v605 * v5135 + v5030;
-    const real v5140 = v342 * v698;
-    const real v5143 = p[9] * (c509 * v5095);
-    const real v5149 = SELECT0(m418, v5143) - v5005 + (v4076 * v5140 + v700 * v5138);
-    const real v5154 = v5018 - (v700 * v342 + v309 * v5140);
-    const real v5158 = v306 * v698;
-    const real v5161 = v5021 - (v710 * v342 - v309 * v5158);
-    const real v5164 = v5161 * v708 - v4359 * v5154;
-    const real v5171 = SELECT0(m418, -(s505 * v5097));
-    const real v5172 = c505 * v5134;
-    const real v5174 = v5171 + v605 * v5172;
-    const real v5180 = v710 * v5138 - v4076 * v5158 - (v5174 - v5051) - (v4084 * v5164 + v713 * v5149);
-    const real v5189 = v710 * v306 + v344 * v5158 - (v5018 + (v713 * v5161 + v712 * v5164));
-    const real v5194 = v5024 + v730 * v342;
-    const real v5197 = v5194 * v708 - v4400 * v5154;
-    const real v5202 = v5059 + (v733 * v5161 + v712 * v5197) + v730 * v306;
-    const real v5205 = v5202 * v728 - v4411 * v5189;
-    const real v5207 = p[13] * v5000;
-    const real v5208 = v6 * v4986;
-    const real v5209 = v5207 - v5208;
-    const real v5210 = v742 * s17;
-    const real v5211 = v5210 + v762;
-    const real v5214 = v742 * c17;
-    const real v5215 = v5214 - v751;
-    const real v5220 = p[9] * v5118;
-    const real v5223 = SELECT0(m418, -(c495 * v5220));
-    const real v5224 = s495 * v5115;
-    const real v5230 = v5223 + SELECT0(m457, v774 * v5224) - (v314 * v5086 - v5038);
-    const real v5234 = p[9] * (c494 * v5093);
-    const real v5240 = SELECT0(m418, v5234) - v5089 + (v4121 * v5140 + v700 * v5230);
-    const real v5254 = SELECT0(m418, -(s495 * v5220)) + SELECT0(m457, -(v774 * v5122));
-    const real v5260 = v710 * v5230 - v4121 * v5158 - (v5254 + v5104) - (v4126 * v5164 + v713 * v5240);
-    const real v5263 = v5260 * v728 - v4493 * v5189;
-    const real v5266 = v5240 * v708 - v4472 * v5154 - (v4134 * v5164 + v713 * v5263);
-    const real v5273 = v5230 * v698 + (v4136 * v5140 + v700 * v5266) + (v710 * v5263 - v4134 * v5158);
-    const real v5277 = v5209 + v197 * v5211 + v250 * v5215 - v317 * v5086 - v317 * v5273 - v273 * v5024;
-    const real v5287 = v5277 - (v4136 * v5024 + v289 * v5266) + v282 * v5059 + (v4134 * v5059 + v380 * v5263);
-    const real v5293 = v5100 - v819 * v5135 - (v5223 + SELECT0(m457, v822 * v5224));
-    const real v5296 = v5143 - v5234;
-    const real v5301 = SELECT0(m418, v5296) + (v4155 * v5140 + v700 * v5293);
-    const real v5309 = p[9] * v5126 - (v5171 + v819 * v5172);
-    const real v5318 = (v5309 + (v710 * v5293 - v4155 * v5158) - (v4160 * v5164 + v713 * v5301)) * v728;
-    const real v5320 = v5318 - v4559 * v5189;
-    const real v5323 = v5301 * v708 - v4542 * v5154 - (v4169 * v5164 + v713 * v5320);
-    const real v5330 = v5293 * v698 + (v4171 * v5140 + v700 * v5323) + (v710 * v5320 - v4169 * v5158);
-    const real v5340 = v5287 - v317 * v5330 - (v4171 * v5024 + v289 * v5323) + (v4169 * v5059 + v380 * v5320);
-    const real v5351 = v5340 - v5209 + v730 * v5138 + (v4084 * v5197 + v733 * v5149) - (v4091 * v5205 + v738 * v5180);
-    const real v5359 = v733 * v5194 + v732 * v5197 + (v738 * v5202 + v737 * v5205);
-    const real v5364 = v335 * v698;
-    const real v5367 = v5010 - (v874 * v342 + v309 * v5364);
-    const real v5370 = v5367 * v708 - v4622 * v5154;
-    const real v5382 = v5045 - (v877 * v5161 + v712 * v5370) - (v344 * v5364 - v874 * v306);
-    const real v5385 = v5382 * v728 - v4638 * v5189;
-    const real v5390 = v5211 + (v877 * v5194 + v732 * v5370) - (v884 * v5202 + v737 * v5385) - v317 * v5364;
-    const real v5393 = v5390 * v872 + v4649 * v5359;
-    const real v5396 = v5207 - v126 * v5002;
-    const real v5401 = s17 * v5396 + v4252 - v5208 + v198 * v4988;
-    const real v5402 = v902 * v5008;
-    const real v5404 = v5402 - K(-2.0) * v5210;
-    const real v5408 = v5214 + v902 * v5014;
-    const real v5418 = v5401 + v197 * v5404 + v250 * v5408 - (v427 * v335 + v332 * v5086) - (v4140 * v335 + v332 * v5273);
-    const real v5430 = v5418 + v273 * v5010 + (v4136 * v5010 + v232 * v5266) + v282 * v5045 + (v4134 * v5045 + v361 * v5263);
-    const real v5439 = v5430 - v302 * v5211 + SELECT0(m418, v960 * v5234) - (v4175 * v335 + v332 * v5330);
-    const real v5450 = v5439 + (v4171 * v5010 + v232 * v5323) + (v4169 * v5045 + v361 * v5320) + SELECT0(m418, v960 * v5296);
-    const real v5459 = v5450 - v5401 + SELECT0(m418, -(v960 * v5143)) + (v4076 * v5364 + v874 * v5138);
-    const real v5471 = v5459 - (v4084 * v5370 + v877 * v5149) - (v4091 * v5385 + v884 * v5180) - (v4188 * v5393 + v889 * v5351);
-    const real v5484 = v5404 - (v877 * v5367 + v876 * v5370) - (v884 * v5382 + v883 * v5385) - (v889 * v5390 + v888 * v5393);
-    const real v5488 = v5484 - (v874 * v335 + v332 * v5364);
-    const real v5493 = v328 * v698;
-    const real v5496 = v5015 + (v995 * v342 - v309 * v5493);
-    const real v5499 = v5496 * v708 - v4770 * v5154;
-    const real v5511 = v5009 + (v998 * v5161 + v712 * v5499) + (v995 * v306 + v344 * v5493);
-    const real v5514 = v5511 * v728 - v4786 * v5189;
-    const real v5528 = v5215 - (v998 * v5194 + v732 * v5499) - (v1005 * v5202 + v737 * v5514) + v317 * v5493;
-    const real v5531 = v5528 * v872 + v4806 * v5359;
-    const real v5534 = v5408 + (v998 * v5367 + v876 * v5499) - (v1005 * v5382 + v883 * v5514) - (v1014 * v5390 + v888 * v5531);
-    const real v5538 = v5534 - (v995 * v335 - v332 * v5493);
-    const real v5541 = v5538 * v993 - v4817 * v5488;
-    const real v5548 = c17 * v5396 - v4192 - v198 * v5050;
-    const real v5557 = v960 * v5254 - v5548 - v197 * v5408 + v250 * v5402 + (v337 * v5086 - v427 * v328);
-    const real v5567 = v5557 + (v337 * v5273 - v4140 * v328) + v273 * v5015 + (v4136 * v5015 + v255 * v5266);
-    const real v5577 = v5567 - v282 * v5009 - (v4134 * v5009 + v365 * v5263) + v302 * v5215 - v960 * v5309;
-    const real v5589 = v5577 + (v337 * v5330 - v4175 * v328) + (v4171 * v5015 + v255 * v5323) - (v4169 * v5009 + v365 * v5320);
-    const real v5599 = v960 * v5174 - (v5589 + v5548) + (v995 * v5138 - v4076 * v5493) + (v4084 * v5499 + v998 * v5149);
-    const real v5607 = v5599 - (v4091 * v5514 + v1005 * v5180) - (v4188 * v5531 + v1014 * v5351);
-    const real v5627 = v5402 + (v998 * v5496 + v997 * v5499) + (v1005 * v5511 + v1004 * v5514) + (v1014 * v5528 + v1013 * v5531);
-    const real v5633 = v4893 * (v995 * v328 + v337 * v5493 - (v5627 + (v1019 * v5538 + v1018 * v5541)));
-    const real v5634 = (v5607 - (v4248 * v5541 + v1019 * v5471)) * v1076 - v5633;
-    const real v5637 = v5471 * v993 - v4741 * v5488 - (v4308 * v5541 + v1019 * v5634);
-    const real v5644 = v5351 * v872 + v4597 * v5359 - (v4310 * v5393 + v889 * v5637) - (v4308 * v5531 + v1014 * v5634);
-    const real v5651 = v5180 * v728 - v4379 * v5189 - (v4314 * v5205 + v738 * v5644) - (v4310 * v5385 + v884 * v5637);
-    const real v5655 = v5651 - (v4308 * v5514 + v1005 * v5634);
-    const real v5662 = v5149 * v708 - v4343 * v5154 - (v4320 * v5164 + v713 * v5655) + (v4314 * v5197 + v733 * v5644);
-    const real v5670 = v5662 - (v4310 * v5370 + v877 * v5637) + (v4308 * v5499 + v998 * v5634);
-    const real v5677 = v5138 * v698 + (v4328 * v5140 + v700 * v5670) + (v710 * v5655 - v4320 * v5158);
-    const real v5687 = v5677 + v730 * v5644 + (v4310 * v5364 + v874 * v5637) + (v995 * v5634 - v4308 * v5493);
-    const real v5689 = p[18] * s52;
-    const real v5694 = v71 * s52 + v161;
-    const real v5697 = v14 * v1724 - v71 * (v66 * v5689) + v83 * (p[18] * v5694);
-    const real v5706 = v59 * v58 * (p[17] * ((v54 + v54) * v1724));
-    const real v5708 = v59 * (p[20] * v5697 - v88 * v1724) - v90 * v5706;
-    const real v5709 = c62 * v5708;
-    const real v5714 = v71 * c52 - v78;
-    const real v5717 = v159 * (v155 * s52) + v157 * (v1744 * v5714);
-    const real v5722 = v79 * v5714 - v163 * v5694;
-    const real v5723 = v170 * v5722;
-    const real v5726 = v168 * c52 - s52 * v5717 - (c52 * v5723 - v320);
-    const real v5728 = v5709 + s62 * v5726;
-    const real v5730 = p[20] * v5706;
-    const real v5732 = v204 * v5689 - v203 * v5730;
-    const real v5733 = v159 * c52;
-    const real v5735 = s52 * v5733 + v307;
-    const real v5736 = v154 * v5735;
-    const real v5737 = v316 + v5736;
-    const real v5738 = v5732 - v5737;
-    const real v5739 = v217 * v5738;
-    const real v5743 = v204 * v1724 - v54 * v5730;
-    const real v5744 = c62 * v5743;
-    const real v5745 = v5732 - v5739 - v5744;
-    const real v5748 = v253 * v5738;
-    const real v5751 = v5735 + v5730;
-    const real v5752 = v217 * v5751;
-    const real v5753 = v5752 - v5730;
-    const real v5756 = v253 * v5751;
-    const real v5760 = v5744 - s62 * v316;
-    const real v5762 = v5728 + v197 * v5745 - v250 * v5748 + v273 * v5753 + v282 * v5756 + v302 * v5760;
-    const real v5764 = c52 * v5733 - v220;
-    const real v5765 = s62 * v5764;
-    const real v5773 = s52 * v5723 + v178 - (v168 * s52 + c52 * v5717);
-    const real v5775 = v218 + v154 * v5764;
-    const real v5776 = s62 * v5775;
-    const real v5779 = c62 * v5775;
-    const real v5784 = c62 * v5764;
-    const real v5787 = v302 * v218 - (v5773 + v197 * v5776 + v250 * v5779 + v273 * v5765 + v282 * v5784);
-    const real v5797 = s62 * v5708;
-    const real v5798 = c62 * v5726 - v5797;
-    const real v5799 = s62 * v5743;
-    const real v5800 = v5799 - v5748;
-    const real v5803 = v5739 + v5737;
-    const real v5808 = v5735 - v5752;
-    const real v5812 = v5799 + c62 * v316;
-    const real v5814 = v5798 + v197 * v5800 + v250 * v5803 + v273 * v5756 + v282 * v5808 - v302 * v5812;
-    const real v5817 = v314 * v5787 - v347 * v5735 - (v304 * v5765 + v309 * v5762) - (v382 * v5784 + v344 * v5814);
-    const real v5823 = v3997 * v5765 - v3999 * v5735 + v4002 * v5784;
-    const real v5832 = v551 * v5817 - (v398 * v5823 + v390 * (v574 * v5787 + v572 * v5762 + v577 * v5814));
-    const real v5839 = (SELECT0(m424, v550 * v5832 * v584) - v5817) * v404 - v4019 * v5823;
-    const real v5842 = v5762 - (v427 * v5765 + v309 * v5839);
-    const real v5845 = v527 * (v533 * (v5842 * v408));
-    const real v5846 = v5845 * v595;
-    const real v5848 = v515 * (v521 * v5846);
-    const real v5850 = p[9] * (s509 * v5848);
-    const real v5853 = SELECT0(m418, -(c505 * v5850));
-    const real v5857 = v5814 - (v427 * v5784 + v344 * v5839);
-    const real v5865 = v5857 * v408 * v466 + SELECT0(m418, v635 * (v641 * (v642 * v5845 * v645)));
-    const real v5868 = v624 * (v630 * v5865) * v656;
-    const real v5871 = s494 * v5846;
-    const real v5875 = c495 * v5868;
-    const real v5879 = SELECT0(m418, -(s495 * v5871)) + SELECT0(m457, -(c494 * v5875));
-    const real v5885 = SELECT(m437, SELECT0(m457, -v5868), SELECT0(m493, v665 * (v671 * (v5879 * v477)) * v689));
-    const real v5887 = v612 * (v618 * v5885);
-    const real v5888 = s505 * v5887;
-    const real v5891 = v5853 - v605 * v5888 + v5773;
-    const real v5897 = v5765 * v698 + v4330 * v5735;
-    const real v5900 = p[9] * (c509 * v5848);
-    const real v5906 = SELECT0(m418, v5900) - v5728 + (v4076 * v5897 + v700 * v5891);
-    const real v5911 = v5753 - (v700 * v5765 + v309 * v5897);
-    const real v5917 = v5784 * v698 + v4352 * v5735;
-    const real v5920 = v5756 - (v710 * v5765 + v309 * v5917);
-    const real v5923 = v5920 * v708 - v4359 * v5911;
-    const real v5930 = SELECT0(m418, -(s505 * v5850));
-    const real v5931 = c505 * v5887;
-    const real v5933 = v5930 + v605 * v5931;
-    const real v5939 = v4076 * v5917 + v710 * v5891 - (v5933 + v5798) - (v4084 * v5923 + v713 * v5906);
-    const real v5948 = v5808 - (v713 * v5920 + v712 * v5923) - (v710 * v5784 + v344 * v5917);
-    const real v5955 = v218 * v698 + v4393 * v5735;
-    const real v5958 = v5760 + (v730 * v5765 + v309 * v5955);
-    const real v5961 = v5958 * v708 - v4400 * v5911;
-    const real v5968 = v5812 + (v733 * v5920 + v712 * v5961) - (v730 * v5784 + v344 * v5955);
-    const real v5971 = v5968 * v728 - v4411 * v5948;
-    const real v5975 = v155 * v218 + p[18] * v5723;
-    const real v5978 = v54 * v5708 + v91 * v1724;
-    const real v5979 = v5975 - v5978;
-    const real v5982 = v230 * v1724 + v54 * v5743;
-    const real v5985 = v205 * v1724 + v54 * v5732;
-    const real v5986 = c62 * v5985;
-    const real v5988 = v154 * v316;
-    const real v5990 = v5982 - v5986 + s62 * v5988;
-    const real v5993 = s62 * v5985;
-    const real v5995 = v5993 + c62 * v5988;
-    const real v6003 = p[9] * v5871;
-    const real v6006 = SELECT0(m418, -(c495 * v6003));
-    const real v6007 = s495 * v5868;
-    const real v6015 = v6006 + SELECT0(m457, v774 * v6007) - (v5787 + (v314 * v5839 - v427 * v5735));
-    const real v6021 = p[9] * (c494 * v5846);
-    const real v6027 = SELECT0(m418, v6021) - v5842 + (v4121 * v5897 + v700 * v6015);
-    const real v6041 = SELECT0(m418, -(s495 * v6003)) + SELECT0(m457, -(v774 * v5875));
-    const real v6047 = v4121 * v5917 + v710 * v6015 - (v6041 + v5857) - (v4126 * v5923 + v713 * v6027);
-    const real v6050 = v6047 * v728 - v4493 * v5948;
-    const real v6053 = v6027 * v708 - v4472 * v5911 - (v4134 * v5923 + v713 * v6050);
-    const real v6060 = v6015 * v698 + v4459 * v5735 + (v4136 * v5897 + v700 * v6053) + (v4134 * v5917 + v710 * v6050);
-    const real v6063 = v5979 + v197 * v5990 + v250 * v5995 - (v427 * v218 + v317 * v5839) - (v4140 * v218 + v317 * v6060);
-    const real v6075 = v6063 - v273 * v5760 - (v4136 * v5760 + v289 * v6053) + v282 * v5812 + (v4134 * v5812 + v380 * v6050);
-    const real v6084 = v5853 - v819 * v5888 - (v6006 + SELECT0(m457, v822 * v6007));
-    const real v6089 = v5900 - v6021;
-    const real v6094 = SELECT0(m418, v6089) + (v4155 * v5897 + v700 * v6084);
-    const real v6102 = p[9] * v5879 - (v5930 + v819 * v5931);
-    const real v6111 = (v6102 + (v4155 * v5917 + v710 * v6084) - (v4160 * v5923 + v713 * v6094)) * v728;
-    const real v6113 = v6111 - v4559 * v5948;
-    const real v6116 = v6094 * v708 - v4542 * v5911 - (v4169 * v5923 + v713 * v6113);
-    const real v6123 = v6084 * v698 + v4531 * v5735 + (v4171 * v5897 + v700 * v6116) + (v4169 * v5917 + v710 * v6113);
-    const real v6130 = v6075 - v302 * v5982 - (v4175 * v218 + v317 * v6123) - (v4171 * v5760 + v289 * v6116);
-    const real v6139 = v6130 + (v4169 * v5812 + v380 * v6113) - v5979 + (v4076 * v5955 + v730 * v5891);
-    const real v6147 = v6139 + (v4084 * v5961 + v733 * v5906) - (v4091 * v5971 + v738 * v5939);
-    const real v6160 = v5982 - (v733 * v5958 + v732 * v5961) - (v738 * v5968 + v737 * v5971) - (v730 * v218 + v317 * v5955);
-    const real v6167 = v5776 * v698 + v4615 * v5735;
-    const real v6170 = v5745 - (v874 * v5765 + v309 * v6167);
-    const real v6173 = v6170 * v708 - v4622 * v5911;
-    const real v6185 = v5800 - (v877 * v5920 + v712 * v6173) - (v874 * v5784 + v344 * v6167);
-    const real v6188 = v6185 * v728 - v4638 * v5948;
-    const real v6195 = v5990 + (v877 * v5958 + v732 * v6173) - (v884 * v5968 + v737 * v6188) - (v874 * v218 + v317 * v6167);
-    const real v6198 = v6195 * v872 - v4649 * v6160;
-    const real v6201 = v5975 + v154 * v5726;
-    const real v6207 = s62 * v6201 - v5978 + (v203 * v5709 + v92 * v5689);
-    const real v6210 = v205 * v5689 + v203 * v5732;
-    const real v6214 = v154 * v5736 - K(-2.0) * v5988;
-    const real v6215 = v6214 - v6210;
-    const real v6216 = v217 * v6215;
-    const real v6219 = v6210 + v5982 + v6216 + K(-2.0) * v5986;
-    const real v6223 = v5993 + v253 * v6215;
-    const real v6233 = v6207 + v197 * v6219 + v250 * v6223 - (v427 * v5776 + v332 * v5839) - (v4140 * v5776 + v332 * v6060);
-    const real v6245 = v6233 + v273 * v5745 + (v4136 * v5745 + v232 * v6053) + v282 * v5800 + (v4134 * v5800 + v361 * v6050);
-    const real v6254 = v6245 - v302 * v5990 + SELECT0(m418, v960 * v6021) - (v4175 * v5776 + v332 * v6123);
-    const real v6265 = v6254 + (v4171 * v5745 + v232 * v6116) + (v4169 * v5800 + v361 * v6113) + SELECT0(m418, v960 * v6089);
-    const real v6274 = v6265 - v6207 + SELECT0(m418, -(v960 * v5900)) + (v4076 * v6167 + v874 * v5891);
-    const real v6286 = v6274 - (v4084 * v6173 + v877 * v5906) - (v4091 * v6188 + v884 * v5939) - (v4188 * v6198 + v889 * v6147);
-    const real v6299 = v6219 - (v877 * v6170 + v876 * v6173) - (v884 * v6185 + v883 * v6188) - (v889 * v6195 + v888 * v6198);
-    const real v6303 = v6299 - (v874 * v5776 + v332 * v6167);
-    const real v6310 = v5779 * v698 + v4763 * v5735;
-    const real v6313 = v5748 + (v995 * v5765 + v309 * v6310);
-    const real v6316 = v6313 * v708 - v4770 * v5911;
-    const real v6328 = v5803 + (v998 * v5920 + v712 * v6316) - (v995 * v5784 + v344 * v6310);
-    const real v6331 = v6328 * v728 - v4786 * v5948;
-    const real v6347 = v5995 - (v998 * v5958 + v732 * v6316) - (v1005 * v5968 + v737 * v6331) - (v995 * v218 + v317 * v6310);
-    const real v6350 = v6347 * v872 - v4806 * v6160;
-    const real v6353 = v6223 + (v998 * v6170 + v876 * v6316) - (v1005 * v6185 + v883 * v6331) - (v1014 * v6195 + v888 * v6350);
-    const real v6357 = v6353 - (v995 * v5776 + v332 * v6310);
-    const real v6360 = v6357 * v993 - v4817 * v6303;
-    const real v6368 = c62 * v6201 - (v203 * v5797 + v353 * v5689);
-    const real v6372 = v6214 - v6216;
-    const real v6378 = v960 * v6041 - v6368 - v197 * v6223 - v250 * v6372 + (v427 * v5779 + v337 * v5839);
-    const real v6388 = v6378 + (v4140 * v5779 + v337 * v6060) + v273 * v5748 + (v4136 * v5748 + v255 * v6053);
-    const real v6398 = v6388 - v282 * v5803 - (v4134 * v5803 + v365 * v6050) + v302 * v5995 - v960 * v6102;
-    const real v6410 = v6398 + (v4175 * v5779 + v337 * v6123) + (v4171 * v5748 + v255 * v6116) - (v4169 * v5803 + v365 * v6113);
-    const real v6420 = v960 * v5933 - (v6410 + v6368) + (v4076 * v6310 + v995 * v5891) + (v4084 * v6316 + v998 * v5906);
-    const real v6428 = v6420 - (v4091 * v6331 + v1005 * v5939) - (v4188 * v6350 + v1014 * v6147);
-    const real v6445 = v6372 - (v998 * v6313 + v997 * v6316) - (v1005 * v6328 + v1004 * v6331) - (v1014 * v6347 + v1013 * v6350);
-    const real v6454 = v4893 * (v6445 - (v1019 * v6357 + v1018 * v6360) - (v995 * v5779 + v337 * v6310));
-    const real v6455 = (v6428 - (v4248 * v6360 + v1019 * v6286)) * v1076 - v6454;
-    const real v6458 = v6286 * v993 - v4741 * v6303 - (v4308 * v6360 + v1019 * v6455);
-    const real v6465 = v6147 * v872 - v4597 * v6160 - (v4310 * v6198 + v889 * v6458) - (v4308 * v6350 + v1014 * v6455);
-    const real v6472 = v5939 * v728 - v4379 * v5948 - (v4314 * v5971 + v738 * v6465) - (v4310 * v6188 + v884 * v6458);
-    const real v6476 = v6472 - (v4308 * v6331 + v1005 * v6455);
-    const real v6483 = v5906 * v708 - v4343 * v5911 - (v4320 * v5923 + v713 * v6476) + (v4314 * v5961 + v733 * v6465);
-    const real v6491 = v6483 - (v4310 * v6173 + v877 * v6458) + (v4308 * v6316 + v998 * v6455);
-    const real v6498 = v5891 * v698 + v4078 * v5735 + (v4328 * v5897 + v700 * v6491) + (v4320 * v5917 + v710 * v6476);
-    const real v6510 = v6498 + (v4314 * v5955 + v730 * v6465) + (v4310 * v6167 + v874 * v6458) + (v4308 * v6310 + v995 * v6455);
-    const real v6513 = q[4] * c62 - q[5] * s62;
-    const real v6514 = s52 * v6513;
-    const real v6519 = q[4] * s62 + q[5] * c62;
-    const real v6524 = v83 * (p[18] * v6514) + v80 * v6519 - v71 * (v68 * v6519);
-    const real v6526 = v59 * (p[20] * v6524);
-    const real v6528 = c62 * v6526 - v353;
-    const real v6529 = c52 * v6513;
-    const real v6533 = v157 * (v1744 * v6529 - v2197 * v6519);
-    const real v6539 = v79 * v6529 - v163 * v6514 - v71 * v6513;
-    const real v6540 = v170 * v6539;
-    const real v6542 = s52 * v6533 + c52 * v6540;
-    const real v6545 = v6528 + (v356 - s62 * v6542);
-    const real v6546 = v230 * s62;
-    const real v6548 = (s62 + s62) * c62;
-    const real v6549 = v223 * v6548;
-    const real v6550 = v6546 - v6549;
-    const real v6554 = c62 * c62 - v217;
-    const real v6555 = v223 * v6554;
-    const real v6558 = v262 * v6548;
-    const real v6561 = v262 * v6554;
-    const real v6564 = v379 - v6546;
-    const real v6566 = v6545 + v197 * v6550 - v250 * v6555 + v273 * v6558 + v282 * v6561 + v302 * v6564;
-    const real v6570 = s52 * v6540 - c52 * v6533;
-    const real v6578 = v6570 + v197 * v336 - v250 * v331 + v273 * v343 - v282 * v308;
-    const real v6584 = v230 * c62;
-    const real v6585 = v6584 - v6555;
-    const real v6588 = s62 * v6526 + v92;
-    const real v6591 = v6588 + (c62 * v6542 + v180);
-    const real v6599 = v6584 + v288;
-    const real v6601 = v197 * v6585 - v6591 + v250 * v6549 + v273 * v6561 - v282 * v6558 - v302 * v6599;
-    const real v6605 = v314 * v6578 + (v304 * v343 + v309 * v6566) + (v344 * v6601 - v382 * v308);
-    const real v6609 = v3997 * v343 - v4002 * v308;
-    const real v6618 = v551 * v6605 + (v398 * v6609 + v390 * (v572 * v6566 - v574 * v6578 + v577 * v6601));
-    const real v6626 = (SELECT0(m424, -(v550 * v6618 * v584)) + v6605) * v404 - v4019 * v6609;
-    const real v6629 = v6566 - (v427 * v343 + v309 * v6626);
-    const real v6632 = v527 * (v533 * (v6629 * v408));
-    const real v6633 = v6632 * v595;
-    const real v6635 = v515 * (v521 * v6633);
-    const real v6637 = p[9] * (s509 * v6635);
-    const real v6640 = SELECT0(m418, -(c505 * v6637));
-    const real v6644 = v6601 - (v344 * v6626 - v427 * v308);
-    const real v6652 = v6644 * v408 * v466 + SELECT0(m418, v635 * (v641 * (v642 * v6632 * v645)));
-    const real v6655 = v624 * (v630 * v6652) * v656;
-    const real v6658 = s494 * v6633;
-    const real v6662 = c495 * v6655;
-    const real v6666 = SELECT0(m418, -(s495 * v6658)) + SELECT0(m457, -(c494 * v6662));
-    const real v6672 = SELECT(m437, SELECT0(m457, -v6655), SELECT0(m493, v665 * (v671 * (v6666 * v477)) * v689));
-    const real v6674 = v612 * (v618 * v6672);
-    const real v6675 = s505 * v6674;
-    const real v6678 = v6640 - v605 * v6675 + v6570;
-    const real v6680 = v343 * v698;
-    const real v6683 = p[9] * (c509 * v6635);
-    const real v6689 = SELECT0(m418, v6683) - v6545 + (v4076 * v6680 + v700 * v6678);
-    const real v6694 = v6558 - (v700 * v343 + v309 * v6680);
-    const real v6698 = v308 * v698;
-    const real v6701 = v6561 - (v710 * v343 - v309 * v6698);
-    const real v6704 = v6701 * v708 - v4359 * v6694;
-    const real v6711 = SELECT0(m418, -(s505 * v6637));
-    const real v6712 = c505 * v6674;
-    const real v6714 = v6711 + v605 * v6712;
-    const real v6720 = v710 * v6678 - v4076 * v6698 - (v6714 - v6591) - (v4084 * v6704 + v713 * v6689);
-    const real v6729 = v710 * v308 + v344 * v6698 - (v6558 + (v713 * v6701 + v712 * v6704));
-    const real v6734 = v6564 + v730 * v343;
-    const real v6737 = v6734 * v708 - v4400 * v6694;
-    const real v6742 = v6599 + (v733 * v6701 + v712 * v6737) + v730 * v308;
-    const real v6745 = v6742 * v728 - v4411 * v6729;
-    const real v6747 = p[18] * v6540;
-    const real v6748 = v54 * v6526;
-    const real v6749 = v6747 - v6748;
-    const real v6750 = v745 * s62;
-    const real v6751 = v6750 + v764;
-    const real v6754 = v745 * c62;
-    const real v6755 = v6754 - v756;
-    const real v6760 = p[9] * v6658;
-    const real v6763 = SELECT0(m418, -(c495 * v6760));
-    const real v6764 = s495 * v6655;
-    const real v6770 = v6763 + SELECT0(m457, v774 * v6764) - (v314 * v6626 - v6578);
-    const real v6774 = p[9] * (c494 * v6633);
-    const real v6780 = SELECT0(m418, v6774) - v6629 + (v4121 * v6680 + v700 * v6770);
-    const real v6794 = SELECT0(m418, -(s495 * v6760)) + SELECT0(m457, -(v774 * v6662));
-    const real v6800 = v710 * v6770 - v4121 * v6698 - (v6794 + v6644) - (v4126 * v6704 + v713 * v6780);
-    const real v6803 = v6800 * v728 - v4493 * v6729;
-    const real v6806 = v6780 * v708 - v4472 * v6694 - (v4134 * v6704 + v713 * v6803);
-    const real v6813 = v6770 * v698 + (v4136 * v6680 + v700 * v6806) + (v710 * v6803 - v4134 * v6698);
-    const real v6817 = v6749 + v197 * v6751 + v250 * v6755 - v317 * v6626 - v317 * v6813 - v273 * v6564;
-    const real v6827 = v6817 - (v4136 * v6564 + v289 * v6806) + v282 * v6599 + (v4134 * v6599 + v380 * v6803);
-    const real v6833 = v6640 - v819 * v6675 - (v6763 + SELECT0(m457, v822 * v6764));
-    const real v6836 = v6683 - v6774;
-    const real v6841 = SELECT0(m418, v6836) + (v4155 * v6680 + v700 * v6833);
-    const real v6849 = p[9] * v6666 - (v6711 + v819 * v6712);
-    const real v6858 = (v6849 + (v710 * v6833 - v4155 * v6698) - (v4160 * v6704 + v713 * v6841)) * v728;
-    const real v6860 = v6858 - v4559 * v6729;
-    const real v6863 = v6841 * v708 - v4542 * v6694 - (v4169 * v6704 + v713 * v6860);
-    const real v6870 = v6833 * v698 + (v4171 * v6680 + v700 * v6863) + (v710 * v6860 - v4169 * v6698);
-    const real v6880 = v6827 - v317 * v6870 - (v4171 * v6564 + v289 * v6863) + (v4169 * v6599 + v380 * v6860);
-    const real v6891 = v6880 - v6749 + v730 * v6678 + (v4084 * v6737 + v733 * v6689) - (v4091 * v6745 + v738 * v6720);
-    const real v6899 = v733 * v6734 + v732 * v6737 + (v738 * v6742 + v737 * v6745);
-    const real v6904 = v336 * v698;
-    const real v6907 = v6550 - (v874 * v343 + v309 * v6904);
-    const real v6910 = v6907 * v708 - v4622 * v6694;
-    const real v6922 = v6585 - (v877 * v6701 + v712 * v6910) - (v344 * v6904 - v874 * v308);
-    const real v6925 = v6922 * v728 - v4638 * v6729;
-    const real v6930 = v6751 + (v877 * v6734 + v732 * v6910) - (v884 * v6742 + v737 * v6925) - v317 * v6904;
-    const real v6933 = v6930 * v872 + v4649 * v6899;
-    const real v6936 = v6747 - v154 * v6542;
-    const real v6941 = s62 * v6936 + v4253 - v6748 + v203 * v6528;
-    const real v6942 = v912 * v6548;
-    const real v6944 = v6942 - K(-2.0) * v6750;
-    const real v6948 = v6754 + v912 * v6554;
-    const real v6958 = v6941 + v197 * v6944 + v250 * v6948 - (v427 * v336 + v332 * v6626) - (v4140 * v336 + v332 * v6813);
-    const real v6970 = v6958 + v273 * v6550 + (v4136 * v6550 + v232 * v6806) + v282 * v6585 + (v4134 * v6585 + v361 * v6803);
-    const real v6979 = v6970 - v302 * v6751 + SELECT0(m418, v960 * v6774) - (v4175 * v336 + v332 * v6870);
-    const real v6990 = v6979 + (v4171 * v6550 + v232 * v6863) + (v4169 * v6585 + v361 * v6860) + SELECT0(m418, v960 * v6836);
-    const real v6999 = v6990 - v6941 + SELECT0(m418, -(v960 * v6683)) + (v4076 * v6904 + v874 * v6678);
-    const real v7011 = v6999 - (v4084 * v6910 + v877 * v6689) - (v4091 * v6925 + v884 * v6720) - (v4188 * v6933 + v889 * v6891);
-    const real v7024 = v6944 - (v877 * v6907 + v876 * v6910) - (v884 * v6922 + v883 * v6925) - (v889 * v6930 + v888 * v6933);
-    const real v7028 = v7024 - (v874 * v336 + v332 * v6904);
-    const real v7033 = v331 * v698;
-    const real v7036 = v6555 + (v995 * v343 - v309 * v7033);
-    const real v7039 = v7036 * v708 - v4770 * v6694;
-    const real v7051 = v6549 + (v998 * v6701 + v712 * v7039) + (v995 * v308 + v344 * v7033);
-    const real v7054 = v7051 * v728 - v4786 * v6729;
-    const real v7068 = v6755 - (v998 * v6734 + v732 * v7039) - (v1005 * v6742 + v737 * v7054) + v317 * v7033;
-    const real v7071 = v7068 * v872 + v4806 * v6899;
-    const real v7074 = v6948 + (v998 * v6907 + v876 * v7039) - (v1005 * v6922 + v883 * v7054) - (v1014 * v6930 + v888 * v7071);
-    const real v7078 = v7074 - (v995 * v336 - v332 * v7033);
-    const real v7081 = v7078 * v993 - v4817 * v7028;
-    const real v7088 = c62 * v6936 - v4198 - v203 * v6588;
-    const real v7097 = v960 * v6794 - v7088 - v197 * v6948 + v250 * v6942 + (v337 * v6626 - v427 * v331);
-    const real v7107 = v7097 + (v337 * v6813 - v4140 * v331) + v273 * v6555 + (v4136 * v6555 + v255 * v6806);
-    const real v7117 = v7107 - v282 * v6549 - (v4134 * v6549 + v365 * v6803) + v302 * v6755 - v960 * v6849;
-    const real v7129 = v7117 + (v337 * v6870 - v4175 * v331) + (v4171 * v6555 + v255 * v6863) - (v4169 * v6549 + v365 * v6860);
-    const real v7139 = v960 * v6714 - (v7129 + v7088) + (v995 * v6678 - v4076 * v7033) + (v4084 * v7039 + v998 * v6689);
-    const real v7147 = v7139 - (v4091 * v7054 + v1005 * v6720) - (v4188 * v7071 + v1014 * v6891);
-    const real v7167 = v6942 + (v998 * v7036 + v997 * v7039) + (v1005 * v7051 + v1004 * v7054) + (v1014 * v7068 + v1013 * v7071);
-    const real v7173 = v4893 * (v995 * v331 + v337 * v7033 - (v7167 + (v1019 * v7078 + v1018 * v7081)));
-    const real v7174 = (v7147 - (v4248 * v7081 + v1019 * v7011)) * v1076 - v7173;
-    const real v7177 = v7011 * v993 - v4741 * v7028 - (v4308 * v7081 + v1019 * v7174);
-    const real v7184 = v6891 * v872 + v4597 * v6899 - (v4310 * v6933 + v889 * v7177) - (v4308 * v7071 + v1014 * v7174);
-    const real v7191 = v6720 * v728 - v4379 * v6729 - (v4314 * v6745 + v738 * v7184) - (v4310 * v6925 + v884 * v7177);
-    const real v7195 = v7191 - (v4308 * v7054 + v1005 * v7174);
-    const real v7202 = v6689 * v708 - v4343 * v6694 - (v4320 * v6704 + v713 * v7195) + (v4314 * v6737 + v733 * v7184);
-    const real v7210 = v7202 - (v4310 * v6910 + v877 * v7177) + (v4308 * v7039 + v998 * v7174);
-    const real v7217 = v6678 * v698 + (v4328 * v6680 + v700 * v7210) + (v710 * v7195 - v4320 * v6698);
-    const real v7227 = v7217 + v730 * v7184 + (v4310 * v6904 + v874 * v7177) + (v995 * v7174 - v4308 * v7033);
-    const real v7228 = v36 + v36;
-    const real v7230 = v11 * (p[15] * v7228);
-    const real v7231 = c17 * v7230;
-    const real v7232 = v129 * v2176;
-    const real v7234 = v130 * p[16];
-    const real v7236 = s4 * v7232 + c4 * v7234;
-    const real v7238 = v7231 + s17 * v7236;
-    const real v7242 = s4 * v7234 - c4 * v7232;
-    const real v7245 = s17 * v7230;
-    const real v7247 = v7245 - c17 * v7236;
-    const real v7249 = v309 * v7238 - v314 * v7242 - v344 * v7247;
-    const real v7258 = v550 * (v551 * v7249 - v390 * (v577 * v7247 - (v574 * v7242 + v572 * v7238)));
-    const real v7262 = (SELECT0(m424, v7258 * v584) - v7249) * v404;
-    const real v7264 = v7238 + v309 * v7262;
-    const real v7267 = v527 * (v533 * (v7264 * v408));
-    const real v7268 = v7267 * v595;
-    const real v7270 = v515 * (v521 * v7268);
-    const real v7272 = p[9] * (s509 * v7270);
-    const real v7274 = SELECT0(m418, c505 * v7272);
-    const real v7276 = v7247 - v344 * v7262;
-    const real v7285 = v7276 * v408 * v466 + SELECT0(m418, -(v635 * (v641 * (v642 * v7267 * v645))));
-    const real v7288 = v624 * (v630 * v7285) * v656;
-    const real v7291 = s494 * v7268;
-    const real v7294 = c495 * v7288;
-    const real v7298 = SELECT0(m418, s495 * v7291) + SELECT0(m457, -(c494 * v7294));
-    const real v7304 = SELECT(m437, SELECT0(m457, -v7288), SELECT0(m493, v665 * (v671 * (v7298 * v477)) * v689));
-    const real v7306 = v612 * (v618 * v7304);
-    const real v7307 = s505 * v7306;
-    const real v7310 = v7274 - v605 * v7307 + v7242;
-    const real v7313 = p[9] * (c509 * v7270);
-    const real v7318 = SELECT0(m418, -v7313) + v7238 + v700 * v7310;
-    const real v7322 = SELECT0(m418, s505 * v7272);
-    const real v7323 = c505 * v7306;
-    const real v7325 = v7322 + v605 * v7323;
-    const real v7329 = v710 * v7310 - (v7325 + v7247) - v713 * v7318;
-    const real v7331 = p[13] * v7234;
-    const real v7332 = v6 * v7230;
-    const real v7334 = v7331 + v7332 - p[16];
-    const real v7337 = p[9] * v7291;
-    const real v7339 = SELECT0(m418, c495 * v7337);
-    const real v7340 = s495 * v7288;
-    const real v7346 = v7339 + SELECT0(m457, v774 * v7340) - (v314 * v7262 - v7242);
-    const real v7349 = p[9] * (c494 * v7268);
-    const real v7354 = SELECT0(m418, -v7349) + v7264 + v700 * v7346;
-    const real v7362 = SELECT0(m418, s495 * v7337) + SELECT0(m457, -(v774 * v7294));
-    const real v7367 = (v710 * v7346 - (v7362 + v7276) - v713 * v7354) * v728;
-    const real v7369 = v7354 * v708 - v713 * v7367;
-    const real v7373 = v7346 * v698 + v700 * v7369 + v710 * v7367;
-    const real v7385 = v7274 - v819 * v7307 - (v7339 + SELECT0(m457, v822 * v7340));
-    const real v7387 = v7349 - v7313;
-    const real v7390 = SELECT0(m418, v7387) + v700 * v7385;
-    const real v7395 = p[9] * v7298 - (v7322 + v819 * v7323);
-    const real v7400 = (v7395 + v710 * v7385 - v713 * v7390) * v728;
-    const real v7402 = v7390 * v708 - v713 * v7400;
-    const real v7406 = v7385 * v698 + v700 * v7402 + v710 * v7400;
-    const real v7408 = v7334 - v317 * v7262 - v317 * v7373 - v289 * v7369 + v380 * v7367 - v317 * v7406;
-    const real v7417 = v7408 - v289 * v7402 + v380 * v7400 - v7334 + v730 * v7310 + v733 * v7318;
-    const real v7419 = v7417 - v738 * v7329;
-    const real v7422 = v7331 - v126 * v7236;
-    const real v7425 = q[4] * p[15];
-    const real v7428 = s17 * v7422 + v7332 - v7425 - v198 * v7231;
-    const real v7440 = v7428 - v332 * v7262 - v332 * v7373 + v232 * v7369 + v361 * v7367 + SELECT0(m418, -(v960 * v7349));
-    const real v7449 = v7440 - v332 * v7406 + v232 * v7402 + v361 * v7400 + SELECT0(m418, v960 * v7387);
-    const real v7457 = v7449 - v7428 + SELECT0(m418, v960 * v7313) + v874 * v7310 - v877 * v7318;
-    const real v7461 = v7457 - v884 * v7329 - v889 * v7419;
-    const real v7469 = c17 * v7422 + v198 * v7245 - q[5] * p[15];
-    const real v7478 = v960 * v7362 - v7469 + v337 * v7262 + v337 * v7373 + v255 * v7369 - v365 * v7367;
-    const real v7487 = v7478 - v960 * v7395 + v337 * v7406 + v255 * v7402 - v365 * v7400 + v7469;
-    const real v7496 = v960 * v7325 - v7487 + v995 * v7310 + v998 * v7318 - v1005 * v7329 - v1014 * v7419;
-    const real v7499 = (v7496 - v1019 * v7461) * v1076;
-    const real v7501 = v7461 * v993 - v1019 * v7499;
-    const real v7505 = v7419 * v872 - v889 * v7501 - v1014 * v7499;
-    const real v7511 = v7329 * v728 - v738 * v7505 - v884 * v7501 - v1005 * v7499;
-    const real v7519 = v7318 * v708 - v713 * v7511 + v733 * v7505 - v877 * v7501 + v998 * v7499;
-    const real v7529 = v7310 * v698 + v700 * v7519 + v710 * v7511 + v730 * v7505 + v874 * v7501 + v995 * v7499;
-    const real v7530 = v1717 - v25;
-    const real v7534 = v11 * (p[15] * v7530 - v6 * p[16]);
-    const real v7535 = c17 * v7534;
-    const real v7536 = v33 - v1737;
-    const real v7537 = v142 * v7536;
-    const real v7539 = v1734 - c4 * v7537;
-    const real v7541 = v7535 + s17 * v7539;
-    const real v7543 = s4 * v7537 + v1774;
-    const real v7548 = s17 * v7534;
-    const real v7549 = c17 * v7539 - v7548;
-    const real v7551 = v314 * v7543 + v309 * v7541 + v344 * v7549;
-    const real v7560 = v550 * (v551 * v7551 + v390 * (v572 * v7541 - v574 * v7543 + v577 * v7549));
-    const real v7565 = (SELECT0(m424, -(v7560 * v584)) + v7551) * v404;
-    const real v7567 = v7541 - v309 * v7565;
-    const real v7570 = v527 * (v533 * (v7567 * v408));
-    const real v7571 = v7570 * v595;
-    const real v7573 = v515 * (v521 * v7571);
-    const real v7575 = p[9] * (s509 * v7573);
-    const real v7578 = SELECT0(m418, -(c505 * v7575));
-    const real v7580 = v7549 - v344 * v7565;
-    const real v7588 = v7580 * v408 * v466 + SELECT0(m418, v635 * (v641 * (v642 * v7570 * v645)));
-    const real v7591 = v624 * (v630 * v7588) * v656;
-    const real v7594 = s494 * v7571;
-    const real v7598 = c495 * v7591;
-    const real v7602 = SELECT0(m418, -(s495 * v7594)) + SELECT0(m457, -(c494 * v7598));
-    const real v7608 = SELECT(m437, SELECT0(m457, -v7591), SELECT0(m493, v665 * (v671 * (v7602 * v477)) * v689));
-    const real v7610 = v612 * (v618 * v7608);
-    const real v7611 = s505 * v7610;
-    const real v7614 = v7578 - v605 * v7611 + v7543;
-    const real v7617 = p[9] * (c509 * v7573);
-    const real v7621 = SELECT0(m418, v7617) - v7541 + v700 * v7614;
-    const real v7626 = SELECT0(m418, -(s505 * v7575));
-    const real v7627 = c505 * v7610;
-    const real v7629 = v7626 + v605 * v7627;
-    const real v7633 = v710 * v7614 - (v7629 + v7549) - v713 * v7621;
-    const real v7635 = p[13] * v7537;
-    const real v7636 = v6 * v7534;
-    const real v7638 = v7635 - v7636 + v7425;
-    const real v7641 = p[9] * v7594;
-    const real v7644 = SELECT0(m418, -(c495 * v7641));
-    const real v7645 = s495 * v7591;
-    const real v7651 = v7644 + SELECT0(m457, v774 * v7645) - (v314 * v7565 - v7543);
-    const real v7654 = p[9] * (c494 * v7571);
-    const real v7658 = SELECT0(m418, v7654) - v7567 + v700 * v7651;
-    const real v7667 = SELECT0(m418, -(s495 * v7641)) + SELECT0(m457, -(v774 * v7598));
-    const real v7672 = (v710 * v7651 - (v7667 + v7580) - v713 * v7658) * v728;
-    const real v7674 = v7658 * v708 - v713 * v7672;
-    const real v7678 = v7651 * v698 + v700 * v7674 + v710 * v7672;
-    const real v7690 = v7578 - v819 * v7611 - (v7644 + SELECT0(m457, v822 * v7645));
-    const real v7692 = v7617 - v7654;
-    const real v7695 = SELECT0(m418, v7692) + v700 * v7690;
-    const real v7700 = p[9] * v7602 - (v7626 + v819 * v7627);
-    const real v7705 = (v7700 + v710 * v7690 - v713 * v7695) * v728;
-    const real v7707 = v7695 * v708 - v713 * v7705;
-    const real v7711 = v7690 * v698 + v700 * v7707 + v710 * v7705;
-    const real v7713 = v7638 - v317 * v7565 - v317 * v7678 - v289 * v7674 + v380 * v7672 - v317 * v7711;
-    const real v7722 = v7713 - v289 * v7707 + v380 * v7705 - v7638 + v730 * v7614 + v733 * v7621;
-    const real v7724 = v7722 - v738 * v7633;
-    const real v7727 = v7635 + v126 * v7539;
-    const real v7732 = s17 * v7727 - (v7636 + p[16]) + v198 * v7535;
-    const real v7743 = v7732 - v332 * v7565 - v332 * v7678 + v232 * v7674 + v361 * v7672 + SELECT0(m418, v960 * v7654);
-    const real v7752 = v7743 - v332 * v7711 + v232 * v7707 + v361 * v7705 + SELECT0(m418, v960 * v7692);
-    const real v7761 = v7752 - v7732 + SELECT0(m418, -(v960 * v7617)) + v874 * v7614 - v877 * v7621;
-    const real v7765 = v7761 - v884 * v7633 - v889 * v7724;
-    const real v7773 = c17 * v7727 + q[3] * p[15] - v198 * v7548;
-    const real v7782 = v960 * v7667 - v7773 + v337 * v7565 + v337 * v7678 + v255 * v7674 - v365 * v7672;
-    const real v7791 = v7782 - v960 * v7700 + v337 * v7711 + v255 * v7707 - v365 * v7705 + v7773;
-    const real v7800 = v960 * v7629 - v7791 + v995 * v7614 + v998 * v7621 - v1005 * v7633 - v1014 * v7724;
-    const real v7803 = (v7800 - v1019 * v7765) * v1076;
-    const real v7805 = v7765 * v993 - v1019 * v7803;
-    const real v7809 = v7724 * v872 - v889 * v7805 - v1014 * v7803;
-    const real v7815 = v7633 * v728 - v738 * v7809 - v884 * v7805 - v1005 * v7803;
-    const real v7823 = v7621 * v708 - v713 * v7815 + v733 * v7809 - v877 * v7805 + v998 * v7803;
-    const real v7833 = v7614 * v698 + v700 * v7823 + v710 * v7815 + v730 * v7809 + v874 * v7805 + v995 * v7803;
-    const real v7834 = v80 + v80;
-    const real v7836 = v59 * (p[20] * v7834);
-    const real v7837 = c62 * v7836;
-    const real v7838 = v157 * v2197;
-    const real v7840 = v158 * p[21];
-    const real v7842 = s52 * v7838 + c52 * v7840;
-    const real v7844 = v7837 + s62 * v7842;
-    const real v7848 = s52 * v7840 - c52 * v7838;
-    const real v7851 = s62 * v7836;
-    const real v7853 = v7851 - c62 * v7842;
-    const real v7855 = v309 * v7844 - v314 * v7848 - v344 * v7853;
-    const real v7864 = v550 * (v551 * v7855 - v390 * (v577 * v7853 - (v574 * v7848 + v572 * v7844)));
-    const real v7868 = (SELECT0(m424, v7864 * v584) - v7855) * v404;
-    const real v7870 = v7844 + v309 * v7868;
-    const real v7873 = v527 * (v533 * (v7870 * v408));
-    const real v7874 = v7873 * v595;
-    const real v7876 = v515 * (v521 * v7874);
-    const real v7878 = p[9] * (s509 * v7876);
-    const real v7880 = SELECT0(m418, c505 * v7878);
-    const real v7882 = v7853 - v344 * v7868;
-    const real v7891 = v7882 * v408 * v466 + SELECT0(m418, -(v635 * (v641 * (v642 * v7873 * v645))));
-    const real v7894 = v624 * (v630 * v7891) * v656;
-    const real v7897 = s494 * v7874;
-    const real v7900 = c495 * v7894;
-    const real v7904 = SELECT0(m418, s495 * v7897) + SELECT0(m457, -(c494 * v7900));
-    const real v7910 = SELECT(m437, SELECT0(m457, -v7894), SELECT0(m493, v665 * (v671 * (v7904 * v477)) * v689));
-    const real v7912 = v612 * (v618 * v7910);
-    const real v7913 = s505 * v7912;
-    const real v7916 = v7880 - v605 * v7913 + v7848;
-    const real v7919 = p[9] * (c509 * v7876);
-    const real v7924 = SELECT0(m418, -v7919) + v7844 + v700 * v7916;
-    const real v7928 = SELECT0(m418, s505 * v7878);
-    const real v7929 = c505 * v7912;
-    const real v7931 = v7928 + v605 * v7929;
-    const real v7935 = v710 * v7916 - (v7931 + v7853) - v713 * v7924;
-    const real v7937 = v54 * v7836;
-    const real v7938 = p[18] * v7840;
-    const real v7940 = v7937 + v7938 - p[21];
-    const real v7943 = p[9] * v7897;
-    const real v7945 = SELECT0(m418, c495 * v7943);
-    const real v7946 = s495 * v7894;
-    const real v7952 = v7945 + SELECT0(m457, v774 * v7946) - (v314 * v7868 - v7848);
-    const real v7955 = p[9] * (c494 * v7874);
-    const real v7960 = SELECT0(m418, -v7955) + v7870 + v700 * v7952;
-    const real v7968 = SELECT0(m418, s495 * v7943) + SELECT0(m457, -(v774 * v7900));
-    const real v7973 = (v710 * v7952 - (v7968 + v7882) - v713 * v7960) * v728;
-    const real v7975 = v7960 * v708 - v713 * v7973;
-    const real v7979 = v7952 * v698 + v700 * v7975 + v710 * v7973;
-    const real v7991 = v7880 - v819 * v7913 - (v7945 + SELECT0(m457, v822 * v7946));
-    const real v7993 = v7955 - v7919;
-    const real v7996 = SELECT0(m418, v7993) + v700 * v7991;
-    const real v8001 = p[9] * v7904 - (v7928 + v819 * v7929);
-    const real v8006 = (v8001 + v710 * v7991 - v713 * v7996) * v728;
-    const real v8008 = v7996 * v708 - v713 * v8006;
-    const real v8012 = v7991 * v698 + v700 * v8008 + v710 * v8006;
-    const real v8014 = v7940 - v317 * v7868 - v317 * v7979 - v289 * v7975 + v380 * v7973 - v317 * v8012;
-    const real v8023 = v8014 - v289 * v8008 + v380 * v8006 - v7940 + v730 * v7916 + v733 * v7924;
-    const real v8025 = v8023 - v738 * v7935;
-    const real v8028 = v7938 - v154 * v7842;
-    const real v8031 = q[4] * p[20];
-    const real v8034 = v7937 + s62 * v8028 - v8031 - v203 * v7837;
-    const real v8046 = v8034 - v332 * v7868 - v332 * v7979 + v232 * v7975 + v361 * v7973 + SELECT0(m418, -(v960 * v7955));
-    const real v8055 = v8046 - v332 * v8012 + v232 * v8008 + v361 * v8006 + SELECT0(m418, v960 * v7993);
-    const real v8063 = v8055 - v8034 + SELECT0(m418, v960 * v7919) + v874 * v7916 - v877 * v7924;
-    const real v8067 = v8063 - v884 * v7935 - v889 * v8025;
-    const real v8075 = c62 * v8028 + v203 * v7851 - q[5] * p[20];
-    const real v8084 = v960 * v7968 - v8075 + v337 * v7868 + v337 * v7979 + v255 * v7975 - v365 * v7973;
-    const real v8093 = v8084 - v960 * v8001 + v337 * v8012 + v255 * v8008 - v365 * v8006 + v8075;
-    const real v8102 = v960 * v7931 - v8093 + v995 * v7916 + v998 * v7924 - v1005 * v7935 - v1014 * v8025;
-    const real v8105 = (v8102 - v1019 * v8067) * v1076;
-    const real v8107 = v8067 * v993 - v1019 * v8105;
-    const real v8111 = v8025 * v872 - v889 * v8107 - v1014 * v8105;
-    const real v8117 = v7935 * v728 - v738 * v8111 - v884 * v8107 - v1005 * v8105;
-    const real v8125 = v7924 * v708 - v713 * v8117 + v733 * v8111 - v877 * v8107 + v998 * v8105;
-    const real v8135 = v7916 * v698 + v700 * v8125 + v710 * v8117 + v730 * v8111 + v874 * v8107 + v995 * v8105;
-    const real v8136 = v1725 - v69;
-    const real v8140 = v59 * (p[20] * v8136 - v54 * p[21]);
-    const real v8141 = c62 * v8140;
-    const real v8142 = v77 - v1750;
-    const real v8143 = v170 * v8142;
-    const real v8145 = v1747 - c52 * v8143;
-    const real v8147 = v8141 + s62 * v8145;
-    const real v8149 = s52 * v8143 + v1776;
-    const real v8154 = s62 * v8140;
-    const real v8155 = c62 * v8145 - v8154;
-    const real v8157 = v314 * v8149 + v309 * v8147 + v344 * v8155;
-    const real v8166 = v550 * (v551 * v8157 + v390 * (v572 * v8147 - v574 * v8149 + v577 * v8155));
-    const real v8171 = (SELECT0(m424, -(v8166 * v584)) + v8157) * v404;
-    const real v8173 = v8147 - v309 * v8171;
-    const real v8176 = v527 * (v533 * (v8173 * v408));
-    const real v8177 = v8176 * v595;
-    const real v8179 = v515 * (v521 * v8177);
-    const real v8181 = p[9] * (s509 * v8179);
-    const real v8184 = SELECT0(m418, -(c505 * v8181));
-    const real v8186 = v8155 - v344 * v8171;
-    const real v8194 = v8186 * v408 * v466 + SELECT0(m418, v635 * (v641 * (v642 * v8176 * v645)));
-    const real v8197 = v624 * (v630 * v8194) * v656;
-    const real v8200 = s494 * v8177;
-    const real v8204 = c495 * v8197;
-    const real v8208 = SELECT0(m418, -(s495 * v8200)) + SELECT0(m457, -(c494 * v8204));
-    const real v8214 = SELECT(m437, SELECT0(m457, -v8197), SELECT0(m493, v665 * (v671 * (v8208 * v477)) * v689));
-    const real v8216 = v612 * (v618 * v8214);
-    const real v8217 = s505 * v8216;
-    const real v8220 = v8184 - v605 * v8217 + v8149;
-    const real v8223 = p[9] * (c509 * v8179);
-    const real v8227 = SELECT0(m418, v8223) - v8147 + v700 * v8220;
-    const real v8232 = SELECT0(m418, -(s505 * v8181));
-    const real v8233 = c505 * v8216;
-    const real v8235 = v8232 + v605 * v8233;
-    const real v8239 = v710 * v8220 - (v8235 + v8155) - v713 * v8227;
-    const real v8241 = p[18] * v8143;
-    const real v8242 = v54 * v8140;
-    const real v8244 = v8241 - v8242 + v8031;
-    const real v8247 = p[9] * v8200;
-    const real v8250 = SELECT0(m418, -(c495 * v8247));
-    const real v8251 = s495 * v8197;
-    const real v8257 = v8250 + SELECT0(m457, v774 * v8251) - (v314 * v8171 - v8149);
-    const real v8260 = p[9] * (c494 * v8177);
-    const real v8264 = SELECT0(m418, v8260) - v8173 + v700 * v8257;
-    const real v8273 = SELECT0(m418, -(s495 * v8247)) + SELECT0(m457, -(v774 * v8204));
-    const real v8278 = (v710 * v8257 - (v8273 + v8186) - v713 * v8264) * v728;
-    const real v8280 = v8264 * v708 - v713 * v8278;
-    const real v8284 = v8257 * v698 + v700 * v8280 + v710 * v8278;
-    const real v8296 = v8184 - v819 * v8217 - (v8250 + SELECT0(m457, v822 * v8251));
-    const real v8298 = v8223 - v8260;
-    const real v8301 = SELECT0(m418, v8298) + v700 * v8296;
-    const real v8306 = p[9] * v8208 - (v8232 + v819 * v8233);
-    const real v8311 = (v8306 + v710 * v8296 - v713 * v8301) * v728;
-    const real v8313 = v8301 * v708 - v713 * v8311;
-    const real v8317 = v8296 * v698 + v700 * v8313 + v710 * v8311;
-    const real v8319 = v8244 - v317 * v8171 - v317 * v8284 - v289 * v8280 + v380 * v8278 - v317 * v8317;
-    const real v8328 = v8319 - v289 * v8313 + v380 * v8311 - v8244 + v730 * v8220 + v733 * v8227;
-    const real v8330 = v8328 - v738 * v8239;
-    const real v8333 = v8241 + v154 * v8145;
-    const real v8338 = s62 * v8333 - (v8242 + p[21]) + v203 * v8141;
-    const real v8349 = v8338 - v332 * v8171 - v332 * v8284 + v232 * v8280 + v361 * v8278 + SELECT0(m418, v960 * v8260);
-    const real v8358 = v8349 - v332 * v8317 + v232 * v8313 + v361 * v8311 + SELECT0(m418, v960 * v8298);
-    const real v8367 = v8358 - v8338 + SELECT0(m418, -(v960 * v8223)) + v874 * v8220 - v877 * v8227;
-    const real v8371 = v8367 - v884 * v8239 - v889 * v8330;
-    const real v8379 = c62 * v8333 + q[3] * p[20] - v203 * v8154;
-    const real v8388 = v960 * v8273 - v8379 + v337 * v8171 + v337 * v8284 + v255 * v8280 - v365 * v8278;
-    const real v8397 = v8388 - v960 * v8306 + v337 * v8317 + v255 * v8313 - v365 * v8311 + v8379;
-    const real v8406 = v960 * v8235 - v8397 + v995 * v8220 + v998 * v8227 - v1005 * v8239 - v1014 * v8330;
-    const real v8409 = (v8406 - v1019 * v8371) * v1076;
-    const real v8411 = v8371 * v993 - v1019 * v8409;
-    const real v8415 = v8330 * v872 - v889 * v8411 - v1014 * v8409;
-    const real v8421 = v8239 * v728 - v738 * v8415 - v884 * v8411 - v1005 * v8409;
-    const real v8429 = v8227 * v708 - v713 * v8421 + v733 * v8415 - v877 * v8411 + v998 * v8409;
-    const real v8439 = v8220 * v698 + v700 * v8429 + v710 * v8421 + v730 * v8415 + v874 * v8411 + v995 * v8409;
-    const real v8533 = v2114 - q[4];
-    const real v8534 = v2560 - q[3];
-    const real v8537 = s17 * v1079 + c17 * v1077;
-    const real v8551 = v8537 - p[15] * (v8537 + v1083) * v101 - v130 * (c4 * (v126 * v8537 + s17 * v1097 + c17 * v1089) + s4 * v1107);
-    const real v8554 = s17 * v1381 + c17 * v1379;
-    const real v8568 = v8554 - p[15] * (v8554 + v1385) * v101 - v130 * (c4 * (v126 * v8554 + s17 * v1399 + c17 * v1391) + s4 * v1409);
-    const real v8571 = s17 * v1684 + c17 * v1682;
-    const real v8585 = v8571 - p[15] * (v8571 + v1688) * v101 - v130 * (c4 * (v126 * v8571 + s17 * v1702 + c17 * v1694) + s4 * v1712);
-    const real v8588 = s17 * v2114 + c17 * v2112;
-    const real v8589 = v8588 + v1738;
-    const real v8603 = v8589 - p[15] * (v8589 + v2118) * v101 - v130 * (c4 * (v126 * v8588 + s17 * v2132 + c17 * v2124) + s4 * v2142);
-    const real v8606 = s17 * v2560 + c17 * v2558;
-    const real v8607 = v8606 + v2186;
-    const real v8621 = v130 * (c4 * (v126 * v8606 + s17 * v2578 + c17 * v2570) + s4 * (v2588 - v2171));
-    const real v8625 = s17 * v2996 + c17 * v2994;
-    const real v8626 = v8625 + v2630;
-    const real v8640 = v130 * (c4 * (v126 * v8625 + s17 * v3014 + c17 * v3006) + s4 * (v3024 - v2616));
-    const real v8644 = s17 * v3270 + c17 * v3268;
-    const real v8658 = v8644 - p[15] * (v8644 + v3274) * v101 - v130 * (c4 * (v126 * v8644 + s17 * v3288 + c17 * v3280) + s4 * v3298);
-    const real v8661 = s17 * v3555 + c17 * v3553;
-    const real v8675 = v8661 - p[15] * (v8661 + v3559) * v101 - v130 * (c4 * (v126 * v8661 + s17 * v3573 + c17 * v3565) + s4 * v3583);
-    const real v8678 = s17 * v3837 + c17 * v3835;
-    const real v8692 = v8678 - p[15] * (v8678 + v3841) * v101 - v130 * (c4 * (v126 * v8678 + s17 * v3855 + c17 * v3847) + s4 * v3865);
-    const real v8695 = s17 * v4918 + c17 * v4915;
-    const real v8696 = v8695 + v3900;
-    const real v8707 = v4310 * s17;
-    const real v8708 = v4308 * c17;
-    const real v8711 = v4328 * s17;
-    const real v8713 = v4320 * c17;
-    const real v8716 = c4 * (v126 * v8695 + s17 * v4951 + c17 * v4936) - ((v8707 + v8708) * v126 + v8711 + v8713) * s4;
-    const real v8726 = v4077 + v700 * v4328 + v710 * v4320 + v730 * v4314 + v874 * v4310 + v995 * v4308;
-    const real v8733 = v8696 - p[15] * (v8696 + v4925) * v101 - v130 * (v8716 + ((v8726 - v127) * c4 + s4 * v4970));
-    const real v8735 = v4310 * c17;
-    const real v8738 = v4308 * s17;
-    const real v8740 = s17 * v5637 + v8735 + (c17 * v5634 - v8738);
-    const real v8741 = v8740 + v4999;
-    const real v8748 = v4328 * c17;
-    const real v8752 = v4320 * s17;
-    const real v8757 = c4 * (v126 * v8740 + (s17 * v5670 + v8748) + (c17 * v5655 - v8752)) + s4 * v5687;
-    const real v8762 = s17 * v6458 + c17 * v6455;
-    const real v8776 = v8762 - p[15] * (v8762 + v6465) * v101 - v130 * (c4 * (v126 * v8762 + s17 * v6491 + c17 * v6476) + s4 * v6510);
-    const real v8779 = s17 * v7177 + c17 * v7174;
-    const real v8793 = v8779 - p[15] * (v8779 + v7184) * v101 - v130 * (c4 * (v126 * v8779 + s17 * v7210 + c17 * v7195) + s4 * v7227);
-    const real v8796 = s17 * v7501 + c17 * v7499;
-    const real v8811 = v8796 - (p[16] + p[15] * (v8796 + v7505)) * v101 - v130 * (c4 * (v126 * v8796 + s17 * v7519 + c17 * v7511) + s4 * v7529);
-    const real v8814 = s17 * v7805 + c17 * v7803;
-    const real v8815 = v8814 + v7536;
-    const real v8829 = v8815 - p[15] * (v8815 + v7809) * v101 - v130 * (c4 * (v126 * v8814 + s17 * v7823 + c17 * v7815) + s4 * v7833);
-    const real v8832 = s17 * v8107 + c17 * v8105;
-    const real v8846 = v8832 - p[15] * (v8832 + v8111) * v101 - v130 * (c4 * (v126 * v8832 + s17 * v8125 + c17 * v8117) + s4 * v8135);
-    const real v8849 = s17 * v8411 + c17 * v8409;
-    const real v8863 = v8849 - p[15] * (v8849 + v8415) * v101 - v130 * (c4 * (v126 * v8849 + s17 * v8429 + c17 * v8421) + s4 * v8439);
-    const real v8870 = v1083 + v1079;
-    const real v8874 = c17 * v1097 + v198 * (c17 * v1079 - s17 * v1077) - v6 * v8870 - s17 * v1089;
-    const real v8885 = v1385 + v1381;
-    const real v8889 = c17 * v1399 + v198 * (c17 * v1381 - s17 * v1379) - v6 * v8885 - s17 * v1391;
-    const real v8900 = v1688 + v1684;
-    const real v8904 = c17 * v1702 + v198 * (c17 * v1684 - s17 * v1682) - v6 * v8900 - s17 * v1694;
-    const real v8916 = v2118 + v2114;
-    const real v8920 = v1718 + c17 * v2132 + v198 * (c17 * v2114 - s17 * v2112) - v6 * v8916 - s17 * v2124;
-    const real v8932 = v2564 + v2560;
-    const real v8936 = v2152 + c17 * v2578 + v198 * (c17 * v2560 - s17 * v2558) - v6 * v8932 - s17 * v2570;
-    const real v8948 = v3000 + v2996;
-    const real v8952 = v2599 + c17 * v3014 + v198 * (c17 * v2996 - s17 * v2994) - v6 * v8948 - s17 * v3006;
-    const real v8963 = v3274 + v3270;
-    const real v8967 = c17 * v3288 + v198 * (c17 * v3270 - s17 * v3268) - v6 * v8963 - s17 * v3280;
-    const real v8978 = v3559 + v3555;
-    const real v8982 = c17 * v3573 + v198 * (c17 * v3555 - s17 * v3553) - v6 * v8978 - s17 * v3565;
-    const real v8993 = v3841 + v3837;
-    const real v8997 = c17 * v3855 + v198 * (c17 * v3837 - s17 * v3835) - v6 * v8993 - s17 * v3847;
-    const real v9003 = v8735 - v8738;
-    const real v9006 = v4314 + v4310;
-    const real v9009 = v41 + v8748 + v198 * v9003 - v9006 * v6 - v8752;
-    const real v9019 = v3875 + c17 * v4951 + (v9003 * v3867 + v198 * (c17 * v4918 - s17 * v4915));
-    const real v9020 = v4925 + v4918;
-    const real v9028 = v9009 * v1716 + v6 * (v9019 - (v6 * v9020 + v9006 * v1716) - s17 * v4936);
-    const real v9030 = K(1.0) / p[12];
-    const real v9047 = v4984 + (c17 * v5670 - v8711) + v198 * (c17 * v5637 - v8707 - (s17 * v5634 + v8708));
-    const real v9048 = v5644 + v5637;
-    const real v9064 = v6465 + v6458;
-    const real v9068 = c17 * v6491 + v198 * (c17 * v6458 - s17 * v6455) - v6 * v9064 - s17 * v6476;
-    const real v9079 = v7184 + v7177;
-    const real v9083 = c17 * v7210 + v198 * (c17 * v7177 - s17 * v7174) - v6 * v9079 - s17 * v7195;
-    const real v9095 = v7505 + v7501;
-    const real v9099 = c17 * v7519 - v7228 + v198 * (c17 * v7501 - s17 * v7499) - v6 * v9095 - s17 * v7511;
-    const real v9112 = v7809 + v7805;
-    const real v9116 = v7530 + c17 * v7823 + v198 * (c17 * v7805 - s17 * v7803) - v6 * v9112 - s17 * v7815;
-    const real v9128 = v8111 + v8107;
-    const real v9132 = c17 * v8125 + v198 * (c17 * v8107 - s17 * v8105) - v6 * v9128 - s17 * v8117;
-    const real v9143 = v8415 + v8411;
-    const real v9147 = c17 * v8429 + v198 * (c17 * v8411 - s17 * v8409) - v6 * v9143 - s17 * v8421;
-    const real v9154 = s62 * v1079 + c62 * v1077;
-    const real v9168 = v9154 - p[20] * (v9154 + v1083) * v117 - v158 * (c52 * (v154 * v9154 + s62 * v1097 + c62 * v1089) + s52 * v1107);
-    const real v9171 = s62 * v1381 + c62 * v1379;
-    const real v9185 = v9171 - p[20] * (v9171 + v1385) * v117 - v158 * (c52 * (v154 * v9171 + s62 * v1399 + c62 * v1391) + s52 * v1409);
-    const real v9188 = s62 * v1684 + c62 * v1682;
-    const real v9202 = v9188 - p[20] * (v9188 + v1688) * v117 - v158 * (c52 * (v154 * v9188 + s62 * v1702 + c62 * v1694) + s52 * v1712);
-    const real v9205 = s62 * v2114 + c62 * v2112;
-    const real v9206 = v9205 + v1751;
-    const real v9220 = v9206 - p[20] * (v9206 + v2118) * v117 - v158 * (c52 * (v154 * v9205 + s62 * v2132 + c62 * v2124) + s52 * v2142);
-    const real v9223 = s62 * v2560 + c62 * v2558;
-    const real v9224 = v9223 + v2207;
-    const real v9238 = v158 * (c52 * (v154 * v9223 + s62 * v2578 + c62 * v2570) + s52 * (v2588 - v2192));
-    const real v9242 = s62 * v2996 + c62 * v2994;
-    const real v9243 = v9242 + v2650;
-    const real v9257 = v158 * (c52 * (v154 * v9242 + s62 * v3014 + c62 * v3006) + s52 * (v3024 - v2636));
-    const real v9261 = s62 * v3270 + c62 * v3268;
-    const real v9275 = v9261 - p[20] * (v9261 + v3274) * v117 - v158 * (c52 * (v154 * v9261 + s62 * v3288 + c62 * v3280) + s52 * v3298);
-    const real v9278 = s62 * v3555 + c62 * v3553;
-    const real v9292 = v9278 - p[20] * (v9278 + v3559) * v117 - v158 * (c52 * (v154 * v9278 + s62 * v3573 + c62 * v3565) + s52 * v3583);
-    const real v9295 = s62 * v3837 + c62 * v3835;
-    const real v9309 = v9295 - p[20] * (v9295 + v3841) * v117 - v158 * (c52 * (v154 * v9295 + s62 * v3855 + c62 * v3847) + s52 * v3865);
-    const real v9312 = s62 * v4918 + c62 * v4915;
-    const real v9326 = v9312 - p[20] * (v9312 + v4925) * v117 - v158 * (c52 * (v154 * v9312 + s62 * v4951 + c62 * v4936) + s52 * v4970);
-    const real v9329 = s62 * v5637 + c62 * v5634;
-    const real v9343 = v9329 - p[20] * (v9329 + v5644) * v117 - v158 * (c52 * (v154 * v9329 + s62 * v5670 + c62 * v5655) + s52 * v5687);
-    const real v9346 = s62 * v6458 + c62 * v6455;
-    const real v9347 = v9346 + v5722;
-    const real v9358 = v4310 * s62;
-    const real v9359 = v4308 * c62;
-    const real v9362 = v4328 * s62;
-    const real v9364 = v4320 * c62;
-    const real v9367 = c52 * (v154 * v9346 + s62 * v6491 + c62 * v6476) - ((v9358 + v9359) * v154 + v9362 + v9364) * s52;
-    const real v9374 = v9347 - p[20] * (v9347 + v6465) * v117 - v158 * (v9367 + ((v8726 - v155) * c52 + s52 * v6510));
-    const real v9376 = v4310 * c62;
-    const real v9379 = v4308 * s62;
-    const real v9381 = s62 * v7177 + v9376 + (c62 * v7174 - v9379);
-    const real v9382 = v9381 + v6539;
-    const real v9389 = v4328 * c62;
-    const real v9393 = v4320 * s62;
-    const real v9398 = c52 * (v154 * v9381 + (s62 * v7210 + v9389) + (c62 * v7195 - v9393)) + s52 * v7227;
-    const real v9403 = s62 * v7501 + c62 * v7499;
-    const real v9417 = v9403 - p[20] * (v9403 + v7505) * v117 - v158 * (c52 * (v154 * v9403 + s62 * v7519 + c62 * v7511) + s52 * v7529);
-    const real v9420 = s62 * v7805 + c62 * v7803;
-    const real v9434 = v9420 - p[20] * (v9420 + v7809) * v117 - v158 * (c52 * (v154 * v9420 + s62 * v7823 + c62 * v7815) + s52 * v7833);
-    const real v9437 = s62 * v8107 + c62 * v8105;
-    const real v9452 = v9437 - (p[21] + p[20] * (v9437 + v8111)) * v117 - v158 * (c52 * (v154 * v9437 + s62 * v8125 + c62 * v8117) + s52 * v8135);
-    const real v9455 = s62 * v8411 + c62 * v8409;
-    const real v9456 = v9455 + v8142;
-    const real v9470 = v9456 - p[20] * (v9456 + v8415) * v117 - v158 * (c52 * (v154 * v9455 + s62 * v8429 + c62 * v8421) + s52 * v8439);
-    const real v9480 = c62 * v1097 + v203 * (c62 * v1079 - s62 * v1077) - v54 * v8870 - s62 * v1089;
-    const real v9494 = c62 * v1399 + v203 * (c62 * v1381 - s62 * v1379) - v54 * v8885 - s62 * v1391;
-    const real v9508 = c62 * v1702 + v203 * (c62 * v1684 - s62 * v1682) - v54 * v8900 - s62 * v1694;
-    const real v9523 = v1726 + c62 * v2132 + v203 * (c62 * v2114 - s62 * v2112) - v54 * v8916 - s62 * v2124;
-    const real v9538 = v2165 + c62 * v2578 + v203 * (c62 * v2560 - s62 * v2558) - v54 * v8932 - s62 * v2570;
-    const real v9553 = v2610 + c62 * v3014 + v203 * (c62 * v2996 - s62 * v2994) - v54 * v8948 - s62 * v3006;
-    const real v9567 = c62 * v3288 + v203 * (c62 * v3270 - s62 * v3268) - v54 * v8963 - s62 * v3280;
-    const real v9581 = c62 * v3573 + v203 * (c62 * v3555 - s62 * v3553) - v54 * v8978 - s62 * v3565;
-    const real v9595 = c62 * v3855 + v203 * (c62 * v3837 - s62 * v3835) - v54 * v8993 - s62 * v3847;
-    const real v9609 = c62 * v4951 + v203 * (c62 * v4918 - s62 * v4915) - v54 * v9020 - s62 * v4936;
-    const real v9623 = c62 * v5670 + v203 * (c62 * v5637 - s62 * v5634) - v54 * v9048 - s62 * v5655;
-    const real v9629 = v9376 - v9379;
-    const real v9634 = v85 + v9389 + v203 * v9629 - v9006 * v54 - v9393;
-    const real v9644 = v5697 + c62 * v6491 + (v9629 * v5689 + v203 * (c62 * v6458 - s62 * v6455));
-    const real v9652 = v9634 * v1724 + v54 * (v9644 - (v54 * v9064 + v9006 * v1724) - s62 * v6476);
-    const real v9654 = K(1.0) / p[17];
-    const real v9671 = v6524 + (c62 * v7210 - v9362) + v203 * (c62 * v7177 - v9358 - (s62 * v7174 + v9359));
-    const real v9690 = c62 * v7519 + v203 * (c62 * v7501 - s62 * v7499) - v54 * v9095 - s62 * v7511;
-    const real v9704 = c62 * v7823 + v203 * (c62 * v7805 - s62 * v7803) - v54 * v9112 - s62 * v7815;
-    const real v9719 = c62 * v8125 - v7834 + v203 * (c62 * v8107 - s62 * v8105) - v54 * v9128 - s62 * v8117;
-    const real v9735 = v8136 + c62 * v8429 + v203 * (c62 * v8411 - s62 * v8409) - v54 * v9143 - s62 * v8421;
-    J_q[0] = v1107;
-    J_q[1] = v1409 + q[5];
-    J_q[2] = v1712 - q[4];
-    J_q[3] = v2142;
-    J_q[4] = v2588 + v125 * v2170 - q[2];
-    J_q[5] = v3024 + v125 * v2615 + q[1];
-    J_q[6] = v3298;
-    J_q[7] = v3583;
-    J_q[8] = v3865;
-    J_q[9] = v4970;
-    J_q[10] = v5687;
-    J_q[11] = v6510;
-    J_q[12] = v7227;
-    J_q[13] = v7529;
-    J_q[14] = v7833;
-    J_q[15] = v8135;
-    J_q[16] = v8439;
-    J_q[17] = v1097 - v125 * v1079 - q[5];
-    J_q[18] = v1399 - v125 * v1381;
-    J_q[19] = v1702 - v125 * v1684 + q[3];
-    J_q[20] = v2132 - v125 * v2114 + q[2];
-    J_q[21] = v2578 - v125 * v2560;
-    J_q[22] = v3014 - v125 * v2996 - q[0];
-    J_q[23] = v3288 - v125 * v3270;
-    J_q[24] = v3573 - v125 * v3555;
-    J_q[25] = v3855 - v125 * v3837;
-    J_q[26] = v4951 - v125 * v4918;
-    J_q[27] = v5670 - v125 * v5637;
-    J_q[28] = v6491 - v125 * v6458;
-    J_q[29] = v7210 - v125 * v7177;
-    J_q[30] = v7519 - v125 * v7501;
-    J_q[31] = v7823 - v125 * v7805;
-    J_q[32] = v8125 - v125 * v8107;
-    J_q[33] = v8429 - v125 * v8411;
-    J_q[34] = v1089 - v125 * v1077 + q[4];
-    J_q[35] = v1391 - v125 * v1379 - q[3];
-    J_q[36] = v1694 - v125 * v1682;
-    J_q[37] = v2124 - v125 * v2112 - q[1];
-    J_q[38] = v2570 - v125 * v2558 + q[0];
-    J_q[39] = v3006 - v125 * v2994;
-    J_q[40] = v3280 - v125 * v3268;
-    J_q[41] = v3565 - v125 * v3553;
-    J_q[42] = v3847 - v125 * v3835;
-    J_q[43] = v4936 - v125 * v4915;
-    J_q[44] = v5655 - v125 * v5634;
-    J_q[45] = v6476 - v125 * v6455;
-    J_q[46] = v7195 - v125 * v7174;
-    J_q[47] = v7511 - v125 * v7499;
-    J_q[48] = v7815 - v125 * v7803;
-    J_q[49] = v8117 - v125 * v8105;
-    J_q[50] = v8421 - v125 * v8409;
-    J_q[51] = v1083;
-    J_q[52] = v1385;
-    J_q[53] = v1688;
-    J_q[54] = v2118;
-    J_q[55] = v2564;
-    J_q[56] = v3000;
-    J_q[57] = v3274;
-    J_q[58] = v3559;
-    J_q[59] = v3841;
-    J_q[60] = v4925;
-    J_q[61] = v5644;
-    J_q[62] = v6465;
-    J_q[63] = v7184;
-    J_q[64] = v7505;
-    J_q[65] = v7809;
-    J_q[66] = v8111;
-    J_q[67] = v8415;
-    J_q[68] = -v1077;
-    J_q[69] = -v1379;
-    J_q[70] = -v1682;
-    J_q[71] = q[5] - v2112;
-    J_q[72] = -v2558;
-    J_q[73] = q[3] - v2994;
-    J_q[74] = -v3268;
-    J_q[75] = -v3553;
-    J_q[76] = -v3835;
-    J_q[77] = -v4915;
-    J_q[78] = -v5634;
-    J_q[79] = -v6455;
-    J_q[80] = -v7174;
-    J_q[81] = -v7499;
-    J_q[82] = -v7803;
-    J_q[83] = -v8105;
-    J_q[84] = -v8409;
-    J_q[85] = v1079;
-    J_q[86] = v1381;
-    J_q[87] = v1684;
-    J_q[88] = v8533;
-    J_q[89] = v8534;
-    J_q[90] = v2996;
-    J_q[91] = v3270;
-    J_q[92] = v3555;
-    J_q[93] = v3837;
-    J_q[94] = v4918;
-    J_q[95] = v5637;
-    J_q[96] = v6458;
-    J_q[97] = v7177;
-    J_q[98] = v7501;
-    J_q[99] = v7805;
-    J_q[100] = v8107;
-    J_q[101] = v8411;
+    enum { vx = 0 };
+    enum { vy = 1 };
+    enum { vz = 2 };
+    enum { wx = 3 };
+    enum { wy = 4 };
+    enum { wz = 5 };
+    enum { att1 = 6 };
+    enum { att2 = 7 };
+    enum { att3 = 8 };
+    enum { phi1 = 9 };
+    enum { theta1 = 10 };
+    enum { phi2 = 11 };
+    enum { theta2 = 12 };
+    enum { phi1_dot = 13 };
+    enum { theta1_dot = 14 };
+    enum { phi2_dot = 15 };
+    enum { theta2_dot = 16 };
+    enum { m = SLOSH_P_M };
+    enum { m0 = SLOSH_P_M0 };
+    enum { I0 = SLOSH_P_I0 };
+    enum { J_x = SLOSH_P_J_X };
+    enum { J_y = SLOSH_P_J_Y };
+    enum { J_z = SLOSH_P_J_Z };
+    enum { h0 = SLOSH_P_H0 };
+    enum { b = SLOSH_P_B };
+    enum { d = SLOSH_P_D };
+    enum { F = SLOSH_P_F };
+    enum { delta1_max = SLOSH_P_DELTA1_MAX };
+    enum { delta2_max = SLOSH_P_DELTA2_MAX };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { eps1 = SLOSH_P_EPS1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { eps2 = SLOSH_P_EPS2 };
+    enum { r1 = SLOSH_LYAPUNOV_V2_C_R1 };
+    enum { r2 = SLOSH_LYAPUNOV_V2_C_R2 };
+    enum { r3 = SLOSH_LYAPUNOV_V2_C_R3 };
+    enum { r4 = SLOSH_LYAPUNOV_V2_C_R4 };
+    enum { r5 = SLOSH_LYAPUNOV_V2_C_R5 };
+    enum { r6 = SLOSH_LYAPUNOV_V2_C_R6 };
+    enum { r7 = SLOSH_LYAPUNOV_V2_C_R7 };
+    enum { r8 = SLOSH_LYAPUNOV_V2_C_R8 };
+    enum { w1 = SLOSH_LYAPUNOV_V2_C_W1 };
+    enum { w2 = SLOSH_LYAPUNOV_V2_C_W2 };
+    enum { w3 = SLOSH_LYAPUNOV_V2_C_W3 };
+    enum { w4 = SLOSH_LYAPUNOV_V2_C_W4 };
+    enum { w5 = SLOSH_LYAPUNOV_V2_C_W5 };
+    const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
+    const real t_zrejm = K(1.0) / D1;
+    const real t_3qn53 = p[m1] * t_zrejm;
+    const real k1 = t_3qn53 * p[l1];
+    const real me1 = t_3qn53 * p[I1];
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real mv1 = t_6nwd2 * k1;
+    const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
+    const real t_5wzvs = K(1.0) / D2;
+    const real t_54cbb = p[m2] * t_5wzvs;
+    const real k2 = t_54cbb * p[l2];
+    const real me2 = t_54cbb * p[I2];
+    const real t_popww = p[l2] * p[m2];
+    const real mv2 = t_popww * k2;
+    const real M_C = p[m] + p[m0] + me1 + me2;
+    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real S_C = me1 * (p[h1] * p[h1])
+        + me2 * (p[h2] * p[h2])
+        + p[m] * (p[b] * p[b])
+        + p[m0] * (p[h0] * p[h0])
+        - M_C * (x_C * x_C);
+    const real J_C1 = p[I0] + p[J_x];
+    const real J_C3 = p[I0] + p[J_z] + S_C;
+    const real t_is5lg = p[I1] + p[I2];
+    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
+    const real W12 = q[wx] * q[wy];
+    const real W13 = q[wx] * q[wz];
+    const real e1 = p[h1] - x_C;
+    const real e2 = p[h2] - x_C;
+    real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
+    const real Wn1 = cos_theta1 * q[wy] - sin_theta1 * q[wz];
+    const real Wt1 = cos_theta1 * q[wz] + sin_theta1 * q[wy];
+    const real w_x1 = q[wx] - q[theta1_dot];
+    const real p1 = Wn1 + q[phi1_dot];
+    const real t_tqamb = Wt1 * sin_phi1;
+    const real chi1 = cos_phi1 * w_x1 - t_tqamb;
+    const real t_pad7a = Wt1 * cos_phi1;
+    const real t_qm5gj = t_pad7a + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
+    const real Wn2 = cos_theta2 * q[wy] - sin_theta2 * q[wz];
+    const real Wt2 = cos_theta2 * q[wz] + sin_theta2 * q[wy];
+    const real w_x2 = q[wx] - q[theta2_dot];
+    const real p2 = Wn2 + q[phi2_dot];
+    const real t_4adrp = Wt2 * sin_phi2;
+    const real chi2 = cos_phi2 * w_x2 - t_4adrp;
+    const real t_3pe4c = Wt2 * cos_phi2;
+    const real t_c6dmt = t_3pe4c + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_rybsf = q[wy] * q[wy] + q[wz] * q[wz];
+    const real t_w7vil = t_rybsf * e1;
+    const real tension1 = cos_phi1 * t_w7vil * mv1 - t_6nwd2 * sigma_sq1;
+    const real As_1 = mv1 * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real eAss_1 = Ass_1 * e1;
+    const real q_1 = sin_phi1 * p[l1];
+    const real lc_1 = cos_phi1 * p[l1];
+    const real B_1 = me1 * p[l1];
+    const real Bs_1 = B_1 * sin_phi1;
+    const real Bc_1 = B_1 * cos_phi1;
+    const real Bl_1 = B_1 * p[l1];
+    const real g_1 = e1 - lc_1;
+    const real t_62zow = K(1.0) / (p[I1] + p[m1] * (q_1 * q_1));
+    const real th_1 = p[m1] * t_62zow;
+    const real wth_1 = th_1 * p[I1];
+    const real eBc_1 = Bc_1 * e1;
+    const real wg_1 = g_1 * wth_1;
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real tn11_1 = Ass_1 + me1 - wth_1;
+    const real t_b7ure = me1 * (e1 * e1);
+    const real t_3bowt = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
+    const real t_3fv6l = g_1 * wg_1;
+    const real tn44_1 = t_b7ure + t_3bowt - t_3fv6l;
+    const real wq_1 = q_1 * wth_1;
+    const real wqg_1 = q_1 * wg_1;
+    const real wqq_1 = q_1 * wq_1;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real wgC_1 = cos_theta1 * wqg_1;
+    const real wgS_1 = sin_theta1 * wqg_1;
+    const real loss_phi1 = p[eps1] * q[phi1_dot];
+    const real loss_theta1 = p[eps1] * q[theta1_dot];
+    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real t_smkh7 = Wn1 * lc_1;
+    const real t_q2k45 = chi1 * p[l1];
+    const real t_wmv32 = p1 + q[phi1_dot];
+    const real zeta1 = W12 * q_1 + t_smkh7 * w_x1 - t_q2k45 * t_wmv32;
+    const real t_xips6 = zeta1 * p[I1] - loss_theta1 * q_1;
+    const real F_n1 = th_1 * t_xips6;
+    const real t_7imwe = B_1 * eta1 + loss_phi1 * k1;
+    const real t_k644q = t_7imwe * cos_phi1;
+    const real F_t1 = sin_phi1 * tension1 - t_k644q;
+    const real M_q1 = F_n1 * q_1;
+    const real I_phi1 = q[phi1_dot] * p[I1];
+    const real I_theta1 = q[theta1_dot] * p[I1];
+    const real t_6fvzz = t_rybsf * e2;
+    const real tension2 = cos_phi2 * t_6fvzz * mv2 - t_popww * sigma_sq2;
+    const real As_2 = mv2 * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real eAss_2 = Ass_2 * e2;
+    const real q_2 = sin_phi2 * p[l2];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real B_2 = me2 * p[l2];
+    const real Bs_2 = B_2 * sin_phi2;
+    const real Bc_2 = B_2 * cos_phi2;
+    const real Bl_2 = B_2 * p[l2];
+    const real g_2 = e2 - lc_2;
+    const real t_4434n = K(1.0) / (p[I2] + p[m2] * (q_2 * q_2));
+    const real th_2 = p[m2] * t_4434n;
+    const real wth_2 = th_2 * p[I2];
+    const real eBc_2 = Bc_2 * e2;
+    const real wg_2 = g_2 * wth_2;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real tn11_2 = Ass_2 + me2 - wth_2;
+    const real t_lpk5h = me2 * (e2 * e2);
+    const real t_ymmgl = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
+    const real t_odwbr = g_2 * wg_2;
+    const real tn44_2 = t_lpk5h + t_ymmgl - t_odwbr;
+    const real wq_2 = q_2 * wth_2;
+    const real wqg_2 = q_2 * wg_2;
+    const real wqq_2 = q_2 * wq_2;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real wgC_2 = cos_theta2 * wqg_2;
+    const real wgS_2 = sin_theta2 * wqg_2;
+    const real loss_phi2 = p[eps2] * q[phi2_dot];
+    const real loss_theta2 = p[eps2] * q[theta2_dot];
+    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real t_2nvx4 = Wn2 * lc_2;
+    const real t_e55su = chi2 * p[l2];
+    const real t_nlamb = p2 + q[phi2_dot];
+    const real zeta2 = W12 * q_2 + t_2nvx4 * w_x2 - t_e55su * t_nlamb;
+    const real t_vry6x = zeta2 * p[I2] - loss_theta2 * q_2;
+    const real F_n2 = th_2 * t_vry6x;
+    const real t_4b2fa = B_2 * eta2 + loss_phi2 * k2;
+    const real t_czyms = t_4b2fa * cos_phi2;
+    const real F_t2 = sin_phi2 * tension2 - t_czyms;
+    const real M_q2 = F_n2 * q_2;
+    const real I_phi2 = q[phi2_dot] * p[I2];
+    const real I_theta2 = q[theta2_dot] * p[I2];
+    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
+    const real t_fbeaw = S_sq1 * tn11_1;
+    const real t_dj555 = S_sq2 * tn11_2;
+    const real K22 = t_fbeaw + t_dj555 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real K33 = Ass_1 + Ass_2 + M_C - t_fbeaw - t_dj555;
+    const real t_rlbqu = Bc_1 * cos_theta1;
+    const real t_2fa7h = Bc_2 * cos_theta2;
+    const real K43 = wqS_1 + wqS_2 - t_rlbqu - t_2fa7h;
+    const real t_nhr5u = wqq_1 + wqq_2;
+    const real K44 = t_nhr5u + Bl_1 + Bl_2 + J_C1;
+    const real t_tcgxn = wg_1 - e1 * me1;
+    const real t_uf5ib = wg_2 - e2 * me2;
+    const real t_32gyg = Bc_1 - eAss_1;
+    const real t_65obb = t_32gyg + t_tcgxn;
+    const real t_gbkg6 = Bc_2 - eAss_2;
+    const real t_yoiua = t_gbkg6 + t_uf5ib;
+    const real t_z76hk = S_sq1 * t_65obb + S_sq2 * t_yoiua;
+    const real K52 = t_tcgxn + t_uf5ib - t_z76hk - wqC_1 - wqC_2;
+    const real t_hjmgb = SC1 * t_65obb + SC2 * t_yoiua;
+    const real K53 = wqS_1 - t_hjmgb + wqS_2;
+    const real t_nncdg = Bl_1 - eBc_1;
+    const real t_cr4jw = t_nncdg * sin_theta1;
+    const real t_4q22j = Bl_2 - eBc_2;
+    const real t_6pb2s = t_4q22j * sin_theta2;
+    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_cr4jw + t_6pb2s;
+    const real t_hoosk = S_sq1 * tn44_1;
+    const real t_drvdp = S_sq2 * tn44_2;
+    const real K55 = t_3fv6l
+        + t_odwbr
+        + t_nhr5u
+        + t_hoosk
+        + t_drvdp
+        + J_C3
+        - t_b7ure
+        - t_lpk5h
+        + K(-2.0) * wgC_1
+        + K(-2.0) * wgC_2;
+    const real K63 = t_z76hk - (t_32gyg + t_gbkg6);
+    const real t_zhbuw = wgS_1 + wgS_2;
+    const real t_67cpm = t_nncdg * cos_theta1;
+    const real t_4qb3w = t_4q22j * cos_theta2;
+    const real K64 = t_zhbuw + t_67cpm + t_4qb3w;
+    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_3bowt + t_ymmgl + J_C2 - t_hoosk - t_drvdp;
+    const real t_vt7uo = F_n1 * cos_theta1;
+    const real t_oncjt = F_n2 * cos_theta2;
+    const real t_ramrz = F_t1 * sin_theta1;
+    const real t_ssvj3 = F_t2 * sin_theta2;
+    const real n2 = t_vt7uo + t_oncjt + t_ramrz + t_ssvj3;
+    const real t_ibvem = F_t1 * cos_theta1;
+    const real t_azclp = F_n1 * sin_theta1;
+    const real t_iya7w = F_n2 * sin_theta2;
+    const real t_ga7f3 = F_t2 * cos_theta2;
+    const real n3 = t_ibvem - (t_azclp + t_iya7w) + t_ga7f3;
+    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
+    const real t_kp7yy = M_q1 + M_q2;
+    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
+    const real t_sfymc = p[J_y] - p[J_z];
+    const real t_6nfyn = t_sfymc * q[wy];
+    const real n4 = t_aejai
+        - t_kp7yy
+        + t_zd4fs
+        - loss_phi1
+        - loss_phi2
+        + I_theta1 * q[wy]
+        + I_theta2 * q[wy]
+        - t_6nfyn * q[wz];
+    const real t_w7nmt = t_aejai + F_t1 * e1;
+    const real t_h4rsv = t_w7nmt * sin_theta1;
+    const real t_e5cx2 = t_zd4fs + F_t2 * e2;
+    const real t_n4l7v = t_e5cx2 * sin_theta2;
+    const real t_5r66u = J_C1 + (p[J_z] - p[J_y]);
+    const real n5 = t_h4rsv
+        - (t_kp7yy + loss_theta1 + loss_theta2)
+        + t_n4l7v
+        - W12 * t_5r66u
+        - I_phi1 * q[wy]
+        - I_phi2 * q[wy]
+        + t_vt7uo * g_1
+        + t_oncjt * g_2;
+    const real t_slihb = t_w7nmt * cos_theta1;
+    const real t_wrhtu = t_e5cx2 * cos_theta2;
+    const real t_7bo2j = J_C1 + t_is5lg + t_sfymc;
+    const real n6 = t_slihb
+        + t_wrhtu
+        + I_theta1 * q[wx]
+        + I_theta2 * q[wx]
+        - W13 * t_7bo2j
+        - t_azclp * g_1
+        - t_iya7w * g_2
+        - I_phi1 * q[wz]
+        - I_phi2 * q[wz];
+    const real t_pagmx = Asc_1 * sin_theta1;
+    const real t_em5lf = Asc_2 * sin_theta2;
+    const real t_b3aij = t_pagmx + t_em5lf;
+    const real t_bpfoo = K(1.0) / K11;
+    const real t_w7lcw = t_b3aij * t_bpfoo;
+    const real K_D2 = K22 - t_b3aij * t_w7lcw;
+    const real t_pq5r4 = Asc_1 * cos_theta1;
+    const real t_mejrc = Asc_2 * cos_theta2;
+    const real t_zzymx = t_pq5r4 + t_mejrc;
+    const real t_3go2w = t_zzymx * t_bpfoo;
+    const real t_2rbbr = K32 - t_b3aij * t_3go2w;
+    const real t_4iujv = K(1.0) / K_D2;
+    const real K_L32 = t_2rbbr * t_4iujv;
+    const real t_ev7u5 = Bs_1 + Asc_1 * e1;
+    const real t_b2inm = t_ev7u5 * sin_theta1;
+    const real t_bvybx = Bs_2 + Asc_2 * e2;
+    const real t_i6twe = t_bvybx * sin_theta2;
+    const real t_6mmeb = t_b2inm + t_i6twe;
+    const real t_rujpm = t_6mmeb * t_bpfoo;
+    const real t_xqwvu = K52 - t_b3aij * t_rujpm;
+    const real K_L52 = t_xqwvu * t_4iujv;
+    const real K_D3 = K33 - t_2rbbr * K_L32 - t_zzymx * t_3go2w;
+    const real t_kimqu = Bc_1 * sin_theta1;
+    const real t_h3qlz = Bc_2 * sin_theta2;
+    const real t_yz7e5 = wqC_1 + wqC_2 + t_kimqu + t_h3qlz;
+    const real t_2m245 = Bs_1 + Bs_2;
+    const real t_xq4wt = t_2m245 * t_bpfoo;
+    const real t_u3hss = t_yz7e5 + t_b3aij * t_xq4wt;
+    const real t_5wcj3 = t_u3hss * t_4iujv;
+    const real t_fqe33 = K43 + t_2rbbr * t_5wcj3 - t_zzymx * t_xq4wt;
+    const real t_zmh3u = K(1.0) / K_D3;
+    const real K_L43 = t_fqe33 * t_zmh3u;
+    const real t_kjv32 = K53 - t_2rbbr * K_L52 - t_zzymx * t_rujpm;
+    const real K_L53 = t_kjv32 * t_zmh3u;
+    const real t_llswo = t_ev7u5 * cos_theta1;
+    const real t_inhtz = t_bvybx * cos_theta2;
+    const real t_bl4f2 = t_llswo + t_inhtz;
+    const real t_pgxzp = t_bl4f2 * t_bpfoo;
+    const real t_dzmcy = t_hjmgb + t_b3aij * t_pgxzp;
+    const real t_gz422 = t_dzmcy * t_4iujv;
+    const real t_iyghn = K63 + t_2rbbr * t_gz422 - t_zzymx * t_pgxzp;
+    const real K_L63 = t_iyghn * t_zmh3u;
+    const real K_D4 = K44 - t_u3hss * t_5wcj3 - t_fqe33 * K_L43 - t_2m245 * t_xq4wt;
+    const real t_svz2s = K54 + t_u3hss * K_L52 - t_fqe33 * K_L53 - t_2m245 * t_rujpm;
+    const real t_lt2al = K(1.0) / K_D4;
+    const real K_L54 = t_svz2s * t_lt2al;
+    const real t_vjpw3 = K64 - t_u3hss * t_gz422 - t_fqe33 * K_L63 - t_2m245 * t_pgxzp;
+    const real K_L64 = t_vjpw3 * t_lt2al;
+    const real K_D5 = K55
+        - t_xqwvu * K_L52
+        - t_kjv32 * K_L53
+        - t_svz2s * K_L54
+        - t_6mmeb * t_rujpm;
+    const real t_3np5y = K65
+        + t_xqwvu * t_gz422
+        - t_kjv32 * K_L63
+        - t_svz2s * K_L64
+        - t_6mmeb * t_pgxzp;
+    const real t_ftqxb = K(1.0) / K_D5;
+    const real K_L65 = t_3np5y * t_ftqxb;
+    const real K_D6 = K66
+        - t_dzmcy * t_gz422
+        - t_iyghn * K_L63
+        - t_vjpw3 * K_L64
+        - t_3np5y * K_L65
+        - t_bl4f2 * t_pgxzp;
+    const real B_v2 = q[vy] * c[r1];  /* (29) */
+    const real C_v2 = q[vz] * c[r2];  /* (29) */
+    const real g1_v2 = B_v2 * q[vz] - C_v2 * q[vy] + q[att1] * c[r3];  /* (29) */
+    const real g2_v2 = C_v2 * q[vx] + q[att2] * c[r5];  /* (29) */
+    const real g3_v2 = q[att3] * c[r7] - B_v2 * q[vx];  /* (29) */
+    const real t_t6fx5 = K(1.0) / c[r8];
+    const real G2_v2 = W12 - (q[wz] * c[w5] + g3_v2) * t_t6fx5;
+    const real t_yjeu3 = K(1.0) / c[r6];
+    const real G3_v2 = W13 + (q[wy] * c[w4] + g2_v2) * t_yjeu3;
+    const real a2_v2 = G2_v2 * x_C - B_v2 * c[w1];
+    const real a3_v2 = G3_v2 * x_C - C_v2 * c[w2];
+    const real t_ma4ro = K(1.0) / c[r4];
+    const real t_lutta = (q[wx] * c[w3] + g1_v2) * t_ma4ro;
+    const real t_qbgt7 = t_7imwe * sin_phi1;
+    const real t_v7h4t = t_4b2fa * sin_phi2;
+    const real t_xynyo = t_qbgt7 + t_v7h4t + cos_phi1 * tension1 + cos_phi2 * tension2;
+    const real t_ubmsz = t_xynyo
+        + G2_v2 * t_6mmeb
+        + G3_v2 * t_bl4f2
+        + t_b3aij * a2_v2
+        + t_zzymx * a3_v2;
+    const real q1_v2 = t_2m245 * t_lutta - t_ubmsz;
+    const real q2_v2 = n2
+        + G2_v2 * K52
+        - G3_v2 * t_hjmgb
+        + K22 * a2_v2
+        + K32 * a3_v2
+        + t_yz7e5 * t_lutta;
+    const real q3_v2 = n3
+        + G2_v2 * K53
+        + G3_v2 * K63
+        + K32 * a2_v2
+        + K33 * a3_v2
+        - K43 * t_lutta;
+    const real PP_v2 = K11 * K11 + t_b3aij * t_b3aij + t_zzymx * t_zzymx;
+    const real Pq_v2 = K11 * q1_v2 - t_b3aij * q2_v2 - t_zzymx * q3_v2;
+    const real t_owyvy = q1_v2 * q1_v2 - p[F] * p[F] + q2_v2 * q2_v2 + q3_v2 * q3_v2;
+    const real t_5y7r7 = Pq_v2 * Pq_v2 - PP_v2 * t_owyvy;
+    const real root_v2 = mv_sqrt(mv_max(SPLAT(K(0.0)), t_5y7r7));
+    const real t_hvu5i = K(1.0) / PP_v2;
+    const real ax_v2 = (root_v2 - Pq_v2) * t_hvu5i;
+    const real f2_v2 = q2_v2 - t_b3aij * ax_v2;
+    const real f3_v2 = q3_v2 - t_zzymx * ax_v2;
+    const real t_y7rm6 = K(1.0) / p[F];
+    const real t_w4bdl = f2_v2 * t_y7rm6;
+    const real t_gv4uc = mv_min(SPLAT(K(1.0)), t_w4bdl);
+    const real sin_d2_v2 = mv_max(SPLAT(K(-1.0)), t_gv4uc);
+    const real cos_d2_v2 = mv_sqrt(K(1.0) - sin_d2_v2 * sin_d2_v2);
+    const real t_ldujx = -(f3_v2 * t_y7rm6 / mv_max(SPLAT(K(1e-09)), cos_d2_v2));
+    const real t_bfggr = mv_min(SPLAT(K(1.0)), t_ldujx);
+    const real delta1_v2 = mv_asin(mv_max(SPLAT(K(-1.0)), t_bfggr));
+    const real delta2_v2 = mv_asin(sin_d2_v2);
+    const mask m_5gpld = LT(t_gv4uc, K(-1.0));
+    const mask m_fymqf = LT(K(-1.0), t_gv4uc);
+    const mask m_lej7o = LT(K(1.0), t_w4bdl);
+    const mask m_mg55y = AND(m_fymqf, m_lej7o);
+    const mask m_35nsk = OR(m_5gpld, m_mg55y);
+    const mask m_zww5v = OR(m_35nsk, m_lej7o);
+    const mask m_el4yy = NOT(m_zww5v);
+    const real t_qerph = -p[delta1_max];
+    const mask m_kyd3d = LT(t_5y7r7, K(0.0));
+    const real t_wdgab = (SELECT(m_kyd3d, root_v2, root_v2) - Pq_v2) * t_hvu5i;
+    const real t_jker3 = q2_v2 - t_b3aij * t_wdgab;
+    const real t_uad4o = t_jker3 * t_y7rm6;
+    const real t_4qbql = mv_min(SPLAT(K(1.0)), t_uad4o);
+    const real t_dmbry = mv_max(SPLAT(K(-1.0)), t_4qbql);
+    const real t_g4u7i = SELECT(m_zww5v, delta2_v2, mv_asin(t_dmbry));
+    const mask m_r2fy3 = LE(mv_fabs(t_g4u7i), p[delta2_max]);
+    const mask m_furr5 = LT(t_bfggr, K(-1.0));
+    const mask m_uqg3t = LT(K(-1.0), t_bfggr);
+    const mask m_dvyvr = LT(K(1.0), t_ldujx);
+    const mask m_nngn3 = AND(m_uqg3t, m_dvyvr);
+    const mask m_xrwwu = OR(m_furr5, m_nngn3);
+    const mask m_qt2kt = OR(m_xrwwu, m_dvyvr);
+    const real t_gzb3e = q3_v2 - t_zzymx * t_wdgab;
+    const real t_v4pjv = mv_sqrt(K(1.0) - t_dmbry * t_dmbry);
+    const real t_c7nyz = SELECT(m_zww5v, cos_d2_v2, t_v4pjv);
+    const real t_qvk2y = K(1.0) / mv_max(SPLAT(K(1e-09)), t_c7nyz);
+    const real t_hxmol = t_gzb3e * t_y7rm6 * t_qvk2y;
+    const real t_pdpy6 = -t_hxmol;
+    const real t_ltztq = mv_min(SPLAT(K(1.0)), t_pdpy6);
+    const real t_xb3pe = mv_max(SPLAT(K(-1.0)), t_ltztq);
+    const real t_kood5 = SELECT(m_qt2kt, delta1_v2, mv_asin(t_xb3pe));
+    const real t_xkg6l = K(1.0) / mv_cos(p[delta2_max]);
+    const real t_oylrc = mv_cos(delta2_v2) * mv_sin(delta1_v2) * t_xkg6l;
+    const real t_i2hqs = mv_min(SPLAT(K(1.0)), t_oylrc);
+    const mask m_thti4 = LT(t_i2hqs, K(-1.0));
+    const mask m_nss45 = LT(K(-1.0), t_i2hqs);
+    const mask m_ly52o = LT(K(1.0), t_oylrc);
+    const mask m_fxiod = LT(t_oylrc, K(1.0));
+    const mask m_ojgi7 = AND(m_zww5v, m_qt2kt);
+    const mask m_hnhka = AND(m_fxiod, m_ojgi7);
+    const mask m_pjnhi = OR(m_ly52o, m_hnhka);
+    const mask m_yua5q = OR(m_pjnhi, m_ojgi7);
+    const mask m_hv2m7 = AND(m_nss45, m_yua5q);
+    const mask m_3kx4h = OR(m_thti4, m_hv2m7);
+    const mask m_icvbq = OR(m_3kx4h, m_yua5q);
+    real sin_t_g4u7i, cos_t_g4u7i; mv_sincos(t_g4u7i, &sin_t_g4u7i, &cos_t_g4u7i);
+    real sin_t_kood5, cos_t_kood5; mv_sincos(t_kood5, &sin_t_kood5, &cos_t_kood5);
+    const real t_cl3ki = cos_t_g4u7i * sin_t_kood5;
+    const real t_n35pv = t_cl3ki * t_xkg6l;
+    const real t_33tdi = mv_min(SPLAT(K(1.0)), t_n35pv);
+    const real t_2g6s5 = mv_max(SPLAT(K(-1.0)), t_33tdi);
+    const real t_ymnad = SELECT(m_r2fy3, t_kood5, SELECT(m_icvbq, mv_asin(mv_max(SPLAT(K(-1.0)), t_i2hqs)), mv_asin(t_2g6s5)));
+    const real t_zr4ug = mv_min(p[delta1_max], t_ymnad);
+    const real t_kl6tx = mv_max(t_qerph, t_zr4ug);
+    real sin_t_kl6tx, cos_t_kl6tx; mv_sincos(t_kl6tx, &sin_t_kl6tx, &cos_t_kl6tx);
+    const real t_6k2ny = -p[delta2_max];
+    const real t_gbzjx = mv_min(t_g4u7i, p[delta2_max]);
+    const real t_auieu = mv_max(t_6k2ny, t_gbzjx);
+    real sin_t_auieu, cos_t_auieu; mv_sincos(t_auieu, &sin_t_auieu, &cos_t_auieu);
+    const mask m_eeoaw = LE(t_6k2ny, t_gbzjx);
+    const real t_ews3r = NUM(m_eeoaw);
+    const mask m_3zd4s = LE(t_gbzjx, t_6k2ny);
+    const real t_bw2jd = t_ews3r / (NUM(m_3zd4s) + t_ews3r);
+    const mask m_g2elo = LE(t_g4u7i, p[delta2_max]);
+    const real t_cc7wo = NUM(m_g2elo);
+    const mask m_gp7m2 = LE(p[delta2_max], t_g4u7i);
+    const real t_as3uq = t_cc7wo / (t_cc7wo + NUM(m_gp7m2));
+    const mask m_ieiia = LE(K(-1.0), t_4qbql);
+    const real t_wzftv = NUM(m_ieiia);
+    const mask m_hnocs = LE(t_4qbql, K(-1.0));
+    const real t_q2hfz = t_wzftv / (NUM(m_hnocs) + t_wzftv);
+    const mask m_i4vgm = LE(t_uad4o, K(1.0));
+    const real t_hkwhb = NUM(m_i4vgm);
+    const mask m_iwk2v = LE(K(1.0), t_uad4o);
+    const real t_5x4sb = t_hkwhb / (NUM(m_iwk2v) + t_hkwhb);
+    const real t_m4tr6 = B_v2 * t_t6fx5;
+    const real t_dqsxi = C_v2 * t_yjeu3;
+    const real t_zuicc = x_C * t_m4tr6;
+    const real t_da2wo = x_C * t_dqsxi;
+    const real t_2caho = K52 * t_m4tr6 - t_hjmgb * t_dqsxi + K22 * t_zuicc + K32 * t_da2wo;
+    const mask m_l7cqn = NOT(m_kyd3d);
+    const mask m_gpyuk = LE(K(0.0), t_5y7r7);
+    const real t_gcb25 = NUM(m_gpyuk);
+    const mask m_jylev = LE(t_5y7r7, K(0.0));
+    const real t_5cok6 = t_gcb25 / (NUM(m_jylev) + t_gcb25);
+    const real t_t7vcl = Pq_v2 + Pq_v2;
+    const real t_23sim = t_6mmeb * t_m4tr6 + t_bl4f2 * t_dqsxi + t_b3aij * t_zuicc + t_zzymx * t_da2wo;
+    const real t_wkicp = K53 * t_m4tr6 + K63 * t_dqsxi + K32 * t_zuicc + K33 * t_da2wo;
+    const real t_hmfjp = K11 * t_23sim + t_b3aij * t_2caho + t_zzymx * t_wkicp;
+    const real t_i2mne = q2_v2 + q2_v2;
+    const real t_4gyk7 = q1_v2 + q1_v2;
+    const real t_rhnsp = q3_v2 + q3_v2;
+    const real t_vxpmx = t_t7vcl * t_hmfjp
+        + PP_v2 * (t_i2mne * t_2caho - t_4gyk7 * t_23sim + t_rhnsp * t_wkicp);
+    const real t_pd2sg = K(1.0) / (root_v2 + root_v2);
+    const real t_rt6wo = (SELECT0(m_l7cqn, -(t_5cok6 * t_vxpmx * t_pd2sg)) + t_hmfjp) * t_hvu5i;
+    const real t_6vwgb = t_2caho - t_b3aij * t_rt6wo;
+    const real t_g36un = t_q2hfz * (t_5x4sb * (t_6vwgb * t_y7rm6));
+    const real t_nwsjf = K(1.0) / t_v4pjv;
+    const real t_oesw4 = t_g36un * t_nwsjf;
+    const real t_iubif = t_bw2jd * (t_as3uq * t_oesw4);
+    const real t_27ev7 = p[F] * (sin_t_auieu * t_iubif);
+    const real t_wzmp3 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7));
+    const real t_zmkrd = cos_t_auieu * p[F];
+    const mask m_qbaiu = LE(t_qerph, t_zr4ug);
+    const real t_fkqa6 = NUM(m_qbaiu);
+    const mask m_cbqaf = LE(t_zr4ug, t_qerph);
+    const real t_zrb6o = t_fkqa6 / (NUM(m_cbqaf) + t_fkqa6);
+    const mask m_i3y4a = LE(t_ymnad, p[delta1_max]);
+    const real t_bx6ew = NUM(m_i3y4a);
+    const mask m_dwvtj = LE(p[delta1_max], t_ymnad);
+    const real t_vr3uw = t_bx6ew / (NUM(m_dwvtj) + t_bx6ew);
+    const mask m_uklky = NOT(m_qt2kt);
+    const mask m_wzftv = LE(K(-1.0), t_ltztq);
+    const real t_wzftv_2 = NUM(m_wzftv);
+    const mask m_ov2v5 = LE(t_ltztq, K(-1.0));
+    const real t_q2hfz_2 = t_wzftv_2 / (NUM(m_ov2v5) + t_wzftv_2);
+    const mask m_n24ux = LE(t_pdpy6, K(1.0));
+    const real t_nowqj = NUM(m_n24ux);
+    const mask m_lq75g = LE(K(1.0), t_pdpy6);
+    const real t_2snz7 = t_nowqj / (NUM(m_lq75g) + t_nowqj);
+    const real t_2njnt = t_wkicp - t_zzymx * t_rt6wo;
+    const real t_rdshm = t_hxmol * t_qvk2y;
+    const mask m_jpukc = LE(K(1e-09), t_c7nyz);
+    const real t_uyi7x = NUM(m_jpukc);
+    const mask m_ia2oz = LE(t_c7nyz, K(1e-09));
+    const real t_qzpff = t_uyi7x / (NUM(m_ia2oz) + t_uyi7x);
+    const real t_uwsp7 = t_dmbry + t_dmbry;
+    const real t_imn4h = K(1.0) / (t_v4pjv + t_v4pjv);
+    const real t_qjndv = t_2njnt * t_y7rm6 * t_qvk2y
+        + SELECT0(m_el4yy, t_rdshm * (t_qzpff * (t_uwsp7 * t_g36un * t_imn4h)));
+    const real t_bifdl = K(1.0) / mv_sqrt(K(1.0) - t_xb3pe * t_xb3pe);
+    const real t_6llfx = t_q2hfz_2 * (t_2snz7 * t_qjndv) * t_bifdl;
+    const mask m_poz7i = NOT(m_icvbq);
+    const mask m_x7dkd = LE(K(-1.0), t_33tdi);
+    const real t_wzftv_3 = NUM(m_x7dkd);
+    const mask m_pjw43 = LE(t_33tdi, K(-1.0));
+    const real t_q2hfz_3 = t_wzftv_3 / (NUM(m_pjw43) + t_wzftv_3);
+    const mask m_c7e3s = LE(t_n35pv, K(1.0));
+    const real t_zv3rt = NUM(m_c7e3s);
+    const mask m_rzd2j = LE(K(1.0), t_n35pv);
+    const real t_yued5 = t_zv3rt / (NUM(m_rzd2j) + t_zv3rt);
+    const real t_d4wem = sin_t_g4u7i * t_oesw4;
+    const real t_kj6yx = cos_t_kood5 * t_6llfx;
+    const real t_ssiof = SELECT0(m_el4yy, -(sin_t_kood5 * t_d4wem)) + SELECT0(m_uklky, -(cos_t_g4u7i * t_kj6yx));
+    const real t_bifdl_2 = K(1.0) / mv_sqrt(K(1.0) - t_2g6s5 * t_2g6s5);
+    const real t_amp27 = SELECT(m_r2fy3, SELECT0(m_uklky, -t_6llfx), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_ssiof * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde = t_zrb6o * (t_vr3uw * t_amp27);
+    const real t_cxwzz = sin_t_kl6tx * t_swjde;
+    const real t_ke372 = t_wzmp3 - t_zmkrd * t_cxwzz;
+    const real t_ilple = p[F] * (cos_t_auieu * t_iubif);
+    const real t_j5h4e = SELECT0(m_el4yy, t_ilple) + t_w7lcw * t_ke372;
+    const real t_ooljq = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7));
+    const real t_lqx5z = cos_t_kl6tx * t_swjde;
+    const real t_mvrqf = t_ooljq + t_zmkrd * t_lqx5z;
+    const real t_ejflw = t_3go2w * t_ke372 - t_mvrqf - K_L32 * t_j5h4e;
+    const real t_shxu4 = p[F] * t_d4wem;
+    const real t_huqui = SELECT0(m_el4yy, -(cos_t_kood5 * t_shxu4));
+    const real t_wo26r = p[F] * cos_t_g4u7i;
+    const real t_7nvy5 = sin_t_kood5 * t_6llfx;
+    const real t_77p2l = t_huqui + SELECT0(m_uklky, t_wo26r * t_7nvy5) - (K11 * t_rt6wo - t_23sim);
+    const real t_kbtvv = p[F] * (cos_t_g4u7i * t_oesw4);
+    const real t_ceg3g = SELECT0(m_el4yy, t_kbtvv) - t_6vwgb + t_w7lcw * t_77p2l;
+    const real t_a3mx6 = SELECT0(m_el4yy, -(sin_t_kood5 * t_shxu4)) + SELECT0(m_uklky, -(t_wo26r * t_kj6yx));
+    const real t_oxxka = (t_3go2w * t_77p2l - (t_a3mx6 + t_2njnt) - K_L32 * t_ceg3g) * t_zmh3u;
+    const real t_2xwyg = t_ceg3g * t_4iujv - K_L32 * t_oxxka;
+    const real t_lximt = t_77p2l * t_bpfoo + t_w7lcw * t_2xwyg + t_3go2w * t_oxxka;
+    const real t_zmkrd_2 = p[F] * cos_t_auieu;
+    const real t_wo26r_2 = cos_t_g4u7i * p[F];
+    const real t_cgxsm = t_wzmp3 - t_zmkrd_2 * t_cxwzz - (t_huqui + SELECT0(m_uklky, t_wo26r_2 * t_7nvy5));
+    const real t_ycqju = t_ilple - t_kbtvv;
+    const real t_4w3t6 = SELECT0(m_el4yy, t_ycqju) + t_w7lcw * t_cgxsm;
+    const real t_pdzxe = p[F] * t_ssiof - (t_ooljq + t_zmkrd_2 * t_lqx5z);
+    const real t_tuq22 = (t_pdzxe + t_3go2w * t_cgxsm - K_L32 * t_4w3t6) * t_zmh3u;
+    const real t_s7pal = t_4w3t6 * t_4iujv - K_L32 * t_tuq22;
+    const real t_cyfhb = t_cgxsm * t_bpfoo + t_w7lcw * t_s7pal + t_3go2w * t_tuq22;
+    const real t_erc3j = K54 * t_m4tr6
+        + K64 * t_dqsxi
+        - t_2m245 * t_rt6wo
+        - t_2m245 * t_lximt
+        - t_yz7e5 * t_zuicc
+        - t_yz7e5 * t_2xwyg
+        + K43 * t_da2wo
+        + K43 * t_oxxka
+        - t_2m245 * t_cyfhb
+        - t_yz7e5 * t_s7pal
+        + K43 * t_tuq22
+        + t_xq4wt * t_ke372
+        + t_5wcj3 * t_j5h4e
+        - K_L43 * t_ejflw;
+    const real t_lwe76 = p[b] + p[d] + x_C;
+    const real t_3rqmb = K55 * t_m4tr6
+        + K65 * t_dqsxi
+        - t_6mmeb * t_rt6wo
+        - t_6mmeb * t_lximt
+        + K52 * t_zuicc
+        + K52 * t_2xwyg
+        + K53 * t_da2wo
+        + K53 * t_oxxka
+        + SELECT0(m_el4yy, t_lwe76 * t_kbtvv)
+        - t_6mmeb * t_cyfhb
+        + K52 * t_s7pal
+        + K53 * t_tuq22
+        + SELECT0(m_el4yy, t_lwe76 * t_ycqju)
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple))
+        + t_rujpm * t_ke372
+        - K_L52 * t_j5h4e
+        - K_L53 * t_ejflw
+        - K_L54 * t_erc3j;
+    const real t_6wdrw = t_lwe76 * t_a3mx6
+        - K65 * t_m4tr6
+        - K66 * t_dqsxi
+        + t_bl4f2 * t_rt6wo
+        + t_bl4f2 * t_lximt
+        + t_hjmgb * t_zuicc
+        + t_hjmgb * t_2xwyg
+        - K63 * t_da2wo
+        - K63 * t_oxxka
+        - t_lwe76 * t_pdzxe
+        + t_bl4f2 * t_cyfhb
+        + t_hjmgb * t_s7pal
+        - K63 * t_tuq22;
+    const real t_wxuq5 = t_lwe76 * t_mvrqf
+        - t_6wdrw
+        + t_pgxzp * t_ke372
+        + t_gz422 * t_j5h4e
+        - K_L63 * t_ejflw
+        - K_L64 * t_erc3j
+        - K_L65 * t_3rqmb;
+    const real t_nfkwa = K(1.0) / K_D6;
+    const real t_qmze5 = t_wxuq5 * t_nfkwa;
+    const real t_wmspt = t_3rqmb * t_ftqxb - K_L65 * t_qmze5;
+    const real t_gbemj = t_erc3j * t_lt2al - K_L54 * t_wmspt - K_L64 * t_qmze5;
+    const real t_jhzfn = t_ejflw * t_zmh3u - K_L43 * t_gbemj - K_L53 * t_wmspt - K_L63 * t_qmze5;
+    const real t_m7bux = t_j5h4e * t_4iujv
+        - K_L32 * t_jhzfn
+        + t_5wcj3 * t_gbemj
+        - K_L52 * t_wmspt
+        + t_gz422 * t_qmze5;
+    const real t_so4so = t_ke372 * t_bpfoo
+        + t_w7lcw * t_m7bux
+        + t_3go2w * t_jhzfn
+        + t_xq4wt * t_gbemj
+        + t_rujpm * t_wmspt
+        + t_pgxzp * t_qmze5;
+    const real t_f3swo = q[vx] * c[r1] * t_t6fx5;
+    const real t_6fpxg = x_C * t_f3swo - c[w1] * c[r1];
+    const real t_tjdx5 = (q[vz] * c[r1] - C_v2) * t_ma4ro;
+    const real t_kewqt = K52 * t_f3swo + K22 * t_6fpxg + t_yz7e5 * t_tjdx5;
+    const real t_2tbch = t_2m245 * t_tjdx5 - (t_6mmeb * t_f3swo + t_b3aij * t_6fpxg);
+    const real t_w6mws = K53 * t_f3swo + K32 * t_6fpxg - K43 * t_tjdx5;
+    const real t_4zmf2 = K11 * t_2tbch - t_b3aij * t_kewqt - t_zzymx * t_w6mws;
+    const real t_jdlai = t_t7vcl * t_4zmf2
+        - PP_v2 * (t_4gyk7 * t_2tbch + t_i2mne * t_kewqt + t_rhnsp * t_w6mws);
+    const real t_snynm = (SELECT0(m_l7cqn, t_5cok6 * t_jdlai * t_pd2sg) - t_4zmf2) * t_hvu5i;
+    const real t_6bcmu = t_kewqt - t_b3aij * t_snynm;
+    const real t_a6dj6 = t_q2hfz * (t_5x4sb * (t_6bcmu * t_y7rm6));
+    const real t_oesw4_2 = t_a6dj6 * t_nwsjf;
+    const real t_iubif_2 = t_bw2jd * (t_as3uq * t_oesw4_2);
+    const real t_27ev7_2 = p[F] * (sin_t_auieu * t_iubif_2);
+    const real t_wzmp3_2 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_2));
+    const real t_76e6a = t_w6mws - t_zzymx * t_snynm;
+    const real t_jvems = t_76e6a * t_y7rm6 * t_qvk2y
+        + SELECT0(m_el4yy, t_rdshm * (t_qzpff * (t_uwsp7 * t_a6dj6 * t_imn4h)));
+    const real t_6llfx_2 = t_q2hfz_2 * (t_2snz7 * t_jvems) * t_bifdl;
+    const real t_d4wem_2 = sin_t_g4u7i * t_oesw4_2;
+    const real t_kj6yx_2 = cos_t_kood5 * t_6llfx_2;
+    const real t_ssiof_2 = SELECT0(m_el4yy, -(sin_t_kood5 * t_d4wem_2)) + SELECT0(m_uklky, -(cos_t_g4u7i * t_kj6yx_2));
+    const real t_amp27_2 = SELECT(m_r2fy3, SELECT0(m_uklky, -t_6llfx_2), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_ssiof_2 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_2 = t_zrb6o * (t_vr3uw * t_amp27_2);
+    const real t_cxwzz_2 = sin_t_kl6tx * t_swjde_2;
+    const real t_ke372_2 = t_wzmp3_2 - t_zmkrd * t_cxwzz_2;
+    const real t_ilple_2 = p[F] * (cos_t_auieu * t_iubif_2);
+    const real t_j5h4e_2 = SELECT0(m_el4yy, t_ilple_2) + t_w7lcw * t_ke372_2;
+    const real t_ooljq_2 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_2));
+    const real t_lqx5z_2 = cos_t_kl6tx * t_swjde_2;
+    const real t_mvrqf_2 = t_ooljq_2 + t_zmkrd * t_lqx5z_2;
+    const real t_ejflw_2 = t_3go2w * t_ke372_2 - t_mvrqf_2 - K_L32 * t_j5h4e_2;
+    const real t_shxu4_2 = p[F] * t_d4wem_2;
+    const real t_huqui_2 = SELECT0(m_el4yy, -(cos_t_kood5 * t_shxu4_2));
+    const real t_7nvy5_2 = sin_t_kood5 * t_6llfx_2;
+    const real t_wcsaw = t_huqui_2 + SELECT0(m_uklky, t_wo26r * t_7nvy5_2) - (t_2tbch + K11 * t_snynm);
+    const real t_kbtvv_2 = p[F] * (cos_t_g4u7i * t_oesw4_2);
+    const real t_53qve = SELECT0(m_el4yy, t_kbtvv_2) - t_6bcmu + t_w7lcw * t_wcsaw;
+    const real t_a3mx6_2 = SELECT0(m_el4yy, -(sin_t_kood5 * t_shxu4_2)) + SELECT0(m_uklky, -(t_wo26r * t_kj6yx_2));
+    const real t_cwl2z = (t_3go2w * t_wcsaw - (t_a3mx6_2 + t_76e6a) - K_L32 * t_53qve) * t_zmh3u;
+    const real t_2xwyg_2 = t_53qve * t_4iujv - K_L32 * t_cwl2z;
+    const real t_ny4gc = t_wcsaw * t_bpfoo + t_w7lcw * t_2xwyg_2 + t_3go2w * t_cwl2z;
+    const real t_cgxsm_2 = t_wzmp3_2 - t_zmkrd_2 * t_cxwzz_2 - (t_huqui_2 + SELECT0(m_uklky, t_wo26r_2 * t_7nvy5_2));
+    const real t_ycqju_2 = t_ilple_2 - t_kbtvv_2;
+    const real t_4w3t6_2 = SELECT0(m_el4yy, t_ycqju_2) + t_w7lcw * t_cgxsm_2;
+    const real t_pdzxe_2 = p[F] * t_ssiof_2 - (t_ooljq_2 + t_zmkrd_2 * t_lqx5z_2);
+    const real t_tuq22_2 = (t_pdzxe_2 + t_3go2w * t_cgxsm_2 - K_L32 * t_4w3t6_2) * t_zmh3u;
+    const real t_s7pal_2 = t_4w3t6_2 * t_4iujv - K_L32 * t_tuq22_2;
+    const real t_cyfhb_2 = t_cgxsm_2 * t_bpfoo + t_w7lcw * t_s7pal_2 + t_3go2w * t_tuq22_2;
+    const real t_7gmxl = K54 * t_f3swo
+        - t_2m245 * t_snynm
+        - t_2m245 * t_ny4gc
+        - t_yz7e5 * t_6fpxg
+        - t_yz7e5 * t_2xwyg_2
+        + K43 * t_cwl2z
+        - K44 * t_tjdx5
+        - t_2m245 * t_cyfhb_2
+        - t_yz7e5 * t_s7pal_2
+        + K43 * t_tuq22_2
+        + t_xq4wt * t_ke372_2
+        + t_5wcj3 * t_j5h4e_2
+        - K_L43 * t_ejflw_2;
+    const real t_exu67 = K55 * t_f3swo
+        - t_6mmeb * t_snynm
+        - t_6mmeb * t_ny4gc
+        + K52 * t_6fpxg
+        + K52 * t_2xwyg_2
+        + K53 * t_cwl2z
+        - K54 * t_tjdx5
+        + SELECT0(m_el4yy, t_lwe76 * t_kbtvv_2)
+        - t_6mmeb * t_cyfhb_2
+        + K52 * t_s7pal_2
+        + K53 * t_tuq22_2
+        + SELECT0(m_el4yy, t_lwe76 * t_ycqju_2)
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple_2))
+        + t_rujpm * t_ke372_2
+        - K_L52 * t_j5h4e_2
+        - K_L53 * t_ejflw_2
+        - K_L54 * t_7gmxl;
+    const real t_5esbl = t_lwe76 * t_a3mx6_2
+        - K65 * t_f3swo
+        + t_bl4f2 * t_snynm
+        + t_bl4f2 * t_ny4gc
+        + t_hjmgb * t_6fpxg
+        + t_hjmgb * t_2xwyg_2
+        - K63 * t_cwl2z
+        + K64 * t_tjdx5
+        - t_lwe76 * t_pdzxe_2
+        + t_bl4f2 * t_cyfhb_2
+        + t_hjmgb * t_s7pal_2
+        - K63 * t_tuq22_2;
+    const real t_dijbk = t_lwe76 * t_mvrqf_2
+        - t_5esbl
+        + t_pgxzp * t_ke372_2
+        + t_gz422 * t_j5h4e_2
+        - K_L63 * t_ejflw_2
+        - K_L64 * t_7gmxl
+        - K_L65 * t_exu67;
+    const real t_gqaye = t_dijbk * t_nfkwa;
+    const real t_2umpd = t_exu67 * t_ftqxb - K_L65 * t_gqaye;
+    const real t_7o3df = t_7gmxl * t_lt2al - K_L54 * t_2umpd - K_L64 * t_gqaye;
+    const real t_4tyla = t_ejflw_2 * t_zmh3u - K_L43 * t_7o3df - K_L53 * t_2umpd - K_L63 * t_gqaye;
+    const real t_7mokl = t_j5h4e_2 * t_4iujv
+        - K_L32 * t_4tyla
+        + t_5wcj3 * t_7o3df
+        - K_L52 * t_2umpd
+        + t_gz422 * t_gqaye;
+    const real t_4zswq = t_ke372_2 * t_bpfoo
+        + t_w7lcw * t_7mokl
+        + t_3go2w * t_4tyla
+        + t_xq4wt * t_7o3df
+        + t_rujpm * t_2umpd
+        + t_pgxzp * t_gqaye;
+    const real t_nmcio = q[vx] * c[r2] * t_yjeu3;
+    const real t_zaqmy = x_C * t_nmcio - c[w2] * c[r2];
+    const real t_c7tkt = (B_v2 - q[vy] * c[r2]) * t_ma4ro;
+    const real t_djk5e = K32 * t_zaqmy - t_hjmgb * t_nmcio + t_yz7e5 * t_c7tkt;
+    const real t_3wrgk = t_2m245 * t_c7tkt - (t_bl4f2 * t_nmcio + t_zzymx * t_zaqmy);
+    const real t_g7xnq = K63 * t_nmcio + K33 * t_zaqmy - K43 * t_c7tkt;
+    const real t_e2j3p = K11 * t_3wrgk - t_b3aij * t_djk5e - t_zzymx * t_g7xnq;
+    const real t_qzzka = t_t7vcl * t_e2j3p
+        - PP_v2 * (t_4gyk7 * t_3wrgk + t_i2mne * t_djk5e + t_rhnsp * t_g7xnq);
+    const real t_zwtzw = (SELECT0(m_l7cqn, t_5cok6 * t_qzzka * t_pd2sg) - t_e2j3p) * t_hvu5i;
+    const real t_veu33 = t_djk5e - t_b3aij * t_zwtzw;
+    const real t_bux7u = t_q2hfz * (t_5x4sb * (t_veu33 * t_y7rm6));
+    const real t_oesw4_3 = t_bux7u * t_nwsjf;
+    const real t_iubif_3 = t_bw2jd * (t_as3uq * t_oesw4_3);
+    const real t_27ev7_3 = p[F] * (sin_t_auieu * t_iubif_3);
+    const real t_wzmp3_3 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_3));
+    const real t_exosr = t_g7xnq - t_zzymx * t_zwtzw;
+    const real t_clk5k = t_exosr * t_y7rm6 * t_qvk2y
+        + SELECT0(m_el4yy, t_rdshm * (t_qzpff * (t_uwsp7 * t_bux7u * t_imn4h)));
+    const real t_6llfx_3 = t_q2hfz_2 * (t_2snz7 * t_clk5k) * t_bifdl;
+    const real t_d4wem_3 = sin_t_g4u7i * t_oesw4_3;
+    const real t_kj6yx_3 = cos_t_kood5 * t_6llfx_3;
+    const real t_ssiof_3 = SELECT0(m_el4yy, -(sin_t_kood5 * t_d4wem_3)) + SELECT0(m_uklky, -(cos_t_g4u7i * t_kj6yx_3));
+    const real t_amp27_3 = SELECT(m_r2fy3, SELECT0(m_uklky, -t_6llfx_3), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_ssiof_3 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_3 = t_zrb6o * (t_vr3uw * t_amp27_3);
+    const real t_cxwzz_3 = sin_t_kl6tx * t_swjde_3;
+    const real t_ke372_3 = t_wzmp3_3 - t_zmkrd * t_cxwzz_3;
+    const real t_ilple_3 = p[F] * (cos_t_auieu * t_iubif_3);
+    const real t_j5h4e_3 = SELECT0(m_el4yy, t_ilple_3) + t_w7lcw * t_ke372_3;
+    const real t_ooljq_3 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_3));
+    const real t_lqx5z_3 = cos_t_kl6tx * t_swjde_3;
+    const real t_mvrqf_3 = t_ooljq_3 + t_zmkrd * t_lqx5z_3;
+    const real t_ejflw_3 = t_3go2w * t_ke372_3 - t_mvrqf_3 - K_L32 * t_j5h4e_3;
+    const real t_shxu4_3 = p[F] * t_d4wem_3;
+    const real t_huqui_3 = SELECT0(m_el4yy, -(cos_t_kood5 * t_shxu4_3));
+    const real t_7nvy5_3 = sin_t_kood5 * t_6llfx_3;
+    const real t_hdfx4 = t_huqui_3 + SELECT0(m_uklky, t_wo26r * t_7nvy5_3) - (t_3wrgk + K11 * t_zwtzw);
+    const real t_kbtvv_3 = p[F] * (cos_t_g4u7i * t_oesw4_3);
+    const real t_sjz76 = SELECT0(m_el4yy, t_kbtvv_3) - t_veu33 + t_w7lcw * t_hdfx4;
+    const real t_a3mx6_3 = SELECT0(m_el4yy, -(sin_t_kood5 * t_shxu4_3)) + SELECT0(m_uklky, -(t_wo26r * t_kj6yx_3));
+    const real t_ikt7f = (t_3go2w * t_hdfx4 - (t_a3mx6_3 + t_exosr) - K_L32 * t_sjz76) * t_zmh3u;
+    const real t_2xwyg_3 = t_sjz76 * t_4iujv - K_L32 * t_ikt7f;
+    const real t_ny4gc_2 = t_hdfx4 * t_bpfoo + t_w7lcw * t_2xwyg_3 + t_3go2w * t_ikt7f;
+    const real t_cgxsm_3 = t_wzmp3_3 - t_zmkrd_2 * t_cxwzz_3 - (t_huqui_3 + SELECT0(m_uklky, t_wo26r_2 * t_7nvy5_3));
+    const real t_ycqju_3 = t_ilple_3 - t_kbtvv_3;
+    const real t_4w3t6_3 = SELECT0(m_el4yy, t_ycqju_3) + t_w7lcw * t_cgxsm_3;
+    const real t_pdzxe_3 = p[F] * t_ssiof_3 - (t_ooljq_3 + t_zmkrd_2 * t_lqx5z_3);
+    const real t_tuq22_3 = (t_pdzxe_3 + t_3go2w * t_cgxsm_3 - K_L32 * t_4w3t6_3) * t_zmh3u;
+    const real t_s7pal_3 = t_4w3t6_3 * t_4iujv - K_L32 * t_tuq22_3;
+    const real t_cyfhb_3 = t_cgxsm_3 * t_bpfoo + t_w7lcw * t_s7pal_3 + t_3go2w * t_tuq22_3;
+    const real t_26ak3 = K64 * t_nmcio
+        - t_2m245 * t_zwtzw
+        - t_2m245 * t_ny4gc_2
+        - t_yz7e5 * t_2xwyg_3
+        + K43 * t_zaqmy
+        + K43 * t_ikt7f
+        - K44 * t_c7tkt
+        - t_2m245 * t_cyfhb_3
+        - t_yz7e5 * t_s7pal_3
+        + K43 * t_tuq22_3
+        + t_xq4wt * t_ke372_3
+        + t_5wcj3 * t_j5h4e_3
+        - K_L43 * t_ejflw_3;
+    const real t_2pgug = K65 * t_nmcio
+        - t_6mmeb * t_zwtzw
+        - t_6mmeb * t_ny4gc_2
+        + K52 * t_2xwyg_3
+        + K53 * t_zaqmy
+        + K53 * t_ikt7f
+        - K54 * t_c7tkt
+        + SELECT0(m_el4yy, t_lwe76 * t_kbtvv_3)
+        - t_6mmeb * t_cyfhb_3
+        + K52 * t_s7pal_3
+        + K53 * t_tuq22_3
+        + SELECT0(m_el4yy, t_lwe76 * t_ycqju_3)
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple_3))
+        + t_rujpm * t_ke372_3
+        - K_L52 * t_j5h4e_3
+        - K_L53 * t_ejflw_3
+        - K_L54 * t_26ak3;
+    const real t_7xaeu = t_lwe76 * t_a3mx6_3
+        - K66 * t_nmcio
+        + t_bl4f2 * t_zwtzw
+        + t_bl4f2 * t_ny4gc_2
+        + t_hjmgb * t_2xwyg_3
+        - K63 * t_zaqmy
+        - K63 * t_ikt7f
+        + K64 * t_c7tkt
+        - t_lwe76 * t_pdzxe_3
+        + t_bl4f2 * t_cyfhb_3
+        + t_hjmgb * t_s7pal_3
+        - K63 * t_tuq22_3;
+    const real t_pf6fe = t_lwe76 * t_mvrqf_3
+        - t_7xaeu
+        + t_pgxzp * t_ke372_3
+        + t_gz422 * t_j5h4e_3
+        - K_L63 * t_ejflw_3
+        - K_L64 * t_26ak3
+        - K_L65 * t_2pgug;
+    const real t_bbiv2 = t_pf6fe * t_nfkwa;
+    const real t_bpgbo = t_2pgug * t_ftqxb - K_L65 * t_bbiv2;
+    const real t_ddvjn = t_26ak3 * t_lt2al - K_L54 * t_bpgbo - K_L64 * t_bbiv2;
+    const real t_thknf = t_ejflw_3 * t_zmh3u - K_L43 * t_ddvjn - K_L53 * t_bpgbo - K_L63 * t_bbiv2;
+    const real t_yowpy = t_j5h4e_3 * t_4iujv
+        - K_L32 * t_thknf
+        + t_5wcj3 * t_ddvjn
+        - K_L52 * t_bpgbo
+        + t_gz422 * t_bbiv2;
+    const real t_s5krr = t_ke372_3 * t_bpfoo
+        + t_w7lcw * t_yowpy
+        + t_3go2w * t_thknf
+        + t_xq4wt * t_ddvjn
+        + t_rujpm * t_bpgbo
+        + t_pgxzp * t_bbiv2;
+    const real t_4z4np = p[l1] * cos_phi1;
+    const real t_ceplo = t_wmv32 * t_4z4np;
+    const real t_ljxeu = q_1 * q[wy] + t_smkh7 - t_ceplo;
+    const real t_wp4cy = th_1 * (p[I1] * t_ljxeu);
+    const real t_mnfa5 = cos_theta1 * t_wp4cy;
+    const real t_yk3z4 = p[l2] * cos_phi2;
+    const real t_udto6 = t_nlamb * t_yk3z4;
+    const real t_f5pan = q_2 * q[wy] + t_2nvx4 - t_udto6;
+    const real t_sc77m = th_2 * (p[I2] * t_f5pan);
+    const real t_cb5bw = cos_theta2 * t_sc77m;
+    const real t_dskdd = t_qm5gj + t_qm5gj;
+    const real t_jfvj3 = t_6nwd2 * (t_dskdd * sin_phi1);
+    const real t_qbft3 = sin_phi1 * t_jfvj3;
+    const real t_2idpk = t_qm5gj * cos_phi1 + chi1 * sin_phi1;
+    const real t_bawzi = t_2idpk - Wt1;
+    const real t_h7dxi = B_1 * t_bawzi;
+    const real t_hqad4 = t_qbft3 + cos_phi1 * t_h7dxi;
+    const real t_npq2c = t_c6dmt + t_c6dmt;
+    const real t_2bqt6 = t_popww * (t_npq2c * sin_phi2);
+    const real t_bpppy = sin_phi2 * t_2bqt6;
+    const real t_6tvwe = t_c6dmt * cos_phi2 + chi2 * sin_phi2;
+    const real t_ly4o3 = t_6tvwe - Wt2;
+    const real t_skszy = B_2 * t_ly4o3;
+    const real t_3iwx3 = t_bpppy + cos_phi2 * t_skszy;
+    const real t_ec5ib = t_mnfa5 + t_cb5bw - sin_theta1 * t_hqad4 - sin_theta2 * t_3iwx3;
+    const real t_gii5x = x_C * q[wy];
+    const real t_7u4eb = x_C * q[wz];
+    const real t_x5djw = c[w3] * t_ma4ro;
+    const real t_ujqka = t_ec5ib
+        + K52 * q[wy]
+        - t_hjmgb * q[wz]
+        + K22 * t_gii5x
+        + K32 * t_7u4eb
+        + t_yz7e5 * t_x5djw;
+    const real t_ghnnr = cos_phi1 * t_jfvj3;
+    const real t_7e3oz = cos_phi2 * t_2bqt6;
+    const real t_pworu = sin_phi1 * t_h7dxi + sin_phi2 * t_skszy - t_ghnnr - t_7e3oz;
+    const real t_g3pby = t_pworu
+        + t_6mmeb * q[wy]
+        + t_bl4f2 * q[wz]
+        + t_b3aij * t_gii5x
+        + t_zzymx * t_7u4eb;
+    const real t_hab6z = t_2m245 * t_x5djw - t_g3pby;
+    const real t_rwvfl = sin_theta1 * t_wp4cy;
+    const real t_cqdkk = sin_theta2 * t_sc77m;
+    const real t_4wml3 = cos_theta1 * t_hqad4 + (t_rwvfl + t_cqdkk) + cos_theta2 * t_3iwx3;
+    const real t_chfvk = K53 * q[wy]
+        - t_4wml3
+        + K63 * q[wz]
+        + K32 * t_gii5x
+        + K33 * t_7u4eb
+        - K43 * t_x5djw;
+    const real t_nz3go = K11 * t_hab6z - t_b3aij * t_ujqka - t_zzymx * t_chfvk;
+    const real t_fmgv7 = t_t7vcl * t_nz3go
+        - PP_v2 * (t_4gyk7 * t_hab6z + t_i2mne * t_ujqka + t_rhnsp * t_chfvk);
+    const real t_cpegz = (SELECT0(m_l7cqn, t_5cok6 * t_fmgv7 * t_pd2sg) - t_nz3go) * t_hvu5i;
+    const real t_ohega = t_ujqka - t_b3aij * t_cpegz;
+    const real t_fvua5 = t_q2hfz * (t_5x4sb * (t_ohega * t_y7rm6));
+    const real t_oesw4_4 = t_fvua5 * t_nwsjf;
+    const real t_iubif_4 = t_bw2jd * (t_as3uq * t_oesw4_4);
+    const real t_27ev7_4 = p[F] * (sin_t_auieu * t_iubif_4);
+    const real t_wzmp3_4 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_4));
+    const real t_h3mfd = t_chfvk - t_zzymx * t_cpegz;
+    const real t_fnoxt = t_h3mfd * t_y7rm6 * t_qvk2y
+        + SELECT0(m_el4yy, t_rdshm * (t_qzpff * (t_uwsp7 * t_fvua5 * t_imn4h)));
+    const real t_6llfx_4 = t_q2hfz_2 * (t_2snz7 * t_fnoxt) * t_bifdl;
+    const real t_d4wem_4 = sin_t_g4u7i * t_oesw4_4;
+    const real t_kj6yx_4 = cos_t_kood5 * t_6llfx_4;
+    const real t_ssiof_4 = SELECT0(m_el4yy, -(sin_t_kood5 * t_d4wem_4)) + SELECT0(m_uklky, -(cos_t_g4u7i * t_kj6yx_4));
+    const real t_amp27_4 = SELECT(m_r2fy3, SELECT0(m_uklky, -t_6llfx_4), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_ssiof_4 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_4 = t_zrb6o * (t_vr3uw * t_amp27_4);
+    const real t_cxwzz_4 = sin_t_kl6tx * t_swjde_4;
+    const real t_q5vwp = t_wzmp3_4 - t_zmkrd * t_cxwzz_4 + t_pworu;
+    const real t_ilple_4 = p[F] * (cos_t_auieu * t_iubif_4);
+    const real t_x24cd = SELECT0(m_el4yy, t_ilple_4) - t_ec5ib + t_w7lcw * t_q5vwp;
+    const real t_ooljq_4 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_4));
+    const real t_lqx5z_4 = cos_t_kl6tx * t_swjde_4;
+    const real t_mvrqf_4 = t_ooljq_4 + t_zmkrd * t_lqx5z_4;
+    const real t_6sjkg = t_3go2w * t_q5vwp - (t_mvrqf_4 - t_4wml3) - K_L32 * t_x24cd;
+    const real t_zfk4z = p[l1] * t_h7dxi;
+    const real t_a7ivz = q_1 * t_wp4cy + q_2 * t_sc77m;
+    const real t_6tlin = p[l2] * t_skszy;
+    const real t_5rzq2 = t_zfk4z - t_a7ivz + t_6tlin;
+    const real t_shxu4_4 = p[F] * t_d4wem_4;
+    const real t_huqui_4 = SELECT0(m_el4yy, -(cos_t_kood5 * t_shxu4_4));
+    const real t_7nvy5_4 = sin_t_kood5 * t_6llfx_4;
+    const real t_t6k5z = t_huqui_4 + SELECT0(m_uklky, t_wo26r * t_7nvy5_4) - (t_hab6z + K11 * t_cpegz);
+    const real t_kbtvv_4 = p[F] * (cos_t_g4u7i * t_oesw4_4);
+    const real t_cbi6s = SELECT0(m_el4yy, t_kbtvv_4) - t_ohega + t_w7lcw * t_t6k5z;
+    const real t_a3mx6_4 = SELECT0(m_el4yy, -(sin_t_kood5 * t_shxu4_4)) + SELECT0(m_uklky, -(t_wo26r * t_kj6yx_4));
+    const real t_u2uj5 = (t_3go2w * t_t6k5z - (t_a3mx6_4 + t_h3mfd) - K_L32 * t_cbi6s) * t_zmh3u;
+    const real t_2xwyg_4 = t_cbi6s * t_4iujv - K_L32 * t_u2uj5;
+    const real t_pk2sz = t_t6k5z * t_bpfoo + t_w7lcw * t_2xwyg_4 + t_3go2w * t_u2uj5;
+    const real t_cgxsm_4 = t_wzmp3_4 - t_zmkrd_2 * t_cxwzz_4 - (t_huqui_4 + SELECT0(m_uklky, t_wo26r_2 * t_7nvy5_4));
+    const real t_ycqju_4 = t_ilple_4 - t_kbtvv_4;
+    const real t_4w3t6_4 = SELECT0(m_el4yy, t_ycqju_4) + t_w7lcw * t_cgxsm_4;
+    const real t_pdzxe_4 = p[F] * t_ssiof_4 - (t_ooljq_4 + t_zmkrd_2 * t_lqx5z_4);
+    const real t_tuq22_4 = (t_pdzxe_4 + t_3go2w * t_cgxsm_4 - K_L32 * t_4w3t6_4) * t_zmh3u;
+    const real t_s7pal_4 = t_4w3t6_4 * t_4iujv - K_L32 * t_tuq22_4;
+    const real t_cyfhb_4 = t_cgxsm_4 * t_bpfoo + t_w7lcw * t_s7pal_4 + t_3go2w * t_tuq22_4;
+    const real t_jdrgd = t_5rzq2
+        + K54 * q[wy]
+        + K64 * q[wz]
+        - t_2m245 * t_cpegz
+        - t_2m245 * t_pk2sz
+        - t_yz7e5 * t_gii5x
+        - t_yz7e5 * t_2xwyg_4
+        + K43 * t_7u4eb
+        + K43 * t_u2uj5
+        - K44 * t_x5djw
+        - t_2m245 * t_cyfhb_4
+        - t_yz7e5 * t_s7pal_4
+        + K43 * t_tuq22_4
+        - t_5rzq2
+        + t_xq4wt * t_q5vwp
+        + t_5wcj3 * t_x24cd
+        - K_L43 * t_6sjkg;
+    const real t_oeo2d = t_zfk4z - e1 * t_hqad4;
+    const real t_6g4dk = t_6tlin - e2 * t_3iwx3;
+    const real t_tc4zj = sin_theta1 * t_oeo2d
+        - t_a7ivz
+        + sin_theta2 * t_6g4dk
+        - t_5r66u * q[wy]
+        + g_1 * t_mnfa5
+        + g_2 * t_cb5bw;
+    const real t_4ttfs = t_tc4zj
+        + K55 * q[wy]
+        + K65 * q[wz]
+        - t_6mmeb * t_cpegz
+        - t_6mmeb * t_pk2sz
+        + K52 * t_gii5x
+        + K52 * t_2xwyg_4
+        + K53 * t_7u4eb
+        + K53 * t_u2uj5
+        - K54 * t_x5djw
+        + SELECT0(m_el4yy, t_lwe76 * t_kbtvv_4)
+        - t_6mmeb * t_cyfhb_4
+        + K52 * t_s7pal_4
+        + K53 * t_tuq22_4
+        + SELECT0(m_el4yy, t_lwe76 * t_ycqju_4)
+        - t_tc4zj
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple_4))
+        + t_rujpm * t_q5vwp
+        - K_L52 * t_x24cd
+        - K_L53 * t_6sjkg
+        - K_L54 * t_jdrgd;
+    const real t_d3sej = cos_theta1 * t_oeo2d
+        + cos_theta2 * t_6g4dk
+        + I_theta1
+        + I_theta2
+        - t_7bo2j * q[wz]
+        - g_1 * t_rwvfl
+        - g_2 * t_cqdkk;
+    const real t_bl436 = t_lwe76 * t_a3mx6_4
+        - t_d3sej
+        - K65 * q[wy]
+        - K66 * q[wz]
+        + t_bl4f2 * t_cpegz
+        + t_bl4f2 * t_pk2sz
+        + t_hjmgb * t_gii5x
+        + t_hjmgb * t_2xwyg_4
+        - K63 * t_7u4eb
+        - K63 * t_u2uj5
+        + K64 * t_x5djw
+        - t_lwe76 * t_pdzxe_4
+        + t_bl4f2 * t_cyfhb_4
+        + t_hjmgb * t_s7pal_4
+        - K63 * t_tuq22_4
+        + t_d3sej;
+    const real t_6oo4h = t_lwe76 * t_mvrqf_4
+        - t_bl436
+        + t_pgxzp * t_q5vwp
+        + t_gz422 * t_x24cd
+        - K_L63 * t_6sjkg
+        - K_L64 * t_jdrgd
+        - K_L65 * t_4ttfs;
+    const real t_4i7tk = t_6oo4h * t_nfkwa;
+    const real t_vrzj2 = t_4ttfs * t_ftqxb - K_L65 * t_4i7tk;
+    const real t_2bw3k = t_jdrgd * t_lt2al - K_L54 * t_vrzj2 - K_L64 * t_4i7tk;
+    const real t_t6kqa = t_6sjkg * t_zmh3u - K_L43 * t_2bw3k - K_L53 * t_vrzj2 - K_L63 * t_4i7tk;
+    const real t_ay65j = t_x24cd * t_4iujv
+        - K_L32 * t_t6kqa
+        + t_5wcj3 * t_2bw3k
+        - K_L52 * t_vrzj2
+        + t_gz422 * t_4i7tk;
+    const real t_o54k5 = t_q5vwp * t_bpfoo
+        + t_w7lcw * t_ay65j
+        + t_3go2w * t_t6kqa
+        + t_xq4wt * t_2bw3k
+        + t_rujpm * t_vrzj2
+        + t_pgxzp * t_4i7tk;
+    const real t_bq73g = sin_phi1 * sin_theta1;
+    const real t_qrqlw = q_1 * q[wx]
+        + w_x1 * (lc_1 * cos_theta1)
+        - (t_q2k45 * cos_theta1 - t_wmv32 * (p[l1] * t_bq73g));
+    const real t_3t364 = th_1 * (p[I1] * t_qrqlw);
+    const real t_56goo = cos_theta1 * t_3t364;
+    const real t_7pjle = sin_phi2 * sin_theta2;
+    const real t_wbyvc = q_2 * q[wx]
+        + w_x2 * (lc_2 * cos_theta2)
+        - (t_e55su * cos_theta2 - t_nlamb * (p[l2] * t_7pjle));
+    const real t_nrfga = th_2 * (p[I2] * t_wbyvc);
+    const real t_isxxh = cos_theta2 * t_nrfga;
+    const real t_6xfo3 = q[wy] + q[wy];
+    const real t_imsf6 = e1 * t_6xfo3;
+    const real t_tqerc = cos_phi1 * sin_theta1;
+    const real t_7uthm = p1 + p1;
+    const real t_sayxc = mv1 * (cos_phi1 * t_imsf6) - t_6nwd2 * (t_dskdd * t_tqerc + t_7uthm * cos_theta1);
+    const real t_lmubw = chi1 * t_tqerc - t_qm5gj * t_bq73g - w_x1 * sin_theta1;
+    const real t_64tpi = B_1 * t_lmubw;
+    const real t_zexpu = sin_phi1 * t_sayxc - cos_phi1 * t_64tpi;
+    const real t_sqd7x = e2 * t_6xfo3;
+    const real t_vjwdl = cos_phi2 * sin_theta2;
+    const real t_ozxm2 = p2 + p2;
+    const real t_a5qu3 = mv2 * (cos_phi2 * t_sqd7x) - t_popww * (t_npq2c * t_vjwdl + t_ozxm2 * cos_theta2);
+    const real t_js3na = chi2 * t_vjwdl - t_c6dmt * t_7pjle - w_x2 * sin_theta2;
+    const real t_xythb = B_2 * t_js3na;
+    const real t_jshhh = sin_phi2 * t_a5qu3 - cos_phi2 * t_xythb;
+    const real t_zxqcw = t_56goo + t_isxxh + sin_theta1 * t_zexpu + sin_theta2 * t_jshhh;
+    const real t_4ybo3 = c[w4] * t_yjeu3;
+    const real t_bkzn6 = x_C * q[wx];
+    const real t_ejmdd = x_C * t_4ybo3;
+    const real t_boaqk = t_zxqcw
+        + K52 * q[wx]
+        - t_hjmgb * t_4ybo3
+        + K22 * t_bkzn6
+        + K32 * t_ejmdd;
+    const real t_bg65y = sin_phi1 * t_64tpi + sin_phi2 * t_xythb + cos_phi1 * t_sayxc + cos_phi2 * t_a5qu3;
+    const real t_7fc3a = t_bg65y
+        + t_6mmeb * q[wx]
+        + t_bl4f2 * t_4ybo3
+        + t_b3aij * t_bkzn6
+        + t_zzymx * t_ejmdd;
+    const real t_hrzpn = sin_theta1 * t_3t364;
+    const real t_dm2ov = sin_theta2 * t_nrfga;
+    const real t_s7zkf = cos_theta1 * t_zexpu - (t_hrzpn + t_dm2ov) + cos_theta2 * t_jshhh;
+    const real t_xkf6p = K32 * t_bkzn6;
+    const real t_ahdfj = t_s7zkf + K53 * q[wx] + K63 * t_4ybo3 + t_xkf6p + K33 * t_ejmdd;
+    const real t_ectjg = K11 * t_7fc3a + t_b3aij * t_boaqk + t_zzymx * t_ahdfj;
+    const real t_uzuy3 = t_t7vcl * t_ectjg
+        + PP_v2 * (t_i2mne * t_boaqk - t_4gyk7 * t_7fc3a + t_rhnsp * t_ahdfj);
+    const real t_xonsn = (SELECT0(m_l7cqn, -(t_5cok6 * t_uzuy3 * t_pd2sg)) + t_ectjg) * t_hvu5i;
+    const real t_of47m = t_boaqk - t_b3aij * t_xonsn;
+    const real t_2yka4 = t_q2hfz * (t_5x4sb * (t_of47m * t_y7rm6));
+    const real t_oesw4_5 = t_2yka4 * t_nwsjf;
+    const real t_iubif_5 = t_bw2jd * (t_as3uq * t_oesw4_5);
+    const real t_27ev7_5 = p[F] * (sin_t_auieu * t_iubif_5);
+    const real t_wzmp3_5 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_5));
+    const real t_hlm3u = t_ahdfj - t_zzymx * t_xonsn;
+    const real t_azrjq = t_hlm3u * t_y7rm6 * t_qvk2y
+        + SELECT0(m_el4yy, t_rdshm * (t_qzpff * (t_uwsp7 * t_2yka4 * t_imn4h)));
+    const real t_6llfx_5 = t_q2hfz_2 * (t_2snz7 * t_azrjq) * t_bifdl;
+    const real t_d4wem_5 = sin_t_g4u7i * t_oesw4_5;
+    const real t_kj6yx_5 = cos_t_kood5 * t_6llfx_5;
+    const real t_ssiof_5 = SELECT0(m_el4yy, -(sin_t_kood5 * t_d4wem_5)) + SELECT0(m_uklky, -(cos_t_g4u7i * t_kj6yx_5));
+    const real t_amp27_5 = SELECT(m_r2fy3, SELECT0(m_uklky, -t_6llfx_5), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_ssiof_5 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_5 = t_zrb6o * (t_vr3uw * t_amp27_5);
+    const real t_cxwzz_5 = sin_t_kl6tx * t_swjde_5;
+    const real t_eczq7 = t_wzmp3_5 - t_zmkrd * t_cxwzz_5 + t_bg65y;
+    const real t_ilple_5 = p[F] * (cos_t_auieu * t_iubif_5);
+    const real t_2daqj = SELECT0(m_el4yy, t_ilple_5) - t_zxqcw + t_w7lcw * t_eczq7;
+    const real t_ooljq_5 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_5));
+    const real t_lqx5z_5 = cos_t_kl6tx * t_swjde_5;
+    const real t_mvrqf_5 = t_ooljq_5 + t_zmkrd * t_lqx5z_5;
+    const real t_7lwhh = t_3go2w * t_eczq7 - (t_mvrqf_5 + t_s7zkf) - K_L32 * t_2daqj;
+    const real t_zycl7 = Bs_1 * t_imsf6 + p[l1] * t_64tpi;
+    const real t_ht2gr = q_1 * t_3t364 + q_2 * t_nrfga;
+    const real t_6wizo = Bs_2 * t_sqd7x + p[l2] * t_xythb;
+    const real t_bl4fd = t_zycl7 - t_ht2gr + t_6wizo + I_theta1 + I_theta2 - q[wz] * t_sfymc;
+    const real t_shxu4_5 = p[F] * t_d4wem_5;
+    const real t_huqui_5 = SELECT0(m_el4yy, -(cos_t_kood5 * t_shxu4_5));
+    const real t_7nvy5_5 = sin_t_kood5 * t_6llfx_5;
+    const real t_4kru6 = t_huqui_5 + SELECT0(m_uklky, t_wo26r * t_7nvy5_5) - (K11 * t_xonsn - t_7fc3a);
+    const real t_kbtvv_5 = p[F] * (cos_t_g4u7i * t_oesw4_5);
+    const real t_4khuu = SELECT0(m_el4yy, t_kbtvv_5) - t_of47m + t_w7lcw * t_4kru6;
+    const real t_a3mx6_5 = SELECT0(m_el4yy, -(sin_t_kood5 * t_shxu4_5)) + SELECT0(m_uklky, -(t_wo26r * t_kj6yx_5));
+    const real t_c7muw = (t_3go2w * t_4kru6 - (t_a3mx6_5 + t_hlm3u) - K_L32 * t_4khuu) * t_zmh3u;
+    const real t_2xwyg_5 = t_4khuu * t_4iujv - K_L32 * t_c7muw;
+    const real t_3hfew = t_4kru6 * t_bpfoo + t_w7lcw * t_2xwyg_5 + t_3go2w * t_c7muw;
+    const real t_cgxsm_5 = t_wzmp3_5 - t_zmkrd_2 * t_cxwzz_5 - (t_huqui_5 + SELECT0(m_uklky, t_wo26r_2 * t_7nvy5_5));
+    const real t_ycqju_5 = t_ilple_5 - t_kbtvv_5;
+    const real t_4w3t6_5 = SELECT0(m_el4yy, t_ycqju_5) + t_w7lcw * t_cgxsm_5;
+    const real t_pdzxe_5 = p[F] * t_ssiof_5 - (t_ooljq_5 + t_zmkrd_2 * t_lqx5z_5);
+    const real t_tuq22_5 = (t_pdzxe_5 + t_3go2w * t_cgxsm_5 - K_L32 * t_4w3t6_5) * t_zmh3u;
+    const real t_s7pal_5 = t_4w3t6_5 * t_4iujv - K_L32 * t_tuq22_5;
+    const real t_cyfhb_5 = t_cgxsm_5 * t_bpfoo + t_w7lcw * t_s7pal_5 + t_3go2w * t_tuq22_5;
+    const real t_n2xcu = t_bl4fd
+        + K54 * q[wx]
+        + K64 * t_4ybo3
+        - t_2m245 * t_xonsn
+        - t_2m245 * t_3hfew
+        - t_yz7e5 * t_bkzn6
+        - t_yz7e5 * t_2xwyg_5
+        + K43 * t_ejmdd
+        + K43 * t_c7muw
+        - t_2m245 * t_cyfhb_5
+        - t_yz7e5 * t_s7pal_5
+        + K43 * t_tuq22_5
+        - t_bl4fd
+        + t_xq4wt * t_eczq7
+        + t_5wcj3 * t_2daqj
+        - K_L43 * t_7lwhh;
+    const real t_tnzse = t_zycl7 + e1 * t_zexpu;
+    const real t_rv4bf = t_6wizo + e2 * t_jshhh;
+    const real t_hgr6m = sin_theta1 * t_tnzse
+        - t_ht2gr
+        + sin_theta2 * t_rv4bf
+        - t_5r66u * q[wx]
+        - I_phi1
+        - I_phi2
+        + g_1 * t_56goo
+        + g_2 * t_isxxh;
+    const real t_xszla = t_hgr6m
+        + K55 * q[wx]
+        + K65 * t_4ybo3
+        - t_6mmeb * t_xonsn
+        - t_6mmeb * t_3hfew
+        + K52 * t_bkzn6
+        + K52 * t_2xwyg_5
+        + K53 * t_ejmdd
+        + K53 * t_c7muw
+        + SELECT0(m_el4yy, t_lwe76 * t_kbtvv_5)
+        - t_6mmeb * t_cyfhb_5
+        + K52 * t_s7pal_5
+        + K53 * t_tuq22_5
+        + SELECT0(m_el4yy, t_lwe76 * t_ycqju_5)
+        - t_hgr6m
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple_5))
+        + t_rujpm * t_eczq7
+        - K_L52 * t_2daqj
+        - K_L53 * t_7lwhh
+        - K_L54 * t_n2xcu;
+    const real t_ewa5q = cos_theta1 * t_tnzse + cos_theta2 * t_rv4bf - g_1 * t_hrzpn - g_2 * t_dm2ov;
+    const real t_otif4 = K65 * q[wx];
+    const real t_lbhrf = t_lwe76 * t_a3mx6_5
+        - t_ewa5q
+        - t_otif4
+        - K66 * t_4ybo3
+        + t_bl4f2 * t_xonsn
+        + t_bl4f2 * t_3hfew
+        + t_hjmgb * t_bkzn6
+        + t_hjmgb * t_2xwyg_5
+        - K63 * t_ejmdd
+        - K63 * t_c7muw
+        - t_lwe76 * t_pdzxe_5
+        + t_bl4f2 * t_cyfhb_5
+        + t_hjmgb * t_s7pal_5
+        - K63 * t_tuq22_5
+        + t_ewa5q;
+    const real t_l4euw = t_lwe76 * t_mvrqf_5
+        - t_lbhrf
+        + t_pgxzp * t_eczq7
+        + t_gz422 * t_2daqj
+        - K_L63 * t_7lwhh
+        - K_L64 * t_n2xcu
+        - K_L65 * t_xszla;
+    const real t_hkpkt = t_l4euw * t_nfkwa;
+    const real t_k4alm = t_xszla * t_ftqxb - K_L65 * t_hkpkt;
+    const real t_pqbvs = t_n2xcu * t_lt2al - K_L54 * t_k4alm - K_L64 * t_hkpkt;
+    const real t_xxggh = t_7lwhh * t_zmh3u - K_L43 * t_pqbvs - K_L53 * t_k4alm - K_L63 * t_hkpkt;
+    const real t_ipjlp = t_2daqj * t_4iujv
+        - K_L32 * t_xxggh
+        + t_5wcj3 * t_pqbvs
+        - K_L52 * t_k4alm
+        + t_gz422 * t_hkpkt;
+    const real t_ptppp = t_eczq7 * t_bpfoo
+        + t_w7lcw * t_ipjlp
+        + t_3go2w * t_xxggh
+        + t_xq4wt * t_pqbvs
+        + t_rujpm * t_k4alm
+        + t_pgxzp * t_hkpkt;
+    const real t_xfyzm = sin_phi1 * cos_theta1;
+    const real t_z7jiy = t_wmv32 * (p[l1] * t_xfyzm) + t_q2k45 * sin_theta1 - w_x1 * (lc_1 * sin_theta1);
+    const real t_ucha7 = th_1 * (p[I1] * t_z7jiy);
+    const real t_iiyuu = cos_theta1 * t_ucha7;
+    const real t_5jk2g = sin_phi2 * cos_theta2;
+    const real t_aopwl = t_nlamb * (p[l2] * t_5jk2g) + t_e55su * sin_theta2 - w_x2 * (lc_2 * sin_theta2);
+    const real t_ji52a = th_2 * (p[I2] * t_aopwl);
+    const real t_etwic = cos_theta2 * t_ji52a;
+    const real t_gwp2t = q[wz] + q[wz];
+    const real t_oetyi = e1 * t_gwp2t;
+    const real t_3wimo = cos_phi1 * cos_theta1;
+    const real t_3kj2o = mv1 * (cos_phi1 * t_oetyi) - t_6nwd2 * (t_dskdd * t_3wimo - t_7uthm * sin_theta1);
+    const real t_e6rpb = chi1 * t_3wimo - t_qm5gj * t_xfyzm - w_x1 * cos_theta1;
+    const real t_jpgmg = B_1 * t_e6rpb;
+    const real t_thij4 = sin_phi1 * t_3kj2o - cos_phi1 * t_jpgmg;
+    const real t_xfnc5 = e2 * t_gwp2t;
+    const real t_kwc4d = cos_phi2 * cos_theta2;
+    const real t_zqoxx = mv2 * (cos_phi2 * t_xfnc5) - t_popww * (t_npq2c * t_kwc4d - t_ozxm2 * sin_theta2);
+    const real t_jv37x = chi2 * t_kwc4d - t_c6dmt * t_5jk2g - w_x2 * cos_theta2;
+    const real t_h6rqi = B_2 * t_jv37x;
+    const real t_brnoc = sin_phi2 * t_zqoxx - cos_phi2 * t_h6rqi;
+    const real t_47q5a = t_iiyuu + t_etwic + sin_theta1 * t_thij4 + sin_theta2 * t_brnoc;
+    const real t_ggqkk = c[w5] * t_t6fx5;
+    const real t_jaoid = x_C * t_ggqkk;
+    const real t_tiph2 = t_47q5a - K52 * t_ggqkk - t_hjmgb * q[wx] - K22 * t_jaoid + t_xkf6p;
+    const real t_pctcd = sin_phi1 * t_jpgmg + sin_phi2 * t_h6rqi + cos_phi1 * t_3kj2o + cos_phi2 * t_zqoxx;
+    const real t_6klzj = t_pctcd
+        - t_6mmeb * t_ggqkk
+        + t_bl4f2 * q[wx]
+        - t_b3aij * t_jaoid
+        + t_zzymx * t_bkzn6;
+    const real t_5vlm2 = sin_theta1 * t_ucha7;
+    const real t_e53jk = sin_theta2 * t_ji52a;
+    const real t_4fkxj = cos_theta1 * t_thij4 - (t_5vlm2 + t_e53jk) + cos_theta2 * t_brnoc;
+    const real t_44oyr = t_4fkxj
+        - K53 * t_ggqkk
+        + K63 * q[wx]
+        - K32 * t_jaoid
+        + K33 * t_bkzn6;
+    const real t_qtsvo = K11 * t_6klzj + t_b3aij * t_tiph2 + t_zzymx * t_44oyr;
+    const real t_boroy = t_t7vcl * t_qtsvo
+        + PP_v2 * (t_i2mne * t_tiph2 - t_4gyk7 * t_6klzj + t_rhnsp * t_44oyr);
+    const real t_xf2xu = (SELECT0(m_l7cqn, -(t_5cok6 * t_boroy * t_pd2sg)) + t_qtsvo) * t_hvu5i;
+    const real t_kkviw = t_tiph2 - t_b3aij * t_xf2xu;
+    const real t_a74gd = t_q2hfz * (t_5x4sb * (t_kkviw * t_y7rm6));
+    const real t_oesw4_6 = t_a74gd * t_nwsjf;
+    const real t_iubif_6 = t_bw2jd * (t_as3uq * t_oesw4_6);
+    const real t_27ev7_6 = p[F] * (sin_t_auieu * t_iubif_6);
+    const real t_wzmp3_6 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_6));
+    const real t_xok62 = t_44oyr - t_zzymx * t_xf2xu;
+    const real t_l2yfx = t_xok62 * t_y7rm6 * t_qvk2y
+        + SELECT0(m_el4yy, t_rdshm * (t_qzpff * (t_uwsp7 * t_a74gd * t_imn4h)));
+    const real t_6llfx_6 = t_q2hfz_2 * (t_2snz7 * t_l2yfx) * t_bifdl;
+    const real t_d4wem_6 = sin_t_g4u7i * t_oesw4_6;
+    const real t_kj6yx_6 = cos_t_kood5 * t_6llfx_6;
+    const real t_ssiof_6 = SELECT0(m_el4yy, -(sin_t_kood5 * t_d4wem_6)) + SELECT0(m_uklky, -(cos_t_g4u7i * t_kj6yx_6));
+    const real t_amp27_6 = SELECT(m_r2fy3, SELECT0(m_uklky, -t_6llfx_6), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_ssiof_6 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_6 = t_zrb6o * (t_vr3uw * t_amp27_6);
+    const real t_cxwzz_6 = sin_t_kl6tx * t_swjde_6;
+    const real t_jglsc = t_wzmp3_6 - t_zmkrd * t_cxwzz_6 + t_pctcd;
+    const real t_ilple_6 = p[F] * (cos_t_auieu * t_iubif_6);
+    const real t_2daqj_2 = SELECT0(m_el4yy, t_ilple_6) - t_47q5a + t_w7lcw * t_jglsc;
+    const real t_ooljq_6 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_6));
+    const real t_lqx5z_6 = cos_t_kl6tx * t_swjde_6;
+    const real t_mvrqf_6 = t_ooljq_6 + t_zmkrd * t_lqx5z_6;
+    const real t_7lwhh_2 = t_3go2w * t_jglsc - (t_mvrqf_6 + t_4fkxj) - K_L32 * t_2daqj_2;
+    const real t_oeqp6 = Bs_1 * t_oetyi + p[l1] * t_jpgmg;
+    const real t_r7m37 = q_1 * t_ucha7 + q_2 * t_ji52a;
+    const real t_amsj5 = Bs_2 * t_xfnc5 + p[l2] * t_h6rqi;
+    const real t_bxte5 = t_oeqp6 - t_r7m37 + t_amsj5 - t_6nfyn;
+    const real t_shxu4_6 = p[F] * t_d4wem_6;
+    const real t_huqui_6 = SELECT0(m_el4yy, -(cos_t_kood5 * t_shxu4_6));
+    const real t_7nvy5_6 = sin_t_kood5 * t_6llfx_6;
+    const real t_gfy7f = t_huqui_6 + SELECT0(m_uklky, t_wo26r * t_7nvy5_6) - (K11 * t_xf2xu - t_6klzj);
+    const real t_kbtvv_6 = p[F] * (cos_t_g4u7i * t_oesw4_6);
+    const real t_yeyid = SELECT0(m_el4yy, t_kbtvv_6) - t_kkviw + t_w7lcw * t_gfy7f;
+    const real t_a3mx6_6 = SELECT0(m_el4yy, -(sin_t_kood5 * t_shxu4_6)) + SELECT0(m_uklky, -(t_wo26r * t_kj6yx_6));
+    const real t_b64tk = (t_3go2w * t_gfy7f - (t_a3mx6_6 + t_xok62) - K_L32 * t_yeyid) * t_zmh3u;
+    const real t_2xwyg_6 = t_yeyid * t_4iujv - K_L32 * t_b64tk;
+    const real t_3hfew_2 = t_gfy7f * t_bpfoo + t_w7lcw * t_2xwyg_6 + t_3go2w * t_b64tk;
+    const real t_cgxsm_6 = t_wzmp3_6 - t_zmkrd_2 * t_cxwzz_6 - (t_huqui_6 + SELECT0(m_uklky, t_wo26r_2 * t_7nvy5_6));
+    const real t_ycqju_6 = t_ilple_6 - t_kbtvv_6;
+    const real t_4w3t6_6 = SELECT0(m_el4yy, t_ycqju_6) + t_w7lcw * t_cgxsm_6;
+    const real t_pdzxe_6 = p[F] * t_ssiof_6 - (t_ooljq_6 + t_zmkrd_2 * t_lqx5z_6);
+    const real t_tuq22_6 = (t_pdzxe_6 + t_3go2w * t_cgxsm_6 - K_L32 * t_4w3t6_6) * t_zmh3u;
+    const real t_s7pal_6 = t_4w3t6_6 * t_4iujv - K_L32 * t_tuq22_6;
+    const real t_cyfhb_6 = t_cgxsm_6 * t_bpfoo + t_w7lcw * t_s7pal_6 + t_3go2w * t_tuq22_6;
+    const real t_dldfb = t_bxte5
+        - K54 * t_ggqkk
+        + K64 * q[wx]
+        - t_2m245 * t_xf2xu
+        - t_2m245 * t_3hfew_2
+        + t_yz7e5 * t_jaoid
+        - t_yz7e5 * t_2xwyg_6
+        + K43 * t_bkzn6
+        + K43 * t_b64tk
+        - t_2m245 * t_cyfhb_6
+        - t_yz7e5 * t_s7pal_6
+        + K43 * t_tuq22_6
+        - t_bxte5
+        + t_xq4wt * t_jglsc
+        + t_5wcj3 * t_2daqj_2
+        - K_L43 * t_7lwhh_2;
+    const real t_mvuro = t_oeqp6 + e1 * t_thij4;
+    const real t_blnd5 = t_amsj5 + e2 * t_brnoc;
+    const real t_rp4f5 = sin_theta1 * t_mvuro
+        - t_r7m37
+        + sin_theta2 * t_blnd5
+        + g_1 * t_iiyuu
+        + g_2 * t_etwic;
+    const real t_6hcvz = t_rp4f5
+        - K55 * t_ggqkk
+        + t_otif4
+        - t_6mmeb * t_xf2xu
+        - t_6mmeb * t_3hfew_2
+        - K52 * t_jaoid
+        + K52 * t_2xwyg_6
+        + K53 * t_bkzn6
+        + K53 * t_b64tk
+        + SELECT0(m_el4yy, t_lwe76 * t_kbtvv_6)
+        - t_6mmeb * t_cyfhb_6
+        + K52 * t_s7pal_6
+        + K53 * t_tuq22_6
+        + SELECT0(m_el4yy, t_lwe76 * t_ycqju_6)
+        - t_rp4f5
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple_6))
+        + t_rujpm * t_jglsc
+        - K_L52 * t_2daqj_2
+        - K_L53 * t_7lwhh_2
+        - K_L54 * t_dldfb;
+    const real t_ogxo7 = cos_theta1 * t_mvuro
+        + cos_theta2 * t_blnd5
+        - t_7bo2j * q[wx]
+        - g_1 * t_5vlm2
+        - g_2 * t_e53jk
+        - I_phi1
+        - I_phi2;
+    const real t_d6szk = t_lwe76 * t_a3mx6_6
+        - t_ogxo7
+        + K65 * t_ggqkk
+        - K66 * q[wx]
+        + t_bl4f2 * t_xf2xu
+        + t_bl4f2 * t_3hfew_2
+        - t_hjmgb * t_jaoid
+        + t_hjmgb * t_2xwyg_6
+        - K63 * t_bkzn6
+        - K63 * t_b64tk
+        - t_lwe76 * t_pdzxe_6
+        + t_bl4f2 * t_cyfhb_6
+        + t_hjmgb * t_s7pal_6
+        - K63 * t_tuq22_6
+        + t_ogxo7;
+    const real t_zjilj = t_lwe76 * t_mvrqf_6
+        - t_d6szk
+        + t_pgxzp * t_jglsc
+        + t_gz422 * t_2daqj_2
+        - K_L63 * t_7lwhh_2
+        - K_L64 * t_dldfb
+        - K_L65 * t_6hcvz;
+    const real t_yjcej = t_zjilj * t_nfkwa;
+    const real t_wbvq2 = t_6hcvz * t_ftqxb - K_L65 * t_yjcej;
+    const real t_ofxbc = t_dldfb * t_lt2al - K_L54 * t_wbvq2 - K_L64 * t_yjcej;
+    const real t_gnyo4 = t_7lwhh_2 * t_zmh3u - K_L43 * t_ofxbc - K_L53 * t_wbvq2 - K_L63 * t_yjcej;
+    const real t_o3fzx = t_2daqj_2 * t_4iujv
+        - K_L32 * t_gnyo4
+        + t_5wcj3 * t_ofxbc
+        - K_L52 * t_wbvq2
+        + t_gz422 * t_yjcej;
+    const real t_rr3nj = t_jglsc * t_bpfoo
+        + t_w7lcw * t_o3fzx
+        + t_3go2w * t_gnyo4
+        + t_xq4wt * t_ofxbc
+        + t_rujpm * t_wbvq2
+        + t_pgxzp * t_yjcej;
+    const real t_danyi = c[r3] * t_ma4ro;
+    const real t_u2goy = t_yz7e5 * t_danyi;
+    const real t_udy6g = t_2m245 * t_danyi;
+    const real t_meani = K43 * t_danyi;
+    const real t_cnpcz = K11 * t_udy6g - t_b3aij * t_u2goy + t_zzymx * t_meani;
+    const real t_sf5sd = t_t7vcl * t_cnpcz
+        - PP_v2 * (t_4gyk7 * t_udy6g + t_i2mne * t_u2goy - t_rhnsp * t_meani);
+    const real t_hklpy = (SELECT0(m_l7cqn, t_5cok6 * t_sf5sd * t_pd2sg) - t_cnpcz) * t_hvu5i;
+    const real t_jflyc = t_u2goy - t_b3aij * t_hklpy;
+    const real t_w32zh = t_q2hfz * (t_5x4sb * (t_jflyc * t_y7rm6));
+    const real t_zigcd = t_w32zh * t_nwsjf;
+    const real t_iubif_7 = t_bw2jd * (t_as3uq * t_zigcd);
+    const real t_27ev7_7 = p[F] * (sin_t_auieu * t_iubif_7);
+    const real t_wzmp3_7 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_7));
+    const real t_23dsj = t_meani + t_zzymx * t_hklpy;
+    const real t_3hh4p = SELECT0(m_el4yy, t_rdshm * (t_qzpff * (t_uwsp7 * t_w32zh * t_imn4h)))
+        - t_23dsj * t_y7rm6 * t_qvk2y;
+    const real t_5pqtj = t_q2hfz_2 * (t_2snz7 * t_3hh4p) * t_bifdl;
+    const real t_d4wem_7 = sin_t_g4u7i * t_zigcd;
+    const real t_kj6yx_7 = cos_t_kood5 * t_5pqtj;
+    const real t_ssiof_7 = SELECT0(m_el4yy, -(sin_t_kood5 * t_d4wem_7)) + SELECT0(m_uklky, -(cos_t_g4u7i * t_kj6yx_7));
+    const real t_amp27_7 = SELECT(m_r2fy3, SELECT0(m_uklky, -t_5pqtj), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_ssiof_7 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_7 = t_zrb6o * (t_vr3uw * t_amp27_7);
+    const real t_cxwzz_7 = sin_t_kl6tx * t_swjde_7;
+    const real t_ke372_4 = t_wzmp3_7 - t_zmkrd * t_cxwzz_7;
+    const real t_ilple_7 = p[F] * (cos_t_auieu * t_iubif_7);
+    const real t_j5h4e_4 = SELECT0(m_el4yy, t_ilple_7) + t_w7lcw * t_ke372_4;
+    const real t_ooljq_7 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_7));
+    const real t_lqx5z_7 = cos_t_kl6tx * t_swjde_7;
+    const real t_mvrqf_7 = t_ooljq_7 + t_zmkrd * t_lqx5z_7;
+    const real t_ejflw_4 = t_3go2w * t_ke372_4 - t_mvrqf_7 - K_L32 * t_j5h4e_4;
+    const real t_shxu4_7 = p[F] * t_d4wem_7;
+    const real t_huqui_7 = SELECT0(m_el4yy, -(cos_t_kood5 * t_shxu4_7));
+    const real t_7nvy5_7 = sin_t_kood5 * t_5pqtj;
+    const real t_uimj3 = t_huqui_7 + SELECT0(m_uklky, t_wo26r * t_7nvy5_7) - (t_udy6g + K11 * t_hklpy);
+    const real t_a3mx6_7 = SELECT0(m_el4yy, -(sin_t_kood5 * t_shxu4_7)) + SELECT0(m_uklky, -(t_wo26r * t_kj6yx_7));
+    const real t_kbtvv_7 = p[F] * (cos_t_g4u7i * t_zigcd);
+    const real t_7fdkc = SELECT0(m_el4yy, t_kbtvv_7) - t_jflyc + t_w7lcw * t_uimj3;
+    const real t_tuzhy = (t_3go2w * t_uimj3 - (t_a3mx6_7 - t_23dsj) - K_L32 * t_7fdkc) * t_zmh3u;
+    const real t_vaasf = t_7fdkc * t_4iujv - K_L32 * t_tuzhy;
+    const real t_joqo7 = t_uimj3 * t_bpfoo + t_w7lcw * t_vaasf + t_3go2w * t_tuzhy;
+    const real t_cgxsm_7 = t_wzmp3_7 - t_zmkrd_2 * t_cxwzz_7 - (t_huqui_7 + SELECT0(m_uklky, t_wo26r_2 * t_7nvy5_7));
+    const real t_ycqju_7 = t_ilple_7 - t_kbtvv_7;
+    const real t_4w3t6_7 = SELECT0(m_el4yy, t_ycqju_7) + t_w7lcw * t_cgxsm_7;
+    const real t_pdzxe_7 = p[F] * t_ssiof_7 - (t_ooljq_7 + t_zmkrd_2 * t_lqx5z_7);
+    const real t_tuq22_7 = (t_pdzxe_7 + t_3go2w * t_cgxsm_7 - K_L32 * t_4w3t6_7) * t_zmh3u;
+    const real t_s7pal_7 = t_4w3t6_7 * t_4iujv - K_L32 * t_tuq22_7;
+    const real t_cyfhb_7 = t_cgxsm_7 * t_bpfoo + t_w7lcw * t_s7pal_7 + t_3go2w * t_tuq22_7;
+    const real t_krkl2 = K43 * t_tuzhy
+        - (t_2m245 * t_hklpy + t_2m245 * t_joqo7 + t_yz7e5 * t_vaasf)
+        - K44 * t_danyi
+        - t_2m245 * t_cyfhb_7
+        - t_yz7e5 * t_s7pal_7
+        + K43 * t_tuq22_7
+        + t_xq4wt * t_ke372_4
+        + t_5wcj3 * t_j5h4e_4
+        - K_L43 * t_ejflw_4;
+    const real t_gg6t3 = K52 * t_vaasf
+        - (t_6mmeb * t_hklpy + t_6mmeb * t_joqo7)
+        + K53 * t_tuzhy
+        - K54 * t_danyi
+        + SELECT0(m_el4yy, t_lwe76 * t_kbtvv_7)
+        - t_6mmeb * t_cyfhb_7
+        + K52 * t_s7pal_7
+        + K53 * t_tuq22_7
+        + SELECT0(m_el4yy, t_lwe76 * t_ycqju_7)
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple_7))
+        + t_rujpm * t_ke372_4
+        - K_L52 * t_j5h4e_4
+        - K_L53 * t_ejflw_4
+        - K_L54 * t_krkl2;
+    const real t_5eacq = t_lwe76 * t_a3mx6_7
+        + t_bl4f2 * t_hklpy
+        + t_bl4f2 * t_joqo7
+        + t_hjmgb * t_vaasf
+        - K63 * t_tuzhy
+        + K64 * t_danyi
+        - t_lwe76 * t_pdzxe_7
+        + t_bl4f2 * t_cyfhb_7
+        + t_hjmgb * t_s7pal_7
+        - K63 * t_tuq22_7;
+    const real t_2mvim = t_lwe76 * t_mvrqf_7
+        - t_5eacq
+        + t_pgxzp * t_ke372_4
+        + t_gz422 * t_j5h4e_4
+        - K_L63 * t_ejflw_4
+        - K_L64 * t_krkl2
+        - K_L65 * t_gg6t3;
+    const real t_wl4ax = t_2mvim * t_nfkwa;
+    const real t_vemk7 = t_gg6t3 * t_ftqxb - K_L65 * t_wl4ax;
+    const real t_5lwa4 = t_krkl2 * t_lt2al - K_L54 * t_vemk7 - K_L64 * t_wl4ax;
+    const real t_dh5jh = t_ejflw_4 * t_zmh3u - K_L43 * t_5lwa4 - K_L53 * t_vemk7 - K_L63 * t_wl4ax;
+    const real t_spjoy = t_j5h4e_4 * t_4iujv
+        - K_L32 * t_dh5jh
+        + t_5wcj3 * t_5lwa4
+        - K_L52 * t_vemk7
+        + t_gz422 * t_wl4ax;
+    const real t_5q2rp = t_ke372_4 * t_bpfoo
+        + t_w7lcw * t_spjoy
+        + t_3go2w * t_dh5jh
+        + t_xq4wt * t_5lwa4
+        + t_rujpm * t_vemk7
+        + t_pgxzp * t_wl4ax;
+    const real t_zeepb = c[r5] * t_yjeu3;
+    const real t_qluw4 = x_C * t_zeepb;
+    const real t_t5him = K32 * t_qluw4 - t_hjmgb * t_zeepb;
+    const real t_kk2jv = t_bl4f2 * t_zeepb + t_zzymx * t_qluw4;
+    const real t_zkv7r = K63 * t_zeepb + K33 * t_qluw4;
+    const real t_fiitt = K11 * t_kk2jv + t_b3aij * t_t5him + t_zzymx * t_zkv7r;
+    const real t_quwhj = t_t7vcl * t_fiitt
+        + PP_v2 * (t_i2mne * t_t5him - t_4gyk7 * t_kk2jv + t_rhnsp * t_zkv7r);
+    const real t_tidys = (SELECT0(m_l7cqn, -(t_5cok6 * t_quwhj * t_pd2sg)) + t_fiitt) * t_hvu5i;
+    const real t_hy3z7 = t_t5him - t_b3aij * t_tidys;
+    const real t_rd3wt = t_q2hfz * (t_5x4sb * (t_hy3z7 * t_y7rm6));
+    const real t_oesw4_7 = t_rd3wt * t_nwsjf;
+    const real t_iubif_8 = t_bw2jd * (t_as3uq * t_oesw4_7);
+    const real t_27ev7_8 = p[F] * (sin_t_auieu * t_iubif_8);
+    const real t_wzmp3_8 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_8));
+    const real t_jdika = t_zkv7r - t_zzymx * t_tidys;
+    const real t_yib6z = t_jdika * t_y7rm6 * t_qvk2y
+        + SELECT0(m_el4yy, t_rdshm * (t_qzpff * (t_uwsp7 * t_rd3wt * t_imn4h)));
+    const real t_6llfx_7 = t_q2hfz_2 * (t_2snz7 * t_yib6z) * t_bifdl;
+    const real t_d4wem_8 = sin_t_g4u7i * t_oesw4_7;
+    const real t_kj6yx_8 = cos_t_kood5 * t_6llfx_7;
+    const real t_ssiof_8 = SELECT0(m_el4yy, -(sin_t_kood5 * t_d4wem_8)) + SELECT0(m_uklky, -(cos_t_g4u7i * t_kj6yx_8));
+    const real t_amp27_8 = SELECT(m_r2fy3, SELECT0(m_uklky, -t_6llfx_7), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_ssiof_8 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_8 = t_zrb6o * (t_vr3uw * t_amp27_8);
+    const real t_cxwzz_8 = sin_t_kl6tx * t_swjde_8;
+    const real t_ke372_5 = t_wzmp3_8 - t_zmkrd * t_cxwzz_8;
+    const real t_ilple_8 = p[F] * (cos_t_auieu * t_iubif_8);
+    const real t_j5h4e_5 = SELECT0(m_el4yy, t_ilple_8) + t_w7lcw * t_ke372_5;
+    const real t_ooljq_8 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_8));
+    const real t_lqx5z_8 = cos_t_kl6tx * t_swjde_8;
+    const real t_mvrqf_8 = t_ooljq_8 + t_zmkrd * t_lqx5z_8;
+    const real t_ejflw_5 = t_3go2w * t_ke372_5 - t_mvrqf_8 - K_L32 * t_j5h4e_5;
+    const real t_shxu4_8 = p[F] * t_d4wem_8;
+    const real t_huqui_8 = SELECT0(m_el4yy, -(cos_t_kood5 * t_shxu4_8));
+    const real t_7nvy5_8 = sin_t_kood5 * t_6llfx_7;
+    const real t_xsbkn = t_huqui_8 + SELECT0(m_uklky, t_wo26r * t_7nvy5_8) - (K11 * t_tidys - t_kk2jv);
+    const real t_kbtvv_8 = p[F] * (cos_t_g4u7i * t_oesw4_7);
+    const real t_zhqqb = SELECT0(m_el4yy, t_kbtvv_8) - t_hy3z7 + t_w7lcw * t_xsbkn;
+    const real t_a3mx6_8 = SELECT0(m_el4yy, -(sin_t_kood5 * t_shxu4_8)) + SELECT0(m_uklky, -(t_wo26r * t_kj6yx_8));
+    const real t_rjmjg = (t_3go2w * t_xsbkn - (t_a3mx6_8 + t_jdika) - K_L32 * t_zhqqb) * t_zmh3u;
+    const real t_2xwyg_7 = t_zhqqb * t_4iujv - K_L32 * t_rjmjg;
+    const real t_2utfa = t_xsbkn * t_bpfoo + t_w7lcw * t_2xwyg_7 + t_3go2w * t_rjmjg;
+    const real t_cgxsm_8 = t_wzmp3_8 - t_zmkrd_2 * t_cxwzz_8 - (t_huqui_8 + SELECT0(m_uklky, t_wo26r_2 * t_7nvy5_8));
+    const real t_ycqju_8 = t_ilple_8 - t_kbtvv_8;
+    const real t_4w3t6_8 = SELECT0(m_el4yy, t_ycqju_8) + t_w7lcw * t_cgxsm_8;
+    const real t_pdzxe_8 = p[F] * t_ssiof_8 - (t_ooljq_8 + t_zmkrd_2 * t_lqx5z_8);
+    const real t_tuq22_8 = (t_pdzxe_8 + t_3go2w * t_cgxsm_8 - K_L32 * t_4w3t6_8) * t_zmh3u;
+    const real t_s7pal_8 = t_4w3t6_8 * t_4iujv - K_L32 * t_tuq22_8;
+    const real t_cyfhb_8 = t_cgxsm_8 * t_bpfoo + t_w7lcw * t_s7pal_8 + t_3go2w * t_tuq22_8;
+    const real t_3p2px = K64 * t_zeepb
+        - t_2m245 * t_tidys
+        - t_2m245 * t_2utfa
+        - t_yz7e5 * t_2xwyg_7
+        + K43 * t_qluw4
+        + K43 * t_rjmjg
+        - t_2m245 * t_cyfhb_8
+        - t_yz7e5 * t_s7pal_8
+        + K43 * t_tuq22_8
+        + t_xq4wt * t_ke372_5
+        + t_5wcj3 * t_j5h4e_5
+        - K_L43 * t_ejflw_5;
+    const real t_xeft7 = K65 * t_zeepb
+        - t_6mmeb * t_tidys
+        - t_6mmeb * t_2utfa
+        + K52 * t_2xwyg_7
+        + K53 * t_qluw4
+        + K53 * t_rjmjg
+        + SELECT0(m_el4yy, t_lwe76 * t_kbtvv_8)
+        - t_6mmeb * t_cyfhb_8
+        + K52 * t_s7pal_8
+        + K53 * t_tuq22_8
+        + SELECT0(m_el4yy, t_lwe76 * t_ycqju_8)
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple_8))
+        + t_rujpm * t_ke372_5
+        - K_L52 * t_j5h4e_5
+        - K_L53 * t_ejflw_5
+        - K_L54 * t_3p2px;
+    const real t_jws43 = t_lwe76 * t_a3mx6_8
+        - K66 * t_zeepb
+        + t_bl4f2 * t_tidys
+        + t_bl4f2 * t_2utfa
+        + t_hjmgb * t_2xwyg_7
+        - K63 * t_qluw4
+        - K63 * t_rjmjg
+        - t_lwe76 * t_pdzxe_8
+        + t_bl4f2 * t_cyfhb_8
+        + t_hjmgb * t_s7pal_8
+        - K63 * t_tuq22_8;
+    const real t_5lwsg = t_lwe76 * t_mvrqf_8
+        - t_jws43
+        + t_pgxzp * t_ke372_5
+        + t_gz422 * t_j5h4e_5
+        - K_L63 * t_ejflw_5
+        - K_L64 * t_3p2px
+        - K_L65 * t_xeft7;
+    const real t_odroi = t_5lwsg * t_nfkwa;
+    const real t_qx7uz = t_xeft7 * t_ftqxb - K_L65 * t_odroi;
+    const real t_rc7f7 = t_3p2px * t_lt2al - K_L54 * t_qx7uz - K_L64 * t_odroi;
+    const real t_y7b7j = t_ejflw_5 * t_zmh3u - K_L43 * t_rc7f7 - K_L53 * t_qx7uz - K_L63 * t_odroi;
+    const real t_c5uu7 = t_j5h4e_5 * t_4iujv
+        - K_L32 * t_y7b7j
+        + t_5wcj3 * t_rc7f7
+        - K_L52 * t_qx7uz
+        + t_gz422 * t_odroi;
+    const real t_7t7mt = t_ke372_5 * t_bpfoo
+        + t_w7lcw * t_c5uu7
+        + t_3go2w * t_y7b7j
+        + t_xq4wt * t_rc7f7
+        + t_rujpm * t_qx7uz
+        + t_pgxzp * t_odroi;
+    const real t_447cc = c[r7] * t_t6fx5;
+    const real t_qrk26 = x_C * t_447cc;
+    const real t_rj3iw = K52 * t_447cc + K22 * t_qrk26;
+    const real t_bumd5 = t_6mmeb * t_447cc + t_b3aij * t_qrk26;
+    const real t_fofzl = K53 * t_447cc + K32 * t_qrk26;
+    const real t_vx62b = K11 * t_bumd5 + t_b3aij * t_rj3iw + t_zzymx * t_fofzl;
+    const real t_dqjjx = t_t7vcl * t_vx62b
+        - PP_v2 * (t_4gyk7 * t_bumd5 - t_i2mne * t_rj3iw - t_rhnsp * t_fofzl);
+    const real t_nvuss = (SELECT0(m_l7cqn, t_5cok6 * t_dqjjx * t_pd2sg) - t_vx62b) * t_hvu5i;
+    const real t_2ll64 = t_rj3iw + t_b3aij * t_nvuss;
+    const real t_64i2o = t_q2hfz * (t_5x4sb * (t_2ll64 * t_y7rm6));
+    const real t_oesw4_8 = t_64i2o * t_nwsjf;
+    const real t_iubif_9 = t_bw2jd * (t_as3uq * t_oesw4_8);
+    const real t_27ev7_9 = p[F] * (sin_t_auieu * t_iubif_9);
+    const real t_wzmp3_9 = SELECT0(m_el4yy, cos_t_kl6tx * t_27ev7_9);
+    const real t_bsg5f = t_fofzl + t_zzymx * t_nvuss;
+    const real t_6wlbl = SELECT0(m_el4yy, -(t_rdshm * (t_qzpff * (t_uwsp7 * t_64i2o * t_imn4h))))
+        - t_bsg5f * t_y7rm6 * t_qvk2y;
+    const real t_6llfx_8 = t_q2hfz_2 * (t_2snz7 * t_6wlbl) * t_bifdl;
+    const real t_d4wem_9 = sin_t_g4u7i * t_oesw4_8;
+    const real t_kj6yx_9 = cos_t_kood5 * t_6llfx_8;
+    const real t_ssiof_9 = SELECT0(m_el4yy, sin_t_kood5 * t_d4wem_9) + SELECT0(m_uklky, -(cos_t_g4u7i * t_kj6yx_9));
+    const real t_amp27_9 = SELECT(m_r2fy3, SELECT0(m_uklky, -t_6llfx_8), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_ssiof_9 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_9 = t_zrb6o * (t_vr3uw * t_amp27_9);
+    const real t_cxwzz_9 = sin_t_kl6tx * t_swjde_9;
+    const real t_ke372_6 = t_wzmp3_9 - t_zmkrd * t_cxwzz_9;
+    const real t_ilple_9 = p[F] * (cos_t_auieu * t_iubif_9);
+    const real t_j5h4e_6 = SELECT0(m_el4yy, -t_ilple_9) + t_w7lcw * t_ke372_6;
+    const real t_ooljq_9 = SELECT0(m_el4yy, sin_t_kl6tx * t_27ev7_9);
+    const real t_lqx5z_9 = cos_t_kl6tx * t_swjde_9;
+    const real t_mvrqf_9 = t_ooljq_9 + t_zmkrd * t_lqx5z_9;
+    const real t_ejflw_6 = t_3go2w * t_ke372_6 - t_mvrqf_9 - K_L32 * t_j5h4e_6;
+    const real t_shxu4_9 = p[F] * t_d4wem_9;
+    const real t_huqui_9 = SELECT0(m_el4yy, cos_t_kood5 * t_shxu4_9);
+    const real t_7nvy5_9 = sin_t_kood5 * t_6llfx_8;
+    const real t_gic6b = t_huqui_9 + SELECT0(m_uklky, t_wo26r * t_7nvy5_9) - (t_bumd5 + K11 * t_nvuss);
+    const real t_kbtvv_9 = p[F] * (cos_t_g4u7i * t_oesw4_8);
+    const real t_m2ge6 = SELECT0(m_el4yy, -t_kbtvv_9) + t_2ll64 + t_w7lcw * t_gic6b;
+    const real t_a3mx6_9 = SELECT0(m_el4yy, sin_t_kood5 * t_shxu4_9) + SELECT0(m_uklky, -(t_wo26r * t_kj6yx_9));
+    const real t_p2ph6 = (t_3go2w * t_gic6b - (t_a3mx6_9 - t_bsg5f) - K_L32 * t_m2ge6) * t_zmh3u;
+    const real t_2xwyg_8 = t_m2ge6 * t_4iujv - K_L32 * t_p2ph6;
+    const real t_2utfa_2 = t_gic6b * t_bpfoo + t_w7lcw * t_2xwyg_8 + t_3go2w * t_p2ph6;
+    const real t_cgxsm_9 = t_wzmp3_9 - t_zmkrd_2 * t_cxwzz_9 - (t_huqui_9 + SELECT0(m_uklky, t_wo26r_2 * t_7nvy5_9));
+    const real t_ycqju_9 = t_kbtvv_9 - t_ilple_9;
+    const real t_4w3t6_9 = SELECT0(m_el4yy, t_ycqju_9) + t_w7lcw * t_cgxsm_9;
+    const real t_pdzxe_9 = p[F] * t_ssiof_9 - (t_ooljq_9 + t_zmkrd_2 * t_lqx5z_9);
+    const real t_tuq22_9 = (t_pdzxe_9 + t_3go2w * t_cgxsm_9 - K_L32 * t_4w3t6_9) * t_zmh3u;
+    const real t_s7pal_9 = t_4w3t6_9 * t_4iujv - K_L32 * t_tuq22_9;
+    const real t_cyfhb_9 = t_cgxsm_9 * t_bpfoo + t_w7lcw * t_s7pal_9 + t_3go2w * t_tuq22_9;
+    const real t_svi7s = t_yz7e5 * t_qrk26
+        - (K54 * t_447cc + t_2m245 * t_nvuss + t_2m245 * t_2utfa_2)
+        - t_yz7e5 * t_2xwyg_8
+        + K43 * t_p2ph6
+        - t_2m245 * t_cyfhb_9
+        - t_yz7e5 * t_s7pal_9
+        + K43 * t_tuq22_9
+        + t_xq4wt * t_ke372_6
+        + t_5wcj3 * t_j5h4e_6
+        - K_L43 * t_ejflw_6;
+    const real t_nfmv3 = K52 * t_2xwyg_8
+        - (K55 * t_447cc + t_6mmeb * t_nvuss + t_6mmeb * t_2utfa_2 + K52 * t_qrk26)
+        + K53 * t_p2ph6
+        + SELECT0(m_el4yy, -(t_lwe76 * t_kbtvv_9))
+        - t_6mmeb * t_cyfhb_9
+        + K52 * t_s7pal_9
+        + K53 * t_tuq22_9
+        + SELECT0(m_el4yy, t_lwe76 * t_ycqju_9)
+        + SELECT0(m_el4yy, t_lwe76 * t_ilple_9)
+        + t_rujpm * t_ke372_6
+        - K_L52 * t_j5h4e_6
+        - K_L53 * t_ejflw_6
+        - K_L54 * t_svi7s;
+    const real t_addxy = t_lwe76 * t_a3mx6_9
+        + K65 * t_447cc
+        + t_bl4f2 * t_nvuss
+        + t_bl4f2 * t_2utfa_2
+        - t_hjmgb * t_qrk26
+        + t_hjmgb * t_2xwyg_8
+        - K63 * t_p2ph6
+        - t_lwe76 * t_pdzxe_9
+        + t_bl4f2 * t_cyfhb_9
+        + t_hjmgb * t_s7pal_9
+        - K63 * t_tuq22_9;
+    const real t_zbyqx = t_lwe76 * t_mvrqf_9
+        - t_addxy
+        + t_pgxzp * t_ke372_6
+        + t_gz422 * t_j5h4e_6
+        - K_L63 * t_ejflw_6
+        - K_L64 * t_svi7s
+        - K_L65 * t_nfmv3;
+    const real t_2fjn7 = t_zbyqx * t_nfkwa;
+    const real t_xp5mb = t_nfmv3 * t_ftqxb - K_L65 * t_2fjn7;
+    const real t_wi6jt = t_svi7s * t_lt2al - K_L54 * t_xp5mb - K_L64 * t_2fjn7;
+    const real t_tgy4b = t_ejflw_6 * t_zmh3u - K_L43 * t_wi6jt - K_L53 * t_xp5mb - K_L63 * t_2fjn7;
+    const real t_qkb5y = t_j5h4e_6 * t_4iujv
+        - K_L32 * t_tgy4b
+        + t_5wcj3 * t_wi6jt
+        - K_L52 * t_xp5mb
+        + t_gz422 * t_2fjn7;
+    const real t_42jah = t_ke372_6 * t_bpfoo
+        + t_w7lcw * t_qkb5y
+        + t_3go2w * t_tgy4b
+        + t_xq4wt * t_wi6jt
+        + t_rujpm * t_xp5mb
+        + t_pgxzp * t_2fjn7;
+    const real t_xtwlg = p[l1] * sin_phi1;
+    const real t_qm5gj_2 = w_x1 * sin_phi1 + t_pad7a;
+    const real t_f2zxy = W12 * t_4z4np - w_x1 * (Wn1 * t_xtwlg) + t_wmv32 * (p[l1] * t_qm5gj_2);
+    const real t_vhuco = th_1 * t_62zow * (p[m1] * ((q_1 + q_1) * t_4z4np));
+    const real t_dnmdb = th_1 * (p[I1] * t_f2zxy - loss_theta1 * t_4z4np) - t_xips6 * t_vhuco;
+    const real t_6fek6 = cos_theta1 * t_dnmdb;
+    const real t_laqoo = w_x1 * cos_phi1 - t_tqamb;
+    const real t_rqjd5 = mv1 * (t_w7vil * sin_phi1) + t_6nwd2 * (t_dskdd * t_laqoo);
+    const real t_hvpvf = chi1 * t_laqoo - t_qm5gj * t_qm5gj_2;
+    const real t_5qnaj = B_1 * t_hvpvf;
+    const real t_ajxqx = tension1 * cos_phi1 - sin_phi1 * t_rqjd5 - (cos_phi1 * t_5qnaj - t_qbgt7);
+    const real t_rokek = t_6fek6 + sin_theta1 * t_ajxqx;
+    const real t_qends = p[I1] * t_vhuco;
+    const real t_xziph = wth_1 * t_xtwlg - g_1 * t_qends;
+    const real t_6choa = mv1 * cos_phi1;
+    const real t_h2ibw = sin_phi1 * t_6choa + Asc_1;
+    const real t_7z7va = e1 * t_h2ibw;
+    const real t_fpsha = Bs_1 + t_7z7va;
+    const real t_wufir = t_xziph - t_fpsha;
+    const real t_dra62 = S_sq1 * t_wufir;
+    const real t_ryzts = wth_1 * t_4z4np - q_1 * t_qends;
+    const real t_zohce = cos_theta1 * t_ryzts;
+    const real t_mckmq = t_xziph - t_dra62 - t_zohce;
+    const real t_d4baz = SC1 * t_wufir;
+    const real t_3agyi = t_h2ibw + t_qends;
+    const real t_6n66f = S_sq1 * t_3agyi;
+    const real t_l72w5 = t_6n66f - t_qends;
+    const real t_yb6pt = SC1 * t_3agyi;
+    const real t_cpcc7 = t_zohce - sin_theta1 * Bs_1;
+    const real t_wsr3k = t_rokek
+        + G2_v2 * t_mckmq
+        - G3_v2 * t_d4baz
+        + a2_v2 * t_l72w5
+        + a3_v2 * t_yb6pt
+        + t_lutta * t_cpcc7;
+    const real t_m24qb = cos_phi1 * t_6choa - Ass_1;
+    const real t_7j6vv = sin_theta1 * t_m24qb;
+    const real t_ku2ls = sin_phi1 * t_5qnaj + t_k644q - (tension1 * sin_phi1 + cos_phi1 * t_rqjd5);
+    const real t_vvqnn = Bc_1 + e1 * t_m24qb;
+    const real t_e4sul = sin_theta1 * t_vvqnn;
+    const real t_as46a = cos_theta1 * t_vvqnn;
+    const real t_ix2vw = cos_theta1 * t_m24qb;
+    const real t_2oa7e = t_ku2ls
+        + G2_v2 * t_e4sul
+        + G3_v2 * t_as46a
+        + a2_v2 * t_7j6vv
+        + a3_v2 * t_ix2vw;
+    const real t_lpwe2 = t_lutta * Bc_1 - t_2oa7e;
+    const real t_k46nc = sin_theta1 * t_dnmdb;
+    const real t_snoq4 = cos_theta1 * t_ajxqx - t_k46nc;
+    const real t_g5uka = sin_theta1 * t_ryzts;
+    const real t_zhx4p = t_g5uka - t_d4baz;
+    const real t_5rsa6 = t_dra62 + t_fpsha;
+    const real t_yguee = t_h2ibw - t_6n66f;
+    const real t_2m764 = t_g5uka + cos_theta1 * Bs_1;
+    const real t_ywd2f = t_snoq4
+        + G2_v2 * t_zhx4p
+        + G3_v2 * t_5rsa6
+        + a2_v2 * t_yb6pt
+        + a3_v2 * t_yguee
+        - t_lutta * t_2m764;
+    const real t_4mijr = K11 * t_lpwe2
+        - q1_v2 * t_h2ibw
+        - (q2_v2 * t_7j6vv + t_b3aij * t_wsr3k)
+        - (q3_v2 * t_ix2vw + t_zzymx * t_ywd2f);
+    const real t_tqzpl = t_b3aij + t_b3aij;
+    const real t_s5vhe = K11 + K11;
+    const real t_r6alf = t_zzymx + t_zzymx;
+    const real t_yhqy5 = t_tqzpl * t_7j6vv - t_s5vhe * t_h2ibw + t_r6alf * t_ix2vw;
+    const real t_2nk5t = t_owyvy * t_yhqy5
+        + PP_v2 * (t_4gyk7 * t_lpwe2 + t_i2mne * t_wsr3k + t_rhnsp * t_ywd2f);
+    const real t_xyjfu = t_wdgab * t_hvu5i;
+    const real t_lyly4 = (SELECT0(m_l7cqn, t_5cok6 * (t_t7vcl * t_4mijr - t_2nk5t) * t_pd2sg) - t_4mijr) * t_hvu5i
+        - t_xyjfu * t_yhqy5;
+    const real t_3tnew = t_wsr3k - (t_wdgab * t_7j6vv + t_b3aij * t_lyly4);
+    const real t_mw3d3 = t_q2hfz * (t_5x4sb * (t_3tnew * t_y7rm6));
+    const real t_7vxmt = t_mw3d3 * t_nwsjf;
+    const real t_iubif_10 = t_bw2jd * (t_as3uq * t_7vxmt);
+    const real t_27ev7_10 = p[F] * (sin_t_auieu * t_iubif_10);
+    const real t_wzmp3_10 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_10));
+    const real t_aqqjn = t_ywd2f - (t_wdgab * t_ix2vw + t_zzymx * t_lyly4);
+    const real t_pgjvu = t_aqqjn * t_y7rm6 * t_qvk2y
+        + SELECT0(m_el4yy, t_rdshm * (t_qzpff * (t_uwsp7 * t_mw3d3 * t_imn4h)));
+    const real t_iijst = t_q2hfz_2 * (t_2snz7 * t_pgjvu) * t_bifdl;
+    const real t_d4wem_10 = sin_t_g4u7i * t_7vxmt;
+    const real t_kj6yx_10 = cos_t_kood5 * t_iijst;
+    const real t_ssiof_10 = SELECT0(m_el4yy, -(sin_t_kood5 * t_d4wem_10)) + SELECT0(m_uklky, -(cos_t_g4u7i * t_kj6yx_10));
+    const real t_amp27_10 = SELECT(m_r2fy3, SELECT0(m_uklky, -t_iijst), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_ssiof_10 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_10 = t_zrb6o * (t_vr3uw * t_amp27_10);
+    const real t_cxwzz_10 = sin_t_kl6tx * t_swjde_10;
+    const real t_no73e = t_wzmp3_10 - t_zmkrd * t_cxwzz_10 + t_ku2ls;
+    const real t_sfc5s = t_zmkrd * cos_t_kl6tx + t_xynyo;
+    const real t_h6owg = t_sfc5s * t_bpfoo;
+    const real t_gvhmj = t_h6owg * t_bpfoo;
+    const real t_b4c42 = sin_t_auieu * p[F];
+    const real t_dpn2x = t_b4c42 - n2 + t_w7lcw * t_sfc5s;
+    const real t_6re54 = t_dpn2x * t_4iujv;
+    const real t_gyv2s = t_zmkrd * sin_t_kl6tx;
+    const real t_rugjk = t_3go2w * t_sfc5s - (t_gyv2s + n3) - K_L32 * t_dpn2x;
+    const real t_gqsuf = t_rugjk * t_zmh3u;
+    const real t_gw4dc = t_wo26r * cos_t_kood5 - (q1_v2 + K11 * t_wdgab);
+    const real t_hdxqd = t_gw4dc * t_bpfoo;
+    const real t_6hbwg = p[F] * sin_t_g4u7i;
+    const real t_4xynl = t_6hbwg - t_jker3 + t_w7lcw * t_gw4dc;
+    const real t_42hn5 = t_4xynl * t_4iujv;
+    const real t_trfbv = t_wo26r * sin_t_kood5;
+    const real t_zsfv2 = (t_3go2w * t_gw4dc - (t_trfbv + t_gzb3e) - K_L32 * t_4xynl) * t_zmh3u;
+    const real t_zh7nn = t_42hn5 - K_L32 * t_zsfv2;
+    const real t_2lbar = t_hdxqd + t_w7lcw * t_zh7nn + t_3go2w * t_zsfv2;
+    const real t_yb4wq = t_zmkrd_2 * cos_t_kl6tx - t_wo26r_2 * cos_t_kood5;
+    const real t_dg2xv = t_yb4wq * t_bpfoo;
+    const real t_76oy7 = p[F] * sin_t_auieu - t_6hbwg;
+    const real t_qbbkc = t_76oy7 + t_w7lcw * t_yb4wq;
+    const real t_2suna = t_qbbkc * t_4iujv;
+    const real t_qfukh = t_cl3ki * p[F] - t_zmkrd_2 * sin_t_kl6tx;
+    const real t_lvdlo = (t_qfukh + t_3go2w * t_yb4wq - K_L32 * t_qbbkc) * t_zmh3u;
+    const real t_4zkth = t_2suna - K_L32 * t_lvdlo;
+    const real t_vrqgs = t_dg2xv + t_w7lcw * t_4zkth + t_3go2w * t_lvdlo;
+    const real t_eqody = n4
+        + G2_v2 * K54
+        + G3_v2 * K64
+        - t_2m245 * t_wdgab
+        - t_2m245 * t_2lbar
+        - t_yz7e5 * a2_v2
+        - t_yz7e5 * t_zh7nn
+        + K43 * a3_v2
+        + K43 * t_zsfv2
+        - K44 * t_lutta
+        - t_2m245 * t_vrqgs
+        - t_yz7e5 * t_4zkth
+        + K43 * t_lvdlo
+        - n4
+        + t_xq4wt * t_sfc5s
+        + t_5wcj3 * t_dpn2x
+        - K_L43 * t_rugjk;
+    const real t_pzxtm = t_eqody * t_lt2al;
+    const real t_w7vk3 = n5
+        + G2_v2 * K55
+        + G3_v2 * K65
+        - t_6mmeb * t_wdgab
+        - t_6mmeb * t_2lbar
+        + K52 * a2_v2
+        + K52 * t_zh7nn
+        + K53 * a3_v2
+        + K53 * t_zsfv2
+        - K54 * t_lutta
+        + t_6hbwg * t_lwe76
+        - t_6mmeb * t_vrqgs
+        + K52 * t_4zkth
+        + K53 * t_lvdlo
+        + t_76oy7 * t_lwe76
+        - n5
+        - t_b4c42 * t_lwe76
+        + t_rujpm * t_sfc5s
+        - K_L52 * t_dpn2x
+        - K_L53 * t_rugjk
+        - K_L54 * t_eqody;
+    const real t_e3bxp = t_w7vk3 * t_ftqxb;
+    const real t_ljler = t_trfbv * t_lwe76
+        - n6
+        - G2_v2 * K65
+        - G3_v2 * K66
+        + t_bl4f2 * t_wdgab
+        + t_bl4f2 * t_2lbar
+        + t_hjmgb * a2_v2
+        + t_hjmgb * t_zh7nn
+        - K63 * a3_v2
+        - K63 * t_zsfv2
+        + K64 * t_lutta
+        - t_qfukh * t_lwe76
+        + t_bl4f2 * t_vrqgs
+        + t_hjmgb * t_4zkth
+        - K63 * t_lvdlo
+        + n6;
+    const real t_nol6m = t_gyv2s * t_lwe76
+        - t_ljler
+        + t_pgxzp * t_sfc5s
+        + t_gz422 * t_dpn2x
+        - K_L63 * t_rugjk
+        - K_L64 * t_eqody
+        - K_L65 * t_w7vk3;
+    const real t_uiwc3 = t_nol6m * t_nfkwa;
+    const real t_caepv = t_e3bxp - K_L65 * t_uiwc3;
+    const real t_pqvdf = t_pzxtm - K_L54 * t_caepv - K_L64 * t_uiwc3;
+    const real t_h4uvc = t_gqsuf - K_L43 * t_pqvdf - K_L53 * t_caepv - K_L63 * t_uiwc3;
+    const real t_ykhgf = t_6re54
+        - K_L32 * t_h4uvc
+        + t_5wcj3 * t_pqvdf
+        - K_L52 * t_caepv
+        + t_gz422 * t_uiwc3;
+    const real t_7rnk2 = t_w7lcw * t_bpfoo;
+    const real t_ccnxe = t_7j6vv * t_bpfoo + t_7rnk2 * t_h2ibw;
+    const real t_ilple_10 = p[F] * (cos_t_auieu * t_iubif_10);
+    const real t_24wuc = SELECT0(m_el4yy, t_ilple_10) - t_rokek + (t_sfc5s * t_ccnxe + t_w7lcw * t_no73e);
+    const real t_me7eb = t_6re54 * t_4iujv;
+    const real t_vujgj = t_l72w5 - (t_w7lcw * t_7j6vv + t_b3aij * t_ccnxe);
+    const real t_7rnk2_2 = t_3go2w * t_bpfoo;
+    const real t_lkd5z = t_ix2vw * t_bpfoo + t_7rnk2_2 * t_h2ibw;
+    const real t_vouj3 = t_yb6pt - (t_3go2w * t_7j6vv + t_b3aij * t_lkd5z);
+    const real t_6yahm = K_L32 * t_4iujv;
+    const real t_5y4uw = t_vouj3 * t_4iujv - t_6yahm * t_vujgj;
+    const real t_ooljq_10 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_10));
+    const real t_lqx5z_10 = cos_t_kl6tx * t_swjde_10;
+    const real t_mvrqf_10 = t_ooljq_10 + t_zmkrd * t_lqx5z_10;
+    const real t_bpniw = t_sfc5s * t_lkd5z
+        + t_3go2w * t_no73e
+        - (t_mvrqf_10 + t_snoq4)
+        - (t_dpn2x * t_5y4uw + K_L32 * t_24wuc);
+    const real t_qty3w = t_gqsuf * t_zmh3u;
+    const real t_o7t6b = t_yguee
+        - (K_L32 * t_vouj3 + t_2rbbr * t_5y4uw)
+        - (t_3go2w * t_ix2vw + t_zzymx * t_lkd5z);
+    const real t_jtjoh = t_xq4wt * t_bpfoo;
+    const real t_zopz4 = Bc_1 * t_bpfoo + t_jtjoh * t_h2ibw;
+    const real t_tbtnm = t_cpcc7 + (t_xq4wt * t_7j6vv + t_b3aij * t_zopz4);
+    const real t_2ngl5 = t_5wcj3 * t_4iujv;
+    const real t_uiiin = t_tbtnm * t_4iujv - t_2ngl5 * t_vujgj;
+    const real t_udoda = t_2m764
+        + (t_5wcj3 * t_vouj3 + t_2rbbr * t_uiiin)
+        - (t_xq4wt * t_ix2vw + t_zzymx * t_zopz4);
+    const real t_ydwjl = K_L43 * t_zmh3u;
+    const real t_tt5vf = t_udoda * t_zmh3u - t_ydwjl * t_o7t6b;
+    const real t_umhin = t_w7vil * Bc_1 + p[l1] * t_5qnaj;
+    const real t_7t2bq = q_1 * t_dnmdb + F_n1 * t_4z4np;
+    const real t_pqrhd = t_umhin - t_7t2bq;
+    const real t_gtdgn = wq_1 * t_4z4np + q_1 * t_ryzts;
+    const real t_52vl2 = wg_1 * t_4z4np + q_1 * t_xziph;
+    const real t_3s2va = cos_theta1 * t_52vl2;
+    const real t_6iiam = e1 * Bs_1;
+    const real t_l2col = t_gtdgn - t_3s2va + sin_theta1 * t_6iiam;
+    const real t_tzirt = sin_theta1 * t_52vl2;
+    const real t_kpob3 = t_tzirt + cos_theta1 * t_6iiam;
+    const real t_shxu4_10 = p[F] * t_d4wem_10;
+    const real t_huqui_10 = SELECT0(m_el4yy, -(cos_t_kood5 * t_shxu4_10));
+    const real t_7nvy5_10 = sin_t_kood5 * t_iijst;
+    const real t_yuzyv = t_huqui_10
+        + SELECT0(m_uklky, t_wo26r * t_7nvy5_10)
+        - (t_lpwe2 + (K11 * t_lyly4 - t_wdgab * t_h2ibw));
+    const real t_zcji2 = t_hdxqd * t_bpfoo;
+    const real t_kbtvv_10 = p[F] * (cos_t_g4u7i * t_7vxmt);
+    const real t_emnse = SELECT0(m_el4yy, t_kbtvv_10) - t_3tnew + (t_gw4dc * t_ccnxe + t_w7lcw * t_yuzyv);
+    const real t_ey6wv = t_42hn5 * t_4iujv;
+    const real t_a3mx6_10 = SELECT0(m_el4yy, -(sin_t_kood5 * t_shxu4_10)) + SELECT0(m_uklky, -(t_wo26r * t_kj6yx_10));
+    const real t_aqfud = t_gw4dc * t_lkd5z
+        + t_3go2w * t_yuzyv
+        - (t_a3mx6_10 + t_aqqjn)
+        - (t_4xynl * t_5y4uw + K_L32 * t_emnse);
+    const real t_g2rkm = t_zsfv2 * t_zmh3u;
+    const real t_33qt3 = t_aqfud * t_zmh3u - t_g2rkm * t_o7t6b;
+    const real t_hyccb = t_emnse * t_4iujv - t_ey6wv * t_vujgj - (t_zsfv2 * t_5y4uw + K_L32 * t_33qt3);
+    const real t_ynna7 = t_yuzyv * t_bpfoo
+        + t_zcji2 * t_h2ibw
+        + (t_zh7nn * t_ccnxe + t_w7lcw * t_hyccb)
+        + (t_zsfv2 * t_lkd5z + t_3go2w * t_33qt3);
+    const real t_cgxsm_10 = t_wzmp3_10 - t_zmkrd_2 * t_cxwzz_10 - (t_huqui_10 + SELECT0(m_uklky, t_wo26r_2 * t_7nvy5_10));
+    const real t_fhvpl = t_dg2xv * t_bpfoo;
+    const real t_ycqju_10 = t_ilple_10 - t_kbtvv_10;
+    const real t_krlji = SELECT0(m_el4yy, t_ycqju_10) + (t_yb4wq * t_ccnxe + t_w7lcw * t_cgxsm_10);
+    const real t_2ngl5_2 = t_2suna * t_4iujv;
+    const real t_pdzxe_10 = p[F] * t_ssiof_10 - (t_ooljq_10 + t_zmkrd_2 * t_lqx5z_10);
+    const real t_lyfr4 = t_pdzxe_10
+        + (t_yb4wq * t_lkd5z + t_3go2w * t_cgxsm_10)
+        - (t_qbbkc * t_5y4uw + K_L32 * t_krlji);
+    const real t_n6whd = t_lvdlo * t_zmh3u;
+    const real t_cf7cd = t_lyfr4 * t_zmh3u - t_n6whd * t_o7t6b;
+    const real t_qltyy = t_krlji * t_4iujv - t_2ngl5_2 * t_vujgj - (t_lvdlo * t_5y4uw + K_L32 * t_cf7cd);
+    const real t_4fz7z = t_cgxsm_10 * t_bpfoo
+        + t_fhvpl * t_h2ibw
+        + (t_4zkth * t_ccnxe + t_w7lcw * t_qltyy)
+        + (t_lvdlo * t_lkd5z + t_3go2w * t_cf7cd);
+    const real t_ov7ps = t_pqrhd
+        + G2_v2 * t_l2col
+        + G3_v2 * t_kpob3
+        - (t_wdgab * Bc_1 + t_2m245 * t_lyly4)
+        - (t_2lbar * Bc_1 + t_2m245 * t_ynna7)
+        - a2_v2 * t_cpcc7
+        - (t_zh7nn * t_cpcc7 + t_yz7e5 * t_hyccb)
+        + a3_v2 * t_2m764
+        + (t_zsfv2 * t_2m764 + K43 * t_33qt3)
+        - t_lutta * t_gtdgn
+        - (t_vrqgs * Bc_1 + t_2m245 * t_4fz7z)
+        - (t_4zkth * t_cpcc7 + t_yz7e5 * t_qltyy)
+        + (t_lvdlo * t_2m764 + K43 * t_cf7cd)
+        - t_pqrhd
+        + (t_sfc5s * t_zopz4 + t_xq4wt * t_no73e)
+        + (t_dpn2x * t_uiiin + t_5wcj3 * t_24wuc)
+        - (t_rugjk * t_tt5vf + K_L43 * t_bpniw);
+    const real t_tssdq = t_pzxtm * t_lt2al;
+    const real t_gyzdz = t_gtdgn
+        - (t_5wcj3 * t_tbtnm + t_u3hss * t_uiiin)
+        - (K_L43 * t_udoda + t_fqe33 * t_tt5vf)
+        - (t_xq4wt * Bc_1 + t_2m245 * t_zopz4);
+    const real t_7rnk2_3 = t_rujpm * t_bpfoo;
+    const real t_ryoqa = t_e4sul * t_bpfoo + t_7rnk2_3 * t_h2ibw;
+    const real t_vdval = t_mckmq - (t_rujpm * t_7j6vv + t_b3aij * t_ryoqa);
+    const real t_hfybw = K_L52 * t_4iujv;
+    const real t_4uch5 = t_vdval * t_4iujv - t_hfybw * t_vujgj;
+    const real t_oeegq = t_zhx4p
+        - (K_L52 * t_vouj3 + t_2rbbr * t_4uch5)
+        - (t_rujpm * t_ix2vw + t_zzymx * t_ryoqa);
+    const real t_qe675 = K_L53 * t_zmh3u;
+    const real t_iuhck = t_oeegq * t_zmh3u - t_qe675 * t_o7t6b;
+    const real t_dnt6a = t_l2col
+        + (K_L52 * t_tbtnm + t_u3hss * t_4uch5)
+        - (K_L53 * t_udoda + t_fqe33 * t_iuhck)
+        - (t_rujpm * Bc_1 + t_2m245 * t_ryoqa);
+    const real t_2e52m = K_L54 * t_lt2al;
+    const real t_rsa5i = t_dnt6a * t_lt2al - t_2e52m * t_gyzdz;
+    const real t_tdpur = t_umhin + e1 * t_ajxqx;
+    const real t_xrxt3 = sin_theta1 * t_tdpur - t_7t2bq + (g_1 * t_6fek6 + t_vt7uo * t_xtwlg);
+    const real t_iorjk = wg_1 * t_xtwlg + g_1 * t_xziph;
+    const real t_dnjms = e1 * t_7z7va - K(-2.0) * t_6iiam;
+    const real t_miprn = t_dnjms - t_iorjk;
+    const real t_bznju = S_sq1 * t_miprn;
+    const real t_sldgv = t_iorjk + t_gtdgn + t_bznju + K(-2.0) * t_3s2va;
+    const real t_3xz55 = t_tzirt + SC1 * t_miprn;
+    const real t_4q6bq = t_xrxt3
+        + G2_v2 * t_sldgv
+        + G3_v2 * t_3xz55
+        - (t_wdgab * t_e4sul + t_6mmeb * t_lyly4)
+        - (t_2lbar * t_e4sul + t_6mmeb * t_ynna7)
+        + a2_v2 * t_mckmq
+        + (t_zh7nn * t_mckmq + K52 * t_hyccb)
+        + a3_v2 * t_zhx4p
+        + (t_zsfv2 * t_zhx4p + K53 * t_33qt3)
+        - t_lutta * t_l2col
+        + SELECT0(m_el4yy, t_lwe76 * t_kbtvv_10)
+        - (t_vrqgs * t_e4sul + t_6mmeb * t_4fz7z)
+        + (t_4zkth * t_mckmq + K52 * t_qltyy)
+        + (t_lvdlo * t_zhx4p + K53 * t_cf7cd)
+        + SELECT0(m_el4yy, t_lwe76 * t_ycqju_10)
+        - t_xrxt3
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple_10))
+        + (t_sfc5s * t_ryoqa + t_rujpm * t_no73e)
+        - (t_dpn2x * t_4uch5 + K_L52 * t_24wuc)
+        - (t_rugjk * t_iuhck + K_L53 * t_bpniw)
+        - (t_eqody * t_rsa5i + K_L54 * t_ov7ps);
+    const real t_mscx7 = t_e3bxp * t_ftqxb;
+    const real t_kk3t2 = t_sldgv
+        - (K_L52 * t_vdval + t_xqwvu * t_4uch5)
+        - (K_L53 * t_oeegq + t_kjv32 * t_iuhck)
+        - (K_L54 * t_dnt6a + t_svz2s * t_rsa5i)
+        - (t_rujpm * t_e4sul + t_6mmeb * t_ryoqa);
+    const real t_7rnk2_4 = t_pgxzp * t_bpfoo;
+    const real t_fewxz = t_as46a * t_bpfoo + t_7rnk2_4 * t_h2ibw;
+    const real t_oal24 = t_d4baz + (t_pgxzp * t_7j6vv + t_b3aij * t_fewxz);
+    const real t_2ngl5_3 = t_gz422 * t_4iujv;
+    const real t_xxezt = t_oal24 * t_4iujv - t_2ngl5_3 * t_vujgj;
+    const real t_5juhs = t_5rsa6
+        + (t_gz422 * t_vouj3 + t_2rbbr * t_xxezt)
+        - (t_pgxzp * t_ix2vw + t_zzymx * t_fewxz);
+    const real t_kpf5p = K_L63 * t_zmh3u;
+    const real t_gkyes = t_5juhs * t_zmh3u - t_kpf5p * t_o7t6b;
+    const real t_oqiz4 = t_kpob3
+        - (t_gz422 * t_tbtnm + t_u3hss * t_xxezt)
+        - (K_L63 * t_udoda + t_fqe33 * t_gkyes)
+        - (t_pgxzp * Bc_1 + t_2m245 * t_fewxz);
+    const real t_wurun = K_L64 * t_lt2al;
+    const real t_fl2vi = t_oqiz4 * t_lt2al - t_wurun * t_gyzdz;
+    const real t_u36cu = t_3xz55
+        + (t_gz422 * t_vdval + t_xqwvu * t_xxezt)
+        - (K_L63 * t_oeegq + t_kjv32 * t_gkyes)
+        - (K_L64 * t_dnt6a + t_svz2s * t_fl2vi)
+        - (t_pgxzp * t_e4sul + t_6mmeb * t_fewxz);
+    const real t_dzxqu = K_L65 * t_ftqxb;
+    const real t_yykno = t_u36cu * t_ftqxb - t_dzxqu * t_kk3t2;
+    const real t_wfax6 = cos_theta1 * t_tdpur - (g_1 * t_k46nc + t_azclp * t_xtwlg);
+    const real t_dp6fa = t_dnjms - t_bznju;
+    const real t_gr55w = t_lwe76 * t_a3mx6_10
+        - t_wfax6
+        - G2_v2 * t_3xz55
+        - G3_v2 * t_dp6fa
+        + (t_wdgab * t_as46a + t_bl4f2 * t_lyly4)
+        + (t_2lbar * t_as46a + t_bl4f2 * t_ynna7)
+        + a2_v2 * t_d4baz
+        + (t_zh7nn * t_d4baz + t_hjmgb * t_hyccb)
+        - a3_v2 * t_5rsa6
+        - (t_zsfv2 * t_5rsa6 + K63 * t_33qt3)
+        + t_lutta * t_kpob3
+        - t_lwe76 * t_pdzxe_10
+        + (t_vrqgs * t_as46a + t_bl4f2 * t_4fz7z)
+        + (t_4zkth * t_d4baz + t_hjmgb * t_qltyy)
+        - (t_lvdlo * t_5rsa6 + K63 * t_cf7cd)
+        + t_wfax6;
+    const real t_fjd2y = t_lwe76 * t_mvrqf_10
+        - t_gr55w
+        + (t_sfc5s * t_fewxz + t_pgxzp * t_no73e)
+        + (t_dpn2x * t_xxezt + t_gz422 * t_24wuc)
+        - (t_rugjk * t_gkyes + K_L63 * t_bpniw)
+        - (t_eqody * t_fl2vi + K_L64 * t_ov7ps)
+        - (t_w7vk3 * t_yykno + K_L65 * t_4q6bq);
+    const real t_xzdnc = t_uiwc3 * t_nfkwa;
+    const real t_xz4j7 = t_dp6fa
+        - (t_gz422 * t_oal24 + t_dzmcy * t_xxezt)
+        - (K_L63 * t_5juhs + t_iyghn * t_gkyes)
+        - (K_L64 * t_oqiz4 + t_vjpw3 * t_fl2vi)
+        - (K_L65 * t_u36cu + t_3np5y * t_yykno)
+        - (t_pgxzp * t_as46a + t_bl4f2 * t_fewxz);
+    const real t_x7yzl = t_fjd2y * t_nfkwa - t_xzdnc * t_xz4j7;
+    const real t_v3jai = t_4q6bq * t_ftqxb - t_mscx7 * t_kk3t2 - (t_uiwc3 * t_yykno + K_L65 * t_x7yzl);
+    const real t_ytooc = t_ov7ps * t_lt2al
+        - t_tssdq * t_gyzdz
+        - (t_caepv * t_rsa5i + K_L54 * t_v3jai)
+        - (t_uiwc3 * t_fl2vi + K_L64 * t_x7yzl);
+    const real t_5ybxd = t_bpniw * t_zmh3u
+        - t_qty3w * t_o7t6b
+        - (t_pqvdf * t_tt5vf + K_L43 * t_ytooc)
+        - (t_caepv * t_iuhck + K_L53 * t_v3jai)
+        - (t_uiwc3 * t_gkyes + K_L63 * t_x7yzl);
+    const real t_bhu33 = t_24wuc * t_4iujv
+        - t_me7eb * t_vujgj
+        - (t_h4uvc * t_5y4uw + K_L32 * t_5ybxd)
+        + (t_pqvdf * t_uiiin + t_5wcj3 * t_ytooc)
+        - (t_caepv * t_4uch5 + K_L52 * t_v3jai)
+        + (t_uiwc3 * t_xxezt + t_gz422 * t_x7yzl);
+    const real t_frkst = t_no73e * t_bpfoo
+        + t_gvhmj * t_h2ibw
+        + (t_ykhgf * t_ccnxe + t_w7lcw * t_bhu33)
+        + (t_h4uvc * t_lkd5z + t_3go2w * t_5ybxd)
+        + (t_pqvdf * t_zopz4 + t_xq4wt * t_ytooc)
+        + (t_caepv * t_ryoqa + t_rujpm * t_v3jai)
+        + (t_uiwc3 * t_fewxz + t_pgxzp * t_x7yzl);
+    const real t_ffpz7 = q[wy] * cos_theta1 - q[wz] * sin_theta1;
+    const real t_7lrt3 = sin_phi1 * t_ffpz7;
+    const real t_amwyw = q[wy] * sin_theta1 + q[wz] * cos_theta1;
+    const real t_2vp5p = t_wmv32 * (p[l1] * t_7lrt3) + t_q2k45 * t_amwyw - w_x1 * (lc_1 * t_amwyw);
+    const real t_b2rhp = th_1 * (p[I1] * t_2vp5p);
+    const real t_kvxem = cos_theta1 * t_b2rhp - t_azclp;
+    const real t_2wqtn = cos_phi1 * t_ffpz7;
+    const real t_2jicd = t_6nwd2 * (t_dskdd * t_2wqtn - t_7uthm * t_amwyw);
+    const real t_y5gv4 = chi1 * t_2wqtn - t_qm5gj * t_7lrt3 - w_x1 * t_ffpz7;
+    const real t_qoq6p = B_1 * t_y5gv4;
+    const real t_osexi = sin_phi1 * t_2jicd + cos_phi1 * t_qoq6p;
+    const real t_kmyiu = t_kvxem + (t_ibvem - sin_theta1 * t_osexi);
+    const real t_4sjo7 = wq_1 * sin_theta1;
+    const real t_amqia = (sin_theta1 + sin_theta1) * cos_theta1;
+    const real t_i3r2o = t_65obb * t_amqia;
+    const real t_vsfgn = t_4sjo7 - t_i3r2o;
+    const real t_32wvq = cos_theta1 * cos_theta1 - S_sq1;
+    const real t_gv4lk = t_65obb * t_32wvq;
+    const real t_dypyd = tn11_1 * t_amqia;
+    const real t_6xofg = tn11_1 * t_32wvq;
+    const real t_m5bad = t_rlbqu - t_4sjo7;
+    const real t_rkfpn = t_kmyiu
+        + G2_v2 * t_vsfgn
+        - G3_v2 * t_gv4lk
+        + a2_v2 * t_dypyd
+        + a3_v2 * t_6xofg
+        + t_lutta * t_m5bad;
+    const real t_xf6ji = sin_phi1 * t_qoq6p - cos_phi1 * t_2jicd;
+    const real t_pa3gv = t_xf6ji
+        + G2_v2 * t_llswo
+        - G3_v2 * t_b2inm
+        + a2_v2 * t_pq5r4
+        - a3_v2 * t_pagmx;
+    const real t_a5psl = wq_1 * cos_theta1;
+    const real t_uyxg3 = t_a5psl - t_gv4lk;
+    const real t_6ikyu = sin_theta1 * t_b2rhp + t_vt7uo;
+    const real t_f4zwy = cos_theta1 * t_osexi + t_ramrz + t_6ikyu;
+    const real t_xexp4 = t_a5psl + t_kimqu;
+    const real t_z2ko6 = G2_v2 * t_uyxg3
+        - t_f4zwy
+        + G3_v2 * t_i3r2o
+        + a2_v2 * t_6xofg
+        - a3_v2 * t_dypyd
+        - t_lutta * t_xexp4;
+    const real t_tlmbc = K11 * t_pa3gv
+        + (q2_v2 * t_pq5r4 + t_b3aij * t_rkfpn)
+        + (t_zzymx * t_z2ko6 - q3_v2 * t_pagmx);
+    const real t_tcld2 = t_tqzpl * t_pq5r4 - t_r6alf * t_pagmx;
+    const real t_yl3ck = t_owyvy * t_tcld2
+        + PP_v2 * (t_i2mne * t_rkfpn - t_4gyk7 * t_pa3gv + t_rhnsp * t_z2ko6);
+    const real t_f5ly3 = (SELECT0(m_l7cqn, -(t_5cok6 * (t_t7vcl * t_tlmbc + t_yl3ck) * t_pd2sg)) + t_tlmbc) * t_hvu5i
+        - t_xyjfu * t_tcld2;
+    const real t_4yosb = t_rkfpn - (t_wdgab * t_pq5r4 + t_b3aij * t_f5ly3);
+    const real t_rtc3d = t_q2hfz * (t_5x4sb * (t_4yosb * t_y7rm6));
+    const real t_7vxmt_2 = t_rtc3d * t_nwsjf;
+    const real t_iubif_11 = t_bw2jd * (t_as3uq * t_7vxmt_2);
+    const real t_27ev7_11 = p[F] * (sin_t_auieu * t_iubif_11);
+    const real t_wzmp3_11 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_11));
+    const real t_3pgdu = t_z2ko6 - (t_zzymx * t_f5ly3 - t_wdgab * t_pagmx);
+    const real t_vdbgk = t_3pgdu * t_y7rm6 * t_qvk2y
+        + SELECT0(m_el4yy, t_rdshm * (t_qzpff * (t_uwsp7 * t_rtc3d * t_imn4h)));
+    const real t_iijst_2 = t_q2hfz_2 * (t_2snz7 * t_vdbgk) * t_bifdl;
+    const real t_d4wem_11 = sin_t_g4u7i * t_7vxmt_2;
+    const real t_kj6yx_11 = cos_t_kood5 * t_iijst_2;
+    const real t_ssiof_11 = SELECT0(m_el4yy, -(sin_t_kood5 * t_d4wem_11)) + SELECT0(m_uklky, -(cos_t_g4u7i * t_kj6yx_11));
+    const real t_amp27_11 = SELECT(m_r2fy3, SELECT0(m_uklky, -t_iijst_2), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_ssiof_11 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_11 = t_zrb6o * (t_vr3uw * t_amp27_11);
+    const real t_cxwzz_11 = sin_t_kl6tx * t_swjde_11;
+    const real t_7uga3 = t_wzmp3_11 - t_zmkrd * t_cxwzz_11 + t_xf6ji;
+    const real t_7rizg = t_pq5r4 * t_bpfoo;
+    const real t_ilple_11 = p[F] * (cos_t_auieu * t_iubif_11);
+    const real t_g266i = SELECT0(m_el4yy, t_ilple_11) - t_kmyiu + (t_sfc5s * t_7rizg + t_w7lcw * t_7uga3);
+    const real t_gruy3 = t_dypyd - (t_w7lcw * t_pq5r4 + t_b3aij * t_7rizg);
+    const real t_xy6nc = t_pagmx * t_bpfoo;
+    const real t_2d4vd = t_6xofg - (t_3go2w * t_pq5r4 - t_b3aij * t_xy6nc);
+    const real t_m5fev = t_2d4vd * t_4iujv - t_6yahm * t_gruy3;
+    const real t_ooljq_11 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_11));
+    const real t_lqx5z_11 = cos_t_kl6tx * t_swjde_11;
+    const real t_mvrqf_11 = t_ooljq_11 + t_zmkrd * t_lqx5z_11;
+    const real t_ggaal = t_3go2w * t_7uga3
+        - t_sfc5s * t_xy6nc
+        - (t_mvrqf_11 - t_f4zwy)
+        - (t_dpn2x * t_m5fev + K_L32 * t_g266i);
+    const real t_knzic = t_3go2w * t_pagmx
+        + t_zzymx * t_xy6nc
+        - (t_dypyd + (K_L32 * t_2d4vd + t_2rbbr * t_m5fev));
+    const real t_oigft = t_m5bad + t_xq4wt * t_pq5r4;
+    const real t_4vjf5 = t_oigft * t_4iujv - t_2ngl5 * t_gruy3;
+    const real t_wgipm = t_xexp4 + (t_5wcj3 * t_2d4vd + t_2rbbr * t_4vjf5) + t_xq4wt * t_pagmx;
+    const real t_vqp6m = t_wgipm * t_zmh3u - t_ydwjl * t_knzic;
+    const real t_zbzge = p[l1] * t_qoq6p;
+    const real t_3clim = q_1 * t_b2rhp;
+    const real t_pmsic = t_zbzge - t_3clim;
+    const real t_k6txy = wqg_1 * sin_theta1;
+    const real t_k2hpp = t_k6txy + t_67cpm;
+    const real t_tn2l4 = wqg_1 * cos_theta1;
+    const real t_6morb = t_tn2l4 - t_cr4jw;
+    const real t_shxu4_11 = p[F] * t_d4wem_11;
+    const real t_huqui_11 = SELECT0(m_el4yy, -(cos_t_kood5 * t_shxu4_11));
+    const real t_7nvy5_11 = sin_t_kood5 * t_iijst_2;
+    const real t_yq2a5 = t_huqui_11 + SELECT0(m_uklky, t_wo26r * t_7nvy5_11) - (K11 * t_f5ly3 - t_pa3gv);
+    const real t_kbtvv_11 = p[F] * (cos_t_g4u7i * t_7vxmt_2);
+    const real t_o7kkg = SELECT0(m_el4yy, t_kbtvv_11) - t_4yosb + (t_gw4dc * t_7rizg + t_w7lcw * t_yq2a5);
+    const real t_a3mx6_11 = SELECT0(m_el4yy, -(sin_t_kood5 * t_shxu4_11)) + SELECT0(m_uklky, -(t_wo26r * t_kj6yx_11));
+    const real t_3neul = t_3go2w * t_yq2a5
+        - t_gw4dc * t_xy6nc
+        - (t_a3mx6_11 + t_3pgdu)
+        - (t_4xynl * t_m5fev + K_L32 * t_o7kkg);
+    const real t_ps3ig = t_3neul * t_zmh3u - t_g2rkm * t_knzic;
+    const real t_a2jyz = t_o7kkg * t_4iujv - t_ey6wv * t_gruy3 - (t_zsfv2 * t_m5fev + K_L32 * t_ps3ig);
+    const real t_3jzg5 = t_yq2a5 * t_bpfoo
+        + (t_zh7nn * t_7rizg + t_w7lcw * t_a2jyz)
+        + (t_3go2w * t_ps3ig - t_zsfv2 * t_xy6nc);
+    const real t_cgxsm_11 = t_wzmp3_11 - t_zmkrd_2 * t_cxwzz_11 - (t_huqui_11 + SELECT0(m_uklky, t_wo26r_2 * t_7nvy5_11));
+    const real t_ycqju_11 = t_ilple_11 - t_kbtvv_11;
+    const real t_gdryy = SELECT0(m_el4yy, t_ycqju_11) + (t_yb4wq * t_7rizg + t_w7lcw * t_cgxsm_11);
+    const real t_pdzxe_11 = p[F] * t_ssiof_11 - (t_ooljq_11 + t_zmkrd_2 * t_lqx5z_11);
+    const real t_7ywwu = t_pdzxe_11
+        + (t_3go2w * t_cgxsm_11 - t_yb4wq * t_xy6nc)
+        - (t_qbbkc * t_m5fev + K_L32 * t_gdryy);
+    const real t_mgy3p = t_7ywwu * t_zmh3u - t_n6whd * t_knzic;
+    const real t_p7gcv = t_gdryy * t_4iujv - t_2ngl5_2 * t_gruy3 - (t_lvdlo * t_m5fev + K_L32 * t_mgy3p);
+    const real t_zlgy3 = t_cgxsm_11 * t_bpfoo
+        + (t_4zkth * t_7rizg + t_w7lcw * t_p7gcv)
+        + (t_3go2w * t_mgy3p - t_lvdlo * t_xy6nc);
+    const real t_uf2px = t_pmsic
+        + G2_v2 * t_k2hpp
+        + G3_v2 * t_6morb
+        - t_2m245 * t_f5ly3
+        - t_2m245 * t_3jzg5
+        - a2_v2 * t_m5bad
+        - (t_zh7nn * t_m5bad + t_yz7e5 * t_a2jyz)
+        + a3_v2 * t_xexp4
+        + (t_zsfv2 * t_xexp4 + K43 * t_ps3ig)
+        - t_2m245 * t_zlgy3
+        - (t_4zkth * t_m5bad + t_yz7e5 * t_p7gcv)
+        + (t_lvdlo * t_xexp4 + K43 * t_mgy3p)
+        - t_pmsic
+        + t_xq4wt * t_7uga3
+        + (t_dpn2x * t_4vjf5 + t_5wcj3 * t_g266i)
+        - (t_rugjk * t_vqp6m + K_L43 * t_ggaal);
+    const real t_yyjyy = t_5wcj3 * t_oigft + t_u3hss * t_4vjf5 + (K_L43 * t_wgipm + t_fqe33 * t_vqp6m);
+    const real t_zfxwu = t_llswo * t_bpfoo;
+    const real t_2dasf = t_vsfgn - (t_rujpm * t_pq5r4 + t_b3aij * t_zfxwu);
+    const real t_63hn3 = t_2dasf * t_4iujv - t_hfybw * t_gruy3;
+    const real t_vexvb = t_uyxg3
+        - (K_L52 * t_2d4vd + t_2rbbr * t_63hn3)
+        - (t_zzymx * t_zfxwu - t_rujpm * t_pagmx);
+    const real t_cngcl = t_vexvb * t_zmh3u - t_qe675 * t_knzic;
+    const real t_paaj2 = t_k2hpp
+        + (K_L52 * t_oigft + t_u3hss * t_63hn3)
+        - (K_L53 * t_wgipm + t_fqe33 * t_cngcl)
+        - t_2m245 * t_zfxwu;
+    const real t_edocq = t_paaj2 * t_lt2al + t_2e52m * t_yyjyy;
+    const real t_rtw3j = t_zbzge - e1 * t_osexi;
+    const real t_sjs36 = sin_theta1 * t_rtw3j + t_slihb - t_3clim + g_1 * t_kvxem;
+    const real t_twgyt = tn44_1 * t_amqia;
+    const real t_6mhge = t_twgyt - K(-2.0) * t_k6txy;
+    const real t_mkj6e = t_tn2l4 + tn44_1 * t_32wvq;
+    const real t_muqou = t_sjs36
+        + G2_v2 * t_6mhge
+        + G3_v2 * t_mkj6e
+        - (t_wdgab * t_llswo + t_6mmeb * t_f5ly3)
+        - (t_2lbar * t_llswo + t_6mmeb * t_3jzg5)
+        + a2_v2 * t_vsfgn
+        + (t_zh7nn * t_vsfgn + K52 * t_a2jyz)
+        + a3_v2 * t_uyxg3
+        + (t_zsfv2 * t_uyxg3 + K53 * t_ps3ig)
+        - t_lutta * t_k2hpp
+        + SELECT0(m_el4yy, t_lwe76 * t_kbtvv_11)
+        - (t_vrqgs * t_llswo + t_6mmeb * t_zlgy3)
+        + (t_4zkth * t_vsfgn + K52 * t_p7gcv)
+        + (t_lvdlo * t_uyxg3 + K53 * t_mgy3p)
+        + SELECT0(m_el4yy, t_lwe76 * t_ycqju_11)
+        - t_sjs36
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple_11))
+        + (t_sfc5s * t_zfxwu + t_rujpm * t_7uga3)
+        - (t_dpn2x * t_63hn3 + K_L52 * t_g266i)
+        - (t_rugjk * t_cngcl + K_L53 * t_ggaal)
+        - (t_eqody * t_edocq + K_L54 * t_uf2px);
+    const real t_3ao52 = t_6mhge
+        - (K_L52 * t_2dasf + t_xqwvu * t_63hn3)
+        - (K_L53 * t_vexvb + t_kjv32 * t_cngcl)
+        - (K_L54 * t_paaj2 + t_svz2s * t_edocq)
+        - (t_rujpm * t_llswo + t_6mmeb * t_zfxwu);
+    const real t_rqo2a = t_b2inm * t_bpfoo;
+    const real t_cr6n6 = t_gv4lk + (t_pgxzp * t_pq5r4 - t_b3aij * t_rqo2a);
+    const real t_vpdap = t_cr6n6 * t_4iujv - t_2ngl5_3 * t_gruy3;
+    const real t_yckak = t_i3r2o
+        + (t_gz422 * t_2d4vd + t_2rbbr * t_vpdap)
+        + (t_pgxzp * t_pagmx + t_zzymx * t_rqo2a);
+    const real t_pw3g4 = t_yckak * t_zmh3u - t_kpf5p * t_knzic;
+    const real t_in3sd = t_6morb
+        - (t_gz422 * t_oigft + t_u3hss * t_vpdap)
+        - (K_L63 * t_wgipm + t_fqe33 * t_pw3g4)
+        + t_2m245 * t_rqo2a;
+    const real t_notmf = t_in3sd * t_lt2al + t_wurun * t_yyjyy;
+    const real t_jm2gy = t_mkj6e
+        + (t_gz422 * t_2dasf + t_xqwvu * t_vpdap)
+        - (K_L63 * t_vexvb + t_kjv32 * t_pw3g4)
+        - (K_L64 * t_paaj2 + t_svz2s * t_notmf)
+        - (t_pgxzp * t_llswo - t_6mmeb * t_rqo2a);
+    const real t_amvha = t_jm2gy * t_ftqxb - t_dzxqu * t_3ao52;
+    const real t_jabll = cos_theta1 * t_rtw3j - t_h4rsv - g_1 * t_6ikyu;
+    const real t_fotp5 = t_lwe76 * t_a3mx6_11
+        - t_jabll
+        - G2_v2 * t_mkj6e
+        + G3_v2 * t_twgyt
+        + (t_bl4f2 * t_f5ly3 - t_wdgab * t_b2inm)
+        + (t_bl4f2 * t_3jzg5 - t_2lbar * t_b2inm)
+        + a2_v2 * t_gv4lk
+        + (t_zh7nn * t_gv4lk + t_hjmgb * t_a2jyz)
+        - a3_v2 * t_i3r2o
+        - (t_zsfv2 * t_i3r2o + K63 * t_ps3ig)
+        + t_lutta * t_6morb
+        - t_lwe76 * t_pdzxe_11
+        + (t_bl4f2 * t_zlgy3 - t_vrqgs * t_b2inm)
+        + (t_4zkth * t_gv4lk + t_hjmgb * t_p7gcv)
+        - (t_lvdlo * t_i3r2o + K63 * t_mgy3p)
+        + t_jabll;
+    const real t_kusr4 = t_lwe76 * t_mvrqf_11
+        - t_fotp5
+        + (t_pgxzp * t_7uga3 - t_sfc5s * t_rqo2a)
+        + (t_dpn2x * t_vpdap + t_gz422 * t_g266i)
+        - (t_rugjk * t_pw3g4 + K_L63 * t_ggaal)
+        - (t_eqody * t_notmf + K_L64 * t_uf2px)
+        - (t_w7vk3 * t_amvha + K_L65 * t_muqou);
+    const real t_2oq32 = t_twgyt
+        + (t_gz422 * t_cr6n6 + t_dzmcy * t_vpdap)
+        + (K_L63 * t_yckak + t_iyghn * t_pw3g4)
+        + (K_L64 * t_in3sd + t_vjpw3 * t_notmf)
+        + (K_L65 * t_jm2gy + t_3np5y * t_amvha);
+    const real t_64vo2 = t_kusr4 * t_nfkwa - t_xzdnc * (t_pgxzp * t_b2inm + t_bl4f2 * t_rqo2a - t_2oq32);
+    const real t_obgm3 = t_muqou * t_ftqxb - t_mscx7 * t_3ao52 - (t_uiwc3 * t_amvha + K_L65 * t_64vo2);
+    const real t_6b22h = t_uf2px * t_lt2al
+        + t_tssdq * t_yyjyy
+        - (t_caepv * t_edocq + K_L54 * t_obgm3)
+        - (t_uiwc3 * t_notmf + K_L64 * t_64vo2);
+    const real t_b4apn = t_ggaal * t_zmh3u
+        - t_qty3w * t_knzic
+        - (t_pqvdf * t_vqp6m + K_L43 * t_6b22h)
+        - (t_caepv * t_cngcl + K_L53 * t_obgm3)
+        - (t_uiwc3 * t_pw3g4 + K_L63 * t_64vo2);
+    const real t_b7ltb = t_g266i * t_4iujv
+        - t_me7eb * t_gruy3
+        - (t_h4uvc * t_m5fev + K_L32 * t_b4apn)
+        + (t_pqvdf * t_4vjf5 + t_5wcj3 * t_6b22h)
+        - (t_caepv * t_63hn3 + K_L52 * t_obgm3)
+        + (t_uiwc3 * t_vpdap + t_gz422 * t_64vo2);
+    const real t_uaz7n = t_7uga3 * t_bpfoo
+        + (t_ykhgf * t_7rizg + t_w7lcw * t_b7ltb)
+        + (t_3go2w * t_b4apn - t_h4uvc * t_xy6nc)
+        + t_xq4wt * t_6b22h
+        + (t_caepv * t_zfxwu + t_rujpm * t_obgm3)
+        + (t_pgxzp * t_64vo2 - t_uiwc3 * t_rqo2a);
+    const real t_h36cy = p[l2] * sin_phi2;
+    const real t_c6dmt_2 = w_x2 * sin_phi2 + t_3pe4c;
+    const real t_qy4n2 = W12 * t_yk3z4 - w_x2 * (Wn2 * t_h36cy) + t_nlamb * (p[l2] * t_c6dmt_2);
+    const real t_2s2br = th_2 * t_4434n * (p[m2] * ((q_2 + q_2) * t_yk3z4));
+    const real t_q6l6c = th_2 * (p[I2] * t_qy4n2 - loss_theta2 * t_yk3z4) - t_vry6x * t_2s2br;
+    const real t_uj3u6 = cos_theta2 * t_q6l6c;
+    const real t_4p46o = w_x2 * cos_phi2 - t_4adrp;
+    const real t_7pqkc = mv2 * (t_6fvzz * sin_phi2) + t_popww * (t_npq2c * t_4p46o);
+    const real t_aduzw = chi2 * t_4p46o - t_c6dmt * t_c6dmt_2;
+    const real t_fregp = B_2 * t_aduzw;
+    const real t_ehxvd = tension2 * cos_phi2 - sin_phi2 * t_7pqkc - (cos_phi2 * t_fregp - t_v7h4t);
+    const real t_kqzlv = t_uj3u6 + sin_theta2 * t_ehxvd;
+    const real t_hokbn = p[I2] * t_2s2br;
+    const real t_ktpye = wth_2 * t_h36cy - g_2 * t_hokbn;
+    const real t_jzaos = mv2 * cos_phi2;
+    const real t_anfnj = sin_phi2 * t_jzaos + Asc_2;
+    const real t_n46wu = e2 * t_anfnj;
+    const real t_r6gya = Bs_2 + t_n46wu;
+    const real t_kpd7x = t_ktpye - t_r6gya;
+    const real t_kxs24 = S_sq2 * t_kpd7x;
+    const real t_2xgil = wth_2 * t_yk3z4 - q_2 * t_hokbn;
+    const real t_vzlku = cos_theta2 * t_2xgil;
+    const real t_r2vni = t_ktpye - t_kxs24 - t_vzlku;
+    const real t_w6dhl = SC2 * t_kpd7x;
+    const real t_mj4g4 = t_anfnj + t_hokbn;
+    const real t_hq2cs = S_sq2 * t_mj4g4;
+    const real t_vkqzx = t_hq2cs - t_hokbn;
+    const real t_yy7hn = SC2 * t_mj4g4;
+    const real t_hq6pr = t_vzlku - sin_theta2 * Bs_2;
+    const real t_6z5yj = t_kqzlv
+        + G2_v2 * t_r2vni
+        - G3_v2 * t_w6dhl
+        + a2_v2 * t_vkqzx
+        + a3_v2 * t_yy7hn
+        + t_lutta * t_hq6pr;
+    const real t_f2vdr = cos_phi2 * t_jzaos - Ass_2;
+    const real t_igjjb = sin_theta2 * t_f2vdr;
+    const real t_7smnw = sin_phi2 * t_fregp + t_czyms - (tension2 * sin_phi2 + cos_phi2 * t_7pqkc);
+    const real t_2zutr = Bc_2 + e2 * t_f2vdr;
+    const real t_msyoe = sin_theta2 * t_2zutr;
+    const real t_sqznz = cos_theta2 * t_2zutr;
+    const real t_kytbr = cos_theta2 * t_f2vdr;
+    const real t_ooe5e = t_7smnw
+        + G2_v2 * t_msyoe
+        + G3_v2 * t_sqznz
+        + a2_v2 * t_igjjb
+        + a3_v2 * t_kytbr;
+    const real t_ai5m4 = t_lutta * Bc_2 - t_ooe5e;
+    const real t_k5p2h = sin_theta2 * t_q6l6c;
+    const real t_yocbh = cos_theta2 * t_ehxvd - t_k5p2h;
+    const real t_4twqa = sin_theta2 * t_2xgil;
+    const real t_mnv5e = t_4twqa - t_w6dhl;
+    const real t_2wedy = t_kxs24 + t_r6gya;
+    const real t_2mw2y = t_anfnj - t_hq2cs;
+    const real t_sok6x = t_4twqa + cos_theta2 * Bs_2;
+    const real t_hd7uu = t_yocbh
+        + G2_v2 * t_mnv5e
+        + G3_v2 * t_2wedy
+        + a2_v2 * t_yy7hn
+        + a3_v2 * t_2mw2y
+        - t_lutta * t_sok6x;
+    const real t_7dypd = K11 * t_ai5m4
+        - q1_v2 * t_anfnj
+        - (q2_v2 * t_igjjb + t_b3aij * t_6z5yj)
+        - (q3_v2 * t_kytbr + t_zzymx * t_hd7uu);
+    const real t_sj2tb = t_tqzpl * t_igjjb - t_s5vhe * t_anfnj + t_r6alf * t_kytbr;
+    const real t_tpfaa = t_owyvy * t_sj2tb
+        + PP_v2 * (t_4gyk7 * t_ai5m4 + t_i2mne * t_6z5yj + t_rhnsp * t_hd7uu);
+    const real t_yjuy5 = (SELECT0(m_l7cqn, t_5cok6 * (t_t7vcl * t_7dypd - t_tpfaa) * t_pd2sg) - t_7dypd) * t_hvu5i
+        - t_xyjfu * t_sj2tb;
+    const real t_wlrmz = t_6z5yj - (t_wdgab * t_igjjb + t_b3aij * t_yjuy5);
+    const real t_37okn = t_q2hfz * (t_5x4sb * (t_wlrmz * t_y7rm6));
+    const real t_7vxmt_3 = t_37okn * t_nwsjf;
+    const real t_iubif_12 = t_bw2jd * (t_as3uq * t_7vxmt_3);
+    const real t_27ev7_12 = p[F] * (sin_t_auieu * t_iubif_12);
+    const real t_wzmp3_12 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_12));
+    const real t_qtlzm = t_hd7uu - (t_wdgab * t_kytbr + t_zzymx * t_yjuy5);
+    const real t_x74dq = t_qtlzm * t_y7rm6 * t_qvk2y
+        + SELECT0(m_el4yy, t_rdshm * (t_qzpff * (t_uwsp7 * t_37okn * t_imn4h)));
+    const real t_iijst_3 = t_q2hfz_2 * (t_2snz7 * t_x74dq) * t_bifdl;
+    const real t_d4wem_12 = sin_t_g4u7i * t_7vxmt_3;
+    const real t_kj6yx_12 = cos_t_kood5 * t_iijst_3;
+    const real t_ssiof_12 = SELECT0(m_el4yy, -(sin_t_kood5 * t_d4wem_12)) + SELECT0(m_uklky, -(cos_t_g4u7i * t_kj6yx_12));
+    const real t_amp27_12 = SELECT(m_r2fy3, SELECT0(m_uklky, -t_iijst_3), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_ssiof_12 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_12 = t_zrb6o * (t_vr3uw * t_amp27_12);
+    const real t_cxwzz_12 = sin_t_kl6tx * t_swjde_12;
+    const real t_iq3qk = t_wzmp3_12 - t_zmkrd * t_cxwzz_12 + t_7smnw;
+    const real t_f4frf = t_igjjb * t_bpfoo + t_7rnk2 * t_anfnj;
+    const real t_ilple_12 = p[F] * (cos_t_auieu * t_iubif_12);
+    const real t_ziyck = SELECT0(m_el4yy, t_ilple_12) - t_kqzlv + (t_sfc5s * t_f4frf + t_w7lcw * t_iq3qk);
+    const real t_dx5p7 = t_vkqzx - (t_w7lcw * t_igjjb + t_b3aij * t_f4frf);
+    const real t_zlixu = t_kytbr * t_bpfoo + t_7rnk2_2 * t_anfnj;
+    const real t_g4jqr = t_yy7hn - (t_3go2w * t_igjjb + t_b3aij * t_zlixu);
+    const real t_t5hju = t_g4jqr * t_4iujv - t_6yahm * t_dx5p7;
+    const real t_ooljq_12 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_12));
+    const real t_lqx5z_12 = cos_t_kl6tx * t_swjde_12;
+    const real t_mvrqf_12 = t_ooljq_12 + t_zmkrd * t_lqx5z_12;
+    const real t_kunja = t_sfc5s * t_zlixu
+        + t_3go2w * t_iq3qk
+        - (t_mvrqf_12 + t_yocbh)
+        - (t_dpn2x * t_t5hju + K_L32 * t_ziyck);
+    const real t_e2fky = t_2mw2y
+        - (K_L32 * t_g4jqr + t_2rbbr * t_t5hju)
+        - (t_3go2w * t_kytbr + t_zzymx * t_zlixu);
+    const real t_sasqd = Bc_2 * t_bpfoo + t_jtjoh * t_anfnj;
+    const real t_kpo7l = t_hq6pr + (t_xq4wt * t_igjjb + t_b3aij * t_sasqd);
+    const real t_mifaj = t_kpo7l * t_4iujv - t_2ngl5 * t_dx5p7;
+    const real t_krxfu = t_sok6x
+        + (t_5wcj3 * t_g4jqr + t_2rbbr * t_mifaj)
+        - (t_xq4wt * t_kytbr + t_zzymx * t_sasqd);
+    const real t_jn6ns = t_krxfu * t_zmh3u - t_ydwjl * t_e2fky;
+    const real t_p2f6u = t_6fvzz * Bc_2 + p[l2] * t_fregp;
+    const real t_dlwth = q_2 * t_q6l6c + F_n2 * t_yk3z4;
+    const real t_acn2f = t_p2f6u - t_dlwth;
+    const real t_vpcgp = wq_2 * t_yk3z4 + q_2 * t_2xgil;
+    const real t_42o7o = wg_2 * t_yk3z4 + q_2 * t_ktpye;
+    const real t_bbhco = cos_theta2 * t_42o7o;
+    const real t_moyc6 = e2 * Bs_2;
+    const real t_nymit = t_vpcgp - t_bbhco + sin_theta2 * t_moyc6;
+    const real t_awxjj = sin_theta2 * t_42o7o;
+    const real t_rrnkr = t_awxjj + cos_theta2 * t_moyc6;
+    const real t_shxu4_12 = p[F] * t_d4wem_12;
+    const real t_huqui_12 = SELECT0(m_el4yy, -(cos_t_kood5 * t_shxu4_12));
+    const real t_7nvy5_12 = sin_t_kood5 * t_iijst_3;
+    const real t_mgozx = t_huqui_12
+        + SELECT0(m_uklky, t_wo26r * t_7nvy5_12)
+        - (t_ai5m4 + (K11 * t_yjuy5 - t_wdgab * t_anfnj));
+    const real t_kbtvv_12 = p[F] * (cos_t_g4u7i * t_7vxmt_3);
+    const real t_nnjom = SELECT0(m_el4yy, t_kbtvv_12) - t_wlrmz + (t_gw4dc * t_f4frf + t_w7lcw * t_mgozx);
+    const real t_a3mx6_12 = SELECT0(m_el4yy, -(sin_t_kood5 * t_shxu4_12)) + SELECT0(m_uklky, -(t_wo26r * t_kj6yx_12));
+    const real t_o5tsl = t_gw4dc * t_zlixu
+        + t_3go2w * t_mgozx
+        - (t_a3mx6_12 + t_qtlzm)
+        - (t_4xynl * t_t5hju + K_L32 * t_nnjom);
+    const real t_rvotn = t_o5tsl * t_zmh3u - t_g2rkm * t_e2fky;
+    const real t_bum3r = t_nnjom * t_4iujv - t_ey6wv * t_dx5p7 - (t_zsfv2 * t_t5hju + K_L32 * t_rvotn);
+    const real t_kljxs = t_mgozx * t_bpfoo
+        + t_zcji2 * t_anfnj
+        + (t_zh7nn * t_f4frf + t_w7lcw * t_bum3r)
+        + (t_zsfv2 * t_zlixu + t_3go2w * t_rvotn);
+    const real t_cgxsm_12 = t_wzmp3_12 - t_zmkrd_2 * t_cxwzz_12 - (t_huqui_12 + SELECT0(m_uklky, t_wo26r_2 * t_7nvy5_12));
+    const real t_ycqju_12 = t_ilple_12 - t_kbtvv_12;
+    const real t_tqfwg = SELECT0(m_el4yy, t_ycqju_12) + (t_yb4wq * t_f4frf + t_w7lcw * t_cgxsm_12);
+    const real t_pdzxe_12 = p[F] * t_ssiof_12 - (t_ooljq_12 + t_zmkrd_2 * t_lqx5z_12);
+    const real t_ulqga = t_pdzxe_12
+        + (t_yb4wq * t_zlixu + t_3go2w * t_cgxsm_12)
+        - (t_qbbkc * t_t5hju + K_L32 * t_tqfwg);
+    const real t_zwhcl = t_ulqga * t_zmh3u - t_n6whd * t_e2fky;
+    const real t_hrowo = t_tqfwg * t_4iujv - t_2ngl5_2 * t_dx5p7 - (t_lvdlo * t_t5hju + K_L32 * t_zwhcl);
+    const real t_gqezs = t_cgxsm_12 * t_bpfoo
+        + t_fhvpl * t_anfnj
+        + (t_4zkth * t_f4frf + t_w7lcw * t_hrowo)
+        + (t_lvdlo * t_zlixu + t_3go2w * t_zwhcl);
+    const real t_lcgmg = t_acn2f
+        + G2_v2 * t_nymit
+        + G3_v2 * t_rrnkr
+        - (t_wdgab * Bc_2 + t_2m245 * t_yjuy5)
+        - (t_2lbar * Bc_2 + t_2m245 * t_kljxs)
+        - a2_v2 * t_hq6pr
+        - (t_zh7nn * t_hq6pr + t_yz7e5 * t_bum3r)
+        + a3_v2 * t_sok6x
+        + (t_zsfv2 * t_sok6x + K43 * t_rvotn)
+        - t_lutta * t_vpcgp
+        - (t_vrqgs * Bc_2 + t_2m245 * t_gqezs)
+        - (t_4zkth * t_hq6pr + t_yz7e5 * t_hrowo)
+        + (t_lvdlo * t_sok6x + K43 * t_zwhcl)
+        - t_acn2f
+        + (t_sfc5s * t_sasqd + t_xq4wt * t_iq3qk)
+        + (t_dpn2x * t_mifaj + t_5wcj3 * t_ziyck)
+        - (t_rugjk * t_jn6ns + K_L43 * t_kunja);
+    const real t_lgjiq = t_vpcgp
+        - (t_5wcj3 * t_kpo7l + t_u3hss * t_mifaj)
+        - (K_L43 * t_krxfu + t_fqe33 * t_jn6ns)
+        - (t_xq4wt * Bc_2 + t_2m245 * t_sasqd);
+    const real t_5xnip = t_msyoe * t_bpfoo + t_7rnk2_3 * t_anfnj;
+    const real t_32omk = t_r2vni - (t_rujpm * t_igjjb + t_b3aij * t_5xnip);
+    const real t_l4x2s = t_32omk * t_4iujv - t_hfybw * t_dx5p7;
+    const real t_zrewz = t_mnv5e
+        - (K_L52 * t_g4jqr + t_2rbbr * t_l4x2s)
+        - (t_rujpm * t_kytbr + t_zzymx * t_5xnip);
+    const real t_5t5zm = t_zrewz * t_zmh3u - t_qe675 * t_e2fky;
+    const real t_5tzd5 = t_nymit
+        + (K_L52 * t_kpo7l + t_u3hss * t_l4x2s)
+        - (K_L53 * t_krxfu + t_fqe33 * t_5t5zm)
+        - (t_rujpm * Bc_2 + t_2m245 * t_5xnip);
+    const real t_tujua = t_5tzd5 * t_lt2al - t_2e52m * t_lgjiq;
+    const real t_j4zbm = t_p2f6u + e2 * t_ehxvd;
+    const real t_q3pde = sin_theta2 * t_j4zbm - t_dlwth + (g_2 * t_uj3u6 + t_oncjt * t_h36cy);
+    const real t_37ayo = wg_2 * t_h36cy + g_2 * t_ktpye;
+    const real t_vjaf4 = e2 * t_n46wu - K(-2.0) * t_moyc6;
+    const real t_3khok = t_vjaf4 - t_37ayo;
+    const real t_pfkyz = S_sq2 * t_3khok;
+    const real t_tjq2e = t_37ayo + t_vpcgp + t_pfkyz + K(-2.0) * t_bbhco;
+    const real t_qjj4z = t_awxjj + SC2 * t_3khok;
+    const real t_55x4v = t_q3pde
+        + G2_v2 * t_tjq2e
+        + G3_v2 * t_qjj4z
+        - (t_wdgab * t_msyoe + t_6mmeb * t_yjuy5)
+        - (t_2lbar * t_msyoe + t_6mmeb * t_kljxs)
+        + a2_v2 * t_r2vni
+        + (t_zh7nn * t_r2vni + K52 * t_bum3r)
+        + a3_v2 * t_mnv5e
+        + (t_zsfv2 * t_mnv5e + K53 * t_rvotn)
+        - t_lutta * t_nymit
+        + SELECT0(m_el4yy, t_lwe76 * t_kbtvv_12)
+        - (t_vrqgs * t_msyoe + t_6mmeb * t_gqezs)
+        + (t_4zkth * t_r2vni + K52 * t_hrowo)
+        + (t_lvdlo * t_mnv5e + K53 * t_zwhcl)
+        + SELECT0(m_el4yy, t_lwe76 * t_ycqju_12)
+        - t_q3pde
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple_12))
+        + (t_sfc5s * t_5xnip + t_rujpm * t_iq3qk)
+        - (t_dpn2x * t_l4x2s + K_L52 * t_ziyck)
+        - (t_rugjk * t_5t5zm + K_L53 * t_kunja)
+        - (t_eqody * t_tujua + K_L54 * t_lcgmg);
+    const real t_qsjbn = t_tjq2e
+        - (K_L52 * t_32omk + t_xqwvu * t_l4x2s)
+        - (K_L53 * t_zrewz + t_kjv32 * t_5t5zm)
+        - (K_L54 * t_5tzd5 + t_svz2s * t_tujua)
+        - (t_rujpm * t_msyoe + t_6mmeb * t_5xnip);
+    const real t_jxilg = t_sqznz * t_bpfoo + t_7rnk2_4 * t_anfnj;
+    const real t_pqe72 = t_w6dhl + (t_pgxzp * t_igjjb + t_b3aij * t_jxilg);
+    const real t_3xbgy = t_pqe72 * t_4iujv - t_2ngl5_3 * t_dx5p7;
+    const real t_ax5yf = t_2wedy
+        + (t_gz422 * t_g4jqr + t_2rbbr * t_3xbgy)
+        - (t_pgxzp * t_kytbr + t_zzymx * t_jxilg);
+    const real t_xgopd = t_ax5yf * t_zmh3u - t_kpf5p * t_e2fky;
+    const real t_tonqp = t_rrnkr
+        - (t_gz422 * t_kpo7l + t_u3hss * t_3xbgy)
+        - (K_L63 * t_krxfu + t_fqe33 * t_xgopd)
+        - (t_pgxzp * Bc_2 + t_2m245 * t_jxilg);
+    const real t_mrgut = t_tonqp * t_lt2al - t_wurun * t_lgjiq;
+    const real t_6jql7 = t_qjj4z
+        + (t_gz422 * t_32omk + t_xqwvu * t_3xbgy)
+        - (K_L63 * t_zrewz + t_kjv32 * t_xgopd)
+        - (K_L64 * t_5tzd5 + t_svz2s * t_mrgut)
+        - (t_pgxzp * t_msyoe + t_6mmeb * t_jxilg);
+    const real t_n7dzz = t_6jql7 * t_ftqxb - t_dzxqu * t_qsjbn;
+    const real t_kwwbo = cos_theta2 * t_j4zbm - (g_2 * t_k5p2h + t_iya7w * t_h36cy);
+    const real t_gil4e = t_vjaf4 - t_pfkyz;
+    const real t_dt6zb = t_lwe76 * t_a3mx6_12
+        - t_kwwbo
+        - G2_v2 * t_qjj4z
+        - G3_v2 * t_gil4e
+        + (t_wdgab * t_sqznz + t_bl4f2 * t_yjuy5)
+        + (t_2lbar * t_sqznz + t_bl4f2 * t_kljxs)
+        + a2_v2 * t_w6dhl
+        + (t_zh7nn * t_w6dhl + t_hjmgb * t_bum3r)
+        - a3_v2 * t_2wedy
+        - (t_zsfv2 * t_2wedy + K63 * t_rvotn)
+        + t_lutta * t_rrnkr
+        - t_lwe76 * t_pdzxe_12
+        + (t_vrqgs * t_sqznz + t_bl4f2 * t_gqezs)
+        + (t_4zkth * t_w6dhl + t_hjmgb * t_hrowo)
+        - (t_lvdlo * t_2wedy + K63 * t_zwhcl)
+        + t_kwwbo;
+    const real t_6ftme = t_lwe76 * t_mvrqf_12
+        - t_dt6zb
+        + (t_sfc5s * t_jxilg + t_pgxzp * t_iq3qk)
+        + (t_dpn2x * t_3xbgy + t_gz422 * t_ziyck)
+        - (t_rugjk * t_xgopd + K_L63 * t_kunja)
+        - (t_eqody * t_mrgut + K_L64 * t_lcgmg)
+        - (t_w7vk3 * t_n7dzz + K_L65 * t_55x4v);
+    const real t_icopf = t_gil4e
+        - (t_gz422 * t_pqe72 + t_dzmcy * t_3xbgy)
+        - (K_L63 * t_ax5yf + t_iyghn * t_xgopd)
+        - (K_L64 * t_tonqp + t_vjpw3 * t_mrgut)
+        - (K_L65 * t_6jql7 + t_3np5y * t_n7dzz)
+        - (t_pgxzp * t_sqznz + t_bl4f2 * t_jxilg);
+    const real t_3vjbq = t_6ftme * t_nfkwa - t_xzdnc * t_icopf;
+    const real t_3bimg = t_55x4v * t_ftqxb - t_mscx7 * t_qsjbn - (t_uiwc3 * t_n7dzz + K_L65 * t_3vjbq);
+    const real t_fijts = t_lcgmg * t_lt2al
+        - t_tssdq * t_lgjiq
+        - (t_caepv * t_tujua + K_L54 * t_3bimg)
+        - (t_uiwc3 * t_mrgut + K_L64 * t_3vjbq);
+    const real t_isivm = t_kunja * t_zmh3u
+        - t_qty3w * t_e2fky
+        - (t_pqvdf * t_jn6ns + K_L43 * t_fijts)
+        - (t_caepv * t_5t5zm + K_L53 * t_3bimg)
+        - (t_uiwc3 * t_xgopd + K_L63 * t_3vjbq);
+    const real t_ss3kn = t_ziyck * t_4iujv
+        - t_me7eb * t_dx5p7
+        - (t_h4uvc * t_t5hju + K_L32 * t_isivm)
+        + (t_pqvdf * t_mifaj + t_5wcj3 * t_fijts)
+        - (t_caepv * t_l4x2s + K_L52 * t_3bimg)
+        + (t_uiwc3 * t_3xbgy + t_gz422 * t_3vjbq);
+    const real t_izosw = t_iq3qk * t_bpfoo
+        + t_gvhmj * t_anfnj
+        + (t_ykhgf * t_f4frf + t_w7lcw * t_ss3kn)
+        + (t_h4uvc * t_zlixu + t_3go2w * t_isivm)
+        + (t_pqvdf * t_sasqd + t_xq4wt * t_fijts)
+        + (t_caepv * t_5xnip + t_rujpm * t_3bimg)
+        + (t_uiwc3 * t_jxilg + t_pgxzp * t_3vjbq);
+    const real t_62dmq = q[wy] * cos_theta2 - q[wz] * sin_theta2;
+    const real t_rcia5 = sin_phi2 * t_62dmq;
+    const real t_kmx3q = q[wy] * sin_theta2 + q[wz] * cos_theta2;
+    const real t_jx7yj = t_nlamb * (p[l2] * t_rcia5) + t_e55su * t_kmx3q - w_x2 * (lc_2 * t_kmx3q);
+    const real t_iwdgv = th_2 * (p[I2] * t_jx7yj);
+    const real t_r45ez = cos_theta2 * t_iwdgv - t_iya7w;
+    const real t_v3kg2 = cos_phi2 * t_62dmq;
+    const real t_q63w7 = t_popww * (t_npq2c * t_v3kg2 - t_ozxm2 * t_kmx3q);
+    const real t_abii4 = chi2 * t_v3kg2 - t_c6dmt * t_rcia5 - w_x2 * t_62dmq;
+    const real t_3poda = B_2 * t_abii4;
+    const real t_5td2q = sin_phi2 * t_q63w7 + cos_phi2 * t_3poda;
+    const real t_kiqnd = t_r45ez + (t_ga7f3 - sin_theta2 * t_5td2q);
+    const real t_7u5ql = wq_2 * sin_theta2;
+    const real t_vsg3m = (sin_theta2 + sin_theta2) * cos_theta2;
+    const real t_duc43 = t_yoiua * t_vsg3m;
+    const real t_xv4km = t_7u5ql - t_duc43;
+    const real t_vvls5 = cos_theta2 * cos_theta2 - S_sq2;
+    const real t_h4epw = t_yoiua * t_vvls5;
+    const real t_bynkl = tn11_2 * t_vsg3m;
+    const real t_vasro = tn11_2 * t_vvls5;
+    const real t_6coth = t_2fa7h - t_7u5ql;
+    const real t_qugcr = t_kiqnd
+        + G2_v2 * t_xv4km
+        - G3_v2 * t_h4epw
+        + a2_v2 * t_bynkl
+        + a3_v2 * t_vasro
+        + t_lutta * t_6coth;
+    const real t_hjtld = sin_phi2 * t_3poda - cos_phi2 * t_q63w7;
+    const real t_ok6cs = t_hjtld
+        + G2_v2 * t_inhtz
+        - G3_v2 * t_i6twe
+        + a2_v2 * t_mejrc
+        - a3_v2 * t_em5lf;
+    const real t_lq6gj = wq_2 * cos_theta2;
+    const real t_yuyqq = t_lq6gj - t_h4epw;
+    const real t_g66ka = sin_theta2 * t_iwdgv + t_oncjt;
+    const real t_2fkuq = t_g66ka + (cos_theta2 * t_5td2q + t_ssvj3);
+    const real t_kjyuk = t_lq6gj + t_h3qlz;
+    const real t_jlnh3 = G2_v2 * t_yuyqq
+        - t_2fkuq
+        + G3_v2 * t_duc43
+        + a2_v2 * t_vasro
+        - a3_v2 * t_bynkl
+        - t_lutta * t_kjyuk;
+    const real t_sckka = K11 * t_ok6cs
+        + (q2_v2 * t_mejrc + t_b3aij * t_qugcr)
+        + (t_zzymx * t_jlnh3 - q3_v2 * t_em5lf);
+    const real t_7leln = t_tqzpl * t_mejrc - t_r6alf * t_em5lf;
+    const real t_w3dus = t_owyvy * t_7leln
+        + PP_v2 * (t_i2mne * t_qugcr - t_4gyk7 * t_ok6cs + t_rhnsp * t_jlnh3);
+    const real t_yrzxy = (SELECT0(m_l7cqn, -(t_5cok6 * (t_t7vcl * t_sckka + t_w3dus) * t_pd2sg)) + t_sckka) * t_hvu5i
+        - t_xyjfu * t_7leln;
+    const real t_ox6g7 = t_qugcr - (t_wdgab * t_mejrc + t_b3aij * t_yrzxy);
+    const real t_r42dl = t_q2hfz * (t_5x4sb * (t_ox6g7 * t_y7rm6));
+    const real t_7vxmt_4 = t_r42dl * t_nwsjf;
+    const real t_iubif_13 = t_bw2jd * (t_as3uq * t_7vxmt_4);
+    const real t_27ev7_13 = p[F] * (sin_t_auieu * t_iubif_13);
+    const real t_wzmp3_13 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_13));
+    const real t_nghde = t_jlnh3 - (t_zzymx * t_yrzxy - t_wdgab * t_em5lf);
+    const real t_npsnb = t_nghde * t_y7rm6 * t_qvk2y
+        + SELECT0(m_el4yy, t_rdshm * (t_qzpff * (t_uwsp7 * t_r42dl * t_imn4h)));
+    const real t_iijst_4 = t_q2hfz_2 * (t_2snz7 * t_npsnb) * t_bifdl;
+    const real t_d4wem_13 = sin_t_g4u7i * t_7vxmt_4;
+    const real t_kj6yx_13 = cos_t_kood5 * t_iijst_4;
+    const real t_ssiof_13 = SELECT0(m_el4yy, -(sin_t_kood5 * t_d4wem_13)) + SELECT0(m_uklky, -(cos_t_g4u7i * t_kj6yx_13));
+    const real t_amp27_13 = SELECT(m_r2fy3, SELECT0(m_uklky, -t_iijst_4), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_ssiof_13 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_13 = t_zrb6o * (t_vr3uw * t_amp27_13);
+    const real t_cxwzz_13 = sin_t_kl6tx * t_swjde_13;
+    const real t_xdfm7 = t_wzmp3_13 - t_zmkrd * t_cxwzz_13 + t_hjtld;
+    const real t_hr7g5 = t_mejrc * t_bpfoo;
+    const real t_ilple_13 = p[F] * (cos_t_auieu * t_iubif_13);
+    const real t_jabep = SELECT0(m_el4yy, t_ilple_13) - t_kiqnd + (t_sfc5s * t_hr7g5 + t_w7lcw * t_xdfm7);
+    const real t_5awlg = t_bynkl - (t_w7lcw * t_mejrc + t_b3aij * t_hr7g5);
+    const real t_w7urv = t_em5lf * t_bpfoo;
+    const real t_zzxmw = t_vasro - (t_3go2w * t_mejrc - t_b3aij * t_w7urv);
+    const real t_5245i = t_zzxmw * t_4iujv - t_6yahm * t_5awlg;
+    const real t_ooljq_13 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_13));
+    const real t_lqx5z_13 = cos_t_kl6tx * t_swjde_13;
+    const real t_mvrqf_13 = t_ooljq_13 + t_zmkrd * t_lqx5z_13;
+    const real t_cc4cr = t_3go2w * t_xdfm7
+        - t_sfc5s * t_w7urv
+        - (t_mvrqf_13 - t_2fkuq)
+        - (t_dpn2x * t_5245i + K_L32 * t_jabep);
+    const real t_fyz4v = t_3go2w * t_em5lf
+        + t_zzymx * t_w7urv
+        - (t_bynkl + (K_L32 * t_zzxmw + t_2rbbr * t_5245i));
+    const real t_hwhsw = t_6coth + t_xq4wt * t_mejrc;
+    const real t_as4es = t_hwhsw * t_4iujv - t_2ngl5 * t_5awlg;
+    const real t_kkkcc = t_kjyuk + (t_5wcj3 * t_zzxmw + t_2rbbr * t_as4es) + t_xq4wt * t_em5lf;
+    const real t_h3yhs = t_kkkcc * t_zmh3u - t_ydwjl * t_fyz4v;
+    const real t_ae7pr = p[l2] * t_3poda;
+    const real t_44ssi = q_2 * t_iwdgv;
+    const real t_a7wcu = t_ae7pr - t_44ssi;
+    const real t_jke4d = wqg_2 * sin_theta2;
+    const real t_jnyny = t_jke4d + t_4qb3w;
+    const real t_jcxvb = wqg_2 * cos_theta2;
+    const real t_yokvo = t_jcxvb - t_6pb2s;
+    const real t_shxu4_13 = p[F] * t_d4wem_13;
+    const real t_huqui_13 = SELECT0(m_el4yy, -(cos_t_kood5 * t_shxu4_13));
+    const real t_7nvy5_13 = sin_t_kood5 * t_iijst_4;
+    const real t_ntjbt = t_huqui_13 + SELECT0(m_uklky, t_wo26r * t_7nvy5_13) - (K11 * t_yrzxy - t_ok6cs);
+    const real t_kbtvv_13 = p[F] * (cos_t_g4u7i * t_7vxmt_4);
+    const real t_scxyo = SELECT0(m_el4yy, t_kbtvv_13) - t_ox6g7 + (t_gw4dc * t_hr7g5 + t_w7lcw * t_ntjbt);
+    const real t_a3mx6_13 = SELECT0(m_el4yy, -(sin_t_kood5 * t_shxu4_13)) + SELECT0(m_uklky, -(t_wo26r * t_kj6yx_13));
+    const real t_xln6o = t_3go2w * t_ntjbt
+        - t_gw4dc * t_w7urv
+        - (t_a3mx6_13 + t_nghde)
+        - (t_4xynl * t_5245i + K_L32 * t_scxyo);
+    const real t_va72l = t_xln6o * t_zmh3u - t_g2rkm * t_fyz4v;
+    const real t_e7iqh = t_scxyo * t_4iujv - t_ey6wv * t_5awlg - (t_zsfv2 * t_5245i + K_L32 * t_va72l);
+    const real t_i75ky = t_ntjbt * t_bpfoo
+        + (t_zh7nn * t_hr7g5 + t_w7lcw * t_e7iqh)
+        + (t_3go2w * t_va72l - t_zsfv2 * t_w7urv);
+    const real t_cgxsm_13 = t_wzmp3_13 - t_zmkrd_2 * t_cxwzz_13 - (t_huqui_13 + SELECT0(m_uklky, t_wo26r_2 * t_7nvy5_13));
+    const real t_ycqju_13 = t_ilple_13 - t_kbtvv_13;
+    const real t_cdm7w = SELECT0(m_el4yy, t_ycqju_13) + (t_yb4wq * t_hr7g5 + t_w7lcw * t_cgxsm_13);
+    const real t_pdzxe_13 = p[F] * t_ssiof_13 - (t_ooljq_13 + t_zmkrd_2 * t_lqx5z_13);
+    const real t_a764m = t_pdzxe_13
+        + (t_3go2w * t_cgxsm_13 - t_yb4wq * t_w7urv)
+        - (t_qbbkc * t_5245i + K_L32 * t_cdm7w);
+    const real t_oleyw = t_a764m * t_zmh3u - t_n6whd * t_fyz4v;
+    const real t_ax7cl = t_cdm7w * t_4iujv - t_2ngl5_2 * t_5awlg - (t_lvdlo * t_5245i + K_L32 * t_oleyw);
+    const real t_6et5f = t_cgxsm_13 * t_bpfoo
+        + (t_4zkth * t_hr7g5 + t_w7lcw * t_ax7cl)
+        + (t_3go2w * t_oleyw - t_lvdlo * t_w7urv);
+    const real t_dhhfq = t_a7wcu
+        + G2_v2 * t_jnyny
+        + G3_v2 * t_yokvo
+        - t_2m245 * t_yrzxy
+        - t_2m245 * t_i75ky
+        - a2_v2 * t_6coth
+        - (t_zh7nn * t_6coth + t_yz7e5 * t_e7iqh)
+        + a3_v2 * t_kjyuk
+        + (t_zsfv2 * t_kjyuk + K43 * t_va72l)
+        - t_2m245 * t_6et5f
+        - (t_4zkth * t_6coth + t_yz7e5 * t_ax7cl)
+        + (t_lvdlo * t_kjyuk + K43 * t_oleyw)
+        - t_a7wcu
+        + t_xq4wt * t_xdfm7
+        + (t_dpn2x * t_as4es + t_5wcj3 * t_jabep)
+        - (t_rugjk * t_h3yhs + K_L43 * t_cc4cr);
+    const real t_z36xo = t_5wcj3 * t_hwhsw + t_u3hss * t_as4es + (K_L43 * t_kkkcc + t_fqe33 * t_h3yhs);
+    const real t_tcnjk = t_inhtz * t_bpfoo;
+    const real t_pekg2 = t_xv4km - (t_rujpm * t_mejrc + t_b3aij * t_tcnjk);
+    const real t_eq7ot = t_pekg2 * t_4iujv - t_hfybw * t_5awlg;
+    const real t_fbik5 = t_yuyqq
+        - (K_L52 * t_zzxmw + t_2rbbr * t_eq7ot)
+        - (t_zzymx * t_tcnjk - t_rujpm * t_em5lf);
+    const real t_otkxh = t_fbik5 * t_zmh3u - t_qe675 * t_fyz4v;
+    const real t_objih = t_jnyny
+        + (K_L52 * t_hwhsw + t_u3hss * t_eq7ot)
+        - (K_L53 * t_kkkcc + t_fqe33 * t_otkxh)
+        - t_2m245 * t_tcnjk;
+    const real t_edocq_2 = t_objih * t_lt2al + t_2e52m * t_z36xo;
+    const real t_cdcpd = t_ae7pr - e2 * t_5td2q;
+    const real t_67tyi = sin_theta2 * t_cdcpd + t_wrhtu - t_44ssi + g_2 * t_r45ez;
+    const real t_mxd3p = tn44_2 * t_vsg3m;
+    const real t_7uk7k = t_mxd3p - K(-2.0) * t_jke4d;
+    const real t_jjfdv = t_jcxvb + tn44_2 * t_vvls5;
+    const real t_w7wrc = t_67tyi
+        + G2_v2 * t_7uk7k
+        + G3_v2 * t_jjfdv
+        - (t_wdgab * t_inhtz + t_6mmeb * t_yrzxy)
+        - (t_2lbar * t_inhtz + t_6mmeb * t_i75ky)
+        + a2_v2 * t_xv4km
+        + (t_zh7nn * t_xv4km + K52 * t_e7iqh)
+        + a3_v2 * t_yuyqq
+        + (t_zsfv2 * t_yuyqq + K53 * t_va72l)
+        - t_lutta * t_jnyny
+        + SELECT0(m_el4yy, t_lwe76 * t_kbtvv_13)
+        - (t_vrqgs * t_inhtz + t_6mmeb * t_6et5f)
+        + (t_4zkth * t_xv4km + K52 * t_ax7cl)
+        + (t_lvdlo * t_yuyqq + K53 * t_oleyw)
+        + SELECT0(m_el4yy, t_lwe76 * t_ycqju_13)
+        - t_67tyi
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple_13))
+        + (t_sfc5s * t_tcnjk + t_rujpm * t_xdfm7)
+        - (t_dpn2x * t_eq7ot + K_L52 * t_jabep)
+        - (t_rugjk * t_otkxh + K_L53 * t_cc4cr)
+        - (t_eqody * t_edocq_2 + K_L54 * t_dhhfq);
+    const real t_rr7bu = t_7uk7k
+        - (K_L52 * t_pekg2 + t_xqwvu * t_eq7ot)
+        - (K_L53 * t_fbik5 + t_kjv32 * t_otkxh)
+        - (K_L54 * t_objih + t_svz2s * t_edocq_2)
+        - (t_rujpm * t_inhtz + t_6mmeb * t_tcnjk);
+    const real t_kpfwr = t_i6twe * t_bpfoo;
+    const real t_mgkky = t_h4epw + (t_pgxzp * t_mejrc - t_b3aij * t_kpfwr);
+    const real t_utidn = t_mgkky * t_4iujv - t_2ngl5_3 * t_5awlg;
+    const real t_66vqf = t_duc43
+        + (t_gz422 * t_zzxmw + t_2rbbr * t_utidn)
+        + (t_pgxzp * t_em5lf + t_zzymx * t_kpfwr);
+    const real t_dfbbm = t_66vqf * t_zmh3u - t_kpf5p * t_fyz4v;
+    const real t_ip4wi = t_yokvo
+        - (t_gz422 * t_hwhsw + t_u3hss * t_utidn)
+        - (K_L63 * t_kkkcc + t_fqe33 * t_dfbbm)
+        + t_2m245 * t_kpfwr;
+    const real t_notmf_2 = t_ip4wi * t_lt2al + t_wurun * t_z36xo;
+    const real t_z7sm5 = t_jjfdv
+        + (t_gz422 * t_pekg2 + t_xqwvu * t_utidn)
+        - (K_L63 * t_fbik5 + t_kjv32 * t_dfbbm)
+        - (K_L64 * t_objih + t_svz2s * t_notmf_2)
+        - (t_pgxzp * t_inhtz - t_6mmeb * t_kpfwr);
+    const real t_a3dww = t_z7sm5 * t_ftqxb - t_dzxqu * t_rr7bu;
+    const real t_rzicu = cos_theta2 * t_cdcpd - t_n4l7v - g_2 * t_g66ka;
+    const real t_pzpov = t_lwe76 * t_a3mx6_13
+        - t_rzicu
+        - G2_v2 * t_jjfdv
+        + G3_v2 * t_mxd3p
+        + (t_bl4f2 * t_yrzxy - t_wdgab * t_i6twe)
+        + (t_bl4f2 * t_i75ky - t_2lbar * t_i6twe)
+        + a2_v2 * t_h4epw
+        + (t_zh7nn * t_h4epw + t_hjmgb * t_e7iqh)
+        - a3_v2 * t_duc43
+        - (t_zsfv2 * t_duc43 + K63 * t_va72l)
+        + t_lutta * t_yokvo
+        - t_lwe76 * t_pdzxe_13
+        + (t_bl4f2 * t_6et5f - t_vrqgs * t_i6twe)
+        + (t_4zkth * t_h4epw + t_hjmgb * t_ax7cl)
+        - (t_lvdlo * t_duc43 + K63 * t_oleyw)
+        + t_rzicu;
+    const real t_s3l5o = t_lwe76 * t_mvrqf_13
+        - t_pzpov
+        + (t_pgxzp * t_xdfm7 - t_sfc5s * t_kpfwr)
+        + (t_dpn2x * t_utidn + t_gz422 * t_jabep)
+        - (t_rugjk * t_dfbbm + K_L63 * t_cc4cr)
+        - (t_eqody * t_notmf_2 + K_L64 * t_dhhfq)
+        - (t_w7vk3 * t_a3dww + K_L65 * t_w7wrc);
+    const real t_7zous = t_mxd3p
+        + (t_gz422 * t_mgkky + t_dzmcy * t_utidn)
+        + (K_L63 * t_66vqf + t_iyghn * t_dfbbm)
+        + (K_L64 * t_ip4wi + t_vjpw3 * t_notmf_2)
+        + (K_L65 * t_z7sm5 + t_3np5y * t_a3dww);
+    const real t_ghbzd = t_s3l5o * t_nfkwa - t_xzdnc * (t_pgxzp * t_i6twe + t_bl4f2 * t_kpfwr - t_7zous);
+    const real t_p6wlz = t_w7wrc * t_ftqxb - t_mscx7 * t_rr7bu - (t_uiwc3 * t_a3dww + K_L65 * t_ghbzd);
+    const real t_n4kjy = t_dhhfq * t_lt2al
+        + t_tssdq * t_z36xo
+        - (t_caepv * t_edocq_2 + K_L54 * t_p6wlz)
+        - (t_uiwc3 * t_notmf_2 + K_L64 * t_ghbzd);
+    const real t_tjc4u = t_cc4cr * t_zmh3u
+        - t_qty3w * t_fyz4v
+        - (t_pqvdf * t_h3yhs + K_L43 * t_n4kjy)
+        - (t_caepv * t_otkxh + K_L53 * t_p6wlz)
+        - (t_uiwc3 * t_dfbbm + K_L63 * t_ghbzd);
+    const real t_dscj2 = t_jabep * t_4iujv
+        - t_me7eb * t_5awlg
+        - (t_h4uvc * t_5245i + K_L32 * t_tjc4u)
+        + (t_pqvdf * t_as4es + t_5wcj3 * t_n4kjy)
+        - (t_caepv * t_eq7ot + K_L52 * t_p6wlz)
+        + (t_uiwc3 * t_utidn + t_gz422 * t_ghbzd);
+    const real t_rh5me = t_xdfm7 * t_bpfoo
+        + (t_ykhgf * t_hr7g5 + t_w7lcw * t_dscj2)
+        + (t_3go2w * t_tjc4u - t_h4uvc * t_w7urv)
+        + t_xq4wt * t_n4kjy
+        + (t_caepv * t_tcnjk + t_rujpm * t_p6wlz)
+        + (t_pgxzp * t_ghbzd - t_uiwc3 * t_kpfwr);
+    const real t_nxx6u = t_q2k45 + t_q2k45;
+    const real t_qkxuz = th_1 * (p[I1] * t_nxx6u);
+    const real t_sjukx = cos_theta1 * t_qkxuz;
+    const real t_2r2yl = t_6nwd2 * t_7uthm;
+    const real t_5skfg = k1 * p[eps1];
+    const real t_xryeg = sin_phi1 * t_2r2yl + cos_phi1 * t_5skfg;
+    const real t_7yepl = t_sjukx + sin_theta1 * t_xryeg;
+    const real t_py77n = sin_phi1 * t_5skfg - cos_phi1 * t_2r2yl;
+    const real t_3j3sr = sin_theta1 * t_qkxuz;
+    const real t_kvrf6 = t_3j3sr - cos_theta1 * t_xryeg;
+    const real t_76msj = t_b3aij * t_7yepl - K11 * t_py77n - t_zzymx * t_kvrf6;
+    const real t_7nwj7 = t_t7vcl * t_76msj
+        - PP_v2 * (t_rhnsp * t_kvrf6 - (t_4gyk7 * t_py77n + t_i2mne * t_7yepl));
+    const real t_q5dem = (SELECT0(m_l7cqn, t_5cok6 * t_7nwj7 * t_pd2sg) - t_76msj) * t_hvu5i;
+    const real t_onoi6 = t_7yepl + t_b3aij * t_q5dem;
+    const real t_xe24n = t_q2hfz * (t_5x4sb * (t_onoi6 * t_y7rm6));
+    const real t_oesw4_9 = t_xe24n * t_nwsjf;
+    const real t_iubif_14 = t_bw2jd * (t_as3uq * t_oesw4_9);
+    const real t_27ev7_14 = p[F] * (sin_t_auieu * t_iubif_14);
+    const real t_wzmp3_14 = SELECT0(m_el4yy, cos_t_kl6tx * t_27ev7_14);
+    const real t_6djyh = t_kvrf6 - t_zzymx * t_q5dem;
+    const real t_p3mk4 = t_6djyh * t_y7rm6 * t_qvk2y
+        + SELECT0(m_el4yy, -(t_rdshm * (t_qzpff * (t_uwsp7 * t_xe24n * t_imn4h))));
+    const real t_6llfx_9 = t_q2hfz_2 * (t_2snz7 * t_p3mk4) * t_bifdl;
+    const real t_d4wem_14 = sin_t_g4u7i * t_oesw4_9;
+    const real t_kj6yx_14 = cos_t_kood5 * t_6llfx_9;
+    const real t_ssiof_14 = SELECT0(m_el4yy, sin_t_kood5 * t_d4wem_14) + SELECT0(m_uklky, -(cos_t_g4u7i * t_kj6yx_14));
+    const real t_amp27_14 = SELECT(m_r2fy3, SELECT0(m_uklky, -t_6llfx_9), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_ssiof_14 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_14 = t_zrb6o * (t_vr3uw * t_amp27_14);
+    const real t_cxwzz_14 = sin_t_kl6tx * t_swjde_14;
+    const real t_djwjp = t_wzmp3_14 - t_zmkrd * t_cxwzz_14 + t_py77n;
+    const real t_ilple_14 = p[F] * (cos_t_auieu * t_iubif_14);
+    const real t_npksr = SELECT0(m_el4yy, -t_ilple_14) + t_7yepl + t_w7lcw * t_djwjp;
+    const real t_ooljq_14 = SELECT0(m_el4yy, sin_t_kl6tx * t_27ev7_14);
+    const real t_lqx5z_14 = cos_t_kl6tx * t_swjde_14;
+    const real t_mvrqf_14 = t_ooljq_14 + t_zmkrd * t_lqx5z_14;
+    const real t_nd3tx = t_3go2w * t_djwjp - (t_mvrqf_14 + t_kvrf6) - K_L32 * t_npksr;
+    const real t_2g7bi = p[l1] * t_5skfg;
+    const real t_t262i = q_1 * t_qkxuz;
+    const real t_fbgrz = t_2g7bi + t_t262i - p[eps1];
+    const real t_shxu4_14 = p[F] * t_d4wem_14;
+    const real t_huqui_14 = SELECT0(m_el4yy, cos_t_kood5 * t_shxu4_14);
+    const real t_7nvy5_14 = sin_t_kood5 * t_6llfx_9;
+    const real t_7ucxc = t_huqui_14 + SELECT0(m_uklky, t_wo26r * t_7nvy5_14) - (K11 * t_q5dem - t_py77n);
+    const real t_kbtvv_14 = p[F] * (cos_t_g4u7i * t_oesw4_9);
+    const real t_axs6d = SELECT0(m_el4yy, -t_kbtvv_14) + t_onoi6 + t_w7lcw * t_7ucxc;
+    const real t_a3mx6_14 = SELECT0(m_el4yy, sin_t_kood5 * t_shxu4_14) + SELECT0(m_uklky, -(t_wo26r * t_kj6yx_14));
+    const real t_zvl2p = (t_3go2w * t_7ucxc - (t_a3mx6_14 + t_6djyh) - K_L32 * t_axs6d) * t_zmh3u;
+    const real t_2xwyg_9 = t_axs6d * t_4iujv - K_L32 * t_zvl2p;
+    const real t_zoemm = t_7ucxc * t_bpfoo + t_w7lcw * t_2xwyg_9 + t_3go2w * t_zvl2p;
+    const real t_cgxsm_14 = t_wzmp3_14 - t_zmkrd_2 * t_cxwzz_14 - (t_huqui_14 + SELECT0(m_uklky, t_wo26r_2 * t_7nvy5_14));
+    const real t_ycqju_14 = t_kbtvv_14 - t_ilple_14;
+    const real t_4w3t6_10 = SELECT0(m_el4yy, t_ycqju_14) + t_w7lcw * t_cgxsm_14;
+    const real t_pdzxe_14 = p[F] * t_ssiof_14 - (t_ooljq_14 + t_zmkrd_2 * t_lqx5z_14);
+    const real t_tuq22_10 = (t_pdzxe_14 + t_3go2w * t_cgxsm_14 - K_L32 * t_4w3t6_10) * t_zmh3u;
+    const real t_s7pal_10 = t_4w3t6_10 * t_4iujv - K_L32 * t_tuq22_10;
+    const real t_cyfhb_10 = t_cgxsm_14 * t_bpfoo + t_w7lcw * t_s7pal_10 + t_3go2w * t_tuq22_10;
+    const real t_picd3 = t_fbgrz
+        - t_2m245 * t_q5dem
+        - t_2m245 * t_zoemm
+        - t_yz7e5 * t_2xwyg_9
+        + K43 * t_zvl2p
+        - t_2m245 * t_cyfhb_10
+        - t_yz7e5 * t_s7pal_10
+        + K43 * t_tuq22_10
+        - t_fbgrz
+        + t_xq4wt * t_djwjp
+        + t_5wcj3 * t_npksr
+        - K_L43 * t_nd3tx;
+    const real t_jczf2 = t_2g7bi - e1 * t_xryeg;
+    const real t_cs5mc = q[wy] * p[I1];
+    const real t_yqv2h = sin_theta1 * t_jczf2 + t_t262i - t_cs5mc - g_1 * t_sjukx;
+    const real t_oqqqb = t_yqv2h
+        - t_6mmeb * t_q5dem
+        - t_6mmeb * t_zoemm
+        + K52 * t_2xwyg_9
+        + K53 * t_zvl2p
+        + SELECT0(m_el4yy, -(t_lwe76 * t_kbtvv_14))
+        - t_6mmeb * t_cyfhb_10
+        + K52 * t_s7pal_10
+        + K53 * t_tuq22_10
+        + SELECT0(m_el4yy, t_lwe76 * t_ycqju_14)
+        - t_yqv2h
+        + SELECT0(m_el4yy, t_lwe76 * t_ilple_14)
+        + t_rujpm * t_djwjp
+        - K_L52 * t_npksr
+        - K_L53 * t_nd3tx
+        - K_L54 * t_picd3;
+    const real t_seul2 = cos_theta1 * t_jczf2 + g_1 * t_3j3sr - q[wz] * p[I1];
+    const real t_c5m7h = t_lwe76 * t_a3mx6_14
+        - t_seul2
+        + t_bl4f2 * t_q5dem
+        + t_bl4f2 * t_zoemm
+        + t_hjmgb * t_2xwyg_9
+        - K63 * t_zvl2p
+        - t_lwe76 * t_pdzxe_14
+        + t_bl4f2 * t_cyfhb_10
+        + t_hjmgb * t_s7pal_10
+        - K63 * t_tuq22_10
+        + t_seul2;
+    const real t_p6vuw = t_lwe76 * t_mvrqf_14
+        - t_c5m7h
+        + t_pgxzp * t_djwjp
+        + t_gz422 * t_npksr
+        - K_L63 * t_nd3tx
+        - K_L64 * t_picd3
+        - K_L65 * t_oqqqb;
+    const real t_iqgst = t_p6vuw * t_nfkwa;
+    const real t_xi2ct = t_oqqqb * t_ftqxb - K_L65 * t_iqgst;
+    const real t_tqdpe = t_picd3 * t_lt2al - K_L54 * t_xi2ct - K_L64 * t_iqgst;
+    const real t_zbpke = t_nd3tx * t_zmh3u - K_L43 * t_tqdpe - K_L53 * t_xi2ct - K_L63 * t_iqgst;
+    const real t_6tchb = t_npksr * t_4iujv
+        - K_L32 * t_zbpke
+        + t_5wcj3 * t_tqdpe
+        - K_L52 * t_xi2ct
+        + t_gz422 * t_iqgst;
+    const real t_wvl5i = t_djwjp * t_bpfoo
+        + t_w7lcw * t_6tchb
+        + t_3go2w * t_zbpke
+        + t_xq4wt * t_tqdpe
+        + t_rujpm * t_xi2ct
+        + t_pgxzp * t_iqgst;
+    const real t_ol4jq = t_ceplo - t_smkh7;
+    const real t_5znvx = th_1 * (p[I1] * t_ol4jq - q_1 * p[eps1]);
+    const real t_lv5jl = cos_theta1 * t_5znvx;
+    const real t_bawzi_2 = Wt1 - t_2idpk;
+    const real t_h7dxi_2 = B_1 * t_bawzi_2;
+    const real t_hqad4_2 = t_qbft3 - cos_phi1 * t_h7dxi_2;
+    const real t_ymprg = t_lv5jl + sin_theta1 * t_hqad4_2;
+    const real t_j4nxv = sin_phi1 * t_h7dxi_2 + t_ghnnr;
+    const real t_swgbm = sin_theta1 * t_5znvx;
+    const real t_np7n6 = cos_theta1 * t_hqad4_2 - t_swgbm;
+    const real t_ku755 = K11 * t_j4nxv + t_b3aij * t_ymprg + t_zzymx * t_np7n6;
+    const real t_xurjq = t_t7vcl * t_ku755
+        + PP_v2 * (t_i2mne * t_ymprg - t_4gyk7 * t_j4nxv + t_rhnsp * t_np7n6);
+    const real t_k4ytn = (SELECT0(m_l7cqn, -(t_5cok6 * t_xurjq * t_pd2sg)) + t_ku755) * t_hvu5i;
+    const real t_7vtez = t_ymprg - t_b3aij * t_k4ytn;
+    const real t_xe24n_2 = t_q2hfz * (t_5x4sb * (t_7vtez * t_y7rm6));
+    const real t_oesw4_10 = t_xe24n_2 * t_nwsjf;
+    const real t_iubif_15 = t_bw2jd * (t_as3uq * t_oesw4_10);
+    const real t_27ev7_15 = p[F] * (sin_t_auieu * t_iubif_15);
+    const real t_wzmp3_15 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_15));
+    const real t_n7otr = t_np7n6 - t_zzymx * t_k4ytn;
+    const real t_p3mk4_2 = t_n7otr * t_y7rm6 * t_qvk2y
+        + SELECT0(m_el4yy, t_rdshm * (t_qzpff * (t_uwsp7 * t_xe24n_2 * t_imn4h)));
+    const real t_6llfx_10 = t_q2hfz_2 * (t_2snz7 * t_p3mk4_2) * t_bifdl;
+    const real t_d4wem_15 = sin_t_g4u7i * t_oesw4_10;
+    const real t_kj6yx_15 = cos_t_kood5 * t_6llfx_10;
+    const real t_ssiof_15 = SELECT0(m_el4yy, -(sin_t_kood5 * t_d4wem_15)) + SELECT0(m_uklky, -(cos_t_g4u7i * t_kj6yx_15));
+    const real t_amp27_15 = SELECT(m_r2fy3, SELECT0(m_uklky, -t_6llfx_10), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_ssiof_15 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_15 = t_zrb6o * (t_vr3uw * t_amp27_15);
+    const real t_cxwzz_15 = sin_t_kl6tx * t_swjde_15;
+    const real t_b2eri = t_wzmp3_15 - t_zmkrd * t_cxwzz_15 + t_j4nxv;
+    const real t_ilple_15 = p[F] * (cos_t_auieu * t_iubif_15);
+    const real t_cqjfx = SELECT0(m_el4yy, t_ilple_15) - t_ymprg + t_w7lcw * t_b2eri;
+    const real t_ooljq_15 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_15));
+    const real t_lqx5z_15 = cos_t_kl6tx * t_swjde_15;
+    const real t_mvrqf_15 = t_ooljq_15 + t_zmkrd * t_lqx5z_15;
+    const real t_oi36c = t_3go2w * t_b2eri - (t_mvrqf_15 + t_np7n6) - K_L32 * t_cqjfx;
+    const real t_zfk4z_2 = p[l1] * t_h7dxi_2;
+    const real t_kukcp = q_1 * t_5znvx;
+    const real t_mbg7s = t_zfk4z_2 - t_kukcp + t_cs5mc;
+    const real t_shxu4_15 = p[F] * t_d4wem_15;
+    const real t_huqui_15 = SELECT0(m_el4yy, -(cos_t_kood5 * t_shxu4_15));
+    const real t_7nvy5_15 = sin_t_kood5 * t_6llfx_10;
+    const real t_f5f7a = t_huqui_15 + SELECT0(m_uklky, t_wo26r * t_7nvy5_15) - (K11 * t_k4ytn - t_j4nxv);
+    const real t_kbtvv_15 = p[F] * (cos_t_g4u7i * t_oesw4_10);
+    const real t_35qn7 = SELECT0(m_el4yy, t_kbtvv_15) - t_7vtez + t_w7lcw * t_f5f7a;
+    const real t_a3mx6_15 = SELECT0(m_el4yy, -(sin_t_kood5 * t_shxu4_15)) + SELECT0(m_uklky, -(t_wo26r * t_kj6yx_15));
+    const real t_kwol3 = (t_3go2w * t_f5f7a - (t_a3mx6_15 + t_n7otr) - K_L32 * t_35qn7) * t_zmh3u;
+    const real t_2xwyg_10 = t_35qn7 * t_4iujv - K_L32 * t_kwol3;
+    const real t_io677 = t_f5f7a * t_bpfoo + t_w7lcw * t_2xwyg_10 + t_3go2w * t_kwol3;
+    const real t_cgxsm_15 = t_wzmp3_15 - t_zmkrd_2 * t_cxwzz_15 - (t_huqui_15 + SELECT0(m_uklky, t_wo26r_2 * t_7nvy5_15));
+    const real t_ycqju_15 = t_ilple_15 - t_kbtvv_15;
+    const real t_4w3t6_11 = SELECT0(m_el4yy, t_ycqju_15) + t_w7lcw * t_cgxsm_15;
+    const real t_pdzxe_15 = p[F] * t_ssiof_15 - (t_ooljq_15 + t_zmkrd_2 * t_lqx5z_15);
+    const real t_tuq22_11 = (t_pdzxe_15 + t_3go2w * t_cgxsm_15 - K_L32 * t_4w3t6_11) * t_zmh3u;
+    const real t_s7pal_11 = t_4w3t6_11 * t_4iujv - K_L32 * t_tuq22_11;
+    const real t_cyfhb_11 = t_cgxsm_15 * t_bpfoo + t_w7lcw * t_s7pal_11 + t_3go2w * t_tuq22_11;
+    const real t_xitbf = t_mbg7s
+        - t_2m245 * t_k4ytn
+        - t_2m245 * t_io677
+        - t_yz7e5 * t_2xwyg_10
+        + K43 * t_kwol3
+        - t_2m245 * t_cyfhb_11
+        - t_yz7e5 * t_s7pal_11
+        + K43 * t_tuq22_11
+        - t_mbg7s
+        + t_xq4wt * t_b2eri
+        + t_5wcj3 * t_cqjfx
+        - K_L43 * t_oi36c;
+    const real t_oeo2d_2 = t_zfk4z_2 + e1 * t_hqad4_2;
+    const real t_mgxsh = sin_theta1 * t_oeo2d_2 - (t_kukcp + p[eps1]) + g_1 * t_lv5jl;
+    const real t_chfhz = t_mgxsh
+        - t_6mmeb * t_k4ytn
+        - t_6mmeb * t_io677
+        + K52 * t_2xwyg_10
+        + K53 * t_kwol3
+        + SELECT0(m_el4yy, t_lwe76 * t_kbtvv_15)
+        - t_6mmeb * t_cyfhb_11
+        + K52 * t_s7pal_11
+        + K53 * t_tuq22_11
+        + SELECT0(m_el4yy, t_lwe76 * t_ycqju_15)
+        - t_mgxsh
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple_15))
+        + t_rujpm * t_b2eri
+        - K_L52 * t_cqjfx
+        - K_L53 * t_oi36c
+        - K_L54 * t_xitbf;
+    const real t_tu4uy = cos_theta1 * t_oeo2d_2 + q[wx] * p[I1] - g_1 * t_swgbm;
+    const real t_nsqbi = t_lwe76 * t_a3mx6_15
+        - t_tu4uy
+        + t_bl4f2 * t_k4ytn
+        + t_bl4f2 * t_io677
+        + t_hjmgb * t_2xwyg_10
+        - K63 * t_kwol3
+        - t_lwe76 * t_pdzxe_15
+        + t_bl4f2 * t_cyfhb_11
+        + t_hjmgb * t_s7pal_11
+        - K63 * t_tuq22_11
+        + t_tu4uy;
+    const real t_qu4pn = t_lwe76 * t_mvrqf_15
+        - t_nsqbi
+        + t_pgxzp * t_b2eri
+        + t_gz422 * t_cqjfx
+        - K_L63 * t_oi36c
+        - K_L64 * t_xitbf
+        - K_L65 * t_chfhz;
+    const real t_iqgst_2 = t_qu4pn * t_nfkwa;
+    const real t_szuo6 = t_chfhz * t_ftqxb - K_L65 * t_iqgst_2;
+    const real t_p36gw = t_xitbf * t_lt2al - K_L54 * t_szuo6 - K_L64 * t_iqgst_2;
+    const real t_zbpke_2 = t_oi36c * t_zmh3u - K_L43 * t_p36gw - K_L53 * t_szuo6 - K_L63 * t_iqgst_2;
+    const real t_6tchb_2 = t_cqjfx * t_4iujv
+        - K_L32 * t_zbpke_2
+        + t_5wcj3 * t_p36gw
+        - K_L52 * t_szuo6
+        + t_gz422 * t_iqgst_2;
+    const real t_jauvg = t_b2eri * t_bpfoo
+        + t_w7lcw * t_6tchb_2
+        + t_3go2w * t_zbpke_2
+        + t_xq4wt * t_p36gw
+        + t_rujpm * t_szuo6
+        + t_pgxzp * t_iqgst_2;
+    const real t_pv35x = t_e55su + t_e55su;
+    const real t_lmpa4 = th_2 * (p[I2] * t_pv35x);
+    const real t_556h3 = cos_theta2 * t_lmpa4;
+    const real t_kkthf = t_popww * t_ozxm2;
+    const real t_o7zln = k2 * p[eps2];
+    const real t_7cclx = sin_phi2 * t_kkthf + cos_phi2 * t_o7zln;
+    const real t_gu724 = t_556h3 + sin_theta2 * t_7cclx;
+    const real t_h6rho = sin_phi2 * t_o7zln - cos_phi2 * t_kkthf;
+    const real t_qj4qw = sin_theta2 * t_lmpa4;
+    const real t_o4q3i = t_qj4qw - cos_theta2 * t_7cclx;
+    const real t_e66xg = t_b3aij * t_gu724 - K11 * t_h6rho - t_zzymx * t_o4q3i;
+    const real t_cg35j = t_t7vcl * t_e66xg
+        - PP_v2 * (t_rhnsp * t_o4q3i - (t_4gyk7 * t_h6rho + t_i2mne * t_gu724));
+    const real t_x2snw = (SELECT0(m_l7cqn, t_5cok6 * t_cg35j * t_pd2sg) - t_e66xg) * t_hvu5i;
+    const real t_vjgzb = t_gu724 + t_b3aij * t_x2snw;
+    const real t_5oewc = t_q2hfz * (t_5x4sb * (t_vjgzb * t_y7rm6));
+    const real t_oesw4_11 = t_5oewc * t_nwsjf;
+    const real t_iubif_16 = t_bw2jd * (t_as3uq * t_oesw4_11);
+    const real t_27ev7_16 = p[F] * (sin_t_auieu * t_iubif_16);
+    const real t_wzmp3_16 = SELECT0(m_el4yy, cos_t_kl6tx * t_27ev7_16);
+    const real t_dcvdh = t_o4q3i - t_zzymx * t_x2snw;
+    const real t_pa3wn = t_dcvdh * t_y7rm6 * t_qvk2y
+        + SELECT0(m_el4yy, -(t_rdshm * (t_qzpff * (t_uwsp7 * t_5oewc * t_imn4h))));
+    const real t_6llfx_11 = t_q2hfz_2 * (t_2snz7 * t_pa3wn) * t_bifdl;
+    const real t_d4wem_16 = sin_t_g4u7i * t_oesw4_11;
+    const real t_kj6yx_16 = cos_t_kood5 * t_6llfx_11;
+    const real t_ssiof_16 = SELECT0(m_el4yy, sin_t_kood5 * t_d4wem_16) + SELECT0(m_uklky, -(cos_t_g4u7i * t_kj6yx_16));
+    const real t_amp27_16 = SELECT(m_r2fy3, SELECT0(m_uklky, -t_6llfx_11), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_ssiof_16 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_16 = t_zrb6o * (t_vr3uw * t_amp27_16);
+    const real t_cxwzz_16 = sin_t_kl6tx * t_swjde_16;
+    const real t_4d6eh = t_wzmp3_16 - t_zmkrd * t_cxwzz_16 + t_h6rho;
+    const real t_ilple_16 = p[F] * (cos_t_auieu * t_iubif_16);
+    const real t_gqsxc = SELECT0(m_el4yy, -t_ilple_16) + t_gu724 + t_w7lcw * t_4d6eh;
+    const real t_ooljq_16 = SELECT0(m_el4yy, sin_t_kl6tx * t_27ev7_16);
+    const real t_lqx5z_16 = cos_t_kl6tx * t_swjde_16;
+    const real t_mvrqf_16 = t_ooljq_16 + t_zmkrd * t_lqx5z_16;
+    const real t_5fmhp = t_3go2w * t_4d6eh - (t_mvrqf_16 + t_o4q3i) - K_L32 * t_gqsxc;
+    const real t_xeswd = q_2 * t_lmpa4;
+    const real t_ldmue = p[l2] * t_o7zln;
+    const real t_rtgmx = t_xeswd + t_ldmue - p[eps2];
+    const real t_shxu4_16 = p[F] * t_d4wem_16;
+    const real t_huqui_16 = SELECT0(m_el4yy, cos_t_kood5 * t_shxu4_16);
+    const real t_7nvy5_16 = sin_t_kood5 * t_6llfx_11;
+    const real t_2y4al = t_huqui_16 + SELECT0(m_uklky, t_wo26r * t_7nvy5_16) - (K11 * t_x2snw - t_h6rho);
+    const real t_kbtvv_16 = p[F] * (cos_t_g4u7i * t_oesw4_11);
+    const real t_mz4b2 = SELECT0(m_el4yy, -t_kbtvv_16) + t_vjgzb + t_w7lcw * t_2y4al;
+    const real t_a3mx6_16 = SELECT0(m_el4yy, sin_t_kood5 * t_shxu4_16) + SELECT0(m_uklky, -(t_wo26r * t_kj6yx_16));
+    const real t_qvjbb = (t_3go2w * t_2y4al - (t_a3mx6_16 + t_dcvdh) - K_L32 * t_mz4b2) * t_zmh3u;
+    const real t_2xwyg_11 = t_mz4b2 * t_4iujv - K_L32 * t_qvjbb;
+    const real t_6vk73 = t_2y4al * t_bpfoo + t_w7lcw * t_2xwyg_11 + t_3go2w * t_qvjbb;
+    const real t_cgxsm_16 = t_wzmp3_16 - t_zmkrd_2 * t_cxwzz_16 - (t_huqui_16 + SELECT0(m_uklky, t_wo26r_2 * t_7nvy5_16));
+    const real t_ycqju_16 = t_kbtvv_16 - t_ilple_16;
+    const real t_4w3t6_12 = SELECT0(m_el4yy, t_ycqju_16) + t_w7lcw * t_cgxsm_16;
+    const real t_pdzxe_16 = p[F] * t_ssiof_16 - (t_ooljq_16 + t_zmkrd_2 * t_lqx5z_16);
+    const real t_tuq22_12 = (t_pdzxe_16 + t_3go2w * t_cgxsm_16 - K_L32 * t_4w3t6_12) * t_zmh3u;
+    const real t_s7pal_12 = t_4w3t6_12 * t_4iujv - K_L32 * t_tuq22_12;
+    const real t_cyfhb_12 = t_cgxsm_16 * t_bpfoo + t_w7lcw * t_s7pal_12 + t_3go2w * t_tuq22_12;
+    const real t_kxqpl = t_rtgmx
+        - t_2m245 * t_x2snw
+        - t_2m245 * t_6vk73
+        - t_yz7e5 * t_2xwyg_11
+        + K43 * t_qvjbb
+        - t_2m245 * t_cyfhb_12
+        - t_yz7e5 * t_s7pal_12
+        + K43 * t_tuq22_12
+        - t_rtgmx
+        + t_xq4wt * t_4d6eh
+        + t_5wcj3 * t_gqsxc
+        - K_L43 * t_5fmhp;
+    const real t_dvr7i = t_ldmue - e2 * t_7cclx;
+    const real t_ak22y = q[wy] * p[I2];
+    const real t_p3gbd = t_xeswd + sin_theta2 * t_dvr7i - t_ak22y - g_2 * t_556h3;
+    const real t_aypbk = t_p3gbd
+        - t_6mmeb * t_x2snw
+        - t_6mmeb * t_6vk73
+        + K52 * t_2xwyg_11
+        + K53 * t_qvjbb
+        + SELECT0(m_el4yy, -(t_lwe76 * t_kbtvv_16))
+        - t_6mmeb * t_cyfhb_12
+        + K52 * t_s7pal_12
+        + K53 * t_tuq22_12
+        + SELECT0(m_el4yy, t_lwe76 * t_ycqju_16)
+        - t_p3gbd
+        + SELECT0(m_el4yy, t_lwe76 * t_ilple_16)
+        + t_rujpm * t_4d6eh
+        - K_L52 * t_gqsxc
+        - K_L53 * t_5fmhp
+        - K_L54 * t_kxqpl;
+    const real t_qo64z = cos_theta2 * t_dvr7i + g_2 * t_qj4qw - q[wz] * p[I2];
+    const real t_iboy3 = t_lwe76 * t_a3mx6_16
+        - t_qo64z
+        + t_bl4f2 * t_x2snw
+        + t_bl4f2 * t_6vk73
+        + t_hjmgb * t_2xwyg_11
+        - K63 * t_qvjbb
+        - t_lwe76 * t_pdzxe_16
+        + t_bl4f2 * t_cyfhb_12
+        + t_hjmgb * t_s7pal_12
+        - K63 * t_tuq22_12
+        + t_qo64z;
+    const real t_hca34 = t_lwe76 * t_mvrqf_16
+        - t_iboy3
+        + t_pgxzp * t_4d6eh
+        + t_gz422 * t_gqsxc
+        - K_L63 * t_5fmhp
+        - K_L64 * t_kxqpl
+        - K_L65 * t_aypbk;
+    const real t_iqgst_3 = t_hca34 * t_nfkwa;
+    const real t_73igi = t_aypbk * t_ftqxb - K_L65 * t_iqgst_3;
+    const real t_3gjmq = t_kxqpl * t_lt2al - K_L54 * t_73igi - K_L64 * t_iqgst_3;
+    const real t_m56ah = t_5fmhp * t_zmh3u - K_L43 * t_3gjmq - K_L53 * t_73igi - K_L63 * t_iqgst_3;
+    const real t_gi3vb = t_gqsxc * t_4iujv
+        - K_L32 * t_m56ah
+        + t_5wcj3 * t_3gjmq
+        - K_L52 * t_73igi
+        + t_gz422 * t_iqgst_3;
+    const real t_y5ftt = t_4d6eh * t_bpfoo
+        + t_w7lcw * t_gi3vb
+        + t_3go2w * t_m56ah
+        + t_xq4wt * t_3gjmq
+        + t_rujpm * t_73igi
+        + t_pgxzp * t_iqgst_3;
+    const real t_noiav = t_udto6 - t_2nvx4;
+    const real t_jmlk4 = th_2 * (p[I2] * t_noiav - q_2 * p[eps2]);
+    const real t_kaole = cos_theta2 * t_jmlk4;
+    const real t_ly4o3_2 = Wt2 - t_6tvwe;
+    const real t_skszy_2 = B_2 * t_ly4o3_2;
+    const real t_3iwx3_2 = t_bpppy - cos_phi2 * t_skszy_2;
+    const real t_4a7dd = t_kaole + sin_theta2 * t_3iwx3_2;
+    const real t_lxf65 = sin_phi2 * t_skszy_2 + t_7e3oz;
+    const real t_wmtg5 = sin_theta2 * t_jmlk4;
+    const real t_e526l = cos_theta2 * t_3iwx3_2 - t_wmtg5;
+    const real t_lnx4c = K11 * t_lxf65 + t_b3aij * t_4a7dd + t_zzymx * t_e526l;
+    const real t_otvw5 = t_t7vcl * t_lnx4c
+        + PP_v2 * (t_i2mne * t_4a7dd - t_4gyk7 * t_lxf65 + t_rhnsp * t_e526l);
+    const real t_byogv = (SELECT0(m_l7cqn, -(t_5cok6 * t_otvw5 * t_pd2sg)) + t_lnx4c) * t_hvu5i;
+    const real t_yx566 = t_4a7dd - t_b3aij * t_byogv;
+    const real t_5oewc_2 = t_q2hfz * (t_5x4sb * (t_yx566 * t_y7rm6));
+    const real t_oesw4_12 = t_5oewc_2 * t_nwsjf;
+    const real t_iubif_17 = t_bw2jd * (t_as3uq * t_oesw4_12);
+    const real t_27ev7_17 = p[F] * (sin_t_auieu * t_iubif_17);
+    const real t_wzmp3_17 = SELECT0(m_el4yy, -(cos_t_kl6tx * t_27ev7_17));
+    const real t_j32dc = t_e526l - t_zzymx * t_byogv;
+    const real t_pa3wn_2 = t_j32dc * t_y7rm6 * t_qvk2y
+        + SELECT0(m_el4yy, t_rdshm * (t_qzpff * (t_uwsp7 * t_5oewc_2 * t_imn4h)));
+    const real t_6llfx_12 = t_q2hfz_2 * (t_2snz7 * t_pa3wn_2) * t_bifdl;
+    const real t_d4wem_17 = sin_t_g4u7i * t_oesw4_12;
+    const real t_kj6yx_17 = cos_t_kood5 * t_6llfx_12;
+    const real t_ssiof_17 = SELECT0(m_el4yy, -(sin_t_kood5 * t_d4wem_17)) + SELECT0(m_uklky, -(cos_t_g4u7i * t_kj6yx_17));
+    const real t_amp27_17 = SELECT(m_r2fy3, SELECT0(m_uklky, -t_6llfx_12), SELECT0(m_poz7i, t_q2hfz_3 * (t_yued5 * (t_ssiof_17 * t_xkg6l)) * t_bifdl_2));
+    const real t_swjde_17 = t_zrb6o * (t_vr3uw * t_amp27_17);
+    const real t_cxwzz_17 = sin_t_kl6tx * t_swjde_17;
+    const real t_j46a4 = t_wzmp3_17 - t_zmkrd * t_cxwzz_17 + t_lxf65;
+    const real t_ilple_17 = p[F] * (cos_t_auieu * t_iubif_17);
+    const real t_mqm36 = SELECT0(m_el4yy, t_ilple_17) - t_4a7dd + t_w7lcw * t_j46a4;
+    const real t_ooljq_17 = SELECT0(m_el4yy, -(sin_t_kl6tx * t_27ev7_17));
+    const real t_lqx5z_17 = cos_t_kl6tx * t_swjde_17;
+    const real t_mvrqf_17 = t_ooljq_17 + t_zmkrd * t_lqx5z_17;
+    const real t_sis4m = t_3go2w * t_j46a4 - (t_mvrqf_17 + t_e526l) - K_L32 * t_mqm36;
+    const real t_6tlin_2 = p[l2] * t_skszy_2;
+    const real t_toplq = q_2 * t_jmlk4;
+    const real t_yqqsh = t_6tlin_2 - t_toplq + t_ak22y;
+    const real t_shxu4_17 = p[F] * t_d4wem_17;
+    const real t_huqui_17 = SELECT0(m_el4yy, -(cos_t_kood5 * t_shxu4_17));
+    const real t_7nvy5_17 = sin_t_kood5 * t_6llfx_12;
+    const real t_n3t76 = t_huqui_17 + SELECT0(m_uklky, t_wo26r * t_7nvy5_17) - (K11 * t_byogv - t_lxf65);
+    const real t_kbtvv_17 = p[F] * (cos_t_g4u7i * t_oesw4_12);
+    const real t_h6ghr = SELECT0(m_el4yy, t_kbtvv_17) - t_yx566 + t_w7lcw * t_n3t76;
+    const real t_a3mx6_17 = SELECT0(m_el4yy, -(sin_t_kood5 * t_shxu4_17)) + SELECT0(m_uklky, -(t_wo26r * t_kj6yx_17));
+    const real t_xljts = (t_3go2w * t_n3t76 - (t_a3mx6_17 + t_j32dc) - K_L32 * t_h6ghr) * t_zmh3u;
+    const real t_2xwyg_12 = t_h6ghr * t_4iujv - K_L32 * t_xljts;
+    const real t_o77hk = t_n3t76 * t_bpfoo + t_w7lcw * t_2xwyg_12 + t_3go2w * t_xljts;
+    const real t_cgxsm_17 = t_wzmp3_17 - t_zmkrd_2 * t_cxwzz_17 - (t_huqui_17 + SELECT0(m_uklky, t_wo26r_2 * t_7nvy5_17));
+    const real t_ycqju_17 = t_ilple_17 - t_kbtvv_17;
+    const real t_4w3t6_13 = SELECT0(m_el4yy, t_ycqju_17) + t_w7lcw * t_cgxsm_17;
+    const real t_pdzxe_17 = p[F] * t_ssiof_17 - (t_ooljq_17 + t_zmkrd_2 * t_lqx5z_17);
+    const real t_tuq22_13 = (t_pdzxe_17 + t_3go2w * t_cgxsm_17 - K_L32 * t_4w3t6_13) * t_zmh3u;
+    const real t_s7pal_13 = t_4w3t6_13 * t_4iujv - K_L32 * t_tuq22_13;
+    const real t_cyfhb_13 = t_cgxsm_17 * t_bpfoo + t_w7lcw * t_s7pal_13 + t_3go2w * t_tuq22_13;
+    const real t_slpdc = t_yqqsh
+        - t_2m245 * t_byogv
+        - t_2m245 * t_o77hk
+        - t_yz7e5 * t_2xwyg_12
+        + K43 * t_xljts
+        - t_2m245 * t_cyfhb_13
+        - t_yz7e5 * t_s7pal_13
+        + K43 * t_tuq22_13
+        - t_yqqsh
+        + t_xq4wt * t_j46a4
+        + t_5wcj3 * t_mqm36
+        - K_L43 * t_sis4m;
+    const real t_6g4dk_2 = t_6tlin_2 + e2 * t_3iwx3_2;
+    const real t_yw7jt = sin_theta2 * t_6g4dk_2 - (t_toplq + p[eps2]) + g_2 * t_kaole;
+    const real t_tw3gk = t_yw7jt
+        - t_6mmeb * t_byogv
+        - t_6mmeb * t_o77hk
+        + K52 * t_2xwyg_12
+        + K53 * t_xljts
+        + SELECT0(m_el4yy, t_lwe76 * t_kbtvv_17)
+        - t_6mmeb * t_cyfhb_13
+        + K52 * t_s7pal_13
+        + K53 * t_tuq22_13
+        + SELECT0(m_el4yy, t_lwe76 * t_ycqju_17)
+        - t_yw7jt
+        + SELECT0(m_el4yy, -(t_lwe76 * t_ilple_17))
+        + t_rujpm * t_j46a4
+        - K_L52 * t_mqm36
+        - K_L53 * t_sis4m
+        - K_L54 * t_slpdc;
+    const real t_fzpy2 = cos_theta2 * t_6g4dk_2 + q[wx] * p[I2] - g_2 * t_wmtg5;
+    const real t_xrdwr = t_lwe76 * t_a3mx6_17
+        - t_fzpy2
+        + t_bl4f2 * t_byogv
+        + t_bl4f2 * t_o77hk
+        + t_hjmgb * t_2xwyg_12
+        - K63 * t_xljts
+        - t_lwe76 * t_pdzxe_17
+        + t_bl4f2 * t_cyfhb_13
+        + t_hjmgb * t_s7pal_13
+        - K63 * t_tuq22_13
+        + t_fzpy2;
+    const real t_fq67x = t_lwe76 * t_mvrqf_17
+        - t_xrdwr
+        + t_pgxzp * t_j46a4
+        + t_gz422 * t_mqm36
+        - K_L63 * t_sis4m
+        - K_L64 * t_slpdc
+        - K_L65 * t_tw3gk;
+    const real t_iqgst_4 = t_fq67x * t_nfkwa;
+    const real t_3ywts = t_tw3gk * t_ftqxb - K_L65 * t_iqgst_4;
+    const real t_p36gw_2 = t_slpdc * t_lt2al - K_L54 * t_3ywts - K_L64 * t_iqgst_4;
+    const real t_m56ah_2 = t_sis4m * t_zmh3u - K_L43 * t_p36gw_2 - K_L53 * t_3ywts - K_L63 * t_iqgst_4;
+    const real t_gi3vb_2 = t_mqm36 * t_4iujv
+        - K_L32 * t_m56ah_2
+        + t_5wcj3 * t_p36gw_2
+        - K_L52 * t_3ywts
+        + t_gz422 * t_iqgst_4;
+    const real t_q3tiu = t_j46a4 * t_bpfoo
+        + t_w7lcw * t_gi3vb_2
+        + t_3go2w * t_m56ah_2
+        + t_xq4wt * t_p36gw_2
+        + t_rujpm * t_3ywts
+        + t_pgxzp * t_iqgst_4;
+    const real t_seebn = t_vrzj2 - q[wy];
+    const real t_ueshp = t_k4alm - q[wx];
+    const real t_lrtps = sin_theta1 * t_wmspt + cos_theta1 * t_qmze5;
+    const real t_i2uqx = cos_phi1 * (e1 * t_lrtps + sin_theta1 * t_m7bux + cos_theta1 * t_jhzfn)
+        + sin_phi1 * t_so4so;
+    const real t_wxyn4 = sin_theta1 * t_2umpd + cos_theta1 * t_gqaye;
+    const real t_i2uqx_2 = cos_phi1 * (e1 * t_wxyn4 + sin_theta1 * t_7mokl + cos_theta1 * t_4tyla)
+        + sin_phi1 * t_4zswq;
+    const real t_urf6i = sin_theta1 * t_bpgbo + cos_theta1 * t_bbiv2;
+    const real t_i2uqx_3 = cos_phi1 * (e1 * t_urf6i + sin_theta1 * t_yowpy + cos_theta1 * t_thknf)
+        + sin_phi1 * t_s5krr;
+    const real t_egonh = sin_theta1 * t_vrzj2 + cos_theta1 * t_4i7tk;
+    const real t_7iogl = t_egonh + t_bawzi;
+    const real t_vabek = cos_phi1 * (e1 * t_egonh + sin_theta1 * t_ay65j + cos_theta1 * t_t6kqa)
+        + sin_phi1 * t_o54k5;
+    const real t_toapl = sin_theta1 * t_k4alm + cos_theta1 * t_hkpkt;
+    const real t_vjduo = t_toapl + t_lmubw;
+    const real t_qifvy = cos_phi1 * (e1 * t_toapl + sin_theta1 * t_ipjlp + cos_theta1 * t_xxggh)
+        + sin_phi1 * (t_ptppp - t_imsf6);
+    const real t_s4ll6 = sin_theta1 * t_wbvq2 + cos_theta1 * t_yjcej;
+    const real t_rb6tk = t_s4ll6 + t_e6rpb;
+    const real t_saffr = cos_phi1 * (e1 * t_s4ll6 + sin_theta1 * t_o3fzx + cos_theta1 * t_gnyo4)
+        + sin_phi1 * (t_rr3nj - t_oetyi);
+    const real t_kknpb = sin_theta1 * t_vemk7 + cos_theta1 * t_wl4ax;
+    const real t_i2uqx_4 = cos_phi1 * (e1 * t_kknpb + sin_theta1 * t_spjoy + cos_theta1 * t_dh5jh)
+        + sin_phi1 * t_5q2rp;
+    const real t_m33ck = sin_theta1 * t_qx7uz + cos_theta1 * t_odroi;
+    const real t_i2uqx_5 = cos_phi1 * (e1 * t_m33ck + sin_theta1 * t_c5uu7 + cos_theta1 * t_y7b7j)
+        + sin_phi1 * t_7t7mt;
+    const real t_sw5ep = sin_theta1 * t_xp5mb + cos_theta1 * t_2fjn7;
+    const real t_i2uqx_6 = cos_phi1 * (e1 * t_sw5ep + sin_theta1 * t_qkb5y + cos_theta1 * t_tgy4b)
+        + sin_phi1 * t_42jah;
+    const real t_6ix6q = sin_theta1 * t_v3jai + cos_theta1 * t_x7yzl;
+    const real t_7vefx = t_6ix6q + t_hvpvf;
+    const real t_oddk5 = t_caepv * sin_theta1;
+    const real t_2f3sm = t_uiwc3 * cos_theta1;
+    const real t_mrzu7 = t_ykhgf * sin_theta1;
+    const real t_idi6q = t_h4uvc * cos_theta1;
+    const real t_caceg = t_h6owg
+        + t_w7lcw * t_ykhgf
+        + t_3go2w * t_h4uvc
+        + t_xq4wt * t_pqvdf
+        + t_rujpm * t_caepv
+        + t_pgxzp * t_uiwc3;
+    const real t_yo5o7 = cos_phi1 * (e1 * t_6ix6q + sin_theta1 * t_bhu33 + cos_theta1 * t_5ybxd)
+        - ((t_oddk5 + t_2f3sm) * e1 + t_mrzu7 + t_idi6q) * sin_phi1
+        + ((t_caceg - t_w7vil) * cos_phi1 + sin_phi1 * t_frkst);
+    const real t_7rpve = t_caepv * cos_theta1;
+    const real t_p7gpo = t_uiwc3 * sin_theta1;
+    const real t_f5tta = sin_theta1 * t_obgm3 + t_7rpve + (cos_theta1 * t_64vo2 - t_p7gpo);
+    const real t_tkpvc = t_f5tta + t_y5gv4;
+    const real t_rn2kh = t_ykhgf * cos_theta1;
+    const real t_lmtff = t_h4uvc * sin_theta1;
+    const real t_c5sbx = cos_phi1 * (e1 * t_f5tta + (sin_theta1 * t_b7ltb + t_rn2kh) + (cos_theta1 * t_b4apn - t_lmtff));
+    const real t_6ix6q_2 = sin_theta1 * t_3bimg + cos_theta1 * t_3vjbq;
+    const real t_laa5v = cos_phi1 * (e1 * t_6ix6q_2 + sin_theta1 * t_ss3kn + cos_theta1 * t_isivm)
+        + sin_phi1 * t_izosw;
+    const real t_uv5rg = sin_theta1 * t_p6wlz + cos_theta1 * t_ghbzd;
+    const real t_uwleq = cos_phi1 * (e1 * t_uv5rg + sin_theta1 * t_dscj2 + cos_theta1 * t_tjc4u)
+        + sin_phi1 * t_rh5me;
+    const real t_wuf5o = sin_theta1 * t_xi2ct + cos_theta1 * t_iqgst;
+    const real t_vabek_2 = cos_phi1 * (e1 * t_wuf5o + sin_theta1 * t_6tchb + cos_theta1 * t_zbpke)
+        + sin_phi1 * t_wvl5i;
+    const real t_wuf5o_2 = sin_theta1 * t_szuo6 + cos_theta1 * t_iqgst_2;
+    const real t_7iogl_2 = t_wuf5o_2 + t_bawzi_2;
+    const real t_vabek_3 = cos_phi1 * (e1 * t_wuf5o_2 + sin_theta1 * t_6tchb_2 + cos_theta1 * t_zbpke_2)
+        + sin_phi1 * t_jauvg;
+    const real t_wuf5o_3 = sin_theta1 * t_73igi + cos_theta1 * t_iqgst_3;
+    const real t_vabek_4 = cos_phi1 * (e1 * t_wuf5o_3 + sin_theta1 * t_gi3vb + cos_theta1 * t_m56ah)
+        + sin_phi1 * t_y5ftt;
+    const real t_wuf5o_4 = sin_theta1 * t_3ywts + cos_theta1 * t_iqgst_4;
+    const real t_vabek_5 = cos_phi1 * (e1 * t_wuf5o_4 + sin_theta1 * t_gi3vb_2 + cos_theta1 * t_m56ah_2)
+        + sin_phi1 * t_q3tiu;
+    const real t_ltyum = t_gbemj + t_wmspt;
+    const real t_tvkyv = cos_theta1 * t_m7bux
+        + g_1 * (cos_theta1 * t_wmspt - sin_theta1 * t_qmze5)
+        - q_1 * t_ltyum
+        - sin_theta1 * t_jhzfn;
+    const real t_w23ap = t_7o3df + t_2umpd;
+    const real t_llolm = cos_theta1 * t_7mokl
+        + g_1 * (cos_theta1 * t_2umpd - sin_theta1 * t_gqaye)
+        - q_1 * t_w23ap
+        - sin_theta1 * t_4tyla;
+    const real t_hznrw = t_ddvjn + t_bpgbo;
+    const real t_3gw6d = cos_theta1 * t_yowpy
+        + g_1 * (cos_theta1 * t_bpgbo - sin_theta1 * t_bbiv2)
+        - q_1 * t_hznrw
+        - sin_theta1 * t_thknf;
+    const real t_tt46f = t_2bw3k + t_vrzj2;
+    const real t_yeq23 = t_ljxeu
+        + cos_theta1 * t_ay65j
+        + g_1 * (cos_theta1 * t_vrzj2 - sin_theta1 * t_4i7tk)
+        - q_1 * t_tt46f
+        - sin_theta1 * t_t6kqa;
+    const real t_y3msa = t_pqbvs + t_k4alm;
+    const real t_trjgh = t_qrqlw
+        + cos_theta1 * t_ipjlp
+        + g_1 * (cos_theta1 * t_k4alm - sin_theta1 * t_hkpkt)
+        - q_1 * t_y3msa
+        - sin_theta1 * t_xxggh;
+    const real t_7uyl5 = t_ofxbc + t_wbvq2;
+    const real t_ipmep = t_z7jiy
+        + cos_theta1 * t_o3fzx
+        + g_1 * (cos_theta1 * t_wbvq2 - sin_theta1 * t_yjcej)
+        - q_1 * t_7uyl5
+        - sin_theta1 * t_gnyo4;
+    const real t_pv2tr = t_5lwa4 + t_vemk7;
+    const real t_f443l = cos_theta1 * t_spjoy
+        + g_1 * (cos_theta1 * t_vemk7 - sin_theta1 * t_wl4ax)
+        - q_1 * t_pv2tr
+        - sin_theta1 * t_dh5jh;
+    const real t_rfuyp = t_rc7f7 + t_qx7uz;
+    const real t_6zbcc = cos_theta1 * t_c5uu7
+        + g_1 * (cos_theta1 * t_qx7uz - sin_theta1 * t_odroi)
+        - q_1 * t_rfuyp
+        - sin_theta1 * t_y7b7j;
+    const real t_7hevb = t_wi6jt + t_xp5mb;
+    const real t_4ebmm = cos_theta1 * t_qkb5y
+        + g_1 * (cos_theta1 * t_xp5mb - sin_theta1 * t_2fjn7)
+        - q_1 * t_7hevb
+        - sin_theta1 * t_tgy4b;
+    const real t_ypz44 = t_7rpve - t_p7gpo;
+    const real t_fqxxb = t_pqvdf + t_caepv;
+    const real t_kn4ym = zeta1 + t_rn2kh + g_1 * t_ypz44 - t_fqxxb * q_1 - t_lmtff;
+    const real t_r33j3 = t_ytooc + t_v3jai;
+    const real t_v4rb5 = t_f2zxy
+        + cos_theta1 * t_bhu33
+        + (t_ypz44 * t_xtwlg + g_1 * (cos_theta1 * t_v3jai - sin_theta1 * t_x7yzl))
+        - (q_1 * t_r33j3 + t_fqxxb * t_4z4np)
+        - sin_theta1 * t_5ybxd;
+    const real t_ibe72 = K(1.0) / p[m1];
+    const real t_oovpr = th_1 * (t_kn4ym * t_4z4np + q_1 * t_v4rb5)
+        - (loss_theta1 * t_ibe72 + q_1 * t_kn4ym) * t_vhuco;
+    const real t_735a2 = t_6b22h + t_obgm3;
+    const real t_vsdl4 = t_2vp5p
+        + (cos_theta1 * t_b7ltb - t_mrzu7)
+        + g_1 * (cos_theta1 * t_obgm3 - t_oddk5 - (sin_theta1 * t_64vo2 + t_2f3sm))
+        - q_1 * t_735a2
+        - (sin_theta1 * t_b4apn + t_idi6q);
+    const real t_xsxtd = t_fijts + t_3bimg;
+    const real t_kfunf = cos_theta1 * t_ss3kn
+        + g_1 * (cos_theta1 * t_3bimg - sin_theta1 * t_3vjbq)
+        - q_1 * t_xsxtd
+        - sin_theta1 * t_isivm;
+    const real t_735a2_2 = t_n4kjy + t_p6wlz;
+    const real t_wtswl = cos_theta1 * t_dscj2
+        + g_1 * (cos_theta1 * t_p6wlz - sin_theta1 * t_ghbzd)
+        - q_1 * t_735a2_2
+        - sin_theta1 * t_tjc4u;
+    const real t_yjx65 = t_tqdpe + t_xi2ct;
+    const real t_azb5o = cos_theta1 * t_6tchb
+        - t_nxx6u
+        + g_1 * (cos_theta1 * t_xi2ct - sin_theta1 * t_iqgst)
+        - q_1 * t_yjx65
+        - sin_theta1 * t_zbpke;
+    const real t_yjx65_2 = t_p36gw + t_szuo6;
+    const real t_aymkz = t_ol4jq
+        + cos_theta1 * t_6tchb_2
+        + g_1 * (cos_theta1 * t_szuo6 - sin_theta1 * t_iqgst_2)
+        - q_1 * t_yjx65_2
+        - sin_theta1 * t_zbpke_2;
+    const real t_yjx65_3 = t_3gjmq + t_73igi;
+    const real t_wuwkx = cos_theta1 * t_gi3vb
+        + g_1 * (cos_theta1 * t_73igi - sin_theta1 * t_iqgst_3)
+        - q_1 * t_yjx65_3
+        - sin_theta1 * t_m56ah;
+    const real t_yjx65_4 = t_p36gw_2 + t_3ywts;
+    const real t_wuwkx_2 = cos_theta1 * t_gi3vb_2
+        + g_1 * (cos_theta1 * t_3ywts - sin_theta1 * t_iqgst_4)
+        - q_1 * t_yjx65_4
+        - sin_theta1 * t_m56ah_2;
+    const real t_a2t3j = sin_theta2 * t_wmspt + cos_theta2 * t_qmze5;
+    const real t_c5bej = cos_phi2 * (e2 * t_a2t3j + sin_theta2 * t_m7bux + cos_theta2 * t_jhzfn)
+        + sin_phi2 * t_so4so;
+    const real t_7scbq = sin_theta2 * t_2umpd + cos_theta2 * t_gqaye;
+    const real t_c5bej_2 = cos_phi2 * (e2 * t_7scbq + sin_theta2 * t_7mokl + cos_theta2 * t_4tyla)
+        + sin_phi2 * t_4zswq;
+    const real t_b2knc = sin_theta2 * t_bpgbo + cos_theta2 * t_bbiv2;
+    const real t_c5bej_3 = cos_phi2 * (e2 * t_b2knc + sin_theta2 * t_yowpy + cos_theta2 * t_thknf)
+        + sin_phi2 * t_s5krr;
+    const real t_hkopv = sin_theta2 * t_vrzj2 + cos_theta2 * t_4i7tk;
+    const real t_5zull = t_hkopv + t_ly4o3;
+    const real t_cdywg = cos_phi2 * (e2 * t_hkopv + sin_theta2 * t_ay65j + cos_theta2 * t_t6kqa)
+        + sin_phi2 * t_o54k5;
+    const real t_oosd4 = sin_theta2 * t_k4alm + cos_theta2 * t_hkpkt;
+    const real t_45gz6 = t_oosd4 + t_js3na;
+    const real t_plaqj = cos_phi2 * (e2 * t_oosd4 + sin_theta2 * t_ipjlp + cos_theta2 * t_xxggh)
+        + sin_phi2 * (t_ptppp - t_sqd7x);
+    const real t_tmxsj = sin_theta2 * t_wbvq2 + cos_theta2 * t_yjcej;
+    const real t_v3njf = t_tmxsj + t_jv37x;
+    const real t_u6hxg = cos_phi2 * (e2 * t_tmxsj + sin_theta2 * t_o3fzx + cos_theta2 * t_gnyo4)
+        + sin_phi2 * (t_rr3nj - t_xfnc5);
+    const real t_yfoah = sin_theta2 * t_vemk7 + cos_theta2 * t_wl4ax;
+    const real t_c5bej_4 = cos_phi2 * (e2 * t_yfoah + sin_theta2 * t_spjoy + cos_theta2 * t_dh5jh)
+        + sin_phi2 * t_5q2rp;
+    const real t_yuvlm = sin_theta2 * t_qx7uz + cos_theta2 * t_odroi;
+    const real t_c5bej_5 = cos_phi2 * (e2 * t_yuvlm + sin_theta2 * t_c5uu7 + cos_theta2 * t_y7b7j)
+        + sin_phi2 * t_7t7mt;
+    const real t_dfw2s = sin_theta2 * t_xp5mb + cos_theta2 * t_2fjn7;
+    const real t_c5bej_6 = cos_phi2 * (e2 * t_dfw2s + sin_theta2 * t_qkb5y + cos_theta2 * t_tgy4b)
+        + sin_phi2 * t_42jah;
+    const real t_2wudq = sin_theta2 * t_v3jai + cos_theta2 * t_x7yzl;
+    const real t_bj3q7 = cos_phi2 * (e2 * t_2wudq + sin_theta2 * t_bhu33 + cos_theta2 * t_5ybxd)
+        + sin_phi2 * t_frkst;
+    const real t_oqap2 = sin_theta2 * t_obgm3 + cos_theta2 * t_64vo2;
+    const real t_kitw7 = cos_phi2 * (e2 * t_oqap2 + sin_theta2 * t_b7ltb + cos_theta2 * t_b4apn)
+        + sin_phi2 * t_uaz7n;
+    const real t_2wudq_2 = sin_theta2 * t_3bimg + cos_theta2 * t_3vjbq;
+    const real t_5ptvl = t_2wudq_2 + t_aduzw;
+    const real t_3sqll = t_caepv * sin_theta2;
+    const real t_amaem = t_uiwc3 * cos_theta2;
+    const real t_7u45u = t_ykhgf * sin_theta2;
+    const real t_na5ey = t_h4uvc * cos_theta2;
+    const real t_2uvam = cos_phi2 * (e2 * t_2wudq_2 + sin_theta2 * t_ss3kn + cos_theta2 * t_isivm)
+        - ((t_3sqll + t_amaem) * e2 + t_7u45u + t_na5ey) * sin_phi2
+        + ((t_caceg - t_6fvzz) * cos_phi2 + sin_phi2 * t_izosw);
+    const real t_f3pyg = t_caepv * cos_theta2;
+    const real t_uucil = t_uiwc3 * sin_theta2;
+    const real t_ldury = sin_theta2 * t_p6wlz + t_f3pyg + (cos_theta2 * t_ghbzd - t_uucil);
+    const real t_rtb3q = t_ldury + t_abii4;
+    const real t_aiy5n = t_ykhgf * cos_theta2;
+    const real t_xyaxt = t_h4uvc * sin_theta2;
+    const real t_4d5it = cos_phi2 * (e2 * t_ldury + (sin_theta2 * t_dscj2 + t_aiy5n) + (cos_theta2 * t_tjc4u - t_xyaxt));
+    const real t_vjvvm = sin_theta2 * t_xi2ct + cos_theta2 * t_iqgst;
+    const real t_cdywg_2 = cos_phi2 * (e2 * t_vjvvm + sin_theta2 * t_6tchb + cos_theta2 * t_zbpke)
+        + sin_phi2 * t_wvl5i;
+    const real t_vjvvm_2 = sin_theta2 * t_szuo6 + cos_theta2 * t_iqgst_2;
+    const real t_cdywg_3 = cos_phi2 * (e2 * t_vjvvm_2 + sin_theta2 * t_6tchb_2 + cos_theta2 * t_zbpke_2)
+        + sin_phi2 * t_jauvg;
+    const real t_vjvvm_3 = sin_theta2 * t_73igi + cos_theta2 * t_iqgst_3;
+    const real t_cdywg_4 = cos_phi2 * (e2 * t_vjvvm_3 + sin_theta2 * t_gi3vb + cos_theta2 * t_m56ah)
+        + sin_phi2 * t_y5ftt;
+    const real t_vjvvm_4 = sin_theta2 * t_3ywts + cos_theta2 * t_iqgst_4;
+    const real t_5zull_2 = t_vjvvm_4 + t_ly4o3_2;
+    const real t_cdywg_5 = cos_phi2 * (e2 * t_vjvvm_4 + sin_theta2 * t_gi3vb_2 + cos_theta2 * t_m56ah_2)
+        + sin_phi2 * t_q3tiu;
+    const real t_7vhdq = cos_theta2 * t_m7bux
+        + g_2 * (cos_theta2 * t_wmspt - sin_theta2 * t_qmze5)
+        - q_2 * t_ltyum
+        - sin_theta2 * t_jhzfn;
+    const real t_xutun = cos_theta2 * t_7mokl
+        + g_2 * (cos_theta2 * t_2umpd - sin_theta2 * t_gqaye)
+        - q_2 * t_w23ap
+        - sin_theta2 * t_4tyla;
+    const real t_ifhs7 = cos_theta2 * t_yowpy
+        + g_2 * (cos_theta2 * t_bpgbo - sin_theta2 * t_bbiv2)
+        - q_2 * t_hznrw
+        - sin_theta2 * t_thknf;
+    const real t_5igwa = t_f5pan
+        + cos_theta2 * t_ay65j
+        + g_2 * (cos_theta2 * t_vrzj2 - sin_theta2 * t_4i7tk)
+        - q_2 * t_tt46f
+        - sin_theta2 * t_t6kqa;
+    const real t_n6ril = t_wbyvc
+        + cos_theta2 * t_ipjlp
+        + g_2 * (cos_theta2 * t_k4alm - sin_theta2 * t_hkpkt)
+        - q_2 * t_y3msa
+        - sin_theta2 * t_xxggh;
+    const real t_nrywo = t_aopwl
+        + cos_theta2 * t_o3fzx
+        + g_2 * (cos_theta2 * t_wbvq2 - sin_theta2 * t_yjcej)
+        - q_2 * t_7uyl5
+        - sin_theta2 * t_gnyo4;
+    const real t_bj7xv = cos_theta2 * t_spjoy
+        + g_2 * (cos_theta2 * t_vemk7 - sin_theta2 * t_wl4ax)
+        - q_2 * t_pv2tr
+        - sin_theta2 * t_dh5jh;
+    const real t_qfjr4 = cos_theta2 * t_c5uu7
+        + g_2 * (cos_theta2 * t_qx7uz - sin_theta2 * t_odroi)
+        - q_2 * t_rfuyp
+        - sin_theta2 * t_y7b7j;
+    const real t_cs6nc = cos_theta2 * t_qkb5y
+        + g_2 * (cos_theta2 * t_xp5mb - sin_theta2 * t_2fjn7)
+        - q_2 * t_7hevb
+        - sin_theta2 * t_tgy4b;
+    const real t_3nvrt = cos_theta2 * t_bhu33
+        + g_2 * (cos_theta2 * t_v3jai - sin_theta2 * t_x7yzl)
+        - q_2 * t_r33j3
+        - sin_theta2 * t_5ybxd;
+    const real t_5esu2 = cos_theta2 * t_b7ltb
+        + g_2 * (cos_theta2 * t_obgm3 - sin_theta2 * t_64vo2)
+        - q_2 * t_735a2
+        - sin_theta2 * t_b4apn;
+    const real t_yzpya = t_f3pyg - t_uucil;
+    const real t_xih5d = zeta2 + t_aiy5n + g_2 * t_yzpya - t_fqxxb * q_2 - t_xyaxt;
+    const real t_vnqwd = t_qy4n2
+        + cos_theta2 * t_ss3kn
+        + (t_yzpya * t_h36cy + g_2 * (cos_theta2 * t_3bimg - sin_theta2 * t_3vjbq))
+        - (q_2 * t_xsxtd + t_fqxxb * t_yk3z4)
+        - sin_theta2 * t_isivm;
+    const real t_r7vy7 = K(1.0) / p[m2];
+    const real t_qgl3e = th_2 * (t_xih5d * t_yk3z4 + q_2 * t_vnqwd)
+        - (loss_theta2 * t_r7vy7 + q_2 * t_xih5d) * t_2s2br;
+    const real t_i2alz = t_jx7yj
+        + (cos_theta2 * t_dscj2 - t_7u45u)
+        + g_2 * (cos_theta2 * t_p6wlz - t_3sqll - (sin_theta2 * t_ghbzd + t_amaem))
+        - q_2 * t_735a2_2
+        - (sin_theta2 * t_tjc4u + t_na5ey);
+    const real t_qyev4 = cos_theta2 * t_6tchb
+        + g_2 * (cos_theta2 * t_xi2ct - sin_theta2 * t_iqgst)
+        - q_2 * t_yjx65
+        - sin_theta2 * t_zbpke;
+    const real t_qyev4_2 = cos_theta2 * t_6tchb_2
+        + g_2 * (cos_theta2 * t_szuo6 - sin_theta2 * t_iqgst_2)
+        - q_2 * t_yjx65_2
+        - sin_theta2 * t_zbpke_2;
+    const real t_abpc3 = cos_theta2 * t_gi3vb
+        - t_pv35x
+        + g_2 * (cos_theta2 * t_73igi - sin_theta2 * t_iqgst_3)
+        - q_2 * t_yjx65_3
+        - sin_theta2 * t_m56ah;
+    const real t_ahigr = t_noiav
+        + cos_theta2 * t_gi3vb_2
+        + g_2 * (cos_theta2 * t_3ywts - sin_theta2 * t_iqgst_4)
+        - q_2 * t_yjx65_4
+        - sin_theta2 * t_m56ah_2;
+    J_q[0] = t_so4so;
+    J_q[1] = t_4zswq + q[wz];
+    J_q[2] = t_s5krr - q[wy];
+    J_q[3] = t_o54k5;
+    J_q[4] = t_ptppp + x_C * t_6xfo3 - q[vz];
+    J_q[5] = t_rr3nj + x_C * t_gwp2t + q[vy];
+    J_q[6] = t_5q2rp;
+    J_q[7] = t_7t7mt;
+    J_q[8] = t_42jah;
+    J_q[9] = t_frkst;
+    J_q[10] = t_uaz7n;
+    J_q[11] = t_izosw;
+    J_q[12] = t_rh5me;
+    J_q[13] = t_wvl5i;
+    J_q[14] = t_jauvg;
+    J_q[15] = t_y5ftt;
+    J_q[16] = t_q3tiu;
+    J_q[17] = t_m7bux - x_C * t_wmspt - q[wz];
+    J_q[18] = t_7mokl - x_C * t_2umpd;
+    J_q[19] = t_yowpy - x_C * t_bpgbo + q[wx];
+    J_q[20] = t_ay65j - x_C * t_vrzj2 + q[vz];
+    J_q[21] = t_ipjlp - x_C * t_k4alm;
+    J_q[22] = t_o3fzx - x_C * t_wbvq2 - q[vx];
+    J_q[23] = t_spjoy - x_C * t_vemk7;
+    J_q[24] = t_c5uu7 - x_C * t_qx7uz;
+    J_q[25] = t_qkb5y - x_C * t_xp5mb;
+    J_q[26] = t_bhu33 - x_C * t_v3jai;
+    J_q[27] = t_b7ltb - x_C * t_obgm3;
+    J_q[28] = t_ss3kn - x_C * t_3bimg;
+    J_q[29] = t_dscj2 - x_C * t_p6wlz;
+    J_q[30] = t_6tchb - x_C * t_xi2ct;
+    J_q[31] = t_6tchb_2 - x_C * t_szuo6;
+    J_q[32] = t_gi3vb - x_C * t_73igi;
+    J_q[33] = t_gi3vb_2 - x_C * t_3ywts;
+    J_q[34] = t_jhzfn - x_C * t_qmze5 + q[wy];
+    J_q[35] = t_4tyla - x_C * t_gqaye - q[wx];
+    J_q[36] = t_thknf - x_C * t_bbiv2;
+    J_q[37] = t_t6kqa - x_C * t_4i7tk - q[vy];
+    J_q[38] = t_xxggh - x_C * t_hkpkt + q[vx];
+    J_q[39] = t_gnyo4 - x_C * t_yjcej;
+    J_q[40] = t_dh5jh - x_C * t_wl4ax;
+    J_q[41] = t_y7b7j - x_C * t_odroi;
+    J_q[42] = t_tgy4b - x_C * t_2fjn7;
+    J_q[43] = t_5ybxd - x_C * t_x7yzl;
+    J_q[44] = t_b4apn - x_C * t_64vo2;
+    J_q[45] = t_isivm - x_C * t_3vjbq;
+    J_q[46] = t_tjc4u - x_C * t_ghbzd;
+    J_q[47] = t_zbpke - x_C * t_iqgst;
+    J_q[48] = t_zbpke_2 - x_C * t_iqgst_2;
+    J_q[49] = t_m56ah - x_C * t_iqgst_3;
+    J_q[50] = t_m56ah_2 - x_C * t_iqgst_4;
+    J_q[51] = t_gbemj;
+    J_q[52] = t_7o3df;
+    J_q[53] = t_ddvjn;
+    J_q[54] = t_2bw3k;
+    J_q[55] = t_pqbvs;
+    J_q[56] = t_ofxbc;
+    J_q[57] = t_5lwa4;
+    J_q[58] = t_rc7f7;
+    J_q[59] = t_wi6jt;
+    J_q[60] = t_ytooc;
+    J_q[61] = t_6b22h;
+    J_q[62] = t_fijts;
+    J_q[63] = t_n4kjy;
+    J_q[64] = t_tqdpe;
+    J_q[65] = t_p36gw;
+    J_q[66] = t_3gjmq;
+    J_q[67] = t_p36gw_2;
+    J_q[68] = -t_qmze5;
+    J_q[69] = -t_gqaye;
+    J_q[70] = -t_bbiv2;
+    J_q[71] = q[wz] - t_4i7tk;
+    J_q[72] = -t_hkpkt;
+    J_q[73] = q[wx] - t_yjcej;
+    J_q[74] = -t_wl4ax;
+    J_q[75] = -t_odroi;
+    J_q[76] = -t_2fjn7;
+    J_q[77] = -t_x7yzl;
+    J_q[78] = -t_64vo2;
+    J_q[79] = -t_3vjbq;
+    J_q[80] = -t_ghbzd;
+    J_q[81] = -t_iqgst;
+    J_q[82] = -t_iqgst_2;
+    J_q[83] = -t_iqgst_3;
+    J_q[84] = -t_iqgst_4;
+    J_q[85] = t_wmspt;
+    J_q[86] = t_2umpd;
+    J_q[87] = t_bpgbo;
+    J_q[88] = t_seebn;
+    J_q[89] = t_ueshp;
+    J_q[90] = t_wbvq2;
+    J_q[91] = t_vemk7;
+    J_q[92] = t_qx7uz;
+    J_q[93] = t_xp5mb;
+    J_q[94] = t_v3jai;
+    J_q[95] = t_obgm3;
+    J_q[96] = t_3bimg;
+    J_q[97] = t_p6wlz;
+    J_q[98] = t_xi2ct;
+    J_q[99] = t_szuo6;
+    J_q[100] = t_73igi;
+    J_q[101] = t_3ywts;
     J_q[102] = SPLAT(K(0.0));
     J_q[103] = SPLAT(K(0.0));
     J_q[104] = SPLAT(K(0.0));
@@ -7140,72 +11365,76 @@ void slosh_lyapunov_v2_loop_jac(const real *q, const real *r, const real *p, con
     J_q[218] = SPLAT(K(0.0));
     J_q[219] = SPLAT(K(0.0));
     J_q[220] = SPLAT(K(1.0));
-    J_q[221] = v8551;
-    J_q[222] = v8568;
-    J_q[223] = v8585;
-    J_q[224] = v8603;
-    J_q[225] = v8607 - p[15] * (v8607 + v2564) * v101 - v8621;
-    J_q[226] = v8626 - p[15] * (v8626 + v3000) * v101 - v8640;
-    J_q[227] = v8658;
-    J_q[228] = v8675;
-    J_q[229] = v8692;
-    J_q[230] = v8733;
-    J_q[231] = v8741 - p[15] * (v8741 + v5644) * v101 - v130 * v8757;
-    J_q[232] = v8776;
-    J_q[233] = v8793;
-    J_q[234] = v8811;
-    J_q[235] = v8829;
-    J_q[236] = v8846;
-    J_q[237] = v8863;
-    J_q[238] = -(v1079 + v11 * (v6 * v8874));
-    J_q[239] = -(v1381 + v11 * (v6 * v8889));
-    J_q[240] = -(v1684 + v11 * (v6 * v8904));
-    J_q[241] = -(v8533 + v11 * (v6 * v8920));
-    J_q[242] = -(v8534 + v11 * (v6 * v8936));
-    J_q[243] = -(v2996 + v11 * (v6 * v8952));
-    J_q[244] = -(v3270 + v11 * (v6 * v8967));
-    J_q[245] = -(v3555 + v11 * (v6 * v8982));
-    J_q[246] = -(v3837 + v11 * (v6 * v8997));
-    J_q[247] = -(v4918 + (v11 * v9028 - (v44 * v9030 + v6 * v9009) * v3884));
-    J_q[248] = -(v5637 + v11 * (v6 * (v9047 - v6 * v9048 - (s17 * v5655 + v8713))));
-    J_q[249] = -(v6458 + v11 * (v6 * v9068));
-    J_q[250] = -(v7177 + v11 * (v6 * v9083));
-    J_q[251] = -(v7501 + v11 * (v6 * v9099));
-    J_q[252] = -(v7805 + v11 * (p[16] * v9030 + v6 * v9116));
-    J_q[253] = -(v8107 + v11 * (v6 * v9132));
-    J_q[254] = -(v8411 + v11 * (v6 * v9147));
-    J_q[255] = v9168;
-    J_q[256] = v9185;
-    J_q[257] = v9202;
-    J_q[258] = v9220;
-    J_q[259] = v9224 - p[20] * (v9224 + v2564) * v117 - v9238;
-    J_q[260] = v9243 - p[20] * (v9243 + v3000) * v117 - v9257;
-    J_q[261] = v9275;
-    J_q[262] = v9292;
-    J_q[263] = v9309;
-    J_q[264] = v9326;
-    J_q[265] = v9343;
-    J_q[266] = v9374;
-    J_q[267] = v9382 - p[20] * (v9382 + v7184) * v117 - v158 * v9398;
-    J_q[268] = v9417;
-    J_q[269] = v9434;
-    J_q[270] = v9452;
-    J_q[271] = v9470;
-    J_q[272] = -(v1079 + v59 * (v54 * v9480));
-    J_q[273] = -(v1381 + v59 * (v54 * v9494));
-    J_q[274] = -(v1684 + v59 * (v54 * v9508));
-    J_q[275] = -(v8533 + v59 * (v54 * v9523));
-    J_q[276] = -(v8534 + v59 * (v54 * v9538));
-    J_q[277] = -(v2996 + v59 * (v54 * v9553));
-    J_q[278] = -(v3270 + v59 * (v54 * v9567));
-    J_q[279] = -(v3555 + v59 * (v54 * v9581));
-    J_q[280] = -(v3837 + v59 * (v54 * v9595));
-    J_q[281] = -(v4918 + v59 * (v54 * v9609));
-    J_q[282] = -(v5637 + v59 * (v54 * v9623));
-    J_q[283] = -(v6458 + (v59 * v9652 - (v88 * v9654 + v54 * v9634) * v5706));
-    J_q[284] = -(v7177 + v59 * (v54 * (v9671 - v54 * v9079 - (s62 * v7195 + v9364))));
-    J_q[285] = -(v7501 + v59 * (v54 * v9690));
-    J_q[286] = -(v7805 + v59 * (v54 * v9704));
-    J_q[287] = -(v8107 + v59 * (v54 * v9719));
-    J_q[288] = -(v8411 + v59 * (p[21] * v9654 + v54 * v9735));
+    J_q[221] = t_lrtps - p[I1] * (t_lrtps + t_gbemj) * t_zrejm - k1 * t_i2uqx;
+    J_q[222] = t_wxyn4 - p[I1] * (t_wxyn4 + t_7o3df) * t_zrejm - k1 * t_i2uqx_2;
+    J_q[223] = t_urf6i - p[I1] * (t_urf6i + t_ddvjn) * t_zrejm - k1 * t_i2uqx_3;
+    J_q[224] = t_7iogl - p[I1] * (t_7iogl + t_2bw3k) * t_zrejm - k1 * t_vabek;
+    J_q[225] = t_vjduo - p[I1] * (t_vjduo + t_pqbvs) * t_zrejm - k1 * t_qifvy;
+    J_q[226] = t_rb6tk - p[I1] * (t_rb6tk + t_ofxbc) * t_zrejm - k1 * t_saffr;
+    J_q[227] = t_kknpb - p[I1] * (t_kknpb + t_5lwa4) * t_zrejm - k1 * t_i2uqx_4;
+    J_q[228] = t_m33ck - p[I1] * (t_m33ck + t_rc7f7) * t_zrejm - k1 * t_i2uqx_5;
+    J_q[229] = t_sw5ep - p[I1] * (t_sw5ep + t_wi6jt) * t_zrejm - k1 * t_i2uqx_6;
+    J_q[230] = t_7vefx - p[I1] * (t_7vefx + t_ytooc) * t_zrejm - k1 * t_yo5o7;
+    J_q[231] = t_tkpvc
+        - p[I1] * (t_tkpvc + t_6b22h) * t_zrejm
+        - k1 * (t_c5sbx + sin_phi1 * t_uaz7n);
+    J_q[232] = t_6ix6q_2 - p[I1] * (t_6ix6q_2 + t_fijts) * t_zrejm - k1 * t_laa5v;
+    J_q[233] = t_uv5rg - p[I1] * (t_uv5rg + t_n4kjy) * t_zrejm - k1 * t_uwleq;
+    J_q[234] = t_wuf5o - (p[eps1] + p[I1] * (t_wuf5o + t_tqdpe)) * t_zrejm - k1 * t_vabek_2;
+    J_q[235] = t_7iogl_2 - p[I1] * (t_7iogl_2 + t_p36gw) * t_zrejm - k1 * t_vabek_3;
+    J_q[236] = t_wuf5o_3 - p[I1] * (t_wuf5o_3 + t_3gjmq) * t_zrejm - k1 * t_vabek_4;
+    J_q[237] = t_wuf5o_4 - p[I1] * (t_wuf5o_4 + t_p36gw_2) * t_zrejm - k1 * t_vabek_5;
+    J_q[238] = -(t_wmspt + th_1 * (q_1 * t_tvkyv));
+    J_q[239] = -(t_2umpd + th_1 * (q_1 * t_llolm));
+    J_q[240] = -(t_bpgbo + th_1 * (q_1 * t_3gw6d));
+    J_q[241] = -(t_seebn + th_1 * (q_1 * t_yeq23));
+    J_q[242] = -(t_ueshp + th_1 * (q_1 * t_trjgh));
+    J_q[243] = -(t_wbvq2 + th_1 * (q_1 * t_ipmep));
+    J_q[244] = -(t_vemk7 + th_1 * (q_1 * t_f443l));
+    J_q[245] = -(t_qx7uz + th_1 * (q_1 * t_6zbcc));
+    J_q[246] = -(t_xp5mb + th_1 * (q_1 * t_4ebmm));
+    J_q[247] = -(t_v3jai + t_oovpr);
+    J_q[248] = -(t_obgm3 + th_1 * (q_1 * t_vsdl4));
+    J_q[249] = -(t_3bimg + th_1 * (q_1 * t_kfunf));
+    J_q[250] = -(t_p6wlz + th_1 * (q_1 * t_wtswl));
+    J_q[251] = -(t_xi2ct + th_1 * (q_1 * t_azb5o));
+    J_q[252] = -(t_szuo6 + th_1 * (p[eps1] * t_ibe72 + q_1 * t_aymkz));
+    J_q[253] = -(t_73igi + th_1 * (q_1 * t_wuwkx));
+    J_q[254] = -(t_3ywts + th_1 * (q_1 * t_wuwkx_2));
+    J_q[255] = t_a2t3j - p[I2] * (t_a2t3j + t_gbemj) * t_5wzvs - k2 * t_c5bej;
+    J_q[256] = t_7scbq - p[I2] * (t_7scbq + t_7o3df) * t_5wzvs - k2 * t_c5bej_2;
+    J_q[257] = t_b2knc - p[I2] * (t_b2knc + t_ddvjn) * t_5wzvs - k2 * t_c5bej_3;
+    J_q[258] = t_5zull - p[I2] * (t_5zull + t_2bw3k) * t_5wzvs - k2 * t_cdywg;
+    J_q[259] = t_45gz6 - p[I2] * (t_45gz6 + t_pqbvs) * t_5wzvs - k2 * t_plaqj;
+    J_q[260] = t_v3njf - p[I2] * (t_v3njf + t_ofxbc) * t_5wzvs - k2 * t_u6hxg;
+    J_q[261] = t_yfoah - p[I2] * (t_yfoah + t_5lwa4) * t_5wzvs - k2 * t_c5bej_4;
+    J_q[262] = t_yuvlm - p[I2] * (t_yuvlm + t_rc7f7) * t_5wzvs - k2 * t_c5bej_5;
+    J_q[263] = t_dfw2s - p[I2] * (t_dfw2s + t_wi6jt) * t_5wzvs - k2 * t_c5bej_6;
+    J_q[264] = t_2wudq - p[I2] * (t_2wudq + t_ytooc) * t_5wzvs - k2 * t_bj3q7;
+    J_q[265] = t_oqap2 - p[I2] * (t_oqap2 + t_6b22h) * t_5wzvs - k2 * t_kitw7;
+    J_q[266] = t_5ptvl - p[I2] * (t_5ptvl + t_fijts) * t_5wzvs - k2 * t_2uvam;
+    J_q[267] = t_rtb3q
+        - p[I2] * (t_rtb3q + t_n4kjy) * t_5wzvs
+        - k2 * (t_4d5it + sin_phi2 * t_rh5me);
+    J_q[268] = t_vjvvm - p[I2] * (t_vjvvm + t_tqdpe) * t_5wzvs - k2 * t_cdywg_2;
+    J_q[269] = t_vjvvm_2 - p[I2] * (t_vjvvm_2 + t_p36gw) * t_5wzvs - k2 * t_cdywg_3;
+    J_q[270] = t_vjvvm_3 - (p[eps2] + p[I2] * (t_vjvvm_3 + t_3gjmq)) * t_5wzvs - k2 * t_cdywg_4;
+    J_q[271] = t_5zull_2 - p[I2] * (t_5zull_2 + t_p36gw_2) * t_5wzvs - k2 * t_cdywg_5;
+    J_q[272] = -(t_wmspt + th_2 * (q_2 * t_7vhdq));
+    J_q[273] = -(t_2umpd + th_2 * (q_2 * t_xutun));
+    J_q[274] = -(t_bpgbo + th_2 * (q_2 * t_ifhs7));
+    J_q[275] = -(t_seebn + th_2 * (q_2 * t_5igwa));
+    J_q[276] = -(t_ueshp + th_2 * (q_2 * t_n6ril));
+    J_q[277] = -(t_wbvq2 + th_2 * (q_2 * t_nrywo));
+    J_q[278] = -(t_vemk7 + th_2 * (q_2 * t_bj7xv));
+    J_q[279] = -(t_qx7uz + th_2 * (q_2 * t_qfjr4));
+    J_q[280] = -(t_xp5mb + th_2 * (q_2 * t_cs6nc));
+    J_q[281] = -(t_v3jai + th_2 * (q_2 * t_3nvrt));
+    J_q[282] = -(t_obgm3 + th_2 * (q_2 * t_5esu2));
+    J_q[283] = -(t_3bimg + t_qgl3e);
+    J_q[284] = -(t_p6wlz + th_2 * (q_2 * t_i2alz));
+    J_q[285] = -(t_xi2ct + th_2 * (q_2 * t_qyev4));
+    J_q[286] = -(t_szuo6 + th_2 * (q_2 * t_qyev4_2));
+    J_q[287] = -(t_73igi + th_2 * (q_2 * t_abpc3));
+    J_q[288] = -(t_3ywts + th_2 * (p[eps2] * t_r7vy7 + q_2 * t_ahigr));
 }

@@ -10,972 +10,1535 @@
 void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *p, real *J_x, real *J_u)
 {
     (void)r;
-    const real v3 = p[13] * p[12];
-    const real v8 = p[12] / (p[13] * p[13] * p[12] + p[15]);
-    const real v9 = v8 * p[13];
-    const real v10 = v3 * v9;
-    real s12, c12; mv_sincos(x[9], &s12, &c12);
-    const real v13 = v10 * s12;
-    const real v15 = v13 * c12;
-    real s17, c17; mv_sincos(x[10], &s17, &c17);
-    const real v18 = v15 * s17;
-    const real v21 = p[18] * p[17];
-    const real v26 = p[17] / (p[18] * p[18] * p[17] + p[20]);
-    const real v27 = v26 * p[18];
-    const real v28 = v21 * v27;
-    real s30, c30; mv_sincos(x[11], &s30, &c30);
-    const real v31 = v28 * s30;
-    const real v33 = v31 * c30;
-    real s35, c35; mv_sincos(x[12], &s35, &c35);
-    const real v36 = v33 * s35;
-    const real v37 = v18 + v36;
-    const real v41 = v8 * p[15];
-    const real v43 = v26 * p[20];
-    const real v44 = p[0] + p[1] + v41 + v43;
-    const real v47 = v13 * s12;
-    const real v49 = v31 * s30;
-    const real v52 = K(1.0) / (v44 + v10 + v28 - v47 - v49);
-    const real v53 = v37 * v52;
-    const real v54 = v41 * p[13];
-    const real v60 = c17 * x[5] + s17 * x[4];
-    const real v61 = v60 * c12;
-    const real v64 = x[3] - x[14];
-    const real v66 = v61 + s12 * v64;
-    const real v69 = v60 * s12;
-    const real v70 = c12 * v64 - v69;
-    const real v72 = v66 * c12 + v70 * s12;
-    const real v74 = v54 * (v72 - v60);
-    const real v76 = v43 * p[18];
-    const real v80 = c35 * x[5] + s35 * x[4];
-    const real v81 = v80 * c30;
-    const real v83 = x[3] - x[16];
-    const real v85 = v81 + s30 * v83;
-    const real v88 = v80 * s30;
-    const real v89 = c30 * v83 - v88;
-    const real v91 = v85 * c30 + v89 * s30;
-    const real v93 = v76 * (v91 - v80);
-    const real v96 = v66 + v66;
-    const real v98 = v3 * (v96 * s12);
-    const real v99 = c12 * v98;
-    const real v101 = v85 + v85;
-    const real v103 = v21 * (v101 * s30);
-    const real v104 = c30 * v103;
-    const real v105 = s12 * v74 + s30 * v93 - v99 - v104;
-    const real v107 = s12 * p[13];
-    const real v111 = K(1.0) / (p[15] + p[12] * (v107 * v107));
-    const real v112 = p[12] * v111;
-    const real v116 = c17 * x[4] - s17 * x[5];
-    const real v117 = c12 * p[13];
-    const real v118 = v116 * v117;
-    const real v121 = v116 + x[13];
-    const real v122 = v121 + x[13];
-    const real v123 = p[13] * c12;
-    const real v124 = v122 * v123;
-    const real v127 = v112 * (p[15] * (v107 * x[4] + v118 - v124));
-    const real v128 = c17 * v127;
-    const real v129 = s30 * p[18];
-    const real v133 = K(1.0) / (p[20] + p[17] * (v129 * v129));
-    const real v134 = p[17] * v133;
-    const real v138 = c35 * x[4] - s35 * x[5];
-    const real v139 = c30 * p[18];
-    const real v140 = v138 * v139;
-    const real v143 = v138 + x[15];
-    const real v144 = v143 + x[15];
-    const real v145 = p[18] * c30;
-    const real v146 = v144 * v145;
-    const real v149 = v134 * (p[20] * (v129 * x[4] + v140 - v146));
-    const real v150 = c35 * v149;
-    const real v152 = s12 * v98;
-    const real v154 = v152 + c12 * v74;
-    const real v157 = s30 * v103;
-    const real v159 = v157 + c30 * v93;
-    const real v162 = v53 * v105 - (v128 + v150 - s17 * v154 - s35 * v159);
-    const real v163 = s17 * s17;
-    const real v165 = v112 * p[15];
-    const real v166 = v47 + v41 - v165;
-    const real v167 = v163 * v166;
-    const real v168 = s35 * s35;
-    const real v170 = v134 * p[20];
-    const real v171 = v49 + v43 - v170;
-    const real v172 = v168 * v171;
-    const real v181 = K(1.0) / (v167 + v172 + v44 + v165 + v170 - v41 - v43 - v37 * v53);
-    const real v183 = c17 * s17;
-    const real v185 = c35 * s35;
-    const real v188 = v15 * c17;
-    const real v189 = v33 * c35;
-    const real v190 = v188 + v189;
-    const real v191 = v190 * v52;
-    const real v193 = v183 * v166 + v185 * v171 - v37 * v191;
-    const real v194 = v193 * v181;
-    const real v197 = s17 * v127;
-    const real v198 = s35 * v149;
-    const real v205 = v191 * v105 + (c17 * v154 + (v197 + v198) + c35 * v159) - v194 * v162;
-    const real v214 = K(1.0) / (v47 + v49 + v44 - v167 - v172 - v193 * v194 - v190 * v191);
-    const real v216 = v107 * v165;
-    const real v217 = s17 * v216;
-    const real v218 = v129 * v170;
-    const real v219 = s35 * v218;
-    const real v221 = v54 * c12;
-    const real v222 = v221 * c17;
-    const real v224 = v76 * c30;
-    const real v225 = v224 * c35;
-    const real v227 = c17 * v216;
-    const real v228 = c35 * v218;
-    const real v230 = v221 * s17;
-    const real v232 = v224 * s35;
-    const real v234 = v54 * s12;
-    const real v235 = v76 * s30;
-    const real v236 = v234 + v235;
-    const real v237 = v236 * v52;
-    const real v239 = v227 + v228 + v230 + v232 + v37 * v237;
-    const real v240 = v239 * v181;
-    const real v244 = v217 + v219 - v222 - v225 + v193 * v240 - v190 * v237;
-    const real v245 = v244 * v214;
-    const real v247 = p[13] * v74;
-    const real v250 = v107 * v127 + v129 * v149;
-    const real v252 = p[18] * v93;
-    const real v258 = v237 * v105 - (v247 - v250 + v252) + v240 * v162 - v245 * v205;
-    const real v261 = v107 * v216 + v129 * v218;
-    const real v262 = v54 * p[13];
-    const real v264 = v76 * p[18];
-    const real v268 = p[2] + p[3];
-    const real v276 = K(1.0) / (v261 + v262 + v264 + v268 - v239 * v240 - v244 * v245 - v236 * v237);
-    const real v289 = (p[14] * v41 - (p[7] * p[0] + p[6] * p[1]) + p[19] * v43) / v44;
-    const real v290 = p[14] - v289;
-    const real v291 = v290 - v117;
-    const real v292 = v291 * v165;
-    const real v293 = v107 * v292;
-    const real v294 = c17 * v293;
-    const real v296 = p[19] - v289;
-    const real v297 = v296 - v139;
-    const real v298 = v297 * v170;
-    const real v299 = v129 * v298;
-    const real v300 = c35 * v299;
-    const real v302 = v221 * v290;
-    const real v303 = v262 - v302;
-    const real v304 = v303 * s17;
-    const real v306 = v224 * v296;
-    const real v307 = v264 - v306;
-    const real v308 = v307 * s35;
-    const real v311 = v292 - v290 * v41;
-    const real v313 = v298 - v296 * v43;
-    const real v315 = v47 * v290;
-    const real v316 = v221 - v315;
-    const real v317 = v316 + v311;
-    const real v319 = v49 * v296;
-    const real v320 = v224 - v319;
-    const real v321 = v320 + v313;
-    const real v323 = v163 * v317 + v168 * v321;
-    const real v328 = v234 + v15 * v290;
-    const real v329 = v328 * s17;
-    const real v331 = v235 + v33 * v296;
-    const real v332 = v331 * s35;
-    const real v333 = v329 + v332;
-    const real v334 = v333 * v52;
-    const real v336 = v311 + v313 - v323 - v227 - v228 - v37 * v334;
-    const real v337 = v336 * v181;
-    const real v342 = v183 * v317 + v185 * v321;
-    const real v348 = v217 - v342 + v219 - v193 * v337 - v190 * v334;
-    const real v349 = v348 * v214;
-    const real v353 = v261 - v294 - v300 + v304 + v308 + v239 * v337 - v244 * v349 - v236 * v334;
-    const real v354 = v353 * v276;
-    const real v357 = v247 - v290 * v154;
-    const real v361 = v252 - v296 * v159;
-    const real v367 = v268 + (p[5] - p[4]);
-    const real v374 = v334 * v105 - (s17 * v357 - v250 + s35 * v361 - v367 * x[4] + v291 * v128 + v297 * v150);
-    const real v380 = v374 - v337 * v162 - v349 * v205 - v354 * v258;
-    const real v381 = v291 * v292;
-    const real v382 = v297 * v298;
-    const real v386 = v41 * (v290 * v290);
-    const real v391 = v262 + K(-2.0) * v302 + v290 * v315;
-    const real v393 = v386 + v391 - v381;
-    const real v394 = v163 * v393;
-    const real v397 = v43 * (v296 * v296);
-    const real v401 = v264 + K(-2.0) * v306 + v296 * v319;
-    const real v403 = v397 + v401 - v382;
-    const real v404 = v168 * v403;
-    const real v417 = v41 * (p[14] * p[14]) + v43 * (p[19] * p[19]) + p[0] * (p[7] * p[7]) + p[1] * (p[6] * p[6]);
-    const real v420 = v417 - v44 * (v289 * v289);
-    const real v426 = v381 + v382 + v261 + v394 + v404 + (p[2] + p[5] + v420) - v386 - v397 + K(-2.0) * v294;
-    const real v436 = v426 + K(-2.0) * v300 - v336 * v337 - v348 * v349 - v353 * v354 - v333 * v334;
-    const real v437 = K(1.0) / v436;
-    const real v441 = s17 * v293 + s35 * v299;
-    const real v446 = v328 * c17;
-    const real v447 = v331 * c35;
-    const real v448 = v446 + v447;
-    const real v449 = v448 * v52;
-    const real v451 = v342 + v37 * v449;
-    const real v452 = v451 * v181;
-    const real v460 = v323 - (v316 + v320) + v193 * v452 - v190 * v449;
-    const real v461 = v460 * v214;
-    const real v464 = v303 * c17;
-    const real v466 = v307 * c35;
-    const real v473 = v441 + v464 + v466 - v239 * v452 - v244 * v461 - v236 * v449;
-    const real v474 = v473 * v276;
-    const real v476 = v441 + v183 * v393 + v185 * v403 + v336 * v452 - v348 * v461 - v353 * v474;
-    const real v478 = v476 - v333 * v449;
-    const real v479 = v478 * v437;
-    const real v484 = x[14] * p[15];
-    const real v486 = x[16] * p[20];
-    const real v488 = p[15] + p[20];
-    const real v490 = p[4] - p[5];
-    const real v491 = v268 + v488 + v490;
-    const real v497 = c17 * v357 + c35 * v361 + v484 + v486 - v491 * x[5] - v291 * v197 - v297 * v198;
-    const real v506 = v449 * v105 - v497 + v452 * v162 - v461 * v205 - v474 * v258 - v479 * v380;
-    const real v517 = v391 + v401 + (p[2] + p[4] + v488 + v420) - v394 - v404 - v451 * v452 - v460 * v461;
-    const real v524 = K(1.0) / (v517 - v473 * v474 - v478 * v479 - v448 * v449);
-    const real v525 = v506 * v524;
-    const real v527 = v380 * v437 - v479 * v525;
-    const real v531 = v258 * v276 - v354 * v527 - v474 * v525;
-    const real v537 = v205 * v214 - v245 * v531 - v349 * v527 - v461 * v525;
-    const real v545 = v162 * v181 - v194 * v537 + v240 * v531 - v337 * v527 + v452 * v525;
-    const real v548 = c12 * s17;
-    const real v550 = s12 * s17;
-    const real v555 = v54 * (v70 * v548 - v66 * v550 - v64 * s17);
-    const real v557 = c30 * s35;
-    const real v559 = s30 * s35;
-    const real v564 = v76 * (v89 * v557 - v85 * v559 - v83 * s35);
-    const real v567 = x[4] + x[4];
-    const real v568 = v290 * v567;
-    const real v572 = v121 + v121;
-    const real v576 = v10 * (c12 * v568) - v3 * (v96 * v548 + v572 * c17);
-    const real v579 = v296 * v567;
-    const real v583 = v143 + v143;
-    const real v587 = v28 * (c30 * v579) - v21 * (v101 * v557 + v583 * c35);
-    const real v589 = s12 * v555 + s30 * v564 + c12 * v576 + c30 * v587;
-    const real v595 = v70 * p[13];
-    const real v601 = p[15] * (v107 * x[3] + v64 * (v117 * c17) - (v595 * c17 - v122 * (p[13] * v550)));
-    const real v602 = v112 * v601;
-    const real v603 = c17 * v602;
-    const real v608 = v89 * p[18];
-    const real v614 = p[20] * (v129 * x[3] + v83 * (v139 * c35) - (v608 * c35 - v144 * (p[18] * v559)));
-    const real v615 = v134 * v614;
-    const real v616 = c35 * v615;
-    const real v620 = s12 * v576 - c12 * v555;
-    const real v625 = s30 * v587 - c30 * v564;
-    const real v628 = v53 * v589 - (v603 + v616 + s17 * v620 + s35 * v625);
-    const real v632 = s17 * v602;
-    const real v633 = s35 * v615;
-    const real v640 = v191 * v589 - (c17 * v620 - (v632 + v633) + c35 * v625) - v194 * v628;
-    const real v645 = v234 * v568 + p[13] * v555;
-    const real v648 = v107 * v602 + v129 * v615;
-    const real v652 = v235 * v579 + p[18] * v564;
-    const real v660 = v237 * v589 - (v645 - v648 + v652 + v484 + v486 - x[5] * v490) + v240 * v628;
-    const real v662 = v660 - v245 * v640;
-    const real v666 = v645 + v290 * v620;
-    const real v670 = v652 + v296 * v625;
-    const real v675 = x[13] * p[15];
-    const real v677 = x[15] * p[20];
-    const real v682 = s17 * v666 - v648 + s35 * v670 - v367 * x[3] - v675 - v677 + v291 * v603 + v297 * v616;
-    const real v689 = v334 * v589 - v682 - v337 * v628 - v349 * v640 - v354 * v662;
-    const real v701 = v449 * v589 - (c17 * v666 + c35 * v670 - v291 * v632 - v297 * v633) + v452 * v628;
-    const real v708 = (v701 - v461 * v640 - v474 * v662 - v479 * v689) * v524;
-    const real v710 = v689 * v437 - v479 * v708;
-    const real v714 = v662 * v276 - v354 * v710 - v474 * v708;
-    const real v720 = v640 * v214 - v245 * v714 - v349 * v710 - v461 * v708;
-    const real v728 = v628 * v181 - v194 * v720 + v240 * v714 - v337 * v710 + v452 * v708;
-    const real v731 = c12 * c17;
-    const real v733 = s12 * c17;
-    const real v738 = v54 * (v70 * v731 - v66 * v733 - v64 * c17);
-    const real v740 = c30 * c35;
-    const real v742 = s30 * c35;
-    const real v747 = v76 * (v89 * v740 - v85 * v742 - v83 * c35);
-    const real v750 = x[5] + x[5];
-    const real v751 = v290 * v750;
-    const real v758 = v10 * (c12 * v751) - v3 * (v96 * v731 - v572 * s17);
-    const real v761 = v296 * v750;
-    const real v768 = v28 * (c30 * v761) - v21 * (v101 * v740 - v583 * s35);
-    const real v770 = s12 * v738 + s30 * v747 + c12 * v758 + c30 * v768;
-    const real v780 = v112 * (p[15] * (v122 * (p[13] * v733) + v595 * s17 - v64 * (v117 * s17)));
-    const real v781 = c17 * v780;
-    const real v790 = v134 * (p[20] * (v144 * (p[18] * v742) + v608 * s35 - v83 * (v139 * s35)));
-    const real v791 = c35 * v790;
-    const real v795 = s12 * v758 - c12 * v738;
-    const real v800 = s30 * v768 - c30 * v747;
-    const real v803 = v53 * v770 - (v781 + v791 + s17 * v795 + s35 * v800);
-    const real v807 = s17 * v780;
-    const real v808 = s35 * v790;
-    const real v815 = v191 * v770 - (c17 * v795 - (v807 + v808) + c35 * v800) - v194 * v803;
-    const real v820 = v234 * v751 + p[13] * v738;
-    const real v823 = v107 * v780 + v129 * v790;
-    const real v827 = v235 * v761 + p[18] * v747;
-    const real v829 = v490 * x[4];
-    const real v835 = v237 * v770 - (v820 - v823 + v827 - v829) + v240 * v803 - v245 * v815;
-    const real v839 = v820 + v290 * v795;
-    const real v843 = v827 + v296 * v800;
-    const real v850 = v334 * v770 - (s17 * v839 - v823 + s35 * v843 + v291 * v781 + v297 * v791);
-    const real v856 = v850 - v337 * v803 - v349 * v815 - v354 * v835;
-    const real v869 = c17 * v839 + c35 * v843 - v491 * x[3] - v291 * v807 - v297 * v808 - v675 - v677;
-    const real v878 = v449 * v770 - v869 + v452 * v803 - v461 * v815 - v474 * v835 - v479 * v856;
-    const real v879 = v878 * v524;
-    const real v881 = v856 * v437 - v479 * v879;
-    const real v885 = v835 * v276 - v354 * v881 - v474 * v879;
-    const real v891 = v815 * v214 - v245 * v885 - v349 * v881 - v461 * v879;
-    const real v899 = v803 * v181 - v194 * v891 + v240 * v885 - v337 * v881 + v452 * v879;
-    real s903, c903; mv_sincos(u[4], &s903, &c903);
-    const real v905 = c903 * p[9];
-    real s907, c907; mv_sincos(u[3], &s907, &c907);
-    const real v908 = v905 * c907;
-    const real v914 = p[16] * x[13];
-    const real v916 = v54 * (v70 * v66 - v60 * v64) + v914 * v9;
-    const real v917 = v916 * s12;
-    const real v923 = p[21] * x[15];
-    const real v925 = v76 * (v89 * v85 - v80 * v83) + v923 * v27;
-    const real v926 = v925 * s30;
-    const real v930 = x[4] * x[4] + x[5] * x[5];
-    const real v931 = v930 * v290;
-    const real v938 = c12 * v931 * v10 - v3 * (v66 * v66 + v121 * v121);
-    const real v941 = v930 * v296;
-    const real v948 = c30 * v941 * v28 - v21 * (v85 * v85 + v143 * v143);
-    const real v951 = v908 + (v917 + v926 + c12 * v938 + c30 * v948);
-    const real v952 = v10 * c12;
-    const real v954 = c12 * v952 - v47;
-    const real v955 = s17 * v954;
-    const real v957 = v53 * v52;
-    const real v959 = s12 * v952 + v15;
-    const real v961 = v955 * v52 + v957 * v959;
-    const real v964 = v64 * c12 - v69;
-    const real v967 = v64 * s12 + v61;
-    const real v970 = v54 * (v70 * v964 - v66 * v967);
-    const real v972 = v916 * c12;
-    const real v979 = v10 * (v931 * s12) + v3 * (v96 * v964);
-    const real v982 = s12 * v970 + v972 - (v938 * s12 + c12 * v979);
-    const real v985 = x[3] * x[4];
-    const real v987 = p[13] * s12;
-    const real v995 = p[16] * x[14];
-    const real v997 = p[15] * (v985 * v123 - v64 * (v116 * v987) + v122 * (p[13] * v967)) - v995 * v123;
-    const real v1006 = (v985 * v107 + v118 * v64 - v595 * v122) * p[15] - v995 * v107;
-    const real v1011 = v112 * v111 * (p[12] * ((v107 + v107) * v123));
-    const real v1013 = v112 * v997 - v1006 * v1011;
-    const real v1014 = c17 * v1013;
-    const real v1020 = v938 * c12 - s12 * v979 - (c12 * v970 - v917);
-    const real v1023 = v951 * v961 + v53 * v982 - (v1014 + s17 * v1020);
-    const real v1026 = s903 * p[9];
-    const real v1027 = v112 * v1006;
-    const real v1028 = v1027 * c17;
-    const real v1035 = p[21] * x[16];
-    const real v1037 = (v985 * v129 + v140 * v83 - v608 * v144) * p[20] - v1035 * v129;
-    const real v1038 = v134 * v1037;
-    const real v1039 = v1038 * c35;
-    const real v1042 = s12 * v938 - v972;
-    const real v1043 = v1042 * s17;
-    const real v1046 = v925 * c30;
-    const real v1047 = s30 * v948 - v1046;
-    const real v1048 = v1047 * s35;
-    const real v1052 = v1026 - (v1028 + v1039 + v1043 + v1048) + v53 * v951;
-    const real v1053 = v1052 * v181;
-    const real v1054 = v1053 * v181;
-    const real v1055 = p[15] * v1011;
-    const real v1056 = v959 + v1055;
-    const real v1057 = v163 * v1056;
-    const real v1062 = v1057 - v1055 - (v53 * v955 + v37 * v961);
-    const real v1067 = v905 * s907;
-    const real v1068 = v1042 * c17;
-    const real v1069 = v1027 * s17;
-    const real v1070 = v1038 * s35;
-    const real v1073 = v1047 * c35;
-    const real v1078 = v191 * v951 - (v1067 + (v1068 - (v1069 + v1070) + v1073)) - v194 * v1052;
-    const real v1079 = v1078 * v214;
-    const real v1083 = v234 * v931 + v916 * p[13];
-    const real v1086 = v1027 * v107 + v1038 * v129;
-    const real v1090 = v235 * v941 + v925 * p[18];
-    const real v1099 = v1083 - v1086 + v1090 - v914 - v923 + v484 * x[4] + v486 * x[4] - v829 * x[5];
-    const real v1106 = u[0] - v1099 + v237 * v951 + v240 * v1052 - v245 * v1078;
-    const real v1107 = v1106 * v276;
-    const real v1110 = v1083 + v1042 * v290;
-    const real v1111 = v1110 * s17;
-    const real v1116 = v1090 + v1047 * v296;
-    const real v1117 = v1116 * s35;
-    const real v1124 = v1111 - (v1086 + v995 + v1035) + v1117 - v985 * v367 - v675 * x[4] - v677 * x[4];
-    const real v1132 = p[7] + p[8] + v289;
-    const real v1136 = u[2] - (v1124 + v1028 * v291 + v1039 * v297) - v1026 * v1132 + v334 * v951;
-    const real v1142 = v1136 - v337 * v1052 - v349 * v1078 - v354 * v1106;
-    const real v1143 = v1142 * v437;
-    const real v1146 = v1110 * c17;
-    const real v1147 = v1116 * c35;
-    const real v1157 = v1146 + v1147 + v484 * x[3] + v486 * x[3] - x[3] * x[5] * v491 - v1069 * v291;
-    const real v1165 = v1067 * v1132 - (u[1] + (v1157 - v1070 * v297 - v675 * x[5] - v677 * x[5]));
-    const real v1175 = v1165 + v449 * v951 + v452 * v1052 - v461 * v1078 - v474 * v1106 - v479 * v1142;
-    const real v1176 = v1175 * v524;
-    const real v1178 = v1143 - v479 * v1176;
-    const real v1182 = v1107 - v354 * v1178 - v474 * v1176;
-    const real v1188 = v1079 - v245 * v1182 - v349 * v1178 - v461 * v1176;
-    const real v1191 = c17 * v954;
-    const real v1193 = v191 * v52;
-    const real v1195 = v1191 * v52 + v1193 * v959;
-    const real v1198 = v183 * v1056 - (v191 * v955 + v37 * v1195);
-    const real v1200 = v194 * v181;
-    const real v1202 = v1198 * v181 - v1200 * v1062;
-    const real v1208 = s17 * v1013;
-    const real v1214 = v951 * v1195 + v191 * v982 - (c17 * v1020 - v1208) - (v1052 * v1202 + v194 * v1023);
-    const real v1216 = v1079 * v214;
-    const real v1225 = v959 - v1057 - (v194 * v1198 + v193 * v1202) - (v191 * v1191 + v190 * v1195);
-    const real v1230 = v165 * v123 - v107 * v1055;
-    const real v1231 = s17 * v1230;
-    const real v1235 = c17 * v1230;
-    const real v1240 = v237 * v52;
-    const real v1242 = v221 * v52 + v1240 * v959;
-    const real v1245 = v1235 - s17 * v234 + (v237 * v955 + v37 * v1242);
-    const real v1247 = v240 * v181;
-    const real v1249 = v1245 * v181 - v1247 * v1062;
-    const real v1256 = v1231 + c17 * v234 + (v240 * v1198 + v193 * v1249) - (v237 * v1191 + v190 * v1242);
-    const real v1258 = v245 * v214;
-    const real v1260 = v1256 * v214 - v1258 * v1225;
-    const real v1267 = v931 * v221 + p[13] * v970;
-    const real v1270 = v107 * v1013 + v1027 * v123;
-    const real v1276 = v951 * v1242 + v237 * v982 - (v1267 - v1270) + (v1052 * v1249 + v240 * v1023);
-    const real v1280 = v1276 - (v1078 * v1260 + v245 * v1214);
-    const real v1282 = v1107 * v276;
-    const real v1285 = v216 * v123 + v107 * v1230;
-    const real v1297 = v1285 - (v240 * v1245 + v239 * v1249) - (v245 * v1256 + v244 * v1260) - (v237 * v221 + v236 * v1242);
-    const real v1303 = v165 * v987 - v291 * v1055;
-    const real v1305 = v292 * v123 + v107 * v1303;
-    const real v1306 = c17 * v1305;
-    const real v1308 = v290 * v234;
-    const real v1312 = v290 * v959;
-    const real v1313 = v234 + v1312;
-    const real v1314 = v1303 - v1313;
-    const real v1315 = v163 * v1314;
-    const real v1320 = v221 + v290 * v954;
-    const real v1321 = s17 * v1320;
-    const real v1323 = v334 * v52;
-    const real v1325 = v1321 * v52 + v1323 * v959;
-    const real v1328 = v1303 - v1315 - v1235 - (v334 * v955 + v37 * v1325);
-    const real v1330 = v337 * v181;
-    const real v1332 = v1328 * v181 - v1330 * v1062;
-    const real v1337 = v183 * v1314;
-    const real v1346 = v1231 - v1337 - (v337 * v1198 + v193 * v1332) - (v334 * v1191 + v190 * v1325);
-    const real v1348 = v349 * v214;
-    const real v1350 = v1346 * v214 - v1348 * v1225;
-    const real v1353 = v1285 - v1306 + s17 * v1308 + (v337 * v1245 + v239 * v1332) - (v349 * v1256 + v244 * v1350);
-    const real v1357 = v1353 - (v334 * v221 + v236 * v1325);
-    const real v1359 = v354 * v276;
-    const real v1361 = v1357 * v276 - v1359 * v1297;
-    const real v1367 = v1267 + v290 * v1020;
-    const real v1374 = v951 * v1325 + v334 * v982 - (s17 * v1367 - v1270 + (v291 * v1014 + v1028 * v987));
-    const real v1386 = v1374 - (v1052 * v1332 + v337 * v1023) - (v1078 * v1350 + v349 * v1214) - (v1106 * v1361 + v354 * v1280);
-    const real v1388 = v1143 * v437;
-    const real v1391 = v292 * v987 + v291 * v1303;
-    const real v1395 = v290 * v1312 - K(-2.0) * v1308;
-    const real v1396 = v1395 - v1391;
-    const real v1397 = v163 * v1396;
-    const real v1408 = v1391 + v1285 + v1397 + K(-2.0) * v1306 - (v337 * v1328 + v336 * v1332) - (v349 * v1346 + v348 * v1350);
-    const real v1416 = v1408 - (v354 * v1357 + v353 * v1361) - (v334 * v1321 + v333 * v1325);
-    const real v1419 = s17 * v1305;
-    const real v1424 = c17 * v1320;
-    const real v1426 = v449 * v52;
-    const real v1428 = v1424 * v52 + v1426 * v959;
-    const real v1431 = v1337 + (v449 * v955 + v37 * v1428);
-    const real v1433 = v452 * v181;
-    const real v1435 = v1431 * v181 - v1433 * v1062;
-    const real v1448 = v1315 + v1313 + (v452 * v1198 + v193 * v1435) - (v449 * v1191 + v190 * v1428);
-    const real v1450 = v461 * v214;
-    const real v1452 = v1448 * v214 - v1450 * v1225;
-    const real v1455 = v1419 + v183 * v1396 + (v452 * v1328 + v336 * v1435) - (v461 * v1346 + v348 * v1452);
-    const real v1466 = v1419 + c17 * v1308 - (v452 * v1245 + v239 * v1435) - (v461 * v1256 + v244 * v1452);
-    const real v1470 = v1466 - (v449 * v221 + v236 * v1428);
-    const real v1472 = v474 * v276;
-    const real v1474 = v1470 * v276 - v1472 * v1297;
-    const real v1481 = v1455 - (v474 * v1357 + v353 * v1474) - (v449 * v1321 + v333 * v1428);
-    const real v1483 = v479 * v437;
-    const real v1485 = v1481 * v437 - v1483 * v1416;
-    const real v1495 = v951 * v1428 + v449 * v982 - (c17 * v1367 - (v291 * v1208 + v1069 * v987));
-    const real v1507 = v1495 + (v1052 * v1435 + v452 * v1023) - (v1078 * v1452 + v461 * v1214) - (v1106 * v1474 + v474 * v1280);
-    const real v1513 = v1176 * v524;
-    const real v1522 = v1395 - v1397 - (v452 * v1431 + v451 * v1435) - (v461 * v1448 + v460 * v1452);
-    const real v1534 = v1522 - (v474 * v1470 + v473 * v1474) - (v479 * v1481 + v478 * v1485) - (v449 * v1424 + v448 * v1428);
-    const real v1536 = (v1507 - (v1142 * v1485 + v479 * v1386)) * v524 - v1513 * v1534;
-    const real v1539 = v1386 * v437 - v1388 * v1416 - (v1176 * v1485 + v479 * v1536);
-    const real v1546 = v1280 * v276 - v1282 * v1297 - (v1178 * v1361 + v354 * v1539) - (v1176 * v1474 + v474 * v1536);
-    const real v1553 = v1214 * v214 - v1216 * v1225 - (v1182 * v1260 + v245 * v1546) - (v1178 * v1350 + v349 * v1539);
-    const real v1557 = v1553 - (v1176 * v1452 + v461 * v1536);
-    const real v1564 = v1023 * v181 - v1054 * v1062 - (v1188 * v1202 + v194 * v1557) + (v1182 * v1249 + v240 * v1546);
-    const real v1572 = v1564 - (v1178 * v1332 + v337 * v1539) + (v1176 * v1435 + v452 * v1536);
-    const real v1575 = v188 * v52;
-    const real v1579 = x[4] * c17 - x[5] * s17;
-    const real v1580 = c12 * v1579;
-    const real v1582 = s12 * v1579;
-    const real v1587 = v54 * (v70 * v1580 - v66 * v1582 - v64 * v1579);
-    const real v1592 = x[4] * s17 + x[5] * c17;
-    const real v1595 = v3 * (v96 * v1580 - v572 * v1592);
-    const real v1597 = s12 * v1587 - c12 * v1595;
-    const real v1608 = v112 * (p[15] * (v122 * (p[13] * v1582) + v595 * v1592 - v64 * (v117 * v1592)));
-    const real v1610 = c17 * v1608 - v1069;
-    const real v1613 = s12 * v1595 + c12 * v1587;
-    const real v1617 = v951 * v1575 + v53 * v1597 - (v1610 + (v1068 - s17 * v1613));
-    const real v1620 = (s17 + s17) * c17;
-    const real v1621 = v166 * v1620;
-    const real v1625 = v1621 - (v53 * v188 + v37 * v1575);
-    const real v1629 = c17 * c17 - v163;
-    const real v1632 = v18 * v52;
-    const real v1635 = v166 * v1629 - (v191 * v188 - v37 * v1632);
-    const real v1638 = v1635 * v181 - v1200 * v1625;
-    const real v1646 = s17 * v1608 + v1028;
-    const real v1652 = v191 * v1597 - v951 * v1632 + (c17 * v1613 + v1043 + v1646) - (v1052 * v1638 + v194 * v1617);
-    const real v1661 = v191 * v18 + v190 * v1632 - (v1621 + (v194 * v1635 + v193 * v1638));
-    const real v1664 = v216 * c17;
-    const real v1667 = v216 * s17;
-    const real v1670 = v222 - v1667 + v237 * v188;
-    const real v1673 = v1670 * v181 - v1247 * v1625;
-    const real v1678 = v1664 + v230 + (v240 * v1635 + v193 * v1673) + v237 * v18;
-    const real v1681 = v1678 * v214 - v1258 * v1661;
-    const real v1684 = p[13] * v1587;
-    const real v1685 = v107 * v1608;
-    const real v1695 = v237 * v1597 - (v1684 - v1685) + (v1052 * v1673 + v240 * v1617) - (v1078 * v1681 + v245 * v1652);
-    const real v1703 = v240 * v1670 + v239 * v1673 + (v245 * v1678 + v244 * v1681);
-    const real v1706 = v293 * s17;
-    const real v1709 = v317 * v1620;
-    const real v1712 = v446 * v52;
-    const real v1715 = v1667 - v1709 - (v334 * v188 + v37 * v1712);
-    const real v1718 = v1715 * v181 - v1330 * v1625;
-    const real v1723 = v317 * v1629;
-    const real v1732 = v1664 - v1723 - (v337 * v1635 + v193 * v1718) - (v190 * v1712 - v334 * v18);
-    const real v1735 = v1732 * v214 - v1348 * v1661;
-    const real v1738 = v1706 + v464 + (v337 * v1670 + v239 * v1718) - (v349 * v1678 + v244 * v1735);
-    const real v1740 = v1738 - v236 * v1712;
-    const real v1743 = v1740 * v276 + v1359 * v1703;
-    const real v1749 = v1684 - v290 * v1613;
-    const real v1755 = v951 * v1712 + v334 * v1597 - (s17 * v1749 + v1146 - v1685 + v291 * v1610);
-    const real v1767 = v1755 - (v1052 * v1718 + v337 * v1617) - (v1078 * v1735 + v349 * v1652) - (v1106 * v1743 + v354 * v1695);
-    const real v1769 = v393 * v1620;
-    const real v1779 = v1769 - K(-2.0) * v1706 - (v337 * v1715 + v336 * v1718) - (v349 * v1732 + v348 * v1735);
-    const real v1787 = v1779 - (v354 * v1740 + v353 * v1743) - (v334 * v446 + v333 * v1712);
-    const real v1790 = v293 * c17;
-    const real v1795 = v329 * v52;
-    const real v1798 = v1723 + (v449 * v188 - v37 * v1795);
-    const real v1801 = v1798 * v181 - v1433 * v1625;
-    const real v1813 = v1709 + (v452 * v1635 + v193 * v1801) + (v449 * v18 + v190 * v1795);
-    const real v1816 = v1813 * v214 - v1450 * v1661;
-    const real v1819 = v1790 + v393 * v1629 + (v452 * v1715 + v336 * v1801) - (v461 * v1732 + v348 * v1816);
-    const real v1829 = v1790 - v304 - (v452 * v1670 + v239 * v1801) - (v461 * v1678 + v244 * v1816);
-    const real v1831 = v1829 + v236 * v1795;
-    const real v1834 = v1831 * v276 + v1472 * v1703;
-    const real v1841 = v1819 - (v474 * v1740 + v353 * v1834) - (v449 * v446 - v333 * v1795);
-    const real v1844 = v1841 * v437 - v1483 * v1787;
-    const real v1857 = v449 * v1597 - v951 * v1795 - (c17 * v1749 - v1111 - v291 * v1646) + (v1052 * v1801 + v452 * v1617);
-    const real v1869 = v1857 - (v1078 * v1816 + v461 * v1652) - (v1106 * v1834 + v474 * v1695) - (v1142 * v1844 + v479 * v1767);
-    const real v1885 = v1769 + (v452 * v1798 + v451 * v1801) + (v461 * v1813 + v460 * v1816) + (v474 * v1831 + v473 * v1834);
-    const real v1891 = v1513 * (v449 * v329 + v448 * v1795 - (v1885 + (v479 * v1841 + v478 * v1844)));
-    const real v1892 = v1869 * v524 - v1891;
-    const real v1895 = v1767 * v437 - v1388 * v1787 - (v1176 * v1844 + v479 * v1892);
-    const real v1902 = v1695 * v276 + v1282 * v1703 - (v1178 * v1743 + v354 * v1895) - (v1176 * v1834 + v474 * v1892);
-    const real v1909 = v1652 * v214 - v1216 * v1661 - (v1182 * v1681 + v245 * v1902) - (v1178 * v1735 + v349 * v1895);
-    const real v1913 = v1909 - (v1176 * v1816 + v461 * v1892);
-    const real v1920 = v1617 * v181 - v1054 * v1625 - (v1188 * v1638 + v194 * v1913) + (v1182 * v1673 + v240 * v1902);
-    const real v1928 = v1920 - (v1178 * v1718 + v337 * v1895) + (v1176 * v1801 + v452 * v1892);
-    const real v1931 = v28 * c30;
-    const real v1933 = c30 * v1931 - v49;
-    const real v1934 = s35 * v1933;
-    const real v1937 = s30 * v1931 + v33;
-    const real v1939 = v1934 * v52 + v957 * v1937;
-    const real v1942 = v83 * c30 - v88;
-    const real v1945 = v83 * s30 + v81;
-    const real v1948 = v76 * (v89 * v1942 - v85 * v1945);
-    const real v1956 = v28 * (v941 * s30) + v21 * (v101 * v1942);
-    const real v1959 = s30 * v1948 + v1046 - (v948 * s30 + c30 * v1956);
-    const real v1963 = p[18] * s30;
-    const real v1972 = p[20] * (v985 * v145 - v83 * (v138 * v1963) + v144 * (p[18] * v1945)) - v1035 * v145;
-    const real v1978 = v134 * v133 * (p[17] * ((v129 + v129) * v145));
-    const real v1980 = v134 * v1972 - v1037 * v1978;
-    const real v1981 = c35 * v1980;
-    const real v1987 = v948 * c30 - s30 * v1956 - (c30 * v1948 - v926);
-    const real v1990 = v951 * v1939 + v53 * v1959 - (v1981 + s35 * v1987);
-    const real v1992 = p[20] * v1978;
-    const real v1993 = v1937 + v1992;
-    const real v1994 = v168 * v1993;
-    const real v1999 = v1994 - v1992 - (v53 * v1934 + v37 * v1939);
-    const real v2004 = c35 * v1933;
-    const real v2007 = v2004 * v52 + v1193 * v1937;
-    const real v2010 = v185 * v1993 - (v191 * v1934 + v37 * v2007);
-    const real v2013 = v2010 * v181 - v1200 * v1999;
-    const real v2019 = s35 * v1980;
-    const real v2025 = v951 * v2007 + v191 * v1959 - (c35 * v1987 - v2019) - (v1052 * v2013 + v194 * v1990);
-    const real v2035 = v1937 - v1994 - (v194 * v2010 + v193 * v2013) - (v191 * v2004 + v190 * v2007);
-    const real v2040 = v170 * v145 - v129 * v1992;
-    const real v2041 = s35 * v2040;
-    const real v2045 = c35 * v2040;
-    const real v2051 = v224 * v52 + v1240 * v1937;
-    const real v2054 = v2045 - s35 * v235 + (v237 * v1934 + v37 * v2051);
-    const real v2057 = v2054 * v181 - v1247 * v1999;
-    const real v2064 = v2041 + c35 * v235 + (v240 * v2010 + v193 * v2057) - (v237 * v2004 + v190 * v2051);
-    const real v2067 = v2064 * v214 - v1258 * v2035;
-    const real v2074 = v941 * v224 + p[18] * v1948;
-    const real v2077 = v129 * v1980 + v1038 * v145;
-    const real v2083 = v951 * v2051 + v237 * v1959 - (v2074 - v2077) + (v1052 * v2057 + v240 * v1990);
-    const real v2087 = v2083 - (v1078 * v2067 + v245 * v2025);
-    const real v2091 = v218 * v145 + v129 * v2040;
-    const real v2103 = v2091 - (v240 * v2054 + v239 * v2057) - (v245 * v2064 + v244 * v2067) - (v237 * v224 + v236 * v2051);
-    const real v2109 = v170 * v1963 - v297 * v1992;
-    const real v2111 = v298 * v145 + v129 * v2109;
-    const real v2112 = c35 * v2111;
-    const real v2114 = v296 * v235;
-    const real v2118 = v296 * v1937;
-    const real v2119 = v235 + v2118;
-    const real v2120 = v2109 - v2119;
-    const real v2121 = v168 * v2120;
-    const real v2126 = v224 + v296 * v1933;
-    const real v2127 = s35 * v2126;
-    const real v2130 = v2127 * v52 + v1323 * v1937;
-    const real v2133 = v2109 - v2121 - v2045 - (v334 * v1934 + v37 * v2130);
-    const real v2136 = v2133 * v181 - v1330 * v1999;
-    const real v2141 = v185 * v2120;
-    const real v2150 = v2041 - v2141 - (v337 * v2010 + v193 * v2136) - (v334 * v2004 + v190 * v2130);
-    const real v2153 = v2150 * v214 - v1348 * v2035;
-    const real v2156 = v2091 - v2112 + s35 * v2114 + (v337 * v2054 + v239 * v2136) - (v349 * v2064 + v244 * v2153);
-    const real v2160 = v2156 - (v334 * v224 + v236 * v2130);
-    const real v2163 = v2160 * v276 - v1359 * v2103;
-    const real v2169 = v2074 + v296 * v1987;
-    const real v2176 = v951 * v2130 + v334 * v1959 - (s35 * v2169 - v2077 + (v297 * v1981 + v1039 * v1963));
-    const real v2188 = v2176 - (v1052 * v2136 + v337 * v1990) - (v1078 * v2153 + v349 * v2025) - (v1106 * v2163 + v354 * v2087);
-    const real v2192 = v298 * v1963 + v297 * v2109;
-    const real v2196 = v296 * v2118 - K(-2.0) * v2114;
-    const real v2197 = v2196 - v2192;
-    const real v2198 = v168 * v2197;
-    const real v2209 = v2192 + v2091 + v2198 + K(-2.0) * v2112 - (v337 * v2133 + v336 * v2136) - (v349 * v2150 + v348 * v2153);
-    const real v2217 = v2209 - (v354 * v2160 + v353 * v2163) - (v334 * v2127 + v333 * v2130);
-    const real v2220 = s35 * v2111;
-    const real v2225 = c35 * v2126;
-    const real v2228 = v2225 * v52 + v1426 * v1937;
-    const real v2231 = v2141 + (v449 * v1934 + v37 * v2228);
-    const real v2234 = v2231 * v181 - v1433 * v1999;
-    const real v2247 = v2121 + v2119 + (v452 * v2010 + v193 * v2234) - (v449 * v2004 + v190 * v2228);
-    const real v2250 = v2247 * v214 - v1450 * v2035;
-    const real v2253 = v2220 + v185 * v2197 + (v452 * v2133 + v336 * v2234) - (v461 * v2150 + v348 * v2250);
-    const real v2264 = v2220 + c35 * v2114 - (v452 * v2054 + v239 * v2234) - (v461 * v2064 + v244 * v2250);
-    const real v2268 = v2264 - (v449 * v224 + v236 * v2228);
-    const real v2271 = v2268 * v276 - v1472 * v2103;
-    const real v2278 = v2253 - (v474 * v2160 + v353 * v2271) - (v449 * v2127 + v333 * v2228);
-    const real v2281 = v2278 * v437 - v1483 * v2217;
-    const real v2291 = v951 * v2228 + v449 * v1959 - (c35 * v2169 - (v297 * v2019 + v1070 * v1963));
-    const real v2303 = v2291 + (v1052 * v2234 + v452 * v1990) - (v1078 * v2250 + v461 * v2025) - (v1106 * v2271 + v474 * v2087);
-    const real v2317 = v2196 - v2198 - (v452 * v2231 + v451 * v2234) - (v461 * v2247 + v460 * v2250);
-    const real v2329 = v2317 - (v474 * v2268 + v473 * v2271) - (v479 * v2278 + v478 * v2281) - (v449 * v2225 + v448 * v2228);
-    const real v2331 = (v2303 - (v1142 * v2281 + v479 * v2188)) * v524 - v1513 * v2329;
-    const real v2334 = v2188 * v437 - v1388 * v2217 - (v1176 * v2281 + v479 * v2331);
-    const real v2341 = v2087 * v276 - v1282 * v2103 - (v1178 * v2163 + v354 * v2334) - (v1176 * v2271 + v474 * v2331);
-    const real v2348 = v2025 * v214 - v1216 * v2035 - (v1182 * v2067 + v245 * v2341) - (v1178 * v2153 + v349 * v2334);
-    const real v2352 = v2348 - (v1176 * v2250 + v461 * v2331);
-    const real v2359 = v1990 * v181 - v1054 * v1999 - (v1188 * v2013 + v194 * v2352) + (v1182 * v2057 + v240 * v2341);
-    const real v2367 = v2359 - (v1178 * v2136 + v337 * v2334) + (v1176 * v2234 + v452 * v2331);
-    const real v2370 = v189 * v52;
-    const real v2374 = x[4] * c35 - x[5] * s35;
-    const real v2375 = c30 * v2374;
-    const real v2377 = s30 * v2374;
-    const real v2382 = v76 * (v89 * v2375 - v85 * v2377 - v83 * v2374);
-    const real v2387 = x[4] * s35 + x[5] * c35;
-    const real v2390 = v21 * (v101 * v2375 - v583 * v2387);
-    const real v2392 = s30 * v2382 - c30 * v2390;
-    const real v2403 = v134 * (p[20] * (v144 * (p[18] * v2377) + v608 * v2387 - v83 * (v139 * v2387)));
-    const real v2405 = c35 * v2403 - v1070;
-    const real v2408 = s30 * v2390 + c30 * v2382;
-    const real v2412 = v951 * v2370 + v53 * v2392 - (v2405 + (v1073 - s35 * v2408));
-    const real v2415 = (s35 + s35) * c35;
-    const real v2416 = v171 * v2415;
-    const real v2420 = v2416 - (v53 * v189 + v37 * v2370);
-    const real v2424 = c35 * c35 - v168;
-    const real v2427 = v36 * v52;
-    const real v2430 = v171 * v2424 - (v191 * v189 - v37 * v2427);
-    const real v2433 = v2430 * v181 - v1200 * v2420;
-    const real v2439 = s35 * v2403 + v1039;
-    const real v2447 = v191 * v2392 - v951 * v2427 + (v2439 + (c35 * v2408 + v1048)) - (v1052 * v2433 + v194 * v2412);
-    const real v2456 = v191 * v36 + v190 * v2427 - (v2416 + (v194 * v2430 + v193 * v2433));
-    const real v2459 = v218 * c35;
-    const real v2462 = v218 * s35;
-    const real v2465 = v225 - v2462 + v237 * v189;
-    const real v2468 = v2465 * v181 - v1247 * v2420;
-    const real v2473 = v2459 + v232 + (v240 * v2430 + v193 * v2468) + v237 * v36;
-    const real v2476 = v2473 * v214 - v1258 * v2456;
-    const real v2479 = p[18] * v2382;
-    const real v2480 = v129 * v2403;
-    const real v2490 = v237 * v2392 - (v2479 - v2480) + (v1052 * v2468 + v240 * v2412) - (v1078 * v2476 + v245 * v2447);
-    const real v2498 = v240 * v2465 + v239 * v2468 + (v245 * v2473 + v244 * v2476);
-    const real v2501 = v299 * s35;
-    const real v2504 = v321 * v2415;
-    const real v2507 = v447 * v52;
-    const real v2510 = v2462 - v2504 - (v334 * v189 + v37 * v2507);
-    const real v2513 = v2510 * v181 - v1330 * v2420;
-    const real v2518 = v321 * v2424;
-    const real v2527 = v2459 - v2518 - (v337 * v2430 + v193 * v2513) - (v190 * v2507 - v334 * v36);
-    const real v2530 = v2527 * v214 - v1348 * v2456;
-    const real v2533 = v2501 + v466 + (v337 * v2465 + v239 * v2513) - (v349 * v2473 + v244 * v2530);
-    const real v2535 = v2533 - v236 * v2507;
-    const real v2538 = v2535 * v276 + v1359 * v2498;
-    const real v2544 = v2479 - v296 * v2408;
-    const real v2550 = v951 * v2507 + v334 * v2392 - (s35 * v2544 + v1147 - v2480 + v297 * v2405);
-    const real v2562 = v2550 - (v1052 * v2513 + v337 * v2412) - (v1078 * v2530 + v349 * v2447) - (v1106 * v2538 + v354 * v2490);
-    const real v2564 = v403 * v2415;
-    const real v2574 = v2564 - K(-2.0) * v2501 - (v337 * v2510 + v336 * v2513) - (v349 * v2527 + v348 * v2530);
-    const real v2582 = v2574 - (v354 * v2535 + v353 * v2538) - (v334 * v447 + v333 * v2507);
-    const real v2585 = v299 * c35;
-    const real v2590 = v332 * v52;
-    const real v2593 = v2518 + (v449 * v189 - v37 * v2590);
-    const real v2596 = v2593 * v181 - v1433 * v2420;
-    const real v2608 = v2504 + (v452 * v2430 + v193 * v2596) + (v449 * v36 + v190 * v2590);
-    const real v2611 = v2608 * v214 - v1450 * v2456;
-    const real v2614 = v2585 + v403 * v2424 + (v452 * v2510 + v336 * v2596) - (v461 * v2527 + v348 * v2611);
-    const real v2624 = v2585 - v308 - (v452 * v2465 + v239 * v2596) - (v461 * v2473 + v244 * v2611);
-    const real v2626 = v2624 + v236 * v2590;
-    const real v2629 = v2626 * v276 + v1472 * v2498;
-    const real v2636 = v2614 - (v474 * v2535 + v353 * v2629) - (v449 * v447 - v333 * v2590);
-    const real v2639 = v2636 * v437 - v1483 * v2582;
-    const real v2652 = v449 * v2392 - v951 * v2590 - (c35 * v2544 - v1117 - v297 * v2439) + (v1052 * v2596 + v452 * v2412);
-    const real v2664 = v2652 - (v1078 * v2611 + v461 * v2447) - (v1106 * v2629 + v474 * v2490) - (v1142 * v2639 + v479 * v2562);
-    const real v2680 = v2564 + (v452 * v2593 + v451 * v2596) + (v461 * v2608 + v460 * v2611) + (v474 * v2626 + v473 * v2629);
-    const real v2686 = v1513 * (v449 * v332 + v448 * v2590 - (v2680 + (v479 * v2636 + v478 * v2639)));
-    const real v2687 = v2664 * v524 - v2686;
-    const real v2690 = v2562 * v437 - v1388 * v2582 - (v1176 * v2639 + v479 * v2687);
-    const real v2697 = v2490 * v276 + v1282 * v2498 - (v1178 * v2538 + v354 * v2690) - (v1176 * v2629 + v474 * v2687);
-    const real v2704 = v2447 * v214 - v1216 * v2456 - (v1182 * v2476 + v245 * v2697) - (v1178 * v2530 + v349 * v2690);
-    const real v2708 = v2704 - (v1176 * v2611 + v461 * v2687);
-    const real v2715 = v2412 * v181 - v1054 * v2420 - (v1188 * v2433 + v194 * v2708) + (v1182 * v2468 + v240 * v2697);
-    const real v2723 = v2715 - (v1178 * v2513 + v337 * v2690) + (v1176 * v2596 + v452 * v2687);
-    const real v2728 = v112 * (p[15] * (v595 + v595));
-    const real v2729 = c17 * v2728;
-    const real v2730 = v3 * v572;
-    const real v2732 = v9 * p[16];
-    const real v2734 = s12 * v2730 + c12 * v2732;
-    const real v2739 = s12 * v2732 - c12 * v2730;
-    const real v2741 = v2729 + s17 * v2734 + v53 * v2739;
-    const real v2744 = s17 * v2728;
-    const real v2749 = v191 * v2739 - (v2744 - c17 * v2734) - v194 * v2741;
-    const real v2752 = p[13] * v2732;
-    const real v2753 = v107 * v2728;
-    const real v2760 = v237 * v2739 - (v2752 + v2753 - p[16]) + v240 * v2741 - v245 * v2749;
-    const real v2764 = v2752 - v290 * v2734;
-    const real v2767 = x[4] * p[15];
-    const real v2773 = v334 * v2739 - (s17 * v2764 + v2753 - v2767 - v291 * v2729) - v337 * v2741;
-    const real v2777 = v2773 - v349 * v2749 - v354 * v2760;
-    const real v2787 = v449 * v2739 - (c17 * v2764 + v291 * v2744 - x[5] * p[15]) + v452 * v2741;
-    const real v2794 = (v2787 - v461 * v2749 - v474 * v2760 - v479 * v2777) * v524;
-    const real v2796 = v2777 * v437 - v479 * v2794;
-    const real v2800 = v2760 * v276 - v354 * v2796 - v474 * v2794;
-    const real v2806 = v2749 * v214 - v245 * v2800 - v349 * v2796 - v461 * v2794;
-    const real v2814 = v2741 * v181 - v194 * v2806 + v240 * v2800 - v337 * v2796 + v452 * v2794;
-    const real v2818 = v54 * (v60 - v72);
-    const real v2820 = s12 * v2818 + v99;
-    const real v2826 = v112 * (p[15] * (v124 - v118) - v107 * p[16]);
-    const real v2827 = c17 * v2826;
-    const real v2829 = v152 - c12 * v2818;
-    const real v2832 = v53 * v2820 - (v2827 + s17 * v2829);
-    const real v2836 = s17 * v2826;
-    const real v2840 = v191 * v2820 - (c17 * v2829 - v2836) - v194 * v2832;
-    const real v2843 = p[13] * v2818;
-    const real v2844 = v107 * v2826;
-    const real v2851 = v237 * v2820 - (v2843 - v2844 + v2767) + v240 * v2832 - v245 * v2840;
-    const real v2855 = v2843 + v290 * v2829;
-    const real v2863 = v334 * v2820 - (s17 * v2855 - (v2844 + p[16]) + v291 * v2827) - v337 * v2832;
-    const real v2867 = v2863 - v349 * v2840 - v354 * v2851;
-    const real v2877 = v449 * v2820 - (c17 * v2855 + x[3] * p[15] - v291 * v2836) + v452 * v2832;
-    const real v2884 = (v2877 - v461 * v2840 - v474 * v2851 - v479 * v2867) * v524;
-    const real v2886 = v2867 * v437 - v479 * v2884;
-    const real v2890 = v2851 * v276 - v354 * v2886 - v474 * v2884;
-    const real v2896 = v2840 * v214 - v245 * v2890 - v349 * v2886 - v461 * v2884;
-    const real v2904 = v2832 * v181 - v194 * v2896 + v240 * v2890 - v337 * v2886 + v452 * v2884;
-    const real v2909 = v134 * (p[20] * (v608 + v608));
-    const real v2910 = c35 * v2909;
-    const real v2911 = v21 * v583;
-    const real v2913 = v27 * p[21];
-    const real v2915 = s30 * v2911 + c30 * v2913;
-    const real v2920 = s30 * v2913 - c30 * v2911;
-    const real v2922 = v2910 + s35 * v2915 + v53 * v2920;
-    const real v2925 = s35 * v2909;
-    const real v2930 = v191 * v2920 - (v2925 - c35 * v2915) - v194 * v2922;
-    const real v2933 = v129 * v2909;
-    const real v2934 = p[18] * v2913;
-    const real v2941 = v237 * v2920 - (v2933 + v2934 - p[21]) + v240 * v2922 - v245 * v2930;
-    const real v2945 = v2934 - v296 * v2915;
-    const real v2948 = x[4] * p[20];
-    const real v2954 = v334 * v2920 - (v2933 + s35 * v2945 - v2948 - v297 * v2910) - v337 * v2922;
-    const real v2958 = v2954 - v349 * v2930 - v354 * v2941;
-    const real v2968 = v449 * v2920 - (c35 * v2945 + v297 * v2925 - x[5] * p[20]) + v452 * v2922;
-    const real v2975 = (v2968 - v461 * v2930 - v474 * v2941 - v479 * v2958) * v524;
-    const real v2977 = v2958 * v437 - v479 * v2975;
-    const real v2981 = v2941 * v276 - v354 * v2977 - v474 * v2975;
-    const real v2987 = v2930 * v214 - v245 * v2981 - v349 * v2977 - v461 * v2975;
-    const real v2995 = v2922 * v181 - v194 * v2987 + v240 * v2981 - v337 * v2977 + v452 * v2975;
-    const real v2999 = v76 * (v80 - v91);
-    const real v3001 = s30 * v2999 + v104;
-    const real v3007 = v134 * (p[20] * (v146 - v140) - v129 * p[21]);
-    const real v3008 = c35 * v3007;
-    const real v3010 = v157 - c30 * v2999;
-    const real v3013 = v53 * v3001 - (v3008 + s35 * v3010);
-    const real v3017 = s35 * v3007;
-    const real v3021 = v191 * v3001 - (c35 * v3010 - v3017) - v194 * v3013;
-    const real v3024 = p[18] * v2999;
-    const real v3025 = v129 * v3007;
-    const real v3032 = v237 * v3001 - (v3024 - v3025 + v2948) + v240 * v3013 - v245 * v3021;
-    const real v3036 = v3024 + v296 * v3010;
-    const real v3044 = v334 * v3001 - (s35 * v3036 - (v3025 + p[21]) + v297 * v3008) - v337 * v3013;
-    const real v3048 = v3044 - v349 * v3021 - v354 * v3032;
-    const real v3058 = v449 * v3001 - (c35 * v3036 + x[3] * p[20] - v297 * v3017) + v452 * v3013;
-    const real v3065 = (v3058 - v461 * v3021 - v474 * v3032 - v479 * v3048) * v524;
-    const real v3067 = v3048 * v437 - v479 * v3065;
-    const real v3071 = v3032 * v276 - v354 * v3067 - v474 * v3065;
-    const real v3077 = v3021 * v214 - v245 * v3071 - v349 * v3067 - v461 * v3065;
-    const real v3085 = v3013 * v181 - v194 * v3077 + v240 * v3071 - v337 * v3067 + v452 * v3065;
-    const real v3133 = v105 * v52 + v53 * v545 + v191 * v537 + v237 * v531 + v334 * v527 + v449 * v525;
-    const real v3144 = v589 * v52 + v53 * v728 + v191 * v720 + v237 * v714 + v334 * v710 + v449 * v708;
-    const real v3157 = v770 * v52 + v53 * v899 + v191 * v891 + v237 * v885 + v334 * v881 + v449 * v879;
-    const real v3162 = v951 * v52 * v52;
-    const real v3172 = v1053 - v194 * v1188 + v240 * v1182 - v337 * v1178 + v452 * v1176;
-    const real v3180 = v982 * v52 + v3162 * v959 + (v3172 * v961 + v53 * v1572) + (v1188 * v1195 + v191 * v1557);
-    const real v3192 = v3180 + (v1182 * v1242 + v237 * v1546) + (v1178 * v1325 + v334 * v1539) + (v1176 * v1428 + v449 * v1536);
-    const real v3201 = v1597 * v52 + (v3172 * v1575 + v53 * v1928) + (v191 * v1913 - v1188 * v1632);
-    const real v3211 = v3201 + v237 * v1902 + (v1178 * v1712 + v334 * v1895) + (v449 * v1892 - v1176 * v1795);
-    const real v3222 = v1959 * v52 + v3162 * v1937 + (v3172 * v1939 + v53 * v2367) + (v1188 * v2007 + v191 * v2352);
-    const real v3234 = v3222 + (v1182 * v2051 + v237 * v2341) + (v1178 * v2130 + v334 * v2334) + (v1176 * v2228 + v449 * v2331);
-    const real v3243 = v2392 * v52 + (v3172 * v2370 + v53 * v2723) + (v191 * v2708 - v1188 * v2427);
-    const real v3253 = v3243 + v237 * v2697 + (v1178 * v2507 + v334 * v2690) + (v449 * v2687 - v1176 * v2590);
-    const real v3264 = v2739 * v52 + v53 * v2814 + v191 * v2806 + v237 * v2800 + v334 * v2796 + v449 * v2794;
-    const real v3275 = v2820 * v52 + v53 * v2904 + v191 * v2896 + v237 * v2890 + v334 * v2886 + v449 * v2884;
-    const real v3286 = v2920 * v52 + v53 * v2995 + v191 * v2987 + v237 * v2981 + v334 * v2977 + v449 * v2975;
-    const real v3297 = v3001 * v52 + v53 * v3085 + v191 * v3077 + v237 * v3071 + v334 * v3067 + v449 * v3065;
-    const real v3301 = (v479 * v354 - v474) * v524;
-    const real v3303 = v354 * v437 + v479 * v3301;
-    const real v3307 = v276 + v354 * v3303 - v474 * v3301;
-    const real v3313 = v349 * v3303 - v245 * v3307 - v461 * v3301;
-    const real v3319 = v240 * v3307 - v194 * v3313 + v337 * v3303 + v452 * v3301;
-    const real v3323 = v479 * v524;
-    const real v3325 = v474 * v524 - v354 * v3323;
-    const real v3331 = v461 * v524 - (v245 * v3325 + v349 * v3323);
-    const real v3337 = v240 * v3325 - v194 * v3331 - v337 * v3323 - v452 * v524;
-    const real v3338 = v289 * v3323;
-    const real v3342 = v437 + v479 * v3323;
-    const real v3344 = v474 * v3323 - v354 * v3342;
-    const real v3350 = v461 * v3323 - (v245 * v3344 + v349 * v3342);
-    const real v3356 = v240 * v3344 - v194 * v3350 - v337 * v3342 - v452 * v3323;
-    const real v3362 = v53 * v1067;
-    const real v3368 = v194 * v3362 - (v191 * v1067 + v908);
-    const real v3375 = v237 * v1067 + v240 * v3362 + v245 * v3368;
-    const real v3384 = v337 * v3362 - v334 * v1067 - v349 * v3368 + v354 * v3375;
-    const real v3386 = v1132 * v908 - v449 * v1067 - v452 * v3362 - v461 * v3368 + v474 * v3375 - v479 * v3384;
-    const real v3387 = v3386 * v524;
-    const real v3394 = v3384 * v437 - v479 * v3387;
-    const real v3398 = v3375 * v276 + v354 * v3394 + v474 * v3387;
-    const real v3404 = v3368 * v214 + v245 * v3398 - v349 * v3394 - v461 * v3387;
-    const real v3411 = v452 * v3387 - (v3362 * v181 + v194 * v3404 + v240 * v3398 + v337 * v3394);
-    const real v3414 = p[9] * c903;
-    const real v3415 = p[9] * s903;
-    const real v3416 = c907 * v3415;
-    const real v3418 = v3414 - v53 * v3416;
-    const real v3420 = s907 * v3415;
-    const real v3424 = v3420 - v191 * v3416 - v194 * v3418;
-    const real v3430 = v240 * v3418 - v237 * v3416 - v245 * v3424;
-    const real v3440 = v1132 * v3414 + v334 * v3416 + v337 * v3418 + v349 * v3424 + v354 * v3430;
-    const real v3450 = v452 * v3418 - (v1132 * v3420 + v449 * v3416) - v461 * v3424 - v474 * v3430;
-    const real v3453 = (v3450 + v479 * v3440) * v524;
-    const real v3455 = v3440 * v437 + v479 * v3453;
-    const real v3459 = v3430 * v276 + v354 * v3455 - v474 * v3453;
-    const real v3465 = v3424 * v214 - v245 * v3459 + v349 * v3455 - v461 * v3453;
-    const real v3473 = v3418 * v181 - v194 * v3465 + v240 * v3459 + v337 * v3455 + v452 * v3453;
-    const real v3528 = v53 * v3411 - v1067 * v52 + v191 * v3404 - v237 * v3398 + v334 * v3394 + v449 * v3387;
-    const real v3539 = v53 * v3473 - v3416 * v52 + v191 * v3465 + v237 * v3459 - v334 * v3455 + v449 * v3453;
-    const real v3540 = c903 * c903;
-    const real v3545 = s907 * s907;
-    const real v3548 = mv_sqrt(s903 * s903 + v3540 * v3545);
-    const real v3550 = K(1.0) / (v3548 + v3548);
+    enum { wx = SLOSH_X_WX };
+    enum { wy = SLOSH_X_WY };
+    enum { wz = SLOSH_X_WZ };
+    enum { phi1 = SLOSH_X_PHI1 };
+    enum { theta1 = SLOSH_X_THETA1 };
+    enum { phi2 = SLOSH_X_PHI2 };
+    enum { theta2 = SLOSH_X_THETA2 };
+    enum { phi1_dot = SLOSH_X_PHI1_DOT };
+    enum { theta1_dot = SLOSH_X_THETA1_DOT };
+    enum { phi2_dot = SLOSH_X_PHI2_DOT };
+    enum { theta2_dot = SLOSH_X_THETA2_DOT };
+    enum { Mx = SLOSH_U_MX };
+    enum { My = SLOSH_U_MY };
+    enum { Mz = SLOSH_U_MZ };
+    enum { delta1 = SLOSH_U_DELTA1 };
+    enum { delta2 = SLOSH_U_DELTA2 };
+    enum { m = SLOSH_P_M };
+    enum { m0 = SLOSH_P_M0 };
+    enum { I0 = SLOSH_P_I0 };
+    enum { p_J_x = SLOSH_P_J_X };
+    enum { J_y = SLOSH_P_J_Y };
+    enum { J_z = SLOSH_P_J_Z };
+    enum { h0 = SLOSH_P_H0 };
+    enum { b = SLOSH_P_B };
+    enum { d = SLOSH_P_D };
+    enum { F = SLOSH_P_F };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { eps1 = SLOSH_P_EPS1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { eps2 = SLOSH_P_EPS2 };
+    const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
+    const real t_gx5gf = p[m1] / D1;
+    const real k1 = t_gx5gf * p[l1];
+    const real me1 = t_gx5gf * p[I1];
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real mv1 = t_6nwd2 * k1;
+    const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
+    const real t_wiek6 = p[m2] / D2;
+    const real k2 = t_wiek6 * p[l2];
+    const real me2 = t_wiek6 * p[I2];
+    const real t_popww = p[l2] * p[m2];
+    const real mv2 = t_popww * k2;
+    const real M_C = p[m] + p[m0] + me1 + me2;
+    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real S_C = me1 * (p[h1] * p[h1])
+        + me2 * (p[h2] * p[h2])
+        + p[m] * (p[b] * p[b])
+        + p[m0] * (p[h0] * p[h0])
+        - M_C * (x_C * x_C);
+    const real J_C1 = p[I0] + p[p_J_x];
+    const real J_C3 = p[I0] + p[J_z] + S_C;
+    const real t_is5lg = p[I1] + p[I2];
+    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
+    const real W12 = x[wx] * x[wy];
+    const real W13 = x[wx] * x[wz];
+    const real e1 = p[h1] - x_C;
+    const real e2 = p[h2] - x_C;
+    real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
+    const real t_ruxs4 = cos_delta2 * p[F];
+    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
+    const real f_x = t_ruxs4 * cos_delta1;
+    const real f_y = sin_delta2 * p[F];
+    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
+    const real Wt1 = cos_theta1 * x[wz] + sin_theta1 * x[wy];
+    const real w_x1 = x[wx] - x[theta1_dot];
+    const real p1 = Wn1 + x[phi1_dot];
+    const real t_tqamb = Wt1 * sin_phi1;
+    const real chi1 = cos_phi1 * w_x1 - t_tqamb;
+    const real t_pad7a = Wt1 * cos_phi1;
+    const real t_qm5gj = t_pad7a + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
+    const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
+    const real Wt2 = cos_theta2 * x[wz] + sin_theta2 * x[wy];
+    const real w_x2 = x[wx] - x[theta2_dot];
+    const real p2 = Wn2 + x[phi2_dot];
+    const real t_4adrp = Wt2 * sin_phi2;
+    const real chi2 = cos_phi2 * w_x2 - t_4adrp;
+    const real t_3pe4c = Wt2 * cos_phi2;
+    const real t_c6dmt = t_3pe4c + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
+    const real t_w7vil = t_rybsf * e1;
+    const real tension1 = cos_phi1 * t_w7vil * mv1 - t_6nwd2 * sigma_sq1;
+    const real As_1 = mv1 * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real eAss_1 = Ass_1 * e1;
+    const real q_1 = sin_phi1 * p[l1];
+    const real lc_1 = cos_phi1 * p[l1];
+    const real B_1 = me1 * p[l1];
+    const real Bs_1 = B_1 * sin_phi1;
+    const real Bc_1 = B_1 * cos_phi1;
+    const real Bl_1 = B_1 * p[l1];
+    const real g_1 = e1 - lc_1;
+    const real t_62zow = K(1.0) / (p[I1] + p[m1] * (q_1 * q_1));
+    const real th_1 = p[m1] * t_62zow;
+    const real wth_1 = th_1 * p[I1];
+    const real eBc_1 = Bc_1 * e1;
+    const real wg_1 = g_1 * wth_1;
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real tn11_1 = Ass_1 + me1 - wth_1;
+    const real t_b7ure = me1 * (e1 * e1);
+    const real t_3bowt = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
+    const real t_3fv6l = g_1 * wg_1;
+    const real tn44_1 = t_b7ure + t_3bowt - t_3fv6l;
+    const real wq_1 = q_1 * wth_1;
+    const real wqg_1 = q_1 * wg_1;
+    const real wqq_1 = q_1 * wq_1;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real wgC_1 = cos_theta1 * wqg_1;
+    const real wgS_1 = sin_theta1 * wqg_1;
+    const real loss_phi1 = p[eps1] * x[phi1_dot];
+    const real loss_theta1 = p[eps1] * x[theta1_dot];
+    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real t_smkh7 = Wn1 * lc_1;
+    const real t_q2k45 = chi1 * p[l1];
+    const real t_wmv32 = p1 + x[phi1_dot];
+    const real zeta1 = W12 * q_1 + t_smkh7 * w_x1 - t_q2k45 * t_wmv32;
+    const real t_xips6 = zeta1 * p[I1] - loss_theta1 * q_1;
+    const real F_n1 = th_1 * t_xips6;
+    const real t_7imwe = B_1 * eta1 + loss_phi1 * k1;
+    const real t_k644q = t_7imwe * cos_phi1;
+    const real F_t1 = sin_phi1 * tension1 - t_k644q;
+    const real M_q1 = F_n1 * q_1;
+    const real I_phi1 = x[phi1_dot] * p[I1];
+    const real I_theta1 = x[theta1_dot] * p[I1];
+    const real t_6fvzz = t_rybsf * e2;
+    const real tension2 = cos_phi2 * t_6fvzz * mv2 - t_popww * sigma_sq2;
+    const real As_2 = mv2 * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real eAss_2 = Ass_2 * e2;
+    const real q_2 = sin_phi2 * p[l2];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real B_2 = me2 * p[l2];
+    const real Bs_2 = B_2 * sin_phi2;
+    const real Bc_2 = B_2 * cos_phi2;
+    const real Bl_2 = B_2 * p[l2];
+    const real g_2 = e2 - lc_2;
+    const real t_4434n = K(1.0) / (p[I2] + p[m2] * (q_2 * q_2));
+    const real th_2 = p[m2] * t_4434n;
+    const real wth_2 = th_2 * p[I2];
+    const real eBc_2 = Bc_2 * e2;
+    const real wg_2 = g_2 * wth_2;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real tn11_2 = Ass_2 + me2 - wth_2;
+    const real t_lpk5h = me2 * (e2 * e2);
+    const real t_ymmgl = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
+    const real t_odwbr = g_2 * wg_2;
+    const real tn44_2 = t_lpk5h + t_ymmgl - t_odwbr;
+    const real wq_2 = q_2 * wth_2;
+    const real wqg_2 = q_2 * wg_2;
+    const real wqq_2 = q_2 * wq_2;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real wgC_2 = cos_theta2 * wqg_2;
+    const real wgS_2 = sin_theta2 * wqg_2;
+    const real loss_phi2 = p[eps2] * x[phi2_dot];
+    const real loss_theta2 = p[eps2] * x[theta2_dot];
+    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real t_2nvx4 = Wn2 * lc_2;
+    const real t_e55su = chi2 * p[l2];
+    const real t_nlamb = p2 + x[phi2_dot];
+    const real zeta2 = W12 * q_2 + t_2nvx4 * w_x2 - t_e55su * t_nlamb;
+    const real t_vry6x = zeta2 * p[I2] - loss_theta2 * q_2;
+    const real F_n2 = th_2 * t_vry6x;
+    const real t_4b2fa = B_2 * eta2 + loss_phi2 * k2;
+    const real t_czyms = t_4b2fa * cos_phi2;
+    const real F_t2 = sin_phi2 * tension2 - t_czyms;
+    const real M_q2 = F_n2 * q_2;
+    const real I_phi2 = x[phi2_dot] * p[I2];
+    const real I_theta2 = x[theta2_dot] * p[I2];
+    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
+    const real t_fbeaw = S_sq1 * tn11_1;
+    const real t_dj555 = S_sq2 * tn11_2;
+    const real K22 = t_fbeaw + t_dj555 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real K33 = Ass_1 + Ass_2 + M_C - t_fbeaw - t_dj555;
+    const real t_rlbqu = Bc_1 * cos_theta1;
+    const real t_2fa7h = Bc_2 * cos_theta2;
+    const real K43 = wqS_1 + wqS_2 - t_rlbqu - t_2fa7h;
+    const real t_nhr5u = wqq_1 + wqq_2;
+    const real K44 = t_nhr5u + Bl_1 + Bl_2 + J_C1;
+    const real t_tcgxn = wg_1 - e1 * me1;
+    const real t_uf5ib = wg_2 - e2 * me2;
+    const real t_32gyg = Bc_1 - eAss_1;
+    const real t_65obb = t_32gyg + t_tcgxn;
+    const real t_gbkg6 = Bc_2 - eAss_2;
+    const real t_yoiua = t_gbkg6 + t_uf5ib;
+    const real t_z76hk = S_sq1 * t_65obb + S_sq2 * t_yoiua;
+    const real K52 = t_tcgxn + t_uf5ib - t_z76hk - wqC_1 - wqC_2;
+    const real t_hjmgb = SC1 * t_65obb + SC2 * t_yoiua;
+    const real K53 = wqS_1 - t_hjmgb + wqS_2;
+    const real t_nncdg = Bl_1 - eBc_1;
+    const real t_cr4jw = t_nncdg * sin_theta1;
+    const real t_4q22j = Bl_2 - eBc_2;
+    const real t_6pb2s = t_4q22j * sin_theta2;
+    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_cr4jw + t_6pb2s;
+    const real t_hoosk = S_sq1 * tn44_1;
+    const real t_drvdp = S_sq2 * tn44_2;
+    const real K55 = t_3fv6l
+        + t_odwbr
+        + t_nhr5u
+        + t_hoosk
+        + t_drvdp
+        + J_C3
+        - t_b7ure
+        - t_lpk5h
+        + K(-2.0) * wgC_1
+        + K(-2.0) * wgC_2;
+    const real K63 = t_z76hk - (t_32gyg + t_gbkg6);
+    const real t_zhbuw = wgS_1 + wgS_2;
+    const real t_67cpm = t_nncdg * cos_theta1;
+    const real t_4qb3w = t_4q22j * cos_theta2;
+    const real K64 = t_zhbuw + t_67cpm + t_4qb3w;
+    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_3bowt + t_ymmgl + J_C2 - t_hoosk - t_drvdp;
+    const real t_vt7uo = F_n1 * cos_theta1;
+    const real t_oncjt = F_n2 * cos_theta2;
+    const real t_ramrz = F_t1 * sin_theta1;
+    const real t_ssvj3 = F_t2 * sin_theta2;
+    const real n2 = t_vt7uo + t_oncjt + t_ramrz + t_ssvj3;
+    const real t_ibvem = F_t1 * cos_theta1;
+    const real t_azclp = F_n1 * sin_theta1;
+    const real t_iya7w = F_n2 * sin_theta2;
+    const real t_ga7f3 = F_t2 * cos_theta2;
+    const real n3 = t_ibvem - (t_azclp + t_iya7w) + t_ga7f3;
+    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
+    const real t_kp7yy = M_q1 + M_q2;
+    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
+    const real t_sfymc = p[J_y] - p[J_z];
+    const real t_6nfyn = t_sfymc * x[wy];
+    const real n4 = t_aejai
+        - t_kp7yy
+        + t_zd4fs
+        - loss_phi1
+        - loss_phi2
+        + I_theta1 * x[wy]
+        + I_theta2 * x[wy]
+        - t_6nfyn * x[wz];
+    const real t_w7nmt = t_aejai + F_t1 * e1;
+    const real t_h4rsv = t_w7nmt * sin_theta1;
+    const real t_e5cx2 = t_zd4fs + F_t2 * e2;
+    const real t_n4l7v = t_e5cx2 * sin_theta2;
+    const real t_5r66u = J_C1 + (p[J_z] - p[J_y]);
+    const real n5 = t_h4rsv
+        - (t_kp7yy + loss_theta1 + loss_theta2)
+        + t_n4l7v
+        - W12 * t_5r66u
+        - I_phi1 * x[wy]
+        - I_phi2 * x[wy]
+        + t_vt7uo * g_1
+        + t_oncjt * g_2;
+    const real t_slihb = t_w7nmt * cos_theta1;
+    const real t_wrhtu = t_e5cx2 * cos_theta2;
+    const real t_7bo2j = J_C1 + t_is5lg + t_sfymc;
+    const real n6 = t_slihb
+        + t_wrhtu
+        + I_theta1 * x[wx]
+        + I_theta2 * x[wx]
+        - W13 * t_7bo2j
+        - t_azclp * g_1
+        - t_iya7w * g_2
+        - I_phi1 * x[wz]
+        - I_phi2 * x[wz];
+    const real t_pagmx = Asc_1 * sin_theta1;
+    const real t_em5lf = Asc_2 * sin_theta2;
+    const real t_b3aij = t_pagmx + t_em5lf;
+    const real t_bpfoo = K(1.0) / K11;
+    const real t_w7lcw = t_b3aij * t_bpfoo;
+    const real K_D2 = K22 - t_b3aij * t_w7lcw;
+    const real t_pq5r4 = Asc_1 * cos_theta1;
+    const real t_mejrc = Asc_2 * cos_theta2;
+    const real t_zzymx = t_pq5r4 + t_mejrc;
+    const real t_3go2w = t_zzymx * t_bpfoo;
+    const real t_2rbbr = K32 - t_b3aij * t_3go2w;
+    const real t_4iujv = K(1.0) / K_D2;
+    const real K_L32 = t_2rbbr * t_4iujv;
+    const real t_ev7u5 = Bs_1 + Asc_1 * e1;
+    const real t_b2inm = t_ev7u5 * sin_theta1;
+    const real t_bvybx = Bs_2 + Asc_2 * e2;
+    const real t_i6twe = t_bvybx * sin_theta2;
+    const real t_6mmeb = t_b2inm + t_i6twe;
+    const real t_rujpm = t_6mmeb * t_bpfoo;
+    const real t_xqwvu = K52 - t_b3aij * t_rujpm;
+    const real K_L52 = t_xqwvu * t_4iujv;
+    const real K_D3 = K33 - t_2rbbr * K_L32 - t_zzymx * t_3go2w;
+    const real t_kimqu = Bc_1 * sin_theta1;
+    const real t_h3qlz = Bc_2 * sin_theta2;
+    const real t_2m245 = Bs_1 + Bs_2;
+    const real t_xq4wt = t_2m245 * t_bpfoo;
+    const real t_m67zs = wqC_1 + wqC_2 + t_kimqu + t_h3qlz + t_b3aij * t_xq4wt;
+    const real t_3jpev = t_m67zs * t_4iujv;
+    const real t_busu7 = K43 + t_2rbbr * t_3jpev - t_zzymx * t_xq4wt;
+    const real t_zmh3u = K(1.0) / K_D3;
+    const real K_L43 = t_busu7 * t_zmh3u;
+    const real t_kjv32 = K53 - t_2rbbr * K_L52 - t_zzymx * t_rujpm;
+    const real K_L53 = t_kjv32 * t_zmh3u;
+    const real t_llswo = t_ev7u5 * cos_theta1;
+    const real t_inhtz = t_bvybx * cos_theta2;
+    const real t_bl4f2 = t_llswo + t_inhtz;
+    const real t_pgxzp = t_bl4f2 * t_bpfoo;
+    const real t_dzmcy = t_hjmgb + t_b3aij * t_pgxzp;
+    const real t_gz422 = t_dzmcy * t_4iujv;
+    const real t_iyghn = K63 + t_2rbbr * t_gz422 - t_zzymx * t_pgxzp;
+    const real K_L63 = t_iyghn * t_zmh3u;
+    const real K_D4 = K44 - t_m67zs * t_3jpev - t_busu7 * K_L43 - t_2m245 * t_xq4wt;
+    const real t_qs67n = K54 + t_m67zs * K_L52 - t_busu7 * K_L53 - t_2m245 * t_rujpm;
+    const real t_lt2al = K(1.0) / K_D4;
+    const real K_L54 = t_qs67n * t_lt2al;
+    const real t_vuqjn = K64 - t_m67zs * t_gz422 - t_busu7 * K_L63 - t_2m245 * t_pgxzp;
+    const real K_L64 = t_vuqjn * t_lt2al;
+    const real K_D5 = K55
+        - t_xqwvu * K_L52
+        - t_kjv32 * K_L53
+        - t_qs67n * K_L54
+        - t_6mmeb * t_rujpm;
+    const real t_aedxu = K65
+        + t_xqwvu * t_gz422
+        - t_kjv32 * K_L63
+        - t_qs67n * K_L64
+        - t_6mmeb * t_pgxzp;
+    const real t_ftqxb = K(1.0) / K_D5;
+    const real K_L65 = t_aedxu * t_ftqxb;
+    const real K_D6 = K66
+        - t_dzmcy * t_gz422
+        - t_iyghn * K_L63
+        - t_vuqjn * K_L64
+        - t_aedxu * K_L65
+        - t_bl4f2 * t_pgxzp;
+    const real t_qbgt7 = t_7imwe * sin_phi1;
+    const real t_v7h4t = t_4b2fa * sin_phi2;
+    const real b1 = f_x + (t_qbgt7 + t_v7h4t + cos_phi1 * tension1 + cos_phi2 * tension2);
+    const real b2 = f_y - n2;
+    const real b4 = u[Mx] - n4;
+    const real t_lwe76 = p[b] + p[d] + x_C;
+    const real b5 = u[Mz] - n5 - f_y * t_lwe76;
+    const real t_gcu5g = t_ruxs4 * sin_delta1;
+    const real b6 = t_gcu5g * t_lwe76 - (u[My] + n6);
+    const real X_y2 = b2 + t_w7lcw * b1;
+    const real X_y3 = t_3go2w * b1 - (t_gcu5g + n3) - K_L32 * X_y2;
+    const real X_y4 = b4 + t_xq4wt * b1 + t_3jpev * X_y2 - K_L43 * X_y3;
+    const real X_y5 = b5
+        + t_rujpm * b1
+        - K_L52 * X_y2
+        - K_L53 * X_y3
+        - K_L54 * X_y4;
+    const real X_y6 = b6
+        + t_pgxzp * b1
+        + t_gz422 * X_y2
+        - K_L63 * X_y3
+        - K_L64 * X_y4
+        - K_L65 * X_y5;
+    const real t_nfkwa = K(1.0) / K_D6;
+    const real X_x6 = X_y6 * t_nfkwa;
+    const real t_cufdy = X_y5 * t_ftqxb;
+    const real X_x5 = t_cufdy - K_L65 * X_x6;
+    const real t_72jfh = X_y4 * t_lt2al;
+    const real X_x4 = t_72jfh - K_L54 * X_x5 - K_L64 * X_x6;
+    const real t_izhu2 = X_y3 * t_zmh3u;
+    const real X_x3 = t_izhu2 - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
+    const real t_uifqg = X_y2 * t_4iujv;
+    const real X_x2 = t_uifqg
+        - K_L32 * X_x3
+        + t_3jpev * X_x4
+        - K_L52 * X_x5
+        + t_gz422 * X_x6;
+    const real t_2idpk = t_qm5gj * cos_phi1 + chi1 * sin_phi1;
+    const real t_snnp7 = B_1 * (t_2idpk - Wt1);
+    const real t_6tvwe = t_c6dmt * cos_phi2 + chi2 * sin_phi2;
+    const real t_ep6yh = B_2 * (t_6tvwe - Wt2);
+    const real t_dskdd = t_qm5gj + t_qm5gj;
+    const real t_jfvj3 = t_6nwd2 * (t_dskdd * sin_phi1);
+    const real t_ghnnr = cos_phi1 * t_jfvj3;
+    const real t_npq2c = t_c6dmt + t_c6dmt;
+    const real t_2bqt6 = t_popww * (t_npq2c * sin_phi2);
+    const real t_7e3oz = cos_phi2 * t_2bqt6;
+    const real t_wm75f = sin_phi1 * t_snnp7 + sin_phi2 * t_ep6yh - t_ghnnr - t_7e3oz;
+    const real t_4z4np = p[l1] * cos_phi1;
+    const real t_ceplo = t_wmv32 * t_4z4np;
+    const real t_27zyf = th_1 * (p[I1] * (q_1 * x[wy] + t_smkh7 - t_ceplo));
+    const real t_7vv5m = cos_theta1 * t_27zyf;
+    const real t_yk3z4 = p[l2] * cos_phi2;
+    const real t_udto6 = t_nlamb * t_yk3z4;
+    const real t_ru5au = th_2 * (p[I2] * (q_2 * x[wy] + t_2nvx4 - t_udto6));
+    const real t_rrbi4 = cos_theta2 * t_ru5au;
+    const real t_qbft3 = sin_phi1 * t_jfvj3;
+    const real t_p6m6d = t_qbft3 + cos_phi1 * t_snnp7;
+    const real t_bpppy = sin_phi2 * t_2bqt6;
+    const real t_oiezm = t_bpppy + cos_phi2 * t_ep6yh;
+    const real t_fkv7x = t_w7lcw * t_wm75f - (t_7vv5m + t_rrbi4 - sin_theta1 * t_p6m6d - sin_theta2 * t_oiezm);
+    const real t_2hftj = sin_theta1 * t_27zyf;
+    const real t_ero2q = sin_theta2 * t_ru5au;
+    const real t_opdwk = t_3go2w * t_wm75f
+        + (cos_theta1 * t_p6m6d + (t_2hftj + t_ero2q) + cos_theta2 * t_oiezm)
+        - K_L32 * t_fkv7x;
+    const real t_bjdpd = p[l1] * t_snnp7;
+    const real t_pal45 = q_1 * t_27zyf + q_2 * t_ru5au;
+    const real t_alad5 = p[l2] * t_ep6yh;
+    const real t_snvb5 = t_xq4wt * t_wm75f
+        - (t_bjdpd - t_pal45 + t_alad5)
+        + t_3jpev * t_fkv7x
+        - K_L43 * t_opdwk;
+    const real t_djylm = t_bjdpd - e1 * t_p6m6d;
+    const real t_65hht = t_alad5 - e2 * t_oiezm;
+    const real t_46zjg = sin_theta1 * t_djylm
+        - t_pal45
+        + sin_theta2 * t_65hht
+        - t_5r66u * x[wy]
+        + g_1 * t_7vv5m
+        + g_2 * t_rrbi4;
+    const real t_vbpav = t_rujpm * t_wm75f
+        - t_46zjg
+        - K_L52 * t_fkv7x
+        - K_L53 * t_opdwk
+        - K_L54 * t_snvb5;
+    const real t_a4hgz = cos_theta1 * t_djylm
+        + cos_theta2 * t_65hht
+        + I_theta1
+        + I_theta2
+        - t_7bo2j * x[wz]
+        - g_1 * t_2hftj
+        - g_2 * t_ero2q;
+    const real t_5hcol = t_pgxzp * t_wm75f
+        - t_a4hgz
+        + t_gz422 * t_fkv7x
+        - K_L63 * t_opdwk
+        - K_L64 * t_snvb5
+        - K_L65 * t_vbpav;
+    const real t_fukug = t_5hcol * t_nfkwa;
+    const real t_mvcys = t_vbpav * t_ftqxb - K_L65 * t_fukug;
+    const real t_cgzf6 = t_snvb5 * t_lt2al - K_L54 * t_mvcys - K_L64 * t_fukug;
+    const real t_k4g3j = t_opdwk * t_zmh3u - K_L43 * t_cgzf6 - K_L53 * t_mvcys - K_L63 * t_fukug;
+    const real t_p3cyq = t_fkv7x * t_4iujv
+        - K_L32 * t_k4g3j
+        + t_3jpev * t_cgzf6
+        - K_L52 * t_mvcys
+        + t_gz422 * t_fukug;
+    const real t_tqerc = cos_phi1 * sin_theta1;
+    const real t_bq73g = sin_phi1 * sin_theta1;
+    const real t_2rzq7 = B_1 * (chi1 * t_tqerc - t_qm5gj * t_bq73g - w_x1 * sin_theta1);
+    const real t_vjwdl = cos_phi2 * sin_theta2;
+    const real t_7pjle = sin_phi2 * sin_theta2;
+    const real t_3nwk2 = B_2 * (chi2 * t_vjwdl - t_c6dmt * t_7pjle - w_x2 * sin_theta2);
+    const real t_6xfo3 = x[wy] + x[wy];
+    const real t_imsf6 = e1 * t_6xfo3;
+    const real t_7uthm = p1 + p1;
+    const real t_sayxc = mv1 * (cos_phi1 * t_imsf6) - t_6nwd2 * (t_dskdd * t_tqerc + t_7uthm * cos_theta1);
+    const real t_sqd7x = e2 * t_6xfo3;
+    const real t_ozxm2 = p2 + p2;
+    const real t_a5qu3 = mv2 * (cos_phi2 * t_sqd7x) - t_popww * (t_npq2c * t_vjwdl + t_ozxm2 * cos_theta2);
+    const real t_sljdk = sin_phi1 * t_2rzq7 + sin_phi2 * t_3nwk2 + cos_phi1 * t_sayxc + cos_phi2 * t_a5qu3;
+    const real t_qrqlw = q_1 * x[wx]
+        + w_x1 * (lc_1 * cos_theta1)
+        - (t_q2k45 * cos_theta1 - t_wmv32 * (p[l1] * t_bq73g));
+    const real t_3t364 = th_1 * (p[I1] * t_qrqlw);
+    const real t_56goo = cos_theta1 * t_3t364;
+    const real t_wbyvc = q_2 * x[wx]
+        + w_x2 * (lc_2 * cos_theta2)
+        - (t_e55su * cos_theta2 - t_nlamb * (p[l2] * t_7pjle));
+    const real t_nrfga = th_2 * (p[I2] * t_wbyvc);
+    const real t_isxxh = cos_theta2 * t_nrfga;
+    const real t_bbxhq = sin_phi1 * t_sayxc - cos_phi1 * t_2rzq7;
+    const real t_dbebu = sin_phi2 * t_a5qu3 - cos_phi2 * t_3nwk2;
+    const real t_pfgln = t_w7lcw * t_sljdk - (t_56goo + t_isxxh + sin_theta1 * t_bbxhq + sin_theta2 * t_dbebu);
+    const real t_hrzpn = sin_theta1 * t_3t364;
+    const real t_dm2ov = sin_theta2 * t_nrfga;
+    const real t_jfbjj = t_3go2w * t_sljdk
+        - (cos_theta1 * t_bbxhq - (t_hrzpn + t_dm2ov) + cos_theta2 * t_dbebu)
+        - K_L32 * t_pfgln;
+    const real t_vbk4w = Bs_1 * t_imsf6 + p[l1] * t_2rzq7;
+    const real t_ht2gr = q_1 * t_3t364 + q_2 * t_nrfga;
+    const real t_o4paj = Bs_2 * t_sqd7x + p[l2] * t_3nwk2;
+    const real t_o4in5 = t_xq4wt * t_sljdk
+        - (t_vbk4w - t_ht2gr + t_o4paj + I_theta1 + I_theta2 - x[wz] * t_sfymc)
+        + t_3jpev * t_pfgln
+        - K_L43 * t_jfbjj;
+    const real t_et5kg = t_vbk4w + e1 * t_bbxhq;
+    const real t_5urwk = t_o4paj + e2 * t_dbebu;
+    const real t_hgr6m = sin_theta1 * t_et5kg
+        - t_ht2gr
+        + sin_theta2 * t_5urwk
+        - t_5r66u * x[wx]
+        - I_phi1
+        - I_phi2
+        + g_1 * t_56goo
+        + g_2 * t_isxxh;
+    const real t_rb7k2 = t_rujpm * t_sljdk
+        - t_hgr6m
+        - K_L52 * t_pfgln
+        - K_L53 * t_jfbjj
+        - K_L54 * t_o4in5;
+    const real t_g25wb = t_pgxzp * t_sljdk
+        - (cos_theta1 * t_et5kg + cos_theta2 * t_5urwk - g_1 * t_hrzpn - g_2 * t_dm2ov)
+        + t_gz422 * t_pfgln
+        - K_L63 * t_jfbjj
+        - K_L64 * t_o4in5
+        - K_L65 * t_rb7k2;
+    const real t_yanuq = t_g25wb * t_nfkwa;
+    const real t_zidue = t_rb7k2 * t_ftqxb - K_L65 * t_yanuq;
+    const real t_v3546 = t_o4in5 * t_lt2al - K_L54 * t_zidue - K_L64 * t_yanuq;
+    const real t_z2otz = t_jfbjj * t_zmh3u - K_L43 * t_v3546 - K_L53 * t_zidue - K_L63 * t_yanuq;
+    const real t_5gogd = t_pfgln * t_4iujv
+        - K_L32 * t_z2otz
+        + t_3jpev * t_v3546
+        - K_L52 * t_zidue
+        + t_gz422 * t_yanuq;
+    const real t_3wimo = cos_phi1 * cos_theta1;
+    const real t_xfyzm = sin_phi1 * cos_theta1;
+    const real t_74zjp = B_1 * (chi1 * t_3wimo - t_qm5gj * t_xfyzm - w_x1 * cos_theta1);
+    const real t_kwc4d = cos_phi2 * cos_theta2;
+    const real t_5jk2g = sin_phi2 * cos_theta2;
+    const real t_kvzaa = B_2 * (chi2 * t_kwc4d - t_c6dmt * t_5jk2g - w_x2 * cos_theta2);
+    const real t_gwp2t = x[wz] + x[wz];
+    const real t_oetyi = e1 * t_gwp2t;
+    const real t_3kj2o = mv1 * (cos_phi1 * t_oetyi) - t_6nwd2 * (t_dskdd * t_3wimo - t_7uthm * sin_theta1);
+    const real t_xfnc5 = e2 * t_gwp2t;
+    const real t_zqoxx = mv2 * (cos_phi2 * t_xfnc5) - t_popww * (t_npq2c * t_kwc4d - t_ozxm2 * sin_theta2);
+    const real t_ohbxs = sin_phi1 * t_74zjp + sin_phi2 * t_kvzaa + cos_phi1 * t_3kj2o + cos_phi2 * t_zqoxx;
+    const real t_e23qh = p[I1] * (t_wmv32 * (p[l1] * t_xfyzm) + t_q2k45 * sin_theta1 - w_x1 * (lc_1 * sin_theta1));
+    const real t_bdlpi = th_1 * t_e23qh;
+    const real t_bwvzy = cos_theta1 * t_bdlpi;
+    const real t_5zdor = p[I2] * (t_nlamb * (p[l2] * t_5jk2g) + t_e55su * sin_theta2 - w_x2 * (lc_2 * sin_theta2));
+    const real t_wzfkv = th_2 * t_5zdor;
+    const real t_mj46p = cos_theta2 * t_wzfkv;
+    const real t_teld4 = sin_phi1 * t_3kj2o - cos_phi1 * t_74zjp;
+    const real t_zzdjq = sin_phi2 * t_zqoxx - cos_phi2 * t_kvzaa;
+    const real t_bc2uz = t_w7lcw * t_ohbxs - (t_bwvzy + t_mj46p + sin_theta1 * t_teld4 + sin_theta2 * t_zzdjq);
+    const real t_vz23p = sin_theta1 * t_bdlpi;
+    const real t_6xjq5 = sin_theta2 * t_wzfkv;
+    const real t_wkhrw = t_3go2w * t_ohbxs
+        - (cos_theta1 * t_teld4 - (t_vz23p + t_6xjq5) + cos_theta2 * t_zzdjq)
+        - K_L32 * t_bc2uz;
+    const real t_hyn53 = Bs_1 * t_oetyi + p[l1] * t_74zjp;
+    const real t_x2f4m = q_1 * t_bdlpi + q_2 * t_wzfkv;
+    const real t_stgas = Bs_2 * t_xfnc5 + p[l2] * t_kvzaa;
+    const real t_zk2ft = t_xq4wt * t_ohbxs
+        - (t_hyn53 - t_x2f4m + t_stgas - t_6nfyn)
+        + t_3jpev * t_bc2uz
+        - K_L43 * t_wkhrw;
+    const real t_aw67u = t_hyn53 + e1 * t_teld4;
+    const real t_mpgb2 = t_stgas + e2 * t_zzdjq;
+    const real t_pmlrn = sin_theta1 * t_aw67u
+        - t_x2f4m
+        + sin_theta2 * t_mpgb2
+        + g_1 * t_bwvzy
+        + g_2 * t_mj46p;
+    const real t_ebfen = t_rujpm * t_ohbxs
+        - t_pmlrn
+        - K_L52 * t_bc2uz
+        - K_L53 * t_wkhrw
+        - K_L54 * t_zk2ft;
+    const real t_k4xex = cos_theta1 * t_aw67u
+        + cos_theta2 * t_mpgb2
+        - t_7bo2j * x[wx]
+        - g_1 * t_vz23p
+        - g_2 * t_6xjq5
+        - I_phi1
+        - I_phi2;
+    const real t_3tcd4 = t_pgxzp * t_ohbxs
+        - t_k4xex
+        + t_gz422 * t_bc2uz
+        - K_L63 * t_wkhrw
+        - K_L64 * t_zk2ft
+        - K_L65 * t_ebfen;
+    const real t_gif7d = t_3tcd4 * t_nfkwa;
+    const real t_hucxp = t_ebfen * t_ftqxb - K_L65 * t_gif7d;
+    const real t_psn6w = t_zk2ft * t_lt2al - K_L54 * t_hucxp - K_L64 * t_gif7d;
+    const real t_nsiwt = t_wkhrw * t_zmh3u - K_L43 * t_psn6w - K_L53 * t_hucxp - K_L63 * t_gif7d;
+    const real t_gbvsw = t_bc2uz * t_4iujv
+        - K_L32 * t_nsiwt
+        + t_3jpev * t_psn6w
+        - K_L52 * t_hucxp
+        + t_gz422 * t_gif7d;
+    const real t_6choa = mv1 * cos_phi1;
+    const real t_m24qb = cos_phi1 * t_6choa - Ass_1;
+    const real t_7j6vv = sin_theta1 * t_m24qb;
+    const real t_7rnk2 = t_w7lcw * t_bpfoo;
+    const real t_h2ibw = sin_phi1 * t_6choa + Asc_1;
+    const real t_ccnxe = t_7j6vv * t_bpfoo + t_7rnk2 * t_h2ibw;
+    const real t_laqoo = w_x1 * cos_phi1 - t_tqamb;
+    const real t_qm5gj_2 = w_x1 * sin_phi1 + t_pad7a;
+    const real t_sbuah = B_1 * (chi1 * t_laqoo - t_qm5gj * t_qm5gj_2);
+    const real t_rqjd5 = mv1 * (t_w7vil * sin_phi1) + t_6nwd2 * (t_dskdd * t_laqoo);
+    const real t_za33c = sin_phi1 * t_sbuah + t_k644q - (tension1 * sin_phi1 + cos_phi1 * t_rqjd5);
+    const real t_xtwlg = p[l1] * sin_phi1;
+    const real t_7mcu4 = p[I1] * (W12 * t_4z4np - w_x1 * (Wn1 * t_xtwlg) + t_wmv32 * (p[l1] * t_qm5gj_2));
+    const real t_vhuco = th_1 * t_62zow * (p[m1] * ((q_1 + q_1) * t_4z4np));
+    const real t_dnmdb = th_1 * (t_7mcu4 - loss_theta1 * t_4z4np) - t_xips6 * t_vhuco;
+    const real t_6fek6 = cos_theta1 * t_dnmdb;
+    const real t_ic7dp = tension1 * cos_phi1 - sin_phi1 * t_rqjd5 - (cos_phi1 * t_sbuah - t_qbgt7);
+    const real t_47rw7 = b1 * t_ccnxe + t_w7lcw * t_za33c - (t_6fek6 + sin_theta1 * t_ic7dp);
+    const real t_5am4i = t_uifqg * t_4iujv;
+    const real t_qends = p[I1] * t_vhuco;
+    const real t_3agyi = t_h2ibw + t_qends;
+    const real t_6n66f = S_sq1 * t_3agyi;
+    const real t_7ekva = t_6n66f - t_qends - (t_w7lcw * t_7j6vv + t_b3aij * t_ccnxe);
+    const real t_ix2vw = cos_theta1 * t_m24qb;
+    const real t_7rnk2_2 = t_3go2w * t_bpfoo;
+    const real t_lkd5z = t_ix2vw * t_bpfoo + t_7rnk2_2 * t_h2ibw;
+    const real t_eukb7 = SC1 * t_3agyi - (t_3go2w * t_7j6vv + t_b3aij * t_lkd5z);
+    const real t_6yahm = K_L32 * t_4iujv;
+    const real t_sx3o7 = t_eukb7 * t_4iujv - t_6yahm * t_7ekva;
+    const real t_k46nc = sin_theta1 * t_dnmdb;
+    const real t_u37qn = b1 * t_lkd5z
+        + t_3go2w * t_za33c
+        - (cos_theta1 * t_ic7dp - t_k46nc)
+        - (X_y2 * t_sx3o7 + K_L32 * t_47rw7);
+    const real t_insvr = t_izhu2 * t_zmh3u;
+    const real t_zyg4s = t_h2ibw
+        - t_6n66f
+        - (K_L32 * t_eukb7 + t_2rbbr * t_sx3o7)
+        - (t_3go2w * t_ix2vw + t_zzymx * t_lkd5z);
+    const real t_ryzts = wth_1 * t_4z4np - q_1 * t_qends;
+    const real t_g5uka = sin_theta1 * t_ryzts;
+    const real t_zohce = cos_theta1 * t_ryzts;
+    const real t_jtjoh = t_xq4wt * t_bpfoo;
+    const real t_zopz4 = Bc_1 * t_bpfoo + t_jtjoh * t_h2ibw;
+    const real t_ran7z = t_zohce - sin_theta1 * Bs_1 + (t_xq4wt * t_7j6vv + t_b3aij * t_zopz4);
+    const real t_j4z66 = t_3jpev * t_4iujv;
+    const real t_qvqlb = t_ran7z * t_4iujv - t_j4z66 * t_7ekva;
+    const real t_am56c = t_g5uka
+        + cos_theta1 * Bs_1
+        + (t_3jpev * t_eukb7 + t_2rbbr * t_qvqlb)
+        - (t_xq4wt * t_ix2vw + t_zzymx * t_zopz4);
+    const real t_ydwjl = K_L43 * t_zmh3u;
+    const real t_vjaoz = t_am56c * t_zmh3u - t_ydwjl * t_zyg4s;
+    const real t_znrbg = t_w7vil * Bc_1 + p[l1] * t_sbuah;
+    const real t_7t2bq = q_1 * t_dnmdb + F_n1 * t_4z4np;
+    const real t_4hel7 = b1 * t_zopz4
+        + t_xq4wt * t_za33c
+        - (t_znrbg - t_7t2bq)
+        + (X_y2 * t_qvqlb + t_3jpev * t_47rw7)
+        - (X_y3 * t_vjaoz + K_L43 * t_u37qn);
+    const real t_gkoba = t_72jfh * t_lt2al;
+    const real t_gtdgn = wq_1 * t_4z4np + q_1 * t_ryzts;
+    const real t_zlytl = t_gtdgn
+        - (t_3jpev * t_ran7z + t_m67zs * t_qvqlb)
+        - (K_L43 * t_am56c + t_busu7 * t_vjaoz)
+        - (t_xq4wt * Bc_1 + t_2m245 * t_zopz4);
+    const real t_xziph = wth_1 * t_xtwlg - g_1 * t_qends;
+    const real t_52vl2 = wg_1 * t_4z4np + q_1 * t_xziph;
+    const real t_3s2va = cos_theta1 * t_52vl2;
+    const real t_6iiam = e1 * Bs_1;
+    const real t_7z7va = e1 * t_h2ibw;
+    const real t_fpsha = Bs_1 + t_7z7va;
+    const real t_wufir = t_xziph - t_fpsha;
+    const real t_dra62 = S_sq1 * t_wufir;
+    const real t_vvqnn = Bc_1 + e1 * t_m24qb;
+    const real t_e4sul = sin_theta1 * t_vvqnn;
+    const real t_7rnk2_3 = t_rujpm * t_bpfoo;
+    const real t_ryoqa = t_e4sul * t_bpfoo + t_7rnk2_3 * t_h2ibw;
+    const real t_dxvtf = t_xziph - t_dra62 - t_zohce - (t_rujpm * t_7j6vv + t_b3aij * t_ryoqa);
+    const real t_hfybw = K_L52 * t_4iujv;
+    const real t_npjae = t_dxvtf * t_4iujv - t_hfybw * t_7ekva;
+    const real t_d4baz = SC1 * t_wufir;
+    const real t_trcfn = t_g5uka
+        - t_d4baz
+        - (K_L52 * t_eukb7 + t_2rbbr * t_npjae)
+        - (t_rujpm * t_ix2vw + t_zzymx * t_ryoqa);
+    const real t_qe675 = K_L53 * t_zmh3u;
+    const real t_4qzna = t_trcfn * t_zmh3u - t_qe675 * t_zyg4s;
+    const real t_v6w56 = t_gtdgn
+        - t_3s2va
+        + sin_theta1 * t_6iiam
+        + (K_L52 * t_ran7z + t_m67zs * t_npjae)
+        - (K_L53 * t_am56c + t_busu7 * t_4qzna)
+        - (t_rujpm * Bc_1 + t_2m245 * t_ryoqa);
+    const real t_2e52m = K_L54 * t_lt2al;
+    const real t_fpb7p = t_v6w56 * t_lt2al - t_2e52m * t_zlytl;
+    const real t_2ljzw = t_znrbg + e1 * t_ic7dp;
+    const real t_mmprg = b1 * t_ryoqa
+        + t_rujpm * t_za33c
+        - (sin_theta1 * t_2ljzw - t_7t2bq + (g_1 * t_6fek6 + t_vt7uo * t_xtwlg))
+        - (X_y2 * t_npjae + K_L52 * t_47rw7)
+        - (X_y3 * t_4qzna + K_L53 * t_u37qn)
+        - (X_y4 * t_fpb7p + K_L54 * t_4hel7);
+    const real t_eriz2 = t_cufdy * t_ftqxb;
+    const real t_iorjk = wg_1 * t_xtwlg + g_1 * t_xziph;
+    const real t_dnjms = e1 * t_7z7va - K(-2.0) * t_6iiam;
+    const real t_miprn = t_dnjms - t_iorjk;
+    const real t_bznju = S_sq1 * t_miprn;
+    const real t_ga4qh = t_iorjk
+        + t_gtdgn
+        + t_bznju
+        + K(-2.0) * t_3s2va
+        - (K_L52 * t_dxvtf + t_xqwvu * t_npjae)
+        - (K_L53 * t_trcfn + t_kjv32 * t_4qzna)
+        - (K_L54 * t_v6w56 + t_qs67n * t_fpb7p)
+        - (t_rujpm * t_e4sul + t_6mmeb * t_ryoqa);
+    const real t_tzirt = sin_theta1 * t_52vl2;
+    const real t_as46a = cos_theta1 * t_vvqnn;
+    const real t_7rnk2_4 = t_pgxzp * t_bpfoo;
+    const real t_fewxz = t_as46a * t_bpfoo + t_7rnk2_4 * t_h2ibw;
+    const real t_oal24 = t_d4baz + (t_pgxzp * t_7j6vv + t_b3aij * t_fewxz);
+    const real t_2ngl5 = t_gz422 * t_4iujv;
+    const real t_xcrgh = t_oal24 * t_4iujv - t_2ngl5 * t_7ekva;
+    const real t_zmlnb = t_dra62
+        + t_fpsha
+        + (t_gz422 * t_eukb7 + t_2rbbr * t_xcrgh)
+        - (t_pgxzp * t_ix2vw + t_zzymx * t_fewxz);
+    const real t_kpf5p = K_L63 * t_zmh3u;
+    const real t_t3nez = t_zmlnb * t_zmh3u - t_kpf5p * t_zyg4s;
+    const real t_jh5ai = t_tzirt
+        + cos_theta1 * t_6iiam
+        - (t_gz422 * t_ran7z + t_m67zs * t_xcrgh)
+        - (K_L63 * t_am56c + t_busu7 * t_t3nez)
+        - (t_pgxzp * Bc_1 + t_2m245 * t_fewxz);
+    const real t_wurun = K_L64 * t_lt2al;
+    const real t_jobc6 = t_jh5ai * t_lt2al - t_wurun * t_zlytl;
+    const real t_3vmiw = t_tzirt
+        + SC1 * t_miprn
+        + (t_gz422 * t_dxvtf + t_xqwvu * t_xcrgh)
+        - (K_L63 * t_trcfn + t_kjv32 * t_t3nez)
+        - (K_L64 * t_v6w56 + t_qs67n * t_jobc6)
+        - (t_pgxzp * t_e4sul + t_6mmeb * t_fewxz);
+    const real t_dzxqu = K_L65 * t_ftqxb;
+    const real t_vf7ew = t_3vmiw * t_ftqxb - t_dzxqu * t_ga4qh;
+    const real t_me732 = b1 * t_fewxz
+        + t_pgxzp * t_za33c
+        - (cos_theta1 * t_2ljzw - (g_1 * t_k46nc + t_azclp * t_xtwlg))
+        + (X_y2 * t_xcrgh + t_gz422 * t_47rw7)
+        - (X_y3 * t_t3nez + K_L63 * t_u37qn)
+        - (X_y4 * t_jobc6 + K_L64 * t_4hel7)
+        - (X_y5 * t_vf7ew + K_L65 * t_mmprg);
+    const real t_o4hiw = X_x6 * t_nfkwa;
+    const real t_v6umg = t_dnjms
+        - t_bznju
+        - (t_gz422 * t_oal24 + t_dzmcy * t_xcrgh)
+        - (K_L63 * t_zmlnb + t_iyghn * t_t3nez)
+        - (K_L64 * t_jh5ai + t_vuqjn * t_jobc6)
+        - (K_L65 * t_3vmiw + t_aedxu * t_vf7ew)
+        - (t_pgxzp * t_as46a + t_bl4f2 * t_fewxz);
+    const real t_2rjc3 = t_me732 * t_nfkwa - t_o4hiw * t_v6umg;
+    const real t_nbkzt = t_mmprg * t_ftqxb - t_eriz2 * t_ga4qh - (X_x6 * t_vf7ew + K_L65 * t_2rjc3);
+    const real t_acgzr = t_4hel7 * t_lt2al
+        - t_gkoba * t_zlytl
+        - (X_x5 * t_fpb7p + K_L54 * t_nbkzt)
+        - (X_x6 * t_jobc6 + K_L64 * t_2rjc3);
+    const real t_vb3vk = t_u37qn * t_zmh3u
+        - t_insvr * t_zyg4s
+        - (X_x4 * t_vjaoz + K_L43 * t_acgzr)
+        - (X_x5 * t_4qzna + K_L53 * t_nbkzt)
+        - (X_x6 * t_t3nez + K_L63 * t_2rjc3);
+    const real t_clzgq = t_47rw7 * t_4iujv
+        - t_5am4i * t_7ekva
+        - (X_x3 * t_sx3o7 + K_L32 * t_vb3vk)
+        + (X_x4 * t_qvqlb + t_3jpev * t_acgzr)
+        - (X_x5 * t_npjae + K_L52 * t_nbkzt)
+        + (X_x6 * t_xcrgh + t_gz422 * t_2rjc3);
+    const real t_7rizg = t_pq5r4 * t_bpfoo;
+    const real t_ffpz7 = x[wy] * cos_theta1 - x[wz] * sin_theta1;
+    const real t_2wqtn = cos_phi1 * t_ffpz7;
+    const real t_7lrt3 = sin_phi1 * t_ffpz7;
+    const real t_7ny2l = B_1 * (chi1 * t_2wqtn - t_qm5gj * t_7lrt3 - w_x1 * t_ffpz7);
+    const real t_amwyw = x[wy] * sin_theta1 + x[wz] * cos_theta1;
+    const real t_2jicd = t_6nwd2 * (t_dskdd * t_2wqtn - t_7uthm * t_amwyw);
+    const real t_aschs = sin_phi1 * t_7ny2l - cos_phi1 * t_2jicd;
+    const real t_qk37x = p[I1] * (t_wmv32 * (p[l1] * t_7lrt3) + t_q2k45 * t_amwyw - w_x1 * (lc_1 * t_amwyw));
+    const real t_y4w63 = th_1 * t_qk37x;
+    const real t_dgujw = cos_theta1 * t_y4w63 - t_azclp;
+    const real t_nxmpb = sin_phi1 * t_2jicd + cos_phi1 * t_7ny2l;
+    const real t_rtqar = b1 * t_7rizg + t_w7lcw * t_aschs - (t_dgujw + (t_ibvem - sin_theta1 * t_nxmpb));
+    const real t_amqia = (sin_theta1 + sin_theta1) * cos_theta1;
+    const real t_dypyd = tn11_1 * t_amqia;
+    const real t_gruy3 = t_dypyd - (t_w7lcw * t_pq5r4 + t_b3aij * t_7rizg);
+    const real t_32wvq = cos_theta1 * cos_theta1 - S_sq1;
+    const real t_xy6nc = t_pagmx * t_bpfoo;
+    const real t_2d4vd = tn11_1 * t_32wvq - (t_3go2w * t_pq5r4 - t_b3aij * t_xy6nc);
+    const real t_qjb2l = t_2d4vd * t_4iujv - t_6yahm * t_gruy3;
+    const real t_yb2ir = sin_theta1 * t_y4w63 + t_vt7uo;
+    const real t_jrpdx = t_3go2w * t_aschs
+        - b1 * t_xy6nc
+        + (cos_theta1 * t_nxmpb + t_ramrz + t_yb2ir)
+        - (X_y2 * t_qjb2l + K_L32 * t_rtqar);
+    const real t_5t2nc = t_3go2w * t_pagmx
+        + t_zzymx * t_xy6nc
+        - (t_dypyd + (K_L32 * t_2d4vd + t_2rbbr * t_qjb2l));
+    const real t_a5psl = wq_1 * cos_theta1;
+    const real t_4sjo7 = wq_1 * sin_theta1;
+    const real t_ilktx = t_rlbqu - t_4sjo7 + t_xq4wt * t_pq5r4;
+    const real t_6adkg = t_ilktx * t_4iujv - t_j4z66 * t_gruy3;
+    const real t_qki4i = t_a5psl + t_kimqu + (t_3jpev * t_2d4vd + t_2rbbr * t_6adkg) + t_xq4wt * t_pagmx;
+    const real t_7awbi = t_qki4i * t_zmh3u - t_ydwjl * t_5t2nc;
+    const real t_ivhzp = p[l1] * t_7ny2l;
+    const real t_peuih = q_1 * t_y4w63;
+    const real t_a73i4 = t_xq4wt * t_aschs
+        - (t_ivhzp - t_peuih)
+        + (X_y2 * t_6adkg + t_3jpev * t_rtqar)
+        - (X_y3 * t_7awbi + K_L43 * t_jrpdx);
+    const real t_7l7qw = t_3jpev * t_ilktx + t_m67zs * t_6adkg + (K_L43 * t_qki4i + t_busu7 * t_7awbi);
+    const real t_k6txy = wqg_1 * sin_theta1;
+    const real t_i3r2o = t_65obb * t_amqia;
+    const real t_zfxwu = t_llswo * t_bpfoo;
+    const real t_epn5o = t_4sjo7 - t_i3r2o - (t_rujpm * t_pq5r4 + t_b3aij * t_zfxwu);
+    const real t_gwmcr = t_epn5o * t_4iujv - t_hfybw * t_gruy3;
+    const real t_gv4lk = t_65obb * t_32wvq;
+    const real t_qzzlb = t_a5psl
+        - t_gv4lk
+        - (K_L52 * t_2d4vd + t_2rbbr * t_gwmcr)
+        - (t_zzymx * t_zfxwu - t_rujpm * t_pagmx);
+    const real t_bvkpi = t_qzzlb * t_zmh3u - t_qe675 * t_5t2nc;
+    const real t_ftvjz = t_k6txy
+        + t_67cpm
+        + (K_L52 * t_ilktx + t_m67zs * t_gwmcr)
+        - (K_L53 * t_qki4i + t_busu7 * t_bvkpi)
+        - t_2m245 * t_zfxwu;
+    const real t_ouygk = t_ftvjz * t_lt2al + t_2e52m * t_7l7qw;
+    const real t_3bac7 = t_ivhzp - e1 * t_nxmpb;
+    const real t_3cepf = b1 * t_zfxwu
+        + t_rujpm * t_aschs
+        - (sin_theta1 * t_3bac7 + t_slihb - t_peuih + g_1 * t_dgujw)
+        - (X_y2 * t_gwmcr + K_L52 * t_rtqar)
+        - (X_y3 * t_bvkpi + K_L53 * t_jrpdx)
+        - (X_y4 * t_ouygk + K_L54 * t_a73i4);
+    const real t_twgyt = tn44_1 * t_amqia;
+    const real t_tedmq = t_twgyt
+        - K(-2.0) * t_k6txy
+        - (K_L52 * t_epn5o + t_xqwvu * t_gwmcr)
+        - (K_L53 * t_qzzlb + t_kjv32 * t_bvkpi)
+        - (K_L54 * t_ftvjz + t_qs67n * t_ouygk)
+        - (t_rujpm * t_llswo + t_6mmeb * t_zfxwu);
+    const real t_tn2l4 = wqg_1 * cos_theta1;
+    const real t_rqo2a = t_b2inm * t_bpfoo;
+    const real t_cr6n6 = t_gv4lk + (t_pgxzp * t_pq5r4 - t_b3aij * t_rqo2a);
+    const real t_vpdap = t_cr6n6 * t_4iujv - t_2ngl5 * t_gruy3;
+    const real t_6rklf = t_i3r2o
+        + (t_gz422 * t_2d4vd + t_2rbbr * t_vpdap)
+        + (t_pgxzp * t_pagmx + t_zzymx * t_rqo2a);
+    const real t_k3xtn = t_6rklf * t_zmh3u - t_kpf5p * t_5t2nc;
+    const real t_wuh4g = t_tn2l4
+        - t_cr4jw
+        - (t_gz422 * t_ilktx + t_m67zs * t_vpdap)
+        - (K_L63 * t_qki4i + t_busu7 * t_k3xtn)
+        + t_2m245 * t_rqo2a;
+    const real t_z6is2 = t_wuh4g * t_lt2al + t_wurun * t_7l7qw;
+    const real t_qcqb4 = t_tn2l4
+        + tn44_1 * t_32wvq
+        + (t_gz422 * t_epn5o + t_xqwvu * t_vpdap)
+        - (K_L63 * t_qzzlb + t_kjv32 * t_k3xtn)
+        - (K_L64 * t_ftvjz + t_qs67n * t_z6is2)
+        - (t_pgxzp * t_llswo - t_6mmeb * t_rqo2a);
+    const real t_76hqo = t_qcqb4 * t_ftqxb - t_dzxqu * t_tedmq;
+    const real t_nyvag = t_pgxzp * t_aschs
+        - b1 * t_rqo2a
+        - (cos_theta1 * t_3bac7 - t_h4rsv - g_1 * t_yb2ir)
+        + (X_y2 * t_vpdap + t_gz422 * t_rtqar)
+        - (X_y3 * t_k3xtn + K_L63 * t_jrpdx)
+        - (X_y4 * t_z6is2 + K_L64 * t_a73i4)
+        - (X_y5 * t_76hqo + K_L65 * t_3cepf);
+    const real t_q6txf = t_twgyt
+        + (t_gz422 * t_cr6n6 + t_dzmcy * t_vpdap)
+        + (K_L63 * t_6rklf + t_iyghn * t_k3xtn)
+        + (K_L64 * t_wuh4g + t_vuqjn * t_z6is2)
+        + (K_L65 * t_qcqb4 + t_aedxu * t_76hqo);
+    const real t_vbfnl = t_nyvag * t_nfkwa - t_o4hiw * (t_pgxzp * t_b2inm + t_bl4f2 * t_rqo2a - t_q6txf);
+    const real t_zr5di = t_3cepf * t_ftqxb - t_eriz2 * t_tedmq - (X_x6 * t_76hqo + K_L65 * t_vbfnl);
+    const real t_3knpj = t_a73i4 * t_lt2al
+        + t_gkoba * t_7l7qw
+        - (X_x5 * t_ouygk + K_L54 * t_zr5di)
+        - (X_x6 * t_z6is2 + K_L64 * t_vbfnl);
+    const real t_vmmcz = t_jrpdx * t_zmh3u
+        - t_insvr * t_5t2nc
+        - (X_x4 * t_7awbi + K_L43 * t_3knpj)
+        - (X_x5 * t_bvkpi + K_L53 * t_zr5di)
+        - (X_x6 * t_k3xtn + K_L63 * t_vbfnl);
+    const real t_ghemx = t_rtqar * t_4iujv
+        - t_5am4i * t_gruy3
+        - (X_x3 * t_qjb2l + K_L32 * t_vmmcz)
+        + (X_x4 * t_6adkg + t_3jpev * t_3knpj)
+        - (X_x5 * t_gwmcr + K_L52 * t_zr5di)
+        + (X_x6 * t_vpdap + t_gz422 * t_vbfnl);
+    const real t_jzaos = mv2 * cos_phi2;
+    const real t_f2vdr = cos_phi2 * t_jzaos - Ass_2;
+    const real t_igjjb = sin_theta2 * t_f2vdr;
+    const real t_anfnj = sin_phi2 * t_jzaos + Asc_2;
+    const real t_f4frf = t_igjjb * t_bpfoo + t_7rnk2 * t_anfnj;
+    const real t_4p46o = w_x2 * cos_phi2 - t_4adrp;
+    const real t_c6dmt_2 = w_x2 * sin_phi2 + t_3pe4c;
+    const real t_jtwxv = B_2 * (chi2 * t_4p46o - t_c6dmt * t_c6dmt_2);
+    const real t_7pqkc = mv2 * (t_6fvzz * sin_phi2) + t_popww * (t_npq2c * t_4p46o);
+    const real t_uou4w = sin_phi2 * t_jtwxv + t_czyms - (tension2 * sin_phi2 + cos_phi2 * t_7pqkc);
+    const real t_h36cy = p[l2] * sin_phi2;
+    const real t_n2xxs = p[I2] * (W12 * t_yk3z4 - w_x2 * (Wn2 * t_h36cy) + t_nlamb * (p[l2] * t_c6dmt_2));
+    const real t_2s2br = th_2 * t_4434n * (p[m2] * ((q_2 + q_2) * t_yk3z4));
+    const real t_q6l6c = th_2 * (t_n2xxs - loss_theta2 * t_yk3z4) - t_vry6x * t_2s2br;
+    const real t_uj3u6 = cos_theta2 * t_q6l6c;
+    const real t_moks2 = tension2 * cos_phi2 - sin_phi2 * t_7pqkc - (cos_phi2 * t_jtwxv - t_v7h4t);
+    const real t_egg3y = b1 * t_f4frf + t_w7lcw * t_uou4w - (t_uj3u6 + sin_theta2 * t_moks2);
+    const real t_hokbn = p[I2] * t_2s2br;
+    const real t_mj4g4 = t_anfnj + t_hokbn;
+    const real t_hq2cs = S_sq2 * t_mj4g4;
+    const real t_56wd7 = t_hq2cs - t_hokbn - (t_w7lcw * t_igjjb + t_b3aij * t_f4frf);
+    const real t_kytbr = cos_theta2 * t_f2vdr;
+    const real t_zlixu = t_kytbr * t_bpfoo + t_7rnk2_2 * t_anfnj;
+    const real t_tqol2 = SC2 * t_mj4g4 - (t_3go2w * t_igjjb + t_b3aij * t_zlixu);
+    const real t_miecx = t_tqol2 * t_4iujv - t_6yahm * t_56wd7;
+    const real t_k5p2h = sin_theta2 * t_q6l6c;
+    const real t_vtyww = b1 * t_zlixu
+        + t_3go2w * t_uou4w
+        - (cos_theta2 * t_moks2 - t_k5p2h)
+        - (X_y2 * t_miecx + K_L32 * t_egg3y);
+    const real t_k2fda = t_anfnj
+        - t_hq2cs
+        - (K_L32 * t_tqol2 + t_2rbbr * t_miecx)
+        - (t_3go2w * t_kytbr + t_zzymx * t_zlixu);
+    const real t_2xgil = wth_2 * t_yk3z4 - q_2 * t_hokbn;
+    const real t_4twqa = sin_theta2 * t_2xgil;
+    const real t_vzlku = cos_theta2 * t_2xgil;
+    const real t_sasqd = Bc_2 * t_bpfoo + t_jtjoh * t_anfnj;
+    const real t_ysiow = t_vzlku - sin_theta2 * Bs_2 + (t_xq4wt * t_igjjb + t_b3aij * t_sasqd);
+    const real t_s7ss2 = t_ysiow * t_4iujv - t_j4z66 * t_56wd7;
+    const real t_ro67f = t_4twqa
+        + cos_theta2 * Bs_2
+        + (t_3jpev * t_tqol2 + t_2rbbr * t_s7ss2)
+        - (t_xq4wt * t_kytbr + t_zzymx * t_sasqd);
+    const real t_wish7 = t_ro67f * t_zmh3u - t_ydwjl * t_k2fda;
+    const real t_tj6qc = t_6fvzz * Bc_2 + p[l2] * t_jtwxv;
+    const real t_dlwth = q_2 * t_q6l6c + F_n2 * t_yk3z4;
+    const real t_yugg6 = b1 * t_sasqd
+        + t_xq4wt * t_uou4w
+        - (t_tj6qc - t_dlwth)
+        + (X_y2 * t_s7ss2 + t_3jpev * t_egg3y)
+        - (X_y3 * t_wish7 + K_L43 * t_vtyww);
+    const real t_vpcgp = wq_2 * t_yk3z4 + q_2 * t_2xgil;
+    const real t_5vhkx = t_vpcgp
+        - (t_3jpev * t_ysiow + t_m67zs * t_s7ss2)
+        - (K_L43 * t_ro67f + t_busu7 * t_wish7)
+        - (t_xq4wt * Bc_2 + t_2m245 * t_sasqd);
+    const real t_ktpye = wth_2 * t_h36cy - g_2 * t_hokbn;
+    const real t_42o7o = wg_2 * t_yk3z4 + q_2 * t_ktpye;
+    const real t_bbhco = cos_theta2 * t_42o7o;
+    const real t_moyc6 = e2 * Bs_2;
+    const real t_n46wu = e2 * t_anfnj;
+    const real t_r6gya = Bs_2 + t_n46wu;
+    const real t_kpd7x = t_ktpye - t_r6gya;
+    const real t_kxs24 = S_sq2 * t_kpd7x;
+    const real t_2zutr = Bc_2 + e2 * t_f2vdr;
+    const real t_msyoe = sin_theta2 * t_2zutr;
+    const real t_5xnip = t_msyoe * t_bpfoo + t_7rnk2_3 * t_anfnj;
+    const real t_odat4 = t_ktpye - t_kxs24 - t_vzlku - (t_rujpm * t_igjjb + t_b3aij * t_5xnip);
+    const real t_x6rr5 = t_odat4 * t_4iujv - t_hfybw * t_56wd7;
+    const real t_w6dhl = SC2 * t_kpd7x;
+    const real t_6nzrt = t_4twqa
+        - t_w6dhl
+        - (K_L52 * t_tqol2 + t_2rbbr * t_x6rr5)
+        - (t_rujpm * t_kytbr + t_zzymx * t_5xnip);
+    const real t_o42pg = t_6nzrt * t_zmh3u - t_qe675 * t_k2fda;
+    const real t_rovf7 = t_vpcgp
+        - t_bbhco
+        + sin_theta2 * t_moyc6
+        + (K_L52 * t_ysiow + t_m67zs * t_x6rr5)
+        - (K_L53 * t_ro67f + t_busu7 * t_o42pg)
+        - (t_rujpm * Bc_2 + t_2m245 * t_5xnip);
+    const real t_m7j6i = t_rovf7 * t_lt2al - t_2e52m * t_5vhkx;
+    const real t_ggh2d = t_tj6qc + e2 * t_moks2;
+    const real t_io2tq = b1 * t_5xnip
+        + t_rujpm * t_uou4w
+        - (sin_theta2 * t_ggh2d - t_dlwth + (g_2 * t_uj3u6 + t_oncjt * t_h36cy))
+        - (X_y2 * t_x6rr5 + K_L52 * t_egg3y)
+        - (X_y3 * t_o42pg + K_L53 * t_vtyww)
+        - (X_y4 * t_m7j6i + K_L54 * t_yugg6);
+    const real t_37ayo = wg_2 * t_h36cy + g_2 * t_ktpye;
+    const real t_vjaf4 = e2 * t_n46wu - K(-2.0) * t_moyc6;
+    const real t_3khok = t_vjaf4 - t_37ayo;
+    const real t_pfkyz = S_sq2 * t_3khok;
+    const real t_j5rpr = t_37ayo
+        + t_vpcgp
+        + t_pfkyz
+        + K(-2.0) * t_bbhco
+        - (K_L52 * t_odat4 + t_xqwvu * t_x6rr5)
+        - (K_L53 * t_6nzrt + t_kjv32 * t_o42pg)
+        - (K_L54 * t_rovf7 + t_qs67n * t_m7j6i)
+        - (t_rujpm * t_msyoe + t_6mmeb * t_5xnip);
+    const real t_awxjj = sin_theta2 * t_42o7o;
+    const real t_sqznz = cos_theta2 * t_2zutr;
+    const real t_jxilg = t_sqznz * t_bpfoo + t_7rnk2_4 * t_anfnj;
+    const real t_pqe72 = t_w6dhl + (t_pgxzp * t_igjjb + t_b3aij * t_jxilg);
+    const real t_sznin = t_pqe72 * t_4iujv - t_2ngl5 * t_56wd7;
+    const real t_2y3xy = t_kxs24
+        + t_r6gya
+        + (t_gz422 * t_tqol2 + t_2rbbr * t_sznin)
+        - (t_pgxzp * t_kytbr + t_zzymx * t_jxilg);
+    const real t_dw7gu = t_2y3xy * t_zmh3u - t_kpf5p * t_k2fda;
+    const real t_5kib4 = t_awxjj
+        + cos_theta2 * t_moyc6
+        - (t_gz422 * t_ysiow + t_m67zs * t_sznin)
+        - (K_L63 * t_ro67f + t_busu7 * t_dw7gu)
+        - (t_pgxzp * Bc_2 + t_2m245 * t_jxilg);
+    const real t_qm5qx = t_5kib4 * t_lt2al - t_wurun * t_5vhkx;
+    const real t_w7kgk = t_awxjj
+        + SC2 * t_3khok
+        + (t_gz422 * t_odat4 + t_xqwvu * t_sznin)
+        - (K_L63 * t_6nzrt + t_kjv32 * t_dw7gu)
+        - (K_L64 * t_rovf7 + t_qs67n * t_qm5qx)
+        - (t_pgxzp * t_msyoe + t_6mmeb * t_jxilg);
+    const real t_cti3e = t_w7kgk * t_ftqxb - t_dzxqu * t_j5rpr;
+    const real t_titlh = b1 * t_jxilg
+        + t_pgxzp * t_uou4w
+        - (cos_theta2 * t_ggh2d - (g_2 * t_k5p2h + t_iya7w * t_h36cy))
+        + (X_y2 * t_sznin + t_gz422 * t_egg3y)
+        - (X_y3 * t_dw7gu + K_L63 * t_vtyww)
+        - (X_y4 * t_qm5qx + K_L64 * t_yugg6)
+        - (X_y5 * t_cti3e + K_L65 * t_io2tq);
+    const real t_rbhbe = t_vjaf4
+        - t_pfkyz
+        - (t_gz422 * t_pqe72 + t_dzmcy * t_sznin)
+        - (K_L63 * t_2y3xy + t_iyghn * t_dw7gu)
+        - (K_L64 * t_5kib4 + t_vuqjn * t_qm5qx)
+        - (K_L65 * t_w7kgk + t_aedxu * t_cti3e)
+        - (t_pgxzp * t_sqznz + t_bl4f2 * t_jxilg);
+    const real t_ggj7d = t_titlh * t_nfkwa - t_o4hiw * t_rbhbe;
+    const real t_5rghd = t_io2tq * t_ftqxb - t_eriz2 * t_j5rpr - (X_x6 * t_cti3e + K_L65 * t_ggj7d);
+    const real t_qeczb = t_yugg6 * t_lt2al
+        - t_gkoba * t_5vhkx
+        - (X_x5 * t_m7j6i + K_L54 * t_5rghd)
+        - (X_x6 * t_qm5qx + K_L64 * t_ggj7d);
+    const real t_z36hd = t_vtyww * t_zmh3u
+        - t_insvr * t_k2fda
+        - (X_x4 * t_wish7 + K_L43 * t_qeczb)
+        - (X_x5 * t_o42pg + K_L53 * t_5rghd)
+        - (X_x6 * t_dw7gu + K_L63 * t_ggj7d);
+    const real t_ixgiu = t_egg3y * t_4iujv
+        - t_5am4i * t_56wd7
+        - (X_x3 * t_miecx + K_L32 * t_z36hd)
+        + (X_x4 * t_s7ss2 + t_3jpev * t_qeczb)
+        - (X_x5 * t_x6rr5 + K_L52 * t_5rghd)
+        + (X_x6 * t_sznin + t_gz422 * t_ggj7d);
+    const real t_hr7g5 = t_mejrc * t_bpfoo;
+    const real t_62dmq = x[wy] * cos_theta2 - x[wz] * sin_theta2;
+    const real t_v3kg2 = cos_phi2 * t_62dmq;
+    const real t_rcia5 = sin_phi2 * t_62dmq;
+    const real t_6q2pi = B_2 * (chi2 * t_v3kg2 - t_c6dmt * t_rcia5 - w_x2 * t_62dmq);
+    const real t_kmx3q = x[wy] * sin_theta2 + x[wz] * cos_theta2;
+    const real t_q63w7 = t_popww * (t_npq2c * t_v3kg2 - t_ozxm2 * t_kmx3q);
+    const real t_gsepn = sin_phi2 * t_6q2pi - cos_phi2 * t_q63w7;
+    const real t_wtgnh = p[I2] * (t_nlamb * (p[l2] * t_rcia5) + t_e55su * t_kmx3q - w_x2 * (lc_2 * t_kmx3q));
+    const real t_uxiqm = th_2 * t_wtgnh;
+    const real t_2hfmn = cos_theta2 * t_uxiqm - t_iya7w;
+    const real t_vz7qq = sin_phi2 * t_q63w7 + cos_phi2 * t_6q2pi;
+    const real t_jfx3s = b1 * t_hr7g5 + t_w7lcw * t_gsepn - (t_2hfmn + (t_ga7f3 - sin_theta2 * t_vz7qq));
+    const real t_vsg3m = (sin_theta2 + sin_theta2) * cos_theta2;
+    const real t_bynkl = tn11_2 * t_vsg3m;
+    const real t_5awlg = t_bynkl - (t_w7lcw * t_mejrc + t_b3aij * t_hr7g5);
+    const real t_vvls5 = cos_theta2 * cos_theta2 - S_sq2;
+    const real t_w7urv = t_em5lf * t_bpfoo;
+    const real t_zzxmw = tn11_2 * t_vvls5 - (t_3go2w * t_mejrc - t_b3aij * t_w7urv);
+    const real t_ctuam = t_zzxmw * t_4iujv - t_6yahm * t_5awlg;
+    const real t_jn5ry = sin_theta2 * t_uxiqm + t_oncjt;
+    const real t_dkfhh = t_3go2w * t_gsepn
+        - b1 * t_w7urv
+        + (t_jn5ry + (cos_theta2 * t_vz7qq + t_ssvj3))
+        - (X_y2 * t_ctuam + K_L32 * t_jfx3s);
+    const real t_xj6ud = t_3go2w * t_em5lf
+        + t_zzymx * t_w7urv
+        - (t_bynkl + (K_L32 * t_zzxmw + t_2rbbr * t_ctuam));
+    const real t_lq6gj = wq_2 * cos_theta2;
+    const real t_7u5ql = wq_2 * sin_theta2;
+    const real t_ufzx3 = t_2fa7h - t_7u5ql + t_xq4wt * t_mejrc;
+    const real t_mc75e = t_ufzx3 * t_4iujv - t_j4z66 * t_5awlg;
+    const real t_hil2t = t_lq6gj + t_h3qlz + (t_3jpev * t_zzxmw + t_2rbbr * t_mc75e) + t_xq4wt * t_em5lf;
+    const real t_ddhbg = t_hil2t * t_zmh3u - t_ydwjl * t_xj6ud;
+    const real t_7wwft = p[l2] * t_6q2pi;
+    const real t_e6ols = q_2 * t_uxiqm;
+    const real t_mdjzj = t_xq4wt * t_gsepn
+        - (t_7wwft - t_e6ols)
+        + (X_y2 * t_mc75e + t_3jpev * t_jfx3s)
+        - (X_y3 * t_ddhbg + K_L43 * t_dkfhh);
+    const real t_ipobs = t_3jpev * t_ufzx3 + t_m67zs * t_mc75e + (K_L43 * t_hil2t + t_busu7 * t_ddhbg);
+    const real t_jke4d = wqg_2 * sin_theta2;
+    const real t_duc43 = t_yoiua * t_vsg3m;
+    const real t_tcnjk = t_inhtz * t_bpfoo;
+    const real t_au2wz = t_7u5ql - t_duc43 - (t_rujpm * t_mejrc + t_b3aij * t_tcnjk);
+    const real t_7a3rr = t_au2wz * t_4iujv - t_hfybw * t_5awlg;
+    const real t_h4epw = t_yoiua * t_vvls5;
+    const real t_du6qd = t_lq6gj
+        - t_h4epw
+        - (K_L52 * t_zzxmw + t_2rbbr * t_7a3rr)
+        - (t_zzymx * t_tcnjk - t_rujpm * t_em5lf);
+    const real t_dxe4o = t_du6qd * t_zmh3u - t_qe675 * t_xj6ud;
+    const real t_7armk = t_jke4d
+        + t_4qb3w
+        + (K_L52 * t_ufzx3 + t_m67zs * t_7a3rr)
+        - (K_L53 * t_hil2t + t_busu7 * t_dxe4o)
+        - t_2m245 * t_tcnjk;
+    const real t_6mg7c = t_7armk * t_lt2al + t_2e52m * t_ipobs;
+    const real t_7r6tv = t_7wwft - e2 * t_vz7qq;
+    const real t_ds5sx = b1 * t_tcnjk
+        + t_rujpm * t_gsepn
+        - (sin_theta2 * t_7r6tv + t_wrhtu - t_e6ols + g_2 * t_2hfmn)
+        - (X_y2 * t_7a3rr + K_L52 * t_jfx3s)
+        - (X_y3 * t_dxe4o + K_L53 * t_dkfhh)
+        - (X_y4 * t_6mg7c + K_L54 * t_mdjzj);
+    const real t_mxd3p = tn44_2 * t_vsg3m;
+    const real t_7pgss = t_mxd3p
+        - K(-2.0) * t_jke4d
+        - (K_L52 * t_au2wz + t_xqwvu * t_7a3rr)
+        - (K_L53 * t_du6qd + t_kjv32 * t_dxe4o)
+        - (K_L54 * t_7armk + t_qs67n * t_6mg7c)
+        - (t_rujpm * t_inhtz + t_6mmeb * t_tcnjk);
+    const real t_jcxvb = wqg_2 * cos_theta2;
+    const real t_kpfwr = t_i6twe * t_bpfoo;
+    const real t_mgkky = t_h4epw + (t_pgxzp * t_mejrc - t_b3aij * t_kpfwr);
+    const real t_utidn = t_mgkky * t_4iujv - t_2ngl5 * t_5awlg;
+    const real t_o7ywb = t_duc43
+        + (t_gz422 * t_zzxmw + t_2rbbr * t_utidn)
+        + (t_pgxzp * t_em5lf + t_zzymx * t_kpfwr);
+    const real t_etrao = t_o7ywb * t_zmh3u - t_kpf5p * t_xj6ud;
+    const real t_vssx4 = t_jcxvb
+        - t_6pb2s
+        - (t_gz422 * t_ufzx3 + t_m67zs * t_utidn)
+        - (K_L63 * t_hil2t + t_busu7 * t_etrao)
+        + t_2m245 * t_kpfwr;
+    const real t_6xzlq = t_vssx4 * t_lt2al + t_wurun * t_ipobs;
+    const real t_4qrru = t_jcxvb
+        + tn44_2 * t_vvls5
+        + (t_gz422 * t_au2wz + t_xqwvu * t_utidn)
+        - (K_L63 * t_du6qd + t_kjv32 * t_etrao)
+        - (K_L64 * t_7armk + t_qs67n * t_6xzlq)
+        - (t_pgxzp * t_inhtz - t_6mmeb * t_kpfwr);
+    const real t_6gqpz = t_4qrru * t_ftqxb - t_dzxqu * t_7pgss;
+    const real t_zrxpq = t_pgxzp * t_gsepn
+        - b1 * t_kpfwr
+        - (cos_theta2 * t_7r6tv - t_n4l7v - g_2 * t_jn5ry)
+        + (X_y2 * t_utidn + t_gz422 * t_jfx3s)
+        - (X_y3 * t_etrao + K_L63 * t_dkfhh)
+        - (X_y4 * t_6xzlq + K_L64 * t_mdjzj)
+        - (X_y5 * t_6gqpz + K_L65 * t_ds5sx);
+    const real t_c4cau = t_mxd3p
+        + (t_gz422 * t_mgkky + t_dzmcy * t_utidn)
+        + (K_L63 * t_o7ywb + t_iyghn * t_etrao)
+        + (K_L64 * t_vssx4 + t_vuqjn * t_6xzlq)
+        + (K_L65 * t_4qrru + t_aedxu * t_6gqpz);
+    const real t_7ekei = t_zrxpq * t_nfkwa - t_o4hiw * (t_pgxzp * t_i6twe + t_bl4f2 * t_kpfwr - t_c4cau);
+    const real t_6dg7r = t_ds5sx * t_ftqxb - t_eriz2 * t_7pgss - (X_x6 * t_6gqpz + K_L65 * t_7ekei);
+    const real t_tlzdx = t_mdjzj * t_lt2al
+        + t_gkoba * t_ipobs
+        - (X_x5 * t_6mg7c + K_L54 * t_6dg7r)
+        - (X_x6 * t_6xzlq + K_L64 * t_7ekei);
+    const real t_vpbw5 = t_dkfhh * t_zmh3u
+        - t_insvr * t_xj6ud
+        - (X_x4 * t_ddhbg + K_L43 * t_tlzdx)
+        - (X_x5 * t_dxe4o + K_L53 * t_6dg7r)
+        - (X_x6 * t_etrao + K_L63 * t_7ekei);
+    const real t_ze77j = t_jfx3s * t_4iujv
+        - t_5am4i * t_5awlg
+        - (X_x3 * t_ctuam + K_L32 * t_vpbw5)
+        + (X_x4 * t_mc75e + t_3jpev * t_tlzdx)
+        - (X_x5 * t_7a3rr + K_L52 * t_6dg7r)
+        + (X_x6 * t_utidn + t_gz422 * t_7ekei);
+    const real t_qkxuz = th_1 * (p[I1] * (t_q2k45 + t_q2k45));
+    const real t_7ojut = cos_theta1 * t_qkxuz;
+    const real t_2r2yl = t_6nwd2 * t_7uthm;
+    const real t_5skfg = k1 * p[eps1];
+    const real t_xryeg = sin_phi1 * t_2r2yl + cos_phi1 * t_5skfg;
+    const real t_py77n = sin_phi1 * t_5skfg - cos_phi1 * t_2r2yl;
+    const real t_gxhcq = t_7ojut + sin_theta1 * t_xryeg + t_w7lcw * t_py77n;
+    const real t_a3saw = sin_theta1 * t_qkxuz;
+    const real t_hu6y3 = t_3go2w * t_py77n - (t_a3saw - cos_theta1 * t_xryeg) - K_L32 * t_gxhcq;
+    const real t_2g7bi = p[l1] * t_5skfg;
+    const real t_hx3h6 = q_1 * t_qkxuz;
+    const real t_bnv4f = t_xq4wt * t_py77n
+        - (t_2g7bi + t_hx3h6 - p[eps1])
+        + t_3jpev * t_gxhcq
+        - K_L43 * t_hu6y3;
+    const real t_jczf2 = t_2g7bi - e1 * t_xryeg;
+    const real t_cs5mc = x[wy] * p[I1];
+    const real t_z4e2d = t_rujpm * t_py77n
+        - (sin_theta1 * t_jczf2 + t_hx3h6 - t_cs5mc - g_1 * t_7ojut)
+        - K_L52 * t_gxhcq
+        - K_L53 * t_hu6y3
+        - K_L54 * t_bnv4f;
+    const real t_glxwj = t_pgxzp * t_py77n
+        - (cos_theta1 * t_jczf2 + g_1 * t_a3saw - x[wz] * p[I1])
+        + t_gz422 * t_gxhcq
+        - K_L63 * t_hu6y3
+        - K_L64 * t_bnv4f
+        - K_L65 * t_z4e2d;
+    const real t_zzwnh = t_glxwj * t_nfkwa;
+    const real t_zgzfd = t_z4e2d * t_ftqxb - K_L65 * t_zzwnh;
+    const real t_lg6ux = t_bnv4f * t_lt2al - K_L54 * t_zgzfd - K_L64 * t_zzwnh;
+    const real t_jxtto = t_hu6y3 * t_zmh3u - K_L43 * t_lg6ux - K_L53 * t_zgzfd - K_L63 * t_zzwnh;
+    const real t_ky43l = t_gxhcq * t_4iujv
+        - K_L32 * t_jxtto
+        + t_3jpev * t_lg6ux
+        - K_L52 * t_zgzfd
+        + t_gz422 * t_zzwnh;
+    const real t_snnp7_2 = B_1 * (Wt1 - t_2idpk);
+    const real t_rtja4 = sin_phi1 * t_snnp7_2 + t_ghnnr;
+    const real t_q3omg = th_1 * (p[I1] * (t_ceplo - t_smkh7) - q_1 * p[eps1]);
+    const real t_rd3g5 = cos_theta1 * t_q3omg;
+    const real t_p6m6d_2 = t_qbft3 - cos_phi1 * t_snnp7_2;
+    const real t_z7x6o = t_w7lcw * t_rtja4 - (t_rd3g5 + sin_theta1 * t_p6m6d_2);
+    const real t_hkdq2 = sin_theta1 * t_q3omg;
+    const real t_xwqwq = t_3go2w * t_rtja4 - (cos_theta1 * t_p6m6d_2 - t_hkdq2) - K_L32 * t_z7x6o;
+    const real t_bjdpd_2 = p[l1] * t_snnp7_2;
+    const real t_7gr2m = q_1 * t_q3omg;
+    const real t_mlqfj = t_xq4wt * t_rtja4
+        - (t_bjdpd_2 - t_7gr2m + t_cs5mc)
+        + t_3jpev * t_z7x6o
+        - K_L43 * t_xwqwq;
+    const real t_djylm_2 = t_bjdpd_2 + e1 * t_p6m6d_2;
+    const real t_v3jo2 = t_rujpm * t_rtja4
+        - (sin_theta1 * t_djylm_2 - (t_7gr2m + p[eps1]) + g_1 * t_rd3g5)
+        - K_L52 * t_z7x6o
+        - K_L53 * t_xwqwq
+        - K_L54 * t_mlqfj;
+    const real t_mdorn = t_pgxzp * t_rtja4
+        - (cos_theta1 * t_djylm_2 + x[wx] * p[I1] - g_1 * t_hkdq2)
+        + t_gz422 * t_z7x6o
+        - K_L63 * t_xwqwq
+        - K_L64 * t_mlqfj
+        - K_L65 * t_v3jo2;
+    const real t_w4yjg = t_mdorn * t_nfkwa;
+    const real t_o2b4u = t_v3jo2 * t_ftqxb - K_L65 * t_w4yjg;
+    const real t_c4scz = t_mlqfj * t_lt2al - K_L54 * t_o2b4u - K_L64 * t_w4yjg;
+    const real t_yvcd5 = t_xwqwq * t_zmh3u - K_L43 * t_c4scz - K_L53 * t_o2b4u - K_L63 * t_w4yjg;
+    const real t_5ewla = t_z7x6o * t_4iujv
+        - K_L32 * t_yvcd5
+        + t_3jpev * t_c4scz
+        - K_L52 * t_o2b4u
+        + t_gz422 * t_w4yjg;
+    const real t_lmpa4 = th_2 * (p[I2] * (t_e55su + t_e55su));
+    const real t_vyiev = cos_theta2 * t_lmpa4;
+    const real t_kkthf = t_popww * t_ozxm2;
+    const real t_o7zln = k2 * p[eps2];
+    const real t_7cclx = sin_phi2 * t_kkthf + cos_phi2 * t_o7zln;
+    const real t_h6rho = sin_phi2 * t_o7zln - cos_phi2 * t_kkthf;
+    const real t_gqowz = t_vyiev + sin_theta2 * t_7cclx + t_w7lcw * t_h6rho;
+    const real t_3p3ed = sin_theta2 * t_lmpa4;
+    const real t_bqbze = t_3go2w * t_h6rho - (t_3p3ed - cos_theta2 * t_7cclx) - K_L32 * t_gqowz;
+    const real t_3tcsz = q_2 * t_lmpa4;
+    const real t_ldmue = p[l2] * t_o7zln;
+    const real t_ydt3o = t_xq4wt * t_h6rho
+        - (t_3tcsz + t_ldmue - p[eps2])
+        + t_3jpev * t_gqowz
+        - K_L43 * t_bqbze;
+    const real t_dvr7i = t_ldmue - e2 * t_7cclx;
+    const real t_ak22y = x[wy] * p[I2];
+    const real t_gnlos = t_rujpm * t_h6rho
+        - (t_3tcsz + sin_theta2 * t_dvr7i - t_ak22y - g_2 * t_vyiev)
+        - K_L52 * t_gqowz
+        - K_L53 * t_bqbze
+        - K_L54 * t_ydt3o;
+    const real t_2rdnd = t_pgxzp * t_h6rho
+        - (cos_theta2 * t_dvr7i + g_2 * t_3p3ed - x[wz] * p[I2])
+        + t_gz422 * t_gqowz
+        - K_L63 * t_bqbze
+        - K_L64 * t_ydt3o
+        - K_L65 * t_gnlos;
+    const real t_wa6kp = t_2rdnd * t_nfkwa;
+    const real t_dytux = t_gnlos * t_ftqxb - K_L65 * t_wa6kp;
+    const real t_ucko3 = t_ydt3o * t_lt2al - K_L54 * t_dytux - K_L64 * t_wa6kp;
+    const real t_nvzz5 = t_bqbze * t_zmh3u - K_L43 * t_ucko3 - K_L53 * t_dytux - K_L63 * t_wa6kp;
+    const real t_neuvj = t_gqowz * t_4iujv
+        - K_L32 * t_nvzz5
+        + t_3jpev * t_ucko3
+        - K_L52 * t_dytux
+        + t_gz422 * t_wa6kp;
+    const real t_ep6yh_2 = B_2 * (Wt2 - t_6tvwe);
+    const real t_pnaq4 = sin_phi2 * t_ep6yh_2 + t_7e3oz;
+    const real t_a35bu = th_2 * (p[I2] * (t_udto6 - t_2nvx4) - q_2 * p[eps2]);
+    const real t_httuk = cos_theta2 * t_a35bu;
+    const real t_oiezm_2 = t_bpppy - cos_phi2 * t_ep6yh_2;
+    const real t_4l7pn = t_w7lcw * t_pnaq4 - (t_httuk + sin_theta2 * t_oiezm_2);
+    const real t_6ywgu = sin_theta2 * t_a35bu;
+    const real t_3ny3b = t_3go2w * t_pnaq4 - (cos_theta2 * t_oiezm_2 - t_6ywgu) - K_L32 * t_4l7pn;
+    const real t_alad5_2 = p[l2] * t_ep6yh_2;
+    const real t_row46 = q_2 * t_a35bu;
+    const real t_eic67 = t_xq4wt * t_pnaq4
+        - (t_alad5_2 - t_row46 + t_ak22y)
+        + t_3jpev * t_4l7pn
+        - K_L43 * t_3ny3b;
+    const real t_65hht_2 = t_alad5_2 + e2 * t_oiezm_2;
+    const real t_suc55 = t_rujpm * t_pnaq4
+        - (sin_theta2 * t_65hht_2 - (t_row46 + p[eps2]) + g_2 * t_httuk)
+        - K_L52 * t_4l7pn
+        - K_L53 * t_3ny3b
+        - K_L54 * t_eic67;
+    const real t_g6so6 = t_pgxzp * t_pnaq4
+        - (cos_theta2 * t_65hht_2 + x[wx] * p[I2] - g_2 * t_6ywgu)
+        + t_gz422 * t_4l7pn
+        - K_L63 * t_3ny3b
+        - K_L64 * t_eic67
+        - K_L65 * t_suc55;
+    const real t_qyrcg = t_g6so6 * t_nfkwa;
+    const real t_mm5vw = t_suc55 * t_ftqxb - K_L65 * t_qyrcg;
+    const real t_vu6ur = t_eic67 * t_lt2al - K_L54 * t_mm5vw - K_L64 * t_qyrcg;
+    const real t_ibmfi = t_3ny3b * t_zmh3u - K_L43 * t_vu6ur - K_L53 * t_mm5vw - K_L63 * t_qyrcg;
+    const real t_s77ah = t_4l7pn * t_4iujv
+        - K_L32 * t_ibmfi
+        + t_3jpev * t_vu6ur
+        - K_L52 * t_mm5vw
+        + t_gz422 * t_qyrcg;
+    const real t_brzwg = b1 * t_bpfoo * t_bpfoo;
+    const real t_hiifd = (K_L65 * K_L54 - K_L64) * t_nfkwa;
+    const real t_5u7wz = K_L54 * t_ftqxb + K_L65 * t_hiifd;
+    const real t_6ytpw = t_lt2al + K_L54 * t_5u7wz - K_L64 * t_hiifd;
+    const real t_fokyf = K_L53 * t_5u7wz - K_L43 * t_6ytpw - K_L63 * t_hiifd;
+    const real t_zbji2 = t_3jpev * t_6ytpw - K_L32 * t_fokyf + K_L52 * t_5u7wz + t_gz422 * t_hiifd;
+    const real t_zwjps = K_L65 * t_nfkwa;
+    const real t_ctsrf = K_L64 * t_nfkwa - K_L54 * t_zwjps;
+    const real t_5wlzs = K_L63 * t_nfkwa - (K_L43 * t_ctsrf + K_L53 * t_zwjps);
+    const real t_2a7zs = t_3jpev * t_ctsrf - K_L32 * t_5wlzs - K_L52 * t_zwjps - t_gz422 * t_nfkwa;
+    const real t_okbuw = x_C * t_zwjps;
+    const real t_kchpi = t_ftqxb + K_L65 * t_zwjps;
+    const real t_ht423 = K_L64 * t_zwjps - K_L54 * t_kchpi;
+    const real t_mrgyy = K_L63 * t_zwjps - (K_L43 * t_ht423 + K_L53 * t_kchpi);
+    const real t_zk26f = t_3jpev * t_ht423 - K_L32 * t_mrgyy - K_L52 * t_kchpi - t_gz422 * t_zwjps;
+    const real t_biwei = t_w7lcw * t_gcu5g;
+    const real t_ddpbr = K_L32 * t_biwei - (t_3go2w * t_gcu5g + f_x);
+    const real t_n3xxp = t_xq4wt * t_gcu5g + t_3jpev * t_biwei + K_L43 * t_ddpbr;
+    const real t_ycggc = K_L52 * t_biwei - t_rujpm * t_gcu5g - K_L53 * t_ddpbr + K_L54 * t_n3xxp;
+    const real t_2qul4 = t_lwe76 * f_x
+        - t_pgxzp * t_gcu5g
+        - t_gz422 * t_biwei
+        - K_L63 * t_ddpbr
+        + K_L64 * t_n3xxp
+        - K_L65 * t_ycggc;
+    const real t_imbm2 = t_2qul4 * t_nfkwa;
+    const real t_gam2q = t_ycggc * t_ftqxb - K_L65 * t_imbm2;
+    const real t_w4fnn = t_n3xxp * t_lt2al + K_L54 * t_gam2q + K_L64 * t_imbm2;
+    const real t_ej2d2 = t_ddpbr * t_zmh3u + K_L43 * t_w4fnn - K_L53 * t_gam2q - K_L63 * t_imbm2;
+    const real t_pkqz6 = t_gz422 * t_imbm2
+        - (t_biwei * t_4iujv + K_L32 * t_ej2d2 + t_3jpev * t_w4fnn + K_L52 * t_gam2q);
+    const real t_ruxs4_2 = p[F] * cos_delta2;
+    const real t_qswyw = p[F] * sin_delta2;
+    const real t_jt7ew = cos_delta1 * t_qswyw;
+    const real t_m4sxd = t_ruxs4_2 - t_w7lcw * t_jt7ew;
+    const real t_ek6bh = sin_delta1 * t_qswyw;
+    const real t_mvh5c = t_ek6bh - t_3go2w * t_jt7ew - K_L32 * t_m4sxd;
+    const real t_53nd3 = t_3jpev * t_m4sxd - t_xq4wt * t_jt7ew - K_L43 * t_mvh5c;
+    const real t_vdgfi = t_lwe76 * t_ruxs4_2
+        + t_rujpm * t_jt7ew
+        + K_L52 * t_m4sxd
+        + K_L53 * t_mvh5c
+        + K_L54 * t_53nd3;
+    const real t_ohs6n = t_gz422 * t_m4sxd
+        - (t_lwe76 * t_ek6bh + t_pgxzp * t_jt7ew)
+        - K_L63 * t_mvh5c
+        - K_L64 * t_53nd3
+        + K_L65 * t_vdgfi;
+    const real t_p6y4x = t_ohs6n * t_nfkwa;
+    const real t_mkjyh = t_vdgfi * t_ftqxb + K_L65 * t_p6y4x;
+    const real t_3pgcq = t_53nd3 * t_lt2al + K_L54 * t_mkjyh - K_L64 * t_p6y4x;
+    const real t_5fxlg = t_mvh5c * t_zmh3u - K_L43 * t_3pgcq + K_L53 * t_mkjyh - K_L63 * t_p6y4x;
+    const real t_bc3ru = t_m4sxd * t_4iujv
+        - K_L32 * t_5fxlg
+        + t_3jpev * t_3pgcq
+        + K_L52 * t_mkjyh
+        + t_gz422 * t_p6y4x;
+    const real t_gtmgm = cos_delta2 * cos_delta2;
+    const real t_fler6 = sin_delta1 * sin_delta1;
+    const real t_zbkpt = mv_sqrt(sin_delta2 * sin_delta2 + t_gtmgm * t_fler6);
+    const real t_2h3jb = K(1.0) / (t_zbkpt + t_zbkpt);
     J_x[0] = SPLAT(K(0.0));
     J_x[1] = SPLAT(K(0.0));
     J_x[2] = SPLAT(K(0.0));
-    J_x[3] = v545 - v289 * v527;
-    J_x[4] = v728 - v289 * v710;
-    J_x[5] = v899 - v289 * v881;
+    J_x[3] = t_p3cyq - x_C * t_mvcys;
+    J_x[4] = t_5gogd - x_C * t_zidue;
+    J_x[5] = t_gbvsw - x_C * t_hucxp;
     J_x[6] = SPLAT(K(0.0));
     J_x[7] = SPLAT(K(0.0));
     J_x[8] = SPLAT(K(0.0));
-    J_x[9] = v1572 - v289 * v1539;
-    J_x[10] = v1928 - v289 * v1895;
-    J_x[11] = v2367 - v289 * v2334;
-    J_x[12] = v2723 - v289 * v2690;
-    J_x[13] = v2814 - v289 * v2796;
-    J_x[14] = v2904 - v289 * v2886;
-    J_x[15] = v2995 - v289 * v2977;
-    J_x[16] = v3085 - v289 * v3067;
+    J_x[9] = t_clzgq - x_C * t_nbkzt;
+    J_x[10] = t_ghemx - x_C * t_zr5di;
+    J_x[11] = t_ixgiu - x_C * t_5rghd;
+    J_x[12] = t_ze77j - x_C * t_6dg7r;
+    J_x[13] = t_ky43l - x_C * t_zgzfd;
+    J_x[14] = t_5ewla - x_C * t_o2b4u;
+    J_x[15] = t_neuvj - x_C * t_dytux;
+    J_x[16] = t_s77ah - x_C * t_mm5vw;
     J_x[17] = SPLAT(K(0.0));
     J_x[18] = SPLAT(K(0.0));
     J_x[19] = SPLAT(K(0.0));
-    J_x[20] = v537 - v289 * v525;
-    J_x[21] = v720 - v289 * v708;
-    J_x[22] = v891 - v289 * v879;
+    J_x[20] = t_k4g3j - x_C * t_fukug;
+    J_x[21] = t_z2otz - x_C * t_yanuq;
+    J_x[22] = t_nsiwt - x_C * t_gif7d;
     J_x[23] = SPLAT(K(0.0));
     J_x[24] = SPLAT(K(0.0));
     J_x[25] = SPLAT(K(0.0));
-    J_x[26] = v1557 - v289 * v1536;
-    J_x[27] = v1913 - v289 * v1892;
-    J_x[28] = v2352 - v289 * v2331;
-    J_x[29] = v2708 - v289 * v2687;
-    J_x[30] = v2806 - v289 * v2794;
-    J_x[31] = v2896 - v289 * v2884;
-    J_x[32] = v2987 - v289 * v2975;
-    J_x[33] = v3077 - v289 * v3065;
+    J_x[26] = t_vb3vk - x_C * t_2rjc3;
+    J_x[27] = t_vmmcz - x_C * t_vbfnl;
+    J_x[28] = t_z36hd - x_C * t_ggj7d;
+    J_x[29] = t_vpbw5 - x_C * t_7ekei;
+    J_x[30] = t_jxtto - x_C * t_zzwnh;
+    J_x[31] = t_yvcd5 - x_C * t_w4yjg;
+    J_x[32] = t_nvzz5 - x_C * t_wa6kp;
+    J_x[33] = t_ibmfi - x_C * t_qyrcg;
     J_x[34] = SPLAT(K(0.0));
     J_x[35] = SPLAT(K(0.0));
     J_x[36] = SPLAT(K(0.0));
-    J_x[37] = v531;
-    J_x[38] = v714;
-    J_x[39] = v885;
+    J_x[37] = t_cgzf6;
+    J_x[38] = t_v3546;
+    J_x[39] = t_psn6w;
     J_x[40] = SPLAT(K(0.0));
     J_x[41] = SPLAT(K(0.0));
     J_x[42] = SPLAT(K(0.0));
-    J_x[43] = v1546;
-    J_x[44] = v1902;
-    J_x[45] = v2341;
-    J_x[46] = v2697;
-    J_x[47] = v2800;
-    J_x[48] = v2890;
-    J_x[49] = v2981;
-    J_x[50] = v3071;
+    J_x[43] = t_acgzr;
+    J_x[44] = t_3knpj;
+    J_x[45] = t_qeczb;
+    J_x[46] = t_tlzdx;
+    J_x[47] = t_lg6ux;
+    J_x[48] = t_c4scz;
+    J_x[49] = t_ucko3;
+    J_x[50] = t_vu6ur;
     J_x[51] = SPLAT(K(0.0));
     J_x[52] = SPLAT(K(0.0));
     J_x[53] = SPLAT(K(0.0));
-    J_x[54] = x[5] - v525;
-    J_x[55] = -v708;
-    J_x[56] = x[3] - v879;
+    J_x[54] = x[wz] - t_fukug;
+    J_x[55] = -t_yanuq;
+    J_x[56] = x[wx] - t_gif7d;
     J_x[57] = SPLAT(K(0.0));
     J_x[58] = SPLAT(K(0.0));
     J_x[59] = SPLAT(K(0.0));
-    J_x[60] = -v1536;
-    J_x[61] = -v1892;
-    J_x[62] = -v2331;
-    J_x[63] = -v2687;
-    J_x[64] = -v2794;
-    J_x[65] = -v2884;
-    J_x[66] = -v2975;
-    J_x[67] = -v3065;
+    J_x[60] = -t_2rjc3;
+    J_x[61] = -t_vbfnl;
+    J_x[62] = -t_ggj7d;
+    J_x[63] = -t_7ekei;
+    J_x[64] = -t_zzwnh;
+    J_x[65] = -t_w4yjg;
+    J_x[66] = -t_wa6kp;
+    J_x[67] = -t_qyrcg;
     J_x[68] = SPLAT(K(0.0));
     J_x[69] = SPLAT(K(0.0));
     J_x[70] = SPLAT(K(0.0));
-    J_x[71] = v527 - x[4];
-    J_x[72] = v710 - x[3];
-    J_x[73] = v881;
+    J_x[71] = t_mvcys - x[wy];
+    J_x[72] = t_zidue - x[wx];
+    J_x[73] = t_hucxp;
     J_x[74] = SPLAT(K(0.0));
     J_x[75] = SPLAT(K(0.0));
     J_x[76] = SPLAT(K(0.0));
-    J_x[77] = v1539;
-    J_x[78] = v1895;
-    J_x[79] = v2334;
-    J_x[80] = v2690;
-    J_x[81] = v2796;
-    J_x[82] = v2886;
-    J_x[83] = v2977;
-    J_x[84] = v3067;
+    J_x[77] = t_nbkzt;
+    J_x[78] = t_zr5di;
+    J_x[79] = t_5rghd;
+    J_x[80] = t_6dg7r;
+    J_x[81] = t_zgzfd;
+    J_x[82] = t_o2b4u;
+    J_x[83] = t_dytux;
+    J_x[84] = t_mm5vw;
     J_x[85] = SPLAT(K(0.0));
     J_x[86] = SPLAT(K(0.0));
     J_x[87] = SPLAT(K(0.0));
-    J_x[88] = v3133;
-    J_x[89] = v3144 + v289 * v567;
-    J_x[90] = v3157 + v289 * v750;
+    J_x[88] = t_wm75f * t_bpfoo
+        + t_w7lcw * t_p3cyq
+        + t_3go2w * t_k4g3j
+        + t_xq4wt * t_cgzf6
+        + t_rujpm * t_mvcys
+        + t_pgxzp * t_fukug;
+    J_x[89] = t_sljdk * t_bpfoo
+        + t_w7lcw * t_5gogd
+        + t_3go2w * t_z2otz
+        + t_xq4wt * t_v3546
+        + t_rujpm * t_zidue
+        + t_pgxzp * t_yanuq
+        + x_C * t_6xfo3;
+    J_x[90] = t_ohbxs * t_bpfoo
+        + t_w7lcw * t_gbvsw
+        + t_3go2w * t_nsiwt
+        + t_xq4wt * t_psn6w
+        + t_rujpm * t_hucxp
+        + t_pgxzp * t_gif7d
+        + x_C * t_gwp2t;
     J_x[91] = SPLAT(K(0.0));
     J_x[92] = SPLAT(K(0.0));
     J_x[93] = SPLAT(K(0.0));
-    J_x[94] = v3192;
-    J_x[95] = v3211;
-    J_x[96] = v3234;
-    J_x[97] = v3253;
-    J_x[98] = v3264;
-    J_x[99] = v3275;
-    J_x[100] = v3286;
-    J_x[101] = v3297;
+    J_x[94] = t_za33c * t_bpfoo
+        + t_brzwg * t_h2ibw
+        + (X_x2 * t_ccnxe + t_w7lcw * t_clzgq)
+        + (X_x3 * t_lkd5z + t_3go2w * t_vb3vk)
+        + (X_x4 * t_zopz4 + t_xq4wt * t_acgzr)
+        + (X_x5 * t_ryoqa + t_rujpm * t_nbkzt)
+        + (X_x6 * t_fewxz + t_pgxzp * t_2rjc3);
+    J_x[95] = t_aschs * t_bpfoo
+        + (X_x2 * t_7rizg + t_w7lcw * t_ghemx)
+        + (t_3go2w * t_vmmcz - X_x3 * t_xy6nc)
+        + t_xq4wt * t_3knpj
+        + (X_x5 * t_zfxwu + t_rujpm * t_zr5di)
+        + (t_pgxzp * t_vbfnl - X_x6 * t_rqo2a);
+    J_x[96] = t_uou4w * t_bpfoo
+        + t_brzwg * t_anfnj
+        + (X_x2 * t_f4frf + t_w7lcw * t_ixgiu)
+        + (X_x3 * t_zlixu + t_3go2w * t_z36hd)
+        + (X_x4 * t_sasqd + t_xq4wt * t_qeczb)
+        + (X_x5 * t_5xnip + t_rujpm * t_5rghd)
+        + (X_x6 * t_jxilg + t_pgxzp * t_ggj7d);
+    J_x[97] = t_gsepn * t_bpfoo
+        + (X_x2 * t_hr7g5 + t_w7lcw * t_ze77j)
+        + (t_3go2w * t_vpbw5 - X_x3 * t_w7urv)
+        + t_xq4wt * t_tlzdx
+        + (X_x5 * t_tcnjk + t_rujpm * t_6dg7r)
+        + (t_pgxzp * t_7ekei - X_x6 * t_kpfwr);
+    J_x[98] = t_py77n * t_bpfoo
+        + t_w7lcw * t_ky43l
+        + t_3go2w * t_jxtto
+        + t_xq4wt * t_lg6ux
+        + t_rujpm * t_zgzfd
+        + t_pgxzp * t_zzwnh;
+    J_x[99] = t_rtja4 * t_bpfoo
+        + t_w7lcw * t_5ewla
+        + t_3go2w * t_yvcd5
+        + t_xq4wt * t_c4scz
+        + t_rujpm * t_o2b4u
+        + t_pgxzp * t_w4yjg;
+    J_x[100] = t_h6rho * t_bpfoo
+        + t_w7lcw * t_neuvj
+        + t_3go2w * t_nvzz5
+        + t_xq4wt * t_ucko3
+        + t_rujpm * t_dytux
+        + t_pgxzp * t_wa6kp;
+    J_x[101] = t_pnaq4 * t_bpfoo
+        + t_w7lcw * t_s77ah
+        + t_3go2w * t_ibmfi
+        + t_xq4wt * t_vu6ur
+        + t_rujpm * t_mm5vw
+        + t_pgxzp * t_qyrcg;
     J_x[102] = SPLAT(K(0.0));
     J_x[103] = SPLAT(K(0.0));
     J_x[104] = SPLAT(K(0.0));
@@ -993,39 +1556,61 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
     J_x[116] = SPLAT(K(0.0));
     J_x[117] = SPLAT(K(0.0));
     J_x[118] = SPLAT(K(0.0));
-    J_u[0] = v3319 + v289 * v3303;
-    J_u[1] = v3337 - v3338;
-    J_u[2] = v3356 - v289 * v3342;
-    J_u[3] = v3411 - v289 * v3394;
-    J_u[4] = v3473 + v289 * v3455;
-    J_u[5] = v3313 - v289 * v3301;
-    J_u[6] = v3331 + v289 * v524;
-    J_u[7] = v3350 + v3338;
-    J_u[8] = v3404 - v289 * v3387;
-    J_u[9] = v3465 - v289 * v3453;
-    J_u[10] = v3307;
-    J_u[11] = v3325;
-    J_u[12] = v3344;
-    J_u[13] = -v3398;
-    J_u[14] = v3459;
-    J_u[15] = -v3301;
-    J_u[16] = v524;
-    J_u[17] = v3323;
-    J_u[18] = -v3387;
-    J_u[19] = -v3453;
-    J_u[20] = -v3303;
-    J_u[21] = v3323;
-    J_u[22] = v3342;
-    J_u[23] = v3394;
-    J_u[24] = -v3455;
-    J_u[25] = v53 * v3319 + v191 * v3313 + v237 * v3307 - v334 * v3303 + v449 * v3301;
-    J_u[26] = v53 * v3337 + v191 * v3331 + v237 * v3325 + v334 * v3323 - v449 * v524;
-    J_u[27] = v53 * v3356 + v191 * v3350 + v237 * v3344 + v334 * v3342 - v449 * v3323;
-    J_u[28] = v3528;
-    J_u[29] = v3539;
+    J_u[0] = t_zbji2 + x_C * t_5u7wz;
+    J_u[1] = t_2a7zs - t_okbuw;
+    J_u[2] = t_zk26f - x_C * t_kchpi;
+    J_u[3] = t_pkqz6 - x_C * t_gam2q;
+    J_u[4] = t_bc3ru + x_C * t_mkjyh;
+    J_u[5] = t_fokyf - x_C * t_hiifd;
+    J_u[6] = t_5wlzs + x_C * t_nfkwa;
+    J_u[7] = t_mrgyy + t_okbuw;
+    J_u[8] = t_ej2d2 - x_C * t_imbm2;
+    J_u[9] = t_5fxlg - x_C * t_p6y4x;
+    J_u[10] = t_6ytpw;
+    J_u[11] = t_ctsrf;
+    J_u[12] = t_ht423;
+    J_u[13] = -t_w4fnn;
+    J_u[14] = t_3pgcq;
+    J_u[15] = -t_hiifd;
+    J_u[16] = t_nfkwa;
+    J_u[17] = t_zwjps;
+    J_u[18] = -t_imbm2;
+    J_u[19] = -t_p6y4x;
+    J_u[20] = -t_5u7wz;
+    J_u[21] = t_zwjps;
+    J_u[22] = t_kchpi;
+    J_u[23] = t_gam2q;
+    J_u[24] = -t_mkjyh;
+    J_u[25] = t_w7lcw * t_zbji2
+        + t_3go2w * t_fokyf
+        + t_xq4wt * t_6ytpw
+        - t_rujpm * t_5u7wz
+        + t_pgxzp * t_hiifd;
+    J_u[26] = t_w7lcw * t_2a7zs
+        + t_3go2w * t_5wlzs
+        + t_xq4wt * t_ctsrf
+        + t_rujpm * t_zwjps
+        - t_pgxzp * t_nfkwa;
+    J_u[27] = t_w7lcw * t_zk26f
+        + t_3go2w * t_mrgyy
+        + t_xq4wt * t_ht423
+        + t_rujpm * t_kchpi
+        - t_pgxzp * t_zwjps;
+    J_u[28] = t_w7lcw * t_pkqz6
+        - t_gcu5g * t_bpfoo
+        + t_3go2w * t_ej2d2
+        - t_xq4wt * t_w4fnn
+        + t_rujpm * t_gam2q
+        + t_pgxzp * t_imbm2;
+    J_u[29] = t_w7lcw * t_bc3ru
+        - t_jt7ew * t_bpfoo
+        + t_3go2w * t_5fxlg
+        + t_xq4wt * t_3pgcq
+        - t_rujpm * t_mkjyh
+        + t_pgxzp * t_p6y4x;
     J_u[30] = SPLAT(K(0.0));
     J_u[31] = SPLAT(K(0.0));
     J_u[32] = SPLAT(K(0.0));
-    J_u[33] = v3540 * ((s907 + s907) * c907) * v3550;
-    J_u[34] = ((s903 + s903) * c903 - v3545 * ((c903 + c903) * s903)) * v3550;
+    J_u[33] = t_gtmgm * ((sin_delta1 + sin_delta1) * cos_delta1) * t_2h3jb;
+    J_u[34] = ((sin_delta2 + sin_delta2) * cos_delta2 - t_fler6 * ((cos_delta2 + cos_delta2) * sin_delta2)) * t_2h3jb;
 }

@@ -9,1994 +9,3239 @@
 /* Jacobian of rhs with respect to p, row by row; 8187 operations. */
 void slosh_jac_p(const real *x, const real *u, const real *p, real *J)
 {
-    real s1, c1; mv_sincos(x[9], &s1, &c1);
-    const real v4 = p[13] * p[12];
-    const real v5 = p[13] * p[13];
-    const real v10 = K(1.0) / (v5 * p[12] + p[15]);
-    const real v11 = p[12] * v10;
-    const real v12 = v11 * p[13];
-    const real v13 = v4 * v12;
-    const real v18 = x[4] * x[4] + x[5] * x[5];
-    const real v23 = v11 * p[15];
-    const real v27 = p[18] * p[18];
-    const real v31 = K(1.0) / (v27 * p[17] + p[20]);
-    const real v32 = p[17] * v31;
-    const real v33 = v32 * p[20];
-    const real v34 = p[0] + p[1] + v23 + v33;
-    const real v35 = K(1.0) / v34;
-    const real v47 = (p[14] * v23 - (p[7] * p[0] + p[6] * p[1]) + p[19] * v33) * v35;
-    const real v48 = v47 * v35;
-    const real v49 = p[7] * v35 + v48;
-    const real v50 = v18 * v49;
-    const real v52 = v13 * (c1 * v50);
-    real s55, c55; mv_sincos(x[11], &s55, &c55);
-    const real v56 = p[18] * p[17];
-    const real v57 = v32 * p[18];
-    const real v58 = v56 * v57;
-    const real v60 = v58 * (c55 * v50);
-    const real v62 = c1 * v52 + c55 * v60;
-    const real v66 = v13 * s1;
-    const real v67 = v66 * s1;
-    const real v70 = v58 * s55;
-    const real v71 = v70 * s55;
-    const real v73 = K(1.0) / (v34 + v13 + v58 - v67 - v71);
-    real s76, c76; mv_sincos(u[4], &s76, &c76);
-    const real v78 = c76 * p[9];
-    real s80, c80; mv_sincos(u[3], &s80, &c80);
-    const real v82 = v23 * p[13];
-    const real v85 = x[3] - x[14];
-    real s88, c88; mv_sincos(x[10], &s88, &c88);
-    const real v92 = c88 * x[5] + s88 * x[4];
-    const real v94 = c1 * v85 - v92 * s1;
-    const real v97 = v92 * c1 + s1 * v85;
-    const real v100 = v94 * v97 - v92 * v85;
-    const real v104 = p[16] * x[13];
-    const real v106 = v82 * v100 + v104 * v12;
-    const real v108 = v33 * p[18];
-    const real v110 = x[3] - x[16];
-    real s113, c113; mv_sincos(x[12], &s113, &c113);
-    const real v117 = c113 * x[5] + s113 * x[4];
-    const real v119 = c55 * v110 - v117 * s55;
-    const real v122 = v117 * c55 + s55 * v110;
-    const real v125 = v119 * v122 - v117 * v110;
-    const real v129 = p[21] * x[15];
-    const real v131 = v108 * v125 + v129 * v57;
-    const real v134 = p[14] - v47;
-    const real v135 = v18 * v134;
-    const real v136 = c1 * v135;
-    const real v141 = c88 * x[4] - s88 * x[5];
-    const real v142 = v141 + x[13];
-    const real v144 = v97 * v97 + v142 * v142;
-    const real v146 = v136 * v13 - v4 * v144;
-    const real v149 = p[19] - v47;
-    const real v150 = v18 * v149;
-    const real v151 = c55 * v150;
-    const real v156 = c113 * x[4] - s113 * x[5];
-    const real v157 = v156 + x[15];
-    const real v159 = v122 * v122 + v157 * v157;
-    const real v161 = v151 * v58 - v56 * v159;
-    const real v164 = v78 * c80 + (v106 * s1 + v131 * s55 + c1 * v146 + c55 * v161);
-    const real v165 = v164 * v73;
-    const real v166 = v165 * v73;
-    const real v168 = v66 * c1;
-    const real v170 = v70 * c55;
-    const real v172 = v168 * s88 + v170 * s113;
-    const real v173 = v172 * v73;
-    const real v175 = v173 * v73;
-    const real v176 = v164 * v175;
-    const real v178 = s1 * v52;
-    const real v180 = s55 * v60;
-    const real v183 = v173 * v62 - v176 - (s88 * v178 + s113 * v180);
-    const real v184 = s88 * s88;
-    const real v186 = s1 * p[13];
-    const real v187 = v186 * v186;
-    const real v190 = K(1.0) / (p[15] + p[12] * v187);
-    const real v191 = p[12] * v190;
-    const real v192 = v191 * p[15];
-    const real v193 = v67 + v23 - v192;
-    const real v194 = v184 * v193;
-    const real v195 = s113 * s113;
-    const real v197 = s55 * p[18];
-    const real v198 = v197 * v197;
-    const real v201 = K(1.0) / (p[20] + p[17] * v198);
-    const real v202 = p[17] * v201;
-    const real v203 = v202 * p[20];
-    const real v204 = v71 + v33 - v203;
-    const real v205 = v195 * v204;
-    const real v214 = K(1.0) / (v194 + v205 + v34 + v192 + v203 - v23 - v33 - v172 * v173);
-    const real v217 = s76 * p[9];
-    const real v218 = x[3] * x[4];
-    const real v220 = c1 * p[13];
-    const real v225 = v142 + x[13];
-    const real v227 = v218 * v186 + v141 * v220 * v85 - v94 * p[13] * v225;
-    const real v229 = p[16] * x[14];
-    const real v231 = v227 * p[15] - v229 * v186;
-    const real v232 = v191 * v231;
-    const real v233 = v232 * c88;
-    const real v235 = c55 * p[18];
-    const real v240 = v157 + x[15];
-    const real v242 = v218 * v197 + v156 * v235 * v110 - v119 * p[18] * v240;
-    const real v244 = p[21] * x[16];
-    const real v246 = v242 * p[20] - v244 * v197;
-    const real v247 = v202 * v246;
-    const real v248 = v247 * c113;
-    const real v252 = s1 * v146 - v106 * c1;
-    const real v257 = s55 * v161 - v131 * c55;
-    const real v262 = v217 - (v233 + v248 + v252 * s88 + v257 * s113) + v173 * v164;
-    const real v263 = v262 * v214;
-    const real v264 = v263 * v214;
-    const real v266 = K(1.0) + v172 * v175;
-    const real v267 = v264 * v266;
-    const real v271 = v168 * c88 + v170 * c113;
-    const real v272 = v271 * v73;
-    const real v275 = v78 * s80;
-    const real v277 = v232 * s88;
-    const real v278 = v247 * s113;
-    const real v285 = c88 * s88;
-    const real v287 = c113 * s113;
-    const real v291 = v285 * v193 + v287 * v204 - v172 * v272;
-    const real v292 = v291 * v214;
-    const real v294 = v272 * v164 - (v275 + (v252 * c88 - (v277 + v278) + v257 * c113)) - v292 * v262;
-    const real v303 = K(1.0) / (v67 + v71 + v34 - v194 - v205 - v291 * v292 - v271 * v272);
-    const real v304 = v294 * v303;
-    const real v305 = v186 * v192;
-    const real v306 = s88 * v305;
-    const real v307 = v197 * v203;
-    const real v308 = s113 * v307;
-    const real v310 = v82 * c1;
-    const real v313 = v108 * c55;
-    const real v316 = c88 * v305;
-    const real v317 = c113 * v307;
-    const real v323 = v82 * s1;
-    const real v324 = v108 * s55;
-    const real v325 = v323 + v324;
-    const real v326 = v325 * v73;
-    const real v328 = v316 + v317 + v310 * s88 + v313 * s113 + v172 * v326;
-    const real v329 = v328 * v214;
-    const real v333 = v306 + v308 - v310 * c88 - v313 * c113 + v291 * v329 - v271 * v326;
-    const real v334 = v333 * v303;
-    const real v338 = v323 * v135 + v106 * p[13];
-    const real v341 = v232 * v186 + v247 * v197;
-    const real v345 = v324 * v150 + v131 * p[18];
-    const real v349 = x[14] * p[15];
-    const real v352 = x[16] * p[20];
-    const real v357 = p[4] - p[5];
-    const real v360 = v338 - v341 + v345 - v104 - v129 + v349 * x[4] + v352 * x[4] - v357 * x[4] * x[5];
-    const real v367 = u[0] - v360 + v326 * v164 + v329 * v262 - v334 * v294;
-    const real v370 = v186 * v305 + v197 * v307;
-    const real v371 = v82 * p[13];
-    const real v373 = v108 * p[18];
-    const real v377 = p[2] + p[3];
-    const real v385 = K(1.0) / (v370 + v371 + v373 + v377 - v328 * v329 - v333 * v334 - v325 * v326);
-    const real v386 = v367 * v385;
-    const real v387 = v134 - v220;
-    const real v388 = v387 * v192;
-    const real v389 = v186 * v388;
-    const real v390 = c88 * v389;
-    const real v392 = v149 - v235;
-    const real v393 = v392 * v203;
-    const real v394 = v197 * v393;
-    const real v395 = c113 * v394;
-    const real v397 = v310 * v134;
-    const real v398 = v371 - v397;
-    const real v401 = v313 * v149;
-    const real v402 = v373 - v401;
-    const real v406 = v388 - v134 * v23;
-    const real v408 = v393 - v149 * v33;
-    const real v410 = v67 * v134;
-    const real v411 = v310 - v410;
-    const real v412 = v411 + v406;
-    const real v414 = v71 * v149;
-    const real v415 = v313 - v414;
-    const real v416 = v415 + v408;
-    const real v418 = v184 * v412 + v195 * v416;
-    const real v423 = v323 + v168 * v134;
-    const real v426 = v324 + v170 * v149;
-    const real v428 = v423 * s88 + v426 * s113;
-    const real v429 = v428 * v73;
-    const real v431 = v406 + v408 - v418 - v316 - v317 - v172 * v429;
-    const real v432 = v431 * v214;
-    const real v437 = v285 * v412 + v287 * v416;
-    const real v443 = v306 - v437 + v308 - v291 * v432 - v271 * v429;
-    const real v444 = v443 * v303;
-    const real v446 = v370 - v390 - v395 + v398 * s88 + v402 * s113 + v328 * v432 - v333 * v444;
-    const real v448 = v446 - v325 * v429;
-    const real v449 = v448 * v385;
-    const real v452 = v338 + v252 * v134;
-    const real v458 = v345 + v257 * v149;
-    const real v464 = v452 * s88 - (v341 + v229 + v244) + v458 * s113 - v218 * (v377 + (p[5] - p[4]));
-    const real v465 = x[13] * p[15];
-    const real v468 = x[15] * p[20];
-    const real v478 = p[7] + p[8] + v47;
-    const real v480 = u[2] - (v464 - v465 * x[4] - v468 * x[4] + v233 * v387 + v248 * v392) - v217 * v478;
-    const real v488 = v480 + v429 * v164 - v432 * v262 - v444 * v294 - v449 * v367;
-    const real v489 = v387 * v388;
-    const real v490 = v392 * v393;
-    const real v493 = v134 * v134;
-    const real v494 = v23 * v493;
-    const real v499 = v371 + K(-2.0) * v397 + v134 * v410;
-    const real v501 = v494 + v499 - v489;
-    const real v502 = v184 * v501;
-    const real v504 = v149 * v149;
-    const real v505 = v33 * v504;
-    const real v509 = v373 + K(-2.0) * v401 + v149 * v414;
-    const real v511 = v505 + v509 - v490;
-    const real v512 = v195 * v511;
-    const real v515 = p[14] * p[14];
-    const real v517 = p[19] * p[19];
-    const real v520 = p[7] * p[7];
-    const real v523 = p[6] * p[6];
-    const real v526 = v47 * v47;
-    const real v528 = v23 * v515 + v33 * v517 + p[0] * v520 + p[1] * v523 - v34 * v526;
-    const real v534 = v489 + v490 + v370 + v502 + v512 + (p[2] + p[5] + v528) - v494 - v505 + K(-2.0) * v390;
-    const real v544 = v534 + K(-2.0) * v395 - v431 * v432 - v443 * v444 - v448 * v449 - v428 * v429;
-    const real v545 = K(1.0) / v544;
-    const real v546 = v488 * v545;
-    const real v549 = s88 * v389 + s113 * v394;
-    const real v556 = v423 * c88 + v426 * c113;
-    const real v557 = v556 * v73;
-    const real v559 = v437 + v172 * v557;
-    const real v560 = v559 * v214;
-    const real v568 = v418 - (v411 + v415) + v291 * v560 - v271 * v557;
-    const real v569 = v568 * v303;
-    const real v581 = v549 + v398 * c88 + v402 * c113 - v328 * v560 - v333 * v569 - v325 * v557;
-    const real v582 = v581 * v385;
-    const real v584 = v549 + v285 * v501 + v287 * v511 + v431 * v560 - v443 * v569 - v448 * v582;
-    const real v586 = v584 - v428 * v557;
-    const real v587 = v586 * v545;
-    const real v597 = x[3] * x[5];
-    const real v598 = p[15] + p[20];
-    const real v602 = v452 * c88 + v458 * c113 + v349 * x[3] + v352 * x[3] - v597 * (v377 + v598 + v357);
-    const real v612 = v275 * v478 - (u[1] + (v602 - v277 * v387 - v278 * v392 - v465 * x[5] - v468 * x[5]));
-    const real v622 = v612 + v557 * v164 + v560 * v262 - v569 * v294 - v582 * v367 - v587 * v488;
-    const real v633 = v499 + v509 + (p[2] + p[4] + v598 + v528) - v502 - v512 - v559 * v560 - v568 * v569;
-    const real v640 = K(1.0) / (v633 - v581 * v582 - v586 * v587 - v556 * v557);
-    const real v641 = v622 * v640;
-    const real v643 = v546 - v587 * v641;
-    const real v647 = v386 - v449 * v643 - v582 * v641;
-    const real v653 = v304 - v334 * v647 - v444 * v643 - v569 * v641;
-    const real v654 = v272 * v73;
-    const real v655 = v172 * v654;
-    const real v657 = v292 * v214;
-    const real v659 = v655 * v214 - v657 * v266;
-    const real v660 = v653 * v659;
-    const real v662 = v164 * v654;
-    const real v668 = v262 * v659;
-    const real v671 = v272 * v62 - v662 - (c88 * v178 + c113 * v180) - (v668 + v292 * v183);
-    const real v673 = v304 * v303;
-    const real v679 = K(1.0) - (v292 * v655 + v291 * v659) + v271 * v654;
-    const real v680 = v673 * v679;
-    const real v683 = v326 * v73;
-    const real v684 = v172 * v683;
-    const real v686 = v329 * v214;
-    const real v688 = v684 * v214 + v686 * v266;
-    const real v692 = v329 * v655 - v291 * v688 + v271 * v683;
-    const real v694 = v334 * v303;
-    const real v696 = v692 * v303 - v694 * v679;
-    const real v697 = v647 * v696;
-    const real v699 = v164 * v683;
-    const real v701 = v323 * v50;
-    const real v702 = v324 * v50;
-    const real v706 = v262 * v688;
-    const real v709 = v294 * v696;
-    const real v712 = v326 * v62 - v699 - (v701 + v702) + (v329 * v183 - v706) - (v709 + v334 * v671);
-    const real v714 = v386 * v385;
-    const real v723 = v329 * v684 + v328 * v688 - (v334 * v692 + v333 * v696) + v325 * v683;
-    const real v724 = v714 * v723;
-    const real v726 = v192 * v49;
-    const real v728 = v726 - v23 * v49;
-    const real v729 = v203 * v49;
-    const real v731 = v729 - v33 * v49;
-    const real v733 = v67 * v49;
-    const real v734 = v728 - v733;
-    const real v736 = v71 * v49;
-    const real v737 = v731 - v736;
-    const real v739 = v184 * v734 + v195 * v737;
-    const real v741 = v168 * v49;
-    const real v743 = v170 * v49;
-    const real v745 = s88 * v741 + s113 * v743;
-    const real v747 = v429 * v73;
-    const real v748 = v745 * v73 - v747;
-    const real v750 = v728 + v731 - v739 - v172 * v748;
-    const real v752 = v432 * v214;
-    const real v753 = v752 * v266;
-    const real v754 = v750 * v214 - v753;
-    const real v756 = v432 * v684;
-    const real v758 = v186 * v726;
-    const real v759 = c88 * v758;
-    const real v760 = v197 * v729;
-    const real v761 = c113 * v760;
-    const real v763 = v310 * v49;
-    const real v766 = v313 * v49;
-    const real v770 = v444 * v692;
-    const real v773 = v285 * v734 + v287 * v737;
-    const real v774 = v432 * v655;
-    const real v779 = v773 + (v774 + v291 * v754) + v271 * v748;
-    const real v781 = v444 * v303;
-    const real v782 = v781 * v679;
-    const real v783 = v779 * v303 + v782;
-    const real v786 = v328 * v754 - v756 - (v759 + v761 + s88 * v763 + s113 * v766) - (v770 - v333 * v783);
-    const real v788 = v786 - v325 * v748;
-    const real v790 = v449 * v385;
-    const real v791 = v790 * v723;
-    const real v792 = v788 * v385 - v791;
-    const real v798 = v701 + (v134 * v178 + v252 * v49);
-    const real v803 = v702 + (v149 * v180 + v257 * v49);
-    const real v814 = v217 * v49 - (s88 * v798 + s113 * v803 + v233 * v49 + v248 * v49) + (v164 * v748 + v429 * v62);
-    const real v826 = v814 - (v262 * v754 + v432 * v183) - (v444 * v671 - v294 * v783) - (v367 * v792 + v449 * v712);
-    const real v828 = v546 * v545;
-    const real v831 = v388 * v49 + v387 * v726;
-    const real v834 = v393 * v49 + v392 * v729;
-    const real v836 = v134 + v134;
-    const real v838 = v23 * (v836 * v49);
-    const real v843 = K(-2.0) * v763 + (v410 * v49 + v134 * v733);
-    const real v845 = v838 + v843 - v831;
-    const real v846 = v184 * v845;
-    const real v848 = v149 + v149;
-    const real v850 = v33 * (v848 * v49);
-    const real v855 = K(-2.0) * v766 + (v414 * v49 + v149 * v736);
-    const real v857 = v850 + v855 - v834;
-    const real v858 = v195 * v857;
-    const real v860 = v47 + v47;
-    const real v864 = v520 - (v526 - v34 * (v860 * v49));
-    const real v871 = v831 + v834 + v846 + v858 + v864 - v838 - v850 + K(-2.0) * v759 + K(-2.0) * v761;
-    const real v883 = v871 - (v432 * v750 + v431 * v754) + (v444 * v779 + v443 * v783) - (v449 * v788 + v448 * v792);
-    const real v887 = v883 - (v429 * v745 + v428 * v748);
-    const real v892 = s88 * v758 + s113 * v760;
-    const real v900 = c88 * v741 + c113 * v743;
-    const real v902 = v557 * v73;
-    const real v903 = v900 * v73 - v902;
-    const real v905 = v773 + v172 * v903;
-    const real v907 = v560 * v214;
-    const real v908 = v907 * v266;
-    const real v909 = v905 * v214 - v908;
-    const real v915 = v560 * v655;
-    const real v920 = v739 + (v733 + v736) + (v915 + v291 * v909) - v271 * v903;
-    const real v922 = v569 * v303;
-    const real v923 = v922 * v679;
-    const real v924 = v920 * v303 - v923;
-    const real v928 = v892 + v285 * v845 + v287 * v857 + (v560 * v750 + v431 * v909) - (v443 * v924 - v569 * v779);
-    const real v935 = v560 * v684;
-    const real v938 = v569 * v692;
-    const real v941 = v892 - c88 * v763 - c113 * v766 - (v328 * v909 - v935) - (v938 + v333 * v924);
-    const real v943 = v941 - v325 * v903;
-    const real v945 = v582 * v385;
-    const real v946 = v945 * v723;
-    const real v947 = v943 * v385 - v946;
-    const real v954 = v928 - (v582 * v788 + v448 * v947) - (v557 * v745 + v428 * v903);
-    const real v956 = v587 * v545;
-    const real v958 = v954 * v545 - v956 * v887;
-    const real v972 = v164 * v903 + v557 * v62 - (v275 * v49 + (c88 * v798 + c113 * v803 - v277 * v49 - v278 * v49));
-    const real v984 = v972 + (v262 * v909 + v560 * v183) - (v294 * v924 + v569 * v671) - (v367 * v947 + v582 * v712);
-    const real v990 = v641 * v640;
-    const real v1002 = v843 + v855 + v864 - v846 - v858 - (v560 * v905 + v559 * v909) - (v569 * v920 + v568 * v924);
-    const real v1014 = v1002 - (v582 * v943 + v581 * v947) - (v587 * v954 + v586 * v958) - (v557 * v900 + v556 * v903);
-    const real v1016 = (v984 - (v488 * v958 + v587 * v826)) * v640 - v990 * v1014;
-    const real v1019 = v826 * v545 - v828 * v887 - (v641 * v958 + v587 * v1016);
-    const real v1026 = v712 * v385 - v724 - (v643 * v792 + v449 * v1019) - (v641 * v947 + v582 * v1016);
-    const real v1033 = v671 * v303 - v680 - (v697 + v334 * v1026) - (v444 * v1019 - v643 * v783);
-    const real v1037 = v1033 - (v641 * v924 + v569 * v1016);
-    const real v1042 = v647 * v688;
-    const real v1048 = v183 * v214 - v267 - (v660 + v292 * v1037) + (v329 * v1026 - v1042) - (v643 * v754 + v432 * v1019);
-    const real v1052 = v1048 + (v641 * v909 + v560 * v1016);
-    const real v1061 = v263 - v292 * v653 + v329 * v647 - v432 * v643 + v560 * v641;
-    const real v1062 = v1061 * v175;
-    const real v1066 = v653 * v654;
-    const real v1070 = v647 * v683;
-    const real v1072 = v62 * v73 - v166 + (v173 * v1052 - v1062) + (v272 * v1037 - v1066) + (v326 * v1026 - v1070);
-    const real v1081 = v1072 + (v643 * v748 + v429 * v1019) + (v641 * v903 + v557 * v1016) - v50;
-    const real v1083 = p[6] * v35 + v48;
-    const real v1084 = v18 * v1083;
-    const real v1086 = v13 * (c1 * v1084);
-    const real v1089 = v58 * (c55 * v1084);
-    const real v1091 = c1 * v1086 + c55 * v1089;
-    const real v1096 = s1 * v1086;
-    const real v1098 = s55 * v1089;
-    const real v1101 = v173 * v1091 - v176 - (s88 * v1096 + s113 * v1098);
-    const real v1112 = v272 * v1091 - v662 - (c88 * v1096 + c113 * v1098) - (v668 + v292 * v1101);
-    const real v1117 = v323 * v1084;
-    const real v1118 = v324 * v1084;
-    const real v1126 = v326 * v1091 - v699 - (v1117 + v1118) + (v329 * v1101 - v706) - (v709 + v334 * v1112);
-    const real v1129 = v192 * v1083;
-    const real v1131 = v1129 - v23 * v1083;
-    const real v1132 = v203 * v1083;
-    const real v1134 = v1132 - v33 * v1083;
-    const real v1136 = v67 * v1083;
-    const real v1137 = v1131 - v1136;
-    const real v1139 = v71 * v1083;
-    const real v1140 = v1134 - v1139;
-    const real v1142 = v184 * v1137 + v195 * v1140;
-    const real v1144 = v168 * v1083;
-    const real v1146 = v170 * v1083;
-    const real v1148 = s88 * v1144 + s113 * v1146;
-    const real v1150 = v1148 * v73 - v747;
-    const real v1152 = v1131 + v1134 - v1142 - v172 * v1150;
-    const real v1154 = v1152 * v214 - v753;
-    const real v1157 = v186 * v1129;
-    const real v1158 = c88 * v1157;
-    const real v1159 = v197 * v1132;
-    const real v1160 = c113 * v1159;
-    const real v1162 = v310 * v1083;
-    const real v1165 = v313 * v1083;
-    const real v1171 = v285 * v1137 + v287 * v1140;
-    const real v1176 = v1171 + (v774 + v291 * v1154) + v271 * v1150;
-    const real v1178 = v1176 * v303 + v782;
-    const real v1181 = v328 * v1154 - v756 - (v1158 + v1160 + s88 * v1162 + s113 * v1165) - (v770 - v333 * v1178);
-    const real v1183 = v1181 - v325 * v1150;
-    const real v1185 = v1183 * v385 - v791;
-    const real v1191 = v1117 + (v134 * v1096 + v252 * v1083);
-    const real v1196 = v1118 + (v149 * v1098 + v257 * v1083);
-    const real v1203 = v217 * v1083 - (s88 * v1191 + s113 * v1196 + v233 * v1083 + v248 * v1083);
-    const real v1215 = v1203 + (v164 * v1150 + v429 * v1091) - (v262 * v1154 + v432 * v1101) - (v444 * v1112 - v294 * v1178);
-    const real v1219 = v1215 - (v367 * v1185 + v449 * v1126);
-    const real v1223 = v388 * v1083 + v387 * v1129;
-    const real v1226 = v393 * v1083 + v392 * v1132;
-    const real v1229 = v23 * (v836 * v1083);
-    const real v1234 = K(-2.0) * v1162 + (v410 * v1083 + v134 * v1136);
-    const real v1236 = v1229 + v1234 - v1223;
-    const real v1237 = v184 * v1236;
-    const real v1240 = v33 * (v848 * v1083);
-    const real v1245 = K(-2.0) * v1165 + (v414 * v1083 + v149 * v1139);
-    const real v1247 = v1240 + v1245 - v1226;
-    const real v1248 = v195 * v1247;
-    const real v1253 = v523 - (v526 - v34 * (v860 * v1083));
-    const real v1260 = v1223 + v1226 + v1237 + v1248 + v1253 - v1229 - v1240 + K(-2.0) * v1158 + K(-2.0) * v1160;
-    const real v1272 = v1260 - (v432 * v1152 + v431 * v1154) + (v444 * v1176 + v443 * v1178) - (v449 * v1183 + v448 * v1185);
-    const real v1276 = v1272 - (v429 * v1148 + v428 * v1150);
-    const real v1281 = s88 * v1157 + s113 * v1159;
-    const real v1289 = c88 * v1144 + c113 * v1146;
-    const real v1291 = v1289 * v73 - v902;
-    const real v1293 = v1171 + v172 * v1291;
-    const real v1295 = v1293 * v214 - v908;
-    const real v1305 = v1142 + (v1136 + v1139) + (v915 + v291 * v1295) - v271 * v1291;
-    const real v1307 = v1305 * v303 - v923;
-    const real v1311 = v1281 + v285 * v1236 + v287 * v1247 + (v560 * v1152 + v431 * v1295) - (v443 * v1307 - v569 * v1176);
-    const real v1322 = v1281 - c88 * v1162 - c113 * v1165 - (v328 * v1295 - v935) - (v938 + v333 * v1307);
-    const real v1324 = v1322 - v325 * v1291;
-    const real v1326 = v1324 * v385 - v946;
-    const real v1333 = v1311 - (v582 * v1183 + v448 * v1326) - (v557 * v1148 + v428 * v1291);
-    const real v1336 = v1333 * v545 - v956 * v1276;
-    const real v1349 = v275 * v1083 + (c88 * v1191 + c113 * v1196 - v277 * v1083 - v278 * v1083);
-    const real v1358 = v164 * v1291 + v557 * v1091 - v1349 + (v262 * v1295 + v560 * v1101) - (v294 * v1307 + v569 * v1112);
-    const real v1367 = (v1358 - (v367 * v1326 + v582 * v1126) - (v488 * v1336 + v587 * v1219)) * v640;
-    const real v1379 = v1234 + v1245 + v1253 - v1237 - v1248 - (v560 * v1293 + v559 * v1295) - (v569 * v1305 + v568 * v1307);
-    const real v1391 = v1379 - (v582 * v1324 + v581 * v1326) - (v587 * v1333 + v586 * v1336) - (v557 * v1289 + v556 * v1291);
-    const real v1393 = v1367 - v990 * v1391;
-    const real v1396 = v1219 * v545 - v828 * v1276 - (v641 * v1336 + v587 * v1393);
-    const real v1403 = v1126 * v385 - v724 - (v643 * v1185 + v449 * v1396) - (v641 * v1326 + v582 * v1393);
-    const real v1410 = v1112 * v303 - v680 - (v697 + v334 * v1403) - (v444 * v1396 - v643 * v1178);
-    const real v1414 = v1410 - (v641 * v1307 + v569 * v1393);
-    const real v1424 = v1101 * v214 - v267 - (v660 + v292 * v1414) + (v329 * v1403 - v1042) - (v643 * v1154 + v432 * v1396);
-    const real v1428 = v1424 + (v641 * v1295 + v560 * v1393);
-    const real v1437 = v1091 * v73 - v166 + (v173 * v1428 - v1062) + (v272 * v1414 - v1066) + (v326 * v1403 - v1070);
-    const real v1446 = v1437 + (v643 * v1150 + v429 * v1396) + (v641 * v1291 + v557 * v1393) - v1084;
-    const real v1448 = v597 + v367 * v945;
-    const real v1449 = v448 * v945;
-    const real v1450 = v1449 * v545;
-    const real v1451 = v448 * v790;
-    const real v1452 = K(1.0) + v1451;
-    const real v1454 = v1450 - v956 * v1452;
-    const real v1457 = v218 + v367 * v790;
-    const real v1458 = v587 * v1457;
-    const real v1462 = v581 * v945;
-    const real v1464 = v587 * v1449;
-    const real v1469 = (v1448 - (v488 * v1454 + v1458)) * v640 - v990 * (K(1.0) + v1462 - (v1464 + v586 * v1454));
-    const real v1471 = v1457 * v545;
-    const real v1477 = v1471 - v828 * v1452 - (v641 * v1454 + v587 * v1469);
-    const real v1479 = v643 * v790;
-    const real v1483 = v641 * v945;
-    const real v1485 = v714 + (v449 * v1477 - v1479) + (v582 * v1469 - v1483);
-    const real v1490 = v334 * v1485 - v444 * v1477 - v569 * v1469;
-    const real v1496 = v560 * v1469 - (v292 * v1490 + v329 * v1485 + v432 * v1477);
-    const real v1505 = v173 * v1496 + v272 * v1490 - v326 * v1485 + v429 * v1477 + v557 * v1469;
-    const real v1507 = v1450 - v956 * v1451;
-    const real v1516 = (v1448 - (v488 * v1507 + v1458)) * v640 - v990 * (v1462 - (v1464 + v586 * v1507));
-    const real v1523 = v1471 - v828 * v1451 - (v641 * v1507 + v587 * v1516);
-    const real v1529 = v714 + (v449 * v1523 - v1479) + (v582 * v1516 - v1483);
-    const real v1534 = v334 * v1529 - v444 * v1523 - v569 * v1516;
-    const real v1540 = v560 * v1516 - (v292 * v1534 + v329 * v1529 + v432 * v1523);
-    const real v1549 = v173 * v1540 + v272 * v1534 - v326 * v1529 + v429 * v1523 + v557 * v1516;
-    const real v1550 = x[5] * x[4];
-    const real v1551 = v1550 * v385;
-    const real v1553 = v218 + v449 * v1550;
-    const real v1554 = v1553 * v545;
-    const real v1555 = v582 * v1550;
-    const real v1557 = v587 * v1553;
-    const real v1560 = (v597 - v1555 + v1557) * v640 - v990;
-    const real v1562 = v1554 + v587 * v1560;
-    const real v1566 = v1551 + v449 * v1562 - v582 * v1560;
-    const real v1572 = v444 * v1562 - v334 * v1566 - v569 * v1560;
-    const real v1578 = v329 * v1566 - v292 * v1572 + v432 * v1562 + v560 * v1560;
-    const real v1587 = v173 * v1578 + v272 * v1572 + v326 * v1566 - v429 * v1562 + v557 * v1560;
-    const real v1595 = (v1555 - v597 - (v1557 - v488 * v956)) * v640 - v990 * (v586 * v956);
-    const real v1601 = v1554 - v828 - (v587 * v1595 - v641 * v956);
-    const real v1605 = v1551 + v449 * v1601 + v582 * v1595;
-    const real v1610 = v334 * v1605 - v444 * v1601 - v569 * v1595;
-    const real v1616 = v560 * v1595 - (v292 * v1610 + v329 * v1605 + v432 * v1601);
-    const real v1625 = v173 * v1616 + v272 * v1610 - v326 * v1605 + v429 * v1601 + v557 * v1595;
-    const real v1626 = p[1] * v35;
-    const real v1627 = v18 * v1626;
-    const real v1629 = v13 * (c1 * v1627);
-    const real v1632 = v58 * (c55 * v1627);
-    const real v1634 = c1 * v1629 + c55 * v1632;
-    const real v1637 = s1 * v1629;
-    const real v1639 = s55 * v1632;
-    const real v1642 = v173 * v1634 - (s88 * v1637 + s113 * v1639);
-    const real v1650 = v272 * v1634 - (c88 * v1637 + c113 * v1639) - v292 * v1642;
-    const real v1653 = v323 * v1627;
-    const real v1654 = v324 * v1627;
-    const real v1660 = v326 * v1634 - (v1653 + v1654) + v329 * v1642 - v334 * v1650;
-    const real v1662 = v192 * v1626;
-    const real v1664 = v1662 - v23 * v1626;
-    const real v1665 = v203 * v1626;
-    const real v1667 = v1665 - v33 * v1626;
-    const real v1669 = v67 * v1626;
-    const real v1670 = v1664 - v1669;
-    const real v1672 = v71 * v1626;
-    const real v1673 = v1667 - v1672;
-    const real v1675 = v184 * v1670 + v195 * v1673;
-    const real v1677 = v168 * v1626;
-    const real v1679 = v170 * v1626;
-    const real v1681 = s88 * v1677 + s113 * v1679;
-    const real v1682 = v1681 * v73;
-    const real v1684 = v1664 + v1667 - v1675 - v172 * v1682;
-    const real v1685 = v1684 * v214;
-    const real v1687 = v186 * v1662;
-    const real v1688 = c88 * v1687;
-    const real v1689 = v197 * v1665;
-    const real v1690 = c113 * v1689;
-    const real v1692 = v310 * v1626;
-    const real v1695 = v313 * v1626;
-    const real v1701 = v285 * v1670 + v287 * v1673;
-    const real v1705 = v1701 + v291 * v1685 + v271 * v1682;
-    const real v1706 = v1705 * v303;
-    const real v1708 = v328 * v1685 - (v1688 + v1690 + s88 * v1692 + s113 * v1695) + v333 * v1706;
-    const real v1710 = v1708 - v325 * v1682;
-    const real v1711 = v1710 * v385;
-    const real v1717 = v1653 + (v134 * v1637 + v252 * v1626);
-    const real v1722 = v1654 + (v149 * v1639 + v257 * v1626);
-    const real v1729 = v217 * v1626 - (s88 * v1717 + s113 * v1722 + v233 * v1626 + v248 * v1626);
-    const real v1741 = v1729 + (v164 * v1682 + v429 * v1634) - (v262 * v1685 + v432 * v1642) - (v444 * v1650 - v294 * v1706);
-    const real v1745 = v1741 - (v367 * v1711 + v449 * v1660);
-    const real v1749 = v388 * v1626 + v387 * v1662;
-    const real v1752 = v393 * v1626 + v392 * v1665;
-    const real v1755 = v23 * (v836 * v1626);
-    const real v1760 = K(-2.0) * v1692 + (v410 * v1626 + v134 * v1669);
-    const real v1762 = v1755 + v1760 - v1749;
-    const real v1763 = v184 * v1762;
-    const real v1766 = v33 * (v848 * v1626);
-    const real v1771 = K(-2.0) * v1695 + (v414 * v1626 + v149 * v1672);
-    const real v1773 = v1766 + v1771 - v1752;
-    const real v1774 = v195 * v1773;
-    const real v1780 = p[1] * (p[6] + p[6]) + v34 * (v860 * v1626);
-    const real v1787 = v1749 + v1752 + v1763 + v1774 + v1780 - v1755 - v1766 + K(-2.0) * v1688 + K(-2.0) * v1690;
-    const real v1799 = v1787 - (v432 * v1684 + v431 * v1685) + (v444 * v1705 + v443 * v1706) - (v449 * v1710 + v448 * v1711);
-    const real v1803 = v1799 - (v429 * v1681 + v428 * v1682);
-    const real v1808 = s88 * v1687 + s113 * v1689;
-    const real v1816 = c88 * v1677 + c113 * v1679;
-    const real v1817 = v1816 * v73;
-    const real v1819 = v1701 + v172 * v1817;
-    const real v1820 = v1819 * v214;
-    const real v1829 = v1675 + (v1669 + v1672) + v291 * v1820 - v271 * v1817;
-    const real v1830 = v1829 * v303;
-    const real v1834 = v1808 + v285 * v1762 + v287 * v1773 + (v560 * v1684 + v431 * v1820) - (v443 * v1830 - v569 * v1705);
-    const real v1845 = v1808 - c88 * v1692 - c113 * v1695 - v328 * v1820 - v333 * v1830 - v325 * v1817;
-    const real v1846 = v1845 * v385;
-    const real v1853 = v1834 - (v582 * v1710 + v448 * v1846) - (v557 * v1681 + v428 * v1817);
-    const real v1856 = v1853 * v545 - v956 * v1803;
-    const real v1869 = v275 * v1626 + (c88 * v1717 + c113 * v1722 - v277 * v1626 - v278 * v1626);
-    const real v1878 = v164 * v1817 + v557 * v1634 - v1869 + (v262 * v1820 + v560 * v1642) - (v294 * v1830 + v569 * v1650);
-    const real v1887 = (v1878 - (v367 * v1846 + v582 * v1660) - (v488 * v1856 + v587 * v1745)) * v640;
-    const real v1899 = v1760 + v1771 + v1780 - v1763 - v1774 - (v560 * v1819 + v559 * v1820) - (v569 * v1829 + v568 * v1830);
-    const real v1911 = v1899 - (v582 * v1845 + v581 * v1846) - (v587 * v1853 + v586 * v1856) - (v557 * v1816 + v556 * v1817);
-    const real v1913 = v1887 - v990 * v1911;
-    const real v1916 = v1745 * v545 - v828 * v1803 - (v641 * v1856 + v587 * v1913);
-    const real v1923 = v1660 * v385 - (v643 * v1711 + v449 * v1916) - (v641 * v1846 + v582 * v1913);
-    const real v1933 = v1650 * v303 - v334 * v1923 - (v444 * v1916 - v643 * v1706) - (v641 * v1830 + v569 * v1913);
-    const real v1941 = v1642 * v214 - v292 * v1933 + v329 * v1923 - (v643 * v1685 + v432 * v1916);
-    const real v1945 = v1941 + (v641 * v1820 + v560 * v1913);
-    const real v1955 = v1634 * v73 + v173 * v1945 + v272 * v1933 + v326 * v1923 + (v643 * v1682 + v429 * v1916);
-    const real v1960 = v1955 + (v641 * v1817 + v557 * v1913) - v1627;
-    const real v1961 = p[0] * v35;
-    const real v1962 = v18 * v1961;
-    const real v1964 = v13 * (c1 * v1962);
-    const real v1967 = v58 * (c55 * v1962);
-    const real v1969 = c1 * v1964 + c55 * v1967;
-    const real v1972 = s1 * v1964;
-    const real v1974 = s55 * v1967;
-    const real v1977 = v173 * v1969 - (s88 * v1972 + s113 * v1974);
-    const real v1985 = v272 * v1969 - (c88 * v1972 + c113 * v1974) - v292 * v1977;
-    const real v1988 = v323 * v1962;
-    const real v1989 = v324 * v1962;
-    const real v1995 = v326 * v1969 - (v1988 + v1989) + v329 * v1977 - v334 * v1985;
-    const real v1997 = v192 * v1961;
-    const real v1999 = v1997 - v23 * v1961;
-    const real v2000 = v203 * v1961;
-    const real v2002 = v2000 - v33 * v1961;
-    const real v2004 = v67 * v1961;
-    const real v2005 = v1999 - v2004;
-    const real v2007 = v71 * v1961;
-    const real v2008 = v2002 - v2007;
-    const real v2010 = v184 * v2005 + v195 * v2008;
-    const real v2012 = v168 * v1961;
-    const real v2014 = v170 * v1961;
-    const real v2016 = s88 * v2012 + s113 * v2014;
-    const real v2017 = v2016 * v73;
-    const real v2019 = v1999 + v2002 - v2010 - v172 * v2017;
-    const real v2020 = v2019 * v214;
-    const real v2022 = v186 * v1997;
-    const real v2023 = c88 * v2022;
-    const real v2024 = v197 * v2000;
-    const real v2025 = c113 * v2024;
-    const real v2027 = v310 * v1961;
-    const real v2030 = v313 * v1961;
-    const real v2036 = v285 * v2005 + v287 * v2008;
-    const real v2040 = v2036 + v291 * v2020 + v271 * v2017;
-    const real v2041 = v2040 * v303;
-    const real v2043 = v328 * v2020 - (v2023 + v2025 + s88 * v2027 + s113 * v2030) + v333 * v2041;
-    const real v2045 = v2043 - v325 * v2017;
-    const real v2046 = v2045 * v385;
-    const real v2054 = v1988 + (v134 * v1972 + v252 * v1961);
-    const real v2059 = v1989 + (v149 * v1974 + v257 * v1961);
-    const real v2066 = K(1.0) - v1961;
-    const real v2069 = v164 * v2017 + v429 * v1969 - (s88 * v2054 + s113 * v2059 + v233 * v1961 + v248 * v1961 + v217 * v2066);
-    const real v2081 = v2069 - (v262 * v2020 + v432 * v1977) - (v444 * v1985 - v294 * v2041) - (v367 * v2046 + v449 * v1995);
-    const real v2085 = v388 * v1961 + v387 * v1997;
-    const real v2088 = v393 * v1961 + v392 * v2000;
-    const real v2091 = v23 * (v836 * v1961);
-    const real v2096 = K(-2.0) * v2027 + (v410 * v1961 + v134 * v2004);
-    const real v2098 = v2091 + v2096 - v2085;
-    const real v2099 = v184 * v2098;
-    const real v2102 = v33 * (v848 * v1961);
-    const real v2107 = K(-2.0) * v2030 + (v414 * v1961 + v149 * v2007);
-    const real v2109 = v2102 + v2107 - v2088;
-    const real v2110 = v195 * v2109;
-    const real v2116 = p[0] * (p[7] + p[7]) + v34 * (v860 * v1961);
-    const real v2123 = v2085 + v2088 + v2099 + v2110 + v2116 - v2091 - v2102 + K(-2.0) * v2023 + K(-2.0) * v2025;
-    const real v2135 = v2123 - (v432 * v2019 + v431 * v2020) + (v444 * v2040 + v443 * v2041) - (v449 * v2045 + v448 * v2046);
-    const real v2139 = v2135 - (v429 * v2016 + v428 * v2017);
-    const real v2144 = s88 * v2022 + s113 * v2024;
-    const real v2152 = c88 * v2012 + c113 * v2014;
-    const real v2153 = v2152 * v73;
-    const real v2155 = v2036 + v172 * v2153;
-    const real v2156 = v2155 * v214;
-    const real v2165 = v2010 + (v2004 + v2007) + v291 * v2156 - v271 * v2153;
-    const real v2166 = v2165 * v303;
-    const real v2170 = v2144 + v285 * v2098 + v287 * v2109 + (v560 * v2019 + v431 * v2156) - (v443 * v2166 - v569 * v2040);
-    const real v2181 = v2144 - c88 * v2027 - c113 * v2030 - v328 * v2156 - v333 * v2166 - v325 * v2153;
-    const real v2182 = v2181 * v385;
-    const real v2189 = v2170 - (v582 * v2045 + v448 * v2182) - (v557 * v2016 + v428 * v2153);
-    const real v2192 = v2189 * v545 - v956 * v2139;
-    const real v2202 = v275 * v2066 - (c88 * v2054 + c113 * v2059 - v277 * v1961 - v278 * v1961);
-    const real v2214 = v2202 + (v164 * v2153 + v557 * v1969) + (v262 * v2156 + v560 * v1977) - (v294 * v2166 + v569 * v1985);
-    const real v2223 = (v2214 - (v367 * v2182 + v582 * v1995) - (v488 * v2192 + v587 * v2081)) * v640;
-    const real v2235 = v2096 + v2107 + v2116 - v2099 - v2110 - (v560 * v2155 + v559 * v2156) - (v569 * v2165 + v568 * v2166);
-    const real v2247 = v2235 - (v582 * v2181 + v581 * v2182) - (v587 * v2189 + v586 * v2192) - (v557 * v2152 + v556 * v2153);
-    const real v2249 = v2223 - v990 * v2247;
-    const real v2252 = v2081 * v545 - v828 * v2139 - (v641 * v2192 + v587 * v2249);
-    const real v2259 = v1995 * v385 - (v643 * v2046 + v449 * v2252) - (v641 * v2182 + v582 * v2249);
-    const real v2269 = v1985 * v303 - v334 * v2259 - (v444 * v2252 - v643 * v2041) - (v641 * v2166 + v569 * v2249);
-    const real v2277 = v1977 * v214 - v292 * v2269 + v329 * v2259 - (v643 * v2020 + v432 * v2252);
-    const real v2281 = v2277 + (v641 * v2156 + v560 * v2249);
-    const real v2291 = v1969 * v73 + v173 * v2281 + v272 * v2269 + v326 * v2259 + (v643 * v2017 + v429 * v2252);
-    const real v2296 = v2291 + (v641 * v2153 + v557 * v2249) - v1962;
-    const real v2300 = (v275 + v587 * v217) * v640;
-    const real v2302 = v217 * v545 + v587 * v2300;
-    const real v2305 = v449 * v2302 - v582 * v2300;
-    const real v2311 = v444 * v2302 - v334 * v2305 - v569 * v2300;
-    const real v2317 = v329 * v2305 - v292 * v2311 + v432 * v2302 + v560 * v2300;
-    const real v2326 = v173 * v2317 + v272 * v2311 + v326 * v2305 - v429 * v2302 + v557 * v2300;
-    const real v2327 = c80 * c76;
-    const real v2330 = s76 + v173 * v2327;
-    const real v2333 = s80 * c76;
-    const real v2336 = v272 * v2327 - v2333 - v292 * v2330;
-    const real v2342 = v326 * v2327 + v329 * v2330 - v334 * v2336;
-    const real v2352 = v429 * v2327 - v478 * s76 - v432 * v2330 - v444 * v2336 - v449 * v2342;
-    const real v2364 = v478 * v2333 + v557 * v2327 + v560 * v2330 - v569 * v2336 - v582 * v2342 - v587 * v2352;
-    const real v2365 = v2364 * v640;
-    const real v2367 = v2352 * v545 - v587 * v2365;
-    const real v2371 = v2342 * v385 - v449 * v2367 - v582 * v2365;
-    const real v2377 = v2336 * v303 - v334 * v2371 - v444 * v2367 - v569 * v2365;
-    const real v2385 = v2330 * v214 - v292 * v2377 + v329 * v2371 - v432 * v2367 + v560 * v2365;
-    const real v2395 = v2327 * v73 + v173 * v2385 + v272 * v2377 + v326 * v2371 + v429 * v2367 + v557 * v2365;
-    const real v2397 = v11 * v10;
-    const real v2399 = v10 - v2397 * v5;
-    const real v2400 = p[15] * v2399;
-    const real v2401 = p[13] * v2400;
-    const real v2403 = p[13] * v2399;
-    const real v2405 = v100 * v2401 + v104 * v2403;
-    const real v2409 = v12 * p[13] + v4 * v2403;
-    const real v2414 = p[14] * v2400 * v35 - v48 * v2400;
-    const real v2415 = v18 * v2414;
-    const real v2420 = v136 * v2409 - v13 * (c1 * v2415) - v144 * p[13];
-    const real v2424 = v58 * (c55 * v2415);
-    const real v2426 = s1 * v2405 + c1 * v2420 - c55 * v2424;
-    const real v2429 = s1 * v2409;
-    const real v2430 = s1 * v2429;
-    const real v2431 = v2400 + v2409 - v2430;
-    const real v2434 = c1 * v2429;
-    const real v2435 = s88 * v2434;
-    const real v2438 = v2435 * v73 - v175 * v2431;
-    const real v2443 = v191 * v190;
-    const real v2445 = v190 - v2443 * v187;
-    const real v2446 = v231 * v2445;
-    const real v2447 = c88 * v2446;
-    const real v2450 = s1 * v2420 - c1 * v2405;
-    const real v2453 = s55 * v2424;
-    const real v2456 = v164 * v2438 + v173 * v2426 - (v2447 + s88 * v2450 - s113 * v2453);
-    const real v2458 = v2430 + v2400;
-    const real v2459 = p[15] * v2445;
-    const real v2460 = v2458 - v2459;
-    const real v2461 = v184 * v2460;
-    const real v2468 = v2461 + v2400 + v2459 - v2400 - (v173 * v2435 + v172 * v2438);
-    const real v2473 = c88 * v2434;
-    const real v2476 = v2473 * v73 - v654 * v2431;
-    const real v2479 = v285 * v2460 - (v272 * v2435 + v172 * v2476);
-    const real v2482 = v2479 * v214 - v657 * v2468;
-    const real v2488 = s88 * v2446;
-    const real v2496 = v164 * v2476 + v272 * v2426 - (c88 * v2450 - v2488 - c113 * v2453) - (v262 * v2482 + v292 * v2456);
-    const real v2506 = v2458 - v2461 - (v292 * v2479 + v291 * v2482) - (v272 * v2473 + v271 * v2476);
-    const real v2509 = v186 * v2459;
-    const real v2510 = s88 * v2509;
-    const real v2511 = c1 * v2401;
-    const real v2515 = c88 * v2509;
-    const real v2519 = s1 * v2401;
-    const real v2522 = v2519 * v73 - v683 * v2431;
-    const real v2525 = v2515 + s88 * v2511 + (v326 * v2435 + v172 * v2522);
-    const real v2528 = v2525 * v214 - v686 * v2468;
-    const real v2535 = v2510 - c88 * v2511 + (v329 * v2479 + v291 * v2528) - (v326 * v2473 + v271 * v2522);
-    const real v2538 = v2535 * v303 - v694 * v2506;
-    const real v2547 = v135 * v2519 - v323 * v2415 + p[13] * v2405;
-    const real v2548 = v186 * v2446;
-    const real v2550 = v324 * v2415;
-    const real v2556 = v164 * v2522 + v326 * v2426 - (v2547 - v2548 - v2550) + (v262 * v2528 + v329 * v2456);
-    const real v2560 = v2556 - (v294 * v2538 + v334 * v2496);
-    const real v2562 = v186 * v2509;
-    const real v2563 = p[13] * v2401;
-    const real v2572 = v2562 + v2563 - (v329 * v2525 + v328 * v2528) - (v334 * v2535 + v333 * v2538);
-    const real v2576 = v2572 - (v326 * v2519 + v325 * v2522);
-    const real v2581 = v387 * v2459 - v192 * v2414;
-    const real v2582 = v186 * v2581;
-    const real v2583 = c88 * v2582;
-    const real v2585 = v203 * v2414;
-    const real v2586 = v197 * v2585;
-    const real v2587 = c113 * v2586;
-    const real v2591 = v134 * v2511 - v310 * v2414;
-    const real v2592 = v2563 - v2591;
-    const real v2595 = v313 * v2414;
-    const real v2602 = v2581 - (v134 * v2400 - v23 * v2414);
-    const real v2604 = v33 * v2414 - v2585;
-    const real v2608 = v134 * v2430 - v67 * v2414;
-    const real v2609 = v2511 - v2608;
-    const real v2610 = v2609 + v2602;
-    const real v2612 = v71 * v2414;
-    const real v2613 = v2612 + v2604;
-    const real v2615 = v184 * v2610 + v195 * v2613;
-    const real v2622 = v2519 + (v134 * v2434 - v168 * v2414);
-    const real v2624 = v170 * v2414;
-    const real v2626 = s88 * v2622 - s113 * v2624;
-    const real v2629 = v2626 * v73 - v747 * v2431;
-    const real v2632 = v2602 + v2604 - v2615 - v2515 - (v429 * v2435 + v172 * v2629);
-    const real v2635 = v2632 * v214 - v752 * v2468;
-    const real v2638 = v2562 - v2583 + v2587 + s88 * v2592 + s113 * v2595 + (v432 * v2525 + v328 * v2635);
-    const real v2642 = v285 * v2610 + v287 * v2613;
-    const real v2651 = v2510 - v2642 - (v432 * v2479 + v291 * v2635) - (v429 * v2473 + v271 * v2629);
-    const real v2654 = v2651 * v303 - v781 * v2506;
-    const real v2661 = v2638 - (v444 * v2535 + v333 * v2654) - (v429 * v2519 + v325 * v2629);
-    const real v2664 = v2661 * v385 - v790 * v2576;
-    const real v2672 = v2547 + (v134 * v2450 - v252 * v2414);
-    const real v2678 = v2550 + (v149 * v2453 + v257 * v2414);
-    const real v2686 = s88 * v2672 - v2548 - s113 * v2678 + (v387 * v2447 - v233 * v2414) - v248 * v2414;
-    const real v2693 = v164 * v2629 + v429 * v2426 - (v2686 + v217 * v2414) - (v262 * v2635 + v432 * v2456);
-    const real v2701 = v2693 - (v294 * v2654 + v444 * v2496) - (v367 * v2664 + v449 * v2560);
-    const real v2705 = v387 * v2581 - v388 * v2414;
-    const real v2708 = v393 * v2414 + v392 * v2585;
-    const real v2714 = v493 * v2400 - v23 * (v836 * v2414);
-    const real v2720 = v2563 + K(-2.0) * v2591 + (v134 * v2608 - v410 * v2414);
-    const real v2722 = v2714 + v2720 - v2705;
-    const real v2723 = v184 * v2722;
-    const real v2726 = v33 * (v848 * v2414);
-    const real v2731 = K(-2.0) * v2595 + (v414 * v2414 + v149 * v2612);
-    const real v2733 = v2708 - (v2726 + v2731);
-    const real v2734 = v195 * v2733;
-    const real v2741 = v515 * v2400 - (v526 * v2400 + v34 * (v860 * v2414));
-    const real v2746 = v2705 - v2708 + v2562 + v2723 + v2734 + v2741 - v2714 + v2726 + K(-2.0) * v2583;
-    const real v2756 = v2746 - K(-2.0) * v2587 - (v432 * v2632 + v431 * v2635) - (v444 * v2651 + v443 * v2654);
-    const real v2764 = v2756 - (v449 * v2661 + v448 * v2664) - (v429 * v2626 + v428 * v2629);
-    const real v2769 = s88 * v2582 - s113 * v2586;
-    const real v2778 = c88 * v2622 - c113 * v2624;
-    const real v2781 = v2778 * v73 - v902 * v2431;
-    const real v2784 = v2642 + (v557 * v2435 + v172 * v2781);
-    const real v2787 = v2784 * v214 - v907 * v2468;
-    const real v2801 = v2615 - (v2609 + v2612) + (v560 * v2479 + v291 * v2787) - (v557 * v2473 + v271 * v2781);
-    const real v2804 = v2801 * v303 - v922 * v2506;
-    const real v2807 = v2769 + v285 * v2722 + v287 * v2733 + (v560 * v2632 + v431 * v2787) - (v569 * v2651 + v443 * v2804);
-    const real v2820 = v2769 + c88 * v2592 + c113 * v2595 - (v560 * v2525 + v328 * v2787) - (v569 * v2535 + v333 * v2804);
-    const real v2824 = v2820 - (v557 * v2519 + v325 * v2781);
-    const real v2827 = v2824 * v385 - v945 * v2576;
-    const real v2834 = v2807 - (v582 * v2661 + v448 * v2827) - (v557 * v2626 + v428 * v2781);
-    const real v2837 = v2834 * v545 - v956 * v2764;
-    const real v2848 = c88 * v2672 - c113 * v2678 - (v387 * v2488 - v277 * v2414) + v278 * v2414;
-    const real v2857 = v275 * v2414 - v2848 + (v164 * v2781 + v557 * v2426) + (v262 * v2787 + v560 * v2456);
-    const real v2869 = v2857 - (v294 * v2804 + v569 * v2496) - (v367 * v2827 + v582 * v2560) - (v488 * v2837 + v587 * v2701);
-    const real v2882 = v2720 - v2731 + v2741 - v2723 - v2734 - (v560 * v2784 + v559 * v2787) - (v569 * v2801 + v568 * v2804);
-    const real v2894 = v2882 - (v582 * v2824 + v581 * v2827) - (v587 * v2834 + v586 * v2837) - (v557 * v2778 + v556 * v2781);
-    const real v2896 = v2869 * v640 - v990 * v2894;
-    const real v2899 = v2701 * v545 - v828 * v2764 - (v641 * v2837 + v587 * v2896);
-    const real v2906 = v2560 * v385 - v714 * v2576 - (v643 * v2664 + v449 * v2899) - (v641 * v2827 + v582 * v2896);
-    const real v2913 = v2496 * v303 - v673 * v2506 - (v647 * v2538 + v334 * v2906) - (v643 * v2654 + v444 * v2899);
-    const real v2917 = v2913 - (v641 * v2804 + v569 * v2896);
-    const real v2924 = v2456 * v214 - v264 * v2468 - (v653 * v2482 + v292 * v2917) + (v647 * v2528 + v329 * v2906);
-    const real v2932 = v2924 - (v643 * v2635 + v432 * v2899) + (v641 * v2787 + v560 * v2896);
-    const real v2939 = v2426 * v73 - v166 * v2431 + (v1061 * v2438 + v173 * v2932) + (v653 * v2476 + v272 * v2917);
-    const real v2951 = v2939 + (v647 * v2522 + v326 * v2906) + (v643 * v2629 + v429 * v2899) + (v641 * v2781 + v557 * v2896);
-    const real v2952 = v2951 + v2415;
-    const real v2954 = p[12] * (p[13] + p[13]);
-    const real v2955 = v2397 * v2954;
-    const real v2956 = p[15] * v2955;
-    const real v2958 = v23 - p[13] * v2956;
-    const real v2961 = v11 - p[13] * v2955;
-    const real v2963 = v100 * v2958 + v104 * v2961;
-    const real v2967 = v12 * p[12] + v4 * v2961;
-    const real v2972 = v48 * v2956 - p[14] * v2956 * v35;
-    const real v2973 = v18 * v2972;
-    const real v2978 = v136 * v2967 - v13 * (c1 * v2973) - v144 * p[12];
-    const real v2982 = v58 * (c55 * v2973);
-    const real v2984 = s1 * v2963 + c1 * v2978 - c55 * v2982;
-    const real v2987 = s1 * v2967;
-    const real v2988 = s1 * v2987;
-    const real v2989 = v2967 - v2956 - v2988;
-    const real v2992 = c1 * v2987;
-    const real v2993 = s88 * v2992;
-    const real v2996 = v2993 * v73 - v175 * v2989;
-    const real v3006 = v218 * s1 + v85 * (v141 * c1) - v225 * v94;
-    const real v3014 = v2443 * (p[12] * ((v186 + v186) * s1));
-    const real v3016 = v191 * (p[15] * v3006 - v229 * s1) - v231 * v3014;
-    const real v3017 = c88 * v3016;
-    const real v3020 = s1 * v2978 - c1 * v2963;
-    const real v3023 = s55 * v2982;
-    const real v3026 = v164 * v2996 + v173 * v2984 - (v3017 + s88 * v3020 - s113 * v3023);
-    const real v3028 = v2988 - v2956;
-    const real v3029 = p[15] * v3014;
-    const real v3030 = v3028 + v3029;
-    const real v3031 = v184 * v3030;
-    const real v3038 = v3031 - v2956 - v3029 + v2956 - (v173 * v2993 + v172 * v2996);
-    const real v3043 = c88 * v2992;
-    const real v3046 = v3043 * v73 - v654 * v2989;
-    const real v3049 = v285 * v3030 - (v272 * v2993 + v172 * v3046);
-    const real v3052 = v3049 * v214 - v657 * v3038;
-    const real v3058 = s88 * v3016;
-    const real v3066 = v164 * v3046 + v272 * v2984 - (c88 * v3020 - v3058 - c113 * v3023) - (v262 * v3052 + v292 * v3026);
-    const real v3076 = v3028 - v3031 - (v292 * v3049 + v291 * v3052) - (v272 * v3043 + v271 * v3046);
-    const real v3081 = v192 * s1 - v186 * v3029;
-    const real v3082 = s88 * v3081;
-    const real v3083 = c1 * v2958;
-    const real v3087 = c88 * v3081;
-    const real v3091 = s1 * v2958;
-    const real v3094 = v3091 * v73 - v683 * v2989;
-    const real v3097 = v3087 + s88 * v3083 + (v326 * v2993 + v172 * v3094);
-    const real v3100 = v3097 * v214 - v686 * v3038;
-    const real v3107 = v3082 - c88 * v3083 + (v329 * v3049 + v291 * v3100) - (v326 * v3043 + v271 * v3094);
-    const real v3110 = v3107 * v303 - v694 * v3076;
-    const real v3120 = v135 * v3091 - v323 * v2973 + (p[13] * v2963 + v106);
-    const real v3123 = v186 * v3016 + v232 * s1;
-    const real v3125 = v324 * v2973;
-    const real v3131 = v164 * v3094 + v326 * v2984 - (v3120 - v3123 - v3125) + (v262 * v3100 + v329 * v3026);
-    const real v3135 = v3131 - (v294 * v3110 + v334 * v3066);
-    const real v3139 = v305 * s1 + v186 * v3081;
-    const real v3141 = p[13] * v2958 + v82;
-    const real v3150 = v3139 + v3141 - (v329 * v3097 + v328 * v3100) - (v334 * v3107 + v333 * v3110);
-    const real v3154 = v3150 - (v326 * v3091 + v325 * v3094);
-    const real v3158 = v2972 + c1;
-    const real v3161 = v192 * v3158 + v387 * v3029;
-    const real v3163 = v388 * s1 - v186 * v3161;
-    const real v3164 = c88 * v3163;
-    const real v3166 = v203 * v2972;
-    const real v3167 = v197 * v3166;
-    const real v3168 = c113 * v3167;
-    const real v3172 = v134 * v3083 - v310 * v2972;
-    const real v3173 = v3141 - v3172;
-    const real v3176 = v313 * v2972;
-    const real v3183 = v23 * v2972 + v134 * v2956 - v3161;
-    const real v3185 = v33 * v2972 - v3166;
-    const real v3189 = v134 * v2988 - v67 * v2972;
-    const real v3190 = v3083 - v3189;
-    const real v3191 = v3190 + v3183;
-    const real v3193 = v71 * v2972;
-    const real v3194 = v3193 + v3185;
-    const real v3196 = v184 * v3191 + v195 * v3194;
-    const real v3203 = v3091 + (v134 * v2992 - v168 * v2972);
-    const real v3205 = v170 * v2972;
-    const real v3207 = s88 * v3203 - s113 * v3205;
-    const real v3210 = v3207 * v73 - v747 * v2989;
-    const real v3213 = v3183 + v3185 - v3196 - v3087 - (v429 * v2993 + v172 * v3210);
-    const real v3216 = v3213 * v214 - v752 * v3038;
-    const real v3219 = v3139 - v3164 + v3168 + s88 * v3173 + s113 * v3176 + (v432 * v3097 + v328 * v3216);
-    const real v3223 = v285 * v3191 + v287 * v3194;
-    const real v3232 = v3082 - v3223 - (v432 * v3049 + v291 * v3216) - (v429 * v3043 + v271 * v3210);
-    const real v3235 = v3232 * v303 - v781 * v3076;
-    const real v3242 = v3219 - (v444 * v3107 + v333 * v3235) - (v429 * v3091 + v325 * v3210);
-    const real v3245 = v3242 * v385 - v790 * v3154;
-    const real v3253 = v3120 + (v134 * v3020 - v252 * v2972);
-    const real v3259 = v3125 + (v149 * v3023 + v257 * v2972);
-    const real v3267 = s88 * v3253 - v3123 - s113 * v3259 + (v387 * v3017 - v233 * v3158) - v248 * v2972;
-    const real v3274 = v164 * v3210 + v429 * v2984 - (v3267 + v217 * v2972) - (v262 * v3216 + v432 * v3026);
-    const real v3282 = v3274 - (v294 * v3235 + v444 * v3066) - (v367 * v3245 + v449 * v3135);
-    const real v3286 = v388 * v3158 + v387 * v3161;
-    const real v3289 = v393 * v2972 + v392 * v3166;
-    const real v3297 = v3141 + K(-2.0) * v3172 + (v134 * v3189 - v410 * v2972);
-    const real v3301 = v493 * v2956 + v23 * (v836 * v2972);
-    const real v3303 = v3297 - v3301 + v3286;
-    const real v3304 = v184 * v3303;
-    const real v3307 = v33 * (v848 * v2972);
-    const real v3312 = K(-2.0) * v3176 + (v414 * v2972 + v149 * v3193);
-    const real v3314 = v3289 - (v3307 + v3312);
-    const real v3315 = v195 * v3314;
-    const real v3322 = v515 * v2956 + (v34 * (v860 * v2972) - v526 * v2956);
-    const real v3327 = v3139 - (v3286 + v3289) + v3304 + v3315 - v3322 + v3301 + v3307 + K(-2.0) * v3164;
-    const real v3337 = v3327 - K(-2.0) * v3168 - (v432 * v3213 + v431 * v3216) - (v444 * v3232 + v443 * v3235);
-    const real v3345 = v3337 - (v449 * v3242 + v448 * v3245) - (v429 * v3207 + v428 * v3210);
-    const real v3350 = s88 * v3163 - s113 * v3167;
-    const real v3359 = c88 * v3203 - c113 * v3205;
-    const real v3362 = v3359 * v73 - v902 * v2989;
-    const real v3365 = v3223 + (v557 * v2993 + v172 * v3362);
-    const real v3368 = v3365 * v214 - v907 * v3038;
-    const real v3382 = v3196 - (v3190 + v3193) + (v560 * v3049 + v291 * v3368) - (v557 * v3043 + v271 * v3362);
-    const real v3385 = v3382 * v303 - v922 * v3076;
-    const real v3388 = v3350 + v285 * v3303 + v287 * v3314 + (v560 * v3213 + v431 * v3368) - (v569 * v3232 + v443 * v3385);
-    const real v3401 = v3350 + c88 * v3173 + c113 * v3176 - (v560 * v3097 + v328 * v3368) - (v569 * v3107 + v333 * v3385);
-    const real v3405 = v3401 - (v557 * v3091 + v325 * v3362);
-    const real v3408 = v3405 * v385 - v945 * v3154;
-    const real v3415 = v3388 - (v582 * v3242 + v448 * v3408) - (v557 * v3207 + v428 * v3362);
-    const real v3418 = v3415 * v545 - v956 * v3345;
-    const real v3429 = c88 * v3253 - c113 * v3259 - (v387 * v3058 - v277 * v3158) + v278 * v2972;
-    const real v3438 = v275 * v2972 - v3429 + (v164 * v3362 + v557 * v2984) + (v262 * v3368 + v560 * v3026);
-    const real v3450 = v3438 - (v294 * v3385 + v569 * v3066) - (v367 * v3408 + v582 * v3135) - (v488 * v3418 + v587 * v3282);
-    const real v3463 = v3297 - v3312 - v3322 - v3304 - v3315 - (v560 * v3365 + v559 * v3368) - (v569 * v3382 + v568 * v3385);
-    const real v3475 = v3463 - (v582 * v3405 + v581 * v3408) - (v587 * v3415 + v586 * v3418) - (v557 * v3359 + v556 * v3362);
-    const real v3477 = v3450 * v640 - v990 * v3475;
-    const real v3480 = v3282 * v545 - v828 * v3345 - (v641 * v3418 + v587 * v3477);
-    const real v3487 = v3135 * v385 - v714 * v3154 - (v643 * v3245 + v449 * v3480) - (v641 * v3408 + v582 * v3477);
-    const real v3494 = v3066 * v303 - v673 * v3076 - (v647 * v3110 + v334 * v3487) - (v643 * v3235 + v444 * v3480);
-    const real v3498 = v3494 - (v641 * v3385 + v569 * v3477);
-    const real v3505 = v3026 * v214 - v264 * v3038 - (v653 * v3052 + v292 * v3498) + (v647 * v3100 + v329 * v3487);
-    const real v3513 = v3505 - (v643 * v3216 + v432 * v3480) + (v641 * v3368 + v560 * v3477);
-    const real v3520 = v2984 * v73 - v166 * v2989 + (v1061 * v2996 + v173 * v3513) + (v653 * v3046 + v272 * v3498);
-    const real v3532 = v3520 + (v647 * v3094 + v326 * v3487) + (v643 * v3210 + v429 * v3480) + (v641 * v3362 + v557 * v3477);
-    const real v3533 = v3532 + v2973;
-    const real v3534 = v23 * v35;
-    const real v3535 = K(1.0) - v3534;
-    const real v3536 = v18 * v3535;
-    const real v3538 = v13 * (c1 * v3536);
-    const real v3540 = v18 * v3534;
-    const real v3542 = v58 * (c55 * v3540);
-    const real v3544 = c1 * v3538 - c55 * v3542;
-    const real v3547 = s1 * v3538;
-    const real v3549 = s55 * v3542;
-    const real v3552 = v173 * v3544 - (s88 * v3547 - s113 * v3549);
-    const real v3560 = v272 * v3544 - (c88 * v3547 - c113 * v3549) - v292 * v3552;
-    const real v3563 = v323 * v3536;
-    const real v3564 = v324 * v3540;
-    const real v3570 = v326 * v3544 - (v3563 - v3564) + v329 * v3552 - v334 * v3560;
-    const real v3572 = v203 * v3534;
-    const real v3573 = v197 * v3572;
-    const real v3574 = c113 * v3573;
-    const real v3575 = v192 * v3535;
-    const real v3576 = v186 * v3575;
-    const real v3577 = c88 * v3576;
-    const real v3579 = v310 * v3535;
-    const real v3582 = v313 * v3534;
-    const real v3586 = v3575 - v23 * v3535;
-    const real v3588 = v33 * v3534 - v3572;
-    const real v3590 = v67 * v3535;
-    const real v3591 = v3586 - v3590;
-    const real v3593 = v71 * v3534;
-    const real v3594 = v3593 + v3588;
-    const real v3596 = v184 * v3591 + v195 * v3594;
-    const real v3598 = v168 * v3535;
-    const real v3600 = v170 * v3534;
-    const real v3602 = s88 * v3598 - s113 * v3600;
-    const real v3603 = v3602 * v73;
-    const real v3605 = v3586 + v3588 - v3596 - v172 * v3603;
-    const real v3606 = v3605 * v214;
-    const real v3611 = v285 * v3591 + v287 * v3594;
-    const real v3615 = v3611 + v291 * v3606 + v271 * v3603;
-    const real v3616 = v3615 * v303;
-    const real v3620 = v3574 - v3577 - s88 * v3579 + s113 * v3582 + v328 * v3606 + v333 * v3616 - v325 * v3603;
-    const real v3621 = v3620 * v385;
-    const real v3629 = v3563 + (v134 * v3547 + v252 * v3535);
-    const real v3634 = v3564 + (v149 * v3549 + v257 * v3534);
-    const real v3643 = v164 * v3603 + v429 * v3544 - (s88 * v3629 - s113 * v3634 + v233 * v3535 - v248 * v3534 + v217 * v3534);
-    const real v3655 = v3643 - (v262 * v3606 + v432 * v3552) - (v444 * v3560 - v294 * v3616) - (v367 * v3621 + v449 * v3570);
-    const real v3659 = v388 * v3535 + v387 * v3575;
-    const real v3662 = v393 * v3534 + v392 * v3572;
-    const real v3665 = v23 * (v836 * v3535);
-    const real v3670 = K(-2.0) * v3579 + (v410 * v3535 + v134 * v3590);
-    const real v3672 = v3665 + v3670 - v3659;
-    const real v3673 = v184 * v3672;
-    const real v3676 = v33 * (v848 * v3534);
-    const real v3681 = K(-2.0) * v3582 + (v414 * v3534 + v149 * v3593);
-    const real v3683 = v3662 - (v3676 + v3681);
-    const real v3684 = v195 * v3683;
-    const real v3690 = v23 * (p[14] + p[14]) - v34 * (v860 * v3534);
-    const real v3697 = v3659 - v3662 + v3673 + v3684 + v3690 - v3665 + v3676 + K(-2.0) * v3577 - K(-2.0) * v3574;
-    const real v3709 = v3697 - (v432 * v3605 + v431 * v3606) + (v444 * v3615 + v443 * v3616) - (v449 * v3620 + v448 * v3621);
-    const real v3713 = v3709 - (v429 * v3602 + v428 * v3603);
-    const real v3718 = s88 * v3576 - s113 * v3573;
-    const real v3726 = c88 * v3598 - c113 * v3600;
-    const real v3727 = v3726 * v73;
-    const real v3729 = v3611 + v172 * v3727;
-    const real v3730 = v3729 * v214;
-    const real v3739 = v3596 - (v3593 - v3590) + v291 * v3730 - v271 * v3727;
-    const real v3740 = v3739 * v303;
-    const real v3744 = v3718 + v285 * v3672 + v287 * v3683 + (v560 * v3605 + v431 * v3730) - (v443 * v3740 - v569 * v3615);
-    const real v3755 = v3718 - c88 * v3579 + c113 * v3582 - v328 * v3730 - v333 * v3740 - v325 * v3727;
-    const real v3756 = v3755 * v385;
-    const real v3763 = v3744 - (v582 * v3620 + v448 * v3756) - (v557 * v3602 + v428 * v3727);
-    const real v3766 = v3763 * v545 - v956 * v3713;
-    const real v3776 = v275 * v3534 - (c88 * v3629 - c113 * v3634 - v277 * v3535 + v278 * v3534);
-    const real v3788 = v3776 + (v164 * v3727 + v557 * v3544) + (v262 * v3730 + v560 * v3552) - (v294 * v3740 + v569 * v3560);
-    const real v3797 = (v3788 - (v367 * v3756 + v582 * v3570) - (v488 * v3766 + v587 * v3655)) * v640;
-    const real v3809 = v3670 - v3681 + v3690 - v3673 - v3684 - (v560 * v3729 + v559 * v3730) - (v569 * v3739 + v568 * v3740);
-    const real v3821 = v3809 - (v582 * v3755 + v581 * v3756) - (v587 * v3763 + v586 * v3766) - (v557 * v3726 + v556 * v3727);
-    const real v3823 = v3797 - v990 * v3821;
-    const real v3826 = v3655 * v545 - v828 * v3713 - (v641 * v3766 + v587 * v3823);
-    const real v3833 = v3570 * v385 - (v643 * v3621 + v449 * v3826) - (v641 * v3756 + v582 * v3823);
-    const real v3843 = v3560 * v303 - v334 * v3833 - (v444 * v3826 - v643 * v3616) - (v641 * v3740 + v569 * v3823);
-    const real v3851 = v3552 * v214 - v292 * v3843 + v329 * v3833 - (v643 * v3606 + v432 * v3826);
-    const real v3855 = v3851 + (v641 * v3730 + v560 * v3823);
-    const real v3865 = v3544 * v73 + v173 * v3855 + v272 * v3843 + v326 * v3833 + (v643 * v3603 + v429 * v3826);
-    const real v3869 = v3865 + (v641 * v3727 + v557 * v3823);
-    const real v3870 = v3869 + v3540;
-    const real v3872 = v11 - p[15] * v2397;
-    const real v3873 = p[13] * v3872;
-    const real v3875 = p[13] * v2397;
-    const real v3877 = v100 * v3873 - v104 * v3875;
-    const real v3882 = p[14] * v3872 * v35 - v48 * v3872;
-    const real v3883 = v18 * v3882;
-    const real v3886 = v4 * v3875;
-    const real v3888 = v13 * (c1 * v3883) + v136 * v3886;
-    const real v3892 = v58 * (c55 * v3883);
-    const real v3894 = s1 * v3877 - c1 * v3888 - c55 * v3892;
-    const real v3897 = s1 * v3886;
-    const real v3898 = s1 * v3897;
-    const real v3899 = v3872 - v3886 + v3898;
-    const real v3903 = c1 * v3897;
-    const real v3904 = s88 * v3903;
-    const real v3907 = v3904 * v73 + v175 * v3899;
-    const real v3912 = v191 * v227 - v231 * v2443;
-    const real v3913 = c88 * v3912;
-    const real v3916 = s1 * v3888 + c1 * v3877;
-    const real v3919 = s55 * v3892;
-    const real v3922 = v173 * v3894 - v164 * v3907 - (v3913 - s88 * v3916 - s113 * v3919);
-    const real v3924 = v3872 - v3898;
-    const real v3926 = v191 - p[15] * v2443;
-    const real v3927 = v3924 - v3926;
-    const real v3928 = v184 * v3927;
-    const real v3935 = v3928 + v3872 + v3926 - v3872 + (v173 * v3904 + v172 * v3907);
-    const real v3940 = c88 * v3903;
-    const real v3943 = v3940 * v73 + v654 * v3899;
-    const real v3946 = v285 * v3927 + (v272 * v3904 + v172 * v3943);
-    const real v3949 = v3946 * v214 - v657 * v3935;
-    const real v3955 = s88 * v3912;
-    const real v3963 = v272 * v3894 - v164 * v3943 + (c88 * v3916 + v3955 + c113 * v3919) - (v262 * v3949 + v292 * v3922);
-    const real v3973 = v3924 - v3928 - (v292 * v3946 + v291 * v3949) + (v272 * v3940 + v271 * v3943);
-    const real v3976 = v186 * v3926;
-    const real v3977 = s88 * v3976;
-    const real v3978 = c1 * v3873;
-    const real v3982 = c88 * v3976;
-    const real v3985 = s1 * v3873;
-    const real v3988 = v3985 * v73 - v683 * v3899;
-    const real v3992 = v3982 + s88 * v3978 + (v172 * v3988 - v326 * v3904);
-    const real v3995 = v3992 * v214 - v686 * v3935;
-    const real v4002 = v3977 - c88 * v3978 + (v329 * v3946 + v291 * v3995) - (v271 * v3988 - v326 * v3940);
-    const real v4005 = v4002 * v303 - v694 * v3973;
-    const real v4014 = v135 * v3985 - v323 * v3883 + p[13] * v3877;
-    const real v4015 = v186 * v3912;
-    const real v4017 = v324 * v3883;
-    const real v4025 = v164 * v3988 + v326 * v3894 - (v4014 - v4015 - v4017 + x[4] * x[14]) + (v262 * v3995 + v329 * v3922);
-    const real v4029 = v4025 - (v294 * v4005 + v334 * v3963);
-    const real v4031 = v186 * v3976;
-    const real v4032 = p[13] * v3873;
-    const real v4041 = v4031 + v4032 - (v329 * v3992 + v328 * v3995) - (v334 * v4002 + v333 * v4005);
-    const real v4045 = v4041 - (v326 * v3985 + v325 * v3988);
-    const real v4050 = v387 * v3926 - v192 * v3882;
-    const real v4051 = v186 * v4050;
-    const real v4052 = c88 * v4051;
-    const real v4054 = v203 * v3882;
-    const real v4055 = v197 * v4054;
-    const real v4056 = c113 * v4055;
-    const real v4060 = v134 * v3978 - v310 * v3882;
-    const real v4061 = v4032 - v4060;
-    const real v4064 = v313 * v3882;
-    const real v4071 = v4050 - (v134 * v3872 - v23 * v3882);
-    const real v4073 = v33 * v3882 - v4054;
-    const real v4077 = v134 * v3898 + v67 * v3882;
-    const real v4078 = v3978 + v4077;
-    const real v4079 = v4078 + v4071;
-    const real v4081 = v71 * v3882;
-    const real v4082 = v4081 + v4073;
-    const real v4084 = v184 * v4079 + v195 * v4082;
-    const real v4090 = v3985 - (v134 * v3903 + v168 * v3882);
-    const real v4092 = v170 * v3882;
-    const real v4094 = s88 * v4090 - s113 * v4092;
-    const real v4097 = v4094 * v73 - v747 * v3899;
-    const real v4101 = v4071 + v4073 - v4084 - v3982 - (v172 * v4097 - v429 * v3904);
-    const real v4104 = v4101 * v214 - v752 * v3935;
-    const real v4107 = v4031 - v4052 + v4056 + s88 * v4061 + s113 * v4064 + (v432 * v3992 + v328 * v4104);
-    const real v4111 = v285 * v4079 + v287 * v4082;
-    const real v4120 = v3977 - v4111 - (v432 * v3946 + v291 * v4104) - (v271 * v4097 - v429 * v3940);
-    const real v4123 = v4120 * v303 - v781 * v3973;
-    const real v4130 = v4107 - (v444 * v4002 + v333 * v4123) - (v429 * v3985 + v325 * v4097);
-    const real v4133 = v4130 * v385 - v790 * v4045;
-    const real v4141 = v4014 - (v134 * v3916 + v252 * v3882);
-    const real v4147 = v4017 + (v149 * v3919 + v257 * v3882);
-    const real v4155 = s88 * v4141 - v4015 - s113 * v4147 - x[4] * x[13] + (v387 * v3913 - v233 * v3882);
-    const real v4164 = v164 * v4097 + v429 * v3894 - (v4155 - v248 * v3882 + v217 * v3882) - (v262 * v4104 + v432 * v3922);
-    const real v4172 = v4164 - (v294 * v4123 + v444 * v3963) - (v367 * v4133 + v449 * v4029);
-    const real v4176 = v387 * v4050 - v388 * v3882;
-    const real v4179 = v393 * v3882 + v392 * v4054;
-    const real v4185 = v493 * v3872 - v23 * (v836 * v3882);
-    const real v4191 = v4032 + K(-2.0) * v4060 - (v410 * v3882 + v134 * v4077);
-    const real v4193 = v4185 + v4191 - v4176;
-    const real v4194 = v184 * v4193;
-    const real v4197 = v33 * (v848 * v3882);
-    const real v4202 = K(-2.0) * v4064 + (v414 * v3882 + v149 * v4081);
-    const real v4204 = v4179 - (v4197 + v4202);
-    const real v4205 = v195 * v4204;
-    const real v4212 = v515 * v3872 - (v526 * v3872 + v34 * (v860 * v3882));
-    const real v4217 = v4176 - v4179 + v4031 + v4194 + v4205 + v4212 - v4185 + v4197 + K(-2.0) * v4052;
-    const real v4227 = v4217 - K(-2.0) * v4056 - (v432 * v4101 + v431 * v4104) - (v444 * v4120 + v443 * v4123);
-    const real v4235 = v4227 - (v449 * v4130 + v448 * v4133) - (v429 * v4094 + v428 * v4097);
-    const real v4240 = s88 * v4051 - s113 * v4055;
-    const real v4248 = c88 * v4090 - c113 * v4092;
-    const real v4251 = v4248 * v73 - v902 * v3899;
-    const real v4255 = v4111 + (v172 * v4251 - v557 * v3904);
-    const real v4258 = v4255 * v214 - v907 * v3935;
-    const real v4272 = v4084 - (v4078 + v4081) + (v560 * v3946 + v291 * v4258) - (v271 * v4251 - v557 * v3940);
-    const real v4275 = v4272 * v303 - v922 * v3973;
-    const real v4278 = v4240 + v285 * v4193 + v287 * v4204 + (v560 * v4101 + v431 * v4258) - (v569 * v4120 + v443 * v4275);
-    const real v4291 = v4240 + c88 * v4061 + c113 * v4064 - (v560 * v3992 + v328 * v4258) - (v569 * v4002 + v333 * v4275);
-    const real v4295 = v4291 - (v557 * v3985 + v325 * v4251);
-    const real v4298 = v4295 * v385 - v945 * v4045;
-    const real v4305 = v4278 - (v582 * v4130 + v448 * v4298) - (v557 * v4094 + v428 * v4251);
-    const real v4308 = v4305 * v545 - v956 * v4235;
-    const real v4320 = c88 * v4141 - c113 * v4147 + x[3] * x[14] - v597 - (v387 * v3955 - v277 * v3882);
-    const real v4329 = v275 * v3882 - (v4320 + v278 * v3882 - x[5] * x[13]) + (v164 * v4251 + v557 * v3894);
-    const real v4341 = v4329 + (v262 * v4258 + v560 * v3922) - (v294 * v4275 + v569 * v3963) - (v367 * v4298 + v582 * v4029);
-    const real v4355 = v4191 - v4202 + (K(1.0) + v4212) - v4194 - v4205 - (v560 * v4255 + v559 * v4258);
-    const real v4367 = v4355 - (v569 * v4272 + v568 * v4275) - (v582 * v4295 + v581 * v4298) - (v587 * v4305 + v586 * v4308);
-    const real v4373 = (v4341 - (v488 * v4308 + v587 * v4172)) * v640 - v990 * (v4367 - (v557 * v4248 + v556 * v4251));
-    const real v4376 = v4172 * v545 - v828 * v4235 - (v641 * v4308 + v587 * v4373);
-    const real v4383 = v4029 * v385 - v714 * v4045 - (v643 * v4133 + v449 * v4376) - (v641 * v4298 + v582 * v4373);
-    const real v4390 = v3963 * v303 - v673 * v3973 - (v647 * v4005 + v334 * v4383) - (v643 * v4123 + v444 * v4376);
-    const real v4394 = v4390 - (v641 * v4275 + v569 * v4373);
-    const real v4401 = v3922 * v214 - v264 * v3935 - (v653 * v3949 + v292 * v4394) + (v647 * v3995 + v329 * v4383);
-    const real v4409 = v4401 - (v643 * v4104 + v432 * v4376) + (v641 * v4258 + v560 * v4373);
-    const real v4417 = v3894 * v73 - v166 * v3899 + (v173 * v4409 - v1061 * v3907) + (v272 * v4394 - v653 * v3943);
-    const real v4429 = v4417 + (v647 * v3988 + v326 * v4383) + (v643 * v4097 + v429 * v4376) + (v641 * v4251 + v557 * v4373);
-    const real v4430 = v4429 + v3883;
-    const real v4431 = v12 * x[13];
-    const real v4432 = s1 * v4431;
-    const real v4435 = v191 * (v186 * x[14]);
-    const real v4436 = c88 * v4435;
-    const real v4437 = c1 * v4431;
-    const real v4441 = v4436 + s88 * v4437 + v173 * v4432;
-    const real v4444 = s88 * v4435;
-    const real v4449 = v272 * v4432 - (v4444 - c88 * v4437) - v292 * v4441;
-    const real v4452 = p[13] * v4431;
-    const real v4453 = v186 * v4435;
-    const real v4460 = v326 * v4432 - (v4452 + v4453 - x[13]) + v329 * v4441 - v334 * v4449;
-    const real v4464 = v4452 - v134 * v4437;
-    const real v4472 = v429 * v4432 - (s88 * v4464 - (x[14] - v4453) - v387 * v4436) - v432 * v4441;
-    const real v4476 = v4472 - v444 * v4449 - v449 * v4460;
-    const real v4486 = v557 * v4432 - (c88 * v4464 + v387 * v4444) + v560 * v4441 - v569 * v4449;
-    const real v4491 = (v4486 - v582 * v4460 - v587 * v4476) * v640;
-    const real v4493 = v4476 * v545 - v587 * v4491;
-    const real v4497 = v4460 * v385 - v449 * v4493 - v582 * v4491;
-    const real v4503 = v4449 * v303 - v334 * v4497 - v444 * v4493 - v569 * v4491;
-    const real v4511 = v4441 * v214 - v292 * v4503 + v329 * v4497 - v432 * v4493 + v560 * v4491;
-    const real v4521 = v4432 * v73 + v173 * v4511 + v272 * v4503 + v326 * v4497 + v429 * v4493 + v557 * v4491;
-    const real v4522 = v32 * v31;
-    const real v4524 = v31 - v4522 * v27;
-    const real v4525 = p[20] * v4524;
-    const real v4526 = p[18] * v4525;
-    const real v4528 = p[18] * v4524;
-    const real v4530 = v125 * v4526 + v129 * v4528;
-    const real v4535 = p[19] * v4525 * v35 - v48 * v4525;
-    const real v4536 = v18 * v4535;
-    const real v4538 = v13 * (c1 * v4536);
-    const real v4543 = v57 * p[18] + v56 * v4528;
-    const real v4549 = v151 * v4543 - v58 * (c55 * v4536) - v159 * p[18];
-    const real v4551 = s55 * v4530 - c1 * v4538 + c55 * v4549;
-    const real v4554 = s55 * v4543;
-    const real v4555 = s55 * v4554;
-    const real v4556 = v4525 + v4543 - v4555;
-    const real v4559 = c55 * v4554;
-    const real v4560 = s113 * v4559;
-    const real v4563 = v4560 * v73 - v175 * v4556;
-    const real v4568 = v202 * v201;
-    const real v4570 = v201 - v4568 * v198;
-    const real v4571 = v246 * v4570;
-    const real v4572 = c113 * v4571;
-    const real v4573 = s1 * v4538;
-    const real v4578 = s55 * v4549 - c55 * v4530;
-    const real v4581 = v164 * v4563 + v173 * v4551 - (v4572 - s88 * v4573 + s113 * v4578);
-    const real v4583 = v4555 + v4525;
-    const real v4584 = p[20] * v4570;
-    const real v4585 = v4583 - v4584;
-    const real v4586 = v195 * v4585;
-    const real v4593 = v4586 + v4525 + v4584 - v4525 - (v173 * v4560 + v172 * v4563);
-    const real v4598 = c113 * v4559;
-    const real v4601 = v4598 * v73 - v654 * v4556;
-    const real v4604 = v287 * v4585 - (v272 * v4560 + v172 * v4601);
-    const real v4607 = v4604 * v214 - v657 * v4593;
-    const real v4614 = s113 * v4571;
-    const real v4621 = v164 * v4601 + v272 * v4551 - (c113 * v4578 - (c88 * v4573 + v4614)) - (v262 * v4607 + v292 * v4581);
-    const real v4631 = v4583 - v4586 - (v292 * v4604 + v291 * v4607) - (v272 * v4598 + v271 * v4601);
-    const real v4634 = v197 * v4584;
-    const real v4635 = s113 * v4634;
-    const real v4636 = c55 * v4526;
-    const real v4640 = c113 * v4634;
-    const real v4644 = s55 * v4526;
-    const real v4647 = v4644 * v73 - v683 * v4556;
-    const real v4650 = v4640 + s113 * v4636 + (v326 * v4560 + v172 * v4647);
-    const real v4653 = v4650 * v214 - v686 * v4593;
-    const real v4660 = v4635 - c113 * v4636 + (v329 * v4604 + v291 * v4653) - (v326 * v4598 + v271 * v4647);
-    const real v4663 = v4660 * v303 - v694 * v4631;
-    const real v4672 = v150 * v4644 - v324 * v4536 + p[18] * v4530;
-    const real v4673 = v323 * v4536;
-    const real v4674 = v197 * v4571;
-    const real v4681 = v164 * v4647 + v326 * v4551 - (v4672 - (v4673 + v4674)) + (v262 * v4653 + v329 * v4581);
-    const real v4685 = v4681 - (v294 * v4663 + v334 * v4621);
-    const real v4687 = v197 * v4634;
-    const real v4688 = p[18] * v4526;
-    const real v4697 = v4687 + v4688 - (v329 * v4650 + v328 * v4653) - (v334 * v4660 + v333 * v4663);
-    const real v4701 = v4697 - (v326 * v4644 + v325 * v4647);
-    const real v4704 = v192 * v4535;
-    const real v4705 = v186 * v4704;
-    const real v4706 = c88 * v4705;
-    const real v4710 = v392 * v4584 - v203 * v4535;
-    const real v4711 = v197 * v4710;
-    const real v4712 = c113 * v4711;
-    const real v4714 = v310 * v4535;
-    const real v4719 = v149 * v4636 - v313 * v4535;
-    const real v4720 = v4688 - v4719;
-    const real v4725 = v23 * v4535 - v4704;
-    const real v4729 = v4710 - (v149 * v4525 - v33 * v4535);
-    const real v4731 = v67 * v4535;
-    const real v4732 = v4731 + v4725;
-    const real v4736 = v149 * v4555 - v71 * v4535;
-    const real v4737 = v4636 - v4736;
-    const real v4738 = v4737 + v4729;
-    const real v4740 = v184 * v4732 + v195 * v4738;
-    const real v4747 = v4644 + (v149 * v4559 - v170 * v4535);
-    const real v4749 = v168 * v4535;
-    const real v4751 = s113 * v4747 - s88 * v4749;
-    const real v4754 = v4751 * v73 - v747 * v4556;
-    const real v4757 = v4725 + v4729 - v4740 - v4640 - (v429 * v4560 + v172 * v4754);
-    const real v4760 = v4757 * v214 - v752 * v4593;
-    const real v4763 = v4687 + v4706 - v4712 + s88 * v4714 + s113 * v4720 + (v432 * v4650 + v328 * v4760);
-    const real v4767 = v285 * v4732 + v287 * v4738;
-    const real v4776 = v4635 - v4767 - (v432 * v4604 + v291 * v4760) - (v429 * v4598 + v271 * v4754);
-    const real v4779 = v4776 * v303 - v781 * v4631;
-    const real v4786 = v4763 - (v444 * v4660 + v333 * v4779) - (v429 * v4644 + v325 * v4754);
-    const real v4789 = v4786 * v385 - v790 * v4701;
-    const real v4797 = v4672 + (v149 * v4578 - v257 * v4535);
-    const real v4802 = v4673 + (v134 * v4573 + v252 * v4535);
-    const real v4811 = s113 * v4797 - (s88 * v4802 + v4674) - v233 * v4535 + (v392 * v4572 - v248 * v4535);
-    const real v4818 = v164 * v4754 + v429 * v4551 - (v4811 + v217 * v4535) - (v262 * v4760 + v432 * v4581);
-    const real v4826 = v4818 - (v294 * v4779 + v444 * v4621) - (v367 * v4789 + v449 * v4685);
-    const real v4830 = v392 * v4710 - v393 * v4535;
-    const real v4833 = v388 * v4535 + v387 * v4704;
-    const real v4837 = v23 * (v836 * v4535);
-    const real v4842 = K(-2.0) * v4714 + (v410 * v4535 + v134 * v4731);
-    const real v4844 = v4833 - (v4837 + v4842);
-    const real v4845 = v184 * v4844;
-    const real v4850 = v504 * v4525 - v33 * (v848 * v4535);
-    const real v4856 = v4688 + K(-2.0) * v4719 + (v149 * v4736 - v414 * v4535);
-    const real v4858 = v4850 + v4856 - v4830;
-    const real v4859 = v195 * v4858;
-    const real v4866 = v517 * v4525 - (v526 * v4525 + v34 * (v860 * v4535));
-    const real v4871 = v4830 - v4833 + v4687 + v4845 + v4859 + v4866 + v4837 - v4850 - K(-2.0) * v4706;
-    const real v4881 = v4871 + K(-2.0) * v4712 - (v432 * v4757 + v431 * v4760) - (v444 * v4776 + v443 * v4779);
-    const real v4889 = v4881 - (v449 * v4786 + v448 * v4789) - (v429 * v4751 + v428 * v4754);
-    const real v4894 = s113 * v4711 - s88 * v4705;
-    const real v4903 = c113 * v4747 - c88 * v4749;
-    const real v4906 = v4903 * v73 - v902 * v4556;
-    const real v4909 = v4767 + (v557 * v4560 + v172 * v4906);
-    const real v4912 = v4909 * v214 - v907 * v4593;
-    const real v4926 = v4740 - (v4731 + v4737) + (v560 * v4604 + v291 * v4912) - (v557 * v4598 + v271 * v4906);
-    const real v4929 = v4926 * v303 - v922 * v4631;
-    const real v4932 = v4894 + v285 * v4844 + v287 * v4858 + (v560 * v4757 + v431 * v4912) - (v569 * v4776 + v443 * v4929);
-    const real v4945 = v4894 + c88 * v4714 + c113 * v4720 - (v560 * v4650 + v328 * v4912) - (v569 * v4660 + v333 * v4929);
-    const real v4949 = v4945 - (v557 * v4644 + v325 * v4906);
-    const real v4952 = v4949 * v385 - v945 * v4701;
-    const real v4959 = v4932 - (v582 * v4786 + v448 * v4952) - (v557 * v4751 + v428 * v4906);
-    const real v4962 = v4959 * v545 - v956 * v4889;
-    const real v4973 = c113 * v4797 - c88 * v4802 + v277 * v4535 - (v392 * v4614 - v278 * v4535);
-    const real v4982 = v275 * v4535 - v4973 + (v164 * v4906 + v557 * v4551) + (v262 * v4912 + v560 * v4581);
-    const real v4994 = v4982 - (v294 * v4929 + v569 * v4621) - (v367 * v4952 + v582 * v4685) - (v488 * v4962 + v587 * v4826);
-    const real v5007 = v4856 - v4842 + v4866 - v4845 - v4859 - (v560 * v4909 + v559 * v4912) - (v569 * v4926 + v568 * v4929);
-    const real v5019 = v5007 - (v582 * v4949 + v581 * v4952) - (v587 * v4959 + v586 * v4962) - (v557 * v4903 + v556 * v4906);
-    const real v5021 = v4994 * v640 - v990 * v5019;
-    const real v5024 = v4826 * v545 - v828 * v4889 - (v641 * v4962 + v587 * v5021);
-    const real v5031 = v4685 * v385 - v714 * v4701 - (v643 * v4789 + v449 * v5024) - (v641 * v4952 + v582 * v5021);
-    const real v5038 = v4621 * v303 - v673 * v4631 - (v647 * v4663 + v334 * v5031) - (v643 * v4779 + v444 * v5024);
-    const real v5042 = v5038 - (v641 * v4929 + v569 * v5021);
-    const real v5049 = v4581 * v214 - v264 * v4593 - (v653 * v4607 + v292 * v5042) + (v647 * v4653 + v329 * v5031);
-    const real v5057 = v5049 - (v643 * v4760 + v432 * v5024) + (v641 * v4912 + v560 * v5021);
-    const real v5064 = v4551 * v73 - v166 * v4556 + (v1061 * v4563 + v173 * v5057) + (v653 * v4601 + v272 * v5042);
-    const real v5076 = v5064 + (v647 * v4647 + v326 * v5031) + (v643 * v4754 + v429 * v5024) + (v641 * v4906 + v557 * v5021);
-    const real v5077 = v5076 + v4536;
-    const real v5079 = p[17] * (p[18] + p[18]);
-    const real v5080 = v4522 * v5079;
-    const real v5081 = p[20] * v5080;
-    const real v5083 = v33 - p[18] * v5081;
-    const real v5086 = v32 - p[18] * v5080;
-    const real v5088 = v125 * v5083 + v129 * v5086;
-    const real v5093 = v48 * v5081 - p[19] * v5081 * v35;
-    const real v5094 = v18 * v5093;
-    const real v5096 = v13 * (c1 * v5094);
-    const real v5101 = v57 * p[17] + v56 * v5086;
-    const real v5107 = v151 * v5101 - v58 * (c55 * v5094) - v159 * p[17];
-    const real v5109 = s55 * v5088 - c1 * v5096 + c55 * v5107;
-    const real v5112 = s55 * v5101;
-    const real v5113 = s55 * v5112;
-    const real v5114 = v5101 - v5081 - v5113;
-    const real v5117 = c55 * v5112;
-    const real v5118 = s113 * v5117;
-    const real v5121 = v5118 * v73 - v175 * v5114;
-    const real v5131 = v218 * s55 + v110 * (v156 * c55) - v240 * v119;
-    const real v5139 = v4568 * (p[17] * ((v197 + v197) * s55));
-    const real v5141 = v202 * (p[20] * v5131 - v244 * s55) - v246 * v5139;
-    const real v5142 = c113 * v5141;
-    const real v5143 = s1 * v5096;
-    const real v5148 = s55 * v5107 - c55 * v5088;
-    const real v5151 = v164 * v5121 + v173 * v5109 - (v5142 - s88 * v5143 + s113 * v5148);
-    const real v5153 = v5113 - v5081;
-    const real v5154 = p[20] * v5139;
-    const real v5155 = v5153 + v5154;
-    const real v5156 = v195 * v5155;
-    const real v5163 = v5156 - v5081 - v5154 + v5081 - (v173 * v5118 + v172 * v5121);
-    const real v5168 = c113 * v5117;
-    const real v5171 = v5168 * v73 - v654 * v5114;
-    const real v5174 = v287 * v5155 - (v272 * v5118 + v172 * v5171);
-    const real v5177 = v5174 * v214 - v657 * v5163;
-    const real v5184 = s113 * v5141;
-    const real v5191 = v164 * v5171 + v272 * v5109 - (c113 * v5148 - (c88 * v5143 + v5184)) - (v262 * v5177 + v292 * v5151);
-    const real v5201 = v5153 - v5156 - (v292 * v5174 + v291 * v5177) - (v272 * v5168 + v271 * v5171);
-    const real v5206 = v203 * s55 - v197 * v5154;
-    const real v5207 = s113 * v5206;
-    const real v5208 = c55 * v5083;
-    const real v5212 = c113 * v5206;
-    const real v5216 = s55 * v5083;
-    const real v5219 = v5216 * v73 - v683 * v5114;
-    const real v5222 = v5212 + s113 * v5208 + (v326 * v5118 + v172 * v5219);
-    const real v5225 = v5222 * v214 - v686 * v5163;
-    const real v5232 = v5207 - c113 * v5208 + (v329 * v5174 + v291 * v5225) - (v326 * v5168 + v271 * v5219);
-    const real v5235 = v5232 * v303 - v694 * v5201;
-    const real v5245 = v150 * v5216 - v324 * v5094 + (p[18] * v5088 + v131);
-    const real v5246 = v323 * v5094;
-    const real v5249 = v197 * v5141 + v247 * s55;
-    const real v5256 = v164 * v5219 + v326 * v5109 - (v5245 - (v5246 + v5249)) + (v262 * v5225 + v329 * v5151);
-    const real v5260 = v5256 - (v294 * v5235 + v334 * v5191);
-    const real v5264 = v307 * s55 + v197 * v5206;
-    const real v5266 = p[18] * v5083 + v108;
-    const real v5275 = v5264 + v5266 - (v329 * v5222 + v328 * v5225) - (v334 * v5232 + v333 * v5235);
-    const real v5279 = v5275 - (v326 * v5216 + v325 * v5219);
-    const real v5282 = v192 * v5093;
-    const real v5283 = v186 * v5282;
-    const real v5284 = c88 * v5283;
-    const real v5287 = v5093 + c55;
-    const real v5290 = v203 * v5287 + v392 * v5154;
-    const real v5292 = v393 * s55 - v197 * v5290;
-    const real v5293 = c113 * v5292;
-    const real v5295 = v310 * v5093;
-    const real v5300 = v149 * v5208 - v313 * v5093;
-    const real v5301 = v5266 - v5300;
-    const real v5306 = v23 * v5093 - v5282;
-    const real v5310 = v33 * v5093 + v149 * v5081 - v5290;
-    const real v5312 = v67 * v5093;
-    const real v5313 = v5312 + v5306;
-    const real v5317 = v149 * v5113 - v71 * v5093;
-    const real v5318 = v5208 - v5317;
-    const real v5319 = v5318 + v5310;
-    const real v5321 = v184 * v5313 + v195 * v5319;
-    const real v5328 = v5216 + (v149 * v5117 - v170 * v5093);
-    const real v5330 = v168 * v5093;
-    const real v5332 = s113 * v5328 - s88 * v5330;
-    const real v5335 = v5332 * v73 - v747 * v5114;
-    const real v5338 = v5306 + v5310 - v5321 - v5212 - (v429 * v5118 + v172 * v5335);
-    const real v5341 = v5338 * v214 - v752 * v5163;
-    const real v5344 = v5264 + v5284 - v5293 + s88 * v5295 + s113 * v5301 + (v432 * v5222 + v328 * v5341);
-    const real v5348 = v285 * v5313 + v287 * v5319;
-    const real v5357 = v5207 - v5348 - (v432 * v5174 + v291 * v5341) - (v429 * v5168 + v271 * v5335);
-    const real v5360 = v5357 * v303 - v781 * v5201;
-    const real v5367 = v5344 - (v444 * v5232 + v333 * v5360) - (v429 * v5216 + v325 * v5335);
-    const real v5370 = v5367 * v385 - v790 * v5279;
-    const real v5378 = v5245 + (v149 * v5148 - v257 * v5093);
-    const real v5383 = v5246 + (v134 * v5143 + v252 * v5093);
-    const real v5392 = s113 * v5378 - (s88 * v5383 + v5249) - v233 * v5093 + (v392 * v5142 - v248 * v5287);
-    const real v5399 = v164 * v5335 + v429 * v5109 - (v5392 + v217 * v5093) - (v262 * v5341 + v432 * v5151);
-    const real v5407 = v5399 - (v294 * v5360 + v444 * v5191) - (v367 * v5370 + v449 * v5260);
-    const real v5411 = v388 * v5093 + v387 * v5282;
-    const real v5414 = v393 * v5287 + v392 * v5290;
-    const real v5418 = v23 * (v836 * v5093);
-    const real v5423 = K(-2.0) * v5295 + (v410 * v5093 + v134 * v5312);
-    const real v5425 = v5411 - (v5418 + v5423);
-    const real v5426 = v184 * v5425;
-    const real v5433 = v5266 + K(-2.0) * v5300 + (v149 * v5317 - v414 * v5093);
-    const real v5437 = v504 * v5081 + v33 * (v848 * v5093);
-    const real v5439 = v5433 - v5437 + v5414;
-    const real v5440 = v195 * v5439;
-    const real v5447 = v517 * v5081 + (v34 * (v860 * v5093) - v526 * v5081);
-    const real v5452 = v5264 - (v5411 + v5414) + v5426 + v5440 - v5447 + v5418 + v5437 - K(-2.0) * v5284;
-    const real v5462 = v5452 + K(-2.0) * v5293 - (v432 * v5338 + v431 * v5341) - (v444 * v5357 + v443 * v5360);
-    const real v5470 = v5462 - (v449 * v5367 + v448 * v5370) - (v429 * v5332 + v428 * v5335);
-    const real v5475 = s113 * v5292 - s88 * v5283;
-    const real v5484 = c113 * v5328 - c88 * v5330;
-    const real v5487 = v5484 * v73 - v902 * v5114;
-    const real v5490 = v5348 + (v557 * v5118 + v172 * v5487);
-    const real v5493 = v5490 * v214 - v907 * v5163;
-    const real v5507 = v5321 - (v5312 + v5318) + (v560 * v5174 + v291 * v5493) - (v557 * v5168 + v271 * v5487);
-    const real v5510 = v5507 * v303 - v922 * v5201;
-    const real v5513 = v5475 + v285 * v5425 + v287 * v5439 + (v560 * v5338 + v431 * v5493) - (v569 * v5357 + v443 * v5510);
-    const real v5526 = v5475 + c88 * v5295 + c113 * v5301 - (v560 * v5222 + v328 * v5493) - (v569 * v5232 + v333 * v5510);
-    const real v5530 = v5526 - (v557 * v5216 + v325 * v5487);
-    const real v5533 = v5530 * v385 - v945 * v5279;
-    const real v5540 = v5513 - (v582 * v5367 + v448 * v5533) - (v557 * v5332 + v428 * v5487);
-    const real v5543 = v5540 * v545 - v956 * v5470;
-    const real v5554 = c113 * v5378 - c88 * v5383 + v277 * v5093 - (v392 * v5184 - v278 * v5287);
-    const real v5563 = v275 * v5093 - v5554 + (v164 * v5487 + v557 * v5109) + (v262 * v5493 + v560 * v5151);
-    const real v5575 = v5563 - (v294 * v5510 + v569 * v5191) - (v367 * v5533 + v582 * v5260) - (v488 * v5543 + v587 * v5407);
-    const real v5588 = v5433 - v5423 - v5447 - v5426 - v5440 - (v560 * v5490 + v559 * v5493) - (v569 * v5507 + v568 * v5510);
-    const real v5600 = v5588 - (v582 * v5530 + v581 * v5533) - (v587 * v5540 + v586 * v5543) - (v557 * v5484 + v556 * v5487);
-    const real v5602 = v5575 * v640 - v990 * v5600;
-    const real v5605 = v5407 * v545 - v828 * v5470 - (v641 * v5543 + v587 * v5602);
-    const real v5612 = v5260 * v385 - v714 * v5279 - (v643 * v5370 + v449 * v5605) - (v641 * v5533 + v582 * v5602);
-    const real v5619 = v5191 * v303 - v673 * v5201 - (v647 * v5235 + v334 * v5612) - (v643 * v5360 + v444 * v5605);
-    const real v5623 = v5619 - (v641 * v5510 + v569 * v5602);
-    const real v5630 = v5151 * v214 - v264 * v5163 - (v653 * v5177 + v292 * v5623) + (v647 * v5225 + v329 * v5612);
-    const real v5638 = v5630 - (v643 * v5341 + v432 * v5605) + (v641 * v5493 + v560 * v5602);
-    const real v5645 = v5109 * v73 - v166 * v5114 + (v1061 * v5121 + v173 * v5638) + (v653 * v5171 + v272 * v5623);
-    const real v5657 = v5645 + (v647 * v5219 + v326 * v5612) + (v643 * v5335 + v429 * v5605) + (v641 * v5487 + v557 * v5602);
-    const real v5658 = v5657 + v5094;
-    const real v5659 = v33 * v35;
-    const real v5660 = K(1.0) - v5659;
-    const real v5661 = v18 * v5660;
-    const real v5663 = v58 * (c55 * v5661);
-    const real v5665 = v18 * v5659;
-    const real v5667 = v13 * (c1 * v5665);
-    const real v5669 = c55 * v5663 - c1 * v5667;
-    const real v5672 = s55 * v5663;
-    const real v5674 = s1 * v5667;
-    const real v5677 = v173 * v5669 - (s113 * v5672 - s88 * v5674);
-    const real v5685 = v272 * v5669 - (c113 * v5672 - c88 * v5674) - v292 * v5677;
-    const real v5688 = v324 * v5661;
-    const real v5689 = v323 * v5665;
-    const real v5695 = v326 * v5669 - (v5688 - v5689) + v329 * v5677 - v334 * v5685;
-    const real v5697 = v192 * v5659;
-    const real v5698 = v186 * v5697;
-    const real v5699 = c88 * v5698;
-    const real v5700 = v203 * v5660;
-    const real v5701 = v197 * v5700;
-    const real v5702 = c113 * v5701;
-    const real v5704 = v310 * v5659;
-    const real v5707 = v313 * v5660;
-    const real v5711 = v23 * v5659 - v5697;
-    const real v5713 = v5700 - v33 * v5660;
-    const real v5715 = v67 * v5659;
-    const real v5716 = v5715 + v5711;
-    const real v5718 = v71 * v5660;
-    const real v5719 = v5713 - v5718;
-    const real v5721 = v184 * v5716 + v195 * v5719;
-    const real v5723 = v170 * v5660;
-    const real v5725 = v168 * v5659;
-    const real v5727 = s113 * v5723 - s88 * v5725;
-    const real v5728 = v5727 * v73;
-    const real v5730 = v5711 + v5713 - v5721 - v172 * v5728;
-    const real v5731 = v5730 * v214;
-    const real v5736 = v285 * v5716 + v287 * v5719;
-    const real v5740 = v5736 + v291 * v5731 + v271 * v5728;
-    const real v5741 = v5740 * v303;
-    const real v5745 = v5699 - v5702 + s88 * v5704 - s113 * v5707 + v328 * v5731 + v333 * v5741 - v325 * v5728;
-    const real v5746 = v5745 * v385;
-    const real v5754 = v5688 + (v149 * v5672 + v257 * v5660);
-    const real v5759 = v5689 + (v134 * v5674 + v252 * v5659);
-    const real v5768 = v164 * v5728 + v429 * v5669 - (s113 * v5754 - s88 * v5759 - v233 * v5659 + v248 * v5660 + v217 * v5659);
-    const real v5780 = v5768 - (v262 * v5731 + v432 * v5677) - (v444 * v5685 - v294 * v5741) - (v367 * v5746 + v449 * v5695);
-    const real v5784 = v393 * v5660 + v392 * v5700;
-    const real v5787 = v388 * v5659 + v387 * v5697;
-    const real v5790 = v23 * (v836 * v5659);
-    const real v5795 = K(-2.0) * v5704 + (v410 * v5659 + v134 * v5715);
-    const real v5797 = v5787 - (v5790 + v5795);
-    const real v5798 = v184 * v5797;
-    const real v5801 = v33 * (v848 * v5660);
-    const real v5806 = K(-2.0) * v5707 + (v414 * v5660 + v149 * v5718);
-    const real v5808 = v5801 + v5806 - v5784;
-    const real v5809 = v195 * v5808;
-    const real v5815 = v33 * (p[19] + p[19]) - v34 * (v860 * v5659);
-    const real v5822 = v5784 - v5787 + v5798 + v5809 + v5815 + v5790 - v5801 - K(-2.0) * v5699 + K(-2.0) * v5702;
-    const real v5834 = v5822 - (v432 * v5730 + v431 * v5731) + (v444 * v5740 + v443 * v5741) - (v449 * v5745 + v448 * v5746);
-    const real v5838 = v5834 - (v429 * v5727 + v428 * v5728);
-    const real v5843 = s113 * v5701 - s88 * v5698;
-    const real v5851 = c113 * v5723 - c88 * v5725;
-    const real v5852 = v5851 * v73;
-    const real v5854 = v5736 + v172 * v5852;
-    const real v5855 = v5854 * v214;
-    const real v5864 = v5721 - (v5715 - v5718) + v291 * v5855 - v271 * v5852;
-    const real v5865 = v5864 * v303;
-    const real v5869 = v5843 + v285 * v5797 + v287 * v5808 + (v560 * v5730 + v431 * v5855) - (v443 * v5865 - v569 * v5740);
-    const real v5880 = v5843 + c88 * v5704 - c113 * v5707 - v328 * v5855 - v333 * v5865 - v325 * v5852;
-    const real v5881 = v5880 * v385;
-    const real v5888 = v5869 - (v582 * v5745 + v448 * v5881) - (v557 * v5727 + v428 * v5852);
-    const real v5891 = v5888 * v545 - v956 * v5838;
-    const real v5901 = v275 * v5659 - (c113 * v5754 - c88 * v5759 + v277 * v5659 - v278 * v5660);
-    const real v5913 = v5901 + (v164 * v5852 + v557 * v5669) + (v262 * v5855 + v560 * v5677) - (v294 * v5865 + v569 * v5685);
-    const real v5922 = (v5913 - (v367 * v5881 + v582 * v5695) - (v488 * v5891 + v587 * v5780)) * v640;
-    const real v5934 = v5806 - v5795 + v5815 - v5798 - v5809 - (v560 * v5854 + v559 * v5855) - (v569 * v5864 + v568 * v5865);
-    const real v5946 = v5934 - (v582 * v5880 + v581 * v5881) - (v587 * v5888 + v586 * v5891) - (v557 * v5851 + v556 * v5852);
-    const real v5948 = v5922 - v990 * v5946;
-    const real v5951 = v5780 * v545 - v828 * v5838 - (v641 * v5891 + v587 * v5948);
-    const real v5958 = v5695 * v385 - (v643 * v5746 + v449 * v5951) - (v641 * v5881 + v582 * v5948);
-    const real v5968 = v5685 * v303 - v334 * v5958 - (v444 * v5951 - v643 * v5741) - (v641 * v5865 + v569 * v5948);
-    const real v5976 = v5677 * v214 - v292 * v5968 + v329 * v5958 - (v643 * v5731 + v432 * v5951);
-    const real v5980 = v5976 + (v641 * v5855 + v560 * v5948);
-    const real v5990 = v5669 * v73 + v173 * v5980 + v272 * v5968 + v326 * v5958 + (v643 * v5728 + v429 * v5951);
-    const real v5994 = v5990 + (v641 * v5852 + v557 * v5948);
-    const real v5995 = v5994 + v5665;
-    const real v5997 = v32 - p[20] * v4522;
-    const real v5998 = p[18] * v5997;
-    const real v6000 = p[18] * v4522;
-    const real v6002 = v125 * v5998 - v129 * v6000;
-    const real v6007 = p[19] * v5997 * v35 - v48 * v5997;
-    const real v6008 = v18 * v6007;
-    const real v6010 = v13 * (c1 * v6008);
-    const real v6015 = v56 * v6000;
-    const real v6017 = v58 * (c55 * v6008) + v151 * v6015;
-    const real v6019 = s55 * v6002 - c1 * v6010 - c55 * v6017;
-    const real v6022 = s55 * v6015;
-    const real v6023 = s55 * v6022;
-    const real v6024 = v5997 - v6015 + v6023;
-    const real v6028 = c55 * v6022;
-    const real v6029 = s113 * v6028;
-    const real v6032 = v6029 * v73 + v175 * v6024;
-    const real v6037 = v202 * v242 - v246 * v4568;
-    const real v6038 = c113 * v6037;
-    const real v6039 = s1 * v6010;
-    const real v6044 = s55 * v6017 + c55 * v6002;
-    const real v6047 = v173 * v6019 - v164 * v6032 - (v6038 - s88 * v6039 - s113 * v6044);
-    const real v6049 = v5997 - v6023;
-    const real v6051 = v202 - p[20] * v4568;
-    const real v6052 = v6049 - v6051;
-    const real v6053 = v195 * v6052;
-    const real v6060 = v6053 + v5997 + v6051 - v5997 + (v173 * v6029 + v172 * v6032);
-    const real v6065 = c113 * v6028;
-    const real v6068 = v6065 * v73 + v654 * v6024;
-    const real v6071 = v287 * v6052 + (v272 * v6029 + v172 * v6068);
-    const real v6074 = v6071 * v214 - v657 * v6060;
-    const real v6080 = s113 * v6037;
-    const real v6088 = v272 * v6019 - v164 * v6068 + (c88 * v6039 + v6080 + c113 * v6044) - (v262 * v6074 + v292 * v6047);
-    const real v6098 = v6049 - v6053 - (v292 * v6071 + v291 * v6074) + (v272 * v6065 + v271 * v6068);
-    const real v6101 = v197 * v6051;
-    const real v6102 = s113 * v6101;
-    const real v6103 = c55 * v5998;
-    const real v6107 = c113 * v6101;
-    const real v6110 = s55 * v5998;
-    const real v6113 = v6110 * v73 - v683 * v6024;
-    const real v6117 = v6107 + s113 * v6103 + (v172 * v6113 - v326 * v6029);
-    const real v6120 = v6117 * v214 - v686 * v6060;
-    const real v6127 = v6102 - c113 * v6103 + (v329 * v6071 + v291 * v6120) - (v271 * v6113 - v326 * v6065);
-    const real v6130 = v6127 * v303 - v694 * v6098;
-    const real v6139 = v150 * v6110 - v324 * v6008 + p[18] * v6002;
-    const real v6140 = v323 * v6008;
-    const real v6141 = v197 * v6037;
-    const real v6150 = v164 * v6113 + v326 * v6019 - (v6139 - (v6140 + v6141) + x[4] * x[16]) + (v262 * v6120 + v329 * v6047);
-    const real v6154 = v6150 - (v294 * v6130 + v334 * v6088);
-    const real v6156 = v197 * v6101;
-    const real v6157 = p[18] * v5998;
-    const real v6166 = v6156 + v6157 - (v329 * v6117 + v328 * v6120) - (v334 * v6127 + v333 * v6130);
-    const real v6170 = v6166 - (v326 * v6110 + v325 * v6113);
-    const real v6173 = v192 * v6007;
-    const real v6174 = v186 * v6173;
-    const real v6175 = c88 * v6174;
-    const real v6179 = v392 * v6051 - v203 * v6007;
-    const real v6180 = v197 * v6179;
-    const real v6181 = c113 * v6180;
-    const real v6183 = v310 * v6007;
-    const real v6188 = v149 * v6103 - v313 * v6007;
-    const real v6189 = v6157 - v6188;
-    const real v6194 = v23 * v6007 - v6173;
-    const real v6198 = v6179 - (v149 * v5997 - v33 * v6007);
-    const real v6200 = v67 * v6007;
-    const real v6201 = v6200 + v6194;
-    const real v6205 = v149 * v6023 + v71 * v6007;
-    const real v6206 = v6103 + v6205;
-    const real v6207 = v6206 + v6198;
-    const real v6209 = v184 * v6201 + v195 * v6207;
-    const real v6215 = v6110 - (v149 * v6028 + v170 * v6007);
-    const real v6217 = v168 * v6007;
-    const real v6219 = s113 * v6215 - s88 * v6217;
-    const real v6222 = v6219 * v73 - v747 * v6024;
-    const real v6226 = v6194 + v6198 - v6209 - v6107 - (v172 * v6222 - v429 * v6029);
-    const real v6229 = v6226 * v214 - v752 * v6060;
-    const real v6232 = v6156 + v6175 - v6181 + s88 * v6183 + s113 * v6189 + (v432 * v6117 + v328 * v6229);
-    const real v6236 = v285 * v6201 + v287 * v6207;
-    const real v6245 = v6102 - v6236 - (v432 * v6071 + v291 * v6229) - (v271 * v6222 - v429 * v6065);
-    const real v6248 = v6245 * v303 - v781 * v6098;
-    const real v6255 = v6232 - (v444 * v6127 + v333 * v6248) - (v429 * v6110 + v325 * v6222);
-    const real v6258 = v6255 * v385 - v790 * v6170;
-    const real v6266 = v6139 - (v149 * v6044 + v257 * v6007);
-    const real v6271 = v6140 + (v134 * v6039 + v252 * v6007);
-    const real v6282 = s113 * v6266 - (s88 * v6271 + v6141) - x[4] * x[15] - v233 * v6007 + (v392 * v6038 - v248 * v6007);
-    const real v6289 = v164 * v6222 + v429 * v6019 - (v6282 + v217 * v6007) - (v262 * v6229 + v432 * v6047);
-    const real v6297 = v6289 - (v294 * v6248 + v444 * v6088) - (v367 * v6258 + v449 * v6154);
-    const real v6301 = v392 * v6179 - v393 * v6007;
-    const real v6304 = v388 * v6007 + v387 * v6173;
-    const real v6308 = v23 * (v836 * v6007);
-    const real v6313 = K(-2.0) * v6183 + (v410 * v6007 + v134 * v6200);
-    const real v6315 = v6304 - (v6308 + v6313);
-    const real v6316 = v184 * v6315;
-    const real v6321 = v504 * v5997 - v33 * (v848 * v6007);
-    const real v6327 = v6157 + K(-2.0) * v6188 - (v414 * v6007 + v149 * v6205);
-    const real v6329 = v6321 + v6327 - v6301;
-    const real v6330 = v195 * v6329;
-    const real v6337 = v517 * v5997 - (v526 * v5997 + v34 * (v860 * v6007));
-    const real v6342 = v6301 - v6304 + v6156 + v6316 + v6330 + v6337 + v6308 - v6321 - K(-2.0) * v6175;
-    const real v6352 = v6342 + K(-2.0) * v6181 - (v432 * v6226 + v431 * v6229) - (v444 * v6245 + v443 * v6248);
-    const real v6360 = v6352 - (v449 * v6255 + v448 * v6258) - (v429 * v6219 + v428 * v6222);
-    const real v6365 = s113 * v6180 - s88 * v6174;
-    const real v6373 = c113 * v6215 - c88 * v6217;
-    const real v6376 = v6373 * v73 - v902 * v6024;
-    const real v6380 = v6236 + (v172 * v6376 - v557 * v6029);
-    const real v6383 = v6380 * v214 - v907 * v6060;
-    const real v6397 = v6209 - (v6200 + v6206) + (v560 * v6071 + v291 * v6383) - (v271 * v6376 - v557 * v6065);
-    const real v6400 = v6397 * v303 - v922 * v6098;
-    const real v6403 = v6365 + v285 * v6315 + v287 * v6329 + (v560 * v6226 + v431 * v6383) - (v569 * v6245 + v443 * v6400);
-    const real v6416 = v6365 + c88 * v6183 + c113 * v6189 - (v560 * v6117 + v328 * v6383) - (v569 * v6127 + v333 * v6400);
-    const real v6420 = v6416 - (v557 * v6110 + v325 * v6376);
-    const real v6423 = v6420 * v385 - v945 * v6170;
-    const real v6430 = v6403 - (v582 * v6255 + v448 * v6423) - (v557 * v6219 + v428 * v6376);
-    const real v6433 = v6430 * v545 - v956 * v6360;
-    const real v6447 = c113 * v6266 - c88 * v6271 + x[3] * x[16] - v597 + v277 * v6007 - (v392 * v6080 - v278 * v6007);
-    const real v6458 = v275 * v6007 - (v6447 - x[5] * x[15]) + (v164 * v6376 + v557 * v6019) + (v262 * v6383 + v560 * v6047);
-    const real v6470 = v6458 - (v294 * v6400 + v569 * v6088) - (v367 * v6423 + v582 * v6154) - (v488 * v6433 + v587 * v6297);
-    const real v6480 = v6327 - v6313 + (K(1.0) + v6337) - v6316 - v6330 - (v560 * v6380 + v559 * v6383);
-    const real v6492 = v6480 - (v569 * v6397 + v568 * v6400) - (v582 * v6420 + v581 * v6423) - (v587 * v6430 + v586 * v6433);
-    const real v6498 = v6470 * v640 - v990 * (v6492 - (v557 * v6373 + v556 * v6376));
-    const real v6501 = v6297 * v545 - v828 * v6360 - (v641 * v6433 + v587 * v6498);
-    const real v6508 = v6154 * v385 - v714 * v6170 - (v643 * v6258 + v449 * v6501) - (v641 * v6423 + v582 * v6498);
-    const real v6515 = v6088 * v303 - v673 * v6098 - (v647 * v6130 + v334 * v6508) - (v643 * v6248 + v444 * v6501);
-    const real v6519 = v6515 - (v641 * v6400 + v569 * v6498);
-    const real v6526 = v6047 * v214 - v264 * v6060 - (v653 * v6074 + v292 * v6519) + (v647 * v6120 + v329 * v6508);
-    const real v6534 = v6526 - (v643 * v6229 + v432 * v6501) + (v641 * v6383 + v560 * v6498);
-    const real v6542 = v6019 * v73 - v166 * v6024 + (v173 * v6534 - v1061 * v6032) + (v272 * v6519 - v653 * v6068);
-    const real v6554 = v6542 + (v647 * v6113 + v326 * v6508) + (v643 * v6222 + v429 * v6501) + (v641 * v6376 + v557 * v6498);
-    const real v6555 = v6554 + v6008;
-    const real v6556 = v57 * x[15];
-    const real v6557 = s55 * v6556;
-    const real v6560 = v202 * (v197 * x[16]);
-    const real v6561 = c113 * v6560;
-    const real v6562 = c55 * v6556;
-    const real v6566 = v6561 + s113 * v6562 + v173 * v6557;
-    const real v6569 = s113 * v6560;
-    const real v6574 = v272 * v6557 - (v6569 - c113 * v6562) - v292 * v6566;
-    const real v6577 = v197 * v6560;
-    const real v6578 = p[18] * v6556;
-    const real v6585 = v326 * v6557 - (v6577 + v6578 - x[15]) + v329 * v6566 - v334 * v6574;
-    const real v6589 = v6578 - v149 * v6562;
-    const real v6597 = v429 * v6557 - (s113 * v6589 - (x[16] - v6577) - v392 * v6561) - v432 * v6566;
-    const real v6601 = v6597 - v444 * v6574 - v449 * v6585;
-    const real v6611 = v557 * v6557 - (c113 * v6589 + v392 * v6569) + v560 * v6566 - v569 * v6574;
-    const real v6616 = (v6611 - v582 * v6585 - v587 * v6601) * v640;
-    const real v6618 = v6601 * v545 - v587 * v6616;
-    const real v6622 = v6585 * v385 - v449 * v6618 - v582 * v6616;
-    const real v6628 = v6574 * v303 - v334 * v6622 - v444 * v6618 - v569 * v6616;
-    const real v6636 = v6566 * v214 - v292 * v6628 + v329 * v6622 - v432 * v6618 + v560 * v6616;
-    const real v6646 = v6557 * v73 + v173 * v6636 + v272 * v6628 + v326 * v6622 + v429 * v6618 + v557 * v6616;
-    const real v6802 = s88 * v1019 + c88 * v1016;
-    const real v6810 = v643 * s88 + v641 * c88;
-    const real v6819 = c1 * (v134 * v6802 + v6810 * v49 + s88 * v1052 + c88 * v1037) + s1 * v1081;
-    const real v6824 = s88 * v1396 + c88 * v1393;
-    const real v6838 = c1 * (v134 * v6824 + v6810 * v1083 + s88 * v1428 + c88 * v1414) + s1 * v1446;
-    const real v6843 = s88 * v1477 + c88 * v1469;
-    const real v6857 = v6843 - p[15] * (v6843 - v1485) * v10 - v12 * (c1 * (v134 * v6843 + s88 * v1496 + c88 * v1490) + s1 * v1505);
-    const real v6860 = s88 * v1523 + c88 * v1516;
-    const real v6874 = v6860 - p[15] * (v6860 - v1529) * v10 - v12 * (c1 * (v134 * v6860 + s88 * v1540 + c88 * v1534) + s1 * v1549);
-    const real v6877 = c88 * v1560 - s88 * v1562;
-    const real v6891 = v6877 - p[15] * (v6877 + v1566) * v10 - v12 * (c1 * (v134 * v6877 + s88 * v1578 + c88 * v1572) + s1 * v1587);
-    const real v6894 = s88 * v1601 + c88 * v1595;
-    const real v6908 = v6894 - p[15] * (v6894 - v1605) * v10 - v12 * (c1 * (v134 * v6894 + s88 * v1616 + c88 * v1610) + s1 * v1625);
-    const real v6911 = s88 * v1916 + c88 * v1913;
-    const real v6925 = c1 * (v134 * v6911 + v6810 * v1626 + s88 * v1945 + c88 * v1933) + s1 * v1960;
-    const real v6930 = s88 * v2252 + c88 * v2249;
-    const real v6944 = c1 * (v134 * v6930 + v6810 * v1961 + s88 * v2281 + c88 * v2269) + s1 * v2296;
-    const real v6949 = c88 * v2300 - s88 * v2302;
-    const real v6963 = v6949 - p[15] * (v6949 + v2305) * v10 - v12 * (c1 * (v134 * v6949 + s88 * v2317 + c88 * v2311) + s1 * v2326);
-    const real v6966 = s88 * v2367 + c88 * v2365;
-    const real v6980 = v6966 - p[15] * (v6966 + v2371) * v10 - v12 * (c1 * (v134 * v6966 + s88 * v2385 + c88 * v2377) + s1 * v2395);
-    const real v6983 = s88 * v2899 + c88 * v2896;
-    const real v6988 = v6810 + v100 + v647;
-    const real v6992 = (v104 + p[15] * v6988) * v10 * v10;
-    const real v7011 = v165 + v173 * v1061 + v272 * v653 + v326 * v647 + v429 * v643 + v557 * v641;
-    const real v7014 = c1 * (v6810 * v134 + v1061 * s88 + v653 * c88) + s1 * (v7011 - v135);
-    const real v7025 = c1 * (v134 * v6983 - v6810 * v2414 + s88 * v2932 + c88 * v2917) + s1 * v2952;
-    const real v7028 = v6983 - (p[15] * (v6983 + v2906) * v10 - v6992 * v5) - (v7014 * v2403 + v12 * v7025);
-    const real v7031 = s88 * v3480 + c88 * v3477;
-    const real v7048 = c1 * (v134 * v7031 - v6810 * v2972 + s88 * v3513 + c88 * v3498) + s1 * v3533;
-    const real v7051 = v7031 - (p[15] * (v7031 + v3487) * v10 - v6992 * v2954) - (v7014 * v2961 + v12 * v7048);
-    const real v7054 = s88 * v3826 + c88 * v3823;
-    const real v7069 = c1 * (v134 * v7054 + v6810 * v3535 + s88 * v3855 + c88 * v3843) + s1 * (v3869 - v3536);
-    const real v7074 = s88 * v4376 + c88 * v4373;
-    const real v7090 = c1 * (v134 * v7074 - v6810 * v3882 + s88 * v4409 + c88 * v4394) + s1 * v4430;
-    const real v7094 = v7074 - ((v6988 + p[15] * (v7074 + v4383)) * v10 - v6992) - (v12 * v7090 - v7014 * v3875);
-    const real v7097 = s88 * v4493 + c88 * v4491;
-    const real v7112 = v7097 - (x[13] + p[15] * (v7097 + v4497)) * v10 - v12 * (c1 * (v134 * v7097 + s88 * v4511 + c88 * v4503) + s1 * v4521);
-    const real v7115 = s88 * v5024 + c88 * v5021;
-    const real v7129 = c1 * (v134 * v7115 - v6810 * v4535 + s88 * v5057 + c88 * v5042) + s1 * v5077;
-    const real v7134 = s88 * v5605 + c88 * v5602;
-    const real v7148 = c1 * (v134 * v7134 - v6810 * v5093 + s88 * v5638 + c88 * v5623) + s1 * v5658;
-    const real v7153 = s88 * v5951 + c88 * v5948;
-    const real v7167 = c1 * (v134 * v7153 - v6810 * v5659 + s88 * v5980 + c88 * v5968) + s1 * v5995;
-    const real v7172 = s88 * v6501 + c88 * v6498;
-    const real v7186 = c1 * (v134 * v7172 - v6810 * v6007 + s88 * v6534 + c88 * v6519) + s1 * v6555;
-    const real v7191 = s88 * v6618 + c88 * v6616;
-    const real v7205 = v7191 - p[15] * (v7191 + v6622) * v10 - v12 * (c1 * (v134 * v7191 + s88 * v6636 + c88 * v6628) + s1 * v6646);
-    const real v7209 = v643 * c88 - v641 * s88;
-    const real v7217 = v1026 + v1019;
-    const real v7219 = c88 * v1052 + (v7209 * v49 + v387 * (c88 * v1019 - s88 * v1016)) - v186 * v7217;
-    const real v7234 = v1403 + v1396;
-    const real v7236 = c88 * v1428 + (v7209 * v1083 + v387 * (c88 * v1396 - s88 * v1393)) - v186 * v7234;
-    const real v7249 = v1477 - v1485;
-    const real v7253 = c88 * v1496 + v387 * (c88 * v1477 - s88 * v1469) - v186 * v7249 - s88 * v1490;
-    const real v7264 = v1523 - v1529;
-    const real v7268 = c88 * v1540 + v387 * (c88 * v1523 - s88 * v1516) - v186 * v7264 - s88 * v1534;
-    const real v7279 = v1566 - v1562;
-    const real v7283 = c88 * v1578 - v387 * (c88 * v1562 + s88 * v1560) - v186 * v7279 - s88 * v1572;
-    const real v7294 = v1601 - v1605;
-    const real v7298 = c88 * v1616 + v387 * (c88 * v1601 - s88 * v1595) - v186 * v7294 - s88 * v1610;
-    const real v7311 = v1923 + v1916;
-    const real v7313 = c88 * v1945 + (v7209 * v1626 + v387 * (c88 * v1916 - s88 * v1913)) - v186 * v7311;
-    const real v7328 = v2259 + v2252;
-    const real v7330 = c88 * v2281 + (v7209 * v1961 + v387 * (c88 * v2252 - s88 * v2249)) - v186 * v7328;
-    const real v7343 = v2305 - v2302;
-    const real v7347 = c88 * v2317 - v387 * (c88 * v2302 + s88 * v2300) - v186 * v7343 - s88 * v2311;
-    const real v7358 = v2371 + v2367;
-    const real v7362 = c88 * v2385 + v387 * (c88 * v2367 - s88 * v2365) - v186 * v7358 - s88 * v2377;
-    const real v7367 = K(1.0) / p[12];
-    const real v7368 = v229 * v7367;
-    const real v7373 = v647 + v643;
-    const real v7377 = v227 + v1061 * c88 + v387 * v7209 - v7373 * v186 - v653 * s88;
-    const real v7379 = v7368 + v186 * v7377;
-    const real v7389 = v2906 + v2899;
-    const real v7391 = c88 * v2932 + (v387 * (c88 * v2899 - s88 * v2896) - v7209 * v2414) - v186 * v7389;
-    const real v7399 = v2899 + (v7379 * v2445 + v191 * (v186 * (v7391 - s88 * v2917) - v7368 * v7367));
-    const real v7410 = v3006 + c88 * v3513 + (v387 * (c88 * v3480 - s88 * v3477) - v7209 * v3158);
-    const real v7411 = v3487 + v3480;
-    const real v7420 = v191 * (v7377 * s1 + v186 * (v7410 - (v186 * v7411 + v7373 * s1) - s88 * v3498));
-    const real v7433 = v3833 + v3826;
-    const real v7435 = c88 * v3855 + (v7209 * v3535 + v387 * (c88 * v3826 - s88 * v3823)) - v186 * v7433;
-    const real v7450 = v4383 + v4376;
-    const real v7452 = c88 * v4409 + (v387 * (c88 * v4376 - s88 * v4373) - v7209 * v3882) - v186 * v7450;
-    const real v7468 = v4497 + v4493;
-    const real v7472 = c88 * v4511 + v387 * (c88 * v4493 - s88 * v4491) - v186 * v7468 - s88 * v4503;
-    const real v7486 = v5031 + v5024;
-    const real v7488 = c88 * v5057 + (v387 * (c88 * v5024 - s88 * v5021) - v7209 * v4535) - v186 * v7486;
-    const real v7503 = v5612 + v5605;
-    const real v7505 = c88 * v5638 + (v387 * (c88 * v5605 - s88 * v5602) - v7209 * v5093) - v186 * v7503;
-    const real v7520 = v5958 + v5951;
-    const real v7522 = c88 * v5980 + (v387 * (c88 * v5951 - s88 * v5948) - v7209 * v5659) - v186 * v7520;
-    const real v7537 = v6508 + v6501;
-    const real v7539 = c88 * v6534 + (v387 * (c88 * v6501 - s88 * v6498) - v7209 * v6007) - v186 * v7537;
-    const real v7552 = v6622 + v6618;
-    const real v7556 = c88 * v6636 + v387 * (c88 * v6618 - s88 * v6616) - v186 * v7552 - s88 * v6628;
-    const real v7563 = s113 * v1019 + c113 * v1016;
-    const real v7571 = v643 * s113 + v641 * c113;
-    const real v7580 = c55 * (v149 * v7563 + v7571 * v49 + s113 * v1052 + c113 * v1037) + s55 * v1081;
-    const real v7585 = s113 * v1396 + c113 * v1393;
-    const real v7599 = c55 * (v149 * v7585 + v7571 * v1083 + s113 * v1428 + c113 * v1414) + s55 * v1446;
-    const real v7604 = s113 * v1477 + c113 * v1469;
-    const real v7618 = v7604 - p[20] * (v7604 - v1485) * v31 - v57 * (c55 * (v149 * v7604 + s113 * v1496 + c113 * v1490) + s55 * v1505);
-    const real v7621 = s113 * v1523 + c113 * v1516;
-    const real v7635 = v7621 - p[20] * (v7621 - v1529) * v31 - v57 * (c55 * (v149 * v7621 + s113 * v1540 + c113 * v1534) + s55 * v1549);
-    const real v7638 = c113 * v1560 - s113 * v1562;
-    const real v7652 = v7638 - p[20] * (v7638 + v1566) * v31 - v57 * (c55 * (v149 * v7638 + s113 * v1578 + c113 * v1572) + s55 * v1587);
-    const real v7655 = s113 * v1601 + c113 * v1595;
-    const real v7669 = v7655 - p[20] * (v7655 - v1605) * v31 - v57 * (c55 * (v149 * v7655 + s113 * v1616 + c113 * v1610) + s55 * v1625);
-    const real v7672 = s113 * v1916 + c113 * v1913;
-    const real v7686 = c55 * (v149 * v7672 + v7571 * v1626 + s113 * v1945 + c113 * v1933) + s55 * v1960;
-    const real v7691 = s113 * v2252 + c113 * v2249;
-    const real v7705 = c55 * (v149 * v7691 + v7571 * v1961 + s113 * v2281 + c113 * v2269) + s55 * v2296;
-    const real v7710 = c113 * v2300 - s113 * v2302;
-    const real v7724 = v7710 - p[20] * (v7710 + v2305) * v31 - v57 * (c55 * (v149 * v7710 + s113 * v2317 + c113 * v2311) + s55 * v2326);
-    const real v7727 = s113 * v2367 + c113 * v2365;
-    const real v7741 = v7727 - p[20] * (v7727 + v2371) * v31 - v57 * (c55 * (v149 * v7727 + s113 * v2385 + c113 * v2377) + s55 * v2395);
-    const real v7744 = s113 * v2899 + c113 * v2896;
-    const real v7758 = c55 * (v149 * v7744 - v7571 * v2414 + s113 * v2932 + c113 * v2917) + s55 * v2952;
-    const real v7763 = s113 * v3480 + c113 * v3477;
-    const real v7777 = c55 * (v149 * v7763 - v7571 * v2972 + s113 * v3513 + c113 * v3498) + s55 * v3533;
-    const real v7782 = s113 * v3826 + c113 * v3823;
-    const real v7796 = c55 * (v149 * v7782 - v7571 * v3534 + s113 * v3855 + c113 * v3843) + s55 * v3870;
-    const real v7801 = s113 * v4376 + c113 * v4373;
-    const real v7815 = c55 * (v149 * v7801 - v7571 * v3882 + s113 * v4409 + c113 * v4394) + s55 * v4430;
-    const real v7820 = s113 * v4493 + c113 * v4491;
-    const real v7834 = v7820 - p[20] * (v7820 + v4497) * v31 - v57 * (c55 * (v149 * v7820 + s113 * v4511 + c113 * v4503) + s55 * v4521);
-    const real v7837 = s113 * v5024 + c113 * v5021;
-    const real v7842 = v7571 + v125 + v647;
-    const real v7846 = (v129 + p[20] * v7842) * v31 * v31;
-    const real v7858 = c55 * (v7571 * v149 + v1061 * s113 + v653 * c113) + s55 * (v7011 - v150);
-    const real v7869 = c55 * (v149 * v7837 - v7571 * v4535 + s113 * v5057 + c113 * v5042) + s55 * v5077;
-    const real v7872 = v7837 - (p[20] * (v7837 + v5031) * v31 - v7846 * v27) - (v7858 * v4528 + v57 * v7869);
-    const real v7875 = s113 * v5605 + c113 * v5602;
-    const real v7892 = c55 * (v149 * v7875 - v7571 * v5093 + s113 * v5638 + c113 * v5623) + s55 * v5658;
-    const real v7895 = v7875 - (p[20] * (v7875 + v5612) * v31 - v7846 * v5079) - (v7858 * v5086 + v57 * v7892);
-    const real v7898 = s113 * v5951 + c113 * v5948;
-    const real v7913 = c55 * (v149 * v7898 + v7571 * v5660 + s113 * v5980 + c113 * v5968) + s55 * (v5994 - v5661);
-    const real v7918 = s113 * v6501 + c113 * v6498;
-    const real v7934 = c55 * (v149 * v7918 - v7571 * v6007 + s113 * v6534 + c113 * v6519) + s55 * v6555;
-    const real v7938 = v7918 - ((v7842 + p[20] * (v7918 + v6508)) * v31 - v7846) - (v57 * v7934 - v7858 * v6000);
-    const real v7941 = s113 * v6618 + c113 * v6616;
-    const real v7956 = v7941 - (x[15] + p[20] * (v7941 + v6622)) * v31 - v57 * (c55 * (v149 * v7941 + s113 * v6636 + c113 * v6628) + s55 * v6646);
-    const real v7960 = v643 * c113 - v641 * s113;
-    const real v7969 = c113 * v1052 + (v7960 * v49 + v392 * (c113 * v1019 - s113 * v1016)) - v197 * v7217;
-    const real v7985 = c113 * v1428 + (v7960 * v1083 + v392 * (c113 * v1396 - s113 * v1393)) - v197 * v7234;
-    const real v8001 = c113 * v1496 + v392 * (c113 * v1477 - s113 * v1469) - v197 * v7249 - s113 * v1490;
-    const real v8015 = c113 * v1540 + v392 * (c113 * v1523 - s113 * v1516) - v197 * v7264 - s113 * v1534;
-    const real v8029 = c113 * v1578 - v392 * (c113 * v1562 + s113 * v1560) - v197 * v7279 - s113 * v1572;
-    const real v8043 = c113 * v1616 + v392 * (c113 * v1601 - s113 * v1595) - v197 * v7294 - s113 * v1610;
-    const real v8057 = c113 * v1945 + (v7960 * v1626 + v392 * (c113 * v1916 - s113 * v1913)) - v197 * v7311;
-    const real v8073 = c113 * v2281 + (v7960 * v1961 + v392 * (c113 * v2252 - s113 * v2249)) - v197 * v7328;
-    const real v8089 = c113 * v2317 - v392 * (c113 * v2302 + s113 * v2300) - v197 * v7343 - s113 * v2311;
-    const real v8103 = c113 * v2385 + v392 * (c113 * v2367 - s113 * v2365) - v197 * v7358 - s113 * v2377;
-    const real v8117 = c113 * v2932 + (v392 * (c113 * v2899 - s113 * v2896) - v7960 * v2414) - v197 * v7389;
-    const real v8133 = c113 * v3513 + (v392 * (c113 * v3480 - s113 * v3477) - v7960 * v2972) - v197 * v7411;
-    const real v8149 = c113 * v3855 + (v392 * (c113 * v3826 - s113 * v3823) - v7960 * v3534) - v197 * v7433;
-    const real v8165 = c113 * v4409 + (v392 * (c113 * v4376 - s113 * v4373) - v7960 * v3882) - v197 * v7450;
-    const real v8181 = c113 * v4511 + v392 * (c113 * v4493 - s113 * v4491) - v197 * v7468 - s113 * v4503;
-    const real v8186 = K(1.0) / p[17];
-    const real v8187 = v244 * v8186;
-    const real v8195 = v242 + v1061 * c113 + v392 * v7960 - v7373 * v197 - v653 * s113;
-    const real v8197 = v8187 + v197 * v8195;
-    const real v8208 = c113 * v5057 + (v392 * (c113 * v5024 - s113 * v5021) - v7960 * v4535) - v197 * v7486;
-    const real v8216 = v5024 + (v8197 * v4570 + v202 * (v197 * (v8208 - s113 * v5042) - v8187 * v8186));
-    const real v8227 = v5131 + c113 * v5638 + (v392 * (c113 * v5605 - s113 * v5602) - v7960 * v5287);
-    const real v8235 = v8195 * s55 + v197 * (v8227 - (v197 * v7503 + v7373 * s55) - s113 * v5623);
-    const real v8250 = c113 * v5980 + (v7960 * v5660 + v392 * (c113 * v5951 - s113 * v5948)) - v197 * v7520;
-    const real v8266 = c113 * v6534 + (v392 * (c113 * v6501 - s113 * v6498) - v7960 * v6007) - v197 * v7537;
-    const real v8285 = c113 * v6636 + v392 * (c113 * v6618 - s113 * v6616) - v197 * v7552 - s113 * v6628;
-    J[0] = v1081;
-    J[1] = v1446;
-    J[2] = v1505;
-    J[3] = v1549;
-    J[4] = v1587;
-    J[5] = v1625;
-    J[6] = v1960;
-    J[7] = v2296;
-    J[8] = v2326;
-    J[9] = v2395;
+    enum { wx = SLOSH_X_WX };
+    enum { wy = SLOSH_X_WY };
+    enum { wz = SLOSH_X_WZ };
+    enum { phi1 = SLOSH_X_PHI1 };
+    enum { theta1 = SLOSH_X_THETA1 };
+    enum { phi2 = SLOSH_X_PHI2 };
+    enum { theta2 = SLOSH_X_THETA2 };
+    enum { phi1_dot = SLOSH_X_PHI1_DOT };
+    enum { theta1_dot = SLOSH_X_THETA1_DOT };
+    enum { phi2_dot = SLOSH_X_PHI2_DOT };
+    enum { theta2_dot = SLOSH_X_THETA2_DOT };
+    enum { Mx = SLOSH_U_MX };
+    enum { My = SLOSH_U_MY };
+    enum { Mz = SLOSH_U_MZ };
+    enum { delta1 = SLOSH_U_DELTA1 };
+    enum { delta2 = SLOSH_U_DELTA2 };
+    enum { m = SLOSH_P_M };
+    enum { m0 = SLOSH_P_M0 };
+    enum { I0 = SLOSH_P_I0 };
+    enum { J_x = SLOSH_P_J_X };
+    enum { J_y = SLOSH_P_J_Y };
+    enum { J_z = SLOSH_P_J_Z };
+    enum { h0 = SLOSH_P_H0 };
+    enum { b = SLOSH_P_B };
+    enum { d = SLOSH_P_D };
+    enum { F = SLOSH_P_F };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { eps1 = SLOSH_P_EPS1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { eps2 = SLOSH_P_EPS2 };
+    const real t_os4zj = p[l1] * p[l1];
+    const real D1 = t_os4zj * p[m1] + p[I1];
+    const real t_zrejm = K(1.0) / D1;
+    const real t_3qn53 = p[m1] * t_zrejm;
+    const real k1 = t_3qn53 * p[l1];
+    const real me1 = t_3qn53 * p[I1];
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real mv1 = t_6nwd2 * k1;
+    const real t_nfvux = p[l2] * p[l2];
+    const real D2 = t_nfvux * p[m2] + p[I2];
+    const real t_5wzvs = K(1.0) / D2;
+    const real t_54cbb = p[m2] * t_5wzvs;
+    const real k2 = t_54cbb * p[l2];
+    const real me2 = t_54cbb * p[I2];
+    const real t_popww = p[l2] * p[m2];
+    const real mv2 = t_popww * k2;
+    const real M_C = p[m] + p[m0] + me1 + me2;
+    const real t_xpjrw = K(1.0) / M_C;
+    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) * t_xpjrw;
+    const real t_owkw5 = p[h1] * p[h1];
+    const real t_gy5fy = p[h2] * p[h2];
+    const real t_piq3g = p[b] * p[b];
+    const real t_rvsxd = p[h0] * p[h0];
+    const real t_iw7bs = x_C * x_C;
+    const real S_C = me1 * t_owkw5
+        + me2 * t_gy5fy
+        + p[m] * t_piq3g
+        + p[m0] * t_rvsxd
+        - M_C * t_iw7bs;
+    const real J_C1 = p[I0] + p[J_x];
+    const real J_C3 = p[I0] + p[J_z] + S_C;
+    const real t_is5lg = p[I1] + p[I2];
+    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
+    const real W12 = x[wx] * x[wy];
+    const real W13 = x[wx] * x[wz];
+    const real e1 = p[h1] - x_C;
+    const real e2 = p[h2] - x_C;
+    real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
+    const real t_ruxs4 = cos_delta2 * p[F];
+    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
+    const real f_x = t_ruxs4 * cos_delta1;
+    const real f_y = sin_delta2 * p[F];
+    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
+    const real Wt1 = cos_theta1 * x[wz] + sin_theta1 * x[wy];
+    const real w_x1 = x[wx] - x[theta1_dot];
+    const real p1 = Wn1 + x[phi1_dot];
+    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
+    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
+    const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
+    const real Wt2 = cos_theta2 * x[wz] + sin_theta2 * x[wy];
+    const real w_x2 = x[wx] - x[theta2_dot];
+    const real p2 = Wn2 + x[phi2_dot];
+    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
+    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
+    const real t_w7vil = t_rybsf * e1;
+    const real t_lupe6 = cos_phi1 * t_w7vil;
+    const real tension1 = t_lupe6 * mv1 - t_6nwd2 * sigma_sq1;
+    const real As_1 = mv1 * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real eAss_1 = Ass_1 * e1;
+    const real q_1 = sin_phi1 * p[l1];
+    const real lc_1 = cos_phi1 * p[l1];
+    const real B_1 = me1 * p[l1];
+    const real Bs_1 = B_1 * sin_phi1;
+    const real Bc_1 = B_1 * cos_phi1;
+    const real Bl_1 = B_1 * p[l1];
+    const real g_1 = e1 - lc_1;
+    const real t_7vbeu = q_1 * q_1;
+    const real t_odnx4 = K(1.0) / (p[I1] + p[m1] * t_7vbeu);
+    const real th_1 = p[m1] * t_odnx4;
+    const real wth_1 = th_1 * p[I1];
+    const real eBc_1 = Bc_1 * e1;
+    const real wg_1 = g_1 * wth_1;
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real tn11_1 = Ass_1 + me1 - wth_1;
+    const real t_simvy = e1 * e1;
+    const real t_qodfc = me1 * t_simvy;
+    const real t_3bowt = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
+    const real t_3fv6l = g_1 * wg_1;
+    const real tn44_1 = t_qodfc + t_3bowt - t_3fv6l;
+    const real wq_1 = q_1 * wth_1;
+    const real wqg_1 = q_1 * wg_1;
+    const real wqq_1 = q_1 * wq_1;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real wgC_1 = cos_theta1 * wqg_1;
+    const real wgS_1 = sin_theta1 * wqg_1;
+    const real loss_phi1 = p[eps1] * x[phi1_dot];
+    const real loss_theta1 = p[eps1] * x[theta1_dot];
+    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real t_wmv32 = p1 + x[phi1_dot];
+    const real zeta1 = W12 * q_1 + Wn1 * lc_1 * w_x1 - chi1 * p[l1] * t_wmv32;
+    const real t_xips6 = zeta1 * p[I1] - loss_theta1 * q_1;
+    const real F_n1 = th_1 * t_xips6;
+    const real t_7imwe = B_1 * eta1 + loss_phi1 * k1;
+    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real M_q1 = F_n1 * q_1;
+    const real I_phi1 = x[phi1_dot] * p[I1];
+    const real I_theta1 = x[theta1_dot] * p[I1];
+    const real t_6fvzz = t_rybsf * e2;
+    const real t_cekeb = cos_phi2 * t_6fvzz;
+    const real tension2 = t_cekeb * mv2 - t_popww * sigma_sq2;
+    const real As_2 = mv2 * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real eAss_2 = Ass_2 * e2;
+    const real q_2 = sin_phi2 * p[l2];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real B_2 = me2 * p[l2];
+    const real Bs_2 = B_2 * sin_phi2;
+    const real Bc_2 = B_2 * cos_phi2;
+    const real Bl_2 = B_2 * p[l2];
+    const real g_2 = e2 - lc_2;
+    const real t_bnx3m = q_2 * q_2;
+    const real t_mwbp3 = K(1.0) / (p[I2] + p[m2] * t_bnx3m);
+    const real th_2 = p[m2] * t_mwbp3;
+    const real wth_2 = th_2 * p[I2];
+    const real eBc_2 = Bc_2 * e2;
+    const real wg_2 = g_2 * wth_2;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real tn11_2 = Ass_2 + me2 - wth_2;
+    const real t_quuci = e2 * e2;
+    const real t_7nffd = me2 * t_quuci;
+    const real t_ymmgl = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
+    const real t_odwbr = g_2 * wg_2;
+    const real tn44_2 = t_7nffd + t_ymmgl - t_odwbr;
+    const real wq_2 = q_2 * wth_2;
+    const real wqg_2 = q_2 * wg_2;
+    const real wqq_2 = q_2 * wq_2;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real wgC_2 = cos_theta2 * wqg_2;
+    const real wgS_2 = sin_theta2 * wqg_2;
+    const real loss_phi2 = p[eps2] * x[phi2_dot];
+    const real loss_theta2 = p[eps2] * x[theta2_dot];
+    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real t_nlamb = p2 + x[phi2_dot];
+    const real zeta2 = W12 * q_2 + Wn2 * lc_2 * w_x2 - chi2 * p[l2] * t_nlamb;
+    const real t_vry6x = zeta2 * p[I2] - loss_theta2 * q_2;
+    const real F_n2 = th_2 * t_vry6x;
+    const real t_4b2fa = B_2 * eta2 + loss_phi2 * k2;
+    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real M_q2 = F_n2 * q_2;
+    const real I_phi2 = x[phi2_dot] * p[I2];
+    const real I_theta2 = x[theta2_dot] * p[I2];
+    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
+    const real t_fbeaw = S_sq1 * tn11_1;
+    const real t_dj555 = S_sq2 * tn11_2;
+    const real K22 = t_fbeaw + t_dj555 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real K33 = Ass_1 + Ass_2 + M_C - t_fbeaw - t_dj555;
+    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
+    const real t_nhr5u = wqq_1 + wqq_2;
+    const real K44 = t_nhr5u + Bl_1 + Bl_2 + J_C1;
+    const real t_tcgxn = wg_1 - e1 * me1;
+    const real t_uf5ib = wg_2 - e2 * me2;
+    const real t_32gyg = Bc_1 - eAss_1;
+    const real t_65obb = t_32gyg + t_tcgxn;
+    const real t_gbkg6 = Bc_2 - eAss_2;
+    const real t_yoiua = t_gbkg6 + t_uf5ib;
+    const real t_z76hk = S_sq1 * t_65obb + S_sq2 * t_yoiua;
+    const real K52 = t_tcgxn + t_uf5ib - t_z76hk - wqC_1 - wqC_2;
+    const real t_hjmgb = SC1 * t_65obb + SC2 * t_yoiua;
+    const real K53 = wqS_1 - t_hjmgb + wqS_2;
+    const real t_nncdg = Bl_1 - eBc_1;
+    const real t_4q22j = Bl_2 - eBc_2;
+    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
+    const real t_hoosk = S_sq1 * tn44_1;
+    const real t_drvdp = S_sq2 * tn44_2;
+    const real K55 = t_3fv6l
+        + t_odwbr
+        + t_nhr5u
+        + t_hoosk
+        + t_drvdp
+        + J_C3
+        - t_qodfc
+        - t_7nffd
+        + K(-2.0) * wgC_1
+        + K(-2.0) * wgC_2;
+    const real K63 = t_z76hk - (t_32gyg + t_gbkg6);
+    const real t_zhbuw = wgS_1 + wgS_2;
+    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
+    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_3bowt + t_ymmgl + J_C2 - t_hoosk - t_drvdp;
+    const real t_vt7uo = F_n1 * cos_theta1;
+    const real t_oncjt = F_n2 * cos_theta2;
+    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real t_azclp = F_n1 * sin_theta1;
+    const real t_iya7w = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
+    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
+    const real t_kp7yy = M_q1 + M_q2;
+    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
+    const real t_sfymc = p[J_y] - p[J_z];
+    const real n4 = t_aejai
+        - t_kp7yy
+        + t_zd4fs
+        - loss_phi1
+        - loss_phi2
+        + I_theta1 * x[wy]
+        + I_theta2 * x[wy]
+        - t_sfymc * x[wy] * x[wz];
+    const real t_w7nmt = t_aejai + F_t1 * e1;
+    const real t_e5cx2 = t_zd4fs + F_t2 * e2;
+    const real n5 = t_w7nmt * sin_theta1
+        - (t_kp7yy + loss_theta1 + loss_theta2)
+        + t_e5cx2 * sin_theta2
+        - W12 * (J_C1 + (p[J_z] - p[J_y]))
+        - I_phi1 * x[wy]
+        - I_phi2 * x[wy]
+        + t_vt7uo * g_1
+        + t_oncjt * g_2;
+    const real n6 = t_w7nmt * cos_theta1
+        + t_e5cx2 * cos_theta2
+        + I_theta1 * x[wx]
+        + I_theta2 * x[wx]
+        - W13 * (J_C1 + t_is5lg + t_sfymc)
+        - t_azclp * g_1
+        - t_iya7w * g_2
+        - I_phi1 * x[wz]
+        - I_phi2 * x[wz];
+    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_bpfoo = K(1.0) / K11;
+    const real t_w7lcw = t_b3aij * t_bpfoo;
+    const real K_D2 = K22 - t_b3aij * t_w7lcw;
+    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_3go2w = t_zzymx * t_bpfoo;
+    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
+    const real t_4iujv = K(1.0) / K_D2;
+    const real K_L32 = t_d4mqf * t_4iujv;
+    const real t_ev7u5 = Bs_1 + Asc_1 * e1;
+    const real t_bvybx = Bs_2 + Asc_2 * e2;
+    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
+    const real t_vshgd = t_6mmeb * t_bpfoo;
+    const real t_p6zld = K52 - t_b3aij * t_vshgd;
+    const real K_L52 = t_p6zld * t_4iujv;
+    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
+    const real t_2m245 = Bs_1 + Bs_2;
+    const real t_xq4wt = t_2m245 * t_bpfoo;
+    const real t_m67zs = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2 + t_b3aij * t_xq4wt;
+    const real t_6urah = t_m67zs * t_4iujv;
+    const real t_m27n6 = K43 + t_d4mqf * t_6urah - t_zzymx * t_xq4wt;
+    const real t_zmh3u = K(1.0) / K_D3;
+    const real K_L43 = t_m27n6 * t_zmh3u;
+    const real t_bxfcn = K53 - t_d4mqf * K_L52 - t_zzymx * t_vshgd;
+    const real K_L53 = t_bxfcn * t_zmh3u;
+    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
+    const real t_e4enr = t_bl4f2 * t_bpfoo;
+    const real t_qvrp6 = t_hjmgb + t_b3aij * t_e4enr;
+    const real t_dj64q = t_qvrp6 * t_4iujv;
+    const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
+    const real K_L63 = t_rahc4 * t_zmh3u;
+    const real K_D4 = K44 - t_m67zs * t_6urah - t_m27n6 * K_L43 - t_2m245 * t_xq4wt;
+    const real t_amczu = K54 + t_m67zs * K_L52 - t_m27n6 * K_L53 - t_2m245 * t_vshgd;
+    const real t_lt2al = K(1.0) / K_D4;
+    const real K_L54 = t_amczu * t_lt2al;
+    const real t_e4k6u = K64 - t_m67zs * t_dj64q - t_m27n6 * K_L63 - t_2m245 * t_e4enr;
+    const real K_L64 = t_e4k6u * t_lt2al;
+    const real K_D5 = K55
+        - t_p6zld * K_L52
+        - t_bxfcn * K_L53
+        - t_amczu * K_L54
+        - t_6mmeb * t_vshgd;
+    const real t_jo54w = K65
+        + t_p6zld * t_dj64q
+        - t_bxfcn * K_L63
+        - t_amczu * K_L64
+        - t_6mmeb * t_e4enr;
+    const real t_ftqxb = K(1.0) / K_D5;
+    const real K_L65 = t_jo54w * t_ftqxb;
+    const real K_D6 = K66
+        - t_qvrp6 * t_dj64q
+        - t_rahc4 * K_L63
+        - t_e4k6u * K_L64
+        - t_jo54w * K_L65
+        - t_bl4f2 * t_e4enr;
+    const real b1 = f_x
+        + (t_7imwe * sin_phi1 + t_4b2fa * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2);
+    const real b2 = f_y - n2;
+    const real b4 = u[Mx] - n4;
+    const real t_lwe76 = p[b] + p[d] + x_C;
+    const real b5 = u[Mz] - n5 - f_y * t_lwe76;
+    const real t_gcu5g = t_ruxs4 * sin_delta1;
+    const real b6 = t_gcu5g * t_lwe76 - (u[My] + n6);
+    const real X_y2 = b2 + t_w7lcw * b1;
+    const real X_y3 = t_3go2w * b1 - (t_gcu5g + n3) - K_L32 * X_y2;
+    const real X_y4 = b4 + t_xq4wt * b1 + t_6urah * X_y2 - K_L43 * X_y3;
+    const real X_y5 = b5
+        + t_vshgd * b1
+        - K_L52 * X_y2
+        - K_L53 * X_y3
+        - K_L54 * X_y4;
+    const real X_y6 = b6
+        + t_e4enr * b1
+        + t_dj64q * X_y2
+        - K_L63 * X_y3
+        - K_L64 * X_y4
+        - K_L65 * X_y5;
+    const real t_nfkwa = K(1.0) / K_D6;
+    const real X_x6 = X_y6 * t_nfkwa;
+    const real t_cufdy = X_y5 * t_ftqxb;
+    const real X_x5 = t_cufdy - K_L65 * X_x6;
+    const real t_72jfh = X_y4 * t_lt2al;
+    const real X_x4 = t_72jfh - K_L54 * X_x5 - K_L64 * X_x6;
+    const real t_izhu2 = X_y3 * t_zmh3u;
+    const real X_x3 = t_izhu2 - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
+    const real t_uifqg = X_y2 * t_4iujv;
+    const real X_x2 = t_uifqg
+        - K_L32 * X_x3
+        + t_6urah * X_x4
+        - K_L52 * X_x5
+        + t_dj64q * X_x6;
+    const real t_47fu6 = b1 * t_bpfoo;
+    const real X_x1 = t_47fu6
+        + t_w7lcw * X_x2
+        + t_3go2w * X_x3
+        + t_xq4wt * X_x4
+        + t_vshgd * X_x5
+        + t_e4enr * X_x6;
+    const real G_t1 = X_x5 * sin_theta1 + X_x6 * cos_theta1;
+    const real Gt_eta1 = G_t1 + eta1;
+    const real G_t2 = X_x5 * sin_theta2 + X_x6 * cos_theta2;
+    const real Gt_eta2 = G_t2 + eta2;
+    const real t_rl7kq = x_C * t_xpjrw;
+    const real t_6fswf = p[b] * t_xpjrw + t_rl7kq;
+    const real t_hpky5 = t_rybsf * t_6fswf;
+    const real t_o6w4o = mv1 * (cos_phi1 * t_hpky5);
+    const real t_zxktr = mv2 * (cos_phi2 * t_hpky5);
+    const real t_hupqz = cos_phi1 * t_o6w4o + cos_phi2 * t_zxktr;
+    const real t_2sw7d = t_47fu6 * t_bpfoo;
+    const real t_6xwz3 = t_w7lcw * t_bpfoo;
+    const real t_ivdwu = b1 * t_6xwz3;
+    const real t_yoao5 = sin_phi1 * t_o6w4o;
+    const real t_itqut = sin_phi2 * t_zxktr;
+    const real t_7zfcf = t_w7lcw * t_hupqz - t_ivdwu - (sin_theta1 * t_yoao5 + sin_theta2 * t_itqut);
+    const real t_5am4i = t_uifqg * t_4iujv;
+    const real t_xrsrh = K(1.0) + t_b3aij * t_6xwz3;
+    const real t_g7cfv = t_5am4i * t_xrsrh;
+    const real t_3tmqi = t_3go2w * t_bpfoo;
+    const real t_xrsrh_2 = t_b3aij * t_3tmqi;
+    const real t_6yahm = K_L32 * t_4iujv;
+    const real t_leg3q = t_xrsrh_2 * t_4iujv - t_6yahm * t_xrsrh;
+    const real t_puwni = X_x3 * t_leg3q;
+    const real t_ivdwu_2 = b1 * t_3tmqi;
+    const real t_bouyt = X_y2 * t_leg3q;
+    const real t_dyyu2 = t_3go2w * t_hupqz
+        - t_ivdwu_2
+        - (cos_theta1 * t_yoao5 + cos_theta2 * t_itqut)
+        - (t_bouyt + K_L32 * t_7zfcf);
+    const real t_insvr = t_izhu2 * t_zmh3u;
+    const real t_qd67m = K(1.0) - (K_L32 * t_xrsrh_2 + t_d4mqf * t_leg3q) + t_zzymx * t_3tmqi;
+    const real t_ntpbt = t_insvr * t_qd67m;
+    const real t_jtjoh = t_xq4wt * t_bpfoo;
+    const real t_xrsrh_3 = t_b3aij * t_jtjoh;
+    const real t_dwrhg = t_6urah * t_4iujv;
+    const real t_63ug5 = t_xrsrh_3 * t_4iujv + t_dwrhg * t_xrsrh;
+    const real t_ycob5 = t_6urah * t_xrsrh_2 - t_d4mqf * t_63ug5 + t_zzymx * t_jtjoh;
+    const real t_ydwjl = K_L43 * t_zmh3u;
+    const real t_ylyb5 = t_ycob5 * t_zmh3u - t_ydwjl * t_qd67m;
+    const real t_xbdlq = X_x4 * t_ylyb5;
+    const real t_ivdwu_3 = b1 * t_jtjoh;
+    const real t_itwjz = Bs_1 * t_hpky5;
+    const real t_vffkn = Bs_2 * t_hpky5;
+    const real t_l7sux = X_y2 * t_63ug5;
+    const real t_alurc = X_y3 * t_ylyb5;
+    const real t_uhzx4 = t_xq4wt * t_hupqz
+        - t_ivdwu_3
+        - (t_itwjz + t_vffkn)
+        + (t_6urah * t_7zfcf - t_l7sux)
+        - (t_alurc + K_L43 * t_dyyu2);
+    const real t_gkoba = t_72jfh * t_lt2al;
+    const real t_auvut = t_6urah * t_xrsrh_3
+        + t_m67zs * t_63ug5
+        - (K_L43 * t_ycob5 + t_m27n6 * t_ylyb5)
+        + t_2m245 * t_jtjoh;
+    const real t_iodym = t_gkoba * t_auvut;
+    const real t_3z4kr = wth_1 * t_6fswf;
+    const real t_z7jl2 = t_3z4kr - me1 * t_6fswf;
+    const real t_ijexu = wth_2 * t_6fswf;
+    const real t_uscsv = t_ijexu - me2 * t_6fswf;
+    const real t_m3olv = Ass_1 * t_6fswf;
+    const real t_2wzxe = t_z7jl2 - t_m3olv;
+    const real t_zkj77 = Ass_2 * t_6fswf;
+    const real t_rushh = t_uscsv - t_zkj77;
+    const real t_jkuuu = S_sq1 * t_2wzxe + S_sq2 * t_rushh;
+    const real t_jn5ua = Asc_1 * t_6fswf;
+    const real t_7mui7 = Asc_2 * t_6fswf;
+    const real t_r2rme = sin_theta1 * t_jn5ua + sin_theta2 * t_7mui7;
+    const real t_2lluf = t_vshgd * t_bpfoo;
+    const real t_djz6b = t_r2rme * t_bpfoo - t_2lluf;
+    const real t_6k4sb = t_z7jl2 + t_uscsv - t_jkuuu - t_b3aij * t_djz6b;
+    const real t_hfybw = K_L52 * t_4iujv;
+    const real t_glra5 = t_hfybw * t_xrsrh;
+    const real t_rdfut = t_6k4sb * t_4iujv - t_glra5;
+    const real t_wfcn3 = K_L52 * t_xrsrh_3;
+    const real t_fsp76 = q_1 * t_3z4kr;
+    const real t_o3ymy = cos_theta1 * t_fsp76;
+    const real t_vvlvm = q_2 * t_ijexu;
+    const real t_g4wtj = cos_theta2 * t_vvlvm;
+    const real t_cflyn = Bc_1 * t_6fswf;
+    const real t_yapab = Bc_2 * t_6fswf;
+    const real t_dlmfg = K_L53 * t_ycob5;
+    const real t_ly2ei = SC1 * t_2wzxe + SC2 * t_rushh;
+    const real t_wfcn3_2 = K_L52 * t_xrsrh_2;
+    const real t_ufldt = t_ly2ei + (t_wfcn3_2 + t_d4mqf * t_rdfut) + t_zzymx * t_djz6b;
+    const real t_qe675 = K_L53 * t_zmh3u;
+    const real t_il3zn = t_qe675 * t_qd67m;
+    const real t_eeuha = t_ufldt * t_zmh3u + t_il3zn;
+    const real t_luweb = t_m67zs * t_rdfut
+        - t_wfcn3
+        - (t_o3ymy + t_g4wtj + sin_theta1 * t_cflyn + sin_theta2 * t_yapab)
+        - (t_dlmfg - t_m27n6 * t_eeuha)
+        - t_2m245 * t_djz6b;
+    const real t_2e52m = K_L54 * t_lt2al;
+    const real t_gxmqn = t_2e52m * t_auvut;
+    const real t_wsi3a = t_luweb * t_lt2al - t_gxmqn;
+    const real t_g7adh = t_itwjz + (e1 * t_yoao5 + F_t1 * t_6fswf);
+    const real t_mhvj3 = t_vffkn + (e2 * t_itqut + F_t2 * t_6fswf);
+    const real t_yicxc = f_y * t_6fswf
+        - (sin_theta1 * t_g7adh + sin_theta2 * t_mhvj3 + t_vt7uo * t_6fswf + t_oncjt * t_6fswf)
+        + (b1 * t_djz6b + t_vshgd * t_hupqz)
+        - (X_y2 * t_rdfut + K_L52 * t_7zfcf)
+        - (K_L53 * t_dyyu2 - X_y3 * t_eeuha)
+        - (X_y4 * t_wsi3a + K_L54 * t_uhzx4);
+    const real t_eriz2 = t_cufdy * t_ftqxb;
+    const real t_p6q5r = wg_1 * t_6fswf + g_1 * t_3z4kr;
+    const real t_lgvpq = wg_2 * t_6fswf + g_2 * t_ijexu;
+    const real t_o6yyy = e1 + e1;
+    const real t_njlqx = me1 * (t_o6yyy * t_6fswf);
+    const real t_xywve = K(-2.0) * t_cflyn + (eAss_1 * t_6fswf + e1 * t_m3olv);
+    const real t_z3a3a = t_njlqx + t_xywve - t_p6q5r;
+    const real t_uxfwe = S_sq1 * t_z3a3a;
+    const real t_rdwum = e2 + e2;
+    const real t_7h6k3 = me2 * (t_rdwum * t_6fswf);
+    const real t_xbuur = K(-2.0) * t_yapab + (eAss_2 * t_6fswf + e2 * t_zkj77);
+    const real t_q2te3 = t_7h6k3 + t_xbuur - t_lgvpq;
+    const real t_mwcol = S_sq2 * t_q2te3;
+    const real t_jf3qj = x_C + x_C;
+    const real t_uha2o = t_piq3g - (t_iw7bs - M_C * (t_jf3qj * t_6fswf));
+    const real t_foaik = t_p6q5r
+        + t_lgvpq
+        + t_uxfwe
+        + t_mwcol
+        + t_uha2o
+        - t_njlqx
+        - t_7h6k3
+        + K(-2.0) * t_o3ymy
+        + K(-2.0) * t_g4wtj
+        - (K_L52 * t_6k4sb + t_p6zld * t_rdfut)
+        + (K_L53 * t_ufldt + t_bxfcn * t_eeuha)
+        - (K_L54 * t_luweb + t_amczu * t_wsi3a)
+        - (t_vshgd * t_r2rme + t_6mmeb * t_djz6b);
+    const real t_qp7r5 = sin_theta1 * t_fsp76 + sin_theta2 * t_vvlvm;
+    const real t_q2eqh = cos_theta1 * t_jn5ua + cos_theta2 * t_7mui7;
+    const real t_ielc3 = t_e4enr * t_bpfoo;
+    const real t_hp5v6 = t_q2eqh * t_bpfoo - t_ielc3;
+    const real t_7ohzm = t_ly2ei + t_b3aij * t_hp5v6;
+    const real t_2ngl5 = t_dj64q * t_4iujv;
+    const real t_5wzl5 = t_2ngl5 * t_xrsrh;
+    const real t_jrryk = t_7ohzm * t_4iujv - t_5wzl5;
+    const real t_r2k42 = t_dj64q * t_xrsrh_2;
+    const real t_all5q = t_jkuuu + (t_m3olv + t_zkj77) + (t_r2k42 + t_d4mqf * t_jrryk) - t_zzymx * t_hp5v6;
+    const real t_kpf5p = K_L63 * t_zmh3u;
+    const real t_owm5e = t_kpf5p * t_qd67m;
+    const real t_rffyc = t_all5q * t_zmh3u - t_owm5e;
+    const real t_r2k42_2 = t_dj64q * t_xrsrh_3;
+    const real t_orilw = K_L63 * t_ycob5;
+    const real t_56lng = t_qp7r5
+        - cos_theta1 * t_cflyn
+        - cos_theta2 * t_yapab
+        - (t_m67zs * t_jrryk - t_r2k42_2)
+        - (t_orilw + t_m27n6 * t_rffyc)
+        - t_2m245 * t_hp5v6;
+    const real t_wurun = K_L64 * t_lt2al;
+    const real t_dxxcp = t_wurun * t_auvut;
+    const real t_ce53v = t_56lng * t_lt2al - t_dxxcp;
+    const real t_ivf4w = t_qp7r5
+        + SC1 * t_z3a3a
+        + SC2 * t_q2te3
+        + (t_dj64q * t_6k4sb + t_p6zld * t_jrryk)
+        - (t_bxfcn * t_rffyc - K_L63 * t_ufldt)
+        - (K_L64 * t_luweb + t_amczu * t_ce53v)
+        - (t_e4enr * t_r2rme + t_6mmeb * t_hp5v6);
+    const real t_dzxqu = K_L65 * t_ftqxb;
+    const real t_oqcjt = t_ivf4w * t_ftqxb - t_dzxqu * t_foaik;
+    const real t_jn35t = t_gcu5g * t_6fswf
+        + (cos_theta1 * t_g7adh + cos_theta2 * t_mhvj3 - t_azclp * t_6fswf - t_iya7w * t_6fswf);
+    const real t_fzil7 = b1 * t_hp5v6
+        + t_e4enr * t_hupqz
+        - t_jn35t
+        + (X_y2 * t_jrryk + t_dj64q * t_7zfcf)
+        - (X_y3 * t_rffyc + K_L63 * t_dyyu2)
+        - (X_y4 * t_ce53v + K_L64 * t_uhzx4)
+        - (X_y5 * t_oqcjt + K_L65 * t_yicxc);
+    const real t_o4hiw = X_x6 * t_nfkwa;
+    const real t_fvmnh = t_xywve
+        + t_xbuur
+        + t_uha2o
+        - t_uxfwe
+        - t_mwcol
+        - (t_dj64q * t_7ohzm + t_qvrp6 * t_jrryk)
+        - (K_L63 * t_all5q + t_rahc4 * t_rffyc)
+        - (K_L64 * t_56lng + t_e4k6u * t_ce53v)
+        - (K_L65 * t_ivf4w + t_jo54w * t_oqcjt)
+        - (t_e4enr * t_q2eqh + t_bl4f2 * t_hp5v6);
+    const real t_siflb = t_fzil7 * t_nfkwa - t_o4hiw * t_fvmnh;
+    const real t_kjeag = t_yicxc * t_ftqxb - t_eriz2 * t_foaik - (X_x6 * t_oqcjt + K_L65 * t_siflb);
+    const real t_b6y6g = t_uhzx4 * t_lt2al
+        - t_iodym
+        - (X_x5 * t_wsi3a + K_L54 * t_kjeag)
+        - (X_x6 * t_ce53v + K_L64 * t_siflb);
+    const real t_76pup = t_dyyu2 * t_zmh3u
+        - t_ntpbt
+        - (t_xbdlq + K_L43 * t_b6y6g)
+        - (K_L53 * t_kjeag - X_x5 * t_eeuha)
+        - (X_x6 * t_rffyc + K_L63 * t_siflb);
+    const real t_fq7gg = X_x4 * t_63ug5;
+    const real t_vzhp6 = t_7zfcf * t_4iujv
+        - t_g7cfv
+        - (t_puwni + K_L32 * t_76pup)
+        + (t_6urah * t_b6y6g - t_fq7gg)
+        - (X_x5 * t_rdfut + K_L52 * t_kjeag)
+        + (X_x6 * t_jrryk + t_dj64q * t_siflb);
+    const real t_75jdv = X_x2 * t_6xwz3;
+    const real t_zjwcx = X_x3 * t_3tmqi;
+    const real t_mcaun = X_x4 * t_jtjoh;
+    const real t_57jla = t_hupqz * t_bpfoo
+        - t_2sw7d
+        + (t_w7lcw * t_vzhp6 - t_75jdv)
+        + (t_3go2w * t_76pup - t_zjwcx)
+        + (t_xq4wt * t_b6y6g - t_mcaun)
+        + (X_x5 * t_djz6b + t_vshgd * t_kjeag)
+        + (X_x6 * t_hp5v6 + t_e4enr * t_siflb)
+        - t_hpky5;
+    const real t_ug47n = p[h0] * t_xpjrw + t_rl7kq;
+    const real t_z7eya = t_rybsf * t_ug47n;
+    const real t_2almj = mv1 * (cos_phi1 * t_z7eya);
+    const real t_xkmul = mv2 * (cos_phi2 * t_z7eya);
+    const real t_hupqz_2 = cos_phi1 * t_2almj + cos_phi2 * t_xkmul;
+    const real t_yoao5_2 = sin_phi1 * t_2almj;
+    const real t_itqut_2 = sin_phi2 * t_xkmul;
+    const real t_7zfcf_2 = t_w7lcw * t_hupqz_2 - t_ivdwu - (sin_theta1 * t_yoao5_2 + sin_theta2 * t_itqut_2);
+    const real t_dyyu2_2 = t_3go2w * t_hupqz_2
+        - t_ivdwu_2
+        - (cos_theta1 * t_yoao5_2 + cos_theta2 * t_itqut_2)
+        - (t_bouyt + K_L32 * t_7zfcf_2);
+    const real t_v2rud = Bs_1 * t_z7eya;
+    const real t_hpdcn = Bs_2 * t_z7eya;
+    const real t_uhzx4_2 = t_xq4wt * t_hupqz_2
+        - t_ivdwu_3
+        - (t_v2rud + t_hpdcn)
+        + (t_6urah * t_7zfcf_2 - t_l7sux)
+        - (t_alurc + K_L43 * t_dyyu2_2);
+    const real t_3erlx = wth_1 * t_ug47n;
+    const real t_6fiok = t_3erlx - me1 * t_ug47n;
+    const real t_trawz = wth_2 * t_ug47n;
+    const real t_znkee = t_trawz - me2 * t_ug47n;
+    const real t_h6jar = Ass_1 * t_ug47n;
+    const real t_djdgp = t_6fiok - t_h6jar;
+    const real t_l6l6o = Ass_2 * t_ug47n;
+    const real t_5hehv = t_znkee - t_l6l6o;
+    const real t_jkuuu_2 = S_sq1 * t_djdgp + S_sq2 * t_5hehv;
+    const real t_ewudi = Asc_1 * t_ug47n;
+    const real t_m3ec6 = Asc_2 * t_ug47n;
+    const real t_7y47i = sin_theta1 * t_ewudi + sin_theta2 * t_m3ec6;
+    const real t_djz6b_2 = t_7y47i * t_bpfoo - t_2lluf;
+    const real t_xy4yu = t_6fiok + t_znkee - t_jkuuu_2 - t_b3aij * t_djz6b_2;
+    const real t_rdfut_2 = t_xy4yu * t_4iujv - t_glra5;
+    const real t_6jowo = q_1 * t_3erlx;
+    const real t_o3ymy_2 = cos_theta1 * t_6jowo;
+    const real t_vrybd = q_2 * t_trawz;
+    const real t_g4wtj_2 = cos_theta2 * t_vrybd;
+    const real t_7p3vv = Bc_1 * t_ug47n;
+    const real t_gxnee = Bc_2 * t_ug47n;
+    const real t_ly2ei_2 = SC1 * t_djdgp + SC2 * t_5hehv;
+    const real t_ufldt_2 = t_ly2ei_2 + (t_wfcn3_2 + t_d4mqf * t_rdfut_2) + t_zzymx * t_djz6b_2;
+    const real t_eeuha_2 = t_ufldt_2 * t_zmh3u + t_il3zn;
+    const real t_zdo3a = t_m67zs * t_rdfut_2
+        - t_wfcn3
+        - (t_o3ymy_2 + t_g4wtj_2 + sin_theta1 * t_7p3vv + sin_theta2 * t_gxnee)
+        - (t_dlmfg - t_m27n6 * t_eeuha_2)
+        - t_2m245 * t_djz6b_2;
+    const real t_wsi3a_2 = t_zdo3a * t_lt2al - t_gxmqn;
+    const real t_nmnda = t_v2rud + (e1 * t_yoao5_2 + F_t1 * t_ug47n);
+    const real t_q2agw = t_hpdcn + (e2 * t_itqut_2 + F_t2 * t_ug47n);
+    const real t_ts5lo = f_y * t_ug47n
+        - (sin_theta1 * t_nmnda + sin_theta2 * t_q2agw + t_vt7uo * t_ug47n + t_oncjt * t_ug47n)
+        + (b1 * t_djz6b_2 + t_vshgd * t_hupqz_2)
+        - (X_y2 * t_rdfut_2 + K_L52 * t_7zfcf_2)
+        - (K_L53 * t_dyyu2_2 - X_y3 * t_eeuha_2)
+        - (X_y4 * t_wsi3a_2 + K_L54 * t_uhzx4_2);
+    const real t_znv25 = wg_1 * t_ug47n + g_1 * t_3erlx;
+    const real t_xvy3d = wg_2 * t_ug47n + g_2 * t_trawz;
+    const real t_rs4gz = me1 * (t_o6yyy * t_ug47n);
+    const real t_52cqh = K(-2.0) * t_7p3vv + (eAss_1 * t_ug47n + e1 * t_h6jar);
+    const real t_6fdvk = t_rs4gz + t_52cqh - t_znv25;
+    const real t_uxfwe_2 = S_sq1 * t_6fdvk;
+    const real t_qolgh = me2 * (t_rdwum * t_ug47n);
+    const real t_f5vvm = K(-2.0) * t_gxnee + (eAss_2 * t_ug47n + e2 * t_l6l6o);
+    const real t_vwoq2 = t_qolgh + t_f5vvm - t_xvy3d;
+    const real t_mwcol_2 = S_sq2 * t_vwoq2;
+    const real t_4vn6j = t_rvsxd - (t_iw7bs - M_C * (t_jf3qj * t_ug47n));
+    const real t_xrotk = t_znv25
+        + t_xvy3d
+        + t_uxfwe_2
+        + t_mwcol_2
+        + t_4vn6j
+        - t_rs4gz
+        - t_qolgh
+        + K(-2.0) * t_o3ymy_2
+        + K(-2.0) * t_g4wtj_2
+        - (K_L52 * t_xy4yu + t_p6zld * t_rdfut_2)
+        + (K_L53 * t_ufldt_2 + t_bxfcn * t_eeuha_2)
+        - (K_L54 * t_zdo3a + t_amczu * t_wsi3a_2)
+        - (t_vshgd * t_7y47i + t_6mmeb * t_djz6b_2);
+    const real t_qp7r5_2 = sin_theta1 * t_6jowo + sin_theta2 * t_vrybd;
+    const real t_hf5br = cos_theta1 * t_ewudi + cos_theta2 * t_m3ec6;
+    const real t_hp5v6_2 = t_hf5br * t_bpfoo - t_ielc3;
+    const real t_7ohzm_2 = t_ly2ei_2 + t_b3aij * t_hp5v6_2;
+    const real t_jrryk_2 = t_7ohzm_2 * t_4iujv - t_5wzl5;
+    const real t_n7fvs = t_jkuuu_2 + (t_h6jar + t_l6l6o) + (t_r2k42 + t_d4mqf * t_jrryk_2) - t_zzymx * t_hp5v6_2;
+    const real t_rffyc_2 = t_n7fvs * t_zmh3u - t_owm5e;
+    const real t_ttx42 = t_qp7r5_2
+        - cos_theta1 * t_7p3vv
+        - cos_theta2 * t_gxnee
+        - (t_m67zs * t_jrryk_2 - t_r2k42_2)
+        - (t_orilw + t_m27n6 * t_rffyc_2)
+        - t_2m245 * t_hp5v6_2;
+    const real t_ce53v_2 = t_ttx42 * t_lt2al - t_dxxcp;
+    const real t_ivf4w_2 = t_qp7r5_2
+        + SC1 * t_6fdvk
+        + SC2 * t_vwoq2
+        + (t_dj64q * t_xy4yu + t_p6zld * t_jrryk_2)
+        - (t_bxfcn * t_rffyc_2 - K_L63 * t_ufldt_2)
+        - (K_L64 * t_zdo3a + t_amczu * t_ce53v_2)
+        - (t_e4enr * t_7y47i + t_6mmeb * t_hp5v6_2);
+    const real t_oqcjt_2 = t_ivf4w_2 * t_ftqxb - t_dzxqu * t_xrotk;
+    const real t_mwtsv = t_gcu5g * t_ug47n
+        + (cos_theta1 * t_nmnda + cos_theta2 * t_q2agw - t_azclp * t_ug47n - t_iya7w * t_ug47n);
+    const real t_quzhs = b1 * t_hp5v6_2
+        + t_e4enr * t_hupqz_2
+        - t_mwtsv
+        + (X_y2 * t_jrryk_2 + t_dj64q * t_7zfcf_2)
+        - (X_y3 * t_rffyc_2 + K_L63 * t_dyyu2_2)
+        - (X_y4 * t_ce53v_2 + K_L64 * t_uhzx4_2)
+        - (X_y5 * t_oqcjt_2 + K_L65 * t_ts5lo);
+    const real t_pti5n = t_52cqh
+        + t_f5vvm
+        + t_4vn6j
+        - t_uxfwe_2
+        - t_mwcol_2
+        - (t_dj64q * t_7ohzm_2 + t_qvrp6 * t_jrryk_2)
+        - (K_L63 * t_n7fvs + t_rahc4 * t_rffyc_2)
+        - (K_L64 * t_ttx42 + t_e4k6u * t_ce53v_2)
+        - (K_L65 * t_ivf4w_2 + t_jo54w * t_oqcjt_2)
+        - (t_e4enr * t_hf5br + t_bl4f2 * t_hp5v6_2);
+    const real t_siflb_2 = t_quzhs * t_nfkwa - t_o4hiw * t_pti5n;
+    const real t_ofpuk = t_ts5lo * t_ftqxb - t_eriz2 * t_xrotk - (X_x6 * t_oqcjt_2 + K_L65 * t_siflb_2);
+    const real t_b6y6g_2 = t_uhzx4_2 * t_lt2al
+        - t_iodym
+        - (X_x5 * t_wsi3a_2 + K_L54 * t_ofpuk)
+        - (X_x6 * t_ce53v_2 + K_L64 * t_siflb_2);
+    const real t_76pup_2 = t_dyyu2_2 * t_zmh3u
+        - t_ntpbt
+        - (t_xbdlq + K_L43 * t_b6y6g_2)
+        - (K_L53 * t_ofpuk - X_x5 * t_eeuha_2)
+        - (X_x6 * t_rffyc_2 + K_L63 * t_siflb_2);
+    const real t_vzhp6_2 = t_7zfcf_2 * t_4iujv
+        - t_g7cfv
+        - (t_puwni + K_L32 * t_76pup_2)
+        + (t_6urah * t_b6y6g_2 - t_fq7gg)
+        - (X_x5 * t_rdfut_2 + K_L52 * t_ofpuk)
+        + (X_x6 * t_jrryk_2 + t_dj64q * t_siflb_2);
+    const real t_ds3uu = t_hupqz_2 * t_bpfoo
+        - t_2sw7d
+        + (t_w7lcw * t_vzhp6_2 - t_75jdv)
+        + (t_3go2w * t_76pup_2 - t_zjwcx)
+        + (t_xq4wt * t_b6y6g_2 - t_mcaun)
+        + (X_x5 * t_djz6b_2 + t_vshgd * t_ofpuk)
+        + (X_x6 * t_hp5v6_2 + t_e4enr * t_siflb_2)
+        - t_z7eya;
+    const real t_cueei = W13 + X_y4 * t_wurun;
+    const real t_txjok = t_amczu * t_wurun;
+    const real t_fehnd = t_txjok * t_ftqxb;
+    const real t_lwfda = t_amczu * t_2e52m;
+    const real t_wkws4 = K(1.0) + t_lwfda;
+    const real t_dfikk = t_fehnd - t_dzxqu * t_wkws4;
+    const real t_guqde = W12 + X_y4 * t_2e52m;
+    const real t_zyiup = K_L65 * t_guqde;
+    const real t_jdkw7 = t_e4k6u * t_wurun;
+    const real t_klyfp = K_L65 * t_txjok;
+    const real t_zh6ym = (t_cueei - (X_y5 * t_dfikk + t_zyiup)) * t_nfkwa
+        - t_o4hiw * (K(1.0) + t_jdkw7 - (t_klyfp + t_jo54w * t_dfikk));
+    const real t_olpij = t_guqde * t_ftqxb;
+    const real t_uf2hs = t_olpij - t_eriz2 * t_wkws4 - (X_x6 * t_dfikk + K_L65 * t_zh6ym);
+    const real t_o35mr = X_x5 * t_2e52m;
+    const real t_lnwsc = X_x6 * t_wurun;
+    const real t_2a4g4 = t_gkoba + (K_L54 * t_uf2hs - t_o35mr) + (K_L64 * t_zh6ym - t_lnwsc);
+    const real t_5qicw = K_L43 * t_2a4g4 - K_L53 * t_uf2hs - K_L63 * t_zh6ym;
+    const real t_7tpul = t_dj64q * t_zh6ym - (K_L32 * t_5qicw + t_6urah * t_2a4g4 + K_L52 * t_uf2hs);
+    const real t_nauhf = t_w7lcw * t_7tpul
+        + t_3go2w * t_5qicw
+        - t_xq4wt * t_2a4g4
+        + t_vshgd * t_uf2hs
+        + t_e4enr * t_zh6ym;
+    const real t_pwn4f = t_fehnd - t_dzxqu * t_lwfda;
+    const real t_n5r3v = (t_cueei - (X_y5 * t_pwn4f + t_zyiup)) * t_nfkwa
+        - t_o4hiw * (t_jdkw7 - (t_klyfp + t_jo54w * t_pwn4f));
+    const real t_okj2x = t_olpij - t_eriz2 * t_lwfda - (X_x6 * t_pwn4f + K_L65 * t_n5r3v);
+    const real t_gn4wr = t_gkoba + (K_L54 * t_okj2x - t_o35mr) + (K_L64 * t_n5r3v - t_lnwsc);
+    const real t_gawjk = K_L43 * t_gn4wr - K_L53 * t_okj2x - K_L63 * t_n5r3v;
+    const real t_gyopo = t_dj64q * t_n5r3v - (K_L32 * t_gawjk + t_6urah * t_gn4wr + K_L52 * t_okj2x);
+    const real t_gjgp6 = t_w7lcw * t_gyopo
+        + t_3go2w * t_gawjk
+        - t_xq4wt * t_gn4wr
+        + t_vshgd * t_okj2x
+        + t_e4enr * t_n5r3v;
+    const real t_qrwvx = x[wz] * x[wy];
+    const real t_kzfz6 = t_qrwvx * t_lt2al;
+    const real t_kuo7u = W12 + K_L54 * t_qrwvx;
+    const real t_3pacs = t_kuo7u * t_ftqxb;
+    const real t_ekx6e = K_L64 * t_qrwvx;
+    const real t_cxt3w = K_L65 * t_kuo7u;
+    const real t_gao76 = (W13 - t_ekx6e + t_cxt3w) * t_nfkwa - t_o4hiw;
+    const real t_gaejw = t_3pacs + K_L65 * t_gao76;
+    const real t_as7pg = t_kzfz6 + K_L54 * t_gaejw - K_L64 * t_gao76;
+    const real t_kyglk = K_L53 * t_gaejw - K_L43 * t_as7pg - K_L63 * t_gao76;
+    const real t_rurrs = t_6urah * t_as7pg - K_L32 * t_kyglk + K_L52 * t_gaejw + t_dj64q * t_gao76;
+    const real t_uep4m = t_w7lcw * t_rurrs
+        + t_3go2w * t_kyglk
+        + t_xq4wt * t_as7pg
+        - t_vshgd * t_gaejw
+        + t_e4enr * t_gao76;
+    const real t_mnjvs = (t_ekx6e - W13 - (t_cxt3w - X_y5 * t_dzxqu)) * t_nfkwa
+        - t_o4hiw * (t_jo54w * t_dzxqu);
+    const real t_etzpb = t_3pacs - t_eriz2 - (K_L65 * t_mnjvs - X_x6 * t_dzxqu);
+    const real t_nb4xm = t_kzfz6 + K_L54 * t_etzpb + K_L64 * t_mnjvs;
+    const real t_dv2mw = K_L43 * t_nb4xm - K_L53 * t_etzpb - K_L63 * t_mnjvs;
+    const real t_wsp5s = t_dj64q * t_mnjvs - (K_L32 * t_dv2mw + t_6urah * t_nb4xm + K_L52 * t_etzpb);
+    const real t_vid5u = t_w7lcw * t_wsp5s
+        + t_3go2w * t_dv2mw
+        - t_xq4wt * t_nb4xm
+        + t_vshgd * t_etzpb
+        + t_e4enr * t_mnjvs;
+    const real t_yqcxm = p[m0] * t_xpjrw;
+    const real t_eja4l = t_rybsf * t_yqcxm;
+    const real t_nwzd4 = mv1 * (cos_phi1 * t_eja4l);
+    const real t_yzxmz = mv2 * (cos_phi2 * t_eja4l);
+    const real t_4xl2z = cos_phi1 * t_nwzd4 + cos_phi2 * t_yzxmz;
+    const real t_rv7s3 = sin_phi1 * t_nwzd4;
+    const real t_o6oom = sin_phi2 * t_yzxmz;
+    const real t_cdwx5 = t_w7lcw * t_4xl2z - (sin_theta1 * t_rv7s3 + sin_theta2 * t_o6oom);
+    const real t_qmxc6 = t_3go2w * t_4xl2z - (cos_theta1 * t_rv7s3 + cos_theta2 * t_o6oom) - K_L32 * t_cdwx5;
+    const real t_5h2df = Bs_1 * t_eja4l;
+    const real t_grpwh = Bs_2 * t_eja4l;
+    const real t_rmagd = t_xq4wt * t_4xl2z - (t_5h2df + t_grpwh) + t_6urah * t_cdwx5 - K_L43 * t_qmxc6;
+    const real t_6haoc = wth_1 * t_yqcxm;
+    const real t_si6iv = t_6haoc - me1 * t_yqcxm;
+    const real t_ge6ok = wth_2 * t_yqcxm;
+    const real t_5naxg = t_ge6ok - me2 * t_yqcxm;
+    const real t_qbn4r = Ass_1 * t_yqcxm;
+    const real t_y2uut = t_si6iv - t_qbn4r;
+    const real t_uyzpn = Ass_2 * t_yqcxm;
+    const real t_3onw4 = t_5naxg - t_uyzpn;
+    const real t_hui6q = S_sq1 * t_y2uut + S_sq2 * t_3onw4;
+    const real t_7eucp = Asc_1 * t_yqcxm;
+    const real t_rmedn = Asc_2 * t_yqcxm;
+    const real t_wb4eu = sin_theta1 * t_7eucp + sin_theta2 * t_rmedn;
+    const real t_qmomo = t_wb4eu * t_bpfoo;
+    const real t_pbjk2 = t_si6iv + t_5naxg - t_hui6q - t_b3aij * t_qmomo;
+    const real t_paub7 = t_pbjk2 * t_4iujv;
+    const real t_ucf5m = q_1 * t_6haoc;
+    const real t_haevv = cos_theta1 * t_ucf5m;
+    const real t_44dkd = q_2 * t_ge6ok;
+    const real t_rsccx = cos_theta2 * t_44dkd;
+    const real t_x53xs = Bc_1 * t_yqcxm;
+    const real t_gh2np = Bc_2 * t_yqcxm;
+    const real t_6r4hi = SC1 * t_y2uut + SC2 * t_3onw4;
+    const real t_cr5x5 = t_6r4hi + t_d4mqf * t_paub7 + t_zzymx * t_qmomo;
+    const real t_3n6r6 = t_cr5x5 * t_zmh3u;
+    const real t_47mxx = t_m67zs * t_paub7
+        - (t_haevv + t_rsccx + sin_theta1 * t_x53xs + sin_theta2 * t_gh2np)
+        + t_m27n6 * t_3n6r6
+        - t_2m245 * t_qmomo;
+    const real t_wwfdm = t_47mxx * t_lt2al;
+    const real t_cg6s6 = t_5h2df + (e1 * t_rv7s3 + F_t1 * t_yqcxm);
+    const real t_iyhk4 = t_grpwh + (e2 * t_o6oom + F_t2 * t_yqcxm);
+    const real t_jjpzk = f_y * t_yqcxm
+        - (sin_theta1 * t_cg6s6 + sin_theta2 * t_iyhk4 + t_vt7uo * t_yqcxm + t_oncjt * t_yqcxm)
+        + (b1 * t_qmomo + t_vshgd * t_4xl2z)
+        - (X_y2 * t_paub7 + K_L52 * t_cdwx5)
+        - (K_L53 * t_qmxc6 - X_y3 * t_3n6r6)
+        - (X_y4 * t_wwfdm + K_L54 * t_rmagd);
+    const real t_45fld = wg_1 * t_yqcxm + g_1 * t_6haoc;
+    const real t_psjn2 = wg_2 * t_yqcxm + g_2 * t_ge6ok;
+    const real t_npch2 = me1 * (t_o6yyy * t_yqcxm);
+    const real t_mxlsp = K(-2.0) * t_x53xs + (eAss_1 * t_yqcxm + e1 * t_qbn4r);
+    const real t_mkxmp = t_npch2 + t_mxlsp - t_45fld;
+    const real t_i2wb2 = S_sq1 * t_mkxmp;
+    const real t_7jt7i = me2 * (t_rdwum * t_yqcxm);
+    const real t_h6fui = K(-2.0) * t_gh2np + (eAss_2 * t_yqcxm + e2 * t_uyzpn);
+    const real t_zljwx = t_7jt7i + t_h6fui - t_psjn2;
+    const real t_yjdhu = S_sq2 * t_zljwx;
+    const real t_7lshx = p[m0] * (p[h0] + p[h0]) + M_C * (t_jf3qj * t_yqcxm);
+    const real t_5cgid = t_45fld
+        + t_psjn2
+        + t_i2wb2
+        + t_yjdhu
+        + t_7lshx
+        - t_npch2
+        - t_7jt7i
+        + K(-2.0) * t_haevv
+        + K(-2.0) * t_rsccx
+        - (K_L52 * t_pbjk2 + t_p6zld * t_paub7)
+        + (K_L53 * t_cr5x5 + t_bxfcn * t_3n6r6)
+        - (K_L54 * t_47mxx + t_amczu * t_wwfdm)
+        - (t_vshgd * t_wb4eu + t_6mmeb * t_qmomo);
+    const real t_5sezt = sin_theta1 * t_ucf5m + sin_theta2 * t_44dkd;
+    const real t_b6ora = cos_theta1 * t_7eucp + cos_theta2 * t_rmedn;
+    const real t_5jxyz = t_b6ora * t_bpfoo;
+    const real t_dv45p = t_6r4hi + t_b3aij * t_5jxyz;
+    const real t_dj64q_2 = t_dv45p * t_4iujv;
+    const real t_2tnv4 = t_hui6q + (t_qbn4r + t_uyzpn) + t_d4mqf * t_dj64q_2 - t_zzymx * t_5jxyz;
+    const real t_wf2jj = t_2tnv4 * t_zmh3u;
+    const real t_thbdx = t_5sezt
+        - cos_theta1 * t_x53xs
+        - cos_theta2 * t_gh2np
+        - t_m67zs * t_dj64q_2
+        - t_m27n6 * t_wf2jj
+        - t_2m245 * t_5jxyz;
+    const real t_sqjh6 = t_thbdx * t_lt2al;
+    const real t_vgbav = t_5sezt
+        + SC1 * t_mkxmp
+        + SC2 * t_zljwx
+        + (t_dj64q * t_pbjk2 + t_p6zld * t_dj64q_2)
+        - (t_bxfcn * t_wf2jj - K_L63 * t_cr5x5)
+        - (K_L64 * t_47mxx + t_amczu * t_sqjh6)
+        - (t_e4enr * t_wb4eu + t_6mmeb * t_5jxyz);
+    const real t_ckl4j = t_vgbav * t_ftqxb - t_dzxqu * t_5cgid;
+    const real t_xve4h = t_gcu5g * t_yqcxm
+        + (cos_theta1 * t_cg6s6 + cos_theta2 * t_iyhk4 - t_azclp * t_yqcxm - t_iya7w * t_yqcxm);
+    const real t_w2w3o = b1 * t_5jxyz
+        + t_e4enr * t_4xl2z
+        - t_xve4h
+        + (X_y2 * t_dj64q_2 + t_dj64q * t_cdwx5)
+        - (X_y3 * t_wf2jj + K_L63 * t_qmxc6)
+        - (X_y4 * t_sqjh6 + K_L64 * t_rmagd)
+        - (X_y5 * t_ckl4j + K_L65 * t_jjpzk);
+    const real t_llxg2 = t_mxlsp
+        + t_h6fui
+        + t_7lshx
+        - t_i2wb2
+        - t_yjdhu
+        - (t_dj64q * t_dv45p + t_qvrp6 * t_dj64q_2)
+        - (K_L63 * t_2tnv4 + t_rahc4 * t_wf2jj)
+        - (K_L64 * t_thbdx + t_e4k6u * t_sqjh6)
+        - (K_L65 * t_vgbav + t_jo54w * t_ckl4j)
+        - (t_e4enr * t_b6ora + t_bl4f2 * t_5jxyz);
+    const real t_ezo2r = t_w2w3o * t_nfkwa - t_o4hiw * t_llxg2;
+    const real t_4mcw6 = t_jjpzk * t_ftqxb - t_eriz2 * t_5cgid - (X_x6 * t_ckl4j + K_L65 * t_ezo2r);
+    const real t_w2yvj = t_rmagd * t_lt2al
+        - (X_x5 * t_wwfdm + K_L54 * t_4mcw6)
+        - (X_x6 * t_sqjh6 + K_L64 * t_ezo2r);
+    const real t_chekg = t_qmxc6 * t_zmh3u
+        - K_L43 * t_w2yvj
+        - (K_L53 * t_4mcw6 - X_x5 * t_3n6r6)
+        - (X_x6 * t_wf2jj + K_L63 * t_ezo2r);
+    const real t_akwof = t_cdwx5 * t_4iujv
+        - K_L32 * t_chekg
+        + t_6urah * t_w2yvj
+        - (X_x5 * t_paub7 + K_L52 * t_4mcw6)
+        + (X_x6 * t_dj64q_2 + t_dj64q * t_ezo2r);
+    const real t_ulrhu = t_4xl2z * t_bpfoo
+        + t_w7lcw * t_akwof
+        + t_3go2w * t_chekg
+        + t_xq4wt * t_w2yvj
+        + (X_x5 * t_qmomo + t_vshgd * t_4mcw6)
+        + (X_x6 * t_5jxyz + t_e4enr * t_ezo2r)
+        - t_eja4l;
+    const real t_fzk4w = p[m] * t_xpjrw;
+    const real t_gxqu4 = t_rybsf * t_fzk4w;
+    const real t_nm37d = mv1 * (cos_phi1 * t_gxqu4);
+    const real t_foddl = mv2 * (cos_phi2 * t_gxqu4);
+    const real t_4xl2z_2 = cos_phi1 * t_nm37d + cos_phi2 * t_foddl;
+    const real t_rv7s3_2 = sin_phi1 * t_nm37d;
+    const real t_o6oom_2 = sin_phi2 * t_foddl;
+    const real t_cdwx5_2 = t_w7lcw * t_4xl2z_2 - (sin_theta1 * t_rv7s3_2 + sin_theta2 * t_o6oom_2);
+    const real t_qmxc6_2 = t_3go2w * t_4xl2z_2 - (cos_theta1 * t_rv7s3_2 + cos_theta2 * t_o6oom_2) - K_L32 * t_cdwx5_2;
+    const real t_5mznh = Bs_1 * t_gxqu4;
+    const real t_slgct = Bs_2 * t_gxqu4;
+    const real t_rmagd_2 = t_xq4wt * t_4xl2z_2 - (t_5mznh + t_slgct) + t_6urah * t_cdwx5_2 - K_L43 * t_qmxc6_2;
+    const real t_vnyvj = wth_1 * t_fzk4w;
+    const real t_r6kfj = t_vnyvj - me1 * t_fzk4w;
+    const real t_iaue7 = wth_2 * t_fzk4w;
+    const real t_opjux = t_iaue7 - me2 * t_fzk4w;
+    const real t_2bjtr = Ass_1 * t_fzk4w;
+    const real t_fxcfg = t_r6kfj - t_2bjtr;
+    const real t_pep65 = Ass_2 * t_fzk4w;
+    const real t_pdo3t = t_opjux - t_pep65;
+    const real t_hui6q_2 = S_sq1 * t_fxcfg + S_sq2 * t_pdo3t;
+    const real t_ph4di = Asc_1 * t_fzk4w;
+    const real t_flhvv = Asc_2 * t_fzk4w;
+    const real t_da6la = sin_theta1 * t_ph4di + sin_theta2 * t_flhvv;
+    const real t_qmomo_2 = t_da6la * t_bpfoo;
+    const real t_72a6x = t_r6kfj + t_opjux - t_hui6q_2 - t_b3aij * t_qmomo_2;
+    const real t_paub7_2 = t_72a6x * t_4iujv;
+    const real t_olo6m = q_1 * t_vnyvj;
+    const real t_haevv_2 = cos_theta1 * t_olo6m;
+    const real t_fclpd = q_2 * t_iaue7;
+    const real t_rsccx_2 = cos_theta2 * t_fclpd;
+    const real t_o7noo = Bc_1 * t_fzk4w;
+    const real t_pganz = Bc_2 * t_fzk4w;
+    const real t_6r4hi_2 = SC1 * t_fxcfg + SC2 * t_pdo3t;
+    const real t_cr5x5_2 = t_6r4hi_2 + t_d4mqf * t_paub7_2 + t_zzymx * t_qmomo_2;
+    const real t_3n6r6_2 = t_cr5x5_2 * t_zmh3u;
+    const real t_iq4z3 = t_m67zs * t_paub7_2
+        - (t_haevv_2 + t_rsccx_2 + sin_theta1 * t_o7noo + sin_theta2 * t_pganz)
+        + t_m27n6 * t_3n6r6_2
+        - t_2m245 * t_qmomo_2;
+    const real t_wwfdm_2 = t_iq4z3 * t_lt2al;
+    const real t_6fv7n = t_5mznh + (e1 * t_rv7s3_2 + F_t1 * t_fzk4w);
+    const real t_rvf4r = t_slgct + (e2 * t_o6oom_2 + F_t2 * t_fzk4w);
+    const real t_fzk4w_2 = K(1.0) - t_fzk4w;
+    const real t_ihmol = sin_theta1 * t_6fv7n
+        + sin_theta2 * t_rvf4r
+        + t_vt7uo * t_fzk4w
+        + t_oncjt * t_fzk4w
+        + f_y * t_fzk4w_2;
+    const real t_obclq = b1 * t_qmomo_2
+        + t_vshgd * t_4xl2z_2
+        - t_ihmol
+        - (X_y2 * t_paub7_2 + K_L52 * t_cdwx5_2)
+        - (K_L53 * t_qmxc6_2 - X_y3 * t_3n6r6_2)
+        - (X_y4 * t_wwfdm_2 + K_L54 * t_rmagd_2);
+    const real t_cdamv = wg_1 * t_fzk4w + g_1 * t_vnyvj;
+    const real t_2afio = wg_2 * t_fzk4w + g_2 * t_iaue7;
+    const real t_y2zas = me1 * (t_o6yyy * t_fzk4w);
+    const real t_4uttp = K(-2.0) * t_o7noo + (eAss_1 * t_fzk4w + e1 * t_2bjtr);
+    const real t_ervqp = t_y2zas + t_4uttp - t_cdamv;
+    const real t_i2wb2_2 = S_sq1 * t_ervqp;
+    const real t_ow5vg = me2 * (t_rdwum * t_fzk4w);
+    const real t_4heh4 = K(-2.0) * t_pganz + (eAss_2 * t_fzk4w + e2 * t_pep65);
+    const real t_kkpjo = t_ow5vg + t_4heh4 - t_2afio;
+    const real t_yjdhu_2 = S_sq2 * t_kkpjo;
+    const real t_shwx6 = p[m] * (p[b] + p[b]) + M_C * (t_jf3qj * t_fzk4w);
+    const real t_h2lex = t_cdamv
+        + t_2afio
+        + t_i2wb2_2
+        + t_yjdhu_2
+        + t_shwx6
+        - t_y2zas
+        - t_ow5vg
+        + K(-2.0) * t_haevv_2
+        + K(-2.0) * t_rsccx_2
+        - (K_L52 * t_72a6x + t_p6zld * t_paub7_2)
+        + (K_L53 * t_cr5x5_2 + t_bxfcn * t_3n6r6_2)
+        - (K_L54 * t_iq4z3 + t_amczu * t_wwfdm_2)
+        - (t_vshgd * t_da6la + t_6mmeb * t_qmomo_2);
+    const real t_5sezt_2 = sin_theta1 * t_olo6m + sin_theta2 * t_fclpd;
+    const real t_3amyd = cos_theta1 * t_ph4di + cos_theta2 * t_flhvv;
+    const real t_5jxyz_2 = t_3amyd * t_bpfoo;
+    const real t_dv45p_2 = t_6r4hi_2 + t_b3aij * t_5jxyz_2;
+    const real t_dj64q_3 = t_dv45p_2 * t_4iujv;
+    const real t_t5cnj = t_hui6q_2 + (t_2bjtr + t_pep65) + t_d4mqf * t_dj64q_3 - t_zzymx * t_5jxyz_2;
+    const real t_wf2jj_2 = t_t5cnj * t_zmh3u;
+    const real t_zyth4 = t_5sezt_2
+        - cos_theta1 * t_o7noo
+        - cos_theta2 * t_pganz
+        - t_m67zs * t_dj64q_3
+        - t_m27n6 * t_wf2jj_2
+        - t_2m245 * t_5jxyz_2;
+    const real t_sqjh6_2 = t_zyth4 * t_lt2al;
+    const real t_vgbav_2 = t_5sezt_2
+        + SC1 * t_ervqp
+        + SC2 * t_kkpjo
+        + (t_dj64q * t_72a6x + t_p6zld * t_dj64q_3)
+        - (t_bxfcn * t_wf2jj_2 - K_L63 * t_cr5x5_2)
+        - (K_L64 * t_iq4z3 + t_amczu * t_sqjh6_2)
+        - (t_e4enr * t_da6la + t_6mmeb * t_5jxyz_2);
+    const real t_i26sq = t_vgbav_2 * t_ftqxb - t_dzxqu * t_h2lex;
+    const real t_sgukc = t_gcu5g * t_fzk4w_2
+        - (cos_theta1 * t_6fv7n + cos_theta2 * t_rvf4r - t_azclp * t_fzk4w - t_iya7w * t_fzk4w)
+        + (b1 * t_5jxyz_2 + t_e4enr * t_4xl2z_2)
+        + (X_y2 * t_dj64q_3 + t_dj64q * t_cdwx5_2)
+        - (X_y3 * t_wf2jj_2 + K_L63 * t_qmxc6_2)
+        - (X_y4 * t_sqjh6_2 + K_L64 * t_rmagd_2)
+        - (X_y5 * t_i26sq + K_L65 * t_obclq);
+    const real t_onrkj = t_4uttp
+        + t_4heh4
+        + t_shwx6
+        - t_i2wb2_2
+        - t_yjdhu_2
+        - (t_dj64q * t_dv45p_2 + t_qvrp6 * t_dj64q_3)
+        - (K_L63 * t_t5cnj + t_rahc4 * t_wf2jj_2)
+        - (K_L64 * t_zyth4 + t_e4k6u * t_sqjh6_2)
+        - (K_L65 * t_vgbav_2 + t_jo54w * t_i26sq)
+        - (t_e4enr * t_3amyd + t_bl4f2 * t_5jxyz_2);
+    const real t_q4hjb = t_sgukc * t_nfkwa - t_o4hiw * t_onrkj;
+    const real t_kaqej = t_obclq * t_ftqxb - t_eriz2 * t_h2lex - (X_x6 * t_i26sq + K_L65 * t_q4hjb);
+    const real t_rbyn3 = t_rmagd_2 * t_lt2al
+        - (X_x5 * t_wwfdm_2 + K_L54 * t_kaqej)
+        - (X_x6 * t_sqjh6_2 + K_L64 * t_q4hjb);
+    const real t_6yt6i = t_qmxc6_2 * t_zmh3u
+        - K_L43 * t_rbyn3
+        - (K_L53 * t_kaqej - X_x5 * t_3n6r6_2)
+        - (X_x6 * t_wf2jj_2 + K_L63 * t_q4hjb);
+    const real t_sif46 = t_cdwx5_2 * t_4iujv
+        - K_L32 * t_6yt6i
+        + t_6urah * t_rbyn3
+        - (X_x5 * t_paub7_2 + K_L52 * t_kaqej)
+        + (X_x6 * t_dj64q_3 + t_dj64q * t_q4hjb);
+    const real t_74jxz = t_4xl2z_2 * t_bpfoo
+        + t_w7lcw * t_sif46
+        + t_3go2w * t_6yt6i
+        + t_xq4wt * t_rbyn3
+        + (X_x5 * t_qmomo_2 + t_vshgd * t_kaqej)
+        + (X_x6 * t_5jxyz_2 + t_e4enr * t_q4hjb)
+        - t_gxqu4;
+    const real t_kutbt = (t_gcu5g + K_L65 * f_y) * t_nfkwa;
+    const real t_rzdx6 = f_y * t_ftqxb + K_L65 * t_kutbt;
+    const real t_ha5ja = K_L54 * t_rzdx6 - K_L64 * t_kutbt;
+    const real t_ocypu = K_L53 * t_rzdx6 - K_L43 * t_ha5ja - K_L63 * t_kutbt;
+    const real t_kl34e = t_6urah * t_ha5ja - K_L32 * t_ocypu + K_L52 * t_rzdx6 + t_dj64q * t_kutbt;
+    const real t_f7zas = t_w7lcw * t_kl34e
+        + t_3go2w * t_ocypu
+        + t_xq4wt * t_ha5ja
+        - t_vshgd * t_rzdx6
+        + t_e4enr * t_kutbt;
+    const real t_tv227 = cos_delta1 * cos_delta2;
+    const real t_dlr25 = sin_delta2 + t_w7lcw * t_tv227;
+    const real t_dtzim = sin_delta1 * cos_delta2;
+    const real t_hyach = t_3go2w * t_tv227 - t_dtzim - K_L32 * t_dlr25;
+    const real t_k54eg = t_xq4wt * t_tv227 + t_6urah * t_dlr25 - K_L43 * t_hyach;
+    const real t_oeqt2 = t_vshgd * t_tv227
+        - t_lwe76 * sin_delta2
+        - K_L52 * t_dlr25
+        - K_L53 * t_hyach
+        - K_L54 * t_k54eg;
+    const real t_emunm = t_lwe76 * t_dtzim
+        + t_e4enr * t_tv227
+        + t_dj64q * t_dlr25
+        - K_L63 * t_hyach
+        - K_L64 * t_k54eg
+        - K_L65 * t_oeqt2;
+    const real t_3dix3 = t_emunm * t_nfkwa;
+    const real t_3obum = t_oeqt2 * t_ftqxb - K_L65 * t_3dix3;
+    const real t_v4zqf = t_k54eg * t_lt2al - K_L54 * t_3obum - K_L64 * t_3dix3;
+    const real t_4ozvf = t_hyach * t_zmh3u - K_L43 * t_v4zqf - K_L53 * t_3obum - K_L63 * t_3dix3;
+    const real t_od3z2 = t_dlr25 * t_4iujv
+        - K_L32 * t_4ozvf
+        + t_6urah * t_v4zqf
+        - K_L52 * t_3obum
+        + t_dj64q * t_3dix3;
+    const real t_ez5zc = t_tv227 * t_bpfoo
+        + t_w7lcw * t_od3z2
+        + t_3go2w * t_4ozvf
+        + t_xq4wt * t_v4zqf
+        + t_vshgd * t_3obum
+        + t_e4enr * t_3dix3;
+    const real t_ecohd = t_3qn53 * t_zrejm;
+    const real t_uf4mw = t_zrejm - t_ecohd * t_os4zj;
+    const real t_fuzfv = p[I1] * t_uf4mw;
+    const real t_db2vr = p[l1] * t_fuzfv;
+    const real t_65tki = p[l1] * t_uf4mw;
+    const real t_fylhb = eta1 * t_db2vr + loss_phi1 * t_65tki;
+    const real t_bsjym = k1 * p[l1] + t_6nwd2 * t_65tki;
+    const real t_qrwk6 = p[h1] * t_fuzfv * t_xpjrw - t_rl7kq * t_fuzfv;
+    const real t_za24c = t_rybsf * t_qrwk6;
+    const real t_xtrfo = t_lupe6 * t_bsjym - mv1 * (cos_phi1 * t_za24c) - sigma_sq1 * p[l1];
+    const real t_4hlbz = mv2 * (cos_phi2 * t_za24c);
+    const real t_jucsy = sin_phi1 * t_fylhb + cos_phi1 * t_xtrfo - cos_phi2 * t_4hlbz;
+    const real t_5t7rf = sin_phi1 * t_bsjym;
+    const real t_mjqsw = sin_phi1 * t_5t7rf;
+    const real t_ixyzr = t_fuzfv + t_bsjym - t_mjqsw;
+    const real t_y7q2h = cos_phi1 * t_5t7rf;
+    const real t_a7bb7 = sin_theta1 * t_y7q2h;
+    const real t_5mdqk = t_a7bb7 * t_bpfoo - t_6xwz3 * t_ixyzr;
+    const real t_sdxhx = th_1 * t_odnx4;
+    const real t_ievgo = t_odnx4 - t_sdxhx * t_7vbeu;
+    const real t_bhqvx = t_xips6 * t_ievgo;
+    const real t_h4glw = cos_theta1 * t_bhqvx;
+    const real t_lorg5 = sin_phi1 * t_xtrfo - cos_phi1 * t_fylhb;
+    const real t_itqut_3 = sin_phi2 * t_4hlbz;
+    const real t_oke6r = b1 * t_5mdqk
+        + t_w7lcw * t_jucsy
+        - (t_h4glw + sin_theta1 * t_lorg5 - sin_theta2 * t_itqut_3);
+    const real t_mpupz = t_mjqsw + t_fuzfv;
+    const real t_vxv6o = p[I1] * t_ievgo;
+    const real t_i5is3 = t_mpupz - t_vxv6o;
+    const real t_h7mg2 = S_sq1 * t_i5is3;
+    const real t_322jv = t_h7mg2 + t_fuzfv + t_vxv6o - t_fuzfv - (t_w7lcw * t_a7bb7 + t_b3aij * t_5mdqk);
+    const real t_rhsuv = cos_theta1 * t_y7q2h;
+    const real t_caliq = t_rhsuv * t_bpfoo - t_3tmqi * t_ixyzr;
+    const real t_bgimr = SC1 * t_i5is3 - (t_3go2w * t_a7bb7 + t_b3aij * t_caliq);
+    const real t_oxwdh = t_bgimr * t_4iujv - t_6yahm * t_322jv;
+    const real t_s5lk2 = sin_theta1 * t_bhqvx;
+    const real t_hnjoh = b1 * t_caliq
+        + t_3go2w * t_jucsy
+        - (cos_theta1 * t_lorg5 - t_s5lk2 - cos_theta2 * t_itqut_3)
+        - (X_y2 * t_oxwdh + K_L32 * t_oke6r);
+    const real t_oycga = t_mpupz
+        - t_h7mg2
+        - (K_L32 * t_bgimr + t_d4mqf * t_oxwdh)
+        - (t_3go2w * t_rhsuv + t_zzymx * t_caliq);
+    const real t_u6bpu = q_1 * t_vxv6o;
+    const real t_2qds5 = sin_theta1 * t_u6bpu;
+    const real t_gzqer = cos_phi1 * t_db2vr;
+    const real t_rqln6 = cos_theta1 * t_u6bpu;
+    const real t_dvydu = sin_phi1 * t_db2vr;
+    const real t_op5sc = t_dvydu * t_bpfoo - t_jtjoh * t_ixyzr;
+    const real t_eas4d = t_rqln6 + sin_theta1 * t_gzqer + (t_xq4wt * t_a7bb7 + t_b3aij * t_op5sc);
+    const real t_ywe65 = t_eas4d * t_4iujv - t_dwrhg * t_322jv;
+    const real t_eq4pw = t_2qds5
+        - cos_theta1 * t_gzqer
+        + (t_6urah * t_bgimr + t_d4mqf * t_ywe65)
+        - (t_xq4wt * t_rhsuv + t_zzymx * t_op5sc);
+    const real t_xexl7 = t_eq4pw * t_zmh3u - t_ydwjl * t_oycga;
+    const real t_tcwea = t_w7vil * t_dvydu - Bs_1 * t_za24c + p[l1] * t_fylhb;
+    const real t_55hgq = q_1 * t_bhqvx;
+    const real t_36nrg = Bs_2 * t_za24c;
+    const real t_6p5rh = b1 * t_op5sc
+        + t_xq4wt * t_jucsy
+        - (t_tcwea - t_55hgq - t_36nrg)
+        + (X_y2 * t_ywe65 + t_6urah * t_oke6r)
+        - (X_y3 * t_xexl7 + K_L43 * t_hnjoh);
+    const real t_fuplp = q_1 * t_u6bpu;
+    const real t_shk54 = p[l1] * t_db2vr;
+    const real t_c2ebu = t_fuplp
+        + t_shk54
+        - (t_6urah * t_eas4d + t_m67zs * t_ywe65)
+        - (K_L43 * t_eq4pw + t_m27n6 * t_xexl7)
+        - (t_xq4wt * t_dvydu + t_2m245 * t_op5sc);
+    const real t_hcuo4 = g_1 * t_vxv6o - wth_1 * t_qrwk6;
+    const real t_iigyt = q_1 * t_hcuo4;
+    const real t_xyins = cos_theta1 * t_iigyt;
+    const real t_ozfck = wth_2 * t_qrwk6;
+    const real t_bnhwl = q_2 * t_ozfck;
+    const real t_g4wtj_3 = cos_theta2 * t_bnhwl;
+    const real t_aogyk = e1 * t_gzqer - Bc_1 * t_qrwk6;
+    const real t_yqcmh = t_shk54 - t_aogyk;
+    const real t_6cle4 = Bc_2 * t_qrwk6;
+    const real t_y4sta = t_hcuo4 - (e1 * t_fuzfv - me1 * t_qrwk6);
+    const real t_i2jac = me2 * t_qrwk6 - t_ozfck;
+    const real t_g7et5 = e1 * t_mjqsw - Ass_1 * t_qrwk6;
+    const real t_6z5r2 = t_gzqer - t_g7et5;
+    const real t_dcwwc = t_6z5r2 + t_y4sta;
+    const real t_rylad = Ass_2 * t_qrwk6;
+    const real t_6u2cv = t_rylad + t_i2jac;
+    const real t_4235l = S_sq1 * t_dcwwc + S_sq2 * t_6u2cv;
+    const real t_36jbo = t_dvydu + (e1 * t_y7q2h - Asc_1 * t_qrwk6);
+    const real t_xv3cl = Asc_2 * t_qrwk6;
+    const real t_25v6w = sin_theta1 * t_36jbo - sin_theta2 * t_xv3cl;
+    const real t_3hqtz = t_25v6w * t_bpfoo - t_2lluf * t_ixyzr;
+    const real t_rzir2 = t_y4sta + t_i2jac - t_4235l - t_rqln6 - (t_vshgd * t_a7bb7 + t_b3aij * t_3hqtz);
+    const real t_ekzhe = t_rzir2 * t_4iujv - t_hfybw * t_322jv;
+    const real t_byiej = SC1 * t_dcwwc + SC2 * t_6u2cv;
+    const real t_6dgdv = t_2qds5
+        - t_byiej
+        - (K_L52 * t_bgimr + t_d4mqf * t_ekzhe)
+        - (t_vshgd * t_rhsuv + t_zzymx * t_3hqtz);
+    const real t_qgryq = t_6dgdv * t_zmh3u - t_qe675 * t_oycga;
+    const real t_stqdg = t_fuplp
+        - t_xyins
+        + t_g4wtj_3
+        + sin_theta1 * t_yqcmh
+        + sin_theta2 * t_6cle4
+        + (K_L52 * t_eas4d + t_m67zs * t_ekzhe)
+        - (K_L53 * t_eq4pw + t_m27n6 * t_qgryq)
+        - (t_vshgd * t_dvydu + t_2m245 * t_3hqtz);
+    const real t_vmt6b = t_stqdg * t_lt2al - t_2e52m * t_c2ebu;
+    const real t_kvqmf = t_tcwea + (e1 * t_lorg5 - F_t1 * t_qrwk6);
+    const real t_uw5ow = t_36nrg + (e2 * t_itqut_3 + F_t2 * t_qrwk6);
+    const real t_64vph = sin_theta1 * t_kvqmf
+        - t_55hgq
+        - sin_theta2 * t_uw5ow
+        + (g_1 * t_h4glw - t_vt7uo * t_qrwk6)
+        - t_oncjt * t_qrwk6
+        + f_y * t_qrwk6;
+    const real t_rm472 = b1 * t_3hqtz
+        + t_vshgd * t_jucsy
+        - t_64vph
+        - (X_y2 * t_ekzhe + K_L52 * t_oke6r)
+        - (X_y3 * t_qgryq + K_L53 * t_hnjoh)
+        - (X_y4 * t_vmt6b + K_L54 * t_6p5rh);
+    const real t_fh7hb = g_1 * t_hcuo4 - wg_1 * t_qrwk6;
+    const real t_ftu34 = wg_2 * t_qrwk6 + g_2 * t_ozfck;
+    const real t_ouzmf = t_simvy * t_fuzfv - me1 * (t_o6yyy * t_qrwk6);
+    const real t_4iyht = t_shk54 + K(-2.0) * t_aogyk + (e1 * t_g7et5 - eAss_1 * t_qrwk6);
+    const real t_v2v5f = t_ouzmf + t_4iyht - t_fh7hb;
+    const real t_4r45h = S_sq1 * t_v2v5f;
+    const real t_lt42c = me2 * (t_rdwum * t_qrwk6);
+    const real t_6ftq4 = K(-2.0) * t_6cle4 + (eAss_2 * t_qrwk6 + e2 * t_rylad);
+    const real t_o7n3h = t_ftu34 - (t_lt42c + t_6ftq4);
+    const real t_mwcol_3 = S_sq2 * t_o7n3h;
+    const real t_vfbc3 = t_owkw5 * t_fuzfv - (t_iw7bs * t_fuzfv + M_C * (t_jf3qj * t_qrwk6));
+    const real t_fhepx = t_fh7hb
+        - t_ftu34
+        + t_fuplp
+        + t_4r45h
+        + t_mwcol_3
+        + t_vfbc3
+        - t_ouzmf
+        + t_lt42c
+        + K(-2.0) * t_xyins
+        - K(-2.0) * t_g4wtj_3
+        - (K_L52 * t_rzir2 + t_p6zld * t_ekzhe)
+        - (K_L53 * t_6dgdv + t_bxfcn * t_qgryq)
+        - (K_L54 * t_stqdg + t_amczu * t_vmt6b)
+        - (t_vshgd * t_25v6w + t_6mmeb * t_3hqtz);
+    const real t_ihcrc = sin_theta1 * t_iigyt - sin_theta2 * t_bnhwl;
+    const real t_5n5yo = cos_theta1 * t_36jbo - cos_theta2 * t_xv3cl;
+    const real t_a2rm7 = t_5n5yo * t_bpfoo - t_ielc3 * t_ixyzr;
+    const real t_npcn4 = t_byiej + (t_e4enr * t_a7bb7 + t_b3aij * t_a2rm7);
+    const real t_xudp3 = t_npcn4 * t_4iujv - t_2ngl5 * t_322jv;
+    const real t_ajlpl = t_4235l
+        - (t_6z5r2 + t_rylad)
+        + (t_dj64q * t_bgimr + t_d4mqf * t_xudp3)
+        - (t_e4enr * t_rhsuv + t_zzymx * t_a2rm7);
+    const real t_a55ve = t_ajlpl * t_zmh3u - t_kpf5p * t_oycga;
+    const real t_rsmdh = t_ihcrc
+        + cos_theta1 * t_yqcmh
+        + cos_theta2 * t_6cle4
+        - (t_dj64q * t_eas4d + t_m67zs * t_xudp3)
+        - (K_L63 * t_eq4pw + t_m27n6 * t_a55ve)
+        - (t_e4enr * t_dvydu + t_2m245 * t_a2rm7);
+    const real t_zjs7m = t_rsmdh * t_lt2al - t_wurun * t_c2ebu;
+    const real t_h6zrk = t_ihcrc
+        + SC1 * t_v2v5f
+        + SC2 * t_o7n3h
+        + (t_dj64q * t_rzir2 + t_p6zld * t_xudp3)
+        - (K_L63 * t_6dgdv + t_bxfcn * t_a55ve)
+        - (K_L64 * t_stqdg + t_amczu * t_zjs7m)
+        - (t_e4enr * t_25v6w + t_6mmeb * t_a2rm7);
+    const real t_trfi7 = t_h6zrk * t_ftqxb - t_dzxqu * t_fhepx;
+    const real t_ieu6e = cos_theta1 * t_kvqmf
+        - cos_theta2 * t_uw5ow
+        - (g_1 * t_s5lk2 - t_azclp * t_qrwk6)
+        + t_iya7w * t_qrwk6;
+    const real t_cm5j5 = t_gcu5g * t_qrwk6
+        - t_ieu6e
+        + (b1 * t_a2rm7 + t_e4enr * t_jucsy)
+        + (X_y2 * t_xudp3 + t_dj64q * t_oke6r)
+        - (X_y3 * t_a55ve + K_L63 * t_hnjoh)
+        - (X_y4 * t_zjs7m + K_L64 * t_6p5rh)
+        - (X_y5 * t_trfi7 + K_L65 * t_rm472);
+    const real t_liowc = t_4iyht
+        - t_6ftq4
+        + t_vfbc3
+        - t_4r45h
+        - t_mwcol_3
+        - (t_dj64q * t_npcn4 + t_qvrp6 * t_xudp3)
+        - (K_L63 * t_ajlpl + t_rahc4 * t_a55ve)
+        - (K_L64 * t_rsmdh + t_e4k6u * t_zjs7m)
+        - (K_L65 * t_h6zrk + t_jo54w * t_trfi7)
+        - (t_e4enr * t_5n5yo + t_bl4f2 * t_a2rm7);
+    const real t_dzlfq = t_cm5j5 * t_nfkwa - t_o4hiw * t_liowc;
+    const real t_r32rw = t_rm472 * t_ftqxb - t_eriz2 * t_fhepx - (X_x6 * t_trfi7 + K_L65 * t_dzlfq);
+    const real t_42xp2 = t_6p5rh * t_lt2al
+        - t_gkoba * t_c2ebu
+        - (X_x5 * t_vmt6b + K_L54 * t_r32rw)
+        - (X_x6 * t_zjs7m + K_L64 * t_dzlfq);
+    const real t_ce7sx = t_hnjoh * t_zmh3u
+        - t_insvr * t_oycga
+        - (X_x4 * t_xexl7 + K_L43 * t_42xp2)
+        - (X_x5 * t_qgryq + K_L53 * t_r32rw)
+        - (X_x6 * t_a55ve + K_L63 * t_dzlfq);
+    const real t_56s4m = t_oke6r * t_4iujv
+        - t_5am4i * t_322jv
+        - (X_x3 * t_oxwdh + K_L32 * t_ce7sx)
+        + (X_x4 * t_ywe65 + t_6urah * t_42xp2)
+        - (X_x5 * t_ekzhe + K_L52 * t_r32rw)
+        + (X_x6 * t_xudp3 + t_dj64q * t_dzlfq);
+    const real t_dzofb = t_jucsy * t_bpfoo
+        - t_2sw7d * t_ixyzr
+        + (X_x2 * t_5mdqk + t_w7lcw * t_56s4m)
+        + (X_x3 * t_caliq + t_3go2w * t_ce7sx)
+        + (X_x4 * t_op5sc + t_xq4wt * t_42xp2)
+        + (X_x5 * t_3hqtz + t_vshgd * t_r32rw)
+        + (X_x6 * t_a2rm7 + t_e4enr * t_dzlfq)
+        + t_za24c;
+    const real t_gi55u = p[m1] * (p[l1] + p[l1]);
+    const real t_6j7lq = t_ecohd * t_gi55u;
+    const real t_m2ww5 = p[I1] * t_6j7lq;
+    const real t_2rkyb = me1 - p[l1] * t_m2ww5;
+    const real t_gtm2o = t_3qn53 - p[l1] * t_6j7lq;
+    const real t_v5nss = eta1 * t_2rkyb + loss_phi1 * t_gtm2o;
+    const real t_rw2ac = k1 * p[m1] + t_6nwd2 * t_gtm2o;
+    const real t_37b6j = t_rl7kq * t_m2ww5 - p[h1] * t_m2ww5 * t_xpjrw;
+    const real t_h7gpd = t_rybsf * t_37b6j;
+    const real t_bzxdq = t_lupe6 * t_rw2ac - mv1 * (cos_phi1 * t_h7gpd) - sigma_sq1 * p[m1];
+    const real t_4hlbz_2 = mv2 * (cos_phi2 * t_h7gpd);
+    const real t_j7rpm = sin_phi1 * t_v5nss + cos_phi1 * t_bzxdq - cos_phi2 * t_4hlbz_2;
+    const real t_5ekb4 = sin_phi1 * t_rw2ac;
+    const real t_dle4c = sin_phi1 * t_5ekb4;
+    const real t_umhwk = t_rw2ac - t_m2ww5 - t_dle4c;
+    const real t_klc6e = cos_phi1 * t_5ekb4;
+    const real t_a7bb7_2 = sin_theta1 * t_klc6e;
+    const real t_lef6g = t_a7bb7_2 * t_bpfoo - t_6xwz3 * t_umhwk;
+    const real t_4hepc = W12 * sin_phi1 + w_x1 * (Wn1 * cos_phi1) - t_wmv32 * chi1;
+    const real t_hjjc3 = t_sdxhx * (p[m1] * ((q_1 + q_1) * sin_phi1));
+    const real t_h5xbx = th_1 * (p[I1] * t_4hepc - loss_theta1 * sin_phi1) - t_xips6 * t_hjjc3;
+    const real t_ayguz = cos_theta1 * t_h5xbx;
+    const real t_ohgbk = sin_phi1 * t_bzxdq - cos_phi1 * t_v5nss;
+    const real t_itqut_4 = sin_phi2 * t_4hlbz_2;
+    const real t_uvh2f = b1 * t_lef6g
+        + t_w7lcw * t_j7rpm
+        - (t_ayguz + sin_theta1 * t_ohgbk - sin_theta2 * t_itqut_4);
+    const real t_tenoe = t_dle4c - t_m2ww5;
+    const real t_yiwsa = p[I1] * t_hjjc3;
+    const real t_zzdue = t_tenoe + t_yiwsa;
+    const real t_h3uzn = S_sq1 * t_zzdue;
+    const real t_kojxp = t_h3uzn - t_m2ww5 - t_yiwsa + t_m2ww5 - (t_w7lcw * t_a7bb7_2 + t_b3aij * t_lef6g);
+    const real t_rhsuv_2 = cos_theta1 * t_klc6e;
+    const real t_llrgk = t_rhsuv_2 * t_bpfoo - t_3tmqi * t_umhwk;
+    const real t_vztfu = SC1 * t_zzdue - (t_3go2w * t_a7bb7_2 + t_b3aij * t_llrgk);
+    const real t_a6pnx = t_vztfu * t_4iujv - t_6yahm * t_kojxp;
+    const real t_hphhq = sin_theta1 * t_h5xbx;
+    const real t_5gznf = b1 * t_llrgk
+        + t_3go2w * t_j7rpm
+        - (cos_theta1 * t_ohgbk - t_hphhq - cos_theta2 * t_itqut_4)
+        - (X_y2 * t_a6pnx + K_L32 * t_uvh2f);
+    const real t_sylhi = t_tenoe
+        - t_h3uzn
+        - (K_L32 * t_vztfu + t_d4mqf * t_a6pnx)
+        - (t_3go2w * t_rhsuv_2 + t_zzymx * t_llrgk);
+    const real t_36czx = wth_1 * sin_phi1 - q_1 * t_yiwsa;
+    const real t_ah477 = sin_theta1 * t_36czx;
+    const real t_nbszk = cos_phi1 * t_2rkyb;
+    const real t_e6agj = cos_theta1 * t_36czx;
+    const real t_xkdho = sin_phi1 * t_2rkyb;
+    const real t_7vvv5 = t_xkdho * t_bpfoo - t_jtjoh * t_umhwk;
+    const real t_itiut = t_e6agj + sin_theta1 * t_nbszk + (t_xq4wt * t_a7bb7_2 + t_b3aij * t_7vvv5);
+    const real t_u5wtr = t_itiut * t_4iujv - t_dwrhg * t_kojxp;
+    const real t_dodfv = t_ah477
+        - cos_theta1 * t_nbszk
+        + (t_6urah * t_vztfu + t_d4mqf * t_u5wtr)
+        - (t_xq4wt * t_rhsuv_2 + t_zzymx * t_7vvv5);
+    const real t_iijcz = t_dodfv * t_zmh3u - t_ydwjl * t_sylhi;
+    const real t_ortue = t_w7vil * t_xkdho - Bs_1 * t_h7gpd + (p[l1] * t_v5nss + t_7imwe);
+    const real t_b6lzs = q_1 * t_h5xbx + F_n1 * sin_phi1;
+    const real t_36nrg_2 = Bs_2 * t_h7gpd;
+    const real t_nvpvp = b1 * t_7vvv5
+        + t_xq4wt * t_j7rpm
+        - (t_ortue - t_b6lzs - t_36nrg_2)
+        + (X_y2 * t_u5wtr + t_6urah * t_uvh2f)
+        - (X_y3 * t_iijcz + K_L43 * t_5gznf);
+    const real t_jf4vx = wq_1 * sin_phi1 + q_1 * t_36czx;
+    const real t_3t63m = p[l1] * t_2rkyb + B_1;
+    const real t_4eh26 = t_jf4vx
+        + t_3t63m
+        - (t_6urah * t_itiut + t_m67zs * t_u5wtr)
+        - (K_L43 * t_dodfv + t_m27n6 * t_iijcz)
+        - (t_xq4wt * t_xkdho + t_2m245 * t_7vvv5);
+    const real t_cdint = t_37b6j + cos_phi1;
+    const real t_wdr3j = wth_1 * t_cdint + g_1 * t_yiwsa;
+    const real t_wr37e = wg_1 * sin_phi1 - q_1 * t_wdr3j;
+    const real t_rghg2 = cos_theta1 * t_wr37e;
+    const real t_gkp3c = wth_2 * t_37b6j;
+    const real t_bnhwl_2 = q_2 * t_gkp3c;
+    const real t_g4wtj_4 = cos_theta2 * t_bnhwl_2;
+    const real t_i3n37 = e1 * t_nbszk - Bc_1 * t_37b6j;
+    const real t_zch44 = t_3t63m - t_i3n37;
+    const real t_bqb2c = Bc_2 * t_37b6j;
+    const real t_3v6om = me1 * t_37b6j + e1 * t_m2ww5 - t_wdr3j;
+    const real t_l7h7q = me2 * t_37b6j - t_gkp3c;
+    const real t_ubmvw = e1 * t_dle4c - Ass_1 * t_37b6j;
+    const real t_loy7b = t_nbszk - t_ubmvw;
+    const real t_pzirq = t_loy7b + t_3v6om;
+    const real t_d5gqi = Ass_2 * t_37b6j;
+    const real t_6u2cv_2 = t_d5gqi + t_l7h7q;
+    const real t_4235l_2 = S_sq1 * t_pzirq + S_sq2 * t_6u2cv_2;
+    const real t_arzsw = t_xkdho + (e1 * t_klc6e - Asc_1 * t_37b6j);
+    const real t_tne3j = Asc_2 * t_37b6j;
+    const real t_atwfr = sin_theta1 * t_arzsw - sin_theta2 * t_tne3j;
+    const real t_j5ky6 = t_atwfr * t_bpfoo - t_2lluf * t_umhwk;
+    const real t_3uf4c = t_3v6om + t_l7h7q - t_4235l_2 - t_e6agj - (t_vshgd * t_a7bb7_2 + t_b3aij * t_j5ky6);
+    const real t_mct2r = t_3uf4c * t_4iujv - t_hfybw * t_kojxp;
+    const real t_byiej_2 = SC1 * t_pzirq + SC2 * t_6u2cv_2;
+    const real t_gr3zg = t_ah477
+        - t_byiej_2
+        - (K_L52 * t_vztfu + t_d4mqf * t_mct2r)
+        - (t_vshgd * t_rhsuv_2 + t_zzymx * t_j5ky6);
+    const real t_kbe3m = t_gr3zg * t_zmh3u - t_qe675 * t_sylhi;
+    const real t_3dpre = t_jf4vx
+        - t_rghg2
+        + t_g4wtj_4
+        + sin_theta1 * t_zch44
+        + sin_theta2 * t_bqb2c
+        + (K_L52 * t_itiut + t_m67zs * t_mct2r)
+        - (K_L53 * t_dodfv + t_m27n6 * t_kbe3m)
+        - (t_vshgd * t_xkdho + t_2m245 * t_j5ky6);
+    const real t_vdwwr = t_3dpre * t_lt2al - t_2e52m * t_4eh26;
+    const real t_mrlb4 = t_ortue + (e1 * t_ohgbk - F_t1 * t_37b6j);
+    const real t_pqvbg = t_36nrg_2 + (e2 * t_itqut_4 + F_t2 * t_37b6j);
+    const real t_k3u63 = sin_theta1 * t_mrlb4
+        - t_b6lzs
+        - sin_theta2 * t_pqvbg
+        + (g_1 * t_ayguz - t_vt7uo * t_cdint)
+        - t_oncjt * t_37b6j
+        + f_y * t_37b6j;
+    const real t_3rabq = b1 * t_j5ky6
+        + t_vshgd * t_j7rpm
+        - t_k3u63
+        - (X_y2 * t_mct2r + K_L52 * t_uvh2f)
+        - (X_y3 * t_kbe3m + K_L53 * t_5gznf)
+        - (X_y4 * t_vdwwr + K_L54 * t_nvpvp);
+    const real t_ztoto = wg_1 * t_cdint + g_1 * t_wdr3j;
+    const real t_iixdx = wg_2 * t_37b6j + g_2 * t_gkp3c;
+    const real t_3uolf = t_3t63m + K(-2.0) * t_i3n37 + (e1 * t_ubmvw - eAss_1 * t_37b6j);
+    const real t_a6646 = t_simvy * t_m2ww5 + me1 * (t_o6yyy * t_37b6j);
+    const real t_3vxmc = t_3uolf - t_a6646 + t_ztoto;
+    const real t_ifnuk = S_sq1 * t_3vxmc;
+    const real t_3qwrp = me2 * (t_rdwum * t_37b6j);
+    const real t_kuxer = K(-2.0) * t_bqb2c + (eAss_2 * t_37b6j + e2 * t_d5gqi);
+    const real t_o7n3h_2 = t_iixdx - (t_3qwrp + t_kuxer);
+    const real t_mwcol_4 = S_sq2 * t_o7n3h_2;
+    const real t_w6fl5 = t_owkw5 * t_m2ww5 + (M_C * (t_jf3qj * t_37b6j) - t_iw7bs * t_m2ww5);
+    const real t_43ngd = t_jf4vx
+        - (t_ztoto + t_iixdx)
+        + t_ifnuk
+        + t_mwcol_4
+        - t_w6fl5
+        + t_a6646
+        + t_3qwrp
+        + K(-2.0) * t_rghg2
+        - K(-2.0) * t_g4wtj_4
+        - (K_L52 * t_3uf4c + t_p6zld * t_mct2r)
+        - (K_L53 * t_gr3zg + t_bxfcn * t_kbe3m)
+        - (K_L54 * t_3dpre + t_amczu * t_vdwwr)
+        - (t_vshgd * t_atwfr + t_6mmeb * t_j5ky6);
+    const real t_f2xc4 = sin_theta1 * t_wr37e - sin_theta2 * t_bnhwl_2;
+    const real t_gjumn = cos_theta1 * t_arzsw - cos_theta2 * t_tne3j;
+    const real t_i2r53 = t_gjumn * t_bpfoo - t_ielc3 * t_umhwk;
+    const real t_npcn4_2 = t_byiej_2 + (t_e4enr * t_a7bb7_2 + t_b3aij * t_i2r53);
+    const real t_z4lta = t_npcn4_2 * t_4iujv - t_2ngl5 * t_kojxp;
+    const real t_njgoz = t_4235l_2
+        - (t_loy7b + t_d5gqi)
+        + (t_dj64q * t_vztfu + t_d4mqf * t_z4lta)
+        - (t_e4enr * t_rhsuv_2 + t_zzymx * t_i2r53);
+    const real t_a55ve_2 = t_njgoz * t_zmh3u - t_kpf5p * t_sylhi;
+    const real t_kbfqh = t_f2xc4
+        + cos_theta1 * t_zch44
+        + cos_theta2 * t_bqb2c
+        - (t_dj64q * t_itiut + t_m67zs * t_z4lta)
+        - (K_L63 * t_dodfv + t_m27n6 * t_a55ve_2)
+        - (t_e4enr * t_xkdho + t_2m245 * t_i2r53);
+    const real t_cbrfm = t_kbfqh * t_lt2al - t_wurun * t_4eh26;
+    const real t_h7gn3 = t_f2xc4
+        + SC1 * t_3vxmc
+        + SC2 * t_o7n3h_2
+        + (t_dj64q * t_3uf4c + t_p6zld * t_z4lta)
+        - (K_L63 * t_gr3zg + t_bxfcn * t_a55ve_2)
+        - (K_L64 * t_3dpre + t_amczu * t_cbrfm)
+        - (t_e4enr * t_atwfr + t_6mmeb * t_i2r53);
+    const real t_22tge = t_h7gn3 * t_ftqxb - t_dzxqu * t_43ngd;
+    const real t_z2pcc = cos_theta1 * t_mrlb4
+        - cos_theta2 * t_pqvbg
+        - (g_1 * t_hphhq - t_azclp * t_cdint)
+        + t_iya7w * t_37b6j;
+    const real t_dlgwu = t_gcu5g * t_37b6j
+        - t_z2pcc
+        + (b1 * t_i2r53 + t_e4enr * t_j7rpm)
+        + (X_y2 * t_z4lta + t_dj64q * t_uvh2f)
+        - (X_y3 * t_a55ve_2 + K_L63 * t_5gznf)
+        - (X_y4 * t_cbrfm + K_L64 * t_nvpvp)
+        - (X_y5 * t_22tge + K_L65 * t_3rabq);
+    const real t_lwiao = t_3uolf
+        - t_kuxer
+        - t_w6fl5
+        - t_ifnuk
+        - t_mwcol_4
+        - (t_dj64q * t_npcn4_2 + t_qvrp6 * t_z4lta)
+        - (K_L63 * t_njgoz + t_rahc4 * t_a55ve_2)
+        - (K_L64 * t_kbfqh + t_e4k6u * t_cbrfm)
+        - (K_L65 * t_h7gn3 + t_jo54w * t_22tge)
+        - (t_e4enr * t_gjumn + t_bl4f2 * t_i2r53);
+    const real t_ngk2s = t_dlgwu * t_nfkwa - t_o4hiw * t_lwiao;
+    const real t_5qui4 = t_3rabq * t_ftqxb - t_eriz2 * t_43ngd - (X_x6 * t_22tge + K_L65 * t_ngk2s);
+    const real t_pectw = t_nvpvp * t_lt2al
+        - t_gkoba * t_4eh26
+        - (X_x5 * t_vdwwr + K_L54 * t_5qui4)
+        - (X_x6 * t_cbrfm + K_L64 * t_ngk2s);
+    const real t_q7uwl = t_5gznf * t_zmh3u
+        - t_insvr * t_sylhi
+        - (X_x4 * t_iijcz + K_L43 * t_pectw)
+        - (X_x5 * t_kbe3m + K_L53 * t_5qui4)
+        - (X_x6 * t_a55ve_2 + K_L63 * t_ngk2s);
+    const real t_zcoux = t_uvh2f * t_4iujv
+        - t_5am4i * t_kojxp
+        - (X_x3 * t_a6pnx + K_L32 * t_q7uwl)
+        + (X_x4 * t_u5wtr + t_6urah * t_pectw)
+        - (X_x5 * t_mct2r + K_L52 * t_5qui4)
+        + (X_x6 * t_z4lta + t_dj64q * t_ngk2s);
+    const real t_hzfds = t_j7rpm * t_bpfoo
+        - t_2sw7d * t_umhwk
+        + (X_x2 * t_lef6g + t_w7lcw * t_zcoux)
+        + (X_x3 * t_llrgk + t_3go2w * t_q7uwl)
+        + (X_x4 * t_7vvv5 + t_xq4wt * t_pectw)
+        + (X_x5 * t_j5ky6 + t_vshgd * t_5qui4)
+        + (X_x6 * t_i2r53 + t_e4enr * t_ngk2s)
+        + t_h7gpd;
+    const real t_tepdd = me1 * t_xpjrw;
+    const real t_tepdd_2 = K(1.0) - t_tepdd;
+    const real t_vpupx = t_rybsf * t_tepdd_2;
+    const real t_2gia2 = mv1 * (cos_phi1 * t_vpupx);
+    const real t_trlfj = t_rybsf * t_tepdd;
+    const real t_xuzfq = mv2 * (cos_phi2 * t_trlfj);
+    const real t_hrryp = cos_phi1 * t_2gia2 - cos_phi2 * t_xuzfq;
+    const real t_yoao5_3 = sin_phi1 * t_2gia2;
+    const real t_o6oom_3 = sin_phi2 * t_xuzfq;
+    const real t_cdwx5_3 = t_w7lcw * t_hrryp - (sin_theta1 * t_yoao5_3 - sin_theta2 * t_o6oom_3);
+    const real t_qmxc6_3 = t_3go2w * t_hrryp - (cos_theta1 * t_yoao5_3 - cos_theta2 * t_o6oom_3) - K_L32 * t_cdwx5_3;
+    const real t_qhdbb = Bs_1 * t_vpupx;
+    const real t_k3c3a = Bs_2 * t_trlfj;
+    const real t_cb3t7 = t_xq4wt * t_hrryp - (t_qhdbb - t_k3c3a) + t_6urah * t_cdwx5_3 - K_L43 * t_qmxc6_3;
+    const real t_h47lp = wth_2 * t_tepdd;
+    const real t_zt6ue = q_2 * t_h47lp;
+    const real t_rsccx_3 = cos_theta2 * t_zt6ue;
+    const real t_2qtw7 = wth_1 * t_tepdd_2;
+    const real t_agbff = q_1 * t_2qtw7;
+    const real t_o3ymy_3 = cos_theta1 * t_agbff;
+    const real t_62pvo = Bc_1 * t_tepdd_2;
+    const real t_hdcy5 = Bc_2 * t_tepdd;
+    const real t_gmjri = t_2qtw7 - me1 * t_tepdd_2;
+    const real t_5iyue = me2 * t_tepdd - t_h47lp;
+    const real t_4unkw = Ass_1 * t_tepdd_2;
+    const real t_f7zge = t_gmjri - t_4unkw;
+    const real t_yaefc = Ass_2 * t_tepdd;
+    const real t_h2ehx = t_yaefc + t_5iyue;
+    const real t_wzsgq = S_sq1 * t_f7zge + S_sq2 * t_h2ehx;
+    const real t_v7xpn = Asc_1 * t_tepdd_2;
+    const real t_nwnem = Asc_2 * t_tepdd;
+    const real t_gpkxs = sin_theta1 * t_v7xpn - sin_theta2 * t_nwnem;
+    const real t_ncix4 = t_gpkxs * t_bpfoo;
+    const real t_zqrmj = t_gmjri + t_5iyue - t_wzsgq - t_b3aij * t_ncix4;
+    const real t_ovkoy = t_zqrmj * t_4iujv;
+    const real t_vd5ld = SC1 * t_f7zge + SC2 * t_h2ehx;
+    const real t_cr5x5_3 = t_vd5ld + t_d4mqf * t_ovkoy + t_zzymx * t_ncix4;
+    const real t_3n6r6_3 = t_cr5x5_3 * t_zmh3u;
+    const real t_5qfwo = t_rsccx_3
+        - t_o3ymy_3
+        - sin_theta1 * t_62pvo
+        + sin_theta2 * t_hdcy5
+        + t_m67zs * t_ovkoy
+        + t_m27n6 * t_3n6r6_3
+        - t_2m245 * t_ncix4;
+    const real t_uasb2 = t_5qfwo * t_lt2al;
+    const real t_kuogw = t_qhdbb + (e1 * t_yoao5_3 + F_t1 * t_tepdd_2);
+    const real t_6ou74 = t_k3c3a + (e2 * t_o6oom_3 + F_t2 * t_tepdd);
+    const real t_c5hrf = sin_theta1 * t_kuogw
+        - sin_theta2 * t_6ou74
+        + t_vt7uo * t_tepdd_2
+        - t_oncjt * t_tepdd
+        + f_y * t_tepdd;
+    const real t_tyixv = b1 * t_ncix4
+        + t_vshgd * t_hrryp
+        - t_c5hrf
+        - (X_y2 * t_ovkoy + K_L52 * t_cdwx5_3)
+        - (K_L53 * t_qmxc6_3 - X_y3 * t_3n6r6_3)
+        - (X_y4 * t_uasb2 + K_L54 * t_cb3t7);
+    const real t_vwz3k = wg_1 * t_tepdd_2 + g_1 * t_2qtw7;
+    const real t_fu6zx = wg_2 * t_tepdd + g_2 * t_h47lp;
+    const real t_4rfxb = me1 * (t_o6yyy * t_tepdd_2);
+    const real t_abfa5 = K(-2.0) * t_62pvo + (eAss_1 * t_tepdd_2 + e1 * t_4unkw);
+    const real t_u4jze = t_4rfxb + t_abfa5 - t_vwz3k;
+    const real t_uxfwe_3 = S_sq1 * t_u4jze;
+    const real t_bjusx = me2 * (t_rdwum * t_tepdd);
+    const real t_5o6w5 = K(-2.0) * t_hdcy5 + (eAss_2 * t_tepdd + e2 * t_yaefc);
+    const real t_gc6ds = t_fu6zx - (t_bjusx + t_5o6w5);
+    const real t_yjdhu_3 = S_sq2 * t_gc6ds;
+    const real t_rlxpo = me1 * (p[h1] + p[h1]) - M_C * (t_jf3qj * t_tepdd);
+    const real t_mqkzt = t_vwz3k
+        - t_fu6zx
+        + t_uxfwe_3
+        + t_yjdhu_3
+        + t_rlxpo
+        - t_4rfxb
+        + t_bjusx
+        + K(-2.0) * t_o3ymy_3
+        - K(-2.0) * t_rsccx_3
+        - (K_L52 * t_zqrmj + t_p6zld * t_ovkoy)
+        + (K_L53 * t_cr5x5_3 + t_bxfcn * t_3n6r6_3)
+        - (K_L54 * t_5qfwo + t_amczu * t_uasb2)
+        - (t_vshgd * t_gpkxs + t_6mmeb * t_ncix4);
+    const real t_6exfo = sin_theta1 * t_agbff - sin_theta2 * t_zt6ue;
+    const real t_ayt2t = cos_theta1 * t_v7xpn - cos_theta2 * t_nwnem;
+    const real t_mhmsi = t_ayt2t * t_bpfoo;
+    const real t_dv45p_3 = t_vd5ld + t_b3aij * t_mhmsi;
+    const real t_dj64q_4 = t_dv45p_3 * t_4iujv;
+    const real t_f2jo2 = t_wzsgq - (t_yaefc - t_4unkw) + t_d4mqf * t_dj64q_4 - t_zzymx * t_mhmsi;
+    const real t_i74sj = t_f2jo2 * t_zmh3u;
+    const real t_wcfm5 = t_6exfo
+        - cos_theta1 * t_62pvo
+        + cos_theta2 * t_hdcy5
+        - t_m67zs * t_dj64q_4
+        - t_m27n6 * t_i74sj
+        - t_2m245 * t_mhmsi;
+    const real t_qrhsw = t_wcfm5 * t_lt2al;
+    const real t_bh3u4 = t_6exfo
+        + SC1 * t_u4jze
+        + SC2 * t_gc6ds
+        + (t_dj64q * t_zqrmj + t_p6zld * t_dj64q_4)
+        - (t_bxfcn * t_i74sj - K_L63 * t_cr5x5_3)
+        - (K_L64 * t_5qfwo + t_amczu * t_qrhsw)
+        - (t_e4enr * t_gpkxs + t_6mmeb * t_mhmsi);
+    const real t_6yt7t = t_bh3u4 * t_ftqxb - t_dzxqu * t_mqkzt;
+    const real t_647sl = t_gcu5g * t_tepdd
+        - (cos_theta1 * t_kuogw - cos_theta2 * t_6ou74 - t_azclp * t_tepdd_2 + t_iya7w * t_tepdd)
+        + (b1 * t_mhmsi + t_e4enr * t_hrryp)
+        + (X_y2 * t_dj64q_4 + t_dj64q * t_cdwx5_3)
+        - (X_y3 * t_i74sj + K_L63 * t_qmxc6_3)
+        - (X_y4 * t_qrhsw + K_L64 * t_cb3t7)
+        - (X_y5 * t_6yt7t + K_L65 * t_tyixv);
+    const real t_jnt3m = t_abfa5
+        - t_5o6w5
+        + t_rlxpo
+        - t_uxfwe_3
+        - t_yjdhu_3
+        - (t_dj64q * t_dv45p_3 + t_qvrp6 * t_dj64q_4)
+        - (K_L63 * t_f2jo2 + t_rahc4 * t_i74sj)
+        - (K_L64 * t_wcfm5 + t_e4k6u * t_qrhsw)
+        - (K_L65 * t_bh3u4 + t_jo54w * t_6yt7t)
+        - (t_e4enr * t_ayt2t + t_bl4f2 * t_mhmsi);
+    const real t_qhwmd = t_647sl * t_nfkwa - t_o4hiw * t_jnt3m;
+    const real t_ph3k5 = t_tyixv * t_ftqxb - t_eriz2 * t_mqkzt - (X_x6 * t_6yt7t + K_L65 * t_qhwmd);
+    const real t_rbyn3_2 = t_cb3t7 * t_lt2al
+        - (X_x5 * t_uasb2 + K_L54 * t_ph3k5)
+        - (X_x6 * t_qrhsw + K_L64 * t_qhwmd);
+    const real t_6yt6i_2 = t_qmxc6_3 * t_zmh3u
+        - K_L43 * t_rbyn3_2
+        - (K_L53 * t_ph3k5 - X_x5 * t_3n6r6_3)
+        - (X_x6 * t_i74sj + K_L63 * t_qhwmd);
+    const real t_sif46_2 = t_cdwx5_3 * t_4iujv
+        - K_L32 * t_6yt6i_2
+        + t_6urah * t_rbyn3_2
+        - (X_x5 * t_ovkoy + K_L52 * t_ph3k5)
+        + (X_x6 * t_dj64q_4 + t_dj64q * t_qhwmd);
+    const real t_6xo3m = t_hrryp * t_bpfoo
+        + t_w7lcw * t_sif46_2
+        + t_3go2w * t_6yt6i_2
+        + t_xq4wt * t_rbyn3_2
+        + (X_x5 * t_ncix4 + t_vshgd * t_ph3k5)
+        + (X_x6 * t_mhmsi + t_e4enr * t_qhwmd);
+    const real t_jaeht = t_6xo3m + t_trlfj;
+    const real t_y6yta = t_3qn53 - p[I1] * t_ecohd;
+    const real t_tdmqv = p[l1] * t_y6yta;
+    const real t_f7dyx = p[l1] * t_ecohd;
+    const real t_bc452 = eta1 * t_tdmqv - loss_phi1 * t_f7dyx;
+    const real t_qdapd = p[h1] * t_y6yta * t_xpjrw - t_rl7kq * t_y6yta;
+    const real t_lf65f = t_rybsf * t_qdapd;
+    const real t_tr3c4 = t_6nwd2 * t_f7dyx;
+    const real t_jkz7e = mv1 * (cos_phi1 * t_lf65f) + t_lupe6 * t_tr3c4;
+    const real t_7cwmu = mv2 * (cos_phi2 * t_lf65f);
+    const real t_x4uzv = sin_phi1 * t_bc452 - cos_phi1 * t_jkz7e - cos_phi2 * t_7cwmu;
+    const real t_ytdxg = sin_phi1 * t_tr3c4;
+    const real t_4punh = sin_phi1 * t_ytdxg;
+    const real t_gcmhj = t_y6yta - t_tr3c4 + t_4punh;
+    const real t_sfgcw = cos_phi1 * t_ytdxg;
+    const real t_7nyq2 = sin_theta1 * t_sfgcw;
+    const real t_vfg2c = t_7nyq2 * t_bpfoo + t_6xwz3 * t_gcmhj;
+    const real t_e3qlh = th_1 * zeta1 - t_xips6 * t_sdxhx;
+    const real t_vzisz = cos_theta1 * t_e3qlh;
+    const real t_ndxzj = sin_phi1 * t_jkz7e + cos_phi1 * t_bc452;
+    const real t_itqut_5 = sin_phi2 * t_7cwmu;
+    const real t_f55uf = t_w7lcw * t_x4uzv
+        - b1 * t_vfg2c
+        - (t_vzisz - sin_theta1 * t_ndxzj - sin_theta2 * t_itqut_5);
+    const real t_qqepj = t_y6yta - t_4punh;
+    const real t_43bqs = th_1 - p[I1] * t_sdxhx;
+    const real t_h676r = t_qqepj - t_43bqs;
+    const real t_qd2j6 = S_sq1 * t_h676r;
+    const real t_nl3ls = t_qd2j6 + t_y6yta + t_43bqs - t_y6yta + (t_w7lcw * t_7nyq2 + t_b3aij * t_vfg2c);
+    const real t_7mc24 = cos_theta1 * t_sfgcw;
+    const real t_qorkj = t_7mc24 * t_bpfoo + t_3tmqi * t_gcmhj;
+    const real t_6nkag = SC1 * t_h676r + (t_3go2w * t_7nyq2 + t_b3aij * t_qorkj);
+    const real t_f7tni = t_6nkag * t_4iujv - t_6yahm * t_nl3ls;
+    const real t_wwrju = sin_theta1 * t_e3qlh;
+    const real t_7noub = t_3go2w * t_x4uzv
+        - b1 * t_qorkj
+        + (cos_theta1 * t_ndxzj + t_wwrju + cos_theta2 * t_itqut_5)
+        - (X_y2 * t_f7tni + K_L32 * t_f55uf);
+    const real t_zwtea = t_qqepj
+        - t_qd2j6
+        - (K_L32 * t_6nkag + t_d4mqf * t_f7tni)
+        + (t_3go2w * t_7mc24 + t_zzymx * t_qorkj);
+    const real t_xcurm = q_1 * t_43bqs;
+    const real t_zxvwo = sin_theta1 * t_xcurm;
+    const real t_kibnj = cos_phi1 * t_tdmqv;
+    const real t_2ulsd = cos_theta1 * t_xcurm;
+    const real t_2cpxt = sin_phi1 * t_tdmqv;
+    const real t_hatf3 = t_2cpxt * t_bpfoo - t_jtjoh * t_gcmhj;
+    const real t_fxjq5 = t_2ulsd + sin_theta1 * t_kibnj + (t_b3aij * t_hatf3 - t_xq4wt * t_7nyq2);
+    const real t_33vs5 = t_fxjq5 * t_4iujv - t_dwrhg * t_nl3ls;
+    const real t_gymtf = t_zxvwo
+        - cos_theta1 * t_kibnj
+        + (t_6urah * t_6nkag + t_d4mqf * t_33vs5)
+        - (t_zzymx * t_hatf3 - t_xq4wt * t_7mc24);
+    const real t_ofv7h = t_gymtf * t_zmh3u - t_ydwjl * t_zwtea;
+    const real t_esnnn = t_w7vil * t_2cpxt - Bs_1 * t_lf65f + p[l1] * t_bc452;
+    const real t_bemza = q_1 * t_e3qlh;
+    const real t_brzwb = Bs_2 * t_lf65f;
+    const real t_j4u4y = b1 * t_hatf3
+        + t_xq4wt * t_x4uzv
+        - (t_esnnn - t_bemza - t_brzwb + x[wy] * x[theta1_dot])
+        + (X_y2 * t_33vs5 + t_6urah * t_f55uf)
+        - (X_y3 * t_ofv7h + K_L43 * t_7noub);
+    const real t_ez4pt = q_1 * t_xcurm;
+    const real t_adnnd = p[l1] * t_tdmqv;
+    const real t_hzcqd = t_ez4pt
+        + t_adnnd
+        - (t_6urah * t_fxjq5 + t_m67zs * t_33vs5)
+        - (K_L43 * t_gymtf + t_m27n6 * t_ofv7h)
+        - (t_xq4wt * t_2cpxt + t_2m245 * t_hatf3);
+    const real t_w7zeu = g_1 * t_43bqs - wth_1 * t_qdapd;
+    const real t_jk3pk = q_1 * t_w7zeu;
+    const real t_4la6k = cos_theta1 * t_jk3pk;
+    const real t_64hxd = wth_2 * t_qdapd;
+    const real t_x26d5 = q_2 * t_64hxd;
+    const real t_g4wtj_5 = cos_theta2 * t_x26d5;
+    const real t_hwhy4 = e1 * t_kibnj - Bc_1 * t_qdapd;
+    const real t_izrk6 = t_adnnd - t_hwhy4;
+    const real t_cm66r = Bc_2 * t_qdapd;
+    const real t_qerdf = t_w7zeu - (e1 * t_y6yta - me1 * t_qdapd);
+    const real t_utrfd = me2 * t_qdapd - t_64hxd;
+    const real t_pgh2t = e1 * t_4punh + Ass_1 * t_qdapd;
+    const real t_ou2kw = t_kibnj + t_pgh2t;
+    const real t_yrhb3 = t_ou2kw + t_qerdf;
+    const real t_vxxq3 = Ass_2 * t_qdapd;
+    const real t_t2jmq = t_vxxq3 + t_utrfd;
+    const real t_awd5t = S_sq1 * t_yrhb3 + S_sq2 * t_t2jmq;
+    const real t_repl5 = t_2cpxt - (e1 * t_sfgcw + Asc_1 * t_qdapd);
+    const real t_xrmsz = Asc_2 * t_qdapd;
+    const real t_ildq5 = sin_theta1 * t_repl5 - sin_theta2 * t_xrmsz;
+    const real t_vcewd = t_ildq5 * t_bpfoo - t_2lluf * t_gcmhj;
+    const real t_povvr = t_qerdf + t_utrfd - t_awd5t - t_2ulsd - (t_b3aij * t_vcewd - t_vshgd * t_7nyq2);
+    const real t_5qpcj = t_povvr * t_4iujv - t_hfybw * t_nl3ls;
+    const real t_uugbi = SC1 * t_yrhb3 + SC2 * t_t2jmq;
+    const real t_r4yea = t_zxvwo
+        - t_uugbi
+        - (K_L52 * t_6nkag + t_d4mqf * t_5qpcj)
+        - (t_zzymx * t_vcewd - t_vshgd * t_7mc24);
+    const real t_v7aht = t_r4yea * t_zmh3u - t_qe675 * t_zwtea;
+    const real t_yb3j3 = t_ez4pt
+        - t_4la6k
+        + t_g4wtj_5
+        + sin_theta1 * t_izrk6
+        + sin_theta2 * t_cm66r
+        + (K_L52 * t_fxjq5 + t_m67zs * t_5qpcj)
+        - (K_L53 * t_gymtf + t_m27n6 * t_v7aht)
+        - (t_vshgd * t_2cpxt + t_2m245 * t_vcewd);
+    const real t_vmt6b_2 = t_yb3j3 * t_lt2al - t_2e52m * t_hzcqd;
+    const real t_epu23 = t_esnnn - (e1 * t_ndxzj + F_t1 * t_qdapd);
+    const real t_kg3ie = t_brzwb + (e2 * t_itqut_5 + F_t2 * t_qdapd);
+    const real t_dgkmr = sin_theta1 * t_epu23
+        - t_bemza
+        - sin_theta2 * t_kg3ie
+        - x[wy] * x[phi1_dot]
+        + (g_1 * t_vzisz - t_vt7uo * t_qdapd)
+        - t_oncjt * t_qdapd
+        + f_y * t_qdapd;
+    const real t_xoend = b1 * t_vcewd
+        + t_vshgd * t_x4uzv
+        - t_dgkmr
+        - (X_y2 * t_5qpcj + K_L52 * t_f55uf)
+        - (X_y3 * t_v7aht + K_L53 * t_7noub)
+        - (X_y4 * t_vmt6b_2 + K_L54 * t_j4u4y);
+    const real t_hpycy = g_1 * t_w7zeu - wg_1 * t_qdapd;
+    const real t_gfxqj = wg_2 * t_qdapd + g_2 * t_64hxd;
+    const real t_3ia5d = t_simvy * t_y6yta - me1 * (t_o6yyy * t_qdapd);
+    const real t_chsxs = t_adnnd + K(-2.0) * t_hwhy4 - (eAss_1 * t_qdapd + e1 * t_pgh2t);
+    const real t_uui7g = t_3ia5d + t_chsxs - t_hpycy;
+    const real t_dacen = S_sq1 * t_uui7g;
+    const real t_5lekt = me2 * (t_rdwum * t_qdapd);
+    const real t_2lpqs = K(-2.0) * t_cm66r + (eAss_2 * t_qdapd + e2 * t_vxxq3);
+    const real t_pr2hw = t_gfxqj - (t_5lekt + t_2lpqs);
+    const real t_mwcol_5 = S_sq2 * t_pr2hw;
+    const real t_zvaug = t_owkw5 * t_y6yta - (t_iw7bs * t_y6yta + M_C * (t_jf3qj * t_qdapd));
+    const real t_rki7o = t_hpycy
+        - t_gfxqj
+        + t_ez4pt
+        + t_dacen
+        + t_mwcol_5
+        + t_zvaug
+        - t_3ia5d
+        + t_5lekt
+        + K(-2.0) * t_4la6k
+        - K(-2.0) * t_g4wtj_5
+        - (K_L52 * t_povvr + t_p6zld * t_5qpcj)
+        - (K_L53 * t_r4yea + t_bxfcn * t_v7aht)
+        - (K_L54 * t_yb3j3 + t_amczu * t_vmt6b_2)
+        - (t_vshgd * t_ildq5 + t_6mmeb * t_vcewd);
+    const real t_vpp3y = sin_theta1 * t_jk3pk - sin_theta2 * t_x26d5;
+    const real t_phgqu = cos_theta1 * t_repl5 - cos_theta2 * t_xrmsz;
+    const real t_fkdim = t_phgqu * t_bpfoo - t_ielc3 * t_gcmhj;
+    const real t_npcn4_3 = t_uugbi + (t_b3aij * t_fkdim - t_e4enr * t_7nyq2);
+    const real t_6l2ef = t_npcn4_3 * t_4iujv - t_2ngl5 * t_nl3ls;
+    const real t_v4lyn = t_awd5t
+        - (t_ou2kw + t_vxxq3)
+        + (t_dj64q * t_6nkag + t_d4mqf * t_6l2ef)
+        - (t_zzymx * t_fkdim - t_e4enr * t_7mc24);
+    const real t_gjsxe = t_v4lyn * t_zmh3u - t_kpf5p * t_zwtea;
+    const real t_bb2ni = t_vpp3y
+        + cos_theta1 * t_izrk6
+        + cos_theta2 * t_cm66r
+        - (t_dj64q * t_fxjq5 + t_m67zs * t_6l2ef)
+        - (K_L63 * t_gymtf + t_m27n6 * t_gjsxe)
+        - (t_e4enr * t_2cpxt + t_2m245 * t_fkdim);
+    const real t_zjs7m_2 = t_bb2ni * t_lt2al - t_wurun * t_hzcqd;
+    const real t_nwqdu = t_vpp3y
+        + SC1 * t_uui7g
+        + SC2 * t_pr2hw
+        + (t_dj64q * t_povvr + t_p6zld * t_6l2ef)
+        - (K_L63 * t_r4yea + t_bxfcn * t_gjsxe)
+        - (K_L64 * t_yb3j3 + t_amczu * t_zjs7m_2)
+        - (t_e4enr * t_ildq5 + t_6mmeb * t_fkdim);
+    const real t_f4cc4 = t_nwqdu * t_ftqxb - t_dzxqu * t_rki7o;
+    const real t_kikk2 = cos_theta1 * t_epu23
+        - cos_theta2 * t_kg3ie
+        + x[wx] * x[theta1_dot]
+        - W13
+        - (g_1 * t_wwrju - t_azclp * t_qdapd)
+        + t_iya7w * t_qdapd
+        - x[wz] * x[phi1_dot];
+    const real t_iomo3 = t_gcu5g * t_qdapd
+        - t_kikk2
+        + (b1 * t_fkdim + t_e4enr * t_x4uzv)
+        + (X_y2 * t_6l2ef + t_dj64q * t_f55uf)
+        - (X_y3 * t_gjsxe + K_L63 * t_7noub)
+        - (X_y4 * t_zjs7m_2 + K_L64 * t_j4u4y)
+        - (X_y5 * t_f4cc4 + K_L65 * t_xoend);
+    const real t_thxjq = t_chsxs
+        - t_2lpqs
+        + (K(1.0) + t_zvaug)
+        - t_dacen
+        - t_mwcol_5
+        - (t_dj64q * t_npcn4_3 + t_qvrp6 * t_6l2ef)
+        - (K_L63 * t_v4lyn + t_rahc4 * t_gjsxe)
+        - (K_L64 * t_bb2ni + t_e4k6u * t_zjs7m_2)
+        - (K_L65 * t_nwqdu + t_jo54w * t_f4cc4)
+        - (t_e4enr * t_phgqu + t_bl4f2 * t_fkdim);
+    const real t_rdejp = t_iomo3 * t_nfkwa - t_o4hiw * t_thxjq;
+    const real t_d6e7c = t_xoend * t_ftqxb - t_eriz2 * t_rki7o - (X_x6 * t_f4cc4 + K_L65 * t_rdejp);
+    const real t_s5jpg = t_j4u4y * t_lt2al
+        - t_gkoba * t_hzcqd
+        - (X_x5 * t_vmt6b_2 + K_L54 * t_d6e7c)
+        - (X_x6 * t_zjs7m_2 + K_L64 * t_rdejp);
+    const real t_faw46 = t_7noub * t_zmh3u
+        - t_insvr * t_zwtea
+        - (X_x4 * t_ofv7h + K_L43 * t_s5jpg)
+        - (X_x5 * t_v7aht + K_L53 * t_d6e7c)
+        - (X_x6 * t_gjsxe + K_L63 * t_rdejp);
+    const real t_bwgjg = t_f55uf * t_4iujv
+        - t_5am4i * t_nl3ls
+        - (X_x3 * t_f7tni + K_L32 * t_faw46)
+        + (X_x4 * t_33vs5 + t_6urah * t_s5jpg)
+        - (X_x5 * t_5qpcj + K_L52 * t_d6e7c)
+        + (X_x6 * t_6l2ef + t_dj64q * t_rdejp);
+    const real t_xgt7p = t_x4uzv * t_bpfoo
+        - t_2sw7d * t_gcmhj
+        + (t_w7lcw * t_bwgjg - X_x2 * t_vfg2c)
+        + (t_3go2w * t_faw46 - X_x3 * t_qorkj)
+        + (X_x4 * t_hatf3 + t_xq4wt * t_s5jpg)
+        + (X_x5 * t_vcewd + t_vshgd * t_d6e7c)
+        + (X_x6 * t_fkdim + t_e4enr * t_rdejp)
+        + t_lf65f;
+    const real t_5rhqw = k1 * x[phi1_dot];
+    const real t_tzbyk = sin_phi1 * t_5rhqw;
+    const real t_uphji = th_1 * (q_1 * x[theta1_dot]);
+    const real t_lyfmz = cos_theta1 * t_uphji;
+    const real t_mnh5p = cos_phi1 * t_5rhqw;
+    const real t_6avuf = t_lyfmz + sin_theta1 * t_mnh5p + t_w7lcw * t_tzbyk;
+    const real t_hclzh = sin_theta1 * t_uphji;
+    const real t_qxywo = t_3go2w * t_tzbyk - (t_hclzh - cos_theta1 * t_mnh5p) - K_L32 * t_6avuf;
+    const real t_zukiv = p[l1] * t_5rhqw;
+    const real t_mxqd4 = q_1 * t_uphji;
+    const real t_oyrjx = t_xq4wt * t_tzbyk
+        - (t_zukiv + t_mxqd4 - x[phi1_dot])
+        + t_6urah * t_6avuf
+        - K_L43 * t_qxywo;
+    const real t_rz4pg = t_zukiv - e1 * t_mnh5p;
+    const real t_csr5v = t_vshgd * t_tzbyk
+        - (sin_theta1 * t_rz4pg - (x[theta1_dot] - t_mxqd4) - g_1 * t_lyfmz)
+        - K_L52 * t_6avuf
+        - K_L53 * t_qxywo
+        - K_L54 * t_oyrjx;
+    const real t_e7nsn = t_e4enr * t_tzbyk
+        - (cos_theta1 * t_rz4pg + g_1 * t_hclzh)
+        + t_dj64q * t_6avuf
+        - K_L63 * t_qxywo
+        - K_L64 * t_oyrjx
+        - K_L65 * t_csr5v;
+    const real t_dopxv = t_e7nsn * t_nfkwa;
+    const real t_qt2lr = t_csr5v * t_ftqxb - K_L65 * t_dopxv;
+    const real t_2qn36 = t_oyrjx * t_lt2al - K_L54 * t_qt2lr - K_L64 * t_dopxv;
+    const real t_cy7cx = t_qxywo * t_zmh3u - K_L43 * t_2qn36 - K_L53 * t_qt2lr - K_L63 * t_dopxv;
+    const real t_bvlfu = t_6avuf * t_4iujv
+        - K_L32 * t_cy7cx
+        + t_6urah * t_2qn36
+        - K_L52 * t_qt2lr
+        + t_dj64q * t_dopxv;
+    const real t_ayr5k = t_tzbyk * t_bpfoo
+        + t_w7lcw * t_bvlfu
+        + t_3go2w * t_cy7cx
+        + t_xq4wt * t_2qn36
+        + t_vshgd * t_qt2lr
+        + t_e4enr * t_dopxv;
+    const real t_ew3ec = t_54cbb * t_5wzvs;
+    const real t_7qbxx = t_5wzvs - t_ew3ec * t_nfvux;
+    const real t_7jdgx = p[I2] * t_7qbxx;
+    const real t_k3sgq = p[l2] * t_7jdgx;
+    const real t_zlqqo = p[l2] * t_7qbxx;
+    const real t_2r3rg = eta2 * t_k3sgq + loss_phi2 * t_zlqqo;
+    const real t_zn23j = p[h2] * t_7jdgx * t_xpjrw - t_rl7kq * t_7jdgx;
+    const real t_jsqxt = t_rybsf * t_zn23j;
+    const real t_xaxsj = mv1 * (cos_phi1 * t_jsqxt);
+    const real t_wnhil = k2 * p[l2] + t_popww * t_zlqqo;
+    const real t_o6cpd = t_cekeb * t_wnhil - mv2 * (cos_phi2 * t_jsqxt) - sigma_sq2 * p[l2];
+    const real t_swsr4 = sin_phi2 * t_2r3rg - cos_phi1 * t_xaxsj + cos_phi2 * t_o6cpd;
+    const real t_bq4xr = sin_phi2 * t_wnhil;
+    const real t_lvrx3 = sin_phi2 * t_bq4xr;
+    const real t_3s6z2 = t_7jdgx + t_wnhil - t_lvrx3;
+    const real t_ewa4e = cos_phi2 * t_bq4xr;
+    const real t_tkfc5 = sin_theta2 * t_ewa4e;
+    const real t_v2ode = t_tkfc5 * t_bpfoo - t_6xwz3 * t_3s6z2;
+    const real t_yyt2v = th_2 * t_mwbp3;
+    const real t_igor2 = t_mwbp3 - t_yyt2v * t_bnx3m;
+    const real t_ugd3k = t_vry6x * t_igor2;
+    const real t_l2p7l = cos_theta2 * t_ugd3k;
+    const real t_yoao5_4 = sin_phi1 * t_xaxsj;
+    const real t_426ru = sin_phi2 * t_o6cpd - cos_phi2 * t_2r3rg;
+    const real t_lfpnj = b1 * t_v2ode
+        + t_w7lcw * t_swsr4
+        - (t_l2p7l - sin_theta1 * t_yoao5_4 + sin_theta2 * t_426ru);
+    const real t_hksdv = t_lvrx3 + t_7jdgx;
+    const real t_6ppzy = p[I2] * t_igor2;
+    const real t_xkckt = t_hksdv - t_6ppzy;
+    const real t_4q6qu = S_sq2 * t_xkckt;
+    const real t_lf23f = t_4q6qu + t_7jdgx + t_6ppzy - t_7jdgx - (t_w7lcw * t_tkfc5 + t_b3aij * t_v2ode);
+    const real t_kc56c = cos_theta2 * t_ewa4e;
+    const real t_mqc4r = t_kc56c * t_bpfoo - t_3tmqi * t_3s6z2;
+    const real t_6qhkx = SC2 * t_xkckt - (t_3go2w * t_tkfc5 + t_b3aij * t_mqc4r);
+    const real t_o2vir = t_6qhkx * t_4iujv - t_6yahm * t_lf23f;
+    const real t_aad4d = sin_theta2 * t_ugd3k;
+    const real t_tl25w = b1 * t_mqc4r
+        + t_3go2w * t_swsr4
+        - (cos_theta2 * t_426ru - (cos_theta1 * t_yoao5_4 + t_aad4d))
+        - (X_y2 * t_o2vir + K_L32 * t_lfpnj);
+    const real t_fsq4p = t_hksdv
+        - t_4q6qu
+        - (K_L32 * t_6qhkx + t_d4mqf * t_o2vir)
+        - (t_3go2w * t_kc56c + t_zzymx * t_mqc4r);
+    const real t_c7g7f = q_2 * t_6ppzy;
+    const real t_etvzw = sin_theta2 * t_c7g7f;
+    const real t_yvrdd = cos_phi2 * t_k3sgq;
+    const real t_djbf2 = cos_theta2 * t_c7g7f;
+    const real t_suk67 = sin_phi2 * t_k3sgq;
+    const real t_pc6n4 = t_suk67 * t_bpfoo - t_jtjoh * t_3s6z2;
+    const real t_7qqeu = t_djbf2 + sin_theta2 * t_yvrdd + (t_xq4wt * t_tkfc5 + t_b3aij * t_pc6n4);
+    const real t_ag4n2 = t_7qqeu * t_4iujv - t_dwrhg * t_lf23f;
+    const real t_l6v2a = t_etvzw
+        - cos_theta2 * t_yvrdd
+        + (t_6urah * t_6qhkx + t_d4mqf * t_ag4n2)
+        - (t_xq4wt * t_kc56c + t_zzymx * t_pc6n4);
+    const real t_h4zn5 = t_l6v2a * t_zmh3u - t_ydwjl * t_fsq4p;
+    const real t_5bp6i = t_6fvzz * t_suk67 - Bs_2 * t_jsqxt + p[l2] * t_2r3rg;
+    const real t_5at4f = Bs_1 * t_jsqxt;
+    const real t_oaodz = q_2 * t_ugd3k;
+    const real t_wi64b = b1 * t_pc6n4
+        + t_xq4wt * t_swsr4
+        - (t_5bp6i - (t_5at4f + t_oaodz))
+        + (X_y2 * t_ag4n2 + t_6urah * t_lfpnj)
+        - (X_y3 * t_h4zn5 + K_L43 * t_tl25w);
+    const real t_dtkx2 = q_2 * t_c7g7f;
+    const real t_bq63w = p[l2] * t_k3sgq;
+    const real t_sreff = t_dtkx2
+        + t_bq63w
+        - (t_6urah * t_7qqeu + t_m67zs * t_ag4n2)
+        - (K_L43 * t_l6v2a + t_m27n6 * t_h4zn5)
+        - (t_xq4wt * t_suk67 + t_2m245 * t_pc6n4);
+    const real t_fme6h = wth_1 * t_zn23j;
+    const real t_xms73 = q_1 * t_fme6h;
+    const real t_o3ymy_4 = cos_theta1 * t_xms73;
+    const real t_nudqm = g_2 * t_6ppzy - wth_2 * t_zn23j;
+    const real t_23q5g = q_2 * t_nudqm;
+    const real t_pwtkz = cos_theta2 * t_23q5g;
+    const real t_7ocrb = Bc_1 * t_zn23j;
+    const real t_kss6t = e2 * t_yvrdd - Bc_2 * t_zn23j;
+    const real t_tprtn = t_bq63w - t_kss6t;
+    const real t_nxqke = me1 * t_zn23j - t_fme6h;
+    const real t_m2f24 = t_nudqm - (e2 * t_7jdgx - me2 * t_zn23j);
+    const real t_piatj = Ass_1 * t_zn23j;
+    const real t_6iqz6 = t_piatj + t_nxqke;
+    const real t_qd6h3 = e2 * t_lvrx3 - Ass_2 * t_zn23j;
+    const real t_j46x5 = t_yvrdd - t_qd6h3;
+    const real t_rsujs = t_j46x5 + t_m2f24;
+    const real t_6alnr = S_sq1 * t_6iqz6 + S_sq2 * t_rsujs;
+    const real t_qps4t = t_suk67 + (e2 * t_ewa4e - Asc_2 * t_zn23j);
+    const real t_qriof = Asc_1 * t_zn23j;
+    const real t_lfgew = sin_theta2 * t_qps4t - sin_theta1 * t_qriof;
+    const real t_6mfs5 = t_lfgew * t_bpfoo - t_2lluf * t_3s6z2;
+    const real t_dqvr2 = t_nxqke + t_m2f24 - t_6alnr - t_djbf2 - (t_vshgd * t_tkfc5 + t_b3aij * t_6mfs5);
+    const real t_vrygk = t_dqvr2 * t_4iujv - t_hfybw * t_lf23f;
+    const real t_2izxs = SC1 * t_6iqz6 + SC2 * t_rsujs;
+    const real t_tgcr7 = t_etvzw
+        - t_2izxs
+        - (K_L52 * t_6qhkx + t_d4mqf * t_vrygk)
+        - (t_vshgd * t_kc56c + t_zzymx * t_6mfs5);
+    const real t_67ysd = t_tgcr7 * t_zmh3u - t_qe675 * t_fsq4p;
+    const real t_6ejim = t_dtkx2
+        + t_o3ymy_4
+        - t_pwtkz
+        + sin_theta1 * t_7ocrb
+        + sin_theta2 * t_tprtn
+        + (K_L52 * t_7qqeu + t_m67zs * t_vrygk)
+        - (K_L53 * t_l6v2a + t_m27n6 * t_67ysd)
+        - (t_vshgd * t_suk67 + t_2m245 * t_6mfs5);
+    const real t_ekio7 = t_6ejim * t_lt2al - t_2e52m * t_sreff;
+    const real t_rfl22 = t_5bp6i + (e2 * t_426ru - F_t2 * t_zn23j);
+    const real t_onbro = t_5at4f + (e1 * t_yoao5_4 + F_t1 * t_zn23j);
+    const real t_lw2pu = sin_theta2 * t_rfl22
+        - (sin_theta1 * t_onbro + t_oaodz)
+        - t_vt7uo * t_zn23j
+        + (g_2 * t_l2p7l - t_oncjt * t_zn23j)
+        + f_y * t_zn23j;
+    const real t_kypyh = b1 * t_6mfs5
+        + t_vshgd * t_swsr4
+        - t_lw2pu
+        - (X_y2 * t_vrygk + K_L52 * t_lfpnj)
+        - (X_y3 * t_67ysd + K_L53 * t_tl25w)
+        - (X_y4 * t_ekio7 + K_L54 * t_wi64b);
+    const real t_ujfar = g_2 * t_nudqm - wg_2 * t_zn23j;
+    const real t_3hwwh = wg_1 * t_zn23j + g_1 * t_fme6h;
+    const real t_z7656 = me1 * (t_o6yyy * t_zn23j);
+    const real t_umyn6 = K(-2.0) * t_7ocrb + (eAss_1 * t_zn23j + e1 * t_piatj);
+    const real t_p745f = t_3hwwh - (t_z7656 + t_umyn6);
+    const real t_uxfwe_4 = S_sq1 * t_p745f;
+    const real t_37ypn = t_quuci * t_7jdgx - me2 * (t_rdwum * t_zn23j);
+    const real t_ibapz = t_bq63w + K(-2.0) * t_kss6t + (e2 * t_qd6h3 - eAss_2 * t_zn23j);
+    const real t_75gpd = t_37ypn + t_ibapz - t_ujfar;
+    const real t_vx2wk = S_sq2 * t_75gpd;
+    const real t_55mtc = t_gy5fy * t_7jdgx - (t_iw7bs * t_7jdgx + M_C * (t_jf3qj * t_zn23j));
+    const real t_7snna = t_ujfar
+        - t_3hwwh
+        + t_dtkx2
+        + t_uxfwe_4
+        + t_vx2wk
+        + t_55mtc
+        + t_z7656
+        - t_37ypn
+        - K(-2.0) * t_o3ymy_4
+        + K(-2.0) * t_pwtkz
+        - (K_L52 * t_dqvr2 + t_p6zld * t_vrygk)
+        - (K_L53 * t_tgcr7 + t_bxfcn * t_67ysd)
+        - (K_L54 * t_6ejim + t_amczu * t_ekio7)
+        - (t_vshgd * t_lfgew + t_6mmeb * t_6mfs5);
+    const real t_stlpi = sin_theta2 * t_23q5g - sin_theta1 * t_xms73;
+    const real t_ydttz = cos_theta2 * t_qps4t - cos_theta1 * t_qriof;
+    const real t_blyhy = t_ydttz * t_bpfoo - t_ielc3 * t_3s6z2;
+    const real t_ttiu3 = t_2izxs + (t_e4enr * t_tkfc5 + t_b3aij * t_blyhy);
+    const real t_4oamq = t_ttiu3 * t_4iujv - t_2ngl5 * t_lf23f;
+    const real t_p3hll = t_6alnr
+        - (t_piatj + t_j46x5)
+        + (t_dj64q * t_6qhkx + t_d4mqf * t_4oamq)
+        - (t_e4enr * t_kc56c + t_zzymx * t_blyhy);
+    const real t_yok6d = t_p3hll * t_zmh3u - t_kpf5p * t_fsq4p;
+    const real t_r7lx4 = t_stlpi
+        + cos_theta1 * t_7ocrb
+        + cos_theta2 * t_tprtn
+        - (t_dj64q * t_7qqeu + t_m67zs * t_4oamq)
+        - (K_L63 * t_l6v2a + t_m27n6 * t_yok6d)
+        - (t_e4enr * t_suk67 + t_2m245 * t_blyhy);
+    const real t_yda46 = t_r7lx4 * t_lt2al - t_wurun * t_sreff;
+    const real t_hfab2 = t_stlpi
+        + SC1 * t_p745f
+        + SC2 * t_75gpd
+        + (t_dj64q * t_dqvr2 + t_p6zld * t_4oamq)
+        - (K_L63 * t_tgcr7 + t_bxfcn * t_yok6d)
+        - (K_L64 * t_6ejim + t_amczu * t_yda46)
+        - (t_e4enr * t_lfgew + t_6mmeb * t_blyhy);
+    const real t_nfbnh = t_hfab2 * t_ftqxb - t_dzxqu * t_7snna;
+    const real t_fqk6d = cos_theta2 * t_rfl22
+        - cos_theta1 * t_onbro
+        + t_azclp * t_zn23j
+        - (g_2 * t_aad4d - t_iya7w * t_zn23j);
+    const real t_eizi4 = t_gcu5g * t_zn23j
+        - t_fqk6d
+        + (b1 * t_blyhy + t_e4enr * t_swsr4)
+        + (X_y2 * t_4oamq + t_dj64q * t_lfpnj)
+        - (X_y3 * t_yok6d + K_L63 * t_tl25w)
+        - (X_y4 * t_yda46 + K_L64 * t_wi64b)
+        - (X_y5 * t_nfbnh + K_L65 * t_kypyh);
+    const real t_zypfb = t_ibapz
+        - t_umyn6
+        + t_55mtc
+        - t_uxfwe_4
+        - t_vx2wk
+        - (t_dj64q * t_ttiu3 + t_qvrp6 * t_4oamq)
+        - (K_L63 * t_p3hll + t_rahc4 * t_yok6d)
+        - (K_L64 * t_r7lx4 + t_e4k6u * t_yda46)
+        - (K_L65 * t_hfab2 + t_jo54w * t_nfbnh)
+        - (t_e4enr * t_ydttz + t_bl4f2 * t_blyhy);
+    const real t_3fimb = t_eizi4 * t_nfkwa - t_o4hiw * t_zypfb;
+    const real t_asiel = t_kypyh * t_ftqxb - t_eriz2 * t_7snna - (X_x6 * t_nfbnh + K_L65 * t_3fimb);
+    const real t_dwgxz = t_wi64b * t_lt2al
+        - t_gkoba * t_sreff
+        - (X_x5 * t_ekio7 + K_L54 * t_asiel)
+        - (X_x6 * t_yda46 + K_L64 * t_3fimb);
+    const real t_w6rkn = t_tl25w * t_zmh3u
+        - t_insvr * t_fsq4p
+        - (X_x4 * t_h4zn5 + K_L43 * t_dwgxz)
+        - (X_x5 * t_67ysd + K_L53 * t_asiel)
+        - (X_x6 * t_yok6d + K_L63 * t_3fimb);
+    const real t_22rda = t_lfpnj * t_4iujv
+        - t_5am4i * t_lf23f
+        - (X_x3 * t_o2vir + K_L32 * t_w6rkn)
+        + (X_x4 * t_ag4n2 + t_6urah * t_dwgxz)
+        - (X_x5 * t_vrygk + K_L52 * t_asiel)
+        + (X_x6 * t_4oamq + t_dj64q * t_3fimb);
+    const real t_nrosw = t_swsr4 * t_bpfoo
+        - t_2sw7d * t_3s6z2
+        + (X_x2 * t_v2ode + t_w7lcw * t_22rda)
+        + (X_x3 * t_mqc4r + t_3go2w * t_w6rkn)
+        + (X_x4 * t_pc6n4 + t_xq4wt * t_dwgxz)
+        + (X_x5 * t_6mfs5 + t_vshgd * t_asiel)
+        + (X_x6 * t_blyhy + t_e4enr * t_3fimb)
+        + t_jsqxt;
+    const real t_f5n5n = p[m2] * (p[l2] + p[l2]);
+    const real t_jzm7f = t_ew3ec * t_f5n5n;
+    const real t_s27by = p[I2] * t_jzm7f;
+    const real t_rymvh = me2 - p[l2] * t_s27by;
+    const real t_knrxj = t_54cbb - p[l2] * t_jzm7f;
+    const real t_hxx3n = eta2 * t_rymvh + loss_phi2 * t_knrxj;
+    const real t_zthab = t_rl7kq * t_s27by - p[h2] * t_s27by * t_xpjrw;
+    const real t_z3l2w = t_rybsf * t_zthab;
+    const real t_xaxsj_2 = mv1 * (cos_phi1 * t_z3l2w);
+    const real t_kgklc = k2 * p[m2] + t_popww * t_knrxj;
+    const real t_5ckty = t_cekeb * t_kgklc - mv2 * (cos_phi2 * t_z3l2w) - sigma_sq2 * p[m2];
+    const real t_qtvfp = sin_phi2 * t_hxx3n - cos_phi1 * t_xaxsj_2 + cos_phi2 * t_5ckty;
+    const real t_aw3a3 = sin_phi2 * t_kgklc;
+    const real t_by6vh = sin_phi2 * t_aw3a3;
+    const real t_2tc5h = t_kgklc - t_s27by - t_by6vh;
+    const real t_z75db = cos_phi2 * t_aw3a3;
+    const real t_tkfc5_2 = sin_theta2 * t_z75db;
+    const real t_ponb4 = t_tkfc5_2 * t_bpfoo - t_6xwz3 * t_2tc5h;
+    const real t_e4gys = W12 * sin_phi2 + w_x2 * (Wn2 * cos_phi2) - t_nlamb * chi2;
+    const real t_yex7s = t_yyt2v * (p[m2] * ((q_2 + q_2) * sin_phi2));
+    const real t_qtpmn = th_2 * (p[I2] * t_e4gys - loss_theta2 * sin_phi2) - t_vry6x * t_yex7s;
+    const real t_vokcl = cos_theta2 * t_qtpmn;
+    const real t_yoao5_5 = sin_phi1 * t_xaxsj_2;
+    const real t_24w5w = sin_phi2 * t_5ckty - cos_phi2 * t_hxx3n;
+    const real t_wjj3z = b1 * t_ponb4
+        + t_w7lcw * t_qtvfp
+        - (t_vokcl - sin_theta1 * t_yoao5_5 + sin_theta2 * t_24w5w);
+    const real t_kdgyz = t_by6vh - t_s27by;
+    const real t_ttnh5 = p[I2] * t_yex7s;
+    const real t_fz663 = t_kdgyz + t_ttnh5;
+    const real t_lfilo = S_sq2 * t_fz663;
+    const real t_xh7oj = t_lfilo - t_s27by - t_ttnh5 + t_s27by - (t_w7lcw * t_tkfc5_2 + t_b3aij * t_ponb4);
+    const real t_kc56c_2 = cos_theta2 * t_z75db;
+    const real t_sfzzk = t_kc56c_2 * t_bpfoo - t_3tmqi * t_2tc5h;
+    const real t_jpyyi = SC2 * t_fz663 - (t_3go2w * t_tkfc5_2 + t_b3aij * t_sfzzk);
+    const real t_5zysd = t_jpyyi * t_4iujv - t_6yahm * t_xh7oj;
+    const real t_r4x7k = sin_theta2 * t_qtpmn;
+    const real t_chwmk = b1 * t_sfzzk
+        + t_3go2w * t_qtvfp
+        - (cos_theta2 * t_24w5w - (cos_theta1 * t_yoao5_5 + t_r4x7k))
+        - (X_y2 * t_5zysd + K_L32 * t_wjj3z);
+    const real t_5sr4t = t_kdgyz
+        - t_lfilo
+        - (K_L32 * t_jpyyi + t_d4mqf * t_5zysd)
+        - (t_3go2w * t_kc56c_2 + t_zzymx * t_sfzzk);
+    const real t_ozcjk = wth_2 * sin_phi2 - q_2 * t_ttnh5;
+    const real t_kry2b = sin_theta2 * t_ozcjk;
+    const real t_gp4f4 = cos_phi2 * t_rymvh;
+    const real t_okkkb = cos_theta2 * t_ozcjk;
+    const real t_v6qrg = sin_phi2 * t_rymvh;
+    const real t_2sz7x = t_v6qrg * t_bpfoo - t_jtjoh * t_2tc5h;
+    const real t_3xoth = t_okkkb + sin_theta2 * t_gp4f4 + (t_xq4wt * t_tkfc5_2 + t_b3aij * t_2sz7x);
+    const real t_6gr7l = t_3xoth * t_4iujv - t_dwrhg * t_xh7oj;
+    const real t_zuu6x = t_kry2b
+        - cos_theta2 * t_gp4f4
+        + (t_6urah * t_jpyyi + t_d4mqf * t_6gr7l)
+        - (t_xq4wt * t_kc56c_2 + t_zzymx * t_2sz7x);
+    const real t_t3qrr = t_zuu6x * t_zmh3u - t_ydwjl * t_5sr4t;
+    const real t_6gfvk = t_6fvzz * t_v6qrg - Bs_2 * t_z3l2w + (p[l2] * t_hxx3n + t_4b2fa);
+    const real t_5at4f_2 = Bs_1 * t_z3l2w;
+    const real t_mhn3g = q_2 * t_qtpmn + F_n2 * sin_phi2;
+    const real t_onp5g = b1 * t_2sz7x
+        + t_xq4wt * t_qtvfp
+        - (t_6gfvk - (t_5at4f_2 + t_mhn3g))
+        + (X_y2 * t_6gr7l + t_6urah * t_wjj3z)
+        - (X_y3 * t_t3qrr + K_L43 * t_chwmk);
+    const real t_vzcwt = wq_2 * sin_phi2 + q_2 * t_ozcjk;
+    const real t_pq43y = p[l2] * t_rymvh + B_2;
+    const real t_2p63e = t_vzcwt
+        + t_pq43y
+        - (t_6urah * t_3xoth + t_m67zs * t_6gr7l)
+        - (K_L43 * t_zuu6x + t_m27n6 * t_t3qrr)
+        - (t_xq4wt * t_v6qrg + t_2m245 * t_2sz7x);
+    const real t_az7m7 = wth_1 * t_zthab;
+    const real t_xms73_2 = q_1 * t_az7m7;
+    const real t_o3ymy_5 = cos_theta1 * t_xms73_2;
+    const real t_l352k = t_zthab + cos_phi2;
+    const real t_4qh7y = wth_2 * t_l352k + g_2 * t_ttnh5;
+    const real t_rjgmq = wg_2 * sin_phi2 - q_2 * t_4qh7y;
+    const real t_cfhyw = cos_theta2 * t_rjgmq;
+    const real t_dryfk = Bc_1 * t_zthab;
+    const real t_s7kez = e2 * t_gp4f4 - Bc_2 * t_zthab;
+    const real t_yrach = t_pq43y - t_s7kez;
+    const real t_vhcuv = me1 * t_zthab - t_az7m7;
+    const real t_bbuzi = me2 * t_zthab + e2 * t_s27by - t_4qh7y;
+    const real t_4errb = Ass_1 * t_zthab;
+    const real t_6iqz6_2 = t_4errb + t_vhcuv;
+    const real t_srwqc = e2 * t_by6vh - Ass_2 * t_zthab;
+    const real t_cbsoq = t_gp4f4 - t_srwqc;
+    const real t_245ku = t_cbsoq + t_bbuzi;
+    const real t_6alnr_2 = S_sq1 * t_6iqz6_2 + S_sq2 * t_245ku;
+    const real t_zsbhr = t_v6qrg + (e2 * t_z75db - Asc_2 * t_zthab);
+    const real t_xynxb = Asc_1 * t_zthab;
+    const real t_fwhf7 = sin_theta2 * t_zsbhr - sin_theta1 * t_xynxb;
+    const real t_r6kgt = t_fwhf7 * t_bpfoo - t_2lluf * t_2tc5h;
+    const real t_54l5z = t_vhcuv + t_bbuzi - t_6alnr_2 - t_okkkb - (t_vshgd * t_tkfc5_2 + t_b3aij * t_r6kgt);
+    const real t_r33e7 = t_54l5z * t_4iujv - t_hfybw * t_xh7oj;
+    const real t_2izxs_2 = SC1 * t_6iqz6_2 + SC2 * t_245ku;
+    const real t_zjln7 = t_kry2b
+        - t_2izxs_2
+        - (K_L52 * t_jpyyi + t_d4mqf * t_r33e7)
+        - (t_vshgd * t_kc56c_2 + t_zzymx * t_r6kgt);
+    const real t_p7aoq = t_zjln7 * t_zmh3u - t_qe675 * t_5sr4t;
+    const real t_jvnvm = t_vzcwt
+        + t_o3ymy_5
+        - t_cfhyw
+        + sin_theta1 * t_dryfk
+        + sin_theta2 * t_yrach
+        + (K_L52 * t_3xoth + t_m67zs * t_r33e7)
+        - (K_L53 * t_zuu6x + t_m27n6 * t_p7aoq)
+        - (t_vshgd * t_v6qrg + t_2m245 * t_r6kgt);
+    const real t_xkknh = t_jvnvm * t_lt2al - t_2e52m * t_2p63e;
+    const real t_fwktb = t_6gfvk + (e2 * t_24w5w - F_t2 * t_zthab);
+    const real t_tjfio = t_5at4f_2 + (e1 * t_yoao5_5 + F_t1 * t_zthab);
+    const real t_e2myu = sin_theta2 * t_fwktb
+        - (sin_theta1 * t_tjfio + t_mhn3g)
+        - t_vt7uo * t_zthab
+        + (g_2 * t_vokcl - t_oncjt * t_l352k)
+        + f_y * t_zthab;
+    const real t_uimhx = b1 * t_r6kgt
+        + t_vshgd * t_qtvfp
+        - t_e2myu
+        - (X_y2 * t_r33e7 + K_L52 * t_wjj3z)
+        - (X_y3 * t_p7aoq + K_L53 * t_chwmk)
+        - (X_y4 * t_xkknh + K_L54 * t_onp5g);
+    const real t_fqcrc = wg_1 * t_zthab + g_1 * t_az7m7;
+    const real t_ntwht = wg_2 * t_l352k + g_2 * t_4qh7y;
+    const real t_nr76x = me1 * (t_o6yyy * t_zthab);
+    const real t_ym2mu = K(-2.0) * t_dryfk + (eAss_1 * t_zthab + e1 * t_4errb);
+    const real t_p745f_2 = t_fqcrc - (t_nr76x + t_ym2mu);
+    const real t_uxfwe_5 = S_sq1 * t_p745f_2;
+    const real t_euqok = t_pq43y + K(-2.0) * t_s7kez + (e2 * t_srwqc - eAss_2 * t_zthab);
+    const real t_2voqq = t_quuci * t_s27by + me2 * (t_rdwum * t_zthab);
+    const real t_irffx = t_euqok - t_2voqq + t_ntwht;
+    const real t_mhboo = S_sq2 * t_irffx;
+    const real t_5uagq = t_gy5fy * t_s27by + (M_C * (t_jf3qj * t_zthab) - t_iw7bs * t_s27by);
+    const real t_iabcr = t_vzcwt
+        - (t_fqcrc + t_ntwht)
+        + t_uxfwe_5
+        + t_mhboo
+        - t_5uagq
+        + t_nr76x
+        + t_2voqq
+        - K(-2.0) * t_o3ymy_5
+        + K(-2.0) * t_cfhyw
+        - (K_L52 * t_54l5z + t_p6zld * t_r33e7)
+        - (K_L53 * t_zjln7 + t_bxfcn * t_p7aoq)
+        - (K_L54 * t_jvnvm + t_amczu * t_xkknh)
+        - (t_vshgd * t_fwhf7 + t_6mmeb * t_r6kgt);
+    const real t_kbv25 = sin_theta2 * t_rjgmq - sin_theta1 * t_xms73_2;
+    const real t_ronmo = cos_theta2 * t_zsbhr - cos_theta1 * t_xynxb;
+    const real t_uyc3c = t_ronmo * t_bpfoo - t_ielc3 * t_2tc5h;
+    const real t_ttiu3_2 = t_2izxs_2 + (t_e4enr * t_tkfc5_2 + t_b3aij * t_uyc3c);
+    const real t_slkbz = t_ttiu3_2 * t_4iujv - t_2ngl5 * t_xh7oj;
+    const real t_uap3u = t_6alnr_2
+        - (t_4errb + t_cbsoq)
+        + (t_dj64q * t_jpyyi + t_d4mqf * t_slkbz)
+        - (t_e4enr * t_kc56c_2 + t_zzymx * t_uyc3c);
+    const real t_yok6d_2 = t_uap3u * t_zmh3u - t_kpf5p * t_5sr4t;
+    const real t_356na = t_kbv25
+        + cos_theta1 * t_dryfk
+        + cos_theta2 * t_yrach
+        - (t_dj64q * t_3xoth + t_m67zs * t_slkbz)
+        - (K_L63 * t_zuu6x + t_m27n6 * t_yok6d_2)
+        - (t_e4enr * t_v6qrg + t_2m245 * t_uyc3c);
+    const real t_htdmg = t_356na * t_lt2al - t_wurun * t_2p63e;
+    const real t_dkz67 = t_kbv25
+        + SC1 * t_p745f_2
+        + SC2 * t_irffx
+        + (t_dj64q * t_54l5z + t_p6zld * t_slkbz)
+        - (K_L63 * t_zjln7 + t_bxfcn * t_yok6d_2)
+        - (K_L64 * t_jvnvm + t_amczu * t_htdmg)
+        - (t_e4enr * t_fwhf7 + t_6mmeb * t_uyc3c);
+    const real t_e4agu = t_dkz67 * t_ftqxb - t_dzxqu * t_iabcr;
+    const real t_l6xge = cos_theta2 * t_fwktb
+        - cos_theta1 * t_tjfio
+        + t_azclp * t_zthab
+        - (g_2 * t_r4x7k - t_iya7w * t_l352k);
+    const real t_koykt = t_gcu5g * t_zthab
+        - t_l6xge
+        + (b1 * t_uyc3c + t_e4enr * t_qtvfp)
+        + (X_y2 * t_slkbz + t_dj64q * t_wjj3z)
+        - (X_y3 * t_yok6d_2 + K_L63 * t_chwmk)
+        - (X_y4 * t_htdmg + K_L64 * t_onp5g)
+        - (X_y5 * t_e4agu + K_L65 * t_uimhx);
+    const real t_65nj5 = t_euqok
+        - t_ym2mu
+        - t_5uagq
+        - t_uxfwe_5
+        - t_mhboo
+        - (t_dj64q * t_ttiu3_2 + t_qvrp6 * t_slkbz)
+        - (K_L63 * t_uap3u + t_rahc4 * t_yok6d_2)
+        - (K_L64 * t_356na + t_e4k6u * t_htdmg)
+        - (K_L65 * t_dkz67 + t_jo54w * t_e4agu)
+        - (t_e4enr * t_ronmo + t_bl4f2 * t_uyc3c);
+    const real t_n4rk3 = t_koykt * t_nfkwa - t_o4hiw * t_65nj5;
+    const real t_td2cp = t_uimhx * t_ftqxb - t_eriz2 * t_iabcr - (X_x6 * t_e4agu + K_L65 * t_n4rk3);
+    const real t_j6r5h = t_onp5g * t_lt2al
+        - t_gkoba * t_2p63e
+        - (X_x5 * t_xkknh + K_L54 * t_td2cp)
+        - (X_x6 * t_htdmg + K_L64 * t_n4rk3);
+    const real t_hpbyb = t_chwmk * t_zmh3u
+        - t_insvr * t_5sr4t
+        - (X_x4 * t_t3qrr + K_L43 * t_j6r5h)
+        - (X_x5 * t_p7aoq + K_L53 * t_td2cp)
+        - (X_x6 * t_yok6d_2 + K_L63 * t_n4rk3);
+    const real t_dm5pt = t_wjj3z * t_4iujv
+        - t_5am4i * t_xh7oj
+        - (X_x3 * t_5zysd + K_L32 * t_hpbyb)
+        + (X_x4 * t_6gr7l + t_6urah * t_j6r5h)
+        - (X_x5 * t_r33e7 + K_L52 * t_td2cp)
+        + (X_x6 * t_slkbz + t_dj64q * t_n4rk3);
+    const real t_vq2zc = t_qtvfp * t_bpfoo
+        - t_2sw7d * t_2tc5h
+        + (X_x2 * t_ponb4 + t_w7lcw * t_dm5pt)
+        + (X_x3 * t_sfzzk + t_3go2w * t_hpbyb)
+        + (X_x4 * t_2sz7x + t_xq4wt * t_j6r5h)
+        + (X_x5 * t_r6kgt + t_vshgd * t_td2cp)
+        + (X_x6 * t_uyc3c + t_e4enr * t_n4rk3)
+        + t_z3l2w;
+    const real t_ntng6 = me2 * t_xpjrw;
+    const real t_ntng6_2 = K(1.0) - t_ntng6;
+    const real t_tcwyk = t_rybsf * t_ntng6_2;
+    const real t_b72qn = mv2 * (cos_phi2 * t_tcwyk);
+    const real t_sbjpy = t_rybsf * t_ntng6;
+    const real t_jxkby = mv1 * (cos_phi1 * t_sbjpy);
+    const real t_jbrnn = cos_phi2 * t_b72qn - cos_phi1 * t_jxkby;
+    const real t_itqut_6 = sin_phi2 * t_b72qn;
+    const real t_rv7s3_3 = sin_phi1 * t_jxkby;
+    const real t_cdwx5_4 = t_w7lcw * t_jbrnn - (sin_theta2 * t_itqut_6 - sin_theta1 * t_rv7s3_3);
+    const real t_qmxc6_4 = t_3go2w * t_jbrnn - (cos_theta2 * t_itqut_6 - cos_theta1 * t_rv7s3_3) - K_L32 * t_cdwx5_4;
+    const real t_ba2xh = Bs_2 * t_tcwyk;
+    const real t_suduy = Bs_1 * t_sbjpy;
+    const real t_tyzqb = t_xq4wt * t_jbrnn - (t_ba2xh - t_suduy) + t_6urah * t_cdwx5_4 - K_L43 * t_qmxc6_4;
+    const real t_ry4ty = wth_1 * t_ntng6;
+    const real t_6ghs5 = q_1 * t_ry4ty;
+    const real t_haevv_3 = cos_theta1 * t_6ghs5;
+    const real t_ewcy3 = wth_2 * t_ntng6_2;
+    const real t_yxwpu = q_2 * t_ewcy3;
+    const real t_g4wtj_6 = cos_theta2 * t_yxwpu;
+    const real t_wlk3z = Bc_1 * t_ntng6;
+    const real t_te67z = Bc_2 * t_ntng6_2;
+    const real t_caqfo = me1 * t_ntng6 - t_ry4ty;
+    const real t_kge64 = t_ewcy3 - me2 * t_ntng6_2;
+    const real t_c4lj6 = Ass_1 * t_ntng6;
+    const real t_3iyxq = t_c4lj6 + t_caqfo;
+    const real t_7xsxf = Ass_2 * t_ntng6_2;
+    const real t_36xxz = t_kge64 - t_7xsxf;
+    const real t_vdkvs = S_sq1 * t_3iyxq + S_sq2 * t_36xxz;
+    const real t_gz5f3 = Asc_2 * t_ntng6_2;
+    const real t_47a5d = Asc_1 * t_ntng6;
+    const real t_s7q4z = sin_theta2 * t_gz5f3 - sin_theta1 * t_47a5d;
+    const real t_x37id = t_s7q4z * t_bpfoo;
+    const real t_vqo27 = t_caqfo + t_kge64 - t_vdkvs - t_b3aij * t_x37id;
+    const real t_s2y6y = t_vqo27 * t_4iujv;
+    const real t_xffgl = SC1 * t_3iyxq + SC2 * t_36xxz;
+    const real t_cr5x5_4 = t_xffgl + t_d4mqf * t_s2y6y + t_zzymx * t_x37id;
+    const real t_3n6r6_4 = t_cr5x5_4 * t_zmh3u;
+    const real t_l4enk = t_haevv_3
+        - t_g4wtj_6
+        + sin_theta1 * t_wlk3z
+        - sin_theta2 * t_te67z
+        + t_m67zs * t_s2y6y
+        + t_m27n6 * t_3n6r6_4
+        - t_2m245 * t_x37id;
+    const real t_rxsb6 = t_l4enk * t_lt2al;
+    const real t_el2ds = t_ba2xh + (e2 * t_itqut_6 + F_t2 * t_ntng6_2);
+    const real t_bzq7u = t_suduy + (e1 * t_rv7s3_3 + F_t1 * t_ntng6);
+    const real t_h7yle = sin_theta2 * t_el2ds
+        - sin_theta1 * t_bzq7u
+        - t_vt7uo * t_ntng6
+        + t_oncjt * t_ntng6_2
+        + f_y * t_ntng6;
+    const real t_b2cqu = b1 * t_x37id
+        + t_vshgd * t_jbrnn
+        - t_h7yle
+        - (X_y2 * t_s2y6y + K_L52 * t_cdwx5_4)
+        - (K_L53 * t_qmxc6_4 - X_y3 * t_3n6r6_4)
+        - (X_y4 * t_rxsb6 + K_L54 * t_tyzqb);
+    const real t_3y467 = wg_2 * t_ntng6_2 + g_2 * t_ewcy3;
+    const real t_22ten = wg_1 * t_ntng6 + g_1 * t_ry4ty;
+    const real t_olxaf = me1 * (t_o6yyy * t_ntng6);
+    const real t_sce6e = K(-2.0) * t_wlk3z + (eAss_1 * t_ntng6 + e1 * t_c4lj6);
+    const real t_sm6jv = t_22ten - (t_olxaf + t_sce6e);
+    const real t_i2wb2_3 = S_sq1 * t_sm6jv;
+    const real t_cwu6h = me2 * (t_rdwum * t_ntng6_2);
+    const real t_cr4bz = K(-2.0) * t_te67z + (eAss_2 * t_ntng6_2 + e2 * t_7xsxf);
+    const real t_feozn = t_cwu6h + t_cr4bz - t_3y467;
+    const real t_mwcol_6 = S_sq2 * t_feozn;
+    const real t_zllsy = me2 * (p[h2] + p[h2]) - M_C * (t_jf3qj * t_ntng6);
+    const real t_zhhfb = t_3y467
+        - t_22ten
+        + t_i2wb2_3
+        + t_mwcol_6
+        + t_zllsy
+        + t_olxaf
+        - t_cwu6h
+        - K(-2.0) * t_haevv_3
+        + K(-2.0) * t_g4wtj_6
+        - (K_L52 * t_vqo27 + t_p6zld * t_s2y6y)
+        + (K_L53 * t_cr5x5_4 + t_bxfcn * t_3n6r6_4)
+        - (K_L54 * t_l4enk + t_amczu * t_rxsb6)
+        - (t_vshgd * t_s7q4z + t_6mmeb * t_x37id);
+    const real t_iqq6u = sin_theta2 * t_yxwpu - sin_theta1 * t_6ghs5;
+    const real t_frsix = cos_theta2 * t_gz5f3 - cos_theta1 * t_47a5d;
+    const real t_yeh66 = t_frsix * t_bpfoo;
+    const real t_dv45p_4 = t_xffgl + t_b3aij * t_yeh66;
+    const real t_dj64q_5 = t_dv45p_4 * t_4iujv;
+    const real t_4cea3 = t_vdkvs - (t_c4lj6 - t_7xsxf) + t_d4mqf * t_dj64q_5 - t_zzymx * t_yeh66;
+    const real t_4liur = t_4cea3 * t_zmh3u;
+    const real t_fcpyz = t_iqq6u
+        + cos_theta1 * t_wlk3z
+        - cos_theta2 * t_te67z
+        - t_m67zs * t_dj64q_5
+        - t_m27n6 * t_4liur
+        - t_2m245 * t_yeh66;
+    const real t_rj3nj = t_fcpyz * t_lt2al;
+    const real t_3gdil = t_iqq6u
+        + SC1 * t_sm6jv
+        + SC2 * t_feozn
+        + (t_dj64q * t_vqo27 + t_p6zld * t_dj64q_5)
+        - (t_bxfcn * t_4liur - K_L63 * t_cr5x5_4)
+        - (K_L64 * t_l4enk + t_amczu * t_rj3nj)
+        - (t_e4enr * t_s7q4z + t_6mmeb * t_yeh66);
+    const real t_zrsrj = t_3gdil * t_ftqxb - t_dzxqu * t_zhhfb;
+    const real t_rurje = t_gcu5g * t_ntng6
+        - (cos_theta2 * t_el2ds - cos_theta1 * t_bzq7u + t_azclp * t_ntng6 - t_iya7w * t_ntng6_2)
+        + (b1 * t_yeh66 + t_e4enr * t_jbrnn)
+        + (X_y2 * t_dj64q_5 + t_dj64q * t_cdwx5_4)
+        - (X_y3 * t_4liur + K_L63 * t_qmxc6_4)
+        - (X_y4 * t_rj3nj + K_L64 * t_tyzqb)
+        - (X_y5 * t_zrsrj + K_L65 * t_b2cqu);
+    const real t_ji4ph = t_cr4bz
+        - t_sce6e
+        + t_zllsy
+        - t_i2wb2_3
+        - t_mwcol_6
+        - (t_dj64q * t_dv45p_4 + t_qvrp6 * t_dj64q_5)
+        - (K_L63 * t_4cea3 + t_rahc4 * t_4liur)
+        - (K_L64 * t_fcpyz + t_e4k6u * t_rj3nj)
+        - (K_L65 * t_3gdil + t_jo54w * t_zrsrj)
+        - (t_e4enr * t_frsix + t_bl4f2 * t_yeh66);
+    const real t_sud4b = t_rurje * t_nfkwa - t_o4hiw * t_ji4ph;
+    const real t_7kzhv = t_b2cqu * t_ftqxb - t_eriz2 * t_zhhfb - (X_x6 * t_zrsrj + K_L65 * t_sud4b);
+    const real t_rbyn3_3 = t_tyzqb * t_lt2al
+        - (X_x5 * t_rxsb6 + K_L54 * t_7kzhv)
+        - (X_x6 * t_rj3nj + K_L64 * t_sud4b);
+    const real t_6yt6i_3 = t_qmxc6_4 * t_zmh3u
+        - K_L43 * t_rbyn3_3
+        - (K_L53 * t_7kzhv - X_x5 * t_3n6r6_4)
+        - (X_x6 * t_4liur + K_L63 * t_sud4b);
+    const real t_sif46_3 = t_cdwx5_4 * t_4iujv
+        - K_L32 * t_6yt6i_3
+        + t_6urah * t_rbyn3_3
+        - (X_x5 * t_s2y6y + K_L52 * t_7kzhv)
+        + (X_x6 * t_dj64q_5 + t_dj64q * t_sud4b);
+    const real t_6xo3m_2 = t_jbrnn * t_bpfoo
+        + t_w7lcw * t_sif46_3
+        + t_3go2w * t_6yt6i_3
+        + t_xq4wt * t_rbyn3_3
+        + (X_x5 * t_x37id + t_vshgd * t_7kzhv)
+        + (X_x6 * t_yeh66 + t_e4enr * t_sud4b);
+    const real t_5lgag = t_6xo3m_2 + t_sbjpy;
+    const real t_roasq = t_54cbb - p[I2] * t_ew3ec;
+    const real t_ejcck = p[l2] * t_roasq;
+    const real t_2deuo = p[l2] * t_ew3ec;
+    const real t_ijjye = eta2 * t_ejcck - loss_phi2 * t_2deuo;
+    const real t_h4vxz = p[h2] * t_roasq * t_xpjrw - t_rl7kq * t_roasq;
+    const real t_6fyvh = t_rybsf * t_h4vxz;
+    const real t_7q5m4 = mv1 * (cos_phi1 * t_6fyvh);
+    const real t_vdglw = t_popww * t_2deuo;
+    const real t_pphuv = mv2 * (cos_phi2 * t_6fyvh) + t_cekeb * t_vdglw;
+    const real t_27hw2 = sin_phi2 * t_ijjye - cos_phi1 * t_7q5m4 - cos_phi2 * t_pphuv;
+    const real t_papp7 = sin_phi2 * t_vdglw;
+    const real t_373qj = sin_phi2 * t_papp7;
+    const real t_xfpvs = t_roasq - t_vdglw + t_373qj;
+    const real t_fkcrn = cos_phi2 * t_papp7;
+    const real t_ny62t = sin_theta2 * t_fkcrn;
+    const real t_5ovze = t_ny62t * t_bpfoo + t_6xwz3 * t_xfpvs;
+    const real t_f7lcj = th_2 * zeta2 - t_vry6x * t_yyt2v;
+    const real t_f25hq = cos_theta2 * t_f7lcj;
+    const real t_yoao5_6 = sin_phi1 * t_7q5m4;
+    const real t_mwj5q = sin_phi2 * t_pphuv + cos_phi2 * t_ijjye;
+    const real t_cak6v = t_w7lcw * t_27hw2
+        - b1 * t_5ovze
+        - (t_f25hq - sin_theta1 * t_yoao5_6 - sin_theta2 * t_mwj5q);
+    const real t_ofnsd = t_roasq - t_373qj;
+    const real t_kz7at = th_2 - p[I2] * t_yyt2v;
+    const real t_s3sag = t_ofnsd - t_kz7at;
+    const real t_yra3z = S_sq2 * t_s3sag;
+    const real t_fy6cx = t_yra3z + t_roasq + t_kz7at - t_roasq + (t_w7lcw * t_ny62t + t_b3aij * t_5ovze);
+    const real t_uyuwd = cos_theta2 * t_fkcrn;
+    const real t_5o6bi = t_uyuwd * t_bpfoo + t_3tmqi * t_xfpvs;
+    const real t_sm6ii = SC2 * t_s3sag + (t_3go2w * t_ny62t + t_b3aij * t_5o6bi);
+    const real t_7urp4 = t_sm6ii * t_4iujv - t_6yahm * t_fy6cx;
+    const real t_tylpm = sin_theta2 * t_f7lcj;
+    const real t_7zub7 = t_3go2w * t_27hw2
+        - b1 * t_5o6bi
+        + (cos_theta1 * t_yoao5_6 + t_tylpm + cos_theta2 * t_mwj5q)
+        - (X_y2 * t_7urp4 + K_L32 * t_cak6v);
+    const real t_yafmf = t_ofnsd
+        - t_yra3z
+        - (K_L32 * t_sm6ii + t_d4mqf * t_7urp4)
+        + (t_3go2w * t_uyuwd + t_zzymx * t_5o6bi);
+    const real t_mcphg = q_2 * t_kz7at;
+    const real t_hrlqk = sin_theta2 * t_mcphg;
+    const real t_htagi = cos_phi2 * t_ejcck;
+    const real t_7zl3n = cos_theta2 * t_mcphg;
+    const real t_izow3 = sin_phi2 * t_ejcck;
+    const real t_um2i7 = t_izow3 * t_bpfoo - t_jtjoh * t_xfpvs;
+    const real t_fzbwf = t_7zl3n + sin_theta2 * t_htagi + (t_b3aij * t_um2i7 - t_xq4wt * t_ny62t);
+    const real t_rmy3i = t_fzbwf * t_4iujv - t_dwrhg * t_fy6cx;
+    const real t_ree5l = t_hrlqk
+        - cos_theta2 * t_htagi
+        + (t_6urah * t_sm6ii + t_d4mqf * t_rmy3i)
+        - (t_zzymx * t_um2i7 - t_xq4wt * t_uyuwd);
+    const real t_rmdrv = t_ree5l * t_zmh3u - t_ydwjl * t_yafmf;
+    const real t_5s6pc = t_6fvzz * t_izow3 - Bs_2 * t_6fyvh + p[l2] * t_ijjye;
+    const real t_34akc = Bs_1 * t_6fyvh;
+    const real t_wk3rr = q_2 * t_f7lcj;
+    const real t_kxhfr = b1 * t_um2i7
+        + t_xq4wt * t_27hw2
+        - (t_5s6pc - (t_34akc + t_wk3rr) + x[wy] * x[theta2_dot])
+        + (X_y2 * t_rmy3i + t_6urah * t_cak6v)
+        - (X_y3 * t_rmdrv + K_L43 * t_7zub7);
+    const real t_nyh3s = q_2 * t_mcphg;
+    const real t_dg5ta = p[l2] * t_ejcck;
+    const real t_eduoc = t_nyh3s
+        + t_dg5ta
+        - (t_6urah * t_fzbwf + t_m67zs * t_rmy3i)
+        - (K_L43 * t_ree5l + t_m27n6 * t_rmdrv)
+        - (t_xq4wt * t_izow3 + t_2m245 * t_um2i7);
+    const real t_jq3j6 = wth_1 * t_h4vxz;
+    const real t_ywak5 = q_1 * t_jq3j6;
+    const real t_o3ymy_6 = cos_theta1 * t_ywak5;
+    const real t_du2gn = g_2 * t_kz7at - wth_2 * t_h4vxz;
+    const real t_f5372 = q_2 * t_du2gn;
+    const real t_2l3wh = cos_theta2 * t_f5372;
+    const real t_waxf6 = Bc_1 * t_h4vxz;
+    const real t_dv6aq = e2 * t_htagi - Bc_2 * t_h4vxz;
+    const real t_v7nsw = t_dg5ta - t_dv6aq;
+    const real t_dfl6n = me1 * t_h4vxz - t_jq3j6;
+    const real t_jd6jr = t_du2gn - (e2 * t_roasq - me2 * t_h4vxz);
+    const real t_xqqdn = Ass_1 * t_h4vxz;
+    const real t_o5f5r = t_xqqdn + t_dfl6n;
+    const real t_nezzo = e2 * t_373qj + Ass_2 * t_h4vxz;
+    const real t_e5bxm = t_htagi + t_nezzo;
+    const real t_kw5fp = t_e5bxm + t_jd6jr;
+    const real t_fwfki = S_sq1 * t_o5f5r + S_sq2 * t_kw5fp;
+    const real t_k4qg6 = t_izow3 - (e2 * t_fkcrn + Asc_2 * t_h4vxz);
+    const real t_lrprj = Asc_1 * t_h4vxz;
+    const real t_nwjkr = sin_theta2 * t_k4qg6 - sin_theta1 * t_lrprj;
+    const real t_2dd7v = t_nwjkr * t_bpfoo - t_2lluf * t_xfpvs;
+    const real t_kqt35 = t_dfl6n + t_jd6jr - t_fwfki - t_7zl3n - (t_b3aij * t_2dd7v - t_vshgd * t_ny62t);
+    const real t_72nhk = t_kqt35 * t_4iujv - t_hfybw * t_fy6cx;
+    const real t_3czct = SC1 * t_o5f5r + SC2 * t_kw5fp;
+    const real t_lnzda = t_hrlqk
+        - t_3czct
+        - (K_L52 * t_sm6ii + t_d4mqf * t_72nhk)
+        - (t_zzymx * t_2dd7v - t_vshgd * t_uyuwd);
+    const real t_qsup2 = t_lnzda * t_zmh3u - t_qe675 * t_yafmf;
+    const real t_6k2oj = t_nyh3s
+        + t_o3ymy_6
+        - t_2l3wh
+        + sin_theta1 * t_waxf6
+        + sin_theta2 * t_v7nsw
+        + (K_L52 * t_fzbwf + t_m67zs * t_72nhk)
+        - (K_L53 * t_ree5l + t_m27n6 * t_qsup2)
+        - (t_vshgd * t_izow3 + t_2m245 * t_2dd7v);
+    const real t_ekio7_2 = t_6k2oj * t_lt2al - t_2e52m * t_eduoc;
+    const real t_h5uuv = t_5s6pc - (e2 * t_mwj5q + F_t2 * t_h4vxz);
+    const real t_evhdc = t_34akc + (e1 * t_yoao5_6 + F_t1 * t_h4vxz);
+    const real t_vor4i = sin_theta2 * t_h5uuv
+        - (sin_theta1 * t_evhdc + t_wk3rr)
+        - x[wy] * x[phi2_dot]
+        - t_vt7uo * t_h4vxz
+        + (g_2 * t_f25hq - t_oncjt * t_h4vxz)
+        + f_y * t_h4vxz;
+    const real t_rcak4 = b1 * t_2dd7v
+        + t_vshgd * t_27hw2
+        - t_vor4i
+        - (X_y2 * t_72nhk + K_L52 * t_cak6v)
+        - (X_y3 * t_qsup2 + K_L53 * t_7zub7)
+        - (X_y4 * t_ekio7_2 + K_L54 * t_kxhfr);
+    const real t_syazd = g_2 * t_du2gn - wg_2 * t_h4vxz;
+    const real t_s4aff = wg_1 * t_h4vxz + g_1 * t_jq3j6;
+    const real t_v2gjt = me1 * (t_o6yyy * t_h4vxz);
+    const real t_a7jxa = K(-2.0) * t_waxf6 + (eAss_1 * t_h4vxz + e1 * t_xqqdn);
+    const real t_7y7le = t_s4aff - (t_v2gjt + t_a7jxa);
+    const real t_uxfwe_6 = S_sq1 * t_7y7le;
+    const real t_bolwq = t_quuci * t_roasq - me2 * (t_rdwum * t_h4vxz);
+    const real t_b2bfm = t_dg5ta + K(-2.0) * t_dv6aq - (eAss_2 * t_h4vxz + e2 * t_nezzo);
+    const real t_jol4k = t_bolwq + t_b2bfm - t_syazd;
+    const real t_qb4mw = S_sq2 * t_jol4k;
+    const real t_zqx4p = t_gy5fy * t_roasq - (t_iw7bs * t_roasq + M_C * (t_jf3qj * t_h4vxz));
+    const real t_lvbit = t_syazd
+        - t_s4aff
+        + t_nyh3s
+        + t_uxfwe_6
+        + t_qb4mw
+        + t_zqx4p
+        + t_v2gjt
+        - t_bolwq
+        - K(-2.0) * t_o3ymy_6
+        + K(-2.0) * t_2l3wh
+        - (K_L52 * t_kqt35 + t_p6zld * t_72nhk)
+        - (K_L53 * t_lnzda + t_bxfcn * t_qsup2)
+        - (K_L54 * t_6k2oj + t_amczu * t_ekio7_2)
+        - (t_vshgd * t_nwjkr + t_6mmeb * t_2dd7v);
+    const real t_qdkhm = sin_theta2 * t_f5372 - sin_theta1 * t_ywak5;
+    const real t_q55pw = cos_theta2 * t_k4qg6 - cos_theta1 * t_lrprj;
+    const real t_v4cea = t_q55pw * t_bpfoo - t_ielc3 * t_xfpvs;
+    const real t_ttiu3_3 = t_3czct + (t_b3aij * t_v4cea - t_e4enr * t_ny62t);
+    const real t_sfm5m = t_ttiu3_3 * t_4iujv - t_2ngl5 * t_fy6cx;
+    const real t_ylf3w = t_fwfki
+        - (t_xqqdn + t_e5bxm)
+        + (t_dj64q * t_sm6ii + t_d4mqf * t_sfm5m)
+        - (t_zzymx * t_v4cea - t_e4enr * t_uyuwd);
+    const real t_qozj5 = t_ylf3w * t_zmh3u - t_kpf5p * t_yafmf;
+    const real t_xh7le = t_qdkhm
+        + cos_theta1 * t_waxf6
+        + cos_theta2 * t_v7nsw
+        - (t_dj64q * t_fzbwf + t_m67zs * t_sfm5m)
+        - (K_L63 * t_ree5l + t_m27n6 * t_qozj5)
+        - (t_e4enr * t_izow3 + t_2m245 * t_v4cea);
+    const real t_yda46_2 = t_xh7le * t_lt2al - t_wurun * t_eduoc;
+    const real t_djnd3 = t_qdkhm
+        + SC1 * t_7y7le
+        + SC2 * t_jol4k
+        + (t_dj64q * t_kqt35 + t_p6zld * t_sfm5m)
+        - (K_L63 * t_lnzda + t_bxfcn * t_qozj5)
+        - (K_L64 * t_6k2oj + t_amczu * t_yda46_2)
+        - (t_e4enr * t_nwjkr + t_6mmeb * t_v4cea);
+    const real t_ecyqy = t_djnd3 * t_ftqxb - t_dzxqu * t_lvbit;
+    const real t_3kl7e = cos_theta2 * t_h5uuv
+        - cos_theta1 * t_evhdc
+        + x[wx] * x[theta2_dot]
+        - W13
+        + t_azclp * t_h4vxz
+        - (g_2 * t_tylpm - t_iya7w * t_h4vxz)
+        - x[wz] * x[phi2_dot];
+    const real t_zbora = t_gcu5g * t_h4vxz
+        - t_3kl7e
+        + (b1 * t_v4cea + t_e4enr * t_27hw2)
+        + (X_y2 * t_sfm5m + t_dj64q * t_cak6v)
+        - (X_y3 * t_qozj5 + K_L63 * t_7zub7)
+        - (X_y4 * t_yda46_2 + K_L64 * t_kxhfr)
+        - (X_y5 * t_ecyqy + K_L65 * t_rcak4);
+    const real t_x3syj = t_b2bfm
+        - t_a7jxa
+        + (K(1.0) + t_zqx4p)
+        - t_uxfwe_6
+        - t_qb4mw
+        - (t_dj64q * t_ttiu3_3 + t_qvrp6 * t_sfm5m)
+        - (K_L63 * t_ylf3w + t_rahc4 * t_qozj5)
+        - (K_L64 * t_xh7le + t_e4k6u * t_yda46_2)
+        - (K_L65 * t_djnd3 + t_jo54w * t_ecyqy)
+        - (t_e4enr * t_q55pw + t_bl4f2 * t_v4cea);
+    const real t_ymehn = t_zbora * t_nfkwa - t_o4hiw * t_x3syj;
+    const real t_ilfgh = t_rcak4 * t_ftqxb - t_eriz2 * t_lvbit - (X_x6 * t_ecyqy + K_L65 * t_ymehn);
+    const real t_asue6 = t_kxhfr * t_lt2al
+        - t_gkoba * t_eduoc
+        - (X_x5 * t_ekio7_2 + K_L54 * t_ilfgh)
+        - (X_x6 * t_yda46_2 + K_L64 * t_ymehn);
+    const real t_yezeh = t_7zub7 * t_zmh3u
+        - t_insvr * t_yafmf
+        - (X_x4 * t_rmdrv + K_L43 * t_asue6)
+        - (X_x5 * t_qsup2 + K_L53 * t_ilfgh)
+        - (X_x6 * t_qozj5 + K_L63 * t_ymehn);
+    const real t_p2gmi = t_cak6v * t_4iujv
+        - t_5am4i * t_fy6cx
+        - (X_x3 * t_7urp4 + K_L32 * t_yezeh)
+        + (X_x4 * t_rmy3i + t_6urah * t_asue6)
+        - (X_x5 * t_72nhk + K_L52 * t_ilfgh)
+        + (X_x6 * t_sfm5m + t_dj64q * t_ymehn);
+    const real t_svkbn = t_27hw2 * t_bpfoo
+        - t_2sw7d * t_xfpvs
+        + (t_w7lcw * t_p2gmi - X_x2 * t_5ovze)
+        + (t_3go2w * t_yezeh - X_x3 * t_5o6bi)
+        + (X_x4 * t_um2i7 + t_xq4wt * t_asue6)
+        + (X_x5 * t_2dd7v + t_vshgd * t_ilfgh)
+        + (X_x6 * t_v4cea + t_e4enr * t_ymehn)
+        + t_6fyvh;
+    const real t_4vz2s = k2 * x[phi2_dot];
+    const real t_q6epm = sin_phi2 * t_4vz2s;
+    const real t_cimfk = th_2 * (q_2 * x[theta2_dot]);
+    const real t_qgbg6 = cos_theta2 * t_cimfk;
+    const real t_2h7ww = cos_phi2 * t_4vz2s;
+    const real t_sxgeo = t_qgbg6 + sin_theta2 * t_2h7ww + t_w7lcw * t_q6epm;
+    const real t_km6t2 = sin_theta2 * t_cimfk;
+    const real t_gy7r3 = t_3go2w * t_q6epm - (t_km6t2 - cos_theta2 * t_2h7ww) - K_L32 * t_sxgeo;
+    const real t_o34iq = q_2 * t_cimfk;
+    const real t_xhdr7 = p[l2] * t_4vz2s;
+    const real t_jg62a = t_xq4wt * t_q6epm
+        - (t_o34iq + t_xhdr7 - x[phi2_dot])
+        + t_6urah * t_sxgeo
+        - K_L43 * t_gy7r3;
+    const real t_pq7m7 = t_xhdr7 - e2 * t_2h7ww;
+    const real t_pcxjd = t_vshgd * t_q6epm
+        - (sin_theta2 * t_pq7m7 - (x[theta2_dot] - t_o34iq) - g_2 * t_qgbg6)
+        - K_L52 * t_sxgeo
+        - K_L53 * t_gy7r3
+        - K_L54 * t_jg62a;
+    const real t_xhpvx = t_e4enr * t_q6epm
+        - (cos_theta2 * t_pq7m7 + g_2 * t_km6t2)
+        + t_dj64q * t_sxgeo
+        - K_L63 * t_gy7r3
+        - K_L64 * t_jg62a
+        - K_L65 * t_pcxjd;
+    const real t_umpxr = t_xhpvx * t_nfkwa;
+    const real t_qa5mz = t_pcxjd * t_ftqxb - K_L65 * t_umpxr;
+    const real t_csi4c = t_jg62a * t_lt2al - K_L54 * t_qa5mz - K_L64 * t_umpxr;
+    const real t_d3udt = t_gy7r3 * t_zmh3u - K_L43 * t_csi4c - K_L53 * t_qa5mz - K_L63 * t_umpxr;
+    const real t_wduhb = t_sxgeo * t_4iujv
+        - K_L32 * t_d3udt
+        + t_6urah * t_csi4c
+        - K_L52 * t_qa5mz
+        + t_dj64q * t_umpxr;
+    const real t_4vrbb = t_q6epm * t_bpfoo
+        + t_w7lcw * t_wduhb
+        + t_3go2w * t_d3udt
+        + t_xq4wt * t_csi4c
+        + t_vshgd * t_qa5mz
+        + t_e4enr * t_umpxr;
+    const real t_6e2rb = sin_theta1 * t_kjeag + cos_theta1 * t_siflb;
+    const real t_u6dgx = cos_phi1 * (e1 * t_6e2rb + G_t1 * t_6fswf + sin_theta1 * t_vzhp6 + cos_theta1 * t_76pup);
+    const real t_6e2rb_2 = sin_theta1 * t_ofpuk + cos_theta1 * t_siflb_2;
+    const real t_ri3id = cos_phi1 * (e1 * t_6e2rb_2 + G_t1 * t_ug47n + sin_theta1 * t_vzhp6_2 + cos_theta1 * t_76pup_2);
+    const real t_5k4zx = sin_theta1 * t_uf2hs + cos_theta1 * t_zh6ym;
+    const real t_qhm65 = cos_phi1 * (e1 * t_5k4zx + sin_theta1 * t_7tpul + cos_theta1 * t_5qicw)
+        + sin_phi1 * t_nauhf;
+    const real t_d4i3v = sin_theta1 * t_okj2x + cos_theta1 * t_n5r3v;
+    const real t_rywpw = cos_phi1 * (e1 * t_d4i3v + sin_theta1 * t_gyopo + cos_theta1 * t_gawjk)
+        + sin_phi1 * t_gjgp6;
+    const real t_bj4c5 = cos_theta1 * t_gao76 - sin_theta1 * t_gaejw;
+    const real t_umh5e = cos_phi1 * (e1 * t_bj4c5 + sin_theta1 * t_rurrs + cos_theta1 * t_kyglk)
+        + sin_phi1 * t_uep4m;
+    const real t_p4g56 = sin_theta1 * t_etzpb + cos_theta1 * t_mnjvs;
+    const real t_mgoey = cos_phi1 * (e1 * t_p4g56 + sin_theta1 * t_wsp5s + cos_theta1 * t_dv2mw)
+        + sin_phi1 * t_vid5u;
+    const real t_6jimd = sin_theta1 * t_4mcw6 + cos_theta1 * t_ezo2r;
+    const real t_b5fqx = cos_phi1 * (e1 * t_6jimd + G_t1 * t_yqcxm + sin_theta1 * t_akwof + cos_theta1 * t_chekg);
+    const real t_6gjta = sin_theta1 * t_kaqej + cos_theta1 * t_q4hjb;
+    const real t_nc4ae = cos_phi1 * (e1 * t_6gjta + G_t1 * t_fzk4w + sin_theta1 * t_sif46 + cos_theta1 * t_6yt6i);
+    const real t_tj7ps = cos_theta1 * t_kutbt - sin_theta1 * t_rzdx6;
+    const real t_fml7w = cos_phi1 * (e1 * t_tj7ps + sin_theta1 * t_kl34e + cos_theta1 * t_ocypu)
+        + sin_phi1 * t_f7zas;
+    const real t_fz2so = sin_theta1 * t_3obum + cos_theta1 * t_3dix3;
+    const real t_tftqx = cos_phi1 * (e1 * t_fz2so + sin_theta1 * t_od3z2 + cos_theta1 * t_4ozvf)
+        + sin_phi1 * t_ez5zc;
+    const real t_lsbn7 = sin_theta1 * t_r32rw + cos_theta1 * t_dzlfq;
+    const real t_j5eoq = Gt_eta1 + X_x4;
+    const real t_g65cu = (loss_phi1 + p[I1] * t_j5eoq) * t_zrejm * t_zrejm;
+    const real t_ynvhx = cos_phi1 * (G_t1 * e1 + X_x2 * sin_theta1 + X_x3 * cos_theta1)
+        + sin_phi1 * (X_x1 - t_w7vil);
+    const real t_wz6in = cos_phi1 * (e1 * t_lsbn7 - G_t1 * t_qrwk6 + sin_theta1 * t_56s4m + cos_theta1 * t_ce7sx);
+    const real t_otmnr = sin_theta1 * t_5qui4 + cos_theta1 * t_ngk2s;
+    const real t_rjnco = cos_phi1 * (e1 * t_otmnr - G_t1 * t_37b6j + sin_theta1 * t_zcoux + cos_theta1 * t_q7uwl);
+    const real t_6gjta_2 = sin_theta1 * t_ph3k5 + cos_theta1 * t_qhwmd;
+    const real t_mmhac = cos_phi1 * (e1 * t_6gjta_2 + G_t1 * t_tepdd_2 + sin_theta1 * t_sif46_2 + cos_theta1 * t_6yt6i_2);
+    const real t_lsbn7_2 = sin_theta1 * t_d6e7c + cos_theta1 * t_rdejp;
+    const real t_gzwzd = cos_phi1 * (e1 * t_lsbn7_2 - G_t1 * t_qdapd + sin_theta1 * t_bwgjg + cos_theta1 * t_faw46);
+    const real t_4hyqp = sin_theta1 * t_qt2lr + cos_theta1 * t_dopxv;
+    const real t_t256n = cos_phi1 * (e1 * t_4hyqp + sin_theta1 * t_bvlfu + cos_theta1 * t_cy7cx)
+        + sin_phi1 * t_ayr5k;
+    const real t_lsbn7_3 = sin_theta1 * t_asiel + cos_theta1 * t_3fimb;
+    const real t_l5xo5 = cos_phi1 * (e1 * t_lsbn7_3 - G_t1 * t_zn23j + sin_theta1 * t_22rda + cos_theta1 * t_w6rkn);
+    const real t_otmnr_2 = sin_theta1 * t_td2cp + cos_theta1 * t_n4rk3;
+    const real t_kw46p = cos_phi1 * (e1 * t_otmnr_2 - G_t1 * t_zthab + sin_theta1 * t_dm5pt + cos_theta1 * t_hpbyb);
+    const real t_6gjta_3 = sin_theta1 * t_7kzhv + cos_theta1 * t_sud4b;
+    const real t_wm2y6 = cos_phi1 * (e1 * t_6gjta_3 - G_t1 * t_ntng6 + sin_theta1 * t_sif46_3 + cos_theta1 * t_6yt6i_3);
+    const real t_lsbn7_4 = sin_theta1 * t_ilfgh + cos_theta1 * t_ymehn;
+    const real t_d6jpg = cos_phi1 * (e1 * t_lsbn7_4 - G_t1 * t_h4vxz + sin_theta1 * t_p2gmi + cos_theta1 * t_yezeh);
+    const real t_ifm3j = sin_theta1 * t_qa5mz + cos_theta1 * t_umpxr;
+    const real t_difmz = cos_phi1 * (e1 * t_ifm3j + sin_theta1 * t_wduhb + cos_theta1 * t_d3udt)
+        + sin_phi1 * t_4vrbb;
+    const real t_ogd3q = X_x5 * cos_theta1 - X_x6 * sin_theta1;
+    const real t_pmwoo = t_b6y6g + t_kjeag;
+    const real t_adb3p = cos_theta1 * t_vzhp6
+        + (t_ogd3q * t_6fswf + g_1 * (cos_theta1 * t_kjeag - sin_theta1 * t_siflb))
+        - q_1 * t_pmwoo
+        - sin_theta1 * t_76pup;
+    const real t_pmwoo_2 = t_b6y6g_2 + t_ofpuk;
+    const real t_cul42 = cos_theta1 * t_vzhp6_2
+        + (t_ogd3q * t_ug47n + g_1 * (cos_theta1 * t_ofpuk - sin_theta1 * t_siflb_2))
+        - q_1 * t_pmwoo_2
+        - sin_theta1 * t_76pup_2;
+    const real t_kfjsq = t_uf2hs - t_2a4g4;
+    const real t_uu53f = cos_theta1 * t_7tpul
+        + g_1 * (cos_theta1 * t_uf2hs - sin_theta1 * t_zh6ym)
+        - q_1 * t_kfjsq
+        - sin_theta1 * t_5qicw;
+    const real t_3um5l = t_okj2x - t_gn4wr;
+    const real t_rdcsc = cos_theta1 * t_gyopo
+        + g_1 * (cos_theta1 * t_okj2x - sin_theta1 * t_n5r3v)
+        - q_1 * t_3um5l
+        - sin_theta1 * t_gawjk;
+    const real t_3bxga = t_as7pg - t_gaejw;
+    const real t_zw7yl = cos_theta1 * t_rurrs
+        - g_1 * (cos_theta1 * t_gaejw + sin_theta1 * t_gao76)
+        - q_1 * t_3bxga
+        - sin_theta1 * t_kyglk;
+    const real t_ikuo5 = t_etzpb - t_nb4xm;
+    const real t_z7v5y = cos_theta1 * t_wsp5s
+        + g_1 * (cos_theta1 * t_etzpb - sin_theta1 * t_mnjvs)
+        - q_1 * t_ikuo5
+        - sin_theta1 * t_dv2mw;
+    const real t_3b736 = t_w2yvj + t_4mcw6;
+    const real t_xmjco = cos_theta1 * t_akwof
+        + (t_ogd3q * t_yqcxm + g_1 * (cos_theta1 * t_4mcw6 - sin_theta1 * t_ezo2r))
+        - q_1 * t_3b736
+        - sin_theta1 * t_chekg;
+    const real t_37pxe = t_rbyn3 + t_kaqej;
+    const real t_idddq = cos_theta1 * t_sif46
+        + (t_ogd3q * t_fzk4w + g_1 * (cos_theta1 * t_kaqej - sin_theta1 * t_q4hjb))
+        - q_1 * t_37pxe
+        - sin_theta1 * t_6yt6i;
+    const real t_rg3cx = t_ha5ja - t_rzdx6;
+    const real t_imwbh = cos_theta1 * t_kl34e
+        - g_1 * (cos_theta1 * t_rzdx6 + sin_theta1 * t_kutbt)
+        - q_1 * t_rg3cx
+        - sin_theta1 * t_ocypu;
+    const real t_r4mjz = t_v4zqf + t_3obum;
+    const real t_evtjo = cos_theta1 * t_od3z2
+        + g_1 * (cos_theta1 * t_3obum - sin_theta1 * t_3dix3)
+        - q_1 * t_r4mjz
+        - sin_theta1 * t_4ozvf;
+    const real t_ibe72 = K(1.0) / p[m1];
+    const real t_4yl6k = loss_theta1 * t_ibe72;
+    const real t_mwq7z = X_x4 + X_x5;
+    const real t_5ffnn = zeta1
+        + X_x2 * cos_theta1
+        + g_1 * t_ogd3q
+        - t_mwq7z * q_1
+        - X_x3 * sin_theta1;
+    const real t_mvk6z = t_4yl6k + q_1 * t_5ffnn;
+    const real t_zhzr5 = t_42xp2 + t_r32rw;
+    const real t_krdq7 = cos_theta1 * t_56s4m
+        + (g_1 * (cos_theta1 * t_r32rw - sin_theta1 * t_dzlfq) - t_ogd3q * t_qrwk6)
+        - q_1 * t_zhzr5
+        - sin_theta1 * t_ce7sx;
+    const real t_dwogg = t_pectw + t_5qui4;
+    const real t_cakst = t_4hepc
+        + cos_theta1 * t_zcoux
+        + (g_1 * (cos_theta1 * t_5qui4 - sin_theta1 * t_ngk2s) - t_ogd3q * t_cdint)
+        - (q_1 * t_dwogg + t_mwq7z * sin_phi1)
+        - sin_theta1 * t_q7uwl;
+    const real t_37pxe_2 = t_rbyn3_2 + t_ph3k5;
+    const real t_lr2ho = cos_theta1 * t_sif46_2
+        + (t_ogd3q * t_tepdd_2 + g_1 * (cos_theta1 * t_ph3k5 - sin_theta1 * t_qhwmd))
+        - q_1 * t_37pxe_2
+        - sin_theta1 * t_6yt6i_2;
+    const real t_g3i6e = t_s5jpg + t_d6e7c;
+    const real t_iufxj = cos_theta1 * t_bwgjg
+        + (g_1 * (cos_theta1 * t_d6e7c - sin_theta1 * t_rdejp) - t_ogd3q * t_qdapd)
+        - q_1 * t_g3i6e
+        - sin_theta1 * t_faw46;
+    const real t_4ueyh = t_2qn36 + t_qt2lr;
+    const real t_tkwds = cos_theta1 * t_bvlfu
+        + g_1 * (cos_theta1 * t_qt2lr - sin_theta1 * t_dopxv)
+        - q_1 * t_4ueyh
+        - sin_theta1 * t_cy7cx;
+    const real t_zhzr5_2 = t_dwgxz + t_asiel;
+    const real t_l33jj = cos_theta1 * t_22rda
+        + (g_1 * (cos_theta1 * t_asiel - sin_theta1 * t_3fimb) - t_ogd3q * t_zn23j)
+        - q_1 * t_zhzr5_2
+        - sin_theta1 * t_w6rkn;
+    const real t_dwogg_2 = t_j6r5h + t_td2cp;
+    const real t_t4mda = cos_theta1 * t_dm5pt
+        + (g_1 * (cos_theta1 * t_td2cp - sin_theta1 * t_n4rk3) - t_ogd3q * t_zthab)
+        - q_1 * t_dwogg_2
+        - sin_theta1 * t_hpbyb;
+    const real t_37pxe_3 = t_rbyn3_3 + t_7kzhv;
+    const real t_rbrs4 = cos_theta1 * t_sif46_3
+        + (g_1 * (cos_theta1 * t_7kzhv - sin_theta1 * t_sud4b) - t_ogd3q * t_ntng6)
+        - q_1 * t_37pxe_3
+        - sin_theta1 * t_6yt6i_3;
+    const real t_iscp5 = t_asue6 + t_ilfgh;
+    const real t_drbrx = cos_theta1 * t_p2gmi
+        + (g_1 * (cos_theta1 * t_ilfgh - sin_theta1 * t_ymehn) - t_ogd3q * t_h4vxz)
+        - q_1 * t_iscp5
+        - sin_theta1 * t_yezeh;
+    const real t_ybhvw = t_csi4c + t_qa5mz;
+    const real t_umtid = cos_theta1 * t_wduhb
+        + g_1 * (cos_theta1 * t_qa5mz - sin_theta1 * t_umpxr)
+        - q_1 * t_ybhvw
+        - sin_theta1 * t_d3udt;
+    const real t_hlapu = sin_theta2 * t_kjeag + cos_theta2 * t_siflb;
+    const real t_wz2j6 = cos_phi2 * (e2 * t_hlapu + G_t2 * t_6fswf + sin_theta2 * t_vzhp6 + cos_theta2 * t_76pup);
+    const real t_hlapu_2 = sin_theta2 * t_ofpuk + cos_theta2 * t_siflb_2;
+    const real t_ncrgn = cos_phi2 * (e2 * t_hlapu_2 + G_t2 * t_ug47n + sin_theta2 * t_vzhp6_2 + cos_theta2 * t_76pup_2);
+    const real t_3htp2 = sin_theta2 * t_uf2hs + cos_theta2 * t_zh6ym;
+    const real t_ave4g = cos_phi2 * (e2 * t_3htp2 + sin_theta2 * t_7tpul + cos_theta2 * t_5qicw)
+        + sin_phi2 * t_nauhf;
+    const real t_6jmyy = sin_theta2 * t_okj2x + cos_theta2 * t_n5r3v;
+    const real t_4tkup = cos_phi2 * (e2 * t_6jmyy + sin_theta2 * t_gyopo + cos_theta2 * t_gawjk)
+        + sin_phi2 * t_gjgp6;
+    const real t_uahpb = cos_theta2 * t_gao76 - sin_theta2 * t_gaejw;
+    const real t_h6hjz = cos_phi2 * (e2 * t_uahpb + sin_theta2 * t_rurrs + cos_theta2 * t_kyglk)
+        + sin_phi2 * t_uep4m;
+    const real t_6w4rd = sin_theta2 * t_etzpb + cos_theta2 * t_mnjvs;
+    const real t_mv7a3 = cos_phi2 * (e2 * t_6w4rd + sin_theta2 * t_wsp5s + cos_theta2 * t_dv2mw)
+        + sin_phi2 * t_vid5u;
+    const real t_7qkup = sin_theta2 * t_4mcw6 + cos_theta2 * t_ezo2r;
+    const real t_hhnms = cos_phi2 * (e2 * t_7qkup + G_t2 * t_yqcxm + sin_theta2 * t_akwof + cos_theta2 * t_chekg);
+    const real t_vzckm = sin_theta2 * t_kaqej + cos_theta2 * t_q4hjb;
+    const real t_ejcfn = cos_phi2 * (e2 * t_vzckm + G_t2 * t_fzk4w + sin_theta2 * t_sif46 + cos_theta2 * t_6yt6i);
+    const real t_4sp22 = cos_theta2 * t_kutbt - sin_theta2 * t_rzdx6;
+    const real t_xwhz3 = cos_phi2 * (e2 * t_4sp22 + sin_theta2 * t_kl34e + cos_theta2 * t_ocypu)
+        + sin_phi2 * t_f7zas;
+    const real t_qpq3e = sin_theta2 * t_3obum + cos_theta2 * t_3dix3;
+    const real t_nyprb = cos_phi2 * (e2 * t_qpq3e + sin_theta2 * t_od3z2 + cos_theta2 * t_4ozvf)
+        + sin_phi2 * t_ez5zc;
+    const real t_vueg2 = sin_theta2 * t_r32rw + cos_theta2 * t_dzlfq;
+    const real t_nbv5l = cos_phi2 * (e2 * t_vueg2 - G_t2 * t_qrwk6 + sin_theta2 * t_56s4m + cos_theta2 * t_ce7sx);
+    const real t_ej5r5 = sin_theta2 * t_5qui4 + cos_theta2 * t_ngk2s;
+    const real t_w2dr4 = cos_phi2 * (e2 * t_ej5r5 - G_t2 * t_37b6j + sin_theta2 * t_zcoux + cos_theta2 * t_q7uwl);
+    const real t_vzckm_2 = sin_theta2 * t_ph3k5 + cos_theta2 * t_qhwmd;
+    const real t_pj54z = cos_phi2 * (e2 * t_vzckm_2 - G_t2 * t_tepdd + sin_theta2 * t_sif46_2 + cos_theta2 * t_6yt6i_2);
+    const real t_vueg2_2 = sin_theta2 * t_d6e7c + cos_theta2 * t_rdejp;
+    const real t_iztme = cos_phi2 * (e2 * t_vueg2_2 - G_t2 * t_qdapd + sin_theta2 * t_bwgjg + cos_theta2 * t_faw46);
+    const real t_3j7pj = sin_theta2 * t_qt2lr + cos_theta2 * t_dopxv;
+    const real t_ncziw = cos_phi2 * (e2 * t_3j7pj + sin_theta2 * t_bvlfu + cos_theta2 * t_cy7cx)
+        + sin_phi2 * t_ayr5k;
+    const real t_vueg2_3 = sin_theta2 * t_asiel + cos_theta2 * t_3fimb;
+    const real t_ceda7 = Gt_eta2 + X_x4;
+    const real t_ikkca = (loss_phi2 + p[I2] * t_ceda7) * t_5wzvs * t_5wzvs;
+    const real t_rrute = cos_phi2 * (G_t2 * e2 + X_x2 * sin_theta2 + X_x3 * cos_theta2)
+        + sin_phi2 * (X_x1 - t_6fvzz);
+    const real t_thaoj = cos_phi2 * (e2 * t_vueg2_3 - G_t2 * t_zn23j + sin_theta2 * t_22rda + cos_theta2 * t_w6rkn);
+    const real t_ej5r5_2 = sin_theta2 * t_td2cp + cos_theta2 * t_n4rk3;
+    const real t_dtzxw = cos_phi2 * (e2 * t_ej5r5_2 - G_t2 * t_zthab + sin_theta2 * t_dm5pt + cos_theta2 * t_hpbyb);
+    const real t_vzckm_3 = sin_theta2 * t_7kzhv + cos_theta2 * t_sud4b;
+    const real t_7xdau = cos_phi2 * (e2 * t_vzckm_3 + G_t2 * t_ntng6_2 + sin_theta2 * t_sif46_3 + cos_theta2 * t_6yt6i_3);
+    const real t_vueg2_4 = sin_theta2 * t_ilfgh + cos_theta2 * t_ymehn;
+    const real t_q2p5s = cos_phi2 * (e2 * t_vueg2_4 - G_t2 * t_h4vxz + sin_theta2 * t_p2gmi + cos_theta2 * t_yezeh);
+    const real t_lhvfk = sin_theta2 * t_qa5mz + cos_theta2 * t_umpxr;
+    const real t_em6fd = cos_phi2 * (e2 * t_lhvfk + sin_theta2 * t_wduhb + cos_theta2 * t_d3udt)
+        + sin_phi2 * t_4vrbb;
+    const real t_qv4rx = X_x5 * cos_theta2 - X_x6 * sin_theta2;
+    const real t_kjdut = cos_theta2 * t_vzhp6
+        + (t_qv4rx * t_6fswf + g_2 * (cos_theta2 * t_kjeag - sin_theta2 * t_siflb))
+        - q_2 * t_pmwoo
+        - sin_theta2 * t_76pup;
+    const real t_a34nc = cos_theta2 * t_vzhp6_2
+        + (t_qv4rx * t_ug47n + g_2 * (cos_theta2 * t_ofpuk - sin_theta2 * t_siflb_2))
+        - q_2 * t_pmwoo_2
+        - sin_theta2 * t_76pup_2;
+    const real t_672su = cos_theta2 * t_7tpul
+        + g_2 * (cos_theta2 * t_uf2hs - sin_theta2 * t_zh6ym)
+        - q_2 * t_kfjsq
+        - sin_theta2 * t_5qicw;
+    const real t_x7mee = cos_theta2 * t_gyopo
+        + g_2 * (cos_theta2 * t_okj2x - sin_theta2 * t_n5r3v)
+        - q_2 * t_3um5l
+        - sin_theta2 * t_gawjk;
+    const real t_wea7r = cos_theta2 * t_rurrs
+        - g_2 * (cos_theta2 * t_gaejw + sin_theta2 * t_gao76)
+        - q_2 * t_3bxga
+        - sin_theta2 * t_kyglk;
+    const real t_qmvlm = cos_theta2 * t_wsp5s
+        + g_2 * (cos_theta2 * t_etzpb - sin_theta2 * t_mnjvs)
+        - q_2 * t_ikuo5
+        - sin_theta2 * t_dv2mw;
+    const real t_hllhl = cos_theta2 * t_akwof
+        + (t_qv4rx * t_yqcxm + g_2 * (cos_theta2 * t_4mcw6 - sin_theta2 * t_ezo2r))
+        - q_2 * t_3b736
+        - sin_theta2 * t_chekg;
+    const real t_wupty = cos_theta2 * t_sif46
+        + (t_qv4rx * t_fzk4w + g_2 * (cos_theta2 * t_kaqej - sin_theta2 * t_q4hjb))
+        - q_2 * t_37pxe
+        - sin_theta2 * t_6yt6i;
+    const real t_i3efb = cos_theta2 * t_kl34e
+        - g_2 * (cos_theta2 * t_rzdx6 + sin_theta2 * t_kutbt)
+        - q_2 * t_rg3cx
+        - sin_theta2 * t_ocypu;
+    const real t_mnoxd = cos_theta2 * t_od3z2
+        + g_2 * (cos_theta2 * t_3obum - sin_theta2 * t_3dix3)
+        - q_2 * t_r4mjz
+        - sin_theta2 * t_4ozvf;
+    const real t_bsojp = cos_theta2 * t_56s4m
+        + (g_2 * (cos_theta2 * t_r32rw - sin_theta2 * t_dzlfq) - t_qv4rx * t_qrwk6)
+        - q_2 * t_zhzr5
+        - sin_theta2 * t_ce7sx;
+    const real t_qahse = cos_theta2 * t_zcoux
+        + (g_2 * (cos_theta2 * t_5qui4 - sin_theta2 * t_ngk2s) - t_qv4rx * t_37b6j)
+        - q_2 * t_dwogg
+        - sin_theta2 * t_q7uwl;
+    const real t_73hce = cos_theta2 * t_sif46_2
+        + (g_2 * (cos_theta2 * t_ph3k5 - sin_theta2 * t_qhwmd) - t_qv4rx * t_tepdd)
+        - q_2 * t_37pxe_2
+        - sin_theta2 * t_6yt6i_2;
+    const real t_zdvcu = cos_theta2 * t_bwgjg
+        + (g_2 * (cos_theta2 * t_d6e7c - sin_theta2 * t_rdejp) - t_qv4rx * t_qdapd)
+        - q_2 * t_g3i6e
+        - sin_theta2 * t_faw46;
+    const real t_xhmum = cos_theta2 * t_bvlfu
+        + g_2 * (cos_theta2 * t_qt2lr - sin_theta2 * t_dopxv)
+        - q_2 * t_4ueyh
+        - sin_theta2 * t_cy7cx;
+    const real t_r7vy7 = K(1.0) / p[m2];
+    const real t_4jcmi = loss_theta2 * t_r7vy7;
+    const real t_oqair = zeta2
+        + X_x2 * cos_theta2
+        + g_2 * t_qv4rx
+        - t_mwq7z * q_2
+        - X_x3 * sin_theta2;
+    const real t_4nigg = t_4jcmi + q_2 * t_oqair;
+    const real t_cpbqq = cos_theta2 * t_22rda
+        + (g_2 * (cos_theta2 * t_asiel - sin_theta2 * t_3fimb) - t_qv4rx * t_zn23j)
+        - q_2 * t_zhzr5_2
+        - sin_theta2 * t_w6rkn;
+    const real t_gnykk = t_e4gys
+        + cos_theta2 * t_dm5pt
+        + (g_2 * (cos_theta2 * t_td2cp - sin_theta2 * t_n4rk3) - t_qv4rx * t_l352k)
+        - (q_2 * t_dwogg_2 + t_mwq7z * sin_phi2)
+        - sin_theta2 * t_hpbyb;
+    const real t_3lmcf = cos_theta2 * t_sif46_3
+        + (t_qv4rx * t_ntng6_2 + g_2 * (cos_theta2 * t_7kzhv - sin_theta2 * t_sud4b))
+        - q_2 * t_37pxe_3
+        - sin_theta2 * t_6yt6i_3;
+    const real t_igwwm = cos_theta2 * t_p2gmi
+        + (g_2 * (cos_theta2 * t_ilfgh - sin_theta2 * t_ymehn) - t_qv4rx * t_h4vxz)
+        - q_2 * t_iscp5
+        - sin_theta2 * t_yezeh;
+    const real t_4mpdk = cos_theta2 * t_wduhb
+        + g_2 * (cos_theta2 * t_qa5mz - sin_theta2 * t_umpxr)
+        - q_2 * t_ybhvw
+        - sin_theta2 * t_d3udt;
+    J[0] = t_57jla;
+    J[1] = t_ds3uu;
+    J[2] = t_nauhf;
+    J[3] = t_gjgp6;
+    J[4] = t_uep4m;
+    J[5] = t_vid5u;
+    J[6] = t_ulrhu;
+    J[7] = t_74jxz;
+    J[8] = t_f7zas;
+    J[9] = t_ez5zc;
     J[10] = SPLAT(K(0.0));
     J[11] = SPLAT(K(0.0));
-    J[12] = v2952;
-    J[13] = v3533;
-    J[14] = v3870;
-    J[15] = v4430;
-    J[16] = v4521;
-    J[17] = v5077;
-    J[18] = v5658;
-    J[19] = v5995;
-    J[20] = v6555;
-    J[21] = v6646;
-    J[22] = v1052 - (v47 * v1019 - v643 * v49);
-    J[23] = v1428 - (v47 * v1396 - v643 * v1083);
-    J[24] = v1496 - v47 * v1477;
-    J[25] = v1540 - v47 * v1523;
-    J[26] = v1578 + v47 * v1562;
-    J[27] = v1616 - v47 * v1601;
-    J[28] = v1945 - (v47 * v1916 - v643 * v1626);
-    J[29] = v2281 - (v47 * v2252 - v643 * v1961);
-    J[30] = v2317 + v47 * v2302;
-    J[31] = v2385 - v47 * v2367;
+    J[12] = t_dzofb;
+    J[13] = t_hzfds;
+    J[14] = t_jaeht;
+    J[15] = t_xgt7p;
+    J[16] = t_ayr5k;
+    J[17] = t_nrosw;
+    J[18] = t_vq2zc;
+    J[19] = t_5lgag;
+    J[20] = t_svkbn;
+    J[21] = t_4vrbb;
+    J[22] = t_vzhp6 - (x_C * t_kjeag - X_x5 * t_6fswf);
+    J[23] = t_vzhp6_2 - (x_C * t_ofpuk - X_x5 * t_ug47n);
+    J[24] = t_7tpul - x_C * t_uf2hs;
+    J[25] = t_gyopo - x_C * t_okj2x;
+    J[26] = t_rurrs + x_C * t_gaejw;
+    J[27] = t_wsp5s - x_C * t_etzpb;
+    J[28] = t_akwof - (x_C * t_4mcw6 - X_x5 * t_yqcxm);
+    J[29] = t_sif46 - (x_C * t_kaqej - X_x5 * t_fzk4w);
+    J[30] = t_kl34e + x_C * t_rzdx6;
+    J[31] = t_od3z2 - x_C * t_3obum;
     J[32] = SPLAT(K(0.0));
     J[33] = SPLAT(K(0.0));
-    J[34] = v2932 - (v47 * v2899 + v643 * v2414);
-    J[35] = v3513 - (v47 * v3480 + v643 * v2972);
-    J[36] = v3855 - (v47 * v3826 + v643 * v3534);
-    J[37] = v4409 - (v47 * v4376 + v643 * v3882);
-    J[38] = v4511 - v47 * v4493;
-    J[39] = v5057 - (v47 * v5024 + v643 * v4535);
-    J[40] = v5638 - (v47 * v5605 + v643 * v5093);
-    J[41] = v5980 - (v47 * v5951 + v643 * v5659);
-    J[42] = v6534 - (v47 * v6501 + v643 * v6007);
-    J[43] = v6636 - v47 * v6618;
-    J[44] = v1037 - (v47 * v1016 - v641 * v49);
-    J[45] = v1414 - (v47 * v1393 - v641 * v1083);
-    J[46] = v1490 - v47 * v1469;
-    J[47] = v1534 - v47 * v1516;
-    J[48] = v1572 - v47 * v1560;
-    J[49] = v1610 - v47 * v1595;
-    J[50] = v1933 - (v47 * v1913 - v641 * v1626);
-    J[51] = v2269 - (v47 * v2249 - v641 * v1961);
-    J[52] = v2311 - v47 * v2300;
-    J[53] = v2377 - v47 * v2365;
+    J[34] = t_56s4m - (x_C * t_r32rw + X_x5 * t_qrwk6);
+    J[35] = t_zcoux - (x_C * t_5qui4 + X_x5 * t_37b6j);
+    J[36] = t_sif46_2 - (x_C * t_ph3k5 + X_x5 * t_tepdd);
+    J[37] = t_bwgjg - (x_C * t_d6e7c + X_x5 * t_qdapd);
+    J[38] = t_bvlfu - x_C * t_qt2lr;
+    J[39] = t_22rda - (x_C * t_asiel + X_x5 * t_zn23j);
+    J[40] = t_dm5pt - (x_C * t_td2cp + X_x5 * t_zthab);
+    J[41] = t_sif46_3 - (x_C * t_7kzhv + X_x5 * t_ntng6);
+    J[42] = t_p2gmi - (x_C * t_ilfgh + X_x5 * t_h4vxz);
+    J[43] = t_wduhb - x_C * t_qa5mz;
+    J[44] = t_76pup - (x_C * t_siflb - X_x6 * t_6fswf);
+    J[45] = t_76pup_2 - (x_C * t_siflb_2 - X_x6 * t_ug47n);
+    J[46] = t_5qicw - x_C * t_zh6ym;
+    J[47] = t_gawjk - x_C * t_n5r3v;
+    J[48] = t_kyglk - x_C * t_gao76;
+    J[49] = t_dv2mw - x_C * t_mnjvs;
+    J[50] = t_chekg - (x_C * t_ezo2r - X_x6 * t_yqcxm);
+    J[51] = t_6yt6i - (x_C * t_q4hjb - X_x6 * t_fzk4w);
+    J[52] = t_ocypu - x_C * t_kutbt;
+    J[53] = t_4ozvf - x_C * t_3dix3;
     J[54] = SPLAT(K(0.0));
     J[55] = SPLAT(K(0.0));
-    J[56] = v2917 - (v47 * v2896 + v641 * v2414);
-    J[57] = v3498 - (v47 * v3477 + v641 * v2972);
-    J[58] = v3843 - (v47 * v3823 + v641 * v3534);
-    J[59] = v4394 - (v47 * v4373 + v641 * v3882);
-    J[60] = v4503 - v47 * v4491;
-    J[61] = v5042 - (v47 * v5021 + v641 * v4535);
-    J[62] = v5623 - (v47 * v5602 + v641 * v5093);
-    J[63] = v5968 - (v47 * v5948 + v641 * v5659);
-    J[64] = v6519 - (v47 * v6498 + v641 * v6007);
-    J[65] = v6628 - v47 * v6616;
-    J[66] = v1026;
-    J[67] = v1403;
-    J[68] = -v1485;
-    J[69] = -v1529;
-    J[70] = v1566;
-    J[71] = -v1605;
-    J[72] = v1923;
-    J[73] = v2259;
-    J[74] = v2305;
-    J[75] = v2371;
+    J[56] = t_ce7sx - (x_C * t_dzlfq + X_x6 * t_qrwk6);
+    J[57] = t_q7uwl - (x_C * t_ngk2s + X_x6 * t_37b6j);
+    J[58] = t_6yt6i_2 - (x_C * t_qhwmd + X_x6 * t_tepdd);
+    J[59] = t_faw46 - (x_C * t_rdejp + X_x6 * t_qdapd);
+    J[60] = t_cy7cx - x_C * t_dopxv;
+    J[61] = t_w6rkn - (x_C * t_3fimb + X_x6 * t_zn23j);
+    J[62] = t_hpbyb - (x_C * t_n4rk3 + X_x6 * t_zthab);
+    J[63] = t_6yt6i_3 - (x_C * t_sud4b + X_x6 * t_ntng6);
+    J[64] = t_yezeh - (x_C * t_ymehn + X_x6 * t_h4vxz);
+    J[65] = t_d3udt - x_C * t_umpxr;
+    J[66] = t_b6y6g;
+    J[67] = t_b6y6g_2;
+    J[68] = -t_2a4g4;
+    J[69] = -t_gn4wr;
+    J[70] = t_as7pg;
+    J[71] = -t_nb4xm;
+    J[72] = t_w2yvj;
+    J[73] = t_rbyn3;
+    J[74] = t_ha5ja;
+    J[75] = t_v4zqf;
     J[76] = SPLAT(K(0.0));
     J[77] = SPLAT(K(0.0));
-    J[78] = v2906;
-    J[79] = v3487;
-    J[80] = v3833;
-    J[81] = v4383;
-    J[82] = v4497;
-    J[83] = v5031;
-    J[84] = v5612;
-    J[85] = v5958;
-    J[86] = v6508;
-    J[87] = v6622;
-    J[88] = -v1016;
-    J[89] = -v1393;
-    J[90] = -v1469;
-    J[91] = -v1516;
-    J[92] = -v1560;
-    J[93] = -v1595;
-    J[94] = -v1913;
-    J[95] = -v2249;
-    J[96] = -v2300;
-    J[97] = -v2365;
+    J[78] = t_42xp2;
+    J[79] = t_pectw;
+    J[80] = t_rbyn3_2;
+    J[81] = t_s5jpg;
+    J[82] = t_2qn36;
+    J[83] = t_dwgxz;
+    J[84] = t_j6r5h;
+    J[85] = t_rbyn3_3;
+    J[86] = t_asue6;
+    J[87] = t_csi4c;
+    J[88] = -t_siflb;
+    J[89] = -t_siflb_2;
+    J[90] = -t_zh6ym;
+    J[91] = -t_n5r3v;
+    J[92] = -t_gao76;
+    J[93] = -t_mnjvs;
+    J[94] = -t_ezo2r;
+    J[95] = -t_q4hjb;
+    J[96] = -t_kutbt;
+    J[97] = -t_3dix3;
     J[98] = SPLAT(K(0.0));
     J[99] = SPLAT(K(0.0));
-    J[100] = -v2896;
-    J[101] = -v3477;
-    J[102] = -v3823;
-    J[103] = -v4373;
-    J[104] = -v4491;
-    J[105] = -v5021;
-    J[106] = -v5602;
-    J[107] = -v5948;
-    J[108] = -v6498;
-    J[109] = -v6616;
-    J[110] = v1019;
-    J[111] = v1396;
-    J[112] = v1477;
-    J[113] = v1523;
-    J[114] = -v1562;
-    J[115] = v1601;
-    J[116] = v1916;
-    J[117] = v2252;
-    J[118] = -v2302;
-    J[119] = v2367;
+    J[100] = -t_dzlfq;
+    J[101] = -t_ngk2s;
+    J[102] = -t_qhwmd;
+    J[103] = -t_rdejp;
+    J[104] = -t_dopxv;
+    J[105] = -t_3fimb;
+    J[106] = -t_n4rk3;
+    J[107] = -t_sud4b;
+    J[108] = -t_ymehn;
+    J[109] = -t_umpxr;
+    J[110] = t_kjeag;
+    J[111] = t_ofpuk;
+    J[112] = t_uf2hs;
+    J[113] = t_okj2x;
+    J[114] = -t_gaejw;
+    J[115] = t_etzpb;
+    J[116] = t_4mcw6;
+    J[117] = t_kaqej;
+    J[118] = -t_rzdx6;
+    J[119] = t_3obum;
     J[120] = SPLAT(K(0.0));
     J[121] = SPLAT(K(0.0));
-    J[122] = v2899;
-    J[123] = v3480;
-    J[124] = v3826;
-    J[125] = v4376;
-    J[126] = v4493;
-    J[127] = v5024;
-    J[128] = v5605;
-    J[129] = v5951;
-    J[130] = v6501;
-    J[131] = v6618;
+    J[122] = t_r32rw;
+    J[123] = t_5qui4;
+    J[124] = t_ph3k5;
+    J[125] = t_d6e7c;
+    J[126] = t_qt2lr;
+    J[127] = t_asiel;
+    J[128] = t_td2cp;
+    J[129] = t_7kzhv;
+    J[130] = t_ilfgh;
+    J[131] = t_qa5mz;
     J[132] = SPLAT(K(0.0));
     J[133] = SPLAT(K(0.0));
     J[134] = SPLAT(K(0.0));
@@ -2151,1432 +3396,2324 @@ void slosh_jac_p(const real *x, const real *u, const real *p, real *J)
     J[283] = SPLAT(K(0.0));
     J[284] = SPLAT(K(0.0));
     J[285] = SPLAT(K(0.0));
-    J[286] = v6802 - p[15] * (v6802 + v1026) * v10 - v12 * v6819;
-    J[287] = v6824 - p[15] * (v6824 + v1403) * v10 - v12 * v6838;
-    J[288] = v6857;
-    J[289] = v6874;
-    J[290] = v6891;
-    J[291] = v6908;
-    J[292] = v6911 - p[15] * (v6911 + v1923) * v10 - v12 * v6925;
-    J[293] = v6930 - p[15] * (v6930 + v2259) * v10 - v12 * v6944;
-    J[294] = v6963;
-    J[295] = v6980;
+    J[286] = t_6e2rb
+        - p[I1] * (t_6e2rb + t_b6y6g) * t_zrejm
+        - k1 * (t_u6dgx + sin_phi1 * t_57jla);
+    J[287] = t_6e2rb_2
+        - p[I1] * (t_6e2rb_2 + t_b6y6g_2) * t_zrejm
+        - k1 * (t_ri3id + sin_phi1 * t_ds3uu);
+    J[288] = t_5k4zx - p[I1] * (t_5k4zx - t_2a4g4) * t_zrejm - k1 * t_qhm65;
+    J[289] = t_d4i3v - p[I1] * (t_d4i3v - t_gn4wr) * t_zrejm - k1 * t_rywpw;
+    J[290] = t_bj4c5 - p[I1] * (t_bj4c5 + t_as7pg) * t_zrejm - k1 * t_umh5e;
+    J[291] = t_p4g56 - p[I1] * (t_p4g56 - t_nb4xm) * t_zrejm - k1 * t_mgoey;
+    J[292] = t_6jimd
+        - p[I1] * (t_6jimd + t_w2yvj) * t_zrejm
+        - k1 * (t_b5fqx + sin_phi1 * t_ulrhu);
+    J[293] = t_6gjta
+        - p[I1] * (t_6gjta + t_rbyn3) * t_zrejm
+        - k1 * (t_nc4ae + sin_phi1 * t_74jxz);
+    J[294] = t_tj7ps - p[I1] * (t_tj7ps + t_ha5ja) * t_zrejm - k1 * t_fml7w;
+    J[295] = t_fz2so - p[I1] * (t_fz2so + t_v4zqf) * t_zrejm - k1 * t_tftqx;
     J[296] = SPLAT(K(0.0));
     J[297] = SPLAT(K(0.0));
-    J[298] = v7028;
-    J[299] = v7051;
-    J[300] = v7054 - p[15] * (v7054 + v3833) * v10 - v12 * v7069;
-    J[301] = v7094;
-    J[302] = v7112;
-    J[303] = v7115 - p[15] * (v7115 + v5031) * v10 - v12 * v7129;
-    J[304] = v7134 - p[15] * (v7134 + v5612) * v10 - v12 * v7148;
-    J[305] = v7153 - p[15] * (v7153 + v5958) * v10 - v12 * v7167;
-    J[306] = v7172 - p[15] * (v7172 + v6508) * v10 - v12 * v7186;
-    J[307] = v7205;
-    J[308] = -(v1019 + v191 * (v186 * (v7219 - s88 * v1037)));
-    J[309] = -(v1396 + v191 * (v186 * (v7236 - s88 * v1414)));
-    J[310] = -(v1477 + v191 * (v186 * v7253));
-    J[311] = -(v1523 + v191 * (v186 * v7268));
-    J[312] = -(v191 * (v186 * v7283) - v1562);
-    J[313] = -(v1601 + v191 * (v186 * v7298));
-    J[314] = -(v1916 + v191 * (v186 * (v7313 - s88 * v1933)));
-    J[315] = -(v2252 + v191 * (v186 * (v7330 - s88 * v2269)));
-    J[316] = -(v191 * (v186 * v7347) - v2302);
-    J[317] = -(v2367 + v191 * (v186 * v7362));
+    J[298] = t_lsbn7
+        - (p[I1] * (t_lsbn7 + t_42xp2) * t_zrejm - t_g65cu * t_os4zj)
+        - (t_ynvhx * t_65tki + k1 * (t_wz6in + sin_phi1 * t_dzofb));
+    J[299] = t_otmnr
+        - (p[I1] * (t_otmnr + t_pectw) * t_zrejm - t_g65cu * t_gi55u)
+        - (t_ynvhx * t_gtm2o + k1 * (t_rjnco + sin_phi1 * t_hzfds));
+    J[300] = t_6gjta_2
+        - p[I1] * (t_6gjta_2 + t_rbyn3_2) * t_zrejm
+        - k1 * (t_mmhac + sin_phi1 * (t_6xo3m - t_vpupx));
+    J[301] = t_lsbn7_2
+        - ((t_j5eoq + p[I1] * (t_lsbn7_2 + t_s5jpg)) * t_zrejm - t_g65cu)
+        - (k1 * (t_gzwzd + sin_phi1 * t_xgt7p) - t_ynvhx * t_f7dyx);
+    J[302] = t_4hyqp - (x[phi1_dot] + p[I1] * (t_4hyqp + t_2qn36)) * t_zrejm - k1 * t_t256n;
+    J[303] = t_lsbn7_3
+        - p[I1] * (t_lsbn7_3 + t_dwgxz) * t_zrejm
+        - k1 * (t_l5xo5 + sin_phi1 * t_nrosw);
+    J[304] = t_otmnr_2
+        - p[I1] * (t_otmnr_2 + t_j6r5h) * t_zrejm
+        - k1 * (t_kw46p + sin_phi1 * t_vq2zc);
+    J[305] = t_6gjta_3
+        - p[I1] * (t_6gjta_3 + t_rbyn3_3) * t_zrejm
+        - k1 * (t_wm2y6 + sin_phi1 * t_5lgag);
+    J[306] = t_lsbn7_4
+        - p[I1] * (t_lsbn7_4 + t_asue6) * t_zrejm
+        - k1 * (t_d6jpg + sin_phi1 * t_svkbn);
+    J[307] = t_ifm3j - p[I1] * (t_ifm3j + t_csi4c) * t_zrejm - k1 * t_difmz;
+    J[308] = -(t_kjeag + th_1 * (q_1 * t_adb3p));
+    J[309] = -(t_ofpuk + th_1 * (q_1 * t_cul42));
+    J[310] = -(t_uf2hs + th_1 * (q_1 * t_uu53f));
+    J[311] = -(t_okj2x + th_1 * (q_1 * t_rdcsc));
+    J[312] = -(th_1 * (q_1 * t_zw7yl) - t_gaejw);
+    J[313] = -(t_etzpb + th_1 * (q_1 * t_z7v5y));
+    J[314] = -(t_4mcw6 + th_1 * (q_1 * t_xmjco));
+    J[315] = -(t_kaqej + th_1 * (q_1 * t_idddq));
+    J[316] = -(th_1 * (q_1 * t_imwbh) - t_rzdx6);
+    J[317] = -(t_3obum + th_1 * (q_1 * t_evtjo));
     J[318] = SPLAT(K(0.0));
     J[319] = SPLAT(K(0.0));
-    J[320] = -v7399;
-    J[321] = -(v3480 + (v7420 - v7379 * v3014));
-    J[322] = -(v3826 + v191 * (v186 * (v7435 - s88 * v3843)));
-    J[323] = -(v4376 + (v191 * (v186 * (v7452 - s88 * v4394)) - v7379 * v2443));
-    J[324] = -(v4493 + v191 * (x[14] * v7367 + v186 * v7472));
-    J[325] = -(v5024 + v191 * (v186 * (v7488 - s88 * v5042)));
-    J[326] = -(v5605 + v191 * (v186 * (v7505 - s88 * v5623)));
-    J[327] = -(v5951 + v191 * (v186 * (v7522 - s88 * v5968)));
-    J[328] = -(v6501 + v191 * (v186 * (v7539 - s88 * v6519)));
-    J[329] = -(v6618 + v191 * (v186 * v7556));
-    J[330] = v7563 - p[20] * (v7563 + v1026) * v31 - v57 * v7580;
-    J[331] = v7585 - p[20] * (v7585 + v1403) * v31 - v57 * v7599;
-    J[332] = v7618;
-    J[333] = v7635;
-    J[334] = v7652;
-    J[335] = v7669;
-    J[336] = v7672 - p[20] * (v7672 + v1923) * v31 - v57 * v7686;
-    J[337] = v7691 - p[20] * (v7691 + v2259) * v31 - v57 * v7705;
-    J[338] = v7724;
-    J[339] = v7741;
+    J[320] = -(t_r32rw + (t_mvk6z * t_ievgo + th_1 * (q_1 * t_krdq7 - t_4yl6k * t_ibe72)));
+    J[321] = -(t_5qui4 + (th_1 * (t_5ffnn * sin_phi1 + q_1 * t_cakst) - t_mvk6z * t_hjjc3));
+    J[322] = -(t_ph3k5 + th_1 * (q_1 * t_lr2ho));
+    J[323] = -(t_d6e7c + (th_1 * (q_1 * t_iufxj) - t_mvk6z * t_sdxhx));
+    J[324] = -(t_qt2lr + th_1 * (x[theta1_dot] * t_ibe72 + q_1 * t_tkwds));
+    J[325] = -(t_asiel + th_1 * (q_1 * t_l33jj));
+    J[326] = -(t_td2cp + th_1 * (q_1 * t_t4mda));
+    J[327] = -(t_7kzhv + th_1 * (q_1 * t_rbrs4));
+    J[328] = -(t_ilfgh + th_1 * (q_1 * t_drbrx));
+    J[329] = -(t_qa5mz + th_1 * (q_1 * t_umtid));
+    J[330] = t_hlapu
+        - p[I2] * (t_hlapu + t_b6y6g) * t_5wzvs
+        - k2 * (t_wz2j6 + sin_phi2 * t_57jla);
+    J[331] = t_hlapu_2
+        - p[I2] * (t_hlapu_2 + t_b6y6g_2) * t_5wzvs
+        - k2 * (t_ncrgn + sin_phi2 * t_ds3uu);
+    J[332] = t_3htp2 - p[I2] * (t_3htp2 - t_2a4g4) * t_5wzvs - k2 * t_ave4g;
+    J[333] = t_6jmyy - p[I2] * (t_6jmyy - t_gn4wr) * t_5wzvs - k2 * t_4tkup;
+    J[334] = t_uahpb - p[I2] * (t_uahpb + t_as7pg) * t_5wzvs - k2 * t_h6hjz;
+    J[335] = t_6w4rd - p[I2] * (t_6w4rd - t_nb4xm) * t_5wzvs - k2 * t_mv7a3;
+    J[336] = t_7qkup
+        - p[I2] * (t_7qkup + t_w2yvj) * t_5wzvs
+        - k2 * (t_hhnms + sin_phi2 * t_ulrhu);
+    J[337] = t_vzckm
+        - p[I2] * (t_vzckm + t_rbyn3) * t_5wzvs
+        - k2 * (t_ejcfn + sin_phi2 * t_74jxz);
+    J[338] = t_4sp22 - p[I2] * (t_4sp22 + t_ha5ja) * t_5wzvs - k2 * t_xwhz3;
+    J[339] = t_qpq3e - p[I2] * (t_qpq3e + t_v4zqf) * t_5wzvs - k2 * t_nyprb;
     J[340] = SPLAT(K(0.0));
     J[341] = SPLAT(K(0.0));
-    J[342] = v7744 - p[20] * (v7744 + v2906) * v31 - v57 * v7758;
-    J[343] = v7763 - p[20] * (v7763 + v3487) * v31 - v57 * v7777;
-    J[344] = v7782 - p[20] * (v7782 + v3833) * v31 - v57 * v7796;
-    J[345] = v7801 - p[20] * (v7801 + v4383) * v31 - v57 * v7815;
-    J[346] = v7834;
-    J[347] = v7872;
-    J[348] = v7895;
-    J[349] = v7898 - p[20] * (v7898 + v5958) * v31 - v57 * v7913;
-    J[350] = v7938;
-    J[351] = v7956;
-    J[352] = -(v1019 + v202 * (v197 * (v7969 - s113 * v1037)));
-    J[353] = -(v1396 + v202 * (v197 * (v7985 - s113 * v1414)));
-    J[354] = -(v1477 + v202 * (v197 * v8001));
-    J[355] = -(v1523 + v202 * (v197 * v8015));
-    J[356] = -(v202 * (v197 * v8029) - v1562);
-    J[357] = -(v1601 + v202 * (v197 * v8043));
-    J[358] = -(v1916 + v202 * (v197 * (v8057 - s113 * v1933)));
-    J[359] = -(v2252 + v202 * (v197 * (v8073 - s113 * v2269)));
-    J[360] = -(v202 * (v197 * v8089) - v2302);
-    J[361] = -(v2367 + v202 * (v197 * v8103));
+    J[342] = t_vueg2
+        - p[I2] * (t_vueg2 + t_42xp2) * t_5wzvs
+        - k2 * (t_nbv5l + sin_phi2 * t_dzofb);
+    J[343] = t_ej5r5
+        - p[I2] * (t_ej5r5 + t_pectw) * t_5wzvs
+        - k2 * (t_w2dr4 + sin_phi2 * t_hzfds);
+    J[344] = t_vzckm_2
+        - p[I2] * (t_vzckm_2 + t_rbyn3_2) * t_5wzvs
+        - k2 * (t_pj54z + sin_phi2 * t_jaeht);
+    J[345] = t_vueg2_2
+        - p[I2] * (t_vueg2_2 + t_s5jpg) * t_5wzvs
+        - k2 * (t_iztme + sin_phi2 * t_xgt7p);
+    J[346] = t_3j7pj - p[I2] * (t_3j7pj + t_2qn36) * t_5wzvs - k2 * t_ncziw;
+    J[347] = t_vueg2_3
+        - (p[I2] * (t_vueg2_3 + t_dwgxz) * t_5wzvs - t_ikkca * t_nfvux)
+        - (t_rrute * t_zlqqo + k2 * (t_thaoj + sin_phi2 * t_nrosw));
+    J[348] = t_ej5r5_2
+        - (p[I2] * (t_ej5r5_2 + t_j6r5h) * t_5wzvs - t_ikkca * t_f5n5n)
+        - (t_rrute * t_knrxj + k2 * (t_dtzxw + sin_phi2 * t_vq2zc));
+    J[349] = t_vzckm_3
+        - p[I2] * (t_vzckm_3 + t_rbyn3_3) * t_5wzvs
+        - k2 * (t_7xdau + sin_phi2 * (t_6xo3m_2 - t_tcwyk));
+    J[350] = t_vueg2_4
+        - ((t_ceda7 + p[I2] * (t_vueg2_4 + t_asue6)) * t_5wzvs - t_ikkca)
+        - (k2 * (t_q2p5s + sin_phi2 * t_svkbn) - t_rrute * t_2deuo);
+    J[351] = t_lhvfk - (x[phi2_dot] + p[I2] * (t_lhvfk + t_csi4c)) * t_5wzvs - k2 * t_em6fd;
+    J[352] = -(t_kjeag + th_2 * (q_2 * t_kjdut));
+    J[353] = -(t_ofpuk + th_2 * (q_2 * t_a34nc));
+    J[354] = -(t_uf2hs + th_2 * (q_2 * t_672su));
+    J[355] = -(t_okj2x + th_2 * (q_2 * t_x7mee));
+    J[356] = -(th_2 * (q_2 * t_wea7r) - t_gaejw);
+    J[357] = -(t_etzpb + th_2 * (q_2 * t_qmvlm));
+    J[358] = -(t_4mcw6 + th_2 * (q_2 * t_hllhl));
+    J[359] = -(t_kaqej + th_2 * (q_2 * t_wupty));
+    J[360] = -(th_2 * (q_2 * t_i3efb) - t_rzdx6);
+    J[361] = -(t_3obum + th_2 * (q_2 * t_mnoxd));
     J[362] = SPLAT(K(0.0));
     J[363] = SPLAT(K(0.0));
-    J[364] = -(v2899 + v202 * (v197 * (v8117 - s113 * v2917)));
-    J[365] = -(v3480 + v202 * (v197 * (v8133 - s113 * v3498)));
-    J[366] = -(v3826 + v202 * (v197 * (v8149 - s113 * v3843)));
-    J[367] = -(v4376 + v202 * (v197 * (v8165 - s113 * v4394)));
-    J[368] = -(v4493 + v202 * (v197 * v8181));
-    J[369] = -v8216;
-    J[370] = -(v5605 + (v202 * v8235 - v8197 * v5139));
-    J[371] = -(v5951 + v202 * (v197 * (v8250 - s113 * v5968)));
-    J[372] = -(v6501 + (v202 * (v197 * (v8266 - s113 * v6519)) - v8197 * v4568));
-    J[373] = -(v6618 + v202 * (x[16] * v8186 + v197 * v8285));
+    J[364] = -(t_r32rw + th_2 * (q_2 * t_bsojp));
+    J[365] = -(t_5qui4 + th_2 * (q_2 * t_qahse));
+    J[366] = -(t_ph3k5 + th_2 * (q_2 * t_73hce));
+    J[367] = -(t_d6e7c + th_2 * (q_2 * t_zdvcu));
+    J[368] = -(t_qt2lr + th_2 * (q_2 * t_xhmum));
+    J[369] = -(t_asiel + (t_4nigg * t_igor2 + th_2 * (q_2 * t_cpbqq - t_4jcmi * t_r7vy7)));
+    J[370] = -(t_td2cp + (th_2 * (t_oqair * sin_phi2 + q_2 * t_gnykk) - t_4nigg * t_yex7s));
+    J[371] = -(t_7kzhv + th_2 * (q_2 * t_3lmcf));
+    J[372] = -(t_ilfgh + (th_2 * (q_2 * t_igwwm) - t_4nigg * t_yyt2v));
+    J[373] = -(t_qa5mz + th_2 * (x[theta2_dot] * t_r7vy7 + q_2 * t_4mpdk));
 }
 
 /* Jacobian of outputs with respect to p, row by row; 5259 operations. */
 void slosh_outputs_jac_p(const real *x, const real *u, const real *r, const real *p, real *J_p)
 {
     (void)r;
-    const real v3 = p[13] * p[13];
-    const real v8 = K(1.0) / (v3 * p[12] + p[15]);
-    const real v9 = p[12] * v8;
-    const real v10 = v9 * p[15];
-    const real v23 = p[18] * p[18];
-    const real v27 = K(1.0) / (v23 * p[17] + p[20]);
-    const real v28 = p[17] * v27;
-    const real v29 = v28 * p[20];
-    const real v34 = p[0] + p[1] + v10 + v29;
-    const real v35 = K(1.0) / v34;
-    const real v36 = (p[14] * v10 - (p[7] * p[0] + p[6] * p[1]) + p[19] * v29) * v35;
-    const real v37 = v36 * v36;
-    real s39, c39; mv_sincos(u[4], &s39, &c39);
-    const real v41 = c39 * p[9];
-    real s43, c43; mv_sincos(u[3], &s43, &c43);
-    const real v44 = v41 * s43;
-    const real v47 = p[7] + p[8] + v36;
-    const real v50 = v10 * p[13];
-    real s52, c52; mv_sincos(x[9], &s52, &c52);
-    const real v53 = v50 * s52;
-    const real v58 = x[4] * x[4] + x[5] * x[5];
-    const real v59 = p[14] - v36;
-    const real v60 = v58 * v59;
-    const real v65 = x[3] - x[14];
-    real s68, c68; mv_sincos(x[10], &s68, &c68);
-    const real v72 = c68 * x[5] + s68 * x[4];
-    const real v74 = c52 * v65 - v72 * s52;
-    const real v77 = v72 * c52 + s52 * v65;
-    const real v80 = v74 * v77 - v72 * v65;
-    const real v84 = p[16] * x[13];
-    const real v85 = v9 * p[13];
-    const real v87 = v50 * v80 + v84 * v85;
-    const real v89 = v53 * v60 + v87 * p[13];
-    const real v90 = c52 * v60;
-    const real v91 = p[13] * p[12];
-    const real v92 = v91 * v85;
-    const real v97 = c68 * x[4] - s68 * x[5];
-    const real v98 = v97 + x[13];
-    const real v100 = v77 * v77 + v98 * v98;
-    const real v102 = v90 * v92 - v91 * v100;
-    const real v105 = s52 * v102 - v87 * c52;
-    const real v107 = v89 + v105 * v59;
-    const real v109 = v29 * p[18];
-    real s111, c111; mv_sincos(x[11], &s111, &c111);
-    const real v112 = v109 * s111;
-    const real v113 = p[19] - v36;
-    const real v114 = v58 * v113;
-    const real v118 = x[3] - x[16];
-    real s121, c121; mv_sincos(x[12], &s121, &c121);
-    const real v125 = c121 * x[5] + s121 * x[4];
-    const real v127 = c111 * v118 - v125 * s111;
-    const real v130 = v125 * c111 + s111 * v118;
-    const real v133 = v127 * v130 - v125 * v118;
-    const real v137 = p[21] * x[15];
-    const real v138 = v28 * p[18];
-    const real v140 = v109 * v133 + v137 * v138;
-    const real v142 = v112 * v114 + v140 * p[18];
-    const real v143 = c111 * v114;
-    const real v144 = p[18] * p[17];
-    const real v145 = v144 * v138;
-    const real v150 = c121 * x[4] - s121 * x[5];
-    const real v151 = v150 + x[15];
-    const real v153 = v130 * v130 + v151 * v151;
-    const real v155 = v143 * v145 - v144 * v153;
-    const real v158 = s111 * v155 - v140 * c111;
-    const real v160 = v142 + v158 * v113;
-    const real v163 = x[14] * p[15];
-    const real v166 = x[16] * p[20];
-    const real v169 = x[3] * x[5];
-    const real v172 = p[2] + p[3];
-    const real v173 = p[15] + p[20];
-    const real v177 = p[4] - p[5];
-    const real v180 = v107 * c68 + v160 * c121 + v163 * x[3] + v166 * x[3] - v169 * (v172 + v173 + v177);
-    const real v181 = s52 * p[13];
-    const real v182 = v181 * v181;
-    const real v185 = K(1.0) / (p[15] + p[12] * v182);
-    const real v186 = p[12] * v185;
-    const real v187 = x[3] * x[4];
-    const real v189 = c52 * p[13];
-    const real v194 = v98 + x[13];
-    const real v196 = v187 * v181 + v97 * v189 * v65 - v74 * p[13] * v194;
-    const real v198 = p[16] * x[14];
-    const real v200 = v196 * p[15] - v198 * v181;
-    const real v201 = v186 * v200;
-    const real v202 = v201 * s68;
-    const real v203 = v59 - v189;
-    const real v206 = s111 * p[18];
-    const real v207 = v206 * v206;
-    const real v210 = K(1.0) / (p[20] + p[17] * v207);
-    const real v211 = p[17] * v210;
-    const real v213 = c111 * p[18];
-    const real v218 = v151 + x[15];
-    const real v220 = v187 * v206 + v150 * v213 * v118 - v127 * p[18] * v218;
-    const real v222 = p[21] * x[16];
-    const real v224 = v220 * p[20] - v222 * v206;
-    const real v225 = v211 * v224;
-    const real v226 = v225 * s121;
-    const real v227 = v113 - v213;
-    const real v230 = x[13] * p[15];
-    const real v233 = x[15] * p[20];
-    const real v237 = v44 * v47 - (u[1] + (v180 - v202 * v203 - v226 * v227 - v230 * x[5] - v233 * x[5]));
-    const real v238 = v92 * s52;
-    const real v239 = v238 * c52;
-    const real v241 = v53 + v239 * v59;
-    const real v243 = v145 * s111;
-    const real v244 = v243 * c111;
-    const real v246 = v112 + v244 * v113;
-    const real v248 = v241 * c68 + v246 * c121;
-    const real v251 = v238 * s52;
-    const real v253 = v243 * s111;
-    const real v255 = K(1.0) / (v34 + v92 + v145 - v251 - v253);
-    const real v256 = v248 * v255;
-    const real v266 = v41 * c43 + (v87 * s52 + v140 * s111 + c52 * v102 + c111 * v155);
-    const real v269 = c68 * s68;
-    const real v270 = v50 * c52;
-    const real v271 = v251 * v59;
-    const real v272 = v270 - v271;
-    const real v273 = v186 * p[15];
-    const real v274 = v203 * v273;
-    const real v276 = v274 - v59 * v10;
-    const real v277 = v272 + v276;
-    const real v279 = c121 * s121;
-    const real v280 = v109 * c111;
-    const real v281 = v253 * v113;
-    const real v282 = v280 - v281;
-    const real v283 = v211 * p[20];
-    const real v284 = v227 * v283;
-    const real v286 = v284 - v113 * v29;
-    const real v287 = v282 + v286;
-    const real v289 = v269 * v277 + v279 * v287;
-    const real v292 = v239 * s68 + v244 * s121;
-    const real v294 = v289 + v292 * v256;
-    const real v295 = s68 * s68;
-    const real v297 = v251 + v10 - v273;
-    const real v298 = v295 * v297;
-    const real v299 = s121 * s121;
-    const real v301 = v253 + v29 - v283;
-    const real v302 = v299 * v301;
-    const real v309 = v292 * v255;
-    const real v312 = K(1.0) / (v298 + v302 + v34 + v273 + v283 - v10 - v29 - v292 * v309);
-    const real v313 = v294 * v312;
-    const real v315 = s39 * p[9];
-    const real v316 = v201 * c68;
-    const real v317 = v225 * c121;
-    const real v325 = v315 - (v316 + v317 + v105 * s68 + v158 * s121) + v309 * v266;
-    const real v330 = v295 * v277 + v299 * v287;
-    const real v338 = v239 * c68 + v244 * c121;
-    const real v339 = v338 * v255;
-    const real v341 = v269 * v297 + v279 * v301 - v292 * v339;
-    const real v345 = v330 - (v272 + v282) + v341 * v313 - v338 * v256;
-    const real v350 = v341 * v312;
-    const real v355 = K(1.0) / (v251 + v253 + v34 - v298 - v302 - v341 * v350 - v338 * v339);
-    const real v356 = v345 * v355;
-    const real v366 = v339 * v266 - (v44 + (v105 * c68 - (v202 + v226) + v158 * c121)) - v350 * v325;
-    const real v369 = v181 * v274;
-    const real v371 = v206 * v284;
-    const real v373 = s68 * v369 + s121 * v371;
-    const real v374 = v50 * p[13];
-    const real v375 = v270 * v59;
-    const real v376 = v374 - v375;
-    const real v379 = v109 * p[18];
-    const real v380 = v280 * v113;
-    const real v381 = v379 - v380;
-    const real v384 = v181 * v273;
-    const real v385 = c68 * v384;
-    const real v386 = v206 * v283;
-    const real v387 = c121 * v386;
-    const real v393 = v53 + v112;
-    const real v394 = v393 * v255;
-    const real v396 = v385 + v387 + v270 * s68 + v280 * s121 + v292 * v394;
-    const real v399 = s68 * v384;
-    const real v400 = s121 * v386;
-    const real v406 = v396 * v312;
-    const real v410 = v399 + v400 - v270 * c68 - v280 * c121 + v341 * v406 - v338 * v394;
-    const real v414 = v373 + v376 * c68 + v381 * c121 - v396 * v313 - v410 * v356 - v393 * v256;
-    const real v417 = v181 * v384 + v206 * v386;
-    const real v423 = v410 * v355;
-    const real v428 = K(1.0) / (v417 + v374 + v379 + v172 - v396 * v406 - v410 * v423 - v393 * v394);
-    const real v429 = v414 * v428;
-    const real v433 = v201 * v181 + v225 * v206;
-    const real v444 = v89 - v433 + v142 - v84 - v137 + v163 * x[4] + v166 * x[4] - v177 * x[4] * x[5];
-    const real v451 = u[0] - v444 + v394 * v266 + v406 * v325 - v423 * v366;
-    const real v454 = v59 * v59;
-    const real v455 = v10 * v454;
-    const real v460 = v374 + K(-2.0) * v375 + v59 * v271;
-    const real v462 = v203 * v274;
-    const real v463 = v455 + v460 - v462;
-    const real v466 = v113 * v113;
-    const real v467 = v29 * v466;
-    const real v471 = v379 + K(-2.0) * v380 + v113 * v281;
-    const real v473 = v227 * v284;
-    const real v474 = v467 + v471 - v473;
-    const real v483 = v241 * s68 + v246 * s121;
-    const real v484 = v483 * v255;
-    const real v486 = v276 + v286 - v330 - v385 - v387 - v292 * v484;
-    const real v491 = v486 * v312;
-    const real v495 = v399 - v289 + v400 - v341 * v491 - v338 * v484;
-    const real v498 = c68 * v369;
-    const real v500 = c121 * v371;
-    const real v508 = v495 * v355;
-    const real v510 = v417 - v498 - v500 + v376 * s68 + v381 * s121 + v396 * v491 - v410 * v508;
-    const real v512 = v510 - v393 * v484;
-    const real v514 = v373 + v269 * v463 + v279 * v474 + v486 * v313 - v495 * v356 - v512 * v429;
-    const real v516 = v514 - v483 * v256;
-    const real v519 = v295 * v463;
-    const real v521 = v299 * v474;
-    const real v524 = p[14] * p[14];
-    const real v526 = p[19] * p[19];
-    const real v529 = p[7] * p[7];
-    const real v532 = p[6] * p[6];
-    const real v536 = v10 * v524 + v29 * v526 + p[0] * v529 + p[1] * v532 - v34 * v37;
-    const real v542 = v462 + v473 + v417 + v519 + v521 + (p[2] + p[5] + v536) - v455 - v467 + K(-2.0) * v498;
-    const real v549 = v512 * v428;
-    const real v553 = v542 + K(-2.0) * v500 - v486 * v491 - v495 * v508 - v512 * v549 - v483 * v484;
-    const real v554 = K(1.0) / v553;
-    const real v555 = v516 * v554;
-    const real v566 = v107 * s68 - (v433 + v198 + v222) + v160 * s121 - v187 * (v172 + (p[5] - p[4]));
-    const real v577 = u[2] - (v566 - v230 * x[4] - v233 * x[4] + v316 * v203 + v317 * v227) - v315 * v47;
-    const real v585 = v577 + v484 * v266 - v491 * v325 - v508 * v366 - v549 * v451;
-    const real v587 = v237 + v256 * v266 + v313 * v325 - v356 * v366 - v429 * v451 - v555 * v585;
-    const real v598 = v460 + v471 + (p[2] + p[4] + v173 + v536) - v519 - v521 - v294 * v313 - v345 * v356;
-    const real v605 = K(1.0) / (v598 - v414 * v429 - v516 * v555 - v248 * v256);
-    const real v606 = v587 * v605;
-    const real v607 = v606 * v605;
-    const real v611 = v406 + v423 * v350;
-    const real v618 = v508 * v350 - (v36 + v491) - v549 * v611;
-    const real v620 = v313 + v356 * v350 - v429 * v611 - v555 * v618;
-    const real v621 = v607 * v620;
-    const real v622 = v555 * v554;
-    const real v626 = v620 * v605;
-    const real v628 = v516 * v621 - v606 * v618 - v585 * v626;
-    const real v630 = v585 * v554;
-    const real v631 = v630 * v554;
-    const real v633 = v622 * v628 + v631 * v618;
-    const real v634 = v621 + v633;
-    const real v636 = v366 * v355;
-    const real v637 = v636 * v355;
-    const real v639 = v356 * v355;
-    const real v653 = v555 * v621 + v628 * v554;
-    const real v655 = v414 * v621 - v606 * v611 - v451 * v626 - v512 * v653;
-    const real v657 = v429 * v621 + v655 * v428;
-    const real v661 = v606 * v350 + v345 * v621 - v366 * v626 - v410 * v657 - v495 * v653;
-    const real v663 = v508 * v355;
-    const real v665 = v630 - v555 * v606;
-    const real v671 = v618 * v554 - v555 * v626;
-    const real v681 = v512 * v633 - v665 * v611 - v451 * v671;
-    const real v683 = v549 * v633 - v429 * v653 + v681 * v428;
-    const real v685 = v665 * v350 + v495 * v633 - v366 * v671 - v410 * v683;
-    const real v688 = v423 * v355;
-    const real v689 = v451 * v428;
-    const real v693 = v689 - v549 * v665 - v429 * v606;
-    const real v695 = v429 * v428;
-    const real v697 = v549 * v428;
-    const real v700 = v689 * v428;
-    const real v702 = v695 * v655 + v697 * v681 + v700 * v611;
-    const real v709 = v611 * v428 - (v429 * v626 + v549 * v671);
-    const real v711 = v693 * v350 + v410 * v702 - v366 * v709;
-    const real v714 = v637 * v350 - (v639 * v661 + v663 * v685 + v688 * v711);
-    const real v716 = v313 * v312;
-    const real v725 = v356 * v621 + v661 * v355;
-    const real v729 = v606 + v294 * v621 + v325 * v626 - v396 * v657 + v341 * v725 + v486 * v653;
-    const real v731 = v491 * v312;
-    const real v740 = v508 * v633 - v356 * v653 + v685 * v355;
-    const real v744 = v486 * v633 - v665 - v325 * v671 - v341 * v740 + v396 * v683;
-    const real v747 = v406 * v312;
-    const real v758 = v423 * v702 - (v356 * v657 + v508 * v683) + v711 * v355;
-    const real v760 = v693 + v396 * v702 + v325 * v709 + v341 * v758;
-    const real v763 = v350 * v312;
-    const real v770 = v356 * v626 + v508 * v671 + v423 * v709 + v350 * v355;
-    const real v777 = v636 - v423 * v693 - v508 * v665 - v356 * v606;
-    const real v780 = v325 * v770 - (v777 + v341 * v714);
-    const real v783 = v325 * v312;
-    const real v784 = v783 * v312;
-    const real v785 = v716 * v729 + v731 * v744 + v747 * v760 + v763 * v780 + v784;
-    const real v787 = v339 * v255;
-    const real v799 = v313 * v725 - v491 * v740 + v406 * v758 - v350 * v714 + v780 * v312;
-    const real v801 = v338 * v714 + v266 * v770 + v292 * v799;
-    const real v803 = v256 * v255;
-    const real v815 = v313 * v621 + v729 * v312;
-    const real v817 = v248 * v621 + v266 * v626 - v483 * v653 - v393 * v657 - v338 * v725 + v292 * v815;
-    const real v819 = v484 * v255;
-    const real v831 = v313 * v653 + v491 * v633 + v744 * v312;
-    const real v833 = v483 * v633 + v266 * v671 - v393 * v683 - v338 * v740 - v292 * v831;
-    const real v836 = v394 * v255;
-    const real v848 = v491 * v683 - v313 * v657 + v406 * v702 + v760 * v312;
-    const real v850 = v393 * v702 + v266 * v709 - v338 * v758 + v292 * v848;
-    const real v854 = v309 * v255;
-    const real v863 = v313 * v626 - v491 * v671 + v406 * v709 + v350 * v770 + v312;
-    const real v865 = v292 * v785 + v266 * v863;
-    const real v867 = v787 * v801 - (v803 * v817 + v819 * v833 + v836 * v850) - v854 * v865;
-    const real v869 = v36 * v35;
-    const real v870 = v36 + v36;
-    const real v876 = v44 * v626 - v315 * v671;
-    const real v879 = v621 - v633;
-    const real v881 = v279 * v653 + v299 * v879;
-    const real v882 = v881 - v621;
-    const real v884 = v113 + v113;
-    const real v885 = v633 + v881;
-    const real v891 = c121 * v626 + s121 * v671;
-    const real v896 = v256 * v621 + v817 * v255;
-    const real v902 = v484 * v633 - v256 * v653 + v833 * v255;
-    const real v904 = c121 * v896 + s121 * v902;
-    const real v908 = v815 - v740;
-    const real v910 = v725 - v831;
-    const real v912 = v279 * v908 + v299 * v910;
-    const real v913 = v912 - v725;
-    const real v914 = v113 * v882 - v913;
-    const real v916 = v281 * v882 + v884 * (v29 * v885) - v158 * v891 + v244 * v904 + v253 * v914;
-    const real v917 = v912 + v831;
-    const real v923 = c121 * v657 + s121 * v683;
-    const real v924 = K(-2.0) * v882 - v923;
-    const real v928 = v881 + v633;
-    const real v935 = v657 + v653;
-    const real v938 = K(-2.0) * v633 + v683;
-    const real v940 = s121 * v935 - c121 * v938;
-    const real v942 = v917 - v227 * v928 + v206 * v940;
-    const real v944 = v226 * v626 - v284 * v928 - v317 * v671 + v283 * v942;
-    const real v954 = v256 * v626 + v484 * v671 + v394 * v709 - v339 * v770 + v309 * v863;
-    const real v960 = c121 * v770 - v113 * v891 - s121 * v863;
-    const real v962 = c111 * v954 + s111 * v960;
-    const real v965 = v891 + v709;
-    const real v969 = v916 - v29 * v917 + v280 * v924 + v944 + v58 * (c111 * (v145 * v962) - v112 * v965);
-    const real v973 = v269 * v653 + v295 * v879;
-    const real v974 = v973 - v621;
-    const real v976 = v59 + v59;
-    const real v977 = v633 + v973;
-    const real v983 = c68 * v626 + s68 * v671;
-    const real v988 = c68 * v896 + s68 * v902;
-    const real v994 = v269 * v908 + v295 * v910;
-    const real v995 = v994 - v725;
-    const real v996 = v59 * v974 - v995;
-    const real v998 = v271 * v974 + v976 * (v10 * v977) - v105 * v983 + v239 * v988 + v251 * v996;
-    const real v999 = v994 + v831;
-    const real v1005 = c68 * v657 + s68 * v683;
-    const real v1006 = K(-2.0) * v974 - v1005;
-    const real v1010 = v973 + v633;
-    const real v1019 = s68 * v935 - c68 * v938;
-    const real v1021 = v999 - v203 * v1010 + v181 * v1019;
-    const real v1023 = v202 * v626 - v274 * v1010 - v316 * v671 + v273 * v1021;
-    const real v1030 = c68 * v770 - v59 * v983 - s68 * v863;
-    const real v1032 = c52 * v954 + s52 * v1030;
-    const real v1035 = v983 + v709;
-    const real v1039 = v998 - v10 * v999 + v270 * v1006 + v1023 + v58 * (c52 * (v92 * v1032) - v53 * v1035);
-    const real v1040 = v870 * (v34 * v634) - v665 + v876 - v969 - v1039;
-    const real v1042 = v37 * v634 + v714 - v785 + v867 - v869 * v1040;
-    const real v1045 = v1040 * v35;
-    const real v1052 = v169 * v626;
-    const real v1053 = v187 * v671;
-    const real v1055 = v1052 + v1053 - v702;
-    const real v1059 = v1052 + x[4] * (x[5] * v709);
-    const real v1064 = p[6] + p[6];
-    const real v1070 = p[7] + p[7];
-    const real v1085 = c39 * (s43 * (v47 * v626 + v770) + c43 * v954) + s39 * (v863 - v47 * v671);
-    const real v1090 = v714 + v785;
-    const real v1092 = v269 * v799 - v295 * v1090;
-    const real v1105 = v256 * v725 + v484 * v740 + v394 * v758 + v339 * v714 + v801 * v255;
-    const real v1118 = v256 * v815 - v484 * v831 + v394 * v848 - v339 * v799 + v309 * v785 + v865 * v255;
-    const real v1122 = s52 * (v59 * v996 + v714 + v1092 - v867) + c52 * (v59 * v988 - c68 * v1105 + s68 * v1118);
-    const real v1126 = v867 + s52 * v1122 + v90 * v1032;
-    const real v1129 = v85 * v1126 - v100 * v1032;
-    const real v1135 = s52 * v954 - p[13] * v1035 - c52 * v1030;
-    const real v1138 = v84 * v1135 + v91 * v1126;
-    const real v1148 = v974 + v1005 - v702;
-    const real v1158 = v394 * v702 - (v256 * v657 + v484 * v683) + v850 * v255;
-    const real v1169 = p[13] * v1148 + s52 * (v988 - v60 * v1035 + v1158) + c52 * (v995 + v59 * v1006 + s68 * v848 - c68 * v758);
-    const real v1171 = v1169 + v80 * v1135;
-    const real v1174 = v454 * v977 - v524 * v634 - v59 * v999 + v785 + v1092 + p[13] * v1171 + v1042;
-    const real v1176 = v1174 + p[14] * v1045;
-    const real v1178 = p[13] * v1138 + p[15] * v1176;
-    const real v1181 = v9 * v8;
-    const real v1182 = v1181 * v1178;
-    const real v1187 = v683 - v633 - v702;
-    const real v1189 = v848 - v831;
-    const real v1192 = v740 + v758;
-    const real v1194 = v181 * v1187 + c68 * v1189 + s68 * v1192;
-    const real v1198 = v203 * v1021 + v181 * v1194 - v785 - v1092;
-    const real v1200 = v671 + v709;
-    const real v1209 = v181 * v1200 + s68 * (v203 * v626 - v770) - c68 * (v203 * v671 + v863);
-    const real v1211 = p[15] * v1198 + v200 * v1209;
-    const real v1214 = v186 * v185;
-    const real v1215 = v1214 * v1211;
-    const real v1227 = p[13] + p[13];
-    const real v1230 = v50 * v1148 - v87 * v1035 + v10 * v1171 + v9 * v1138 + p[12] * v1129 - v1227 * (p[12] * v1182);
-    const real v1231 = v186 * v1209;
-    const real v1232 = p[15] * v1231;
-    const real v1251 = v274 * v1019 + v384 * v1187 + v201 * v1200 + v273 * v1194 - v198 * v1231 + v187 * v1232;
-    const real v1252 = v181 + v181;
-    const real v1257 = v1230 - v74 * (v194 * v1232) + c52 * (v97 * (v65 * v1232) - v1023) + s52 * (v1251 - v1252 * (p[12] * v1215));
-    const real v1258 = p[14] + p[14];
-    const real v1264 = v1052 - v621;
-    const real v1267 = x[5] * v626 + x[4] * v671;
-    const real v1272 = x[3] * v626 + x[4] * v709;
-    const real v1279 = v1264 + x[13] * v1267 - x[14] * v1272 + v186 * v1198 + v9 * v1176 - v1182;
-    const real v1294 = v279 * v799 - v299 * v1090;
-    const real v1304 = s111 * (v113 * v914 + v714 + v1294 - v867) + c111 * (v113 * v904 - c121 * v1105 + s121 * v1118);
-    const real v1308 = v867 + s111 * v1304 + v143 * v962;
-    const real v1311 = v138 * v1308 - v153 * v962;
-    const real v1317 = s111 * v954 - p[18] * v965 - c111 * v960;
-    const real v1320 = v137 * v1317 + v144 * v1308;
-    const real v1330 = v882 + v923 - v702;
-    const real v1344 = p[18] * v1330 + s111 * (v904 - v114 * v965 + v1158) + c111 * (v913 + v113 * v924 + s121 * v848 - c121 * v758);
-    const real v1346 = v1344 + v133 * v1317;
-    const real v1349 = v466 * v885 - v526 * v634 - v113 * v917 + v785 + v1294 + p[18] * v1346 + v1042;
-    const real v1351 = v1349 + p[19] * v1045;
-    const real v1353 = p[18] * v1320 + p[20] * v1351;
-    const real v1356 = v28 * v27;
-    const real v1357 = v1356 * v1353;
-    const real v1365 = v206 * v1187 + c121 * v1189 + s121 * v1192;
-    const real v1369 = v227 * v942 + v206 * v1365 - v785 - v1294;
-    const real v1379 = v206 * v1200 + s121 * (v227 * v626 - v770) - c121 * (v227 * v671 + v863);
-    const real v1381 = p[20] * v1369 + v224 * v1379;
-    const real v1384 = v211 * v210;
-    const real v1385 = v1384 * v1381;
-    const real v1397 = p[18] + p[18];
-    const real v1400 = v109 * v1330 - v140 * v965 + v29 * v1346 + v28 * v1320 + p[17] * v1311 - v1397 * (p[17] * v1357);
-    const real v1401 = v211 * v1379;
-    const real v1402 = p[20] * v1401;
-    const real v1421 = v284 * v940 + v386 * v1187 + v225 * v1200 + v283 * v1365 - v222 * v1401 + v187 * v1402;
-    const real v1422 = v206 + v206;
-    const real v1427 = v1400 - v127 * (v218 * v1402) + c111 * (v150 * (v118 * v1402) - v944) + s111 * (v1421 - v1422 * (p[17] * v1385));
-    const real v1428 = p[19] + p[19];
-    const real v1442 = v1264 + x[15] * v1267 - x[16] * v1272 + v211 * v1369 + v28 * v1351 - v1357;
-    const real v1457 = v549 * v423 - v508;
-    const real v1459 = v429 * v423 - (v36 + v356) - v555 * v1457;
-    const real v1460 = v607 * v1459;
-    const real v1464 = v1459 * v605;
-    const real v1466 = v516 * v1460 - v606 * v1457 - v585 * v1464;
-    const real v1469 = v622 * v1466 + v631 * v1457;
-    const real v1470 = v1460 + v1469;
-    const real v1484 = v555 * v1460 + v1466 * v554;
-    const real v1486 = v606 * v423 + v414 * v1460 - v451 * v1464 - v512 * v1484;
-    const real v1488 = v429 * v1460 + v1486 * v428;
-    const real v1492 = v345 * v1460 - v606 - v366 * v1464 - v410 * v1488 - v495 * v1484;
-    const real v1498 = v1457 * v554 - v555 * v1464;
-    const real v1508 = v665 * v423 + v512 * v1469 - v451 * v1498;
-    const real v1510 = v549 * v1469 - v429 * v1484 + v1508 * v428;
-    const real v1512 = v495 * v1469 - v665 - v366 * v1498 - v410 * v1510;
-    const real v1519 = v429 * v1464 + v549 * v1498 + v423 * v428;
-    const real v1525 = v700 * v423 - (v695 * v1486 + v697 * v1508);
-    const real v1528 = v366 * v1519 - (v693 + v410 * v1525);
-    const real v1531 = v639 * v1492 + v663 * v1512 + v688 * v1528 + v637;
-    const real v1540 = v356 * v1460 + v1492 * v355;
-    const real v1544 = v294 * v1460 + v325 * v1464 - v396 * v1488 + v341 * v1540 + v486 * v1484;
-    const real v1553 = v508 * v1469 - v356 * v1484 + v1512 * v355;
-    const real v1557 = v486 * v1469 - v325 * v1498 - v341 * v1553 + v396 * v1510;
-    const real v1566 = v1528 * v355 - (v356 * v1488 + v508 * v1510 + v423 * v1525);
-    const real v1571 = v341 * v1566 - (v396 * v1525 + v325 * v1519);
-    const real v1580 = v423 * v1519 - (v356 * v1464 + v508 * v1498) + v355;
-    const real v1582 = v341 * v1531 - v325 * v1580;
-    const real v1584 = v716 * v1544 + v731 * v1557 + v747 * v1571 + v763 * v1582;
-    const real v1597 = v313 * v1460 + v1544 * v312;
-    const real v1599 = v248 * v1460 + v266 * v1464 - v483 * v1484 - v393 * v1488 - v338 * v1540 + v292 * v1597;
-    const real v1612 = v313 * v1484 + v491 * v1469 + v1557 * v312;
-    const real v1614 = v483 * v1469 + v266 * v1498 - v393 * v1510 - v338 * v1553 - v292 * v1612;
-    const real v1623 = v491 * v1510 - v313 * v1488 - v406 * v1525 + v1571 * v312;
-    const real v1630 = v292 * v1623 - (v393 * v1525 + v266 * v1519 + v338 * v1566);
-    const real v1644 = v313 * v1540 - v491 * v1553 + v406 * v1566 + v350 * v1531 + v1582 * v312;
-    const real v1646 = v338 * v1531 + v266 * v1580 - v292 * v1644;
-    const real v1656 = v313 * v1464 - v491 * v1498 - v406 * v1519 - v350 * v1580;
-    const real v1658 = v292 * v1584 + v266 * v1656;
-    const real v1660 = v803 * v1599 + v819 * v1614 + v836 * v1630 + v787 * v1646 + v854 * v1658;
-    const real v1667 = v44 * v1464 - v315 * v1498;
-    const real v1670 = v1460 - v1469;
-    const real v1672 = v279 * v1484 + v299 * v1670;
-    const real v1673 = v1672 - v1460;
-    const real v1675 = v1469 + v1672;
-    const real v1681 = c121 * v1464 + s121 * v1498;
-    const real v1686 = v256 * v1460 + v1599 * v255;
-    const real v1692 = v484 * v1469 - v256 * v1484 + v1614 * v255;
-    const real v1694 = c121 * v1686 + s121 * v1692;
-    const real v1698 = v1597 - v1553;
-    const real v1700 = v1540 - v1612;
-    const real v1702 = v279 * v1698 + v299 * v1700;
-    const real v1703 = v1702 - v1540;
-    const real v1704 = v113 * v1673 - v1703;
-    const real v1706 = v281 * v1673 + v884 * (v29 * v1675) - v158 * v1681 + v244 * v1694 + v253 * v1704;
-    const real v1707 = v1702 + v1612;
-    const real v1713 = c121 * v1488 + s121 * v1510;
-    const real v1714 = K(-2.0) * v1673 - v1713;
-    const real v1718 = v1672 + v1469;
-    const real v1725 = v1488 + v1484;
-    const real v1728 = K(-2.0) * v1469 + v1510;
-    const real v1730 = s121 * v1725 - c121 * v1728;
-    const real v1732 = v1707 - v227 * v1718 + v206 * v1730;
-    const real v1734 = v226 * v1464 - v284 * v1718 - v317 * v1498 + v283 * v1732;
-    const real v1736 = v1519 - v1681;
-    const real v1746 = v256 * v1464 + v484 * v1498 - v394 * v1519 + v339 * v1580 + v309 * v1656;
-    const real v1752 = v113 * v1681 + c121 * v1580 + s121 * v1656;
-    const real v1754 = c111 * v1746 - s111 * v1752;
-    const real v1759 = v1706 - v29 * v1707 + v280 * v1714 + v1734 + v58 * (v112 * v1736 + c111 * (v145 * v1754));
-    const real v1763 = v269 * v1484 + v295 * v1670;
-    const real v1764 = v1763 - v1460;
-    const real v1766 = v1469 + v1763;
-    const real v1772 = c68 * v1464 + s68 * v1498;
-    const real v1777 = c68 * v1686 + s68 * v1692;
-    const real v1783 = v269 * v1698 + v295 * v1700;
-    const real v1784 = v1783 - v1540;
-    const real v1785 = v59 * v1764 - v1784;
-    const real v1787 = v271 * v1764 + v976 * (v10 * v1766) - v105 * v1772 + v239 * v1777 + v251 * v1785;
-    const real v1788 = v1783 + v1612;
-    const real v1794 = c68 * v1488 + s68 * v1510;
-    const real v1795 = K(-2.0) * v1764 - v1794;
-    const real v1799 = v1763 + v1469;
-    const real v1808 = s68 * v1725 - c68 * v1728;
-    const real v1810 = v1788 - v203 * v1799 + v181 * v1808;
-    const real v1812 = v202 * v1464 - v274 * v1799 - v316 * v1498 + v273 * v1810;
-    const real v1814 = v1519 - v1772;
-    const real v1821 = v59 * v1772 + c68 * v1580 + s68 * v1656;
-    const real v1823 = c52 * v1746 - s52 * v1821;
-    const real v1828 = v1787 - v10 * v1788 + v270 * v1795 + v1812 + v58 * (v53 * v1814 + c52 * (v92 * v1823));
-    const real v1829 = v870 * (v34 * v1470) - v606 + v1667 - v1759 - v1828;
-    const real v1831 = v37 * v1470 - v1531 - v1584 - v1660 - v869 * v1829;
-    const real v1834 = v1829 * v35;
-    const real v1841 = v169 * v1464;
-    const real v1842 = v187 * v1498;
-    const real v1844 = v1841 + v1842 + v1525;
-    const real v1848 = v1841 - x[4] * (x[5] * v1519);
-    const real v1872 = c39 * (s43 * (v47 * v1464 - v1580) + c43 * v1746) + s39 * (v1656 - v47 * v1498);
-    const real v1876 = v1531 - v1584;
-    const real v1878 = v269 * v1644 + v295 * v1876;
-    const real v1891 = v339 * v1531 - (v256 * v1540 + v484 * v1553 + v394 * v1566) + v1646 * v255;
-    const real v1904 = v256 * v1597 - v484 * v1612 + v394 * v1623 - v339 * v1644 + v309 * v1584 + v1658 * v255;
-    const real v1908 = s52 * (v59 * v1785 - v1531 + v1878 + v1660) + c52 * (v59 * v1777 + c68 * v1891 + s68 * v1904);
-    const real v1912 = s52 * v1908 - v1660 + v90 * v1823;
-    const real v1915 = v85 * v1912 - v100 * v1823;
-    const real v1921 = p[13] * v1814 + s52 * v1746 + c52 * v1821;
-    const real v1924 = v84 * v1921 + v91 * v1912;
-    const real v1934 = v1764 + v1794 + v1525;
-    const real v1944 = v1630 * v255 - (v256 * v1488 + v484 * v1510 + v394 * v1525);
-    const real v1955 = p[13] * v1934 + s52 * (v1777 + v60 * v1814 + v1944) + c52 * (v1784 + v59 * v1795 + s68 * v1623 - c68 * v1566);
-    const real v1957 = v1955 + v80 * v1921;
-    const real v1959 = v454 * v1766 - v524 * v1470 - v59 * v1788 + v1584 + v1878 + p[13] * v1957;
-    const real v1962 = v1959 + v1831 + p[14] * v1834;
-    const real v1964 = p[13] * v1924 + p[15] * v1962;
-    const real v1967 = v1181 * v1964;
-    const real v1972 = v1510 - v1469 + v1525;
-    const real v1974 = v1623 - v1612;
-    const real v1977 = v1553 + v1566;
-    const real v1979 = v181 * v1972 + c68 * v1974 + s68 * v1977;
-    const real v1983 = v203 * v1810 + v181 * v1979 - v1584 - v1878;
-    const real v1985 = v1498 - v1519;
-    const real v1994 = v181 * v1985 + s68 * (v203 * v1464 + v1580) - c68 * (v203 * v1498 + v1656);
-    const real v1996 = p[15] * v1983 + v200 * v1994;
-    const real v1999 = v1214 * v1996;
-    const real v2013 = v50 * v1934 + v87 * v1814 + v10 * v1957 + v9 * v1924 + p[12] * v1915 - v1227 * (p[12] * v1967);
-    const real v2014 = v186 * v1994;
-    const real v2015 = p[15] * v2014;
-    const real v2034 = v274 * v1808 + v384 * v1972 + v201 * v1985 + v273 * v1979 - v198 * v2014 + v187 * v2015;
-    const real v2039 = v2013 - v74 * (v194 * v2015) + c52 * (v97 * (v65 * v2015) - v1812) + s52 * (v2034 - v1252 * (p[12] * v1999));
-    const real v2045 = v1841 - v1460;
-    const real v2048 = x[5] * v1464 + x[4] * v1498;
-    const real v2053 = x[4] * v1519 - x[3] * v1464;
-    const real v2060 = v2045 + x[13] * v2048 + x[14] * v2053 + v186 * v1983 + v9 * v1962 - v1967;
-    const real v2075 = v279 * v1644 + v299 * v1876;
-    const real v2085 = s111 * (v113 * v1704 - v1531 + v2075 + v1660) + c111 * (v113 * v1694 + c121 * v1891 + s121 * v1904);
-    const real v2089 = s111 * v2085 - v1660 + v143 * v1754;
-    const real v2092 = v138 * v2089 - v153 * v1754;
-    const real v2098 = p[18] * v1736 + s111 * v1746 + c111 * v1752;
-    const real v2101 = v137 * v2098 + v144 * v2089;
-    const real v2111 = v1673 + v1713 + v1525;
-    const real v2125 = p[18] * v2111 + s111 * (v1694 + v114 * v1736 + v1944) + c111 * (v1703 + v113 * v1714 + s121 * v1623 - c121 * v1566);
-    const real v2127 = v2125 + v133 * v2098;
-    const real v2129 = v466 * v1675 - v526 * v1470 - v113 * v1707 + v1584 + v2075 + p[18] * v2127;
-    const real v2132 = v2129 + v1831 + p[19] * v1834;
-    const real v2134 = p[18] * v2101 + p[20] * v2132;
-    const real v2137 = v1356 * v2134;
-    const real v2145 = v206 * v1972 + c121 * v1974 + s121 * v1977;
-    const real v2149 = v227 * v1732 + v206 * v2145 - v1584 - v2075;
-    const real v2159 = v206 * v1985 + s121 * (v227 * v1464 + v1580) - c121 * (v227 * v1498 + v1656);
-    const real v2161 = p[20] * v2149 + v224 * v2159;
-    const real v2164 = v1384 * v2161;
-    const real v2178 = v109 * v2111 + v140 * v1736 + v29 * v2127 + v28 * v2101 + p[17] * v2092 - v1397 * (p[17] * v2137);
-    const real v2179 = v211 * v2159;
-    const real v2180 = p[20] * v2179;
-    const real v2199 = v284 * v1730 + v386 * v1972 + v225 * v1985 + v283 * v2145 - v222 * v2179 + v187 * v2180;
-    const real v2204 = v2178 - v127 * (v218 * v2180) + c111 * (v150 * (v118 * v2180) - v1734) + s111 * (v2199 - v1422 * (p[17] * v2164));
-    const real v2218 = v2045 + x[15] * v2048 + x[16] * v2053 + v211 * v2149 + v28 * v2132 - v2137;
-    const real v2232 = v555 * v549 - v429;
-    const real v2233 = v607 * v2232;
-    const real v2236 = v2232 * v605;
-    const real v2238 = v606 * v549 + v516 * v2233 - v585 * v2236;
-    const real v2240 = v631 * v549 - v622 * v2238;
-    const real v2241 = v2240 - v2233;
-    const real v2246 = v555 * v2236 + v549 * v554;
-    const real v2252 = v451 * v2246 - (v665 + v512 * v2240);
-    const real v2256 = v555 * v2233 + v2238 * v554;
-    const real v2260 = v2252 * v428 - (v429 * v2256 + v549 * v2240);
-    const real v2267 = v366 * v2246 - v495 * v2240 - v410 * v2260;
-    const real v2272 = v2267 * v355 - (v356 * v2256 + v508 * v2240);
-    const real v2284 = v325 * v2246 - v486 * v2240 - v341 * v2272 + v396 * v2260;
-    const real v2286 = v313 * v2256 - v491 * v2240 + v2284 * v312;
-    const real v2288 = v483 * v2240 + v266 * v2246 + v393 * v2260 + v338 * v2272 + v292 * v2286;
-    const real v2301 = v414 * v2233 - v606 - v451 * v2236 - v512 * v2256;
-    const real v2303 = v429 * v2233 + v2301 * v428;
-    const real v2313 = v345 * v2233 - v366 * v2236 - v410 * v2303 - v495 * v2256;
-    const real v2315 = v356 * v2233 + v2313 * v355;
-    const real v2327 = v294 * v2233 + v325 * v2236 - v396 * v2303 + v341 * v2315 + v486 * v2256;
-    const real v2329 = v313 * v2233 + v2327 * v312;
-    const real v2331 = v248 * v2233 + v266 * v2236 - v483 * v2256 - v393 * v2303 - v338 * v2315 + v292 * v2329;
-    const real v2337 = v695 * v2301 + v697 * v2252 + v700;
-    const real v2342 = v549 * v2246 - v429 * v2236 + v428;
-    const real v2352 = v410 * v2337 - v366 * v2342;
-    const real v2354 = v423 * v2337 - (v356 * v2303 + v508 * v2260) + v2352 * v355;
-    const real v2366 = v396 * v2337 + v325 * v2342 + v341 * v2354;
-    const real v2368 = v491 * v2260 - v313 * v2303 + v406 * v2337 + v2366 * v312;
-    const real v2370 = v393 * v2337 + v266 * v2342 - v338 * v2354 + v292 * v2368;
-    const real v2377 = v639 * v2313 + v663 * v2267 + v688 * v2352;
-    const real v2383 = v508 * v2246 - v356 * v2236 - v423 * v2342;
-    const real v2395 = v341 * v2377 - v325 * v2383;
-    const real v2397 = v313 * v2315 - v491 * v2272 + v406 * v2354 + v350 * v2377 + v2395 * v312;
-    const real v2399 = v338 * v2377 + v266 * v2383 - v292 * v2397;
-    const real v2408 = v716 * v2327 + v731 * v2284 + v747 * v2366 + v763 * v2395;
-    const real v2416 = v313 * v2236 + v491 * v2246 + v406 * v2342 - v350 * v2383;
-    const real v2418 = v292 * v2408 + v266 * v2416;
-    const real v2420 = v819 * v2288 - v803 * v2331 - v836 * v2370 - v787 * v2399 - v854 * v2418;
-    const real v2427 = v44 * v2236 + v315 * v2246;
-    const real v2432 = v2233 + v2240;
-    const real v2434 = v279 * v2256 + v299 * v2432;
-    const real v2435 = v2434 - v2233;
-    const real v2437 = v2434 - v2240;
-    const real v2443 = s121 * v2246 - c121 * v2236;
-    const real v2448 = v256 * v2233 + v2331 * v255;
-    const real v2454 = v256 * v2256 + v484 * v2240 + v2288 * v255;
-    const real v2456 = c121 * v2448 - s121 * v2454;
-    const real v2460 = v2329 - v2272;
-    const real v2462 = v2315 - v2286;
-    const real v2464 = v279 * v2460 + v299 * v2462;
-    const real v2465 = v2464 - v2315;
-    const real v2466 = v113 * v2435 - v2465;
-    const real v2468 = v281 * v2435 + v884 * (v29 * v2437) + v158 * v2443 + v244 * v2456 + v253 * v2466;
-    const real v2469 = v2464 + v2286;
-    const real v2475 = c121 * v2303 + s121 * v2260;
-    const real v2476 = K(-2.0) * v2435 - v2475;
-    const real v2480 = v2240 - v2434;
-    const real v2487 = v2303 + v2256;
-    const real v2490 = K(-2.0) * v2240 - v2260;
-    const real v2492 = s121 * v2487 + c121 * v2490;
-    const real v2494 = v227 * v2480 + v2469 + v206 * v2492;
-    const real v2496 = v226 * v2236 + v284 * v2480 + v317 * v2246 + v283 * v2494;
-    const real v2498 = v2443 - v2342;
-    const real v2508 = v256 * v2236 - v484 * v2246 + v394 * v2342 + v339 * v2383 + v309 * v2416;
-    const real v2514 = v113 * v2443 - c121 * v2383 - s121 * v2416;
-    const real v2516 = c111 * v2508 + s111 * v2514;
-    const real v2521 = v2468 - v29 * v2469 + v280 * v2476 + v2496 + v58 * (v112 * v2498 + c111 * (v145 * v2516));
-    const real v2525 = v269 * v2256 + v295 * v2432;
-    const real v2526 = v2525 - v2233;
-    const real v2528 = v2525 - v2240;
-    const real v2534 = s68 * v2246 - c68 * v2236;
-    const real v2539 = c68 * v2448 - s68 * v2454;
-    const real v2545 = v269 * v2460 + v295 * v2462;
-    const real v2546 = v2545 - v2315;
-    const real v2547 = v59 * v2526 - v2546;
-    const real v2549 = v271 * v2526 + v976 * (v10 * v2528) + v105 * v2534 + v239 * v2539 + v251 * v2547;
-    const real v2550 = v2545 + v2286;
-    const real v2556 = c68 * v2303 + s68 * v2260;
-    const real v2557 = K(-2.0) * v2526 - v2556;
-    const real v2561 = v2240 - v2525;
-    const real v2570 = s68 * v2487 + c68 * v2490;
-    const real v2572 = v203 * v2561 + v2550 + v181 * v2570;
-    const real v2574 = v202 * v2236 + v274 * v2561 + v316 * v2246 + v273 * v2572;
-    const real v2576 = v2534 - v2342;
-    const real v2583 = v59 * v2534 - c68 * v2383 - s68 * v2416;
-    const real v2585 = c52 * v2508 + s52 * v2583;
-    const real v2590 = v2549 - v10 * v2550 + v270 * v2557 + v2574 + v58 * (v53 * v2576 + c52 * (v92 * v2585));
-    const real v2591 = v2427 - v870 * (v34 * v2241) - v2521 - v2590;
-    const real v2593 = v2420 - (v37 * v2241 + v2377 + v2408) - v869 * v2591;
-    const real v2595 = v2591 * v35;
-    const real v2602 = v169 * v2236;
-    const real v2603 = v187 * v2246;
-    const real v2605 = v2602 - v2603 - v2337;
-    const real v2610 = v2602 + x[4] * (x[5] * v2342);
-    const real v2632 = c39 * (s43 * (v47 * v2236 - v2383) + c43 * v2508) + s39 * (v47 * v2246 + v2416);
-    const real v2636 = v2377 - v2408;
-    const real v2638 = v269 * v2397 + v295 * v2636;
-    const real v2651 = v339 * v2377 - (v256 * v2315 + v484 * v2272 + v394 * v2354) + v2399 * v255;
-    const real v2664 = v256 * v2329 - v484 * v2286 + v394 * v2368 - v339 * v2397 + v309 * v2408 + v2418 * v255;
-    const real v2668 = s52 * (v59 * v2547 - v2377 + v2638 - v2420) + c52 * (v59 * v2539 + c68 * v2651 + s68 * v2664);
-    const real v2672 = v2420 + s52 * v2668 + v90 * v2585;
-    const real v2675 = v85 * v2672 - v100 * v2585;
-    const real v2681 = p[13] * v2576 + s52 * v2508 - c52 * v2583;
-    const real v2684 = v84 * v2681 + v91 * v2672;
-    const real v2694 = v2526 + v2556 - v2337;
-    const real v2704 = v394 * v2337 - (v256 * v2303 + v484 * v2260) + v2370 * v255;
-    const real v2715 = p[13] * v2694 + s52 * (v2539 + v60 * v2576 + v2704) + c52 * (v2546 + v59 * v2557 + s68 * v2368 - c68 * v2354);
-    const real v2717 = v2715 + v80 * v2681;
-    const real v2719 = v524 * v2241 + v454 * v2528 - v59 * v2550 + v2408 + v2638 + p[13] * v2717;
-    const real v2722 = v2719 + v2593 + p[14] * v2595;
-    const real v2724 = p[13] * v2684 + p[15] * v2722;
-    const real v2727 = v1181 * v2724;
-    const real v2732 = v2240 + v2260 - v2337;
-    const real v2734 = v2368 - v2286;
-    const real v2737 = v2272 + v2354;
-    const real v2739 = v181 * v2732 + c68 * v2734 + s68 * v2737;
-    const real v2743 = v203 * v2572 + v181 * v2739 - v2408 - v2638;
-    const real v2745 = v2342 - v2246;
-    const real v2754 = v181 * v2745 + s68 * (v203 * v2236 + v2383) + c68 * (v203 * v2246 - v2416);
-    const real v2756 = p[15] * v2743 + v200 * v2754;
-    const real v2759 = v1214 * v2756;
-    const real v2773 = v50 * v2694 + v87 * v2576 + v10 * v2717 + v9 * v2684 + p[12] * v2675 - v1227 * (p[12] * v2727);
-    const real v2774 = v186 * v2754;
-    const real v2775 = p[15] * v2774;
-    const real v2794 = v274 * v2570 + v384 * v2732 + v201 * v2745 + v273 * v2739 - v198 * v2774 + v187 * v2775;
-    const real v2799 = v2773 - v74 * (v194 * v2775) + c52 * (v97 * (v65 * v2775) - v2574) + s52 * (v2794 - v1252 * (p[12] * v2759));
-    const real v2805 = v2602 - v2233;
-    const real v2808 = x[5] * v2236 - x[4] * v2246;
-    const real v2813 = x[3] * v2236 + x[4] * v2342;
-    const real v2820 = v2805 + x[13] * v2808 - x[14] * v2813 + v186 * v2743 + v9 * v2722 - v2727;
-    const real v2835 = v279 * v2397 + v299 * v2636;
-    const real v2845 = s111 * (v113 * v2466 - v2377 + v2835 - v2420) + c111 * (v113 * v2456 + c121 * v2651 + s121 * v2664);
-    const real v2849 = v2420 + s111 * v2845 + v143 * v2516;
-    const real v2852 = v138 * v2849 - v153 * v2516;
-    const real v2858 = p[18] * v2498 + s111 * v2508 - c111 * v2514;
-    const real v2861 = v137 * v2858 + v144 * v2849;
-    const real v2871 = v2435 + v2475 - v2337;
-    const real v2885 = p[18] * v2871 + s111 * (v2456 + v114 * v2498 + v2704) + c111 * (v2465 + v113 * v2476 + s121 * v2368 - c121 * v2354);
-    const real v2887 = v2885 + v133 * v2858;
-    const real v2889 = v526 * v2241 + v466 * v2437 - v113 * v2469 + v2408 + v2835 + p[18] * v2887;
-    const real v2892 = v2889 + v2593 + p[19] * v2595;
-    const real v2894 = p[18] * v2861 + p[20] * v2892;
-    const real v2897 = v1356 * v2894;
-    const real v2905 = v206 * v2732 + c121 * v2734 + s121 * v2737;
-    const real v2909 = v227 * v2494 + v206 * v2905 - v2408 - v2835;
-    const real v2919 = v206 * v2745 + s121 * (v227 * v2236 + v2383) + c121 * (v227 * v2246 - v2416);
-    const real v2921 = p[20] * v2909 + v224 * v2919;
-    const real v2924 = v1384 * v2921;
-    const real v2938 = v109 * v2871 + v140 * v2498 + v29 * v2887 + v28 * v2861 + p[17] * v2852 - v1397 * (p[17] * v2897);
-    const real v2939 = v211 * v2919;
-    const real v2940 = p[20] * v2939;
-    const real v2959 = v284 * v2492 + v386 * v2732 + v225 * v2745 + v283 * v2905 - v222 * v2939 + v187 * v2940;
-    const real v2964 = v2938 - v127 * (v218 * v2940) + c111 * (v150 * (v118 * v2940) - v2496) + s111 * (v2959 - v1422 * (p[17] * v2924));
-    const real v2978 = v2805 + x[15] * v2808 - x[16] * v2813 + v211 * v2909 + v28 * v2892 - v2897;
-    const real v2991 = v585 * v605 - v516 * v607;
-    const real v2992 = v622 * v2991;
-    const real v2993 = v607 - v2992;
-    const real v2998 = v555 * v605;
-    const real v3000 = v44 * v605 + v315 * v2998;
-    const real v3004 = v2991 * v554 - v555 * v607;
-    const real v3006 = v607 + v2992;
-    const real v3008 = v279 * v3004 - v299 * v3006;
-    const real v3009 = v607 + v3008;
-    const real v3011 = v2992 + v3008;
-    const real v3017 = c121 * v605 - s121 * v2998;
-    const real v3027 = v451 * v605 - v414 * v607 - v512 * v3004;
-    const real v3030 = v3027 * v428 - v429 * v607;
-    const real v3034 = v366 * v605 - v345 * v607 - v410 * v3030 - v495 * v3004;
-    const real v3037 = v3034 * v355 - v356 * v607;
-    const real v3046 = v341 * v3037 - (v294 * v607 + v325 * v605 + v396 * v3030) + v486 * v3004;
-    const real v3049 = v3046 * v312 - v313 * v607;
-    const real v3060 = v292 * v3049 - (v248 * v607 + v266 * v605 + v483 * v3004 + v393 * v3030 + v338 * v3037);
-    const real v3063 = v3060 * v255 - v256 * v607;
-    const real v3069 = v266 * v2998;
-    const real v3075 = v451 * v2998;
-    const real v3076 = v512 * v2992 - v3075;
-    const real v3078 = v549 * v2992 - v429 * v3004 + v3076 * v428;
-    const real v3085 = v366 * v2998;
-    const real v3088 = v495 * v2992 - v3085 - v410 * v3078;
-    const real v3090 = v508 * v2992 - v356 * v3004 + v3088 * v355;
-    const real v3097 = v325 * v2998;
-    const real v3102 = v486 * v2992 - v3097 - v341 * v3090 + v396 * v3078;
-    const real v3104 = v313 * v3004 + v491 * v2992 + v3102 * v312;
-    const real v3106 = v483 * v2992 + v3069 - v393 * v3078 - v338 * v3090 - v292 * v3104;
-    const real v3108 = v484 * v2992 - v256 * v3004 + v3106 * v255;
-    const real v3110 = c121 * v3063 + s121 * v3108;
-    const real v3114 = v3049 - v3090;
-    const real v3116 = v3037 - v3104;
-    const real v3118 = v279 * v3114 + v299 * v3116;
-    const real v3119 = v3118 - v3037;
-    const real v3120 = v113 * v3009 - v3119;
-    const real v3122 = v281 * v3009 + v884 * (v29 * v3011) + v158 * v3017 + v244 * v3110 + v253 * v3120;
-    const real v3123 = v3118 + v3104;
-    const real v3129 = c121 * v3030 + s121 * v3078;
-    const real v3130 = K(-2.0) * v3009 - v3129;
-    const real v3133 = v3008 + v2992;
-    const real v3136 = v3030 + v3004;
-    const real v3139 = K(-2.0) * v2992 + v3078;
-    const real v3141 = s121 * v3136 - c121 * v3139;
-    const real v3143 = v3123 - v227 * v3133 + v206 * v3141;
-    const real v3150 = v283 * v3143 - (v226 * v605 + v284 * v3133 + v317 * v2998);
-    const real v3154 = v429 * v605 - v549 * v2998;
-    const real v3155 = v3017 - v3154;
-    const real v3166 = v356 * v605 - v508 * v2998 - v423 * v3154;
-    const real v3175 = v406 * v3154 - (v313 * v605 + v491 * v2998) - v350 * v3166;
-    const real v3177 = v484 * v2998 - v256 * v605 + v394 * v3154 + v339 * v3166 + v309 * v3175;
-    const real v3183 = v113 * v3017 - c121 * v3166 - s121 * v3175;
-    const real v3185 = c111 * v3177 + s111 * v3183;
-    const real v3190 = v3122 - v29 * v3123 + v280 * v3130 + v3150 + v58 * (v112 * v3155 + c111 * (v145 * v3185));
-    const real v3194 = v269 * v3004 - v295 * v3006;
-    const real v3195 = v607 + v3194;
-    const real v3197 = v2992 + v3194;
-    const real v3203 = c68 * v605 - s68 * v2998;
-    const real v3208 = c68 * v3063 + s68 * v3108;
-    const real v3214 = v269 * v3114 + v295 * v3116;
-    const real v3215 = v3214 - v3037;
-    const real v3216 = v59 * v3195 - v3215;
-    const real v3218 = v271 * v3195 + v976 * (v10 * v3197) + v105 * v3203 + v239 * v3208 + v251 * v3216;
-    const real v3219 = v3214 + v3104;
-    const real v3225 = c68 * v3030 + s68 * v3078;
-    const real v3226 = K(-2.0) * v3195 - v3225;
-    const real v3229 = v3194 + v2992;
-    const real v3234 = s68 * v3136 - c68 * v3139;
-    const real v3236 = v3219 - v203 * v3229 + v181 * v3234;
-    const real v3243 = v273 * v3236 - (v202 * v605 + v274 * v3229 + v316 * v2998);
-    const real v3245 = v3203 - v3154;
-    const real v3252 = v59 * v3203 - c68 * v3166 - s68 * v3175;
-    const real v3254 = c52 * v3177 + s52 * v3252;
-    const real v3259 = v3218 - v10 * v3219 + v270 * v3226 + v3243 + v58 * (v53 * v3245 + c52 * (v92 * v3254));
-    const real v3260 = v870 * (v34 * v2993) + v3000 + v3190 + v3259;
-    const real v3268 = v695 * v3027 + v697 * v3076;
-    const real v3271 = v410 * v3268 - v366 * v3154;
-    const real v3273 = v639 * v3034 + v663 * v3088 + v688 * v3271;
-    const real v3287 = v423 * v3268 - (v356 * v3030 + v508 * v3078) + v3271 * v355;
-    const real v3289 = v396 * v3268 + v325 * v3154 + v341 * v3287;
-    const real v3294 = v341 * v3273 - v325 * v3166;
-    const real v3296 = v716 * v3046 + v731 * v3102 + v747 * v3289 + v763 * v3294;
-    const real v3312 = v491 * v3078 - v313 * v3030 + v406 * v3268 + v3289 * v312;
-    const real v3314 = v393 * v3268 + v266 * v3154 - v338 * v3287 + v292 * v3312;
-    const real v3328 = v313 * v3037 - v491 * v3090 + v406 * v3287 + v350 * v3273 + v3294 * v312;
-    const real v3330 = v338 * v3273 + v266 * v3166 - v292 * v3328;
-    const real v3335 = v292 * v3296 + v266 * v3175;
-    const real v3337 = v803 * v3060 + v819 * v3106 + v836 * v3314 + v787 * v3330 + v854 * v3335;
-    const real v3339 = v869 * v3260 - (v37 * v2993 + v3273 + v3296 + v3337);
-    const real v3341 = v3260 * v35;
-    const real v3348 = v187 * v2998;
-    const real v3349 = v169 * v605;
-    const real v3351 = v3348 - v3349 - v3268;
-    const real v3356 = x[4] * (x[5] * v3154) - v3349;
-    const real v3376 = v47 * v2998;
-    const real v3383 = v3273 - v3296;
-    const real v3385 = v269 * v3328 + v295 * v3383;
-    const real v3398 = v339 * v3273 - (v256 * v3037 + v484 * v3090 + v394 * v3287) + v3330 * v255;
-    const real v3411 = v256 * v3049 - v484 * v3104 + v394 * v3312 - v339 * v3328 + v309 * v3296 + v3335 * v255;
-    const real v3415 = s52 * (v59 * v3216 - v3273 + v3385 + v3337) + c52 * (v59 * v3208 + c68 * v3398 + s68 * v3411);
-    const real v3419 = s52 * v3415 - v3337 + v90 * v3254;
-    const real v3422 = v85 * v3419 - v100 * v3254;
-    const real v3428 = p[13] * v3245 + s52 * v3177 - c52 * v3252;
-    const real v3431 = v84 * v3428 + v91 * v3419;
-    const real v3441 = v3195 + v3225 - v3268;
-    const real v3451 = v394 * v3268 - (v256 * v3030 + v484 * v3078) + v3314 * v255;
-    const real v3462 = p[13] * v3441 + s52 * (v3208 + v60 * v3245 + v3451) + c52 * (v3215 + v59 * v3226 + s68 * v3312 - c68 * v3287);
-    const real v3464 = v3462 + v80 * v3428;
-    const real v3466 = v524 * v2993 + v454 * v3197 - v59 * v3219 + v3296 + v3385 + p[13] * v3464;
-    const real v3469 = v3466 + v3339 - p[14] * v3341;
-    const real v3471 = p[13] * v3431 + p[15] * v3469;
-    const real v3474 = v1181 * v3471;
-    const real v3479 = v3078 - v2992 - v3268;
-    const real v3481 = v3312 - v3104;
-    const real v3484 = v3090 + v3287;
-    const real v3486 = v181 * v3479 + c68 * v3481 + s68 * v3484;
-    const real v3490 = v203 * v3236 + v181 * v3486 - v3296 - v3385;
-    const real v3492 = v2998 + v3154;
-    const real v3498 = v203 * v2998;
-    const real v3501 = v181 * v3492 + s68 * (v3166 - v203 * v605) - c68 * (v3498 + v3175);
-    const real v3503 = p[15] * v3490 + v200 * v3501;
-    const real v3506 = v1214 * v3503;
-    const real v3520 = v50 * v3441 + v87 * v3245 + v10 * v3464 + v9 * v3431 + p[12] * v3422 - v1227 * (p[12] * v3474);
-    const real v3521 = v186 * v3501;
-    const real v3522 = p[15] * v3521;
-    const real v3541 = v274 * v3234 + v384 * v3479 + v201 * v3492 + v273 * v3486 - v198 * v3521 + v187 * v3522;
-    const real v3546 = v3520 - v74 * (v194 * v3522) + c52 * (v97 * (v65 * v3522) - v3243) + s52 * (v3541 - v1252 * (p[12] * v3506));
-    const real v3552 = v607 - v3349;
-    const real v3555 = x[4] * v2998 - x[5] * v605;
-    const real v3560 = x[3] * v605 - x[4] * v3154;
-    const real v3567 = v3552 + x[13] * v3555 + x[14] * v3560 + v186 * v3490 + v9 * v3469 - v3474;
-    const real v3582 = v279 * v3328 + v299 * v3383;
-    const real v3592 = s111 * (v113 * v3120 - v3273 + v3582 + v3337) + c111 * (v113 * v3110 + c121 * v3398 + s121 * v3411);
-    const real v3596 = s111 * v3592 - v3337 + v143 * v3185;
-    const real v3599 = v138 * v3596 - v153 * v3185;
-    const real v3605 = p[18] * v3155 + s111 * v3177 - c111 * v3183;
-    const real v3608 = v137 * v3605 + v144 * v3596;
-    const real v3618 = v3009 + v3129 - v3268;
-    const real v3632 = p[18] * v3618 + s111 * (v3110 + v114 * v3155 + v3451) + c111 * (v3119 + v113 * v3130 + s121 * v3312 - c121 * v3287);
-    const real v3634 = v3632 + v133 * v3605;
-    const real v3636 = v526 * v2993 + v466 * v3011 - v113 * v3123 + v3296 + v3582 + p[18] * v3634;
-    const real v3639 = v3636 + v3339 - p[19] * v3341;
-    const real v3641 = p[18] * v3608 + p[20] * v3639;
-    const real v3644 = v1356 * v3641;
-    const real v3652 = v206 * v3479 + c121 * v3481 + s121 * v3484;
-    const real v3656 = v227 * v3143 + v206 * v3652 - v3296 - v3582;
-    const real v3663 = v227 * v2998;
-    const real v3666 = v206 * v3492 + s121 * (v3166 - v227 * v605) - c121 * (v3663 + v3175);
-    const real v3668 = p[20] * v3656 + v224 * v3666;
-    const real v3671 = v1384 * v3668;
-    const real v3685 = v109 * v3618 + v140 * v3155 + v29 * v3634 + v28 * v3608 + p[17] * v3599 - v1397 * (p[17] * v3644);
-    const real v3686 = v211 * v3666;
-    const real v3687 = p[20] * v3686;
-    const real v3706 = v284 * v3141 + v386 * v3479 + v225 * v3492 + v283 * v3652 - v222 * v3686 + v187 * v3687;
-    const real v3711 = v3685 - v127 * (v218 * v3687) + c111 * (v150 * (v118 * v3687) - v3150) + s111 * (v3706 - v1422 * (p[17] * v3671));
-    const real v3725 = v3552 + x[15] * v3555 + x[16] * v3560 + v211 * v3656 + v28 * v3639 - v3644;
-    const real v3736 = v607 * v555;
-    const real v3740 = v585 * v2998 - (v606 + v516 * v3736);
-    const real v3742 = v622 * v3740 + v631;
-    const real v3743 = v3736 - v3742;
-    const real v3749 = v555 * v2998 + v554;
-    const real v3751 = v44 * v2998 + v315 * v3749;
-    const real v3755 = v3740 * v554 - v555 * v3736;
-    const real v3757 = v3736 + v3742;
-    const real v3759 = v279 * v3755 - v299 * v3757;
-    const real v3760 = v3736 + v3759;
-    const real v3762 = v3742 + v3759;
-    const real v3768 = c121 * v2998 - s121 * v3749;
-    const real v3776 = v3075 - v414 * v3736 - v512 * v3755;
-    const real v3779 = v3776 * v428 - v429 * v3736;
-    const real v3783 = v3085 - v345 * v3736 - v410 * v3779 - v495 * v3755;
-    const real v3786 = v3783 * v355 - v356 * v3736;
-    const real v3794 = v341 * v3786 - (v294 * v3736 + v3097 + v396 * v3779) + v486 * v3755;
-    const real v3797 = v3794 * v312 - v313 * v3736;
-    const real v3807 = v292 * v3797 - (v248 * v3736 + v3069 + v483 * v3755 + v393 * v3779 + v338 * v3786);
-    const real v3810 = v3807 * v255 - v256 * v3736;
-    const real v3823 = v512 * v3742 - v451 * v3749;
-    const real v3825 = v549 * v3742 - v429 * v3755 + v3823 * v428;
-    const real v3835 = v495 * v3742 - v366 * v3749 - v410 * v3825;
-    const real v3837 = v508 * v3742 - v356 * v3755 + v3835 * v355;
-    const real v3849 = v486 * v3742 - v325 * v3749 - v341 * v3837 + v396 * v3825;
-    const real v3851 = v313 * v3755 + v491 * v3742 + v3849 * v312;
-    const real v3853 = v483 * v3742 + v266 * v3749 - v393 * v3825 - v338 * v3837 - v292 * v3851;
-    const real v3855 = v484 * v3742 - v256 * v3755 + v3853 * v255;
-    const real v3857 = c121 * v3810 + s121 * v3855;
-    const real v3861 = v3797 - v3837;
-    const real v3863 = v3786 - v3851;
-    const real v3865 = v279 * v3861 + v299 * v3863;
-    const real v3866 = v3865 - v3786;
-    const real v3867 = v113 * v3760 - v3866;
-    const real v3869 = v281 * v3760 + v884 * (v29 * v3762) + v158 * v3768 + v244 * v3857 + v253 * v3867;
-    const real v3870 = v3865 + v3851;
-    const real v3876 = c121 * v3779 + s121 * v3825;
-    const real v3877 = K(-2.0) * v3760 - v3876;
-    const real v3880 = v3759 + v3742;
-    const real v3883 = v3779 + v3755;
-    const real v3886 = K(-2.0) * v3742 + v3825;
-    const real v3888 = s121 * v3883 - c121 * v3886;
-    const real v3890 = v3870 - v227 * v3880 + v206 * v3888;
-    const real v3897 = v283 * v3890 - (v226 * v2998 + v284 * v3880 + v317 * v3749);
-    const real v3901 = v429 * v2998 - v549 * v3749;
-    const real v3902 = v3768 - v3901;
-    const real v3913 = v356 * v2998 - v508 * v3749 - v423 * v3901;
-    const real v3922 = v406 * v3901 - (v313 * v2998 + v491 * v3749) - v350 * v3913;
-    const real v3924 = v484 * v3749 - v256 * v2998 + v394 * v3901 + v339 * v3913 + v309 * v3922;
-    const real v3930 = v113 * v3768 - c121 * v3913 - s121 * v3922;
-    const real v3932 = c111 * v3924 + s111 * v3930;
-    const real v3937 = v3869 - v29 * v3870 + v280 * v3877 + v3897 + v58 * (v112 * v3902 + c111 * (v145 * v3932));
-    const real v3941 = v269 * v3755 - v295 * v3757;
-    const real v3942 = v3736 + v3941;
-    const real v3944 = v3742 + v3941;
-    const real v3950 = c68 * v2998 - s68 * v3749;
-    const real v3955 = c68 * v3810 + s68 * v3855;
-    const real v3961 = v269 * v3861 + v295 * v3863;
-    const real v3962 = v3961 - v3786;
-    const real v3963 = v59 * v3942 - v3962;
-    const real v3965 = v271 * v3942 + v976 * (v10 * v3944) + v105 * v3950 + v239 * v3955 + v251 * v3963;
-    const real v3966 = v3961 + v3851;
-    const real v3972 = c68 * v3779 + s68 * v3825;
-    const real v3973 = K(-2.0) * v3942 - v3972;
-    const real v3976 = v3941 + v3742;
-    const real v3981 = s68 * v3883 - c68 * v3886;
-    const real v3983 = v3966 - v203 * v3976 + v181 * v3981;
-    const real v3990 = v273 * v3983 - (v202 * v2998 + v274 * v3976 + v316 * v3749);
-    const real v3992 = v3950 - v3901;
-    const real v3999 = v59 * v3950 - c68 * v3913 - s68 * v3922;
-    const real v4001 = c52 * v3924 + s52 * v3999;
-    const real v4006 = v3965 - v10 * v3966 + v270 * v3973 + v3990 + v58 * (v53 * v3992 + c52 * (v92 * v4001));
-    const real v4007 = v870 * (v34 * v3743) + v3751 + v3937 + v4006;
-    const real v4015 = v695 * v3776 + v697 * v3823;
-    const real v4018 = v410 * v4015 - v366 * v3901;
-    const real v4020 = v639 * v3783 + v663 * v3835 + v688 * v4018;
-    const real v4034 = v423 * v4015 - (v356 * v3779 + v508 * v3825) + v4018 * v355;
-    const real v4036 = v396 * v4015 + v325 * v3901 + v341 * v4034;
-    const real v4041 = v341 * v4020 - v325 * v3913;
-    const real v4043 = v716 * v3794 + v731 * v3849 + v747 * v4036 + v763 * v4041;
-    const real v4059 = v491 * v3825 - v313 * v3779 + v406 * v4015 + v4036 * v312;
-    const real v4061 = v393 * v4015 + v266 * v3901 - v338 * v4034 + v292 * v4059;
-    const real v4075 = v313 * v3786 - v491 * v3837 + v406 * v4034 + v350 * v4020 + v4041 * v312;
-    const real v4077 = v338 * v4020 + v266 * v3913 - v292 * v4075;
-    const real v4082 = v292 * v4043 + v266 * v3922;
-    const real v4084 = v803 * v3807 + v819 * v3853 + v836 * v4061 + v787 * v4077 + v854 * v4082;
-    const real v4086 = v869 * v4007 - (v37 * v3743 + v4020 + v4043 + v4084);
-    const real v4088 = v4007 * v35;
-    const real v4095 = v187 * v3749;
-    const real v4096 = v169 * v2998;
-    const real v4098 = v4095 - v4096 - v4015;
-    const real v4103 = x[4] * (x[5] * v3901) - v4096;
-    const real v4125 = c39 * (c43 * v3924 - s43 * (v3376 + v3913)) + s39 * (v3922 - v47 * v3749);
-    const real v4129 = v4020 - v4043;
-    const real v4131 = v269 * v4075 + v295 * v4129;
-    const real v4144 = v339 * v4020 - (v256 * v3786 + v484 * v3837 + v394 * v4034) + v4077 * v255;
-    const real v4157 = v256 * v3797 - v484 * v3851 + v394 * v4059 - v339 * v4075 + v309 * v4043 + v4082 * v255;
-    const real v4161 = s52 * (v59 * v3963 - v4020 + v4131 + v4084) + c52 * (v59 * v3955 + c68 * v4144 + s68 * v4157);
-    const real v4165 = s52 * v4161 - v4084 + v90 * v4001;
-    const real v4168 = v85 * v4165 - v100 * v4001;
-    const real v4174 = p[13] * v3992 + s52 * v3924 - c52 * v3999;
-    const real v4177 = v84 * v4174 + v91 * v4165;
-    const real v4187 = v3942 + v3972 - v4015;
-    const real v4197 = v394 * v4015 - (v256 * v3779 + v484 * v3825) + v4061 * v255;
-    const real v4208 = p[13] * v4187 + s52 * (v3955 + v60 * v3992 + v4197) + c52 * (v3962 + v59 * v3973 + s68 * v4059 - c68 * v4034);
-    const real v4210 = v4208 + v80 * v4174;
-    const real v4212 = v524 * v3743 + v454 * v3944 - v59 * v3966 + v4043 + v4131 + p[13] * v4210;
-    const real v4215 = v4212 + v4086 - p[14] * v4088;
-    const real v4217 = p[13] * v4177 + p[15] * v4215;
-    const real v4220 = v1181 * v4217;
-    const real v4225 = v3825 - v3742 - v4015;
-    const real v4227 = v4059 - v3851;
-    const real v4230 = v3837 + v4034;
-    const real v4232 = v181 * v4225 + c68 * v4227 + s68 * v4230;
-    const real v4236 = v203 * v3983 + v181 * v4232 - v4043 - v4131;
-    const real v4238 = v3749 + v3901;
-    const real v4246 = v181 * v4238 + s68 * (v3913 - v3498) - c68 * (v203 * v3749 + v3922);
-    const real v4248 = p[15] * v4236 + v200 * v4246;
-    const real v4251 = v1214 * v4248;
-    const real v4265 = v50 * v4187 + v87 * v3992 + v10 * v4210 + v9 * v4177 + p[12] * v4168 - v1227 * (p[12] * v4220);
-    const real v4266 = v186 * v4246;
-    const real v4267 = p[15] * v4266;
-    const real v4286 = v274 * v3981 + v384 * v4225 + v201 * v4238 + v273 * v4232 - v198 * v4266 + v187 * v4267;
-    const real v4291 = v4265 - v74 * (v194 * v4267) + c52 * (v97 * (v65 * v4267) - v3990) + s52 * (v4286 - v1252 * (p[12] * v4251));
-    const real v4297 = v3736 - v4096;
-    const real v4300 = x[4] * v3749 - x[5] * v2998;
-    const real v4305 = x[3] * v2998 - x[4] * v3901;
-    const real v4312 = v4297 + x[13] * v4300 + x[14] * v4305 + v186 * v4236 + v9 * v4215 - v4220;
-    const real v4327 = v279 * v4075 + v299 * v4129;
-    const real v4337 = s111 * (v113 * v3867 - v4020 + v4327 + v4084) + c111 * (v113 * v3857 + c121 * v4144 + s121 * v4157);
-    const real v4341 = s111 * v4337 - v4084 + v143 * v3932;
-    const real v4344 = v138 * v4341 - v153 * v3932;
-    const real v4350 = p[18] * v3902 + s111 * v3924 - c111 * v3930;
-    const real v4353 = v137 * v4350 + v144 * v4341;
-    const real v4363 = v3760 + v3876 - v4015;
-    const real v4377 = p[18] * v4363 + s111 * (v3857 + v114 * v3902 + v4197) + c111 * (v3866 + v113 * v3877 + s121 * v4059 - c121 * v4034);
-    const real v4379 = v4377 + v133 * v4350;
-    const real v4381 = v526 * v3743 + v466 * v3762 - v113 * v3870 + v4043 + v4327 + p[18] * v4379;
-    const real v4384 = v4381 + v4086 - p[19] * v4088;
-    const real v4386 = p[18] * v4353 + p[20] * v4384;
-    const real v4389 = v1356 * v4386;
-    const real v4397 = v206 * v4225 + c121 * v4227 + s121 * v4230;
-    const real v4401 = v227 * v3890 + v206 * v4397 - v4043 - v4327;
-    const real v4410 = v206 * v4238 + s121 * (v3913 - v3663) - c121 * (v227 * v3749 + v3922);
-    const real v4412 = p[20] * v4401 + v224 * v4410;
-    const real v4415 = v1384 * v4412;
-    const real v4429 = v109 * v4363 + v140 * v3902 + v29 * v4379 + v28 * v4353 + p[17] * v4344 - v1397 * (p[17] * v4389);
-    const real v4430 = v211 * v4410;
-    const real v4431 = p[20] * v4430;
-    const real v4450 = v284 * v3888 + v386 * v4225 + v225 * v4238 + v283 * v4397 - v222 * v4430 + v187 * v4431;
-    const real v4455 = v4429 - v127 * (v218 * v4431) + c111 * (v150 * (v118 * v4431) - v3897) + s111 * (v4450 - v1422 * (p[17] * v4415));
-    const real v4469 = v4297 + x[15] * v4300 + x[16] * v4305 + v211 * v4401 + v28 * v4384 - v4389;
-    const real v4483 = v339 - v350 * v309;
-    const real v4489 = v394 + v406 * v309 - v423 * v4483;
-    const real v4497 = v484 - v491 * v309 - v508 * v4483 - v549 * v4489;
-    const real v4499 = v256 + v313 * v309 - v356 * v4483 - v429 * v4489 - v555 * v4497;
-    const real v4500 = v607 * v4499;
-    const real v4504 = v4499 * v605;
-    const real v4506 = v516 * v4500 - v606 * v4497 - v585 * v4504;
-    const real v4509 = v622 * v4506 + v631 * v4497;
-    const real v4510 = v4500 + v4509;
-    const real v4525 = v555 * v4500 + v4506 * v554;
-    const real v4527 = v414 * v4500 - v606 * v4489 - v451 * v4504 - v512 * v4525;
-    const real v4529 = v429 * v4500 + v4527 * v428;
-    const real v4533 = v345 * v4500 - v606 * v4483 - v366 * v4504 - v410 * v4529 - v495 * v4525;
-    const real v4540 = v4497 * v554 - v555 * v4504;
-    const real v4550 = v512 * v4509 - v665 * v4489 - v451 * v4540;
-    const real v4552 = v549 * v4509 - v429 * v4525 + v4550 * v428;
-    const real v4554 = v495 * v4509 - v665 * v4483 - v366 * v4540 - v410 * v4552;
-    const real v4561 = v695 * v4527 + v697 * v4550 + v700 * v4489;
-    const real v4569 = v4489 * v428 - (v429 * v4504 + v549 * v4540);
-    const real v4571 = v410 * v4561 - v693 * v4483 - v366 * v4569;
-    const real v4575 = v639 * v4533 + v663 * v4554 + v688 * v4571 + v637 * v4483;
-    const real v4586 = v356 * v4500 + v4533 * v355;
-    const real v4590 = v606 * v309 + v294 * v4500 + v325 * v4504 - v396 * v4529 + v341 * v4586 + v486 * v4525;
-    const real v4601 = v508 * v4509 - v356 * v4525 + v4554 * v355;
-    const real v4605 = v486 * v4509 - v665 * v309 - v325 * v4540 - v341 * v4601 + v396 * v4552;
-    const real v4619 = v423 * v4561 - (v356 * v4529 + v508 * v4552) + v4571 * v355;
-    const real v4621 = v693 * v309 + v396 * v4561 + v325 * v4569 + v341 * v4619;
-    const real v4633 = v4483 * v355 - (v356 * v4504 + v508 * v4540 + v423 * v4569);
-    const real v4635 = v341 * v4575 - v777 * v309 - v325 * v4633;
-    const real v4639 = v716 * v4590 + v731 * v4605 + v747 * v4621 + v763 * v4635 + v784 * v309;
-    const real v4652 = v606 + v248 * v4500 + v266 * v4504 - v483 * v4525 - v393 * v4529 - v338 * v4586;
-    const real v4655 = v313 * v4500 + v4590 * v312;
-    const real v4657 = v4652 + v292 * v4655;
-    const real v4672 = v313 * v4525 + v491 * v4509 + v4605 * v312;
-    const real v4674 = v665 + v483 * v4509 + v266 * v4540 - v393 * v4552 - v338 * v4601 - v292 * v4672;
-    const real v4689 = v491 * v4552 - v313 * v4529 + v406 * v4561 + v4621 * v312;
-    const real v4691 = v693 + v393 * v4561 + v266 * v4569 - v338 * v4619 + v292 * v4689;
-    const real v4706 = v313 * v4586 - v491 * v4601 + v406 * v4619 + v350 * v4575 + v4635 * v312;
-    const real v4708 = v777 + v338 * v4575 + v266 * v4633 - v292 * v4706;
-    const real v4710 = v266 * v255 * v255 + v803 * v4657 + v819 * v4674 + v836 * v4691 + v787 * v4708;
-    const real v4720 = v783 - v350 * v777 + v406 * v693 - v491 * v665 + v313 * v606 + v292 * v4639;
-    const real v4729 = v313 * v4504 - v491 * v4540 + v406 * v4569 - v350 * v4633 + v309 * v312;
-    const real v4731 = v4720 + v266 * v4729;
-    const real v4733 = v4710 + v854 * v4731;
-    const real v4740 = v44 * v4504 - v315 * v4540;
-    const real v4743 = v4500 - v4509;
-    const real v4745 = v279 * v4525 + v299 * v4743;
-    const real v4746 = v4745 - v4500;
-    const real v4748 = v4509 + v4745;
-    const real v4754 = c121 * v4504 + s121 * v4540;
-    const real v4759 = v256 * v4500 + v4657 * v255;
-    const real v4765 = v484 * v4509 - v256 * v4525 + v4674 * v255;
-    const real v4767 = c121 * v4759 + s121 * v4765;
-    const real v4771 = v4655 - v4601;
-    const real v4773 = v4586 - v4672;
-    const real v4775 = v279 * v4771 + v299 * v4773;
-    const real v4776 = v4775 - v4586;
-    const real v4777 = v113 * v4746 - v4776;
-    const real v4779 = v281 * v4746 + v884 * (v29 * v4748) - v158 * v4754 + v244 * v4767 + v253 * v4777;
-    const real v4780 = v4775 + v4672;
-    const real v4786 = c121 * v4529 + s121 * v4552;
-    const real v4787 = K(-2.0) * v4746 - v4786;
-    const real v4791 = v4745 + v4509;
-    const real v4798 = v4529 + v4525;
-    const real v4801 = K(-2.0) * v4509 + v4552;
-    const real v4803 = s121 * v4798 - c121 * v4801;
-    const real v4805 = v4780 - v227 * v4791 + v206 * v4803;
-    const real v4807 = v226 * v4504 - v284 * v4791 - v317 * v4540 + v283 * v4805;
-    const real v4818 = v255 + v256 * v4504 + v484 * v4540 + v394 * v4569 + v339 * v4633 + v309 * v4729;
-    const real v4824 = v113 * v4754 + c121 * v4633 + s121 * v4729;
-    const real v4826 = c111 * v4818 - s111 * v4824;
-    const real v4829 = v4754 + v4569;
-    const real v4833 = v4779 - v29 * v4780 + v280 * v4787 + v4807 + v58 * (c111 * (v145 * v4826) - v112 * v4829);
-    const real v4837 = v269 * v4525 + v295 * v4743;
-    const real v4838 = v4837 - v4500;
-    const real v4840 = v4509 + v4837;
-    const real v4846 = c68 * v4504 + s68 * v4540;
-    const real v4851 = c68 * v4759 + s68 * v4765;
-    const real v4857 = v269 * v4771 + v295 * v4773;
-    const real v4858 = v4857 - v4586;
-    const real v4859 = v59 * v4838 - v4858;
-    const real v4861 = v271 * v4838 + v976 * (v10 * v4840) - v105 * v4846 + v239 * v4851 + v251 * v4859;
-    const real v4862 = v4857 + v4672;
-    const real v4868 = c68 * v4529 + s68 * v4552;
-    const real v4869 = K(-2.0) * v4838 - v4868;
-    const real v4873 = v4837 + v4509;
-    const real v4882 = s68 * v4798 - c68 * v4801;
-    const real v4884 = v4862 - v203 * v4873 + v181 * v4882;
-    const real v4886 = v202 * v4504 - v274 * v4873 - v316 * v4540 + v273 * v4884;
-    const real v4893 = v59 * v4846 + c68 * v4633 + s68 * v4729;
-    const real v4895 = c52 * v4818 - s52 * v4893;
-    const real v4898 = v4846 + v4569;
-    const real v4902 = v4861 - v10 * v4862 + v270 * v4869 + v4886 + v58 * (c52 * (v92 * v4895) - v53 * v4898);
-    const real v4903 = v58 + v870 * (v34 * v4510) + v4740 - v4833 - v4902;
-    const real v4905 = v37 * v4510 - v4575 - v4639 - v4733 - v869 * v4903;
-    const real v4908 = v4903 * v35;
-    const real v4915 = v169 * v4504;
-    const real v4916 = v187 * v4540;
-    const real v4918 = v4915 + v4916 - v4561;
-    const real v4922 = v4915 + x[4] * (x[5] * v4569);
-    const real v4946 = c39 * (s43 * (v47 * v4504 - v4633) + c43 * v4818) + s39 * (v4729 - v47 * v4540);
-    const real v4950 = v4575 - v4639;
-    const real v4952 = v269 * v4706 + v295 * v4950;
-    const real v4965 = v339 * v4575 - (v256 * v4586 + v484 * v4601 + v394 * v4619) + v4708 * v255;
-    const real v4978 = v256 * v4655 - v484 * v4672 + v394 * v4689 - v339 * v4706 + v309 * v4639 + v4731 * v255;
-    const real v4982 = s52 * (v59 * v4859 - v4575 + v4952 + v4733) + c52 * (v59 * v4851 + c68 * v4965 + s68 * v4978);
-    const real v4986 = s52 * v4982 - v4733 + v90 * v4895;
-    const real v4989 = v85 * v4986 - v100 * v4895;
-    const real v4995 = s52 * v4818 - p[13] * v4898 + c52 * v4893;
-    const real v4998 = v84 * v4995 + v91 * v4986;
-    const real v5008 = v4838 + v4868 - v4561;
-    const real v5018 = v394 * v4561 - (v256 * v4529 + v484 * v4552) + v4691 * v255;
-    const real v5029 = p[13] * v5008 + s52 * (v4851 - v60 * v4898 + v5018) + c52 * (v4858 + v59 * v4869 + s68 * v4689 - c68 * v4619);
-    const real v5031 = v5029 + v80 * v4995;
-    const real v5033 = v454 * v4840 - v524 * v4510 - v59 * v4862 + v4639 + v4952 + p[13] * v5031;
-    const real v5036 = v5033 + v4905 + p[14] * v4908;
-    const real v5038 = p[13] * v4998 + p[15] * v5036;
-    const real v5041 = v1181 * v5038;
-    const real v5046 = v4552 - v4509 - v4561;
-    const real v5048 = v4689 - v4672;
-    const real v5051 = v4601 + v4619;
-    const real v5053 = v181 * v5046 + c68 * v5048 + s68 * v5051;
-    const real v5057 = v203 * v4884 + v181 * v5053 - v4639 - v4952;
-    const real v5059 = v4540 + v4569;
-    const real v5068 = v181 * v5059 + s68 * (v203 * v4504 + v4633) - c68 * (v203 * v4540 + v4729);
-    const real v5070 = p[15] * v5057 + v200 * v5068;
-    const real v5073 = v1214 * v5070;
-    const real v5087 = v50 * v5008 - v87 * v4898 + v10 * v5031 + v9 * v4998 + p[12] * v4989 - v1227 * (p[12] * v5041);
-    const real v5088 = v186 * v5068;
-    const real v5089 = p[15] * v5088;
-    const real v5108 = v274 * v4882 + v384 * v5046 + v201 * v5059 + v273 * v5053 - v198 * v5088 + v187 * v5089;
-    const real v5113 = v5087 - v74 * (v194 * v5089) + c52 * (v97 * (v65 * v5089) - v4886) + s52 * (v5108 - v1252 * (p[12] * v5073));
-    const real v5119 = v4915 - v4500;
-    const real v5122 = x[5] * v4504 + x[4] * v4540;
-    const real v5127 = x[3] * v4504 + x[4] * v4569;
-    const real v5134 = v5119 + x[13] * v5122 - x[14] * v5127 + v186 * v5057 + v9 * v5036 - v5041;
-    const real v5149 = v279 * v4706 + v299 * v4950;
-    const real v5159 = s111 * (v113 * v4777 - v4575 + v5149 + v4733) + c111 * (v113 * v4767 + c121 * v4965 + s121 * v4978);
-    const real v5163 = s111 * v5159 - v4733 + v143 * v4826;
-    const real v5166 = v138 * v5163 - v153 * v4826;
-    const real v5172 = s111 * v4818 - p[18] * v4829 + c111 * v4824;
-    const real v5175 = v137 * v5172 + v144 * v5163;
-    const real v5185 = v4746 + v4786 - v4561;
-    const real v5199 = p[18] * v5185 + s111 * (v4767 - v114 * v4829 + v5018) + c111 * (v4776 + v113 * v4787 + s121 * v4689 - c121 * v4619);
-    const real v5201 = v5199 + v133 * v5172;
-    const real v5203 = v466 * v4748 - v526 * v4510 - v113 * v4780 + v4639 + v5149 + p[18] * v5201;
-    const real v5206 = v5203 + v4905 + p[19] * v4908;
-    const real v5208 = p[18] * v5175 + p[20] * v5206;
-    const real v5211 = v1356 * v5208;
-    const real v5219 = v206 * v5046 + c121 * v5048 + s121 * v5051;
-    const real v5223 = v227 * v4805 + v206 * v5219 - v4639 - v5149;
-    const real v5233 = v206 * v5059 + s121 * (v227 * v4504 + v4633) - c121 * (v227 * v4540 + v4729);
-    const real v5235 = p[20] * v5223 + v224 * v5233;
-    const real v5238 = v1384 * v5235;
-    const real v5252 = v109 * v5185 - v140 * v4829 + v29 * v5201 + v28 * v5175 + p[17] * v5166 - v1397 * (p[17] * v5211);
-    const real v5253 = v211 * v5233;
-    const real v5254 = p[20] * v5253;
-    const real v5273 = v284 * v4803 + v386 * v5046 + v225 * v5059 + v283 * v5219 - v222 * v5253 + v187 * v5254;
-    const real v5278 = v5252 - v127 * (v218 * v5254) + c111 * (v150 * (v118 * v5254) - v4807) + s111 * (v5273 - v1422 * (p[17] * v5238));
-    const real v5292 = v5119 + x[15] * v5122 - x[16] * v5127 + v211 * v5223 + v28 * v5206 - v5211;
-    J_p[0] = v1042 - v529 * v634 - p[7] * v1045;
-    J_p[1] = v1042 - v532 * v634 - p[6] * v1045;
-    J_p[2] = v1055 - v634;
-    J_p[3] = v1055;
-    J_p[4] = v1059 - (v621 + v1053);
-    J_p[5] = v1053 - v633 - v1059;
-    J_p[6] = -(v1064 * (p[1] * v634) + p[1] * v1045);
-    J_p[7] = v876 - v1070 * (p[0] * v634) - p[0] * v1045;
-    J_p[8] = v876;
-    J_p[9] = v1085;
+    enum { wx = SLOSH_X_WX };
+    enum { wy = SLOSH_X_WY };
+    enum { wz = SLOSH_X_WZ };
+    enum { phi1 = SLOSH_X_PHI1 };
+    enum { theta1 = SLOSH_X_THETA1 };
+    enum { phi2 = SLOSH_X_PHI2 };
+    enum { theta2 = SLOSH_X_THETA2 };
+    enum { phi1_dot = SLOSH_X_PHI1_DOT };
+    enum { theta1_dot = SLOSH_X_THETA1_DOT };
+    enum { phi2_dot = SLOSH_X_PHI2_DOT };
+    enum { theta2_dot = SLOSH_X_THETA2_DOT };
+    enum { Mx = SLOSH_U_MX };
+    enum { My = SLOSH_U_MY };
+    enum { Mz = SLOSH_U_MZ };
+    enum { delta1 = SLOSH_U_DELTA1 };
+    enum { delta2 = SLOSH_U_DELTA2 };
+    enum { m = SLOSH_P_M };
+    enum { m0 = SLOSH_P_M0 };
+    enum { I0 = SLOSH_P_I0 };
+    enum { J_x = SLOSH_P_J_X };
+    enum { J_y = SLOSH_P_J_Y };
+    enum { J_z = SLOSH_P_J_Z };
+    enum { h0 = SLOSH_P_H0 };
+    enum { b = SLOSH_P_B };
+    enum { d = SLOSH_P_D };
+    enum { F = SLOSH_P_F };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { eps1 = SLOSH_P_EPS1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { eps2 = SLOSH_P_EPS2 };
+    const real t_os4zj = p[l1] * p[l1];
+    const real D1 = t_os4zj * p[m1] + p[I1];
+    const real t_zrejm = K(1.0) / D1;
+    const real t_3qn53 = p[m1] * t_zrejm;
+    const real k1 = t_3qn53 * p[l1];
+    const real me1 = t_3qn53 * p[I1];
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real mv1 = t_6nwd2 * k1;
+    const real t_nfvux = p[l2] * p[l2];
+    const real D2 = t_nfvux * p[m2] + p[I2];
+    const real t_5wzvs = K(1.0) / D2;
+    const real t_54cbb = p[m2] * t_5wzvs;
+    const real k2 = t_54cbb * p[l2];
+    const real me2 = t_54cbb * p[I2];
+    const real t_popww = p[l2] * p[m2];
+    const real mv2 = t_popww * k2;
+    const real M_C = p[m] + p[m0] + me1 + me2;
+    const real t_xpjrw = K(1.0) / M_C;
+    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) * t_xpjrw;
+    const real t_owkw5 = p[h1] * p[h1];
+    const real t_gy5fy = p[h2] * p[h2];
+    const real t_piq3g = p[b] * p[b];
+    const real t_rvsxd = p[h0] * p[h0];
+    const real t_iw7bs = x_C * x_C;
+    const real S_C = me1 * t_owkw5
+        + me2 * t_gy5fy
+        + p[m] * t_piq3g
+        + p[m0] * t_rvsxd
+        - M_C * t_iw7bs;
+    const real J_C1 = p[I0] + p[J_x];
+    const real J_C3 = p[I0] + p[J_z] + S_C;
+    const real t_is5lg = p[I1] + p[I2];
+    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
+    const real W12 = x[wx] * x[wy];
+    const real W13 = x[wx] * x[wz];
+    const real e1 = p[h1] - x_C;
+    const real e2 = p[h2] - x_C;
+    real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
+    const real t_ruxs4 = cos_delta2 * p[F];
+    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
+    const real f_x = t_ruxs4 * cos_delta1;
+    const real f_y = sin_delta2 * p[F];
+    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
+    const real Wt1 = cos_theta1 * x[wz] + sin_theta1 * x[wy];
+    const real w_x1 = x[wx] - x[theta1_dot];
+    const real p1 = Wn1 + x[phi1_dot];
+    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
+    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
+    const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
+    const real Wt2 = cos_theta2 * x[wz] + sin_theta2 * x[wy];
+    const real w_x2 = x[wx] - x[theta2_dot];
+    const real p2 = Wn2 + x[phi2_dot];
+    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
+    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
+    const real t_w7vil = t_rybsf * e1;
+    const real t_lupe6 = cos_phi1 * t_w7vil;
+    const real tension1 = t_lupe6 * mv1 - t_6nwd2 * sigma_sq1;
+    const real As_1 = mv1 * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real eAss_1 = Ass_1 * e1;
+    const real q_1 = sin_phi1 * p[l1];
+    const real lc_1 = cos_phi1 * p[l1];
+    const real B_1 = me1 * p[l1];
+    const real Bs_1 = B_1 * sin_phi1;
+    const real Bc_1 = B_1 * cos_phi1;
+    const real Bl_1 = B_1 * p[l1];
+    const real g_1 = e1 - lc_1;
+    const real t_7vbeu = q_1 * q_1;
+    const real t_odnx4 = K(1.0) / (p[I1] + p[m1] * t_7vbeu);
+    const real th_1 = p[m1] * t_odnx4;
+    const real wth_1 = th_1 * p[I1];
+    const real eBc_1 = Bc_1 * e1;
+    const real wg_1 = g_1 * wth_1;
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real tn11_1 = Ass_1 + me1 - wth_1;
+    const real t_simvy = e1 * e1;
+    const real t_qodfc = me1 * t_simvy;
+    const real t_3bowt = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
+    const real t_3fv6l = g_1 * wg_1;
+    const real tn44_1 = t_qodfc + t_3bowt - t_3fv6l;
+    const real wq_1 = q_1 * wth_1;
+    const real wqg_1 = q_1 * wg_1;
+    const real wqq_1 = q_1 * wq_1;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real wgC_1 = cos_theta1 * wqg_1;
+    const real wgS_1 = sin_theta1 * wqg_1;
+    const real loss_phi1 = p[eps1] * x[phi1_dot];
+    const real loss_theta1 = p[eps1] * x[theta1_dot];
+    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real t_wmv32 = p1 + x[phi1_dot];
+    const real zeta1 = W12 * q_1 + Wn1 * lc_1 * w_x1 - chi1 * p[l1] * t_wmv32;
+    const real t_xips6 = zeta1 * p[I1] - loss_theta1 * q_1;
+    const real F_n1 = th_1 * t_xips6;
+    const real t_7imwe = B_1 * eta1 + loss_phi1 * k1;
+    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real M_q1 = F_n1 * q_1;
+    const real I_phi1 = x[phi1_dot] * p[I1];
+    const real I_theta1 = x[theta1_dot] * p[I1];
+    const real t_6fvzz = t_rybsf * e2;
+    const real t_cekeb = cos_phi2 * t_6fvzz;
+    const real tension2 = t_cekeb * mv2 - t_popww * sigma_sq2;
+    const real As_2 = mv2 * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real eAss_2 = Ass_2 * e2;
+    const real q_2 = sin_phi2 * p[l2];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real B_2 = me2 * p[l2];
+    const real Bs_2 = B_2 * sin_phi2;
+    const real Bc_2 = B_2 * cos_phi2;
+    const real Bl_2 = B_2 * p[l2];
+    const real g_2 = e2 - lc_2;
+    const real t_bnx3m = q_2 * q_2;
+    const real t_mwbp3 = K(1.0) / (p[I2] + p[m2] * t_bnx3m);
+    const real th_2 = p[m2] * t_mwbp3;
+    const real wth_2 = th_2 * p[I2];
+    const real eBc_2 = Bc_2 * e2;
+    const real wg_2 = g_2 * wth_2;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real tn11_2 = Ass_2 + me2 - wth_2;
+    const real t_quuci = e2 * e2;
+    const real t_7nffd = me2 * t_quuci;
+    const real t_ymmgl = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
+    const real t_odwbr = g_2 * wg_2;
+    const real tn44_2 = t_7nffd + t_ymmgl - t_odwbr;
+    const real wq_2 = q_2 * wth_2;
+    const real wqg_2 = q_2 * wg_2;
+    const real wqq_2 = q_2 * wq_2;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real wgC_2 = cos_theta2 * wqg_2;
+    const real wgS_2 = sin_theta2 * wqg_2;
+    const real loss_phi2 = p[eps2] * x[phi2_dot];
+    const real loss_theta2 = p[eps2] * x[theta2_dot];
+    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real t_nlamb = p2 + x[phi2_dot];
+    const real zeta2 = W12 * q_2 + Wn2 * lc_2 * w_x2 - chi2 * p[l2] * t_nlamb;
+    const real t_vry6x = zeta2 * p[I2] - loss_theta2 * q_2;
+    const real F_n2 = th_2 * t_vry6x;
+    const real t_4b2fa = B_2 * eta2 + loss_phi2 * k2;
+    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real M_q2 = F_n2 * q_2;
+    const real I_phi2 = x[phi2_dot] * p[I2];
+    const real I_theta2 = x[theta2_dot] * p[I2];
+    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
+    const real t_fbeaw = S_sq1 * tn11_1;
+    const real t_dj555 = S_sq2 * tn11_2;
+    const real K22 = t_fbeaw + t_dj555 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real K33 = Ass_1 + Ass_2 + M_C - t_fbeaw - t_dj555;
+    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
+    const real t_nhr5u = wqq_1 + wqq_2;
+    const real K44 = t_nhr5u + Bl_1 + Bl_2 + J_C1;
+    const real t_tcgxn = wg_1 - e1 * me1;
+    const real t_uf5ib = wg_2 - e2 * me2;
+    const real t_32gyg = Bc_1 - eAss_1;
+    const real t_65obb = t_32gyg + t_tcgxn;
+    const real t_gbkg6 = Bc_2 - eAss_2;
+    const real t_yoiua = t_gbkg6 + t_uf5ib;
+    const real t_z76hk = S_sq1 * t_65obb + S_sq2 * t_yoiua;
+    const real K52 = t_tcgxn + t_uf5ib - t_z76hk - wqC_1 - wqC_2;
+    const real t_hjmgb = SC1 * t_65obb + SC2 * t_yoiua;
+    const real K53 = wqS_1 - t_hjmgb + wqS_2;
+    const real t_nncdg = Bl_1 - eBc_1;
+    const real t_4q22j = Bl_2 - eBc_2;
+    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
+    const real t_hoosk = S_sq1 * tn44_1;
+    const real t_drvdp = S_sq2 * tn44_2;
+    const real K55 = t_3fv6l
+        + t_odwbr
+        + t_nhr5u
+        + t_hoosk
+        + t_drvdp
+        + J_C3
+        - t_qodfc
+        - t_7nffd
+        + K(-2.0) * wgC_1
+        + K(-2.0) * wgC_2;
+    const real K63 = t_z76hk - (t_32gyg + t_gbkg6);
+    const real t_zhbuw = wgS_1 + wgS_2;
+    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
+    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_3bowt + t_ymmgl + J_C2 - t_hoosk - t_drvdp;
+    const real t_vt7uo = F_n1 * cos_theta1;
+    const real t_oncjt = F_n2 * cos_theta2;
+    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real t_azclp = F_n1 * sin_theta1;
+    const real t_iya7w = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
+    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
+    const real t_kp7yy = M_q1 + M_q2;
+    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
+    const real t_sfymc = p[J_y] - p[J_z];
+    const real n4 = t_aejai
+        - t_kp7yy
+        + t_zd4fs
+        - loss_phi1
+        - loss_phi2
+        + I_theta1 * x[wy]
+        + I_theta2 * x[wy]
+        - t_sfymc * x[wy] * x[wz];
+    const real t_w7nmt = t_aejai + F_t1 * e1;
+    const real t_e5cx2 = t_zd4fs + F_t2 * e2;
+    const real n5 = t_w7nmt * sin_theta1
+        - (t_kp7yy + loss_theta1 + loss_theta2)
+        + t_e5cx2 * sin_theta2
+        - W12 * (J_C1 + (p[J_z] - p[J_y]))
+        - I_phi1 * x[wy]
+        - I_phi2 * x[wy]
+        + t_vt7uo * g_1
+        + t_oncjt * g_2;
+    const real n6 = t_w7nmt * cos_theta1
+        + t_e5cx2 * cos_theta2
+        + I_theta1 * x[wx]
+        + I_theta2 * x[wx]
+        - W13 * (J_C1 + t_is5lg + t_sfymc)
+        - t_azclp * g_1
+        - t_iya7w * g_2
+        - I_phi1 * x[wz]
+        - I_phi2 * x[wz];
+    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_bpfoo = K(1.0) / K11;
+    const real t_w7lcw = t_b3aij * t_bpfoo;
+    const real K_D2 = K22 - t_b3aij * t_w7lcw;
+    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_3go2w = t_zzymx * t_bpfoo;
+    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
+    const real t_4iujv = K(1.0) / K_D2;
+    const real K_L32 = t_d4mqf * t_4iujv;
+    const real t_ev7u5 = Bs_1 + Asc_1 * e1;
+    const real t_bvybx = Bs_2 + Asc_2 * e2;
+    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
+    const real t_vshgd = t_6mmeb * t_bpfoo;
+    const real t_p6zld = K52 - t_b3aij * t_vshgd;
+    const real K_L52 = t_p6zld * t_4iujv;
+    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
+    const real t_2m245 = Bs_1 + Bs_2;
+    const real t_xq4wt = t_2m245 * t_bpfoo;
+    const real t_m67zs = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2 + t_b3aij * t_xq4wt;
+    const real t_6urah = t_m67zs * t_4iujv;
+    const real t_m27n6 = K43 + t_d4mqf * t_6urah - t_zzymx * t_xq4wt;
+    const real t_zmh3u = K(1.0) / K_D3;
+    const real K_L43 = t_m27n6 * t_zmh3u;
+    const real t_bxfcn = K53 - t_d4mqf * K_L52 - t_zzymx * t_vshgd;
+    const real K_L53 = t_bxfcn * t_zmh3u;
+    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
+    const real t_e4enr = t_bl4f2 * t_bpfoo;
+    const real t_qvrp6 = t_hjmgb + t_b3aij * t_e4enr;
+    const real t_dj64q = t_qvrp6 * t_4iujv;
+    const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
+    const real K_L63 = t_rahc4 * t_zmh3u;
+    const real K_D4 = K44 - t_m67zs * t_6urah - t_m27n6 * K_L43 - t_2m245 * t_xq4wt;
+    const real t_amczu = K54 + t_m67zs * K_L52 - t_m27n6 * K_L53 - t_2m245 * t_vshgd;
+    const real t_lt2al = K(1.0) / K_D4;
+    const real K_L54 = t_amczu * t_lt2al;
+    const real t_e4k6u = K64 - t_m67zs * t_dj64q - t_m27n6 * K_L63 - t_2m245 * t_e4enr;
+    const real K_L64 = t_e4k6u * t_lt2al;
+    const real K_D5 = K55
+        - t_p6zld * K_L52
+        - t_bxfcn * K_L53
+        - t_amczu * K_L54
+        - t_6mmeb * t_vshgd;
+    const real t_jo54w = K65
+        + t_p6zld * t_dj64q
+        - t_bxfcn * K_L63
+        - t_amczu * K_L64
+        - t_6mmeb * t_e4enr;
+    const real t_ftqxb = K(1.0) / K_D5;
+    const real K_L65 = t_jo54w * t_ftqxb;
+    const real K_D6 = K66
+        - t_qvrp6 * t_dj64q
+        - t_rahc4 * K_L63
+        - t_e4k6u * K_L64
+        - t_jo54w * K_L65
+        - t_bl4f2 * t_e4enr;
+    const real b1 = f_x
+        + (t_7imwe * sin_phi1 + t_4b2fa * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2);
+    const real b2 = f_y - n2;
+    const real b4 = u[Mx] - n4;
+    const real t_lwe76 = p[b] + p[d] + x_C;
+    const real b5 = u[Mz] - n5 - f_y * t_lwe76;
+    const real t_gcu5g = t_ruxs4 * sin_delta1;
+    const real b6 = t_gcu5g * t_lwe76 - (u[My] + n6);
+    const real X_y2 = b2 + t_w7lcw * b1;
+    const real X_y3 = t_3go2w * b1 - (t_gcu5g + n3) - K_L32 * X_y2;
+    const real X_y4 = b4 + t_xq4wt * b1 + t_6urah * X_y2 - K_L43 * X_y3;
+    const real X_y5 = b5
+        + t_vshgd * b1
+        - K_L52 * X_y2
+        - K_L53 * X_y3
+        - K_L54 * X_y4;
+    const real X_y6 = b6
+        + t_e4enr * b1
+        + t_dj64q * X_y2
+        - K_L63 * X_y3
+        - K_L64 * X_y4
+        - K_L65 * X_y5;
+    const real t_nfkwa = K(1.0) / K_D6;
+    const real X_x6 = X_y6 * t_nfkwa;
+    const real t_cufdy = X_y5 * t_ftqxb;
+    const real X_x5 = t_cufdy - K_L65 * X_x6;
+    const real t_72jfh = X_y4 * t_lt2al;
+    const real X_x4 = t_72jfh - K_L54 * X_x5 - K_L64 * X_x6;
+    const real t_izhu2 = X_y3 * t_zmh3u;
+    const real X_x3 = t_izhu2 - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
+    const real t_uifqg = X_y2 * t_4iujv;
+    const real X_x2 = t_uifqg
+        - K_L32 * X_x3
+        + t_6urah * X_x4
+        - K_L52 * X_x5
+        + t_dj64q * X_x6;
+    const real t_o4hiw = X_x6 * t_nfkwa;
+    const real t_3g325 = t_6urah + K_L43 * K_L32;
+    const real t_g7phw = K_L53 * K_L32 - (x_C + K_L52) - K_L54 * t_3g325;
+    const real t_wjbnt = t_dj64q + K_L63 * K_L32 - K_L64 * t_3g325 - K_L65 * t_g7phw;
+    const real t_5shbl = t_o4hiw * t_wjbnt;
+    const real t_dzxqu = K_L65 * t_ftqxb;
+    const real t_ncxva = t_wjbnt * t_nfkwa;
+    const real t_x7i7c = t_jo54w * t_5shbl - X_x6 * t_g7phw - X_y5 * t_ncxva;
+    const real t_eriz2 = t_cufdy * t_ftqxb;
+    const real t_5l6pm = t_dzxqu * t_x7i7c + t_eriz2 * t_g7phw;
+    const real t_7c5q4 = t_5shbl + t_5l6pm;
+    const real t_insvr = t_izhu2 * t_zmh3u;
+    const real t_kpf5p = K_L63 * t_zmh3u;
+    const real t_hg23z = K_L65 * t_5shbl + t_x7i7c * t_ftqxb;
+    const real t_wibut = t_e4k6u * t_5shbl - X_x6 * t_3g325 - X_y4 * t_ncxva - t_amczu * t_hg23z;
+    const real t_kyaqp = K_L64 * t_5shbl + t_wibut * t_lt2al;
+    const real t_pfsyj = X_x6 * K_L32
+        + t_rahc4 * t_5shbl
+        - X_y3 * t_ncxva
+        - t_m27n6 * t_kyaqp
+        - t_bxfcn * t_hg23z;
+    const real t_qe675 = K_L53 * t_zmh3u;
+    const real t_udaaj = t_g7phw * t_ftqxb - K_L65 * t_ncxva;
+    const real t_w2iqu = t_amczu * t_5l6pm - X_x5 * t_3g325 - X_y4 * t_udaaj;
+    const real t_pjhpg = K_L54 * t_5l6pm - K_L64 * t_hg23z + t_w2iqu * t_lt2al;
+    const real t_qi4ru = X_x5 * K_L32 + t_bxfcn * t_5l6pm - X_y3 * t_udaaj - t_m27n6 * t_pjhpg;
+    const real t_ydwjl = K_L43 * t_zmh3u;
+    const real t_wurun = K_L64 * t_lt2al;
+    const real t_2e52m = K_L54 * t_lt2al;
+    const real t_gkoba = t_72jfh * t_lt2al;
+    const real t_2jjae = t_wurun * t_wibut + t_2e52m * t_w2iqu + t_gkoba * t_3g325;
+    const real t_obrzw = t_3g325 * t_lt2al - (K_L64 * t_ncxva + K_L54 * t_udaaj);
+    const real t_fxpvm = X_x4 * K_L32 + t_m27n6 * t_2jjae - X_y3 * t_obrzw;
+    const real t_zjlmp = t_insvr * K_L32 - (t_kpf5p * t_pfsyj + t_qe675 * t_qi4ru + t_ydwjl * t_fxpvm);
+    const real t_2ngl5 = t_dj64q * t_4iujv;
+    const real t_sbd7c = K_L63 * t_5shbl + t_pfsyj * t_zmh3u;
+    const real t_hl7qw = X_x6
+        + t_qvrp6 * t_5shbl
+        + X_y2 * t_ncxva
+        - t_m67zs * t_kyaqp
+        + t_d4mqf * t_sbd7c
+        + t_p6zld * t_hg23z;
+    const real t_hfybw = K_L52 * t_4iujv;
+    const real t_jx5k2 = K_L53 * t_5l6pm - K_L63 * t_hg23z + t_qi4ru * t_zmh3u;
+    const real t_mccdf = t_p6zld * t_5l6pm
+        - X_x5
+        - X_y2 * t_udaaj
+        - t_d4mqf * t_jx5k2
+        + t_m67zs * t_pjhpg;
+    const real t_dwrhg = t_6urah * t_4iujv;
+    const real t_g4iwq = K_L43 * t_2jjae - (K_L63 * t_kyaqp + K_L53 * t_pjhpg) + t_fxpvm * t_zmh3u;
+    const real t_3xfz5 = X_x4 + t_m67zs * t_2jjae + X_y2 * t_obrzw + t_d4mqf * t_g4iwq;
+    const real t_6yahm = K_L32 * t_4iujv;
+    const real t_hcaqb = K_L63 * t_ncxva + K_L53 * t_udaaj + K_L43 * t_obrzw + K_L32 * t_zmh3u;
+    const real t_kqp43 = X_y2 * t_hcaqb - (X_x3 + t_d4mqf * t_zjlmp);
+    const real t_5am4i = t_uifqg * t_4iujv;
+    const real t_l7rtx = t_2ngl5 * t_hl7qw
+        + t_hfybw * t_mccdf
+        + t_dwrhg * t_3xfz5
+        + t_6yahm * t_kqp43
+        + t_5am4i;
+    const real t_3tmqi = t_3go2w * t_bpfoo;
+    const real t_o4agn = t_dj64q * t_sbd7c
+        - K_L52 * t_jx5k2
+        + t_6urah * t_g4iwq
+        - K_L32 * t_zjlmp
+        + t_kqp43 * t_4iujv;
+    const real t_dgg2v = t_zzymx * t_zjlmp + b1 * t_hcaqb + t_b3aij * t_o4agn;
+    const real t_ielc3 = t_e4enr * t_bpfoo;
+    const real t_oqpfr = t_dj64q * t_5shbl + t_hl7qw * t_4iujv;
+    const real t_dbatx = t_bl4f2 * t_5shbl
+        + b1 * t_ncxva
+        - t_6mmeb * t_hg23z
+        - t_2m245 * t_kyaqp
+        - t_zzymx * t_sbd7c
+        + t_b3aij * t_oqpfr;
+    const real t_2lluf = t_vshgd * t_bpfoo;
+    const real t_wdf4g = t_dj64q * t_hg23z + K_L52 * t_5l6pm + t_mccdf * t_4iujv;
+    const real t_ie722 = t_6mmeb * t_5l6pm
+        + b1 * t_udaaj
+        - t_2m245 * t_pjhpg
+        - t_zzymx * t_jx5k2
+        - t_b3aij * t_wdf4g;
+    const real t_jtjoh = t_xq4wt * t_bpfoo;
+    const real t_3nhb2 = K_L52 * t_pjhpg - t_dj64q * t_kyaqp + t_6urah * t_2jjae + t_3xfz5 * t_4iujv;
+    const real t_2iw3h = t_2m245 * t_2jjae + b1 * t_obrzw - t_zzymx * t_g4iwq + t_b3aij * t_3nhb2;
+    const real t_6xwz3 = t_w7lcw * t_bpfoo;
+    const real t_tmo7z = t_dj64q * t_ncxva
+        - K_L52 * t_udaaj
+        + t_6urah * t_obrzw
+        + K_L32 * t_hcaqb
+        + t_4iujv;
+    const real t_qbsrl = t_b3aij * t_l7rtx + b1 * t_tmo7z;
+    const real t_g7hxz = t_3tmqi * t_dgg2v
+        - (t_ielc3 * t_dbatx + t_2lluf * t_ie722 + t_jtjoh * t_2iw3h)
+        - t_6xwz3 * t_qbsrl;
+    const real t_rl7kq = x_C * t_xpjrw;
+    const real t_jf3qj = x_C + x_C;
+    const real t_hygq4 = t_gcu5g * t_ncxva - f_y * t_udaaj;
+    const real t_7c5q4_2 = t_5shbl - t_5l6pm;
+    const real t_vzjf2 = SC2 * t_hg23z + S_sq2 * t_7c5q4_2;
+    const real t_cwt43 = t_vzjf2 - t_5shbl;
+    const real t_rdwum = e2 + e2;
+    const real t_higwe = t_5l6pm + t_vzjf2;
+    const real t_ejmnc = cos_theta2 * t_ncxva + sin_theta2 * t_udaaj;
+    const real t_fawhr = t_e4enr * t_5shbl + t_dbatx * t_bpfoo;
+    const real t_ryqia = t_vshgd * t_5l6pm - t_e4enr * t_hg23z + t_ie722 * t_bpfoo;
+    const real t_kejue = cos_theta2 * t_fawhr + sin_theta2 * t_ryqia;
+    const real t_2acnx = t_oqpfr - t_jx5k2;
+    const real t_t5xmm = t_sbd7c - t_wdf4g;
+    const real t_kwccd = SC2 * t_2acnx + S_sq2 * t_t5xmm;
+    const real t_jtqvq = t_kwccd - t_sbd7c;
+    const real t_4hc5h = e2 * t_cwt43 - t_jtqvq;
+    const real t_judwy = t_kwccd + t_wdf4g;
+    const real t_l2qxk = cos_theta2 * t_kyaqp + sin_theta2 * t_pjhpg;
+    const real t_3cwki = K(-2.0) * t_cwt43 - t_l2qxk;
+    const real t_higwe_2 = t_vzjf2 + t_5l6pm;
+    const real t_wxzdz = t_kyaqp + t_hg23z;
+    const real t_jketf = K(-2.0) * t_5l6pm + t_pjhpg;
+    const real t_ciim3 = sin_theta2 * t_wxzdz - cos_theta2 * t_jketf;
+    const real t_xcvpe = t_judwy - g_2 * t_higwe_2 + q_2 * t_ciim3;
+    const real t_xfmxd = t_iya7w * t_ncxva - wg_2 * t_higwe_2 - t_oncjt * t_udaaj + wth_2 * t_xcvpe;
+    const real t_2cs2b = t_e4enr * t_ncxva
+        + t_vshgd * t_udaaj
+        + t_xq4wt * t_obrzw
+        - t_3go2w * t_hcaqb
+        + t_w7lcw * t_tmo7z;
+    const real t_ut2b4 = cos_theta2 * t_hcaqb - e2 * t_ejmnc - sin_theta2 * t_tmo7z;
+    const real t_fty7s = cos_phi2 * t_2cs2b + sin_phi2 * t_ut2b4;
+    const real t_q2upi = t_ejmnc + t_obrzw;
+    const real t_km7fg = eAss_2 * t_cwt43
+        + t_rdwum * (me2 * t_higwe)
+        - F_t2 * t_ejmnc
+        + Asc_2 * t_kejue
+        + Ass_2 * t_4hc5h
+        - me2 * t_judwy
+        + Bc_2 * t_3cwki
+        + t_xfmxd
+        + t_rybsf * (cos_phi2 * (mv2 * t_fty7s) - Bs_2 * t_q2upi);
+    const real t_vtqzc = SC1 * t_hg23z + S_sq1 * t_7c5q4_2;
+    const real t_s62xv = t_vtqzc - t_5shbl;
+    const real t_o6yyy = e1 + e1;
+    const real t_s6vb3 = t_5l6pm + t_vtqzc;
+    const real t_6io44 = cos_theta1 * t_ncxva + sin_theta1 * t_udaaj;
+    const real t_smsjv = cos_theta1 * t_fawhr + sin_theta1 * t_ryqia;
+    const real t_aiugo = SC1 * t_2acnx + S_sq1 * t_t5xmm;
+    const real t_s233g = t_aiugo - t_sbd7c;
+    const real t_7z2wd = e1 * t_s62xv - t_s233g;
+    const real t_pej7g = t_aiugo + t_wdf4g;
+    const real t_zq3ir = cos_theta1 * t_kyaqp + sin_theta1 * t_pjhpg;
+    const real t_mguvf = K(-2.0) * t_s62xv - t_zq3ir;
+    const real t_s6vb3_2 = t_vtqzc + t_5l6pm;
+    const real t_tczyi = sin_theta1 * t_wxzdz - cos_theta1 * t_jketf;
+    const real t_27gpo = t_pej7g - g_1 * t_s6vb3_2 + q_1 * t_tczyi;
+    const real t_e33xl = t_azclp * t_ncxva - wg_1 * t_s6vb3_2 - t_vt7uo * t_udaaj + wth_1 * t_27gpo;
+    const real t_b4tba = cos_theta1 * t_hcaqb - e1 * t_6io44 - sin_theta1 * t_tmo7z;
+    const real t_u7ql7 = cos_phi1 * t_2cs2b + sin_phi1 * t_b4tba;
+    const real t_lqczz = t_6io44 + t_obrzw;
+    const real t_uccl2 = eAss_1 * t_s62xv
+        + t_o6yyy * (me1 * t_s6vb3)
+        - F_t1 * t_6io44
+        + Asc_1 * t_smsjv
+        + Ass_1 * t_7z2wd
+        - me1 * t_pej7g
+        + Bc_1 * t_mguvf
+        + t_e33xl
+        + t_rybsf * (cos_phi1 * (mv1 * t_u7ql7) - Bs_1 * t_lqczz);
+    const real t_zkqyv = t_jf3qj * (M_C * t_7c5q4) - X_x5 + t_hygq4 - t_km7fg - t_uccl2;
+    const real t_kl4wv = t_iw7bs * t_7c5q4 + t_zjlmp - t_l7rtx + t_g7hxz - t_rl7kq * t_zkqyv;
+    const real t_oxhx6 = t_zkqyv * t_xpjrw;
+    const real t_mmma6 = W13 * t_ncxva;
+    const real t_rihwz = W12 * t_udaaj;
+    const real t_yjmxs = t_mmma6 + t_rihwz - t_2jjae;
+    const real t_24myi = t_mmma6 + x[wy] * (x[wz] * t_obrzw);
+    const real t_xkwv2 = p[h0] + p[h0];
+    const real t_gfysi = p[b] + p[b];
+    const real t_rhfan = t_zjlmp + t_l7rtx;
+    const real t_tpl3h = SC1 * t_o4agn - S_sq1 * t_rhfan;
+    const real t_e67br = t_e4enr * t_sbd7c
+        + t_vshgd * t_jx5k2
+        + t_xq4wt * t_g4iwq
+        + t_3go2w * t_zjlmp
+        + t_dgg2v * t_bpfoo;
+    const real t_bbofa = t_e4enr * t_oqpfr
+        - t_vshgd * t_wdf4g
+        + t_xq4wt * t_3nhb2
+        - t_3go2w * t_o4agn
+        + t_w7lcw * t_l7rtx
+        + t_qbsrl * t_bpfoo;
+    const real t_5givj = sin_phi1 * (e1 * t_7z2wd + t_zjlmp + t_tpl3h - t_g7hxz)
+        + cos_phi1 * (e1 * t_smsjv - cos_theta1 * t_e67br + sin_theta1 * t_bbofa);
+    const real t_bvqbb = t_g7hxz + sin_phi1 * t_5givj + t_lupe6 * t_u7ql7;
+    const real t_o7atx = k1 * t_bvqbb - sigma_sq1 * t_u7ql7;
+    const real t_cbzi6 = sin_phi1 * t_2cs2b - p[l1] * t_lqczz - cos_phi1 * t_b4tba;
+    const real t_kklji = loss_phi1 * t_cbzi6 + t_6nwd2 * t_bvqbb;
+    const real t_mjz7g = t_s62xv + t_zq3ir - t_2jjae;
+    const real t_ceivr = t_xq4wt * t_2jjae - (t_e4enr * t_kyaqp + t_vshgd * t_pjhpg) + t_2iw3h * t_bpfoo;
+    const real t_vsfc7 = p[l1] * t_mjz7g
+        + sin_phi1 * (t_smsjv - t_w7vil * t_lqczz + t_ceivr)
+        + cos_phi1 * (t_s233g + e1 * t_mguvf + sin_theta1 * t_3nhb2 - cos_theta1 * t_g4iwq)
+        + eta1 * t_cbzi6;
+    const real t_llbw5 = t_simvy * t_s6vb3
+        - t_owkw5 * t_7c5q4
+        - e1 * t_pej7g
+        + t_l7rtx
+        + t_tpl3h
+        + p[l1] * t_vsfc7
+        + t_kl4wv
+        + p[h1] * t_oxhx6;
+    const real t_i7tkx = p[l1] * t_kklji + p[I1] * t_llbw5;
+    const real t_ecohd = t_3qn53 * t_zrejm;
+    const real t_ercla = t_ecohd * t_i7tkx;
+    const real t_uncsk = t_pjhpg - t_5l6pm - t_2jjae;
+    const real t_5fsqv = t_3nhb2 - t_wdf4g;
+    const real t_rodma = t_jx5k2 + t_g4iwq;
+    const real t_77ulk = q_1 * t_uncsk + cos_theta1 * t_5fsqv + sin_theta1 * t_rodma;
+    const real t_24stp = g_1 * t_27gpo + q_1 * t_77ulk - t_l7rtx - t_tpl3h;
+    const real t_wfvpl = t_udaaj + t_obrzw;
+    const real t_zrlj5 = q_1 * t_wfvpl
+        + sin_theta1 * (g_1 * t_ncxva - t_hcaqb)
+        - cos_theta1 * (g_1 * t_udaaj + t_tmo7z);
+    const real t_vb4md = p[I1] * t_24stp + t_xips6 * t_zrlj5;
+    const real t_sdxhx = th_1 * t_odnx4;
+    const real t_y5b4h = t_sdxhx * t_vb4md;
+    const real t_he5kr = p[l1] + p[l1];
+    const real t_ensoy = th_1 * t_zrlj5;
+    const real t_bqegi = p[I1] * t_ensoy;
+    const real t_hpic2 = q_1 + q_1;
+    const real t_fnjdn = wg_1 * t_tczyi
+        + wq_1 * t_uncsk
+        + F_n1 * t_wfvpl
+        + wth_1 * t_77ulk
+        - loss_theta1 * t_ensoy
+        + W12 * t_bqegi
+        - t_hpic2 * (p[m1] * t_y5b4h);
+    const real t_ljvgb = p[h1] + p[h1];
+    const real t_pnfpm = t_mmma6 - t_5shbl;
+    const real t_du7rh = x[wz] * t_ncxva + x[wy] * t_udaaj;
+    const real t_q3knp = x[wx] * t_ncxva + x[wy] * t_obrzw;
+    const real t_wrurn = SC2 * t_o4agn - S_sq2 * t_rhfan;
+    const real t_tvk57 = sin_phi2 * (e2 * t_4hc5h + t_zjlmp + t_wrurn - t_g7hxz)
+        + cos_phi2 * (e2 * t_kejue - cos_theta2 * t_e67br + sin_theta2 * t_bbofa);
+    const real t_a76li = t_g7hxz + sin_phi2 * t_tvk57 + t_cekeb * t_fty7s;
+    const real t_tolgd = k2 * t_a76li - sigma_sq2 * t_fty7s;
+    const real t_act7d = sin_phi2 * t_2cs2b - p[l2] * t_q2upi - cos_phi2 * t_ut2b4;
+    const real t_3dbm5 = loss_phi2 * t_act7d + t_popww * t_a76li;
+    const real t_suajb = t_cwt43 + t_l2qxk - t_2jjae;
+    const real t_4wb72 = p[l2] * t_suajb
+        + sin_phi2 * (t_kejue - t_6fvzz * t_q2upi + t_ceivr)
+        + cos_phi2 * (t_jtqvq + e2 * t_3cwki + sin_theta2 * t_3nhb2 - cos_theta2 * t_g4iwq)
+        + eta2 * t_act7d;
+    const real t_pfcin = t_quuci * t_higwe
+        - t_gy5fy * t_7c5q4
+        - e2 * t_judwy
+        + t_l7rtx
+        + t_wrurn
+        + p[l2] * t_4wb72
+        + t_kl4wv
+        + p[h2] * t_oxhx6;
+    const real t_j2e6f = p[l2] * t_3dbm5 + p[I2] * t_pfcin;
+    const real t_ew3ec = t_54cbb * t_5wzvs;
+    const real t_4b4pj = t_ew3ec * t_j2e6f;
+    const real t_lsbqz = q_2 * t_uncsk + cos_theta2 * t_5fsqv + sin_theta2 * t_rodma;
+    const real t_gghf4 = g_2 * t_xcvpe + q_2 * t_lsbqz - t_l7rtx - t_wrurn;
+    const real t_hlycs = q_2 * t_wfvpl
+        + sin_theta2 * (g_2 * t_ncxva - t_hcaqb)
+        - cos_theta2 * (g_2 * t_udaaj + t_tmo7z);
+    const real t_rseoo = p[I2] * t_gghf4 + t_vry6x * t_hlycs;
+    const real t_yyt2v = th_2 * t_mwbp3;
+    const real t_l56ct = t_yyt2v * t_rseoo;
+    const real t_frqfv = p[l2] + p[l2];
+    const real t_fscfc = th_2 * t_hlycs;
+    const real t_lixe2 = p[I2] * t_fscfc;
+    const real t_n52pz = q_2 + q_2;
+    const real t_yzwcm = wg_2 * t_ciim3
+        + wq_2 * t_uncsk
+        + F_n2 * t_wfvpl
+        + wth_2 * t_lsbqz
+        - loss_theta2 * t_fscfc
+        + W12 * t_lixe2
+        - t_n52pz * (p[m2] * t_l56ct);
+    const real t_pshhe = p[h2] + p[h2];
+    const real t_mpjg7 = K_L54 * K_L43 - K_L53;
+    const real t_midow = K_L64 * K_L43 - (x_C + K_L63) - K_L65 * t_mpjg7;
+    const real t_hco6x = t_o4hiw * t_midow;
+    const real t_bqimq = t_midow * t_nfkwa;
+    const real t_mpyge = t_jo54w * t_hco6x - X_x6 * t_mpjg7 - X_y5 * t_bqimq;
+    const real t_gvh3g = t_dzxqu * t_mpyge + t_eriz2 * t_mpjg7;
+    const real t_wlyzz = t_hco6x + t_gvh3g;
+    const real t_kiasm = K_L65 * t_hco6x + t_mpyge * t_ftqxb;
+    const real t_oc73v = X_x6 * K_L43 + t_e4k6u * t_hco6x - X_y4 * t_bqimq - t_amczu * t_kiasm;
+    const real t_gnml4 = K_L64 * t_hco6x + t_oc73v * t_lt2al;
+    const real t_bjmob = t_rahc4 * t_hco6x
+        - X_x6
+        - X_y3 * t_bqimq
+        - t_m27n6 * t_gnml4
+        - t_bxfcn * t_kiasm;
+    const real t_go7el = t_mpjg7 * t_ftqxb - K_L65 * t_bqimq;
+    const real t_ef265 = X_x5 * K_L43 + t_amczu * t_gvh3g - X_y4 * t_go7el;
+    const real t_sihi3 = K_L54 * t_gvh3g - K_L64 * t_kiasm + t_ef265 * t_lt2al;
+    const real t_bmax4 = t_bxfcn * t_gvh3g - X_x5 - X_y3 * t_go7el - t_m27n6 * t_sihi3;
+    const real t_4qdk2 = K_L64 * t_bqimq + K_L54 * t_go7el + K_L43 * t_lt2al;
+    const real t_nfcih = t_gkoba * K_L43 - (t_wurun * t_oc73v + t_2e52m * t_ef265);
+    const real t_qplls = X_y3 * t_4qdk2 - (X_x4 + t_m27n6 * t_nfcih);
+    const real t_ujyhd = t_kpf5p * t_bjmob + t_qe675 * t_bmax4 + t_ydwjl * t_qplls + t_insvr;
+    const real t_6xmvj = K_L63 * t_hco6x + t_bjmob * t_zmh3u;
+    const real t_xnmgj = t_qvrp6 * t_hco6x
+        + X_y2 * t_bqimq
+        - t_m67zs * t_gnml4
+        + t_d4mqf * t_6xmvj
+        + t_p6zld * t_kiasm;
+    const real t_s2o24 = K_L53 * t_gvh3g - K_L63 * t_kiasm + t_bmax4 * t_zmh3u;
+    const real t_stzkf = t_p6zld * t_gvh3g - X_y2 * t_go7el - t_d4mqf * t_s2o24 + t_m67zs * t_sihi3;
+    const real t_6sevr = t_qplls * t_zmh3u - (K_L63 * t_gnml4 + K_L53 * t_sihi3 + K_L43 * t_nfcih);
+    const real t_egsg3 = t_d4mqf * t_6sevr - (t_m67zs * t_nfcih + X_y2 * t_4qdk2);
+    const real t_qy4wp = K_L43 * t_4qdk2 - (K_L63 * t_bqimq + K_L53 * t_go7el) + t_zmh3u;
+    const real t_vg2jw = t_d4mqf * t_ujyhd - X_y2 * t_qy4wp;
+    const real t_sl5mf = t_2ngl5 * t_xnmgj + t_hfybw * t_stzkf + t_dwrhg * t_egsg3 + t_6yahm * t_vg2jw;
+    const real t_jfsjw = t_dj64q * t_hco6x + t_xnmgj * t_4iujv;
+    const real t_rpjio = t_bl4f2 * t_hco6x
+        + b1 * t_bqimq
+        - t_6mmeb * t_kiasm
+        - t_2m245 * t_gnml4
+        - t_zzymx * t_6xmvj
+        + t_b3aij * t_jfsjw;
+    const real t_cikli = t_dj64q * t_kiasm + K_L52 * t_gvh3g + t_stzkf * t_4iujv;
+    const real t_bmmyw = t_6mmeb * t_gvh3g
+        + b1 * t_go7el
+        - t_2m245 * t_sihi3
+        - t_zzymx * t_s2o24
+        - t_b3aij * t_cikli;
+    const real t_5ztpg = K_L52 * t_sihi3 - t_dj64q * t_gnml4 - t_6urah * t_nfcih + t_egsg3 * t_4iujv;
+    const real t_wqyng = t_b3aij * t_5ztpg - (t_2m245 * t_nfcih + b1 * t_4qdk2 + t_zzymx * t_6sevr);
+    const real t_tptsk = t_dj64q * t_6xmvj
+        - K_L52 * t_s2o24
+        + t_6urah * t_6sevr
+        + K_L32 * t_ujyhd
+        + t_vg2jw * t_4iujv;
+    const real t_ky6qv = t_zzymx * t_ujyhd + b1 * t_qy4wp - t_b3aij * t_tptsk;
+    const real t_zwp7i = t_dj64q * t_bqimq - K_L52 * t_go7el - t_6urah * t_4qdk2 - K_L32 * t_qy4wp;
+    const real t_55uno = t_b3aij * t_sl5mf + b1 * t_zwp7i;
+    const real t_pbrl4 = t_ielc3 * t_rpjio
+        + t_2lluf * t_bmmyw
+        + t_jtjoh * t_wqyng
+        + t_3tmqi * t_ky6qv
+        + t_6xwz3 * t_55uno;
+    const real t_ql2m6 = t_gcu5g * t_bqimq - f_y * t_go7el;
+    const real t_wlyzz_2 = t_hco6x - t_gvh3g;
+    const real t_vzjf2_2 = SC2 * t_kiasm + S_sq2 * t_wlyzz_2;
+    const real t_e3toj = t_vzjf2_2 - t_hco6x;
+    const real t_g5htj = t_gvh3g + t_vzjf2_2;
+    const real t_6g62a = cos_theta2 * t_bqimq + sin_theta2 * t_go7el;
+    const real t_xfx3b = t_e4enr * t_hco6x + t_rpjio * t_bpfoo;
+    const real t_gve2b = t_vshgd * t_gvh3g - t_e4enr * t_kiasm + t_bmmyw * t_bpfoo;
+    const real t_kejue_2 = cos_theta2 * t_xfx3b + sin_theta2 * t_gve2b;
+    const real t_p7oly = t_jfsjw - t_s2o24;
+    const real t_fywwx = t_6xmvj - t_cikli;
+    const real t_kwccd_2 = SC2 * t_p7oly + S_sq2 * t_fywwx;
+    const real t_u2deu = t_kwccd_2 - t_6xmvj;
+    const real t_4hc5h_2 = e2 * t_e3toj - t_u2deu;
+    const real t_w7oby = t_kwccd_2 + t_cikli;
+    const real t_gfsls = cos_theta2 * t_gnml4 + sin_theta2 * t_sihi3;
+    const real t_3cwki_2 = K(-2.0) * t_e3toj - t_gfsls;
+    const real t_g5htj_2 = t_vzjf2_2 + t_gvh3g;
+    const real t_lko3e = t_gnml4 + t_kiasm;
+    const real t_zgfxv = K(-2.0) * t_gvh3g + t_sihi3;
+    const real t_ciim3_2 = sin_theta2 * t_lko3e - cos_theta2 * t_zgfxv;
+    const real t_xcvpe_2 = t_w7oby - g_2 * t_g5htj_2 + q_2 * t_ciim3_2;
+    const real t_diwdm = t_iya7w * t_bqimq - wg_2 * t_g5htj_2 - t_oncjt * t_go7el + wth_2 * t_xcvpe_2;
+    const real t_n36lt = t_4qdk2 - t_6g62a;
+    const real t_bifmc = t_e4enr * t_bqimq
+        + t_vshgd * t_go7el
+        - t_xq4wt * t_4qdk2
+        + t_3go2w * t_qy4wp
+        + t_w7lcw * t_zwp7i;
+    const real t_g5fw7 = e2 * t_6g62a + cos_theta2 * t_qy4wp + sin_theta2 * t_zwp7i;
+    const real t_a65cy = cos_phi2 * t_bifmc - sin_phi2 * t_g5fw7;
+    const real t_np5m7 = eAss_2 * t_e3toj
+        + t_rdwum * (me2 * t_g5htj)
+        - F_t2 * t_6g62a
+        + Asc_2 * t_kejue_2
+        + Ass_2 * t_4hc5h_2
+        - me2 * t_w7oby
+        + Bc_2 * t_3cwki_2
+        + t_diwdm
+        + t_rybsf * (Bs_2 * t_n36lt + cos_phi2 * (mv2 * t_a65cy));
+    const real t_vtqzc_2 = SC1 * t_kiasm + S_sq1 * t_wlyzz_2;
+    const real t_2yq27 = t_vtqzc_2 - t_hco6x;
+    const real t_okvck = t_gvh3g + t_vtqzc_2;
+    const real t_fedoe = cos_theta1 * t_bqimq + sin_theta1 * t_go7el;
+    const real t_smsjv_2 = cos_theta1 * t_xfx3b + sin_theta1 * t_gve2b;
+    const real t_aiugo_2 = SC1 * t_p7oly + S_sq1 * t_fywwx;
+    const real t_xqlwq = t_aiugo_2 - t_6xmvj;
+    const real t_7z2wd_2 = e1 * t_2yq27 - t_xqlwq;
+    const real t_bjbtk = t_aiugo_2 + t_cikli;
+    const real t_vovcb = cos_theta1 * t_gnml4 + sin_theta1 * t_sihi3;
+    const real t_mguvf_2 = K(-2.0) * t_2yq27 - t_vovcb;
+    const real t_okvck_2 = t_vtqzc_2 + t_gvh3g;
+    const real t_tczyi_2 = sin_theta1 * t_lko3e - cos_theta1 * t_zgfxv;
+    const real t_27gpo_2 = t_bjbtk - g_1 * t_okvck_2 + q_1 * t_tczyi_2;
+    const real t_kpyam = t_azclp * t_bqimq - wg_1 * t_okvck_2 - t_vt7uo * t_go7el + wth_1 * t_27gpo_2;
+    const real t_nq32y = t_4qdk2 - t_fedoe;
+    const real t_iytfy = e1 * t_fedoe + cos_theta1 * t_qy4wp + sin_theta1 * t_zwp7i;
+    const real t_3egni = cos_phi1 * t_bifmc - sin_phi1 * t_iytfy;
+    const real t_c55qv = eAss_1 * t_2yq27
+        + t_o6yyy * (me1 * t_okvck)
+        - F_t1 * t_fedoe
+        + Asc_1 * t_smsjv_2
+        + Ass_1 * t_7z2wd_2
+        - me1 * t_bjbtk
+        + Bc_1 * t_mguvf_2
+        + t_kpyam
+        + t_rybsf * (Bs_1 * t_nq32y + cos_phi1 * (mv1 * t_3egni));
+    const real t_ess7d = t_jf3qj * (M_C * t_wlyzz) - X_x6 + t_ql2m6 - t_np5m7 - t_c55qv;
+    const real t_7octy = t_iw7bs * t_wlyzz - t_ujyhd - t_sl5mf - t_pbrl4 - t_rl7kq * t_ess7d;
+    const real t_qxmow = t_ess7d * t_xpjrw;
+    const real t_xygca = W13 * t_bqimq;
+    const real t_6qgnc = W12 * t_go7el;
+    const real t_hqbbl = t_xygca + t_6qgnc + t_nfcih;
+    const real t_pndrs = t_xygca - x[wy] * (x[wz] * t_4qdk2);
+    const real t_eqgud = t_ujyhd - t_sl5mf;
+    const real t_jumez = SC1 * t_tptsk + S_sq1 * t_eqgud;
+    const real t_5pndl = t_3go2w * t_ujyhd
+        - (t_e4enr * t_6xmvj + t_vshgd * t_s2o24 + t_xq4wt * t_6sevr)
+        + t_ky6qv * t_bpfoo;
+    const real t_6cbec = t_e4enr * t_jfsjw
+        - t_vshgd * t_cikli
+        + t_xq4wt * t_5ztpg
+        - t_3go2w * t_tptsk
+        + t_w7lcw * t_sl5mf
+        + t_55uno * t_bpfoo;
+    const real t_ievil = sin_phi1 * (e1 * t_7z2wd_2 - t_ujyhd + t_jumez + t_pbrl4)
+        + cos_phi1 * (e1 * t_smsjv_2 + cos_theta1 * t_5pndl + sin_theta1 * t_6cbec);
+    const real t_irtxn = sin_phi1 * t_ievil - t_pbrl4 + t_lupe6 * t_3egni;
+    const real t_o7atx_2 = k1 * t_irtxn - sigma_sq1 * t_3egni;
+    const real t_vaklm = p[l1] * t_nq32y + sin_phi1 * t_bifmc + cos_phi1 * t_iytfy;
+    const real t_kklji_2 = loss_phi1 * t_vaklm + t_6nwd2 * t_irtxn;
+    const real t_m26if = t_2yq27 + t_vovcb + t_nfcih;
+    const real t_3tb5s = t_wqyng * t_bpfoo - (t_e4enr * t_gnml4 + t_vshgd * t_sihi3 + t_xq4wt * t_nfcih);
+    const real t_oberz = p[l1] * t_m26if
+        + sin_phi1 * (t_smsjv_2 + t_w7vil * t_nq32y + t_3tb5s)
+        + cos_phi1 * (t_xqlwq + e1 * t_mguvf_2 + sin_theta1 * t_5ztpg - cos_theta1 * t_6sevr)
+        + eta1 * t_vaklm;
+    const real t_ui67w = t_simvy * t_okvck
+        - t_owkw5 * t_wlyzz
+        - e1 * t_bjbtk
+        + t_sl5mf
+        + t_jumez
+        + p[l1] * t_oberz
+        + t_7octy
+        + p[h1] * t_qxmow;
+    const real t_5u4vv = p[l1] * t_kklji_2 + p[I1] * t_ui67w;
+    const real t_ercla_2 = t_ecohd * t_5u4vv;
+    const real t_ubcse = t_sihi3 - t_gvh3g + t_nfcih;
+    const real t_oyn2x = t_5ztpg - t_cikli;
+    const real t_5mqbp = t_s2o24 + t_6sevr;
+    const real t_rtsod = q_1 * t_ubcse + cos_theta1 * t_oyn2x + sin_theta1 * t_5mqbp;
+    const real t_kglj6 = g_1 * t_27gpo_2 + q_1 * t_rtsod - t_sl5mf - t_jumez;
+    const real t_2e2nf = t_go7el - t_4qdk2;
+    const real t_avmfh = q_1 * t_2e2nf
+        + sin_theta1 * (g_1 * t_bqimq + t_qy4wp)
+        - cos_theta1 * (g_1 * t_go7el + t_zwp7i);
+    const real t_hpllp = p[I1] * t_kglj6 + t_xips6 * t_avmfh;
+    const real t_y5b4h_2 = t_sdxhx * t_hpllp;
+    const real t_asmqb = th_1 * t_avmfh;
+    const real t_bqegi_2 = p[I1] * t_asmqb;
+    const real t_fnhyz = wg_1 * t_tczyi_2
+        + wq_1 * t_ubcse
+        + F_n1 * t_2e2nf
+        + wth_1 * t_rtsod
+        - loss_theta1 * t_asmqb
+        + W12 * t_bqegi_2
+        - t_hpic2 * (p[m1] * t_y5b4h_2);
+    const real t_cazgo = t_xygca - t_hco6x;
+    const real t_qs234 = x[wz] * t_bqimq + x[wy] * t_go7el;
+    const real t_4y4m3 = x[wy] * t_4qdk2 - x[wx] * t_bqimq;
+    const real t_fwlh4 = SC2 * t_tptsk + S_sq2 * t_eqgud;
+    const real t_wuzwq = sin_phi2 * (e2 * t_4hc5h_2 - t_ujyhd + t_fwlh4 + t_pbrl4)
+        + cos_phi2 * (e2 * t_kejue_2 + cos_theta2 * t_5pndl + sin_theta2 * t_6cbec);
+    const real t_grtpr = sin_phi2 * t_wuzwq - t_pbrl4 + t_cekeb * t_a65cy;
+    const real t_tolgd_2 = k2 * t_grtpr - sigma_sq2 * t_a65cy;
+    const real t_w6bi2 = p[l2] * t_n36lt + sin_phi2 * t_bifmc + cos_phi2 * t_g5fw7;
+    const real t_3dbm5_2 = loss_phi2 * t_w6bi2 + t_popww * t_grtpr;
+    const real t_qfnde = t_e3toj + t_gfsls + t_nfcih;
+    const real t_2eij5 = p[l2] * t_qfnde
+        + sin_phi2 * (t_kejue_2 + t_6fvzz * t_n36lt + t_3tb5s)
+        + cos_phi2 * (t_u2deu + e2 * t_3cwki_2 + sin_theta2 * t_5ztpg - cos_theta2 * t_6sevr)
+        + eta2 * t_w6bi2;
+    const real t_iyjxa = t_quuci * t_g5htj
+        - t_gy5fy * t_wlyzz
+        - e2 * t_w7oby
+        + t_sl5mf
+        + t_fwlh4
+        + p[l2] * t_2eij5
+        + t_7octy
+        + p[h2] * t_qxmow;
+    const real t_5pt5l = p[l2] * t_3dbm5_2 + p[I2] * t_iyjxa;
+    const real t_4b4pj_2 = t_ew3ec * t_5pt5l;
+    const real t_6qdj3 = q_2 * t_ubcse + cos_theta2 * t_oyn2x + sin_theta2 * t_5mqbp;
+    const real t_vmdar = g_2 * t_xcvpe_2 + q_2 * t_6qdj3 - t_sl5mf - t_fwlh4;
+    const real t_sfkwi = q_2 * t_2e2nf
+        + sin_theta2 * (g_2 * t_bqimq + t_qy4wp)
+        - cos_theta2 * (g_2 * t_go7el + t_zwp7i);
+    const real t_fndcz = p[I2] * t_vmdar + t_vry6x * t_sfkwi;
+    const real t_l56ct_2 = t_yyt2v * t_fndcz;
+    const real t_kkxzm = th_2 * t_sfkwi;
+    const real t_lixe2_2 = p[I2] * t_kkxzm;
+    const real t_uptot = wg_2 * t_ciim3_2
+        + wq_2 * t_ubcse
+        + F_n2 * t_2e2nf
+        + wth_2 * t_6qdj3
+        - loss_theta2 * t_kkxzm
+        + W12 * t_lixe2_2
+        - t_n52pz * (p[m2] * t_l56ct_2);
+    const real t_6yo6x = K_L65 * K_L54 - K_L64;
+    const real t_vxg33 = t_o4hiw * t_6yo6x;
+    const real t_hiifd = t_6yo6x * t_nfkwa;
+    const real t_7cyus = X_x6 * K_L54 + t_jo54w * t_vxg33 - X_y5 * t_hiifd;
+    const real t_jeu2k = t_eriz2 * K_L54 - t_dzxqu * t_7cyus;
+    const real t_hrahl = t_jeu2k - t_vxg33;
+    const real t_5u7wz = K_L65 * t_hiifd + K_L54 * t_ftqxb;
+    const real t_ei4jl = X_y4 * t_5u7wz - (X_x5 + t_amczu * t_jeu2k);
+    const real t_dc5bd = K_L65 * t_vxg33 + t_7cyus * t_ftqxb;
+    const real t_ovddj = t_ei4jl * t_lt2al - (K_L64 * t_dc5bd + K_L54 * t_jeu2k);
+    const real t_3pilf = X_y3 * t_5u7wz - t_bxfcn * t_jeu2k - t_m27n6 * t_ovddj;
+    const real t_qik4j = t_3pilf * t_zmh3u - (K_L63 * t_dc5bd + K_L53 * t_jeu2k);
+    const real t_nhl2k = X_y2 * t_5u7wz - t_p6zld * t_jeu2k - t_d4mqf * t_qik4j + t_m67zs * t_ovddj;
+    const real t_knvqy = t_dj64q * t_dc5bd - K_L52 * t_jeu2k + t_nhl2k * t_4iujv;
+    const real t_g5but = t_6mmeb * t_jeu2k
+        + b1 * t_5u7wz
+        + t_2m245 * t_ovddj
+        + t_zzymx * t_qik4j
+        + t_b3aij * t_knvqy;
+    const real t_i4l5b = t_e4k6u * t_vxg33 - X_x6 - X_y4 * t_hiifd - t_amczu * t_dc5bd;
+    const real t_qtw2g = K_L64 * t_vxg33 + t_i4l5b * t_lt2al;
+    const real t_wzcot = t_rahc4 * t_vxg33 - X_y3 * t_hiifd - t_m27n6 * t_qtw2g - t_bxfcn * t_dc5bd;
+    const real t_fjc3i = K_L63 * t_vxg33 + t_wzcot * t_zmh3u;
+    const real t_2wcby = t_qvrp6 * t_vxg33
+        + X_y2 * t_hiifd
+        - t_m67zs * t_qtw2g
+        + t_d4mqf * t_fjc3i
+        + t_p6zld * t_dc5bd;
+    const real t_rpzfa = t_dj64q * t_vxg33 + t_2wcby * t_4iujv;
+    const real t_p62lc = t_bl4f2 * t_vxg33
+        + b1 * t_hiifd
+        - t_6mmeb * t_dc5bd
+        - t_2m245 * t_qtw2g
+        - t_zzymx * t_fjc3i
+        + t_b3aij * t_rpzfa;
+    const real t_6zjfd = t_wurun * t_i4l5b + t_2e52m * t_ei4jl + t_gkoba;
+    const real t_ihufo = K_L54 * t_5u7wz - K_L64 * t_hiifd + t_lt2al;
+    const real t_trxgc = t_m27n6 * t_6zjfd - X_y3 * t_ihufo;
+    const real t_vkxmy = K_L43 * t_6zjfd - (K_L63 * t_qtw2g + K_L53 * t_ovddj) + t_trxgc * t_zmh3u;
+    const real t_75vah = t_m67zs * t_6zjfd + X_y2 * t_ihufo + t_d4mqf * t_vkxmy;
+    const real t_mcn3e = K_L52 * t_ovddj - t_dj64q * t_qtw2g + t_6urah * t_6zjfd + t_75vah * t_4iujv;
+    const real t_oynuv = t_2m245 * t_6zjfd + b1 * t_ihufo - t_zzymx * t_vkxmy + t_b3aij * t_mcn3e;
+    const real t_egnhj = t_kpf5p * t_wzcot + t_qe675 * t_3pilf + t_ydwjl * t_trxgc;
+    const real t_vnl6o = K_L53 * t_5u7wz - K_L63 * t_hiifd - K_L43 * t_ihufo;
+    const real t_iy22e = t_d4mqf * t_egnhj - X_y2 * t_vnl6o;
+    const real t_6or3t = t_dj64q * t_fjc3i
+        - K_L52 * t_qik4j
+        + t_6urah * t_vkxmy
+        + K_L32 * t_egnhj
+        + t_iy22e * t_4iujv;
+    const real t_suiwq = t_zzymx * t_egnhj + b1 * t_vnl6o - t_b3aij * t_6or3t;
+    const real t_ngy5v = t_2ngl5 * t_2wcby + t_hfybw * t_nhl2k + t_dwrhg * t_75vah + t_6yahm * t_iy22e;
+    const real t_gws4q = t_dj64q * t_hiifd + K_L52 * t_5u7wz + t_6urah * t_ihufo - K_L32 * t_vnl6o;
+    const real t_rakn4 = t_b3aij * t_ngy5v + b1 * t_gws4q;
+    const real t_ix6zf = t_2lluf * t_g5but
+        - t_ielc3 * t_p62lc
+        - t_jtjoh * t_oynuv
+        - t_3tmqi * t_suiwq
+        - t_6xwz3 * t_rakn4;
+    const real t_r2hb6 = t_gcu5g * t_hiifd + f_y * t_5u7wz;
+    const real t_hrahl_2 = t_vxg33 + t_jeu2k;
+    const real t_opaxd = SC2 * t_dc5bd + S_sq2 * t_hrahl_2;
+    const real t_z5jmb = t_opaxd - t_vxg33;
+    const real t_n5fun = t_opaxd - t_jeu2k;
+    const real t_ncsdf = sin_theta2 * t_5u7wz - cos_theta2 * t_hiifd;
+    const real t_rtsew = t_e4enr * t_vxg33 + t_p62lc * t_bpfoo;
+    const real t_t72e4 = t_e4enr * t_dc5bd + t_vshgd * t_jeu2k + t_g5but * t_bpfoo;
+    const real t_vgxwy = cos_theta2 * t_rtsew - sin_theta2 * t_t72e4;
+    const real t_al635 = t_rpzfa - t_qik4j;
+    const real t_vrgqo = t_fjc3i - t_knvqy;
+    const real t_kwccd_3 = SC2 * t_al635 + S_sq2 * t_vrgqo;
+    const real t_gt7l6 = t_kwccd_3 - t_fjc3i;
+    const real t_4hc5h_3 = e2 * t_z5jmb - t_gt7l6;
+    const real t_kcr5d = t_kwccd_3 + t_knvqy;
+    const real t_myezl = cos_theta2 * t_qtw2g + sin_theta2 * t_ovddj;
+    const real t_3cwki_3 = K(-2.0) * t_z5jmb - t_myezl;
+    const real t_n5fun_2 = t_jeu2k - t_opaxd;
+    const real t_k5edu = t_qtw2g + t_dc5bd;
+    const real t_rtaca = K(-2.0) * t_jeu2k - t_ovddj;
+    const real t_5a5vl = sin_theta2 * t_k5edu + cos_theta2 * t_rtaca;
+    const real t_xxh5n = g_2 * t_n5fun_2 + t_kcr5d + q_2 * t_5a5vl;
+    const real t_mblmb = t_iya7w * t_hiifd + wg_2 * t_n5fun_2 + t_oncjt * t_5u7wz + wth_2 * t_xxh5n;
+    const real t_2quf7 = t_ncsdf - t_ihufo;
+    const real t_uivwz = t_e4enr * t_hiifd
+        - t_vshgd * t_5u7wz
+        + t_xq4wt * t_ihufo
+        + t_3go2w * t_vnl6o
+        + t_w7lcw * t_gws4q;
+    const real t_vzgqk = e2 * t_ncsdf - cos_theta2 * t_vnl6o - sin_theta2 * t_gws4q;
+    const real t_wd6oi = cos_phi2 * t_uivwz + sin_phi2 * t_vzgqk;
+    const real t_loauz = eAss_2 * t_z5jmb
+        + t_rdwum * (me2 * t_n5fun)
+        + F_t2 * t_ncsdf
+        + Asc_2 * t_vgxwy
+        + Ass_2 * t_4hc5h_3
+        - me2 * t_kcr5d
+        + Bc_2 * t_3cwki_3
+        + t_mblmb
+        + t_rybsf * (Bs_2 * t_2quf7 + cos_phi2 * (mv2 * t_wd6oi));
+    const real t_yuar6 = SC1 * t_dc5bd + S_sq1 * t_hrahl_2;
+    const real t_3iwwf = t_yuar6 - t_vxg33;
+    const real t_pc6zf = t_yuar6 - t_jeu2k;
+    const real t_zhjlx = sin_theta1 * t_5u7wz - cos_theta1 * t_hiifd;
+    const real t_l5knv = cos_theta1 * t_rtsew - sin_theta1 * t_t72e4;
+    const real t_aiugo_3 = SC1 * t_al635 + S_sq1 * t_vrgqo;
+    const real t_iw3hd = t_aiugo_3 - t_fjc3i;
+    const real t_7z2wd_3 = e1 * t_3iwwf - t_iw3hd;
+    const real t_5zfcp = t_aiugo_3 + t_knvqy;
+    const real t_p3dij = cos_theta1 * t_qtw2g + sin_theta1 * t_ovddj;
+    const real t_mguvf_3 = K(-2.0) * t_3iwwf - t_p3dij;
+    const real t_pc6zf_2 = t_jeu2k - t_yuar6;
+    const real t_n2e3g = sin_theta1 * t_k5edu + cos_theta1 * t_rtaca;
+    const real t_shn72 = g_1 * t_pc6zf_2 + t_5zfcp + q_1 * t_n2e3g;
+    const real t_it4uz = t_azclp * t_hiifd + wg_1 * t_pc6zf_2 + t_vt7uo * t_5u7wz + wth_1 * t_shn72;
+    const real t_4gdq7 = t_zhjlx - t_ihufo;
+    const real t_wjn2x = e1 * t_zhjlx - cos_theta1 * t_vnl6o - sin_theta1 * t_gws4q;
+    const real t_ye7pr = cos_phi1 * t_uivwz + sin_phi1 * t_wjn2x;
+    const real t_yholv = eAss_1 * t_3iwwf
+        + t_o6yyy * (me1 * t_pc6zf)
+        + F_t1 * t_zhjlx
+        + Asc_1 * t_l5knv
+        + Ass_1 * t_7z2wd_3
+        - me1 * t_5zfcp
+        + Bc_1 * t_mguvf_3
+        + t_it4uz
+        + t_rybsf * (Bs_1 * t_4gdq7 + cos_phi1 * (mv1 * t_ye7pr));
+    const real t_w6pgr = t_r2hb6 - t_jf3qj * (M_C * t_hrahl) - t_loauz - t_yholv;
+    const real t_cgwgg = t_ix6zf - (t_iw7bs * t_hrahl + t_egnhj + t_ngy5v) - t_rl7kq * t_w6pgr;
+    const real t_22ce4 = t_w6pgr * t_xpjrw;
+    const real t_3hwbf = W13 * t_hiifd;
+    const real t_l53dc = W12 * t_5u7wz;
+    const real t_6g3zz = t_3hwbf - t_l53dc - t_6zjfd;
+    const real t_6p5gv = t_3hwbf + x[wy] * (x[wz] * t_ihufo);
+    const real t_v2i6x = t_egnhj - t_ngy5v;
+    const real t_e6wif = SC1 * t_6or3t + S_sq1 * t_v2i6x;
+    const real t_kxcci = t_3go2w * t_egnhj
+        - (t_e4enr * t_fjc3i + t_vshgd * t_qik4j + t_xq4wt * t_vkxmy)
+        + t_suiwq * t_bpfoo;
+    const real t_6lahi = t_e4enr * t_rpzfa
+        - t_vshgd * t_knvqy
+        + t_xq4wt * t_mcn3e
+        - t_3go2w * t_6or3t
+        + t_w7lcw * t_ngy5v
+        + t_rakn4 * t_bpfoo;
+    const real t_vbnmj = sin_phi1 * (e1 * t_7z2wd_3 - t_egnhj + t_e6wif - t_ix6zf)
+        + cos_phi1 * (e1 * t_l5knv + cos_theta1 * t_kxcci + sin_theta1 * t_6lahi);
+    const real t_4meb5 = t_ix6zf + sin_phi1 * t_vbnmj + t_lupe6 * t_ye7pr;
+    const real t_o7atx_3 = k1 * t_4meb5 - sigma_sq1 * t_ye7pr;
+    const real t_2varh = p[l1] * t_4gdq7 + sin_phi1 * t_uivwz - cos_phi1 * t_wjn2x;
+    const real t_kklji_3 = loss_phi1 * t_2varh + t_6nwd2 * t_4meb5;
+    const real t_o2pvm = t_3iwwf + t_p3dij - t_6zjfd;
+    const real t_ih2cl = t_xq4wt * t_6zjfd - (t_e4enr * t_qtw2g + t_vshgd * t_ovddj) + t_oynuv * t_bpfoo;
+    const real t_3meip = p[l1] * t_o2pvm
+        + sin_phi1 * (t_l5knv + t_w7vil * t_4gdq7 + t_ih2cl)
+        + cos_phi1 * (t_iw3hd + e1 * t_mguvf_3 + sin_theta1 * t_mcn3e - cos_theta1 * t_vkxmy)
+        + eta1 * t_2varh;
+    const real t_cme3h = t_owkw5 * t_hrahl
+        + t_simvy * t_pc6zf
+        - e1 * t_5zfcp
+        + t_ngy5v
+        + t_e6wif
+        + p[l1] * t_3meip
+        + t_cgwgg
+        + p[h1] * t_22ce4;
+    const real t_5u4vv_2 = p[l1] * t_kklji_3 + p[I1] * t_cme3h;
+    const real t_ercla_3 = t_ecohd * t_5u4vv_2;
+    const real t_5juiv = t_jeu2k + t_ovddj - t_6zjfd;
+    const real t_hpcoa = t_mcn3e - t_knvqy;
+    const real t_4mqw5 = t_qik4j + t_vkxmy;
+    const real t_ru32u = q_1 * t_5juiv + cos_theta1 * t_hpcoa + sin_theta1 * t_4mqw5;
+    const real t_kglj6_2 = g_1 * t_shn72 + q_1 * t_ru32u - t_ngy5v - t_e6wif;
+    const real t_yj6qh = t_ihufo - t_5u7wz;
+    const real t_bm7t3 = q_1 * t_yj6qh
+        + sin_theta1 * (g_1 * t_hiifd + t_vnl6o)
+        + cos_theta1 * (g_1 * t_5u7wz - t_gws4q);
+    const real t_ppg25 = p[I1] * t_kglj6_2 + t_xips6 * t_bm7t3;
+    const real t_y5b4h_3 = t_sdxhx * t_ppg25;
+    const real t_62y2u = th_1 * t_bm7t3;
+    const real t_bqegi_3 = p[I1] * t_62y2u;
+    const real t_u5mev = wg_1 * t_n2e3g
+        + wq_1 * t_5juiv
+        + F_n1 * t_yj6qh
+        + wth_1 * t_ru32u
+        - loss_theta1 * t_62y2u
+        + W12 * t_bqegi_3
+        - t_hpic2 * (p[m1] * t_y5b4h_3);
+    const real t_4wxnv = t_3hwbf - t_vxg33;
+    const real t_ni2aj = x[wz] * t_hiifd - x[wy] * t_5u7wz;
+    const real t_ijk7m = x[wx] * t_hiifd + x[wy] * t_ihufo;
+    const real t_zphql = SC2 * t_6or3t + S_sq2 * t_v2i6x;
+    const real t_vcsyx = sin_phi2 * (e2 * t_4hc5h_3 - t_egnhj + t_zphql - t_ix6zf)
+        + cos_phi2 * (e2 * t_vgxwy + cos_theta2 * t_kxcci + sin_theta2 * t_6lahi);
+    const real t_f4evt = t_ix6zf + sin_phi2 * t_vcsyx + t_cekeb * t_wd6oi;
+    const real t_tolgd_3 = k2 * t_f4evt - sigma_sq2 * t_wd6oi;
+    const real t_5r6ig = p[l2] * t_2quf7 + sin_phi2 * t_uivwz - cos_phi2 * t_vzgqk;
+    const real t_3dbm5_3 = loss_phi2 * t_5r6ig + t_popww * t_f4evt;
+    const real t_yprkx = t_z5jmb + t_myezl - t_6zjfd;
+    const real t_egvqh = p[l2] * t_yprkx
+        + sin_phi2 * (t_vgxwy + t_6fvzz * t_2quf7 + t_ih2cl)
+        + cos_phi2 * (t_gt7l6 + e2 * t_3cwki_3 + sin_theta2 * t_mcn3e - cos_theta2 * t_vkxmy)
+        + eta2 * t_5r6ig;
+    const real t_sfyji = t_gy5fy * t_hrahl
+        + t_quuci * t_n5fun
+        - e2 * t_kcr5d
+        + t_ngy5v
+        + t_zphql
+        + p[l2] * t_egvqh
+        + t_cgwgg
+        + p[h2] * t_22ce4;
+    const real t_5pt5l_2 = p[l2] * t_3dbm5_3 + p[I2] * t_sfyji;
+    const real t_4b4pj_3 = t_ew3ec * t_5pt5l_2;
+    const real t_wntj2 = q_2 * t_5juiv + cos_theta2 * t_hpcoa + sin_theta2 * t_4mqw5;
+    const real t_vmdar_2 = g_2 * t_xxh5n + q_2 * t_wntj2 - t_ngy5v - t_zphql;
+    const real t_7k7hh = q_2 * t_yj6qh
+        + sin_theta2 * (g_2 * t_hiifd + t_vnl6o)
+        + cos_theta2 * (g_2 * t_5u7wz - t_gws4q);
+    const real t_wumss = p[I2] * t_vmdar_2 + t_vry6x * t_7k7hh;
+    const real t_l56ct_3 = t_yyt2v * t_wumss;
+    const real t_47qru = th_2 * t_7k7hh;
+    const real t_lixe2_3 = p[I2] * t_47qru;
+    const real t_noyuv = wg_2 * t_5a5vl
+        + wq_2 * t_5juiv
+        + F_n2 * t_yj6qh
+        + wth_2 * t_wntj2
+        - loss_theta2 * t_47qru
+        + W12 * t_lixe2_3
+        - t_n52pz * (p[m2] * t_l56ct_3);
+    const real t_adsq5 = X_y5 * t_nfkwa - t_jo54w * t_o4hiw;
+    const real t_i4myd = t_dzxqu * t_adsq5;
+    const real t_yxsms = t_o4hiw - t_i4myd;
+    const real t_zwjps = K_L65 * t_nfkwa;
+    const real t_7abzy = t_gcu5g * t_nfkwa + f_y * t_zwjps;
+    const real t_pok6e = t_adsq5 * t_ftqxb - K_L65 * t_o4hiw;
+    const real t_yxsms_2 = t_o4hiw + t_i4myd;
+    const real t_km3uq = SC2 * t_pok6e - S_sq2 * t_yxsms_2;
+    const real t_k6uxy = t_o4hiw + t_km3uq;
+    const real t_oaj27 = t_i4myd + t_km3uq;
+    const real t_t6dav = cos_theta2 * t_nfkwa - sin_theta2 * t_zwjps;
+    const real t_x2dfz = X_y4 * t_nfkwa - t_e4k6u * t_o4hiw - t_amczu * t_pok6e;
+    const real t_hanhb = t_x2dfz * t_lt2al - K_L64 * t_o4hiw;
+    const real t_ak26r = X_y3 * t_nfkwa - t_rahc4 * t_o4hiw - t_m27n6 * t_hanhb - t_bxfcn * t_pok6e;
+    const real t_cgzpg = t_ak26r * t_zmh3u - K_L63 * t_o4hiw;
+    const real t_r4ezi = t_d4mqf * t_cgzpg
+        - (t_qvrp6 * t_o4hiw + X_y2 * t_nfkwa + t_m67zs * t_hanhb)
+        + t_p6zld * t_pok6e;
+    const real t_wcbmg = t_r4ezi * t_4iujv - t_dj64q * t_o4hiw;
+    const real t_g2kly = t_bl4f2 * t_o4hiw
+        + b1 * t_nfkwa
+        + t_6mmeb * t_pok6e
+        + t_2m245 * t_hanhb
+        + t_zzymx * t_cgzpg;
+    const real t_zan6n = t_b3aij * t_wcbmg - t_g2kly;
+    const real t_z56wq = t_zan6n * t_bpfoo - t_e4enr * t_o4hiw;
+    const real t_jctdr = b1 * t_zwjps;
+    const real t_tdwsm = X_y4 * t_zwjps;
+    const real t_aac3a = t_amczu * t_i4myd - t_tdwsm;
+    const real t_jqb5p = K_L54 * t_i4myd - K_L64 * t_pok6e + t_aac3a * t_lt2al;
+    const real t_ejwpy = X_y3 * t_zwjps;
+    const real t_hyr7p = t_bxfcn * t_i4myd - t_ejwpy - t_m27n6 * t_jqb5p;
+    const real t_zwpdh = K_L53 * t_i4myd - K_L63 * t_pok6e + t_hyr7p * t_zmh3u;
+    const real t_tjg6z = X_y2 * t_zwjps;
+    const real t_g77fn = t_p6zld * t_i4myd - t_tjg6z - t_d4mqf * t_zwpdh + t_m67zs * t_jqb5p;
+    const real t_sz3h6 = t_dj64q * t_pok6e + K_L52 * t_i4myd + t_g77fn * t_4iujv;
+    const real t_hjdhd = t_6mmeb * t_i4myd
+        + t_jctdr
+        - t_2m245 * t_jqb5p
+        - t_zzymx * t_zwpdh
+        - t_b3aij * t_sz3h6;
+    const real t_tr4le = t_vshgd * t_i4myd - t_e4enr * t_pok6e + t_hjdhd * t_bpfoo;
+    const real t_6mqdd = cos_theta2 * t_z56wq + sin_theta2 * t_tr4le;
+    const real t_crxic = t_wcbmg - t_zwpdh;
+    const real t_7pawj = t_cgzpg - t_sz3h6;
+    const real t_7sarx = SC2 * t_crxic + S_sq2 * t_7pawj;
+    const real t_lsriq = t_7sarx - t_cgzpg;
+    const real t_om6jh = e2 * t_k6uxy - t_lsriq;
+    const real t_xtpjz = t_7sarx + t_sz3h6;
+    const real t_6tfiu = cos_theta2 * t_hanhb + sin_theta2 * t_jqb5p;
+    const real t_qci7r = K(-2.0) * t_k6uxy - t_6tfiu;
+    const real t_oaj27_2 = t_km3uq + t_i4myd;
+    const real t_azfu4 = t_hanhb + t_pok6e;
+    const real t_5bmgd = K(-2.0) * t_i4myd + t_jqb5p;
+    const real t_ncvbr = sin_theta2 * t_azfu4 - cos_theta2 * t_5bmgd;
+    const real t_uwzgr = t_xtpjz - g_2 * t_oaj27_2 + q_2 * t_ncvbr;
+    const real t_wrrdc = wth_2 * t_uwzgr - (t_iya7w * t_nfkwa + wg_2 * t_oaj27_2 + t_oncjt * t_zwjps);
+    const real t_ctsrf = K_L64 * t_nfkwa - K_L54 * t_zwjps;
+    const real t_5jp42 = t_t6dav - t_ctsrf;
+    const real t_5wlzs = K_L63 * t_nfkwa - K_L53 * t_zwjps - K_L43 * t_ctsrf;
+    const real t_ltkoi = t_6urah * t_ctsrf - (t_dj64q * t_nfkwa + K_L52 * t_zwjps) - K_L32 * t_5wlzs;
+    const real t_fzl2a = t_vshgd * t_zwjps
+        - t_e4enr * t_nfkwa
+        + t_xq4wt * t_ctsrf
+        + t_3go2w * t_5wlzs
+        + t_w7lcw * t_ltkoi;
+    const real t_rdgqo = e2 * t_t6dav - cos_theta2 * t_5wlzs - sin_theta2 * t_ltkoi;
+    const real t_i4lj5 = cos_phi2 * t_fzl2a + sin_phi2 * t_rdgqo;
+    const real t_v5hq5 = eAss_2 * t_k6uxy
+        + t_rdwum * (me2 * t_oaj27)
+        + F_t2 * t_t6dav
+        + Asc_2 * t_6mqdd
+        + Ass_2 * t_om6jh
+        - me2 * t_xtpjz
+        + Bc_2 * t_qci7r
+        + t_wrrdc
+        + t_rybsf * (Bs_2 * t_5jp42 + cos_phi2 * (mv2 * t_i4lj5));
+    const real t_wrnnp = SC1 * t_pok6e - S_sq1 * t_yxsms_2;
+    const real t_hazki = t_o4hiw + t_wrnnp;
+    const real t_nccyj = t_i4myd + t_wrnnp;
+    const real t_v3mav = cos_theta1 * t_nfkwa - sin_theta1 * t_zwjps;
+    const real t_dqskc = cos_theta1 * t_z56wq + sin_theta1 * t_tr4le;
+    const real t_7sa5c = SC1 * t_crxic + S_sq1 * t_7pawj;
+    const real t_rmxfl = t_7sa5c - t_cgzpg;
+    const real t_c23qa = e1 * t_hazki - t_rmxfl;
+    const real t_ydmpl = t_7sa5c + t_sz3h6;
+    const real t_idwzg = cos_theta1 * t_hanhb + sin_theta1 * t_jqb5p;
+    const real t_ddcqt = K(-2.0) * t_hazki - t_idwzg;
+    const real t_nccyj_2 = t_wrnnp + t_i4myd;
+    const real t_5mxaf = sin_theta1 * t_azfu4 - cos_theta1 * t_5bmgd;
+    const real t_4s2rk = t_ydmpl - g_1 * t_nccyj_2 + q_1 * t_5mxaf;
+    const real t_stoz2 = wth_1 * t_4s2rk - (t_azclp * t_nfkwa + wg_1 * t_nccyj_2 + t_vt7uo * t_zwjps);
+    const real t_rbpqq = t_v3mav - t_ctsrf;
+    const real t_br3aj = e1 * t_v3mav - cos_theta1 * t_5wlzs - sin_theta1 * t_ltkoi;
+    const real t_a2hts = cos_phi1 * t_fzl2a + sin_phi1 * t_br3aj;
+    const real t_f2nr7 = eAss_1 * t_hazki
+        + t_o6yyy * (me1 * t_nccyj)
+        + F_t1 * t_v3mav
+        + Asc_1 * t_dqskc
+        + Ass_1 * t_c23qa
+        - me1 * t_ydmpl
+        + Bc_1 * t_ddcqt
+        + t_stoz2
+        + t_rybsf * (Bs_1 * t_rbpqq + cos_phi1 * (mv1 * t_a2hts));
+    const real t_4loal = t_jf3qj * (M_C * t_yxsms) + t_7abzy + t_v5hq5 + t_f2nr7;
+    const real t_kddni = t_wurun * t_x2dfz + t_2e52m * t_aac3a;
+    const real t_mnga5 = t_m27n6 * t_kddni - X_y3 * t_ctsrf;
+    const real t_ukpjx = t_kpf5p * t_ak26r + t_qe675 * t_hyr7p + t_ydwjl * t_mnga5;
+    const real t_rt77d = K_L43 * t_kddni - (K_L63 * t_hanhb + K_L53 * t_jqb5p) + t_mnga5 * t_zmh3u;
+    const real t_xjt5g = t_m67zs * t_kddni + X_y2 * t_ctsrf + t_d4mqf * t_rt77d;
+    const real t_fkjme = t_d4mqf * t_ukpjx - X_y2 * t_5wlzs;
+    const real t_d5zmz = t_2ngl5 * t_r4ezi + t_hfybw * t_g77fn + t_dwrhg * t_xjt5g + t_6yahm * t_fkjme;
+    const real t_mcdxq = K_L52 * t_jqb5p - t_dj64q * t_hanhb + t_6urah * t_kddni + t_xjt5g * t_4iujv;
+    const real t_67ee5 = t_2m245 * t_kddni + b1 * t_ctsrf - t_zzymx * t_rt77d + t_b3aij * t_mcdxq;
+    const real t_nr3fx = t_dj64q * t_cgzpg
+        - K_L52 * t_zwpdh
+        + t_6urah * t_rt77d
+        + K_L32 * t_ukpjx
+        + t_fkjme * t_4iujv;
+    const real t_spf7h = t_zzymx * t_ukpjx + b1 * t_5wlzs - t_b3aij * t_nr3fx;
+    const real t_lrcnj = t_b3aij * t_d5zmz + b1 * t_ltkoi;
+    const real t_yw22j = t_ielc3 * t_zan6n
+        + t_2lluf * t_hjdhd
+        + t_jtjoh * t_67ee5
+        + t_3tmqi * t_spf7h
+        + t_6xwz3 * t_lrcnj;
+    const real t_nlb6j = t_rl7kq * t_4loal - (t_iw7bs * t_yxsms + t_ukpjx + t_d5zmz + t_yw22j);
+    const real t_qgw5e = t_4loal * t_xpjrw;
+    const real t_qnupi = W12 * t_zwjps;
+    const real t_ijksw = W13 * t_nfkwa;
+    const real t_i3fhy = t_qnupi - t_ijksw - t_kddni;
+    const real t_vv2pk = x[wy] * (x[wz] * t_ctsrf) - t_ijksw;
+    const real t_cv2jl = t_lwe76 * t_zwjps;
+    const real t_kt6bm = t_ukpjx - t_d5zmz;
+    const real t_j5ezx = SC1 * t_nr3fx + S_sq1 * t_kt6bm;
+    const real t_h2vff = t_3go2w * t_ukpjx
+        - (t_e4enr * t_cgzpg + t_vshgd * t_zwpdh + t_xq4wt * t_rt77d)
+        + t_spf7h * t_bpfoo;
+    const real t_jjv5x = t_e4enr * t_wcbmg
+        - t_vshgd * t_sz3h6
+        + t_xq4wt * t_mcdxq
+        - t_3go2w * t_nr3fx
+        + t_w7lcw * t_d5zmz
+        + t_lrcnj * t_bpfoo;
+    const real t_hwcnp = sin_phi1 * (e1 * t_c23qa - t_ukpjx + t_j5ezx + t_yw22j)
+        + cos_phi1 * (e1 * t_dqskc + cos_theta1 * t_h2vff + sin_theta1 * t_jjv5x);
+    const real t_5s7zr = sin_phi1 * t_hwcnp - t_yw22j + t_lupe6 * t_a2hts;
+    const real t_tvyof = k1 * t_5s7zr - sigma_sq1 * t_a2hts;
+    const real t_cb3md = p[l1] * t_rbpqq + sin_phi1 * t_fzl2a - cos_phi1 * t_br3aj;
+    const real t_fma33 = loss_phi1 * t_cb3md + t_6nwd2 * t_5s7zr;
+    const real t_iedir = t_hazki + t_idwzg - t_kddni;
+    const real t_idgrl = t_xq4wt * t_kddni - (t_e4enr * t_hanhb + t_vshgd * t_jqb5p) + t_67ee5 * t_bpfoo;
+    const real t_7hpqx = p[l1] * t_iedir
+        + sin_phi1 * (t_dqskc + t_w7vil * t_rbpqq + t_idgrl)
+        + cos_phi1 * (t_rmxfl + e1 * t_ddcqt + sin_theta1 * t_mcdxq - cos_theta1 * t_rt77d)
+        + eta1 * t_cb3md;
+    const real t_cd5og = t_owkw5 * t_yxsms
+        + t_simvy * t_nccyj
+        - e1 * t_ydmpl
+        + t_d5zmz
+        + t_j5ezx
+        + p[l1] * t_7hpqx
+        + t_nlb6j
+        - p[h1] * t_qgw5e;
+    const real t_7knuz = p[l1] * t_fma33 + p[I1] * t_cd5og;
+    const real t_ercla_4 = t_ecohd * t_7knuz;
+    const real t_c3sx2 = t_jqb5p - t_i4myd - t_kddni;
+    const real t_tdf66 = t_mcdxq - t_sz3h6;
+    const real t_vengl = t_zwpdh + t_rt77d;
+    const real t_tadko = q_1 * t_c3sx2 + cos_theta1 * t_tdf66 + sin_theta1 * t_vengl;
+    const real t_za5dl = g_1 * t_4s2rk + q_1 * t_tadko - t_d5zmz - t_j5ezx;
+    const real t_af24o = t_zwjps + t_ctsrf;
+    const real t_ioku6 = g_1 * t_zwjps;
+    const real t_cyvh5 = q_1 * t_af24o
+        + sin_theta1 * (t_5wlzs - g_1 * t_nfkwa)
+        - cos_theta1 * (t_ioku6 + t_ltkoi);
+    const real t_4ie34 = p[I1] * t_za5dl + t_xips6 * t_cyvh5;
+    const real t_kkoe3 = t_sdxhx * t_4ie34;
+    const real t_f2tpv = th_1 * t_cyvh5;
+    const real t_aupmt = p[I1] * t_f2tpv;
+    const real t_icgjq = wg_1 * t_5mxaf
+        + wq_1 * t_c3sx2
+        + F_n1 * t_af24o
+        + wth_1 * t_tadko
+        - loss_theta1 * t_f2tpv
+        + W12 * t_aupmt
+        - t_hpic2 * (p[m1] * t_kkoe3);
+    const real t_y7zws = t_o4hiw - t_ijksw;
+    const real t_lipgc = x[wy] * t_zwjps - x[wz] * t_nfkwa;
+    const real t_cmraw = x[wx] * t_nfkwa - x[wy] * t_ctsrf;
+    const real t_zdeje = SC2 * t_nr3fx + S_sq2 * t_kt6bm;
+    const real t_fdk5n = sin_phi2 * (e2 * t_om6jh - t_ukpjx + t_zdeje + t_yw22j)
+        + cos_phi2 * (e2 * t_6mqdd + cos_theta2 * t_h2vff + sin_theta2 * t_jjv5x);
+    const real t_ctljf = sin_phi2 * t_fdk5n - t_yw22j + t_cekeb * t_i4lj5;
+    const real t_dd3ts = k2 * t_ctljf - sigma_sq2 * t_i4lj5;
+    const real t_f2qky = p[l2] * t_5jp42 + sin_phi2 * t_fzl2a - cos_phi2 * t_rdgqo;
+    const real t_ptp52 = loss_phi2 * t_f2qky + t_popww * t_ctljf;
+    const real t_glfmy = t_k6uxy + t_6tfiu - t_kddni;
+    const real t_v4lg4 = p[l2] * t_glfmy
+        + sin_phi2 * (t_6mqdd + t_6fvzz * t_5jp42 + t_idgrl)
+        + cos_phi2 * (t_lsriq + e2 * t_qci7r + sin_theta2 * t_mcdxq - cos_theta2 * t_rt77d)
+        + eta2 * t_f2qky;
+    const real t_3kd7h = t_gy5fy * t_yxsms
+        + t_quuci * t_oaj27
+        - e2 * t_xtpjz
+        + t_d5zmz
+        + t_zdeje
+        + p[l2] * t_v4lg4
+        + t_nlb6j
+        - p[h2] * t_qgw5e;
+    const real t_mljqp = p[l2] * t_ptp52 + p[I2] * t_3kd7h;
+    const real t_4b4pj_4 = t_ew3ec * t_mljqp;
+    const real t_vu7t5 = q_2 * t_c3sx2 + cos_theta2 * t_tdf66 + sin_theta2 * t_vengl;
+    const real t_6azrf = g_2 * t_uwzgr + q_2 * t_vu7t5 - t_d5zmz - t_zdeje;
+    const real t_knybb = g_2 * t_zwjps;
+    const real t_2gjmz = q_2 * t_af24o
+        + sin_theta2 * (t_5wlzs - g_2 * t_nfkwa)
+        - cos_theta2 * (t_knybb + t_ltkoi);
+    const real t_xdxnz = p[I2] * t_6azrf + t_vry6x * t_2gjmz;
+    const real t_tyy4r = t_yyt2v * t_xdxnz;
+    const real t_m65kk = th_2 * t_2gjmz;
+    const real t_acy46 = p[I2] * t_m65kk;
+    const real t_vqsme = wg_2 * t_ncvbr
+        + wq_2 * t_c3sx2
+        + F_n2 * t_af24o
+        + wth_2 * t_vu7t5
+        - loss_theta2 * t_m65kk
+        + W12 * t_acy46
+        - t_n52pz * (p[m2] * t_tyy4r);
+    const real t_hxdw7 = t_o4hiw * K_L65;
+    const real t_s6xzo = X_y5 * t_zwjps - (X_x6 + t_jo54w * t_hxdw7);
+    const real t_bnvxt = t_dzxqu * t_s6xzo + t_eriz2;
+    const real t_25meg = t_hxdw7 - t_bnvxt;
+    const real t_kchpi = K_L65 * t_zwjps + t_ftqxb;
+    const real t_2qijq = t_gcu5g * t_zwjps + f_y * t_kchpi;
+    const real t_vsddq = t_s6xzo * t_ftqxb - K_L65 * t_hxdw7;
+    const real t_25meg_2 = t_hxdw7 + t_bnvxt;
+    const real t_e6nai = SC2 * t_vsddq - S_sq2 * t_25meg_2;
+    const real t_etxyy = t_hxdw7 + t_e6nai;
+    const real t_nn5eh = t_bnvxt + t_e6nai;
+    const real t_xtm6t = cos_theta2 * t_zwjps - sin_theta2 * t_kchpi;
+    const real t_xxe7d = t_tdwsm - t_e4k6u * t_hxdw7 - t_amczu * t_vsddq;
+    const real t_ectsz = t_xxe7d * t_lt2al - K_L64 * t_hxdw7;
+    const real t_vxob6 = t_ejwpy - t_rahc4 * t_hxdw7 - t_m27n6 * t_ectsz - t_bxfcn * t_vsddq;
+    const real t_hgxns = t_vxob6 * t_zmh3u - K_L63 * t_hxdw7;
+    const real t_zf7hq = t_d4mqf * t_hgxns
+        - (t_qvrp6 * t_hxdw7 + t_tjg6z + t_m67zs * t_ectsz)
+        + t_p6zld * t_vsddq;
+    const real t_o3iig = t_zf7hq * t_4iujv - t_dj64q * t_hxdw7;
+    const real t_ecjeh = t_bl4f2 * t_hxdw7
+        + t_jctdr
+        + t_6mmeb * t_vsddq
+        + t_2m245 * t_ectsz
+        + t_zzymx * t_hgxns;
+    const real t_2gsq3 = t_b3aij * t_o3iig - t_ecjeh;
+    const real t_mrfay = t_2gsq3 * t_bpfoo - t_e4enr * t_hxdw7;
+    const real t_qpnxp = t_amczu * t_bnvxt - X_y4 * t_kchpi;
+    const real t_qiah6 = K_L54 * t_bnvxt - K_L64 * t_vsddq + t_qpnxp * t_lt2al;
+    const real t_jg377 = t_bxfcn * t_bnvxt - X_y3 * t_kchpi - t_m27n6 * t_qiah6;
+    const real t_xxavt = K_L53 * t_bnvxt - K_L63 * t_vsddq + t_jg377 * t_zmh3u;
+    const real t_bcywj = t_p6zld * t_bnvxt - X_y2 * t_kchpi - t_d4mqf * t_xxavt + t_m67zs * t_qiah6;
+    const real t_hocgv = t_dj64q * t_vsddq + K_L52 * t_bnvxt + t_bcywj * t_4iujv;
+    const real t_gmtwq = t_6mmeb * t_bnvxt
+        + b1 * t_kchpi
+        - t_2m245 * t_qiah6
+        - t_zzymx * t_xxavt
+        - t_b3aij * t_hocgv;
+    const real t_oef2i = t_vshgd * t_bnvxt - t_e4enr * t_vsddq + t_gmtwq * t_bpfoo;
+    const real t_wtk7s = cos_theta2 * t_mrfay + sin_theta2 * t_oef2i;
+    const real t_hnpks = t_o3iig - t_xxavt;
+    const real t_swte4 = t_hgxns - t_hocgv;
+    const real t_kwccd_4 = SC2 * t_hnpks + S_sq2 * t_swte4;
+    const real t_aowse = t_kwccd_4 - t_hgxns;
+    const real t_njrn6 = e2 * t_etxyy - t_aowse;
+    const real t_tdtgd = t_kwccd_4 + t_hocgv;
+    const real t_xnfgm = cos_theta2 * t_ectsz + sin_theta2 * t_qiah6;
+    const real t_3c7lj = K(-2.0) * t_etxyy - t_xnfgm;
+    const real t_nn5eh_2 = t_e6nai + t_bnvxt;
+    const real t_55slo = t_ectsz + t_vsddq;
+    const real t_b3lud = K(-2.0) * t_bnvxt + t_qiah6;
+    const real t_xc5k4 = sin_theta2 * t_55slo - cos_theta2 * t_b3lud;
+    const real t_j3hra = t_tdtgd - g_2 * t_nn5eh_2 + q_2 * t_xc5k4;
+    const real t_umuhm = wth_2 * t_j3hra - (t_iya7w * t_zwjps + wg_2 * t_nn5eh_2 + t_oncjt * t_kchpi);
+    const real t_ht423 = K_L64 * t_zwjps - K_L54 * t_kchpi;
+    const real t_uyclk = t_xtm6t - t_ht423;
+    const real t_mrgyy = K_L63 * t_zwjps - K_L53 * t_kchpi - K_L43 * t_ht423;
+    const real t_f72r2 = t_6urah * t_ht423 - (t_dj64q * t_zwjps + K_L52 * t_kchpi) - K_L32 * t_mrgyy;
+    const real t_4wxpe = t_vshgd * t_kchpi
+        - t_e4enr * t_zwjps
+        + t_xq4wt * t_ht423
+        + t_3go2w * t_mrgyy
+        + t_w7lcw * t_f72r2;
+    const real t_sevwl = e2 * t_xtm6t - cos_theta2 * t_mrgyy - sin_theta2 * t_f72r2;
+    const real t_ez3gr = cos_phi2 * t_4wxpe + sin_phi2 * t_sevwl;
+    const real t_vr3r7 = eAss_2 * t_etxyy
+        + t_rdwum * (me2 * t_nn5eh)
+        + F_t2 * t_xtm6t
+        + Asc_2 * t_wtk7s
+        + Ass_2 * t_njrn6
+        - me2 * t_tdtgd
+        + Bc_2 * t_3c7lj
+        + t_umuhm
+        + t_rybsf * (Bs_2 * t_uyclk + cos_phi2 * (mv2 * t_ez3gr));
+    const real t_jw7l7 = SC1 * t_vsddq - S_sq1 * t_25meg_2;
+    const real t_e66t4 = t_hxdw7 + t_jw7l7;
+    const real t_7drqk = t_bnvxt + t_jw7l7;
+    const real t_f5dkx = cos_theta1 * t_zwjps - sin_theta1 * t_kchpi;
+    const real t_5swbe = cos_theta1 * t_mrfay + sin_theta1 * t_oef2i;
+    const real t_aiugo_4 = SC1 * t_hnpks + S_sq1 * t_swte4;
+    const real t_dcc66 = t_aiugo_4 - t_hgxns;
+    const real t_4icox = e1 * t_e66t4 - t_dcc66;
+    const real t_x4366 = t_aiugo_4 + t_hocgv;
+    const real t_jl54p = cos_theta1 * t_ectsz + sin_theta1 * t_qiah6;
+    const real t_wdafs = K(-2.0) * t_e66t4 - t_jl54p;
+    const real t_7drqk_2 = t_jw7l7 + t_bnvxt;
+    const real t_zml34 = sin_theta1 * t_55slo - cos_theta1 * t_b3lud;
+    const real t_6wzuk = t_x4366 - g_1 * t_7drqk_2 + q_1 * t_zml34;
+    const real t_edjoe = wth_1 * t_6wzuk - (t_azclp * t_zwjps + wg_1 * t_7drqk_2 + t_vt7uo * t_kchpi);
+    const real t_e3grk = t_f5dkx - t_ht423;
+    const real t_yoreq = e1 * t_f5dkx - cos_theta1 * t_mrgyy - sin_theta1 * t_f72r2;
+    const real t_v23jw = cos_phi1 * t_4wxpe + sin_phi1 * t_yoreq;
+    const real t_6bhi2 = eAss_1 * t_e66t4
+        + t_o6yyy * (me1 * t_7drqk)
+        + F_t1 * t_f5dkx
+        + Asc_1 * t_5swbe
+        + Ass_1 * t_4icox
+        - me1 * t_x4366
+        + Bc_1 * t_wdafs
+        + t_edjoe
+        + t_rybsf * (Bs_1 * t_e3grk + cos_phi1 * (mv1 * t_v23jw));
+    const real t_wdbkt = t_jf3qj * (M_C * t_25meg) + t_2qijq + t_vr3r7 + t_6bhi2;
+    const real t_vbqu5 = t_wurun * t_xxe7d + t_2e52m * t_qpnxp;
+    const real t_gt65x = t_m27n6 * t_vbqu5 - X_y3 * t_ht423;
+    const real t_a6t2j = t_kpf5p * t_vxob6 + t_qe675 * t_jg377 + t_ydwjl * t_gt65x;
+    const real t_4v54g = K_L43 * t_vbqu5 - (K_L63 * t_ectsz + K_L53 * t_qiah6) + t_gt65x * t_zmh3u;
+    const real t_sfeyy = t_m67zs * t_vbqu5 + X_y2 * t_ht423 + t_d4mqf * t_4v54g;
+    const real t_o7i65 = t_d4mqf * t_a6t2j - X_y2 * t_mrgyy;
+    const real t_yezlo = t_2ngl5 * t_zf7hq + t_hfybw * t_bcywj + t_dwrhg * t_sfeyy + t_6yahm * t_o7i65;
+    const real t_644xh = K_L52 * t_qiah6 - t_dj64q * t_ectsz + t_6urah * t_vbqu5 + t_sfeyy * t_4iujv;
+    const real t_iqxi2 = t_2m245 * t_vbqu5 + b1 * t_ht423 - t_zzymx * t_4v54g + t_b3aij * t_644xh;
+    const real t_fgf5i = t_dj64q * t_hgxns
+        - K_L52 * t_xxavt
+        + t_6urah * t_4v54g
+        + K_L32 * t_a6t2j
+        + t_o7i65 * t_4iujv;
+    const real t_46y4e = t_zzymx * t_a6t2j + b1 * t_mrgyy - t_b3aij * t_fgf5i;
+    const real t_7ovmr = t_b3aij * t_yezlo + b1 * t_f72r2;
+    const real t_la4fe = t_ielc3 * t_2gsq3
+        + t_2lluf * t_gmtwq
+        + t_jtjoh * t_iqxi2
+        + t_3tmqi * t_46y4e
+        + t_6xwz3 * t_7ovmr;
+    const real t_otwms = t_rl7kq * t_wdbkt - (t_iw7bs * t_25meg + t_a6t2j + t_yezlo + t_la4fe);
+    const real t_22ce4_2 = t_wdbkt * t_xpjrw;
+    const real t_376fm = W12 * t_kchpi;
+    const real t_ghmih = W13 * t_zwjps;
+    const real t_kxqwd = t_376fm - t_ghmih - t_vbqu5;
+    const real t_fp5ww = x[wy] * (x[wz] * t_ht423) - t_ghmih;
+    const real t_wxiur = t_a6t2j - t_yezlo;
+    const real t_e6wif_2 = SC1 * t_fgf5i + S_sq1 * t_wxiur;
+    const real t_dfcui = t_3go2w * t_a6t2j
+        - (t_e4enr * t_hgxns + t_vshgd * t_xxavt + t_xq4wt * t_4v54g)
+        + t_46y4e * t_bpfoo;
+    const real t_4ndfz = t_e4enr * t_o3iig
+        - t_vshgd * t_hocgv
+        + t_xq4wt * t_644xh
+        - t_3go2w * t_fgf5i
+        + t_w7lcw * t_yezlo
+        + t_7ovmr * t_bpfoo;
+    const real t_fltil = sin_phi1 * (e1 * t_4icox - t_a6t2j + t_e6wif_2 + t_la4fe)
+        + cos_phi1 * (e1 * t_5swbe + cos_theta1 * t_dfcui + sin_theta1 * t_4ndfz);
+    const real t_ol6uk = sin_phi1 * t_fltil - t_la4fe + t_lupe6 * t_v23jw;
+    const real t_o7atx_4 = k1 * t_ol6uk - sigma_sq1 * t_v23jw;
+    const real t_cfw2w = p[l1] * t_e3grk + sin_phi1 * t_4wxpe - cos_phi1 * t_yoreq;
+    const real t_kklji_4 = loss_phi1 * t_cfw2w + t_6nwd2 * t_ol6uk;
+    const real t_vcvng = t_e66t4 + t_jl54p - t_vbqu5;
+    const real t_gaz66 = t_xq4wt * t_vbqu5 - (t_e4enr * t_ectsz + t_vshgd * t_qiah6) + t_iqxi2 * t_bpfoo;
+    const real t_xqmwg = p[l1] * t_vcvng
+        + sin_phi1 * (t_5swbe + t_w7vil * t_e3grk + t_gaz66)
+        + cos_phi1 * (t_dcc66 + e1 * t_wdafs + sin_theta1 * t_644xh - cos_theta1 * t_4v54g)
+        + eta1 * t_cfw2w;
+    const real t_wvbhw = t_owkw5 * t_25meg
+        + t_simvy * t_7drqk
+        - e1 * t_x4366
+        + t_yezlo
+        + t_e6wif_2
+        + p[l1] * t_xqmwg
+        + t_otwms
+        - p[h1] * t_22ce4_2;
+    const real t_5u4vv_3 = p[l1] * t_kklji_4 + p[I1] * t_wvbhw;
+    const real t_ercla_5 = t_ecohd * t_5u4vv_3;
+    const real t_zkoid = t_qiah6 - t_bnvxt - t_vbqu5;
+    const real t_65g6t = t_644xh - t_hocgv;
+    const real t_adqyy = t_xxavt + t_4v54g;
+    const real t_3csri = q_1 * t_zkoid + cos_theta1 * t_65g6t + sin_theta1 * t_adqyy;
+    const real t_rhrdp = g_1 * t_6wzuk + q_1 * t_3csri - t_yezlo - t_e6wif_2;
+    const real t_7fuvy = t_kchpi + t_ht423;
+    const real t_k67t4 = q_1 * t_7fuvy
+        + sin_theta1 * (t_mrgyy - t_ioku6)
+        - cos_theta1 * (g_1 * t_kchpi + t_f72r2);
+    const real t_erdcw = p[I1] * t_rhrdp + t_xips6 * t_k67t4;
+    const real t_ta3hd = t_sdxhx * t_erdcw;
+    const real t_pk7tu = th_1 * t_k67t4;
+    const real t_6cxzu = p[I1] * t_pk7tu;
+    const real t_kcoqj = wg_1 * t_zml34
+        + wq_1 * t_zkoid
+        + F_n1 * t_7fuvy
+        + wth_1 * t_3csri
+        - loss_theta1 * t_pk7tu
+        + W12 * t_6cxzu
+        - t_hpic2 * (p[m1] * t_ta3hd);
+    const real t_zbc4o = t_hxdw7 - t_ghmih;
+    const real t_vzsco = x[wy] * t_kchpi - x[wz] * t_zwjps;
+    const real t_6zjra = x[wx] * t_zwjps - x[wy] * t_ht423;
+    const real t_zphql_2 = SC2 * t_fgf5i + S_sq2 * t_wxiur;
+    const real t_4utn3 = sin_phi2 * (e2 * t_njrn6 - t_a6t2j + t_zphql_2 + t_la4fe)
+        + cos_phi2 * (e2 * t_wtk7s + cos_theta2 * t_dfcui + sin_theta2 * t_4ndfz);
+    const real t_gpyxk = sin_phi2 * t_4utn3 - t_la4fe + t_cekeb * t_ez3gr;
+    const real t_tolgd_4 = k2 * t_gpyxk - sigma_sq2 * t_ez3gr;
+    const real t_vauux = p[l2] * t_uyclk + sin_phi2 * t_4wxpe - cos_phi2 * t_sevwl;
+    const real t_3dbm5_4 = loss_phi2 * t_vauux + t_popww * t_gpyxk;
+    const real t_jz2uj = t_etxyy + t_xnfgm - t_vbqu5;
+    const real t_nxose = p[l2] * t_jz2uj
+        + sin_phi2 * (t_wtk7s + t_6fvzz * t_uyclk + t_gaz66)
+        + cos_phi2 * (t_aowse + e2 * t_3c7lj + sin_theta2 * t_644xh - cos_theta2 * t_4v54g)
+        + eta2 * t_vauux;
+    const real t_yhi4d = t_gy5fy * t_25meg
+        + t_quuci * t_nn5eh
+        - e2 * t_tdtgd
+        + t_yezlo
+        + t_zphql_2
+        + p[l2] * t_nxose
+        + t_otwms
+        - p[h2] * t_22ce4_2;
+    const real t_5pt5l_3 = p[l2] * t_3dbm5_4 + p[I2] * t_yhi4d;
+    const real t_4b4pj_5 = t_ew3ec * t_5pt5l_3;
+    const real t_zvuaa = q_2 * t_zkoid + cos_theta2 * t_65g6t + sin_theta2 * t_adqyy;
+    const real t_j5fut = g_2 * t_j3hra + q_2 * t_zvuaa - t_yezlo - t_zphql_2;
+    const real t_4ptcp = q_2 * t_7fuvy
+        + sin_theta2 * (t_mrgyy - t_knybb)
+        - cos_theta2 * (g_2 * t_kchpi + t_f72r2);
+    const real t_vwpie = p[I2] * t_j5fut + t_vry6x * t_4ptcp;
+    const real t_i55mr = t_yyt2v * t_vwpie;
+    const real t_pbqrx = th_2 * t_4ptcp;
+    const real t_tmp4k = p[I2] * t_pbqrx;
+    const real t_n3h3i = wg_2 * t_xc5k4
+        + wq_2 * t_zkoid
+        + F_n2 * t_7fuvy
+        + wth_2 * t_zvuaa
+        - loss_theta2 * t_pbqrx
+        + W12 * t_tmp4k
+        - t_n52pz * (p[m2] * t_i55mr);
+    const real t_wbmmu = t_3go2w - K_L32 * t_w7lcw;
+    const real t_zo2il = t_xq4wt + t_6urah * t_w7lcw - K_L43 * t_wbmmu;
+    const real t_7cc3d = t_vshgd - K_L52 * t_w7lcw - K_L53 * t_wbmmu - K_L54 * t_zo2il;
+    const real t_yrdip = t_e4enr
+        + t_dj64q * t_w7lcw
+        - K_L63 * t_wbmmu
+        - K_L64 * t_zo2il
+        - K_L65 * t_7cc3d;
+    const real t_j6rcz = t_o4hiw * t_yrdip;
+    const real t_2r4jw = t_yrdip * t_nfkwa;
+    const real t_q5jiw = t_jo54w * t_j6rcz - X_x6 * t_7cc3d - X_y5 * t_2r4jw;
+    const real t_rausi = t_dzxqu * t_q5jiw + t_eriz2 * t_7cc3d;
+    const real t_rrdun = t_j6rcz + t_rausi;
+    const real t_sxq2w = K_L65 * t_j6rcz + t_q5jiw * t_ftqxb;
+    const real t_xakt3 = t_e4k6u * t_j6rcz - X_x6 * t_zo2il - X_y4 * t_2r4jw - t_amczu * t_sxq2w;
+    const real t_tp4pj = K_L64 * t_j6rcz + t_xakt3 * t_lt2al;
+    const real t_36bfy = t_rahc4 * t_j6rcz
+        - X_x6 * t_wbmmu
+        - X_y3 * t_2r4jw
+        - t_m27n6 * t_tp4pj
+        - t_bxfcn * t_sxq2w;
+    const real t_mihqv = t_7cc3d * t_ftqxb - K_L65 * t_2r4jw;
+    const real t_xzpyi = t_amczu * t_rausi - X_x5 * t_zo2il - X_y4 * t_mihqv;
+    const real t_djsx3 = K_L54 * t_rausi - K_L64 * t_sxq2w + t_xzpyi * t_lt2al;
+    const real t_yhlqw = t_bxfcn * t_rausi - X_x5 * t_wbmmu - X_y3 * t_mihqv - t_m27n6 * t_djsx3;
+    const real t_g44ep = t_wurun * t_xakt3 + t_2e52m * t_xzpyi + t_gkoba * t_zo2il;
+    const real t_n52wr = t_zo2il * t_lt2al - (K_L64 * t_2r4jw + K_L54 * t_mihqv);
+    const real t_wmahs = t_m27n6 * t_g44ep - X_x4 * t_wbmmu - X_y3 * t_n52wr;
+    const real t_dobth = t_kpf5p * t_36bfy + t_qe675 * t_yhlqw + t_ydwjl * t_wmahs + t_insvr * t_wbmmu;
+    const real t_tkjh2 = K_L63 * t_j6rcz + t_36bfy * t_zmh3u;
+    const real t_nwsgu = X_x6 * t_w7lcw
+        + t_qvrp6 * t_j6rcz
+        + X_y2 * t_2r4jw
+        - t_m67zs * t_tp4pj
+        + t_d4mqf * t_tkjh2
+        + t_p6zld * t_sxq2w;
+    const real t_x2iri = K_L53 * t_rausi - K_L63 * t_sxq2w + t_yhlqw * t_zmh3u;
+    const real t_ssdkg = t_p6zld * t_rausi
+        - X_x5 * t_w7lcw
+        - X_y2 * t_mihqv
+        - t_d4mqf * t_x2iri
+        + t_m67zs * t_djsx3;
+    const real t_bym7r = K_L43 * t_g44ep - (K_L63 * t_tp4pj + K_L53 * t_djsx3) + t_wmahs * t_zmh3u;
+    const real t_dx7rx = X_x4 * t_w7lcw + t_m67zs * t_g44ep + X_y2 * t_n52wr + t_d4mqf * t_bym7r;
+    const real t_4eemy = t_wbmmu * t_zmh3u - (K_L63 * t_2r4jw + K_L53 * t_mihqv + K_L43 * t_n52wr);
+    const real t_bpeef = t_d4mqf * t_dobth - X_x3 * t_w7lcw - X_y2 * t_4eemy;
+    const real t_45ez6 = t_2ngl5 * t_nwsgu
+        + t_hfybw * t_ssdkg
+        + t_dwrhg * t_dx7rx
+        + t_6yahm * t_bpeef
+        + t_5am4i * t_w7lcw;
+    const real t_rvpkq = t_dj64q * t_j6rcz + t_nwsgu * t_4iujv;
+    const real t_ehspq = X_x6
+        + t_bl4f2 * t_j6rcz
+        + b1 * t_2r4jw
+        - t_6mmeb * t_sxq2w
+        - t_2m245 * t_tp4pj
+        - t_zzymx * t_tkjh2
+        + t_b3aij * t_rvpkq;
+    const real t_ox7zc = t_dj64q * t_sxq2w + K_L52 * t_rausi + t_ssdkg * t_4iujv;
+    const real t_pkjd7 = X_x5
+        + t_6mmeb * t_rausi
+        + b1 * t_mihqv
+        - t_2m245 * t_djsx3
+        - t_zzymx * t_x2iri
+        - t_b3aij * t_ox7zc;
+    const real t_x4jhc = K_L52 * t_djsx3 - t_dj64q * t_tp4pj + t_6urah * t_g44ep + t_dx7rx * t_4iujv;
+    const real t_eg3yi = X_x4
+        + t_2m245 * t_g44ep
+        + b1 * t_n52wr
+        - t_zzymx * t_bym7r
+        + t_b3aij * t_x4jhc;
+    const real t_54l6g = t_dj64q * t_tkjh2
+        - K_L52 * t_x2iri
+        + t_6urah * t_bym7r
+        + K_L32 * t_dobth
+        + t_bpeef * t_4iujv;
+    const real t_fgywk = X_x3 + t_zzymx * t_dobth + b1 * t_4eemy - t_b3aij * t_54l6g;
+    const real t_3vvwh = t_dj64q * t_2r4jw
+        - K_L52 * t_mihqv
+        + t_6urah * t_n52wr
+        - K_L32 * t_4eemy
+        + t_w7lcw * t_4iujv;
+    const real t_i3o7h = X_x2 + t_b3aij * t_45ez6 + b1 * t_3vvwh;
+    const real t_b3roi = b1 * t_bpfoo * t_bpfoo
+        + t_ielc3 * t_ehspq
+        + t_2lluf * t_pkjd7
+        + t_jtjoh * t_eg3yi
+        + t_3tmqi * t_fgywk
+        + t_6xwz3 * t_i3o7h;
+    const real t_vfkyv = t_gcu5g * t_2r4jw - f_y * t_mihqv;
+    const real t_rrdun_2 = t_j6rcz - t_rausi;
+    const real t_vzjf2_3 = SC2 * t_sxq2w + S_sq2 * t_rrdun_2;
+    const real t_7vwa7 = t_vzjf2_3 - t_j6rcz;
+    const real t_7bc6d = t_rausi + t_vzjf2_3;
+    const real t_6dp6r = cos_theta2 * t_2r4jw + sin_theta2 * t_mihqv;
+    const real t_eqfrc = t_e4enr * t_j6rcz + t_ehspq * t_bpfoo;
+    const real t_xfrjx = t_vshgd * t_rausi - t_e4enr * t_sxq2w + t_pkjd7 * t_bpfoo;
+    const real t_qxoj6 = cos_theta2 * t_eqfrc + sin_theta2 * t_xfrjx;
+    const real t_avrxy = t_rvpkq - t_x2iri;
+    const real t_lu3jg = t_tkjh2 - t_ox7zc;
+    const real t_kwccd_5 = SC2 * t_avrxy + S_sq2 * t_lu3jg;
+    const real t_lqda7 = t_kwccd_5 - t_tkjh2;
+    const real t_4hc5h_4 = e2 * t_7vwa7 - t_lqda7;
+    const real t_nq7ju = t_kwccd_5 + t_ox7zc;
+    const real t_l2qxk_2 = cos_theta2 * t_tp4pj + sin_theta2 * t_djsx3;
+    const real t_3cwki_4 = K(-2.0) * t_7vwa7 - t_l2qxk_2;
+    const real t_7bc6d_2 = t_vzjf2_3 + t_rausi;
+    const real t_wxzdz_2 = t_tp4pj + t_sxq2w;
+    const real t_syylu = K(-2.0) * t_rausi + t_djsx3;
+    const real t_ciim3_3 = sin_theta2 * t_wxzdz_2 - cos_theta2 * t_syylu;
+    const real t_xcvpe_3 = t_nq7ju - g_2 * t_7bc6d_2 + q_2 * t_ciim3_3;
+    const real t_ewto5 = t_iya7w * t_2r4jw - wg_2 * t_7bc6d_2 - t_oncjt * t_mihqv + wth_2 * t_xcvpe_3;
+    const real t_f4mcc = t_bpfoo
+        + t_e4enr * t_2r4jw
+        + t_vshgd * t_mihqv
+        + t_xq4wt * t_n52wr
+        + t_3go2w * t_4eemy
+        + t_w7lcw * t_3vvwh;
+    const real t_gzycp = e2 * t_6dp6r + cos_theta2 * t_4eemy + sin_theta2 * t_3vvwh;
+    const real t_acnh7 = cos_phi2 * t_f4mcc - sin_phi2 * t_gzycp;
+    const real t_ngixx = t_6dp6r + t_n52wr;
+    const real t_yz64k = eAss_2 * t_7vwa7
+        + t_rdwum * (me2 * t_7bc6d)
+        - F_t2 * t_6dp6r
+        + Asc_2 * t_qxoj6
+        + Ass_2 * t_4hc5h_4
+        - me2 * t_nq7ju
+        + Bc_2 * t_3cwki_4
+        + t_ewto5
+        + t_rybsf * (cos_phi2 * (mv2 * t_acnh7) - Bs_2 * t_ngixx);
+    const real t_vtqzc_3 = SC1 * t_sxq2w + S_sq1 * t_rrdun_2;
+    const real t_ji5tg = t_vtqzc_3 - t_j6rcz;
+    const real t_5hy2z = t_rausi + t_vtqzc_3;
+    const real t_bzzcl = cos_theta1 * t_2r4jw + sin_theta1 * t_mihqv;
+    const real t_op4mw = cos_theta1 * t_eqfrc + sin_theta1 * t_xfrjx;
+    const real t_aiugo_5 = SC1 * t_avrxy + S_sq1 * t_lu3jg;
+    const real t_hbux6 = t_aiugo_5 - t_tkjh2;
+    const real t_7z2wd_4 = e1 * t_ji5tg - t_hbux6;
+    const real t_dwa3k = t_aiugo_5 + t_ox7zc;
+    const real t_zq3ir_2 = cos_theta1 * t_tp4pj + sin_theta1 * t_djsx3;
+    const real t_mguvf_4 = K(-2.0) * t_ji5tg - t_zq3ir_2;
+    const real t_5hy2z_2 = t_vtqzc_3 + t_rausi;
+    const real t_tczyi_3 = sin_theta1 * t_wxzdz_2 - cos_theta1 * t_syylu;
+    const real t_27gpo_3 = t_dwa3k - g_1 * t_5hy2z_2 + q_1 * t_tczyi_3;
+    const real t_aat5r = t_azclp * t_2r4jw - wg_1 * t_5hy2z_2 - t_vt7uo * t_mihqv + wth_1 * t_27gpo_3;
+    const real t_kdrnz = e1 * t_bzzcl + cos_theta1 * t_4eemy + sin_theta1 * t_3vvwh;
+    const real t_tpvqp = cos_phi1 * t_f4mcc - sin_phi1 * t_kdrnz;
+    const real t_nro6n = t_bzzcl + t_n52wr;
+    const real t_3sngi = eAss_1 * t_ji5tg
+        + t_o6yyy * (me1 * t_5hy2z)
+        - F_t1 * t_bzzcl
+        + Asc_1 * t_op4mw
+        + Ass_1 * t_7z2wd_4
+        - me1 * t_dwa3k
+        + Bc_1 * t_mguvf_4
+        + t_aat5r
+        + t_rybsf * (cos_phi1 * (mv1 * t_tpvqp) - Bs_1 * t_nro6n);
+    const real t_4prns = t_rybsf + t_jf3qj * (M_C * t_rrdun) + t_vfkyv - t_yz64k - t_3sngi;
+    const real t_z7vjm = t_iw7bs * t_rrdun - t_dobth - t_45ez6 - t_b3roi - t_rl7kq * t_4prns;
+    const real t_otm57 = t_4prns * t_xpjrw;
+    const real t_7qiv2 = W13 * t_2r4jw;
+    const real t_lx5yn = W12 * t_mihqv;
+    const real t_xq4wq = t_7qiv2 + t_lx5yn - t_g44ep;
+    const real t_npcpu = t_7qiv2 + x[wy] * (x[wz] * t_n52wr);
+    const real t_63vjp = t_dobth - t_45ez6;
+    const real t_5gozo = SC1 * t_54l6g + S_sq1 * t_63vjp;
+    const real t_2a4eu = t_3go2w * t_dobth
+        - (t_e4enr * t_tkjh2 + t_vshgd * t_x2iri + t_xq4wt * t_bym7r)
+        + t_fgywk * t_bpfoo;
+    const real t_lxd5g = t_e4enr * t_rvpkq
+        - t_vshgd * t_ox7zc
+        + t_xq4wt * t_x4jhc
+        - t_3go2w * t_54l6g
+        + t_w7lcw * t_45ez6
+        + t_i3o7h * t_bpfoo;
+    const real t_zgtzs = sin_phi1 * (e1 * t_7z2wd_4 - t_dobth + t_5gozo + t_b3roi)
+        + cos_phi1 * (e1 * t_op4mw + cos_theta1 * t_2a4eu + sin_theta1 * t_lxd5g);
+    const real t_o4xbz = sin_phi1 * t_zgtzs - t_b3roi + t_lupe6 * t_tpvqp;
+    const real t_yxk4u = k1 * t_o4xbz - sigma_sq1 * t_tpvqp;
+    const real t_s6ooh = sin_phi1 * t_f4mcc - p[l1] * t_nro6n + cos_phi1 * t_kdrnz;
+    const real t_5snd3 = loss_phi1 * t_s6ooh + t_6nwd2 * t_o4xbz;
+    const real t_tojad = t_ji5tg + t_zq3ir_2 - t_g44ep;
+    const real t_3vvof = t_xq4wt * t_g44ep - (t_e4enr * t_tp4pj + t_vshgd * t_djsx3) + t_eg3yi * t_bpfoo;
+    const real t_yqhlt = p[l1] * t_tojad
+        + sin_phi1 * (t_op4mw - t_w7vil * t_nro6n + t_3vvof)
+        + cos_phi1 * (t_hbux6 + e1 * t_mguvf_4 + sin_theta1 * t_x4jhc - cos_theta1 * t_bym7r)
+        + eta1 * t_s6ooh;
+    const real t_ixby4 = t_simvy * t_5hy2z
+        - t_owkw5 * t_rrdun
+        - e1 * t_dwa3k
+        + t_45ez6
+        + t_5gozo
+        + p[l1] * t_yqhlt
+        + t_z7vjm
+        + p[h1] * t_otm57;
+    const real t_csoxn = p[l1] * t_5snd3 + p[I1] * t_ixby4;
+    const real t_ercla_6 = t_ecohd * t_csoxn;
+    const real t_mlidt = t_djsx3 - t_rausi - t_g44ep;
+    const real t_bvqdp = t_x4jhc - t_ox7zc;
+    const real t_4uwlm = t_x2iri + t_bym7r;
+    const real t_77ulk_2 = q_1 * t_mlidt + cos_theta1 * t_bvqdp + sin_theta1 * t_4uwlm;
+    const real t_j4viv = g_1 * t_27gpo_3 + q_1 * t_77ulk_2 - t_45ez6 - t_5gozo;
+    const real t_nwy7f = t_mihqv + t_n52wr;
+    const real t_mranv = q_1 * t_nwy7f
+        + sin_theta1 * (g_1 * t_2r4jw + t_4eemy)
+        - cos_theta1 * (g_1 * t_mihqv + t_3vvwh);
+    const real t_7m6oi = p[I1] * t_j4viv + t_xips6 * t_mranv;
+    const real t_y5b4h_4 = t_sdxhx * t_7m6oi;
+    const real t_yp7dg = th_1 * t_mranv;
+    const real t_bqegi_4 = p[I1] * t_yp7dg;
+    const real t_fnjdn_2 = wg_1 * t_tczyi_3
+        + wq_1 * t_mlidt
+        + F_n1 * t_nwy7f
+        + wth_1 * t_77ulk_2
+        - loss_theta1 * t_yp7dg
+        + W12 * t_bqegi_4
+        - t_hpic2 * (p[m1] * t_y5b4h_4);
+    const real t_54ccu = t_7qiv2 - t_j6rcz;
+    const real t_l6bcn = x[wz] * t_2r4jw + x[wy] * t_mihqv;
+    const real t_qkqmh = x[wx] * t_2r4jw + x[wy] * t_n52wr;
+    const real t_nh62n = SC2 * t_54l6g + S_sq2 * t_63vjp;
+    const real t_5ufu3 = sin_phi2 * (e2 * t_4hc5h_4 - t_dobth + t_nh62n + t_b3roi)
+        + cos_phi2 * (e2 * t_qxoj6 + cos_theta2 * t_2a4eu + sin_theta2 * t_lxd5g);
+    const real t_pnktv = sin_phi2 * t_5ufu3 - t_b3roi + t_cekeb * t_acnh7;
+    const real t_7xhni = k2 * t_pnktv - sigma_sq2 * t_acnh7;
+    const real t_4xhpw = sin_phi2 * t_f4mcc - p[l2] * t_ngixx + cos_phi2 * t_gzycp;
+    const real t_x35r2 = loss_phi2 * t_4xhpw + t_popww * t_pnktv;
+    const real t_d3gno = t_7vwa7 + t_l2qxk_2 - t_g44ep;
+    const real t_rvi5q = p[l2] * t_d3gno
+        + sin_phi2 * (t_qxoj6 - t_6fvzz * t_ngixx + t_3vvof)
+        + cos_phi2 * (t_lqda7 + e2 * t_3cwki_4 + sin_theta2 * t_x4jhc - cos_theta2 * t_bym7r)
+        + eta2 * t_4xhpw;
+    const real t_nzysr = t_quuci * t_7bc6d
+        - t_gy5fy * t_rrdun
+        - e2 * t_nq7ju
+        + t_45ez6
+        + t_nh62n
+        + p[l2] * t_rvi5q
+        + t_z7vjm
+        + p[h2] * t_otm57;
+    const real t_q5srp = p[l2] * t_x35r2 + p[I2] * t_nzysr;
+    const real t_4b4pj_6 = t_ew3ec * t_q5srp;
+    const real t_lsbqz_2 = q_2 * t_mlidt + cos_theta2 * t_bvqdp + sin_theta2 * t_4uwlm;
+    const real t_wszdh = g_2 * t_xcvpe_3 + q_2 * t_lsbqz_2 - t_45ez6 - t_nh62n;
+    const real t_whtth = q_2 * t_nwy7f
+        + sin_theta2 * (g_2 * t_2r4jw + t_4eemy)
+        - cos_theta2 * (g_2 * t_mihqv + t_3vvwh);
+    const real t_gnwc4 = p[I2] * t_wszdh + t_vry6x * t_whtth;
+    const real t_l56ct_4 = t_yyt2v * t_gnwc4;
+    const real t_zajmc = th_2 * t_whtth;
+    const real t_lixe2_4 = p[I2] * t_zajmc;
+    const real t_yzwcm_2 = wg_2 * t_ciim3_3
+        + wq_2 * t_mlidt
+        + F_n2 * t_nwy7f
+        + wth_2 * t_lsbqz_2
+        - loss_theta2 * t_zajmc
+        + W12 * t_lixe2_4
+        - t_n52pz * (p[m2] * t_l56ct_4);
+    J_p[0] = t_kl4wv - t_piq3g * t_7c5q4 - p[b] * t_oxhx6;
+    J_p[1] = t_kl4wv - t_rvsxd * t_7c5q4 - p[h0] * t_oxhx6;
+    J_p[2] = t_yjmxs - t_7c5q4;
+    J_p[3] = t_yjmxs;
+    J_p[4] = t_24myi - (t_5shbl + t_rihwz);
+    J_p[5] = t_rihwz - t_5l6pm - t_24myi;
+    J_p[6] = -(t_xkwv2 * (p[m0] * t_7c5q4) + p[m0] * t_oxhx6);
+    J_p[7] = t_hygq4 - t_gfysi * (p[m] * t_7c5q4) - p[m] * t_oxhx6;
+    J_p[8] = t_hygq4;
+    J_p[9] = cos_delta2 * (sin_delta1 * (t_lwe76 * t_ncxva + t_hcaqb) + cos_delta1 * t_2cs2b)
+        + sin_delta2 * (t_tmo7z - t_lwe76 * t_udaaj);
     J_p[10] = SPLAT(K(0.0));
     J_p[11] = SPLAT(K(0.0));
-    J_p[12] = p[13] * v1129 + v1178 * v8 - v3 * v1182 + v1211 * v185 - v182 * v1215;
-    J_p[13] = v1257;
-    J_p[14] = v1039 - v1258 * (v10 * v634) + v10 * v1045;
-    J_p[15] = v1279 + v196 * v1231 - v1215;
-    J_p[16] = x[13] * (v709 + v85 * v1135) + x[14] * (v671 - v181 * v1231);
-    J_p[17] = p[18] * v1311 + v1353 * v27 - v23 * v1357 + v1381 * v210 - v207 * v1385;
-    J_p[18] = v1427;
-    J_p[19] = v969 - v1428 * (v29 * v634) + v29 * v1045;
-    J_p[20] = v1442 + v220 * v1401 - v1385;
-    J_p[21] = x[15] * (v709 + v138 * v1317) + x[16] * (v671 - v206 * v1401);
-    J_p[22] = v1831 - v529 * v1470 - p[7] * v1834;
-    J_p[23] = v1831 - v532 * v1470 - p[6] * v1834;
-    J_p[24] = v1844 - v1470;
-    J_p[25] = v1844;
-    J_p[26] = v1848 - (v1460 + v1842);
-    J_p[27] = v1842 - v1469 - v1848;
-    J_p[28] = -(v1064 * (p[1] * v1470) + p[1] * v1834);
-    J_p[29] = v1667 - v1070 * (p[0] * v1470) - p[0] * v1834;
-    J_p[30] = v1667;
-    J_p[31] = v1872;
+    J_p[12] = p[l1] * t_o7atx
+        + t_i7tkx * t_zrejm
+        - t_os4zj * t_ercla
+        + t_vb4md * t_odnx4
+        - t_7vbeu * t_y5b4h;
+    J_p[13] = B_1 * t_mjz7g
+        - t_7imwe * t_lqczz
+        + me1 * t_vsfc7
+        + t_3qn53 * t_kklji
+        + p[m1] * t_o7atx
+        - t_he5kr * (p[m1] * t_ercla)
+        - chi1 * (t_wmv32 * t_bqegi)
+        + cos_phi1 * (Wn1 * (w_x1 * t_bqegi) - t_e33xl)
+        + sin_phi1 * t_fnjdn;
+    J_p[14] = t_uccl2 - t_ljvgb * (me1 * t_7c5q4) + me1 * t_oxhx6;
+    J_p[15] = t_pnfpm
+        + x[phi1_dot] * t_du7rh
+        - x[theta1_dot] * t_q3knp
+        + th_1 * t_24stp
+        + t_3qn53 * t_llbw5
+        - t_ercla
+        + zeta1 * t_ensoy
+        - t_y5b4h;
+    J_p[16] = x[phi1_dot] * (t_obrzw + k1 * t_cbzi6) + x[theta1_dot] * (t_udaaj - q_1 * t_ensoy);
+    J_p[17] = p[l2] * t_tolgd
+        + t_j2e6f * t_5wzvs
+        - t_nfvux * t_4b4pj
+        + t_rseoo * t_mwbp3
+        - t_bnx3m * t_l56ct;
+    J_p[18] = B_2 * t_suajb
+        - t_4b2fa * t_q2upi
+        + me2 * t_4wb72
+        + t_54cbb * t_3dbm5
+        + p[m2] * t_tolgd
+        - t_frqfv * (p[m2] * t_4b4pj)
+        - chi2 * (t_nlamb * t_lixe2)
+        + cos_phi2 * (Wn2 * (w_x2 * t_lixe2) - t_xfmxd)
+        + sin_phi2 * t_yzwcm;
+    J_p[19] = t_km7fg - t_pshhe * (me2 * t_7c5q4) + me2 * t_oxhx6;
+    J_p[20] = t_pnfpm
+        + x[phi2_dot] * t_du7rh
+        - x[theta2_dot] * t_q3knp
+        + th_2 * t_gghf4
+        + t_54cbb * t_pfcin
+        - t_4b4pj
+        + zeta2 * t_fscfc
+        - t_l56ct;
+    J_p[21] = x[phi2_dot] * (t_obrzw + k2 * t_act7d) + x[theta2_dot] * (t_udaaj - q_2 * t_fscfc);
+    J_p[22] = t_7octy - t_piq3g * t_wlyzz - p[b] * t_qxmow;
+    J_p[23] = t_7octy - t_rvsxd * t_wlyzz - p[h0] * t_qxmow;
+    J_p[24] = t_hqbbl - t_wlyzz;
+    J_p[25] = t_hqbbl;
+    J_p[26] = t_pndrs - (t_hco6x + t_6qgnc);
+    J_p[27] = t_6qgnc - t_gvh3g - t_pndrs;
+    J_p[28] = -(t_xkwv2 * (p[m0] * t_wlyzz) + p[m0] * t_qxmow);
+    J_p[29] = t_ql2m6 - t_gfysi * (p[m] * t_wlyzz) - p[m] * t_qxmow;
+    J_p[30] = t_ql2m6;
+    J_p[31] = cos_delta2 * (sin_delta1 * (t_lwe76 * t_bqimq - t_qy4wp) + cos_delta1 * t_bifmc)
+        + sin_delta2 * (t_zwp7i - t_lwe76 * t_go7el);
     J_p[32] = SPLAT(K(0.0));
     J_p[33] = SPLAT(K(0.0));
-    J_p[34] = p[13] * v1915 + v1964 * v8 - v3 * v1967 + v1996 * v185 - v182 * v1999;
-    J_p[35] = v2039;
-    J_p[36] = v1828 - v1258 * (v10 * v1470) + v10 * v1834;
-    J_p[37] = v2060 + v196 * v2014 - v1999;
-    J_p[38] = x[13] * (v85 * v1921 - v1519) + x[14] * (v1498 - v181 * v2014);
-    J_p[39] = p[18] * v2092 + v2134 * v27 - v23 * v2137 + v2161 * v210 - v207 * v2164;
-    J_p[40] = v2204;
-    J_p[41] = v1759 - v1428 * (v29 * v1470) + v29 * v1834;
-    J_p[42] = v2218 + v220 * v2179 - v2164;
-    J_p[43] = x[15] * (v138 * v2098 - v1519) + x[16] * (v1498 - v206 * v2179);
-    J_p[44] = v529 * v2241 + v2593 - p[7] * v2595;
-    J_p[45] = v532 * v2241 + v2593 - p[6] * v2595;
-    J_p[46] = v2241 + v2605;
-    J_p[47] = v2605;
-    J_p[48] = v2603 - v2233 + v2610;
-    J_p[49] = v2240 - v2603 - v2610;
-    J_p[50] = v1064 * (p[1] * v2241) - p[1] * v2595;
-    J_p[51] = v1070 * (p[0] * v2241) + v2427 - p[0] * v2595;
-    J_p[52] = v2427;
-    J_p[53] = v2632;
+    J_p[34] = p[l1] * t_o7atx_2
+        + t_5u4vv * t_zrejm
+        - t_os4zj * t_ercla_2
+        + t_hpllp * t_odnx4
+        - t_7vbeu * t_y5b4h_2;
+    J_p[35] = B_1 * t_m26if
+        + t_7imwe * t_nq32y
+        + me1 * t_oberz
+        + t_3qn53 * t_kklji_2
+        + p[m1] * t_o7atx_2
+        - t_he5kr * (p[m1] * t_ercla_2)
+        - chi1 * (t_wmv32 * t_bqegi_2)
+        + cos_phi1 * (Wn1 * (w_x1 * t_bqegi_2) - t_kpyam)
+        + sin_phi1 * t_fnhyz;
+    J_p[36] = t_c55qv - t_ljvgb * (me1 * t_wlyzz) + me1 * t_qxmow;
+    J_p[37] = t_cazgo
+        + x[phi1_dot] * t_qs234
+        + x[theta1_dot] * t_4y4m3
+        + th_1 * t_kglj6
+        + t_3qn53 * t_ui67w
+        - t_ercla_2
+        + zeta1 * t_asmqb
+        - t_y5b4h_2;
+    J_p[38] = x[phi1_dot] * (k1 * t_vaklm - t_4qdk2) + x[theta1_dot] * (t_go7el - q_1 * t_asmqb);
+    J_p[39] = p[l2] * t_tolgd_2
+        + t_5pt5l * t_5wzvs
+        - t_nfvux * t_4b4pj_2
+        + t_fndcz * t_mwbp3
+        - t_bnx3m * t_l56ct_2;
+    J_p[40] = B_2 * t_qfnde
+        + t_4b2fa * t_n36lt
+        + me2 * t_2eij5
+        + t_54cbb * t_3dbm5_2
+        + p[m2] * t_tolgd_2
+        - t_frqfv * (p[m2] * t_4b4pj_2)
+        - chi2 * (t_nlamb * t_lixe2_2)
+        + cos_phi2 * (Wn2 * (w_x2 * t_lixe2_2) - t_diwdm)
+        + sin_phi2 * t_uptot;
+    J_p[41] = t_np5m7 - t_pshhe * (me2 * t_wlyzz) + me2 * t_qxmow;
+    J_p[42] = t_cazgo
+        + x[phi2_dot] * t_qs234
+        + x[theta2_dot] * t_4y4m3
+        + th_2 * t_vmdar
+        + t_54cbb * t_iyjxa
+        - t_4b4pj_2
+        + zeta2 * t_kkxzm
+        - t_l56ct_2;
+    J_p[43] = x[phi2_dot] * (k2 * t_w6bi2 - t_4qdk2) + x[theta2_dot] * (t_go7el - q_2 * t_kkxzm);
+    J_p[44] = t_piq3g * t_hrahl + t_cgwgg - p[b] * t_22ce4;
+    J_p[45] = t_rvsxd * t_hrahl + t_cgwgg - p[h0] * t_22ce4;
+    J_p[46] = t_hrahl + t_6g3zz;
+    J_p[47] = t_6g3zz;
+    J_p[48] = t_l53dc - t_vxg33 + t_6p5gv;
+    J_p[49] = t_jeu2k - t_l53dc - t_6p5gv;
+    J_p[50] = t_xkwv2 * (p[m0] * t_hrahl) - p[m0] * t_22ce4;
+    J_p[51] = t_gfysi * (p[m] * t_hrahl) + t_r2hb6 - p[m] * t_22ce4;
+    J_p[52] = t_r2hb6;
+    J_p[53] = cos_delta2 * (sin_delta1 * (t_lwe76 * t_hiifd - t_vnl6o) + cos_delta1 * t_uivwz)
+        + sin_delta2 * (t_lwe76 * t_5u7wz + t_gws4q);
     J_p[54] = SPLAT(K(0.0));
     J_p[55] = SPLAT(K(0.0));
-    J_p[56] = p[13] * v2675 + v2724 * v8 - v3 * v2727 + v2756 * v185 - v182 * v2759;
-    J_p[57] = v2799;
-    J_p[58] = v1258 * (v10 * v2241) + v2590 + v10 * v2595;
-    J_p[59] = v2820 + v196 * v2774 - v2759;
-    J_p[60] = x[13] * (v2342 + v85 * v2681) - x[14] * (v2246 + v181 * v2774);
-    J_p[61] = p[18] * v2852 + v2894 * v27 - v23 * v2897 + v2921 * v210 - v207 * v2924;
-    J_p[62] = v2964;
-    J_p[63] = v1428 * (v29 * v2241) + v2521 + v29 * v2595;
-    J_p[64] = v2978 + v220 * v2939 - v2924;
-    J_p[65] = x[15] * (v2342 + v138 * v2858) - x[16] * (v2246 + v206 * v2939);
-    J_p[66] = v529 * v2993 + v3339 + p[7] * v3341;
-    J_p[67] = v532 * v2993 + v3339 + p[6] * v3341;
-    J_p[68] = v2993 + v3351;
-    J_p[69] = v3351;
-    J_p[70] = v607 - v3348 + v3356;
-    J_p[71] = v3348 - v2992 - v3356;
-    J_p[72] = v1064 * (p[1] * v2993) + p[1] * v3341;
-    J_p[73] = v1070 * (p[0] * v2993) - v3000 + p[0] * v3341;
-    J_p[74] = -v3000;
-    J_p[75] = c39 * (c43 * v3177 - s43 * (v47 * v605 + v3166)) + s39 * (v3175 - v3376);
+    J_p[56] = p[l1] * t_o7atx_3
+        + t_5u4vv_2 * t_zrejm
+        - t_os4zj * t_ercla_3
+        + t_ppg25 * t_odnx4
+        - t_7vbeu * t_y5b4h_3;
+    J_p[57] = B_1 * t_o2pvm
+        + t_7imwe * t_4gdq7
+        + me1 * t_3meip
+        + t_3qn53 * t_kklji_3
+        + p[m1] * t_o7atx_3
+        - t_he5kr * (p[m1] * t_ercla_3)
+        - chi1 * (t_wmv32 * t_bqegi_3)
+        + cos_phi1 * (Wn1 * (w_x1 * t_bqegi_3) - t_it4uz)
+        + sin_phi1 * t_u5mev;
+    J_p[58] = t_ljvgb * (me1 * t_hrahl) + t_yholv + me1 * t_22ce4;
+    J_p[59] = t_4wxnv
+        + x[phi1_dot] * t_ni2aj
+        - x[theta1_dot] * t_ijk7m
+        + th_1 * t_kglj6_2
+        + t_3qn53 * t_cme3h
+        - t_ercla_3
+        + zeta1 * t_62y2u
+        - t_y5b4h_3;
+    J_p[60] = x[phi1_dot] * (t_ihufo + k1 * t_2varh) - x[theta1_dot] * (t_5u7wz + q_1 * t_62y2u);
+    J_p[61] = p[l2] * t_tolgd_3
+        + t_5pt5l_2 * t_5wzvs
+        - t_nfvux * t_4b4pj_3
+        + t_wumss * t_mwbp3
+        - t_bnx3m * t_l56ct_3;
+    J_p[62] = B_2 * t_yprkx
+        + t_4b2fa * t_2quf7
+        + me2 * t_egvqh
+        + t_54cbb * t_3dbm5_3
+        + p[m2] * t_tolgd_3
+        - t_frqfv * (p[m2] * t_4b4pj_3)
+        - chi2 * (t_nlamb * t_lixe2_3)
+        + cos_phi2 * (Wn2 * (w_x2 * t_lixe2_3) - t_mblmb)
+        + sin_phi2 * t_noyuv;
+    J_p[63] = t_pshhe * (me2 * t_hrahl) + t_loauz + me2 * t_22ce4;
+    J_p[64] = t_4wxnv
+        + x[phi2_dot] * t_ni2aj
+        - x[theta2_dot] * t_ijk7m
+        + th_2 * t_vmdar_2
+        + t_54cbb * t_sfyji
+        - t_4b4pj_3
+        + zeta2 * t_47qru
+        - t_l56ct_3;
+    J_p[65] = x[phi2_dot] * (t_ihufo + k2 * t_5r6ig) - x[theta2_dot] * (t_5u7wz + q_2 * t_47qru);
+    J_p[66] = t_piq3g * t_yxsms + t_nlb6j + p[b] * t_qgw5e;
+    J_p[67] = t_rvsxd * t_yxsms + t_nlb6j + p[h0] * t_qgw5e;
+    J_p[68] = t_yxsms + t_i3fhy;
+    J_p[69] = t_i3fhy;
+    J_p[70] = t_o4hiw - t_qnupi + t_vv2pk;
+    J_p[71] = t_qnupi - t_i4myd - t_vv2pk;
+    J_p[72] = t_xkwv2 * (p[m0] * t_yxsms) + p[m0] * t_qgw5e;
+    J_p[73] = t_gfysi * (p[m] * t_yxsms) - t_7abzy + p[m] * t_qgw5e;
+    J_p[74] = -t_7abzy;
+    J_p[75] = cos_delta2 * (cos_delta1 * t_fzl2a - sin_delta1 * (t_lwe76 * t_nfkwa + t_5wlzs))
+        + sin_delta2 * (t_ltkoi - t_cv2jl);
     J_p[76] = SPLAT(K(0.0));
     J_p[77] = SPLAT(K(0.0));
-    J_p[78] = p[13] * v3422 + v3471 * v8 - v3 * v3474 + v3503 * v185 - v182 * v3506;
-    J_p[79] = v3546;
-    J_p[80] = v1258 * (v10 * v2993) + v3259 - v10 * v3341;
-    J_p[81] = v3567 + v196 * v3521 - v3506;
-    J_p[82] = x[13] * (v3154 + v85 * v3428) + x[14] * (v2998 - v181 * v3521);
-    J_p[83] = p[18] * v3599 + v3641 * v27 - v23 * v3644 + v3668 * v210 - v207 * v3671;
-    J_p[84] = v3711;
-    J_p[85] = v1428 * (v29 * v2993) + v3190 - v29 * v3341;
-    J_p[86] = v3725 + v220 * v3686 - v3671;
-    J_p[87] = x[15] * (v3154 + v138 * v3605) + x[16] * (v2998 - v206 * v3686);
-    J_p[88] = v529 * v3743 + v4086 + p[7] * v4088;
-    J_p[89] = v532 * v3743 + v4086 + p[6] * v4088;
-    J_p[90] = v3743 + v4098;
-    J_p[91] = v4098;
-    J_p[92] = v3736 - v4095 + v4103;
-    J_p[93] = v4095 - v3742 - v4103;
-    J_p[94] = v1064 * (p[1] * v3743) + p[1] * v4088;
-    J_p[95] = v1070 * (p[0] * v3743) - v3751 + p[0] * v4088;
-    J_p[96] = -v3751;
-    J_p[97] = v4125;
+    J_p[78] = p[l1] * t_tvyof
+        + t_7knuz * t_zrejm
+        - t_os4zj * t_ercla_4
+        + t_4ie34 * t_odnx4
+        - t_7vbeu * t_kkoe3;
+    J_p[79] = B_1 * t_iedir
+        + t_7imwe * t_rbpqq
+        + me1 * t_7hpqx
+        + t_3qn53 * t_fma33
+        + p[m1] * t_tvyof
+        - t_he5kr * (p[m1] * t_ercla_4)
+        - chi1 * (t_wmv32 * t_aupmt)
+        + cos_phi1 * (Wn1 * (w_x1 * t_aupmt) - t_stoz2)
+        + sin_phi1 * t_icgjq;
+    J_p[80] = t_ljvgb * (me1 * t_yxsms) + t_f2nr7 - me1 * t_qgw5e;
+    J_p[81] = t_y7zws
+        + x[phi1_dot] * t_lipgc
+        + x[theta1_dot] * t_cmraw
+        + th_1 * t_za5dl
+        + t_3qn53 * t_cd5og
+        - t_ercla_4
+        + zeta1 * t_f2tpv
+        - t_kkoe3;
+    J_p[82] = x[phi1_dot] * (t_ctsrf + k1 * t_cb3md) + x[theta1_dot] * (t_zwjps - q_1 * t_f2tpv);
+    J_p[83] = p[l2] * t_dd3ts
+        + t_mljqp * t_5wzvs
+        - t_nfvux * t_4b4pj_4
+        + t_xdxnz * t_mwbp3
+        - t_bnx3m * t_tyy4r;
+    J_p[84] = B_2 * t_glfmy
+        + t_4b2fa * t_5jp42
+        + me2 * t_v4lg4
+        + t_54cbb * t_ptp52
+        + p[m2] * t_dd3ts
+        - t_frqfv * (p[m2] * t_4b4pj_4)
+        - chi2 * (t_nlamb * t_acy46)
+        + cos_phi2 * (Wn2 * (w_x2 * t_acy46) - t_wrrdc)
+        + sin_phi2 * t_vqsme;
+    J_p[85] = t_pshhe * (me2 * t_yxsms) + t_v5hq5 - me2 * t_qgw5e;
+    J_p[86] = t_y7zws
+        + x[phi2_dot] * t_lipgc
+        + x[theta2_dot] * t_cmraw
+        + th_2 * t_6azrf
+        + t_54cbb * t_3kd7h
+        - t_4b4pj_4
+        + zeta2 * t_m65kk
+        - t_tyy4r;
+    J_p[87] = x[phi2_dot] * (t_ctsrf + k2 * t_f2qky) + x[theta2_dot] * (t_zwjps - q_2 * t_m65kk);
+    J_p[88] = t_piq3g * t_25meg + t_otwms + p[b] * t_22ce4_2;
+    J_p[89] = t_rvsxd * t_25meg + t_otwms + p[h0] * t_22ce4_2;
+    J_p[90] = t_25meg + t_kxqwd;
+    J_p[91] = t_kxqwd;
+    J_p[92] = t_hxdw7 - t_376fm + t_fp5ww;
+    J_p[93] = t_376fm - t_bnvxt - t_fp5ww;
+    J_p[94] = t_xkwv2 * (p[m0] * t_25meg) + p[m0] * t_22ce4_2;
+    J_p[95] = t_gfysi * (p[m] * t_25meg) - t_2qijq + p[m] * t_22ce4_2;
+    J_p[96] = -t_2qijq;
+    J_p[97] = cos_delta2 * (cos_delta1 * t_4wxpe - sin_delta1 * (t_cv2jl + t_mrgyy))
+        + sin_delta2 * (t_f72r2 - t_lwe76 * t_kchpi);
     J_p[98] = SPLAT(K(0.0));
     J_p[99] = SPLAT(K(0.0));
-    J_p[100] = p[13] * v4168 + v4217 * v8 - v3 * v4220 + v4248 * v185 - v182 * v4251;
-    J_p[101] = v4291;
-    J_p[102] = v1258 * (v10 * v3743) + v4006 - v10 * v4088;
-    J_p[103] = v4312 + v196 * v4266 - v4251;
-    J_p[104] = x[13] * (v3901 + v85 * v4174) + x[14] * (v3749 - v181 * v4266);
-    J_p[105] = p[18] * v4344 + v4386 * v27 - v23 * v4389 + v4412 * v210 - v207 * v4415;
-    J_p[106] = v4455;
-    J_p[107] = v1428 * (v29 * v3743) + v3937 - v29 * v4088;
-    J_p[108] = v4469 + v220 * v4430 - v4415;
-    J_p[109] = x[15] * (v3901 + v138 * v4350) + x[16] * (v3749 - v206 * v4430);
-    J_p[110] = v4905 - v529 * v4510 - p[7] * v4908;
-    J_p[111] = v4905 - v532 * v4510 - p[6] * v4908;
-    J_p[112] = v4918 - v4510;
-    J_p[113] = v4918;
-    J_p[114] = v4922 - (v4500 + v4916);
-    J_p[115] = v4916 - v4509 - v4922;
-    J_p[116] = -(v1064 * (p[1] * v4510) + p[1] * v4908);
-    J_p[117] = v4740 - v1070 * (p[0] * v4510) - p[0] * v4908;
-    J_p[118] = v4740;
-    J_p[119] = v4946;
+    J_p[100] = p[l1] * t_o7atx_4
+        + t_5u4vv_3 * t_zrejm
+        - t_os4zj * t_ercla_5
+        + t_erdcw * t_odnx4
+        - t_7vbeu * t_ta3hd;
+    J_p[101] = B_1 * t_vcvng
+        + t_7imwe * t_e3grk
+        + me1 * t_xqmwg
+        + t_3qn53 * t_kklji_4
+        + p[m1] * t_o7atx_4
+        - t_he5kr * (p[m1] * t_ercla_5)
+        - chi1 * (t_wmv32 * t_6cxzu)
+        + cos_phi1 * (Wn1 * (w_x1 * t_6cxzu) - t_edjoe)
+        + sin_phi1 * t_kcoqj;
+    J_p[102] = t_ljvgb * (me1 * t_25meg) + t_6bhi2 - me1 * t_22ce4_2;
+    J_p[103] = t_zbc4o
+        + x[phi1_dot] * t_vzsco
+        + x[theta1_dot] * t_6zjra
+        + th_1 * t_rhrdp
+        + t_3qn53 * t_wvbhw
+        - t_ercla_5
+        + zeta1 * t_pk7tu
+        - t_ta3hd;
+    J_p[104] = x[phi1_dot] * (t_ht423 + k1 * t_cfw2w) + x[theta1_dot] * (t_kchpi - q_1 * t_pk7tu);
+    J_p[105] = p[l2] * t_tolgd_4
+        + t_5pt5l_3 * t_5wzvs
+        - t_nfvux * t_4b4pj_5
+        + t_vwpie * t_mwbp3
+        - t_bnx3m * t_i55mr;
+    J_p[106] = B_2 * t_jz2uj
+        + t_4b2fa * t_uyclk
+        + me2 * t_nxose
+        + t_54cbb * t_3dbm5_4
+        + p[m2] * t_tolgd_4
+        - t_frqfv * (p[m2] * t_4b4pj_5)
+        - chi2 * (t_nlamb * t_tmp4k)
+        + cos_phi2 * (Wn2 * (w_x2 * t_tmp4k) - t_umuhm)
+        + sin_phi2 * t_n3h3i;
+    J_p[107] = t_pshhe * (me2 * t_25meg) + t_vr3r7 - me2 * t_22ce4_2;
+    J_p[108] = t_zbc4o
+        + x[phi2_dot] * t_vzsco
+        + x[theta2_dot] * t_6zjra
+        + th_2 * t_j5fut
+        + t_54cbb * t_yhi4d
+        - t_4b4pj_5
+        + zeta2 * t_pbqrx
+        - t_i55mr;
+    J_p[109] = x[phi2_dot] * (t_ht423 + k2 * t_vauux) + x[theta2_dot] * (t_kchpi - q_2 * t_pbqrx);
+    J_p[110] = t_z7vjm - t_piq3g * t_rrdun - p[b] * t_otm57;
+    J_p[111] = t_z7vjm - t_rvsxd * t_rrdun - p[h0] * t_otm57;
+    J_p[112] = t_xq4wq - t_rrdun;
+    J_p[113] = t_xq4wq;
+    J_p[114] = t_npcpu - (t_j6rcz + t_lx5yn);
+    J_p[115] = t_lx5yn - t_rausi - t_npcpu;
+    J_p[116] = -(t_xkwv2 * (p[m0] * t_rrdun) + p[m0] * t_otm57);
+    J_p[117] = t_vfkyv - t_gfysi * (p[m] * t_rrdun) - p[m] * t_otm57;
+    J_p[118] = t_vfkyv;
+    J_p[119] = cos_delta2 * (sin_delta1 * (t_lwe76 * t_2r4jw - t_4eemy) + cos_delta1 * t_f4mcc)
+        + sin_delta2 * (t_3vvwh - t_lwe76 * t_mihqv);
     J_p[120] = SPLAT(K(0.0));
     J_p[121] = SPLAT(K(0.0));
-    J_p[122] = p[13] * v4989 + v5038 * v8 - v3 * v5041 + v5070 * v185 - v182 * v5073;
-    J_p[123] = v5113;
-    J_p[124] = v4902 - v1258 * (v10 * v4510) + v10 * v4908;
-    J_p[125] = v5134 + v196 * v5088 - v5073;
-    J_p[126] = x[13] * (v4569 + v85 * v4995) + x[14] * (v4540 - v181 * v5088);
-    J_p[127] = p[18] * v5166 + v5208 * v27 - v23 * v5211 + v5235 * v210 - v207 * v5238;
-    J_p[128] = v5278;
-    J_p[129] = v4833 - v1428 * (v29 * v4510) + v29 * v4908;
-    J_p[130] = v5292 + v220 * v5253 - v5238;
-    J_p[131] = x[15] * (v4569 + v138 * v5172) + x[16] * (v4540 - v206 * v5253);
+    J_p[122] = p[l1] * t_yxk4u
+        + t_csoxn * t_zrejm
+        - t_os4zj * t_ercla_6
+        + t_7m6oi * t_odnx4
+        - t_7vbeu * t_y5b4h_4;
+    J_p[123] = B_1 * t_tojad
+        - t_7imwe * t_nro6n
+        + me1 * t_yqhlt
+        + t_3qn53 * t_5snd3
+        + p[m1] * t_yxk4u
+        - t_he5kr * (p[m1] * t_ercla_6)
+        - chi1 * (t_wmv32 * t_bqegi_4)
+        + cos_phi1 * (Wn1 * (w_x1 * t_bqegi_4) - t_aat5r)
+        + sin_phi1 * t_fnjdn_2;
+    J_p[124] = t_3sngi - t_ljvgb * (me1 * t_rrdun) + me1 * t_otm57;
+    J_p[125] = t_54ccu
+        + x[phi1_dot] * t_l6bcn
+        - x[theta1_dot] * t_qkqmh
+        + th_1 * t_j4viv
+        + t_3qn53 * t_ixby4
+        - t_ercla_6
+        + zeta1 * t_yp7dg
+        - t_y5b4h_4;
+    J_p[126] = x[phi1_dot] * (t_n52wr + k1 * t_s6ooh) + x[theta1_dot] * (t_mihqv - q_1 * t_yp7dg);
+    J_p[127] = p[l2] * t_7xhni
+        + t_q5srp * t_5wzvs
+        - t_nfvux * t_4b4pj_6
+        + t_gnwc4 * t_mwbp3
+        - t_bnx3m * t_l56ct_4;
+    J_p[128] = B_2 * t_d3gno
+        - t_4b2fa * t_ngixx
+        + me2 * t_rvi5q
+        + t_54cbb * t_x35r2
+        + p[m2] * t_7xhni
+        - t_frqfv * (p[m2] * t_4b4pj_6)
+        - chi2 * (t_nlamb * t_lixe2_4)
+        + cos_phi2 * (Wn2 * (w_x2 * t_lixe2_4) - t_ewto5)
+        + sin_phi2 * t_yzwcm_2;
+    J_p[129] = t_yz64k - t_pshhe * (me2 * t_rrdun) + me2 * t_otm57;
+    J_p[130] = t_54ccu
+        + x[phi2_dot] * t_l6bcn
+        - x[theta2_dot] * t_qkqmh
+        + th_2 * t_wszdh
+        + t_54cbb * t_nzysr
+        - t_4b4pj_6
+        + zeta2 * t_zajmc
+        - t_l56ct_4;
+    J_p[131] = x[phi2_dot] * (t_n52wr + k2 * t_4xhpw) + x[theta2_dot] * (t_mihqv - q_2 * t_zajmc);
     J_p[132] = SPLAT(K(0.0));
     J_p[133] = SPLAT(K(0.0));
     J_p[134] = SPLAT(K(0.0));

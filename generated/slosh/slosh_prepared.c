@@ -6,5191 +6,9754 @@
 
 #include "mehvar/private/arithmetic.h"
 
+/* Places of h. */
+enum {
+    rhs_h_t_zrejm,
+    rhs_h_k1,
+    rhs_h_me1,
+    rhs_h_t_6nwd2,
+    rhs_h_mv1,
+    rhs_h_t_5wzvs,
+    rhs_h_k2,
+    rhs_h_me2,
+    rhs_h_t_popww,
+    rhs_h_mv2,
+    rhs_h_M_C,
+    rhs_h_x_C,
+    rhs_h_J_C1,
+    rhs_h_J_C3,
+    rhs_h_J_C2,
+    rhs_h_e1,
+    rhs_h_e2,
+    rhs_h_B_1,
+    rhs_h_Bl_1,
+    rhs_h_t_b7ure,
+    rhs_h_B_2,
+    rhs_h_Bl_2,
+    rhs_h_t_lpk5h,
+    rhs_h_t_m5gm4,
+    rhs_h_t_uumic,
+    rhs_h_t_doa45,
+    rhs_h_t_sfymc,
+    rhs_h_t_5r66u,
+    rhs_h_t_7bo2j,
+    rhs_h_t_lwe76,
+    rhs_h_t_ibe72,
+    rhs_h_t_r7vy7,
+};
+
 /* what rhs computes once per run; 73 operations. */
 void slosh_rhs_prepare(const real *p, real *h)
 {
-    const real v7 = K(1.0) / (p[13] * p[13] * p[12] + p[15]);
-    const real v8 = p[12] * v7;
-    const real v9 = v8 * p[15];
-    const real v10 = v9 * p[13];
-    const real v11 = v8 * p[13];
-    const real v18 = K(1.0) / (p[18] * p[18] * p[17] + p[20]);
-    const real v19 = p[17] * v18;
-    const real v20 = v19 * p[20];
-    const real v21 = v20 * p[18];
-    const real v22 = v19 * p[18];
-    const real v38 = p[0] + p[1] + v9 + v20;
-    const real v39 = (p[14] * v9 - (p[7] * p[0] + p[6] * p[1]) + p[19] * v20) / v38;
-    const real v40 = p[14] - v39;
-    const real v41 = p[13] * p[12];
-    const real v42 = v41 * v11;
-    const real v43 = p[19] - v39;
-    const real v44 = p[18] * p[17];
-    const real v45 = v44 * v22;
-    const real v50 = p[4] - p[5];
-    const real v55 = p[2] + p[3];
-    const real v78 = v9 * (p[14] * p[14]) + v20 * (p[19] * p[19]) + p[0] * (p[7] * p[7]) + p[1] * (p[6] * p[6]);
-    const real v81 = v78 - v38 * (v39 * v39);
-    const real v83 = p[15] + p[20];
-    h[0] = v7;
-    h[1] = v9;
-    h[2] = v10;
-    h[3] = v11;
-    h[4] = v18;
-    h[5] = v20;
-    h[6] = v21;
-    h[7] = v22;
-    h[8] = v38;
-    h[9] = v39;
-    h[10] = v40;
-    h[11] = v41;
-    h[12] = v42;
-    h[13] = v43;
-    h[14] = v44;
-    h[15] = v45;
-    h[16] = v38 + v42 + v45;
-    h[17] = v50;
-    h[18] = v10 * p[13];
-    h[19] = v21 * p[18];
-    h[20] = v55;
-    h[21] = v40 * v9;
-    h[22] = v43 * v20;
-    h[23] = v55 + (p[5] - p[4]);
-    h[24] = p[7] + p[8] + v39;
-    h[25] = v9 * (v40 * v40);
-    h[26] = v20 * (v43 * v43);
-    h[27] = p[2] + p[5] + v81;
-    h[28] = v55 + v83 + v50;
-    h[29] = p[2] + p[4] + v83 + v81;
-    h[30] = K(1.0) / p[12];
-    h[31] = K(1.0) / p[17];
+    enum { m = SLOSH_P_M };
+    enum { m0 = SLOSH_P_M0 };
+    enum { I0 = SLOSH_P_I0 };
+    enum { J_x = SLOSH_P_J_X };
+    enum { J_y = SLOSH_P_J_Y };
+    enum { J_z = SLOSH_P_J_Z };
+    enum { h0 = SLOSH_P_H0 };
+    enum { b = SLOSH_P_B };
+    enum { d = SLOSH_P_D };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
+    const real t_zrejm = K(1.0) / D1;
+    const real t_3qn53 = p[m1] * t_zrejm;
+    const real k1 = t_3qn53 * p[l1];
+    const real me1 = t_3qn53 * p[I1];
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real mv1 = t_6nwd2 * k1;
+    const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
+    const real t_5wzvs = K(1.0) / D2;
+    const real t_54cbb = p[m2] * t_5wzvs;
+    const real k2 = t_54cbb * p[l2];
+    const real me2 = t_54cbb * p[I2];
+    const real t_popww = p[l2] * p[m2];
+    const real mv2 = t_popww * k2;
+    const real M_C = p[m] + p[m0] + me1 + me2;
+    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real S_C = me1 * (p[h1] * p[h1])
+        + me2 * (p[h2] * p[h2])
+        + p[m] * (p[b] * p[b])
+        + p[m0] * (p[h0] * p[h0])
+        - M_C * (x_C * x_C);
+    const real J_C1 = p[I0] + p[J_x];
+    const real J_C3 = p[I0] + p[J_z] + S_C;
+    const real t_is5lg = p[I1] + p[I2];
+    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
+    const real e1 = p[h1] - x_C;
+    const real e2 = p[h2] - x_C;
+    const real B_1 = me1 * p[l1];
+    const real Bl_1 = B_1 * p[l1];
+    const real B_2 = me2 * p[l2];
+    const real Bl_2 = B_2 * p[l2];
+    const real t_sfymc = p[J_y] - p[J_z];
+    h[rhs_h_t_zrejm] = t_zrejm;
+    h[rhs_h_k1] = k1;
+    h[rhs_h_me1] = me1;
+    h[rhs_h_t_6nwd2] = t_6nwd2;
+    h[rhs_h_mv1] = mv1;
+    h[rhs_h_t_5wzvs] = t_5wzvs;
+    h[rhs_h_k2] = k2;
+    h[rhs_h_me2] = me2;
+    h[rhs_h_t_popww] = t_popww;
+    h[rhs_h_mv2] = mv2;
+    h[rhs_h_M_C] = M_C;
+    h[rhs_h_x_C] = x_C;
+    h[rhs_h_J_C1] = J_C1;
+    h[rhs_h_J_C3] = J_C3;
+    h[rhs_h_J_C2] = J_C2;
+    h[rhs_h_e1] = e1;
+    h[rhs_h_e2] = e2;
+    h[rhs_h_B_1] = B_1;
+    h[rhs_h_Bl_1] = Bl_1;
+    h[rhs_h_t_b7ure] = me1 * (e1 * e1);
+    h[rhs_h_B_2] = B_2;
+    h[rhs_h_Bl_2] = Bl_2;
+    h[rhs_h_t_lpk5h] = me2 * (e2 * e2);
+    h[rhs_h_t_m5gm4] = M_C + mv1 + mv2;
+    h[rhs_h_t_uumic] = e1 * me1;
+    h[rhs_h_t_doa45] = e2 * me2;
+    h[rhs_h_t_sfymc] = t_sfymc;
+    h[rhs_h_t_5r66u] = J_C1 + (p[J_z] - p[J_y]);
+    h[rhs_h_t_7bo2j] = J_C1 + t_is5lg + t_sfymc;
+    h[rhs_h_t_lwe76] = p[b] + p[d] + x_C;
+    h[rhs_h_t_ibe72] = K(1.0) / p[m1];
+    h[rhs_h_t_r7vy7] = K(1.0) / p[m2];
 }
+
+/* Places of w. */
+enum {
+    rhs_w_f_x,
+    rhs_w_f_y,
+    rhs_w_t_4qr2j,
+    rhs_w_t_gcu5g,
+    rhs_w_t_ayyb5,
+};
 
 /* what rhs computes when the input changes; 10 operations. */
 void slosh_rhs_hold(const real *u, const real *p, const real *h, real *w)
 {
-    real s1, c1; mv_sincos(u[4], &s1, &c1);
-    const real v3 = c1 * p[9];
-    real s5, c5; mv_sincos(u[3], &s5, &c5);
-    const real v8 = s1 * p[9];
-    const real v10 = v3 * s5;
-    w[0] = v3 * c5;
-    w[1] = v8;
-    w[2] = v10;
-    w[3] = v8 * h[24];
-    w[4] = v10 * h[24];
+    enum { delta1 = SLOSH_U_DELTA1 };
+    enum { delta2 = SLOSH_U_DELTA2 };
+    enum { F = SLOSH_P_F };
+    enum { t_lwe76 = rhs_h_t_lwe76 };
+    real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
+    const real t_ruxs4 = cos_delta2 * p[F];
+    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
+    const real f_x = t_ruxs4 * cos_delta1;
+    const real f_y = sin_delta2 * p[F];
+    const real t_gcu5g = t_ruxs4 * sin_delta1;
+    w[rhs_w_f_x] = f_x;
+    w[rhs_w_f_y] = f_y;
+    w[rhs_w_t_4qr2j] = f_y * h[t_lwe76];
+    w[rhs_w_t_gcu5g] = t_gcu5g;
+    w[rhs_w_t_ayyb5] = t_gcu5g * h[t_lwe76];
 }
 
 /* the rest of rhs; 612 operations. */
 void slosh_rhs_prepared(const real *x, const real *u, const real *p, const real *h, const real *w, real *dx)
 {
-    real s9, c9; mv_sincos(x[9], &s9, &c9);
-    const real v12 = x[3] - x[14];
-    real s15, c15; mv_sincos(x[10], &s15, &c15);
-    const real v21 = c15 * x[5] + s15 * x[4];
-    const real v24 = c9 * v12 - v21 * s9;
-    const real v27 = v21 * c9 + s9 * v12;
-    const real v30 = v24 * v27 - v21 * v12;
-    const real v34 = p[16] * x[13];
-    const real v37 = h[2] * v30 + v34 * h[3];
-    real s46, c46; mv_sincos(x[11], &s46, &c46);
-    const real v48 = x[3] - x[16];
-    real s51, c51; mv_sincos(x[12], &s51, &c51);
-    const real v55 = c51 * x[5] + s51 * x[4];
-    const real v58 = c46 * v48 - v55 * s46;
-    const real v61 = v55 * c46 + s46 * v48;
-    const real v64 = v58 * v61 - v55 * v48;
-    const real v68 = p[21] * x[15];
-    const real v71 = h[6] * v64 + v68 * h[7];
-    const real v76 = x[4] * x[4] + x[5] * x[5];
-    const real v80 = v76 * h[10];
-    const real v88 = c15 * x[4] - s15 * x[5];
-    const real v89 = v88 + x[13];
-    const real v93 = c9 * v80 * h[12] - h[11] * (v27 * v27 + v89 * v89);
-    const real v97 = v76 * h[13];
-    const real v105 = c51 * x[4] - s51 * x[5];
-    const real v106 = v105 + x[15];
-    const real v110 = c46 * v97 * h[15] - h[14] * (v61 * v61 + v106 * v106);
-    const real v113 = w[0] + (v37 * s9 + v71 * s46 + c9 * v93 + c46 * v110);
-    const real v115 = h[12] * s9;
-    const real v116 = v115 * s9;
-    const real v118 = h[15] * s46;
-    const real v119 = v118 * s46;
-    const real v121 = K(1.0) / (h[16] - v116 - v119);
-    const real v123 = v115 * c9;
-    const real v125 = v118 * c46;
-    const real v127 = v123 * s15 + v125 * s51;
-    const real v128 = v127 * v121;
-    const real v130 = s9 * p[13];
-    const real v134 = p[12] / (p[15] + p[12] * (v130 * v130));
-    const real v135 = x[3] * x[4];
-    const real v137 = c9 * p[13];
-    const real v144 = v135 * v130 + v88 * v137 * v12 - v24 * p[13] * (v89 + x[13]);
-    const real v146 = p[16] * x[14];
-    const real v149 = v134 * (v144 * p[15] - v146 * v130);
-    const real v150 = v149 * c15;
-    const real v151 = s46 * p[18];
-    const real v155 = p[17] / (p[20] + p[17] * (v151 * v151));
-    const real v157 = c46 * p[18];
-    const real v164 = v135 * v151 + v105 * v157 * v48 - v58 * p[18] * (v106 + x[15]);
-    const real v166 = p[21] * x[16];
-    const real v169 = v155 * (v164 * p[20] - v166 * v151);
-    const real v170 = v169 * c51;
-    const real v174 = s9 * v93 - v37 * c9;
-    const real v179 = s46 * v110 - v71 * c46;
-    const real v184 = w[1] - (v150 + v170 + v174 * s15 + v179 * s51) + v128 * v113;
-    const real v185 = s15 * s15;
-    const real v187 = v134 * p[15];
-    const real v188 = v116 + h[1] - v187;
-    const real v189 = v185 * v188;
-    const real v190 = s51 * s51;
-    const real v192 = v155 * p[20];
-    const real v193 = v119 + h[5] - v192;
-    const real v194 = v190 * v193;
-    const real v203 = K(1.0) / (v189 + v194 + h[8] + v187 + v192 - h[1] - h[5] - v127 * v128);
-    const real v205 = c15 * s15;
-    const real v207 = c51 * s51;
-    const real v212 = v123 * c15 + v125 * c51;
-    const real v213 = v212 * v121;
-    const real v215 = v205 * v188 + v207 * v193 - v127 * v213;
-    const real v216 = v215 * v203;
-    const real v220 = v149 * s15;
-    const real v221 = v169 * s51;
-    const real v229 = v213 * v113 - (w[2] + (v174 * c15 - (v220 + v221) + v179 * c51)) - v216 * v184;
-    const real v238 = K(1.0) / (v116 + v119 + h[8] - v189 - v194 - v215 * v216 - v212 * v213);
-    const real v240 = v130 * v187;
-    const real v241 = s15 * v240;
-    const real v242 = v151 * v192;
-    const real v243 = s51 * v242;
-    const real v245 = h[2] * c9;
-    const real v248 = h[6] * c46;
-    const real v251 = c15 * v240;
-    const real v252 = c51 * v242;
-    const real v258 = h[2] * s9;
-    const real v259 = h[6] * s46;
-    const real v260 = v258 + v259;
-    const real v261 = v260 * v121;
-    const real v263 = v251 + v252 + v245 * s15 + v248 * s51 + v127 * v261;
-    const real v264 = v263 * v203;
-    const real v268 = v241 + v243 - v245 * c15 - v248 * c51 + v215 * v264 - v212 * v261;
-    const real v269 = v268 * v238;
-    const real v273 = v258 * v80 + v37 * p[13];
-    const real v276 = v149 * v130 + v169 * v151;
-    const real v280 = v259 * v97 + v71 * p[18];
-    const real v284 = x[14] * p[15];
-    const real v287 = x[16] * p[20];
-    const real v293 = v273 - v276 + v280 - v34 - v68 + v284 * x[4] + v287 * x[4] - h[17] * x[4] * x[5];
-    const real v300 = u[0] - v293 + v261 * v113 + v264 * v184 - v269 * v229;
-    const real v303 = v130 * v240 + v151 * v242;
-    const real v316 = K(1.0) / (v303 + h[18] + h[19] + h[20] - v263 * v264 - v268 * v269 - v260 * v261);
-    const real v318 = h[10] - v137;
-    const real v319 = v318 * v187;
-    const real v320 = v130 * v319;
-    const real v321 = c15 * v320;
-    const real v323 = h[13] - v157;
-    const real v324 = v323 * v192;
-    const real v325 = v151 * v324;
-    const real v326 = c51 * v325;
-    const real v328 = v245 * h[10];
-    const real v329 = h[18] - v328;
-    const real v332 = v248 * h[13];
-    const real v333 = h[19] - v332;
-    const real v337 = v319 - h[21];
-    const real v339 = v324 - h[22];
-    const real v341 = v116 * h[10];
-    const real v342 = v245 - v341;
-    const real v343 = v342 + v337;
-    const real v345 = v119 * h[13];
-    const real v346 = v248 - v345;
-    const real v347 = v346 + v339;
-    const real v349 = v185 * v343 + v190 * v347;
-    const real v354 = v258 + v123 * h[10];
-    const real v357 = v259 + v125 * h[13];
-    const real v359 = v354 * s15 + v357 * s51;
-    const real v360 = v359 * v121;
-    const real v362 = v337 + v339 - v349 - v251 - v252 - v127 * v360;
-    const real v363 = v362 * v203;
-    const real v368 = v205 * v343 + v207 * v347;
-    const real v374 = v241 - v368 + v243 - v215 * v363 - v212 * v360;
-    const real v375 = v374 * v238;
-    const real v379 = v303 - v321 - v326 + v329 * s15 + v333 * s51 + v263 * v363 - v268 * v375 - v260 * v360;
-    const real v380 = v379 * v316;
-    const real v383 = v273 + v174 * h[10];
-    const real v389 = v280 + v179 * h[13];
-    const real v395 = x[13] * p[15];
-    const real v397 = v383 * s15 - (v276 + v146 + v166) + v389 * s51 - v135 * h[23] - v395 * x[4];
-    const real v398 = x[15] * p[20];
-    const real v409 = u[2] - (v397 - v398 * x[4] + v150 * v318 + v170 * v323) - w[3] + v360 * v113;
-    const real v415 = v409 - v363 * v184 - v375 * v229 - v380 * v300;
-    const real v416 = v318 * v319;
-    const real v417 = v323 * v324;
-    const real v425 = h[18] + K(-2.0) * v328 + h[10] * v341;
-    const real v427 = h[25] + v425 - v416;
-    const real v428 = v185 * v427;
-    const real v434 = h[19] + K(-2.0) * v332 + h[13] * v345;
-    const real v436 = h[26] + v434 - v417;
-    const real v437 = v190 * v436;
-    const real v444 = v416 + v417 + v303 + v428 + v437 + h[27] - h[25] - h[26] + K(-2.0) * v321;
-    const real v454 = v444 + K(-2.0) * v326 - v362 * v363 - v374 * v375 - v379 * v380 - v359 * v360;
-    const real v455 = K(1.0) / v454;
-    const real v459 = s15 * v320 + s51 * v325;
-    const real v466 = v354 * c15 + v357 * c51;
-    const real v467 = v466 * v121;
-    const real v469 = v368 + v127 * v467;
-    const real v470 = v469 * v203;
-    const real v478 = v349 - (v342 + v346) + v215 * v470 - v212 * v467;
-    const real v479 = v478 * v238;
-    const real v491 = v459 + v329 * c15 + v333 * c51 - v263 * v470 - v268 * v479 - v260 * v467;
-    const real v492 = v491 * v316;
-    const real v494 = v459 + v205 * v427 + v207 * v436 + v362 * v470 - v374 * v479 - v379 * v492;
-    const real v496 = v494 - v359 * v467;
-    const real v497 = v496 * v455;
-    const real v507 = x[3] * x[5];
-    const real v512 = v383 * c15 + v389 * c51 + v284 * x[3] + v287 * x[3] - v507 * h[28] - v220 * v318;
-    const real v522 = w[4] - (u[1] + (v512 - v221 * v323 - v395 * x[5] - v398 * x[5])) + v467 * v113;
-    const real v541 = v425 + v434 + h[29] - v428 - v437 - v469 * v470 - v478 * v479 - v491 * v492;
-    const real v546 = (v522 + v470 * v184 - v479 * v229 - v492 * v300 - v497 * v415) / (v541 - v496 * v497 - v466 * v467);
-    const real v548 = v415 * v455 - v497 * v546;
-    const real v552 = v300 * v316 - v380 * v548 - v492 * v546;
-    const real v558 = v229 * v238 - v269 * v552 - v375 * v548 - v479 * v546;
-    const real v566 = v184 * v203 - v216 * v558 + v264 * v552 - v363 * v548 + v470 * v546;
-    const real v576 = v113 * v121 + v128 * v566 + v213 * v558 + v261 * v552 + v360 * v548 + v467 * v546;
-    const real v599 = v548 - v135;
-    const real v602 = v548 * s15 + v546 * c15;
-    const real v603 = v602 + v30;
-    const real v618 = h[3] * (c9 * (v602 * h[10] + v566 * s15 + v558 * c15) + s9 * (v576 - v80));
-    const real v629 = v552 + v548;
-    const real v633 = v144 + v566 * c15 + v318 * (v548 * c15 - v546 * s15) - v629 * v130 - v558 * s15;
-    const real v641 = v548 * s51 + v546 * c51;
-    const real v642 = v641 + v64;
-    const real v657 = h[7] * (c46 * (v641 * h[13] + v566 * s51 + v558 * c51) + s46 * (v576 - v97));
-    const real v671 = v164 + v566 * c51 + v323 * (v548 * c51 - v546 * s51) - v629 * v151 - v558 * s51;
-    dx[0] = v576 + v76 * h[9] - x[2] * x[4] + x[1] * x[5];
-    dx[1] = v566 - v548 * h[9] + (x[2] * x[3] - x[0] * x[5]);
-    dx[2] = v558 - v546 * h[9] + (x[0] * x[4] - x[1] * x[3]);
-    dx[3] = v552;
-    dx[4] = v507 - v546;
-    dx[5] = v599;
-    dx[6] = x[3];
-    dx[7] = x[4];
-    dx[8] = x[5];
-    dx[9] = x[13];
-    dx[10] = x[14];
-    dx[11] = x[15];
-    dx[12] = x[16];
-    dx[13] = v603 - (v34 + p[15] * (v603 + v552)) * h[0] - v618;
-    dx[14] = -(v599 + v134 * (v146 * h[30] + v130 * v633));
-    dx[15] = v642 - (v68 + p[20] * (v642 + v552)) * h[4] - v657;
-    dx[16] = -(v599 + v155 * (v166 * h[31] + v151 * v671));
+    enum { vx = SLOSH_X_VX };
+    enum { vy = SLOSH_X_VY };
+    enum { vz = SLOSH_X_VZ };
+    enum { wx = SLOSH_X_WX };
+    enum { wy = SLOSH_X_WY };
+    enum { wz = SLOSH_X_WZ };
+    enum { phi1 = SLOSH_X_PHI1 };
+    enum { theta1 = SLOSH_X_THETA1 };
+    enum { phi2 = SLOSH_X_PHI2 };
+    enum { theta2 = SLOSH_X_THETA2 };
+    enum { phi1_dot = SLOSH_X_PHI1_DOT };
+    enum { theta1_dot = SLOSH_X_THETA1_DOT };
+    enum { phi2_dot = SLOSH_X_PHI2_DOT };
+    enum { theta2_dot = SLOSH_X_THETA2_DOT };
+    enum { Mx = SLOSH_U_MX };
+    enum { My = SLOSH_U_MY };
+    enum { Mz = SLOSH_U_MZ };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { eps1 = SLOSH_P_EPS1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { eps2 = SLOSH_P_EPS2 };
+    enum { t_zrejm = rhs_h_t_zrejm };
+    enum { k1 = rhs_h_k1 };
+    enum { me1 = rhs_h_me1 };
+    enum { t_6nwd2 = rhs_h_t_6nwd2 };
+    enum { mv1 = rhs_h_mv1 };
+    enum { t_5wzvs = rhs_h_t_5wzvs };
+    enum { k2 = rhs_h_k2 };
+    enum { me2 = rhs_h_me2 };
+    enum { t_popww = rhs_h_t_popww };
+    enum { mv2 = rhs_h_mv2 };
+    enum { M_C = rhs_h_M_C };
+    enum { x_C = rhs_h_x_C };
+    enum { J_C1 = rhs_h_J_C1 };
+    enum { J_C3 = rhs_h_J_C3 };
+    enum { J_C2 = rhs_h_J_C2 };
+    enum { e1 = rhs_h_e1 };
+    enum { e2 = rhs_h_e2 };
+    enum { B_1 = rhs_h_B_1 };
+    enum { Bl_1 = rhs_h_Bl_1 };
+    enum { t_b7ure = rhs_h_t_b7ure };
+    enum { B_2 = rhs_h_B_2 };
+    enum { Bl_2 = rhs_h_Bl_2 };
+    enum { t_lpk5h = rhs_h_t_lpk5h };
+    enum { t_m5gm4 = rhs_h_t_m5gm4 };
+    enum { t_uumic = rhs_h_t_uumic };
+    enum { t_doa45 = rhs_h_t_doa45 };
+    enum { t_sfymc = rhs_h_t_sfymc };
+    enum { t_5r66u = rhs_h_t_5r66u };
+    enum { t_7bo2j = rhs_h_t_7bo2j };
+    enum { t_ibe72 = rhs_h_t_ibe72 };
+    enum { t_r7vy7 = rhs_h_t_r7vy7 };
+    enum { f_x = rhs_w_f_x };
+    enum { f_y = rhs_w_f_y };
+    enum { t_4qr2j = rhs_w_t_4qr2j };
+    enum { t_gcu5g = rhs_w_t_gcu5g };
+    enum { t_ayyb5 = rhs_w_t_ayyb5 };
+    const real W12 = x[wx] * x[wy];
+    const real W13 = x[wx] * x[wz];
+    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
+    const real Wt1 = cos_theta1 * x[wz] + sin_theta1 * x[wy];
+    const real w_x1 = x[wx] - x[theta1_dot];
+    const real p1 = Wn1 + x[phi1_dot];
+    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
+    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
+    const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
+    const real Wt2 = cos_theta2 * x[wz] + sin_theta2 * x[wy];
+    const real w_x2 = x[wx] - x[theta2_dot];
+    const real p2 = Wn2 + x[phi2_dot];
+    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
+    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
+    const real t_w7vil = t_rybsf * h[e1];
+    const real tension1 = cos_phi1 * t_w7vil * h[mv1] - h[t_6nwd2] * sigma_sq1;
+    const real As_1 = h[mv1] * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real eAss_1 = Ass_1 * h[e1];
+    const real q_1 = sin_phi1 * p[l1];
+    const real lc_1 = cos_phi1 * p[l1];
+    const real Bs_1 = h[B_1] * sin_phi1;
+    const real Bc_1 = h[B_1] * cos_phi1;
+    const real g_1 = h[e1] - lc_1;
+    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
+    const real wth_1 = th_1 * p[I1];
+    const real eBc_1 = Bc_1 * h[e1];
+    const real wg_1 = g_1 * wth_1;
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real tn11_1 = Ass_1 + h[me1] - wth_1;
+    const real t_3bowt = h[Bl_1] + K(-2.0) * eBc_1 + h[e1] * eAss_1;
+    const real t_3fv6l = g_1 * wg_1;
+    const real tn44_1 = h[t_b7ure] + t_3bowt - t_3fv6l;
+    const real wq_1 = q_1 * wth_1;
+    const real wqg_1 = q_1 * wg_1;
+    const real wqq_1 = q_1 * wq_1;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real wgC_1 = cos_theta1 * wqg_1;
+    const real wgS_1 = sin_theta1 * wqg_1;
+    const real loss_phi1 = p[eps1] * x[phi1_dot];
+    const real loss_theta1 = p[eps1] * x[theta1_dot];
+    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real zeta1 = W12 * q_1
+        + Wn1 * lc_1 * w_x1
+        - chi1 * p[l1] * (p1 + x[phi1_dot]);
+    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
+    const real t_7imwe = h[B_1] * eta1 + loss_phi1 * h[k1];
+    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real M_q1 = F_n1 * q_1;
+    const real I_phi1 = x[phi1_dot] * p[I1];
+    const real I_theta1 = x[theta1_dot] * p[I1];
+    const real t_6fvzz = t_rybsf * h[e2];
+    const real tension2 = cos_phi2 * t_6fvzz * h[mv2] - h[t_popww] * sigma_sq2;
+    const real As_2 = h[mv2] * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real eAss_2 = Ass_2 * h[e2];
+    const real q_2 = sin_phi2 * p[l2];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real Bs_2 = h[B_2] * sin_phi2;
+    const real Bc_2 = h[B_2] * cos_phi2;
+    const real g_2 = h[e2] - lc_2;
+    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
+    const real wth_2 = th_2 * p[I2];
+    const real eBc_2 = Bc_2 * h[e2];
+    const real wg_2 = g_2 * wth_2;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real tn11_2 = Ass_2 + h[me2] - wth_2;
+    const real t_ymmgl = h[Bl_2] + K(-2.0) * eBc_2 + h[e2] * eAss_2;
+    const real t_odwbr = g_2 * wg_2;
+    const real tn44_2 = h[t_lpk5h] + t_ymmgl - t_odwbr;
+    const real wq_2 = q_2 * wth_2;
+    const real wqg_2 = q_2 * wg_2;
+    const real wqq_2 = q_2 * wq_2;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real wgC_2 = cos_theta2 * wqg_2;
+    const real wgS_2 = sin_theta2 * wqg_2;
+    const real loss_phi2 = p[eps2] * x[phi2_dot];
+    const real loss_theta2 = p[eps2] * x[theta2_dot];
+    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real zeta2 = W12 * q_2
+        + Wn2 * lc_2 * w_x2
+        - chi2 * p[l2] * (p2 + x[phi2_dot]);
+    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
+    const real t_4b2fa = h[B_2] * eta2 + loss_phi2 * h[k2];
+    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real M_q2 = F_n2 * q_2;
+    const real I_phi2 = x[phi2_dot] * p[I2];
+    const real I_theta2 = x[theta2_dot] * p[I2];
+    const real K11 = h[t_m5gm4] - Ass_1 - Ass_2;
+    const real t_fbeaw = S_sq1 * tn11_1;
+    const real t_dj555 = S_sq2 * tn11_2;
+    const real K22 = t_fbeaw + t_dj555 + h[M_C] + wth_1 + wth_2 - h[me1] - h[me2];
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real K33 = Ass_1 + Ass_2 + h[M_C] - t_fbeaw - t_dj555;
+    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
+    const real t_nhr5u = wqq_1 + wqq_2;
+    const real K44 = t_nhr5u + h[Bl_1] + h[Bl_2] + h[J_C1];
+    const real t_kwrkt = wg_1 - h[t_uumic];
+    const real t_t44oq = wg_2 - h[t_doa45];
+    const real t_32gyg = Bc_1 - eAss_1;
+    const real t_n3v7x = t_32gyg + t_kwrkt;
+    const real t_gbkg6 = Bc_2 - eAss_2;
+    const real t_hsuzx = t_gbkg6 + t_t44oq;
+    const real t_fcf5x = S_sq1 * t_n3v7x + S_sq2 * t_hsuzx;
+    const real K52 = t_kwrkt + t_t44oq - t_fcf5x - wqC_1 - wqC_2;
+    const real t_bac7g = SC1 * t_n3v7x + SC2 * t_hsuzx;
+    const real K53 = wqS_1 - t_bac7g + wqS_2;
+    const real t_nncdg = h[Bl_1] - eBc_1;
+    const real t_4q22j = h[Bl_2] - eBc_2;
+    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
+    const real t_hoosk = S_sq1 * tn44_1;
+    const real t_drvdp = S_sq2 * tn44_2;
+    const real K55 = t_3fv6l
+        + t_odwbr
+        + t_nhr5u
+        + t_hoosk
+        + t_drvdp
+        + h[J_C3]
+        - h[t_b7ure]
+        - h[t_lpk5h]
+        + K(-2.0) * wgC_1
+        + K(-2.0) * wgC_2;
+    const real K63 = t_fcf5x - (t_32gyg + t_gbkg6);
+    const real t_zhbuw = wgS_1 + wgS_2;
+    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
+    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_3bowt + t_ymmgl + h[J_C2] - t_hoosk - t_drvdp;
+    const real t_vt7uo = F_n1 * cos_theta1;
+    const real t_oncjt = F_n2 * cos_theta2;
+    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real t_azclp = F_n1 * sin_theta1;
+    const real t_iya7w = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
+    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
+    const real t_kp7yy = M_q1 + M_q2;
+    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
+    const real n4 = t_aejai
+        - t_kp7yy
+        + t_zd4fs
+        - loss_phi1
+        - loss_phi2
+        + I_theta1 * x[wy]
+        + I_theta2 * x[wy]
+        - h[t_sfymc] * x[wy] * x[wz];
+    const real t_w7nmt = t_aejai + F_t1 * h[e1];
+    const real t_e5cx2 = t_zd4fs + F_t2 * h[e2];
+    const real n5 = t_w7nmt * sin_theta1
+        - (t_kp7yy + loss_theta1 + loss_theta2)
+        + t_e5cx2 * sin_theta2
+        - W12 * h[t_5r66u]
+        - I_phi1 * x[wy]
+        - I_phi2 * x[wy]
+        + t_vt7uo * g_1
+        + t_oncjt * g_2;
+    const real n6 = t_w7nmt * cos_theta1
+        + t_e5cx2 * cos_theta2
+        + I_theta1 * x[wx]
+        + I_theta2 * x[wx]
+        - W13 * h[t_7bo2j]
+        - t_azclp * g_1
+        - t_iya7w * g_2
+        - I_phi1 * x[wz]
+        - I_phi2 * x[wz];
+    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_bpfoo = K(1.0) / K11;
+    const real t_w7lcw = t_b3aij * t_bpfoo;
+    const real K_D2 = K22 - t_b3aij * t_w7lcw;
+    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_3go2w = t_zzymx * t_bpfoo;
+    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
+    const real t_4iujv = K(1.0) / K_D2;
+    const real K_L32 = t_d4mqf * t_4iujv;
+    const real t_ev7u5 = Bs_1 + Asc_1 * h[e1];
+    const real t_bvybx = Bs_2 + Asc_2 * h[e2];
+    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
+    const real t_vshgd = t_6mmeb * t_bpfoo;
+    const real t_p6zld = K52 - t_b3aij * t_vshgd;
+    const real K_L52 = t_p6zld * t_4iujv;
+    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
+    const real t_2m245 = Bs_1 + Bs_2;
+    const real t_xq4wt = t_2m245 * t_bpfoo;
+    const real t_m67zs = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2 + t_b3aij * t_xq4wt;
+    const real t_6urah = t_m67zs * t_4iujv;
+    const real t_m27n6 = K43 + t_d4mqf * t_6urah - t_zzymx * t_xq4wt;
+    const real t_zmh3u = K(1.0) / K_D3;
+    const real K_L43 = t_m27n6 * t_zmh3u;
+    const real t_bxfcn = K53 - t_d4mqf * K_L52 - t_zzymx * t_vshgd;
+    const real K_L53 = t_bxfcn * t_zmh3u;
+    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
+    const real t_e4enr = t_bl4f2 * t_bpfoo;
+    const real t_qvrp6 = t_bac7g + t_b3aij * t_e4enr;
+    const real t_dj64q = t_qvrp6 * t_4iujv;
+    const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
+    const real K_L63 = t_rahc4 * t_zmh3u;
+    const real K_D4 = K44 - t_m67zs * t_6urah - t_m27n6 * K_L43 - t_2m245 * t_xq4wt;
+    const real t_amczu = K54 + t_m67zs * K_L52 - t_m27n6 * K_L53 - t_2m245 * t_vshgd;
+    const real t_lt2al = K(1.0) / K_D4;
+    const real K_L54 = t_amczu * t_lt2al;
+    const real t_e4k6u = K64 - t_m67zs * t_dj64q - t_m27n6 * K_L63 - t_2m245 * t_e4enr;
+    const real K_L64 = t_e4k6u * t_lt2al;
+    const real K_D5 = K55
+        - t_p6zld * K_L52
+        - t_bxfcn * K_L53
+        - t_amczu * K_L54
+        - t_6mmeb * t_vshgd;
+    const real t_jo54w = K65
+        + t_p6zld * t_dj64q
+        - t_bxfcn * K_L63
+        - t_amczu * K_L64
+        - t_6mmeb * t_e4enr;
+    const real t_ftqxb = K(1.0) / K_D5;
+    const real K_L65 = t_jo54w * t_ftqxb;
+    const real K_D6 = K66
+        - t_qvrp6 * t_dj64q
+        - t_rahc4 * K_L63
+        - t_e4k6u * K_L64
+        - t_jo54w * K_L65
+        - t_bl4f2 * t_e4enr;
+    const real b1 = w[f_x]
+        + (t_7imwe * sin_phi1 + t_4b2fa * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2);
+    const real b2 = w[f_y] - n2;
+    const real b4 = u[Mx] - n4;
+    const real b5 = u[Mz] - n5 - w[t_4qr2j];
+    const real b6 = w[t_ayyb5] - (u[My] + n6);
+    const real X_y2 = b2 + t_w7lcw * b1;
+    const real X_y3 = t_3go2w * b1 - (w[t_gcu5g] + n3) - K_L32 * X_y2;
+    const real X_y4 = b4 + t_xq4wt * b1 + t_6urah * X_y2 - K_L43 * X_y3;
+    const real X_y5 = b5
+        + t_vshgd * b1
+        - K_L52 * X_y2
+        - K_L53 * X_y3
+        - K_L54 * X_y4;
+    const real X_y6 = b6
+        + t_e4enr * b1
+        + t_dj64q * X_y2
+        - K_L63 * X_y3
+        - K_L64 * X_y4
+        - K_L65 * X_y5;
+    const real X_x6 = X_y6 / K_D6;
+    const real X_x5 = X_y5 * t_ftqxb - K_L65 * X_x6;
+    const real X_x4 = X_y4 * t_lt2al - K_L54 * X_x5 - K_L64 * X_x6;
+    const real X_x3 = X_y3 * t_zmh3u - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
+    const real X_x2 = X_y2 * t_4iujv
+        - K_L32 * X_x3
+        + t_6urah * X_x4
+        - K_L52 * X_x5
+        + t_dj64q * X_x6;
+    const real X_x1 = b1 * t_bpfoo
+        + t_w7lcw * X_x2
+        + t_3go2w * X_x3
+        + t_xq4wt * X_x4
+        + t_vshgd * X_x5
+        + t_e4enr * X_x6;
+    const real G_t1 = X_x5 * sin_theta1 + X_x6 * cos_theta1;
+    const real Gt_eta1 = G_t1 + eta1;
+    const real t_ynvhx = cos_phi1 * (G_t1 * h[e1] + X_x2 * sin_theta1 + X_x3 * cos_theta1)
+        + sin_phi1 * (X_x1 - t_w7vil);
+    const real phi_acc1 = Gt_eta1 - (loss_phi1 + p[I1] * (Gt_eta1 + X_x4)) * h[t_zrejm] - h[k1] * t_ynvhx;
+    const real t_g433r = X_x5 - W12;
+    const real t_mwq7z = X_x4 + X_x5;
+    const real t_5ffnn = zeta1
+        + X_x2 * cos_theta1
+        + g_1 * (X_x5 * cos_theta1 - X_x6 * sin_theta1)
+        - t_mwq7z * q_1
+        - X_x3 * sin_theta1;
+    const real theta_acc1 = -(t_g433r + th_1 * (loss_theta1 * h[t_ibe72] + q_1 * t_5ffnn));
+    const real G_t2 = X_x5 * sin_theta2 + X_x6 * cos_theta2;
+    const real Gt_eta2 = G_t2 + eta2;
+    const real t_rrute = cos_phi2 * (G_t2 * h[e2] + X_x2 * sin_theta2 + X_x3 * cos_theta2)
+        + sin_phi2 * (X_x1 - t_6fvzz);
+    const real phi_acc2 = Gt_eta2 - (loss_phi2 + p[I2] * (Gt_eta2 + X_x4)) * h[t_5wzvs] - h[k2] * t_rrute;
+    const real t_oqair = zeta2
+        + X_x2 * cos_theta2
+        + g_2 * (X_x5 * cos_theta2 - X_x6 * sin_theta2)
+        - t_mwq7z * q_2
+        - X_x3 * sin_theta2;
+    const real theta_acc2 = -(t_g433r + th_2 * (loss_theta2 * h[t_r7vy7] + q_2 * t_oqair));
+    dx[0] = X_x1 + t_rybsf * h[x_C] - x[vz] * x[wy] + x[vy] * x[wz];
+    dx[1] = X_x2 - X_x5 * h[x_C] + (x[vz] * x[wx] - x[vx] * x[wz]);
+    dx[2] = X_x3 - X_x6 * h[x_C] + (x[vx] * x[wy] - x[vy] * x[wx]);
+    dx[3] = X_x4;
+    dx[4] = W13 - X_x6;
+    dx[5] = t_g433r;
+    dx[6] = x[wx];
+    dx[7] = x[wy];
+    dx[8] = x[wz];
+    dx[9] = x[phi1_dot];
+    dx[10] = x[theta1_dot];
+    dx[11] = x[phi2_dot];
+    dx[12] = x[theta2_dot];
+    dx[13] = phi_acc1;
+    dx[14] = theta_acc1;
+    dx[15] = phi_acc2;
+    dx[16] = theta_acc2;
 }
+
+/* Places of h. */
+enum {
+    outputs_h_k1,
+    outputs_h_me1,
+    outputs_h_t_6nwd2,
+    outputs_h_mv1,
+    outputs_h_k2,
+    outputs_h_me2,
+    outputs_h_t_popww,
+    outputs_h_mv2,
+    outputs_h_M_C,
+    outputs_h_x_C,
+    outputs_h_J_C1,
+    outputs_h_J_C3,
+    outputs_h_J_C2,
+    outputs_h_e1,
+    outputs_h_e2,
+    outputs_h_B_1,
+    outputs_h_Bl_1,
+    outputs_h_t_b7ure,
+    outputs_h_B_2,
+    outputs_h_Bl_2,
+    outputs_h_t_lpk5h,
+    outputs_h_t_m5gm4,
+    outputs_h_t_uumic,
+    outputs_h_t_doa45,
+    outputs_h_t_sfymc,
+    outputs_h_t_5r66u,
+    outputs_h_t_7bo2j,
+    outputs_h_t_lwe76,
+};
 
 /* what outputs computes once per run; 69 operations. */
 void slosh_outputs_prepare(const real *p, real *h)
 {
-    const real v10 = p[12] / (p[13] * p[13] * p[12] + p[15]);
-    const real v11 = v10 * p[15];
-    const real v25 = p[17] / (p[18] * p[18] * p[17] + p[20]);
-    const real v26 = v25 * p[20];
-    const real v31 = p[0] + p[1] + v11 + v26;
-    const real v32 = (p[14] * v11 - (p[7] * p[0] + p[6] * p[1]) + p[19] * v26) / v31;
-    const real v33 = p[14] - v32;
-    const real v34 = p[13] * p[12];
-    const real v35 = v10 * p[13];
-    const real v36 = v34 * v35;
-    const real v37 = v11 * p[13];
-    const real v38 = p[19] - v32;
-    const real v39 = p[18] * p[17];
-    const real v40 = v25 * p[18];
-    const real v41 = v39 * v40;
-    const real v42 = v26 * p[18];
-    const real v47 = p[4] - p[5];
-    const real v52 = p[2] + p[3];
-    const real v75 = v11 * (p[14] * p[14]) + v26 * (p[19] * p[19]) + p[0] * (p[7] * p[7]) + p[1] * (p[6] * p[6]);
-    const real v78 = v75 - v31 * (v32 * v32);
-    const real v80 = p[15] + p[20];
-    h[0] = v11;
-    h[1] = v26;
-    h[2] = v31;
-    h[3] = v32;
-    h[4] = v33;
-    h[5] = v34;
-    h[6] = v35;
-    h[7] = v36;
-    h[8] = v37;
-    h[9] = v38;
-    h[10] = v39;
-    h[11] = v40;
-    h[12] = v41;
-    h[13] = v42;
-    h[14] = v31 + v36 + v41;
-    h[15] = v47;
-    h[16] = v37 * p[13];
-    h[17] = v42 * p[18];
-    h[18] = v52;
-    h[19] = v33 * v11;
-    h[20] = v38 * v26;
-    h[21] = v52 + (p[5] - p[4]);
-    h[22] = p[7] + p[8] + v32;
-    h[23] = v11 * (v33 * v33);
-    h[24] = v26 * (v38 * v38);
-    h[25] = p[2] + p[5] + v78;
-    h[26] = v52 + v80 + v47;
-    h[27] = p[2] + p[4] + v80 + v78;
+    enum { m = SLOSH_P_M };
+    enum { m0 = SLOSH_P_M0 };
+    enum { I0 = SLOSH_P_I0 };
+    enum { J_x = SLOSH_P_J_X };
+    enum { J_y = SLOSH_P_J_Y };
+    enum { J_z = SLOSH_P_J_Z };
+    enum { h0 = SLOSH_P_H0 };
+    enum { b = SLOSH_P_B };
+    enum { d = SLOSH_P_D };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
+    const real t_gx5gf = p[m1] / D1;
+    const real k1 = t_gx5gf * p[l1];
+    const real me1 = t_gx5gf * p[I1];
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real mv1 = t_6nwd2 * k1;
+    const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
+    const real t_wiek6 = p[m2] / D2;
+    const real k2 = t_wiek6 * p[l2];
+    const real me2 = t_wiek6 * p[I2];
+    const real t_popww = p[l2] * p[m2];
+    const real mv2 = t_popww * k2;
+    const real M_C = p[m] + p[m0] + me1 + me2;
+    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real S_C = me1 * (p[h1] * p[h1])
+        + me2 * (p[h2] * p[h2])
+        + p[m] * (p[b] * p[b])
+        + p[m0] * (p[h0] * p[h0])
+        - M_C * (x_C * x_C);
+    const real J_C1 = p[I0] + p[J_x];
+    const real J_C3 = p[I0] + p[J_z] + S_C;
+    const real t_is5lg = p[I1] + p[I2];
+    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
+    const real e1 = p[h1] - x_C;
+    const real e2 = p[h2] - x_C;
+    const real B_1 = me1 * p[l1];
+    const real Bl_1 = B_1 * p[l1];
+    const real B_2 = me2 * p[l2];
+    const real Bl_2 = B_2 * p[l2];
+    const real t_sfymc = p[J_y] - p[J_z];
+    h[outputs_h_k1] = k1;
+    h[outputs_h_me1] = me1;
+    h[outputs_h_t_6nwd2] = t_6nwd2;
+    h[outputs_h_mv1] = mv1;
+    h[outputs_h_k2] = k2;
+    h[outputs_h_me2] = me2;
+    h[outputs_h_t_popww] = t_popww;
+    h[outputs_h_mv2] = mv2;
+    h[outputs_h_M_C] = M_C;
+    h[outputs_h_x_C] = x_C;
+    h[outputs_h_J_C1] = J_C1;
+    h[outputs_h_J_C3] = J_C3;
+    h[outputs_h_J_C2] = J_C2;
+    h[outputs_h_e1] = e1;
+    h[outputs_h_e2] = e2;
+    h[outputs_h_B_1] = B_1;
+    h[outputs_h_Bl_1] = Bl_1;
+    h[outputs_h_t_b7ure] = me1 * (e1 * e1);
+    h[outputs_h_B_2] = B_2;
+    h[outputs_h_Bl_2] = Bl_2;
+    h[outputs_h_t_lpk5h] = me2 * (e2 * e2);
+    h[outputs_h_t_m5gm4] = M_C + mv1 + mv2;
+    h[outputs_h_t_uumic] = e1 * me1;
+    h[outputs_h_t_doa45] = e2 * me2;
+    h[outputs_h_t_sfymc] = t_sfymc;
+    h[outputs_h_t_5r66u] = J_C1 + (p[J_z] - p[J_y]);
+    h[outputs_h_t_7bo2j] = J_C1 + t_is5lg + t_sfymc;
+    h[outputs_h_t_lwe76] = p[b] + p[d] + x_C;
 }
 
 /* the rest of outputs; 543 operations. */
 void slosh_outputs_prepared(const real *x, const real *u, const real *p, const real *h, real *y)
 {
-    real s1, c1; mv_sincos(u[4], &s1, &c1);
-    const real v3 = s1 * p[9];
-    real s7, c7; mv_sincos(x[9], &s7, &c7);
-    const real v9 = s7 * p[13];
-    const real v13 = p[12] / (p[15] + p[12] * (v9 * v9));
-    const real v16 = x[3] * x[4];
-    real s19, c19; mv_sincos(x[10], &s19, &c19);
-    const real v24 = c19 * x[4] - s19 * x[5];
-    const real v26 = c7 * p[13];
-    const real v29 = x[3] - x[14];
-    const real v35 = c19 * x[5] + s19 * x[4];
-    const real v37 = c7 * v29 - v35 * s7;
-    const real v40 = v24 + x[13];
-    const real v46 = p[16] * x[14];
-    const real v48 = (v16 * v9 + v24 * v26 * v29 - v37 * p[13] * (v40 + x[13])) * p[15] - v46 * v9;
-    const real v49 = v13 * v48;
-    const real v50 = v49 * c19;
-    real s54, c54; mv_sincos(x[11], &s54, &c54);
-    const real v56 = s54 * p[18];
-    const real v60 = p[17] / (p[20] + p[17] * (v56 * v56));
-    real s63, c63; mv_sincos(x[12], &s63, &c63);
-    const real v67 = c63 * x[4] - s63 * x[5];
-    const real v69 = c54 * p[18];
-    const real v72 = x[3] - x[16];
-    const real v78 = c63 * x[5] + s63 * x[4];
-    const real v80 = c54 * v72 - v78 * s54;
-    const real v83 = v67 + x[15];
-    const real v89 = p[21] * x[16];
-    const real v91 = (v16 * v56 + v67 * v69 * v72 - v80 * p[18] * (v83 + x[15])) * p[20] - v89 * v56;
-    const real v92 = v60 * v91;
-    const real v93 = v92 * c63;
-    const real v97 = x[4] * x[4] + x[5] * x[5];
-    const real v103 = v97 * h[4];
-    const real v111 = v35 * c7 + s7 * v29;
-    const real v116 = c7 * v103 * h[7] - h[5] * (v111 * v111 + v40 * v40);
-    const real v123 = p[16] * x[13];
-    const real v125 = h[8] * (v37 * v111 - v35 * v29) + v123 * h[6];
-    const real v127 = s7 * v116 - v125 * c7;
-    const real v131 = v97 * h[9];
-    const real v139 = v78 * c54 + s54 * v72;
-    const real v144 = c54 * v131 * h[12] - h[10] * (v139 * v139 + v83 * v83);
-    const real v151 = p[21] * x[15];
-    const real v153 = h[13] * (v80 * v139 - v78 * v72) + v151 * h[11];
-    const real v155 = s54 * v144 - v153 * c54;
-    const real v159 = h[7] * s7;
-    const real v160 = v159 * c7;
-    const real v162 = h[12] * s54;
-    const real v163 = v162 * c54;
-    const real v165 = v160 * s19 + v163 * s63;
-    const real v167 = v159 * s7;
-    const real v169 = v162 * s54;
-    const real v172 = K(1.0) / (h[14] - v167 - v169);
-    const real v173 = v165 * v172;
-    const real v175 = c1 * p[9];
-    real s177, c177; mv_sincos(u[3], &s177, &c177);
-    const real v186 = v175 * c177 + (v125 * s7 + v153 * s54 + c7 * v116 + c54 * v144);
-    const real v188 = v3 - (v50 + v93 + v127 * s19 + v155 * s63) + v173 * v186;
-    const real v189 = s19 * s19;
-    const real v191 = v13 * p[15];
-    const real v192 = v167 + h[0] - v191;
-    const real v193 = v189 * v192;
-    const real v194 = s63 * s63;
-    const real v196 = v60 * p[20];
-    const real v197 = v169 + h[1] - v196;
-    const real v198 = v194 * v197;
-    const real v207 = K(1.0) / (v193 + v198 + h[2] + v191 + v196 - h[0] - h[1] - v165 * v173);
-    const real v209 = c19 * s19;
-    const real v211 = c63 * s63;
-    const real v216 = v160 * c19 + v163 * c63;
-    const real v217 = v216 * v172;
-    const real v219 = v209 * v192 + v211 * v197 - v165 * v217;
-    const real v220 = v219 * v207;
-    const real v223 = v175 * s177;
-    const real v225 = v49 * s19;
-    const real v226 = v92 * s63;
-    const real v234 = v217 * v186 - (v223 + (v127 * c19 - (v225 + v226) + v155 * c63)) - v220 * v188;
-    const real v243 = K(1.0) / (v167 + v169 + h[2] - v193 - v198 - v219 * v220 - v216 * v217);
-    const real v245 = v9 * v191;
-    const real v246 = s19 * v245;
-    const real v247 = v56 * v196;
-    const real v248 = s63 * v247;
-    const real v250 = h[8] * c7;
-    const real v253 = h[13] * c54;
-    const real v256 = c19 * v245;
-    const real v257 = c63 * v247;
-    const real v263 = h[8] * s7;
-    const real v264 = h[13] * s54;
-    const real v265 = v263 + v264;
-    const real v266 = v265 * v172;
-    const real v268 = v256 + v257 + v250 * s19 + v253 * s63 + v165 * v266;
-    const real v269 = v268 * v207;
-    const real v273 = v246 + v248 - v250 * c19 - v253 * c63 + v219 * v269 - v216 * v266;
-    const real v274 = v273 * v243;
-    const real v278 = v263 * v103 + v125 * p[13];
-    const real v281 = v49 * v9 + v92 * v56;
-    const real v285 = v264 * v131 + v153 * p[18];
-    const real v289 = x[14] * p[15];
-    const real v292 = x[16] * p[20];
-    const real v298 = v278 - v281 + v285 - v123 - v151 + v289 * x[4] + v292 * x[4] - h[15] * x[4] * x[5];
-    const real v305 = u[0] - v298 + v266 * v186 + v269 * v188 - v274 * v234;
-    const real v308 = v9 * v245 + v56 * v247;
-    const real v321 = K(1.0) / (v308 + h[16] + h[17] + h[18] - v268 * v269 - v273 * v274 - v265 * v266);
-    const real v323 = h[4] - v26;
-    const real v324 = v323 * v191;
-    const real v325 = v9 * v324;
-    const real v326 = c19 * v325;
-    const real v328 = h[9] - v69;
-    const real v329 = v328 * v196;
-    const real v330 = v56 * v329;
-    const real v331 = c63 * v330;
-    const real v333 = v250 * h[4];
-    const real v334 = h[16] - v333;
-    const real v337 = v253 * h[9];
-    const real v338 = h[17] - v337;
-    const real v342 = v324 - h[19];
-    const real v344 = v329 - h[20];
-    const real v346 = v167 * h[4];
-    const real v347 = v250 - v346;
-    const real v348 = v347 + v342;
-    const real v350 = v169 * h[9];
-    const real v351 = v253 - v350;
-    const real v352 = v351 + v344;
-    const real v354 = v189 * v348 + v194 * v352;
-    const real v359 = v263 + v160 * h[4];
-    const real v362 = v264 + v163 * h[9];
-    const real v364 = v359 * s19 + v362 * s63;
-    const real v365 = v364 * v172;
-    const real v367 = v342 + v344 - v354 - v256 - v257 - v165 * v365;
-    const real v368 = v367 * v207;
-    const real v373 = v209 * v348 + v211 * v352;
-    const real v379 = v246 - v373 + v248 - v219 * v368 - v216 * v365;
-    const real v380 = v379 * v243;
-    const real v384 = v308 - v326 - v331 + v334 * s19 + v338 * s63 + v268 * v368 - v273 * v380 - v265 * v365;
-    const real v385 = v384 * v321;
-    const real v388 = v278 + v127 * h[4];
-    const real v394 = v285 + v155 * h[9];
-    const real v400 = x[13] * p[15];
-    const real v403 = x[15] * p[20];
-    const real v405 = v388 * s19 - (v281 + v46 + v89) + v394 * s63 - v16 * h[21] - v400 * x[4] - v403 * x[4];
-    const real v417 = u[2] - (v405 + v50 * v323 + v93 * v328) - v3 * h[22] + v365 * v186 - v368 * v188;
-    const real v421 = v417 - v380 * v234 - v385 * v305;
-    const real v422 = v323 * v324;
-    const real v423 = v328 * v329;
-    const real v431 = h[16] + K(-2.0) * v333 + h[4] * v346;
-    const real v433 = h[23] + v431 - v422;
-    const real v434 = v189 * v433;
-    const real v440 = h[17] + K(-2.0) * v337 + h[9] * v350;
-    const real v442 = h[24] + v440 - v423;
-    const real v443 = v194 * v442;
-    const real v450 = v422 + v423 + v308 + v434 + v443 + h[25] - h[23] - h[24] + K(-2.0) * v326;
-    const real v460 = v450 + K(-2.0) * v331 - v367 * v368 - v379 * v380 - v384 * v385 - v364 * v365;
-    const real v461 = K(1.0) / v460;
-    const real v465 = s19 * v325 + s63 * v330;
-    const real v472 = v359 * c19 + v362 * c63;
-    const real v473 = v472 * v172;
-    const real v475 = v373 + v165 * v473;
-    const real v476 = v475 * v207;
-    const real v484 = v354 - (v347 + v351) + v219 * v476 - v216 * v473;
-    const real v485 = v484 * v243;
-    const real v497 = v465 + v334 * c19 + v338 * c63 - v268 * v476 - v273 * v485 - v265 * v473;
-    const real v498 = v497 * v321;
-    const real v500 = v465 + v209 * v433 + v211 * v442 + v367 * v476 - v379 * v485 - v384 * v498;
-    const real v502 = v500 - v364 * v473;
-    const real v503 = v502 * v461;
-    const real v513 = x[3] * x[5];
-    const real v518 = v388 * c19 + v394 * c63 + v289 * x[3] + v292 * x[3] - v513 * h[26] - v225 * v323;
-    const real v528 = v223 * h[22] - (u[1] + (v518 - v226 * v328 - v400 * x[5] - v403 * x[5])) + v473 * v186;
-    const real v547 = v431 + v440 + h[27] - v434 - v443 - v475 * v476 - v484 * v485 - v497 * v498;
-    const real v552 = (v528 + v476 * v188 - v485 * v234 - v498 * v305 - v503 * v421) / (v547 - v502 * v503 - v472 * v473);
-    const real v554 = v421 * v461 - v503 * v552;
-    const real v558 = v305 * v321 - v385 * v554 - v498 * v552;
-    const real v564 = v234 * v243 - v274 * v558 - v380 * v554 - v485 * v552;
-    const real v572 = v188 * v207 - v220 * v564 + v269 * v558 - v368 * v554 + v476 * v552;
-    const real v589 = v186 * v172 + v173 * v572 + v217 * v564 + v266 * v558 + v365 * v554 + v473 * v552;
-    y[0] = v572 - v554 * h[3];
-    y[1] = v564 - v552 * h[3];
-    y[2] = v558;
-    y[3] = v513 - v552;
-    y[4] = v554 - v16;
-    y[5] = v589 + v97 * h[3];
-    y[6] = mv_sqrt(s1 * s1 + c1 * c1 * (s177 * s177));
+    enum { wx = SLOSH_X_WX };
+    enum { wy = SLOSH_X_WY };
+    enum { wz = SLOSH_X_WZ };
+    enum { phi1 = SLOSH_X_PHI1 };
+    enum { theta1 = SLOSH_X_THETA1 };
+    enum { phi2 = SLOSH_X_PHI2 };
+    enum { theta2 = SLOSH_X_THETA2 };
+    enum { phi1_dot = SLOSH_X_PHI1_DOT };
+    enum { theta1_dot = SLOSH_X_THETA1_DOT };
+    enum { phi2_dot = SLOSH_X_PHI2_DOT };
+    enum { theta2_dot = SLOSH_X_THETA2_DOT };
+    enum { Mx = SLOSH_U_MX };
+    enum { My = SLOSH_U_MY };
+    enum { Mz = SLOSH_U_MZ };
+    enum { delta1 = SLOSH_U_DELTA1 };
+    enum { delta2 = SLOSH_U_DELTA2 };
+    enum { F = SLOSH_P_F };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { eps1 = SLOSH_P_EPS1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { eps2 = SLOSH_P_EPS2 };
+    enum { k1 = outputs_h_k1 };
+    enum { me1 = outputs_h_me1 };
+    enum { t_6nwd2 = outputs_h_t_6nwd2 };
+    enum { mv1 = outputs_h_mv1 };
+    enum { k2 = outputs_h_k2 };
+    enum { me2 = outputs_h_me2 };
+    enum { t_popww = outputs_h_t_popww };
+    enum { mv2 = outputs_h_mv2 };
+    enum { M_C = outputs_h_M_C };
+    enum { x_C = outputs_h_x_C };
+    enum { J_C1 = outputs_h_J_C1 };
+    enum { J_C3 = outputs_h_J_C3 };
+    enum { J_C2 = outputs_h_J_C2 };
+    enum { e1 = outputs_h_e1 };
+    enum { e2 = outputs_h_e2 };
+    enum { B_1 = outputs_h_B_1 };
+    enum { Bl_1 = outputs_h_Bl_1 };
+    enum { t_b7ure = outputs_h_t_b7ure };
+    enum { B_2 = outputs_h_B_2 };
+    enum { Bl_2 = outputs_h_Bl_2 };
+    enum { t_lpk5h = outputs_h_t_lpk5h };
+    enum { t_m5gm4 = outputs_h_t_m5gm4 };
+    enum { t_uumic = outputs_h_t_uumic };
+    enum { t_doa45 = outputs_h_t_doa45 };
+    enum { t_sfymc = outputs_h_t_sfymc };
+    enum { t_5r66u = outputs_h_t_5r66u };
+    enum { t_7bo2j = outputs_h_t_7bo2j };
+    enum { t_lwe76 = outputs_h_t_lwe76 };
+    const real W12 = x[wx] * x[wy];
+    const real W13 = x[wx] * x[wz];
+    real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
+    const real t_ruxs4 = cos_delta2 * p[F];
+    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
+    const real f_x = t_ruxs4 * cos_delta1;
+    const real f_y = sin_delta2 * p[F];
+    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
+    const real Wt1 = cos_theta1 * x[wz] + sin_theta1 * x[wy];
+    const real w_x1 = x[wx] - x[theta1_dot];
+    const real p1 = Wn1 + x[phi1_dot];
+    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
+    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
+    const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
+    const real Wt2 = cos_theta2 * x[wz] + sin_theta2 * x[wy];
+    const real w_x2 = x[wx] - x[theta2_dot];
+    const real p2 = Wn2 + x[phi2_dot];
+    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
+    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
+    const real t_w7vil = t_rybsf * h[e1];
+    const real tension1 = cos_phi1 * t_w7vil * h[mv1] - h[t_6nwd2] * sigma_sq1;
+    const real As_1 = h[mv1] * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real eAss_1 = Ass_1 * h[e1];
+    const real q_1 = sin_phi1 * p[l1];
+    const real lc_1 = cos_phi1 * p[l1];
+    const real Bs_1 = h[B_1] * sin_phi1;
+    const real Bc_1 = h[B_1] * cos_phi1;
+    const real g_1 = h[e1] - lc_1;
+    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
+    const real wth_1 = th_1 * p[I1];
+    const real eBc_1 = Bc_1 * h[e1];
+    const real wg_1 = g_1 * wth_1;
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real tn11_1 = Ass_1 + h[me1] - wth_1;
+    const real t_3bowt = h[Bl_1] + K(-2.0) * eBc_1 + h[e1] * eAss_1;
+    const real t_3fv6l = g_1 * wg_1;
+    const real tn44_1 = h[t_b7ure] + t_3bowt - t_3fv6l;
+    const real wq_1 = q_1 * wth_1;
+    const real wqg_1 = q_1 * wg_1;
+    const real wqq_1 = q_1 * wq_1;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real wgC_1 = cos_theta1 * wqg_1;
+    const real wgS_1 = sin_theta1 * wqg_1;
+    const real loss_phi1 = p[eps1] * x[phi1_dot];
+    const real loss_theta1 = p[eps1] * x[theta1_dot];
+    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real zeta1 = W12 * q_1
+        + Wn1 * lc_1 * w_x1
+        - chi1 * p[l1] * (p1 + x[phi1_dot]);
+    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
+    const real t_7imwe = h[B_1] * eta1 + loss_phi1 * h[k1];
+    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real M_q1 = F_n1 * q_1;
+    const real I_phi1 = x[phi1_dot] * p[I1];
+    const real I_theta1 = x[theta1_dot] * p[I1];
+    const real t_6fvzz = t_rybsf * h[e2];
+    const real tension2 = cos_phi2 * t_6fvzz * h[mv2] - h[t_popww] * sigma_sq2;
+    const real As_2 = h[mv2] * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real eAss_2 = Ass_2 * h[e2];
+    const real q_2 = sin_phi2 * p[l2];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real Bs_2 = h[B_2] * sin_phi2;
+    const real Bc_2 = h[B_2] * cos_phi2;
+    const real g_2 = h[e2] - lc_2;
+    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
+    const real wth_2 = th_2 * p[I2];
+    const real eBc_2 = Bc_2 * h[e2];
+    const real wg_2 = g_2 * wth_2;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real tn11_2 = Ass_2 + h[me2] - wth_2;
+    const real t_ymmgl = h[Bl_2] + K(-2.0) * eBc_2 + h[e2] * eAss_2;
+    const real t_odwbr = g_2 * wg_2;
+    const real tn44_2 = h[t_lpk5h] + t_ymmgl - t_odwbr;
+    const real wq_2 = q_2 * wth_2;
+    const real wqg_2 = q_2 * wg_2;
+    const real wqq_2 = q_2 * wq_2;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real wgC_2 = cos_theta2 * wqg_2;
+    const real wgS_2 = sin_theta2 * wqg_2;
+    const real loss_phi2 = p[eps2] * x[phi2_dot];
+    const real loss_theta2 = p[eps2] * x[theta2_dot];
+    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real zeta2 = W12 * q_2
+        + Wn2 * lc_2 * w_x2
+        - chi2 * p[l2] * (p2 + x[phi2_dot]);
+    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
+    const real t_4b2fa = h[B_2] * eta2 + loss_phi2 * h[k2];
+    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real M_q2 = F_n2 * q_2;
+    const real I_phi2 = x[phi2_dot] * p[I2];
+    const real I_theta2 = x[theta2_dot] * p[I2];
+    const real K11 = h[t_m5gm4] - Ass_1 - Ass_2;
+    const real t_fbeaw = S_sq1 * tn11_1;
+    const real t_dj555 = S_sq2 * tn11_2;
+    const real K22 = t_fbeaw + t_dj555 + h[M_C] + wth_1 + wth_2 - h[me1] - h[me2];
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real K33 = Ass_1 + Ass_2 + h[M_C] - t_fbeaw - t_dj555;
+    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
+    const real t_nhr5u = wqq_1 + wqq_2;
+    const real K44 = t_nhr5u + h[Bl_1] + h[Bl_2] + h[J_C1];
+    const real t_kwrkt = wg_1 - h[t_uumic];
+    const real t_t44oq = wg_2 - h[t_doa45];
+    const real t_32gyg = Bc_1 - eAss_1;
+    const real t_n3v7x = t_32gyg + t_kwrkt;
+    const real t_gbkg6 = Bc_2 - eAss_2;
+    const real t_hsuzx = t_gbkg6 + t_t44oq;
+    const real t_fcf5x = S_sq1 * t_n3v7x + S_sq2 * t_hsuzx;
+    const real K52 = t_kwrkt + t_t44oq - t_fcf5x - wqC_1 - wqC_2;
+    const real t_bac7g = SC1 * t_n3v7x + SC2 * t_hsuzx;
+    const real K53 = wqS_1 - t_bac7g + wqS_2;
+    const real t_nncdg = h[Bl_1] - eBc_1;
+    const real t_4q22j = h[Bl_2] - eBc_2;
+    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
+    const real t_hoosk = S_sq1 * tn44_1;
+    const real t_drvdp = S_sq2 * tn44_2;
+    const real K55 = t_3fv6l
+        + t_odwbr
+        + t_nhr5u
+        + t_hoosk
+        + t_drvdp
+        + h[J_C3]
+        - h[t_b7ure]
+        - h[t_lpk5h]
+        + K(-2.0) * wgC_1
+        + K(-2.0) * wgC_2;
+    const real K63 = t_fcf5x - (t_32gyg + t_gbkg6);
+    const real t_zhbuw = wgS_1 + wgS_2;
+    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
+    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_3bowt + t_ymmgl + h[J_C2] - t_hoosk - t_drvdp;
+    const real t_vt7uo = F_n1 * cos_theta1;
+    const real t_oncjt = F_n2 * cos_theta2;
+    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real t_azclp = F_n1 * sin_theta1;
+    const real t_iya7w = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
+    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
+    const real t_kp7yy = M_q1 + M_q2;
+    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
+    const real n4 = t_aejai
+        - t_kp7yy
+        + t_zd4fs
+        - loss_phi1
+        - loss_phi2
+        + I_theta1 * x[wy]
+        + I_theta2 * x[wy]
+        - h[t_sfymc] * x[wy] * x[wz];
+    const real t_w7nmt = t_aejai + F_t1 * h[e1];
+    const real t_e5cx2 = t_zd4fs + F_t2 * h[e2];
+    const real n5 = t_w7nmt * sin_theta1
+        - (t_kp7yy + loss_theta1 + loss_theta2)
+        + t_e5cx2 * sin_theta2
+        - W12 * h[t_5r66u]
+        - I_phi1 * x[wy]
+        - I_phi2 * x[wy]
+        + t_vt7uo * g_1
+        + t_oncjt * g_2;
+    const real n6 = t_w7nmt * cos_theta1
+        + t_e5cx2 * cos_theta2
+        + I_theta1 * x[wx]
+        + I_theta2 * x[wx]
+        - W13 * h[t_7bo2j]
+        - t_azclp * g_1
+        - t_iya7w * g_2
+        - I_phi1 * x[wz]
+        - I_phi2 * x[wz];
+    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_bpfoo = K(1.0) / K11;
+    const real t_w7lcw = t_b3aij * t_bpfoo;
+    const real K_D2 = K22 - t_b3aij * t_w7lcw;
+    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_3go2w = t_zzymx * t_bpfoo;
+    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
+    const real t_4iujv = K(1.0) / K_D2;
+    const real K_L32 = t_d4mqf * t_4iujv;
+    const real t_ev7u5 = Bs_1 + Asc_1 * h[e1];
+    const real t_bvybx = Bs_2 + Asc_2 * h[e2];
+    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
+    const real t_vshgd = t_6mmeb * t_bpfoo;
+    const real t_p6zld = K52 - t_b3aij * t_vshgd;
+    const real K_L52 = t_p6zld * t_4iujv;
+    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
+    const real t_2m245 = Bs_1 + Bs_2;
+    const real t_xq4wt = t_2m245 * t_bpfoo;
+    const real t_m67zs = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2 + t_b3aij * t_xq4wt;
+    const real t_6urah = t_m67zs * t_4iujv;
+    const real t_m27n6 = K43 + t_d4mqf * t_6urah - t_zzymx * t_xq4wt;
+    const real t_zmh3u = K(1.0) / K_D3;
+    const real K_L43 = t_m27n6 * t_zmh3u;
+    const real t_bxfcn = K53 - t_d4mqf * K_L52 - t_zzymx * t_vshgd;
+    const real K_L53 = t_bxfcn * t_zmh3u;
+    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
+    const real t_e4enr = t_bl4f2 * t_bpfoo;
+    const real t_qvrp6 = t_bac7g + t_b3aij * t_e4enr;
+    const real t_dj64q = t_qvrp6 * t_4iujv;
+    const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
+    const real K_L63 = t_rahc4 * t_zmh3u;
+    const real K_D4 = K44 - t_m67zs * t_6urah - t_m27n6 * K_L43 - t_2m245 * t_xq4wt;
+    const real t_amczu = K54 + t_m67zs * K_L52 - t_m27n6 * K_L53 - t_2m245 * t_vshgd;
+    const real t_lt2al = K(1.0) / K_D4;
+    const real K_L54 = t_amczu * t_lt2al;
+    const real t_e4k6u = K64 - t_m67zs * t_dj64q - t_m27n6 * K_L63 - t_2m245 * t_e4enr;
+    const real K_L64 = t_e4k6u * t_lt2al;
+    const real K_D5 = K55
+        - t_p6zld * K_L52
+        - t_bxfcn * K_L53
+        - t_amczu * K_L54
+        - t_6mmeb * t_vshgd;
+    const real t_jo54w = K65
+        + t_p6zld * t_dj64q
+        - t_bxfcn * K_L63
+        - t_amczu * K_L64
+        - t_6mmeb * t_e4enr;
+    const real t_ftqxb = K(1.0) / K_D5;
+    const real K_L65 = t_jo54w * t_ftqxb;
+    const real K_D6 = K66
+        - t_qvrp6 * t_dj64q
+        - t_rahc4 * K_L63
+        - t_e4k6u * K_L64
+        - t_jo54w * K_L65
+        - t_bl4f2 * t_e4enr;
+    const real b1 = f_x
+        + (t_7imwe * sin_phi1 + t_4b2fa * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2);
+    const real b2 = f_y - n2;
+    const real b4 = u[Mx] - n4;
+    const real b5 = u[Mz] - n5 - f_y * h[t_lwe76];
+    const real t_gcu5g = t_ruxs4 * sin_delta1;
+    const real b6 = t_gcu5g * h[t_lwe76] - (u[My] + n6);
+    const real X_y2 = b2 + t_w7lcw * b1;
+    const real X_y3 = t_3go2w * b1 - (t_gcu5g + n3) - K_L32 * X_y2;
+    const real X_y4 = b4 + t_xq4wt * b1 + t_6urah * X_y2 - K_L43 * X_y3;
+    const real X_y5 = b5
+        + t_vshgd * b1
+        - K_L52 * X_y2
+        - K_L53 * X_y3
+        - K_L54 * X_y4;
+    const real X_y6 = b6
+        + t_e4enr * b1
+        + t_dj64q * X_y2
+        - K_L63 * X_y3
+        - K_L64 * X_y4
+        - K_L65 * X_y5;
+    const real X_x6 = X_y6 / K_D6;
+    const real X_x5 = X_y5 * t_ftqxb - K_L65 * X_x6;
+    const real X_x4 = X_y4 * t_lt2al - K_L54 * X_x5 - K_L64 * X_x6;
+    const real X_x3 = X_y3 * t_zmh3u - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
+    const real X_x2 = X_y2 * t_4iujv
+        - K_L32 * X_x3
+        + t_6urah * X_x4
+        - K_L52 * X_x5
+        + t_dj64q * X_x6;
+    const real X_x1 = b1 * t_bpfoo
+        + t_w7lcw * X_x2
+        + t_3go2w * X_x3
+        + t_xq4wt * X_x4
+        + t_vshgd * X_x5
+        + t_e4enr * X_x6;
+    y[0] = X_x2 - X_x5 * h[x_C];
+    y[1] = X_x3 - X_x6 * h[x_C];
+    y[2] = X_x4;
+    y[3] = W13 - X_x6;
+    y[4] = X_x5 - W12;
+    y[5] = X_x1 + t_rybsf * h[x_C];
+    y[6] = mv_sqrt(sin_delta2 * sin_delta2 + cos_delta2 * cos_delta2 * (sin_delta1 * sin_delta1));
 }
+
+/* Places of h. */
+enum {
+    rhs_euler_h_t_zrejm,
+    rhs_euler_h_k1,
+    rhs_euler_h_me1,
+    rhs_euler_h_t_6nwd2,
+    rhs_euler_h_mv1,
+    rhs_euler_h_t_5wzvs,
+    rhs_euler_h_k2,
+    rhs_euler_h_me2,
+    rhs_euler_h_t_popww,
+    rhs_euler_h_mv2,
+    rhs_euler_h_M_C,
+    rhs_euler_h_x_C,
+    rhs_euler_h_J_C1,
+    rhs_euler_h_J_C3,
+    rhs_euler_h_J_C2,
+    rhs_euler_h_e1,
+    rhs_euler_h_e2,
+    rhs_euler_h_B_1,
+    rhs_euler_h_Bl_1,
+    rhs_euler_h_t_b7ure,
+    rhs_euler_h_B_2,
+    rhs_euler_h_Bl_2,
+    rhs_euler_h_t_lpk5h,
+    rhs_euler_h_t_m5gm4,
+    rhs_euler_h_t_uumic,
+    rhs_euler_h_t_doa45,
+    rhs_euler_h_t_sfymc,
+    rhs_euler_h_t_5r66u,
+    rhs_euler_h_t_7bo2j,
+    rhs_euler_h_t_lwe76,
+    rhs_euler_h_t_ibe72,
+    rhs_euler_h_t_r7vy7,
+};
 
 /* what rhs_euler computes once per run; 73 operations. */
 void slosh_rhs_euler_prepare(const real *p, real *h)
 {
-    const real v7 = K(1.0) / (p[13] * p[13] * p[12] + p[15]);
-    const real v8 = p[12] * v7;
-    const real v9 = v8 * p[15];
-    const real v10 = v9 * p[13];
-    const real v11 = v8 * p[13];
-    const real v18 = K(1.0) / (p[18] * p[18] * p[17] + p[20]);
-    const real v19 = p[17] * v18;
-    const real v20 = v19 * p[20];
-    const real v21 = v20 * p[18];
-    const real v22 = v19 * p[18];
-    const real v38 = p[0] + p[1] + v9 + v20;
-    const real v39 = (p[14] * v9 - (p[7] * p[0] + p[6] * p[1]) + p[19] * v20) / v38;
-    const real v40 = p[14] - v39;
-    const real v41 = p[13] * p[12];
-    const real v42 = v41 * v11;
-    const real v43 = p[19] - v39;
-    const real v44 = p[18] * p[17];
-    const real v45 = v44 * v22;
-    const real v50 = p[4] - p[5];
-    const real v55 = p[2] + p[3];
-    const real v78 = v9 * (p[14] * p[14]) + v20 * (p[19] * p[19]) + p[0] * (p[7] * p[7]) + p[1] * (p[6] * p[6]);
-    const real v81 = v78 - v38 * (v39 * v39);
-    const real v83 = p[15] + p[20];
-    h[0] = v7;
-    h[1] = v9;
-    h[2] = v10;
-    h[3] = v11;
-    h[4] = v18;
-    h[5] = v20;
-    h[6] = v21;
-    h[7] = v22;
-    h[8] = v38;
-    h[9] = v39;
-    h[10] = v40;
-    h[11] = v41;
-    h[12] = v42;
-    h[13] = v43;
-    h[14] = v44;
-    h[15] = v45;
-    h[16] = v38 + v42 + v45;
-    h[17] = v50;
-    h[18] = v10 * p[13];
-    h[19] = v21 * p[18];
-    h[20] = v55;
-    h[21] = v40 * v9;
-    h[22] = v43 * v20;
-    h[23] = v55 + (p[5] - p[4]);
-    h[24] = p[7] + p[8] + v39;
-    h[25] = v9 * (v40 * v40);
-    h[26] = v20 * (v43 * v43);
-    h[27] = p[2] + p[5] + v81;
-    h[28] = v55 + v83 + v50;
-    h[29] = p[2] + p[4] + v83 + v81;
-    h[30] = K(1.0) / p[12];
-    h[31] = K(1.0) / p[17];
+    enum { m = SLOSH_P_M };
+    enum { m0 = SLOSH_P_M0 };
+    enum { I0 = SLOSH_P_I0 };
+    enum { J_x = SLOSH_P_J_X };
+    enum { J_y = SLOSH_P_J_Y };
+    enum { J_z = SLOSH_P_J_Z };
+    enum { h0 = SLOSH_P_H0 };
+    enum { b = SLOSH_P_B };
+    enum { d = SLOSH_P_D };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
+    const real t_zrejm = K(1.0) / D1;
+    const real t_3qn53 = p[m1] * t_zrejm;
+    const real k1 = t_3qn53 * p[l1];
+    const real me1 = t_3qn53 * p[I1];
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real mv1 = t_6nwd2 * k1;
+    const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
+    const real t_5wzvs = K(1.0) / D2;
+    const real t_54cbb = p[m2] * t_5wzvs;
+    const real k2 = t_54cbb * p[l2];
+    const real me2 = t_54cbb * p[I2];
+    const real t_popww = p[l2] * p[m2];
+    const real mv2 = t_popww * k2;
+    const real M_C = p[m] + p[m0] + me1 + me2;
+    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real S_C = me1 * (p[h1] * p[h1])
+        + me2 * (p[h2] * p[h2])
+        + p[m] * (p[b] * p[b])
+        + p[m0] * (p[h0] * p[h0])
+        - M_C * (x_C * x_C);
+    const real J_C1 = p[I0] + p[J_x];
+    const real J_C3 = p[I0] + p[J_z] + S_C;
+    const real t_is5lg = p[I1] + p[I2];
+    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
+    const real e1 = p[h1] - x_C;
+    const real e2 = p[h2] - x_C;
+    const real B_1 = me1 * p[l1];
+    const real Bl_1 = B_1 * p[l1];
+    const real B_2 = me2 * p[l2];
+    const real Bl_2 = B_2 * p[l2];
+    const real t_sfymc = p[J_y] - p[J_z];
+    h[rhs_euler_h_t_zrejm] = t_zrejm;
+    h[rhs_euler_h_k1] = k1;
+    h[rhs_euler_h_me1] = me1;
+    h[rhs_euler_h_t_6nwd2] = t_6nwd2;
+    h[rhs_euler_h_mv1] = mv1;
+    h[rhs_euler_h_t_5wzvs] = t_5wzvs;
+    h[rhs_euler_h_k2] = k2;
+    h[rhs_euler_h_me2] = me2;
+    h[rhs_euler_h_t_popww] = t_popww;
+    h[rhs_euler_h_mv2] = mv2;
+    h[rhs_euler_h_M_C] = M_C;
+    h[rhs_euler_h_x_C] = x_C;
+    h[rhs_euler_h_J_C1] = J_C1;
+    h[rhs_euler_h_J_C3] = J_C3;
+    h[rhs_euler_h_J_C2] = J_C2;
+    h[rhs_euler_h_e1] = e1;
+    h[rhs_euler_h_e2] = e2;
+    h[rhs_euler_h_B_1] = B_1;
+    h[rhs_euler_h_Bl_1] = Bl_1;
+    h[rhs_euler_h_t_b7ure] = me1 * (e1 * e1);
+    h[rhs_euler_h_B_2] = B_2;
+    h[rhs_euler_h_Bl_2] = Bl_2;
+    h[rhs_euler_h_t_lpk5h] = me2 * (e2 * e2);
+    h[rhs_euler_h_t_m5gm4] = M_C + mv1 + mv2;
+    h[rhs_euler_h_t_uumic] = e1 * me1;
+    h[rhs_euler_h_t_doa45] = e2 * me2;
+    h[rhs_euler_h_t_sfymc] = t_sfymc;
+    h[rhs_euler_h_t_5r66u] = J_C1 + (p[J_z] - p[J_y]);
+    h[rhs_euler_h_t_7bo2j] = J_C1 + t_is5lg + t_sfymc;
+    h[rhs_euler_h_t_lwe76] = p[b] + p[d] + x_C;
+    h[rhs_euler_h_t_ibe72] = K(1.0) / p[m1];
+    h[rhs_euler_h_t_r7vy7] = K(1.0) / p[m2];
 }
+
+/* Places of w. */
+enum {
+    rhs_euler_w_f_x,
+    rhs_euler_w_f_y,
+    rhs_euler_w_t_4qr2j,
+    rhs_euler_w_t_gcu5g,
+    rhs_euler_w_t_ayyb5,
+};
 
 /* what rhs_euler computes when the input changes; 10 operations. */
 void slosh_rhs_euler_hold(const real *u, const real *p, const real *h, real *w)
 {
-    real s1, c1; mv_sincos(u[4], &s1, &c1);
-    const real v3 = c1 * p[9];
-    real s5, c5; mv_sincos(u[3], &s5, &c5);
-    const real v8 = s1 * p[9];
-    const real v10 = v3 * s5;
-    w[0] = v3 * c5;
-    w[1] = v8;
-    w[2] = v10;
-    w[3] = v8 * h[24];
-    w[4] = v10 * h[24];
+    enum { delta1 = SLOSH_U_DELTA1 };
+    enum { delta2 = SLOSH_U_DELTA2 };
+    enum { F = SLOSH_P_F };
+    enum { t_lwe76 = rhs_euler_h_t_lwe76 };
+    real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
+    const real t_ruxs4 = cos_delta2 * p[F];
+    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
+    const real f_x = t_ruxs4 * cos_delta1;
+    const real f_y = sin_delta2 * p[F];
+    const real t_gcu5g = t_ruxs4 * sin_delta1;
+    w[rhs_euler_w_f_x] = f_x;
+    w[rhs_euler_w_f_y] = f_y;
+    w[rhs_euler_w_t_4qr2j] = f_y * h[t_lwe76];
+    w[rhs_euler_w_t_gcu5g] = t_gcu5g;
+    w[rhs_euler_w_t_ayyb5] = t_gcu5g * h[t_lwe76];
 }
 
 /* the rest of rhs_euler; 629 operations. */
 void slosh_rhs_euler_prepared(const real *x, const real *u, const real *p, const real *h, const real *w, real *dx)
 {
-    real s9, c9; mv_sincos(x[9], &s9, &c9);
-    const real v12 = x[3] - x[14];
-    real s15, c15; mv_sincos(x[10], &s15, &c15);
-    const real v21 = c15 * x[5] + s15 * x[4];
-    const real v24 = c9 * v12 - v21 * s9;
-    const real v27 = v21 * c9 + s9 * v12;
-    const real v30 = v24 * v27 - v21 * v12;
-    const real v34 = p[16] * x[13];
-    const real v37 = h[2] * v30 + v34 * h[3];
-    real s46, c46; mv_sincos(x[11], &s46, &c46);
-    const real v48 = x[3] - x[16];
-    real s51, c51; mv_sincos(x[12], &s51, &c51);
-    const real v55 = c51 * x[5] + s51 * x[4];
-    const real v58 = c46 * v48 - v55 * s46;
-    const real v61 = v55 * c46 + s46 * v48;
-    const real v64 = v58 * v61 - v55 * v48;
-    const real v68 = p[21] * x[15];
-    const real v71 = h[6] * v64 + v68 * h[7];
-    const real v76 = x[4] * x[4] + x[5] * x[5];
-    const real v80 = v76 * h[10];
-    const real v88 = c15 * x[4] - s15 * x[5];
-    const real v89 = v88 + x[13];
-    const real v93 = c9 * v80 * h[12] - h[11] * (v27 * v27 + v89 * v89);
-    const real v97 = v76 * h[13];
-    const real v105 = c51 * x[4] - s51 * x[5];
-    const real v106 = v105 + x[15];
-    const real v110 = c46 * v97 * h[15] - h[14] * (v61 * v61 + v106 * v106);
-    const real v113 = w[0] + (v37 * s9 + v71 * s46 + c9 * v93 + c46 * v110);
-    const real v115 = h[12] * s9;
-    const real v116 = v115 * s9;
-    const real v118 = h[15] * s46;
-    const real v119 = v118 * s46;
-    const real v121 = K(1.0) / (h[16] - v116 - v119);
-    const real v123 = v115 * c9;
-    const real v125 = v118 * c46;
-    const real v127 = v123 * s15 + v125 * s51;
-    const real v128 = v127 * v121;
-    const real v130 = s9 * p[13];
-    const real v134 = p[12] / (p[15] + p[12] * (v130 * v130));
-    const real v135 = x[3] * x[4];
-    const real v137 = c9 * p[13];
-    const real v144 = v135 * v130 + v88 * v137 * v12 - v24 * p[13] * (v89 + x[13]);
-    const real v146 = p[16] * x[14];
-    const real v149 = v134 * (v144 * p[15] - v146 * v130);
-    const real v150 = v149 * c15;
-    const real v151 = s46 * p[18];
-    const real v155 = p[17] / (p[20] + p[17] * (v151 * v151));
-    const real v157 = c46 * p[18];
-    const real v164 = v135 * v151 + v105 * v157 * v48 - v58 * p[18] * (v106 + x[15]);
-    const real v166 = p[21] * x[16];
-    const real v169 = v155 * (v164 * p[20] - v166 * v151);
-    const real v170 = v169 * c51;
-    const real v174 = s9 * v93 - v37 * c9;
-    const real v179 = s46 * v110 - v71 * c46;
-    const real v184 = w[1] - (v150 + v170 + v174 * s15 + v179 * s51) + v128 * v113;
-    const real v185 = s15 * s15;
-    const real v187 = v134 * p[15];
-    const real v188 = v116 + h[1] - v187;
-    const real v189 = v185 * v188;
-    const real v190 = s51 * s51;
-    const real v192 = v155 * p[20];
-    const real v193 = v119 + h[5] - v192;
-    const real v194 = v190 * v193;
-    const real v203 = K(1.0) / (v189 + v194 + h[8] + v187 + v192 - h[1] - h[5] - v127 * v128);
-    const real v205 = c15 * s15;
-    const real v207 = c51 * s51;
-    const real v212 = v123 * c15 + v125 * c51;
-    const real v213 = v212 * v121;
-    const real v215 = v205 * v188 + v207 * v193 - v127 * v213;
-    const real v216 = v215 * v203;
-    const real v220 = v149 * s15;
-    const real v221 = v169 * s51;
-    const real v229 = v213 * v113 - (w[2] + (v174 * c15 - (v220 + v221) + v179 * c51)) - v216 * v184;
-    const real v238 = K(1.0) / (v116 + v119 + h[8] - v189 - v194 - v215 * v216 - v212 * v213);
-    const real v240 = v130 * v187;
-    const real v241 = s15 * v240;
-    const real v242 = v151 * v192;
-    const real v243 = s51 * v242;
-    const real v245 = h[2] * c9;
-    const real v248 = h[6] * c46;
-    const real v251 = c15 * v240;
-    const real v252 = c51 * v242;
-    const real v258 = h[2] * s9;
-    const real v259 = h[6] * s46;
-    const real v260 = v258 + v259;
-    const real v261 = v260 * v121;
-    const real v263 = v251 + v252 + v245 * s15 + v248 * s51 + v127 * v261;
-    const real v264 = v263 * v203;
-    const real v268 = v241 + v243 - v245 * c15 - v248 * c51 + v215 * v264 - v212 * v261;
-    const real v269 = v268 * v238;
-    const real v273 = v258 * v80 + v37 * p[13];
-    const real v276 = v149 * v130 + v169 * v151;
-    const real v280 = v259 * v97 + v71 * p[18];
-    const real v284 = x[14] * p[15];
-    const real v287 = x[16] * p[20];
-    const real v293 = v273 - v276 + v280 - v34 - v68 + v284 * x[4] + v287 * x[4] - h[17] * x[4] * x[5];
-    const real v300 = u[0] - v293 + v261 * v113 + v264 * v184 - v269 * v229;
-    const real v303 = v130 * v240 + v151 * v242;
-    const real v316 = K(1.0) / (v303 + h[18] + h[19] + h[20] - v263 * v264 - v268 * v269 - v260 * v261);
-    const real v318 = h[10] - v137;
-    const real v319 = v318 * v187;
-    const real v320 = v130 * v319;
-    const real v321 = c15 * v320;
-    const real v323 = h[13] - v157;
-    const real v324 = v323 * v192;
-    const real v325 = v151 * v324;
-    const real v326 = c51 * v325;
-    const real v328 = v245 * h[10];
-    const real v329 = h[18] - v328;
-    const real v332 = v248 * h[13];
-    const real v333 = h[19] - v332;
-    const real v337 = v319 - h[21];
-    const real v339 = v324 - h[22];
-    const real v341 = v116 * h[10];
-    const real v342 = v245 - v341;
-    const real v343 = v342 + v337;
-    const real v345 = v119 * h[13];
-    const real v346 = v248 - v345;
-    const real v347 = v346 + v339;
-    const real v349 = v185 * v343 + v190 * v347;
-    const real v354 = v258 + v123 * h[10];
-    const real v357 = v259 + v125 * h[13];
-    const real v359 = v354 * s15 + v357 * s51;
-    const real v360 = v359 * v121;
-    const real v362 = v337 + v339 - v349 - v251 - v252 - v127 * v360;
-    const real v363 = v362 * v203;
-    const real v368 = v205 * v343 + v207 * v347;
-    const real v374 = v241 - v368 + v243 - v215 * v363 - v212 * v360;
-    const real v375 = v374 * v238;
-    const real v379 = v303 - v321 - v326 + v329 * s15 + v333 * s51 + v263 * v363 - v268 * v375 - v260 * v360;
-    const real v380 = v379 * v316;
-    const real v383 = v273 + v174 * h[10];
-    const real v389 = v280 + v179 * h[13];
-    const real v395 = x[13] * p[15];
-    const real v397 = v383 * s15 - (v276 + v146 + v166) + v389 * s51 - v135 * h[23] - v395 * x[4];
-    const real v398 = x[15] * p[20];
-    const real v409 = u[2] - (v397 - v398 * x[4] + v150 * v318 + v170 * v323) - w[3] + v360 * v113;
-    const real v415 = v409 - v363 * v184 - v375 * v229 - v380 * v300;
-    const real v416 = v318 * v319;
-    const real v417 = v323 * v324;
-    const real v425 = h[18] + K(-2.0) * v328 + h[10] * v341;
-    const real v427 = h[25] + v425 - v416;
-    const real v428 = v185 * v427;
-    const real v434 = h[19] + K(-2.0) * v332 + h[13] * v345;
-    const real v436 = h[26] + v434 - v417;
-    const real v437 = v190 * v436;
-    const real v444 = v416 + v417 + v303 + v428 + v437 + h[27] - h[25] - h[26] + K(-2.0) * v321;
-    const real v454 = v444 + K(-2.0) * v326 - v362 * v363 - v374 * v375 - v379 * v380 - v359 * v360;
-    const real v455 = K(1.0) / v454;
-    const real v459 = s15 * v320 + s51 * v325;
-    const real v466 = v354 * c15 + v357 * c51;
-    const real v467 = v466 * v121;
-    const real v469 = v368 + v127 * v467;
-    const real v470 = v469 * v203;
-    const real v478 = v349 - (v342 + v346) + v215 * v470 - v212 * v467;
-    const real v479 = v478 * v238;
-    const real v491 = v459 + v329 * c15 + v333 * c51 - v263 * v470 - v268 * v479 - v260 * v467;
-    const real v492 = v491 * v316;
-    const real v494 = v459 + v205 * v427 + v207 * v436 + v362 * v470 - v374 * v479 - v379 * v492;
-    const real v496 = v494 - v359 * v467;
-    const real v497 = v496 * v455;
-    const real v507 = x[3] * x[5];
-    const real v512 = v383 * c15 + v389 * c51 + v284 * x[3] + v287 * x[3] - v507 * h[28] - v220 * v318;
-    const real v522 = w[4] - (u[1] + (v512 - v221 * v323 - v395 * x[5] - v398 * x[5])) + v467 * v113;
-    const real v541 = v425 + v434 + h[29] - v428 - v437 - v469 * v470 - v478 * v479 - v491 * v492;
-    const real v546 = (v522 + v470 * v184 - v479 * v229 - v492 * v300 - v497 * v415) / (v541 - v496 * v497 - v466 * v467);
-    const real v548 = v415 * v455 - v497 * v546;
-    const real v552 = v300 * v316 - v380 * v548 - v492 * v546;
-    const real v558 = v229 * v238 - v269 * v552 - v375 * v548 - v479 * v546;
-    const real v566 = v184 * v203 - v216 * v558 + v264 * v552 - v363 * v548 + v470 * v546;
-    const real v576 = v113 * v121 + v128 * v566 + v213 * v558 + v261 * v552 + v360 * v548 + v467 * v546;
-    const real v599 = v548 - v135;
-    real s601, c601; mv_sincos(x[7], &s601, &c601);
-    real s603, c603; mv_sincos(x[6], &s603, &c603);
-    const real v605 = K(1.0) / c601;
-    const real v607 = s603 * v605 * x[4];
-    const real v612 = c603 * v605 * x[5];
-    const real v621 = v548 * s15 + v546 * c15;
-    const real v622 = v621 + v30;
-    const real v637 = h[3] * (c9 * (v621 * h[10] + v566 * s15 + v558 * c15) + s9 * (v576 - v80));
-    const real v648 = v552 + v548;
-    const real v652 = v144 + v566 * c15 + v318 * (v548 * c15 - v546 * s15) - v648 * v130 - v558 * s15;
-    const real v660 = v548 * s51 + v546 * c51;
-    const real v661 = v660 + v64;
-    const real v676 = h[7] * (c46 * (v660 * h[13] + v566 * s51 + v558 * c51) + s46 * (v576 - v97));
-    const real v690 = v164 + v566 * c51 + v323 * (v548 * c51 - v546 * s51) - v648 * v151 - v558 * s51;
-    dx[0] = v576 + v76 * h[9] - x[2] * x[4] + x[1] * x[5];
-    dx[1] = v566 - v548 * h[9] + (x[2] * x[3] - x[0] * x[5]);
-    dx[2] = v558 - v546 * h[9] + (x[0] * x[4] - x[1] * x[3]);
-    dx[3] = v552;
-    dx[4] = v507 - v546;
-    dx[5] = v599;
-    dx[6] = x[3] + s601 * v607 + s601 * v612;
-    dx[7] = c603 * x[4] - s603 * x[5];
-    dx[8] = v607 + v612;
-    dx[9] = x[13];
-    dx[10] = x[14];
-    dx[11] = x[15];
-    dx[12] = x[16];
-    dx[13] = v622 - (v34 + p[15] * (v622 + v552)) * h[0] - v637;
-    dx[14] = -(v599 + v134 * (v146 * h[30] + v130 * v652));
-    dx[15] = v661 - (v68 + p[20] * (v661 + v552)) * h[4] - v676;
-    dx[16] = -(v599 + v155 * (v166 * h[31] + v151 * v690));
+    enum { vx = SLOSH_X_VX };
+    enum { vy = SLOSH_X_VY };
+    enum { vz = SLOSH_X_VZ };
+    enum { wx = SLOSH_X_WX };
+    enum { wy = SLOSH_X_WY };
+    enum { wz = SLOSH_X_WZ };
+    enum { att1 = SLOSH_X_ATT1 };
+    enum { att2 = SLOSH_X_ATT2 };
+    enum { phi1 = SLOSH_X_PHI1 };
+    enum { theta1 = SLOSH_X_THETA1 };
+    enum { phi2 = SLOSH_X_PHI2 };
+    enum { theta2 = SLOSH_X_THETA2 };
+    enum { phi1_dot = SLOSH_X_PHI1_DOT };
+    enum { theta1_dot = SLOSH_X_THETA1_DOT };
+    enum { phi2_dot = SLOSH_X_PHI2_DOT };
+    enum { theta2_dot = SLOSH_X_THETA2_DOT };
+    enum { Mx = SLOSH_U_MX };
+    enum { My = SLOSH_U_MY };
+    enum { Mz = SLOSH_U_MZ };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { eps1 = SLOSH_P_EPS1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { eps2 = SLOSH_P_EPS2 };
+    enum { t_zrejm = rhs_euler_h_t_zrejm };
+    enum { k1 = rhs_euler_h_k1 };
+    enum { me1 = rhs_euler_h_me1 };
+    enum { t_6nwd2 = rhs_euler_h_t_6nwd2 };
+    enum { mv1 = rhs_euler_h_mv1 };
+    enum { t_5wzvs = rhs_euler_h_t_5wzvs };
+    enum { k2 = rhs_euler_h_k2 };
+    enum { me2 = rhs_euler_h_me2 };
+    enum { t_popww = rhs_euler_h_t_popww };
+    enum { mv2 = rhs_euler_h_mv2 };
+    enum { M_C = rhs_euler_h_M_C };
+    enum { x_C = rhs_euler_h_x_C };
+    enum { J_C1 = rhs_euler_h_J_C1 };
+    enum { J_C3 = rhs_euler_h_J_C3 };
+    enum { J_C2 = rhs_euler_h_J_C2 };
+    enum { e1 = rhs_euler_h_e1 };
+    enum { e2 = rhs_euler_h_e2 };
+    enum { B_1 = rhs_euler_h_B_1 };
+    enum { Bl_1 = rhs_euler_h_Bl_1 };
+    enum { t_b7ure = rhs_euler_h_t_b7ure };
+    enum { B_2 = rhs_euler_h_B_2 };
+    enum { Bl_2 = rhs_euler_h_Bl_2 };
+    enum { t_lpk5h = rhs_euler_h_t_lpk5h };
+    enum { t_m5gm4 = rhs_euler_h_t_m5gm4 };
+    enum { t_uumic = rhs_euler_h_t_uumic };
+    enum { t_doa45 = rhs_euler_h_t_doa45 };
+    enum { t_sfymc = rhs_euler_h_t_sfymc };
+    enum { t_5r66u = rhs_euler_h_t_5r66u };
+    enum { t_7bo2j = rhs_euler_h_t_7bo2j };
+    enum { t_ibe72 = rhs_euler_h_t_ibe72 };
+    enum { t_r7vy7 = rhs_euler_h_t_r7vy7 };
+    enum { f_x = rhs_euler_w_f_x };
+    enum { f_y = rhs_euler_w_f_y };
+    enum { t_4qr2j = rhs_euler_w_t_4qr2j };
+    enum { t_gcu5g = rhs_euler_w_t_gcu5g };
+    enum { t_ayyb5 = rhs_euler_w_t_ayyb5 };
+    const real W12 = x[wx] * x[wy];
+    const real W13 = x[wx] * x[wz];
+    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
+    const real Wt1 = cos_theta1 * x[wz] + sin_theta1 * x[wy];
+    const real w_x1 = x[wx] - x[theta1_dot];
+    const real p1 = Wn1 + x[phi1_dot];
+    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
+    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
+    const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
+    const real Wt2 = cos_theta2 * x[wz] + sin_theta2 * x[wy];
+    const real w_x2 = x[wx] - x[theta2_dot];
+    const real p2 = Wn2 + x[phi2_dot];
+    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
+    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
+    const real t_w7vil = t_rybsf * h[e1];
+    const real tension1 = cos_phi1 * t_w7vil * h[mv1] - h[t_6nwd2] * sigma_sq1;
+    const real As_1 = h[mv1] * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real eAss_1 = Ass_1 * h[e1];
+    const real q_1 = sin_phi1 * p[l1];
+    const real lc_1 = cos_phi1 * p[l1];
+    const real Bs_1 = h[B_1] * sin_phi1;
+    const real Bc_1 = h[B_1] * cos_phi1;
+    const real g_1 = h[e1] - lc_1;
+    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
+    const real wth_1 = th_1 * p[I1];
+    const real eBc_1 = Bc_1 * h[e1];
+    const real wg_1 = g_1 * wth_1;
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real tn11_1 = Ass_1 + h[me1] - wth_1;
+    const real t_3bowt = h[Bl_1] + K(-2.0) * eBc_1 + h[e1] * eAss_1;
+    const real t_3fv6l = g_1 * wg_1;
+    const real tn44_1 = h[t_b7ure] + t_3bowt - t_3fv6l;
+    const real wq_1 = q_1 * wth_1;
+    const real wqg_1 = q_1 * wg_1;
+    const real wqq_1 = q_1 * wq_1;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real wgC_1 = cos_theta1 * wqg_1;
+    const real wgS_1 = sin_theta1 * wqg_1;
+    const real loss_phi1 = p[eps1] * x[phi1_dot];
+    const real loss_theta1 = p[eps1] * x[theta1_dot];
+    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real zeta1 = W12 * q_1
+        + Wn1 * lc_1 * w_x1
+        - chi1 * p[l1] * (p1 + x[phi1_dot]);
+    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
+    const real t_7imwe = h[B_1] * eta1 + loss_phi1 * h[k1];
+    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real M_q1 = F_n1 * q_1;
+    const real I_phi1 = x[phi1_dot] * p[I1];
+    const real I_theta1 = x[theta1_dot] * p[I1];
+    const real t_6fvzz = t_rybsf * h[e2];
+    const real tension2 = cos_phi2 * t_6fvzz * h[mv2] - h[t_popww] * sigma_sq2;
+    const real As_2 = h[mv2] * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real eAss_2 = Ass_2 * h[e2];
+    const real q_2 = sin_phi2 * p[l2];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real Bs_2 = h[B_2] * sin_phi2;
+    const real Bc_2 = h[B_2] * cos_phi2;
+    const real g_2 = h[e2] - lc_2;
+    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
+    const real wth_2 = th_2 * p[I2];
+    const real eBc_2 = Bc_2 * h[e2];
+    const real wg_2 = g_2 * wth_2;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real tn11_2 = Ass_2 + h[me2] - wth_2;
+    const real t_ymmgl = h[Bl_2] + K(-2.0) * eBc_2 + h[e2] * eAss_2;
+    const real t_odwbr = g_2 * wg_2;
+    const real tn44_2 = h[t_lpk5h] + t_ymmgl - t_odwbr;
+    const real wq_2 = q_2 * wth_2;
+    const real wqg_2 = q_2 * wg_2;
+    const real wqq_2 = q_2 * wq_2;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real wgC_2 = cos_theta2 * wqg_2;
+    const real wgS_2 = sin_theta2 * wqg_2;
+    const real loss_phi2 = p[eps2] * x[phi2_dot];
+    const real loss_theta2 = p[eps2] * x[theta2_dot];
+    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real zeta2 = W12 * q_2
+        + Wn2 * lc_2 * w_x2
+        - chi2 * p[l2] * (p2 + x[phi2_dot]);
+    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
+    const real t_4b2fa = h[B_2] * eta2 + loss_phi2 * h[k2];
+    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real M_q2 = F_n2 * q_2;
+    const real I_phi2 = x[phi2_dot] * p[I2];
+    const real I_theta2 = x[theta2_dot] * p[I2];
+    const real K11 = h[t_m5gm4] - Ass_1 - Ass_2;
+    const real t_fbeaw = S_sq1 * tn11_1;
+    const real t_dj555 = S_sq2 * tn11_2;
+    const real K22 = t_fbeaw + t_dj555 + h[M_C] + wth_1 + wth_2 - h[me1] - h[me2];
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real K33 = Ass_1 + Ass_2 + h[M_C] - t_fbeaw - t_dj555;
+    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
+    const real t_nhr5u = wqq_1 + wqq_2;
+    const real K44 = t_nhr5u + h[Bl_1] + h[Bl_2] + h[J_C1];
+    const real t_kwrkt = wg_1 - h[t_uumic];
+    const real t_t44oq = wg_2 - h[t_doa45];
+    const real t_32gyg = Bc_1 - eAss_1;
+    const real t_n3v7x = t_32gyg + t_kwrkt;
+    const real t_gbkg6 = Bc_2 - eAss_2;
+    const real t_hsuzx = t_gbkg6 + t_t44oq;
+    const real t_fcf5x = S_sq1 * t_n3v7x + S_sq2 * t_hsuzx;
+    const real K52 = t_kwrkt + t_t44oq - t_fcf5x - wqC_1 - wqC_2;
+    const real t_bac7g = SC1 * t_n3v7x + SC2 * t_hsuzx;
+    const real K53 = wqS_1 - t_bac7g + wqS_2;
+    const real t_nncdg = h[Bl_1] - eBc_1;
+    const real t_4q22j = h[Bl_2] - eBc_2;
+    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
+    const real t_hoosk = S_sq1 * tn44_1;
+    const real t_drvdp = S_sq2 * tn44_2;
+    const real K55 = t_3fv6l
+        + t_odwbr
+        + t_nhr5u
+        + t_hoosk
+        + t_drvdp
+        + h[J_C3]
+        - h[t_b7ure]
+        - h[t_lpk5h]
+        + K(-2.0) * wgC_1
+        + K(-2.0) * wgC_2;
+    const real K63 = t_fcf5x - (t_32gyg + t_gbkg6);
+    const real t_zhbuw = wgS_1 + wgS_2;
+    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
+    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_3bowt + t_ymmgl + h[J_C2] - t_hoosk - t_drvdp;
+    const real t_vt7uo = F_n1 * cos_theta1;
+    const real t_oncjt = F_n2 * cos_theta2;
+    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real t_azclp = F_n1 * sin_theta1;
+    const real t_iya7w = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
+    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
+    const real t_kp7yy = M_q1 + M_q2;
+    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
+    const real n4 = t_aejai
+        - t_kp7yy
+        + t_zd4fs
+        - loss_phi1
+        - loss_phi2
+        + I_theta1 * x[wy]
+        + I_theta2 * x[wy]
+        - h[t_sfymc] * x[wy] * x[wz];
+    const real t_w7nmt = t_aejai + F_t1 * h[e1];
+    const real t_e5cx2 = t_zd4fs + F_t2 * h[e2];
+    const real n5 = t_w7nmt * sin_theta1
+        - (t_kp7yy + loss_theta1 + loss_theta2)
+        + t_e5cx2 * sin_theta2
+        - W12 * h[t_5r66u]
+        - I_phi1 * x[wy]
+        - I_phi2 * x[wy]
+        + t_vt7uo * g_1
+        + t_oncjt * g_2;
+    const real n6 = t_w7nmt * cos_theta1
+        + t_e5cx2 * cos_theta2
+        + I_theta1 * x[wx]
+        + I_theta2 * x[wx]
+        - W13 * h[t_7bo2j]
+        - t_azclp * g_1
+        - t_iya7w * g_2
+        - I_phi1 * x[wz]
+        - I_phi2 * x[wz];
+    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_bpfoo = K(1.0) / K11;
+    const real t_w7lcw = t_b3aij * t_bpfoo;
+    const real K_D2 = K22 - t_b3aij * t_w7lcw;
+    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_3go2w = t_zzymx * t_bpfoo;
+    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
+    const real t_4iujv = K(1.0) / K_D2;
+    const real K_L32 = t_d4mqf * t_4iujv;
+    const real t_ev7u5 = Bs_1 + Asc_1 * h[e1];
+    const real t_bvybx = Bs_2 + Asc_2 * h[e2];
+    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
+    const real t_vshgd = t_6mmeb * t_bpfoo;
+    const real t_p6zld = K52 - t_b3aij * t_vshgd;
+    const real K_L52 = t_p6zld * t_4iujv;
+    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
+    const real t_2m245 = Bs_1 + Bs_2;
+    const real t_xq4wt = t_2m245 * t_bpfoo;
+    const real t_m67zs = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2 + t_b3aij * t_xq4wt;
+    const real t_6urah = t_m67zs * t_4iujv;
+    const real t_m27n6 = K43 + t_d4mqf * t_6urah - t_zzymx * t_xq4wt;
+    const real t_zmh3u = K(1.0) / K_D3;
+    const real K_L43 = t_m27n6 * t_zmh3u;
+    const real t_bxfcn = K53 - t_d4mqf * K_L52 - t_zzymx * t_vshgd;
+    const real K_L53 = t_bxfcn * t_zmh3u;
+    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
+    const real t_e4enr = t_bl4f2 * t_bpfoo;
+    const real t_qvrp6 = t_bac7g + t_b3aij * t_e4enr;
+    const real t_dj64q = t_qvrp6 * t_4iujv;
+    const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
+    const real K_L63 = t_rahc4 * t_zmh3u;
+    const real K_D4 = K44 - t_m67zs * t_6urah - t_m27n6 * K_L43 - t_2m245 * t_xq4wt;
+    const real t_amczu = K54 + t_m67zs * K_L52 - t_m27n6 * K_L53 - t_2m245 * t_vshgd;
+    const real t_lt2al = K(1.0) / K_D4;
+    const real K_L54 = t_amczu * t_lt2al;
+    const real t_e4k6u = K64 - t_m67zs * t_dj64q - t_m27n6 * K_L63 - t_2m245 * t_e4enr;
+    const real K_L64 = t_e4k6u * t_lt2al;
+    const real K_D5 = K55
+        - t_p6zld * K_L52
+        - t_bxfcn * K_L53
+        - t_amczu * K_L54
+        - t_6mmeb * t_vshgd;
+    const real t_jo54w = K65
+        + t_p6zld * t_dj64q
+        - t_bxfcn * K_L63
+        - t_amczu * K_L64
+        - t_6mmeb * t_e4enr;
+    const real t_ftqxb = K(1.0) / K_D5;
+    const real K_L65 = t_jo54w * t_ftqxb;
+    const real K_D6 = K66
+        - t_qvrp6 * t_dj64q
+        - t_rahc4 * K_L63
+        - t_e4k6u * K_L64
+        - t_jo54w * K_L65
+        - t_bl4f2 * t_e4enr;
+    const real b1 = w[f_x]
+        + (t_7imwe * sin_phi1 + t_4b2fa * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2);
+    const real b2 = w[f_y] - n2;
+    const real b4 = u[Mx] - n4;
+    const real b5 = u[Mz] - n5 - w[t_4qr2j];
+    const real b6 = w[t_ayyb5] - (u[My] + n6);
+    const real X_y2 = b2 + t_w7lcw * b1;
+    const real X_y3 = t_3go2w * b1 - (w[t_gcu5g] + n3) - K_L32 * X_y2;
+    const real X_y4 = b4 + t_xq4wt * b1 + t_6urah * X_y2 - K_L43 * X_y3;
+    const real X_y5 = b5
+        + t_vshgd * b1
+        - K_L52 * X_y2
+        - K_L53 * X_y3
+        - K_L54 * X_y4;
+    const real X_y6 = b6
+        + t_e4enr * b1
+        + t_dj64q * X_y2
+        - K_L63 * X_y3
+        - K_L64 * X_y4
+        - K_L65 * X_y5;
+    const real X_x6 = X_y6 / K_D6;
+    const real X_x5 = X_y5 * t_ftqxb - K_L65 * X_x6;
+    const real X_x4 = X_y4 * t_lt2al - K_L54 * X_x5 - K_L64 * X_x6;
+    const real X_x3 = X_y3 * t_zmh3u - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
+    const real X_x2 = X_y2 * t_4iujv
+        - K_L32 * X_x3
+        + t_6urah * X_x4
+        - K_L52 * X_x5
+        + t_dj64q * X_x6;
+    const real X_x1 = b1 * t_bpfoo
+        + t_w7lcw * X_x2
+        + t_3go2w * X_x3
+        + t_xq4wt * X_x4
+        + t_vshgd * X_x5
+        + t_e4enr * X_x6;
+    const real G_t1 = X_x5 * sin_theta1 + X_x6 * cos_theta1;
+    const real Gt_eta1 = G_t1 + eta1;
+    const real t_ynvhx = cos_phi1 * (G_t1 * h[e1] + X_x2 * sin_theta1 + X_x3 * cos_theta1)
+        + sin_phi1 * (X_x1 - t_w7vil);
+    const real phi_acc1 = Gt_eta1 - (loss_phi1 + p[I1] * (Gt_eta1 + X_x4)) * h[t_zrejm] - h[k1] * t_ynvhx;
+    const real t_g433r = X_x5 - W12;
+    const real t_mwq7z = X_x4 + X_x5;
+    const real t_5ffnn = zeta1
+        + X_x2 * cos_theta1
+        + g_1 * (X_x5 * cos_theta1 - X_x6 * sin_theta1)
+        - t_mwq7z * q_1
+        - X_x3 * sin_theta1;
+    const real theta_acc1 = -(t_g433r + th_1 * (loss_theta1 * h[t_ibe72] + q_1 * t_5ffnn));
+    const real G_t2 = X_x5 * sin_theta2 + X_x6 * cos_theta2;
+    const real Gt_eta2 = G_t2 + eta2;
+    const real t_rrute = cos_phi2 * (G_t2 * h[e2] + X_x2 * sin_theta2 + X_x3 * cos_theta2)
+        + sin_phi2 * (X_x1 - t_6fvzz);
+    const real phi_acc2 = Gt_eta2 - (loss_phi2 + p[I2] * (Gt_eta2 + X_x4)) * h[t_5wzvs] - h[k2] * t_rrute;
+    const real t_oqair = zeta2
+        + X_x2 * cos_theta2
+        + g_2 * (X_x5 * cos_theta2 - X_x6 * sin_theta2)
+        - t_mwq7z * q_2
+        - X_x3 * sin_theta2;
+    const real theta_acc2 = -(t_g433r + th_2 * (loss_theta2 * h[t_r7vy7] + q_2 * t_oqair));
+    real sin_att2, cos_att2; mv_sincos(x[att2], &sin_att2, &cos_att2);
+    real sin_att1, cos_att1; mv_sincos(x[att1], &sin_att1, &cos_att1);
+    const real t_oa5el = K(1.0) / cos_att2;
+    const real t_s66h7 = sin_att1 * t_oa5el * x[wy];
+    const real t_bi4sl = cos_att1 * t_oa5el * x[wz];
+    dx[0] = X_x1 + t_rybsf * h[x_C] - x[vz] * x[wy] + x[vy] * x[wz];
+    dx[1] = X_x2 - X_x5 * h[x_C] + (x[vz] * x[wx] - x[vx] * x[wz]);
+    dx[2] = X_x3 - X_x6 * h[x_C] + (x[vx] * x[wy] - x[vy] * x[wx]);
+    dx[3] = X_x4;
+    dx[4] = W13 - X_x6;
+    dx[5] = t_g433r;
+    dx[6] = x[wx] + sin_att2 * t_s66h7 + sin_att2 * t_bi4sl;
+    dx[7] = cos_att1 * x[wy] - sin_att1 * x[wz];
+    dx[8] = t_s66h7 + t_bi4sl;
+    dx[9] = x[phi1_dot];
+    dx[10] = x[theta1_dot];
+    dx[11] = x[phi2_dot];
+    dx[12] = x[theta2_dot];
+    dx[13] = phi_acc1;
+    dx[14] = theta_acc1;
+    dx[15] = phi_acc2;
+    dx[16] = theta_acc2;
 }
+
+/* Places of h. */
+enum {
+    rhs_reduced_h_t_os4zj,
+    rhs_reduced_h_t_yx2kz,
+    rhs_reduced_h_t_zrejm,
+    rhs_reduced_h_k1,
+    rhs_reduced_h_me1,
+    rhs_reduced_h_t_6nwd2,
+    rhs_reduced_h_mv1,
+    rhs_reduced_h_t_nfvux,
+    rhs_reduced_h_t_frp3h,
+    rhs_reduced_h_t_5wzvs,
+    rhs_reduced_h_k2,
+    rhs_reduced_h_me2,
+    rhs_reduced_h_t_popww,
+    rhs_reduced_h_mv2,
+    rhs_reduced_h_M_C,
+    rhs_reduced_h_x_C,
+    rhs_reduced_h_J_C1,
+    rhs_reduced_h_J_C3,
+    rhs_reduced_h_J_C2,
+    rhs_reduced_h_e1,
+    rhs_reduced_h_e2,
+    rhs_reduced_h_B_1,
+    rhs_reduced_h_Bl_1,
+    rhs_reduced_h_t_b7ure,
+    rhs_reduced_h_B_2,
+    rhs_reduced_h_Bl_2,
+    rhs_reduced_h_t_lpk5h,
+    rhs_reduced_h_t_m5gm4,
+    rhs_reduced_h_t_uumic,
+    rhs_reduced_h_t_doa45,
+    rhs_reduced_h_t_sfymc,
+    rhs_reduced_h_t_5r66u,
+    rhs_reduced_h_t_7bo2j,
+    rhs_reduced_h_t_lwe76,
+    rhs_reduced_h_t_oc5tk,
+    rhs_reduced_h_ax_eq,
+};
 
 /* what rhs_reduced computes once per run; 75 operations. */
 void slosh_rhs_reduced_prepare(const real *p, real *h)
 {
-    const real v3 = p[0] + p[1];
-    const real v14 = p[13] * p[13];
-    const real v15 = v14 * p[12];
-    const real v18 = K(1.0) / (v15 + p[15]);
-    const real v19 = p[12] * v18;
-    const real v20 = v19 * p[15];
-    const real v29 = p[18] * p[18];
-    const real v30 = v29 * p[17];
-    const real v32 = K(1.0) / (v30 + p[20]);
-    const real v33 = p[17] * v32;
-    const real v34 = v33 * p[20];
-    const real v38 = v3 + v20 + v34;
-    const real v39 = (p[14] * v20 - (p[7] * p[0] + p[6] * p[1]) + p[19] * v34) / v38;
-    const real v40 = p[14] - v39;
-    const real v41 = p[13] * p[12];
-    const real v42 = v19 * p[13];
-    const real v43 = v41 * v42;
-    const real v44 = v20 * p[13];
-    const real v45 = p[19] - v39;
-    const real v46 = p[18] * p[17];
-    const real v47 = v33 * p[18];
-    const real v48 = v46 * v47;
-    const real v49 = v34 * p[18];
-    const real v54 = p[4] - p[5];
-    const real v59 = p[2] + p[3];
-    const real v82 = v20 * (p[14] * p[14]) + v34 * (p[19] * p[19]) + p[0] * (p[7] * p[7]) + p[1] * (p[6] * p[6]);
-    const real v85 = v82 - v38 * (v39 * v39);
-    const real v87 = p[15] + p[20];
-    h[0] = p[9] / (v3 + p[12] + p[17]);
-    h[1] = v14;
-    h[2] = v15;
-    h[3] = v18;
-    h[4] = v20;
-    h[5] = v29;
-    h[6] = v30;
-    h[7] = v32;
-    h[8] = v34;
-    h[9] = v38;
-    h[10] = v39;
-    h[11] = v40;
-    h[12] = v41;
-    h[13] = v42;
-    h[14] = v43;
-    h[15] = v44;
-    h[16] = v45;
-    h[17] = v46;
-    h[18] = v47;
-    h[19] = v48;
-    h[20] = v49;
-    h[21] = v38 + v43 + v48;
-    h[22] = v54;
-    h[23] = v44 * p[13];
-    h[24] = v49 * p[18];
-    h[25] = v59;
-    h[26] = v40 * v20;
-    h[27] = v45 * v34;
-    h[28] = v59 + (p[5] - p[4]);
-    h[29] = p[7] + p[8] + v39;
-    h[30] = v20 * (v40 * v40);
-    h[31] = v34 * (v45 * v45);
-    h[32] = p[2] + p[5] + v85;
-    h[33] = v59 + v87 + v54;
-    h[34] = p[2] + p[4] + v87 + v85;
-    h[35] = v14 + v14;
+    enum { m = SLOSH_P_M };
+    enum { m0 = SLOSH_P_M0 };
+    enum { I0 = SLOSH_P_I0 };
+    enum { J_x = SLOSH_P_J_X };
+    enum { J_y = SLOSH_P_J_Y };
+    enum { J_z = SLOSH_P_J_Z };
+    enum { h0 = SLOSH_P_H0 };
+    enum { b = SLOSH_P_B };
+    enum { d = SLOSH_P_D };
+    enum { F = SLOSH_P_F };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    const real t_os4zj = p[l1] * p[l1];
+    const real t_yx2kz = t_os4zj * p[m1];
+    const real D1 = t_yx2kz + p[I1];
+    const real t_zrejm = K(1.0) / D1;
+    const real t_3qn53 = p[m1] * t_zrejm;
+    const real k1 = t_3qn53 * p[l1];
+    const real me1 = t_3qn53 * p[I1];
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real mv1 = t_6nwd2 * k1;
+    const real t_nfvux = p[l2] * p[l2];
+    const real t_frp3h = t_nfvux * p[m2];
+    const real D2 = t_frp3h + p[I2];
+    const real t_5wzvs = K(1.0) / D2;
+    const real t_54cbb = p[m2] * t_5wzvs;
+    const real k2 = t_54cbb * p[l2];
+    const real me2 = t_54cbb * p[I2];
+    const real t_popww = p[l2] * p[m2];
+    const real mv2 = t_popww * k2;
+    const real t_omhyl = p[m] + p[m0];
+    const real M_C = t_omhyl + me1 + me2;
+    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real S_C = me1 * (p[h1] * p[h1])
+        + me2 * (p[h2] * p[h2])
+        + p[m] * (p[b] * p[b])
+        + p[m0] * (p[h0] * p[h0])
+        - M_C * (x_C * x_C);
+    const real J_C1 = p[I0] + p[J_x];
+    const real J_C3 = p[I0] + p[J_z] + S_C;
+    const real t_is5lg = p[I1] + p[I2];
+    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
+    const real e1 = p[h1] - x_C;
+    const real e2 = p[h2] - x_C;
+    const real B_1 = me1 * p[l1];
+    const real Bl_1 = B_1 * p[l1];
+    const real B_2 = me2 * p[l2];
+    const real Bl_2 = B_2 * p[l2];
+    const real t_sfymc = p[J_y] - p[J_z];
+    const real ax_eq = p[F] / (t_omhyl + p[m1] + p[m2]);  /* (19) */
+    h[rhs_reduced_h_t_os4zj] = t_os4zj;
+    h[rhs_reduced_h_t_yx2kz] = t_yx2kz;
+    h[rhs_reduced_h_t_zrejm] = t_zrejm;
+    h[rhs_reduced_h_k1] = k1;
+    h[rhs_reduced_h_me1] = me1;
+    h[rhs_reduced_h_t_6nwd2] = t_6nwd2;
+    h[rhs_reduced_h_mv1] = mv1;
+    h[rhs_reduced_h_t_nfvux] = t_nfvux;
+    h[rhs_reduced_h_t_frp3h] = t_frp3h;
+    h[rhs_reduced_h_t_5wzvs] = t_5wzvs;
+    h[rhs_reduced_h_k2] = k2;
+    h[rhs_reduced_h_me2] = me2;
+    h[rhs_reduced_h_t_popww] = t_popww;
+    h[rhs_reduced_h_mv2] = mv2;
+    h[rhs_reduced_h_M_C] = M_C;
+    h[rhs_reduced_h_x_C] = x_C;
+    h[rhs_reduced_h_J_C1] = J_C1;
+    h[rhs_reduced_h_J_C3] = J_C3;
+    h[rhs_reduced_h_J_C2] = J_C2;
+    h[rhs_reduced_h_e1] = e1;
+    h[rhs_reduced_h_e2] = e2;
+    h[rhs_reduced_h_B_1] = B_1;
+    h[rhs_reduced_h_Bl_1] = Bl_1;
+    h[rhs_reduced_h_t_b7ure] = me1 * (e1 * e1);
+    h[rhs_reduced_h_B_2] = B_2;
+    h[rhs_reduced_h_Bl_2] = Bl_2;
+    h[rhs_reduced_h_t_lpk5h] = me2 * (e2 * e2);
+    h[rhs_reduced_h_t_m5gm4] = M_C + mv1 + mv2;
+    h[rhs_reduced_h_t_uumic] = e1 * me1;
+    h[rhs_reduced_h_t_doa45] = e2 * me2;
+    h[rhs_reduced_h_t_sfymc] = t_sfymc;
+    h[rhs_reduced_h_t_5r66u] = J_C1 + (p[J_z] - p[J_y]);
+    h[rhs_reduced_h_t_7bo2j] = J_C1 + t_is5lg + t_sfymc;
+    h[rhs_reduced_h_t_lwe76] = p[b] + p[d] + x_C;
+    h[rhs_reduced_h_t_oc5tk] = t_os4zj + t_os4zj;
+    h[rhs_reduced_h_ax_eq] = ax_eq;
 }
+
+/* Places of w. */
+enum {
+    rhs_reduced_w_f_x,
+    rhs_reduced_w_f_y,
+    rhs_reduced_w_t_4qr2j,
+    rhs_reduced_w_t_gcu5g,
+    rhs_reduced_w_t_ayyb5,
+};
 
 /* what rhs_reduced computes when the input changes; 10 operations. */
 void slosh_rhs_reduced_hold(const real *u, const real *p, const real *h, real *w)
 {
-    real s2, c2; mv_sincos(u[4], &s2, &c2);
-    const real v3 = s2 * p[9];
-    const real v5 = c2 * p[9];
-    real s7, c7; mv_sincos(u[3], &s7, &c7);
-    const real v10 = v5 * s7;
-    w[0] = v3;
-    w[1] = v5 * c7;
-    w[2] = v10;
-    w[3] = v3 * h[29];
-    w[4] = v10 * h[29];
+    enum { delta1 = SLOSH_U_DELTA1 };
+    enum { delta2 = SLOSH_U_DELTA2 };
+    enum { F = SLOSH_P_F };
+    enum { t_lwe76 = rhs_reduced_h_t_lwe76 };
+    real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
+    const real t_ruxs4 = cos_delta2 * p[F];
+    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
+    const real f_x = t_ruxs4 * cos_delta1;
+    const real f_y = sin_delta2 * p[F];
+    const real t_gcu5g = t_ruxs4 * sin_delta1;
+    w[rhs_reduced_w_f_x] = f_x;
+    w[rhs_reduced_w_f_y] = f_y;
+    w[rhs_reduced_w_t_4qr2j] = f_y * h[t_lwe76];
+    w[rhs_reduced_w_t_gcu5g] = t_gcu5g;
+    w[rhs_reduced_w_t_ayyb5] = t_gcu5g * h[t_lwe76];
 }
 
 /* the rest of rhs_reduced; 745 operations. */
 void slosh_rhs_reduced_prepared(const real *x, const real *u, const real *p, const real *h, const real *w, real *dx)
 {
-    real s14, c14; mv_sincos(x[9], &s14, &c14);
-    const real v16 = s14 * p[13];
-    const real v20 = p[12] / (p[15] + p[12] * (v16 * v16));
-    const real v22 = x[3] * x[4];
-    real s25, c25; mv_sincos(x[10], &s25, &c25);
-    const real v29 = c25 * x[4] - s25 * x[5];
-    const real v31 = c14 * p[13];
-    const real v34 = x[3] - x[14];
-    const real v38 = c25 * x[5];
-    const real v39 = s25 * x[4];
-    const real v40 = v38 + v39;
-    const real v42 = c14 * v34 - v40 * s14;
-    const real v45 = v29 + x[13];
-    const real v51 = p[16] * x[14];
-    const real v53 = (v22 * v16 + v29 * v31 * v34 - v42 * p[13] * (v45 + x[13])) * p[15] - v51 * v16;
-    const real v54 = v20 * v53;
-    const real v55 = v54 * c25;
-    real s58, c58; mv_sincos(x[11], &s58, &c58);
-    const real v60 = s58 * p[18];
-    const real v64 = p[17] / (p[20] + p[17] * (v60 * v60));
-    real s67, c67; mv_sincos(x[12], &s67, &c67);
-    const real v71 = c67 * x[4] - s67 * x[5];
-    const real v73 = c58 * p[18];
-    const real v76 = x[3] - x[16];
-    const real v80 = c67 * x[5];
-    const real v81 = s67 * x[4];
-    const real v82 = v80 + v81;
-    const real v84 = c58 * v76 - v82 * s58;
-    const real v87 = v71 + x[15];
-    const real v93 = p[21] * x[16];
-    const real v95 = (v22 * v60 + v71 * v73 * v76 - v84 * p[18] * (v87 + x[15])) * p[20] - v93 * v60;
-    const real v96 = v64 * v95;
-    const real v97 = v96 * c67;
-    const real v101 = x[4] * x[4] + x[5] * x[5];
-    const real v116 = v101 * h[11];
-    const real v124 = v40 * c14 + s14 * v34;
-    const real v129 = c14 * v116 * h[14] - h[12] * (v124 * v124 + v45 * v45);
-    const real v136 = p[16] * x[13];
-    const real v138 = h[15] * (v42 * v124 - v40 * v34) + v136 * h[13];
-    const real v140 = s14 * v129 - v138 * c14;
-    const real v144 = v101 * h[16];
-    const real v152 = v82 * c58 + s58 * v76;
-    const real v157 = c58 * v144 * h[19] - h[17] * (v152 * v152 + v87 * v87);
-    const real v164 = p[21] * x[15];
-    const real v166 = h[20] * (v84 * v152 - v82 * v76) + v164 * h[18];
-    const real v168 = s58 * v157 - v166 * c58;
-    const real v172 = h[14] * s14;
-    const real v173 = v172 * c14;
-    const real v175 = h[19] * s58;
-    const real v176 = v175 * c58;
-    const real v178 = v173 * s25 + v176 * s67;
-    const real v180 = v172 * s14;
-    const real v182 = v175 * s58;
-    const real v184 = K(1.0) / (h[21] - v180 - v182);
-    const real v185 = v178 * v184;
-    const real v194 = w[1] + (v138 * s14 + v166 * s58 + c14 * v129 + c58 * v157);
-    const real v196 = w[0] - (v55 + v97 + v140 * s25 + v168 * s67) + v185 * v194;
-    const real v197 = s25 * s25;
-    const real v199 = v20 * p[15];
-    const real v200 = v180 + h[4] - v199;
-    const real v201 = v197 * v200;
-    const real v202 = s67 * s67;
-    const real v204 = v64 * p[20];
-    const real v205 = v182 + h[8] - v204;
-    const real v206 = v202 * v205;
-    const real v215 = K(1.0) / (v201 + v206 + h[9] + v199 + v204 - h[4] - h[8] - v178 * v185);
-    const real v217 = c25 * s25;
-    const real v219 = c67 * s67;
-    const real v224 = v173 * c25 + v176 * c67;
-    const real v225 = v224 * v184;
-    const real v227 = v217 * v200 + v219 * v205 - v178 * v225;
-    const real v228 = v227 * v215;
-    const real v232 = v54 * s25;
-    const real v233 = v96 * s67;
-    const real v241 = v225 * v194 - (w[2] + (v140 * c25 - (v232 + v233) + v168 * c67)) - v228 * v196;
-    const real v250 = K(1.0) / (v180 + v182 + h[9] - v201 - v206 - v227 * v228 - v224 * v225);
-    const real v252 = v16 * v199;
-    const real v253 = s25 * v252;
-    const real v254 = v60 * v204;
-    const real v255 = s67 * v254;
-    const real v257 = h[15] * c14;
-    const real v260 = h[20] * c58;
-    const real v263 = c25 * v252;
-    const real v264 = c67 * v254;
-    const real v270 = h[15] * s14;
-    const real v271 = h[20] * s58;
-    const real v272 = v270 + v271;
-    const real v273 = v272 * v184;
-    const real v275 = v263 + v264 + v257 * s25 + v260 * s67 + v178 * v273;
-    const real v276 = v275 * v215;
-    const real v280 = v253 + v255 - v257 * c25 - v260 * c67 + v227 * v276 - v224 * v273;
-    const real v281 = v280 * v250;
-    const real v285 = v270 * v116 + v138 * p[13];
-    const real v288 = v54 * v16 + v96 * v60;
-    const real v292 = v271 * v144 + v166 * p[18];
-    const real v296 = x[14] * p[15];
-    const real v299 = x[16] * p[20];
-    const real v305 = v285 - v288 + v292 - v136 - v164 + v296 * x[4] + v299 * x[4] - h[22] * x[4] * x[5];
-    const real v312 = u[0] - v305 + v273 * v194 + v276 * v196 - v281 * v241;
-    const real v315 = v16 * v252 + v60 * v254;
-    const real v328 = K(1.0) / (v315 + h[23] + h[24] + h[25] - v275 * v276 - v280 * v281 - v272 * v273);
-    const real v330 = h[11] - v31;
-    const real v331 = v330 * v199;
-    const real v332 = v16 * v331;
-    const real v333 = c25 * v332;
-    const real v335 = h[16] - v73;
-    const real v336 = v335 * v204;
-    const real v337 = v60 * v336;
-    const real v338 = c67 * v337;
-    const real v340 = v257 * h[11];
-    const real v341 = h[23] - v340;
-    const real v344 = v260 * h[16];
-    const real v345 = h[24] - v344;
-    const real v349 = v331 - h[26];
-    const real v351 = v336 - h[27];
-    const real v353 = v180 * h[11];
-    const real v354 = v257 - v353;
-    const real v355 = v354 + v349;
-    const real v357 = v182 * h[16];
-    const real v358 = v260 - v357;
-    const real v359 = v358 + v351;
-    const real v361 = v197 * v355 + v202 * v359;
-    const real v366 = v270 + v173 * h[11];
-    const real v369 = v271 + v176 * h[16];
-    const real v371 = v366 * s25 + v369 * s67;
-    const real v372 = v371 * v184;
-    const real v374 = v349 + v351 - v361 - v263 - v264 - v178 * v372;
-    const real v375 = v374 * v215;
-    const real v380 = v217 * v355 + v219 * v359;
-    const real v386 = v253 - v380 + v255 - v227 * v375 - v224 * v372;
-    const real v387 = v386 * v250;
-    const real v391 = v315 - v333 - v338 + v341 * s25 + v345 * s67 + v275 * v375 - v280 * v387 - v272 * v372;
-    const real v392 = v391 * v328;
-    const real v395 = v285 + v140 * h[11];
-    const real v401 = v292 + v168 * h[16];
-    const real v407 = x[13] * p[15];
-    const real v410 = x[15] * p[20];
-    const real v412 = v395 * s25 - (v288 + v51 + v93) + v401 * s67 - v22 * h[28] - v407 * x[4] - v410 * x[4];
-    const real v423 = u[2] - (v412 + v55 * v330 + v97 * v335) - w[3] + v372 * v194 - v375 * v196;
-    const real v427 = v423 - v387 * v241 - v392 * v312;
-    const real v428 = v330 * v331;
-    const real v429 = v335 * v336;
-    const real v437 = h[23] + K(-2.0) * v340 + h[11] * v353;
-    const real v439 = h[30] + v437 - v428;
-    const real v440 = v197 * v439;
-    const real v446 = h[24] + K(-2.0) * v344 + h[16] * v357;
-    const real v448 = h[31] + v446 - v429;
-    const real v449 = v202 * v448;
-    const real v456 = v428 + v429 + v315 + v440 + v449 + h[32] - h[30] - h[31] + K(-2.0) * v333;
-    const real v466 = v456 + K(-2.0) * v338 - v374 * v375 - v386 * v387 - v391 * v392 - v371 * v372;
-    const real v467 = K(1.0) / v466;
-    const real v471 = s25 * v332 + s67 * v337;
-    const real v478 = v366 * c25 + v369 * c67;
-    const real v479 = v478 * v184;
-    const real v481 = v380 + v178 * v479;
-    const real v482 = v481 * v215;
-    const real v490 = v361 - (v354 + v358) + v227 * v482 - v224 * v479;
-    const real v491 = v490 * v250;
-    const real v503 = v471 + v341 * c25 + v345 * c67 - v275 * v482 - v280 * v491 - v272 * v479;
-    const real v504 = v503 * v328;
-    const real v506 = v471 + v217 * v439 + v219 * v448 + v374 * v482 - v386 * v491 - v391 * v504;
-    const real v508 = v506 - v371 * v479;
-    const real v509 = v508 * v467;
-    const real v519 = x[3] * x[5];
-    const real v524 = v395 * c25 + v401 * c67 + v296 * x[3] + v299 * x[3] - v519 * h[33] - v232 * v330;
-    const real v534 = w[4] - (u[1] + (v524 - v233 * v335 - v407 * x[5] - v410 * x[5])) + v479 * v194;
-    const real v553 = v437 + v446 + h[34] - v440 - v449 - v481 * v482 - v490 * v491 - v503 * v504;
-    const real v558 = (v534 + v482 * v196 - v491 * v241 - v504 * v312 - v509 * v427) / (v553 - v508 * v509 - v478 * v479);
-    const real v560 = v427 * v467 - v509 * v558;
-    const real v564 = v312 * v328 - v392 * v560 - v504 * v558;
-    const real v570 = v241 * v250 - v281 * v564 - v387 * v560 - v491 * v558;
-    const real v580 = v196 * v215 - v228 * v570 + v276 * v564 - v375 * v560 + v482 * v558 - v560 * h[10];
-    const real v587 = v570 - v558 * h[10];
-    const real v592 = v519 - v558;
-    const real v593 = v560 - v22;
-    const real v594 = v31 * p[12];
-    const real v595 = c25 * v594;
-    const real v601 = s14 * h[12];
-    const real v603 = v601 * p[14];
-    const real v604 = v39 + v38;
-    const real v605 = v604 * v604;
-    const real v612 = s14 * c14;
-    const real v613 = h[2] * v612;
-    const real v616 = x[3] * x[3];
-    const real v618 = v136 - v603 * v605 - v603 * (v29 * v29) - x[14] * x[14] * v613 - v613 * v616;
-    const real v620 = s14 * s14;
-    const real v621 = h[2] * v620;
-    const real v622 = v621 * v604;
-    const real v632 = v618 - (x[14] + x[14]) * v622 - h[2] * v604 * x[3] + h[1] * v605 * s14 * c14 * p[12];
-    const real v644 = v632 + h[35] * v620 * v604 * x[3] * p[12] + c14 * v604 * p[14] * x[3] * p[13] * p[12];
-    const real v652 = s25 * v594;
-    const real v654 = h[0] * v601 + (v644 + h[35] * s14 * c14 * x[14] * x[3] * p[12]) + v580 * v652;
-    const real v659 = h[2] * s25;
-    const real v662 = v592 * (v595 * p[14] - h[1] * c25 * p[12]) - (v654 + v587 * v595) - v593 * (v652 * p[14] - v659);
-    const real v666 = s25 * v601;
-    const real v668 = v29 * x[3];
-    const real v671 = x[13] + x[13];
-    const real v676 = v613 * v671;
-    const real v680 = v51 + v603 * v668 + v622 * v671 + v622 * v29 + v676 * x[14] - v613 * v668;
-    const real v683 = c25 * v601;
-    const real v691 = v587 * v666 - (v680 - v676 * x[3] + v580 * v683) - v592 * (v666 * p[14] - v612 * v659);
-    const real v702 = (v691 - v593 * (v683 * p[14] - v612 * (h[2] * c25) + p[15]) + v564 * v621) / (v621 + p[15]);
-    const real v703 = v73 * p[17];
-    const real v704 = v703 * c67;
-    const real v710 = h[17] * s58;
-    const real v712 = s58 * c58;
-    const real v713 = v712 * h[6];
-    const real v716 = v710 * p[19];
-    const real v717 = v81 + v80;
-    const real v718 = v717 * v717;
-    const real v726 = v164 - v616 * v713 - v716 * v718 - v716 * (v71 * v71) - x[16] * x[16] * v713;
-    const real v728 = s58 * s58;
-    const real v729 = v728 * h[6];
-    const real v730 = v717 * v729;
-    const real v740 = v726 - (x[16] + x[16]) * v730 - v717 * h[6] * x[3] + v718 * s58 * c58 * h[5] * p[17];
-    const real v752 = v740 + (v717 + v717) * v728 * h[5] * x[3] * p[17] + v717 * c58 * p[19] * x[3] * p[18] * p[17];
-    const real v761 = v703 * s67;
-    const real v763 = h[0] * v710 + (v752 + (s58 + s58) * c58 * h[5] * x[16] * x[3] * p[17]) + v580 * v761;
-    const real v768 = s67 * h[6];
-    const real v771 = v592 * (v704 * p[19] - c67 * h[5] * p[17]) - (v763 + v587 * v704) - v593 * (v761 * p[19] - v768);
-    const real v775 = v710 * s67;
-    const real v779 = v71 * x[3];
-    const real v782 = x[15] + x[15];
-    const real v789 = v93 + v71 * v730 + v716 * v779 + v730 * v782 + v713 * v782 * x[16] - v713 * v779;
-    const real v794 = v710 * c67;
-    const real v802 = v587 * v775 - (v789 - v713 * (x[3] + x[3]) * x[15] + v580 * v794) - v592 * (v775 * p[19] - v768 * v712);
-    const real v813 = (v802 - v593 * (v794 * p[19] - v712 * (c67 * h[6]) + p[20]) + v564 * v729) / (v729 + p[20]);
-    dx[0] = h[0] - x[2] * x[4] + x[1] * x[5];
-    dx[1] = v580 + (x[2] * x[3] - x[0] * x[5]);
-    dx[2] = v587 + (x[0] * x[4] - x[1] * x[3]);
-    dx[3] = v564;
-    dx[4] = v592;
-    dx[5] = v593;
-    dx[6] = x[3];
-    dx[7] = x[4];
-    dx[8] = x[5];
-    dx[9] = x[13];
-    dx[10] = x[14];
-    dx[11] = x[15];
-    dx[12] = x[16];
-    dx[13] = (v662 - v564 * p[15]) * h[3];
-    dx[14] = v702;
-    dx[15] = (v771 - v564 * p[20]) * h[7];
-    dx[16] = v813;
+    enum { vx = SLOSH_X_VX };
+    enum { vy = SLOSH_X_VY };
+    enum { vz = SLOSH_X_VZ };
+    enum { wx = SLOSH_X_WX };
+    enum { wy = SLOSH_X_WY };
+    enum { wz = SLOSH_X_WZ };
+    enum { phi1 = SLOSH_X_PHI1 };
+    enum { theta1 = SLOSH_X_THETA1 };
+    enum { phi2 = SLOSH_X_PHI2 };
+    enum { theta2 = SLOSH_X_THETA2 };
+    enum { phi1_dot = SLOSH_X_PHI1_DOT };
+    enum { theta1_dot = SLOSH_X_THETA1_DOT };
+    enum { phi2_dot = SLOSH_X_PHI2_DOT };
+    enum { theta2_dot = SLOSH_X_THETA2_DOT };
+    enum { Mx = SLOSH_U_MX };
+    enum { My = SLOSH_U_MY };
+    enum { Mz = SLOSH_U_MZ };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { eps1 = SLOSH_P_EPS1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { eps2 = SLOSH_P_EPS2 };
+    enum { t_os4zj = rhs_reduced_h_t_os4zj };
+    enum { t_yx2kz = rhs_reduced_h_t_yx2kz };
+    enum { t_zrejm = rhs_reduced_h_t_zrejm };
+    enum { k1 = rhs_reduced_h_k1 };
+    enum { me1 = rhs_reduced_h_me1 };
+    enum { t_6nwd2 = rhs_reduced_h_t_6nwd2 };
+    enum { mv1 = rhs_reduced_h_mv1 };
+    enum { t_nfvux = rhs_reduced_h_t_nfvux };
+    enum { t_frp3h = rhs_reduced_h_t_frp3h };
+    enum { t_5wzvs = rhs_reduced_h_t_5wzvs };
+    enum { k2 = rhs_reduced_h_k2 };
+    enum { me2 = rhs_reduced_h_me2 };
+    enum { t_popww = rhs_reduced_h_t_popww };
+    enum { mv2 = rhs_reduced_h_mv2 };
+    enum { M_C = rhs_reduced_h_M_C };
+    enum { x_C = rhs_reduced_h_x_C };
+    enum { J_C1 = rhs_reduced_h_J_C1 };
+    enum { J_C3 = rhs_reduced_h_J_C3 };
+    enum { J_C2 = rhs_reduced_h_J_C2 };
+    enum { e1 = rhs_reduced_h_e1 };
+    enum { e2 = rhs_reduced_h_e2 };
+    enum { B_1 = rhs_reduced_h_B_1 };
+    enum { Bl_1 = rhs_reduced_h_Bl_1 };
+    enum { t_b7ure = rhs_reduced_h_t_b7ure };
+    enum { B_2 = rhs_reduced_h_B_2 };
+    enum { Bl_2 = rhs_reduced_h_Bl_2 };
+    enum { t_lpk5h = rhs_reduced_h_t_lpk5h };
+    enum { t_m5gm4 = rhs_reduced_h_t_m5gm4 };
+    enum { t_uumic = rhs_reduced_h_t_uumic };
+    enum { t_doa45 = rhs_reduced_h_t_doa45 };
+    enum { t_sfymc = rhs_reduced_h_t_sfymc };
+    enum { t_5r66u = rhs_reduced_h_t_5r66u };
+    enum { t_7bo2j = rhs_reduced_h_t_7bo2j };
+    enum { t_oc5tk = rhs_reduced_h_t_oc5tk };
+    enum { ax_eq = rhs_reduced_h_ax_eq };
+    enum { f_x = rhs_reduced_w_f_x };
+    enum { f_y = rhs_reduced_w_f_y };
+    enum { t_4qr2j = rhs_reduced_w_t_4qr2j };
+    enum { t_gcu5g = rhs_reduced_w_t_gcu5g };
+    enum { t_ayyb5 = rhs_reduced_w_t_ayyb5 };
+    const real W12 = x[wx] * x[wy];
+    const real W13 = x[wx] * x[wz];
+    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
+    const real t_rding = cos_theta1 * x[wz];
+    const real t_a3uw4 = sin_theta1 * x[wy];
+    const real Wt1 = t_rding + t_a3uw4;
+    const real w_x1 = x[wx] - x[theta1_dot];
+    const real p1 = Wn1 + x[phi1_dot];
+    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
+    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
+    const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
+    const real t_geoui = cos_theta2 * x[wz];
+    const real t_vhhwy = sin_theta2 * x[wy];
+    const real Wt2 = t_geoui + t_vhhwy;
+    const real w_x2 = x[wx] - x[theta2_dot];
+    const real p2 = Wn2 + x[phi2_dot];
+    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
+    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
+    const real t_w7vil = t_rybsf * h[e1];
+    const real tension1 = cos_phi1 * t_w7vil * h[mv1] - h[t_6nwd2] * sigma_sq1;
+    const real As_1 = h[mv1] * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real eAss_1 = Ass_1 * h[e1];
+    const real q_1 = sin_phi1 * p[l1];
+    const real lc_1 = cos_phi1 * p[l1];
+    const real Bs_1 = h[B_1] * sin_phi1;
+    const real Bc_1 = h[B_1] * cos_phi1;
+    const real g_1 = h[e1] - lc_1;
+    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
+    const real wth_1 = th_1 * p[I1];
+    const real eBc_1 = Bc_1 * h[e1];
+    const real wg_1 = g_1 * wth_1;
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real tn11_1 = Ass_1 + h[me1] - wth_1;
+    const real t_3bowt = h[Bl_1] + K(-2.0) * eBc_1 + h[e1] * eAss_1;
+    const real t_3fv6l = g_1 * wg_1;
+    const real tn44_1 = h[t_b7ure] + t_3bowt - t_3fv6l;
+    const real wq_1 = q_1 * wth_1;
+    const real wqg_1 = q_1 * wg_1;
+    const real wqq_1 = q_1 * wq_1;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real wgC_1 = cos_theta1 * wqg_1;
+    const real wgS_1 = sin_theta1 * wqg_1;
+    const real loss_phi1 = p[eps1] * x[phi1_dot];
+    const real loss_theta1 = p[eps1] * x[theta1_dot];
+    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real zeta1 = W12 * q_1
+        + Wn1 * lc_1 * w_x1
+        - chi1 * p[l1] * (p1 + x[phi1_dot]);
+    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
+    const real t_7imwe = h[B_1] * eta1 + loss_phi1 * h[k1];
+    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real M_q1 = F_n1 * q_1;
+    const real I_phi1 = x[phi1_dot] * p[I1];
+    const real I_theta1 = x[theta1_dot] * p[I1];
+    const real t_6fvzz = t_rybsf * h[e2];
+    const real tension2 = cos_phi2 * t_6fvzz * h[mv2] - h[t_popww] * sigma_sq2;
+    const real As_2 = h[mv2] * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real eAss_2 = Ass_2 * h[e2];
+    const real q_2 = sin_phi2 * p[l2];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real Bs_2 = h[B_2] * sin_phi2;
+    const real Bc_2 = h[B_2] * cos_phi2;
+    const real g_2 = h[e2] - lc_2;
+    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
+    const real wth_2 = th_2 * p[I2];
+    const real eBc_2 = Bc_2 * h[e2];
+    const real wg_2 = g_2 * wth_2;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real tn11_2 = Ass_2 + h[me2] - wth_2;
+    const real t_ymmgl = h[Bl_2] + K(-2.0) * eBc_2 + h[e2] * eAss_2;
+    const real t_odwbr = g_2 * wg_2;
+    const real tn44_2 = h[t_lpk5h] + t_ymmgl - t_odwbr;
+    const real wq_2 = q_2 * wth_2;
+    const real wqg_2 = q_2 * wg_2;
+    const real wqq_2 = q_2 * wq_2;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real wgC_2 = cos_theta2 * wqg_2;
+    const real wgS_2 = sin_theta2 * wqg_2;
+    const real loss_phi2 = p[eps2] * x[phi2_dot];
+    const real loss_theta2 = p[eps2] * x[theta2_dot];
+    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real zeta2 = W12 * q_2
+        + Wn2 * lc_2 * w_x2
+        - chi2 * p[l2] * (p2 + x[phi2_dot]);
+    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
+    const real t_4b2fa = h[B_2] * eta2 + loss_phi2 * h[k2];
+    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real M_q2 = F_n2 * q_2;
+    const real I_phi2 = x[phi2_dot] * p[I2];
+    const real I_theta2 = x[theta2_dot] * p[I2];
+    const real K11 = h[t_m5gm4] - Ass_1 - Ass_2;
+    const real t_fbeaw = S_sq1 * tn11_1;
+    const real t_dj555 = S_sq2 * tn11_2;
+    const real K22 = t_fbeaw + t_dj555 + h[M_C] + wth_1 + wth_2 - h[me1] - h[me2];
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real K33 = Ass_1 + Ass_2 + h[M_C] - t_fbeaw - t_dj555;
+    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
+    const real t_nhr5u = wqq_1 + wqq_2;
+    const real K44 = t_nhr5u + h[Bl_1] + h[Bl_2] + h[J_C1];
+    const real t_kwrkt = wg_1 - h[t_uumic];
+    const real t_t44oq = wg_2 - h[t_doa45];
+    const real t_32gyg = Bc_1 - eAss_1;
+    const real t_n3v7x = t_32gyg + t_kwrkt;
+    const real t_gbkg6 = Bc_2 - eAss_2;
+    const real t_hsuzx = t_gbkg6 + t_t44oq;
+    const real t_fcf5x = S_sq1 * t_n3v7x + S_sq2 * t_hsuzx;
+    const real K52 = t_kwrkt + t_t44oq - t_fcf5x - wqC_1 - wqC_2;
+    const real t_bac7g = SC1 * t_n3v7x + SC2 * t_hsuzx;
+    const real K53 = wqS_1 - t_bac7g + wqS_2;
+    const real t_nncdg = h[Bl_1] - eBc_1;
+    const real t_4q22j = h[Bl_2] - eBc_2;
+    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
+    const real t_hoosk = S_sq1 * tn44_1;
+    const real t_drvdp = S_sq2 * tn44_2;
+    const real K55 = t_3fv6l
+        + t_odwbr
+        + t_nhr5u
+        + t_hoosk
+        + t_drvdp
+        + h[J_C3]
+        - h[t_b7ure]
+        - h[t_lpk5h]
+        + K(-2.0) * wgC_1
+        + K(-2.0) * wgC_2;
+    const real K63 = t_fcf5x - (t_32gyg + t_gbkg6);
+    const real t_zhbuw = wgS_1 + wgS_2;
+    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
+    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_3bowt + t_ymmgl + h[J_C2] - t_hoosk - t_drvdp;
+    const real t_vt7uo = F_n1 * cos_theta1;
+    const real t_oncjt = F_n2 * cos_theta2;
+    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real t_azclp = F_n1 * sin_theta1;
+    const real t_iya7w = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
+    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
+    const real t_kp7yy = M_q1 + M_q2;
+    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
+    const real n4 = t_aejai
+        - t_kp7yy
+        + t_zd4fs
+        - loss_phi1
+        - loss_phi2
+        + I_theta1 * x[wy]
+        + I_theta2 * x[wy]
+        - h[t_sfymc] * x[wy] * x[wz];
+    const real t_w7nmt = t_aejai + F_t1 * h[e1];
+    const real t_e5cx2 = t_zd4fs + F_t2 * h[e2];
+    const real n5 = t_w7nmt * sin_theta1
+        - (t_kp7yy + loss_theta1 + loss_theta2)
+        + t_e5cx2 * sin_theta2
+        - W12 * h[t_5r66u]
+        - I_phi1 * x[wy]
+        - I_phi2 * x[wy]
+        + t_vt7uo * g_1
+        + t_oncjt * g_2;
+    const real n6 = t_w7nmt * cos_theta1
+        + t_e5cx2 * cos_theta2
+        + I_theta1 * x[wx]
+        + I_theta2 * x[wx]
+        - W13 * h[t_7bo2j]
+        - t_azclp * g_1
+        - t_iya7w * g_2
+        - I_phi1 * x[wz]
+        - I_phi2 * x[wz];
+    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_bpfoo = K(1.0) / K11;
+    const real t_w7lcw = t_b3aij * t_bpfoo;
+    const real K_D2 = K22 - t_b3aij * t_w7lcw;
+    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_3go2w = t_zzymx * t_bpfoo;
+    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
+    const real t_4iujv = K(1.0) / K_D2;
+    const real K_L32 = t_d4mqf * t_4iujv;
+    const real t_ev7u5 = Bs_1 + Asc_1 * h[e1];
+    const real t_bvybx = Bs_2 + Asc_2 * h[e2];
+    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
+    const real t_vshgd = t_6mmeb * t_bpfoo;
+    const real t_p6zld = K52 - t_b3aij * t_vshgd;
+    const real K_L52 = t_p6zld * t_4iujv;
+    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
+    const real t_2m245 = Bs_1 + Bs_2;
+    const real t_xq4wt = t_2m245 * t_bpfoo;
+    const real t_m67zs = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2 + t_b3aij * t_xq4wt;
+    const real t_6urah = t_m67zs * t_4iujv;
+    const real t_m27n6 = K43 + t_d4mqf * t_6urah - t_zzymx * t_xq4wt;
+    const real t_zmh3u = K(1.0) / K_D3;
+    const real K_L43 = t_m27n6 * t_zmh3u;
+    const real t_bxfcn = K53 - t_d4mqf * K_L52 - t_zzymx * t_vshgd;
+    const real K_L53 = t_bxfcn * t_zmh3u;
+    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
+    const real t_e4enr = t_bl4f2 * t_bpfoo;
+    const real t_qvrp6 = t_bac7g + t_b3aij * t_e4enr;
+    const real t_dj64q = t_qvrp6 * t_4iujv;
+    const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
+    const real K_L63 = t_rahc4 * t_zmh3u;
+    const real K_D4 = K44 - t_m67zs * t_6urah - t_m27n6 * K_L43 - t_2m245 * t_xq4wt;
+    const real t_amczu = K54 + t_m67zs * K_L52 - t_m27n6 * K_L53 - t_2m245 * t_vshgd;
+    const real t_lt2al = K(1.0) / K_D4;
+    const real K_L54 = t_amczu * t_lt2al;
+    const real t_e4k6u = K64 - t_m67zs * t_dj64q - t_m27n6 * K_L63 - t_2m245 * t_e4enr;
+    const real K_L64 = t_e4k6u * t_lt2al;
+    const real K_D5 = K55
+        - t_p6zld * K_L52
+        - t_bxfcn * K_L53
+        - t_amczu * K_L54
+        - t_6mmeb * t_vshgd;
+    const real t_jo54w = K65
+        + t_p6zld * t_dj64q
+        - t_bxfcn * K_L63
+        - t_amczu * K_L64
+        - t_6mmeb * t_e4enr;
+    const real t_ftqxb = K(1.0) / K_D5;
+    const real K_L65 = t_jo54w * t_ftqxb;
+    const real K_D6 = K66
+        - t_qvrp6 * t_dj64q
+        - t_rahc4 * K_L63
+        - t_e4k6u * K_L64
+        - t_jo54w * K_L65
+        - t_bl4f2 * t_e4enr;
+    const real b1 = w[f_x]
+        + (t_7imwe * sin_phi1 + t_4b2fa * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2);
+    const real b2 = w[f_y] - n2;
+    const real b4 = u[Mx] - n4;
+    const real b5 = u[Mz] - n5 - w[t_4qr2j];
+    const real b6 = w[t_ayyb5] - (u[My] + n6);
+    const real X_y2 = b2 + t_w7lcw * b1;
+    const real X_y3 = t_3go2w * b1 - (w[t_gcu5g] + n3) - K_L32 * X_y2;
+    const real X_y4 = b4 + t_xq4wt * b1 + t_6urah * X_y2 - K_L43 * X_y3;
+    const real X_y5 = b5
+        + t_vshgd * b1
+        - K_L52 * X_y2
+        - K_L53 * X_y3
+        - K_L54 * X_y4;
+    const real X_y6 = b6
+        + t_e4enr * b1
+        + t_dj64q * X_y2
+        - K_L63 * X_y3
+        - K_L64 * X_y4
+        - K_L65 * X_y5;
+    const real X_x6 = X_y6 / K_D6;
+    const real X_x5 = X_y5 * t_ftqxb - K_L65 * X_x6;
+    const real X_x4 = X_y4 * t_lt2al - K_L54 * X_x5 - K_L64 * X_x6;
+    const real X_x3 = X_y3 * t_zmh3u - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
+    const real X_x2 = X_y2 * t_4iujv
+        - K_L32 * X_x3
+        + t_6urah * X_x4
+        - K_L52 * X_x5
+        + t_dj64q * X_x6;
+    const real gx_phi1 = sin_phi1 * h[t_6nwd2];  /* (25) */
+    const real t_5zfdh = lc_1 * p[m1];
+    const real gy_phi1 = sin_theta1 * t_5zfdh;  /* (25) */
+    const real gz_phi1 = cos_theta1 * t_5zfdh;  /* (25) */
+    const real t_sgto3 = h[t_yx2kz] * sin_theta1;
+    const real cz_phi1 = gy_phi1 * p[h1] - t_sgto3;  /* (25) */
+    const real t_azo52 = gx_phi1 * p[h1];
+    const real t_amwyw = t_a3uw4 + t_rding;
+    const real t_7eszt = t_amwyw * t_amwyw;
+    const real t_a233z = sin_phi1 * cos_phi1;
+    const real t_z7qux = h[t_yx2kz] * t_a233z;
+    const real t_wube7 = x[wx] * x[wx];
+    const real t_3qva5 = sin_phi1 * sin_phi1;
+    const real t_2dafa = h[t_yx2kz] * t_3qva5;
+    const real t_kuyke = t_2dafa * t_amwyw;
+    const real k_phi1 = loss_phi1
+        - t_azo52 * t_7eszt
+        - t_azo52 * (Wn1 * Wn1)
+        - x[theta1_dot] * x[theta1_dot] * t_z7qux
+        - t_z7qux * t_wube7
+        - (x[theta1_dot] + x[theta1_dot]) * t_kuyke
+        - h[t_yx2kz] * t_amwyw * x[wx]
+        + h[t_os4zj] * t_7eszt * sin_phi1 * cos_phi1 * p[m1]
+        + h[t_oc5tk] * t_3qva5 * t_amwyw * x[wx] * p[m1]
+        + cos_phi1 * t_amwyw * p[h1] * x[wx] * p[l1] * p[m1]
+        + h[t_oc5tk] * sin_phi1 * cos_phi1 * x[theta1_dot] * x[wx] * p[m1];  /* (25) */
+    const real D_theta1 = t_2dafa + p[I1];  /* (26) */
+    const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
+    const real t_tpms2 = sin_theta1 * gx_phi1;
+    const real cy_theta1 = t_tpms2 * p[h1] - t_a233z * t_sgto3;  /* (26) */
+    const real cz_theta1 = gy_theta1 * p[h1] - t_a233z * (h[t_yx2kz] * cos_theta1) + p[I1];  /* (26) */
+    const real t_ywy5z = Wn1 * x[wx];
+    const real t_j5odj = x[phi1_dot] + x[phi1_dot];
+    const real t_bp7gq = t_z7qux * t_j5odj;
+    const real k_theta1 = loss_theta1
+        + t_azo52 * t_ywy5z
+        + t_kuyke * t_j5odj
+        + t_kuyke * Wn1
+        + t_bp7gq * x[theta1_dot]
+        - t_z7qux * t_ywy5z
+        - t_bp7gq * x[wx];  /* (26) */
+    const real gx_phi2 = h[t_popww] * sin_phi2;  /* (25) */
+    const real t_p4m3j = lc_2 * p[m2];
+    const real gy_phi2 = t_p4m3j * sin_theta2;  /* (25) */
+    const real gz_phi2 = t_p4m3j * cos_theta2;  /* (25) */
+    const real t_q45sa = sin_theta2 * h[t_frp3h];
+    const real cz_phi2 = gy_phi2 * p[h2] - t_q45sa;  /* (25) */
+    const real t_nqm7d = sin_phi2 * cos_phi2;
+    const real t_6skn7 = t_nqm7d * h[t_frp3h];
+    const real t_svo5z = gx_phi2 * p[h2];
+    const real t_kmx3q = t_vhhwy + t_geoui;
+    const real t_3chhy = t_kmx3q * t_kmx3q;
+    const real t_4j4b3 = sin_phi2 * sin_phi2;
+    const real t_7a6mb = t_4j4b3 * h[t_frp3h];
+    const real t_pnlix = t_kmx3q * t_7a6mb;
+    const real k_phi2 = loss_phi2
+        - t_wube7 * t_6skn7
+        - t_svo5z * t_3chhy
+        - t_svo5z * (Wn2 * Wn2)
+        - x[theta2_dot] * x[theta2_dot] * t_6skn7
+        - (x[theta2_dot] + x[theta2_dot]) * t_pnlix
+        - t_kmx3q * h[t_frp3h] * x[wx]
+        + t_3chhy * sin_phi2 * cos_phi2 * h[t_nfvux] * p[m2]
+        + (t_kmx3q + t_kmx3q) * t_4j4b3 * h[t_nfvux] * x[wx] * p[m2]
+        + t_kmx3q * cos_phi2 * p[h2] * x[wx] * p[l2] * p[m2]
+        + (sin_phi2 + sin_phi2) * cos_phi2 * h[t_nfvux] * x[theta2_dot] * x[wx] * p[m2];  /* (25) */
+    const real D_theta2 = t_7a6mb + p[I2];  /* (26) */
+    const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
+    const real t_h3pge = gx_phi2 * sin_theta2;
+    const real cy_theta2 = t_h3pge * p[h2] - t_q45sa * t_nqm7d;  /* (26) */
+    const real cz_theta2 = gy_theta2 * p[h2] - t_nqm7d * (cos_theta2 * h[t_frp3h]) + p[I2];  /* (26) */
+    const real t_nw7er = Wn2 * x[wx];
+    const real t_473qv = x[phi2_dot] + x[phi2_dot];
+    const real k_theta2 = loss_theta2
+        + Wn2 * t_pnlix
+        + t_svo5z * t_nw7er
+        + t_pnlix * t_473qv
+        + t_6skn7 * t_473qv * x[theta2_dot]
+        - t_6skn7 * t_nw7er
+        - t_6skn7 * (x[wx] + x[wx]) * x[phi2_dot];  /* (26) */
+    const real t_bu64g = X_x2 - X_x5 * h[x_C];
+    const real t_isafs = X_x3 - X_x6 * h[x_C];
+    const real t_s6zvw = W13 - X_x6;
+    const real t_g433r = X_x5 - W12;
+    const real t_ien4t = t_s6zvw * (gz_phi1 * p[h1] - h[t_os4zj] * cos_theta1 * p[m1])
+        - (h[ax_eq] * gx_phi1 + k_phi1 + t_bu64g * gy_phi1 + t_isafs * gz_phi1)
+        - t_g433r * cz_phi1
+        - X_x4 * p[I1];
+    const real t_m6yt4 = t_isafs * t_tpms2
+        - (k_theta1 + t_bu64g * gy_theta1)
+        - t_s6zvw * cy_theta1
+        - t_g433r * cz_theta1
+        + X_x4 * t_2dafa;
+    const real t_cpcgp = t_s6zvw * (gz_phi2 * p[h2] - cos_theta2 * h[t_nfvux] * p[m2])
+        - (h[ax_eq] * gx_phi2 + k_phi2 + t_bu64g * gy_phi2 + t_isafs * gz_phi2)
+        - t_g433r * cz_phi2
+        - X_x4 * p[I2];
+    const real t_pzz34 = t_isafs * t_h3pge
+        - (k_theta2 + t_bu64g * gy_theta2)
+        - t_s6zvw * cy_theta2
+        - t_g433r * cz_theta2
+        + X_x4 * t_7a6mb;
+    dx[0] = h[ax_eq] - x[vz] * x[wy] + x[vy] * x[wz];
+    dx[1] = t_bu64g + (x[vz] * x[wx] - x[vx] * x[wz]);
+    dx[2] = t_isafs + (x[vx] * x[wy] - x[vy] * x[wx]);
+    dx[3] = X_x4;
+    dx[4] = t_s6zvw;
+    dx[5] = t_g433r;
+    dx[6] = x[wx];
+    dx[7] = x[wy];
+    dx[8] = x[wz];
+    dx[9] = x[phi1_dot];
+    dx[10] = x[theta1_dot];
+    dx[11] = x[phi2_dot];
+    dx[12] = x[theta2_dot];
+    dx[13] = t_ien4t * h[t_zrejm];
+    dx[14] = t_m6yt4 / D_theta1;
+    dx[15] = t_cpcgp * h[t_5wzvs];
+    dx[16] = t_pzz34 / D_theta2;
 }
+
+/* Places of h. */
+enum {
+    rhs_reduced_euler_h_t_os4zj,
+    rhs_reduced_euler_h_t_yx2kz,
+    rhs_reduced_euler_h_t_zrejm,
+    rhs_reduced_euler_h_k1,
+    rhs_reduced_euler_h_me1,
+    rhs_reduced_euler_h_t_6nwd2,
+    rhs_reduced_euler_h_mv1,
+    rhs_reduced_euler_h_t_nfvux,
+    rhs_reduced_euler_h_t_frp3h,
+    rhs_reduced_euler_h_t_5wzvs,
+    rhs_reduced_euler_h_k2,
+    rhs_reduced_euler_h_me2,
+    rhs_reduced_euler_h_t_popww,
+    rhs_reduced_euler_h_mv2,
+    rhs_reduced_euler_h_M_C,
+    rhs_reduced_euler_h_x_C,
+    rhs_reduced_euler_h_J_C1,
+    rhs_reduced_euler_h_J_C3,
+    rhs_reduced_euler_h_J_C2,
+    rhs_reduced_euler_h_e1,
+    rhs_reduced_euler_h_e2,
+    rhs_reduced_euler_h_B_1,
+    rhs_reduced_euler_h_Bl_1,
+    rhs_reduced_euler_h_t_b7ure,
+    rhs_reduced_euler_h_B_2,
+    rhs_reduced_euler_h_Bl_2,
+    rhs_reduced_euler_h_t_lpk5h,
+    rhs_reduced_euler_h_t_m5gm4,
+    rhs_reduced_euler_h_t_uumic,
+    rhs_reduced_euler_h_t_doa45,
+    rhs_reduced_euler_h_t_sfymc,
+    rhs_reduced_euler_h_t_5r66u,
+    rhs_reduced_euler_h_t_7bo2j,
+    rhs_reduced_euler_h_t_lwe76,
+    rhs_reduced_euler_h_t_oc5tk,
+    rhs_reduced_euler_h_ax_eq,
+};
 
 /* what rhs_reduced_euler computes once per run; 75 operations. */
 void slosh_rhs_reduced_euler_prepare(const real *p, real *h)
 {
-    const real v3 = p[0] + p[1];
-    const real v14 = p[13] * p[13];
-    const real v15 = v14 * p[12];
-    const real v18 = K(1.0) / (v15 + p[15]);
-    const real v19 = p[12] * v18;
-    const real v20 = v19 * p[15];
-    const real v29 = p[18] * p[18];
-    const real v30 = v29 * p[17];
-    const real v32 = K(1.0) / (v30 + p[20]);
-    const real v33 = p[17] * v32;
-    const real v34 = v33 * p[20];
-    const real v38 = v3 + v20 + v34;
-    const real v39 = (p[14] * v20 - (p[7] * p[0] + p[6] * p[1]) + p[19] * v34) / v38;
-    const real v40 = p[14] - v39;
-    const real v41 = p[13] * p[12];
-    const real v42 = v19 * p[13];
-    const real v43 = v41 * v42;
-    const real v44 = v20 * p[13];
-    const real v45 = p[19] - v39;
-    const real v46 = p[18] * p[17];
-    const real v47 = v33 * p[18];
-    const real v48 = v46 * v47;
-    const real v49 = v34 * p[18];
-    const real v54 = p[4] - p[5];
-    const real v59 = p[2] + p[3];
-    const real v82 = v20 * (p[14] * p[14]) + v34 * (p[19] * p[19]) + p[0] * (p[7] * p[7]) + p[1] * (p[6] * p[6]);
-    const real v85 = v82 - v38 * (v39 * v39);
-    const real v87 = p[15] + p[20];
-    h[0] = p[9] / (v3 + p[12] + p[17]);
-    h[1] = v14;
-    h[2] = v15;
-    h[3] = v18;
-    h[4] = v20;
-    h[5] = v29;
-    h[6] = v30;
-    h[7] = v32;
-    h[8] = v34;
-    h[9] = v38;
-    h[10] = v39;
-    h[11] = v40;
-    h[12] = v41;
-    h[13] = v42;
-    h[14] = v43;
-    h[15] = v44;
-    h[16] = v45;
-    h[17] = v46;
-    h[18] = v47;
-    h[19] = v48;
-    h[20] = v49;
-    h[21] = v38 + v43 + v48;
-    h[22] = v54;
-    h[23] = v44 * p[13];
-    h[24] = v49 * p[18];
-    h[25] = v59;
-    h[26] = v40 * v20;
-    h[27] = v45 * v34;
-    h[28] = v59 + (p[5] - p[4]);
-    h[29] = p[7] + p[8] + v39;
-    h[30] = v20 * (v40 * v40);
-    h[31] = v34 * (v45 * v45);
-    h[32] = p[2] + p[5] + v85;
-    h[33] = v59 + v87 + v54;
-    h[34] = p[2] + p[4] + v87 + v85;
-    h[35] = v14 + v14;
+    enum { m = SLOSH_P_M };
+    enum { m0 = SLOSH_P_M0 };
+    enum { I0 = SLOSH_P_I0 };
+    enum { J_x = SLOSH_P_J_X };
+    enum { J_y = SLOSH_P_J_Y };
+    enum { J_z = SLOSH_P_J_Z };
+    enum { h0 = SLOSH_P_H0 };
+    enum { b = SLOSH_P_B };
+    enum { d = SLOSH_P_D };
+    enum { F = SLOSH_P_F };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    const real t_os4zj = p[l1] * p[l1];
+    const real t_yx2kz = t_os4zj * p[m1];
+    const real D1 = t_yx2kz + p[I1];
+    const real t_zrejm = K(1.0) / D1;
+    const real t_3qn53 = p[m1] * t_zrejm;
+    const real k1 = t_3qn53 * p[l1];
+    const real me1 = t_3qn53 * p[I1];
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real mv1 = t_6nwd2 * k1;
+    const real t_nfvux = p[l2] * p[l2];
+    const real t_frp3h = t_nfvux * p[m2];
+    const real D2 = t_frp3h + p[I2];
+    const real t_5wzvs = K(1.0) / D2;
+    const real t_54cbb = p[m2] * t_5wzvs;
+    const real k2 = t_54cbb * p[l2];
+    const real me2 = t_54cbb * p[I2];
+    const real t_popww = p[l2] * p[m2];
+    const real mv2 = t_popww * k2;
+    const real t_omhyl = p[m] + p[m0];
+    const real M_C = t_omhyl + me1 + me2;
+    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real S_C = me1 * (p[h1] * p[h1])
+        + me2 * (p[h2] * p[h2])
+        + p[m] * (p[b] * p[b])
+        + p[m0] * (p[h0] * p[h0])
+        - M_C * (x_C * x_C);
+    const real J_C1 = p[I0] + p[J_x];
+    const real J_C3 = p[I0] + p[J_z] + S_C;
+    const real t_is5lg = p[I1] + p[I2];
+    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
+    const real e1 = p[h1] - x_C;
+    const real e2 = p[h2] - x_C;
+    const real B_1 = me1 * p[l1];
+    const real Bl_1 = B_1 * p[l1];
+    const real B_2 = me2 * p[l2];
+    const real Bl_2 = B_2 * p[l2];
+    const real t_sfymc = p[J_y] - p[J_z];
+    const real ax_eq = p[F] / (t_omhyl + p[m1] + p[m2]);  /* (19) */
+    h[rhs_reduced_euler_h_t_os4zj] = t_os4zj;
+    h[rhs_reduced_euler_h_t_yx2kz] = t_yx2kz;
+    h[rhs_reduced_euler_h_t_zrejm] = t_zrejm;
+    h[rhs_reduced_euler_h_k1] = k1;
+    h[rhs_reduced_euler_h_me1] = me1;
+    h[rhs_reduced_euler_h_t_6nwd2] = t_6nwd2;
+    h[rhs_reduced_euler_h_mv1] = mv1;
+    h[rhs_reduced_euler_h_t_nfvux] = t_nfvux;
+    h[rhs_reduced_euler_h_t_frp3h] = t_frp3h;
+    h[rhs_reduced_euler_h_t_5wzvs] = t_5wzvs;
+    h[rhs_reduced_euler_h_k2] = k2;
+    h[rhs_reduced_euler_h_me2] = me2;
+    h[rhs_reduced_euler_h_t_popww] = t_popww;
+    h[rhs_reduced_euler_h_mv2] = mv2;
+    h[rhs_reduced_euler_h_M_C] = M_C;
+    h[rhs_reduced_euler_h_x_C] = x_C;
+    h[rhs_reduced_euler_h_J_C1] = J_C1;
+    h[rhs_reduced_euler_h_J_C3] = J_C3;
+    h[rhs_reduced_euler_h_J_C2] = J_C2;
+    h[rhs_reduced_euler_h_e1] = e1;
+    h[rhs_reduced_euler_h_e2] = e2;
+    h[rhs_reduced_euler_h_B_1] = B_1;
+    h[rhs_reduced_euler_h_Bl_1] = Bl_1;
+    h[rhs_reduced_euler_h_t_b7ure] = me1 * (e1 * e1);
+    h[rhs_reduced_euler_h_B_2] = B_2;
+    h[rhs_reduced_euler_h_Bl_2] = Bl_2;
+    h[rhs_reduced_euler_h_t_lpk5h] = me2 * (e2 * e2);
+    h[rhs_reduced_euler_h_t_m5gm4] = M_C + mv1 + mv2;
+    h[rhs_reduced_euler_h_t_uumic] = e1 * me1;
+    h[rhs_reduced_euler_h_t_doa45] = e2 * me2;
+    h[rhs_reduced_euler_h_t_sfymc] = t_sfymc;
+    h[rhs_reduced_euler_h_t_5r66u] = J_C1 + (p[J_z] - p[J_y]);
+    h[rhs_reduced_euler_h_t_7bo2j] = J_C1 + t_is5lg + t_sfymc;
+    h[rhs_reduced_euler_h_t_lwe76] = p[b] + p[d] + x_C;
+    h[rhs_reduced_euler_h_t_oc5tk] = t_os4zj + t_os4zj;
+    h[rhs_reduced_euler_h_ax_eq] = ax_eq;
 }
+
+/* Places of w. */
+enum {
+    rhs_reduced_euler_w_f_x,
+    rhs_reduced_euler_w_f_y,
+    rhs_reduced_euler_w_t_4qr2j,
+    rhs_reduced_euler_w_t_gcu5g,
+    rhs_reduced_euler_w_t_ayyb5,
+};
 
 /* what rhs_reduced_euler computes when the input changes; 10 operations. */
 void slosh_rhs_reduced_euler_hold(const real *u, const real *p, const real *h, real *w)
 {
-    real s2, c2; mv_sincos(u[4], &s2, &c2);
-    const real v3 = s2 * p[9];
-    const real v5 = c2 * p[9];
-    real s7, c7; mv_sincos(u[3], &s7, &c7);
-    const real v10 = v5 * s7;
-    w[0] = v3;
-    w[1] = v5 * c7;
-    w[2] = v10;
-    w[3] = v3 * h[29];
-    w[4] = v10 * h[29];
+    enum { delta1 = SLOSH_U_DELTA1 };
+    enum { delta2 = SLOSH_U_DELTA2 };
+    enum { F = SLOSH_P_F };
+    enum { t_lwe76 = rhs_reduced_euler_h_t_lwe76 };
+    real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
+    const real t_ruxs4 = cos_delta2 * p[F];
+    real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
+    const real f_x = t_ruxs4 * cos_delta1;
+    const real f_y = sin_delta2 * p[F];
+    const real t_gcu5g = t_ruxs4 * sin_delta1;
+    w[rhs_reduced_euler_w_f_x] = f_x;
+    w[rhs_reduced_euler_w_f_y] = f_y;
+    w[rhs_reduced_euler_w_t_4qr2j] = f_y * h[t_lwe76];
+    w[rhs_reduced_euler_w_t_gcu5g] = t_gcu5g;
+    w[rhs_reduced_euler_w_t_ayyb5] = t_gcu5g * h[t_lwe76];
 }
 
 /* the rest of rhs_reduced_euler; 762 operations. */
 void slosh_rhs_reduced_euler_prepared(const real *x, const real *u, const real *p, const real *h, const real *w, real *dx)
 {
-    real s14, c14; mv_sincos(x[9], &s14, &c14);
-    const real v16 = s14 * p[13];
-    const real v20 = p[12] / (p[15] + p[12] * (v16 * v16));
-    const real v22 = x[3] * x[4];
-    real s25, c25; mv_sincos(x[10], &s25, &c25);
-    const real v29 = c25 * x[4] - s25 * x[5];
-    const real v31 = c14 * p[13];
-    const real v34 = x[3] - x[14];
-    const real v38 = c25 * x[5];
-    const real v39 = s25 * x[4];
-    const real v40 = v38 + v39;
-    const real v42 = c14 * v34 - v40 * s14;
-    const real v45 = v29 + x[13];
-    const real v51 = p[16] * x[14];
-    const real v53 = (v22 * v16 + v29 * v31 * v34 - v42 * p[13] * (v45 + x[13])) * p[15] - v51 * v16;
-    const real v54 = v20 * v53;
-    const real v55 = v54 * c25;
-    real s58, c58; mv_sincos(x[11], &s58, &c58);
-    const real v60 = s58 * p[18];
-    const real v64 = p[17] / (p[20] + p[17] * (v60 * v60));
-    real s67, c67; mv_sincos(x[12], &s67, &c67);
-    const real v71 = c67 * x[4] - s67 * x[5];
-    const real v73 = c58 * p[18];
-    const real v76 = x[3] - x[16];
-    const real v80 = c67 * x[5];
-    const real v81 = s67 * x[4];
-    const real v82 = v80 + v81;
-    const real v84 = c58 * v76 - v82 * s58;
-    const real v87 = v71 + x[15];
-    const real v93 = p[21] * x[16];
-    const real v95 = (v22 * v60 + v71 * v73 * v76 - v84 * p[18] * (v87 + x[15])) * p[20] - v93 * v60;
-    const real v96 = v64 * v95;
-    const real v97 = v96 * c67;
-    const real v101 = x[4] * x[4] + x[5] * x[5];
-    const real v116 = v101 * h[11];
-    const real v124 = v40 * c14 + s14 * v34;
-    const real v129 = c14 * v116 * h[14] - h[12] * (v124 * v124 + v45 * v45);
-    const real v136 = p[16] * x[13];
-    const real v138 = h[15] * (v42 * v124 - v40 * v34) + v136 * h[13];
-    const real v140 = s14 * v129 - v138 * c14;
-    const real v144 = v101 * h[16];
-    const real v152 = v82 * c58 + s58 * v76;
-    const real v157 = c58 * v144 * h[19] - h[17] * (v152 * v152 + v87 * v87);
-    const real v164 = p[21] * x[15];
-    const real v166 = h[20] * (v84 * v152 - v82 * v76) + v164 * h[18];
-    const real v168 = s58 * v157 - v166 * c58;
-    const real v172 = h[14] * s14;
-    const real v173 = v172 * c14;
-    const real v175 = h[19] * s58;
-    const real v176 = v175 * c58;
-    const real v178 = v173 * s25 + v176 * s67;
-    const real v180 = v172 * s14;
-    const real v182 = v175 * s58;
-    const real v184 = K(1.0) / (h[21] - v180 - v182);
-    const real v185 = v178 * v184;
-    const real v194 = w[1] + (v138 * s14 + v166 * s58 + c14 * v129 + c58 * v157);
-    const real v196 = w[0] - (v55 + v97 + v140 * s25 + v168 * s67) + v185 * v194;
-    const real v197 = s25 * s25;
-    const real v199 = v20 * p[15];
-    const real v200 = v180 + h[4] - v199;
-    const real v201 = v197 * v200;
-    const real v202 = s67 * s67;
-    const real v204 = v64 * p[20];
-    const real v205 = v182 + h[8] - v204;
-    const real v206 = v202 * v205;
-    const real v215 = K(1.0) / (v201 + v206 + h[9] + v199 + v204 - h[4] - h[8] - v178 * v185);
-    const real v217 = c25 * s25;
-    const real v219 = c67 * s67;
-    const real v224 = v173 * c25 + v176 * c67;
-    const real v225 = v224 * v184;
-    const real v227 = v217 * v200 + v219 * v205 - v178 * v225;
-    const real v228 = v227 * v215;
-    const real v232 = v54 * s25;
-    const real v233 = v96 * s67;
-    const real v241 = v225 * v194 - (w[2] + (v140 * c25 - (v232 + v233) + v168 * c67)) - v228 * v196;
-    const real v250 = K(1.0) / (v180 + v182 + h[9] - v201 - v206 - v227 * v228 - v224 * v225);
-    const real v252 = v16 * v199;
-    const real v253 = s25 * v252;
-    const real v254 = v60 * v204;
-    const real v255 = s67 * v254;
-    const real v257 = h[15] * c14;
-    const real v260 = h[20] * c58;
-    const real v263 = c25 * v252;
-    const real v264 = c67 * v254;
-    const real v270 = h[15] * s14;
-    const real v271 = h[20] * s58;
-    const real v272 = v270 + v271;
-    const real v273 = v272 * v184;
-    const real v275 = v263 + v264 + v257 * s25 + v260 * s67 + v178 * v273;
-    const real v276 = v275 * v215;
-    const real v280 = v253 + v255 - v257 * c25 - v260 * c67 + v227 * v276 - v224 * v273;
-    const real v281 = v280 * v250;
-    const real v285 = v270 * v116 + v138 * p[13];
-    const real v288 = v54 * v16 + v96 * v60;
-    const real v292 = v271 * v144 + v166 * p[18];
-    const real v296 = x[14] * p[15];
-    const real v299 = x[16] * p[20];
-    const real v305 = v285 - v288 + v292 - v136 - v164 + v296 * x[4] + v299 * x[4] - h[22] * x[4] * x[5];
-    const real v312 = u[0] - v305 + v273 * v194 + v276 * v196 - v281 * v241;
-    const real v315 = v16 * v252 + v60 * v254;
-    const real v328 = K(1.0) / (v315 + h[23] + h[24] + h[25] - v275 * v276 - v280 * v281 - v272 * v273);
-    const real v330 = h[11] - v31;
-    const real v331 = v330 * v199;
-    const real v332 = v16 * v331;
-    const real v333 = c25 * v332;
-    const real v335 = h[16] - v73;
-    const real v336 = v335 * v204;
-    const real v337 = v60 * v336;
-    const real v338 = c67 * v337;
-    const real v340 = v257 * h[11];
-    const real v341 = h[23] - v340;
-    const real v344 = v260 * h[16];
-    const real v345 = h[24] - v344;
-    const real v349 = v331 - h[26];
-    const real v351 = v336 - h[27];
-    const real v353 = v180 * h[11];
-    const real v354 = v257 - v353;
-    const real v355 = v354 + v349;
-    const real v357 = v182 * h[16];
-    const real v358 = v260 - v357;
-    const real v359 = v358 + v351;
-    const real v361 = v197 * v355 + v202 * v359;
-    const real v366 = v270 + v173 * h[11];
-    const real v369 = v271 + v176 * h[16];
-    const real v371 = v366 * s25 + v369 * s67;
-    const real v372 = v371 * v184;
-    const real v374 = v349 + v351 - v361 - v263 - v264 - v178 * v372;
-    const real v375 = v374 * v215;
-    const real v380 = v217 * v355 + v219 * v359;
-    const real v386 = v253 - v380 + v255 - v227 * v375 - v224 * v372;
-    const real v387 = v386 * v250;
-    const real v391 = v315 - v333 - v338 + v341 * s25 + v345 * s67 + v275 * v375 - v280 * v387 - v272 * v372;
-    const real v392 = v391 * v328;
-    const real v395 = v285 + v140 * h[11];
-    const real v401 = v292 + v168 * h[16];
-    const real v407 = x[13] * p[15];
-    const real v410 = x[15] * p[20];
-    const real v412 = v395 * s25 - (v288 + v51 + v93) + v401 * s67 - v22 * h[28] - v407 * x[4] - v410 * x[4];
-    const real v423 = u[2] - (v412 + v55 * v330 + v97 * v335) - w[3] + v372 * v194 - v375 * v196;
-    const real v427 = v423 - v387 * v241 - v392 * v312;
-    const real v428 = v330 * v331;
-    const real v429 = v335 * v336;
-    const real v437 = h[23] + K(-2.0) * v340 + h[11] * v353;
-    const real v439 = h[30] + v437 - v428;
-    const real v440 = v197 * v439;
-    const real v446 = h[24] + K(-2.0) * v344 + h[16] * v357;
-    const real v448 = h[31] + v446 - v429;
-    const real v449 = v202 * v448;
-    const real v456 = v428 + v429 + v315 + v440 + v449 + h[32] - h[30] - h[31] + K(-2.0) * v333;
-    const real v466 = v456 + K(-2.0) * v338 - v374 * v375 - v386 * v387 - v391 * v392 - v371 * v372;
-    const real v467 = K(1.0) / v466;
-    const real v471 = s25 * v332 + s67 * v337;
-    const real v478 = v366 * c25 + v369 * c67;
-    const real v479 = v478 * v184;
-    const real v481 = v380 + v178 * v479;
-    const real v482 = v481 * v215;
-    const real v490 = v361 - (v354 + v358) + v227 * v482 - v224 * v479;
-    const real v491 = v490 * v250;
-    const real v503 = v471 + v341 * c25 + v345 * c67 - v275 * v482 - v280 * v491 - v272 * v479;
-    const real v504 = v503 * v328;
-    const real v506 = v471 + v217 * v439 + v219 * v448 + v374 * v482 - v386 * v491 - v391 * v504;
-    const real v508 = v506 - v371 * v479;
-    const real v509 = v508 * v467;
-    const real v519 = x[3] * x[5];
-    const real v524 = v395 * c25 + v401 * c67 + v296 * x[3] + v299 * x[3] - v519 * h[33] - v232 * v330;
-    const real v534 = w[4] - (u[1] + (v524 - v233 * v335 - v407 * x[5] - v410 * x[5])) + v479 * v194;
-    const real v553 = v437 + v446 + h[34] - v440 - v449 - v481 * v482 - v490 * v491 - v503 * v504;
-    const real v558 = (v534 + v482 * v196 - v491 * v241 - v504 * v312 - v509 * v427) / (v553 - v508 * v509 - v478 * v479);
-    const real v560 = v427 * v467 - v509 * v558;
-    const real v564 = v312 * v328 - v392 * v560 - v504 * v558;
-    const real v570 = v241 * v250 - v281 * v564 - v387 * v560 - v491 * v558;
-    const real v580 = v196 * v215 - v228 * v570 + v276 * v564 - v375 * v560 + v482 * v558 - v560 * h[10];
-    const real v587 = v570 - v558 * h[10];
-    const real v592 = v519 - v558;
-    const real v593 = v560 - v22;
-    real s595, c595; mv_sincos(x[7], &s595, &c595);
-    real s597, c597; mv_sincos(x[6], &s597, &c597);
-    const real v599 = K(1.0) / c595;
-    const real v601 = s597 * v599 * x[4];
-    const real v606 = c597 * v599 * x[5];
-    const real v613 = v31 * p[12];
-    const real v614 = c25 * v613;
-    const real v620 = s14 * h[12];
-    const real v622 = v620 * p[14];
-    const real v623 = v39 + v38;
-    const real v624 = v623 * v623;
-    const real v631 = s14 * c14;
-    const real v632 = h[2] * v631;
-    const real v635 = x[3] * x[3];
-    const real v637 = v136 - v622 * v624 - v622 * (v29 * v29) - x[14] * x[14] * v632 - v632 * v635;
-    const real v639 = s14 * s14;
-    const real v640 = h[2] * v639;
-    const real v641 = v640 * v623;
-    const real v651 = v637 - (x[14] + x[14]) * v641 - h[2] * v623 * x[3] + h[1] * v624 * s14 * c14 * p[12];
-    const real v663 = v651 + h[35] * v639 * v623 * x[3] * p[12] + c14 * v623 * p[14] * x[3] * p[13] * p[12];
-    const real v671 = s25 * v613;
-    const real v673 = h[0] * v620 + (v663 + h[35] * s14 * c14 * x[14] * x[3] * p[12]) + v580 * v671;
-    const real v678 = h[2] * s25;
-    const real v681 = v592 * (v614 * p[14] - h[1] * c25 * p[12]) - (v673 + v587 * v614) - v593 * (v671 * p[14] - v678);
-    const real v685 = s25 * v620;
-    const real v687 = v29 * x[3];
-    const real v690 = x[13] + x[13];
-    const real v695 = v632 * v690;
-    const real v699 = v51 + v622 * v687 + v641 * v690 + v641 * v29 + v695 * x[14] - v632 * v687;
-    const real v702 = c25 * v620;
-    const real v710 = v587 * v685 - (v699 - v695 * x[3] + v580 * v702) - v592 * (v685 * p[14] - v631 * v678);
-    const real v721 = (v710 - v593 * (v702 * p[14] - v631 * (h[2] * c25) + p[15]) + v564 * v640) / (v640 + p[15]);
-    const real v722 = v73 * p[17];
-    const real v723 = v722 * c67;
-    const real v729 = h[17] * s58;
-    const real v731 = s58 * c58;
-    const real v732 = v731 * h[6];
-    const real v735 = v729 * p[19];
-    const real v736 = v81 + v80;
-    const real v737 = v736 * v736;
-    const real v745 = v164 - v635 * v732 - v735 * v737 - v735 * (v71 * v71) - x[16] * x[16] * v732;
-    const real v747 = s58 * s58;
-    const real v748 = v747 * h[6];
-    const real v749 = v736 * v748;
-    const real v759 = v745 - (x[16] + x[16]) * v749 - v736 * h[6] * x[3] + v737 * s58 * c58 * h[5] * p[17];
-    const real v771 = v759 + (v736 + v736) * v747 * h[5] * x[3] * p[17] + v736 * c58 * p[19] * x[3] * p[18] * p[17];
-    const real v780 = v722 * s67;
-    const real v782 = h[0] * v729 + (v771 + (s58 + s58) * c58 * h[5] * x[16] * x[3] * p[17]) + v580 * v780;
-    const real v787 = s67 * h[6];
-    const real v790 = v592 * (v723 * p[19] - c67 * h[5] * p[17]) - (v782 + v587 * v723) - v593 * (v780 * p[19] - v787);
-    const real v794 = v729 * s67;
-    const real v798 = v71 * x[3];
-    const real v801 = x[15] + x[15];
-    const real v808 = v93 + v71 * v749 + v735 * v798 + v749 * v801 + v732 * v801 * x[16] - v732 * v798;
-    const real v813 = v729 * c67;
-    const real v821 = v587 * v794 - (v808 - v732 * (x[3] + x[3]) * x[15] + v580 * v813) - v592 * (v794 * p[19] - v787 * v731);
-    const real v832 = (v821 - v593 * (v813 * p[19] - v731 * (c67 * h[6]) + p[20]) + v564 * v748) / (v748 + p[20]);
-    dx[0] = h[0] - x[2] * x[4] + x[1] * x[5];
-    dx[1] = v580 + (x[2] * x[3] - x[0] * x[5]);
-    dx[2] = v587 + (x[0] * x[4] - x[1] * x[3]);
-    dx[3] = v564;
-    dx[4] = v592;
-    dx[5] = v593;
-    dx[6] = x[3] + s595 * v601 + s595 * v606;
-    dx[7] = c597 * x[4] - s597 * x[5];
-    dx[8] = v601 + v606;
-    dx[9] = x[13];
-    dx[10] = x[14];
-    dx[11] = x[15];
-    dx[12] = x[16];
-    dx[13] = (v681 - v564 * p[15]) * h[3];
-    dx[14] = v721;
-    dx[15] = (v790 - v564 * p[20]) * h[7];
-    dx[16] = v832;
+    enum { vx = SLOSH_X_VX };
+    enum { vy = SLOSH_X_VY };
+    enum { vz = SLOSH_X_VZ };
+    enum { wx = SLOSH_X_WX };
+    enum { wy = SLOSH_X_WY };
+    enum { wz = SLOSH_X_WZ };
+    enum { att1 = SLOSH_X_ATT1 };
+    enum { att2 = SLOSH_X_ATT2 };
+    enum { phi1 = SLOSH_X_PHI1 };
+    enum { theta1 = SLOSH_X_THETA1 };
+    enum { phi2 = SLOSH_X_PHI2 };
+    enum { theta2 = SLOSH_X_THETA2 };
+    enum { phi1_dot = SLOSH_X_PHI1_DOT };
+    enum { theta1_dot = SLOSH_X_THETA1_DOT };
+    enum { phi2_dot = SLOSH_X_PHI2_DOT };
+    enum { theta2_dot = SLOSH_X_THETA2_DOT };
+    enum { Mx = SLOSH_U_MX };
+    enum { My = SLOSH_U_MY };
+    enum { Mz = SLOSH_U_MZ };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { eps1 = SLOSH_P_EPS1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { eps2 = SLOSH_P_EPS2 };
+    enum { t_os4zj = rhs_reduced_euler_h_t_os4zj };
+    enum { t_yx2kz = rhs_reduced_euler_h_t_yx2kz };
+    enum { t_zrejm = rhs_reduced_euler_h_t_zrejm };
+    enum { k1 = rhs_reduced_euler_h_k1 };
+    enum { me1 = rhs_reduced_euler_h_me1 };
+    enum { t_6nwd2 = rhs_reduced_euler_h_t_6nwd2 };
+    enum { mv1 = rhs_reduced_euler_h_mv1 };
+    enum { t_nfvux = rhs_reduced_euler_h_t_nfvux };
+    enum { t_frp3h = rhs_reduced_euler_h_t_frp3h };
+    enum { t_5wzvs = rhs_reduced_euler_h_t_5wzvs };
+    enum { k2 = rhs_reduced_euler_h_k2 };
+    enum { me2 = rhs_reduced_euler_h_me2 };
+    enum { t_popww = rhs_reduced_euler_h_t_popww };
+    enum { mv2 = rhs_reduced_euler_h_mv2 };
+    enum { M_C = rhs_reduced_euler_h_M_C };
+    enum { x_C = rhs_reduced_euler_h_x_C };
+    enum { J_C1 = rhs_reduced_euler_h_J_C1 };
+    enum { J_C3 = rhs_reduced_euler_h_J_C3 };
+    enum { J_C2 = rhs_reduced_euler_h_J_C2 };
+    enum { e1 = rhs_reduced_euler_h_e1 };
+    enum { e2 = rhs_reduced_euler_h_e2 };
+    enum { B_1 = rhs_reduced_euler_h_B_1 };
+    enum { Bl_1 = rhs_reduced_euler_h_Bl_1 };
+    enum { t_b7ure = rhs_reduced_euler_h_t_b7ure };
+    enum { B_2 = rhs_reduced_euler_h_B_2 };
+    enum { Bl_2 = rhs_reduced_euler_h_Bl_2 };
+    enum { t_lpk5h = rhs_reduced_euler_h_t_lpk5h };
+    enum { t_m5gm4 = rhs_reduced_euler_h_t_m5gm4 };
+    enum { t_uumic = rhs_reduced_euler_h_t_uumic };
+    enum { t_doa45 = rhs_reduced_euler_h_t_doa45 };
+    enum { t_sfymc = rhs_reduced_euler_h_t_sfymc };
+    enum { t_5r66u = rhs_reduced_euler_h_t_5r66u };
+    enum { t_7bo2j = rhs_reduced_euler_h_t_7bo2j };
+    enum { t_oc5tk = rhs_reduced_euler_h_t_oc5tk };
+    enum { ax_eq = rhs_reduced_euler_h_ax_eq };
+    enum { f_x = rhs_reduced_euler_w_f_x };
+    enum { f_y = rhs_reduced_euler_w_f_y };
+    enum { t_4qr2j = rhs_reduced_euler_w_t_4qr2j };
+    enum { t_gcu5g = rhs_reduced_euler_w_t_gcu5g };
+    enum { t_ayyb5 = rhs_reduced_euler_w_t_ayyb5 };
+    const real W12 = x[wx] * x[wy];
+    const real W13 = x[wx] * x[wz];
+    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
+    const real t_rding = cos_theta1 * x[wz];
+    const real t_a3uw4 = sin_theta1 * x[wy];
+    const real Wt1 = t_rding + t_a3uw4;
+    const real w_x1 = x[wx] - x[theta1_dot];
+    const real p1 = Wn1 + x[phi1_dot];
+    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
+    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
+    const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
+    const real t_geoui = cos_theta2 * x[wz];
+    const real t_vhhwy = sin_theta2 * x[wy];
+    const real Wt2 = t_geoui + t_vhhwy;
+    const real w_x2 = x[wx] - x[theta2_dot];
+    const real p2 = Wn2 + x[phi2_dot];
+    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
+    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
+    const real t_w7vil = t_rybsf * h[e1];
+    const real tension1 = cos_phi1 * t_w7vil * h[mv1] - h[t_6nwd2] * sigma_sq1;
+    const real As_1 = h[mv1] * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real eAss_1 = Ass_1 * h[e1];
+    const real q_1 = sin_phi1 * p[l1];
+    const real lc_1 = cos_phi1 * p[l1];
+    const real Bs_1 = h[B_1] * sin_phi1;
+    const real Bc_1 = h[B_1] * cos_phi1;
+    const real g_1 = h[e1] - lc_1;
+    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
+    const real wth_1 = th_1 * p[I1];
+    const real eBc_1 = Bc_1 * h[e1];
+    const real wg_1 = g_1 * wth_1;
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real tn11_1 = Ass_1 + h[me1] - wth_1;
+    const real t_3bowt = h[Bl_1] + K(-2.0) * eBc_1 + h[e1] * eAss_1;
+    const real t_3fv6l = g_1 * wg_1;
+    const real tn44_1 = h[t_b7ure] + t_3bowt - t_3fv6l;
+    const real wq_1 = q_1 * wth_1;
+    const real wqg_1 = q_1 * wg_1;
+    const real wqq_1 = q_1 * wq_1;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real wgC_1 = cos_theta1 * wqg_1;
+    const real wgS_1 = sin_theta1 * wqg_1;
+    const real loss_phi1 = p[eps1] * x[phi1_dot];
+    const real loss_theta1 = p[eps1] * x[theta1_dot];
+    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real zeta1 = W12 * q_1
+        + Wn1 * lc_1 * w_x1
+        - chi1 * p[l1] * (p1 + x[phi1_dot]);
+    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
+    const real t_7imwe = h[B_1] * eta1 + loss_phi1 * h[k1];
+    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real M_q1 = F_n1 * q_1;
+    const real I_phi1 = x[phi1_dot] * p[I1];
+    const real I_theta1 = x[theta1_dot] * p[I1];
+    const real t_6fvzz = t_rybsf * h[e2];
+    const real tension2 = cos_phi2 * t_6fvzz * h[mv2] - h[t_popww] * sigma_sq2;
+    const real As_2 = h[mv2] * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real eAss_2 = Ass_2 * h[e2];
+    const real q_2 = sin_phi2 * p[l2];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real Bs_2 = h[B_2] * sin_phi2;
+    const real Bc_2 = h[B_2] * cos_phi2;
+    const real g_2 = h[e2] - lc_2;
+    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
+    const real wth_2 = th_2 * p[I2];
+    const real eBc_2 = Bc_2 * h[e2];
+    const real wg_2 = g_2 * wth_2;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real tn11_2 = Ass_2 + h[me2] - wth_2;
+    const real t_ymmgl = h[Bl_2] + K(-2.0) * eBc_2 + h[e2] * eAss_2;
+    const real t_odwbr = g_2 * wg_2;
+    const real tn44_2 = h[t_lpk5h] + t_ymmgl - t_odwbr;
+    const real wq_2 = q_2 * wth_2;
+    const real wqg_2 = q_2 * wg_2;
+    const real wqq_2 = q_2 * wq_2;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real wgC_2 = cos_theta2 * wqg_2;
+    const real wgS_2 = sin_theta2 * wqg_2;
+    const real loss_phi2 = p[eps2] * x[phi2_dot];
+    const real loss_theta2 = p[eps2] * x[theta2_dot];
+    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real zeta2 = W12 * q_2
+        + Wn2 * lc_2 * w_x2
+        - chi2 * p[l2] * (p2 + x[phi2_dot]);
+    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
+    const real t_4b2fa = h[B_2] * eta2 + loss_phi2 * h[k2];
+    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real M_q2 = F_n2 * q_2;
+    const real I_phi2 = x[phi2_dot] * p[I2];
+    const real I_theta2 = x[theta2_dot] * p[I2];
+    const real K11 = h[t_m5gm4] - Ass_1 - Ass_2;
+    const real t_fbeaw = S_sq1 * tn11_1;
+    const real t_dj555 = S_sq2 * tn11_2;
+    const real K22 = t_fbeaw + t_dj555 + h[M_C] + wth_1 + wth_2 - h[me1] - h[me2];
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real K33 = Ass_1 + Ass_2 + h[M_C] - t_fbeaw - t_dj555;
+    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
+    const real t_nhr5u = wqq_1 + wqq_2;
+    const real K44 = t_nhr5u + h[Bl_1] + h[Bl_2] + h[J_C1];
+    const real t_kwrkt = wg_1 - h[t_uumic];
+    const real t_t44oq = wg_2 - h[t_doa45];
+    const real t_32gyg = Bc_1 - eAss_1;
+    const real t_n3v7x = t_32gyg + t_kwrkt;
+    const real t_gbkg6 = Bc_2 - eAss_2;
+    const real t_hsuzx = t_gbkg6 + t_t44oq;
+    const real t_fcf5x = S_sq1 * t_n3v7x + S_sq2 * t_hsuzx;
+    const real K52 = t_kwrkt + t_t44oq - t_fcf5x - wqC_1 - wqC_2;
+    const real t_bac7g = SC1 * t_n3v7x + SC2 * t_hsuzx;
+    const real K53 = wqS_1 - t_bac7g + wqS_2;
+    const real t_nncdg = h[Bl_1] - eBc_1;
+    const real t_4q22j = h[Bl_2] - eBc_2;
+    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
+    const real t_hoosk = S_sq1 * tn44_1;
+    const real t_drvdp = S_sq2 * tn44_2;
+    const real K55 = t_3fv6l
+        + t_odwbr
+        + t_nhr5u
+        + t_hoosk
+        + t_drvdp
+        + h[J_C3]
+        - h[t_b7ure]
+        - h[t_lpk5h]
+        + K(-2.0) * wgC_1
+        + K(-2.0) * wgC_2;
+    const real K63 = t_fcf5x - (t_32gyg + t_gbkg6);
+    const real t_zhbuw = wgS_1 + wgS_2;
+    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
+    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_3bowt + t_ymmgl + h[J_C2] - t_hoosk - t_drvdp;
+    const real t_vt7uo = F_n1 * cos_theta1;
+    const real t_oncjt = F_n2 * cos_theta2;
+    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real t_azclp = F_n1 * sin_theta1;
+    const real t_iya7w = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
+    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
+    const real t_kp7yy = M_q1 + M_q2;
+    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
+    const real n4 = t_aejai
+        - t_kp7yy
+        + t_zd4fs
+        - loss_phi1
+        - loss_phi2
+        + I_theta1 * x[wy]
+        + I_theta2 * x[wy]
+        - h[t_sfymc] * x[wy] * x[wz];
+    const real t_w7nmt = t_aejai + F_t1 * h[e1];
+    const real t_e5cx2 = t_zd4fs + F_t2 * h[e2];
+    const real n5 = t_w7nmt * sin_theta1
+        - (t_kp7yy + loss_theta1 + loss_theta2)
+        + t_e5cx2 * sin_theta2
+        - W12 * h[t_5r66u]
+        - I_phi1 * x[wy]
+        - I_phi2 * x[wy]
+        + t_vt7uo * g_1
+        + t_oncjt * g_2;
+    const real n6 = t_w7nmt * cos_theta1
+        + t_e5cx2 * cos_theta2
+        + I_theta1 * x[wx]
+        + I_theta2 * x[wx]
+        - W13 * h[t_7bo2j]
+        - t_azclp * g_1
+        - t_iya7w * g_2
+        - I_phi1 * x[wz]
+        - I_phi2 * x[wz];
+    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_bpfoo = K(1.0) / K11;
+    const real t_w7lcw = t_b3aij * t_bpfoo;
+    const real K_D2 = K22 - t_b3aij * t_w7lcw;
+    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_3go2w = t_zzymx * t_bpfoo;
+    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
+    const real t_4iujv = K(1.0) / K_D2;
+    const real K_L32 = t_d4mqf * t_4iujv;
+    const real t_ev7u5 = Bs_1 + Asc_1 * h[e1];
+    const real t_bvybx = Bs_2 + Asc_2 * h[e2];
+    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
+    const real t_vshgd = t_6mmeb * t_bpfoo;
+    const real t_p6zld = K52 - t_b3aij * t_vshgd;
+    const real K_L52 = t_p6zld * t_4iujv;
+    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
+    const real t_2m245 = Bs_1 + Bs_2;
+    const real t_xq4wt = t_2m245 * t_bpfoo;
+    const real t_m67zs = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2 + t_b3aij * t_xq4wt;
+    const real t_6urah = t_m67zs * t_4iujv;
+    const real t_m27n6 = K43 + t_d4mqf * t_6urah - t_zzymx * t_xq4wt;
+    const real t_zmh3u = K(1.0) / K_D3;
+    const real K_L43 = t_m27n6 * t_zmh3u;
+    const real t_bxfcn = K53 - t_d4mqf * K_L52 - t_zzymx * t_vshgd;
+    const real K_L53 = t_bxfcn * t_zmh3u;
+    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
+    const real t_e4enr = t_bl4f2 * t_bpfoo;
+    const real t_qvrp6 = t_bac7g + t_b3aij * t_e4enr;
+    const real t_dj64q = t_qvrp6 * t_4iujv;
+    const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
+    const real K_L63 = t_rahc4 * t_zmh3u;
+    const real K_D4 = K44 - t_m67zs * t_6urah - t_m27n6 * K_L43 - t_2m245 * t_xq4wt;
+    const real t_amczu = K54 + t_m67zs * K_L52 - t_m27n6 * K_L53 - t_2m245 * t_vshgd;
+    const real t_lt2al = K(1.0) / K_D4;
+    const real K_L54 = t_amczu * t_lt2al;
+    const real t_e4k6u = K64 - t_m67zs * t_dj64q - t_m27n6 * K_L63 - t_2m245 * t_e4enr;
+    const real K_L64 = t_e4k6u * t_lt2al;
+    const real K_D5 = K55
+        - t_p6zld * K_L52
+        - t_bxfcn * K_L53
+        - t_amczu * K_L54
+        - t_6mmeb * t_vshgd;
+    const real t_jo54w = K65
+        + t_p6zld * t_dj64q
+        - t_bxfcn * K_L63
+        - t_amczu * K_L64
+        - t_6mmeb * t_e4enr;
+    const real t_ftqxb = K(1.0) / K_D5;
+    const real K_L65 = t_jo54w * t_ftqxb;
+    const real K_D6 = K66
+        - t_qvrp6 * t_dj64q
+        - t_rahc4 * K_L63
+        - t_e4k6u * K_L64
+        - t_jo54w * K_L65
+        - t_bl4f2 * t_e4enr;
+    const real b1 = w[f_x]
+        + (t_7imwe * sin_phi1 + t_4b2fa * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2);
+    const real b2 = w[f_y] - n2;
+    const real b4 = u[Mx] - n4;
+    const real b5 = u[Mz] - n5 - w[t_4qr2j];
+    const real b6 = w[t_ayyb5] - (u[My] + n6);
+    const real X_y2 = b2 + t_w7lcw * b1;
+    const real X_y3 = t_3go2w * b1 - (w[t_gcu5g] + n3) - K_L32 * X_y2;
+    const real X_y4 = b4 + t_xq4wt * b1 + t_6urah * X_y2 - K_L43 * X_y3;
+    const real X_y5 = b5
+        + t_vshgd * b1
+        - K_L52 * X_y2
+        - K_L53 * X_y3
+        - K_L54 * X_y4;
+    const real X_y6 = b6
+        + t_e4enr * b1
+        + t_dj64q * X_y2
+        - K_L63 * X_y3
+        - K_L64 * X_y4
+        - K_L65 * X_y5;
+    const real X_x6 = X_y6 / K_D6;
+    const real X_x5 = X_y5 * t_ftqxb - K_L65 * X_x6;
+    const real X_x4 = X_y4 * t_lt2al - K_L54 * X_x5 - K_L64 * X_x6;
+    const real X_x3 = X_y3 * t_zmh3u - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
+    const real X_x2 = X_y2 * t_4iujv
+        - K_L32 * X_x3
+        + t_6urah * X_x4
+        - K_L52 * X_x5
+        + t_dj64q * X_x6;
+    const real gx_phi1 = sin_phi1 * h[t_6nwd2];  /* (25) */
+    const real t_5zfdh = lc_1 * p[m1];
+    const real gy_phi1 = sin_theta1 * t_5zfdh;  /* (25) */
+    const real gz_phi1 = cos_theta1 * t_5zfdh;  /* (25) */
+    const real t_sgto3 = h[t_yx2kz] * sin_theta1;
+    const real cz_phi1 = gy_phi1 * p[h1] - t_sgto3;  /* (25) */
+    const real t_azo52 = gx_phi1 * p[h1];
+    const real t_amwyw = t_a3uw4 + t_rding;
+    const real t_7eszt = t_amwyw * t_amwyw;
+    const real t_a233z = sin_phi1 * cos_phi1;
+    const real t_z7qux = h[t_yx2kz] * t_a233z;
+    const real t_wube7 = x[wx] * x[wx];
+    const real t_3qva5 = sin_phi1 * sin_phi1;
+    const real t_2dafa = h[t_yx2kz] * t_3qva5;
+    const real t_kuyke = t_2dafa * t_amwyw;
+    const real k_phi1 = loss_phi1
+        - t_azo52 * t_7eszt
+        - t_azo52 * (Wn1 * Wn1)
+        - x[theta1_dot] * x[theta1_dot] * t_z7qux
+        - t_z7qux * t_wube7
+        - (x[theta1_dot] + x[theta1_dot]) * t_kuyke
+        - h[t_yx2kz] * t_amwyw * x[wx]
+        + h[t_os4zj] * t_7eszt * sin_phi1 * cos_phi1 * p[m1]
+        + h[t_oc5tk] * t_3qva5 * t_amwyw * x[wx] * p[m1]
+        + cos_phi1 * t_amwyw * p[h1] * x[wx] * p[l1] * p[m1]
+        + h[t_oc5tk] * sin_phi1 * cos_phi1 * x[theta1_dot] * x[wx] * p[m1];  /* (25) */
+    const real D_theta1 = t_2dafa + p[I1];  /* (26) */
+    const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
+    const real t_tpms2 = sin_theta1 * gx_phi1;
+    const real cy_theta1 = t_tpms2 * p[h1] - t_a233z * t_sgto3;  /* (26) */
+    const real cz_theta1 = gy_theta1 * p[h1] - t_a233z * (h[t_yx2kz] * cos_theta1) + p[I1];  /* (26) */
+    const real t_ywy5z = Wn1 * x[wx];
+    const real t_j5odj = x[phi1_dot] + x[phi1_dot];
+    const real t_bp7gq = t_z7qux * t_j5odj;
+    const real k_theta1 = loss_theta1
+        + t_azo52 * t_ywy5z
+        + t_kuyke * t_j5odj
+        + t_kuyke * Wn1
+        + t_bp7gq * x[theta1_dot]
+        - t_z7qux * t_ywy5z
+        - t_bp7gq * x[wx];  /* (26) */
+    const real gx_phi2 = h[t_popww] * sin_phi2;  /* (25) */
+    const real t_p4m3j = lc_2 * p[m2];
+    const real gy_phi2 = t_p4m3j * sin_theta2;  /* (25) */
+    const real gz_phi2 = t_p4m3j * cos_theta2;  /* (25) */
+    const real t_q45sa = sin_theta2 * h[t_frp3h];
+    const real cz_phi2 = gy_phi2 * p[h2] - t_q45sa;  /* (25) */
+    const real t_nqm7d = sin_phi2 * cos_phi2;
+    const real t_6skn7 = t_nqm7d * h[t_frp3h];
+    const real t_svo5z = gx_phi2 * p[h2];
+    const real t_kmx3q = t_vhhwy + t_geoui;
+    const real t_3chhy = t_kmx3q * t_kmx3q;
+    const real t_4j4b3 = sin_phi2 * sin_phi2;
+    const real t_7a6mb = t_4j4b3 * h[t_frp3h];
+    const real t_pnlix = t_kmx3q * t_7a6mb;
+    const real k_phi2 = loss_phi2
+        - t_wube7 * t_6skn7
+        - t_svo5z * t_3chhy
+        - t_svo5z * (Wn2 * Wn2)
+        - x[theta2_dot] * x[theta2_dot] * t_6skn7
+        - (x[theta2_dot] + x[theta2_dot]) * t_pnlix
+        - t_kmx3q * h[t_frp3h] * x[wx]
+        + t_3chhy * sin_phi2 * cos_phi2 * h[t_nfvux] * p[m2]
+        + (t_kmx3q + t_kmx3q) * t_4j4b3 * h[t_nfvux] * x[wx] * p[m2]
+        + t_kmx3q * cos_phi2 * p[h2] * x[wx] * p[l2] * p[m2]
+        + (sin_phi2 + sin_phi2) * cos_phi2 * h[t_nfvux] * x[theta2_dot] * x[wx] * p[m2];  /* (25) */
+    const real D_theta2 = t_7a6mb + p[I2];  /* (26) */
+    const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
+    const real t_h3pge = gx_phi2 * sin_theta2;
+    const real cy_theta2 = t_h3pge * p[h2] - t_q45sa * t_nqm7d;  /* (26) */
+    const real cz_theta2 = gy_theta2 * p[h2] - t_nqm7d * (cos_theta2 * h[t_frp3h]) + p[I2];  /* (26) */
+    const real t_nw7er = Wn2 * x[wx];
+    const real t_473qv = x[phi2_dot] + x[phi2_dot];
+    const real k_theta2 = loss_theta2
+        + Wn2 * t_pnlix
+        + t_svo5z * t_nw7er
+        + t_pnlix * t_473qv
+        + t_6skn7 * t_473qv * x[theta2_dot]
+        - t_6skn7 * t_nw7er
+        - t_6skn7 * (x[wx] + x[wx]) * x[phi2_dot];  /* (26) */
+    const real t_bu64g = X_x2 - X_x5 * h[x_C];
+    const real t_isafs = X_x3 - X_x6 * h[x_C];
+    const real t_s6zvw = W13 - X_x6;
+    const real t_g433r = X_x5 - W12;
+    real sin_att2, cos_att2; mv_sincos(x[att2], &sin_att2, &cos_att2);
+    real sin_att1, cos_att1; mv_sincos(x[att1], &sin_att1, &cos_att1);
+    const real t_oa5el = K(1.0) / cos_att2;
+    const real t_s66h7 = sin_att1 * t_oa5el * x[wy];
+    const real t_bi4sl = cos_att1 * t_oa5el * x[wz];
+    const real t_ien4t = t_s6zvw * (gz_phi1 * p[h1] - h[t_os4zj] * cos_theta1 * p[m1])
+        - (h[ax_eq] * gx_phi1 + k_phi1 + t_bu64g * gy_phi1 + t_isafs * gz_phi1)
+        - t_g433r * cz_phi1
+        - X_x4 * p[I1];
+    const real t_m6yt4 = t_isafs * t_tpms2
+        - (k_theta1 + t_bu64g * gy_theta1)
+        - t_s6zvw * cy_theta1
+        - t_g433r * cz_theta1
+        + X_x4 * t_2dafa;
+    const real t_cpcgp = t_s6zvw * (gz_phi2 * p[h2] - cos_theta2 * h[t_nfvux] * p[m2])
+        - (h[ax_eq] * gx_phi2 + k_phi2 + t_bu64g * gy_phi2 + t_isafs * gz_phi2)
+        - t_g433r * cz_phi2
+        - X_x4 * p[I2];
+    const real t_pzz34 = t_isafs * t_h3pge
+        - (k_theta2 + t_bu64g * gy_theta2)
+        - t_s6zvw * cy_theta2
+        - t_g433r * cz_theta2
+        + X_x4 * t_7a6mb;
+    dx[0] = h[ax_eq] - x[vz] * x[wy] + x[vy] * x[wz];
+    dx[1] = t_bu64g + (x[vz] * x[wx] - x[vx] * x[wz]);
+    dx[2] = t_isafs + (x[vx] * x[wy] - x[vy] * x[wx]);
+    dx[3] = X_x4;
+    dx[4] = t_s6zvw;
+    dx[5] = t_g433r;
+    dx[6] = x[wx] + sin_att2 * t_s66h7 + sin_att2 * t_bi4sl;
+    dx[7] = cos_att1 * x[wy] - sin_att1 * x[wz];
+    dx[8] = t_s66h7 + t_bi4sl;
+    dx[9] = x[phi1_dot];
+    dx[10] = x[theta1_dot];
+    dx[11] = x[phi2_dot];
+    dx[12] = x[theta2_dot];
+    dx[13] = t_ien4t * h[t_zrejm];
+    dx[14] = t_m6yt4 / D_theta1;
+    dx[15] = t_cpcgp * h[t_5wzvs];
+    dx[16] = t_pzz34 / D_theta2;
 }
+
+/* Places of h. */
+enum {
+    actuate_h_me1,
+    actuate_h_mv1,
+    actuate_h_me2,
+    actuate_h_mv2,
+    actuate_h_M_C,
+    actuate_h_e1,
+    actuate_h_e2,
+    actuate_h_B_1,
+    actuate_h_B_2,
+    actuate_h_t_m5gm4,
+    actuate_h_t_uumic,
+    actuate_h_t_doa45,
+    actuate_h_t_xkg6l,
+    actuate_h_t_lwe76,
+};
 
 /* what actuate computes once per run; 39 operations. */
 void slosh_actuate_prepare(const real *p, real *h)
 {
-    const real v6 = p[12] / (p[13] * p[13] * p[12] + p[15]);
-    const real v7 = v6 * p[15];
-    const real v15 = p[17] / (p[18] * p[18] * p[17] + p[20]);
-    const real v16 = v15 * p[20];
-    const real v26 = p[0] + p[1] + v7 + v16;
-    const real v29 = p[13] * p[12] * (v6 * p[13]);
-    const real v33 = p[18] * p[17] * (v15 * p[18]);
-    const real v48 = (p[14] * v7 - (p[7] * p[0] + p[6] * p[1]) + p[19] * v16) / v26;
-    const real v50 = p[14] - v48;
-    const real v51 = p[19] - v48;
-    h[0] = v7;
-    h[1] = v7 * p[13];
-    h[2] = v16;
-    h[3] = v16 * p[18];
-    h[4] = K(1.0) / mv_cos(p[11]);
-    h[5] = v26;
-    h[6] = v29;
-    h[7] = v33;
-    h[8] = v26 + v29 + v33;
-    h[9] = p[7] + p[8] + v48;
-    h[10] = v50;
-    h[11] = v51;
-    h[12] = v50 * v7;
-    h[13] = v51 * v16;
+    enum { m = SLOSH_P_M };
+    enum { m0 = SLOSH_P_M0 };
+    enum { h0 = SLOSH_P_H0 };
+    enum { b = SLOSH_P_B };
+    enum { d = SLOSH_P_D };
+    enum { delta2_max = SLOSH_P_DELTA2_MAX };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
+    const real t_gx5gf = p[m1] / D1;
+    const real k1 = t_gx5gf * p[l1];
+    const real me1 = t_gx5gf * p[I1];
+    const real mv1 = p[l1] * p[m1] * k1;
+    const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
+    const real t_wiek6 = p[m2] / D2;
+    const real k2 = t_wiek6 * p[l2];
+    const real me2 = t_wiek6 * p[I2];
+    const real mv2 = p[l2] * p[m2] * k2;
+    const real M_C = p[m] + p[m0] + me1 + me2;
+    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real e1 = p[h1] - x_C;
+    const real e2 = p[h2] - x_C;
+    const real B_1 = me1 * p[l1];
+    const real B_2 = me2 * p[l2];
+    h[actuate_h_me1] = me1;
+    h[actuate_h_mv1] = mv1;
+    h[actuate_h_me2] = me2;
+    h[actuate_h_mv2] = mv2;
+    h[actuate_h_M_C] = M_C;
+    h[actuate_h_e1] = e1;
+    h[actuate_h_e2] = e2;
+    h[actuate_h_B_1] = B_1;
+    h[actuate_h_B_2] = B_2;
+    h[actuate_h_t_m5gm4] = M_C + mv1 + mv2;
+    h[actuate_h_t_uumic] = e1 * me1;
+    h[actuate_h_t_doa45] = e2 * me2;
+    h[actuate_h_t_xkg6l] = K(1.0) / mv_cos(p[delta2_max]);
+    h[actuate_h_t_lwe76] = p[b] + p[d] + x_C;
 }
 
 /* the rest of actuate; 197 operations. */
 void slosh_actuate_prepared(const real *x, const real *u_cmd, const real *p, const real *h, real *u)
 {
-    real s7, c7; mv_sincos(x[9], &s7, &c7);
-    const real v8 = h[1] * s7;
-    real s15, c15; mv_sincos(x[11], &s15, &c15);
-    const real v16 = h[3] * s15;
-    const real v23 = mv_max(-p[11], mv_min(u_cmd[4], p[11]));
-    real s24, c24; mv_sincos(v23, &s24, &c24);
-    const real v25 = p[9] * c24;
-    const mask m29 = LE(mv_fabs(u_cmd[4]), p[11]);
-    real s33, c33; mv_sincos(u_cmd[4], &s33, &c33);
-    real s34, c34; mv_sincos(u_cmd[3], &s34, &c34);
-    const real v35 = c33 * s34;
-    const real v41 = SELECT(m29, u_cmd[3], mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), v35 * h[4]))));
-    const real v43 = mv_max(-p[10], mv_min(p[10], v41));
-    real s44, c44; mv_sincos(v43, &s44, &c44);
-    const real v49 = v25 * c44 - c33 * p[9] * c34;
-    const real v54 = h[6] * s7;
-    const real v55 = v54 * s7;
-    const real v57 = h[7] * s15;
-    const real v58 = v57 * s15;
-    const real v60 = K(1.0) / (h[8] - v55 - v58);
-    const real v63 = v54 * c7;
-    real s65, c65; mv_sincos(x[10], &s65, &c65);
-    const real v68 = v57 * c15;
-    real s70, c70; mv_sincos(x[12], &s70, &c70);
-    const real v72 = v63 * s65 + v68 * s70;
-    const real v73 = v72 * v60;
-    const real v78 = p[9] * s24 - p[9] * s33;
-    const real v80 = v78 + v73 * v49;
-    const real v81 = s65 * s65;
-    const real v83 = s7 * p[13];
-    const real v88 = p[12] / (p[15] + p[12] * (v83 * v83)) * p[15];
-    const real v89 = v55 + h[0] - v88;
-    const real v90 = v81 * v89;
-    const real v91 = s70 * s70;
-    const real v93 = s15 * p[18];
-    const real v98 = p[17] / (p[20] + p[17] * (v93 * v93)) * p[20];
-    const real v99 = v58 + h[2] - v98;
-    const real v100 = v91 * v99;
-    const real v109 = K(1.0) / (v90 + v100 + h[5] + v88 + v98 - h[0] - h[2] - v72 * v73);
-    const real v112 = c65 * s65;
-    const real v115 = c70 * s70;
-    const real v120 = v63 * c65 + v68 * c70;
-    const real v121 = v120 * v60;
-    const real v123 = v112 * v89 + v115 * v99 - v72 * v121;
-    const real v124 = v123 * v109;
-    const real v128 = v35 * p[9] - v25 * s44;
-    const real v141 = (v128 + v121 * v49 - v124 * v80) / (v55 + v58 + h[5] - v90 - v100 - v123 * v124 - v120 * v121);
-    const real v143 = v80 * v109 - v124 * v141;
-    const real v147 = v49 * v60 + v73 * v143 + v121 * v141;
-    const real v150 = v83 * v88;
-    const real v151 = c65 * v150;
-    const real v152 = v93 * v98;
-    const real v153 = c70 * v152;
-    const real v155 = h[1] * c7;
-    const real v158 = h[3] * c15;
-    const real v162 = u_cmd[0] - (v8 + v16) * v147 - (v151 + v153 + v155 * s65 + v158 * s70) * v143;
-    const real v163 = s65 * v150;
-    const real v164 = s70 * v152;
-    const real v178 = v8 + v63 * h[10];
-    const real v182 = v16 + v68 * h[11];
-    const real v188 = v155 - v55 * h[10];
-    const real v193 = (h[10] - c7 * p[13]) * v88 - h[12];
-    const real v194 = v188 + v193;
-    const real v197 = v158 - v58 * h[11];
-    const real v202 = (h[11] - c15 * p[18]) * v98 - h[13];
-    const real v203 = v197 + v202;
-    const real v205 = v112 * v194 + v115 * v203;
-    const real v210 = v81 * v194 + v91 * v203;
-    const real v214 = u_cmd[1] - h[9] * v128 + (v178 * c65 + v182 * c70) * v147 + v205 * v143 - (v210 - (v188 + v197)) * v141;
-    const real v226 = u_cmd[2] - (v178 * s65 + v182 * s70) * v147 + (v193 + v202 - v210 - v151 - v153) * v143;
-    u[0] = v162 + (v163 + v164 - v155 * c65 - v158 * c70) * v141;
-    u[1] = v214;
-    u[2] = v226 + (v163 - v205 + v164) * v141 + h[9] * v78;
-    u[3] = v43;
-    u[4] = v23;
+    enum { phi1 = SLOSH_X_PHI1 };
+    enum { theta1 = SLOSH_X_THETA1 };
+    enum { phi2 = SLOSH_X_PHI2 };
+    enum { theta2 = SLOSH_X_THETA2 };
+    enum { Mx_cmd = 0 };
+    enum { My_cmd = 1 };
+    enum { Mz_cmd = 2 };
+    enum { delta1_cmd = 3 };
+    enum { delta2_cmd = 4 };
+    enum { F = SLOSH_P_F };
+    enum { delta1_max = SLOSH_P_DELTA1_MAX };
+    enum { delta2_max = SLOSH_P_DELTA2_MAX };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { me1 = actuate_h_me1 };
+    enum { mv1 = actuate_h_mv1 };
+    enum { me2 = actuate_h_me2 };
+    enum { mv2 = actuate_h_mv2 };
+    enum { M_C = actuate_h_M_C };
+    enum { e1 = actuate_h_e1 };
+    enum { e2 = actuate_h_e2 };
+    enum { B_1 = actuate_h_B_1 };
+    enum { B_2 = actuate_h_B_2 };
+    enum { t_m5gm4 = actuate_h_t_m5gm4 };
+    enum { t_uumic = actuate_h_t_uumic };
+    enum { t_doa45 = actuate_h_t_doa45 };
+    enum { t_xkg6l = actuate_h_t_xkg6l };
+    enum { t_lwe76 = actuate_h_t_lwe76 };
+    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
+    const real As_1 = h[mv1] * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real eAss_1 = Ass_1 * h[e1];
+    const real q_1 = sin_phi1 * p[l1];
+    const real lc_1 = cos_phi1 * p[l1];
+    const real Bs_1 = h[B_1] * sin_phi1;
+    const real Bc_1 = h[B_1] * cos_phi1;
+    const real g_1 = h[e1] - lc_1;
+    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
+    const real wth_1 = th_1 * p[I1];
+    const real wg_1 = g_1 * wth_1;
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real tn11_1 = Ass_1 + h[me1] - wth_1;
+    const real wq_1 = q_1 * wth_1;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real As_2 = h[mv2] * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real eAss_2 = Ass_2 * h[e2];
+    const real q_2 = sin_phi2 * p[l2];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real Bs_2 = h[B_2] * sin_phi2;
+    const real Bc_2 = h[B_2] * cos_phi2;
+    const real g_2 = h[e2] - lc_2;
+    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
+    const real wth_2 = th_2 * p[I2];
+    const real wg_2 = g_2 * wth_2;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real tn11_2 = Ass_2 + h[me2] - wth_2;
+    const real wq_2 = q_2 * wth_2;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real K11 = h[t_m5gm4] - Ass_1 - Ass_2;
+    const real t_fbeaw = S_sq1 * tn11_1;
+    const real t_dj555 = S_sq2 * tn11_2;
+    const real K22 = t_fbeaw + t_dj555 + h[M_C] + wth_1 + wth_2 - h[me1] - h[me2];
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real K33 = Ass_1 + Ass_2 + h[M_C] - t_fbeaw - t_dj555;
+    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
+    const real t_kwrkt = wg_1 - h[t_uumic];
+    const real t_t44oq = wg_2 - h[t_doa45];
+    const real t_32gyg = Bc_1 - eAss_1;
+    const real t_n3v7x = t_32gyg + t_kwrkt;
+    const real t_gbkg6 = Bc_2 - eAss_2;
+    const real t_hsuzx = t_gbkg6 + t_t44oq;
+    const real t_fcf5x = S_sq1 * t_n3v7x + S_sq2 * t_hsuzx;
+    const real K52 = t_kwrkt + t_t44oq - t_fcf5x - wqC_1 - wqC_2;
+    const real t_bac7g = SC1 * t_n3v7x + SC2 * t_hsuzx;
+    const real K53 = wqS_1 - t_bac7g + wqS_2;
+    const real K63 = t_fcf5x - (t_32gyg + t_gbkg6);
+    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_bpfoo = K(1.0) / K11;
+    const real t_w7lcw = t_b3aij * t_bpfoo;
+    const real K_D2 = K22 - t_b3aij * t_w7lcw;
+    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_3go2w = t_zzymx * t_bpfoo;
+    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
+    const real t_4iujv = K(1.0) / K_D2;
+    const real K_L32 = t_d4mqf * t_4iujv;
+    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
+    const real delta2_act = mv_max(-p[delta2_max], mv_min(u_cmd[delta2_cmd], p[delta2_max]));
+    const mask m_tdcs7 = LE(mv_fabs(u_cmd[delta2_cmd]), p[delta2_max]);
+    real sin_delta2_cmd, cos_delta2_cmd; mv_sincos(u_cmd[delta2_cmd], &sin_delta2_cmd, &cos_delta2_cmd);
+    real sin_delta1_cmd, cos_delta1_cmd; mv_sincos(u_cmd[delta1_cmd], &sin_delta1_cmd, &cos_delta1_cmd);
+    const real t_dd7v5 = cos_delta2_cmd * sin_delta1_cmd;
+    const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_tdcs7, u_cmd[delta1_cmd], mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_dd7v5 * h[t_xkg6l]))))));
+    real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
+    const real t_y4w6o = p[F] * cos_delta2_act;
+    real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
+    const real df1_act = t_y4w6o * cos_delta1_act - cos_delta2_cmd * p[F] * cos_delta1_cmd;
+    const real df2_act = p[F] * sin_delta2_act - p[F] * sin_delta2_cmd;
+    const real df3_act = t_dd7v5 * p[F] - t_y4w6o * sin_delta1_act;
+    const real da_act_y2 = df2_act + t_w7lcw * df1_act;
+    const real da_act_y3 = df3_act + t_3go2w * df1_act - K_L32 * da_act_y2;
+    const real da_act_x3 = da_act_y3 / K_D3;
+    const real da_act_x2 = da_act_y2 * t_4iujv - K_L32 * da_act_x3;
+    const real da_act_x1 = df1_act * t_bpfoo + t_w7lcw * da_act_x2 + t_3go2w * da_act_x3;
+    const real t_ev7u5 = Bs_1 + Asc_1 * h[e1];
+    const real t_bvybx = Bs_2 + Asc_2 * h[e2];
+    u[0] = u_cmd[Mx_cmd]
+        - (Bs_1 + Bs_2) * da_act_x1
+        - (wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2) * da_act_x2
+        + K43 * da_act_x3;
+    u[1] = u_cmd[My_cmd]
+        - h[t_lwe76] * df3_act
+        + (t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2) * da_act_x1
+        + t_bac7g * da_act_x2
+        - K63 * da_act_x3;
+    u[2] = u_cmd[Mz_cmd]
+        - (t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2) * da_act_x1
+        + K52 * da_act_x2
+        + K53 * da_act_x3
+        + h[t_lwe76] * df2_act;
+    u[3] = delta1_act;
+    u[4] = delta2_act;
 }
+
+/* Places of h. */
+enum {
+    lyapunov_v1_h_t_os4zj,
+    lyapunov_v1_h_t_yx2kz,
+    lyapunov_v1_h_D1,
+    lyapunov_v1_h_k1,
+    lyapunov_v1_h_me1,
+    lyapunov_v1_h_t_6nwd2,
+    lyapunov_v1_h_mv1,
+    lyapunov_v1_h_t_nfvux,
+    lyapunov_v1_h_t_frp3h,
+    lyapunov_v1_h_D2,
+    lyapunov_v1_h_k2,
+    lyapunov_v1_h_me2,
+    lyapunov_v1_h_t_popww,
+    lyapunov_v1_h_mv2,
+    lyapunov_v1_h_M_C,
+    lyapunov_v1_h_x_C,
+    lyapunov_v1_h_J_C1,
+    lyapunov_v1_h_J_C3,
+    lyapunov_v1_h_J_C2,
+    lyapunov_v1_h_e1,
+    lyapunov_v1_h_e2,
+    lyapunov_v1_h_B_1,
+    lyapunov_v1_h_Bl_1,
+    lyapunov_v1_h_t_b7ure,
+    lyapunov_v1_h_B_2,
+    lyapunov_v1_h_Bl_2,
+    lyapunov_v1_h_t_lpk5h,
+    lyapunov_v1_h_t_m5gm4,
+    lyapunov_v1_h_t_uumic,
+    lyapunov_v1_h_t_doa45,
+    lyapunov_v1_h_t_sfymc,
+    lyapunov_v1_h_t_5r66u,
+    lyapunov_v1_h_t_7bo2j,
+    lyapunov_v1_h_t_oc5tk,
+    lyapunov_v1_h_ax_eq,
+    lyapunov_v1_h_W_theta1,
+    lyapunov_v1_h_W_theta2,
+    lyapunov_v1_h_t_mj52b,
+    lyapunov_v1_h_t_iecaz,
+    lyapunov_v1_h_t_qd2lc,
+    lyapunov_v1_h_t_7pydp,
+    lyapunov_v1_h_t_ob75p,
+    lyapunov_v1_h_t_62qfa,
+    lyapunov_v1_h_t_y7rm6,
+    lyapunov_v1_h_t_lwe76,
+};
 
 /* what lyapunov_v1 computes once per run; 91 operations. */
 void slosh_lyapunov_v1_prepare(const real *p, const real *c, real *h)
 {
-    const real v2 = p[13] * p[13];
-    const real v3 = v2 * p[12];
-    const real v5 = v3 + p[15];
-    const real v6 = p[12] / v5;
-    const real v7 = v6 * p[15];
-    const real v8 = v7 * p[13];
-    const real v22 = p[18] * p[18];
-    const real v23 = v22 * p[17];
-    const real v25 = v23 + p[20];
-    const real v26 = p[17] / v25;
-    const real v27 = v26 * p[20];
-    const real v30 = p[0] + p[1];
-    const real v32 = v30 + v7 + v27;
-    const real v33 = (p[14] * v7 - (p[7] * p[0] + p[6] * p[1]) + p[19] * v27) / v32;
-    const real v34 = p[14] - v33;
-    const real v35 = v6 * p[13];
-    const real v36 = v27 * p[18];
-    const real v37 = p[19] - v33;
-    const real v38 = v26 * p[18];
-    const real v41 = p[4] - p[5];
-    const real v44 = p[13] * p[12];
-    const real v48 = c[13] * p[12] / (v5 * v5);
-    const real v52 = c[13] * p[17] / (v25 * v25);
-    const real v55 = p[18] * p[17];
-    const real v71 = v44 * v35;
-    const real v73 = v55 * v38;
-    const real v81 = p[2] + p[3];
-    const real v85 = p[15] + p[20];
-    const real v104 = v7 * (p[14] * p[14]) + v27 * (p[19] * p[19]) + p[0] * (p[7] * p[7]) + p[1] * (p[6] * p[6]);
-    const real v107 = v104 - v32 * (v33 * v33);
-    h[0] = v2;
-    h[1] = v3;
-    h[2] = v5;
-    h[3] = v7;
-    h[4] = v8;
-    h[5] = v22;
-    h[6] = v23;
-    h[7] = v25;
-    h[8] = v27;
-    h[9] = v32;
-    h[10] = v33;
-    h[11] = v34;
-    h[12] = v35;
-    h[13] = v36;
-    h[14] = v37;
-    h[15] = v38;
-    h[16] = v41;
-    h[17] = c[14] * p[12];
-    h[18] = v44;
-    h[19] = v48;
-    h[20] = v48 * p[15];
-    h[21] = v52;
-    h[22] = v52 * p[20];
-    h[23] = c[14] * p[17];
-    h[24] = v55;
-    h[25] = c[3] - v48 * (p[15] * p[15]) - v52 * (p[20] * p[20]);
-    h[26] = p[9] / (v30 + p[12] + p[17]);
-    h[27] = v2 + v2;
-    h[28] = v8 * p[13];
-    h[29] = v36 * p[18];
-    h[30] = v71;
-    h[31] = v73;
-    h[32] = v32 + v71 + v73;
-    h[33] = v34 * v7;
-    h[34] = v37 * v27;
-    h[35] = p[9] * p[9];
-    h[36] = K(1.0) / p[9];
-    h[37] = v81;
-    h[38] = p[7] + p[8] + v33;
-    h[39] = v81 + v85 + v41;
-    h[40] = v7 * (v34 * v34);
-    h[41] = v27 * (v37 * v37);
-    h[42] = p[2] + p[4] + v85 + v107;
-    h[43] = v81 + (p[5] - p[4]);
-    h[44] = p[2] + p[5] + v107;
+    enum { m = SLOSH_P_M };
+    enum { m0 = SLOSH_P_M0 };
+    enum { I0 = SLOSH_P_I0 };
+    enum { J_x = SLOSH_P_J_X };
+    enum { J_y = SLOSH_P_J_Y };
+    enum { J_z = SLOSH_P_J_Z };
+    enum { h0 = SLOSH_P_H0 };
+    enum { b = SLOSH_P_B };
+    enum { d = SLOSH_P_D };
+    enum { F = SLOSH_P_F };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { r4 = SLOSH_LYAPUNOV_V1_C_R4 };
+    enum { r9 = SLOSH_LYAPUNOV_V1_C_R9 };
+    enum { r10 = SLOSH_LYAPUNOV_V1_C_R10 };
+    const real t_os4zj = p[l1] * p[l1];
+    const real t_yx2kz = t_os4zj * p[m1];
+    const real D1 = t_yx2kz + p[I1];
+    const real t_gx5gf = p[m1] / D1;
+    const real k1 = t_gx5gf * p[l1];
+    const real me1 = t_gx5gf * p[I1];
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real mv1 = t_6nwd2 * k1;
+    const real t_nfvux = p[l2] * p[l2];
+    const real t_frp3h = t_nfvux * p[m2];
+    const real D2 = t_frp3h + p[I2];
+    const real t_wiek6 = p[m2] / D2;
+    const real k2 = t_wiek6 * p[l2];
+    const real me2 = t_wiek6 * p[I2];
+    const real t_popww = p[l2] * p[m2];
+    const real mv2 = t_popww * k2;
+    const real t_omhyl = p[m] + p[m0];
+    const real M_C = t_omhyl + me1 + me2;
+    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real S_C = me1 * (p[h1] * p[h1])
+        + me2 * (p[h2] * p[h2])
+        + p[m] * (p[b] * p[b])
+        + p[m0] * (p[h0] * p[h0])
+        - M_C * (x_C * x_C);
+    const real J_C1 = p[I0] + p[J_x];
+    const real J_C3 = p[I0] + p[J_z] + S_C;
+    const real t_is5lg = p[I1] + p[I2];
+    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
+    const real e1 = p[h1] - x_C;
+    const real e2 = p[h2] - x_C;
+    const real B_1 = me1 * p[l1];
+    const real Bl_1 = B_1 * p[l1];
+    const real B_2 = me2 * p[l2];
+    const real Bl_2 = B_2 * p[l2];
+    const real t_sfymc = p[J_y] - p[J_z];
+    const real ax_eq = p[F] / (t_omhyl + p[m1] + p[m2]);  /* (19) */
+    const real W_phi1 = c[r9] * p[m1];  /* (27) */
+    const real W_theta1 = c[r10] * p[m1];  /* (27) */
+    const real W_phi2 = c[r9] * p[m2];  /* (27) */
+    const real W_theta2 = c[r10] * p[m2];  /* (27) */
+    const real t_mj52b = W_phi1 / (D1 * D1);
+    const real t_iecaz = W_phi2 / (D2 * D2);
+    h[lyapunov_v1_h_t_os4zj] = t_os4zj;
+    h[lyapunov_v1_h_t_yx2kz] = t_yx2kz;
+    h[lyapunov_v1_h_D1] = D1;
+    h[lyapunov_v1_h_k1] = k1;
+    h[lyapunov_v1_h_me1] = me1;
+    h[lyapunov_v1_h_t_6nwd2] = t_6nwd2;
+    h[lyapunov_v1_h_mv1] = mv1;
+    h[lyapunov_v1_h_t_nfvux] = t_nfvux;
+    h[lyapunov_v1_h_t_frp3h] = t_frp3h;
+    h[lyapunov_v1_h_D2] = D2;
+    h[lyapunov_v1_h_k2] = k2;
+    h[lyapunov_v1_h_me2] = me2;
+    h[lyapunov_v1_h_t_popww] = t_popww;
+    h[lyapunov_v1_h_mv2] = mv2;
+    h[lyapunov_v1_h_M_C] = M_C;
+    h[lyapunov_v1_h_x_C] = x_C;
+    h[lyapunov_v1_h_J_C1] = J_C1;
+    h[lyapunov_v1_h_J_C3] = J_C3;
+    h[lyapunov_v1_h_J_C2] = J_C2;
+    h[lyapunov_v1_h_e1] = e1;
+    h[lyapunov_v1_h_e2] = e2;
+    h[lyapunov_v1_h_B_1] = B_1;
+    h[lyapunov_v1_h_Bl_1] = Bl_1;
+    h[lyapunov_v1_h_t_b7ure] = me1 * (e1 * e1);
+    h[lyapunov_v1_h_B_2] = B_2;
+    h[lyapunov_v1_h_Bl_2] = Bl_2;
+    h[lyapunov_v1_h_t_lpk5h] = me2 * (e2 * e2);
+    h[lyapunov_v1_h_t_m5gm4] = M_C + mv1 + mv2;
+    h[lyapunov_v1_h_t_uumic] = e1 * me1;
+    h[lyapunov_v1_h_t_doa45] = e2 * me2;
+    h[lyapunov_v1_h_t_sfymc] = t_sfymc;
+    h[lyapunov_v1_h_t_5r66u] = J_C1 + (p[J_z] - p[J_y]);
+    h[lyapunov_v1_h_t_7bo2j] = J_C1 + t_is5lg + t_sfymc;
+    h[lyapunov_v1_h_t_oc5tk] = t_os4zj + t_os4zj;
+    h[lyapunov_v1_h_ax_eq] = ax_eq;
+    h[lyapunov_v1_h_W_theta1] = W_theta1;
+    h[lyapunov_v1_h_W_theta2] = W_theta2;
+    h[lyapunov_v1_h_t_mj52b] = t_mj52b;
+    h[lyapunov_v1_h_t_iecaz] = t_iecaz;
+    h[lyapunov_v1_h_t_qd2lc] = c[r4] - t_mj52b * (p[I1] * p[I1]) - t_iecaz * (p[I2] * p[I2]);
+    h[lyapunov_v1_h_t_7pydp] = t_mj52b * p[I1];
+    h[lyapunov_v1_h_t_ob75p] = t_iecaz * p[I2];
+    h[lyapunov_v1_h_t_62qfa] = p[F] * p[F];
+    h[lyapunov_v1_h_t_y7rm6] = K(1.0) / p[F];
+    h[lyapunov_v1_h_t_lwe76] = p[b] + p[d] + x_C;
 }
 
 /* the rest of lyapunov_v1; 985 operations. */
 void slosh_lyapunov_v1_prepared(const real *x, const real *p, const real *c, const real *h, real *u)
 {
-    real s9, c9; mv_sincos(x[9], &s9, &c9);
-    const real v10 = h[4] * s9;
-    const real v15 = x[4] * x[4] + x[5] * x[5];
-    const real v28 = v15 * h[11];
-    const real v33 = x[3] - x[14];
-    real s36, c36; mv_sincos(x[10], &s36, &c36);
-    const real v37 = c36 * x[5];
-    const real v39 = s36 * x[4];
-    const real v40 = v37 + v39;
-    const real v42 = c9 * v33 - v40 * s9;
-    const real v45 = v40 * c9 + s9 * v33;
-    const real v52 = p[16] * x[13];
-    const real v55 = h[4] * (v42 * v45 - v40 * v33) + v52 * h[12];
-    const real v57 = v10 * v28 + v55 * p[13];
-    const real v58 = s9 * p[13];
-    const real v62 = p[12] / (p[15] + p[12] * (v58 * v58));
-    const real v63 = x[3] * x[4];
-    const real v67 = c36 * x[4] - s36 * x[5];
-    const real v68 = c9 * p[13];
-    const real v73 = v67 + x[13];
-    const real v78 = p[16] * x[14];
-    const real v80 = (v63 * v58 + v67 * v68 * v33 - v42 * p[13] * (v73 + x[13])) * p[15] - v78 * v58;
-    const real v81 = v62 * v80;
-    real s84, c84; mv_sincos(x[11], &s84, &c84);
-    const real v85 = s84 * p[18];
-    const real v89 = p[17] / (p[20] + p[17] * (v85 * v85));
-    real s92, c92; mv_sincos(x[12], &s92, &c92);
-    const real v96 = c92 * x[4] - s92 * x[5];
-    const real v98 = c84 * p[18];
-    const real v101 = x[3] - x[16];
-    const real v105 = c92 * x[5];
-    const real v106 = s92 * x[4];
-    const real v107 = v105 + v106;
-    const real v109 = c84 * v101 - v107 * s84;
-    const real v112 = v96 + x[15];
-    const real v118 = p[21] * x[16];
-    const real v120 = (v63 * v85 + v96 * v98 * v101 - v109 * p[18] * (v112 + x[15])) * p[20] - v118 * v85;
-    const real v121 = v89 * v120;
-    const real v123 = v81 * v58 + v121 * v85;
-    const real v126 = h[13] * s84;
-    const real v128 = v15 * h[14];
-    const real v132 = v107 * c84 + s84 * v101;
-    const real v137 = p[21] * x[15];
-    const real v140 = h[13] * (v109 * v132 - v107 * v101) + v137 * h[15];
-    const real v142 = v126 * v128 + v140 * p[18];
-    const real v146 = x[14] * p[15];
-    const real v149 = x[16] * p[20];
-    const real v155 = v57 - v123 + v142 - v52 - v137 + v146 * x[4] + v149 * x[4] - h[16] * x[4] * x[5];
-    const real v157 = s9 * s9;
-    const real v158 = h[1] * v157;
-    const real v159 = v158 + p[15];
-    const real v161 = h[17] / (v159 * v159);
-    const real v162 = v161 * v158;
-    const real v164 = s9 * h[18];
-    const real v165 = c36 * v164;
-    const real v166 = v165 * p[14];
-    const real v167 = s9 * c9;
-    const real v168 = h[1] * c36;
-    const real v170 = v166 - v167 * v168;
-    const real v171 = v170 + p[15];
-    const real v175 = v68 * p[12];
-    const real v176 = s36 * v175;
-    const real v177 = v176 * p[14];
-    const real v178 = h[1] * s36;
-    const real v179 = v177 - v178;
-    const real v183 = v98 * p[17];
-    const real v184 = v183 * s92;
-    const real v185 = v184 * p[19];
-    const real v186 = s92 * h[6];
-    const real v187 = v185 - v186;
-    const real v192 = s84 * s84;
-    const real v193 = v192 * h[6];
-    const real v194 = v193 + p[20];
-    const real v196 = h[23] / (v194 * v194);
-    const real v197 = v196 * v193;
-    const real v199 = h[24] * s84;
-    const real v200 = v199 * c92;
-    const real v201 = v200 * p[19];
-    const real v202 = s84 * c84;
-    const real v203 = c92 * h[6];
-    const real v205 = v201 - v202 * v203;
-    const real v206 = v205 + p[20];
-    const real v208 = v162 * v171 - (h[20] * v179 + h[22] * v187) + v197 * v206;
-    const real v217 = K(1.0) / (h[25] - v161 * (v158 * v158) - v196 * (v193 * v193));
-    const real v218 = v208 * v217;
-    const real v226 = x[2] * c[1];
-    const real v232 = h[26] * v164;
-    const real v234 = v164 * p[14];
-    const real v235 = v39 + v37;
-    const real v236 = v235 * v235;
-    const real v243 = h[1] * v167;
-    const real v246 = x[3] * x[3];
-    const real v248 = v52 - v234 * v236 - v234 * (v67 * v67) - x[14] * x[14] * v243 - v243 * v246;
-    const real v250 = v158 * v235;
-    const real v260 = v248 - (x[14] + x[14]) * v250 - h[1] * v235 * x[3] + h[0] * v236 * s9 * c9 * p[12];
-    const real v272 = v260 + h[27] * v157 * v235 * x[3] * p[12] + c9 * v235 * p[14] * x[3] * p[13] * p[12];
-    const real v278 = v272 + h[27] * s9 * c9 * x[14] * x[3] * p[12];
-    const real v283 = h[26] * v199;
-    const real v285 = v202 * h[6];
-    const real v288 = v199 * p[19];
-    const real v289 = v106 + v105;
-    const real v290 = v289 * v289;
-    const real v298 = v137 - v246 * v285 - v288 * v290 - v288 * (v96 * v96) - x[16] * x[16] * v285;
-    const real v300 = v289 * v193;
-    const real v310 = v298 - (x[16] + x[16]) * v300 - v289 * h[6] * x[3] + v290 * s84 * c84 * h[5] * p[17];
-    const real v322 = v310 + (v289 + v289) * v192 * h[5] * x[3] * p[17] + v289 * c84 * p[19] * x[3] * p[18] * p[17];
-    const real v329 = v322 + (s84 + s84) * c84 * h[5] * x[16] * x[3] * p[17];
-    const real v333 = x[6] * c[2] - v226 * x[1] - h[19] * (v232 * p[15] + p[15] * v278) - h[21] * (v283 * p[20] + p[20] * v329);
-    const real v334 = v159 * x[14];
-    const real v335 = x[13] + x[13];
-    const real v336 = v243 * v335;
-    const real v338 = v336 * x[14];
-    const real v340 = v67 * x[3];
-    const real v351 = v78 + v234 * v340 + v250 * v335 + v250 * v67 + v338 - v243 * v340 - v336 * x[3];
-    const real v357 = v194 * x[16];
-    const real v358 = x[15] + x[15];
-    const real v359 = v285 * v358;
-    const real v361 = v359 * x[16];
-    const real v365 = v96 * x[3];
-    const real v376 = v118 + v96 * v300 + v288 * v365 + v300 * v358 + v361 - v285 * v365 - v285 * (x[3] + x[3]) * x[15];
-    const real v381 = v333 - v161 * (v334 * v336 - (v338 * v158 + v158 * v351)) - v196 * (v357 * v359 - (v361 * v193 + v193 * v376));
-    const real v386 = x[3] * c[10] + (v381 + x[1] * x[2] * c[0]);
-    const real v393 = x[1] * c[0];
-    const real v400 = h[2] * x[13];
-    const real v401 = c36 * v175;
-    const real v402 = v401 * p[14];
-    const real v405 = v402 - h[0] * c36 * p[12];
-    const real v407 = s36 * v164;
-    const real v408 = v407 * p[14];
-    const real v413 = h[19] * (v232 * v179 + v179 * v278 - v400 * (v405 * x[14] - v408 * x[13]));
-    const real v418 = h[7] * x[15];
-    const real v419 = v183 * c92;
-    const real v420 = v419 * p[19];
-    const real v423 = v420 - c92 * h[5] * p[17];
-    const real v425 = v199 * s92;
-    const real v426 = v425 * p[19];
-    const real v431 = h[21] * (v283 * v187 + v187 * v329 - v418 * (v423 * x[16] - v426 * x[15]));
-    const real v438 = c9 * c9;
-    const real v443 = v408 - v167 * v178;
-    const real v447 = v338 * v171 + v171 * v351 - v334 * (x[13] * (v402 + v157 * v168 - v168 * v438) - v443 * x[14]);
-    const real v455 = c84 * c84;
-    const real v460 = v426 - v186 * v202;
-    const real v464 = v361 * v206 + v206 * v376 - v357 * (x[15] * (v420 + v192 * v203 - v203 * v455) - v460 * x[16]);
-    const real v467 = x[5] * c[12] + (x[8] * c[6] - v393 * x[0] - v413 - v431 - v161 * v447 - v196 * v464);
-    const real v479 = h[19] * v405 * v179 + h[21] * v423 * v187 - v161 * v443 * v171 - v196 * v460 * v206;
-    const real v486 = h[20] * v405 + h[22] * v423 + v162 * v443 + v197 * v460;
-    const real v488 = v479 - v486 * v218;
-    const real v498 = c[5] - h[19] * (v405 * v405) - h[21] * (v423 * v423) - v161 * (v443 * v443);
-    const real v502 = v486 * v217;
-    const real v505 = K(1.0) / (v498 - v196 * (v460 * v460) - v486 * v502);
-    const real v506 = v488 * v505;
-    const real v521 = h[19] * (v232 * v405 + v405 * v278 + v400 * (v166 * x[13] + v179 * x[14]));
-    const real v531 = h[21] * (v283 * v423 + v423 * v329 + v418 * (v187 * x[16] + v201 * x[15]));
-    const real v544 = v338 * v443 + v443 * v351 - v334 * (v170 * x[14] + x[13] * (v177 + v157 * v178 - v438 * v178));
-    const real v558 = v361 * v460 + v460 * v376 - v357 * (v205 * x[16] + x[15] * (v185 + v186 * v192 - v186 * v455));
-    const real v563 = x[7] * c[4] + v521 + v531 - v161 * v544 - v196 * v558 + x[0] * x[2] * c[1];
-    const real v565 = v502 * v386 - (x[4] * c[11] + v563);
-    const real v577 = c[7] - h[19] * (v179 * v179) - h[21] * (v187 * v187) - v161 * (v171 * v171);
-    const real v585 = (v218 * v386 - v467 - v506 * v565) / (v577 - v196 * (v206 * v206) - v488 * v506 - v208 * v218);
-    const real v586 = v63 + v585;
-    const real v587 = v62 * p[15];
-    const real v588 = v58 * v587;
-    const real v590 = v89 * p[20];
-    const real v591 = v85 * v590;
-    const real v593 = v58 * v588 + v85 * v591;
-    const real v594 = h[11] - v68;
-    const real v595 = v594 * v587;
-    const real v596 = v58 * v595;
-    const real v597 = c36 * v596;
-    const real v599 = h[14] - v98;
-    const real v600 = v599 * v590;
-    const real v601 = v85 * v600;
-    const real v602 = c92 * v601;
-    const real v605 = h[4] * c9;
-    const real v606 = v605 * h[11];
-    const real v607 = h[28] - v606;
-    const real v611 = h[13] * c84;
-    const real v612 = v611 * h[14];
-    const real v613 = h[29] - v612;
-    const real v615 = v593 - v597 - v602 + v607 * s36 + v613 * s92;
-    const real v618 = x[3] * x[5];
-    const real v621 = v565 * v505 - v506 * v585;
-    const real v622 = v618 - v621;
-    const real v625 = s36 * v596 + s92 * v601;
-    const real v629 = v625 + v607 * c36 + v613 * c92;
-    const real v632 = v10 + v126;
-    const real v637 = h[30] * s9;
-    const real v638 = v637 * s9;
-    const real v640 = h[31] * s84;
-    const real v641 = v640 * s84;
-    const real v642 = h[32] - v638 - v641;
-    const real v647 = v386 * v217 + v502 * v621 + v218 * v585;
-    const real v658 = c9 * v28 * h[30] - h[18] * (v45 * v45 + v73 * v73);
-    const real v667 = c84 * v128 * h[31] - h[24] * (v132 * v132 + v112 * v112);
-    const real v670 = v637 * c9;
-    const real v672 = v10 + v670 * h[11];
-    const real v674 = v640 * c84;
-    const real v676 = v126 + v674 * h[14];
-    const real v678 = v672 * s36 + v676 * s92;
-    const real v683 = v672 * c36 + v676 * c92;
-    const real v685 = v55 * s9 + v140 * s84 + c9 * v658 + c84 * v667 + v586 * v678 + v622 * v683;
-    const real v688 = v670 * s36 + v674 * s92;
-    const real v696 = h[19] * (p[15] * x[3] - v405 * x[4] + v179 * x[5] + v400);
-    const real v705 = h[21] * (p[20] * x[3] - v423 * x[4] + v187 * x[5] + v418);
-    const real v714 = v161 * (v443 * x[4] - v158 * x[3] + v171 * x[5] + v334);
-    const real v723 = v196 * (v460 * x[4] - v193 * x[3] + v206 * x[5] + v357);
-    const real v728 = v586 * h[10] - (v393 - v696 * v176 - v705 * v184 - v714 * v165 - v723 * v200) * c[8];
-    const real v733 = v670 * c36 + v674 * c92;
-    const real v745 = v622 * h[10] - (v226 - v696 * v401 - v705 * v419 + v714 * v407 + v723 * v425) * c[9];
-    const real v748 = v632 * v647 - (v685 + v688 * v728 + v733 * v745);
-    const real v750 = v81 * c36;
-    const real v751 = v121 * c92;
-    const real v755 = s9 * v658 - v55 * c9;
-    const real v760 = s84 * v667 - v140 * c84;
-    const real v764 = v595 - h[33];
-    const real v766 = v600 - h[34];
-    const real v768 = s36 * s36;
-    const real v769 = v638 * h[11];
-    const real v770 = v605 - v769;
-    const real v771 = v770 + v764;
-    const real v773 = s92 * s92;
-    const real v774 = v641 * h[14];
-    const real v775 = v611 - v774;
-    const real v776 = v775 + v766;
-    const real v778 = v768 * v771 + v773 * v776;
-    const real v780 = c36 * v588;
-    const real v782 = c92 * v591;
-    const real v783 = v764 + v766 - v778 - v780 - v782;
-    const real v786 = c36 * s36;
-    const real v788 = c92 * s92;
-    const real v790 = v786 * v771 + v788 * v776;
-    const real v794 = v638 + h[3] - v587;
-    const real v795 = v768 * v794;
-    const real v797 = v641 + h[8] - v590;
-    const real v798 = v773 * v797;
-    const real v804 = v795 + v798 + h[9] + v587 + v590 - h[3] - h[8];
-    const real v806 = v750 + v751 + v755 * s36 + v760 * s92 + v586 * v783 - v622 * v790 + v804 * v728;
-    const real v809 = v786 * v794 + v788 * v797;
-    const real v816 = v780 + v782 + v605 * s36 + v611 * s92;
-    const real v818 = v806 + v809 * v745 + v816 * v647;
-    const real v822 = v81 * s36;
-    const real v823 = v121 * s92;
-    const real v828 = s36 * v588;
-    const real v830 = s92 * v591;
-    const real v831 = v828 - v790 + v830;
-    const real v835 = v778 - (v770 + v775);
-    const real v839 = v755 * c36 - (v822 + v823) + v760 * c92 + v586 * v831 + v622 * v835 + v809 * v728;
-    const real v843 = v638 + v641 + h[9] - v795 - v798;
-    const real v850 = v828 + v830 - v605 * c36 - v611 * c92;
-    const real v852 = v839 + v843 * v745 - v850 * v647;
-    const real v854 = v642 * v748 - v688 * v818 - v733 * v852;
-    const real v860 = v642 * v642 + v688 * v688 + v733 * v733;
-    const real v870 = mv_max(SPLAT(K(0.0)), v854 * v854 - v860 * (v748 * v748 - h[35] + v818 * v818 + v852 * v852));
-    const real v873 = (mv_sqrt(v870) - v854) / v860;
-    const real v878 = v818 - v688 * v873;
-    const real v882 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), v878 * h[36]));
-    const real v883 = mv_asin(v882);
-    real s884, c884; mv_sincos(v883, &s884, &c884);
-    const real v885 = p[9] * c884;
-    const real v887 = v852 - v733 * v873;
-    const real v896 = mv_min(SPLAT(K(1.0)), -(v887 * h[36] / mv_max(SPLAT(K(1e-09)), mv_sqrt(K(1.0) - v882 * v882))));
-    const real v898 = mv_asin(mv_max(SPLAT(K(-1.0)), v896));
-    real s899, c899; mv_sincos(v898, &s899, &c899);
-    const real v903 = v885 * c899 - (v748 + v642 * v873);
-    const real v904 = K(1.0) / v642;
-    const real v906 = v688 * v904;
-    const real v908 = p[9] * s884;
-    const real v911 = v908 - v878 + v906 * v903;
-    const real v914 = K(1.0) / (v804 - v688 * v906);
-    const real v916 = v733 * v904;
-    const real v918 = v809 - v688 * v916;
-    const real v919 = v918 * v914;
-    const real v922 = v885 * s899;
-    const real v931 = (v916 * v903 - (v922 + v887) - v919 * v911) / (v843 - v918 * v919 - v733 * v916);
-    const real v933 = v911 * v914 - v919 * v931;
-    const real v937 = v903 * v904 + v906 * v933 + v916 * v931;
-    const real v941 = v155 + v586 * v615 + v622 * v629 - v632 * v873 - v632 * v937 - v816 * v728;
-    const real v953 = v941 - v816 * v933 + v850 * v745 + v850 * v931 - (v593 + h[28] + h[29] + h[37]) * v647;
-    const real v957 = v57 + v755 * h[11];
-    const real v960 = v142 + v760 * h[14];
-    const real v971 = v957 * c36 + v960 * c92 + v146 * x[3] + v149 * x[3] - v618 * h[39] - v822 * v594;
-    const real v974 = x[13] * p[15];
-    const real v977 = x[15] * p[20];
-    const real v986 = h[28] + K(-2.0) * v606 + h[11] * v769;
-    const real v988 = v594 * v595;
-    const real v989 = h[40] + v986 - v988;
-    const real v996 = h[29] + K(-2.0) * v612 + h[14] * v774;
-    const real v998 = v599 * v600;
-    const real v999 = h[41] + v996 - v998;
-    const real v1001 = v625 + v786 * v989 + v788 * v999;
-    const real v1003 = v922 * h[38] - (v971 - v823 * v599 - v974 * x[5] - v977 * x[5]) - v586 * v1001;
-    const real v1007 = v768 * v989;
-    const real v1009 = v773 * v999;
-    const real v1016 = v1003 - v622 * (v986 + v996 + h[42] - v1007 - v1009) + v683 * v873 + v683 * v937;
-    const real v1026 = v1016 + v790 * v728 + v790 * v933 - v835 * v745 - v835 * v931 + v629 * v647;
-    const real v1037 = v957 * s36 - (v123 + v78 + v118) + v960 * s92 - v63 * h[43] - v974 * x[4];
-    const real v1053 = v988 + v998 + v593 + v1007 + v1009 + h[44] - h[40] - h[41] + K(-2.0) * v597;
-    const real v1057 = v1037 - v977 * x[4] + v750 * v594 + v751 * v599 + v586 * (v1053 + K(-2.0) * v602);
-    const real v1067 = v1057 + v622 * v1001 - v678 * v873 - v678 * v937 + v783 * v728 + v783 * v933;
-    u[0] = v953;
-    u[1] = v1026;
-    u[2] = v1067 + v831 * v745 + v831 * v931 - v615 * v647 + v908 * h[38];
-    u[3] = v898;
-    u[4] = v883;
+    enum { vx = SLOSH_X_VX };
+    enum { vy = SLOSH_X_VY };
+    enum { vz = SLOSH_X_VZ };
+    enum { wx = SLOSH_X_WX };
+    enum { wy = SLOSH_X_WY };
+    enum { wz = SLOSH_X_WZ };
+    enum { att1 = SLOSH_X_ATT1 };
+    enum { att2 = SLOSH_X_ATT2 };
+    enum { att3 = SLOSH_X_ATT3 };
+    enum { phi1 = SLOSH_X_PHI1 };
+    enum { theta1 = SLOSH_X_THETA1 };
+    enum { phi2 = SLOSH_X_PHI2 };
+    enum { theta2 = SLOSH_X_THETA2 };
+    enum { phi1_dot = SLOSH_X_PHI1_DOT };
+    enum { theta1_dot = SLOSH_X_THETA1_DOT };
+    enum { phi2_dot = SLOSH_X_PHI2_DOT };
+    enum { theta2_dot = SLOSH_X_THETA2_DOT };
+    enum { F = SLOSH_P_F };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { eps1 = SLOSH_P_EPS1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { eps2 = SLOSH_P_EPS2 };
+    enum { r1 = SLOSH_LYAPUNOV_V1_C_R1 };
+    enum { r2 = SLOSH_LYAPUNOV_V1_C_R2 };
+    enum { r3 = SLOSH_LYAPUNOV_V1_C_R3 };
+    enum { r5 = SLOSH_LYAPUNOV_V1_C_R5 };
+    enum { r6 = SLOSH_LYAPUNOV_V1_C_R6 };
+    enum { r7 = SLOSH_LYAPUNOV_V1_C_R7 };
+    enum { r8 = SLOSH_LYAPUNOV_V1_C_R8 };
+    enum { w1 = SLOSH_LYAPUNOV_V1_C_W1 };
+    enum { w2 = SLOSH_LYAPUNOV_V1_C_W2 };
+    enum { w3 = SLOSH_LYAPUNOV_V1_C_W3 };
+    enum { w4 = SLOSH_LYAPUNOV_V1_C_W4 };
+    enum { w5 = SLOSH_LYAPUNOV_V1_C_W5 };
+    enum { t_os4zj = lyapunov_v1_h_t_os4zj };
+    enum { t_yx2kz = lyapunov_v1_h_t_yx2kz };
+    enum { D1 = lyapunov_v1_h_D1 };
+    enum { k1 = lyapunov_v1_h_k1 };
+    enum { me1 = lyapunov_v1_h_me1 };
+    enum { t_6nwd2 = lyapunov_v1_h_t_6nwd2 };
+    enum { mv1 = lyapunov_v1_h_mv1 };
+    enum { t_nfvux = lyapunov_v1_h_t_nfvux };
+    enum { t_frp3h = lyapunov_v1_h_t_frp3h };
+    enum { D2 = lyapunov_v1_h_D2 };
+    enum { k2 = lyapunov_v1_h_k2 };
+    enum { me2 = lyapunov_v1_h_me2 };
+    enum { t_popww = lyapunov_v1_h_t_popww };
+    enum { mv2 = lyapunov_v1_h_mv2 };
+    enum { M_C = lyapunov_v1_h_M_C };
+    enum { x_C = lyapunov_v1_h_x_C };
+    enum { J_C1 = lyapunov_v1_h_J_C1 };
+    enum { J_C3 = lyapunov_v1_h_J_C3 };
+    enum { J_C2 = lyapunov_v1_h_J_C2 };
+    enum { e1 = lyapunov_v1_h_e1 };
+    enum { e2 = lyapunov_v1_h_e2 };
+    enum { B_1 = lyapunov_v1_h_B_1 };
+    enum { Bl_1 = lyapunov_v1_h_Bl_1 };
+    enum { t_b7ure = lyapunov_v1_h_t_b7ure };
+    enum { B_2 = lyapunov_v1_h_B_2 };
+    enum { Bl_2 = lyapunov_v1_h_Bl_2 };
+    enum { t_lpk5h = lyapunov_v1_h_t_lpk5h };
+    enum { t_m5gm4 = lyapunov_v1_h_t_m5gm4 };
+    enum { t_uumic = lyapunov_v1_h_t_uumic };
+    enum { t_doa45 = lyapunov_v1_h_t_doa45 };
+    enum { t_sfymc = lyapunov_v1_h_t_sfymc };
+    enum { t_5r66u = lyapunov_v1_h_t_5r66u };
+    enum { t_7bo2j = lyapunov_v1_h_t_7bo2j };
+    enum { t_oc5tk = lyapunov_v1_h_t_oc5tk };
+    enum { ax_eq = lyapunov_v1_h_ax_eq };
+    enum { W_theta1 = lyapunov_v1_h_W_theta1 };
+    enum { W_theta2 = lyapunov_v1_h_W_theta2 };
+    enum { t_mj52b = lyapunov_v1_h_t_mj52b };
+    enum { t_iecaz = lyapunov_v1_h_t_iecaz };
+    enum { t_qd2lc = lyapunov_v1_h_t_qd2lc };
+    enum { t_7pydp = lyapunov_v1_h_t_7pydp };
+    enum { t_ob75p = lyapunov_v1_h_t_ob75p };
+    enum { t_62qfa = lyapunov_v1_h_t_62qfa };
+    enum { t_y7rm6 = lyapunov_v1_h_t_y7rm6 };
+    enum { t_lwe76 = lyapunov_v1_h_t_lwe76 };
+    const real W12 = x[wx] * x[wy];
+    const real W13 = x[wx] * x[wz];
+    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
+    const real t_rding = cos_theta1 * x[wz];
+    const real t_a3uw4 = sin_theta1 * x[wy];
+    const real Wt1 = t_rding + t_a3uw4;
+    const real w_x1 = x[wx] - x[theta1_dot];
+    const real p1 = Wn1 + x[phi1_dot];
+    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
+    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
+    const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
+    const real t_geoui = cos_theta2 * x[wz];
+    const real t_vhhwy = sin_theta2 * x[wy];
+    const real Wt2 = t_geoui + t_vhhwy;
+    const real w_x2 = x[wx] - x[theta2_dot];
+    const real p2 = Wn2 + x[phi2_dot];
+    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
+    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
+    const real t_w7vil = t_rybsf * h[e1];
+    const real tension1 = cos_phi1 * t_w7vil * h[mv1] - h[t_6nwd2] * sigma_sq1;
+    const real As_1 = h[mv1] * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real eAss_1 = Ass_1 * h[e1];
+    const real q_1 = sin_phi1 * p[l1];
+    const real lc_1 = cos_phi1 * p[l1];
+    const real Bs_1 = h[B_1] * sin_phi1;
+    const real Bc_1 = h[B_1] * cos_phi1;
+    const real g_1 = h[e1] - lc_1;
+    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
+    const real wth_1 = th_1 * p[I1];
+    const real eBc_1 = Bc_1 * h[e1];
+    const real wg_1 = g_1 * wth_1;
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real tn11_1 = Ass_1 + h[me1] - wth_1;
+    const real t_3bowt = h[Bl_1] + K(-2.0) * eBc_1 + h[e1] * eAss_1;
+    const real t_3fv6l = g_1 * wg_1;
+    const real tn44_1 = h[t_b7ure] + t_3bowt - t_3fv6l;
+    const real wq_1 = q_1 * wth_1;
+    const real wqg_1 = q_1 * wg_1;
+    const real wqq_1 = q_1 * wq_1;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real wgC_1 = cos_theta1 * wqg_1;
+    const real wgS_1 = sin_theta1 * wqg_1;
+    const real loss_phi1 = p[eps1] * x[phi1_dot];
+    const real loss_theta1 = p[eps1] * x[theta1_dot];
+    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real zeta1 = W12 * q_1
+        + Wn1 * lc_1 * w_x1
+        - chi1 * p[l1] * (p1 + x[phi1_dot]);
+    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
+    const real t_7imwe = h[B_1] * eta1 + loss_phi1 * h[k1];
+    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real M_q1 = F_n1 * q_1;
+    const real I_phi1 = x[phi1_dot] * p[I1];
+    const real I_theta1 = x[theta1_dot] * p[I1];
+    const real t_6fvzz = t_rybsf * h[e2];
+    const real tension2 = cos_phi2 * t_6fvzz * h[mv2] - h[t_popww] * sigma_sq2;
+    const real As_2 = h[mv2] * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real eAss_2 = Ass_2 * h[e2];
+    const real q_2 = sin_phi2 * p[l2];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real Bs_2 = h[B_2] * sin_phi2;
+    const real Bc_2 = h[B_2] * cos_phi2;
+    const real g_2 = h[e2] - lc_2;
+    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
+    const real wth_2 = th_2 * p[I2];
+    const real eBc_2 = Bc_2 * h[e2];
+    const real wg_2 = g_2 * wth_2;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real tn11_2 = Ass_2 + h[me2] - wth_2;
+    const real t_ymmgl = h[Bl_2] + K(-2.0) * eBc_2 + h[e2] * eAss_2;
+    const real t_odwbr = g_2 * wg_2;
+    const real tn44_2 = h[t_lpk5h] + t_ymmgl - t_odwbr;
+    const real wq_2 = q_2 * wth_2;
+    const real wqg_2 = q_2 * wg_2;
+    const real wqq_2 = q_2 * wq_2;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real wgC_2 = cos_theta2 * wqg_2;
+    const real wgS_2 = sin_theta2 * wqg_2;
+    const real loss_phi2 = p[eps2] * x[phi2_dot];
+    const real loss_theta2 = p[eps2] * x[theta2_dot];
+    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real zeta2 = W12 * q_2
+        + Wn2 * lc_2 * w_x2
+        - chi2 * p[l2] * (p2 + x[phi2_dot]);
+    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
+    const real t_4b2fa = h[B_2] * eta2 + loss_phi2 * h[k2];
+    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real M_q2 = F_n2 * q_2;
+    const real I_phi2 = x[phi2_dot] * p[I2];
+    const real I_theta2 = x[theta2_dot] * p[I2];
+    const real K11 = h[t_m5gm4] - Ass_1 - Ass_2;
+    const real t_fbeaw = S_sq1 * tn11_1;
+    const real t_dj555 = S_sq2 * tn11_2;
+    const real K22 = t_fbeaw + t_dj555 + h[M_C] + wth_1 + wth_2 - h[me1] - h[me2];
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real K33 = Ass_1 + Ass_2 + h[M_C] - t_fbeaw - t_dj555;
+    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
+    const real t_nhr5u = wqq_1 + wqq_2;
+    const real K44 = t_nhr5u + h[Bl_1] + h[Bl_2] + h[J_C1];
+    const real t_kwrkt = wg_1 - h[t_uumic];
+    const real t_t44oq = wg_2 - h[t_doa45];
+    const real t_32gyg = Bc_1 - eAss_1;
+    const real t_n3v7x = t_32gyg + t_kwrkt;
+    const real t_gbkg6 = Bc_2 - eAss_2;
+    const real t_hsuzx = t_gbkg6 + t_t44oq;
+    const real t_fcf5x = S_sq1 * t_n3v7x + S_sq2 * t_hsuzx;
+    const real K52 = t_kwrkt + t_t44oq - t_fcf5x - wqC_1 - wqC_2;
+    const real t_bac7g = SC1 * t_n3v7x + SC2 * t_hsuzx;
+    const real K53 = wqS_1 - t_bac7g + wqS_2;
+    const real t_nncdg = h[Bl_1] - eBc_1;
+    const real t_4q22j = h[Bl_2] - eBc_2;
+    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
+    const real t_hoosk = S_sq1 * tn44_1;
+    const real t_drvdp = S_sq2 * tn44_2;
+    const real K55 = t_3fv6l
+        + t_odwbr
+        + t_nhr5u
+        + t_hoosk
+        + t_drvdp
+        + h[J_C3]
+        - h[t_b7ure]
+        - h[t_lpk5h]
+        + K(-2.0) * wgC_1
+        + K(-2.0) * wgC_2;
+    const real K63 = t_fcf5x - (t_32gyg + t_gbkg6);
+    const real t_zhbuw = wgS_1 + wgS_2;
+    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
+    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_3bowt + t_ymmgl + h[J_C2] - t_hoosk - t_drvdp;
+    const real t_vt7uo = F_n1 * cos_theta1;
+    const real t_oncjt = F_n2 * cos_theta2;
+    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real t_azclp = F_n1 * sin_theta1;
+    const real t_iya7w = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
+    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
+    const real t_kp7yy = M_q1 + M_q2;
+    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
+    const real n4 = t_aejai
+        - t_kp7yy
+        + t_zd4fs
+        - loss_phi1
+        - loss_phi2
+        + I_theta1 * x[wy]
+        + I_theta2 * x[wy]
+        - h[t_sfymc] * x[wy] * x[wz];
+    const real t_w7nmt = t_aejai + F_t1 * h[e1];
+    const real t_e5cx2 = t_zd4fs + F_t2 * h[e2];
+    const real n5 = t_w7nmt * sin_theta1
+        - (t_kp7yy + loss_theta1 + loss_theta2)
+        + t_e5cx2 * sin_theta2
+        - W12 * h[t_5r66u]
+        - I_phi1 * x[wy]
+        - I_phi2 * x[wy]
+        + t_vt7uo * g_1
+        + t_oncjt * g_2;
+    const real n6 = t_w7nmt * cos_theta1
+        + t_e5cx2 * cos_theta2
+        + I_theta1 * x[wx]
+        + I_theta2 * x[wx]
+        - W13 * h[t_7bo2j]
+        - t_azclp * g_1
+        - t_iya7w * g_2
+        - I_phi1 * x[wz]
+        - I_phi2 * x[wz];
+    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_bpfoo = K(1.0) / K11;
+    const real t_w7lcw = t_b3aij * t_bpfoo;
+    const real K_D2 = K22 - t_b3aij * t_w7lcw;
+    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_3go2w = t_zzymx * t_bpfoo;
+    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
+    const real t_4iujv = K(1.0) / K_D2;
+    const real K_L32 = t_d4mqf * t_4iujv;
+    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
+    const real gx_phi1 = sin_phi1 * h[t_6nwd2];  /* (25) */
+    const real t_5zfdh = lc_1 * p[m1];
+    const real gy_phi1 = sin_theta1 * t_5zfdh;  /* (25) */
+    const real gz_phi1 = cos_theta1 * t_5zfdh;  /* (25) */
+    const real t_bnlcb = gy_phi1 * p[h1];
+    const real t_sgto3 = h[t_yx2kz] * sin_theta1;
+    const real cz_phi1 = t_bnlcb - t_sgto3;  /* (25) */
+    const real t_azo52 = gx_phi1 * p[h1];
+    const real t_amwyw = t_a3uw4 + t_rding;
+    const real t_7eszt = t_amwyw * t_amwyw;
+    const real t_a233z = sin_phi1 * cos_phi1;
+    const real t_z7qux = h[t_yx2kz] * t_a233z;
+    const real t_wube7 = x[wx] * x[wx];
+    const real t_3qva5 = sin_phi1 * sin_phi1;
+    const real t_2dafa = h[t_yx2kz] * t_3qva5;
+    const real t_kuyke = t_2dafa * t_amwyw;
+    const real k_phi1 = loss_phi1
+        - t_azo52 * t_7eszt
+        - t_azo52 * (Wn1 * Wn1)
+        - x[theta1_dot] * x[theta1_dot] * t_z7qux
+        - t_z7qux * t_wube7
+        - (x[theta1_dot] + x[theta1_dot]) * t_kuyke
+        - h[t_yx2kz] * t_amwyw * x[wx]
+        + h[t_os4zj] * t_7eszt * sin_phi1 * cos_phi1 * p[m1]
+        + h[t_oc5tk] * t_3qva5 * t_amwyw * x[wx] * p[m1]
+        + cos_phi1 * t_amwyw * p[h1] * x[wx] * p[l1] * p[m1]
+        + h[t_oc5tk] * sin_phi1 * cos_phi1 * x[theta1_dot] * x[wx] * p[m1];  /* (25) */
+    const real D_theta1 = t_2dafa + p[I1];  /* (26) */
+    const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
+    const real t_tpms2 = sin_theta1 * gx_phi1;
+    const real t_nmcsn = t_tpms2 * p[h1];
+    const real cy_theta1 = t_nmcsn - t_a233z * t_sgto3;  /* (26) */
+    const real t_m5cmg = gy_theta1 * p[h1];
+    const real t_toghk = h[t_yx2kz] * cos_theta1;
+    const real t_homfq = t_m5cmg - t_a233z * t_toghk;
+    const real cz_theta1 = t_homfq + p[I1];  /* (26) */
+    const real t_ywy5z = Wn1 * x[wx];
+    const real t_j5odj = x[phi1_dot] + x[phi1_dot];
+    const real Dd_theta1 = t_z7qux * t_j5odj;
+    const real t_b7wcv = Dd_theta1 * x[theta1_dot];
+    const real k_theta1 = loss_theta1
+        + t_azo52 * t_ywy5z
+        + t_kuyke * t_j5odj
+        + t_kuyke * Wn1
+        + t_b7wcv
+        - t_z7qux * t_ywy5z
+        - Dd_theta1 * x[wx];  /* (26) */
+    const real gx_phi2 = h[t_popww] * sin_phi2;  /* (25) */
+    const real t_p4m3j = lc_2 * p[m2];
+    const real gy_phi2 = t_p4m3j * sin_theta2;  /* (25) */
+    const real gz_phi2 = t_p4m3j * cos_theta2;  /* (25) */
+    const real t_ba7if = gy_phi2 * p[h2];
+    const real t_q45sa = sin_theta2 * h[t_frp3h];
+    const real cz_phi2 = t_ba7if - t_q45sa;  /* (25) */
+    const real t_nqm7d = sin_phi2 * cos_phi2;
+    const real t_6skn7 = t_nqm7d * h[t_frp3h];
+    const real t_svo5z = gx_phi2 * p[h2];
+    const real t_kmx3q = t_vhhwy + t_geoui;
+    const real t_3chhy = t_kmx3q * t_kmx3q;
+    const real t_4j4b3 = sin_phi2 * sin_phi2;
+    const real t_7a6mb = t_4j4b3 * h[t_frp3h];
+    const real t_pnlix = t_kmx3q * t_7a6mb;
+    const real k_phi2 = loss_phi2
+        - t_wube7 * t_6skn7
+        - t_svo5z * t_3chhy
+        - t_svo5z * (Wn2 * Wn2)
+        - x[theta2_dot] * x[theta2_dot] * t_6skn7
+        - (x[theta2_dot] + x[theta2_dot]) * t_pnlix
+        - t_kmx3q * h[t_frp3h] * x[wx]
+        + t_3chhy * sin_phi2 * cos_phi2 * h[t_nfvux] * p[m2]
+        + (t_kmx3q + t_kmx3q) * t_4j4b3 * h[t_nfvux] * x[wx] * p[m2]
+        + t_kmx3q * cos_phi2 * p[h2] * x[wx] * p[l2] * p[m2]
+        + (sin_phi2 + sin_phi2) * cos_phi2 * h[t_nfvux] * x[theta2_dot] * x[wx] * p[m2];  /* (25) */
+    const real D_theta2 = t_7a6mb + p[I2];  /* (26) */
+    const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
+    const real t_h3pge = gx_phi2 * sin_theta2;
+    const real t_ikdxp = t_h3pge * p[h2];
+    const real cy_theta2 = t_ikdxp - t_q45sa * t_nqm7d;  /* (26) */
+    const real t_gidtm = gy_theta2 * p[h2];
+    const real t_vhw4e = cos_theta2 * h[t_frp3h];
+    const real t_6daux = t_gidtm - t_nqm7d * t_vhw4e;
+    const real cz_theta2 = t_6daux + p[I2];  /* (26) */
+    const real t_nw7er = Wn2 * x[wx];
+    const real t_473qv = x[phi2_dot] + x[phi2_dot];
+    const real Dd_theta2 = t_6skn7 * t_473qv;
+    const real t_putjj = Dd_theta2 * x[theta2_dot];
+    const real k_theta2 = loss_theta2
+        + Wn2 * t_pnlix
+        + t_svo5z * t_nw7er
+        + t_pnlix * t_473qv
+        + t_putjj
+        - t_6skn7 * t_nw7er
+        - t_6skn7 * (x[wx] + x[wx]) * x[phi2_dot];  /* (26) */
+    const real cdy_phi1 = t_m5cmg * x[phi1_dot] + cz_phi1 * x[theta1_dot];
+    const real t_pthak = gz_phi1 * p[h1];
+    const real t_fue42 = t_pthak - h[t_os4zj] * cos_theta1 * p[m1];
+    const real cdz_phi1 = t_fue42 * x[theta1_dot] - t_nmcsn * x[phi1_dot];
+    const real t_4of2f = cos_phi1 * cos_phi1;
+    const real cdy_theta1 = t_homfq * x[theta1_dot] + x[phi1_dot] * (t_bnlcb + t_3qva5 * t_sgto3 - t_4of2f * t_sgto3);
+    const real cdz_theta1 = x[phi1_dot] * (t_pthak + t_3qva5 * t_toghk - t_toghk * t_4of2f) - cy_theta1 * x[theta1_dot];
+    const real cdy_phi2 = cz_phi2 * x[theta2_dot] + t_gidtm * x[phi2_dot];
+    const real t_3ndrr = gz_phi2 * p[h2];
+    const real t_jfh2q = t_3ndrr - cos_theta2 * h[t_nfvux] * p[m2];
+    const real cdz_phi2 = t_jfh2q * x[theta2_dot] - t_ikdxp * x[phi2_dot];
+    const real t_zozwp = cos_phi2 * cos_phi2;
+    const real cdy_theta2 = t_6daux * x[theta2_dot] + x[phi2_dot] * (t_ba7if + t_q45sa * t_4j4b3 - t_q45sa * t_zozwp);
+    const real cdz_theta2 = x[phi2_dot] * (t_3ndrr + t_4j4b3 * t_vhw4e - t_vhw4e * t_zozwp) - cy_theta2 * x[theta2_dot];
+    const real t_wij2f = x[vy] * c[r1];
+    const real t_o2gar = h[D1] * x[phi1_dot];
+    const real t_x3aji = h[t_mj52b] * (p[I1] * x[wx] - t_fue42 * x[wy] + cz_phi1 * x[wz] + t_o2gar);
+    const real t_gifwv = h[D2] * x[phi2_dot];
+    const real t_6jtcq = h[t_iecaz] * (p[I2] * x[wx] - t_jfh2q * x[wy] + cz_phi2 * x[wz] + t_gifwv);
+    const real t_j7ex5 = h[W_theta1] / (D_theta1 * D_theta1);
+    const real t_iomfo = D_theta1 * x[theta1_dot];
+    const real t_5lcmq = t_j7ex5 * (cy_theta1 * x[wy] - t_2dafa * x[wx] + cz_theta1 * x[wz] + t_iomfo);
+    const real t_s5xdh = h[W_theta2] / (D_theta2 * D_theta2);
+    const real t_kyc32 = D_theta2 * x[theta2_dot];
+    const real t_43tjw = t_s5xdh * (cy_theta2 * x[wy] - t_7a6mb * x[wx] + cz_theta2 * x[wz] + t_kyc32);
+    const real B_v1 = t_wij2f
+        - t_x3aji * gy_phi1
+        - t_6jtcq * gy_phi2
+        - t_5lcmq * gy_theta1
+        - t_43tjw * gy_theta2;  /* (29) */
+    const real t_aqbxr = x[vz] * c[r2];
+    const real C_v1 = t_aqbxr
+        - t_x3aji * gz_phi1
+        - t_6jtcq * gz_phi2
+        + t_5lcmq * t_tpms2
+        + t_43tjw * t_h3pge;  /* (29) */
+    const real t_5bilv = h[ax_eq] * gx_phi1;
+    const real t_4oupt = h[ax_eq] * gx_phi2;
+    const real g1_v1 = x[att1] * c[r3]
+        - t_aqbxr * x[vy]
+        - h[t_mj52b] * (t_5bilv * p[I1] + p[I1] * k_phi1)
+        - h[t_iecaz] * (t_4oupt * p[I2] + p[I2] * k_phi2)
+        - t_j7ex5 * (t_iomfo * Dd_theta1 - (t_b7wcv * t_2dafa + t_2dafa * k_theta1))
+        - t_s5xdh * (t_kyc32 * Dd_theta2 - (t_putjj * t_7a6mb + t_7a6mb * k_theta2))
+        + x[vy] * x[vz] * c[r1];  /* (29) */
+    const real g2_v1 = x[att2] * c[r5]
+        + h[t_mj52b] * (t_5bilv * t_fue42 + t_fue42 * k_phi1 + t_o2gar * cdy_phi1)
+        + h[t_iecaz] * (t_4oupt * t_jfh2q + t_jfh2q * k_phi2 + t_gifwv * cdy_phi2)
+        - t_j7ex5 * (t_b7wcv * cy_theta1 + cy_theta1 * k_theta1 - t_iomfo * cdy_theta1)
+        - t_s5xdh * (t_putjj * cy_theta2 + cy_theta2 * k_theta2 - t_kyc32 * cdy_theta2)
+        + x[vx] * x[vz] * c[r2];  /* (29) */
+    const real g3_v1 = x[att3] * c[r7]
+        - t_wij2f * x[vx]
+        - h[t_mj52b] * (t_5bilv * cz_phi1 + cz_phi1 * k_phi1 - t_o2gar * cdz_phi1)
+        - h[t_iecaz] * (t_4oupt * cz_phi2 + cz_phi2 * k_phi2 - t_gifwv * cdz_phi2)
+        - t_j7ex5 * (t_b7wcv * cz_theta1 + cz_theta1 * k_theta1 - t_iomfo * cdz_theta1)
+        - t_s5xdh * (t_putjj * cz_theta2 + cz_theta2 * k_theta2 - t_kyc32 * cdz_theta2);  /* (29) */
+    const real f11_v1 = h[t_qd2lc] - t_j7ex5 * (t_2dafa * t_2dafa) - t_s5xdh * (t_7a6mb * t_7a6mb);  /* (29) */
+    const real t_eph62 = t_j7ex5 * t_2dafa;
+    const real t_3e3g4 = t_s5xdh * t_7a6mb;
+    const real f21_v1 = h[t_7pydp] * t_fue42 + h[t_ob75p] * t_jfh2q + t_eph62 * cy_theta1 + t_3e3g4 * cy_theta2;  /* (29) */
+    const real f22_v1 = c[r6]
+        - h[t_mj52b] * (t_fue42 * t_fue42)
+        - h[t_iecaz] * (t_jfh2q * t_jfh2q)
+        - t_j7ex5 * (cy_theta1 * cy_theta1)
+        - t_s5xdh * (cy_theta2 * cy_theta2);  /* (29) */
+    const real f31_v1 = t_eph62 * cz_theta1 - (h[t_7pydp] * cz_phi1 + h[t_ob75p] * cz_phi2) + t_3e3g4 * cz_theta2;  /* (29) */
+    const real f32_v1 = h[t_mj52b] * t_fue42 * cz_phi1
+        + h[t_iecaz] * t_jfh2q * cz_phi2
+        - t_j7ex5 * cy_theta1 * cz_theta1
+        - t_s5xdh * cy_theta2 * cz_theta2;  /* (29) */
+    const real f33_v1 = c[r8]
+        - h[t_mj52b] * (cz_phi1 * cz_phi1)
+        - h[t_iecaz] * (cz_phi2 * cz_phi2)
+        - t_j7ex5 * (cz_theta1 * cz_theta1)
+        - t_s5xdh * (cz_theta2 * cz_theta2);  /* (29) */
+    const real t_4v7es = K(1.0) / f11_v1;
+    const real f_v1_L21 = f21_v1 * t_4v7es;
+    const real f_v1_L31 = f31_v1 * t_4v7es;
+    const real f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21;
+    const real t_g2uww = f32_v1 - f21_v1 * f_v1_L31;
+    const real t_omhw7 = K(1.0) / f_v1_D2;
+    const real f_v1_L32 = t_g2uww * t_omhw7;
+    const real f_v1_D3 = f33_v1 - t_g2uww * f_v1_L32 - f31_v1 * f_v1_L31;
+    const real t_u5ggi = x[wx] * c[w3] + g1_v1;
+    const real u_v1_y2 = f_v1_L21 * t_u5ggi - (x[wy] * c[w4] + g2_v1);
+    const real u_v1_y3 = f_v1_L31 * t_u5ggi - (x[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
+    const real u_v1_x3 = u_v1_y3 / f_v1_D3;
+    const real u_v1_x2 = u_v1_y2 * t_omhw7 - f_v1_L32 * u_v1_x3;
+    const real G2_v1 = W12 + u_v1_x3;
+    const real G3_v1 = W13 - u_v1_x2;
+    const real a2_v1 = G2_v1 * h[x_C] - B_v1 * c[w1];
+    const real a3_v1 = G3_v1 * h[x_C] - C_v1 * c[w2];
+    const real t_2m245 = Bs_1 + Bs_2;
+    const real t_dyqoa = t_u5ggi * t_4v7es + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
+    const real t_ev7u5 = Bs_1 + Asc_1 * h[e1];
+    const real t_bvybx = Bs_2 + Asc_2 * h[e2];
+    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
+    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
+    const real t_vzrlr = t_7imwe * sin_phi1
+        + t_4b2fa * sin_phi2
+        + cos_phi1 * tension1
+        + cos_phi2 * tension2
+        + G2_v1 * t_6mmeb
+        + G3_v1 * t_bl4f2
+        + t_b3aij * a2_v1
+        + t_zzymx * a3_v1;
+    const real q1_v1 = t_2m245 * t_dyqoa - t_vzrlr;
+    const real t_yz7e5 = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
+    const real q2_v1 = n2
+        + G2_v1 * K52
+        - G3_v1 * t_bac7g
+        + K22 * a2_v1
+        + K32 * a3_v1
+        + t_yz7e5 * t_dyqoa;
+    const real q3_v1 = n3
+        + G2_v1 * K53
+        + G3_v1 * K63
+        + K32 * a2_v1
+        + K33 * a3_v1
+        - K43 * t_dyqoa;
+    const real PP_v1 = K11 * K11 + t_b3aij * t_b3aij + t_zzymx * t_zzymx;
+    const real Pq_v1 = K11 * q1_v1 - t_b3aij * q2_v1 - t_zzymx * q3_v1;
+    const real t_7w2kh = Pq_v1 * Pq_v1
+        - PP_v1 * (q1_v1 * q1_v1 - h[t_62qfa] + q2_v1 * q2_v1 + q3_v1 * q3_v1);
+    const real root_v1 = mv_sqrt(mv_max(SPLAT(K(0.0)), t_7w2kh));
+    const real ax_v1 = (root_v1 - Pq_v1) / PP_v1;
+    const real f1_v1 = q1_v1 + K11 * ax_v1;
+    const real f2_v1 = q2_v1 - t_b3aij * ax_v1;
+    const real f3_v1 = q3_v1 - t_zzymx * ax_v1;
+    const real sin_d2_v1 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v1 * h[t_y7rm6]));
+    const real cos_d2_v1 = mv_sqrt(K(1.0) - sin_d2_v1 * sin_d2_v1);
+    const real delta1_v1 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v1 * h[t_y7rm6] / mv_max(SPLAT(K(1e-09)), cos_d2_v1)))));
+    const real delta2_v1 = mv_asin(sin_d2_v1);
+    real sin_delta2_v1, cos_delta2_v1; mv_sincos(delta2_v1, &sin_delta2_v1, &cos_delta2_v1);
+    const real t_szme2 = p[F] * cos_delta2_v1;
+    real sin_delta1_v1, cos_delta1_v1; mv_sincos(delta1_v1, &sin_delta1_v1, &cos_delta1_v1);
+    const real df1_v1 = t_szme2 * cos_delta1_v1 - f1_v1;
+    const real t_uqkgz = p[F] * sin_delta2_v1;
+    const real df2_v1 = t_uqkgz - f2_v1;
+    const real da_v1_y2 = df2_v1 + t_w7lcw * df1_v1;
+    const real t_s3dfp = t_szme2 * sin_delta1_v1;
+    const real da_v1_y3 = t_3go2w * df1_v1 - (t_s3dfp + f3_v1) - K_L32 * da_v1_y2;
+    const real da_v1_x3 = da_v1_y3 / K_D3;
+    const real da_v1_x2 = da_v1_y2 * t_4iujv - K_L32 * da_v1_x3;
+    const real da_v1_x1 = df1_v1 * t_bpfoo + t_w7lcw * da_v1_x2 + t_3go2w * da_v1_x3;
+    const real Mx_v1 = n4
+        + G2_v1 * K54
+        + G3_v1 * K64
+        - t_2m245 * ax_v1
+        - t_2m245 * da_v1_x1
+        - t_yz7e5 * a2_v1
+        - t_yz7e5 * da_v1_x2
+        + K43 * a3_v1
+        + K43 * da_v1_x3
+        - K44 * t_dyqoa;
+    const real My_v1 = t_s3dfp * h[t_lwe76]
+        - n6
+        - G2_v1 * K65
+        - G3_v1 * K66
+        + t_bl4f2 * ax_v1
+        + t_bl4f2 * da_v1_x1
+        + t_bac7g * a2_v1
+        + t_bac7g * da_v1_x2
+        - K63 * a3_v1
+        - K63 * da_v1_x3
+        + K64 * t_dyqoa;
+    const real Mz_v1 = n5
+        + G2_v1 * K55
+        + G3_v1 * K65
+        - t_6mmeb * ax_v1
+        - t_6mmeb * da_v1_x1
+        + K52 * a2_v1
+        + K52 * da_v1_x2
+        + K53 * a3_v1
+        + K53 * da_v1_x3
+        - K54 * t_dyqoa
+        + t_uqkgz * h[t_lwe76];
+    u[0] = Mx_v1;
+    u[1] = My_v1;
+    u[2] = Mz_v1;
+    u[3] = delta1_v1;
+    u[4] = delta2_v1;
 }
+
+/* Places of h. */
+enum {
+    lyapunov_v1_loop_h_t_os4zj,
+    lyapunov_v1_loop_h_t_yx2kz,
+    lyapunov_v1_loop_h_D1,
+    lyapunov_v1_loop_h_t_zrejm,
+    lyapunov_v1_loop_h_k1,
+    lyapunov_v1_loop_h_me1,
+    lyapunov_v1_loop_h_t_6nwd2,
+    lyapunov_v1_loop_h_mv1,
+    lyapunov_v1_loop_h_t_nfvux,
+    lyapunov_v1_loop_h_t_frp3h,
+    lyapunov_v1_loop_h_D2,
+    lyapunov_v1_loop_h_t_5wzvs,
+    lyapunov_v1_loop_h_k2,
+    lyapunov_v1_loop_h_me2,
+    lyapunov_v1_loop_h_t_popww,
+    lyapunov_v1_loop_h_mv2,
+    lyapunov_v1_loop_h_M_C,
+    lyapunov_v1_loop_h_x_C,
+    lyapunov_v1_loop_h_J_C1,
+    lyapunov_v1_loop_h_J_C3,
+    lyapunov_v1_loop_h_J_C2,
+    lyapunov_v1_loop_h_e1,
+    lyapunov_v1_loop_h_e2,
+    lyapunov_v1_loop_h_B_1,
+    lyapunov_v1_loop_h_B_2,
+    lyapunov_v1_loop_h_W_theta1,
+    lyapunov_v1_loop_h_t_mj52b,
+    lyapunov_v1_loop_h_t_7pydp,
+    lyapunov_v1_loop_h_t_iecaz,
+    lyapunov_v1_loop_h_t_ob75p,
+    lyapunov_v1_loop_h_W_theta2,
+    lyapunov_v1_loop_h_t_qd2lc,
+    lyapunov_v1_loop_h_ax_eq,
+    lyapunov_v1_loop_h_t_oc5tk,
+    lyapunov_v1_loop_h_t_uumic,
+    lyapunov_v1_loop_h_t_doa45,
+    lyapunov_v1_loop_h_t_m5gm4,
+    lyapunov_v1_loop_h_t_62qfa,
+    lyapunov_v1_loop_h_t_y7rm6,
+    lyapunov_v1_loop_h_t_xkg6l,
+    lyapunov_v1_loop_h_Bl_1,
+    lyapunov_v1_loop_h_t_b7ure,
+    lyapunov_v1_loop_h_Bl_2,
+    lyapunov_v1_loop_h_t_lpk5h,
+    lyapunov_v1_loop_h_t_sfymc,
+    lyapunov_v1_loop_h_t_5r66u,
+    lyapunov_v1_loop_h_t_7bo2j,
+    lyapunov_v1_loop_h_t_lwe76,
+    lyapunov_v1_loop_h_t_ibe72,
+    lyapunov_v1_loop_h_t_r7vy7,
+};
 
 /* what lyapunov_v1_loop computes once per run; 97 operations. */
 void slosh_lyapunov_v1_loop_prepare(const real *p, const real *c, real *h)
 {
-    const real v9 = p[13] * p[13];
-    const real v10 = v9 * p[12];
-    const real v11 = v10 + p[15];
-    const real v12 = K(1.0) / v11;
-    const real v13 = p[12] * v12;
-    const real v14 = v13 * p[15];
-    const real v25 = p[18] * p[18];
-    const real v26 = v25 * p[17];
-    const real v27 = v26 + p[20];
-    const real v28 = K(1.0) / v27;
-    const real v29 = p[17] * v28;
-    const real v30 = v29 * p[20];
-    const real v33 = p[0] + p[1];
-    const real v35 = v33 + v14 + v30;
-    const real v36 = (p[14] * v14 - (p[7] * p[0] + p[6] * p[1]) + p[19] * v30) / v35;
-    const real v37 = p[14] - v36;
-    const real v38 = p[13] * p[12];
-    const real v39 = v13 * p[13];
-    const real v40 = v38 * v39;
-    const real v41 = v14 * p[13];
-    const real v42 = p[19] - v36;
-    const real v43 = p[18] * p[17];
-    const real v44 = v29 * p[18];
-    const real v45 = v43 * v44;
-    const real v46 = v30 * p[18];
-    const real v52 = c[13] * p[12] / (v11 * v11);
-    const real v56 = c[13] * p[17] / (v27 * v27);
-    const real v81 = p[4] - p[5];
-    const real v86 = p[2] + p[3];
-    const real v104 = v14 * (p[14] * p[14]) + v30 * (p[19] * p[19]) + p[0] * (p[7] * p[7]) + p[1] * (p[6] * p[6]);
-    const real v107 = v104 - v35 * (v36 * v36);
-    const real v112 = p[15] + p[20];
-    h[0] = v9;
-    h[1] = v10;
-    h[2] = v11;
-    h[3] = v12;
-    h[4] = v14;
-    h[5] = v25;
-    h[6] = v26;
-    h[7] = v27;
-    h[8] = v28;
-    h[9] = v30;
-    h[10] = v35;
-    h[11] = v36;
-    h[12] = v37;
-    h[13] = v38;
-    h[14] = v39;
-    h[15] = v40;
-    h[16] = v41;
-    h[17] = v42;
-    h[18] = v43;
-    h[19] = v44;
-    h[20] = v45;
-    h[21] = v46;
-    h[22] = c[14] * p[12];
-    h[23] = v52;
-    h[24] = v52 * p[15];
-    h[25] = v56;
-    h[26] = v56 * p[20];
-    h[27] = c[14] * p[17];
-    h[28] = c[3] - v52 * (p[15] * p[15]) - v56 * (p[20] * p[20]);
-    h[29] = p[9] / (v33 + p[12] + p[17]);
-    h[30] = v9 + v9;
-    h[31] = v37 * v14;
-    h[32] = v42 * v30;
-    h[33] = v35 + v40 + v45;
-    h[34] = p[9] * p[9];
-    h[35] = K(1.0) / p[9];
-    h[36] = K(1.0) / mv_cos(p[11]);
-    h[37] = v81;
-    h[38] = v41 * p[13];
-    h[39] = v46 * p[18];
-    h[40] = v86;
-    h[41] = v86 + (p[5] - p[4]);
-    h[42] = v14 * (v37 * v37);
-    h[43] = v30 * (v42 * v42);
-    h[44] = p[2] + p[5] + v107;
-    h[45] = p[7] + p[8] + v36;
-    h[46] = v86 + v112 + v81;
-    h[47] = p[2] + p[4] + v112 + v107;
-    h[48] = K(1.0) / p[12];
-    h[49] = K(1.0) / p[17];
+    enum { m = SLOSH_P_M };
+    enum { m0 = SLOSH_P_M0 };
+    enum { I0 = SLOSH_P_I0 };
+    enum { J_x = SLOSH_P_J_X };
+    enum { J_y = SLOSH_P_J_Y };
+    enum { J_z = SLOSH_P_J_Z };
+    enum { h0 = SLOSH_P_H0 };
+    enum { b = SLOSH_P_B };
+    enum { d = SLOSH_P_D };
+    enum { F = SLOSH_P_F };
+    enum { delta2_max = SLOSH_P_DELTA2_MAX };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { r4 = SLOSH_LYAPUNOV_V1_C_R4 };
+    enum { r9 = SLOSH_LYAPUNOV_V1_C_R9 };
+    enum { r10 = SLOSH_LYAPUNOV_V1_C_R10 };
+    const real t_os4zj = p[l1] * p[l1];
+    const real t_yx2kz = t_os4zj * p[m1];
+    const real D1 = t_yx2kz + p[I1];
+    const real t_zrejm = K(1.0) / D1;
+    const real t_3qn53 = p[m1] * t_zrejm;
+    const real k1 = t_3qn53 * p[l1];
+    const real me1 = t_3qn53 * p[I1];
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real mv1 = t_6nwd2 * k1;
+    const real t_nfvux = p[l2] * p[l2];
+    const real t_frp3h = t_nfvux * p[m2];
+    const real D2 = t_frp3h + p[I2];
+    const real t_5wzvs = K(1.0) / D2;
+    const real t_54cbb = p[m2] * t_5wzvs;
+    const real k2 = t_54cbb * p[l2];
+    const real me2 = t_54cbb * p[I2];
+    const real t_popww = p[l2] * p[m2];
+    const real mv2 = t_popww * k2;
+    const real t_omhyl = p[m] + p[m0];
+    const real M_C = t_omhyl + me1 + me2;
+    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real S_C = me1 * (p[h1] * p[h1])
+        + me2 * (p[h2] * p[h2])
+        + p[m] * (p[b] * p[b])
+        + p[m0] * (p[h0] * p[h0])
+        - M_C * (x_C * x_C);
+    const real J_C1 = p[I0] + p[J_x];
+    const real J_C3 = p[I0] + p[J_z] + S_C;
+    const real t_is5lg = p[I1] + p[I2];
+    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
+    const real e1 = p[h1] - x_C;
+    const real e2 = p[h2] - x_C;
+    const real B_1 = me1 * p[l1];
+    const real B_2 = me2 * p[l2];
+    const real W_theta1 = c[r10] * p[m1];  /* (27) */
+    const real W_phi1 = c[r9] * p[m1];  /* (27) */
+    const real t_mj52b = W_phi1 / (D1 * D1);
+    const real W_phi2 = c[r9] * p[m2];  /* (27) */
+    const real t_iecaz = W_phi2 / (D2 * D2);
+    const real W_theta2 = c[r10] * p[m2];  /* (27) */
+    const real ax_eq = p[F] / (t_omhyl + p[m1] + p[m2]);  /* (19) */
+    const real Bl_1 = B_1 * p[l1];
+    const real Bl_2 = B_2 * p[l2];
+    const real t_sfymc = p[J_y] - p[J_z];
+    h[lyapunov_v1_loop_h_t_os4zj] = t_os4zj;
+    h[lyapunov_v1_loop_h_t_yx2kz] = t_yx2kz;
+    h[lyapunov_v1_loop_h_D1] = D1;
+    h[lyapunov_v1_loop_h_t_zrejm] = t_zrejm;
+    h[lyapunov_v1_loop_h_k1] = k1;
+    h[lyapunov_v1_loop_h_me1] = me1;
+    h[lyapunov_v1_loop_h_t_6nwd2] = t_6nwd2;
+    h[lyapunov_v1_loop_h_mv1] = mv1;
+    h[lyapunov_v1_loop_h_t_nfvux] = t_nfvux;
+    h[lyapunov_v1_loop_h_t_frp3h] = t_frp3h;
+    h[lyapunov_v1_loop_h_D2] = D2;
+    h[lyapunov_v1_loop_h_t_5wzvs] = t_5wzvs;
+    h[lyapunov_v1_loop_h_k2] = k2;
+    h[lyapunov_v1_loop_h_me2] = me2;
+    h[lyapunov_v1_loop_h_t_popww] = t_popww;
+    h[lyapunov_v1_loop_h_mv2] = mv2;
+    h[lyapunov_v1_loop_h_M_C] = M_C;
+    h[lyapunov_v1_loop_h_x_C] = x_C;
+    h[lyapunov_v1_loop_h_J_C1] = J_C1;
+    h[lyapunov_v1_loop_h_J_C3] = J_C3;
+    h[lyapunov_v1_loop_h_J_C2] = J_C2;
+    h[lyapunov_v1_loop_h_e1] = e1;
+    h[lyapunov_v1_loop_h_e2] = e2;
+    h[lyapunov_v1_loop_h_B_1] = B_1;
+    h[lyapunov_v1_loop_h_B_2] = B_2;
+    h[lyapunov_v1_loop_h_W_theta1] = W_theta1;
+    h[lyapunov_v1_loop_h_t_mj52b] = t_mj52b;
+    h[lyapunov_v1_loop_h_t_7pydp] = t_mj52b * p[I1];
+    h[lyapunov_v1_loop_h_t_iecaz] = t_iecaz;
+    h[lyapunov_v1_loop_h_t_ob75p] = t_iecaz * p[I2];
+    h[lyapunov_v1_loop_h_W_theta2] = W_theta2;
+    h[lyapunov_v1_loop_h_t_qd2lc] = c[r4] - t_mj52b * (p[I1] * p[I1]) - t_iecaz * (p[I2] * p[I2]);
+    h[lyapunov_v1_loop_h_ax_eq] = ax_eq;
+    h[lyapunov_v1_loop_h_t_oc5tk] = t_os4zj + t_os4zj;
+    h[lyapunov_v1_loop_h_t_uumic] = e1 * me1;
+    h[lyapunov_v1_loop_h_t_doa45] = e2 * me2;
+    h[lyapunov_v1_loop_h_t_m5gm4] = M_C + mv1 + mv2;
+    h[lyapunov_v1_loop_h_t_62qfa] = p[F] * p[F];
+    h[lyapunov_v1_loop_h_t_y7rm6] = K(1.0) / p[F];
+    h[lyapunov_v1_loop_h_t_xkg6l] = K(1.0) / mv_cos(p[delta2_max]);
+    h[lyapunov_v1_loop_h_Bl_1] = Bl_1;
+    h[lyapunov_v1_loop_h_t_b7ure] = me1 * (e1 * e1);
+    h[lyapunov_v1_loop_h_Bl_2] = Bl_2;
+    h[lyapunov_v1_loop_h_t_lpk5h] = me2 * (e2 * e2);
+    h[lyapunov_v1_loop_h_t_sfymc] = t_sfymc;
+    h[lyapunov_v1_loop_h_t_5r66u] = J_C1 + (p[J_z] - p[J_y]);
+    h[lyapunov_v1_loop_h_t_7bo2j] = J_C1 + t_is5lg + t_sfymc;
+    h[lyapunov_v1_loop_h_t_lwe76] = p[b] + p[d] + x_C;
+    h[lyapunov_v1_loop_h_t_ibe72] = K(1.0) / p[m1];
+    h[lyapunov_v1_loop_h_t_r7vy7] = K(1.0) / p[m2];
 }
 
 /* the rest of lyapunov_v1_loop; 1298 operations. */
 void slosh_lyapunov_v1_loop_prepared(const real *q, const real *p, const real *c, const real *h, real *dq)
 {
-    real s7, c7; mv_sincos(q[9], &s7, &c7);
-    const real v9 = s7 * p[13];
-    const real v13 = p[12] / (p[15] + p[12] * (v9 * v9));
-    const real v16 = q[3] * q[4];
-    real s19, c19; mv_sincos(q[10], &s19, &c19);
-    const real v24 = c19 * q[4] - s19 * q[5];
-    const real v26 = c7 * p[13];
-    const real v29 = q[3] - q[14];
-    const real v33 = c19 * q[5];
-    const real v34 = s19 * q[4];
-    const real v35 = v33 + v34;
-    const real v37 = c7 * v29 - v35 * s7;
-    const real v40 = v24 + q[13];
-    const real v43 = v16 * v9 + v24 * v26 * v29 - v37 * p[13] * (v40 + q[13]);
-    const real v46 = p[16] * q[14];
-    const real v49 = v13 * (v43 * p[15] - v46 * v9);
-    const real v50 = v49 * c19;
-    real s54, c54; mv_sincos(q[11], &s54, &c54);
-    const real v56 = s54 * p[18];
-    const real v60 = p[17] / (p[20] + p[17] * (v56 * v56));
-    real s63, c63; mv_sincos(q[12], &s63, &c63);
-    const real v67 = c63 * q[4] - s63 * q[5];
-    const real v69 = c54 * p[18];
-    const real v72 = q[3] - q[16];
-    const real v76 = c63 * q[5];
-    const real v77 = s63 * q[4];
-    const real v78 = v76 + v77;
-    const real v80 = c54 * v72 - v78 * s54;
-    const real v83 = v67 + q[15];
-    const real v86 = v16 * v56 + v67 * v69 * v72 - v80 * p[18] * (v83 + q[15]);
-    const real v89 = p[21] * q[16];
-    const real v92 = v60 * (v86 * p[20] - v89 * v56);
-    const real v93 = v92 * c63;
-    const real v97 = q[4] * q[4] + q[5] * q[5];
-    const real v113 = v97 * h[12];
-    const real v121 = v35 * c7 + s7 * v29;
-    const real v126 = c7 * v113 * h[15] - h[13] * (v121 * v121 + v40 * v40);
-    const real v131 = v37 * v121 - v35 * v29;
-    const real v133 = p[16] * q[13];
-    const real v135 = h[16] * v131 + v133 * h[14];
-    const real v137 = s7 * v126 - v135 * c7;
-    const real v141 = v97 * h[17];
-    const real v149 = v78 * c54 + s54 * v72;
-    const real v154 = c54 * v141 * h[20] - h[18] * (v149 * v149 + v83 * v83);
-    const real v159 = v80 * v149 - v78 * v72;
-    const real v161 = p[21] * q[15];
-    const real v163 = h[21] * v159 + v161 * h[19];
-    const real v165 = s54 * v154 - v163 * c54;
-    const real v167 = v50 + v93 + v137 * s19 + v165 * s63;
-    const real v169 = s7 * s7;
-    const real v170 = h[1] * v169;
-    const real v171 = v170 + p[15];
-    const real v173 = h[22] / (v171 * v171);
-    const real v174 = v173 * v170;
-    const real v175 = s7 * h[13];
-    const real v176 = c19 * v175;
-    const real v177 = v176 * p[14];
-    const real v178 = s7 * c7;
-    const real v179 = h[1] * c19;
-    const real v181 = v177 - v178 * v179;
-    const real v182 = v181 + p[15];
-    const real v186 = v26 * p[12];
-    const real v187 = s19 * v186;
-    const real v188 = v187 * p[14];
-    const real v189 = h[1] * s19;
-    const real v190 = v188 - v189;
-    const real v194 = v69 * p[17];
-    const real v195 = v194 * s63;
-    const real v196 = v195 * p[19];
-    const real v197 = s63 * h[6];
-    const real v198 = v196 - v197;
-    const real v203 = s54 * s54;
-    const real v204 = v203 * h[6];
-    const real v205 = v204 + p[20];
-    const real v207 = h[27] / (v205 * v205);
-    const real v208 = v207 * v204;
-    const real v209 = h[18] * s54;
-    const real v210 = v209 * c63;
-    const real v211 = v210 * p[19];
-    const real v212 = s54 * c54;
-    const real v213 = c63 * h[6];
-    const real v215 = v211 - v212 * v213;
-    const real v216 = v215 + p[20];
-    const real v218 = v174 * v182 - (h[24] * v190 + h[26] * v198) + v208 * v216;
-    const real v226 = K(1.0) / (h[28] - v173 * (v170 * v170) - v207 * (v204 * v204));
-    const real v227 = v218 * v226;
-    const real v235 = q[2] * c[1];
-    const real v241 = h[29] * v175;
-    const real v243 = v175 * p[14];
-    const real v244 = v34 + v33;
-    const real v245 = v244 * v244;
-    const real v252 = h[1] * v178;
-    const real v255 = q[3] * q[3];
-    const real v257 = v133 - v243 * v245 - v243 * (v24 * v24) - q[14] * q[14] * v252 - v252 * v255;
-    const real v259 = v170 * v244;
-    const real v269 = v257 - (q[14] + q[14]) * v259 - h[1] * v244 * q[3] + h[0] * v245 * s7 * c7 * p[12];
-    const real v281 = v269 + h[30] * v169 * v244 * q[3] * p[12] + c7 * v244 * p[14] * q[3] * p[13] * p[12];
-    const real v287 = v281 + h[30] * s7 * c7 * q[14] * q[3] * p[12];
-    const real v292 = h[29] * v209;
-    const real v294 = v212 * h[6];
-    const real v297 = v209 * p[19];
-    const real v298 = v77 + v76;
-    const real v299 = v298 * v298;
-    const real v307 = v161 - v255 * v294 - v297 * v299 - v297 * (v67 * v67) - q[16] * q[16] * v294;
-    const real v309 = v298 * v204;
-    const real v319 = v307 - (q[16] + q[16]) * v309 - v298 * h[6] * q[3] + v299 * s54 * c54 * h[5] * p[17];
-    const real v331 = v319 + (v298 + v298) * v203 * h[5] * q[3] * p[17] + v298 * c54 * p[19] * q[3] * p[18] * p[17];
-    const real v338 = v331 + (s54 + s54) * c54 * h[5] * q[16] * q[3] * p[17];
-    const real v342 = q[6] * c[2] - v235 * q[1] - h[23] * (v241 * p[15] + p[15] * v287) - h[25] * (v292 * p[20] + p[20] * v338);
-    const real v343 = v171 * q[14];
-    const real v344 = q[13] + q[13];
-    const real v345 = v252 * v344;
-    const real v347 = v345 * q[14];
-    const real v349 = v24 * q[3];
-    const real v360 = v46 + v243 * v349 + v259 * v344 + v259 * v24 + v347 - v252 * v349 - v345 * q[3];
-    const real v366 = v205 * q[16];
-    const real v367 = q[15] + q[15];
-    const real v368 = v294 * v367;
-    const real v370 = v368 * q[16];
-    const real v374 = v67 * q[3];
-    const real v385 = v89 + v67 * v309 + v297 * v374 + v309 * v367 + v370 - v294 * v374 - v294 * (q[3] + q[3]) * q[15];
-    const real v390 = v342 - v173 * (v343 * v345 - (v347 * v170 + v170 * v360)) - v207 * (v366 * v368 - (v370 * v204 + v204 * v385));
-    const real v395 = q[3] * c[10] + (v390 + q[1] * q[2] * c[0]);
-    const real v402 = q[1] * c[0];
-    const real v409 = h[2] * q[13];
-    const real v410 = c19 * v186;
-    const real v411 = v410 * p[14];
-    const real v414 = v411 - h[0] * c19 * p[12];
-    const real v416 = s19 * v175;
-    const real v417 = v416 * p[14];
-    const real v422 = h[23] * (v241 * v190 + v190 * v287 - v409 * (v414 * q[14] - v417 * q[13]));
-    const real v427 = h[7] * q[15];
-    const real v428 = v194 * c63;
-    const real v429 = v428 * p[19];
-    const real v432 = v429 - c63 * h[5] * p[17];
-    const real v434 = v209 * s63;
-    const real v435 = v434 * p[19];
-    const real v440 = h[25] * (v292 * v198 + v198 * v338 - v427 * (v432 * q[16] - v435 * q[15]));
-    const real v447 = c7 * c7;
-    const real v452 = v417 - v178 * v189;
-    const real v456 = v347 * v182 + v182 * v360 - v343 * (q[13] * (v411 + v169 * v179 - v179 * v447) - v452 * q[14]);
-    const real v464 = c54 * c54;
-    const real v469 = v435 - v197 * v212;
-    const real v473 = v370 * v216 + v216 * v385 - v366 * (q[15] * (v429 + v203 * v213 - v213 * v464) - v469 * q[16]);
-    const real v476 = q[5] * c[12] + (q[8] * c[6] - v402 * q[0] - v422 - v440 - v173 * v456 - v207 * v473);
-    const real v488 = h[23] * v414 * v190 + h[25] * v432 * v198 - v173 * v452 * v182 - v207 * v469 * v216;
-    const real v495 = h[24] * v414 + h[26] * v432 + v174 * v452 + v208 * v469;
-    const real v497 = v488 - v495 * v227;
-    const real v507 = c[5] - h[23] * (v414 * v414) - h[25] * (v432 * v432) - v173 * (v452 * v452);
-    const real v511 = v495 * v226;
-    const real v514 = K(1.0) / (v507 - v207 * (v469 * v469) - v495 * v511);
-    const real v515 = v497 * v514;
-    const real v530 = h[23] * (v241 * v414 + v414 * v287 + v409 * (v177 * q[13] + v190 * q[14]));
-    const real v540 = h[25] * (v292 * v432 + v432 * v338 + v427 * (v198 * q[16] + v211 * q[15]));
-    const real v553 = v347 * v452 + v452 * v360 - v343 * (v181 * q[14] + q[13] * (v188 + v169 * v189 - v447 * v189));
-    const real v567 = v370 * v469 + v469 * v385 - v366 * (v215 * q[16] + q[15] * (v196 + v197 * v203 - v197 * v464));
-    const real v572 = q[7] * c[4] + v530 + v540 - v173 * v553 - v207 * v567 + q[0] * q[2] * c[1];
-    const real v574 = v511 * v395 - (q[4] * c[11] + v572);
-    const real v586 = c[7] - h[23] * (v190 * v190) - h[25] * (v198 * v198) - v173 * (v182 * v182);
-    const real v594 = (v227 * v395 - v476 - v515 * v574) / (v586 - v207 * (v216 * v216) - v497 * v515 - v218 * v227);
-    const real v595 = v16 + v594;
-    const real v596 = h[12] - v26;
-    const real v597 = v13 * p[15];
-    const real v598 = v596 * v597;
-    const real v600 = v598 - h[31];
-    const real v601 = h[17] - v69;
-    const real v602 = v60 * p[20];
-    const real v603 = v601 * v602;
-    const real v605 = v603 - h[32];
-    const real v607 = s19 * s19;
-    const real v608 = h[16] * c7;
-    const real v609 = h[15] * s7;
-    const real v610 = v609 * s7;
-    const real v611 = v610 * h[12];
-    const real v612 = v608 - v611;
-    const real v613 = v612 + v600;
-    const real v615 = s63 * s63;
-    const real v616 = h[21] * c54;
-    const real v617 = h[20] * s54;
-    const real v618 = v617 * s54;
-    const real v619 = v618 * h[17];
-    const real v620 = v616 - v619;
-    const real v621 = v620 + v605;
-    const real v623 = v607 * v613 + v615 * v621;
-    const real v625 = v9 * v597;
-    const real v626 = c19 * v625;
-    const real v628 = v56 * v602;
-    const real v629 = c63 * v628;
-    const real v630 = v600 + v605 - v623 - v626 - v629;
-    const real v633 = q[3] * q[5];
-    const real v636 = v574 * v514 - v515 * v594;
-    const real v637 = v633 - v636;
-    const real v638 = c19 * s19;
-    const real v640 = c63 * s63;
-    const real v642 = v638 * v613 + v640 * v621;
-    const real v646 = v610 + h[4] - v597;
-    const real v647 = v607 * v646;
-    const real v649 = v618 + h[9] - v602;
-    const real v650 = v615 * v649;
-    const real v656 = v647 + v650 + h[10] + v597 + v602 - h[4] - h[9];
-    const real v664 = h[23] * (p[15] * q[3] - v414 * q[4] + v190 * q[5] + v409);
-    const real v673 = h[25] * (p[20] * q[3] - v432 * q[4] + v198 * q[5] + v427);
-    const real v682 = v173 * (v452 * q[4] - v170 * q[3] + v182 * q[5] + v343);
-    const real v691 = v207 * (v469 * q[4] - v204 * q[3] + v216 * q[5] + v366);
-    const real v696 = v595 * h[11] - (v402 - v664 * v187 - v673 * v195 - v682 * v176 - v691 * v210) * c[8];
-    const real v701 = v638 * v646 + v640 * v649;
-    const real v713 = v637 * h[11] - (v235 - v664 * v410 - v673 * v428 + v682 * v416 + v691 * v434) * c[9];
-    const real v720 = v626 + v629 + v608 * s19 + v616 * s63;
-    const real v725 = v395 * v226 + v511 * v636 + v227 * v594;
-    const real v727 = v167 + v595 * v630 - v637 * v642 + v656 * v696 + v701 * v713 + v720 * v725;
-    const real v728 = v609 * c7;
-    const real v730 = v617 * c54;
-    const real v732 = v728 * s19 + v730 * s63;
-    const real v736 = h[33] - v610 - v618;
-    const real v737 = h[16] * s7;
-    const real v738 = h[21] * s54;
-    const real v739 = v737 + v738;
-    const real v747 = v135 * s7 + v163 * s54 + c7 * v126 + c54 * v154;
-    const real v749 = v737 + v728 * h[12];
-    const real v752 = v738 + v730 * h[17];
-    const real v754 = v749 * s19 + v752 * s63;
-    const real v759 = v749 * c19 + v752 * c63;
-    const real v766 = v728 * c19 + v730 * c63;
-    const real v769 = v739 * v725 - (v747 + v595 * v754 + v637 * v759 + v732 * v696 + v766 * v713);
-    const real v774 = v49 * s19;
-    const real v775 = v92 * s63;
-    const real v779 = v137 * c19 - (v774 + v775) + v165 * c63;
-    const real v780 = s19 * v625;
-    const real v782 = s63 * v628;
-    const real v783 = v780 - v642 + v782;
-    const real v787 = v623 - (v612 + v620);
-    const real v795 = v610 + v618 + h[10] - v647 - v650;
-    const real v802 = v780 + v782 - v608 * c19 - v616 * c63;
-    const real v804 = v779 + v595 * v783 + v637 * v787 + v701 * v696 + v795 * v713 - v802 * v725;
-    const real v806 = v736 * v769 - v732 * v727 - v766 * v804;
-    const real v812 = v736 * v736 + v732 * v732 + v766 * v766;
-    const real v822 = mv_max(SPLAT(K(0.0)), v806 * v806 - v812 * (v769 * v769 - h[34] + v727 * v727 + v804 * v804));
-    const real v825 = (mv_sqrt(v822) - v806) / v812;
-    const real v827 = v727 - v732 * v825;
-    const real v831 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), v827 * h[35]));
-    const real v832 = mv_asin(v831);
-    const real v834 = mv_max(-p[11], mv_min(v832, p[11]));
-    real s835, c835; mv_sincos(v834, &s835, &c835);
-    const real v836 = c835 * p[9];
-    const mask m840 = LE(mv_fabs(v832), p[11]);
-    const real v842 = v804 - v766 * v825;
-    const real v851 = mv_min(SPLAT(K(1.0)), -(v842 * h[35] / mv_max(SPLAT(K(1e-09)), mv_sqrt(K(1.0) - v831 * v831))));
-    const real v853 = mv_asin(mv_max(SPLAT(K(-1.0)), v851));
-    real s854, c854; mv_sincos(v832, &s854, &c854);
-    real s855, c855; mv_sincos(v853, &s855, &c855);
-    const real v856 = c854 * s855;
-    const real v862 = SELECT(m840, v853, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), v856 * h[36]))));
-    const real v864 = mv_max(-p[10], mv_min(p[10], v862));
-    real s865, c865; mv_sincos(v864, &s865, &c865);
-    const real v867 = v836 * c865 + v747;
-    const real v868 = K(1.0) / v736;
-    const real v870 = v732 * v868;
-    const real v872 = s835 * p[9];
-    const real v875 = v872 - v167 + v870 * v867;
-    const real v878 = K(1.0) / (v656 - v732 * v870);
-    const real v880 = v766 * v868;
-    const real v882 = v701 - v732 * v880;
-    const real v883 = v882 * v878;
-    const real v886 = v836 * s865;
-    const real v890 = v880 * v867 - (v886 + v779) - v883 * v875;
-    const real v895 = K(1.0) / (v795 - v882 * v883 - v766 * v880);
-    const real v897 = v739 * v868;
-    const real v899 = v720 + v732 * v897;
-    const real v900 = v899 * v878;
-    const real v904 = v802 + v882 * v900 - v766 * v897;
-    const real v905 = v904 * v895;
-    const real v908 = v737 * v113 + v135 * p[13];
-    const real v911 = v49 * v9 + v92 * v56;
-    const real v915 = v738 * v141 + v163 * p[18];
-    const real v919 = q[14] * p[15];
-    const real v922 = q[16] * p[20];
-    const real v928 = v908 - v911 + v915 - v133 - v161 + v919 * q[4] + v922 * q[4] - h[37] * q[4] * q[5];
-    const real v931 = v9 * v625 + v56 * v628;
-    const real v932 = v9 * v598;
-    const real v933 = c19 * v932;
-    const real v935 = v56 * v603;
-    const real v936 = c63 * v935;
-    const real v939 = v608 * h[12];
-    const real v940 = h[38] - v939;
-    const real v944 = v616 * h[17];
-    const real v945 = h[39] - v944;
-    const real v947 = v931 - v933 - v936 + v940 * s19 + v945 * s63;
-    const real v952 = s19 * v932 + s63 * v935;
-    const real v956 = v952 + v940 * c19 + v945 * c63;
-    const real v961 = p[9] * c854;
-    const real v966 = v961 * c855 - (v769 + v736 * v825);
-    const real v969 = p[9] * s854;
-    const real v972 = v969 - v827 + v870 * v966;
-    const real v975 = v961 * s855;
-    const real v980 = (v880 * v966 - (v975 + v842) - v883 * v972) * v895;
-    const real v982 = v972 * v878 - v883 * v980;
-    const real v986 = v966 * v868 + v870 * v982 + v880 * v980;
-    const real v990 = v928 + v595 * v947 + v637 * v956 - v739 * v825 - v739 * v986 - v720 * v696;
-    const real v1000 = v931 + h[38] + h[39] + h[40];
-    const real v1003 = p[9] * c835;
-    const real v1007 = v1003 * c865 - c854 * p[9] * c855;
-    const real v1010 = p[9] * s835 - v969;
-    const real v1012 = v1010 + v870 * v1007;
-    const real v1016 = v856 * p[9] - v1003 * s865;
-    const real v1021 = (v1016 + v880 * v1007 - v883 * v1012) * v895;
-    const real v1023 = v1012 * v878 - v883 * v1021;
-    const real v1027 = v1007 * v868 + v870 * v1023 + v880 * v1021;
-    const real v1029 = v990 - v720 * v982 + v802 * v713 + v802 * v980 - v1000 * v725 - v739 * v1027;
-    const real v1040 = v1029 - v720 * v1023 + v802 * v1021 - v928 + v897 * v867 + v900 * v875 - v905 * v890;
-    const real v1047 = K(1.0) / (v1000 - v899 * v900 - v904 * v905 - v739 * v897);
-    const real v1049 = v754 * v868;
-    const real v1051 = v630 - v732 * v1049;
-    const real v1052 = v1051 * v878;
-    const real v1058 = v783 - v882 * v1052 - v766 * v1049;
-    const real v1059 = v1058 * v895;
-    const real v1063 = v947 + v899 * v1052 - v904 * v1059 - v739 * v1049;
-    const real v1064 = v1063 * v1047;
-    const real v1066 = v908 + v137 * h[12];
-    const real v1072 = v915 + v165 * h[17];
-    const real v1078 = q[13] * p[15];
-    const real v1080 = v1066 * s19 - (v911 + v46 + v89) + v1072 * s63 - v16 * h[41] - v1078 * q[4];
-    const real v1081 = q[15] * p[20];
-    const real v1087 = v1080 - v1081 * q[4] + v50 * v596 + v93 * v601;
-    const real v1088 = v596 * v598;
-    const real v1089 = v601 * v603;
-    const real v1097 = h[38] + K(-2.0) * v939 + h[12] * v611;
-    const real v1099 = h[42] + v1097 - v1088;
-    const real v1100 = v607 * v1099;
-    const real v1106 = h[39] + K(-2.0) * v944 + h[17] * v619;
-    const real v1108 = h[43] + v1106 - v1089;
-    const real v1109 = v615 * v1108;
-    const real v1116 = v1088 + v1089 + v931 + v1100 + v1109 + h[44] - h[42] - h[43] + K(-2.0) * v933;
-    const real v1118 = v1116 + K(-2.0) * v936;
-    const real v1124 = v952 + v638 * v1099 + v640 * v1108;
-    const real v1132 = v1087 + v595 * v1118 + v637 * v1124 - v754 * v825 - v754 * v986 + v630 * v696;
-    const real v1143 = v1132 + v630 * v982 + v783 * v713 + v783 * v980 - v947 * v725 + v969 * h[45];
-    const real v1152 = v1143 - v754 * v1027 + v630 * v1023 + v783 * v1021 + v1010 * h[45] - v1087;
-    const real v1162 = v1152 - v872 * h[45] + v1049 * v867 - v1052 * v875 - v1059 * v890 - v1064 * v1040;
-    const real v1171 = K(1.0) / (v1118 - v1051 * v1052 - v1058 * v1059 - v1063 * v1064 - v754 * v1049);
-    const real v1173 = v759 * v868;
-    const real v1175 = v642 + v732 * v1173;
-    const real v1176 = v1175 * v878;
-    const real v1182 = v787 + v882 * v1176 - v766 * v1173;
-    const real v1183 = v1182 * v895;
-    const real v1191 = v956 - v899 * v1176 - v904 * v1183 - v739 * v1173;
-    const real v1192 = v1191 * v1047;
-    const real v1196 = v1124 + v1051 * v1176 - v1058 * v1183 - v1063 * v1192 - v754 * v1173;
-    const real v1197 = v1196 * v1171;
-    const real v1211 = v1066 * c19 + v1072 * c63 + v919 * q[3] + v922 * q[3] - v633 * h[46] - v774 * v596;
-    const real v1217 = v1211 - v775 * v601 - v1078 * q[5] - v1081 * q[5];
-    const real v1225 = v1097 + v1106 + h[47] - v1100 - v1109;
-    const real v1231 = v975 * h[45] - v1217 - v595 * v1124 - v637 * v1225 + v759 * v825 + v759 * v986;
-    const real v1241 = v1231 + v642 * v696 + v642 * v982 - v787 * v713 - v787 * v980 + v956 * v725;
-    const real v1250 = v1241 - v1016 * h[45] + v759 * v1027 + v642 * v1023 - v787 * v1021 + v1217;
-    const real v1259 = v886 * h[45] - v1250 + v1173 * v867 + v1176 * v875 - v1183 * v890 - v1192 * v1040;
-    const real v1271 = v1225 - v1175 * v1176 - v1182 * v1183 - v1191 * v1192 - v1196 * v1197 - v759 * v1173;
-    const real v1272 = (v1259 - v1197 * v1162) / v1271;
-    const real v1274 = v1162 * v1171 - v1197 * v1272;
-    const real v1278 = v1040 * v1047 - v1064 * v1274 - v1192 * v1272;
-    const real v1284 = v890 * v895 - v905 * v1278 - v1059 * v1274 - v1183 * v1272;
-    const real v1292 = v875 * v878 - v883 * v1284 + v900 * v1278 - v1052 * v1274 + v1176 * v1272;
-    const real v1302 = v867 * v868 + v870 * v1292 + v880 * v1284 + v897 * v1278 + v1049 * v1274 + v1173 * v1272;
-    const real v1322 = v1274 - v16;
-    const real v1325 = v1274 * s19 + v1272 * c19;
-    const real v1326 = v1325 + v131;
-    const real v1341 = h[14] * (c7 * (v1325 * h[12] + v1292 * s19 + v1284 * c19) + s7 * (v1302 - v113));
-    const real v1352 = v1278 + v1274;
-    const real v1356 = v43 + v1292 * c19 + v596 * (v1274 * c19 - v1272 * s19) - v1352 * v9 - v1284 * s19;
-    const real v1364 = v1274 * s63 + v1272 * c63;
-    const real v1365 = v1364 + v159;
-    const real v1380 = h[19] * (c54 * (v1364 * h[17] + v1292 * s63 + v1284 * c63) + s54 * (v1302 - v141));
-    const real v1394 = v86 + v1292 * c63 + v601 * (v1274 * c63 - v1272 * s63) - v1352 * v56 - v1284 * s63;
-    dq[0] = v1302 + v97 * h[11] - q[2] * q[4] + q[1] * q[5];
-    dq[1] = v1292 - v1274 * h[11] + (q[2] * q[3] - q[0] * q[5]);
-    dq[2] = v1284 - v1272 * h[11] + (q[0] * q[4] - q[1] * q[3]);
-    dq[3] = v1278;
-    dq[4] = v633 - v1272;
-    dq[5] = v1322;
-    dq[6] = q[3];
-    dq[7] = q[4];
-    dq[8] = q[5];
-    dq[9] = q[13];
-    dq[10] = q[14];
-    dq[11] = q[15];
-    dq[12] = q[16];
-    dq[13] = v1326 - (v133 + p[15] * (v1326 + v1278)) * h[3] - v1341;
-    dq[14] = -(v1322 + v13 * (v46 * h[48] + v9 * v1356));
-    dq[15] = v1365 - (v161 + p[20] * (v1365 + v1278)) * h[8] - v1380;
-    dq[16] = -(v1322 + v60 * (v89 * h[49] + v56 * v1394));
+    enum { vx = 0 };
+    enum { vy = 1 };
+    enum { vz = 2 };
+    enum { wx = 3 };
+    enum { wy = 4 };
+    enum { wz = 5 };
+    enum { att1 = 6 };
+    enum { att2 = 7 };
+    enum { att3 = 8 };
+    enum { phi1 = 9 };
+    enum { theta1 = 10 };
+    enum { phi2 = 11 };
+    enum { theta2 = 12 };
+    enum { phi1_dot = 13 };
+    enum { theta1_dot = 14 };
+    enum { phi2_dot = 15 };
+    enum { theta2_dot = 16 };
+    enum { F = SLOSH_P_F };
+    enum { delta1_max = SLOSH_P_DELTA1_MAX };
+    enum { delta2_max = SLOSH_P_DELTA2_MAX };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { eps1 = SLOSH_P_EPS1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { eps2 = SLOSH_P_EPS2 };
+    enum { r1 = SLOSH_LYAPUNOV_V1_C_R1 };
+    enum { r2 = SLOSH_LYAPUNOV_V1_C_R2 };
+    enum { r3 = SLOSH_LYAPUNOV_V1_C_R3 };
+    enum { r5 = SLOSH_LYAPUNOV_V1_C_R5 };
+    enum { r6 = SLOSH_LYAPUNOV_V1_C_R6 };
+    enum { r7 = SLOSH_LYAPUNOV_V1_C_R7 };
+    enum { r8 = SLOSH_LYAPUNOV_V1_C_R8 };
+    enum { w1 = SLOSH_LYAPUNOV_V1_C_W1 };
+    enum { w2 = SLOSH_LYAPUNOV_V1_C_W2 };
+    enum { w3 = SLOSH_LYAPUNOV_V1_C_W3 };
+    enum { w4 = SLOSH_LYAPUNOV_V1_C_W4 };
+    enum { w5 = SLOSH_LYAPUNOV_V1_C_W5 };
+    enum { t_os4zj = lyapunov_v1_loop_h_t_os4zj };
+    enum { t_yx2kz = lyapunov_v1_loop_h_t_yx2kz };
+    enum { D1 = lyapunov_v1_loop_h_D1 };
+    enum { t_zrejm = lyapunov_v1_loop_h_t_zrejm };
+    enum { k1 = lyapunov_v1_loop_h_k1 };
+    enum { me1 = lyapunov_v1_loop_h_me1 };
+    enum { t_6nwd2 = lyapunov_v1_loop_h_t_6nwd2 };
+    enum { mv1 = lyapunov_v1_loop_h_mv1 };
+    enum { t_nfvux = lyapunov_v1_loop_h_t_nfvux };
+    enum { t_frp3h = lyapunov_v1_loop_h_t_frp3h };
+    enum { D2 = lyapunov_v1_loop_h_D2 };
+    enum { t_5wzvs = lyapunov_v1_loop_h_t_5wzvs };
+    enum { k2 = lyapunov_v1_loop_h_k2 };
+    enum { me2 = lyapunov_v1_loop_h_me2 };
+    enum { t_popww = lyapunov_v1_loop_h_t_popww };
+    enum { mv2 = lyapunov_v1_loop_h_mv2 };
+    enum { M_C = lyapunov_v1_loop_h_M_C };
+    enum { x_C = lyapunov_v1_loop_h_x_C };
+    enum { J_C1 = lyapunov_v1_loop_h_J_C1 };
+    enum { J_C3 = lyapunov_v1_loop_h_J_C3 };
+    enum { J_C2 = lyapunov_v1_loop_h_J_C2 };
+    enum { e1 = lyapunov_v1_loop_h_e1 };
+    enum { e2 = lyapunov_v1_loop_h_e2 };
+    enum { B_1 = lyapunov_v1_loop_h_B_1 };
+    enum { B_2 = lyapunov_v1_loop_h_B_2 };
+    enum { W_theta1 = lyapunov_v1_loop_h_W_theta1 };
+    enum { t_mj52b = lyapunov_v1_loop_h_t_mj52b };
+    enum { t_7pydp = lyapunov_v1_loop_h_t_7pydp };
+    enum { t_iecaz = lyapunov_v1_loop_h_t_iecaz };
+    enum { t_ob75p = lyapunov_v1_loop_h_t_ob75p };
+    enum { W_theta2 = lyapunov_v1_loop_h_W_theta2 };
+    enum { t_qd2lc = lyapunov_v1_loop_h_t_qd2lc };
+    enum { ax_eq = lyapunov_v1_loop_h_ax_eq };
+    enum { t_oc5tk = lyapunov_v1_loop_h_t_oc5tk };
+    enum { t_uumic = lyapunov_v1_loop_h_t_uumic };
+    enum { t_doa45 = lyapunov_v1_loop_h_t_doa45 };
+    enum { t_m5gm4 = lyapunov_v1_loop_h_t_m5gm4 };
+    enum { t_62qfa = lyapunov_v1_loop_h_t_62qfa };
+    enum { t_y7rm6 = lyapunov_v1_loop_h_t_y7rm6 };
+    enum { t_xkg6l = lyapunov_v1_loop_h_t_xkg6l };
+    enum { Bl_1 = lyapunov_v1_loop_h_Bl_1 };
+    enum { t_b7ure = lyapunov_v1_loop_h_t_b7ure };
+    enum { Bl_2 = lyapunov_v1_loop_h_Bl_2 };
+    enum { t_lpk5h = lyapunov_v1_loop_h_t_lpk5h };
+    enum { t_sfymc = lyapunov_v1_loop_h_t_sfymc };
+    enum { t_5r66u = lyapunov_v1_loop_h_t_5r66u };
+    enum { t_7bo2j = lyapunov_v1_loop_h_t_7bo2j };
+    enum { t_lwe76 = lyapunov_v1_loop_h_t_lwe76 };
+    enum { t_ibe72 = lyapunov_v1_loop_h_t_ibe72 };
+    enum { t_r7vy7 = lyapunov_v1_loop_h_t_r7vy7 };
+    const real W12 = q[wx] * q[wy];
+    const real W13 = q[wx] * q[wz];
+    real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
+    const real q_1 = sin_phi1 * p[l1];
+    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
+    real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
+    const real Wn1 = cos_theta1 * q[wy] - sin_theta1 * q[wz];
+    const real lc_1 = cos_phi1 * p[l1];
+    const real w_x1 = q[wx] - q[theta1_dot];
+    const real t_rding = cos_theta1 * q[wz];
+    const real t_a3uw4 = sin_theta1 * q[wy];
+    const real Wt1 = t_rding + t_a3uw4;
+    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
+    const real p1 = Wn1 + q[phi1_dot];
+    const real zeta1 = W12 * q_1
+        + Wn1 * lc_1 * w_x1
+        - chi1 * p[l1] * (p1 + q[phi1_dot]);
+    const real loss_theta1 = p[eps1] * q[theta1_dot];
+    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
+    const real t_vt7uo = F_n1 * cos_theta1;
+    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
+    const real q_2 = sin_phi2 * p[l2];
+    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
+    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
+    const real Wn2 = cos_theta2 * q[wy] - sin_theta2 * q[wz];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real w_x2 = q[wx] - q[theta2_dot];
+    const real t_geoui = cos_theta2 * q[wz];
+    const real t_vhhwy = sin_theta2 * q[wy];
+    const real Wt2 = t_geoui + t_vhhwy;
+    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
+    const real p2 = Wn2 + q[phi2_dot];
+    const real zeta2 = W12 * q_2
+        + Wn2 * lc_2 * w_x2
+        - chi2 * p[l2] * (p2 + q[phi2_dot]);
+    const real loss_theta2 = p[eps2] * q[theta2_dot];
+    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
+    const real t_oncjt = F_n2 * cos_theta2;
+    const real t_rybsf = q[wy] * q[wy] + q[wz] * q[wz];
+    const real t_w7vil = t_rybsf * h[e1];
+    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    const real tension1 = cos_phi1 * t_w7vil * h[mv1] - h[t_6nwd2] * sigma_sq1;
+    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real loss_phi1 = p[eps1] * q[phi1_dot];
+    const real t_7imwe = h[B_1] * eta1 + loss_phi1 * h[k1];
+    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real t_6fvzz = t_rybsf * h[e2];
+    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real tension2 = cos_phi2 * t_6fvzz * h[mv2] - h[t_popww] * sigma_sq2;
+    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real loss_phi2 = p[eps2] * q[phi2_dot];
+    const real t_4b2fa = h[B_2] * eta2 + loss_phi2 * h[k2];
+    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real t_3qva5 = sin_phi1 * sin_phi1;
+    const real t_2dafa = h[t_yx2kz] * t_3qva5;
+    const real D_theta1 = t_2dafa + p[I1];  /* (26) */
+    const real t_j7ex5 = h[W_theta1] / (D_theta1 * D_theta1);
+    const real t_eph62 = t_j7ex5 * t_2dafa;
+    const real gx_phi1 = sin_phi1 * h[t_6nwd2];  /* (25) */
+    const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
+    const real t_m5cmg = gy_theta1 * p[h1];
+    const real t_a233z = sin_phi1 * cos_phi1;
+    const real t_toghk = h[t_yx2kz] * cos_theta1;
+    const real t_homfq = t_m5cmg - t_a233z * t_toghk;
+    const real cz_theta1 = t_homfq + p[I1];  /* (26) */
+    const real t_5zfdh = lc_1 * p[m1];
+    const real gy_phi1 = sin_theta1 * t_5zfdh;  /* (25) */
+    const real t_bnlcb = gy_phi1 * p[h1];
+    const real t_sgto3 = h[t_yx2kz] * sin_theta1;
+    const real cz_phi1 = t_bnlcb - t_sgto3;  /* (25) */
+    const real t_p4m3j = lc_2 * p[m2];
+    const real gy_phi2 = t_p4m3j * sin_theta2;  /* (25) */
+    const real t_ba7if = gy_phi2 * p[h2];
+    const real t_q45sa = sin_theta2 * h[t_frp3h];
+    const real cz_phi2 = t_ba7if - t_q45sa;  /* (25) */
+    const real t_4j4b3 = sin_phi2 * sin_phi2;
+    const real t_7a6mb = t_4j4b3 * h[t_frp3h];
+    const real D_theta2 = t_7a6mb + p[I2];  /* (26) */
+    const real t_s5xdh = h[W_theta2] / (D_theta2 * D_theta2);
+    const real t_3e3g4 = t_s5xdh * t_7a6mb;
+    const real gx_phi2 = h[t_popww] * sin_phi2;  /* (25) */
+    const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
+    const real t_gidtm = gy_theta2 * p[h2];
+    const real t_nqm7d = sin_phi2 * cos_phi2;
+    const real t_vhw4e = cos_theta2 * h[t_frp3h];
+    const real t_6daux = t_gidtm - t_nqm7d * t_vhw4e;
+    const real cz_theta2 = t_6daux + p[I2];  /* (26) */
+    const real f31_v1 = t_eph62 * cz_theta1 - (h[t_7pydp] * cz_phi1 + h[t_ob75p] * cz_phi2) + t_3e3g4 * cz_theta2;  /* (29) */
+    const real f11_v1 = h[t_qd2lc] - t_j7ex5 * (t_2dafa * t_2dafa) - t_s5xdh * (t_7a6mb * t_7a6mb);  /* (29) */
+    const real t_4v7es = K(1.0) / f11_v1;
+    const real f_v1_L31 = f31_v1 * t_4v7es;
+    const real t_aqbxr = q[vz] * c[r2];
+    const real t_5bilv = h[ax_eq] * gx_phi1;
+    const real t_azo52 = gx_phi1 * p[h1];
+    const real t_amwyw = t_a3uw4 + t_rding;
+    const real t_7eszt = t_amwyw * t_amwyw;
+    const real t_z7qux = h[t_yx2kz] * t_a233z;
+    const real t_wube7 = q[wx] * q[wx];
+    const real t_kuyke = t_2dafa * t_amwyw;
+    const real k_phi1 = loss_phi1
+        - t_azo52 * t_7eszt
+        - t_azo52 * (Wn1 * Wn1)
+        - q[theta1_dot] * q[theta1_dot] * t_z7qux
+        - t_z7qux * t_wube7
+        - (q[theta1_dot] + q[theta1_dot]) * t_kuyke
+        - h[t_yx2kz] * t_amwyw * q[wx]
+        + h[t_os4zj] * t_7eszt * sin_phi1 * cos_phi1 * p[m1]
+        + h[t_oc5tk] * t_3qva5 * t_amwyw * q[wx] * p[m1]
+        + cos_phi1 * t_amwyw * p[h1] * q[wx] * p[l1] * p[m1]
+        + h[t_oc5tk] * sin_phi1 * cos_phi1 * q[theta1_dot] * q[wx] * p[m1];  /* (25) */
+    const real t_4oupt = h[ax_eq] * gx_phi2;
+    const real t_6skn7 = t_nqm7d * h[t_frp3h];
+    const real t_svo5z = gx_phi2 * p[h2];
+    const real t_kmx3q = t_vhhwy + t_geoui;
+    const real t_3chhy = t_kmx3q * t_kmx3q;
+    const real t_pnlix = t_kmx3q * t_7a6mb;
+    const real k_phi2 = loss_phi2
+        - t_wube7 * t_6skn7
+        - t_svo5z * t_3chhy
+        - t_svo5z * (Wn2 * Wn2)
+        - q[theta2_dot] * q[theta2_dot] * t_6skn7
+        - (q[theta2_dot] + q[theta2_dot]) * t_pnlix
+        - t_kmx3q * h[t_frp3h] * q[wx]
+        + t_3chhy * sin_phi2 * cos_phi2 * h[t_nfvux] * p[m2]
+        + (t_kmx3q + t_kmx3q) * t_4j4b3 * h[t_nfvux] * q[wx] * p[m2]
+        + t_kmx3q * cos_phi2 * p[h2] * q[wx] * p[l2] * p[m2]
+        + (sin_phi2 + sin_phi2) * cos_phi2 * h[t_nfvux] * q[theta2_dot] * q[wx] * p[m2];  /* (25) */
+    const real t_iomfo = D_theta1 * q[theta1_dot];
+    const real t_j5odj = q[phi1_dot] + q[phi1_dot];
+    const real Dd_theta1 = t_z7qux * t_j5odj;
+    const real t_b7wcv = Dd_theta1 * q[theta1_dot];
+    const real t_ywy5z = Wn1 * q[wx];
+    const real k_theta1 = loss_theta1
+        + t_azo52 * t_ywy5z
+        + t_kuyke * t_j5odj
+        + t_kuyke * Wn1
+        + t_b7wcv
+        - t_z7qux * t_ywy5z
+        - Dd_theta1 * q[wx];  /* (26) */
+    const real t_kyc32 = D_theta2 * q[theta2_dot];
+    const real t_473qv = q[phi2_dot] + q[phi2_dot];
+    const real Dd_theta2 = t_6skn7 * t_473qv;
+    const real t_putjj = Dd_theta2 * q[theta2_dot];
+    const real t_nw7er = Wn2 * q[wx];
+    const real k_theta2 = loss_theta2
+        + Wn2 * t_pnlix
+        + t_svo5z * t_nw7er
+        + t_pnlix * t_473qv
+        + t_putjj
+        - t_6skn7 * t_nw7er
+        - t_6skn7 * (q[wx] + q[wx]) * q[phi2_dot];  /* (26) */
+    const real g1_v1 = q[att1] * c[r3]
+        - t_aqbxr * q[vy]
+        - h[t_mj52b] * (t_5bilv * p[I1] + p[I1] * k_phi1)
+        - h[t_iecaz] * (t_4oupt * p[I2] + p[I2] * k_phi2)
+        - t_j7ex5 * (t_iomfo * Dd_theta1 - (t_b7wcv * t_2dafa + t_2dafa * k_theta1))
+        - t_s5xdh * (t_kyc32 * Dd_theta2 - (t_putjj * t_7a6mb + t_7a6mb * k_theta2))
+        + q[vy] * q[vz] * c[r1];  /* (29) */
+    const real t_u5ggi = q[wx] * c[w3] + g1_v1;
+    const real t_wij2f = q[vy] * c[r1];
+    const real t_o2gar = h[D1] * q[phi1_dot];
+    const real gz_phi1 = cos_theta1 * t_5zfdh;  /* (25) */
+    const real t_pthak = gz_phi1 * p[h1];
+    const real t_fue42 = t_pthak - h[t_os4zj] * cos_theta1 * p[m1];
+    const real t_tpms2 = sin_theta1 * gx_phi1;
+    const real t_nmcsn = t_tpms2 * p[h1];
+    const real cdz_phi1 = t_fue42 * q[theta1_dot] - t_nmcsn * q[phi1_dot];
+    const real t_gifwv = h[D2] * q[phi2_dot];
+    const real gz_phi2 = t_p4m3j * cos_theta2;  /* (25) */
+    const real t_3ndrr = gz_phi2 * p[h2];
+    const real t_jfh2q = t_3ndrr - cos_theta2 * h[t_nfvux] * p[m2];
+    const real t_h3pge = gx_phi2 * sin_theta2;
+    const real t_ikdxp = t_h3pge * p[h2];
+    const real cdz_phi2 = t_jfh2q * q[theta2_dot] - t_ikdxp * q[phi2_dot];
+    const real t_4of2f = cos_phi1 * cos_phi1;
+    const real cy_theta1 = t_nmcsn - t_a233z * t_sgto3;  /* (26) */
+    const real cdz_theta1 = q[phi1_dot] * (t_pthak + t_3qva5 * t_toghk - t_toghk * t_4of2f) - cy_theta1 * q[theta1_dot];
+    const real t_zozwp = cos_phi2 * cos_phi2;
+    const real cy_theta2 = t_ikdxp - t_q45sa * t_nqm7d;  /* (26) */
+    const real cdz_theta2 = q[phi2_dot] * (t_3ndrr + t_4j4b3 * t_vhw4e - t_vhw4e * t_zozwp) - cy_theta2 * q[theta2_dot];
+    const real g3_v1 = q[att3] * c[r7]
+        - t_wij2f * q[vx]
+        - h[t_mj52b] * (t_5bilv * cz_phi1 + cz_phi1 * k_phi1 - t_o2gar * cdz_phi1)
+        - h[t_iecaz] * (t_4oupt * cz_phi2 + cz_phi2 * k_phi2 - t_gifwv * cdz_phi2)
+        - t_j7ex5 * (t_b7wcv * cz_theta1 + cz_theta1 * k_theta1 - t_iomfo * cdz_theta1)
+        - t_s5xdh * (t_putjj * cz_theta2 + cz_theta2 * k_theta2 - t_kyc32 * cdz_theta2);  /* (29) */
+    const real f32_v1 = h[t_mj52b] * t_fue42 * cz_phi1
+        + h[t_iecaz] * t_jfh2q * cz_phi2
+        - t_j7ex5 * cy_theta1 * cz_theta1
+        - t_s5xdh * cy_theta2 * cz_theta2;  /* (29) */
+    const real f21_v1 = h[t_7pydp] * t_fue42 + h[t_ob75p] * t_jfh2q + t_eph62 * cy_theta1 + t_3e3g4 * cy_theta2;  /* (29) */
+    const real t_g2uww = f32_v1 - f21_v1 * f_v1_L31;
+    const real f22_v1 = c[r6]
+        - h[t_mj52b] * (t_fue42 * t_fue42)
+        - h[t_iecaz] * (t_jfh2q * t_jfh2q)
+        - t_j7ex5 * (cy_theta1 * cy_theta1)
+        - t_s5xdh * (cy_theta2 * cy_theta2);  /* (29) */
+    const real f_v1_L21 = f21_v1 * t_4v7es;
+    const real f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21;
+    const real t_omhw7 = K(1.0) / f_v1_D2;
+    const real f_v1_L32 = t_g2uww * t_omhw7;
+    const real cdy_phi1 = t_m5cmg * q[phi1_dot] + cz_phi1 * q[theta1_dot];
+    const real cdy_phi2 = cz_phi2 * q[theta2_dot] + t_gidtm * q[phi2_dot];
+    const real cdy_theta1 = t_homfq * q[theta1_dot] + q[phi1_dot] * (t_bnlcb + t_3qva5 * t_sgto3 - t_4of2f * t_sgto3);
+    const real cdy_theta2 = t_6daux * q[theta2_dot] + q[phi2_dot] * (t_ba7if + t_q45sa * t_4j4b3 - t_q45sa * t_zozwp);
+    const real g2_v1 = q[att2] * c[r5]
+        + h[t_mj52b] * (t_5bilv * t_fue42 + t_fue42 * k_phi1 + t_o2gar * cdy_phi1)
+        + h[t_iecaz] * (t_4oupt * t_jfh2q + t_jfh2q * k_phi2 + t_gifwv * cdy_phi2)
+        - t_j7ex5 * (t_b7wcv * cy_theta1 + cy_theta1 * k_theta1 - t_iomfo * cdy_theta1)
+        - t_s5xdh * (t_putjj * cy_theta2 + cy_theta2 * k_theta2 - t_kyc32 * cdy_theta2)
+        + q[vx] * q[vz] * c[r2];  /* (29) */
+    const real u_v1_y2 = f_v1_L21 * t_u5ggi - (q[wy] * c[w4] + g2_v1);
+    const real u_v1_y3 = f_v1_L31 * t_u5ggi - (q[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
+    const real f33_v1 = c[r8]
+        - h[t_mj52b] * (cz_phi1 * cz_phi1)
+        - h[t_iecaz] * (cz_phi2 * cz_phi2)
+        - t_j7ex5 * (cz_theta1 * cz_theta1)
+        - t_s5xdh * (cz_theta2 * cz_theta2);  /* (29) */
+    const real f_v1_D3 = f33_v1 - t_g2uww * f_v1_L32 - f31_v1 * f_v1_L31;
+    const real u_v1_x3 = u_v1_y3 / f_v1_D3;
+    const real G2_v1 = W12 + u_v1_x3;
+    const real g_1 = h[e1] - lc_1;
+    const real wth_1 = th_1 * p[I1];
+    const real wg_1 = g_1 * wth_1;
+    const real t_kwrkt = wg_1 - h[t_uumic];
+    const real g_2 = h[e2] - lc_2;
+    const real wth_2 = th_2 * p[I2];
+    const real wg_2 = g_2 * wth_2;
+    const real t_t44oq = wg_2 - h[t_doa45];
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real Bc_1 = h[B_1] * cos_phi1;
+    const real As_1 = h[mv1] * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real eAss_1 = Ass_1 * h[e1];
+    const real t_32gyg = Bc_1 - eAss_1;
+    const real t_n3v7x = t_32gyg + t_kwrkt;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real Bc_2 = h[B_2] * cos_phi2;
+    const real As_2 = h[mv2] * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real eAss_2 = Ass_2 * h[e2];
+    const real t_gbkg6 = Bc_2 - eAss_2;
+    const real t_hsuzx = t_gbkg6 + t_t44oq;
+    const real t_fcf5x = S_sq1 * t_n3v7x + S_sq2 * t_hsuzx;
+    const real wq_1 = q_1 * wth_1;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wq_2 = q_2 * wth_2;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real K52 = t_kwrkt + t_t44oq - t_fcf5x - wqC_1 - wqC_2;
+    const real u_v1_x2 = u_v1_y2 * t_omhw7 - f_v1_L32 * u_v1_x3;
+    const real G3_v1 = W13 - u_v1_x2;
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real t_bac7g = SC1 * t_n3v7x + SC2 * t_hsuzx;
+    const real tn11_1 = Ass_1 + h[me1] - wth_1;
+    const real t_fbeaw = S_sq1 * tn11_1;
+    const real tn11_2 = Ass_2 + h[me2] - wth_2;
+    const real t_dj555 = S_sq2 * tn11_2;
+    const real K22 = t_fbeaw + t_dj555 + h[M_C] + wth_1 + wth_2 - h[me1] - h[me2];
+    const real t_x3aji = h[t_mj52b] * (p[I1] * q[wx] - t_fue42 * q[wy] + cz_phi1 * q[wz] + t_o2gar);
+    const real t_6jtcq = h[t_iecaz] * (p[I2] * q[wx] - t_jfh2q * q[wy] + cz_phi2 * q[wz] + t_gifwv);
+    const real t_5lcmq = t_j7ex5 * (cy_theta1 * q[wy] - t_2dafa * q[wx] + cz_theta1 * q[wz] + t_iomfo);
+    const real t_43tjw = t_s5xdh * (cy_theta2 * q[wy] - t_7a6mb * q[wx] + cz_theta2 * q[wz] + t_kyc32);
+    const real B_v1 = t_wij2f
+        - t_x3aji * gy_phi1
+        - t_6jtcq * gy_phi2
+        - t_5lcmq * gy_theta1
+        - t_43tjw * gy_theta2;  /* (29) */
+    const real a2_v1 = G2_v1 * h[x_C] - B_v1 * c[w1];
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real C_v1 = t_aqbxr
+        - t_x3aji * gz_phi1
+        - t_6jtcq * gz_phi2
+        + t_5lcmq * t_tpms2
+        + t_43tjw * t_h3pge;  /* (29) */
+    const real a3_v1 = G3_v1 * h[x_C] - C_v1 * c[w2];
+    const real t_yz7e5 = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
+    const real t_dyqoa = t_u5ggi * t_4v7es + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
+    const real q2_v1 = n2
+        + G2_v1 * K52
+        - G3_v1 * t_bac7g
+        + K22 * a2_v1
+        + K32 * a3_v1
+        + t_yz7e5 * t_dyqoa;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real K11 = h[t_m5gm4] - Ass_1 - Ass_2;
+    const real Bs_1 = h[B_1] * sin_phi1;
+    const real Bs_2 = h[B_2] * sin_phi2;
+    const real t_2m245 = Bs_1 + Bs_2;
+    const real t_xynyo = t_7imwe * sin_phi1 + t_4b2fa * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2;
+    const real t_ev7u5 = Bs_1 + Asc_1 * h[e1];
+    const real t_bvybx = Bs_2 + Asc_2 * h[e2];
+    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
+    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
+    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_xiu6d = t_xynyo
+        + G2_v1 * t_6mmeb
+        + G3_v1 * t_bl4f2
+        + t_b3aij * a2_v1
+        + t_zzymx * a3_v1;
+    const real q1_v1 = t_2m245 * t_dyqoa - t_xiu6d;
+    const real t_azclp = F_n1 * sin_theta1;
+    const real t_iya7w = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real K53 = wqS_1 - t_bac7g + wqS_2;
+    const real K63 = t_fcf5x - (t_32gyg + t_gbkg6);
+    const real K33 = Ass_1 + Ass_2 + h[M_C] - t_fbeaw - t_dj555;
+    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
+    const real q3_v1 = n3
+        + G2_v1 * K53
+        + G3_v1 * K63
+        + K32 * a2_v1
+        + K33 * a3_v1
+        - K43 * t_dyqoa;
+    const real Pq_v1 = K11 * q1_v1 - t_b3aij * q2_v1 - t_zzymx * q3_v1;
+    const real PP_v1 = K11 * K11 + t_b3aij * t_b3aij + t_zzymx * t_zzymx;
+    const real t_7w2kh = Pq_v1 * Pq_v1
+        - PP_v1 * (q1_v1 * q1_v1 - h[t_62qfa] + q2_v1 * q2_v1 + q3_v1 * q3_v1);
+    const real root_v1 = mv_sqrt(mv_max(SPLAT(K(0.0)), t_7w2kh));
+    const real ax_v1 = (root_v1 - Pq_v1) / PP_v1;
+    const real f2_v1 = q2_v1 - t_b3aij * ax_v1;
+    const real sin_d2_v1 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v1 * h[t_y7rm6]));
+    const real delta2_v1 = mv_asin(sin_d2_v1);
+    const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v1, p[delta2_max]));
+    real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
+    const real t_y4w6o = cos_delta2_act * p[F];
+    const mask m_puf2t = LE(mv_fabs(delta2_v1), p[delta2_max]);
+    const real f3_v1 = q3_v1 - t_zzymx * ax_v1;
+    const real cos_d2_v1 = mv_sqrt(K(1.0) - sin_d2_v1 * sin_d2_v1);
+    const real delta1_v1 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v1 * h[t_y7rm6] / mv_max(SPLAT(K(1e-09)), cos_d2_v1)))));
+    real sin_delta2_v1, cos_delta2_v1; mv_sincos(delta2_v1, &sin_delta2_v1, &cos_delta2_v1);
+    real sin_delta1_v1, cos_delta1_v1; mv_sincos(delta1_v1, &sin_delta1_v1, &cos_delta1_v1);
+    const real t_y2zgg = cos_delta2_v1 * sin_delta1_v1;
+    const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_puf2t, delta1_v1, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_y2zgg * h[t_xkg6l]))))));
+    real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
+    const real f_x = t_y4w6o * cos_delta1_act;
+    const real f_y = sin_delta2_act * p[F];
+    const real eBc_1 = Bc_1 * h[e1];
+    const real t_3bowt = h[Bl_1] + K(-2.0) * eBc_1 + h[e1] * eAss_1;
+    const real t_3fv6l = g_1 * wg_1;
+    const real tn44_1 = h[t_b7ure] + t_3bowt - t_3fv6l;
+    const real wqg_1 = q_1 * wg_1;
+    const real wqq_1 = q_1 * wq_1;
+    const real wgC_1 = cos_theta1 * wqg_1;
+    const real wgS_1 = sin_theta1 * wqg_1;
+    const real M_q1 = F_n1 * q_1;
+    const real I_phi1 = q[phi1_dot] * p[I1];
+    const real I_theta1 = q[theta1_dot] * p[I1];
+    const real eBc_2 = Bc_2 * h[e2];
+    const real t_ymmgl = h[Bl_2] + K(-2.0) * eBc_2 + h[e2] * eAss_2;
+    const real t_odwbr = g_2 * wg_2;
+    const real tn44_2 = h[t_lpk5h] + t_ymmgl - t_odwbr;
+    const real wqg_2 = q_2 * wg_2;
+    const real wqq_2 = q_2 * wq_2;
+    const real wgC_2 = cos_theta2 * wqg_2;
+    const real wgS_2 = sin_theta2 * wqg_2;
+    const real M_q2 = F_n2 * q_2;
+    const real I_phi2 = q[phi2_dot] * p[I2];
+    const real I_theta2 = q[theta2_dot] * p[I2];
+    const real t_nhr5u = wqq_1 + wqq_2;
+    const real K44 = t_nhr5u + h[Bl_1] + h[Bl_2] + h[J_C1];
+    const real t_nncdg = h[Bl_1] - eBc_1;
+    const real t_4q22j = h[Bl_2] - eBc_2;
+    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
+    const real t_hoosk = S_sq1 * tn44_1;
+    const real t_drvdp = S_sq2 * tn44_2;
+    const real K55 = t_3fv6l
+        + t_odwbr
+        + t_nhr5u
+        + t_hoosk
+        + t_drvdp
+        + h[J_C3]
+        - h[t_b7ure]
+        - h[t_lpk5h]
+        + K(-2.0) * wgC_1
+        + K(-2.0) * wgC_2;
+    const real t_zhbuw = wgS_1 + wgS_2;
+    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
+    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_3bowt + t_ymmgl + h[J_C2] - t_hoosk - t_drvdp;
+    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
+    const real t_kp7yy = M_q1 + M_q2;
+    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
+    const real n4 = t_aejai
+        - t_kp7yy
+        + t_zd4fs
+        - loss_phi1
+        - loss_phi2
+        + I_theta1 * q[wy]
+        + I_theta2 * q[wy]
+        - h[t_sfymc] * q[wy] * q[wz];
+    const real t_w7nmt = t_aejai + F_t1 * h[e1];
+    const real t_e5cx2 = t_zd4fs + F_t2 * h[e2];
+    const real n5 = t_w7nmt * sin_theta1
+        - (t_kp7yy + loss_theta1 + loss_theta2)
+        + t_e5cx2 * sin_theta2
+        - W12 * h[t_5r66u]
+        - I_phi1 * q[wy]
+        - I_phi2 * q[wy]
+        + t_vt7uo * g_1
+        + t_oncjt * g_2;
+    const real n6 = t_w7nmt * cos_theta1
+        + t_e5cx2 * cos_theta2
+        + I_theta1 * q[wx]
+        + I_theta2 * q[wx]
+        - W13 * h[t_7bo2j]
+        - t_azclp * g_1
+        - t_iya7w * g_2
+        - I_phi1 * q[wz]
+        - I_phi2 * q[wz];
+    const real t_bpfoo = K(1.0) / K11;
+    const real t_w7lcw = t_b3aij * t_bpfoo;
+    const real K_D2 = K22 - t_b3aij * t_w7lcw;
+    const real t_3go2w = t_zzymx * t_bpfoo;
+    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
+    const real t_4iujv = K(1.0) / K_D2;
+    const real K_L32 = t_d4mqf * t_4iujv;
+    const real t_vshgd = t_6mmeb * t_bpfoo;
+    const real t_p6zld = K52 - t_b3aij * t_vshgd;
+    const real K_L52 = t_p6zld * t_4iujv;
+    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
+    const real t_xq4wt = t_2m245 * t_bpfoo;
+    const real t_u3hss = t_yz7e5 + t_b3aij * t_xq4wt;
+    const real t_4jmrt = t_u3hss * t_4iujv;
+    const real t_yfebn = K43 + t_d4mqf * t_4jmrt - t_zzymx * t_xq4wt;
+    const real t_zmh3u = K(1.0) / K_D3;
+    const real K_L43 = t_yfebn * t_zmh3u;
+    const real t_bxfcn = K53 - t_d4mqf * K_L52 - t_zzymx * t_vshgd;
+    const real K_L53 = t_bxfcn * t_zmh3u;
+    const real t_e4enr = t_bl4f2 * t_bpfoo;
+    const real t_qvrp6 = t_bac7g + t_b3aij * t_e4enr;
+    const real t_dj64q = t_qvrp6 * t_4iujv;
+    const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
+    const real K_L63 = t_rahc4 * t_zmh3u;
+    const real K_D4 = K44 - t_u3hss * t_4jmrt - t_yfebn * K_L43 - t_2m245 * t_xq4wt;
+    const real t_ejg3c = K54 + t_u3hss * K_L52 - t_yfebn * K_L53 - t_2m245 * t_vshgd;
+    const real t_lt2al = K(1.0) / K_D4;
+    const real K_L54 = t_ejg3c * t_lt2al;
+    const real t_yioo4 = K64 - t_u3hss * t_dj64q - t_yfebn * K_L63 - t_2m245 * t_e4enr;
+    const real K_L64 = t_yioo4 * t_lt2al;
+    const real K_D5 = K55
+        - t_p6zld * K_L52
+        - t_bxfcn * K_L53
+        - t_ejg3c * K_L54
+        - t_6mmeb * t_vshgd;
+    const real t_aqba4 = K65
+        + t_p6zld * t_dj64q
+        - t_bxfcn * K_L63
+        - t_ejg3c * K_L64
+        - t_6mmeb * t_e4enr;
+    const real t_ftqxb = K(1.0) / K_D5;
+    const real K_L65 = t_aqba4 * t_ftqxb;
+    const real K_D6 = K66
+        - t_qvrp6 * t_dj64q
+        - t_rahc4 * K_L63
+        - t_yioo4 * K_L64
+        - t_aqba4 * K_L65
+        - t_bl4f2 * t_e4enr;
+    const real b1 = f_x + t_xynyo;
+    const real b2 = f_y - n2;
+    const real t_szme2 = p[F] * cos_delta2_v1;
+    const real f1_v1 = q1_v1 + K11 * ax_v1;
+    const real df1_v1 = t_szme2 * cos_delta1_v1 - f1_v1;
+    const real t_uqkgz = p[F] * sin_delta2_v1;
+    const real df2_v1 = t_uqkgz - f2_v1;
+    const real da_v1_y2 = df2_v1 + t_w7lcw * df1_v1;
+    const real t_s3dfp = t_szme2 * sin_delta1_v1;
+    const real da_v1_y3 = t_3go2w * df1_v1 - (t_s3dfp + f3_v1) - K_L32 * da_v1_y2;
+    const real da_v1_x3 = da_v1_y3 * t_zmh3u;
+    const real da_v1_x2 = da_v1_y2 * t_4iujv - K_L32 * da_v1_x3;
+    const real da_v1_x1 = df1_v1 * t_bpfoo + t_w7lcw * da_v1_x2 + t_3go2w * da_v1_x3;
+    const real Mx_v1 = n4
+        + G2_v1 * K54
+        + G3_v1 * K64
+        - t_2m245 * ax_v1
+        - t_2m245 * da_v1_x1
+        - t_yz7e5 * a2_v1
+        - t_yz7e5 * da_v1_x2
+        + K43 * a3_v1
+        + K43 * da_v1_x3
+        - K44 * t_dyqoa;
+    const real t_y4w6o_2 = p[F] * cos_delta2_act;
+    const real df1_act = t_y4w6o_2 * cos_delta1_act - cos_delta2_v1 * p[F] * cos_delta1_v1;
+    const real df2_act = p[F] * sin_delta2_act - t_uqkgz;
+    const real da_act_y2 = df2_act + t_w7lcw * df1_act;
+    const real df3_act = t_y2zgg * p[F] - t_y4w6o_2 * sin_delta1_act;
+    const real da_act_y3 = df3_act + t_3go2w * df1_act - K_L32 * da_act_y2;
+    const real da_act_x3 = da_act_y3 * t_zmh3u;
+    const real da_act_x2 = da_act_y2 * t_4iujv - K_L32 * da_act_x3;
+    const real da_act_x1 = df1_act * t_bpfoo + t_w7lcw * da_act_x2 + t_3go2w * da_act_x3;
+    const real Mx = Mx_v1 - t_2m245 * da_act_x1 - t_yz7e5 * da_act_x2 + K43 * da_act_x3;
+    const real b4 = Mx - n4;
+    const real Mz_v1 = n5
+        + G2_v1 * K55
+        + G3_v1 * K65
+        - t_6mmeb * ax_v1
+        - t_6mmeb * da_v1_x1
+        + K52 * a2_v1
+        + K52 * da_v1_x2
+        + K53 * a3_v1
+        + K53 * da_v1_x3
+        - K54 * t_dyqoa
+        + t_uqkgz * h[t_lwe76];
+    const real Mz = Mz_v1
+        - t_6mmeb * da_act_x1
+        + K52 * da_act_x2
+        + K53 * da_act_x3
+        + df2_act * h[t_lwe76];
+    const real b5 = Mz - n5 - f_y * h[t_lwe76];
+    const real t_lpjfo = t_y4w6o * sin_delta1_act;
+    const real My_v1 = t_s3dfp * h[t_lwe76]
+        - n6
+        - G2_v1 * K65
+        - G3_v1 * K66
+        + t_bl4f2 * ax_v1
+        + t_bl4f2 * da_v1_x1
+        + t_bac7g * a2_v1
+        + t_bac7g * da_v1_x2
+        - K63 * a3_v1
+        - K63 * da_v1_x3
+        + K64 * t_dyqoa;
+    const real My = My_v1
+        - df3_act * h[t_lwe76]
+        + t_bl4f2 * da_act_x1
+        + t_bac7g * da_act_x2
+        - K63 * da_act_x3;
+    const real b6 = t_lpjfo * h[t_lwe76] - (My + n6);
+    const real X_y2 = b2 + t_w7lcw * b1;
+    const real X_y3 = t_3go2w * b1 - (t_lpjfo + n3) - K_L32 * X_y2;
+    const real X_y4 = b4 + t_xq4wt * b1 + t_4jmrt * X_y2 - K_L43 * X_y3;
+    const real X_y5 = b5
+        + t_vshgd * b1
+        - K_L52 * X_y2
+        - K_L53 * X_y3
+        - K_L54 * X_y4;
+    const real X_y6 = b6
+        + t_e4enr * b1
+        + t_dj64q * X_y2
+        - K_L63 * X_y3
+        - K_L64 * X_y4
+        - K_L65 * X_y5;
+    const real X_x6 = X_y6 / K_D6;
+    const real X_x5 = X_y5 * t_ftqxb - K_L65 * X_x6;
+    const real X_x4 = X_y4 * t_lt2al - K_L54 * X_x5 - K_L64 * X_x6;
+    const real X_x3 = X_y3 * t_zmh3u - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
+    const real X_x2 = X_y2 * t_4iujv
+        - K_L32 * X_x3
+        + t_4jmrt * X_x4
+        - K_L52 * X_x5
+        + t_dj64q * X_x6;
+    const real X_x1 = b1 * t_bpfoo
+        + t_w7lcw * X_x2
+        + t_3go2w * X_x3
+        + t_xq4wt * X_x4
+        + t_vshgd * X_x5
+        + t_e4enr * X_x6;
+    const real G_t1 = X_x5 * sin_theta1 + X_x6 * cos_theta1;
+    const real Gt_eta1 = G_t1 + eta1;
+    const real t_ynvhx = cos_phi1 * (G_t1 * h[e1] + X_x2 * sin_theta1 + X_x3 * cos_theta1)
+        + sin_phi1 * (X_x1 - t_w7vil);
+    const real phi_acc1 = Gt_eta1 - (loss_phi1 + p[I1] * (Gt_eta1 + X_x4)) * h[t_zrejm] - h[k1] * t_ynvhx;
+    const real t_g433r = X_x5 - W12;
+    const real t_mwq7z = X_x4 + X_x5;
+    const real t_5ffnn = zeta1
+        + X_x2 * cos_theta1
+        + g_1 * (X_x5 * cos_theta1 - X_x6 * sin_theta1)
+        - t_mwq7z * q_1
+        - X_x3 * sin_theta1;
+    const real theta_acc1 = -(t_g433r + th_1 * (loss_theta1 * h[t_ibe72] + q_1 * t_5ffnn));
+    const real G_t2 = X_x5 * sin_theta2 + X_x6 * cos_theta2;
+    const real Gt_eta2 = G_t2 + eta2;
+    const real t_rrute = cos_phi2 * (G_t2 * h[e2] + X_x2 * sin_theta2 + X_x3 * cos_theta2)
+        + sin_phi2 * (X_x1 - t_6fvzz);
+    const real phi_acc2 = Gt_eta2 - (loss_phi2 + p[I2] * (Gt_eta2 + X_x4)) * h[t_5wzvs] - h[k2] * t_rrute;
+    const real t_oqair = zeta2
+        + X_x2 * cos_theta2
+        + g_2 * (X_x5 * cos_theta2 - X_x6 * sin_theta2)
+        - t_mwq7z * q_2
+        - X_x3 * sin_theta2;
+    const real theta_acc2 = -(t_g433r + th_2 * (loss_theta2 * h[t_r7vy7] + q_2 * t_oqair));
+    dq[0] = X_x1 + t_rybsf * h[x_C] - q[vz] * q[wy] + q[vy] * q[wz];
+    dq[1] = X_x2 - X_x5 * h[x_C] + (q[vz] * q[wx] - q[vx] * q[wz]);
+    dq[2] = X_x3 - X_x6 * h[x_C] + (q[vx] * q[wy] - q[vy] * q[wx]);
+    dq[3] = X_x4;
+    dq[4] = W13 - X_x6;
+    dq[5] = t_g433r;
+    dq[6] = q[wx];
+    dq[7] = q[wy];
+    dq[8] = q[wz];
+    dq[9] = q[phi1_dot];
+    dq[10] = q[theta1_dot];
+    dq[11] = q[phi2_dot];
+    dq[12] = q[theta2_dot];
+    dq[13] = phi_acc1;
+    dq[14] = theta_acc1;
+    dq[15] = phi_acc2;
+    dq[16] = theta_acc2;
 }
+
+/* Places of h. */
+enum {
+    lyapunov_v1_observe_h_t_os4zj,
+    lyapunov_v1_observe_h_t_yx2kz,
+    lyapunov_v1_observe_h_D1,
+    lyapunov_v1_observe_h_k1,
+    lyapunov_v1_observe_h_me1,
+    lyapunov_v1_observe_h_t_6nwd2,
+    lyapunov_v1_observe_h_mv1,
+    lyapunov_v1_observe_h_t_nfvux,
+    lyapunov_v1_observe_h_t_frp3h,
+    lyapunov_v1_observe_h_D2,
+    lyapunov_v1_observe_h_k2,
+    lyapunov_v1_observe_h_me2,
+    lyapunov_v1_observe_h_t_popww,
+    lyapunov_v1_observe_h_mv2,
+    lyapunov_v1_observe_h_M_C,
+    lyapunov_v1_observe_h_x_C,
+    lyapunov_v1_observe_h_J_C1,
+    lyapunov_v1_observe_h_J_C3,
+    lyapunov_v1_observe_h_J_C2,
+    lyapunov_v1_observe_h_e1,
+    lyapunov_v1_observe_h_e2,
+    lyapunov_v1_observe_h_B_1,
+    lyapunov_v1_observe_h_Bl_1,
+    lyapunov_v1_observe_h_t_b7ure,
+    lyapunov_v1_observe_h_B_2,
+    lyapunov_v1_observe_h_Bl_2,
+    lyapunov_v1_observe_h_t_lpk5h,
+    lyapunov_v1_observe_h_t_m5gm4,
+    lyapunov_v1_observe_h_t_uumic,
+    lyapunov_v1_observe_h_t_doa45,
+    lyapunov_v1_observe_h_t_sfymc,
+    lyapunov_v1_observe_h_t_5r66u,
+    lyapunov_v1_observe_h_t_7bo2j,
+    lyapunov_v1_observe_h_t_oc5tk,
+    lyapunov_v1_observe_h_ax_eq,
+    lyapunov_v1_observe_h_W_theta1,
+    lyapunov_v1_observe_h_W_theta2,
+    lyapunov_v1_observe_h_t_mj52b,
+    lyapunov_v1_observe_h_t_iecaz,
+    lyapunov_v1_observe_h_t_qd2lc,
+    lyapunov_v1_observe_h_t_7pydp,
+    lyapunov_v1_observe_h_t_ob75p,
+    lyapunov_v1_observe_h_t_62qfa,
+    lyapunov_v1_observe_h_t_y7rm6,
+    lyapunov_v1_observe_h_t_lwe76,
+    lyapunov_v1_observe_h_t_xkg6l,
+};
 
 /* what lyapunov_v1_observe computes once per run; 93 operations. */
 void slosh_lyapunov_v1_observe_prepare(const real *p, const real *c, real *h)
 {
-    const real v2 = p[13] * p[13];
-    const real v3 = v2 * p[12];
-    const real v5 = v3 + p[15];
-    const real v6 = p[12] / v5;
-    const real v7 = v6 * p[15];
-    const real v8 = v7 * p[13];
-    const real v22 = p[18] * p[18];
-    const real v23 = v22 * p[17];
-    const real v25 = v23 + p[20];
-    const real v26 = p[17] / v25;
-    const real v27 = v26 * p[20];
-    const real v30 = p[0] + p[1];
-    const real v32 = v30 + v7 + v27;
-    const real v33 = (p[14] * v7 - (p[7] * p[0] + p[6] * p[1]) + p[19] * v27) / v32;
-    const real v34 = p[14] - v33;
-    const real v35 = v6 * p[13];
-    const real v36 = v27 * p[18];
-    const real v37 = p[19] - v33;
-    const real v38 = v26 * p[18];
-    const real v41 = p[4] - p[5];
-    const real v44 = p[13] * p[12];
-    const real v48 = c[13] * p[12] / (v5 * v5);
-    const real v52 = c[13] * p[17] / (v25 * v25);
-    const real v55 = p[18] * p[17];
-    const real v71 = v44 * v35;
-    const real v73 = v55 * v38;
-    const real v81 = p[2] + p[3];
-    const real v88 = p[15] + p[20];
-    const real v107 = v7 * (p[14] * p[14]) + v27 * (p[19] * p[19]) + p[0] * (p[7] * p[7]) + p[1] * (p[6] * p[6]);
-    const real v110 = v107 - v32 * (v33 * v33);
-    h[0] = v2;
-    h[1] = v3;
-    h[2] = v5;
-    h[3] = v7;
-    h[4] = v8;
-    h[5] = v22;
-    h[6] = v23;
-    h[7] = v25;
-    h[8] = v27;
-    h[9] = v32;
-    h[10] = v33;
-    h[11] = v34;
-    h[12] = v35;
-    h[13] = v36;
-    h[14] = v37;
-    h[15] = v38;
-    h[16] = v41;
-    h[17] = c[14] * p[12];
-    h[18] = v44;
-    h[19] = v48;
-    h[20] = v48 * p[15];
-    h[21] = v52;
-    h[22] = v52 * p[20];
-    h[23] = c[14] * p[17];
-    h[24] = v55;
-    h[25] = c[3] - v48 * (p[15] * p[15]) - v52 * (p[20] * p[20]);
-    h[26] = p[9] / (v30 + p[12] + p[17]);
-    h[27] = v2 + v2;
-    h[28] = v8 * p[13];
-    h[29] = v36 * p[18];
-    h[30] = v71;
-    h[31] = v73;
-    h[32] = v32 + v71 + v73;
-    h[33] = v34 * v7;
-    h[34] = v37 * v27;
-    h[35] = p[9] * p[9];
-    h[36] = K(1.0) / p[9];
-    h[37] = v81;
-    h[38] = K(1.0) / mv_cos(p[11]);
-    h[39] = p[7] + p[8] + v33;
-    h[40] = v81 + v88 + v41;
-    h[41] = v7 * (v34 * v34);
-    h[42] = v27 * (v37 * v37);
-    h[43] = p[2] + p[4] + v88 + v110;
-    h[44] = v81 + (p[5] - p[4]);
-    h[45] = p[2] + p[5] + v110;
+    enum { m = SLOSH_P_M };
+    enum { m0 = SLOSH_P_M0 };
+    enum { I0 = SLOSH_P_I0 };
+    enum { J_x = SLOSH_P_J_X };
+    enum { J_y = SLOSH_P_J_Y };
+    enum { J_z = SLOSH_P_J_Z };
+    enum { h0 = SLOSH_P_H0 };
+    enum { b = SLOSH_P_B };
+    enum { d = SLOSH_P_D };
+    enum { F = SLOSH_P_F };
+    enum { delta2_max = SLOSH_P_DELTA2_MAX };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { r4 = SLOSH_LYAPUNOV_V1_C_R4 };
+    enum { r9 = SLOSH_LYAPUNOV_V1_C_R9 };
+    enum { r10 = SLOSH_LYAPUNOV_V1_C_R10 };
+    const real t_os4zj = p[l1] * p[l1];
+    const real t_yx2kz = t_os4zj * p[m1];
+    const real D1 = t_yx2kz + p[I1];
+    const real t_gx5gf = p[m1] / D1;
+    const real k1 = t_gx5gf * p[l1];
+    const real me1 = t_gx5gf * p[I1];
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real mv1 = t_6nwd2 * k1;
+    const real t_nfvux = p[l2] * p[l2];
+    const real t_frp3h = t_nfvux * p[m2];
+    const real D2 = t_frp3h + p[I2];
+    const real t_wiek6 = p[m2] / D2;
+    const real k2 = t_wiek6 * p[l2];
+    const real me2 = t_wiek6 * p[I2];
+    const real t_popww = p[l2] * p[m2];
+    const real mv2 = t_popww * k2;
+    const real t_omhyl = p[m] + p[m0];
+    const real M_C = t_omhyl + me1 + me2;
+    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real S_C = me1 * (p[h1] * p[h1])
+        + me2 * (p[h2] * p[h2])
+        + p[m] * (p[b] * p[b])
+        + p[m0] * (p[h0] * p[h0])
+        - M_C * (x_C * x_C);
+    const real J_C1 = p[I0] + p[J_x];
+    const real J_C3 = p[I0] + p[J_z] + S_C;
+    const real t_is5lg = p[I1] + p[I2];
+    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
+    const real e1 = p[h1] - x_C;
+    const real e2 = p[h2] - x_C;
+    const real B_1 = me1 * p[l1];
+    const real Bl_1 = B_1 * p[l1];
+    const real B_2 = me2 * p[l2];
+    const real Bl_2 = B_2 * p[l2];
+    const real t_sfymc = p[J_y] - p[J_z];
+    const real ax_eq = p[F] / (t_omhyl + p[m1] + p[m2]);  /* (19) */
+    const real W_phi1 = c[r9] * p[m1];  /* (27) */
+    const real W_theta1 = c[r10] * p[m1];  /* (27) */
+    const real W_phi2 = c[r9] * p[m2];  /* (27) */
+    const real W_theta2 = c[r10] * p[m2];  /* (27) */
+    const real t_mj52b = W_phi1 / (D1 * D1);
+    const real t_iecaz = W_phi2 / (D2 * D2);
+    h[lyapunov_v1_observe_h_t_os4zj] = t_os4zj;
+    h[lyapunov_v1_observe_h_t_yx2kz] = t_yx2kz;
+    h[lyapunov_v1_observe_h_D1] = D1;
+    h[lyapunov_v1_observe_h_k1] = k1;
+    h[lyapunov_v1_observe_h_me1] = me1;
+    h[lyapunov_v1_observe_h_t_6nwd2] = t_6nwd2;
+    h[lyapunov_v1_observe_h_mv1] = mv1;
+    h[lyapunov_v1_observe_h_t_nfvux] = t_nfvux;
+    h[lyapunov_v1_observe_h_t_frp3h] = t_frp3h;
+    h[lyapunov_v1_observe_h_D2] = D2;
+    h[lyapunov_v1_observe_h_k2] = k2;
+    h[lyapunov_v1_observe_h_me2] = me2;
+    h[lyapunov_v1_observe_h_t_popww] = t_popww;
+    h[lyapunov_v1_observe_h_mv2] = mv2;
+    h[lyapunov_v1_observe_h_M_C] = M_C;
+    h[lyapunov_v1_observe_h_x_C] = x_C;
+    h[lyapunov_v1_observe_h_J_C1] = J_C1;
+    h[lyapunov_v1_observe_h_J_C3] = J_C3;
+    h[lyapunov_v1_observe_h_J_C2] = J_C2;
+    h[lyapunov_v1_observe_h_e1] = e1;
+    h[lyapunov_v1_observe_h_e2] = e2;
+    h[lyapunov_v1_observe_h_B_1] = B_1;
+    h[lyapunov_v1_observe_h_Bl_1] = Bl_1;
+    h[lyapunov_v1_observe_h_t_b7ure] = me1 * (e1 * e1);
+    h[lyapunov_v1_observe_h_B_2] = B_2;
+    h[lyapunov_v1_observe_h_Bl_2] = Bl_2;
+    h[lyapunov_v1_observe_h_t_lpk5h] = me2 * (e2 * e2);
+    h[lyapunov_v1_observe_h_t_m5gm4] = M_C + mv1 + mv2;
+    h[lyapunov_v1_observe_h_t_uumic] = e1 * me1;
+    h[lyapunov_v1_observe_h_t_doa45] = e2 * me2;
+    h[lyapunov_v1_observe_h_t_sfymc] = t_sfymc;
+    h[lyapunov_v1_observe_h_t_5r66u] = J_C1 + (p[J_z] - p[J_y]);
+    h[lyapunov_v1_observe_h_t_7bo2j] = J_C1 + t_is5lg + t_sfymc;
+    h[lyapunov_v1_observe_h_t_oc5tk] = t_os4zj + t_os4zj;
+    h[lyapunov_v1_observe_h_ax_eq] = ax_eq;
+    h[lyapunov_v1_observe_h_W_theta1] = W_theta1;
+    h[lyapunov_v1_observe_h_W_theta2] = W_theta2;
+    h[lyapunov_v1_observe_h_t_mj52b] = t_mj52b;
+    h[lyapunov_v1_observe_h_t_iecaz] = t_iecaz;
+    h[lyapunov_v1_observe_h_t_qd2lc] = c[r4] - t_mj52b * (p[I1] * p[I1]) - t_iecaz * (p[I2] * p[I2]);
+    h[lyapunov_v1_observe_h_t_7pydp] = t_mj52b * p[I1];
+    h[lyapunov_v1_observe_h_t_ob75p] = t_iecaz * p[I2];
+    h[lyapunov_v1_observe_h_t_62qfa] = p[F] * p[F];
+    h[lyapunov_v1_observe_h_t_y7rm6] = K(1.0) / p[F];
+    h[lyapunov_v1_observe_h_t_lwe76] = p[b] + p[d] + x_C;
+    h[lyapunov_v1_observe_h_t_xkg6l] = K(1.0) / mv_cos(p[delta2_max]);
 }
 
 /* the rest of lyapunov_v1_observe; 1049 operations. */
 void slosh_lyapunov_v1_observe_prepared(const real *q, const real *p, const real *c, const real *h, real *x, real *u, real *u_cmd)
 {
-    real s25, c25; mv_sincos(q[9], &s25, &c25);
-    const real v26 = h[4] * s25;
-    const real v29 = q[4] * q[4] + q[5] * q[5];
-    const real v42 = v29 * h[11];
-    const real v45 = q[3] - q[14];
-    real s47, c47; mv_sincos(q[10], &s47, &c47);
-    const real v48 = c47 * q[5];
-    const real v50 = s47 * q[4];
-    const real v51 = v48 + v50;
-    const real v53 = c25 * v45 - v51 * s25;
-    const real v56 = v51 * c25 + s25 * v45;
-    const real v62 = p[16] * q[13];
-    const real v65 = h[4] * (v53 * v56 - v51 * v45) + v62 * h[12];
-    const real v67 = v26 * v42 + v65 * p[13];
-    const real v68 = s25 * p[13];
-    const real v72 = p[12] / (p[15] + p[12] * (v68 * v68));
-    const real v73 = q[3] * q[4];
-    const real v77 = c47 * q[4] - s47 * q[5];
-    const real v78 = c25 * p[13];
-    const real v83 = v77 + q[13];
-    const real v88 = p[16] * q[14];
-    const real v90 = (v73 * v68 + v77 * v78 * v45 - v53 * p[13] * (v83 + q[13])) * p[15] - v88 * v68;
-    const real v91 = v72 * v90;
-    real s93, c93; mv_sincos(q[11], &s93, &c93);
-    const real v94 = s93 * p[18];
-    const real v98 = p[17] / (p[20] + p[17] * (v94 * v94));
-    real s100, c100; mv_sincos(q[12], &s100, &c100);
-    const real v104 = c100 * q[4] - s100 * q[5];
-    const real v106 = c93 * p[18];
-    const real v108 = q[3] - q[16];
-    const real v112 = c100 * q[5];
-    const real v113 = s100 * q[4];
-    const real v114 = v112 + v113;
-    const real v116 = c93 * v108 - v114 * s93;
-    const real v118 = v104 + q[15];
-    const real v124 = p[21] * q[16];
-    const real v126 = (v73 * v94 + v104 * v106 * v108 - v116 * p[18] * (v118 + q[15])) * p[20] - v124 * v94;
-    const real v127 = v98 * v126;
-    const real v129 = v91 * v68 + v127 * v94;
-    const real v132 = h[13] * s93;
-    const real v134 = v29 * h[14];
-    const real v138 = v114 * c93 + s93 * v108;
-    const real v143 = p[21] * q[15];
-    const real v146 = h[13] * (v116 * v138 - v114 * v108) + v143 * h[15];
-    const real v148 = v132 * v134 + v146 * p[18];
-    const real v152 = q[14] * p[15];
-    const real v155 = q[16] * p[20];
-    const real v161 = v67 - v129 + v148 - v62 - v143 + v152 * q[4] + v155 * q[4] - h[16] * q[4] * q[5];
-    const real v163 = s25 * s25;
-    const real v164 = h[1] * v163;
-    const real v165 = v164 + p[15];
-    const real v167 = h[17] / (v165 * v165);
-    const real v168 = v167 * v164;
-    const real v170 = s25 * h[18];
-    const real v171 = c47 * v170;
-    const real v172 = v171 * p[14];
-    const real v173 = s25 * c25;
-    const real v174 = h[1] * c47;
-    const real v176 = v172 - v173 * v174;
-    const real v177 = v176 + p[15];
-    const real v181 = v78 * p[12];
-    const real v182 = s47 * v181;
-    const real v183 = v182 * p[14];
-    const real v184 = h[1] * s47;
-    const real v185 = v183 - v184;
-    const real v189 = v106 * p[17];
-    const real v190 = v189 * s100;
-    const real v191 = v190 * p[19];
-    const real v192 = s100 * h[6];
-    const real v193 = v191 - v192;
-    const real v198 = s93 * s93;
-    const real v199 = v198 * h[6];
-    const real v200 = v199 + p[20];
-    const real v202 = h[23] / (v200 * v200);
-    const real v203 = v202 * v199;
-    const real v205 = h[24] * s93;
-    const real v206 = v205 * c100;
-    const real v207 = v206 * p[19];
-    const real v208 = s93 * c93;
-    const real v209 = c100 * h[6];
-    const real v211 = v207 - v208 * v209;
-    const real v212 = v211 + p[20];
-    const real v214 = v168 * v177 - (h[20] * v185 + h[22] * v193) + v203 * v212;
-    const real v223 = K(1.0) / (h[25] - v167 * (v164 * v164) - v202 * (v199 * v199));
-    const real v224 = v214 * v223;
-    const real v230 = q[2] * c[1];
-    const real v235 = h[26] * v170;
-    const real v237 = v170 * p[14];
-    const real v238 = v50 + v48;
-    const real v239 = v238 * v238;
-    const real v246 = h[1] * v173;
-    const real v249 = q[3] * q[3];
-    const real v251 = v62 - v237 * v239 - v237 * (v77 * v77) - q[14] * q[14] * v246 - v246 * v249;
-    const real v253 = v164 * v238;
-    const real v263 = v251 - (q[14] + q[14]) * v253 - h[1] * v238 * q[3] + h[0] * v239 * s25 * c25 * p[12];
-    const real v275 = v263 + h[27] * v163 * v238 * q[3] * p[12] + c25 * v238 * p[14] * q[3] * p[13] * p[12];
-    const real v281 = v275 + h[27] * s25 * c25 * q[14] * q[3] * p[12];
-    const real v286 = h[26] * v205;
-    const real v288 = v208 * h[6];
-    const real v291 = v205 * p[19];
-    const real v292 = v113 + v112;
-    const real v293 = v292 * v292;
-    const real v301 = v143 - v249 * v288 - v291 * v293 - v291 * (v104 * v104) - q[16] * q[16] * v288;
-    const real v303 = v292 * v199;
-    const real v313 = v301 - (q[16] + q[16]) * v303 - v292 * h[6] * q[3] + v293 * s93 * c93 * h[5] * p[17];
-    const real v325 = v313 + (v292 + v292) * v198 * h[5] * q[3] * p[17] + v292 * c93 * p[19] * q[3] * p[18] * p[17];
-    const real v332 = v325 + (s93 + s93) * c93 * h[5] * q[16] * q[3] * p[17];
-    const real v336 = q[6] * c[2] - v230 * q[1] - h[19] * (v235 * p[15] + p[15] * v281) - h[21] * (v286 * p[20] + p[20] * v332);
-    const real v337 = v165 * q[14];
-    const real v338 = q[13] + q[13];
-    const real v339 = v246 * v338;
-    const real v341 = v339 * q[14];
-    const real v343 = v77 * q[3];
-    const real v354 = v88 + v237 * v343 + v253 * v338 + v253 * v77 + v341 - v246 * v343 - v339 * q[3];
-    const real v360 = v200 * q[16];
-    const real v361 = q[15] + q[15];
-    const real v362 = v288 * v361;
-    const real v364 = v362 * q[16];
-    const real v368 = v104 * q[3];
-    const real v379 = v124 + v104 * v303 + v291 * v368 + v303 * v361 + v364 - v288 * v368 - v288 * (q[3] + q[3]) * q[15];
-    const real v384 = v336 - v167 * (v337 * v339 - (v341 * v164 + v164 * v354)) - v202 * (v360 * v362 - (v364 * v199 + v199 * v379));
-    const real v389 = q[3] * c[10] + (v384 + q[1] * q[2] * c[0]);
-    const real v395 = q[1] * c[0];
-    const real v401 = h[2] * q[13];
-    const real v402 = c47 * v181;
-    const real v403 = v402 * p[14];
-    const real v406 = v403 - h[0] * c47 * p[12];
-    const real v408 = s47 * v170;
-    const real v409 = v408 * p[14];
-    const real v414 = h[19] * (v235 * v185 + v185 * v281 - v401 * (v406 * q[14] - v409 * q[13]));
-    const real v419 = h[7] * q[15];
-    const real v420 = v189 * c100;
-    const real v421 = v420 * p[19];
-    const real v424 = v421 - c100 * h[5] * p[17];
-    const real v426 = v205 * s100;
-    const real v427 = v426 * p[19];
-    const real v432 = h[21] * (v286 * v193 + v193 * v332 - v419 * (v424 * q[16] - v427 * q[15]));
-    const real v439 = c25 * c25;
-    const real v444 = v409 - v173 * v184;
-    const real v448 = v341 * v177 + v177 * v354 - v337 * (q[13] * (v403 + v163 * v174 - v174 * v439) - v444 * q[14]);
-    const real v456 = c93 * c93;
-    const real v461 = v427 - v192 * v208;
-    const real v465 = v364 * v212 + v212 * v379 - v360 * (q[15] * (v421 + v198 * v209 - v209 * v456) - v461 * q[16]);
-    const real v468 = q[5] * c[12] + (q[8] * c[6] - v395 * q[0] - v414 - v432 - v167 * v448 - v202 * v465);
-    const real v480 = h[19] * v406 * v185 + h[21] * v424 * v193 - v167 * v444 * v177 - v202 * v461 * v212;
-    const real v487 = h[20] * v406 + h[22] * v424 + v168 * v444 + v203 * v461;
-    const real v489 = v480 - v487 * v224;
-    const real v499 = c[5] - h[19] * (v406 * v406) - h[21] * (v424 * v424) - v167 * (v444 * v444);
-    const real v503 = v487 * v223;
-    const real v506 = K(1.0) / (v499 - v202 * (v461 * v461) - v487 * v503);
-    const real v507 = v489 * v506;
-    const real v521 = h[19] * (v235 * v406 + v406 * v281 + v401 * (v172 * q[13] + v185 * q[14]));
-    const real v531 = h[21] * (v286 * v424 + v424 * v332 + v419 * (v193 * q[16] + v207 * q[15]));
-    const real v544 = v341 * v444 + v444 * v354 - v337 * (v176 * q[14] + q[13] * (v183 + v163 * v184 - v439 * v184));
-    const real v558 = v364 * v461 + v461 * v379 - v360 * (v211 * q[16] + q[15] * (v191 + v192 * v198 - v192 * v456));
-    const real v563 = q[7] * c[4] + v521 + v531 - v167 * v544 - v202 * v558 + q[0] * q[2] * c[1];
-    const real v565 = v503 * v389 - (q[4] * c[11] + v563);
-    const real v577 = c[7] - h[19] * (v185 * v185) - h[21] * (v193 * v193) - v167 * (v177 * v177);
-    const real v585 = (v224 * v389 - v468 - v507 * v565) / (v577 - v202 * (v212 * v212) - v489 * v507 - v214 * v224);
-    const real v586 = v73 + v585;
-    const real v587 = v72 * p[15];
-    const real v588 = v68 * v587;
-    const real v590 = v98 * p[20];
-    const real v591 = v94 * v590;
-    const real v593 = v68 * v588 + v94 * v591;
-    const real v594 = h[11] - v78;
-    const real v595 = v594 * v587;
-    const real v596 = v68 * v595;
-    const real v597 = c47 * v596;
-    const real v599 = h[14] - v106;
-    const real v600 = v599 * v590;
-    const real v601 = v94 * v600;
-    const real v602 = c100 * v601;
-    const real v605 = h[4] * c25;
-    const real v606 = v605 * h[11];
-    const real v607 = h[28] - v606;
-    const real v611 = h[13] * c93;
-    const real v612 = v611 * h[14];
-    const real v613 = h[29] - v612;
-    const real v615 = v593 - v597 - v602 + v607 * s47 + v613 * s100;
-    const real v618 = q[3] * q[5];
-    const real v621 = v565 * v506 - v507 * v585;
-    const real v622 = v618 - v621;
-    const real v625 = s47 * v596 + s100 * v601;
-    const real v629 = v625 + v607 * c47 + v613 * c100;
-    const real v632 = v26 + v132;
-    const real v637 = h[30] * s25;
-    const real v638 = v637 * s25;
-    const real v640 = h[31] * s93;
-    const real v641 = v640 * s93;
-    const real v642 = h[32] - v638 - v641;
-    const real v647 = v389 * v223 + v503 * v621 + v224 * v585;
-    const real v658 = c25 * v42 * h[30] - h[18] * (v56 * v56 + v83 * v83);
-    const real v667 = c93 * v134 * h[31] - h[24] * (v138 * v138 + v118 * v118);
-    const real v670 = v637 * c25;
-    const real v672 = v26 + v670 * h[11];
-    const real v674 = v640 * c93;
-    const real v676 = v132 + v674 * h[14];
-    const real v678 = v672 * s47 + v676 * s100;
-    const real v683 = v672 * c47 + v676 * c100;
-    const real v685 = v65 * s25 + v146 * s93 + c25 * v658 + c93 * v667 + v586 * v678 + v622 * v683;
-    const real v688 = v670 * s47 + v674 * s100;
-    const real v696 = h[19] * (p[15] * q[3] - v406 * q[4] + v185 * q[5] + v401);
-    const real v705 = h[21] * (p[20] * q[3] - v424 * q[4] + v193 * q[5] + v419);
-    const real v714 = v167 * (v444 * q[4] - v164 * q[3] + v177 * q[5] + v337);
-    const real v723 = v202 * (v461 * q[4] - v199 * q[3] + v212 * q[5] + v360);
-    const real v728 = v586 * h[10] - (v395 - v696 * v182 - v705 * v190 - v714 * v171 - v723 * v206) * c[8];
-    const real v733 = v670 * c47 + v674 * c100;
-    const real v745 = v622 * h[10] - (v230 - v696 * v402 - v705 * v420 + v714 * v408 + v723 * v426) * c[9];
-    const real v748 = v632 * v647 - (v685 + v688 * v728 + v733 * v745);
-    const real v750 = v91 * c47;
-    const real v751 = v127 * c100;
-    const real v755 = s25 * v658 - v65 * c25;
-    const real v760 = s93 * v667 - v146 * c93;
-    const real v764 = v595 - h[33];
-    const real v766 = v600 - h[34];
-    const real v768 = s47 * s47;
-    const real v769 = v638 * h[11];
-    const real v770 = v605 - v769;
-    const real v771 = v770 + v764;
-    const real v773 = s100 * s100;
-    const real v774 = v641 * h[14];
-    const real v775 = v611 - v774;
-    const real v776 = v775 + v766;
-    const real v778 = v768 * v771 + v773 * v776;
-    const real v780 = c47 * v588;
-    const real v782 = c100 * v591;
-    const real v783 = v764 + v766 - v778 - v780 - v782;
-    const real v786 = c47 * s47;
-    const real v788 = c100 * s100;
-    const real v790 = v786 * v771 + v788 * v776;
-    const real v794 = v638 + h[3] - v587;
-    const real v795 = v768 * v794;
-    const real v797 = v641 + h[8] - v590;
-    const real v798 = v773 * v797;
-    const real v804 = v795 + v798 + h[9] + v587 + v590 - h[3] - h[8];
-    const real v806 = v750 + v751 + v755 * s47 + v760 * s100 + v586 * v783 - v622 * v790 + v804 * v728;
-    const real v809 = v786 * v794 + v788 * v797;
-    const real v816 = v780 + v782 + v605 * s47 + v611 * s100;
-    const real v818 = v806 + v809 * v745 + v816 * v647;
-    const real v822 = v91 * s47;
-    const real v823 = v127 * s100;
-    const real v828 = s47 * v588;
-    const real v830 = s100 * v591;
-    const real v831 = v828 - v790 + v830;
-    const real v835 = v778 - (v770 + v775);
-    const real v839 = v755 * c47 - (v822 + v823) + v760 * c100 + v586 * v831 + v622 * v835 + v809 * v728;
-    const real v843 = v638 + v641 + h[9] - v795 - v798;
-    const real v850 = v828 + v830 - v605 * c47 - v611 * c100;
-    const real v852 = v839 + v843 * v745 - v850 * v647;
-    const real v854 = v642 * v748 - v688 * v818 - v733 * v852;
-    const real v860 = v642 * v642 + v688 * v688 + v733 * v733;
-    const real v870 = mv_max(SPLAT(K(0.0)), v854 * v854 - v860 * (v748 * v748 - h[35] + v818 * v818 + v852 * v852));
-    const real v873 = (mv_sqrt(v870) - v854) / v860;
-    const real v878 = v818 - v688 * v873;
-    const real v882 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), v878 * h[36]));
-    const real v883 = mv_asin(v882);
-    real s884, c884; mv_sincos(v883, &s884, &c884);
-    const real v885 = p[9] * c884;
-    const real v887 = v852 - v733 * v873;
-    const real v896 = mv_min(SPLAT(K(1.0)), -(v887 * h[36] / mv_max(SPLAT(K(1e-09)), mv_sqrt(K(1.0) - v882 * v882))));
-    const real v898 = mv_asin(mv_max(SPLAT(K(-1.0)), v896));
-    real s899, c899; mv_sincos(v898, &s899, &c899);
-    const real v903 = v885 * c899 - (v748 + v642 * v873);
-    const real v904 = K(1.0) / v642;
-    const real v906 = v688 * v904;
-    const real v908 = p[9] * s884;
-    const real v911 = v908 - v878 + v906 * v903;
-    const real v914 = K(1.0) / (v804 - v688 * v906);
-    const real v916 = v733 * v904;
-    const real v918 = v809 - v688 * v916;
-    const real v919 = v918 * v914;
-    const real v922 = v885 * s899;
-    const real v931 = K(1.0) / (v843 - v918 * v919 - v733 * v916);
-    const real v932 = (v916 * v903 - (v922 + v887) - v919 * v911) * v931;
-    const real v934 = v911 * v914 - v919 * v932;
-    const real v938 = v903 * v904 + v906 * v934 + v916 * v932;
-    const real v942 = v161 + v586 * v615 + v622 * v629 - v632 * v873 - v632 * v938 - v816 * v728;
-    const real v954 = v942 - v816 * v934 + v850 * v745 + v850 * v932 - (v593 + h[28] + h[29] + h[37]) * v647;
-    const real v958 = mv_max(-p[11], mv_min(v883, p[11]));
-    real s959, c959; mv_sincos(v958, &s959, &c959);
-    const real v960 = p[9] * c959;
-    const mask m964 = LE(mv_fabs(v883), p[11]);
-    const real v965 = c884 * s899;
-    const real v971 = SELECT(m964, v898, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), v965 * h[38]))));
-    const real v973 = mv_max(-p[10], mv_min(p[10], v971));
-    real s974, c974; mv_sincos(v973, &s974, &c974);
-    const real v978 = v960 * c974 - c884 * p[9] * c899;
-    const real v982 = p[9] * s959 - v908;
-    const real v984 = v982 + v906 * v978;
-    const real v989 = v965 * p[9] - v960 * s974;
-    const real v994 = (v989 + v916 * v978 - v919 * v984) * v931;
-    const real v996 = v984 * v914 - v919 * v994;
-    const real v1000 = v978 * v904 + v906 * v996 + v916 * v994;
-    const real v1010 = v67 + v755 * h[11];
-    const real v1013 = v148 + v760 * h[14];
-    const real v1024 = v1010 * c47 + v1013 * c100 + v152 * q[3] + v155 * q[3] - v618 * h[40] - v822 * v594;
-    const real v1027 = q[13] * p[15];
-    const real v1030 = q[15] * p[20];
-    const real v1039 = h[28] + K(-2.0) * v606 + h[11] * v769;
-    const real v1041 = v594 * v595;
-    const real v1042 = h[41] + v1039 - v1041;
-    const real v1049 = h[29] + K(-2.0) * v612 + h[14] * v774;
-    const real v1051 = v599 * v600;
-    const real v1052 = h[42] + v1049 - v1051;
-    const real v1054 = v625 + v786 * v1042 + v788 * v1052;
-    const real v1056 = v922 * h[39] - (v1024 - v823 * v599 - v1027 * q[5] - v1030 * q[5]) - v586 * v1054;
-    const real v1060 = v768 * v1042;
-    const real v1062 = v773 * v1052;
-    const real v1069 = v1056 - v622 * (v1039 + v1049 + h[43] - v1060 - v1062) + v683 * v873 + v683 * v938;
-    const real v1079 = v1069 + v790 * v728 + v790 * v934 - v835 * v745 - v835 * v932 + v629 * v647;
-    const real v1098 = v1010 * s47 - (v129 + v88 + v124) + v1013 * s100 - v73 * h[44] - v1027 * q[4];
-    const real v1114 = v1041 + v1051 + v593 + v1060 + v1062 + h[45] - h[41] - h[42] + K(-2.0) * v597;
-    const real v1118 = v1098 - v1030 * q[4] + v750 * v594 + v751 * v599 + v586 * (v1114 + K(-2.0) * v602);
-    const real v1128 = v1118 + v622 * v1054 - v678 * v873 - v678 * v938 + v783 * v728 + v783 * v934;
-    const real v1136 = v1128 + v831 * v745 + v831 * v932 - v615 * v647 + v908 * h[39];
-    x[0] = q[0];
-    x[1] = q[1];
-    x[2] = q[2];
-    x[3] = q[3];
-    x[4] = q[4];
-    x[5] = q[5];
-    x[6] = q[6];
-    x[7] = q[7];
-    x[8] = q[8];
-    x[9] = q[9];
-    x[10] = q[10];
-    x[11] = q[11];
-    x[12] = q[12];
-    x[13] = q[13];
-    x[14] = q[14];
-    x[15] = q[15];
-    x[16] = q[16];
-    u[0] = v954 - v632 * v1000 - v816 * v996 + v850 * v994;
-    u[1] = v1079 - v989 * h[39] + v683 * v1000 + v790 * v996 - v835 * v994;
-    u[2] = v1136 - v678 * v1000 + v783 * v996 + v831 * v994 + v982 * h[39];
-    u[3] = v973;
-    u[4] = v958;
-    u_cmd[0] = v954;
-    u_cmd[1] = v1079;
-    u_cmd[2] = v1136;
-    u_cmd[3] = v898;
-    u_cmd[4] = v883;
+    enum { vx = 0 };
+    enum { vy = 1 };
+    enum { vz = 2 };
+    enum { wx = 3 };
+    enum { wy = 4 };
+    enum { wz = 5 };
+    enum { att1 = 6 };
+    enum { att2 = 7 };
+    enum { att3 = 8 };
+    enum { phi1 = 9 };
+    enum { theta1 = 10 };
+    enum { phi2 = 11 };
+    enum { theta2 = 12 };
+    enum { phi1_dot = 13 };
+    enum { theta1_dot = 14 };
+    enum { phi2_dot = 15 };
+    enum { theta2_dot = 16 };
+    enum { F = SLOSH_P_F };
+    enum { delta1_max = SLOSH_P_DELTA1_MAX };
+    enum { delta2_max = SLOSH_P_DELTA2_MAX };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { eps1 = SLOSH_P_EPS1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { eps2 = SLOSH_P_EPS2 };
+    enum { r1 = SLOSH_LYAPUNOV_V1_C_R1 };
+    enum { r2 = SLOSH_LYAPUNOV_V1_C_R2 };
+    enum { r3 = SLOSH_LYAPUNOV_V1_C_R3 };
+    enum { r5 = SLOSH_LYAPUNOV_V1_C_R5 };
+    enum { r6 = SLOSH_LYAPUNOV_V1_C_R6 };
+    enum { r7 = SLOSH_LYAPUNOV_V1_C_R7 };
+    enum { r8 = SLOSH_LYAPUNOV_V1_C_R8 };
+    enum { w1 = SLOSH_LYAPUNOV_V1_C_W1 };
+    enum { w2 = SLOSH_LYAPUNOV_V1_C_W2 };
+    enum { w3 = SLOSH_LYAPUNOV_V1_C_W3 };
+    enum { w4 = SLOSH_LYAPUNOV_V1_C_W4 };
+    enum { w5 = SLOSH_LYAPUNOV_V1_C_W5 };
+    enum { t_os4zj = lyapunov_v1_observe_h_t_os4zj };
+    enum { t_yx2kz = lyapunov_v1_observe_h_t_yx2kz };
+    enum { D1 = lyapunov_v1_observe_h_D1 };
+    enum { k1 = lyapunov_v1_observe_h_k1 };
+    enum { me1 = lyapunov_v1_observe_h_me1 };
+    enum { t_6nwd2 = lyapunov_v1_observe_h_t_6nwd2 };
+    enum { mv1 = lyapunov_v1_observe_h_mv1 };
+    enum { t_nfvux = lyapunov_v1_observe_h_t_nfvux };
+    enum { t_frp3h = lyapunov_v1_observe_h_t_frp3h };
+    enum { D2 = lyapunov_v1_observe_h_D2 };
+    enum { k2 = lyapunov_v1_observe_h_k2 };
+    enum { me2 = lyapunov_v1_observe_h_me2 };
+    enum { t_popww = lyapunov_v1_observe_h_t_popww };
+    enum { mv2 = lyapunov_v1_observe_h_mv2 };
+    enum { M_C = lyapunov_v1_observe_h_M_C };
+    enum { x_C = lyapunov_v1_observe_h_x_C };
+    enum { J_C1 = lyapunov_v1_observe_h_J_C1 };
+    enum { J_C3 = lyapunov_v1_observe_h_J_C3 };
+    enum { J_C2 = lyapunov_v1_observe_h_J_C2 };
+    enum { e1 = lyapunov_v1_observe_h_e1 };
+    enum { e2 = lyapunov_v1_observe_h_e2 };
+    enum { B_1 = lyapunov_v1_observe_h_B_1 };
+    enum { Bl_1 = lyapunov_v1_observe_h_Bl_1 };
+    enum { t_b7ure = lyapunov_v1_observe_h_t_b7ure };
+    enum { B_2 = lyapunov_v1_observe_h_B_2 };
+    enum { Bl_2 = lyapunov_v1_observe_h_Bl_2 };
+    enum { t_lpk5h = lyapunov_v1_observe_h_t_lpk5h };
+    enum { t_m5gm4 = lyapunov_v1_observe_h_t_m5gm4 };
+    enum { t_uumic = lyapunov_v1_observe_h_t_uumic };
+    enum { t_doa45 = lyapunov_v1_observe_h_t_doa45 };
+    enum { t_sfymc = lyapunov_v1_observe_h_t_sfymc };
+    enum { t_5r66u = lyapunov_v1_observe_h_t_5r66u };
+    enum { t_7bo2j = lyapunov_v1_observe_h_t_7bo2j };
+    enum { t_oc5tk = lyapunov_v1_observe_h_t_oc5tk };
+    enum { ax_eq = lyapunov_v1_observe_h_ax_eq };
+    enum { W_theta1 = lyapunov_v1_observe_h_W_theta1 };
+    enum { W_theta2 = lyapunov_v1_observe_h_W_theta2 };
+    enum { t_mj52b = lyapunov_v1_observe_h_t_mj52b };
+    enum { t_iecaz = lyapunov_v1_observe_h_t_iecaz };
+    enum { t_qd2lc = lyapunov_v1_observe_h_t_qd2lc };
+    enum { t_7pydp = lyapunov_v1_observe_h_t_7pydp };
+    enum { t_ob75p = lyapunov_v1_observe_h_t_ob75p };
+    enum { t_62qfa = lyapunov_v1_observe_h_t_62qfa };
+    enum { t_y7rm6 = lyapunov_v1_observe_h_t_y7rm6 };
+    enum { t_lwe76 = lyapunov_v1_observe_h_t_lwe76 };
+    enum { t_xkg6l = lyapunov_v1_observe_h_t_xkg6l };
+    const real W12 = q[wx] * q[wy];
+    const real W13 = q[wx] * q[wz];
+    real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
+    const real Wn1 = cos_theta1 * q[wy] - sin_theta1 * q[wz];
+    const real t_rding = cos_theta1 * q[wz];
+    const real t_a3uw4 = sin_theta1 * q[wy];
+    const real Wt1 = t_rding + t_a3uw4;
+    const real w_x1 = q[wx] - q[theta1_dot];
+    const real p1 = Wn1 + q[phi1_dot];
+    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
+    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
+    const real Wn2 = cos_theta2 * q[wy] - sin_theta2 * q[wz];
+    const real t_geoui = cos_theta2 * q[wz];
+    const real t_vhhwy = sin_theta2 * q[wy];
+    const real Wt2 = t_geoui + t_vhhwy;
+    const real w_x2 = q[wx] - q[theta2_dot];
+    const real p2 = Wn2 + q[phi2_dot];
+    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
+    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_rybsf = q[wy] * q[wy] + q[wz] * q[wz];
+    const real t_w7vil = t_rybsf * h[e1];
+    const real tension1 = cos_phi1 * t_w7vil * h[mv1] - h[t_6nwd2] * sigma_sq1;
+    const real As_1 = h[mv1] * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real eAss_1 = Ass_1 * h[e1];
+    const real q_1 = sin_phi1 * p[l1];
+    const real lc_1 = cos_phi1 * p[l1];
+    const real Bs_1 = h[B_1] * sin_phi1;
+    const real Bc_1 = h[B_1] * cos_phi1;
+    const real g_1 = h[e1] - lc_1;
+    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
+    const real wth_1 = th_1 * p[I1];
+    const real eBc_1 = Bc_1 * h[e1];
+    const real wg_1 = g_1 * wth_1;
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real tn11_1 = Ass_1 + h[me1] - wth_1;
+    const real t_3bowt = h[Bl_1] + K(-2.0) * eBc_1 + h[e1] * eAss_1;
+    const real t_3fv6l = g_1 * wg_1;
+    const real tn44_1 = h[t_b7ure] + t_3bowt - t_3fv6l;
+    const real wq_1 = q_1 * wth_1;
+    const real wqg_1 = q_1 * wg_1;
+    const real wqq_1 = q_1 * wq_1;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real wgC_1 = cos_theta1 * wqg_1;
+    const real wgS_1 = sin_theta1 * wqg_1;
+    const real loss_phi1 = p[eps1] * q[phi1_dot];
+    const real loss_theta1 = p[eps1] * q[theta1_dot];
+    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real zeta1 = W12 * q_1
+        + Wn1 * lc_1 * w_x1
+        - chi1 * p[l1] * (p1 + q[phi1_dot]);
+    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
+    const real t_7imwe = h[B_1] * eta1 + loss_phi1 * h[k1];
+    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real M_q1 = F_n1 * q_1;
+    const real I_phi1 = q[phi1_dot] * p[I1];
+    const real I_theta1 = q[theta1_dot] * p[I1];
+    const real t_6fvzz = t_rybsf * h[e2];
+    const real tension2 = cos_phi2 * t_6fvzz * h[mv2] - h[t_popww] * sigma_sq2;
+    const real As_2 = h[mv2] * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real eAss_2 = Ass_2 * h[e2];
+    const real q_2 = sin_phi2 * p[l2];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real Bs_2 = h[B_2] * sin_phi2;
+    const real Bc_2 = h[B_2] * cos_phi2;
+    const real g_2 = h[e2] - lc_2;
+    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
+    const real wth_2 = th_2 * p[I2];
+    const real eBc_2 = Bc_2 * h[e2];
+    const real wg_2 = g_2 * wth_2;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real tn11_2 = Ass_2 + h[me2] - wth_2;
+    const real t_ymmgl = h[Bl_2] + K(-2.0) * eBc_2 + h[e2] * eAss_2;
+    const real t_odwbr = g_2 * wg_2;
+    const real tn44_2 = h[t_lpk5h] + t_ymmgl - t_odwbr;
+    const real wq_2 = q_2 * wth_2;
+    const real wqg_2 = q_2 * wg_2;
+    const real wqq_2 = q_2 * wq_2;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real wgC_2 = cos_theta2 * wqg_2;
+    const real wgS_2 = sin_theta2 * wqg_2;
+    const real loss_phi2 = p[eps2] * q[phi2_dot];
+    const real loss_theta2 = p[eps2] * q[theta2_dot];
+    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real zeta2 = W12 * q_2
+        + Wn2 * lc_2 * w_x2
+        - chi2 * p[l2] * (p2 + q[phi2_dot]);
+    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
+    const real t_4b2fa = h[B_2] * eta2 + loss_phi2 * h[k2];
+    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real M_q2 = F_n2 * q_2;
+    const real I_phi2 = q[phi2_dot] * p[I2];
+    const real I_theta2 = q[theta2_dot] * p[I2];
+    const real K11 = h[t_m5gm4] - Ass_1 - Ass_2;
+    const real t_fbeaw = S_sq1 * tn11_1;
+    const real t_dj555 = S_sq2 * tn11_2;
+    const real K22 = t_fbeaw + t_dj555 + h[M_C] + wth_1 + wth_2 - h[me1] - h[me2];
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real K33 = Ass_1 + Ass_2 + h[M_C] - t_fbeaw - t_dj555;
+    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
+    const real t_nhr5u = wqq_1 + wqq_2;
+    const real K44 = t_nhr5u + h[Bl_1] + h[Bl_2] + h[J_C1];
+    const real t_kwrkt = wg_1 - h[t_uumic];
+    const real t_t44oq = wg_2 - h[t_doa45];
+    const real t_32gyg = Bc_1 - eAss_1;
+    const real t_n3v7x = t_32gyg + t_kwrkt;
+    const real t_gbkg6 = Bc_2 - eAss_2;
+    const real t_hsuzx = t_gbkg6 + t_t44oq;
+    const real t_fcf5x = S_sq1 * t_n3v7x + S_sq2 * t_hsuzx;
+    const real K52 = t_kwrkt + t_t44oq - t_fcf5x - wqC_1 - wqC_2;
+    const real t_bac7g = SC1 * t_n3v7x + SC2 * t_hsuzx;
+    const real K53 = wqS_1 - t_bac7g + wqS_2;
+    const real t_nncdg = h[Bl_1] - eBc_1;
+    const real t_4q22j = h[Bl_2] - eBc_2;
+    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
+    const real t_hoosk = S_sq1 * tn44_1;
+    const real t_drvdp = S_sq2 * tn44_2;
+    const real K55 = t_3fv6l
+        + t_odwbr
+        + t_nhr5u
+        + t_hoosk
+        + t_drvdp
+        + h[J_C3]
+        - h[t_b7ure]
+        - h[t_lpk5h]
+        + K(-2.0) * wgC_1
+        + K(-2.0) * wgC_2;
+    const real K63 = t_fcf5x - (t_32gyg + t_gbkg6);
+    const real t_zhbuw = wgS_1 + wgS_2;
+    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
+    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_3bowt + t_ymmgl + h[J_C2] - t_hoosk - t_drvdp;
+    const real t_vt7uo = F_n1 * cos_theta1;
+    const real t_oncjt = F_n2 * cos_theta2;
+    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real t_azclp = F_n1 * sin_theta1;
+    const real t_iya7w = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
+    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
+    const real t_kp7yy = M_q1 + M_q2;
+    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
+    const real n4 = t_aejai
+        - t_kp7yy
+        + t_zd4fs
+        - loss_phi1
+        - loss_phi2
+        + I_theta1 * q[wy]
+        + I_theta2 * q[wy]
+        - h[t_sfymc] * q[wy] * q[wz];
+    const real t_w7nmt = t_aejai + F_t1 * h[e1];
+    const real t_e5cx2 = t_zd4fs + F_t2 * h[e2];
+    const real n5 = t_w7nmt * sin_theta1
+        - (t_kp7yy + loss_theta1 + loss_theta2)
+        + t_e5cx2 * sin_theta2
+        - W12 * h[t_5r66u]
+        - I_phi1 * q[wy]
+        - I_phi2 * q[wy]
+        + t_vt7uo * g_1
+        + t_oncjt * g_2;
+    const real n6 = t_w7nmt * cos_theta1
+        + t_e5cx2 * cos_theta2
+        + I_theta1 * q[wx]
+        + I_theta2 * q[wx]
+        - W13 * h[t_7bo2j]
+        - t_azclp * g_1
+        - t_iya7w * g_2
+        - I_phi1 * q[wz]
+        - I_phi2 * q[wz];
+    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_bpfoo = K(1.0) / K11;
+    const real t_w7lcw = t_b3aij * t_bpfoo;
+    const real K_D2 = K22 - t_b3aij * t_w7lcw;
+    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_3go2w = t_zzymx * t_bpfoo;
+    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
+    const real t_4iujv = K(1.0) / K_D2;
+    const real K_L32 = t_d4mqf * t_4iujv;
+    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
+    const real gx_phi1 = sin_phi1 * h[t_6nwd2];  /* (25) */
+    const real t_5zfdh = lc_1 * p[m1];
+    const real gy_phi1 = sin_theta1 * t_5zfdh;  /* (25) */
+    const real gz_phi1 = cos_theta1 * t_5zfdh;  /* (25) */
+    const real t_bnlcb = gy_phi1 * p[h1];
+    const real t_sgto3 = h[t_yx2kz] * sin_theta1;
+    const real cz_phi1 = t_bnlcb - t_sgto3;  /* (25) */
+    const real t_azo52 = gx_phi1 * p[h1];
+    const real t_amwyw = t_a3uw4 + t_rding;
+    const real t_7eszt = t_amwyw * t_amwyw;
+    const real t_a233z = sin_phi1 * cos_phi1;
+    const real t_z7qux = h[t_yx2kz] * t_a233z;
+    const real t_wube7 = q[wx] * q[wx];
+    const real t_3qva5 = sin_phi1 * sin_phi1;
+    const real t_2dafa = h[t_yx2kz] * t_3qva5;
+    const real t_kuyke = t_2dafa * t_amwyw;
+    const real k_phi1 = loss_phi1
+        - t_azo52 * t_7eszt
+        - t_azo52 * (Wn1 * Wn1)
+        - q[theta1_dot] * q[theta1_dot] * t_z7qux
+        - t_z7qux * t_wube7
+        - (q[theta1_dot] + q[theta1_dot]) * t_kuyke
+        - h[t_yx2kz] * t_amwyw * q[wx]
+        + h[t_os4zj] * t_7eszt * sin_phi1 * cos_phi1 * p[m1]
+        + h[t_oc5tk] * t_3qva5 * t_amwyw * q[wx] * p[m1]
+        + cos_phi1 * t_amwyw * p[h1] * q[wx] * p[l1] * p[m1]
+        + h[t_oc5tk] * sin_phi1 * cos_phi1 * q[theta1_dot] * q[wx] * p[m1];  /* (25) */
+    const real D_theta1 = t_2dafa + p[I1];  /* (26) */
+    const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
+    const real t_tpms2 = sin_theta1 * gx_phi1;
+    const real t_nmcsn = t_tpms2 * p[h1];
+    const real cy_theta1 = t_nmcsn - t_a233z * t_sgto3;  /* (26) */
+    const real t_m5cmg = gy_theta1 * p[h1];
+    const real t_toghk = h[t_yx2kz] * cos_theta1;
+    const real t_homfq = t_m5cmg - t_a233z * t_toghk;
+    const real cz_theta1 = t_homfq + p[I1];  /* (26) */
+    const real t_ywy5z = Wn1 * q[wx];
+    const real t_j5odj = q[phi1_dot] + q[phi1_dot];
+    const real Dd_theta1 = t_z7qux * t_j5odj;
+    const real t_b7wcv = Dd_theta1 * q[theta1_dot];
+    const real k_theta1 = loss_theta1
+        + t_azo52 * t_ywy5z
+        + t_kuyke * t_j5odj
+        + t_kuyke * Wn1
+        + t_b7wcv
+        - t_z7qux * t_ywy5z
+        - Dd_theta1 * q[wx];  /* (26) */
+    const real gx_phi2 = h[t_popww] * sin_phi2;  /* (25) */
+    const real t_p4m3j = lc_2 * p[m2];
+    const real gy_phi2 = t_p4m3j * sin_theta2;  /* (25) */
+    const real gz_phi2 = t_p4m3j * cos_theta2;  /* (25) */
+    const real t_ba7if = gy_phi2 * p[h2];
+    const real t_q45sa = sin_theta2 * h[t_frp3h];
+    const real cz_phi2 = t_ba7if - t_q45sa;  /* (25) */
+    const real t_nqm7d = sin_phi2 * cos_phi2;
+    const real t_6skn7 = t_nqm7d * h[t_frp3h];
+    const real t_svo5z = gx_phi2 * p[h2];
+    const real t_kmx3q = t_vhhwy + t_geoui;
+    const real t_3chhy = t_kmx3q * t_kmx3q;
+    const real t_4j4b3 = sin_phi2 * sin_phi2;
+    const real t_7a6mb = t_4j4b3 * h[t_frp3h];
+    const real t_pnlix = t_kmx3q * t_7a6mb;
+    const real k_phi2 = loss_phi2
+        - t_wube7 * t_6skn7
+        - t_svo5z * t_3chhy
+        - t_svo5z * (Wn2 * Wn2)
+        - q[theta2_dot] * q[theta2_dot] * t_6skn7
+        - (q[theta2_dot] + q[theta2_dot]) * t_pnlix
+        - t_kmx3q * h[t_frp3h] * q[wx]
+        + t_3chhy * sin_phi2 * cos_phi2 * h[t_nfvux] * p[m2]
+        + (t_kmx3q + t_kmx3q) * t_4j4b3 * h[t_nfvux] * q[wx] * p[m2]
+        + t_kmx3q * cos_phi2 * p[h2] * q[wx] * p[l2] * p[m2]
+        + (sin_phi2 + sin_phi2) * cos_phi2 * h[t_nfvux] * q[theta2_dot] * q[wx] * p[m2];  /* (25) */
+    const real D_theta2 = t_7a6mb + p[I2];  /* (26) */
+    const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
+    const real t_h3pge = gx_phi2 * sin_theta2;
+    const real t_ikdxp = t_h3pge * p[h2];
+    const real cy_theta2 = t_ikdxp - t_q45sa * t_nqm7d;  /* (26) */
+    const real t_gidtm = gy_theta2 * p[h2];
+    const real t_vhw4e = cos_theta2 * h[t_frp3h];
+    const real t_6daux = t_gidtm - t_nqm7d * t_vhw4e;
+    const real cz_theta2 = t_6daux + p[I2];  /* (26) */
+    const real t_nw7er = Wn2 * q[wx];
+    const real t_473qv = q[phi2_dot] + q[phi2_dot];
+    const real Dd_theta2 = t_6skn7 * t_473qv;
+    const real t_putjj = Dd_theta2 * q[theta2_dot];
+    const real k_theta2 = loss_theta2
+        + Wn2 * t_pnlix
+        + t_svo5z * t_nw7er
+        + t_pnlix * t_473qv
+        + t_putjj
+        - t_6skn7 * t_nw7er
+        - t_6skn7 * (q[wx] + q[wx]) * q[phi2_dot];  /* (26) */
+    const real cdy_phi1 = t_m5cmg * q[phi1_dot] + cz_phi1 * q[theta1_dot];
+    const real t_pthak = gz_phi1 * p[h1];
+    const real t_fue42 = t_pthak - h[t_os4zj] * cos_theta1 * p[m1];
+    const real cdz_phi1 = t_fue42 * q[theta1_dot] - t_nmcsn * q[phi1_dot];
+    const real t_4of2f = cos_phi1 * cos_phi1;
+    const real cdy_theta1 = t_homfq * q[theta1_dot] + q[phi1_dot] * (t_bnlcb + t_3qva5 * t_sgto3 - t_4of2f * t_sgto3);
+    const real cdz_theta1 = q[phi1_dot] * (t_pthak + t_3qva5 * t_toghk - t_toghk * t_4of2f) - cy_theta1 * q[theta1_dot];
+    const real cdy_phi2 = cz_phi2 * q[theta2_dot] + t_gidtm * q[phi2_dot];
+    const real t_3ndrr = gz_phi2 * p[h2];
+    const real t_jfh2q = t_3ndrr - cos_theta2 * h[t_nfvux] * p[m2];
+    const real cdz_phi2 = t_jfh2q * q[theta2_dot] - t_ikdxp * q[phi2_dot];
+    const real t_zozwp = cos_phi2 * cos_phi2;
+    const real cdy_theta2 = t_6daux * q[theta2_dot] + q[phi2_dot] * (t_ba7if + t_q45sa * t_4j4b3 - t_q45sa * t_zozwp);
+    const real cdz_theta2 = q[phi2_dot] * (t_3ndrr + t_4j4b3 * t_vhw4e - t_vhw4e * t_zozwp) - cy_theta2 * q[theta2_dot];
+    const real t_wij2f = q[vy] * c[r1];
+    const real t_o2gar = h[D1] * q[phi1_dot];
+    const real t_x3aji = h[t_mj52b] * (p[I1] * q[wx] - t_fue42 * q[wy] + cz_phi1 * q[wz] + t_o2gar);
+    const real t_gifwv = h[D2] * q[phi2_dot];
+    const real t_6jtcq = h[t_iecaz] * (p[I2] * q[wx] - t_jfh2q * q[wy] + cz_phi2 * q[wz] + t_gifwv);
+    const real t_j7ex5 = h[W_theta1] / (D_theta1 * D_theta1);
+    const real t_iomfo = D_theta1 * q[theta1_dot];
+    const real t_5lcmq = t_j7ex5 * (cy_theta1 * q[wy] - t_2dafa * q[wx] + cz_theta1 * q[wz] + t_iomfo);
+    const real t_s5xdh = h[W_theta2] / (D_theta2 * D_theta2);
+    const real t_kyc32 = D_theta2 * q[theta2_dot];
+    const real t_43tjw = t_s5xdh * (cy_theta2 * q[wy] - t_7a6mb * q[wx] + cz_theta2 * q[wz] + t_kyc32);
+    const real B_v1 = t_wij2f
+        - t_x3aji * gy_phi1
+        - t_6jtcq * gy_phi2
+        - t_5lcmq * gy_theta1
+        - t_43tjw * gy_theta2;  /* (29) */
+    const real t_aqbxr = q[vz] * c[r2];
+    const real C_v1 = t_aqbxr
+        - t_x3aji * gz_phi1
+        - t_6jtcq * gz_phi2
+        + t_5lcmq * t_tpms2
+        + t_43tjw * t_h3pge;  /* (29) */
+    const real t_5bilv = h[ax_eq] * gx_phi1;
+    const real t_4oupt = h[ax_eq] * gx_phi2;
+    const real g1_v1 = q[att1] * c[r3]
+        - t_aqbxr * q[vy]
+        - h[t_mj52b] * (t_5bilv * p[I1] + p[I1] * k_phi1)
+        - h[t_iecaz] * (t_4oupt * p[I2] + p[I2] * k_phi2)
+        - t_j7ex5 * (t_iomfo * Dd_theta1 - (t_b7wcv * t_2dafa + t_2dafa * k_theta1))
+        - t_s5xdh * (t_kyc32 * Dd_theta2 - (t_putjj * t_7a6mb + t_7a6mb * k_theta2))
+        + q[vy] * q[vz] * c[r1];  /* (29) */
+    const real g2_v1 = q[att2] * c[r5]
+        + h[t_mj52b] * (t_5bilv * t_fue42 + t_fue42 * k_phi1 + t_o2gar * cdy_phi1)
+        + h[t_iecaz] * (t_4oupt * t_jfh2q + t_jfh2q * k_phi2 + t_gifwv * cdy_phi2)
+        - t_j7ex5 * (t_b7wcv * cy_theta1 + cy_theta1 * k_theta1 - t_iomfo * cdy_theta1)
+        - t_s5xdh * (t_putjj * cy_theta2 + cy_theta2 * k_theta2 - t_kyc32 * cdy_theta2)
+        + q[vx] * q[vz] * c[r2];  /* (29) */
+    const real g3_v1 = q[att3] * c[r7]
+        - t_wij2f * q[vx]
+        - h[t_mj52b] * (t_5bilv * cz_phi1 + cz_phi1 * k_phi1 - t_o2gar * cdz_phi1)
+        - h[t_iecaz] * (t_4oupt * cz_phi2 + cz_phi2 * k_phi2 - t_gifwv * cdz_phi2)
+        - t_j7ex5 * (t_b7wcv * cz_theta1 + cz_theta1 * k_theta1 - t_iomfo * cdz_theta1)
+        - t_s5xdh * (t_putjj * cz_theta2 + cz_theta2 * k_theta2 - t_kyc32 * cdz_theta2);  /* (29) */
+    const real f11_v1 = h[t_qd2lc] - t_j7ex5 * (t_2dafa * t_2dafa) - t_s5xdh * (t_7a6mb * t_7a6mb);  /* (29) */
+    const real t_eph62 = t_j7ex5 * t_2dafa;
+    const real t_3e3g4 = t_s5xdh * t_7a6mb;
+    const real f21_v1 = h[t_7pydp] * t_fue42 + h[t_ob75p] * t_jfh2q + t_eph62 * cy_theta1 + t_3e3g4 * cy_theta2;  /* (29) */
+    const real f22_v1 = c[r6]
+        - h[t_mj52b] * (t_fue42 * t_fue42)
+        - h[t_iecaz] * (t_jfh2q * t_jfh2q)
+        - t_j7ex5 * (cy_theta1 * cy_theta1)
+        - t_s5xdh * (cy_theta2 * cy_theta2);  /* (29) */
+    const real f31_v1 = t_eph62 * cz_theta1 - (h[t_7pydp] * cz_phi1 + h[t_ob75p] * cz_phi2) + t_3e3g4 * cz_theta2;  /* (29) */
+    const real f32_v1 = h[t_mj52b] * t_fue42 * cz_phi1
+        + h[t_iecaz] * t_jfh2q * cz_phi2
+        - t_j7ex5 * cy_theta1 * cz_theta1
+        - t_s5xdh * cy_theta2 * cz_theta2;  /* (29) */
+    const real f33_v1 = c[r8]
+        - h[t_mj52b] * (cz_phi1 * cz_phi1)
+        - h[t_iecaz] * (cz_phi2 * cz_phi2)
+        - t_j7ex5 * (cz_theta1 * cz_theta1)
+        - t_s5xdh * (cz_theta2 * cz_theta2);  /* (29) */
+    const real t_4v7es = K(1.0) / f11_v1;
+    const real f_v1_L21 = f21_v1 * t_4v7es;
+    const real f_v1_L31 = f31_v1 * t_4v7es;
+    const real f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21;
+    const real t_g2uww = f32_v1 - f21_v1 * f_v1_L31;
+    const real t_omhw7 = K(1.0) / f_v1_D2;
+    const real f_v1_L32 = t_g2uww * t_omhw7;
+    const real f_v1_D3 = f33_v1 - t_g2uww * f_v1_L32 - f31_v1 * f_v1_L31;
+    const real t_u5ggi = q[wx] * c[w3] + g1_v1;
+    const real u_v1_y2 = f_v1_L21 * t_u5ggi - (q[wy] * c[w4] + g2_v1);
+    const real u_v1_y3 = f_v1_L31 * t_u5ggi - (q[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
+    const real u_v1_x3 = u_v1_y3 / f_v1_D3;
+    const real u_v1_x2 = u_v1_y2 * t_omhw7 - f_v1_L32 * u_v1_x3;
+    const real G2_v1 = W12 + u_v1_x3;
+    const real G3_v1 = W13 - u_v1_x2;
+    const real a2_v1 = G2_v1 * h[x_C] - B_v1 * c[w1];
+    const real a3_v1 = G3_v1 * h[x_C] - C_v1 * c[w2];
+    const real t_2m245 = Bs_1 + Bs_2;
+    const real t_dyqoa = t_u5ggi * t_4v7es + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
+    const real t_ev7u5 = Bs_1 + Asc_1 * h[e1];
+    const real t_bvybx = Bs_2 + Asc_2 * h[e2];
+    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
+    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
+    const real t_vzrlr = t_7imwe * sin_phi1
+        + t_4b2fa * sin_phi2
+        + cos_phi1 * tension1
+        + cos_phi2 * tension2
+        + G2_v1 * t_6mmeb
+        + G3_v1 * t_bl4f2
+        + t_b3aij * a2_v1
+        + t_zzymx * a3_v1;
+    const real q1_v1 = t_2m245 * t_dyqoa - t_vzrlr;
+    const real t_yz7e5 = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
+    const real q2_v1 = n2
+        + G2_v1 * K52
+        - G3_v1 * t_bac7g
+        + K22 * a2_v1
+        + K32 * a3_v1
+        + t_yz7e5 * t_dyqoa;
+    const real q3_v1 = n3
+        + G2_v1 * K53
+        + G3_v1 * K63
+        + K32 * a2_v1
+        + K33 * a3_v1
+        - K43 * t_dyqoa;
+    const real PP_v1 = K11 * K11 + t_b3aij * t_b3aij + t_zzymx * t_zzymx;
+    const real Pq_v1 = K11 * q1_v1 - t_b3aij * q2_v1 - t_zzymx * q3_v1;
+    const real t_7w2kh = Pq_v1 * Pq_v1
+        - PP_v1 * (q1_v1 * q1_v1 - h[t_62qfa] + q2_v1 * q2_v1 + q3_v1 * q3_v1);
+    const real root_v1 = mv_sqrt(mv_max(SPLAT(K(0.0)), t_7w2kh));
+    const real ax_v1 = (root_v1 - Pq_v1) / PP_v1;
+    const real f1_v1 = q1_v1 + K11 * ax_v1;
+    const real f2_v1 = q2_v1 - t_b3aij * ax_v1;
+    const real f3_v1 = q3_v1 - t_zzymx * ax_v1;
+    const real sin_d2_v1 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v1 * h[t_y7rm6]));
+    const real cos_d2_v1 = mv_sqrt(K(1.0) - sin_d2_v1 * sin_d2_v1);
+    const real delta1_v1 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v1 * h[t_y7rm6] / mv_max(SPLAT(K(1e-09)), cos_d2_v1)))));
+    const real delta2_v1 = mv_asin(sin_d2_v1);
+    real sin_delta2_v1, cos_delta2_v1; mv_sincos(delta2_v1, &sin_delta2_v1, &cos_delta2_v1);
+    const real t_szme2 = p[F] * cos_delta2_v1;
+    real sin_delta1_v1, cos_delta1_v1; mv_sincos(delta1_v1, &sin_delta1_v1, &cos_delta1_v1);
+    const real df1_v1 = t_szme2 * cos_delta1_v1 - f1_v1;
+    const real t_uqkgz = p[F] * sin_delta2_v1;
+    const real df2_v1 = t_uqkgz - f2_v1;
+    const real da_v1_y2 = df2_v1 + t_w7lcw * df1_v1;
+    const real t_s3dfp = t_szme2 * sin_delta1_v1;
+    const real da_v1_y3 = t_3go2w * df1_v1 - (t_s3dfp + f3_v1) - K_L32 * da_v1_y2;
+    const real t_zmh3u = K(1.0) / K_D3;
+    const real da_v1_x3 = da_v1_y3 * t_zmh3u;
+    const real da_v1_x2 = da_v1_y2 * t_4iujv - K_L32 * da_v1_x3;
+    const real da_v1_x1 = df1_v1 * t_bpfoo + t_w7lcw * da_v1_x2 + t_3go2w * da_v1_x3;
+    const real Mx_v1 = n4
+        + G2_v1 * K54
+        + G3_v1 * K64
+        - t_2m245 * ax_v1
+        - t_2m245 * da_v1_x1
+        - t_yz7e5 * a2_v1
+        - t_yz7e5 * da_v1_x2
+        + K43 * a3_v1
+        + K43 * da_v1_x3
+        - K44 * t_dyqoa;
+    const real My_v1 = t_s3dfp * h[t_lwe76]
+        - n6
+        - G2_v1 * K65
+        - G3_v1 * K66
+        + t_bl4f2 * ax_v1
+        + t_bl4f2 * da_v1_x1
+        + t_bac7g * a2_v1
+        + t_bac7g * da_v1_x2
+        - K63 * a3_v1
+        - K63 * da_v1_x3
+        + K64 * t_dyqoa;
+    const real Mz_v1 = n5
+        + G2_v1 * K55
+        + G3_v1 * K65
+        - t_6mmeb * ax_v1
+        - t_6mmeb * da_v1_x1
+        + K52 * a2_v1
+        + K52 * da_v1_x2
+        + K53 * a3_v1
+        + K53 * da_v1_x3
+        - K54 * t_dyqoa
+        + t_uqkgz * h[t_lwe76];
+    const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v1, p[delta2_max]));
+    const mask m_puf2t = LE(mv_fabs(delta2_v1), p[delta2_max]);
+    const real t_y2zgg = cos_delta2_v1 * sin_delta1_v1;
+    const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_puf2t, delta1_v1, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_y2zgg * h[t_xkg6l]))))));
+    real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
+    const real t_y4w6o = p[F] * cos_delta2_act;
+    real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
+    const real df1_act = t_y4w6o * cos_delta1_act - cos_delta2_v1 * p[F] * cos_delta1_v1;
+    const real df2_act = p[F] * sin_delta2_act - t_uqkgz;
+    const real df3_act = t_y2zgg * p[F] - t_y4w6o * sin_delta1_act;
+    const real da_act_y2 = df2_act + t_w7lcw * df1_act;
+    const real da_act_y3 = df3_act + t_3go2w * df1_act - K_L32 * da_act_y2;
+    const real da_act_x3 = da_act_y3 * t_zmh3u;
+    const real da_act_x2 = da_act_y2 * t_4iujv - K_L32 * da_act_x3;
+    const real da_act_x1 = df1_act * t_bpfoo + t_w7lcw * da_act_x2 + t_3go2w * da_act_x3;
+    const real Mx = Mx_v1 - t_2m245 * da_act_x1 - t_yz7e5 * da_act_x2 + K43 * da_act_x3;
+    const real My = My_v1
+        - df3_act * h[t_lwe76]
+        + t_bl4f2 * da_act_x1
+        + t_bac7g * da_act_x2
+        - K63 * da_act_x3;
+    const real Mz = Mz_v1
+        - t_6mmeb * da_act_x1
+        + K52 * da_act_x2
+        + K53 * da_act_x3
+        + df2_act * h[t_lwe76];
+    x[0] = q[vx];
+    x[1] = q[vy];
+    x[2] = q[vz];
+    x[3] = q[wx];
+    x[4] = q[wy];
+    x[5] = q[wz];
+    x[6] = q[att1];
+    x[7] = q[att2];
+    x[8] = q[att3];
+    x[9] = q[phi1];
+    x[10] = q[theta1];
+    x[11] = q[phi2];
+    x[12] = q[theta2];
+    x[13] = q[phi1_dot];
+    x[14] = q[theta1_dot];
+    x[15] = q[phi2_dot];
+    x[16] = q[theta2_dot];
+    u[0] = Mx;
+    u[1] = My;
+    u[2] = Mz;
+    u[3] = delta1_act;
+    u[4] = delta2_act;
+    u_cmd[0] = Mx_v1;
+    u_cmd[1] = My_v1;
+    u_cmd[2] = Mz_v1;
+    u_cmd[3] = delta1_v1;
+    u_cmd[4] = delta2_v1;
 }
+
+/* Places of h. */
+enum {
+    lyapunov_v1_loop_euler_h_t_os4zj,
+    lyapunov_v1_loop_euler_h_t_yx2kz,
+    lyapunov_v1_loop_euler_h_D1,
+    lyapunov_v1_loop_euler_h_t_zrejm,
+    lyapunov_v1_loop_euler_h_k1,
+    lyapunov_v1_loop_euler_h_me1,
+    lyapunov_v1_loop_euler_h_t_6nwd2,
+    lyapunov_v1_loop_euler_h_mv1,
+    lyapunov_v1_loop_euler_h_t_nfvux,
+    lyapunov_v1_loop_euler_h_t_frp3h,
+    lyapunov_v1_loop_euler_h_D2,
+    lyapunov_v1_loop_euler_h_t_5wzvs,
+    lyapunov_v1_loop_euler_h_k2,
+    lyapunov_v1_loop_euler_h_me2,
+    lyapunov_v1_loop_euler_h_t_popww,
+    lyapunov_v1_loop_euler_h_mv2,
+    lyapunov_v1_loop_euler_h_M_C,
+    lyapunov_v1_loop_euler_h_x_C,
+    lyapunov_v1_loop_euler_h_J_C1,
+    lyapunov_v1_loop_euler_h_J_C3,
+    lyapunov_v1_loop_euler_h_J_C2,
+    lyapunov_v1_loop_euler_h_e1,
+    lyapunov_v1_loop_euler_h_e2,
+    lyapunov_v1_loop_euler_h_B_1,
+    lyapunov_v1_loop_euler_h_B_2,
+    lyapunov_v1_loop_euler_h_W_theta1,
+    lyapunov_v1_loop_euler_h_t_mj52b,
+    lyapunov_v1_loop_euler_h_t_7pydp,
+    lyapunov_v1_loop_euler_h_t_iecaz,
+    lyapunov_v1_loop_euler_h_t_ob75p,
+    lyapunov_v1_loop_euler_h_W_theta2,
+    lyapunov_v1_loop_euler_h_t_qd2lc,
+    lyapunov_v1_loop_euler_h_ax_eq,
+    lyapunov_v1_loop_euler_h_t_oc5tk,
+    lyapunov_v1_loop_euler_h_t_uumic,
+    lyapunov_v1_loop_euler_h_t_doa45,
+    lyapunov_v1_loop_euler_h_t_m5gm4,
+    lyapunov_v1_loop_euler_h_t_62qfa,
+    lyapunov_v1_loop_euler_h_t_y7rm6,
+    lyapunov_v1_loop_euler_h_t_xkg6l,
+    lyapunov_v1_loop_euler_h_Bl_1,
+    lyapunov_v1_loop_euler_h_t_b7ure,
+    lyapunov_v1_loop_euler_h_Bl_2,
+    lyapunov_v1_loop_euler_h_t_lpk5h,
+    lyapunov_v1_loop_euler_h_t_sfymc,
+    lyapunov_v1_loop_euler_h_t_5r66u,
+    lyapunov_v1_loop_euler_h_t_7bo2j,
+    lyapunov_v1_loop_euler_h_t_lwe76,
+    lyapunov_v1_loop_euler_h_t_ibe72,
+    lyapunov_v1_loop_euler_h_t_r7vy7,
+};
 
 /* what lyapunov_v1_loop_euler computes once per run; 97 operations. */
 void slosh_lyapunov_v1_loop_euler_prepare(const real *p, const real *c, real *h)
 {
-    const real v9 = p[13] * p[13];
-    const real v10 = v9 * p[12];
-    const real v11 = v10 + p[15];
-    const real v12 = K(1.0) / v11;
-    const real v13 = p[12] * v12;
-    const real v14 = v13 * p[15];
-    const real v25 = p[18] * p[18];
-    const real v26 = v25 * p[17];
-    const real v27 = v26 + p[20];
-    const real v28 = K(1.0) / v27;
-    const real v29 = p[17] * v28;
-    const real v30 = v29 * p[20];
-    const real v33 = p[0] + p[1];
-    const real v35 = v33 + v14 + v30;
-    const real v36 = (p[14] * v14 - (p[7] * p[0] + p[6] * p[1]) + p[19] * v30) / v35;
-    const real v37 = p[14] - v36;
-    const real v38 = p[13] * p[12];
-    const real v39 = v13 * p[13];
-    const real v40 = v38 * v39;
-    const real v41 = v14 * p[13];
-    const real v42 = p[19] - v36;
-    const real v43 = p[18] * p[17];
-    const real v44 = v29 * p[18];
-    const real v45 = v43 * v44;
-    const real v46 = v30 * p[18];
-    const real v52 = c[13] * p[12] / (v11 * v11);
-    const real v56 = c[13] * p[17] / (v27 * v27);
-    const real v81 = p[4] - p[5];
-    const real v86 = p[2] + p[3];
-    const real v104 = v14 * (p[14] * p[14]) + v30 * (p[19] * p[19]) + p[0] * (p[7] * p[7]) + p[1] * (p[6] * p[6]);
-    const real v107 = v104 - v35 * (v36 * v36);
-    const real v112 = p[15] + p[20];
-    h[0] = v9;
-    h[1] = v10;
-    h[2] = v11;
-    h[3] = v12;
-    h[4] = v14;
-    h[5] = v25;
-    h[6] = v26;
-    h[7] = v27;
-    h[8] = v28;
-    h[9] = v30;
-    h[10] = v35;
-    h[11] = v36;
-    h[12] = v37;
-    h[13] = v38;
-    h[14] = v39;
-    h[15] = v40;
-    h[16] = v41;
-    h[17] = v42;
-    h[18] = v43;
-    h[19] = v44;
-    h[20] = v45;
-    h[21] = v46;
-    h[22] = c[14] * p[12];
-    h[23] = v52;
-    h[24] = v52 * p[15];
-    h[25] = v56;
-    h[26] = v56 * p[20];
-    h[27] = c[14] * p[17];
-    h[28] = c[3] - v52 * (p[15] * p[15]) - v56 * (p[20] * p[20]);
-    h[29] = p[9] / (v33 + p[12] + p[17]);
-    h[30] = v9 + v9;
-    h[31] = v37 * v14;
-    h[32] = v42 * v30;
-    h[33] = v35 + v40 + v45;
-    h[34] = p[9] * p[9];
-    h[35] = K(1.0) / p[9];
-    h[36] = K(1.0) / mv_cos(p[11]);
-    h[37] = v81;
-    h[38] = v41 * p[13];
-    h[39] = v46 * p[18];
-    h[40] = v86;
-    h[41] = v86 + (p[5] - p[4]);
-    h[42] = v14 * (v37 * v37);
-    h[43] = v30 * (v42 * v42);
-    h[44] = p[2] + p[5] + v107;
-    h[45] = p[7] + p[8] + v36;
-    h[46] = v86 + v112 + v81;
-    h[47] = p[2] + p[4] + v112 + v107;
-    h[48] = K(1.0) / p[12];
-    h[49] = K(1.0) / p[17];
+    enum { m = SLOSH_P_M };
+    enum { m0 = SLOSH_P_M0 };
+    enum { I0 = SLOSH_P_I0 };
+    enum { J_x = SLOSH_P_J_X };
+    enum { J_y = SLOSH_P_J_Y };
+    enum { J_z = SLOSH_P_J_Z };
+    enum { h0 = SLOSH_P_H0 };
+    enum { b = SLOSH_P_B };
+    enum { d = SLOSH_P_D };
+    enum { F = SLOSH_P_F };
+    enum { delta2_max = SLOSH_P_DELTA2_MAX };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { r4 = SLOSH_LYAPUNOV_V1_C_R4 };
+    enum { r9 = SLOSH_LYAPUNOV_V1_C_R9 };
+    enum { r10 = SLOSH_LYAPUNOV_V1_C_R10 };
+    const real t_os4zj = p[l1] * p[l1];
+    const real t_yx2kz = t_os4zj * p[m1];
+    const real D1 = t_yx2kz + p[I1];
+    const real t_zrejm = K(1.0) / D1;
+    const real t_3qn53 = p[m1] * t_zrejm;
+    const real k1 = t_3qn53 * p[l1];
+    const real me1 = t_3qn53 * p[I1];
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real mv1 = t_6nwd2 * k1;
+    const real t_nfvux = p[l2] * p[l2];
+    const real t_frp3h = t_nfvux * p[m2];
+    const real D2 = t_frp3h + p[I2];
+    const real t_5wzvs = K(1.0) / D2;
+    const real t_54cbb = p[m2] * t_5wzvs;
+    const real k2 = t_54cbb * p[l2];
+    const real me2 = t_54cbb * p[I2];
+    const real t_popww = p[l2] * p[m2];
+    const real mv2 = t_popww * k2;
+    const real t_omhyl = p[m] + p[m0];
+    const real M_C = t_omhyl + me1 + me2;
+    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real S_C = me1 * (p[h1] * p[h1])
+        + me2 * (p[h2] * p[h2])
+        + p[m] * (p[b] * p[b])
+        + p[m0] * (p[h0] * p[h0])
+        - M_C * (x_C * x_C);
+    const real J_C1 = p[I0] + p[J_x];
+    const real J_C3 = p[I0] + p[J_z] + S_C;
+    const real t_is5lg = p[I1] + p[I2];
+    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
+    const real e1 = p[h1] - x_C;
+    const real e2 = p[h2] - x_C;
+    const real B_1 = me1 * p[l1];
+    const real B_2 = me2 * p[l2];
+    const real W_theta1 = c[r10] * p[m1];  /* (27) */
+    const real W_phi1 = c[r9] * p[m1];  /* (27) */
+    const real t_mj52b = W_phi1 / (D1 * D1);
+    const real W_phi2 = c[r9] * p[m2];  /* (27) */
+    const real t_iecaz = W_phi2 / (D2 * D2);
+    const real W_theta2 = c[r10] * p[m2];  /* (27) */
+    const real ax_eq = p[F] / (t_omhyl + p[m1] + p[m2]);  /* (19) */
+    const real Bl_1 = B_1 * p[l1];
+    const real Bl_2 = B_2 * p[l2];
+    const real t_sfymc = p[J_y] - p[J_z];
+    h[lyapunov_v1_loop_euler_h_t_os4zj] = t_os4zj;
+    h[lyapunov_v1_loop_euler_h_t_yx2kz] = t_yx2kz;
+    h[lyapunov_v1_loop_euler_h_D1] = D1;
+    h[lyapunov_v1_loop_euler_h_t_zrejm] = t_zrejm;
+    h[lyapunov_v1_loop_euler_h_k1] = k1;
+    h[lyapunov_v1_loop_euler_h_me1] = me1;
+    h[lyapunov_v1_loop_euler_h_t_6nwd2] = t_6nwd2;
+    h[lyapunov_v1_loop_euler_h_mv1] = mv1;
+    h[lyapunov_v1_loop_euler_h_t_nfvux] = t_nfvux;
+    h[lyapunov_v1_loop_euler_h_t_frp3h] = t_frp3h;
+    h[lyapunov_v1_loop_euler_h_D2] = D2;
+    h[lyapunov_v1_loop_euler_h_t_5wzvs] = t_5wzvs;
+    h[lyapunov_v1_loop_euler_h_k2] = k2;
+    h[lyapunov_v1_loop_euler_h_me2] = me2;
+    h[lyapunov_v1_loop_euler_h_t_popww] = t_popww;
+    h[lyapunov_v1_loop_euler_h_mv2] = mv2;
+    h[lyapunov_v1_loop_euler_h_M_C] = M_C;
+    h[lyapunov_v1_loop_euler_h_x_C] = x_C;
+    h[lyapunov_v1_loop_euler_h_J_C1] = J_C1;
+    h[lyapunov_v1_loop_euler_h_J_C3] = J_C3;
+    h[lyapunov_v1_loop_euler_h_J_C2] = J_C2;
+    h[lyapunov_v1_loop_euler_h_e1] = e1;
+    h[lyapunov_v1_loop_euler_h_e2] = e2;
+    h[lyapunov_v1_loop_euler_h_B_1] = B_1;
+    h[lyapunov_v1_loop_euler_h_B_2] = B_2;
+    h[lyapunov_v1_loop_euler_h_W_theta1] = W_theta1;
+    h[lyapunov_v1_loop_euler_h_t_mj52b] = t_mj52b;
+    h[lyapunov_v1_loop_euler_h_t_7pydp] = t_mj52b * p[I1];
+    h[lyapunov_v1_loop_euler_h_t_iecaz] = t_iecaz;
+    h[lyapunov_v1_loop_euler_h_t_ob75p] = t_iecaz * p[I2];
+    h[lyapunov_v1_loop_euler_h_W_theta2] = W_theta2;
+    h[lyapunov_v1_loop_euler_h_t_qd2lc] = c[r4] - t_mj52b * (p[I1] * p[I1]) - t_iecaz * (p[I2] * p[I2]);
+    h[lyapunov_v1_loop_euler_h_ax_eq] = ax_eq;
+    h[lyapunov_v1_loop_euler_h_t_oc5tk] = t_os4zj + t_os4zj;
+    h[lyapunov_v1_loop_euler_h_t_uumic] = e1 * me1;
+    h[lyapunov_v1_loop_euler_h_t_doa45] = e2 * me2;
+    h[lyapunov_v1_loop_euler_h_t_m5gm4] = M_C + mv1 + mv2;
+    h[lyapunov_v1_loop_euler_h_t_62qfa] = p[F] * p[F];
+    h[lyapunov_v1_loop_euler_h_t_y7rm6] = K(1.0) / p[F];
+    h[lyapunov_v1_loop_euler_h_t_xkg6l] = K(1.0) / mv_cos(p[delta2_max]);
+    h[lyapunov_v1_loop_euler_h_Bl_1] = Bl_1;
+    h[lyapunov_v1_loop_euler_h_t_b7ure] = me1 * (e1 * e1);
+    h[lyapunov_v1_loop_euler_h_Bl_2] = Bl_2;
+    h[lyapunov_v1_loop_euler_h_t_lpk5h] = me2 * (e2 * e2);
+    h[lyapunov_v1_loop_euler_h_t_sfymc] = t_sfymc;
+    h[lyapunov_v1_loop_euler_h_t_5r66u] = J_C1 + (p[J_z] - p[J_y]);
+    h[lyapunov_v1_loop_euler_h_t_7bo2j] = J_C1 + t_is5lg + t_sfymc;
+    h[lyapunov_v1_loop_euler_h_t_lwe76] = p[b] + p[d] + x_C;
+    h[lyapunov_v1_loop_euler_h_t_ibe72] = K(1.0) / p[m1];
+    h[lyapunov_v1_loop_euler_h_t_r7vy7] = K(1.0) / p[m2];
 }
 
 /* the rest of lyapunov_v1_loop_euler; 1315 operations. */
 void slosh_lyapunov_v1_loop_euler_prepared(const real *q, const real *p, const real *c, const real *h, real *dq)
 {
-    real s7, c7; mv_sincos(q[9], &s7, &c7);
-    const real v9 = s7 * p[13];
-    const real v13 = p[12] / (p[15] + p[12] * (v9 * v9));
-    const real v16 = q[3] * q[4];
-    real s19, c19; mv_sincos(q[10], &s19, &c19);
-    const real v24 = c19 * q[4] - s19 * q[5];
-    const real v26 = c7 * p[13];
-    const real v29 = q[3] - q[14];
-    const real v33 = c19 * q[5];
-    const real v34 = s19 * q[4];
-    const real v35 = v33 + v34;
-    const real v37 = c7 * v29 - v35 * s7;
-    const real v40 = v24 + q[13];
-    const real v43 = v16 * v9 + v24 * v26 * v29 - v37 * p[13] * (v40 + q[13]);
-    const real v46 = p[16] * q[14];
-    const real v49 = v13 * (v43 * p[15] - v46 * v9);
-    const real v50 = v49 * c19;
-    real s54, c54; mv_sincos(q[11], &s54, &c54);
-    const real v56 = s54 * p[18];
-    const real v60 = p[17] / (p[20] + p[17] * (v56 * v56));
-    real s63, c63; mv_sincos(q[12], &s63, &c63);
-    const real v67 = c63 * q[4] - s63 * q[5];
-    const real v69 = c54 * p[18];
-    const real v72 = q[3] - q[16];
-    const real v76 = c63 * q[5];
-    const real v77 = s63 * q[4];
-    const real v78 = v76 + v77;
-    const real v80 = c54 * v72 - v78 * s54;
-    const real v83 = v67 + q[15];
-    const real v86 = v16 * v56 + v67 * v69 * v72 - v80 * p[18] * (v83 + q[15]);
-    const real v89 = p[21] * q[16];
-    const real v92 = v60 * (v86 * p[20] - v89 * v56);
-    const real v93 = v92 * c63;
-    const real v97 = q[4] * q[4] + q[5] * q[5];
-    const real v113 = v97 * h[12];
-    const real v121 = v35 * c7 + s7 * v29;
-    const real v126 = c7 * v113 * h[15] - h[13] * (v121 * v121 + v40 * v40);
-    const real v131 = v37 * v121 - v35 * v29;
-    const real v133 = p[16] * q[13];
-    const real v135 = h[16] * v131 + v133 * h[14];
-    const real v137 = s7 * v126 - v135 * c7;
-    const real v141 = v97 * h[17];
-    const real v149 = v78 * c54 + s54 * v72;
-    const real v154 = c54 * v141 * h[20] - h[18] * (v149 * v149 + v83 * v83);
-    const real v159 = v80 * v149 - v78 * v72;
-    const real v161 = p[21] * q[15];
-    const real v163 = h[21] * v159 + v161 * h[19];
-    const real v165 = s54 * v154 - v163 * c54;
-    const real v167 = v50 + v93 + v137 * s19 + v165 * s63;
-    const real v169 = s7 * s7;
-    const real v170 = h[1] * v169;
-    const real v171 = v170 + p[15];
-    const real v173 = h[22] / (v171 * v171);
-    const real v174 = v173 * v170;
-    const real v175 = s7 * h[13];
-    const real v176 = c19 * v175;
-    const real v177 = v176 * p[14];
-    const real v178 = s7 * c7;
-    const real v179 = h[1] * c19;
-    const real v181 = v177 - v178 * v179;
-    const real v182 = v181 + p[15];
-    const real v186 = v26 * p[12];
-    const real v187 = s19 * v186;
-    const real v188 = v187 * p[14];
-    const real v189 = h[1] * s19;
-    const real v190 = v188 - v189;
-    const real v194 = v69 * p[17];
-    const real v195 = v194 * s63;
-    const real v196 = v195 * p[19];
-    const real v197 = s63 * h[6];
-    const real v198 = v196 - v197;
-    const real v203 = s54 * s54;
-    const real v204 = v203 * h[6];
-    const real v205 = v204 + p[20];
-    const real v207 = h[27] / (v205 * v205);
-    const real v208 = v207 * v204;
-    const real v209 = h[18] * s54;
-    const real v210 = v209 * c63;
-    const real v211 = v210 * p[19];
-    const real v212 = s54 * c54;
-    const real v213 = c63 * h[6];
-    const real v215 = v211 - v212 * v213;
-    const real v216 = v215 + p[20];
-    const real v218 = v174 * v182 - (h[24] * v190 + h[26] * v198) + v208 * v216;
-    const real v226 = K(1.0) / (h[28] - v173 * (v170 * v170) - v207 * (v204 * v204));
-    const real v227 = v218 * v226;
-    const real v235 = q[2] * c[1];
-    const real v241 = h[29] * v175;
-    const real v243 = v175 * p[14];
-    const real v244 = v34 + v33;
-    const real v245 = v244 * v244;
-    const real v252 = h[1] * v178;
-    const real v255 = q[3] * q[3];
-    const real v257 = v133 - v243 * v245 - v243 * (v24 * v24) - q[14] * q[14] * v252 - v252 * v255;
-    const real v259 = v170 * v244;
-    const real v269 = v257 - (q[14] + q[14]) * v259 - h[1] * v244 * q[3] + h[0] * v245 * s7 * c7 * p[12];
-    const real v281 = v269 + h[30] * v169 * v244 * q[3] * p[12] + c7 * v244 * p[14] * q[3] * p[13] * p[12];
-    const real v287 = v281 + h[30] * s7 * c7 * q[14] * q[3] * p[12];
-    const real v292 = h[29] * v209;
-    const real v294 = v212 * h[6];
-    const real v297 = v209 * p[19];
-    const real v298 = v77 + v76;
-    const real v299 = v298 * v298;
-    const real v307 = v161 - v255 * v294 - v297 * v299 - v297 * (v67 * v67) - q[16] * q[16] * v294;
-    const real v309 = v298 * v204;
-    const real v319 = v307 - (q[16] + q[16]) * v309 - v298 * h[6] * q[3] + v299 * s54 * c54 * h[5] * p[17];
-    const real v331 = v319 + (v298 + v298) * v203 * h[5] * q[3] * p[17] + v298 * c54 * p[19] * q[3] * p[18] * p[17];
-    const real v338 = v331 + (s54 + s54) * c54 * h[5] * q[16] * q[3] * p[17];
-    const real v342 = q[6] * c[2] - v235 * q[1] - h[23] * (v241 * p[15] + p[15] * v287) - h[25] * (v292 * p[20] + p[20] * v338);
-    const real v343 = v171 * q[14];
-    const real v344 = q[13] + q[13];
-    const real v345 = v252 * v344;
-    const real v347 = v345 * q[14];
-    const real v349 = v24 * q[3];
-    const real v360 = v46 + v243 * v349 + v259 * v344 + v259 * v24 + v347 - v252 * v349 - v345 * q[3];
-    const real v366 = v205 * q[16];
-    const real v367 = q[15] + q[15];
-    const real v368 = v294 * v367;
-    const real v370 = v368 * q[16];
-    const real v374 = v67 * q[3];
-    const real v385 = v89 + v67 * v309 + v297 * v374 + v309 * v367 + v370 - v294 * v374 - v294 * (q[3] + q[3]) * q[15];
-    const real v390 = v342 - v173 * (v343 * v345 - (v347 * v170 + v170 * v360)) - v207 * (v366 * v368 - (v370 * v204 + v204 * v385));
-    const real v395 = q[3] * c[10] + (v390 + q[1] * q[2] * c[0]);
-    const real v402 = q[1] * c[0];
-    const real v409 = h[2] * q[13];
-    const real v410 = c19 * v186;
-    const real v411 = v410 * p[14];
-    const real v414 = v411 - h[0] * c19 * p[12];
-    const real v416 = s19 * v175;
-    const real v417 = v416 * p[14];
-    const real v422 = h[23] * (v241 * v190 + v190 * v287 - v409 * (v414 * q[14] - v417 * q[13]));
-    const real v427 = h[7] * q[15];
-    const real v428 = v194 * c63;
-    const real v429 = v428 * p[19];
-    const real v432 = v429 - c63 * h[5] * p[17];
-    const real v434 = v209 * s63;
-    const real v435 = v434 * p[19];
-    const real v440 = h[25] * (v292 * v198 + v198 * v338 - v427 * (v432 * q[16] - v435 * q[15]));
-    const real v447 = c7 * c7;
-    const real v452 = v417 - v178 * v189;
-    const real v456 = v347 * v182 + v182 * v360 - v343 * (q[13] * (v411 + v169 * v179 - v179 * v447) - v452 * q[14]);
-    const real v464 = c54 * c54;
-    const real v469 = v435 - v197 * v212;
-    const real v473 = v370 * v216 + v216 * v385 - v366 * (q[15] * (v429 + v203 * v213 - v213 * v464) - v469 * q[16]);
-    const real v476 = q[5] * c[12] + (q[8] * c[6] - v402 * q[0] - v422 - v440 - v173 * v456 - v207 * v473);
-    const real v488 = h[23] * v414 * v190 + h[25] * v432 * v198 - v173 * v452 * v182 - v207 * v469 * v216;
-    const real v495 = h[24] * v414 + h[26] * v432 + v174 * v452 + v208 * v469;
-    const real v497 = v488 - v495 * v227;
-    const real v507 = c[5] - h[23] * (v414 * v414) - h[25] * (v432 * v432) - v173 * (v452 * v452);
-    const real v511 = v495 * v226;
-    const real v514 = K(1.0) / (v507 - v207 * (v469 * v469) - v495 * v511);
-    const real v515 = v497 * v514;
-    const real v530 = h[23] * (v241 * v414 + v414 * v287 + v409 * (v177 * q[13] + v190 * q[14]));
-    const real v540 = h[25] * (v292 * v432 + v432 * v338 + v427 * (v198 * q[16] + v211 * q[15]));
-    const real v553 = v347 * v452 + v452 * v360 - v343 * (v181 * q[14] + q[13] * (v188 + v169 * v189 - v447 * v189));
-    const real v567 = v370 * v469 + v469 * v385 - v366 * (v215 * q[16] + q[15] * (v196 + v197 * v203 - v197 * v464));
-    const real v572 = q[7] * c[4] + v530 + v540 - v173 * v553 - v207 * v567 + q[0] * q[2] * c[1];
-    const real v574 = v511 * v395 - (q[4] * c[11] + v572);
-    const real v586 = c[7] - h[23] * (v190 * v190) - h[25] * (v198 * v198) - v173 * (v182 * v182);
-    const real v594 = (v227 * v395 - v476 - v515 * v574) / (v586 - v207 * (v216 * v216) - v497 * v515 - v218 * v227);
-    const real v595 = v16 + v594;
-    const real v596 = h[12] - v26;
-    const real v597 = v13 * p[15];
-    const real v598 = v596 * v597;
-    const real v600 = v598 - h[31];
-    const real v601 = h[17] - v69;
-    const real v602 = v60 * p[20];
-    const real v603 = v601 * v602;
-    const real v605 = v603 - h[32];
-    const real v607 = s19 * s19;
-    const real v608 = h[16] * c7;
-    const real v609 = h[15] * s7;
-    const real v610 = v609 * s7;
-    const real v611 = v610 * h[12];
-    const real v612 = v608 - v611;
-    const real v613 = v612 + v600;
-    const real v615 = s63 * s63;
-    const real v616 = h[21] * c54;
-    const real v617 = h[20] * s54;
-    const real v618 = v617 * s54;
-    const real v619 = v618 * h[17];
-    const real v620 = v616 - v619;
-    const real v621 = v620 + v605;
-    const real v623 = v607 * v613 + v615 * v621;
-    const real v625 = v9 * v597;
-    const real v626 = c19 * v625;
-    const real v628 = v56 * v602;
-    const real v629 = c63 * v628;
-    const real v630 = v600 + v605 - v623 - v626 - v629;
-    const real v633 = q[3] * q[5];
-    const real v636 = v574 * v514 - v515 * v594;
-    const real v637 = v633 - v636;
-    const real v638 = c19 * s19;
-    const real v640 = c63 * s63;
-    const real v642 = v638 * v613 + v640 * v621;
-    const real v646 = v610 + h[4] - v597;
-    const real v647 = v607 * v646;
-    const real v649 = v618 + h[9] - v602;
-    const real v650 = v615 * v649;
-    const real v656 = v647 + v650 + h[10] + v597 + v602 - h[4] - h[9];
-    const real v664 = h[23] * (p[15] * q[3] - v414 * q[4] + v190 * q[5] + v409);
-    const real v673 = h[25] * (p[20] * q[3] - v432 * q[4] + v198 * q[5] + v427);
-    const real v682 = v173 * (v452 * q[4] - v170 * q[3] + v182 * q[5] + v343);
-    const real v691 = v207 * (v469 * q[4] - v204 * q[3] + v216 * q[5] + v366);
-    const real v696 = v595 * h[11] - (v402 - v664 * v187 - v673 * v195 - v682 * v176 - v691 * v210) * c[8];
-    const real v701 = v638 * v646 + v640 * v649;
-    const real v713 = v637 * h[11] - (v235 - v664 * v410 - v673 * v428 + v682 * v416 + v691 * v434) * c[9];
-    const real v720 = v626 + v629 + v608 * s19 + v616 * s63;
-    const real v725 = v395 * v226 + v511 * v636 + v227 * v594;
-    const real v727 = v167 + v595 * v630 - v637 * v642 + v656 * v696 + v701 * v713 + v720 * v725;
-    const real v728 = v609 * c7;
-    const real v730 = v617 * c54;
-    const real v732 = v728 * s19 + v730 * s63;
-    const real v736 = h[33] - v610 - v618;
-    const real v737 = h[16] * s7;
-    const real v738 = h[21] * s54;
-    const real v739 = v737 + v738;
-    const real v747 = v135 * s7 + v163 * s54 + c7 * v126 + c54 * v154;
-    const real v749 = v737 + v728 * h[12];
-    const real v752 = v738 + v730 * h[17];
-    const real v754 = v749 * s19 + v752 * s63;
-    const real v759 = v749 * c19 + v752 * c63;
-    const real v766 = v728 * c19 + v730 * c63;
-    const real v769 = v739 * v725 - (v747 + v595 * v754 + v637 * v759 + v732 * v696 + v766 * v713);
-    const real v774 = v49 * s19;
-    const real v775 = v92 * s63;
-    const real v779 = v137 * c19 - (v774 + v775) + v165 * c63;
-    const real v780 = s19 * v625;
-    const real v782 = s63 * v628;
-    const real v783 = v780 - v642 + v782;
-    const real v787 = v623 - (v612 + v620);
-    const real v795 = v610 + v618 + h[10] - v647 - v650;
-    const real v802 = v780 + v782 - v608 * c19 - v616 * c63;
-    const real v804 = v779 + v595 * v783 + v637 * v787 + v701 * v696 + v795 * v713 - v802 * v725;
-    const real v806 = v736 * v769 - v732 * v727 - v766 * v804;
-    const real v812 = v736 * v736 + v732 * v732 + v766 * v766;
-    const real v822 = mv_max(SPLAT(K(0.0)), v806 * v806 - v812 * (v769 * v769 - h[34] + v727 * v727 + v804 * v804));
-    const real v825 = (mv_sqrt(v822) - v806) / v812;
-    const real v827 = v727 - v732 * v825;
-    const real v831 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), v827 * h[35]));
-    const real v832 = mv_asin(v831);
-    const real v834 = mv_max(-p[11], mv_min(v832, p[11]));
-    real s835, c835; mv_sincos(v834, &s835, &c835);
-    const real v836 = c835 * p[9];
-    const mask m840 = LE(mv_fabs(v832), p[11]);
-    const real v842 = v804 - v766 * v825;
-    const real v851 = mv_min(SPLAT(K(1.0)), -(v842 * h[35] / mv_max(SPLAT(K(1e-09)), mv_sqrt(K(1.0) - v831 * v831))));
-    const real v853 = mv_asin(mv_max(SPLAT(K(-1.0)), v851));
-    real s854, c854; mv_sincos(v832, &s854, &c854);
-    real s855, c855; mv_sincos(v853, &s855, &c855);
-    const real v856 = c854 * s855;
-    const real v862 = SELECT(m840, v853, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), v856 * h[36]))));
-    const real v864 = mv_max(-p[10], mv_min(p[10], v862));
-    real s865, c865; mv_sincos(v864, &s865, &c865);
-    const real v867 = v836 * c865 + v747;
-    const real v868 = K(1.0) / v736;
-    const real v870 = v732 * v868;
-    const real v872 = s835 * p[9];
-    const real v875 = v872 - v167 + v870 * v867;
-    const real v878 = K(1.0) / (v656 - v732 * v870);
-    const real v880 = v766 * v868;
-    const real v882 = v701 - v732 * v880;
-    const real v883 = v882 * v878;
-    const real v886 = v836 * s865;
-    const real v890 = v880 * v867 - (v886 + v779) - v883 * v875;
-    const real v895 = K(1.0) / (v795 - v882 * v883 - v766 * v880);
-    const real v897 = v739 * v868;
-    const real v899 = v720 + v732 * v897;
-    const real v900 = v899 * v878;
-    const real v904 = v802 + v882 * v900 - v766 * v897;
-    const real v905 = v904 * v895;
-    const real v908 = v737 * v113 + v135 * p[13];
-    const real v911 = v49 * v9 + v92 * v56;
-    const real v915 = v738 * v141 + v163 * p[18];
-    const real v919 = q[14] * p[15];
-    const real v922 = q[16] * p[20];
-    const real v928 = v908 - v911 + v915 - v133 - v161 + v919 * q[4] + v922 * q[4] - h[37] * q[4] * q[5];
-    const real v931 = v9 * v625 + v56 * v628;
-    const real v932 = v9 * v598;
-    const real v933 = c19 * v932;
-    const real v935 = v56 * v603;
-    const real v936 = c63 * v935;
-    const real v939 = v608 * h[12];
-    const real v940 = h[38] - v939;
-    const real v944 = v616 * h[17];
-    const real v945 = h[39] - v944;
-    const real v947 = v931 - v933 - v936 + v940 * s19 + v945 * s63;
-    const real v952 = s19 * v932 + s63 * v935;
-    const real v956 = v952 + v940 * c19 + v945 * c63;
-    const real v961 = p[9] * c854;
-    const real v966 = v961 * c855 - (v769 + v736 * v825);
-    const real v969 = p[9] * s854;
-    const real v972 = v969 - v827 + v870 * v966;
-    const real v975 = v961 * s855;
-    const real v980 = (v880 * v966 - (v975 + v842) - v883 * v972) * v895;
-    const real v982 = v972 * v878 - v883 * v980;
-    const real v986 = v966 * v868 + v870 * v982 + v880 * v980;
-    const real v990 = v928 + v595 * v947 + v637 * v956 - v739 * v825 - v739 * v986 - v720 * v696;
-    const real v1000 = v931 + h[38] + h[39] + h[40];
-    const real v1003 = p[9] * c835;
-    const real v1007 = v1003 * c865 - c854 * p[9] * c855;
-    const real v1010 = p[9] * s835 - v969;
-    const real v1012 = v1010 + v870 * v1007;
-    const real v1016 = v856 * p[9] - v1003 * s865;
-    const real v1021 = (v1016 + v880 * v1007 - v883 * v1012) * v895;
-    const real v1023 = v1012 * v878 - v883 * v1021;
-    const real v1027 = v1007 * v868 + v870 * v1023 + v880 * v1021;
-    const real v1029 = v990 - v720 * v982 + v802 * v713 + v802 * v980 - v1000 * v725 - v739 * v1027;
-    const real v1040 = v1029 - v720 * v1023 + v802 * v1021 - v928 + v897 * v867 + v900 * v875 - v905 * v890;
-    const real v1047 = K(1.0) / (v1000 - v899 * v900 - v904 * v905 - v739 * v897);
-    const real v1049 = v754 * v868;
-    const real v1051 = v630 - v732 * v1049;
-    const real v1052 = v1051 * v878;
-    const real v1058 = v783 - v882 * v1052 - v766 * v1049;
-    const real v1059 = v1058 * v895;
-    const real v1063 = v947 + v899 * v1052 - v904 * v1059 - v739 * v1049;
-    const real v1064 = v1063 * v1047;
-    const real v1066 = v908 + v137 * h[12];
-    const real v1072 = v915 + v165 * h[17];
-    const real v1078 = q[13] * p[15];
-    const real v1080 = v1066 * s19 - (v911 + v46 + v89) + v1072 * s63 - v16 * h[41] - v1078 * q[4];
-    const real v1081 = q[15] * p[20];
-    const real v1087 = v1080 - v1081 * q[4] + v50 * v596 + v93 * v601;
-    const real v1088 = v596 * v598;
-    const real v1089 = v601 * v603;
-    const real v1097 = h[38] + K(-2.0) * v939 + h[12] * v611;
-    const real v1099 = h[42] + v1097 - v1088;
-    const real v1100 = v607 * v1099;
-    const real v1106 = h[39] + K(-2.0) * v944 + h[17] * v619;
-    const real v1108 = h[43] + v1106 - v1089;
-    const real v1109 = v615 * v1108;
-    const real v1116 = v1088 + v1089 + v931 + v1100 + v1109 + h[44] - h[42] - h[43] + K(-2.0) * v933;
-    const real v1118 = v1116 + K(-2.0) * v936;
-    const real v1124 = v952 + v638 * v1099 + v640 * v1108;
-    const real v1132 = v1087 + v595 * v1118 + v637 * v1124 - v754 * v825 - v754 * v986 + v630 * v696;
-    const real v1143 = v1132 + v630 * v982 + v783 * v713 + v783 * v980 - v947 * v725 + v969 * h[45];
-    const real v1152 = v1143 - v754 * v1027 + v630 * v1023 + v783 * v1021 + v1010 * h[45] - v1087;
-    const real v1162 = v1152 - v872 * h[45] + v1049 * v867 - v1052 * v875 - v1059 * v890 - v1064 * v1040;
-    const real v1171 = K(1.0) / (v1118 - v1051 * v1052 - v1058 * v1059 - v1063 * v1064 - v754 * v1049);
-    const real v1173 = v759 * v868;
-    const real v1175 = v642 + v732 * v1173;
-    const real v1176 = v1175 * v878;
-    const real v1182 = v787 + v882 * v1176 - v766 * v1173;
-    const real v1183 = v1182 * v895;
-    const real v1191 = v956 - v899 * v1176 - v904 * v1183 - v739 * v1173;
-    const real v1192 = v1191 * v1047;
-    const real v1196 = v1124 + v1051 * v1176 - v1058 * v1183 - v1063 * v1192 - v754 * v1173;
-    const real v1197 = v1196 * v1171;
-    const real v1211 = v1066 * c19 + v1072 * c63 + v919 * q[3] + v922 * q[3] - v633 * h[46] - v774 * v596;
-    const real v1217 = v1211 - v775 * v601 - v1078 * q[5] - v1081 * q[5];
-    const real v1225 = v1097 + v1106 + h[47] - v1100 - v1109;
-    const real v1231 = v975 * h[45] - v1217 - v595 * v1124 - v637 * v1225 + v759 * v825 + v759 * v986;
-    const real v1241 = v1231 + v642 * v696 + v642 * v982 - v787 * v713 - v787 * v980 + v956 * v725;
-    const real v1250 = v1241 - v1016 * h[45] + v759 * v1027 + v642 * v1023 - v787 * v1021 + v1217;
-    const real v1259 = v886 * h[45] - v1250 + v1173 * v867 + v1176 * v875 - v1183 * v890 - v1192 * v1040;
-    const real v1271 = v1225 - v1175 * v1176 - v1182 * v1183 - v1191 * v1192 - v1196 * v1197 - v759 * v1173;
-    const real v1272 = (v1259 - v1197 * v1162) / v1271;
-    const real v1274 = v1162 * v1171 - v1197 * v1272;
-    const real v1278 = v1040 * v1047 - v1064 * v1274 - v1192 * v1272;
-    const real v1284 = v890 * v895 - v905 * v1278 - v1059 * v1274 - v1183 * v1272;
-    const real v1292 = v875 * v878 - v883 * v1284 + v900 * v1278 - v1052 * v1274 + v1176 * v1272;
-    const real v1302 = v867 * v868 + v870 * v1292 + v880 * v1284 + v897 * v1278 + v1049 * v1274 + v1173 * v1272;
-    const real v1322 = v1274 - v16;
-    real s1323, c1323; mv_sincos(q[7], &s1323, &c1323);
-    real s1324, c1324; mv_sincos(q[6], &s1324, &c1324);
-    const real v1326 = K(1.0) / c1323;
-    const real v1328 = s1324 * v1326 * q[4];
-    const real v1333 = c1324 * v1326 * q[5];
-    const real v1342 = v1274 * s19 + v1272 * c19;
-    const real v1343 = v1342 + v131;
-    const real v1358 = h[14] * (c7 * (v1342 * h[12] + v1292 * s19 + v1284 * c19) + s7 * (v1302 - v113));
-    const real v1369 = v1278 + v1274;
-    const real v1373 = v43 + v1292 * c19 + v596 * (v1274 * c19 - v1272 * s19) - v1369 * v9 - v1284 * s19;
-    const real v1381 = v1274 * s63 + v1272 * c63;
-    const real v1382 = v1381 + v159;
-    const real v1397 = h[19] * (c54 * (v1381 * h[17] + v1292 * s63 + v1284 * c63) + s54 * (v1302 - v141));
-    const real v1411 = v86 + v1292 * c63 + v601 * (v1274 * c63 - v1272 * s63) - v1369 * v56 - v1284 * s63;
-    dq[0] = v1302 + v97 * h[11] - q[2] * q[4] + q[1] * q[5];
-    dq[1] = v1292 - v1274 * h[11] + (q[2] * q[3] - q[0] * q[5]);
-    dq[2] = v1284 - v1272 * h[11] + (q[0] * q[4] - q[1] * q[3]);
-    dq[3] = v1278;
-    dq[4] = v633 - v1272;
-    dq[5] = v1322;
-    dq[6] = q[3] + s1323 * v1328 + s1323 * v1333;
-    dq[7] = c1324 * q[4] - s1324 * q[5];
-    dq[8] = v1328 + v1333;
-    dq[9] = q[13];
-    dq[10] = q[14];
-    dq[11] = q[15];
-    dq[12] = q[16];
-    dq[13] = v1343 - (v133 + p[15] * (v1343 + v1278)) * h[3] - v1358;
-    dq[14] = -(v1322 + v13 * (v46 * h[48] + v9 * v1373));
-    dq[15] = v1382 - (v161 + p[20] * (v1382 + v1278)) * h[8] - v1397;
-    dq[16] = -(v1322 + v60 * (v89 * h[49] + v56 * v1411));
+    enum { vx = 0 };
+    enum { vy = 1 };
+    enum { vz = 2 };
+    enum { wx = 3 };
+    enum { wy = 4 };
+    enum { wz = 5 };
+    enum { att1 = 6 };
+    enum { att2 = 7 };
+    enum { att3 = 8 };
+    enum { phi1 = 9 };
+    enum { theta1 = 10 };
+    enum { phi2 = 11 };
+    enum { theta2 = 12 };
+    enum { phi1_dot = 13 };
+    enum { theta1_dot = 14 };
+    enum { phi2_dot = 15 };
+    enum { theta2_dot = 16 };
+    enum { F = SLOSH_P_F };
+    enum { delta1_max = SLOSH_P_DELTA1_MAX };
+    enum { delta2_max = SLOSH_P_DELTA2_MAX };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { eps1 = SLOSH_P_EPS1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { eps2 = SLOSH_P_EPS2 };
+    enum { r1 = SLOSH_LYAPUNOV_V1_C_R1 };
+    enum { r2 = SLOSH_LYAPUNOV_V1_C_R2 };
+    enum { r3 = SLOSH_LYAPUNOV_V1_C_R3 };
+    enum { r5 = SLOSH_LYAPUNOV_V1_C_R5 };
+    enum { r6 = SLOSH_LYAPUNOV_V1_C_R6 };
+    enum { r7 = SLOSH_LYAPUNOV_V1_C_R7 };
+    enum { r8 = SLOSH_LYAPUNOV_V1_C_R8 };
+    enum { w1 = SLOSH_LYAPUNOV_V1_C_W1 };
+    enum { w2 = SLOSH_LYAPUNOV_V1_C_W2 };
+    enum { w3 = SLOSH_LYAPUNOV_V1_C_W3 };
+    enum { w4 = SLOSH_LYAPUNOV_V1_C_W4 };
+    enum { w5 = SLOSH_LYAPUNOV_V1_C_W5 };
+    enum { t_os4zj = lyapunov_v1_loop_euler_h_t_os4zj };
+    enum { t_yx2kz = lyapunov_v1_loop_euler_h_t_yx2kz };
+    enum { D1 = lyapunov_v1_loop_euler_h_D1 };
+    enum { t_zrejm = lyapunov_v1_loop_euler_h_t_zrejm };
+    enum { k1 = lyapunov_v1_loop_euler_h_k1 };
+    enum { me1 = lyapunov_v1_loop_euler_h_me1 };
+    enum { t_6nwd2 = lyapunov_v1_loop_euler_h_t_6nwd2 };
+    enum { mv1 = lyapunov_v1_loop_euler_h_mv1 };
+    enum { t_nfvux = lyapunov_v1_loop_euler_h_t_nfvux };
+    enum { t_frp3h = lyapunov_v1_loop_euler_h_t_frp3h };
+    enum { D2 = lyapunov_v1_loop_euler_h_D2 };
+    enum { t_5wzvs = lyapunov_v1_loop_euler_h_t_5wzvs };
+    enum { k2 = lyapunov_v1_loop_euler_h_k2 };
+    enum { me2 = lyapunov_v1_loop_euler_h_me2 };
+    enum { t_popww = lyapunov_v1_loop_euler_h_t_popww };
+    enum { mv2 = lyapunov_v1_loop_euler_h_mv2 };
+    enum { M_C = lyapunov_v1_loop_euler_h_M_C };
+    enum { x_C = lyapunov_v1_loop_euler_h_x_C };
+    enum { J_C1 = lyapunov_v1_loop_euler_h_J_C1 };
+    enum { J_C3 = lyapunov_v1_loop_euler_h_J_C3 };
+    enum { J_C2 = lyapunov_v1_loop_euler_h_J_C2 };
+    enum { e1 = lyapunov_v1_loop_euler_h_e1 };
+    enum { e2 = lyapunov_v1_loop_euler_h_e2 };
+    enum { B_1 = lyapunov_v1_loop_euler_h_B_1 };
+    enum { B_2 = lyapunov_v1_loop_euler_h_B_2 };
+    enum { W_theta1 = lyapunov_v1_loop_euler_h_W_theta1 };
+    enum { t_mj52b = lyapunov_v1_loop_euler_h_t_mj52b };
+    enum { t_7pydp = lyapunov_v1_loop_euler_h_t_7pydp };
+    enum { t_iecaz = lyapunov_v1_loop_euler_h_t_iecaz };
+    enum { t_ob75p = lyapunov_v1_loop_euler_h_t_ob75p };
+    enum { W_theta2 = lyapunov_v1_loop_euler_h_W_theta2 };
+    enum { t_qd2lc = lyapunov_v1_loop_euler_h_t_qd2lc };
+    enum { ax_eq = lyapunov_v1_loop_euler_h_ax_eq };
+    enum { t_oc5tk = lyapunov_v1_loop_euler_h_t_oc5tk };
+    enum { t_uumic = lyapunov_v1_loop_euler_h_t_uumic };
+    enum { t_doa45 = lyapunov_v1_loop_euler_h_t_doa45 };
+    enum { t_m5gm4 = lyapunov_v1_loop_euler_h_t_m5gm4 };
+    enum { t_62qfa = lyapunov_v1_loop_euler_h_t_62qfa };
+    enum { t_y7rm6 = lyapunov_v1_loop_euler_h_t_y7rm6 };
+    enum { t_xkg6l = lyapunov_v1_loop_euler_h_t_xkg6l };
+    enum { Bl_1 = lyapunov_v1_loop_euler_h_Bl_1 };
+    enum { t_b7ure = lyapunov_v1_loop_euler_h_t_b7ure };
+    enum { Bl_2 = lyapunov_v1_loop_euler_h_Bl_2 };
+    enum { t_lpk5h = lyapunov_v1_loop_euler_h_t_lpk5h };
+    enum { t_sfymc = lyapunov_v1_loop_euler_h_t_sfymc };
+    enum { t_5r66u = lyapunov_v1_loop_euler_h_t_5r66u };
+    enum { t_7bo2j = lyapunov_v1_loop_euler_h_t_7bo2j };
+    enum { t_lwe76 = lyapunov_v1_loop_euler_h_t_lwe76 };
+    enum { t_ibe72 = lyapunov_v1_loop_euler_h_t_ibe72 };
+    enum { t_r7vy7 = lyapunov_v1_loop_euler_h_t_r7vy7 };
+    const real W12 = q[wx] * q[wy];
+    const real W13 = q[wx] * q[wz];
+    real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
+    const real q_1 = sin_phi1 * p[l1];
+    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
+    real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
+    const real Wn1 = cos_theta1 * q[wy] - sin_theta1 * q[wz];
+    const real lc_1 = cos_phi1 * p[l1];
+    const real w_x1 = q[wx] - q[theta1_dot];
+    const real t_rding = cos_theta1 * q[wz];
+    const real t_a3uw4 = sin_theta1 * q[wy];
+    const real Wt1 = t_rding + t_a3uw4;
+    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
+    const real p1 = Wn1 + q[phi1_dot];
+    const real zeta1 = W12 * q_1
+        + Wn1 * lc_1 * w_x1
+        - chi1 * p[l1] * (p1 + q[phi1_dot]);
+    const real loss_theta1 = p[eps1] * q[theta1_dot];
+    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
+    const real t_vt7uo = F_n1 * cos_theta1;
+    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
+    const real q_2 = sin_phi2 * p[l2];
+    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
+    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
+    const real Wn2 = cos_theta2 * q[wy] - sin_theta2 * q[wz];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real w_x2 = q[wx] - q[theta2_dot];
+    const real t_geoui = cos_theta2 * q[wz];
+    const real t_vhhwy = sin_theta2 * q[wy];
+    const real Wt2 = t_geoui + t_vhhwy;
+    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
+    const real p2 = Wn2 + q[phi2_dot];
+    const real zeta2 = W12 * q_2
+        + Wn2 * lc_2 * w_x2
+        - chi2 * p[l2] * (p2 + q[phi2_dot]);
+    const real loss_theta2 = p[eps2] * q[theta2_dot];
+    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
+    const real t_oncjt = F_n2 * cos_theta2;
+    const real t_rybsf = q[wy] * q[wy] + q[wz] * q[wz];
+    const real t_w7vil = t_rybsf * h[e1];
+    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    const real tension1 = cos_phi1 * t_w7vil * h[mv1] - h[t_6nwd2] * sigma_sq1;
+    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real loss_phi1 = p[eps1] * q[phi1_dot];
+    const real t_7imwe = h[B_1] * eta1 + loss_phi1 * h[k1];
+    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real t_6fvzz = t_rybsf * h[e2];
+    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real tension2 = cos_phi2 * t_6fvzz * h[mv2] - h[t_popww] * sigma_sq2;
+    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real loss_phi2 = p[eps2] * q[phi2_dot];
+    const real t_4b2fa = h[B_2] * eta2 + loss_phi2 * h[k2];
+    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real t_3qva5 = sin_phi1 * sin_phi1;
+    const real t_2dafa = h[t_yx2kz] * t_3qva5;
+    const real D_theta1 = t_2dafa + p[I1];  /* (26) */
+    const real t_j7ex5 = h[W_theta1] / (D_theta1 * D_theta1);
+    const real t_eph62 = t_j7ex5 * t_2dafa;
+    const real gx_phi1 = sin_phi1 * h[t_6nwd2];  /* (25) */
+    const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
+    const real t_m5cmg = gy_theta1 * p[h1];
+    const real t_a233z = sin_phi1 * cos_phi1;
+    const real t_toghk = h[t_yx2kz] * cos_theta1;
+    const real t_homfq = t_m5cmg - t_a233z * t_toghk;
+    const real cz_theta1 = t_homfq + p[I1];  /* (26) */
+    const real t_5zfdh = lc_1 * p[m1];
+    const real gy_phi1 = sin_theta1 * t_5zfdh;  /* (25) */
+    const real t_bnlcb = gy_phi1 * p[h1];
+    const real t_sgto3 = h[t_yx2kz] * sin_theta1;
+    const real cz_phi1 = t_bnlcb - t_sgto3;  /* (25) */
+    const real t_p4m3j = lc_2 * p[m2];
+    const real gy_phi2 = t_p4m3j * sin_theta2;  /* (25) */
+    const real t_ba7if = gy_phi2 * p[h2];
+    const real t_q45sa = sin_theta2 * h[t_frp3h];
+    const real cz_phi2 = t_ba7if - t_q45sa;  /* (25) */
+    const real t_4j4b3 = sin_phi2 * sin_phi2;
+    const real t_7a6mb = t_4j4b3 * h[t_frp3h];
+    const real D_theta2 = t_7a6mb + p[I2];  /* (26) */
+    const real t_s5xdh = h[W_theta2] / (D_theta2 * D_theta2);
+    const real t_3e3g4 = t_s5xdh * t_7a6mb;
+    const real gx_phi2 = h[t_popww] * sin_phi2;  /* (25) */
+    const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
+    const real t_gidtm = gy_theta2 * p[h2];
+    const real t_nqm7d = sin_phi2 * cos_phi2;
+    const real t_vhw4e = cos_theta2 * h[t_frp3h];
+    const real t_6daux = t_gidtm - t_nqm7d * t_vhw4e;
+    const real cz_theta2 = t_6daux + p[I2];  /* (26) */
+    const real f31_v1 = t_eph62 * cz_theta1 - (h[t_7pydp] * cz_phi1 + h[t_ob75p] * cz_phi2) + t_3e3g4 * cz_theta2;  /* (29) */
+    const real f11_v1 = h[t_qd2lc] - t_j7ex5 * (t_2dafa * t_2dafa) - t_s5xdh * (t_7a6mb * t_7a6mb);  /* (29) */
+    const real t_4v7es = K(1.0) / f11_v1;
+    const real f_v1_L31 = f31_v1 * t_4v7es;
+    const real t_aqbxr = q[vz] * c[r2];
+    const real t_5bilv = h[ax_eq] * gx_phi1;
+    const real t_azo52 = gx_phi1 * p[h1];
+    const real t_amwyw = t_a3uw4 + t_rding;
+    const real t_7eszt = t_amwyw * t_amwyw;
+    const real t_z7qux = h[t_yx2kz] * t_a233z;
+    const real t_wube7 = q[wx] * q[wx];
+    const real t_kuyke = t_2dafa * t_amwyw;
+    const real k_phi1 = loss_phi1
+        - t_azo52 * t_7eszt
+        - t_azo52 * (Wn1 * Wn1)
+        - q[theta1_dot] * q[theta1_dot] * t_z7qux
+        - t_z7qux * t_wube7
+        - (q[theta1_dot] + q[theta1_dot]) * t_kuyke
+        - h[t_yx2kz] * t_amwyw * q[wx]
+        + h[t_os4zj] * t_7eszt * sin_phi1 * cos_phi1 * p[m1]
+        + h[t_oc5tk] * t_3qva5 * t_amwyw * q[wx] * p[m1]
+        + cos_phi1 * t_amwyw * p[h1] * q[wx] * p[l1] * p[m1]
+        + h[t_oc5tk] * sin_phi1 * cos_phi1 * q[theta1_dot] * q[wx] * p[m1];  /* (25) */
+    const real t_4oupt = h[ax_eq] * gx_phi2;
+    const real t_6skn7 = t_nqm7d * h[t_frp3h];
+    const real t_svo5z = gx_phi2 * p[h2];
+    const real t_kmx3q = t_vhhwy + t_geoui;
+    const real t_3chhy = t_kmx3q * t_kmx3q;
+    const real t_pnlix = t_kmx3q * t_7a6mb;
+    const real k_phi2 = loss_phi2
+        - t_wube7 * t_6skn7
+        - t_svo5z * t_3chhy
+        - t_svo5z * (Wn2 * Wn2)
+        - q[theta2_dot] * q[theta2_dot] * t_6skn7
+        - (q[theta2_dot] + q[theta2_dot]) * t_pnlix
+        - t_kmx3q * h[t_frp3h] * q[wx]
+        + t_3chhy * sin_phi2 * cos_phi2 * h[t_nfvux] * p[m2]
+        + (t_kmx3q + t_kmx3q) * t_4j4b3 * h[t_nfvux] * q[wx] * p[m2]
+        + t_kmx3q * cos_phi2 * p[h2] * q[wx] * p[l2] * p[m2]
+        + (sin_phi2 + sin_phi2) * cos_phi2 * h[t_nfvux] * q[theta2_dot] * q[wx] * p[m2];  /* (25) */
+    const real t_iomfo = D_theta1 * q[theta1_dot];
+    const real t_j5odj = q[phi1_dot] + q[phi1_dot];
+    const real Dd_theta1 = t_z7qux * t_j5odj;
+    const real t_b7wcv = Dd_theta1 * q[theta1_dot];
+    const real t_ywy5z = Wn1 * q[wx];
+    const real k_theta1 = loss_theta1
+        + t_azo52 * t_ywy5z
+        + t_kuyke * t_j5odj
+        + t_kuyke * Wn1
+        + t_b7wcv
+        - t_z7qux * t_ywy5z
+        - Dd_theta1 * q[wx];  /* (26) */
+    const real t_kyc32 = D_theta2 * q[theta2_dot];
+    const real t_473qv = q[phi2_dot] + q[phi2_dot];
+    const real Dd_theta2 = t_6skn7 * t_473qv;
+    const real t_putjj = Dd_theta2 * q[theta2_dot];
+    const real t_nw7er = Wn2 * q[wx];
+    const real k_theta2 = loss_theta2
+        + Wn2 * t_pnlix
+        + t_svo5z * t_nw7er
+        + t_pnlix * t_473qv
+        + t_putjj
+        - t_6skn7 * t_nw7er
+        - t_6skn7 * (q[wx] + q[wx]) * q[phi2_dot];  /* (26) */
+    const real g1_v1 = q[att1] * c[r3]
+        - t_aqbxr * q[vy]
+        - h[t_mj52b] * (t_5bilv * p[I1] + p[I1] * k_phi1)
+        - h[t_iecaz] * (t_4oupt * p[I2] + p[I2] * k_phi2)
+        - t_j7ex5 * (t_iomfo * Dd_theta1 - (t_b7wcv * t_2dafa + t_2dafa * k_theta1))
+        - t_s5xdh * (t_kyc32 * Dd_theta2 - (t_putjj * t_7a6mb + t_7a6mb * k_theta2))
+        + q[vy] * q[vz] * c[r1];  /* (29) */
+    const real t_u5ggi = q[wx] * c[w3] + g1_v1;
+    const real t_wij2f = q[vy] * c[r1];
+    const real t_o2gar = h[D1] * q[phi1_dot];
+    const real gz_phi1 = cos_theta1 * t_5zfdh;  /* (25) */
+    const real t_pthak = gz_phi1 * p[h1];
+    const real t_fue42 = t_pthak - h[t_os4zj] * cos_theta1 * p[m1];
+    const real t_tpms2 = sin_theta1 * gx_phi1;
+    const real t_nmcsn = t_tpms2 * p[h1];
+    const real cdz_phi1 = t_fue42 * q[theta1_dot] - t_nmcsn * q[phi1_dot];
+    const real t_gifwv = h[D2] * q[phi2_dot];
+    const real gz_phi2 = t_p4m3j * cos_theta2;  /* (25) */
+    const real t_3ndrr = gz_phi2 * p[h2];
+    const real t_jfh2q = t_3ndrr - cos_theta2 * h[t_nfvux] * p[m2];
+    const real t_h3pge = gx_phi2 * sin_theta2;
+    const real t_ikdxp = t_h3pge * p[h2];
+    const real cdz_phi2 = t_jfh2q * q[theta2_dot] - t_ikdxp * q[phi2_dot];
+    const real t_4of2f = cos_phi1 * cos_phi1;
+    const real cy_theta1 = t_nmcsn - t_a233z * t_sgto3;  /* (26) */
+    const real cdz_theta1 = q[phi1_dot] * (t_pthak + t_3qva5 * t_toghk - t_toghk * t_4of2f) - cy_theta1 * q[theta1_dot];
+    const real t_zozwp = cos_phi2 * cos_phi2;
+    const real cy_theta2 = t_ikdxp - t_q45sa * t_nqm7d;  /* (26) */
+    const real cdz_theta2 = q[phi2_dot] * (t_3ndrr + t_4j4b3 * t_vhw4e - t_vhw4e * t_zozwp) - cy_theta2 * q[theta2_dot];
+    const real g3_v1 = q[att3] * c[r7]
+        - t_wij2f * q[vx]
+        - h[t_mj52b] * (t_5bilv * cz_phi1 + cz_phi1 * k_phi1 - t_o2gar * cdz_phi1)
+        - h[t_iecaz] * (t_4oupt * cz_phi2 + cz_phi2 * k_phi2 - t_gifwv * cdz_phi2)
+        - t_j7ex5 * (t_b7wcv * cz_theta1 + cz_theta1 * k_theta1 - t_iomfo * cdz_theta1)
+        - t_s5xdh * (t_putjj * cz_theta2 + cz_theta2 * k_theta2 - t_kyc32 * cdz_theta2);  /* (29) */
+    const real f32_v1 = h[t_mj52b] * t_fue42 * cz_phi1
+        + h[t_iecaz] * t_jfh2q * cz_phi2
+        - t_j7ex5 * cy_theta1 * cz_theta1
+        - t_s5xdh * cy_theta2 * cz_theta2;  /* (29) */
+    const real f21_v1 = h[t_7pydp] * t_fue42 + h[t_ob75p] * t_jfh2q + t_eph62 * cy_theta1 + t_3e3g4 * cy_theta2;  /* (29) */
+    const real t_g2uww = f32_v1 - f21_v1 * f_v1_L31;
+    const real f22_v1 = c[r6]
+        - h[t_mj52b] * (t_fue42 * t_fue42)
+        - h[t_iecaz] * (t_jfh2q * t_jfh2q)
+        - t_j7ex5 * (cy_theta1 * cy_theta1)
+        - t_s5xdh * (cy_theta2 * cy_theta2);  /* (29) */
+    const real f_v1_L21 = f21_v1 * t_4v7es;
+    const real f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21;
+    const real t_omhw7 = K(1.0) / f_v1_D2;
+    const real f_v1_L32 = t_g2uww * t_omhw7;
+    const real cdy_phi1 = t_m5cmg * q[phi1_dot] + cz_phi1 * q[theta1_dot];
+    const real cdy_phi2 = cz_phi2 * q[theta2_dot] + t_gidtm * q[phi2_dot];
+    const real cdy_theta1 = t_homfq * q[theta1_dot] + q[phi1_dot] * (t_bnlcb + t_3qva5 * t_sgto3 - t_4of2f * t_sgto3);
+    const real cdy_theta2 = t_6daux * q[theta2_dot] + q[phi2_dot] * (t_ba7if + t_q45sa * t_4j4b3 - t_q45sa * t_zozwp);
+    const real g2_v1 = q[att2] * c[r5]
+        + h[t_mj52b] * (t_5bilv * t_fue42 + t_fue42 * k_phi1 + t_o2gar * cdy_phi1)
+        + h[t_iecaz] * (t_4oupt * t_jfh2q + t_jfh2q * k_phi2 + t_gifwv * cdy_phi2)
+        - t_j7ex5 * (t_b7wcv * cy_theta1 + cy_theta1 * k_theta1 - t_iomfo * cdy_theta1)
+        - t_s5xdh * (t_putjj * cy_theta2 + cy_theta2 * k_theta2 - t_kyc32 * cdy_theta2)
+        + q[vx] * q[vz] * c[r2];  /* (29) */
+    const real u_v1_y2 = f_v1_L21 * t_u5ggi - (q[wy] * c[w4] + g2_v1);
+    const real u_v1_y3 = f_v1_L31 * t_u5ggi - (q[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
+    const real f33_v1 = c[r8]
+        - h[t_mj52b] * (cz_phi1 * cz_phi1)
+        - h[t_iecaz] * (cz_phi2 * cz_phi2)
+        - t_j7ex5 * (cz_theta1 * cz_theta1)
+        - t_s5xdh * (cz_theta2 * cz_theta2);  /* (29) */
+    const real f_v1_D3 = f33_v1 - t_g2uww * f_v1_L32 - f31_v1 * f_v1_L31;
+    const real u_v1_x3 = u_v1_y3 / f_v1_D3;
+    const real G2_v1 = W12 + u_v1_x3;
+    const real g_1 = h[e1] - lc_1;
+    const real wth_1 = th_1 * p[I1];
+    const real wg_1 = g_1 * wth_1;
+    const real t_kwrkt = wg_1 - h[t_uumic];
+    const real g_2 = h[e2] - lc_2;
+    const real wth_2 = th_2 * p[I2];
+    const real wg_2 = g_2 * wth_2;
+    const real t_t44oq = wg_2 - h[t_doa45];
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real Bc_1 = h[B_1] * cos_phi1;
+    const real As_1 = h[mv1] * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real eAss_1 = Ass_1 * h[e1];
+    const real t_32gyg = Bc_1 - eAss_1;
+    const real t_n3v7x = t_32gyg + t_kwrkt;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real Bc_2 = h[B_2] * cos_phi2;
+    const real As_2 = h[mv2] * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real eAss_2 = Ass_2 * h[e2];
+    const real t_gbkg6 = Bc_2 - eAss_2;
+    const real t_hsuzx = t_gbkg6 + t_t44oq;
+    const real t_fcf5x = S_sq1 * t_n3v7x + S_sq2 * t_hsuzx;
+    const real wq_1 = q_1 * wth_1;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wq_2 = q_2 * wth_2;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real K52 = t_kwrkt + t_t44oq - t_fcf5x - wqC_1 - wqC_2;
+    const real u_v1_x2 = u_v1_y2 * t_omhw7 - f_v1_L32 * u_v1_x3;
+    const real G3_v1 = W13 - u_v1_x2;
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real t_bac7g = SC1 * t_n3v7x + SC2 * t_hsuzx;
+    const real tn11_1 = Ass_1 + h[me1] - wth_1;
+    const real t_fbeaw = S_sq1 * tn11_1;
+    const real tn11_2 = Ass_2 + h[me2] - wth_2;
+    const real t_dj555 = S_sq2 * tn11_2;
+    const real K22 = t_fbeaw + t_dj555 + h[M_C] + wth_1 + wth_2 - h[me1] - h[me2];
+    const real t_x3aji = h[t_mj52b] * (p[I1] * q[wx] - t_fue42 * q[wy] + cz_phi1 * q[wz] + t_o2gar);
+    const real t_6jtcq = h[t_iecaz] * (p[I2] * q[wx] - t_jfh2q * q[wy] + cz_phi2 * q[wz] + t_gifwv);
+    const real t_5lcmq = t_j7ex5 * (cy_theta1 * q[wy] - t_2dafa * q[wx] + cz_theta1 * q[wz] + t_iomfo);
+    const real t_43tjw = t_s5xdh * (cy_theta2 * q[wy] - t_7a6mb * q[wx] + cz_theta2 * q[wz] + t_kyc32);
+    const real B_v1 = t_wij2f
+        - t_x3aji * gy_phi1
+        - t_6jtcq * gy_phi2
+        - t_5lcmq * gy_theta1
+        - t_43tjw * gy_theta2;  /* (29) */
+    const real a2_v1 = G2_v1 * h[x_C] - B_v1 * c[w1];
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real C_v1 = t_aqbxr
+        - t_x3aji * gz_phi1
+        - t_6jtcq * gz_phi2
+        + t_5lcmq * t_tpms2
+        + t_43tjw * t_h3pge;  /* (29) */
+    const real a3_v1 = G3_v1 * h[x_C] - C_v1 * c[w2];
+    const real t_yz7e5 = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
+    const real t_dyqoa = t_u5ggi * t_4v7es + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
+    const real q2_v1 = n2
+        + G2_v1 * K52
+        - G3_v1 * t_bac7g
+        + K22 * a2_v1
+        + K32 * a3_v1
+        + t_yz7e5 * t_dyqoa;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real K11 = h[t_m5gm4] - Ass_1 - Ass_2;
+    const real Bs_1 = h[B_1] * sin_phi1;
+    const real Bs_2 = h[B_2] * sin_phi2;
+    const real t_2m245 = Bs_1 + Bs_2;
+    const real t_xynyo = t_7imwe * sin_phi1 + t_4b2fa * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2;
+    const real t_ev7u5 = Bs_1 + Asc_1 * h[e1];
+    const real t_bvybx = Bs_2 + Asc_2 * h[e2];
+    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
+    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
+    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_xiu6d = t_xynyo
+        + G2_v1 * t_6mmeb
+        + G3_v1 * t_bl4f2
+        + t_b3aij * a2_v1
+        + t_zzymx * a3_v1;
+    const real q1_v1 = t_2m245 * t_dyqoa - t_xiu6d;
+    const real t_azclp = F_n1 * sin_theta1;
+    const real t_iya7w = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real K53 = wqS_1 - t_bac7g + wqS_2;
+    const real K63 = t_fcf5x - (t_32gyg + t_gbkg6);
+    const real K33 = Ass_1 + Ass_2 + h[M_C] - t_fbeaw - t_dj555;
+    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
+    const real q3_v1 = n3
+        + G2_v1 * K53
+        + G3_v1 * K63
+        + K32 * a2_v1
+        + K33 * a3_v1
+        - K43 * t_dyqoa;
+    const real Pq_v1 = K11 * q1_v1 - t_b3aij * q2_v1 - t_zzymx * q3_v1;
+    const real PP_v1 = K11 * K11 + t_b3aij * t_b3aij + t_zzymx * t_zzymx;
+    const real t_7w2kh = Pq_v1 * Pq_v1
+        - PP_v1 * (q1_v1 * q1_v1 - h[t_62qfa] + q2_v1 * q2_v1 + q3_v1 * q3_v1);
+    const real root_v1 = mv_sqrt(mv_max(SPLAT(K(0.0)), t_7w2kh));
+    const real ax_v1 = (root_v1 - Pq_v1) / PP_v1;
+    const real f2_v1 = q2_v1 - t_b3aij * ax_v1;
+    const real sin_d2_v1 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v1 * h[t_y7rm6]));
+    const real delta2_v1 = mv_asin(sin_d2_v1);
+    const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v1, p[delta2_max]));
+    real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
+    const real t_y4w6o = cos_delta2_act * p[F];
+    const mask m_puf2t = LE(mv_fabs(delta2_v1), p[delta2_max]);
+    const real f3_v1 = q3_v1 - t_zzymx * ax_v1;
+    const real cos_d2_v1 = mv_sqrt(K(1.0) - sin_d2_v1 * sin_d2_v1);
+    const real delta1_v1 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v1 * h[t_y7rm6] / mv_max(SPLAT(K(1e-09)), cos_d2_v1)))));
+    real sin_delta2_v1, cos_delta2_v1; mv_sincos(delta2_v1, &sin_delta2_v1, &cos_delta2_v1);
+    real sin_delta1_v1, cos_delta1_v1; mv_sincos(delta1_v1, &sin_delta1_v1, &cos_delta1_v1);
+    const real t_y2zgg = cos_delta2_v1 * sin_delta1_v1;
+    const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_puf2t, delta1_v1, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_y2zgg * h[t_xkg6l]))))));
+    real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
+    const real f_x = t_y4w6o * cos_delta1_act;
+    const real f_y = sin_delta2_act * p[F];
+    const real eBc_1 = Bc_1 * h[e1];
+    const real t_3bowt = h[Bl_1] + K(-2.0) * eBc_1 + h[e1] * eAss_1;
+    const real t_3fv6l = g_1 * wg_1;
+    const real tn44_1 = h[t_b7ure] + t_3bowt - t_3fv6l;
+    const real wqg_1 = q_1 * wg_1;
+    const real wqq_1 = q_1 * wq_1;
+    const real wgC_1 = cos_theta1 * wqg_1;
+    const real wgS_1 = sin_theta1 * wqg_1;
+    const real M_q1 = F_n1 * q_1;
+    const real I_phi1 = q[phi1_dot] * p[I1];
+    const real I_theta1 = q[theta1_dot] * p[I1];
+    const real eBc_2 = Bc_2 * h[e2];
+    const real t_ymmgl = h[Bl_2] + K(-2.0) * eBc_2 + h[e2] * eAss_2;
+    const real t_odwbr = g_2 * wg_2;
+    const real tn44_2 = h[t_lpk5h] + t_ymmgl - t_odwbr;
+    const real wqg_2 = q_2 * wg_2;
+    const real wqq_2 = q_2 * wq_2;
+    const real wgC_2 = cos_theta2 * wqg_2;
+    const real wgS_2 = sin_theta2 * wqg_2;
+    const real M_q2 = F_n2 * q_2;
+    const real I_phi2 = q[phi2_dot] * p[I2];
+    const real I_theta2 = q[theta2_dot] * p[I2];
+    const real t_nhr5u = wqq_1 + wqq_2;
+    const real K44 = t_nhr5u + h[Bl_1] + h[Bl_2] + h[J_C1];
+    const real t_nncdg = h[Bl_1] - eBc_1;
+    const real t_4q22j = h[Bl_2] - eBc_2;
+    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
+    const real t_hoosk = S_sq1 * tn44_1;
+    const real t_drvdp = S_sq2 * tn44_2;
+    const real K55 = t_3fv6l
+        + t_odwbr
+        + t_nhr5u
+        + t_hoosk
+        + t_drvdp
+        + h[J_C3]
+        - h[t_b7ure]
+        - h[t_lpk5h]
+        + K(-2.0) * wgC_1
+        + K(-2.0) * wgC_2;
+    const real t_zhbuw = wgS_1 + wgS_2;
+    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
+    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_3bowt + t_ymmgl + h[J_C2] - t_hoosk - t_drvdp;
+    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
+    const real t_kp7yy = M_q1 + M_q2;
+    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
+    const real n4 = t_aejai
+        - t_kp7yy
+        + t_zd4fs
+        - loss_phi1
+        - loss_phi2
+        + I_theta1 * q[wy]
+        + I_theta2 * q[wy]
+        - h[t_sfymc] * q[wy] * q[wz];
+    const real t_w7nmt = t_aejai + F_t1 * h[e1];
+    const real t_e5cx2 = t_zd4fs + F_t2 * h[e2];
+    const real n5 = t_w7nmt * sin_theta1
+        - (t_kp7yy + loss_theta1 + loss_theta2)
+        + t_e5cx2 * sin_theta2
+        - W12 * h[t_5r66u]
+        - I_phi1 * q[wy]
+        - I_phi2 * q[wy]
+        + t_vt7uo * g_1
+        + t_oncjt * g_2;
+    const real n6 = t_w7nmt * cos_theta1
+        + t_e5cx2 * cos_theta2
+        + I_theta1 * q[wx]
+        + I_theta2 * q[wx]
+        - W13 * h[t_7bo2j]
+        - t_azclp * g_1
+        - t_iya7w * g_2
+        - I_phi1 * q[wz]
+        - I_phi2 * q[wz];
+    const real t_bpfoo = K(1.0) / K11;
+    const real t_w7lcw = t_b3aij * t_bpfoo;
+    const real K_D2 = K22 - t_b3aij * t_w7lcw;
+    const real t_3go2w = t_zzymx * t_bpfoo;
+    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
+    const real t_4iujv = K(1.0) / K_D2;
+    const real K_L32 = t_d4mqf * t_4iujv;
+    const real t_vshgd = t_6mmeb * t_bpfoo;
+    const real t_p6zld = K52 - t_b3aij * t_vshgd;
+    const real K_L52 = t_p6zld * t_4iujv;
+    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
+    const real t_xq4wt = t_2m245 * t_bpfoo;
+    const real t_u3hss = t_yz7e5 + t_b3aij * t_xq4wt;
+    const real t_4jmrt = t_u3hss * t_4iujv;
+    const real t_yfebn = K43 + t_d4mqf * t_4jmrt - t_zzymx * t_xq4wt;
+    const real t_zmh3u = K(1.0) / K_D3;
+    const real K_L43 = t_yfebn * t_zmh3u;
+    const real t_bxfcn = K53 - t_d4mqf * K_L52 - t_zzymx * t_vshgd;
+    const real K_L53 = t_bxfcn * t_zmh3u;
+    const real t_e4enr = t_bl4f2 * t_bpfoo;
+    const real t_qvrp6 = t_bac7g + t_b3aij * t_e4enr;
+    const real t_dj64q = t_qvrp6 * t_4iujv;
+    const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
+    const real K_L63 = t_rahc4 * t_zmh3u;
+    const real K_D4 = K44 - t_u3hss * t_4jmrt - t_yfebn * K_L43 - t_2m245 * t_xq4wt;
+    const real t_ejg3c = K54 + t_u3hss * K_L52 - t_yfebn * K_L53 - t_2m245 * t_vshgd;
+    const real t_lt2al = K(1.0) / K_D4;
+    const real K_L54 = t_ejg3c * t_lt2al;
+    const real t_yioo4 = K64 - t_u3hss * t_dj64q - t_yfebn * K_L63 - t_2m245 * t_e4enr;
+    const real K_L64 = t_yioo4 * t_lt2al;
+    const real K_D5 = K55
+        - t_p6zld * K_L52
+        - t_bxfcn * K_L53
+        - t_ejg3c * K_L54
+        - t_6mmeb * t_vshgd;
+    const real t_aqba4 = K65
+        + t_p6zld * t_dj64q
+        - t_bxfcn * K_L63
+        - t_ejg3c * K_L64
+        - t_6mmeb * t_e4enr;
+    const real t_ftqxb = K(1.0) / K_D5;
+    const real K_L65 = t_aqba4 * t_ftqxb;
+    const real K_D6 = K66
+        - t_qvrp6 * t_dj64q
+        - t_rahc4 * K_L63
+        - t_yioo4 * K_L64
+        - t_aqba4 * K_L65
+        - t_bl4f2 * t_e4enr;
+    const real b1 = f_x + t_xynyo;
+    const real b2 = f_y - n2;
+    const real t_szme2 = p[F] * cos_delta2_v1;
+    const real f1_v1 = q1_v1 + K11 * ax_v1;
+    const real df1_v1 = t_szme2 * cos_delta1_v1 - f1_v1;
+    const real t_uqkgz = p[F] * sin_delta2_v1;
+    const real df2_v1 = t_uqkgz - f2_v1;
+    const real da_v1_y2 = df2_v1 + t_w7lcw * df1_v1;
+    const real t_s3dfp = t_szme2 * sin_delta1_v1;
+    const real da_v1_y3 = t_3go2w * df1_v1 - (t_s3dfp + f3_v1) - K_L32 * da_v1_y2;
+    const real da_v1_x3 = da_v1_y3 * t_zmh3u;
+    const real da_v1_x2 = da_v1_y2 * t_4iujv - K_L32 * da_v1_x3;
+    const real da_v1_x1 = df1_v1 * t_bpfoo + t_w7lcw * da_v1_x2 + t_3go2w * da_v1_x3;
+    const real Mx_v1 = n4
+        + G2_v1 * K54
+        + G3_v1 * K64
+        - t_2m245 * ax_v1
+        - t_2m245 * da_v1_x1
+        - t_yz7e5 * a2_v1
+        - t_yz7e5 * da_v1_x2
+        + K43 * a3_v1
+        + K43 * da_v1_x3
+        - K44 * t_dyqoa;
+    const real t_y4w6o_2 = p[F] * cos_delta2_act;
+    const real df1_act = t_y4w6o_2 * cos_delta1_act - cos_delta2_v1 * p[F] * cos_delta1_v1;
+    const real df2_act = p[F] * sin_delta2_act - t_uqkgz;
+    const real da_act_y2 = df2_act + t_w7lcw * df1_act;
+    const real df3_act = t_y2zgg * p[F] - t_y4w6o_2 * sin_delta1_act;
+    const real da_act_y3 = df3_act + t_3go2w * df1_act - K_L32 * da_act_y2;
+    const real da_act_x3 = da_act_y3 * t_zmh3u;
+    const real da_act_x2 = da_act_y2 * t_4iujv - K_L32 * da_act_x3;
+    const real da_act_x1 = df1_act * t_bpfoo + t_w7lcw * da_act_x2 + t_3go2w * da_act_x3;
+    const real Mx = Mx_v1 - t_2m245 * da_act_x1 - t_yz7e5 * da_act_x2 + K43 * da_act_x3;
+    const real b4 = Mx - n4;
+    const real Mz_v1 = n5
+        + G2_v1 * K55
+        + G3_v1 * K65
+        - t_6mmeb * ax_v1
+        - t_6mmeb * da_v1_x1
+        + K52 * a2_v1
+        + K52 * da_v1_x2
+        + K53 * a3_v1
+        + K53 * da_v1_x3
+        - K54 * t_dyqoa
+        + t_uqkgz * h[t_lwe76];
+    const real Mz = Mz_v1
+        - t_6mmeb * da_act_x1
+        + K52 * da_act_x2
+        + K53 * da_act_x3
+        + df2_act * h[t_lwe76];
+    const real b5 = Mz - n5 - f_y * h[t_lwe76];
+    const real t_lpjfo = t_y4w6o * sin_delta1_act;
+    const real My_v1 = t_s3dfp * h[t_lwe76]
+        - n6
+        - G2_v1 * K65
+        - G3_v1 * K66
+        + t_bl4f2 * ax_v1
+        + t_bl4f2 * da_v1_x1
+        + t_bac7g * a2_v1
+        + t_bac7g * da_v1_x2
+        - K63 * a3_v1
+        - K63 * da_v1_x3
+        + K64 * t_dyqoa;
+    const real My = My_v1
+        - df3_act * h[t_lwe76]
+        + t_bl4f2 * da_act_x1
+        + t_bac7g * da_act_x2
+        - K63 * da_act_x3;
+    const real b6 = t_lpjfo * h[t_lwe76] - (My + n6);
+    const real X_y2 = b2 + t_w7lcw * b1;
+    const real X_y3 = t_3go2w * b1 - (t_lpjfo + n3) - K_L32 * X_y2;
+    const real X_y4 = b4 + t_xq4wt * b1 + t_4jmrt * X_y2 - K_L43 * X_y3;
+    const real X_y5 = b5
+        + t_vshgd * b1
+        - K_L52 * X_y2
+        - K_L53 * X_y3
+        - K_L54 * X_y4;
+    const real X_y6 = b6
+        + t_e4enr * b1
+        + t_dj64q * X_y2
+        - K_L63 * X_y3
+        - K_L64 * X_y4
+        - K_L65 * X_y5;
+    const real X_x6 = X_y6 / K_D6;
+    const real X_x5 = X_y5 * t_ftqxb - K_L65 * X_x6;
+    const real X_x4 = X_y4 * t_lt2al - K_L54 * X_x5 - K_L64 * X_x6;
+    const real X_x3 = X_y3 * t_zmh3u - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
+    const real X_x2 = X_y2 * t_4iujv
+        - K_L32 * X_x3
+        + t_4jmrt * X_x4
+        - K_L52 * X_x5
+        + t_dj64q * X_x6;
+    const real X_x1 = b1 * t_bpfoo
+        + t_w7lcw * X_x2
+        + t_3go2w * X_x3
+        + t_xq4wt * X_x4
+        + t_vshgd * X_x5
+        + t_e4enr * X_x6;
+    const real G_t1 = X_x5 * sin_theta1 + X_x6 * cos_theta1;
+    const real Gt_eta1 = G_t1 + eta1;
+    const real t_ynvhx = cos_phi1 * (G_t1 * h[e1] + X_x2 * sin_theta1 + X_x3 * cos_theta1)
+        + sin_phi1 * (X_x1 - t_w7vil);
+    const real phi_acc1 = Gt_eta1 - (loss_phi1 + p[I1] * (Gt_eta1 + X_x4)) * h[t_zrejm] - h[k1] * t_ynvhx;
+    const real t_g433r = X_x5 - W12;
+    const real t_mwq7z = X_x4 + X_x5;
+    const real t_5ffnn = zeta1
+        + X_x2 * cos_theta1
+        + g_1 * (X_x5 * cos_theta1 - X_x6 * sin_theta1)
+        - t_mwq7z * q_1
+        - X_x3 * sin_theta1;
+    const real theta_acc1 = -(t_g433r + th_1 * (loss_theta1 * h[t_ibe72] + q_1 * t_5ffnn));
+    const real G_t2 = X_x5 * sin_theta2 + X_x6 * cos_theta2;
+    const real Gt_eta2 = G_t2 + eta2;
+    const real t_rrute = cos_phi2 * (G_t2 * h[e2] + X_x2 * sin_theta2 + X_x3 * cos_theta2)
+        + sin_phi2 * (X_x1 - t_6fvzz);
+    const real phi_acc2 = Gt_eta2 - (loss_phi2 + p[I2] * (Gt_eta2 + X_x4)) * h[t_5wzvs] - h[k2] * t_rrute;
+    const real t_oqair = zeta2
+        + X_x2 * cos_theta2
+        + g_2 * (X_x5 * cos_theta2 - X_x6 * sin_theta2)
+        - t_mwq7z * q_2
+        - X_x3 * sin_theta2;
+    const real theta_acc2 = -(t_g433r + th_2 * (loss_theta2 * h[t_r7vy7] + q_2 * t_oqair));
+    real sin_att2, cos_att2; mv_sincos(q[att2], &sin_att2, &cos_att2);
+    real sin_att1, cos_att1; mv_sincos(q[att1], &sin_att1, &cos_att1);
+    const real t_oa5el = K(1.0) / cos_att2;
+    const real t_s66h7 = sin_att1 * t_oa5el * q[wy];
+    const real t_bi4sl = cos_att1 * t_oa5el * q[wz];
+    dq[0] = X_x1 + t_rybsf * h[x_C] - q[vz] * q[wy] + q[vy] * q[wz];
+    dq[1] = X_x2 - X_x5 * h[x_C] + (q[vz] * q[wx] - q[vx] * q[wz]);
+    dq[2] = X_x3 - X_x6 * h[x_C] + (q[vx] * q[wy] - q[vy] * q[wx]);
+    dq[3] = X_x4;
+    dq[4] = W13 - X_x6;
+    dq[5] = t_g433r;
+    dq[6] = q[wx] + sin_att2 * t_s66h7 + sin_att2 * t_bi4sl;
+    dq[7] = cos_att1 * q[wy] - sin_att1 * q[wz];
+    dq[8] = t_s66h7 + t_bi4sl;
+    dq[9] = q[phi1_dot];
+    dq[10] = q[theta1_dot];
+    dq[11] = q[phi2_dot];
+    dq[12] = q[theta2_dot];
+    dq[13] = phi_acc1;
+    dq[14] = theta_acc1;
+    dq[15] = phi_acc2;
+    dq[16] = theta_acc2;
 }
+
+/* Places of h. */
+enum {
+    lyapunov_v1_loop_reduced_h_t_os4zj,
+    lyapunov_v1_loop_reduced_h_t_yx2kz,
+    lyapunov_v1_loop_reduced_h_D_phi1,
+    lyapunov_v1_loop_reduced_h_t_6nwd2,
+    lyapunov_v1_loop_reduced_h_t_oc5tk,
+    lyapunov_v1_loop_reduced_h_t_nfvux,
+    lyapunov_v1_loop_reduced_h_t_frp3h,
+    lyapunov_v1_loop_reduced_h_D_phi2,
+    lyapunov_v1_loop_reduced_h_t_popww,
+    lyapunov_v1_loop_reduced_h_ax_eq,
+    lyapunov_v1_loop_reduced_h_W_theta1,
+    lyapunov_v1_loop_reduced_h_W_theta2,
+    lyapunov_v1_loop_reduced_h_t_gtrpy,
+    lyapunov_v1_loop_reduced_h_t_kovll,
+    lyapunov_v1_loop_reduced_h_t_q2z2v,
+    lyapunov_v1_loop_reduced_h_t_fbkub,
+    lyapunov_v1_loop_reduced_h_t_hl4rq,
+    lyapunov_v1_loop_reduced_h_t_6wfa5,
+    lyapunov_v1_loop_reduced_h_t_gcao4,
+};
 
 /* what lyapunov_v1_loop_reduced computes once per run; 31 operations. */
 void slosh_lyapunov_v1_loop_reduced_prepare(const real *p, const real *c, real *h)
 {
-    const real v12 = p[13] * p[13];
-    const real v13 = v12 * p[12];
-    const real v15 = v13 + p[15];
-    const real v17 = c[13] * p[12] / (v15 * v15);
-    const real v20 = p[18] * p[18];
-    const real v21 = v20 * p[17];
-    const real v23 = v21 + p[20];
-    const real v25 = c[13] * p[17] / (v23 * v23);
-    h[0] = p[9] / (p[0] + p[1] + p[12] + p[17]);
-    h[1] = v12;
-    h[2] = v13;
-    h[3] = v15;
-    h[4] = v17;
-    h[5] = v20;
-    h[6] = v21;
-    h[7] = v23;
-    h[8] = v25;
-    h[9] = c[14] * p[12];
-    h[10] = p[13] * p[12];
-    h[11] = c[14] * p[17];
-    h[12] = p[18] * p[17];
-    h[13] = v12 + v12;
-    h[14] = c[3] - v17 * (p[15] * p[15]) - v25 * (p[20] * p[20]);
-    h[15] = v17 * p[15];
-    h[16] = v25 * p[20];
-    h[17] = K(1.0) / v15;
-    h[18] = K(1.0) / v23;
+    enum { m = SLOSH_P_M };
+    enum { m0 = SLOSH_P_M0 };
+    enum { F = SLOSH_P_F };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { r4 = SLOSH_LYAPUNOV_V1_C_R4 };
+    enum { r9 = SLOSH_LYAPUNOV_V1_C_R9 };
+    enum { r10 = SLOSH_LYAPUNOV_V1_C_R10 };
+    const real t_os4zj = p[l1] * p[l1];
+    const real t_yx2kz = t_os4zj * p[m1];
+    const real D_phi1 = t_yx2kz + p[I1];  /* (25) */
+    const real t_nfvux = p[l2] * p[l2];
+    const real t_frp3h = t_nfvux * p[m2];
+    const real D_phi2 = t_frp3h + p[I2];  /* (25) */
+    const real ax_eq = p[F] / (p[m] + p[m0] + p[m1] + p[m2]);  /* (19) */
+    const real W_phi1 = c[r9] * p[m1];  /* (27) */
+    const real W_theta1 = c[r10] * p[m1];  /* (27) */
+    const real W_phi2 = c[r9] * p[m2];  /* (27) */
+    const real W_theta2 = c[r10] * p[m2];  /* (27) */
+    const real t_gtrpy = W_phi1 / (D_phi1 * D_phi1);
+    const real t_kovll = W_phi2 / (D_phi2 * D_phi2);
+    h[lyapunov_v1_loop_reduced_h_t_os4zj] = t_os4zj;
+    h[lyapunov_v1_loop_reduced_h_t_yx2kz] = t_yx2kz;
+    h[lyapunov_v1_loop_reduced_h_D_phi1] = D_phi1;
+    h[lyapunov_v1_loop_reduced_h_t_6nwd2] = p[l1] * p[m1];
+    h[lyapunov_v1_loop_reduced_h_t_oc5tk] = t_os4zj + t_os4zj;
+    h[lyapunov_v1_loop_reduced_h_t_nfvux] = t_nfvux;
+    h[lyapunov_v1_loop_reduced_h_t_frp3h] = t_frp3h;
+    h[lyapunov_v1_loop_reduced_h_D_phi2] = D_phi2;
+    h[lyapunov_v1_loop_reduced_h_t_popww] = p[l2] * p[m2];
+    h[lyapunov_v1_loop_reduced_h_ax_eq] = ax_eq;
+    h[lyapunov_v1_loop_reduced_h_W_theta1] = W_theta1;
+    h[lyapunov_v1_loop_reduced_h_W_theta2] = W_theta2;
+    h[lyapunov_v1_loop_reduced_h_t_gtrpy] = t_gtrpy;
+    h[lyapunov_v1_loop_reduced_h_t_kovll] = t_kovll;
+    h[lyapunov_v1_loop_reduced_h_t_q2z2v] = c[r4] - t_gtrpy * (p[I1] * p[I1]) - t_kovll * (p[I2] * p[I2]);
+    h[lyapunov_v1_loop_reduced_h_t_fbkub] = t_gtrpy * p[I1];
+    h[lyapunov_v1_loop_reduced_h_t_hl4rq] = t_kovll * p[I2];
+    h[lyapunov_v1_loop_reduced_h_t_6wfa5] = K(1.0) / D_phi1;
+    h[lyapunov_v1_loop_reduced_h_t_gcao4] = K(1.0) / D_phi2;
 }
 
 /* the rest of lyapunov_v1_loop_reduced; 537 operations. */
 void slosh_lyapunov_v1_loop_reduced_prepared(const real *q, const real *p, const real *c, const real *h, real *dq)
 {
-    const real v17 = q[1] * c[0];
-    real s26, c26; mv_sincos(q[10], &s26, &c26);
-    real s28, c28; mv_sincos(q[9], &s28, &c28);
-    const real v30 = c28 * p[13] * p[12];
-    const real v31 = c26 * v30;
-    const real v33 = v31 * p[14];
-    const real v36 = v33 - h[1] * c26 * p[12];
-    const real v40 = s26 * v30;
-    const real v41 = v40 * p[14];
-    const real v42 = h[2] * s26;
-    const real v43 = v41 - v42;
-    const real v47 = h[3] * q[13];
-    const real v49 = h[4] * (p[15] * q[3] - v36 * q[4] + v43 * q[5] + v47);
-    real s60, c60; mv_sincos(q[11], &s60, &c60);
-    const real v62 = c60 * p[18] * p[17];
-    real s64, c64; mv_sincos(q[12], &s64, &c64);
-    const real v65 = v62 * c64;
-    const real v67 = v65 * p[19];
-    const real v70 = v67 - c64 * h[5] * p[17];
-    const real v74 = v62 * s64;
-    const real v75 = v74 * p[19];
-    const real v76 = s64 * h[6];
-    const real v77 = v75 - v76;
-    const real v81 = h[7] * q[15];
-    const real v83 = h[8] * (p[20] * q[3] - v70 * q[4] + v77 * q[5] + v81);
-    const real v88 = s28 * s28;
-    const real v89 = h[2] * v88;
-    const real v90 = v89 + p[15];
-    const real v92 = h[9] / (v90 * v90);
-    const real v94 = s28 * h[10];
-    const real v95 = s26 * v94;
-    const real v96 = v95 * p[14];
-    const real v97 = s28 * c28;
-    const real v99 = v96 - v97 * v42;
-    const real v103 = c26 * v94;
-    const real v104 = v103 * p[14];
-    const real v105 = h[2] * c26;
-    const real v107 = v104 - v97 * v105;
-    const real v108 = v107 + p[15];
-    const real v112 = v90 * q[14];
-    const real v114 = v92 * (v99 * q[4] - v89 * q[3] + v108 * q[5] + v112);
-    const real v119 = s60 * s60;
-    const real v120 = v119 * h[6];
-    const real v121 = v120 + p[20];
-    const real v123 = h[11] / (v121 * v121);
-    const real v125 = h[12] * s60;
-    const real v126 = v125 * s64;
-    const real v127 = v126 * p[19];
-    const real v128 = s60 * c60;
-    const real v130 = v127 - v76 * v128;
-    const real v134 = v125 * c64;
-    const real v135 = v134 * p[19];
-    const real v136 = c64 * h[6];
-    const real v138 = v135 - v128 * v136;
-    const real v139 = v138 + p[20];
-    const real v143 = v121 * q[16];
-    const real v145 = v123 * (v130 * q[4] - v120 * q[3] + v139 * q[5] + v143);
-    const real v149 = (v17 - v49 * v40 - v83 * v74 - v114 * v103 - v145 * v134) * c[8];
-    const real v155 = q[2] * c[1];
-    const real v165 = (v155 - v49 * v31 - v83 * v65 + v114 * v95 + v145 * v126) * c[9];
-    const real v174 = h[0] * v94;
-    const real v178 = v94 * p[14];
-    const real v181 = s26 * q[4] + c26 * q[5];
-    const real v182 = v181 * v181;
-    const real v187 = c26 * q[4] - s26 * q[5];
-    const real v192 = h[2] * v97;
-    const real v194 = p[16] * q[13] - v178 * v182 - v178 * (v187 * v187) - q[14] * q[14] * v192;
-    const real v195 = q[3] * q[3];
-    const real v199 = v89 * v181;
-    const real v209 = v194 - v192 * v195 - (q[14] + q[14]) * v199 - h[2] * v181 * q[3] + h[1] * v182 * s28 * c28 * p[12];
-    const real v221 = v209 + h[13] * v88 * v181 * q[3] * p[12] + c28 * v181 * p[14] * q[3] * p[13] * p[12];
-    const real v227 = v221 + h[13] * s28 * c28 * q[14] * q[3] * p[12];
-    const real v232 = h[0] * v125;
-    const real v236 = v128 * h[6];
-    const real v239 = v125 * p[19];
-    const real v242 = s64 * q[4] + c64 * q[5];
-    const real v243 = v242 * v242;
-    const real v248 = c64 * q[4] - s64 * q[5];
-    const real v254 = p[21] * q[15] - v195 * v236 - v239 * v243 - v239 * (v248 * v248) - q[16] * q[16] * v236;
-    const real v256 = v242 * v120;
-    const real v266 = v254 - (q[16] + q[16]) * v256 - v242 * h[6] * q[3] + v243 * s60 * c60 * h[5] * p[17];
-    const real v278 = v266 + (v242 + v242) * v119 * h[5] * q[3] * p[17] + v242 * c60 * p[19] * q[3] * p[18] * p[17];
-    const real v285 = v278 + (s60 + s60) * c60 * h[5] * q[16] * q[3] * p[17];
-    const real v289 = q[6] * c[2] - v155 * q[1] - h[4] * (v174 * p[15] + p[15] * v227) - h[8] * (v232 * p[20] + p[20] * v285);
-    const real v290 = q[13] + q[13];
-    const real v291 = v192 * v290;
-    const real v293 = v291 * q[14];
-    const real v296 = v187 * q[3];
-    const real v305 = p[16] * q[14] + v178 * v296 + v199 * v290 + v199 * v187 + v293 - v192 * v296;
-    const real v307 = v305 - v291 * q[3];
-    const real v313 = q[15] + q[15];
-    const real v314 = v236 * v313;
-    const real v316 = v314 * q[16];
-    const real v321 = v248 * q[3];
-    const real v328 = p[21] * q[16] + v248 * v256 + v239 * v321 + v256 * v313 + v316 - v236 * v321;
-    const real v332 = v328 - v236 * (q[3] + q[3]) * q[15];
-    const real v337 = v289 - v92 * (v112 * v291 - (v293 * v89 + v89 * v307)) - v123 * (v143 * v314 - (v316 * v120 + v120 * v332));
-    const real v341 = q[3] * c[10] + (v337 + q[1] * q[2] * c[0]);
-    const real v350 = K(1.0) / (h[14] - v92 * (v89 * v89) - v123 * (v120 * v120));
-    const real v357 = v92 * v89;
-    const real v360 = v123 * v120;
-    const real v362 = h[15] * v36 + h[16] * v70 + v357 * v99 + v360 * v130;
-    const real v363 = v362 * v350;
-    const real v379 = q[7] * c[4] + h[4] * (v174 * v36 + v36 * v227 + v47 * (v104 * q[13] + v43 * q[14]));
-    const real v389 = v379 + h[8] * (v232 * v70 + v70 * v285 + v81 * (v77 * q[16] + v135 * q[15]));
-    const real v396 = c28 * c28;
-    const real v402 = v293 * v99 + v99 * v307 - v112 * (v107 * q[14] + q[13] * (v41 + v88 * v42 - v396 * v42));
-    const real v411 = c60 * c60;
-    const real v417 = v316 * v130 + v130 * v332 - v143 * (v138 * q[16] + q[15] * (v75 + v76 * v119 - v76 * v411));
-    const real v424 = v363 * v341 - (q[4] * c[11] + (v389 - v92 * v402 - v123 * v417 + q[0] * q[2] * c[1]));
-    const real v437 = c[5] - h[4] * (v36 * v36) - h[8] * (v70 * v70) - v92 * (v99 * v99) - v123 * (v130 * v130);
-    const real v440 = K(1.0) / (v437 - v362 * v363);
-    const real v452 = h[4] * v36 * v43 + h[8] * v70 * v77 - v92 * v99 * v108 - v123 * v130 * v139;
-    const real v459 = v357 * v108 - (h[15] * v43 + h[16] * v77) + v360 * v139;
-    const real v460 = v459 * v350;
-    const real v462 = v452 - v362 * v460;
-    const real v463 = v462 * v440;
-    const real v481 = q[8] * c[6] - v17 * q[0] - h[4] * (v174 * v43 + v43 * v227 - v47 * (v36 * q[14] - v96 * q[13]));
-    const real v491 = v481 - h[8] * (v232 * v77 + v77 * v285 - v81 * (v70 * q[16] - v127 * q[15]));
-    const real v503 = v293 * v108 + v108 * v307 - v112 * (q[13] * (v33 + v88 * v105 - v105 * v396) - v99 * q[14]);
-    const real v517 = v316 * v139 + v139 * v332 - v143 * (q[15] * (v67 + v119 * v136 - v136 * v411) - v130 * q[16]);
-    const real v523 = v460 * v341 - (q[5] * c[12] + (v491 - v92 * v503 - v123 * v517)) - v463 * v424;
-    const real v536 = c[7] - h[4] * (v43 * v43) - h[8] * (v77 * v77) - v92 * (v108 * v108) - v123 * (v139 * v139);
-    const real v541 = v523 / (v536 - v462 * v463 - v459 * v460);
-    const real v543 = v424 * v440 - v463 * v541;
-    const real v547 = v341 * v350 + v363 * v543 + v460 * v541;
-    const real v559 = p[15] * v547 - (v174 + v227) + v36 * v543 - v43 * v541 + v40 * v149 + v31 * v165;
-    const real v571 = v103 * v149 - (v307 + v89 * v547 + v99 * v543 + v108 * v541) - v95 * v165;
-    const real v583 = p[20] * v547 - (v232 + v285) + v70 * v543 - v77 * v541 + v74 * v149 + v65 * v165;
-    const real v595 = v134 * v149 - (v332 + v120 * v547 + v130 * v543 + v139 * v541) - v126 * v165;
-    dq[0] = h[0] - q[2] * q[4] + q[1] * q[5];
-    dq[1] = q[2] * q[3] - q[0] * q[5] - v149;
-    dq[2] = q[0] * q[4] - q[1] * q[3] - v165;
-    dq[3] = -v547;
-    dq[4] = v543;
-    dq[5] = v541;
-    dq[6] = q[3];
-    dq[7] = q[4];
-    dq[8] = q[5];
-    dq[9] = q[13];
-    dq[10] = q[14];
-    dq[11] = q[15];
-    dq[12] = q[16];
-    dq[13] = v559 * h[17];
-    dq[14] = v571 / v90;
-    dq[15] = v583 * h[18];
-    dq[16] = v595 / v121;
+    enum { vx = 0 };
+    enum { vy = 1 };
+    enum { vz = 2 };
+    enum { wx = 3 };
+    enum { wy = 4 };
+    enum { wz = 5 };
+    enum { att1 = 6 };
+    enum { att2 = 7 };
+    enum { att3 = 8 };
+    enum { phi1 = 9 };
+    enum { theta1 = 10 };
+    enum { phi2 = 11 };
+    enum { theta2 = 12 };
+    enum { phi1_dot = 13 };
+    enum { theta1_dot = 14 };
+    enum { phi2_dot = 15 };
+    enum { theta2_dot = 16 };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { eps1 = SLOSH_P_EPS1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { eps2 = SLOSH_P_EPS2 };
+    enum { r1 = SLOSH_LYAPUNOV_V1_C_R1 };
+    enum { r2 = SLOSH_LYAPUNOV_V1_C_R2 };
+    enum { r3 = SLOSH_LYAPUNOV_V1_C_R3 };
+    enum { r5 = SLOSH_LYAPUNOV_V1_C_R5 };
+    enum { r6 = SLOSH_LYAPUNOV_V1_C_R6 };
+    enum { r7 = SLOSH_LYAPUNOV_V1_C_R7 };
+    enum { r8 = SLOSH_LYAPUNOV_V1_C_R8 };
+    enum { w1 = SLOSH_LYAPUNOV_V1_C_W1 };
+    enum { w2 = SLOSH_LYAPUNOV_V1_C_W2 };
+    enum { w3 = SLOSH_LYAPUNOV_V1_C_W3 };
+    enum { w4 = SLOSH_LYAPUNOV_V1_C_W4 };
+    enum { w5 = SLOSH_LYAPUNOV_V1_C_W5 };
+    enum { t_os4zj = lyapunov_v1_loop_reduced_h_t_os4zj };
+    enum { t_yx2kz = lyapunov_v1_loop_reduced_h_t_yx2kz };
+    enum { D_phi1 = lyapunov_v1_loop_reduced_h_D_phi1 };
+    enum { t_6nwd2 = lyapunov_v1_loop_reduced_h_t_6nwd2 };
+    enum { t_oc5tk = lyapunov_v1_loop_reduced_h_t_oc5tk };
+    enum { t_nfvux = lyapunov_v1_loop_reduced_h_t_nfvux };
+    enum { t_frp3h = lyapunov_v1_loop_reduced_h_t_frp3h };
+    enum { D_phi2 = lyapunov_v1_loop_reduced_h_D_phi2 };
+    enum { t_popww = lyapunov_v1_loop_reduced_h_t_popww };
+    enum { ax_eq = lyapunov_v1_loop_reduced_h_ax_eq };
+    enum { W_theta1 = lyapunov_v1_loop_reduced_h_W_theta1 };
+    enum { W_theta2 = lyapunov_v1_loop_reduced_h_W_theta2 };
+    enum { t_gtrpy = lyapunov_v1_loop_reduced_h_t_gtrpy };
+    enum { t_kovll = lyapunov_v1_loop_reduced_h_t_kovll };
+    enum { t_q2z2v = lyapunov_v1_loop_reduced_h_t_q2z2v };
+    enum { t_fbkub = lyapunov_v1_loop_reduced_h_t_fbkub };
+    enum { t_hl4rq = lyapunov_v1_loop_reduced_h_t_hl4rq };
+    enum { t_6wfa5 = lyapunov_v1_loop_reduced_h_t_6wfa5 };
+    enum { t_gcao4 = lyapunov_v1_loop_reduced_h_t_gcao4 };
+    real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
+    const real gx_phi1 = sin_phi1 * h[t_6nwd2];  /* (25) */
+    real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
+    const real t_pv3py = cos_phi1 * p[l1] * p[m1];
+    const real gy_phi1 = sin_theta1 * t_pv3py;  /* (25) */
+    const real gz_phi1 = cos_theta1 * t_pv3py;  /* (25) */
+    const real t_bnlcb = gy_phi1 * p[h1];
+    const real t_c4g4l = h[t_yx2kz] * sin_theta1;
+    const real cz_phi1 = t_bnlcb - t_c4g4l;  /* (25) */
+    const real t_azo52 = gx_phi1 * p[h1];
+    const real t_5vpfz = sin_theta1 * q[wy] + cos_theta1 * q[wz];
+    const real t_3wt73 = t_5vpfz * t_5vpfz;
+    const real t_d3hip = cos_theta1 * q[wy] - sin_theta1 * q[wz];
+    const real t_fgmjk = sin_phi1 * cos_phi1;
+    const real t_27rts = h[t_yx2kz] * t_fgmjk;
+    const real t_wube7 = q[wx] * q[wx];
+    const real t_j5zf2 = sin_phi1 * sin_phi1;
+    const real t_tlxaf = h[t_yx2kz] * t_j5zf2;
+    const real t_jg6hr = t_tlxaf * t_5vpfz;
+    const real k_phi1 = p[eps1] * q[phi1_dot]
+        - t_azo52 * t_3wt73
+        - t_azo52 * (t_d3hip * t_d3hip)
+        - q[theta1_dot] * q[theta1_dot] * t_27rts
+        - t_27rts * t_wube7
+        - (q[theta1_dot] + q[theta1_dot]) * t_jg6hr
+        - h[t_yx2kz] * t_5vpfz * q[wx]
+        + h[t_os4zj] * t_3wt73 * sin_phi1 * cos_phi1 * p[m1]
+        + h[t_oc5tk] * t_j5zf2 * t_5vpfz * q[wx] * p[m1]
+        + cos_phi1 * t_5vpfz * p[h1] * q[wx] * p[l1] * p[m1]
+        + h[t_oc5tk] * sin_phi1 * cos_phi1 * q[theta1_dot] * q[wx] * p[m1];  /* (25) */
+    const real D_theta1 = t_tlxaf + p[I1];  /* (26) */
+    const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
+    const real t_e5ugo = sin_theta1 * gx_phi1;
+    const real t_xoziy = t_e5ugo * p[h1];
+    const real cy_theta1 = t_xoziy - t_fgmjk * t_c4g4l;  /* (26) */
+    const real t_m5cmg = gy_theta1 * p[h1];
+    const real t_jweyu = h[t_yx2kz] * cos_theta1;
+    const real t_6k4ym = t_m5cmg - t_fgmjk * t_jweyu;
+    const real cz_theta1 = t_6k4ym + p[I1];  /* (26) */
+    const real t_ybskz = t_d3hip * q[wx];
+    const real t_j5odj = q[phi1_dot] + q[phi1_dot];
+    const real Dd_theta1 = t_27rts * t_j5odj;
+    const real t_b7wcv = Dd_theta1 * q[theta1_dot];
+    const real k_theta1 = p[eps1] * q[theta1_dot]
+        + t_azo52 * t_ybskz
+        + t_jg6hr * t_j5odj
+        + t_jg6hr * t_d3hip
+        + t_b7wcv
+        - t_27rts * t_ybskz
+        - Dd_theta1 * q[wx];  /* (26) */
+    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
+    const real gx_phi2 = h[t_popww] * sin_phi2;  /* (25) */
+    const real t_aafcb = cos_phi2 * p[l2] * p[m2];
+    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
+    const real gy_phi2 = t_aafcb * sin_theta2;  /* (25) */
+    const real gz_phi2 = t_aafcb * cos_theta2;  /* (25) */
+    const real t_ba7if = gy_phi2 * p[h2];
+    const real t_kuf7x = sin_theta2 * h[t_frp3h];
+    const real cz_phi2 = t_ba7if - t_kuf7x;  /* (25) */
+    const real t_qg23f = sin_phi2 * cos_phi2;
+    const real t_ny2js = t_qg23f * h[t_frp3h];
+    const real t_svo5z = gx_phi2 * p[h2];
+    const real t_cuv7o = sin_theta2 * q[wy] + cos_theta2 * q[wz];
+    const real t_flneb = t_cuv7o * t_cuv7o;
+    const real t_3cqcq = cos_theta2 * q[wy] - sin_theta2 * q[wz];
+    const real t_acoue = sin_phi2 * sin_phi2;
+    const real t_rg5u5 = t_acoue * h[t_frp3h];
+    const real t_ss42z = t_cuv7o * t_rg5u5;
+    const real k_phi2 = p[eps2] * q[phi2_dot]
+        - t_wube7 * t_ny2js
+        - t_svo5z * t_flneb
+        - t_svo5z * (t_3cqcq * t_3cqcq)
+        - q[theta2_dot] * q[theta2_dot] * t_ny2js
+        - (q[theta2_dot] + q[theta2_dot]) * t_ss42z
+        - t_cuv7o * h[t_frp3h] * q[wx]
+        + t_flneb * sin_phi2 * cos_phi2 * h[t_nfvux] * p[m2]
+        + (t_cuv7o + t_cuv7o) * t_acoue * h[t_nfvux] * q[wx] * p[m2]
+        + t_cuv7o * cos_phi2 * p[h2] * q[wx] * p[l2] * p[m2]
+        + (sin_phi2 + sin_phi2) * cos_phi2 * h[t_nfvux] * q[theta2_dot] * q[wx] * p[m2];  /* (25) */
+    const real D_theta2 = t_rg5u5 + p[I2];  /* (26) */
+    const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
+    const real t_7j7h4 = gx_phi2 * sin_theta2;
+    const real t_bxu5p = t_7j7h4 * p[h2];
+    const real cy_theta2 = t_bxu5p - t_kuf7x * t_qg23f;  /* (26) */
+    const real t_gidtm = gy_theta2 * p[h2];
+    const real t_lvuvj = cos_theta2 * h[t_frp3h];
+    const real t_vpw6e = t_gidtm - t_qg23f * t_lvuvj;
+    const real cz_theta2 = t_vpw6e + p[I2];  /* (26) */
+    const real t_dr7rz = t_3cqcq * q[wx];
+    const real t_473qv = q[phi2_dot] + q[phi2_dot];
+    const real Dd_theta2 = t_ny2js * t_473qv;
+    const real t_putjj = Dd_theta2 * q[theta2_dot];
+    const real k_theta2 = p[eps2] * q[theta2_dot]
+        + t_3cqcq * t_ss42z
+        + t_svo5z * t_dr7rz
+        + t_ss42z * t_473qv
+        + t_putjj
+        - t_ny2js * t_dr7rz
+        - t_ny2js * (q[wx] + q[wx]) * q[phi2_dot];  /* (26) */
+    const real cdy_phi1 = t_m5cmg * q[phi1_dot] + cz_phi1 * q[theta1_dot];
+    const real t_pthak = gz_phi1 * p[h1];
+    const real t_c7ea6 = t_pthak - h[t_os4zj] * cos_theta1 * p[m1];
+    const real cdz_phi1 = t_c7ea6 * q[theta1_dot] - t_xoziy * q[phi1_dot];
+    const real t_tdfn5 = cos_phi1 * cos_phi1;
+    const real cdy_theta1 = t_6k4ym * q[theta1_dot] + q[phi1_dot] * (t_bnlcb + t_j5zf2 * t_c4g4l - t_tdfn5 * t_c4g4l);
+    const real cdz_theta1 = q[phi1_dot] * (t_pthak + t_j5zf2 * t_jweyu - t_jweyu * t_tdfn5) - cy_theta1 * q[theta1_dot];
+    const real cdy_phi2 = cz_phi2 * q[theta2_dot] + t_gidtm * q[phi2_dot];
+    const real t_3ndrr = gz_phi2 * p[h2];
+    const real t_mszzy = t_3ndrr - cos_theta2 * h[t_nfvux] * p[m2];
+    const real cdz_phi2 = t_mszzy * q[theta2_dot] - t_bxu5p * q[phi2_dot];
+    const real t_oovgz = cos_phi2 * cos_phi2;
+    const real cdy_theta2 = t_vpw6e * q[theta2_dot] + q[phi2_dot] * (t_ba7if + t_kuf7x * t_acoue - t_kuf7x * t_oovgz);
+    const real cdz_theta2 = q[phi2_dot] * (t_3ndrr + t_acoue * t_lvuvj - t_lvuvj * t_oovgz) - cy_theta2 * q[theta2_dot];
+    const real t_wij2f = q[vy] * c[r1];
+    const real t_tlq7s = h[D_phi1] * q[phi1_dot];
+    const real t_gzvpk = h[t_gtrpy] * (p[I1] * q[wx] - t_c7ea6 * q[wy] + cz_phi1 * q[wz] + t_tlq7s);
+    const real t_ekjz2 = h[D_phi2] * q[phi2_dot];
+    const real t_cwoxu = h[t_kovll] * (p[I2] * q[wx] - t_mszzy * q[wy] + cz_phi2 * q[wz] + t_ekjz2);
+    const real t_j7ex5 = h[W_theta1] / (D_theta1 * D_theta1);
+    const real t_iomfo = D_theta1 * q[theta1_dot];
+    const real t_ixthk = t_j7ex5 * (cy_theta1 * q[wy] - t_tlxaf * q[wx] + cz_theta1 * q[wz] + t_iomfo);
+    const real t_s5xdh = h[W_theta2] / (D_theta2 * D_theta2);
+    const real t_kyc32 = D_theta2 * q[theta2_dot];
+    const real t_ebmhs = t_s5xdh * (cy_theta2 * q[wy] - t_rg5u5 * q[wx] + cz_theta2 * q[wz] + t_kyc32);
+    const real B_v1 = t_wij2f
+        - t_gzvpk * gy_phi1
+        - t_cwoxu * gy_phi2
+        - t_ixthk * gy_theta1
+        - t_ebmhs * gy_theta2;  /* (29) */
+    const real t_aqbxr = q[vz] * c[r2];
+    const real C_v1 = t_aqbxr
+        - t_gzvpk * gz_phi1
+        - t_cwoxu * gz_phi2
+        + t_ixthk * t_e5ugo
+        + t_ebmhs * t_7j7h4;  /* (29) */
+    const real t_5bilv = h[ax_eq] * gx_phi1;
+    const real t_4oupt = h[ax_eq] * gx_phi2;
+    const real g1_v1 = q[att1] * c[r3]
+        - t_aqbxr * q[vy]
+        - h[t_gtrpy] * (t_5bilv * p[I1] + p[I1] * k_phi1)
+        - h[t_kovll] * (t_4oupt * p[I2] + p[I2] * k_phi2)
+        - t_j7ex5 * (t_iomfo * Dd_theta1 - (t_b7wcv * t_tlxaf + t_tlxaf * k_theta1))
+        - t_s5xdh * (t_kyc32 * Dd_theta2 - (t_putjj * t_rg5u5 + t_rg5u5 * k_theta2))
+        + q[vy] * q[vz] * c[r1];  /* (29) */
+    const real g2_v1 = q[att2] * c[r5]
+        + h[t_gtrpy] * (t_5bilv * t_c7ea6 + t_c7ea6 * k_phi1 + t_tlq7s * cdy_phi1)
+        + h[t_kovll] * (t_4oupt * t_mszzy + t_mszzy * k_phi2 + t_ekjz2 * cdy_phi2)
+        - t_j7ex5 * (t_b7wcv * cy_theta1 + cy_theta1 * k_theta1 - t_iomfo * cdy_theta1)
+        - t_s5xdh * (t_putjj * cy_theta2 + cy_theta2 * k_theta2 - t_kyc32 * cdy_theta2)
+        + q[vx] * q[vz] * c[r2];  /* (29) */
+    const real g3_v1 = q[att3] * c[r7]
+        - t_wij2f * q[vx]
+        - h[t_gtrpy] * (t_5bilv * cz_phi1 + cz_phi1 * k_phi1 - t_tlq7s * cdz_phi1)
+        - h[t_kovll] * (t_4oupt * cz_phi2 + cz_phi2 * k_phi2 - t_ekjz2 * cdz_phi2)
+        - t_j7ex5 * (t_b7wcv * cz_theta1 + cz_theta1 * k_theta1 - t_iomfo * cdz_theta1)
+        - t_s5xdh * (t_putjj * cz_theta2 + cz_theta2 * k_theta2 - t_kyc32 * cdz_theta2);  /* (29) */
+    const real f11_v1 = h[t_q2z2v] - t_j7ex5 * (t_tlxaf * t_tlxaf) - t_s5xdh * (t_rg5u5 * t_rg5u5);  /* (29) */
+    const real t_krscw = t_j7ex5 * t_tlxaf;
+    const real t_qbfue = t_s5xdh * t_rg5u5;
+    const real f21_v1 = h[t_fbkub] * t_c7ea6 + h[t_hl4rq] * t_mszzy + t_krscw * cy_theta1 + t_qbfue * cy_theta2;  /* (29) */
+    const real f22_v1 = c[r6]
+        - h[t_gtrpy] * (t_c7ea6 * t_c7ea6)
+        - h[t_kovll] * (t_mszzy * t_mszzy)
+        - t_j7ex5 * (cy_theta1 * cy_theta1)
+        - t_s5xdh * (cy_theta2 * cy_theta2);  /* (29) */
+    const real f31_v1 = t_krscw * cz_theta1 - (h[t_fbkub] * cz_phi1 + h[t_hl4rq] * cz_phi2) + t_qbfue * cz_theta2;  /* (29) */
+    const real f32_v1 = h[t_gtrpy] * t_c7ea6 * cz_phi1
+        + h[t_kovll] * t_mszzy * cz_phi2
+        - t_j7ex5 * cy_theta1 * cz_theta1
+        - t_s5xdh * cy_theta2 * cz_theta2;  /* (29) */
+    const real f33_v1 = c[r8]
+        - h[t_gtrpy] * (cz_phi1 * cz_phi1)
+        - h[t_kovll] * (cz_phi2 * cz_phi2)
+        - t_j7ex5 * (cz_theta1 * cz_theta1)
+        - t_s5xdh * (cz_theta2 * cz_theta2);  /* (29) */
+    const real t_4v7es = K(1.0) / f11_v1;
+    const real f_v1_L21 = f21_v1 * t_4v7es;
+    const real f_v1_L31 = f31_v1 * t_4v7es;
+    const real f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21;
+    const real t_g2uww = f32_v1 - f21_v1 * f_v1_L31;
+    const real t_omhw7 = K(1.0) / f_v1_D2;
+    const real f_v1_L32 = t_g2uww * t_omhw7;
+    const real f_v1_D3 = f33_v1 - t_g2uww * f_v1_L32 - f31_v1 * f_v1_L31;
+    const real t_u5ggi = q[wx] * c[w3] + g1_v1;
+    const real u_v1_y2 = f_v1_L21 * t_u5ggi - (q[wy] * c[w4] + g2_v1);
+    const real u_v1_y3 = f_v1_L31 * t_u5ggi - (q[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
+    const real u_v1_x3 = u_v1_y3 / f_v1_D3;
+    const real u_v1_x2 = u_v1_y2 * t_omhw7 - f_v1_L32 * u_v1_x3;
+    const real t_dyqoa = t_u5ggi * t_4v7es + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
+    const real u_v1_x1 = -t_dyqoa;
+    const real t_mjt7i = B_v1 * c[w1];
+    const real t_2xlzh = C_v1 * c[w2];
+    const real t_pigar = p[I1] * t_dyqoa
+        - (t_5bilv + k_phi1)
+        + t_c7ea6 * u_v1_x2
+        - cz_phi1 * u_v1_x3
+        + gy_phi1 * t_mjt7i
+        + gz_phi1 * t_2xlzh;
+    const real t_af3tu = gy_theta1 * t_mjt7i
+        - (k_theta1 + t_tlxaf * t_dyqoa + cy_theta1 * u_v1_x2 + cz_theta1 * u_v1_x3)
+        - t_e5ugo * t_2xlzh;
+    const real t_ihlxw = p[I2] * t_dyqoa
+        - (t_4oupt + k_phi2)
+        + t_mszzy * u_v1_x2
+        - cz_phi2 * u_v1_x3
+        + gy_phi2 * t_mjt7i
+        + gz_phi2 * t_2xlzh;
+    const real t_bltv2 = gy_theta2 * t_mjt7i
+        - (k_theta2 + t_rg5u5 * t_dyqoa + cy_theta2 * u_v1_x2 + cz_theta2 * u_v1_x3)
+        - t_7j7h4 * t_2xlzh;
+    dq[0] = h[ax_eq] - q[vz] * q[wy] + q[vy] * q[wz];
+    dq[1] = q[vz] * q[wx] - q[vx] * q[wz] - t_mjt7i;
+    dq[2] = q[vx] * q[wy] - q[vy] * q[wx] - t_2xlzh;
+    dq[3] = u_v1_x1;
+    dq[4] = u_v1_x2;
+    dq[5] = u_v1_x3;
+    dq[6] = q[wx];
+    dq[7] = q[wy];
+    dq[8] = q[wz];
+    dq[9] = q[phi1_dot];
+    dq[10] = q[theta1_dot];
+    dq[11] = q[phi2_dot];
+    dq[12] = q[theta2_dot];
+    dq[13] = t_pigar * h[t_6wfa5];
+    dq[14] = t_af3tu / D_theta1;
+    dq[15] = t_ihlxw * h[t_gcao4];
+    dq[16] = t_bltv2 / D_theta2;
 }
+
+/* Places of h. */
+enum {
+    lyapunov_v1_loop_reduced_euler_h_t_os4zj,
+    lyapunov_v1_loop_reduced_euler_h_t_yx2kz,
+    lyapunov_v1_loop_reduced_euler_h_D_phi1,
+    lyapunov_v1_loop_reduced_euler_h_t_6nwd2,
+    lyapunov_v1_loop_reduced_euler_h_t_oc5tk,
+    lyapunov_v1_loop_reduced_euler_h_t_nfvux,
+    lyapunov_v1_loop_reduced_euler_h_t_frp3h,
+    lyapunov_v1_loop_reduced_euler_h_D_phi2,
+    lyapunov_v1_loop_reduced_euler_h_t_popww,
+    lyapunov_v1_loop_reduced_euler_h_ax_eq,
+    lyapunov_v1_loop_reduced_euler_h_W_theta1,
+    lyapunov_v1_loop_reduced_euler_h_W_theta2,
+    lyapunov_v1_loop_reduced_euler_h_t_gtrpy,
+    lyapunov_v1_loop_reduced_euler_h_t_kovll,
+    lyapunov_v1_loop_reduced_euler_h_t_q2z2v,
+    lyapunov_v1_loop_reduced_euler_h_t_fbkub,
+    lyapunov_v1_loop_reduced_euler_h_t_hl4rq,
+    lyapunov_v1_loop_reduced_euler_h_t_6wfa5,
+    lyapunov_v1_loop_reduced_euler_h_t_gcao4,
+};
 
 /* what lyapunov_v1_loop_reduced_euler computes once per run; 31 operations. */
 void slosh_lyapunov_v1_loop_reduced_euler_prepare(const real *p, const real *c, real *h)
 {
-    const real v12 = p[13] * p[13];
-    const real v13 = v12 * p[12];
-    const real v15 = v13 + p[15];
-    const real v17 = c[13] * p[12] / (v15 * v15);
-    const real v20 = p[18] * p[18];
-    const real v21 = v20 * p[17];
-    const real v23 = v21 + p[20];
-    const real v25 = c[13] * p[17] / (v23 * v23);
-    h[0] = p[9] / (p[0] + p[1] + p[12] + p[17]);
-    h[1] = v12;
-    h[2] = v13;
-    h[3] = v15;
-    h[4] = v17;
-    h[5] = v20;
-    h[6] = v21;
-    h[7] = v23;
-    h[8] = v25;
-    h[9] = c[14] * p[12];
-    h[10] = p[13] * p[12];
-    h[11] = c[14] * p[17];
-    h[12] = p[18] * p[17];
-    h[13] = v12 + v12;
-    h[14] = c[3] - v17 * (p[15] * p[15]) - v25 * (p[20] * p[20]);
-    h[15] = v17 * p[15];
-    h[16] = v25 * p[20];
-    h[17] = K(1.0) / v15;
-    h[18] = K(1.0) / v23;
+    enum { m = SLOSH_P_M };
+    enum { m0 = SLOSH_P_M0 };
+    enum { F = SLOSH_P_F };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { r4 = SLOSH_LYAPUNOV_V1_C_R4 };
+    enum { r9 = SLOSH_LYAPUNOV_V1_C_R9 };
+    enum { r10 = SLOSH_LYAPUNOV_V1_C_R10 };
+    const real t_os4zj = p[l1] * p[l1];
+    const real t_yx2kz = t_os4zj * p[m1];
+    const real D_phi1 = t_yx2kz + p[I1];  /* (25) */
+    const real t_nfvux = p[l2] * p[l2];
+    const real t_frp3h = t_nfvux * p[m2];
+    const real D_phi2 = t_frp3h + p[I2];  /* (25) */
+    const real ax_eq = p[F] / (p[m] + p[m0] + p[m1] + p[m2]);  /* (19) */
+    const real W_phi1 = c[r9] * p[m1];  /* (27) */
+    const real W_theta1 = c[r10] * p[m1];  /* (27) */
+    const real W_phi2 = c[r9] * p[m2];  /* (27) */
+    const real W_theta2 = c[r10] * p[m2];  /* (27) */
+    const real t_gtrpy = W_phi1 / (D_phi1 * D_phi1);
+    const real t_kovll = W_phi2 / (D_phi2 * D_phi2);
+    h[lyapunov_v1_loop_reduced_euler_h_t_os4zj] = t_os4zj;
+    h[lyapunov_v1_loop_reduced_euler_h_t_yx2kz] = t_yx2kz;
+    h[lyapunov_v1_loop_reduced_euler_h_D_phi1] = D_phi1;
+    h[lyapunov_v1_loop_reduced_euler_h_t_6nwd2] = p[l1] * p[m1];
+    h[lyapunov_v1_loop_reduced_euler_h_t_oc5tk] = t_os4zj + t_os4zj;
+    h[lyapunov_v1_loop_reduced_euler_h_t_nfvux] = t_nfvux;
+    h[lyapunov_v1_loop_reduced_euler_h_t_frp3h] = t_frp3h;
+    h[lyapunov_v1_loop_reduced_euler_h_D_phi2] = D_phi2;
+    h[lyapunov_v1_loop_reduced_euler_h_t_popww] = p[l2] * p[m2];
+    h[lyapunov_v1_loop_reduced_euler_h_ax_eq] = ax_eq;
+    h[lyapunov_v1_loop_reduced_euler_h_W_theta1] = W_theta1;
+    h[lyapunov_v1_loop_reduced_euler_h_W_theta2] = W_theta2;
+    h[lyapunov_v1_loop_reduced_euler_h_t_gtrpy] = t_gtrpy;
+    h[lyapunov_v1_loop_reduced_euler_h_t_kovll] = t_kovll;
+    h[lyapunov_v1_loop_reduced_euler_h_t_q2z2v] = c[r4] - t_gtrpy * (p[I1] * p[I1]) - t_kovll * (p[I2] * p[I2]);
+    h[lyapunov_v1_loop_reduced_euler_h_t_fbkub] = t_gtrpy * p[I1];
+    h[lyapunov_v1_loop_reduced_euler_h_t_hl4rq] = t_kovll * p[I2];
+    h[lyapunov_v1_loop_reduced_euler_h_t_6wfa5] = K(1.0) / D_phi1;
+    h[lyapunov_v1_loop_reduced_euler_h_t_gcao4] = K(1.0) / D_phi2;
 }
 
 /* the rest of lyapunov_v1_loop_reduced_euler; 554 operations. */
 void slosh_lyapunov_v1_loop_reduced_euler_prepared(const real *q, const real *p, const real *c, const real *h, real *dq)
 {
-    const real v17 = q[1] * c[0];
-    real s26, c26; mv_sincos(q[10], &s26, &c26);
-    real s28, c28; mv_sincos(q[9], &s28, &c28);
-    const real v30 = c28 * p[13] * p[12];
-    const real v31 = c26 * v30;
-    const real v33 = v31 * p[14];
-    const real v36 = v33 - h[1] * c26 * p[12];
-    const real v40 = s26 * v30;
-    const real v41 = v40 * p[14];
-    const real v42 = h[2] * s26;
-    const real v43 = v41 - v42;
-    const real v47 = h[3] * q[13];
-    const real v49 = h[4] * (p[15] * q[3] - v36 * q[4] + v43 * q[5] + v47);
-    real s60, c60; mv_sincos(q[11], &s60, &c60);
-    const real v62 = c60 * p[18] * p[17];
-    real s64, c64; mv_sincos(q[12], &s64, &c64);
-    const real v65 = v62 * c64;
-    const real v67 = v65 * p[19];
-    const real v70 = v67 - c64 * h[5] * p[17];
-    const real v74 = v62 * s64;
-    const real v75 = v74 * p[19];
-    const real v76 = s64 * h[6];
-    const real v77 = v75 - v76;
-    const real v81 = h[7] * q[15];
-    const real v83 = h[8] * (p[20] * q[3] - v70 * q[4] + v77 * q[5] + v81);
-    const real v88 = s28 * s28;
-    const real v89 = h[2] * v88;
-    const real v90 = v89 + p[15];
-    const real v92 = h[9] / (v90 * v90);
-    const real v94 = s28 * h[10];
-    const real v95 = s26 * v94;
-    const real v96 = v95 * p[14];
-    const real v97 = s28 * c28;
-    const real v99 = v96 - v97 * v42;
-    const real v103 = c26 * v94;
-    const real v104 = v103 * p[14];
-    const real v105 = h[2] * c26;
-    const real v107 = v104 - v97 * v105;
-    const real v108 = v107 + p[15];
-    const real v112 = v90 * q[14];
-    const real v114 = v92 * (v99 * q[4] - v89 * q[3] + v108 * q[5] + v112);
-    const real v119 = s60 * s60;
-    const real v120 = v119 * h[6];
-    const real v121 = v120 + p[20];
-    const real v123 = h[11] / (v121 * v121);
-    const real v125 = h[12] * s60;
-    const real v126 = v125 * s64;
-    const real v127 = v126 * p[19];
-    const real v128 = s60 * c60;
-    const real v130 = v127 - v76 * v128;
-    const real v134 = v125 * c64;
-    const real v135 = v134 * p[19];
-    const real v136 = c64 * h[6];
-    const real v138 = v135 - v128 * v136;
-    const real v139 = v138 + p[20];
-    const real v143 = v121 * q[16];
-    const real v145 = v123 * (v130 * q[4] - v120 * q[3] + v139 * q[5] + v143);
-    const real v149 = (v17 - v49 * v40 - v83 * v74 - v114 * v103 - v145 * v134) * c[8];
-    const real v155 = q[2] * c[1];
-    const real v165 = (v155 - v49 * v31 - v83 * v65 + v114 * v95 + v145 * v126) * c[9];
-    const real v174 = h[0] * v94;
-    const real v178 = v94 * p[14];
-    const real v181 = s26 * q[4] + c26 * q[5];
-    const real v182 = v181 * v181;
-    const real v187 = c26 * q[4] - s26 * q[5];
-    const real v192 = h[2] * v97;
-    const real v194 = p[16] * q[13] - v178 * v182 - v178 * (v187 * v187) - q[14] * q[14] * v192;
-    const real v195 = q[3] * q[3];
-    const real v199 = v89 * v181;
-    const real v209 = v194 - v192 * v195 - (q[14] + q[14]) * v199 - h[2] * v181 * q[3] + h[1] * v182 * s28 * c28 * p[12];
-    const real v221 = v209 + h[13] * v88 * v181 * q[3] * p[12] + c28 * v181 * p[14] * q[3] * p[13] * p[12];
-    const real v227 = v221 + h[13] * s28 * c28 * q[14] * q[3] * p[12];
-    const real v232 = h[0] * v125;
-    const real v236 = v128 * h[6];
-    const real v239 = v125 * p[19];
-    const real v242 = s64 * q[4] + c64 * q[5];
-    const real v243 = v242 * v242;
-    const real v248 = c64 * q[4] - s64 * q[5];
-    const real v254 = p[21] * q[15] - v195 * v236 - v239 * v243 - v239 * (v248 * v248) - q[16] * q[16] * v236;
-    const real v256 = v242 * v120;
-    const real v266 = v254 - (q[16] + q[16]) * v256 - v242 * h[6] * q[3] + v243 * s60 * c60 * h[5] * p[17];
-    const real v278 = v266 + (v242 + v242) * v119 * h[5] * q[3] * p[17] + v242 * c60 * p[19] * q[3] * p[18] * p[17];
-    const real v285 = v278 + (s60 + s60) * c60 * h[5] * q[16] * q[3] * p[17];
-    const real v289 = q[6] * c[2] - v155 * q[1] - h[4] * (v174 * p[15] + p[15] * v227) - h[8] * (v232 * p[20] + p[20] * v285);
-    const real v290 = q[13] + q[13];
-    const real v291 = v192 * v290;
-    const real v293 = v291 * q[14];
-    const real v296 = v187 * q[3];
-    const real v305 = p[16] * q[14] + v178 * v296 + v199 * v290 + v199 * v187 + v293 - v192 * v296;
-    const real v307 = v305 - v291 * q[3];
-    const real v313 = q[15] + q[15];
-    const real v314 = v236 * v313;
-    const real v316 = v314 * q[16];
-    const real v321 = v248 * q[3];
-    const real v328 = p[21] * q[16] + v248 * v256 + v239 * v321 + v256 * v313 + v316 - v236 * v321;
-    const real v332 = v328 - v236 * (q[3] + q[3]) * q[15];
-    const real v337 = v289 - v92 * (v112 * v291 - (v293 * v89 + v89 * v307)) - v123 * (v143 * v314 - (v316 * v120 + v120 * v332));
-    const real v341 = q[3] * c[10] + (v337 + q[1] * q[2] * c[0]);
-    const real v350 = K(1.0) / (h[14] - v92 * (v89 * v89) - v123 * (v120 * v120));
-    const real v357 = v92 * v89;
-    const real v360 = v123 * v120;
-    const real v362 = h[15] * v36 + h[16] * v70 + v357 * v99 + v360 * v130;
-    const real v363 = v362 * v350;
-    const real v379 = q[7] * c[4] + h[4] * (v174 * v36 + v36 * v227 + v47 * (v104 * q[13] + v43 * q[14]));
-    const real v389 = v379 + h[8] * (v232 * v70 + v70 * v285 + v81 * (v77 * q[16] + v135 * q[15]));
-    const real v396 = c28 * c28;
-    const real v402 = v293 * v99 + v99 * v307 - v112 * (v107 * q[14] + q[13] * (v41 + v88 * v42 - v396 * v42));
-    const real v411 = c60 * c60;
-    const real v417 = v316 * v130 + v130 * v332 - v143 * (v138 * q[16] + q[15] * (v75 + v76 * v119 - v76 * v411));
-    const real v424 = v363 * v341 - (q[4] * c[11] + (v389 - v92 * v402 - v123 * v417 + q[0] * q[2] * c[1]));
-    const real v437 = c[5] - h[4] * (v36 * v36) - h[8] * (v70 * v70) - v92 * (v99 * v99) - v123 * (v130 * v130);
-    const real v440 = K(1.0) / (v437 - v362 * v363);
-    const real v452 = h[4] * v36 * v43 + h[8] * v70 * v77 - v92 * v99 * v108 - v123 * v130 * v139;
-    const real v459 = v357 * v108 - (h[15] * v43 + h[16] * v77) + v360 * v139;
-    const real v460 = v459 * v350;
-    const real v462 = v452 - v362 * v460;
-    const real v463 = v462 * v440;
-    const real v481 = q[8] * c[6] - v17 * q[0] - h[4] * (v174 * v43 + v43 * v227 - v47 * (v36 * q[14] - v96 * q[13]));
-    const real v491 = v481 - h[8] * (v232 * v77 + v77 * v285 - v81 * (v70 * q[16] - v127 * q[15]));
-    const real v503 = v293 * v108 + v108 * v307 - v112 * (q[13] * (v33 + v88 * v105 - v105 * v396) - v99 * q[14]);
-    const real v517 = v316 * v139 + v139 * v332 - v143 * (q[15] * (v67 + v119 * v136 - v136 * v411) - v130 * q[16]);
-    const real v523 = v460 * v341 - (q[5] * c[12] + (v491 - v92 * v503 - v123 * v517)) - v463 * v424;
-    const real v536 = c[7] - h[4] * (v43 * v43) - h[8] * (v77 * v77) - v92 * (v108 * v108) - v123 * (v139 * v139);
-    const real v541 = v523 / (v536 - v462 * v463 - v459 * v460);
-    const real v543 = v424 * v440 - v463 * v541;
-    const real v547 = v341 * v350 + v363 * v543 + v460 * v541;
-    real s549, c549; mv_sincos(q[7], &s549, &c549);
-    real s550, c550; mv_sincos(q[6], &s550, &c550);
-    const real v552 = K(1.0) / c549;
-    const real v554 = s550 * v552 * q[4];
-    const real v559 = c550 * v552 * q[5];
-    const real v576 = p[15] * v547 - (v174 + v227) + v36 * v543 - v43 * v541 + v40 * v149 + v31 * v165;
-    const real v588 = v103 * v149 - (v307 + v89 * v547 + v99 * v543 + v108 * v541) - v95 * v165;
-    const real v600 = p[20] * v547 - (v232 + v285) + v70 * v543 - v77 * v541 + v74 * v149 + v65 * v165;
-    const real v612 = v134 * v149 - (v332 + v120 * v547 + v130 * v543 + v139 * v541) - v126 * v165;
-    dq[0] = h[0] - q[2] * q[4] + q[1] * q[5];
-    dq[1] = q[2] * q[3] - q[0] * q[5] - v149;
-    dq[2] = q[0] * q[4] - q[1] * q[3] - v165;
-    dq[3] = -v547;
-    dq[4] = v543;
-    dq[5] = v541;
-    dq[6] = q[3] + s549 * v554 + s549 * v559;
-    dq[7] = c550 * q[4] - s550 * q[5];
-    dq[8] = v554 + v559;
-    dq[9] = q[13];
-    dq[10] = q[14];
-    dq[11] = q[15];
-    dq[12] = q[16];
-    dq[13] = v576 * h[17];
-    dq[14] = v588 / v90;
-    dq[15] = v600 * h[18];
-    dq[16] = v612 / v121;
+    enum { vx = 0 };
+    enum { vy = 1 };
+    enum { vz = 2 };
+    enum { wx = 3 };
+    enum { wy = 4 };
+    enum { wz = 5 };
+    enum { att1 = 6 };
+    enum { att2 = 7 };
+    enum { att3 = 8 };
+    enum { phi1 = 9 };
+    enum { theta1 = 10 };
+    enum { phi2 = 11 };
+    enum { theta2 = 12 };
+    enum { phi1_dot = 13 };
+    enum { theta1_dot = 14 };
+    enum { phi2_dot = 15 };
+    enum { theta2_dot = 16 };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { eps1 = SLOSH_P_EPS1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { eps2 = SLOSH_P_EPS2 };
+    enum { r1 = SLOSH_LYAPUNOV_V1_C_R1 };
+    enum { r2 = SLOSH_LYAPUNOV_V1_C_R2 };
+    enum { r3 = SLOSH_LYAPUNOV_V1_C_R3 };
+    enum { r5 = SLOSH_LYAPUNOV_V1_C_R5 };
+    enum { r6 = SLOSH_LYAPUNOV_V1_C_R6 };
+    enum { r7 = SLOSH_LYAPUNOV_V1_C_R7 };
+    enum { r8 = SLOSH_LYAPUNOV_V1_C_R8 };
+    enum { w1 = SLOSH_LYAPUNOV_V1_C_W1 };
+    enum { w2 = SLOSH_LYAPUNOV_V1_C_W2 };
+    enum { w3 = SLOSH_LYAPUNOV_V1_C_W3 };
+    enum { w4 = SLOSH_LYAPUNOV_V1_C_W4 };
+    enum { w5 = SLOSH_LYAPUNOV_V1_C_W5 };
+    enum { t_os4zj = lyapunov_v1_loop_reduced_euler_h_t_os4zj };
+    enum { t_yx2kz = lyapunov_v1_loop_reduced_euler_h_t_yx2kz };
+    enum { D_phi1 = lyapunov_v1_loop_reduced_euler_h_D_phi1 };
+    enum { t_6nwd2 = lyapunov_v1_loop_reduced_euler_h_t_6nwd2 };
+    enum { t_oc5tk = lyapunov_v1_loop_reduced_euler_h_t_oc5tk };
+    enum { t_nfvux = lyapunov_v1_loop_reduced_euler_h_t_nfvux };
+    enum { t_frp3h = lyapunov_v1_loop_reduced_euler_h_t_frp3h };
+    enum { D_phi2 = lyapunov_v1_loop_reduced_euler_h_D_phi2 };
+    enum { t_popww = lyapunov_v1_loop_reduced_euler_h_t_popww };
+    enum { ax_eq = lyapunov_v1_loop_reduced_euler_h_ax_eq };
+    enum { W_theta1 = lyapunov_v1_loop_reduced_euler_h_W_theta1 };
+    enum { W_theta2 = lyapunov_v1_loop_reduced_euler_h_W_theta2 };
+    enum { t_gtrpy = lyapunov_v1_loop_reduced_euler_h_t_gtrpy };
+    enum { t_kovll = lyapunov_v1_loop_reduced_euler_h_t_kovll };
+    enum { t_q2z2v = lyapunov_v1_loop_reduced_euler_h_t_q2z2v };
+    enum { t_fbkub = lyapunov_v1_loop_reduced_euler_h_t_fbkub };
+    enum { t_hl4rq = lyapunov_v1_loop_reduced_euler_h_t_hl4rq };
+    enum { t_6wfa5 = lyapunov_v1_loop_reduced_euler_h_t_6wfa5 };
+    enum { t_gcao4 = lyapunov_v1_loop_reduced_euler_h_t_gcao4 };
+    real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
+    const real gx_phi1 = sin_phi1 * h[t_6nwd2];  /* (25) */
+    real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
+    const real t_pv3py = cos_phi1 * p[l1] * p[m1];
+    const real gy_phi1 = sin_theta1 * t_pv3py;  /* (25) */
+    const real gz_phi1 = cos_theta1 * t_pv3py;  /* (25) */
+    const real t_bnlcb = gy_phi1 * p[h1];
+    const real t_c4g4l = h[t_yx2kz] * sin_theta1;
+    const real cz_phi1 = t_bnlcb - t_c4g4l;  /* (25) */
+    const real t_azo52 = gx_phi1 * p[h1];
+    const real t_5vpfz = sin_theta1 * q[wy] + cos_theta1 * q[wz];
+    const real t_3wt73 = t_5vpfz * t_5vpfz;
+    const real t_d3hip = cos_theta1 * q[wy] - sin_theta1 * q[wz];
+    const real t_fgmjk = sin_phi1 * cos_phi1;
+    const real t_27rts = h[t_yx2kz] * t_fgmjk;
+    const real t_wube7 = q[wx] * q[wx];
+    const real t_j5zf2 = sin_phi1 * sin_phi1;
+    const real t_tlxaf = h[t_yx2kz] * t_j5zf2;
+    const real t_jg6hr = t_tlxaf * t_5vpfz;
+    const real k_phi1 = p[eps1] * q[phi1_dot]
+        - t_azo52 * t_3wt73
+        - t_azo52 * (t_d3hip * t_d3hip)
+        - q[theta1_dot] * q[theta1_dot] * t_27rts
+        - t_27rts * t_wube7
+        - (q[theta1_dot] + q[theta1_dot]) * t_jg6hr
+        - h[t_yx2kz] * t_5vpfz * q[wx]
+        + h[t_os4zj] * t_3wt73 * sin_phi1 * cos_phi1 * p[m1]
+        + h[t_oc5tk] * t_j5zf2 * t_5vpfz * q[wx] * p[m1]
+        + cos_phi1 * t_5vpfz * p[h1] * q[wx] * p[l1] * p[m1]
+        + h[t_oc5tk] * sin_phi1 * cos_phi1 * q[theta1_dot] * q[wx] * p[m1];  /* (25) */
+    const real D_theta1 = t_tlxaf + p[I1];  /* (26) */
+    const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
+    const real t_e5ugo = sin_theta1 * gx_phi1;
+    const real t_xoziy = t_e5ugo * p[h1];
+    const real cy_theta1 = t_xoziy - t_fgmjk * t_c4g4l;  /* (26) */
+    const real t_m5cmg = gy_theta1 * p[h1];
+    const real t_jweyu = h[t_yx2kz] * cos_theta1;
+    const real t_6k4ym = t_m5cmg - t_fgmjk * t_jweyu;
+    const real cz_theta1 = t_6k4ym + p[I1];  /* (26) */
+    const real t_ybskz = t_d3hip * q[wx];
+    const real t_j5odj = q[phi1_dot] + q[phi1_dot];
+    const real Dd_theta1 = t_27rts * t_j5odj;
+    const real t_b7wcv = Dd_theta1 * q[theta1_dot];
+    const real k_theta1 = p[eps1] * q[theta1_dot]
+        + t_azo52 * t_ybskz
+        + t_jg6hr * t_j5odj
+        + t_jg6hr * t_d3hip
+        + t_b7wcv
+        - t_27rts * t_ybskz
+        - Dd_theta1 * q[wx];  /* (26) */
+    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
+    const real gx_phi2 = h[t_popww] * sin_phi2;  /* (25) */
+    const real t_aafcb = cos_phi2 * p[l2] * p[m2];
+    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
+    const real gy_phi2 = t_aafcb * sin_theta2;  /* (25) */
+    const real gz_phi2 = t_aafcb * cos_theta2;  /* (25) */
+    const real t_ba7if = gy_phi2 * p[h2];
+    const real t_kuf7x = sin_theta2 * h[t_frp3h];
+    const real cz_phi2 = t_ba7if - t_kuf7x;  /* (25) */
+    const real t_qg23f = sin_phi2 * cos_phi2;
+    const real t_ny2js = t_qg23f * h[t_frp3h];
+    const real t_svo5z = gx_phi2 * p[h2];
+    const real t_cuv7o = sin_theta2 * q[wy] + cos_theta2 * q[wz];
+    const real t_flneb = t_cuv7o * t_cuv7o;
+    const real t_3cqcq = cos_theta2 * q[wy] - sin_theta2 * q[wz];
+    const real t_acoue = sin_phi2 * sin_phi2;
+    const real t_rg5u5 = t_acoue * h[t_frp3h];
+    const real t_ss42z = t_cuv7o * t_rg5u5;
+    const real k_phi2 = p[eps2] * q[phi2_dot]
+        - t_wube7 * t_ny2js
+        - t_svo5z * t_flneb
+        - t_svo5z * (t_3cqcq * t_3cqcq)
+        - q[theta2_dot] * q[theta2_dot] * t_ny2js
+        - (q[theta2_dot] + q[theta2_dot]) * t_ss42z
+        - t_cuv7o * h[t_frp3h] * q[wx]
+        + t_flneb * sin_phi2 * cos_phi2 * h[t_nfvux] * p[m2]
+        + (t_cuv7o + t_cuv7o) * t_acoue * h[t_nfvux] * q[wx] * p[m2]
+        + t_cuv7o * cos_phi2 * p[h2] * q[wx] * p[l2] * p[m2]
+        + (sin_phi2 + sin_phi2) * cos_phi2 * h[t_nfvux] * q[theta2_dot] * q[wx] * p[m2];  /* (25) */
+    const real D_theta2 = t_rg5u5 + p[I2];  /* (26) */
+    const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
+    const real t_7j7h4 = gx_phi2 * sin_theta2;
+    const real t_bxu5p = t_7j7h4 * p[h2];
+    const real cy_theta2 = t_bxu5p - t_kuf7x * t_qg23f;  /* (26) */
+    const real t_gidtm = gy_theta2 * p[h2];
+    const real t_lvuvj = cos_theta2 * h[t_frp3h];
+    const real t_vpw6e = t_gidtm - t_qg23f * t_lvuvj;
+    const real cz_theta2 = t_vpw6e + p[I2];  /* (26) */
+    const real t_dr7rz = t_3cqcq * q[wx];
+    const real t_473qv = q[phi2_dot] + q[phi2_dot];
+    const real Dd_theta2 = t_ny2js * t_473qv;
+    const real t_putjj = Dd_theta2 * q[theta2_dot];
+    const real k_theta2 = p[eps2] * q[theta2_dot]
+        + t_3cqcq * t_ss42z
+        + t_svo5z * t_dr7rz
+        + t_ss42z * t_473qv
+        + t_putjj
+        - t_ny2js * t_dr7rz
+        - t_ny2js * (q[wx] + q[wx]) * q[phi2_dot];  /* (26) */
+    const real cdy_phi1 = t_m5cmg * q[phi1_dot] + cz_phi1 * q[theta1_dot];
+    const real t_pthak = gz_phi1 * p[h1];
+    const real t_c7ea6 = t_pthak - h[t_os4zj] * cos_theta1 * p[m1];
+    const real cdz_phi1 = t_c7ea6 * q[theta1_dot] - t_xoziy * q[phi1_dot];
+    const real t_tdfn5 = cos_phi1 * cos_phi1;
+    const real cdy_theta1 = t_6k4ym * q[theta1_dot] + q[phi1_dot] * (t_bnlcb + t_j5zf2 * t_c4g4l - t_tdfn5 * t_c4g4l);
+    const real cdz_theta1 = q[phi1_dot] * (t_pthak + t_j5zf2 * t_jweyu - t_jweyu * t_tdfn5) - cy_theta1 * q[theta1_dot];
+    const real cdy_phi2 = cz_phi2 * q[theta2_dot] + t_gidtm * q[phi2_dot];
+    const real t_3ndrr = gz_phi2 * p[h2];
+    const real t_mszzy = t_3ndrr - cos_theta2 * h[t_nfvux] * p[m2];
+    const real cdz_phi2 = t_mszzy * q[theta2_dot] - t_bxu5p * q[phi2_dot];
+    const real t_oovgz = cos_phi2 * cos_phi2;
+    const real cdy_theta2 = t_vpw6e * q[theta2_dot] + q[phi2_dot] * (t_ba7if + t_kuf7x * t_acoue - t_kuf7x * t_oovgz);
+    const real cdz_theta2 = q[phi2_dot] * (t_3ndrr + t_acoue * t_lvuvj - t_lvuvj * t_oovgz) - cy_theta2 * q[theta2_dot];
+    const real t_wij2f = q[vy] * c[r1];
+    const real t_tlq7s = h[D_phi1] * q[phi1_dot];
+    const real t_gzvpk = h[t_gtrpy] * (p[I1] * q[wx] - t_c7ea6 * q[wy] + cz_phi1 * q[wz] + t_tlq7s);
+    const real t_ekjz2 = h[D_phi2] * q[phi2_dot];
+    const real t_cwoxu = h[t_kovll] * (p[I2] * q[wx] - t_mszzy * q[wy] + cz_phi2 * q[wz] + t_ekjz2);
+    const real t_j7ex5 = h[W_theta1] / (D_theta1 * D_theta1);
+    const real t_iomfo = D_theta1 * q[theta1_dot];
+    const real t_ixthk = t_j7ex5 * (cy_theta1 * q[wy] - t_tlxaf * q[wx] + cz_theta1 * q[wz] + t_iomfo);
+    const real t_s5xdh = h[W_theta2] / (D_theta2 * D_theta2);
+    const real t_kyc32 = D_theta2 * q[theta2_dot];
+    const real t_ebmhs = t_s5xdh * (cy_theta2 * q[wy] - t_rg5u5 * q[wx] + cz_theta2 * q[wz] + t_kyc32);
+    const real B_v1 = t_wij2f
+        - t_gzvpk * gy_phi1
+        - t_cwoxu * gy_phi2
+        - t_ixthk * gy_theta1
+        - t_ebmhs * gy_theta2;  /* (29) */
+    const real t_aqbxr = q[vz] * c[r2];
+    const real C_v1 = t_aqbxr
+        - t_gzvpk * gz_phi1
+        - t_cwoxu * gz_phi2
+        + t_ixthk * t_e5ugo
+        + t_ebmhs * t_7j7h4;  /* (29) */
+    const real t_5bilv = h[ax_eq] * gx_phi1;
+    const real t_4oupt = h[ax_eq] * gx_phi2;
+    const real g1_v1 = q[att1] * c[r3]
+        - t_aqbxr * q[vy]
+        - h[t_gtrpy] * (t_5bilv * p[I1] + p[I1] * k_phi1)
+        - h[t_kovll] * (t_4oupt * p[I2] + p[I2] * k_phi2)
+        - t_j7ex5 * (t_iomfo * Dd_theta1 - (t_b7wcv * t_tlxaf + t_tlxaf * k_theta1))
+        - t_s5xdh * (t_kyc32 * Dd_theta2 - (t_putjj * t_rg5u5 + t_rg5u5 * k_theta2))
+        + q[vy] * q[vz] * c[r1];  /* (29) */
+    const real g2_v1 = q[att2] * c[r5]
+        + h[t_gtrpy] * (t_5bilv * t_c7ea6 + t_c7ea6 * k_phi1 + t_tlq7s * cdy_phi1)
+        + h[t_kovll] * (t_4oupt * t_mszzy + t_mszzy * k_phi2 + t_ekjz2 * cdy_phi2)
+        - t_j7ex5 * (t_b7wcv * cy_theta1 + cy_theta1 * k_theta1 - t_iomfo * cdy_theta1)
+        - t_s5xdh * (t_putjj * cy_theta2 + cy_theta2 * k_theta2 - t_kyc32 * cdy_theta2)
+        + q[vx] * q[vz] * c[r2];  /* (29) */
+    const real g3_v1 = q[att3] * c[r7]
+        - t_wij2f * q[vx]
+        - h[t_gtrpy] * (t_5bilv * cz_phi1 + cz_phi1 * k_phi1 - t_tlq7s * cdz_phi1)
+        - h[t_kovll] * (t_4oupt * cz_phi2 + cz_phi2 * k_phi2 - t_ekjz2 * cdz_phi2)
+        - t_j7ex5 * (t_b7wcv * cz_theta1 + cz_theta1 * k_theta1 - t_iomfo * cdz_theta1)
+        - t_s5xdh * (t_putjj * cz_theta2 + cz_theta2 * k_theta2 - t_kyc32 * cdz_theta2);  /* (29) */
+    const real f11_v1 = h[t_q2z2v] - t_j7ex5 * (t_tlxaf * t_tlxaf) - t_s5xdh * (t_rg5u5 * t_rg5u5);  /* (29) */
+    const real t_krscw = t_j7ex5 * t_tlxaf;
+    const real t_qbfue = t_s5xdh * t_rg5u5;
+    const real f21_v1 = h[t_fbkub] * t_c7ea6 + h[t_hl4rq] * t_mszzy + t_krscw * cy_theta1 + t_qbfue * cy_theta2;  /* (29) */
+    const real f22_v1 = c[r6]
+        - h[t_gtrpy] * (t_c7ea6 * t_c7ea6)
+        - h[t_kovll] * (t_mszzy * t_mszzy)
+        - t_j7ex5 * (cy_theta1 * cy_theta1)
+        - t_s5xdh * (cy_theta2 * cy_theta2);  /* (29) */
+    const real f31_v1 = t_krscw * cz_theta1 - (h[t_fbkub] * cz_phi1 + h[t_hl4rq] * cz_phi2) + t_qbfue * cz_theta2;  /* (29) */
+    const real f32_v1 = h[t_gtrpy] * t_c7ea6 * cz_phi1
+        + h[t_kovll] * t_mszzy * cz_phi2
+        - t_j7ex5 * cy_theta1 * cz_theta1
+        - t_s5xdh * cy_theta2 * cz_theta2;  /* (29) */
+    const real f33_v1 = c[r8]
+        - h[t_gtrpy] * (cz_phi1 * cz_phi1)
+        - h[t_kovll] * (cz_phi2 * cz_phi2)
+        - t_j7ex5 * (cz_theta1 * cz_theta1)
+        - t_s5xdh * (cz_theta2 * cz_theta2);  /* (29) */
+    const real t_4v7es = K(1.0) / f11_v1;
+    const real f_v1_L21 = f21_v1 * t_4v7es;
+    const real f_v1_L31 = f31_v1 * t_4v7es;
+    const real f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21;
+    const real t_g2uww = f32_v1 - f21_v1 * f_v1_L31;
+    const real t_omhw7 = K(1.0) / f_v1_D2;
+    const real f_v1_L32 = t_g2uww * t_omhw7;
+    const real f_v1_D3 = f33_v1 - t_g2uww * f_v1_L32 - f31_v1 * f_v1_L31;
+    const real t_u5ggi = q[wx] * c[w3] + g1_v1;
+    const real u_v1_y2 = f_v1_L21 * t_u5ggi - (q[wy] * c[w4] + g2_v1);
+    const real u_v1_y3 = f_v1_L31 * t_u5ggi - (q[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
+    const real u_v1_x3 = u_v1_y3 / f_v1_D3;
+    const real u_v1_x2 = u_v1_y2 * t_omhw7 - f_v1_L32 * u_v1_x3;
+    const real t_dyqoa = t_u5ggi * t_4v7es + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
+    const real u_v1_x1 = -t_dyqoa;
+    const real t_mjt7i = B_v1 * c[w1];
+    const real t_2xlzh = C_v1 * c[w2];
+    real sin_att2, cos_att2; mv_sincos(q[att2], &sin_att2, &cos_att2);
+    real sin_att1, cos_att1; mv_sincos(q[att1], &sin_att1, &cos_att1);
+    const real t_oa5el = K(1.0) / cos_att2;
+    const real t_s66h7 = sin_att1 * t_oa5el * q[wy];
+    const real t_bi4sl = cos_att1 * t_oa5el * q[wz];
+    const real t_pigar = p[I1] * t_dyqoa
+        - (t_5bilv + k_phi1)
+        + t_c7ea6 * u_v1_x2
+        - cz_phi1 * u_v1_x3
+        + gy_phi1 * t_mjt7i
+        + gz_phi1 * t_2xlzh;
+    const real t_af3tu = gy_theta1 * t_mjt7i
+        - (k_theta1 + t_tlxaf * t_dyqoa + cy_theta1 * u_v1_x2 + cz_theta1 * u_v1_x3)
+        - t_e5ugo * t_2xlzh;
+    const real t_ihlxw = p[I2] * t_dyqoa
+        - (t_4oupt + k_phi2)
+        + t_mszzy * u_v1_x2
+        - cz_phi2 * u_v1_x3
+        + gy_phi2 * t_mjt7i
+        + gz_phi2 * t_2xlzh;
+    const real t_bltv2 = gy_theta2 * t_mjt7i
+        - (k_theta2 + t_rg5u5 * t_dyqoa + cy_theta2 * u_v1_x2 + cz_theta2 * u_v1_x3)
+        - t_7j7h4 * t_2xlzh;
+    dq[0] = h[ax_eq] - q[vz] * q[wy] + q[vy] * q[wz];
+    dq[1] = q[vz] * q[wx] - q[vx] * q[wz] - t_mjt7i;
+    dq[2] = q[vx] * q[wy] - q[vy] * q[wx] - t_2xlzh;
+    dq[3] = u_v1_x1;
+    dq[4] = u_v1_x2;
+    dq[5] = u_v1_x3;
+    dq[6] = q[wx] + sin_att2 * t_s66h7 + sin_att2 * t_bi4sl;
+    dq[7] = cos_att1 * q[wy] - sin_att1 * q[wz];
+    dq[8] = t_s66h7 + t_bi4sl;
+    dq[9] = q[phi1_dot];
+    dq[10] = q[theta1_dot];
+    dq[11] = q[phi2_dot];
+    dq[12] = q[theta2_dot];
+    dq[13] = t_pigar * h[t_6wfa5];
+    dq[14] = t_af3tu / D_theta1;
+    dq[15] = t_ihlxw * h[t_gcao4];
+    dq[16] = t_bltv2 / D_theta2;
 }
+
+/* Places of h. */
+enum {
+    lyapunov_v2_h_k1,
+    lyapunov_v2_h_me1,
+    lyapunov_v2_h_t_6nwd2,
+    lyapunov_v2_h_mv1,
+    lyapunov_v2_h_k2,
+    lyapunov_v2_h_me2,
+    lyapunov_v2_h_t_popww,
+    lyapunov_v2_h_mv2,
+    lyapunov_v2_h_M_C,
+    lyapunov_v2_h_x_C,
+    lyapunov_v2_h_J_C1,
+    lyapunov_v2_h_J_C3,
+    lyapunov_v2_h_J_C2,
+    lyapunov_v2_h_e1,
+    lyapunov_v2_h_e2,
+    lyapunov_v2_h_B_1,
+    lyapunov_v2_h_Bl_1,
+    lyapunov_v2_h_t_b7ure,
+    lyapunov_v2_h_B_2,
+    lyapunov_v2_h_Bl_2,
+    lyapunov_v2_h_t_lpk5h,
+    lyapunov_v2_h_t_m5gm4,
+    lyapunov_v2_h_t_uumic,
+    lyapunov_v2_h_t_doa45,
+    lyapunov_v2_h_t_sfymc,
+    lyapunov_v2_h_t_5r66u,
+    lyapunov_v2_h_t_7bo2j,
+    lyapunov_v2_h_t_t6fx5,
+    lyapunov_v2_h_t_yjeu3,
+    lyapunov_v2_h_t_ma4ro,
+    lyapunov_v2_h_t_62qfa,
+    lyapunov_v2_h_t_y7rm6,
+    lyapunov_v2_h_t_lwe76,
+};
 
 /* what lyapunov_v2 computes once per run; 74 operations. */
 void slosh_lyapunov_v2_prepare(const real *p, const real *c, real *h)
 {
-    const real v6 = p[12] / (p[13] * p[13] * p[12] + p[15]);
-    const real v7 = v6 * p[15];
-    const real v8 = v7 * p[13];
-    const real v26 = p[17] / (p[18] * p[18] * p[17] + p[20]);
-    const real v27 = v26 * p[20];
-    const real v32 = p[0] + p[1] + v7 + v27;
-    const real v33 = (p[14] * v7 - (p[7] * p[0] + p[6] * p[1]) + p[19] * v27) / v32;
-    const real v34 = p[14] - v33;
-    const real v35 = v6 * p[13];
-    const real v36 = v27 * p[18];
-    const real v37 = p[19] - v33;
-    const real v38 = v26 * p[18];
-    const real v41 = p[4] - p[5];
-    const real v49 = p[13] * p[12];
-    const real v50 = v49 * v35;
-    const real v52 = p[18] * p[17];
-    const real v53 = v52 * v38;
-    const real v64 = p[2] + p[3];
-    const real v68 = p[15] + p[20];
-    const real v87 = v7 * (p[14] * p[14]) + v27 * (p[19] * p[19]) + p[0] * (p[7] * p[7]) + p[1] * (p[6] * p[6]);
-    const real v90 = v87 - v32 * (v33 * v33);
-    h[0] = v7;
-    h[1] = v8;
-    h[2] = v27;
-    h[3] = v32;
-    h[4] = v33;
-    h[5] = v34;
-    h[6] = v35;
-    h[7] = v36;
-    h[8] = v37;
-    h[9] = v38;
-    h[10] = v41;
-    h[11] = K(1.0) / c[7];
-    h[12] = v8 * p[13];
-    h[13] = v36 * p[18];
-    h[14] = K(1.0) / c[5];
-    h[15] = v49;
-    h[16] = v50;
-    h[17] = v52;
-    h[18] = v53;
-    h[19] = v32 + v50 + v53;
-    h[20] = K(1.0) / c[3];
-    h[21] = v34 * v7;
-    h[22] = v37 * v27;
-    h[23] = p[9] * p[9];
-    h[24] = K(1.0) / p[9];
-    h[25] = v64;
-    h[26] = p[7] + p[8] + v33;
-    h[27] = v64 + v68 + v41;
-    h[28] = v7 * (v34 * v34);
-    h[29] = v27 * (v37 * v37);
-    h[30] = p[2] + p[4] + v68 + v90;
-    h[31] = v64 + (p[5] - p[4]);
-    h[32] = p[2] + p[5] + v90;
+    enum { m = SLOSH_P_M };
+    enum { m0 = SLOSH_P_M0 };
+    enum { I0 = SLOSH_P_I0 };
+    enum { J_x = SLOSH_P_J_X };
+    enum { J_y = SLOSH_P_J_Y };
+    enum { J_z = SLOSH_P_J_Z };
+    enum { h0 = SLOSH_P_H0 };
+    enum { b = SLOSH_P_B };
+    enum { d = SLOSH_P_D };
+    enum { F = SLOSH_P_F };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { r4 = SLOSH_LYAPUNOV_V2_C_R4 };
+    enum { r6 = SLOSH_LYAPUNOV_V2_C_R6 };
+    enum { r8 = SLOSH_LYAPUNOV_V2_C_R8 };
+    const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
+    const real t_gx5gf = p[m1] / D1;
+    const real k1 = t_gx5gf * p[l1];
+    const real me1 = t_gx5gf * p[I1];
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real mv1 = t_6nwd2 * k1;
+    const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
+    const real t_wiek6 = p[m2] / D2;
+    const real k2 = t_wiek6 * p[l2];
+    const real me2 = t_wiek6 * p[I2];
+    const real t_popww = p[l2] * p[m2];
+    const real mv2 = t_popww * k2;
+    const real M_C = p[m] + p[m0] + me1 + me2;
+    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real S_C = me1 * (p[h1] * p[h1])
+        + me2 * (p[h2] * p[h2])
+        + p[m] * (p[b] * p[b])
+        + p[m0] * (p[h0] * p[h0])
+        - M_C * (x_C * x_C);
+    const real J_C1 = p[I0] + p[J_x];
+    const real J_C3 = p[I0] + p[J_z] + S_C;
+    const real t_is5lg = p[I1] + p[I2];
+    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
+    const real e1 = p[h1] - x_C;
+    const real e2 = p[h2] - x_C;
+    const real B_1 = me1 * p[l1];
+    const real Bl_1 = B_1 * p[l1];
+    const real B_2 = me2 * p[l2];
+    const real Bl_2 = B_2 * p[l2];
+    const real t_sfymc = p[J_y] - p[J_z];
+    h[lyapunov_v2_h_k1] = k1;
+    h[lyapunov_v2_h_me1] = me1;
+    h[lyapunov_v2_h_t_6nwd2] = t_6nwd2;
+    h[lyapunov_v2_h_mv1] = mv1;
+    h[lyapunov_v2_h_k2] = k2;
+    h[lyapunov_v2_h_me2] = me2;
+    h[lyapunov_v2_h_t_popww] = t_popww;
+    h[lyapunov_v2_h_mv2] = mv2;
+    h[lyapunov_v2_h_M_C] = M_C;
+    h[lyapunov_v2_h_x_C] = x_C;
+    h[lyapunov_v2_h_J_C1] = J_C1;
+    h[lyapunov_v2_h_J_C3] = J_C3;
+    h[lyapunov_v2_h_J_C2] = J_C2;
+    h[lyapunov_v2_h_e1] = e1;
+    h[lyapunov_v2_h_e2] = e2;
+    h[lyapunov_v2_h_B_1] = B_1;
+    h[lyapunov_v2_h_Bl_1] = Bl_1;
+    h[lyapunov_v2_h_t_b7ure] = me1 * (e1 * e1);
+    h[lyapunov_v2_h_B_2] = B_2;
+    h[lyapunov_v2_h_Bl_2] = Bl_2;
+    h[lyapunov_v2_h_t_lpk5h] = me2 * (e2 * e2);
+    h[lyapunov_v2_h_t_m5gm4] = M_C + mv1 + mv2;
+    h[lyapunov_v2_h_t_uumic] = e1 * me1;
+    h[lyapunov_v2_h_t_doa45] = e2 * me2;
+    h[lyapunov_v2_h_t_sfymc] = t_sfymc;
+    h[lyapunov_v2_h_t_5r66u] = J_C1 + (p[J_z] - p[J_y]);
+    h[lyapunov_v2_h_t_7bo2j] = J_C1 + t_is5lg + t_sfymc;
+    h[lyapunov_v2_h_t_t6fx5] = K(1.0) / c[r8];
+    h[lyapunov_v2_h_t_yjeu3] = K(1.0) / c[r6];
+    h[lyapunov_v2_h_t_ma4ro] = K(1.0) / c[r4];
+    h[lyapunov_v2_h_t_62qfa] = p[F] * p[F];
+    h[lyapunov_v2_h_t_y7rm6] = K(1.0) / p[F];
+    h[lyapunov_v2_h_t_lwe76] = p[b] + p[d] + x_C;
 }
 
 /* the rest of lyapunov_v2; 554 operations. */
 void slosh_lyapunov_v2_prepared(const real *x, const real *p, const real *c, const real *h, real *u)
 {
-    real s6, c6; mv_sincos(x[9], &s6, &c6);
-    const real v7 = h[1] * s6;
-    const real v12 = x[4] * x[4] + x[5] * x[5];
-    const real v20 = v12 * h[5];
-    const real v25 = x[3] - x[14];
-    real s28, c28; mv_sincos(x[10], &s28, &c28);
-    const real v32 = c28 * x[5] + s28 * x[4];
-    const real v34 = c6 * v25 - v32 * s6;
-    const real v37 = v32 * c6 + s6 * v25;
-    const real v44 = p[16] * x[13];
-    const real v47 = h[1] * (v34 * v37 - v32 * v25) + v44 * h[6];
-    const real v49 = v7 * v20 + v47 * p[13];
-    const real v50 = s6 * p[13];
-    const real v54 = p[12] / (p[15] + p[12] * (v50 * v50));
-    const real v55 = x[3] * x[4];
-    const real v59 = c28 * x[4] - s28 * x[5];
-    const real v60 = c6 * p[13];
-    const real v65 = v59 + x[13];
-    const real v70 = p[16] * x[14];
-    const real v72 = (v55 * v50 + v59 * v60 * v25 - v34 * p[13] * (v65 + x[13])) * p[15] - v70 * v50;
-    const real v73 = v54 * v72;
-    real s76, c76; mv_sincos(x[11], &s76, &c76);
-    const real v77 = s76 * p[18];
-    const real v81 = p[17] / (p[20] + p[17] * (v77 * v77));
-    real s84, c84; mv_sincos(x[12], &s84, &c84);
-    const real v88 = c84 * x[4] - s84 * x[5];
-    const real v90 = c76 * p[18];
-    const real v93 = x[3] - x[16];
-    const real v99 = c84 * x[5] + s84 * x[4];
-    const real v101 = c76 * v93 - v99 * s76;
-    const real v104 = v88 + x[15];
-    const real v110 = p[21] * x[16];
-    const real v112 = (v55 * v77 + v88 * v90 * v93 - v101 * p[18] * (v104 + x[15])) * p[20] - v110 * v77;
-    const real v113 = v81 * v112;
-    const real v115 = v73 * v50 + v113 * v77;
-    const real v118 = h[7] * s76;
-    const real v120 = v12 * h[8];
-    const real v124 = v99 * c76 + s76 * v93;
-    const real v129 = p[21] * x[15];
-    const real v132 = h[7] * (v101 * v124 - v99 * v93) + v129 * h[9];
-    const real v134 = v118 * v120 + v132 * p[18];
-    const real v138 = x[14] * p[15];
-    const real v141 = x[16] * p[20];
-    const real v147 = v49 - v115 + v134 - v44 - v129 + v138 * x[4] + v141 * x[4] - h[10] * x[4] * x[5];
-    const real v155 = x[1] * c[0];
-    const real v163 = v55 - (x[5] * c[12] + (x[8] * c[6] - v155 * x[0])) * h[11];
-    const real v164 = v54 * p[15];
-    const real v165 = v50 * v164;
-    const real v167 = v81 * p[20];
-    const real v168 = v77 * v167;
-    const real v170 = v50 * v165 + v77 * v168;
-    const real v171 = h[5] - v60;
-    const real v172 = v171 * v164;
-    const real v173 = v50 * v172;
-    const real v174 = c28 * v173;
-    const real v176 = h[8] - v90;
-    const real v177 = v176 * v167;
-    const real v178 = v77 * v177;
-    const real v179 = c84 * v178;
-    const real v182 = h[1] * c6;
-    const real v183 = v182 * h[5];
-    const real v184 = h[12] - v183;
-    const real v188 = h[7] * c76;
-    const real v189 = v188 * h[8];
-    const real v190 = h[13] - v189;
-    const real v192 = v170 - v174 - v179 + v184 * s28 + v190 * s84;
-    const real v195 = x[3] * x[5];
-    const real v200 = x[2] * c[1];
-    const real v209 = v195 + (x[4] * c[11] + (v200 * x[0] + x[7] * c[4])) * h[14];
-    const real v212 = s28 * v173 + s84 * v178;
-    const real v216 = v212 + v184 * c28 + v190 * c84;
-    const real v219 = v7 + v118;
-    const real v226 = h[16] * s6;
-    const real v227 = v226 * s6;
-    const real v229 = h[18] * s76;
-    const real v230 = v229 * s76;
-    const real v231 = h[19] - v227 - v230;
-    const real v243 = (x[3] * c[10] + (v155 * x[2] - v200 * x[1] + x[6] * c[2])) * h[20];
-    const real v254 = c6 * v20 * h[16] - h[15] * (v37 * v37 + v65 * v65);
-    const real v263 = c76 * v120 * h[18] - h[17] * (v124 * v124 + v104 * v104);
-    const real v266 = v226 * c6;
-    const real v268 = v7 + v266 * h[5];
-    const real v270 = v229 * c76;
-    const real v272 = v118 + v270 * h[8];
-    const real v274 = v268 * s28 + v272 * s84;
-    const real v279 = v268 * c28 + v272 * c84;
-    const real v281 = v47 * s6 + v132 * s76 + c6 * v254 + c76 * v263 + v163 * v274 + v209 * v279;
-    const real v284 = v266 * s28 + v270 * s84;
-    const real v288 = v163 * h[4] - v155 * c[8];
-    const real v293 = v266 * c28 + v270 * c84;
-    const real v297 = v209 * h[4] - v200 * c[9];
-    const real v300 = v219 * v243 - (v281 + v284 * v288 + v293 * v297);
-    const real v302 = v73 * c28;
-    const real v303 = v113 * c84;
-    const real v307 = s6 * v254 - v47 * c6;
-    const real v312 = s76 * v263 - v132 * c76;
-    const real v316 = v172 - h[21];
-    const real v318 = v177 - h[22];
-    const real v320 = s28 * s28;
-    const real v321 = v227 * h[5];
-    const real v322 = v182 - v321;
-    const real v323 = v322 + v316;
-    const real v325 = s84 * s84;
-    const real v326 = v230 * h[8];
-    const real v327 = v188 - v326;
-    const real v328 = v327 + v318;
-    const real v330 = v320 * v323 + v325 * v328;
-    const real v332 = c28 * v165;
-    const real v334 = c84 * v168;
-    const real v335 = v316 + v318 - v330 - v332 - v334;
-    const real v338 = c28 * s28;
-    const real v340 = c84 * s84;
-    const real v342 = v338 * v323 + v340 * v328;
-    const real v346 = v227 + h[0] - v164;
-    const real v347 = v320 * v346;
-    const real v349 = v230 + h[2] - v167;
-    const real v350 = v325 * v349;
-    const real v356 = v347 + v350 + h[3] + v164 + v167 - h[0] - h[2];
-    const real v358 = v302 + v303 + v307 * s28 + v312 * s84 + v163 * v335 - v209 * v342 + v356 * v288;
-    const real v361 = v338 * v346 + v340 * v349;
-    const real v368 = v332 + v334 + v182 * s28 + v188 * s84;
-    const real v370 = v358 + v361 * v297 + v368 * v243;
-    const real v374 = v73 * s28;
-    const real v375 = v113 * s84;
-    const real v380 = s28 * v165;
-    const real v382 = s84 * v168;
-    const real v383 = v380 - v342 + v382;
-    const real v387 = v330 - (v322 + v327);
-    const real v391 = v307 * c28 - (v374 + v375) + v312 * c84 + v163 * v383 + v209 * v387 + v361 * v288;
-    const real v395 = v227 + v230 + h[3] - v347 - v350;
-    const real v402 = v380 + v382 - v182 * c28 - v188 * c84;
-    const real v404 = v391 + v395 * v297 - v402 * v243;
-    const real v406 = v231 * v300 - v284 * v370 - v293 * v404;
-    const real v412 = v231 * v231 + v284 * v284 + v293 * v293;
-    const real v423 = mv_max(SPLAT(K(0.0)), v406 * v406 - v412 * (v300 * v300 - h[23] + v370 * v370 + v404 * v404));
-    const real v426 = (mv_sqrt(v423) - v406) / v412;
-    const real v431 = v370 - v284 * v426;
-    const real v435 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), v431 * h[24]));
-    const real v436 = mv_asin(v435);
-    real s437, c437; mv_sincos(v436, &s437, &c437);
-    const real v438 = p[9] * c437;
-    const real v440 = v404 - v293 * v426;
-    const real v449 = mv_min(SPLAT(K(1.0)), -(v440 * h[24] / mv_max(SPLAT(K(1e-09)), mv_sqrt(K(1.0) - v435 * v435))));
-    const real v451 = mv_asin(mv_max(SPLAT(K(-1.0)), v449));
-    real s452, c452; mv_sincos(v451, &s452, &c452);
-    const real v456 = v438 * c452 - (v300 + v231 * v426);
-    const real v457 = K(1.0) / v231;
-    const real v459 = v284 * v457;
-    const real v461 = p[9] * s437;
-    const real v464 = v461 - v431 + v459 * v456;
-    const real v467 = K(1.0) / (v356 - v284 * v459);
-    const real v469 = v293 * v457;
-    const real v471 = v361 - v284 * v469;
-    const real v472 = v471 * v467;
-    const real v475 = v438 * s452;
-    const real v484 = (v469 * v456 - (v475 + v440) - v472 * v464) / (v395 - v471 * v472 - v293 * v469);
-    const real v486 = v464 * v467 - v472 * v484;
-    const real v490 = v456 * v457 + v459 * v486 + v469 * v484;
-    const real v494 = v147 + v163 * v192 + v209 * v216 - v219 * v426 - v219 * v490 - v368 * v288;
-    const real v506 = v494 - v368 * v486 + v402 * v297 + v402 * v484 - (v170 + h[12] + h[13] + h[25]) * v243;
-    const real v510 = v49 + v307 * h[5];
-    const real v513 = v134 + v312 * h[8];
-    const real v524 = v510 * c28 + v513 * c84 + v138 * x[3] + v141 * x[3] - v195 * h[27] - v374 * v171;
-    const real v527 = x[13] * p[15];
-    const real v530 = x[15] * p[20];
-    const real v539 = h[12] + K(-2.0) * v183 + h[5] * v321;
-    const real v541 = v171 * v172;
-    const real v542 = h[28] + v539 - v541;
-    const real v549 = h[13] + K(-2.0) * v189 + h[8] * v326;
-    const real v551 = v176 * v177;
-    const real v552 = h[29] + v549 - v551;
-    const real v554 = v212 + v338 * v542 + v340 * v552;
-    const real v556 = v475 * h[26] - (v524 - v375 * v176 - v527 * x[5] - v530 * x[5]) - v163 * v554;
-    const real v560 = v320 * v542;
-    const real v562 = v325 * v552;
-    const real v569 = v556 - v209 * (v539 + v549 + h[30] - v560 - v562) + v279 * v426 + v279 * v490;
-    const real v579 = v569 + v342 * v288 + v342 * v486 - v387 * v297 - v387 * v484 + v216 * v243;
-    const real v590 = v510 * s28 - (v115 + v70 + v110) + v513 * s84 - v55 * h[31] - v527 * x[4];
-    const real v606 = v541 + v551 + v170 + v560 + v562 + h[32] - h[28] - h[29] + K(-2.0) * v174;
-    const real v610 = v590 - v530 * x[4] + v302 * v171 + v303 * v176 + v163 * (v606 + K(-2.0) * v179);
-    const real v620 = v610 + v209 * v554 - v274 * v426 - v274 * v490 + v335 * v288 + v335 * v486;
-    u[0] = v506;
-    u[1] = v579;
-    u[2] = v620 + v383 * v297 + v383 * v484 - v192 * v243 + v461 * h[26];
-    u[3] = v451;
-    u[4] = v436;
+    enum { vx = SLOSH_X_VX };
+    enum { vy = SLOSH_X_VY };
+    enum { vz = SLOSH_X_VZ };
+    enum { wx = SLOSH_X_WX };
+    enum { wy = SLOSH_X_WY };
+    enum { wz = SLOSH_X_WZ };
+    enum { att1 = SLOSH_X_ATT1 };
+    enum { att2 = SLOSH_X_ATT2 };
+    enum { att3 = SLOSH_X_ATT3 };
+    enum { phi1 = SLOSH_X_PHI1 };
+    enum { theta1 = SLOSH_X_THETA1 };
+    enum { phi2 = SLOSH_X_PHI2 };
+    enum { theta2 = SLOSH_X_THETA2 };
+    enum { phi1_dot = SLOSH_X_PHI1_DOT };
+    enum { theta1_dot = SLOSH_X_THETA1_DOT };
+    enum { phi2_dot = SLOSH_X_PHI2_DOT };
+    enum { theta2_dot = SLOSH_X_THETA2_DOT };
+    enum { F = SLOSH_P_F };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { eps1 = SLOSH_P_EPS1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { eps2 = SLOSH_P_EPS2 };
+    enum { r1 = SLOSH_LYAPUNOV_V2_C_R1 };
+    enum { r2 = SLOSH_LYAPUNOV_V2_C_R2 };
+    enum { r3 = SLOSH_LYAPUNOV_V2_C_R3 };
+    enum { r5 = SLOSH_LYAPUNOV_V2_C_R5 };
+    enum { r7 = SLOSH_LYAPUNOV_V2_C_R7 };
+    enum { w1 = SLOSH_LYAPUNOV_V2_C_W1 };
+    enum { w2 = SLOSH_LYAPUNOV_V2_C_W2 };
+    enum { w3 = SLOSH_LYAPUNOV_V2_C_W3 };
+    enum { w4 = SLOSH_LYAPUNOV_V2_C_W4 };
+    enum { w5 = SLOSH_LYAPUNOV_V2_C_W5 };
+    enum { k1 = lyapunov_v2_h_k1 };
+    enum { me1 = lyapunov_v2_h_me1 };
+    enum { t_6nwd2 = lyapunov_v2_h_t_6nwd2 };
+    enum { mv1 = lyapunov_v2_h_mv1 };
+    enum { k2 = lyapunov_v2_h_k2 };
+    enum { me2 = lyapunov_v2_h_me2 };
+    enum { t_popww = lyapunov_v2_h_t_popww };
+    enum { mv2 = lyapunov_v2_h_mv2 };
+    enum { M_C = lyapunov_v2_h_M_C };
+    enum { x_C = lyapunov_v2_h_x_C };
+    enum { J_C1 = lyapunov_v2_h_J_C1 };
+    enum { J_C3 = lyapunov_v2_h_J_C3 };
+    enum { J_C2 = lyapunov_v2_h_J_C2 };
+    enum { e1 = lyapunov_v2_h_e1 };
+    enum { e2 = lyapunov_v2_h_e2 };
+    enum { B_1 = lyapunov_v2_h_B_1 };
+    enum { Bl_1 = lyapunov_v2_h_Bl_1 };
+    enum { t_b7ure = lyapunov_v2_h_t_b7ure };
+    enum { B_2 = lyapunov_v2_h_B_2 };
+    enum { Bl_2 = lyapunov_v2_h_Bl_2 };
+    enum { t_lpk5h = lyapunov_v2_h_t_lpk5h };
+    enum { t_m5gm4 = lyapunov_v2_h_t_m5gm4 };
+    enum { t_uumic = lyapunov_v2_h_t_uumic };
+    enum { t_doa45 = lyapunov_v2_h_t_doa45 };
+    enum { t_sfymc = lyapunov_v2_h_t_sfymc };
+    enum { t_5r66u = lyapunov_v2_h_t_5r66u };
+    enum { t_7bo2j = lyapunov_v2_h_t_7bo2j };
+    enum { t_t6fx5 = lyapunov_v2_h_t_t6fx5 };
+    enum { t_yjeu3 = lyapunov_v2_h_t_yjeu3 };
+    enum { t_ma4ro = lyapunov_v2_h_t_ma4ro };
+    enum { t_62qfa = lyapunov_v2_h_t_62qfa };
+    enum { t_y7rm6 = lyapunov_v2_h_t_y7rm6 };
+    enum { t_lwe76 = lyapunov_v2_h_t_lwe76 };
+    const real W12 = x[wx] * x[wy];
+    const real W13 = x[wx] * x[wz];
+    real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
+    const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
+    const real Wt1 = cos_theta1 * x[wz] + sin_theta1 * x[wy];
+    const real w_x1 = x[wx] - x[theta1_dot];
+    const real p1 = Wn1 + x[phi1_dot];
+    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
+    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
+    const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
+    const real Wt2 = cos_theta2 * x[wz] + sin_theta2 * x[wy];
+    const real w_x2 = x[wx] - x[theta2_dot];
+    const real p2 = Wn2 + x[phi2_dot];
+    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
+    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
+    const real t_w7vil = t_rybsf * h[e1];
+    const real tension1 = cos_phi1 * t_w7vil * h[mv1] - h[t_6nwd2] * sigma_sq1;
+    const real As_1 = h[mv1] * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real eAss_1 = Ass_1 * h[e1];
+    const real q_1 = sin_phi1 * p[l1];
+    const real lc_1 = cos_phi1 * p[l1];
+    const real Bs_1 = h[B_1] * sin_phi1;
+    const real Bc_1 = h[B_1] * cos_phi1;
+    const real g_1 = h[e1] - lc_1;
+    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
+    const real wth_1 = th_1 * p[I1];
+    const real eBc_1 = Bc_1 * h[e1];
+    const real wg_1 = g_1 * wth_1;
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real tn11_1 = Ass_1 + h[me1] - wth_1;
+    const real t_3bowt = h[Bl_1] + K(-2.0) * eBc_1 + h[e1] * eAss_1;
+    const real t_3fv6l = g_1 * wg_1;
+    const real tn44_1 = h[t_b7ure] + t_3bowt - t_3fv6l;
+    const real wq_1 = q_1 * wth_1;
+    const real wqg_1 = q_1 * wg_1;
+    const real wqq_1 = q_1 * wq_1;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real wgC_1 = cos_theta1 * wqg_1;
+    const real wgS_1 = sin_theta1 * wqg_1;
+    const real loss_phi1 = p[eps1] * x[phi1_dot];
+    const real loss_theta1 = p[eps1] * x[theta1_dot];
+    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real zeta1 = W12 * q_1
+        + Wn1 * lc_1 * w_x1
+        - chi1 * p[l1] * (p1 + x[phi1_dot]);
+    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
+    const real t_7imwe = h[B_1] * eta1 + loss_phi1 * h[k1];
+    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real M_q1 = F_n1 * q_1;
+    const real I_phi1 = x[phi1_dot] * p[I1];
+    const real I_theta1 = x[theta1_dot] * p[I1];
+    const real t_6fvzz = t_rybsf * h[e2];
+    const real tension2 = cos_phi2 * t_6fvzz * h[mv2] - h[t_popww] * sigma_sq2;
+    const real As_2 = h[mv2] * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real eAss_2 = Ass_2 * h[e2];
+    const real q_2 = sin_phi2 * p[l2];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real Bs_2 = h[B_2] * sin_phi2;
+    const real Bc_2 = h[B_2] * cos_phi2;
+    const real g_2 = h[e2] - lc_2;
+    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
+    const real wth_2 = th_2 * p[I2];
+    const real eBc_2 = Bc_2 * h[e2];
+    const real wg_2 = g_2 * wth_2;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real tn11_2 = Ass_2 + h[me2] - wth_2;
+    const real t_ymmgl = h[Bl_2] + K(-2.0) * eBc_2 + h[e2] * eAss_2;
+    const real t_odwbr = g_2 * wg_2;
+    const real tn44_2 = h[t_lpk5h] + t_ymmgl - t_odwbr;
+    const real wq_2 = q_2 * wth_2;
+    const real wqg_2 = q_2 * wg_2;
+    const real wqq_2 = q_2 * wq_2;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real wgC_2 = cos_theta2 * wqg_2;
+    const real wgS_2 = sin_theta2 * wqg_2;
+    const real loss_phi2 = p[eps2] * x[phi2_dot];
+    const real loss_theta2 = p[eps2] * x[theta2_dot];
+    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real zeta2 = W12 * q_2
+        + Wn2 * lc_2 * w_x2
+        - chi2 * p[l2] * (p2 + x[phi2_dot]);
+    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
+    const real t_4b2fa = h[B_2] * eta2 + loss_phi2 * h[k2];
+    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real M_q2 = F_n2 * q_2;
+    const real I_phi2 = x[phi2_dot] * p[I2];
+    const real I_theta2 = x[theta2_dot] * p[I2];
+    const real K11 = h[t_m5gm4] - Ass_1 - Ass_2;
+    const real t_fbeaw = S_sq1 * tn11_1;
+    const real t_dj555 = S_sq2 * tn11_2;
+    const real K22 = t_fbeaw + t_dj555 + h[M_C] + wth_1 + wth_2 - h[me1] - h[me2];
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real K33 = Ass_1 + Ass_2 + h[M_C] - t_fbeaw - t_dj555;
+    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
+    const real t_nhr5u = wqq_1 + wqq_2;
+    const real K44 = t_nhr5u + h[Bl_1] + h[Bl_2] + h[J_C1];
+    const real t_kwrkt = wg_1 - h[t_uumic];
+    const real t_t44oq = wg_2 - h[t_doa45];
+    const real t_32gyg = Bc_1 - eAss_1;
+    const real t_n3v7x = t_32gyg + t_kwrkt;
+    const real t_gbkg6 = Bc_2 - eAss_2;
+    const real t_hsuzx = t_gbkg6 + t_t44oq;
+    const real t_fcf5x = S_sq1 * t_n3v7x + S_sq2 * t_hsuzx;
+    const real K52 = t_kwrkt + t_t44oq - t_fcf5x - wqC_1 - wqC_2;
+    const real t_bac7g = SC1 * t_n3v7x + SC2 * t_hsuzx;
+    const real K53 = wqS_1 - t_bac7g + wqS_2;
+    const real t_nncdg = h[Bl_1] - eBc_1;
+    const real t_4q22j = h[Bl_2] - eBc_2;
+    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
+    const real t_hoosk = S_sq1 * tn44_1;
+    const real t_drvdp = S_sq2 * tn44_2;
+    const real K55 = t_3fv6l
+        + t_odwbr
+        + t_nhr5u
+        + t_hoosk
+        + t_drvdp
+        + h[J_C3]
+        - h[t_b7ure]
+        - h[t_lpk5h]
+        + K(-2.0) * wgC_1
+        + K(-2.0) * wgC_2;
+    const real K63 = t_fcf5x - (t_32gyg + t_gbkg6);
+    const real t_zhbuw = wgS_1 + wgS_2;
+    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
+    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_3bowt + t_ymmgl + h[J_C2] - t_hoosk - t_drvdp;
+    const real t_vt7uo = F_n1 * cos_theta1;
+    const real t_oncjt = F_n2 * cos_theta2;
+    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real t_azclp = F_n1 * sin_theta1;
+    const real t_iya7w = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
+    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
+    const real t_kp7yy = M_q1 + M_q2;
+    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
+    const real n4 = t_aejai
+        - t_kp7yy
+        + t_zd4fs
+        - loss_phi1
+        - loss_phi2
+        + I_theta1 * x[wy]
+        + I_theta2 * x[wy]
+        - h[t_sfymc] * x[wy] * x[wz];
+    const real t_w7nmt = t_aejai + F_t1 * h[e1];
+    const real t_e5cx2 = t_zd4fs + F_t2 * h[e2];
+    const real n5 = t_w7nmt * sin_theta1
+        - (t_kp7yy + loss_theta1 + loss_theta2)
+        + t_e5cx2 * sin_theta2
+        - W12 * h[t_5r66u]
+        - I_phi1 * x[wy]
+        - I_phi2 * x[wy]
+        + t_vt7uo * g_1
+        + t_oncjt * g_2;
+    const real n6 = t_w7nmt * cos_theta1
+        + t_e5cx2 * cos_theta2
+        + I_theta1 * x[wx]
+        + I_theta2 * x[wx]
+        - W13 * h[t_7bo2j]
+        - t_azclp * g_1
+        - t_iya7w * g_2
+        - I_phi1 * x[wz]
+        - I_phi2 * x[wz];
+    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_bpfoo = K(1.0) / K11;
+    const real t_w7lcw = t_b3aij * t_bpfoo;
+    const real K_D2 = K22 - t_b3aij * t_w7lcw;
+    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_3go2w = t_zzymx * t_bpfoo;
+    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
+    const real t_4iujv = K(1.0) / K_D2;
+    const real K_L32 = t_d4mqf * t_4iujv;
+    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
+    const real B_v2 = x[vy] * c[r1];  /* (29) */
+    const real C_v2 = x[vz] * c[r2];  /* (29) */
+    const real g1_v2 = B_v2 * x[vz] - C_v2 * x[vy] + x[att1] * c[r3];  /* (29) */
+    const real g2_v2 = C_v2 * x[vx] + x[att2] * c[r5];  /* (29) */
+    const real g3_v2 = x[att3] * c[r7] - B_v2 * x[vx];  /* (29) */
+    const real G2_v2 = W12 - (x[wz] * c[w5] + g3_v2) * h[t_t6fx5];
+    const real G3_v2 = W13 + (x[wy] * c[w4] + g2_v2) * h[t_yjeu3];
+    const real a2_v2 = G2_v2 * h[x_C] - B_v2 * c[w1];
+    const real a3_v2 = G3_v2 * h[x_C] - C_v2 * c[w2];
+    const real t_2m245 = Bs_1 + Bs_2;
+    const real t_rye3d = (x[wx] * c[w3] + g1_v2) * h[t_ma4ro];
+    const real t_ev7u5 = Bs_1 + Asc_1 * h[e1];
+    const real t_bvybx = Bs_2 + Asc_2 * h[e2];
+    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
+    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
+    const real t_bkfqo = t_7imwe * sin_phi1
+        + t_4b2fa * sin_phi2
+        + cos_phi1 * tension1
+        + cos_phi2 * tension2
+        + G2_v2 * t_6mmeb
+        + G3_v2 * t_bl4f2
+        + t_b3aij * a2_v2
+        + t_zzymx * a3_v2;
+    const real q1_v2 = t_2m245 * t_rye3d - t_bkfqo;
+    const real t_yz7e5 = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
+    const real q2_v2 = n2
+        + G2_v2 * K52
+        - G3_v2 * t_bac7g
+        + K22 * a2_v2
+        + K32 * a3_v2
+        + t_yz7e5 * t_rye3d;
+    const real q3_v2 = n3
+        + G2_v2 * K53
+        + G3_v2 * K63
+        + K32 * a2_v2
+        + K33 * a3_v2
+        - K43 * t_rye3d;
+    const real PP_v2 = K11 * K11 + t_b3aij * t_b3aij + t_zzymx * t_zzymx;
+    const real Pq_v2 = K11 * q1_v2 - t_b3aij * q2_v2 - t_zzymx * q3_v2;
+    const real t_6k56a = Pq_v2 * Pq_v2
+        - PP_v2 * (q1_v2 * q1_v2 - h[t_62qfa] + q2_v2 * q2_v2 + q3_v2 * q3_v2);
+    const real root_v2 = mv_sqrt(mv_max(SPLAT(K(0.0)), t_6k56a));
+    const real ax_v2 = (root_v2 - Pq_v2) / PP_v2;
+    const real f1_v2 = q1_v2 + K11 * ax_v2;
+    const real f2_v2 = q2_v2 - t_b3aij * ax_v2;
+    const real f3_v2 = q3_v2 - t_zzymx * ax_v2;
+    const real sin_d2_v2 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v2 * h[t_y7rm6]));
+    const real cos_d2_v2 = mv_sqrt(K(1.0) - sin_d2_v2 * sin_d2_v2);
+    const real delta1_v2 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v2 * h[t_y7rm6] / mv_max(SPLAT(K(1e-09)), cos_d2_v2)))));
+    const real delta2_v2 = mv_asin(sin_d2_v2);
+    real sin_delta2_v2, cos_delta2_v2; mv_sincos(delta2_v2, &sin_delta2_v2, &cos_delta2_v2);
+    const real t_4mgpp = p[F] * cos_delta2_v2;
+    real sin_delta1_v2, cos_delta1_v2; mv_sincos(delta1_v2, &sin_delta1_v2, &cos_delta1_v2);
+    const real df1_v2 = t_4mgpp * cos_delta1_v2 - f1_v2;
+    const real t_7oaon = p[F] * sin_delta2_v2;
+    const real df2_v2 = t_7oaon - f2_v2;
+    const real da_v2_y2 = df2_v2 + t_w7lcw * df1_v2;
+    const real t_pmr3w = t_4mgpp * sin_delta1_v2;
+    const real da_v2_y3 = t_3go2w * df1_v2 - (t_pmr3w + f3_v2) - K_L32 * da_v2_y2;
+    const real da_v2_x3 = da_v2_y3 / K_D3;
+    const real da_v2_x2 = da_v2_y2 * t_4iujv - K_L32 * da_v2_x3;
+    const real da_v2_x1 = df1_v2 * t_bpfoo + t_w7lcw * da_v2_x2 + t_3go2w * da_v2_x3;
+    const real Mx_v2 = n4
+        + G2_v2 * K54
+        + G3_v2 * K64
+        - t_2m245 * ax_v2
+        - t_2m245 * da_v2_x1
+        - t_yz7e5 * a2_v2
+        - t_yz7e5 * da_v2_x2
+        + K43 * a3_v2
+        + K43 * da_v2_x3
+        - K44 * t_rye3d;
+    const real My_v2 = t_pmr3w * h[t_lwe76]
+        - n6
+        - G2_v2 * K65
+        - G3_v2 * K66
+        + t_bl4f2 * ax_v2
+        + t_bl4f2 * da_v2_x1
+        + t_bac7g * a2_v2
+        + t_bac7g * da_v2_x2
+        - K63 * a3_v2
+        - K63 * da_v2_x3
+        + K64 * t_rye3d;
+    const real Mz_v2 = n5
+        + G2_v2 * K55
+        + G3_v2 * K65
+        - t_6mmeb * ax_v2
+        - t_6mmeb * da_v2_x1
+        + K52 * a2_v2
+        + K52 * da_v2_x2
+        + K53 * a3_v2
+        + K53 * da_v2_x3
+        - K54 * t_rye3d
+        + t_7oaon * h[t_lwe76];
+    u[0] = Mx_v2;
+    u[1] = My_v2;
+    u[2] = Mz_v2;
+    u[3] = delta1_v2;
+    u[4] = delta2_v2;
 }
+
+/* Places of h. */
+enum {
+    lyapunov_v2_loop_h_t_zrejm,
+    lyapunov_v2_loop_h_k1,
+    lyapunov_v2_loop_h_me1,
+    lyapunov_v2_loop_h_t_6nwd2,
+    lyapunov_v2_loop_h_mv1,
+    lyapunov_v2_loop_h_t_5wzvs,
+    lyapunov_v2_loop_h_k2,
+    lyapunov_v2_loop_h_me2,
+    lyapunov_v2_loop_h_t_popww,
+    lyapunov_v2_loop_h_mv2,
+    lyapunov_v2_loop_h_M_C,
+    lyapunov_v2_loop_h_x_C,
+    lyapunov_v2_loop_h_J_C1,
+    lyapunov_v2_loop_h_J_C3,
+    lyapunov_v2_loop_h_J_C2,
+    lyapunov_v2_loop_h_e1,
+    lyapunov_v2_loop_h_e2,
+    lyapunov_v2_loop_h_B_1,
+    lyapunov_v2_loop_h_B_2,
+    lyapunov_v2_loop_h_t_t6fx5,
+    lyapunov_v2_loop_h_t_uumic,
+    lyapunov_v2_loop_h_t_doa45,
+    lyapunov_v2_loop_h_t_yjeu3,
+    lyapunov_v2_loop_h_t_ma4ro,
+    lyapunov_v2_loop_h_t_m5gm4,
+    lyapunov_v2_loop_h_t_62qfa,
+    lyapunov_v2_loop_h_t_y7rm6,
+    lyapunov_v2_loop_h_t_xkg6l,
+    lyapunov_v2_loop_h_Bl_1,
+    lyapunov_v2_loop_h_t_b7ure,
+    lyapunov_v2_loop_h_Bl_2,
+    lyapunov_v2_loop_h_t_lpk5h,
+    lyapunov_v2_loop_h_t_sfymc,
+    lyapunov_v2_loop_h_t_5r66u,
+    lyapunov_v2_loop_h_t_7bo2j,
+    lyapunov_v2_loop_h_t_lwe76,
+    lyapunov_v2_loop_h_t_ibe72,
+    lyapunov_v2_loop_h_t_r7vy7,
+};
 
 /* what lyapunov_v2_loop computes once per run; 80 operations. */
 void slosh_lyapunov_v2_loop_prepare(const real *p, const real *c, real *h)
 {
-    const real v12 = K(1.0) / (p[13] * p[13] * p[12] + p[15]);
-    const real v13 = p[12] * v12;
-    const real v14 = v13 * p[15];
-    const real v28 = K(1.0) / (p[18] * p[18] * p[17] + p[20]);
-    const real v29 = p[17] * v28;
-    const real v30 = v29 * p[20];
-    const real v35 = p[0] + p[1] + v14 + v30;
-    const real v36 = (p[14] * v14 - (p[7] * p[0] + p[6] * p[1]) + p[19] * v30) / v35;
-    const real v37 = p[14] - v36;
-    const real v38 = p[13] * p[12];
-    const real v39 = v13 * p[13];
-    const real v40 = v38 * v39;
-    const real v41 = v14 * p[13];
-    const real v42 = p[19] - v36;
-    const real v43 = p[18] * p[17];
-    const real v44 = v29 * p[18];
-    const real v45 = v43 * v44;
-    const real v46 = v30 * p[18];
-    const real v64 = p[4] - p[5];
-    const real v69 = p[2] + p[3];
-    const real v87 = v14 * (p[14] * p[14]) + v30 * (p[19] * p[19]) + p[0] * (p[7] * p[7]) + p[1] * (p[6] * p[6]);
-    const real v90 = v87 - v35 * (v36 * v36);
-    const real v95 = p[15] + p[20];
-    h[0] = v12;
-    h[1] = v14;
-    h[2] = v28;
-    h[3] = v30;
-    h[4] = v35;
-    h[5] = v36;
-    h[6] = v37;
-    h[7] = v38;
-    h[8] = v39;
-    h[9] = v40;
-    h[10] = v41;
-    h[11] = v42;
-    h[12] = v43;
-    h[13] = v44;
-    h[14] = v45;
-    h[15] = v46;
-    h[16] = K(1.0) / c[7];
-    h[17] = v37 * v14;
-    h[18] = v42 * v30;
-    h[19] = K(1.0) / c[5];
-    h[20] = K(1.0) / c[3];
-    h[21] = v35 + v40 + v45;
-    h[22] = p[9] * p[9];
-    h[23] = K(1.0) / p[9];
-    h[24] = K(1.0) / mv_cos(p[11]);
-    h[25] = v64;
-    h[26] = v41 * p[13];
-    h[27] = v46 * p[18];
-    h[28] = v69;
-    h[29] = v69 + (p[5] - p[4]);
-    h[30] = v14 * (v37 * v37);
-    h[31] = v30 * (v42 * v42);
-    h[32] = p[2] + p[5] + v90;
-    h[33] = p[7] + p[8] + v36;
-    h[34] = v69 + v95 + v64;
-    h[35] = p[2] + p[4] + v95 + v90;
-    h[36] = K(1.0) / p[12];
-    h[37] = K(1.0) / p[17];
+    enum { m = SLOSH_P_M };
+    enum { m0 = SLOSH_P_M0 };
+    enum { I0 = SLOSH_P_I0 };
+    enum { J_x = SLOSH_P_J_X };
+    enum { J_y = SLOSH_P_J_Y };
+    enum { J_z = SLOSH_P_J_Z };
+    enum { h0 = SLOSH_P_H0 };
+    enum { b = SLOSH_P_B };
+    enum { d = SLOSH_P_D };
+    enum { F = SLOSH_P_F };
+    enum { delta2_max = SLOSH_P_DELTA2_MAX };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { r4 = SLOSH_LYAPUNOV_V2_C_R4 };
+    enum { r6 = SLOSH_LYAPUNOV_V2_C_R6 };
+    enum { r8 = SLOSH_LYAPUNOV_V2_C_R8 };
+    const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
+    const real t_zrejm = K(1.0) / D1;
+    const real t_3qn53 = p[m1] * t_zrejm;
+    const real k1 = t_3qn53 * p[l1];
+    const real me1 = t_3qn53 * p[I1];
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real mv1 = t_6nwd2 * k1;
+    const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
+    const real t_5wzvs = K(1.0) / D2;
+    const real t_54cbb = p[m2] * t_5wzvs;
+    const real k2 = t_54cbb * p[l2];
+    const real me2 = t_54cbb * p[I2];
+    const real t_popww = p[l2] * p[m2];
+    const real mv2 = t_popww * k2;
+    const real M_C = p[m] + p[m0] + me1 + me2;
+    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real S_C = me1 * (p[h1] * p[h1])
+        + me2 * (p[h2] * p[h2])
+        + p[m] * (p[b] * p[b])
+        + p[m0] * (p[h0] * p[h0])
+        - M_C * (x_C * x_C);
+    const real J_C1 = p[I0] + p[J_x];
+    const real J_C3 = p[I0] + p[J_z] + S_C;
+    const real t_is5lg = p[I1] + p[I2];
+    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
+    const real e1 = p[h1] - x_C;
+    const real e2 = p[h2] - x_C;
+    const real B_1 = me1 * p[l1];
+    const real B_2 = me2 * p[l2];
+    const real Bl_1 = B_1 * p[l1];
+    const real Bl_2 = B_2 * p[l2];
+    const real t_sfymc = p[J_y] - p[J_z];
+    h[lyapunov_v2_loop_h_t_zrejm] = t_zrejm;
+    h[lyapunov_v2_loop_h_k1] = k1;
+    h[lyapunov_v2_loop_h_me1] = me1;
+    h[lyapunov_v2_loop_h_t_6nwd2] = t_6nwd2;
+    h[lyapunov_v2_loop_h_mv1] = mv1;
+    h[lyapunov_v2_loop_h_t_5wzvs] = t_5wzvs;
+    h[lyapunov_v2_loop_h_k2] = k2;
+    h[lyapunov_v2_loop_h_me2] = me2;
+    h[lyapunov_v2_loop_h_t_popww] = t_popww;
+    h[lyapunov_v2_loop_h_mv2] = mv2;
+    h[lyapunov_v2_loop_h_M_C] = M_C;
+    h[lyapunov_v2_loop_h_x_C] = x_C;
+    h[lyapunov_v2_loop_h_J_C1] = J_C1;
+    h[lyapunov_v2_loop_h_J_C3] = J_C3;
+    h[lyapunov_v2_loop_h_J_C2] = J_C2;
+    h[lyapunov_v2_loop_h_e1] = e1;
+    h[lyapunov_v2_loop_h_e2] = e2;
+    h[lyapunov_v2_loop_h_B_1] = B_1;
+    h[lyapunov_v2_loop_h_B_2] = B_2;
+    h[lyapunov_v2_loop_h_t_t6fx5] = K(1.0) / c[r8];
+    h[lyapunov_v2_loop_h_t_uumic] = e1 * me1;
+    h[lyapunov_v2_loop_h_t_doa45] = e2 * me2;
+    h[lyapunov_v2_loop_h_t_yjeu3] = K(1.0) / c[r6];
+    h[lyapunov_v2_loop_h_t_ma4ro] = K(1.0) / c[r4];
+    h[lyapunov_v2_loop_h_t_m5gm4] = M_C + mv1 + mv2;
+    h[lyapunov_v2_loop_h_t_62qfa] = p[F] * p[F];
+    h[lyapunov_v2_loop_h_t_y7rm6] = K(1.0) / p[F];
+    h[lyapunov_v2_loop_h_t_xkg6l] = K(1.0) / mv_cos(p[delta2_max]);
+    h[lyapunov_v2_loop_h_Bl_1] = Bl_1;
+    h[lyapunov_v2_loop_h_t_b7ure] = me1 * (e1 * e1);
+    h[lyapunov_v2_loop_h_Bl_2] = Bl_2;
+    h[lyapunov_v2_loop_h_t_lpk5h] = me2 * (e2 * e2);
+    h[lyapunov_v2_loop_h_t_sfymc] = t_sfymc;
+    h[lyapunov_v2_loop_h_t_5r66u] = J_C1 + (p[J_z] - p[J_y]);
+    h[lyapunov_v2_loop_h_t_7bo2j] = J_C1 + t_is5lg + t_sfymc;
+    h[lyapunov_v2_loop_h_t_lwe76] = p[b] + p[d] + x_C;
+    h[lyapunov_v2_loop_h_t_ibe72] = K(1.0) / p[m1];
+    h[lyapunov_v2_loop_h_t_r7vy7] = K(1.0) / p[m2];
 }
 
 /* the rest of lyapunov_v2_loop; 867 operations. */
 void slosh_lyapunov_v2_loop_prepared(const real *q, const real *p, const real *c, const real *h, real *dq)
 {
-    real s7, c7; mv_sincos(q[9], &s7, &c7);
-    const real v9 = s7 * p[13];
-    const real v13 = p[12] / (p[15] + p[12] * (v9 * v9));
-    const real v16 = q[3] * q[4];
-    real s19, c19; mv_sincos(q[10], &s19, &c19);
-    const real v24 = c19 * q[4] - s19 * q[5];
-    const real v26 = c7 * p[13];
-    const real v29 = q[3] - q[14];
-    const real v35 = c19 * q[5] + s19 * q[4];
-    const real v37 = c7 * v29 - v35 * s7;
-    const real v40 = v24 + q[13];
-    const real v43 = v16 * v9 + v24 * v26 * v29 - v37 * p[13] * (v40 + q[13]);
-    const real v46 = p[16] * q[14];
-    const real v49 = v13 * (v43 * p[15] - v46 * v9);
-    const real v50 = v49 * c19;
-    real s54, c54; mv_sincos(q[11], &s54, &c54);
-    const real v56 = s54 * p[18];
-    const real v60 = p[17] / (p[20] + p[17] * (v56 * v56));
-    real s63, c63; mv_sincos(q[12], &s63, &c63);
-    const real v67 = c63 * q[4] - s63 * q[5];
-    const real v69 = c54 * p[18];
-    const real v72 = q[3] - q[16];
-    const real v78 = c63 * q[5] + s63 * q[4];
-    const real v80 = c54 * v72 - v78 * s54;
-    const real v83 = v67 + q[15];
-    const real v86 = v16 * v56 + v67 * v69 * v72 - v80 * p[18] * (v83 + q[15]);
-    const real v89 = p[21] * q[16];
-    const real v92 = v60 * (v86 * p[20] - v89 * v56);
-    const real v93 = v92 * c63;
-    const real v97 = q[4] * q[4] + q[5] * q[5];
-    const real v105 = v97 * h[6];
-    const real v113 = v35 * c7 + s7 * v29;
-    const real v118 = c7 * v105 * h[9] - h[7] * (v113 * v113 + v40 * v40);
-    const real v123 = v37 * v113 - v35 * v29;
-    const real v125 = p[16] * q[13];
-    const real v127 = h[10] * v123 + v125 * h[8];
-    const real v129 = s7 * v118 - v127 * c7;
-    const real v133 = v97 * h[11];
-    const real v141 = v78 * c54 + s54 * v72;
-    const real v146 = c54 * v133 * h[14] - h[12] * (v141 * v141 + v83 * v83);
-    const real v151 = v80 * v141 - v78 * v72;
-    const real v153 = p[21] * q[15];
-    const real v155 = h[15] * v151 + v153 * h[13];
-    const real v157 = s54 * v146 - v155 * c54;
-    const real v159 = v50 + v93 + v129 * s19 + v157 * s63;
-    const real v167 = q[1] * c[0];
-    const real v174 = v16 - (q[5] * c[12] + (q[8] * c[6] - v167 * q[0])) * h[16];
-    const real v175 = h[6] - v26;
-    const real v176 = v13 * p[15];
-    const real v177 = v175 * v176;
-    const real v179 = v177 - h[17];
-    const real v180 = h[11] - v69;
-    const real v181 = v60 * p[20];
-    const real v182 = v180 * v181;
-    const real v184 = v182 - h[18];
-    const real v186 = s19 * s19;
-    const real v187 = h[10] * c7;
-    const real v188 = h[9] * s7;
-    const real v189 = v188 * s7;
-    const real v190 = v189 * h[6];
-    const real v191 = v187 - v190;
-    const real v192 = v191 + v179;
-    const real v194 = s63 * s63;
-    const real v195 = h[15] * c54;
-    const real v196 = h[14] * s54;
-    const real v197 = v196 * s54;
-    const real v198 = v197 * h[11];
-    const real v199 = v195 - v198;
-    const real v200 = v199 + v184;
-    const real v202 = v186 * v192 + v194 * v200;
-    const real v204 = v9 * v176;
-    const real v205 = c19 * v204;
-    const real v207 = v56 * v181;
-    const real v208 = c63 * v207;
-    const real v209 = v179 + v184 - v202 - v205 - v208;
-    const real v212 = q[3] * q[5];
-    const real v217 = q[2] * c[1];
-    const real v226 = v212 + (q[4] * c[11] + (v217 * q[0] + q[7] * c[4])) * h[19];
-    const real v227 = c19 * s19;
-    const real v229 = c63 * s63;
-    const real v231 = v227 * v192 + v229 * v200;
-    const real v235 = v189 + h[1] - v176;
-    const real v236 = v186 * v235;
-    const real v238 = v197 + h[3] - v181;
-    const real v239 = v194 * v238;
-    const real v245 = v236 + v239 + h[4] + v176 + v181 - h[1] - h[3];
-    const real v249 = v174 * h[5] - v167 * c[8];
-    const real v254 = v227 * v235 + v229 * v238;
-    const real v258 = v226 * h[5] - v217 * c[9];
-    const real v265 = v205 + v208 + v187 * s19 + v195 * s63;
-    const real v277 = (q[3] * c[10] + (v167 * q[2] - v217 * q[1] + q[6] * c[2])) * h[20];
-    const real v279 = v159 + v174 * v209 - v226 * v231 + v245 * v249 + v254 * v258 + v265 * v277;
-    const real v280 = v188 * c7;
-    const real v282 = v196 * c54;
-    const real v284 = v280 * s19 + v282 * s63;
-    const real v288 = h[21] - v189 - v197;
-    const real v289 = h[10] * s7;
-    const real v290 = h[15] * s54;
-    const real v291 = v289 + v290;
-    const real v299 = v127 * s7 + v155 * s54 + c7 * v118 + c54 * v146;
-    const real v301 = v289 + v280 * h[6];
-    const real v304 = v290 + v282 * h[11];
-    const real v306 = v301 * s19 + v304 * s63;
-    const real v311 = v301 * c19 + v304 * c63;
-    const real v318 = v280 * c19 + v282 * c63;
-    const real v321 = v291 * v277 - (v299 + v174 * v306 + v226 * v311 + v284 * v249 + v318 * v258);
-    const real v326 = v49 * s19;
-    const real v327 = v92 * s63;
-    const real v331 = v129 * c19 - (v326 + v327) + v157 * c63;
-    const real v332 = s19 * v204;
-    const real v334 = s63 * v207;
-    const real v335 = v332 - v231 + v334;
-    const real v339 = v202 - (v191 + v199);
-    const real v347 = v189 + v197 + h[4] - v236 - v239;
-    const real v354 = v332 + v334 - v187 * c19 - v195 * c63;
-    const real v356 = v331 + v174 * v335 + v226 * v339 + v254 * v249 + v347 * v258 - v354 * v277;
-    const real v358 = v288 * v321 - v284 * v279 - v318 * v356;
-    const real v364 = v288 * v288 + v284 * v284 + v318 * v318;
-    const real v375 = mv_max(SPLAT(K(0.0)), v358 * v358 - v364 * (v321 * v321 - h[22] + v279 * v279 + v356 * v356));
-    const real v378 = (mv_sqrt(v375) - v358) / v364;
-    const real v380 = v279 - v284 * v378;
-    const real v384 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), v380 * h[23]));
-    const real v385 = mv_asin(v384);
-    const real v387 = mv_max(-p[11], mv_min(v385, p[11]));
-    real s388, c388; mv_sincos(v387, &s388, &c388);
-    const real v389 = c388 * p[9];
-    const mask m393 = LE(mv_fabs(v385), p[11]);
-    const real v395 = v356 - v318 * v378;
-    const real v404 = mv_min(SPLAT(K(1.0)), -(v395 * h[23] / mv_max(SPLAT(K(1e-09)), mv_sqrt(K(1.0) - v384 * v384))));
-    const real v406 = mv_asin(mv_max(SPLAT(K(-1.0)), v404));
-    real s407, c407; mv_sincos(v385, &s407, &c407);
-    real s408, c408; mv_sincos(v406, &s408, &c408);
-    const real v409 = c407 * s408;
-    const real v415 = SELECT(m393, v406, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), v409 * h[24]))));
-    const real v417 = mv_max(-p[10], mv_min(p[10], v415));
-    real s418, c418; mv_sincos(v417, &s418, &c418);
-    const real v420 = v389 * c418 + v299;
-    const real v421 = K(1.0) / v288;
-    const real v423 = v284 * v421;
-    const real v425 = s388 * p[9];
-    const real v428 = v425 - v159 + v423 * v420;
-    const real v431 = K(1.0) / (v245 - v284 * v423);
-    const real v433 = v318 * v421;
-    const real v435 = v254 - v284 * v433;
-    const real v436 = v435 * v431;
-    const real v439 = v389 * s418;
-    const real v443 = v433 * v420 - (v439 + v331) - v436 * v428;
-    const real v448 = K(1.0) / (v347 - v435 * v436 - v318 * v433);
-    const real v450 = v291 * v421;
-    const real v452 = v265 + v284 * v450;
-    const real v453 = v452 * v431;
-    const real v457 = v354 + v435 * v453 - v318 * v450;
-    const real v458 = v457 * v448;
-    const real v461 = v289 * v105 + v127 * p[13];
-    const real v464 = v49 * v9 + v92 * v56;
-    const real v468 = v290 * v133 + v155 * p[18];
-    const real v472 = q[14] * p[15];
-    const real v475 = q[16] * p[20];
-    const real v481 = v461 - v464 + v468 - v125 - v153 + v472 * q[4] + v475 * q[4] - h[25] * q[4] * q[5];
-    const real v484 = v9 * v204 + v56 * v207;
-    const real v485 = v9 * v177;
-    const real v486 = c19 * v485;
-    const real v488 = v56 * v182;
-    const real v489 = c63 * v488;
-    const real v492 = v187 * h[6];
-    const real v493 = h[26] - v492;
-    const real v497 = v195 * h[11];
-    const real v498 = h[27] - v497;
-    const real v500 = v484 - v486 - v489 + v493 * s19 + v498 * s63;
-    const real v505 = s19 * v485 + s63 * v488;
-    const real v509 = v505 + v493 * c19 + v498 * c63;
-    const real v514 = p[9] * c407;
-    const real v519 = v514 * c408 - (v321 + v288 * v378);
-    const real v522 = p[9] * s407;
-    const real v525 = v522 - v380 + v423 * v519;
-    const real v528 = v514 * s408;
-    const real v533 = (v433 * v519 - (v528 + v395) - v436 * v525) * v448;
-    const real v535 = v525 * v431 - v436 * v533;
-    const real v539 = v519 * v421 + v423 * v535 + v433 * v533;
-    const real v543 = v481 + v174 * v500 + v226 * v509 - v291 * v378 - v291 * v539 - v265 * v249;
-    const real v553 = v484 + h[26] + h[27] + h[28];
-    const real v556 = p[9] * c388;
-    const real v560 = v556 * c418 - c407 * p[9] * c408;
-    const real v563 = p[9] * s388 - v522;
-    const real v565 = v563 + v423 * v560;
-    const real v569 = v409 * p[9] - v556 * s418;
-    const real v574 = (v569 + v433 * v560 - v436 * v565) * v448;
-    const real v576 = v565 * v431 - v436 * v574;
-    const real v580 = v560 * v421 + v423 * v576 + v433 * v574;
-    const real v582 = v543 - v265 * v535 + v354 * v258 + v354 * v533 - v553 * v277 - v291 * v580;
-    const real v593 = v582 - v265 * v576 + v354 * v574 - v481 + v450 * v420 + v453 * v428 - v458 * v443;
-    const real v600 = K(1.0) / (v553 - v452 * v453 - v457 * v458 - v291 * v450);
-    const real v602 = v306 * v421;
-    const real v604 = v209 - v284 * v602;
-    const real v605 = v604 * v431;
-    const real v611 = v335 - v435 * v605 - v318 * v602;
-    const real v612 = v611 * v448;
-    const real v616 = v500 + v452 * v605 - v457 * v612 - v291 * v602;
-    const real v617 = v616 * v600;
-    const real v619 = v461 + v129 * h[6];
-    const real v625 = v468 + v157 * h[11];
-    const real v631 = q[13] * p[15];
-    const real v634 = q[15] * p[20];
-    const real v636 = v619 * s19 - (v464 + v46 + v89) + v625 * s63 - v16 * h[29] - v631 * q[4] - v634 * q[4];
-    const real v640 = v636 + v50 * v175 + v93 * v180;
-    const real v641 = v175 * v177;
-    const real v642 = v180 * v182;
-    const real v650 = h[26] + K(-2.0) * v492 + h[6] * v190;
-    const real v652 = h[30] + v650 - v641;
-    const real v653 = v186 * v652;
-    const real v659 = h[27] + K(-2.0) * v497 + h[11] * v198;
-    const real v661 = h[31] + v659 - v642;
-    const real v662 = v194 * v661;
-    const real v669 = v641 + v642 + v484 + v653 + v662 + h[32] - h[30] - h[31] + K(-2.0) * v486;
-    const real v671 = v669 + K(-2.0) * v489;
-    const real v677 = v505 + v227 * v652 + v229 * v661;
-    const real v685 = v640 + v174 * v671 + v226 * v677 - v306 * v378 - v306 * v539 + v209 * v249;
-    const real v696 = v685 + v209 * v535 + v335 * v258 + v335 * v533 - v500 * v277 + v522 * h[33];
-    const real v707 = v696 - v306 * v580 + v209 * v576 + v335 * v574 + v563 * h[33] - v640 - v425 * h[33];
-    const real v715 = v707 + v602 * v420 - v605 * v428 - v612 * v443 - v617 * v593;
-    const real v724 = K(1.0) / (v671 - v604 * v605 - v611 * v612 - v616 * v617 - v306 * v602);
-    const real v726 = v311 * v421;
-    const real v728 = v231 + v284 * v726;
-    const real v729 = v728 * v431;
-    const real v735 = v339 + v435 * v729 - v318 * v726;
-    const real v736 = v735 * v448;
-    const real v744 = v509 - v452 * v729 - v457 * v736 - v291 * v726;
-    const real v745 = v744 * v600;
-    const real v749 = v677 + v604 * v729 - v611 * v736 - v616 * v745 - v306 * v726;
-    const real v750 = v749 * v724;
-    const real v764 = v619 * c19 + v625 * c63 + v472 * q[3] + v475 * q[3] - v212 * h[34] - v326 * v175;
-    const real v770 = v764 - v327 * v180 - v631 * q[5] - v634 * q[5];
-    const real v778 = v650 + v659 + h[35] - v653 - v662;
-    const real v784 = v528 * h[33] - v770 - v174 * v677 - v226 * v778 + v311 * v378 + v311 * v539;
-    const real v794 = v784 + v231 * v249 + v231 * v535 - v339 * v258 - v339 * v533 + v509 * v277;
-    const real v804 = v439 * h[33] - (v794 - v569 * h[33] + v311 * v580 + v231 * v576 - v339 * v574 + v770);
-    const real v814 = v804 + v726 * v420 + v729 * v428 - v736 * v443 - v745 * v593 - v750 * v715;
-    const real v824 = v778 - v728 * v729 - v735 * v736 - v744 * v745 - v749 * v750 - v311 * v726;
-    const real v825 = v814 / v824;
-    const real v827 = v715 * v724 - v750 * v825;
-    const real v831 = v593 * v600 - v617 * v827 - v745 * v825;
-    const real v837 = v443 * v448 - v458 * v831 - v612 * v827 - v736 * v825;
-    const real v845 = v428 * v431 - v436 * v837 + v453 * v831 - v605 * v827 + v729 * v825;
-    const real v855 = v420 * v421 + v423 * v845 + v433 * v837 + v450 * v831 + v602 * v827 + v726 * v825;
-    const real v875 = v827 - v16;
-    const real v878 = v827 * s19 + v825 * c19;
-    const real v879 = v878 + v123;
-    const real v894 = h[8] * (c7 * (v878 * h[6] + v845 * s19 + v837 * c19) + s7 * (v855 - v105));
-    const real v905 = v831 + v827;
-    const real v909 = v43 + v845 * c19 + v175 * (v827 * c19 - v825 * s19) - v905 * v9 - v837 * s19;
-    const real v917 = v827 * s63 + v825 * c63;
-    const real v918 = v917 + v151;
-    const real v933 = h[13] * (c54 * (v917 * h[11] + v845 * s63 + v837 * c63) + s54 * (v855 - v133));
-    const real v947 = v86 + v845 * c63 + v180 * (v827 * c63 - v825 * s63) - v905 * v56 - v837 * s63;
-    dq[0] = v855 + v97 * h[5] - q[2] * q[4] + q[1] * q[5];
-    dq[1] = v845 - v827 * h[5] + (q[2] * q[3] - q[0] * q[5]);
-    dq[2] = v837 - v825 * h[5] + (q[0] * q[4] - q[1] * q[3]);
-    dq[3] = v831;
-    dq[4] = v212 - v825;
-    dq[5] = v875;
-    dq[6] = q[3];
-    dq[7] = q[4];
-    dq[8] = q[5];
-    dq[9] = q[13];
-    dq[10] = q[14];
-    dq[11] = q[15];
-    dq[12] = q[16];
-    dq[13] = v879 - (v125 + p[15] * (v879 + v831)) * h[0] - v894;
-    dq[14] = -(v875 + v13 * (v46 * h[36] + v9 * v909));
-    dq[15] = v918 - (v153 + p[20] * (v918 + v831)) * h[2] - v933;
-    dq[16] = -(v875 + v60 * (v89 * h[37] + v56 * v947));
+    enum { vx = 0 };
+    enum { vy = 1 };
+    enum { vz = 2 };
+    enum { wx = 3 };
+    enum { wy = 4 };
+    enum { wz = 5 };
+    enum { att1 = 6 };
+    enum { att2 = 7 };
+    enum { att3 = 8 };
+    enum { phi1 = 9 };
+    enum { theta1 = 10 };
+    enum { phi2 = 11 };
+    enum { theta2 = 12 };
+    enum { phi1_dot = 13 };
+    enum { theta1_dot = 14 };
+    enum { phi2_dot = 15 };
+    enum { theta2_dot = 16 };
+    enum { F = SLOSH_P_F };
+    enum { delta1_max = SLOSH_P_DELTA1_MAX };
+    enum { delta2_max = SLOSH_P_DELTA2_MAX };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { eps1 = SLOSH_P_EPS1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { eps2 = SLOSH_P_EPS2 };
+    enum { r1 = SLOSH_LYAPUNOV_V2_C_R1 };
+    enum { r2 = SLOSH_LYAPUNOV_V2_C_R2 };
+    enum { r3 = SLOSH_LYAPUNOV_V2_C_R3 };
+    enum { r5 = SLOSH_LYAPUNOV_V2_C_R5 };
+    enum { r7 = SLOSH_LYAPUNOV_V2_C_R7 };
+    enum { w1 = SLOSH_LYAPUNOV_V2_C_W1 };
+    enum { w2 = SLOSH_LYAPUNOV_V2_C_W2 };
+    enum { w3 = SLOSH_LYAPUNOV_V2_C_W3 };
+    enum { w4 = SLOSH_LYAPUNOV_V2_C_W4 };
+    enum { w5 = SLOSH_LYAPUNOV_V2_C_W5 };
+    enum { t_zrejm = lyapunov_v2_loop_h_t_zrejm };
+    enum { k1 = lyapunov_v2_loop_h_k1 };
+    enum { me1 = lyapunov_v2_loop_h_me1 };
+    enum { t_6nwd2 = lyapunov_v2_loop_h_t_6nwd2 };
+    enum { mv1 = lyapunov_v2_loop_h_mv1 };
+    enum { t_5wzvs = lyapunov_v2_loop_h_t_5wzvs };
+    enum { k2 = lyapunov_v2_loop_h_k2 };
+    enum { me2 = lyapunov_v2_loop_h_me2 };
+    enum { t_popww = lyapunov_v2_loop_h_t_popww };
+    enum { mv2 = lyapunov_v2_loop_h_mv2 };
+    enum { M_C = lyapunov_v2_loop_h_M_C };
+    enum { x_C = lyapunov_v2_loop_h_x_C };
+    enum { J_C1 = lyapunov_v2_loop_h_J_C1 };
+    enum { J_C3 = lyapunov_v2_loop_h_J_C3 };
+    enum { J_C2 = lyapunov_v2_loop_h_J_C2 };
+    enum { e1 = lyapunov_v2_loop_h_e1 };
+    enum { e2 = lyapunov_v2_loop_h_e2 };
+    enum { B_1 = lyapunov_v2_loop_h_B_1 };
+    enum { B_2 = lyapunov_v2_loop_h_B_2 };
+    enum { t_t6fx5 = lyapunov_v2_loop_h_t_t6fx5 };
+    enum { t_uumic = lyapunov_v2_loop_h_t_uumic };
+    enum { t_doa45 = lyapunov_v2_loop_h_t_doa45 };
+    enum { t_yjeu3 = lyapunov_v2_loop_h_t_yjeu3 };
+    enum { t_ma4ro = lyapunov_v2_loop_h_t_ma4ro };
+    enum { t_m5gm4 = lyapunov_v2_loop_h_t_m5gm4 };
+    enum { t_62qfa = lyapunov_v2_loop_h_t_62qfa };
+    enum { t_y7rm6 = lyapunov_v2_loop_h_t_y7rm6 };
+    enum { t_xkg6l = lyapunov_v2_loop_h_t_xkg6l };
+    enum { Bl_1 = lyapunov_v2_loop_h_Bl_1 };
+    enum { t_b7ure = lyapunov_v2_loop_h_t_b7ure };
+    enum { Bl_2 = lyapunov_v2_loop_h_Bl_2 };
+    enum { t_lpk5h = lyapunov_v2_loop_h_t_lpk5h };
+    enum { t_sfymc = lyapunov_v2_loop_h_t_sfymc };
+    enum { t_5r66u = lyapunov_v2_loop_h_t_5r66u };
+    enum { t_7bo2j = lyapunov_v2_loop_h_t_7bo2j };
+    enum { t_lwe76 = lyapunov_v2_loop_h_t_lwe76 };
+    enum { t_ibe72 = lyapunov_v2_loop_h_t_ibe72 };
+    enum { t_r7vy7 = lyapunov_v2_loop_h_t_r7vy7 };
+    const real W12 = q[wx] * q[wy];
+    const real W13 = q[wx] * q[wz];
+    real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
+    const real q_1 = sin_phi1 * p[l1];
+    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
+    real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
+    const real Wn1 = cos_theta1 * q[wy] - sin_theta1 * q[wz];
+    const real lc_1 = cos_phi1 * p[l1];
+    const real w_x1 = q[wx] - q[theta1_dot];
+    const real Wt1 = cos_theta1 * q[wz] + sin_theta1 * q[wy];
+    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
+    const real p1 = Wn1 + q[phi1_dot];
+    const real zeta1 = W12 * q_1
+        + Wn1 * lc_1 * w_x1
+        - chi1 * p[l1] * (p1 + q[phi1_dot]);
+    const real loss_theta1 = p[eps1] * q[theta1_dot];
+    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
+    const real t_vt7uo = F_n1 * cos_theta1;
+    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
+    const real q_2 = sin_phi2 * p[l2];
+    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
+    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
+    const real Wn2 = cos_theta2 * q[wy] - sin_theta2 * q[wz];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real w_x2 = q[wx] - q[theta2_dot];
+    const real Wt2 = cos_theta2 * q[wz] + sin_theta2 * q[wy];
+    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
+    const real p2 = Wn2 + q[phi2_dot];
+    const real zeta2 = W12 * q_2
+        + Wn2 * lc_2 * w_x2
+        - chi2 * p[l2] * (p2 + q[phi2_dot]);
+    const real loss_theta2 = p[eps2] * q[theta2_dot];
+    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
+    const real t_oncjt = F_n2 * cos_theta2;
+    const real t_rybsf = q[wy] * q[wy] + q[wz] * q[wz];
+    const real t_w7vil = t_rybsf * h[e1];
+    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    const real tension1 = cos_phi1 * t_w7vil * h[mv1] - h[t_6nwd2] * sigma_sq1;
+    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real loss_phi1 = p[eps1] * q[phi1_dot];
+    const real t_7imwe = h[B_1] * eta1 + loss_phi1 * h[k1];
+    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real t_6fvzz = t_rybsf * h[e2];
+    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real tension2 = cos_phi2 * t_6fvzz * h[mv2] - h[t_popww] * sigma_sq2;
+    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real loss_phi2 = p[eps2] * q[phi2_dot];
+    const real t_4b2fa = h[B_2] * eta2 + loss_phi2 * h[k2];
+    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real B_v2 = q[vy] * c[r1];  /* (29) */
+    const real g3_v2 = q[att3] * c[r7] - B_v2 * q[vx];  /* (29) */
+    const real G2_v2 = W12 - (q[wz] * c[w5] + g3_v2) * h[t_t6fx5];
+    const real g_1 = h[e1] - lc_1;
+    const real wth_1 = th_1 * p[I1];
+    const real wg_1 = g_1 * wth_1;
+    const real t_kwrkt = wg_1 - h[t_uumic];
+    const real g_2 = h[e2] - lc_2;
+    const real wth_2 = th_2 * p[I2];
+    const real wg_2 = g_2 * wth_2;
+    const real t_t44oq = wg_2 - h[t_doa45];
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real Bc_1 = h[B_1] * cos_phi1;
+    const real As_1 = h[mv1] * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real eAss_1 = Ass_1 * h[e1];
+    const real t_32gyg = Bc_1 - eAss_1;
+    const real t_n3v7x = t_32gyg + t_kwrkt;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real Bc_2 = h[B_2] * cos_phi2;
+    const real As_2 = h[mv2] * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real eAss_2 = Ass_2 * h[e2];
+    const real t_gbkg6 = Bc_2 - eAss_2;
+    const real t_hsuzx = t_gbkg6 + t_t44oq;
+    const real t_fcf5x = S_sq1 * t_n3v7x + S_sq2 * t_hsuzx;
+    const real wq_1 = q_1 * wth_1;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wq_2 = q_2 * wth_2;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real K52 = t_kwrkt + t_t44oq - t_fcf5x - wqC_1 - wqC_2;
+    const real C_v2 = q[vz] * c[r2];  /* (29) */
+    const real g2_v2 = C_v2 * q[vx] + q[att2] * c[r5];  /* (29) */
+    const real G3_v2 = W13 + (q[wy] * c[w4] + g2_v2) * h[t_yjeu3];
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real t_bac7g = SC1 * t_n3v7x + SC2 * t_hsuzx;
+    const real tn11_1 = Ass_1 + h[me1] - wth_1;
+    const real t_fbeaw = S_sq1 * tn11_1;
+    const real tn11_2 = Ass_2 + h[me2] - wth_2;
+    const real t_dj555 = S_sq2 * tn11_2;
+    const real K22 = t_fbeaw + t_dj555 + h[M_C] + wth_1 + wth_2 - h[me1] - h[me2];
+    const real a2_v2 = G2_v2 * h[x_C] - B_v2 * c[w1];
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real a3_v2 = G3_v2 * h[x_C] - C_v2 * c[w2];
+    const real t_yz7e5 = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
+    const real g1_v2 = B_v2 * q[vz] - C_v2 * q[vy] + q[att1] * c[r3];  /* (29) */
+    const real t_rye3d = (q[wx] * c[w3] + g1_v2) * h[t_ma4ro];
+    const real q2_v2 = n2
+        + G2_v2 * K52
+        - G3_v2 * t_bac7g
+        + K22 * a2_v2
+        + K32 * a3_v2
+        + t_yz7e5 * t_rye3d;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real K11 = h[t_m5gm4] - Ass_1 - Ass_2;
+    const real Bs_1 = h[B_1] * sin_phi1;
+    const real Bs_2 = h[B_2] * sin_phi2;
+    const real t_2m245 = Bs_1 + Bs_2;
+    const real t_xynyo = t_7imwe * sin_phi1 + t_4b2fa * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2;
+    const real t_ev7u5 = Bs_1 + Asc_1 * h[e1];
+    const real t_bvybx = Bs_2 + Asc_2 * h[e2];
+    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
+    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
+    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_5dwtq = t_xynyo
+        + G2_v2 * t_6mmeb
+        + G3_v2 * t_bl4f2
+        + t_b3aij * a2_v2
+        + t_zzymx * a3_v2;
+    const real q1_v2 = t_2m245 * t_rye3d - t_5dwtq;
+    const real t_azclp = F_n1 * sin_theta1;
+    const real t_iya7w = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real K53 = wqS_1 - t_bac7g + wqS_2;
+    const real K63 = t_fcf5x - (t_32gyg + t_gbkg6);
+    const real K33 = Ass_1 + Ass_2 + h[M_C] - t_fbeaw - t_dj555;
+    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
+    const real q3_v2 = n3
+        + G2_v2 * K53
+        + G3_v2 * K63
+        + K32 * a2_v2
+        + K33 * a3_v2
+        - K43 * t_rye3d;
+    const real Pq_v2 = K11 * q1_v2 - t_b3aij * q2_v2 - t_zzymx * q3_v2;
+    const real PP_v2 = K11 * K11 + t_b3aij * t_b3aij + t_zzymx * t_zzymx;
+    const real t_6k56a = Pq_v2 * Pq_v2
+        - PP_v2 * (q1_v2 * q1_v2 - h[t_62qfa] + q2_v2 * q2_v2 + q3_v2 * q3_v2);
+    const real root_v2 = mv_sqrt(mv_max(SPLAT(K(0.0)), t_6k56a));
+    const real ax_v2 = (root_v2 - Pq_v2) / PP_v2;
+    const real f2_v2 = q2_v2 - t_b3aij * ax_v2;
+    const real sin_d2_v2 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v2 * h[t_y7rm6]));
+    const real delta2_v2 = mv_asin(sin_d2_v2);
+    const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v2, p[delta2_max]));
+    real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
+    const real t_y4w6o = cos_delta2_act * p[F];
+    const mask m_jdzdf = LE(mv_fabs(delta2_v2), p[delta2_max]);
+    const real f3_v2 = q3_v2 - t_zzymx * ax_v2;
+    const real cos_d2_v2 = mv_sqrt(K(1.0) - sin_d2_v2 * sin_d2_v2);
+    const real delta1_v2 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v2 * h[t_y7rm6] / mv_max(SPLAT(K(1e-09)), cos_d2_v2)))));
+    real sin_delta2_v2, cos_delta2_v2; mv_sincos(delta2_v2, &sin_delta2_v2, &cos_delta2_v2);
+    real sin_delta1_v2, cos_delta1_v2; mv_sincos(delta1_v2, &sin_delta1_v2, &cos_delta1_v2);
+    const real t_svkod = cos_delta2_v2 * sin_delta1_v2;
+    const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_jdzdf, delta1_v2, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_svkod * h[t_xkg6l]))))));
+    real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
+    const real f_x = t_y4w6o * cos_delta1_act;
+    const real f_y = sin_delta2_act * p[F];
+    const real eBc_1 = Bc_1 * h[e1];
+    const real t_3bowt = h[Bl_1] + K(-2.0) * eBc_1 + h[e1] * eAss_1;
+    const real t_3fv6l = g_1 * wg_1;
+    const real tn44_1 = h[t_b7ure] + t_3bowt - t_3fv6l;
+    const real wqg_1 = q_1 * wg_1;
+    const real wqq_1 = q_1 * wq_1;
+    const real wgC_1 = cos_theta1 * wqg_1;
+    const real wgS_1 = sin_theta1 * wqg_1;
+    const real M_q1 = F_n1 * q_1;
+    const real I_phi1 = q[phi1_dot] * p[I1];
+    const real I_theta1 = q[theta1_dot] * p[I1];
+    const real eBc_2 = Bc_2 * h[e2];
+    const real t_ymmgl = h[Bl_2] + K(-2.0) * eBc_2 + h[e2] * eAss_2;
+    const real t_odwbr = g_2 * wg_2;
+    const real tn44_2 = h[t_lpk5h] + t_ymmgl - t_odwbr;
+    const real wqg_2 = q_2 * wg_2;
+    const real wqq_2 = q_2 * wq_2;
+    const real wgC_2 = cos_theta2 * wqg_2;
+    const real wgS_2 = sin_theta2 * wqg_2;
+    const real M_q2 = F_n2 * q_2;
+    const real I_phi2 = q[phi2_dot] * p[I2];
+    const real I_theta2 = q[theta2_dot] * p[I2];
+    const real t_nhr5u = wqq_1 + wqq_2;
+    const real K44 = t_nhr5u + h[Bl_1] + h[Bl_2] + h[J_C1];
+    const real t_nncdg = h[Bl_1] - eBc_1;
+    const real t_4q22j = h[Bl_2] - eBc_2;
+    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
+    const real t_hoosk = S_sq1 * tn44_1;
+    const real t_drvdp = S_sq2 * tn44_2;
+    const real K55 = t_3fv6l
+        + t_odwbr
+        + t_nhr5u
+        + t_hoosk
+        + t_drvdp
+        + h[J_C3]
+        - h[t_b7ure]
+        - h[t_lpk5h]
+        + K(-2.0) * wgC_1
+        + K(-2.0) * wgC_2;
+    const real t_zhbuw = wgS_1 + wgS_2;
+    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
+    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_3bowt + t_ymmgl + h[J_C2] - t_hoosk - t_drvdp;
+    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
+    const real t_kp7yy = M_q1 + M_q2;
+    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
+    const real n4 = t_aejai
+        - t_kp7yy
+        + t_zd4fs
+        - loss_phi1
+        - loss_phi2
+        + I_theta1 * q[wy]
+        + I_theta2 * q[wy]
+        - h[t_sfymc] * q[wy] * q[wz];
+    const real t_w7nmt = t_aejai + F_t1 * h[e1];
+    const real t_e5cx2 = t_zd4fs + F_t2 * h[e2];
+    const real n5 = t_w7nmt * sin_theta1
+        - (t_kp7yy + loss_theta1 + loss_theta2)
+        + t_e5cx2 * sin_theta2
+        - W12 * h[t_5r66u]
+        - I_phi1 * q[wy]
+        - I_phi2 * q[wy]
+        + t_vt7uo * g_1
+        + t_oncjt * g_2;
+    const real n6 = t_w7nmt * cos_theta1
+        + t_e5cx2 * cos_theta2
+        + I_theta1 * q[wx]
+        + I_theta2 * q[wx]
+        - W13 * h[t_7bo2j]
+        - t_azclp * g_1
+        - t_iya7w * g_2
+        - I_phi1 * q[wz]
+        - I_phi2 * q[wz];
+    const real t_bpfoo = K(1.0) / K11;
+    const real t_w7lcw = t_b3aij * t_bpfoo;
+    const real K_D2 = K22 - t_b3aij * t_w7lcw;
+    const real t_3go2w = t_zzymx * t_bpfoo;
+    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
+    const real t_4iujv = K(1.0) / K_D2;
+    const real K_L32 = t_d4mqf * t_4iujv;
+    const real t_vshgd = t_6mmeb * t_bpfoo;
+    const real t_p6zld = K52 - t_b3aij * t_vshgd;
+    const real K_L52 = t_p6zld * t_4iujv;
+    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
+    const real t_xq4wt = t_2m245 * t_bpfoo;
+    const real t_u3hss = t_yz7e5 + t_b3aij * t_xq4wt;
+    const real t_4jmrt = t_u3hss * t_4iujv;
+    const real t_yfebn = K43 + t_d4mqf * t_4jmrt - t_zzymx * t_xq4wt;
+    const real t_zmh3u = K(1.0) / K_D3;
+    const real K_L43 = t_yfebn * t_zmh3u;
+    const real t_bxfcn = K53 - t_d4mqf * K_L52 - t_zzymx * t_vshgd;
+    const real K_L53 = t_bxfcn * t_zmh3u;
+    const real t_e4enr = t_bl4f2 * t_bpfoo;
+    const real t_qvrp6 = t_bac7g + t_b3aij * t_e4enr;
+    const real t_dj64q = t_qvrp6 * t_4iujv;
+    const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
+    const real K_L63 = t_rahc4 * t_zmh3u;
+    const real K_D4 = K44 - t_u3hss * t_4jmrt - t_yfebn * K_L43 - t_2m245 * t_xq4wt;
+    const real t_ejg3c = K54 + t_u3hss * K_L52 - t_yfebn * K_L53 - t_2m245 * t_vshgd;
+    const real t_lt2al = K(1.0) / K_D4;
+    const real K_L54 = t_ejg3c * t_lt2al;
+    const real t_yioo4 = K64 - t_u3hss * t_dj64q - t_yfebn * K_L63 - t_2m245 * t_e4enr;
+    const real K_L64 = t_yioo4 * t_lt2al;
+    const real K_D5 = K55
+        - t_p6zld * K_L52
+        - t_bxfcn * K_L53
+        - t_ejg3c * K_L54
+        - t_6mmeb * t_vshgd;
+    const real t_aqba4 = K65
+        + t_p6zld * t_dj64q
+        - t_bxfcn * K_L63
+        - t_ejg3c * K_L64
+        - t_6mmeb * t_e4enr;
+    const real t_ftqxb = K(1.0) / K_D5;
+    const real K_L65 = t_aqba4 * t_ftqxb;
+    const real K_D6 = K66
+        - t_qvrp6 * t_dj64q
+        - t_rahc4 * K_L63
+        - t_yioo4 * K_L64
+        - t_aqba4 * K_L65
+        - t_bl4f2 * t_e4enr;
+    const real b1 = f_x + t_xynyo;
+    const real b2 = f_y - n2;
+    const real t_4mgpp = p[F] * cos_delta2_v2;
+    const real f1_v2 = q1_v2 + K11 * ax_v2;
+    const real df1_v2 = t_4mgpp * cos_delta1_v2 - f1_v2;
+    const real t_7oaon = p[F] * sin_delta2_v2;
+    const real df2_v2 = t_7oaon - f2_v2;
+    const real da_v2_y2 = df2_v2 + t_w7lcw * df1_v2;
+    const real t_pmr3w = t_4mgpp * sin_delta1_v2;
+    const real da_v2_y3 = t_3go2w * df1_v2 - (t_pmr3w + f3_v2) - K_L32 * da_v2_y2;
+    const real da_v2_x3 = da_v2_y3 * t_zmh3u;
+    const real da_v2_x2 = da_v2_y2 * t_4iujv - K_L32 * da_v2_x3;
+    const real da_v2_x1 = df1_v2 * t_bpfoo + t_w7lcw * da_v2_x2 + t_3go2w * da_v2_x3;
+    const real Mx_v2 = n4
+        + G2_v2 * K54
+        + G3_v2 * K64
+        - t_2m245 * ax_v2
+        - t_2m245 * da_v2_x1
+        - t_yz7e5 * a2_v2
+        - t_yz7e5 * da_v2_x2
+        + K43 * a3_v2
+        + K43 * da_v2_x3
+        - K44 * t_rye3d;
+    const real t_y4w6o_2 = p[F] * cos_delta2_act;
+    const real df1_act = t_y4w6o_2 * cos_delta1_act - cos_delta2_v2 * p[F] * cos_delta1_v2;
+    const real df2_act = p[F] * sin_delta2_act - t_7oaon;
+    const real da_act_y2 = df2_act + t_w7lcw * df1_act;
+    const real df3_act = t_svkod * p[F] - t_y4w6o_2 * sin_delta1_act;
+    const real da_act_y3 = df3_act + t_3go2w * df1_act - K_L32 * da_act_y2;
+    const real da_act_x3 = da_act_y3 * t_zmh3u;
+    const real da_act_x2 = da_act_y2 * t_4iujv - K_L32 * da_act_x3;
+    const real da_act_x1 = df1_act * t_bpfoo + t_w7lcw * da_act_x2 + t_3go2w * da_act_x3;
+    const real Mx = Mx_v2 - t_2m245 * da_act_x1 - t_yz7e5 * da_act_x2 + K43 * da_act_x3;
+    const real b4 = Mx - n4;
+    const real Mz_v2 = n5
+        + G2_v2 * K55
+        + G3_v2 * K65
+        - t_6mmeb * ax_v2
+        - t_6mmeb * da_v2_x1
+        + K52 * a2_v2
+        + K52 * da_v2_x2
+        + K53 * a3_v2
+        + K53 * da_v2_x3
+        - K54 * t_rye3d
+        + t_7oaon * h[t_lwe76];
+    const real Mz = Mz_v2
+        - t_6mmeb * da_act_x1
+        + K52 * da_act_x2
+        + K53 * da_act_x3
+        + df2_act * h[t_lwe76];
+    const real b5 = Mz - n5 - f_y * h[t_lwe76];
+    const real t_lpjfo = t_y4w6o * sin_delta1_act;
+    const real My_v2 = t_pmr3w * h[t_lwe76]
+        - n6
+        - G2_v2 * K65
+        - G3_v2 * K66
+        + t_bl4f2 * ax_v2
+        + t_bl4f2 * da_v2_x1
+        + t_bac7g * a2_v2
+        + t_bac7g * da_v2_x2
+        - K63 * a3_v2
+        - K63 * da_v2_x3
+        + K64 * t_rye3d;
+    const real My = My_v2
+        - df3_act * h[t_lwe76]
+        + t_bl4f2 * da_act_x1
+        + t_bac7g * da_act_x2
+        - K63 * da_act_x3;
+    const real b6 = t_lpjfo * h[t_lwe76] - (My + n6);
+    const real X_y2 = b2 + t_w7lcw * b1;
+    const real X_y3 = t_3go2w * b1 - (t_lpjfo + n3) - K_L32 * X_y2;
+    const real X_y4 = b4 + t_xq4wt * b1 + t_4jmrt * X_y2 - K_L43 * X_y3;
+    const real X_y5 = b5
+        + t_vshgd * b1
+        - K_L52 * X_y2
+        - K_L53 * X_y3
+        - K_L54 * X_y4;
+    const real X_y6 = b6
+        + t_e4enr * b1
+        + t_dj64q * X_y2
+        - K_L63 * X_y3
+        - K_L64 * X_y4
+        - K_L65 * X_y5;
+    const real X_x6 = X_y6 / K_D6;
+    const real X_x5 = X_y5 * t_ftqxb - K_L65 * X_x6;
+    const real X_x4 = X_y4 * t_lt2al - K_L54 * X_x5 - K_L64 * X_x6;
+    const real X_x3 = X_y3 * t_zmh3u - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
+    const real X_x2 = X_y2 * t_4iujv
+        - K_L32 * X_x3
+        + t_4jmrt * X_x4
+        - K_L52 * X_x5
+        + t_dj64q * X_x6;
+    const real X_x1 = b1 * t_bpfoo
+        + t_w7lcw * X_x2
+        + t_3go2w * X_x3
+        + t_xq4wt * X_x4
+        + t_vshgd * X_x5
+        + t_e4enr * X_x6;
+    const real G_t1 = X_x5 * sin_theta1 + X_x6 * cos_theta1;
+    const real Gt_eta1 = G_t1 + eta1;
+    const real t_ynvhx = cos_phi1 * (G_t1 * h[e1] + X_x2 * sin_theta1 + X_x3 * cos_theta1)
+        + sin_phi1 * (X_x1 - t_w7vil);
+    const real phi_acc1 = Gt_eta1 - (loss_phi1 + p[I1] * (Gt_eta1 + X_x4)) * h[t_zrejm] - h[k1] * t_ynvhx;
+    const real t_g433r = X_x5 - W12;
+    const real t_mwq7z = X_x4 + X_x5;
+    const real t_5ffnn = zeta1
+        + X_x2 * cos_theta1
+        + g_1 * (X_x5 * cos_theta1 - X_x6 * sin_theta1)
+        - t_mwq7z * q_1
+        - X_x3 * sin_theta1;
+    const real theta_acc1 = -(t_g433r + th_1 * (loss_theta1 * h[t_ibe72] + q_1 * t_5ffnn));
+    const real G_t2 = X_x5 * sin_theta2 + X_x6 * cos_theta2;
+    const real Gt_eta2 = G_t2 + eta2;
+    const real t_rrute = cos_phi2 * (G_t2 * h[e2] + X_x2 * sin_theta2 + X_x3 * cos_theta2)
+        + sin_phi2 * (X_x1 - t_6fvzz);
+    const real phi_acc2 = Gt_eta2 - (loss_phi2 + p[I2] * (Gt_eta2 + X_x4)) * h[t_5wzvs] - h[k2] * t_rrute;
+    const real t_oqair = zeta2
+        + X_x2 * cos_theta2
+        + g_2 * (X_x5 * cos_theta2 - X_x6 * sin_theta2)
+        - t_mwq7z * q_2
+        - X_x3 * sin_theta2;
+    const real theta_acc2 = -(t_g433r + th_2 * (loss_theta2 * h[t_r7vy7] + q_2 * t_oqair));
+    dq[0] = X_x1 + t_rybsf * h[x_C] - q[vz] * q[wy] + q[vy] * q[wz];
+    dq[1] = X_x2 - X_x5 * h[x_C] + (q[vz] * q[wx] - q[vx] * q[wz]);
+    dq[2] = X_x3 - X_x6 * h[x_C] + (q[vx] * q[wy] - q[vy] * q[wx]);
+    dq[3] = X_x4;
+    dq[4] = W13 - X_x6;
+    dq[5] = t_g433r;
+    dq[6] = q[wx];
+    dq[7] = q[wy];
+    dq[8] = q[wz];
+    dq[9] = q[phi1_dot];
+    dq[10] = q[theta1_dot];
+    dq[11] = q[phi2_dot];
+    dq[12] = q[theta2_dot];
+    dq[13] = phi_acc1;
+    dq[14] = theta_acc1;
+    dq[15] = phi_acc2;
+    dq[16] = theta_acc2;
 }
+
+/* Places of h. */
+enum {
+    lyapunov_v2_observe_h_k1,
+    lyapunov_v2_observe_h_me1,
+    lyapunov_v2_observe_h_t_6nwd2,
+    lyapunov_v2_observe_h_mv1,
+    lyapunov_v2_observe_h_k2,
+    lyapunov_v2_observe_h_me2,
+    lyapunov_v2_observe_h_t_popww,
+    lyapunov_v2_observe_h_mv2,
+    lyapunov_v2_observe_h_M_C,
+    lyapunov_v2_observe_h_x_C,
+    lyapunov_v2_observe_h_J_C1,
+    lyapunov_v2_observe_h_J_C3,
+    lyapunov_v2_observe_h_J_C2,
+    lyapunov_v2_observe_h_e1,
+    lyapunov_v2_observe_h_e2,
+    lyapunov_v2_observe_h_B_1,
+    lyapunov_v2_observe_h_Bl_1,
+    lyapunov_v2_observe_h_t_b7ure,
+    lyapunov_v2_observe_h_B_2,
+    lyapunov_v2_observe_h_Bl_2,
+    lyapunov_v2_observe_h_t_lpk5h,
+    lyapunov_v2_observe_h_t_m5gm4,
+    lyapunov_v2_observe_h_t_uumic,
+    lyapunov_v2_observe_h_t_doa45,
+    lyapunov_v2_observe_h_t_sfymc,
+    lyapunov_v2_observe_h_t_5r66u,
+    lyapunov_v2_observe_h_t_7bo2j,
+    lyapunov_v2_observe_h_t_t6fx5,
+    lyapunov_v2_observe_h_t_yjeu3,
+    lyapunov_v2_observe_h_t_ma4ro,
+    lyapunov_v2_observe_h_t_62qfa,
+    lyapunov_v2_observe_h_t_y7rm6,
+    lyapunov_v2_observe_h_t_lwe76,
+    lyapunov_v2_observe_h_t_xkg6l,
+};
 
 /* what lyapunov_v2_observe computes once per run; 76 operations. */
 void slosh_lyapunov_v2_observe_prepare(const real *p, const real *c, real *h)
 {
-    const real v6 = p[12] / (p[13] * p[13] * p[12] + p[15]);
-    const real v7 = v6 * p[15];
-    const real v8 = v7 * p[13];
-    const real v26 = p[17] / (p[18] * p[18] * p[17] + p[20]);
-    const real v27 = v26 * p[20];
-    const real v32 = p[0] + p[1] + v7 + v27;
-    const real v33 = (p[14] * v7 - (p[7] * p[0] + p[6] * p[1]) + p[19] * v27) / v32;
-    const real v34 = p[14] - v33;
-    const real v35 = v6 * p[13];
-    const real v36 = v27 * p[18];
-    const real v37 = p[19] - v33;
-    const real v38 = v26 * p[18];
-    const real v41 = p[4] - p[5];
-    const real v49 = p[13] * p[12];
-    const real v50 = v49 * v35;
-    const real v52 = p[18] * p[17];
-    const real v53 = v52 * v38;
-    const real v64 = p[2] + p[3];
-    const real v71 = p[15] + p[20];
-    const real v90 = v7 * (p[14] * p[14]) + v27 * (p[19] * p[19]) + p[0] * (p[7] * p[7]) + p[1] * (p[6] * p[6]);
-    const real v93 = v90 - v32 * (v33 * v33);
-    h[0] = v7;
-    h[1] = v8;
-    h[2] = v27;
-    h[3] = v32;
-    h[4] = v33;
-    h[5] = v34;
-    h[6] = v35;
-    h[7] = v36;
-    h[8] = v37;
-    h[9] = v38;
-    h[10] = v41;
-    h[11] = K(1.0) / c[7];
-    h[12] = v8 * p[13];
-    h[13] = v36 * p[18];
-    h[14] = K(1.0) / c[5];
-    h[15] = v49;
-    h[16] = v50;
-    h[17] = v52;
-    h[18] = v53;
-    h[19] = v32 + v50 + v53;
-    h[20] = K(1.0) / c[3];
-    h[21] = v34 * v7;
-    h[22] = v37 * v27;
-    h[23] = p[9] * p[9];
-    h[24] = K(1.0) / p[9];
-    h[25] = v64;
-    h[26] = K(1.0) / mv_cos(p[11]);
-    h[27] = p[7] + p[8] + v33;
-    h[28] = v64 + v71 + v41;
-    h[29] = v7 * (v34 * v34);
-    h[30] = v27 * (v37 * v37);
-    h[31] = p[2] + p[4] + v71 + v93;
-    h[32] = v64 + (p[5] - p[4]);
-    h[33] = p[2] + p[5] + v93;
+    enum { m = SLOSH_P_M };
+    enum { m0 = SLOSH_P_M0 };
+    enum { I0 = SLOSH_P_I0 };
+    enum { J_x = SLOSH_P_J_X };
+    enum { J_y = SLOSH_P_J_Y };
+    enum { J_z = SLOSH_P_J_Z };
+    enum { h0 = SLOSH_P_H0 };
+    enum { b = SLOSH_P_B };
+    enum { d = SLOSH_P_D };
+    enum { F = SLOSH_P_F };
+    enum { delta2_max = SLOSH_P_DELTA2_MAX };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { r4 = SLOSH_LYAPUNOV_V2_C_R4 };
+    enum { r6 = SLOSH_LYAPUNOV_V2_C_R6 };
+    enum { r8 = SLOSH_LYAPUNOV_V2_C_R8 };
+    const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
+    const real t_gx5gf = p[m1] / D1;
+    const real k1 = t_gx5gf * p[l1];
+    const real me1 = t_gx5gf * p[I1];
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real mv1 = t_6nwd2 * k1;
+    const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
+    const real t_wiek6 = p[m2] / D2;
+    const real k2 = t_wiek6 * p[l2];
+    const real me2 = t_wiek6 * p[I2];
+    const real t_popww = p[l2] * p[m2];
+    const real mv2 = t_popww * k2;
+    const real M_C = p[m] + p[m0] + me1 + me2;
+    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real S_C = me1 * (p[h1] * p[h1])
+        + me2 * (p[h2] * p[h2])
+        + p[m] * (p[b] * p[b])
+        + p[m0] * (p[h0] * p[h0])
+        - M_C * (x_C * x_C);
+    const real J_C1 = p[I0] + p[J_x];
+    const real J_C3 = p[I0] + p[J_z] + S_C;
+    const real t_is5lg = p[I1] + p[I2];
+    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
+    const real e1 = p[h1] - x_C;
+    const real e2 = p[h2] - x_C;
+    const real B_1 = me1 * p[l1];
+    const real Bl_1 = B_1 * p[l1];
+    const real B_2 = me2 * p[l2];
+    const real Bl_2 = B_2 * p[l2];
+    const real t_sfymc = p[J_y] - p[J_z];
+    h[lyapunov_v2_observe_h_k1] = k1;
+    h[lyapunov_v2_observe_h_me1] = me1;
+    h[lyapunov_v2_observe_h_t_6nwd2] = t_6nwd2;
+    h[lyapunov_v2_observe_h_mv1] = mv1;
+    h[lyapunov_v2_observe_h_k2] = k2;
+    h[lyapunov_v2_observe_h_me2] = me2;
+    h[lyapunov_v2_observe_h_t_popww] = t_popww;
+    h[lyapunov_v2_observe_h_mv2] = mv2;
+    h[lyapunov_v2_observe_h_M_C] = M_C;
+    h[lyapunov_v2_observe_h_x_C] = x_C;
+    h[lyapunov_v2_observe_h_J_C1] = J_C1;
+    h[lyapunov_v2_observe_h_J_C3] = J_C3;
+    h[lyapunov_v2_observe_h_J_C2] = J_C2;
+    h[lyapunov_v2_observe_h_e1] = e1;
+    h[lyapunov_v2_observe_h_e2] = e2;
+    h[lyapunov_v2_observe_h_B_1] = B_1;
+    h[lyapunov_v2_observe_h_Bl_1] = Bl_1;
+    h[lyapunov_v2_observe_h_t_b7ure] = me1 * (e1 * e1);
+    h[lyapunov_v2_observe_h_B_2] = B_2;
+    h[lyapunov_v2_observe_h_Bl_2] = Bl_2;
+    h[lyapunov_v2_observe_h_t_lpk5h] = me2 * (e2 * e2);
+    h[lyapunov_v2_observe_h_t_m5gm4] = M_C + mv1 + mv2;
+    h[lyapunov_v2_observe_h_t_uumic] = e1 * me1;
+    h[lyapunov_v2_observe_h_t_doa45] = e2 * me2;
+    h[lyapunov_v2_observe_h_t_sfymc] = t_sfymc;
+    h[lyapunov_v2_observe_h_t_5r66u] = J_C1 + (p[J_z] - p[J_y]);
+    h[lyapunov_v2_observe_h_t_7bo2j] = J_C1 + t_is5lg + t_sfymc;
+    h[lyapunov_v2_observe_h_t_t6fx5] = K(1.0) / c[r8];
+    h[lyapunov_v2_observe_h_t_yjeu3] = K(1.0) / c[r6];
+    h[lyapunov_v2_observe_h_t_ma4ro] = K(1.0) / c[r4];
+    h[lyapunov_v2_observe_h_t_62qfa] = p[F] * p[F];
+    h[lyapunov_v2_observe_h_t_y7rm6] = K(1.0) / p[F];
+    h[lyapunov_v2_observe_h_t_lwe76] = p[b] + p[d] + x_C;
+    h[lyapunov_v2_observe_h_t_xkg6l] = K(1.0) / mv_cos(p[delta2_max]);
 }
 
 /* the rest of lyapunov_v2_observe; 618 operations. */
 void slosh_lyapunov_v2_observe_prepared(const real *q, const real *p, const real *c, const real *h, real *x, real *u, real *u_cmd)
 {
-    real s22, c22; mv_sincos(q[9], &s22, &c22);
-    const real v23 = h[1] * s22;
-    const real v26 = q[4] * q[4] + q[5] * q[5];
-    const real v34 = v26 * h[5];
-    const real v37 = q[3] - q[14];
-    real s39, c39; mv_sincos(q[10], &s39, &c39);
-    const real v43 = c39 * q[5] + s39 * q[4];
-    const real v45 = c22 * v37 - v43 * s22;
-    const real v48 = v43 * c22 + s22 * v37;
-    const real v54 = p[16] * q[13];
-    const real v57 = h[1] * (v45 * v48 - v43 * v37) + v54 * h[6];
-    const real v59 = v23 * v34 + v57 * p[13];
-    const real v60 = s22 * p[13];
-    const real v64 = p[12] / (p[15] + p[12] * (v60 * v60));
-    const real v65 = q[3] * q[4];
-    const real v69 = c39 * q[4] - s39 * q[5];
-    const real v70 = c22 * p[13];
-    const real v75 = v69 + q[13];
-    const real v80 = p[16] * q[14];
-    const real v82 = (v65 * v60 + v69 * v70 * v37 - v45 * p[13] * (v75 + q[13])) * p[15] - v80 * v60;
-    const real v83 = v64 * v82;
-    real s85, c85; mv_sincos(q[11], &s85, &c85);
-    const real v86 = s85 * p[18];
-    const real v90 = p[17] / (p[20] + p[17] * (v86 * v86));
-    real s92, c92; mv_sincos(q[12], &s92, &c92);
-    const real v96 = c92 * q[4] - s92 * q[5];
-    const real v98 = c85 * p[18];
-    const real v100 = q[3] - q[16];
-    const real v106 = c92 * q[5] + s92 * q[4];
-    const real v108 = c85 * v100 - v106 * s85;
-    const real v110 = v96 + q[15];
-    const real v116 = p[21] * q[16];
-    const real v118 = (v65 * v86 + v96 * v98 * v100 - v108 * p[18] * (v110 + q[15])) * p[20] - v116 * v86;
-    const real v119 = v90 * v118;
-    const real v121 = v83 * v60 + v119 * v86;
-    const real v124 = h[7] * s85;
-    const real v126 = v26 * h[8];
-    const real v130 = v106 * c85 + s85 * v100;
-    const real v135 = p[21] * q[15];
-    const real v138 = h[7] * (v108 * v130 - v106 * v100) + v135 * h[9];
-    const real v140 = v124 * v126 + v138 * p[18];
-    const real v144 = q[14] * p[15];
-    const real v147 = q[16] * p[20];
-    const real v153 = v59 - v121 + v140 - v54 - v135 + v144 * q[4] + v147 * q[4] - h[10] * q[4] * q[5];
-    const real v159 = q[1] * c[0];
-    const real v166 = v65 - (q[5] * c[12] + (q[8] * c[6] - v159 * q[0])) * h[11];
-    const real v167 = v64 * p[15];
-    const real v168 = v60 * v167;
-    const real v170 = v90 * p[20];
-    const real v171 = v86 * v170;
-    const real v173 = v60 * v168 + v86 * v171;
-    const real v174 = h[5] - v70;
-    const real v175 = v174 * v167;
-    const real v176 = v60 * v175;
-    const real v177 = c39 * v176;
-    const real v179 = h[8] - v98;
-    const real v180 = v179 * v170;
-    const real v181 = v86 * v180;
-    const real v182 = c92 * v181;
-    const real v185 = h[1] * c22;
-    const real v186 = v185 * h[5];
-    const real v187 = h[12] - v186;
-    const real v191 = h[7] * c85;
-    const real v192 = v191 * h[8];
-    const real v193 = h[13] - v192;
-    const real v195 = v173 - v177 - v182 + v187 * s39 + v193 * s92;
-    const real v198 = q[3] * q[5];
-    const real v202 = q[2] * c[1];
-    const real v210 = v198 + (q[4] * c[11] + (v202 * q[0] + q[7] * c[4])) * h[14];
-    const real v213 = s39 * v176 + s92 * v181;
-    const real v217 = v213 + v187 * c39 + v193 * c92;
-    const real v220 = v23 + v124;
-    const real v227 = h[16] * s22;
-    const real v228 = v227 * s22;
-    const real v230 = h[18] * s85;
-    const real v231 = v230 * s85;
-    const real v232 = h[19] - v228 - v231;
-    const real v243 = (q[3] * c[10] + (v159 * q[2] - v202 * q[1] + q[6] * c[2])) * h[20];
-    const real v254 = c22 * v34 * h[16] - h[15] * (v48 * v48 + v75 * v75);
-    const real v263 = c85 * v126 * h[18] - h[17] * (v130 * v130 + v110 * v110);
-    const real v266 = v227 * c22;
-    const real v268 = v23 + v266 * h[5];
-    const real v270 = v230 * c85;
-    const real v272 = v124 + v270 * h[8];
-    const real v274 = v268 * s39 + v272 * s92;
-    const real v279 = v268 * c39 + v272 * c92;
-    const real v281 = v57 * s22 + v138 * s85 + c22 * v254 + c85 * v263 + v166 * v274 + v210 * v279;
-    const real v284 = v266 * s39 + v270 * s92;
-    const real v288 = v166 * h[4] - v159 * c[8];
-    const real v293 = v266 * c39 + v270 * c92;
-    const real v297 = v210 * h[4] - v202 * c[9];
-    const real v300 = v220 * v243 - (v281 + v284 * v288 + v293 * v297);
-    const real v302 = v83 * c39;
-    const real v303 = v119 * c92;
-    const real v307 = s22 * v254 - v57 * c22;
-    const real v312 = s85 * v263 - v138 * c85;
-    const real v316 = v175 - h[21];
-    const real v318 = v180 - h[22];
-    const real v320 = s39 * s39;
-    const real v321 = v228 * h[5];
-    const real v322 = v185 - v321;
-    const real v323 = v322 + v316;
-    const real v325 = s92 * s92;
-    const real v326 = v231 * h[8];
-    const real v327 = v191 - v326;
-    const real v328 = v327 + v318;
-    const real v330 = v320 * v323 + v325 * v328;
-    const real v332 = c39 * v168;
-    const real v334 = c92 * v171;
-    const real v335 = v316 + v318 - v330 - v332 - v334;
-    const real v338 = c39 * s39;
-    const real v340 = c92 * s92;
-    const real v342 = v338 * v323 + v340 * v328;
-    const real v346 = v228 + h[0] - v167;
-    const real v347 = v320 * v346;
-    const real v349 = v231 + h[2] - v170;
-    const real v350 = v325 * v349;
-    const real v356 = v347 + v350 + h[3] + v167 + v170 - h[0] - h[2];
-    const real v358 = v302 + v303 + v307 * s39 + v312 * s92 + v166 * v335 - v210 * v342 + v356 * v288;
-    const real v361 = v338 * v346 + v340 * v349;
-    const real v368 = v332 + v334 + v185 * s39 + v191 * s92;
-    const real v370 = v358 + v361 * v297 + v368 * v243;
-    const real v374 = v83 * s39;
-    const real v375 = v119 * s92;
-    const real v380 = s39 * v168;
-    const real v382 = s92 * v171;
-    const real v383 = v380 - v342 + v382;
-    const real v387 = v330 - (v322 + v327);
-    const real v391 = v307 * c39 - (v374 + v375) + v312 * c92 + v166 * v383 + v210 * v387 + v361 * v288;
-    const real v395 = v228 + v231 + h[3] - v347 - v350;
-    const real v402 = v380 + v382 - v185 * c39 - v191 * c92;
-    const real v404 = v391 + v395 * v297 - v402 * v243;
-    const real v406 = v232 * v300 - v284 * v370 - v293 * v404;
-    const real v412 = v232 * v232 + v284 * v284 + v293 * v293;
-    const real v423 = mv_max(SPLAT(K(0.0)), v406 * v406 - v412 * (v300 * v300 - h[23] + v370 * v370 + v404 * v404));
-    const real v426 = (mv_sqrt(v423) - v406) / v412;
-    const real v431 = v370 - v284 * v426;
-    const real v435 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), v431 * h[24]));
-    const real v436 = mv_asin(v435);
-    real s437, c437; mv_sincos(v436, &s437, &c437);
-    const real v438 = p[9] * c437;
-    const real v440 = v404 - v293 * v426;
-    const real v449 = mv_min(SPLAT(K(1.0)), -(v440 * h[24] / mv_max(SPLAT(K(1e-09)), mv_sqrt(K(1.0) - v435 * v435))));
-    const real v451 = mv_asin(mv_max(SPLAT(K(-1.0)), v449));
-    real s452, c452; mv_sincos(v451, &s452, &c452);
-    const real v456 = v438 * c452 - (v300 + v232 * v426);
-    const real v457 = K(1.0) / v232;
-    const real v459 = v284 * v457;
-    const real v461 = p[9] * s437;
-    const real v464 = v461 - v431 + v459 * v456;
-    const real v467 = K(1.0) / (v356 - v284 * v459);
-    const real v469 = v293 * v457;
-    const real v471 = v361 - v284 * v469;
-    const real v472 = v471 * v467;
-    const real v475 = v438 * s452;
-    const real v484 = K(1.0) / (v395 - v471 * v472 - v293 * v469);
-    const real v485 = (v469 * v456 - (v475 + v440) - v472 * v464) * v484;
-    const real v487 = v464 * v467 - v472 * v485;
-    const real v491 = v456 * v457 + v459 * v487 + v469 * v485;
-    const real v495 = v153 + v166 * v195 + v210 * v217 - v220 * v426 - v220 * v491 - v368 * v288;
-    const real v507 = v495 - v368 * v487 + v402 * v297 + v402 * v485 - (v173 + h[12] + h[13] + h[25]) * v243;
-    const real v511 = mv_max(-p[11], mv_min(v436, p[11]));
-    real s512, c512; mv_sincos(v511, &s512, &c512);
-    const real v513 = p[9] * c512;
-    const mask m517 = LE(mv_fabs(v436), p[11]);
-    const real v518 = c437 * s452;
-    const real v524 = SELECT(m517, v451, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), v518 * h[26]))));
-    const real v526 = mv_max(-p[10], mv_min(p[10], v524));
-    real s527, c527; mv_sincos(v526, &s527, &c527);
-    const real v531 = v513 * c527 - c437 * p[9] * c452;
-    const real v535 = p[9] * s512 - v461;
-    const real v537 = v535 + v459 * v531;
-    const real v542 = v518 * p[9] - v513 * s527;
-    const real v547 = (v542 + v469 * v531 - v472 * v537) * v484;
-    const real v549 = v537 * v467 - v472 * v547;
-    const real v553 = v531 * v457 + v459 * v549 + v469 * v547;
-    const real v563 = v59 + v307 * h[5];
-    const real v566 = v140 + v312 * h[8];
-    const real v577 = v563 * c39 + v566 * c92 + v144 * q[3] + v147 * q[3] - v198 * h[28] - v374 * v174;
-    const real v580 = q[13] * p[15];
-    const real v583 = q[15] * p[20];
-    const real v592 = h[12] + K(-2.0) * v186 + h[5] * v321;
-    const real v594 = v174 * v175;
-    const real v595 = h[29] + v592 - v594;
-    const real v602 = h[13] + K(-2.0) * v192 + h[8] * v326;
-    const real v604 = v179 * v180;
-    const real v605 = h[30] + v602 - v604;
-    const real v607 = v213 + v338 * v595 + v340 * v605;
-    const real v609 = v475 * h[27] - (v577 - v375 * v179 - v580 * q[5] - v583 * q[5]) - v166 * v607;
-    const real v613 = v320 * v595;
-    const real v615 = v325 * v605;
-    const real v622 = v609 - v210 * (v592 + v602 + h[31] - v613 - v615) + v279 * v426 + v279 * v491;
-    const real v632 = v622 + v342 * v288 + v342 * v487 - v387 * v297 - v387 * v485 + v217 * v243;
-    const real v651 = v563 * s39 - (v121 + v80 + v116) + v566 * s92 - v65 * h[32] - v580 * q[4];
-    const real v667 = v594 + v604 + v173 + v613 + v615 + h[33] - h[29] - h[30] + K(-2.0) * v177;
-    const real v671 = v651 - v583 * q[4] + v302 * v174 + v303 * v179 + v166 * (v667 + K(-2.0) * v182);
-    const real v681 = v671 + v210 * v607 - v274 * v426 - v274 * v491 + v335 * v288 + v335 * v487;
-    const real v689 = v681 + v383 * v297 + v383 * v485 - v195 * v243 + v461 * h[27];
-    x[0] = q[0];
-    x[1] = q[1];
-    x[2] = q[2];
-    x[3] = q[3];
-    x[4] = q[4];
-    x[5] = q[5];
-    x[6] = q[6];
-    x[7] = q[7];
-    x[8] = q[8];
-    x[9] = q[9];
-    x[10] = q[10];
-    x[11] = q[11];
-    x[12] = q[12];
-    x[13] = q[13];
-    x[14] = q[14];
-    x[15] = q[15];
-    x[16] = q[16];
-    u[0] = v507 - v220 * v553 - v368 * v549 + v402 * v547;
-    u[1] = v632 - v542 * h[27] + v279 * v553 + v342 * v549 - v387 * v547;
-    u[2] = v689 - v274 * v553 + v335 * v549 + v383 * v547 + v535 * h[27];
-    u[3] = v526;
-    u[4] = v511;
-    u_cmd[0] = v507;
-    u_cmd[1] = v632;
-    u_cmd[2] = v689;
-    u_cmd[3] = v451;
-    u_cmd[4] = v436;
+    enum { vx = 0 };
+    enum { vy = 1 };
+    enum { vz = 2 };
+    enum { wx = 3 };
+    enum { wy = 4 };
+    enum { wz = 5 };
+    enum { att1 = 6 };
+    enum { att2 = 7 };
+    enum { att3 = 8 };
+    enum { phi1 = 9 };
+    enum { theta1 = 10 };
+    enum { phi2 = 11 };
+    enum { theta2 = 12 };
+    enum { phi1_dot = 13 };
+    enum { theta1_dot = 14 };
+    enum { phi2_dot = 15 };
+    enum { theta2_dot = 16 };
+    enum { F = SLOSH_P_F };
+    enum { delta1_max = SLOSH_P_DELTA1_MAX };
+    enum { delta2_max = SLOSH_P_DELTA2_MAX };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { eps1 = SLOSH_P_EPS1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { eps2 = SLOSH_P_EPS2 };
+    enum { r1 = SLOSH_LYAPUNOV_V2_C_R1 };
+    enum { r2 = SLOSH_LYAPUNOV_V2_C_R2 };
+    enum { r3 = SLOSH_LYAPUNOV_V2_C_R3 };
+    enum { r5 = SLOSH_LYAPUNOV_V2_C_R5 };
+    enum { r7 = SLOSH_LYAPUNOV_V2_C_R7 };
+    enum { w1 = SLOSH_LYAPUNOV_V2_C_W1 };
+    enum { w2 = SLOSH_LYAPUNOV_V2_C_W2 };
+    enum { w3 = SLOSH_LYAPUNOV_V2_C_W3 };
+    enum { w4 = SLOSH_LYAPUNOV_V2_C_W4 };
+    enum { w5 = SLOSH_LYAPUNOV_V2_C_W5 };
+    enum { k1 = lyapunov_v2_observe_h_k1 };
+    enum { me1 = lyapunov_v2_observe_h_me1 };
+    enum { t_6nwd2 = lyapunov_v2_observe_h_t_6nwd2 };
+    enum { mv1 = lyapunov_v2_observe_h_mv1 };
+    enum { k2 = lyapunov_v2_observe_h_k2 };
+    enum { me2 = lyapunov_v2_observe_h_me2 };
+    enum { t_popww = lyapunov_v2_observe_h_t_popww };
+    enum { mv2 = lyapunov_v2_observe_h_mv2 };
+    enum { M_C = lyapunov_v2_observe_h_M_C };
+    enum { x_C = lyapunov_v2_observe_h_x_C };
+    enum { J_C1 = lyapunov_v2_observe_h_J_C1 };
+    enum { J_C3 = lyapunov_v2_observe_h_J_C3 };
+    enum { J_C2 = lyapunov_v2_observe_h_J_C2 };
+    enum { e1 = lyapunov_v2_observe_h_e1 };
+    enum { e2 = lyapunov_v2_observe_h_e2 };
+    enum { B_1 = lyapunov_v2_observe_h_B_1 };
+    enum { Bl_1 = lyapunov_v2_observe_h_Bl_1 };
+    enum { t_b7ure = lyapunov_v2_observe_h_t_b7ure };
+    enum { B_2 = lyapunov_v2_observe_h_B_2 };
+    enum { Bl_2 = lyapunov_v2_observe_h_Bl_2 };
+    enum { t_lpk5h = lyapunov_v2_observe_h_t_lpk5h };
+    enum { t_m5gm4 = lyapunov_v2_observe_h_t_m5gm4 };
+    enum { t_uumic = lyapunov_v2_observe_h_t_uumic };
+    enum { t_doa45 = lyapunov_v2_observe_h_t_doa45 };
+    enum { t_sfymc = lyapunov_v2_observe_h_t_sfymc };
+    enum { t_5r66u = lyapunov_v2_observe_h_t_5r66u };
+    enum { t_7bo2j = lyapunov_v2_observe_h_t_7bo2j };
+    enum { t_t6fx5 = lyapunov_v2_observe_h_t_t6fx5 };
+    enum { t_yjeu3 = lyapunov_v2_observe_h_t_yjeu3 };
+    enum { t_ma4ro = lyapunov_v2_observe_h_t_ma4ro };
+    enum { t_62qfa = lyapunov_v2_observe_h_t_62qfa };
+    enum { t_y7rm6 = lyapunov_v2_observe_h_t_y7rm6 };
+    enum { t_lwe76 = lyapunov_v2_observe_h_t_lwe76 };
+    enum { t_xkg6l = lyapunov_v2_observe_h_t_xkg6l };
+    const real W12 = q[wx] * q[wy];
+    const real W13 = q[wx] * q[wz];
+    real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
+    real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
+    const real Wn1 = cos_theta1 * q[wy] - sin_theta1 * q[wz];
+    const real Wt1 = cos_theta1 * q[wz] + sin_theta1 * q[wy];
+    const real w_x1 = q[wx] - q[theta1_dot];
+    const real p1 = Wn1 + q[phi1_dot];
+    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
+    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
+    const real Wn2 = cos_theta2 * q[wy] - sin_theta2 * q[wz];
+    const real Wt2 = cos_theta2 * q[wz] + sin_theta2 * q[wy];
+    const real w_x2 = q[wx] - q[theta2_dot];
+    const real p2 = Wn2 + q[phi2_dot];
+    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
+    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_rybsf = q[wy] * q[wy] + q[wz] * q[wz];
+    const real t_w7vil = t_rybsf * h[e1];
+    const real tension1 = cos_phi1 * t_w7vil * h[mv1] - h[t_6nwd2] * sigma_sq1;
+    const real As_1 = h[mv1] * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real eAss_1 = Ass_1 * h[e1];
+    const real q_1 = sin_phi1 * p[l1];
+    const real lc_1 = cos_phi1 * p[l1];
+    const real Bs_1 = h[B_1] * sin_phi1;
+    const real Bc_1 = h[B_1] * cos_phi1;
+    const real g_1 = h[e1] - lc_1;
+    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
+    const real wth_1 = th_1 * p[I1];
+    const real eBc_1 = Bc_1 * h[e1];
+    const real wg_1 = g_1 * wth_1;
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real tn11_1 = Ass_1 + h[me1] - wth_1;
+    const real t_3bowt = h[Bl_1] + K(-2.0) * eBc_1 + h[e1] * eAss_1;
+    const real t_3fv6l = g_1 * wg_1;
+    const real tn44_1 = h[t_b7ure] + t_3bowt - t_3fv6l;
+    const real wq_1 = q_1 * wth_1;
+    const real wqg_1 = q_1 * wg_1;
+    const real wqq_1 = q_1 * wq_1;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real wgC_1 = cos_theta1 * wqg_1;
+    const real wgS_1 = sin_theta1 * wqg_1;
+    const real loss_phi1 = p[eps1] * q[phi1_dot];
+    const real loss_theta1 = p[eps1] * q[theta1_dot];
+    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real zeta1 = W12 * q_1
+        + Wn1 * lc_1 * w_x1
+        - chi1 * p[l1] * (p1 + q[phi1_dot]);
+    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
+    const real t_7imwe = h[B_1] * eta1 + loss_phi1 * h[k1];
+    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real M_q1 = F_n1 * q_1;
+    const real I_phi1 = q[phi1_dot] * p[I1];
+    const real I_theta1 = q[theta1_dot] * p[I1];
+    const real t_6fvzz = t_rybsf * h[e2];
+    const real tension2 = cos_phi2 * t_6fvzz * h[mv2] - h[t_popww] * sigma_sq2;
+    const real As_2 = h[mv2] * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real eAss_2 = Ass_2 * h[e2];
+    const real q_2 = sin_phi2 * p[l2];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real Bs_2 = h[B_2] * sin_phi2;
+    const real Bc_2 = h[B_2] * cos_phi2;
+    const real g_2 = h[e2] - lc_2;
+    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
+    const real wth_2 = th_2 * p[I2];
+    const real eBc_2 = Bc_2 * h[e2];
+    const real wg_2 = g_2 * wth_2;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real tn11_2 = Ass_2 + h[me2] - wth_2;
+    const real t_ymmgl = h[Bl_2] + K(-2.0) * eBc_2 + h[e2] * eAss_2;
+    const real t_odwbr = g_2 * wg_2;
+    const real tn44_2 = h[t_lpk5h] + t_ymmgl - t_odwbr;
+    const real wq_2 = q_2 * wth_2;
+    const real wqg_2 = q_2 * wg_2;
+    const real wqq_2 = q_2 * wq_2;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real wgC_2 = cos_theta2 * wqg_2;
+    const real wgS_2 = sin_theta2 * wqg_2;
+    const real loss_phi2 = p[eps2] * q[phi2_dot];
+    const real loss_theta2 = p[eps2] * q[theta2_dot];
+    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real zeta2 = W12 * q_2
+        + Wn2 * lc_2 * w_x2
+        - chi2 * p[l2] * (p2 + q[phi2_dot]);
+    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
+    const real t_4b2fa = h[B_2] * eta2 + loss_phi2 * h[k2];
+    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real M_q2 = F_n2 * q_2;
+    const real I_phi2 = q[phi2_dot] * p[I2];
+    const real I_theta2 = q[theta2_dot] * p[I2];
+    const real K11 = h[t_m5gm4] - Ass_1 - Ass_2;
+    const real t_fbeaw = S_sq1 * tn11_1;
+    const real t_dj555 = S_sq2 * tn11_2;
+    const real K22 = t_fbeaw + t_dj555 + h[M_C] + wth_1 + wth_2 - h[me1] - h[me2];
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real K33 = Ass_1 + Ass_2 + h[M_C] - t_fbeaw - t_dj555;
+    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
+    const real t_nhr5u = wqq_1 + wqq_2;
+    const real K44 = t_nhr5u + h[Bl_1] + h[Bl_2] + h[J_C1];
+    const real t_kwrkt = wg_1 - h[t_uumic];
+    const real t_t44oq = wg_2 - h[t_doa45];
+    const real t_32gyg = Bc_1 - eAss_1;
+    const real t_n3v7x = t_32gyg + t_kwrkt;
+    const real t_gbkg6 = Bc_2 - eAss_2;
+    const real t_hsuzx = t_gbkg6 + t_t44oq;
+    const real t_fcf5x = S_sq1 * t_n3v7x + S_sq2 * t_hsuzx;
+    const real K52 = t_kwrkt + t_t44oq - t_fcf5x - wqC_1 - wqC_2;
+    const real t_bac7g = SC1 * t_n3v7x + SC2 * t_hsuzx;
+    const real K53 = wqS_1 - t_bac7g + wqS_2;
+    const real t_nncdg = h[Bl_1] - eBc_1;
+    const real t_4q22j = h[Bl_2] - eBc_2;
+    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
+    const real t_hoosk = S_sq1 * tn44_1;
+    const real t_drvdp = S_sq2 * tn44_2;
+    const real K55 = t_3fv6l
+        + t_odwbr
+        + t_nhr5u
+        + t_hoosk
+        + t_drvdp
+        + h[J_C3]
+        - h[t_b7ure]
+        - h[t_lpk5h]
+        + K(-2.0) * wgC_1
+        + K(-2.0) * wgC_2;
+    const real K63 = t_fcf5x - (t_32gyg + t_gbkg6);
+    const real t_zhbuw = wgS_1 + wgS_2;
+    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
+    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_3bowt + t_ymmgl + h[J_C2] - t_hoosk - t_drvdp;
+    const real t_vt7uo = F_n1 * cos_theta1;
+    const real t_oncjt = F_n2 * cos_theta2;
+    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real t_azclp = F_n1 * sin_theta1;
+    const real t_iya7w = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
+    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
+    const real t_kp7yy = M_q1 + M_q2;
+    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
+    const real n4 = t_aejai
+        - t_kp7yy
+        + t_zd4fs
+        - loss_phi1
+        - loss_phi2
+        + I_theta1 * q[wy]
+        + I_theta2 * q[wy]
+        - h[t_sfymc] * q[wy] * q[wz];
+    const real t_w7nmt = t_aejai + F_t1 * h[e1];
+    const real t_e5cx2 = t_zd4fs + F_t2 * h[e2];
+    const real n5 = t_w7nmt * sin_theta1
+        - (t_kp7yy + loss_theta1 + loss_theta2)
+        + t_e5cx2 * sin_theta2
+        - W12 * h[t_5r66u]
+        - I_phi1 * q[wy]
+        - I_phi2 * q[wy]
+        + t_vt7uo * g_1
+        + t_oncjt * g_2;
+    const real n6 = t_w7nmt * cos_theta1
+        + t_e5cx2 * cos_theta2
+        + I_theta1 * q[wx]
+        + I_theta2 * q[wx]
+        - W13 * h[t_7bo2j]
+        - t_azclp * g_1
+        - t_iya7w * g_2
+        - I_phi1 * q[wz]
+        - I_phi2 * q[wz];
+    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_bpfoo = K(1.0) / K11;
+    const real t_w7lcw = t_b3aij * t_bpfoo;
+    const real K_D2 = K22 - t_b3aij * t_w7lcw;
+    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_3go2w = t_zzymx * t_bpfoo;
+    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
+    const real t_4iujv = K(1.0) / K_D2;
+    const real K_L32 = t_d4mqf * t_4iujv;
+    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
+    const real B_v2 = q[vy] * c[r1];  /* (29) */
+    const real C_v2 = q[vz] * c[r2];  /* (29) */
+    const real g1_v2 = B_v2 * q[vz] - C_v2 * q[vy] + q[att1] * c[r3];  /* (29) */
+    const real g2_v2 = C_v2 * q[vx] + q[att2] * c[r5];  /* (29) */
+    const real g3_v2 = q[att3] * c[r7] - B_v2 * q[vx];  /* (29) */
+    const real G2_v2 = W12 - (q[wz] * c[w5] + g3_v2) * h[t_t6fx5];
+    const real G3_v2 = W13 + (q[wy] * c[w4] + g2_v2) * h[t_yjeu3];
+    const real a2_v2 = G2_v2 * h[x_C] - B_v2 * c[w1];
+    const real a3_v2 = G3_v2 * h[x_C] - C_v2 * c[w2];
+    const real t_2m245 = Bs_1 + Bs_2;
+    const real t_rye3d = (q[wx] * c[w3] + g1_v2) * h[t_ma4ro];
+    const real t_ev7u5 = Bs_1 + Asc_1 * h[e1];
+    const real t_bvybx = Bs_2 + Asc_2 * h[e2];
+    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
+    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
+    const real t_bkfqo = t_7imwe * sin_phi1
+        + t_4b2fa * sin_phi2
+        + cos_phi1 * tension1
+        + cos_phi2 * tension2
+        + G2_v2 * t_6mmeb
+        + G3_v2 * t_bl4f2
+        + t_b3aij * a2_v2
+        + t_zzymx * a3_v2;
+    const real q1_v2 = t_2m245 * t_rye3d - t_bkfqo;
+    const real t_yz7e5 = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
+    const real q2_v2 = n2
+        + G2_v2 * K52
+        - G3_v2 * t_bac7g
+        + K22 * a2_v2
+        + K32 * a3_v2
+        + t_yz7e5 * t_rye3d;
+    const real q3_v2 = n3
+        + G2_v2 * K53
+        + G3_v2 * K63
+        + K32 * a2_v2
+        + K33 * a3_v2
+        - K43 * t_rye3d;
+    const real PP_v2 = K11 * K11 + t_b3aij * t_b3aij + t_zzymx * t_zzymx;
+    const real Pq_v2 = K11 * q1_v2 - t_b3aij * q2_v2 - t_zzymx * q3_v2;
+    const real t_6k56a = Pq_v2 * Pq_v2
+        - PP_v2 * (q1_v2 * q1_v2 - h[t_62qfa] + q2_v2 * q2_v2 + q3_v2 * q3_v2);
+    const real root_v2 = mv_sqrt(mv_max(SPLAT(K(0.0)), t_6k56a));
+    const real ax_v2 = (root_v2 - Pq_v2) / PP_v2;
+    const real f1_v2 = q1_v2 + K11 * ax_v2;
+    const real f2_v2 = q2_v2 - t_b3aij * ax_v2;
+    const real f3_v2 = q3_v2 - t_zzymx * ax_v2;
+    const real sin_d2_v2 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v2 * h[t_y7rm6]));
+    const real cos_d2_v2 = mv_sqrt(K(1.0) - sin_d2_v2 * sin_d2_v2);
+    const real delta1_v2 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v2 * h[t_y7rm6] / mv_max(SPLAT(K(1e-09)), cos_d2_v2)))));
+    const real delta2_v2 = mv_asin(sin_d2_v2);
+    real sin_delta2_v2, cos_delta2_v2; mv_sincos(delta2_v2, &sin_delta2_v2, &cos_delta2_v2);
+    const real t_4mgpp = p[F] * cos_delta2_v2;
+    real sin_delta1_v2, cos_delta1_v2; mv_sincos(delta1_v2, &sin_delta1_v2, &cos_delta1_v2);
+    const real df1_v2 = t_4mgpp * cos_delta1_v2 - f1_v2;
+    const real t_7oaon = p[F] * sin_delta2_v2;
+    const real df2_v2 = t_7oaon - f2_v2;
+    const real da_v2_y2 = df2_v2 + t_w7lcw * df1_v2;
+    const real t_pmr3w = t_4mgpp * sin_delta1_v2;
+    const real da_v2_y3 = t_3go2w * df1_v2 - (t_pmr3w + f3_v2) - K_L32 * da_v2_y2;
+    const real t_zmh3u = K(1.0) / K_D3;
+    const real da_v2_x3 = da_v2_y3 * t_zmh3u;
+    const real da_v2_x2 = da_v2_y2 * t_4iujv - K_L32 * da_v2_x3;
+    const real da_v2_x1 = df1_v2 * t_bpfoo + t_w7lcw * da_v2_x2 + t_3go2w * da_v2_x3;
+    const real Mx_v2 = n4
+        + G2_v2 * K54
+        + G3_v2 * K64
+        - t_2m245 * ax_v2
+        - t_2m245 * da_v2_x1
+        - t_yz7e5 * a2_v2
+        - t_yz7e5 * da_v2_x2
+        + K43 * a3_v2
+        + K43 * da_v2_x3
+        - K44 * t_rye3d;
+    const real My_v2 = t_pmr3w * h[t_lwe76]
+        - n6
+        - G2_v2 * K65
+        - G3_v2 * K66
+        + t_bl4f2 * ax_v2
+        + t_bl4f2 * da_v2_x1
+        + t_bac7g * a2_v2
+        + t_bac7g * da_v2_x2
+        - K63 * a3_v2
+        - K63 * da_v2_x3
+        + K64 * t_rye3d;
+    const real Mz_v2 = n5
+        + G2_v2 * K55
+        + G3_v2 * K65
+        - t_6mmeb * ax_v2
+        - t_6mmeb * da_v2_x1
+        + K52 * a2_v2
+        + K52 * da_v2_x2
+        + K53 * a3_v2
+        + K53 * da_v2_x3
+        - K54 * t_rye3d
+        + t_7oaon * h[t_lwe76];
+    const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v2, p[delta2_max]));
+    const mask m_jdzdf = LE(mv_fabs(delta2_v2), p[delta2_max]);
+    const real t_svkod = cos_delta2_v2 * sin_delta1_v2;
+    const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_jdzdf, delta1_v2, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_svkod * h[t_xkg6l]))))));
+    real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
+    const real t_y4w6o = p[F] * cos_delta2_act;
+    real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
+    const real df1_act = t_y4w6o * cos_delta1_act - cos_delta2_v2 * p[F] * cos_delta1_v2;
+    const real df2_act = p[F] * sin_delta2_act - t_7oaon;
+    const real df3_act = t_svkod * p[F] - t_y4w6o * sin_delta1_act;
+    const real da_act_y2 = df2_act + t_w7lcw * df1_act;
+    const real da_act_y3 = df3_act + t_3go2w * df1_act - K_L32 * da_act_y2;
+    const real da_act_x3 = da_act_y3 * t_zmh3u;
+    const real da_act_x2 = da_act_y2 * t_4iujv - K_L32 * da_act_x3;
+    const real da_act_x1 = df1_act * t_bpfoo + t_w7lcw * da_act_x2 + t_3go2w * da_act_x3;
+    const real Mx = Mx_v2 - t_2m245 * da_act_x1 - t_yz7e5 * da_act_x2 + K43 * da_act_x3;
+    const real My = My_v2
+        - df3_act * h[t_lwe76]
+        + t_bl4f2 * da_act_x1
+        + t_bac7g * da_act_x2
+        - K63 * da_act_x3;
+    const real Mz = Mz_v2
+        - t_6mmeb * da_act_x1
+        + K52 * da_act_x2
+        + K53 * da_act_x3
+        + df2_act * h[t_lwe76];
+    x[0] = q[vx];
+    x[1] = q[vy];
+    x[2] = q[vz];
+    x[3] = q[wx];
+    x[4] = q[wy];
+    x[5] = q[wz];
+    x[6] = q[att1];
+    x[7] = q[att2];
+    x[8] = q[att3];
+    x[9] = q[phi1];
+    x[10] = q[theta1];
+    x[11] = q[phi2];
+    x[12] = q[theta2];
+    x[13] = q[phi1_dot];
+    x[14] = q[theta1_dot];
+    x[15] = q[phi2_dot];
+    x[16] = q[theta2_dot];
+    u[0] = Mx;
+    u[1] = My;
+    u[2] = Mz;
+    u[3] = delta1_act;
+    u[4] = delta2_act;
+    u_cmd[0] = Mx_v2;
+    u_cmd[1] = My_v2;
+    u_cmd[2] = Mz_v2;
+    u_cmd[3] = delta1_v2;
+    u_cmd[4] = delta2_v2;
 }
+
+/* Places of h. */
+enum {
+    lyapunov_v2_loop_euler_h_t_zrejm,
+    lyapunov_v2_loop_euler_h_k1,
+    lyapunov_v2_loop_euler_h_me1,
+    lyapunov_v2_loop_euler_h_t_6nwd2,
+    lyapunov_v2_loop_euler_h_mv1,
+    lyapunov_v2_loop_euler_h_t_5wzvs,
+    lyapunov_v2_loop_euler_h_k2,
+    lyapunov_v2_loop_euler_h_me2,
+    lyapunov_v2_loop_euler_h_t_popww,
+    lyapunov_v2_loop_euler_h_mv2,
+    lyapunov_v2_loop_euler_h_M_C,
+    lyapunov_v2_loop_euler_h_x_C,
+    lyapunov_v2_loop_euler_h_J_C1,
+    lyapunov_v2_loop_euler_h_J_C3,
+    lyapunov_v2_loop_euler_h_J_C2,
+    lyapunov_v2_loop_euler_h_e1,
+    lyapunov_v2_loop_euler_h_e2,
+    lyapunov_v2_loop_euler_h_B_1,
+    lyapunov_v2_loop_euler_h_B_2,
+    lyapunov_v2_loop_euler_h_t_t6fx5,
+    lyapunov_v2_loop_euler_h_t_uumic,
+    lyapunov_v2_loop_euler_h_t_doa45,
+    lyapunov_v2_loop_euler_h_t_yjeu3,
+    lyapunov_v2_loop_euler_h_t_ma4ro,
+    lyapunov_v2_loop_euler_h_t_m5gm4,
+    lyapunov_v2_loop_euler_h_t_62qfa,
+    lyapunov_v2_loop_euler_h_t_y7rm6,
+    lyapunov_v2_loop_euler_h_t_xkg6l,
+    lyapunov_v2_loop_euler_h_Bl_1,
+    lyapunov_v2_loop_euler_h_t_b7ure,
+    lyapunov_v2_loop_euler_h_Bl_2,
+    lyapunov_v2_loop_euler_h_t_lpk5h,
+    lyapunov_v2_loop_euler_h_t_sfymc,
+    lyapunov_v2_loop_euler_h_t_5r66u,
+    lyapunov_v2_loop_euler_h_t_7bo2j,
+    lyapunov_v2_loop_euler_h_t_lwe76,
+    lyapunov_v2_loop_euler_h_t_ibe72,
+    lyapunov_v2_loop_euler_h_t_r7vy7,
+};
 
 /* what lyapunov_v2_loop_euler computes once per run; 80 operations. */
 void slosh_lyapunov_v2_loop_euler_prepare(const real *p, const real *c, real *h)
 {
-    const real v12 = K(1.0) / (p[13] * p[13] * p[12] + p[15]);
-    const real v13 = p[12] * v12;
-    const real v14 = v13 * p[15];
-    const real v28 = K(1.0) / (p[18] * p[18] * p[17] + p[20]);
-    const real v29 = p[17] * v28;
-    const real v30 = v29 * p[20];
-    const real v35 = p[0] + p[1] + v14 + v30;
-    const real v36 = (p[14] * v14 - (p[7] * p[0] + p[6] * p[1]) + p[19] * v30) / v35;
-    const real v37 = p[14] - v36;
-    const real v38 = p[13] * p[12];
-    const real v39 = v13 * p[13];
-    const real v40 = v38 * v39;
-    const real v41 = v14 * p[13];
-    const real v42 = p[19] - v36;
-    const real v43 = p[18] * p[17];
-    const real v44 = v29 * p[18];
-    const real v45 = v43 * v44;
-    const real v46 = v30 * p[18];
-    const real v64 = p[4] - p[5];
-    const real v69 = p[2] + p[3];
-    const real v87 = v14 * (p[14] * p[14]) + v30 * (p[19] * p[19]) + p[0] * (p[7] * p[7]) + p[1] * (p[6] * p[6]);
-    const real v90 = v87 - v35 * (v36 * v36);
-    const real v95 = p[15] + p[20];
-    h[0] = v12;
-    h[1] = v14;
-    h[2] = v28;
-    h[3] = v30;
-    h[4] = v35;
-    h[5] = v36;
-    h[6] = v37;
-    h[7] = v38;
-    h[8] = v39;
-    h[9] = v40;
-    h[10] = v41;
-    h[11] = v42;
-    h[12] = v43;
-    h[13] = v44;
-    h[14] = v45;
-    h[15] = v46;
-    h[16] = K(1.0) / c[7];
-    h[17] = v37 * v14;
-    h[18] = v42 * v30;
-    h[19] = K(1.0) / c[5];
-    h[20] = K(1.0) / c[3];
-    h[21] = v35 + v40 + v45;
-    h[22] = p[9] * p[9];
-    h[23] = K(1.0) / p[9];
-    h[24] = K(1.0) / mv_cos(p[11]);
-    h[25] = v64;
-    h[26] = v41 * p[13];
-    h[27] = v46 * p[18];
-    h[28] = v69;
-    h[29] = v69 + (p[5] - p[4]);
-    h[30] = v14 * (v37 * v37);
-    h[31] = v30 * (v42 * v42);
-    h[32] = p[2] + p[5] + v90;
-    h[33] = p[7] + p[8] + v36;
-    h[34] = v69 + v95 + v64;
-    h[35] = p[2] + p[4] + v95 + v90;
-    h[36] = K(1.0) / p[12];
-    h[37] = K(1.0) / p[17];
+    enum { m = SLOSH_P_M };
+    enum { m0 = SLOSH_P_M0 };
+    enum { I0 = SLOSH_P_I0 };
+    enum { J_x = SLOSH_P_J_X };
+    enum { J_y = SLOSH_P_J_Y };
+    enum { J_z = SLOSH_P_J_Z };
+    enum { h0 = SLOSH_P_H0 };
+    enum { b = SLOSH_P_B };
+    enum { d = SLOSH_P_D };
+    enum { F = SLOSH_P_F };
+    enum { delta2_max = SLOSH_P_DELTA2_MAX };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { r4 = SLOSH_LYAPUNOV_V2_C_R4 };
+    enum { r6 = SLOSH_LYAPUNOV_V2_C_R6 };
+    enum { r8 = SLOSH_LYAPUNOV_V2_C_R8 };
+    const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
+    const real t_zrejm = K(1.0) / D1;
+    const real t_3qn53 = p[m1] * t_zrejm;
+    const real k1 = t_3qn53 * p[l1];
+    const real me1 = t_3qn53 * p[I1];
+    const real t_6nwd2 = p[l1] * p[m1];
+    const real mv1 = t_6nwd2 * k1;
+    const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
+    const real t_5wzvs = K(1.0) / D2;
+    const real t_54cbb = p[m2] * t_5wzvs;
+    const real k2 = t_54cbb * p[l2];
+    const real me2 = t_54cbb * p[I2];
+    const real t_popww = p[l2] * p[m2];
+    const real mv2 = t_popww * k2;
+    const real M_C = p[m] + p[m0] + me1 + me2;
+    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
+    const real S_C = me1 * (p[h1] * p[h1])
+        + me2 * (p[h2] * p[h2])
+        + p[m] * (p[b] * p[b])
+        + p[m0] * (p[h0] * p[h0])
+        - M_C * (x_C * x_C);
+    const real J_C1 = p[I0] + p[J_x];
+    const real J_C3 = p[I0] + p[J_z] + S_C;
+    const real t_is5lg = p[I1] + p[I2];
+    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
+    const real e1 = p[h1] - x_C;
+    const real e2 = p[h2] - x_C;
+    const real B_1 = me1 * p[l1];
+    const real B_2 = me2 * p[l2];
+    const real Bl_1 = B_1 * p[l1];
+    const real Bl_2 = B_2 * p[l2];
+    const real t_sfymc = p[J_y] - p[J_z];
+    h[lyapunov_v2_loop_euler_h_t_zrejm] = t_zrejm;
+    h[lyapunov_v2_loop_euler_h_k1] = k1;
+    h[lyapunov_v2_loop_euler_h_me1] = me1;
+    h[lyapunov_v2_loop_euler_h_t_6nwd2] = t_6nwd2;
+    h[lyapunov_v2_loop_euler_h_mv1] = mv1;
+    h[lyapunov_v2_loop_euler_h_t_5wzvs] = t_5wzvs;
+    h[lyapunov_v2_loop_euler_h_k2] = k2;
+    h[lyapunov_v2_loop_euler_h_me2] = me2;
+    h[lyapunov_v2_loop_euler_h_t_popww] = t_popww;
+    h[lyapunov_v2_loop_euler_h_mv2] = mv2;
+    h[lyapunov_v2_loop_euler_h_M_C] = M_C;
+    h[lyapunov_v2_loop_euler_h_x_C] = x_C;
+    h[lyapunov_v2_loop_euler_h_J_C1] = J_C1;
+    h[lyapunov_v2_loop_euler_h_J_C3] = J_C3;
+    h[lyapunov_v2_loop_euler_h_J_C2] = J_C2;
+    h[lyapunov_v2_loop_euler_h_e1] = e1;
+    h[lyapunov_v2_loop_euler_h_e2] = e2;
+    h[lyapunov_v2_loop_euler_h_B_1] = B_1;
+    h[lyapunov_v2_loop_euler_h_B_2] = B_2;
+    h[lyapunov_v2_loop_euler_h_t_t6fx5] = K(1.0) / c[r8];
+    h[lyapunov_v2_loop_euler_h_t_uumic] = e1 * me1;
+    h[lyapunov_v2_loop_euler_h_t_doa45] = e2 * me2;
+    h[lyapunov_v2_loop_euler_h_t_yjeu3] = K(1.0) / c[r6];
+    h[lyapunov_v2_loop_euler_h_t_ma4ro] = K(1.0) / c[r4];
+    h[lyapunov_v2_loop_euler_h_t_m5gm4] = M_C + mv1 + mv2;
+    h[lyapunov_v2_loop_euler_h_t_62qfa] = p[F] * p[F];
+    h[lyapunov_v2_loop_euler_h_t_y7rm6] = K(1.0) / p[F];
+    h[lyapunov_v2_loop_euler_h_t_xkg6l] = K(1.0) / mv_cos(p[delta2_max]);
+    h[lyapunov_v2_loop_euler_h_Bl_1] = Bl_1;
+    h[lyapunov_v2_loop_euler_h_t_b7ure] = me1 * (e1 * e1);
+    h[lyapunov_v2_loop_euler_h_Bl_2] = Bl_2;
+    h[lyapunov_v2_loop_euler_h_t_lpk5h] = me2 * (e2 * e2);
+    h[lyapunov_v2_loop_euler_h_t_sfymc] = t_sfymc;
+    h[lyapunov_v2_loop_euler_h_t_5r66u] = J_C1 + (p[J_z] - p[J_y]);
+    h[lyapunov_v2_loop_euler_h_t_7bo2j] = J_C1 + t_is5lg + t_sfymc;
+    h[lyapunov_v2_loop_euler_h_t_lwe76] = p[b] + p[d] + x_C;
+    h[lyapunov_v2_loop_euler_h_t_ibe72] = K(1.0) / p[m1];
+    h[lyapunov_v2_loop_euler_h_t_r7vy7] = K(1.0) / p[m2];
 }
 
 /* the rest of lyapunov_v2_loop_euler; 884 operations. */
 void slosh_lyapunov_v2_loop_euler_prepared(const real *q, const real *p, const real *c, const real *h, real *dq)
 {
-    real s7, c7; mv_sincos(q[9], &s7, &c7);
-    const real v9 = s7 * p[13];
-    const real v13 = p[12] / (p[15] + p[12] * (v9 * v9));
-    const real v16 = q[3] * q[4];
-    real s19, c19; mv_sincos(q[10], &s19, &c19);
-    const real v24 = c19 * q[4] - s19 * q[5];
-    const real v26 = c7 * p[13];
-    const real v29 = q[3] - q[14];
-    const real v35 = c19 * q[5] + s19 * q[4];
-    const real v37 = c7 * v29 - v35 * s7;
-    const real v40 = v24 + q[13];
-    const real v43 = v16 * v9 + v24 * v26 * v29 - v37 * p[13] * (v40 + q[13]);
-    const real v46 = p[16] * q[14];
-    const real v49 = v13 * (v43 * p[15] - v46 * v9);
-    const real v50 = v49 * c19;
-    real s54, c54; mv_sincos(q[11], &s54, &c54);
-    const real v56 = s54 * p[18];
-    const real v60 = p[17] / (p[20] + p[17] * (v56 * v56));
-    real s63, c63; mv_sincos(q[12], &s63, &c63);
-    const real v67 = c63 * q[4] - s63 * q[5];
-    const real v69 = c54 * p[18];
-    const real v72 = q[3] - q[16];
-    const real v78 = c63 * q[5] + s63 * q[4];
-    const real v80 = c54 * v72 - v78 * s54;
-    const real v83 = v67 + q[15];
-    const real v86 = v16 * v56 + v67 * v69 * v72 - v80 * p[18] * (v83 + q[15]);
-    const real v89 = p[21] * q[16];
-    const real v92 = v60 * (v86 * p[20] - v89 * v56);
-    const real v93 = v92 * c63;
-    const real v97 = q[4] * q[4] + q[5] * q[5];
-    const real v105 = v97 * h[6];
-    const real v113 = v35 * c7 + s7 * v29;
-    const real v118 = c7 * v105 * h[9] - h[7] * (v113 * v113 + v40 * v40);
-    const real v123 = v37 * v113 - v35 * v29;
-    const real v125 = p[16] * q[13];
-    const real v127 = h[10] * v123 + v125 * h[8];
-    const real v129 = s7 * v118 - v127 * c7;
-    const real v133 = v97 * h[11];
-    const real v141 = v78 * c54 + s54 * v72;
-    const real v146 = c54 * v133 * h[14] - h[12] * (v141 * v141 + v83 * v83);
-    const real v151 = v80 * v141 - v78 * v72;
-    const real v153 = p[21] * q[15];
-    const real v155 = h[15] * v151 + v153 * h[13];
-    const real v157 = s54 * v146 - v155 * c54;
-    const real v159 = v50 + v93 + v129 * s19 + v157 * s63;
-    const real v167 = q[1] * c[0];
-    const real v174 = v16 - (q[5] * c[12] + (q[8] * c[6] - v167 * q[0])) * h[16];
-    const real v175 = h[6] - v26;
-    const real v176 = v13 * p[15];
-    const real v177 = v175 * v176;
-    const real v179 = v177 - h[17];
-    const real v180 = h[11] - v69;
-    const real v181 = v60 * p[20];
-    const real v182 = v180 * v181;
-    const real v184 = v182 - h[18];
-    const real v186 = s19 * s19;
-    const real v187 = h[10] * c7;
-    const real v188 = h[9] * s7;
-    const real v189 = v188 * s7;
-    const real v190 = v189 * h[6];
-    const real v191 = v187 - v190;
-    const real v192 = v191 + v179;
-    const real v194 = s63 * s63;
-    const real v195 = h[15] * c54;
-    const real v196 = h[14] * s54;
-    const real v197 = v196 * s54;
-    const real v198 = v197 * h[11];
-    const real v199 = v195 - v198;
-    const real v200 = v199 + v184;
-    const real v202 = v186 * v192 + v194 * v200;
-    const real v204 = v9 * v176;
-    const real v205 = c19 * v204;
-    const real v207 = v56 * v181;
-    const real v208 = c63 * v207;
-    const real v209 = v179 + v184 - v202 - v205 - v208;
-    const real v212 = q[3] * q[5];
-    const real v217 = q[2] * c[1];
-    const real v226 = v212 + (q[4] * c[11] + (v217 * q[0] + q[7] * c[4])) * h[19];
-    const real v227 = c19 * s19;
-    const real v229 = c63 * s63;
-    const real v231 = v227 * v192 + v229 * v200;
-    const real v235 = v189 + h[1] - v176;
-    const real v236 = v186 * v235;
-    const real v238 = v197 + h[3] - v181;
-    const real v239 = v194 * v238;
-    const real v245 = v236 + v239 + h[4] + v176 + v181 - h[1] - h[3];
-    const real v249 = v174 * h[5] - v167 * c[8];
-    const real v254 = v227 * v235 + v229 * v238;
-    const real v258 = v226 * h[5] - v217 * c[9];
-    const real v265 = v205 + v208 + v187 * s19 + v195 * s63;
-    const real v277 = (q[3] * c[10] + (v167 * q[2] - v217 * q[1] + q[6] * c[2])) * h[20];
-    const real v279 = v159 + v174 * v209 - v226 * v231 + v245 * v249 + v254 * v258 + v265 * v277;
-    const real v280 = v188 * c7;
-    const real v282 = v196 * c54;
-    const real v284 = v280 * s19 + v282 * s63;
-    const real v288 = h[21] - v189 - v197;
-    const real v289 = h[10] * s7;
-    const real v290 = h[15] * s54;
-    const real v291 = v289 + v290;
-    const real v299 = v127 * s7 + v155 * s54 + c7 * v118 + c54 * v146;
-    const real v301 = v289 + v280 * h[6];
-    const real v304 = v290 + v282 * h[11];
-    const real v306 = v301 * s19 + v304 * s63;
-    const real v311 = v301 * c19 + v304 * c63;
-    const real v318 = v280 * c19 + v282 * c63;
-    const real v321 = v291 * v277 - (v299 + v174 * v306 + v226 * v311 + v284 * v249 + v318 * v258);
-    const real v326 = v49 * s19;
-    const real v327 = v92 * s63;
-    const real v331 = v129 * c19 - (v326 + v327) + v157 * c63;
-    const real v332 = s19 * v204;
-    const real v334 = s63 * v207;
-    const real v335 = v332 - v231 + v334;
-    const real v339 = v202 - (v191 + v199);
-    const real v347 = v189 + v197 + h[4] - v236 - v239;
-    const real v354 = v332 + v334 - v187 * c19 - v195 * c63;
-    const real v356 = v331 + v174 * v335 + v226 * v339 + v254 * v249 + v347 * v258 - v354 * v277;
-    const real v358 = v288 * v321 - v284 * v279 - v318 * v356;
-    const real v364 = v288 * v288 + v284 * v284 + v318 * v318;
-    const real v375 = mv_max(SPLAT(K(0.0)), v358 * v358 - v364 * (v321 * v321 - h[22] + v279 * v279 + v356 * v356));
-    const real v378 = (mv_sqrt(v375) - v358) / v364;
-    const real v380 = v279 - v284 * v378;
-    const real v384 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), v380 * h[23]));
-    const real v385 = mv_asin(v384);
-    const real v387 = mv_max(-p[11], mv_min(v385, p[11]));
-    real s388, c388; mv_sincos(v387, &s388, &c388);
-    const real v389 = c388 * p[9];
-    const mask m393 = LE(mv_fabs(v385), p[11]);
-    const real v395 = v356 - v318 * v378;
-    const real v404 = mv_min(SPLAT(K(1.0)), -(v395 * h[23] / mv_max(SPLAT(K(1e-09)), mv_sqrt(K(1.0) - v384 * v384))));
-    const real v406 = mv_asin(mv_max(SPLAT(K(-1.0)), v404));
-    real s407, c407; mv_sincos(v385, &s407, &c407);
-    real s408, c408; mv_sincos(v406, &s408, &c408);
-    const real v409 = c407 * s408;
-    const real v415 = SELECT(m393, v406, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), v409 * h[24]))));
-    const real v417 = mv_max(-p[10], mv_min(p[10], v415));
-    real s418, c418; mv_sincos(v417, &s418, &c418);
-    const real v420 = v389 * c418 + v299;
-    const real v421 = K(1.0) / v288;
-    const real v423 = v284 * v421;
-    const real v425 = s388 * p[9];
-    const real v428 = v425 - v159 + v423 * v420;
-    const real v431 = K(1.0) / (v245 - v284 * v423);
-    const real v433 = v318 * v421;
-    const real v435 = v254 - v284 * v433;
-    const real v436 = v435 * v431;
-    const real v439 = v389 * s418;
-    const real v443 = v433 * v420 - (v439 + v331) - v436 * v428;
-    const real v448 = K(1.0) / (v347 - v435 * v436 - v318 * v433);
-    const real v450 = v291 * v421;
-    const real v452 = v265 + v284 * v450;
-    const real v453 = v452 * v431;
-    const real v457 = v354 + v435 * v453 - v318 * v450;
-    const real v458 = v457 * v448;
-    const real v461 = v289 * v105 + v127 * p[13];
-    const real v464 = v49 * v9 + v92 * v56;
-    const real v468 = v290 * v133 + v155 * p[18];
-    const real v472 = q[14] * p[15];
-    const real v475 = q[16] * p[20];
-    const real v481 = v461 - v464 + v468 - v125 - v153 + v472 * q[4] + v475 * q[4] - h[25] * q[4] * q[5];
-    const real v484 = v9 * v204 + v56 * v207;
-    const real v485 = v9 * v177;
-    const real v486 = c19 * v485;
-    const real v488 = v56 * v182;
-    const real v489 = c63 * v488;
-    const real v492 = v187 * h[6];
-    const real v493 = h[26] - v492;
-    const real v497 = v195 * h[11];
-    const real v498 = h[27] - v497;
-    const real v500 = v484 - v486 - v489 + v493 * s19 + v498 * s63;
-    const real v505 = s19 * v485 + s63 * v488;
-    const real v509 = v505 + v493 * c19 + v498 * c63;
-    const real v514 = p[9] * c407;
-    const real v519 = v514 * c408 - (v321 + v288 * v378);
-    const real v522 = p[9] * s407;
-    const real v525 = v522 - v380 + v423 * v519;
-    const real v528 = v514 * s408;
-    const real v533 = (v433 * v519 - (v528 + v395) - v436 * v525) * v448;
-    const real v535 = v525 * v431 - v436 * v533;
-    const real v539 = v519 * v421 + v423 * v535 + v433 * v533;
-    const real v543 = v481 + v174 * v500 + v226 * v509 - v291 * v378 - v291 * v539 - v265 * v249;
-    const real v553 = v484 + h[26] + h[27] + h[28];
-    const real v556 = p[9] * c388;
-    const real v560 = v556 * c418 - c407 * p[9] * c408;
-    const real v563 = p[9] * s388 - v522;
-    const real v565 = v563 + v423 * v560;
-    const real v569 = v409 * p[9] - v556 * s418;
-    const real v574 = (v569 + v433 * v560 - v436 * v565) * v448;
-    const real v576 = v565 * v431 - v436 * v574;
-    const real v580 = v560 * v421 + v423 * v576 + v433 * v574;
-    const real v582 = v543 - v265 * v535 + v354 * v258 + v354 * v533 - v553 * v277 - v291 * v580;
-    const real v593 = v582 - v265 * v576 + v354 * v574 - v481 + v450 * v420 + v453 * v428 - v458 * v443;
-    const real v600 = K(1.0) / (v553 - v452 * v453 - v457 * v458 - v291 * v450);
-    const real v602 = v306 * v421;
-    const real v604 = v209 - v284 * v602;
-    const real v605 = v604 * v431;
-    const real v611 = v335 - v435 * v605 - v318 * v602;
-    const real v612 = v611 * v448;
-    const real v616 = v500 + v452 * v605 - v457 * v612 - v291 * v602;
-    const real v617 = v616 * v600;
-    const real v619 = v461 + v129 * h[6];
-    const real v625 = v468 + v157 * h[11];
-    const real v631 = q[13] * p[15];
-    const real v634 = q[15] * p[20];
-    const real v636 = v619 * s19 - (v464 + v46 + v89) + v625 * s63 - v16 * h[29] - v631 * q[4] - v634 * q[4];
-    const real v640 = v636 + v50 * v175 + v93 * v180;
-    const real v641 = v175 * v177;
-    const real v642 = v180 * v182;
-    const real v650 = h[26] + K(-2.0) * v492 + h[6] * v190;
-    const real v652 = h[30] + v650 - v641;
-    const real v653 = v186 * v652;
-    const real v659 = h[27] + K(-2.0) * v497 + h[11] * v198;
-    const real v661 = h[31] + v659 - v642;
-    const real v662 = v194 * v661;
-    const real v669 = v641 + v642 + v484 + v653 + v662 + h[32] - h[30] - h[31] + K(-2.0) * v486;
-    const real v671 = v669 + K(-2.0) * v489;
-    const real v677 = v505 + v227 * v652 + v229 * v661;
-    const real v685 = v640 + v174 * v671 + v226 * v677 - v306 * v378 - v306 * v539 + v209 * v249;
-    const real v696 = v685 + v209 * v535 + v335 * v258 + v335 * v533 - v500 * v277 + v522 * h[33];
-    const real v707 = v696 - v306 * v580 + v209 * v576 + v335 * v574 + v563 * h[33] - v640 - v425 * h[33];
-    const real v715 = v707 + v602 * v420 - v605 * v428 - v612 * v443 - v617 * v593;
-    const real v724 = K(1.0) / (v671 - v604 * v605 - v611 * v612 - v616 * v617 - v306 * v602);
-    const real v726 = v311 * v421;
-    const real v728 = v231 + v284 * v726;
-    const real v729 = v728 * v431;
-    const real v735 = v339 + v435 * v729 - v318 * v726;
-    const real v736 = v735 * v448;
-    const real v744 = v509 - v452 * v729 - v457 * v736 - v291 * v726;
-    const real v745 = v744 * v600;
-    const real v749 = v677 + v604 * v729 - v611 * v736 - v616 * v745 - v306 * v726;
-    const real v750 = v749 * v724;
-    const real v764 = v619 * c19 + v625 * c63 + v472 * q[3] + v475 * q[3] - v212 * h[34] - v326 * v175;
-    const real v770 = v764 - v327 * v180 - v631 * q[5] - v634 * q[5];
-    const real v778 = v650 + v659 + h[35] - v653 - v662;
-    const real v784 = v528 * h[33] - v770 - v174 * v677 - v226 * v778 + v311 * v378 + v311 * v539;
-    const real v794 = v784 + v231 * v249 + v231 * v535 - v339 * v258 - v339 * v533 + v509 * v277;
-    const real v804 = v439 * h[33] - (v794 - v569 * h[33] + v311 * v580 + v231 * v576 - v339 * v574 + v770);
-    const real v814 = v804 + v726 * v420 + v729 * v428 - v736 * v443 - v745 * v593 - v750 * v715;
-    const real v824 = v778 - v728 * v729 - v735 * v736 - v744 * v745 - v749 * v750 - v311 * v726;
-    const real v825 = v814 / v824;
-    const real v827 = v715 * v724 - v750 * v825;
-    const real v831 = v593 * v600 - v617 * v827 - v745 * v825;
-    const real v837 = v443 * v448 - v458 * v831 - v612 * v827 - v736 * v825;
-    const real v845 = v428 * v431 - v436 * v837 + v453 * v831 - v605 * v827 + v729 * v825;
-    const real v855 = v420 * v421 + v423 * v845 + v433 * v837 + v450 * v831 + v602 * v827 + v726 * v825;
-    const real v875 = v827 - v16;
-    real s876, c876; mv_sincos(q[7], &s876, &c876);
-    real s877, c877; mv_sincos(q[6], &s877, &c877);
-    const real v879 = K(1.0) / c876;
-    const real v881 = s877 * v879 * q[4];
-    const real v886 = c877 * v879 * q[5];
-    const real v895 = v827 * s19 + v825 * c19;
-    const real v896 = v895 + v123;
-    const real v911 = h[8] * (c7 * (v895 * h[6] + v845 * s19 + v837 * c19) + s7 * (v855 - v105));
-    const real v922 = v831 + v827;
-    const real v926 = v43 + v845 * c19 + v175 * (v827 * c19 - v825 * s19) - v922 * v9 - v837 * s19;
-    const real v934 = v827 * s63 + v825 * c63;
-    const real v935 = v934 + v151;
-    const real v950 = h[13] * (c54 * (v934 * h[11] + v845 * s63 + v837 * c63) + s54 * (v855 - v133));
-    const real v964 = v86 + v845 * c63 + v180 * (v827 * c63 - v825 * s63) - v922 * v56 - v837 * s63;
-    dq[0] = v855 + v97 * h[5] - q[2] * q[4] + q[1] * q[5];
-    dq[1] = v845 - v827 * h[5] + (q[2] * q[3] - q[0] * q[5]);
-    dq[2] = v837 - v825 * h[5] + (q[0] * q[4] - q[1] * q[3]);
-    dq[3] = v831;
-    dq[4] = v212 - v825;
-    dq[5] = v875;
-    dq[6] = q[3] + s876 * v881 + s876 * v886;
-    dq[7] = c877 * q[4] - s877 * q[5];
-    dq[8] = v881 + v886;
-    dq[9] = q[13];
-    dq[10] = q[14];
-    dq[11] = q[15];
-    dq[12] = q[16];
-    dq[13] = v896 - (v125 + p[15] * (v896 + v831)) * h[0] - v911;
-    dq[14] = -(v875 + v13 * (v46 * h[36] + v9 * v926));
-    dq[15] = v935 - (v153 + p[20] * (v935 + v831)) * h[2] - v950;
-    dq[16] = -(v875 + v60 * (v89 * h[37] + v56 * v964));
+    enum { vx = 0 };
+    enum { vy = 1 };
+    enum { vz = 2 };
+    enum { wx = 3 };
+    enum { wy = 4 };
+    enum { wz = 5 };
+    enum { att1 = 6 };
+    enum { att2 = 7 };
+    enum { att3 = 8 };
+    enum { phi1 = 9 };
+    enum { theta1 = 10 };
+    enum { phi2 = 11 };
+    enum { theta2 = 12 };
+    enum { phi1_dot = 13 };
+    enum { theta1_dot = 14 };
+    enum { phi2_dot = 15 };
+    enum { theta2_dot = 16 };
+    enum { F = SLOSH_P_F };
+    enum { delta1_max = SLOSH_P_DELTA1_MAX };
+    enum { delta2_max = SLOSH_P_DELTA2_MAX };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { eps1 = SLOSH_P_EPS1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { eps2 = SLOSH_P_EPS2 };
+    enum { r1 = SLOSH_LYAPUNOV_V2_C_R1 };
+    enum { r2 = SLOSH_LYAPUNOV_V2_C_R2 };
+    enum { r3 = SLOSH_LYAPUNOV_V2_C_R3 };
+    enum { r5 = SLOSH_LYAPUNOV_V2_C_R5 };
+    enum { r7 = SLOSH_LYAPUNOV_V2_C_R7 };
+    enum { w1 = SLOSH_LYAPUNOV_V2_C_W1 };
+    enum { w2 = SLOSH_LYAPUNOV_V2_C_W2 };
+    enum { w3 = SLOSH_LYAPUNOV_V2_C_W3 };
+    enum { w4 = SLOSH_LYAPUNOV_V2_C_W4 };
+    enum { w5 = SLOSH_LYAPUNOV_V2_C_W5 };
+    enum { t_zrejm = lyapunov_v2_loop_euler_h_t_zrejm };
+    enum { k1 = lyapunov_v2_loop_euler_h_k1 };
+    enum { me1 = lyapunov_v2_loop_euler_h_me1 };
+    enum { t_6nwd2 = lyapunov_v2_loop_euler_h_t_6nwd2 };
+    enum { mv1 = lyapunov_v2_loop_euler_h_mv1 };
+    enum { t_5wzvs = lyapunov_v2_loop_euler_h_t_5wzvs };
+    enum { k2 = lyapunov_v2_loop_euler_h_k2 };
+    enum { me2 = lyapunov_v2_loop_euler_h_me2 };
+    enum { t_popww = lyapunov_v2_loop_euler_h_t_popww };
+    enum { mv2 = lyapunov_v2_loop_euler_h_mv2 };
+    enum { M_C = lyapunov_v2_loop_euler_h_M_C };
+    enum { x_C = lyapunov_v2_loop_euler_h_x_C };
+    enum { J_C1 = lyapunov_v2_loop_euler_h_J_C1 };
+    enum { J_C3 = lyapunov_v2_loop_euler_h_J_C3 };
+    enum { J_C2 = lyapunov_v2_loop_euler_h_J_C2 };
+    enum { e1 = lyapunov_v2_loop_euler_h_e1 };
+    enum { e2 = lyapunov_v2_loop_euler_h_e2 };
+    enum { B_1 = lyapunov_v2_loop_euler_h_B_1 };
+    enum { B_2 = lyapunov_v2_loop_euler_h_B_2 };
+    enum { t_t6fx5 = lyapunov_v2_loop_euler_h_t_t6fx5 };
+    enum { t_uumic = lyapunov_v2_loop_euler_h_t_uumic };
+    enum { t_doa45 = lyapunov_v2_loop_euler_h_t_doa45 };
+    enum { t_yjeu3 = lyapunov_v2_loop_euler_h_t_yjeu3 };
+    enum { t_ma4ro = lyapunov_v2_loop_euler_h_t_ma4ro };
+    enum { t_m5gm4 = lyapunov_v2_loop_euler_h_t_m5gm4 };
+    enum { t_62qfa = lyapunov_v2_loop_euler_h_t_62qfa };
+    enum { t_y7rm6 = lyapunov_v2_loop_euler_h_t_y7rm6 };
+    enum { t_xkg6l = lyapunov_v2_loop_euler_h_t_xkg6l };
+    enum { Bl_1 = lyapunov_v2_loop_euler_h_Bl_1 };
+    enum { t_b7ure = lyapunov_v2_loop_euler_h_t_b7ure };
+    enum { Bl_2 = lyapunov_v2_loop_euler_h_Bl_2 };
+    enum { t_lpk5h = lyapunov_v2_loop_euler_h_t_lpk5h };
+    enum { t_sfymc = lyapunov_v2_loop_euler_h_t_sfymc };
+    enum { t_5r66u = lyapunov_v2_loop_euler_h_t_5r66u };
+    enum { t_7bo2j = lyapunov_v2_loop_euler_h_t_7bo2j };
+    enum { t_lwe76 = lyapunov_v2_loop_euler_h_t_lwe76 };
+    enum { t_ibe72 = lyapunov_v2_loop_euler_h_t_ibe72 };
+    enum { t_r7vy7 = lyapunov_v2_loop_euler_h_t_r7vy7 };
+    const real W12 = q[wx] * q[wy];
+    const real W13 = q[wx] * q[wz];
+    real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
+    const real q_1 = sin_phi1 * p[l1];
+    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
+    real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
+    const real Wn1 = cos_theta1 * q[wy] - sin_theta1 * q[wz];
+    const real lc_1 = cos_phi1 * p[l1];
+    const real w_x1 = q[wx] - q[theta1_dot];
+    const real Wt1 = cos_theta1 * q[wz] + sin_theta1 * q[wy];
+    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
+    const real p1 = Wn1 + q[phi1_dot];
+    const real zeta1 = W12 * q_1
+        + Wn1 * lc_1 * w_x1
+        - chi1 * p[l1] * (p1 + q[phi1_dot]);
+    const real loss_theta1 = p[eps1] * q[theta1_dot];
+    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
+    const real t_vt7uo = F_n1 * cos_theta1;
+    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
+    const real q_2 = sin_phi2 * p[l2];
+    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
+    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
+    const real Wn2 = cos_theta2 * q[wy] - sin_theta2 * q[wz];
+    const real lc_2 = cos_phi2 * p[l2];
+    const real w_x2 = q[wx] - q[theta2_dot];
+    const real Wt2 = cos_theta2 * q[wz] + sin_theta2 * q[wy];
+    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
+    const real p2 = Wn2 + q[phi2_dot];
+    const real zeta2 = W12 * q_2
+        + Wn2 * lc_2 * w_x2
+        - chi2 * p[l2] * (p2 + q[phi2_dot]);
+    const real loss_theta2 = p[eps2] * q[theta2_dot];
+    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
+    const real t_oncjt = F_n2 * cos_theta2;
+    const real t_rybsf = q[wy] * q[wy] + q[wz] * q[wz];
+    const real t_w7vil = t_rybsf * h[e1];
+    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    const real tension1 = cos_phi1 * t_w7vil * h[mv1] - h[t_6nwd2] * sigma_sq1;
+    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real loss_phi1 = p[eps1] * q[phi1_dot];
+    const real t_7imwe = h[B_1] * eta1 + loss_phi1 * h[k1];
+    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real t_6fvzz = t_rybsf * h[e2];
+    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real tension2 = cos_phi2 * t_6fvzz * h[mv2] - h[t_popww] * sigma_sq2;
+    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real loss_phi2 = p[eps2] * q[phi2_dot];
+    const real t_4b2fa = h[B_2] * eta2 + loss_phi2 * h[k2];
+    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real B_v2 = q[vy] * c[r1];  /* (29) */
+    const real g3_v2 = q[att3] * c[r7] - B_v2 * q[vx];  /* (29) */
+    const real G2_v2 = W12 - (q[wz] * c[w5] + g3_v2) * h[t_t6fx5];
+    const real g_1 = h[e1] - lc_1;
+    const real wth_1 = th_1 * p[I1];
+    const real wg_1 = g_1 * wth_1;
+    const real t_kwrkt = wg_1 - h[t_uumic];
+    const real g_2 = h[e2] - lc_2;
+    const real wth_2 = th_2 * p[I2];
+    const real wg_2 = g_2 * wth_2;
+    const real t_t44oq = wg_2 - h[t_doa45];
+    const real S_sq1 = sin_theta1 * sin_theta1;
+    const real Bc_1 = h[B_1] * cos_phi1;
+    const real As_1 = h[mv1] * sin_phi1;
+    const real Ass_1 = As_1 * sin_phi1;
+    const real eAss_1 = Ass_1 * h[e1];
+    const real t_32gyg = Bc_1 - eAss_1;
+    const real t_n3v7x = t_32gyg + t_kwrkt;
+    const real S_sq2 = sin_theta2 * sin_theta2;
+    const real Bc_2 = h[B_2] * cos_phi2;
+    const real As_2 = h[mv2] * sin_phi2;
+    const real Ass_2 = As_2 * sin_phi2;
+    const real eAss_2 = Ass_2 * h[e2];
+    const real t_gbkg6 = Bc_2 - eAss_2;
+    const real t_hsuzx = t_gbkg6 + t_t44oq;
+    const real t_fcf5x = S_sq1 * t_n3v7x + S_sq2 * t_hsuzx;
+    const real wq_1 = q_1 * wth_1;
+    const real wqC_1 = cos_theta1 * wq_1;
+    const real wq_2 = q_2 * wth_2;
+    const real wqC_2 = cos_theta2 * wq_2;
+    const real K52 = t_kwrkt + t_t44oq - t_fcf5x - wqC_1 - wqC_2;
+    const real C_v2 = q[vz] * c[r2];  /* (29) */
+    const real g2_v2 = C_v2 * q[vx] + q[att2] * c[r5];  /* (29) */
+    const real G3_v2 = W13 + (q[wy] * c[w4] + g2_v2) * h[t_yjeu3];
+    const real SC1 = cos_theta1 * sin_theta1;
+    const real SC2 = cos_theta2 * sin_theta2;
+    const real t_bac7g = SC1 * t_n3v7x + SC2 * t_hsuzx;
+    const real tn11_1 = Ass_1 + h[me1] - wth_1;
+    const real t_fbeaw = S_sq1 * tn11_1;
+    const real tn11_2 = Ass_2 + h[me2] - wth_2;
+    const real t_dj555 = S_sq2 * tn11_2;
+    const real K22 = t_fbeaw + t_dj555 + h[M_C] + wth_1 + wth_2 - h[me1] - h[me2];
+    const real a2_v2 = G2_v2 * h[x_C] - B_v2 * c[w1];
+    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real a3_v2 = G3_v2 * h[x_C] - C_v2 * c[w2];
+    const real t_yz7e5 = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
+    const real g1_v2 = B_v2 * q[vz] - C_v2 * q[vy] + q[att1] * c[r3];  /* (29) */
+    const real t_rye3d = (q[wx] * c[w3] + g1_v2) * h[t_ma4ro];
+    const real q2_v2 = n2
+        + G2_v2 * K52
+        - G3_v2 * t_bac7g
+        + K22 * a2_v2
+        + K32 * a3_v2
+        + t_yz7e5 * t_rye3d;
+    const real Asc_1 = As_1 * cos_phi1;
+    const real Asc_2 = As_2 * cos_phi2;
+    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real K11 = h[t_m5gm4] - Ass_1 - Ass_2;
+    const real Bs_1 = h[B_1] * sin_phi1;
+    const real Bs_2 = h[B_2] * sin_phi2;
+    const real t_2m245 = Bs_1 + Bs_2;
+    const real t_xynyo = t_7imwe * sin_phi1 + t_4b2fa * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2;
+    const real t_ev7u5 = Bs_1 + Asc_1 * h[e1];
+    const real t_bvybx = Bs_2 + Asc_2 * h[e2];
+    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
+    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
+    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_5dwtq = t_xynyo
+        + G2_v2 * t_6mmeb
+        + G3_v2 * t_bl4f2
+        + t_b3aij * a2_v2
+        + t_zzymx * a3_v2;
+    const real q1_v2 = t_2m245 * t_rye3d - t_5dwtq;
+    const real t_azclp = F_n1 * sin_theta1;
+    const real t_iya7w = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
+    const real wqS_1 = sin_theta1 * wq_1;
+    const real wqS_2 = sin_theta2 * wq_2;
+    const real K53 = wqS_1 - t_bac7g + wqS_2;
+    const real K63 = t_fcf5x - (t_32gyg + t_gbkg6);
+    const real K33 = Ass_1 + Ass_2 + h[M_C] - t_fbeaw - t_dj555;
+    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
+    const real q3_v2 = n3
+        + G2_v2 * K53
+        + G3_v2 * K63
+        + K32 * a2_v2
+        + K33 * a3_v2
+        - K43 * t_rye3d;
+    const real Pq_v2 = K11 * q1_v2 - t_b3aij * q2_v2 - t_zzymx * q3_v2;
+    const real PP_v2 = K11 * K11 + t_b3aij * t_b3aij + t_zzymx * t_zzymx;
+    const real t_6k56a = Pq_v2 * Pq_v2
+        - PP_v2 * (q1_v2 * q1_v2 - h[t_62qfa] + q2_v2 * q2_v2 + q3_v2 * q3_v2);
+    const real root_v2 = mv_sqrt(mv_max(SPLAT(K(0.0)), t_6k56a));
+    const real ax_v2 = (root_v2 - Pq_v2) / PP_v2;
+    const real f2_v2 = q2_v2 - t_b3aij * ax_v2;
+    const real sin_d2_v2 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v2 * h[t_y7rm6]));
+    const real delta2_v2 = mv_asin(sin_d2_v2);
+    const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v2, p[delta2_max]));
+    real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
+    const real t_y4w6o = cos_delta2_act * p[F];
+    const mask m_jdzdf = LE(mv_fabs(delta2_v2), p[delta2_max]);
+    const real f3_v2 = q3_v2 - t_zzymx * ax_v2;
+    const real cos_d2_v2 = mv_sqrt(K(1.0) - sin_d2_v2 * sin_d2_v2);
+    const real delta1_v2 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v2 * h[t_y7rm6] / mv_max(SPLAT(K(1e-09)), cos_d2_v2)))));
+    real sin_delta2_v2, cos_delta2_v2; mv_sincos(delta2_v2, &sin_delta2_v2, &cos_delta2_v2);
+    real sin_delta1_v2, cos_delta1_v2; mv_sincos(delta1_v2, &sin_delta1_v2, &cos_delta1_v2);
+    const real t_svkod = cos_delta2_v2 * sin_delta1_v2;
+    const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_jdzdf, delta1_v2, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_svkod * h[t_xkg6l]))))));
+    real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
+    const real f_x = t_y4w6o * cos_delta1_act;
+    const real f_y = sin_delta2_act * p[F];
+    const real eBc_1 = Bc_1 * h[e1];
+    const real t_3bowt = h[Bl_1] + K(-2.0) * eBc_1 + h[e1] * eAss_1;
+    const real t_3fv6l = g_1 * wg_1;
+    const real tn44_1 = h[t_b7ure] + t_3bowt - t_3fv6l;
+    const real wqg_1 = q_1 * wg_1;
+    const real wqq_1 = q_1 * wq_1;
+    const real wgC_1 = cos_theta1 * wqg_1;
+    const real wgS_1 = sin_theta1 * wqg_1;
+    const real M_q1 = F_n1 * q_1;
+    const real I_phi1 = q[phi1_dot] * p[I1];
+    const real I_theta1 = q[theta1_dot] * p[I1];
+    const real eBc_2 = Bc_2 * h[e2];
+    const real t_ymmgl = h[Bl_2] + K(-2.0) * eBc_2 + h[e2] * eAss_2;
+    const real t_odwbr = g_2 * wg_2;
+    const real tn44_2 = h[t_lpk5h] + t_ymmgl - t_odwbr;
+    const real wqg_2 = q_2 * wg_2;
+    const real wqq_2 = q_2 * wq_2;
+    const real wgC_2 = cos_theta2 * wqg_2;
+    const real wgS_2 = sin_theta2 * wqg_2;
+    const real M_q2 = F_n2 * q_2;
+    const real I_phi2 = q[phi2_dot] * p[I2];
+    const real I_theta2 = q[theta2_dot] * p[I2];
+    const real t_nhr5u = wqq_1 + wqq_2;
+    const real K44 = t_nhr5u + h[Bl_1] + h[Bl_2] + h[J_C1];
+    const real t_nncdg = h[Bl_1] - eBc_1;
+    const real t_4q22j = h[Bl_2] - eBc_2;
+    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
+    const real t_hoosk = S_sq1 * tn44_1;
+    const real t_drvdp = S_sq2 * tn44_2;
+    const real K55 = t_3fv6l
+        + t_odwbr
+        + t_nhr5u
+        + t_hoosk
+        + t_drvdp
+        + h[J_C3]
+        - h[t_b7ure]
+        - h[t_lpk5h]
+        + K(-2.0) * wgC_1
+        + K(-2.0) * wgC_2;
+    const real t_zhbuw = wgS_1 + wgS_2;
+    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
+    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_3bowt + t_ymmgl + h[J_C2] - t_hoosk - t_drvdp;
+    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
+    const real t_kp7yy = M_q1 + M_q2;
+    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
+    const real n4 = t_aejai
+        - t_kp7yy
+        + t_zd4fs
+        - loss_phi1
+        - loss_phi2
+        + I_theta1 * q[wy]
+        + I_theta2 * q[wy]
+        - h[t_sfymc] * q[wy] * q[wz];
+    const real t_w7nmt = t_aejai + F_t1 * h[e1];
+    const real t_e5cx2 = t_zd4fs + F_t2 * h[e2];
+    const real n5 = t_w7nmt * sin_theta1
+        - (t_kp7yy + loss_theta1 + loss_theta2)
+        + t_e5cx2 * sin_theta2
+        - W12 * h[t_5r66u]
+        - I_phi1 * q[wy]
+        - I_phi2 * q[wy]
+        + t_vt7uo * g_1
+        + t_oncjt * g_2;
+    const real n6 = t_w7nmt * cos_theta1
+        + t_e5cx2 * cos_theta2
+        + I_theta1 * q[wx]
+        + I_theta2 * q[wx]
+        - W13 * h[t_7bo2j]
+        - t_azclp * g_1
+        - t_iya7w * g_2
+        - I_phi1 * q[wz]
+        - I_phi2 * q[wz];
+    const real t_bpfoo = K(1.0) / K11;
+    const real t_w7lcw = t_b3aij * t_bpfoo;
+    const real K_D2 = K22 - t_b3aij * t_w7lcw;
+    const real t_3go2w = t_zzymx * t_bpfoo;
+    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
+    const real t_4iujv = K(1.0) / K_D2;
+    const real K_L32 = t_d4mqf * t_4iujv;
+    const real t_vshgd = t_6mmeb * t_bpfoo;
+    const real t_p6zld = K52 - t_b3aij * t_vshgd;
+    const real K_L52 = t_p6zld * t_4iujv;
+    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
+    const real t_xq4wt = t_2m245 * t_bpfoo;
+    const real t_u3hss = t_yz7e5 + t_b3aij * t_xq4wt;
+    const real t_4jmrt = t_u3hss * t_4iujv;
+    const real t_yfebn = K43 + t_d4mqf * t_4jmrt - t_zzymx * t_xq4wt;
+    const real t_zmh3u = K(1.0) / K_D3;
+    const real K_L43 = t_yfebn * t_zmh3u;
+    const real t_bxfcn = K53 - t_d4mqf * K_L52 - t_zzymx * t_vshgd;
+    const real K_L53 = t_bxfcn * t_zmh3u;
+    const real t_e4enr = t_bl4f2 * t_bpfoo;
+    const real t_qvrp6 = t_bac7g + t_b3aij * t_e4enr;
+    const real t_dj64q = t_qvrp6 * t_4iujv;
+    const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
+    const real K_L63 = t_rahc4 * t_zmh3u;
+    const real K_D4 = K44 - t_u3hss * t_4jmrt - t_yfebn * K_L43 - t_2m245 * t_xq4wt;
+    const real t_ejg3c = K54 + t_u3hss * K_L52 - t_yfebn * K_L53 - t_2m245 * t_vshgd;
+    const real t_lt2al = K(1.0) / K_D4;
+    const real K_L54 = t_ejg3c * t_lt2al;
+    const real t_yioo4 = K64 - t_u3hss * t_dj64q - t_yfebn * K_L63 - t_2m245 * t_e4enr;
+    const real K_L64 = t_yioo4 * t_lt2al;
+    const real K_D5 = K55
+        - t_p6zld * K_L52
+        - t_bxfcn * K_L53
+        - t_ejg3c * K_L54
+        - t_6mmeb * t_vshgd;
+    const real t_aqba4 = K65
+        + t_p6zld * t_dj64q
+        - t_bxfcn * K_L63
+        - t_ejg3c * K_L64
+        - t_6mmeb * t_e4enr;
+    const real t_ftqxb = K(1.0) / K_D5;
+    const real K_L65 = t_aqba4 * t_ftqxb;
+    const real K_D6 = K66
+        - t_qvrp6 * t_dj64q
+        - t_rahc4 * K_L63
+        - t_yioo4 * K_L64
+        - t_aqba4 * K_L65
+        - t_bl4f2 * t_e4enr;
+    const real b1 = f_x + t_xynyo;
+    const real b2 = f_y - n2;
+    const real t_4mgpp = p[F] * cos_delta2_v2;
+    const real f1_v2 = q1_v2 + K11 * ax_v2;
+    const real df1_v2 = t_4mgpp * cos_delta1_v2 - f1_v2;
+    const real t_7oaon = p[F] * sin_delta2_v2;
+    const real df2_v2 = t_7oaon - f2_v2;
+    const real da_v2_y2 = df2_v2 + t_w7lcw * df1_v2;
+    const real t_pmr3w = t_4mgpp * sin_delta1_v2;
+    const real da_v2_y3 = t_3go2w * df1_v2 - (t_pmr3w + f3_v2) - K_L32 * da_v2_y2;
+    const real da_v2_x3 = da_v2_y3 * t_zmh3u;
+    const real da_v2_x2 = da_v2_y2 * t_4iujv - K_L32 * da_v2_x3;
+    const real da_v2_x1 = df1_v2 * t_bpfoo + t_w7lcw * da_v2_x2 + t_3go2w * da_v2_x3;
+    const real Mx_v2 = n4
+        + G2_v2 * K54
+        + G3_v2 * K64
+        - t_2m245 * ax_v2
+        - t_2m245 * da_v2_x1
+        - t_yz7e5 * a2_v2
+        - t_yz7e5 * da_v2_x2
+        + K43 * a3_v2
+        + K43 * da_v2_x3
+        - K44 * t_rye3d;
+    const real t_y4w6o_2 = p[F] * cos_delta2_act;
+    const real df1_act = t_y4w6o_2 * cos_delta1_act - cos_delta2_v2 * p[F] * cos_delta1_v2;
+    const real df2_act = p[F] * sin_delta2_act - t_7oaon;
+    const real da_act_y2 = df2_act + t_w7lcw * df1_act;
+    const real df3_act = t_svkod * p[F] - t_y4w6o_2 * sin_delta1_act;
+    const real da_act_y3 = df3_act + t_3go2w * df1_act - K_L32 * da_act_y2;
+    const real da_act_x3 = da_act_y3 * t_zmh3u;
+    const real da_act_x2 = da_act_y2 * t_4iujv - K_L32 * da_act_x3;
+    const real da_act_x1 = df1_act * t_bpfoo + t_w7lcw * da_act_x2 + t_3go2w * da_act_x3;
+    const real Mx = Mx_v2 - t_2m245 * da_act_x1 - t_yz7e5 * da_act_x2 + K43 * da_act_x3;
+    const real b4 = Mx - n4;
+    const real Mz_v2 = n5
+        + G2_v2 * K55
+        + G3_v2 * K65
+        - t_6mmeb * ax_v2
+        - t_6mmeb * da_v2_x1
+        + K52 * a2_v2
+        + K52 * da_v2_x2
+        + K53 * a3_v2
+        + K53 * da_v2_x3
+        - K54 * t_rye3d
+        + t_7oaon * h[t_lwe76];
+    const real Mz = Mz_v2
+        - t_6mmeb * da_act_x1
+        + K52 * da_act_x2
+        + K53 * da_act_x3
+        + df2_act * h[t_lwe76];
+    const real b5 = Mz - n5 - f_y * h[t_lwe76];
+    const real t_lpjfo = t_y4w6o * sin_delta1_act;
+    const real My_v2 = t_pmr3w * h[t_lwe76]
+        - n6
+        - G2_v2 * K65
+        - G3_v2 * K66
+        + t_bl4f2 * ax_v2
+        + t_bl4f2 * da_v2_x1
+        + t_bac7g * a2_v2
+        + t_bac7g * da_v2_x2
+        - K63 * a3_v2
+        - K63 * da_v2_x3
+        + K64 * t_rye3d;
+    const real My = My_v2
+        - df3_act * h[t_lwe76]
+        + t_bl4f2 * da_act_x1
+        + t_bac7g * da_act_x2
+        - K63 * da_act_x3;
+    const real b6 = t_lpjfo * h[t_lwe76] - (My + n6);
+    const real X_y2 = b2 + t_w7lcw * b1;
+    const real X_y3 = t_3go2w * b1 - (t_lpjfo + n3) - K_L32 * X_y2;
+    const real X_y4 = b4 + t_xq4wt * b1 + t_4jmrt * X_y2 - K_L43 * X_y3;
+    const real X_y5 = b5
+        + t_vshgd * b1
+        - K_L52 * X_y2
+        - K_L53 * X_y3
+        - K_L54 * X_y4;
+    const real X_y6 = b6
+        + t_e4enr * b1
+        + t_dj64q * X_y2
+        - K_L63 * X_y3
+        - K_L64 * X_y4
+        - K_L65 * X_y5;
+    const real X_x6 = X_y6 / K_D6;
+    const real X_x5 = X_y5 * t_ftqxb - K_L65 * X_x6;
+    const real X_x4 = X_y4 * t_lt2al - K_L54 * X_x5 - K_L64 * X_x6;
+    const real X_x3 = X_y3 * t_zmh3u - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
+    const real X_x2 = X_y2 * t_4iujv
+        - K_L32 * X_x3
+        + t_4jmrt * X_x4
+        - K_L52 * X_x5
+        + t_dj64q * X_x6;
+    const real X_x1 = b1 * t_bpfoo
+        + t_w7lcw * X_x2
+        + t_3go2w * X_x3
+        + t_xq4wt * X_x4
+        + t_vshgd * X_x5
+        + t_e4enr * X_x6;
+    const real G_t1 = X_x5 * sin_theta1 + X_x6 * cos_theta1;
+    const real Gt_eta1 = G_t1 + eta1;
+    const real t_ynvhx = cos_phi1 * (G_t1 * h[e1] + X_x2 * sin_theta1 + X_x3 * cos_theta1)
+        + sin_phi1 * (X_x1 - t_w7vil);
+    const real phi_acc1 = Gt_eta1 - (loss_phi1 + p[I1] * (Gt_eta1 + X_x4)) * h[t_zrejm] - h[k1] * t_ynvhx;
+    const real t_g433r = X_x5 - W12;
+    const real t_mwq7z = X_x4 + X_x5;
+    const real t_5ffnn = zeta1
+        + X_x2 * cos_theta1
+        + g_1 * (X_x5 * cos_theta1 - X_x6 * sin_theta1)
+        - t_mwq7z * q_1
+        - X_x3 * sin_theta1;
+    const real theta_acc1 = -(t_g433r + th_1 * (loss_theta1 * h[t_ibe72] + q_1 * t_5ffnn));
+    const real G_t2 = X_x5 * sin_theta2 + X_x6 * cos_theta2;
+    const real Gt_eta2 = G_t2 + eta2;
+    const real t_rrute = cos_phi2 * (G_t2 * h[e2] + X_x2 * sin_theta2 + X_x3 * cos_theta2)
+        + sin_phi2 * (X_x1 - t_6fvzz);
+    const real phi_acc2 = Gt_eta2 - (loss_phi2 + p[I2] * (Gt_eta2 + X_x4)) * h[t_5wzvs] - h[k2] * t_rrute;
+    const real t_oqair = zeta2
+        + X_x2 * cos_theta2
+        + g_2 * (X_x5 * cos_theta2 - X_x6 * sin_theta2)
+        - t_mwq7z * q_2
+        - X_x3 * sin_theta2;
+    const real theta_acc2 = -(t_g433r + th_2 * (loss_theta2 * h[t_r7vy7] + q_2 * t_oqair));
+    real sin_att2, cos_att2; mv_sincos(q[att2], &sin_att2, &cos_att2);
+    real sin_att1, cos_att1; mv_sincos(q[att1], &sin_att1, &cos_att1);
+    const real t_oa5el = K(1.0) / cos_att2;
+    const real t_s66h7 = sin_att1 * t_oa5el * q[wy];
+    const real t_bi4sl = cos_att1 * t_oa5el * q[wz];
+    dq[0] = X_x1 + t_rybsf * h[x_C] - q[vz] * q[wy] + q[vy] * q[wz];
+    dq[1] = X_x2 - X_x5 * h[x_C] + (q[vz] * q[wx] - q[vx] * q[wz]);
+    dq[2] = X_x3 - X_x6 * h[x_C] + (q[vx] * q[wy] - q[vy] * q[wx]);
+    dq[3] = X_x4;
+    dq[4] = W13 - X_x6;
+    dq[5] = t_g433r;
+    dq[6] = q[wx] + sin_att2 * t_s66h7 + sin_att2 * t_bi4sl;
+    dq[7] = cos_att1 * q[wy] - sin_att1 * q[wz];
+    dq[8] = t_s66h7 + t_bi4sl;
+    dq[9] = q[phi1_dot];
+    dq[10] = q[theta1_dot];
+    dq[11] = q[phi2_dot];
+    dq[12] = q[theta2_dot];
+    dq[13] = phi_acc1;
+    dq[14] = theta_acc1;
+    dq[15] = phi_acc2;
+    dq[16] = theta_acc2;
 }
+
+/* Places of h. */
+enum {
+    lyapunov_v2_loop_reduced_h_t_os4zj,
+    lyapunov_v2_loop_reduced_h_t_yx2kz,
+    lyapunov_v2_loop_reduced_h_t_6nwd2,
+    lyapunov_v2_loop_reduced_h_t_oc5tk,
+    lyapunov_v2_loop_reduced_h_t_nfvux,
+    lyapunov_v2_loop_reduced_h_t_frp3h,
+    lyapunov_v2_loop_reduced_h_t_popww,
+    lyapunov_v2_loop_reduced_h_ax_eq,
+    lyapunov_v2_loop_reduced_h_t_t6fx5,
+    lyapunov_v2_loop_reduced_h_t_yjeu3,
+    lyapunov_v2_loop_reduced_h_t_ma4ro,
+    lyapunov_v2_loop_reduced_h_t_6wfa5,
+    lyapunov_v2_loop_reduced_h_t_gcao4,
+};
 
 /* what lyapunov_v2_loop_reduced computes once per run; 18 operations. */
 void slosh_lyapunov_v2_loop_reduced_prepare(const real *p, const real *c, real *h)
 {
-    const real v19 = p[13] * p[13];
-    const real v20 = v19 * p[12];
-    const real v27 = p[18] * p[18];
-    const real v28 = v27 * p[17];
-    h[0] = p[9] / (p[0] + p[1] + p[12] + p[17]);
-    h[1] = K(1.0) / c[3];
-    h[2] = K(1.0) / c[5];
-    h[3] = K(1.0) / c[7];
-    h[4] = p[13] * p[12];
-    h[5] = v19;
-    h[6] = v20;
-    h[7] = v19 + v19;
-    h[8] = K(1.0) / (v20 + p[15]);
-    h[9] = p[18] * p[17];
-    h[10] = v27;
-    h[11] = v28;
-    h[12] = K(1.0) / (v28 + p[20]);
+    enum { m = SLOSH_P_M };
+    enum { m0 = SLOSH_P_M0 };
+    enum { F = SLOSH_P_F };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { r4 = SLOSH_LYAPUNOV_V2_C_R4 };
+    enum { r6 = SLOSH_LYAPUNOV_V2_C_R6 };
+    enum { r8 = SLOSH_LYAPUNOV_V2_C_R8 };
+    const real t_os4zj = p[l1] * p[l1];
+    const real t_yx2kz = t_os4zj * p[m1];
+    const real D_phi1 = t_yx2kz + p[I1];  /* (25) */
+    const real t_nfvux = p[l2] * p[l2];
+    const real t_frp3h = t_nfvux * p[m2];
+    const real D_phi2 = t_frp3h + p[I2];  /* (25) */
+    const real ax_eq = p[F] / (p[m] + p[m0] + p[m1] + p[m2]);  /* (19) */
+    h[lyapunov_v2_loop_reduced_h_t_os4zj] = t_os4zj;
+    h[lyapunov_v2_loop_reduced_h_t_yx2kz] = t_yx2kz;
+    h[lyapunov_v2_loop_reduced_h_t_6nwd2] = p[l1] * p[m1];
+    h[lyapunov_v2_loop_reduced_h_t_oc5tk] = t_os4zj + t_os4zj;
+    h[lyapunov_v2_loop_reduced_h_t_nfvux] = t_nfvux;
+    h[lyapunov_v2_loop_reduced_h_t_frp3h] = t_frp3h;
+    h[lyapunov_v2_loop_reduced_h_t_popww] = p[l2] * p[m2];
+    h[lyapunov_v2_loop_reduced_h_ax_eq] = ax_eq;
+    h[lyapunov_v2_loop_reduced_h_t_t6fx5] = K(1.0) / c[r8];
+    h[lyapunov_v2_loop_reduced_h_t_yjeu3] = K(1.0) / c[r6];
+    h[lyapunov_v2_loop_reduced_h_t_ma4ro] = K(1.0) / c[r4];
+    h[lyapunov_v2_loop_reduced_h_t_6wfa5] = K(1.0) / D_phi1;
+    h[lyapunov_v2_loop_reduced_h_t_gcao4] = K(1.0) / D_phi2;
 }
 
 /* the rest of lyapunov_v2_loop_reduced; 279 operations. */
 void slosh_lyapunov_v2_loop_reduced_prepared(const real *q, const real *p, const real *c, const real *h, real *dq)
 {
-    const real v17 = q[1] * c[0];
-    const real v19 = v17 * c[8];
-    const real v25 = q[2] * c[1];
-    const real v27 = v25 * c[9];
-    const real v40 = (q[3] * c[10] + (v17 * q[2] - v25 * q[1] + q[6] * c[2])) * h[1];
-    const real v51 = (q[4] * c[11] + (v25 * q[0] + q[7] * c[4])) * h[2];
-    const real v62 = (q[5] * c[12] + (q[8] * c[6] - v17 * q[0])) * h[3];
-    real s71, c71; mv_sincos(q[9], &s71, &c71);
-    const real v74 = s71 * h[4];
-    const real v79 = v74 * p[14];
-    real s81, c81; mv_sincos(q[10], &s81, &c81);
-    const real v85 = s81 * q[4] + c81 * q[5];
-    const real v86 = v85 * v85;
-    const real v91 = c81 * q[4] - s81 * q[5];
-    const real v99 = s71 * c71;
-    const real v100 = h[6] * v99;
-    const real v103 = q[3] * q[3];
-    const real v105 = p[16] * q[13] - v79 * v86 - v79 * (v91 * v91) - q[14] * q[14] * v100 - v100 * v103;
-    const real v107 = s71 * s71;
-    const real v108 = h[6] * v107;
-    const real v109 = v108 * v85;
-    const real v119 = v105 - (q[14] + q[14]) * v109 - h[6] * v85 * q[3] + h[5] * v86 * s71 * c71 * p[12];
-    const real v131 = v119 + h[7] * v107 * v85 * q[3] * p[12] + c71 * v85 * p[14] * q[3] * p[13] * p[12];
-    const real v139 = p[15] * v40 - (h[0] * v74 + (v131 + h[7] * s71 * c71 * q[14] * q[3] * p[12]));
-    const real v141 = c71 * p[13] * p[12];
-    const real v142 = c81 * v141;
-    const real v149 = s81 * v141;
-    const real v151 = h[6] * s81;
-    const real v154 = v139 - (v142 * p[14] - h[5] * c81 * p[12]) * v51 + (v149 * p[14] - v151) * v62;
-    const real v161 = s81 * v74;
-    const real v167 = v91 * q[3];
-    const real v170 = q[13] + q[13];
-    const real v175 = v100 * v170;
-    const real v179 = p[16] * q[14] + v79 * v167 + v109 * v170 + v109 * v91 + v175 * q[14] - v100 * v167;
-    const real v185 = c81 * v74;
-    const real v192 = (v161 * p[14] - v99 * v151) * v51 - (v179 - v175 * q[3] + v108 * v40) + (v185 * p[14] - v99 * (h[6] * c81) + p[15]) * v62;
-    real s204, c204; mv_sincos(q[11], &s204, &c204);
-    const real v205 = h[9] * s204;
-    const real v210 = s204 * c204;
-    const real v213 = v210 * h[11];
-    const real v217 = v205 * p[19];
-    real s219, c219; mv_sincos(q[12], &s219, &c219);
-    const real v223 = s219 * q[4] + c219 * q[5];
-    const real v224 = v223 * v223;
-    const real v229 = c219 * q[4] - s219 * q[5];
-    const real v235 = p[21] * q[15] - v103 * v213 - v217 * v224 - v217 * (v229 * v229) - q[16] * q[16] * v213;
-    const real v237 = s204 * s204;
-    const real v238 = v237 * h[11];
-    const real v239 = v223 * v238;
-    const real v249 = v235 - (q[16] + q[16]) * v239 - v223 * h[11] * q[3] + v224 * s204 * c204 * h[10] * p[17];
-    const real v261 = v249 + (v223 + v223) * v237 * h[10] * q[3] * p[17] + v223 * c204 * p[19] * q[3] * p[18] * p[17];
-    const real v269 = h[0] * v205 + (v261 + (s204 + s204) * c204 * h[10] * q[16] * q[3] * p[17]);
-    const real v272 = c204 * p[18] * p[17];
-    const real v273 = v272 * c219;
-    const real v280 = v272 * s219;
-    const real v282 = s219 * h[11];
-    const real v285 = p[20] * v40 - v269 - (v273 * p[19] - c219 * h[10] * p[17]) * v51 + (v280 * p[19] - v282) * v62;
-    const real v292 = v205 * s219;
-    const real v300 = v229 * q[3];
-    const real v303 = q[15] + q[15];
-    const real v308 = p[21] * q[16] + v229 * v239 + v217 * v300 + v239 * v303 + v213 * v303 * q[16];
-    const real v317 = (v292 * p[19] - v282 * v210) * v51 - (v308 - v213 * v300 - v213 * (q[3] + q[3]) * q[15] + v238 * v40);
-    const real v318 = v205 * c219;
-    const real v329 = v317 + (v318 * p[19] - v210 * (c219 * h[11]) + p[20]) * v62 + v318 * v19 - v292 * v27;
-    dq[0] = h[0] - q[2] * q[4] + q[1] * q[5];
-    dq[1] = q[2] * q[3] - q[0] * q[5] - v19;
-    dq[2] = q[0] * q[4] - q[1] * q[3] - v27;
-    dq[3] = -v40;
-    dq[4] = -v51;
-    dq[5] = -v62;
-    dq[6] = q[3];
-    dq[7] = q[4];
-    dq[8] = q[5];
-    dq[9] = q[13];
-    dq[10] = q[14];
-    dq[11] = q[15];
-    dq[12] = q[16];
-    dq[13] = (v154 + v149 * v19 + v142 * v27) * h[8];
-    dq[14] = (v192 + v185 * v19 - v161 * v27) / (v108 + p[15]);
-    dq[15] = (v285 + v280 * v19 + v273 * v27) * h[12];
-    dq[16] = v329 / (v238 + p[20]);
+    enum { vx = 0 };
+    enum { vy = 1 };
+    enum { vz = 2 };
+    enum { wx = 3 };
+    enum { wy = 4 };
+    enum { wz = 5 };
+    enum { att1 = 6 };
+    enum { att2 = 7 };
+    enum { att3 = 8 };
+    enum { phi1 = 9 };
+    enum { theta1 = 10 };
+    enum { phi2 = 11 };
+    enum { theta2 = 12 };
+    enum { phi1_dot = 13 };
+    enum { theta1_dot = 14 };
+    enum { phi2_dot = 15 };
+    enum { theta2_dot = 16 };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { eps1 = SLOSH_P_EPS1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { eps2 = SLOSH_P_EPS2 };
+    enum { r1 = SLOSH_LYAPUNOV_V2_C_R1 };
+    enum { r2 = SLOSH_LYAPUNOV_V2_C_R2 };
+    enum { r3 = SLOSH_LYAPUNOV_V2_C_R3 };
+    enum { r5 = SLOSH_LYAPUNOV_V2_C_R5 };
+    enum { r7 = SLOSH_LYAPUNOV_V2_C_R7 };
+    enum { w1 = SLOSH_LYAPUNOV_V2_C_W1 };
+    enum { w2 = SLOSH_LYAPUNOV_V2_C_W2 };
+    enum { w3 = SLOSH_LYAPUNOV_V2_C_W3 };
+    enum { w4 = SLOSH_LYAPUNOV_V2_C_W4 };
+    enum { w5 = SLOSH_LYAPUNOV_V2_C_W5 };
+    enum { t_os4zj = lyapunov_v2_loop_reduced_h_t_os4zj };
+    enum { t_yx2kz = lyapunov_v2_loop_reduced_h_t_yx2kz };
+    enum { t_6nwd2 = lyapunov_v2_loop_reduced_h_t_6nwd2 };
+    enum { t_oc5tk = lyapunov_v2_loop_reduced_h_t_oc5tk };
+    enum { t_nfvux = lyapunov_v2_loop_reduced_h_t_nfvux };
+    enum { t_frp3h = lyapunov_v2_loop_reduced_h_t_frp3h };
+    enum { t_popww = lyapunov_v2_loop_reduced_h_t_popww };
+    enum { ax_eq = lyapunov_v2_loop_reduced_h_ax_eq };
+    enum { t_t6fx5 = lyapunov_v2_loop_reduced_h_t_t6fx5 };
+    enum { t_yjeu3 = lyapunov_v2_loop_reduced_h_t_yjeu3 };
+    enum { t_ma4ro = lyapunov_v2_loop_reduced_h_t_ma4ro };
+    enum { t_6wfa5 = lyapunov_v2_loop_reduced_h_t_6wfa5 };
+    enum { t_gcao4 = lyapunov_v2_loop_reduced_h_t_gcao4 };
+    real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
+    const real gx_phi1 = sin_phi1 * h[t_6nwd2];  /* (25) */
+    real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
+    const real t_pv3py = cos_phi1 * p[l1] * p[m1];
+    const real gy_phi1 = sin_theta1 * t_pv3py;  /* (25) */
+    const real gz_phi1 = cos_theta1 * t_pv3py;  /* (25) */
+    const real t_c4g4l = h[t_yx2kz] * sin_theta1;
+    const real cz_phi1 = gy_phi1 * p[h1] - t_c4g4l;  /* (25) */
+    const real t_azo52 = gx_phi1 * p[h1];
+    const real t_5vpfz = sin_theta1 * q[wy] + cos_theta1 * q[wz];
+    const real t_3wt73 = t_5vpfz * t_5vpfz;
+    const real t_d3hip = cos_theta1 * q[wy] - sin_theta1 * q[wz];
+    const real t_fgmjk = sin_phi1 * cos_phi1;
+    const real t_27rts = h[t_yx2kz] * t_fgmjk;
+    const real t_wube7 = q[wx] * q[wx];
+    const real t_j5zf2 = sin_phi1 * sin_phi1;
+    const real t_tlxaf = h[t_yx2kz] * t_j5zf2;
+    const real t_jg6hr = t_tlxaf * t_5vpfz;
+    const real k_phi1 = p[eps1] * q[phi1_dot]
+        - t_azo52 * t_3wt73
+        - t_azo52 * (t_d3hip * t_d3hip)
+        - q[theta1_dot] * q[theta1_dot] * t_27rts
+        - t_27rts * t_wube7
+        - (q[theta1_dot] + q[theta1_dot]) * t_jg6hr
+        - h[t_yx2kz] * t_5vpfz * q[wx]
+        + h[t_os4zj] * t_3wt73 * sin_phi1 * cos_phi1 * p[m1]
+        + h[t_oc5tk] * t_j5zf2 * t_5vpfz * q[wx] * p[m1]
+        + cos_phi1 * t_5vpfz * p[h1] * q[wx] * p[l1] * p[m1]
+        + h[t_oc5tk] * sin_phi1 * cos_phi1 * q[theta1_dot] * q[wx] * p[m1];  /* (25) */
+    const real D_theta1 = t_tlxaf + p[I1];  /* (26) */
+    const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
+    const real t_e5ugo = sin_theta1 * gx_phi1;
+    const real cy_theta1 = t_e5ugo * p[h1] - t_fgmjk * t_c4g4l;  /* (26) */
+    const real cz_theta1 = gy_theta1 * p[h1] - t_fgmjk * (h[t_yx2kz] * cos_theta1) + p[I1];  /* (26) */
+    const real t_ybskz = t_d3hip * q[wx];
+    const real t_j5odj = q[phi1_dot] + q[phi1_dot];
+    const real t_mfogp = t_27rts * t_j5odj;
+    const real k_theta1 = p[eps1] * q[theta1_dot]
+        + t_azo52 * t_ybskz
+        + t_jg6hr * t_j5odj
+        + t_jg6hr * t_d3hip
+        + t_mfogp * q[theta1_dot]
+        - t_27rts * t_ybskz
+        - t_mfogp * q[wx];  /* (26) */
+    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
+    const real gx_phi2 = h[t_popww] * sin_phi2;  /* (25) */
+    const real t_aafcb = cos_phi2 * p[l2] * p[m2];
+    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
+    const real gy_phi2 = t_aafcb * sin_theta2;  /* (25) */
+    const real gz_phi2 = t_aafcb * cos_theta2;  /* (25) */
+    const real t_kuf7x = sin_theta2 * h[t_frp3h];
+    const real cz_phi2 = gy_phi2 * p[h2] - t_kuf7x;  /* (25) */
+    const real t_qg23f = sin_phi2 * cos_phi2;
+    const real t_ny2js = t_qg23f * h[t_frp3h];
+    const real t_svo5z = gx_phi2 * p[h2];
+    const real t_cuv7o = sin_theta2 * q[wy] + cos_theta2 * q[wz];
+    const real t_flneb = t_cuv7o * t_cuv7o;
+    const real t_3cqcq = cos_theta2 * q[wy] - sin_theta2 * q[wz];
+    const real t_acoue = sin_phi2 * sin_phi2;
+    const real t_rg5u5 = t_acoue * h[t_frp3h];
+    const real t_ss42z = t_cuv7o * t_rg5u5;
+    const real k_phi2 = p[eps2] * q[phi2_dot]
+        - t_wube7 * t_ny2js
+        - t_svo5z * t_flneb
+        - t_svo5z * (t_3cqcq * t_3cqcq)
+        - q[theta2_dot] * q[theta2_dot] * t_ny2js
+        - (q[theta2_dot] + q[theta2_dot]) * t_ss42z
+        - t_cuv7o * h[t_frp3h] * q[wx]
+        + t_flneb * sin_phi2 * cos_phi2 * h[t_nfvux] * p[m2]
+        + (t_cuv7o + t_cuv7o) * t_acoue * h[t_nfvux] * q[wx] * p[m2]
+        + t_cuv7o * cos_phi2 * p[h2] * q[wx] * p[l2] * p[m2]
+        + (sin_phi2 + sin_phi2) * cos_phi2 * h[t_nfvux] * q[theta2_dot] * q[wx] * p[m2];  /* (25) */
+    const real D_theta2 = t_rg5u5 + p[I2];  /* (26) */
+    const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
+    const real t_7j7h4 = gx_phi2 * sin_theta2;
+    const real cy_theta2 = t_7j7h4 * p[h2] - t_kuf7x * t_qg23f;  /* (26) */
+    const real cz_theta2 = gy_theta2 * p[h2] - t_qg23f * (cos_theta2 * h[t_frp3h]) + p[I2];  /* (26) */
+    const real t_dr7rz = t_3cqcq * q[wx];
+    const real t_473qv = q[phi2_dot] + q[phi2_dot];
+    const real k_theta2 = p[eps2] * q[theta2_dot]
+        + t_3cqcq * t_ss42z
+        + t_svo5z * t_dr7rz
+        + t_ss42z * t_473qv
+        + t_ny2js * t_473qv * q[theta2_dot]
+        - t_ny2js * t_dr7rz
+        - t_ny2js * (q[wx] + q[wx]) * q[phi2_dot];  /* (26) */
+    const real B_v2 = q[vy] * c[r1];  /* (29) */
+    const real C_v2 = q[vz] * c[r2];  /* (29) */
+    const real g1_v2 = B_v2 * q[vz] - C_v2 * q[vy] + q[att1] * c[r3];  /* (29) */
+    const real g2_v2 = C_v2 * q[vx] + q[att2] * c[r5];  /* (29) */
+    const real g3_v2 = q[att3] * c[r7] - B_v2 * q[vx];  /* (29) */
+    const real t_tsj5z = (q[wz] * c[w5] + g3_v2) * h[t_t6fx5];
+    const real u_v2_x3 = -t_tsj5z;
+    const real t_b55nf = (q[wy] * c[w4] + g2_v2) * h[t_yjeu3];
+    const real u_v2_x2 = -t_b55nf;
+    const real t_rye3d = (q[wx] * c[w3] + g1_v2) * h[t_ma4ro];
+    const real u_v2_x1 = -t_rye3d;
+    const real t_k42hn = B_v2 * c[w1];
+    const real t_xy2rv = C_v2 * c[w2];
+    const real t_fuz4x = p[I1] * t_rye3d
+        - (h[ax_eq] * gx_phi1 + k_phi1)
+        - (gz_phi1 * p[h1] - h[t_os4zj] * cos_theta1 * p[m1]) * t_b55nf
+        + cz_phi1 * t_tsj5z
+        + gy_phi1 * t_k42hn
+        + gz_phi1 * t_xy2rv;
+    const real t_q44b2 = cy_theta1 * t_b55nf
+        - (k_theta1 + t_tlxaf * t_rye3d)
+        + cz_theta1 * t_tsj5z
+        + gy_theta1 * t_k42hn
+        - t_e5ugo * t_xy2rv;
+    const real t_ytk5b = p[I2] * t_rye3d
+        - (h[ax_eq] * gx_phi2 + k_phi2)
+        - (gz_phi2 * p[h2] - cos_theta2 * h[t_nfvux] * p[m2]) * t_b55nf
+        + cz_phi2 * t_tsj5z
+        + gy_phi2 * t_k42hn
+        + gz_phi2 * t_xy2rv;
+    const real t_qisff = cy_theta2 * t_b55nf
+        - (k_theta2 + t_rg5u5 * t_rye3d)
+        + cz_theta2 * t_tsj5z
+        + gy_theta2 * t_k42hn
+        - t_7j7h4 * t_xy2rv;
+    dq[0] = h[ax_eq] - q[vz] * q[wy] + q[vy] * q[wz];
+    dq[1] = q[vz] * q[wx] - q[vx] * q[wz] - t_k42hn;
+    dq[2] = q[vx] * q[wy] - q[vy] * q[wx] - t_xy2rv;
+    dq[3] = u_v2_x1;
+    dq[4] = u_v2_x2;
+    dq[5] = u_v2_x3;
+    dq[6] = q[wx];
+    dq[7] = q[wy];
+    dq[8] = q[wz];
+    dq[9] = q[phi1_dot];
+    dq[10] = q[theta1_dot];
+    dq[11] = q[phi2_dot];
+    dq[12] = q[theta2_dot];
+    dq[13] = t_fuz4x * h[t_6wfa5];
+    dq[14] = t_q44b2 / D_theta1;
+    dq[15] = t_ytk5b * h[t_gcao4];
+    dq[16] = t_qisff / D_theta2;
 }
+
+/* Places of h. */
+enum {
+    lyapunov_v2_loop_reduced_euler_h_t_os4zj,
+    lyapunov_v2_loop_reduced_euler_h_t_yx2kz,
+    lyapunov_v2_loop_reduced_euler_h_t_6nwd2,
+    lyapunov_v2_loop_reduced_euler_h_t_oc5tk,
+    lyapunov_v2_loop_reduced_euler_h_t_nfvux,
+    lyapunov_v2_loop_reduced_euler_h_t_frp3h,
+    lyapunov_v2_loop_reduced_euler_h_t_popww,
+    lyapunov_v2_loop_reduced_euler_h_ax_eq,
+    lyapunov_v2_loop_reduced_euler_h_t_t6fx5,
+    lyapunov_v2_loop_reduced_euler_h_t_yjeu3,
+    lyapunov_v2_loop_reduced_euler_h_t_ma4ro,
+    lyapunov_v2_loop_reduced_euler_h_t_6wfa5,
+    lyapunov_v2_loop_reduced_euler_h_t_gcao4,
+};
 
 /* what lyapunov_v2_loop_reduced_euler computes once per run; 18 operations. */
 void slosh_lyapunov_v2_loop_reduced_euler_prepare(const real *p, const real *c, real *h)
 {
-    const real v19 = p[13] * p[13];
-    const real v20 = v19 * p[12];
-    const real v27 = p[18] * p[18];
-    const real v28 = v27 * p[17];
-    h[0] = p[9] / (p[0] + p[1] + p[12] + p[17]);
-    h[1] = K(1.0) / c[3];
-    h[2] = K(1.0) / c[5];
-    h[3] = K(1.0) / c[7];
-    h[4] = p[13] * p[12];
-    h[5] = v19;
-    h[6] = v20;
-    h[7] = v19 + v19;
-    h[8] = K(1.0) / (v20 + p[15]);
-    h[9] = p[18] * p[17];
-    h[10] = v27;
-    h[11] = v28;
-    h[12] = K(1.0) / (v28 + p[20]);
+    enum { m = SLOSH_P_M };
+    enum { m0 = SLOSH_P_M0 };
+    enum { F = SLOSH_P_F };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { r4 = SLOSH_LYAPUNOV_V2_C_R4 };
+    enum { r6 = SLOSH_LYAPUNOV_V2_C_R6 };
+    enum { r8 = SLOSH_LYAPUNOV_V2_C_R8 };
+    const real t_os4zj = p[l1] * p[l1];
+    const real t_yx2kz = t_os4zj * p[m1];
+    const real D_phi1 = t_yx2kz + p[I1];  /* (25) */
+    const real t_nfvux = p[l2] * p[l2];
+    const real t_frp3h = t_nfvux * p[m2];
+    const real D_phi2 = t_frp3h + p[I2];  /* (25) */
+    const real ax_eq = p[F] / (p[m] + p[m0] + p[m1] + p[m2]);  /* (19) */
+    h[lyapunov_v2_loop_reduced_euler_h_t_os4zj] = t_os4zj;
+    h[lyapunov_v2_loop_reduced_euler_h_t_yx2kz] = t_yx2kz;
+    h[lyapunov_v2_loop_reduced_euler_h_t_6nwd2] = p[l1] * p[m1];
+    h[lyapunov_v2_loop_reduced_euler_h_t_oc5tk] = t_os4zj + t_os4zj;
+    h[lyapunov_v2_loop_reduced_euler_h_t_nfvux] = t_nfvux;
+    h[lyapunov_v2_loop_reduced_euler_h_t_frp3h] = t_frp3h;
+    h[lyapunov_v2_loop_reduced_euler_h_t_popww] = p[l2] * p[m2];
+    h[lyapunov_v2_loop_reduced_euler_h_ax_eq] = ax_eq;
+    h[lyapunov_v2_loop_reduced_euler_h_t_t6fx5] = K(1.0) / c[r8];
+    h[lyapunov_v2_loop_reduced_euler_h_t_yjeu3] = K(1.0) / c[r6];
+    h[lyapunov_v2_loop_reduced_euler_h_t_ma4ro] = K(1.0) / c[r4];
+    h[lyapunov_v2_loop_reduced_euler_h_t_6wfa5] = K(1.0) / D_phi1;
+    h[lyapunov_v2_loop_reduced_euler_h_t_gcao4] = K(1.0) / D_phi2;
 }
 
 /* the rest of lyapunov_v2_loop_reduced_euler; 296 operations. */
 void slosh_lyapunov_v2_loop_reduced_euler_prepared(const real *q, const real *p, const real *c, const real *h, real *dq)
 {
-    const real v17 = q[1] * c[0];
-    const real v19 = v17 * c[8];
-    const real v25 = q[2] * c[1];
-    const real v27 = v25 * c[9];
-    const real v41 = (q[3] * c[10] + (v17 * q[2] - v25 * q[1] + q[6] * c[2])) * h[1];
-    const real v52 = (q[4] * c[11] + (v25 * q[0] + q[7] * c[4])) * h[2];
-    const real v63 = (q[5] * c[12] + (q[8] * c[6] - v17 * q[0])) * h[3];
-    real s65, c65; mv_sincos(q[7], &s65, &c65);
-    real s66, c66; mv_sincos(q[6], &s66, &c66);
-    const real v68 = K(1.0) / c65;
-    const real v70 = s66 * v68 * q[4];
-    const real v75 = c66 * v68 * q[5];
-    real s89, c89; mv_sincos(q[9], &s89, &c89);
-    const real v92 = s89 * h[4];
-    const real v97 = v92 * p[14];
-    real s99, c99; mv_sincos(q[10], &s99, &c99);
-    const real v103 = s99 * q[4] + c99 * q[5];
-    const real v104 = v103 * v103;
-    const real v109 = c99 * q[4] - s99 * q[5];
-    const real v117 = s89 * c89;
-    const real v118 = h[6] * v117;
-    const real v121 = q[3] * q[3];
-    const real v123 = p[16] * q[13] - v97 * v104 - v97 * (v109 * v109) - q[14] * q[14] * v118 - v118 * v121;
-    const real v125 = s89 * s89;
-    const real v126 = h[6] * v125;
-    const real v127 = v126 * v103;
-    const real v137 = v123 - (q[14] + q[14]) * v127 - h[6] * v103 * q[3] + h[5] * v104 * s89 * c89 * p[12];
-    const real v149 = v137 + h[7] * v125 * v103 * q[3] * p[12] + c89 * v103 * p[14] * q[3] * p[13] * p[12];
-    const real v157 = p[15] * v41 - (h[0] * v92 + (v149 + h[7] * s89 * c89 * q[14] * q[3] * p[12]));
-    const real v159 = c89 * p[13] * p[12];
-    const real v160 = c99 * v159;
-    const real v167 = s99 * v159;
-    const real v169 = h[6] * s99;
-    const real v172 = v157 - (v160 * p[14] - h[5] * c99 * p[12]) * v52 + (v167 * p[14] - v169) * v63;
-    const real v179 = s99 * v92;
-    const real v185 = v109 * q[3];
-    const real v188 = q[13] + q[13];
-    const real v193 = v118 * v188;
-    const real v197 = p[16] * q[14] + v97 * v185 + v127 * v188 + v127 * v109 + v193 * q[14] - v118 * v185;
-    const real v203 = c99 * v92;
-    const real v210 = (v179 * p[14] - v117 * v169) * v52 - (v197 - v193 * q[3] + v126 * v41) + (v203 * p[14] - v117 * (h[6] * c99) + p[15]) * v63;
-    real s222, c222; mv_sincos(q[11], &s222, &c222);
-    const real v223 = h[9] * s222;
-    const real v228 = s222 * c222;
-    const real v231 = v228 * h[11];
-    const real v235 = v223 * p[19];
-    real s237, c237; mv_sincos(q[12], &s237, &c237);
-    const real v241 = s237 * q[4] + c237 * q[5];
-    const real v242 = v241 * v241;
-    const real v247 = c237 * q[4] - s237 * q[5];
-    const real v253 = p[21] * q[15] - v121 * v231 - v235 * v242 - v235 * (v247 * v247) - q[16] * q[16] * v231;
-    const real v255 = s222 * s222;
-    const real v256 = v255 * h[11];
-    const real v257 = v241 * v256;
-    const real v267 = v253 - (q[16] + q[16]) * v257 - v241 * h[11] * q[3] + v242 * s222 * c222 * h[10] * p[17];
-    const real v279 = v267 + (v241 + v241) * v255 * h[10] * q[3] * p[17] + v241 * c222 * p[19] * q[3] * p[18] * p[17];
-    const real v287 = h[0] * v223 + (v279 + (s222 + s222) * c222 * h[10] * q[16] * q[3] * p[17]);
-    const real v290 = c222 * p[18] * p[17];
-    const real v291 = v290 * c237;
-    const real v298 = v290 * s237;
-    const real v300 = s237 * h[11];
-    const real v303 = p[20] * v41 - v287 - (v291 * p[19] - c237 * h[10] * p[17]) * v52 + (v298 * p[19] - v300) * v63;
-    const real v310 = v223 * s237;
-    const real v318 = v247 * q[3];
-    const real v321 = q[15] + q[15];
-    const real v326 = p[21] * q[16] + v247 * v257 + v235 * v318 + v257 * v321 + v231 * v321 * q[16];
-    const real v335 = (v310 * p[19] - v300 * v228) * v52 - (v326 - v231 * v318 - v231 * (q[3] + q[3]) * q[15] + v256 * v41);
-    const real v336 = v223 * c237;
-    const real v347 = v335 + (v336 * p[19] - v228 * (c237 * h[11]) + p[20]) * v63 + v336 * v19 - v310 * v27;
-    dq[0] = h[0] - q[2] * q[4] + q[1] * q[5];
-    dq[1] = q[2] * q[3] - q[0] * q[5] - v19;
-    dq[2] = q[0] * q[4] - q[1] * q[3] - v27;
-    dq[3] = -v41;
-    dq[4] = -v52;
-    dq[5] = -v63;
-    dq[6] = q[3] + s65 * v70 + s65 * v75;
-    dq[7] = c66 * q[4] - s66 * q[5];
-    dq[8] = v70 + v75;
-    dq[9] = q[13];
-    dq[10] = q[14];
-    dq[11] = q[15];
-    dq[12] = q[16];
-    dq[13] = (v172 + v167 * v19 + v160 * v27) * h[8];
-    dq[14] = (v210 + v203 * v19 - v179 * v27) / (v126 + p[15]);
-    dq[15] = (v303 + v298 * v19 + v291 * v27) * h[12];
-    dq[16] = v347 / (v256 + p[20]);
+    enum { vx = 0 };
+    enum { vy = 1 };
+    enum { vz = 2 };
+    enum { wx = 3 };
+    enum { wy = 4 };
+    enum { wz = 5 };
+    enum { att1 = 6 };
+    enum { att2 = 7 };
+    enum { att3 = 8 };
+    enum { phi1 = 9 };
+    enum { theta1 = 10 };
+    enum { phi2 = 11 };
+    enum { theta2 = 12 };
+    enum { phi1_dot = 13 };
+    enum { theta1_dot = 14 };
+    enum { phi2_dot = 15 };
+    enum { theta2_dot = 16 };
+    enum { m1 = SLOSH_P_M1 };
+    enum { l1 = SLOSH_P_L1 };
+    enum { h1 = SLOSH_P_H1 };
+    enum { I1 = SLOSH_P_I1 };
+    enum { eps1 = SLOSH_P_EPS1 };
+    enum { m2 = SLOSH_P_M2 };
+    enum { l2 = SLOSH_P_L2 };
+    enum { h2 = SLOSH_P_H2 };
+    enum { I2 = SLOSH_P_I2 };
+    enum { eps2 = SLOSH_P_EPS2 };
+    enum { r1 = SLOSH_LYAPUNOV_V2_C_R1 };
+    enum { r2 = SLOSH_LYAPUNOV_V2_C_R2 };
+    enum { r3 = SLOSH_LYAPUNOV_V2_C_R3 };
+    enum { r5 = SLOSH_LYAPUNOV_V2_C_R5 };
+    enum { r7 = SLOSH_LYAPUNOV_V2_C_R7 };
+    enum { w1 = SLOSH_LYAPUNOV_V2_C_W1 };
+    enum { w2 = SLOSH_LYAPUNOV_V2_C_W2 };
+    enum { w3 = SLOSH_LYAPUNOV_V2_C_W3 };
+    enum { w4 = SLOSH_LYAPUNOV_V2_C_W4 };
+    enum { w5 = SLOSH_LYAPUNOV_V2_C_W5 };
+    enum { t_os4zj = lyapunov_v2_loop_reduced_euler_h_t_os4zj };
+    enum { t_yx2kz = lyapunov_v2_loop_reduced_euler_h_t_yx2kz };
+    enum { t_6nwd2 = lyapunov_v2_loop_reduced_euler_h_t_6nwd2 };
+    enum { t_oc5tk = lyapunov_v2_loop_reduced_euler_h_t_oc5tk };
+    enum { t_nfvux = lyapunov_v2_loop_reduced_euler_h_t_nfvux };
+    enum { t_frp3h = lyapunov_v2_loop_reduced_euler_h_t_frp3h };
+    enum { t_popww = lyapunov_v2_loop_reduced_euler_h_t_popww };
+    enum { ax_eq = lyapunov_v2_loop_reduced_euler_h_ax_eq };
+    enum { t_t6fx5 = lyapunov_v2_loop_reduced_euler_h_t_t6fx5 };
+    enum { t_yjeu3 = lyapunov_v2_loop_reduced_euler_h_t_yjeu3 };
+    enum { t_ma4ro = lyapunov_v2_loop_reduced_euler_h_t_ma4ro };
+    enum { t_6wfa5 = lyapunov_v2_loop_reduced_euler_h_t_6wfa5 };
+    enum { t_gcao4 = lyapunov_v2_loop_reduced_euler_h_t_gcao4 };
+    real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
+    const real gx_phi1 = sin_phi1 * h[t_6nwd2];  /* (25) */
+    real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
+    const real t_pv3py = cos_phi1 * p[l1] * p[m1];
+    const real gy_phi1 = sin_theta1 * t_pv3py;  /* (25) */
+    const real gz_phi1 = cos_theta1 * t_pv3py;  /* (25) */
+    const real t_c4g4l = h[t_yx2kz] * sin_theta1;
+    const real cz_phi1 = gy_phi1 * p[h1] - t_c4g4l;  /* (25) */
+    const real t_azo52 = gx_phi1 * p[h1];
+    const real t_5vpfz = sin_theta1 * q[wy] + cos_theta1 * q[wz];
+    const real t_3wt73 = t_5vpfz * t_5vpfz;
+    const real t_d3hip = cos_theta1 * q[wy] - sin_theta1 * q[wz];
+    const real t_fgmjk = sin_phi1 * cos_phi1;
+    const real t_27rts = h[t_yx2kz] * t_fgmjk;
+    const real t_wube7 = q[wx] * q[wx];
+    const real t_j5zf2 = sin_phi1 * sin_phi1;
+    const real t_tlxaf = h[t_yx2kz] * t_j5zf2;
+    const real t_jg6hr = t_tlxaf * t_5vpfz;
+    const real k_phi1 = p[eps1] * q[phi1_dot]
+        - t_azo52 * t_3wt73
+        - t_azo52 * (t_d3hip * t_d3hip)
+        - q[theta1_dot] * q[theta1_dot] * t_27rts
+        - t_27rts * t_wube7
+        - (q[theta1_dot] + q[theta1_dot]) * t_jg6hr
+        - h[t_yx2kz] * t_5vpfz * q[wx]
+        + h[t_os4zj] * t_3wt73 * sin_phi1 * cos_phi1 * p[m1]
+        + h[t_oc5tk] * t_j5zf2 * t_5vpfz * q[wx] * p[m1]
+        + cos_phi1 * t_5vpfz * p[h1] * q[wx] * p[l1] * p[m1]
+        + h[t_oc5tk] * sin_phi1 * cos_phi1 * q[theta1_dot] * q[wx] * p[m1];  /* (25) */
+    const real D_theta1 = t_tlxaf + p[I1];  /* (26) */
+    const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
+    const real t_e5ugo = sin_theta1 * gx_phi1;
+    const real cy_theta1 = t_e5ugo * p[h1] - t_fgmjk * t_c4g4l;  /* (26) */
+    const real cz_theta1 = gy_theta1 * p[h1] - t_fgmjk * (h[t_yx2kz] * cos_theta1) + p[I1];  /* (26) */
+    const real t_ybskz = t_d3hip * q[wx];
+    const real t_j5odj = q[phi1_dot] + q[phi1_dot];
+    const real t_mfogp = t_27rts * t_j5odj;
+    const real k_theta1 = p[eps1] * q[theta1_dot]
+        + t_azo52 * t_ybskz
+        + t_jg6hr * t_j5odj
+        + t_jg6hr * t_d3hip
+        + t_mfogp * q[theta1_dot]
+        - t_27rts * t_ybskz
+        - t_mfogp * q[wx];  /* (26) */
+    real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
+    const real gx_phi2 = h[t_popww] * sin_phi2;  /* (25) */
+    const real t_aafcb = cos_phi2 * p[l2] * p[m2];
+    real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
+    const real gy_phi2 = t_aafcb * sin_theta2;  /* (25) */
+    const real gz_phi2 = t_aafcb * cos_theta2;  /* (25) */
+    const real t_kuf7x = sin_theta2 * h[t_frp3h];
+    const real cz_phi2 = gy_phi2 * p[h2] - t_kuf7x;  /* (25) */
+    const real t_qg23f = sin_phi2 * cos_phi2;
+    const real t_ny2js = t_qg23f * h[t_frp3h];
+    const real t_svo5z = gx_phi2 * p[h2];
+    const real t_cuv7o = sin_theta2 * q[wy] + cos_theta2 * q[wz];
+    const real t_flneb = t_cuv7o * t_cuv7o;
+    const real t_3cqcq = cos_theta2 * q[wy] - sin_theta2 * q[wz];
+    const real t_acoue = sin_phi2 * sin_phi2;
+    const real t_rg5u5 = t_acoue * h[t_frp3h];
+    const real t_ss42z = t_cuv7o * t_rg5u5;
+    const real k_phi2 = p[eps2] * q[phi2_dot]
+        - t_wube7 * t_ny2js
+        - t_svo5z * t_flneb
+        - t_svo5z * (t_3cqcq * t_3cqcq)
+        - q[theta2_dot] * q[theta2_dot] * t_ny2js
+        - (q[theta2_dot] + q[theta2_dot]) * t_ss42z
+        - t_cuv7o * h[t_frp3h] * q[wx]
+        + t_flneb * sin_phi2 * cos_phi2 * h[t_nfvux] * p[m2]
+        + (t_cuv7o + t_cuv7o) * t_acoue * h[t_nfvux] * q[wx] * p[m2]
+        + t_cuv7o * cos_phi2 * p[h2] * q[wx] * p[l2] * p[m2]
+        + (sin_phi2 + sin_phi2) * cos_phi2 * h[t_nfvux] * q[theta2_dot] * q[wx] * p[m2];  /* (25) */
+    const real D_theta2 = t_rg5u5 + p[I2];  /* (26) */
+    const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
+    const real t_7j7h4 = gx_phi2 * sin_theta2;
+    const real cy_theta2 = t_7j7h4 * p[h2] - t_kuf7x * t_qg23f;  /* (26) */
+    const real cz_theta2 = gy_theta2 * p[h2] - t_qg23f * (cos_theta2 * h[t_frp3h]) + p[I2];  /* (26) */
+    const real t_dr7rz = t_3cqcq * q[wx];
+    const real t_473qv = q[phi2_dot] + q[phi2_dot];
+    const real k_theta2 = p[eps2] * q[theta2_dot]
+        + t_3cqcq * t_ss42z
+        + t_svo5z * t_dr7rz
+        + t_ss42z * t_473qv
+        + t_ny2js * t_473qv * q[theta2_dot]
+        - t_ny2js * t_dr7rz
+        - t_ny2js * (q[wx] + q[wx]) * q[phi2_dot];  /* (26) */
+    const real B_v2 = q[vy] * c[r1];  /* (29) */
+    const real C_v2 = q[vz] * c[r2];  /* (29) */
+    const real g1_v2 = B_v2 * q[vz] - C_v2 * q[vy] + q[att1] * c[r3];  /* (29) */
+    const real g2_v2 = C_v2 * q[vx] + q[att2] * c[r5];  /* (29) */
+    const real g3_v2 = q[att3] * c[r7] - B_v2 * q[vx];  /* (29) */
+    const real t_tsj5z = (q[wz] * c[w5] + g3_v2) * h[t_t6fx5];
+    const real u_v2_x3 = -t_tsj5z;
+    const real t_b55nf = (q[wy] * c[w4] + g2_v2) * h[t_yjeu3];
+    const real u_v2_x2 = -t_b55nf;
+    const real t_rye3d = (q[wx] * c[w3] + g1_v2) * h[t_ma4ro];
+    const real u_v2_x1 = -t_rye3d;
+    const real t_k42hn = B_v2 * c[w1];
+    const real t_xy2rv = C_v2 * c[w2];
+    real sin_att2, cos_att2; mv_sincos(q[att2], &sin_att2, &cos_att2);
+    real sin_att1, cos_att1; mv_sincos(q[att1], &sin_att1, &cos_att1);
+    const real t_oa5el = K(1.0) / cos_att2;
+    const real t_s66h7 = sin_att1 * t_oa5el * q[wy];
+    const real t_bi4sl = cos_att1 * t_oa5el * q[wz];
+    const real t_fuz4x = p[I1] * t_rye3d
+        - (h[ax_eq] * gx_phi1 + k_phi1)
+        - (gz_phi1 * p[h1] - h[t_os4zj] * cos_theta1 * p[m1]) * t_b55nf
+        + cz_phi1 * t_tsj5z
+        + gy_phi1 * t_k42hn
+        + gz_phi1 * t_xy2rv;
+    const real t_q44b2 = cy_theta1 * t_b55nf
+        - (k_theta1 + t_tlxaf * t_rye3d)
+        + cz_theta1 * t_tsj5z
+        + gy_theta1 * t_k42hn
+        - t_e5ugo * t_xy2rv;
+    const real t_ytk5b = p[I2] * t_rye3d
+        - (h[ax_eq] * gx_phi2 + k_phi2)
+        - (gz_phi2 * p[h2] - cos_theta2 * h[t_nfvux] * p[m2]) * t_b55nf
+        + cz_phi2 * t_tsj5z
+        + gy_phi2 * t_k42hn
+        + gz_phi2 * t_xy2rv;
+    const real t_qisff = cy_theta2 * t_b55nf
+        - (k_theta2 + t_rg5u5 * t_rye3d)
+        + cz_theta2 * t_tsj5z
+        + gy_theta2 * t_k42hn
+        - t_7j7h4 * t_xy2rv;
+    dq[0] = h[ax_eq] - q[vz] * q[wy] + q[vy] * q[wz];
+    dq[1] = q[vz] * q[wx] - q[vx] * q[wz] - t_k42hn;
+    dq[2] = q[vx] * q[wy] - q[vy] * q[wx] - t_xy2rv;
+    dq[3] = u_v2_x1;
+    dq[4] = u_v2_x2;
+    dq[5] = u_v2_x3;
+    dq[6] = q[wx] + sin_att2 * t_s66h7 + sin_att2 * t_bi4sl;
+    dq[7] = cos_att1 * q[wy] - sin_att1 * q[wz];
+    dq[8] = t_s66h7 + t_bi4sl;
+    dq[9] = q[phi1_dot];
+    dq[10] = q[theta1_dot];
+    dq[11] = q[phi2_dot];
+    dq[12] = q[theta2_dot];
+    dq[13] = t_fuz4x * h[t_6wfa5];
+    dq[14] = t_q44b2 / D_theta1;
+    dq[15] = t_ytk5b * h[t_gcao4];
+    dq[16] = t_qisff / D_theta2;
 }

@@ -9,66 +9,99 @@
 /* state derivative; 7 operations. */
 void triangle_rhs(const real *x, const real *u, const real *p, real *dx)
 {
-    dx[0] = u[0];
-    dx[1] = u[1];
-    dx[2] = u[2];
-    dx[3] = p[1] + K(3.0) * p[0] / p[2] / x[2] + x[0] * x[0] * u[1];
+    enum { rho = TRIANGLE_X_RHO };
+    enum { mu = TRIANGLE_X_MU };
+    enum { w1 = TRIANGLE_U_W1 };
+    enum { w2 = TRIANGLE_U_W2 };
+    enum { w3 = TRIANGLE_U_W3 };
+    enum { H = TRIANGLE_P_H };
+    enum { disturbance = TRIANGLE_P_DISTURBANCE };
+    enum { mass = TRIANGLE_P_MASS };
+    dx[0] = u[w1];
+    dx[1] = u[w2];
+    dx[2] = u[w3];
+    dx[3] = p[disturbance] + K(3.0) * p[H] / p[mass] / x[mu] + x[rho] * x[rho] * u[w2];
 }
 
 /* outputs of a run; 132 operations. */
 void triangle_outputs(const real *x, const real *u, const real *r, const real *p, real *y)
 {
     (void)p;
-    const real v3 = K(0.5773502691896257) * mv_sqrt(x[2]);
-    real s8, c8; mv_sincos(x[1], &s8, &c8);
-    const real v9 = x[0] * s8;
-    const real v10 = K(1.7320508075688772) * v9;
-    const real v12 = x[0] * c8;
-    const real v17 = mv_sqrt(K(1.0) - (v12 * v12 + v9 * v9));
-    const real v18 = v10 * v17;
-    const real v20 = v12 * v17;
-    const real v23 = v3 * mv_sqrt(K(1.0) + v18 - v20);
-    const real v27 = v3 * mv_sqrt(K(1.0) - v20 - v18);
-    const real v31 = v3 * mv_sqrt(K(1.0) + (v20 + v20));
-    const real v34 = x[2] * v17;
-    const real v39 = x[0] * u[1];
-    const real v41 = u[0] * s8 + v39 * c8;
-    const real v42 = K(0.5773502691896257) * v34 * v41;
-    const real v46 = u[0] * c8 - v39 * s8;
-    const real v47 = v34 * v46;
-    const real v48 = K(0.3333333333333333) * v47;
-    const real v51 = K(0.3333333333333333) * v18;
-    const real v53 = K(0.3333333333333333) * v20;
-    const real v59 = v12 * v46 + v9 * v41;
-    const real v60 = K(1.0) / v17;
-    const real v62 = v59 * v60 * x[2];
-    const real v66 = v42 - v48 + u[2] * (K(0.3333333333333333) + v51 - v53) - K(0.3333333333333333) * v62 * (v10 - v12);
-    const real v79 = u[2] * (K(0.3333333333333333) - v53 - v51) - (v48 + v42) + K(0.3333333333333333) * v60 * v59 * x[2] * (v10 + v12);
-    const real v87 = K(0.6666666666666666) * v47 + u[2] * (K(0.3333333333333333) + K(0.6666666666666666) * v20);
-    real s93, c93; mv_sincos(r[1], &s93, &c93);
-    const real v97 = s93 * v12 - c93 * v9;
-    const real v103 = r[0] - c93 * v12 - s93 * v9;
-    const real v106 = mv_sqrt(v97 * v97 + v103 * v103);
-    const mask m108 = LT(K(1e-09), v106);
-    const real v109 = K(1.0) / v106;
-    const real v114 = mv_atan2(SELECT0(m108, v97 * v109), SELECT(m108, v103 * v109, SPLAT(K(1.0))));
-    const real v118 = x[3] - r[3];
-    const real v122 = K(0.5773502691896257) * mv_sqrt(r[2]);
-    const real v127 = r[0] * mv_sqrt(K(1.0) - r[0] * r[0]);
-    const real v128 = K(1.7320508075688772) * s93 * v127;
-    const real v130 = c93 * v127;
-    const real v142 = mv_max(mv_fabs(v23 - v122 * mv_sqrt(K(1.0) + v128 - v130)), mv_fabs(v27 - v122 * mv_sqrt(K(1.0) - v130 - v128)));
-    y[0] = v23;
-    y[1] = v27;
-    y[2] = v31;
-    y[3] = K(0.5) / v23 * v66;
-    y[4] = K(0.5) / v27 * v79;
-    y[5] = K(0.5) / v31 * (v87 - K(0.6666666666666666) * v62 * v12);
-    y[6] = v106;
-    y[7] = v114;
-    y[8] = r[0] * v97 + v118;
-    y[9] = v118;
-    y[10] = mv_max(v142, mv_fabs(v31 - v122 * mv_sqrt(K(1.0) + (v130 + v130))));
+    enum { rho = TRIANGLE_X_RHO };
+    enum { phi = TRIANGLE_X_PHI };
+    enum { mu = TRIANGLE_X_MU };
+    enum { theta = TRIANGLE_X_THETA };
+    enum { w1 = TRIANGLE_U_W1 };
+    enum { w2 = TRIANGLE_U_W2 };
+    enum { w3 = TRIANGLE_U_W3 };
+    enum { rho_ref = TRIANGLE_R_RHO_REF };
+    enum { phi_ref = TRIANGLE_R_PHI_REF };
+    enum { mu_ref = TRIANGLE_R_MU_REF };
+    enum { theta_ref = TRIANGLE_R_THETA_REF };
+    real sin_phi, cos_phi; mv_sincos(x[phi], &sin_phi, &cos_phi);
+    const real zeta1 = x[rho] * cos_phi;
+    const real zeta2 = x[rho] * sin_phi;
+    const real n = mv_sqrt(K(1.0) - (zeta1 * zeta1 + zeta2 * zeta2));  /* (19) */
+    const real t_thb5i = K(0.5773502691896257) * mv_sqrt(x[mu]);
+    const real t_qygdd = K(1.7320508075688772) * zeta2;
+    const real t_24mka = t_qygdd * n;
+    const real t_r4gcj = zeta1 * n;
+    const real length1 = t_thb5i * mv_sqrt(K(1.0) + t_24mka - t_r4gcj);  /* (20) */
+    const real length2 = t_thb5i * mv_sqrt(K(1.0) - t_r4gcj - t_24mka);  /* (20) */
+    const real length3 = t_thb5i * mv_sqrt(K(1.0) + (t_r4gcj + t_r4gcj));  /* (20) */
+    const real t_oyolo = x[mu] * n;
+    const real t_b6qkt = x[rho] * u[w2];
+    const real zeta2_rate = u[w1] * sin_phi + t_b6qkt * cos_phi;
+    const real t_sl4ci = K(0.5773502691896257) * t_oyolo * zeta2_rate;
+    const real zeta1_rate = u[w1] * cos_phi - t_b6qkt * sin_phi;
+    const real t_ovyu3 = t_oyolo * zeta1_rate;
+    const real t_ovyu3_2 = K(0.3333333333333333) * t_ovyu3;
+    const real t_24mka_2 = K(0.3333333333333333) * t_24mka;
+    const real t_r4gcj_2 = K(0.3333333333333333) * t_r4gcj;
+    const real t_dbxi6 = zeta1 * zeta1_rate + zeta2 * zeta2_rate;
+    const real t_so6vi = K(1.0) / n;
+    const real t_ctqau = t_dbxi6 * t_so6vi * x[mu];
+    const real t_dzvf6 = t_sl4ci
+        - t_ovyu3_2
+        + u[w3] * (K(0.3333333333333333) + t_24mka_2 - t_r4gcj_2)
+        - K(0.3333333333333333) * t_ctqau * (t_qygdd - zeta1);
+    const real rod_rate1 = K(0.5) / length1 * t_dzvf6;  /* (22) */
+    const real t_vqw6c = u[w3] * (K(0.3333333333333333) - t_r4gcj_2 - t_24mka_2)
+        - (t_ovyu3_2 + t_sl4ci)
+        + K(0.3333333333333333) * t_so6vi * t_dbxi6 * x[mu] * (t_qygdd + zeta1);
+    const real rod_rate2 = K(0.5) / length2 * t_vqw6c;  /* (22) */
+    const real t_ezpcf = K(0.6666666666666666) * t_ovyu3
+        + u[w3] * (K(0.3333333333333333) + K(0.6666666666666666) * t_r4gcj)
+        - K(0.6666666666666666) * t_ctqau * zeta1;
+    const real rod_rate3 = K(0.5) / length3 * t_ezpcf;  /* (22) */
+    real sin_phi_ref, cos_phi_ref; mv_sincos(r[phi_ref], &sin_phi_ref, &cos_phi_ref);
+    const real w_along = r[rho_ref] - cos_phi_ref * zeta1 - sin_phi_ref * zeta2;  /* (25) */
+    const real w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2;  /* (25) */
+    const real rho_t = mv_sqrt(w_across * w_across + w_along * w_along);  /* (25) */
+    const mask m_z5ee7 = LT(K(1e-09), rho_t);
+    const real t_gliif = K(1.0) / rho_t;
+    const real cos_t = SELECT(m_z5ee7, w_along * t_gliif, SPLAT(K(1.0)));  /* (25) */
+    const real sin_t = SELECT0(m_z5ee7, w_across * t_gliif);  /* (25) */
+    const real t_vienp = x[theta] - r[theta_ref];
+    const real theta_exact = r[rho_ref] * w_across + t_vienp;  /* (27) */
+    const real t_rqfjc = K(0.5773502691896257) * mv_sqrt(r[mu_ref]);
+    const real t_vbegv = r[rho_ref] * mv_sqrt(K(1.0) - r[rho_ref] * r[rho_ref]);
+    const real t_ls2nh = K(1.7320508075688772) * sin_phi_ref * t_vbegv;
+    const real t_hlb56 = cos_phi_ref * t_vbegv;
+    const real length1_ref = t_rqfjc * mv_sqrt(K(1.0) + t_ls2nh - t_hlb56);  /* (20) */
+    const real length2_ref = t_rqfjc * mv_sqrt(K(1.0) - t_hlb56 - t_ls2nh);  /* (20) */
+    const real length3_ref = t_rqfjc * mv_sqrt(K(1.0) + (t_hlb56 + t_hlb56));  /* (20) */
+    y[0] = length1;
+    y[1] = length2;
+    y[2] = length3;
+    y[3] = rod_rate1;
+    y[4] = rod_rate2;
+    y[5] = rod_rate3;
+    y[6] = rho_t;
+    y[7] = mv_atan2(sin_t, cos_t);
+    y[8] = theta_exact;
+    y[9] = t_vienp;
+    y[10] = mv_max(mv_max(mv_fabs(length1 - length1_ref), mv_fabs(length2 - length2_ref)), mv_fabs(length3 - length3_ref));
 }
 
 /* margins that stay positive along a run; 2 operations. */
@@ -76,46 +109,65 @@ void triangle_limits(const real *x, const real *u, const real *p, real *margin)
 {
     (void)u;
     (void)p;
-    margin[0] = K(0.5) - x[0] * x[0];
-    margin[1] = x[2];
+    enum { rho = TRIANGLE_X_RHO };
+    enum { mu = TRIANGLE_X_MU };
+    margin[0] = K(0.5) - x[rho] * x[rho];
+    margin[1] = x[mu];
 }
 
 /* regular coordinates of a state; 4 operations. */
 void triangle_to_coordinates(const real *x, real *q)
 {
-    real s2, c2; mv_sincos(x[1], &s2, &c2);
-    q[0] = x[0] * c2;
-    q[1] = x[0] * s2;
-    q[2] = x[2];
-    q[3] = x[3];
+    enum { rho = TRIANGLE_X_RHO };
+    enum { phi = TRIANGLE_X_PHI };
+    enum { mu = TRIANGLE_X_MU };
+    enum { theta = TRIANGLE_X_THETA };
+    real sin_phi, cos_phi; mv_sincos(x[phi], &sin_phi, &cos_phi);
+    const real zeta1 = x[rho] * cos_phi;
+    const real zeta2 = x[rho] * sin_phi;
+    q[0] = zeta1;
+    q[1] = zeta2;
+    q[2] = x[mu];
+    q[3] = x[theta];
 }
 
 /* state at regular coordinates; 5 operations. */
 void triangle_from_coordinates(const real *q, real *x)
 {
-    x[0] = mv_sqrt(q[0] * q[0] + q[1] * q[1]);
-    x[1] = mv_atan2(q[1], q[0]);
-    x[2] = q[2];
-    x[3] = q[3];
+    enum { zeta1 = TRIANGLE_Q_ZETA1 };
+    enum { zeta2 = TRIANGLE_Q_ZETA2 };
+    enum { mu = TRIANGLE_Q_MU };
+    enum { theta = TRIANGLE_Q_THETA };
+    const real rho = mv_sqrt(q[zeta1] * q[zeta1] + q[zeta2] * q[zeta2]);
+    const real phi = mv_atan2(q[zeta2], q[zeta1]);
+    x[0] = rho;
+    x[1] = phi;
+    x[2] = q[mu];
+    x[3] = q[theta];
 }
 
 /* initial state of a scenario; 29 operations. */
 void triangle_initial(const real *p, const real *s, real *x)
 {
     (void)p;
-    const real v2 = s[2] * s[2];
-    const real v7 = s[0] * s[0] + s[1] * s[1];
-    const real v8 = v2 + v7;
-    const real v9 = K(0.5) / v8;
-    const real v13 = v9 * (v7 + K(-2.0) * v2);
-    const real v14 = v13 * v13;
-    const real v20 = K(1.7320508075688772) * v9 * (s[0] + s[1]) * (s[0] - s[1]);
-    const real v21 = v20 * v20;
-    const real v33 = K(0.5) * mv_sqrt(mv_max(SPLAT(K(0.0)), K(1.0) + K(-4.0) * v14 + K(-4.0) * v21));
-    x[0] = mv_sqrt(v14 + v21) / mv_sqrt(K(0.5) + v33);
-    x[1] = mv_atan2(v20, -v13);
-    x[2] = v8;
-    x[3] = s[3];
+    enum { l1_0 = TRIANGLE_S_L1_0 };
+    enum { l2_0 = TRIANGLE_S_L2_0 };
+    enum { l3_0 = TRIANGLE_S_L3_0 };
+    enum { theta_0 = TRIANGLE_S_THETA_0 };
+    const real t_qyel2 = s[l3_0] * s[l3_0];
+    const real t_iwwvg = s[l1_0] * s[l1_0] + s[l2_0] * s[l2_0];
+    const real mu_0 = t_qyel2 + t_iwwvg;  /* (18) */
+    const real t_atcuu = K(0.5) / mu_0;
+    const real t_mgwir = t_atcuu * (t_iwwvg + K(-2.0) * t_qyel2);
+    const real z1_0 = -t_mgwir;  /* (19) */
+    const real z2_0 = K(1.7320508075688772) * t_atcuu * (s[l1_0] + s[l2_0]) * (s[l1_0] - s[l2_0]);  /* (19) */
+    const real t_brk2i = t_mgwir * t_mgwir;
+    const real t_pznmt = z2_0 * z2_0;
+    const real open_0 = K(1.0) + K(-4.0) * t_brk2i + K(-4.0) * t_pznmt;  /* (19) */
+    x[0] = mv_sqrt(t_brk2i + t_pznmt) / mv_sqrt(K(0.5) + K(0.5) * mv_sqrt(mv_max(SPLAT(K(0.0)), open_0)));
+    x[1] = mv_atan2(z2_0, z1_0);
+    x[2] = mu_0;
+    x[3] = s[theta_0];
 }
 
 /* reference of a scenario; 29 operations. */
@@ -123,521 +175,728 @@ void triangle_reference(const real *t, const real *p, const real *s, real *r)
 {
     (void)t;
     (void)p;
-    const real v2 = s[6] * s[6];
-    const real v7 = s[4] * s[4] + s[5] * s[5];
-    const real v8 = v2 + v7;
-    const real v9 = K(0.5) / v8;
-    const real v13 = v9 * (v7 + K(-2.0) * v2);
-    const real v14 = v13 * v13;
-    const real v20 = K(1.7320508075688772) * v9 * (s[4] + s[5]) * (s[4] - s[5]);
-    const real v21 = v20 * v20;
-    const real v33 = K(0.5) * mv_sqrt(mv_max(SPLAT(K(0.0)), K(1.0) + K(-4.0) * v14 + K(-4.0) * v21));
-    r[0] = mv_sqrt(v14 + v21) / mv_sqrt(K(0.5) + v33);
-    r[1] = mv_atan2(v20, -v13);
-    r[2] = v8;
-    r[3] = s[7];
+    enum { l1_f = TRIANGLE_S_L1_F };
+    enum { l2_f = TRIANGLE_S_L2_F };
+    enum { l3_f = TRIANGLE_S_L3_F };
+    enum { theta_f = TRIANGLE_S_THETA_F };
+    const real t_xkhu7 = s[l3_f] * s[l3_f];
+    const real t_al3xt = s[l1_f] * s[l1_f] + s[l2_f] * s[l2_f];
+    const real mu_f = t_xkhu7 + t_al3xt;  /* (18) */
+    const real t_jloge = K(0.5) / mu_f;
+    const real t_sdww6 = t_jloge * (t_al3xt + K(-2.0) * t_xkhu7);
+    const real z1_f = -t_sdww6;  /* (19) */
+    const real z2_f = K(1.7320508075688772) * t_jloge * (s[l1_f] + s[l2_f]) * (s[l1_f] - s[l2_f]);  /* (19) */
+    const real t_sy3b2 = t_sdww6 * t_sdww6;
+    const real t_5ltqh = z2_f * z2_f;
+    const real open_f = K(1.0) + K(-4.0) * t_sy3b2 + K(-4.0) * t_5ltqh;  /* (19) */
+    r[0] = mv_sqrt(t_sy3b2 + t_5ltqh) / mv_sqrt(K(0.5) + K(0.5) * mv_sqrt(mv_max(SPLAT(K(0.0)), open_f)));
+    r[1] = mv_atan2(z2_f, z1_f);
+    r[2] = mu_f;
+    r[3] = s[theta_f];
 }
 
 /* margins that stay positive for a feasible scenario; 16 operations. */
 void triangle_constraints(const real *p, const real *s, real *margin)
 {
     (void)p;
-    const real v10 = mv_min(mv_min(s[0] - s[1] + s[2], s[0] + s[1] - s[2]), s[1] + s[2] - s[0]);
-    const real v21 = mv_min(mv_min(s[4] - s[5] + s[6], s[4] + s[5] - s[6]), s[5] + s[6] - s[4]);
-    margin[0] = v10;
-    margin[1] = v21;
+    enum { l1_0 = TRIANGLE_S_L1_0 };
+    enum { l2_0 = TRIANGLE_S_L2_0 };
+    enum { l3_0 = TRIANGLE_S_L3_0 };
+    enum { l1_f = TRIANGLE_S_L1_F };
+    enum { l2_f = TRIANGLE_S_L2_F };
+    enum { l3_f = TRIANGLE_S_L3_F };
+    margin[0] = mv_min(mv_min(s[l1_0] - s[l2_0] + s[l3_0], s[l1_0] + s[l2_0] - s[l3_0]), s[l2_0] + s[l3_0] - s[l1_0]);
+    margin[1] = mv_min(mv_min(s[l1_f] - s[l2_f] + s[l3_f], s[l1_f] + s[l2_f] - s[l3_f]), s[l2_f] + s[l3_f] - s[l1_f]);
 }
 
 /* rod lengths of a shape (20); 26 operations. */
 void triangle_lengths(const real *rho, const real *phi, const real *mu, real *l1, real *l2, real *l3)
 {
-    const real v3 = K(0.5773502691896257) * mv_sqrt(mu[0]);
-    real s8, c8; mv_sincos(phi[0], &s8, &c8);
-    const real v9 = rho[0] * s8;
-    const real v12 = rho[0] * c8;
-    const real v17 = mv_sqrt(K(1.0) - (v12 * v12 + v9 * v9));
-    const real v18 = K(1.7320508075688772) * v9 * v17;
-    const real v20 = v12 * v17;
-    l1[0] = v3 * mv_sqrt(K(1.0) + v18 - v20);
-    l2[0] = v3 * mv_sqrt(K(1.0) - v20 - v18);
-    l3[0] = v3 * mv_sqrt(K(1.0) + (v20 + v20));
+    real sin_4neck, cos_4neck; mv_sincos(phi[0], &sin_4neck, &cos_4neck);
+    const real zeta1 = rho[0] * cos_4neck;
+    const real zeta2 = rho[0] * sin_4neck;
+    const real n = mv_sqrt(K(1.0) - (zeta1 * zeta1 + zeta2 * zeta2));  /* (19) */
+    const real t_2h6ms = K(0.5773502691896257) * mv_sqrt(mu[0]);
+    const real t_24mka = K(1.7320508075688772) * zeta2 * n;
+    const real t_r4gcj = zeta1 * n;
+    const real length1 = t_2h6ms * mv_sqrt(K(1.0) + t_24mka - t_r4gcj);  /* (20) */
+    const real length2 = t_2h6ms * mv_sqrt(K(1.0) - t_r4gcj - t_24mka);  /* (20) */
+    const real length3 = t_2h6ms * mv_sqrt(K(1.0) + (t_r4gcj + t_r4gcj));  /* (20) */
+    l1[0] = length1;
+    l2[0] = length2;
+    l3[0] = length3;
 }
 
 /* shape with given rod lengths (19); 29 operations. */
 void triangle_shape(const real *l1, const real *l2, const real *l3, real *rho, real *phi, real *mu)
 {
-    const real v2 = l3[0] * l3[0];
-    const real v7 = l1[0] * l1[0] + l2[0] * l2[0];
-    const real v8 = v2 + v7;
-    const real v9 = K(0.5) / v8;
-    const real v13 = v9 * (v7 + K(-2.0) * v2);
-    const real v14 = v13 * v13;
-    const real v20 = K(1.7320508075688772) * v9 * (l1[0] + l2[0]) * (l1[0] - l2[0]);
-    const real v21 = v20 * v20;
-    const real v33 = K(0.5) * mv_sqrt(mv_max(SPLAT(K(0.0)), K(1.0) + K(-4.0) * v14 + K(-4.0) * v21));
-    rho[0] = mv_sqrt(v14 + v21) / mv_sqrt(K(0.5) + v33);
-    phi[0] = mv_atan2(v20, -v13);
-    mu[0] = v8;
+    const real t_tnz2j = l3[0] * l3[0];
+    const real t_y5vwd = l1[0] * l1[0] + l2[0] * l2[0];
+    const real mu_any = t_tnz2j + t_y5vwd;  /* (18) */
+    const real t_dq2dr = K(0.5) / mu_any;
+    const real t_us7uc = t_dq2dr * (t_y5vwd + K(-2.0) * t_tnz2j);
+    const real z1_any = -t_us7uc;  /* (19) */
+    const real z2_any = K(1.7320508075688772) * t_dq2dr * (l1[0] + l2[0]) * (l1[0] - l2[0]);  /* (19) */
+    const real t_6ebjg = t_us7uc * t_us7uc;
+    const real t_cdw5f = z2_any * z2_any;
+    const real open_any = K(1.0) + K(-4.0) * t_6ebjg + K(-4.0) * t_cdw5f;  /* (19) */
+    rho[0] = mv_sqrt(t_6ebjg + t_cdw5f) / mv_sqrt(K(0.5) + K(0.5) * mv_sqrt(mv_max(SPLAT(K(0.0)), open_any)));
+    phi[0] = mv_atan2(z2_any, z1_any);
+    mu[0] = mu_any;
 }
 
 /* rod rates (22); 80 operations. */
 void triangle_length_rates(const real *x, const real *u, real *u_l)
 {
-    const real v4 = K(0.5773502691896257) * mv_sqrt(x[2]);
-    real s9, c9; mv_sincos(x[1], &s9, &c9);
-    const real v10 = x[0] * s9;
-    const real v11 = K(1.7320508075688772) * v10;
-    const real v13 = x[0] * c9;
-    const real v18 = mv_sqrt(K(1.0) - (v13 * v13 + v10 * v10));
-    const real v19 = v11 * v18;
-    const real v21 = v13 * v18;
-    const real v26 = x[2] * v18;
-    const real v31 = x[0] * u[1];
-    const real v33 = u[0] * s9 + v31 * c9;
-    const real v34 = K(0.5773502691896257) * v26 * v33;
-    const real v38 = u[0] * c9 - v31 * s9;
-    const real v39 = v26 * v38;
-    const real v40 = K(0.3333333333333333) * v39;
-    const real v43 = K(0.3333333333333333) * v19;
-    const real v45 = K(0.3333333333333333) * v21;
-    const real v51 = v13 * v38 + v10 * v33;
-    const real v52 = K(1.0) / v18;
-    const real v54 = v51 * v52 * x[2];
-    const real v58 = v34 - v40 + u[2] * (K(0.3333333333333333) + v43 - v45) - K(0.3333333333333333) * v54 * (v11 - v13);
-    const real v75 = u[2] * (K(0.3333333333333333) - v45 - v43) - (v40 + v34) + K(0.3333333333333333) * v52 * v51 * x[2] * (v11 + v13);
-    const real v87 = K(0.6666666666666666) * v39 + u[2] * (K(0.3333333333333333) + K(0.6666666666666666) * v21);
-    const real v91 = K(0.5) / (v4 * mv_sqrt(K(1.0) + (v21 + v21))) * (v87 - K(0.6666666666666666) * v54 * v13);
-    u_l[0] = K(0.5) / (v4 * mv_sqrt(K(1.0) + v19 - v21)) * v58;
-    u_l[1] = K(0.5) / (v4 * mv_sqrt(K(1.0) - v21 - v19)) * v75;
-    u_l[2] = v91;
+    enum { rho = TRIANGLE_X_RHO };
+    enum { phi = TRIANGLE_X_PHI };
+    enum { mu = TRIANGLE_X_MU };
+    enum { w1 = TRIANGLE_U_W1 };
+    enum { w2 = TRIANGLE_U_W2 };
+    enum { w3 = TRIANGLE_U_W3 };
+    real sin_phi, cos_phi; mv_sincos(x[phi], &sin_phi, &cos_phi);
+    const real zeta1 = x[rho] * cos_phi;
+    const real zeta2 = x[rho] * sin_phi;
+    const real n = mv_sqrt(K(1.0) - (zeta1 * zeta1 + zeta2 * zeta2));  /* (19) */
+    const real t_thb5i = K(0.5773502691896257) * mv_sqrt(x[mu]);
+    const real t_qygdd = K(1.7320508075688772) * zeta2;
+    const real t_24mka = t_qygdd * n;
+    const real t_r4gcj = zeta1 * n;
+    const real length1 = t_thb5i * mv_sqrt(K(1.0) + t_24mka - t_r4gcj);  /* (20) */
+    const real length2 = t_thb5i * mv_sqrt(K(1.0) - t_r4gcj - t_24mka);  /* (20) */
+    const real length3 = t_thb5i * mv_sqrt(K(1.0) + (t_r4gcj + t_r4gcj));  /* (20) */
+    const real t_oyolo = x[mu] * n;
+    const real t_b6qkt = x[rho] * u[w2];
+    const real zeta2_rate = u[w1] * sin_phi + t_b6qkt * cos_phi;
+    const real t_sl4ci = K(0.5773502691896257) * t_oyolo * zeta2_rate;
+    const real zeta1_rate = u[w1] * cos_phi - t_b6qkt * sin_phi;
+    const real t_ovyu3 = t_oyolo * zeta1_rate;
+    const real t_ovyu3_2 = K(0.3333333333333333) * t_ovyu3;
+    const real t_24mka_2 = K(0.3333333333333333) * t_24mka;
+    const real t_r4gcj_2 = K(0.3333333333333333) * t_r4gcj;
+    const real t_dbxi6 = zeta1 * zeta1_rate + zeta2 * zeta2_rate;
+    const real t_so6vi = K(1.0) / n;
+    const real t_ctqau = t_dbxi6 * t_so6vi * x[mu];
+    const real t_dzvf6 = t_sl4ci
+        - t_ovyu3_2
+        + u[w3] * (K(0.3333333333333333) + t_24mka_2 - t_r4gcj_2)
+        - K(0.3333333333333333) * t_ctqau * (t_qygdd - zeta1);
+    const real rod_rate1 = K(0.5) / length1 * t_dzvf6;  /* (22) */
+    const real t_vqw6c = u[w3] * (K(0.3333333333333333) - t_r4gcj_2 - t_24mka_2)
+        - (t_ovyu3_2 + t_sl4ci)
+        + K(0.3333333333333333) * t_so6vi * t_dbxi6 * x[mu] * (t_qygdd + zeta1);
+    const real rod_rate2 = K(0.5) / length2 * t_vqw6c;  /* (22) */
+    const real t_ezpcf = K(0.6666666666666666) * t_ovyu3
+        + u[w3] * (K(0.3333333333333333) + K(0.6666666666666666) * t_r4gcj)
+        - K(0.6666666666666666) * t_ctqau * zeta1;
+    const real rod_rate3 = K(0.5) / length3 * t_ezpcf;  /* (22) */
+    u_l[0] = rod_rate1;
+    u_l[1] = rod_rate2;
+    u_l[2] = rod_rate3;
 }
 
 /* sliding mode on nested circles through the target, (29)-(39); 138 operations. */
 void triangle_sliding(const real *x, const real *r, const real *p, const real *c, real *u)
 {
     (void)p;
-    real s3, c3; mv_sincos(x[1], &s3, &c3);
-    const real v4 = x[0] * c3;
-    const real v7 = x[0] * s3;
-    const real v9 = v4 * v4 + v7 * v7;
-    const real v10 = mv_sqrt(v9);
-    const mask m11 = LT(K(0.0), v10);
-    real s14, c14; mv_sincos(r[1], &s14, &c14);
-    const real v18 = s14 * v4 - c14 * v7;
-    const real v24 = r[0] - c14 * v4 - s14 * v7;
-    const real v26 = v18 * v18 + v24 * v24;
-    const real v27 = mv_sqrt(v26);
-    const mask m28 = LT(K(1e-09), v27);
-    const mask m29 = LT(K(0.0), v27);
-    const real v32 = K(1.0) / c[3];
-    const real v34 = K(1.0) / c[1];
-    const real v36 = K(1.0) / v27;
-    const real v38 = SELECT(m28, v24 * v36, SPLAT(K(1.0)));
-    const real v43 = v18 * v36;
-    const real v50 = mv_sqrt(c[6] * c[6] + SELECT0(m28, SELECT0(m28, -(r[0] * r[0] * (v43 * v43)))));
-    const real v51 = v38 * r[0] + v50;
-    const real v63 = x[3] - r[3] + r[0] * v18 * c[9];
-    const real v65 = mv_fabs(v63) * v32;
-    const real v69 = c[0] * mv_sqrt(v27 / v51) / (v65 + v26 / (v51 * v51));
-    const real v77 = v32 * v34 * v51 * v69 * (SELECT0(m28, r[0] * v43 / v50 * v63 * c[1]) - v26);
-    const real v81 = mv_pow(v65, v34);
-    const real v88 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), (v27 - v81 * v51) * (K(1.0) / c[4])));
-    const real v90 = SELECT0(m29, v77) - c[2] * v88;
-    const real v92 = SELECT0(m28, v90 * v43);
-    const real v101 = v69 * mv_pow(v81, K(-1.0) + c[1]) * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), v63 * (K(1.0) / c[5])));
-    const real v106 = v92 + SELECT0(m29, -(v38 * v101 * v27));
-    const real v113 = v101 * v27;
-    const real v117 = v38 * v90 + SELECT0(m28, SELECT0(m29, v113 * v43));
-    const real v122 = SELECT0(m29, -(v113 * v38)) + v92;
-    const real v132 = K(1.0) / mv_max(SPLAT(K(1e-09)), v10);
-    const real v134 = K(100.0) * c[0] * (c[6] - v10) + ((c14 * v117 - s14 * v122) * v4 + (c14 * v122 + s14 * v117) * v7) * v132;
-    const real v137 = mv_max(SPLAT(K(0.0)), -v134) * v132;
-    const real v141 = v106 * s14 - v137 * v4 - v117 * c14;
-    const real v147 = v137 * v7 + v117 * s14 + v106 * c14;
-    u[0] = SELECT(m11, (v4 * v141 - v7 * v147) / v10, v141);
-    u[1] = SELECT0(m11, -((v4 * v147 + v141 * v7) / v9));
-    u[2] = mv_max(-c[8], mv_min(c[8], c[7] * (r[2] - x[2])));
+    enum { rho = TRIANGLE_X_RHO };
+    enum { phi = TRIANGLE_X_PHI };
+    enum { mu = TRIANGLE_X_MU };
+    enum { theta = TRIANGLE_X_THETA };
+    enum { rho_ref = TRIANGLE_R_RHO_REF };
+    enum { phi_ref = TRIANGLE_R_PHI_REF };
+    enum { mu_ref = TRIANGLE_R_MU_REF };
+    enum { theta_ref = TRIANGLE_R_THETA_REF };
+    enum { k_phi = TRIANGLE_SLIDING_C_K_PHI };
+    enum { m = TRIANGLE_SLIDING_C_M };
+    enum { eta_rho = TRIANGLE_SLIDING_C_ETA_RHO };
+    enum { theta_star = TRIANGLE_SLIDING_C_THETA_STAR };
+    enum { s_min = TRIANGLE_SLIDING_C_S_MIN };
+    enum { theta_min = TRIANGLE_SLIDING_C_THETA_MIN };
+    enum { R = TRIANGLE_SLIDING_C_R };
+    enum { mu_gain = TRIANGLE_SLIDING_C_MU_GAIN };
+    enum { mu_rate_max = TRIANGLE_SLIDING_C_MU_RATE_MAX };
+    enum { area_factor = TRIANGLE_SLIDING_C_AREA_FACTOR };
+    real sin_phi_ref, cos_phi_ref; mv_sincos(r[phi_ref], &sin_phi_ref, &cos_phi_ref);
+    real sin_phi, cos_phi; mv_sincos(x[phi], &sin_phi, &cos_phi);
+    const real zeta1 = x[rho] * cos_phi;
+    const real zeta2 = x[rho] * sin_phi;
+    const real w_along = r[rho_ref] - cos_phi_ref * zeta1 - sin_phi_ref * zeta2;  /* (25) */
+    const real w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2;  /* (25) */
+    const real t_furpv = w_across * w_across + w_along * w_along;
+    const real rho_t = mv_sqrt(t_furpv);  /* (25) */
+    const mask m_z5ee7 = LT(K(1e-09), rho_t);
+    const real t_gliif = K(1.0) / rho_t;
+    const real cos_t = SELECT(m_z5ee7, w_along * t_gliif, SPLAT(K(1.0)));  /* (25) */
+    const real theta_t = x[theta] - r[theta_ref] + r[rho_ref] * w_across * c[area_factor];  /* (27) */
+    const real t_xuitj = w_across * t_gliif;
+    const real chord = mv_sqrt(c[R] * c[R] + SELECT0(m_z5ee7, SELECT0(m_z5ee7, -(r[rho_ref] * r[rho_ref] * (t_xuitj * t_xuitj)))));  /* (28) */
+    const real h = cos_t * r[rho_ref] + chord;  /* (28) */
+    const real t_gjxkh = K(1.0) / c[theta_star];
+    const real tau = mv_fabs(theta_t) * t_gjxkh;  /* (31) */
+    const real t_ieu4b = K(1.0) / c[m];
+    const real f = mv_pow(tau, t_ieu4b);  /* (31) */
+    const real s = rho_t - f * h;  /* (30) */
+    const mask m_z5ee7_2 = LT(K(0.0), rho_t);
+    const real t_3vtu5 = c[k_phi] * mv_sqrt(rho_t / h) / (tau + t_furpv / (h * h));
+    const real t_eftwe = t_gjxkh * t_ieu4b * h * t_3vtu5 * (SELECT0(m_z5ee7, r[rho_ref] * t_xuitj / chord * theta_t * c[m]) - t_furpv);
+    const real rho_t_rate = SELECT0(m_z5ee7_2, t_eftwe) - c[eta_rho] * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), s * (K(1.0) / c[s_min])));  /* (34) */
+    const real t_4x2zf = zeta1 * zeta1 + zeta2 * zeta2;
+    const real t_yfvls = mv_sqrt(t_4x2zf);
+    const real t_aztjl = t_3vtu5 * mv_pow(f, K(-1.0) + c[m]) * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), theta_t * (K(1.0) / c[theta_min])));
+    const real t_nwlcx = t_aztjl * rho_t;
+    const real t_2uf7g = cos_t * rho_t_rate + SELECT0(m_z5ee7, SELECT0(m_z5ee7_2, t_nwlcx * t_xuitj));
+    const real t_gqrit = SELECT0(m_z5ee7, rho_t_rate * t_xuitj);
+    const real t_2blmm = SELECT0(m_z5ee7_2, -(t_nwlcx * cos_t)) + t_gqrit;
+    const real t_eyp7z = (cos_phi_ref * t_2uf7g - sin_phi_ref * t_2blmm) * zeta1
+        + (cos_phi_ref * t_2blmm + sin_phi_ref * t_2uf7g) * zeta2;
+    const real t_e4rje = K(1.0) / mv_max(SPLAT(K(1e-09)), t_yfvls);
+    const real rho_t_rate_excess = mv_max(SPLAT(K(0.0)), -(K(100.0) * c[k_phi] * (c[R] - t_yfvls) + t_eyp7z * t_e4rje)) * t_e4rje;
+    const real t_m7tvp = t_gqrit + SELECT0(m_z5ee7_2, -(cos_t * t_aztjl * rho_t));
+    const real zeta1_rate = t_m7tvp * sin_phi_ref - rho_t_rate_excess * zeta1 - t_2uf7g * cos_phi_ref;
+    const real w3 = mv_max(-c[mu_rate_max], mv_min(c[mu_rate_max], c[mu_gain] * (r[mu_ref] - x[mu])));
+    const mask m_ksqj2 = LT(K(0.0), t_yfvls);
+    const real t_eim6l = rho_t_rate_excess * zeta2 + t_2uf7g * sin_phi_ref + t_m7tvp * cos_phi_ref;
+    const real w1 = SELECT(m_ksqj2, (zeta1 * zeta1_rate - zeta2 * t_eim6l) / t_yfvls, zeta1_rate);
+    const real w2 = SELECT0(m_ksqj2, -((zeta1 * t_eim6l + zeta1_rate * zeta2) / t_4x2zf));
+    u[0] = w1;
+    u[1] = w2;
+    u[2] = w3;
 }
 
 /* closed loop of sliding; 131 operations. */
 void triangle_sliding_loop(const real *q, const real *r, const real *p, const real *c, real *dq)
 {
-    real s2, c2; mv_sincos(r[1], &s2, &c2);
-    const real v8 = s2 * q[0] - c2 * q[1];
-    const real v14 = r[0] - c2 * q[0] - s2 * q[1];
-    const real v16 = v8 * v8 + v14 * v14;
-    const real v17 = mv_sqrt(v16);
-    const mask m18 = LT(K(1e-09), v17);
-    const mask m20 = LT(K(0.0), v17);
-    const real v23 = K(1.0) / c[3];
-    const real v25 = K(1.0) / c[1];
-    const real v27 = K(1.0) / v17;
-    const real v29 = SELECT(m18, v14 * v27, SPLAT(K(1.0)));
-    const real v34 = v8 * v27;
-    const real v41 = mv_sqrt(c[6] * c[6] + SELECT0(m18, SELECT0(m18, -(r[0] * r[0] * (v34 * v34)))));
-    const real v42 = v29 * r[0] + v41;
-    const real v54 = q[3] - r[3] + r[0] * v8 * c[9];
-    const real v56 = mv_fabs(v54) * v23;
-    const real v60 = c[0] * mv_sqrt(v17 / v42) / (v56 + v16 / (v42 * v42));
-    const real v68 = v23 * v25 * v42 * v60 * (SELECT0(m18, r[0] * v34 / v41 * v54 * c[1]) - v16);
-    const real v72 = mv_pow(v56, v25);
-    const real v79 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), (v17 - v72 * v42) * (K(1.0) / c[4])));
-    const real v81 = SELECT0(m20, v68) - c[2] * v79;
-    const real v83 = SELECT0(m18, v81 * v34);
-    const real v92 = v60 * mv_pow(v72, K(-1.0) + c[1]) * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), v54 * (K(1.0) / c[5])));
-    const real v97 = v83 + SELECT0(m20, -(v29 * v92 * v17));
-    const real v104 = mv_sqrt(q[0] * q[0] + q[1] * q[1]);
-    const real v108 = v92 * v17;
-    const real v112 = v29 * v81 + SELECT0(m18, SELECT0(m20, v108 * v34));
-    const real v117 = SELECT0(m20, -(v108 * v29)) + v83;
-    const real v127 = K(1.0) / mv_max(SPLAT(K(1e-09)), v104);
-    const real v129 = K(100.0) * c[0] * (c[6] - v104) + ((c2 * v112 - s2 * v117) * q[0] + (c2 * v117 + s2 * v112) * q[1]) * v127;
-    const real v132 = mv_max(SPLAT(K(0.0)), -v129) * v127;
-    const real v136 = v97 * s2 - v132 * q[0] - v112 * c2;
-    const real v141 = v132 * q[1] + v112 * s2 + v97 * c2;
-    dq[0] = v136;
-    dq[1] = -v141;
-    dq[2] = mv_max(-c[8], mv_min(c[8], c[7] * (r[2] - q[2])));
-    dq[3] = p[1] + K(3.0) * p[0] / p[2] / q[2] - q[0] * v141 - v136 * q[1];
+    enum { zeta1 = TRIANGLE_Q_ZETA1 };
+    enum { zeta2 = TRIANGLE_Q_ZETA2 };
+    enum { mu = TRIANGLE_Q_MU };
+    enum { theta = TRIANGLE_Q_THETA };
+    enum { rho_ref = TRIANGLE_R_RHO_REF };
+    enum { phi_ref = TRIANGLE_R_PHI_REF };
+    enum { mu_ref = TRIANGLE_R_MU_REF };
+    enum { theta_ref = TRIANGLE_R_THETA_REF };
+    enum { H = TRIANGLE_P_H };
+    enum { disturbance = TRIANGLE_P_DISTURBANCE };
+    enum { mass = TRIANGLE_P_MASS };
+    enum { k_phi = TRIANGLE_SLIDING_C_K_PHI };
+    enum { m = TRIANGLE_SLIDING_C_M };
+    enum { eta_rho = TRIANGLE_SLIDING_C_ETA_RHO };
+    enum { theta_star = TRIANGLE_SLIDING_C_THETA_STAR };
+    enum { s_min = TRIANGLE_SLIDING_C_S_MIN };
+    enum { theta_min = TRIANGLE_SLIDING_C_THETA_MIN };
+    enum { R = TRIANGLE_SLIDING_C_R };
+    enum { mu_gain = TRIANGLE_SLIDING_C_MU_GAIN };
+    enum { mu_rate_max = TRIANGLE_SLIDING_C_MU_RATE_MAX };
+    enum { area_factor = TRIANGLE_SLIDING_C_AREA_FACTOR };
+    real sin_phi_ref, cos_phi_ref; mv_sincos(r[phi_ref], &sin_phi_ref, &cos_phi_ref);
+    const real w_along = r[rho_ref] - cos_phi_ref * q[zeta1] - sin_phi_ref * q[zeta2];  /* (25) */
+    const real w_across = sin_phi_ref * q[zeta1] - cos_phi_ref * q[zeta2];  /* (25) */
+    const real t_furpv = w_across * w_across + w_along * w_along;
+    const real rho_t = mv_sqrt(t_furpv);  /* (25) */
+    const mask m_z5ee7 = LT(K(1e-09), rho_t);
+    const real t_gliif = K(1.0) / rho_t;
+    const real cos_t = SELECT(m_z5ee7, w_along * t_gliif, SPLAT(K(1.0)));  /* (25) */
+    const real theta_t = q[theta] - r[theta_ref] + r[rho_ref] * w_across * c[area_factor];  /* (27) */
+    const real t_xuitj = w_across * t_gliif;
+    const real chord = mv_sqrt(c[R] * c[R] + SELECT0(m_z5ee7, SELECT0(m_z5ee7, -(r[rho_ref] * r[rho_ref] * (t_xuitj * t_xuitj)))));  /* (28) */
+    const real h = cos_t * r[rho_ref] + chord;  /* (28) */
+    const real t_gjxkh = K(1.0) / c[theta_star];
+    const real tau = mv_fabs(theta_t) * t_gjxkh;  /* (31) */
+    const real t_ieu4b = K(1.0) / c[m];
+    const real f = mv_pow(tau, t_ieu4b);  /* (31) */
+    const real s = rho_t - f * h;  /* (30) */
+    const mask m_z5ee7_2 = LT(K(0.0), rho_t);
+    const real t_3vtu5 = c[k_phi] * mv_sqrt(rho_t / h) / (tau + t_furpv / (h * h));
+    const real t_eftwe = t_gjxkh * t_ieu4b * h * t_3vtu5 * (SELECT0(m_z5ee7, r[rho_ref] * t_xuitj / chord * theta_t * c[m]) - t_furpv);
+    const real rho_t_rate = SELECT0(m_z5ee7_2, t_eftwe) - c[eta_rho] * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), s * (K(1.0) / c[s_min])));  /* (34) */
+    const real t_yfvls = mv_sqrt(q[zeta1] * q[zeta1] + q[zeta2] * q[zeta2]);
+    const real t_aztjl = t_3vtu5 * mv_pow(f, K(-1.0) + c[m]) * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), theta_t * (K(1.0) / c[theta_min])));
+    const real t_nwlcx = t_aztjl * rho_t;
+    const real t_2uf7g = cos_t * rho_t_rate + SELECT0(m_z5ee7, SELECT0(m_z5ee7_2, t_nwlcx * t_xuitj));
+    const real t_gqrit = SELECT0(m_z5ee7, rho_t_rate * t_xuitj);
+    const real t_2blmm = SELECT0(m_z5ee7_2, -(t_nwlcx * cos_t)) + t_gqrit;
+    const real t_eyp7z = (cos_phi_ref * t_2uf7g - sin_phi_ref * t_2blmm) * q[zeta1]
+        + (cos_phi_ref * t_2blmm + sin_phi_ref * t_2uf7g) * q[zeta2];
+    const real t_e4rje = K(1.0) / mv_max(SPLAT(K(1e-09)), t_yfvls);
+    const real rho_t_rate_excess = mv_max(SPLAT(K(0.0)), -(K(100.0) * c[k_phi] * (c[R] - t_yfvls) + t_eyp7z * t_e4rje)) * t_e4rje;
+    const real t_m7tvp = t_gqrit + SELECT0(m_z5ee7_2, -(cos_t * t_aztjl * rho_t));
+    const real zeta1_rate = t_m7tvp * sin_phi_ref - rho_t_rate_excess * q[zeta1] - t_2uf7g * cos_phi_ref;
+    const real t_eim6l = rho_t_rate_excess * q[zeta2] + t_2uf7g * sin_phi_ref + t_m7tvp * cos_phi_ref;
+    const real zeta2_rate = -t_eim6l;
+    const real w3 = mv_max(-c[mu_rate_max], mv_min(c[mu_rate_max], c[mu_gain] * (r[mu_ref] - q[mu])));
+    dq[0] = zeta1_rate;
+    dq[1] = zeta2_rate;
+    dq[2] = w3;
+    dq[3] = p[disturbance]
+        + K(3.0) * p[H] / p[mass] / q[mu]
+        - q[zeta1] * t_eim6l
+        - zeta1_rate * q[zeta2];
 }
 
 /* state and input in the loop of sliding; 135 operations. */
 void triangle_sliding_observe(const real *q, const real *r, const real *p, const real *c, real *x, real *u)
 {
     (void)p;
-    const real v4 = q[0] * q[0] + q[1] * q[1];
-    const real v5 = mv_sqrt(v4);
-    const mask m10 = LT(K(0.0), v5);
-    real s13, c13; mv_sincos(r[1], &s13, &c13);
-    const real v17 = s13 * q[0] - c13 * q[1];
-    const real v23 = r[0] - c13 * q[0] - s13 * q[1];
-    const real v25 = v17 * v17 + v23 * v23;
-    const real v26 = mv_sqrt(v25);
-    const mask m27 = LT(K(1e-09), v26);
-    const mask m28 = LT(K(0.0), v26);
-    const real v31 = K(1.0) / c[3];
-    const real v33 = K(1.0) / c[1];
-    const real v35 = K(1.0) / v26;
-    const real v37 = SELECT(m27, v23 * v35, SPLAT(K(1.0)));
-    const real v42 = v17 * v35;
-    const real v49 = mv_sqrt(c[6] * c[6] + SELECT0(m27, SELECT0(m27, -(r[0] * r[0] * (v42 * v42)))));
-    const real v50 = v37 * r[0] + v49;
-    const real v61 = q[3] - r[3] + r[0] * v17 * c[9];
-    const real v63 = mv_fabs(v61) * v31;
-    const real v67 = c[0] * mv_sqrt(v26 / v50) / (v63 + v25 / (v50 * v50));
-    const real v75 = v31 * v33 * v50 * v67 * (SELECT0(m27, r[0] * v42 / v49 * v61 * c[1]) - v25);
-    const real v79 = mv_pow(v63, v33);
-    const real v86 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), (v26 - v79 * v50) * (K(1.0) / c[4])));
-    const real v88 = SELECT0(m28, v75) - c[2] * v86;
-    const real v90 = SELECT0(m27, v88 * v42);
-    const real v99 = v67 * mv_pow(v79, K(-1.0) + c[1]) * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), v61 * (K(1.0) / c[5])));
-    const real v104 = v90 + SELECT0(m28, -(v37 * v99 * v26));
-    const real v111 = v99 * v26;
-    const real v115 = v37 * v88 + SELECT0(m27, SELECT0(m28, v111 * v42));
-    const real v120 = SELECT0(m28, -(v111 * v37)) + v90;
-    const real v130 = K(1.0) / mv_max(SPLAT(K(1e-09)), v5);
-    const real v131 = ((c13 * v115 - s13 * v120) * q[0] + (c13 * v120 + s13 * v115) * q[1]) * v130;
-    const real v135 = mv_max(SPLAT(K(0.0)), -(K(100.0) * c[0] * (c[6] - v5) + v131)) * v130;
-    const real v139 = v104 * s13 - v135 * q[0] - v115 * c13;
-    const real v145 = v135 * q[1] + v115 * s13 + v104 * c13;
-    x[0] = v5;
-    x[1] = mv_atan2(q[1], q[0]);
-    x[2] = q[2];
-    x[3] = q[3];
-    u[0] = SELECT(m10, (q[0] * v139 - q[1] * v145) / v5, v139);
-    u[1] = SELECT0(m10, -((q[0] * v145 + v139 * q[1]) / v4));
-    u[2] = mv_max(-c[8], mv_min(c[8], c[7] * (r[2] - q[2])));
+    enum { zeta1 = TRIANGLE_Q_ZETA1 };
+    enum { zeta2 = TRIANGLE_Q_ZETA2 };
+    enum { mu = TRIANGLE_Q_MU };
+    enum { theta = TRIANGLE_Q_THETA };
+    enum { rho_ref = TRIANGLE_R_RHO_REF };
+    enum { phi_ref = TRIANGLE_R_PHI_REF };
+    enum { mu_ref = TRIANGLE_R_MU_REF };
+    enum { theta_ref = TRIANGLE_R_THETA_REF };
+    enum { k_phi = TRIANGLE_SLIDING_C_K_PHI };
+    enum { m = TRIANGLE_SLIDING_C_M };
+    enum { eta_rho = TRIANGLE_SLIDING_C_ETA_RHO };
+    enum { theta_star = TRIANGLE_SLIDING_C_THETA_STAR };
+    enum { s_min = TRIANGLE_SLIDING_C_S_MIN };
+    enum { theta_min = TRIANGLE_SLIDING_C_THETA_MIN };
+    enum { R = TRIANGLE_SLIDING_C_R };
+    enum { mu_gain = TRIANGLE_SLIDING_C_MU_GAIN };
+    enum { mu_rate_max = TRIANGLE_SLIDING_C_MU_RATE_MAX };
+    enum { area_factor = TRIANGLE_SLIDING_C_AREA_FACTOR };
+    real sin_phi_ref, cos_phi_ref; mv_sincos(r[phi_ref], &sin_phi_ref, &cos_phi_ref);
+    const real w_along = r[rho_ref] - cos_phi_ref * q[zeta1] - sin_phi_ref * q[zeta2];  /* (25) */
+    const real w_across = sin_phi_ref * q[zeta1] - cos_phi_ref * q[zeta2];  /* (25) */
+    const real t_furpv = w_across * w_across + w_along * w_along;
+    const real rho_t = mv_sqrt(t_furpv);  /* (25) */
+    const mask m_z5ee7 = LT(K(1e-09), rho_t);
+    const real t_gliif = K(1.0) / rho_t;
+    const real cos_t = SELECT(m_z5ee7, w_along * t_gliif, SPLAT(K(1.0)));  /* (25) */
+    const real theta_t = q[theta] - r[theta_ref] + r[rho_ref] * w_across * c[area_factor];  /* (27) */
+    const real t_xuitj = w_across * t_gliif;
+    const real chord = mv_sqrt(c[R] * c[R] + SELECT0(m_z5ee7, SELECT0(m_z5ee7, -(r[rho_ref] * r[rho_ref] * (t_xuitj * t_xuitj)))));  /* (28) */
+    const real h = cos_t * r[rho_ref] + chord;  /* (28) */
+    const real t_gjxkh = K(1.0) / c[theta_star];
+    const real tau = mv_fabs(theta_t) * t_gjxkh;  /* (31) */
+    const real t_ieu4b = K(1.0) / c[m];
+    const real f = mv_pow(tau, t_ieu4b);  /* (31) */
+    const real s = rho_t - f * h;  /* (30) */
+    const mask m_z5ee7_2 = LT(K(0.0), rho_t);
+    const real t_3vtu5 = c[k_phi] * mv_sqrt(rho_t / h) / (tau + t_furpv / (h * h));
+    const real t_eftwe = t_gjxkh * t_ieu4b * h * t_3vtu5 * (SELECT0(m_z5ee7, r[rho_ref] * t_xuitj / chord * theta_t * c[m]) - t_furpv);
+    const real rho_t_rate = SELECT0(m_z5ee7_2, t_eftwe) - c[eta_rho] * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), s * (K(1.0) / c[s_min])));  /* (34) */
+    const real t_4x2zf = q[zeta1] * q[zeta1] + q[zeta2] * q[zeta2];
+    const real rho = mv_sqrt(t_4x2zf);
+    const real t_aztjl = t_3vtu5 * mv_pow(f, K(-1.0) + c[m]) * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), theta_t * (K(1.0) / c[theta_min])));
+    const real t_nwlcx = t_aztjl * rho_t;
+    const real t_2uf7g = cos_t * rho_t_rate + SELECT0(m_z5ee7, SELECT0(m_z5ee7_2, t_nwlcx * t_xuitj));
+    const real t_gqrit = SELECT0(m_z5ee7, rho_t_rate * t_xuitj);
+    const real t_2blmm = SELECT0(m_z5ee7_2, -(t_nwlcx * cos_t)) + t_gqrit;
+    const real t_eyp7z = (cos_phi_ref * t_2uf7g - sin_phi_ref * t_2blmm) * q[zeta1]
+        + (cos_phi_ref * t_2blmm + sin_phi_ref * t_2uf7g) * q[zeta2];
+    const real t_y4tzf = K(1.0) / mv_max(SPLAT(K(1e-09)), rho);
+    const real rho_t_rate_excess = mv_max(SPLAT(K(0.0)), -(K(100.0) * c[k_phi] * (c[R] - rho) + t_eyp7z * t_y4tzf)) * t_y4tzf;
+    const real phi = mv_atan2(q[zeta2], q[zeta1]);
+    const real t_m7tvp = t_gqrit + SELECT0(m_z5ee7_2, -(cos_t * t_aztjl * rho_t));
+    const real zeta1_rate = t_m7tvp * sin_phi_ref - rho_t_rate_excess * q[zeta1] - t_2uf7g * cos_phi_ref;
+    const real w3 = mv_max(-c[mu_rate_max], mv_min(c[mu_rate_max], c[mu_gain] * (r[mu_ref] - q[mu])));
+    const mask m_o5luw = LT(K(0.0), rho);
+    const real t_eim6l = rho_t_rate_excess * q[zeta2] + t_2uf7g * sin_phi_ref + t_m7tvp * cos_phi_ref;
+    const real w1 = SELECT(m_o5luw, (q[zeta1] * zeta1_rate - q[zeta2] * t_eim6l) / rho, zeta1_rate);
+    const real w2 = SELECT0(m_o5luw, -((q[zeta1] * t_eim6l + zeta1_rate * q[zeta2]) / t_4x2zf));
+    x[0] = rho;
+    x[1] = phi;
+    x[2] = q[mu];
+    x[3] = q[theta];
+    u[0] = w1;
+    u[1] = w2;
+    u[2] = w3;
 }
 
 /* margins of a feasible sliding; 58 operations. */
 void triangle_sliding_constraints(const real *p, const real *c, const real *s, real *margin)
 {
     (void)p;
-    const real v3 = s[6] * s[6];
-    const real v8 = s[4] * s[4] + s[5] * s[5];
-    const real v10 = K(0.5) / (v3 + v8);
-    const real v14 = v10 * (v8 + K(-2.0) * v3);
-    const real v15 = v14 * v14;
-    const real v21 = K(1.7320508075688772) * v10 * (s[4] + s[5]) * (s[4] - s[5]);
-    const real v22 = v21 * v21;
-    const real v34 = K(0.5) * mv_sqrt(mv_max(SPLAT(K(0.0)), K(1.0) + K(-4.0) * v15 + K(-4.0) * v22));
-    const real v40 = s[2] * s[2];
-    const real v45 = s[0] * s[0] + s[1] * s[1];
-    const real v47 = K(0.5) / (v40 + v45);
-    const real v50 = v47 * (v45 + K(-2.0) * v40);
-    const real v51 = v50 * v50;
-    const real v56 = K(1.7320508075688772) * v47 * (s[0] + s[1]) * (s[0] - s[1]);
-    const real v57 = v56 * v56;
-    const real v66 = K(0.5) * mv_sqrt(mv_max(SPLAT(K(0.0)), K(1.0) + K(-4.0) * v51 + K(-4.0) * v57));
-    margin[0] = c[6] - mv_sqrt(v15 + v22) / mv_sqrt(K(0.5) + v34);
-    margin[1] = c[6] - mv_sqrt(v51 + v57) / mv_sqrt(K(0.5) + v66);
+    enum { R = TRIANGLE_SLIDING_C_R };
+    enum { l1_0 = TRIANGLE_S_L1_0 };
+    enum { l2_0 = TRIANGLE_S_L2_0 };
+    enum { l3_0 = TRIANGLE_S_L3_0 };
+    enum { l1_f = TRIANGLE_S_L1_F };
+    enum { l2_f = TRIANGLE_S_L2_F };
+    enum { l3_f = TRIANGLE_S_L3_F };
+    const real t_qyel2 = s[l3_0] * s[l3_0];
+    const real t_iwwvg = s[l1_0] * s[l1_0] + s[l2_0] * s[l2_0];
+    const real mu_0 = t_qyel2 + t_iwwvg;  /* (18) */
+    const real t_atcuu = K(0.5) / mu_0;
+    const real z2_0 = K(1.7320508075688772) * t_atcuu * (s[l1_0] + s[l2_0]) * (s[l1_0] - s[l2_0]);  /* (19) */
+    const real t_mgwir = t_atcuu * (t_iwwvg + K(-2.0) * t_qyel2);
+    const real t_brk2i = t_mgwir * t_mgwir;
+    const real t_pznmt = z2_0 * z2_0;
+    const real open_0 = K(1.0) + K(-4.0) * t_brk2i + K(-4.0) * t_pznmt;  /* (19) */
+    const real t_xkhu7 = s[l3_f] * s[l3_f];
+    const real t_al3xt = s[l1_f] * s[l1_f] + s[l2_f] * s[l2_f];
+    const real mu_f = t_xkhu7 + t_al3xt;  /* (18) */
+    const real t_jloge = K(0.5) / mu_f;
+    const real z2_f = K(1.7320508075688772) * t_jloge * (s[l1_f] + s[l2_f]) * (s[l1_f] - s[l2_f]);  /* (19) */
+    const real t_sdww6 = t_jloge * (t_al3xt + K(-2.0) * t_xkhu7);
+    const real t_sy3b2 = t_sdww6 * t_sdww6;
+    const real t_5ltqh = z2_f * z2_f;
+    const real open_f = K(1.0) + K(-4.0) * t_sy3b2 + K(-4.0) * t_5ltqh;  /* (19) */
+    const real rho_ref = mv_sqrt(t_sy3b2 + t_5ltqh) / mv_sqrt(K(0.5) + K(0.5) * mv_sqrt(mv_max(SPLAT(K(0.0)), open_f)));
+    margin[0] = c[R] - rho_ref;
+    margin[1] = c[R] - mv_sqrt(t_brk2i + t_pznmt) / mv_sqrt(K(0.5) + K(0.5) * mv_sqrt(mv_max(SPLAT(K(0.0)), open_0)));
 }
 
 /* formula defaults of sliding; 2 operations. */
 void triangle_sliding_defaults(const real *c, real *derived)
 {
-    derived[0] = c[6] / c[1] * c[0];
+    enum { k_phi = TRIANGLE_SLIDING_C_K_PHI };
+    enum { m = TRIANGLE_SLIDING_C_M };
+    enum { R = TRIANGLE_SLIDING_C_R };
+    derived[0] = c[R] / c[m] * c[k_phi];
 }
 
 /* online path: an arc that encloses the attitude error, (40)-(51); 228 operations. */
 void triangle_path(const real *x, const real *r, const real *p, const real *c, real *u)
 {
     (void)p;
-    real s3, c3; mv_sincos(x[1], &s3, &c3);
-    const real v4 = x[0] * c3;
-    const real v7 = x[0] * s3;
-    const real v9 = v4 * v4 + v7 * v7;
-    const real v10 = mv_sqrt(v9);
-    const mask m11 = LT(K(0.0), v10);
-    real s14, c14; mv_sincos(r[1], &s14, &c14);
-    const real v18 = s14 * v4 - c14 * v7;
-    const real v24 = r[0] - c14 * v4 - s14 * v7;
-    const real v26 = v18 * v18 + v24 * v24;
-    const real v27 = mv_sqrt(v26);
-    const mask m28 = LT(K(1e-09), v27);
-    const real v36 = x[3] - r[3] + r[0] * v18 * c[5];
-    const real v37 = mv_sign(v36);
-    const real v39 = K(1.0) / v27;
-    const real v40 = v18 * v39;
-    const real v42 = r[0] * v40 * v27;
-    const real v50 = SELECT(m28, v24 * v39, SPLAT(K(1.0)));
-    const real v53 = c[2] * c[2] - r[0] * r[0] + v50 * r[0] * v27;
-    const real v65 = mv_min(SPLAT(K(1.0)), v27 * c[2] / mv_sqrt(v53 * v53 + SELECT0(m28, SELECT0(m28, v42 * v42))));
-    const real v67 = K(1.5707963267948966) - v37 * mv_atan2(SELECT0(m28, -v42), v53) + mv_acos(v65);
-    const real v69 = mv_fabs(v36);
-    const real v74 = mv_min(SPLAT(K(1000000000000.0)), (v69 + v69) / mv_max(SPLAT(K(1e-24)), v26));
-    const mask m76 = LT(v74, K(0.03));
-    const real v78 = v74 * v74;
-    const real v87 = K(1.5) + v78 * (K(-0.45) + v78 * (K(0.26035714285714284) + K(-0.18225) * v78));
-    const real v92 = mv_sqrt(v74);
-    const real v100 = K(3.141592653589793) * v74 / (K(3.478838) + v92 * (K(0.566927) + v92 * (K(2.225213) + v92)));
-    const real v103 = v100 * (K(1.661023) + v92);
-    real s104, c104; mv_sincos(v103, &s104, &c104);
-    const real v105 = s104 * s104;
-    const real v108 = c104 * c104;
-    const real v110 = c104 * s104;
-    const real v111 = v74 + v74;
-    const real v113 = K(1.0) + v105 - v108 - v110 * v111;
-    const real v114 = v113 * v113;
-    const real v116 = v105 * v74;
-    const real v117 = v116 + v116;
-    const real v126 = v114 + v114 - (v117 + K(4.0) * v110 - v108 * v111) * (v103 - v110 - v116);
-    const real v134 = v103 - v113 / v126 * (K(-2.0) * v110 - v117 + (v103 + v103));
-    real s135, c135; mv_sincos(v134, &s135, &c135);
-    const real v136 = s135 * s135;
-    const real v139 = c135 * c135;
-    const real v141 = c135 * s135;
-    const real v143 = K(1.0) + v136 - v139 - v111 * v141;
-    const real v144 = v143 * v143;
-    const real v146 = v136 * v74;
-    const real v147 = v146 + v146;
-    const real v155 = v144 + v144 - (v147 + K(4.0) * v141 - v111 * v139) * (v134 - v141 - v146);
-    const real v162 = v134 - v143 / v155 * (K(-2.0) * v141 - v147 + (v134 + v134));
-    real s163, c163; mv_sincos(v162, &s163, &c163);
-    const real v164 = s163 * s163;
-    const real v167 = c163 * c163;
-    const real v169 = c163 * s163;
-    const real v171 = K(1.0) + v164 - v167 - v111 * v169;
-    const real v172 = v171 * v171;
-    const real v174 = v164 * v74;
-    const real v175 = v174 + v174;
-    const real v183 = v172 + v172 - (v175 + K(4.0) * v169 - v111 * v167) * (v162 - v169 - v174);
-    const real v191 = SELECT(m76, v74 * v87, v162 - v171 / v183 * (K(-2.0) * v169 - v175 + (v162 + v162)));
-    const real v192 = mv_min(v67, v191);
-    real s193, c193; mv_sincos(v192, &s193, &c193);
-    const real v203 = c[0] * mv_max(v27, -(c193 * mv_min(mv_min(c[2] - r[0], c[1]), mv_sqrt(v69))));
-    const real v204 = c193 * v203;
-    const real v210 = v37 * v203 * s193;
-    const real v212 = SELECT0(m28, -(v204 * v40)) - v50 * v210;
-    const real v221 = SELECT0(m28, v40 * v210) - v50 * v204;
-    const real v232 = K(1.0) / mv_max(SPLAT(K(1e-09)), v10);
-    const real v234 = K(100.0) * c[0] * (c[2] - v10) + ((c14 * v221 - s14 * v212) * v4 + (c14 * v212 + s14 * v221) * v7) * v232;
-    const real v237 = mv_max(SPLAT(K(0.0)), -v234) * v232;
-    const real v241 = v212 * s14 - v237 * v4 - v221 * c14;
-    const real v247 = v237 * v7 + v221 * s14 + v212 * c14;
-    u[0] = SELECT(m11, (v4 * v241 - v7 * v247) / v10, v241);
-    u[1] = SELECT0(m11, -((v4 * v247 + v241 * v7) / v9));
-    u[2] = mv_max(-c[4], mv_min(c[4], c[3] * (r[2] - x[2])));
+    enum { rho = TRIANGLE_X_RHO };
+    enum { phi = TRIANGLE_X_PHI };
+    enum { mu = TRIANGLE_X_MU };
+    enum { theta = TRIANGLE_X_THETA };
+    enum { rho_ref = TRIANGLE_R_RHO_REF };
+    enum { phi_ref = TRIANGLE_R_PHI_REF };
+    enum { mu_ref = TRIANGLE_R_MU_REF };
+    enum { theta_ref = TRIANGLE_R_THETA_REF };
+    enum { k_phi = TRIANGLE_PATH_C_K_PHI };
+    enum { rho_escape = TRIANGLE_PATH_C_RHO_ESCAPE };
+    enum { R = TRIANGLE_PATH_C_R };
+    enum { mu_gain = TRIANGLE_PATH_C_MU_GAIN };
+    enum { mu_rate_max = TRIANGLE_PATH_C_MU_RATE_MAX };
+    enum { area_factor = TRIANGLE_PATH_C_AREA_FACTOR };
+    real sin_phi_ref, cos_phi_ref; mv_sincos(r[phi_ref], &sin_phi_ref, &cos_phi_ref);
+    real sin_phi, cos_phi; mv_sincos(x[phi], &sin_phi, &cos_phi);
+    const real zeta1 = x[rho] * cos_phi;
+    const real zeta2 = x[rho] * sin_phi;
+    const real w_along = r[rho_ref] - cos_phi_ref * zeta1 - sin_phi_ref * zeta2;  /* (25) */
+    const real w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2;  /* (25) */
+    const real t_furpv = w_across * w_across + w_along * w_along;
+    const real rho_t = mv_sqrt(t_furpv);  /* (25) */
+    const mask m_z5ee7 = LT(K(1e-09), rho_t);
+    const real t_gliif = K(1.0) / rho_t;
+    const real cos_t = SELECT(m_z5ee7, w_along * t_gliif, SPLAT(K(1.0)));  /* (25) */
+    const real theta_t = x[theta] - r[theta_ref] + r[rho_ref] * w_across * c[area_factor];  /* (27) */
+    const real alpha = mv_sign(theta_t);  /* (40) */
+    const real t_ptl3y = mv_fabs(theta_t);
+    const real K_ = mv_min(SPLAT(K(1000000000000.0)), (t_ptl3y + t_ptl3y) / mv_max(SPLAT(K(1e-24)), t_furpv));  /* (42) */
+    const real sqrt_K = mv_sqrt(K_);
+    const real x_start = K(3.141592653589793) * K_ / (K(3.478838) + sqrt_K * (K(0.566927) + sqrt_K * (K(2.225213) + sqrt_K))) * (K(1.661023) + sqrt_K);  /* (42) */
+    real sin_x1, cos_x1; mv_sincos(x_start, &sin_x1, &cos_x1);
+    const real t_olly6 = sin_x1 * sin_x1;
+    const real t_23zzq = cos_x1 * cos_x1;
+    const real t_jk652 = cos_x1 * sin_x1;
+    const real t_rkglc = K_ + K_;
+    const real t_6jinm = K(1.0) + t_olly6 - t_23zzq - t_jk652 * t_rkglc;
+    const real t_mtylf = t_6jinm * t_6jinm;
+    const real t_vapxn = t_olly6 * K_;
+    const real t_iaeac = t_vapxn + t_vapxn;
+    const real t_njl5j = t_mtylf
+        + t_mtylf
+        - (t_iaeac + K(4.0) * t_jk652 - t_23zzq * t_rkglc) * (x_start - t_jk652 - t_vapxn);
+    const real x_step1 = x_start - t_6jinm / t_njl5j * (K(-2.0) * t_jk652 - t_iaeac + (x_start + x_start));  /* (42) */
+    real sin_x2, cos_x2; mv_sincos(x_step1, &sin_x2, &cos_x2);
+    const real t_ondim = sin_x2 * sin_x2;
+    const real t_iuts7 = cos_x2 * cos_x2;
+    const real t_dgfa7 = cos_x2 * sin_x2;
+    const real t_wdxur = K(1.0) + t_ondim - t_iuts7 - t_rkglc * t_dgfa7;
+    const real t_7klzx = t_wdxur * t_wdxur;
+    const real t_nwlbz = t_ondim * K_;
+    const real t_d4xrm = t_nwlbz + t_nwlbz;
+    const real t_7sse2 = t_7klzx
+        + t_7klzx
+        - (t_d4xrm + K(4.0) * t_dgfa7 - t_rkglc * t_iuts7) * (x_step1 - t_dgfa7 - t_nwlbz);
+    const real x_step2 = x_step1 - t_wdxur / t_7sse2 * (K(-2.0) * t_dgfa7 - t_d4xrm + (x_step1 + x_step1));  /* (42) */
+    real sin_x3, cos_x3; mv_sincos(x_step2, &sin_x3, &cos_x3);
+    const real t_drem6 = sin_x3 * sin_x3;
+    const real t_znqpz = cos_x3 * cos_x3;
+    const real t_puxxy = cos_x3 * sin_x3;
+    const real t_s355q = K(1.0) + t_drem6 - t_znqpz - t_rkglc * t_puxxy;
+    const real t_5uofc = t_s355q * t_s355q;
+    const real t_5lgfw = t_drem6 * K_;
+    const real t_ezjt3 = t_5lgfw + t_5lgfw;
+    const real t_xhmsj = t_5uofc
+        + t_5uofc
+        - (t_ezjt3 + K(4.0) * t_puxxy - t_rkglc * t_znqpz) * (x_step2 - t_puxxy - t_5lgfw);
+    const real x_step3 = x_step2 - t_s355q / t_xhmsj * (K(-2.0) * t_puxxy - t_ezjt3 + (x_step2 + x_step2));  /* (42) */
+    const real P = c[R] * c[R] - r[rho_ref] * r[rho_ref] + cos_t * r[rho_ref] * rho_t;  /* (47) */
+    const real t_xuitj = w_across * t_gliif;
+    const real t_c5njk = r[rho_ref] * t_xuitj * rho_t;
+    const real Q = SELECT0(m_z5ee7, -t_c5njk);  /* (47) */
+    const real t_efbua = mv_min(SPLAT(K(1.0)), rho_t * c[R] / mv_sqrt(P * P + SELECT0(m_z5ee7, SELECT0(m_z5ee7, t_c5njk * t_c5njk))));
+    const real x_tangent = K(1.5707963267948966) - alpha * mv_atan2(Q, P) + mv_acos(t_efbua);  /* (47) */
+    const mask m_xb2xi = LT(K_, K(0.03));
+    const real t_fcflk = K_ * K_;
+    const real t_reehy = SELECT(m_xb2xi, K_ * (K(1.5) + t_fcflk * (K(-0.45) + t_fcflk * (K(0.26035714285714284) + K(-0.18225) * t_fcflk))), x_step3);
+    const real x_ = mv_min(x_tangent, t_reehy);  /* (47) */
+    const real escape = mv_min(mv_min(c[R] - r[rho_ref], c[rho_escape]), mv_sqrt(t_ptl3y));
+    real sin_x_, cos_x_; mv_sincos(x_, &sin_x_, &cos_x_);
+    const real speed = c[k_phi] * mv_max(rho_t, -(cos_x_ * escape));  /* (45) */
+    const real t_4x2zf = zeta1 * zeta1 + zeta2 * zeta2;
+    const real t_yfvls = mv_sqrt(t_4x2zf);
+    const real t_a5u54 = alpha * speed * sin_x_;
+    const real t_wvhee = cos_x_ * speed;
+    const real t_rqnbt = SELECT0(m_z5ee7, t_xuitj * t_a5u54) - cos_t * t_wvhee;
+    const real t_lp7ic = SELECT0(m_z5ee7, -(t_wvhee * t_xuitj)) - cos_t * t_a5u54;
+    const real t_unyzv = (cos_phi_ref * t_rqnbt - sin_phi_ref * t_lp7ic) * zeta1
+        + (cos_phi_ref * t_lp7ic + sin_phi_ref * t_rqnbt) * zeta2;
+    const real t_e4rje = K(1.0) / mv_max(SPLAT(K(1e-09)), t_yfvls);
+    const real rho_rate_excess = mv_max(SPLAT(K(0.0)), -(K(100.0) * c[k_phi] * (c[R] - t_yfvls) + t_unyzv * t_e4rje)) * t_e4rje;
+    const real zeta1_rate = t_lp7ic * sin_phi_ref - rho_rate_excess * zeta1 - t_rqnbt * cos_phi_ref;
+    const real w3 = mv_max(-c[mu_rate_max], mv_min(c[mu_rate_max], c[mu_gain] * (r[mu_ref] - x[mu])));
+    const mask m_ksqj2 = LT(K(0.0), t_yfvls);
+    const real t_nso3s = rho_rate_excess * zeta2 + t_rqnbt * sin_phi_ref + t_lp7ic * cos_phi_ref;
+    const real w1 = SELECT(m_ksqj2, (zeta1 * zeta1_rate - zeta2 * t_nso3s) / t_yfvls, zeta1_rate);
+    const real w2 = SELECT0(m_ksqj2, -((zeta1 * t_nso3s + zeta1_rate * zeta2) / t_4x2zf));
+    u[0] = w1;
+    u[1] = w2;
+    u[2] = w3;
 }
 
 /* closed loop of path; 221 operations. */
 void triangle_path_loop(const real *q, const real *r, const real *p, const real *c, real *dq)
 {
-    real s2, c2; mv_sincos(r[1], &s2, &c2);
-    const real v8 = s2 * q[0] - c2 * q[1];
-    const real v14 = r[0] - c2 * q[0] - s2 * q[1];
-    const real v16 = v8 * v8 + v14 * v14;
-    const real v17 = mv_sqrt(v16);
-    const mask m18 = LT(K(1e-09), v17);
-    const real v26 = q[3] - r[3] + r[0] * v8 * c[5];
-    const real v27 = mv_sign(v26);
-    const real v29 = K(1.0) / v17;
-    const real v30 = v8 * v29;
-    const real v32 = r[0] * v30 * v17;
-    const real v40 = SELECT(m18, v14 * v29, SPLAT(K(1.0)));
-    const real v43 = c[2] * c[2] - r[0] * r[0] + v40 * r[0] * v17;
-    const real v55 = mv_min(SPLAT(K(1.0)), v17 * c[2] / mv_sqrt(v43 * v43 + SELECT0(m18, SELECT0(m18, v32 * v32))));
-    const real v57 = K(1.5707963267948966) - v27 * mv_atan2(SELECT0(m18, -v32), v43) + mv_acos(v55);
-    const real v59 = mv_fabs(v26);
-    const real v64 = mv_min(SPLAT(K(1000000000000.0)), (v59 + v59) / mv_max(SPLAT(K(1e-24)), v16));
-    const mask m66 = LT(v64, K(0.03));
-    const real v68 = v64 * v64;
-    const real v77 = K(1.5) + v68 * (K(-0.45) + v68 * (K(0.26035714285714284) + K(-0.18225) * v68));
-    const real v82 = mv_sqrt(v64);
-    const real v90 = K(3.141592653589793) * v64 / (K(3.478838) + v82 * (K(0.566927) + v82 * (K(2.225213) + v82)));
-    const real v93 = v90 * (K(1.661023) + v82);
-    real s94, c94; mv_sincos(v93, &s94, &c94);
-    const real v95 = s94 * s94;
-    const real v98 = c94 * c94;
-    const real v100 = c94 * s94;
-    const real v101 = v64 + v64;
-    const real v103 = K(1.0) + v95 - v98 - v100 * v101;
-    const real v104 = v103 * v103;
-    const real v106 = v95 * v64;
-    const real v107 = v106 + v106;
-    const real v117 = v103 / (v104 + v104 - (v107 + K(4.0) * v100 - v98 * v101) * (v93 - v100 - v106));
-    const real v124 = v93 - v117 * (K(-2.0) * v100 - v107 + (v93 + v93));
-    real s125, c125; mv_sincos(v124, &s125, &c125);
-    const real v126 = s125 * s125;
-    const real v129 = c125 * c125;
-    const real v131 = c125 * s125;
-    const real v133 = K(1.0) + v126 - v129 - v101 * v131;
-    const real v134 = v133 * v133;
-    const real v136 = v126 * v64;
-    const real v137 = v136 + v136;
-    const real v145 = v134 + v134 - (v137 + K(4.0) * v131 - v101 * v129) * (v124 - v131 - v136);
-    const real v152 = v124 - v133 / v145 * (K(-2.0) * v131 - v137 + (v124 + v124));
-    real s153, c153; mv_sincos(v152, &s153, &c153);
-    const real v154 = s153 * s153;
-    const real v157 = c153 * c153;
-    const real v159 = c153 * s153;
-    const real v161 = K(1.0) + v154 - v157 - v101 * v159;
-    const real v162 = v161 * v161;
-    const real v164 = v154 * v64;
-    const real v165 = v164 + v164;
-    const real v173 = v162 + v162 - (v165 + K(4.0) * v159 - v101 * v157) * (v152 - v159 - v164);
-    const real v181 = SELECT(m66, v64 * v77, v152 - v161 / v173 * (K(-2.0) * v159 - v165 + (v152 + v152)));
-    const real v182 = mv_min(v57, v181);
-    real s183, c183; mv_sincos(v182, &s183, &c183);
-    const real v193 = c[0] * mv_max(v17, -(c183 * mv_min(mv_min(c[2] - r[0], c[1]), mv_sqrt(v59))));
-    const real v194 = c183 * v193;
-    const real v200 = v27 * v193 * s183;
-    const real v202 = SELECT0(m18, -(v194 * v30)) - v40 * v200;
-    const real v210 = mv_sqrt(q[0] * q[0] + q[1] * q[1]);
-    const real v216 = SELECT0(m18, v30 * v200) - v40 * v194;
-    const real v227 = K(1.0) / mv_max(SPLAT(K(1e-09)), v210);
-    const real v229 = K(100.0) * c[0] * (c[2] - v210) + ((c2 * v216 - s2 * v202) * q[0] + (c2 * v202 + s2 * v216) * q[1]) * v227;
-    const real v232 = mv_max(SPLAT(K(0.0)), -v229) * v227;
-    const real v236 = v202 * s2 - v232 * q[0] - v216 * c2;
-    const real v241 = v232 * q[1] + v216 * s2 + v202 * c2;
-    dq[0] = v236;
-    dq[1] = -v241;
-    dq[2] = mv_max(-c[4], mv_min(c[4], c[3] * (r[2] - q[2])));
-    dq[3] = p[1] + K(3.0) * p[0] / p[2] / q[2] - q[0] * v241 - v236 * q[1];
+    enum { zeta1 = TRIANGLE_Q_ZETA1 };
+    enum { zeta2 = TRIANGLE_Q_ZETA2 };
+    enum { mu = TRIANGLE_Q_MU };
+    enum { theta = TRIANGLE_Q_THETA };
+    enum { rho_ref = TRIANGLE_R_RHO_REF };
+    enum { phi_ref = TRIANGLE_R_PHI_REF };
+    enum { mu_ref = TRIANGLE_R_MU_REF };
+    enum { theta_ref = TRIANGLE_R_THETA_REF };
+    enum { H = TRIANGLE_P_H };
+    enum { disturbance = TRIANGLE_P_DISTURBANCE };
+    enum { mass = TRIANGLE_P_MASS };
+    enum { k_phi = TRIANGLE_PATH_C_K_PHI };
+    enum { rho_escape = TRIANGLE_PATH_C_RHO_ESCAPE };
+    enum { R = TRIANGLE_PATH_C_R };
+    enum { mu_gain = TRIANGLE_PATH_C_MU_GAIN };
+    enum { mu_rate_max = TRIANGLE_PATH_C_MU_RATE_MAX };
+    enum { area_factor = TRIANGLE_PATH_C_AREA_FACTOR };
+    real sin_phi_ref, cos_phi_ref; mv_sincos(r[phi_ref], &sin_phi_ref, &cos_phi_ref);
+    const real w_along = r[rho_ref] - cos_phi_ref * q[zeta1] - sin_phi_ref * q[zeta2];  /* (25) */
+    const real w_across = sin_phi_ref * q[zeta1] - cos_phi_ref * q[zeta2];  /* (25) */
+    const real t_furpv = w_across * w_across + w_along * w_along;
+    const real rho_t = mv_sqrt(t_furpv);  /* (25) */
+    const mask m_z5ee7 = LT(K(1e-09), rho_t);
+    const real t_gliif = K(1.0) / rho_t;
+    const real cos_t = SELECT(m_z5ee7, w_along * t_gliif, SPLAT(K(1.0)));  /* (25) */
+    const real theta_t = q[theta] - r[theta_ref] + r[rho_ref] * w_across * c[area_factor];  /* (27) */
+    const real alpha = mv_sign(theta_t);  /* (40) */
+    const real t_ptl3y = mv_fabs(theta_t);
+    const real K_ = mv_min(SPLAT(K(1000000000000.0)), (t_ptl3y + t_ptl3y) / mv_max(SPLAT(K(1e-24)), t_furpv));  /* (42) */
+    const real sqrt_K = mv_sqrt(K_);
+    const real x_start = K(3.141592653589793) * K_ / (K(3.478838) + sqrt_K * (K(0.566927) + sqrt_K * (K(2.225213) + sqrt_K))) * (K(1.661023) + sqrt_K);  /* (42) */
+    real sin_x1, cos_x1; mv_sincos(x_start, &sin_x1, &cos_x1);
+    const real t_olly6 = sin_x1 * sin_x1;
+    const real t_23zzq = cos_x1 * cos_x1;
+    const real t_jk652 = cos_x1 * sin_x1;
+    const real t_rkglc = K_ + K_;
+    const real t_6jinm = K(1.0) + t_olly6 - t_23zzq - t_jk652 * t_rkglc;
+    const real t_mtylf = t_6jinm * t_6jinm;
+    const real t_vapxn = t_olly6 * K_;
+    const real t_iaeac = t_vapxn + t_vapxn;
+    const real t_njl5j = t_mtylf
+        + t_mtylf
+        - (t_iaeac + K(4.0) * t_jk652 - t_23zzq * t_rkglc) * (x_start - t_jk652 - t_vapxn);
+    const real x_step1 = x_start - t_6jinm / t_njl5j * (K(-2.0) * t_jk652 - t_iaeac + (x_start + x_start));  /* (42) */
+    real sin_x2, cos_x2; mv_sincos(x_step1, &sin_x2, &cos_x2);
+    const real t_ondim = sin_x2 * sin_x2;
+    const real t_iuts7 = cos_x2 * cos_x2;
+    const real t_dgfa7 = cos_x2 * sin_x2;
+    const real t_wdxur = K(1.0) + t_ondim - t_iuts7 - t_rkglc * t_dgfa7;
+    const real t_7klzx = t_wdxur * t_wdxur;
+    const real t_nwlbz = t_ondim * K_;
+    const real t_d4xrm = t_nwlbz + t_nwlbz;
+    const real t_7sse2 = t_7klzx
+        + t_7klzx
+        - (t_d4xrm + K(4.0) * t_dgfa7 - t_rkglc * t_iuts7) * (x_step1 - t_dgfa7 - t_nwlbz);
+    const real x_step2 = x_step1 - t_wdxur / t_7sse2 * (K(-2.0) * t_dgfa7 - t_d4xrm + (x_step1 + x_step1));  /* (42) */
+    real sin_x3, cos_x3; mv_sincos(x_step2, &sin_x3, &cos_x3);
+    const real t_drem6 = sin_x3 * sin_x3;
+    const real t_znqpz = cos_x3 * cos_x3;
+    const real t_puxxy = cos_x3 * sin_x3;
+    const real t_s355q = K(1.0) + t_drem6 - t_znqpz - t_rkglc * t_puxxy;
+    const real t_5uofc = t_s355q * t_s355q;
+    const real t_5lgfw = t_drem6 * K_;
+    const real t_ezjt3 = t_5lgfw + t_5lgfw;
+    const real t_xhmsj = t_5uofc
+        + t_5uofc
+        - (t_ezjt3 + K(4.0) * t_puxxy - t_rkglc * t_znqpz) * (x_step2 - t_puxxy - t_5lgfw);
+    const real x_step3 = x_step2 - t_s355q / t_xhmsj * (K(-2.0) * t_puxxy - t_ezjt3 + (x_step2 + x_step2));  /* (42) */
+    const real P = c[R] * c[R] - r[rho_ref] * r[rho_ref] + cos_t * r[rho_ref] * rho_t;  /* (47) */
+    const real t_xuitj = w_across * t_gliif;
+    const real t_c5njk = r[rho_ref] * t_xuitj * rho_t;
+    const real Q = SELECT0(m_z5ee7, -t_c5njk);  /* (47) */
+    const real t_efbua = mv_min(SPLAT(K(1.0)), rho_t * c[R] / mv_sqrt(P * P + SELECT0(m_z5ee7, SELECT0(m_z5ee7, t_c5njk * t_c5njk))));
+    const real x_tangent = K(1.5707963267948966) - alpha * mv_atan2(Q, P) + mv_acos(t_efbua);  /* (47) */
+    const mask m_xb2xi = LT(K_, K(0.03));
+    const real t_fcflk = K_ * K_;
+    const real t_reehy = SELECT(m_xb2xi, K_ * (K(1.5) + t_fcflk * (K(-0.45) + t_fcflk * (K(0.26035714285714284) + K(-0.18225) * t_fcflk))), x_step3);
+    const real x = mv_min(x_tangent, t_reehy);  /* (47) */
+    const real escape = mv_min(mv_min(c[R] - r[rho_ref], c[rho_escape]), mv_sqrt(t_ptl3y));
+    real sin_x, cos_x; mv_sincos(x, &sin_x, &cos_x);
+    const real speed = c[k_phi] * mv_max(rho_t, -(cos_x * escape));  /* (45) */
+    const real t_yfvls = mv_sqrt(q[zeta1] * q[zeta1] + q[zeta2] * q[zeta2]);
+    const real t_a5u54 = alpha * speed * sin_x;
+    const real t_wvhee = cos_x * speed;
+    const real t_rqnbt = SELECT0(m_z5ee7, t_xuitj * t_a5u54) - cos_t * t_wvhee;
+    const real t_lp7ic = SELECT0(m_z5ee7, -(t_wvhee * t_xuitj)) - cos_t * t_a5u54;
+    const real t_unyzv = (cos_phi_ref * t_rqnbt - sin_phi_ref * t_lp7ic) * q[zeta1]
+        + (cos_phi_ref * t_lp7ic + sin_phi_ref * t_rqnbt) * q[zeta2];
+    const real t_e4rje = K(1.0) / mv_max(SPLAT(K(1e-09)), t_yfvls);
+    const real rho_rate_excess = mv_max(SPLAT(K(0.0)), -(K(100.0) * c[k_phi] * (c[R] - t_yfvls) + t_unyzv * t_e4rje)) * t_e4rje;
+    const real zeta1_rate = t_lp7ic * sin_phi_ref - rho_rate_excess * q[zeta1] - t_rqnbt * cos_phi_ref;
+    const real t_nso3s = rho_rate_excess * q[zeta2] + t_rqnbt * sin_phi_ref + t_lp7ic * cos_phi_ref;
+    const real zeta2_rate = -t_nso3s;
+    const real w3 = mv_max(-c[mu_rate_max], mv_min(c[mu_rate_max], c[mu_gain] * (r[mu_ref] - q[mu])));
+    dq[0] = zeta1_rate;
+    dq[1] = zeta2_rate;
+    dq[2] = w3;
+    dq[3] = p[disturbance]
+        + K(3.0) * p[H] / p[mass] / q[mu]
+        - q[zeta1] * t_nso3s
+        - zeta1_rate * q[zeta2];
 }
 
 /* state and input in the loop of path; 225 operations. */
 void triangle_path_observe(const real *q, const real *r, const real *p, const real *c, real *x, real *u)
 {
     (void)p;
-    const real v4 = q[0] * q[0] + q[1] * q[1];
-    const real v5 = mv_sqrt(v4);
-    const mask m10 = LT(K(0.0), v5);
-    real s13, c13; mv_sincos(r[1], &s13, &c13);
-    const real v17 = s13 * q[0] - c13 * q[1];
-    const real v23 = r[0] - c13 * q[0] - s13 * q[1];
-    const real v25 = v17 * v17 + v23 * v23;
-    const real v26 = mv_sqrt(v25);
-    const mask m27 = LT(K(1e-09), v26);
-    const real v34 = q[3] - r[3] + r[0] * v17 * c[5];
-    const real v35 = mv_sign(v34);
-    const real v37 = K(1.0) / v26;
-    const real v38 = v17 * v37;
-    const real v40 = r[0] * v38 * v26;
-    const real v48 = SELECT(m27, v23 * v37, SPLAT(K(1.0)));
-    const real v51 = c[2] * c[2] - r[0] * r[0] + v48 * r[0] * v26;
-    const real v63 = mv_min(SPLAT(K(1.0)), v26 * c[2] / mv_sqrt(v51 * v51 + SELECT0(m27, SELECT0(m27, v40 * v40))));
-    const real v65 = K(1.5707963267948966) - v35 * mv_atan2(SELECT0(m27, -v40), v51) + mv_acos(v63);
-    const real v67 = mv_fabs(v34);
-    const real v72 = mv_min(SPLAT(K(1000000000000.0)), (v67 + v67) / mv_max(SPLAT(K(1e-24)), v25));
-    const mask m74 = LT(v72, K(0.03));
-    const real v76 = v72 * v72;
-    const real v85 = K(1.5) + v76 * (K(-0.45) + v76 * (K(0.26035714285714284) + K(-0.18225) * v76));
-    const real v90 = mv_sqrt(v72);
-    const real v98 = K(3.141592653589793) * v72 / (K(3.478838) + v90 * (K(0.566927) + v90 * (K(2.225213) + v90)));
-    const real v101 = v98 * (K(1.661023) + v90);
-    real s102, c102; mv_sincos(v101, &s102, &c102);
-    const real v103 = s102 * s102;
-    const real v106 = c102 * c102;
-    const real v108 = c102 * s102;
-    const real v109 = v72 + v72;
-    const real v111 = K(1.0) + v103 - v106 - v108 * v109;
-    const real v112 = v111 * v111;
-    const real v114 = v103 * v72;
-    const real v115 = v114 + v114;
-    const real v124 = v112 + v112 - (v115 + K(4.0) * v108 - v106 * v109) * (v101 - v108 - v114);
-    const real v132 = v101 - v111 / v124 * (K(-2.0) * v108 - v115 + (v101 + v101));
-    real s133, c133; mv_sincos(v132, &s133, &c133);
-    const real v134 = s133 * s133;
-    const real v137 = c133 * c133;
-    const real v139 = c133 * s133;
-    const real v141 = K(1.0) + v134 - v137 - v109 * v139;
-    const real v142 = v141 * v141;
-    const real v144 = v134 * v72;
-    const real v145 = v144 + v144;
-    const real v153 = v142 + v142 - (v145 + K(4.0) * v139 - v109 * v137) * (v132 - v139 - v144);
-    const real v160 = v132 - v141 / v153 * (K(-2.0) * v139 - v145 + (v132 + v132));
-    real s161, c161; mv_sincos(v160, &s161, &c161);
-    const real v162 = s161 * s161;
-    const real v165 = c161 * c161;
-    const real v167 = c161 * s161;
-    const real v169 = K(1.0) + v162 - v165 - v109 * v167;
-    const real v170 = v169 * v169;
-    const real v172 = v162 * v72;
-    const real v173 = v172 + v172;
-    const real v181 = v170 + v170 - (v173 + K(4.0) * v167 - v109 * v165) * (v160 - v167 - v172);
-    const real v189 = SELECT(m74, v72 * v85, v160 - v169 / v181 * (K(-2.0) * v167 - v173 + (v160 + v160)));
-    const real v190 = mv_min(v65, v189);
-    real s191, c191; mv_sincos(v190, &s191, &c191);
-    const real v201 = c[0] * mv_max(v26, -(c191 * mv_min(mv_min(c[2] - r[0], c[1]), mv_sqrt(v67))));
-    const real v202 = c191 * v201;
-    const real v208 = v35 * v201 * s191;
-    const real v210 = SELECT0(m27, -(v202 * v38)) - v48 * v208;
-    const real v219 = SELECT0(m27, v38 * v208) - v48 * v202;
-    const real v230 = K(1.0) / mv_max(SPLAT(K(1e-09)), v5);
-    const real v231 = ((c13 * v219 - s13 * v210) * q[0] + (c13 * v210 + s13 * v219) * q[1]) * v230;
-    const real v235 = mv_max(SPLAT(K(0.0)), -(K(100.0) * c[0] * (c[2] - v5) + v231)) * v230;
-    const real v239 = v210 * s13 - v235 * q[0] - v219 * c13;
-    const real v245 = v235 * q[1] + v219 * s13 + v210 * c13;
-    x[0] = v5;
-    x[1] = mv_atan2(q[1], q[0]);
-    x[2] = q[2];
-    x[3] = q[3];
-    u[0] = SELECT(m10, (q[0] * v239 - q[1] * v245) / v5, v239);
-    u[1] = SELECT0(m10, -((q[0] * v245 + v239 * q[1]) / v4));
-    u[2] = mv_max(-c[4], mv_min(c[4], c[3] * (r[2] - q[2])));
+    enum { zeta1 = TRIANGLE_Q_ZETA1 };
+    enum { zeta2 = TRIANGLE_Q_ZETA2 };
+    enum { mu = TRIANGLE_Q_MU };
+    enum { theta = TRIANGLE_Q_THETA };
+    enum { rho_ref = TRIANGLE_R_RHO_REF };
+    enum { phi_ref = TRIANGLE_R_PHI_REF };
+    enum { mu_ref = TRIANGLE_R_MU_REF };
+    enum { theta_ref = TRIANGLE_R_THETA_REF };
+    enum { k_phi = TRIANGLE_PATH_C_K_PHI };
+    enum { rho_escape = TRIANGLE_PATH_C_RHO_ESCAPE };
+    enum { R = TRIANGLE_PATH_C_R };
+    enum { mu_gain = TRIANGLE_PATH_C_MU_GAIN };
+    enum { mu_rate_max = TRIANGLE_PATH_C_MU_RATE_MAX };
+    enum { area_factor = TRIANGLE_PATH_C_AREA_FACTOR };
+    real sin_phi_ref, cos_phi_ref; mv_sincos(r[phi_ref], &sin_phi_ref, &cos_phi_ref);
+    const real w_along = r[rho_ref] - cos_phi_ref * q[zeta1] - sin_phi_ref * q[zeta2];  /* (25) */
+    const real w_across = sin_phi_ref * q[zeta1] - cos_phi_ref * q[zeta2];  /* (25) */
+    const real t_furpv = w_across * w_across + w_along * w_along;
+    const real rho_t = mv_sqrt(t_furpv);  /* (25) */
+    const mask m_z5ee7 = LT(K(1e-09), rho_t);
+    const real t_gliif = K(1.0) / rho_t;
+    const real cos_t = SELECT(m_z5ee7, w_along * t_gliif, SPLAT(K(1.0)));  /* (25) */
+    const real theta_t = q[theta] - r[theta_ref] + r[rho_ref] * w_across * c[area_factor];  /* (27) */
+    const real alpha = mv_sign(theta_t);  /* (40) */
+    const real t_ptl3y = mv_fabs(theta_t);
+    const real K_ = mv_min(SPLAT(K(1000000000000.0)), (t_ptl3y + t_ptl3y) / mv_max(SPLAT(K(1e-24)), t_furpv));  /* (42) */
+    const real sqrt_K = mv_sqrt(K_);
+    const real x_start = K(3.141592653589793) * K_ / (K(3.478838) + sqrt_K * (K(0.566927) + sqrt_K * (K(2.225213) + sqrt_K))) * (K(1.661023) + sqrt_K);  /* (42) */
+    real sin_x1, cos_x1; mv_sincos(x_start, &sin_x1, &cos_x1);
+    const real t_olly6 = sin_x1 * sin_x1;
+    const real t_23zzq = cos_x1 * cos_x1;
+    const real t_jk652 = cos_x1 * sin_x1;
+    const real t_rkglc = K_ + K_;
+    const real t_6jinm = K(1.0) + t_olly6 - t_23zzq - t_jk652 * t_rkglc;
+    const real t_mtylf = t_6jinm * t_6jinm;
+    const real t_vapxn = t_olly6 * K_;
+    const real t_iaeac = t_vapxn + t_vapxn;
+    const real t_njl5j = t_mtylf
+        + t_mtylf
+        - (t_iaeac + K(4.0) * t_jk652 - t_23zzq * t_rkglc) * (x_start - t_jk652 - t_vapxn);
+    const real x_step1 = x_start - t_6jinm / t_njl5j * (K(-2.0) * t_jk652 - t_iaeac + (x_start + x_start));  /* (42) */
+    real sin_x2, cos_x2; mv_sincos(x_step1, &sin_x2, &cos_x2);
+    const real t_ondim = sin_x2 * sin_x2;
+    const real t_iuts7 = cos_x2 * cos_x2;
+    const real t_dgfa7 = cos_x2 * sin_x2;
+    const real t_wdxur = K(1.0) + t_ondim - t_iuts7 - t_rkglc * t_dgfa7;
+    const real t_7klzx = t_wdxur * t_wdxur;
+    const real t_nwlbz = t_ondim * K_;
+    const real t_d4xrm = t_nwlbz + t_nwlbz;
+    const real t_7sse2 = t_7klzx
+        + t_7klzx
+        - (t_d4xrm + K(4.0) * t_dgfa7 - t_rkglc * t_iuts7) * (x_step1 - t_dgfa7 - t_nwlbz);
+    const real x_step2 = x_step1 - t_wdxur / t_7sse2 * (K(-2.0) * t_dgfa7 - t_d4xrm + (x_step1 + x_step1));  /* (42) */
+    real sin_x3, cos_x3; mv_sincos(x_step2, &sin_x3, &cos_x3);
+    const real t_drem6 = sin_x3 * sin_x3;
+    const real t_znqpz = cos_x3 * cos_x3;
+    const real t_puxxy = cos_x3 * sin_x3;
+    const real t_s355q = K(1.0) + t_drem6 - t_znqpz - t_rkglc * t_puxxy;
+    const real t_5uofc = t_s355q * t_s355q;
+    const real t_5lgfw = t_drem6 * K_;
+    const real t_ezjt3 = t_5lgfw + t_5lgfw;
+    const real t_xhmsj = t_5uofc
+        + t_5uofc
+        - (t_ezjt3 + K(4.0) * t_puxxy - t_rkglc * t_znqpz) * (x_step2 - t_puxxy - t_5lgfw);
+    const real x_step3 = x_step2 - t_s355q / t_xhmsj * (K(-2.0) * t_puxxy - t_ezjt3 + (x_step2 + x_step2));  /* (42) */
+    const real P = c[R] * c[R] - r[rho_ref] * r[rho_ref] + cos_t * r[rho_ref] * rho_t;  /* (47) */
+    const real t_xuitj = w_across * t_gliif;
+    const real t_c5njk = r[rho_ref] * t_xuitj * rho_t;
+    const real Q = SELECT0(m_z5ee7, -t_c5njk);  /* (47) */
+    const real t_efbua = mv_min(SPLAT(K(1.0)), rho_t * c[R] / mv_sqrt(P * P + SELECT0(m_z5ee7, SELECT0(m_z5ee7, t_c5njk * t_c5njk))));
+    const real x_tangent = K(1.5707963267948966) - alpha * mv_atan2(Q, P) + mv_acos(t_efbua);  /* (47) */
+    const mask m_xb2xi = LT(K_, K(0.03));
+    const real t_fcflk = K_ * K_;
+    const real t_reehy = SELECT(m_xb2xi, K_ * (K(1.5) + t_fcflk * (K(-0.45) + t_fcflk * (K(0.26035714285714284) + K(-0.18225) * t_fcflk))), x_step3);
+    const real x_ = mv_min(x_tangent, t_reehy);  /* (47) */
+    const real escape = mv_min(mv_min(c[R] - r[rho_ref], c[rho_escape]), mv_sqrt(t_ptl3y));
+    real sin_x_, cos_x_; mv_sincos(x_, &sin_x_, &cos_x_);
+    const real speed = c[k_phi] * mv_max(rho_t, -(cos_x_ * escape));  /* (45) */
+    const real t_4x2zf = q[zeta1] * q[zeta1] + q[zeta2] * q[zeta2];
+    const real rho = mv_sqrt(t_4x2zf);
+    const real t_a5u54 = alpha * speed * sin_x_;
+    const real t_wvhee = cos_x_ * speed;
+    const real t_rqnbt = SELECT0(m_z5ee7, t_xuitj * t_a5u54) - cos_t * t_wvhee;
+    const real t_lp7ic = SELECT0(m_z5ee7, -(t_wvhee * t_xuitj)) - cos_t * t_a5u54;
+    const real t_unyzv = (cos_phi_ref * t_rqnbt - sin_phi_ref * t_lp7ic) * q[zeta1]
+        + (cos_phi_ref * t_lp7ic + sin_phi_ref * t_rqnbt) * q[zeta2];
+    const real t_y4tzf = K(1.0) / mv_max(SPLAT(K(1e-09)), rho);
+    const real rho_rate_excess = mv_max(SPLAT(K(0.0)), -(K(100.0) * c[k_phi] * (c[R] - rho) + t_unyzv * t_y4tzf)) * t_y4tzf;
+    const real phi = mv_atan2(q[zeta2], q[zeta1]);
+    const real zeta1_rate = t_lp7ic * sin_phi_ref - rho_rate_excess * q[zeta1] - t_rqnbt * cos_phi_ref;
+    const real w3 = mv_max(-c[mu_rate_max], mv_min(c[mu_rate_max], c[mu_gain] * (r[mu_ref] - q[mu])));
+    const mask m_o5luw = LT(K(0.0), rho);
+    const real t_nso3s = rho_rate_excess * q[zeta2] + t_rqnbt * sin_phi_ref + t_lp7ic * cos_phi_ref;
+    const real w1 = SELECT(m_o5luw, (q[zeta1] * zeta1_rate - q[zeta2] * t_nso3s) / rho, zeta1_rate);
+    const real w2 = SELECT0(m_o5luw, -((q[zeta1] * t_nso3s + zeta1_rate * q[zeta2]) / t_4x2zf));
+    x[0] = rho;
+    x[1] = phi;
+    x[2] = q[mu];
+    x[3] = q[theta];
+    u[0] = w1;
+    u[1] = w2;
+    u[2] = w3;
 }
 
 /* margins of a feasible path; 58 operations. */
 void triangle_path_constraints(const real *p, const real *c, const real *s, real *margin)
 {
     (void)p;
-    const real v3 = s[6] * s[6];
-    const real v8 = s[4] * s[4] + s[5] * s[5];
-    const real v10 = K(0.5) / (v3 + v8);
-    const real v14 = v10 * (v8 + K(-2.0) * v3);
-    const real v15 = v14 * v14;
-    const real v21 = K(1.7320508075688772) * v10 * (s[4] + s[5]) * (s[4] - s[5]);
-    const real v22 = v21 * v21;
-    const real v34 = K(0.5) * mv_sqrt(mv_max(SPLAT(K(0.0)), K(1.0) + K(-4.0) * v15 + K(-4.0) * v22));
-    const real v40 = s[2] * s[2];
-    const real v45 = s[0] * s[0] + s[1] * s[1];
-    const real v47 = K(0.5) / (v40 + v45);
-    const real v50 = v47 * (v45 + K(-2.0) * v40);
-    const real v51 = v50 * v50;
-    const real v56 = K(1.7320508075688772) * v47 * (s[0] + s[1]) * (s[0] - s[1]);
-    const real v57 = v56 * v56;
-    const real v66 = K(0.5) * mv_sqrt(mv_max(SPLAT(K(0.0)), K(1.0) + K(-4.0) * v51 + K(-4.0) * v57));
-    margin[0] = c[2] - mv_sqrt(v15 + v22) / mv_sqrt(K(0.5) + v34);
-    margin[1] = c[2] - mv_sqrt(v51 + v57) / mv_sqrt(K(0.5) + v66);
+    enum { R = TRIANGLE_PATH_C_R };
+    enum { l1_0 = TRIANGLE_S_L1_0 };
+    enum { l2_0 = TRIANGLE_S_L2_0 };
+    enum { l3_0 = TRIANGLE_S_L3_0 };
+    enum { l1_f = TRIANGLE_S_L1_F };
+    enum { l2_f = TRIANGLE_S_L2_F };
+    enum { l3_f = TRIANGLE_S_L3_F };
+    const real t_qyel2 = s[l3_0] * s[l3_0];
+    const real t_iwwvg = s[l1_0] * s[l1_0] + s[l2_0] * s[l2_0];
+    const real mu_0 = t_qyel2 + t_iwwvg;  /* (18) */
+    const real t_atcuu = K(0.5) / mu_0;
+    const real z2_0 = K(1.7320508075688772) * t_atcuu * (s[l1_0] + s[l2_0]) * (s[l1_0] - s[l2_0]);  /* (19) */
+    const real t_mgwir = t_atcuu * (t_iwwvg + K(-2.0) * t_qyel2);
+    const real t_brk2i = t_mgwir * t_mgwir;
+    const real t_pznmt = z2_0 * z2_0;
+    const real open_0 = K(1.0) + K(-4.0) * t_brk2i + K(-4.0) * t_pznmt;  /* (19) */
+    const real t_xkhu7 = s[l3_f] * s[l3_f];
+    const real t_al3xt = s[l1_f] * s[l1_f] + s[l2_f] * s[l2_f];
+    const real mu_f = t_xkhu7 + t_al3xt;  /* (18) */
+    const real t_jloge = K(0.5) / mu_f;
+    const real z2_f = K(1.7320508075688772) * t_jloge * (s[l1_f] + s[l2_f]) * (s[l1_f] - s[l2_f]);  /* (19) */
+    const real t_sdww6 = t_jloge * (t_al3xt + K(-2.0) * t_xkhu7);
+    const real t_sy3b2 = t_sdww6 * t_sdww6;
+    const real t_5ltqh = z2_f * z2_f;
+    const real open_f = K(1.0) + K(-4.0) * t_sy3b2 + K(-4.0) * t_5ltqh;  /* (19) */
+    const real rho_ref = mv_sqrt(t_sy3b2 + t_5ltqh) / mv_sqrt(K(0.5) + K(0.5) * mv_sqrt(mv_max(SPLAT(K(0.0)), open_f)));
+    margin[0] = c[R] - rho_ref;
+    margin[1] = c[R] - mv_sqrt(t_brk2i + t_pznmt) / mv_sqrt(K(0.5) + K(0.5) * mv_sqrt(mv_max(SPLAT(K(0.0)), open_0)));
 }

@@ -10,7 +10,7 @@
 
 #include "mehvar/real.h"
 
-#define TRIANGLE_HASH "07737c9ba5b8b3b4c0bcd9e95a24261aff6193ee174bf30da5ff8a523c5d9d36"
+#define TRIANGLE_HASH "fa2d75ca7ba9790953182cf7f1c345d7ccc4e1cd66d9b8b367eefebbdf341d50"
 
 /* state x */
 enum {

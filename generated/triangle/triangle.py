@@ -7,7 +7,7 @@ Needs numpy alone. Vectors have their elements on the last axis; leading axes br
 
 import numpy as np
 
-HASH = "07737c9ba5b8b3b4c0bcd9e95a24261aff6193ee174bf30da5ff8a523c5d9d36"
+HASH = "fa2d75ca7ba9790953182cf7f1c345d7ccc4e1cd66d9b8b367eefebbdf341d50"
 STATES = ("rho", "phi", "mu", "theta", )
 INPUTS = ("w1", "w2", "w3", )
 REFERENCES = ("rho_ref", "phi_ref", "mu_ref", "theta_ref", )
@@ -79,2595 +79,4179 @@ def rhs(x, u, p):
     """State derivative: (x, u, p) -> dx."""
     x, u, p = _arrays(x, u, p)
     with np.errstate(all="ignore"):
-        v15 = p[..., 1] + 3.0 * p[..., 0] / p[..., 2] / x[..., 2] + x[..., 0] * x[..., 0] * u[..., 1]
-        return _vector(u[..., 0], u[..., 1], u[..., 2], v15)
+        rho = x[..., 0]
+        mu = x[..., 2]
+        w1 = u[..., 0]
+        w2 = u[..., 1]
+        w3 = u[..., 2]
+        H = p[..., 0]
+        disturbance = p[..., 1]
+        mass = p[..., 2]
+        return _vector(
+            w1,
+            w2,
+            w3,
+            disturbance + 3.0 * H / mass / mu + rho * rho * w2,
+        )
 
 
 def outputs(x, u, r, p):
     """Outputs of a run: (x, u, r, p) -> y."""
     x, u, r, p = _arrays(x, u, r, p)
     with np.errstate(all="ignore"):
-        v3 = 0.5773502691896257 * np.sqrt(x[..., 2])
-        s8, c8 = np.sin(x[..., 1]), np.cos(x[..., 1])
-        v9 = x[..., 0] * s8
-        v10 = 1.7320508075688772 * v9
-        v12 = x[..., 0] * c8
-        v17 = np.sqrt(1.0 - (v12 * v12 + v9 * v9))
-        v18 = v10 * v17
-        v20 = v12 * v17
-        v23 = v3 * np.sqrt(1.0 + v18 - v20)
-        v27 = v3 * np.sqrt(1.0 - v20 - v18)
-        v31 = v3 * np.sqrt(1.0 + (v20 + v20))
-        v34 = x[..., 2] * v17
-        v39 = x[..., 0] * u[..., 1]
-        v41 = u[..., 0] * s8 + v39 * c8
-        v42 = 0.5773502691896257 * v34 * v41
-        v46 = u[..., 0] * c8 - v39 * s8
-        v47 = v34 * v46
-        v48 = 0.3333333333333333 * v47
-        v51 = 0.3333333333333333 * v18
-        v53 = 0.3333333333333333 * v20
-        v59 = v12 * v46 + v9 * v41
-        v60 = 1.0 / v17
-        v62 = v59 * v60 * x[..., 2]
-        v66 = v42 - v48 + u[..., 2] * (0.3333333333333333 + v51 - v53) - 0.3333333333333333 * v62 * (v10 - v12)
-        v79 = u[..., 2] * (0.3333333333333333 - v53 - v51) - (v48 + v42) + 0.3333333333333333 * v60 * v59 * x[..., 2] * (v10 + v12)
-        v87 = 0.6666666666666666 * v47 + u[..., 2] * (0.3333333333333333 + 0.6666666666666666 * v20)
-        s93, c93 = np.sin(r[..., 1]), np.cos(r[..., 1])
-        v97 = s93 * v12 - c93 * v9
-        v103 = r[..., 0] - c93 * v12 - s93 * v9
-        v106 = np.sqrt(v97 * v97 + v103 * v103)
-        m108 = (1e-09 < v106)
-        v109 = 1.0 / v106
-        v114 = np.arctan2(np.where(m108, v97 * v109, 0.0), np.where(m108, v103 * v109, 1.0))
-        v118 = x[..., 3] - r[..., 3]
-        v122 = 0.5773502691896257 * np.sqrt(r[..., 2])
-        v127 = r[..., 0] * np.sqrt(1.0 - r[..., 0] * r[..., 0])
-        v128 = 1.7320508075688772 * s93 * v127
-        v130 = c93 * v127
-        v142 = np.fmax(np.abs(v23 - v122 * np.sqrt(1.0 + v128 - v130)), np.abs(v27 - v122 * np.sqrt(1.0 - v130 - v128)))
-        return _vector(v23, v27, v31, 0.5 / v23 * v66, 0.5 / v27 * v79, 0.5 / v31 * (v87 - 0.6666666666666666 * v62 * v12), v106, v114, r[..., 0] * v97 + v118, v118, np.fmax(v142, np.abs(v31 - v122 * np.sqrt(1.0 + (v130 + v130)))))
+        rho = x[..., 0]
+        phi = x[..., 1]
+        mu = x[..., 2]
+        theta = x[..., 3]
+        w1 = u[..., 0]
+        w2 = u[..., 1]
+        w3 = u[..., 2]
+        rho_ref = r[..., 0]
+        phi_ref = r[..., 1]
+        mu_ref = r[..., 2]
+        theta_ref = r[..., 3]
+        sin_phi, cos_phi = np.sin(phi), np.cos(phi)
+        zeta1 = rho * cos_phi
+        zeta2 = rho * sin_phi
+        n = np.sqrt(1.0 - (zeta1 * zeta1 + zeta2 * zeta2))  # (19)
+        t_thb5i = 0.5773502691896257 * np.sqrt(mu)
+        t_qygdd = 1.7320508075688772 * zeta2
+        t_24mka = t_qygdd * n
+        t_r4gcj = zeta1 * n
+        length1 = t_thb5i * np.sqrt(1.0 + t_24mka - t_r4gcj)  # (20)
+        length2 = t_thb5i * np.sqrt(1.0 - t_r4gcj - t_24mka)  # (20)
+        length3 = t_thb5i * np.sqrt(1.0 + (t_r4gcj + t_r4gcj))  # (20)
+        t_oyolo = mu * n
+        t_b6qkt = rho * w2
+        zeta2_rate = w1 * sin_phi + t_b6qkt * cos_phi
+        t_sl4ci = 0.5773502691896257 * t_oyolo * zeta2_rate
+        zeta1_rate = w1 * cos_phi - t_b6qkt * sin_phi
+        t_ovyu3 = t_oyolo * zeta1_rate
+        t_ovyu3_2 = 0.3333333333333333 * t_ovyu3
+        t_24mka_2 = 0.3333333333333333 * t_24mka
+        t_r4gcj_2 = 0.3333333333333333 * t_r4gcj
+        t_dbxi6 = zeta1 * zeta1_rate + zeta2 * zeta2_rate
+        t_so6vi = 1.0 / n
+        t_ctqau = t_dbxi6 * t_so6vi * mu
+        t_dzvf6 = (
+            t_sl4ci
+            - t_ovyu3_2
+            + w3 * (0.3333333333333333 + t_24mka_2 - t_r4gcj_2)
+            - 0.3333333333333333 * t_ctqau * (t_qygdd - zeta1)
+        )
+        rod_rate1 = 0.5 / length1 * t_dzvf6  # (22)
+        t_vqw6c = (
+            w3 * (0.3333333333333333 - t_r4gcj_2 - t_24mka_2)
+            - (t_ovyu3_2 + t_sl4ci)
+            + 0.3333333333333333 * t_so6vi * t_dbxi6 * mu * (t_qygdd + zeta1)
+        )
+        rod_rate2 = 0.5 / length2 * t_vqw6c  # (22)
+        t_ezpcf = (
+            0.6666666666666666 * t_ovyu3
+            + w3 * (0.3333333333333333 + 0.6666666666666666 * t_r4gcj)
+            - 0.6666666666666666 * t_ctqau * zeta1
+        )
+        rod_rate3 = 0.5 / length3 * t_ezpcf  # (22)
+        sin_phi_ref, cos_phi_ref = np.sin(phi_ref), np.cos(phi_ref)
+        w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
+        w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2  # (25)
+        rho_t = np.sqrt(w_across * w_across + w_along * w_along)  # (25)
+        m_z5ee7 = (1e-09 < rho_t)
+        t_gliif = 1.0 / rho_t
+        cos_t = np.where(m_z5ee7, w_along * t_gliif, 1.0)  # (25)
+        sin_t = np.where(m_z5ee7, w_across * t_gliif, 0.0)  # (25)
+        t_vienp = theta - theta_ref
+        theta_exact = rho_ref * w_across + t_vienp  # (27)
+        t_rqfjc = 0.5773502691896257 * np.sqrt(mu_ref)
+        t_vbegv = rho_ref * np.sqrt(1.0 - rho_ref * rho_ref)
+        t_ls2nh = 1.7320508075688772 * sin_phi_ref * t_vbegv
+        t_hlb56 = cos_phi_ref * t_vbegv
+        length1_ref = t_rqfjc * np.sqrt(1.0 + t_ls2nh - t_hlb56)  # (20)
+        length2_ref = t_rqfjc * np.sqrt(1.0 - t_hlb56 - t_ls2nh)  # (20)
+        length3_ref = t_rqfjc * np.sqrt(1.0 + (t_hlb56 + t_hlb56))  # (20)
+        return _vector(
+            length1,
+            length2,
+            length3,
+            rod_rate1,
+            rod_rate2,
+            rod_rate3,
+            rho_t,
+            np.arctan2(sin_t, cos_t),
+            theta_exact,
+            t_vienp,
+            np.fmax(np.fmax(np.abs(length1 - length1_ref), np.abs(length2 - length2_ref)), np.abs(length3 - length3_ref)),
+        )
 
 
 def limits(x, u, p):
     """Margins that stay positive along a run: (x, u, p) -> margin."""
     x, u, p = _arrays(x, u, p)
     with np.errstate(all="ignore"):
-        return _vector(0.5 - x[..., 0] * x[..., 0], x[..., 2])
+        rho = x[..., 0]
+        mu = x[..., 2]
+        return _vector(
+            0.5 - rho * rho,
+            mu,
+        )
 
 
 def to_coordinates(x):
     """Regular coordinates of a state: (x) -> q."""
     x, = _arrays(x)
     with np.errstate(all="ignore"):
-        s2, c2 = np.sin(x[..., 1]), np.cos(x[..., 1])
-        return _vector(x[..., 0] * c2, x[..., 0] * s2, x[..., 2], x[..., 3])
+        rho = x[..., 0]
+        phi = x[..., 1]
+        mu = x[..., 2]
+        theta = x[..., 3]
+        sin_phi, cos_phi = np.sin(phi), np.cos(phi)
+        zeta1 = rho * cos_phi
+        zeta2 = rho * sin_phi
+        return _vector(
+            zeta1,
+            zeta2,
+            mu,
+            theta,
+        )
 
 
 def from_coordinates(q):
     """State at regular coordinates: (q) -> x."""
     q, = _arrays(q)
     with np.errstate(all="ignore"):
-        return _vector(np.sqrt(q[..., 0] * q[..., 0] + q[..., 1] * q[..., 1]), np.arctan2(q[..., 1], q[..., 0]), q[..., 2], q[..., 3])
+        zeta1 = q[..., 0]
+        zeta2 = q[..., 1]
+        mu = q[..., 2]
+        theta = q[..., 3]
+        rho = np.sqrt(zeta1 * zeta1 + zeta2 * zeta2)
+        phi = np.arctan2(zeta2, zeta1)
+        return _vector(
+            rho,
+            phi,
+            mu,
+            theta,
+        )
 
 
 def initial(p, s):
     """Initial state of a scenario: (p, s) -> x."""
     p, s = _arrays(p, s)
     with np.errstate(all="ignore"):
-        v2 = s[..., 2] * s[..., 2]
-        v7 = s[..., 0] * s[..., 0] + s[..., 1] * s[..., 1]
-        v8 = v2 + v7
-        v9 = 0.5 / v8
-        v13 = v9 * (v7 + -2.0 * v2)
-        v14 = v13 * v13
-        v20 = 1.7320508075688772 * v9 * (s[..., 0] + s[..., 1]) * (s[..., 0] - s[..., 1])
-        v21 = v20 * v20
-        v35 = np.sqrt(0.5 + 0.5 * np.sqrt(np.fmax(0.0, 1.0 + -4.0 * v14 + -4.0 * v21)))
-        return _vector(np.sqrt(v14 + v21) / v35, np.arctan2(v20, -v13), v8, s[..., 3])
+        l1_0 = s[..., 0]
+        l2_0 = s[..., 1]
+        l3_0 = s[..., 2]
+        theta_0 = s[..., 3]
+        t_qyel2 = l3_0 * l3_0
+        t_iwwvg = l1_0 * l1_0 + l2_0 * l2_0
+        mu_0 = t_qyel2 + t_iwwvg  # (18)
+        t_atcuu = 0.5 / mu_0
+        t_mgwir = t_atcuu * (t_iwwvg + -2.0 * t_qyel2)
+        z1_0 = -t_mgwir  # (19)
+        z2_0 = 1.7320508075688772 * t_atcuu * (l1_0 + l2_0) * (l1_0 - l2_0)  # (19)
+        t_brk2i = t_mgwir * t_mgwir
+        t_pznmt = z2_0 * z2_0
+        open_0 = 1.0 + -4.0 * t_brk2i + -4.0 * t_pznmt  # (19)
+        return _vector(
+            np.sqrt(t_brk2i + t_pznmt) / np.sqrt(0.5 + 0.5 * np.sqrt(np.fmax(0.0, open_0))),
+            np.arctan2(z2_0, z1_0),
+            mu_0,
+            theta_0,
+        )
 
 
 def reference(t, p, s):
     """Reference of a scenario: (t, p, s) -> r."""
     t, p, s = _arrays(t, p, s)
     with np.errstate(all="ignore"):
-        v2 = s[..., 6] * s[..., 6]
-        v7 = s[..., 4] * s[..., 4] + s[..., 5] * s[..., 5]
-        v8 = v2 + v7
-        v9 = 0.5 / v8
-        v13 = v9 * (v7 + -2.0 * v2)
-        v14 = v13 * v13
-        v20 = 1.7320508075688772 * v9 * (s[..., 4] + s[..., 5]) * (s[..., 4] - s[..., 5])
-        v21 = v20 * v20
-        v35 = np.sqrt(0.5 + 0.5 * np.sqrt(np.fmax(0.0, 1.0 + -4.0 * v14 + -4.0 * v21)))
-        return _vector(np.sqrt(v14 + v21) / v35, np.arctan2(v20, -v13), v8, s[..., 7])
+        l1_f = s[..., 4]
+        l2_f = s[..., 5]
+        l3_f = s[..., 6]
+        theta_f = s[..., 7]
+        t_xkhu7 = l3_f * l3_f
+        t_al3xt = l1_f * l1_f + l2_f * l2_f
+        mu_f = t_xkhu7 + t_al3xt  # (18)
+        t_jloge = 0.5 / mu_f
+        t_sdww6 = t_jloge * (t_al3xt + -2.0 * t_xkhu7)
+        z1_f = -t_sdww6  # (19)
+        z2_f = 1.7320508075688772 * t_jloge * (l1_f + l2_f) * (l1_f - l2_f)  # (19)
+        t_sy3b2 = t_sdww6 * t_sdww6
+        t_5ltqh = z2_f * z2_f
+        open_f = 1.0 + -4.0 * t_sy3b2 + -4.0 * t_5ltqh  # (19)
+        return _vector(
+            np.sqrt(t_sy3b2 + t_5ltqh) / np.sqrt(0.5 + 0.5 * np.sqrt(np.fmax(0.0, open_f))),
+            np.arctan2(z2_f, z1_f),
+            mu_f,
+            theta_f,
+        )
 
 
 def constraints(p, s):
     """Margins that stay positive for a feasible scenario: (p, s) -> margin."""
     p, s = _arrays(p, s)
     with np.errstate(all="ignore"):
-        v7 = np.fmin(s[..., 0] - s[..., 1] + s[..., 2], s[..., 0] + s[..., 1] - s[..., 2])
-        v18 = np.fmin(s[..., 4] - s[..., 5] + s[..., 6], s[..., 4] + s[..., 5] - s[..., 6])
-        return _vector(np.fmin(v7, s[..., 1] + s[..., 2] - s[..., 0]), np.fmin(v18, s[..., 5] + s[..., 6] - s[..., 4]))
+        l1_0 = s[..., 0]
+        l2_0 = s[..., 1]
+        l3_0 = s[..., 2]
+        l1_f = s[..., 4]
+        l2_f = s[..., 5]
+        l3_f = s[..., 6]
+        return _vector(
+            np.fmin(np.fmin(l1_0 - l2_0 + l3_0, l1_0 + l2_0 - l3_0), l2_0 + l3_0 - l1_0),
+            np.fmin(np.fmin(l1_f - l2_f + l3_f, l1_f + l2_f - l3_f), l2_f + l3_f - l1_f),
+        )
 
 
 def lengths(rho, phi, mu):
     """Rod lengths of a shape (20): (rho, phi, mu) -> l1, l2, l3."""
     rho, phi, mu = _arrays(rho, phi, mu)
     with np.errstate(all="ignore"):
-        v3 = 0.5773502691896257 * np.sqrt(mu)
-        s8, c8 = np.sin(phi), np.cos(phi)
-        v9 = rho * s8
-        v12 = rho * c8
-        v17 = np.sqrt(1.0 - (v12 * v12 + v9 * v9))
-        v18 = 1.7320508075688772 * v9 * v17
-        v20 = v12 * v17
-        return np.asarray(v3 * np.sqrt(1.0 + v18 - v20))[()], np.asarray(v3 * np.sqrt(1.0 - v20 - v18))[()], np.asarray(v3 * np.sqrt(1.0 + (v20 + v20)))[()]
+        sin_4neck, cos_4neck = np.sin(phi), np.cos(phi)
+        zeta1 = rho * cos_4neck
+        zeta2 = rho * sin_4neck
+        n = np.sqrt(1.0 - (zeta1 * zeta1 + zeta2 * zeta2))  # (19)
+        t_2h6ms = 0.5773502691896257 * np.sqrt(mu)
+        t_24mka = 1.7320508075688772 * zeta2 * n
+        t_r4gcj = zeta1 * n
+        length1 = t_2h6ms * np.sqrt(1.0 + t_24mka - t_r4gcj)  # (20)
+        length2 = t_2h6ms * np.sqrt(1.0 - t_r4gcj - t_24mka)  # (20)
+        length3 = t_2h6ms * np.sqrt(1.0 + (t_r4gcj + t_r4gcj))  # (20)
+        return np.asarray(length1)[()], np.asarray(length2)[()], np.asarray(length3)[()]
 
 
 def shape(l1, l2, l3):
     """Shape with given rod lengths (19): (l1, l2, l3) -> rho, phi, mu."""
     l1, l2, l3 = _arrays(l1, l2, l3)
     with np.errstate(all="ignore"):
-        v2 = l3 * l3
-        v7 = l1 * l1 + l2 * l2
-        v8 = v2 + v7
-        v9 = 0.5 / v8
-        v13 = v9 * (v7 + -2.0 * v2)
-        v14 = v13 * v13
-        v20 = 1.7320508075688772 * v9 * (l1 + l2) * (l1 - l2)
-        v21 = v20 * v20
-        v35 = np.sqrt(0.5 + 0.5 * np.sqrt(np.fmax(0.0, 1.0 + -4.0 * v14 + -4.0 * v21)))
-        return np.asarray(np.sqrt(v14 + v21) / v35)[()], np.asarray(np.arctan2(v20, -v13))[()], np.asarray(v8)[()]
+        t_tnz2j = l3 * l3
+        t_y5vwd = l1 * l1 + l2 * l2
+        mu_any = t_tnz2j + t_y5vwd  # (18)
+        t_dq2dr = 0.5 / mu_any
+        t_us7uc = t_dq2dr * (t_y5vwd + -2.0 * t_tnz2j)
+        z1_any = -t_us7uc  # (19)
+        z2_any = 1.7320508075688772 * t_dq2dr * (l1 + l2) * (l1 - l2)  # (19)
+        t_6ebjg = t_us7uc * t_us7uc
+        t_cdw5f = z2_any * z2_any
+        open_any = 1.0 + -4.0 * t_6ebjg + -4.0 * t_cdw5f  # (19)
+        return np.asarray(np.sqrt(t_6ebjg + t_cdw5f) / np.sqrt(0.5 + 0.5 * np.sqrt(np.fmax(0.0, open_any))))[()], np.asarray(np.arctan2(z2_any, z1_any))[()], np.asarray(mu_any)[()]
 
 
 def length_rates(x, u):
     """Rod rates (22): (x, u) -> u_l."""
     x, u = _arrays(x, u)
     with np.errstate(all="ignore"):
-        v4 = 0.5773502691896257 * np.sqrt(x[..., 2])
-        s9, c9 = np.sin(x[..., 1]), np.cos(x[..., 1])
-        v10 = x[..., 0] * s9
-        v11 = 1.7320508075688772 * v10
-        v13 = x[..., 0] * c9
-        v18 = np.sqrt(1.0 - (v13 * v13 + v10 * v10))
-        v19 = v11 * v18
-        v21 = v13 * v18
-        v26 = x[..., 2] * v18
-        v31 = x[..., 0] * u[..., 1]
-        v33 = u[..., 0] * s9 + v31 * c9
-        v34 = 0.5773502691896257 * v26 * v33
-        v38 = u[..., 0] * c9 - v31 * s9
-        v39 = v26 * v38
-        v40 = 0.3333333333333333 * v39
-        v43 = 0.3333333333333333 * v19
-        v45 = 0.3333333333333333 * v21
-        v51 = v13 * v38 + v10 * v33
-        v52 = 1.0 / v18
-        v54 = v51 * v52 * x[..., 2]
-        v58 = v34 - v40 + u[..., 2] * (0.3333333333333333 + v43 - v45) - 0.3333333333333333 * v54 * (v11 - v13)
-        v75 = u[..., 2] * (0.3333333333333333 - v45 - v43) - (v40 + v34) + 0.3333333333333333 * v52 * v51 * x[..., 2] * (v11 + v13)
-        v87 = 0.6666666666666666 * v39 + u[..., 2] * (0.3333333333333333 + 0.6666666666666666 * v21)
-        v91 = 0.5 / (v4 * np.sqrt(1.0 + (v21 + v21))) * (v87 - 0.6666666666666666 * v54 * v13)
-        return _vector(0.5 / (v4 * np.sqrt(1.0 + v19 - v21)) * v58, 0.5 / (v4 * np.sqrt(1.0 - v21 - v19)) * v75, v91)
+        rho = x[..., 0]
+        phi = x[..., 1]
+        mu = x[..., 2]
+        w1 = u[..., 0]
+        w2 = u[..., 1]
+        w3 = u[..., 2]
+        sin_phi, cos_phi = np.sin(phi), np.cos(phi)
+        zeta1 = rho * cos_phi
+        zeta2 = rho * sin_phi
+        n = np.sqrt(1.0 - (zeta1 * zeta1 + zeta2 * zeta2))  # (19)
+        t_thb5i = 0.5773502691896257 * np.sqrt(mu)
+        t_qygdd = 1.7320508075688772 * zeta2
+        t_24mka = t_qygdd * n
+        t_r4gcj = zeta1 * n
+        length1 = t_thb5i * np.sqrt(1.0 + t_24mka - t_r4gcj)  # (20)
+        length2 = t_thb5i * np.sqrt(1.0 - t_r4gcj - t_24mka)  # (20)
+        length3 = t_thb5i * np.sqrt(1.0 + (t_r4gcj + t_r4gcj))  # (20)
+        t_oyolo = mu * n
+        t_b6qkt = rho * w2
+        zeta2_rate = w1 * sin_phi + t_b6qkt * cos_phi
+        t_sl4ci = 0.5773502691896257 * t_oyolo * zeta2_rate
+        zeta1_rate = w1 * cos_phi - t_b6qkt * sin_phi
+        t_ovyu3 = t_oyolo * zeta1_rate
+        t_ovyu3_2 = 0.3333333333333333 * t_ovyu3
+        t_24mka_2 = 0.3333333333333333 * t_24mka
+        t_r4gcj_2 = 0.3333333333333333 * t_r4gcj
+        t_dbxi6 = zeta1 * zeta1_rate + zeta2 * zeta2_rate
+        t_so6vi = 1.0 / n
+        t_ctqau = t_dbxi6 * t_so6vi * mu
+        t_dzvf6 = (
+            t_sl4ci
+            - t_ovyu3_2
+            + w3 * (0.3333333333333333 + t_24mka_2 - t_r4gcj_2)
+            - 0.3333333333333333 * t_ctqau * (t_qygdd - zeta1)
+        )
+        rod_rate1 = 0.5 / length1 * t_dzvf6  # (22)
+        t_vqw6c = (
+            w3 * (0.3333333333333333 - t_r4gcj_2 - t_24mka_2)
+            - (t_ovyu3_2 + t_sl4ci)
+            + 0.3333333333333333 * t_so6vi * t_dbxi6 * mu * (t_qygdd + zeta1)
+        )
+        rod_rate2 = 0.5 / length2 * t_vqw6c  # (22)
+        t_ezpcf = (
+            0.6666666666666666 * t_ovyu3
+            + w3 * (0.3333333333333333 + 0.6666666666666666 * t_r4gcj)
+            - 0.6666666666666666 * t_ctqau * zeta1
+        )
+        rod_rate3 = 0.5 / length3 * t_ezpcf  # (22)
+        return _vector(
+            rod_rate1,
+            rod_rate2,
+            rod_rate3,
+        )
 
 
 def sliding(x, r, p, c):
     """Sliding mode on nested circles through the target, (29)-(39): (x, r, p, c) -> u."""
     x, r, p, c = _arrays(x, r, p, c)
     with np.errstate(all="ignore"):
-        s3, c3 = np.sin(x[..., 1]), np.cos(x[..., 1])
-        v4 = x[..., 0] * c3
-        v7 = x[..., 0] * s3
-        v9 = v4 * v4 + v7 * v7
-        v10 = np.sqrt(v9)
-        m11 = (0.0 < v10)
-        s14, c14 = np.sin(r[..., 1]), np.cos(r[..., 1])
-        v18 = s14 * v4 - c14 * v7
-        v24 = r[..., 0] - c14 * v4 - s14 * v7
-        v26 = v18 * v18 + v24 * v24
-        v27 = np.sqrt(v26)
-        m28 = (1e-09 < v27)
-        m29 = (0.0 < v27)
-        v32 = 1.0 / c[..., 3]
-        v34 = 1.0 / c[..., 1]
-        v36 = 1.0 / v27
-        v38 = np.where(m28, v24 * v36, 1.0)
-        v43 = v18 * v36
-        v48 = np.where(m28, np.where(m28, -(r[..., 0] * r[..., 0] * (v43 * v43)), 0.0), 0.0)
-        v50 = np.sqrt(c[..., 6] * c[..., 6] + v48)
-        v51 = v38 * r[..., 0] + v50
-        v63 = x[..., 3] - r[..., 3] + r[..., 0] * v18 * c[..., 9]
-        v65 = np.abs(v63) * v32
-        v69 = c[..., 0] * np.sqrt(v27 / v51) / (v65 + v26 / (v51 * v51))
-        v77 = v32 * v34 * v51 * v69 * (np.where(m28, r[..., 0] * v43 / v50 * v63 * c[..., 1], 0.0) - v26)
-        v81 = np.power(v65, v34)
-        v89 = c[..., 2] * np.fmax(-1.0, np.fmin(1.0, (v27 - v81 * v51) * (1.0 / c[..., 4])))
-        v90 = np.where(m29, v77, 0.0) - v89
-        v92 = np.where(m28, v90 * v43, 0.0)
-        v101 = v69 * np.power(v81, -1.0 + c[..., 1]) * np.fmax(-1.0, np.fmin(1.0, v63 * (1.0 / c[..., 5])))
-        v106 = v92 + np.where(m29, -(v38 * v101 * v27), 0.0)
-        v113 = v101 * v27
-        v117 = v38 * v90 + np.where(m28, np.where(m29, v113 * v43, 0.0), 0.0)
-        v122 = np.where(m29, -(v113 * v38), 0.0) + v92
-        v132 = 1.0 / np.fmax(1e-09, v10)
-        v134 = 100.0 * c[..., 0] * (c[..., 6] - v10) + ((c14 * v117 - s14 * v122) * v4 + (c14 * v122 + s14 * v117) * v7) * v132
-        v137 = np.fmax(0.0, -v134) * v132
-        v141 = v106 * s14 - v137 * v4 - v117 * c14
-        v147 = v137 * v7 + v117 * s14 + v106 * c14
-        v166 = np.fmax(-c[..., 8], np.fmin(c[..., 8], c[..., 7] * (r[..., 2] - x[..., 2])))
-        return _vector(np.where(m11, (v4 * v141 - v7 * v147) / v10, v141), np.where(m11, -((v4 * v147 + v141 * v7) / v9), 0.0), v166)
+        rho = x[..., 0]
+        phi = x[..., 1]
+        mu = x[..., 2]
+        theta = x[..., 3]
+        rho_ref = r[..., 0]
+        phi_ref = r[..., 1]
+        mu_ref = r[..., 2]
+        theta_ref = r[..., 3]
+        k_phi = c[..., 0]
+        m = c[..., 1]
+        eta_rho = c[..., 2]
+        theta_star = c[..., 3]
+        s_min = c[..., 4]
+        theta_min = c[..., 5]
+        R = c[..., 6]
+        mu_gain = c[..., 7]
+        mu_rate_max = c[..., 8]
+        area_factor = c[..., 9]
+        sin_phi_ref, cos_phi_ref = np.sin(phi_ref), np.cos(phi_ref)
+        sin_phi, cos_phi = np.sin(phi), np.cos(phi)
+        zeta1 = rho * cos_phi
+        zeta2 = rho * sin_phi
+        w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
+        w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2  # (25)
+        t_furpv = w_across * w_across + w_along * w_along
+        rho_t = np.sqrt(t_furpv)  # (25)
+        m_z5ee7 = (1e-09 < rho_t)
+        t_gliif = 1.0 / rho_t
+        cos_t = np.where(m_z5ee7, w_along * t_gliif, 1.0)  # (25)
+        theta_t = theta - theta_ref + rho_ref * w_across * area_factor  # (27)
+        t_xuitj = w_across * t_gliif
+        chord = np.sqrt(R * R + np.where(m_z5ee7, np.where(m_z5ee7, -(rho_ref * rho_ref * (t_xuitj * t_xuitj)), 0.0), 0.0))  # (28)
+        h = cos_t * rho_ref + chord  # (28)
+        t_gjxkh = 1.0 / theta_star
+        tau = np.abs(theta_t) * t_gjxkh  # (31)
+        t_ieu4b = 1.0 / m
+        f = np.power(tau, t_ieu4b)  # (31)
+        s = rho_t - f * h  # (30)
+        m_z5ee7_2 = (0.0 < rho_t)
+        t_3vtu5 = k_phi * np.sqrt(rho_t / h) / (tau + t_furpv / (h * h))
+        t_eftwe = t_gjxkh * t_ieu4b * h * t_3vtu5 * (np.where(m_z5ee7, rho_ref * t_xuitj / chord * theta_t * m, 0.0) - t_furpv)
+        rho_t_rate = np.where(m_z5ee7_2, t_eftwe, 0.0) - eta_rho * np.fmax(-1.0, np.fmin(1.0, s * (1.0 / s_min)))  # (34)
+        t_4x2zf = zeta1 * zeta1 + zeta2 * zeta2
+        t_yfvls = np.sqrt(t_4x2zf)
+        t_aztjl = t_3vtu5 * np.power(f, -1.0 + m) * np.fmax(-1.0, np.fmin(1.0, theta_t * (1.0 / theta_min)))
+        t_nwlcx = t_aztjl * rho_t
+        t_2uf7g = cos_t * rho_t_rate + np.where(m_z5ee7, np.where(m_z5ee7_2, t_nwlcx * t_xuitj, 0.0), 0.0)
+        t_gqrit = np.where(m_z5ee7, rho_t_rate * t_xuitj, 0.0)
+        t_2blmm = np.where(m_z5ee7_2, -(t_nwlcx * cos_t), 0.0) + t_gqrit
+        t_eyp7z = (
+            (cos_phi_ref * t_2uf7g - sin_phi_ref * t_2blmm) * zeta1
+            + (cos_phi_ref * t_2blmm + sin_phi_ref * t_2uf7g) * zeta2
+        )
+        t_e4rje = 1.0 / np.fmax(1e-09, t_yfvls)
+        rho_t_rate_excess = np.fmax(0.0, -(100.0 * k_phi * (R - t_yfvls) + t_eyp7z * t_e4rje)) * t_e4rje
+        t_m7tvp = t_gqrit + np.where(m_z5ee7_2, -(cos_t * t_aztjl * rho_t), 0.0)
+        zeta1_rate = t_m7tvp * sin_phi_ref - rho_t_rate_excess * zeta1 - t_2uf7g * cos_phi_ref
+        w3 = np.fmax(-mu_rate_max, np.fmin(mu_rate_max, mu_gain * (mu_ref - mu)))
+        m_ksqj2 = (0.0 < t_yfvls)
+        t_eim6l = rho_t_rate_excess * zeta2 + t_2uf7g * sin_phi_ref + t_m7tvp * cos_phi_ref
+        w1 = np.where(m_ksqj2, (zeta1 * zeta1_rate - zeta2 * t_eim6l) / t_yfvls, zeta1_rate)
+        w2 = np.where(m_ksqj2, -((zeta1 * t_eim6l + zeta1_rate * zeta2) / t_4x2zf), 0.0)
+        return _vector(
+            w1,
+            w2,
+            w3,
+        )
 
 
 def sliding_loop(q, r, p, c):
     """Closed loop of sliding: (q, r, p, c) -> dq."""
     q, r, p, c = _arrays(q, r, p, c)
     with np.errstate(all="ignore"):
-        s2, c2 = np.sin(r[..., 1]), np.cos(r[..., 1])
-        v8 = s2 * q[..., 0] - c2 * q[..., 1]
-        v14 = r[..., 0] - c2 * q[..., 0] - s2 * q[..., 1]
-        v16 = v8 * v8 + v14 * v14
-        v17 = np.sqrt(v16)
-        m18 = (1e-09 < v17)
-        m20 = (0.0 < v17)
-        v23 = 1.0 / c[..., 3]
-        v25 = 1.0 / c[..., 1]
-        v27 = 1.0 / v17
-        v29 = np.where(m18, v14 * v27, 1.0)
-        v34 = v8 * v27
-        v39 = np.where(m18, np.where(m18, -(r[..., 0] * r[..., 0] * (v34 * v34)), 0.0), 0.0)
-        v41 = np.sqrt(c[..., 6] * c[..., 6] + v39)
-        v42 = v29 * r[..., 0] + v41
-        v54 = q[..., 3] - r[..., 3] + r[..., 0] * v8 * c[..., 9]
-        v56 = np.abs(v54) * v23
-        v60 = c[..., 0] * np.sqrt(v17 / v42) / (v56 + v16 / (v42 * v42))
-        v68 = v23 * v25 * v42 * v60 * (np.where(m18, r[..., 0] * v34 / v41 * v54 * c[..., 1], 0.0) - v16)
-        v72 = np.power(v56, v25)
-        v80 = c[..., 2] * np.fmax(-1.0, np.fmin(1.0, (v17 - v72 * v42) * (1.0 / c[..., 4])))
-        v81 = np.where(m20, v68, 0.0) - v80
-        v83 = np.where(m18, v81 * v34, 0.0)
-        v92 = v60 * np.power(v72, -1.0 + c[..., 1]) * np.fmax(-1.0, np.fmin(1.0, v54 * (1.0 / c[..., 5])))
-        v97 = v83 + np.where(m20, -(v29 * v92 * v17), 0.0)
-        v104 = np.sqrt(q[..., 0] * q[..., 0] + q[..., 1] * q[..., 1])
-        v108 = v92 * v17
-        v112 = v29 * v81 + np.where(m18, np.where(m20, v108 * v34, 0.0), 0.0)
-        v117 = np.where(m20, -(v108 * v29), 0.0) + v83
-        v125 = (c2 * v112 - s2 * v117) * q[..., 0] + (c2 * v117 + s2 * v112) * q[..., 1]
-        v127 = 1.0 / np.fmax(1e-09, v104)
-        v132 = np.fmax(0.0, -(100.0 * c[..., 0] * (c[..., 6] - v104) + v125 * v127)) * v127
-        v136 = v97 * s2 - v132 * q[..., 0] - v112 * c2
-        v141 = v132 * q[..., 1] + v112 * s2 + v97 * c2
-        v151 = np.fmax(-c[..., 8], np.fmin(c[..., 8], c[..., 7] * (r[..., 2] - q[..., 2])))
-        v163 = p[..., 1] + 3.0 * p[..., 0] / p[..., 2] / q[..., 2] - q[..., 0] * v141 - v136 * q[..., 1]
-        return _vector(v136, -v141, v151, v163)
+        zeta1 = q[..., 0]
+        zeta2 = q[..., 1]
+        mu = q[..., 2]
+        theta = q[..., 3]
+        rho_ref = r[..., 0]
+        phi_ref = r[..., 1]
+        mu_ref = r[..., 2]
+        theta_ref = r[..., 3]
+        H = p[..., 0]
+        disturbance = p[..., 1]
+        mass = p[..., 2]
+        k_phi = c[..., 0]
+        m = c[..., 1]
+        eta_rho = c[..., 2]
+        theta_star = c[..., 3]
+        s_min = c[..., 4]
+        theta_min = c[..., 5]
+        R = c[..., 6]
+        mu_gain = c[..., 7]
+        mu_rate_max = c[..., 8]
+        area_factor = c[..., 9]
+        sin_phi_ref, cos_phi_ref = np.sin(phi_ref), np.cos(phi_ref)
+        w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
+        w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2  # (25)
+        t_furpv = w_across * w_across + w_along * w_along
+        rho_t = np.sqrt(t_furpv)  # (25)
+        m_z5ee7 = (1e-09 < rho_t)
+        t_gliif = 1.0 / rho_t
+        cos_t = np.where(m_z5ee7, w_along * t_gliif, 1.0)  # (25)
+        theta_t = theta - theta_ref + rho_ref * w_across * area_factor  # (27)
+        t_xuitj = w_across * t_gliif
+        chord = np.sqrt(R * R + np.where(m_z5ee7, np.where(m_z5ee7, -(rho_ref * rho_ref * (t_xuitj * t_xuitj)), 0.0), 0.0))  # (28)
+        h = cos_t * rho_ref + chord  # (28)
+        t_gjxkh = 1.0 / theta_star
+        tau = np.abs(theta_t) * t_gjxkh  # (31)
+        t_ieu4b = 1.0 / m
+        f = np.power(tau, t_ieu4b)  # (31)
+        s = rho_t - f * h  # (30)
+        m_z5ee7_2 = (0.0 < rho_t)
+        t_3vtu5 = k_phi * np.sqrt(rho_t / h) / (tau + t_furpv / (h * h))
+        t_eftwe = t_gjxkh * t_ieu4b * h * t_3vtu5 * (np.where(m_z5ee7, rho_ref * t_xuitj / chord * theta_t * m, 0.0) - t_furpv)
+        rho_t_rate = np.where(m_z5ee7_2, t_eftwe, 0.0) - eta_rho * np.fmax(-1.0, np.fmin(1.0, s * (1.0 / s_min)))  # (34)
+        t_yfvls = np.sqrt(zeta1 * zeta1 + zeta2 * zeta2)
+        t_aztjl = t_3vtu5 * np.power(f, -1.0 + m) * np.fmax(-1.0, np.fmin(1.0, theta_t * (1.0 / theta_min)))
+        t_nwlcx = t_aztjl * rho_t
+        t_2uf7g = cos_t * rho_t_rate + np.where(m_z5ee7, np.where(m_z5ee7_2, t_nwlcx * t_xuitj, 0.0), 0.0)
+        t_gqrit = np.where(m_z5ee7, rho_t_rate * t_xuitj, 0.0)
+        t_2blmm = np.where(m_z5ee7_2, -(t_nwlcx * cos_t), 0.0) + t_gqrit
+        t_eyp7z = (
+            (cos_phi_ref * t_2uf7g - sin_phi_ref * t_2blmm) * zeta1
+            + (cos_phi_ref * t_2blmm + sin_phi_ref * t_2uf7g) * zeta2
+        )
+        t_e4rje = 1.0 / np.fmax(1e-09, t_yfvls)
+        rho_t_rate_excess = np.fmax(0.0, -(100.0 * k_phi * (R - t_yfvls) + t_eyp7z * t_e4rje)) * t_e4rje
+        t_m7tvp = t_gqrit + np.where(m_z5ee7_2, -(cos_t * t_aztjl * rho_t), 0.0)
+        zeta1_rate = t_m7tvp * sin_phi_ref - rho_t_rate_excess * zeta1 - t_2uf7g * cos_phi_ref
+        t_eim6l = rho_t_rate_excess * zeta2 + t_2uf7g * sin_phi_ref + t_m7tvp * cos_phi_ref
+        zeta2_rate = -t_eim6l
+        w3 = np.fmax(-mu_rate_max, np.fmin(mu_rate_max, mu_gain * (mu_ref - mu)))
+        return _vector(
+            zeta1_rate,
+            zeta2_rate,
+            w3,
+            disturbance
+                + 3.0 * H / mass / mu
+                - zeta1 * t_eim6l
+                - zeta1_rate * zeta2,
+        )
 
 
 def sliding_observe(q, r, p, c):
     """State and input in the loop of sliding: (q, r, p, c) -> x, u."""
     q, r, p, c = _arrays(q, r, p, c)
     with np.errstate(all="ignore"):
-        v4 = q[..., 0] * q[..., 0] + q[..., 1] * q[..., 1]
-        v5 = np.sqrt(v4)
-        m10 = (0.0 < v5)
-        s13, c13 = np.sin(r[..., 1]), np.cos(r[..., 1])
-        v17 = s13 * q[..., 0] - c13 * q[..., 1]
-        v23 = r[..., 0] - c13 * q[..., 0] - s13 * q[..., 1]
-        v25 = v17 * v17 + v23 * v23
-        v26 = np.sqrt(v25)
-        m27 = (1e-09 < v26)
-        m28 = (0.0 < v26)
-        v31 = 1.0 / c[..., 3]
-        v33 = 1.0 / c[..., 1]
-        v35 = 1.0 / v26
-        v37 = np.where(m27, v23 * v35, 1.0)
-        v42 = v17 * v35
-        v47 = np.where(m27, np.where(m27, -(r[..., 0] * r[..., 0] * (v42 * v42)), 0.0), 0.0)
-        v49 = np.sqrt(c[..., 6] * c[..., 6] + v47)
-        v50 = v37 * r[..., 0] + v49
-        v61 = q[..., 3] - r[..., 3] + r[..., 0] * v17 * c[..., 9]
-        v63 = np.abs(v61) * v31
-        v67 = c[..., 0] * np.sqrt(v26 / v50) / (v63 + v25 / (v50 * v50))
-        v75 = v31 * v33 * v50 * v67 * (np.where(m27, r[..., 0] * v42 / v49 * v61 * c[..., 1], 0.0) - v25)
-        v79 = np.power(v63, v33)
-        v87 = c[..., 2] * np.fmax(-1.0, np.fmin(1.0, (v26 - v79 * v50) * (1.0 / c[..., 4])))
-        v88 = np.where(m28, v75, 0.0) - v87
-        v90 = np.where(m27, v88 * v42, 0.0)
-        v99 = v67 * np.power(v79, -1.0 + c[..., 1]) * np.fmax(-1.0, np.fmin(1.0, v61 * (1.0 / c[..., 5])))
-        v104 = v90 + np.where(m28, -(v37 * v99 * v26), 0.0)
-        v111 = v99 * v26
-        v115 = v37 * v88 + np.where(m27, np.where(m28, v111 * v42, 0.0), 0.0)
-        v120 = np.where(m28, -(v111 * v37), 0.0) + v90
-        v128 = (c13 * v115 - s13 * v120) * q[..., 0] + (c13 * v120 + s13 * v115) * q[..., 1]
-        v130 = 1.0 / np.fmax(1e-09, v5)
-        v135 = np.fmax(0.0, -(100.0 * c[..., 0] * (c[..., 6] - v5) + v128 * v130)) * v130
-        v139 = v104 * s13 - v135 * q[..., 0] - v115 * c13
-        v145 = v135 * q[..., 1] + v115 * s13 + v104 * c13
-        v163 = np.fmax(-c[..., 8], np.fmin(c[..., 8], c[..., 7] * (r[..., 2] - q[..., 2])))
-        return _vector(v5, np.arctan2(q[..., 1], q[..., 0]), q[..., 2], q[..., 3]), _vector(np.where(m10, (q[..., 0] * v139 - q[..., 1] * v145) / v5, v139), np.where(m10, -((q[..., 0] * v145 + v139 * q[..., 1]) / v4), 0.0), v163)
+        zeta1 = q[..., 0]
+        zeta2 = q[..., 1]
+        mu = q[..., 2]
+        theta = q[..., 3]
+        rho_ref = r[..., 0]
+        phi_ref = r[..., 1]
+        mu_ref = r[..., 2]
+        theta_ref = r[..., 3]
+        k_phi = c[..., 0]
+        m = c[..., 1]
+        eta_rho = c[..., 2]
+        theta_star = c[..., 3]
+        s_min = c[..., 4]
+        theta_min = c[..., 5]
+        R = c[..., 6]
+        mu_gain = c[..., 7]
+        mu_rate_max = c[..., 8]
+        area_factor = c[..., 9]
+        sin_phi_ref, cos_phi_ref = np.sin(phi_ref), np.cos(phi_ref)
+        w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
+        w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2  # (25)
+        t_furpv = w_across * w_across + w_along * w_along
+        rho_t = np.sqrt(t_furpv)  # (25)
+        m_z5ee7 = (1e-09 < rho_t)
+        t_gliif = 1.0 / rho_t
+        cos_t = np.where(m_z5ee7, w_along * t_gliif, 1.0)  # (25)
+        theta_t = theta - theta_ref + rho_ref * w_across * area_factor  # (27)
+        t_xuitj = w_across * t_gliif
+        chord = np.sqrt(R * R + np.where(m_z5ee7, np.where(m_z5ee7, -(rho_ref * rho_ref * (t_xuitj * t_xuitj)), 0.0), 0.0))  # (28)
+        h = cos_t * rho_ref + chord  # (28)
+        t_gjxkh = 1.0 / theta_star
+        tau = np.abs(theta_t) * t_gjxkh  # (31)
+        t_ieu4b = 1.0 / m
+        f = np.power(tau, t_ieu4b)  # (31)
+        s = rho_t - f * h  # (30)
+        m_z5ee7_2 = (0.0 < rho_t)
+        t_3vtu5 = k_phi * np.sqrt(rho_t / h) / (tau + t_furpv / (h * h))
+        t_eftwe = t_gjxkh * t_ieu4b * h * t_3vtu5 * (np.where(m_z5ee7, rho_ref * t_xuitj / chord * theta_t * m, 0.0) - t_furpv)
+        rho_t_rate = np.where(m_z5ee7_2, t_eftwe, 0.0) - eta_rho * np.fmax(-1.0, np.fmin(1.0, s * (1.0 / s_min)))  # (34)
+        t_4x2zf = zeta1 * zeta1 + zeta2 * zeta2
+        rho = np.sqrt(t_4x2zf)
+        t_aztjl = t_3vtu5 * np.power(f, -1.0 + m) * np.fmax(-1.0, np.fmin(1.0, theta_t * (1.0 / theta_min)))
+        t_nwlcx = t_aztjl * rho_t
+        t_2uf7g = cos_t * rho_t_rate + np.where(m_z5ee7, np.where(m_z5ee7_2, t_nwlcx * t_xuitj, 0.0), 0.0)
+        t_gqrit = np.where(m_z5ee7, rho_t_rate * t_xuitj, 0.0)
+        t_2blmm = np.where(m_z5ee7_2, -(t_nwlcx * cos_t), 0.0) + t_gqrit
+        t_eyp7z = (
+            (cos_phi_ref * t_2uf7g - sin_phi_ref * t_2blmm) * zeta1
+            + (cos_phi_ref * t_2blmm + sin_phi_ref * t_2uf7g) * zeta2
+        )
+        t_y4tzf = 1.0 / np.fmax(1e-09, rho)
+        rho_t_rate_excess = np.fmax(0.0, -(100.0 * k_phi * (R - rho) + t_eyp7z * t_y4tzf)) * t_y4tzf
+        phi = np.arctan2(zeta2, zeta1)
+        t_m7tvp = t_gqrit + np.where(m_z5ee7_2, -(cos_t * t_aztjl * rho_t), 0.0)
+        zeta1_rate = t_m7tvp * sin_phi_ref - rho_t_rate_excess * zeta1 - t_2uf7g * cos_phi_ref
+        w3 = np.fmax(-mu_rate_max, np.fmin(mu_rate_max, mu_gain * (mu_ref - mu)))
+        m_o5luw = (0.0 < rho)
+        t_eim6l = rho_t_rate_excess * zeta2 + t_2uf7g * sin_phi_ref + t_m7tvp * cos_phi_ref
+        w1 = np.where(m_o5luw, (zeta1 * zeta1_rate - zeta2 * t_eim6l) / rho, zeta1_rate)
+        w2 = np.where(m_o5luw, -((zeta1 * t_eim6l + zeta1_rate * zeta2) / t_4x2zf), 0.0)
+        return _vector(
+            rho,
+            phi,
+            mu,
+            theta,
+        ), _vector(
+            w1,
+            w2,
+            w3,
+        )
 
 
 def sliding_constraints(p, c, s):
     """Margins of a feasible sliding: (p, c, s) -> margin."""
     p, c, s = _arrays(p, c, s)
     with np.errstate(all="ignore"):
-        v3 = s[..., 6] * s[..., 6]
-        v8 = s[..., 4] * s[..., 4] + s[..., 5] * s[..., 5]
-        v10 = 0.5 / (v3 + v8)
-        v14 = v10 * (v8 + -2.0 * v3)
-        v15 = v14 * v14
-        v21 = 1.7320508075688772 * v10 * (s[..., 4] + s[..., 5]) * (s[..., 4] - s[..., 5])
-        v22 = v21 * v21
-        v36 = np.sqrt(0.5 + 0.5 * np.sqrt(np.fmax(0.0, 1.0 + -4.0 * v15 + -4.0 * v22)))
-        v40 = s[..., 2] * s[..., 2]
-        v45 = s[..., 0] * s[..., 0] + s[..., 1] * s[..., 1]
-        v47 = 0.5 / (v40 + v45)
-        v50 = v47 * (v45 + -2.0 * v40)
-        v51 = v50 * v50
-        v56 = 1.7320508075688772 * v47 * (s[..., 0] + s[..., 1]) * (s[..., 0] - s[..., 1])
-        v57 = v56 * v56
-        v68 = np.sqrt(0.5 + 0.5 * np.sqrt(np.fmax(0.0, 1.0 + -4.0 * v51 + -4.0 * v57)))
-        return _vector(c[..., 6] - np.sqrt(v15 + v22) / v36, c[..., 6] - np.sqrt(v51 + v57) / v68)
+        R = c[..., 6]
+        l1_0 = s[..., 0]
+        l2_0 = s[..., 1]
+        l3_0 = s[..., 2]
+        l1_f = s[..., 4]
+        l2_f = s[..., 5]
+        l3_f = s[..., 6]
+        t_qyel2 = l3_0 * l3_0
+        t_iwwvg = l1_0 * l1_0 + l2_0 * l2_0
+        mu_0 = t_qyel2 + t_iwwvg  # (18)
+        t_atcuu = 0.5 / mu_0
+        z2_0 = 1.7320508075688772 * t_atcuu * (l1_0 + l2_0) * (l1_0 - l2_0)  # (19)
+        t_mgwir = t_atcuu * (t_iwwvg + -2.0 * t_qyel2)
+        t_brk2i = t_mgwir * t_mgwir
+        t_pznmt = z2_0 * z2_0
+        open_0 = 1.0 + -4.0 * t_brk2i + -4.0 * t_pznmt  # (19)
+        t_xkhu7 = l3_f * l3_f
+        t_al3xt = l1_f * l1_f + l2_f * l2_f
+        mu_f = t_xkhu7 + t_al3xt  # (18)
+        t_jloge = 0.5 / mu_f
+        z2_f = 1.7320508075688772 * t_jloge * (l1_f + l2_f) * (l1_f - l2_f)  # (19)
+        t_sdww6 = t_jloge * (t_al3xt + -2.0 * t_xkhu7)
+        t_sy3b2 = t_sdww6 * t_sdww6
+        t_5ltqh = z2_f * z2_f
+        open_f = 1.0 + -4.0 * t_sy3b2 + -4.0 * t_5ltqh  # (19)
+        rho_ref = np.sqrt(t_sy3b2 + t_5ltqh) / np.sqrt(0.5 + 0.5 * np.sqrt(np.fmax(0.0, open_f)))
+        return _vector(
+            R - rho_ref,
+            R - np.sqrt(t_brk2i + t_pznmt) / np.sqrt(0.5 + 0.5 * np.sqrt(np.fmax(0.0, open_0))),
+        )
 
 
 def sliding_defaults(c):
     """Formula defaults of sliding: (c) -> derived."""
     c, = _arrays(c)
     with np.errstate(all="ignore"):
-        return _vector(c[..., 6] / c[..., 1] * c[..., 0])
+        k_phi = c[..., 0]
+        m = c[..., 1]
+        R = c[..., 6]
+        return _vector(
+            R / m * k_phi,
+        )
 
 
 def path(x, r, p, c):
     """Online path: an arc that encloses the attitude error, (40)-(51): (x, r, p, c) -> u."""
     x, r, p, c = _arrays(x, r, p, c)
     with np.errstate(all="ignore"):
-        s3, c3 = np.sin(x[..., 1]), np.cos(x[..., 1])
-        v4 = x[..., 0] * c3
-        v7 = x[..., 0] * s3
-        v9 = v4 * v4 + v7 * v7
-        v10 = np.sqrt(v9)
-        m11 = (0.0 < v10)
-        s14, c14 = np.sin(r[..., 1]), np.cos(r[..., 1])
-        v18 = s14 * v4 - c14 * v7
-        v24 = r[..., 0] - c14 * v4 - s14 * v7
-        v26 = v18 * v18 + v24 * v24
-        v27 = np.sqrt(v26)
-        m28 = (1e-09 < v27)
-        v36 = x[..., 3] - r[..., 3] + r[..., 0] * v18 * c[..., 5]
-        v37 = np.sign(v36)
-        v39 = 1.0 / v27
-        v40 = v18 * v39
-        v42 = r[..., 0] * v40 * v27
-        v50 = np.where(m28, v24 * v39, 1.0)
-        v53 = c[..., 2] * c[..., 2] - r[..., 0] * r[..., 0] + v50 * r[..., 0] * v27
-        v64 = v27 * c[..., 2] / np.sqrt(v53 * v53 + np.where(m28, np.where(m28, v42 * v42, 0.0), 0.0))
-        v67 = 1.5707963267948966 - v37 * np.arctan2(np.where(m28, -v42, 0.0), v53) + np.arccos(np.fmin(1.0, v64))
-        v69 = np.abs(v36)
-        v74 = np.fmin(1000000000000.0, (v69 + v69) / np.fmax(1e-24, v26))
-        m76 = (v74 < 0.03)
-        v78 = v74 * v74
-        v88 = v74 * (1.5 + v78 * (-0.45 + v78 * (0.26035714285714284 + -0.18225 * v78)))
-        v92 = np.sqrt(v74)
-        v100 = 3.141592653589793 * v74 / (3.478838 + v92 * (0.566927 + v92 * (2.225213 + v92)))
-        v103 = v100 * (1.661023 + v92)
-        s104, c104 = np.sin(v103), np.cos(v103)
-        v105 = s104 * s104
-        v108 = c104 * c104
-        v110 = c104 * s104
-        v111 = v74 + v74
-        v113 = 1.0 + v105 - v108 - v110 * v111
-        v114 = v113 * v113
-        v116 = v105 * v74
-        v117 = v116 + v116
-        v127 = v113 / (v114 + v114 - (v117 + 4.0 * v110 - v108 * v111) * (v103 - v110 - v116))
-        v134 = v103 - v127 * (-2.0 * v110 - v117 + (v103 + v103))
-        s135, c135 = np.sin(v134), np.cos(v134)
-        v136 = s135 * s135
-        v139 = c135 * c135
-        v141 = c135 * s135
-        v143 = 1.0 + v136 - v139 - v111 * v141
-        v144 = v143 * v143
-        v146 = v136 * v74
-        v147 = v146 + v146
-        v156 = v143 / (v144 + v144 - (v147 + 4.0 * v141 - v111 * v139) * (v134 - v141 - v146))
-        v162 = v134 - v156 * (-2.0 * v141 - v147 + (v134 + v134))
-        s163, c163 = np.sin(v162), np.cos(v162)
-        v164 = s163 * s163
-        v167 = c163 * c163
-        v169 = c163 * s163
-        v171 = 1.0 + v164 - v167 - v111 * v169
-        v172 = v171 * v171
-        v174 = v164 * v74
-        v175 = v174 + v174
-        v184 = v171 / (v172 + v172 - (v175 + 4.0 * v169 - v111 * v167) * (v162 - v169 - v174))
-        v192 = np.fmin(v67, np.where(m76, v88, v162 - v184 * (-2.0 * v169 - v175 + (v162 + v162))))
-        s193, c193 = np.sin(v192), np.cos(v192)
-        v201 = -(c193 * np.fmin(np.fmin(c[..., 2] - r[..., 0], c[..., 1]), np.sqrt(v69)))
-        v203 = c[..., 0] * np.fmax(v27, v201)
-        v204 = c193 * v203
-        v210 = v37 * v203 * s193
-        v212 = np.where(m28, -(v204 * v40), 0.0) - v50 * v210
-        v221 = np.where(m28, v40 * v210, 0.0) - v50 * v204
-        v232 = 1.0 / np.fmax(1e-09, v10)
-        v234 = 100.0 * c[..., 0] * (c[..., 2] - v10) + ((c14 * v221 - s14 * v212) * v4 + (c14 * v212 + s14 * v221) * v7) * v232
-        v237 = np.fmax(0.0, -v234) * v232
-        v241 = v212 * s14 - v237 * v4 - v221 * c14
-        v247 = v237 * v7 + v221 * s14 + v212 * c14
-        v266 = np.fmax(-c[..., 4], np.fmin(c[..., 4], c[..., 3] * (r[..., 2] - x[..., 2])))
-        return _vector(np.where(m11, (v4 * v241 - v7 * v247) / v10, v241), np.where(m11, -((v4 * v247 + v241 * v7) / v9), 0.0), v266)
+        rho = x[..., 0]
+        phi = x[..., 1]
+        mu = x[..., 2]
+        theta = x[..., 3]
+        rho_ref = r[..., 0]
+        phi_ref = r[..., 1]
+        mu_ref = r[..., 2]
+        theta_ref = r[..., 3]
+        k_phi = c[..., 0]
+        rho_escape = c[..., 1]
+        R = c[..., 2]
+        mu_gain = c[..., 3]
+        mu_rate_max = c[..., 4]
+        area_factor = c[..., 5]
+        sin_phi_ref, cos_phi_ref = np.sin(phi_ref), np.cos(phi_ref)
+        sin_phi, cos_phi = np.sin(phi), np.cos(phi)
+        zeta1 = rho * cos_phi
+        zeta2 = rho * sin_phi
+        w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
+        w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2  # (25)
+        t_furpv = w_across * w_across + w_along * w_along
+        rho_t = np.sqrt(t_furpv)  # (25)
+        m_z5ee7 = (1e-09 < rho_t)
+        t_gliif = 1.0 / rho_t
+        cos_t = np.where(m_z5ee7, w_along * t_gliif, 1.0)  # (25)
+        theta_t = theta - theta_ref + rho_ref * w_across * area_factor  # (27)
+        alpha = np.sign(theta_t)  # (40)
+        t_ptl3y = np.abs(theta_t)
+        K_ = np.fmin(1000000000000.0, (t_ptl3y + t_ptl3y) / np.fmax(1e-24, t_furpv))  # (42)
+        sqrt_K = np.sqrt(K_)
+        x_start = 3.141592653589793 * K_ / (3.478838 + sqrt_K * (0.566927 + sqrt_K * (2.225213 + sqrt_K))) * (1.661023 + sqrt_K)  # (42)
+        sin_x1, cos_x1 = np.sin(x_start), np.cos(x_start)
+        t_olly6 = sin_x1 * sin_x1
+        t_23zzq = cos_x1 * cos_x1
+        t_jk652 = cos_x1 * sin_x1
+        t_rkglc = K_ + K_
+        t_6jinm = 1.0 + t_olly6 - t_23zzq - t_jk652 * t_rkglc
+        t_mtylf = t_6jinm * t_6jinm
+        t_vapxn = t_olly6 * K_
+        t_iaeac = t_vapxn + t_vapxn
+        t_njl5j = (
+            t_mtylf
+            + t_mtylf
+            - (t_iaeac + 4.0 * t_jk652 - t_23zzq * t_rkglc) * (x_start - t_jk652 - t_vapxn)
+        )
+        x_step1 = x_start - t_6jinm / t_njl5j * (-2.0 * t_jk652 - t_iaeac + (x_start + x_start))  # (42)
+        sin_x2, cos_x2 = np.sin(x_step1), np.cos(x_step1)
+        t_ondim = sin_x2 * sin_x2
+        t_iuts7 = cos_x2 * cos_x2
+        t_dgfa7 = cos_x2 * sin_x2
+        t_wdxur = 1.0 + t_ondim - t_iuts7 - t_rkglc * t_dgfa7
+        t_7klzx = t_wdxur * t_wdxur
+        t_nwlbz = t_ondim * K_
+        t_d4xrm = t_nwlbz + t_nwlbz
+        t_7sse2 = (
+            t_7klzx
+            + t_7klzx
+            - (t_d4xrm + 4.0 * t_dgfa7 - t_rkglc * t_iuts7) * (x_step1 - t_dgfa7 - t_nwlbz)
+        )
+        x_step2 = x_step1 - t_wdxur / t_7sse2 * (-2.0 * t_dgfa7 - t_d4xrm + (x_step1 + x_step1))  # (42)
+        sin_x3, cos_x3 = np.sin(x_step2), np.cos(x_step2)
+        t_drem6 = sin_x3 * sin_x3
+        t_znqpz = cos_x3 * cos_x3
+        t_puxxy = cos_x3 * sin_x3
+        t_s355q = 1.0 + t_drem6 - t_znqpz - t_rkglc * t_puxxy
+        t_5uofc = t_s355q * t_s355q
+        t_5lgfw = t_drem6 * K_
+        t_ezjt3 = t_5lgfw + t_5lgfw
+        t_xhmsj = (
+            t_5uofc
+            + t_5uofc
+            - (t_ezjt3 + 4.0 * t_puxxy - t_rkglc * t_znqpz) * (x_step2 - t_puxxy - t_5lgfw)
+        )
+        x_step3 = x_step2 - t_s355q / t_xhmsj * (-2.0 * t_puxxy - t_ezjt3 + (x_step2 + x_step2))  # (42)
+        P = R * R - rho_ref * rho_ref + cos_t * rho_ref * rho_t  # (47)
+        t_xuitj = w_across * t_gliif
+        t_c5njk = rho_ref * t_xuitj * rho_t
+        Q = np.where(m_z5ee7, -t_c5njk, 0.0)  # (47)
+        t_efbua = np.fmin(1.0, rho_t * R / np.sqrt(P * P + np.where(m_z5ee7, np.where(m_z5ee7, t_c5njk * t_c5njk, 0.0), 0.0)))
+        x_tangent = 1.5707963267948966 - alpha * np.arctan2(Q, P) + np.arccos(t_efbua)  # (47)
+        m_xb2xi = (K_ < 0.03)
+        t_fcflk = K_ * K_
+        t_reehy = np.where(m_xb2xi, K_ * (1.5 + t_fcflk * (-0.45 + t_fcflk * (0.26035714285714284 + -0.18225 * t_fcflk))), x_step3)
+        x_ = np.fmin(x_tangent, t_reehy)  # (47)
+        escape = np.fmin(np.fmin(R - rho_ref, rho_escape), np.sqrt(t_ptl3y))
+        sin_x_, cos_x_ = np.sin(x_), np.cos(x_)
+        speed = k_phi * np.fmax(rho_t, -(cos_x_ * escape))  # (45)
+        t_4x2zf = zeta1 * zeta1 + zeta2 * zeta2
+        t_yfvls = np.sqrt(t_4x2zf)
+        t_a5u54 = alpha * speed * sin_x_
+        t_wvhee = cos_x_ * speed
+        t_rqnbt = np.where(m_z5ee7, t_xuitj * t_a5u54, 0.0) - cos_t * t_wvhee
+        t_lp7ic = np.where(m_z5ee7, -(t_wvhee * t_xuitj), 0.0) - cos_t * t_a5u54
+        t_unyzv = (
+            (cos_phi_ref * t_rqnbt - sin_phi_ref * t_lp7ic) * zeta1
+            + (cos_phi_ref * t_lp7ic + sin_phi_ref * t_rqnbt) * zeta2
+        )
+        t_e4rje = 1.0 / np.fmax(1e-09, t_yfvls)
+        rho_rate_excess = np.fmax(0.0, -(100.0 * k_phi * (R - t_yfvls) + t_unyzv * t_e4rje)) * t_e4rje
+        zeta1_rate = t_lp7ic * sin_phi_ref - rho_rate_excess * zeta1 - t_rqnbt * cos_phi_ref
+        w3 = np.fmax(-mu_rate_max, np.fmin(mu_rate_max, mu_gain * (mu_ref - mu)))
+        m_ksqj2 = (0.0 < t_yfvls)
+        t_nso3s = rho_rate_excess * zeta2 + t_rqnbt * sin_phi_ref + t_lp7ic * cos_phi_ref
+        w1 = np.where(m_ksqj2, (zeta1 * zeta1_rate - zeta2 * t_nso3s) / t_yfvls, zeta1_rate)
+        w2 = np.where(m_ksqj2, -((zeta1 * t_nso3s + zeta1_rate * zeta2) / t_4x2zf), 0.0)
+        return _vector(
+            w1,
+            w2,
+            w3,
+        )
 
 
 def path_loop(q, r, p, c):
     """Closed loop of path: (q, r, p, c) -> dq."""
     q, r, p, c = _arrays(q, r, p, c)
     with np.errstate(all="ignore"):
-        s2, c2 = np.sin(r[..., 1]), np.cos(r[..., 1])
-        v8 = s2 * q[..., 0] - c2 * q[..., 1]
-        v14 = r[..., 0] - c2 * q[..., 0] - s2 * q[..., 1]
-        v16 = v8 * v8 + v14 * v14
-        v17 = np.sqrt(v16)
-        m18 = (1e-09 < v17)
-        v26 = q[..., 3] - r[..., 3] + r[..., 0] * v8 * c[..., 5]
-        v27 = np.sign(v26)
-        v29 = 1.0 / v17
-        v30 = v8 * v29
-        v32 = r[..., 0] * v30 * v17
-        v40 = np.where(m18, v14 * v29, 1.0)
-        v43 = c[..., 2] * c[..., 2] - r[..., 0] * r[..., 0] + v40 * r[..., 0] * v17
-        v54 = v17 * c[..., 2] / np.sqrt(v43 * v43 + np.where(m18, np.where(m18, v32 * v32, 0.0), 0.0))
-        v57 = 1.5707963267948966 - v27 * np.arctan2(np.where(m18, -v32, 0.0), v43) + np.arccos(np.fmin(1.0, v54))
-        v59 = np.abs(v26)
-        v64 = np.fmin(1000000000000.0, (v59 + v59) / np.fmax(1e-24, v16))
-        m66 = (v64 < 0.03)
-        v68 = v64 * v64
-        v78 = v64 * (1.5 + v68 * (-0.45 + v68 * (0.26035714285714284 + -0.18225 * v68)))
-        v82 = np.sqrt(v64)
-        v90 = 3.141592653589793 * v64 / (3.478838 + v82 * (0.566927 + v82 * (2.225213 + v82)))
-        v93 = v90 * (1.661023 + v82)
-        s94, c94 = np.sin(v93), np.cos(v93)
-        v95 = s94 * s94
-        v98 = c94 * c94
-        v100 = c94 * s94
-        v101 = v64 + v64
-        v103 = 1.0 + v95 - v98 - v100 * v101
-        v104 = v103 * v103
-        v106 = v95 * v64
-        v107 = v106 + v106
-        v117 = v103 / (v104 + v104 - (v107 + 4.0 * v100 - v98 * v101) * (v93 - v100 - v106))
-        v124 = v93 - v117 * (-2.0 * v100 - v107 + (v93 + v93))
-        s125, c125 = np.sin(v124), np.cos(v124)
-        v126 = s125 * s125
-        v129 = c125 * c125
-        v131 = c125 * s125
-        v133 = 1.0 + v126 - v129 - v101 * v131
-        v134 = v133 * v133
-        v136 = v126 * v64
-        v137 = v136 + v136
-        v146 = v133 / (v134 + v134 - (v137 + 4.0 * v131 - v101 * v129) * (v124 - v131 - v136))
-        v152 = v124 - v146 * (-2.0 * v131 - v137 + (v124 + v124))
-        s153, c153 = np.sin(v152), np.cos(v152)
-        v154 = s153 * s153
-        v157 = c153 * c153
-        v159 = c153 * s153
-        v161 = 1.0 + v154 - v157 - v101 * v159
-        v162 = v161 * v161
-        v164 = v154 * v64
-        v165 = v164 + v164
-        v174 = v161 / (v162 + v162 - (v165 + 4.0 * v159 - v101 * v157) * (v152 - v159 - v164))
-        v182 = np.fmin(v57, np.where(m66, v78, v152 - v174 * (-2.0 * v159 - v165 + (v152 + v152))))
-        s183, c183 = np.sin(v182), np.cos(v182)
-        v191 = -(c183 * np.fmin(np.fmin(c[..., 2] - r[..., 0], c[..., 1]), np.sqrt(v59)))
-        v193 = c[..., 0] * np.fmax(v17, v191)
-        v194 = c183 * v193
-        v200 = v27 * v193 * s183
-        v202 = np.where(m18, -(v194 * v30), 0.0) - v40 * v200
-        v210 = np.sqrt(q[..., 0] * q[..., 0] + q[..., 1] * q[..., 1])
-        v216 = np.where(m18, v30 * v200, 0.0) - v40 * v194
-        v225 = (c2 * v216 - s2 * v202) * q[..., 0] + (c2 * v202 + s2 * v216) * q[..., 1]
-        v227 = 1.0 / np.fmax(1e-09, v210)
-        v232 = np.fmax(0.0, -(100.0 * c[..., 0] * (c[..., 2] - v210) + v225 * v227)) * v227
-        v236 = v202 * s2 - v232 * q[..., 0] - v216 * c2
-        v241 = v232 * q[..., 1] + v216 * s2 + v202 * c2
-        v251 = np.fmax(-c[..., 4], np.fmin(c[..., 4], c[..., 3] * (r[..., 2] - q[..., 2])))
-        v263 = p[..., 1] + 3.0 * p[..., 0] / p[..., 2] / q[..., 2] - q[..., 0] * v241 - v236 * q[..., 1]
-        return _vector(v236, -v241, v251, v263)
+        zeta1 = q[..., 0]
+        zeta2 = q[..., 1]
+        mu = q[..., 2]
+        theta = q[..., 3]
+        rho_ref = r[..., 0]
+        phi_ref = r[..., 1]
+        mu_ref = r[..., 2]
+        theta_ref = r[..., 3]
+        H = p[..., 0]
+        disturbance = p[..., 1]
+        mass = p[..., 2]
+        k_phi = c[..., 0]
+        rho_escape = c[..., 1]
+        R = c[..., 2]
+        mu_gain = c[..., 3]
+        mu_rate_max = c[..., 4]
+        area_factor = c[..., 5]
+        sin_phi_ref, cos_phi_ref = np.sin(phi_ref), np.cos(phi_ref)
+        w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
+        w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2  # (25)
+        t_furpv = w_across * w_across + w_along * w_along
+        rho_t = np.sqrt(t_furpv)  # (25)
+        m_z5ee7 = (1e-09 < rho_t)
+        t_gliif = 1.0 / rho_t
+        cos_t = np.where(m_z5ee7, w_along * t_gliif, 1.0)  # (25)
+        theta_t = theta - theta_ref + rho_ref * w_across * area_factor  # (27)
+        alpha = np.sign(theta_t)  # (40)
+        t_ptl3y = np.abs(theta_t)
+        K_ = np.fmin(1000000000000.0, (t_ptl3y + t_ptl3y) / np.fmax(1e-24, t_furpv))  # (42)
+        sqrt_K = np.sqrt(K_)
+        x_start = 3.141592653589793 * K_ / (3.478838 + sqrt_K * (0.566927 + sqrt_K * (2.225213 + sqrt_K))) * (1.661023 + sqrt_K)  # (42)
+        sin_x1, cos_x1 = np.sin(x_start), np.cos(x_start)
+        t_olly6 = sin_x1 * sin_x1
+        t_23zzq = cos_x1 * cos_x1
+        t_jk652 = cos_x1 * sin_x1
+        t_rkglc = K_ + K_
+        t_6jinm = 1.0 + t_olly6 - t_23zzq - t_jk652 * t_rkglc
+        t_mtylf = t_6jinm * t_6jinm
+        t_vapxn = t_olly6 * K_
+        t_iaeac = t_vapxn + t_vapxn
+        t_njl5j = (
+            t_mtylf
+            + t_mtylf
+            - (t_iaeac + 4.0 * t_jk652 - t_23zzq * t_rkglc) * (x_start - t_jk652 - t_vapxn)
+        )
+        x_step1 = x_start - t_6jinm / t_njl5j * (-2.0 * t_jk652 - t_iaeac + (x_start + x_start))  # (42)
+        sin_x2, cos_x2 = np.sin(x_step1), np.cos(x_step1)
+        t_ondim = sin_x2 * sin_x2
+        t_iuts7 = cos_x2 * cos_x2
+        t_dgfa7 = cos_x2 * sin_x2
+        t_wdxur = 1.0 + t_ondim - t_iuts7 - t_rkglc * t_dgfa7
+        t_7klzx = t_wdxur * t_wdxur
+        t_nwlbz = t_ondim * K_
+        t_d4xrm = t_nwlbz + t_nwlbz
+        t_7sse2 = (
+            t_7klzx
+            + t_7klzx
+            - (t_d4xrm + 4.0 * t_dgfa7 - t_rkglc * t_iuts7) * (x_step1 - t_dgfa7 - t_nwlbz)
+        )
+        x_step2 = x_step1 - t_wdxur / t_7sse2 * (-2.0 * t_dgfa7 - t_d4xrm + (x_step1 + x_step1))  # (42)
+        sin_x3, cos_x3 = np.sin(x_step2), np.cos(x_step2)
+        t_drem6 = sin_x3 * sin_x3
+        t_znqpz = cos_x3 * cos_x3
+        t_puxxy = cos_x3 * sin_x3
+        t_s355q = 1.0 + t_drem6 - t_znqpz - t_rkglc * t_puxxy
+        t_5uofc = t_s355q * t_s355q
+        t_5lgfw = t_drem6 * K_
+        t_ezjt3 = t_5lgfw + t_5lgfw
+        t_xhmsj = (
+            t_5uofc
+            + t_5uofc
+            - (t_ezjt3 + 4.0 * t_puxxy - t_rkglc * t_znqpz) * (x_step2 - t_puxxy - t_5lgfw)
+        )
+        x_step3 = x_step2 - t_s355q / t_xhmsj * (-2.0 * t_puxxy - t_ezjt3 + (x_step2 + x_step2))  # (42)
+        P = R * R - rho_ref * rho_ref + cos_t * rho_ref * rho_t  # (47)
+        t_xuitj = w_across * t_gliif
+        t_c5njk = rho_ref * t_xuitj * rho_t
+        Q = np.where(m_z5ee7, -t_c5njk, 0.0)  # (47)
+        t_efbua = np.fmin(1.0, rho_t * R / np.sqrt(P * P + np.where(m_z5ee7, np.where(m_z5ee7, t_c5njk * t_c5njk, 0.0), 0.0)))
+        x_tangent = 1.5707963267948966 - alpha * np.arctan2(Q, P) + np.arccos(t_efbua)  # (47)
+        m_xb2xi = (K_ < 0.03)
+        t_fcflk = K_ * K_
+        t_reehy = np.where(m_xb2xi, K_ * (1.5 + t_fcflk * (-0.45 + t_fcflk * (0.26035714285714284 + -0.18225 * t_fcflk))), x_step3)
+        x = np.fmin(x_tangent, t_reehy)  # (47)
+        escape = np.fmin(np.fmin(R - rho_ref, rho_escape), np.sqrt(t_ptl3y))
+        sin_x, cos_x = np.sin(x), np.cos(x)
+        speed = k_phi * np.fmax(rho_t, -(cos_x * escape))  # (45)
+        t_yfvls = np.sqrt(zeta1 * zeta1 + zeta2 * zeta2)
+        t_a5u54 = alpha * speed * sin_x
+        t_wvhee = cos_x * speed
+        t_rqnbt = np.where(m_z5ee7, t_xuitj * t_a5u54, 0.0) - cos_t * t_wvhee
+        t_lp7ic = np.where(m_z5ee7, -(t_wvhee * t_xuitj), 0.0) - cos_t * t_a5u54
+        t_unyzv = (
+            (cos_phi_ref * t_rqnbt - sin_phi_ref * t_lp7ic) * zeta1
+            + (cos_phi_ref * t_lp7ic + sin_phi_ref * t_rqnbt) * zeta2
+        )
+        t_e4rje = 1.0 / np.fmax(1e-09, t_yfvls)
+        rho_rate_excess = np.fmax(0.0, -(100.0 * k_phi * (R - t_yfvls) + t_unyzv * t_e4rje)) * t_e4rje
+        zeta1_rate = t_lp7ic * sin_phi_ref - rho_rate_excess * zeta1 - t_rqnbt * cos_phi_ref
+        t_nso3s = rho_rate_excess * zeta2 + t_rqnbt * sin_phi_ref + t_lp7ic * cos_phi_ref
+        zeta2_rate = -t_nso3s
+        w3 = np.fmax(-mu_rate_max, np.fmin(mu_rate_max, mu_gain * (mu_ref - mu)))
+        return _vector(
+            zeta1_rate,
+            zeta2_rate,
+            w3,
+            disturbance
+                + 3.0 * H / mass / mu
+                - zeta1 * t_nso3s
+                - zeta1_rate * zeta2,
+        )
 
 
 def path_observe(q, r, p, c):
     """State and input in the loop of path: (q, r, p, c) -> x, u."""
     q, r, p, c = _arrays(q, r, p, c)
     with np.errstate(all="ignore"):
-        v4 = q[..., 0] * q[..., 0] + q[..., 1] * q[..., 1]
-        v5 = np.sqrt(v4)
-        m10 = (0.0 < v5)
-        s13, c13 = np.sin(r[..., 1]), np.cos(r[..., 1])
-        v17 = s13 * q[..., 0] - c13 * q[..., 1]
-        v23 = r[..., 0] - c13 * q[..., 0] - s13 * q[..., 1]
-        v25 = v17 * v17 + v23 * v23
-        v26 = np.sqrt(v25)
-        m27 = (1e-09 < v26)
-        v34 = q[..., 3] - r[..., 3] + r[..., 0] * v17 * c[..., 5]
-        v35 = np.sign(v34)
-        v37 = 1.0 / v26
-        v38 = v17 * v37
-        v40 = r[..., 0] * v38 * v26
-        v48 = np.where(m27, v23 * v37, 1.0)
-        v51 = c[..., 2] * c[..., 2] - r[..., 0] * r[..., 0] + v48 * r[..., 0] * v26
-        v62 = v26 * c[..., 2] / np.sqrt(v51 * v51 + np.where(m27, np.where(m27, v40 * v40, 0.0), 0.0))
-        v65 = 1.5707963267948966 - v35 * np.arctan2(np.where(m27, -v40, 0.0), v51) + np.arccos(np.fmin(1.0, v62))
-        v67 = np.abs(v34)
-        v72 = np.fmin(1000000000000.0, (v67 + v67) / np.fmax(1e-24, v25))
-        m74 = (v72 < 0.03)
-        v76 = v72 * v72
-        v86 = v72 * (1.5 + v76 * (-0.45 + v76 * (0.26035714285714284 + -0.18225 * v76)))
-        v90 = np.sqrt(v72)
-        v98 = 3.141592653589793 * v72 / (3.478838 + v90 * (0.566927 + v90 * (2.225213 + v90)))
-        v101 = v98 * (1.661023 + v90)
-        s102, c102 = np.sin(v101), np.cos(v101)
-        v103 = s102 * s102
-        v106 = c102 * c102
-        v108 = c102 * s102
-        v109 = v72 + v72
-        v111 = 1.0 + v103 - v106 - v108 * v109
-        v112 = v111 * v111
-        v114 = v103 * v72
-        v115 = v114 + v114
-        v125 = v111 / (v112 + v112 - (v115 + 4.0 * v108 - v106 * v109) * (v101 - v108 - v114))
-        v132 = v101 - v125 * (-2.0 * v108 - v115 + (v101 + v101))
-        s133, c133 = np.sin(v132), np.cos(v132)
-        v134 = s133 * s133
-        v137 = c133 * c133
-        v139 = c133 * s133
-        v141 = 1.0 + v134 - v137 - v109 * v139
-        v142 = v141 * v141
-        v144 = v134 * v72
-        v145 = v144 + v144
-        v154 = v141 / (v142 + v142 - (v145 + 4.0 * v139 - v109 * v137) * (v132 - v139 - v144))
-        v160 = v132 - v154 * (-2.0 * v139 - v145 + (v132 + v132))
-        s161, c161 = np.sin(v160), np.cos(v160)
-        v162 = s161 * s161
-        v165 = c161 * c161
-        v167 = c161 * s161
-        v169 = 1.0 + v162 - v165 - v109 * v167
-        v170 = v169 * v169
-        v172 = v162 * v72
-        v173 = v172 + v172
-        v182 = v169 / (v170 + v170 - (v173 + 4.0 * v167 - v109 * v165) * (v160 - v167 - v172))
-        v190 = np.fmin(v65, np.where(m74, v86, v160 - v182 * (-2.0 * v167 - v173 + (v160 + v160))))
-        s191, c191 = np.sin(v190), np.cos(v190)
-        v199 = -(c191 * np.fmin(np.fmin(c[..., 2] - r[..., 0], c[..., 1]), np.sqrt(v67)))
-        v201 = c[..., 0] * np.fmax(v26, v199)
-        v202 = c191 * v201
-        v208 = v35 * v201 * s191
-        v210 = np.where(m27, -(v202 * v38), 0.0) - v48 * v208
-        v219 = np.where(m27, v38 * v208, 0.0) - v48 * v202
-        v228 = (c13 * v219 - s13 * v210) * q[..., 0] + (c13 * v210 + s13 * v219) * q[..., 1]
-        v230 = 1.0 / np.fmax(1e-09, v5)
-        v235 = np.fmax(0.0, -(100.0 * c[..., 0] * (c[..., 2] - v5) + v228 * v230)) * v230
-        v239 = v210 * s13 - v235 * q[..., 0] - v219 * c13
-        v245 = v235 * q[..., 1] + v219 * s13 + v210 * c13
-        v263 = np.fmax(-c[..., 4], np.fmin(c[..., 4], c[..., 3] * (r[..., 2] - q[..., 2])))
-        return _vector(v5, np.arctan2(q[..., 1], q[..., 0]), q[..., 2], q[..., 3]), _vector(np.where(m10, (q[..., 0] * v239 - q[..., 1] * v245) / v5, v239), np.where(m10, -((q[..., 0] * v245 + v239 * q[..., 1]) / v4), 0.0), v263)
+        zeta1 = q[..., 0]
+        zeta2 = q[..., 1]
+        mu = q[..., 2]
+        theta = q[..., 3]
+        rho_ref = r[..., 0]
+        phi_ref = r[..., 1]
+        mu_ref = r[..., 2]
+        theta_ref = r[..., 3]
+        k_phi = c[..., 0]
+        rho_escape = c[..., 1]
+        R = c[..., 2]
+        mu_gain = c[..., 3]
+        mu_rate_max = c[..., 4]
+        area_factor = c[..., 5]
+        sin_phi_ref, cos_phi_ref = np.sin(phi_ref), np.cos(phi_ref)
+        w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
+        w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2  # (25)
+        t_furpv = w_across * w_across + w_along * w_along
+        rho_t = np.sqrt(t_furpv)  # (25)
+        m_z5ee7 = (1e-09 < rho_t)
+        t_gliif = 1.0 / rho_t
+        cos_t = np.where(m_z5ee7, w_along * t_gliif, 1.0)  # (25)
+        theta_t = theta - theta_ref + rho_ref * w_across * area_factor  # (27)
+        alpha = np.sign(theta_t)  # (40)
+        t_ptl3y = np.abs(theta_t)
+        K_ = np.fmin(1000000000000.0, (t_ptl3y + t_ptl3y) / np.fmax(1e-24, t_furpv))  # (42)
+        sqrt_K = np.sqrt(K_)
+        x_start = 3.141592653589793 * K_ / (3.478838 + sqrt_K * (0.566927 + sqrt_K * (2.225213 + sqrt_K))) * (1.661023 + sqrt_K)  # (42)
+        sin_x1, cos_x1 = np.sin(x_start), np.cos(x_start)
+        t_olly6 = sin_x1 * sin_x1
+        t_23zzq = cos_x1 * cos_x1
+        t_jk652 = cos_x1 * sin_x1
+        t_rkglc = K_ + K_
+        t_6jinm = 1.0 + t_olly6 - t_23zzq - t_jk652 * t_rkglc
+        t_mtylf = t_6jinm * t_6jinm
+        t_vapxn = t_olly6 * K_
+        t_iaeac = t_vapxn + t_vapxn
+        t_njl5j = (
+            t_mtylf
+            + t_mtylf
+            - (t_iaeac + 4.0 * t_jk652 - t_23zzq * t_rkglc) * (x_start - t_jk652 - t_vapxn)
+        )
+        x_step1 = x_start - t_6jinm / t_njl5j * (-2.0 * t_jk652 - t_iaeac + (x_start + x_start))  # (42)
+        sin_x2, cos_x2 = np.sin(x_step1), np.cos(x_step1)
+        t_ondim = sin_x2 * sin_x2
+        t_iuts7 = cos_x2 * cos_x2
+        t_dgfa7 = cos_x2 * sin_x2
+        t_wdxur = 1.0 + t_ondim - t_iuts7 - t_rkglc * t_dgfa7
+        t_7klzx = t_wdxur * t_wdxur
+        t_nwlbz = t_ondim * K_
+        t_d4xrm = t_nwlbz + t_nwlbz
+        t_7sse2 = (
+            t_7klzx
+            + t_7klzx
+            - (t_d4xrm + 4.0 * t_dgfa7 - t_rkglc * t_iuts7) * (x_step1 - t_dgfa7 - t_nwlbz)
+        )
+        x_step2 = x_step1 - t_wdxur / t_7sse2 * (-2.0 * t_dgfa7 - t_d4xrm + (x_step1 + x_step1))  # (42)
+        sin_x3, cos_x3 = np.sin(x_step2), np.cos(x_step2)
+        t_drem6 = sin_x3 * sin_x3
+        t_znqpz = cos_x3 * cos_x3
+        t_puxxy = cos_x3 * sin_x3
+        t_s355q = 1.0 + t_drem6 - t_znqpz - t_rkglc * t_puxxy
+        t_5uofc = t_s355q * t_s355q
+        t_5lgfw = t_drem6 * K_
+        t_ezjt3 = t_5lgfw + t_5lgfw
+        t_xhmsj = (
+            t_5uofc
+            + t_5uofc
+            - (t_ezjt3 + 4.0 * t_puxxy - t_rkglc * t_znqpz) * (x_step2 - t_puxxy - t_5lgfw)
+        )
+        x_step3 = x_step2 - t_s355q / t_xhmsj * (-2.0 * t_puxxy - t_ezjt3 + (x_step2 + x_step2))  # (42)
+        P = R * R - rho_ref * rho_ref + cos_t * rho_ref * rho_t  # (47)
+        t_xuitj = w_across * t_gliif
+        t_c5njk = rho_ref * t_xuitj * rho_t
+        Q = np.where(m_z5ee7, -t_c5njk, 0.0)  # (47)
+        t_efbua = np.fmin(1.0, rho_t * R / np.sqrt(P * P + np.where(m_z5ee7, np.where(m_z5ee7, t_c5njk * t_c5njk, 0.0), 0.0)))
+        x_tangent = 1.5707963267948966 - alpha * np.arctan2(Q, P) + np.arccos(t_efbua)  # (47)
+        m_xb2xi = (K_ < 0.03)
+        t_fcflk = K_ * K_
+        t_reehy = np.where(m_xb2xi, K_ * (1.5 + t_fcflk * (-0.45 + t_fcflk * (0.26035714285714284 + -0.18225 * t_fcflk))), x_step3)
+        x_ = np.fmin(x_tangent, t_reehy)  # (47)
+        escape = np.fmin(np.fmin(R - rho_ref, rho_escape), np.sqrt(t_ptl3y))
+        sin_x_, cos_x_ = np.sin(x_), np.cos(x_)
+        speed = k_phi * np.fmax(rho_t, -(cos_x_ * escape))  # (45)
+        t_4x2zf = zeta1 * zeta1 + zeta2 * zeta2
+        rho = np.sqrt(t_4x2zf)
+        t_a5u54 = alpha * speed * sin_x_
+        t_wvhee = cos_x_ * speed
+        t_rqnbt = np.where(m_z5ee7, t_xuitj * t_a5u54, 0.0) - cos_t * t_wvhee
+        t_lp7ic = np.where(m_z5ee7, -(t_wvhee * t_xuitj), 0.0) - cos_t * t_a5u54
+        t_unyzv = (
+            (cos_phi_ref * t_rqnbt - sin_phi_ref * t_lp7ic) * zeta1
+            + (cos_phi_ref * t_lp7ic + sin_phi_ref * t_rqnbt) * zeta2
+        )
+        t_y4tzf = 1.0 / np.fmax(1e-09, rho)
+        rho_rate_excess = np.fmax(0.0, -(100.0 * k_phi * (R - rho) + t_unyzv * t_y4tzf)) * t_y4tzf
+        phi = np.arctan2(zeta2, zeta1)
+        zeta1_rate = t_lp7ic * sin_phi_ref - rho_rate_excess * zeta1 - t_rqnbt * cos_phi_ref
+        w3 = np.fmax(-mu_rate_max, np.fmin(mu_rate_max, mu_gain * (mu_ref - mu)))
+        m_o5luw = (0.0 < rho)
+        t_nso3s = rho_rate_excess * zeta2 + t_rqnbt * sin_phi_ref + t_lp7ic * cos_phi_ref
+        w1 = np.where(m_o5luw, (zeta1 * zeta1_rate - zeta2 * t_nso3s) / rho, zeta1_rate)
+        w2 = np.where(m_o5luw, -((zeta1 * t_nso3s + zeta1_rate * zeta2) / t_4x2zf), 0.0)
+        return _vector(
+            rho,
+            phi,
+            mu,
+            theta,
+        ), _vector(
+            w1,
+            w2,
+            w3,
+        )
 
 
 def path_constraints(p, c, s):
     """Margins of a feasible path: (p, c, s) -> margin."""
     p, c, s = _arrays(p, c, s)
     with np.errstate(all="ignore"):
-        v3 = s[..., 6] * s[..., 6]
-        v8 = s[..., 4] * s[..., 4] + s[..., 5] * s[..., 5]
-        v10 = 0.5 / (v3 + v8)
-        v14 = v10 * (v8 + -2.0 * v3)
-        v15 = v14 * v14
-        v21 = 1.7320508075688772 * v10 * (s[..., 4] + s[..., 5]) * (s[..., 4] - s[..., 5])
-        v22 = v21 * v21
-        v36 = np.sqrt(0.5 + 0.5 * np.sqrt(np.fmax(0.0, 1.0 + -4.0 * v15 + -4.0 * v22)))
-        v40 = s[..., 2] * s[..., 2]
-        v45 = s[..., 0] * s[..., 0] + s[..., 1] * s[..., 1]
-        v47 = 0.5 / (v40 + v45)
-        v50 = v47 * (v45 + -2.0 * v40)
-        v51 = v50 * v50
-        v56 = 1.7320508075688772 * v47 * (s[..., 0] + s[..., 1]) * (s[..., 0] - s[..., 1])
-        v57 = v56 * v56
-        v68 = np.sqrt(0.5 + 0.5 * np.sqrt(np.fmax(0.0, 1.0 + -4.0 * v51 + -4.0 * v57)))
-        return _vector(c[..., 2] - np.sqrt(v15 + v22) / v36, c[..., 2] - np.sqrt(v51 + v57) / v68)
+        R = c[..., 2]
+        l1_0 = s[..., 0]
+        l2_0 = s[..., 1]
+        l3_0 = s[..., 2]
+        l1_f = s[..., 4]
+        l2_f = s[..., 5]
+        l3_f = s[..., 6]
+        t_qyel2 = l3_0 * l3_0
+        t_iwwvg = l1_0 * l1_0 + l2_0 * l2_0
+        mu_0 = t_qyel2 + t_iwwvg  # (18)
+        t_atcuu = 0.5 / mu_0
+        z2_0 = 1.7320508075688772 * t_atcuu * (l1_0 + l2_0) * (l1_0 - l2_0)  # (19)
+        t_mgwir = t_atcuu * (t_iwwvg + -2.0 * t_qyel2)
+        t_brk2i = t_mgwir * t_mgwir
+        t_pznmt = z2_0 * z2_0
+        open_0 = 1.0 + -4.0 * t_brk2i + -4.0 * t_pznmt  # (19)
+        t_xkhu7 = l3_f * l3_f
+        t_al3xt = l1_f * l1_f + l2_f * l2_f
+        mu_f = t_xkhu7 + t_al3xt  # (18)
+        t_jloge = 0.5 / mu_f
+        z2_f = 1.7320508075688772 * t_jloge * (l1_f + l2_f) * (l1_f - l2_f)  # (19)
+        t_sdww6 = t_jloge * (t_al3xt + -2.0 * t_xkhu7)
+        t_sy3b2 = t_sdww6 * t_sdww6
+        t_5ltqh = z2_f * z2_f
+        open_f = 1.0 + -4.0 * t_sy3b2 + -4.0 * t_5ltqh  # (19)
+        rho_ref = np.sqrt(t_sy3b2 + t_5ltqh) / np.sqrt(0.5 + 0.5 * np.sqrt(np.fmax(0.0, open_f)))
+        return _vector(
+            R - rho_ref,
+            R - np.sqrt(t_brk2i + t_pznmt) / np.sqrt(0.5 + 0.5 * np.sqrt(np.fmax(0.0, open_0))),
+        )
 
 
 def jac_x(x, u, p):
     """Jacobian of rhs with respect to x, row by row: (x, u, p) -> J."""
     x, u, p = _arrays(x, u, p)
     with np.errstate(all="ignore"):
-        v12 = 1.0 / x[..., 2]
-        return (lambda J: J.reshape(*J.shape[:-1], 4, 4))(_vector(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, u[..., 1] * (x[..., 0] + x[..., 0]), 0.0, -(3.0 * p[..., 0] / p[..., 2] * v12 * v12), 0.0))
+        rho = x[..., 0]
+        mu = x[..., 2]
+        w2 = u[..., 1]
+        H = p[..., 0]
+        mass = p[..., 2]
+        t_v4jyn = 1.0 / mu
+        return (lambda J: J.reshape(*J.shape[:-1], 4, 4))(_vector(
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            w2 * (rho + rho),
+            0.0,
+            -(3.0 * H / mass * t_v4jyn * t_v4jyn),
+            0.0,
+        ))
 
 
 def jac_u(x, u, p):
     """Jacobian of rhs with respect to u, row by row: (x, u, p) -> J."""
     x, u, p = _arrays(x, u, p)
     with np.errstate(all="ignore"):
-        return (lambda J: J.reshape(*J.shape[:-1], 4, 3))(_vector(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, x[..., 0] * x[..., 0], 0.0))
+        rho = x[..., 0]
+        return (lambda J: J.reshape(*J.shape[:-1], 4, 3))(_vector(
+            1.0,
+            0.0,
+            0.0,
+            0.0,
+            1.0,
+            0.0,
+            0.0,
+            0.0,
+            1.0,
+            0.0,
+            rho * rho,
+            0.0,
+        ))
 
 
 def jvp(x, u, p, along_x, along_u):
     """Change of rhs along a change of x and u: (x, u, p, along_x, along_u) -> change."""
     x, u, p, along_x, along_u = _arrays(x, u, p, along_x, along_u)
     with np.errstate(all="ignore"):
-        v11 = u[..., 1] * ((x[..., 0] + x[..., 0]) * along_x[..., 0]) + x[..., 0] * x[..., 0] * along_u[..., 1]
-        v19 = 1.0 / x[..., 2]
-        return _vector(along_u[..., 0], along_u[..., 1], along_u[..., 2], v11 - 3.0 * p[..., 0] / p[..., 2] * v19 * v19 * along_x[..., 2])
+        rho = x[..., 0]
+        mu = x[..., 2]
+        w2 = u[..., 1]
+        H = p[..., 0]
+        mass = p[..., 2]
+        along_rho = along_x[..., 0]
+        along_mu = along_x[..., 2]
+        along_w1 = along_u[..., 0]
+        along_w2 = along_u[..., 1]
+        along_w3 = along_u[..., 2]
+        t_v4jyn = 1.0 / mu
+        return _vector(
+            along_w1,
+            along_w2,
+            along_w3,
+            w2 * ((rho + rho) * along_rho)
+                + rho * rho * along_w2
+                - 3.0 * H / mass * t_v4jyn * t_v4jyn * along_mu,
+        )
 
 
 def outputs_jac(x, u, r, p):
     """Jacobian of outputs with respect to x, u and r, row by row: (x, u, r, p) -> J_x, J_u, J_r."""
     x, u, r, p = _arrays(x, u, r, p)
     with np.errstate(all="ignore"):
-        v2 = np.sqrt(x[..., 2])
-        v3 = 0.5773502691896257 * v2
-        s7, c7 = np.sin(x[..., 1]), np.cos(x[..., 1])
-        v8 = x[..., 0] * c7
-        v11 = x[..., 0] * s7
-        v15 = np.sqrt(1.0 - (v8 * v8 + v11 * v11))
-        v17 = 1.7320508075688772 * s7
-        v19 = 1.7320508075688772 * v11
-        v20 = v8 + v8
-        v22 = v11 + v11
-        v26 = 1.0 / (v15 + v15)
-        v27 = (v20 * c7 + v22 * s7) * v26
-        v29 = v15 * v17 - v19 * v27
-        v32 = v15 * c7 - v8 * v27
-        v34 = v19 * v15
-        v36 = v8 * v15
-        v38 = np.sqrt(1.0 + v34 - v36)
-        v40 = 1.0 / (v38 + v38)
-        v42 = v3 * ((v29 - v32) * v40)
-        v43 = 1.7320508075688772 * v8
-        v48 = (v22 * v8 - v20 * v11) * v26
-        v50 = v15 * v43 - v19 * v48
-        v53 = v15 * v11 + v8 * v48
-        v56 = v3 * ((v50 + v53) * v40)
-        v58 = 0.5773502691896257 / (v2 + v2)
-        v59 = v38 * v58
-        v64 = np.sqrt(1.0 - v36 - v34)
-        v66 = 1.0 / (v64 + v64)
-        v68 = v3 * ((v32 + v29) * v66)
-        v72 = v3 * ((v53 - v50) * v66)
-        v73 = v64 * v58
-        v76 = np.sqrt(1.0 + (v36 + v36))
-        v77 = 1.0 / v76
-        v79 = v3 * (v32 * v77)
-        v81 = v3 * (v53 * v77)
-        v83 = v76 * v58
-        v85 = v3 * v38
-        v86 = 1.0 / v85
-        v87 = 0.5 * v86
-        v88 = x[..., 2] * v15
-        v89 = 0.5773502691896257 * v88
-        v91 = c7 * u[..., 1]
-        v95 = x[..., 0] * u[..., 1]
-        v97 = u[..., 0] * s7 + v95 * c7
-        v98 = x[..., 2] * v27
-        v101 = v89 * v91 - v97 * (0.5773502691896257 * v98)
-        v105 = u[..., 0] * c7 - v95 * s7
-        v107 = s7 * u[..., 1]
-        v109 = v105 * v98 + v88 * v107
-        v110 = 0.3333333333333333 * v109
-        v113 = 0.3333333333333333 * v29
-        v114 = 0.3333333333333333 * v32
-        v118 = v19 - v8
-        v125 = v105 * c7 - v8 * v107 + (v97 * s7 + v11 * v91)
-        v126 = 1.0 / v15
-        v130 = v8 * v105 + v11 * v97
-        v131 = v130 * v126
-        v132 = v131 * v126
-        v135 = x[..., 2] * (v125 * v126 + v132 * v27)
-        v138 = v131 * x[..., 2]
-        v139 = 0.3333333333333333 * v138
-        v143 = v101 + v110 + u[..., 2] * (v113 - v114) - (v118 * (0.3333333333333333 * v135) + v139 * (v17 - c7))
-        v145 = v89 * v97
-        v146 = v88 * v105
-        v147 = 0.3333333333333333 * v146
-        v149 = 0.3333333333333333 * v34
-        v151 = 0.3333333333333333 * v36
-        v152 = 0.3333333333333333 + v149 - v151
-        v156 = v145 - v147 + u[..., 2] * v152 - v139 * v118
-        v157 = v87 * v86
-        v162 = x[..., 2] * v48
-        v165 = v89 * v105 - v97 * (0.5773502691896257 * v162)
-        v168 = v105 * v162 + v88 * v97
-        v169 = 0.3333333333333333 * v168
-        v171 = 0.3333333333333333 * v50
-        v172 = 0.3333333333333333 * v53
-        v182 = v97 * v8 + v11 * v105 - (v105 * v11 + v8 * v97)
-        v186 = x[..., 2] * (v182 * v126 + v132 * v48)
-        v192 = v165 + v169 + u[..., 2] * (v171 + v172) - (v118 * (0.3333333333333333 * v186) + v139 * (v43 + v11))
-        v198 = v97 * (0.5773502691896257 * v15)
-        v199 = v105 * v15
-        v200 = 0.3333333333333333 * v199
-        v208 = v87 * (v198 - v200 - v118 * (0.3333333333333333 * v131)) - v156 * (v157 * v59)
-        v210 = 0.3333333333333333 - v151 - v149
-        v214 = 0.3333333333333333 * v126
-        v215 = v214 * v130
-        v216 = v215 * x[..., 2]
-        v217 = v19 + v8
-        v219 = u[..., 2] * v210 - (v147 + v145) + v216 * v217
-        v220 = v3 * v64
-        v221 = 1.0 / v220
-        v222 = 0.5 * v221
-        v223 = v222 * v221
-        v226 = v214 * v126
-        v235 = v217 * (x[..., 2] * (v130 * (v226 * v27) + v214 * v125)) + v216 * (v17 + c7)
-        v242 = v219 * (v223 * v68) + v222 * (v235 - (u[..., 2] * (v114 + v113) + (v101 - v110)))
-        v255 = v217 * (x[..., 2] * (v130 * (v226 * v48) + v214 * v182)) + v216 * (v43 - v11)
-        v260 = v222 * (u[..., 2] * (v172 - v171) - (v165 - v169) + v255) - v219 * (v223 * v72)
-        v268 = v3 * v76
-        v269 = 1.0 / v268
-        v270 = 0.5 * v269
-        v278 = 0.6666666666666666 * v138
-        v281 = u[..., 2] * (0.6666666666666666 * v32) - 0.6666666666666666 * v109 - (v8 * (0.6666666666666666 * v135) + v278 * c7)
-        v285 = 0.3333333333333333 + 0.6666666666666666 * v36
-        v289 = 0.6666666666666666 * v146 + u[..., 2] * v285 - v278 * v8
-        v290 = v270 * v269
-        v304 = 0.6666666666666666 * v168 + u[..., 2] * (0.6666666666666666 * v53) + (v8 * (0.6666666666666666 * v186) - v278 * v11)
-        v314 = v270 * (0.6666666666666666 * v199 - v8 * (0.6666666666666666 * v131)) - v289 * (v290 * v83)
-        s316, c316 = np.sin(r[..., 1]), np.cos(r[..., 1])
-        v317 = s316 * v8
-        v319 = c316 * v11
-        v320 = v317 - v319
-        v321 = v320 + v320
-        v324 = s316 * c7 - c316 * s7
-        v327 = c316 * v8
-        v329 = s316 * v11
-        v330 = r[..., 0] - v327 - v329
-        v331 = v330 + v330
-        v334 = c316 * c7 + s316 * s7
-        v340 = np.sqrt(v320 * v320 + v330 * v330)
-        v342 = 1.0 / (v340 + v340)
-        v343 = (v321 * v324 - v331 * v334) * v342
-        v344 = v319 - v317
-        v346 = v329 + v327
-        v349 = (v331 * v344 - v321 * v346) * v342
-        m351 = (1e-09 < v340)
-        v352 = 1.0 / v340
-        v353 = v330 * v352
-        v354 = np.where(m351, v353, 1.0)
-        v355 = v320 * v352
-        v361 = 1.0 / (np.where(m351, np.where(m351, v355 * v355, 0.0), 0.0) + v354 * v354)
-        v362 = v354 * v361
-        v364 = v355 * v352
-        v369 = np.where(m351, v355, 0.0) * v361
-        v371 = v353 * v352
-        v376 = np.where(m351, v362 * (v324 * v352 - v364 * v343) + v369 * (v334 * v352 + v371 * v343), 0.0)
-        v386 = -(v362 * (v346 * v352 + v364 * v349) + v369 * (v344 * v352 - v371 * v349))
-        v392 = np.sqrt(r[..., 2])
-        v393 = 0.5773502691896257 * v392
-        v396 = np.sqrt(1.0 - r[..., 0] * r[..., 0])
-        v397 = r[..., 0] * v396
-        v398 = c316 * v397
-        v401 = np.sqrt(1.0 + (v398 + v398))
-        v403 = v268 - v393 * v401
-        v404 = np.abs(v403)
-        v405 = 1.7320508075688772 * s316
-        v406 = v405 * v397
-        v409 = np.sqrt(1.0 + v406 - v398)
-        v411 = v85 - v393 * v409
-        v412 = np.abs(v411)
-        v415 = np.sqrt(1.0 - v398 - v406)
-        v417 = v220 - v393 * v415
-        v418 = np.abs(v417)
-        v419 = np.fmax(v412, v418)
-        m420 = (v404 <= v419)
-        m421 = (v419 <= v404)
-        v422 = np.where(m420, 1.0, 0.0)
-        v423 = np.where(m421, 1.0, 0.0)
-        v425 = 1.0 / (v422 + v423)
-        v426 = v422 * v425
-        m427 = (v418 <= v412)
-        m428 = (v412 <= v418)
-        v429 = np.where(m427, 1.0, 0.0)
-        v430 = np.where(m428, 1.0, 0.0)
-        v432 = 1.0 / (v429 + v430)
-        v433 = v429 * v432
-        v434 = np.sign(v411)
-        v437 = v430 * v432
-        v438 = np.sign(v417)
-        v443 = v423 * v425
-        v444 = np.sign(v403)
-        v466 = v89 * s7
-        v467 = v88 * c7
-        v468 = 0.3333333333333333 * v467
-        v472 = v8 * c7 + v11 * s7
-        v474 = x[..., 2] * (v472 * v126)
-        v479 = c7 * x[..., 0]
-        v480 = v89 * v479
-        v481 = s7 * x[..., 0]
-        v482 = v88 * v481
-        v483 = 0.3333333333333333 * v482
-        v487 = v11 * v479 - v8 * v481
-        v489 = x[..., 2] * (v487 * v126)
-        v522 = v8 * c316 + v11 * s316
-        v526 = v8 * s316 - v11 * c316
-        v529 = (v321 * v522 + v331 * v526) * v342
-        v537 = np.where(m351, -(v362 * (v364 * v353) + v369 * (v352 - v371 * v353)), 0.0)
-        v547 = np.where(m351, v362 * (v522 * v352 - v364 * v529) - v369 * (v526 * v352 - v371 * v529), 0.0)
-        v552 = v396 - r[..., 0] * (r[..., 0] / v396)
-        v553 = c316 * v552
-        v554 = v405 * v552
-        v557 = 1.0 / (v415 + v415)
-        v564 = 1.0 / (v409 + v409)
-        v569 = v437 * (v438 * (v393 * ((v553 + v554) * v557))) - v433 * (v434 * (v393 * ((v554 - v553) * v564)))
-        v571 = 1.0 / v401
-        v577 = v397 * s316
-        v583 = v397 * (1.7320508075688772 * c316)
-        v594 = v433 * (v434 * (v393 * ((v583 + v577) * v564))) + v437 * (v438 * (v393 * ((v577 - v583) * v557)))
-        v598 = 0.5773502691896257 / (v392 + v392)
-        v610 = v426 * (v433 * (v434 * (v409 * v598)) + v437 * (v438 * (v415 * v598))) + v443 * (v444 * (v401 * v598))
-        return (lambda J: J.reshape(*J.shape[:-1], 11, 4))(_vector(v42, v56, v59, 0.0, -v68, v72, v73, 0.0, v79, -v81, v83, 0.0, v87 * v143 - v156 * (v157 * v42), v87 * v192 - v156 * (v157 * v56), v208, 0.0, v242, v260, v222 * (v217 * v215 - (v200 + v198)) - v219 * (v223 * v73), 0.0, v270 * v281 - v289 * (v290 * v79), v289 * (v290 * v81) - v270 * v304, v314, 0.0, v343, v349, 0.0, 0.0, v376, np.where(m351, v386, 0.0), 0.0, 0.0, r[..., 0] * v324, -(r[..., 0] * v346), 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, v426 * (v433 * (v434 * v42) - v437 * (v438 * v68)) + v443 * (v444 * v79), v426 * (v433 * (v434 * v56) + v437 * (v438 * v72)) - v443 * (v444 * v81), v426 * (v433 * (v434 * v59) + v437 * (v438 * v73)) + v443 * (v444 * v83), 0.0)), (lambda J: J.reshape(*J.shape[:-1], 11, 3))(_vector(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, v87 * (v466 - v468 - v118 * (0.3333333333333333 * v474)), v87 * (v480 + v483 - v118 * (0.3333333333333333 * v489)), v87 * v152, v222 * (v217 * (x[..., 2] * (v214 * v472)) - (v468 + v466)), v222 * (v217 * (x[..., 2] * (v214 * v487)) - (v480 - v483)), v222 * v210, v270 * (0.6666666666666666 * v467 - v8 * (0.6666666666666666 * v474)), -(v270 * (0.6666666666666666 * v482 + v8 * (0.6666666666666666 * v489))), v270 * v285, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)), (lambda J: J.reshape(*J.shape[:-1], 11, 4))(_vector(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, v353, v529, 0.0, 0.0, v537, v547, 0.0, 0.0, v320, r[..., 0] * v522, 0.0, -1.0, 0.0, 0.0, 0.0, -1.0, v426 * v569 - v443 * (v444 * (v393 * (v553 * v571))), v443 * (v444 * (v393 * (v577 * v571))) - v426 * v594, -v610, 0.0))
+        rho = x[..., 0]
+        phi = x[..., 1]
+        mu = x[..., 2]
+        w1 = u[..., 0]
+        w2 = u[..., 1]
+        w3 = u[..., 2]
+        rho_ref = r[..., 0]
+        phi_ref = r[..., 1]
+        mu_ref = r[..., 2]
+        sin_phi, cos_phi = np.sin(phi), np.cos(phi)
+        zeta1 = rho * cos_phi
+        zeta2 = rho * sin_phi
+        n = np.sqrt(1.0 - (zeta1 * zeta1 + zeta2 * zeta2))  # (19)
+        t_thb5i = np.sqrt(mu)
+        t_thb5i_2 = 0.5773502691896257 * t_thb5i
+        t_qygdd = 1.7320508075688772 * zeta2
+        t_24mka = t_qygdd * n
+        t_r4gcj = zeta1 * n
+        t_bqlnc = np.sqrt(1.0 + t_24mka - t_r4gcj)
+        length1 = t_thb5i_2 * t_bqlnc  # (20)
+        t_bqlnc_2 = np.sqrt(1.0 - t_r4gcj - t_24mka)
+        length2 = t_thb5i_2 * t_bqlnc_2  # (20)
+        t_uoj4w = np.sqrt(1.0 + (t_r4gcj + t_r4gcj))
+        length3 = t_thb5i_2 * t_uoj4w  # (20)
+        sin_phi_ref, cos_phi_ref = np.sin(phi_ref), np.cos(phi_ref)
+        t_hpcry = cos_phi_ref * zeta1
+        t_55zfx = sin_phi_ref * zeta2
+        w_along = rho_ref - t_hpcry - t_55zfx  # (25)
+        t_kjd7o = sin_phi_ref * zeta1
+        t_otnpd = cos_phi_ref * zeta2
+        w_across = t_kjd7o - t_otnpd  # (25)
+        rho_t = np.sqrt(w_across * w_across + w_along * w_along)  # (25)
+        m_z5ee7 = (1e-09 < rho_t)
+        t_gliif = 1.0 / rho_t
+        t_m4c7o = w_along * t_gliif
+        cos_t = np.where(m_z5ee7, t_m4c7o, 1.0)  # (25)
+        t_xuitj = w_across * t_gliif
+        sin_t = np.where(m_z5ee7, t_xuitj, 0.0)  # (25)
+        t_rqfjc = np.sqrt(mu_ref)
+        t_rqfjc_2 = 0.5773502691896257 * t_rqfjc
+        t_bezdi = 1.7320508075688772 * sin_phi_ref
+        t_xv7wn = np.sqrt(1.0 - rho_ref * rho_ref)
+        t_vbegv = rho_ref * t_xv7wn
+        t_ls2nh = t_bezdi * t_vbegv
+        t_hlb56 = cos_phi_ref * t_vbegv
+        t_rot3k = np.sqrt(1.0 + t_ls2nh - t_hlb56)
+        length1_ref = t_rqfjc_2 * t_rot3k  # (20)
+        t_rot3k_2 = np.sqrt(1.0 - t_hlb56 - t_ls2nh)
+        length2_ref = t_rqfjc_2 * t_rot3k_2  # (20)
+        t_tqrpx = np.sqrt(1.0 + (t_hlb56 + t_hlb56))
+        length3_ref = t_rqfjc_2 * t_tqrpx  # (20)
+        t_b6qkt = rho * w2
+        zeta1_rate = w1 * cos_phi - t_b6qkt * sin_phi
+        zeta2_rate = w1 * sin_phi + t_b6qkt * cos_phi
+        t_4ma5s = 1.7320508075688772 * sin_phi
+        t_c3d4x = zeta1 + zeta1
+        t_z6zzo = zeta2 + zeta2
+        t_tvdy4 = 1.0 / (n + n)
+        t_2czxl = (t_c3d4x * cos_phi + t_z6zzo * sin_phi) * t_tvdy4
+        t_jwjld = n * t_4ma5s - t_qygdd * t_2czxl
+        t_5je7u = n * cos_phi - zeta1 * t_2czxl
+        t_unlf7 = 1.0 / (t_bqlnc + t_bqlnc)
+        t_4zpbd = t_thb5i_2 * ((t_jwjld - t_5je7u) * t_unlf7)
+        t_lb36r = 1.7320508075688772 * zeta1
+        t_jame4 = (t_z6zzo * zeta1 - t_c3d4x * zeta2) * t_tvdy4
+        t_tugl6 = n * t_lb36r - t_qygdd * t_jame4
+        t_f5wlu = n * zeta2 + zeta1 * t_jame4
+        t_xgdjw = t_thb5i_2 * ((t_tugl6 + t_f5wlu) * t_unlf7)
+        t_37nkp = 0.5773502691896257 / (t_thb5i + t_thb5i)
+        t_og6g6 = t_bqlnc * t_37nkp
+        t_unlf7_2 = 1.0 / (t_bqlnc_2 + t_bqlnc_2)
+        t_4zpbd_2 = t_thb5i_2 * ((t_5je7u + t_jwjld) * t_unlf7_2)
+        t_xgdjw_2 = t_thb5i_2 * ((t_f5wlu - t_tugl6) * t_unlf7_2)
+        t_og6g6_2 = t_bqlnc_2 * t_37nkp
+        t_mb7lg = 1.0 / t_uoj4w
+        t_5lmaa = t_thb5i_2 * (t_5je7u * t_mb7lg)
+        t_5spzq = t_thb5i_2 * (t_f5wlu * t_mb7lg)
+        t_x67ys = t_uoj4w * t_37nkp
+        t_3r3i7 = 1.0 / length1
+        t_3r3i7_2 = 0.5 * t_3r3i7
+        t_oyolo = mu * n
+        t_oyolo_2 = 0.5773502691896257 * t_oyolo
+        t_q3ub7 = cos_phi * w2
+        t_7tdp7 = mu * t_2czxl
+        t_a2ir6 = t_oyolo_2 * t_q3ub7 - zeta2_rate * (0.5773502691896257 * t_7tdp7)
+        t_sx2sv = sin_phi * w2
+        t_2afea = zeta1_rate * t_7tdp7 + t_oyolo * t_sx2sv
+        t_ij6db = 0.3333333333333333 * t_2afea
+        t_astb4 = 0.3333333333333333 * t_jwjld
+        t_kqmke = 0.3333333333333333 * t_5je7u
+        t_zxzcw = t_qygdd - zeta1
+        t_2h7w5 = zeta1_rate * cos_phi - zeta1 * t_sx2sv + (zeta2_rate * sin_phi + zeta2 * t_q3ub7)
+        t_so6vi = 1.0 / n
+        t_dbxi6 = zeta1 * zeta1_rate + zeta2 * zeta2_rate
+        t_tg4lb = t_dbxi6 * t_so6vi
+        t_6kqtn = t_tg4lb * t_so6vi
+        t_66ll2 = mu * (t_2h7w5 * t_so6vi + t_6kqtn * t_2czxl)
+        t_zuqrn = t_tg4lb * mu
+        t_rkphc = 0.3333333333333333 * t_zuqrn
+        t_6akvj = (
+            t_a2ir6
+            + t_ij6db
+            + w3 * (t_astb4 - t_kqmke)
+            - (t_zxzcw * (0.3333333333333333 * t_66ll2) + t_rkphc * (t_4ma5s - cos_phi))
+        )
+        t_sl4ci = t_oyolo_2 * zeta2_rate
+        t_ovyu3 = t_oyolo * zeta1_rate
+        t_ovyu3_2 = 0.3333333333333333 * t_ovyu3
+        t_24mka_2 = 0.3333333333333333 * t_24mka
+        t_r4gcj_2 = 0.3333333333333333 * t_r4gcj
+        t_mtkxa = 0.3333333333333333 + t_24mka_2 - t_r4gcj_2
+        t_xwcba = t_sl4ci - t_ovyu3_2 + w3 * t_mtkxa - t_rkphc * t_zxzcw
+        t_catam = t_3r3i7_2 * t_3r3i7
+        t_hvdvp = mu * t_jame4
+        t_idpvv = t_oyolo_2 * zeta1_rate - zeta2_rate * (0.5773502691896257 * t_hvdvp)
+        t_zl3vz = zeta1_rate * t_hvdvp + t_oyolo * zeta2_rate
+        t_nx3xn = 0.3333333333333333 * t_zl3vz
+        t_asfem = 0.3333333333333333 * t_tugl6
+        t_iznox = 0.3333333333333333 * t_f5wlu
+        t_jdcmp = zeta2_rate * zeta1 + zeta2 * zeta1_rate - (zeta1_rate * zeta2 + zeta1 * zeta2_rate)
+        t_wogfk = mu * (t_jdcmp * t_so6vi + t_6kqtn * t_jame4)
+        t_baykf = (
+            t_idpvv
+            + t_nx3xn
+            + w3 * (t_asfem + t_iznox)
+            - (t_zxzcw * (0.3333333333333333 * t_wogfk) + t_rkphc * (t_lb36r + zeta2))
+        )
+        t_ux4sm = zeta2_rate * (0.5773502691896257 * n)
+        t_tklfx = zeta1_rate * n
+        t_tklfx_2 = 0.3333333333333333 * t_tklfx
+        t_mtkxa_2 = 0.3333333333333333 - t_r4gcj_2 - t_24mka_2
+        t_so6vi_2 = 0.3333333333333333 * t_so6vi
+        t_tg4lb_2 = t_so6vi_2 * t_dbxi6
+        t_ss6pv = t_tg4lb_2 * mu
+        t_zxzcw_2 = t_qygdd + zeta1
+        t_3sgee = w3 * t_mtkxa_2 - (t_ovyu3_2 + t_sl4ci) + t_ss6pv * t_zxzcw_2
+        t_4363u = 1.0 / length2
+        t_4363u_2 = 0.5 * t_4363u
+        t_xoz22 = t_4363u_2 * t_4363u
+        t_wbtkf = t_so6vi_2 * t_so6vi
+        t_vjziw = (
+            t_zxzcw_2 * (mu * (t_dbxi6 * (t_wbtkf * t_2czxl) + t_so6vi_2 * t_2h7w5))
+            + t_ss6pv * (t_4ma5s + cos_phi)
+            - (w3 * (t_kqmke + t_astb4) + (t_a2ir6 - t_ij6db))
+        )
+        t_yqznn = (
+            t_zxzcw_2 * (mu * (t_dbxi6 * (t_wbtkf * t_jame4) + t_so6vi_2 * t_jdcmp))
+            + t_ss6pv * (t_lb36r - zeta2)
+        )
+        t_joqhu = 1.0 / length3
+        t_joqhu_2 = 0.5 * t_joqhu
+        t_rkphc_2 = 0.6666666666666666 * t_zuqrn
+        t_qfonn = (
+            w3 * (0.6666666666666666 * t_5je7u)
+            - 0.6666666666666666 * t_2afea
+            - (zeta1 * (0.6666666666666666 * t_66ll2) + t_rkphc_2 * cos_phi)
+        )
+        t_r4gcj_3 = 0.3333333333333333 + 0.6666666666666666 * t_r4gcj
+        t_btzax = 0.6666666666666666 * t_ovyu3 + w3 * t_r4gcj_3 - t_rkphc_2 * zeta1
+        t_6b7fn = t_joqhu_2 * t_joqhu
+        t_qnu2w = (
+            0.6666666666666666 * t_zl3vz
+            + w3 * (0.6666666666666666 * t_f5wlu)
+            + (zeta1 * (0.6666666666666666 * t_wogfk) - t_rkphc_2 * zeta2)
+        )
+        t_5wlee = w_across + w_across
+        t_kizvz = sin_phi_ref * cos_phi - cos_phi_ref * sin_phi
+        t_degwz = w_along + w_along
+        t_qqraa = cos_phi_ref * cos_phi + sin_phi_ref * sin_phi
+        t_amnjj = 1.0 / (rho_t + rho_t)
+        t_ppv54 = (t_5wlee * t_kizvz - t_degwz * t_qqraa) * t_amnjj
+        t_oduor = t_otnpd - t_kjd7o
+        t_insgq = t_55zfx + t_hpcry
+        t_4bl7j = (t_degwz * t_oduor - t_5wlee * t_insgq) * t_amnjj
+        t_3bfjf = 1.0 / (np.where(m_z5ee7, np.where(m_z5ee7, t_xuitj * t_xuitj, 0.0), 0.0) + cos_t * cos_t)
+        t_xiyyp = cos_t * t_3bfjf
+        t_27sgx = t_xuitj * t_gliif
+        t_clp3x = sin_t * t_3bfjf
+        t_apicp = t_m4c7o * t_gliif
+        t_cupgf = (
+            t_xiyyp * (t_kizvz * t_gliif - t_27sgx * t_ppv54)
+            + t_clp3x * (t_qqraa * t_gliif + t_apicp * t_ppv54)
+        )
+        t_7hpp7 = (
+            t_xiyyp * (t_insgq * t_gliif + t_27sgx * t_4bl7j)
+            + t_clp3x * (t_oduor * t_gliif - t_apicp * t_4bl7j)
+        )
+        t_mmgqh = length3 - length3_ref
+        t_z2lgx = np.abs(t_mmgqh)
+        t_h6rkh = length1 - length1_ref
+        t_un7kp = np.abs(t_h6rkh)
+        t_vyyik = length2 - length2_ref
+        t_aqdfh = np.abs(t_vyyik)
+        t_k3zxw = np.fmax(t_un7kp, t_aqdfh)
+        m_732eq = (t_z2lgx <= t_k3zxw)
+        t_qmtwo = np.where(m_732eq, 1.0, 0.0)
+        m_yfnqd = (t_k3zxw <= t_z2lgx)
+        t_cgxqv = np.where(m_yfnqd, 1.0, 0.0)
+        t_xmdn2 = 1.0 / (t_qmtwo + t_cgxqv)
+        t_526th = t_qmtwo * t_xmdn2
+        m_mttzr = (t_aqdfh <= t_un7kp)
+        t_rqjyq = np.where(m_mttzr, 1.0, 0.0)
+        m_lg3bz = (t_un7kp <= t_aqdfh)
+        t_rqjyq_2 = np.where(m_lg3bz, 1.0, 0.0)
+        t_wgjtz = 1.0 / (t_rqjyq + t_rqjyq_2)
+        t_zmtzb = t_rqjyq * t_wgjtz
+        t_gejz3 = np.sign(t_h6rkh)
+        t_zmtzb_2 = t_rqjyq_2 * t_wgjtz
+        t_tln4v = np.sign(t_vyyik)
+        t_esu26 = t_cgxqv * t_xmdn2
+        t_owfqg = np.sign(t_mmgqh)
+        t_cjkun = t_oyolo_2 * sin_phi
+        t_bi4k4 = t_oyolo * cos_phi
+        t_bi4k4_2 = 0.3333333333333333 * t_bi4k4
+        t_52pas = zeta1 * cos_phi + zeta2 * sin_phi
+        t_oqud3 = mu * (t_52pas * t_so6vi)
+        t_jhi3v = cos_phi * rho
+        t_ixxiu = t_oyolo_2 * t_jhi3v
+        t_vf3fc = sin_phi * rho
+        t_fitvj = t_oyolo * t_vf3fc
+        t_fjjba = 0.3333333333333333 * t_fitvj
+        t_o75yo = zeta2 * t_jhi3v - zeta1 * t_vf3fc
+        t_x7f6g = mu * (t_o75yo * t_so6vi)
+        t_insgq_2 = zeta1 * cos_phi_ref + zeta2 * sin_phi_ref
+        t_oduor_2 = zeta1 * sin_phi_ref - zeta2 * cos_phi_ref
+        t_mzkk7 = (t_5wlee * t_insgq_2 + t_degwz * t_oduor_2) * t_amnjj
+        t_rti4q = (
+            t_xiyyp * (t_insgq_2 * t_gliif - t_27sgx * t_mzkk7)
+            - t_clp3x * (t_oduor_2 * t_gliif - t_apicp * t_mzkk7)
+        )
+        t_hcysr = t_xv7wn - rho_ref * (rho_ref / t_xv7wn)
+        t_ou2q6 = cos_phi_ref * t_hcysr
+        t_pca6v = t_bezdi * t_hcysr
+        t_cdgpr = 1.0 / (t_rot3k_2 + t_rot3k_2)
+        t_cdgpr_2 = 1.0 / (t_rot3k + t_rot3k)
+        t_xts26 = (
+            t_zmtzb_2 * (t_tln4v * (t_rqfjc_2 * ((t_ou2q6 + t_pca6v) * t_cdgpr)))
+            - t_zmtzb * (t_gejz3 * (t_rqfjc_2 * ((t_pca6v - t_ou2q6) * t_cdgpr_2)))
+        )
+        t_7aweg = 1.0 / t_tqrpx
+        t_ls2nh_2 = t_vbegv * sin_phi_ref
+        t_hlb56_2 = t_vbegv * (1.7320508075688772 * cos_phi_ref)
+        t_gsyh4 = (
+            t_zmtzb * (t_gejz3 * (t_rqfjc_2 * ((t_hlb56_2 + t_ls2nh_2) * t_cdgpr_2)))
+            + t_zmtzb_2 * (t_tln4v * (t_rqfjc_2 * ((t_ls2nh_2 - t_hlb56_2) * t_cdgpr)))
+        )
+        t_3ef7u = 0.5773502691896257 / (t_rqfjc + t_rqfjc)
+        t_jaznf = t_526th * (t_zmtzb * (t_gejz3 * (t_rot3k * t_3ef7u)) + t_zmtzb_2 * (t_tln4v * (t_rot3k_2 * t_3ef7u)))
+        return (lambda J: J.reshape(*J.shape[:-1], 11, 4))(_vector(
+            t_4zpbd,
+            t_xgdjw,
+            t_og6g6,
+            0.0,
+            -t_4zpbd_2,
+            t_xgdjw_2,
+            t_og6g6_2,
+            0.0,
+            t_5lmaa,
+            -t_5spzq,
+            t_x67ys,
+            0.0,
+            t_3r3i7_2 * t_6akvj - t_xwcba * (t_catam * t_4zpbd),
+            t_3r3i7_2 * t_baykf - t_xwcba * (t_catam * t_xgdjw),
+            t_3r3i7_2 * (t_ux4sm - t_tklfx_2 - t_zxzcw * (0.3333333333333333 * t_tg4lb))
+                - t_xwcba * (t_catam * t_og6g6),
+            0.0,
+            t_3sgee * (t_xoz22 * t_4zpbd_2) + t_4363u_2 * t_vjziw,
+            t_4363u_2 * (w3 * (t_iznox - t_asfem) - (t_idpvv - t_nx3xn) + t_yqznn)
+                - t_3sgee * (t_xoz22 * t_xgdjw_2),
+            t_4363u_2 * (t_zxzcw_2 * t_tg4lb_2 - (t_tklfx_2 + t_ux4sm)) - t_3sgee * (t_xoz22 * t_og6g6_2),
+            0.0,
+            t_joqhu_2 * t_qfonn - t_btzax * (t_6b7fn * t_5lmaa),
+            t_btzax * (t_6b7fn * t_5spzq) - t_joqhu_2 * t_qnu2w,
+            t_joqhu_2 * (0.6666666666666666 * t_tklfx - zeta1 * (0.6666666666666666 * t_tg4lb))
+                - t_btzax * (t_6b7fn * t_x67ys),
+            0.0,
+            t_ppv54,
+            t_4bl7j,
+            0.0,
+            0.0,
+            np.where(m_z5ee7, t_cupgf, 0.0),
+            np.where(m_z5ee7, -t_7hpp7, 0.0),
+            0.0,
+            0.0,
+            rho_ref * t_kizvz,
+            -(rho_ref * t_insgq),
+            0.0,
+            1.0,
+            0.0,
+            0.0,
+            0.0,
+            1.0,
+            t_526th * (t_zmtzb * (t_gejz3 * t_4zpbd) - t_zmtzb_2 * (t_tln4v * t_4zpbd_2))
+                + t_esu26 * (t_owfqg * t_5lmaa),
+            t_526th * (t_zmtzb * (t_gejz3 * t_xgdjw) + t_zmtzb_2 * (t_tln4v * t_xgdjw_2))
+                - t_esu26 * (t_owfqg * t_5spzq),
+            t_526th * (t_zmtzb * (t_gejz3 * t_og6g6) + t_zmtzb_2 * (t_tln4v * t_og6g6_2))
+                + t_esu26 * (t_owfqg * t_x67ys),
+            0.0,
+        )), (lambda J: J.reshape(*J.shape[:-1], 11, 3))(_vector(
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            t_3r3i7_2 * (t_cjkun - t_bi4k4_2 - t_zxzcw * (0.3333333333333333 * t_oqud3)),
+            t_3r3i7_2 * (t_ixxiu + t_fjjba - t_zxzcw * (0.3333333333333333 * t_x7f6g)),
+            t_3r3i7_2 * t_mtkxa,
+            t_4363u_2 * (t_zxzcw_2 * (mu * (t_so6vi_2 * t_52pas)) - (t_bi4k4_2 + t_cjkun)),
+            t_4363u_2 * (t_zxzcw_2 * (mu * (t_so6vi_2 * t_o75yo)) - (t_ixxiu - t_fjjba)),
+            t_4363u_2 * t_mtkxa_2,
+            t_joqhu_2 * (0.6666666666666666 * t_bi4k4 - zeta1 * (0.6666666666666666 * t_oqud3)),
+            -(t_joqhu_2 * (0.6666666666666666 * t_fitvj + zeta1 * (0.6666666666666666 * t_x7f6g))),
+            t_joqhu_2 * t_r4gcj_3,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+        )), (lambda J: J.reshape(*J.shape[:-1], 11, 4))(_vector(
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            t_m4c7o,
+            t_mzkk7,
+            0.0,
+            0.0,
+            np.where(m_z5ee7, -(t_xiyyp * (t_27sgx * t_m4c7o) + t_clp3x * (t_gliif - t_apicp * t_m4c7o)), 0.0),
+            np.where(m_z5ee7, t_rti4q, 0.0),
+            0.0,
+            0.0,
+            w_across,
+            rho_ref * t_insgq_2,
+            0.0,
+            -1.0,
+            0.0,
+            0.0,
+            0.0,
+            -1.0,
+            t_526th * t_xts26 - t_esu26 * (t_owfqg * (t_rqfjc_2 * (t_ou2q6 * t_7aweg))),
+            t_esu26 * (t_owfqg * (t_rqfjc_2 * (t_ls2nh_2 * t_7aweg))) - t_526th * t_gsyh4,
+            -(t_jaznf + t_esu26 * (t_owfqg * (t_tqrpx * t_3ef7u))),
+            0.0,
+        ))
 
 
 def jac_p(x, u, p):
     """Jacobian of rhs with respect to p, row by row: (x, u, p) -> J."""
     x, u, p = _arrays(x, u, p)
     with np.errstate(all="ignore"):
-        v4 = 1.0 / p[..., 2]
-        v6 = 1.0 / x[..., 2]
-        return (lambda J: J.reshape(*J.shape[:-1], 4, 3))(_vector(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 3.0 * (v4 * v6), 1.0, -(3.0 * p[..., 0] * v4 * v4 * v6)))
+        mu = x[..., 2]
+        H = p[..., 0]
+        mass = p[..., 2]
+        t_fcazm = 1.0 / mass
+        t_v4jyn = 1.0 / mu
+        return (lambda J: J.reshape(*J.shape[:-1], 4, 3))(_vector(
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            3.0 * (t_fcazm * t_v4jyn),
+            1.0,
+            -(3.0 * H * t_fcazm * t_fcazm * t_v4jyn),
+        ))
 
 
 def outputs_jac_p(x, u, r, p):
     """Jacobian of outputs with respect to p, row by row: (x, u, r, p) -> J_p."""
     x, u, r, p = _arrays(x, u, r, p)
     with np.errstate(all="ignore"):
-        return (lambda J: J.reshape(*J.shape[:-1], 11, 3))(_vector(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+        return (lambda J: J.reshape(*J.shape[:-1], 11, 3))(_vector(
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+        ))
 
 
 def sliding_jvp(x, r, p, c, along_x, along_r):
     """Change of sliding along a change of x and r: (x, r, p, c, along_x, along_r) -> change."""
     x, r, p, c, along_x, along_r = _arrays(x, r, p, c, along_x, along_r)
     with np.errstate(all="ignore"):
-        s3, c3 = np.sin(x[..., 1]), np.cos(x[..., 1])
-        v4 = x[..., 0] * c3
-        v7 = x[..., 0] * s3
-        v9 = v4 * v4 + v7 * v7
-        v10 = np.sqrt(v9)
-        m11 = (0.0 < v10)
-        s14, c14 = np.sin(r[..., 1]), np.cos(r[..., 1])
-        v18 = s14 * v4 - c14 * v7
-        v24 = r[..., 0] - c14 * v4 - s14 * v7
-        v26 = v18 * v18 + v24 * v24
-        v27 = np.sqrt(v26)
-        m28 = (1e-09 < v27)
-        m29 = (0.0 < v27)
-        v32 = 1.0 / c[..., 3]
-        v34 = 1.0 / c[..., 1]
-        v35 = v32 * v34
-        v36 = 1.0 / v27
-        v37 = v24 * v36
-        m38 = np.logical_not(m28)
-        v39 = np.where(m28, v37, 1.0)
-        m41 = np.logical_or(m38, m38)
-        v44 = r[..., 0] * r[..., 0]
-        v45 = v18 * v36
-        v46 = v45 * v45
-        v51 = c[..., 6] * c[..., 6] + np.where(m28, np.where(m28, -(v44 * v46), 0.0), 0.0)
-        v52 = np.sqrt(v51)
-        m53 = np.logical_not(m41)
-        v54 = np.where(m41, v52, v52)
-        v55 = v39 * r[..., 0] + v54
-        v56 = v35 * v55
-        v58 = 1.0 / v55
-        v59 = v27 * v58
-        v60 = np.sqrt(v59)
-        v68 = x[..., 3] - r[..., 3] + r[..., 0] * v18 * c[..., 9]
-        v70 = np.abs(v68) * v32
-        v72 = 1.0 / (v55 * v55)
-        v73 = v26 * v72
-        v75 = 1.0 / (v70 + v73)
-        v76 = c[..., 0] * v60 * v75
-        v77 = v56 * v76
-        v79 = 1.0 / v54
-        v80 = r[..., 0] * v45 * v79
-        v84 = np.where(m28, v80 * v68 * c[..., 1], 0.0) - v26
-        v89 = np.power(v70, v34)
-        v93 = 1.0 / c[..., 4]
-        v94 = (v27 - v89 * v55) * v93
-        v95 = np.fmin(1.0, v94)
-        v98 = np.where(m29, v77 * v84, 0.0) - c[..., 2] * np.fmax(-1.0, v95)
-        v100 = np.where(m28, v98 * v45, 0.0)
-        v101 = -1.0 + c[..., 1]
-        v102 = np.power(v89, v101)
-        v103 = v76 * v102
-        v105 = 1.0 / c[..., 5]
-        v106 = v68 * v105
-        v107 = np.fmin(1.0, v106)
-        v108 = np.fmax(-1.0, v107)
-        v109 = v103 * v108
-        v110 = v39 * v109
-        v114 = v100 + np.where(m29, -(v110 * v27), 0.0)
-        v117 = 100.0 * c[..., 0]
-        v121 = v109 * v27
-        v125 = v39 * v98 + np.where(m28, np.where(m29, v121 * v45, 0.0), 0.0)
-        v130 = np.where(m29, -(v121 * v39), 0.0) + v100
-        v132 = c14 * v125 - s14 * v130
-        v136 = c14 * v130 + s14 * v125
-        v140 = 1.0 / np.fmax(1e-09, v10)
-        v141 = (v132 * v4 + v136 * v7) * v140
-        v143 = -(v117 * (c[..., 6] - v10) + v141)
-        v145 = np.fmax(0.0, v143) * v140
-        v149 = v114 * s14 - v145 * v4 - v125 * c14
-        v155 = c3 * along_x[..., 0] - x[..., 0] * (s3 * along_x[..., 1])
-        v160 = s14 * along_r[..., 1]
-        v164 = c14 * along_r[..., 1]
-        v169 = s3 * along_x[..., 0] + x[..., 0] * (c3 * along_x[..., 1])
-        v172 = along_r[..., 0] - (c14 * v155 - v4 * v160) - (v7 * v164 + s14 * v169)
-        v182 = v4 * v164 + s14 * v155 - (c14 * v169 - v7 * v160)
-        v186 = (v18 + v18) * v182 + (v24 + v24) * v172
-        v188 = v186 / (v27 + v27)
-        v190 = v172 * v36 - v37 * v36 * v188
-        v202 = v182 * v36 - v45 * v36 * v188
-        v205 = v46 * ((r[..., 0] + r[..., 0]) * along_r[..., 0]) + v44 * ((v45 + v45) * v202)
-        v207 = v205 / (v52 + v52)
-        v212 = np.where(m28, r[..., 0] * v190, 0.0) + v39 * along_r[..., 0] + np.where(m53, np.where(m28, np.where(m28, -v207, 0.0), 0.0), 0.0)
-        v232 = along_x[..., 3] - along_r[..., 3] + c[..., 9] * (v18 * along_r[..., 0] + r[..., 0] * v182)
-        v234 = np.sign(v68) * v232 * v32
-        v243 = c[..., 0] * ((v188 * v58 - v59 * v58 * v212) / (v60 + v60)) * v75 - v76 * v75 * (v234 + (v186 * v72 - v73 * v72 * ((v55 + v55) * v212)))
-        v255 = np.where(m53, np.where(m28, np.where(m28, v80 * v79 * v207, 0.0), 0.0), 0.0)
-        v259 = v68 * ((v45 * along_r[..., 0] + r[..., 0] * v202) * v79 + v255) + v80 * v232
-        v264 = v84 * (v76 * (v35 * v212) + v56 * v243) + v77 * (np.where(m28, c[..., 1] * v259, 0.0) - v186)
-        m266 = (-1.0 <= v95)
-        m267 = (v95 <= -1.0)
-        v269 = np.where(m266, 1.0, 0.0)
-        m272 = (v94 <= 1.0)
-        m273 = (1.0 <= v94)
-        v275 = np.where(m272, 1.0, 0.0)
-        v281 = np.power(v70, v34 - 1.0) * v34 * v234
-        v287 = v275 / (np.where(m273, 1.0, 0.0) + v275) * ((v188 - (v55 * v281 + v89 * v212)) * v93)
-        v290 = np.where(m29, v264, 0.0) - c[..., 2] * (v269 / (np.where(m267, 1.0, 0.0) + v269) * v287)
-        v294 = np.where(m28, v45 * v290 + v98 * v202, 0.0)
-        m305 = (-1.0 <= v107)
-        m306 = (v107 <= -1.0)
-        v308 = np.where(m305, 1.0, 0.0)
-        m311 = (v106 <= 1.0)
-        m312 = (1.0 <= v106)
-        v314 = np.where(m311, 1.0, 0.0)
-        v319 = v308 / (np.where(m306, 1.0, 0.0) + v308) * (v314 / (np.where(m312, 1.0, 0.0) + v314) * (v232 * v105))
-        v321 = v108 * (v102 * v243 + v76 * (v101 * np.power(v89, v101 - 1.0) * v281)) + v103 * v319
-        v328 = np.where(m29, -(v27 * (np.where(m28, v109 * v190, 0.0) + v39 * v321) + v110 * v188), 0.0)
-        v329 = v294 + v328
-        m334 = (0.0 <= v143)
-        m335 = (v143 <= 0.0)
-        v337 = np.where(m334, 1.0, 0.0)
-        v346 = v27 * v321 + v109 * v188
-        v352 = np.where(m28, v98 * v190, 0.0) + v39 * v290 + np.where(m28, np.where(m29, v45 * v346 + v121 * v202, 0.0), 0.0)
-        v355 = c14 * v352 - v125 * v160
-        v363 = np.where(m29, -(v39 * v346 + np.where(m28, v121 * v190, 0.0)), 0.0) + v294
-        v373 = v125 * v164
-        v374 = s14 * v352
-        v380 = v4 * (v355 - (v130 * v164 + s14 * v363)) + v132 * v155 + (v7 * (c14 * v363 - v130 * v160 + (v373 + v374)) + v136 * v169)
-        m383 = (1e-09 <= v10)
-        m384 = (v10 <= 1e-09)
-        v386 = np.where(m383, 1.0, 0.0)
-        v393 = (v4 + v4) * v155 + (v7 + v7) * v169
-        v395 = v393 / (v10 + v10)
-        v396 = v386 / (np.where(m384, 1.0, 0.0) + v386) * v395
-        v401 = v337 / (np.where(m335, 1.0, 0.0) + v337) * (v380 * v140 - v141 * v140 * v396 - v117 * v395)
-        v405 = v401 * v140 + v145 * v140 * v396
-        v409 = s14 * v329 + v114 * v164 - (v145 * v155 - v4 * v405) - v355
-        v416 = v145 * v7 + v125 * s14 + v114 * c14
-        v426 = v145 * v169 - v7 * v405 + (v374 + v373) + (c14 * v329 - v114 * v160)
-        v430 = 1.0 / v10
-        v438 = (v149 * v155 + v4 * v409 - (v416 * v169 + v7 * v426)) * v430 - (v4 * v149 - v7 * v416) * v430 * v430 * v395
-        v447 = 1.0 / v9
-        v455 = (v416 * v155 + v4 * v426 + (v7 * v409 + v149 * v169)) * v447 - (v4 * v416 + v149 * v7) * v447 * v447 * v393
-        v459 = -c[..., 8]
-        v464 = c[..., 7] * (r[..., 2] - x[..., 2])
-        v465 = np.fmin(c[..., 8], v464)
-        m466 = (v459 <= v465)
-        m467 = (v465 <= v459)
-        v469 = np.where(m466, 1.0, 0.0)
-        m472 = (v464 <= c[..., 8])
-        m473 = (c[..., 8] <= v464)
-        v475 = np.where(m472, 1.0, 0.0)
-        v482 = v475 / (np.where(m473, 1.0, 0.0) + v475) * (c[..., 7] * (along_r[..., 2] - along_x[..., 2]))
-        return _vector(np.where(m11, v438, v409), np.where(m11, -v455, 0.0), v469 / (np.where(m467, 1.0, 0.0) + v469) * v482)
+        rho = x[..., 0]
+        phi = x[..., 1]
+        mu = x[..., 2]
+        theta = x[..., 3]
+        rho_ref = r[..., 0]
+        phi_ref = r[..., 1]
+        mu_ref = r[..., 2]
+        theta_ref = r[..., 3]
+        k_phi = c[..., 0]
+        m = c[..., 1]
+        eta_rho = c[..., 2]
+        theta_star = c[..., 3]
+        s_min = c[..., 4]
+        theta_min = c[..., 5]
+        R = c[..., 6]
+        mu_gain = c[..., 7]
+        mu_rate_max = c[..., 8]
+        area_factor = c[..., 9]
+        along_rho = along_x[..., 0]
+        along_phi = along_x[..., 1]
+        along_mu = along_x[..., 2]
+        along_theta = along_x[..., 3]
+        along_rho_ref = along_r[..., 0]
+        along_phi_ref = along_r[..., 1]
+        along_mu_ref = along_r[..., 2]
+        along_theta_ref = along_r[..., 3]
+        sin_phi_ref, cos_phi_ref = np.sin(phi_ref), np.cos(phi_ref)
+        sin_phi, cos_phi = np.sin(phi), np.cos(phi)
+        zeta1 = rho * cos_phi
+        zeta2 = rho * sin_phi
+        w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
+        w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2  # (25)
+        t_furpv = w_across * w_across + w_along * w_along
+        rho_t = np.sqrt(t_furpv)  # (25)
+        m_z5ee7 = (1e-09 < rho_t)
+        t_gliif = 1.0 / rho_t
+        t_m4c7o = w_along * t_gliif
+        cos_t = np.where(m_z5ee7, t_m4c7o, 1.0)  # (25)
+        theta_t = theta - theta_ref + rho_ref * w_across * area_factor  # (27)
+        t_o55bt = rho_ref * rho_ref
+        t_xuitj = w_across * t_gliif
+        t_ktua4 = t_xuitj * t_xuitj
+        chord = np.sqrt(R * R + np.where(m_z5ee7, np.where(m_z5ee7, -(t_o55bt * t_ktua4), 0.0), 0.0))  # (28)
+        t_gjxkh = 1.0 / theta_star
+        tau = np.abs(theta_t) * t_gjxkh  # (31)
+        t_ieu4b = 1.0 / m
+        f = np.power(tau, t_ieu4b)  # (31)
+        t_4x2zf = zeta1 * zeta1 + zeta2 * zeta2
+        t_yfvls = np.sqrt(t_4x2zf)
+        m_ksqj2 = (0.0 < t_yfvls)
+        m_z5ee7_2 = (0.0 < rho_t)
+        t_fcuq3 = t_gjxkh * t_ieu4b
+        m_pmiqd = np.logical_not(m_z5ee7)
+        m_vfwur = np.logical_or(m_pmiqd, m_pmiqd)
+        t_zuogb = np.where(m_vfwur, chord, chord)
+        t_2b36a = cos_t * rho_ref + t_zuogb
+        t_lm3xn = t_fcuq3 * t_2b36a
+        t_fj2i2 = 1.0 / t_2b36a
+        t_etoih = rho_t * t_fj2i2
+        t_6tejv = np.sqrt(t_etoih)
+        t_3sr3u = 1.0 / (t_2b36a * t_2b36a)
+        t_ltwkz = t_furpv * t_3sr3u
+        t_i2oza = 1.0 / (tau + t_ltwkz)
+        t_vzh6u = k_phi * t_6tejv * t_i2oza
+        t_2x3wp = t_lm3xn * t_vzh6u
+        t_6qw53 = 1.0 / t_zuogb
+        t_jcju6 = rho_ref * t_xuitj * t_6qw53
+        t_abddv = np.where(m_z5ee7, t_jcju6 * theta_t * m, 0.0) - t_furpv
+        t_weose = 1.0 / s_min
+        t_zprj7 = (rho_t - f * t_2b36a) * t_weose
+        t_3oqa2 = np.fmin(1.0, t_zprj7)
+        t_bof5b = np.where(m_z5ee7_2, t_2x3wp * t_abddv, 0.0) - eta_rho * np.fmax(-1.0, t_3oqa2)
+        t_rrbdp = np.where(m_z5ee7, t_bof5b * t_xuitj, 0.0)
+        t_mldgu = -1.0 + m
+        t_5wfhn = np.power(f, t_mldgu)
+        t_646rv = t_vzh6u * t_5wfhn
+        t_6rwtv = 1.0 / theta_min
+        t_fzzn6 = theta_t * t_6rwtv
+        t_hr4cg = np.fmin(1.0, t_fzzn6)
+        t_ygaz3 = np.fmax(-1.0, t_hr4cg)
+        t_us36u = t_646rv * t_ygaz3
+        t_3ly7e = cos_t * t_us36u
+        t_2hllo = t_rrbdp + np.where(m_z5ee7_2, -(t_3ly7e * rho_t), 0.0)
+        t_kc5kr = 100.0 * k_phi
+        t_nrnb7 = t_us36u * rho_t
+        t_hwkxg = cos_t * t_bof5b + np.where(m_z5ee7, np.where(m_z5ee7_2, t_nrnb7 * t_xuitj, 0.0), 0.0)
+        t_3mrva = np.where(m_z5ee7_2, -(t_nrnb7 * cos_t), 0.0) + t_rrbdp
+        t_mhzub = cos_phi_ref * t_hwkxg - sin_phi_ref * t_3mrva
+        t_g55ku = cos_phi_ref * t_3mrva + sin_phi_ref * t_hwkxg
+        t_e4rje = 1.0 / np.fmax(1e-09, t_yfvls)
+        t_cxrnl = (t_mhzub * zeta1 + t_g55ku * zeta2) * t_e4rje
+        t_j2lpg = -(t_kc5kr * (R - t_yfvls) + t_cxrnl)
+        t_ssi6p = np.fmax(0.0, t_j2lpg) * t_e4rje
+        t_nzx4x = t_2hllo * sin_phi_ref - t_ssi6p * zeta1 - t_hwkxg * cos_phi_ref
+        t_3afq5 = cos_phi * along_rho - rho * (sin_phi * along_phi)
+        t_sxtsm = sin_phi_ref * along_phi_ref
+        t_yxwd6 = cos_phi_ref * along_phi_ref
+        t_46lno = sin_phi * along_rho + rho * (cos_phi * along_phi)
+        t_eay2n = (
+            along_rho_ref
+            - (cos_phi_ref * t_3afq5 - zeta1 * t_sxtsm)
+            - (zeta2 * t_yxwd6 + sin_phi_ref * t_46lno)
+        )
+        t_st5ju = zeta1 * t_yxwd6 + sin_phi_ref * t_3afq5 - (cos_phi_ref * t_46lno - zeta2 * t_sxtsm)
+        t_l72yh = (w_across + w_across) * t_st5ju + (w_along + w_along) * t_eay2n
+        t_fdlvl = t_l72yh / (rho_t + rho_t)
+        t_wtvuw = t_eay2n * t_gliif - t_m4c7o * t_gliif * t_fdlvl
+        m_nlkgc = np.logical_not(m_vfwur)
+        t_ymop5 = t_st5ju * t_gliif - t_xuitj * t_gliif * t_fdlvl
+        t_l67pb = (t_ktua4 * ((rho_ref + rho_ref) * along_rho_ref) + t_o55bt * ((t_xuitj + t_xuitj) * t_ymop5)) / (chord + chord)
+        t_7qgnt = (
+            np.where(m_z5ee7, rho_ref * t_wtvuw, 0.0)
+            + cos_t * along_rho_ref
+            + np.where(m_nlkgc, np.where(m_z5ee7, np.where(m_z5ee7, -t_l67pb, 0.0), 0.0), 0.0)
+        )
+        t_ikolc = k_phi * ((t_fdlvl * t_fj2i2 - t_etoih * t_fj2i2 * t_7qgnt) / (t_6tejv + t_6tejv)) * t_i2oza
+        t_n33cs = along_theta - along_theta_ref + area_factor * (w_across * along_rho_ref + rho_ref * t_st5ju)
+        t_ao5g3 = np.sign(theta_t) * t_n33cs * t_gjxkh
+        t_di3wd = t_vzh6u * t_i2oza * (t_ao5g3 + (t_l72yh * t_3sr3u - t_ltwkz * t_3sr3u * ((t_2b36a + t_2b36a) * t_7qgnt)))
+        t_owrgf = t_ikolc - t_di3wd
+        t_noiup = (
+            (t_xuitj * along_rho_ref + rho_ref * t_ymop5) * t_6qw53
+            + np.where(m_nlkgc, np.where(m_z5ee7, np.where(m_z5ee7, t_jcju6 * t_6qw53 * t_l67pb, 0.0), 0.0), 0.0)
+        )
+        t_scnoi = (
+            t_abddv * (t_vzh6u * (t_fcuq3 * t_7qgnt) + t_lm3xn * t_owrgf)
+            + t_2x3wp * (np.where(m_z5ee7, m * (theta_t * t_noiup + t_jcju6 * t_n33cs), 0.0) - t_l72yh)
+        )
+        m_xlke7 = (-1.0 <= t_3oqa2)
+        t_wzftv = np.where(m_xlke7, 1.0, 0.0)
+        m_rd4rt = (t_3oqa2 <= -1.0)
+        m_527tt = (t_zprj7 <= 1.0)
+        t_e5hpt = np.where(m_527tt, 1.0, 0.0)
+        m_vi3vq = (1.0 <= t_zprj7)
+        t_ik4bo = np.power(tau, t_ieu4b - 1.0) * t_ieu4b * t_ao5g3
+        t_bk6aj = t_e5hpt / (np.where(m_vi3vq, 1.0, 0.0) + t_e5hpt) * ((t_fdlvl - (t_2b36a * t_ik4bo + f * t_7qgnt)) * t_weose)
+        t_zusr3 = np.where(m_z5ee7_2, t_scnoi, 0.0) - eta_rho * (t_wzftv / (np.where(m_rd4rt, 1.0, 0.0) + t_wzftv) * t_bk6aj)
+        t_ddyse = np.where(m_z5ee7, t_xuitj * t_zusr3 + t_bof5b * t_ymop5, 0.0)
+        t_44h4b = t_ygaz3 * (t_5wfhn * t_owrgf + t_vzh6u * (t_mldgu * np.power(f, t_mldgu - 1.0) * t_ik4bo))
+        m_ajl3y = (-1.0 <= t_hr4cg)
+        t_wzftv_2 = np.where(m_ajl3y, 1.0, 0.0)
+        m_cv6fy = (t_hr4cg <= -1.0)
+        m_rbdt6 = (t_fzzn6 <= 1.0)
+        t_wd3be = np.where(m_rbdt6, 1.0, 0.0)
+        m_k6w4t = (1.0 <= t_fzzn6)
+        t_tudup = t_646rv * (t_wzftv_2 / (np.where(m_cv6fy, 1.0, 0.0) + t_wzftv_2) * (t_wd3be / (np.where(m_k6w4t, 1.0, 0.0) + t_wd3be) * (t_n33cs * t_6rwtv)))
+        t_jho2f = t_44h4b + t_tudup
+        t_am6sm = np.where(m_z5ee7_2, -(rho_t * (np.where(m_z5ee7, t_us36u * t_wtvuw, 0.0) + cos_t * t_jho2f) + t_3ly7e * t_fdlvl), 0.0)
+        t_ihupp = t_ddyse + t_am6sm
+        m_od6a2 = (0.0 <= t_j2lpg)
+        t_tij5y = np.where(m_od6a2, 1.0, 0.0)
+        m_7t3za = (t_j2lpg <= 0.0)
+        t_ohm5d = rho_t * t_jho2f + t_us36u * t_fdlvl
+        t_cppvj = (
+            np.where(m_z5ee7, t_bof5b * t_wtvuw, 0.0)
+            + cos_t * t_zusr3
+            + np.where(m_z5ee7, np.where(m_z5ee7_2, t_xuitj * t_ohm5d + t_nrnb7 * t_ymop5, 0.0), 0.0)
+        )
+        t_hvuzs = cos_phi_ref * t_cppvj - t_hwkxg * t_sxtsm
+        t_ptswo = np.where(m_z5ee7_2, -(cos_t * t_ohm5d + np.where(m_z5ee7, t_nrnb7 * t_wtvuw, 0.0)), 0.0) + t_ddyse
+        t_k3cgo = t_hwkxg * t_yxwd6
+        t_plltw = sin_phi_ref * t_cppvj
+        t_rmuxd = (
+            zeta2 * (cos_phi_ref * t_ptswo - t_3mrva * t_sxtsm + (t_k3cgo + t_plltw))
+            + t_g55ku * t_46lno
+        )
+        t_erdeb = (
+            zeta1 * (t_hvuzs - (t_3mrva * t_yxwd6 + sin_phi_ref * t_ptswo))
+            + t_mhzub * t_3afq5
+            + t_rmuxd
+        )
+        m_p2abf = (1e-09 <= t_yfvls)
+        t_ivpxh = np.where(m_p2abf, 1.0, 0.0)
+        m_ysper = (t_yfvls <= 1e-09)
+        t_ykpbv = (zeta1 + zeta1) * t_3afq5 + (zeta2 + zeta2) * t_46lno
+        t_cxo4v = t_ykpbv / (t_yfvls + t_yfvls)
+        t_s7b4i = t_ivpxh / (np.where(m_ysper, 1.0, 0.0) + t_ivpxh) * t_cxo4v
+        t_5sf7r = t_tij5y / (np.where(m_7t3za, 1.0, 0.0) + t_tij5y) * (t_erdeb * t_e4rje - t_cxrnl * t_e4rje * t_s7b4i - t_kc5kr * t_cxo4v)
+        t_hun7c = t_5sf7r * t_e4rje + t_ssi6p * t_e4rje * t_s7b4i
+        t_j4jwd = (
+            sin_phi_ref * t_ihupp
+            + t_2hllo * t_yxwd6
+            - (t_ssi6p * t_3afq5 - zeta1 * t_hun7c)
+            - t_hvuzs
+        )
+        t_x4z7u = t_ssi6p * zeta2 + t_hwkxg * sin_phi_ref + t_2hllo * cos_phi_ref
+        t_b44sc = (
+            t_ssi6p * t_46lno
+            - zeta2 * t_hun7c
+            + (t_plltw + t_k3cgo)
+            + (cos_phi_ref * t_ihupp - t_2hllo * t_sxtsm)
+        )
+        t_oz2aw = 1.0 / t_yfvls
+        t_pozbm = (t_nzx4x * t_3afq5 + zeta1 * t_j4jwd - (t_x4z7u * t_46lno + zeta2 * t_b44sc)) * t_oz2aw
+        t_3cthi = 1.0 / t_4x2zf
+        t_izzsn = (t_x4z7u * t_3afq5 + zeta1 * t_b44sc + (zeta2 * t_j4jwd + t_nzx4x * t_46lno)) * t_3cthi
+        t_f7oti = -mu_rate_max
+        t_dhkzn = mu_gain * (mu_ref - mu)
+        t_7l2lj = np.fmin(mu_rate_max, t_dhkzn)
+        m_ehoe5 = (t_f7oti <= t_7l2lj)
+        t_tmq3y = np.where(m_ehoe5, 1.0, 0.0)
+        m_y2s22 = (t_7l2lj <= t_f7oti)
+        m_huzvj = (t_dhkzn <= mu_rate_max)
+        t_huzvj = np.where(m_huzvj, 1.0, 0.0)
+        m_mu2v2 = (mu_rate_max <= t_dhkzn)
+        return _vector(
+            np.where(m_ksqj2, t_pozbm - (zeta1 * t_nzx4x - zeta2 * t_x4z7u) * t_oz2aw * t_oz2aw * t_cxo4v, t_j4jwd),
+            np.where(m_ksqj2, -(t_izzsn - (zeta1 * t_x4z7u + t_nzx4x * zeta2) * t_3cthi * t_3cthi * t_ykpbv), 0.0),
+            t_tmq3y / (np.where(m_y2s22, 1.0, 0.0) + t_tmq3y) * (t_huzvj / (np.where(m_mu2v2, 1.0, 0.0) + t_huzvj) * (mu_gain * (along_mu_ref - along_mu))),
+        )
 
 
 def sliding_loop_jac(q, r, p, c):
     """Jacobian of sliding_loop with respect to q and r, row by row: (q, r, p, c) -> J_q, J_r."""
     q, r, p, c = _arrays(q, r, p, c)
     with np.errstate(all="ignore"):
-        s1, c1 = np.sin(r[..., 1]), np.cos(r[..., 1])
-        v8 = s1 * q[..., 0] - c1 * q[..., 1]
-        v14 = r[..., 0] - c1 * q[..., 0] - s1 * q[..., 1]
-        v16 = v8 * v8 + v14 * v14
-        v17 = np.sqrt(v16)
-        m18 = (1e-09 < v17)
-        v20 = 1.0 / v17
-        v21 = v8 * v20
-        m23 = (0.0 < v17)
-        m25 = np.logical_not(m18)
-        m26 = np.logical_or(m25, m25)
-        v29 = r[..., 0] * r[..., 0]
-        v30 = v21 * v21
-        v35 = c[..., 6] * c[..., 6] + np.where(m18, np.where(m18, -(v29 * v30), 0.0), 0.0)
-        v36 = np.sqrt(v35)
-        m37 = np.logical_not(m26)
-        v38 = np.where(m26, v36, v36)
-        v39 = 1.0 / v38
-        v40 = r[..., 0] * v21 * v39
-        v47 = q[..., 3] - r[..., 3] + r[..., 0] * v8 * c[..., 9]
-        v52 = np.where(m18, v40 * v47 * c[..., 1], 0.0) - v16
-        v54 = v14 * v20
-        v55 = np.where(m18, v54, 1.0)
-        v57 = v55 * r[..., 0] + v38
-        v58 = 1.0 / v57
-        v59 = v17 * v58
-        v60 = np.sqrt(v59)
-        v64 = 1.0 / c[..., 3]
-        v65 = np.abs(v47) * v64
-        v67 = 1.0 / (v57 * v57)
-        v68 = v16 * v67
-        v70 = 1.0 / (v65 + v68)
-        v71 = c[..., 0] * v60 * v70
-        v72 = 1.0 / c[..., 1]
-        v73 = v64 * v72
-        v74 = c1 * v20
-        v75 = v54 * v20
-        v76 = v8 + v8
-        v78 = v14 + v14
-        v80 = v76 * s1 - v78 * c1
-        v82 = 1.0 / (v17 + v17)
-        v83 = v80 * v82
-        v85 = v74 + v75 * v83
-        v89 = v21 + v21
-        v90 = s1 * v20
-        v91 = v21 * v20
-        v93 = v90 - v91 * v83
-        v97 = 1.0 / (v36 + v36)
-        v98 = v29 * (v89 * v93) * v97
-        v103 = np.where(m18, -(r[..., 0] * v85), 0.0) + np.where(m37, np.where(m18, np.where(m18, -v98, 0.0), 0.0), 0.0)
-        v106 = v73 * v57
-        v108 = v59 * v58
-        v112 = 1.0 / (v60 + v60)
-        v116 = v71 * v70
-        v117 = np.sign(v47)
-        v119 = c[..., 9] * (r[..., 0] * s1)
-        v121 = v117 * v119 * v64
-        v123 = v68 * v67
-        v124 = v57 + v57
-        v130 = c[..., 0] * ((v83 * v58 - v108 * v103) * v112) * v70 - v116 * (v121 + (v80 * v67 - v123 * (v124 * v103)))
-        v134 = v106 * v71
-        v137 = v40 * v39
-        v142 = r[..., 0] * v93 * v39 + np.where(m37, np.where(m18, np.where(m18, v137 * v98, 0.0), 0.0), 0.0)
-        v150 = v52 * (v71 * (v73 * v103) + v106 * v130) + v134 * (np.where(m18, c[..., 1] * (v47 * v142 + v40 * v119), 0.0) - v80)
-        v154 = np.power(v65, v72)
-        v158 = 1.0 / c[..., 4]
-        v159 = (v17 - v154 * v57) * v158
-        v160 = np.fmin(1.0, v159)
-        m161 = (-1.0 <= v160)
-        m162 = (v160 <= -1.0)
-        v164 = np.where(m161, 1.0, 0.0)
-        v166 = v164 / (np.where(m162, 1.0, 0.0) + v164)
-        m167 = (v159 <= 1.0)
-        m168 = (1.0 <= v159)
-        v170 = np.where(m167, 1.0, 0.0)
-        v172 = v170 / (np.where(m168, 1.0, 0.0) + v170)
-        v175 = np.power(v65, v72 - 1.0) * v72
-        v176 = v175 * v121
-        v184 = c[..., 2] * (v166 * (v172 * ((v83 - (v57 * v176 + v154 * v103)) * v158)))
-        v185 = np.where(m23, v150, 0.0) - v184
-        v191 = np.where(m23, v134 * v52, 0.0) - c[..., 2] * np.fmax(-1.0, v160)
-        v194 = np.where(m18, v21 * v185 + v191 * v93, 0.0)
-        v195 = -1.0 + c[..., 1]
-        v196 = np.power(v154, v195)
-        v197 = v71 * v196
-        v199 = 1.0 / c[..., 5]
-        v200 = v47 * v199
-        v201 = np.fmin(1.0, v200)
-        v202 = np.fmax(-1.0, v201)
-        v203 = v197 * v202
-        v210 = v195 * np.power(v154, v195 - 1.0)
-        m215 = (-1.0 <= v201)
-        m216 = (v201 <= -1.0)
-        v218 = np.where(m215, 1.0, 0.0)
-        v220 = v218 / (np.where(m216, 1.0, 0.0) + v218)
-        m221 = (v200 <= 1.0)
-        m222 = (1.0 <= v200)
-        v224 = np.where(m221, 1.0, 0.0)
-        v226 = v224 / (np.where(m222, 1.0, 0.0) + v224)
-        v231 = v202 * (v196 * v130 + v71 * (v210 * v176)) + v197 * (v220 * (v226 * (v119 * v199)))
-        v235 = v55 * v203
-        v239 = np.where(m23, -(v17 * (np.where(m18, -(v203 * v85), 0.0) + v55 * v231) + v235 * v83), 0.0)
-        v240 = v194 + v239
-        v243 = 100.0 * c[..., 0]
-        v247 = np.sqrt(q[..., 0] * q[..., 0] + q[..., 1] * q[..., 1])
-        v251 = v203 * v17
-        v255 = v55 * v191 + np.where(m18, np.where(m23, v251 * v21, 0.0), 0.0)
-        v261 = np.where(m18, v191 * v21, 0.0)
-        v262 = np.where(m23, -(v251 * v55), 0.0) + v261
-        v264 = c1 * v255 - s1 * v262
-        v268 = c1 * v262 + s1 * v255
-        v272 = 1.0 / np.fmax(1e-09, v247)
-        v273 = (v264 * q[..., 0] + v268 * q[..., 1]) * v272
-        v275 = -(v243 * (c[..., 6] - v247) + v273)
-        v277 = np.fmax(0.0, v275) * v272
-        m278 = (0.0 <= v275)
-        m279 = (v275 <= 0.0)
-        v281 = np.where(m278, 1.0, 0.0)
-        v283 = v281 / (np.where(m279, 1.0, 0.0) + v281)
-        v291 = v17 * v231 + v203 * v83
-        v297 = np.where(m18, -(v191 * v85), 0.0) + v55 * v185 + np.where(m18, np.where(m23, v21 * v291 + v251 * v93, 0.0), 0.0)
-        v298 = c1 * v297
-        v306 = np.where(m23, -(v55 * v291 + np.where(m18, -(v251 * v85), 0.0)), 0.0) + v194
-        v312 = s1 * v297
-        v316 = (q[..., 0] * (v298 - s1 * v306) + v264 + q[..., 1] * (c1 * v306 + v312)) * v272
-        v317 = v273 * v272
-        m318 = (1e-09 <= v247)
-        m319 = (v247 <= 1e-09)
-        v321 = np.where(m318, 1.0, 0.0)
-        v323 = v321 / (np.where(m319, 1.0, 0.0) + v321)
-        v324 = 1.0 / v247
-        v325 = q[..., 0] * v324
-        v326 = v323 * v325
-        v333 = v277 * v272
-        v335 = v283 * (v316 - v317 * v326 - v243 * v325) * v272 + v333 * v326
-        v339 = s1 * v240 - (v277 - q[..., 0] * v335) - v298
-        v342 = v76 * c1 + v78 * s1
-        v343 = v342 * v82
-        v345 = v75 * v343 - v90
-        v349 = v91 * v343 - v74
-        v352 = v29 * (v89 * v349) * v97
-        v357 = np.where(m18, r[..., 0] * v345, 0.0) + np.where(m37, np.where(m18, np.where(m18, -v352, 0.0), 0.0), 0.0)
-        v361 = c[..., 9] * (r[..., 0] * c1)
-        v363 = v117 * v361 * v64
-        v376 = v116 * (v363 + (v342 * v67 + v123 * (v124 * v357))) - c[..., 0] * ((v343 * v58 + v108 * v357) * v112) * v70
-        v386 = r[..., 0] * v349 * v39 + np.where(m37, np.where(m18, np.where(m18, v137 * v352, 0.0), 0.0), 0.0)
-        v393 = v134 * (np.where(m18, c[..., 1] * (v47 * v386 - v40 * v361), 0.0) + v342)
-        v397 = v175 * v363
-        v404 = c[..., 2] * (v166 * (v172 * ((v343 + (v154 * v357 - v57 * v397)) * v158)))
-        v405 = np.where(m23, v52 * (v71 * (v73 * v357) + v106 * v376) + v393, 0.0) + v404
-        v409 = np.where(m18, v21 * v405 + v191 * v349, 0.0)
-        v421 = v202 * (v196 * v376 - v71 * (v210 * v397)) - v197 * (v220 * (v226 * (v361 * v199)))
-        v428 = np.where(m23, -(v17 * (np.where(m18, v203 * v345, 0.0) + v55 * v421) - v235 * v343), 0.0)
-        v429 = v409 + v428
-        v437 = v17 * v421 - v203 * v343
-        v443 = np.where(m18, v191 * v345, 0.0) + v55 * v405 + np.where(m18, np.where(m23, v21 * v437 + v251 * v349, 0.0), 0.0)
-        v444 = c1 * v443
-        v451 = np.where(m23, -(v55 * v437 + np.where(m18, v251 * v345, 0.0)), 0.0) + v409
-        v456 = s1 * v443
-        v461 = (q[..., 0] * (v444 - s1 * v451) + (q[..., 1] * (c1 * v451 + v456) + v268)) * v272
-        v462 = q[..., 1] * v324
-        v463 = v323 * v462
-        v471 = v283 * (v461 - v317 * v463 - v243 * v462) * v272 + v333 * v463
-        v474 = s1 * v429 + q[..., 0] * v471 - v444
-        v476 = v134 * (c[..., 1] * v40)
-        v478 = v117 * v64
-        v479 = v116 * v478
-        v481 = v52 * (v106 * v479)
-        v484 = v175 * v478
-        v489 = c[..., 2] * (v166 * (v172 * (v57 * v484 * v158)))
-        v490 = np.where(m23, np.where(m18, v476, 0.0) - v481, 0.0) + v489
-        v492 = np.where(m18, v21 * v490, 0.0)
-        v494 = v71 * (v210 * v484)
-        v495 = v196 * v479
-        v500 = v197 * (v220 * (v226 * v199))
-        v501 = v202 * (v494 - v495) + v500
-        v506 = v492 + np.where(m23, -(v17 * (v55 * v501)), 0.0)
-        v509 = v17 * v501
-        v513 = v55 * v490 + np.where(m18, np.where(m23, v21 * v509, 0.0), 0.0)
-        v514 = c1 * v513
-        v518 = np.where(m23, -(v55 * v509), 0.0) + v492
-        v523 = s1 * v513
-        v528 = v283 * ((q[..., 0] * (v514 - s1 * v518) + q[..., 1] * (c1 * v518 + v523)) * v272)
-        v529 = v528 * v272
-        v532 = s1 * v506 + q[..., 0] * v529 - v514
-        v536 = v312 - q[..., 1] * v335 + c1 * v240
-        v542 = v277 - q[..., 1] * v471 + v456 + c1 * v429
-        v547 = v523 - q[..., 1] * v529 + c1 * v506
-        v550 = -c[..., 8]
-        v555 = c[..., 7] * (r[..., 2] - q[..., 2])
-        v556 = np.fmin(c[..., 8], v555)
-        m557 = (v550 <= v556)
-        m558 = (v556 <= v550)
-        v560 = np.where(m557, 1.0, 0.0)
-        m563 = (v555 <= c[..., 8])
-        m564 = (c[..., 8] <= v555)
-        v566 = np.where(m563, 1.0, 0.0)
-        v570 = v560 / (np.where(m558, 1.0, 0.0) + v560) * (v566 / (np.where(m564, 1.0, 0.0) + v566) * c[..., 7])
-        v573 = v255 * s1
-        v578 = v261 + np.where(m23, -(v235 * v17), 0.0)
-        v579 = v578 * c1
-        v588 = v578 * s1
-        v591 = v255 * c1
-        v595 = -(q[..., 0] * v542 + (q[..., 1] * v474 + (v588 - v277 * q[..., 0] - v591)))
-        v601 = 1.0 / q[..., 2]
-        v610 = v20 - v75 * v54
-        v616 = v91 * v54
-        v620 = (v30 * (r[..., 0] + r[..., 0]) - v29 * (v89 * v616)) * v97
-        v625 = np.where(m18, r[..., 0] * v610, 0.0) + v55 + np.where(m37, np.where(m18, np.where(m18, -v620, 0.0), 0.0), 0.0)
-        v634 = c[..., 9] * v8
-        v636 = v117 * v634 * v64
-        v643 = c[..., 0] * ((v54 * v58 - v108 * v625) * v112) * v70 - v116 * (v636 + (v78 * v67 - v123 * (v124 * v625)))
-        v654 = (v21 - r[..., 0] * v616) * v39 + np.where(m37, np.where(m18, np.where(m18, v137 * v620, 0.0), 0.0), 0.0)
-        v662 = v52 * (v71 * (v73 * v625) + v106 * v643) + v134 * (np.where(m18, c[..., 1] * (v47 * v654 + v40 * v634), 0.0) - v78)
-        v664 = v175 * v636
-        v672 = c[..., 2] * (v166 * (v172 * ((v54 - (v57 * v664 + v154 * v625)) * v158)))
-        v673 = np.where(m23, v662, 0.0) - v672
-        v677 = np.where(m18, v21 * v673 - v191 * v616, 0.0)
-        v689 = v202 * (v196 * v643 + v71 * (v210 * v664)) + v197 * (v220 * (v226 * (v634 * v199)))
-        v696 = np.where(m23, -(v17 * (np.where(m18, v203 * v610, 0.0) + v55 * v689) + v235 * v54), 0.0)
-        v697 = v677 + v696
-        v705 = v17 * v689 + v203 * v54
-        v711 = np.where(m18, v191 * v610, 0.0) + v55 * v673 + np.where(m18, np.where(m23, v21 * v705 - v251 * v616, 0.0), 0.0)
-        v712 = c1 * v711
-        v719 = np.where(m23, -(v55 * v705 + np.where(m18, v251 * v610, 0.0)), 0.0) + v677
-        v724 = s1 * v711
-        v729 = v283 * ((q[..., 0] * (v712 - s1 * v719) + q[..., 1] * (c1 * v719 + v724)) * v272)
-        v730 = v729 * v272
-        v733 = s1 * v697 + q[..., 0] * v730 - v712
-        v736 = q[..., 0] * s1 - q[..., 1] * c1
-        v740 = q[..., 0] * c1 + q[..., 1] * s1
-        v743 = v76 * v740 + v78 * v736
-        v744 = v743 * v82
-        v746 = v736 * v20 - v75 * v744
-        v751 = v740 * v20 - v91 * v744
-        v754 = v29 * (v89 * v751) * v97
-        v759 = np.where(m18, r[..., 0] * v746, 0.0) + np.where(m37, np.where(m18, np.where(m18, -v754, 0.0), 0.0), 0.0)
-        v769 = c[..., 9] * (r[..., 0] * v740)
-        v771 = v117 * v769 * v64
-        v778 = c[..., 0] * ((v744 * v58 - v108 * v759) * v112) * v70 - v116 * (v771 + (v743 * v67 - v123 * (v124 * v759)))
-        v788 = r[..., 0] * v751 * v39 + np.where(m37, np.where(m18, np.where(m18, v137 * v754, 0.0), 0.0), 0.0)
-        v795 = v134 * (np.where(m18, c[..., 1] * (v47 * v788 + v40 * v769), 0.0) - v743)
-        v798 = v175 * v771
-        v806 = c[..., 2] * (v166 * (v172 * ((v744 - (v57 * v798 + v154 * v759)) * v158)))
-        v807 = np.where(m23, v52 * (v71 * (v73 * v759) + v106 * v778) + v795, 0.0) - v806
-        v811 = np.where(m18, v21 * v807 + v191 * v751, 0.0)
-        v823 = v202 * (v196 * v778 + v71 * (v210 * v798)) + v197 * (v220 * (v226 * (v769 * v199)))
-        v830 = np.where(m23, -(v17 * (np.where(m18, v203 * v746, 0.0) + v55 * v823) + v235 * v744), 0.0)
-        v831 = v811 + v830
-        v840 = v17 * v823 + v203 * v744
-        v846 = np.where(m18, v191 * v746, 0.0) + v55 * v807 + np.where(m18, np.where(m23, v21 * v840 + v251 * v751, 0.0), 0.0)
-        v848 = c1 * v846 - v573
-        v856 = np.where(m23, -(v55 * v840 + np.where(m18, v251 * v746, 0.0)), 0.0) + v811
-        v864 = s1 * v846
-        v868 = q[..., 0] * (v848 - (v262 * c1 + s1 * v856)) + q[..., 1] * (c1 * v856 - v262 * s1 + (v591 + v864))
-        v871 = v283 * (v868 * v272) * v272
-        v874 = s1 * v831 + v579 + q[..., 0] * v871 - v848
-        v879 = np.where(m23, v481 + np.where(m18, -v476, 0.0), 0.0) - v489
-        v881 = np.where(m18, v21 * v879, 0.0)
-        v884 = v202 * (v495 - v494) - v500
-        v889 = v881 + np.where(m23, -(v17 * (v55 * v884)), 0.0)
-        v892 = v17 * v884
-        v896 = v55 * v879 + np.where(m18, np.where(m23, v21 * v892, 0.0), 0.0)
-        v897 = c1 * v896
-        v901 = np.where(m23, -(v55 * v892), 0.0) + v881
-        v906 = s1 * v896
-        v911 = v283 * ((q[..., 0] * (v897 - s1 * v901) + q[..., 1] * (c1 * v901 + v906)) * v272)
-        v912 = v911 * v272
-        v915 = s1 * v889 + q[..., 0] * v912 - v897
-        v919 = v724 - q[..., 1] * v730 + c1 * v697
-        v926 = v864 + v591 - q[..., 1] * v871 + (c1 * v831 - v588)
-        v931 = v906 - q[..., 1] * v912 + c1 * v889
-        return (lambda J: J.reshape(*J.shape[:-1], 4, 4))(_vector(v339, v474, 0.0, v532, -v536, -v542, 0.0, -v547, 0.0, 0.0, -v570, 0.0, -(v277 * q[..., 1] + v573 + v579 + q[..., 0] * v536 + q[..., 1] * v339), v595, -(3.0 * p[..., 0] / p[..., 2] * v601 * v601), -(q[..., 0] * v547 + q[..., 1] * v532))), (lambda J: J.reshape(*J.shape[:-1], 4, 4))(_vector(v733, v874, 0.0, v915, -v919, -v926, 0.0, -v931, 0.0, 0.0, v570, 0.0, -(q[..., 0] * v919 + q[..., 1] * v733), -(q[..., 0] * v926 + q[..., 1] * v874), 0.0, -(q[..., 0] * v931 + q[..., 1] * v915)))
+        zeta1 = q[..., 0]
+        zeta2 = q[..., 1]
+        mu = q[..., 2]
+        theta = q[..., 3]
+        rho_ref = r[..., 0]
+        phi_ref = r[..., 1]
+        mu_ref = r[..., 2]
+        theta_ref = r[..., 3]
+        H = p[..., 0]
+        mass = p[..., 2]
+        k_phi = c[..., 0]
+        m = c[..., 1]
+        eta_rho = c[..., 2]
+        theta_star = c[..., 3]
+        s_min = c[..., 4]
+        theta_min = c[..., 5]
+        R = c[..., 6]
+        mu_gain = c[..., 7]
+        mu_rate_max = c[..., 8]
+        area_factor = c[..., 9]
+        sin_phi_ref, cos_phi_ref = np.sin(phi_ref), np.cos(phi_ref)
+        w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
+        w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2  # (25)
+        t_furpv = w_across * w_across + w_along * w_along
+        rho_t = np.sqrt(t_furpv)  # (25)
+        m_z5ee7 = (1e-09 < rho_t)
+        t_gliif = 1.0 / rho_t
+        t_m4c7o = w_along * t_gliif
+        cos_t = np.where(m_z5ee7, t_m4c7o, 1.0)  # (25)
+        theta_t = theta - theta_ref + rho_ref * w_across * area_factor  # (27)
+        t_o55bt = rho_ref * rho_ref
+        t_xuitj = w_across * t_gliif
+        t_ktua4 = t_xuitj * t_xuitj
+        chord = np.sqrt(R * R + np.where(m_z5ee7, np.where(m_z5ee7, -(t_o55bt * t_ktua4), 0.0), 0.0))  # (28)
+        t_gjxkh = 1.0 / theta_star
+        tau = np.abs(theta_t) * t_gjxkh  # (31)
+        t_ieu4b = 1.0 / m
+        f = np.power(tau, t_ieu4b)  # (31)
+        m_z5ee7_2 = (0.0 < rho_t)
+        m_pmiqd = np.logical_not(m_z5ee7)
+        m_vfwur = np.logical_or(m_pmiqd, m_pmiqd)
+        t_zuogb = np.where(m_vfwur, chord, chord)
+        t_6qw53 = 1.0 / t_zuogb
+        t_jcju6 = rho_ref * t_xuitj * t_6qw53
+        t_abddv = np.where(m_z5ee7, t_jcju6 * theta_t * m, 0.0) - t_furpv
+        t_2b36a = cos_t * rho_ref + t_zuogb
+        t_fj2i2 = 1.0 / t_2b36a
+        t_etoih = rho_t * t_fj2i2
+        t_6tejv = np.sqrt(t_etoih)
+        t_3sr3u = 1.0 / (t_2b36a * t_2b36a)
+        t_ltwkz = t_furpv * t_3sr3u
+        t_i2oza = 1.0 / (tau + t_ltwkz)
+        t_vzh6u = k_phi * t_6tejv * t_i2oza
+        t_fcuq3 = t_gjxkh * t_ieu4b
+        t_m3snr = cos_phi_ref * t_gliif
+        t_apicp = t_m4c7o * t_gliif
+        t_5wlee = w_across + w_across
+        t_degwz = w_along + w_along
+        t_ugll2 = t_5wlee * sin_phi_ref - t_degwz * cos_phi_ref
+        t_amnjj = 1.0 / (rho_t + rho_t)
+        t_z3qw7 = t_ugll2 * t_amnjj
+        t_ym2fo = t_m3snr + t_apicp * t_z3qw7
+        m_nlkgc = np.logical_not(m_vfwur)
+        t_lzpnp = t_xuitj + t_xuitj
+        t_jhdru = sin_phi_ref * t_gliif
+        t_27sgx = t_xuitj * t_gliif
+        t_fdt4k = t_jhdru - t_27sgx * t_z3qw7
+        t_ne4ah = 1.0 / (chord + chord)
+        t_ttx53 = t_o55bt * (t_lzpnp * t_fdt4k) * t_ne4ah
+        t_f2fvz = np.where(m_z5ee7, -(rho_ref * t_ym2fo), 0.0) + np.where(m_nlkgc, np.where(m_z5ee7, np.where(m_z5ee7, -t_ttx53, 0.0), 0.0), 0.0)
+        t_lm3xn = t_fcuq3 * t_2b36a
+        t_j3xxo = t_etoih * t_fj2i2
+        t_spoa4 = 1.0 / (t_6tejv + t_6tejv)
+        t_qcwfy = t_vzh6u * t_i2oza
+        t_pekax = np.sign(theta_t)
+        t_odkga = area_factor * (rho_ref * sin_phi_ref)
+        t_d5itw = t_pekax * t_odkga * t_gjxkh
+        t_velk3 = t_ltwkz * t_3sr3u
+        t_l4aq5 = t_2b36a + t_2b36a
+        t_k65md = (
+            k_phi * ((t_z3qw7 * t_fj2i2 - t_j3xxo * t_f2fvz) * t_spoa4) * t_i2oza
+            - t_qcwfy * (t_d5itw + (t_ugll2 * t_3sr3u - t_velk3 * (t_l4aq5 * t_f2fvz)))
+        )
+        t_2x3wp = t_lm3xn * t_vzh6u
+        t_vgwru = t_jcju6 * t_6qw53
+        t_z4qaq = theta_t * (rho_ref * t_fdt4k * t_6qw53 + np.where(m_nlkgc, np.where(m_z5ee7, np.where(m_z5ee7, t_vgwru * t_ttx53, 0.0), 0.0), 0.0))
+        t_bdaik = (
+            t_abddv * (t_vzh6u * (t_fcuq3 * t_f2fvz) + t_lm3xn * t_k65md)
+            + t_2x3wp * (np.where(m_z5ee7, m * (t_z4qaq + t_jcju6 * t_odkga), 0.0) - t_ugll2)
+        )
+        t_weose = 1.0 / s_min
+        t_zprj7 = (rho_t - f * t_2b36a) * t_weose
+        t_3oqa2 = np.fmin(1.0, t_zprj7)
+        m_xlke7 = (-1.0 <= t_3oqa2)
+        t_wzftv = np.where(m_xlke7, 1.0, 0.0)
+        m_rd4rt = (t_3oqa2 <= -1.0)
+        t_q2hfz = t_wzftv / (np.where(m_rd4rt, 1.0, 0.0) + t_wzftv)
+        m_527tt = (t_zprj7 <= 1.0)
+        t_e5hpt = np.where(m_527tt, 1.0, 0.0)
+        m_vi3vq = (1.0 <= t_zprj7)
+        t_cawwk = t_e5hpt / (np.where(m_vi3vq, 1.0, 0.0) + t_e5hpt)
+        t_ttliz = np.power(tau, t_ieu4b - 1.0) * t_ieu4b
+        t_mq3wv = t_ttliz * t_d5itw
+        t_mhmjj = eta_rho * (t_q2hfz * (t_cawwk * ((t_z3qw7 - (t_2b36a * t_mq3wv + f * t_f2fvz)) * t_weose)))
+        t_wggpa = np.where(m_z5ee7_2, t_bdaik, 0.0) - t_mhmjj
+        t_bof5b = np.where(m_z5ee7_2, t_2x3wp * t_abddv, 0.0) - eta_rho * np.fmax(-1.0, t_3oqa2)
+        t_5jypp = np.where(m_z5ee7, t_xuitj * t_wggpa + t_bof5b * t_fdt4k, 0.0)
+        t_mldgu = -1.0 + m
+        t_5wfhn = np.power(f, t_mldgu)
+        t_646rv = t_vzh6u * t_5wfhn
+        t_6rwtv = 1.0 / theta_min
+        t_fzzn6 = theta_t * t_6rwtv
+        t_hr4cg = np.fmin(1.0, t_fzzn6)
+        t_ygaz3 = np.fmax(-1.0, t_hr4cg)
+        t_us36u = t_646rv * t_ygaz3
+        t_kimvi = t_mldgu * np.power(f, t_mldgu - 1.0)
+        m_ajl3y = (-1.0 <= t_hr4cg)
+        t_wzftv_2 = np.where(m_ajl3y, 1.0, 0.0)
+        m_cv6fy = (t_hr4cg <= -1.0)
+        t_q2hfz_2 = t_wzftv_2 / (np.where(m_cv6fy, 1.0, 0.0) + t_wzftv_2)
+        m_rbdt6 = (t_fzzn6 <= 1.0)
+        t_wd3be = np.where(m_rbdt6, 1.0, 0.0)
+        m_k6w4t = (1.0 <= t_fzzn6)
+        t_shc6x = t_wd3be / (np.where(m_k6w4t, 1.0, 0.0) + t_wd3be)
+        t_m7lq4 = (
+            t_ygaz3 * (t_5wfhn * t_k65md + t_vzh6u * (t_kimvi * t_mq3wv))
+            + t_646rv * (t_q2hfz_2 * (t_shc6x * (t_odkga * t_6rwtv)))
+        )
+        t_3ly7e = cos_t * t_us36u
+        t_omigz = np.where(m_z5ee7_2, -(rho_t * (np.where(m_z5ee7, -(t_us36u * t_ym2fo), 0.0) + cos_t * t_m7lq4) + t_3ly7e * t_z3qw7), 0.0)
+        t_haxdn = t_5jypp + t_omigz
+        t_kc5kr = 100.0 * k_phi
+        t_yfvls = np.sqrt(zeta1 * zeta1 + zeta2 * zeta2)
+        t_nrnb7 = t_us36u * rho_t
+        t_hwkxg = cos_t * t_bof5b + np.where(m_z5ee7, np.where(m_z5ee7_2, t_nrnb7 * t_xuitj, 0.0), 0.0)
+        t_rrbdp = np.where(m_z5ee7, t_bof5b * t_xuitj, 0.0)
+        t_3mrva = np.where(m_z5ee7_2, -(t_nrnb7 * cos_t), 0.0) + t_rrbdp
+        t_mhzub = cos_phi_ref * t_hwkxg - sin_phi_ref * t_3mrva
+        t_g55ku = cos_phi_ref * t_3mrva + sin_phi_ref * t_hwkxg
+        t_e4rje = 1.0 / np.fmax(1e-09, t_yfvls)
+        t_g6fip = (t_mhzub * zeta1 + t_g55ku * zeta2) * t_e4rje
+        t_j2lpg = -(t_kc5kr * (R - t_yfvls) + t_g6fip)
+        t_i3qrh = np.fmax(0.0, t_j2lpg) * t_e4rje
+        m_oaadf = (0.0 <= t_j2lpg)
+        t_tij5y = np.where(m_oaadf, 1.0, 0.0)
+        m_yn7xs = (t_j2lpg <= 0.0)
+        t_jik5x = t_tij5y / (np.where(m_yn7xs, 1.0, 0.0) + t_tij5y)
+        t_3sgn7 = rho_t * t_m7lq4 + t_us36u * t_z3qw7
+        t_6guci = (
+            np.where(m_z5ee7, -(t_bof5b * t_ym2fo), 0.0)
+            + cos_t * t_wggpa
+            + np.where(m_z5ee7, np.where(m_z5ee7_2, t_xuitj * t_3sgn7 + t_nrnb7 * t_fdt4k, 0.0), 0.0)
+        )
+        t_gyqzt = cos_phi_ref * t_6guci
+        t_a6f3w = np.where(m_z5ee7_2, -(cos_t * t_3sgn7 + np.where(m_z5ee7, -(t_nrnb7 * t_ym2fo), 0.0)), 0.0) + t_5jypp
+        t_gzctu = sin_phi_ref * t_6guci
+        t_xeu55 = (
+            zeta1 * (t_gyqzt - sin_phi_ref * t_a6f3w)
+            + t_mhzub
+            + zeta2 * (cos_phi_ref * t_a6f3w + t_gzctu)
+        )
+        t_tk5is = t_g6fip * t_e4rje
+        m_p2abf = (1e-09 <= t_yfvls)
+        t_p2abf = np.where(m_p2abf, 1.0, 0.0)
+        m_ysper = (t_yfvls <= 1e-09)
+        t_cexdd = t_p2abf / (np.where(m_ysper, 1.0, 0.0) + t_p2abf)
+        t_oz2aw = 1.0 / t_yfvls
+        t_soujt = zeta1 * t_oz2aw
+        t_h5ecg = t_cexdd * t_soujt
+        t_4gg3u = t_i3qrh * t_e4rje
+        t_nufsh = (
+            t_jik5x * (t_xeu55 * t_e4rje - t_tk5is * t_h5ecg - t_kc5kr * t_soujt) * t_e4rje
+            + t_4gg3u * t_h5ecg
+        )
+        t_44x77 = sin_phi_ref * t_haxdn - (t_i3qrh - zeta1 * t_nufsh) - t_gyqzt
+        t_p5xao = t_5wlee * cos_phi_ref + t_degwz * sin_phi_ref
+        t_fsihy = t_p5xao * t_amnjj
+        t_fpjrk = t_apicp * t_fsihy - t_jhdru
+        t_pirkw = t_27sgx * t_fsihy - t_m3snr
+        t_b3roy = t_o55bt * (t_lzpnp * t_pirkw) * t_ne4ah
+        t_gndo4 = np.where(m_z5ee7, rho_ref * t_fpjrk, 0.0) + np.where(m_nlkgc, np.where(m_z5ee7, np.where(m_z5ee7, -t_b3roy, 0.0), 0.0), 0.0)
+        t_d4u2z = area_factor * (rho_ref * cos_phi_ref)
+        t_h3erp = t_pekax * t_d4u2z * t_gjxkh
+        t_fc2st = (
+            t_qcwfy * (t_h3erp + (t_p5xao * t_3sr3u + t_velk3 * (t_l4aq5 * t_gndo4)))
+            - k_phi * ((t_fsihy * t_fj2i2 + t_j3xxo * t_gndo4) * t_spoa4) * t_i2oza
+        )
+        t_7rw3u = theta_t * (rho_ref * t_pirkw * t_6qw53 + np.where(m_nlkgc, np.where(m_z5ee7, np.where(m_z5ee7, t_vgwru * t_b3roy, 0.0), 0.0), 0.0))
+        t_nceyc = (
+            t_abddv * (t_vzh6u * (t_fcuq3 * t_gndo4) + t_lm3xn * t_fc2st)
+            + t_2x3wp * (np.where(m_z5ee7, m * (t_7rw3u - t_jcju6 * t_d4u2z), 0.0) + t_p5xao)
+        )
+        t_kek4t = t_ttliz * t_h3erp
+        t_mhmjj_2 = eta_rho * (t_q2hfz * (t_cawwk * ((t_fsihy + (f * t_gndo4 - t_2b36a * t_kek4t)) * t_weose)))
+        t_ekt6d = np.where(m_z5ee7_2, t_nceyc, 0.0) + t_mhmjj_2
+        t_xas4m = np.where(m_z5ee7, t_xuitj * t_ekt6d + t_bof5b * t_pirkw, 0.0)
+        t_wqxz5 = (
+            t_ygaz3 * (t_5wfhn * t_fc2st - t_vzh6u * (t_kimvi * t_kek4t))
+            - t_646rv * (t_q2hfz_2 * (t_shc6x * (t_d4u2z * t_6rwtv)))
+        )
+        t_wuqni = np.where(m_z5ee7_2, -(rho_t * (np.where(m_z5ee7, t_us36u * t_fpjrk, 0.0) + cos_t * t_wqxz5) - t_3ly7e * t_fsihy), 0.0)
+        t_haxdn_2 = t_xas4m + t_wuqni
+        t_5vnii = rho_t * t_wqxz5 - t_us36u * t_fsihy
+        t_hhpgv = (
+            np.where(m_z5ee7, t_bof5b * t_fpjrk, 0.0)
+            + cos_t * t_ekt6d
+            + np.where(m_z5ee7, np.where(m_z5ee7_2, t_xuitj * t_5vnii + t_nrnb7 * t_pirkw, 0.0), 0.0)
+        )
+        t_gyqzt_2 = cos_phi_ref * t_hhpgv
+        t_h2cdm = np.where(m_z5ee7_2, -(cos_t * t_5vnii + np.where(m_z5ee7, t_nrnb7 * t_fpjrk, 0.0)), 0.0) + t_xas4m
+        t_gzctu_2 = sin_phi_ref * t_hhpgv
+        t_fug6d = (
+            zeta1 * (t_gyqzt_2 - sin_phi_ref * t_h2cdm)
+            + (zeta2 * (cos_phi_ref * t_h2cdm + t_gzctu_2) + t_g55ku)
+        )
+        t_zsetc = zeta2 * t_oz2aw
+        t_xcjmc = t_cexdd * t_zsetc
+        t_ayp6n = (
+            t_jik5x * (t_fug6d * t_e4rje - t_tk5is * t_xcjmc - t_kc5kr * t_zsetc) * t_e4rje
+            + t_4gg3u * t_xcjmc
+        )
+        t_s4vxu = sin_phi_ref * t_haxdn_2 + zeta1 * t_ayp6n - t_gyqzt_2
+        t_zuxlx = t_2x3wp * (m * t_jcju6)
+        t_5vvkw = t_pekax * t_gjxkh
+        t_kakr2 = t_qcwfy * t_5vvkw
+        t_ybocb = t_abddv * (t_lm3xn * t_kakr2)
+        t_drjji = t_ttliz * t_5vvkw
+        t_3wjmt = eta_rho * (t_q2hfz * (t_cawwk * (t_2b36a * t_drjji * t_weose)))
+        t_iiz6p = np.where(m_z5ee7_2, np.where(m_z5ee7, t_zuxlx, 0.0) - t_ybocb, 0.0) + t_3wjmt
+        t_rzyas = np.where(m_z5ee7, t_xuitj * t_iiz6p, 0.0)
+        t_yqx6r = t_vzh6u * (t_kimvi * t_drjji)
+        t_zfbhn = t_5wfhn * t_kakr2
+        t_zllh6 = t_646rv * (t_q2hfz_2 * (t_shc6x * t_6rwtv))
+        t_gptv5 = t_ygaz3 * (t_yqx6r - t_zfbhn) + t_zllh6
+        t_j7yc6 = t_rzyas + np.where(m_z5ee7_2, -(rho_t * (cos_t * t_gptv5)), 0.0)
+        t_7rakc = rho_t * t_gptv5
+        t_brm3r = cos_t * t_iiz6p + np.where(m_z5ee7, np.where(m_z5ee7_2, t_xuitj * t_7rakc, 0.0), 0.0)
+        t_ye7zq = cos_phi_ref * t_brm3r
+        t_qvptg = np.where(m_z5ee7_2, -(cos_t * t_7rakc), 0.0) + t_rzyas
+        t_s63mi = sin_phi_ref * t_brm3r
+        t_fnlnv = (zeta1 * (t_ye7zq - sin_phi_ref * t_qvptg) + zeta2 * (cos_phi_ref * t_qvptg + t_s63mi)) * t_e4rje
+        t_7z3dx = t_jik5x * t_fnlnv * t_e4rje
+        t_mtj5r = sin_phi_ref * t_j7yc6 + zeta1 * t_7z3dx - t_ye7zq
+        t_ueua6 = t_gzctu - zeta2 * t_nufsh + cos_phi_ref * t_haxdn
+        t_gcql2 = t_i3qrh - zeta2 * t_ayp6n + t_gzctu_2 + cos_phi_ref * t_haxdn_2
+        t_ihixh = t_s63mi - zeta2 * t_7z3dx + cos_phi_ref * t_j7yc6
+        t_f7oti = -mu_rate_max
+        t_dhkzn = mu_gain * (mu_ref - mu)
+        t_7l2lj = np.fmin(mu_rate_max, t_dhkzn)
+        m_ehoe5 = (t_f7oti <= t_7l2lj)
+        t_tmq3y = np.where(m_ehoe5, 1.0, 0.0)
+        m_y2s22 = (t_7l2lj <= t_f7oti)
+        m_huzvj = (t_dhkzn <= mu_rate_max)
+        t_huzvj = np.where(m_huzvj, 1.0, 0.0)
+        m_mu2v2 = (mu_rate_max <= t_dhkzn)
+        t_eriiv = t_tmq3y / (np.where(m_y2s22, 1.0, 0.0) + t_tmq3y) * (t_huzvj / (np.where(m_mu2v2, 1.0, 0.0) + t_huzvj) * mu_gain)
+        t_ttwi5 = t_hwkxg * sin_phi_ref
+        t_2hllo = t_rrbdp + np.where(m_z5ee7_2, -(t_3ly7e * rho_t), 0.0)
+        t_od35a = t_2hllo * cos_phi_ref
+        t_my3em = t_2hllo * sin_phi_ref
+        t_fqsx5 = t_hwkxg * cos_phi_ref
+        t_v4jyn = 1.0 / mu
+        t_fcs45 = t_gliif - t_apicp * t_m4c7o
+        t_bkzfm = t_27sgx * t_m4c7o
+        t_7s4pp = (t_ktua4 * (rho_ref + rho_ref) - t_o55bt * (t_lzpnp * t_bkzfm)) * t_ne4ah
+        t_k7ysk = np.where(m_z5ee7, rho_ref * t_fcs45, 0.0) + cos_t + np.where(m_nlkgc, np.where(m_z5ee7, np.where(m_z5ee7, -t_7s4pp, 0.0), 0.0), 0.0)
+        t_onxdi = area_factor * w_across
+        t_bu2im = t_pekax * t_onxdi * t_gjxkh
+        t_j5cqy = (
+            k_phi * ((t_m4c7o * t_fj2i2 - t_j3xxo * t_k7ysk) * t_spoa4) * t_i2oza
+            - t_qcwfy * (t_bu2im + (t_degwz * t_3sr3u - t_velk3 * (t_l4aq5 * t_k7ysk)))
+        )
+        t_isxw6 = (
+            (t_xuitj - rho_ref * t_bkzfm) * t_6qw53
+            + np.where(m_nlkgc, np.where(m_z5ee7, np.where(m_z5ee7, t_vgwru * t_7s4pp, 0.0), 0.0), 0.0)
+        )
+        t_v2faq = (
+            t_abddv * (t_vzh6u * (t_fcuq3 * t_k7ysk) + t_lm3xn * t_j5cqy)
+            + t_2x3wp * (np.where(m_z5ee7, m * (theta_t * t_isxw6 + t_jcju6 * t_onxdi), 0.0) - t_degwz)
+        )
+        t_3k75k = t_ttliz * t_bu2im
+        t_w3xx3 = eta_rho * (t_q2hfz * (t_cawwk * ((t_m4c7o - (t_2b36a * t_3k75k + f * t_k7ysk)) * t_weose)))
+        t_plsuq = np.where(m_z5ee7_2, t_v2faq, 0.0) - t_w3xx3
+        t_bat3v = np.where(m_z5ee7, t_xuitj * t_plsuq - t_bof5b * t_bkzfm, 0.0)
+        t_xnwx4 = (
+            t_ygaz3 * (t_5wfhn * t_j5cqy + t_vzh6u * (t_kimvi * t_3k75k))
+            + t_646rv * (t_q2hfz_2 * (t_shc6x * (t_onxdi * t_6rwtv)))
+        )
+        t_komxf = np.where(m_z5ee7_2, -(rho_t * (np.where(m_z5ee7, t_us36u * t_fcs45, 0.0) + cos_t * t_xnwx4) + t_3ly7e * t_m4c7o), 0.0)
+        t_4gocs = t_bat3v + t_komxf
+        t_3ewr6 = rho_t * t_xnwx4 + t_us36u * t_m4c7o
+        t_rbfac = (
+            np.where(m_z5ee7, t_bof5b * t_fcs45, 0.0)
+            + cos_t * t_plsuq
+            + np.where(m_z5ee7, np.where(m_z5ee7_2, t_xuitj * t_3ewr6 - t_nrnb7 * t_bkzfm, 0.0), 0.0)
+        )
+        t_4n6vb = cos_phi_ref * t_rbfac
+        t_ud2ga = np.where(m_z5ee7_2, -(cos_t * t_3ewr6 + np.where(m_z5ee7, t_nrnb7 * t_fcs45, 0.0)), 0.0) + t_bat3v
+        t_dxjwy = sin_phi_ref * t_rbfac
+        t_om5up = (zeta1 * (t_4n6vb - sin_phi_ref * t_ud2ga) + zeta2 * (cos_phi_ref * t_ud2ga + t_dxjwy)) * t_e4rje
+        t_pioqx = t_jik5x * t_om5up * t_e4rje
+        t_evumi = sin_phi_ref * t_4gocs + zeta1 * t_pioqx - t_4n6vb
+        t_oduor = zeta1 * sin_phi_ref - zeta2 * cos_phi_ref
+        t_insgq = zeta1 * cos_phi_ref + zeta2 * sin_phi_ref
+        t_og4mp = t_5wlee * t_insgq + t_degwz * t_oduor
+        t_4bl7j = t_og4mp * t_amnjj
+        t_344xb = t_oduor * t_gliif - t_apicp * t_4bl7j
+        t_u5ema = t_insgq * t_gliif - t_27sgx * t_4bl7j
+        t_7gkb6 = t_o55bt * (t_lzpnp * t_u5ema) * t_ne4ah
+        t_3huiu = np.where(m_z5ee7, rho_ref * t_344xb, 0.0) + np.where(m_nlkgc, np.where(m_z5ee7, np.where(m_z5ee7, -t_7gkb6, 0.0), 0.0), 0.0)
+        t_wg6qi = area_factor * (rho_ref * t_insgq)
+        t_mdnaf = t_pekax * t_wg6qi * t_gjxkh
+        t_gidqm = (
+            k_phi * ((t_4bl7j * t_fj2i2 - t_j3xxo * t_3huiu) * t_spoa4) * t_i2oza
+            - t_qcwfy * (t_mdnaf + (t_og4mp * t_3sr3u - t_velk3 * (t_l4aq5 * t_3huiu)))
+        )
+        t_nnubt = theta_t * (rho_ref * t_u5ema * t_6qw53 + np.where(m_nlkgc, np.where(m_z5ee7, np.where(m_z5ee7, t_vgwru * t_7gkb6, 0.0), 0.0), 0.0))
+        t_xs2pa = (
+            t_abddv * (t_vzh6u * (t_fcuq3 * t_3huiu) + t_lm3xn * t_gidqm)
+            + t_2x3wp * (np.where(m_z5ee7, m * (t_nnubt + t_jcju6 * t_wg6qi), 0.0) - t_og4mp)
+        )
+        t_xyhyc = t_ttliz * t_mdnaf
+        t_m7hvb = eta_rho * (t_q2hfz * (t_cawwk * ((t_4bl7j - (t_2b36a * t_xyhyc + f * t_3huiu)) * t_weose)))
+        t_vq3mz = np.where(m_z5ee7_2, t_xs2pa, 0.0) - t_m7hvb
+        t_yv5k2 = np.where(m_z5ee7, t_xuitj * t_vq3mz + t_bof5b * t_u5ema, 0.0)
+        t_3pxom = (
+            t_ygaz3 * (t_5wfhn * t_gidqm + t_vzh6u * (t_kimvi * t_xyhyc))
+            + t_646rv * (t_q2hfz_2 * (t_shc6x * (t_wg6qi * t_6rwtv)))
+        )
+        t_2jqgq = np.where(m_z5ee7_2, -(rho_t * (np.where(m_z5ee7, t_us36u * t_344xb, 0.0) + cos_t * t_3pxom) + t_3ly7e * t_4bl7j), 0.0)
+        t_ign4k = t_yv5k2 + t_2jqgq
+        t_g7bqi = rho_t * t_3pxom + t_us36u * t_4bl7j
+        t_mpm7y = (
+            np.where(m_z5ee7, t_bof5b * t_344xb, 0.0)
+            + cos_t * t_vq3mz
+            + np.where(m_z5ee7, np.where(m_z5ee7_2, t_xuitj * t_g7bqi + t_nrnb7 * t_u5ema, 0.0), 0.0)
+        )
+        t_7gwvg = cos_phi_ref * t_mpm7y - t_ttwi5
+        t_lk7va = np.where(m_z5ee7_2, -(cos_t * t_g7bqi + np.where(m_z5ee7, t_nrnb7 * t_344xb, 0.0)), 0.0) + t_yv5k2
+        t_phacp = sin_phi_ref * t_mpm7y
+        t_4desy = (
+            zeta1 * (t_7gwvg - (t_3mrva * cos_phi_ref + sin_phi_ref * t_lk7va))
+            + zeta2 * (cos_phi_ref * t_lk7va - t_3mrva * sin_phi_ref + (t_fqsx5 + t_phacp))
+        )
+        t_a2uda = t_jik5x * (t_4desy * t_e4rje) * t_e4rje
+        t_ahlex = sin_phi_ref * t_ign4k + t_od35a + zeta1 * t_a2uda - t_7gwvg
+        t_iiz6p_2 = np.where(m_z5ee7_2, t_ybocb + np.where(m_z5ee7, -t_zuxlx, 0.0), 0.0) - t_3wjmt
+        t_rzyas_2 = np.where(m_z5ee7, t_xuitj * t_iiz6p_2, 0.0)
+        t_gptv5_2 = t_ygaz3 * (t_zfbhn - t_yqx6r) - t_zllh6
+        t_j7yc6_2 = t_rzyas_2 + np.where(m_z5ee7_2, -(rho_t * (cos_t * t_gptv5_2)), 0.0)
+        t_7rakc_2 = rho_t * t_gptv5_2
+        t_brm3r_2 = cos_t * t_iiz6p_2 + np.where(m_z5ee7, np.where(m_z5ee7_2, t_xuitj * t_7rakc_2, 0.0), 0.0)
+        t_ye7zq_2 = cos_phi_ref * t_brm3r_2
+        t_qvptg_2 = np.where(m_z5ee7_2, -(cos_t * t_7rakc_2), 0.0) + t_rzyas_2
+        t_s63mi_2 = sin_phi_ref * t_brm3r_2
+        t_fnlnv_2 = (zeta1 * (t_ye7zq_2 - sin_phi_ref * t_qvptg_2) + zeta2 * (cos_phi_ref * t_qvptg_2 + t_s63mi_2)) * t_e4rje
+        t_7z3dx_2 = t_jik5x * t_fnlnv_2 * t_e4rje
+        t_mtj5r_2 = sin_phi_ref * t_j7yc6_2 + zeta1 * t_7z3dx_2 - t_ye7zq_2
+        t_idzrb = t_dxjwy - zeta2 * t_pioqx + cos_phi_ref * t_4gocs
+        t_xxbwi = t_phacp + t_fqsx5 - zeta2 * t_a2uda + (cos_phi_ref * t_ign4k - t_my3em)
+        t_ihixh_2 = t_s63mi_2 - zeta2 * t_7z3dx_2 + cos_phi_ref * t_j7yc6_2
+        return (lambda J: J.reshape(*J.shape[:-1], 4, 4))(_vector(
+            t_44x77,
+            t_s4vxu,
+            0.0,
+            t_mtj5r,
+            -t_ueua6,
+            -t_gcql2,
+            0.0,
+            -t_ihixh,
+            0.0,
+            0.0,
+            -t_eriiv,
+            0.0,
+            -(t_i3qrh * zeta2 + t_ttwi5 + t_od35a + zeta1 * t_ueua6 + zeta2 * t_44x77),
+            -(zeta1 * t_gcql2 + (zeta2 * t_s4vxu + (t_my3em - t_i3qrh * zeta1 - t_fqsx5))),
+            -(3.0 * H / mass * t_v4jyn * t_v4jyn),
+            -(zeta1 * t_ihixh + zeta2 * t_mtj5r),
+        )), (lambda J: J.reshape(*J.shape[:-1], 4, 4))(_vector(
+            t_evumi,
+            t_ahlex,
+            0.0,
+            t_mtj5r_2,
+            -t_idzrb,
+            -t_xxbwi,
+            0.0,
+            -t_ihixh_2,
+            0.0,
+            0.0,
+            t_eriiv,
+            0.0,
+            -(zeta1 * t_idzrb + zeta2 * t_evumi),
+            -(zeta1 * t_xxbwi + zeta2 * t_ahlex),
+            0.0,
+            -(zeta1 * t_ihixh_2 + zeta2 * t_mtj5r_2),
+        ))
 
 
 def path_jvp(x, r, p, c, along_x, along_r):
     """Change of path along a change of x and r: (x, r, p, c, along_x, along_r) -> change."""
     x, r, p, c, along_x, along_r = _arrays(x, r, p, c, along_x, along_r)
     with np.errstate(all="ignore"):
-        s3, c3 = np.sin(x[..., 1]), np.cos(x[..., 1])
-        v4 = x[..., 0] * c3
-        v7 = x[..., 0] * s3
-        v9 = v4 * v4 + v7 * v7
-        v10 = np.sqrt(v9)
-        m11 = (0.0 < v10)
-        s14, c14 = np.sin(r[..., 1]), np.cos(r[..., 1])
-        v18 = s14 * v4 - c14 * v7
-        v24 = r[..., 0] - c14 * v4 - s14 * v7
-        v26 = v18 * v18 + v24 * v24
-        v27 = np.sqrt(v26)
-        m28 = (1e-09 < v27)
-        v36 = x[..., 3] - r[..., 3] + r[..., 0] * v18 * c[..., 5]
-        v37 = np.sign(v36)
-        v39 = 1.0 / v27
-        v40 = v18 * v39
-        v41 = r[..., 0] * v40
-        v42 = v41 * v27
-        v44 = np.where(m28, -v42, 0.0)
-        v49 = v24 * v39
-        v50 = np.where(m28, v49, 1.0)
-        v51 = v50 * r[..., 0]
-        v53 = c[..., 2] * c[..., 2] - r[..., 0] * r[..., 0] + v51 * v27
-        v58 = v53 * v53
-        v61 = np.where(m28, np.where(m28, v42 * v42, 0.0), 0.0)
-        v63 = np.sqrt(v58 + v61)
-        v64 = 1.0 / v63
-        v65 = v27 * c[..., 2] * v64
-        m66 = (1.0 < v65)
-        v67 = np.fmin(1.0, v65)
-        v68 = np.arccos(v67)
-        m69 = np.logical_not(m66)
-        v71 = 1.5707963267948966 - v37 * np.arctan2(v44, v53) + np.where(m66, v68, v68)
-        v73 = np.abs(v36)
-        v77 = 1.0 / np.fmax(1e-24, v26)
-        v78 = (v73 + v73) * v77
-        v79 = np.fmin(1000000000000.0, v78)
-        m81 = (v79 < 0.03)
-        v83 = v79 * v79
-        v88 = 0.26035714285714284 + -0.18225 * v83
-        v90 = -0.45 + v83 * v88
-        v92 = 1.5 + v83 * v90
-        m97 = (1000000000000.0 < v78)
-        v98 = np.sqrt(v79)
-        m99 = np.logical_not(m97)
-        v100 = np.where(m97, v98, v98)
-        v103 = 2.225213 + v100
-        v105 = 0.566927 + v100 * v103
-        v108 = 1.0 / (3.478838 + v100 * v105)
-        v109 = 3.141592653589793 * v79 * v108
-        v111 = 1.661023 + v100
-        v112 = v109 * v111
-        s113, c113 = np.sin(v112), np.cos(v112)
-        v114 = s113 * s113
-        v117 = c113 * c113
-        v119 = c113 * s113
-        v120 = v79 + v79
-        v122 = 1.0 + v114 - v117 - v119 * v120
-        v123 = v122 * v122
-        v125 = v114 * v79
-        v126 = v125 + v125
-        v131 = v126 + 4.0 * v119 - v117 * v120
-        v133 = v112 - v119 - v125
-        v136 = 1.0 / (v123 + v123 - v131 * v133)
-        v137 = v122 * v136
-        v142 = -2.0 * v119 - v126 + (v112 + v112)
-        v144 = v112 - v137 * v142
-        s145, c145 = np.sin(v144), np.cos(v144)
-        v146 = s145 * s145
-        v149 = c145 * c145
-        v151 = c145 * s145
-        v153 = 1.0 + v146 - v149 - v120 * v151
-        v154 = v153 * v153
-        v156 = v146 * v79
-        v157 = v156 + v156
-        v161 = v157 + 4.0 * v151 - v120 * v149
-        v163 = v144 - v151 - v156
-        v166 = 1.0 / (v154 + v154 - v161 * v163)
-        v167 = v153 * v166
-        v171 = -2.0 * v151 - v157 + (v144 + v144)
-        v173 = v144 - v167 * v171
-        s174, c174 = np.sin(v173), np.cos(v173)
-        v175 = s174 * s174
-        v178 = c174 * c174
-        v180 = c174 * s174
-        v182 = 1.0 + v175 - v178 - v120 * v180
-        v183 = v182 * v182
-        v185 = v175 * v79
-        v186 = v185 + v185
-        v190 = v186 + 4.0 * v180 - v120 * v178
-        v192 = v173 - v180 - v185
-        v195 = 1.0 / (v183 + v183 - v190 * v192)
-        v196 = v182 * v195
-        v200 = -2.0 * v180 - v186 + (v173 + v173)
-        v203 = np.where(m81, v79 * v92, v173 - v196 * v200)
-        v204 = np.fmin(v71, v203)
-        s205, c205 = np.sin(v204), np.cos(v204)
-        v207 = c[..., 2] - r[..., 0]
-        v209 = np.fmin(v207, c[..., 1])
-        v210 = np.sqrt(v73)
-        v211 = np.fmin(v209, v210)
-        v213 = -(c205 * v211)
-        v215 = c[..., 0] * np.fmax(v27, v213)
-        v216 = c205 * v215
-        v220 = v37 * v215
-        v222 = v220 * s205
-        v224 = np.where(m28, -(v216 * v40), 0.0) - v50 * v222
-        v227 = 100.0 * c[..., 0]
-        v233 = np.where(m28, v40 * v222, 0.0) - v50 * v216
-        v236 = c14 * v233 - s14 * v224
-        v240 = c14 * v224 + s14 * v233
-        v244 = 1.0 / np.fmax(1e-09, v10)
-        v245 = (v236 * v4 + v240 * v7) * v244
-        v247 = -(v227 * (c[..., 2] - v10) + v245)
-        v249 = np.fmax(0.0, v247) * v244
-        v253 = v224 * s14 - v249 * v4 - v233 * c14
-        v259 = c3 * along_x[..., 0] - x[..., 0] * (s3 * along_x[..., 1])
-        m261 = (v213 <= v27)
-        m262 = (v27 <= v213)
-        v263 = np.where(m261, 1.0, 0.0)
-        v264 = np.where(m262, 1.0, 0.0)
-        v266 = 1.0 / (v263 + v264)
-        v270 = c14 * along_r[..., 1]
-        v277 = s3 * along_x[..., 0] + x[..., 0] * (c3 * along_x[..., 1])
-        v279 = s14 * along_r[..., 1]
-        v282 = v4 * v270 + s14 * v259 - (c14 * v277 - v7 * v279)
-        v293 = along_r[..., 0] - (c14 * v259 - v4 * v279) - (v7 * v270 + s14 * v277)
-        v295 = (v18 + v18) * v282 + (v24 + v24) * v293
-        v297 = v295 / (v27 + v27)
-        m300 = (v210 <= v209)
-        m301 = (v209 <= v210)
-        v302 = np.where(m301, 1.0, 0.0)
-        v303 = np.where(m300, 1.0, 0.0)
-        v305 = 1.0 / (v302 + v303)
-        v314 = along_x[..., 3] - along_r[..., 3] + c[..., 5] * (v18 * along_r[..., 0] + r[..., 0] * v282)
-        v315 = v37 * v314
-        m320 = (v207 <= c[..., 1])
-        m321 = (c[..., 1] <= v207)
-        v322 = np.where(m320, 1.0, 0.0)
-        v327 = v302 * v305 * (v322 / (v322 + np.where(m321, 1.0, 0.0)) * along_r[..., 0])
-        m330 = (v71 <= v203)
-        m331 = (v203 <= v71)
-        v332 = np.where(m330, 1.0, 0.0)
-        v333 = np.where(m331, 1.0, 0.0)
-        v335 = 1.0 / (v332 + v333)
-        m342 = (v65 <= 1.0)
-        m343 = (1.0 <= v65)
-        v345 = np.where(m342, 1.0, 0.0)
-        v355 = v293 * v39 - v49 * v39 * v297
-        v362 = v27 * (np.where(m28, r[..., 0] * v355, 0.0) + v50 * along_r[..., 0]) + v51 * v297
-        v365 = v362 - (r[..., 0] + r[..., 0]) * along_r[..., 0]
-        v372 = v282 * v39 - v40 * v39 * v297
-        v377 = v27 * (v40 * along_r[..., 0] + r[..., 0] * v372) + v41 * v297
-        v381 = (v53 + v53) * v365 + np.where(m28, np.where(m28, (v42 + v42) * v377, 0.0), 0.0)
-        v386 = v345 / (np.where(m343, 1.0, 0.0) + v345) * (c[..., 2] * v297 * v64 - v65 * v64 * (v381 / (v63 + v63)))
-        v390 = 1.0 / (v61 + v58)
-        v399 = np.where(m69, -1.0 / np.sqrt(1.0 - v67 * v67) * v386, 0.0) - v37 * (np.where(m28, -(v53 * v390 * v377), 0.0) - v44 * v390 * v365)
-        m402 = (v78 <= 1000000000000.0)
-        m403 = (1000000000000.0 <= v78)
-        v405 = np.where(m402, 1.0, 0.0)
-        m411 = (1e-24 <= v26)
-        m412 = (v26 <= 1e-24)
-        v414 = np.where(m411, 1.0, 0.0)
-        v419 = (v315 + v315) * v77 - v78 * v77 * (v414 / (np.where(m412, 1.0, 0.0) + v414) * v295)
-        v420 = v405 / (np.where(m403, 1.0, 0.0) + v405) * v419
-        v422 = v120 * v420
-        v431 = v92 * v420 + v79 * (v90 * v422 + v83 * (v88 * v422 + v83 * (-0.18225 * v422)))
-        v436 = v420 / (v98 + v98)
-        v445 = np.where(m99, -(v109 * v108 * (v105 * v436 + v100 * (v103 * v436 + v100 * v436))), 0.0)
-        v450 = v111 * (3.141592653589793 * v420 * v108 + v445) + np.where(m99, v109 * v436, 0.0)
-        v452 = c113 * v450
-        v453 = (s113 + s113) * v452
-        v455 = s113 * v450
-        v456 = (c113 + c113) * v455
-        v460 = c113 * v452 - s113 * v455
-        v462 = v420 + v420
-        v465 = v453 + v456 - (v120 * v460 + v119 * v462)
-        v469 = (v122 + v122) * v465
-        v473 = v79 * v453 + v114 * v420
-        v474 = v473 + v473
-        v485 = v133 * (v474 + 4.0 * v460 - (v117 * v462 - v120 * v456)) + v131 * (v450 - v460 - v473)
-        v495 = v142 * (v465 * v136 - v137 * v136 * (v469 + v469 - v485)) + v137 * (-2.0 * v460 - v474 + (v450 + v450))
-        v496 = v450 - v495
-        v498 = c145 * v496
-        v499 = (s145 + s145) * v498
-        v501 = s145 * v496
-        v502 = (c145 + c145) * v501
-        v507 = c145 * v498 - s145 * v501
-        v510 = v499 + v502 - (v151 * v462 + v120 * v507)
-        v514 = (v153 + v153) * v510
-        v518 = v79 * v499 + v146 * v420
-        v519 = v518 + v518
-        v530 = v163 * (v519 + 4.0 * v507 - (v149 * v462 - v120 * v502)) + v161 * (v496 - v507 - v518)
-        v540 = v171 * (v510 * v166 - v167 * v166 * (v514 + v514 - v530)) + v167 * (-2.0 * v507 - v519 + (v496 + v496))
-        v541 = v496 - v540
-        v543 = c174 * v541
-        v544 = (s174 + s174) * v543
-        v546 = s174 * v541
-        v547 = (c174 + c174) * v546
-        v552 = c174 * v543 - s174 * v546
-        v555 = v544 + v547 - (v180 * v462 + v120 * v552)
-        v559 = (v182 + v182) * v555
-        v563 = v79 * v544 + v175 * v420
-        v564 = v563 + v563
-        v575 = v192 * (v564 + 4.0 * v552 - (v178 * v462 - v120 * v547)) + v190 * (v541 - v552 - v563)
-        v585 = v200 * (v555 * v195 - v196 * v195 * (v559 + v559 - v575)) + v196 * (-2.0 * v552 - v564 + (v541 + v541))
-        v589 = v332 * v335 * v399 + v333 * v335 * np.where(m81, v431, v541 - v585)
-        v590 = s205 * v589
-        v593 = v264 * v266 * (c205 * (v303 * v305 * (v315 / (v210 + v210)) - v327) - v211 * v590)
-        v595 = c[..., 0] * (v263 * v266 * v297 - v593)
-        v598 = c205 * v595 - v215 * v590
-        v610 = s205 * (v37 * v595) + v220 * (c205 * v589)
-        v613 = np.where(m28, -(v40 * v598 + v216 * v372), 0.0) - (np.where(m28, v222 * v355, 0.0) + v50 * v610)
-        v614 = s14 * v613
-        v615 = v224 * v270
-        m618 = (0.0 <= v247)
-        m619 = (v247 <= 0.0)
-        v621 = np.where(m618, 1.0, 0.0)
-        v632 = np.where(m28, v222 * v372 + v40 * v610, 0.0) - (np.where(m28, v216 * v355, 0.0) + v50 * v598)
-        v635 = c14 * v632 - v233 * v279
-        v643 = c14 * v613 - v224 * v279
-        v644 = v233 * v270
-        v645 = s14 * v632
-        v651 = v4 * (v635 - (v615 + v614)) + v236 * v259 + (v7 * (v643 + (v644 + v645)) + v240 * v277)
-        m654 = (1e-09 <= v10)
-        m655 = (v10 <= 1e-09)
-        v657 = np.where(m654, 1.0, 0.0)
-        v664 = (v4 + v4) * v259 + (v7 + v7) * v277
-        v666 = v664 / (v10 + v10)
-        v667 = v657 / (np.where(m655, 1.0, 0.0) + v657) * v666
-        v672 = v621 / (np.where(m619, 1.0, 0.0) + v621) * (v651 * v244 - v245 * v244 * v667 - v227 * v666)
-        v676 = v672 * v244 + v249 * v244 * v667
-        v680 = v614 + v615 - (v249 * v259 - v4 * v676) - v635
-        v687 = v249 * v7 + v233 * s14 + v224 * c14
-        v694 = v249 * v277 - v7 * v676 + (v645 + v644) + v643
-        v698 = 1.0 / v10
-        v706 = (v253 * v259 + v4 * v680 - (v687 * v277 + v7 * v694)) * v698 - (v4 * v253 - v7 * v687) * v698 * v698 * v666
-        v715 = 1.0 / v9
-        v723 = (v687 * v259 + v4 * v694 + (v7 * v680 + v253 * v277)) * v715 - (v4 * v687 + v253 * v7) * v715 * v715 * v664
-        v727 = -c[..., 4]
-        v732 = c[..., 3] * (r[..., 2] - x[..., 2])
-        v733 = np.fmin(c[..., 4], v732)
-        m734 = (v727 <= v733)
-        m735 = (v733 <= v727)
-        v737 = np.where(m734, 1.0, 0.0)
-        m740 = (v732 <= c[..., 4])
-        m741 = (c[..., 4] <= v732)
-        v743 = np.where(m740, 1.0, 0.0)
-        v750 = v743 / (np.where(m741, 1.0, 0.0) + v743) * (c[..., 3] * (along_r[..., 2] - along_x[..., 2]))
-        return _vector(np.where(m11, v706, v680), np.where(m11, -v723, 0.0), v737 / (np.where(m735, 1.0, 0.0) + v737) * v750)
+        rho = x[..., 0]
+        phi = x[..., 1]
+        mu = x[..., 2]
+        theta = x[..., 3]
+        rho_ref = r[..., 0]
+        phi_ref = r[..., 1]
+        mu_ref = r[..., 2]
+        theta_ref = r[..., 3]
+        k_phi = c[..., 0]
+        rho_escape = c[..., 1]
+        R = c[..., 2]
+        mu_gain = c[..., 3]
+        mu_rate_max = c[..., 4]
+        area_factor = c[..., 5]
+        along_rho = along_x[..., 0]
+        along_phi = along_x[..., 1]
+        along_mu = along_x[..., 2]
+        along_theta = along_x[..., 3]
+        along_rho_ref = along_r[..., 0]
+        along_phi_ref = along_r[..., 1]
+        along_mu_ref = along_r[..., 2]
+        along_theta_ref = along_r[..., 3]
+        sin_phi_ref, cos_phi_ref = np.sin(phi_ref), np.cos(phi_ref)
+        sin_phi, cos_phi = np.sin(phi), np.cos(phi)
+        zeta1 = rho * cos_phi
+        zeta2 = rho * sin_phi
+        w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
+        w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2  # (25)
+        t_furpv = w_across * w_across + w_along * w_along
+        rho_t = np.sqrt(t_furpv)  # (25)
+        m_z5ee7 = (1e-09 < rho_t)
+        t_gliif = 1.0 / rho_t
+        t_m4c7o = w_along * t_gliif
+        cos_t = np.where(m_z5ee7, t_m4c7o, 1.0)  # (25)
+        theta_t = theta - theta_ref + rho_ref * w_across * area_factor  # (27)
+        alpha = np.sign(theta_t)  # (40)
+        t_ptl3y = np.abs(theta_t)
+        t_whxhf = 1.0 / np.fmax(1e-24, t_furpv)
+        t_fchu4 = (t_ptl3y + t_ptl3y) * t_whxhf
+        K_ = np.fmin(1000000000000.0, t_fchu4)  # (42)
+        sqrt_K = np.sqrt(K_)
+        t_mowvz = cos_t * rho_ref
+        P = R * R - rho_ref * rho_ref + t_mowvz * rho_t  # (47)
+        t_xuitj = w_across * t_gliif
+        t_6ckpz = rho_ref * t_xuitj
+        t_xhz2s = t_6ckpz * rho_t
+        Q = np.where(m_z5ee7, -t_xhz2s, 0.0)  # (47)
+        t_pgin7 = R - rho_ref
+        t_hnwtz = np.fmin(t_pgin7, rho_escape)
+        t_hzywj = np.sqrt(t_ptl3y)
+        escape = np.fmin(t_hnwtz, t_hzywj)
+        t_4x2zf = zeta1 * zeta1 + zeta2 * zeta2
+        t_yfvls = np.sqrt(t_4x2zf)
+        m_ksqj2 = (0.0 < t_yfvls)
+        t_zxp5x = P * P
+        t_6fxuf = np.where(m_z5ee7, np.where(m_z5ee7, t_xhz2s * t_xhz2s, 0.0), 0.0)
+        t_go7n3 = np.sqrt(t_zxp5x + t_6fxuf)
+        t_yphwp = 1.0 / t_go7n3
+        t_gltfk = rho_t * R * t_yphwp
+        m_hqqaa = (1.0 < t_gltfk)
+        t_wnge4 = np.fmin(1.0, t_gltfk)
+        t_w7rio = np.arccos(t_wnge4)
+        t_x3hva = 1.5707963267948966 - alpha * np.arctan2(Q, P) + np.where(m_hqqaa, t_w7rio, t_w7rio)
+        m_xb2xi = (K_ < 0.03)
+        t_fcflk = K_ * K_
+        t_fcflk_2 = 0.26035714285714284 + -0.18225 * t_fcflk
+        t_l3puj = -0.45 + t_fcflk * t_fcflk_2
+        t_fbuw4 = 1.5 + t_fcflk * t_l3puj
+        m_mgarf = (1000000000000.0 < t_fchu4)
+        t_uiipz = np.where(m_mgarf, sqrt_K, sqrt_K)
+        t_cedhi = 2.225213 + t_uiipz
+        t_2je2w = 0.566927 + t_uiipz * t_cedhi
+        t_dzjuy = 1.0 / (3.478838 + t_uiipz * t_2je2w)
+        t_moflu = 3.141592653589793 * K_ * t_dzjuy
+        t_cedhi_2 = 1.661023 + t_uiipz
+        t_23h4w = t_moflu * t_cedhi_2
+        sin_t_23h4w, cos_t_23h4w = np.sin(t_23h4w), np.cos(t_23h4w)
+        t_nobej = sin_t_23h4w * sin_t_23h4w
+        t_ab46z = cos_t_23h4w * cos_t_23h4w
+        t_i7sss = cos_t_23h4w * sin_t_23h4w
+        t_rkglc = K_ + K_
+        t_tdxcy = 1.0 + t_nobej - t_ab46z - t_i7sss * t_rkglc
+        t_354bs = t_tdxcy * t_tdxcy
+        t_x767z = t_nobej * K_
+        t_soj5f = t_x767z + t_x767z
+        t_x66xq = t_soj5f + 4.0 * t_i7sss - t_ab46z * t_rkglc
+        t_x6qqr = t_23h4w - t_i7sss - t_x767z
+        t_2ev6m = 1.0 / (t_354bs + t_354bs - t_x66xq * t_x6qqr)
+        t_g2ovj = t_tdxcy * t_2ev6m
+        t_zefeg = -2.0 * t_i7sss - t_soj5f + (t_23h4w + t_23h4w)
+        t_6xnvn = t_23h4w - t_g2ovj * t_zefeg
+        sin_t_6xnvn, cos_t_6xnvn = np.sin(t_6xnvn), np.cos(t_6xnvn)
+        t_vx46m = sin_t_6xnvn * sin_t_6xnvn
+        t_yrvqm = cos_t_6xnvn * cos_t_6xnvn
+        t_kme5l = cos_t_6xnvn * sin_t_6xnvn
+        t_fno7p = 1.0 + t_vx46m - t_yrvqm - t_rkglc * t_kme5l
+        t_354bs_2 = t_fno7p * t_fno7p
+        t_bweg4 = t_vx46m * K_
+        t_soj5f_2 = t_bweg4 + t_bweg4
+        t_a6w2p = t_soj5f_2 + 4.0 * t_kme5l - t_rkglc * t_yrvqm
+        t_xdzcc = t_6xnvn - t_kme5l - t_bweg4
+        t_3hukm = 1.0 / (t_354bs_2 + t_354bs_2 - t_a6w2p * t_xdzcc)
+        t_uhbq3 = t_fno7p * t_3hukm
+        t_hy73r = -2.0 * t_kme5l - t_soj5f_2 + (t_6xnvn + t_6xnvn)
+        t_z3tm5 = t_6xnvn - t_uhbq3 * t_hy73r
+        sin_t_z3tm5, cos_t_z3tm5 = np.sin(t_z3tm5), np.cos(t_z3tm5)
+        t_cmgiw = sin_t_z3tm5 * sin_t_z3tm5
+        t_e3muo = cos_t_z3tm5 * cos_t_z3tm5
+        t_wqods = cos_t_z3tm5 * sin_t_z3tm5
+        t_fno7p_2 = 1.0 + t_cmgiw - t_e3muo - t_rkglc * t_wqods
+        t_354bs_3 = t_fno7p_2 * t_fno7p_2
+        t_bweg4_2 = t_cmgiw * K_
+        t_soj5f_3 = t_bweg4_2 + t_bweg4_2
+        t_a6w2p_2 = t_soj5f_3 + 4.0 * t_wqods - t_rkglc * t_e3muo
+        t_vxy3y = t_z3tm5 - t_wqods - t_bweg4_2
+        t_vmdk3 = 1.0 / (t_354bs_3 + t_354bs_3 - t_a6w2p_2 * t_vxy3y)
+        t_uhbq3_2 = t_fno7p_2 * t_vmdk3
+        t_icigh = -2.0 * t_wqods - t_soj5f_3 + (t_z3tm5 + t_z3tm5)
+        t_wlsyt = np.where(m_xb2xi, K_ * t_fbuw4, t_z3tm5 - t_uhbq3_2 * t_icigh)
+        t_5ewvv = np.fmin(t_x3hva, t_wlsyt)
+        sin_t_5ewvv, cos_t_5ewvv = np.sin(t_5ewvv), np.cos(t_5ewvv)
+        t_5l2d7 = -(cos_t_5ewvv * escape)
+        t_f3hnc = k_phi * np.fmax(rho_t, t_5l2d7)
+        t_jl52z = cos_t_5ewvv * t_f3hnc
+        t_ckgcn = alpha * t_f3hnc
+        t_5bjhx = t_ckgcn * sin_t_5ewvv
+        t_f3khv = np.where(m_z5ee7, -(t_jl52z * t_xuitj), 0.0) - cos_t * t_5bjhx
+        t_kc5kr = 100.0 * k_phi
+        t_xatty = np.where(m_z5ee7, t_xuitj * t_5bjhx, 0.0) - cos_t * t_jl52z
+        t_6qhh3 = cos_phi_ref * t_xatty - sin_phi_ref * t_f3khv
+        t_i63ev = cos_phi_ref * t_f3khv + sin_phi_ref * t_xatty
+        t_e4rje = 1.0 / np.fmax(1e-09, t_yfvls)
+        t_oyhhw = (t_6qhh3 * zeta1 + t_i63ev * zeta2) * t_e4rje
+        t_j2lpg = -(t_kc5kr * (R - t_yfvls) + t_oyhhw)
+        t_ssi6p = np.fmax(0.0, t_j2lpg) * t_e4rje
+        t_36nap = t_f3khv * sin_phi_ref - t_ssi6p * zeta1 - t_xatty * cos_phi_ref
+        t_3afq5 = cos_phi * along_rho - rho * (sin_phi * along_phi)
+        m_n2lcz = (t_5l2d7 <= rho_t)
+        t_y5aew = np.where(m_n2lcz, 1.0, 0.0)
+        m_wzdbz = (rho_t <= t_5l2d7)
+        t_nawgj = np.where(m_wzdbz, 1.0, 0.0)
+        t_ml3st = 1.0 / (t_y5aew + t_nawgj)
+        t_yxwd6 = cos_phi_ref * along_phi_ref
+        t_46lno = sin_phi * along_rho + rho * (cos_phi * along_phi)
+        t_sxtsm = sin_phi_ref * along_phi_ref
+        t_st5ju = zeta1 * t_yxwd6 + sin_phi_ref * t_3afq5 - (cos_phi_ref * t_46lno - zeta2 * t_sxtsm)
+        t_eay2n = (
+            along_rho_ref
+            - (cos_phi_ref * t_3afq5 - zeta1 * t_sxtsm)
+            - (zeta2 * t_yxwd6 + sin_phi_ref * t_46lno)
+        )
+        t_l72yh = (w_across + w_across) * t_st5ju + (w_along + w_along) * t_eay2n
+        t_fdlvl = t_l72yh / (rho_t + rho_t)
+        m_gb6op = (t_hzywj <= t_hnwtz)
+        t_xn46b = np.where(m_gb6op, 1.0, 0.0)
+        m_nwh66 = (t_hnwtz <= t_hzywj)
+        t_72wqd = np.where(m_nwh66, 1.0, 0.0)
+        t_7krau = 1.0 / (t_72wqd + t_xn46b)
+        t_m3e7t = alpha * (along_theta - along_theta_ref + area_factor * (w_across * along_rho_ref + rho_ref * t_st5ju))
+        m_dlnux = (t_pgin7 <= rho_escape)
+        t_dlnux = np.where(m_dlnux, 1.0, 0.0)
+        m_nduvz = (rho_escape <= t_pgin7)
+        t_6oxje = (
+            t_xn46b * t_7krau * (t_m3e7t / (t_hzywj + t_hzywj))
+            - t_72wqd * t_7krau * (t_dlnux / (t_dlnux + np.where(m_nduvz, 1.0, 0.0)) * along_rho_ref)
+        )
+        m_eqejb = (t_x3hva <= t_wlsyt)
+        t_saxj6 = np.where(m_eqejb, 1.0, 0.0)
+        m_3wjmr = (t_wlsyt <= t_x3hva)
+        t_eowr5 = np.where(m_3wjmr, 1.0, 0.0)
+        t_45csa = 1.0 / (t_saxj6 + t_eowr5)
+        m_jm3a6 = np.logical_not(m_hqqaa)
+        m_tetbk = (t_gltfk <= 1.0)
+        t_7tkef = np.where(m_tetbk, 1.0, 0.0)
+        m_ehrf3 = (1.0 <= t_gltfk)
+        t_wtvuw = t_eay2n * t_gliif - t_m4c7o * t_gliif * t_fdlvl
+        t_tqdy4 = (
+            rho_t * (np.where(m_z5ee7, rho_ref * t_wtvuw, 0.0) + cos_t * along_rho_ref)
+            + t_mowvz * t_fdlvl
+            - (rho_ref + rho_ref) * along_rho_ref
+        )
+        t_ymop5 = t_st5ju * t_gliif - t_xuitj * t_gliif * t_fdlvl
+        t_mtstu = rho_t * (t_xuitj * along_rho_ref + rho_ref * t_ymop5) + t_6ckpz * t_fdlvl
+        t_rvs5m = ((P + P) * t_tqdy4 + np.where(m_z5ee7, np.where(m_z5ee7, (t_xhz2s + t_xhz2s) * t_mtstu, 0.0), 0.0)) / (t_go7n3 + t_go7n3)
+        t_cldum = t_7tkef / (np.where(m_ehrf3, 1.0, 0.0) + t_7tkef) * (R * t_fdlvl * t_yphwp - t_gltfk * t_yphwp * t_rvs5m)
+        t_mbyif = 1.0 / (t_6fxuf + t_zxp5x)
+        t_wmpbw = (
+            np.where(m_jm3a6, -1.0 / np.sqrt(1.0 - t_wnge4 * t_wnge4) * t_cldum, 0.0)
+            - alpha * (np.where(m_z5ee7, -(P * t_mbyif * t_mtstu), 0.0) - Q * t_mbyif * t_tqdy4)
+        )
+        m_ehzsl = (t_fchu4 <= 1000000000000.0)
+        t_pxhzj = np.where(m_ehzsl, 1.0, 0.0)
+        m_qxhwi = (1000000000000.0 <= t_fchu4)
+        m_6t5gi = (1e-24 <= t_furpv)
+        t_6t5gi = np.where(m_6t5gi, 1.0, 0.0)
+        m_zbh6o = (t_furpv <= 1e-24)
+        t_vjbuh = (
+            (t_m3e7t + t_m3e7t) * t_whxhf
+            - t_fchu4 * t_whxhf * (t_6t5gi / (np.where(m_zbh6o, 1.0, 0.0) + t_6t5gi) * t_l72yh)
+        )
+        t_3g4wl = t_pxhzj / (np.where(m_qxhwi, 1.0, 0.0) + t_pxhzj) * t_vjbuh
+        t_fyjhk = t_rkglc * t_3g4wl
+        t_se4co = K_ * (t_l3puj * t_fyjhk + t_fcflk * (t_fcflk_2 * t_fyjhk + t_fcflk * (-0.18225 * t_fyjhk)))
+        m_bryq2 = np.logical_not(m_mgarf)
+        t_s4esp = t_3g4wl / (sqrt_K + sqrt_K)
+        t_ola73 = t_moflu * t_dzjuy * (t_2je2w * t_s4esp + t_uiipz * (t_cedhi * t_s4esp + t_uiipz * t_s4esp))
+        t_ntwcz = (
+            t_cedhi_2 * (3.141592653589793 * t_3g4wl * t_dzjuy + np.where(m_bryq2, -t_ola73, 0.0))
+            + np.where(m_bryq2, t_moflu * t_s4esp, 0.0)
+        )
+        t_xbjr4 = cos_t_23h4w * t_ntwcz
+        t_pa3oo = (sin_t_23h4w + sin_t_23h4w) * t_xbjr4
+        t_6kjhz = sin_t_23h4w * t_ntwcz
+        t_qhf3w = (cos_t_23h4w + cos_t_23h4w) * t_6kjhz
+        t_ib576 = cos_t_23h4w * t_xbjr4 - sin_t_23h4w * t_6kjhz
+        t_vi3d5 = t_3g4wl + t_3g4wl
+        t_b2xlv = t_pa3oo + t_qhf3w - (t_rkglc * t_ib576 + t_i7sss * t_vi3d5)
+        t_wmrep = (t_tdxcy + t_tdxcy) * t_b2xlv
+        t_nhhdv = K_ * t_pa3oo + t_nobej * t_3g4wl
+        t_pfhsw = t_nhhdv + t_nhhdv
+        t_zf2ap = (
+            t_x6qqr * (t_pfhsw + 4.0 * t_ib576 - (t_ab46z * t_vi3d5 - t_rkglc * t_qhf3w))
+            + t_x66xq * (t_ntwcz - t_ib576 - t_nhhdv)
+        )
+        t_cg3f5 = (
+            t_zefeg * (t_b2xlv * t_2ev6m - t_g2ovj * t_2ev6m * (t_wmrep + t_wmrep - t_zf2ap))
+            + t_g2ovj * (-2.0 * t_ib576 - t_pfhsw + (t_ntwcz + t_ntwcz))
+        )
+        t_sfism = t_ntwcz - t_cg3f5
+        t_jen6u = cos_t_6xnvn * t_sfism
+        t_4eafr = (sin_t_6xnvn + sin_t_6xnvn) * t_jen6u
+        t_2a55o = sin_t_6xnvn * t_sfism
+        t_qj5ho = (cos_t_6xnvn + cos_t_6xnvn) * t_2a55o
+        t_hvckt = cos_t_6xnvn * t_jen6u - sin_t_6xnvn * t_2a55o
+        t_vt54f = t_4eafr + t_qj5ho - (t_kme5l * t_vi3d5 + t_rkglc * t_hvckt)
+        t_wmrep_2 = (t_fno7p + t_fno7p) * t_vt54f
+        t_3czja = K_ * t_4eafr + t_vx46m * t_3g4wl
+        t_pfhsw_2 = t_3czja + t_3czja
+        t_bkibi = (
+            t_xdzcc * (t_pfhsw_2 + 4.0 * t_hvckt - (t_yrvqm * t_vi3d5 - t_rkglc * t_qj5ho))
+            + t_a6w2p * (t_sfism - t_hvckt - t_3czja)
+        )
+        t_geuzv = (
+            t_hy73r * (t_vt54f * t_3hukm - t_uhbq3 * t_3hukm * (t_wmrep_2 + t_wmrep_2 - t_bkibi))
+            + t_uhbq3 * (-2.0 * t_hvckt - t_pfhsw_2 + (t_sfism + t_sfism))
+        )
+        t_iydvv = t_sfism - t_geuzv
+        t_zcn4j = cos_t_z3tm5 * t_iydvv
+        t_dru6o = (sin_t_z3tm5 + sin_t_z3tm5) * t_zcn4j
+        t_5a7qb = sin_t_z3tm5 * t_iydvv
+        t_2o4hq = (cos_t_z3tm5 + cos_t_z3tm5) * t_5a7qb
+        t_okysd = cos_t_z3tm5 * t_zcn4j - sin_t_z3tm5 * t_5a7qb
+        t_vt54f_2 = t_dru6o + t_2o4hq - (t_wqods * t_vi3d5 + t_rkglc * t_okysd)
+        t_wmrep_3 = (t_fno7p_2 + t_fno7p_2) * t_vt54f_2
+        t_3czja_2 = K_ * t_dru6o + t_cmgiw * t_3g4wl
+        t_pfhsw_3 = t_3czja_2 + t_3czja_2
+        t_d2blu = (
+            t_vxy3y * (t_pfhsw_3 + 4.0 * t_okysd - (t_e3muo * t_vi3d5 - t_rkglc * t_2o4hq))
+            + t_a6w2p_2 * (t_iydvv - t_okysd - t_3czja_2)
+        )
+        t_52zlx = (
+            t_icigh * (t_vt54f_2 * t_vmdk3 - t_uhbq3_2 * t_vmdk3 * (t_wmrep_3 + t_wmrep_3 - t_d2blu))
+            + t_uhbq3_2 * (-2.0 * t_okysd - t_pfhsw_3 + (t_iydvv + t_iydvv))
+        )
+        t_olprr = (
+            t_saxj6 * t_45csa * t_wmpbw
+            + t_eowr5 * t_45csa * np.where(m_xb2xi, t_fbuw4 * t_3g4wl + t_se4co, t_iydvv - t_52zlx)
+        )
+        t_i2be2 = sin_t_5ewvv * t_olprr
+        t_eb47h = (
+            t_y5aew * t_ml3st * t_fdlvl
+            - t_nawgj * t_ml3st * (cos_t_5ewvv * t_6oxje - escape * t_i2be2)
+        )
+        t_sxw5q = k_phi * t_eb47h
+        t_2acbu = cos_t_5ewvv * t_sxw5q - t_f3hnc * t_i2be2
+        t_vah3l = sin_t_5ewvv * (alpha * t_sxw5q) + t_ckgcn * (cos_t_5ewvv * t_olprr)
+        t_37xp5 = (
+            np.where(m_z5ee7, -(t_xuitj * t_2acbu + t_jl52z * t_ymop5), 0.0)
+            - (np.where(m_z5ee7, t_5bjhx * t_wtvuw, 0.0) + cos_t * t_vah3l)
+        )
+        t_jbg6j = sin_phi_ref * t_37xp5
+        t_fc3c2 = t_f3khv * t_yxwd6
+        m_od6a2 = (0.0 <= t_j2lpg)
+        t_tij5y = np.where(m_od6a2, 1.0, 0.0)
+        m_7t3za = (t_j2lpg <= 0.0)
+        t_sv4f2 = (
+            np.where(m_z5ee7, t_5bjhx * t_ymop5 + t_xuitj * t_vah3l, 0.0)
+            - (np.where(m_z5ee7, t_jl52z * t_wtvuw, 0.0) + cos_t * t_2acbu)
+        )
+        t_5kjdd = cos_phi_ref * t_sv4f2 - t_xatty * t_sxtsm
+        t_glke7 = cos_phi_ref * t_37xp5 - t_f3khv * t_sxtsm
+        t_3ktkr = t_xatty * t_yxwd6
+        t_lwc7r = sin_phi_ref * t_sv4f2
+        t_pnumi = (
+            zeta1 * (t_5kjdd - (t_fc3c2 + t_jbg6j))
+            + t_6qhh3 * t_3afq5
+            + (zeta2 * (t_glke7 + (t_3ktkr + t_lwc7r)) + t_i63ev * t_46lno)
+        )
+        m_p2abf = (1e-09 <= t_yfvls)
+        t_ivpxh = np.where(m_p2abf, 1.0, 0.0)
+        m_ysper = (t_yfvls <= 1e-09)
+        t_ykpbv = (zeta1 + zeta1) * t_3afq5 + (zeta2 + zeta2) * t_46lno
+        t_cxo4v = t_ykpbv / (t_yfvls + t_yfvls)
+        t_s7b4i = t_ivpxh / (np.where(m_ysper, 1.0, 0.0) + t_ivpxh) * t_cxo4v
+        t_p2rbt = t_tij5y / (np.where(m_7t3za, 1.0, 0.0) + t_tij5y) * (t_pnumi * t_e4rje - t_oyhhw * t_e4rje * t_s7b4i - t_kc5kr * t_cxo4v)
+        t_jvxtl = t_p2rbt * t_e4rje + t_ssi6p * t_e4rje * t_s7b4i
+        t_fycze = t_jbg6j + t_fc3c2 - (t_ssi6p * t_3afq5 - zeta1 * t_jvxtl) - t_5kjdd
+        t_p4nln = t_ssi6p * zeta2 + t_xatty * sin_phi_ref + t_f3khv * cos_phi_ref
+        t_3roug = t_ssi6p * t_46lno - zeta2 * t_jvxtl + (t_lwc7r + t_3ktkr) + t_glke7
+        t_oz2aw = 1.0 / t_yfvls
+        t_5n7u5 = (t_36nap * t_3afq5 + zeta1 * t_fycze - (t_p4nln * t_46lno + zeta2 * t_3roug)) * t_oz2aw
+        t_3cthi = 1.0 / t_4x2zf
+        t_uhjn3 = (t_p4nln * t_3afq5 + zeta1 * t_3roug + (zeta2 * t_fycze + t_36nap * t_46lno)) * t_3cthi
+        t_f7oti = -mu_rate_max
+        t_dhkzn = mu_gain * (mu_ref - mu)
+        t_7l2lj = np.fmin(mu_rate_max, t_dhkzn)
+        m_ehoe5 = (t_f7oti <= t_7l2lj)
+        t_tmq3y = np.where(m_ehoe5, 1.0, 0.0)
+        m_y2s22 = (t_7l2lj <= t_f7oti)
+        m_huzvj = (t_dhkzn <= mu_rate_max)
+        t_huzvj = np.where(m_huzvj, 1.0, 0.0)
+        m_mu2v2 = (mu_rate_max <= t_dhkzn)
+        return _vector(
+            np.where(m_ksqj2, t_5n7u5 - (zeta1 * t_36nap - zeta2 * t_p4nln) * t_oz2aw * t_oz2aw * t_cxo4v, t_fycze),
+            np.where(m_ksqj2, -(t_uhjn3 - (zeta1 * t_p4nln + t_36nap * zeta2) * t_3cthi * t_3cthi * t_ykpbv), 0.0),
+            t_tmq3y / (np.where(m_y2s22, 1.0, 0.0) + t_tmq3y) * (t_huzvj / (np.where(m_mu2v2, 1.0, 0.0) + t_huzvj) * (mu_gain * (along_mu_ref - along_mu))),
+        )
 
 
 def path_loop_jac(q, r, p, c):
     """Jacobian of path_loop with respect to q and r, row by row: (q, r, p, c) -> J_q, J_r."""
     q, r, p, c = _arrays(q, r, p, c)
     with np.errstate(all="ignore"):
-        s1, c1 = np.sin(r[..., 1]), np.cos(r[..., 1])
-        v8 = s1 * q[..., 0] - c1 * q[..., 1]
-        v14 = r[..., 0] - c1 * q[..., 0] - s1 * q[..., 1]
-        v16 = v8 * v8 + v14 * v14
-        v17 = np.sqrt(v16)
-        m18 = (1e-09 < v17)
-        v20 = 1.0 / v17
-        v21 = v8 * v20
-        v29 = q[..., 3] - r[..., 3] + r[..., 0] * v8 * c[..., 5]
-        v30 = np.sign(v29)
-        v31 = r[..., 0] * v21
-        v32 = v31 * v17
-        v34 = np.where(m18, -v32, 0.0)
-        v39 = v14 * v20
-        v40 = np.where(m18, v39, 1.0)
-        v41 = v40 * r[..., 0]
-        v43 = c[..., 2] * c[..., 2] - r[..., 0] * r[..., 0] + v41 * v17
-        v48 = v43 * v43
-        v51 = np.where(m18, np.where(m18, v32 * v32, 0.0), 0.0)
-        v53 = np.sqrt(v48 + v51)
-        v54 = 1.0 / v53
-        v55 = v17 * c[..., 2] * v54
-        m56 = (1.0 < v55)
-        v57 = np.fmin(1.0, v55)
-        v58 = np.arccos(v57)
-        m59 = np.logical_not(m56)
-        v61 = 1.5707963267948966 - v30 * np.arctan2(v34, v43) + np.where(m56, v58, v58)
-        v63 = np.abs(v29)
-        v67 = 1.0 / np.fmax(1e-24, v16)
-        v68 = (v63 + v63) * v67
-        v69 = np.fmin(1000000000000.0, v68)
-        m71 = (v69 < 0.03)
-        v73 = v69 * v69
-        v78 = 0.26035714285714284 + -0.18225 * v73
-        v80 = -0.45 + v73 * v78
-        v82 = 1.5 + v73 * v80
-        m87 = (1000000000000.0 < v68)
-        v88 = np.sqrt(v69)
-        m89 = np.logical_not(m87)
-        v90 = np.where(m87, v88, v88)
-        v93 = 2.225213 + v90
-        v95 = 0.566927 + v90 * v93
-        v98 = 1.0 / (3.478838 + v90 * v95)
-        v99 = 3.141592653589793 * v69 * v98
-        v101 = 1.661023 + v90
-        v102 = v99 * v101
-        s103, c103 = np.sin(v102), np.cos(v102)
-        v104 = s103 * s103
-        v107 = c103 * c103
-        v109 = c103 * s103
-        v110 = v69 + v69
-        v112 = 1.0 + v104 - v107 - v109 * v110
-        v113 = v112 * v112
-        v115 = v104 * v69
-        v116 = v115 + v115
-        v121 = v116 + 4.0 * v109 - v107 * v110
-        v123 = v102 - v109 - v115
-        v126 = 1.0 / (v113 + v113 - v121 * v123)
-        v127 = v112 * v126
-        v132 = -2.0 * v109 - v116 + (v102 + v102)
-        v134 = v102 - v127 * v132
-        s135, c135 = np.sin(v134), np.cos(v134)
-        v136 = s135 * s135
-        v139 = c135 * c135
-        v141 = c135 * s135
-        v143 = 1.0 + v136 - v139 - v110 * v141
-        v144 = v143 * v143
-        v146 = v136 * v69
-        v147 = v146 + v146
-        v151 = v147 + 4.0 * v141 - v110 * v139
-        v153 = v134 - v141 - v146
-        v156 = 1.0 / (v144 + v144 - v151 * v153)
-        v157 = v143 * v156
-        v161 = -2.0 * v141 - v147 + (v134 + v134)
-        v163 = v134 - v157 * v161
-        s164, c164 = np.sin(v163), np.cos(v163)
-        v165 = s164 * s164
-        v168 = c164 * c164
-        v170 = c164 * s164
-        v172 = 1.0 + v165 - v168 - v110 * v170
-        v173 = v172 * v172
-        v175 = v165 * v69
-        v176 = v175 + v175
-        v180 = v176 + 4.0 * v170 - v110 * v168
-        v182 = v163 - v170 - v175
-        v185 = 1.0 / (v173 + v173 - v180 * v182)
-        v186 = v172 * v185
-        v190 = -2.0 * v170 - v176 + (v163 + v163)
-        v193 = np.where(m71, v69 * v82, v163 - v186 * v190)
-        v194 = np.fmin(v61, v193)
-        s195, c195 = np.sin(v194), np.cos(v194)
-        v197 = c[..., 2] - r[..., 0]
-        v199 = np.fmin(v197, c[..., 1])
-        v200 = np.sqrt(v63)
-        v201 = np.fmin(v199, v200)
-        v203 = -(c195 * v201)
-        m204 = (v203 <= v17)
-        m205 = (v17 <= v203)
-        v206 = np.where(m204, 1.0, 0.0)
-        v207 = np.where(m205, 1.0, 0.0)
-        v209 = 1.0 / (v206 + v207)
-        v210 = v206 * v209
-        v211 = v8 + v8
-        v213 = v14 + v14
-        v215 = v211 * s1 - v213 * c1
-        v217 = 1.0 / (v17 + v17)
-        v218 = v215 * v217
-        v220 = v207 * v209
-        m221 = (v200 <= v199)
-        m222 = (v199 <= v200)
-        v223 = np.where(m222, 1.0, 0.0)
-        v224 = np.where(m221, 1.0, 0.0)
-        v226 = 1.0 / (v223 + v224)
-        v227 = v224 * v226
-        v230 = v30 * (c[..., 5] * (r[..., 0] * s1))
-        v232 = 1.0 / (v200 + v200)
-        m237 = (v61 <= v193)
-        m238 = (v193 <= v61)
-        v239 = np.where(m237, 1.0, 0.0)
-        v240 = np.where(m238, 1.0, 0.0)
-        v242 = 1.0 / (v239 + v240)
-        v243 = v239 * v242
-        v248 = -1.0 / np.sqrt(1.0 - v57 * v57)
-        m249 = (v55 <= 1.0)
-        m250 = (1.0 <= v55)
-        v252 = np.where(m249, 1.0, 0.0)
-        v254 = v252 / (np.where(m250, 1.0, 0.0) + v252)
-        v257 = v55 * v54
-        v258 = v43 + v43
-        v259 = c1 * v20
-        v260 = v39 * v20
-        v262 = v259 + v260 * v218
-        v268 = np.where(m18, -(v17 * (r[..., 0] * v262)), 0.0) + v41 * v218
-        v270 = v32 + v32
-        v271 = s1 * v20
-        v272 = v21 * v20
-        v274 = v271 - v272 * v218
-        v278 = v17 * (r[..., 0] * v274) + v31 * v218
-        v284 = 1.0 / (v53 + v53)
-        v285 = (v258 * v268 + np.where(m18, np.where(m18, v270 * v278, 0.0), 0.0)) * v284
-        v290 = np.where(m59, v248 * (v254 * (c[..., 2] * v218 * v54 - v257 * v285)), 0.0)
-        v292 = 1.0 / (v51 + v48)
-        v293 = v43 * v292
-        v297 = v34 * v292
-        v303 = v240 * v242
-        m304 = (v68 <= 1000000000000.0)
-        m305 = (1000000000000.0 <= v68)
-        v307 = np.where(m304, 1.0, 0.0)
-        v309 = v307 / (np.where(m305, 1.0, 0.0) + v307)
-        v312 = v68 * v67
-        m313 = (1e-24 <= v16)
-        m314 = (v16 <= 1e-24)
-        v316 = np.where(m313, 1.0, 0.0)
-        v318 = v316 / (np.where(m314, 1.0, 0.0) + v316)
-        v322 = v309 * ((v230 + v230) * v67 - v312 * (v318 * v215))
-        v324 = v110 * v322
-        v333 = v82 * v322 + v69 * (v80 * v324 + v73 * (v78 * v324 + v73 * (-0.18225 * v324)))
-        v336 = v99 * v98
-        v338 = 1.0 / (v88 + v88)
-        v339 = v322 * v338
-        v348 = np.where(m89, -(v336 * (v95 * v339 + v90 * (v93 * v339 + v90 * v339))), 0.0)
-        v353 = v101 * (3.141592653589793 * v322 * v98 + v348) + np.where(m89, v99 * v339, 0.0)
-        v354 = s103 + s103
-        v355 = c103 * v353
-        v356 = v354 * v355
-        v357 = c103 + c103
-        v358 = s103 * v353
-        v359 = v357 * v358
-        v363 = c103 * v355 - s103 * v358
-        v365 = v322 + v322
-        v368 = v356 + v359 - (v110 * v363 + v109 * v365)
-        v370 = v127 * v126
-        v371 = v112 + v112
-        v372 = v371 * v368
-        v376 = v69 * v356 + v104 * v322
-        v377 = v376 + v376
-        v388 = v123 * (v377 + 4.0 * v363 - (v107 * v365 - v110 * v359)) + v121 * (v353 - v363 - v376)
-        v398 = v132 * (v368 * v126 - v370 * (v372 + v372 - v388)) + v127 * (-2.0 * v363 - v377 + (v353 + v353))
-        v399 = v353 - v398
-        v400 = s135 + s135
-        v401 = c135 * v399
-        v402 = v400 * v401
-        v403 = c135 + c135
-        v404 = s135 * v399
-        v405 = v403 * v404
-        v410 = c135 * v401 - s135 * v404
-        v413 = v402 + v405 - (v141 * v365 + v110 * v410)
-        v415 = v157 * v156
-        v416 = v143 + v143
-        v417 = v416 * v413
-        v421 = v69 * v402 + v136 * v322
-        v422 = v421 + v421
-        v433 = v153 * (v422 + 4.0 * v410 - (v139 * v365 - v110 * v405)) + v151 * (v399 - v410 - v421)
-        v443 = v161 * (v413 * v156 - v415 * (v417 + v417 - v433)) + v157 * (-2.0 * v410 - v422 + (v399 + v399))
-        v444 = v399 - v443
-        v445 = s164 + s164
-        v446 = c164 * v444
-        v447 = v445 * v446
-        v448 = c164 + c164
-        v449 = s164 * v444
-        v450 = v448 * v449
-        v455 = c164 * v446 - s164 * v449
-        v458 = v447 + v450 - (v170 * v365 + v110 * v455)
-        v460 = v186 * v185
-        v461 = v172 + v172
-        v462 = v461 * v458
-        v466 = v69 * v447 + v165 * v322
-        v467 = v466 + v466
-        v478 = v182 * (v467 + 4.0 * v455 - (v168 * v365 - v110 * v450)) + v180 * (v444 - v455 - v466)
-        v488 = v190 * (v458 * v185 - v460 * (v462 + v462 - v478)) + v186 * (-2.0 * v455 - v467 + (v444 + v444))
-        v492 = v243 * (v290 - v30 * (np.where(m18, -(v293 * v278), 0.0) - v297 * v268)) + v303 * np.where(m71, v333, v444 - v488)
-        v493 = s195 * v492
-        v498 = c[..., 0] * (v210 * v218 - v220 * (c195 * (v227 * (v230 * v232)) - v201 * v493))
-        v501 = c[..., 0] * np.fmax(v17, v203)
-        v503 = c195 * v498 - v501 * v493
-        v505 = c195 * v501
-        v510 = v30 * v501
-        v511 = v510 * s195
-        v519 = s195 * (v30 * v498) + v510 * (c195 * v492)
-        v522 = np.where(m18, -(v21 * v503 + v505 * v274), 0.0) - (np.where(m18, -(v511 * v262), 0.0) + v40 * v519)
-        v523 = s1 * v522
-        v526 = 100.0 * c[..., 0]
-        v530 = np.sqrt(q[..., 0] * q[..., 0] + q[..., 1] * q[..., 1])
-        v536 = np.where(m18, v21 * v511, 0.0) - v40 * v505
-        v542 = np.where(m18, -(v505 * v21), 0.0) - v40 * v511
-        v544 = c1 * v536 - s1 * v542
-        v548 = c1 * v542 + s1 * v536
-        v552 = 1.0 / np.fmax(1e-09, v530)
-        v553 = (v544 * q[..., 0] + v548 * q[..., 1]) * v552
-        v555 = -(v526 * (c[..., 2] - v530) + v553)
-        v557 = np.fmax(0.0, v555) * v552
-        m558 = (0.0 <= v555)
-        m559 = (v555 <= 0.0)
-        v561 = np.where(m558, 1.0, 0.0)
-        v563 = v561 / (np.where(m559, 1.0, 0.0) + v561)
-        v573 = np.where(m18, v511 * v274 + v21 * v519, 0.0) - (np.where(m18, -(v505 * v262), 0.0) + v40 * v503)
-        v574 = c1 * v573
-        v578 = c1 * v522
-        v579 = s1 * v573
-        v584 = v553 * v552
-        m585 = (1e-09 <= v530)
-        m586 = (v530 <= 1e-09)
-        v588 = np.where(m585, 1.0, 0.0)
-        v590 = v588 / (np.where(m586, 1.0, 0.0) + v588)
-        v591 = 1.0 / v530
-        v592 = q[..., 0] * v591
-        v593 = v590 * v592
-        v595 = (q[..., 0] * (v574 - v523) + v544 + q[..., 1] * (v578 + v579)) * v552 - v584 * v593
-        v600 = v557 * v552
-        v602 = v563 * (v595 - v526 * v592) * v552 + v600 * v593
-        v606 = v523 - (v557 - q[..., 0] * v602) - v574
-        v609 = v211 * c1 + v213 * s1
-        v610 = v609 * v217
-        v614 = v260 * v610 - v271
-        v619 = np.where(m18, v17 * (r[..., 0] * v614), 0.0) - v41 * v610
-        v622 = v272 * v610 - v259
-        v626 = v17 * (r[..., 0] * v622) - v31 * v610
-        v631 = (v258 * v619 + np.where(m18, np.where(m18, v270 * v626, 0.0), 0.0)) * v284
-        v637 = np.where(m59, -(v248 * (v254 * (c[..., 2] * v610 * v54 + v257 * v631))), 0.0)
-        v648 = v30 * (c[..., 5] * (r[..., 0] * c1))
-        v649 = -v648
-        v655 = v309 * ((v649 + v649) * v67 + v312 * (v318 * v609))
-        v657 = v110 * v655
-        v666 = v82 * v655 + v69 * (v80 * v657 + v73 * (v78 * v657 + v73 * (-0.18225 * v657)))
-        v669 = v655 * v338
-        v678 = np.where(m89, -(v336 * (v95 * v669 + v90 * (v93 * v669 + v90 * v669))), 0.0)
-        v683 = v101 * (3.141592653589793 * v655 * v98 + v678) + np.where(m89, v99 * v669, 0.0)
-        v684 = c103 * v683
-        v685 = v354 * v684
-        v686 = s103 * v683
-        v687 = v357 * v686
-        v691 = c103 * v684 - s103 * v686
-        v693 = v655 + v655
-        v696 = v685 + v687 - (v110 * v691 + v109 * v693)
-        v698 = v371 * v696
-        v702 = v69 * v685 + v104 * v655
-        v703 = v702 + v702
-        v714 = v123 * (v703 + 4.0 * v691 - (v107 * v693 - v110 * v687)) + v121 * (v683 - v691 - v702)
-        v724 = v132 * (v696 * v126 - v370 * (v698 + v698 - v714)) + v127 * (-2.0 * v691 - v703 + (v683 + v683))
-        v725 = v683 - v724
-        v726 = c135 * v725
-        v727 = v400 * v726
-        v728 = s135 * v725
-        v729 = v403 * v728
-        v734 = c135 * v726 - s135 * v728
-        v737 = v727 + v729 - (v141 * v693 + v110 * v734)
-        v739 = v416 * v737
-        v743 = v69 * v727 + v136 * v655
-        v744 = v743 + v743
-        v755 = v153 * (v744 + 4.0 * v734 - (v139 * v693 - v110 * v729)) + v151 * (v725 - v734 - v743)
-        v765 = v161 * (v737 * v156 - v415 * (v739 + v739 - v755)) + v157 * (-2.0 * v734 - v744 + (v725 + v725))
-        v766 = v725 - v765
-        v767 = c164 * v766
-        v768 = v445 * v767
-        v769 = s164 * v766
-        v770 = v448 * v769
-        v775 = c164 * v767 - s164 * v769
-        v778 = v768 + v770 - (v170 * v693 + v110 * v775)
-        v780 = v461 * v778
-        v784 = v69 * v768 + v165 * v655
-        v785 = v784 + v784
-        v796 = v182 * (v785 + 4.0 * v775 - (v168 * v693 - v110 * v770)) + v180 * (v766 - v775 - v784)
-        v806 = v190 * (v778 * v185 - v460 * (v780 + v780 - v796)) + v186 * (-2.0 * v775 - v785 + (v766 + v766))
-        v810 = v243 * (v637 - v30 * (np.where(m18, -(v293 * v626), 0.0) - v297 * v619)) + v303 * np.where(m71, v666, v766 - v806)
-        v811 = s195 * v810
-        v820 = c[..., 0] * (v220 * (v201 * v811 + c195 * (v227 * (v648 * v232))) - v210 * v610)
-        v823 = c195 * v820 - v501 * v811
-        v835 = s195 * (v30 * v820) + v510 * (c195 * v810)
-        v838 = np.where(m18, -(v21 * v823 + v505 * v622), 0.0) - (np.where(m18, v511 * v614, 0.0) + v40 * v835)
-        v839 = s1 * v838
-        v848 = np.where(m18, v511 * v622 + v21 * v835, 0.0) - (np.where(m18, v505 * v614, 0.0) + v40 * v823)
-        v849 = c1 * v848
-        v852 = c1 * v838
-        v853 = s1 * v848
-        v859 = q[..., 1] * v591
-        v860 = v590 * v859
-        v862 = (q[..., 0] * (v849 - v839) + (q[..., 1] * (v852 + v853) + v548)) * v552 - v584 * v860
-        v868 = v563 * (v862 - v526 * v859) * v552 + v600 * v860
-        v871 = v839 + q[..., 0] * v868 - v849
-        v874 = v309 * ((v30 + v30) * v67)
-        v876 = v110 * v874
-        v885 = v82 * v874 + v69 * (v80 * v876 + v73 * (v78 * v876 + v73 * (-0.18225 * v876)))
-        v888 = v874 * v338
-        v897 = np.where(m89, -(v336 * (v95 * v888 + v90 * (v93 * v888 + v90 * v888))), 0.0)
-        v902 = v101 * (3.141592653589793 * v874 * v98 + v897) + np.where(m89, v99 * v888, 0.0)
-        v903 = c103 * v902
-        v904 = v354 * v903
-        v905 = s103 * v902
-        v906 = v357 * v905
-        v910 = c103 * v903 - s103 * v905
-        v912 = v874 + v874
-        v915 = v904 + v906 - (v110 * v910 + v109 * v912)
-        v917 = v371 * v915
-        v921 = v69 * v904 + v104 * v874
-        v922 = v921 + v921
-        v933 = v123 * (v922 + 4.0 * v910 - (v107 * v912 - v110 * v906)) + v121 * (v902 - v910 - v921)
-        v943 = v132 * (v915 * v126 - v370 * (v917 + v917 - v933)) + v127 * (-2.0 * v910 - v922 + (v902 + v902))
-        v944 = v902 - v943
-        v945 = c135 * v944
-        v946 = v400 * v945
-        v947 = s135 * v944
-        v948 = v403 * v947
-        v953 = c135 * v945 - s135 * v947
-        v956 = v946 + v948 - (v141 * v912 + v110 * v953)
-        v958 = v416 * v956
-        v962 = v69 * v946 + v136 * v874
-        v963 = v962 + v962
-        v974 = v153 * (v963 + 4.0 * v953 - (v139 * v912 - v110 * v948)) + v151 * (v944 - v953 - v962)
-        v984 = v161 * (v956 * v156 - v415 * (v958 + v958 - v974)) + v157 * (-2.0 * v953 - v963 + (v944 + v944))
-        v985 = v944 - v984
-        v986 = c164 * v985
-        v987 = v445 * v986
-        v988 = s164 * v985
-        v989 = v448 * v988
-        v994 = c164 * v986 - s164 * v988
-        v997 = v987 + v989 - (v170 * v912 + v110 * v994)
-        v999 = v461 * v997
-        v1003 = v69 * v987 + v165 * v874
-        v1004 = v1003 + v1003
-        v1015 = v182 * (v1004 + 4.0 * v994 - (v168 * v912 - v110 * v989)) + v180 * (v985 - v994 - v1003)
-        v1025 = v190 * (v997 * v185 - v460 * (v999 + v999 - v1015)) + v186 * (-2.0 * v994 - v1004 + (v985 + v985))
-        v1028 = v303 * np.where(m71, v885, v985 - v1025)
-        v1029 = s195 * v1028
-        v1033 = c195 * (v227 * (v30 * v232))
-        v1037 = c[..., 0] * (v220 * (v1033 - v201 * v1029))
-        v1039 = v501 * v1029 + c195 * v1037
-        v1046 = v510 * (c195 * v1028) - s195 * (v30 * v1037)
-        v1048 = np.where(m18, v21 * v1039, 0.0) - v40 * v1046
-        v1049 = s1 * v1048
-        v1053 = np.where(m18, v21 * v1046, 0.0) + v40 * v1039
-        v1054 = c1 * v1053
-        v1057 = c1 * v1048
-        v1058 = s1 * v1053
-        v1063 = v563 * ((q[..., 0] * (v1054 - v1049) + q[..., 1] * (v1057 + v1058)) * v552)
-        v1064 = v1063 * v552
-        v1067 = v1049 + q[..., 0] * v1064 - v1054
-        v1070 = v579 - q[..., 1] * v602 + v578
-        v1075 = v557 - q[..., 1] * v868 + v853 + v852
-        v1079 = v1058 - q[..., 1] * v1064 + v1057
-        v1082 = -c[..., 4]
-        v1087 = c[..., 3] * (r[..., 2] - q[..., 2])
-        v1088 = np.fmin(c[..., 4], v1087)
-        m1089 = (v1082 <= v1088)
-        m1090 = (v1088 <= v1082)
-        v1092 = np.where(m1089, 1.0, 0.0)
-        m1095 = (v1087 <= c[..., 4])
-        m1096 = (c[..., 4] <= v1087)
-        v1098 = np.where(m1095, 1.0, 0.0)
-        v1102 = v1092 / (np.where(m1090, 1.0, 0.0) + v1092) * (v1098 / (np.where(m1096, 1.0, 0.0) + v1098) * c[..., 3])
-        v1105 = v536 * s1
-        v1107 = v542 * c1
-        v1113 = -(v557 * q[..., 1] + v1105 + v1107 + q[..., 0] * v1070 + q[..., 1] * v606)
-        v1116 = v542 * s1
-        v1119 = v536 * c1
-        v1122 = q[..., 0] * v1075 + (q[..., 1] * v871 + (v1116 - v557 * q[..., 0] - v1119))
-        v1129 = 1.0 / q[..., 2]
-        v1139 = v30 * (c[..., 5] * v8)
-        m1143 = (v197 <= c[..., 1])
-        m1144 = (c[..., 1] <= v197)
-        v1145 = np.where(m1143, 1.0, 0.0)
-        v1150 = v227 * (v1139 * v232) - v223 * v226 * (v1145 / (v1145 + np.where(m1144, 1.0, 0.0)))
-        v1155 = v20 - v260 * v39
-        v1163 = v17 * (np.where(m18, r[..., 0] * v1155, 0.0) + v40) + v41 * v39 - (r[..., 0] + r[..., 0])
-        v1165 = v272 * v39
-        v1170 = v17 * (v21 - r[..., 0] * v1165) + v31 * v39
-        v1175 = (v258 * v1163 + np.where(m18, np.where(m18, v270 * v1170, 0.0), 0.0)) * v284
-        v1180 = np.where(m59, v248 * (v254 * (c[..., 2] * v39 * v54 - v257 * v1175)), 0.0)
-        v1188 = v243 * (v1180 - v30 * (np.where(m18, -(v293 * v1170), 0.0) - v297 * v1163))
-        v1194 = v309 * ((v1139 + v1139) * v67 - v312 * (v318 * v213))
-        v1196 = v110 * v1194
-        v1205 = v82 * v1194 + v69 * (v80 * v1196 + v73 * (v78 * v1196 + v73 * (-0.18225 * v1196)))
-        v1208 = v1194 * v338
-        v1217 = np.where(m89, -(v336 * (v95 * v1208 + v90 * (v93 * v1208 + v90 * v1208))), 0.0)
-        v1222 = v101 * (3.141592653589793 * v1194 * v98 + v1217) + np.where(m89, v99 * v1208, 0.0)
-        v1223 = c103 * v1222
-        v1224 = v354 * v1223
-        v1225 = s103 * v1222
-        v1226 = v357 * v1225
-        v1230 = c103 * v1223 - s103 * v1225
-        v1232 = v1194 + v1194
-        v1235 = v1224 + v1226 - (v110 * v1230 + v109 * v1232)
-        v1237 = v371 * v1235
-        v1241 = v69 * v1224 + v104 * v1194
-        v1242 = v1241 + v1241
-        v1253 = v123 * (v1242 + 4.0 * v1230 - (v107 * v1232 - v110 * v1226)) + v121 * (v1222 - v1230 - v1241)
-        v1263 = v132 * (v1235 * v126 - v370 * (v1237 + v1237 - v1253)) + v127 * (-2.0 * v1230 - v1242 + (v1222 + v1222))
-        v1264 = v1222 - v1263
-        v1265 = c135 * v1264
-        v1266 = v400 * v1265
-        v1267 = s135 * v1264
-        v1268 = v403 * v1267
-        v1273 = c135 * v1265 - s135 * v1267
-        v1276 = v1266 + v1268 - (v141 * v1232 + v110 * v1273)
-        v1278 = v416 * v1276
-        v1282 = v69 * v1266 + v136 * v1194
-        v1283 = v1282 + v1282
-        v1294 = v153 * (v1283 + 4.0 * v1273 - (v139 * v1232 - v110 * v1268)) + v151 * (v1264 - v1273 - v1282)
-        v1304 = v161 * (v1276 * v156 - v415 * (v1278 + v1278 - v1294)) + v157 * (-2.0 * v1273 - v1283 + (v1264 + v1264))
-        v1305 = v1264 - v1304
-        v1306 = c164 * v1305
-        v1307 = v445 * v1306
-        v1308 = s164 * v1305
-        v1309 = v448 * v1308
-        v1314 = c164 * v1306 - s164 * v1308
-        v1317 = v1307 + v1309 - (v170 * v1232 + v110 * v1314)
-        v1319 = v461 * v1317
-        v1323 = v69 * v1307 + v165 * v1194
-        v1324 = v1323 + v1323
-        v1335 = v182 * (v1324 + 4.0 * v1314 - (v168 * v1232 - v110 * v1309)) + v180 * (v1305 - v1314 - v1323)
-        v1345 = v190 * (v1317 * v185 - v460 * (v1319 + v1319 - v1335)) + v186 * (-2.0 * v1314 - v1324 + (v1305 + v1305))
-        v1349 = v1188 + v303 * np.where(m71, v1205, v1305 - v1345)
-        v1350 = s195 * v1349
-        v1355 = c[..., 0] * (v210 * v39 - v220 * (c195 * v1150 - v201 * v1350))
-        v1358 = c195 * v1355 - v501 * v1350
-        v1370 = s195 * (v30 * v1355) + v510 * (c195 * v1349)
-        v1373 = np.where(m18, -(v21 * v1358 - v505 * v1165), 0.0) - (np.where(m18, v511 * v1155, 0.0) + v40 * v1370)
-        v1374 = s1 * v1373
-        v1383 = np.where(m18, v21 * v1370 - v511 * v1165, 0.0) - (np.where(m18, v505 * v1155, 0.0) + v40 * v1358)
-        v1384 = c1 * v1383
-        v1387 = c1 * v1373
-        v1388 = s1 * v1383
-        v1393 = v563 * ((q[..., 0] * (v1384 - v1374) + q[..., 1] * (v1387 + v1388)) * v552)
-        v1394 = v1393 * v552
-        v1397 = v1374 + q[..., 0] * v1394 - v1384
-        v1400 = q[..., 0] * c1 + q[..., 1] * s1
-        v1404 = q[..., 0] * s1 - q[..., 1] * c1
-        v1406 = v211 * v1400 + v213 * v1404
-        v1407 = v1406 * v217
-        v1411 = v30 * (c[..., 5] * (r[..., 0] * v1400))
-        v1419 = v1404 * v20 - v260 * v1407
-        v1424 = np.where(m18, v17 * (r[..., 0] * v1419), 0.0) + v41 * v1407
-        v1428 = v1400 * v20 - v272 * v1407
-        v1432 = v17 * (r[..., 0] * v1428) + v31 * v1407
-        v1437 = (v258 * v1424 + np.where(m18, np.where(m18, v270 * v1432, 0.0), 0.0)) * v284
-        v1442 = np.where(m59, v248 * (v254 * (c[..., 2] * v1407 * v54 - v257 * v1437)), 0.0)
-        v1450 = v243 * (v1442 - v30 * (np.where(m18, -(v293 * v1432), 0.0) - v297 * v1424))
-        v1456 = v309 * ((v1411 + v1411) * v67 - v312 * (v318 * v1406))
-        v1458 = v110 * v1456
-        v1467 = v82 * v1456 + v69 * (v80 * v1458 + v73 * (v78 * v1458 + v73 * (-0.18225 * v1458)))
-        v1470 = v1456 * v338
-        v1479 = np.where(m89, -(v336 * (v95 * v1470 + v90 * (v93 * v1470 + v90 * v1470))), 0.0)
-        v1484 = v101 * (3.141592653589793 * v1456 * v98 + v1479) + np.where(m89, v99 * v1470, 0.0)
-        v1485 = c103 * v1484
-        v1486 = v354 * v1485
-        v1487 = s103 * v1484
-        v1488 = v357 * v1487
-        v1492 = c103 * v1485 - s103 * v1487
-        v1494 = v1456 + v1456
-        v1497 = v1486 + v1488 - (v110 * v1492 + v109 * v1494)
-        v1499 = v371 * v1497
-        v1503 = v69 * v1486 + v104 * v1456
-        v1504 = v1503 + v1503
-        v1515 = v123 * (v1504 + 4.0 * v1492 - (v107 * v1494 - v110 * v1488)) + v121 * (v1484 - v1492 - v1503)
-        v1525 = v132 * (v1497 * v126 - v370 * (v1499 + v1499 - v1515)) + v127 * (-2.0 * v1492 - v1504 + (v1484 + v1484))
-        v1526 = v1484 - v1525
-        v1527 = c135 * v1526
-        v1528 = v400 * v1527
-        v1529 = s135 * v1526
-        v1530 = v403 * v1529
-        v1535 = c135 * v1527 - s135 * v1529
-        v1538 = v1528 + v1530 - (v141 * v1494 + v110 * v1535)
-        v1540 = v416 * v1538
-        v1544 = v69 * v1528 + v136 * v1456
-        v1545 = v1544 + v1544
-        v1556 = v153 * (v1545 + 4.0 * v1535 - (v139 * v1494 - v110 * v1530)) + v151 * (v1526 - v1535 - v1544)
-        v1566 = v161 * (v1538 * v156 - v415 * (v1540 + v1540 - v1556)) + v157 * (-2.0 * v1535 - v1545 + (v1526 + v1526))
-        v1567 = v1526 - v1566
-        v1568 = c164 * v1567
-        v1569 = v445 * v1568
-        v1570 = s164 * v1567
-        v1571 = v448 * v1570
-        v1576 = c164 * v1568 - s164 * v1570
-        v1579 = v1569 + v1571 - (v170 * v1494 + v110 * v1576)
-        v1581 = v461 * v1579
-        v1585 = v69 * v1569 + v165 * v1456
-        v1586 = v1585 + v1585
-        v1597 = v182 * (v1586 + 4.0 * v1576 - (v168 * v1494 - v110 * v1571)) + v180 * (v1567 - v1576 - v1585)
-        v1607 = v190 * (v1579 * v185 - v460 * (v1581 + v1581 - v1597)) + v186 * (-2.0 * v1576 - v1586 + (v1567 + v1567))
-        v1611 = v1450 + v303 * np.where(m71, v1467, v1567 - v1607)
-        v1612 = s195 * v1611
-        v1617 = c[..., 0] * (v210 * v1407 - v220 * (c195 * (v227 * (v1411 * v232)) - v201 * v1612))
-        v1620 = c195 * v1617 - v501 * v1612
-        v1632 = s195 * (v30 * v1617) + v510 * (c195 * v1611)
-        v1635 = np.where(m18, -(v21 * v1620 + v505 * v1428), 0.0) - (np.where(m18, v511 * v1419, 0.0) + v40 * v1632)
-        v1636 = s1 * v1635
-        v1646 = np.where(m18, v511 * v1428 + v21 * v1632, 0.0) - (np.where(m18, v505 * v1419, 0.0) + v40 * v1620)
-        v1648 = c1 * v1646 - v1105
-        v1653 = c1 * v1635 - v1116
-        v1654 = s1 * v1646
-        v1658 = q[..., 0] * (v1648 - (v1107 + v1636)) + q[..., 1] * (v1653 + (v1119 + v1654))
-        v1661 = v563 * (v1658 * v552) * v552
-        v1664 = v1636 + v1107 + q[..., 0] * v1661 - v1648
-        v1665 = -v30
-        v1668 = v309 * ((v1665 + v1665) * v67)
-        v1670 = v110 * v1668
-        v1679 = v82 * v1668 + v69 * (v80 * v1670 + v73 * (v78 * v1670 + v73 * (-0.18225 * v1670)))
-        v1682 = v1668 * v338
-        v1691 = np.where(m89, -(v336 * (v95 * v1682 + v90 * (v93 * v1682 + v90 * v1682))), 0.0)
-        v1696 = v101 * (3.141592653589793 * v1668 * v98 + v1691) + np.where(m89, v99 * v1682, 0.0)
-        v1697 = c103 * v1696
-        v1698 = v354 * v1697
-        v1699 = s103 * v1696
-        v1700 = v357 * v1699
-        v1704 = c103 * v1697 - s103 * v1699
-        v1706 = v1668 + v1668
-        v1709 = v1698 + v1700 - (v110 * v1704 + v109 * v1706)
-        v1711 = v371 * v1709
-        v1715 = v69 * v1698 + v104 * v1668
-        v1716 = v1715 + v1715
-        v1727 = v123 * (v1716 + 4.0 * v1704 - (v107 * v1706 - v110 * v1700)) + v121 * (v1696 - v1704 - v1715)
-        v1737 = v132 * (v1709 * v126 - v370 * (v1711 + v1711 - v1727)) + v127 * (-2.0 * v1704 - v1716 + (v1696 + v1696))
-        v1738 = v1696 - v1737
-        v1739 = c135 * v1738
-        v1740 = v400 * v1739
-        v1741 = s135 * v1738
-        v1742 = v403 * v1741
-        v1747 = c135 * v1739 - s135 * v1741
-        v1750 = v1740 + v1742 - (v141 * v1706 + v110 * v1747)
-        v1752 = v416 * v1750
-        v1756 = v69 * v1740 + v136 * v1668
-        v1757 = v1756 + v1756
-        v1768 = v153 * (v1757 + 4.0 * v1747 - (v139 * v1706 - v110 * v1742)) + v151 * (v1738 - v1747 - v1756)
-        v1778 = v161 * (v1750 * v156 - v415 * (v1752 + v1752 - v1768)) + v157 * (-2.0 * v1747 - v1757 + (v1738 + v1738))
-        v1779 = v1738 - v1778
-        v1780 = c164 * v1779
-        v1781 = v445 * v1780
-        v1782 = s164 * v1779
-        v1783 = v448 * v1782
-        v1788 = c164 * v1780 - s164 * v1782
-        v1791 = v1781 + v1783 - (v170 * v1706 + v110 * v1788)
-        v1793 = v461 * v1791
-        v1797 = v69 * v1781 + v165 * v1668
-        v1798 = v1797 + v1797
-        v1809 = v182 * (v1798 + 4.0 * v1788 - (v168 * v1706 - v110 * v1783)) + v180 * (v1779 - v1788 - v1797)
-        v1819 = v190 * (v1791 * v185 - v460 * (v1793 + v1793 - v1809)) + v186 * (-2.0 * v1788 - v1798 + (v1779 + v1779))
-        v1822 = v303 * np.where(m71, v1679, v1779 - v1819)
-        v1823 = s195 * v1822
-        v1827 = c[..., 0] * (v220 * (v201 * v1823 + v1033))
-        v1830 = c195 * v1827 - v501 * v1823
-        v1838 = s195 * (v30 * v1827) + v510 * (c195 * v1822)
-        v1840 = np.where(m18, -(v21 * v1830), 0.0) - v40 * v1838
-        v1841 = s1 * v1840
-        v1845 = np.where(m18, v21 * v1838, 0.0) - v40 * v1830
-        v1846 = c1 * v1845
-        v1849 = c1 * v1840
-        v1850 = s1 * v1845
-        v1855 = v563 * ((q[..., 0] * (v1846 - v1841) + q[..., 1] * (v1849 + v1850)) * v552)
-        v1856 = v1855 * v552
-        v1859 = v1841 + q[..., 0] * v1856 - v1846
-        v1862 = v1388 - q[..., 1] * v1394 + v1387
-        v1867 = v1654 + v1119 - q[..., 1] * v1661 + v1653
-        v1871 = v1850 - q[..., 1] * v1856 + v1849
-        return (lambda J: J.reshape(*J.shape[:-1], 4, 4))(_vector(v606, v871, 0.0, v1067, -v1070, -v1075, 0.0, -v1079, 0.0, 0.0, -v1102, 0.0, v1113, -v1122, -(3.0 * p[..., 0] / p[..., 2] * v1129 * v1129), -(q[..., 0] * v1079 + q[..., 1] * v1067))), (lambda J: J.reshape(*J.shape[:-1], 4, 4))(_vector(v1397, v1664, 0.0, v1859, -v1862, -v1867, 0.0, -v1871, 0.0, 0.0, v1102, 0.0, -(q[..., 0] * v1862 + q[..., 1] * v1397), -(q[..., 0] * v1867 + q[..., 1] * v1664), 0.0, -(q[..., 0] * v1871 + q[..., 1] * v1859)))
+        zeta1 = q[..., 0]
+        zeta2 = q[..., 1]
+        mu = q[..., 2]
+        theta = q[..., 3]
+        rho_ref = r[..., 0]
+        phi_ref = r[..., 1]
+        mu_ref = r[..., 2]
+        theta_ref = r[..., 3]
+        H = p[..., 0]
+        mass = p[..., 2]
+        k_phi = c[..., 0]
+        rho_escape = c[..., 1]
+        R = c[..., 2]
+        mu_gain = c[..., 3]
+        mu_rate_max = c[..., 4]
+        area_factor = c[..., 5]
+        sin_phi_ref, cos_phi_ref = np.sin(phi_ref), np.cos(phi_ref)
+        w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
+        w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2  # (25)
+        t_furpv = w_across * w_across + w_along * w_along
+        rho_t = np.sqrt(t_furpv)  # (25)
+        m_z5ee7 = (1e-09 < rho_t)
+        t_gliif = 1.0 / rho_t
+        t_m4c7o = w_along * t_gliif
+        cos_t = np.where(m_z5ee7, t_m4c7o, 1.0)  # (25)
+        theta_t = theta - theta_ref + rho_ref * w_across * area_factor  # (27)
+        alpha = np.sign(theta_t)  # (40)
+        t_ptl3y = np.abs(theta_t)
+        t_whxhf = 1.0 / np.fmax(1e-24, t_furpv)
+        t_fchu4 = (t_ptl3y + t_ptl3y) * t_whxhf
+        K_ = np.fmin(1000000000000.0, t_fchu4)  # (42)
+        sqrt_K = np.sqrt(K_)
+        t_mowvz = cos_t * rho_ref
+        P = R * R - rho_ref * rho_ref + t_mowvz * rho_t  # (47)
+        t_xuitj = w_across * t_gliif
+        t_6ckpz = rho_ref * t_xuitj
+        t_xhz2s = t_6ckpz * rho_t
+        Q = np.where(m_z5ee7, -t_xhz2s, 0.0)  # (47)
+        t_pgin7 = R - rho_ref
+        t_hnwtz = np.fmin(t_pgin7, rho_escape)
+        t_hzywj = np.sqrt(t_ptl3y)
+        escape = np.fmin(t_hnwtz, t_hzywj)
+        t_zxp5x = P * P
+        t_6fxuf = np.where(m_z5ee7, np.where(m_z5ee7, t_xhz2s * t_xhz2s, 0.0), 0.0)
+        t_go7n3 = np.sqrt(t_zxp5x + t_6fxuf)
+        t_yphwp = 1.0 / t_go7n3
+        t_gltfk = rho_t * R * t_yphwp
+        m_hqqaa = (1.0 < t_gltfk)
+        t_wnge4 = np.fmin(1.0, t_gltfk)
+        t_w7rio = np.arccos(t_wnge4)
+        t_x3hva = 1.5707963267948966 - alpha * np.arctan2(Q, P) + np.where(m_hqqaa, t_w7rio, t_w7rio)
+        m_xb2xi = (K_ < 0.03)
+        t_fcflk = K_ * K_
+        t_fcflk_2 = 0.26035714285714284 + -0.18225 * t_fcflk
+        t_l3puj = -0.45 + t_fcflk * t_fcflk_2
+        t_fbuw4 = 1.5 + t_fcflk * t_l3puj
+        m_mgarf = (1000000000000.0 < t_fchu4)
+        t_uiipz = np.where(m_mgarf, sqrt_K, sqrt_K)
+        t_cedhi = 2.225213 + t_uiipz
+        t_2je2w = 0.566927 + t_uiipz * t_cedhi
+        t_dzjuy = 1.0 / (3.478838 + t_uiipz * t_2je2w)
+        t_moflu = 3.141592653589793 * K_ * t_dzjuy
+        t_cedhi_2 = 1.661023 + t_uiipz
+        t_23h4w = t_moflu * t_cedhi_2
+        sin_t_23h4w, cos_t_23h4w = np.sin(t_23h4w), np.cos(t_23h4w)
+        t_nobej = sin_t_23h4w * sin_t_23h4w
+        t_ab46z = cos_t_23h4w * cos_t_23h4w
+        t_i7sss = cos_t_23h4w * sin_t_23h4w
+        t_rkglc = K_ + K_
+        t_tdxcy = 1.0 + t_nobej - t_ab46z - t_i7sss * t_rkglc
+        t_354bs = t_tdxcy * t_tdxcy
+        t_x767z = t_nobej * K_
+        t_soj5f = t_x767z + t_x767z
+        t_x66xq = t_soj5f + 4.0 * t_i7sss - t_ab46z * t_rkglc
+        t_x6qqr = t_23h4w - t_i7sss - t_x767z
+        t_2ev6m = 1.0 / (t_354bs + t_354bs - t_x66xq * t_x6qqr)
+        t_g2ovj = t_tdxcy * t_2ev6m
+        t_zefeg = -2.0 * t_i7sss - t_soj5f + (t_23h4w + t_23h4w)
+        t_6xnvn = t_23h4w - t_g2ovj * t_zefeg
+        sin_t_6xnvn, cos_t_6xnvn = np.sin(t_6xnvn), np.cos(t_6xnvn)
+        t_vx46m = sin_t_6xnvn * sin_t_6xnvn
+        t_yrvqm = cos_t_6xnvn * cos_t_6xnvn
+        t_kme5l = cos_t_6xnvn * sin_t_6xnvn
+        t_fno7p = 1.0 + t_vx46m - t_yrvqm - t_rkglc * t_kme5l
+        t_354bs_2 = t_fno7p * t_fno7p
+        t_bweg4 = t_vx46m * K_
+        t_soj5f_2 = t_bweg4 + t_bweg4
+        t_a6w2p = t_soj5f_2 + 4.0 * t_kme5l - t_rkglc * t_yrvqm
+        t_xdzcc = t_6xnvn - t_kme5l - t_bweg4
+        t_3hukm = 1.0 / (t_354bs_2 + t_354bs_2 - t_a6w2p * t_xdzcc)
+        t_uhbq3 = t_fno7p * t_3hukm
+        t_hy73r = -2.0 * t_kme5l - t_soj5f_2 + (t_6xnvn + t_6xnvn)
+        t_z3tm5 = t_6xnvn - t_uhbq3 * t_hy73r
+        sin_t_z3tm5, cos_t_z3tm5 = np.sin(t_z3tm5), np.cos(t_z3tm5)
+        t_cmgiw = sin_t_z3tm5 * sin_t_z3tm5
+        t_e3muo = cos_t_z3tm5 * cos_t_z3tm5
+        t_wqods = cos_t_z3tm5 * sin_t_z3tm5
+        t_fno7p_2 = 1.0 + t_cmgiw - t_e3muo - t_rkglc * t_wqods
+        t_354bs_3 = t_fno7p_2 * t_fno7p_2
+        t_bweg4_2 = t_cmgiw * K_
+        t_soj5f_3 = t_bweg4_2 + t_bweg4_2
+        t_a6w2p_2 = t_soj5f_3 + 4.0 * t_wqods - t_rkglc * t_e3muo
+        t_vxy3y = t_z3tm5 - t_wqods - t_bweg4_2
+        t_vmdk3 = 1.0 / (t_354bs_3 + t_354bs_3 - t_a6w2p_2 * t_vxy3y)
+        t_uhbq3_2 = t_fno7p_2 * t_vmdk3
+        t_icigh = -2.0 * t_wqods - t_soj5f_3 + (t_z3tm5 + t_z3tm5)
+        t_wlsyt = np.where(m_xb2xi, K_ * t_fbuw4, t_z3tm5 - t_uhbq3_2 * t_icigh)
+        t_5ewvv = np.fmin(t_x3hva, t_wlsyt)
+        sin_t_5ewvv, cos_t_5ewvv = np.sin(t_5ewvv), np.cos(t_5ewvv)
+        t_5l2d7 = -(cos_t_5ewvv * escape)
+        m_n2lcz = (t_5l2d7 <= rho_t)
+        t_y5aew = np.where(m_n2lcz, 1.0, 0.0)
+        m_wzdbz = (rho_t <= t_5l2d7)
+        t_nawgj = np.where(m_wzdbz, 1.0, 0.0)
+        t_ml3st = 1.0 / (t_y5aew + t_nawgj)
+        t_awwlh = t_y5aew * t_ml3st
+        t_5wlee = w_across + w_across
+        t_degwz = w_along + w_along
+        t_ugll2 = t_5wlee * sin_phi_ref - t_degwz * cos_phi_ref
+        t_amnjj = 1.0 / (rho_t + rho_t)
+        t_z3qw7 = t_ugll2 * t_amnjj
+        t_6onvn = t_nawgj * t_ml3st
+        m_gb6op = (t_hzywj <= t_hnwtz)
+        t_xn46b = np.where(m_gb6op, 1.0, 0.0)
+        m_nwh66 = (t_hnwtz <= t_hzywj)
+        t_72wqd = np.where(m_nwh66, 1.0, 0.0)
+        t_7krau = 1.0 / (t_72wqd + t_xn46b)
+        t_vycnp = t_xn46b * t_7krau
+        t_aag5f = alpha * (area_factor * (rho_ref * sin_phi_ref))
+        t_sg67n = 1.0 / (t_hzywj + t_hzywj)
+        m_eqejb = (t_x3hva <= t_wlsyt)
+        t_saxj6 = np.where(m_eqejb, 1.0, 0.0)
+        m_3wjmr = (t_wlsyt <= t_x3hva)
+        t_eowr5 = np.where(m_3wjmr, 1.0, 0.0)
+        t_45csa = 1.0 / (t_saxj6 + t_eowr5)
+        t_z55or = t_saxj6 * t_45csa
+        m_jm3a6 = np.logical_not(m_hqqaa)
+        t_2tdpo = -1.0 / np.sqrt(1.0 - t_wnge4 * t_wnge4)
+        m_tetbk = (t_gltfk <= 1.0)
+        t_7tkef = np.where(m_tetbk, 1.0, 0.0)
+        m_ehrf3 = (1.0 <= t_gltfk)
+        t_smvdv = t_7tkef / (np.where(m_ehrf3, 1.0, 0.0) + t_7tkef)
+        t_2cqik = t_gltfk * t_yphwp
+        t_hrndm = P + P
+        t_m3snr = cos_phi_ref * t_gliif
+        t_apicp = t_m4c7o * t_gliif
+        t_ym2fo = t_m3snr + t_apicp * t_z3qw7
+        t_befrm = np.where(m_z5ee7, -(rho_t * (rho_ref * t_ym2fo)), 0.0) + t_mowvz * t_z3qw7
+        t_atahe = t_xhz2s + t_xhz2s
+        t_jhdru = sin_phi_ref * t_gliif
+        t_27sgx = t_xuitj * t_gliif
+        t_fdt4k = t_jhdru - t_27sgx * t_z3qw7
+        t_go57u = rho_t * (rho_ref * t_fdt4k) + t_6ckpz * t_z3qw7
+        t_idsfo = 1.0 / (t_go7n3 + t_go7n3)
+        t_j6ugr = (
+            R * t_z3qw7 * t_yphwp
+            - t_2cqik * ((t_hrndm * t_befrm + np.where(m_z5ee7, np.where(m_z5ee7, t_atahe * t_go57u, 0.0), 0.0)) * t_idsfo)
+        )
+        t_mbyif = 1.0 / (t_6fxuf + t_zxp5x)
+        t_zqvsa = P * t_mbyif
+        t_rc3uf = Q * t_mbyif
+        t_5xfx2 = (
+            np.where(m_jm3a6, t_2tdpo * (t_smvdv * t_j6ugr), 0.0)
+            - alpha * (np.where(m_z5ee7, -(t_zqvsa * t_go57u), 0.0) - t_rc3uf * t_befrm)
+        )
+        t_iatqo = t_eowr5 * t_45csa
+        m_ehzsl = (t_fchu4 <= 1000000000000.0)
+        t_pxhzj = np.where(m_ehzsl, 1.0, 0.0)
+        m_qxhwi = (1000000000000.0 <= t_fchu4)
+        t_luana = t_pxhzj / (np.where(m_qxhwi, 1.0, 0.0) + t_pxhzj)
+        t_66l3y = t_fchu4 * t_whxhf
+        m_6t5gi = (1e-24 <= t_furpv)
+        t_6t5gi = np.where(m_6t5gi, 1.0, 0.0)
+        m_zbh6o = (t_furpv <= 1e-24)
+        t_yizac = t_6t5gi / (np.where(m_zbh6o, 1.0, 0.0) + t_6t5gi)
+        t_dwgxl = t_luana * ((t_aag5f + t_aag5f) * t_whxhf - t_66l3y * (t_yizac * t_ugll2))
+        t_qkdfj = t_rkglc * t_dwgxl
+        t_42ssa = K_ * (t_l3puj * t_qkdfj + t_fcflk * (t_fcflk_2 * t_qkdfj + t_fcflk * (-0.18225 * t_qkdfj)))
+        m_bryq2 = np.logical_not(m_mgarf)
+        t_bz7cf = t_moflu * t_dzjuy
+        t_pxtjb = 1.0 / (sqrt_K + sqrt_K)
+        t_w5svp = t_dwgxl * t_pxtjb
+        t_lrmma = np.where(m_bryq2, -(t_bz7cf * (t_2je2w * t_w5svp + t_uiipz * (t_cedhi * t_w5svp + t_uiipz * t_w5svp))), 0.0)
+        t_mvmba = t_cedhi_2 * (3.141592653589793 * t_dwgxl * t_dzjuy + t_lrmma) + np.where(m_bryq2, t_moflu * t_w5svp, 0.0)
+        t_iztzo = sin_t_23h4w + sin_t_23h4w
+        t_ywxf3 = cos_t_23h4w * t_mvmba
+        t_ry2p3 = t_iztzo * t_ywxf3
+        t_5vdc7 = cos_t_23h4w + cos_t_23h4w
+        t_g5d3w = sin_t_23h4w * t_mvmba
+        t_eb6gy = t_5vdc7 * t_g5d3w
+        t_ytvd3 = cos_t_23h4w * t_ywxf3 - sin_t_23h4w * t_g5d3w
+        t_ptczs = t_dwgxl + t_dwgxl
+        t_fqy6f = t_ry2p3 + t_eb6gy - (t_rkglc * t_ytvd3 + t_i7sss * t_ptczs)
+        t_qabbd = t_g2ovj * t_2ev6m
+        t_u7xtp = t_tdxcy + t_tdxcy
+        t_4qsg6 = t_u7xtp * t_fqy6f
+        t_r7tnh = K_ * t_ry2p3 + t_nobej * t_dwgxl
+        t_4dzqh = t_r7tnh + t_r7tnh
+        t_kfjuy = (
+            t_x6qqr * (t_4dzqh + 4.0 * t_ytvd3 - (t_ab46z * t_ptczs - t_rkglc * t_eb6gy))
+            + t_x66xq * (t_mvmba - t_ytvd3 - t_r7tnh)
+        )
+        t_gassp = (
+            t_zefeg * (t_fqy6f * t_2ev6m - t_qabbd * (t_4qsg6 + t_4qsg6 - t_kfjuy))
+            + t_g2ovj * (-2.0 * t_ytvd3 - t_4dzqh + (t_mvmba + t_mvmba))
+        )
+        t_4onwx = t_mvmba - t_gassp
+        t_tfrfg = sin_t_6xnvn + sin_t_6xnvn
+        t_fexrh = cos_t_6xnvn * t_4onwx
+        t_5lqtq = t_tfrfg * t_fexrh
+        t_jvoax = cos_t_6xnvn + cos_t_6xnvn
+        t_jxqoe = sin_t_6xnvn * t_4onwx
+        t_mbfbp = t_jvoax * t_jxqoe
+        t_hvckt = cos_t_6xnvn * t_fexrh - sin_t_6xnvn * t_jxqoe
+        t_nd2xh = t_5lqtq + t_mbfbp - (t_kme5l * t_ptczs + t_rkglc * t_hvckt)
+        t_5lvve = t_uhbq3 * t_3hukm
+        t_u7xtp_2 = t_fno7p + t_fno7p
+        t_4qsg6_2 = t_u7xtp_2 * t_nd2xh
+        t_vmpmz = K_ * t_5lqtq + t_vx46m * t_dwgxl
+        t_4dzqh_2 = t_vmpmz + t_vmpmz
+        t_o2ej2 = (
+            t_xdzcc * (t_4dzqh_2 + 4.0 * t_hvckt - (t_yrvqm * t_ptczs - t_rkglc * t_mbfbp))
+            + t_a6w2p * (t_4onwx - t_hvckt - t_vmpmz)
+        )
+        t_2l3cs = (
+            t_hy73r * (t_nd2xh * t_3hukm - t_5lvve * (t_4qsg6_2 + t_4qsg6_2 - t_o2ej2))
+            + t_uhbq3 * (-2.0 * t_hvckt - t_4dzqh_2 + (t_4onwx + t_4onwx))
+        )
+        t_mined = t_4onwx - t_2l3cs
+        t_eq35n = sin_t_z3tm5 + sin_t_z3tm5
+        t_yfn2s = cos_t_z3tm5 * t_mined
+        t_5lqtq_2 = t_eq35n * t_yfn2s
+        t_xsrzu = cos_t_z3tm5 + cos_t_z3tm5
+        t_6dz3f = sin_t_z3tm5 * t_mined
+        t_mbfbp_2 = t_xsrzu * t_6dz3f
+        t_okysd = cos_t_z3tm5 * t_yfn2s - sin_t_z3tm5 * t_6dz3f
+        t_nd2xh_2 = t_5lqtq_2 + t_mbfbp_2 - (t_wqods * t_ptczs + t_rkglc * t_okysd)
+        t_5lvve_2 = t_uhbq3_2 * t_vmdk3
+        t_u7xtp_3 = t_fno7p_2 + t_fno7p_2
+        t_4qsg6_3 = t_u7xtp_3 * t_nd2xh_2
+        t_vmpmz_2 = K_ * t_5lqtq_2 + t_cmgiw * t_dwgxl
+        t_4dzqh_3 = t_vmpmz_2 + t_vmpmz_2
+        t_kevyh = (
+            t_vxy3y * (t_4dzqh_3 + 4.0 * t_okysd - (t_e3muo * t_ptczs - t_rkglc * t_mbfbp_2))
+            + t_a6w2p_2 * (t_mined - t_okysd - t_vmpmz_2)
+        )
+        t_pxkov = (
+            t_icigh * (t_nd2xh_2 * t_vmdk3 - t_5lvve_2 * (t_4qsg6_3 + t_4qsg6_3 - t_kevyh))
+            + t_uhbq3_2 * (-2.0 * t_okysd - t_4dzqh_3 + (t_mined + t_mined))
+        )
+        t_tva4o = (
+            t_z55or * t_5xfx2
+            + t_iatqo * np.where(m_xb2xi, t_fbuw4 * t_dwgxl + t_42ssa, t_mined - t_pxkov)
+        )
+        t_5vi3g = sin_t_5ewvv * t_tva4o
+        t_ixqc2 = (
+            t_awwlh * t_z3qw7
+            - t_6onvn * (cos_t_5ewvv * (t_vycnp * (t_aag5f * t_sg67n)) - escape * t_5vi3g)
+        )
+        t_3ioam = k_phi * t_ixqc2
+        t_f3hnc = k_phi * np.fmax(rho_t, t_5l2d7)
+        t_zsj5j = cos_t_5ewvv * t_3ioam - t_f3hnc * t_5vi3g
+        t_jl52z = cos_t_5ewvv * t_f3hnc
+        t_ckgcn = alpha * t_f3hnc
+        t_5bjhx = t_ckgcn * sin_t_5ewvv
+        t_5crrr = sin_t_5ewvv * (alpha * t_3ioam) + t_ckgcn * (cos_t_5ewvv * t_tva4o)
+        t_id4ov = (
+            np.where(m_z5ee7, -(t_xuitj * t_zsj5j + t_jl52z * t_fdt4k), 0.0)
+            - (np.where(m_z5ee7, -(t_5bjhx * t_ym2fo), 0.0) + cos_t * t_5crrr)
+        )
+        t_4vfia = sin_phi_ref * t_id4ov
+        t_kc5kr = 100.0 * k_phi
+        t_yfvls = np.sqrt(zeta1 * zeta1 + zeta2 * zeta2)
+        t_xatty = np.where(m_z5ee7, t_xuitj * t_5bjhx, 0.0) - cos_t * t_jl52z
+        t_f3khv = np.where(m_z5ee7, -(t_jl52z * t_xuitj), 0.0) - cos_t * t_5bjhx
+        t_6qhh3 = cos_phi_ref * t_xatty - sin_phi_ref * t_f3khv
+        t_i63ev = cos_phi_ref * t_f3khv + sin_phi_ref * t_xatty
+        t_e4rje = 1.0 / np.fmax(1e-09, t_yfvls)
+        t_cznde = (t_6qhh3 * zeta1 + t_i63ev * zeta2) * t_e4rje
+        t_j2lpg = -(t_kc5kr * (R - t_yfvls) + t_cznde)
+        t_i3qrh = np.fmax(0.0, t_j2lpg) * t_e4rje
+        m_oaadf = (0.0 <= t_j2lpg)
+        t_tij5y = np.where(m_oaadf, 1.0, 0.0)
+        m_yn7xs = (t_j2lpg <= 0.0)
+        t_jik5x = t_tij5y / (np.where(m_yn7xs, 1.0, 0.0) + t_tij5y)
+        t_jmgq7 = (
+            np.where(m_z5ee7, t_5bjhx * t_fdt4k + t_xuitj * t_5crrr, 0.0)
+            - (np.where(m_z5ee7, -(t_jl52z * t_ym2fo), 0.0) + cos_t * t_zsj5j)
+        )
+        t_h35hl = cos_phi_ref * t_jmgq7
+        t_c4v4l = cos_phi_ref * t_id4ov
+        t_mz76a = sin_phi_ref * t_jmgq7
+        t_tk5is = t_cznde * t_e4rje
+        m_p2abf = (1e-09 <= t_yfvls)
+        t_p2abf = np.where(m_p2abf, 1.0, 0.0)
+        m_ysper = (t_yfvls <= 1e-09)
+        t_cexdd = t_p2abf / (np.where(m_ysper, 1.0, 0.0) + t_p2abf)
+        t_oz2aw = 1.0 / t_yfvls
+        t_soujt = zeta1 * t_oz2aw
+        t_h5ecg = t_cexdd * t_soujt
+        t_epa72 = (
+            (zeta1 * (t_h35hl - t_4vfia) + t_6qhh3 + zeta2 * (t_c4v4l + t_mz76a)) * t_e4rje
+            - t_tk5is * t_h5ecg
+            - t_kc5kr * t_soujt
+        )
+        t_4gg3u = t_i3qrh * t_e4rje
+        t_3h7vy = t_jik5x * t_epa72 * t_e4rje + t_4gg3u * t_h5ecg
+        t_ykiyk = t_4vfia - (t_i3qrh - zeta1 * t_3h7vy) - t_h35hl
+        t_p5xao = t_5wlee * cos_phi_ref + t_degwz * sin_phi_ref
+        t_fsihy = t_p5xao * t_amnjj
+        t_fpjrk = t_apicp * t_fsihy - t_jhdru
+        t_lxadz = np.where(m_z5ee7, rho_t * (rho_ref * t_fpjrk), 0.0) - t_mowvz * t_fsihy
+        t_pirkw = t_27sgx * t_fsihy - t_m3snr
+        t_uonuc = rho_t * (rho_ref * t_pirkw) - t_6ckpz * t_fsihy
+        t_j6ugr_2 = (
+            R * t_fsihy * t_yphwp
+            + t_2cqik * ((t_hrndm * t_lxadz + np.where(m_z5ee7, np.where(m_z5ee7, t_atahe * t_uonuc, 0.0), 0.0)) * t_idsfo)
+        )
+        t_5xfx2_2 = (
+            np.where(m_jm3a6, -(t_2tdpo * (t_smvdv * t_j6ugr_2)), 0.0)
+            - alpha * (np.where(m_z5ee7, -(t_zqvsa * t_uonuc), 0.0) - t_rc3uf * t_lxadz)
+        )
+        t_55rne = alpha * (area_factor * (rho_ref * cos_phi_ref))
+        t_55rne_2 = -t_55rne
+        t_mbbm3 = t_luana * ((t_55rne_2 + t_55rne_2) * t_whxhf + t_66l3y * (t_yizac * t_p5xao))
+        t_i4smx = t_rkglc * t_mbbm3
+        t_42ssa_2 = K_ * (t_l3puj * t_i4smx + t_fcflk * (t_fcflk_2 * t_i4smx + t_fcflk * (-0.18225 * t_i4smx)))
+        t_zc2im = t_mbbm3 * t_pxtjb
+        t_lrmma_2 = np.where(m_bryq2, -(t_bz7cf * (t_2je2w * t_zc2im + t_uiipz * (t_cedhi * t_zc2im + t_uiipz * t_zc2im))), 0.0)
+        t_6yxq3 = t_cedhi_2 * (3.141592653589793 * t_mbbm3 * t_dzjuy + t_lrmma_2) + np.where(m_bryq2, t_moflu * t_zc2im, 0.0)
+        t_ywxf3_2 = cos_t_23h4w * t_6yxq3
+        t_ry2p3_2 = t_iztzo * t_ywxf3_2
+        t_g5d3w_2 = sin_t_23h4w * t_6yxq3
+        t_eb6gy_2 = t_5vdc7 * t_g5d3w_2
+        t_ytvd3_2 = cos_t_23h4w * t_ywxf3_2 - sin_t_23h4w * t_g5d3w_2
+        t_u2lc5 = t_mbbm3 + t_mbbm3
+        t_fqy6f_2 = t_ry2p3_2 + t_eb6gy_2 - (t_rkglc * t_ytvd3_2 + t_i7sss * t_u2lc5)
+        t_4qsg6_4 = t_u7xtp * t_fqy6f_2
+        t_ltabp = K_ * t_ry2p3_2 + t_nobej * t_mbbm3
+        t_4dzqh_4 = t_ltabp + t_ltabp
+        t_kfjuy_2 = (
+            t_x6qqr * (t_4dzqh_4 + 4.0 * t_ytvd3_2 - (t_ab46z * t_u2lc5 - t_rkglc * t_eb6gy_2))
+            + t_x66xq * (t_6yxq3 - t_ytvd3_2 - t_ltabp)
+        )
+        t_gassp_2 = (
+            t_zefeg * (t_fqy6f_2 * t_2ev6m - t_qabbd * (t_4qsg6_4 + t_4qsg6_4 - t_kfjuy_2))
+            + t_g2ovj * (-2.0 * t_ytvd3_2 - t_4dzqh_4 + (t_6yxq3 + t_6yxq3))
+        )
+        t_4onwx_2 = t_6yxq3 - t_gassp_2
+        t_fexrh_2 = cos_t_6xnvn * t_4onwx_2
+        t_5lqtq_3 = t_tfrfg * t_fexrh_2
+        t_jxqoe_2 = sin_t_6xnvn * t_4onwx_2
+        t_mbfbp_3 = t_jvoax * t_jxqoe_2
+        t_hvckt_2 = cos_t_6xnvn * t_fexrh_2 - sin_t_6xnvn * t_jxqoe_2
+        t_nd2xh_3 = t_5lqtq_3 + t_mbfbp_3 - (t_kme5l * t_u2lc5 + t_rkglc * t_hvckt_2)
+        t_4qsg6_5 = t_u7xtp_2 * t_nd2xh_3
+        t_qol4p = K_ * t_5lqtq_3 + t_vx46m * t_mbbm3
+        t_4dzqh_5 = t_qol4p + t_qol4p
+        t_o2ej2_2 = (
+            t_xdzcc * (t_4dzqh_5 + 4.0 * t_hvckt_2 - (t_yrvqm * t_u2lc5 - t_rkglc * t_mbfbp_3))
+            + t_a6w2p * (t_4onwx_2 - t_hvckt_2 - t_qol4p)
+        )
+        t_2l3cs_2 = (
+            t_hy73r * (t_nd2xh_3 * t_3hukm - t_5lvve * (t_4qsg6_5 + t_4qsg6_5 - t_o2ej2_2))
+            + t_uhbq3 * (-2.0 * t_hvckt_2 - t_4dzqh_5 + (t_4onwx_2 + t_4onwx_2))
+        )
+        t_mined_2 = t_4onwx_2 - t_2l3cs_2
+        t_yfn2s_2 = cos_t_z3tm5 * t_mined_2
+        t_5lqtq_4 = t_eq35n * t_yfn2s_2
+        t_6dz3f_2 = sin_t_z3tm5 * t_mined_2
+        t_mbfbp_4 = t_xsrzu * t_6dz3f_2
+        t_okysd_2 = cos_t_z3tm5 * t_yfn2s_2 - sin_t_z3tm5 * t_6dz3f_2
+        t_nd2xh_4 = t_5lqtq_4 + t_mbfbp_4 - (t_wqods * t_u2lc5 + t_rkglc * t_okysd_2)
+        t_4qsg6_6 = t_u7xtp_3 * t_nd2xh_4
+        t_qol4p_2 = K_ * t_5lqtq_4 + t_cmgiw * t_mbbm3
+        t_4dzqh_6 = t_qol4p_2 + t_qol4p_2
+        t_kevyh_2 = (
+            t_vxy3y * (t_4dzqh_6 + 4.0 * t_okysd_2 - (t_e3muo * t_u2lc5 - t_rkglc * t_mbfbp_4))
+            + t_a6w2p_2 * (t_mined_2 - t_okysd_2 - t_qol4p_2)
+        )
+        t_pxkov_2 = (
+            t_icigh * (t_nd2xh_4 * t_vmdk3 - t_5lvve_2 * (t_4qsg6_6 + t_4qsg6_6 - t_kevyh_2))
+            + t_uhbq3_2 * (-2.0 * t_okysd_2 - t_4dzqh_6 + (t_mined_2 + t_mined_2))
+        )
+        t_6oo5j = (
+            t_z55or * t_5xfx2_2
+            + t_iatqo * np.where(m_xb2xi, t_fbuw4 * t_mbbm3 + t_42ssa_2, t_mined_2 - t_pxkov_2)
+        )
+        t_5vi3g_2 = sin_t_5ewvv * t_6oo5j
+        t_spclb = (
+            t_6onvn * (escape * t_5vi3g_2 + cos_t_5ewvv * (t_vycnp * (t_55rne * t_sg67n)))
+            - t_awwlh * t_fsihy
+        )
+        t_i5e2h = k_phi * t_spclb
+        t_zsj5j_2 = cos_t_5ewvv * t_i5e2h - t_f3hnc * t_5vi3g_2
+        t_5crrr_2 = sin_t_5ewvv * (alpha * t_i5e2h) + t_ckgcn * (cos_t_5ewvv * t_6oo5j)
+        t_ftzhg = (
+            np.where(m_z5ee7, -(t_xuitj * t_zsj5j_2 + t_jl52z * t_pirkw), 0.0)
+            - (np.where(m_z5ee7, t_5bjhx * t_fpjrk, 0.0) + cos_t * t_5crrr_2)
+        )
+        t_4vfia_2 = sin_phi_ref * t_ftzhg
+        t_zhmdo = (
+            np.where(m_z5ee7, t_5bjhx * t_pirkw + t_xuitj * t_5crrr_2, 0.0)
+            - (np.where(m_z5ee7, t_jl52z * t_fpjrk, 0.0) + cos_t * t_zsj5j_2)
+        )
+        t_h35hl_2 = cos_phi_ref * t_zhmdo
+        t_c4v4l_2 = cos_phi_ref * t_ftzhg
+        t_mz76a_2 = sin_phi_ref * t_zhmdo
+        t_zsetc = zeta2 * t_oz2aw
+        t_xcjmc = t_cexdd * t_zsetc
+        t_3mtwy = (
+            (zeta1 * (t_h35hl_2 - t_4vfia_2) + (zeta2 * (t_c4v4l_2 + t_mz76a_2) + t_i63ev)) * t_e4rje
+            - t_tk5is * t_xcjmc
+            - t_kc5kr * t_zsetc
+        )
+        t_eamm3 = t_jik5x * t_3mtwy * t_e4rje + t_4gg3u * t_xcjmc
+        t_hbyvj = t_4vfia_2 + zeta1 * t_eamm3 - t_h35hl_2
+        t_yyzqq = t_luana * ((alpha + alpha) * t_whxhf)
+        t_a6rlk = t_rkglc * t_yyzqq
+        t_ha2xh = K_ * (t_l3puj * t_a6rlk + t_fcflk * (t_fcflk_2 * t_a6rlk + t_fcflk * (-0.18225 * t_a6rlk)))
+        t_zwpu7 = t_yyzqq * t_pxtjb
+        t_gbj6e = np.where(m_bryq2, -(t_bz7cf * (t_2je2w * t_zwpu7 + t_uiipz * (t_cedhi * t_zwpu7 + t_uiipz * t_zwpu7))), 0.0)
+        t_zblnk = t_cedhi_2 * (3.141592653589793 * t_yyzqq * t_dzjuy + t_gbj6e) + np.where(m_bryq2, t_moflu * t_zwpu7, 0.0)
+        t_xn2an = cos_t_23h4w * t_zblnk
+        t_ry2p3_3 = t_iztzo * t_xn2an
+        t_skj2t = sin_t_23h4w * t_zblnk
+        t_eb6gy_3 = t_5vdc7 * t_skj2t
+        t_ytvd3_3 = cos_t_23h4w * t_xn2an - sin_t_23h4w * t_skj2t
+        t_v5i6i = t_yyzqq + t_yyzqq
+        t_2mmgh = t_ry2p3_3 + t_eb6gy_3 - (t_rkglc * t_ytvd3_3 + t_i7sss * t_v5i6i)
+        t_4qsg6_7 = t_u7xtp * t_2mmgh
+        t_6dp4l = K_ * t_ry2p3_3 + t_nobej * t_yyzqq
+        t_g73ai = t_6dp4l + t_6dp4l
+        t_4apwp = (
+            t_x6qqr * (t_g73ai + 4.0 * t_ytvd3_3 - (t_ab46z * t_v5i6i - t_rkglc * t_eb6gy_3))
+            + t_x66xq * (t_zblnk - t_ytvd3_3 - t_6dp4l)
+        )
+        t_jl5gu = (
+            t_zefeg * (t_2mmgh * t_2ev6m - t_qabbd * (t_4qsg6_7 + t_4qsg6_7 - t_4apwp))
+            + t_g2ovj * (-2.0 * t_ytvd3_3 - t_g73ai + (t_zblnk + t_zblnk))
+        )
+        t_5zozc = t_zblnk - t_jl5gu
+        t_fexrh_3 = cos_t_6xnvn * t_5zozc
+        t_5lqtq_5 = t_tfrfg * t_fexrh_3
+        t_jxqoe_3 = sin_t_6xnvn * t_5zozc
+        t_mbfbp_5 = t_jvoax * t_jxqoe_3
+        t_hvckt_3 = cos_t_6xnvn * t_fexrh_3 - sin_t_6xnvn * t_jxqoe_3
+        t_vlenk = t_5lqtq_5 + t_mbfbp_5 - (t_kme5l * t_v5i6i + t_rkglc * t_hvckt_3)
+        t_4qsg6_8 = t_u7xtp_2 * t_vlenk
+        t_rx74t = K_ * t_5lqtq_5 + t_vx46m * t_yyzqq
+        t_g73ai_2 = t_rx74t + t_rx74t
+        t_c6hoo = (
+            t_xdzcc * (t_g73ai_2 + 4.0 * t_hvckt_3 - (t_yrvqm * t_v5i6i - t_rkglc * t_mbfbp_5))
+            + t_a6w2p * (t_5zozc - t_hvckt_3 - t_rx74t)
+        )
+        t_2l3cs_3 = (
+            t_hy73r * (t_vlenk * t_3hukm - t_5lvve * (t_4qsg6_8 + t_4qsg6_8 - t_c6hoo))
+            + t_uhbq3 * (-2.0 * t_hvckt_3 - t_g73ai_2 + (t_5zozc + t_5zozc))
+        )
+        t_mined_3 = t_5zozc - t_2l3cs_3
+        t_yfn2s_3 = cos_t_z3tm5 * t_mined_3
+        t_5lqtq_6 = t_eq35n * t_yfn2s_3
+        t_6dz3f_3 = sin_t_z3tm5 * t_mined_3
+        t_mbfbp_6 = t_xsrzu * t_6dz3f_3
+        t_okysd_3 = cos_t_z3tm5 * t_yfn2s_3 - sin_t_z3tm5 * t_6dz3f_3
+        t_vlenk_2 = t_5lqtq_6 + t_mbfbp_6 - (t_wqods * t_v5i6i + t_rkglc * t_okysd_3)
+        t_4qsg6_9 = t_u7xtp_3 * t_vlenk_2
+        t_rx74t_2 = K_ * t_5lqtq_6 + t_cmgiw * t_yyzqq
+        t_g73ai_3 = t_rx74t_2 + t_rx74t_2
+        t_idupn = (
+            t_vxy3y * (t_g73ai_3 + 4.0 * t_okysd_3 - (t_e3muo * t_v5i6i - t_rkglc * t_mbfbp_6))
+            + t_a6w2p_2 * (t_mined_3 - t_okysd_3 - t_rx74t_2)
+        )
+        t_pxkov_3 = (
+            t_icigh * (t_vlenk_2 * t_vmdk3 - t_5lvve_2 * (t_4qsg6_9 + t_4qsg6_9 - t_idupn))
+            + t_uhbq3_2 * (-2.0 * t_okysd_3 - t_g73ai_3 + (t_mined_3 + t_mined_3))
+        )
+        t_6wdfc = t_iatqo * np.where(m_xb2xi, t_fbuw4 * t_yyzqq + t_ha2xh, t_mined_3 - t_pxkov_3)
+        t_lg6cv = sin_t_5ewvv * t_6wdfc
+        t_5itwm = cos_t_5ewvv * (t_vycnp * (alpha * t_sg67n))
+        t_ldbyy = k_phi * (t_6onvn * (t_5itwm - escape * t_lg6cv))
+        t_q54wo = t_f3hnc * t_lg6cv + cos_t_5ewvv * t_ldbyy
+        t_5pykc = t_ckgcn * (cos_t_5ewvv * t_6wdfc) - sin_t_5ewvv * (alpha * t_ldbyy)
+        t_dxrcx = np.where(m_z5ee7, t_xuitj * t_q54wo, 0.0) - cos_t * t_5pykc
+        t_zqzel = sin_phi_ref * t_dxrcx
+        t_tsyzm = np.where(m_z5ee7, t_xuitj * t_5pykc, 0.0) + cos_t * t_q54wo
+        t_cabkj = cos_phi_ref * t_tsyzm
+        t_qjxgr = cos_phi_ref * t_dxrcx
+        t_a2qp5 = sin_phi_ref * t_tsyzm
+        t_36pi7 = t_jik5x * ((zeta1 * (t_cabkj - t_zqzel) + zeta2 * (t_qjxgr + t_a2qp5)) * t_e4rje) * t_e4rje
+        t_b2hly = t_zqzel + zeta1 * t_36pi7 - t_cabkj
+        t_zxnro = t_mz76a - zeta2 * t_3h7vy + t_c4v4l
+        t_fpe72 = t_i3qrh - zeta2 * t_eamm3 + t_mz76a_2 + t_c4v4l_2
+        t_igruj = t_a2qp5 - zeta2 * t_36pi7 + t_qjxgr
+        t_f7oti = -mu_rate_max
+        t_dhkzn = mu_gain * (mu_ref - mu)
+        t_7l2lj = np.fmin(mu_rate_max, t_dhkzn)
+        m_ehoe5 = (t_f7oti <= t_7l2lj)
+        t_tmq3y = np.where(m_ehoe5, 1.0, 0.0)
+        m_y2s22 = (t_7l2lj <= t_f7oti)
+        m_huzvj = (t_dhkzn <= mu_rate_max)
+        t_huzvj = np.where(m_huzvj, 1.0, 0.0)
+        m_mu2v2 = (mu_rate_max <= t_dhkzn)
+        t_eriiv = t_tmq3y / (np.where(m_y2s22, 1.0, 0.0) + t_tmq3y) * (t_huzvj / (np.where(m_mu2v2, 1.0, 0.0) + t_huzvj) * mu_gain)
+        t_mnqso = t_xatty * sin_phi_ref
+        t_7lfvp = t_f3khv * cos_phi_ref
+        t_rhgam = t_f3khv * sin_phi_ref
+        t_nnwis = t_xatty * cos_phi_ref
+        t_v4jyn = 1.0 / mu
+        t_soo7v = alpha * (area_factor * w_across)
+        m_dlnux = (t_pgin7 <= rho_escape)
+        t_dlnux = np.where(m_dlnux, 1.0, 0.0)
+        m_nduvz = (rho_escape <= t_pgin7)
+        t_cbxj4 = cos_t_5ewvv * (t_vycnp * (t_soo7v * t_sg67n) - t_72wqd * t_7krau * (t_dlnux / (t_dlnux + np.where(m_nduvz, 1.0, 0.0))))
+        t_fcs45 = t_gliif - t_apicp * t_m4c7o
+        t_b3a56 = (
+            rho_t * (np.where(m_z5ee7, rho_ref * t_fcs45, 0.0) + cos_t)
+            + t_mowvz * t_m4c7o
+            - (rho_ref + rho_ref)
+        )
+        t_bkzfm = t_27sgx * t_m4c7o
+        t_ml2ly = rho_t * (t_xuitj - rho_ref * t_bkzfm) + t_6ckpz * t_m4c7o
+        t_wrdzi = (
+            R * t_m4c7o * t_yphwp
+            - t_2cqik * ((t_hrndm * t_b3a56 + np.where(m_z5ee7, np.where(m_z5ee7, t_atahe * t_ml2ly, 0.0), 0.0)) * t_idsfo)
+        )
+        t_t7kez = (
+            np.where(m_jm3a6, t_2tdpo * (t_smvdv * t_wrdzi), 0.0)
+            - alpha * (np.where(m_z5ee7, -(t_zqvsa * t_ml2ly), 0.0) - t_rc3uf * t_b3a56)
+        )
+        t_a54m2 = t_luana * ((t_soo7v + t_soo7v) * t_whxhf - t_66l3y * (t_yizac * t_degwz))
+        t_kqjw5 = t_rkglc * t_a54m2
+        t_42ssa_3 = K_ * (t_l3puj * t_kqjw5 + t_fcflk * (t_fcflk_2 * t_kqjw5 + t_fcflk * (-0.18225 * t_kqjw5)))
+        t_2wnti = t_a54m2 * t_pxtjb
+        t_lrmma_3 = np.where(m_bryq2, -(t_bz7cf * (t_2je2w * t_2wnti + t_uiipz * (t_cedhi * t_2wnti + t_uiipz * t_2wnti))), 0.0)
+        t_z7ssl = t_cedhi_2 * (3.141592653589793 * t_a54m2 * t_dzjuy + t_lrmma_3) + np.where(m_bryq2, t_moflu * t_2wnti, 0.0)
+        t_ywxf3_3 = cos_t_23h4w * t_z7ssl
+        t_ry2p3_4 = t_iztzo * t_ywxf3_3
+        t_g5d3w_3 = sin_t_23h4w * t_z7ssl
+        t_eb6gy_4 = t_5vdc7 * t_g5d3w_3
+        t_ytvd3_4 = cos_t_23h4w * t_ywxf3_3 - sin_t_23h4w * t_g5d3w_3
+        t_msytf = t_a54m2 + t_a54m2
+        t_fqy6f_3 = t_ry2p3_4 + t_eb6gy_4 - (t_rkglc * t_ytvd3_4 + t_i7sss * t_msytf)
+        t_4qsg6_10 = t_u7xtp * t_fqy6f_3
+        t_tvhc4 = K_ * t_ry2p3_4 + t_nobej * t_a54m2
+        t_4dzqh_7 = t_tvhc4 + t_tvhc4
+        t_kfjuy_3 = (
+            t_x6qqr * (t_4dzqh_7 + 4.0 * t_ytvd3_4 - (t_ab46z * t_msytf - t_rkglc * t_eb6gy_4))
+            + t_x66xq * (t_z7ssl - t_ytvd3_4 - t_tvhc4)
+        )
+        t_gassp_3 = (
+            t_zefeg * (t_fqy6f_3 * t_2ev6m - t_qabbd * (t_4qsg6_10 + t_4qsg6_10 - t_kfjuy_3))
+            + t_g2ovj * (-2.0 * t_ytvd3_4 - t_4dzqh_7 + (t_z7ssl + t_z7ssl))
+        )
+        t_4onwx_3 = t_z7ssl - t_gassp_3
+        t_fexrh_4 = cos_t_6xnvn * t_4onwx_3
+        t_5lqtq_7 = t_tfrfg * t_fexrh_4
+        t_jxqoe_4 = sin_t_6xnvn * t_4onwx_3
+        t_mbfbp_7 = t_jvoax * t_jxqoe_4
+        t_hvckt_4 = cos_t_6xnvn * t_fexrh_4 - sin_t_6xnvn * t_jxqoe_4
+        t_nd2xh_5 = t_5lqtq_7 + t_mbfbp_7 - (t_kme5l * t_msytf + t_rkglc * t_hvckt_4)
+        t_4qsg6_11 = t_u7xtp_2 * t_nd2xh_5
+        t_nrcnv = K_ * t_5lqtq_7 + t_vx46m * t_a54m2
+        t_4dzqh_8 = t_nrcnv + t_nrcnv
+        t_o2ej2_3 = (
+            t_xdzcc * (t_4dzqh_8 + 4.0 * t_hvckt_4 - (t_yrvqm * t_msytf - t_rkglc * t_mbfbp_7))
+            + t_a6w2p * (t_4onwx_3 - t_hvckt_4 - t_nrcnv)
+        )
+        t_2l3cs_4 = (
+            t_hy73r * (t_nd2xh_5 * t_3hukm - t_5lvve * (t_4qsg6_11 + t_4qsg6_11 - t_o2ej2_3))
+            + t_uhbq3 * (-2.0 * t_hvckt_4 - t_4dzqh_8 + (t_4onwx_3 + t_4onwx_3))
+        )
+        t_mined_4 = t_4onwx_3 - t_2l3cs_4
+        t_yfn2s_4 = cos_t_z3tm5 * t_mined_4
+        t_5lqtq_8 = t_eq35n * t_yfn2s_4
+        t_6dz3f_4 = sin_t_z3tm5 * t_mined_4
+        t_mbfbp_8 = t_xsrzu * t_6dz3f_4
+        t_okysd_4 = cos_t_z3tm5 * t_yfn2s_4 - sin_t_z3tm5 * t_6dz3f_4
+        t_nd2xh_6 = t_5lqtq_8 + t_mbfbp_8 - (t_wqods * t_msytf + t_rkglc * t_okysd_4)
+        t_4qsg6_12 = t_u7xtp_3 * t_nd2xh_6
+        t_nrcnv_2 = K_ * t_5lqtq_8 + t_cmgiw * t_a54m2
+        t_4dzqh_9 = t_nrcnv_2 + t_nrcnv_2
+        t_kevyh_3 = (
+            t_vxy3y * (t_4dzqh_9 + 4.0 * t_okysd_4 - (t_e3muo * t_msytf - t_rkglc * t_mbfbp_8))
+            + t_a6w2p_2 * (t_mined_4 - t_okysd_4 - t_nrcnv_2)
+        )
+        t_pxkov_4 = (
+            t_icigh * (t_nd2xh_6 * t_vmdk3 - t_5lvve_2 * (t_4qsg6_12 + t_4qsg6_12 - t_kevyh_3))
+            + t_uhbq3_2 * (-2.0 * t_okysd_4 - t_4dzqh_9 + (t_mined_4 + t_mined_4))
+        )
+        t_peodx = (
+            t_z55or * t_t7kez
+            + t_iatqo * np.where(m_xb2xi, t_fbuw4 * t_a54m2 + t_42ssa_3, t_mined_4 - t_pxkov_4)
+        )
+        t_5vi3g_3 = sin_t_5ewvv * t_peodx
+        t_by6j6 = k_phi * (t_awwlh * t_m4c7o - t_6onvn * (t_cbxj4 - escape * t_5vi3g_3))
+        t_wruvj = cos_t_5ewvv * t_by6j6 - t_f3hnc * t_5vi3g_3
+        t_paip6 = sin_t_5ewvv * (alpha * t_by6j6) + t_ckgcn * (cos_t_5ewvv * t_peodx)
+        t_clway = (
+            np.where(m_z5ee7, -(t_xuitj * t_wruvj - t_jl52z * t_bkzfm), 0.0)
+            - (np.where(m_z5ee7, t_5bjhx * t_fcs45, 0.0) + cos_t * t_paip6)
+        )
+        t_6tj4k = sin_phi_ref * t_clway
+        t_jc22a = (
+            np.where(m_z5ee7, t_xuitj * t_paip6 - t_5bjhx * t_bkzfm, 0.0)
+            - (np.where(m_z5ee7, t_jl52z * t_fcs45, 0.0) + cos_t * t_wruvj)
+        )
+        t_wzz35 = cos_phi_ref * t_jc22a
+        t_hyf7h = cos_phi_ref * t_clway
+        t_2l3mh = sin_phi_ref * t_jc22a
+        t_xtwj2 = t_jik5x * ((zeta1 * (t_wzz35 - t_6tj4k) + zeta2 * (t_hyf7h + t_2l3mh)) * t_e4rje) * t_e4rje
+        t_oibb2 = t_6tj4k + zeta1 * t_xtwj2 - t_wzz35
+        t_insgq = zeta1 * cos_phi_ref + zeta2 * sin_phi_ref
+        t_oduor = zeta1 * sin_phi_ref - zeta2 * cos_phi_ref
+        t_og4mp = t_5wlee * t_insgq + t_degwz * t_oduor
+        t_4bl7j = t_og4mp * t_amnjj
+        t_w5325 = alpha * (area_factor * (rho_ref * t_insgq))
+        t_344xb = t_oduor * t_gliif - t_apicp * t_4bl7j
+        t_vhpcd = np.where(m_z5ee7, rho_t * (rho_ref * t_344xb), 0.0) + t_mowvz * t_4bl7j
+        t_u5ema = t_insgq * t_gliif - t_27sgx * t_4bl7j
+        t_om3bw = rho_t * (rho_ref * t_u5ema) + t_6ckpz * t_4bl7j
+        t_qn42m = (
+            R * t_4bl7j * t_yphwp
+            - t_2cqik * ((t_hrndm * t_vhpcd + np.where(m_z5ee7, np.where(m_z5ee7, t_atahe * t_om3bw, 0.0), 0.0)) * t_idsfo)
+        )
+        t_f23w3 = (
+            np.where(m_jm3a6, t_2tdpo * (t_smvdv * t_qn42m), 0.0)
+            - alpha * (np.where(m_z5ee7, -(t_zqvsa * t_om3bw), 0.0) - t_rc3uf * t_vhpcd)
+        )
+        t_5fzs4 = t_luana * ((t_w5325 + t_w5325) * t_whxhf - t_66l3y * (t_yizac * t_og4mp))
+        t_zcv57 = t_rkglc * t_5fzs4
+        t_42ssa_4 = K_ * (t_l3puj * t_zcv57 + t_fcflk * (t_fcflk_2 * t_zcv57 + t_fcflk * (-0.18225 * t_zcv57)))
+        t_xpehn = t_5fzs4 * t_pxtjb
+        t_lrmma_4 = np.where(m_bryq2, -(t_bz7cf * (t_2je2w * t_xpehn + t_uiipz * (t_cedhi * t_xpehn + t_uiipz * t_xpehn))), 0.0)
+        t_puiqd = t_cedhi_2 * (3.141592653589793 * t_5fzs4 * t_dzjuy + t_lrmma_4) + np.where(m_bryq2, t_moflu * t_xpehn, 0.0)
+        t_ywxf3_4 = cos_t_23h4w * t_puiqd
+        t_ry2p3_5 = t_iztzo * t_ywxf3_4
+        t_g5d3w_4 = sin_t_23h4w * t_puiqd
+        t_eb6gy_5 = t_5vdc7 * t_g5d3w_4
+        t_ytvd3_5 = cos_t_23h4w * t_ywxf3_4 - sin_t_23h4w * t_g5d3w_4
+        t_tseki = t_5fzs4 + t_5fzs4
+        t_fqy6f_4 = t_ry2p3_5 + t_eb6gy_5 - (t_rkglc * t_ytvd3_5 + t_i7sss * t_tseki)
+        t_4qsg6_13 = t_u7xtp * t_fqy6f_4
+        t_jokey = K_ * t_ry2p3_5 + t_nobej * t_5fzs4
+        t_4dzqh_10 = t_jokey + t_jokey
+        t_kfjuy_4 = (
+            t_x6qqr * (t_4dzqh_10 + 4.0 * t_ytvd3_5 - (t_ab46z * t_tseki - t_rkglc * t_eb6gy_5))
+            + t_x66xq * (t_puiqd - t_ytvd3_5 - t_jokey)
+        )
+        t_gassp_4 = (
+            t_zefeg * (t_fqy6f_4 * t_2ev6m - t_qabbd * (t_4qsg6_13 + t_4qsg6_13 - t_kfjuy_4))
+            + t_g2ovj * (-2.0 * t_ytvd3_5 - t_4dzqh_10 + (t_puiqd + t_puiqd))
+        )
+        t_4onwx_4 = t_puiqd - t_gassp_4
+        t_fexrh_5 = cos_t_6xnvn * t_4onwx_4
+        t_5lqtq_9 = t_tfrfg * t_fexrh_5
+        t_jxqoe_5 = sin_t_6xnvn * t_4onwx_4
+        t_mbfbp_9 = t_jvoax * t_jxqoe_5
+        t_hvckt_5 = cos_t_6xnvn * t_fexrh_5 - sin_t_6xnvn * t_jxqoe_5
+        t_nd2xh_7 = t_5lqtq_9 + t_mbfbp_9 - (t_kme5l * t_tseki + t_rkglc * t_hvckt_5)
+        t_4qsg6_14 = t_u7xtp_2 * t_nd2xh_7
+        t_wzxyk = K_ * t_5lqtq_9 + t_vx46m * t_5fzs4
+        t_4dzqh_11 = t_wzxyk + t_wzxyk
+        t_o2ej2_4 = (
+            t_xdzcc * (t_4dzqh_11 + 4.0 * t_hvckt_5 - (t_yrvqm * t_tseki - t_rkglc * t_mbfbp_9))
+            + t_a6w2p * (t_4onwx_4 - t_hvckt_5 - t_wzxyk)
+        )
+        t_2l3cs_5 = (
+            t_hy73r * (t_nd2xh_7 * t_3hukm - t_5lvve * (t_4qsg6_14 + t_4qsg6_14 - t_o2ej2_4))
+            + t_uhbq3 * (-2.0 * t_hvckt_5 - t_4dzqh_11 + (t_4onwx_4 + t_4onwx_4))
+        )
+        t_mined_5 = t_4onwx_4 - t_2l3cs_5
+        t_yfn2s_5 = cos_t_z3tm5 * t_mined_5
+        t_5lqtq_10 = t_eq35n * t_yfn2s_5
+        t_6dz3f_5 = sin_t_z3tm5 * t_mined_5
+        t_mbfbp_10 = t_xsrzu * t_6dz3f_5
+        t_okysd_5 = cos_t_z3tm5 * t_yfn2s_5 - sin_t_z3tm5 * t_6dz3f_5
+        t_nd2xh_8 = t_5lqtq_10 + t_mbfbp_10 - (t_wqods * t_tseki + t_rkglc * t_okysd_5)
+        t_4qsg6_15 = t_u7xtp_3 * t_nd2xh_8
+        t_wzxyk_2 = K_ * t_5lqtq_10 + t_cmgiw * t_5fzs4
+        t_4dzqh_12 = t_wzxyk_2 + t_wzxyk_2
+        t_kevyh_4 = (
+            t_vxy3y * (t_4dzqh_12 + 4.0 * t_okysd_5 - (t_e3muo * t_tseki - t_rkglc * t_mbfbp_10))
+            + t_a6w2p_2 * (t_mined_5 - t_okysd_5 - t_wzxyk_2)
+        )
+        t_pxkov_5 = (
+            t_icigh * (t_nd2xh_8 * t_vmdk3 - t_5lvve_2 * (t_4qsg6_15 + t_4qsg6_15 - t_kevyh_4))
+            + t_uhbq3_2 * (-2.0 * t_okysd_5 - t_4dzqh_12 + (t_mined_5 + t_mined_5))
+        )
+        t_uif5o = (
+            t_z55or * t_f23w3
+            + t_iatqo * np.where(m_xb2xi, t_fbuw4 * t_5fzs4 + t_42ssa_4, t_mined_5 - t_pxkov_5)
+        )
+        t_5vi3g_4 = sin_t_5ewvv * t_uif5o
+        t_qjloa = (
+            t_awwlh * t_4bl7j
+            - t_6onvn * (cos_t_5ewvv * (t_vycnp * (t_w5325 * t_sg67n)) - escape * t_5vi3g_4)
+        )
+        t_juhne = k_phi * t_qjloa
+        t_zsj5j_3 = cos_t_5ewvv * t_juhne - t_f3hnc * t_5vi3g_4
+        t_5crrr_3 = sin_t_5ewvv * (alpha * t_juhne) + t_ckgcn * (cos_t_5ewvv * t_uif5o)
+        t_bnibf = (
+            np.where(m_z5ee7, -(t_xuitj * t_zsj5j_3 + t_jl52z * t_u5ema), 0.0)
+            - (np.where(m_z5ee7, t_5bjhx * t_344xb, 0.0) + cos_t * t_5crrr_3)
+        )
+        t_sq5u2 = sin_phi_ref * t_bnibf
+        t_hl5bm = (
+            np.where(m_z5ee7, t_5bjhx * t_u5ema + t_xuitj * t_5crrr_3, 0.0)
+            - (np.where(m_z5ee7, t_jl52z * t_344xb, 0.0) + cos_t * t_zsj5j_3)
+        )
+        t_m5qwo = cos_phi_ref * t_hl5bm - t_mnqso
+        t_ug3br = cos_phi_ref * t_bnibf - t_rhgam
+        t_zusbm = sin_phi_ref * t_hl5bm
+        t_larfm = (zeta1 * (t_m5qwo - (t_7lfvp + t_sq5u2)) + zeta2 * (t_ug3br + (t_nnwis + t_zusbm))) * t_e4rje
+        t_pi2m2 = t_jik5x * t_larfm * t_e4rje
+        t_wcuxh = t_sq5u2 + t_7lfvp + zeta1 * t_pi2m2 - t_m5qwo
+        t_r3j7n = -alpha
+        t_yyzqq_2 = t_luana * ((t_r3j7n + t_r3j7n) * t_whxhf)
+        t_a6rlk_2 = t_rkglc * t_yyzqq_2
+        t_e5gox = K_ * (t_l3puj * t_a6rlk_2 + t_fcflk * (t_fcflk_2 * t_a6rlk_2 + t_fcflk * (-0.18225 * t_a6rlk_2)))
+        t_zwpu7_2 = t_yyzqq_2 * t_pxtjb
+        t_tvmew = np.where(m_bryq2, -(t_bz7cf * (t_2je2w * t_zwpu7_2 + t_uiipz * (t_cedhi * t_zwpu7_2 + t_uiipz * t_zwpu7_2))), 0.0)
+        t_rtds3 = t_cedhi_2 * (3.141592653589793 * t_yyzqq_2 * t_dzjuy + t_tvmew) + np.where(m_bryq2, t_moflu * t_zwpu7_2, 0.0)
+        t_i5cn7 = cos_t_23h4w * t_rtds3
+        t_ry2p3_6 = t_iztzo * t_i5cn7
+        t_44j4m = sin_t_23h4w * t_rtds3
+        t_eb6gy_6 = t_5vdc7 * t_44j4m
+        t_ytvd3_6 = cos_t_23h4w * t_i5cn7 - sin_t_23h4w * t_44j4m
+        t_v5i6i_2 = t_yyzqq_2 + t_yyzqq_2
+        t_rlzq3 = t_ry2p3_6 + t_eb6gy_6 - (t_rkglc * t_ytvd3_6 + t_i7sss * t_v5i6i_2)
+        t_4qsg6_16 = t_u7xtp * t_rlzq3
+        t_6dp4l_2 = K_ * t_ry2p3_6 + t_nobej * t_yyzqq_2
+        t_erapc = t_6dp4l_2 + t_6dp4l_2
+        t_sd4kx = (
+            t_x6qqr * (t_erapc + 4.0 * t_ytvd3_6 - (t_ab46z * t_v5i6i_2 - t_rkglc * t_eb6gy_6))
+            + t_x66xq * (t_rtds3 - t_ytvd3_6 - t_6dp4l_2)
+        )
+        t_hxbui = (
+            t_zefeg * (t_rlzq3 * t_2ev6m - t_qabbd * (t_4qsg6_16 + t_4qsg6_16 - t_sd4kx))
+            + t_g2ovj * (-2.0 * t_ytvd3_6 - t_erapc + (t_rtds3 + t_rtds3))
+        )
+        t_jgur3 = t_rtds3 - t_hxbui
+        t_fexrh_6 = cos_t_6xnvn * t_jgur3
+        t_5lqtq_11 = t_tfrfg * t_fexrh_6
+        t_jxqoe_6 = sin_t_6xnvn * t_jgur3
+        t_mbfbp_11 = t_jvoax * t_jxqoe_6
+        t_hvckt_6 = cos_t_6xnvn * t_fexrh_6 - sin_t_6xnvn * t_jxqoe_6
+        t_o57vc = t_5lqtq_11 + t_mbfbp_11 - (t_kme5l * t_v5i6i_2 + t_rkglc * t_hvckt_6)
+        t_4qsg6_17 = t_u7xtp_2 * t_o57vc
+        t_rx74t_3 = K_ * t_5lqtq_11 + t_vx46m * t_yyzqq_2
+        t_erapc_2 = t_rx74t_3 + t_rx74t_3
+        t_i35ty = (
+            t_xdzcc * (t_erapc_2 + 4.0 * t_hvckt_6 - (t_yrvqm * t_v5i6i_2 - t_rkglc * t_mbfbp_11))
+            + t_a6w2p * (t_jgur3 - t_hvckt_6 - t_rx74t_3)
+        )
+        t_2l3cs_6 = (
+            t_hy73r * (t_o57vc * t_3hukm - t_5lvve * (t_4qsg6_17 + t_4qsg6_17 - t_i35ty))
+            + t_uhbq3 * (-2.0 * t_hvckt_6 - t_erapc_2 + (t_jgur3 + t_jgur3))
+        )
+        t_mined_6 = t_jgur3 - t_2l3cs_6
+        t_yfn2s_6 = cos_t_z3tm5 * t_mined_6
+        t_5lqtq_12 = t_eq35n * t_yfn2s_6
+        t_6dz3f_6 = sin_t_z3tm5 * t_mined_6
+        t_mbfbp_12 = t_xsrzu * t_6dz3f_6
+        t_okysd_6 = cos_t_z3tm5 * t_yfn2s_6 - sin_t_z3tm5 * t_6dz3f_6
+        t_o57vc_2 = t_5lqtq_12 + t_mbfbp_12 - (t_wqods * t_v5i6i_2 + t_rkglc * t_okysd_6)
+        t_4qsg6_18 = t_u7xtp_3 * t_o57vc_2
+        t_rx74t_4 = K_ * t_5lqtq_12 + t_cmgiw * t_yyzqq_2
+        t_erapc_3 = t_rx74t_4 + t_rx74t_4
+        t_p2ier = (
+            t_vxy3y * (t_erapc_3 + 4.0 * t_okysd_6 - (t_e3muo * t_v5i6i_2 - t_rkglc * t_mbfbp_12))
+            + t_a6w2p_2 * (t_mined_6 - t_okysd_6 - t_rx74t_4)
+        )
+        t_pxkov_6 = (
+            t_icigh * (t_o57vc_2 * t_vmdk3 - t_5lvve_2 * (t_4qsg6_18 + t_4qsg6_18 - t_p2ier))
+            + t_uhbq3_2 * (-2.0 * t_okysd_6 - t_erapc_3 + (t_mined_6 + t_mined_6))
+        )
+        t_6wdfc_2 = t_iatqo * np.where(m_xb2xi, t_fbuw4 * t_yyzqq_2 + t_e5gox, t_mined_6 - t_pxkov_6)
+        t_tyqti = sin_t_5ewvv * t_6wdfc_2
+        t_ldbyy_2 = k_phi * (t_6onvn * (escape * t_tyqti + t_5itwm))
+        t_q54wo_2 = cos_t_5ewvv * t_ldbyy_2 - t_f3hnc * t_tyqti
+        t_6ryiy = sin_t_5ewvv * (alpha * t_ldbyy_2) + t_ckgcn * (cos_t_5ewvv * t_6wdfc_2)
+        t_dxrcx_2 = np.where(m_z5ee7, -(t_xuitj * t_q54wo_2), 0.0) - cos_t * t_6ryiy
+        t_zqzel_2 = sin_phi_ref * t_dxrcx_2
+        t_tsyzm_2 = np.where(m_z5ee7, t_xuitj * t_6ryiy, 0.0) - cos_t * t_q54wo_2
+        t_cabkj_2 = cos_phi_ref * t_tsyzm_2
+        t_qjxgr_2 = cos_phi_ref * t_dxrcx_2
+        t_a2qp5_2 = sin_phi_ref * t_tsyzm_2
+        t_36pi7_2 = t_jik5x * ((zeta1 * (t_cabkj_2 - t_zqzel_2) + zeta2 * (t_qjxgr_2 + t_a2qp5_2)) * t_e4rje) * t_e4rje
+        t_b2hly_2 = t_zqzel_2 + zeta1 * t_36pi7_2 - t_cabkj_2
+        t_lffra = t_2l3mh - zeta2 * t_xtwj2 + t_hyf7h
+        t_zdnex = t_zusbm + t_nnwis - zeta2 * t_pi2m2 + t_ug3br
+        t_igruj_2 = t_a2qp5_2 - zeta2 * t_36pi7_2 + t_qjxgr_2
+        return (lambda J: J.reshape(*J.shape[:-1], 4, 4))(_vector(
+            t_ykiyk,
+            t_hbyvj,
+            0.0,
+            t_b2hly,
+            -t_zxnro,
+            -t_fpe72,
+            0.0,
+            -t_igruj,
+            0.0,
+            0.0,
+            -t_eriiv,
+            0.0,
+            -(t_i3qrh * zeta2 + t_mnqso + t_7lfvp + zeta1 * t_zxnro + zeta2 * t_ykiyk),
+            -(zeta1 * t_fpe72 + (zeta2 * t_hbyvj + (t_rhgam - t_i3qrh * zeta1 - t_nnwis))),
+            -(3.0 * H / mass * t_v4jyn * t_v4jyn),
+            -(zeta1 * t_igruj + zeta2 * t_b2hly),
+        )), (lambda J: J.reshape(*J.shape[:-1], 4, 4))(_vector(
+            t_oibb2,
+            t_wcuxh,
+            0.0,
+            t_b2hly_2,
+            -t_lffra,
+            -t_zdnex,
+            0.0,
+            -t_igruj_2,
+            0.0,
+            0.0,
+            t_eriiv,
+            0.0,
+            -(zeta1 * t_lffra + zeta2 * t_oibb2),
+            -(zeta1 * t_zdnex + zeta2 * t_wcuxh),
+            0.0,
+            -(zeta1 * t_igruj_2 + zeta2 * t_b2hly_2),
+        ))
 
 
 def rhs_prepare(p):
     """What rhs computes once per run: (p) -> h."""
     p, = _arrays(p)
     with np.errstate(all="ignore"):
-        return _vector(3.0 * p[..., 0] / p[..., 2])
+        H = p[..., 0]
+        mass = p[..., 2]
+        return _vector(
+            3.0 * H / mass,
+        )
 
 
 def rhs_prepared(x, u, p, h):
     """The rest of rhs: (x, u, p, h) -> dx."""
     x, u, p, h = _arrays(x, u, p, h)
     with np.errstate(all="ignore"):
-        return _vector(u[..., 0], u[..., 1], u[..., 2], p[..., 1] + h[..., 0] / x[..., 2] + x[..., 0] * x[..., 0] * u[..., 1])
+        rho = x[..., 0]
+        mu = x[..., 2]
+        w1 = u[..., 0]
+        w2 = u[..., 1]
+        w3 = u[..., 2]
+        disturbance = p[..., 1]
+        (
+            t_6q6qz,
+        ) = np.moveaxis(h, -1, 0)
+        return _vector(
+            w1,
+            w2,
+            w3,
+            disturbance + t_6q6qz / mu + rho * rho * w2,
+        )
 
 
 def outputs_prepare(r):
     """What outputs computes once per run: (r) -> h."""
     r, = _arrays(r)
     with np.errstate(all="ignore"):
-        s4, c4 = np.sin(r[..., 1]), np.cos(r[..., 1])
-        v9 = 0.5773502691896257 * np.sqrt(r[..., 2])
-        v14 = r[..., 0] * np.sqrt(1.0 - r[..., 0] * r[..., 0])
-        v15 = 1.7320508075688772 * s4 * v14
-        v17 = c4 * v14
-        return _vector(s4, c4, v9 * np.sqrt(1.0 + v15 - v17), v9 * np.sqrt(1.0 - v17 - v15), v9 * np.sqrt(1.0 + (v17 + v17)))
+        rho_ref = r[..., 0]
+        phi_ref = r[..., 1]
+        mu_ref = r[..., 2]
+        sin_phi_ref, cos_phi_ref = np.sin(phi_ref), np.cos(phi_ref)
+        t_rqfjc = 0.5773502691896257 * np.sqrt(mu_ref)
+        t_vbegv = rho_ref * np.sqrt(1.0 - rho_ref * rho_ref)
+        t_ls2nh = 1.7320508075688772 * sin_phi_ref * t_vbegv
+        t_hlb56 = cos_phi_ref * t_vbegv
+        length1_ref = t_rqfjc * np.sqrt(1.0 + t_ls2nh - t_hlb56)  # (20)
+        length2_ref = t_rqfjc * np.sqrt(1.0 - t_hlb56 - t_ls2nh)  # (20)
+        length3_ref = t_rqfjc * np.sqrt(1.0 + (t_hlb56 + t_hlb56))  # (20)
+        return _vector(
+            cos_phi_ref,
+            sin_phi_ref,
+            length1_ref,
+            length2_ref,
+            length3_ref,
+        )
 
 
 def outputs_prepared(x, u, r, h):
     """The rest of outputs: (x, u, r, h) -> y."""
     x, u, r, h = _arrays(x, u, r, h)
     with np.errstate(all="ignore"):
-        v3 = 0.5773502691896257 * np.sqrt(x[..., 2])
-        s8, c8 = np.sin(x[..., 1]), np.cos(x[..., 1])
-        v9 = x[..., 0] * s8
-        v10 = 1.7320508075688772 * v9
-        v12 = x[..., 0] * c8
-        v17 = np.sqrt(1.0 - (v12 * v12 + v9 * v9))
-        v18 = v10 * v17
-        v20 = v12 * v17
-        v23 = v3 * np.sqrt(1.0 + v18 - v20)
-        v27 = v3 * np.sqrt(1.0 - v20 - v18)
-        v31 = v3 * np.sqrt(1.0 + (v20 + v20))
-        v34 = x[..., 2] * v17
-        v39 = x[..., 0] * u[..., 1]
-        v41 = u[..., 0] * s8 + v39 * c8
-        v42 = 0.5773502691896257 * v34 * v41
-        v46 = u[..., 0] * c8 - v39 * s8
-        v47 = v34 * v46
-        v48 = 0.3333333333333333 * v47
-        v51 = 0.3333333333333333 * v18
-        v53 = 0.3333333333333333 * v20
-        v59 = v12 * v46 + v9 * v41
-        v60 = 1.0 / v17
-        v62 = v59 * v60 * x[..., 2]
-        v66 = v42 - v48 + u[..., 2] * (0.3333333333333333 + v51 - v53) - 0.3333333333333333 * v62 * (v10 - v12)
-        v79 = u[..., 2] * (0.3333333333333333 - v53 - v51) - (v48 + v42) + 0.3333333333333333 * v60 * v59 * x[..., 2] * (v10 + v12)
-        v87 = 0.6666666666666666 * v47 + u[..., 2] * (0.3333333333333333 + 0.6666666666666666 * v20)
-        v96 = h[..., 0] * v12 - h[..., 1] * v9
-        v102 = r[..., 0] - h[..., 1] * v12 - h[..., 0] * v9
-        v105 = np.sqrt(v96 * v96 + v102 * v102)
-        m107 = (1e-09 < v105)
-        v108 = 1.0 / v105
-        v113 = np.arctan2(np.where(m107, v96 * v108, 0.0), np.where(m107, v102 * v108, 1.0))
-        v117 = x[..., 3] - r[..., 3]
-        v129 = np.fmax(np.fmax(np.abs(v23 - h[..., 2]), np.abs(v27 - h[..., 3])), np.abs(v31 - h[..., 4]))
-        return _vector(v23, v27, v31, 0.5 / v23 * v66, 0.5 / v27 * v79, 0.5 / v31 * (v87 - 0.6666666666666666 * v62 * v12), v105, v113, r[..., 0] * v96 + v117, v117, v129)
+        rho = x[..., 0]
+        phi = x[..., 1]
+        mu = x[..., 2]
+        theta = x[..., 3]
+        w1 = u[..., 0]
+        w2 = u[..., 1]
+        w3 = u[..., 2]
+        rho_ref = r[..., 0]
+        theta_ref = r[..., 3]
+        (
+            cos_phi_ref,
+            sin_phi_ref,
+            length1_ref,
+            length2_ref,
+            length3_ref,
+        ) = np.moveaxis(h, -1, 0)
+        sin_phi, cos_phi = np.sin(phi), np.cos(phi)
+        zeta1 = rho * cos_phi
+        zeta2 = rho * sin_phi
+        n = np.sqrt(1.0 - (zeta1 * zeta1 + zeta2 * zeta2))  # (19)
+        t_thb5i = 0.5773502691896257 * np.sqrt(mu)
+        t_qygdd = 1.7320508075688772 * zeta2
+        t_24mka = t_qygdd * n
+        t_r4gcj = zeta1 * n
+        length1 = t_thb5i * np.sqrt(1.0 + t_24mka - t_r4gcj)  # (20)
+        length2 = t_thb5i * np.sqrt(1.0 - t_r4gcj - t_24mka)  # (20)
+        length3 = t_thb5i * np.sqrt(1.0 + (t_r4gcj + t_r4gcj))  # (20)
+        t_oyolo = mu * n
+        t_b6qkt = rho * w2
+        zeta2_rate = w1 * sin_phi + t_b6qkt * cos_phi
+        t_sl4ci = 0.5773502691896257 * t_oyolo * zeta2_rate
+        zeta1_rate = w1 * cos_phi - t_b6qkt * sin_phi
+        t_ovyu3 = t_oyolo * zeta1_rate
+        t_ovyu3_2 = 0.3333333333333333 * t_ovyu3
+        t_24mka_2 = 0.3333333333333333 * t_24mka
+        t_r4gcj_2 = 0.3333333333333333 * t_r4gcj
+        t_dbxi6 = zeta1 * zeta1_rate + zeta2 * zeta2_rate
+        t_so6vi = 1.0 / n
+        t_ctqau = t_dbxi6 * t_so6vi * mu
+        t_dzvf6 = (
+            t_sl4ci
+            - t_ovyu3_2
+            + w3 * (0.3333333333333333 + t_24mka_2 - t_r4gcj_2)
+            - 0.3333333333333333 * t_ctqau * (t_qygdd - zeta1)
+        )
+        rod_rate1 = 0.5 / length1 * t_dzvf6  # (22)
+        t_vqw6c = (
+            w3 * (0.3333333333333333 - t_r4gcj_2 - t_24mka_2)
+            - (t_ovyu3_2 + t_sl4ci)
+            + 0.3333333333333333 * t_so6vi * t_dbxi6 * mu * (t_qygdd + zeta1)
+        )
+        rod_rate2 = 0.5 / length2 * t_vqw6c  # (22)
+        t_ezpcf = (
+            0.6666666666666666 * t_ovyu3
+            + w3 * (0.3333333333333333 + 0.6666666666666666 * t_r4gcj)
+            - 0.6666666666666666 * t_ctqau * zeta1
+        )
+        rod_rate3 = 0.5 / length3 * t_ezpcf  # (22)
+        w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
+        w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2  # (25)
+        rho_t = np.sqrt(w_across * w_across + w_along * w_along)  # (25)
+        m_z5ee7 = (1e-09 < rho_t)
+        t_gliif = 1.0 / rho_t
+        cos_t = np.where(m_z5ee7, w_along * t_gliif, 1.0)  # (25)
+        sin_t = np.where(m_z5ee7, w_across * t_gliif, 0.0)  # (25)
+        t_vienp = theta - theta_ref
+        theta_exact = rho_ref * w_across + t_vienp  # (27)
+        return _vector(
+            length1,
+            length2,
+            length3,
+            rod_rate1,
+            rod_rate2,
+            rod_rate3,
+            rho_t,
+            np.arctan2(sin_t, cos_t),
+            theta_exact,
+            t_vienp,
+            np.fmax(np.fmax(np.abs(length1 - length1_ref), np.abs(length2 - length2_ref)), np.abs(length3 - length3_ref)),
+        )
 
 
 def sliding_prepare(r, c):
     """What sliding computes once per run: (r, c) -> h."""
     r, c = _arrays(r, c)
     with np.errstate(all="ignore"):
-        s1, c1 = np.sin(r[..., 1]), np.cos(r[..., 1])
-        v6 = 1.0 / c[..., 3]
-        v8 = 1.0 / c[..., 1]
-        return _vector(s1, c1, v6, v8, v6 * v8, c[..., 6] * c[..., 6], r[..., 0] * r[..., 0], 1.0 / c[..., 4], -1.0 + c[..., 1], 1.0 / c[..., 5], 100.0 * c[..., 0])
+        rho_ref = r[..., 0]
+        phi_ref = r[..., 1]
+        k_phi = c[..., 0]
+        m = c[..., 1]
+        theta_star = c[..., 3]
+        s_min = c[..., 4]
+        theta_min = c[..., 5]
+        R = c[..., 6]
+        sin_phi_ref, cos_phi_ref = np.sin(phi_ref), np.cos(phi_ref)
+        t_gjxkh = 1.0 / theta_star
+        t_ieu4b = 1.0 / m
+        return _vector(
+            cos_phi_ref,
+            sin_phi_ref,
+            R * R,
+            rho_ref * rho_ref,
+            t_gjxkh,
+            t_ieu4b,
+            t_gjxkh * t_ieu4b,
+            1.0 / s_min,
+            100.0 * k_phi,
+            -1.0 + m,
+            1.0 / theta_min,
+        )
 
 
 def sliding_prepared(x, r, c, h):
     """The rest of sliding: (x, r, c, h) -> u."""
     x, r, c, h = _arrays(x, r, c, h)
     with np.errstate(all="ignore"):
-        s3, c3 = np.sin(x[..., 1]), np.cos(x[..., 1])
-        v4 = x[..., 0] * c3
-        v7 = x[..., 0] * s3
-        v9 = v4 * v4 + v7 * v7
-        v10 = np.sqrt(v9)
-        m11 = (0.0 < v10)
-        v17 = h[..., 0] * v4 - h[..., 1] * v7
-        v23 = r[..., 0] - h[..., 1] * v4 - h[..., 0] * v7
-        v25 = v17 * v17 + v23 * v23
-        v26 = np.sqrt(v25)
-        m27 = (1e-09 < v26)
-        m28 = (0.0 < v26)
-        v34 = 1.0 / v26
-        v36 = np.where(m27, v23 * v34, 1.0)
-        v41 = v17 * v34
-        v47 = h[..., 5] + np.where(m27, np.where(m27, -(h[..., 6] * (v41 * v41)), 0.0), 0.0)
-        v48 = np.sqrt(v47)
-        v49 = v36 * r[..., 0] + v48
-        v61 = x[..., 3] - r[..., 3] + r[..., 0] * v17 * c[..., 9]
-        v63 = np.abs(v61) * h[..., 2]
-        v67 = c[..., 0] * np.sqrt(v26 / v49) / (v63 + v25 / (v49 * v49))
-        v75 = h[..., 4] * v49 * v67 * (np.where(m27, r[..., 0] * v41 / v48 * v61 * c[..., 1], 0.0) - v25)
-        v79 = np.power(v63, h[..., 3])
-        v87 = np.where(m28, v75, 0.0) - c[..., 2] * np.fmax(-1.0, np.fmin(1.0, (v26 - v79 * v49) * h[..., 7]))
-        v89 = np.where(m27, v87 * v41, 0.0)
-        v97 = v67 * np.power(v79, h[..., 8]) * np.fmax(-1.0, np.fmin(1.0, v61 * h[..., 9]))
-        v102 = v89 + np.where(m28, -(v36 * v97 * v26), 0.0)
-        v108 = v97 * v26
-        v112 = v36 * v87 + np.where(m27, np.where(m28, v108 * v41, 0.0), 0.0)
-        v117 = np.where(m28, -(v108 * v36), 0.0) + v89
-        v125 = (h[..., 1] * v112 - h[..., 0] * v117) * v4 + (h[..., 1] * v117 + h[..., 0] * v112) * v7
-        v127 = 1.0 / np.fmax(1e-09, v10)
-        v132 = np.fmax(0.0, -(h[..., 10] * (c[..., 6] - v10) + v125 * v127)) * v127
-        v136 = v102 * h[..., 0] - v132 * v4 - v112 * h[..., 1]
-        v142 = v132 * v7 + v112 * h[..., 0] + v102 * h[..., 1]
-        v161 = np.fmax(-c[..., 8], np.fmin(c[..., 8], c[..., 7] * (r[..., 2] - x[..., 2])))
-        return _vector(np.where(m11, (v4 * v136 - v7 * v142) / v10, v136), np.where(m11, -((v4 * v142 + v136 * v7) / v9), 0.0), v161)
+        rho = x[..., 0]
+        phi = x[..., 1]
+        mu = x[..., 2]
+        theta = x[..., 3]
+        rho_ref = r[..., 0]
+        mu_ref = r[..., 2]
+        theta_ref = r[..., 3]
+        k_phi = c[..., 0]
+        m = c[..., 1]
+        eta_rho = c[..., 2]
+        R = c[..., 6]
+        mu_gain = c[..., 7]
+        mu_rate_max = c[..., 8]
+        area_factor = c[..., 9]
+        (
+            cos_phi_ref,
+            sin_phi_ref,
+            t_ltkqk,
+            t_o55bt,
+            t_gjxkh,
+            t_ieu4b,
+            t_fcuq3,
+            t_weose,
+            t_kc5kr,
+            t_mldgu,
+            t_6rwtv,
+        ) = np.moveaxis(h, -1, 0)
+        sin_phi, cos_phi = np.sin(phi), np.cos(phi)
+        zeta1 = rho * cos_phi
+        zeta2 = rho * sin_phi
+        w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
+        w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2  # (25)
+        t_furpv = w_across * w_across + w_along * w_along
+        rho_t = np.sqrt(t_furpv)  # (25)
+        m_z5ee7 = (1e-09 < rho_t)
+        t_gliif = 1.0 / rho_t
+        cos_t = np.where(m_z5ee7, w_along * t_gliif, 1.0)  # (25)
+        theta_t = theta - theta_ref + rho_ref * w_across * area_factor  # (27)
+        t_xuitj = w_across * t_gliif
+        chord = np.sqrt(t_ltkqk + np.where(m_z5ee7, np.where(m_z5ee7, -(t_o55bt * (t_xuitj * t_xuitj)), 0.0), 0.0))  # (28)
+        h_ = cos_t * rho_ref + chord  # (28)
+        tau = np.abs(theta_t) * t_gjxkh  # (31)
+        f = np.power(tau, t_ieu4b)  # (31)
+        s = rho_t - f * h_  # (30)
+        m_z5ee7_2 = (0.0 < rho_t)
+        t_3vtu5 = k_phi * np.sqrt(rho_t / h_) / (tau + t_furpv / (h_ * h_))
+        t_ukhtg = t_fcuq3 * h_ * t_3vtu5 * (np.where(m_z5ee7, rho_ref * t_xuitj / chord * theta_t * m, 0.0) - t_furpv)
+        rho_t_rate = np.where(m_z5ee7_2, t_ukhtg, 0.0) - eta_rho * np.fmax(-1.0, np.fmin(1.0, s * t_weose))  # (34)
+        t_4x2zf = zeta1 * zeta1 + zeta2 * zeta2
+        t_yfvls = np.sqrt(t_4x2zf)
+        t_ztpvq = t_3vtu5 * np.power(f, t_mldgu) * np.fmax(-1.0, np.fmin(1.0, theta_t * t_6rwtv))
+        t_26bng = t_ztpvq * rho_t
+        t_e53ad = cos_t * rho_t_rate + np.where(m_z5ee7, np.where(m_z5ee7_2, t_26bng * t_xuitj, 0.0), 0.0)
+        t_gqrit = np.where(m_z5ee7, rho_t_rate * t_xuitj, 0.0)
+        t_ejfsp = np.where(m_z5ee7_2, -(t_26bng * cos_t), 0.0) + t_gqrit
+        t_b6lir = (
+            (cos_phi_ref * t_e53ad - sin_phi_ref * t_ejfsp) * zeta1
+            + (cos_phi_ref * t_ejfsp + sin_phi_ref * t_e53ad) * zeta2
+        )
+        t_e4rje = 1.0 / np.fmax(1e-09, t_yfvls)
+        rho_t_rate_excess = np.fmax(0.0, -(t_kc5kr * (R - t_yfvls) + t_b6lir * t_e4rje)) * t_e4rje
+        t_jupxu = t_gqrit + np.where(m_z5ee7_2, -(cos_t * t_ztpvq * rho_t), 0.0)
+        zeta1_rate = t_jupxu * sin_phi_ref - rho_t_rate_excess * zeta1 - t_e53ad * cos_phi_ref
+        w3 = np.fmax(-mu_rate_max, np.fmin(mu_rate_max, mu_gain * (mu_ref - mu)))
+        m_ksqj2 = (0.0 < t_yfvls)
+        t_bbfh5 = rho_t_rate_excess * zeta2 + t_e53ad * sin_phi_ref + t_jupxu * cos_phi_ref
+        w1 = np.where(m_ksqj2, (zeta1 * zeta1_rate - zeta2 * t_bbfh5) / t_yfvls, zeta1_rate)
+        w2 = np.where(m_ksqj2, -((zeta1 * t_bbfh5 + zeta1_rate * zeta2) / t_4x2zf), 0.0)
+        return _vector(
+            w1,
+            w2,
+            w3,
+        )
 
 
 def sliding_loop_prepare(r, p, c):
     """What sliding_loop computes once per run: (r, p, c) -> h."""
     r, p, c = _arrays(r, p, c)
     with np.errstate(all="ignore"):
-        s1, c1 = np.sin(r[..., 1]), np.cos(r[..., 1])
-        v6 = 1.0 / c[..., 3]
-        v8 = 1.0 / c[..., 1]
-        return _vector(s1, c1, v6, v8, v6 * v8, c[..., 6] * c[..., 6], r[..., 0] * r[..., 0], 1.0 / c[..., 4], -1.0 + c[..., 1], 1.0 / c[..., 5], 100.0 * c[..., 0], 3.0 * p[..., 0] / p[..., 2])
+        rho_ref = r[..., 0]
+        phi_ref = r[..., 1]
+        H = p[..., 0]
+        mass = p[..., 2]
+        k_phi = c[..., 0]
+        m = c[..., 1]
+        theta_star = c[..., 3]
+        s_min = c[..., 4]
+        theta_min = c[..., 5]
+        R = c[..., 6]
+        sin_phi_ref, cos_phi_ref = np.sin(phi_ref), np.cos(phi_ref)
+        t_gjxkh = 1.0 / theta_star
+        t_ieu4b = 1.0 / m
+        return _vector(
+            cos_phi_ref,
+            sin_phi_ref,
+            R * R,
+            rho_ref * rho_ref,
+            t_gjxkh,
+            t_ieu4b,
+            t_gjxkh * t_ieu4b,
+            1.0 / s_min,
+            100.0 * k_phi,
+            -1.0 + m,
+            1.0 / theta_min,
+            3.0 * H / mass,
+        )
 
 
 def sliding_loop_prepared(q, r, p, c, h):
     """The rest of sliding_loop: (q, r, p, c, h) -> dq."""
     q, r, p, c, h = _arrays(q, r, p, c, h)
     with np.errstate(all="ignore"):
-        v7 = h[..., 0] * q[..., 0] - h[..., 1] * q[..., 1]
-        v13 = r[..., 0] - h[..., 1] * q[..., 0] - h[..., 0] * q[..., 1]
-        v15 = v7 * v7 + v13 * v13
-        v16 = np.sqrt(v15)
-        m17 = (1e-09 < v16)
-        m19 = (0.0 < v16)
-        v25 = 1.0 / v16
-        v27 = np.where(m17, v13 * v25, 1.0)
-        v32 = v7 * v25
-        v38 = h[..., 5] + np.where(m17, np.where(m17, -(h[..., 6] * (v32 * v32)), 0.0), 0.0)
-        v39 = np.sqrt(v38)
-        v40 = v27 * r[..., 0] + v39
-        v52 = q[..., 3] - r[..., 3] + r[..., 0] * v7 * c[..., 9]
-        v54 = np.abs(v52) * h[..., 2]
-        v58 = c[..., 0] * np.sqrt(v16 / v40) / (v54 + v15 / (v40 * v40))
-        v66 = h[..., 4] * v40 * v58 * (np.where(m17, r[..., 0] * v32 / v39 * v52 * c[..., 1], 0.0) - v15)
-        v70 = np.power(v54, h[..., 3])
-        v78 = np.where(m19, v66, 0.0) - c[..., 2] * np.fmax(-1.0, np.fmin(1.0, (v16 - v70 * v40) * h[..., 7]))
-        v80 = np.where(m17, v78 * v32, 0.0)
-        v88 = v58 * np.power(v70, h[..., 8]) * np.fmax(-1.0, np.fmin(1.0, v52 * h[..., 9]))
-        v93 = v80 + np.where(m19, -(v27 * v88 * v16), 0.0)
-        v99 = np.sqrt(q[..., 0] * q[..., 0] + q[..., 1] * q[..., 1])
-        v103 = v88 * v16
-        v107 = v27 * v78 + np.where(m17, np.where(m19, v103 * v32, 0.0), 0.0)
-        v112 = np.where(m19, -(v103 * v27), 0.0) + v80
-        v120 = (h[..., 1] * v107 - h[..., 0] * v112) * q[..., 0] + (h[..., 1] * v112 + h[..., 0] * v107) * q[..., 1]
-        v122 = 1.0 / np.fmax(1e-09, v99)
-        v127 = np.fmax(0.0, -(h[..., 10] * (c[..., 6] - v99) + v120 * v122)) * v122
-        v131 = v93 * h[..., 0] - v127 * q[..., 0] - v107 * h[..., 1]
-        v136 = v127 * q[..., 1] + v107 * h[..., 0] + v93 * h[..., 1]
-        v146 = np.fmax(-c[..., 8], np.fmin(c[..., 8], c[..., 7] * (r[..., 2] - q[..., 2])))
-        return _vector(v131, -v136, v146, p[..., 1] + h[..., 11] / q[..., 2] - q[..., 0] * v136 - v131 * q[..., 1])
+        zeta1 = q[..., 0]
+        zeta2 = q[..., 1]
+        mu = q[..., 2]
+        theta = q[..., 3]
+        rho_ref = r[..., 0]
+        mu_ref = r[..., 2]
+        theta_ref = r[..., 3]
+        disturbance = p[..., 1]
+        k_phi = c[..., 0]
+        m = c[..., 1]
+        eta_rho = c[..., 2]
+        R = c[..., 6]
+        mu_gain = c[..., 7]
+        mu_rate_max = c[..., 8]
+        area_factor = c[..., 9]
+        (
+            cos_phi_ref,
+            sin_phi_ref,
+            t_ltkqk,
+            t_o55bt,
+            t_gjxkh,
+            t_ieu4b,
+            t_fcuq3,
+            t_weose,
+            t_kc5kr,
+            t_mldgu,
+            t_6rwtv,
+            t_6q6qz,
+        ) = np.moveaxis(h, -1, 0)
+        w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
+        w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2  # (25)
+        t_furpv = w_across * w_across + w_along * w_along
+        rho_t = np.sqrt(t_furpv)  # (25)
+        m_z5ee7 = (1e-09 < rho_t)
+        t_gliif = 1.0 / rho_t
+        cos_t = np.where(m_z5ee7, w_along * t_gliif, 1.0)  # (25)
+        theta_t = theta - theta_ref + rho_ref * w_across * area_factor  # (27)
+        t_xuitj = w_across * t_gliif
+        chord = np.sqrt(t_ltkqk + np.where(m_z5ee7, np.where(m_z5ee7, -(t_o55bt * (t_xuitj * t_xuitj)), 0.0), 0.0))  # (28)
+        h_ = cos_t * rho_ref + chord  # (28)
+        tau = np.abs(theta_t) * t_gjxkh  # (31)
+        f = np.power(tau, t_ieu4b)  # (31)
+        s = rho_t - f * h_  # (30)
+        m_z5ee7_2 = (0.0 < rho_t)
+        t_3vtu5 = k_phi * np.sqrt(rho_t / h_) / (tau + t_furpv / (h_ * h_))
+        t_ukhtg = t_fcuq3 * h_ * t_3vtu5 * (np.where(m_z5ee7, rho_ref * t_xuitj / chord * theta_t * m, 0.0) - t_furpv)
+        rho_t_rate = np.where(m_z5ee7_2, t_ukhtg, 0.0) - eta_rho * np.fmax(-1.0, np.fmin(1.0, s * t_weose))  # (34)
+        t_yfvls = np.sqrt(zeta1 * zeta1 + zeta2 * zeta2)
+        t_ztpvq = t_3vtu5 * np.power(f, t_mldgu) * np.fmax(-1.0, np.fmin(1.0, theta_t * t_6rwtv))
+        t_26bng = t_ztpvq * rho_t
+        t_e53ad = cos_t * rho_t_rate + np.where(m_z5ee7, np.where(m_z5ee7_2, t_26bng * t_xuitj, 0.0), 0.0)
+        t_gqrit = np.where(m_z5ee7, rho_t_rate * t_xuitj, 0.0)
+        t_ejfsp = np.where(m_z5ee7_2, -(t_26bng * cos_t), 0.0) + t_gqrit
+        t_b6lir = (
+            (cos_phi_ref * t_e53ad - sin_phi_ref * t_ejfsp) * zeta1
+            + (cos_phi_ref * t_ejfsp + sin_phi_ref * t_e53ad) * zeta2
+        )
+        t_e4rje = 1.0 / np.fmax(1e-09, t_yfvls)
+        rho_t_rate_excess = np.fmax(0.0, -(t_kc5kr * (R - t_yfvls) + t_b6lir * t_e4rje)) * t_e4rje
+        t_jupxu = t_gqrit + np.where(m_z5ee7_2, -(cos_t * t_ztpvq * rho_t), 0.0)
+        zeta1_rate = t_jupxu * sin_phi_ref - rho_t_rate_excess * zeta1 - t_e53ad * cos_phi_ref
+        t_bbfh5 = rho_t_rate_excess * zeta2 + t_e53ad * sin_phi_ref + t_jupxu * cos_phi_ref
+        zeta2_rate = -t_bbfh5
+        w3 = np.fmax(-mu_rate_max, np.fmin(mu_rate_max, mu_gain * (mu_ref - mu)))
+        return _vector(
+            zeta1_rate,
+            zeta2_rate,
+            w3,
+            disturbance + t_6q6qz / mu - zeta1 * t_bbfh5 - zeta1_rate * zeta2,
+        )
 
 
 def sliding_observe_prepare(r, c):
     """What sliding_observe computes once per run: (r, c) -> h."""
     r, c = _arrays(r, c)
     with np.errstate(all="ignore"):
-        s1, c1 = np.sin(r[..., 1]), np.cos(r[..., 1])
-        v6 = 1.0 / c[..., 3]
-        v8 = 1.0 / c[..., 1]
-        return _vector(s1, c1, v6, v8, v6 * v8, c[..., 6] * c[..., 6], r[..., 0] * r[..., 0], 1.0 / c[..., 4], -1.0 + c[..., 1], 1.0 / c[..., 5], 100.0 * c[..., 0])
+        rho_ref = r[..., 0]
+        phi_ref = r[..., 1]
+        k_phi = c[..., 0]
+        m = c[..., 1]
+        theta_star = c[..., 3]
+        s_min = c[..., 4]
+        theta_min = c[..., 5]
+        R = c[..., 6]
+        sin_phi_ref, cos_phi_ref = np.sin(phi_ref), np.cos(phi_ref)
+        t_gjxkh = 1.0 / theta_star
+        t_ieu4b = 1.0 / m
+        return _vector(
+            cos_phi_ref,
+            sin_phi_ref,
+            R * R,
+            rho_ref * rho_ref,
+            t_gjxkh,
+            t_ieu4b,
+            t_gjxkh * t_ieu4b,
+            1.0 / s_min,
+            100.0 * k_phi,
+            -1.0 + m,
+            1.0 / theta_min,
+        )
 
 
 def sliding_observe_prepared(q, r, c, h):
     """The rest of sliding_observe: (q, r, c, h) -> x, u."""
     q, r, c, h = _arrays(q, r, c, h)
     with np.errstate(all="ignore"):
-        v4 = q[..., 0] * q[..., 0] + q[..., 1] * q[..., 1]
-        v5 = np.sqrt(v4)
-        m10 = (0.0 < v5)
-        v16 = h[..., 0] * q[..., 0] - h[..., 1] * q[..., 1]
-        v22 = r[..., 0] - h[..., 1] * q[..., 0] - h[..., 0] * q[..., 1]
-        v24 = v16 * v16 + v22 * v22
-        v25 = np.sqrt(v24)
-        m26 = (1e-09 < v25)
-        m27 = (0.0 < v25)
-        v33 = 1.0 / v25
-        v35 = np.where(m26, v22 * v33, 1.0)
-        v40 = v16 * v33
-        v46 = h[..., 5] + np.where(m26, np.where(m26, -(h[..., 6] * (v40 * v40)), 0.0), 0.0)
-        v47 = np.sqrt(v46)
-        v48 = v35 * r[..., 0] + v47
-        v59 = q[..., 3] - r[..., 3] + r[..., 0] * v16 * c[..., 9]
-        v61 = np.abs(v59) * h[..., 2]
-        v65 = c[..., 0] * np.sqrt(v25 / v48) / (v61 + v24 / (v48 * v48))
-        v73 = h[..., 4] * v48 * v65 * (np.where(m26, r[..., 0] * v40 / v47 * v59 * c[..., 1], 0.0) - v24)
-        v77 = np.power(v61, h[..., 3])
-        v85 = np.where(m27, v73, 0.0) - c[..., 2] * np.fmax(-1.0, np.fmin(1.0, (v25 - v77 * v48) * h[..., 7]))
-        v87 = np.where(m26, v85 * v40, 0.0)
-        v95 = v65 * np.power(v77, h[..., 8]) * np.fmax(-1.0, np.fmin(1.0, v59 * h[..., 9]))
-        v100 = v87 + np.where(m27, -(v35 * v95 * v25), 0.0)
-        v106 = v95 * v25
-        v110 = v35 * v85 + np.where(m26, np.where(m27, v106 * v40, 0.0), 0.0)
-        v115 = np.where(m27, -(v106 * v35), 0.0) + v87
-        v123 = (h[..., 1] * v110 - h[..., 0] * v115) * q[..., 0] + (h[..., 1] * v115 + h[..., 0] * v110) * q[..., 1]
-        v125 = 1.0 / np.fmax(1e-09, v5)
-        v130 = np.fmax(0.0, -(h[..., 10] * (c[..., 6] - v5) + v123 * v125)) * v125
-        v134 = v100 * h[..., 0] - v130 * q[..., 0] - v110 * h[..., 1]
-        v140 = v130 * q[..., 1] + v110 * h[..., 0] + v100 * h[..., 1]
-        v158 = np.fmax(-c[..., 8], np.fmin(c[..., 8], c[..., 7] * (r[..., 2] - q[..., 2])))
-        return _vector(v5, np.arctan2(q[..., 1], q[..., 0]), q[..., 2], q[..., 3]), _vector(np.where(m10, (q[..., 0] * v134 - q[..., 1] * v140) / v5, v134), np.where(m10, -((q[..., 0] * v140 + v134 * q[..., 1]) / v4), 0.0), v158)
+        zeta1 = q[..., 0]
+        zeta2 = q[..., 1]
+        mu = q[..., 2]
+        theta = q[..., 3]
+        rho_ref = r[..., 0]
+        mu_ref = r[..., 2]
+        theta_ref = r[..., 3]
+        k_phi = c[..., 0]
+        m = c[..., 1]
+        eta_rho = c[..., 2]
+        R = c[..., 6]
+        mu_gain = c[..., 7]
+        mu_rate_max = c[..., 8]
+        area_factor = c[..., 9]
+        (
+            cos_phi_ref,
+            sin_phi_ref,
+            t_ltkqk,
+            t_o55bt,
+            t_gjxkh,
+            t_ieu4b,
+            t_fcuq3,
+            t_weose,
+            t_kc5kr,
+            t_mldgu,
+            t_6rwtv,
+        ) = np.moveaxis(h, -1, 0)
+        w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
+        w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2  # (25)
+        t_furpv = w_across * w_across + w_along * w_along
+        rho_t = np.sqrt(t_furpv)  # (25)
+        m_z5ee7 = (1e-09 < rho_t)
+        t_gliif = 1.0 / rho_t
+        cos_t = np.where(m_z5ee7, w_along * t_gliif, 1.0)  # (25)
+        theta_t = theta - theta_ref + rho_ref * w_across * area_factor  # (27)
+        t_xuitj = w_across * t_gliif
+        chord = np.sqrt(t_ltkqk + np.where(m_z5ee7, np.where(m_z5ee7, -(t_o55bt * (t_xuitj * t_xuitj)), 0.0), 0.0))  # (28)
+        h_ = cos_t * rho_ref + chord  # (28)
+        tau = np.abs(theta_t) * t_gjxkh  # (31)
+        f = np.power(tau, t_ieu4b)  # (31)
+        s = rho_t - f * h_  # (30)
+        m_z5ee7_2 = (0.0 < rho_t)
+        t_3vtu5 = k_phi * np.sqrt(rho_t / h_) / (tau + t_furpv / (h_ * h_))
+        t_ukhtg = t_fcuq3 * h_ * t_3vtu5 * (np.where(m_z5ee7, rho_ref * t_xuitj / chord * theta_t * m, 0.0) - t_furpv)
+        rho_t_rate = np.where(m_z5ee7_2, t_ukhtg, 0.0) - eta_rho * np.fmax(-1.0, np.fmin(1.0, s * t_weose))  # (34)
+        t_4x2zf = zeta1 * zeta1 + zeta2 * zeta2
+        rho = np.sqrt(t_4x2zf)
+        t_ztpvq = t_3vtu5 * np.power(f, t_mldgu) * np.fmax(-1.0, np.fmin(1.0, theta_t * t_6rwtv))
+        t_26bng = t_ztpvq * rho_t
+        t_e53ad = cos_t * rho_t_rate + np.where(m_z5ee7, np.where(m_z5ee7_2, t_26bng * t_xuitj, 0.0), 0.0)
+        t_gqrit = np.where(m_z5ee7, rho_t_rate * t_xuitj, 0.0)
+        t_ejfsp = np.where(m_z5ee7_2, -(t_26bng * cos_t), 0.0) + t_gqrit
+        t_b6lir = (
+            (cos_phi_ref * t_e53ad - sin_phi_ref * t_ejfsp) * zeta1
+            + (cos_phi_ref * t_ejfsp + sin_phi_ref * t_e53ad) * zeta2
+        )
+        t_y4tzf = 1.0 / np.fmax(1e-09, rho)
+        rho_t_rate_excess = np.fmax(0.0, -(t_kc5kr * (R - rho) + t_b6lir * t_y4tzf)) * t_y4tzf
+        phi = np.arctan2(zeta2, zeta1)
+        t_jupxu = t_gqrit + np.where(m_z5ee7_2, -(cos_t * t_ztpvq * rho_t), 0.0)
+        zeta1_rate = t_jupxu * sin_phi_ref - rho_t_rate_excess * zeta1 - t_e53ad * cos_phi_ref
+        w3 = np.fmax(-mu_rate_max, np.fmin(mu_rate_max, mu_gain * (mu_ref - mu)))
+        m_o5luw = (0.0 < rho)
+        t_bbfh5 = rho_t_rate_excess * zeta2 + t_e53ad * sin_phi_ref + t_jupxu * cos_phi_ref
+        w1 = np.where(m_o5luw, (zeta1 * zeta1_rate - zeta2 * t_bbfh5) / rho, zeta1_rate)
+        w2 = np.where(m_o5luw, -((zeta1 * t_bbfh5 + zeta1_rate * zeta2) / t_4x2zf), 0.0)
+        return _vector(
+            rho,
+            phi,
+            mu,
+            theta,
+        ), _vector(
+            w1,
+            w2,
+            w3,
+        )
 
 
 def path_prepare(r, c):
     """What path computes once per run: (r, c) -> h."""
     r, c = _arrays(r, c)
     with np.errstate(all="ignore"):
-        s1, c1 = np.sin(r[..., 1]), np.cos(r[..., 1])
-        return _vector(s1, c1, c[..., 2] * c[..., 2] - r[..., 0] * r[..., 0], np.fmin(c[..., 2] - r[..., 0], c[..., 1]), 100.0 * c[..., 0])
+        rho_ref = r[..., 0]
+        phi_ref = r[..., 1]
+        k_phi = c[..., 0]
+        rho_escape = c[..., 1]
+        R = c[..., 2]
+        sin_phi_ref, cos_phi_ref = np.sin(phi_ref), np.cos(phi_ref)
+        return _vector(
+            cos_phi_ref,
+            sin_phi_ref,
+            R * R - rho_ref * rho_ref,
+            np.fmin(R - rho_ref, rho_escape),
+            100.0 * k_phi,
+        )
 
 
 def path_prepared(x, r, c, h):
     """The rest of path: (x, r, c, h) -> u."""
     x, r, c, h = _arrays(x, r, c, h)
     with np.errstate(all="ignore"):
-        s3, c3 = np.sin(x[..., 1]), np.cos(x[..., 1])
-        v4 = x[..., 0] * c3
-        v7 = x[..., 0] * s3
-        v9 = v4 * v4 + v7 * v7
-        v10 = np.sqrt(v9)
-        m11 = (0.0 < v10)
-        v17 = h[..., 0] * v4 - h[..., 1] * v7
-        v23 = r[..., 0] - h[..., 1] * v4 - h[..., 0] * v7
-        v25 = v17 * v17 + v23 * v23
-        v26 = np.sqrt(v25)
-        m27 = (1e-09 < v26)
-        v35 = x[..., 3] - r[..., 3] + r[..., 0] * v17 * c[..., 5]
-        v36 = np.sign(v35)
-        v38 = 1.0 / v26
-        v39 = v17 * v38
-        v41 = r[..., 0] * v39 * v26
-        v47 = np.where(m27, v23 * v38, 1.0)
-        v50 = h[..., 2] + v47 * r[..., 0] * v26
-        v61 = v26 * c[..., 2] / np.sqrt(v50 * v50 + np.where(m27, np.where(m27, v41 * v41, 0.0), 0.0))
-        v64 = 1.5707963267948966 - v36 * np.arctan2(np.where(m27, -v41, 0.0), v50) + np.arccos(np.fmin(1.0, v61))
-        v66 = np.abs(v35)
-        v71 = np.fmin(1000000000000.0, (v66 + v66) / np.fmax(1e-24, v25))
-        m73 = (v71 < 0.03)
-        v75 = v71 * v71
-        v85 = v71 * (1.5 + v75 * (-0.45 + v75 * (0.26035714285714284 + -0.18225 * v75)))
-        v89 = np.sqrt(v71)
-        v97 = 3.141592653589793 * v71 / (3.478838 + v89 * (0.566927 + v89 * (2.225213 + v89)))
-        v100 = v97 * (1.661023 + v89)
-        s101, c101 = np.sin(v100), np.cos(v100)
-        v102 = s101 * s101
-        v105 = c101 * c101
-        v107 = c101 * s101
-        v108 = v71 + v71
-        v110 = 1.0 + v102 - v105 - v107 * v108
-        v111 = v110 * v110
-        v113 = v102 * v71
-        v114 = v113 + v113
-        v124 = v110 / (v111 + v111 - (v114 + 4.0 * v107 - v105 * v108) * (v100 - v107 - v113))
-        v131 = v100 - v124 * (-2.0 * v107 - v114 + (v100 + v100))
-        s132, c132 = np.sin(v131), np.cos(v131)
-        v133 = s132 * s132
-        v136 = c132 * c132
-        v138 = c132 * s132
-        v140 = 1.0 + v133 - v136 - v108 * v138
-        v141 = v140 * v140
-        v143 = v133 * v71
-        v144 = v143 + v143
-        v153 = v140 / (v141 + v141 - (v144 + 4.0 * v138 - v108 * v136) * (v131 - v138 - v143))
-        v159 = v131 - v153 * (-2.0 * v138 - v144 + (v131 + v131))
-        s160, c160 = np.sin(v159), np.cos(v159)
-        v161 = s160 * s160
-        v164 = c160 * c160
-        v166 = c160 * s160
-        v168 = 1.0 + v161 - v164 - v108 * v166
-        v169 = v168 * v168
-        v171 = v161 * v71
-        v172 = v171 + v171
-        v181 = v168 / (v169 + v169 - (v172 + 4.0 * v166 - v108 * v164) * (v159 - v166 - v171))
-        v189 = np.fmin(v64, np.where(m73, v85, v159 - v181 * (-2.0 * v166 - v172 + (v159 + v159))))
-        s190, c190 = np.sin(v189), np.cos(v189)
-        v198 = c[..., 0] * np.fmax(v26, -(c190 * np.fmin(h[..., 3], np.sqrt(v66))))
-        v199 = c190 * v198
-        v205 = v36 * v198 * s190
-        v207 = np.where(m27, -(v199 * v39), 0.0) - v47 * v205
-        v215 = np.where(m27, v39 * v205, 0.0) - v47 * v199
-        v224 = (h[..., 1] * v215 - h[..., 0] * v207) * v4 + (h[..., 1] * v207 + h[..., 0] * v215) * v7
-        v226 = 1.0 / np.fmax(1e-09, v10)
-        v231 = np.fmax(0.0, -(h[..., 4] * (c[..., 2] - v10) + v224 * v226)) * v226
-        v235 = v207 * h[..., 0] - v231 * v4 - v215 * h[..., 1]
-        v241 = v231 * v7 + v215 * h[..., 0] + v207 * h[..., 1]
-        v260 = np.fmax(-c[..., 4], np.fmin(c[..., 4], c[..., 3] * (r[..., 2] - x[..., 2])))
-        return _vector(np.where(m11, (v4 * v235 - v7 * v241) / v10, v235), np.where(m11, -((v4 * v241 + v235 * v7) / v9), 0.0), v260)
+        rho = x[..., 0]
+        phi = x[..., 1]
+        mu = x[..., 2]
+        theta = x[..., 3]
+        rho_ref = r[..., 0]
+        mu_ref = r[..., 2]
+        theta_ref = r[..., 3]
+        k_phi = c[..., 0]
+        R = c[..., 2]
+        mu_gain = c[..., 3]
+        mu_rate_max = c[..., 4]
+        area_factor = c[..., 5]
+        (
+            cos_phi_ref,
+            sin_phi_ref,
+            t_llxk2,
+            t_hnwtz,
+            t_kc5kr,
+        ) = np.moveaxis(h, -1, 0)
+        sin_phi, cos_phi = np.sin(phi), np.cos(phi)
+        zeta1 = rho * cos_phi
+        zeta2 = rho * sin_phi
+        w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
+        w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2  # (25)
+        t_furpv = w_across * w_across + w_along * w_along
+        rho_t = np.sqrt(t_furpv)  # (25)
+        m_z5ee7 = (1e-09 < rho_t)
+        t_gliif = 1.0 / rho_t
+        cos_t = np.where(m_z5ee7, w_along * t_gliif, 1.0)  # (25)
+        theta_t = theta - theta_ref + rho_ref * w_across * area_factor  # (27)
+        alpha = np.sign(theta_t)  # (40)
+        t_ptl3y = np.abs(theta_t)
+        K_ = np.fmin(1000000000000.0, (t_ptl3y + t_ptl3y) / np.fmax(1e-24, t_furpv))  # (42)
+        sqrt_K = np.sqrt(K_)
+        x_start = 3.141592653589793 * K_ / (3.478838 + sqrt_K * (0.566927 + sqrt_K * (2.225213 + sqrt_K))) * (1.661023 + sqrt_K)  # (42)
+        sin_x1, cos_x1 = np.sin(x_start), np.cos(x_start)
+        t_olly6 = sin_x1 * sin_x1
+        t_23zzq = cos_x1 * cos_x1
+        t_jk652 = cos_x1 * sin_x1
+        t_rkglc = K_ + K_
+        t_6jinm = 1.0 + t_olly6 - t_23zzq - t_jk652 * t_rkglc
+        t_mtylf = t_6jinm * t_6jinm
+        t_vapxn = t_olly6 * K_
+        t_iaeac = t_vapxn + t_vapxn
+        t_njl5j = (
+            t_mtylf
+            + t_mtylf
+            - (t_iaeac + 4.0 * t_jk652 - t_23zzq * t_rkglc) * (x_start - t_jk652 - t_vapxn)
+        )
+        x_step1 = x_start - t_6jinm / t_njl5j * (-2.0 * t_jk652 - t_iaeac + (x_start + x_start))  # (42)
+        sin_x2, cos_x2 = np.sin(x_step1), np.cos(x_step1)
+        t_ondim = sin_x2 * sin_x2
+        t_iuts7 = cos_x2 * cos_x2
+        t_dgfa7 = cos_x2 * sin_x2
+        t_wdxur = 1.0 + t_ondim - t_iuts7 - t_rkglc * t_dgfa7
+        t_7klzx = t_wdxur * t_wdxur
+        t_nwlbz = t_ondim * K_
+        t_d4xrm = t_nwlbz + t_nwlbz
+        t_7sse2 = (
+            t_7klzx
+            + t_7klzx
+            - (t_d4xrm + 4.0 * t_dgfa7 - t_rkglc * t_iuts7) * (x_step1 - t_dgfa7 - t_nwlbz)
+        )
+        x_step2 = x_step1 - t_wdxur / t_7sse2 * (-2.0 * t_dgfa7 - t_d4xrm + (x_step1 + x_step1))  # (42)
+        sin_x3, cos_x3 = np.sin(x_step2), np.cos(x_step2)
+        t_drem6 = sin_x3 * sin_x3
+        t_znqpz = cos_x3 * cos_x3
+        t_puxxy = cos_x3 * sin_x3
+        t_s355q = 1.0 + t_drem6 - t_znqpz - t_rkglc * t_puxxy
+        t_5uofc = t_s355q * t_s355q
+        t_5lgfw = t_drem6 * K_
+        t_ezjt3 = t_5lgfw + t_5lgfw
+        t_xhmsj = (
+            t_5uofc
+            + t_5uofc
+            - (t_ezjt3 + 4.0 * t_puxxy - t_rkglc * t_znqpz) * (x_step2 - t_puxxy - t_5lgfw)
+        )
+        x_step3 = x_step2 - t_s355q / t_xhmsj * (-2.0 * t_puxxy - t_ezjt3 + (x_step2 + x_step2))  # (42)
+        P = t_llxk2 + cos_t * rho_ref * rho_t  # (47)
+        t_xuitj = w_across * t_gliif
+        t_c5njk = rho_ref * t_xuitj * rho_t
+        Q = np.where(m_z5ee7, -t_c5njk, 0.0)  # (47)
+        t_efbua = np.fmin(1.0, rho_t * R / np.sqrt(P * P + np.where(m_z5ee7, np.where(m_z5ee7, t_c5njk * t_c5njk, 0.0), 0.0)))
+        x_tangent = 1.5707963267948966 - alpha * np.arctan2(Q, P) + np.arccos(t_efbua)  # (47)
+        m_xb2xi = (K_ < 0.03)
+        t_fcflk = K_ * K_
+        t_reehy = np.where(m_xb2xi, K_ * (1.5 + t_fcflk * (-0.45 + t_fcflk * (0.26035714285714284 + -0.18225 * t_fcflk))), x_step3)
+        x_ = np.fmin(x_tangent, t_reehy)  # (47)
+        escape = np.fmin(t_hnwtz, np.sqrt(t_ptl3y))
+        sin_x_, cos_x_ = np.sin(x_), np.cos(x_)
+        speed = k_phi * np.fmax(rho_t, -(cos_x_ * escape))  # (45)
+        t_4x2zf = zeta1 * zeta1 + zeta2 * zeta2
+        t_yfvls = np.sqrt(t_4x2zf)
+        t_a5u54 = alpha * speed * sin_x_
+        t_wvhee = cos_x_ * speed
+        t_rqnbt = np.where(m_z5ee7, t_xuitj * t_a5u54, 0.0) - cos_t * t_wvhee
+        t_lp7ic = np.where(m_z5ee7, -(t_wvhee * t_xuitj), 0.0) - cos_t * t_a5u54
+        t_6ftfw = (
+            (cos_phi_ref * t_rqnbt - sin_phi_ref * t_lp7ic) * zeta1
+            + (cos_phi_ref * t_lp7ic + sin_phi_ref * t_rqnbt) * zeta2
+        )
+        t_e4rje = 1.0 / np.fmax(1e-09, t_yfvls)
+        rho_rate_excess = np.fmax(0.0, -(t_kc5kr * (R - t_yfvls) + t_6ftfw * t_e4rje)) * t_e4rje
+        zeta1_rate = t_lp7ic * sin_phi_ref - rho_rate_excess * zeta1 - t_rqnbt * cos_phi_ref
+        w3 = np.fmax(-mu_rate_max, np.fmin(mu_rate_max, mu_gain * (mu_ref - mu)))
+        m_ksqj2 = (0.0 < t_yfvls)
+        t_lx4n5 = rho_rate_excess * zeta2 + t_rqnbt * sin_phi_ref + t_lp7ic * cos_phi_ref
+        w1 = np.where(m_ksqj2, (zeta1 * zeta1_rate - zeta2 * t_lx4n5) / t_yfvls, zeta1_rate)
+        w2 = np.where(m_ksqj2, -((zeta1 * t_lx4n5 + zeta1_rate * zeta2) / t_4x2zf), 0.0)
+        return _vector(
+            w1,
+            w2,
+            w3,
+        )
 
 
 def path_loop_prepare(r, p, c):
     """What path_loop computes once per run: (r, p, c) -> h."""
     r, p, c = _arrays(r, p, c)
     with np.errstate(all="ignore"):
-        s1, c1 = np.sin(r[..., 1]), np.cos(r[..., 1])
-        return _vector(s1, c1, c[..., 2] * c[..., 2] - r[..., 0] * r[..., 0], np.fmin(c[..., 2] - r[..., 0], c[..., 1]), 100.0 * c[..., 0], 3.0 * p[..., 0] / p[..., 2])
+        rho_ref = r[..., 0]
+        phi_ref = r[..., 1]
+        H = p[..., 0]
+        mass = p[..., 2]
+        k_phi = c[..., 0]
+        rho_escape = c[..., 1]
+        R = c[..., 2]
+        sin_phi_ref, cos_phi_ref = np.sin(phi_ref), np.cos(phi_ref)
+        return _vector(
+            cos_phi_ref,
+            sin_phi_ref,
+            R * R - rho_ref * rho_ref,
+            np.fmin(R - rho_ref, rho_escape),
+            100.0 * k_phi,
+            3.0 * H / mass,
+        )
 
 
 def path_loop_prepared(q, r, p, c, h):
     """The rest of path_loop: (q, r, p, c, h) -> dq."""
     q, r, p, c, h = _arrays(q, r, p, c, h)
     with np.errstate(all="ignore"):
-        v7 = h[..., 0] * q[..., 0] - h[..., 1] * q[..., 1]
-        v13 = r[..., 0] - h[..., 1] * q[..., 0] - h[..., 0] * q[..., 1]
-        v15 = v7 * v7 + v13 * v13
-        v16 = np.sqrt(v15)
-        m17 = (1e-09 < v16)
-        v25 = q[..., 3] - r[..., 3] + r[..., 0] * v7 * c[..., 5]
-        v26 = np.sign(v25)
-        v28 = 1.0 / v16
-        v29 = v7 * v28
-        v31 = r[..., 0] * v29 * v16
-        v37 = np.where(m17, v13 * v28, 1.0)
-        v40 = h[..., 2] + v37 * r[..., 0] * v16
-        v51 = v16 * c[..., 2] / np.sqrt(v40 * v40 + np.where(m17, np.where(m17, v31 * v31, 0.0), 0.0))
-        v54 = 1.5707963267948966 - v26 * np.arctan2(np.where(m17, -v31, 0.0), v40) + np.arccos(np.fmin(1.0, v51))
-        v56 = np.abs(v25)
-        v61 = np.fmin(1000000000000.0, (v56 + v56) / np.fmax(1e-24, v15))
-        m63 = (v61 < 0.03)
-        v65 = v61 * v61
-        v75 = v61 * (1.5 + v65 * (-0.45 + v65 * (0.26035714285714284 + -0.18225 * v65)))
-        v79 = np.sqrt(v61)
-        v87 = 3.141592653589793 * v61 / (3.478838 + v79 * (0.566927 + v79 * (2.225213 + v79)))
-        v90 = v87 * (1.661023 + v79)
-        s91, c91 = np.sin(v90), np.cos(v90)
-        v92 = s91 * s91
-        v95 = c91 * c91
-        v97 = c91 * s91
-        v98 = v61 + v61
-        v100 = 1.0 + v92 - v95 - v97 * v98
-        v101 = v100 * v100
-        v103 = v92 * v61
-        v104 = v103 + v103
-        v114 = v100 / (v101 + v101 - (v104 + 4.0 * v97 - v95 * v98) * (v90 - v97 - v103))
-        v121 = v90 - v114 * (-2.0 * v97 - v104 + (v90 + v90))
-        s122, c122 = np.sin(v121), np.cos(v121)
-        v123 = s122 * s122
-        v126 = c122 * c122
-        v128 = c122 * s122
-        v130 = 1.0 + v123 - v126 - v98 * v128
-        v131 = v130 * v130
-        v133 = v123 * v61
-        v134 = v133 + v133
-        v143 = v130 / (v131 + v131 - (v134 + 4.0 * v128 - v98 * v126) * (v121 - v128 - v133))
-        v149 = v121 - v143 * (-2.0 * v128 - v134 + (v121 + v121))
-        s150, c150 = np.sin(v149), np.cos(v149)
-        v151 = s150 * s150
-        v154 = c150 * c150
-        v156 = c150 * s150
-        v158 = 1.0 + v151 - v154 - v98 * v156
-        v159 = v158 * v158
-        v161 = v151 * v61
-        v162 = v161 + v161
-        v171 = v158 / (v159 + v159 - (v162 + 4.0 * v156 - v98 * v154) * (v149 - v156 - v161))
-        v179 = np.fmin(v54, np.where(m63, v75, v149 - v171 * (-2.0 * v156 - v162 + (v149 + v149))))
-        s180, c180 = np.sin(v179), np.cos(v179)
-        v188 = c[..., 0] * np.fmax(v16, -(c180 * np.fmin(h[..., 3], np.sqrt(v56))))
-        v189 = c180 * v188
-        v195 = v26 * v188 * s180
-        v197 = np.where(m17, -(v189 * v29), 0.0) - v37 * v195
-        v204 = np.sqrt(q[..., 0] * q[..., 0] + q[..., 1] * q[..., 1])
-        v210 = np.where(m17, v29 * v195, 0.0) - v37 * v189
-        v219 = (h[..., 1] * v210 - h[..., 0] * v197) * q[..., 0] + (h[..., 1] * v197 + h[..., 0] * v210) * q[..., 1]
-        v221 = 1.0 / np.fmax(1e-09, v204)
-        v226 = np.fmax(0.0, -(h[..., 4] * (c[..., 2] - v204) + v219 * v221)) * v221
-        v230 = v197 * h[..., 0] - v226 * q[..., 0] - v210 * h[..., 1]
-        v235 = v226 * q[..., 1] + v210 * h[..., 0] + v197 * h[..., 1]
-        v245 = np.fmax(-c[..., 4], np.fmin(c[..., 4], c[..., 3] * (r[..., 2] - q[..., 2])))
-        return _vector(v230, -v235, v245, p[..., 1] + h[..., 5] / q[..., 2] - q[..., 0] * v235 - v230 * q[..., 1])
+        zeta1 = q[..., 0]
+        zeta2 = q[..., 1]
+        mu = q[..., 2]
+        theta = q[..., 3]
+        rho_ref = r[..., 0]
+        mu_ref = r[..., 2]
+        theta_ref = r[..., 3]
+        disturbance = p[..., 1]
+        k_phi = c[..., 0]
+        R = c[..., 2]
+        mu_gain = c[..., 3]
+        mu_rate_max = c[..., 4]
+        area_factor = c[..., 5]
+        (
+            cos_phi_ref,
+            sin_phi_ref,
+            t_llxk2,
+            t_hnwtz,
+            t_kc5kr,
+            t_6q6qz,
+        ) = np.moveaxis(h, -1, 0)
+        w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
+        w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2  # (25)
+        t_furpv = w_across * w_across + w_along * w_along
+        rho_t = np.sqrt(t_furpv)  # (25)
+        m_z5ee7 = (1e-09 < rho_t)
+        t_gliif = 1.0 / rho_t
+        cos_t = np.where(m_z5ee7, w_along * t_gliif, 1.0)  # (25)
+        theta_t = theta - theta_ref + rho_ref * w_across * area_factor  # (27)
+        alpha = np.sign(theta_t)  # (40)
+        t_ptl3y = np.abs(theta_t)
+        K_ = np.fmin(1000000000000.0, (t_ptl3y + t_ptl3y) / np.fmax(1e-24, t_furpv))  # (42)
+        sqrt_K = np.sqrt(K_)
+        x_start = 3.141592653589793 * K_ / (3.478838 + sqrt_K * (0.566927 + sqrt_K * (2.225213 + sqrt_K))) * (1.661023 + sqrt_K)  # (42)
+        sin_x1, cos_x1 = np.sin(x_start), np.cos(x_start)
+        t_olly6 = sin_x1 * sin_x1
+        t_23zzq = cos_x1 * cos_x1
+        t_jk652 = cos_x1 * sin_x1
+        t_rkglc = K_ + K_
+        t_6jinm = 1.0 + t_olly6 - t_23zzq - t_jk652 * t_rkglc
+        t_mtylf = t_6jinm * t_6jinm
+        t_vapxn = t_olly6 * K_
+        t_iaeac = t_vapxn + t_vapxn
+        t_njl5j = (
+            t_mtylf
+            + t_mtylf
+            - (t_iaeac + 4.0 * t_jk652 - t_23zzq * t_rkglc) * (x_start - t_jk652 - t_vapxn)
+        )
+        x_step1 = x_start - t_6jinm / t_njl5j * (-2.0 * t_jk652 - t_iaeac + (x_start + x_start))  # (42)
+        sin_x2, cos_x2 = np.sin(x_step1), np.cos(x_step1)
+        t_ondim = sin_x2 * sin_x2
+        t_iuts7 = cos_x2 * cos_x2
+        t_dgfa7 = cos_x2 * sin_x2
+        t_wdxur = 1.0 + t_ondim - t_iuts7 - t_rkglc * t_dgfa7
+        t_7klzx = t_wdxur * t_wdxur
+        t_nwlbz = t_ondim * K_
+        t_d4xrm = t_nwlbz + t_nwlbz
+        t_7sse2 = (
+            t_7klzx
+            + t_7klzx
+            - (t_d4xrm + 4.0 * t_dgfa7 - t_rkglc * t_iuts7) * (x_step1 - t_dgfa7 - t_nwlbz)
+        )
+        x_step2 = x_step1 - t_wdxur / t_7sse2 * (-2.0 * t_dgfa7 - t_d4xrm + (x_step1 + x_step1))  # (42)
+        sin_x3, cos_x3 = np.sin(x_step2), np.cos(x_step2)
+        t_drem6 = sin_x3 * sin_x3
+        t_znqpz = cos_x3 * cos_x3
+        t_puxxy = cos_x3 * sin_x3
+        t_s355q = 1.0 + t_drem6 - t_znqpz - t_rkglc * t_puxxy
+        t_5uofc = t_s355q * t_s355q
+        t_5lgfw = t_drem6 * K_
+        t_ezjt3 = t_5lgfw + t_5lgfw
+        t_xhmsj = (
+            t_5uofc
+            + t_5uofc
+            - (t_ezjt3 + 4.0 * t_puxxy - t_rkglc * t_znqpz) * (x_step2 - t_puxxy - t_5lgfw)
+        )
+        x_step3 = x_step2 - t_s355q / t_xhmsj * (-2.0 * t_puxxy - t_ezjt3 + (x_step2 + x_step2))  # (42)
+        P = t_llxk2 + cos_t * rho_ref * rho_t  # (47)
+        t_xuitj = w_across * t_gliif
+        t_c5njk = rho_ref * t_xuitj * rho_t
+        Q = np.where(m_z5ee7, -t_c5njk, 0.0)  # (47)
+        t_efbua = np.fmin(1.0, rho_t * R / np.sqrt(P * P + np.where(m_z5ee7, np.where(m_z5ee7, t_c5njk * t_c5njk, 0.0), 0.0)))
+        x_tangent = 1.5707963267948966 - alpha * np.arctan2(Q, P) + np.arccos(t_efbua)  # (47)
+        m_xb2xi = (K_ < 0.03)
+        t_fcflk = K_ * K_
+        t_reehy = np.where(m_xb2xi, K_ * (1.5 + t_fcflk * (-0.45 + t_fcflk * (0.26035714285714284 + -0.18225 * t_fcflk))), x_step3)
+        x = np.fmin(x_tangent, t_reehy)  # (47)
+        escape = np.fmin(t_hnwtz, np.sqrt(t_ptl3y))
+        sin_x, cos_x = np.sin(x), np.cos(x)
+        speed = k_phi * np.fmax(rho_t, -(cos_x * escape))  # (45)
+        t_yfvls = np.sqrt(zeta1 * zeta1 + zeta2 * zeta2)
+        t_a5u54 = alpha * speed * sin_x
+        t_wvhee = cos_x * speed
+        t_rqnbt = np.where(m_z5ee7, t_xuitj * t_a5u54, 0.0) - cos_t * t_wvhee
+        t_lp7ic = np.where(m_z5ee7, -(t_wvhee * t_xuitj), 0.0) - cos_t * t_a5u54
+        t_6ftfw = (
+            (cos_phi_ref * t_rqnbt - sin_phi_ref * t_lp7ic) * zeta1
+            + (cos_phi_ref * t_lp7ic + sin_phi_ref * t_rqnbt) * zeta2
+        )
+        t_e4rje = 1.0 / np.fmax(1e-09, t_yfvls)
+        rho_rate_excess = np.fmax(0.0, -(t_kc5kr * (R - t_yfvls) + t_6ftfw * t_e4rje)) * t_e4rje
+        zeta1_rate = t_lp7ic * sin_phi_ref - rho_rate_excess * zeta1 - t_rqnbt * cos_phi_ref
+        t_lx4n5 = rho_rate_excess * zeta2 + t_rqnbt * sin_phi_ref + t_lp7ic * cos_phi_ref
+        zeta2_rate = -t_lx4n5
+        w3 = np.fmax(-mu_rate_max, np.fmin(mu_rate_max, mu_gain * (mu_ref - mu)))
+        return _vector(
+            zeta1_rate,
+            zeta2_rate,
+            w3,
+            disturbance + t_6q6qz / mu - zeta1 * t_lx4n5 - zeta1_rate * zeta2,
+        )
 
 
 def path_observe_prepare(r, c):
     """What path_observe computes once per run: (r, c) -> h."""
     r, c = _arrays(r, c)
     with np.errstate(all="ignore"):
-        s1, c1 = np.sin(r[..., 1]), np.cos(r[..., 1])
-        return _vector(s1, c1, c[..., 2] * c[..., 2] - r[..., 0] * r[..., 0], np.fmin(c[..., 2] - r[..., 0], c[..., 1]), 100.0 * c[..., 0])
+        rho_ref = r[..., 0]
+        phi_ref = r[..., 1]
+        k_phi = c[..., 0]
+        rho_escape = c[..., 1]
+        R = c[..., 2]
+        sin_phi_ref, cos_phi_ref = np.sin(phi_ref), np.cos(phi_ref)
+        return _vector(
+            cos_phi_ref,
+            sin_phi_ref,
+            R * R - rho_ref * rho_ref,
+            np.fmin(R - rho_ref, rho_escape),
+            100.0 * k_phi,
+        )
 
 
 def path_observe_prepared(q, r, c, h):
     """The rest of path_observe: (q, r, c, h) -> x, u."""
     q, r, c, h = _arrays(q, r, c, h)
     with np.errstate(all="ignore"):
-        v4 = q[..., 0] * q[..., 0] + q[..., 1] * q[..., 1]
-        v5 = np.sqrt(v4)
-        m10 = (0.0 < v5)
-        v16 = h[..., 0] * q[..., 0] - h[..., 1] * q[..., 1]
-        v22 = r[..., 0] - h[..., 1] * q[..., 0] - h[..., 0] * q[..., 1]
-        v24 = v16 * v16 + v22 * v22
-        v25 = np.sqrt(v24)
-        m26 = (1e-09 < v25)
-        v33 = q[..., 3] - r[..., 3] + r[..., 0] * v16 * c[..., 5]
-        v34 = np.sign(v33)
-        v36 = 1.0 / v25
-        v37 = v16 * v36
-        v39 = r[..., 0] * v37 * v25
-        v45 = np.where(m26, v22 * v36, 1.0)
-        v48 = h[..., 2] + v45 * r[..., 0] * v25
-        v59 = v25 * c[..., 2] / np.sqrt(v48 * v48 + np.where(m26, np.where(m26, v39 * v39, 0.0), 0.0))
-        v62 = 1.5707963267948966 - v34 * np.arctan2(np.where(m26, -v39, 0.0), v48) + np.arccos(np.fmin(1.0, v59))
-        v64 = np.abs(v33)
-        v69 = np.fmin(1000000000000.0, (v64 + v64) / np.fmax(1e-24, v24))
-        m71 = (v69 < 0.03)
-        v73 = v69 * v69
-        v83 = v69 * (1.5 + v73 * (-0.45 + v73 * (0.26035714285714284 + -0.18225 * v73)))
-        v87 = np.sqrt(v69)
-        v95 = 3.141592653589793 * v69 / (3.478838 + v87 * (0.566927 + v87 * (2.225213 + v87)))
-        v98 = v95 * (1.661023 + v87)
-        s99, c99 = np.sin(v98), np.cos(v98)
-        v100 = s99 * s99
-        v103 = c99 * c99
-        v105 = c99 * s99
-        v106 = v69 + v69
-        v108 = 1.0 + v100 - v103 - v105 * v106
-        v109 = v108 * v108
-        v111 = v100 * v69
-        v112 = v111 + v111
-        v122 = v108 / (v109 + v109 - (v112 + 4.0 * v105 - v103 * v106) * (v98 - v105 - v111))
-        v129 = v98 - v122 * (-2.0 * v105 - v112 + (v98 + v98))
-        s130, c130 = np.sin(v129), np.cos(v129)
-        v131 = s130 * s130
-        v134 = c130 * c130
-        v136 = c130 * s130
-        v138 = 1.0 + v131 - v134 - v106 * v136
-        v139 = v138 * v138
-        v141 = v131 * v69
-        v142 = v141 + v141
-        v151 = v138 / (v139 + v139 - (v142 + 4.0 * v136 - v106 * v134) * (v129 - v136 - v141))
-        v157 = v129 - v151 * (-2.0 * v136 - v142 + (v129 + v129))
-        s158, c158 = np.sin(v157), np.cos(v157)
-        v159 = s158 * s158
-        v162 = c158 * c158
-        v164 = c158 * s158
-        v166 = 1.0 + v159 - v162 - v106 * v164
-        v167 = v166 * v166
-        v169 = v159 * v69
-        v170 = v169 + v169
-        v179 = v166 / (v167 + v167 - (v170 + 4.0 * v164 - v106 * v162) * (v157 - v164 - v169))
-        v187 = np.fmin(v62, np.where(m71, v83, v157 - v179 * (-2.0 * v164 - v170 + (v157 + v157))))
-        s188, c188 = np.sin(v187), np.cos(v187)
-        v196 = c[..., 0] * np.fmax(v25, -(c188 * np.fmin(h[..., 3], np.sqrt(v64))))
-        v197 = c188 * v196
-        v203 = v34 * v196 * s188
-        v205 = np.where(m26, -(v197 * v37), 0.0) - v45 * v203
-        v213 = np.where(m26, v37 * v203, 0.0) - v45 * v197
-        v222 = (h[..., 1] * v213 - h[..., 0] * v205) * q[..., 0] + (h[..., 1] * v205 + h[..., 0] * v213) * q[..., 1]
-        v224 = 1.0 / np.fmax(1e-09, v5)
-        v229 = np.fmax(0.0, -(h[..., 4] * (c[..., 2] - v5) + v222 * v224)) * v224
-        v233 = v205 * h[..., 0] - v229 * q[..., 0] - v213 * h[..., 1]
-        v239 = v229 * q[..., 1] + v213 * h[..., 0] + v205 * h[..., 1]
-        v257 = np.fmax(-c[..., 4], np.fmin(c[..., 4], c[..., 3] * (r[..., 2] - q[..., 2])))
-        return _vector(v5, np.arctan2(q[..., 1], q[..., 0]), q[..., 2], q[..., 3]), _vector(np.where(m10, (q[..., 0] * v233 - q[..., 1] * v239) / v5, v233), np.where(m10, -((q[..., 0] * v239 + v233 * q[..., 1]) / v4), 0.0), v257)
+        zeta1 = q[..., 0]
+        zeta2 = q[..., 1]
+        mu = q[..., 2]
+        theta = q[..., 3]
+        rho_ref = r[..., 0]
+        mu_ref = r[..., 2]
+        theta_ref = r[..., 3]
+        k_phi = c[..., 0]
+        R = c[..., 2]
+        mu_gain = c[..., 3]
+        mu_rate_max = c[..., 4]
+        area_factor = c[..., 5]
+        (
+            cos_phi_ref,
+            sin_phi_ref,
+            t_llxk2,
+            t_hnwtz,
+            t_kc5kr,
+        ) = np.moveaxis(h, -1, 0)
+        w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
+        w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2  # (25)
+        t_furpv = w_across * w_across + w_along * w_along
+        rho_t = np.sqrt(t_furpv)  # (25)
+        m_z5ee7 = (1e-09 < rho_t)
+        t_gliif = 1.0 / rho_t
+        cos_t = np.where(m_z5ee7, w_along * t_gliif, 1.0)  # (25)
+        theta_t = theta - theta_ref + rho_ref * w_across * area_factor  # (27)
+        alpha = np.sign(theta_t)  # (40)
+        t_ptl3y = np.abs(theta_t)
+        K_ = np.fmin(1000000000000.0, (t_ptl3y + t_ptl3y) / np.fmax(1e-24, t_furpv))  # (42)
+        sqrt_K = np.sqrt(K_)
+        x_start = 3.141592653589793 * K_ / (3.478838 + sqrt_K * (0.566927 + sqrt_K * (2.225213 + sqrt_K))) * (1.661023 + sqrt_K)  # (42)
+        sin_x1, cos_x1 = np.sin(x_start), np.cos(x_start)
+        t_olly6 = sin_x1 * sin_x1
+        t_23zzq = cos_x1 * cos_x1
+        t_jk652 = cos_x1 * sin_x1
+        t_rkglc = K_ + K_
+        t_6jinm = 1.0 + t_olly6 - t_23zzq - t_jk652 * t_rkglc
+        t_mtylf = t_6jinm * t_6jinm
+        t_vapxn = t_olly6 * K_
+        t_iaeac = t_vapxn + t_vapxn
+        t_njl5j = (
+            t_mtylf
+            + t_mtylf
+            - (t_iaeac + 4.0 * t_jk652 - t_23zzq * t_rkglc) * (x_start - t_jk652 - t_vapxn)
+        )
+        x_step1 = x_start - t_6jinm / t_njl5j * (-2.0 * t_jk652 - t_iaeac + (x_start + x_start))  # (42)
+        sin_x2, cos_x2 = np.sin(x_step1), np.cos(x_step1)
+        t_ondim = sin_x2 * sin_x2
+        t_iuts7 = cos_x2 * cos_x2
+        t_dgfa7 = cos_x2 * sin_x2
+        t_wdxur = 1.0 + t_ondim - t_iuts7 - t_rkglc * t_dgfa7
+        t_7klzx = t_wdxur * t_wdxur
+        t_nwlbz = t_ondim * K_
+        t_d4xrm = t_nwlbz + t_nwlbz
+        t_7sse2 = (
+            t_7klzx
+            + t_7klzx
+            - (t_d4xrm + 4.0 * t_dgfa7 - t_rkglc * t_iuts7) * (x_step1 - t_dgfa7 - t_nwlbz)
+        )
+        x_step2 = x_step1 - t_wdxur / t_7sse2 * (-2.0 * t_dgfa7 - t_d4xrm + (x_step1 + x_step1))  # (42)
+        sin_x3, cos_x3 = np.sin(x_step2), np.cos(x_step2)
+        t_drem6 = sin_x3 * sin_x3
+        t_znqpz = cos_x3 * cos_x3
+        t_puxxy = cos_x3 * sin_x3
+        t_s355q = 1.0 + t_drem6 - t_znqpz - t_rkglc * t_puxxy
+        t_5uofc = t_s355q * t_s355q
+        t_5lgfw = t_drem6 * K_
+        t_ezjt3 = t_5lgfw + t_5lgfw
+        t_xhmsj = (
+            t_5uofc
+            + t_5uofc
+            - (t_ezjt3 + 4.0 * t_puxxy - t_rkglc * t_znqpz) * (x_step2 - t_puxxy - t_5lgfw)
+        )
+        x_step3 = x_step2 - t_s355q / t_xhmsj * (-2.0 * t_puxxy - t_ezjt3 + (x_step2 + x_step2))  # (42)
+        P = t_llxk2 + cos_t * rho_ref * rho_t  # (47)
+        t_xuitj = w_across * t_gliif
+        t_c5njk = rho_ref * t_xuitj * rho_t
+        Q = np.where(m_z5ee7, -t_c5njk, 0.0)  # (47)
+        t_efbua = np.fmin(1.0, rho_t * R / np.sqrt(P * P + np.where(m_z5ee7, np.where(m_z5ee7, t_c5njk * t_c5njk, 0.0), 0.0)))
+        x_tangent = 1.5707963267948966 - alpha * np.arctan2(Q, P) + np.arccos(t_efbua)  # (47)
+        m_xb2xi = (K_ < 0.03)
+        t_fcflk = K_ * K_
+        t_reehy = np.where(m_xb2xi, K_ * (1.5 + t_fcflk * (-0.45 + t_fcflk * (0.26035714285714284 + -0.18225 * t_fcflk))), x_step3)
+        x_ = np.fmin(x_tangent, t_reehy)  # (47)
+        escape = np.fmin(t_hnwtz, np.sqrt(t_ptl3y))
+        sin_x_, cos_x_ = np.sin(x_), np.cos(x_)
+        speed = k_phi * np.fmax(rho_t, -(cos_x_ * escape))  # (45)
+        t_4x2zf = zeta1 * zeta1 + zeta2 * zeta2
+        rho = np.sqrt(t_4x2zf)
+        t_a5u54 = alpha * speed * sin_x_
+        t_wvhee = cos_x_ * speed
+        t_rqnbt = np.where(m_z5ee7, t_xuitj * t_a5u54, 0.0) - cos_t * t_wvhee
+        t_lp7ic = np.where(m_z5ee7, -(t_wvhee * t_xuitj), 0.0) - cos_t * t_a5u54
+        t_6ftfw = (
+            (cos_phi_ref * t_rqnbt - sin_phi_ref * t_lp7ic) * zeta1
+            + (cos_phi_ref * t_lp7ic + sin_phi_ref * t_rqnbt) * zeta2
+        )
+        t_y4tzf = 1.0 / np.fmax(1e-09, rho)
+        rho_rate_excess = np.fmax(0.0, -(t_kc5kr * (R - rho) + t_6ftfw * t_y4tzf)) * t_y4tzf
+        phi = np.arctan2(zeta2, zeta1)
+        zeta1_rate = t_lp7ic * sin_phi_ref - rho_rate_excess * zeta1 - t_rqnbt * cos_phi_ref
+        w3 = np.fmax(-mu_rate_max, np.fmin(mu_rate_max, mu_gain * (mu_ref - mu)))
+        m_o5luw = (0.0 < rho)
+        t_lx4n5 = rho_rate_excess * zeta2 + t_rqnbt * sin_phi_ref + t_lp7ic * cos_phi_ref
+        w1 = np.where(m_o5luw, (zeta1 * zeta1_rate - zeta2 * t_lx4n5) / rho, zeta1_rate)
+        w2 = np.where(m_o5luw, -((zeta1 * t_lx4n5 + zeta1_rate * zeta2) / t_4x2zf), 0.0)
+        return _vector(
+            rho,
+            phi,
+            mu,
+            theta,
+        ), _vector(
+            w1,
+            w2,
+            w3,
+        )

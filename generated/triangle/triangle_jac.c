@@ -9,7 +9,12 @@
 /* Jacobian of rhs with respect to x, row by row; 7 operations. */
 void triangle_jac_x(const real *x, const real *u, const real *p, real *J)
 {
-    const real v12 = K(1.0) / x[2];
+    enum { rho = TRIANGLE_X_RHO };
+    enum { mu = TRIANGLE_X_MU };
+    enum { w2 = TRIANGLE_U_W2 };
+    enum { H = TRIANGLE_P_H };
+    enum { mass = TRIANGLE_P_MASS };
+    const real t_v4jyn = K(1.0) / x[mu];
     J[0] = SPLAT(K(0.0));
     J[1] = SPLAT(K(0.0));
     J[2] = SPLAT(K(0.0));
@@ -22,9 +27,9 @@ void triangle_jac_x(const real *x, const real *u, const real *p, real *J)
     J[9] = SPLAT(K(0.0));
     J[10] = SPLAT(K(0.0));
     J[11] = SPLAT(K(0.0));
-    J[12] = u[1] * (x[0] + x[0]);
+    J[12] = u[w2] * (x[rho] + x[rho]);
     J[13] = SPLAT(K(0.0));
-    J[14] = -(K(3.0) * p[0] / p[2] * v12 * v12);
+    J[14] = -(K(3.0) * p[H] / p[mass] * t_v4jyn * t_v4jyn);
     J[15] = SPLAT(K(0.0));
 }
 
@@ -33,6 +38,7 @@ void triangle_jac_u(const real *x, const real *u, const real *p, real *J)
 {
     (void)u;
     (void)p;
+    enum { rho = TRIANGLE_X_RHO };
     J[0] = SPLAT(K(1.0));
     J[1] = SPLAT(K(0.0));
     J[2] = SPLAT(K(0.0));
@@ -43,17 +49,28 @@ void triangle_jac_u(const real *x, const real *u, const real *p, real *J)
     J[7] = SPLAT(K(0.0));
     J[8] = SPLAT(K(1.0));
     J[9] = SPLAT(K(0.0));
-    J[10] = x[0] * x[0];
+    J[10] = x[rho] * x[rho];
     J[11] = SPLAT(K(0.0));
 }
 
 /* change of rhs along a change of x and u; 13 operations. */
 void triangle_jvp(const real *x, const real *u, const real *p, const real *along_x, const real *along_u, real *change)
 {
-    const real v19 = K(1.0) / x[2];
-    const real v24 = u[1] * ((x[0] + x[0]) * along_x[0]) + x[0] * x[0] * along_u[1] - K(3.0) * p[0] / p[2] * v19 * v19 * along_x[2];
-    change[0] = along_u[0];
-    change[1] = along_u[1];
-    change[2] = along_u[2];
-    change[3] = v24;
+    enum { rho = TRIANGLE_X_RHO };
+    enum { mu = TRIANGLE_X_MU };
+    enum { w2 = TRIANGLE_U_W2 };
+    enum { H = TRIANGLE_P_H };
+    enum { mass = TRIANGLE_P_MASS };
+    enum { along_rho = 0 };
+    enum { along_mu = 2 };
+    enum { along_w1 = 0 };
+    enum { along_w2 = 1 };
+    enum { along_w3 = 2 };
+    const real t_v4jyn = K(1.0) / x[mu];
+    change[0] = along_u[along_w1];
+    change[1] = along_u[along_w2];
+    change[2] = along_u[along_w3];
+    change[3] = u[w2] * ((x[rho] + x[rho]) * along_x[along_rho])
+        + x[rho] * x[rho] * along_u[along_w2]
+        - K(3.0) * p[H] / p[mass] * t_v4jyn * t_v4jyn * along_x[along_mu];
 }

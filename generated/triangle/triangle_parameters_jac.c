@@ -10,8 +10,11 @@
 void triangle_jac_p(const real *x, const real *u, const real *p, real *J)
 {
     (void)u;
-    const real v4 = K(1.0) / p[2];
-    const real v6 = K(1.0) / x[2];
+    enum { mu = TRIANGLE_X_MU };
+    enum { H = TRIANGLE_P_H };
+    enum { mass = TRIANGLE_P_MASS };
+    const real t_fcazm = K(1.0) / p[mass];
+    const real t_v4jyn = K(1.0) / x[mu];
     J[0] = SPLAT(K(0.0));
     J[1] = SPLAT(K(0.0));
     J[2] = SPLAT(K(0.0));
@@ -21,9 +24,9 @@ void triangle_jac_p(const real *x, const real *u, const real *p, real *J)
     J[6] = SPLAT(K(0.0));
     J[7] = SPLAT(K(0.0));
     J[8] = SPLAT(K(0.0));
-    J[9] = K(3.0) * (v4 * v6);
+    J[9] = K(3.0) * (t_fcazm * t_v4jyn);
     J[10] = SPLAT(K(1.0));
-    J[11] = -(K(3.0) * p[0] * v4 * v4 * v6);
+    J[11] = -(K(3.0) * p[H] * t_fcazm * t_fcazm * t_v4jyn);
 }
 
 /* Jacobian of outputs with respect to p, row by row; 0 operations. */

@@ -6,534 +6,880 @@
 
 #include "mehvar/private/arithmetic.h"
 
+/* Places of h. */
+enum {
+    rhs_h_t_6q6qz,
+};
+
 /* what rhs computes once per run; 2 operations. */
 void triangle_rhs_prepare(const real *p, real *h)
 {
-    h[0] = K(3.0) * p[0] / p[2];
+    enum { H = TRIANGLE_P_H };
+    enum { mass = TRIANGLE_P_MASS };
+    h[rhs_h_t_6q6qz] = K(3.0) * p[H] / p[mass];
 }
 
 /* the rest of rhs; 5 operations. */
 void triangle_rhs_prepared(const real *x, const real *u, const real *p, const real *h, real *dx)
 {
-    dx[0] = u[0];
-    dx[1] = u[1];
-    dx[2] = u[2];
-    dx[3] = p[1] + h[0] / x[2] + x[0] * x[0] * u[1];
+    enum { rho = TRIANGLE_X_RHO };
+    enum { mu = TRIANGLE_X_MU };
+    enum { w1 = TRIANGLE_U_W1 };
+    enum { w2 = TRIANGLE_U_W2 };
+    enum { w3 = TRIANGLE_U_W3 };
+    enum { disturbance = TRIANGLE_P_DISTURBANCE };
+    enum { t_6q6qz = rhs_h_t_6q6qz };
+    dx[0] = u[w1];
+    dx[1] = u[w2];
+    dx[2] = u[w3];
+    dx[3] = p[disturbance] + h[t_6q6qz] / x[mu] + x[rho] * x[rho] * u[w2];
 }
+
+/* Places of h. */
+enum {
+    outputs_h_cos_phi_ref,
+    outputs_h_sin_phi_ref,
+    outputs_h_length1_ref,
+    outputs_h_length2_ref,
+    outputs_h_length3_ref,
+};
 
 /* what outputs computes once per run; 23 operations. */
 void triangle_outputs_prepare(const real *r, real *h)
 {
-    real s4, c4; mv_sincos(r[1], &s4, &c4);
-    const real v9 = K(0.5773502691896257) * mv_sqrt(r[2]);
-    const real v14 = r[0] * mv_sqrt(K(1.0) - r[0] * r[0]);
-    const real v15 = K(1.7320508075688772) * s4 * v14;
-    const real v17 = c4 * v14;
-    h[0] = s4;
-    h[1] = c4;
-    h[2] = v9 * mv_sqrt(K(1.0) + v15 - v17);
-    h[3] = v9 * mv_sqrt(K(1.0) - v17 - v15);
-    h[4] = v9 * mv_sqrt(K(1.0) + (v17 + v17));
+    enum { rho_ref = TRIANGLE_R_RHO_REF };
+    enum { phi_ref = TRIANGLE_R_PHI_REF };
+    enum { mu_ref = TRIANGLE_R_MU_REF };
+    real sin_phi_ref, cos_phi_ref; mv_sincos(r[phi_ref], &sin_phi_ref, &cos_phi_ref);
+    const real t_rqfjc = K(0.5773502691896257) * mv_sqrt(r[mu_ref]);
+    const real t_vbegv = r[rho_ref] * mv_sqrt(K(1.0) - r[rho_ref] * r[rho_ref]);
+    const real t_ls2nh = K(1.7320508075688772) * sin_phi_ref * t_vbegv;
+    const real t_hlb56 = cos_phi_ref * t_vbegv;
+    const real length1_ref = t_rqfjc * mv_sqrt(K(1.0) + t_ls2nh - t_hlb56);  /* (20) */
+    const real length2_ref = t_rqfjc * mv_sqrt(K(1.0) - t_hlb56 - t_ls2nh);  /* (20) */
+    const real length3_ref = t_rqfjc * mv_sqrt(K(1.0) + (t_hlb56 + t_hlb56));  /* (20) */
+    h[outputs_h_cos_phi_ref] = cos_phi_ref;
+    h[outputs_h_sin_phi_ref] = sin_phi_ref;
+    h[outputs_h_length1_ref] = length1_ref;
+    h[outputs_h_length2_ref] = length2_ref;
+    h[outputs_h_length3_ref] = length3_ref;
 }
 
 /* the rest of outputs; 109 operations. */
 void triangle_outputs_prepared(const real *x, const real *u, const real *r, const real *h, real *y)
 {
-    const real v3 = K(0.5773502691896257) * mv_sqrt(x[2]);
-    real s8, c8; mv_sincos(x[1], &s8, &c8);
-    const real v9 = x[0] * s8;
-    const real v10 = K(1.7320508075688772) * v9;
-    const real v12 = x[0] * c8;
-    const real v17 = mv_sqrt(K(1.0) - (v12 * v12 + v9 * v9));
-    const real v18 = v10 * v17;
-    const real v20 = v12 * v17;
-    const real v23 = v3 * mv_sqrt(K(1.0) + v18 - v20);
-    const real v27 = v3 * mv_sqrt(K(1.0) - v20 - v18);
-    const real v31 = v3 * mv_sqrt(K(1.0) + (v20 + v20));
-    const real v34 = x[2] * v17;
-    const real v39 = x[0] * u[1];
-    const real v41 = u[0] * s8 + v39 * c8;
-    const real v42 = K(0.5773502691896257) * v34 * v41;
-    const real v46 = u[0] * c8 - v39 * s8;
-    const real v47 = v34 * v46;
-    const real v48 = K(0.3333333333333333) * v47;
-    const real v51 = K(0.3333333333333333) * v18;
-    const real v53 = K(0.3333333333333333) * v20;
-    const real v59 = v12 * v46 + v9 * v41;
-    const real v60 = K(1.0) / v17;
-    const real v62 = v59 * v60 * x[2];
-    const real v66 = v42 - v48 + u[2] * (K(0.3333333333333333) + v51 - v53) - K(0.3333333333333333) * v62 * (v10 - v12);
-    const real v79 = u[2] * (K(0.3333333333333333) - v53 - v51) - (v48 + v42) + K(0.3333333333333333) * v60 * v59 * x[2] * (v10 + v12);
-    const real v87 = K(0.6666666666666666) * v47 + u[2] * (K(0.3333333333333333) + K(0.6666666666666666) * v20);
-    const real v96 = h[0] * v12 - h[1] * v9;
-    const real v102 = r[0] - h[1] * v12 - h[0] * v9;
-    const real v105 = mv_sqrt(v96 * v96 + v102 * v102);
-    const mask m107 = LT(K(1e-09), v105);
-    const real v108 = K(1.0) / v105;
-    const real v113 = mv_atan2(SELECT0(m107, v96 * v108), SELECT(m107, v102 * v108, SPLAT(K(1.0))));
-    const real v117 = x[3] - r[3];
-    const real v129 = mv_max(mv_max(mv_fabs(v23 - h[2]), mv_fabs(v27 - h[3])), mv_fabs(v31 - h[4]));
-    y[0] = v23;
-    y[1] = v27;
-    y[2] = v31;
-    y[3] = K(0.5) / v23 * v66;
-    y[4] = K(0.5) / v27 * v79;
-    y[5] = K(0.5) / v31 * (v87 - K(0.6666666666666666) * v62 * v12);
-    y[6] = v105;
-    y[7] = v113;
-    y[8] = r[0] * v96 + v117;
-    y[9] = v117;
-    y[10] = v129;
+    enum { rho = TRIANGLE_X_RHO };
+    enum { phi = TRIANGLE_X_PHI };
+    enum { mu = TRIANGLE_X_MU };
+    enum { theta = TRIANGLE_X_THETA };
+    enum { w1 = TRIANGLE_U_W1 };
+    enum { w2 = TRIANGLE_U_W2 };
+    enum { w3 = TRIANGLE_U_W3 };
+    enum { rho_ref = TRIANGLE_R_RHO_REF };
+    enum { theta_ref = TRIANGLE_R_THETA_REF };
+    enum { cos_phi_ref = outputs_h_cos_phi_ref };
+    enum { sin_phi_ref = outputs_h_sin_phi_ref };
+    enum { length1_ref = outputs_h_length1_ref };
+    enum { length2_ref = outputs_h_length2_ref };
+    enum { length3_ref = outputs_h_length3_ref };
+    real sin_phi, cos_phi; mv_sincos(x[phi], &sin_phi, &cos_phi);
+    const real zeta1 = x[rho] * cos_phi;
+    const real zeta2 = x[rho] * sin_phi;
+    const real n = mv_sqrt(K(1.0) - (zeta1 * zeta1 + zeta2 * zeta2));  /* (19) */
+    const real t_thb5i = K(0.5773502691896257) * mv_sqrt(x[mu]);
+    const real t_qygdd = K(1.7320508075688772) * zeta2;
+    const real t_24mka = t_qygdd * n;
+    const real t_r4gcj = zeta1 * n;
+    const real length1 = t_thb5i * mv_sqrt(K(1.0) + t_24mka - t_r4gcj);  /* (20) */
+    const real length2 = t_thb5i * mv_sqrt(K(1.0) - t_r4gcj - t_24mka);  /* (20) */
+    const real length3 = t_thb5i * mv_sqrt(K(1.0) + (t_r4gcj + t_r4gcj));  /* (20) */
+    const real t_oyolo = x[mu] * n;
+    const real t_b6qkt = x[rho] * u[w2];
+    const real zeta2_rate = u[w1] * sin_phi + t_b6qkt * cos_phi;
+    const real t_sl4ci = K(0.5773502691896257) * t_oyolo * zeta2_rate;
+    const real zeta1_rate = u[w1] * cos_phi - t_b6qkt * sin_phi;
+    const real t_ovyu3 = t_oyolo * zeta1_rate;
+    const real t_ovyu3_2 = K(0.3333333333333333) * t_ovyu3;
+    const real t_24mka_2 = K(0.3333333333333333) * t_24mka;
+    const real t_r4gcj_2 = K(0.3333333333333333) * t_r4gcj;
+    const real t_dbxi6 = zeta1 * zeta1_rate + zeta2 * zeta2_rate;
+    const real t_so6vi = K(1.0) / n;
+    const real t_ctqau = t_dbxi6 * t_so6vi * x[mu];
+    const real t_dzvf6 = t_sl4ci
+        - t_ovyu3_2
+        + u[w3] * (K(0.3333333333333333) + t_24mka_2 - t_r4gcj_2)
+        - K(0.3333333333333333) * t_ctqau * (t_qygdd - zeta1);
+    const real rod_rate1 = K(0.5) / length1 * t_dzvf6;  /* (22) */
+    const real t_vqw6c = u[w3] * (K(0.3333333333333333) - t_r4gcj_2 - t_24mka_2)
+        - (t_ovyu3_2 + t_sl4ci)
+        + K(0.3333333333333333) * t_so6vi * t_dbxi6 * x[mu] * (t_qygdd + zeta1);
+    const real rod_rate2 = K(0.5) / length2 * t_vqw6c;  /* (22) */
+    const real t_ezpcf = K(0.6666666666666666) * t_ovyu3
+        + u[w3] * (K(0.3333333333333333) + K(0.6666666666666666) * t_r4gcj)
+        - K(0.6666666666666666) * t_ctqau * zeta1;
+    const real rod_rate3 = K(0.5) / length3 * t_ezpcf;  /* (22) */
+    const real w_along = r[rho_ref] - h[cos_phi_ref] * zeta1 - h[sin_phi_ref] * zeta2;  /* (25) */
+    const real w_across = h[sin_phi_ref] * zeta1 - h[cos_phi_ref] * zeta2;  /* (25) */
+    const real rho_t = mv_sqrt(w_across * w_across + w_along * w_along);  /* (25) */
+    const mask m_z5ee7 = LT(K(1e-09), rho_t);
+    const real t_gliif = K(1.0) / rho_t;
+    const real cos_t = SELECT(m_z5ee7, w_along * t_gliif, SPLAT(K(1.0)));  /* (25) */
+    const real sin_t = SELECT0(m_z5ee7, w_across * t_gliif);  /* (25) */
+    const real t_vienp = x[theta] - r[theta_ref];
+    const real theta_exact = r[rho_ref] * w_across + t_vienp;  /* (27) */
+    y[0] = length1;
+    y[1] = length2;
+    y[2] = length3;
+    y[3] = rod_rate1;
+    y[4] = rod_rate2;
+    y[5] = rod_rate3;
+    y[6] = rho_t;
+    y[7] = mv_atan2(sin_t, cos_t);
+    y[8] = theta_exact;
+    y[9] = t_vienp;
+    y[10] = mv_max(mv_max(mv_fabs(length1 - h[length1_ref]), mv_fabs(length2 - h[length2_ref])), mv_fabs(length3 - h[length3_ref]));
 }
+
+/* Places of h. */
+enum {
+    sliding_h_cos_phi_ref,
+    sliding_h_sin_phi_ref,
+    sliding_h_t_ltkqk,
+    sliding_h_t_o55bt,
+    sliding_h_t_gjxkh,
+    sliding_h_t_ieu4b,
+    sliding_h_t_fcuq3,
+    sliding_h_t_weose,
+    sliding_h_t_kc5kr,
+    sliding_h_t_mldgu,
+    sliding_h_t_6rwtv,
+};
 
 /* what sliding computes once per run; 11 operations. */
 void triangle_sliding_prepare(const real *r, const real *c, real *h)
 {
-    real s1, c1; mv_sincos(r[1], &s1, &c1);
-    const real v6 = K(1.0) / c[3];
-    const real v8 = K(1.0) / c[1];
-    h[0] = s1;
-    h[1] = c1;
-    h[2] = v6;
-    h[3] = v8;
-    h[4] = v6 * v8;
-    h[5] = c[6] * c[6];
-    h[6] = r[0] * r[0];
-    h[7] = K(1.0) / c[4];
-    h[8] = K(-1.0) + c[1];
-    h[9] = K(1.0) / c[5];
-    h[10] = K(100.0) * c[0];
+    enum { rho_ref = TRIANGLE_R_RHO_REF };
+    enum { phi_ref = TRIANGLE_R_PHI_REF };
+    enum { k_phi = TRIANGLE_SLIDING_C_K_PHI };
+    enum { m = TRIANGLE_SLIDING_C_M };
+    enum { theta_star = TRIANGLE_SLIDING_C_THETA_STAR };
+    enum { s_min = TRIANGLE_SLIDING_C_S_MIN };
+    enum { theta_min = TRIANGLE_SLIDING_C_THETA_MIN };
+    enum { R = TRIANGLE_SLIDING_C_R };
+    real sin_phi_ref, cos_phi_ref; mv_sincos(r[phi_ref], &sin_phi_ref, &cos_phi_ref);
+    const real t_gjxkh = K(1.0) / c[theta_star];
+    const real t_ieu4b = K(1.0) / c[m];
+    h[sliding_h_cos_phi_ref] = cos_phi_ref;
+    h[sliding_h_sin_phi_ref] = sin_phi_ref;
+    h[sliding_h_t_ltkqk] = c[R] * c[R];
+    h[sliding_h_t_o55bt] = r[rho_ref] * r[rho_ref];
+    h[sliding_h_t_gjxkh] = t_gjxkh;
+    h[sliding_h_t_ieu4b] = t_ieu4b;
+    h[sliding_h_t_fcuq3] = t_gjxkh * t_ieu4b;
+    h[sliding_h_t_weose] = K(1.0) / c[s_min];
+    h[sliding_h_t_kc5kr] = K(100.0) * c[k_phi];
+    h[sliding_h_t_mldgu] = K(-1.0) + c[m];
+    h[sliding_h_t_6rwtv] = K(1.0) / c[theta_min];
 }
 
 /* the rest of sliding; 127 operations. */
 void triangle_sliding_prepared(const real *x, const real *r, const real *c, const real *h, real *u)
 {
-    real s3, c3; mv_sincos(x[1], &s3, &c3);
-    const real v4 = x[0] * c3;
-    const real v7 = x[0] * s3;
-    const real v9 = v4 * v4 + v7 * v7;
-    const real v10 = mv_sqrt(v9);
-    const mask m11 = LT(K(0.0), v10);
-    const real v17 = h[0] * v4 - h[1] * v7;
-    const real v23 = r[0] - h[1] * v4 - h[0] * v7;
-    const real v25 = v17 * v17 + v23 * v23;
-    const real v26 = mv_sqrt(v25);
-    const mask m27 = LT(K(1e-09), v26);
-    const mask m28 = LT(K(0.0), v26);
-    const real v34 = K(1.0) / v26;
-    const real v36 = SELECT(m27, v23 * v34, SPLAT(K(1.0)));
-    const real v41 = v17 * v34;
-    const real v48 = mv_sqrt(h[5] + SELECT0(m27, SELECT0(m27, -(h[6] * (v41 * v41)))));
-    const real v49 = v36 * r[0] + v48;
-    const real v61 = x[3] - r[3] + r[0] * v17 * c[9];
-    const real v63 = mv_fabs(v61) * h[2];
-    const real v67 = c[0] * mv_sqrt(v26 / v49) / (v63 + v25 / (v49 * v49));
-    const real v76 = SELECT0(m28, h[4] * v49 * v67 * (SELECT0(m27, r[0] * v41 / v48 * v61 * c[1]) - v25));
-    const real v79 = mv_pow(v63, h[3]);
-    const real v86 = c[2] * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), (v26 - v79 * v49) * h[7]));
-    const real v87 = v76 - v86;
-    const real v89 = SELECT0(m27, v87 * v41);
-    const real v97 = v67 * mv_pow(v79, h[8]) * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), v61 * h[9]));
-    const real v102 = v89 + SELECT0(m28, -(v36 * v97 * v26));
-    const real v108 = v97 * v26;
-    const real v112 = v36 * v87 + SELECT0(m27, SELECT0(m28, v108 * v41));
-    const real v117 = SELECT0(m28, -(v108 * v36)) + v89;
-    const real v127 = K(1.0) / mv_max(SPLAT(K(1e-09)), v10);
-    const real v128 = ((h[1] * v112 - h[0] * v117) * v4 + (h[1] * v117 + h[0] * v112) * v7) * v127;
-    const real v132 = mv_max(SPLAT(K(0.0)), -(h[10] * (c[6] - v10) + v128)) * v127;
-    const real v136 = v102 * h[0] - v132 * v4 - v112 * h[1];
-    const real v142 = v132 * v7 + v112 * h[0] + v102 * h[1];
-    u[0] = SELECT(m11, (v4 * v136 - v7 * v142) / v10, v136);
-    u[1] = SELECT0(m11, -((v4 * v142 + v136 * v7) / v9));
-    u[2] = mv_max(-c[8], mv_min(c[8], c[7] * (r[2] - x[2])));
+    enum { rho = TRIANGLE_X_RHO };
+    enum { phi = TRIANGLE_X_PHI };
+    enum { mu = TRIANGLE_X_MU };
+    enum { theta = TRIANGLE_X_THETA };
+    enum { rho_ref = TRIANGLE_R_RHO_REF };
+    enum { mu_ref = TRIANGLE_R_MU_REF };
+    enum { theta_ref = TRIANGLE_R_THETA_REF };
+    enum { k_phi = TRIANGLE_SLIDING_C_K_PHI };
+    enum { m = TRIANGLE_SLIDING_C_M };
+    enum { eta_rho = TRIANGLE_SLIDING_C_ETA_RHO };
+    enum { R = TRIANGLE_SLIDING_C_R };
+    enum { mu_gain = TRIANGLE_SLIDING_C_MU_GAIN };
+    enum { mu_rate_max = TRIANGLE_SLIDING_C_MU_RATE_MAX };
+    enum { area_factor = TRIANGLE_SLIDING_C_AREA_FACTOR };
+    enum { cos_phi_ref = sliding_h_cos_phi_ref };
+    enum { sin_phi_ref = sliding_h_sin_phi_ref };
+    enum { t_ltkqk = sliding_h_t_ltkqk };
+    enum { t_o55bt = sliding_h_t_o55bt };
+    enum { t_gjxkh = sliding_h_t_gjxkh };
+    enum { t_ieu4b = sliding_h_t_ieu4b };
+    enum { t_fcuq3 = sliding_h_t_fcuq3 };
+    enum { t_weose = sliding_h_t_weose };
+    enum { t_kc5kr = sliding_h_t_kc5kr };
+    enum { t_mldgu = sliding_h_t_mldgu };
+    enum { t_6rwtv = sliding_h_t_6rwtv };
+    real sin_phi, cos_phi; mv_sincos(x[phi], &sin_phi, &cos_phi);
+    const real zeta1 = x[rho] * cos_phi;
+    const real zeta2 = x[rho] * sin_phi;
+    const real w_along = r[rho_ref] - h[cos_phi_ref] * zeta1 - h[sin_phi_ref] * zeta2;  /* (25) */
+    const real w_across = h[sin_phi_ref] * zeta1 - h[cos_phi_ref] * zeta2;  /* (25) */
+    const real t_furpv = w_across * w_across + w_along * w_along;
+    const real rho_t = mv_sqrt(t_furpv);  /* (25) */
+    const mask m_z5ee7 = LT(K(1e-09), rho_t);
+    const real t_gliif = K(1.0) / rho_t;
+    const real cos_t = SELECT(m_z5ee7, w_along * t_gliif, SPLAT(K(1.0)));  /* (25) */
+    const real theta_t = x[theta] - r[theta_ref] + r[rho_ref] * w_across * c[area_factor];  /* (27) */
+    const real t_xuitj = w_across * t_gliif;
+    const real chord = mv_sqrt(h[t_ltkqk] + SELECT0(m_z5ee7, SELECT0(m_z5ee7, -(h[t_o55bt] * (t_xuitj * t_xuitj)))));  /* (28) */
+    const real h_ = cos_t * r[rho_ref] + chord;  /* (28) */
+    const real tau = mv_fabs(theta_t) * h[t_gjxkh];  /* (31) */
+    const real f = mv_pow(tau, h[t_ieu4b]);  /* (31) */
+    const real s = rho_t - f * h_;  /* (30) */
+    const mask m_z5ee7_2 = LT(K(0.0), rho_t);
+    const real t_3vtu5 = c[k_phi] * mv_sqrt(rho_t / h_) / (tau + t_furpv / (h_ * h_));
+    const real t_ukhtg = h[t_fcuq3] * h_ * t_3vtu5 * (SELECT0(m_z5ee7, r[rho_ref] * t_xuitj / chord * theta_t * c[m]) - t_furpv);
+    const real rho_t_rate = SELECT0(m_z5ee7_2, t_ukhtg) - c[eta_rho] * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), s * h[t_weose]));  /* (34) */
+    const real t_4x2zf = zeta1 * zeta1 + zeta2 * zeta2;
+    const real t_yfvls = mv_sqrt(t_4x2zf);
+    const real t_ztpvq = t_3vtu5 * mv_pow(f, h[t_mldgu]) * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), theta_t * h[t_6rwtv]));
+    const real t_26bng = t_ztpvq * rho_t;
+    const real t_e53ad = cos_t * rho_t_rate + SELECT0(m_z5ee7, SELECT0(m_z5ee7_2, t_26bng * t_xuitj));
+    const real t_gqrit = SELECT0(m_z5ee7, rho_t_rate * t_xuitj);
+    const real t_ejfsp = SELECT0(m_z5ee7_2, -(t_26bng * cos_t)) + t_gqrit;
+    const real t_b6lir = (h[cos_phi_ref] * t_e53ad - h[sin_phi_ref] * t_ejfsp) * zeta1
+        + (h[cos_phi_ref] * t_ejfsp + h[sin_phi_ref] * t_e53ad) * zeta2;
+    const real t_e4rje = K(1.0) / mv_max(SPLAT(K(1e-09)), t_yfvls);
+    const real rho_t_rate_excess = mv_max(SPLAT(K(0.0)), -(h[t_kc5kr] * (c[R] - t_yfvls) + t_b6lir * t_e4rje)) * t_e4rje;
+    const real t_jupxu = t_gqrit + SELECT0(m_z5ee7_2, -(cos_t * t_ztpvq * rho_t));
+    const real zeta1_rate = t_jupxu * h[sin_phi_ref] - rho_t_rate_excess * zeta1 - t_e53ad * h[cos_phi_ref];
+    const real w3 = mv_max(-c[mu_rate_max], mv_min(c[mu_rate_max], c[mu_gain] * (r[mu_ref] - x[mu])));
+    const mask m_ksqj2 = LT(K(0.0), t_yfvls);
+    const real t_bbfh5 = rho_t_rate_excess * zeta2 + t_e53ad * h[sin_phi_ref] + t_jupxu * h[cos_phi_ref];
+    const real w1 = SELECT(m_ksqj2, (zeta1 * zeta1_rate - zeta2 * t_bbfh5) / t_yfvls, zeta1_rate);
+    const real w2 = SELECT0(m_ksqj2, -((zeta1 * t_bbfh5 + zeta1_rate * zeta2) / t_4x2zf));
+    u[0] = w1;
+    u[1] = w2;
+    u[2] = w3;
 }
+
+/* Places of h. */
+enum {
+    sliding_loop_h_cos_phi_ref,
+    sliding_loop_h_sin_phi_ref,
+    sliding_loop_h_t_ltkqk,
+    sliding_loop_h_t_o55bt,
+    sliding_loop_h_t_gjxkh,
+    sliding_loop_h_t_ieu4b,
+    sliding_loop_h_t_fcuq3,
+    sliding_loop_h_t_weose,
+    sliding_loop_h_t_kc5kr,
+    sliding_loop_h_t_mldgu,
+    sliding_loop_h_t_6rwtv,
+    sliding_loop_h_t_6q6qz,
+};
 
 /* what sliding_loop computes once per run; 13 operations. */
 void triangle_sliding_loop_prepare(const real *r, const real *p, const real *c, real *h)
 {
-    real s1, c1; mv_sincos(r[1], &s1, &c1);
-    const real v6 = K(1.0) / c[3];
-    const real v8 = K(1.0) / c[1];
-    h[0] = s1;
-    h[1] = c1;
-    h[2] = v6;
-    h[3] = v8;
-    h[4] = v6 * v8;
-    h[5] = c[6] * c[6];
-    h[6] = r[0] * r[0];
-    h[7] = K(1.0) / c[4];
-    h[8] = K(-1.0) + c[1];
-    h[9] = K(1.0) / c[5];
-    h[10] = K(100.0) * c[0];
-    h[11] = K(3.0) * p[0] / p[2];
+    enum { rho_ref = TRIANGLE_R_RHO_REF };
+    enum { phi_ref = TRIANGLE_R_PHI_REF };
+    enum { H = TRIANGLE_P_H };
+    enum { mass = TRIANGLE_P_MASS };
+    enum { k_phi = TRIANGLE_SLIDING_C_K_PHI };
+    enum { m = TRIANGLE_SLIDING_C_M };
+    enum { theta_star = TRIANGLE_SLIDING_C_THETA_STAR };
+    enum { s_min = TRIANGLE_SLIDING_C_S_MIN };
+    enum { theta_min = TRIANGLE_SLIDING_C_THETA_MIN };
+    enum { R = TRIANGLE_SLIDING_C_R };
+    real sin_phi_ref, cos_phi_ref; mv_sincos(r[phi_ref], &sin_phi_ref, &cos_phi_ref);
+    const real t_gjxkh = K(1.0) / c[theta_star];
+    const real t_ieu4b = K(1.0) / c[m];
+    h[sliding_loop_h_cos_phi_ref] = cos_phi_ref;
+    h[sliding_loop_h_sin_phi_ref] = sin_phi_ref;
+    h[sliding_loop_h_t_ltkqk] = c[R] * c[R];
+    h[sliding_loop_h_t_o55bt] = r[rho_ref] * r[rho_ref];
+    h[sliding_loop_h_t_gjxkh] = t_gjxkh;
+    h[sliding_loop_h_t_ieu4b] = t_ieu4b;
+    h[sliding_loop_h_t_fcuq3] = t_gjxkh * t_ieu4b;
+    h[sliding_loop_h_t_weose] = K(1.0) / c[s_min];
+    h[sliding_loop_h_t_kc5kr] = K(100.0) * c[k_phi];
+    h[sliding_loop_h_t_mldgu] = K(-1.0) + c[m];
+    h[sliding_loop_h_t_6rwtv] = K(1.0) / c[theta_min];
+    h[sliding_loop_h_t_6q6qz] = K(3.0) * p[H] / p[mass];
 }
 
 /* the rest of sliding_loop; 118 operations. */
 void triangle_sliding_loop_prepared(const real *q, const real *r, const real *p, const real *c, const real *h, real *dq)
 {
-    const real v7 = h[0] * q[0] - h[1] * q[1];
-    const real v13 = r[0] - h[1] * q[0] - h[0] * q[1];
-    const real v15 = v7 * v7 + v13 * v13;
-    const real v16 = mv_sqrt(v15);
-    const mask m17 = LT(K(1e-09), v16);
-    const mask m19 = LT(K(0.0), v16);
-    const real v25 = K(1.0) / v16;
-    const real v27 = SELECT(m17, v13 * v25, SPLAT(K(1.0)));
-    const real v32 = v7 * v25;
-    const real v39 = mv_sqrt(h[5] + SELECT0(m17, SELECT0(m17, -(h[6] * (v32 * v32)))));
-    const real v40 = v27 * r[0] + v39;
-    const real v52 = q[3] - r[3] + r[0] * v7 * c[9];
-    const real v54 = mv_fabs(v52) * h[2];
-    const real v58 = c[0] * mv_sqrt(v16 / v40) / (v54 + v15 / (v40 * v40));
-    const real v67 = SELECT0(m19, h[4] * v40 * v58 * (SELECT0(m17, r[0] * v32 / v39 * v52 * c[1]) - v15));
-    const real v70 = mv_pow(v54, h[3]);
-    const real v77 = c[2] * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), (v16 - v70 * v40) * h[7]));
-    const real v78 = v67 - v77;
-    const real v80 = SELECT0(m17, v78 * v32);
-    const real v88 = v58 * mv_pow(v70, h[8]) * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), v52 * h[9]));
-    const real v93 = v80 + SELECT0(m19, -(v27 * v88 * v16));
-    const real v99 = mv_sqrt(q[0] * q[0] + q[1] * q[1]);
-    const real v103 = v88 * v16;
-    const real v107 = v27 * v78 + SELECT0(m17, SELECT0(m19, v103 * v32));
-    const real v112 = SELECT0(m19, -(v103 * v27)) + v80;
-    const real v122 = K(1.0) / mv_max(SPLAT(K(1e-09)), v99);
-    const real v123 = ((h[1] * v107 - h[0] * v112) * q[0] + (h[1] * v112 + h[0] * v107) * q[1]) * v122;
-    const real v127 = mv_max(SPLAT(K(0.0)), -(h[10] * (c[6] - v99) + v123)) * v122;
-    const real v131 = v93 * h[0] - v127 * q[0] - v107 * h[1];
-    const real v136 = v127 * q[1] + v107 * h[0] + v93 * h[1];
-    dq[0] = v131;
-    dq[1] = -v136;
-    dq[2] = mv_max(-c[8], mv_min(c[8], c[7] * (r[2] - q[2])));
-    dq[3] = p[1] + h[11] / q[2] - q[0] * v136 - v131 * q[1];
+    enum { zeta1 = TRIANGLE_Q_ZETA1 };
+    enum { zeta2 = TRIANGLE_Q_ZETA2 };
+    enum { mu = TRIANGLE_Q_MU };
+    enum { theta = TRIANGLE_Q_THETA };
+    enum { rho_ref = TRIANGLE_R_RHO_REF };
+    enum { mu_ref = TRIANGLE_R_MU_REF };
+    enum { theta_ref = TRIANGLE_R_THETA_REF };
+    enum { disturbance = TRIANGLE_P_DISTURBANCE };
+    enum { k_phi = TRIANGLE_SLIDING_C_K_PHI };
+    enum { m = TRIANGLE_SLIDING_C_M };
+    enum { eta_rho = TRIANGLE_SLIDING_C_ETA_RHO };
+    enum { R = TRIANGLE_SLIDING_C_R };
+    enum { mu_gain = TRIANGLE_SLIDING_C_MU_GAIN };
+    enum { mu_rate_max = TRIANGLE_SLIDING_C_MU_RATE_MAX };
+    enum { area_factor = TRIANGLE_SLIDING_C_AREA_FACTOR };
+    enum { cos_phi_ref = sliding_loop_h_cos_phi_ref };
+    enum { sin_phi_ref = sliding_loop_h_sin_phi_ref };
+    enum { t_ltkqk = sliding_loop_h_t_ltkqk };
+    enum { t_o55bt = sliding_loop_h_t_o55bt };
+    enum { t_gjxkh = sliding_loop_h_t_gjxkh };
+    enum { t_ieu4b = sliding_loop_h_t_ieu4b };
+    enum { t_fcuq3 = sliding_loop_h_t_fcuq3 };
+    enum { t_weose = sliding_loop_h_t_weose };
+    enum { t_kc5kr = sliding_loop_h_t_kc5kr };
+    enum { t_mldgu = sliding_loop_h_t_mldgu };
+    enum { t_6rwtv = sliding_loop_h_t_6rwtv };
+    enum { t_6q6qz = sliding_loop_h_t_6q6qz };
+    const real w_along = r[rho_ref] - h[cos_phi_ref] * q[zeta1] - h[sin_phi_ref] * q[zeta2];  /* (25) */
+    const real w_across = h[sin_phi_ref] * q[zeta1] - h[cos_phi_ref] * q[zeta2];  /* (25) */
+    const real t_furpv = w_across * w_across + w_along * w_along;
+    const real rho_t = mv_sqrt(t_furpv);  /* (25) */
+    const mask m_z5ee7 = LT(K(1e-09), rho_t);
+    const real t_gliif = K(1.0) / rho_t;
+    const real cos_t = SELECT(m_z5ee7, w_along * t_gliif, SPLAT(K(1.0)));  /* (25) */
+    const real theta_t = q[theta] - r[theta_ref] + r[rho_ref] * w_across * c[area_factor];  /* (27) */
+    const real t_xuitj = w_across * t_gliif;
+    const real chord = mv_sqrt(h[t_ltkqk] + SELECT0(m_z5ee7, SELECT0(m_z5ee7, -(h[t_o55bt] * (t_xuitj * t_xuitj)))));  /* (28) */
+    const real h_ = cos_t * r[rho_ref] + chord;  /* (28) */
+    const real tau = mv_fabs(theta_t) * h[t_gjxkh];  /* (31) */
+    const real f = mv_pow(tau, h[t_ieu4b]);  /* (31) */
+    const real s = rho_t - f * h_;  /* (30) */
+    const mask m_z5ee7_2 = LT(K(0.0), rho_t);
+    const real t_3vtu5 = c[k_phi] * mv_sqrt(rho_t / h_) / (tau + t_furpv / (h_ * h_));
+    const real t_ukhtg = h[t_fcuq3] * h_ * t_3vtu5 * (SELECT0(m_z5ee7, r[rho_ref] * t_xuitj / chord * theta_t * c[m]) - t_furpv);
+    const real rho_t_rate = SELECT0(m_z5ee7_2, t_ukhtg) - c[eta_rho] * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), s * h[t_weose]));  /* (34) */
+    const real t_yfvls = mv_sqrt(q[zeta1] * q[zeta1] + q[zeta2] * q[zeta2]);
+    const real t_ztpvq = t_3vtu5 * mv_pow(f, h[t_mldgu]) * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), theta_t * h[t_6rwtv]));
+    const real t_26bng = t_ztpvq * rho_t;
+    const real t_e53ad = cos_t * rho_t_rate + SELECT0(m_z5ee7, SELECT0(m_z5ee7_2, t_26bng * t_xuitj));
+    const real t_gqrit = SELECT0(m_z5ee7, rho_t_rate * t_xuitj);
+    const real t_ejfsp = SELECT0(m_z5ee7_2, -(t_26bng * cos_t)) + t_gqrit;
+    const real t_b6lir = (h[cos_phi_ref] * t_e53ad - h[sin_phi_ref] * t_ejfsp) * q[zeta1]
+        + (h[cos_phi_ref] * t_ejfsp + h[sin_phi_ref] * t_e53ad) * q[zeta2];
+    const real t_e4rje = K(1.0) / mv_max(SPLAT(K(1e-09)), t_yfvls);
+    const real rho_t_rate_excess = mv_max(SPLAT(K(0.0)), -(h[t_kc5kr] * (c[R] - t_yfvls) + t_b6lir * t_e4rje)) * t_e4rje;
+    const real t_jupxu = t_gqrit + SELECT0(m_z5ee7_2, -(cos_t * t_ztpvq * rho_t));
+    const real zeta1_rate = t_jupxu * h[sin_phi_ref] - rho_t_rate_excess * q[zeta1] - t_e53ad * h[cos_phi_ref];
+    const real t_bbfh5 = rho_t_rate_excess * q[zeta2] + t_e53ad * h[sin_phi_ref] + t_jupxu * h[cos_phi_ref];
+    const real zeta2_rate = -t_bbfh5;
+    const real w3 = mv_max(-c[mu_rate_max], mv_min(c[mu_rate_max], c[mu_gain] * (r[mu_ref] - q[mu])));
+    dq[0] = zeta1_rate;
+    dq[1] = zeta2_rate;
+    dq[2] = w3;
+    dq[3] = p[disturbance] + h[t_6q6qz] / q[mu] - q[zeta1] * t_bbfh5 - zeta1_rate * q[zeta2];
 }
+
+/* Places of h. */
+enum {
+    sliding_observe_h_cos_phi_ref,
+    sliding_observe_h_sin_phi_ref,
+    sliding_observe_h_t_ltkqk,
+    sliding_observe_h_t_o55bt,
+    sliding_observe_h_t_gjxkh,
+    sliding_observe_h_t_ieu4b,
+    sliding_observe_h_t_fcuq3,
+    sliding_observe_h_t_weose,
+    sliding_observe_h_t_kc5kr,
+    sliding_observe_h_t_mldgu,
+    sliding_observe_h_t_6rwtv,
+};
 
 /* what sliding_observe computes once per run; 11 operations. */
 void triangle_sliding_observe_prepare(const real *r, const real *c, real *h)
 {
-    real s1, c1; mv_sincos(r[1], &s1, &c1);
-    const real v6 = K(1.0) / c[3];
-    const real v8 = K(1.0) / c[1];
-    h[0] = s1;
-    h[1] = c1;
-    h[2] = v6;
-    h[3] = v8;
-    h[4] = v6 * v8;
-    h[5] = c[6] * c[6];
-    h[6] = r[0] * r[0];
-    h[7] = K(1.0) / c[4];
-    h[8] = K(-1.0) + c[1];
-    h[9] = K(1.0) / c[5];
-    h[10] = K(100.0) * c[0];
+    enum { rho_ref = TRIANGLE_R_RHO_REF };
+    enum { phi_ref = TRIANGLE_R_PHI_REF };
+    enum { k_phi = TRIANGLE_SLIDING_C_K_PHI };
+    enum { m = TRIANGLE_SLIDING_C_M };
+    enum { theta_star = TRIANGLE_SLIDING_C_THETA_STAR };
+    enum { s_min = TRIANGLE_SLIDING_C_S_MIN };
+    enum { theta_min = TRIANGLE_SLIDING_C_THETA_MIN };
+    enum { R = TRIANGLE_SLIDING_C_R };
+    real sin_phi_ref, cos_phi_ref; mv_sincos(r[phi_ref], &sin_phi_ref, &cos_phi_ref);
+    const real t_gjxkh = K(1.0) / c[theta_star];
+    const real t_ieu4b = K(1.0) / c[m];
+    h[sliding_observe_h_cos_phi_ref] = cos_phi_ref;
+    h[sliding_observe_h_sin_phi_ref] = sin_phi_ref;
+    h[sliding_observe_h_t_ltkqk] = c[R] * c[R];
+    h[sliding_observe_h_t_o55bt] = r[rho_ref] * r[rho_ref];
+    h[sliding_observe_h_t_gjxkh] = t_gjxkh;
+    h[sliding_observe_h_t_ieu4b] = t_ieu4b;
+    h[sliding_observe_h_t_fcuq3] = t_gjxkh * t_ieu4b;
+    h[sliding_observe_h_t_weose] = K(1.0) / c[s_min];
+    h[sliding_observe_h_t_kc5kr] = K(100.0) * c[k_phi];
+    h[sliding_observe_h_t_mldgu] = K(-1.0) + c[m];
+    h[sliding_observe_h_t_6rwtv] = K(1.0) / c[theta_min];
 }
 
 /* the rest of sliding_observe; 124 operations. */
 void triangle_sliding_observe_prepared(const real *q, const real *r, const real *c, const real *h, real *x, real *u)
 {
-    const real v4 = q[0] * q[0] + q[1] * q[1];
-    const real v5 = mv_sqrt(v4);
-    const mask m10 = LT(K(0.0), v5);
-    const real v16 = h[0] * q[0] - h[1] * q[1];
-    const real v22 = r[0] - h[1] * q[0] - h[0] * q[1];
-    const real v24 = v16 * v16 + v22 * v22;
-    const real v25 = mv_sqrt(v24);
-    const mask m26 = LT(K(1e-09), v25);
-    const mask m27 = LT(K(0.0), v25);
-    const real v33 = K(1.0) / v25;
-    const real v35 = SELECT(m26, v22 * v33, SPLAT(K(1.0)));
-    const real v40 = v16 * v33;
-    const real v47 = mv_sqrt(h[5] + SELECT0(m26, SELECT0(m26, -(h[6] * (v40 * v40)))));
-    const real v48 = v35 * r[0] + v47;
-    const real v59 = q[3] - r[3] + r[0] * v16 * c[9];
-    const real v61 = mv_fabs(v59) * h[2];
-    const real v65 = c[0] * mv_sqrt(v25 / v48) / (v61 + v24 / (v48 * v48));
-    const real v74 = SELECT0(m27, h[4] * v48 * v65 * (SELECT0(m26, r[0] * v40 / v47 * v59 * c[1]) - v24));
-    const real v77 = mv_pow(v61, h[3]);
-    const real v84 = c[2] * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), (v25 - v77 * v48) * h[7]));
-    const real v85 = v74 - v84;
-    const real v87 = SELECT0(m26, v85 * v40);
-    const real v95 = v65 * mv_pow(v77, h[8]) * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), v59 * h[9]));
-    const real v100 = v87 + SELECT0(m27, -(v35 * v95 * v25));
-    const real v106 = v95 * v25;
-    const real v110 = v35 * v85 + SELECT0(m26, SELECT0(m27, v106 * v40));
-    const real v115 = SELECT0(m27, -(v106 * v35)) + v87;
-    const real v125 = K(1.0) / mv_max(SPLAT(K(1e-09)), v5);
-    const real v126 = ((h[1] * v110 - h[0] * v115) * q[0] + (h[1] * v115 + h[0] * v110) * q[1]) * v125;
-    const real v130 = mv_max(SPLAT(K(0.0)), -(h[10] * (c[6] - v5) + v126)) * v125;
-    const real v134 = v100 * h[0] - v130 * q[0] - v110 * h[1];
-    const real v140 = v130 * q[1] + v110 * h[0] + v100 * h[1];
-    x[0] = v5;
-    x[1] = mv_atan2(q[1], q[0]);
-    x[2] = q[2];
-    x[3] = q[3];
-    u[0] = SELECT(m10, (q[0] * v134 - q[1] * v140) / v5, v134);
-    u[1] = SELECT0(m10, -((q[0] * v140 + v134 * q[1]) / v4));
-    u[2] = mv_max(-c[8], mv_min(c[8], c[7] * (r[2] - q[2])));
+    enum { zeta1 = TRIANGLE_Q_ZETA1 };
+    enum { zeta2 = TRIANGLE_Q_ZETA2 };
+    enum { mu = TRIANGLE_Q_MU };
+    enum { theta = TRIANGLE_Q_THETA };
+    enum { rho_ref = TRIANGLE_R_RHO_REF };
+    enum { mu_ref = TRIANGLE_R_MU_REF };
+    enum { theta_ref = TRIANGLE_R_THETA_REF };
+    enum { k_phi = TRIANGLE_SLIDING_C_K_PHI };
+    enum { m = TRIANGLE_SLIDING_C_M };
+    enum { eta_rho = TRIANGLE_SLIDING_C_ETA_RHO };
+    enum { R = TRIANGLE_SLIDING_C_R };
+    enum { mu_gain = TRIANGLE_SLIDING_C_MU_GAIN };
+    enum { mu_rate_max = TRIANGLE_SLIDING_C_MU_RATE_MAX };
+    enum { area_factor = TRIANGLE_SLIDING_C_AREA_FACTOR };
+    enum { cos_phi_ref = sliding_observe_h_cos_phi_ref };
+    enum { sin_phi_ref = sliding_observe_h_sin_phi_ref };
+    enum { t_ltkqk = sliding_observe_h_t_ltkqk };
+    enum { t_o55bt = sliding_observe_h_t_o55bt };
+    enum { t_gjxkh = sliding_observe_h_t_gjxkh };
+    enum { t_ieu4b = sliding_observe_h_t_ieu4b };
+    enum { t_fcuq3 = sliding_observe_h_t_fcuq3 };
+    enum { t_weose = sliding_observe_h_t_weose };
+    enum { t_kc5kr = sliding_observe_h_t_kc5kr };
+    enum { t_mldgu = sliding_observe_h_t_mldgu };
+    enum { t_6rwtv = sliding_observe_h_t_6rwtv };
+    const real w_along = r[rho_ref] - h[cos_phi_ref] * q[zeta1] - h[sin_phi_ref] * q[zeta2];  /* (25) */
+    const real w_across = h[sin_phi_ref] * q[zeta1] - h[cos_phi_ref] * q[zeta2];  /* (25) */
+    const real t_furpv = w_across * w_across + w_along * w_along;
+    const real rho_t = mv_sqrt(t_furpv);  /* (25) */
+    const mask m_z5ee7 = LT(K(1e-09), rho_t);
+    const real t_gliif = K(1.0) / rho_t;
+    const real cos_t = SELECT(m_z5ee7, w_along * t_gliif, SPLAT(K(1.0)));  /* (25) */
+    const real theta_t = q[theta] - r[theta_ref] + r[rho_ref] * w_across * c[area_factor];  /* (27) */
+    const real t_xuitj = w_across * t_gliif;
+    const real chord = mv_sqrt(h[t_ltkqk] + SELECT0(m_z5ee7, SELECT0(m_z5ee7, -(h[t_o55bt] * (t_xuitj * t_xuitj)))));  /* (28) */
+    const real h_ = cos_t * r[rho_ref] + chord;  /* (28) */
+    const real tau = mv_fabs(theta_t) * h[t_gjxkh];  /* (31) */
+    const real f = mv_pow(tau, h[t_ieu4b]);  /* (31) */
+    const real s = rho_t - f * h_;  /* (30) */
+    const mask m_z5ee7_2 = LT(K(0.0), rho_t);
+    const real t_3vtu5 = c[k_phi] * mv_sqrt(rho_t / h_) / (tau + t_furpv / (h_ * h_));
+    const real t_ukhtg = h[t_fcuq3] * h_ * t_3vtu5 * (SELECT0(m_z5ee7, r[rho_ref] * t_xuitj / chord * theta_t * c[m]) - t_furpv);
+    const real rho_t_rate = SELECT0(m_z5ee7_2, t_ukhtg) - c[eta_rho] * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), s * h[t_weose]));  /* (34) */
+    const real t_4x2zf = q[zeta1] * q[zeta1] + q[zeta2] * q[zeta2];
+    const real rho = mv_sqrt(t_4x2zf);
+    const real t_ztpvq = t_3vtu5 * mv_pow(f, h[t_mldgu]) * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), theta_t * h[t_6rwtv]));
+    const real t_26bng = t_ztpvq * rho_t;
+    const real t_e53ad = cos_t * rho_t_rate + SELECT0(m_z5ee7, SELECT0(m_z5ee7_2, t_26bng * t_xuitj));
+    const real t_gqrit = SELECT0(m_z5ee7, rho_t_rate * t_xuitj);
+    const real t_ejfsp = SELECT0(m_z5ee7_2, -(t_26bng * cos_t)) + t_gqrit;
+    const real t_b6lir = (h[cos_phi_ref] * t_e53ad - h[sin_phi_ref] * t_ejfsp) * q[zeta1]
+        + (h[cos_phi_ref] * t_ejfsp + h[sin_phi_ref] * t_e53ad) * q[zeta2];
+    const real t_y4tzf = K(1.0) / mv_max(SPLAT(K(1e-09)), rho);
+    const real rho_t_rate_excess = mv_max(SPLAT(K(0.0)), -(h[t_kc5kr] * (c[R] - rho) + t_b6lir * t_y4tzf)) * t_y4tzf;
+    const real phi = mv_atan2(q[zeta2], q[zeta1]);
+    const real t_jupxu = t_gqrit + SELECT0(m_z5ee7_2, -(cos_t * t_ztpvq * rho_t));
+    const real zeta1_rate = t_jupxu * h[sin_phi_ref] - rho_t_rate_excess * q[zeta1] - t_e53ad * h[cos_phi_ref];
+    const real w3 = mv_max(-c[mu_rate_max], mv_min(c[mu_rate_max], c[mu_gain] * (r[mu_ref] - q[mu])));
+    const mask m_o5luw = LT(K(0.0), rho);
+    const real t_bbfh5 = rho_t_rate_excess * q[zeta2] + t_e53ad * h[sin_phi_ref] + t_jupxu * h[cos_phi_ref];
+    const real w1 = SELECT(m_o5luw, (q[zeta1] * zeta1_rate - q[zeta2] * t_bbfh5) / rho, zeta1_rate);
+    const real w2 = SELECT0(m_o5luw, -((q[zeta1] * t_bbfh5 + zeta1_rate * q[zeta2]) / t_4x2zf));
+    x[0] = rho;
+    x[1] = phi;
+    x[2] = q[mu];
+    x[3] = q[theta];
+    u[0] = w1;
+    u[1] = w2;
+    u[2] = w3;
 }
+
+/* Places of h. */
+enum {
+    path_h_cos_phi_ref,
+    path_h_sin_phi_ref,
+    path_h_t_llxk2,
+    path_h_t_hnwtz,
+    path_h_t_kc5kr,
+};
 
 /* what path computes once per run; 8 operations. */
 void triangle_path_prepare(const real *r, const real *c, real *h)
 {
-    real s1, c1; mv_sincos(r[1], &s1, &c1);
-    h[0] = s1;
-    h[1] = c1;
-    h[2] = c[2] * c[2] - r[0] * r[0];
-    h[3] = mv_min(c[2] - r[0], c[1]);
-    h[4] = K(100.0) * c[0];
+    enum { rho_ref = TRIANGLE_R_RHO_REF };
+    enum { phi_ref = TRIANGLE_R_PHI_REF };
+    enum { k_phi = TRIANGLE_PATH_C_K_PHI };
+    enum { rho_escape = TRIANGLE_PATH_C_RHO_ESCAPE };
+    enum { R = TRIANGLE_PATH_C_R };
+    real sin_phi_ref, cos_phi_ref; mv_sincos(r[phi_ref], &sin_phi_ref, &cos_phi_ref);
+    h[path_h_cos_phi_ref] = cos_phi_ref;
+    h[path_h_sin_phi_ref] = sin_phi_ref;
+    h[path_h_t_llxk2] = c[R] * c[R] - r[rho_ref] * r[rho_ref];
+    h[path_h_t_hnwtz] = mv_min(c[R] - r[rho_ref], c[rho_escape]);
+    h[path_h_t_kc5kr] = K(100.0) * c[k_phi];
 }
 
 /* the rest of path; 220 operations. */
 void triangle_path_prepared(const real *x, const real *r, const real *c, const real *h, real *u)
 {
-    real s3, c3; mv_sincos(x[1], &s3, &c3);
-    const real v4 = x[0] * c3;
-    const real v7 = x[0] * s3;
-    const real v9 = v4 * v4 + v7 * v7;
-    const real v10 = mv_sqrt(v9);
-    const mask m11 = LT(K(0.0), v10);
-    const real v17 = h[0] * v4 - h[1] * v7;
-    const real v23 = r[0] - h[1] * v4 - h[0] * v7;
-    const real v25 = v17 * v17 + v23 * v23;
-    const real v26 = mv_sqrt(v25);
-    const mask m27 = LT(K(1e-09), v26);
-    const real v35 = x[3] - r[3] + r[0] * v17 * c[5];
-    const real v36 = mv_sign(v35);
-    const real v38 = K(1.0) / v26;
-    const real v39 = v17 * v38;
-    const real v41 = r[0] * v39 * v26;
-    const real v47 = SELECT(m27, v23 * v38, SPLAT(K(1.0)));
-    const real v50 = h[2] + v47 * r[0] * v26;
-    const real v62 = mv_min(SPLAT(K(1.0)), v26 * c[2] / mv_sqrt(v50 * v50 + SELECT0(m27, SELECT0(m27, v41 * v41))));
-    const real v64 = K(1.5707963267948966) - v36 * mv_atan2(SELECT0(m27, -v41), v50) + mv_acos(v62);
-    const real v66 = mv_fabs(v35);
-    const real v71 = mv_min(SPLAT(K(1000000000000.0)), (v66 + v66) / mv_max(SPLAT(K(1e-24)), v25));
-    const mask m73 = LT(v71, K(0.03));
-    const real v75 = v71 * v71;
-    const real v84 = K(1.5) + v75 * (K(-0.45) + v75 * (K(0.26035714285714284) + K(-0.18225) * v75));
-    const real v89 = mv_sqrt(v71);
-    const real v97 = K(3.141592653589793) * v71 / (K(3.478838) + v89 * (K(0.566927) + v89 * (K(2.225213) + v89)));
-    const real v100 = v97 * (K(1.661023) + v89);
-    real s101, c101; mv_sincos(v100, &s101, &c101);
-    const real v102 = s101 * s101;
-    const real v105 = c101 * c101;
-    const real v107 = c101 * s101;
-    const real v108 = v71 + v71;
-    const real v110 = K(1.0) + v102 - v105 - v107 * v108;
-    const real v111 = v110 * v110;
-    const real v113 = v102 * v71;
-    const real v114 = v113 + v113;
-    const real v123 = v111 + v111 - (v114 + K(4.0) * v107 - v105 * v108) * (v100 - v107 - v113);
-    const real v131 = v100 - v110 / v123 * (K(-2.0) * v107 - v114 + (v100 + v100));
-    real s132, c132; mv_sincos(v131, &s132, &c132);
-    const real v133 = s132 * s132;
-    const real v136 = c132 * c132;
-    const real v138 = c132 * s132;
-    const real v140 = K(1.0) + v133 - v136 - v108 * v138;
-    const real v141 = v140 * v140;
-    const real v143 = v133 * v71;
-    const real v144 = v143 + v143;
-    const real v152 = v141 + v141 - (v144 + K(4.0) * v138 - v108 * v136) * (v131 - v138 - v143);
-    const real v159 = v131 - v140 / v152 * (K(-2.0) * v138 - v144 + (v131 + v131));
-    real s160, c160; mv_sincos(v159, &s160, &c160);
-    const real v161 = s160 * s160;
-    const real v164 = c160 * c160;
-    const real v166 = c160 * s160;
-    const real v168 = K(1.0) + v161 - v164 - v108 * v166;
-    const real v169 = v168 * v168;
-    const real v171 = v161 * v71;
-    const real v172 = v171 + v171;
-    const real v180 = v169 + v169 - (v172 + K(4.0) * v166 - v108 * v164) * (v159 - v166 - v171);
-    const real v188 = SELECT(m73, v71 * v84, v159 - v168 / v180 * (K(-2.0) * v166 - v172 + (v159 + v159)));
-    const real v189 = mv_min(v64, v188);
-    real s190, c190; mv_sincos(v189, &s190, &c190);
-    const real v198 = c[0] * mv_max(v26, -(c190 * mv_min(h[3], mv_sqrt(v66))));
-    const real v199 = c190 * v198;
-    const real v205 = v36 * v198 * s190;
-    const real v207 = SELECT0(m27, -(v199 * v39)) - v47 * v205;
-    const real v215 = SELECT0(m27, v39 * v205) - v47 * v199;
-    const real v226 = K(1.0) / mv_max(SPLAT(K(1e-09)), v10);
-    const real v227 = ((h[1] * v215 - h[0] * v207) * v4 + (h[1] * v207 + h[0] * v215) * v7) * v226;
-    const real v231 = mv_max(SPLAT(K(0.0)), -(h[4] * (c[2] - v10) + v227)) * v226;
-    const real v235 = v207 * h[0] - v231 * v4 - v215 * h[1];
-    const real v241 = v231 * v7 + v215 * h[0] + v207 * h[1];
-    u[0] = SELECT(m11, (v4 * v235 - v7 * v241) / v10, v235);
-    u[1] = SELECT0(m11, -((v4 * v241 + v235 * v7) / v9));
-    u[2] = mv_max(-c[4], mv_min(c[4], c[3] * (r[2] - x[2])));
+    enum { rho = TRIANGLE_X_RHO };
+    enum { phi = TRIANGLE_X_PHI };
+    enum { mu = TRIANGLE_X_MU };
+    enum { theta = TRIANGLE_X_THETA };
+    enum { rho_ref = TRIANGLE_R_RHO_REF };
+    enum { mu_ref = TRIANGLE_R_MU_REF };
+    enum { theta_ref = TRIANGLE_R_THETA_REF };
+    enum { k_phi = TRIANGLE_PATH_C_K_PHI };
+    enum { R = TRIANGLE_PATH_C_R };
+    enum { mu_gain = TRIANGLE_PATH_C_MU_GAIN };
+    enum { mu_rate_max = TRIANGLE_PATH_C_MU_RATE_MAX };
+    enum { area_factor = TRIANGLE_PATH_C_AREA_FACTOR };
+    enum { cos_phi_ref = path_h_cos_phi_ref };
+    enum { sin_phi_ref = path_h_sin_phi_ref };
+    enum { t_llxk2 = path_h_t_llxk2 };
+    enum { t_hnwtz = path_h_t_hnwtz };
+    enum { t_kc5kr = path_h_t_kc5kr };
+    real sin_phi, cos_phi; mv_sincos(x[phi], &sin_phi, &cos_phi);
+    const real zeta1 = x[rho] * cos_phi;
+    const real zeta2 = x[rho] * sin_phi;
+    const real w_along = r[rho_ref] - h[cos_phi_ref] * zeta1 - h[sin_phi_ref] * zeta2;  /* (25) */
+    const real w_across = h[sin_phi_ref] * zeta1 - h[cos_phi_ref] * zeta2;  /* (25) */
+    const real t_furpv = w_across * w_across + w_along * w_along;
+    const real rho_t = mv_sqrt(t_furpv);  /* (25) */
+    const mask m_z5ee7 = LT(K(1e-09), rho_t);
+    const real t_gliif = K(1.0) / rho_t;
+    const real cos_t = SELECT(m_z5ee7, w_along * t_gliif, SPLAT(K(1.0)));  /* (25) */
+    const real theta_t = x[theta] - r[theta_ref] + r[rho_ref] * w_across * c[area_factor];  /* (27) */
+    const real alpha = mv_sign(theta_t);  /* (40) */
+    const real t_ptl3y = mv_fabs(theta_t);
+    const real K_ = mv_min(SPLAT(K(1000000000000.0)), (t_ptl3y + t_ptl3y) / mv_max(SPLAT(K(1e-24)), t_furpv));  /* (42) */
+    const real sqrt_K = mv_sqrt(K_);
+    const real x_start = K(3.141592653589793) * K_ / (K(3.478838) + sqrt_K * (K(0.566927) + sqrt_K * (K(2.225213) + sqrt_K))) * (K(1.661023) + sqrt_K);  /* (42) */
+    real sin_x1, cos_x1; mv_sincos(x_start, &sin_x1, &cos_x1);
+    const real t_olly6 = sin_x1 * sin_x1;
+    const real t_23zzq = cos_x1 * cos_x1;
+    const real t_jk652 = cos_x1 * sin_x1;
+    const real t_rkglc = K_ + K_;
+    const real t_6jinm = K(1.0) + t_olly6 - t_23zzq - t_jk652 * t_rkglc;
+    const real t_mtylf = t_6jinm * t_6jinm;
+    const real t_vapxn = t_olly6 * K_;
+    const real t_iaeac = t_vapxn + t_vapxn;
+    const real t_njl5j = t_mtylf
+        + t_mtylf
+        - (t_iaeac + K(4.0) * t_jk652 - t_23zzq * t_rkglc) * (x_start - t_jk652 - t_vapxn);
+    const real x_step1 = x_start - t_6jinm / t_njl5j * (K(-2.0) * t_jk652 - t_iaeac + (x_start + x_start));  /* (42) */
+    real sin_x2, cos_x2; mv_sincos(x_step1, &sin_x2, &cos_x2);
+    const real t_ondim = sin_x2 * sin_x2;
+    const real t_iuts7 = cos_x2 * cos_x2;
+    const real t_dgfa7 = cos_x2 * sin_x2;
+    const real t_wdxur = K(1.0) + t_ondim - t_iuts7 - t_rkglc * t_dgfa7;
+    const real t_7klzx = t_wdxur * t_wdxur;
+    const real t_nwlbz = t_ondim * K_;
+    const real t_d4xrm = t_nwlbz + t_nwlbz;
+    const real t_7sse2 = t_7klzx
+        + t_7klzx
+        - (t_d4xrm + K(4.0) * t_dgfa7 - t_rkglc * t_iuts7) * (x_step1 - t_dgfa7 - t_nwlbz);
+    const real x_step2 = x_step1 - t_wdxur / t_7sse2 * (K(-2.0) * t_dgfa7 - t_d4xrm + (x_step1 + x_step1));  /* (42) */
+    real sin_x3, cos_x3; mv_sincos(x_step2, &sin_x3, &cos_x3);
+    const real t_drem6 = sin_x3 * sin_x3;
+    const real t_znqpz = cos_x3 * cos_x3;
+    const real t_puxxy = cos_x3 * sin_x3;
+    const real t_s355q = K(1.0) + t_drem6 - t_znqpz - t_rkglc * t_puxxy;
+    const real t_5uofc = t_s355q * t_s355q;
+    const real t_5lgfw = t_drem6 * K_;
+    const real t_ezjt3 = t_5lgfw + t_5lgfw;
+    const real t_xhmsj = t_5uofc
+        + t_5uofc
+        - (t_ezjt3 + K(4.0) * t_puxxy - t_rkglc * t_znqpz) * (x_step2 - t_puxxy - t_5lgfw);
+    const real x_step3 = x_step2 - t_s355q / t_xhmsj * (K(-2.0) * t_puxxy - t_ezjt3 + (x_step2 + x_step2));  /* (42) */
+    const real P = h[t_llxk2] + cos_t * r[rho_ref] * rho_t;  /* (47) */
+    const real t_xuitj = w_across * t_gliif;
+    const real t_c5njk = r[rho_ref] * t_xuitj * rho_t;
+    const real Q = SELECT0(m_z5ee7, -t_c5njk);  /* (47) */
+    const real t_efbua = mv_min(SPLAT(K(1.0)), rho_t * c[R] / mv_sqrt(P * P + SELECT0(m_z5ee7, SELECT0(m_z5ee7, t_c5njk * t_c5njk))));
+    const real x_tangent = K(1.5707963267948966) - alpha * mv_atan2(Q, P) + mv_acos(t_efbua);  /* (47) */
+    const mask m_xb2xi = LT(K_, K(0.03));
+    const real t_fcflk = K_ * K_;
+    const real t_reehy = SELECT(m_xb2xi, K_ * (K(1.5) + t_fcflk * (K(-0.45) + t_fcflk * (K(0.26035714285714284) + K(-0.18225) * t_fcflk))), x_step3);
+    const real x_ = mv_min(x_tangent, t_reehy);  /* (47) */
+    const real escape = mv_min(h[t_hnwtz], mv_sqrt(t_ptl3y));
+    real sin_x_, cos_x_; mv_sincos(x_, &sin_x_, &cos_x_);
+    const real speed = c[k_phi] * mv_max(rho_t, -(cos_x_ * escape));  /* (45) */
+    const real t_4x2zf = zeta1 * zeta1 + zeta2 * zeta2;
+    const real t_yfvls = mv_sqrt(t_4x2zf);
+    const real t_a5u54 = alpha * speed * sin_x_;
+    const real t_wvhee = cos_x_ * speed;
+    const real t_rqnbt = SELECT0(m_z5ee7, t_xuitj * t_a5u54) - cos_t * t_wvhee;
+    const real t_lp7ic = SELECT0(m_z5ee7, -(t_wvhee * t_xuitj)) - cos_t * t_a5u54;
+    const real t_6ftfw = (h[cos_phi_ref] * t_rqnbt - h[sin_phi_ref] * t_lp7ic) * zeta1
+        + (h[cos_phi_ref] * t_lp7ic + h[sin_phi_ref] * t_rqnbt) * zeta2;
+    const real t_e4rje = K(1.0) / mv_max(SPLAT(K(1e-09)), t_yfvls);
+    const real rho_rate_excess = mv_max(SPLAT(K(0.0)), -(h[t_kc5kr] * (c[R] - t_yfvls) + t_6ftfw * t_e4rje)) * t_e4rje;
+    const real zeta1_rate = t_lp7ic * h[sin_phi_ref] - rho_rate_excess * zeta1 - t_rqnbt * h[cos_phi_ref];
+    const real w3 = mv_max(-c[mu_rate_max], mv_min(c[mu_rate_max], c[mu_gain] * (r[mu_ref] - x[mu])));
+    const mask m_ksqj2 = LT(K(0.0), t_yfvls);
+    const real t_lx4n5 = rho_rate_excess * zeta2 + t_rqnbt * h[sin_phi_ref] + t_lp7ic * h[cos_phi_ref];
+    const real w1 = SELECT(m_ksqj2, (zeta1 * zeta1_rate - zeta2 * t_lx4n5) / t_yfvls, zeta1_rate);
+    const real w2 = SELECT0(m_ksqj2, -((zeta1 * t_lx4n5 + zeta1_rate * zeta2) / t_4x2zf));
+    u[0] = w1;
+    u[1] = w2;
+    u[2] = w3;
 }
+
+/* Places of h. */
+enum {
+    path_loop_h_cos_phi_ref,
+    path_loop_h_sin_phi_ref,
+    path_loop_h_t_llxk2,
+    path_loop_h_t_hnwtz,
+    path_loop_h_t_kc5kr,
+    path_loop_h_t_6q6qz,
+};
 
 /* what path_loop computes once per run; 10 operations. */
 void triangle_path_loop_prepare(const real *r, const real *p, const real *c, real *h)
 {
-    real s1, c1; mv_sincos(r[1], &s1, &c1);
-    h[0] = s1;
-    h[1] = c1;
-    h[2] = c[2] * c[2] - r[0] * r[0];
-    h[3] = mv_min(c[2] - r[0], c[1]);
-    h[4] = K(100.0) * c[0];
-    h[5] = K(3.0) * p[0] / p[2];
+    enum { rho_ref = TRIANGLE_R_RHO_REF };
+    enum { phi_ref = TRIANGLE_R_PHI_REF };
+    enum { H = TRIANGLE_P_H };
+    enum { mass = TRIANGLE_P_MASS };
+    enum { k_phi = TRIANGLE_PATH_C_K_PHI };
+    enum { rho_escape = TRIANGLE_PATH_C_RHO_ESCAPE };
+    enum { R = TRIANGLE_PATH_C_R };
+    real sin_phi_ref, cos_phi_ref; mv_sincos(r[phi_ref], &sin_phi_ref, &cos_phi_ref);
+    h[path_loop_h_cos_phi_ref] = cos_phi_ref;
+    h[path_loop_h_sin_phi_ref] = sin_phi_ref;
+    h[path_loop_h_t_llxk2] = c[R] * c[R] - r[rho_ref] * r[rho_ref];
+    h[path_loop_h_t_hnwtz] = mv_min(c[R] - r[rho_ref], c[rho_escape]);
+    h[path_loop_h_t_kc5kr] = K(100.0) * c[k_phi];
+    h[path_loop_h_t_6q6qz] = K(3.0) * p[H] / p[mass];
 }
 
 /* the rest of path_loop; 211 operations. */
 void triangle_path_loop_prepared(const real *q, const real *r, const real *p, const real *c, const real *h, real *dq)
 {
-    const real v7 = h[0] * q[0] - h[1] * q[1];
-    const real v13 = r[0] - h[1] * q[0] - h[0] * q[1];
-    const real v15 = v7 * v7 + v13 * v13;
-    const real v16 = mv_sqrt(v15);
-    const mask m17 = LT(K(1e-09), v16);
-    const real v25 = q[3] - r[3] + r[0] * v7 * c[5];
-    const real v26 = mv_sign(v25);
-    const real v28 = K(1.0) / v16;
-    const real v29 = v7 * v28;
-    const real v31 = r[0] * v29 * v16;
-    const real v37 = SELECT(m17, v13 * v28, SPLAT(K(1.0)));
-    const real v40 = h[2] + v37 * r[0] * v16;
-    const real v52 = mv_min(SPLAT(K(1.0)), v16 * c[2] / mv_sqrt(v40 * v40 + SELECT0(m17, SELECT0(m17, v31 * v31))));
-    const real v54 = K(1.5707963267948966) - v26 * mv_atan2(SELECT0(m17, -v31), v40) + mv_acos(v52);
-    const real v56 = mv_fabs(v25);
-    const real v61 = mv_min(SPLAT(K(1000000000000.0)), (v56 + v56) / mv_max(SPLAT(K(1e-24)), v15));
-    const mask m63 = LT(v61, K(0.03));
-    const real v65 = v61 * v61;
-    const real v74 = K(1.5) + v65 * (K(-0.45) + v65 * (K(0.26035714285714284) + K(-0.18225) * v65));
-    const real v79 = mv_sqrt(v61);
-    const real v87 = K(3.141592653589793) * v61 / (K(3.478838) + v79 * (K(0.566927) + v79 * (K(2.225213) + v79)));
-    const real v90 = v87 * (K(1.661023) + v79);
-    real s91, c91; mv_sincos(v90, &s91, &c91);
-    const real v92 = s91 * s91;
-    const real v95 = c91 * c91;
-    const real v97 = c91 * s91;
-    const real v98 = v61 + v61;
-    const real v100 = K(1.0) + v92 - v95 - v97 * v98;
-    const real v101 = v100 * v100;
-    const real v103 = v92 * v61;
-    const real v104 = v103 + v103;
-    const real v114 = v100 / (v101 + v101 - (v104 + K(4.0) * v97 - v95 * v98) * (v90 - v97 - v103));
-    const real v121 = v90 - v114 * (K(-2.0) * v97 - v104 + (v90 + v90));
-    real s122, c122; mv_sincos(v121, &s122, &c122);
-    const real v123 = s122 * s122;
-    const real v126 = c122 * c122;
-    const real v128 = c122 * s122;
-    const real v130 = K(1.0) + v123 - v126 - v98 * v128;
-    const real v131 = v130 * v130;
-    const real v133 = v123 * v61;
-    const real v134 = v133 + v133;
-    const real v143 = v130 / (v131 + v131 - (v134 + K(4.0) * v128 - v98 * v126) * (v121 - v128 - v133));
-    const real v149 = v121 - v143 * (K(-2.0) * v128 - v134 + (v121 + v121));
-    real s150, c150; mv_sincos(v149, &s150, &c150);
-    const real v151 = s150 * s150;
-    const real v154 = c150 * c150;
-    const real v156 = c150 * s150;
-    const real v158 = K(1.0) + v151 - v154 - v98 * v156;
-    const real v159 = v158 * v158;
-    const real v161 = v151 * v61;
-    const real v162 = v161 + v161;
-    const real v171 = v158 / (v159 + v159 - (v162 + K(4.0) * v156 - v98 * v154) * (v149 - v156 - v161));
-    const real v178 = SELECT(m63, v61 * v74, v149 - v171 * (K(-2.0) * v156 - v162 + (v149 + v149)));
-    const real v179 = mv_min(v54, v178);
-    real s180, c180; mv_sincos(v179, &s180, &c180);
-    const real v188 = c[0] * mv_max(v16, -(c180 * mv_min(h[3], mv_sqrt(v56))));
-    const real v189 = c180 * v188;
-    const real v195 = v26 * v188 * s180;
-    const real v197 = SELECT0(m17, -(v189 * v29)) - v37 * v195;
-    const real v204 = mv_sqrt(q[0] * q[0] + q[1] * q[1]);
-    const real v210 = SELECT0(m17, v29 * v195) - v37 * v189;
-    const real v221 = K(1.0) / mv_max(SPLAT(K(1e-09)), v204);
-    const real v222 = ((h[1] * v210 - h[0] * v197) * q[0] + (h[1] * v197 + h[0] * v210) * q[1]) * v221;
-    const real v226 = mv_max(SPLAT(K(0.0)), -(h[4] * (c[2] - v204) + v222)) * v221;
-    const real v230 = v197 * h[0] - v226 * q[0] - v210 * h[1];
-    const real v235 = v226 * q[1] + v210 * h[0] + v197 * h[1];
-    dq[0] = v230;
-    dq[1] = -v235;
-    dq[2] = mv_max(-c[4], mv_min(c[4], c[3] * (r[2] - q[2])));
-    dq[3] = p[1] + h[5] / q[2] - q[0] * v235 - v230 * q[1];
+    enum { zeta1 = TRIANGLE_Q_ZETA1 };
+    enum { zeta2 = TRIANGLE_Q_ZETA2 };
+    enum { mu = TRIANGLE_Q_MU };
+    enum { theta = TRIANGLE_Q_THETA };
+    enum { rho_ref = TRIANGLE_R_RHO_REF };
+    enum { mu_ref = TRIANGLE_R_MU_REF };
+    enum { theta_ref = TRIANGLE_R_THETA_REF };
+    enum { disturbance = TRIANGLE_P_DISTURBANCE };
+    enum { k_phi = TRIANGLE_PATH_C_K_PHI };
+    enum { R = TRIANGLE_PATH_C_R };
+    enum { mu_gain = TRIANGLE_PATH_C_MU_GAIN };
+    enum { mu_rate_max = TRIANGLE_PATH_C_MU_RATE_MAX };
+    enum { area_factor = TRIANGLE_PATH_C_AREA_FACTOR };
+    enum { cos_phi_ref = path_loop_h_cos_phi_ref };
+    enum { sin_phi_ref = path_loop_h_sin_phi_ref };
+    enum { t_llxk2 = path_loop_h_t_llxk2 };
+    enum { t_hnwtz = path_loop_h_t_hnwtz };
+    enum { t_kc5kr = path_loop_h_t_kc5kr };
+    enum { t_6q6qz = path_loop_h_t_6q6qz };
+    const real w_along = r[rho_ref] - h[cos_phi_ref] * q[zeta1] - h[sin_phi_ref] * q[zeta2];  /* (25) */
+    const real w_across = h[sin_phi_ref] * q[zeta1] - h[cos_phi_ref] * q[zeta2];  /* (25) */
+    const real t_furpv = w_across * w_across + w_along * w_along;
+    const real rho_t = mv_sqrt(t_furpv);  /* (25) */
+    const mask m_z5ee7 = LT(K(1e-09), rho_t);
+    const real t_gliif = K(1.0) / rho_t;
+    const real cos_t = SELECT(m_z5ee7, w_along * t_gliif, SPLAT(K(1.0)));  /* (25) */
+    const real theta_t = q[theta] - r[theta_ref] + r[rho_ref] * w_across * c[area_factor];  /* (27) */
+    const real alpha = mv_sign(theta_t);  /* (40) */
+    const real t_ptl3y = mv_fabs(theta_t);
+    const real K_ = mv_min(SPLAT(K(1000000000000.0)), (t_ptl3y + t_ptl3y) / mv_max(SPLAT(K(1e-24)), t_furpv));  /* (42) */
+    const real sqrt_K = mv_sqrt(K_);
+    const real x_start = K(3.141592653589793) * K_ / (K(3.478838) + sqrt_K * (K(0.566927) + sqrt_K * (K(2.225213) + sqrt_K))) * (K(1.661023) + sqrt_K);  /* (42) */
+    real sin_x1, cos_x1; mv_sincos(x_start, &sin_x1, &cos_x1);
+    const real t_olly6 = sin_x1 * sin_x1;
+    const real t_23zzq = cos_x1 * cos_x1;
+    const real t_jk652 = cos_x1 * sin_x1;
+    const real t_rkglc = K_ + K_;
+    const real t_6jinm = K(1.0) + t_olly6 - t_23zzq - t_jk652 * t_rkglc;
+    const real t_mtylf = t_6jinm * t_6jinm;
+    const real t_vapxn = t_olly6 * K_;
+    const real t_iaeac = t_vapxn + t_vapxn;
+    const real t_njl5j = t_mtylf
+        + t_mtylf
+        - (t_iaeac + K(4.0) * t_jk652 - t_23zzq * t_rkglc) * (x_start - t_jk652 - t_vapxn);
+    const real x_step1 = x_start - t_6jinm / t_njl5j * (K(-2.0) * t_jk652 - t_iaeac + (x_start + x_start));  /* (42) */
+    real sin_x2, cos_x2; mv_sincos(x_step1, &sin_x2, &cos_x2);
+    const real t_ondim = sin_x2 * sin_x2;
+    const real t_iuts7 = cos_x2 * cos_x2;
+    const real t_dgfa7 = cos_x2 * sin_x2;
+    const real t_wdxur = K(1.0) + t_ondim - t_iuts7 - t_rkglc * t_dgfa7;
+    const real t_7klzx = t_wdxur * t_wdxur;
+    const real t_nwlbz = t_ondim * K_;
+    const real t_d4xrm = t_nwlbz + t_nwlbz;
+    const real t_7sse2 = t_7klzx
+        + t_7klzx
+        - (t_d4xrm + K(4.0) * t_dgfa7 - t_rkglc * t_iuts7) * (x_step1 - t_dgfa7 - t_nwlbz);
+    const real x_step2 = x_step1 - t_wdxur / t_7sse2 * (K(-2.0) * t_dgfa7 - t_d4xrm + (x_step1 + x_step1));  /* (42) */
+    real sin_x3, cos_x3; mv_sincos(x_step2, &sin_x3, &cos_x3);
+    const real t_drem6 = sin_x3 * sin_x3;
+    const real t_znqpz = cos_x3 * cos_x3;
+    const real t_puxxy = cos_x3 * sin_x3;
+    const real t_s355q = K(1.0) + t_drem6 - t_znqpz - t_rkglc * t_puxxy;
+    const real t_5uofc = t_s355q * t_s355q;
+    const real t_5lgfw = t_drem6 * K_;
+    const real t_ezjt3 = t_5lgfw + t_5lgfw;
+    const real t_xhmsj = t_5uofc
+        + t_5uofc
+        - (t_ezjt3 + K(4.0) * t_puxxy - t_rkglc * t_znqpz) * (x_step2 - t_puxxy - t_5lgfw);
+    const real x_step3 = x_step2 - t_s355q / t_xhmsj * (K(-2.0) * t_puxxy - t_ezjt3 + (x_step2 + x_step2));  /* (42) */
+    const real P = h[t_llxk2] + cos_t * r[rho_ref] * rho_t;  /* (47) */
+    const real t_xuitj = w_across * t_gliif;
+    const real t_c5njk = r[rho_ref] * t_xuitj * rho_t;
+    const real Q = SELECT0(m_z5ee7, -t_c5njk);  /* (47) */
+    const real t_efbua = mv_min(SPLAT(K(1.0)), rho_t * c[R] / mv_sqrt(P * P + SELECT0(m_z5ee7, SELECT0(m_z5ee7, t_c5njk * t_c5njk))));
+    const real x_tangent = K(1.5707963267948966) - alpha * mv_atan2(Q, P) + mv_acos(t_efbua);  /* (47) */
+    const mask m_xb2xi = LT(K_, K(0.03));
+    const real t_fcflk = K_ * K_;
+    const real t_reehy = SELECT(m_xb2xi, K_ * (K(1.5) + t_fcflk * (K(-0.45) + t_fcflk * (K(0.26035714285714284) + K(-0.18225) * t_fcflk))), x_step3);
+    const real x = mv_min(x_tangent, t_reehy);  /* (47) */
+    const real escape = mv_min(h[t_hnwtz], mv_sqrt(t_ptl3y));
+    real sin_x, cos_x; mv_sincos(x, &sin_x, &cos_x);
+    const real speed = c[k_phi] * mv_max(rho_t, -(cos_x * escape));  /* (45) */
+    const real t_yfvls = mv_sqrt(q[zeta1] * q[zeta1] + q[zeta2] * q[zeta2]);
+    const real t_a5u54 = alpha * speed * sin_x;
+    const real t_wvhee = cos_x * speed;
+    const real t_rqnbt = SELECT0(m_z5ee7, t_xuitj * t_a5u54) - cos_t * t_wvhee;
+    const real t_lp7ic = SELECT0(m_z5ee7, -(t_wvhee * t_xuitj)) - cos_t * t_a5u54;
+    const real t_6ftfw = (h[cos_phi_ref] * t_rqnbt - h[sin_phi_ref] * t_lp7ic) * q[zeta1]
+        + (h[cos_phi_ref] * t_lp7ic + h[sin_phi_ref] * t_rqnbt) * q[zeta2];
+    const real t_e4rje = K(1.0) / mv_max(SPLAT(K(1e-09)), t_yfvls);
+    const real rho_rate_excess = mv_max(SPLAT(K(0.0)), -(h[t_kc5kr] * (c[R] - t_yfvls) + t_6ftfw * t_e4rje)) * t_e4rje;
+    const real zeta1_rate = t_lp7ic * h[sin_phi_ref] - rho_rate_excess * q[zeta1] - t_rqnbt * h[cos_phi_ref];
+    const real t_lx4n5 = rho_rate_excess * q[zeta2] + t_rqnbt * h[sin_phi_ref] + t_lp7ic * h[cos_phi_ref];
+    const real zeta2_rate = -t_lx4n5;
+    const real w3 = mv_max(-c[mu_rate_max], mv_min(c[mu_rate_max], c[mu_gain] * (r[mu_ref] - q[mu])));
+    dq[0] = zeta1_rate;
+    dq[1] = zeta2_rate;
+    dq[2] = w3;
+    dq[3] = p[disturbance] + h[t_6q6qz] / q[mu] - q[zeta1] * t_lx4n5 - zeta1_rate * q[zeta2];
 }
+
+/* Places of h. */
+enum {
+    path_observe_h_cos_phi_ref,
+    path_observe_h_sin_phi_ref,
+    path_observe_h_t_llxk2,
+    path_observe_h_t_hnwtz,
+    path_observe_h_t_kc5kr,
+};
 
 /* what path_observe computes once per run; 8 operations. */
 void triangle_path_observe_prepare(const real *r, const real *c, real *h)
 {
-    real s1, c1; mv_sincos(r[1], &s1, &c1);
-    h[0] = s1;
-    h[1] = c1;
-    h[2] = c[2] * c[2] - r[0] * r[0];
-    h[3] = mv_min(c[2] - r[0], c[1]);
-    h[4] = K(100.0) * c[0];
+    enum { rho_ref = TRIANGLE_R_RHO_REF };
+    enum { phi_ref = TRIANGLE_R_PHI_REF };
+    enum { k_phi = TRIANGLE_PATH_C_K_PHI };
+    enum { rho_escape = TRIANGLE_PATH_C_RHO_ESCAPE };
+    enum { R = TRIANGLE_PATH_C_R };
+    real sin_phi_ref, cos_phi_ref; mv_sincos(r[phi_ref], &sin_phi_ref, &cos_phi_ref);
+    h[path_observe_h_cos_phi_ref] = cos_phi_ref;
+    h[path_observe_h_sin_phi_ref] = sin_phi_ref;
+    h[path_observe_h_t_llxk2] = c[R] * c[R] - r[rho_ref] * r[rho_ref];
+    h[path_observe_h_t_hnwtz] = mv_min(c[R] - r[rho_ref], c[rho_escape]);
+    h[path_observe_h_t_kc5kr] = K(100.0) * c[k_phi];
 }
 
 /* the rest of path_observe; 217 operations. */
 void triangle_path_observe_prepared(const real *q, const real *r, const real *c, const real *h, real *x, real *u)
 {
-    const real v4 = q[0] * q[0] + q[1] * q[1];
-    const real v5 = mv_sqrt(v4);
-    const mask m10 = LT(K(0.0), v5);
-    const real v16 = h[0] * q[0] - h[1] * q[1];
-    const real v22 = r[0] - h[1] * q[0] - h[0] * q[1];
-    const real v24 = v16 * v16 + v22 * v22;
-    const real v25 = mv_sqrt(v24);
-    const mask m26 = LT(K(1e-09), v25);
-    const real v33 = q[3] - r[3] + r[0] * v16 * c[5];
-    const real v34 = mv_sign(v33);
-    const real v36 = K(1.0) / v25;
-    const real v37 = v16 * v36;
-    const real v39 = r[0] * v37 * v25;
-    const real v45 = SELECT(m26, v22 * v36, SPLAT(K(1.0)));
-    const real v48 = h[2] + v45 * r[0] * v25;
-    const real v60 = mv_min(SPLAT(K(1.0)), v25 * c[2] / mv_sqrt(v48 * v48 + SELECT0(m26, SELECT0(m26, v39 * v39))));
-    const real v62 = K(1.5707963267948966) - v34 * mv_atan2(SELECT0(m26, -v39), v48) + mv_acos(v60);
-    const real v64 = mv_fabs(v33);
-    const real v69 = mv_min(SPLAT(K(1000000000000.0)), (v64 + v64) / mv_max(SPLAT(K(1e-24)), v24));
-    const mask m71 = LT(v69, K(0.03));
-    const real v73 = v69 * v69;
-    const real v82 = K(1.5) + v73 * (K(-0.45) + v73 * (K(0.26035714285714284) + K(-0.18225) * v73));
-    const real v87 = mv_sqrt(v69);
-    const real v95 = K(3.141592653589793) * v69 / (K(3.478838) + v87 * (K(0.566927) + v87 * (K(2.225213) + v87)));
-    const real v98 = v95 * (K(1.661023) + v87);
-    real s99, c99; mv_sincos(v98, &s99, &c99);
-    const real v100 = s99 * s99;
-    const real v103 = c99 * c99;
-    const real v105 = c99 * s99;
-    const real v106 = v69 + v69;
-    const real v108 = K(1.0) + v100 - v103 - v105 * v106;
-    const real v109 = v108 * v108;
-    const real v111 = v100 * v69;
-    const real v112 = v111 + v111;
-    const real v122 = v108 / (v109 + v109 - (v112 + K(4.0) * v105 - v103 * v106) * (v98 - v105 - v111));
-    const real v129 = v98 - v122 * (K(-2.0) * v105 - v112 + (v98 + v98));
-    real s130, c130; mv_sincos(v129, &s130, &c130);
-    const real v131 = s130 * s130;
-    const real v134 = c130 * c130;
-    const real v136 = c130 * s130;
-    const real v138 = K(1.0) + v131 - v134 - v106 * v136;
-    const real v139 = v138 * v138;
-    const real v141 = v131 * v69;
-    const real v142 = v141 + v141;
-    const real v150 = v139 + v139 - (v142 + K(4.0) * v136 - v106 * v134) * (v129 - v136 - v141);
-    const real v157 = v129 - v138 / v150 * (K(-2.0) * v136 - v142 + (v129 + v129));
-    real s158, c158; mv_sincos(v157, &s158, &c158);
-    const real v159 = s158 * s158;
-    const real v162 = c158 * c158;
-    const real v164 = c158 * s158;
-    const real v166 = K(1.0) + v159 - v162 - v106 * v164;
-    const real v167 = v166 * v166;
-    const real v169 = v159 * v69;
-    const real v170 = v169 + v169;
-    const real v178 = v167 + v167 - (v170 + K(4.0) * v164 - v106 * v162) * (v157 - v164 - v169);
-    const real v186 = SELECT(m71, v69 * v82, v157 - v166 / v178 * (K(-2.0) * v164 - v170 + (v157 + v157)));
-    const real v187 = mv_min(v62, v186);
-    real s188, c188; mv_sincos(v187, &s188, &c188);
-    const real v196 = c[0] * mv_max(v25, -(c188 * mv_min(h[3], mv_sqrt(v64))));
-    const real v197 = c188 * v196;
-    const real v203 = v34 * v196 * s188;
-    const real v205 = SELECT0(m26, -(v197 * v37)) - v45 * v203;
-    const real v213 = SELECT0(m26, v37 * v203) - v45 * v197;
-    const real v224 = K(1.0) / mv_max(SPLAT(K(1e-09)), v5);
-    const real v225 = ((h[1] * v213 - h[0] * v205) * q[0] + (h[1] * v205 + h[0] * v213) * q[1]) * v224;
-    const real v229 = mv_max(SPLAT(K(0.0)), -(h[4] * (c[2] - v5) + v225)) * v224;
-    const real v233 = v205 * h[0] - v229 * q[0] - v213 * h[1];
-    const real v239 = v229 * q[1] + v213 * h[0] + v205 * h[1];
-    x[0] = v5;
-    x[1] = mv_atan2(q[1], q[0]);
-    x[2] = q[2];
-    x[3] = q[3];
-    u[0] = SELECT(m10, (q[0] * v233 - q[1] * v239) / v5, v233);
-    u[1] = SELECT0(m10, -((q[0] * v239 + v233 * q[1]) / v4));
-    u[2] = mv_max(-c[4], mv_min(c[4], c[3] * (r[2] - q[2])));
+    enum { zeta1 = TRIANGLE_Q_ZETA1 };
+    enum { zeta2 = TRIANGLE_Q_ZETA2 };
+    enum { mu = TRIANGLE_Q_MU };
+    enum { theta = TRIANGLE_Q_THETA };
+    enum { rho_ref = TRIANGLE_R_RHO_REF };
+    enum { mu_ref = TRIANGLE_R_MU_REF };
+    enum { theta_ref = TRIANGLE_R_THETA_REF };
+    enum { k_phi = TRIANGLE_PATH_C_K_PHI };
+    enum { R = TRIANGLE_PATH_C_R };
+    enum { mu_gain = TRIANGLE_PATH_C_MU_GAIN };
+    enum { mu_rate_max = TRIANGLE_PATH_C_MU_RATE_MAX };
+    enum { area_factor = TRIANGLE_PATH_C_AREA_FACTOR };
+    enum { cos_phi_ref = path_observe_h_cos_phi_ref };
+    enum { sin_phi_ref = path_observe_h_sin_phi_ref };
+    enum { t_llxk2 = path_observe_h_t_llxk2 };
+    enum { t_hnwtz = path_observe_h_t_hnwtz };
+    enum { t_kc5kr = path_observe_h_t_kc5kr };
+    const real w_along = r[rho_ref] - h[cos_phi_ref] * q[zeta1] - h[sin_phi_ref] * q[zeta2];  /* (25) */
+    const real w_across = h[sin_phi_ref] * q[zeta1] - h[cos_phi_ref] * q[zeta2];  /* (25) */
+    const real t_furpv = w_across * w_across + w_along * w_along;
+    const real rho_t = mv_sqrt(t_furpv);  /* (25) */
+    const mask m_z5ee7 = LT(K(1e-09), rho_t);
+    const real t_gliif = K(1.0) / rho_t;
+    const real cos_t = SELECT(m_z5ee7, w_along * t_gliif, SPLAT(K(1.0)));  /* (25) */
+    const real theta_t = q[theta] - r[theta_ref] + r[rho_ref] * w_across * c[area_factor];  /* (27) */
+    const real alpha = mv_sign(theta_t);  /* (40) */
+    const real t_ptl3y = mv_fabs(theta_t);
+    const real K_ = mv_min(SPLAT(K(1000000000000.0)), (t_ptl3y + t_ptl3y) / mv_max(SPLAT(K(1e-24)), t_furpv));  /* (42) */
+    const real sqrt_K = mv_sqrt(K_);
+    const real x_start = K(3.141592653589793) * K_ / (K(3.478838) + sqrt_K * (K(0.566927) + sqrt_K * (K(2.225213) + sqrt_K))) * (K(1.661023) + sqrt_K);  /* (42) */
+    real sin_x1, cos_x1; mv_sincos(x_start, &sin_x1, &cos_x1);
+    const real t_olly6 = sin_x1 * sin_x1;
+    const real t_23zzq = cos_x1 * cos_x1;
+    const real t_jk652 = cos_x1 * sin_x1;
+    const real t_rkglc = K_ + K_;
+    const real t_6jinm = K(1.0) + t_olly6 - t_23zzq - t_jk652 * t_rkglc;
+    const real t_mtylf = t_6jinm * t_6jinm;
+    const real t_vapxn = t_olly6 * K_;
+    const real t_iaeac = t_vapxn + t_vapxn;
+    const real t_njl5j = t_mtylf
+        + t_mtylf
+        - (t_iaeac + K(4.0) * t_jk652 - t_23zzq * t_rkglc) * (x_start - t_jk652 - t_vapxn);
+    const real x_step1 = x_start - t_6jinm / t_njl5j * (K(-2.0) * t_jk652 - t_iaeac + (x_start + x_start));  /* (42) */
+    real sin_x2, cos_x2; mv_sincos(x_step1, &sin_x2, &cos_x2);
+    const real t_ondim = sin_x2 * sin_x2;
+    const real t_iuts7 = cos_x2 * cos_x2;
+    const real t_dgfa7 = cos_x2 * sin_x2;
+    const real t_wdxur = K(1.0) + t_ondim - t_iuts7 - t_rkglc * t_dgfa7;
+    const real t_7klzx = t_wdxur * t_wdxur;
+    const real t_nwlbz = t_ondim * K_;
+    const real t_d4xrm = t_nwlbz + t_nwlbz;
+    const real t_7sse2 = t_7klzx
+        + t_7klzx
+        - (t_d4xrm + K(4.0) * t_dgfa7 - t_rkglc * t_iuts7) * (x_step1 - t_dgfa7 - t_nwlbz);
+    const real x_step2 = x_step1 - t_wdxur / t_7sse2 * (K(-2.0) * t_dgfa7 - t_d4xrm + (x_step1 + x_step1));  /* (42) */
+    real sin_x3, cos_x3; mv_sincos(x_step2, &sin_x3, &cos_x3);
+    const real t_drem6 = sin_x3 * sin_x3;
+    const real t_znqpz = cos_x3 * cos_x3;
+    const real t_puxxy = cos_x3 * sin_x3;
+    const real t_s355q = K(1.0) + t_drem6 - t_znqpz - t_rkglc * t_puxxy;
+    const real t_5uofc = t_s355q * t_s355q;
+    const real t_5lgfw = t_drem6 * K_;
+    const real t_ezjt3 = t_5lgfw + t_5lgfw;
+    const real t_xhmsj = t_5uofc
+        + t_5uofc
+        - (t_ezjt3 + K(4.0) * t_puxxy - t_rkglc * t_znqpz) * (x_step2 - t_puxxy - t_5lgfw);
+    const real x_step3 = x_step2 - t_s355q / t_xhmsj * (K(-2.0) * t_puxxy - t_ezjt3 + (x_step2 + x_step2));  /* (42) */
+    const real P = h[t_llxk2] + cos_t * r[rho_ref] * rho_t;  /* (47) */
+    const real t_xuitj = w_across * t_gliif;
+    const real t_c5njk = r[rho_ref] * t_xuitj * rho_t;
+    const real Q = SELECT0(m_z5ee7, -t_c5njk);  /* (47) */
+    const real t_efbua = mv_min(SPLAT(K(1.0)), rho_t * c[R] / mv_sqrt(P * P + SELECT0(m_z5ee7, SELECT0(m_z5ee7, t_c5njk * t_c5njk))));
+    const real x_tangent = K(1.5707963267948966) - alpha * mv_atan2(Q, P) + mv_acos(t_efbua);  /* (47) */
+    const mask m_xb2xi = LT(K_, K(0.03));
+    const real t_fcflk = K_ * K_;
+    const real t_reehy = SELECT(m_xb2xi, K_ * (K(1.5) + t_fcflk * (K(-0.45) + t_fcflk * (K(0.26035714285714284) + K(-0.18225) * t_fcflk))), x_step3);
+    const real x_ = mv_min(x_tangent, t_reehy);  /* (47) */
+    const real escape = mv_min(h[t_hnwtz], mv_sqrt(t_ptl3y));
+    real sin_x_, cos_x_; mv_sincos(x_, &sin_x_, &cos_x_);
+    const real speed = c[k_phi] * mv_max(rho_t, -(cos_x_ * escape));  /* (45) */
+    const real t_4x2zf = q[zeta1] * q[zeta1] + q[zeta2] * q[zeta2];
+    const real rho = mv_sqrt(t_4x2zf);
+    const real t_a5u54 = alpha * speed * sin_x_;
+    const real t_wvhee = cos_x_ * speed;
+    const real t_rqnbt = SELECT0(m_z5ee7, t_xuitj * t_a5u54) - cos_t * t_wvhee;
+    const real t_lp7ic = SELECT0(m_z5ee7, -(t_wvhee * t_xuitj)) - cos_t * t_a5u54;
+    const real t_6ftfw = (h[cos_phi_ref] * t_rqnbt - h[sin_phi_ref] * t_lp7ic) * q[zeta1]
+        + (h[cos_phi_ref] * t_lp7ic + h[sin_phi_ref] * t_rqnbt) * q[zeta2];
+    const real t_y4tzf = K(1.0) / mv_max(SPLAT(K(1e-09)), rho);
+    const real rho_rate_excess = mv_max(SPLAT(K(0.0)), -(h[t_kc5kr] * (c[R] - rho) + t_6ftfw * t_y4tzf)) * t_y4tzf;
+    const real phi = mv_atan2(q[zeta2], q[zeta1]);
+    const real zeta1_rate = t_lp7ic * h[sin_phi_ref] - rho_rate_excess * q[zeta1] - t_rqnbt * h[cos_phi_ref];
+    const real w3 = mv_max(-c[mu_rate_max], mv_min(c[mu_rate_max], c[mu_gain] * (r[mu_ref] - q[mu])));
+    const mask m_o5luw = LT(K(0.0), rho);
+    const real t_lx4n5 = rho_rate_excess * q[zeta2] + t_rqnbt * h[sin_phi_ref] + t_lp7ic * h[cos_phi_ref];
+    const real w1 = SELECT(m_o5luw, (q[zeta1] * zeta1_rate - q[zeta2] * t_lx4n5) / rho, zeta1_rate);
+    const real w2 = SELECT0(m_o5luw, -((q[zeta1] * t_lx4n5 + zeta1_rate * q[zeta2]) / t_4x2zf));
+    x[0] = rho;
+    x[1] = phi;
+    x[2] = q[mu];
+    x[3] = q[theta];
+    u[0] = w1;
+    u[1] = w2;
+    u[2] = w3;
 }

@@ -15,6 +15,7 @@ from typer.core import TyperGroup
 from mehvar.terminal import interruptible, print_version
 
 _DEBUG = "mehvar.debug"
+_HELP = {"help_option_names": ["-h", "--help"]}
 COMMANDS = {
     "list": "List the generated models with their laws and scenarios.",
     "show": "Show a model: states, inputs, parameters with unit, default, bounds and source.",
@@ -27,8 +28,11 @@ COMMANDS = {
     "verify": "Hold every file of a batch against what was written; exit 1 if one is missing or damaged.",
     "convert": "Write a result or a batch as Parquet, NetCDF, CSV or MATLAB, units in names and metadata.",
     "doctor": "Say what is installed, what is missing, and the command that would install it.",
+    "report": "Write a page about a model, a result or a batch: equations, numbers, runs, pictures, animation.",
     "reproduce": "Compute every figure and claim of the papers and write one HTML report.",
 }
+PLACES = {"convert": "export.convert", "git-diff": "git.diff", "git-textconv": "git.textconv"}
+"""Modules of commands that stand in a folder with others."""
 FOR_GIT = {
     "git-diff": "Compare the two versions of an equations.json that git names; git's diff.NAME.command.",
     "git-textconv": "Print an equations.json as text, one term a line; git's diff.NAME.textconv.",
@@ -60,7 +64,7 @@ class _Commands(TyperGroup):
         if name is None or isinstance(listed, TyperGroup):
             return name, listed, rest
         room = __package__ if ctx.parent is None else f"{__package__}.{self.name}"
-        place = name.replace("-", ".", 1) if name in FOR_GIT else name  # git-diff stands in git/diff.py
+        place = PLACES.get(name, name) if ctx.parent is None else name
         return name, _imported(f"{room}.{place.replace('-', '_')}", listed), rest
 
     def invoke(self, ctx: Any) -> Any:
@@ -71,7 +75,12 @@ class _Commands(TyperGroup):
 
 def _group(commands: Mapping[str, str], *, hidden: Mapping[str, str] | None = None, **more: Any) -> typer.Typer:
     group = typer.Typer(
-        cls=_Commands, no_args_is_help=True, pretty_exceptions_enable=False, rich_markup_mode=None, **more
+        cls=_Commands,
+        no_args_is_help=True,
+        pretty_exceptions_enable=False,
+        rich_markup_mode=None,
+        context_settings=_HELP,
+        **more,
     )
     for name, text in {**commands, **(hidden or {})}.items():
         group.command(name, help=text, hidden=name not in commands)(lambda: None)
@@ -81,7 +90,7 @@ def _group(commands: Mapping[str, str], *, hidden: Mapping[str, str] | None = No
 def _imported(module: str, listed: Any) -> Any:
     """Return the command that a module defines, with the text under which it is listed."""
     single = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None)
-    single.command(listed.name, help=listed.help)(importlib.import_module(module).command)
+    single.command(listed.name, help=listed.help, context_settings=_HELP)(importlib.import_module(module).command)
     command = typer.main.get_command(single)
     command.params.append(_debug_option())
     return command

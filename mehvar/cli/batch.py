@@ -7,7 +7,7 @@ import logging
 import shlex
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from pathlib import Path
 from typing import Annotated, Any
@@ -16,11 +16,12 @@ import typer
 
 from mehvar.campaign import CampaignFile, Save, read_campaign
 from mehvar.cli.stats import print_statistics
-from mehvar.errors import InputError, MehvarError, bad_value
+from mehvar.errors import InputError, MehvarError, bad_value, together
 from mehvar.runtime.batch.dispersions import split
 from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.plan import CAMPAIGN_OPTIONS
 from mehvar.runtime.batch.store.store import open_store
+from mehvar.runtime.model.catalogue import find_model
 from mehvar.runtime.run.options import OPTIONS
 from mehvar.settings import (
     SettingTexts,
@@ -29,6 +30,7 @@ from mehvar.settings import (
     complete_scenarios,
     read_value,
     read_values,
+    required_law,
 )
 from mehvar.terminal import Advance, progress
 
@@ -66,7 +68,7 @@ def command(
         typer.Option(metavar="EXPR", help='What a run must fulfil besides reaching its end: "T_theta < 20".'),
     ] = None,
     sampling: Annotated[str | None, typer.Option(metavar="DESIGN", help=CAMPAIGN_OPTIONS["sampling"].help)] = None,
-    t_end: Annotated[float | None, typer.Option(metavar="T", help=OPTIONS["t_end"].help)] = None,
+    t_end: Annotated[str | None, typer.Option(metavar="T", help=OPTIONS["t_end"].help)] = None,
     strict: Annotated[bool, typer.Option("--strict", help="Stop at a run whose values are not allowed.")] = False,
     scheduler: Annotated[str | None, typer.Option(metavar="ADDRESS", help="A dask scheduler: tcp://host:8786.")] = None,
     threads: Annotated[
@@ -80,9 +82,11 @@ def command(
     InputError
         For anything unknown, malformed or out of bounds, and for a store that is there already.
     """
+    manifest = find_model(read_campaign(Path(model)).model if model.endswith(".toml") else model)
     batch = _campaign(
-        model, controller=controller, n=n, scenario=scenario, seed=seed, sampling=sampling, t_end=t_end, out=out,
-        until=until, success=success, save=_save(save), set=read_values(settings), vary=_dispersions(vary or ()),
+        model, controller=controller, n=n, scenario=scenario, seed=seed, sampling=sampling, t_end=_seconds(t_end),
+        out=out, until=until, success=success, save=_save(save), set=read_values(settings, manifest),
+        vary=_dispersions(vary or ()),
     )  # fmt: skip
     origin = f"the command line or {model}" if model.endswith(".toml") else "the command line"
     if batch.out is None:
@@ -122,10 +126,17 @@ def _campaign(model: str, **fields: Any) -> CampaignFile:
         CAMPAIGN_OPTIONS[name].check(flags[name], _FLAGS[name])
     if model.endswith(".toml"):
         return read_campaign(Path(model)).under(flags)
-    for name, flag in (("controller", "--controller C"), ("n", "-n N")):
-        if name not in flags:
-            raise InputError(f"a batch needs {flag}")
+    together(
+        lambda: required_law(find_model(model), flags.get("controller")),
+        lambda: _required(flags, "n", "-n N"),
+        lambda: _required(flags, "out", "a store: --out STORE.zarr"),
+    )
     return CampaignFile(model=model, **flags)
+
+
+def _required(flags: Mapping[str, Any], name: str, what: str) -> None:
+    if name not in flags:
+        raise InputError(f"a batch needs {what}")
 
 
 def _dispersions(texts: Sequence[str]) -> dict[str, str]:
@@ -144,7 +155,11 @@ def _save(text: str | None) -> Save | None:
     name, _, value = text.partition("=")
     if name != "every" or not value:
         raise bad_value("--save", text, "every=DT with DT > 0 in seconds")
-    return Save(every=CAMPAIGN_OPTIONS["save_every"].check(read_value(value), "--save"))
+    return Save(every=CAMPAIGN_OPTIONS["save_every"].check(read_value(value, "s", "every", "--save"), "--save"))
+
+
+def _seconds(text: str | None) -> Any:
+    return None if text is None else OPTIONS["t_end"].check(read_value(text, "s", "t_end", "--t-end"), "--t-end")
 
 
 def _client(scheduler: str | None) -> Any:

@@ -16,13 +16,16 @@ from mehvar.comparison.compare import diff_versions
 from mehvar.comparison.result import Diff
 from mehvar.comparison.sources import WORK
 from mehvar.errors import InputError, bad_value
+from mehvar.pictures.files import checked_suffix, save
+from mehvar.pictures.style import require_matplotlib
 from mehvar.runtime.files import write_atomic
 from mehvar.terminal import plain_text, print_lines, working
 
 if TYPE_CHECKING:
     from mehvar.ledger.judging import Ledger
 
-FORMATS = ("text", "json", "html")
+FORMATS = ("text", "json", "html", "markdown")
+_ENDINGS = {"md": "markdown"}
 _HEAD = "HEAD"
 
 
@@ -35,8 +38,13 @@ def command(
     ] = None,
     model: Annotated[str | None, typer.Option(metavar="M", help="Compare this model only.")] = None,
     paper: Annotated[bool, typer.Option("--paper", help="Compare with the published equations.")] = False,
-    form: Annotated[str | None, typer.Option("--format", metavar="text|json|html", help="What to write.")] = None,
+    form: Annotated[
+        str | None, typer.Option("--format", metavar="text|json|html|markdown", help="What to write.")
+    ] = None,
     out: Annotated[Path | None, typer.Option(metavar="FILE", help="Save it; the ending implies the format.")] = None,
+    plot: Annotated[
+        Path | None, typer.Option(metavar="FILE.png", help="Save a picture of the run that differs most.")
+    ] = None,
 ) -> int:
     """Compare, print or save, and return the exit status: 0 the same, 1 different.
 
@@ -49,13 +57,31 @@ def command(
     if paper:
         if old is not None:
             raise InputError(f"--paper compares what models/ derives now with the paper, not {old!r}: leave it out")
+        if plot is not None or chosen == "markdown":
+            raise InputError("--paper runs nothing and writes text, JSON or a page: leave --plot and markdown out")
         return _papers(model, chosen, out)
+    if plot is not None:
+        checked_suffix(plot)
+        require_matplotlib()
     diff = diff_versions(_HEAD if old is None else old, WORK if new is None else new, model)
     if chosen == "text" and out is None:
         print_lines(diff.lines())
     else:
         _deliver(_text(diff, chosen), out, [f"{part.model}: {part.status.value}" for part in diff.models])
+    if plot is not None:
+        _draw(diff, plot)
     return int(diff.differs)
+
+
+def _draw(diff: Diff, path: Path) -> None:
+    """Save the picture of the model whose run differs most, and say so where there is none."""
+    moved = max(diff.models, key=lambda model: model.overlay.size if model.overlay else -1.0)
+    figure = moved.overlay.picture(moved.model) if moved.overlay else None
+    if figure is None:
+        typer.echo(f"no run differs: {path} is not written", err=True)
+        return
+    save(figure, path)
+    typer.echo(f"saved {path}", err=True)
 
 
 def _papers(model: str | None, form: str, out: Path | None) -> int:
@@ -90,6 +116,10 @@ def _text(diff: Diff, form: str) -> str:
         from mehvar.comparison.html import html_page
 
         return html_page(diff)
+    if form == "markdown":
+        from mehvar.comparison.markdown import markdown
+
+        return markdown(diff)
     return plain_text(diff.lines()) + "\n"
 
 
@@ -110,6 +140,7 @@ def _format(form: str | None, out: Path | None) -> str:
     if form is not None and form not in FORMATS:
         raise bad_value("--format", form, " or ".join(FORMATS))
     ending = out.suffix.removeprefix(".") if out else ""
+    ending = _ENDINGS.get(ending, ending)
     chosen = form or (ending if ending in FORMATS else "text")
     if chosen == "html" and out is None and sys.stdout.isatty():
         raise InputError("--format html writes a page: say where with --out FILE.html")

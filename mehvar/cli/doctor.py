@@ -4,8 +4,12 @@
 from __future__ import annotations
 
 import platform
+import re
 import shutil
 import sys
+from collections.abc import Sequence
+
+import typer
 
 from mehvar.cache import cache_folder
 from mehvar.errors import InputError
@@ -24,6 +28,7 @@ _PACKAGES = {
     "casadi": "code generation",
     "zarr": "batches",
     "pandas": "result files as CSV",
+    "pint": "units in values, as in --set theta_0=30deg",
     "pyarrow": "result files as Parquet",
     "matplotlib": "pictures and the report",
     "distributed": "batches on many machines",
@@ -45,6 +50,7 @@ _EXTRAS = {
     "unicorn": "board",
     "pyserial": "board",
 }
+_EXTRA = re.compile(r'pip install "mehvar\[(\w+)\]"')
 _COLUMNS = ("part", "found", "used_for", "install_with")
 _PROGRAMS = {
     "arm-none-eabi-gcc": ("the board: a second toolchain", "apt install gcc-arm-none-eabi"),
@@ -63,8 +69,20 @@ def command(as_json: AsJson = False) -> int:
         print_json({"parts": [dict(zip(_COLUMNS, row, strict=True)) for row in rows]})
     else:
         print_table("", [name.replace("_", " ") for name in _COLUMNS], rows)
+        _print_summary(rows)
     missing = [row[0] for row in rows if row[1] in ("missing", "does not work")]
     return int(bool(missing))
+
+
+def _print_summary(rows: Sequence[Sequence[str]]) -> None:
+    """Say what works, and in one line for each installer how the rest would."""
+    uses = {name: row[2] for row in rows if (name := row[0]) in (*_PACKAGES, *_PROGRAMS) and not row[3]}
+    typer.echo(f"\nworks: {'; '.join(dict.fromkeys(uses.values()))}")
+    extras = {match[1] for row in rows if (match := _EXTRA.fullmatch(row[3]))}
+    others = [row[3] for row in rows if row[3] and not _EXTRA.fullmatch(row[3])]
+    ours = [f'pip install "mehvar[{",".join(sorted(extras))}]"'] if extras else []
+    for command in (*ours, *others):
+        typer.echo(f"for the rest: {command}")
 
 
 def _compiler_row() -> list[str]:

@@ -152,7 +152,9 @@ def _example(manifest: Manifest) -> dict[str, object]:
 
 def _free(name: str, into: Path) -> Path:
     """Return the folder of a new name, or raise InputError for a name that is none or that something has."""
-    if not _NAME.fullmatch(name) or keyword.iskeyword(name):
+    if keyword.iskeyword(name):
+        raise bad_value("NAME", name, "another name: this one is a word of Python")
+    if not _NAME.fullmatch(name):
         raise bad_value("NAME", name, "lower-case letters, digits and underscores, beginning with a letter")
     if len(name) > _LONGEST:
         raise bad_value("NAME", name, f"at most {_LONGEST} characters long")

@@ -12,7 +12,7 @@ from mehvar.manifest import Manifest, Parameter, Quantity
 from mehvar.runtime.model.catalogue import find_model
 from mehvar.schema import plain
 from mehvar.settings import AsJson, complete_models
-from mehvar.terminal import print_json, print_table
+from mehvar.terminal import print_entries, print_json
 
 
 def command(
@@ -41,36 +41,40 @@ def command(
     _parameters("scenario parameters s", manifest.scenario_parameters)
     if manifest.choices:
         rows = [[c.name, " ".join(c.values), c.description] for c in manifest.choices.values()]
-        print_table("choices (the first value is the default)", ["name", "values", "meaning"], rows)
+        print_entries("choices (the first value is the default)", ["name", "values", "meaning"], rows)
         typer.echo()
     _scenarios(manifest)
     _functions(manifest)
 
 
 def _quantities(title: str, quantities: Sequence[Quantity]) -> None:
-    print_table(title, ["name", "unit", "meaning"], [[q.name, q.unit, q.description] for q in quantities])
+    print_entries(title, ["name", "unit", "meaning"], [[q.name, q.unit, q.description] for q in quantities])
     typer.echo()
 
 
 def _parameters(title: str, parameters: Sequence[Parameter]) -> None:
-    rows = [[q.name, q.unit, q.formula or f"{q.default:g}", q.interval, q.description, q.source] for q in parameters]
-    print_table(title, ["name", "unit", "default", "allowed", "meaning", "source"], rows)
+    rows = [
+        [q.name, q.unit, q.formula or f"{q.default:g}", q.interval, f"{q.description} ({q.source})"] for q in parameters
+    ]
+    print_entries(title, ["name", "unit", "default", "allowed", "meaning (source)"], rows)
     typer.echo()
 
 
 def _scenarios(manifest: Manifest) -> None:
     rows = [[s.name, f"{s.duration:g} s", f"{s.step:g} s", s.title] for s in manifest.scenarios.values()]
-    print_table("scenarios", ["name", "duration", "step", "what it is"], rows)
+    print_entries("scenarios", ["name", "duration", "step", "what it is"], rows)
     typer.echo()
 
 
 def _functions(manifest: Manifest) -> None:
+    """Print what users call; the parts into which C text is split for speed are for the integrator alone."""
     rows = [
         [
-            f"{f.name}({', '.join(a.name for a in f.arguments)})",
-            ", ".join(a.name for a in f.results),
+            f.name,
             str(f.operations),
+            f"({', '.join(a.name for a in f.arguments)}) -> {', '.join(a.name for a in f.results)}",
         ]
         for f in manifest.functions.values()
+        if not f.internal
     ]
-    print_table("functions", ["call", "returns", "operations"], rows)
+    print_entries("functions", ["name", "operations", "arguments and results"], rows)

@@ -10,11 +10,11 @@ from typing import Annotated, Any
 
 import typer
 
-from mehvar.errors import bad_value, unknown_name
-from mehvar.manifest import OPEN_LOOP
+from mehvar.errors import bad_value, together, unknown_name
+from mehvar.manifest import OPEN_LOOP, Manifest
 from mehvar.pictures.files import checked_suffix
 from mehvar.runtime.model.catalogue import find_model
-from mehvar.runtime.model.parameters import number
+from mehvar.runtime.model.parameters import check_values, number
 from mehvar.runtime.run.formats import checked_format
 from mehvar.runtime.run.metrics import metrics
 from mehvar.runtime.run.options import OPTIONS, split_settings
@@ -32,6 +32,7 @@ from mehvar.settings import (
     read_settings,
     read_value,
     read_values,
+    required_law,
 )
 from mehvar.terminal import print_json, print_table, progress
 
@@ -61,7 +62,7 @@ def command(
         Interpolation | None,
         typer.Option(metavar="HOW", help="What a file means between its instants: hold, unless given, or linear."),
     ] = None,
-    t_end: Annotated[float | None, typer.Option(metavar="T", help=OPTIONS["t_end"].help)] = None,
+    t_end: Annotated[str | None, typer.Option(metavar="T", help=OPTIONS["t_end"].help)] = None,
     out: Annotated[Path | None, typer.Option(metavar="FILE.nc", help="Save it; also .csv, .parquet, .mat.")] = None,
     plot: Annotated[Path | None, typer.Option(metavar="FILE.png", help="Save a picture of the run.")] = None,
     store: Annotated[
@@ -83,12 +84,38 @@ def command(
         if as_json:
             raise typer.BadParameter("--json prints a run, not a comparison with a batch")
         return repeat(store, run, out, plot, model, trust_model)
-    if model is None or controller is None:
+    if model is None:
         raise typer.BadParameter("MODEL and --controller C are needed, or --from STORE and --run ID")
     ends = [] if t_end is None else [f"t_end={t_end}"]
-    values = read_values([*(settings or ()), *ends])
+    texts = [*(settings or ()), *ends]
+    _check(find_model(model), controller, scenario, texts, out, plot)
+    assert controller is not None
+    values = read_values(texts, find_model(model))
     opened = _open_loop(model, controller, input_texts, inputs, interpolation)
     return simulate(model, None if opened else controller, scenario, values, out, plot, opened, as_json)
+
+
+def _check(
+    manifest: Manifest,
+    controller: str | None,
+    scenario: str | None,
+    texts: Sequence[str],
+    out: Path | None,
+    plot: Path | None,
+) -> None:
+    """Refuse in one message whatever can be seen before a run."""
+
+    def check_settings() -> None:
+        parameters, _ = split_settings(read_values(texts, manifest), manifest.choices, "run", "--set")
+        if law := manifest.controllers.get(controller or ""):
+            check_values(manifest, law, parameters, "--set", (*OPTIONS, *manifest.choices))
+
+    together(
+        lambda: controller == OPEN_LOOP or manifest.controller(required_law(manifest, controller)),
+        lambda: manifest.scenario(scenario),
+        check_settings,
+        lambda: _check_outputs(out, plot),
+    )
 
 
 def _open_loop(
@@ -108,14 +135,16 @@ def _open_loop(
         raise bad_value("--interpolation", interpolation, "left out without --inputs FILE")
     manifest = find_model(model)
     inputs: Any = {} if file is None else read_inputs(file, manifest)
-    given = read_settings(texts, "--input")
-    constants = {name: number(f"--input {name}", read_value(text)) for name, text in given.items()}
+    given, units = read_settings(texts, "--input"), {q.name: q.unit for q in manifest.inputs}
+    constants = {
+        name: number(f"--input {name}", read_value(text, units.get(name), name, "--input"))
+        for name, text in given.items()
+    }
     if constants and not isinstance(inputs, dict):
         raise bad_value("--input", " ".join(constants), f"left out with --inputs {file}, a result that has every input")
-    names = [q.name for q in manifest.inputs]
     for name in constants:
-        if name not in names:
-            raise unknown_name(f"input of {manifest.model}", name, names, "--input")
+        if name not in units:
+            raise unknown_name(f"input of {manifest.model}", name, units, "--input")
         if name in inputs:
             raise bad_value("--input", name, f"an input that {file} does not have")
     return {"inputs": {**inputs, **constants} if isinstance(inputs, dict) else inputs, "interpolation": interpolation}
@@ -138,7 +167,6 @@ def simulate(
     InputError
         For anything unknown, malformed, out of bounds or not writable; files are tried before the run.
     """
-    _check_outputs(out, plot)
     parameters, options = split_settings(settings, find_model(model).choices, "run", "--set")
     with progress(f"{model} {controller or OPEN_LOOP}") as advance:
         advance(0, 1, "(the first run compiles)")
@@ -172,7 +200,7 @@ def repeat(
     what = f"run {number} of {path}"
     drawn = ", ".join(f"{name} = {value!r}" for name, value in plan.drawn(number).items())
     typer.echo(f"{what}: {drawn}" if drawn else what)
-    different = difference(run, store, number)
+    different = difference(run, plan, store, number)
     if different is None:
         typer.echo("this run is not stored yet: there is nothing to compare with")
     else:

@@ -42,10 +42,14 @@ def _print(verification: Verification) -> None:
         typer.echo(f"... and {len(damage) - _SHOWN} more")
     if verification.missing:
         typer.echo(f"missing: {_numbers(verification.missing)}")
-    whole = f"{len(verification.whole)} of {verification.blocks} blocks are whole"
+    runs, whole = f"{verification.runs} runs", f"{len(verification.whole)} of {verification.blocks} blocks are whole"
+    if verification.runs is None:
+        runs, whole = "of how many runs is not recorded", f"{len(verification.whole)} blocks are whole"
     ended = "" if verification.ended or verification.missing else "; the end of the batch is not recorded"
-    typer.echo(f"{verification.store}: {verification.runs} runs; {whole}{ended}")
-    if not verification.complete:
+    typer.echo(f"{verification.store}: {runs}; {whole}{ended}")
+    if verification.writer is not None:
+        typer.echo(f"being written by {verification.writer}")
+    elif not verification.complete:
         typer.echo("the command that made it goes on and mends it with --resume")
 
 

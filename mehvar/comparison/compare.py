@@ -11,6 +11,7 @@ from pathlib import Path
 from mehvar.codegen.diff import Document, DocumentError, compare
 from mehvar.codegen.diff.report import Comparison, Fate
 from mehvar.errors import InputError, bad_value, unknown_name
+from mehvar.terminal import working
 
 from .consequences import consequences
 from .result import Diff, ModelDiff
@@ -71,7 +72,11 @@ def diff(model: str, old: str = "HEAD", new: str = WORK) -> ModelDiff:
 def compare_folders(old: Path, new: Path) -> ModelDiff:
     """Compare two generated folders of a model, and run both if anything but the form differs."""
     model = compare_documents(_document(old), _document(new))
-    return replace(model, consequences=consequences(old, new)) if model.differs else model
+    if not model.differs:
+        return model
+    with working(f"running {model.model}"):
+        follows, overlay = consequences(old, new)
+    return replace(model, consequences=follows, overlay=overlay)
 
 
 def compare_documents(old: Document, new: Document) -> ModelDiff:

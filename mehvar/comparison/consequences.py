@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a changed model does differently, by running both: rates of the state, eigenvalues, operations."""
+"""What a changed model does differently, by running both: laws, rates of the state, eigenvalues, operations."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +13,7 @@ from mehvar.manifest import read_manifest
 from mehvar.runtime.model.functions import FloatArray, PythonBackend
 from mehvar.runtime.model.model import Model
 
+from .runs import Overlay, Runs, runs
 from .spectra import Loop, loops, moved, named, rest, start, undifferentiated
 
 SAMPLES = 512
@@ -64,6 +65,8 @@ class Consequences:
         Closed loops whose eigenvalues differ.
     operations : tuple of (str, int, int)
         Functions whose number of operations differs.
+    runs : Runs
+        What the scenarios do under the laws.
     note : str
         Why something is missing.
     """
@@ -75,11 +78,12 @@ class Consequences:
     eigenvalues: tuple[tuple[complex, complex], ...] = ()
     loops: tuple[Loop, ...] = ()
     operations: tuple[tuple[str, int, int], ...] = ()
+    runs: Runs = field(default_factory=Runs)
     note: str = ""
 
 
-def consequences(old: Path, new: Path) -> Consequences:
-    """Run the generated NumPy modules of two folders side by side.
+def consequences(old: Path, new: Path) -> tuple[Consequences, Overlay | None]:
+    """Run two folders side by side; return what follows, and the run that differs most.
 
     Parameters
     ----------
@@ -89,18 +93,20 @@ def consequences(old: Path, new: Path) -> Consequences:
     try:
         before, after = _loaded(old), _loaded(new)
     except (InputError, OSError, SyntaxError) as error:
-        return Consequences(note=f"not computed: {error}")
+        return Consequences(note=f"not computed: {error}"), None
     operations = _operations(before, after)
     if (before.state_names, before.input_names) != (after.state_names, after.input_names):
-        return Consequences(operations=operations, note="rates and eigenvalues not compared: states or inputs differ")
+        missing = "rates, eigenvalues and runs not compared: states or inputs differ"
+        return Consequences(operations=operations, note=missing), None
     with np.errstate(all="ignore"):
         rates, samples = _rates(before, after)
         old_point, new_point = _rest(before), _rest(after)
         pairs = moved(_slope(before, old_point), _slope(after, new_point))
         closed = loops(before, after)
         residual = float(np.max(np.abs(_rhs(before, old_point, np.zeros(len(before.input_names))))))
+    closed_runs, overlay = runs(old, new)
     note = "loops not compared: one of the versions has no derivatives of its laws"
-    return Consequences(
+    follows = Consequences(
         rates,
         samples,
         named(before.state_names, old_point),
@@ -108,8 +114,10 @@ def consequences(old: Path, new: Path) -> Consequences:
         pairs,
         closed,
         operations,
+        closed_runs,
         note if undifferentiated((before, after)) else "",
     )
+    return follows, overlay
 
 
 def _loaded(folder: Path) -> Model:

@@ -3,15 +3,18 @@
 
 from __future__ import annotations
 
+from base64 import b64encode
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 from mehvar.codegen.diff.report import Comparison, Edit, EquationChange, Fate, ParameterChange, Story
 from mehvar.codegen.equations.formula import Marks, Nodes, Printer, SymbolNames
 from mehvar.codegen.equations.mathml import element
 from mehvar.codegen.equations.spelling import MATHML
 from mehvar.html import page
+from mehvar.pictures.files import encoded
 
 from .consequences import Consequences
 from .marks import Alignment
@@ -21,22 +24,31 @@ from .text import (
     counted,
     edit_title,
     example,
+    following,
     is_complete,
+    joined,
     labels,
+    margin_rows,
     number,
     one_by_one,
+    outcome,
     place,
     point,
+    relative,
+    same_runs,
     stories,
     sure,
+    telling_metrics,
+    telling_parameters,
     title,
     unit,
 )
 
 _FOLDED = (
+    (Fate.CHANGED, "following from a change above, or the same but for the terms of a family's other members"),
     (Fate.INHERITED, "inherited: other values, because of the changes above"),
-    (Fate.ADDED, "added, used by other equations"),
-    (Fate.REMOVED, "removed, were used by other equations"),
+    (Fate.ADDED, "added, used by other equations or of a family's new members"),
+    (Fate.REMOVED, "removed, were used by other equations or of a family's former members"),
     (Fate.REARRANGED, "rearranged: written differently, equal"),
     (Fate.RENAMED, "renamed, equal"),
     (Fate.SCALED, "scaled: the same equation, multiplied by something"),
@@ -79,14 +91,24 @@ class _Section:
     parameters: Sequence[ParameterChange]
     follows: Consequences | None
     folded: Sequence[tuple[str, Sequence[_Card]]]
-    unchanged: Sequence[_Card]
+    unchanged: Sequence[str]
+    picture: str
 
 
 def html_page(diff: Diff) -> str:
     """Return the page as text."""
     sections = [_Sheet(model).section() for model in diff.models]
     names = ", ".join(section.name for section in sections)
-    filters: dict[str, Callable[..., str]] = {"complex": number, "point": point, "place": place, "unit": unit}
+    filters: dict[str, Callable[..., Any]] = {
+        **{"complex": number, "point": point, "place": place, "unit": unit, "relative": relative},
+        **{
+            "joined": joined,
+            "outcome": outcome,
+            "same_runs": same_runs,
+            "margin_rows": margin_rows,
+            "telling": telling_metrics,
+        },
+    }
     title = f"What changed in {names}"
     return page("diff.html.j2", filters, title=title, old=diff.old, new=diff.new, models=sections) + "\n"
 
@@ -110,7 +132,7 @@ class _Sheet:
         comparison, status = self._comparison, self._model.status
         apart = {equation for equation, _ in one_by_one(comparison)}
         folded = [
-            (heading, [self._card(equation) for equation in comparison.of(verdict) if equation not in apart])
+            (heading, [self._card(equation) for equation in comparison.of(verdict) if self._is_folded(equation, apart)])
             for verdict, heading in _FOLDED
         ]
         return _Section(
@@ -118,16 +140,24 @@ class _Sheet:
             kind={ModelStatus.SAME: "same", ModelStatus.UNDECIDED: "maybe"}.get(status, "changed"),
             status=status.value,
             counted=counted(comparison),
-            stories=stories(comparison),
+            stories=[*stories(comparison), *filter(None, [following(comparison)])],
             changed=[self._card(equation, group) for equation, group in one_by_one(comparison)],
-            parameters=comparison.parameters,
+            parameters=telling_parameters(comparison),
             follows=self._model.consequences,
             folded=[(f"{len(cards)} {heading}", cards) for heading, cards in folded if cards],
-            unchanged=[self._card(equation) for equation in comparison.of(Fate.SAME)],
+            unchanged=[title(equation) for equation in comparison.of(Fate.SAME)],
+            picture=_picture(self._model),
+        )
+
+    @staticmethod
+    def _is_folded(equation: EquationChange, apart: set[EquationChange]) -> bool:
+        """Whether an equation has no card above; one of a family has, that of the family's first."""
+        return equation not in apart and (
+            equation.verdict is not Fate.CHANGED or equation.extended or equation.cause != ""
         )
 
     def _card(self, equation: EquationChange, group: Story | None = None) -> _Card:
-        old, new = self._sides(equation)
+        old, new = (None, None) if self._is_by_length(equation) else self._sides(equation)
         kind = "same" if not equation.matters else "changed"
         return _Card(
             title=title(equation, group.names if group else ()),
@@ -140,6 +170,11 @@ class _Sheet:
             old=old,
             new=new,
         )
+
+    def _is_by_length(self, equation: EquationChange) -> bool:
+        """Whether a family's length explains all: the form is known, and its formulas, twice over, are megabytes."""
+        longer = bool(self._comparison.extended())
+        return equation.extended or (longer and equation.verdict is Fate.INHERITED)
 
     def _sides(self, equation: EquationChange) -> tuple[_Side | None, _Side | None]:
         """Print both forms with what was edited marked: as the comparison says, else what differs as written."""
@@ -176,6 +211,12 @@ class _Sheet:
         return old or written[0], new or written[1]
 
 
+def _picture(model: ModelDiff) -> str:
+    """Return the overlay of the run that differs most, as an address that holds it; empty where there is none."""
+    figure = model.overlay.picture(model.model) if model.overlay else None
+    return "" if figure is None else "data:image/svg+xml;base64," + b64encode(encoded(figure, ".svg")).decode()
+
+
 def _terms(nodes: Nodes, root: int, latex: Mapping[str, str], marks: Marks = frozenset()) -> list[tuple[str, bool]]:
     """Return the terms of a formula, each an element of its own: a long line breaks there, MathML itself does not."""
     printer = Printer(nodes, SymbolNames(latex), MATHML, marks)
@@ -188,9 +229,11 @@ def _left(name: str, equation: EquationChange, latex: Mapping[str, str]) -> str:
 
 
 def _notes(comparison: Comparison, equation: EquationChange, group: Story | None) -> list[str]:
-    notes = [group.says if group else "", example(equation), sure(equation)]
+    notes = [group.says if group else "", example(equation), sure(equation), following(comparison, equation)]
     if equation.users:
         notes.append(f"Inherited by {labels(comparison, equation.users)}.")
+    if equation.cause:
+        notes.append(f"Follows from {equation.cause}.")
     if equation.via:
         notes.append(f"Because of {labels(comparison, equation.via)}.")
     if not equation.matters and equation.verdict is Fate.CHANGED:

@@ -5,15 +5,16 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from rich.text import Text
 
 from mehvar.codegen.diff.report import Comparison, EquationChange, ParameterChange
-from mehvar.terminal import Line, plain_text
+from mehvar.terminal import Line, finite, plain_text
 
 from .consequences import Consequences
+from .runs import Overlay
 from .status import ModelStatus
 from .text import lines
 
@@ -34,12 +35,15 @@ class ModelDiff:
         Equation by equation; empty for a model that only one side has.
     consequences : Consequences or None
         What the change does; None where nothing changed or nothing could be run.
+    overlay : Overlay or None
+        The run that differs most, of both versions; None where none does.
     """
 
     model: str
     status: ModelStatus
     comparison: Comparison
     consequences: Consequences | None = None
+    overlay: Overlay | None = field(default=None, compare=False, repr=False)
 
     @property
     def differs(self) -> bool:
@@ -129,4 +133,4 @@ class Diff:
 
     def json_text(self) -> str:
         """Return the JSON text."""
-        return json.dumps(self.to_json(), indent=1, ensure_ascii=False) + "\n"
+        return json.dumps(finite(self.to_json()), indent=1, ensure_ascii=False) + "\n"

@@ -139,8 +139,9 @@ def _derived(tree: Tree, model: str, label: str) -> Path:
     while True:
         key = cache.key(*itertools.chain(*sorted(known.items())))
         folder = cache.entry("derived", f"{model}-{key}", lambda folder: _derive(tree, model, label, folder))
-        now = inputs(tree, model, read_manifest(folder))
-        if now == read_manifest(folder).inputs_sha256 or now.items() <= known.items():
+        record = read_manifest(folder)
+        now = {**inputs(tree, model, record), **installed(*record.versions)}
+        if now == {**record.inputs_sha256, **record.versions} or now.items() <= known.items():
             return folder
         known |= now
 

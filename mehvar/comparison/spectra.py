@@ -92,7 +92,7 @@ def loops(before: Model, after: Model) -> tuple[Loop, ...]:
     changed = []
     for name, law in after.manifest.controllers.items():
         former = before.manifest.controllers.get(name)
-        if former is None or not (_differentiable(before, former) and _differentiable(after, law)):
+        if former is None or not (differentiable(before, former) and differentiable(after, law)):
             continue
         old, new = _matrix(before, former), _matrix(after, law)
         pairs = moved(old, new) if old.shape == new.shape else ()
@@ -105,10 +105,11 @@ def loops(before: Model, after: Model) -> tuple[Loop, ...]:
 
 def undifferentiated(models: Sequence[Model]) -> bool:
     """Tell whether a version was generated before laws had derivatives."""
-    return any(not _differentiable(model, law) for model in models for law in model.manifest.controllers.values())
+    return any(not differentiable(model, law) for model in models for law in model.manifest.controllers.values())
 
 
-def _differentiable(model: Model, law: Controller) -> bool:
+def differentiable(model: Model, law: Controller) -> bool:
+    """Tell whether a law was generated with derivatives."""
     return f"{identifier(law.name)}_jvp" in model.functions
 
 

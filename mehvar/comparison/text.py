@@ -3,21 +3,33 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 from rich.text import Text
 
-from mehvar.codegen.diff.report import Comparison, Edit, EquationChange, Fate, ParameterChange, Story
+from mehvar.codegen.diff.report import Comparison, Edit, EquationChange, Fate, ParameterChange, Story, handle, label
 from mehvar.terminal import Line
 
 from .consequences import Consequences
+from .margins import Margin
+from .runs import MarginChange, MetricChange, RunChange, Runs
 from .spectra import Loop
 from .status import ModelStatus
 
 _ZERO = 1e-9
 """A rate at rest, and a part of an eigenvalue beside the other, that is rounding and not worth a word."""
+_ALIKE = ("family", "symmetric")
+"""Groups whose members are said once, by the first."""
+_CAUSAL = ("follows", "solved")
+"""Groups that are told after their cause."""
+_PART = 1e-3
+"""Of a metric: smaller changes are counted, not listed; they do not show in three digits."""
+_NAMED = 12
+"""Equations that are named where all have the same to say: two lines of a terminal. A page folds them all below."""
 _STYLES = {ModelStatus.SAME: "bold green", ModelStatus.UNDECIDED: "bold yellow"}
-_HEADLINES = {
+HEADLINES = {
     ModelStatus.SAME: "physics the SAME",
     ModelStatus.PARAMETERS: "equations the SAME, numbers or names CHANGED",
     ModelStatus.UNDECIDED: "physics UNDECIDED",
@@ -35,12 +47,12 @@ _COUNTED = {
 def lines(model: str, status: ModelStatus, comparison: Comparison, follows: Consequences | None) -> Iterator[Line]:
     """Say what became of a model."""
     style = _STYLES.get(status, "bold red")
-    yield 0, Text.assemble((f"{model}: ", "bold"), (_HEADLINES[status], style), "   ", counted(comparison))
+    yield 0, Text.assemble((f"{model}: ", "bold"), (HEADLINES[status], style), "   ", counted(comparison))
     for name, old, new in comparison.structure:
         yield 2, Text(f"structure {name}: {old} -> {new}")
     yield from _equations(comparison)
     yield from _equivalent(comparison)
-    yield from _parameters(comparison.parameters)
+    yield from _parameters(telling_parameters(comparison))
     if follows:
         yield from _consequences(follows)
 
@@ -61,12 +73,12 @@ def title(equation: EquationChange, names: Sequence[str] = ()) -> str:
 
 def families(comparison: Comparison) -> dict[str, Story]:
     """Return the family that each equation belongs to, where the same edit was made in several."""
-    return {name: group for group in comparison.groups if group.kind == "family" for name in group.names}
+    return {name: group for group in comparison.groups if group.kind in _ALIKE for name in group.names}
 
 
 def stories(comparison: Comparison) -> list[str]:
-    """Return what is said about several equations at once, families excepted."""
-    return [group.says for group in comparison.groups if group.kind != "family"]
+    """Return what is said about several equations at once, families, and what follows, excepted."""
+    return [group.says for group in comparison.groups if group.kind not in _ALIKE + _CAUSAL]
 
 
 def one_by_one(comparison: Comparison) -> Iterator[tuple[EquationChange, Story | None]]:
@@ -74,8 +86,27 @@ def one_by_one(comparison: Comparison) -> Iterator[tuple[EquationChange, Story |
     family = families(comparison)
     for equation in comparison.of(Fate.CHANGED, Fate.UNDECIDED, Fate.ADDED, Fate.REMOVED):
         group = family.get(equation.name)
-        if not is_quiet(equation) and (group is None or group.names[0] == equation.name):
+        untold = not (is_quiet(equation) or equation.extended or equation.cause)
+        if untold and (group is None or group.names[0] == equation.name):
             yield equation, group
+
+
+def following(comparison: Comparison, equation: EquationChange | None = None) -> str:
+    """Say what follows from a cause, or from changed equations of motion, in one line; nothing where nothing does."""
+    kind, source = ("solved", "") if equation is None else ("follows", handle(equation))
+    for group in comparison.groups:
+        names = group.names if equation is None else group.names[1:]
+        if group.kind == kind and equation is None:
+            return f"{group.says}: {_many(names)}"
+        if group.kind == kind and group.names[0] == source:
+            return f"and what follows from it, {group.says}: {_many(names)}"
+    return ""
+
+
+def _many(names: Sequence[str]) -> str:
+    rest = f" and {len(names) - _NAMED} more" if len(names) > _NAMED + 1 else ""
+    shown = names[:_NAMED] if rest else names
+    return f"{len(names)} equation{'s' * (len(names) > 1)}: {', '.join(shown)}{rest}"
 
 
 def is_quiet(equation: EquationChange) -> bool:
@@ -110,15 +141,18 @@ def is_complete(edit: Edit) -> bool:
     return all(part is None or part.text in edit.says for part in (edit.old, edit.new))
 
 
-def label(equation: EquationChange) -> str:
-    """Return the shortest name of an equation; one that is only shown goes by its number."""
-    return equation.number or equation.title or equation.name if equation.kind == "equation" else equation.name
+def telling_parameters(comparison: Comparison) -> list[ParameterChange]:
+    """Return the names and numbers that get words of their own: those of a family's other members do not."""
+    extended = comparison.extended()
+    return [change for change in comparison.parameters if change.name.split(".")[-1] not in extended]
 
 
 def labels(comparison: Comparison, names: Sequence[str]) -> str:
     """Return the shortest names of equations, each once."""
     shortest = {equation.name: label(equation) for equation in reversed(comparison.equations)}
-    return ", ".join(dict.fromkeys(shortest.get(name, name) for name in names))
+    every = list(dict.fromkeys(shortest.get(name, name) for name in names))
+    rest = f" and {len(every) - _NAMED} more" if len(every) > _NAMED + 1 else ""
+    return ", ".join(every[:_NAMED] if rest else every) + rest
 
 
 def _equations(comparison: Comparison) -> Iterator[Line]:
@@ -140,8 +174,13 @@ def _equations(comparison: Comparison) -> Iterator[Line]:
             yield 4, Text(sure(equation), "dim")
         if equation.users:
             yield 4, Text(f"inherited by {labels(comparison, equation.users)}", "dim")
+        if follows := following(comparison, equation):
+            yield 4, Text(follows, "bold")
+    if follows := following(comparison):
+        yield 2, Text(follows, "bold")
     for verdict in (Fate.ADDED, Fate.REMOVED):
-        if quiet := [label(equation) for equation in comparison.of(verdict) if is_quiet(equation)]:
+        quiet = [label(e) for e in comparison.of(verdict) if is_quiet(e) and not e.extended]
+        if quiet:
             yield 2, Text.assemble((f"{verdict.value} ", "cyan"), ", ".join(quiet))
 
 
@@ -184,13 +223,19 @@ def _consequences(follows: Consequences) -> Iterator[Line]:
 
 
 def consequence_lines(follows: Consequences) -> Iterator[str]:
-    """Say what follows from a change, one finding a line."""
+    """Say what follows from a change, one finding a line; loops first, because they are what flies."""
+    yield from run_lines(follows.runs)
+    yield from plant_lines(follows)
+
+
+def plant_lines(follows: Consequences) -> Iterator[str]:
+    """Say what follows for the plant, for eigenvalues and for the number of operations."""
     if follows.rates:
-        yield f"rates without a law, largest difference at {follows.samples} random states (rms of the old rate):"
+        yield f"the plant without a law: largest difference of rates at {follows.samples} random states (rms before):"
         for rate in follows.rates:
             yield f"  {rate.name}'  {rate.largest:.3g} {rate.unit}  ({rate.typical:.3g})"
     elif follows.samples:
-        yield f"rates without a law: equal at {follows.samples} random states, to rounding"
+        yield f"the plant without a law: rates equal at {follows.samples} random states, to rounding"
     if follows.eigenvalues:
         yield f"eigenvalues at {point(follows)}:"
         for old, new in follows.eigenvalues:
@@ -201,10 +246,79 @@ def consequence_lines(follows: Consequences) -> Iterator[str]:
         yield f"eigenvalues under {loop.law} at {place(loop.point)}:"
         for old, new in loop.eigenvalues:
             yield f"  {number(old)} -> {number(new)}  {unit(loop)}"
-    for name, before, after in follows.operations:
+    operations = sorted(follows.operations, key=lambda row: -abs(row[2] - row[1]))
+    for name, before, after in operations[:_NAMED]:
         yield f"operations of {name}: {before} -> {after} ({after - before:+d})"
+    if len(operations) > _NAMED:
+        yield f"operations of {len(operations) - _NAMED} more functions differ"
     if follows.note:
         yield follows.note
+
+
+def run_lines(runs: Runs) -> Iterator[str]:
+    """Say what became of the scenarios under the laws."""
+    for run, scenarios in joined(runs.changed):
+        yield f"{', '.join(scenarios)} under {run.law}: {outcome(run)}"
+        for metric in telling_metrics(run):
+            yield f"  {metric.name}  {metric.old:.5g} -> {metric.new:.5g} {metric.unit}{relative(metric)}"
+    if runs.same:
+        yield f"equal in all metrics: {same_runs(runs)}"
+    for change in runs.margins:
+        yield f"margins under {change.law} where {change.scenario} ends (gain, phase):"
+        for name, old, new in margin_rows(change):
+            yield f"  {name}  {old} -> {new}"
+    if runs.note:
+        yield runs.note
+
+
+def joined(runs: Sequence[RunChange]) -> list[tuple[RunChange, list[str]]]:
+    """Return runs with their scenarios, those that differ alike under one law together."""
+    groups: dict[RunChange, list[str]] = {}
+    for run in runs:
+        groups.setdefault(replace(run, scenario=""), []).append(run.scenario)
+    return list(groups.items())
+
+
+def same_runs(runs: Runs) -> str:
+    """Name the runs that are equal in all metrics, law by law."""
+    laws = dict.fromkeys(law for law, _ in runs.same)
+    scenarios = {law: ", ".join(scenario for other, scenario in runs.same if other == law) for law in laws}
+    return "; ".join(f"{names} under {law}" for law, names in scenarios.items())
+
+
+def outcome(run: RunChange) -> str:
+    """Say how a run differs."""
+    ends = [f"{side} {end}" for side, end in (("the old one", run.old), ("the new one", run.new)) if end]
+    if run.old == run.new:
+        ends = [f"both {run.old}"] if run.old else []
+    little = len(run.metrics) - len(telling_metrics(run))
+    less = f", {little} of them by less than {100 * _PART:g} %" if little else ""
+    return "; ".join([*ends, f"{len(run.metrics)} of {run.count} metrics differ{less}"] if run.count else ends)
+
+
+def telling_metrics(run: RunChange) -> list[MetricChange]:
+    """Return the metrics that moved enough to be listed."""
+    return [m for m in run.metrics if not abs(m.new - m.old) < _PART * max(abs(m.old), abs(m.new))]
+
+
+def relative(metric: MetricChange) -> str:
+    """Return by how much of its old value a metric moved, or nothing where that has no meaning."""
+    part = (metric.new - metric.old) / abs(metric.old) if metric.old else math.inf
+    return f"  ({100 * part:+.3g} %)" if math.isfinite(part) else ""
+
+
+def margin_rows(change: MarginChange) -> Iterator[tuple[str, str, str]]:
+    """Yield input, old and new margins."""
+    old, new = ({margin.input: margin for margin in side} for side in (change.old, change.new))
+    for name in dict.fromkeys((*old, *new)):
+        yield name, margin_text(old.get(name)), margin_text(new.get(name))
+
+
+def margin_text(margin: Margin | None) -> str:
+    """Say what a margin is; none where the linearised loop is not stable or the input is not used."""
+    if margin is None:
+        return "not defined"
+    return f"x{margin.gain:.3g}, {math.degrees(margin.phase):.3g} deg"
 
 
 def unit(loop: Loop) -> str:

@@ -3,10 +3,10 @@
 
 from __future__ import annotations
 
-from mehvar.errors import InputError
 from mehvar.manifest import file_of
 from mehvar.names import identifier
 from mehvar.runtime.compiling.library import native_headers, native_sources
+from mehvar.runtime.model.generated import generated_text
 from mehvar.runtime.run.calls import loop_calls
 from mehvar.runtime.run.options import METHODS, RunOptions
 
@@ -36,12 +36,8 @@ def c_sources(subject: Subject, version: str, token: str) -> dict[str, str]:
     """
     manifest = subject.model.manifest
     files = [file_of(manifest.model, "jac" if subject.kind != "loop" else "loops_jac")]
-    generated = {}
-    for name in (f"{manifest.model}.h", file_of(manifest.model, ""), *files):
-        try:
-            generated[name] = (manifest.folder / name).read_text(encoding="utf-8")
-        except OSError as error:
-            raise InputError(f"cannot read {manifest.folder / name}; generate the model again") from error
+    names = (f"{manifest.model}.h", file_of(manifest.model, ""), *files)
+    generated = {name: generated_text(manifest, name) for name in names}
     adapter = f"fmi{version[0]}.c"
     units = [file_of(manifest.model, ""), "tableaux.c", adapter]
     native = native_sources("step/*.h", "single/*.[ch]", "methods/*.[ch]", "methods/*.inc", "fmu/core.h")

@@ -8,9 +8,12 @@ from collections.abc import Sequence
 from mehvar.html import page
 
 from .judging import Ledger
-from .text import counted, example
+from .text import correction, counted, example, slips
+
+FILTERS = {"counted": counted, "example": example, "slips": slips, "correction": correction}
+"""What templates that show a ledger call."""
 
 
 def paper_page(ledgers: Sequence[Ledger]) -> str:
     """Return the page of published against derived equations as text."""
-    return page("diff_paper.html.j2", {"counted": counted, "example": example}, ledgers=ledgers) + "\n"
+    return page("diff_paper.html.j2", FILTERS, ledgers=ledgers) + "\n"

@@ -13,7 +13,8 @@ from mehvar.terminal import Line
 from .judging import Ledger
 
 _DIFFERS, _HOLDS, _DEFINITION = "differs", "holds", "definition"
-_STYLES = {_DIFFERS: "red", "undecided": "yellow", "illegible or ambiguous": "yellow"}
+_AMBIGUOUS, _SCAN = "illegible or ambiguous", "damage of the scan"
+_STYLES = {_DIFFERS: "red", "undecided": "yellow", _AMBIGUOUS: "yellow"}
 _WORDS = {_HOLDS: "hold", _DIFFERS: "differ", _DEFINITION: "definitions"}
 
 
@@ -28,11 +29,31 @@ def counted(ledger: Ledger) -> str:
     return ", ".join(f"{count} {word}" for count, word in counts if count)
 
 
+def slips(ledger: Ledger) -> str:
+    """Count the errata by kind, as in "8 damage of the scan, 3 physics"."""
+    return ", ".join(f"{count} {kind}" for kind, count in ledger["slips"].items() if count)
+
+
+def correction(entry: dict[str, Any]) -> str:
+    """Return what to call the other form of an entry: correct, or an assumption where nothing shows it."""
+    return "assumption" if entry["erratum"] and entry["erratum"]["assumption"] else "correct"
+
+
+def standing(entry: dict[str, Any]) -> str:
+    """Return the verdict on an entry for what rests on it: a damaged copy does not make the paper's formula wrong."""
+    damaged = entry["erratum"] and entry["erratum"]["kind"] == _SCAN
+    return _AMBIGUOUS if damaged else str(entry["verdict"])
+
+
 def lines(ledgers: Sequence[Ledger]) -> Iterator[Line]:
     """Say what each paper prints that is not so, and name the rest."""
     for ledger in ledgers:
         yield 0, Text.assemble((f"{ledger['model']}: ", "bold"), counted(ledger))
         yield 0, Text(ledger["title"], "dim")
+        if ledger["note"]:
+            yield 0, Text(ledger["note"], "dim")
+        if slips(ledger):
+            yield 2, Text.assemble(("errata  ", "green"), slips(ledger))
         for verdict in (_HOLDS, _DEFINITION):
             numbers = [entry["number"] for entry in ledger["entries"] if entry["verdict"] == verdict]
             if numbers:
@@ -61,21 +82,23 @@ def _entry(entry: dict[str, Any]) -> Iterator[Line]:
             (f"{entry['verdict']} ", _STYLES[entry["verdict"]]), (entry["number"], "bold"), f"  {entry['title']}"
         ),
     )
+    if entry["erratum"]:
+        yield 4, Text(f"{entry['erratum']['kind']}: {entry['erratum']['cause']}")
     for reading in entry["readings"]:
         if len(entry["readings"]) > 1:
             used = "the model follows this" if reading["used"] else "not used"
             yield 4, Text(f"reading {reading['text']!r}: {reading['verdict']} ({used}) {reading['why']}")
         for line in reading["lines"]:
             if line["verdict"] in _STYLES:
-                yield from _relation(line)
+                yield from _relation(line, correction(entry))
     if entry["note"]:
         yield 4, Text(entry["note"], "dim")
 
 
-def _relation(line: dict[str, Any]) -> Iterator[Line]:
+def _relation(line: dict[str, Any], called: str) -> Iterator[Line]:
     yield 4, Text(f"printed  {line['printed']}", "red")
     if line["corrected"]:
-        yield 4, Text(f"correct  {line['corrected']}", "green")
+        yield 4, Text(f"{called}  {line['corrected']}", "green")
     for edit in line["edits"]:
         yield 6, Text(edit)
     for text in (line["says"], example(line)):

@@ -187,7 +187,7 @@ def _same(path: Path, kind: str, numbers: Sequence[object], functions: Iterable[
 
 def paper_models() -> list[str]:
     """Return the known models that a paper belongs to."""
-    return [name for name in known_models() if _has_paper(name)]
+    return [name for name in known_models() if has_paper(name)]
 
 
 def load_reproduction(model: str) -> Reproduction:
@@ -213,10 +213,11 @@ def run_picture(dataset: xr.Dataset, manifest: Manifest) -> Figure:
         If matplotlib is not installed.
     """
     with style():
-        published = _has_paper(manifest.model) and dataset.attrs["controller"] in manifest.controllers
+        published = has_paper(manifest.model) and dataset.attrs["controller"] in manifest.controllers
         draw = load_reproduction(manifest.model).picture if published else panels_picture
         return draw(dataset, manifest)
 
 
-def _has_paper(model: str) -> bool:
+def has_paper(model: str) -> bool:
+    """Return whether a paper belongs to a model."""
     return (_ROOM / identifier(model) / "reproduction.py").is_file()

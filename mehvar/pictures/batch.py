@@ -18,11 +18,11 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_BANDS = ((0.01, 0.99, 0.18), (0.05, 0.95, 0.3), (0.25, 0.75, 0.45))
+BANDS = ((0.01, 0.99, 0.18), (0.05, 0.95, 0.3), (0.25, 0.75, 0.45))
 """Quantiles and opacity: all but the rarest runs, nine of ten, half of them; the darker the more of them."""
 _WORST = 3
 """Runs that are drawn by themselves: as many as there are kinds of lines that can be told apart."""
-_BINS = 60
+BINS = 60
 """Of a histogram: a bar is two points wide. Half of them hide a second peak, twice as many show noise of 1000 runs."""
 
 
@@ -72,9 +72,9 @@ def batch_picture(store: Store, names: list[str]) -> Figure:
 def _draw_bands(ax: Axes, store: Store, name: str) -> None:
     attributes = store.variables()[name].attributes
     t = store.coordinate("t")
-    levels = [level for low, high, _ in _BANDS for level in (low, high)]
+    levels = [level for low, high, _ in BANDS for level in (low, high)]
     values = bands(store, name, [*levels, 0.5])
-    for k, (low, high, opacity) in enumerate(_BANDS):
+    for k, (low, high, opacity) in enumerate(BANDS):
         text = f"{100 * low:g} to {100 * high:g} %"
         ax.fill_between(t, values[2 * k], values[2 * k + 1], color=BLUE, alpha=opacity, linewidth=0, label=text)
     ax.plot(t, values[-1], color=BLUE, label="median")
@@ -99,11 +99,25 @@ def _largest(store: Store, name: str) -> list[int]:
     return worst(store, magnitude, _WORST)
 
 
+def bin_edges(values: FloatArray) -> FloatArray:
+    """Return the edges of a histogram's bins, also for values that differ by roundings or not at all.
+
+    Bins are at least two floating-point numbers wide: narrower ones have edges that coincide, which NumPy refuses.
+    """
+    if not values.size:
+        return np.linspace(0.0, 1.0, BINS + 1)
+    low, high = float(values.min()), float(values.max())
+    least = 2 * BINS * np.spacing(max(abs(low), abs(high)))
+    if high - low < least:
+        low, high = low - least, high + least
+    return np.linspace(low, high, BINS + 1)
+
+
 def _draw_histogram(ax: Axes, store: Store, name: str) -> None:
     attributes: Any = store.variables()[name].attributes
     values = column(store, name)
     finite = values[np.isfinite(values)]
-    ax.hist(finite, bins=_BINS, color=BLUE)
+    ax.hist(finite, bins=list(bin_edges(finite)), color=BLUE)
     for run in worst(store, lambda block: store.read(name, [block]), _WORST):
         block, row = divmod(run, store.chunk)
         value = store.read(name, [block])[row]

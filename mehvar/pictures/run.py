@@ -3,13 +3,14 @@
 
 from __future__ import annotations
 
+import math
 import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import cycle, islice
 from typing import TYPE_CHECKING
 
-from .style import COLORS, headline, label, new_figure, pretty_unit
+from .style import COLORS, GREY, Canvas, headline, label, new_figure, pretty_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -32,17 +33,18 @@ class _Panel:
     variables: tuple[tuple[str, Quantity], ...]
 
 
-def panels_picture(dataset: xr.Dataset, manifest: Manifest) -> Figure:
-    """Draw a run whose model says nothing about pictures; call it in `mehvar.pictures.style.style`."""
+def panels_picture(dataset: xr.Dataset, manifest: Manifest, canvas: Canvas = new_figure) -> Figure:
+    """Draw a run, with its settling times marked; call it in `mehvar.pictures.style.style`."""
     panels = _panels(manifest)
     columns = 1 if len(panels) <= 4 else 2
     rows = -(-len(panels) // columns)
-    figure = new_figure(7.0 * columns, 0.6 + 1.9 * rows)
+    figure = canvas(7.0 * columns, 0.6 + 1.9 * rows)
     figure.suptitle(headline(dataset), fontsize=10, wrap=True)
     grid = figure.subplots(rows, columns, sharex=True, squeeze=False)
     axes: list[Axes] = list(grid.T.flat)
     for panel, ax in zip(panels, axes, strict=False):
         _draw(ax, dataset, panel)
+        _mark(ax, dataset, panel, manifest)
         ax.set_xlabel(label("t", "time", "s"))
         ax.tick_params(labelbottom=True)
     for ax in axes[len(panels) :]:
@@ -81,3 +83,14 @@ def _draw(ax: Axes, dataset: xr.Dataset, panel: _Panel) -> None:
     hidden = len(panel.variables) - _MOST_NAMED
     title = f"the first {_MOST_NAMED} of {len(panel.variables)}" if hidden > 0 else None
     ax.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, title=title)
+
+
+def _mark(ax: Axes, dataset: xr.Dataset, panel: _Panel, manifest: Manifest) -> None:
+    """Draw a line at each settling time of the panel's variables."""
+    names = {variable for variable, _ in panel.variables}
+    for name, metric in manifest.metrics.items():
+        if metric.kind.startswith("settling") and names & set(metric.of) and name in dataset:
+            at = float(dataset[name])
+            if math.isfinite(at):
+                ax.axvline(at, color=GREY, lw=0.8, ls=(0, (4, 3)))
+                ax.annotate(name, (at, 0.98), xycoords=("data", "axes fraction"), fontsize=7, color=GREY, va="top")

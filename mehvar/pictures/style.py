@@ -4,9 +4,9 @@
 from __future__ import annotations
 
 import importlib.util
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from mehvar.errors import InputError
 
@@ -19,8 +19,13 @@ BLUE, VERMILLION, GREEN, PURPLE = "#0072B2", "#D55E00", "#009E73", "#CC79A7"
 ORANGE, SKY, BLACK, GREY, LIGHT = "#E69F00", "#56B4E9", "#222222", "#777777", "#DDDDDD"
 COLORS = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY, BLACK)
 """Okabe and Ito's palette without its yellow, which is too faint on white."""
+BAND_LOW, BAND_HIGH = "band-low", "band-high"
+"""The `gid` of two lines of an axes, in this order, between which a chart of the figure is filled."""
 DPI = 150
 """Sharp on paper at the size of a column; twice as many make the report four times as large."""
+
+Canvas: TypeAlias = "Callable[[float, float], Figure]"
+"""Returns an empty figure of a width and a height in inches."""
 
 _STYLE: dict[str, Any] = {
     "font.family": "DejaVu Sans",
@@ -74,6 +79,13 @@ def new_figure(width: float, height: float) -> Figure:
     from matplotlib.figure import Figure
 
     return Figure(figsize=(width, height), dpi=DPI, layout="constrained")
+
+
+def interactive(width: float, height: float) -> Figure:
+    """Return the same of pyplot's, which a notebook and a window show."""
+    from matplotlib import pyplot
+
+    return pyplot.figure(figsize=(width, height), dpi=DPI, layout="constrained")
 
 
 def text_figure(text: str) -> Figure:

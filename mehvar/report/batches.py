@@ -7,12 +7,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from mehvar.pictures.style import BLUE, VERMILLION, label, new_figure, style
+from mehvar.pictures.style import BAND_HIGH, BAND_LOW, BLUE, VERMILLION, label, new_figure, style
 from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.plan import Campaign
 from mehvar.runtime.batch.statistics import MetricStatistics, Statistics, bands, summarise
 
-from .charts import BAND_HIGH, BAND_LOW, plain
+from .charts import plain
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

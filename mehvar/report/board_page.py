@@ -116,7 +116,7 @@ _FIGURES: tuple[tuple[str, str, Callable[[BoardRun], Figure]], ...] = (
 
 
 def _page(results: dict[str, Any], figures: Sequence[dict[str, str]], rows: Sequence[tuple[str, str, str]]) -> str:
-    return page("board.html.j2", found=results, figures=figures, rows=rows)
+    return page("board.html.j2", results=results, figures=figures, rows=rows)
 
 
 def fact_rows(results: dict[str, Any], more: Sequence[tuple[str, str, str]] = ()) -> list[tuple[str, str, str]]:

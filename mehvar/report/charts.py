@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mehvar.pictures.style import BLACK, BLUE, GREEN, GREY, LIGHT, ORANGE, PURPLE, SKY, VERMILLION
+from mehvar.pictures.style import BAND_HIGH, BAND_LOW, BLACK, BLUE, GREEN, GREY, LIGHT, ORANGE, PURPLE, SKY, VERMILLION
 
 from .series import encode, thin
 
@@ -23,8 +23,6 @@ COLOR_NAMES = {
     BLACK: "black", GREY: "grey", LIGHT: "grey",
 }  # fmt: skip
 """The palette's colours by the names that the page's style gives them, one value for light and one for dark."""
-BAND_LOW, BAND_HIGH = "band-low", "band-high"
-"""The `gid` of two lines of an axes, in this order, between which the chart is filled."""
 
 _LETTERS = {
     "varphi": "φ", "phi": "φ", "vartheta": "ϑ", "theta": "θ", "psi": "ψ", "rho": "ρ", "mu": "μ", "delta": "δ",

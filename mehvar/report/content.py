@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from PIL import Image
 
 from mehvar.errors import MissingError
+from mehvar.ledger.text import standing
 from mehvar.papers.claims import Claim
 from mehvar.papers.deviations import Deviation, by_run, deviations, table_claims
 from mehvar.papers.reproduction import PaperFigure, Reproduction, load_reproduction
@@ -116,7 +117,7 @@ def paper_report(name: str, ledger: Ledger | None, advance: Advance) -> PaperRep
     advance(0.0, 1.0, f"{name}: claims")
     numbers = deviations(runs)
     claims = [*paper.claims(runs), *table_claims(runs.model.manifest, numbers)]
-    verdicts = {entry["number"]: entry["verdict"] for entry in ledger["entries"]} if ledger else {}
+    verdicts = {entry["number"]: standing(entry) for entry in ledger["entries"]} if ledger else {}
     statements = judge(paper.statements, claims, verdicts) if ledger else []
     covered = coverage(paper.statements, statements, verdicts, (figure.number for figure in paper.figures))
     clock.note("claims")

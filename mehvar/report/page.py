@@ -15,9 +15,10 @@ from markupsafe import Markup, escape
 
 from mehvar import html
 from mehvar.comparison.text import number as eigenvalue
-from mehvar.ledger.text import counted, example
+from mehvar.ledger.page import FILTERS
 from mehvar.papers.claims import Check, Claim, ClaimVerdict
 from mehvar.papers.deviations import Deviation
+from mehvar.papers.scene import Scene
 from mehvar.pictures.style import pretty_unit
 
 from .backends import POINTS, TOLERANCE
@@ -25,8 +26,8 @@ from .batches import SEED
 from .content import PaperReport, Picture, scene_data
 
 _TEMPLATES = Path(__file__).parents[1] / "templates" / "report"
-_SCRIPTS = ("uplot/uPlot.iife.min.js", "data.js", "charts.js", "view.js", "player.js")
-_STYLES = ("uplot/uPlot.min.css", "report.css")
+SCRIPTS = ("uplot/uPlot.iife.min.js", "data.js", "charts.js", "view.js", "player.js")
+STYLES = ("uplot/uPlot.min.css", "report.css")
 _GREEK = {"phi": "φ", "theta": "θ", "delta": "δ"}
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -45,9 +46,8 @@ def page(reports: Sequence[PaperReport], facts: Mapping[str, str]) -> str:
     counts = [(verdict, sum(claim.verdict is verdict for claim in claims)) for verdict in ClaimVerdict]
     scenes = [Markup(report.paper.script) for report in reports]
     filters: dict[str, Callable[..., Any]] = {
-        "typeset": typeset, "unit": pretty_unit, "number": number, "deviation": deviation, "counted": counted,
-        "example": example, "uri": _uri, "brief": _brief,
-        "complex": eigenvalue,
+        "typeset": typeset, "unit": pretty_unit, "number": number, "deviation": deviation, "uri": uri, "brief": _brief,
+        "complex": eigenvalue, **FILTERS,
     }  # fmt: skip
     text = html.page(
         "report/report.html.j2",
@@ -56,32 +56,36 @@ def page(reports: Sequence[PaperReport], facts: Mapping[str, str]) -> str:
         facts=facts,
         counts=counts,
         total=len(claims),
-        styles=[_text(name) for name in _STYLES],
-        scripts=[*map(_text, _SCRIPTS), *scenes, _text("report.js")],
+        styles=[asset(name) for name in STYLES],
+        scripts=[*map(asset, SCRIPTS), *scenes, asset("report.js")],
         seed=SEED,
         points=POINTS,
         tolerance=TOLERANCE,
-        licence=_text("uplot/LICENSE"),
-        data=_data(reports),
+        licence=asset("uplot/LICENSE"),
+        data=page_data(
+            [p for r in reports for p in (*r.pictures, r.bands) if p is not None],
+            {r.manifest.model: r.scene for r in reports},
+        ),
     )
     return text + "\n"
 
 
-def _text(name: str) -> Markup:
+def asset(name: str) -> Markup:
+    """Return a style or a script as it stands in a page."""
     return Markup((_TEMPLATES / name).read_text(encoding="utf-8"))
 
 
-def _data(reports: Sequence[PaperReport]) -> Markup:
+def page_data(pictures: Sequence[Picture], scenes: Mapping[str, Scene]) -> Markup:
     """Return the numbers of charts and animations as JSON that may stand in a script element."""
-    pictures = [p for r in reports for p in (*r.pictures, r.bands) if p is not None and p.chart]
     data: dict[str, Any] = {
-        "charts": {p.name: p.chart for p in pictures},
-        "scenes": {r.manifest.model: scene_data(r.manifest.model, r.scene) for r in reports},
+        "charts": {p.name: p.chart for p in pictures if p.chart},
+        "scenes": {name: scene_data(name, scene) for name, scene in scenes.items()},
     }
     return Markup(json.dumps(data, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c"))
 
 
-def _uri(picture: Picture) -> str:
+def uri(picture: Picture) -> str:
+    """Return the static picture as an address that holds it."""
     return "data:image/png;base64," + base64.b64encode(picture.png).decode("ascii")
 
 

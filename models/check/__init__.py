@@ -3,7 +3,8 @@
 
 from .branches import no_branching
 from .formulas import formulas
+from .kinds import check_kinds
 from .tables import check_tables
 from .whole import check
 
-__all__ = ["check", "check_tables", "formulas", "no_branching"]
+__all__ = ["check", "check_kinds", "check_tables", "formulas", "no_branching"]

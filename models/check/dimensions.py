@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import contextlib
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from fractions import Fraction
 
@@ -53,6 +54,14 @@ def check_dimensions(system: System, vectors: Iterable[Vector]) -> None:
                 dimensions.anywhere(step.symbol)
 
 
+def check_radians(unit: str, where: str) -> None:
+    """Refuse degrees: the functions of an expression take and give radians, and both are numbers to a dimension."""
+    if "deg" in re.findall("[A-Za-z]+", unit):
+        raise ModelError(
+            f"{where}: unit = {unit!r}: must be in rad; only a parameter may be in deg, for the text to turn"
+        )
+
+
 def _check_row(dimensions: Dimensions, vector: Vector, k: int, entry: sp.Expr) -> None:
     parts = entry.args if vector.margin and isinstance(entry, sp.Min) else (entry,)
     with placed(vector.row(k)):
@@ -69,6 +78,8 @@ def _check_units(system: System, vectors: Iterable[Vector]) -> None:
         for unit in (*vector.units.values(), *(q.unit for q in vector.rows)):
             with placed(f"{vector.origin}: {vector.what}"):
                 dimension(unit)
+        for k, row in enumerate(vector.rows):
+            check_radians(row.unit, vector.row(k))
     for step in system.definitions_in_order:
         with placed(f"{step.origin}: definition {step.symbol.name!r}"):
             dimension(step.unit or "1")

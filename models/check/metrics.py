@@ -3,22 +3,16 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 
 from mehvar.manifest import METRIC_KINDS
 
 from ..quantities import ModelError
 from ..system import Metric, System
-from ..tables import check_names
+from ..tables import OF_COUNTS, OF_SECONDS, check_metric_numbers, check_names
 from ..units import dimension
-from .dimensions import placed
+from .dimensions import check_radians, placed
 from .features import check_distinct
-
-_OF_SECONDS = ("settling", "settling_about_end")
-_OF_COUNTS = ("sign_changes",)
-_BANDED = (*_OF_SECONDS, *_OF_COUNTS)
-"""Kinds that read the band."""
 
 
 def check_metrics(system: System) -> None:
@@ -29,7 +23,7 @@ def check_metrics(system: System) -> None:
         where = f"{system.origin}: metric {metric.name!r} of {system.name}"
         check_names([metric.kind], METRIC_KINDS, f"{where}: kind")
         _check_variables(metric, units, where)
-        _check_numbers(metric, where)
+        check_metric_numbers(metric, where)
 
 
 def _variables(system: System) -> dict[str, set[str]]:
@@ -59,20 +53,9 @@ def _check_variables(metric: Metric, units: Mapping[str, set[str]], where: str) 
     other = next((unit for unit in sorted(present) if dimension(unit) != dimension(one)), None)
     if other is not None:
         raise ModelError(f"{where}: of = {list(metric.of)}: variables in {one} and {other} do not go together")
-    unit = "s" if metric.kind in _OF_SECONDS else "1" if metric.kind in _OF_COUNTS else one
+    unit = "s" if metric.kind in OF_SECONDS else "1" if metric.kind in OF_COUNTS else one
     with placed(where):
         own = dimension(metric.unit)
+    check_radians(metric.unit, where)
     if own != dimension(unit):
         raise ModelError(f"{where}: unit = {metric.unit!r}: must be {unit}, for {metric.kind} of {metric.of[0]!r}")
-
-
-def _check_numbers(metric: Metric, where: str) -> None:
-    if metric.kind not in _BANDED and metric.band != 0:
-        raise ModelError(f"{where}: band = {metric.band:g} would be ignored: {metric.kind} has none")
-    least = "above zero" if metric.kind in _OF_SECONDS else "zero or above"
-    if not math.isfinite(metric.band) or metric.band < 0 or (metric.kind in _OF_SECONDS and metric.band == 0):
-        raise ModelError(f"{where}: band = {metric.band:g}: must be {least}")
-    if not 0 <= metric.since < metric.until:
-        raise ModelError(
-            f"{where}: since = {metric.since:g} and until = {metric.until:g}: must be 0 <= since < until, in seconds"
-        )

@@ -31,7 +31,7 @@ _GENERATED = frozenset("""
     jac_u jac_p outputs_jac outputs_jac_p actuate_jvp
 """.split())  # fmt: skip  # noqa: SIM905
 """What a system's own functions are called: no law and no other function."""
-_LOCAL = re.compile(r"[cmsv]\d+")
+_LOCAL = re.compile(r"[mt]_[a-z2-7]{5}(_\d+)?")
 """How generated functions call their own variables."""
 
 
@@ -195,7 +195,7 @@ def _check_word(name: str, where: str) -> None:
         or name in _OF_C
         or _LOCAL.fullmatch(name)
     ):
-        raise ModelError(f"{where}: the name {name!r}: {_FORM}, no word of C or Python, and nothing like v1")
+        raise ModelError(f"{where}: the name {name!r}: {_FORM}, no word of C or Python, and nothing like t_abcde")
 
 
 _FORM = "must be letters, digits and underscores, beginning with a letter"

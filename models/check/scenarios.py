@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from ..derivation import free_symbols
 from ..quantities import Group, ModelError, Parameter
 from ..system import Controller, Expr, System
-from ..tables import check_names, check_values, suggestion
+from ..tables import check_names, check_scenario_numbers, check_values, suggestion
 from .features import check_distinct
 from .formulas import formulas
 from .vectors import Vector
@@ -92,9 +92,7 @@ def _check_scenarios(system: System) -> None:
     check_distinct([scenario.name for scenario in system.scenarios], f"{system.origin}: scenario")
     for scenario in system.scenarios:
         where = f"{system.origin}: scenario {scenario.name!r} of {system.name}"
-        for what, seconds in (("duration", scenario.duration), ("step", scenario.step)):
-            if not 0 < seconds < math.inf:
-                raise ModelError(f"{where}: {what} = {seconds}: must be above zero")
+        check_scenario_numbers(scenario, where)
         check_values(scenario.values, shared, where)
         for table in (scenario.controllers, scenario.expect):
             check_names(table, laws, f"{where}: controller")

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from ..quantities import ModelError
@@ -10,10 +11,20 @@ from ..system import System
 from ..tables import place_in, read_parameters, read_scenarios, suggestion
 
 
-def check_tables(system: System, folder: Path) -> None:
+def check_tables(system: System, folder: Path, choices: Mapping[str, Sequence[str]]) -> None:
     """Refuse what parameters.toml and scenarios.toml hold and the system has not, such as a group that nobody reads.
 
-    Of a model without structural choices: with them a part of the tables is of another structure.
+    A group that is called CHOICE_VALUE, as in [masses_general], belongs to the structures with that value of that
+    choice, and is looked at in one of these; all else is looked at in the default structure.
+
+    Parameters
+    ----------
+    system : System
+        As its text makes it.
+    folder : Path
+        Of the model.
+    choices : mapping of str to sequence of str
+        Its structural choices and their values, the default first.
 
     Raises
     ------
@@ -22,13 +33,20 @@ def check_tables(system: System, folder: Path) -> None:
     """
     groups = [system.parameters, system.scenario_parameters, *(law.parameters for law in system.controllers)]
     parameters, scenarios = folder / "parameters.toml", folder / "scenarios.toml"
+    default = all(system.structure.get(choice) == values[0] for choice, values in choices.items())
+    theirs = {f"{choice}_{value}": (choice, value) for choice, values in choices.items() for value in values}
     if parameters.is_file():
         names = {q.name for group in groups for q in group}
         for group in read_parameters(parameters).values():
-            for name in (q.name for q in group if q.name not in names):
+            choice, value = theirs.get(group.name, ("", ""))
+            here = system.structure.get(choice) == value if choice else default
+            for name in (q.name for q in group if here and q.name not in names):
                 where = f"{place_in(parameters, group.name, name)}: [{group.name}.{name}]"
-                raise ModelError(f"{where} would be ignored: the system has no {name!r}{suggestion(name, names)}")
-    if scenarios.is_file():
+                elsewhere = "; what another structure has stands in a group CHOICE_VALUE" if choices else ""
+                raise ModelError(
+                    f"{where} would be ignored: the system has no {name!r}{suggestion(name, names)}{elsewhere}"
+                )
+    if default and scenarios.is_file():
         rows, metrics = read_scenarios(scenarios)
         for kind, written, read in (("scenarios", rows, system.scenarios), ("metrics", metrics, system.metrics)):
             names = {entry.name for entry in read}

@@ -4,7 +4,9 @@
 from __future__ import annotations
 
 import json
+import math
 import os
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -18,6 +20,7 @@ from ..run.metrics import metrics
 from ..run.options import OPTIONS
 from ..run.problem import Progress, Status
 from ..run.simulate import Run, simulate
+from ..run.ticks import rows_of
 from .numerics import generated_digest
 from .plan import Campaign, Plan
 from .store.layout import STATUS
@@ -118,30 +121,61 @@ def repeat_run(plan: Plan, store: Store, number: int, progress: Progress | None 
     )
 
 
-def difference(run: Run, store: Store, number: int) -> str | None:
-    """Say how a repeated run differs from the stored one: nothing when no bit does, None when it is not stored."""
+def difference(run: Run, plan: Plan, store: Store, number: int) -> str | None:
+    """Say how a repeated run differs from the stored one: nothing when no bit does, None when it is not stored.
+
+    Every variable of the store is compared, but for the state at the end of a run that did not reach its end, which
+    lies between samples; of the attributes, those that say which run it is.
+    """
     block = number // store.chunk
     if block not in store.stored():
         return None
     row = number - store.runs(block).start
+    numbers = _numbers(run, plan, number)
+    variables = store.variables()
+    if run.status is not Status.DONE:
+        numbers["final"] = store.read("final", [block])[row]
+    differences = [f"{name} is not in both" for name in sorted(numbers.keys() ^ variables.keys())]
+    for name in variables.keys() & numbers.keys():
+        here, there = np.asarray(numbers[name]), store.read(name, [block])[row]
+        if not np.array_equal(here, there, equal_nan=here.dtype.kind == "f"):
+            differences.append(f"{name} by up to {_largest(here, there):.3g}")
+    attributes = store.attributes
+    differences += [name for name, value in _facts(plan).items() if attributes[name] != value]
+    return f"differs from the store in {', '.join(sorted(differences))}" if differences else ""
+
+
+def _numbers(run: Run, plan: Plan, number: int) -> dict[str, Any]:
+    """Return a run as a store has it, by the names of its variables."""
     reports = {output.name for output in run.controller.outputs}  # of the law, which a store does not keep
-    wide = np.stack([series for name, series in run.variables().items() if name not in reports], axis=1)
-    names = metrics(run, run.manifest)
-    pairs = {
-        "minimum": (wide.min(axis=0), store.read("minimum", [block])[row]),
-        "maximum": (wide.max(axis=0), store.read("maximum", [block])[row]),
-        "metrics": (np.array(list(names.values())), np.array([store.read(name, [block])[row] for name in names])),
-        "t_stop": (np.array([run.t_stop]), store.read("t_stop", [block])[row : row + 1]),
-        STATUS: (np.array([int(run.status)]), store.read(STATUS, [block])[row : row + 1]),
+    series = {name: values for name, values in run.variables().items() if name not in reports}
+    wide = np.stack(list(series.values()), axis=1)
+    own = {
+        **{"final": run.x[-1], "minimum": wide.min(axis=0), "maximum": wide.max(axis=0), "t_stop": run.t_stop},
+        **{"error": run.error, "steps": run.statistics["steps"], "violated": run.violated, STATUS: int(run.status)},
     }
-    if run.status is Status.DONE:
-        pairs["final"] = (run.x[-1], store.read("final", [block])[row])
-    differences = [
-        f"{name} by up to {_largest(here, there):.3g}"
-        for name, (here, there) in pairs.items()
-        if not np.array_equal(here, there, equal_nan=here.dtype.kind == "f")
-    ]
-    return f"differs from the store in {', '.join(differences)}" if differences else ""
+    drawn = dict(zip(plan.labels(), plan.drawn(number).values(), strict=True))
+    return {**drawn, **metrics(run, run.manifest), **_saved(run, plan, series), **own}
+
+
+def _saved(run: Run, plan: Plan, series: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
+    """Return the series at the instants that a store has; NaN after the end of a run."""
+    if plan.campaign.save_every is None:
+        return {}
+    dt = float(run.options["dt_out"])
+    rows = np.rint(rows_of(plan.campaign.save_every, float(run.options["t_end"]), dt, plan.origin) / dt).astype(int)
+    inside = rows < len(run.t)
+    return {name: np.where(inside, values[np.where(inside, rows, 0)], math.nan) for name, values in series.items()}
+
+
+def _facts(plan: Plan) -> dict[str, Any]:
+    """Return the attributes of a store that follow from its campaign and the model."""
+    manifest = plan.model.manifest
+    return {
+        **{"model": manifest.model, "model_hash": manifest.hash, "structure": json.dumps(manifest.structure)},
+        **{"controller": plan.law.name, "scenario": plan.scenario.name, "seed": plan.campaign.seed},
+        **{"nominal": json.dumps(plan.nominal.values), "drawn": json.dumps(plan.labels())},
+    }
 
 
 def _largest(one: FloatArray, other: FloatArray) -> float:

@@ -8,12 +8,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from mehvar.errors import InputError
 from mehvar.manifest import Controller, Function, Manifest, Metric
 from mehvar.names import identifier
 
 from ..compiling.library import load_native, native_headers, native_sources
 from ..compiling.structures import structures
+from ..model.generated import generated_text
 from ..run.calls import loop_calls
 from ..run.metrics import metrics_of
 from ..run.options import METHODS, Method
@@ -112,12 +112,9 @@ def generated_sources(manifest: Manifest) -> dict[str, str]:
     Raises
     ------
     InputError
-        If one cannot be read.
+        If one cannot be read, or is not what generation wrote.
     """
-    try:
-        return {name: (manifest.folder / name).read_text(encoding="utf-8") for name in _files(manifest)}
-    except OSError as error:
-        raise InputError(f"cannot read {error.filename} ({error.strerror}); generate the model again") from error
+    return {name: generated_text(manifest, name) for name in _files(manifest)}
 
 
 def _kernel(loop: KernelLoop) -> str:

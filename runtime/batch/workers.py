@@ -21,6 +21,7 @@ from mehvar.errors import InputError, MehvarError
 from mehvar.manifest import FILE
 
 from ..compiling.compiler import require_compiler
+from ..model.generated import generated_text
 from ..model.model import load
 from .blocks import Blocks, BlockSource, Missing, Provenance, Values
 from .numerics import Numerics, other_numerics
@@ -73,12 +74,14 @@ def connect(address: str, timeout: float = 10.0) -> Client:
     Raises
     ------
     InputError
-        If dask.distributed is missing or nobody answers at the address.
+        If dask.distributed is missing, nobody answers at the address, or it wants certificates that there are not.
     """
     try:
         from distributed import Client
     except ModuleNotFoundError as error:
         raise InputError('a cluster needs dask.distributed: pip install "mehvar[cluster]"') from error
+    if address.startswith("tls://"):
+        _check_certificates(address)
     try:
         return Client(address, timeout=timeout, set_as_default=False)
     except (OSError, ValueError, TypeError, TimeoutError) as error:
@@ -86,6 +89,19 @@ def connect(address: str, timeout: float = 10.0) -> Client:
         raise InputError(
             f"scheduler = {address!r}: must be the address of a running dask scheduler, as in tcp://host:8786 ({what})"
         ) from error
+
+
+def _check_certificates(address: str) -> None:
+    """Refuse an address with TLS without certificates, for which dask would try until its time is over."""
+    from distributed.security import Security
+
+    allowed = "reached with certificates: set DASK_DISTRIBUTED__COMM__TLS__CA_FILE, ...CLIENT__CERT and ...CLIENT__KEY"
+    try:
+        context = Security().get_connection_args("client").get("ssl_context")
+    except (OSError, ValueError) as error:  # a file that is missing, or no certificate
+        raise InputError(f"scheduler = {address!r}: must be {allowed} ({error})") from error
+    if context is None:
+        raise InputError(f"scheduler = {address!r}: must be {allowed}")
 
 
 def on_workers(client: Client, plan: Plan, numerics: Numerics) -> BlockSource:
@@ -143,7 +159,7 @@ def _bundle(plan: Plan, numerics: Numerics) -> Bundle:
     manifest = plan.model.manifest
     sources = (path for path in manifest.folder.iterdir() if path.suffix in (".c", ".h"))
     names = [FILE, *sorted(path.name for path in sources if not path.stem.endswith("_jac"))]
-    files = {name: (manifest.folder / name).read_text(encoding="utf-8") for name in names}
+    files = {name: generated_text(manifest, name) for name in names}
     return Bundle(files, plan.campaign.json_text(), numerics.text())
 
 

@@ -13,6 +13,7 @@ from mehvar.names import identifier
 
 from ..compiling.library import load_library
 from .functions import BackendName, CBackend, Real
+from .generated import generated_text
 
 
 def casadi_manifest(manifest: Manifest) -> Manifest:
@@ -29,7 +30,7 @@ def casadi_manifest(manifest: Manifest) -> Manifest:
             f"backend = 'casadi': {manifest.folder} has no {file}; "
             f"mehvar generate {manifest.model} --emit casadi writes it"
         )
-    whole = {name: f for name, f in manifest.functions.items() if not f.file.endswith("_prepared.c")}
+    whole = {name: f for name, f in manifest.functions.items() if not f.internal}
     return replace(manifest, functions={name: replace(f, file=file) for name, f in whole.items()})
 
 
@@ -60,9 +61,8 @@ class CasadiBackend(CBackend):
         assert real == "double"
         calls = _calls_text(self._manifest.model, file, self._manifest.functions.values())
         # the Jacobians are in this file: compiling it counts for more than running it
-        return load_library(
-            identifier(file.removesuffix(".c")), {file: self._read(file), "calls.c": calls}, ["calls.c"], ["-O1"]
-        )
+        sources = {file: generated_text(self._manifest, file), "calls.c": calls}
+        return load_library(identifier(file.removesuffix(".c")), sources, ["calls.c"], ["-O1"])
 
 
 def _calls_text(model: str, file: str, functions: Iterable[Function]) -> str:

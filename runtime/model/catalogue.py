@@ -67,6 +67,11 @@ def find_folder(model: str | os.PathLike[str]) -> Path:
     raise unknown_name("model (neither a known name nor a generated folder)", os.fspath(model), models)
 
 
+def is_installed(model: str, digest: str) -> bool:
+    """Return whether the model that has this name here is the one with this hash."""
+    return model in known_models() and find_model(model).hash == digest
+
+
 def find_model(model: str | os.PathLike[str]) -> Manifest:
     """Read the manifest of a model.
 

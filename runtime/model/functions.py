@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import ctypes
-import importlib.util
 from collections.abc import Callable, Iterator, Mapping
 from types import ModuleType
 from typing import Any, Literal, Protocol
@@ -15,8 +14,10 @@ from numpy.typing import ArrayLike, NDArray
 from mehvar.errors import FunctionNameError, InputError, unknown_name
 from mehvar.manifest import Array, Function, Manifest
 from mehvar.names import identifier
+from mehvar.notebook.display import heading, table
 
 from ..compiling.library import load_library, load_native, native_headers
+from .generated import generated_text
 from .header import check_module
 from .point import Point
 
@@ -65,6 +66,15 @@ class GeneratedFunction:
             _signature(r.name, shape) for r, shape in zip(function.results, function.shapes, strict=True)
         )
         return f"{function.name}({arguments}) -> {results}"
+
+    def _repr_html_(self) -> str:
+        function, what = self._function, f"{self!r}, {self._function.operations} operations"
+        shapes = zip(function.results, function.shapes, strict=True)
+        rows = [
+            *((a.name, "argument", a.shape or "number") for a in function.arguments),
+            *((result.name, "result", shape or "number") for result, shape in shapes),
+        ]
+        return heading(f"{what}: {function.description}") + table("", ("name", "what it is", "shape"), rows)
 
     @property
     def function(self) -> Function:
@@ -119,6 +129,9 @@ class Functions(Mapping[str, GeneratedFunction]):
         if function is None:
             raise FunctionNameError(str(unknown_name(f"function of {self._model}", name, self._functions)))
         return function
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return list(self._functions)
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._functions)
@@ -194,7 +207,7 @@ class CBackend:
     def _build(self, file: str, real: Real) -> ctypes.CDLL:
         functions = [f for f in self._manifest.functions.values() if f.file == file]
         header = f"{self._manifest.model}.h"
-        sources = {name: self._read(name) for name in (file, header)}
+        sources = {name: generated_text(self._manifest, name) for name in (file, header)}
         sources |= native_headers()
         calls = _calls_text if real == "double" else _narrow_text
         sources["calls.c"] = calls(self._manifest, file, functions)
@@ -205,13 +218,6 @@ class CBackend:
         name = identifier(file.removesuffix(".c"))
         flags = [optimise, "-fno-tree-slp-vectorize", *(["-DMEHVAR_FLOAT"] if real == "float" else [])]
         return load_library(name, sources, ["calls.c"], flags)
-
-    def _read(self, name: str) -> str:
-        path = self._manifest.folder / name
-        try:
-            return path.read_text(encoding="utf-8")
-        except OSError as error:
-            raise InputError(f"cannot read {path} ({error.strerror}); generate the model again") from error
 
 
 class PythonBackend:
@@ -252,11 +258,9 @@ class PythonBackend:
     def _import(self) -> ModuleType:
         model = self._manifest.model
         path = self._manifest.folder / f"{model}.py"
-        spec = importlib.util.spec_from_file_location(f"mehvar_generated_{identifier(model)}", path)
-        if spec is None or spec.loader is None or not path.is_file():
-            raise InputError(f"cannot read {path}; generate the model again")
-        module = importlib.util.module_from_spec(spec)
-        spec.loader.exec_module(module)
+        module = ModuleType(f"mehvar_generated_{identifier(model)}")
+        module.__file__ = str(path)
+        exec(compile(generated_text(self._manifest, path.name), path, "exec"), module.__dict__)
         check_module(self._manifest, module, path)
         return module
 

@@ -16,6 +16,8 @@ from mehvar.constants import constants, vectors
 from mehvar.errors import InputError
 from mehvar.manifest import FILE, Manifest
 
+from .generated import generated_text
+
 _COMMENT = re.compile(r"/\*.*?\*/", re.DOTALL)
 _CONSTANT = re.compile(r"(\w+) = (\d+)")
 
@@ -29,10 +31,7 @@ def check_header(manifest: Manifest) -> None:
         Naming the constant and both values.
     """
     path = manifest.folder / f"{manifest.model}.h"
-    try:
-        text = _COMMENT.sub("", path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"cannot read {path} ({error}); generate the model again") from error
+    text = _COMMENT.sub("", generated_text(manifest, path.name))
     present: dict[str, object] = {name: int(value) for name, value in _CONSTANT.findall(text)}
     _compare(path, present, dict(constants(manifest)))
     if f'{manifest.model.upper()}_HASH "{manifest.hash}"' not in text:

@@ -88,28 +88,48 @@ def linearize_loop(
     outputs: Sequence[str] | None,
 ) -> LinearSystem:
     """Return the system of the plant under a law, driven by the reference; see `Model.linearize`."""
-    law, nu = identifier(controller.name), len(manifest.inputs)
-    memory = _memory(manifest, functions, controller, x, u, p, r, c, z)
-    arguments = (x, r, *memory, p, c)
-    results, slope = functions[law](*arguments), slopes(functions[f"{law}_jvp"], *arguments)
-    command, slope_u = results[0] if memory else results, {name: J[..., :nu, :] for name, J in slope.items()}
-    acting, slope_u = _acting(functions, x, command, p, slope_u)
+    acting, slope_u, slope_z = _answer(manifest, functions, controller, x, u, p, r, c, z)
     A, B, C, D, E = _plant(manifest, functions, x, acting, p, r, outputs)
-    period = None
-    if controller.period:
-        place = [q.name for q in manifest.parameters].index(controller.period)
-        period = np.take(np.asarray(p, dtype=np.float64), place, axis=-1)
+    period = _period(manifest, controller, p)
+    if period is not None:
         A, B = _held(A, B, period)
     u_s, u_r = _by_state_and_reference(manifest, controller, slope_u)
     A, B, C, D = _widened(A, u_s) + B @ u_s, B @ u_r, _widened(C, u_s) + D @ u_s, E + D @ u_r
-    states = _names(manifest.states)
-    if memory:
-        z_s, z_r = _by_state_and_reference(manifest, controller, {name: J[..., nu:, :] for name, J in slope.items()})
+    if controller.memory:
+        z_s, z_r = _by_state_and_reference(manifest, controller, slope_z)
         A, B = _stacked(_stacked(A, u_s), z_s), _stacked(_stacked(B, u_r), z_r)
-    applied = tuple(f"applied_{name}" for name in _names(manifest.inputs)) if memory else ()
-    everything = (*states, *applied, *_names(controller.memory))
-    shown = states if outputs is None else tuple(outputs)
-    return LinearSystem(A, B, C, D, everything, _names(manifest.references), shown, period)
+    shown = _names(manifest.states) if outputs is None else tuple(outputs)
+    return LinearSystem(A, B, C, D, _loop_states(manifest, controller), _names(manifest.references), shown, period)
+
+
+def cut_loop(
+    manifest: Manifest,
+    functions: Functions,
+    controller: Controller,
+    x: ArrayLike,
+    u: ArrayLike | None,
+    p: ArrayLike,
+    r: ArrayLike,
+    c: ArrayLike,
+    z: ArrayLike | None,
+) -> LinearSystem:
+    """Return the loop of `linearize_loop` cut where the law acts on the plant.
+
+    Its inputs are those that act, its outputs those that the law answers with: A + B C is the closed loop.
+    """
+    acting, slope_u, slope_z = _answer(manifest, functions, controller, x, u, p, r, c, z)
+    A, B, *_ = _plant(manifest, functions, x, acting, p, r, None)
+    period = _period(manifest, controller, p)
+    if period is not None:
+        A, B = _held(A, B, period)
+    u_s, _ = _by_state_and_reference(manifest, controller, slope_u)
+    A, nu = _widened(A, u_s), len(manifest.inputs)
+    if controller.memory:
+        z_s, _ = _by_state_and_reference(manifest, controller, slope_z)
+        A = _stacked(_stacked(A, np.zeros((nu, A.shape[-1]))), z_s)
+        B = _stacked(_stacked(B, np.eye(nu)), np.zeros((len(controller.memory), nu)))
+    inputs, none = _names(manifest.inputs), np.zeros((*u_s.shape[:-2], nu, nu))
+    return LinearSystem(A, B, u_s, none, _loop_states(manifest, controller), inputs, inputs, period)
 
 
 def slopes(derivative: GeneratedFunction, *arguments: ArrayLike) -> dict[str, FloatArray]:
@@ -189,6 +209,39 @@ def _plant(
         none = np.zeros((len(manifest.outputs), 0))
         C, D, E = (_stacked(own, exact.get(name, none)) for own, name in ((C, "x"), (D, "u"), (E, "r")))
     return A, B, C[..., rows, :], D[..., rows, :], E[..., rows, :]
+
+
+def _answer(
+    manifest: Manifest,
+    functions: Functions,
+    controller: Controller,
+    x: ArrayLike,
+    u: ArrayLike | None,
+    p: ArrayLike,
+    r: ArrayLike,
+    c: ArrayLike,
+    z: ArrayLike | None,
+) -> tuple[FloatArray, dict[str, FloatArray], dict[str, FloatArray]]:
+    """Return the input that acts under a law, its slopes and those of the law's next memory."""
+    law, nu = identifier(controller.name), len(manifest.inputs)
+    memory = _memory(manifest, functions, controller, x, u, p, r, c, z)
+    arguments = (x, r, *memory, p, c)
+    results, slope = functions[law](*arguments), slopes(functions[f"{law}_jvp"], *arguments)
+    command, slope_u = results[0] if memory else results, {name: J[..., :nu, :] for name, J in slope.items()}
+    return *_acting(functions, x, command, p, slope_u), {name: J[..., nu:, :] for name, J in slope.items()}
+
+
+def _period(manifest: Manifest, controller: Controller, p: ArrayLike) -> FloatArray | None:
+    if not controller.period:
+        return None
+    place = [q.name for q in manifest.parameters].index(controller.period)
+    period: FloatArray = np.take(np.asarray(p, dtype=np.float64), place, axis=-1)
+    return period
+
+
+def _loop_states(manifest: Manifest, controller: Controller) -> tuple[str, ...]:
+    applied = (f"applied_{name}" for name in _names(manifest.inputs)) if controller.memory else ()
+    return (*_names(manifest.states), *applied, *_names(controller.memory))
 
 
 def _memory(

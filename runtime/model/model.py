@@ -13,15 +13,19 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mehvar.errors import InputError, bad_value, unknown_name
-from mehvar.manifest import Manifest
+from mehvar.manifest import Manifest, parameter_table
+from mehvar.notebook.display import gathered, heading, table
 
 from ..arguments import check_arguments
 from ..compiling.compiler import find_compiler, require_compiler
 from .casadi_c import CasadiBackend, casadi_manifest
 from .catalogue import find_folder, find_model
+from .equations import rates
 from .functions import BackendName, CBackend, FloatArray, Functions, PythonBackend
+from .generated import tell_stale
 from .header import check_header
 from .linear import LinearSystem, linearize_loop, linearize_plant, output_rows
+from .named import NamedVector, named
 from .parameters import Setting, law_vector, named_values, vector
 
 if TYPE_CHECKING:
@@ -67,6 +71,25 @@ class Model:
     def __repr__(self) -> str:
         return f"<mehvar model {self.name!r}, {len(self.state_names)} states, backend {self.backend!r}>"
 
+    def _repr_latex_(self) -> str:
+        return gathered(rates(self.manifest.folder))
+
+    def _repr_html_(self) -> str:
+        manifest, columns = self.manifest, ("name", "unit", "meaning")
+        groups = (("states x", manifest.states), ("inputs u", manifest.inputs), ("outputs y", manifest.outputs))
+        laws = [(law.name, law.title) for law in manifest.controllers.values()]
+        scenarios = [(case.name, case.title) for case in manifest.scenarios.values()]
+        return "".join(
+            (
+                heading(f"{manifest.model}: {manifest.title}"),
+                *(table(title, columns, [(q.name, q.unit, q.description) for q in group]) for title, group in groups),
+                self._repr_latex_(),
+                parameter_table("parameters p", manifest.parameters),
+                table("laws", ("name", "what it is"), laws),
+                table("scenarios", ("name", "what it is"), scenarios),
+            )
+        )
+
     @property
     def name(self) -> str:
         """The model's name."""
@@ -77,8 +100,8 @@ class Model:
         """What evaluates the functions: "c", "python" or "casadi"."""
         return self.evaluator.name
 
-    def parameters(self, **values: float) -> FloatArray:
-        """Return the plant's parameter vector p, defaults filled in.
+    def parameters(self, **values: float) -> NamedVector:
+        """Return the plant's parameter vector p, defaults filled in; it answers to names too, as in `p.mass`.
 
         Raises
         ------
@@ -88,7 +111,8 @@ class Model:
         for name in values:
             if name not in self.parameter_names:
                 raise unknown_name(f"parameter of {self.name}", name, self.parameter_names)
-        return vector(self.manifest.parameters, {name: Setting(value, "") for name, value in values.items()})
+        settings = {name: Setting(value, "") for name, value in values.items()}
+        return named(vector(self.manifest.parameters, settings), self.parameter_names)
 
     def law_parameters(self, controller: str, **values: float) -> FloatArray:
         """Return the parameter vector c of a law, defaults filled in.
@@ -100,8 +124,8 @@ class Model:
         """
         return law_vector(self.functions, self.manifest.controller(controller), values)
 
-    def state(self, **values: float) -> FloatArray:
-        """Return the state vector x; states that are not given are zero.
+    def state(self, **values: float) -> NamedVector:
+        """Return the state vector x, which answers to names too; states that are not given are zero.
 
         Raises
         ------
@@ -109,7 +133,7 @@ class Model:
             For an unknown name or a value that is not a finite number.
         """
         numbers = named_values(self.state_names, f"state of {self.name}", values)
-        return np.array([numbers.get(name, 0.0) for name in self.state_names], dtype=np.float64)
+        return named([numbers.get(name, 0.0) for name in self.state_names], self.state_names)
 
     def rhs(self, x: ArrayLike, u: ArrayLike, p: ArrayLike) -> FloatArray:
         """Return the state derivative, shape (..., nx); leading axes of x, u, p broadcast."""
@@ -425,6 +449,7 @@ def load(model: str | os.PathLike[str], backend: BackendName | None = None) -> M
     if backend not in (None, "c", "python", "casadi"):
         raise bad_value("backend", backend, "'c', 'python' or 'casadi'")
     manifest = find_model(model)
+    tell_stale(manifest)
     if backend == "python":
         return Model(manifest, PythonBackend(manifest))
     if backend is None and find_compiler() is None:

@@ -7,10 +7,11 @@ import math
 import string
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
-from mehvar.errors import InputError, bad_value, unknown_name
+from mehvar.errors import InputError, bad_value, together, unknown_name
 from mehvar.manifest import Controller, Manifest, Parameter, Scenario
 from mehvar.names import identifier
 
@@ -153,11 +154,7 @@ def resolve(
     """
     groups = (manifest.parameters, controller.parameters, manifest.scenario_parameters)
     parameters = [q for group in groups for q in group]
-    names = [q.name for q in parameters]
-    for name in values:
-        if name not in names:
-            kind = f"parameter or option of {manifest.model} with {controller.name}"
-            raise unknown_name(kind, name, [*names, *options], origin)
+    check_values(manifest, controller, values, origin, options)
     settings = _settings(controller, scenario, values, origin)
     p = vector(manifest.parameters, settings)
     s = vector(manifest.scenario_parameters, settings)
@@ -172,6 +169,32 @@ def resolve(
     )
     _check_constraints(manifest, functions, controller, resolved)
     return resolved
+
+
+def check_values(
+    manifest: Manifest, controller: Controller, values: Mapping[str, object], origin: str, options: Iterable[str] = ()
+) -> None:
+    """Refuse every value that is not allowed by itself: an unknown name, no number, out of bounds.
+
+    The arguments are those of `resolve`, which calls this before it asks how values go together.
+
+    Raises
+    ------
+    InputError
+        With a line for each.
+    """
+    parameters: dict[str, list[Parameter]] = {}
+    for q in (*manifest.parameters, *controller.parameters, *manifest.scenario_parameters):
+        parameters.setdefault(q.name, []).append(q)
+
+    def check(name: str, value: object) -> None:
+        if name not in parameters:
+            kind = f"parameter or option of {manifest.model} with {controller.name}"
+            raise unknown_name(kind, name, [*parameters, *options], origin)
+        for q in parameters[name]:
+            checked(q, Setting(value, origin))
+
+    together(*(partial(check, name, value) for name, value in values.items()))
 
 
 def _settings(

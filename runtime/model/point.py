@@ -48,7 +48,7 @@ class Point:
         if len(arguments) != len(self._shapes):
             return None
         for value, shape in zip(arguments, self._shapes, strict=True):
-            if type(value) is not np.ndarray or value.dtype is not _DOUBLE or value.shape != shape:
+            if not isinstance(value, np.ndarray) or value.dtype is not _DOUBLE or value.shape != shape:
                 return None
         try:
             buffers = self._free.pop()

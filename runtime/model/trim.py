@@ -123,9 +123,8 @@ def trim(
     begin = np.array([0.0 if value is None else number(name, value, "free") for name, value in starts.items()])
     places = [names.index(name) for name in starts]
     rows = [loaded.state_names.index(name) for name in steady]
-    nx, parameters = len(loaded.state_names), loaded.parameters()
-    if p is not None:
-        parameters = loaded.functions["rhs"].argument("p", p)
+    nx = len(loaded.state_names)
+    parameters = loaded.parameters() if p is None else loaded.functions["rhs"].argument("p", p)
 
     def at(unknown: FloatArray) -> tuple[FloatArray, FloatArray]:
         point[places] = unknown

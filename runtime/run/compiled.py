@@ -43,6 +43,7 @@ def run(problem: Problem, backend: CBackend) -> Trajectory:
         status=Status(single.status),
         violated=single.violated,
         t_stop=float(single.t),
+        error=float(single.error),
         x_stop=problem.model.functions["from_coordinates"](q) if charted else q,
         statistics={name: getattr(single, name) for name in ("steps", "rejected", "evaluations")},
     )

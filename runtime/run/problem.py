@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import IntEnum
@@ -114,7 +115,8 @@ class Trajectory:
     """Recorded samples, one row each, and how the run ended.
 
     `z` is the law's memory as the law finds it at the sample; `violated` is the index of the limit that
-    Status.LIMIT is about, and `x_stop` the state there.
+    Status.LIMIT is about, and `x_stop` the state there. `error` is the largest of a step over its tolerance, NaN where
+    the backend does not keep it.
     """
 
     t: FloatArray
@@ -128,6 +130,7 @@ class Trajectory:
     t_stop: float
     x_stop: FloatArray
     statistics: Mapping[str, int]
+    error: float = math.nan
 
 
 def pose(

@@ -89,6 +89,7 @@ def _attributes(run: Run) -> dict[str, str | float]:
         "structure": json.dumps(manifest.structure),
         "parameters": json.dumps(run.parameters.values),
         "parameter_origins": json.dumps(run.parameters.origins),
+        "initial": json.dumps({q.name: float(v) for q, v in zip(manifest.states, run.x[0], strict=True)}),
         "options": json.dumps(run.options),
         "statistics": json.dumps(run.statistics),
         "manifest": manifest.text,

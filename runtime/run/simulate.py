@@ -58,6 +58,10 @@ class Run:
         The same in words.
     t_stop : float
         Last instant reached, s.
+    violated : int
+        Index of the limit that ended the run, -1 for none.
+    error : float
+        Largest estimated error of a step over its tolerance; NaN where the backend does not keep it.
     hold : float or None
         Hold time of a sampled law in seconds; None for a continuous loop.
     parameters : Resolved
@@ -84,6 +88,8 @@ class Run:
     status: Status
     reason: str
     t_stop: float
+    violated: int
+    error: float
     hold: float | None
     parameters: Resolved
     options: Mapping[str, float | str]
@@ -233,6 +239,8 @@ def simulate(
         status=trajectory.status,
         reason=_reason(problem, resolved, trajectory),
         t_stop=trajectory.t_stop,
+        violated=trajectory.violated if trajectory.status is Status.LIMIT else -1,
+        error=trajectory.error,
         hold=problem.hold,
         parameters=resolved,
         options=_effective(problem),

@@ -83,8 +83,11 @@ def ticks_of(end: float, dt: float, hold: float | None, origin: str) -> tuple[Fl
         raise bad_value("t_end", end, f"at most {_MOST_TICKS} times the sampling step {shortest:g} s", origin)
     if end / dt > _MOST_SAMPLES:
         raise bad_value("dt_out", dt, f"at least {end / _MOST_SAMPLES:g} s, for {_MOST_SAMPLES} samples", origin)
-    record_every = _ratio(dt, shortest, hold, origin)
-    hold_every = None if hold is None else _ratio(hold, shortest, dt, origin)
+    record_every, hold_every = times_in(dt, shortest), None if hold is None else times_in(hold, shortest)
+    if record_every is None or (hold is not None and hold_every is None):
+        raise InputError(
+            f"hold = {hold:g} s and dt_out = {dt:g} s (from {origin}): one must be an integer multiple of the other"
+        )
     tick = fraction(dt) / record_every
     ticks, last = grid(end, tick), fraction(end)
     if len(ticks) == 1 or last - (len(ticks) - 1) * tick > _MULTIPLE * tick:
@@ -112,14 +115,3 @@ def common_step(dt: float, instants: FloatArray, origin: str) -> float:
         allowed = f"multiples of a step that divides dt_out = {dt:g} s, or period must say how often they are looked at"
         raise InputError(f"the instants of inputs (from {origin}): must be {allowed}")
     return float(step)
-
-
-def _ratio(longer: float, tick: float, other: float | None, origin: str) -> int:
-    ratio = times_in(longer, tick)
-    if ratio is None:
-        pair = sorted((longer, other if other is not None else tick))
-        raise InputError(
-            f"hold and dt_out are {pair[0]:g} s and {pair[1]:g} s (from {origin}): "
-            "one must be an integer multiple of the other"
-        )
-    return ratio

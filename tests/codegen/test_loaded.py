@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Inputs are what a derivation loaded: helpers beside the model, what they import, files, versions of libraries."""
 
+import dataclasses
+import importlib.metadata
 import os
 import re
 import shutil
@@ -103,3 +105,36 @@ def test_a_new_title_of_a_scenario_derives_nothing(tree):
     assert check(tree, "wheel").reasons == ()
     assert "another title" in manifest_text(after)
     assert after.files_sha256 == before.files_sha256
+
+
+def test_a_file_elsewhere_that_a_model_reads_is_an_input(derived, tmp_path):
+    """Wherever it lies; what the system answers is none."""
+    tree = Tree(shutil.copytree(derived, tmp_path / "wheel"))
+    far = tmp_path / "far" / "gain.csv"
+    far.parent.mkdir()
+    far.write_text("1\n")
+    start = tree.root / "models" / "wheel" / "__init__.py"
+    start.write_text(f"open({str(far)!r}).close()\nopen('/proc/self/status').close()\n" + start.read_text())
+    mehvar(tree.root, "generate")
+    recorded = read_manifest(tree.root / "generated" / "wheel").inputs_sha256
+    outside = [name for name in recorded if name.startswith("..")]
+    assert outside == ["../far/gain.csv"]
+    assert not check(tree, "wheel").stale
+    far.write_text("2\n")
+    assert check(tree, "wheel").reasons == ("../far/gain.csv changed",)
+
+
+def test_the_version_of_a_library_that_a_model_imports_is_an_input(derived, tmp_path):
+    """Of those that it imports itself: the same, whatever else the process has loaded."""
+    tree = Tree(shutil.copytree(derived, tmp_path / "wheel"))
+    start = tree.root / "models" / "wheel" / "__init__.py"
+    start.write_text("import jinja2\n" + start.read_text())
+    mehvar(tree.root, "generate")
+    folder = tree.root / "generated" / "wheel"
+    record = read_manifest(folder)
+    assert record.versions["Jinja2"] == importlib.metadata.version("jinja2")
+    assert set(record.versions) == {"Jinja2", "casadi", "sympy"}
+    assert not check(tree, "wheel").stale
+    other = dataclasses.replace(record, versions={**record.versions, "Jinja2": "1.0"})
+    (folder / "manifest.json").write_text(manifest_text(other))
+    assert check(tree, "wheel").reasons == (f"Jinja2 is {record.versions['Jinja2']}, was 1.0",)

@@ -11,6 +11,7 @@ A `text` block after a Python block, and the lines without `$ ` in a `console` b
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import io
 import os
 import re
@@ -25,6 +26,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+
+from docs.site import pictures
+from tests.validation import __main__ as validation
+from tests.validation.table import Row
 
 ROOT = Path(__file__).parents[2]
 PAGES = sorted(
@@ -240,6 +245,10 @@ def test_the_page_of_numbers_is_what_the_benchmarks_say() -> None:
     assert program["PAGE"].read_text(encoding="utf-8") == program["page"](), "run: python docs/site/numbers.py"
 
 
+def test_the_moving_picture_of_the_readme_is_made_by_a_run() -> None:
+    assert pictures.FILE.read_text(encoding="utf-8") == pictures.picture(), "run: python -m docs.site.pictures"
+
+
 def test_the_citation_names_this_version() -> None:
     citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
     project = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
@@ -257,16 +266,66 @@ def test_every_page_is_in_the_index_and_in_the_site():
 
 def test_every_number_names_the_command_that_made_it() -> None:
     page = (ROOT / "docs" / "numbers.md").read_text(encoding="utf-8")
-    targets = re.findall(r"^([a-z]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), flags=re.MULTILINE)
     sections = re.split(r"^## ", page, flags=re.MULTILINE)[1:]
     assert len(sections) == len(list((ROOT / "benchmarks" / "results").glob("*.md")))
     for section in sections:
         heading, origin = section.split("\n")[0], section.split("\n")[2]
         assert re.match(r"\[.+\]\(\.\./benchmarks/results/\w+\.md\)$", heading), heading
-        commands = re.findall(r"`(python|make) ([^` ]+)", origin)
-        assert commands or "by hand" in origin, f"{heading} is followed by {origin!r}"
-        for program, place in commands:
-            assert (ROOT / place).is_file() if program == "python" else place in targets, origin
+        assert programs(origin), f"{heading} is followed by {origin!r}"
+        assert "a user's default" in origin, f"{heading}: {origin!r} does not say at which settings"
+
+
+def test_every_figure_of_the_readme_names_its_page_and_command() -> None:
+    text = re.sub(
+        r"^(`{3,}).*?^\1\s*$", "", (ROOT / "README.md").read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE
+    )
+    claims = [paragraph for paragraph in text.split("\n\n") if FIGURE.search(prose(paragraph))]
+    assert len(claims) >= 2
+    for claim in claims:
+        assert programs(claim), f"no command made: {claim}"
+        assert re.search(r"\]\((docs|benchmarks)/[^)]+\.md", claim), f"no page has: {claim}"
+
+
+FIGURE = re.compile(
+    r"(?<![\w.-])\d+(\.\d+)?(e-?\d+)?(?![\w.-]*\d)|\b(two|three|four|five|six|seven|eight|nine|ten) "
+    r"(times|quarters|to \w+|runs|points|%)"
+)
+"""A number that somebody measured: what an interpreter or a release is called has a name before it, see `prose`."""
+
+
+def prose(paragraph: str) -> str:
+    """Return a paragraph without code, targets of links and names with a number in them."""
+    return re.sub(r"`[^`]*`|\]\([^)]*\)|(?:Python|Version|C|Apache)[ -]?\d[\d.]*", "", paragraph)
+
+
+def programs(text: str) -> list[str]:
+    """Return the commands that a text names, each of which must be there."""
+    targets = re.findall(r"^([a-z]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), flags=re.MULTILINE)
+    there = {
+        "python": lambda place: (ROOT / place).is_file(),
+        "make": targets.__contains__,
+        "mehvar": lambda name: (
+            (ROOT / "mehvar" / "cli" / name).is_dir() or (ROOT / "mehvar" / "cli" / f"{name}.py").is_file()
+        ),
+    }
+    pairs = re.findall(r"`(python|make|mehvar) ([^` ]+)", " ".join(text.split()))
+    for program, place in pairs:
+        assert there[program](place), f"there is no {program} {place}"
+    return [" ".join(pair) for pair in pairs]
+
+
+def test_a_figure_without_its_origin_is_seen() -> None:
+    for text in (
+        "It is 12 times as fast.",
+        "The error is 2e-14.",
+        "It saves 30 % of it.",
+        "Up to three quarters fail.",
+    ):
+        assert FIGURE.search(prose(text)), text
+    for text in ("With Python 3.11 or newer.", "Version 0.1.0 is not released.", "C99 and Apache-2.0, `t = 35`."):
+        assert not FIGURE.search(prose(text)), text
+    with pytest.raises(AssertionError, match="there is no make nonsense"):
+        programs("It is 3 (`make nonsense`).")
 
 
 def test_the_first_screen_leads_to_the_validation_and_its_tables_are_filled() -> None:
@@ -281,9 +340,28 @@ def test_the_first_screen_leads_to_the_validation_and_its_tables_are_filled() ->
     assert "no reason yet" not in page
 
 
+def test_a_case_that_ends_without_a_result_does_not_keep_its_old_row(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    page, row = tmp_path / "page.md", Row("one", "engine", "1", 1, 0.0, 1.0, "m", "digits")
+    page.write_text(f"above\n{validation.BEGIN}{validation.END}below\n", encoding="utf-8")
+    monkeypatch.setattr(validation, "PAGE", page)
+    validation.write([row, dataclasses.replace(row, case="two")])
+    assert "2 cases: 2 hold, 0 fail." in page.read_text(encoding="utf-8")
+    validation.write([row], without_result={"test_two": "InputError: no"}, complete=True)
+    text = page.read_text(encoding="utf-8")
+    assert "2 cases: 1 hold, 1 fail." in text
+    assert "InputError: no" in text
+    assert "| two |" not in text
+    validation.write([dataclasses.replace(row, case="two", error=2.0)], passed={"test_two"})
+    assert "2 cases: 1 hold, 1 fail." in page.read_text(encoding="utf-8")
+
+
 def test_what_is_mutated_and_which_tests_concern_it_are_there() -> None:
     """A module that moves must not leave the campaign without a word."""
     subjects = tomllib.loads((ROOT / "tests" / "mutants" / "subjects.toml").read_text(encoding="utf-8"))["subject"]
     for subject in subjects:
-        for path in (*subject["modules"], *subject["tests"], *subject.get("more", ()), *subject.get("slow", ())):
+        tests = [test for test in subject["tests"] if not test.startswith("-k ")]  # which of a file's tests run
+        assert tests, subject
+        for path in (*subject["modules"], *tests, *subject.get("without", ())):
             assert (ROOT / path.partition("::")[0]).is_file(), path

@@ -6,19 +6,24 @@ from __future__ import annotations
 import contextlib
 import io
 import os
+import signal
 import subprocess
 import sys
+import tempfile
+import traceback
 import warnings
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from random import Random
+from stat import S_ISDIR
+from typing import NoReturn
 
 import numpy as np
 
 import mehvar
-from mehvar.__main__ import _run
+from mehvar.__main__ import _run, main
 from mehvar.campaign import read_campaign
 from mehvar.errors import InputError
 from mehvar.runtime.batch.conditions import Criterion
@@ -28,9 +33,13 @@ from mehvar.runtime.batch.statistics import StopRule
 from . import inputs
 
 ROOT = Path(mehvar.__file__).parents[1]
+Run = Callable[..., tuple[int, str]]
+"""Takes the arguments of a command; returns its exit status and what it said."""
 STATUSES = {0, 1, 2, 3}
 _LONGEST = 4000
 """Characters of a message: a list of known names is below it, a value that is printed whole is not."""
+_SECONDS = 60
+"""Of a command: a hundred times what the slowest takes on an idle machine."""
 
 
 @dataclass
@@ -64,22 +73,32 @@ def campaign_files(seed: int, count: int, folder: Path) -> Outcome:
     return outcome
 
 
-def commands(seed: int, count: int, folder: Path, process: bool = False) -> Outcome:
-    """Run commands in a folder that holds a campaign `c.toml` and a store `s.zarr`."""
+def commands(seed: int | str, count: int, folder: Path, run: Run) -> Outcome:
+    """Run commands in a folder that holds a campaign `c.toml` and a store `s.zarr`: one of the three below."""
     random, outcome = Random(seed), Outcome()
-    run = _in_process if not process else _as_process
     for _ in range(count):
         arguments = inputs.command(random)
         before = snapshot(folder)
         with contextlib.chdir(folder):
-            status, text = run(arguments)
+            status, text = run(*arguments)
         after = snapshot(folder)
         outcome.counts[f"{arguments[0] if arguments else ''} {status}"] += 1
         if wrong := _wrong(status, text, before == after):
             outcome.findings.append(f"{wrong}: {arguments!r}\n{text[-1500:]}")
-        for path in after.keys() - before.keys():
-            _remove(folder / path)
+        for path in sorted(after.keys() - before.keys(), reverse=True):  # what is in a folder, then the folder
+            (folder / path).rmdir() if (folder / path).is_dir() else (folder / path).unlink()
     return outcome
+
+
+def furnish(folder: Path, run: Run) -> None:
+    """Put a campaign file `c.toml`, inputs over time `in.csv` and a store `s.zarr` into a folder."""
+    batch = ("batch", str(inputs.PENDULUM), "--controller", "pd", "-n", "4", "--t-end", "0.05")
+    text = f"model = '{inputs.PENDULUM}'\ncontroller = 'pd'\nn = 2\nt_end = 0.05\nout = 'new.zarr'\n"
+    (folder / "c.toml").write_text(text)
+    (folder / "in.csv").write_text("t [s],torque [N m]\n0,0\n0.1,1\n")
+    with contextlib.chdir(folder):
+        status, text = run(*batch, "--vary", "k_p=normal(16, 0.1)", "--save", "every=0.01", "--out", "s.zarr")
+    assert status == 0, text
 
 
 def damaged_stores(seed: int, count: int, store: Path, probe: Callable[[], tuple[int, str]]) -> Outcome:
@@ -101,14 +120,9 @@ def damaged_stores(seed: int, count: int, store: Path, probe: Callable[[], tuple
 
 
 def snapshot(folder: Path) -> dict[str, tuple[int, int]]:
-    """Return size and time of everything in a folder."""
-    paths = sorted(folder.rglob("*"))
-    return {str(p.relative_to(folder)): (p.stat().st_size, p.stat().st_mtime_ns) for p in paths if not p.is_dir()}
-
-
-def in_process(*arguments: str) -> tuple[int, str]:
-    """Run a command in this process; return its exit status and what it said."""
-    return _in_process(list(arguments))
+    """Return size and time of every file in a folder, and that there is a folder below it."""
+    parts = {str(path.relative_to(folder)): path.stat() for path in sorted(folder.rglob("*"))}
+    return {name: (0, 0) if S_ISDIR(s.st_mode) else (s.st_size, s.st_mtime_ns) for name, s in parts.items()}
 
 
 def _condition(text: str, values: np.ndarray) -> None:
@@ -150,6 +164,8 @@ def _wrong(status: int, text: str, untouched: bool) -> str:
         return f"status {status}"
     if "Traceback" in text or "Exception ignored" in text:
         return "a traceback"
+    if "Path(" in text:
+        return "a path as Python spells it"
     if status == 2 and not untouched:
         return "refused, and yet something was written"
     if status == 2 and ("rror" not in text and "mehvar: " not in text):
@@ -158,29 +174,34 @@ def _wrong(status: int, text: str, untouched: bool) -> str:
     return "a message that is too long" if any(len(line) > _LONGEST for line in lines) else ""
 
 
-def _in_process(arguments: list[str]) -> tuple[int, str]:
+def in_process(*arguments: str) -> tuple[int, str]:
+    """Run a command in this process; return its exit status and what it said."""
     output = io.TextIOWrapper(io.BytesIO(), encoding="utf-8", errors="backslashreplace")
-    argv, status = sys.argv, 0
+    argv = sys.argv
     try:
         sys.argv = ["mehvar", *arguments]
         with contextlib.redirect_stdout(output), contextlib.redirect_stderr(output), warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            try:
-                _run()
-            except SystemExit as end:
-                status = end.code if isinstance(end.code, int) else int(bool(end.code))
-            except BaseException:
-                import traceback
-
-                status = 1
-                traceback.print_exc()
+            status = _status(_run)
     finally:
         sys.argv = argv
     output.seek(0)
     return status, output.read()
 
 
-def _as_process(arguments: list[str]) -> tuple[int, str]:
+def forked(*arguments: str) -> tuple[int, str]:
+    """Run a command in a child of this process, which has imported everything; a signal is a negative status."""
+    with tempfile.TemporaryFile() as output:
+        child = os.fork()
+        if not child:
+            _be_a_command(arguments, output.fileno())
+        status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+        output.seek(0)
+        return status, output.read().decode(errors="replace")
+
+
+def as_process(*arguments: str) -> tuple[int, str]:
+    """Run a command as a shell does."""
     raw = [os.fsencode(argument) for argument in arguments]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])}
     done = subprocess.run(
@@ -189,9 +210,28 @@ def _as_process(arguments: list[str]) -> tuple[int, str]:
     return done.returncode, (done.stdout + done.stderr).decode(errors="replace")
 
 
-def _remove(path: Path) -> None:
-    with contextlib.suppress(OSError):
-        path.unlink()
-    for folder in path.parents:
-        with contextlib.suppress(OSError):
-            folder.rmdir()
+def _be_a_command(arguments: Sequence[str], output: int) -> NoReturn:
+    """End this process as `mehvar` would; an alarm that nobody takes ends it by a signal when that takes too long."""
+    signal.alarm(_SECONDS)
+    os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
+    os.dup2(output, 1)
+    os.dup2(output, 2)
+    sys.stdout = sys.__stdout__ = io.TextIOWrapper(io.FileIO(1, "w"), encoding="utf-8")
+    sys.stderr = sys.__stderr__ = io.TextIOWrapper(io.FileIO(2, "w"), encoding="utf-8", errors="backslashreplace")
+    sys.argv = ["mehvar", *arguments]
+    status = _status(main)
+    status = _status(sys.stdout.flush) or status
+    sys.stderr.flush()
+    os._exit(status & 0xFF)
+
+
+def _status(call: Callable[[], object]) -> int:
+    """Return what an interpreter would exit with after a call."""
+    try:
+        call()
+    except SystemExit as end:
+        return end.code if isinstance(end.code, int) else int(bool(end.code))
+    except BaseException:
+        traceback.print_exc()
+        return 1
+    return 0

@@ -34,7 +34,7 @@ _NAMES = (
     "minimum(rate)",
     "nonsense",
 )
-_LAWS = (*("pd", "p-sum") * 4, "nonsense", "")
+_LAWS = (*("pd", "p-sum") * 4, "none", "nonsense", "")
 _ATOMS = ("1", "0", "20", "1.5e3", "1e999", "1" * 400, "True", "None", "'a'", "x", "()", "[1]", "{}", "λ", "1j", "0x1f")
 _OPERATORS = ("<", "<=", ">", ">=", "==", "!=", "+", "-", "*", "/", "//", "%", "**", "and", "or", "is", "in", ",", ":=")
 
@@ -120,7 +120,7 @@ def campaign(random: Random) -> str:
 
 def command(random: Random) -> list[str]:
     """Return the arguments of a command that is quick, whether it works or is refused."""
-    verb = random.choices(tuple(_COMMANDS), (10, 10, 2, 1, 1, 1, 1, 1))[0]
+    verb = random.choices(tuple(_COMMANDS), (20, 20, 4, *(2,) * 8, *(1,) * 6))[0]
     arguments = _COMMANDS[verb](random)
     if random.random() < 0.15:
         arguments.insert(random.randrange(len(arguments) + 1), value(random))
@@ -155,6 +155,7 @@ def _simulate(random: Random) -> list[str]:
         *_some(
             random, scenario=("swing", "stiff"), out=("a.nc", "a.csv", "a.mat", "a.xyz", "no/a.nc"), plot=("a.xyz",)
         ),
+        *_some(random, input=("torque=1", "torque"), inputs=("in.csv", "c.toml"), interpolation=("linear", "hold")),
         *_some(random, run=("0", "1"), **{"from": ("s.zarr", "none.zarr")}),
     ]
 
@@ -190,4 +191,22 @@ _COMMANDS = {
         *_some(random, target=("sil",), samples=("2",), compiler=("tcc",), board=("stm32f4",)),
     ],
     "board build": lambda random: [str(PENDULUM), "--controller", "nonsense", *_some(random, target=("qemu",))],
+    "verify": lambda random: [random.choice(("s.zarr", "c.toml", "none", value(random)))],
+    "convert": lambda random: [
+        *(random.choice(("s.zarr", "s.zarr", "none.nc", "c.toml")), "--to", random.choice(("csv", "mat", "xyz"))),
+        *_some(random, out=("a.csv", "a.mat", "s.zarr", "no/a.csv")),
+    ],
+    "diff": lambda random: [
+        *(random.choice((str(PENDULUM), "c.toml", "none", value(random))) for _ in range(2)),
+        *_some(random, format=("json", "html"), out=("a.html",), model=("pendulum",), paper=()),
+    ],
+    "board report": lambda random: [str(PENDULUM), "--controller", "nonsense", *_some(random, out=("a",))],
+    "board flash": lambda random: [str(PENDULUM), "--controller", "nonsense", *_some(random, board=("none",))],
+    "export fmu": lambda random: [
+        *(value(random), "--out", random.choice(("a.fmu", "s.zarr", "a.zip"))),
+        *_some(random, controller=("pd",), scenario=("swing",), fmi=("2.0", "4"), kind=("me", "nonsense")),
+    ],
+    "git-textconv": lambda random: [random.choice(("c.toml", "none", value(random)))],
+    "list": lambda random: [*_some(random, json=())],
+    "": lambda random: [value(random)],
 }

@@ -6,6 +6,8 @@ Short here; `make soak` runs a hundred thousand commands and expressions.
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from random import Random
@@ -17,18 +19,14 @@ from mehvar import runtime
 from . import campaign
 from .inputs import PENDULUM
 
-BATCH = ("batch", str(PENDULUM), "--controller", "pd", "-n", "4", "--t-end", "0.05", "--vary", "k_p=normal(16, 0.1)")
 SOAK = 100_000
 
 
 @pytest.fixture
 def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder with a campaign file and a store."""
-    text = f"model = '{PENDULUM}'\ncontroller = 'pd'\nn = 2\nt_end = 0.05\nout = 'new.zarr'\n"
-    (tmp_path / "c.toml").write_text(text)
+    campaign.furnish(tmp_path, campaign.in_process)
     monkeypatch.chdir(tmp_path)
-    status, text = campaign.in_process(*BATCH, "--save", "every=0.01", "--out", "s.zarr")
-    assert status == 0, text
     return tmp_path
 
 
@@ -47,11 +45,23 @@ def test_campaign_files(tmp_path: Path) -> None:
 
 
 def test_commands(place: Path) -> None:
-    sound(campaign.commands(3, 150, place), "simulate 2", "batch 2")
+    sound(campaign.commands(3, 150, place, campaign.in_process), "simulate 2", "batch 2")
+
+
+def test_a_campaign_goes_on_where_it_was(tmp_path: Path) -> None:
+    journal = tmp_path / "journal.jsonl"
+    for sum_of_it in ("commands, seed 6: 20, of these", "commands, seed 6: 20, of these"):
+        done = subprocess.run(
+            [sys.executable, "-m", "tests.fuzz", "commands", "6", "20", journal],
+            cwd=campaign.ROOT, capture_output=True, text=True, check=False,
+        )  # fmt: skip
+        assert done.returncode == 0, done.stdout + done.stderr
+        assert sum_of_it in done.stdout
+    assert len(journal.read_text().splitlines()) == 1
 
 
 def test_commands_in_processes_of_their_own(place: Path) -> None:
-    sound(campaign.commands(4, 3, place, process=True))
+    sound(campaign.commands(4, 3, place, campaign.as_process))
 
 
 def test_damaged_stores(place: Path) -> None:
@@ -69,14 +79,8 @@ def test_many_campaign_files(tmp_path: Path) -> None:
 
 
 @pytest.mark.soak
-def test_a_hundred_thousand_commands(place: Path) -> None:
-    for seed in range(100):
-        sound(campaign.commands(100 + seed, SOAK // 100, place), "simulate 0", "simulate 2", "batch 0", "batch 2")
-
-
-@pytest.mark.soak
 def test_many_commands_in_processes_of_their_own(place: Path) -> None:
-    sound(campaign.commands(13, 500, place, process=True))
+    sound(campaign.commands(13, 500, place, campaign.as_process))
 
 
 @pytest.mark.soak

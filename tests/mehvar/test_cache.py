@@ -34,6 +34,17 @@ def refuse(_: Path) -> None:
     pytest.fail("made again")
 
 
+def test_a_cache_has_the_folders_above_it_made(root: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("MEHVAR_CACHE", str(root / "not" / "there"))
+    assert cache.cache_folder() == root / "not" / "there"
+
+
+def test_a_process_without_a_cache_keeps_one_folder(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("MEHVAR_CACHE")
+    monkeypatch.setattr(cache, "_roots", list)
+    assert cache.cache_folder() == cache.cache_folder()
+
+
 def test_an_entry_is_made_once() -> None:
     assert cache.find("kind", "name") is None
     folder = cache.entry("kind", "name", write)
@@ -41,13 +52,15 @@ def test_an_entry_is_made_once() -> None:
     assert cache.entry("kind", "name", refuse) == cache.find("kind", "name") == folder
 
 
-@pytest.mark.parametrize("damage", ["changed", "removed", "added"])
+@pytest.mark.parametrize("damage", ["changed", "removed", "added", "without digests"])
 def test_a_damaged_entry_is_made_again(damage: str) -> None:
     folder = cache.entry("kind", "name", write)
     if damage == "changed":
         (folder / "inner" / "text").write_text("hole")
     elif damage == "removed":
         (folder / "inner" / "text").unlink()
+    elif damage == "without digests":
+        (folder / ".sha256").unlink()
     else:
         (folder / "more").write_text("")
     assert cache.find("kind", "name") is None

@@ -7,12 +7,14 @@ until a line shows what it does.
 
 from __future__ import annotations
 
+import functools
 import importlib
 import re
 import warnings
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, NoReturn
 
 import pytest
 import typer
@@ -21,8 +23,11 @@ import xarray
 import mehvar
 from mehvar import runtime
 from mehvar.cli import app
+from mehvar.cli.board import flash, report
+from mehvar.errors import InputError
 from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.plan import Campaign
+from mehvar.runtime.board.run import BoardRequest
 from mehvar.runtime.run.options import OPTIONS
 from tests.fuzz.campaign import in_process, snapshot
 
@@ -62,6 +67,9 @@ WITHOUT: Mapping[str, dict[str, Any]] = {
 SIMULATE = ("simulate", PENDULUM, "--controller", "pd", "--t-end", "0.1")
 SAVED = (*SIMULATE, "--out", "a.csv")
 BOARD = ("board", "run", "triangle", "--controller", "path", "--target", "sil", "--samples", "3")
+BUILD = ("board", "build", "triangle", "--controller", "path", "--target", "sil")
+REPORT = ("board", "report", *BOARD[2:], "--out", "a")
+FLASH = ("board", "flash", "triangle", "--controller", "path", "--dry-run")
 BATCH = ("batch", PENDULUM, "--controller", "pd", "-n", "2", "--t-end", "0.1", "--vary", "k_p=normal(16, 0.1)")
 STORED = (*BATCH, "--out", "s.zarr")
 OPEN = (*SIMULATE[:3], "none", *SIMULATE[4:], "--out", "a.csv")
@@ -139,11 +147,16 @@ COMMANDS: Mapping[str, Mapping[str, object]] = {
         "paper": "tests/mehvar/comparison/test_compare.py: --paper",
         "form": (("diff", GENERATED, GENERATED), ("diff", GENERATED, GENERATED, "--format", "json")),
         "out": "tests/mehvar/comparison/test_compare.py: --out",
+        "plot": (("diff", GENERATED, GENERATED), ("diff", GENERATED, GENERATED, "--plot", "a.bmp")),
     },
     "convert": {
         "source": (CONVERT, (CONVERT[0], "none.zarr", *CONVERT[2:])),
         "to": (CONVERT, (*CONVERT[:3], "mat", *CONVERT[4:])),
         "out": (CONVERT, (*CONVERT[:-1], "b.csv")),
+    },
+    "report": {
+        "subject": (("report", "none"), ("report", "nil")),
+        "out": (("report", PENDULUM, "--out", "file"), ("report", PENDULUM, "--out", "file/below")),
     },
     "reproduce": {"out": (("reproduce", "--out", "file"), ("reproduce", "--out", "file/below"))},
     "git-diff": {"arguments": (("git-diff", "a"), ("git-diff", "b"))},
@@ -158,6 +171,39 @@ COMMANDS: Mapping[str, Mapping[str, object]] = {
         "settings": (BOARD, (*BOARD, "--set", "R=0.6")),
         "board": "tests/mehvar/cli/test_board.py: --board",
         "compiler": "tests/runtime/board/test_equivalence.py: compiler=",
+    },
+    "board build": {
+        "model": (BUILD, (*BUILD[:2], "none", *BUILD[3:])),
+        "controller": (BUILD, (*BUILD[:4], "sliding", *BUILD[5:])),
+        "board": (BUILD, (*BUILD, "--board", "stm32f4")),
+        "compiler": (BUILD, (*BUILD, "--compiler", "tcc")),
+        "scenario": (BUILD, (*BUILD, "--scenario", "paper-b")),
+        "target": (BUILD, (*BUILD[:6], "unicorn")),
+        "raw": (BUILD, (*BUILD, "--raw")),
+        "inline": (BUILD, (*BUILD, "--inline-parameters")),
+        "tunable": ((*BUILD, "--inline-parameters"), (*BUILD, "--inline-parameters", "--tunable", "R")),
+        "out": (BUILD, (*BUILD, "--out", "a")),
+    },
+    "board report": {
+        "model": (REPORT, (*REPORT[:2], "none", *REPORT[3:])),
+        "controller": (REPORT, (*REPORT[:4], "sliding", *REPORT[5:])),
+        "target": (REPORT, (*REPORT[:6], "nosuch", *REPORT[7:])),
+        "samples": (REPORT, (*REPORT[:8], "4", *REPORT[9:])),
+        "board": (REPORT, (*REPORT, "--board", "stm32f4")),
+        "compiler": (REPORT, (*REPORT, "--compiler", "tcc")),
+        "scenario": (REPORT, (*REPORT, "--scenario", "paper-b")),
+        "settings": (REPORT, (*REPORT, "--set", "R=0.6")),
+        "out": (REPORT, (*REPORT[:-1], "file")),
+    },
+    "board flash": {
+        "model": (FLASH, (*FLASH[:2], "none", *FLASH[3:])),
+        "controller": (FLASH, (*FLASH[:4], "sliding", *FLASH[5:])),
+        "board": (FLASH, (*FLASH, "--board", "stm32f4-usart2")),
+        "compiler": (FLASH, (*FLASH, "--compiler", "tcc")),
+        "scenario": (FLASH, (*FLASH, "--scenario", "paper-b")),
+        "inline": (FLASH, (*FLASH, "--inline-parameters")),
+        "tunable": ((*FLASH, "--inline-parameters"), (*FLASH, "--inline-parameters", "--tunable", "R")),
+        "dry_run": (FLASH, FLASH[:-1]),
     },
     "export fmu": {
         "model": (FMU, (*FMU[:2], "none", *FMU[3:])),
@@ -243,7 +289,7 @@ def test_an_option_without_effect_is_refused_in_python_on_the_command_line_and_i
 
 
 def parameters_of(command: str) -> dict[str, Any]:
-    place = command.replace("-", ".", 1) if command in app.FOR_GIT else command.replace(" ", ".")
+    place = app.PLACES.get(command, command).replace(" ", ".")
     module = importlib.import_module(f"mehvar.cli.{place.replace('-', '_')}")
     single_command = typer.Typer(add_completion=False)
     single_command.command()(module.command)
@@ -254,7 +300,8 @@ def outcome(arguments: tuple[str, ...], place: Path) -> tuple[object, ...]:
     """Run a command; return status, text without times, and the new files with their contents; these are removed."""
     before = snapshot(place)
     status, text = in_process(*arguments)
-    new = {path: (place / path).read_bytes() for path in sorted(snapshot(place).keys() - before.keys())}
+    paths = sorted(snapshot(place).keys() - before.keys())
+    new = {path: (place / path).read_bytes() for path in paths if (place / path).is_file()}
     for path in new:
         (place / path).unlink()
     for folder in sorted((p for p in place.rglob("*") if p.is_dir()), reverse=True):
@@ -263,14 +310,28 @@ def outcome(arguments: tuple[str, ...], place: Path) -> tuple[object, ...]:
     return status, re.sub(r"[\d.]+ ms|in [\d.e+-]+ s.*|, \d+ a second|\"run_seconds\": [^,]+", "", text), new
 
 
+@functools.cache  # many parameters are shown beside one line
+def repeated(arguments: tuple[str, ...], place: Path) -> tuple[object, ...]:
+    """Run a command twice, which must be the same."""
+    first = outcome(arguments, place)
+    assert first == outcome(arguments, place)
+    return first
+
+
 ROWS = [(command, name) for command, rows in COMMANDS.items() for name in rows]
 
 
-@pytest.mark.parametrize(
-    "command", [*app.COMMANDS, *app.FOR_GIT, *(f"export {name}" for name in app.EXPORT), "board run"]
-)
+GROUPS = [f"{group} {name}" for group, names in (("export", app.EXPORT), ("board", app.BOARD)) for name in names]
+
+
+@pytest.mark.parametrize("command", [*app.COMMANDS, *app.FOR_GIT, *GROUPS])
 def test_every_parameter_of_a_command_has_its_line(command):
     assert COMMANDS[command].keys() == parameters_of(command).keys()
+
+
+def _told(model: runtime.Model, request: BoardRequest) -> NoReturn:
+    """Say what a report would be of: what it measures is never the same twice."""
+    raise InputError(f"{model.name} {request}")
 
 
 @pytest.mark.parametrize(("command", "name"), ROWS, ids=lambda text: text)
@@ -282,9 +343,10 @@ def test_a_parameter_of_a_command_changes_what_is_done(command, name, place, mon
         assert text.format(flag=flag) in (ROOT / path).read_text(encoding="utf-8")
         return
     monkeypatch.chdir(place)
+    monkeypatch.setattr(report, "outcome_of", _told)
+    monkeypatch.setattr(flash, "shutil", SimpleNamespace(which=lambda _: None))
     one, other = shown
-    assert outcome(one, place) == outcome(one, place)
-    assert outcome(one, place) != outcome(other, place)
+    assert repeated(one, place) != outcome(other, place)
 
 
 def test_interpolation_of_no_file_is_refused():

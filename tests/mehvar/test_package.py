@@ -24,22 +24,26 @@ def test_importing_stays_light(module):
     assert python(f"import sys, {module}; print([m for m in {HEAVY} if m in sys.modules])") == "[]"
 
 
-@pytest.mark.parametrize("name", ["models", "runtime", "codegen", "generated"])
 @pytest.mark.parametrize("kind", ["package", "module"])
-def test_a_users_own_folder_or_file_of_our_rooms_name(name, kind, tmp_path):
+def test_a_users_own_folders_or_files_of_our_rooms_names(kind, tmp_path):
     """Neither is taken for the other: from the command line, in a script beside it, and in a process that it spawns."""
-    theirs = tmp_path / f"{name}.py" if kind == "module" else tmp_path / name / "__init__.py"
-    theirs.parent.mkdir(exist_ok=True)
-    theirs.write_text("OWNER = 'the user'\n")
-    script = tmp_path / "script.py"
-    script.write_text(
-        f"import multiprocessing\nimport {name}\nimport mehvar\n\n"
+    rooms = ("models", "runtime", "codegen", "generated")
+    for name in rooms:
+        theirs = tmp_path / f"{name}.py" if kind == "module" else tmp_path / name / "__init__.py"
+        theirs.parent.mkdir(exist_ok=True)
+        theirs.write_text("OWNER = 'the user'\n")
+    names, owners = ", ".join(rooms), ", ".join(f"{name}.OWNER" for name in rooms)
+    (tmp_path / "script.py").write_text(
+        f"import multiprocessing\nimport {names}\nimport mehvar\n\n"
         "def answer(_):\n"
-        f"    return {name}.OWNER, mehvar.simulate('triangle', 'path', t_end=0.1).attrs['status']\n\n"
+        f"    return {owners}, mehvar.simulate('triangle', 'path', t_end=0.1).attrs['status']\n\n"
         "if __name__ == '__main__':\n"
         "    mehvar.System, mehvar.to_casadi\n"
         "    with multiprocessing.get_context('spawn').Pool(1) as pool:\n"
         "        print([answer(0), *pool.map(answer, [0])])\n"
+    )
+    (tmp_path / "test_beside.py").write_text(
+        f"import {names}, mehvar\n\ndef test_both():\n    assert {{{owners}}} == {{'the user'}} and mehvar.System\n"
     )
     environment = {key: value for key, value in os.environ.items() if key != "PYTHONSAFEPATH"}
     for command in (
@@ -47,13 +51,10 @@ def test_a_users_own_folder_or_file_of_our_rooms_name(name, kind, tmp_path):
         ["script.py"],
         ["-m", "pytest", "-q", "-p", "no:cacheprovider", "--import-mode=prepend", "test_beside.py"],
     ):
-        (tmp_path / "test_beside.py").write_text(
-            f"import {name}, mehvar\n\ndef test_both():\n    assert {name}.OWNER == 'the user' and mehvar.System\n"
-        )
         done = subprocess.run([sys.executable, *command], cwd=tmp_path, env=environment, capture_output=True, text=True)
         assert done.returncode == 0, done.stdout + done.stderr
         if command == ["script.py"]:
-            assert done.stdout.count("the user") == 2
+            assert done.stdout.count("the user") == 2 * len(rooms)
 
 
 @pytest.mark.parametrize("backend", ["c", "python"])

@@ -3,7 +3,15 @@
 
 from __future__ import annotations
 
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
 from mehvar.codegen.ledger.ledger import Ledger, Standing
+from mehvar.html import typeset_within
+from mehvar.models.paper import Slip
+from tests.docs.formulas import MATH, faults
+
+PAGE = Path(__file__).parents[2] / "docs" / "explanation" / "ledger.md"
 
 
 def equations(ledger: Ledger) -> list[int]:
@@ -14,3 +22,27 @@ def equations(ledger: Ledger) -> list[int]:
 def judged(ledger: Ledger, verdict: Standing) -> set[str]:
     """Return the numbers of the entries with a verdict."""
     return {entry.number for entry in ledger.entries if entry.verdict is verdict}
+
+
+def check_errata(ledger: Ledger) -> None:
+    """Every erratum has a kind and a cause, nothing else has, its changes are MathML, and the page has the counts."""
+    errata = [entry for entry in ledger.entries if entry.wrong]
+    assert [entry for entry in ledger.entries if entry.erratum] == errata
+    assert sum(ledger.slips().values()) == len(errata)
+    lines = [line for entry in errata for reading in entry.readings for line in reading.lines]
+    for edit in (edit for line in lines for edit in line.edits_latex):
+        words = str(typeset_within(edit))
+        formulas = MATH.findall(words)
+        assert len(ET.fromstring(f"<p>{words}</p>").findall("math")) == len(formulas) == edit.count("$") / 2
+        assert not [fault for formula in formulas for fault in faults(formula)], edit
+    assert counted(ledger) in PAGE.read_text(encoding="utf-8"), (
+        f"the table of {PAGE.name} should have {counted(ledger)}"
+    )
+
+
+def counted(ledger: Ledger) -> str:
+    """Return the row of a paper in the table of errata."""
+    slips = ledger.slips()
+    assumed = sum(entry.erratum.assumption for entry in ledger.entries if entry.erratum)
+    cells = [ledger.model, len(ledger.entries), *(slips[kind] for kind in Slip), sum(slips.values()), assumed]
+    return f"| {' | '.join(map(str, cells))} |"

@@ -1,13 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """Strict tables: everything that is not understood is refused with the place and a suggestion."""
 
+import dataclasses
 import re
+from pathlib import Path
 
 import pytest
 
 from mehvar.codegen.generate import installed_tree
+from mehvar.models.check import check_tables
 from mehvar.models.system import ModelError
 from mehvar.models.tables import parse_interval, read_parameters, read_scenarios
+from tests.models.edits import cart
 
 GOOD = """
 [plant]
@@ -128,3 +132,62 @@ def test_a_table_saved_on_windows_is_read(tmp_path):
     path = tmp_path / "parameters.toml"
     path.write_bytes(b"\xef\xbb\xbf" + GOOD.replace("\n", "\r\n").encode())
     assert list(read_parameters(path)) == ["plant", "sliding"]
+
+
+CHOICES = {"spring": ("one", "two")}
+"""As a model's STRUCTURE: "one" is the default."""
+ROW = '= { unit = "kg", default = 2, bounds = "(0, inf)", source = "paper Table 1", description = "a mass" }'
+
+
+@pytest.mark.parametrize(
+    ("group", "structure", "refused"),
+    [
+        ("plant", {}, True),
+        ("nobody", {}, True),
+        ("plant", {"spring": "one"}, True),
+        ("nobody", {"spring": "one"}, True),
+        ("spring_one", {"spring": "one"}, True),
+        ("spring_two", {"spring": "one"}, False),
+        ("spring_three", {"spring": "one"}, True),
+        ("plant", {"spring": "two"}, False),
+        ("spring_one", {"spring": "two"}, False),
+        ("spring_two", {"spring": "two"}, True),
+    ],
+)
+def test_a_parameter_that_no_structure_reads_is_refused_in_one_of_them(tmp_path, group, structure, refused):
+    write(tmp_path, f"[{group}]\nmass {ROW}\nmas {ROW}\n")
+    system = dataclasses.replace(cart(), structure=structure)
+    choices = CHOICES if structure else {}
+    if not refused:
+        check_tables(system, tmp_path, choices)
+        return
+    with pytest.raises(ModelError, match=rf"toml:3: \[{group}.mas\] would be ignored: .*'mas' \(did you mean 'mass'"):
+        check_tables(system, tmp_path, choices)
+
+
+@pytest.mark.parametrize(
+    ("text", "name"), [(SCENARIO.replace("paper", "plain"), "metrics.top"), (SCENARIO, "scenarios.paper")]
+)
+def test_a_scenario_or_metric_that_the_system_has_not_is_refused(tmp_path, text, name):
+    write(tmp_path, text, "scenarios.toml")
+    with pytest.raises(ModelError, match=rf"\[{name}\] would be ignored: it is not in the system"):
+        check_tables(cart(), tmp_path, {})
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("duration = 35.0", "duration = inf", r"scenarios.paper: duration = inf: must be above zero, and finite"),
+        ("band = 0.01", "band = -1.0", r"metrics.T_theta: band = -1: must be above zero"),
+        ("band = 0.01", "band = nan", r"metrics.T_theta: band = nan: must be above zero"),
+        ("band = 0.001", "band = inf", r"metrics.flips: band = inf: must be zero or above"),
+        ("band = 0.01", "band = 0.01, since = 2.0, until = 1.0", r"metrics.T_theta: since = 2 and until = 1"),
+    ],
+)
+def test_numbers_of_scenarios_and_metrics_are_refused_where_they_are_read(tmp_path, old, new, message):
+    """Also those that change without a derivation: a band of -1 went into the manifest, one of nan broke it."""
+    text = (Path(__file__).parents[2] / "models" / "triangle" / "scenarios.toml").read_text(encoding="utf-8")
+    path = tmp_path / "scenarios.toml"
+    path.write_text(text.replace(old, new, 1), encoding="utf-8")
+    with pytest.raises(ModelError, match=rf"scenarios\.toml: {message}"):
+        read_scenarios(path)

@@ -1,21 +1,23 @@
 # SPDX-License-Identifier: Apache-2.0
 """Try mutants of the runtime, slice by slice, and write the page of what survived.
 
-Run: python -m tests.mutants [--minutes M] [--area AREA]... [--page]
+Run: python -m tests.mutants [--minutes M] [--area AREA]... [--again] [--page]
 
-A slice goes on where the one before ended: results stand in build/mutants/results.jsonl, one line a mutant. Which
-mutants are drawn depends on the text of a module alone.
+A slice goes on where the one before ended: results stand in tests/mutants/results.jsonl, one line a mutant. Which
+mutants are drawn depends on the lines that they change. Ctrl-C ends a slice; what is decided stays.
 """
 
 from __future__ import annotations
 
 import argparse
+import contextlib
+import sys
 from collections.abc import Iterator
 from itertools import zip_longest
 from time import monotonic
 
 from tests.mutants.campaign import Campaign, Mutant, Subject, draw, subjects
-from tests.mutants.page import write
+from tests.mutants.page import reasons, write
 
 
 def main() -> None:
@@ -23,17 +25,25 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--minutes", type=float, default=float("inf"), help="stop after so many")
     parser.add_argument("--area", action="append", help="one of subjects.toml; all by default")
+    parser.add_argument("--again", action="store_true", help="try those without a reason that survived once more")
     parser.add_argument("--page", action="store_true", help="only write the page")
     chosen = parser.parse_args()
-    campaign, end = Campaign(), monotonic() + 60 * chosen.minutes
-    for python in () if chosen.page else (True, False):
-        # Python first: a process that has loaded the tree for the sake of C cannot part into one without it
-        wanted = [s for s in subjects() if s.python == python and (not chosen.area or s.area in chosen.area)]
-        for subject, mutant in _in_turn(wanted):
+    campaign = Campaign()
+    if not chosen.page:
+        wanted = list(_in_turn([s for s in subjects() if not chosen.area or s.area in chosen.area]))
+        _slice(campaign, wanted, chosen.again, monotonic() + 60 * chosen.minutes)
+    write(campaign.results)
+
+
+def _slice(campaign: Campaign, wanted: list[tuple[Subject, Mutant]], again: bool, end: float) -> None:
+    alive = {r.key for r in campaign.results if r.outcome == "survived" and r.key not in reasons()} if again else set()
+    todo = [(subject, mutant) for subject, mutant in wanted if campaign.is_open(mutant) or mutant.key in alive]
+    print(f"{len(todo)} of {len(wanted)} mutants to try; Ctrl-C ends the slice", file=sys.stderr, flush=True)
+    with contextlib.suppress(KeyboardInterrupt):
+        for subject, mutant in todo:
             if monotonic() > end:
                 break
             campaign.decide(subject, mutant)
-    write(campaign.results())
 
 
 def _in_turn(wanted: list[Subject]) -> Iterator[tuple[Subject, Mutant]]:

@@ -49,8 +49,13 @@ _STATEMENT = re.compile(r"(?<=\n)([ \t]+)((?:[\w.\[\]>*-]+(?: [-+*|&^]?= |\())[^
 _TERMS = re.compile(r"\b(?:if|while) \((?!!)([^\n]*?)\)(?= [^\n]*;|\n| \{)")
 
 
-def places(text: str) -> Iterator[tuple[int, int, str]]:
-    """Yield (start, end, replacement) of every mutant of a C text."""
+def places(text: str) -> Iterator[tuple[int, str, tuple[int, int, str]]]:
+    """Yield the line, the change and (start, end, replacement) of every mutant of a C text."""
+    for start, end, other in _places(text):
+        yield text.count("\n", 0, start) + 1, f"{text[start:end]} -> {other}", (start, end, other)
+
+
+def _places(text: str) -> Iterator[tuple[int, int, str]]:
     closed = [match.span() for match in _SKIPPED.finditer(text)]
 
     def free(match: re.Match[str]) -> bool:

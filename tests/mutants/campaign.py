@@ -3,53 +3,38 @@
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
-import importlib
+import fcntl
+import hashlib
 import json
-import os
-import random
 import shutil
-import signal
 import sys
-import time
 import tomllib
-from collections.abc import Iterator, Sequence
+from collections import Counter
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
-from tests.mutants import c_operators, python_operators
+from tests.mutants import c_operators, python_operators, trial
 
 ROOT = Path(__file__).parents[2]
 WORK = ROOT / "build" / "mutants"
-_LIBRARIES = ("numpy", "scipy.integrate", "xarray", "zarr", "h5netcdf", "pandas")
-"""Loaded once, before the processes that run tests part."""
-_OWN = ("mehvar", "mehvar.runtime", "mehvar.runtime.batch.fill", "mehvar.runtime.batch.statistics")
-"""Likewise, of the copy, where C is mutated and Python is not."""
+RESULTS = Path(__file__).parent / "results.jsonl"
 _COPIED = ("mehvar", "models", "codegen", "generated", "runtime", "tests", "pyproject.toml")
 _TWICE = 2.0
-"""A mutant has so many times the seconds of its tests without one, and ten more: it compiles anew, in company."""
+"""A mutant has so many times the seconds of its tests without one, and ten more: it compiles anew."""
 
 
 @dataclass(frozen=True)
 class Subject:
-    """Modules that are mutated alike: how many mutants are drawn, and the tests that concern them.
-
-    `tests` are tried first, but those in `slow`; what they let live meets `more`.
-    """
+    """Modules that are mutated alike: how many mutants are drawn, the tests that concern them, those that do not."""
 
     area: str
     modules: tuple[str, ...]
     draw: int
     tests: tuple[str, ...]
-    more: tuple[str, ...] = ()
-    slow: tuple[str, ...] = ()
-
-    @property
-    def python(self) -> bool:
-        """Whether Python is mutated, not C."""
-        return self.modules[0].endswith(".py")
+    without: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -72,7 +57,10 @@ class Mutant:
 
 @dataclass(frozen=True)
 class Result:
-    """What the tests said: killed, timeout (which also kills) or survived."""
+    """What the tests said: killed, timeout (which also kills), refused (it does not compile) or survived.
+
+    `seconds` are of processor time.
+    """
 
     area: str
     module: str
@@ -83,6 +71,11 @@ class Result:
     killer: str
     seconds: float
 
+    @property
+    def key(self) -> str:
+        """Say which mutant it is of, as the mutant does."""
+        return f"{self.module}: {self.before} -> {self.after}"
+
 
 def subjects() -> list[Subject]:
     """Read subjects.toml."""
@@ -91,20 +84,30 @@ def subjects() -> list[Subject]:
 
 
 def draw(subject: Subject) -> Iterator[Mutant]:
-    """Yield the mutants of a subject that are tried: in an order that the texts fix, up to `draw` of them."""
+    """Yield the mutants of a subject that are tried: in an order that the lines fix, up to `draw` of them."""
     texts = {module: (ROOT / module).read_text(encoding="utf-8") for module in subject.modules}
-    every = [(module, place) for module, text in texts.items() for place in _operators(module).places(text)]
-    random.Random(" ".join(subject.modules)).shuffle(every)
     keys: set[str] = set()
-    for module, place in every:
+    for module, place in _in_order(texts):
         start, end, replacement = _operators(module).mutate(texts[module], place)
         mutant = _mutant(module, texts[module], start, end, replacement)
-        idle = mutant.before == mutant.after or mutant.before.startswith("@dataclass")  # frozen is for the type checker
-        if not idle and mutant.key not in keys:
+        if mutant.before != mutant.after and mutant.key not in keys:
             keys.add(mutant.key)
             yield mutant
         if len(keys) == subject.draw:
             return
+
+
+def _in_order(texts: Mapping[str, str]) -> list[tuple[str, Any]]:
+    """Return the places of modules by a digest of line and change: an edit elsewhere leaves the others drawn."""
+    ranks: list[tuple[bytes, str, Any]] = []
+    seen: Counter[str] = Counter()
+    for module, text in texts.items():
+        lines = text.splitlines()
+        for number, change, place in _operators(module).places(text):
+            name = f"{module} {_plain(lines[number - 1])} {change}"
+            seen[name] += 1
+            ranks.append((hashlib.sha256(f"{name} {seen[name]}".encode()).digest(), module, place))
+    return [(module, place) for _, module, place in sorted(ranks)]
 
 
 def _operators(module: str) -> Any:
@@ -122,137 +125,97 @@ def _plain(text: str) -> str:
 
 
 class Campaign:
-    """A copy of the tree in which one module at a time is wrong, and the file of results."""
+    """A copy of the tree in which one module at a time is wrong, and the file of results, which is committed."""
 
     def __init__(self) -> None:
-        self._tree, self._file = WORK / "tree", WORK / "results.jsonl"
-        self._baseline_file = WORK / "baseline.json"
-        text = self._baseline_file.read_text(encoding="utf-8") if self._baseline_file.exists() else "{}"
-        self._baselines: dict[str, tuple[list[str], float]] = json.loads(text)
-        self._known = {_key(result) for result in self.results()}
+        self._tree, self._file, self._plain_file = WORK / "tree", RESULTS, WORK / "plain.json"
+        self._plain_runs: dict[str, Any] = _json(self._plain_file)
+        self._results = {result.key: result for result in _results(self._file) if _stands(result)}
+        self._kills = Counter((result.module, result.killer) for result in self._results.values())
         self._copied = False
 
+    @property
     def results(self) -> list[Result]:
-        """Read the file of results."""
-        lines = self._file.read_text(encoding="utf-8").splitlines() if self._file.exists() else []
-        return [Result(**json.loads(line)) for line in lines]
+        """What was tried: the last result of each mutant whose line still stands."""
+        return list(self._results.values())
+
+    def is_open(self, mutant: Mutant) -> bool:
+        """Whether a mutant has no result yet."""
+        return mutant.key not in self._results
 
     def decide(self, subject: Subject, mutant: Mutant) -> None:
-        """Try a mutant that has no result yet."""
-        if mutant.key in self._known:
-            return
-        self._prepare(subject)
+        """Try a mutant."""
+        self._prepare()
+        names, failing, seconds = self._plain(subject)
+        rank = {name: time - 1e6 * self._kills[mutant.module, name] for name, time in names.items()}
         path = self._tree / mutant.module
         text = path.read_text(encoding="utf-8")
-        start = time.monotonic()
-        outcome, killer = "survived", ""
-        for tests in filter(None, (subject.tests, subject.more)):
-            failing, seconds = self._baseline(tests, subject.slow)
-            path.write_text(text[: mutant.start] + mutant.replacement + text[mutant.end :], encoding="utf-8")
-            try:
-                outcome, killer = self._run(tests, [*failing, *subject.slow], seconds * _TWICE + 10)
-            finally:
-                path.write_text(text, encoding="utf-8")
-            if outcome != "survived":
-                break
-        fields = (mutant.module, mutant.line, mutant.before, mutant.after, outcome, killer)
-        self._remember(Result(subject.area, *fields, round(time.monotonic() - start, 1)))
+        path.write_text(text[: mutant.start] + mutant.replacement + text[mutant.end :], encoding="utf-8")
+        try:
+            without = (*failing, *subject.without)
+            done = trial.run(self._tree, subject.tests, WORK, without, rank, seconds * _TWICE + 10)
+        finally:
+            path.write_text(text, encoding="utf-8")
+        last = next((test for test in done.tests if test.failed), None)
+        outcome = {"passed": "survived", "failed": "killed"}.get(done.outcome, done.outcome)
+        if last and last.refused and mutant.module.endswith((".c", ".h")):
+            outcome = "refused"
+        fields = (mutant.module, mutant.line, mutant.before, mutant.after, outcome, last.name if last else "")
+        self._remember(Result(subject.area, *fields, round(done.seconds, 1)))
 
     def _remember(self, result: Result) -> None:
-        self._known.add(_key(result))
+        self._results[result.key] = result
+        self._kills[result.module, result.killer] += 1
         with self._file.open("a", encoding="utf-8") as file:
             file.write(json.dumps(dataclasses.asdict(result)) + "\n")
-        print(f"{result.outcome:9}{result.seconds:6.1f} s  {_key(result)}", file=sys.stderr, flush=True)
+        print(f"{result.outcome:9}{result.seconds:6.1f} s  {result.key}", file=sys.stderr, flush=True)
 
-    def _prepare(self, subject: Subject) -> None:
-        """Copy the tree, once, and load what no mutant of the subject changes."""
-        if not self._copied:
-            shutil.rmtree(self._tree, ignore_errors=True)
-            self._tree.mkdir(parents=True)
-            for name in _COPIED:
-                copy = shutil.copytree if (ROOT / name).is_dir() else shutil.copy
-                copy(ROOT / name, self._tree / name)
-            for name in _LIBRARIES:
-                importlib.import_module(name)
-            sys.path.insert(0, str(self._tree))
-            self._copied = True
-        if not subject.python:
-            for name in _OWN:
-                importlib.import_module(name)
+    def _prepare(self) -> None:
+        """Copy the tree, once, and load the libraries. Two campaigns in one tree would try two mutants at once."""
+        if self._copied:
+            return
+        WORK.mkdir(parents=True, exist_ok=True)
+        self._lock = (WORK / "lock").open("w")
+        try:
+            fcntl.lockf(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)  # not inherited by a trial
+        except OSError:
+            raise SystemExit(f"another campaign runs in {WORK}") from None
+        shutil.rmtree(self._tree, ignore_errors=True)
+        self._tree.mkdir(parents=True)
+        for name in _COPIED:
+            copy = shutil.copytree if (ROOT / name).is_dir() else shutil.copy
+            copy(ROOT / name, self._tree / name)
+        trial.preload()
+        self._copied = True
 
-    def _baseline(self, tests: tuple[str, ...], slow: tuple[str, ...]) -> tuple[list[str], float]:
-        """Return the tests that fail without a mutant, which tell nothing about one, and the seconds of them all."""
-        name = " ".join(tests)
-        if name not in self._baselines:
-            report, start = WORK / "failing", time.monotonic()
-            outcome, _ = self._run(tests, slow, 600, report)
-            failing = report.read_text(encoding="utf-8").split("\n")[:-1]
-            if outcome != "survived" and not failing:
-                raise SystemExit(
-                    f"{outcome} without a mutant:\n{(WORK / 'output').read_text(encoding='utf-8')[-2000:]}"
-                )
-            self._baselines[name] = failing, time.monotonic() - start
-            self._baseline_file.write_text(json.dumps(self._baselines), encoding="utf-8")
-            print(f"{self._baselines[name][1]:.0f} s without a mutant; failing: {failing}", file=sys.stderr, flush=True)
-        return self._baselines[name]
+    def _plain(self, subject: Subject) -> tuple[dict[str, float], list[str], float]:
+        """Return the seconds of each test without a mutant, those that fail, which tell nothing, and the sum.
 
-    def _run(
-        self, tests: tuple[str, ...], skipped: Sequence[str], limit: float, report: Path | None = None
-    ) -> tuple[str, str]:
-        killer = WORK / "killer"
-        killer.unlink(missing_ok=True)
-        process = os.fork()
-        if process == 0:
-            _test(self._tree, tests, skipped, killer, report)
-        outcome, end = "timeout", time.monotonic() + limit
-        while time.monotonic() < end:
-            done, status = os.waitpid(process, os.WNOHANG)
-            if done:
-                outcome = "killed" if status else "survived"
-                break
-            time.sleep(0.02)
-        with contextlib.suppress(ProcessLookupError):
-            os.killpg(process, signal.SIGKILL)
-        if outcome == "timeout":
-            os.waitpid(process, 0)
-        return outcome, killer.read_text(encoding="utf-8").split("\n")[0] if killer.exists() else ""
+        They run once with an empty cache, as every mutant of C does.
+        """
+        name = " ".join(subject.tests)
+        if name not in self._plain_runs:
+            done = trial.run(self._tree, subject.tests, WORK, subject.without)
+            if not done.tests or done.outcome == "timeout":
+                raise SystemExit(f"{done.outcome}: {(WORK / 'output').read_text(encoding='utf-8')[-2000:]}")
+            times = {test.name: test.seconds for test in done.tests}
+            failing = [test.name for test in done.tests if test.failed]
+            self._plain_runs[name] = times, failing, done.seconds
+            self._plain_file.write_text(json.dumps(self._plain_runs), encoding="utf-8")
+            print(f"{done.seconds:.0f} s without a mutant; failing: {failing}", file=sys.stderr, flush=True)
+        times, failing, seconds = self._plain_runs[name]
+        return times, failing, seconds
 
 
-def _key(result: Result) -> str:
-    return f"{result.module}: {result.before} -> {result.after}"
+def _json(path: Path) -> Any:
+    return json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
 
 
-class _Watch:
-    """A pytest plugin that names the tests that fail."""
-
-    def __init__(self, path: Path) -> None:
-        self._path = path
-
-    def pytest_runtest_logreport(self, report: Any) -> None:
-        if report.failed:
-            with self._path.open("a", encoding="utf-8") as file:
-                file.write(report.nodeid + "\n")
+def _stands(result: Result) -> bool:
+    path = ROOT / result.module
+    return path.exists() and result.before in _plain(path.read_text(encoding="utf-8"))
 
 
-def _test(tree: Path, tests: tuple[str, ...], skipped: Sequence[str], killer: Path, report: Path | None) -> NoReturn:
-    """Run in a process of its own: the tests on the tree, up to the first that fails unless all are wanted."""
-    status = 1
-    try:
-        import pytest
-
-        os.setsid()
-        os.chdir(tree)
-        silent = os.open(WORK / "output", os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
-        os.dup2(silent, 1)
-        os.dup2(silent, 2)
-        os.environ |= {"PYTHONPATH": str(tree), "MEHVAR_TEST_CACHE": str(WORK / "cache"), "OPENBLAS_NUM_THREADS": "1"}
-        sys.dont_write_bytecode = True
-        arguments = ["-q", "--assert=plain", "-p", "no:cacheprovider", f"--basetemp={WORK / 'pytest'}", *tests]
-        arguments += [f"--deselect={name}" for name in skipped]
-        if report is None:
-            arguments.append("-x")
-        else:
-            report.write_text("", encoding="utf-8")
-        status = pytest.main(arguments, plugins=[_Watch(report or killer)])
-    finally:
-        os._exit(status)
+def _results(path: Path) -> list[Result]:
+    lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
+    return [Result(**json.loads(line)) for line in lines]

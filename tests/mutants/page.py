@@ -32,17 +32,20 @@ def reasons() -> dict[str, str]:
 
 def _lines(results: Sequence[Result]) -> list[str]:
     drawn = sum(subject.draw for subject in subjects())
-    alive = [result for result in results if result.outcome == "survived"]
-    lines = [f"{len(results)} of {drawn} mutants tried by {datetime.now(UTC):%Y-%m-%d}, {len(alive)} alive.", ""]
-    lines += ["| area | module | tried | killed by a test | by its time | alive |", "|---|---|---|---|---|---|"]
-    for area, module in sorted({(result.area, result.module) for result in results}):
-        count = Counter(result.outcome for result in results if result.module == module)
-        row = (
-            area,
-            f"`{module}`",
-            *(str(n) for n in (count.total(), *(count[k] for k in ("killed", "timeout", "survived")))),
-        )
-        lines.append(f"| {' | '.join(row)} |")
+    tried = [result for result in results if result.outcome != "refused"]  # a compiler needs no test
+    alive = [result for result in tried if result.outcome == "survived"]
+    dead = f"{len(results) - len(tried)} more do not compile"
+    cost = f"{sum(result.seconds for result in results) / max(1, len(results)):.1f} s of a processor each"
+    lines = [
+        f"{len(tried)} of {drawn} mutants tried by {datetime.now(UTC):%Y-%m-%d}, {len(alive)} alive; {dead}; {cost}.",
+        "",
+        "| area | module | tried | killed by a test | by its time | alive |",
+        "|---|---|---|---|---|---|",
+    ]
+    for area, module in sorted({(result.area, result.module) for result in tried}):
+        count = Counter(result.outcome for result in tried if result.module == module)
+        numbers = (count.total(), *(count[outcome] for outcome in ("killed", "timeout", "survived")))
+        lines.append(f"| {area} | `{module}` | {' | '.join(map(str, numbers))} |")
     return [*lines, "", *_survivors(alive, reasons())]
 
 
@@ -51,7 +54,7 @@ def _survivors(alive: Sequence[Result], why: Mapping[str, str]) -> list[str]:
         return ["No survivors."]
     rows = ["| survivor | instead | why it lives |", "|---|---|---|"]
     for result in alive:
-        reason = why.get(f"{result.module}: {result.before} -> {result.after}", "**no reason yet**")
+        reason = why.get(result.key, "**no reason yet**")
         rows.append(f"| `{result.module}` {_code(result.before)} | {_code(result.after)} | {reason} |")
     return rows
 

@@ -8,11 +8,16 @@ needs it importable from one root; this one stands in folders at the top of the 
 
 from __future__ import annotations
 
+import ast
+import functools
+import pickle
 from collections.abc import Iterator
 
 from cosmic_ray.ast import ast_nodes, get_ast
 from cosmic_ray.mutating import MutationVisitor
 from cosmic_ray.plugins import get_operator
+
+Span = tuple[tuple[int, int], tuple[int, int]]
 
 _NAMES = (
     *(f"ReplaceComparisonOperator_{pair}" for pair in (
@@ -28,20 +33,55 @@ _NAMES = (
 )  # fmt: skip
 
 
-def places(text: str) -> Iterator[tuple[str, int]]:
-    """Yield (operator, occurrence) of every mutant of a Python text."""
-    nodes = list(ast_nodes(get_ast(text)))
+def places(text: str) -> Iterator[tuple[int, str, tuple[str, int]]]:
+    """Yield the line, the operator and (operator, occurrence) of every mutant of a Python text."""
+    nodes, closed = list(ast_nodes(get_ast(text))), list(_closed(ast.parse(text)))
     for name in _NAMES:
         operator = get_operator(f"core/{name}")()
-        for occurrence in range(sum(len(list(operator.mutation_positions(node))) for node in nodes)):
-            yield name, occurrence
+        spans = (span for node in nodes for span in operator.mutation_positions(node))
+        for occurrence, (start, end) in enumerate(spans):
+            if not any(first <= start and end <= last for first, last in closed):
+                yield start[0], name, (name, occurrence)
+
+
+def _closed(tree: ast.Module) -> Iterator[Span]:
+    """Yield where a mutant is the same program, or says the same in other words.
+
+    Annotations are not evaluated; a message's text is not what a test holds; whether zip is strict and a dataclass is
+    frozen are checks of our own calls, which no input reaches.
+    """
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Raise) and node.exc:
+            yield from map(_span, _texts(node.exc))
+        elif isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "zip":
+            yield from (_span(keyword.value) for keyword in node.keywords)
+        elif isinstance(node, ast.ClassDef):
+            yield from map(_span, node.decorator_list)
+        for part in (getattr(node, "annotation", None), getattr(node, "returns", None)):
+            if isinstance(part, ast.expr):
+                yield _span(part)
+
+
+def _texts(error: ast.expr) -> Iterator[ast.expr]:
+    """Yield the f-strings of an error that is raised."""
+    return (node for node in ast.walk(error) if isinstance(node, ast.JoinedStr))
+
+
+def _span(node: ast.expr) -> Span:
+    return (node.lineno, node.col_offset), (node.end_lineno or node.lineno, node.end_col_offset or 0)
 
 
 def mutate(text: str, place: tuple[str, int]) -> tuple[int, int, str]:
     """Return (start, end, replacement) of one mutant; the replaced part is a run of whole lines."""
     name, occurrence = place
-    changed = MutationVisitor.mutate_code(text, get_operator(f"core/{name}")(), occurrence)
-    return _difference(text, text if changed is None else changed)
+    visitor = MutationVisitor(occurrence, get_operator(f"core/{name}")())
+    return _difference(text, visitor.walk(pickle.loads(_parsed(text))).get_code())
+
+
+@functools.cache
+def _parsed(text: str) -> bytes:
+    """Return the tree of a text as bytes: a visitor edits a tree, and reading it back takes a tenth of parsing anew."""
+    return pickle.dumps(get_ast(text))
 
 
 def _difference(before: str, after: str) -> tuple[int, int, str]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 import sys
 from collections import Counter
+from collections.abc import Collection, Mapping
 from datetime import UTC, datetime
 
 import pytest
@@ -20,16 +21,53 @@ BEGIN, END = "<!-- table: written by make validate -->\n", "<!-- end of the tabl
 
 
 def main() -> int:
-    """Run the cases and write what they showed; a case that was left out keeps its old row and date."""
+    """Run the cases and write what they showed; a case that was left out keeps its old row and date.
+
+    A case that ends without a result, as when a model refuses its options, has a row that says so.
+    """
     ROWS.unlink(missing_ok=True)
     options = ["-q", "-p", "no:cacheprovider", "-o", "python_files=against_*.py"]
-    status = pytest.main([*options, *sys.argv[1:], str(ROOT / "tests" / "validation")])
-    write(read())
+    ends = _Ends()
+    status = pytest.main([*options, *sys.argv[1:], str(ROOT / "tests" / "validation")], plugins=[ends])
+    complete = not sys.argv[1:] and status in (pytest.ExitCode.OK, pytest.ExitCode.TESTS_FAILED)
+    write(read(), ends.passed, ends.without_result, complete)
     return int(status)
 
 
-def write(rows: list[Row]) -> None:
-    """Put rows into the page, in the place of rows of the same case."""
+class _Ends:
+    """A pytest plugin that tells cases that end without a row from those whose row does not hold."""
+
+    def __init__(self) -> None:
+        self.passed: set[str] = set()
+        self.without_result: dict[str, str] = {}
+        self._broken = 0
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        if report.passed and report.when == "call":
+            self.passed.add(report.nodeid)
+        if report.failed:
+            broken = sum(not row.holds for row in read())
+            if broken == self._broken:
+                self.without_result[report.nodeid] = str(report.longrepr).splitlines()[-1]
+            self._broken = broken
+
+
+def write(
+    rows: list[Row], passed: Collection[str] = (), without_result: Mapping[str, str] = {}, complete: bool = False
+) -> None:
+    """Put rows into the page, in the place of rows of the same case, or of all.
+
+    Parameters
+    ----------
+    rows : list of Row
+        What the cases showed.
+    passed : collection of str
+        Tests that passed: an old row that says that one ended without a result goes.
+    without_result : mapping
+        Tests that ended otherwise, and how.
+    complete : bool
+        Whether all cases ran: old rows are of cases that are no more, or that end without a result now.
+    """
     text = PAGE.read_text(encoding="utf-8")
     head, rest = text.split(BEGIN)
     table, tail = rest.split(END)
@@ -37,7 +75,12 @@ def write(rows: list[Row]) -> None:
         _case(line): line for line in table.splitlines() if line.startswith("| ") and not line.startswith("| case ")
     }
     today = f"{datetime.now(UTC):%Y-%m-%d}"
+    lines = {} if complete else {case: line for case, line in lines.items() if case not in passed}
     lines |= {row.case: _line(row, today) for row in rows}
+    for name, reason in without_result.items():
+        lines[name] = (
+            f"| {name} | none | none | 0 | none | none | none | ended without a result: {reason} | {today} | **no** |"
+        )
     kept = sorted(lines.values(), key=lambda line: (line.split(" | ")[1], _natural(line)))
     verdicts = Counter("holds" if line.endswith(" yes |") else "fails" for line in kept)
     title = (

@@ -43,7 +43,7 @@ def test_one_tick_is_one_step_of_scipy(name: str) -> None:
         errors,
         12 * len(errors) * EPS,
         "of the state or 1",
-        "rounding of twelve stages a step",
+        "allowed: a rounding for each of the twelve stages of a step",
     )
 
 

@@ -64,4 +64,6 @@ def record(case: str, reference: str, version: str, errors: ArrayLike, bound: fl
 
 def read() -> list[Row]:
     """Return the rows of the last run."""
+    if not ROWS.exists():
+        return []
     return [Row(**json.loads(line)) for line in ROWS.read_text(encoding="utf-8").splitlines()]

@@ -66,7 +66,7 @@ def compiled(model: str) -> Model:
 
 def with_settings(model: Model, request: BoardRequest, settings: Sequence[str] | None) -> BoardRequest:
     """Return the request with the settings of `--set` in it."""
-    values = read_values(settings)
+    values = read_values(settings, model.manifest)
     parameters, options = split_settings(values, model.manifest.choices, "board", "--set")
     return replace(request, parameters=parameters, options=options)
 

@@ -6,6 +6,7 @@ from __future__ import annotations
 from ...paper import Names, Paper
 from ...system import System
 from . import design, identification, motion, numbers
+from .errata import ERRATA
 from .identification import Estimator
 from .loop import SampledLoop
 from .numbers import Numbers
@@ -14,8 +15,8 @@ from .symbols import Motion
 NUMBERS = 50
 """The equations are numbered from 1 to this."""
 _NOTE = (
-    "The text at hand was read by a machine and lacks the figures. Whether a misprint is the paper's or was made in "
-    "reading it cannot be told."
+    "The paper was read from a scan by a machine, and its figures are lost. Whether an error is the scan's or the "
+    "paper's is judged by the formulas around it; the printed volume can decide otherwise."
 )
 
 
@@ -41,4 +42,4 @@ def paper(system: System) -> Paper:
         *numbers.design(c, v),
         *numbers.runs(c, v),
     )
-    return Paper(system.source, NUMBERS, names, entries, _NOTE)
+    return Paper(system.source, NUMBERS, names, entries, _NOTE, ERRATA)

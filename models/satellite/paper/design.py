@@ -11,8 +11,8 @@ from ...paper import Case, Printed, Relation, printed
 from .loop import DELAYS, SampledLoop
 
 _OPEN = (
-    "n is defined nowhere, and the same letter ends (19), (23) and (24), whose orders differ: 2, d - 1 and 1 here. "
-    "Coefficients beyond the order are left free, since nothing says that they vanish."
+    "The orders of (19), (23) and (24) are 2, d - 1 and 1 here. Coefficients beyond the order are left free, since "
+    "nothing says that they vanish."
 )
 
 
@@ -185,7 +185,7 @@ def offset(c: SampledLoop) -> Printed:
             cases=tuple(c.along.values()),
             says="the law that does this, against (32)",
         ),
-        note="(32) has no d(k): as printed it leaves C2 e = S(1) d. The offset that is estimated must be taken off.",
+        note="As printed (32) leaves C2 e = S(1) d.",
     )
 
 
@@ -207,6 +207,5 @@ def _parameters(c: SampledLoop) -> Printed:
             )
             for d in reversed(DELAYS)
         ),
-        note="The last weight of the torques and the first of the angles are two entries, not a sum: b_n_B s_(d-1), "
-        "t_0. The index n_s of b must be n_B: n_s is the order of S.",
+        note="n_s is the order of S.",
     )

@@ -195,6 +195,5 @@ def linear(m: Motion) -> Iterator[Printed]:
         Relation(m.x_dot, m.A_c * m.x + m.B_c * m.u_c),
         Relation(m.y_c, m.C_c * m.x),
         Relation(m.x, sp.Matrix([*angles, *angles]), corrected=sp.Matrix([*angles, *m.small_rate]), says="x of (11)"),
-        note="A and B are not printed; these have (8)-(10) with second derivatives. The last three entries of x lack "
-        "their dots.",
+        note="A and B are not printed; these have (8)-(10) with second derivatives.",
     )

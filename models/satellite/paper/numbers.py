@@ -181,8 +181,8 @@ def sampled(c: SampledLoop, v: Numbers) -> Iterator[Printed]:
                 within=2 * _UNIT,
                 says="within one unit of the last digit of each coefficient",
             ),
-            note="b_0 = b_1 = T_s^2/(2 I), of which the printed b_1 are the first digits. Every way to sample keeps "
-            "B(1) = T_s^2/I; the printed b_0 are 5.2 to 7.5 times too large, and not in proportion to 1/I.",
+            note="b_0 = b_1 = T_s^2/(2 I), of which the printed b_1 are the first digits; the printed b_0 are 5.2 to "
+            "7.5 times too large, and not in proportion to 1/I.",
         )
 
 
@@ -228,8 +228,7 @@ def design(c: SampledLoop, v: Numbers) -> Iterator[Printed]:
             cases=(two,),
             says="(48) with d = 2",
         ),
-        note="(47) and (48), the only design that is printed, are for d = 1. S for d = 2 has its root at -1.998: "
-        "the law is unstable by itself.",
+        note="S for d = 2 has its root at -1.998: the law is unstable by itself.",
     )
 
 
@@ -241,7 +240,7 @@ def runs(c: SampledLoop, v: Numbers) -> Iterator[Printed]:
         "statement",
         Relation(v.sent, 72 * v.bit, corrected=72 * v.byte, says="to the board, in bits"),
         Relation(v.received, 12 * v.bit, corrected=12 * v.byte, says="back, in bits"),
-        note="Three torques do not go into 12 bits. 12 bytes are three numbers of single precision; 72 bytes are "
+        note="12 bytes are three numbers of single precision; 72 bytes are "
         "18, and the law (32) with d = 1 needs six for an axis: y_m(k+1), y_m(k), y_m(k-1), y(k), y(k-1), u(k-1). "
         "The paper does not say what is sent: this is likely, no more.",
     )
@@ -261,7 +260,7 @@ def runs(c: SampledLoop, v: Numbers) -> Iterator[Printed]:
         ),
         Relation(v.Ts, 1 / (10 * r("0.2") * v.hertz), says="shortest period: that of 0.2 Hz"),
         Relation(v.Ts, r("0.5")),
-        note='"Least" should read "greatest". That the fastest oscillation has 0.2 Hz is not explained.',
+        note="That the fastest oscillation has 0.2 Hz is not explained.",
     )
     degree = v.degree
     yield printed(

@@ -8,6 +8,7 @@ from ...system import System
 from .angles import pendulums
 from .balances import acceleration, forces, moments
 from .energy import energy, laws_of_motion
+from .errata import ERRATA
 from .laws import Laws, candidates, control
 from .numbers import Numbers, simulation, tables
 from .reduced import equilibrium, reduced
@@ -16,10 +17,10 @@ from .symbols import Spacecraft
 NUMBERS = 36
 """The equations are numbered from 1 to this."""
 _NOTE = (
-    "The text at hand was read by a machine and lacks the figures; dots of time derivatives and closing brackets are "
-    "lost in places. Whether a misprint is the paper's or was made in reading it cannot be told. The paper prints "
-    "theta_1 both for an attitude angle and for the azimuth of pendulum 1; the attitude angles are written vartheta "
-    "here, as in (18)."
+    "The paper was read from a scan by a machine, and its figures are lost. Whether an error is the scan's or the "
+    "paper's is judged by the formulas around it; the printed volume can decide otherwise."
+    " The paper prints theta_1 both for an attitude angle and for the azimuth of pendulum 1; the attitude angles are "
+    "written vartheta here, as in (18)."
 )
 
 
@@ -42,4 +43,4 @@ def paper(system: System) -> Paper:
         *tables(s, law, numbers),
         *simulation(s, law, numbers),
     )
-    return Paper(system.source, NUMBERS, names, entries, _NOTE)
+    return Paper(system.source, NUMBERS, names, entries, _NOTE, ERRATA)

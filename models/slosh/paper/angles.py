@@ -12,7 +12,7 @@ from ...paper import Case, Printed, Relation, printed
 from .symbols import Spacecraft
 from .terms import Shorthand
 
-_SHORT = "Printed in short, as (12)-(14). The differences listed stand inside the factor m_i l_i."
+_SHORT = "Printed in short, as (12)-(14)."
 
 
 def phi_bracket(s: Spacecraft, turn: Expr, second: Expr) -> Expr:
@@ -52,34 +52,40 @@ def theta_bracket(s: Spacecraft) -> Expr:
     )
 
 
-def corrected_phi(s: Spacecraft) -> Expr:
-    """Return what l_i should multiply in (25): V' + Omega x V in place of what is left of it, and the lost terms."""
+def corrected_phi(s: Spacecraft, second: Expr) -> Expr:
+    """Return what l_i should multiply in (15) and (25), in the printed order: what is right, then what is lost."""
     i, t, (W1, W2, W3) = s.i, Shorthand(s.i), s.w
-    (_, W2d, W3d), (ax, ay, az) = s.w_dot, s.a_spelled
-    along = W2 * t.S + W3 * t.C
+    (_, W2d, W3d), (vxd, vyd, vzd), (vx, vy, vz) = s.w_dot, s.v_dot, s.v
+    along, across, reach = W2 * t.S + W3 * t.C, W2 * t.C - W3 * t.S, i.h - i.l * t.c
     return (
-        t.s * ax
-        + t.cS * ay
-        + t.cC * az
-        + (i.l - i.h * t.c) * (t.C * W2d - t.S * W3d)
-        - i.l * t.s * t.c * i.theta_dot**2
-        + 2 * i.l * t.s * i.theta_dot * (t.c * W1 - t.s * along)
-        - i.h * t.s * (W2**2 + W3**2)
-        + i.h * t.c * W1 * along
-        + i.l * (t.s * t.c * (along**2 - W1**2) + (1 - 2 * t.c**2) * W1 * along)
+        t.s * (vxd + second - i.l * i.theta_dot**2 * t.c)
+        + t.cS * (W3d * reach + vyd)
+        + t.cC * (-W2d * reach + vzd)
+        - (W3**2 + W2**2) * t.s * reach
+        + vy * (-W3 * t.s + W1 * t.cC)
+        + vz * (W2 * t.s - W1 * t.cS)
+        + vx * (W3 * t.cS - W2 * t.cC)
+        + i.l * t.s**2 * (W2d * t.C - W3d * t.S)
+        + 2 * i.l * i.theta_dot * t.s * (W1 * t.c - t.s * along)
+        - i.l * t.s * t.c * across**2
+        + W1 * t.c * reach * along
+        + i.l * t.s**2 * W1 * along
+        - i.l * t.s * t.c * W1**2
     )
 
 
 def corrected_theta(s: Spacecraft) -> Expr:
-    """Return what l_i should multiply in (26)."""
+    """Return what l_i should multiply in (16) and (26), in the printed order: what is right, then what is lost."""
     i, t, (W1, W2, W3) = s.i, Shorthand(s.i), s.w
-    (W1d, W2d, W3d), (_, ay, az) = s.w_dot, s.a_spelled
+    (W1d, W2d, W3d), (_, vyd, vzd), (vx, vy, vz) = s.w_dot, s.v_dot, s.v
     along, across, reach = W2 * t.S + W3 * t.C, W2 * t.C - W3 * t.S, i.h - i.l * t.c
     return (
-        t.sC * ay
-        - t.sS * az
+        t.sC * (W3d * reach + vyd)
+        + t.sS * (W2d * reach - vzd)
+        + vx * (W3 * t.sC + W2 * t.sS)
+        - vy * W1 * t.sS
+        - vz * W1 * t.sC
         - i.l * t.s**2 * W1d
-        + t.s * reach * (t.S * W2d + t.C * W3d)
         + 2 * i.l * t.s * t.c * i.phi_dot * i.theta_dot
         + 2 * i.l * t.s * i.phi_dot * (t.s * along - t.c * W1)
         + t.s * reach * W1 * across
@@ -96,7 +102,9 @@ def pendulums(s: Spacecraft) -> Iterator[Printed]:
         "phi_i",
         s,
         phi + i.I * (i.phi_ddot + s.w_dot[0]) - i.eps * i.phi_dot,
-        i.m * (i.l * (corrected_phi(s) + i.l * i.phi_ddot)) + i.I * (i.phi_ddot + s.w_dot[0]) + i.eps * i.phi_dot,
+        i.m * (i.l * (corrected_phi(s, i.l * i.phi_ddot * t.s) + i.l * i.phi_ddot * t.c**2))
+        + i.I * (i.phi_ddot + s.w_dot[0])
+        + i.eps * i.phi_dot,
         0,
     )
     theta = i.m * (i.l * theta_bracket(s))

@@ -14,10 +14,7 @@ from .symbols import Spacecraft
 from .terms import Shorthand
 
 _MISSING = "One closing bracket is missing in print; "
-_SHORT = (
-    "Printed in short; the paper says that its simulations took the equations in complete form. The differences "
-    "of a pendulum's terms are listed as they stand inside the factor m_i."
-)
+_SHORT = "Printed in short; the paper says that its simulations took the equations in complete form."
 
 
 def forces(s: Spacecraft) -> Iterator[Printed]:
@@ -33,7 +30,6 @@ def forces(s: Spacecraft) -> Iterator[Printed]:
         "balance of forces along z",
         _along_z(s, -s.F * sin(d1) * cos(d2), True),
         _along_z(s, -s.F * sin(d1) * cos(d2), False),
-        "A line is lost after theta'^2: two terms run into one product.",
     )
 
 

@@ -105,8 +105,7 @@ def candidates(s: Spacecraft, law: Laws) -> Iterator[Printed]:
             "27",
             "Lyapunov function with the pendulums",
             "definition",
-            note="V_1 is the authors' choice, but with the printed products (29) does not follow, which they state. "
-            "The products cancel the coupling of the pendulums' rates to Omega' only with the factors of (25), (26).",
+            note="V_1 is the authors' choice, but they state (29), which does not follow from it.",
         )
         .reading(
             "I_i moments of inertia",
@@ -267,7 +266,6 @@ def control(s: Spacecraft, law: Laws) -> Iterator[Printed]:
 
 
 def _inputs(number: int, name: str, s: Spacecraft, law: Laws, v: Symbols) -> Iterator[Printed]:
-    note = "With positive w the printed sign makes the derivative grow."
     w, u, cases = law.w, law.u, (v.demand,)
     _, b, c = v.ABC
     yield printed(
@@ -275,14 +273,12 @@ def _inputs(number: int, name: str, s: Spacecraft, law: Laws, v: Symbols) -> Ite
         f"input u_1 from {name}",
         "equation",
         Relation(u[0], w[1] * b, corrected=-w[1] * b, cases=cases),
-        note=note,
     )
     yield printed(
         str(number + 1),
         f"input u_2 from {name}",
         "equation",
         Relation(u[1], w[2] * c, corrected=-w[2] * c, cases=cases),
-        note=note,
     )
     gained = sp.ImmutableMatrix([v.g[k] + w[3 + k] * s.w[k] for k in range(3)])
     yield printed(

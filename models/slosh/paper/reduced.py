@@ -110,6 +110,6 @@ def _corrected(s: Spacecraft) -> tuple[Expr, Expr]:
     """Write the corrected (25), (26) with the factors that the printed ones have or lack."""
     i, t = s.i, Shorthand(s.i)
     (W1d, _, W3d), inertia = s.w_dot, i.m * i.l**2
-    phi = i.l * corrected_phi(s) + i.I * W1d / i.m + i.eps * i.phi_dot / i.m
+    phi = i.l * corrected_phi(s, sp.S.Zero) + i.I * W1d / i.m + i.eps * i.phi_dot / i.m
     theta = i.l * corrected_theta(s) + i.I * W3d / i.m + i.eps * i.theta_dot / i.m
     return -i.m / (inertia + i.I) * phi, -i.m / (inertia * t.s**2 + i.I) * theta

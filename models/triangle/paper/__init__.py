@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from ...paper import Names, Paper
 from ...system import System
+from .errata import ERRATA
 from .forms import Forms, forms
 from .kinematics import equal_masses, momentum, placing, rods, table
 from .laws import Path, Shifted, Sliding
@@ -16,8 +17,8 @@ from .symbols import Kinematics
 NUMBERS = 53
 """The equations are numbered from 1 to this; (52) is printed twice, on two lines of one equation."""
 _NOTE = (
-    "The text at hand was read by a machine and lacks the figures. Whether a misprint is the paper's or was made in "
-    "reading it cannot be told."
+    "The paper was read from a scan by a machine, and its figures are lost. Whether an error is the scan's or the "
+    "paper's is judged by the formulas around it; the printed volume can decide otherwise."
 )
 
 
@@ -44,4 +45,4 @@ def paper(system: System) -> Paper:
         *stability(t, p),
         *runs(system, names, k, t, s),
     )
-    return Paper(system.source, NUMBERS, names, entries, _NOTE)
+    return Paper(system.source, NUMBERS, names, entries, _NOTE, ERRATA)

@@ -104,7 +104,6 @@ def momentum(k: Kinematics) -> Iterator[Printed]:
             cases=vertices,
             says="(a x b)_3 = a^T J b with a = X_i and b its velocity",
         ),
-        note="(10) has the minus sign.",
     )
     spin = k.theta_dot * k.S * k.S - k.S * k.J * k.S_dot
     yield printed(
@@ -124,7 +123,6 @@ def momentum(k: Kinematics) -> Iterator[Printed]:
         "condition",
         Relation(k.m_bar, moments, corrected_left=k.m_bar / 2 * k.I),
         Relation(moments, k.m_bar / 2 * k.I),
-        note='The leading "m-bar =" is misplaced: the words after the formula say that m-bar is the mean mass.',
     )
     balance = k.I_bar * k.theta_dot + k.t_s
     yield printed(
@@ -134,7 +132,7 @@ def momentum(k: Kinematics) -> Iterator[Printed]:
         Relation(k.H / k.mass, balance, corrected_left=k.H / k.m_bar),
         Relation(k.I_bar, sp.Trace(k.S * k.S) / 2),
         Relation(k.t_s, sp.Trace(k.S_dot * k.J * k.S) / 2),
-        note="The left side lacks the bar of the mean mass; m alone is not defined.",
+        note="m alone is not defined.",
     )
     yield printed(
         "12",
@@ -163,7 +161,6 @@ def equal_masses(k: Kinematics) -> Iterator[Printed]:
             corrected_left=_sum(k.x[i] * k.x[i].T for i in k.x),
             cases=(k.equal,),
         ),
-        note="With one mass for all, the condition before (11) is divided by it.",
     )
     yield printed(
         "14",
@@ -250,7 +247,6 @@ def table(k: Kinematics) -> Iterator[Printed]:
         Relation(p3, unit * sp.sin(phi + third)),
         Relation(k.d_0**2, mu / 3 * (1 - rho**2)),
         Relation(rho**2, HALF, "<="),
-        note="Printed as a sum; a number cannot be added to a square of lengths: it is a product.",
     )
     angle = sp.asin(sp.Rational(3, 2) * p1 / (rho * sp.sqrt(mu)))
     yield printed(
@@ -308,8 +304,7 @@ def rods(k: Kinematics) -> Iterator[Printed]:
         "rod rates",
         "equation",
         Relation(k.u_i, growth + along + across, corrected=growth + along - across, cases=each),
-        note="Differentiating (20) gives a minus before the last term. The definitions of w_1, w_2, w_3 and u_i in "
-        "the sentence before it are run together.",
+        note="The definitions of w_1, w_2, w_3 and u_i in the sentence before it are run together.",
     )
     yield printed(
         "23",

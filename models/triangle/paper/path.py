@@ -54,7 +54,7 @@ def arcs(t: Shifted, p: Path) -> Iterator[Printed]:
         "equation",
         Relation(-p.theta, scale * misread, corrected=scale * bracket, cases=p.sides),
         Relation(-p.theta, ours * misread, corrected=ours * bracket, cases=p.sides),
-        note="Printed a is alpha, the sign of theta~_1; a is rho_f.",
+        note="alpha is the sign of theta~_1.",
     )
     yield printed(
         "text after (41)",
@@ -66,8 +66,7 @@ def arcs(t: Shifted, p: Path) -> Iterator[Printed]:
             corrected_left=p.phi_end - p.phi_star,
             cases=p.sides,
         ),
-        note="With the printed order the arc would add to the attitude error. A line from right to left may have "
-        "turned the difference round.",
+        note="With the order that was read the arc would add to the attitude error.",
     )
     ratio = 2 * sp.Abs(p.theta) / p.rho**2
     yield printed(
@@ -81,9 +80,9 @@ def arcs(t: Shifted, p: Path) -> Iterator[Printed]:
         "text after (42)",
         "range of xi",
         "condition",
-        Relation(sp.pi, xi, "<=", corrected_left=-sp.pi),
-        Relation(xi, -sp.pi, "<", corrected=sp.pi),
-        note="Printed pi <= xi < -pi, read from right to left: -pi < xi <= pi. K falls from infinity to 0 there.",
+        Relation(sp.pi, xi, "<=", corrected_left=xi, corrected=sp.pi),
+        Relation(xi, -sp.pi, "<", corrected_left=-sp.pi, corrected=xi),
+        note="K falls from infinity to 0 where -pi < xi <= pi.",
     )
     yield printed(
         "43",
@@ -98,7 +97,7 @@ def arcs(t: Shifted, p: Path) -> Iterator[Printed]:
             "a chain: v_1 = -A alpha sin(...) v_2 = rho~_1 alpha tan(xi/2)",
             _along(p, t, -p.A * alpha * sp.sin(alpha * (p.phi - p.phi_star)) * t.v2),
             _along(p, t, p.rho * alpha * sp.tan(xi / 2), p.rho * alpha * sp.tan(xi / 2) * t.v2),
-            why="v_2 is lost at the end.",
+            why="The form of (46).",
         )
         .reading(
             "two equations: v_1 = -A alpha sin(...) and v_2 = rho~_1 alpha tan(xi/2)",
@@ -196,7 +195,6 @@ def stability(t: Shifted, p: Path) -> Iterator[Printed]:
         Relation(p.V_dot, first, corrected=first * factor, cases=cases),
         Relation(p.V_dot, second, corrected=second * factor, cases=cases),
         Relation(p.V_dot, sp.S.Zero, "<=", cases=cases),
-        note="phi~' of (46) contains cos(xi/2); it is not negative, so the conclusion stands.",
     )
     at_origin = tuple({**case, t.theta: p.size, t.rho: sp.S.Zero} for case in cases)
     no_error = tuple({**case, t.theta: sp.S.Zero} for case in cases)

@@ -23,7 +23,6 @@ def runs(system: System, names: Names, k: Kinematics, t: Shifted, s: Sliding) ->
         "radius of the largest circle",
         "data",
         Relation(s.R, sp.Rational(65, 100) * metre, corrected=sp.Rational(65, 100), cases=({s.R: chosen[s.R]},)),
-        note="Printed with the unit m; rho has none.",
     )
     k_path = names.derived("k_path", r"k_\varphi", default(path, "k_phi"), text="k_phi")
     yield (
@@ -51,8 +50,7 @@ def runs(system: System, names: Names, k: Kinematics, t: Shifted, s: Sliding) ->
         Relation(s.m, sp.Integer(3), cases=(chosen,)),
         Relation(s.theta_star, 4 * sp.pi / 180, corrected=sp.Integer(4), cases=(star,)),
         Relation(s.eta, s.k_phi * s.R / s.m, cases=({s.eta: default(sliding, "eta_rho")},)),
-        note="theta* is printed in degrees; after (31) it is 4 > pi, and the initial error of 1 rad would exceed 4 "
-        "degrees.",
+        note="The initial error of 1 rad would exceed 4 degrees.",
     )
     margin = names.family("l_a + l_b - l_c", r"l_a + l_b - l_c")
     yield (
@@ -60,7 +58,7 @@ def runs(system: System, names: Names, k: Kinematics, t: Shifted, s: Sliding) ->
             "section 4, rod lengths",
             "initial and final rods",
             "data",
-            note="The digits are garbled, and one of the six is missing. The lengths are scenario parameters.",
+            note="The lengths are scenario parameters.",
         )
         .reading(
             "0.2, 0.2, 0.3 m and 0.3, 0.3, 0.5 m",
@@ -90,7 +88,7 @@ def runs(system: System, names: Names, k: Kinematics, t: Shifted, s: Sliding) ->
         Relation(limit, sp.Rational(5, 100)),
         Relation(k.mu, k.w3, corrected_left=k.mu_dot, cases=(size,)),
         Relation(k.w3, sp.Min(sp.Abs(rate), limit) * sp.sign(rate), cases=(size,)),
-        note="The number is printed twice, and the dot over mu is lost before w_3.",
+        note="The number is printed twice.",
     )
     yield printed(
         "text after (52)",
@@ -119,9 +117,13 @@ def runs(system: System, names: Names, k: Kinematics, t: Shifted, s: Sliding) ->
         "53",
         "disturbance",
         "equation",
-        Relation(k.theta_dot, -k.t_s / k.I_bar + drift, cases=({k.theta_dot: disturbed},)),
-        note="The superscript of t and the bar of I are garbled; (12) has them. The text says that d is added to "
-        "(12); it is added to theta' that (12) gives. d = 0.001 rad/s.",
+        Relation(
+            k.theta_dot,
+            -k.t_read / k.I_read + drift,
+            corrected=-k.t_s / k.I_bar + drift,
+            cases=({k.theta_dot: disturbed},),
+        ),
+        note="The text says that d is added to (12); it is added to theta' that (12) gives. d = 0.001 rad/s.",
     )
 
 

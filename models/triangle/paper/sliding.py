@@ -57,8 +57,7 @@ def shift(k: Kinematics, t: Shifted) -> Iterator[Printed]:
             corrected=error + t.a * rho_0 * sp.sin(phi_0),
             cases=chart,
         ),
-        note="theta' is twice the area swept per second, so the triangle under the path counts twice. The formula "
-        "holds at every instant.",
+        note="The formula holds at every instant.",
     )
 
 
@@ -130,7 +129,6 @@ def surface(k: Kinematics, t: Shifted, s: Sliding) -> Iterator[Printed]:
         Relation(s.s_dot, t.rho_dot + s.f * s.h * drift * t.phi_dot),
         Relation(s.h, along + root),
         Relation(s.h, slope, corrected_left=s.g),
-        note="The last line defines g, which the line before it uses; it prints h once more.",
     )
     yield printed(
         "33",
@@ -172,8 +170,8 @@ def control(t: Shifted, s: Sliding) -> Iterator[Printed]:
             corrected_left=t.theta_dot,
             corrected=t.rho**2 * t.phi_dot,
         ),
-        note="phi~ and theta~ are exchanged, here and in the sentence before (37); (26) has them right. For the "
-        "same reason the condition for convergence is phi~' sgn(theta~) < 0: the dot is missing.",
+        note="They are exchanged in the sentence before (37) too. For the same reason the condition for convergence "
+        "is phi~' sgn(theta~) < 0: the dot is missing.",
     )
     yield printed(
         "text before (36), slope of f",
@@ -218,7 +216,7 @@ def control(t: Shifted, s: Sliding) -> Iterator[Printed]:
             corrected=s.h * (s.g * side * (s.f**s.m * s.sigma) - s.sigma * t.rho**2 / (s.m * s.theta_star)),
             says="bounded terms f^m sigma and sigma^2 rho~ make rho~' bounded",
         ),
-        note="The square belongs to rho~. The sentence names rho~' and phi~' the other way round.",
+        note="The sentence names rho~' and phi~' the other way round.",
     )
     ratio = t.rho / s.h
     yield printed(
@@ -274,7 +272,7 @@ def bound(k: Kinematics, t: Shifted, s: Sliding) -> Iterator[Printed]:
         on_circle(grouped),
         on_circle(third, third_right),
         on_circle(fourth),
-        note="For |theta~| < theta*, where f < 1. One theta lacks its tilde.",
+        note="For |theta~| < theta*, where f < 1.",
     )
     yield printed(
         "text before (39)",

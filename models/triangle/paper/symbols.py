@@ -143,6 +143,8 @@ class Kinematics:
         inertia, shape_term = (follow(shown[left], {}, {**self._cut, **rate}) for left in (r"\bar I", "t_s"))
         self.I_bar = names.derived("I_bar", r"\bar I", inertia, positive=True)
         self.t_s = names.derived("t_s", "t^{ss}", shape_term)
+        self.I_read = names.free("I_read", "1/10", 4, latex="I", text="I")
+        self.t_read = names.free("t_read", -2, 2, latex=r"t^{\ddot S S}", text="t^SS_ddot")
 
     def _table(self, names: Names) -> None:
         """Symbols of Table 1. What the paper only defines (c_i, p_i) means its definition; S, rho and phi test it."""

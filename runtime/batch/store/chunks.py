@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from zarr.storage import LocalStore, WrapperStore
 
+from .places import make_place
 from .records import CURE, STORE, DamageError, Record, block_record, digest, read_record
 
 if TYPE_CHECKING:
@@ -73,6 +74,7 @@ class Chunks(WrapperStore[LocalStore]):
 
     async def set(self, key: str, value: Buffer) -> None:
         """Write a file, and keep its digest."""
+        make_place(self.root, key)
         self.digests[key] = digest(value.as_buffer_like())
         await super().set(key, value)
 

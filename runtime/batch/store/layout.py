@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import json
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -13,16 +12,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .records import STORE, Record, digest, file_digest
+from .attributes import NAMES, batch_hash
+from .records import FORMAT, STORE, Record, file_digest
 
 if TYPE_CHECKING:
     import zarr
 
 STATUS = "status"
 NOT_RUN = 255
-FORMAT = 2
-GIVEN = ("mehvar_batch", "variables")
-"""Attributes that every store has: its format, and the names of its variables."""
 _LARGEST_CHUNK = 2**22
 """Bytes of a chunk of series, which is held in memory and compressed whole: half as many make twice the files, and a
 reader of a few samples decompresses half as much."""
@@ -78,7 +75,7 @@ class Layout:
     @property
     def batch(self) -> str:
         """A hash of the identity, which every record holds."""
-        return digest(json.dumps([self.identity, self.chunk], sort_keys=True).encode())
+        return batch_hash(self.identity, self.chunk)
 
     def about(self, **more: Any) -> dict[str, Any]:
         """Return what every record says: of which batch, and how many runs a block has."""
@@ -89,7 +86,7 @@ class Layout:
         import zarr
 
         names = [variable.name for variable in self.variables]
-        attributes = {**dict(zip(GIVEN, (FORMAT, names), strict=True)), **self.attributes, **self.identity}
+        attributes = {**dict(zip(NAMES, (FORMAT, names), strict=True)), **self.attributes, **self.identity}
         group = zarr.create_group(target, zarr_format=3, attributes=attributes)
         for variable in self.variables:
             _array(group, variable, self.n, self.chunk)

@@ -9,7 +9,11 @@ from pathlib import Path
 
 from mehvar.errors import InputError
 
+from .places import make_place
+
 FILE = "lock"
+_PLAIN = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
+"""A lock is emptied and written: not what a link leads to, and a pipe keeps nobody waiting."""
 _LONGEST = 256
 """Bytes of a file that names a process; a name of a host has 255 at most, and more than a line of it tells nobody."""
 
@@ -59,7 +63,7 @@ class Lock:
 def holder(folder: Path) -> str | None:
     """Return who is writing into a folder; None if nobody is."""
     try:
-        handle = os.open(folder / FILE, os.O_RDWR)
+        handle = os.open(folder / FILE, os.O_RDONLY | _PLAIN)
     except OSError:
         return None
     try:
@@ -69,8 +73,9 @@ def holder(folder: Path) -> str | None:
 
 
 def _locked(place: Path, name: str) -> int:
+    make_place(place.parent, place.name)
     while True:
-        handle = os.open(place, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o666)
+        handle = os.open(place, os.O_RDWR | os.O_CREAT | os.O_APPEND | _PLAIN, 0o666)
         if not _lock(handle):
             writer = _name(handle)
             os.close(handle)

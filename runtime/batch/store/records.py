@@ -18,8 +18,13 @@ from typing import Any
 
 from mehvar.errors import InputError
 
+from .places import make_place
+
 FOLDER = "records"
 STORE, END = f"{FOLDER}/store.json", f"{FOLDER}/end.json"
+ROOT = "zarr.json"
+"""Of the group, with the attributes."""
+FORMAT = 2
 PARTIAL = ".partial"
 """Ending of a file that is being written, as Zarr has it."""
 _SELF = "sha256"
@@ -73,25 +78,57 @@ def file_digest(path: Path) -> str | None:
 
 
 def read_record(path: Path) -> Record | None:
-    """Return a record; None if there is no file, or it is not the one that was written."""
+    """Return a record; None if there is no file, or it is not one that was written."""
     try:
-        content = path.read_bytes()
+        content = path.read_bytes() if path.is_file() else b""
         facts = json.loads(content)
         record = Record(facts["about"], facts["files"])
         inside = all(PurePosixPath(name).is_relative_to(".") and ".." not in name.split("/") for name in record.digests)
-        return record if inside and record.content() == content else None
+        return record if inside and _is_about_a_store(record.about) and record.content() == content else None
     except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError):
         return None
 
 
+def check_format(path: Path) -> None:
+    """Refuse a record of another version, whatever else is in it.
+
+    Raises
+    ------
+    InputError
+        The message names its format.
+    """
+    try:
+        number = json.loads(path.read_bytes())["about"]["format"] if path.is_file() else FORMAT
+    except (OSError, ValueError, LookupError, TypeError, RecursionError):
+        return
+    if number != FORMAT:
+        raise InputError(f"{path.parent.parent} is a batch store of another version: its format is {number!r}")
+
+
+def _is_about_a_store(about: Mapping[str, Any]) -> bool:
+    """Whether what a record says has the kinds that `Layout.about` writes: of the store and the end, or of a block."""
+    own = ("block", "first", "last") if "block" in about else ("runs",)
+    counts = {name: about[name] for name in ("format", "chunk", *own)}
+    refusals = about.get("refusals", {})
+    return (
+        all(type(value) is int and value >= 0 for value in counts.values())
+        and counts["format"] == FORMAT
+        and counts["chunk"] > 0
+        and type(about["batch"]) is str
+        and all(run.isdigit() and type(text) is str for run, text in refusals.items())
+    )
+
+
 def write_record(folder: Path, name: str, record: Record) -> None:
     """Write a record, and return when it is on the disk."""
-    replace_file(folder / name, record.content())
+    replace_file(folder, name, record.content())
     force([(folder / name).parent])
 
 
-def replace_file(path: Path, content: bytes) -> None:
-    """Put a whole file into its place; its bytes are on the disk before its name is."""
+def replace_file(folder: Path, name: str, content: bytes) -> None:
+    """Put a whole file into its place in a store; its bytes are on the disk before its name is."""
+    path = folder / name
+    make_place(folder, name)
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(f"{path.name}.{secrets.token_hex(8)}{PARTIAL}")
     with temporary.open("wb") as file:

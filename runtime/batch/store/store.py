@@ -26,16 +26,21 @@ from numpy.typing import NDArray
 
 from mehvar.errors import InputError, MehvarError
 
-from .layout import FORMAT, GIVEN, STATUS, Layout, Variable, consolidate
+from .attributes import NAMES, check_attributes, check_batch, check_variables
+from .layout import STATUS, Layout, Variable, consolidate
 from .lock import FILE, Lock, holder
+from .places import foreign, make_place, remove_foreign
 from .records import (
+    CURE,
     END,
     FOLDER,
     PARTIAL,
+    ROOT,
     STORE,
     DamageError,
     Record,
     block_record,
+    check_format,
     digest,
     file_digest,
     force,
@@ -43,7 +48,7 @@ from .records import (
     replace_file,
     write_record,
 )
-from .verification import Verification, own_files, store_folder, verify
+from .verification import Verification, checked_attributes, listed, own_files, store_folder, verify
 
 if TYPE_CHECKING:
     import xarray
@@ -155,6 +160,7 @@ class Store:
         try:
             if self._chunks is not None:
                 self._chunks.forget(block_record(block))
+                make_place(self._chunks.root, block_record(block))
                 (self._chunks.root / block_record(block)).unlink(missing_ok=True)
                 self._chunks.digests.clear()
             for name, array in values.items():
@@ -234,12 +240,17 @@ class Store:
                 variables[name] = Variable(name, str(array.dtype), second, size, dict(array.attrs))
         return dict(sorted(variables.items()))
 
+    def array_attributes(self) -> dict[str, dict[str, Any]]:
+        """Return the attributes of each variable and coordinate."""
+        return {name: dict(array.attrs) for name, array in self._arrays.items()}
+
     def dataset(self) -> xarray.Dataset:
         """Open it with xarray; values are read, and held against the records, when they are used."""
         import xarray
 
         names: list[str] = self.attributes["variables"]
-        opened: xarray.Dataset = xarray.open_zarr(self._group.store, chunks=None)
+        # a unit such as "days since 2000" would make other numbers of ours
+        opened: xarray.Dataset = xarray.open_zarr(self._group.store, chunks=None, decode_times=False)
         ordered: xarray.Dataset = opened[names]
         return ordered
 
@@ -347,6 +358,7 @@ def resume(path: Path, layout: Layout, compare: Callable[[Mapping[str, Any]], No
     """
     store_folder(path)
     try:
+        remove_foreign(path)
         lock = Lock(path, str(path))
         try:
             for leftover in path.rglob(f"*{PARTIAL}"):
@@ -370,12 +382,20 @@ def open_store(path: str | os.PathLike[str]) -> Store:
     folder = store_folder(path)
     if not (folder / FOLDER).is_dir():
         raise InputError(f"{folder} is not a batch store: it has no records")
+    if files := foreign(folder):
+        raise DamageError(f"{folder} is damaged: {listed(files)}; {CURE}")
+    check_format(folder / STORE)
     try:
         group, chunks = _group(folder, "r")
-        if group.attrs.get("mehvar_batch") != FORMAT:
-            raise ValueError(f"mehvar_batch = {group.attrs.get('mehvar_batch')!r} in its attributes, not {FORMAT}")
-        return Store(group, chunks)
-    except MehvarError:
+        record = chunks.record(STORE)
+        assert record is not None, "the group could not be read without it"
+        check_attributes(dict(group.attrs))
+        check_batch(dict(group.attrs), record.about)
+        store = Store(group, chunks)
+        numbers = [name for name, v in store.variables().items() if not v.dimension and v.dtype == "float64"]
+        check_variables(store.attributes, numbers, store.array_attributes())
+        return store
+    except InputError:
         raise
     except Exception as error:  # what is no store makes Zarr and its parsers raise anything
         raise InputError(f"{folder} is not a batch store: {' '.join(str(error).split())}") from error
@@ -452,10 +472,10 @@ def _open_for_writing(path: Path, layout: Layout, lock: Lock) -> Store:
 def _mended(path: Path, layout: Layout, compare: Callable[[Mapping[str, Any]], None]) -> Layout:
     """Put damaged metadata, names and instants right, and finish an end that was not finished; return the layout."""
     record, files = own_files(path)
-    if record is not None and "zarr.json" not in files:
-        attributes = _attributes(path)
+    if record is not None and ROOT not in files:
+        attributes = checked_attributes(path, record)
         compare(attributes)
-        own = {name: value for name, value in attributes.items() if name not in (*layout.identity, *GIVEN)}
+        own = {name: value for name, value in attributes.items() if name not in (*layout.identity, *NAMES)}
         layout = replace(layout, chunk=record.about["chunk"], attributes=own)
     else:
         layout = replace(layout, chunk=_chunk_by_evidence(path, layout, compare))
@@ -477,19 +497,21 @@ def _chunk_by_evidence(path: Path, layout: Layout, compare: Callable[[Mapping[st
     if records:
         return int(records[0].about["chunk"])
     try:
-        attributes = _attributes(path)
-        if attributes["mehvar_batch"] != FORMAT:
-            raise ValueError
-    except (OSError, ValueError, LookupError, TypeError) as error:
+        attributes = checked_attributes(path, None)
+    except InputError as error:
         raise InputError(f"{path} cannot be continued: nothing in it says of which batch it is") from error
     compare(attributes)
-    return layout.chunk
+    return _chunk_by_metadata(path) or layout.chunk
 
 
-def _attributes(path: Path) -> dict[str, Any]:
-    """Return the attributes of a store as they stand in its file."""
-    attributes: dict[str, Any] = json.loads((path / "zarr.json").read_bytes())["attributes"]
-    return attributes
+def _chunk_by_metadata(path: Path) -> int:
+    """Return the runs per block as the metadata of a variable have it; 0 if they have none. Nothing proves them."""
+    try:
+        metadata = json.loads((path / STATUS / ROOT).read_bytes())
+        runs = metadata["chunk_grid"]["configuration"]["chunk_shape"][0]
+    except (OSError, ValueError, LookupError, TypeError, RecursionError):
+        return 0
+    return runs if type(runs) is int and 0 < runs <= metadata["shape"][0] else 0
 
 
 def _lay_again(folder: Path, layout: Layout, record: Record | None) -> None:
@@ -503,7 +525,7 @@ def _lay_again(folder: Path, layout: Layout, record: Record | None) -> None:
             if kept.get(name, "") == file_digest(folder / name):
                 digests[name] = kept[name]
             else:
-                replace_file(folder / name, (fresh / name).read_bytes())
+                replace_file(folder, name, (fresh / name).read_bytes())
     _force_files(folder, digests)
     write_record(folder, STORE, Record(layout.about(runs=layout.n), digests))
 

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -11,8 +12,21 @@ from typing import Any
 
 from mehvar.errors import InputError, bad_value
 
-from .layout import FORMAT
-from .records import END, FOLDER, STORE, Record, block_record, digest, file_digest, read_record
+from .attributes import check_attributes, check_batch
+from .lock import holder
+from .places import foreign
+from .records import (
+    END,
+    FOLDER,
+    ROOT,
+    STORE,
+    Record,
+    block_record,
+    check_format,
+    digest,
+    file_digest,
+    read_record,
+)
 
 _SHOWN = 3
 """Files of a block, and blocks, that a message names: as many as fit into a few lines of a terminal."""
@@ -50,7 +64,7 @@ class Verification:
     store : str
         Its path.
     runs, blocks : int
-        In all; 0 where no record says so.
+        In all. Where no record says how many, runs is None and blocks those that have a record.
     whole, missing : tuple of int
         Blocks that are as they were written, and those that have not been.
     damaged : tuple of BlockDamage
@@ -59,16 +73,19 @@ class Verification:
         What is wrong with files that belong to no block: metadata, names, instants, the record of the end.
     ended : bool
         Whether the batch came to its end, and said so.
+    writer : str or None
+        Who is writing it now.
     """
 
     store: str
-    runs: int
+    runs: int | None
     blocks: int
     whole: tuple[int, ...]
     missing: tuple[int, ...]
     damaged: tuple[BlockDamage, ...]
     files: Mapping[str, str]
     ended: bool
+    writer: str | None = None
 
     @property
     def sound(self) -> bool:
@@ -96,7 +113,7 @@ class Verification:
         return {
             **{"store": self.store, "complete": self.complete, "sound": self.sound, "ended": self.ended},
             **{"runs": self.runs, "blocks": self.blocks, "whole": len(self.whole), "missing": list(self.missing)},
-            **{"damaged": damaged, "files": dict(self.files)},
+            **{"damaged": damaged, "files": dict(self.files), "writer": self.writer},
         }
 
 
@@ -116,14 +133,16 @@ def verify(path: str | os.PathLike[str]) -> Verification:
     Raises
     ------
     InputError
-        If there is no store of this version.
+        If there is no store of this version, or its attributes are no batch's.
     """
     folder = store_folder(path)
     store, files = own_files(folder)
     end = read_record(folder / END)
     if (folder / END).exists() and end is None:
         files[END] = "changed"
-    return _blocks(folder, store, end, files)
+    if store is not None and ROOT not in files:
+        checked_attributes(folder, store)
+    return _blocks(folder, store, end, files | foreign(folder))
 
 
 def store_folder(path: str | os.PathLike[str]) -> Path:
@@ -152,12 +171,29 @@ def own_files(folder: Path) -> tuple[Record | None, dict[str, str]]:
     InputError
         If the store is of another version.
     """
+    check_format(folder / STORE)
     store = read_record(folder / STORE)
     if store is None:
         return None, {STORE: _state(folder, STORE)}
-    if store.about.get("format") != FORMAT:
-        raise InputError(f"{folder} is a batch store of another version: its format is {store.about.get('format')!r}")
     return store, _differences(folder, store.digests)
+
+
+def checked_attributes(folder: Path, store: Record | None) -> dict[str, Any]:
+    """Return the attributes of a store as they stand in its file.
+
+    Raises
+    ------
+    InputError
+        If they are no batch's, or of another than its record says, if that is whole.
+    """
+    try:
+        attributes: dict[str, Any] = json.loads((folder / ROOT).read_bytes())["attributes"]
+        check_attributes(attributes)
+        if store is not None:
+            check_batch(attributes, store.about)
+    except (OSError, ValueError, LookupError, TypeError, RecursionError) as error:
+        raise InputError(f"{folder} is not a batch store: {' '.join(str(error).split())}") from error
+    return attributes
 
 
 def listed(files: Mapping[str, str]) -> str:
@@ -168,8 +204,7 @@ def listed(files: Mapping[str, str]) -> str:
 
 
 def _blocks(folder: Path, store: Record | None, end: Record | None, files: dict[str, str]) -> Verification:
-    runs, chunk = _extent(folder, store, end)
-    count = -(-runs // chunk) if chunk else 0
+    runs, chunk, count = _extent(folder, store, end)
     whole, missing, damaged = [], [], []
     for block in range(count):
         name = block_record(block)
@@ -177,21 +212,24 @@ def _blocks(folder: Path, store: Record | None, end: Record | None, files: dict[
         if state is None:
             missing.append(block)
         elif state:
-            damaged.append(BlockDamage(block, block * chunk, min((block + 1) * chunk, runs) - 1, state))
+            last = (block + 1) * chunk - 1
+            damaged.append(BlockDamage(block, block * chunk, last if runs is None else min(last, runs - 1), state))
         else:
             whole.append(block)
     if store is not None and store.about["runs"] != runs:
         files[STORE] = "older than the end of the batch"
-    return Verification(str(folder), runs, count, tuple(whole), tuple(missing), tuple(damaged), files, end is not None)
+    blocks = (tuple(whole), tuple(missing), tuple(damaged))
+    return Verification(str(folder), runs, count, *blocks, files, end is not None, holder(folder))
 
 
-def _extent(folder: Path, store: Record | None, end: Record | None) -> tuple[int, int]:
-    """Return runs in all and in a block, from whichever record is whole."""
+def _extent(folder: Path, store: Record | None, end: Record | None) -> tuple[int | None, int, int]:
+    """Return runs in all and in a block, and blocks, from whichever record is whole."""
     record = end or store
     if record is not None:
-        return record.about["runs"], record.about["chunk"]
+        runs, chunk = record.about["runs"], record.about["chunk"]
+        return runs, chunk, -(-runs // chunk)
     known = [record for path in (folder / FOLDER).glob("*.json") if (record := read_record(path)) is not None]
-    return max((r.about["last"] + 1 for r in known), default=0), known[0].about["chunk"] if known else 0
+    return None, known[0].about["chunk"] if known else 0, max((r.about["block"] + 1 for r in known), default=0)
 
 
 def _block(folder: Path, name: str, store: Record | None, end: Record | None) -> dict[str, str] | None:
@@ -212,4 +250,5 @@ def _differences(folder: Path, digests: Mapping[str, str]) -> dict[str, str]:
 
 
 def _state(folder: Path, name: str) -> str:
-    return "changed" if (folder / name).exists() else "missing"
+    place = folder / name
+    return "a folder" if place.is_dir() else "changed" if place.exists() else "missing"

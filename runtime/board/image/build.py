@@ -13,11 +13,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from mehvar import cache
-from mehvar.errors import BuildError, InputError
+from mehvar.errors import BuildError
 from mehvar.manifest import Controller, Scenario
 
 from ...compiling.compiler import environment
 from ...compiling.library import native_headers
+from ...model.generated import generated_text
 from ...model.model import Model
 from ...model.parameters import Resolved, resolve
 from .header import Layout, board_law_header, board_law_source, board_model_header, layout
@@ -137,11 +138,7 @@ def sources(firmware: Program, board: Board | None) -> dict[str, str]:
     names += ["boards/posix.c"] if board is None else [f"boards/{board.source}", "cortexm.c", *_below("libc")]
     texts = {file: (FIRMWARE / file).read_text(encoding="utf-8") for file in names}
     texts |= native_headers()
-    for file in (f"{name}.c", f"{name}.h"):
-        try:
-            texts[file] = (manifest.folder / file).read_text(encoding="utf-8")
-        except OSError as error:
-            raise InputError(f"cannot read {manifest.folder / file} ({error.strerror}); generate it again") from error
+    texts |= {file: generated_text(manifest, file) for file in (f"{name}.c", f"{name}.h")}
     texts["mehvar/board_model.h"] = board_model_header(manifest, firmware.law, firmware.period)
     delay = delay_of(firmware.law)
     texts["mehvar/private/board_law.h"] = board_law_header(

@@ -156,6 +156,7 @@ void mv_run(mv_single *s, mv_work *w, int64_t until)
     while (l->alive && l->tick < until) mv_tick(l);
     s->tick = l->tick;
     s->t = l->t;
+    s->error = l->error;
     s->steps = (int64_t)l->steps;
     s->rejected = (int64_t)l->rejected;
     s->evaluations = l->evaluations;

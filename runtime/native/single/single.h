@@ -43,6 +43,7 @@ typedef struct {
     int64_t tick, records;    /* done so far */
     int64_t steps, rejected, evaluations;
     double t;
+    double error;             /* the largest of a step over its tolerance */
     int32_t status, violated; /* an mv_status; index of the limit that ended the run, or -1 */
 } mv_single;
 

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import hashlib
-import json
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal, get_args
@@ -13,6 +13,7 @@ import numpy as np
 
 from mehvar.errors import InputError, bad_value, shown, unknown_name
 from mehvar.manifest import OPEN_LOOP, Manifest
+from mehvar.schema import parse
 
 from ...arguments import check_arguments
 from ...model.functions import FloatArray
@@ -186,7 +187,11 @@ def _recorded(
     """Return the commands of an earlier run, and how long it held each."""
     if "t" not in run.coords or run["t"].dims != ("t",) or "run" in run.dims:
         raise bad_value("inputs", "a dataset without time", "the result of one run", origin)
-    t = np.array(run["t"], dtype=np.float64)
+    t = _numbers(run, "t", origin)
+    if not t.size:
+        raise bad_value("inputs", "a dataset without samples", "the result of one run", origin)
+    if t[0] != 0:
+        raise bad_value("inputs", f"a run whose first sample is at {t[0]:g} s", "one from its start, 0 s", origin)
     if t[-1] < end:
         raise InputError(f"inputs (from {origin}): that run ends at {t[-1]:g} s: set t_end to no more than that")
     columns = {}
@@ -196,13 +201,35 @@ def _recorded(
             raise bad_value(
                 "inputs", f"a dataset without u_{q.name}", f"the result of a run of {manifest.model}", origin
             )
-        columns[q.name] = np.array(run[name], dtype=np.float64)
-    options = json.loads(run.attrs.get("options", "{}"))
-    hold, late = options.get("hold"), 0
+        columns[q.name] = _numbers(run, name, origin)
+    hold, delay = _held(run, origin)
+    late = 0
     if hold is not None and len(t) > 1:
         samples = hold / t[1]
         if samples < 1 - _ROUNDING:
             allowed = f"recorded as often as it held an input, every {hold:g} s: run it again with dt_out={hold:g}"
-            raise bad_value("inputs", f"a run recorded every {t[1]:g} s", allowed, origin)
-        late = min(int(options["delay"]) * round(samples), len(t))
+            raise bad_value("inputs", f"a run with samples every {t[1]:g} s", allowed, origin)
+        late = min(delay * round(samples), len(t))
     return {name: (t, np.append(np.zeros(late), u[: len(u) - late])) for name, u in columns.items()}, hold
+
+
+def _numbers(run: Any, name: str, origin: str) -> FloatArray:
+    """Return a series of a run."""
+    try:
+        return np.array(run[name], dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise bad_value("inputs", f"a dataset whose {name} is no series", "the result of one run", origin) from error
+
+
+def _held(run: Any, origin: str) -> tuple[float | None, int]:
+    """Return how long a run held each of its inputs, None for a continuous one, and how many of these it was late."""
+    try:
+        options = parse(str(run.attrs.get("options", "{}")))
+        if options.get("hold") is None:
+            return None, 0
+        hold, delay = float(options["hold"]), int(options["delay"])
+        if not 0 < hold < math.inf or delay < 0:
+            raise ValueError(f"hold = {hold}, delay = {delay}")
+    except (ValueError, TypeError, LookupError, AttributeError, OverflowError) as error:
+        raise InputError(f"inputs (from {origin}): its attribute options is not what a run leaves: {error}") from error
+    return hold, delay

@@ -43,7 +43,8 @@ def document(text: str, **declared: dict[str, str]) -> Document:
         match = re.match(r"([A-Za-z_0-9']+)\s*([=:])\s*(.*)", line)
         assert match, line
         name, mark, right = match.groups()
-        row = {"name": name, "node": graph.add(sp.sympify(right, locals=local)), "latex": name, "unit": "", "title": ""}
+        node = str(graph.add(sp.sympify(right, locals=local)))
+        row = {"name": name, "node": node, "latex": name, "unit": "", "title": ""}
         if mark == "=":
             local[name] = sp.Symbol(name, real=True)
             definitions.append({**row, "kind": "definition", "section": "", "number": "", **_member(name)})
@@ -55,10 +56,14 @@ def document(text: str, **declared: dict[str, str]) -> Document:
         json.dumps(
             {
                 "schema": SCHEMA, "model": "made", "structure": {}, "symbols": list(symbols.values()),
-                "definitions": definitions, "results": results, "rates": {}, "nodes": graph.nodes,
+                "definitions": definitions, "results": results, "rates": {}, "nodes": _nodes(graph),
             }
         )
     )  # fmt: skip
+
+
+def _nodes(graph: Graph) -> dict[str, list[str]]:
+    return {str(k): [op, *map(str, operands)] for k, (op, *operands) in enumerate(graph.nodes)}
 
 
 def edited(old: Document, row: Row, edit: Callable[[Pool, int], Change]) -> Document:

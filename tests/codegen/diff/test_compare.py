@@ -269,16 +269,16 @@ def test_it_is_plain_data():
     ("damage", "message"),
     [
         (lambda d: d.update(schema=1), "has schema 1"),
-        (lambda d: d["nodes"].insert(0, ["sin", 3]), "does not come before it"),
+        (lambda d: d["nodes"].update(b=["sin", "c"], c=["sym", "x"]), "does not come before it"),
         (lambda d: d["symbols"].clear(), "not declared"),
         (lambda d: d.pop("results"), "damaged"),
-        (lambda d: d["results"][0].update(node=99), "does not exist"),
+        (lambda d: d["results"][0].update(node="z"), "does not exist"),
     ],
 )
 def test_what_is_no_document_is_refused(damage, message):
     data = {
-        "schema": 2, "model": "made", "structure": {}, "rates": {}, "definitions": [], "nodes": [["sym", "x"]],
-        "symbols": [{"name": "x", "role": "state"}], "results": [{"name": "f", "kind": "rhs", "node": 0}],
+        "schema": 3, "model": "made", "structure": {}, "rates": {}, "definitions": [], "nodes": {"a": ["sym", "x"]},
+        "symbols": [{"name": "x", "role": "state"}], "results": [{"name": "f", "kind": "rhs", "node": "a"}],
     }  # fmt: skip
     Document.parse(json.dumps(data))
     damage(data)
@@ -288,8 +288,8 @@ def test_what_is_no_document_is_refused(damage, message):
 
 def test_a_definition_cannot_use_itself():
     data = {
-        "schema": 2, "model": "made", "structure": {}, "rates": {}, "nodes": [["sym", "s"]], "symbols": [],
-        "definitions": [{"name": "s", "kind": "definition", "node": 0}], "results": [],
+        "schema": 3, "model": "made", "structure": {}, "rates": {}, "nodes": {"a": ["sym", "s"]}, "symbols": [],
+        "definitions": [{"name": "s", "kind": "definition", "node": "a"}], "results": [],
     }  # fmt: skip
     with pytest.raises(DocumentError, match="before it is defined"):
         Document.parse(json.dumps(data))

@@ -178,9 +178,24 @@ def test_the_evaluation_form_is_held_against_the_derived_equations():
     verify(dataclasses.replace(system, rates=rates, residual=right))
     _, wrong = residual(-system.parameters.drag)
     with pytest.raises(
-        VerificationError, match="spinner: w' of the evaluation form differs from the derived equations"
+        VerificationError, match=r"\.py:\d+: w' of the evaluation form differs from the derived equations"
     ):
         verify(dataclasses.replace(system, rates=rates, residual=wrong))
+
+
+def test_derived_equations_that_determine_no_rate_are_refused():
+    system = spinner()
+    rates, (right,) = residual(system.parameters.drag)
+    for wrong in (
+        sp.S.One,
+        sp.S.Zero,
+        right.xreplace({rates["w"]: sp.S.Zero}),
+        right.xreplace({rates["w"]: system.states.w}),
+    ):
+        with pytest.raises(
+            VerificationError, match=r"\.py:\d+: residual does not determine w: its derivative by w_rate"
+        ):
+            verify(dataclasses.replace(system, rates=rates, residual=(wrong,)))
 
 
 def test_a_law_may_compute_in_float(folder):

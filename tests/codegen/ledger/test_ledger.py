@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+import xml.etree.ElementTree as ET
 
 import pytest
 import sympy as sp
@@ -12,7 +13,9 @@ from mehvar.codegen.equal.pool import Pool
 from mehvar.codegen.ledger.ledger import Entry, Standing, judge, judge_entry
 from mehvar.codegen.ledger.misprints import edits
 from mehvar.codegen.ledger.sides import Sides, UnknownFunctionError
-from mehvar.models.paper import Cross, Names, Paper, Printed, Reading, Relation, printed
+from mehvar.html import typeset_within
+from mehvar.models.paper import Cross, Erratum, Names, Paper, Printed, Reading, Relation, Slip, printed
+from mehvar.models.quantities import ModelError
 
 names = Names()
 x = names.free("x", -2, 2)
@@ -149,8 +152,57 @@ def test_an_equation_of_motion_is_compared_with_its_residual() -> None:
     ],
 )
 def test_a_misprint_is_named_at_its_place(before: sp.Expr, after: sp.Expr, edit: str) -> None:
-    assert edits(before, after) == (edit,)
+    assert [change.spelled(sp.sstr) for change in edits(before, after)] == [edit]
     assert edits(after, after) == ()
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "changes"),
+    [
+        # two terms run into one product: the factor that is too many, and the term that is lost
+        (x**2 * y * r * sp.sin(x), y * r * sp.sin(x) + x**2 * sp.cos(x), [
+            "in r*x**2*y*sin(x): factor x**2 does not belong there", "term x**2*cos(x) is missing",
+        ]),
+        # which of two terms has lost its partner is told by the fewest changes
+        (x * y + r * y, r * x * y + x * y, ["in r*y: factor x is missing"]),
+        (x * sp.sin(y) + r**2, y * sp.cos(y) * r + r**2, [
+            "term x*sin(y) does not belong there", "term r*y*cos(y) is missing",
+        ]),
+        (y - x, x - y, ["sign of x - y: printed -, correct +"]),
+        # a long product of sums is compared as it stands, not multiplied out
+        ((x + y) * (r + 1) * x, (x + y) * (r - 1) * x, ["1 should read -1"]),
+    ],
+)  # fmt: skip
+def test_changes_are_as_few_and_small_as_can_be(before: sp.Expr, after: sp.Expr, changes: list[str]) -> None:
+    assert [change.spelled(sp.sstr) for change in edits(before, after)] == changes
+
+
+def test_a_chain_that_was_read_backwards_is_one_change() -> None:
+    judged = entry(Relation(y, r, "<", corrected_left=r, corrected=y, domain=(y - r,)))
+    assert judged.edits == ("r and y stand the other way round",)
+
+
+def test_changes_are_typeset() -> None:
+    judged = entry(Relation(double, 3 * x * r, corrected_left=double, corrected=2 * x))
+    (line,) = judged.used.lines
+    assert line.edits_latex == (
+        "number before $\\rho x$: printed $3$, correct $2$",
+        "factor $\\rho$ does not belong there",
+    )
+    for edit in line.edits_latex:
+        assert len(ET.fromstring(f"<p>{typeset_within(edit)}</p>").findall("math")) == edit.count("$") / 2
+
+
+def test_an_erratum_is_of_an_entry_and_has_one_sentence() -> None:
+    row = printed("1", "twice", "equation", Relation(double, 3 * x, corrected=2 * x))
+    ledger = judge(Paper("", 1, names, (row,), errata={"1": Erratum(Slip.MISPRINT, "A 3 is printed.")}), "model")
+    assert ledger["(1)"].erratum == Erratum(Slip.MISPRINT, "A 3 is printed.")
+    assert ledger.slips() == {**dict.fromkeys(Slip, 0), Slip.MISPRINT: 1}
+    with pytest.raises(ModelError, match=r"errata of entries that the ledger lacks: \['2'\]"):
+        Paper("", 1, names, (row,), errata={"2": Erratum(Slip.SCAN, "A dot is lost.")})
+    for cause in ("", ".", "no full stop", "One. Two."):
+        with pytest.raises(ModelError, match="one sentence"):
+            Erratum(Slip.SCAN, cause)
 
 
 def readings(first: Relation, second: Relation) -> Printed:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A paper about the cart, with a misprint: its (2) has the wrong sign."""
 
-from mehvar.models.paper import Names, Paper, Printed, Reading, Relation, follow
+from mehvar.models.paper import Erratum, Names, Paper, Printed, Reading, Relation, Slip, follow
 from mehvar.models.system import System
 
 
@@ -20,6 +20,7 @@ def paper(system: System) -> Paper:
         names,
         (
             Printed("1", "force of the spring", "equation", (Reading((Relation(spring, -d * v - k * x),)),)),
-            Printed("2", "acceleration", "equation", (Reading((wrong,)),), note="The force pushes."),
+            Printed("2", "acceleration", "equation", (Reading((wrong,)),)),
         ),
+        errata={"2": Erratum(Slip.MISPRINT, "The force pushes.", assumption=True)},
     )

@@ -68,9 +68,16 @@ def test_a_wrong_sign_is_compared_and_breaks_a_gate(tmp_path):
     assert "'energy'" in done.stdout
 
 
-@pytest.mark.parametrize("name", ["Wheel", "2wheels", "my-wheel", "class", "", "a b"])
+@pytest.mark.parametrize("name", ["Wheel", "2wheels", "my-wheel", "", "a b"])
 def test_a_name_that_cannot_name_a_system_is_refused(tmp_path, name):
     with pytest.raises(InputError, match="lower-case letters"):
+        scaffold(name, tmp_path)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("name", ["class", "lambda", "None"])
+def test_a_word_of_python_is_refused_as_one(tmp_path, name):
+    with pytest.raises(InputError, match=f"NAME = '{name}': must be another name: this one is a word of Python"):
         scaffold(name, tmp_path)
     assert list(tmp_path.iterdir()) == []
 

@@ -53,7 +53,7 @@ def test_a_flag_of_an_option_has_its_text_and_no_default_of_its_own(command):
 
 @pytest.mark.parametrize("name", OPTIONS)
 def test_set_and_a_campaign_file_take_every_option_or_say_why_not(name):
-    values = read_values([f"{name}={value_of(name)}"])
+    values = read_values([f"{name}={value_of(name)}"], find_model("triangle"))
     file = CampaignFile(model="triangle", controller="path", n=2, set=values)
     model = mehvar.load("triangle", backend="c")
     board = loop.with_settings, model, BoardRequest("path"), [f"{name}={value_of(name)}"]
@@ -95,10 +95,11 @@ def test_no_parameter_or_choice_of_a_model_is_called_like_an_option():
 
 
 def test_every_command_that_is_listed_can_be_called():
-    git = {name.removeprefix("git-"): text for name, text in app.FOR_GIT.items()}
-    for room, commands in (("", app.COMMANDS), ("git.", git), ("board.", app.BOARD), ("export.", app.EXPORT)):
+    alone = {**app.COMMANDS, **app.FOR_GIT}
+    for room, commands in (("", alone), ("board.", app.BOARD), ("export.", app.EXPORT)):
         for name, text in commands.items():
-            module = __import__(f"mehvar.cli.{room}{name.replace('-', '_')}", fromlist=["command"])
+            place = app.PLACES.get(name, name) if commands is alone else name
+            module = __import__(f"mehvar.cli.{room}{place.replace('-', '_')}", fromlist=["command"])
             assert callable(module.command)
             assert text.endswith((".", "--run ID.", "--resume."))
 

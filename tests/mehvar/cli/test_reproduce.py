@@ -261,7 +261,9 @@ def test_without_matplotlib_it_says_what_to_install(tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_an_interrupt_leaves_nothing_behind(tmp_path):
+def test_an_interrupt_leaves_nothing_behind(tmp_path, monkeypatch):
+    monkeypatch.setattr(module, "paper_models", lambda: ["triangle"])  # whose claims take the least time
+
     def interrupted(done, total, what=""):
         if "figure" in what:
             raise KeyboardInterrupt

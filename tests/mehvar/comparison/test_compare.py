@@ -3,8 +3,10 @@
 
 import contextlib
 import json
+import math
 import os
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -12,6 +14,7 @@ import xml.etree.ElementTree as ET
 from html.parser import HTMLParser
 from pathlib import Path
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
@@ -19,6 +22,7 @@ import mehvar
 from mehvar.cli.app import app
 from mehvar.errors import InputError
 from mehvar.manifest import sealed
+from tests.mehvar.browser import chromium
 
 ROOT = Path(__file__).parents[3]
 CART = Path(__file__).parents[1] / "cart"
@@ -177,6 +181,54 @@ def test_a_parameter_counts_and_its_consequence_is_computed(project):
     assert "k  value: " in project.diff()[1]
 
 
+def test_a_changed_law_is_run_in_both_versions(project):
+    """The plant is equal: what differs is what the loop does."""
+    project.edit("default = 1.0", "default = 28.0", "models/cart/parameters.toml")
+    follows = project.json(status=1)["consequences"]
+    (run,) = follows["runs"]["changed"]
+    assert (run["law"], run["scenario"], run["old"], run["new"]) == ("hold", "release", "", "")
+    assert not follows["rates"]
+    (loop,) = follows["loops"]
+    ((old, new),) = loop["eigenvalues"]
+    assert complex(*old) == pytest.approx(-0.125 + (4.5 - 0.125**2) ** 0.5 * 1j)
+    assert complex(*new) == pytest.approx(-0.125 + (18 - 0.125**2) ** 0.5 * 1j)
+    text = project.diff()[1]
+    assert "release under hold: " in text
+    assert "the plant without a law: rates equal at 512 random states" in text
+
+
+def test_margins_of_a_loop_are_those_of_its_response(project):
+    """A cart under a spring of its own and a proportional law: |L| = 1 where gain^2 = (k - m w^2)^2 + (d w)^2."""
+    project.edit("default = 1.0", "default = 28.0", "models/cart/parameters.toml")
+    (change,) = project.json(status=1)["consequences"]["runs"]["margins"]
+    for (margin,), gain in ((change["old"], 1.0), (change["new"], 28.0)):
+        squares = [u for u in np.roots([4.0, 0.25 - 32.0, 64.0 - gain**2]) if u > 0]
+        phase = min(math.atan2(0.5 * u**0.5, 2.0 * u - 8.0) for u in squares)
+        assert (margin["input"], margin["gain"]) == ("F", "inf")
+        assert margin["phase"] == pytest.approx(phase)
+
+
+def test_a_pull_request_gets_a_comment_and_a_picture(project):
+    project.edit("-p.k * x - p.d * v", "-p.k * x + p.d * v")
+    process = project.mehvar("diff", "--out", "comment.md", "--plot", "overlay.png")
+    assert process.returncode == 1, process.stderr
+    comment = (project.root / "comment.md").read_text()
+    assert "### cart: physics CHANGED" in comment
+    assert "```diff\n# in -d v: sign flipped: - became +\n" in comment or "sign flipped" in comment
+    assert "| metric | old | new | change | unit |" in comment
+    assert comment.count("<details>") == comment.count("</details>") > 0
+    assert comment.count("```") % 2 == 0
+    assert (project.root / "overlay.png").read_bytes().startswith(b"\x89PNG")
+    status, text = project.diff("HEAD", "HEAD", "--format", "markdown")
+    assert status == 0
+    assert text.splitlines()[2] == "### cart: physics the SAME"
+
+
+def test_a_picture_that_cannot_be_is_refused_before_anything_is_compared(project):
+    assert "must be a file name that ends in .png" in project.refused("--plot", "overlay.bmp")
+    assert "--paper runs nothing" in project.refused("--paper", "--format", "markdown")
+
+
 def test_revisions_folders_and_trees_give_the_same_answer(project, tmp_path):
     folder = tmp_path / "before"
     shutil.copytree(project.root / "generated" / "cart", folder)
@@ -213,13 +265,13 @@ def test_a_tree_may_be_a_folder_of_a_repository(project, tmp_path):
 
 
 def test_a_revision_with_older_equations_is_derived_from_its_models(project):
-    project.edit('"schema": 2', '"schema": 1', "generated/cart/equations.json")
+    project.edit('"schema": 3', '"schema": 1', "generated/cart/equations.json")
     project.commit("as an older version wrote it")
     project.generate()
     project.edit("-p.k * x", "-2 * p.k * x")
     assert project.json(status=1)["status"] == "changed"
     project.edit("-2 * p.k * x", "p.nonsense * x")
-    project.edit('"schema": 2', '"schema": 1', "generated/cart/equations.json")
+    project.edit('"schema": 3', '"schema": 1', "generated/cart/equations.json")
     project.commit("broken")
     message = project.refused("HEAD", "HEAD~1")
     assert "cart cannot be derived by this version of mehvar: " in message
@@ -238,7 +290,7 @@ def without_delay(text: str) -> str:
 
 
 def test_a_version_from_before_the_one_import_name_is_derived_with_its_own_vocabulary(project, tmp_path):
-    project.edit('"schema": 2', '"schema": 1', "generated/cart/equations.json")
+    project.edit('"schema": 3', '"schema": 1', "generated/cart/equations.json")
     for path in (project.root / "models").rglob("*.py"):
         text = path.read_text()
         path.write_text(older(text) if path.parent.name != "check" else without_delay(text))
@@ -316,7 +368,7 @@ def test_damaged_equations_are_a_clear_error(project):
 class Tags(HTMLParser):
     """Refuses tags that are not closed, and remembers what is referred to."""
 
-    VOID = frozenset({"meta", "br", "mspace"})
+    VOID = frozenset({"meta", "br", "mspace", "img"})
 
     def __init__(self, text: str) -> None:
         super().__init__()
@@ -346,7 +398,7 @@ def test_the_page_is_whole_and_needs_no_network(project):
     assert "saved page.html" in process.stdout
     text = (project.root / "page.html").read_text(encoding="utf-8")
     tags = Tags(text)
-    assert all(address.startswith("#") for address in tags.addresses)
+    assert all(address.startswith(("#", "data:image/svg+xml;base64,")) for address in tags.addresses)
     assert "http" not in text.replace("http-equiv", "")
     assert len(tags.ids) == len(set(tags.ids))
     card = text[text.index('id="cart-spring"') :]
@@ -419,10 +471,10 @@ def test_a_misprint_of_the_paper_is_named_with_its_correction(project):
     shutil.copy(CART / "paper.py", project.root / "models" / "cart")
     process = project.mehvar("diff", "--paper")
     assert process.returncode == 1, process.stderr
-    for line in ("cart: 1 hold, 1 differ", "hold  (1)", "differs (2)  acceleration", "The force pushes."):
+    for line in ("cart: 1 hold, 1 differ", "hold  (1)", "differs (2)  acceleration", "misprint: The force pushes."):
         assert line in process.stdout
     printed, correct = (
-        next(line for line in process.stdout.splitlines() if word in line) for word in ("printed  ", "correct  ")
+        next(line for line in process.stdout.splitlines() if word in line) for word in ("printed  ", "assumption  ")
     )
     assert "-F" in printed.replace(" ", "") or "F_s-F" in printed.replace(" ", "")
     assert printed.split()[1:] != correct.split()[1:]
@@ -434,4 +486,110 @@ def test_a_misprint_of_the_paper_is_named_with_its_correction(project):
     assert "cart: 1 hold, 1 differ" in text
     page = (project.root / "ledger.html").read_text(encoding="utf-8")
     assert Tags(page).addresses == ["#cart"]
-    assert page.count("<math") == 3
+    assert page.count("<math") == 6  # three formulas, and in the change a term and two signs
+    assert '<span class="badge">misprint</span> The force pushes. The correction is an assumption.' in page
+
+
+TUTORIAL = (ROOT / "docs" / "tutorials" / "diff.md").read_text(encoding="utf-8")
+
+
+def shown_file(name: str) -> str:
+    """Return a file that the tutorial shows."""
+    match = re.search(rf"<!-- file: {re.escape(name)} -->\n```\w+\n(.*?)```", TUTORIAL, re.DOTALL)
+    assert match, name
+    return match[1]
+
+
+@pytest.fixture
+def command(tmp_path) -> dict[str, str]:
+    """An environment in which `mehvar` is the one under test."""
+    folder = tmp_path / "bin"
+    folder.mkdir()
+    (folder / "mehvar").write_text(f'#!/bin/sh\nexec "{sys.executable}" -P -m mehvar "$@"\n')
+    (folder / "mehvar").chmod(0o755)
+    return {"PATH": f"{folder}{os.pathsep}{os.environ['PATH']}"}
+
+
+def test_the_hook_of_the_tutorial_refuses_stale_files_and_says_what_changed(project, command):
+    hook = project.root / ".git" / "hooks" / "pre-commit"
+    hook.parent.mkdir(exist_ok=True)
+    hook.write_text(shown_file("pre-commit"))
+    hook.chmod(0o755)
+    project.edit("-p.k * x - p.d * v", "-p.k * x + p.d * v")
+    project.git("add", "--all")
+    commit = ["git", "-c", "user.name=Test", "-c", "user.email=test@example.org", "commit", "--message", "turned"]
+    stale = attempt(project, commit, command)
+    assert stale.returncode == 1
+    assert "stale" in stale.stdout + stale.stderr
+    project.generate()
+    project.git("add", "--all")
+    kept = attempt(project, commit, command)
+    assert kept.returncode == 0, kept.stdout + kept.stderr
+    assert "physics CHANGED" in kept.stdout + kept.stderr
+
+
+def test_the_entries_for_pre_commit_do_what_the_hook_does(project, command):
+    text = shown_file(".pre-commit-config.yaml")
+    entries = [shlex.split(entry) for entry in re.findall(r"entry: (.*)", text)]
+    assert [attempt(project, entry, command).returncode for entry in entries] == [0, 0]
+    project.edit("-p.k * x - p.d * v", "-p.k * x + p.d * v")
+    check, compare = (attempt(project, entry, command) for entry in entries)
+    assert check.returncode == 1
+    assert compare.returncode == 0
+    assert "physics CHANGED" in compare.stdout
+    broken = re.sub("HEAD", "nonsense", entries[1][-1])
+    assert attempt(project, ["sh", "-c", broken], command).returncode != 0
+
+
+def test_the_steps_of_the_github_action_run(project, command):
+    """Those that are ours, as the runner calls them: in one shell that stops at the first failure."""
+    text = shown_file(".github/workflows/equations.yml")
+    project.edit("-p.k * x - p.d * v", "-p.k * x + p.d * v")
+    project.generate()
+    project.commit("turned")
+    check = re.search(r"run: (mehvar generate --check)\n", text)
+    steps = re.search(r"        run: \|\n((?:          .*\n)+)", text)
+    assert check is not None
+    assert steps is not None
+    for script in (check[1], re.sub(r"^ {10}", "", steps[1], flags=re.MULTILINE)):
+        process = attempt(project, ["bash", "-e", "-c", script], {**command, "OLD": "HEAD~1"})
+        assert process.returncode == 0, process.stderr
+    assert sorted(path.name for path in project.root.glob("equations.*")) == [
+        "equations.html", "equations.md", "equations.png",
+    ]  # fmt: skip
+    assert "physics CHANGED" in (project.root / "equations.md").read_text()
+
+
+def attempt(project: Project, command: list[str], environment: dict[str, str]) -> subprocess.CompletedProcess[str]:
+    """Run a command as the tutorial shows it in the project."""
+    return subprocess.run(
+        command,
+        cwd=project.root,
+        env={**os.environ, "PYTHONPATH": str(ROOT), **environment},
+        capture_output=True,
+        text=True,
+        timeout=240,
+    )
+
+
+def test_a_page_fits_a_telephone_and_one_that_says_the_same_is_small(project, tmp_path):
+    project.edit("-p.k * x - p.d * v", "-p.k * x + p.d * v")
+    project.diff("--out", "page.html")
+    project.diff("HEAD", "HEAD", "--out", "same.html")
+    assert (project.root / "same.html").stat().st_size < 100_000
+    with chromium(tmp_path, 390, 844) as browser:
+        telephone = {"width": 390, "height": 844, "deviceScaleFactor": 1, "mobile": True}
+        browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", telephone)
+        for name in ("page.html", "same.html"):
+            browser.get((project.root / name).as_uri())
+            browser.execute_script("document.querySelectorAll('details').forEach(d => d.open = true)")
+            assert browser.execute_script("return document.documentElement.scrollWidth") == 390
+
+
+def test_the_page_of_the_shipped_models_that_says_the_same_is_small(tmp_path):
+    """2.3 MB when each unchanged equation was printed."""
+    page = tmp_path / "same.html"
+    generated = str(ROOT / "generated")
+    process = CliRunner().invoke(app, ["diff", generated, generated, "--out", str(page)], catch_exceptions=False)
+    assert process.exit_code == 0
+    assert page.stat().st_size < 100_000

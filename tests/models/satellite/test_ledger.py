@@ -12,14 +12,14 @@ import sympy as sp
 from mehvar.codegen.ledger.ledger import Ledger, Standing, judge_entry
 from mehvar.models.satellite.paper import NUMBERS, paper
 from mehvar.models.system import Definition, Equation, System
-from tests.models.ledgers import equations, judged
+from tests.models.ledgers import check_errata, equations, judged
 
 MISPRINTS: Mapping[str, str] = {
     "(1)": "T_dot should read T",
     "text before (8)": "term Tgg_x is missing",
-    "(8)": "phi_dot should read phi_ddot",
-    "(9)": "theta_dot should read theta_ddot",
-    "(10)": "psi_dot should read psi_ddot",
+    "(8)": "in I_x*phi_dot: phi_dot should read phi_ddot",
+    "(9)": "in I_y*theta_dot: theta_dot should read theta_ddot",
+    "(10)": "in I_z*psi_dot: psi_dot should read psi_ddot",
     "(11)": "phi should read phi_dot",
     "(19)": "1 + alpha_1 q^-1 + alpha_2 q^-2 + ... + alpha_n q^-n should read "
     "1 + alpha_1 q^-1 + alpha_2 q^-2 + ... + alpha_n_C2 q^-n_C2",
@@ -58,6 +58,10 @@ def test_every_number_is_there_once(ledger: Ledger) -> None:
     assert equations(ledger) == list(range(1, NUMBERS + 1))
 
 
+def test_every_erratum_has_one_kind_and_a_cause(ledger: Ledger) -> None:
+    check_errata(ledger)
+
+
 def test_the_verdicts(ledger: Ledger) -> None:
     split = {number for number, verdicts in READINGS.items() if len(set(verdicts)) > 1}
     assert judged(ledger, Standing.DIFFERS) == {*MISPRINTS, NO_CURE}
@@ -83,11 +87,23 @@ def test_each_misprint_is_at_its_term_with_a_correction_that_passes(ledger: Ledg
 @pytest.mark.parametrize(
     ("number", "reading", "edits"),
     [
-        ("(1)", 0, {"T_ddot should read T", "I*omega_ddot should read I*omega_dot", "omega_dot should read omega"}),
-        ("(2)", 0, {"I*omega_dot should read I*omega"}),
-        ("(3)", 0, {"C*[0; omega_0; 0] should read C*[0; -omega_0; 0]"}),
-        ("(8)", 1, {"phi_dot should read phi_ddot", "term -omega_0*psi_dot*(I_x - I_y + I_z) is missing"}),
-        ("(34)", 0, {"Phi_i(k)*Theta(k) should read Phi_i(k)*Theta(k-1)"}),
+        (
+            "(1)",
+            0,
+            {
+                "T_ddot should read T",
+                "in I*omega_ddot: omega_ddot should read omega_dot",
+                "omega_dot should read omega",
+            },
+        ),
+        ("(2)", 0, {"omega_dot should read omega"}),
+        ("(3)", 0, {"sign of omega_0: printed +, correct -"}),
+        (
+            "(8)",
+            1,
+            {"in I_x*phi_dot: phi_dot should read phi_ddot", "term -omega_0*psi_dot*(I_x - I_y + I_z) is missing"},
+        ),
+        ("(34)", 0, {"Theta(k) should read Theta(k-1)"}),
     ],
 )
 def test_what_a_reading_would_have_to_say(ledger: Ledger, number: str, reading: int, edits: set[str]) -> None:

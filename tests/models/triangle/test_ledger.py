@@ -14,16 +14,16 @@ from mehvar.models.paper import Names, Paper, Relation, printed
 from mehvar.models.quantities import ModelError
 from mehvar.models.system import Definition, System
 from mehvar.models.triangle.paper import NUMBERS, paper
-from tests.models.ledgers import equations, judged
+from tests.models.ledgers import check_errata, equations, judged
 
 MISPRINTS: Mapping[str, str] = {
-    "text after (9)": "sign of -X_i.T*J*X_dot_i",
+    "text after (9)": "sign of X_i.T*J*X_dot_i: printed +, correct -",
     "text before (11)": "factor I is missing",
     "(11)": "m should read m_bar",
-    "(13)": "m_1*x_1.T should read x_1*x_1.T",
+    "(13)": "in m_1*x_1.T: m_1 should read x_1",
     "text after (18)": "theta_dot should read S_dot",
     "Table 1, row 3": "factor sqrt(3/(2*mu)) is missing",
-    "(19)": "exponent of eta: printed 1, correct 1/2",
+    "(19)": "in -sqrt(3)*eta/mu: exponent of eta: printed 1, correct 1/2",
     "(22)": "sign of mu*rho*w2*sqrt(1 - rho**2)*sin(Delta_phi_i + phi)/(3*l_i): printed +, correct -",
     "(27)": "number before a*rho_t_0*sin(phi_t_0): printed 1/2, correct 1",
     "(30)": "sign of a**2*sin(phi_t)**2: printed +, correct -",
@@ -31,12 +31,12 @@ MISPRINTS: Mapping[str, str] = {
     "(35)": "term rho_t_dot is missing",
     "text before (36), rate of the attitude": "phi_t_dot should read theta_t_dot",
     "text before (36), slope of f": "exponent of f: printed m - 1, correct 1 - m",
-    "text after (36)": "exponent of rho_t: printed 1, correct 2",
+    "text after (36)": "in -rho_t*sigma**2/(m*theta_star): exponent of rho_t: printed 1, correct 2",
     "text before (37)": "h should read f",
     "(38)": "theta should read theta_t",
-    "(41)": "a should read alpha",
-    "text after (41)": "sign of phi_f: printed -, correct +",
-    "text after (42)": "pi should read -pi",
+    "(41)": "in a*xi: a should read alpha",
+    "text after (41)": "sign of phi_f - phi_star: printed -, correct +",
+    "text after (42)": "xi and pi stand the other way round",
     "(44)": "factor v_2 is missing",
     "text before (47)": "theta_max > Abs(theta_1) should read theta_max < Abs(theta_1)",
     "(48)": "factor cos(xi/2) is missing",
@@ -44,6 +44,7 @@ MISPRINTS: Mapping[str, str] = {
     "section 4, sliding mode": "pi/45 should read 4",
     "(52)": "mu should read mu_dot",
     "text after (52)": "theta_t should read sign(s)",
+    "(53)": "term -t_s/I_bar is missing",
 }
 AMBIGUOUS = {"text before (28)", "(36)", "text before (41)", "section 4, k_phi", "section 4, rod lengths"}
 DEFINITIONS = {3, 4, 6, 7, 14, 25, 29, 31, 34, 37, 40, 45, 47}
@@ -51,6 +52,10 @@ DEFINITIONS = {3, 4, 6, 7, 14, 25, 29, 31, 34, 37, 40, 45, 47}
 
 def test_every_number_is_there_once(ledger: Ledger) -> None:
     assert equations(ledger) == list(range(1, NUMBERS + 1))
+
+
+def test_every_erratum_has_one_kind_and_a_cause(ledger: Ledger) -> None:
+    check_errata(ledger)
 
 
 def test_the_verdicts(ledger: Ledger) -> None:

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import json
+import re
 import shutil
 import warnings
 from collections.abc import Callable
@@ -78,6 +80,17 @@ def test_every_file_is_held_against_a_record(store: Path, whole: Path) -> None:
             with pytest.raises(DamageError, match="is damaged: "):
                 summarise(open_store(store))
         (store / name).write_bytes(content)
+    assert verify(store).complete
+
+
+def test_a_key_that_is_there_twice_is_damage(store: Path) -> None:
+    """Readers of JSON keep one of the two without a word."""
+    for path in sorted(store.rglob("*.json")):
+        text = path.read_text()
+        path.write_text(re.sub(r'("\w+"):', r"\1: 0, \1:", text, count=1))
+        json.loads(path.read_text())
+        assert not verify(store).complete, path
+        path.write_text(text)
     assert verify(store).complete
 
 

@@ -146,6 +146,13 @@ def test_directions_are_uniform_on_the_sphere(names: str) -> None:
         assert stats.kstest(drawn[:, 0], stats.uniform(-2, 4).cdf).pvalue > 1e-3
 
 
+def test_the_centre_of_directions_points_along_the_last_axis() -> None:
+    (dispersion,) = read_dispersions({"a,b,c": "sphere(2)"})
+    assert dispersion.centre() == {"a": 0.0, "b": 0.0, "c": pytest.approx(2.0)}
+    (dispersion,) = read_dispersions({"a,b": "sphere()"})
+    assert dispersion.centre() == {"a": 0.0, "b": pytest.approx(1.0)}
+
+
 @pytest.mark.parametrize(
     ("vary", "message"),
     [
@@ -158,9 +165,11 @@ def test_directions_are_uniform_on_the_sphere(names: str) -> None:
         ({"a": "triangular(1, 0, 2)"}, "low <= mode <= high"),
         ({"a": "choice()"}, r"choice\(value, ...\)"),
         ({"a": "sphere(1)"}, "two or more components"),
+        ({"a,b": "sphere(0)"}, "radius > 0"),
         ({"a,b": "uniform(0, 1)"}, "for one name"),
         ({"a,b": "normal([1, 2], [[1, 2], [2, 1]])"}, "positive definite"),
         ({"a,b": "normal([1, 2], [[1, 0.5], [0.4, 1]])"}, "positive definite"),
+        ({"a,b": "normal([1, 2], [[1, 1], [1, 1]])"}, "positive definite"),
         ({"a": "1 + 2"}, "a distribution with numbers"),
         ({"a": "normal(x, 2)"}, "a distribution with numbers"),
         ({"a": "normal(nan, 2)"}, "a distribution with numbers"),

@@ -19,12 +19,13 @@ from mehvar.runtime.batch.numerics import generated_digest
 from mehvar.runtime.batch.plan import Campaign
 from mehvar.runtime.batch.repeat import TrustError, is_model_of, plan_of
 from mehvar.runtime.batch.statistics import summarise
-from mehvar.runtime.batch.store.records import END, STORE, Record, file_digest, read_record
+from mehvar.runtime.batch.store.records import END, Record, read_record
 from mehvar.runtime.batch.store.store import open_store
 from mehvar.runtime.batch.store.verification import verify
 from mehvar.runtime.compiling import compiler
 from mehvar.runtime.model.catalogue import find_model, known_models
 from tests.fuzz.campaign import in_process
+from tests.runtime.batch.forgery import edit, seal
 
 PENDULUM = Path(__file__).parents[1] / "pendulum"
 CAMPAIGN = Campaign("pd", n=60, vary={"g": "uniform(-2, 9)"}, options={"t_end": 0.05})
@@ -54,13 +55,8 @@ def gift(made: Path, tmp_path: Path) -> Path:
 
 def point_to(store: Path, model: Path, **changes: Any) -> None:
     """Let a store name a model, and prove itself: records are no signatures."""
-    file = store / "zarr.json"
-    content = json.loads(file.read_bytes())
-    content["attributes"] |= {"model_source": str(model), **changes}
-    file.write_text(json.dumps(content))
-    record = read_record(store / STORE)
-    assert record is not None
-    (store / STORE).write_bytes(Record(record.about, {**record.digests, "zarr.json": file_digest(file)}).content())
+    edit(store / "zarr.json", lambda content: content["attributes"].update({"model_source": str(model), **changes}))
+    seal(store)
     assert verify(store).complete
 
 
@@ -150,13 +146,9 @@ def test_an_installed_model_is_taken_when_its_text_made_the_store(tmp_path: Path
 @pytest.mark.parametrize("codec", ["numcodecs.pickle", "pickle", "numcodecs.zlib"])
 def test_a_chunk_is_not_decoded_by_code_that_the_store_names(gift: Path, codec: str) -> None:
     store = gift / "runs.zarr"
-    file = store / "g" / "zarr.json"
-    content = json.loads(file.read_bytes())
-    content["codecs"] = [{"name": codec, "configuration": {}}]
-    file.write_text(json.dumps(content))
-    record = read_record(store / STORE)
-    assert record is not None
-    (store / STORE).write_bytes(Record(record.about, {**record.digests, "g/zarr.json": file_digest(file)}).content())
+    coded = [{"name": codec, "configuration": {}}]
+    edit(store / "g" / "zarr.json", lambda content: content.update(codecs=coded))
+    seal(store)
     with pytest.raises(InputError, match="is not a batch store"):
         open_store(store)
 

@@ -3,7 +3,9 @@
 
 from __future__ import annotations
 
+import json
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -33,10 +35,11 @@ CAMPAIGN = Campaign(
 PATIENCE = "2s"  # before a process that was killed is given up
 
 
-def dask(*arguments: str, **environment: str) -> subprocess.Popen[bytes]:
+def dask(*arguments: str, cwd: Path | None = None, **environment: str) -> subprocess.Popen[bytes]:
     path = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH")]))
     return subprocess.Popen(
         [sys.executable, "-m", "dask", *arguments],
+        cwd=cwd,
         env={**os.environ, "PYTHONPATH": path, "DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT": PATIENCE, **environment},
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
@@ -198,6 +201,61 @@ def test_a_scheduler_that_is_lost_ends_the_command_in_one_line(tmp_path: Path) -
     assert open_store(out).stored()
 
 
+@pytest.mark.soak
+def test_the_page_on_tls_is_right(tmp_path: Path) -> None:
+    """Its commands, on this machine: with the certificates a batch runs, without them it is refused."""
+    page = (ROOT / "docs" / "how-to" / "batch-on-a-cluster.md").read_text(encoding="utf-8")
+    keys, servers = re.findall(r"```bash\n(.*?)```", page.partition("## With TLS")[2], flags=re.DOTALL)[:2]
+    subprocess.run(["bash", "-ec", keys], cwd=tmp_path, check=True, capture_output=True)
+    lines = {line.split()[1]: line for line in servers.splitlines() if line.startswith("dask")}
+    settings = dict(line.removeprefix("export ").split("=", 1) for line in servers.splitlines() if "export" in line)
+    assert set(lines) == {"scheduler", "worker"}
+    assert len(settings) == 4
+    out, file = tmp_path / "runs.zarr", tmp_path / "scheduler.json"
+    here = f"--host 127.0.0.1 --port 0 --no-dashboard --scheduler-file {file}"
+    server = dask(*lines["scheduler"].replace("--port 8786", here).split()[1:], cwd=tmp_path)
+    processes = [server]
+    try:
+        while not file.exists() and server.poll() is None:
+            time.sleep(0.1)
+        address = json.loads(file.read_text())["address"]
+        assert address.startswith("tls://")
+        line = lines["worker"].replace("tls://head:8786", address).replace("$(nproc)", "1 --no-nanny --no-dashboard")
+        processes.append(dask(*line.split()[1:], cwd=tmp_path))
+        batch = [
+            sys.executable,
+            "-m",
+            "mehvar",
+            "batch",
+            "triangle",
+            "--controller",
+            "path",
+            "-n",
+            "8",
+            "--t-end",
+            "0.1",
+        ]
+        batch += ["--t-end", "0.1", "--out", str(out), "--scheduler", address]
+        bare = {**os.environ, "PYTHONPATH": str(ROOT), "DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT": PATIENCE}
+        refused = subprocess.run(batch, cwd=tmp_path, env=bare, capture_output=True, text=True, check=False)
+        assert refused.returncode == 2
+        assert "must be reached with certificates: set DASK_DISTRIBUTED__COMM__TLS__CA_FILE" in refused.stderr
+        assert "Traceback" not in refused.stderr
+        assert not out.exists()
+        for _ in range(60):  # until the worker is there
+            done = subprocess.run(
+                batch, cwd=tmp_path, env={**bare, **settings}, capture_output=True, text=True, check=False
+            )
+            if "has no worker" not in done.stderr:
+                break
+        assert done.returncode == 0, done.stderr
+    finally:
+        for process in reversed(processes):
+            process.kill()  # over TLS a worker whose scheduler ends at the same time does not
+            process.wait()
+    assert verify(out).complete
+
+
 def test_a_cluster_without_workers_is_refused_and_the_store_can_go_on(client: Client, tmp_path: Path) -> None:
     out = tmp_path / "runs.zarr"
     with pytest.raises(InputError, match="no worker: start some with `dask worker"):
@@ -210,3 +268,12 @@ def test_a_cluster_without_workers_is_refused_and_the_store_can_go_on(client: Cl
 def test_a_scheduler_that_is_not_there_is_named(address: str) -> None:
     with pytest.raises(InputError, match=rf"scheduler = '{address}': must be the address of a running dask scheduler"):
         connect(address, timeout=1)
+
+
+def test_tls_without_certificates_is_refused_at_once(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="must be reached with certificates: set DASK_"):
+        connect("tls://127.0.0.1:9")
+    names = ("ca-file", "client.cert", "client.key")
+    missing = {f"distributed.comm.tls.{name}": str(tmp_path / "none.pem") for name in names}
+    with dask_config.set(missing), pytest.raises(InputError, match="No such file"):
+        connect("tls://127.0.0.1:9")

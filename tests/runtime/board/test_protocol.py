@@ -26,7 +26,7 @@ from hypothesis.stateful import (
 
 from mehvar.runtime.board.image.build import program, sources
 from mehvar.runtime.board.line.frames import Decoder, Frame, encode
-from mehvar.runtime.board.line.link import HELLO, NAK, REPLY, STEP, Flags, Link, LinkError, RestartError
+from mehvar.runtime.board.line.link import HELLO, NAK, REPLY, STATS, STEP, Flags, Link, LinkError, RestartError
 from mehvar.runtime.compiling.library import load_library
 from tests.runtime.board.conftest import load
 
@@ -34,7 +34,7 @@ HERE = Path(__file__).parent
 MODEL, LAW = "satellite", "mrac"
 TWO_SAMPLES = 1000
 """ms, of the satellite."""
-WRONG_SIZE, NO_SESSION = 2, 4
+WRONG_SIZE, NO_SESSION, OUT_OF_TURN = 2, 4, 5
 
 
 class Board:
@@ -104,6 +104,21 @@ def libraries(tmp_path_factory: pytest.TempPathFactory) -> tuple[ctypes.CDLL, ct
     one = load_library("board_process", texts, units, ("-O1", "-I.", "-DMEHVAR_FLOAT"))
     copy = shutil.copy(one._name, tmp_path_factory.mktemp("twin") / "twin.so")  # its own memory
     return one, ctypes.CDLL(str(copy))
+
+
+@pytest.mark.parametrize("kind", [HELLO, STATS])
+@pytest.mark.parametrize("ahead", [1, 2, 2**31 - 1, 2**31, 2**31 + 1, 2**32 - 1])
+def test_a_number_is_next_or_a_hello_less_than_half_the_circle_ahead(libraries, kind, ahead):
+    board = Board(libraries[0], program(load(MODEL), LAW).layout.sizes)
+    for last in (7, 2**32 - 1):
+        board.power_on()
+        for number, request in ((last, HELLO), ((last + ahead) % 2**32, kind)):
+            (reply,) = Decoder().feed(board.exchange(encode(Frame(request, 0, 5, number, b""))))
+            assert reply.number == number
+        on_time = ahead == 1 or (kind == HELLO and ahead < 2**31)
+        assert reply.type == (kind if on_time else NAK) | REPLY
+        if not on_time:
+            assert reply.payload == bytes([OUT_OF_TURN]) + last.to_bytes(4, "little")
 
 
 def test_the_board_computes_what_its_twin_on_a_perfect_line_does(libraries):

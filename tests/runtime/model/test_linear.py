@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 from mehvar.errors import InputError
-from mehvar.runtime import Model
+from mehvar.runtime import Model, load
+from mehvar.runtime.model.linear import cut_loop
+from mehvar.runtime.model.parameters import vector
 
 Vector = np.ndarray
 
@@ -123,3 +125,17 @@ def test_law_parameters(model: Model) -> None:
     assert model.law_parameters("pd", k_p=25.0).tolist() == [25.0, 10.0]
     with pytest.raises(InputError, match="unknown parameter of the law pd 'k_q'"):
         model.law_parameters("pd", k_q=1.0)
+
+
+@pytest.mark.parametrize("name", ["triangle", "slosh", "satellite"])
+def test_a_cut_loop_that_is_closed_again_is_the_loop(name: str) -> None:
+    model = load(name, "python")
+    manifest, functions, p = model.manifest, model.functions, model.parameters()
+    start = functions["initial"](p, vector(manifest.scenario_parameters, {}))
+    r = functions["reference"](0.0, p, vector(manifest.scenario_parameters, {}))
+    for law in manifest.controllers.values():
+        c = model.law_parameters(law.name)
+        cut = cut_loop(manifest, functions, law, start, None, p, r, c, None)
+        loop = model.linearize(start, None, p, r=r, controller=law.name)
+        assert (cut.states, cut.inputs, cut.outputs) == (loop.states, model.input_names, model.input_names)
+        np.testing.assert_allclose(cut.A + cut.B @ cut.C, loop.A, rtol=1e-9, atol=1e-12)

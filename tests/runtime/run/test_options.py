@@ -16,6 +16,7 @@ from mehvar.errors import InputError
 from mehvar.manifest import METRIC_KINDS
 from mehvar.runtime.batch.plan import CAMPAIGN_OPTIONS
 from mehvar.runtime.batch.sampling import DESIGNS, OPEN_DESIGNS
+from mehvar.runtime.model.catalogue import find_model
 from mehvar.runtime.run import metrics
 from mehvar.runtime.run.options import OPTIONS, Option, Place, RunOptions, read_options, split_settings
 from mehvar.settings import read_value, read_values
@@ -85,7 +86,9 @@ def test_defaults_stand_in_the_table_alone():
 
 
 def test_settings_are_sorted_into_parameters_and_options_with_choices():
-    settings = read_values(["m=2.5", "name=big", "plant=reduced", "rtol=1e-9", "max_steps=100000"])
+    settings = read_values(
+        ["m=2.5", "name=big", "plant=reduced", "rtol=1e-9", "max_steps=100000"], find_model("triangle")
+    )
     parameters, options = split_settings(settings, ["plant", "attitude"], "run", "--set")
     assert parameters == {"m": 2.5, "name": "big"}, "a text that is no number is refused where its name is known"
     assert options == {"rtol": 1e-9, "max_steps": 100_000, "plant": "reduced"}, "what is given stays given"

@@ -54,6 +54,15 @@ def test_attributes_tell_how_it_came_about(dataset: xarray.Dataset) -> None:
     assert {"python", "numpy", "hand"} <= set(json.loads(attrs["versions"]))
 
 
+@pytest.mark.parametrize("initial", [{}, {"angle": 0.7}, {"angle": -0.7, "rate": 0.25}])
+def test_attributes_have_the_start_wherever_it_came_from(pendulum: Model, initial: dict[str, object]) -> None:
+    run = runtime.simulate(pendulum, "pd", "stiff", initial=initial, rate_0=0.1, t_end=0.1)
+    attrs = runtime.to_dataset(run).attrs
+    parameters = json.loads(attrs["parameters"])
+    start = {"angle": parameters["angle_0"], "rate": parameters["rate_0"]}
+    assert json.loads(attrs["initial"]) == {**start, **initial}
+
+
 def test_file_round_trip(dataset: xarray.Dataset, tmp_path: Path) -> None:
     path = tmp_path / "run.nc"
     path.write_text("old")

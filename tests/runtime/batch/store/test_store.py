@@ -17,6 +17,7 @@ import xarray
 import zarr.storage._local
 
 from mehvar.errors import InputError
+from mehvar.runtime.batch.plan import Campaign
 from mehvar.runtime.batch.store import store as store_module
 from mehvar.runtime.batch.store.layout import NOT_RUN, STATUS, Coordinate, Layout, Variable
 from mehvar.runtime.batch.store.records import block_record, read_record
@@ -24,13 +25,23 @@ from mehvar.runtime.batch.store.store import Store, StoreError, create, open_sto
 from mehvar.runtime.batch.store.verification import verify
 
 VARIABLES = [
-    Variable("m1", "float64", attributes={"units": "kg"}),
+    Variable("m1", "float64", attributes={"units": "kg", "long_name": "mass"}),
     Variable("final", "float64", "state", 2),
     Variable("theta", "float64", "t", 3),
     Variable(STATUS, "uint8"),
 ]
 COORDINATES = {"state": Coordinate(["a", "b"]), "t": Coordinate(np.array([0.0, 0.5, 1.0]), {"units": "s"})}
-LAYOUT = Layout(10, 4, VARIABLES, COORDINATES, {"campaign": "one"}, {"title": "test", "seed": 3})
+CAMPAIGN = Campaign("law", n=10, seed=3)
+IDENTITY = {
+    **{"model": "m", "model_hash": "0", "campaign": CAMPAIGN.json_text(), "success": "", "until": ""},
+    "numerics": '{"generated": "0", "profile": "portable"}',
+}
+ATTRIBUTES = {
+    **{"title": "test", "model_source": "m", "controller": "law", "scenario": "s", "seed": 3, "drawn": "[]"},
+    **{"metrics": '["m1"]', "profile": "portable", "flags": "", "compiler": "cc"},
+    **dict.fromkeys(("nominal", "structure", "versions"), "{}"),
+}
+LAYOUT = Layout(10, 4, VARIABLES, COORDINATES, IDENTITY, ATTRIBUTES)
 
 
 def values(first: int, count: int) -> dict[str, np.ndarray]:
@@ -196,10 +207,10 @@ def test_a_store_that_was_being_cut_is_cut(store: Store, monkeypatch: pytest.Mon
             (store.path / name).write_bytes(content)
         again, real, count = goes_on(store.path), store_module.replace_file, iter(range(100))
 
-        def die(path: Path, content: bytes, stop: int = stop, real: Any = real, count: Any = count) -> None:
+        def die(*file: Any, stop: int = stop, real: Any = real, count: Any = count) -> None:
             if next(count) == stop:
                 raise KeyboardInterrupt
-            real(path, content)
+            real(*file)
 
         with again.writing(), monkeypatch.context() as patch:
             patch.setattr(store_module, "replace_file", die)

@@ -32,10 +32,36 @@ def test_a_sampled_run_from_its_own_inputs_is_the_same_to_the_bit(pendulum: runt
 
 def test_a_run_that_does_not_hold_all_its_inputs_is_refused(pendulum: runtime.Model) -> None:
     coarse = runtime.simulate(pendulum, "p-sum", t_end=1.0, parameters={"Ts": 0.05}, dt_out=0.1)
-    with pytest.raises(InputError, match=r"every 0.1 s.*run it again with dt_out=0.05"):
+    with pytest.raises(InputError, match=r"samples every 0.1 s.*run it again with dt_out=0.05"):
         run(pendulum, runtime.to_dataset(coarse))
+    late = runtime.to_dataset(runtime.simulate(pendulum, "p-sum", t_end=1.0, parameters={"Ts": 0.05}, dt_out=0.05))
+    with pytest.raises(InputError, match=r"first sample is at 0.1 s'.*must be one from its start, 0 s"):
+        run(pendulum, late.isel(t=slice(2, None)), t_end=0.5)
     with pytest.raises(InputError, match="that run ends at 1 s: set t_end"):
         run(pendulum, runtime.to_dataset(coarse), t_end=2.0)
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        *("", "[]", "1", "{", '{"hold": 0.1, "hold": 0.05, "delay": 0}', '{"hold": 0.05}', '{"hold": "a", "delay": 0}'),
+        *('{"hold": -1, "delay": 0}', '{"hold": 0, "delay": 0}', '{"hold": 1e999, "delay": 0}'),
+        *('{"hold": 0.05, "delay": -1}', '{"hold": 0.05, "delay": []}'),
+    ],
+)
+def test_what_a_run_says_of_itself_is_read_or_refused(pendulum: runtime.Model, options: str) -> None:
+    before = runtime.to_dataset(runtime.simulate(pendulum, "p-sum", t_end=1.0, parameters={"Ts": 0.05}))
+    before.attrs["options"] = options
+    with pytest.raises(InputError, match=r"inputs \(from .*\): its attribute options is not what a run leaves: ."):
+        run(pendulum, before)
+
+
+def test_a_run_without_numbers_is_refused(pendulum: runtime.Model) -> None:
+    before = runtime.to_dataset(runtime.simulate(pendulum, "p-sum", t_end=1.0))
+    words = ("t", ["a"] * before.sizes["t"])
+    for damage in (before.isel(t=slice(0)), before.assign_coords(t=words), before.assign(u_cmd_torque=words)):
+        with pytest.raises(InputError, match=r"inputs = 'a dataset w.*the result of one run"):
+            run(pendulum, damage)
 
 
 def test_the_inputs_of_a_continuous_run_are_arrays(pendulum: runtime.Model) -> None:

@@ -1,0 +1,238 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Twenty small edits of the models: how many lines of generated text each changes, and of how many the meaning changes.
+
+Run: python benchmarks/small_edits.py REVISION
+
+The generators of a revision of this repository and of this tree derive both; each is compared with its own generated/.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import median
+
+from machine import command_line, machine, table, write
+
+ROOT = Path(__file__).parents[1]
+DERIVE = (
+    "import json, sys; from pathlib import Path; from mehvar.codegen.generate import Tree, derive\n"
+    "print(json.dumps(derive(Tree(Path.cwd()), sys.argv[1])))"
+)
+TEXTS = (".c", ".h", ".py", "equations.json")
+"""Ends of the names of the files that are counted; equations.md has no temporaries."""
+GOAL = 3
+"""Lines changed for each line whose meaning changes."""
+_TEMPORARY = re.compile(
+    r"(?<!\[)\b[vmsc]\d+\b|\bh\[(?:\.\.\., )?\d+\]"
+    r"|\b(?:\w+_[hw]_)?(?:(?:sin_|cos_)?[tm]_[a-z2-7]{5}|(?:sin|cos)_[a-z2-7]{5})(?:_\d+)?_*\b"
+)
+"""What a temporary is called: v12 and h[12] by place, t_abcde by content, after h_ or w_ where another function makes
+it."""
+_NODE = re.compile(r'(?<![\w"])\d+(?![\w"])|"[0-9a-f]{10}"')
+"""What a node of equations.json is called: its place, or ten digits of a hash of its content."""
+_WORD = re.compile(r"[\w.]+|\S")
+
+
+@dataclass(frozen=True)
+class Edit:
+    """One edit of a model's text.
+
+    Attributes
+    ----------
+    model, kind : str
+        Whose it is, and what it is an example of.
+    file, old, new : str
+        Below models/MODEL: `new` takes the place of the first `old`.
+    """
+
+    model: str
+    kind: str
+    file: str
+    old: str
+    new: str
+
+
+EDITS = (
+    Edit(
+        "satellite",
+        "coefficient: gravity gradient 3 to 2",
+        "dynamics.py",
+        "return 3 * omega0**2",
+        "return 2 * omega0**2",
+    ),
+    Edit(
+        "satellite",
+        "coefficient: magnetic field 2 to 3",
+        "environment.py",
+        "2 * sp.sin(latitude)",
+        "3 * sp.sin(latitude)",
+    ),
+    Edit("satellite", "sign: wheel speed", "dynamics.py", "[k] - rates[k]", "[k] + rates[k]"),
+    Edit("satellite", "sign: reflectance", "environment.py", "(1 + plant.reflectance)", "(1 - plant.reflectance)"),
+    Edit("satellite", "term: momentum of the wheels", "dynamics.py", "inertia * rate + momentum)", "inertia * rate)"),
+    Edit(
+        "satellite",
+        "term: offset in the retaining law",
+        "controllers.py",
+        "(1 + first + last) * offset",
+        "(1 + last) * offset",
+    ),
+    Edit(
+        "satellite",
+        "gain: damping of pd doubled",
+        "controllers.py",
+        '- getattr(law, f"Kd_{i}")',
+        '- 2 * getattr(law, f"Kd_{i}")',
+    ),
+    Edit("satellite", "law's line: reference model", "controllers.py", "(w[0] + w[1]) / 2", "(3 * w[0] + w[1]) / 4"),
+    Edit("satellite", "rename: F_air", "environment.py", '"F_air"', '"F_drag"'),
+    Edit("satellite", "title: drag", "environment.py", '"drag"', '"force of the air"'),
+    Edit("triangle", "coefficient: turn of the direction doubled", "controllers.py", "-sigma * f", "-2 * sigma * f"),
+    Edit("triangle", "coefficient: rates of the rods", "dynamics.py", "/ (2 * length)", "/ (3 * length)"),
+    Edit(
+        "triangle",
+        "sign: approach to the surface",
+        "controllers.py",
+        "along_surface - law.eta_rho",
+        "along_surface + law.eta_rho",
+    ),
+    Edit(
+        "triangle", "term: the ratio in the speed of the turn", "controllers.py", "(closeness + ratio**2)", "closeness"
+    ),
+    Edit("triangle", "gain: size", "controllers.py", "rate = law.mu_gain * (", "rate = 2 * law.mu_gain * ("),
+    Edit(
+        "triangle",
+        "law's line: distance of escape",
+        "controllers.py",
+        "sp.sqrt(sp.Abs(shifted.theta)), law.R",
+        "sp.Abs(shifted.theta), law.R",
+    ),
+    Edit("triangle", "rename: tau", "controllers.py", '"tau", sp.Abs', '"closeness", sp.Abs'),
+    Edit("slosh", "gain: u1 doubled", "laws/controllers.py", "-c.w1 * b", "-2 * c.w1 * b"),
+    Edit("slosh", "sign: u2", "laws/controllers.py", "-c.w2 * cc", "c.w2 * cc"),
+    Edit("slosh", "title: roll inertia", "fast/hull.py", 'title="roll inertia"', 'title="inertia in roll"'),
+)
+
+
+def main(revision: str) -> None:
+    """Count, and write the page."""
+    with tempfile.TemporaryDirectory() as folder:
+        earlier = Path(folder)
+        _checkout(revision, earlier)
+        counts = [(count(earlier, edit), count(ROOT, edit)) for edit in EDITS]
+    rows = [
+        [
+            edit.model,
+            edit.kind,
+            *(text for side in sides for text in (str(side[0]), str(side[1]), f"{_ratio(side):.1f}")),
+        ]
+        for edit, sides in zip(EDITS, counts, strict=True)
+    ]
+    columns = [f"{what} {when}" for when in ("before", "now") for what in ("changed", "meaning", "ratio")]
+    before, now = ([sides[k] for sides in counts] for k in (0, 1))
+    lines = [
+        "# Small edits",
+        "",
+        f"Written by `python benchmarks/small_edits.py {revision}`: before is that revision, now is this tree.",
+        "",
+        "- changed: lines that `git diff` removes and adds, in C, header, Python and equations.json.",
+        "- meaning: of these, the lines that no choice of names avoids. Each line is taken without the names of its",
+        "  temporaries and of its nodes, and with its words sorted; those in only one version count. A sum in another",
+        "  order or another temporary in the same place does not count: the number is rather too small.",
+        "- ratio: the first over the second, of which at least one is taken.",
+        "",
+        "## Machine",
+        "",
+        *machine(),
+        "",
+        "## Lines",
+        "",
+        *table(["model", "edit", *columns], rows),
+        "",
+        f"All lines changed: {_changed(before)} before, {_changed(now)} now. Median of the ratios: "
+        f"{median(map(_ratio, before)):.1f} before, {median(map(_ratio, now)):.1f} now; "
+        f"{sum(_ratio(pair) > GOAL for pair in now)} of {len(now)} edits are above {GOAL} now.",
+    ]
+    write("small_edits.md", lines)
+
+
+def _ratio(pair: tuple[int, int]) -> float:
+    changed, meaning = pair
+    return changed / max(meaning, 1)
+
+
+def _changed(pairs: list[tuple[int, int]]) -> int:
+    return sum(changed for changed, _ in pairs)
+
+
+def _checkout(revision: str, folder: Path) -> None:
+    """Write a revision's files."""
+    archive = subprocess.run(["git", "archive", revision], cwd=ROOT, capture_output=True, check=True).stdout
+    subprocess.run(["tar", "-x"], cwd=folder, input=archive, check=True)
+
+
+def count(side: Path, edit: Edit) -> tuple[int, int]:
+    """Count, for one edit under a checkout's generator, the lines that change and those whose meaning does."""
+    folder = side / "generated" / edit.model
+    return lines({path.name: path.read_text(encoding="utf-8") for path in folder.iterdir()}, derived(side, edit))
+
+
+def derived(side: Path, edit: Edit) -> dict[str, str]:
+    """Derive an edited model in a process of its own."""
+    with tempfile.TemporaryDirectory() as folder:
+        shutil.copytree(side / "models", Path(folder) / "models", ignore=shutil.ignore_patterns("__pycache__"))
+        file = Path(folder) / "models" / edit.model / edit.file
+        text = file.read_text(encoding="utf-8")
+        if edit.old not in text:
+            raise SystemExit(f"{file}: lacks {edit.old!r}")
+        file.write_text(text.replace(edit.old, edit.new, 1), encoding="utf-8")
+        path = os.pathsep.join((folder, str(side)))
+        done = subprocess.run(
+            [sys.executable, "-c", DERIVE, edit.model],
+            cwd=folder, env={**os.environ, "PYTHONPATH": path}, capture_output=True, text=True, check=False,
+        )  # fmt: skip
+    if done.returncode:
+        raise SystemExit(f"{edit}: {done.stderr[-2000:]}")
+    texts: dict[str, str] = json.loads(done.stdout)
+    return texts
+
+
+def lines(before: Mapping[str, str], after: Mapping[str, str]) -> tuple[int, int]:
+    """Return how many lines a diff of two versions' texts takes away and adds, and of how many the meaning changes."""
+    changed = meaning = 0
+    for name in (name for name in after if name.endswith(TEXTS)):
+        changed += _diff(before[name], after[name])
+        names = _NODE if name.endswith(".json") else _TEMPORARY
+        one, other = (Counter(_meaning(line, names) for line in text[name].splitlines()) for text in (before, after))
+        meaning += (one - other).total() + (other - one).total()
+    return changed, meaning
+
+
+def _meaning(line: str, names: re.Pattern[str]) -> str:
+    """Return the words of a line in order of the alphabet, without some names."""
+    return " ".join(sorted(_WORD.findall(names.sub("_", line))))
+
+
+def _diff(before: str, after: str) -> int:
+    with tempfile.TemporaryDirectory() as folder:
+        for name, text in (("before", before), ("after", after)):
+            (Path(folder) / name).write_text(text, encoding="utf-8")
+        command = ["git", "diff", "--no-index", "--numstat", "before", "after"]
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    return sum(int(field) for field in done.stdout.split()[:2])
+
+
+if __name__ == "__main__":
+    parser = command_line(__doc__)
+    parser.add_argument("revision", help="what to compare with")
+    main(parser.parse_args().revision)

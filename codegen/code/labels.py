@@ -1,0 +1,256 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What generated text calls its values: after the model where it names them, else after what they are made of.
+
+The names of a function depend on that function alone, and not on how many values stand before one: an edit of a model
+leaves the names of what it does not touch. See decision 0022.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import keyword
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from mehvar.names import identifier
+
+from .tape import COMMUTATIVE, MASKS, Instruction, Tape
+
+Element = tuple[int, int]
+"""Place of an argument, and of an element in it."""
+LEAVES = 8
+"""Operands of a statement, beyond which parts of it get statements of their own, so that a line has about a hundred
+letters; in a sum each term gets a line instead. Half makes more statements, twice longer lines; numbers stay."""
+_DEPTH = 2
+"""How many statements below its own decide a value's name. An early count of eight edits of satellite gave as median of
+lines changed over lines that must change 2.4 with 0, where more names have to be numbered, 2.8 with 1 and 2.1 with 2, 3
+and 8."""
+_LETTERS = 5
+"""Of a name, 25 bits. Were the hashes spread evenly, two of two hundred temporaries of a function would share one in
+one function of 1700, and are then numbered; with one letter less in one of 50. That is an estimate, not a count."""
+_LONGEST = 200
+"""Letters of a description before its digest of 64 stands for it; any number above that gives unique descriptions."""
+_SIGNS, _KINDS = ("neg", "num", "truth"), {"sub": "add"}
+"""What a name does not tell: a sign, whether a truth value is meant as a number, a difference from a sum."""
+_RESERVED = frozenset("""
+    auto break case char const continue default do double else enum extern float for goto if inline int long register
+    restrict return short signed sizeof static struct switch typedef union unsigned void volatile while linux unix
+    real mask K SPLAT LT LE EQ NE NOT AND OR XOR NUM TRUTH SELECT SELECT0
+    NAN INFINITY HUGE_VAL NULL EOF DOMAIN SING OVERFLOW UNDERFLOW PLOSS TLOSS I errno np
+""".split()) | frozenset(keyword.kwlist)  # fmt: skip  # noqa: SIM905
+"""Words of C and Python, macros of the headers that generated C includes, and of the C library's."""
+
+
+@dataclass(frozen=True)
+class Labels:
+    """What a function's vectors, their elements and its steps are called.
+
+    Attributes
+    ----------
+    elements : mapping of str to tuple of str
+        Names of the elements of vectors that it receives; elements of others are called by their place.
+    constants : mapping of str to tuple of str
+        For vectors that it receives or returns, what C calls the places of the elements.
+    parts : set of str
+        Vectors that only its other parts make, whose elements are taken one after the other.
+    numbers : mapping of str to str
+        Equation numbers of definitions.
+    """
+
+    elements: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    constants: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    parts: frozenset[str] = frozenset()
+    numbers: Mapping[str, str] = field(default_factory=dict)
+
+
+PLAIN = Labels()
+"""Elements are called by their place."""
+
+
+def lines_of(tape: Tape) -> set[int]:
+    """Return the values that get a statement of their own.
+
+    Those are what is used more than once or defined in the model, truth values, sines with their cosines, and what
+    would make a statement longer than LEAVES operands, unless it is the beginning of a sum.
+    """
+    uses, users = tape.uses(), _users(tape)
+    paired = sincos_pairs(tape)
+    lined, weight = set[int](), list[int]()
+    for k, i in enumerate(tape.instructions):
+        size = sum(weight[a] for a in i.operands) or 1
+        if i.op in ("input", "const"):
+            size = 1
+        elif uses[k] > 1 or i.name or i.op in MASKS or k in paired or _too_long(tape, k, size, users):
+            lined.add(k)
+            size = 1
+        weight.append(size)
+    return lined
+
+
+def long_sums(tape: Tape, lined: set[int]) -> set[int]:
+    """Return the additions that stand at the beginning of a line: those of sums with more than LEAVES operands."""
+    weight: list[int] = []
+    for i in tape.instructions:
+        weight.append(sum(1 if a in lined else weight[a] for a in i.operands) or 1)
+    long = set[int]()
+    for k in range(len(tape.instructions) - 1, -1, -1):
+        i = tape.instructions[k]
+        if is_sum(i) and (weight[k] > LEAVES or k in long):
+            long.add(k)
+            if i.args[0] not in lined and is_sum(tape.instructions[i.args[0]]):
+                long.add(i.args[0])
+    return long
+
+
+def _users(tape: Tape) -> dict[int, int]:
+    """Return for each value one that uses it; what only results use is missing."""
+    return {a: k for k, i in enumerate(tape.instructions) for a in i.operands}
+
+
+def _too_long(tape: Tape, k: int, size: int, users: Mapping[int, int]) -> bool:
+    """Whether a value used once has too many operands, and is no result and no sum that another goes on from."""
+    if size <= LEAVES or k not in users:
+        return False
+    user = tape.instructions[users[k]]
+    return not (is_sum(tape.instructions[k]) and is_sum(user) and user.args[0] == k)
+
+
+def is_sum(instruction: Instruction) -> bool:
+    """Whether a value is a sum or a difference."""
+    return instruction.op in ("add", "sub")
+
+
+def sincos_pairs(tape: Tape) -> dict[int, int]:
+    """Return for each sine the cosine of the same angle and the other way round, where both are there."""
+    places: dict[tuple[str, int], int] = {}
+    for k, i in enumerate(tape.instructions):
+        if i.op in ("sin", "cos"):
+            places[i.op, i.args[0]] = k
+    other = {"sin": "cos", "cos": "sin"}
+    return {k: places[other[op], a] for (op, a), k in places.items() if (other[op], a) in places}
+
+
+def element_names(
+    arguments: Sequence[tuple[str, int | None]], results: Iterable[str], labels: Labels
+) -> dict[Element, str]:
+    """Name the elements of the vectors that a function receives; one whose name is taken has its vector's before it."""
+    names: dict[Element, str] = {}
+    taken = {*(name for name, _ in arguments), *results, *_RESERVED}
+    for place, (argument, size) in enumerate(arguments):
+        for k, element in enumerate(labels.elements.get(argument, ()) if size is not None else ()):
+            plain = identifier(element)
+            names[place, k] = _free(plain if plain not in taken else f"{argument}_{plain}", taken)
+            taken.add(names[place, k])
+    return names
+
+
+def value_names(tape: Tape, lined: set[int], elements: Mapping[Element, str], taken: set[str]) -> dict[int, str]:
+    """Name the values that have statements.
+
+    Parameters
+    ----------
+    tape : Tape
+        The function.
+    lined : set of int
+        Those values.
+    elements : mapping of (int, int) to str
+        Names of the elements of arguments.
+    taken : set of str
+        Names of arguments and results.
+    """
+    taken = {*taken, *elements.values(), *_RESERVED}
+    names: dict[int, str] = {}
+    for k in sorted(lined):
+        if tape.instructions[k].name:
+            names[k] = _free(identifier(tape.instructions[k].name), taken)
+            taken.add(names[k])
+    contents, pairs = _contents(tape, lined, elements), sincos_pairs(tape)
+    seen: Counter[str] = Counter()
+    for k in sorted(lined - names.keys()):
+        i = tape.instructions[k]
+        name = _hashed("m_" if i.op in MASKS else "t_", contents[k])
+        if k in pairs:
+            angle = i.args[0]
+            source = tape.instructions[angle]
+            known = elements.get(_element(source)) if source.op == "input" else names.get(angle)
+            name = f"{i.op}_{known or _hashed('', contents[angle])}"
+        seen[name] += 1
+        names[k] = _free(name if seen[name] == 1 else f"{name}_{seen[name]}", taken)
+        taken.add(names[k])
+    return names
+
+
+def _element(instruction: Instruction) -> Element:
+    argument, element = instruction.args
+    return argument, element
+
+
+def _free(name: str, taken: set[str]) -> str:
+    while name in taken:
+        name += "_"
+    return name
+
+
+def _hashed(kind: str, content: str) -> str:
+    digest = base64.b32encode(hashlib.sha256(content.encode()).digest()).decode().lower()
+    return kind + digest[:_LETTERS]
+
+
+def _contents(tape: Tape, lined: set[int], elements: Mapping[Element, str]) -> list[str]:
+    """Describe what values are made of: their own statement and those it uses, without coefficients and signs."""
+    contents: list[str] = []
+    for depth in range(_DEPTH + 1):
+        operands = _kinds(tape) if depth == 0 else contents
+        contents = _described(tape, lined, elements, operands)
+    return contents
+
+
+def _kinds(tape: Tape) -> list[str]:
+    """Return the operation of each value, that of what a sign or a coefficient stands before."""
+    kinds: list[str] = []
+    for i in tape.instructions:
+        scaled = [a for a in i.operands if tape.instructions[a].op != "const"] if i.op == "mul" else []
+        if i.op in _SIGNS or len(scaled) == 1:
+            kinds.append(kinds[scaled[0] if scaled else i.args[0]])
+        else:
+            kinds.append(f".{_KINDS.get(i.op, i.op)}")
+    return kinds
+
+
+def _described(tape: Tape, lined: set[int], elements: Mapping[Element, str], operands: Sequence[str]) -> list[str]:
+    """Describe each value, with `operands` for the statements that its own uses."""
+    own: list[str] = []
+    parts: list[tuple[str, tuple[str, ...]]] = []
+
+    def shown(k: int) -> str:
+        i = tape.instructions[k]
+        return i.name or (operands[k] if k in lined else own[k])
+
+    for i in tape.instructions:
+        kind, members = _KINDS.get(i.op, i.op), tuple[str, ...]()
+        if i.op == "input":
+            text = elements.get(_element(i), str(i.args))
+        elif i.op == "const":
+            text = ""
+        elif i.op in _SIGNS:
+            text = shown(i.args[0])
+        elif kind in ("add", "mul"):
+            for a in i.args:
+                flat = a not in lined and parts[a][0] == kind
+                members += parts[a][1] if flat else tuple(filter(None, (shown(a),)))
+            members = tuple(sorted(members))
+            text = members[0] if len(members) == 1 else _short(kind, members)
+        else:
+            members = tuple(map(shown, i.args))
+            text = _short(kind, sorted(members) if i.op in COMMUTATIVE else members)
+        own.append(text)
+        parts.append((kind, members))
+    return own
+
+
+def _short(kind: str, members: Sequence[str]) -> str:
+    """Write an operation down, or its digest, so that a description stays short however much it is made of."""
+    text = f"{kind}({','.join(members)})"
+    return text if len(text) < _LONGEST else hashlib.sha256(text.encode()).hexdigest()

@@ -1,0 +1,176 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Which changes one cause explains: a quantity counts twice in an energy, and so in all that is derived from it.
+
+A derivation writes its steps out, so one edited line changes many texts. Where the first of them is what a multiple of
+one quantity in its place makes of the old text, every other text is tested with the same multiple: those that it
+explains follow. And what solves changed equations of motion follows them: generate holds one against the other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+
+from ...equal import field
+from ...equal.field import Element, Undefined
+from ...equal.values import OF_PHASES
+from ..changes import Values, rational
+from ..versions import Item, Key, Versions
+from .extension import naming
+from .groups import any_axis
+
+MOTION = "equations of motion"
+_POINTS = 3
+"""Of the field, as many as for any equality; see `codegen.equal.judge`."""
+_SCALABLE = ("parameter", "shown", "scenario", "law")
+"""Roles, or their first words, of what a multiple may stand for: a state or an input is no number of the model."""
+
+
+@dataclass(frozen=True)
+class Cause:
+    """A changed text, and the changes that it explains.
+
+    Attributes
+    ----------
+    source : Item
+        The first of them in the order of the derivation.
+    says : str
+        What explains them, such as "2 m/3 in place of m".
+    followers : tuple of Item
+        The other texts that this turns into the new ones.
+    """
+
+    source: Item
+    says: str
+    followers: tuple[Item, ...]
+
+
+def causes(versions: Versions, changed: Sequence[Item]) -> list[Cause]:
+    """Return what explains several of the changed texts, which are in the order of the derivation."""
+    left, result = list(changed), []
+    while left:
+        cause = _cause(versions, left[0], left[1:])
+        left = [item for item in left[1:] if cause is None or item not in cause.followers]
+        if cause is not None:
+            result.append(cause)
+    return result
+
+
+def _cause(versions: Versions, source: Item, others: Sequence[Item]) -> Cause | None:
+    """Return the multiple of one quantity, or of one of every member of a family, that explains most."""
+    best: Cause | None = None
+    for name, members in _quantities(versions, source).items():
+        scaled = _Scaled(versions, members)
+        factor = scaled.factor(source)
+        if factor is None:
+            continue
+        followers = tuple(item for item in others if scaled.explains(item, factor))
+        if _beyond_its_axes(source, followers) and (best is None or len(followers) > len(best.followers)):
+            best = Cause(source, f"{_multiple(factor, name)} in place of {name}", followers)
+    return best
+
+
+def _beyond_its_axes(source: Item, followers: Sequence[Item]) -> bool:
+    """Whether more is explained than the other axes of one vector, which are a group of their own."""
+    return any(any_axis(item.name) != any_axis(source.name) for item in followers)
+
+
+def _multiple(factor: Fraction, name: str) -> str:
+    over = f"/{factor.denominator}" if factor.denominator > 1 else ""
+    times = {1: "", -1: "-"}.get(factor.numerator, f"{factor.numerator} ")
+    return f"{times}{name}{over}"
+
+
+def _quantities(versions: Versions, item: Item) -> Mapping[str, frozenset[str]]:
+    """Return the quantities in a text by their generic names: those of a family's members go together."""
+    symbols = {symbol.name: symbol for document in (versions.new, versions.old) for symbol in document.symbols}
+    generic = {name: f"{symbol.family}_i" if symbol.family else name for name, symbol in symbols.items()}
+    free = {name for name in versions.free_old.free(versions.partner[item.key].root) if name in symbols}
+    wanted = sorted({generic[name] for name in free if symbols[name].role.startswith(_SCALABLE)})
+    return {name: frozenset(n for n in generic if generic[n] == name) for name in wanted}
+
+
+class _Scaled:
+    """Old texts with multiples of some names in their place."""
+
+    def __init__(self, versions: Versions, names: frozenset[str]) -> None:
+        self._versions = versions
+        self._names = names
+
+    @cached_property
+    def _naming(self) -> frozenset[int]:
+        return naming(self._versions.pool, self._names)
+
+    def factor(self, item: Item) -> Fraction | None:
+        """Return the multiple that turns the old text into the new one; None if there is none but one itself."""
+        try:
+            none, once, new = self._old(item, Fraction(0)), self._old(item, Fraction(1)), self._new(item)
+            ratio = tuple(
+                field.mul(field.sub(c, a), field.inverse(field.sub(b, a)))
+                for a, b, c in zip(none, once, new, strict=True)
+            )
+        except Undefined:
+            return None
+        factor = rational(ratio)
+        return factor if factor not in (None, 0, 1) and self.explains(item, factor) else None
+
+    def explains(self, item: Item, factor: Fraction) -> bool:
+        """Whether a multiple turns the old text into the new one."""
+        if not self._is_followed(item):
+            return False
+        try:
+            return self._old(item, factor) == self._new(item)
+        except Undefined:
+            return False
+
+    def _is_followed(self, item: Item) -> bool:
+        """Whether the text names the quantities, and nowhere in an angle or exponent."""
+        pool, stack = self._versions.pool, [self._versions.partner[item.key].root, item.root]
+        seen = set(stack) & self._naming
+        stack = list(seen)
+        while stack:
+            node = stack.pop()
+            if pool.nodes[node][0] in OF_PHASES:
+                return False
+            below = {operand for operand in pool.operands(node) if operand in self._naming} - seen
+            seen |= below
+            stack += below
+        return bool(seen)
+
+    def _old(self, item: Item, factor: Fraction) -> Values:
+        versions, values = self._versions, []
+        for number in range(_POINTS):
+            world = versions.judge.at(number, fixed=self._multiples(number, factor))[versions.free_old]
+            values.append(world.value(versions.partner[item.key].root))
+        return tuple(values)
+
+    def _new(self, item: Item) -> Values:
+        versions = self._versions
+        return tuple(versions.judge.point(k)[versions.free_new].value(item.root) for k in range(_POINTS))
+
+    def _multiples(self, number: int, factor: Fraction) -> dict[str, Element]:
+        versions, times = self._versions, field.number(factor)
+        world = versions.judge.point(number)[versions.free_old]
+        return {name: field.mul(times, world.value(versions.pool.intern("sym", name))) for name in self._names}
+
+
+def solving(versions: Versions, changed: Sequence[Item]) -> list[Item]:
+    """Return the changed texts that only solve equations of motion which changed too."""
+    if not any(item.row.kind == "motion" for item in changed):
+        return []
+    others = [item for item in versions.news if item.row.kind not in ("rhs", "definition")]
+    elsewhere = _reached(versions, others)
+    rates = _reached(versions, [item for item in versions.news if item.row.kind == "rhs"])
+    return [item for item in changed if item.key in rates and item.key not in elsewhere]
+
+
+def _reached(versions: Versions, items: Sequence[Item]) -> set[Key]:
+    """Return the keys of rows and of all that they are made of."""
+    stack, keys = list(items), {item.key for item in items}
+    while stack:
+        below = [child for child in versions.children(stack.pop()) if child.key not in keys]
+        keys |= {child.key for child in below}
+        stack += below
+    return keys

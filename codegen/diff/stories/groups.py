@@ -1,0 +1,138 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Rows that tell one story: the same edit for every member of a family, a convention whose users compensate."""
+
+from __future__ import annotations
+
+import itertools
+import re
+from collections.abc import Mapping, Sequence
+
+from ..report import EXTENDED, MEMBER, EquationChange, Fate, Story
+from ..versions import Versions
+from .extension import Extension
+
+_AXIS = re.compile(
+    r"(?<![A-Za-z0-9])[xyz](?![A-Za-z0-9])|(?<=_)[xyz123](?![A-Za-z0-9])|(?<=[a-z_])[xyz](?![A-Za-z0-9_])"
+)
+"""An axis as a word, as in "torque about x", or at the end of a name, as in I_y or wx."""
+_SIGN = re.compile(r"(?<![\w)])-(?=\d)")
+"""Of a number: factors are taken out of sums in one order for all axes, and cross products are not."""
+
+
+def groups(
+    versions: Versions,
+    equations: tuple[EquationChange, ...],
+    extension: Extension | None = None,
+    told: Sequence[Story] = (),
+) -> tuple[Story, ...]:
+    """Return the groups among judged rows, with the stories of causes, whose followers need no other group."""
+    own = tuple(equation for equation in equations if not (equation.extended or equation.cause))
+    return (
+        *_extended(equations, extension),
+        *_families(versions, own),
+        *_symmetric(own),
+        *told,
+        *_conventions(versions, equations),
+        *_recombined(equations),
+    )
+
+
+def _extended(equations: tuple[EquationChange, ...], extension: Extension | None) -> list[Story]:
+    if extension is None:
+        return []
+    longer = sum(equation.how == EXTENDED for equation in equations)
+    own = sum(equation.how == MEMBER for equation in equations)
+    says = f"{extension.says}: {longer} equations are the same but for their terms, {own} are their own"
+    return [Story("extended", says, tuple(sorted(extension.names)))]
+
+
+def _families(versions: Versions, equations: Sequence[EquationChange]) -> list[Story]:
+    indexed = _indexed(versions)
+    stories: dict[tuple[str, ...], list[EquationChange]] = {}
+    for equation in equations:
+        if equation.verdict not in (Fate.CHANGED, Fate.ADDED, Fate.REMOVED):
+            continue
+        edits = [f"{edit.kind} {' > '.join(edit.path)} {edit.says}" for edit in equation.edits]
+        story = tuple(_generic(text, indexed) for text in (equation.verdict, equation.kind, equation.name, *edits))
+        stories.setdefault(story, []).append(equation)
+    families = []
+    for (_, _, name, *_), members in stories.items():
+        names = tuple(dict.fromkeys(equation.name for equation in members))
+        if len(names) > 1 and "_i" in name:
+            says = "; ".join(_generic(edit.says, indexed) for edit in members[0].edits) or members[0].verdict.value
+            families.append(Story("family", f"for every i: {says}", names))
+    return families
+
+
+def _symmetric(equations: tuple[EquationChange, ...]) -> list[Story]:
+    """Return equations for the axes of one vector, or entries of one matrix, that were edited alike but for signs."""
+    stories: dict[tuple[object, ...], list[EquationChange]] = {}
+    for equation in equations:
+        if equation.verdict is Fate.CHANGED and equation.edits and equation.kind != "equation":
+            edits = frozenset((edit.kind, any_axis(edit.says)) for edit in equation.edits)
+            about = equation.kind, any_axis(equation.name), any_axis(equation.title), edits
+            stories.setdefault(about, []).append(equation)
+    symmetric = []
+    for members in stories.values():
+        names = tuple(dict.fromkeys(equation.name for equation in members))
+        if len(names) > 1:
+            says = "; ".join(dict.fromkeys(_unsigned(edit.says) for edit in members[0].edits))
+            symmetric.append(Story("symmetric", f"{_titles(members)}: {says}", names))
+    return symmetric
+
+
+def any_axis(text: str) -> str:
+    """Return a text without its signs, and with one letter for every axis."""
+    return _AXIS.sub("_", _unsigned(text))
+
+
+def _unsigned(text: str) -> str:
+    return _SIGN.sub("", text)
+
+
+def _titles(members: Sequence[EquationChange]) -> str:
+    """Name what several equations are about: what their titles share, and in what they differ."""
+    titles = list(dict.fromkeys(equation.title for equation in members))
+    if len(titles) == 1:
+        return titles[0]
+    words = zip(*(title.split() for title in titles), strict=False)
+    stem = " ".join(word for word, *others in itertools.takewhile(lambda same: len(set(same)) == 1, words))
+    return f"{stem} {', '.join(title.removeprefix(stem).strip() for title in titles)}".strip()
+
+
+def _indexed(versions: Versions) -> Mapping[str, str]:
+    """Return the generic names of what exists once for each member of a family."""
+    names: dict[str, str] = {}
+    for document in (versions.old, versions.new):
+        names |= {symbol.name: f"{symbol.family}_i" for symbol in document.symbols if symbol.family}
+        names |= {row.name: f"{row.family}_i" for row in document.definitions if row.family}
+    return names
+
+
+def _generic(text: str, indexed: Mapping[str, str]) -> str:
+    return re.sub(r"[A-Za-z_][A-Za-z_0-9]*", lambda word: indexed.get(word[0], word[0]), text)
+
+
+def _conventions(versions: Versions, equations: tuple[EquationChange, ...]) -> list[Story]:
+    """Return definitions that changed while what uses them is equal."""
+    uses = {item.name: [child.name for child in versions.children(item)] for item in versions.news}
+    conventions = []
+    for equation in equations:
+        if equation.verdict is not Fate.CHANGED or equation.matters:
+            continue
+        users = tuple(
+            other.name
+            for other in equations
+            if other.verdict is Fate.REARRANGED and equation.name in uses.get(other.name, ())
+        )
+        what = "sign" if len(equation.edits) == 1 and equation.edits[0].kind == "sign" else "convention"
+        says = f"the {what} of {equation.name} changed; {', '.join(users) or 'its users'} compensate"
+        conventions.append(Story("convention", says, (equation.name, *users)))
+    return conventions
+
+
+def _recombined(equations: tuple[EquationChange, ...]) -> list[Story]:
+    names = tuple(equation.name for equation in equations if equation.how.startswith("recombined"))
+    return (
+        [Story("recombined", "equations of motion were combined; the accelerations are equal", names)] if names else []
+    )

@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`mehvar report`: a page about a model, a run or a batch."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from mehvar.pictures.style import require_matplotlib
+from mehvar.runtime.batch.store.store import open_store
+from mehvar.runtime.files import check_folder, filling
+from mehvar.runtime.model.model import load
+from mehvar.runtime.run.formats import open_result
+from mehvar.settings import complete_models
+from mehvar.terminal import progress
+
+if TYPE_CHECKING:
+    from mehvar.report.sections import Section
+
+
+def command(
+    subject: Annotated[
+        str,
+        typer.Argument(
+            metavar="MODEL_OR_FILE", help="A model, a generated folder, a result .nc, or the store of a batch.",
+            autocompletion=complete_models,
+        ),
+    ],
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the page.")] = Path("report"),
+) -> None:  # fmt: skip
+    """Write the page.
+
+    Raises
+    ------
+    InputError
+        For a model, a result or a store that is none, a folder that cannot be made, or without matplotlib.
+    """
+    require_matplotlib()
+    check_folder(out)
+    from mehvar.report.sections import sections_page
+
+    with progress(f"report {subject}") as advance:
+        advance(0, 1, "(the first run compiles)")
+        title, sections = _content(subject)
+        page = sections_page(title, sections)
+    with filling(out) as folder:
+        (folder / "index.html").write_text(page, encoding="utf-8")
+    typer.echo(f"report: {out / 'index.html'}")
+
+
+def _content(subject: str) -> tuple[str, list[Section]]:
+    from mehvar.report.accessor import Results
+    from mehvar.report.subjects import model_sections
+
+    if subject.endswith(".nc"):
+        return Results(open_result(subject)).page()
+    if (Path(subject) / "zarr.json").is_file():
+        return Results(open_store(Path(subject)).dataset()).page()
+    model = load(subject)
+    return f"{model.name}: {model.manifest.title}", model_sections(model)

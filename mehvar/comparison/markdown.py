@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A comparison as Markdown for a comment on a pull request: what it does in tables, edits as diffs, the rest folded."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from mehvar.codegen.diff.report import Edit, EquationChange, Fate, Story
+from mehvar.terminal import plain_text
+
+from .result import Diff, ModelDiff
+from .runs import MarginChange, RunChange
+from .status import ModelStatus
+from .text import (
+    HEADLINES,
+    counted,
+    edit_title,
+    example,
+    following,
+    is_complete,
+    joined,
+    labels,
+    margin_rows,
+    one_by_one,
+    outcome,
+    plant_lines,
+    relative,
+    same_runs,
+    stories,
+    telling_metrics,
+    title,
+)
+
+_LONGEST = 60_000
+"""Characters: a forge refuses a comment of more than 65 536, and whoever posts it adds a line or two of their own."""
+_WHOLE = 20
+"""Sources of change that get their edits shown; a comment with more is not read to its end."""
+
+
+def markdown(diff: Diff) -> str:
+    """Return the comment as text."""
+    models = [part for model in diff.models for part in (*_model(model), "")]
+    text = "\n".join([f"## Equations: {_code(diff.old)} → {_code(diff.new)}", "", *models])
+    if len(text) <= _LONGEST:
+        return text
+    kept = text[: text.rindex("\n\n", 0, _LONGEST)]
+    closed = "\n```\n" if kept.count("\n```") % 2 else ""
+    closed += "\n</details>\n" * (kept.count("<details>") - kept.count("</details>"))
+    return f"{kept}\n{closed}\nCut here: `mehvar diff --out page.html` has all of it.\n"
+
+
+def _model(model: ModelDiff) -> Iterator[str]:
+    yield f"### {model.model}: {HEADLINES[model.status]}"
+    yield ""
+    if model.status is ModelStatus.SAME:
+        return
+    yield counted(model.comparison)
+    yield ""
+    for name, old, new in model.comparison.structure:
+        yield f"- structure {_code(name)}: {_code(old)} → {_code(new)}"
+    for line in filter(None, [*stories(model.comparison), following(model.comparison)]):
+        yield f"- **{_plain(line)}**"
+    yield from _sources(model)
+    yield from _parameters(model)
+    if model.consequences:
+        yield from _runs(model.consequences.runs.changed)
+        yield from _margins(model.consequences.runs.margins)
+        if model.consequences.runs.same:
+            yield from ("", f"Equal in all metrics: {same_runs(model.consequences.runs)}.")
+        yield from ("", *_folded("plant without a law, eigenvalues, operations", list(plant_lines(model.consequences))))
+    yield from _folded("all of it as text", [plain_text(model.lines())])
+
+
+def _sources(model: ModelDiff) -> Iterator[str]:
+    sources = list(one_by_one(model.comparison))
+    for equation, group in sources[:_WHOLE]:
+        yield from ("", *_source(model, equation, group))
+    if len(sources) > _WHOLE:
+        yield from ("", f"... and {len(sources) - _WHOLE} more.")
+
+
+def _source(model: ModelDiff, equation: EquationChange, group: Story | None) -> Iterator[str]:
+    about = title(equation, group.names if group else ())
+    yield f"**{Fate(equation.verdict).value}** {_code(about)}"
+    if group:
+        yield from ("", _plain(group.says))
+    if equation.edits:
+        yield from ("```diff", *(line for edit in equation.edits for line in _edit(edit)), "```")
+    notes = [example(equation), following(model.comparison, equation)]
+    if equation.users:
+        notes.append(f"inherited by {labels(model.comparison, equation.users)}")
+    yield "; ".join(_plain(note) for note in notes if note)
+
+
+def _edit(edit: Edit) -> Iterator[str]:
+    yield f"# {edit_title(edit)}"
+    if edit.old is not None and edit.new is not None and is_complete(edit):
+        return
+    for sign, part in (("-", edit.old), ("+", edit.new)):
+        if part is not None:
+            yield f"{sign} {part.text}"
+
+
+def _parameters(model: ModelDiff) -> Iterator[str]:
+    rows = [
+        (_code(change.name), change.role, change.what, change.old, change.new) for change in model.comparison.parameters
+    ]
+    yield from _table(("name", "role", "what", "old", "new"), rows)
+
+
+def _runs(changed: Sequence[RunChange]) -> Iterator[str]:
+    for run, scenarios in joined(changed):
+        yield from ("", f"**{', '.join(scenarios)} under {run.law}**: {_plain(outcome(run))}")
+        rows = [
+            (_code(m.name), f"{m.old:.5g}", f"{m.new:.5g}", relative(m).strip(" ()"), m.unit)
+            for m in telling_metrics(run)
+        ]
+        yield from _table(("metric", "old", "new", "change", "unit"), rows)
+
+
+def _margins(changed: Sequence[MarginChange]) -> Iterator[str]:
+    for change in changed:
+        yield from ("", f"Margins under {change.law} where {change.scenario} ends:")
+        yield from _table(("input", "old (gain, phase)", "new"), list(margin_rows(change)))
+
+
+def _table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> Iterator[str]:
+    if rows:
+        yield ""
+        for row in (heads, ["---"] * len(heads), *rows):
+            yield f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in row)} |"
+
+
+def _folded(summary: str, lines: Sequence[str]) -> Iterator[str]:
+    if lines:
+        yield from ("", f"<details><summary>{summary}</summary>", "", "```text", *lines, "```", "", "</details>")
+
+
+def _code(text: str) -> str:
+    return f"`{text.replace('`', chr(39))}`"
+
+
+def _plain(text: str) -> str:
+    """Keep a text from being taken for Markdown or HTML."""
+    return "".join(f"\\{letter}" if letter in "\\`*_<>#|[]" else letter for letter in text)

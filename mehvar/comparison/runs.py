@@ -1,0 +1,263 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the laws of two versions do: every scenario is run under every law, once with each version."""
+
+from __future__ import annotations
+
+import importlib.util
+import math
+import warnings
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mehvar.errors import InputError, MehvarError
+from mehvar.manifest import read_manifest
+from mehvar.runtime.compiling.compiler import require_compiler
+from mehvar.runtime.model.functions import CBackend
+from mehvar.runtime.model.header import check_header
+from mehvar.runtime.model.linear import cut_loop
+from mehvar.runtime.model.model import Model
+from mehvar.runtime.run.metrics import metrics
+from mehvar.runtime.run.problem import Status
+from mehvar.runtime.run.simulate import Run, simulate
+
+from .margins import Margin, margins
+from .spectra import differentiable
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_STEPS = 1e-6
+"""Of a metric: two texts of one loop round differently, so that an integrator with the tolerance 1e-9 takes other steps
+and ends 1e-8 apart. With a tenth of it, rearranged equations begin to count; with ten times, changes below 1e-5 go
+unseen."""
+_VISIBLE = 1e-3
+"""Of a margin, which is shown with three digits."""
+
+
+@dataclass(frozen=True)
+class MetricChange:
+    """A metric whose value differs.
+
+    Attributes
+    ----------
+    name, unit : str
+        The metric.
+    old, new : float
+        Its values; infinite for what does not settle, not a number for a run that ended too soon.
+    """
+
+    name: str
+    unit: str
+    old: float
+    new: float
+
+
+@dataclass(frozen=True)
+class RunChange:
+    """A scenario under a law that goes on differently.
+
+    Attributes
+    ----------
+    law, scenario : str
+        What was run.
+    old, new : str
+        How each version's run ended, in words; empty where it reached its end.
+    metrics : tuple of MetricChange
+        Those that differ.
+    count : int
+        Metrics that both versions have.
+    """
+
+    law: str
+    scenario: str
+    old: str
+    new: str
+    metrics: tuple[MetricChange, ...]
+    count: int
+
+    @property
+    def size(self) -> float:
+        """The largest relative change of a metric; infinite where one run ended otherwise than the other."""
+        changes = (abs(m.new - m.old) / max(abs(m.old), abs(m.new)) for m in self.metrics)
+        sizes = [size if math.isfinite(size) else math.inf for size in changes]
+        return math.inf if self.old != self.new else max(sizes, default=0.0)
+
+
+@dataclass(frozen=True)
+class MarginChange:
+    """Margins of a loop that differ, one input after the other.
+
+    Attributes
+    ----------
+    law, scenario : str
+        The run at whose end the loop was linearised.
+    old, new : tuple of Margin
+        Of the inputs that the law acts through; none where the closed loop is not stable.
+    """
+
+    law: str
+    scenario: str
+    old: tuple[Margin, ...]
+    new: tuple[Margin, ...]
+
+
+@dataclass(frozen=True)
+class Overlay:
+    """The run that a change moves most, of both versions, for the picture; `size` is that of `RunChange`."""
+
+    law: str
+    scenario: str
+    old: Run
+    new: Run
+    size: float
+
+    def picture(self, model: str) -> Figure | None:
+        """Return both runs in one picture; None where matplotlib is not installed."""
+        if importlib.util.find_spec("matplotlib") is None:
+            return None
+        from mehvar.pictures.overlay import overlay_picture
+        from mehvar.pictures.style import style
+        from mehvar.runtime.run.results import to_dataset
+
+        with style():
+            title = f"{model}: {self.scenario} under {self.law}"
+            return overlay_picture(to_dataset(self.old), to_dataset(self.new), title)
+
+
+@dataclass(frozen=True)
+class Runs:
+    """What every scenario does under every law that both versions have.
+
+    Attributes
+    ----------
+    changed : tuple of RunChange
+        Runs that differ.
+    same : tuple of (str, str)
+        Law and scenario of runs whose metrics are equal.
+    margins : tuple of MarginChange
+        Loops whose margins differ.
+    note : str
+        Why something is missing.
+    """
+
+    changed: tuple[RunChange, ...] = ()
+    same: tuple[tuple[str, str], ...] = ()
+    margins: tuple[MarginChange, ...] = ()
+    note: str = ""
+
+
+def runs(old: Path, new: Path) -> tuple[Runs, Overlay | None]:
+    """Run every scenario under every law with the compiled code of two folders.
+
+    Parameters
+    ----------
+    old, new : Path
+        Generated folders of one model.
+    """
+    try:
+        before, after = _loaded(old), _loaded(new)
+    except MehvarError as error:
+        return Runs(note=f"laws not run: {error}"), None
+    changed, same, moved = [], [], []
+    overlay, largest = None, 0.0
+    for law, scenario in _cases(before, after):
+        first, second = _run(before, law, scenario), _run(after, law, scenario)
+        change = _change(law, scenario, first, second)
+        if change is None:
+            same.append((law, scenario))
+        else:
+            changed.append(change)
+        if isinstance(first, str) or isinstance(second, str):
+            continue
+        if change is not None and change.size > largest:
+            overlay, largest = Overlay(law, scenario, first, second, change.size), change.size
+        edges = _margins(before, first), _margins(after, second)
+        if _differ(*edges):
+            moved.append(MarginChange(law, scenario, edges[0], edges[1]))
+    return Runs(tuple(changed), tuple(same), tuple(moved)), overlay
+
+
+def _loaded(folder: Path) -> Model:
+    manifest = read_manifest(folder)
+    require_compiler()
+    check_header(manifest)
+    return Model(manifest, CBackend(manifest))
+
+
+def _cases(before: Model, after: Model) -> Iterator[tuple[str, str]]:
+    known = before.manifest.scenarios
+    for law in after.manifest.controllers:
+        for scenario in after.manifest.scenarios:
+            if law in before.manifest.controllers and scenario in known:
+                yield law, scenario
+
+
+def _run(model: Model, law: str, scenario: str) -> Run | str:
+    """Return a run, or why there is none."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # advice on a law's parameters, which is not about the change
+        try:
+            return simulate(model, law, scenario)
+        except InputError as error:
+            return str(error)
+
+
+def _change(law: str, scenario: str, old: Run | str, new: Run | str) -> RunChange | None:
+    before, after = _metrics(old), _metrics(new)
+    shared = [name for name in after if name in before]
+    moved = tuple(
+        MetricChange(name, after[name][1], before[name][0], after[name][0])
+        for name in shared
+        if not _equal(before[name][0], after[name][0])
+    )
+    ends = _end(old), _end(new)
+    return RunChange(law, scenario, *ends, moved, len(shared)) if moved or ends[0] != ends[1] else None
+
+
+def _metrics(run: Run | str) -> dict[str, tuple[float, str]]:
+    """Return the metrics of a run with their units; of a model that defines none, what its states reach and end at."""
+    if isinstance(run, str):
+        return {}
+    known = run.manifest.metrics
+    if known:
+        return {name: (float(value), known[name].unit) for name, value in metrics(run, run.manifest).items()}
+    states = list(enumerate(run.manifest.states))
+    reached = {f"largest |{q.name}|": (float(np.max(np.abs(run.x[:, k]))), q.unit) for k, q in states}
+    return reached | {f"last {q.name}": (float(run.x[-1, k]), q.unit) for k, q in states}
+
+
+def _equal(old: float, new: float) -> bool:
+    if math.isnan(old) or math.isnan(new):
+        return math.isnan(old) and math.isnan(new)
+    return old == new or abs(new - old) <= _STEPS * max(abs(old), abs(new))
+
+
+def _end(run: Run | str) -> str:
+    if isinstance(run, str):
+        return f"refused: {run}"
+    return "" if run.status is Status.DONE else f"ended early: {run.reason}"
+
+
+def _margins(model: Model, run: Run) -> tuple[Margin, ...]:
+    """Return the margins where a run ends, with all that still moves there held; none where they are not defined."""
+    if not differentiable(model, run.controller) or run.status is not Status.DONE:
+        return ()
+    p, s, c = run.parameters.p, run.parameters.s, run.parameters.c
+    memory = (run.u[-1], run.z[-1]) if run.controller.memory else (None, None)
+    r = model.functions["reference"](run.t[-1], p, s)
+    return margins(cut_loop(model.manifest, model.functions, run.controller, run.x[-1], memory[0], p, r, c, memory[1]))
+
+
+def _differ(old: tuple[Margin, ...], new: tuple[Margin, ...]) -> bool:
+    if [margin.input for margin in old] != [margin.input for margin in new]:
+        return True
+    pairs = zip(old, new, strict=True)
+    return not all(_near(a.gain, b.gain) and _near(a.phase, b.phase) for a, b in pairs)
+
+
+def _near(old: float, new: float) -> bool:
+    return old == new or abs(new - old) <= _VISIBLE * max(abs(old), abs(new))

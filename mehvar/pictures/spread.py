@@ -1,0 +1,177 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Pictures of the runs of a batch as a dataset: histograms and bands, one metric against another, convergence."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mehvar.errors import unknown_name
+from mehvar.runtime.batch.conditions import Criterion
+from mehvar.runtime.batch.statistics import interval
+from mehvar.runtime.run.problem import Status
+
+from .batch import BANDS, bin_edges
+from .style import BAND_HIGH, BAND_LOW, BLUE, GREY, VERMILLION, Canvas, label, new_figure, pretty_unit
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+FloatArray = NDArray[np.float64]
+_SUMMARY = re.compile(r"(final|minimum|maximum)\((\w+)\)")
+_POINTS = 200
+"""Numbers of runs at which convergence is drawn: a point every three pixels; each takes an interval to compute."""
+
+
+class Runs:
+    """The runs of a batch by name.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        What `mehvar.batch` returns.
+    success : str, optional
+        What a run must fulfil to succeed; what the batch was asked for unless given.
+    """
+
+    def __init__(self, dataset: xr.Dataset, success: str | None = None) -> None:
+        self.dataset = dataset
+        self.condition = success if success is not None else dataset.attrs["success"]
+        self.metrics: list[str] = json.loads(dataset.attrs["metrics"])
+        self.drawn: list[str] = json.loads(dataset.attrs["drawn"])
+        self.series = [str(name) for name, variable in dataset.data_vars.items() if variable.dims == ("run", "t")]
+
+    def column(self, name: str) -> FloatArray:
+        """Return one number of each run: a metric, a drawn value, or as in "final(roll)".
+
+        Raises
+        ------
+        InputError
+            For an unknown name.
+        """
+        summary = _SUMMARY.fullmatch(name)
+        if summary and summary[2] in (places := self._places(summary[1])):
+            return np.asarray(self.dataset[summary[1]].values[:, places.index(summary[2])], dtype=float)
+        if name not in (*self.metrics, *self.drawn, "t_stop"):
+            raise unknown_name("number of the runs", name, [*self.metrics, *self.drawn, "t_stop", "final(STATE)"])
+        return np.asarray(self.dataset[name].values, dtype=float)
+
+    def _places(self, summary: str) -> list[str]:
+        dimension = self.dataset[summary].dims[1]
+        return [str(name) for name in self.dataset[dimension].values]
+
+    def axis(self, name: str) -> str:
+        """Return a name with its unit, as an axis has it."""
+        unit = self.dataset[name].attrs.get("units", "") if name in self.dataset else ""
+        return f"{name} [{pretty_unit(unit)}]" if unit else name
+
+    @cached_property
+    def successful(self) -> NDArray[np.bool_]:
+        """Whether each run reached its end and fulfils the condition, if there is one."""
+        done: NDArray[np.bool_] = self.dataset["status"].values == Status.DONE
+        if not self.condition:
+            return done
+        criterion = Criterion(self.condition, "success")
+        return done & criterion({name: self.column(name) for name in criterion.names})
+
+    @property
+    def headline(self) -> str:
+        """What was run, how often, and how often it succeeded."""
+        about, n = self.dataset.attrs, self.successful.size
+        condition = f" ({self.condition})" if self.condition else ""
+        return (
+            f"{about['title']} (scenario {about['scenario']})\n"
+            f"{int(self.successful.sum())} of {n} runs succeed{condition}"
+        )
+
+
+def metrics_picture(runs: Runs, names: Sequence[str] = (), canvas: Canvas = new_figure) -> Figure:
+    """Draw each metric as a histogram, and each stored series as quantile bands over time."""
+    shown = list(names) or runs.metrics
+    for name in shown:
+        if name not in runs.series:
+            runs.column(name)
+    columns = 1 if len(shown) <= 3 else 2
+    rows = -(-len(shown) // columns)
+    figure = canvas(5.5 * columns, 0.6 + 2.1 * rows)
+    figure.suptitle(runs.headline, fontsize=10, wrap=True)
+    axes: list[Axes] = list(figure.subplots(rows, columns, squeeze=False).T.flat)
+    for name, ax in zip(shown, axes, strict=False):
+        (_bands if name in runs.series else _histogram)(ax, runs, name)
+    for ax in axes[len(shown) :]:
+        ax.remove()
+    return figure
+
+
+def scatter_picture(runs: Runs, x: str, y: str, canvas: Canvas = new_figure) -> Figure:
+    """Draw one number of each run against another; runs that succeed and runs that do not have colours of their own."""
+    across, up = runs.column(x), runs.column(y)
+    figure = canvas(6.5, 4.5)
+    ax = figure.subplots()
+    for chosen, color, marker, text in (
+        (runs.successful, BLUE, "o", "succeeds"),
+        (~runs.successful, VERMILLION, "x", "does not"),
+    ):
+        ax.scatter(across[chosen], up[chosen], s=12, color=color, marker=marker, label=f"{text}: {int(chosen.sum())}")
+    ax.set_title(runs.headline, wrap=True)
+    ax.set_xlabel(runs.axis(x))
+    ax.set_ylabel(runs.axis(y))
+    ax.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0)
+    return figure
+
+
+def convergence_picture(runs: Runs, canvas: Canvas = new_figure) -> Figure:
+    """Draw the share of successful runs over the number of runs, with its exact 95 % interval."""
+    counts = np.unique(np.linspace(1, runs.successful.size, _POINTS).astype(int))
+    successes = np.cumsum(runs.successful)[counts - 1]
+    ends = np.array([interval(int(k), int(n)) for k, n in zip(successes, counts, strict=True)])
+    figure = canvas(6.5, 3.5)
+    ax = figure.subplots()
+    ax.fill_between(counts, ends[:, 0], ends[:, 1], color=BLUE, alpha=0.25, linewidth=0, label="95 % interval")
+    ax.plot(counts, successes / counts, color=BLUE, label="share of runs that succeed")
+    ax.set_title(runs.headline, wrap=True)
+    ax.set_xlabel("runs")
+    ax.set_ylabel("probability of success")
+    ax.margins(x=0)
+    ax.legend()
+    return figure
+
+
+def _histogram(ax: Axes, runs: Runs, name: str) -> None:
+    values = runs.column(name)
+    finite = np.isfinite(values)
+    parts = [values[finite & runs.successful], values[finite & ~runs.successful]]
+    ax.hist(parts, bins=list(bin_edges(values[finite])), stacked=True, color=(BLUE, VERMILLION))
+    ax.set_title(f"{_meaning(runs, name)}: {int(finite.sum())} of {values.size} runs", wrap=True)
+    ax.set_xlabel(runs.axis(name))
+    ax.set_ylabel("runs")
+
+
+def _bands(ax: Axes, runs: Runs, name: str) -> None:
+    t, values = runs.dataset["t"].values, np.asarray(runs.dataset[name].values, dtype=float)
+    for low, high, opacity in BANDS:
+        edges: Any = np.nanquantile(values, (low, high), axis=0)
+        text = f"{100 * low:g} to {100 * high:g} %"
+        ax.fill_between(t, *edges, color=BLUE, alpha=opacity, linewidth=0, label=text)
+        if (low, high) == BANDS[1][:2]:  # a chart has one band
+            for edge, side in zip(edges, (BAND_LOW, BAND_HIGH), strict=True):
+                ax.plot(t, edge, color=BLUE, lw=0.4, gid=side)
+    ax.plot(t, np.nanmedian(values, axis=0), color=BLUE, label="median")
+    ax.axhline(0.0, color=GREY, lw=0.6, zorder=0.9)
+    ax.set_title(_meaning(runs, name))
+    ax.set_xlabel(label("t", "time", "s"))
+    ax.set_ylabel(runs.axis(name))
+    ax.margins(x=0)
+    ax.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0)
+
+
+def _meaning(runs: Runs, name: str) -> str:
+    return str(runs.dataset[name].attrs.get("long_name", name)) if name in runs.dataset else name

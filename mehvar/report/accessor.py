@@ -1,0 +1,264 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Results answer for themselves: `run.mehvar.plot()`, `.metrics()`, `.compare(other)`, `.report(path)`; batches too.
+
+Importing this module registers the accessor with xarray; `mehvar.simulate`, `batch` and `open_result` do.
+"""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from functools import cached_property
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mehvar.errors import InputError, MissingError, bad_value, unknown_name
+from mehvar.manifest import FILE, Manifest, parse_manifest
+from mehvar.runtime.files import write_atomic
+from mehvar.runtime.model.catalogue import known_models
+from mehvar.runtime.run.metrics import metrics, metrics_of
+
+try:
+    import xarray
+except ImportError as error:
+    raise MissingError("results are datasets of xarray: pip install xarray") from error
+
+if TYPE_CHECKING:
+    import pandas
+    from matplotlib.axes import Axes
+    from numpy.typing import NDArray
+
+    from mehvar.pictures.spread import Runs
+    from mehvar.report.sections import Section
+
+_HEIGHT = 720
+"""Pixels of an animation in a notebook: picture, tracks and controls of a stage without scrolling on a laptop."""
+
+
+@dataclass(frozen=True)
+class Animation:
+    """A page with one animation, which needs nothing but a browser."""
+
+    page: str
+
+    def _repr_html_(self) -> str:
+        return f'<iframe srcdoc="{escape(self.page)}" width="100%" height="{_HEIGHT}" style="border: 0"></iframe>'
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the page; the file is complete or absent."""
+        write_atomic(Path(path), self.page.encode())
+
+
+@xarray.register_dataset_accessor("mehvar")  # type: ignore[no-untyped-call]
+class Results:
+    """What a run, or the runs of a batch, say of themselves.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        What `mehvar.simulate`, `mehvar.batch` or `mehvar.open_result` return.
+
+    Raises
+    ------
+    InputError
+        From any method, for a dataset that is none of these.
+    """
+
+    def __init__(self, dataset: xarray.Dataset) -> None:
+        self._dataset = dataset
+
+    def plot(self, *names: str, success: str | None = None) -> list[Axes]:
+        """Draw a run: states, inputs and outputs, with its settling times. Of a batch: histograms, or bands over time.
+
+        Parameters
+        ----------
+        *names : str
+            Of a batch: which metrics or stored series; all metrics unless given.
+        success : str, optional
+            Of a batch: what a run must fulfil to succeed, as for `mehvar.batch`; what the batch was asked for unless
+            given.
+
+        Returns
+        -------
+        list of matplotlib.axes.Axes
+
+        Raises
+        ------
+        InputError
+            If matplotlib is not installed, or for an unknown name.
+        """
+        from mehvar.pictures.run import panels_picture
+        from mehvar.pictures.spread import metrics_picture
+        from mehvar.pictures.style import interactive, style
+
+        with style():
+            if self._is_batch:
+                return list(metrics_picture(self._runs(success), names, interactive).axes)
+            if names or success is not None:
+                raise InputError("names and success are of a batch: a run is drawn whole")
+            return list(panels_picture(self._dataset, self._manifest, interactive).axes)
+
+    def scatter(self, x: str, y: str, success: str | None = None) -> Axes:
+        """Draw one number of the runs of a batch against another, coloured by success.
+
+        Parameters
+        ----------
+        x, y : str
+            Metrics, drawn values, or as in "final(roll)".
+        success : str, optional
+            As for `plot`.
+        """
+        from mehvar.pictures.spread import scatter_picture
+        from mehvar.pictures.style import interactive, style
+
+        with style():
+            return scatter_picture(self._runs(success), x, y, interactive).axes[0]
+
+    def convergence(self, success: str | None = None) -> Axes:
+        """Draw the share of successful runs over the number of runs, with its exact 95 % interval."""
+        from mehvar.pictures.spread import convergence_picture
+        from mehvar.pictures.style import interactive, style
+
+        with style():
+            return convergence_picture(self._runs(success), interactive).axes[0]
+
+    def metrics(self) -> pandas.DataFrame:
+        """Return the metrics as a table: value, unit and meaning; of a batch mean, deviation and quantiles."""
+        import pandas
+
+        if self._is_batch:
+            runs = self._runs(None)
+            table = pandas.DataFrame({name: runs.column(name) for name in runs.metrics})
+            return table.replace([np.inf, -np.inf], np.nan).describe(percentiles=[0.05, 0.5, 0.95]).T
+        rows = metrics_of(self._manifest, self._dataset.attrs["controller"], list(map(str, self._dataset.data_vars)))
+        values = metrics(self._dataset, self._manifest)
+        return pandas.DataFrame(
+            {
+                "value": values,
+                "unit": {name: rows[name].unit for name in values},
+                "meaning": {name: rows[name].description for name in values},
+            }
+        )
+
+    def compare(self, other: xarray.Dataset) -> pandas.DataFrame:
+        """Return how far another run is from this one, a row for each variable that both have.
+
+        Parameters
+        ----------
+        other : xarray.Dataset
+            A run of the same variables; what is compared are the samples that both have, so that nothing is
+            interpolated.
+
+        Returns
+        -------
+        pandas.DataFrame
+            Columns `largest` (the largest magnitude of the difference), `at` (when, s), `rms` and `unit`.
+        """
+        import pandas
+
+        if self._is_batch or not isinstance(other, xarray.Dataset) or "t" not in other.dims or "run" in other.dims:
+            raise bad_value("other", type(other).__name__, "a run, compared with a run")
+        names = [str(name) for name, v in self._dataset.data_vars.items() if v.dims == ("t",) and name in other]
+        here, there = _common_samples(self._dataset["t"].values, other["t"].values)
+        if not names or not here.size:
+            lacking = "samples at the same instants" if names else "variables of the same name"
+            raise bad_value("other", f"a run without {lacking}", "a run with some")
+        rows = {}
+        for name in names:
+            difference = np.abs(self._dataset[name].values[here] - other[name].values[there])
+            largest = int(np.argmax(difference))
+            rows[name] = {
+                "largest": difference[largest],
+                "at": self._dataset["t"].values[here[largest]],
+                "rms": float(np.sqrt(np.mean(difference**2))),
+                "unit": self._dataset[name].attrs.get("units", ""),
+            }
+        return pandas.DataFrame.from_dict(rows, orient="index")
+
+    def report(self, path: str | os.PathLike[str]) -> Path:
+        """Write a page about this run or batch, which needs nothing but a browser.
+
+        Parameters
+        ----------
+        path : path
+            The file, which ends in .html.
+
+        Returns
+        -------
+        Path
+            The same.
+
+        Raises
+        ------
+        InputError
+            For another ending, or if matplotlib is not installed.
+        """
+        from mehvar.report.sections import write_page
+
+        if not str(path).endswith(".html"):
+            raise bad_value("path", str(path), "a file name that ends in .html")
+        return write_page(Path(path), *self.page())
+
+    def page(self) -> tuple[str, list[Section]]:
+        """Return title and sections of the report."""
+        from mehvar.report.subjects import batch_sections, run_sections
+
+        title = str(self._dataset.attrs.get("title", ""))
+        if self._is_batch:
+            return title, batch_sections(self._runs(None))
+        return title, run_sections(self._dataset, self._manifest)
+
+    def animate(self) -> Animation:
+        """Return the run as a 3-D animation, which a notebook shows and `save(path)` writes.
+
+        Raises
+        ------
+        InputError
+            For a batch, and for a model or a law that has no animation.
+        """
+        from mehvar.papers.recorded import recorded_scene
+        from mehvar.report.sections import Section, Stage, sections_page
+
+        animated = None if self._is_batch else recorded_scene(self._dataset, self._manifest)
+        if animated is None:
+            about = self._dataset.attrs
+            raise InputError(
+                f"no animation of {about['model']} with {about['controller']}: there is one of a single run of a model "
+                "that a paper's scene draws, under a law that has every series of the scene"
+            )
+        stage = Stage(self._dataset.attrs["model"], *animated)
+        title = str(self._dataset.attrs["title"])
+        return Animation(sections_page(title, [Section("animation", "Animation", [stage])]))
+
+    @property
+    def _is_batch(self) -> bool:
+        if "model" not in self._dataset.attrs:
+            raise InputError("this dataset is no result of mehvar: it does not say which model it is of")
+        return "run" in self._dataset.dims
+
+    @cached_property
+    def _manifest(self) -> Manifest:
+        about = self._dataset.attrs
+        folder = known_models().get(about["model"], Path(about["model"]))
+        return parse_manifest(about["manifest"], folder / FILE)
+
+    def _runs(self, success: str | None) -> Runs:
+        from mehvar.pictures.spread import Runs
+
+        if not self._is_batch:
+            raise unknown_name("dimension of this result", "run", map(str, self._dataset.dims))
+        return Runs(self._dataset, success)
+
+
+def _common_samples(one: NDArray[np.float64], other: NDArray[np.float64]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return where two rising sequences have the same instants, to the rounding of a product of a count and a step."""
+    if not other.size:
+        return (empty := np.zeros(0, dtype=np.intp)), empty
+    right = np.searchsorted(other, one).clip(1, max(1, len(other) - 1)).clip(max=len(other) - 1)
+    left = np.maximum(right - 1, 0)
+    near = np.where(np.abs(other[left] - one) <= np.abs(other[right] - one), left, right)
+    here = np.flatnonzero(np.isclose(other[near], one, rtol=1e-12, atol=1e-12))
+    return here, near[here]

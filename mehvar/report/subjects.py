@@ -1,0 +1,225 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a page says about a model, a run or a batch: its sections, from committed equations and from results."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from itertools import groupby
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from markupsafe import Markup
+
+from mehvar.codegen.equations.document import Document, Row
+from mehvar.codegen.equations.formula import Printer, SymbolNames
+from mehvar.codegen.equations.mathml import content, element
+from mehvar.codegen.equations.spelling import MATHML
+from mehvar.manifest import Manifest, Parameter
+from mehvar.papers.recorded import recorded_scene
+from mehvar.papers.reproduction import has_paper, load_reproduction, run_picture
+from mehvar.papers.runs import Runs as PaperRuns
+from mehvar.pictures.run import panels_picture
+from mehvar.pictures.spread import Runs, convergence_picture, metrics_picture
+from mehvar.pictures.style import require_matplotlib, style
+from mehvar.runtime.batch.statistics import interval
+from mehvar.runtime.model.catalogue import find_model, is_installed
+from mehvar.runtime.run.metrics import metrics, metrics_of
+from mehvar.runtime.run.results import to_dataset
+
+from .content import picture
+from .sections import Drawing, Formulas, Section, Stage, Table, Text
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from mehvar.runtime.model.model import Model
+
+_PANELS = 4
+"""Of a picture of a batch: two rows of two, which are read without zooming."""
+_MEANING = ("name", "unit", "meaning")
+
+
+def model_sections(model: Model) -> list[Section]:
+    """Return the sections of a model: its equations, its numbers, a run of each law in its first scenario.
+
+    Raises
+    ------
+    InputError
+        If matplotlib is not installed.
+    """
+    require_matplotlib()
+    manifest, runs = model.manifest, PaperRuns(model)
+    case = manifest.scenario(None)
+    datasets = {law: to_dataset(runs(law, case.name)) for law in manifest.controllers}
+    stages = []
+    if has_paper(manifest.model):
+        paper = load_reproduction(manifest.model)
+        stages = [Section("animation", "Animation", [Stage(manifest.model, paper, paper.scene(runs))])]
+    return [
+        *stages,
+        *_derivation(manifest.folder),
+        _numbers(manifest),
+        *(_run(dataset, manifest, f"run-{law}", f"Run: {law}, {case.name}") for law, dataset in datasets.items()),
+        _origin(manifest, next(iter(datasets.values())).attrs["versions"] if datasets else "{}"),
+    ]
+
+
+def run_sections(dataset: xr.Dataset, manifest: Manifest) -> list[Section]:
+    """Return the sections of a run: what it did, with what numbers, and the equations if they are those here.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        What `mehvar.simulate` or `mehvar.open_result` return.
+    manifest : Manifest
+        The run's.
+
+    Raises
+    ------
+    InputError
+        If matplotlib is not installed.
+    """
+    require_matplotlib()
+    animated = recorded_scene(dataset, manifest)
+    values, origins = (json.loads(dataset.attrs[name]) for name in ("parameters", "parameter_origins"))
+    rows = [(name, f"{value:g}", origins[name]) for name, value in values.items()]
+    options = [(name, str(value)) for name, value in json.loads(dataset.attrs["options"]).items()]
+    return [
+        *([Section("animation", "Animation", [Stage(manifest.model, *animated)])] if animated else []),
+        _run(dataset, manifest, "run", "Run"),
+        Section(
+            "values",
+            "Values",
+            [
+                Table("Parameters", ("name", "value", "from"), rows),
+                Table("Options", ("name", "value"), options),
+            ],
+        ),
+        *_installed_derivation(manifest.model, manifest.hash),
+        _origin(manifest, dataset.attrs["versions"]),
+    ]
+
+
+def batch_sections(runs: Runs) -> list[Section]:
+    """Return the sections of a batch: success, its numbers, how they spread, and what made it.
+
+    Raises
+    ------
+    InputError
+        If matplotlib is not installed.
+    """
+    require_matplotlib()
+    about = runs.dataset.attrs
+    successes, n = int(runs.successful.sum()), runs.successful.size
+    low, high = interval(successes, n)
+    condition = f" ({runs.condition})" if runs.condition else ""
+    text = f"{successes} of {n} runs succeed{condition}: {successes / n:.4g}, 95 % interval [{low:.4g}, {high:.4g}]."
+    with style():
+        spread = [metrics_picture(runs, group) for group in _groups_of(runs.metrics, _PANELS)]
+        bands = [metrics_picture(runs, group) for group in _groups_of(runs.series, _PANELS)]
+        share = convergence_picture(runs)
+    table = runs.dataset.mehvar.metrics()
+    rows = [[str(name), *(f"{value:.6g}" for value in row)] for name, row in table.iterrows()]
+    pictures = [
+        picture("batch-share", "Convergence", "The share of runs that succeed, and its exact 95 % interval.", share),
+        *(
+            picture(f"batch-metrics-{k}", "Metrics of the runs", "Vermillion: runs that do not succeed.", figure)
+            for k, figure in enumerate(spread, 1)
+        ),
+    ]
+    pictures += [
+        picture(f"batch-bands-{k}", "Series of the runs", "Quantile bands over time.", figure)
+        for k, figure in enumerate(bands, 1)
+    ]
+    provenance = [
+        (name, str(about[name])) for name in ("model", "model_hash", "controller", "scenario", "campaign", "compiler")
+    ]
+    return [
+        Section(
+            "batch", "Batch", [Text(text), Table("Metrics", ("metric", *map(str, table.columns)), rows),
+            *map(Drawing, pictures)],
+        ),
+        *_installed_derivation(str(about["model"]), str(about["model_hash"])),
+        Section(
+            "provenance",
+            "Where it comes from",
+            [Table("Batch", ("what", "value"), provenance), _versions(about["versions"])],
+        ),
+    ]  # fmt: skip
+
+
+def _groups_of(names: Sequence[str], most: int) -> list[Sequence[str]]:
+    """Return names in groups of at most so many."""
+    return [names[k : k + most] for k in range(0, len(names), most)]
+
+
+def _derivation(folder: Path) -> list[Section]:
+    """Return the derived equations in order, and the rates of the states; nothing for a folder without them."""
+    if not (folder / "equations.json").is_file():
+        return []
+    document = Document.read(folder)
+    printer = Printer(document.nodes, SymbolNames(document.latex), MATHML)
+    rates = [row for row in document.results if row.kind == "rhs"]
+    groups = [("Rates of the states", rates)]
+    groups += [(title, list(rows)) for title, rows in groupby(document.definitions, lambda row: row.section)]
+    blocks = [Formulas(title or "Derivation", list(_formulas(rows, printer))) for title, rows in groups if rows]
+    return [Section("derivation", "Derivation", blocks)]
+
+
+def _formulas(rows: Sequence[Row], printer: Printer) -> Iterator[tuple[str, Markup]]:
+    for row in rows:
+        unit = f" [{row.unit}]" if row.unit not in ("", "1") else ""
+        sides = content(row.latex), printer.text(row.node)
+        yield f"{row.number} {row.title}{unit}".strip(), Markup(element(f"<mrow>{'<mo>=</mo>'.join(sides)}</mrow>"))
+
+
+def _installed_derivation(model: str, digest: str) -> list[Section]:
+    """Return the derivation of the model here that has this hash; nothing where there is none."""
+    return _derivation(find_model(model).folder) if is_installed(model, digest) else []
+
+
+def _numbers(manifest: Manifest) -> Section:
+    quantities = (
+        ("States", manifest.states),
+        ("Inputs", manifest.inputs),
+        ("References", manifest.references),
+        ("Outputs", manifest.outputs),
+    )
+    tables = [Table(t, _MEANING, [(q.name, q.unit, q.description) for q in group]) for t, group in quantities]
+    tables.append(_parameters("Parameters of the plant", manifest.parameters))
+    tables += [_parameters(f"Law {law.name}: {law.title}", law.parameters) for law in manifest.controllers.values()]
+    tables.append(_parameters("Parameters of scenarios", manifest.scenario_parameters))
+    cases = [(s.name, f"{s.duration:g} s", s.title) for s in manifest.scenarios.values()]
+    tables.append(Table("Scenarios", ("name", "duration", "what it is"), cases))
+    return Section("numbers", "Quantities and parameters", tables)
+
+
+def _parameters(title: str, parameters: Sequence[Parameter]) -> Table:
+    rows = [(q.name, q.unit, q.formula or f"{q.default:g}", q.interval, q.description, q.source) for q in parameters]
+    return Table(title, ("name", "unit", "default", "allowed", "meaning", "source"), rows)
+
+
+def _run(dataset: xr.Dataset, manifest: Manifest, anchor: str, title: str) -> Section:
+    about = dataset.attrs
+    known = metrics_of(manifest, about["controller"], list(map(str, dataset.data_vars)))
+    values = metrics(dataset, manifest)
+    rows = [(name, f"{value:.6g}", known[name].unit, known[name].description) for name, value in values.items()]
+    text = f"{about['title']}, scenario {about['scenario']}: {about['reason']}, t = {float(about['t_stop']):g} s."
+    with style():  # a paper's picture calls functions of the model
+        ours = is_installed(manifest.model, manifest.hash)
+        figure = (run_picture if ours else panels_picture)(dataset, manifest)
+    drawn = picture(f"{anchor}-picture", title, str(about["exceeded"]), figure)
+    return Section(
+        anchor, title, [Text(text), Drawing(drawn), Table("Metrics", ("metric", "value", "unit", "meaning"), rows)]
+    )
+
+
+def _origin(manifest: Manifest, versions: str) -> Section:
+    structure = ", ".join(f"{name} = {value}" for name, value in manifest.structure.items())
+    facts = [("model", manifest.model), ("hash", manifest.hash), ("structure", structure or "fixed")]
+    return Section("provenance", "Where it comes from", [Table("Model", ("what", "value"), facts), _versions(versions)])
+
+
+def _versions(text: str) -> Table:
+    return Table("Versions", ("package", "version"), list(json.loads(text).items()))

@@ -1,0 +1,196 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a store says of its batch: attributes, held against a schema before anything uses them."""
+
+import json
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, fields
+from typing import Any
+
+from mehvar.schema import SchemaError, parse, read
+
+from .records import FORMAT, digest
+
+NAMES = ("mehvar_batch", "variables")
+"""Attributes of every store: its format, and the names of its variables."""
+IDENTITY = ("model", "model_hash", "campaign", "success", "until", "numerics", "law")
+"""Those that all blocks have in common: every record has a hash of them. Only a law in Python has `law`."""
+
+
+@dataclass(frozen=True)
+class Attributes:
+    """Of the group of a store, besides its format.
+
+    Attributes
+    ----------
+    variables : tuple of str
+        Arrays with one row per run.
+    model, model_hash, model_source, title, controller, scenario : str
+        Name and hash of the model, what `load` found it by, its title with that of the law; law and scenario.
+    success, until : str
+        Conditions, empty for none.
+    seed : int
+        What all random numbers start from.
+    campaign, numerics, drawn, metrics, nominal, structure, versions : str
+        JSON of `Texts`.
+    profile, flags, compiler : str
+        What the first process compiled with.
+    law : str
+        The text of a law in Python.
+    """
+
+    variables: tuple[str, ...]
+    title: str
+    model: str
+    model_hash: str
+    model_source: str
+    controller: str
+    scenario: str
+    success: str
+    until: str
+    seed: int
+    campaign: str
+    numerics: str
+    drawn: str
+    metrics: str
+    nominal: str
+    structure: str
+    versions: str
+    profile: str
+    flags: str
+    compiler: str
+    law: str = ""
+
+
+@dataclass(frozen=True)
+class CampaignText:
+    """A `Campaign` without its options, whose values are texts or numbers."""
+
+    controller: str
+    n: int
+    scenario: str | None
+    seed: int
+    vary: Mapping[str, str]
+    parameters: Mapping[str, float]
+    initial: Mapping[str, float]
+    sampling: str
+    save_every: float | None
+
+
+@dataclass(frozen=True)
+class Texts:
+    """Attributes that are JSON."""
+
+    campaign: CampaignText
+    numerics: Mapping[str, str]
+    drawn: tuple[str, ...]
+    metrics: tuple[str, ...]
+    nominal: Mapping[str, float]
+    structure: Mapping[str, str]
+    versions: Mapping[str, str]
+
+
+_KINDS = {"long_name": str, "units": str, "flag_values": int, "flag_meanings": str}
+"""Attributes of an array: each is one of these, or a list of them."""
+_OWN = ("t_stop", "error")
+"""Numbers of a run that are neither drawn nor metrics."""
+
+
+def batch_hash(identity: Mapping[str, Any], chunk: int) -> str:
+    """Return a hash of what all blocks have in common, and of how many runs a block has."""
+    return digest(json.dumps([identity, chunk], sort_keys=True).encode())
+
+
+def check_attributes(attributes: Mapping[str, Any]) -> None:
+    """Refuse attributes that are not those of a batch, or that contradict its campaign.
+
+    Raises
+    ------
+    SchemaError
+        The message names the attribute.
+    """
+    if attributes.get("mehvar_batch") != FORMAT:
+        raise SchemaError(
+            f" = {attributes.get('mehvar_batch')!r}: must be {FORMAT}, the version that we read", NAMES[0]
+        )
+    about = read(Attributes, attributes, any_age=True)
+    texts = _texts(about)
+    campaign, options = texts.campaign, parse(about.campaign)["options"]
+    profile = options.get("profile", "portable")
+    for name, value, meaning in (
+        ("controller", campaign.controller, "its campaign"),
+        ("scenario", campaign.scenario or about.scenario, "its campaign"),
+        ("seed", campaign.seed, "its campaign"),
+        ("profile", profile, "its campaign"),
+        ("profile", texts.numerics.get("profile"), "its numerics"),
+    ):
+        if getattr(about, name) != value:
+            raise SchemaError(f" = {getattr(about, name)!r}: must be {value!r}, as in {meaning}", name)
+    if "generated" not in texts.numerics:
+        raise SchemaError(": 'generated' is missing", "numerics")
+    drawn = {name.strip() for names in campaign.vary for name in names.split(",")}
+    if {name.removeprefix("initial_") for name in texts.drawn} != {name.removeprefix("initial_") for name in drawn}:
+        raise SchemaError(f" = {about.drawn!r}: must be what its campaign varies", "drawn")
+
+
+def check_batch(attributes: Mapping[str, Any], about: Mapping[str, Any]) -> None:
+    """Refuse attributes of another batch than a record is of.
+
+    Raises
+    ------
+    SchemaError
+        If they are.
+    """
+    identity = {name: attributes[name] for name in IDENTITY if name in attributes}
+    if batch_hash(identity, about["chunk"]) != about["batch"]:
+        raise SchemaError(": are of another batch than its records", "its attributes")
+
+
+def check_variables(attributes: Mapping[str, Any], numbers: Collection[str], own: Mapping[str, Any]) -> None:
+    """Refuse variables that are not the ones the attributes are about, or that say what none of ours does.
+
+    An attribute that is not known can change what others read: `scale_factor` multiplies the values in xarray.
+
+    Parameters
+    ----------
+    attributes : mapping
+        Of the group.
+    numbers : collection of str
+        Variables that are one number of each run.
+    own : mapping of str to mapping
+        Attributes of each variable and coordinate.
+
+    Raises
+    ------
+    SchemaError
+        The message names the attribute.
+    """
+    drawn, metrics = parse(attributes["drawn"]), parse(attributes["metrics"])
+    if sorted([*drawn, *metrics]) != sorted(set(numbers) - set(_OWN)):
+        raise SchemaError(f" = {attributes['metrics']!r}: with what is drawn, must be the numbers of a run", "metrics")
+    for name, values in own.items():
+        place = f"{name}.attributes"
+        if unknown := sorted(values.keys() - _KINDS.keys()):
+            raise SchemaError(f": {unknown[0]!r} is not known", place)
+        for key, value in values.items():
+            kinds = {type(part) for part in (value if isinstance(value, list) else [value])}
+            if not kinds <= {_KINDS[key]}:
+                raise SchemaError(f" = {value!r}: must be of {_KINDS[key].__name__}", f"{place}.{key}")
+        if name in numbers and not (isinstance(values.get("units"), str) and isinstance(values.get("long_name"), str)):
+            raise SchemaError(": must have units and long_name, both texts", place)
+
+
+def _texts(about: Attributes) -> Texts:
+    values: dict[str, Any] = {}
+    for field in fields(Texts):
+        try:
+            values[field.name] = parse(getattr(about, field.name))
+        except SchemaError as error:
+            raise SchemaError(error.problem, field.name) from error
+    campaign = values["campaign"]
+    if not isinstance(campaign, dict) or not _are_options(campaign.get("options")):
+        raise SchemaError(": must be a table with options by name", "campaign")
+    return read(Texts, {**values, "campaign": {name: v for name, v in campaign.items() if name != "options"}})
+
+
+def _are_options(values: object) -> bool:
+    return isinstance(values, dict) and all(isinstance(value, str | int | float) for value in values.values())

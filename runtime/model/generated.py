@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The files of a generated folder: their text as generation wrote it, and whether the sources have changed since."""
+
+from __future__ import annotations
+
+import hashlib
+import warnings
+
+from mehvar.errors import InputError
+from mehvar.manifest import Manifest
+
+
+def generated_text(manifest: Manifest, name: str) -> str:
+    """Return the text of a generated file.
+
+    Parameters
+    ----------
+    manifest : Manifest
+        Of the folder that the file is in.
+    name : str
+        Of the file, such as "triangle.c".
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, or is not what generation wrote: the manifest has its SHA-256.
+    """
+    path = manifest.folder / name
+    try:
+        content = path.read_bytes()
+        text = content.decode()
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else error
+        raise InputError(f"cannot read {path} ({reason}); generate the model again") from error
+    if name in manifest.files_sha256 and _sha256(content) != manifest.files_sha256[name]:
+        raise InputError(
+            f"{path} is not what generation wrote: it was edited, or is of another derivation; change the sources and "
+            "generate the model again (mehvar generate), or take the file back"
+        )
+    return text
+
+
+def tell_stale(manifest: Manifest) -> None:
+    """Warn when a model's own sources have changed since it was generated, as far as they stand beside its folder.
+
+    Of a new source nothing is told, nor of the tool's: `mehvar generate --check` looks at all that a derivation read.
+    """
+    root, own = manifest.folder.absolute().parent.parent, f"models/{manifest.model}/"
+    changed = [
+        name
+        for name, digest in manifest.inputs_sha256.items()
+        if name.startswith(own) and (root / name).is_file() and _sha256((root / name).read_bytes()) != digest
+    ]
+    if changed:
+        others = f" and {len(changed) - 1} more" if len(changed) > 1 else ""
+        warnings.warn(
+            f"{manifest.model} runs as it was generated: {changed[0]}{others} changed since; "
+            f"mehvar generate {manifest.model} brings it up to date",
+            RuntimeWarning,
+            stacklevel=3,
+        )
+
+
+def _sha256(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()

@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Vectors that answer to names: what `Model.parameters` and `Model.state` return."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mehvar.errors import unknown_name
+
+
+class NamedVector(np.ndarray[Any, np.dtype[np.float64]]):
+    """A vector whose elements have names: `p.mass`, `p["mass"]`, both to read and to write.
+
+    An element called like an attribute of arrays, such as `T`, has the brackets only. What is computed from it, sliced
+    or pickled is a plain array.
+    """
+
+    __slots__ = ()  # a misspelt name is an error where it is written too
+    names: Sequence[str] = ()
+
+    def __getitem__(self, key: Any) -> Any:
+        return self.view(np.ndarray)[self._place(key)]
+
+    def __setitem__(self, key: Any, value: Any) -> None:
+        self.view(np.ndarray)[self._place(key)] = value
+
+    def __array_wrap__(self, array: Any, context: Any = None, return_scalar: bool = False) -> Any:
+        plain = np.asarray(array)
+        return plain[()] if return_scalar or plain.ndim == 0 else plain
+
+    def __reduce__(self) -> Any:
+        return self.view(np.ndarray).__reduce__()
+
+    def _place(self, key: Any) -> Any:
+        if not isinstance(key, str):
+            return key
+        if key not in self.names:
+            raise unknown_name("name of this vector", key, self.names)
+        return self.names.index(key)
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return list(self.names)
+
+
+def named(values: ArrayLike, names: tuple[str, ...]) -> NamedVector:
+    """Return a copy of numbers as a vector whose elements have names."""
+    return np.array(values, dtype=np.float64).view(_vector_type(names))
+
+
+@functools.cache
+def _vector_type(names: tuple[str, ...]) -> type[NamedVector]:
+    """Return the class of vectors with these names, a property for each: they complete."""
+    free = [name for name in names if not hasattr(NamedVector, name)]
+    fields: dict[str, Any] = {name: property(_getter(name), _setter(name)) for name in free}
+    return type("NamedVector", (NamedVector,), {**fields, "names": names, "__slots__": ()})
+
+
+def _getter(name: str) -> Any:
+    return lambda vector: vector[name]
+
+
+def _setter(name: str) -> Any:
+    return lambda vector, value: vector.__setitem__(name, value)

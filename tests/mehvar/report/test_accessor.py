@@ -1,0 +1,147 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Results answer for themselves: tables, pictures, pages; of a user's own system too."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib import pyplot
+
+import mehvar
+from mehvar.cli import report as report_command
+from mehvar.pictures.batch import BINS, bin_edges
+from tests.docs.formulas import faults
+
+PENDULUM = Path(__file__).parents[2] / "runtime" / "pendulum"
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _no_window():
+    with mpl.rc_context({"backend": "agg"}):
+        yield
+    pyplot.close("all")
+
+
+@pytest.fixture(scope="module")
+def run():
+    return mehvar.simulate("triangle", "path", t_end=25.0)
+
+
+@pytest.fixture(scope="module")
+def batch():
+    vary = {"theta_0": "uniform(0.5, 1.5)"}
+    return mehvar.batch("triangle", "path", 40, vary=vary, success="T_theta < 19.3", save=1.0, dt_out=0.1)
+
+
+def math(page: str) -> list[str]:
+    return re.findall(r"<math.*?</math>", page, re.DOTALL)
+
+
+def test_metrics_are_a_table(run, batch):
+    table = run.mehvar.metrics()
+    assert table.loc["T_theta", "value"] == float(run["T_theta"])
+    assert table.loc["T_theta", "unit"] == "s"
+    assert batch.mehvar.metrics().loc["travel", "mean"] == pytest.approx(float(batch["travel"].mean()))
+
+
+def test_a_run_is_drawn_with_its_settling_times(run):
+    axes = run.mehvar.plot()
+    texts = [text.get_text() for ax in axes for text in ax.texts]
+    assert sorted(texts) == ["T_length", "T_rho", "T_theta"]
+    marked = next(ax for ax in axes if "T_rho" in [text.get_text() for text in ax.texts])
+    assert any(line.get_xdata()[0] == float(run["T_rho"]) for line in marked.get_lines())
+
+
+def test_runs_are_counted_by_success(batch):
+    wins = int(((batch["status"] == 0) & (batch["T_theta"] < 19.3)).sum())
+    histogram, bands, last = batch.mehvar.plot("T_theta", "theta", "final(rho)")
+    heights = [sum(bar.get_height() for bar in part) for part in histogram.containers]
+    assert heights == [wins, 40 - wins]
+    assert len(bands.collections) == 3
+    assert last.get_xlabel() == "final(rho)"
+    scatter = batch.mehvar.scatter("theta_0", "T_theta")
+    assert [len(part.get_offsets()) for part in scatter.collections] == [wins, 40 - wins]
+    share = batch.mehvar.convergence().get_lines()[0].get_ydata()
+    assert share[-1] == wins / 40
+    assert batch.mehvar.convergence(success="T_theta < 0").get_lines()[0].get_ydata()[-1] == 0
+
+
+def test_two_runs_are_compared_at_the_samples_of_both(run):
+    """Straight lines between samples said 4e-4 rad of two runs that are the same motion."""
+    other = mehvar.simulate("triangle", "path", t_end=10.0, dt_out=0.05)
+    for table in (run.mehvar.compare(other), other.mehvar.compare(run)):
+        assert table.loc["theta", "largest"] < 1e-8
+        assert table["at"].max() <= 10.0
+        assert np.allclose(table["at"] / 0.05, np.round(table["at"] / 0.05))
+    assert (run.mehvar.compare(run)["largest"] == 0).all()
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda run, batch: batch.mehvar.plot("nothing"), "unknown number of the runs 'nothing'"),
+        (lambda run, batch: run.mehvar.plot("theta"), "a run is drawn whole"),
+        (lambda run, batch: run.mehvar.scatter("theta", "rho"), "unknown dimension of this result 'run'"),
+        (lambda run, batch: run.mehvar.compare(batch), "a run, compared with a run"),
+        (lambda run, batch: run.mehvar.compare(run[["t"]]), "a run without variables of the same name"),
+        (lambda run, batch: run.mehvar.compare(run.assign_coords(t=run["t"] + 0.003)), "without samples at the same"),
+        (lambda run, batch: run.mehvar.report("run.pdf"), "ends in .html"),
+        (lambda run, batch: batch.mehvar.animate(), "no animation of triangle with path"),
+        (lambda run, batch: xr.Dataset().mehvar.metrics(), "no result of mehvar"),
+    ],
+)
+def test_what_cannot_be_done_is_refused(run, batch, call, message):
+    with pytest.raises(mehvar.InputError, match=message):
+        call(run, batch)
+
+
+def test_pages_of_run_and_batch_stand_alone(run, batch, tmp_path):
+    series = [name for name, variable in batch.data_vars.items() if variable.dims == ("run", "t") and name != "theta"]
+    few = batch.drop_vars(series).assign_attrs(metrics='["T_theta", "travel"]')  # pictures take the time
+    for dataset, sections in (
+        (run, ("animation", "run", "values", "derivation", "provenance")),
+        (few, ("batch", "derivation", "provenance")),
+    ):
+        page = dataset.mehvar.report(tmp_path / "page.html").read_text(encoding="utf-8")
+        assert re.findall(r'<section id="(\w+)"', page) == list(sections)
+        assert not re.search(r'(src|href)="(?!#|data:)', page)
+        assert len(math(page)) > 50
+    assert not [fault for formula in math(page)[:60] for fault in faults(formula)]
+    assert run.attrs["model_hash"] in (tmp_path / "page.html").read_text(encoding="utf-8")
+
+
+def test_an_animation_is_shown_and_saved(run, tmp_path):
+    animation = run.mehvar.animate()
+    animation.save(tmp_path / "turn.html")
+    assert 'data-scene="triangle"' in (tmp_path / "turn.html").read_text(encoding="utf-8")
+    assert animation._repr_html_().startswith("<iframe srcdoc=")
+    assert "<script>" not in animation._repr_html_()
+
+
+def test_a_run_of_another_model_of_the_name_has_no_foreign_equations(run, tmp_path):
+    """The manifest in the file is of a text that is not installed: neither its derivation nor its paper's picture."""
+    other = mehvar.simulate(PENDULUM, "pd", "swing")
+    page = other.mehvar.report(tmp_path / "page.html").read_text(encoding="utf-8")
+    assert 'id="derivation"' not in page
+    assert 'id="run-picture"' in page
+
+
+def test_a_page_of_ones_own_system(tmp_path, capsys):
+    report_command.command(str(PENDULUM), tmp_path / "out")
+    page = (tmp_path / "out" / "index.html").read_text(encoding="utf-8")
+    assert re.findall(r'<section id="([\w-]+)"', page)[-1] == "provenance"
+    assert 'id="run-pd"' in page
+    assert str(tmp_path / "out" / "index.html") in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("values", [[], [0.0], [0.65, 0.65 + 1e-16], [1e300, 1e300], [1.0, 2.0]])
+def test_bins_have_edges_of_their_own(values):
+    edges = bin_edges(np.array(values))
+    assert len(edges) == BINS + 1
+    assert (np.diff(edges) > 0).all()
+    assert np.histogram(values, edges)[0].sum() == len(values)

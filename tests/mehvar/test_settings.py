@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: Apache-2.0
+"""NAME=VALUE with units: pint's rules, in the unit of the name; whatever is typed ends in a number or a refusal."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+
+import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+
+from mehvar.errors import InputError
+from mehvar.runtime.model.catalogue import find_model, list_models
+from mehvar.settings import read_value, read_values, setting_units
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "value"),
+    [
+        ("30deg", "rad", math.pi / 6),
+        ("30 °", "rad", math.pi / 6),
+        ("5ms", "s", 0.005),
+        ("1e-3 km", "m", 1.0),
+        ("-2.5 N m", "kg m^2/s^2", -2.5),
+        ("3 rpm", "rad/s", math.pi / 10),
+        ("2/ms", "1/s", 2000.0),
+        ("7 kg*m**2", "kg m^2", 7.0),
+        ("9007199254740993", "s", 9007199254740993),
+        ("1 mOhm", "Ohm", 0.001),
+        ("0.5", None, 0.5),
+    ],
+)
+def test_a_number_is_turned_into_the_unit_of_its_name(text, unit, value):
+    assert read_value(text, unit, "name", "--set") == pytest.approx(value, rel=1e-15)
+
+
+@pytest.mark.parametrize("text", ["30 kg", "30 foo", "1e300 Gm^9", "20 degC/s"])
+def test_a_unit_of_another_kind_is_refused(text):
+    with pytest.raises(InputError, match="a number in m, or with a unit of that kind"):
+        read_value(text, "m", "name", "--set")
+
+
+@pytest.mark.parametrize("text", ["1/0", "9**9**9m", "m", "0x10", "0,5"])
+def test_what_is_no_number_with_a_unit_stays_a_text(text):
+    assert read_value(text, "m", "name", "--set") == text
+
+
+@given(st.text(st.sampled_from("0123456789.eE+-*/^() mskgNdeginafµ°_")), st.sampled_from(["m", "rad", "1/s", "1"]))
+@example("9**9**9m", "m")
+@example("1m^9/m^9*s", "s")
+def test_whatever_is_typed_ends_in_a_number_a_text_or_a_refusal(text, unit):
+    with contextlib.suppress(InputError):
+        assert isinstance(read_value(text, unit, "name", "--set"), float | int | str)
+
+
+def test_every_unit_of_every_model_is_known_to_pint():
+    for model in list_models():
+        manifest = find_model(model)
+        for name, unit in setting_units(manifest).items():
+            if unit:
+                assert read_value(f"2 {unit}" if unit != "1" else "2", unit, name, "") == 2.0, (model, name, unit)
+
+
+def test_several_mistakes_are_refused_together():
+    with pytest.raises(InputError, match=r"(?s)theta_0 = '1kg'.*H = '1s'"):
+        read_values(["theta_0=1kg", "H=1s"], find_model("triangle"))

@@ -1,0 +1,183 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Run tests on a tree in a process of its own, those that killed before first, and say how it ended.
+
+The process parts from one that has loaded the libraries, which no mutant changes, and imports the tree itself.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import json
+import os
+import resource
+import signal
+import sys
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NoReturn
+
+_LIBRARIES = (
+    "numpy", "scipy.integrate", "scipy.stats", "xarray", "zarr", "h5netcdf", "pandas", "sympy", "casadi", "pydantic",
+    "hypothesis", "pytest",
+)  # fmt: skip
+_LIMIT = 10**6
+"""Seconds of processor time when nothing is known of the tests."""
+_PATIENCE = 20.0
+"""Seconds in which no process of a trial ran or wanted to: it waits for what will not come. The longest wait of a test
+is of 10 s; twice as long would only make a mutant that hangs dearer."""
+_POLL = 0.05
+
+
+@dataclass(frozen=True)
+class Test:
+    """How long a test took, in seconds, and whether it failed."""
+
+    name: str
+    seconds: float
+    failed: bool
+    refused: bool
+    """Whether it failed because a compiler refused the text."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """How the tests ended: passed, failed or timeout; those that ran, in order; processor time in seconds."""
+
+    outcome: str
+    tests: tuple[Test, ...]
+    seconds: float
+
+
+def preload() -> None:
+    """Load what all trials use."""
+    for name in _LIBRARIES:
+        importlib.import_module(name)
+
+
+def run(
+    tree: Path,
+    tests: Sequence[str],
+    work: Path,
+    without: Sequence[str] = (),
+    rank: Mapping[str, float] | None = None,
+    limit: float = _LIMIT,
+) -> Trial:
+    """Run tests on a tree.
+
+    Parameters
+    ----------
+    tree : Path
+        A copy of the repository's folders.
+    tests : sequence of str
+        Files or names, as pytest takes them.
+    work : Path
+        Folder of the cache, of temporary files and of the output.
+    without : sequence of str
+        Names of tests that are left out.
+    rank : mapping, optional
+        Tests run in the order of these numbers, up to the first that fails; by default all run.
+    limit : float
+        Seconds of processor time.
+    """
+    log, before = work / "tests.jsonl", _processor_time()
+    log.unlink(missing_ok=True)
+    process = os.fork()
+    if process == 0:
+        _test(tree, tests, work, without, rank, limit)
+    outcome = _end(process)
+    lines = log.read_text(encoding="utf-8").splitlines() if log.exists() else []
+    return Trial(outcome, tuple(Test(**json.loads(line)) for line in lines), _processor_time() - before)
+
+
+def _processor_time() -> float:
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return usage.ru_utime + usage.ru_stime
+
+
+def _end(process: int) -> str:
+    """Wait for a process and say how it ended; kill it when it and its children wait for nothing."""
+    active = time.monotonic()
+    try:
+        while True:
+            done, status = os.waitpid(process, os.WNOHANG)
+            if done:
+                slow = os.WIFSIGNALED(status) and os.WTERMSIG(status) in (signal.SIGXCPU, signal.SIGKILL)
+                return "timeout" if slow else "failed" if status else "passed"
+            if any(state != "S" for state in _states(process)):
+                active = time.monotonic()
+            elif time.monotonic() - active > _PATIENCE:
+                os.killpg(process, signal.SIGKILL)
+            time.sleep(_POLL)
+    finally:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process, signal.SIGKILL)
+
+
+def _states(group: int) -> Iterator[str]:
+    """Yield S for each process of a group that waits, another letter for one that runs or wants to."""
+    for path in Path("/proc").glob("[0-9]*/stat"):
+        with contextlib.suppress(OSError):
+            state, _parent, its_group = path.read_text().rpartition(")")[2].split()[:3]
+            if int(its_group) == group:
+                yield state
+
+
+class _Log:
+    """A pytest plugin that orders the tests and writes down how each ended."""
+
+    def __init__(self, path: Path, rank: Mapping[str, float]) -> None:
+        self._path, self._rank = path, rank
+
+    def pytest_collection_modifyitems(self, items: list[Any]) -> None:
+        items.sort(key=lambda item: self._rank.get(item.nodeid, 0.0))
+
+    def pytest_runtest_logreport(self, report: Any) -> None:
+        self._write(report, report.when == "call" or report.failed)
+
+    def pytest_collectreport(self, report: Any) -> None:
+        self._write(report, report.failed)
+
+    def _write(self, report: Any, worth: bool) -> None:
+        if worth:
+            refused = report.failed and "BuildError" in report.longreprtext
+            test = {"name": report.nodeid, "failed": report.failed, "refused": refused}
+            with self._path.open("a", encoding="utf-8") as file:
+                file.write(json.dumps(test | {"seconds": round(getattr(report, "duration", 0.0), 2)}) + "\n")
+
+
+def _test(
+    tree: Path,
+    tests: Sequence[str],
+    work: Path,
+    without: Sequence[str],
+    rank: Mapping[str, float] | None,
+    limit: float,
+) -> NoReturn:
+    status = 1
+    try:
+        import hypothesis
+        import pytest
+
+        # an example that fails is enough: the smallest of its kind costs minutes and is read by nobody
+        phases = (hypothesis.Phase.explicit, hypothesis.Phase.generate)
+        hypothesis.settings.register_profile("mutants", phases=phases, database=None, derandomize=True)
+        hypothesis.settings.load_profile("mutants")
+        os.setpgid(0, 0)  # a session of its own would leave the priority that was given to the campaign
+        resource.setrlimit(resource.RLIMIT_CPU, (int(limit), int(limit) + 5))
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+        os.chdir(tree)
+        sys.path.insert(0, str(tree))
+        silent = os.open(work / "output", os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
+        os.dup2(silent, 1)
+        os.dup2(silent, 2)
+        os.environ |= {"PYTHONPATH": str(tree), "MEHVAR_TEST_CACHE": str(work / "cache"), "OPENBLAS_NUM_THREADS": "1"}
+        sys.dont_write_bytecode = True
+        arguments = ["-q", "--assert=plain", "-p", "no:cacheprovider", f"--basetemp={work / 'pytest'}", *tests]
+        arguments += [f"--deselect={name}" for name in without]
+        arguments += [] if rank is None else ["-x"]
+        status = int(pytest.main(arguments, plugins=[_Log(work / "tests.jsonl", rank or {})]))
+    finally:
+        os._exit(status)

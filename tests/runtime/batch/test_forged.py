@@ -1,0 +1,259 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A store that was edited and sealed again: what it says of itself is refused, told or harmless, never a crash."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from mehvar.errors import InputError, MehvarError
+from mehvar.runtime.batch.fill import run_batch
+from mehvar.runtime.batch.repeat import difference, plan_of, repeat_run
+from mehvar.runtime.batch.sensitivity import sensitivities
+from mehvar.runtime.batch.statistics import summarise
+from mehvar.runtime.batch.store.lock import FILE, Lock
+from mehvar.runtime.batch.store.records import END, STORE, read_record
+from mehvar.runtime.batch.store.store import open_store
+from mehvar.runtime.batch.store.verification import verify
+from tests.fuzz.campaign import in_process
+from tests.runtime.batch.forgery import edit, seal
+from tests.runtime.batch.test_damage import CAMPAIGN, CHUNK, PENDULUM, contents, mend
+
+OTHERS: tuple[Any, ...] = (None, 1.5, "text", [3], {"a": 1}, 10**40)
+"""One of each kind that JSON has."""
+HARMLESS = {"title", "model_source", "flags", "compiler", "versions", "until"}
+"""Texts for people; `model_source` is not taken without trust."""
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("whole") / "runs.zarr"
+    run_batch(PENDULUM, CAMPAIGN, path, chunk=CHUNK)
+    return path
+
+
+@pytest.fixture
+def store(whole: Path, tmp_path: Path) -> Path:
+    shutil.copytree(whole, tmp_path / "runs.zarr")
+    return tmp_path / "runs.zarr"
+
+
+@contextmanager
+def changed(store: Path, name: str, change: Callable[[dict[str, Any]], object], **about: Any) -> Iterator[None]:
+    """Change a file, seal the store, and undo both."""
+    names = list((store / "records").iterdir())
+    kept = {path: path.read_bytes() for path in (*names, store / name)}
+    edit(store / name, change)
+    seal(store, **about)
+    yield
+    for path, content in kept.items():
+        path.write_bytes(content)
+
+
+def without(table: str, key: str) -> Callable[[dict[str, Any]], object]:
+    return lambda content: content[table].pop(key)
+
+
+def with_value(table: str, key: str, value: Any) -> Callable[[dict[str, Any]], object]:
+    return lambda content: content[table].update({key: value})
+
+
+def refused(store: Path) -> None:
+    """Nothing reads it, and nothing but our errors says so."""
+    with pytest.raises(MehvarError):
+        summarise(open_store(store))
+    with suppress(InputError):
+        assert not verify(store).complete
+
+
+def attributes(store: Path) -> dict[str, Any]:
+    values: dict[str, Any] = json.loads((store / "zarr.json").read_bytes())["attributes"]
+    return values
+
+
+def kinds(value: object) -> list[Any]:
+    return [other for other in OTHERS if type(other) is not type(value)]
+
+
+def test_an_attribute_that_is_gone_or_of_another_kind_is_refused(store: Path) -> None:
+    for name, value in attributes(store).items():
+        with changed(store, "zarr.json", without("attributes", name)), pytest.raises(MehvarError):
+            open_store(store)
+        for other in kinds(value):
+            with changed(store, "zarr.json", with_value("attributes", name, other)), pytest.raises(MehvarError):
+                open_store(store)
+
+
+@pytest.mark.parametrize("name", ["campaign", "numerics", "drawn", "metrics", "nominal", "structure", "versions"])
+def test_a_text_in_an_attribute_is_held_against_a_schema_too(store: Path, name: str) -> None:
+    value = json.loads(attributes(store)[name])
+    texts = ["", "{", *(json.dumps(other) for other in kinds(value)), "[[1]]", "NaN", "[" * 99_999]
+    if name == "campaign":
+        texts += [json.dumps({key: v for key, v in value.items() if key != gone}) for gone in value]
+        texts += [json.dumps({**value, key: other}) for key in value for other in ([1], [[]], {"a": []})]
+    for text in texts:
+        with changed(store, "zarr.json", with_value("attributes", name, text)), pytest.raises(MehvarError):
+            open_store(store)
+
+
+def test_a_value_that_is_another_is_told_or_harmless(store: Path) -> None:
+    for name, value in attributes(store).items():
+        others = [value + 1] if isinstance(value, int) else [value[:-1]] if isinstance(value, list) else ["", "other"]
+        if name in ("nominal", "structure", "numerics"):
+            others = [json.dumps({**json.loads(value), "g": "0" if name != "nominal" else 1.0})]
+        for other in others:
+            with changed(store, "zarr.json", with_value("attributes", name, other)):
+                told = other == value or name in HARMLESS
+                try:
+                    opened = open_store(store)
+                    summarise(opened)
+                    sensitivities(opened)
+                    opened.dataset().load()
+                    plan = plan_of(opened, PENDULUM)
+                    told |= difference(repeat_run(plan, opened, 1), plan, opened, 1) != ""
+                except MehvarError:
+                    told = True
+                assert told or name in ("numerics", "versions"), (name, other)
+
+
+def test_what_a_record_says_is_held_against_a_schema(store: Path) -> None:
+    """Format, block, runs, refusals: gone, or of another kind."""
+    for name in (STORE, "records/1.json", END):
+        record = read_record(store / name)
+        assert record is not None
+        kept = (store / name).read_bytes()
+        for fact, value in record.about.items():
+            if fact == "provenance":
+                continue  # for people
+            others = [{"1": 3}, {"one": "text"}] if fact == "refusals" else [*kinds(value), -1]
+            changes = [{**record.about, fact: other} for other in others]
+            if fact != "refusals":  # of a block without impossible runs
+                changes.append({key: v for key, v in record.about.items() if key != fact})
+            for facts in changes:
+                (store / name).write_bytes(type(record)(facts, record.digests).content())
+                with suppress(MehvarError):
+                    assert not verify(store).complete, (name, facts)
+            with pytest.raises(MehvarError):
+                summarise(open_store(store))
+        (store / name).write_bytes(kept)
+    assert verify(store).complete
+
+
+def test_what_a_variable_says_of_itself_changes_no_value(store: Path, whole: Path) -> None:
+    """In xarray `scale_factor` multiplies, `_FillValue` hides, and "days since" makes dates."""
+    for name in ("t_stop", "angle", "status", "t"):
+        for key, value in (("scale_factor", 2.0), ("_FillValue", 0.1), ("dtype", "bool"), ("units", 3)):
+            changes = with_value("attributes", key, value)
+            with changed(store, f"{name}/zarr.json", changes), pytest.raises(MehvarError):
+                open_store(store)
+    for name in ("t_stop", "angle", "t"):
+        with changed(store, f"{name}/zarr.json", with_value("attributes", "units", "days since 2000-01-01")):
+            values = open_store(store).dataset().load()
+            assert values[name].equals(open_store(whole).dataset()[name].load())
+    for key in ("units", "long_name"):
+        with changed(store, "g/zarr.json", without("attributes", key)), pytest.raises(MehvarError):
+            open_store(store)
+
+
+def test_another_version_is_refused_by_name_and_not_called_damaged(store: Path) -> None:
+    with changed(store, "zarr.json", with_value("attributes", "mehvar_batch", 3), format=3):
+        for look in (verify, open_store, mend):
+            with pytest.raises(InputError, match="of another version: its format is 3"):
+                look(store)
+        assert in_process("verify", str(store))[0] == 2
+    with changed(store, "zarr.json", with_value("attributes", "mehvar_batch", 3)):
+        for look in (verify, open_store, mend):
+            with pytest.raises(InputError, match="mehvar_batch = 3: must be 2"):
+                look(store)
+    assert verify(store).complete
+
+
+def folder(path: Path) -> None:
+    path.unlink()
+    path.mkdir()
+    (path / "inside").write_text("")
+
+
+def pipe(path: Path) -> None:
+    path.unlink()
+    os.mkfifo(path)
+
+
+PLACES = ("final/c/1/0", "records/1.json", "g/c/0", STORE, END, "zarr.json", "g/zarr.json", "variable/c/0")
+
+
+@pytest.mark.parametrize("what", [folder, pipe])
+def test_what_is_no_file_is_damage_that_is_mended(store: Path, whole: Path, what: Callable[[Path], None]) -> None:
+    for name in PLACES:
+        what(store / name)
+        refused(store)
+        mend(store)
+        assert contents(store) == contents(whole), name
+
+
+@pytest.mark.parametrize("name", ["final", "final/c", "records"])
+def test_a_file_in_the_place_of_a_folder_is_mended(store: Path, whole: Path, name: str) -> None:
+    shutil.rmtree(store / name)
+    (store / name).write_text("")
+    refused(store)
+    mend(store)
+    assert contents(store) == contents(whole)
+
+
+@pytest.mark.parametrize("name", ["records", "final", "final/c", "records/1.json", "final/c/1/0", "zarr.json", STORE])
+def test_nothing_is_written_through_a_link(store: Path, whole: Path, tmp_path: Path, name: str) -> None:
+    """Nor removed, whatever it leads to, and even if its bytes are right."""
+    target = tmp_path / "outside"
+    shutil.move(store / name, target)
+    (store / name).symlink_to(target)
+    if target.is_dir():
+        (target / "0.json.partial").write_text("not ours")
+    before = contents(target) if target.is_dir() else target.read_bytes()
+    assert verify(store).files[name] == "a link"
+    refused(store)
+    mend(store)
+    assert contents(store) == contents(whole)
+    assert (contents(target) if target.is_dir() else target.read_bytes()) == before
+
+
+def test_a_lock_that_is_a_link_empties_no_other_file(store: Path, whole: Path, tmp_path: Path) -> None:
+    victim = tmp_path / "victim"
+    victim.write_text("precious")
+    (store / FILE).symlink_to(victim)
+    (store / END).unlink()
+    mend(store)
+    assert victim.read_text() == "precious"
+    assert contents(store) == contents(whole)
+    (store / FILE).mkdir()
+    mend(store)
+    assert contents(store) == contents(whole)
+
+
+def test_who_is_writing_is_said(store: Path) -> None:
+    (store / END).unlink()
+    lock = Lock(store, "it")
+    writer = f"process {os.getpid()} on "
+    assert str(verify(store).facts()["writer"]).startswith(writer)
+    status, said = in_process("verify", str(store))
+    assert status == 1
+    assert f"being written by {writer}" in said
+    lock.release()
+    assert verify(store).writer is None
+
+
+def test_an_extent_that_nothing_records_is_not_made_up(store: Path) -> None:
+    for name in (STORE, END):
+        (store / name).unlink()
+    found = verify(store)
+    assert (found.runs, found.blocks, found.sound) == (None, 3, False)
+    status, said = in_process("verify", str(store))
+    assert status == 1
+    assert "of how many runs is not recorded; 3 blocks are whole" in said
+    assert "0 runs" not in said
