@@ -107,7 +107,9 @@ def guided() -> None:
         corpus.mkdir()
         command = [path, f"-max_len={LONGEST_INPUT}", f"-max_total_time={SECONDS}", "-print_final_stats=1", corpus]
         done = subprocess.run(command, cwd=name, capture_output=True, text=True, check=True)
-        print(done.stderr.splitlines()[-9:], done.stdout.strip(), f"{len(list(corpus.iterdir()))} inputs kept", sep="\n")
+        print(
+            done.stderr.splitlines()[-9:], done.stdout.strip(), f"{len(list(corpus.iterdir()))} inputs kept", sep="\n"
+        )
 
 
 def slices(path: Path, frames: int) -> list[str]:
@@ -135,7 +137,14 @@ def build_campaign(folder: Path, name: str, flags: Sequence[str], compiler: Sequ
     for file in (f"{name}.c", "process.h"):
         shutil.copyfile(TESTS / file, folder / file)
     units = ["satellite.c", "app.c", "link.c", "server.c", f"{name}.c"]
-    command = [*(compiler or host_toolchain().command), *flags, "-DMEHVAR_FLOAT", "-DMEHVAR_SMALL", "-ffp-contract=off", "-I."]
+    command = [
+        *(compiler or host_toolchain().command),
+        *flags,
+        "-DMEHVAR_FLOAT",
+        "-DMEHVAR_SMALL",
+        "-ffp-contract=off",
+        "-I.",
+    ]
     subprocess.run([*command, *units, "-o", name, "-lm"], cwd=folder, check=True)
     return folder / name
 

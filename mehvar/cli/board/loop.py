@@ -18,7 +18,7 @@ from mehvar.runtime.run.options import split_settings
 from mehvar.settings import complete_controllers, complete_models, complete_scenarios, read_values
 from mehvar.terminal import working
 
-_BOARDS = f"{', '.join(BOARDS)}; with --target sil {', '.join(PROCESSORS)} under QEMU. stm32f4 and this processor unless given."
+_BOARDS = f"{', '.join(BOARDS)}, the first unless given; with --target sil {', '.join(PROCESSORS)} under QEMU."
 ModelName = Annotated[
     str, typer.Argument(metavar="MODEL", help="A model or a generated folder.", autocompletion=complete_models)
 ]

@@ -40,7 +40,9 @@ PROCESSORS = {
     processor.name: processor
     for processor in (
         Processor("aarch64", "Armv8-A", "aarch64-linux-gnu-gcc", ("-target", "aarch64-linux-musl"), "qemu-aarch64"),
-        Processor("riscv64", "RISC-V, RV64GC", "riscv64-linux-gnu-gcc", ("-target", "riscv64-linux-musl"), "qemu-riscv64"),
+        Processor(
+            "riscv64", "RISC-V, RV64GC", "riscv64-linux-gnu-gcc", ("-target", "riscv64-linux-musl"), "qemu-riscv64",
+        ),
         Processor(
             "riscv64-soft", "RISC-V, RV64IMAC: without FPU", None,
             ("-target", "riscv64-linux-musl", "-mcpu=generic_rv64+m+a+c", "-mabi=lp64"), "qemu-riscv64",

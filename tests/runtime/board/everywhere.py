@@ -149,32 +149,42 @@ def cell(law: str, target: Target, samples: int, folder: Path) -> Cell:
     return Cell(**given, ulp=ulp, compared=compared, crc=f"{o.selftest.crc:08x}", reason=o.board.reason, **sizes)
 
 
+_HEAD = """\
+# Every law on every target
+
+Written by `python -m tests.runtime.board.everywhere`, which `make soak` runs; a test fills a part of it anew, with each
+law and each kind of target. @run@.
+
+A number is the largest difference, in units of the last place, of the law's inputs and memory and of the plant's states
+from those of this machine, an x86-64 with gcc; in the lanes of a batch 0 says that every result has the same bits. The
+self-test, law and plant on the target alone, has the checksum of this machine, or the cell says so. The firmware is
+compiled with `-std=c99 -pedantic`. Emulators are not silicon. `–` was not run.
+
+"""
+_TAKES = """\
+
+## What a law takes
+
+STM32F405, Cortex-M4F under Unicorn, bytes; the stack as it was used, and as it is bounded from the instructions.
+
+| law | compiler | instructions of a step | flash | static RAM | stack used | bound |
+|---|---|---|---|---|---|---|
+"""
+
+
 def page(cells: Sequence[Cell]) -> str:
     """Return the page of the table."""
     columns = laws()
     by_place = {(cell.law, cell.title): cell for cell in cells}
     samples = sorted({cell.samples for cell in cells})
-    lines = [
-        "# Every law on every target",
-        "",
-        "Written by `python -m tests.runtime.board.everywhere`, which `make soak` runs; a test fills "
-        f"a part of it anew, each law and each kind of target. {len(cells)} of {len(TARGETS) * len(columns)} cells "
-        f"were run, with {' and '.join(map(str, samples))} samples.",
-        "",
-        "A number is the largest difference, in units of the last place, of the law's inputs and memory and of the "
-        "plant's states from those of this machine, an x86-64 with gcc. The self-test, law and plant on the target alone, "
-        "had the same checksum in all rows of a law, or the cell says so. Emulators compute with the host's processor or in "
-        "software; silicon is another matter. `–` was not run.",
-        "",
-        f"| target | {' | '.join(law.replace('/', ' ') for law in columns)} |",
-        "|---" * (len(columns) + 1) + "|",
-    ]
+    counts = f"{len(cells)} of {len(TARGETS) * len(columns)} cells were run"
+    run = f"{counts}, with {' and '.join(map(str, samples))} samples"
+    head = f"| target | {' | '.join(law.replace('/', ' ') for law in columns)} |"
+    lines = [*_HEAD.replace("@run@", run).splitlines(), head, "|---" * (len(columns) + 1) + "|"]
     for target in TARGETS:
         texts = [_text(by_place.get((law, target.title)), by_place.get((law, TARGETS[0].title))) for law in columns]
         lines.append(f"| {target.title} | {' | '.join(texts)} |")
-    lines += ["", "## What a law takes", "", "STM32F405, Cortex-M4F, bytes; the stack as it was used and as it is bounded from the "
-              "instructions.", "", "| law | compiler | instructions of a step | flash | static RAM | stack used | bound |",
-              "|---|---|---|---|---|---|---|"]  # fmt: skip
+    lines += _TAKES.splitlines()
     for law in columns:
         for target in TARGETS:
             result = by_place.get((law, target.title))

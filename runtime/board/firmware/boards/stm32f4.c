@@ -53,7 +53,7 @@ enum { INTERRUPT = 38, TX_PIN = 2, RX_PIN = 3, BUS_DIVIDER = 4 };
 #define USART_BRR REGISTER(USART + 8u)
 #define USART_CR1 REGISTER(USART + 12u)
 
-/* A pulse every 50 microseconds, 20 kHz, is above hearing; its width has 2100 steps at 84 MHz. The watchdog counts 200 ms
+/* A pulse every 50 microseconds, 20 kHz, is above hearing; its width has 4200 steps at 84 MHz. The watchdog counts 200 ms
  * of the nominal 32 kHz, which is between 136 and 376 ms of 47 and 17 kHz: always more than the 50 ms that the main loop
  * lets pass. Half as long would come near them, twice as long only keeps a hung program's outputs for longer. */
 enum { PULSE_HERTZ = 20000, PULSES = 3, WATCHDOG_TICKS = 199, WATCHDOG_BY_32 = 3 };
@@ -68,11 +68,12 @@ static int wait_for(volatile uint32_t *reg, uint32_t mask, uint32_t value)
     return 0;
 }
 
-/* 16 MHz / 16 * 336 / 2 = 168 MHz; the buses at 42 and 84 MHz. Stays at 16 MHz when the PLL does not lock. */
+/* 16 MHz / 16 * 336 / 2 = 168 MHz; the buses at 42 and 84 MHz. Stays at 16 MHz when the PLL does not lock.
+ * Bit 29 is as after a reset; on an F446 it belongs to PLLR, which may not be 0. */
 static int start_pll(void)
 {
     if (RCC_CR == 0) return 1; /* no clock control, as in QEMU, whose processor counts at 168 MHz */
-    RCC_PLLCFGR = 16u | 336u << 6 | 7u << 24;
+    RCC_PLLCFGR = 16u | 336u << 6 | 7u << 24 | 2u << 28;
     RCC_CR |= 1u << 24;
     if (!wait_for(&RCC_CR, 1u << 25, 1u << 25)) return 0;
     FLASH_ACR = 5u | 7u << 8; /* wait states, prefetch, caches */
