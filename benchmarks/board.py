@@ -4,6 +4,7 @@
 python benchmarks/board.py equivalence   # compilers and emulators and processors, 5000 samples each
 python benchmarks/board.py day           # 172 800 samples, a day of the satellite, under Unicorn
 python benchmarks/board.py fuzz          # ten million frames at the server, sanitizers on
+python benchmarks/board.py guided        # an hour of frames that clang's libFuzzer chooses; Debian: libclang-rt-14-dev
 python benchmarks/board.py residual      # a hundred million damaged frames at the receiver
 """
 
@@ -28,6 +29,8 @@ from mehvar.runtime.board.run import BoardRequest, run_on_board
 SAMPLES, DAY, FRAMES, DAMAGED = 5000, 172_800, 10_000_000, 100_000_000
 SLICE = 5_000_000
 """Frames of a campaign's process; each has a seed of its own, so a slice that ran before need not run again."""
+SECONDS, LONGEST_INPUT = 3600, 512
+"""Of the guided campaign: bytes of an input, some thirty frames, which is enough for a session from hello to reboot."""
 TESTS = Path(__file__).parents[1] / "tests" / "runtime" / "board"
 SANITIZERS = (
     "-g",
@@ -96,6 +99,19 @@ def residual() -> None:
         print(f"{DAMAGED} damaged frames in {time.perf_counter() - begin:.0f} s:", summed(printed), sep="\n")
 
 
+def guided() -> None:
+    """Let clang's libFuzzer choose the frames by what they cover, with sanitizers on."""
+    with tempfile.TemporaryDirectory() as name:
+        flags = (*SANITIZERS, "-fsanitize=fuzzer", "-DGUIDED")
+        path, corpus = build_campaign(Path(name), "fuzz", flags, ("clang",)), Path(name) / "corpus"
+        corpus.mkdir()
+        command = [path, f"-max_len={LONGEST_INPUT}", f"-max_total_time={SECONDS}", "-print_final_stats=1", corpus]
+        done = subprocess.run(command, cwd=name, capture_output=True, text=True, check=True)
+        print(
+            done.stderr.splitlines()[-9:], done.stdout.strip(), f"{len(list(corpus.iterdir()))} inputs kept", sep="\n"
+        )
+
+
 def slices(path: Path, frames: int) -> list[str]:
     """Run a campaign in slices, two at a time; return what each prints, or raise when one fails."""
 
@@ -114,19 +130,26 @@ def summed(printed: Sequence[str]) -> str:
     return count.sub(lambda _: str(next(columns)), printed[0])
 
 
-def build_campaign(folder: Path, name: str, flags: Sequence[str]) -> Path:
+def build_campaign(folder: Path, name: str, flags: Sequence[str], compiler: Sequence[str] = ()) -> Path:
     """Compile the server with a program that sends it frames."""
     firmware = program(runtime.load("satellite", backend="c"), "mrac")
     write_sources(folder, sources(firmware, None))
     for file in (f"{name}.c", "process.h"):
         shutil.copyfile(TESTS / file, folder / file)
     units = ["satellite.c", "app.c", "link.c", "server.c", f"{name}.c"]
-    command = [*host_toolchain().command, *flags, "-DMEHVAR_FLOAT", "-DMEHVAR_SMALL", "-ffp-contract=off", "-I."]
+    command = [
+        *(compiler or host_toolchain().command),
+        *flags,
+        "-DMEHVAR_FLOAT",
+        "-DMEHVAR_SMALL",
+        "-ffp-contract=off",
+        "-I.",
+    ]
     subprocess.run([*command, *units, "-o", name, "-lm"], cwd=folder, check=True)
     return folder / name
 
 
 if __name__ == "__main__":
-    campaigns = {"equivalence": equivalence, "day": day, "fuzz": fuzz, "residual": residual}
+    campaigns = {"equivalence": equivalence, "day": day, "fuzz": fuzz, "guided": guided, "residual": residual}
     for name in command_line(__doc__, campaigns).parse_args().parts or campaigns:
         campaigns[name]()

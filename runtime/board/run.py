@@ -24,8 +24,9 @@ from ..run.simulate import Run, simulate
 from .emulator.profile import Coverage, Profile, StepProfiler, coverage
 from .image.build import Image, build, delay_of, period_of, program
 from .image.elf import Elf, read_elf
+from .image.processors import process_toolchain
 from .image.toolchains import board as board_named
-from .image.toolchains import host_toolchain, toolchain
+from .image.toolchains import toolchain
 from .line.link import Counters, Hello, Link, Port, SelfTest
 from .line.packets import BareLaw, HostLaw
 from .session import BoardLaw, Journal
@@ -45,7 +46,8 @@ class BoardRequest:
     target : str
         "sil", "unicorn", "qemu", "qemu-pty" or a serial port.
     board, compiler : str, optional
-        Of the image; "stm32f4", and gcc or else zig, unless given. Software in the loop has no board.
+        Of the image; "stm32f4", and gcc or else zig, unless given. For software in the loop a processor that QEMU's
+        user mode runs, this machine's unless given.
     samples : int
         Evaluations of the law; the reference goes on past the scenario's end.
     delay : int, optional
@@ -155,9 +157,7 @@ def build_image(model: Model, request: BoardRequest, resolved: Resolved | None =
         model, request.controller, request.scenario, request.raw, _hold(request), request.tunable, resolved
     )
     if request.target == "sil":
-        if request.board is not None:
-            raise InputError(f"board = {request.board!r}: must be left out for software in the loop (--target sil)")
-        return build(firmware, None, host_toolchain(request.compiler))
+        return build(firmware, None, process_toolchain(request.board, request.compiler))
     return build(firmware, board_named(request.board or "stm32f4"), toolchain(request.compiler))
 
 

@@ -14,6 +14,7 @@ import subprocess
 import tempfile
 import threading
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import IO
 
@@ -43,14 +44,14 @@ _START_TRIES, _START_PAUSE = 1000, 0.01
 
 
 class ProcessPort:
-    """Software in the loop: the firmware as a process.
+    """Software in the loop: the firmware as a process, of another processor under an emulator.
 
     A thread waits for its bytes, because Windows cannot wait for those of a pipe for a while only.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, emulator: Sequence[str] = ()) -> None:
         self.name = f"process {path}"
-        self._process = subprocess.Popen([path], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+        self._process = subprocess.Popen([*emulator, path], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
         assert self._process.stdin is not None
         assert self._process.stdout is not None
         self._to = self._process.stdin.fileno()
@@ -221,7 +222,7 @@ def open_target(target: str, image: Image) -> Port:
         If the emulator is not installed or the port cannot be opened.
     """
     if target == "sil":
-        return ProcessPort(image.path)
+        return ProcessPort(image.path, image.toolchain.emulator)
     if target == "unicorn":
         return MachinePort(image)
     if target == "qemu":

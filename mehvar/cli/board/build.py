@@ -93,6 +93,7 @@ def _make_fragment(portable: Sequence[str]) -> str:
         "# Law, mathematics and link for your project: set MEHVAR to this folder and include this file. Write the\n"
         "# functions of mehvar/board.h for your board; call those of mehvar/server.h as main.c does.\n"
         f"MEHVAR_SOURCES = {' '.join(f'$(MEHVAR)/{name}' for name in portable)}\n"
+        "MEHVAR_LIBRARIES = -lm\n"
         "MEHVAR_CFLAGS = -I$(MEHVAR) -DMEHVAR_FLOAT -DMEHVAR_SMALL -ffp-contract=off -fno-math-errno\n"
     )
 
@@ -107,6 +108,7 @@ def _cmake_fragment(portable: Sequence[str]) -> str:
         "target_include_directories(mehvar PUBLIC ${CMAKE_CURRENT_LIST_DIR})\n"
         "target_compile_definitions(mehvar PUBLIC MEHVAR_FLOAT MEHVAR_SMALL)\n"
         "target_compile_options(mehvar PUBLIC -ffp-contract=off -fno-math-errno)\n"
+        "target_link_libraries(mehvar PUBLIC m)\n"
     )
 
 

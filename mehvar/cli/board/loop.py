@@ -10,12 +10,15 @@ from typing import Annotated
 import typer
 
 from mehvar.errors import bad_value
+from mehvar.runtime.board.image.processors import PROCESSORS
+from mehvar.runtime.board.image.toolchains import BOARDS
 from mehvar.runtime.board.run import BoardRequest, BoardRun, ended, run_on_board
 from mehvar.runtime.model.model import Model, load
 from mehvar.runtime.run.options import split_settings
 from mehvar.settings import complete_controllers, complete_models, complete_scenarios, read_values
 from mehvar.terminal import working
 
+_BOARDS = f"{', '.join(BOARDS)}, the first unless given; with --target sil {', '.join(PROCESSORS)} under QEMU."
 ModelName = Annotated[
     str, typer.Argument(metavar="MODEL", help="A model or a generated folder.", autocompletion=complete_models)
 ]
@@ -24,7 +27,7 @@ Law = Annotated[
 ]
 Board = Annotated[
     str | None,
-    typer.Option("--board", metavar="B", help="stm32f4 (default), stm32f4-usart2, mps2-m3, mps2-m4f or mps2-m7."),
+    typer.Option("--board", metavar="B", help=_BOARDS),
 ]
 Compiler = Annotated[str | None, typer.Option(metavar="gcc|zig", help="gcc when installed, else zig.")]
 Scenario = Annotated[

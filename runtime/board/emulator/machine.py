@@ -31,7 +31,11 @@ _SYSTEM = (0xE000E000, _PAGE)
 _SYST_CSR, _SYST_RVR, _SYST_CVR, _AIRCR = 0x10, 0x14, 0x18, 0xD0C
 _RESET_KEY = 0x05FA0004  # VECTKEY and SYSRESETREQ of the Armv7-M architecture
 _NOWHERE = 0xFFFFFFFE
+_DEBUG = (0xE0042000, _PAGE)
 _RCC_CR, _RCC_CFGR = 0x23800, 0x23808
+_TIM3_CCR = (0x434, 0x438, 0x43C)
+_IWDG_KR, _IWDG_PR, _IWDG_RLR = 0x3000, 0x3004, 0x3008
+_IWDG_START, _IWDG_RELOAD, _IWDG_HERTZ = 0xCCCC, 0xAAAA, 32_000
 _HSI_ON_AND_READY, _PLL_ON = 0x83, 1 << 24
 _STEP_MS = 20
 """The counter's flag tells of one wrap, so the program must run at least once between two: 2^24 ticks are 99.9 ms at
@@ -60,6 +64,10 @@ class EmulatedBoard:
         self._reload, self._wrapped = 0xFFFFFF, False
         self._reboot = False
         self._hooks: list[int] = []
+        self.watchdog: int | None = None
+        """Ticks at which the independent watchdog was last reloaded; None until it is started."""
+        self.registers: dict[int, int] = {}
+        """What was written to the registers of the peripherals that have no behaviour of their own."""
         self.clock_control = {_RCC_CR: _HSI_ON_AND_READY, _RCC_CFGR: 0}
         self._uc = unicorn.Uc(unicorn.UC_ARCH_ARM, unicorn.UC_MODE_THUMB | unicorn.UC_MODE_MCLASS)
         self._uc.ctl_set_cpu_model(_CPUS[board.cpu])
@@ -80,6 +88,8 @@ class EmulatedBoard:
         self._pc = start
         self._to_board.clear()
         self._reboot = False
+        self.watchdog = None
+        self.registers.clear()
         self.run()
 
     def write(self, data: bytes) -> None:
@@ -117,7 +127,23 @@ class EmulatedBoard:
             period = self._reload + 1
             self._wrapped |= before // period != self._ticks // period
             self.run()
+            if self._hung():
+                self.power_on()
             ms -= step
+
+    def reload_watchdog(self) -> None:
+        """Start the independent watchdog's count anew."""
+        self.watchdog = self._ticks
+
+    def pulses(self) -> tuple[int, ...]:
+        """Return the pulse widths that the timer of the outputs was given, in its ticks."""
+        return tuple(self.registers.get(at, 0) for at in _TIM3_CCR)
+
+    def _hung(self) -> bool:
+        if self.watchdog is None:
+            return False
+        count = (self.registers.get(_IWDG_RLR, 0xFFF) + 1) * (4 << self.registers.get(_IWDG_PR, 0))
+        return self._ticks - self.watchdog > count / _IWDG_HERTZ * self._board.hertz
 
     def memory(self, symbol: str) -> bytes:
         """Return the bytes of a variable."""
@@ -160,6 +186,7 @@ class EmulatedBoard:
             lambda _u, at, _n, v, _d: writes(self, at, v),
             None,
         )
+        self._uc.mem_map(*_DEBUG)
         self._uc.mmio_map(
             *_SYSTEM, lambda _u, at, _n, _d: self._read_system(at), None,
             lambda _u, at, _n, v, _d: self._write_system(at, v), None,
@@ -212,6 +239,9 @@ def _read_stm32(machine: EmulatedBoard, at: int) -> int:
 def _write_stm32(machine: EmulatedBoard, at: int, value: int) -> None:
     if at in machine.clock_control:
         machine.clock_control[at] = value
+    if at == _IWDG_KR and (value == _IWDG_START or (value == _IWDG_RELOAD and machine.watchdog is not None)):
+        machine.reload_watchdog()
+    machine.registers[at] = value
     if at in (0x11004, 0x4404):
         machine.send(value)
 

@@ -50,7 +50,7 @@ static uint32_t ticks_in_wrap(void)
     return wrap_ticks - 1u - left;
 }
 
-uint32_t mv_board_ms(void)
+uint32_t cortexm_ms(void)
 {
     const uint32_t rest = ticks_in_wrap() / ticks_per_ms;
     return wraps * WRAP_MS + rest;

@@ -6,6 +6,7 @@
 
 #include "mehvar/private/app.h"
 #include "mehvar/board.h"
+#include "mehvar/private/link.h"
 #include "mehvar/server.h"
 
 enum { RAW_PAUSE_MS = MV_BOARD_PERIOD_MS / 2 };
@@ -28,12 +29,14 @@ void mv_server_byte(uint8_t byte)
     packet.bytes[size++] = byte;
     if (size < sizeof packet) return;
     size = 0;
+    mv_link_words(packet.bytes, MV_BOARD_RAW_IN);
     if (!started) mv_app_start(packet.numbers);
     started = 1;
     silent = 0;
     step_ms = ms;
     mv_app_step(packet.numbers, u);
     mv_board_output(u);
+    mv_link_words((uint8_t *)u, MV_BOARD_NU);
     mv_board_write((const uint8_t *)u, sizeof u);
 }
 

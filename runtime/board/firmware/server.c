@@ -8,6 +8,7 @@
 #include "mehvar/private/link.h"
 
 enum { VERSION = 2, NAME = 16 };
+#define TWO_BYTES(n) (n) & 0xFF, (n) >> 8
 
 typedef struct {
     real u[MV_BOARD_NU];
@@ -49,7 +50,14 @@ static uint8_t *put(uint8_t *to, const void *from, uint32_t size)
     return to + size;
 }
 
-static uint8_t *put32(uint8_t *to, uint32_t value) { return put(to, &value, sizeof value); }
+static uint8_t *put_words(uint8_t *to, const void *from, uint32_t size)
+{
+    memcpy(to, from, size);
+    mv_link_words(to, size / 4u);
+    return to + size;
+}
+
+static uint8_t *put32(uint8_t *to, uint32_t value) { return put_words(to, &value, sizeof value); }
 
 static uint8_t *put_name(uint8_t *to, const char *name)
 {
@@ -108,8 +116,9 @@ static void forget_all(void)
 static int hello(uint32_t size)
 {
     static const uint8_t hash[] = MV_BOARD_HASH;
-    static const uint16_t sizes[] = {MV_BOARD_IN, MV_BOARD_NU, MV_BOARD_NZ, MV_BOARD_NP,
-                                     MV_BOARD_NC, MV_BOARD_NS, MV_BOARD_NX};
+    static const uint8_t sizes[] = {TWO_BYTES(MV_BOARD_IN), TWO_BYTES(MV_BOARD_NU), TWO_BYTES(MV_BOARD_NZ),
+                                    TWO_BYTES(MV_BOARD_NP), TWO_BYTES(MV_BOARD_NC), TWO_BYTES(MV_BOARD_NS),
+                                    TWO_BYTES(MV_BOARD_NX)};
     if (size != 0) return MV_SERVER_WRONG_SIZE;
     uint8_t *to = payload();
     *to++ = VERSION;
@@ -143,6 +152,7 @@ static uint8_t evaluate(void)
 {
     real in[MV_BOARD_IN];
     answer_flags = (uint8_t)(silent ? MV_SERVER_LOST : 0);
+    mv_link_words(payload(), MV_BOARD_IN);
     memcpy(in, payload(), sizeof in);
     const uint32_t begin = mv_board_ticks();
     const int finite = mv_app_step(in, answer.u);
@@ -170,7 +180,7 @@ static int step(uint32_t size)
     } else {
         flags = evaluate();
     }
-    reply(flags, put32(put(payload(), answer.u, sizeof answer.u), answer.ticks));
+    reply(flags, put32(put_words(payload(), answer.u, sizeof answer.u), answer.ticks));
     return 0;
 }
 
@@ -179,7 +189,7 @@ static int get(uint32_t size)
     uint32_t numbers = 0;
     const real *group = size == 1 ? mv_app_group(payload()[0], &numbers) : 0;
     if (!group) return MV_SERVER_WRONG_SIZE;
-    reply(0, put(payload(), group, numbers * (uint32_t)sizeof *group));
+    reply(0, put_words(payload(), group, numbers * (uint32_t)sizeof *group));
     return 0;
 }
 
@@ -190,6 +200,7 @@ static int set(uint32_t size)
     const uint32_t which = payload()[0];
     real *group = size >= 1 ? mv_app_group(which, &numbers) : 0;
     if (!group || size != 1 + numbers * sizeof *group) return MV_SERVER_WRONG_SIZE;
+    mv_link_words(payload() + 1, numbers);
     if (!mv_app_finite(payload() + 1, numbers)) return MV_SERVER_NOT_FINITE;
     if (!mv_app_settable(which, payload() + 1)) return MV_SERVER_CONSTANT;
     memcpy(group, payload() + 1, numbers * sizeof *group);
@@ -206,12 +217,12 @@ static int stats(uint32_t size)
     uint32_t used = 0, available = 0;
     if (size != 0) return MV_SERVER_WRONG_SIZE;
     mv_board_stack(&used, &available);
-    uint8_t *to = put(payload(), &count, sizeof count);
+    uint8_t *to = put_words(payload(), &count, sizeof count);
     to = put32(put32(to, used), available);
     to = put32(put32(to, line.frames), line.crc);
     to = put32(put32(to, line.length), line.cobs);
     to = put32(to, mv_board_ms());
-    reply(0, put(to, output, sizeof output));
+    reply(0, put_words(to, output, sizeof output));
     return 0;
 }
 
@@ -219,6 +230,7 @@ static int selftest(uint32_t size)
 {
     uint32_t samples = 0;
     if (size != sizeof samples) return MV_SERVER_WRONG_SIZE;
+    mv_link_words(payload(), 1);
     memcpy(&samples, payload(), sizeof samples);
     if (!(repeated && has_test)) {
         if (!ready) return MV_SERVER_NO_MEMORY;
@@ -227,7 +239,7 @@ static int selftest(uint32_t size)
         mv_app_selftest(samples, &test);
         has_test = 1;
     }
-    reply(test.samples < samples ? MV_SERVER_ABORTED : 0, put(payload(), &test, sizeof test));
+    reply(test.samples < samples ? MV_SERVER_ABORTED : 0, put_words(payload(), &test, sizeof test));
     return 0;
 }
 

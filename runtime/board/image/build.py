@@ -28,7 +28,7 @@ FIRMWARE = Path(__file__).parents[1] / "firmware"
 STACK_SIZE = 1536
 """Bytes reserved; what is used is measured."""
 FLAGS = (
-    "-std=c99", "-g", "-ffp-contract=off", "-fno-math-errno", "-DMEHVAR_FLOAT", "-DMEHVAR_SMALL", "-I.",
+    "-std=c99", "-pedantic", "-g", "-ffp-contract=off", "-fno-math-errno", "-DMEHVAR_FLOAT", "-DMEHVAR_SMALL", "-I.",
     "-ffunction-sections", "-fdata-sections", "-fno-unwind-tables", "-fno-asynchronous-unwind-tables",
 )  # fmt: skip
 """For every board and compiler. None of them changes a result: no contraction, no reassociation."""

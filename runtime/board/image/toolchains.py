@@ -87,11 +87,15 @@ _ZIG_CPU = {
 
 @dataclass(frozen=True)
 class Toolchain:
-    """A cross compiler: "gcc" (arm-none-eabi-gcc) or "zig" (the Python package ziglang)."""
+    """A compiler: "gcc" or "zig" (the Python package ziglang) for another processor, or "host".
+
+    `emulator` is what its programs run under on this machine; nothing for this machine's own, and for boards.
+    """
 
     name: str
     command: tuple[str, ...]
     version: str
+    emulator: tuple[str, ...] = ()
 
     def flags(self, board: Board) -> tuple[str, ...]:
         """Return what this compiler needs to build for a board."""

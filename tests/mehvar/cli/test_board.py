@@ -4,8 +4,10 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 import subprocess
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -68,19 +70,9 @@ def test_what_build_exports_can_be_built(tmp_path):
     assert (out / "firmware.bin").stat().st_size > 4000
 
 
-MAKE = """\
-MEHVAR = firmware
-include firmware/mehvar.mk
-vendor: $(MEHVAR_SOURCES) vendor.c
-\t$(CC) $(MEHVAR_CFLAGS) -O1 $^ -o $@ -lm
-"""
-CMAKE = """\
-cmake_minimum_required(VERSION 3.16)
-project(vendor C)
-include(firmware/mehvar.cmake)
-add_executable(vendor vendor.c)
-target_link_libraries(vendor PRIVATE mehvar m)
-"""
+PAGE = (Path(__file__).parents[3] / "docs" / "tutorials" / "board.md").read_text()
+MAKE, CMAKE = (re.findall(rf"```{kind}\n(.*?)```", PAGE, re.DOTALL)[0] for kind in ("make", "cmake"))
+"""As they are printed."""
 
 
 OWN_NAMES = """\

@@ -330,6 +330,42 @@ def test_unknown_types_and_wrong_sizes_are_refused(bench):
         link._request(7, b"\1\0\0\0")
 
 
+def test_a_program_that_hangs_is_started_anew_by_the_hardware(bench):
+    """The main loop is made to sleep for ever, with an output that is not zero."""
+    link = bench.link()
+    bench.start(link)
+    link.step(bench.numbers(0))
+    machine, idle = bench.port.machine, machine_pulses_at_rest(bench)
+    assert machine.pulses() != idle
+    machine.advance(900)
+    assert machine.pulses() != idle, "a program that turns is left alone"
+    address, _ = machine._elf.symbols["mv_server_watch"]
+    machine._uc.mem_write(address & ~1, b"\x30\xbf\xfd\xe7")  # again: wfi; b again
+    machine._uc.ctl_flush_tb()
+    machine.advance(150)
+    assert machine.pulses() != idle
+    machine.advance(100)
+    assert machine.pulses() == idle
+    with pytest.raises(RestartError, match="has started since"):
+        link.step(bench.numbers(1))
+
+
+def machine_pulses_at_rest(bench: Bench) -> tuple[int, ...]:
+    return (bench.port.machine._board.hertz // 2 // 20_000 // 2,) * 3
+
+
+def test_outputs_are_pulses_and_none_when_nobody_asks(bench):
+    link = bench.link()
+    idle = machine_pulses_at_rest(bench)
+    assert bench.port.machine.pulses() == idle
+    bench.start(link)
+    u = link.step(bench.numbers(0)).u
+    half = np.float32(idle[0])
+    assert bench.port.machine.pulses() == tuple(int(half + half * value) for value in u)
+    bench.port.machine.advance(1100)
+    assert bench.port.machine.pulses() == idle
+
+
 @pytest.mark.parametrize("request_between", ["z", "p", "stats", "hello", "noise"])
 def test_an_output_is_held_for_two_samples_whatever_else_comes(bench, request_between):
     """Setting the memory disarmed the watch: the last torque was held for ever."""

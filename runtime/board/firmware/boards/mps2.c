@@ -36,4 +36,6 @@ void mv_board_write(const uint8_t *bytes, uint32_t count)
     }
 }
 
+uint32_t mv_board_ms(void) { return cortexm_ms(); }
+
 void mv_board_output(const mv_real *u) { (void)u; }

@@ -11,6 +11,7 @@
 #define REGISTER(address) (*(volatile uint32_t *)(address))
 
 void cortexm_clock(uint32_t hertz); /* start SysTick, which counts the processor's clock */
+uint32_t cortexm_ms(void);
 void cortexm_wake_by(uint32_t interrupt);
 
 #endif

@@ -25,6 +25,19 @@ typedef struct {
     } frame;
 } mv_link_state;
 
+/* Turn words of the line into the processor's, or back; a processor that is little-endian leaves them. */
+static inline void mv_link_words(uint8_t *bytes, uint32_t count)
+{
+#if defined(__BYTE_ORDER__) && __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__
+    for (; count > 0; count--, bytes += 4) {
+        const uint8_t first = bytes[0], second = bytes[1];
+        bytes[0] = bytes[3], bytes[1] = bytes[2], bytes[2] = second, bytes[3] = first;
+    }
+#else
+    (void)bytes, (void)count;
+#endif
+}
+
 /* Take a byte; returns the size of the payload when it ends a frame, else -1. */
 int mv_link_receive(mv_link_state *link, uint8_t byte);
 

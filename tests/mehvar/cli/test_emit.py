@@ -1,0 +1,172 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`mehvar board emit`: each package is built from what its manifest says, and computes the bits of our own firmware."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import subprocess
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mehvar.cli.board.emit import KINDS, package
+from mehvar.runtime.board.image.build import FIRMWARE, build, program, write_sources
+from mehvar.runtime.board.image.toolchains import host_toolchain
+from mehvar.runtime.board.line.link import Link
+from mehvar.runtime.board.targets import ProcessPort
+from tests.mehvar.cli.test_app import refused, run
+from tests.runtime.board.conftest import load
+from tests.tools import needs
+
+ARM = ("-mcpu=cortex-m4", "-mthumb", "-mfloat-abi=hard", "-mfpu=fpv4-sp-d16", "-O2", "-ffunction-sections")
+CASES = [("satellite", "mrac"), ("triangle", "path")]
+ZEPHYR = """\
+cmake_minimum_required(VERSION 3.16)
+project(app C)
+set(CONFIG_MEHVAR y)
+macro(zephyr_include_directories)
+  include_directories(${CMAKE_CURRENT_SOURCE_DIR}/${ARGV0})
+endmacro()
+macro(zephyr_library_named name)
+  add_library(${name} STATIC)
+  set(library ${name})
+endmacro()
+macro(zephyr_library_sources)
+  target_sources(${library} PRIVATE ${ARGV})
+endmacro()
+add_subdirectory(law/zephyr)
+"""
+"""Zephyr's functions, as its manual has them."""
+
+
+def emitted(folder: Path, kind: str, model: str, law: str) -> Path:
+    write_sources(folder / "law", package(program(load(model), law), kind))
+    return folder / "law"
+
+
+def units(folder: Path, kind: str) -> list[Path]:
+    """Return the sources of a package, as its build system would have them."""
+    if kind == "cmake":
+        names = re.findall(r"^  (\S+\.c)$", (folder / "CMakeLists.txt").read_text(), re.MULTILINE)
+    elif kind == "zephyr":
+        names = re.findall(r"\.\./(\S+\.c)", (folder / "zephyr" / "CMakeLists.txt").read_text())
+    elif kind == "stm32cube":
+        tree = ET.parse(next(folder.glob("*.pdsc")))
+        names = [f.attrib["name"] for f in tree.iter("file") if f.attrib["category"] == "source"]
+    else:
+        directory = (
+            json.loads((folder / "library.json").read_text())["build"]["srcDir"] if kind == "platformio" else "src"
+        )
+        return sorted((folder / directory).rglob("*.c"))
+    return [folder / name for name in names]
+
+
+def checksum(path: Path, model: str, law: str) -> int:
+    """Return what the self-test of a process says."""
+    port = ProcessPort(path)
+    try:
+        layout = program(load(model), law).layout
+        link = Link(port, layout)
+        link.connect()
+        link.set("z", np.zeros(len(layout.memory)))
+        return link.selftest(40).crc
+    finally:
+        port.close()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(("model", "law"), CASES)
+def test_a_package_computes_our_bits_without_any_flag(tmp_path, kind, model, law):
+    """With fused multiplication in reach, which gcc takes unless it is told not to."""
+    folder = emitted(tmp_path, kind, model, law)
+    own = [FIRMWARE / "boards" / "posix.c", FIRMWARE / "main.c"]
+    for place, files in (("theirs", units(folder, kind)), ("ours", own)):
+        (tmp_path / place).mkdir()
+        for file in files:
+            command = ["gcc", "-O2", "-march=haswell", f"-I{folder}/src", "-c", str(file)]
+            subprocess.run(command, cwd=tmp_path / place, check=True)
+    objects = sorted(tmp_path.glob("*/*.o"))
+    assert len(objects) == 6
+    subprocess.run(["gcc", *objects, "-o", "vendor", "-lm"], cwd=tmp_path, check=True)
+    expected = checksum(build(program(load(model), law), None, host_toolchain()).path, model, law)
+    assert checksum(tmp_path / "vendor", model, law) == expected
+
+
+@needs("arm-none-eabi-gcc", "cmake")
+@pytest.mark.parametrize("kind", ["cmake", "zephyr"])
+def test_cmake_builds_a_package_for_a_microcontroller(tmp_path, kind):
+    folder = emitted(tmp_path, kind, "triangle", "path")
+    text = (
+        ZEPHYR if kind == "zephyr" else "cmake_minimum_required(VERSION 3.16)\nproject(app C)\nadd_subdirectory(law)\n"
+    )
+    (tmp_path / "CMakeLists.txt").write_text(text)
+    options = [
+        "-DCMAKE_SYSTEM_NAME=Generic",
+        "-DCMAKE_C_COMPILER=arm-none-eabi-gcc",
+        f"-DCMAKE_C_FLAGS={' '.join(ARM)}",
+    ]
+    options.append("-DCMAKE_TRY_COMPILE_TARGET_TYPE=STATIC_LIBRARY")
+    for command in (["cmake", "-S", ".", "-B", "arm", *options], ["cmake", "--build", "arm"]):
+        subprocess.run(command, cwd=tmp_path, check=True, stdout=subprocess.DEVNULL)
+    library = next((tmp_path / "arm").rglob("libmehvar.a"))
+    listing = subprocess.run(["arm-none-eabi-nm", library], capture_output=True, text=True, check=True).stdout
+    assert "T mv_server_byte" in listing
+    assert folder.is_dir()
+
+
+@needs("arm-none-eabi-gcc")
+@pytest.mark.parametrize("kind", ["platformio", "arduino", "stm32cube"])
+def test_a_microcontrollers_gcc_fuses_nothing_in_a_package(tmp_path, kind):
+    folder = emitted(tmp_path, kind, "satellite", "mrac")
+    for unit in units(folder, kind):
+        command = [
+            "arm-none-eabi-gcc",
+            *ARM,
+            "-Wall",
+            "-Werror",
+            "-Isrc",
+            "-S",
+            unit.relative_to(folder),
+            "-o",
+            "text.s",
+        ]
+        subprocess.run(command, cwd=folder, check=True)
+        assert not re.search(r"\tvfn?m[as]\.", (folder / "text.s").read_text()), unit
+    if kind == "arduino":
+        properties = dict(line.split("=", 1) for line in (folder / "library.properties").read_text().splitlines())
+        sketch = "void setup() { mv_server_init(); }\nvoid loop() { mv_server_byte(0); }\n"
+        (tmp_path / "sketch.cpp").write_text(f"#include <{properties['includes']}>\n{sketch}")
+        command = [
+            "arm-none-eabi-g++" if shutil.which("arm-none-eabi-g++") else "g++",
+            "-fsyntax-only",
+            f"-I{folder}/src",
+        ]
+        subprocess.run([*command, tmp_path / "sketch.cpp"], check=True)
+
+
+def test_the_settings_are_what_keeps_the_bits(tmp_path):
+    """Without them the compiler does fuse: the test above can fail."""
+    if not shutil.which("arm-none-eabi-gcc"):
+        pytest.skip("no arm-none-eabi-gcc")
+    folder = emitted(tmp_path, "arduino", "satellite", "mrac")
+    real = folder / "src" / "mehvar" / "real.h"
+    real.write_text(re.sub(r"#pragma GCC.*", "", real.read_text()))
+    command = ["arm-none-eabi-gcc", *ARM, "-Isrc", "-S", "src/satellite.c", "-o", "text.s"]
+    subprocess.run(command, cwd=folder, check=True)
+    assert re.search(r"\tvfn?m[as]\.", (folder / "text.s").read_text())
+
+
+def test_the_command_writes_a_folder_and_refuses_what_it_does_not_know(tmp_path):
+    out = tmp_path / "law"
+    done = run("board", "emit", "triangle", "--controller", "path", "--for", "arduino", "--out", str(out))
+    assert done.returncode == 0, done.stderr
+    assert (out / "library.properties").is_file()
+    wrong = refused(
+        "board", "emit", "triangle", "--controller", "path", "--for", "ardino", "--out", str(tmp_path / "x")
+    )
+    assert "did you mean arduino" in wrong
+    assert not (tmp_path / "x").exists()

@@ -1,0 +1,233 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Every law on every target, bit for bit: fills docs/reference/targets.md, and goes on where it was.
+
+python -m tests.runtime.board.everywhere SAMPLES build/targets.jsonl
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import sys
+import tempfile
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from mehvar import runtime
+from mehvar.cli.new import scaffold
+from mehvar.errors import MissingError
+from mehvar.runtime.board.image.build import FIRMWARE
+from mehvar.runtime.board.run import BoardRequest, run_on_board
+from mehvar.runtime.compiling.library import NATIVE
+from tests.runtime.batch.foreign import differing
+
+ROOT = Path(__file__).parents[3]
+PAGE = ROOT / "docs" / "reference" / "targets.md"
+OWN = "own"
+BATCH = "batch"
+
+
+@dataclass(frozen=True)
+class Target:
+    """Where a law runs: the request of a board, or the lanes of a batch."""
+
+    title: str
+    target: str
+    board: str | None = None
+    compiler: str | None = None
+
+
+TARGETS = (
+    Target("this machine, gcc", "sil"),
+    Target("this machine, zig", "sil", None, "zig"),
+    *(
+        Target(f"{title}, {emulator}, {compiler}", emulator.lower(), board, compiler)
+        for title, board in (("Cortex-M4F", "stm32f4"), ("Cortex-M3", "mps2-m3"), ("Cortex-M7", "mps2-m7"))
+        for emulator in ("Unicorn", "QEMU")
+        for compiler in ("gcc", "zig")
+    ),
+    *(
+        Target(f"{title}, QEMU, {compiler}", "sil", board, compiler)
+        for title, board in (
+            ("aarch64", "aarch64"), ("RISC-V, 64 bits", "riscv64"), ("PowerPC, 32 bits, big-endian", "powerpc"),
+            ("s390x, big-endian", "s390x"),
+        )
+        for compiler in ("gcc", "zig")
+    ),
+    Target("RISC-V, 64 bits, no FPU, QEMU, zig", "sil", "riscv64-soft", "zig"),
+    Target("aarch64, NEON lanes of a batch in double, QEMU, gcc", BATCH, "aarch64"),
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A law on a target.
+
+    Attributes
+    ----------
+    ulp : int
+        Largest difference of inputs, memory and states from this machine's, in units of the last place.
+    compared : int
+        Numbers that were compared.
+    crc : str
+        Of all inputs of the self-test; none in a batch.
+    reason : str
+        Why the run ended.
+    """
+
+    law: str
+    title: str
+    samples: int
+    digest: str
+    ulp: int
+    compared: int
+    crc: str
+    reason: str
+    stack: int = 0
+    bound: int = 0
+    flash: int = 0
+    ram: int = 0
+    instructions: int = 0
+
+
+def laws() -> list[str]:
+    """Return all laws, the scaffolded one last, as MODEL/LAW."""
+    names = [f"{name}/{law}" for name in runtime.known_models() for law in runtime.load(name).manifest.controllers]
+    return [*names, f"{OWN}/balance"]
+
+
+def load(law: str, folder: Path) -> runtime.Model:
+    """Return the model of a law; a user's own one is what `mehvar new` makes in the folder."""
+    name = law.partition("/")[0]
+    if name != OWN:
+        return runtime.load(name, backend="c")
+    place = folder / OWN
+    project = place if place.is_dir() else scaffold(OWN, folder)
+    return runtime.load(project / "generated" / OWN, backend="c")
+
+
+def short() -> Iterator[tuple[str, Target]]:
+    """Yield the cells of the short table: each law and each target that needs no C library of zig's, at least once."""
+    rows, columns = [t for t in TARGETS if t.target != "sil" or t.compiler != "zig"], laws()
+    for i, target in enumerate(rows):
+        for j, law in enumerate(columns):
+            if (i + j) % len(columns) == 0:
+                yield law, target
+
+
+def digest(model: runtime.Model) -> str:
+    """Return what a cell depends on besides its compiler: the model's numbers and the text of firmware and runtime."""
+    files = sorted(path for folder in (FIRMWARE, NATIVE) for path in folder.rglob("*.[ch]"))
+    texts = [model.manifest.hash.encode(), *(path.read_bytes() for path in files)]
+    return hashlib.sha256(b"\0".join(texts)).hexdigest()[:16]
+
+
+def cell(law: str, target: Target, samples: int, folder: Path) -> Cell:
+    """Run a law on a target and compare it with this machine."""
+    model, name = load(law, folder), law.partition("/")[2]
+    given = {"law": law, "title": target.title, "samples": samples, "digest": digest(model)}
+    if target.target == BATCH:
+        assert target.board is not None
+        with tempfile.TemporaryDirectory(dir=folder) as place:
+            names = differing(model, name, target.board, Path(place), samples)
+        return Cell(**given, ulp=int(bool(names)), compared=0, crc="", reason=", ".join(names) or "every result")
+    counted = target.target == "unicorn" and target.board == "stm32f4"
+    request = BoardRequest(
+        name, target.target, target.board, target.compiler, samples=samples, every=5, selftest=samples, profiled=counted
+    )
+    o = run_on_board(model, request)
+    sizes: dict[str, Any] = {}
+    if o.elf is not None:
+        sizes = {"stack": o.stats["stack_used"], "flash": o.elf.flash, "ram": o.elf.ram}
+        sizes["bound"] = o.bound.bytes if o.bound else 0
+    sizes["instructions"] = o.profile.most if o.profile else 0
+    assert o.selftest is not None
+    compared = o.u.compared + o.z.compared + o.x.compared
+    ulp = max(o.max_ulp, o.x.ulp)
+    return Cell(**given, ulp=ulp, compared=compared, crc=f"{o.selftest.crc:08x}", reason=o.board.reason, **sizes)
+
+
+_HEAD = """\
+# Every law on every target
+
+Written by `python -m tests.runtime.board.everywhere`, which `make soak` runs; a test fills a part of it anew, with each
+law and each kind of target. @run@.
+
+A number is the largest difference, in units of the last place, of the law's inputs and memory and of the plant's states
+from those of this machine, an x86-64 with gcc; in the lanes of a batch 0 says that every result has the same bits. The
+self-test, law and plant on the target alone, has the checksum of this machine, or the cell says so. The firmware is
+compiled with `-std=c99 -pedantic`. Emulators are not silicon. `–` was not run.
+
+"""
+_TAKES = """\
+
+## What a law takes
+
+STM32F405, Cortex-M4F under Unicorn, bytes; the stack as it was used, and as it is bounded from the instructions.
+
+| law | compiler | instructions of a step | flash | static RAM | stack used | bound |
+|---|---|---|---|---|---|---|
+"""
+
+
+def page(cells: Sequence[Cell]) -> str:
+    """Return the page of the table."""
+    columns = laws()
+    by_place = {(cell.law, cell.title): cell for cell in cells}
+    samples = sorted({cell.samples for cell in cells})
+    counts = f"{len(cells)} of {len(TARGETS) * len(columns)} cells were run"
+    run = f"{counts}, with {' and '.join(map(str, samples))} samples"
+    head = f"| target | {' | '.join(law.replace('/', ' ') for law in columns)} |"
+    lines = [*_HEAD.replace("@run@", run).splitlines(), head, "|---" * (len(columns) + 1) + "|"]
+    for target in TARGETS:
+        texts = [_text(by_place.get((law, target.title)), by_place.get((law, TARGETS[0].title))) for law in columns]
+        lines.append(f"| {target.title} | {' | '.join(texts)} |")
+    lines += _TAKES.splitlines()
+    for law in columns:
+        for target in TARGETS:
+            result = by_place.get((law, target.title))
+            if result and result.instructions:
+                numbers = (result.instructions, result.flash, result.ram, result.stack, result.bound or "none")
+                lines.append(f"| {law.replace('/', ' ')} | {target.compiler} | {' | '.join(map(str, numbers))} |")
+    return "\n".join(lines) + "\n"
+
+
+def _text(result: Cell | None, reference: Cell | None) -> str:
+    if result is None:
+        return "–"
+    same = not result.crc or (reference is not None and reference.crc == result.crc)
+    return str(result.ulp) if same else f"{result.ulp}, checksum {result.crc}"
+
+
+def read(record: Path) -> list[Cell]:
+    """Return the cells of a record."""
+    return [Cell(**json.loads(line)) for line in record.read_text().splitlines()] if record.is_file() else []
+
+
+def fill(samples: int, record: Path) -> None:
+    """Run the cells that a record does not have, the short table's first, and write the page."""
+    record.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        own = {law: digest(load(law, folder)) for law in laws()}
+        cells = {(c.law, c.title): c for c in read(record) if c.digest == own.get(c.law) and c.samples == samples}
+        everything = [*((law, TARGETS[0]) for law in laws()), *short()]
+        everything += [(law, target) for target in TARGETS for law in laws()]
+        for law, target in everything:
+            if (law, target.title) in cells:
+                continue
+            try:
+                result = cells[law, target.title] = cell(law, target, samples, folder)
+            except MissingError as error:
+                print(f"{target.title}: {error}", flush=True)
+                continue
+            print(result, flush=True)
+            with record.open("a") as file:
+                file.write(json.dumps(asdict(result)) + "\n")
+            PAGE.write_text(page(list(cells.values())))
+
+
+if __name__ == "__main__":
+    fill(int(sys.argv[1]), Path(sys.argv[2]))
