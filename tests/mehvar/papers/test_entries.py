@@ -15,7 +15,7 @@ from mehvar.papers.deviations import deviations, table_claims
 from mehvar.papers.reproduction import Reproduction, load_reproduction
 from mehvar.papers.runs import Runs
 from mehvar.papers.statements import judge, missing
-from mehvar.runtime.model.model import load
+from tests.mehvar.papers.shared import paper_claims, paper_runs
 from tests.mehvar.papers.words import silent, wrong_words
 
 PAPERS = ("satellite", "slosh", "triangle")
@@ -48,12 +48,12 @@ def entries(printed: Paper) -> list[str]:
 
 @pytest.fixture(scope="module")
 def runs(model: str) -> Runs:
-    return Runs(load(model))
+    return paper_runs(model)
 
 
 @pytest.fixture(scope="module")
-def claims(paper: Reproduction, runs: Runs) -> list[Claim]:
-    return [*paper.claims(runs), *table_claims(runs.model.manifest, deviations(runs))]
+def claims(model: str, runs: Runs) -> list[Claim]:
+    return [*paper_claims(model), *table_claims(runs.model.manifest, deviations(runs))]
 
 
 def test_everything_printed_has_an_entry(paper: Reproduction, entries: list[str], claims: list[Claim]) -> None:

@@ -22,6 +22,7 @@ from mehvar.runtime.batch.plan import Campaign, Plan
 from mehvar.runtime.model.model import load
 from mehvar.runtime.run.results import to_dataset
 from tests.mehvar.images import numbered_and_told, unlabelled
+from tests.mehvar.papers.shared import paper_claims, paper_runs
 
 NOTED = {"3", "5", "7", "11", "17"}
 UNDER_A_READING = {"10", "13", "14", "15"}
@@ -33,12 +34,12 @@ PANELS = {4: 6, 5: 6, 6: 1, 7: 1, 8: 1, 9: 3, 12: 9, 13: 6, 14: 6, 15: 3, 16: 8,
 
 @pytest.fixture(scope="module")
 def runs():
-    return Runs(load("satellite"))
+    return paper_runs("satellite")
 
 
 @pytest.fixture(scope="module")
-def claims(runs):
-    return {claim.number: claim for claim in load_reproduction("satellite").claims(runs)}
+def claims():
+    return {claim.number: claim for claim in paper_claims("satellite")}
 
 
 def test_paper_says_whose_it_is_and_how_it_was_read():

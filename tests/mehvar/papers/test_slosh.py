@@ -18,6 +18,7 @@ from mehvar.runtime.model.model import load
 from mehvar.runtime.run.results import to_dataset
 from mehvar.runtime.run.simulate import simulate
 from tests.mehvar.images import numbered_and_told, unlabelled
+from tests.mehvar.papers.shared import paper_claims, paper_runs
 
 NOTED = {"6", "7", "9", "10", "12", "R1"}
 READ_OTHERWISE = {"8", "11", "13", "14"}
@@ -27,12 +28,12 @@ FIRST, SECOND = table.LAWS
 
 @pytest.fixture(scope="module")
 def runs():
-    return Runs(load("slosh"))
+    return paper_runs("slosh")
 
 
 @pytest.fixture(scope="module")
-def claims(runs):
-    return {claim.number: claim for claim in load_reproduction("slosh").claims(runs)}
+def claims():
+    return {claim.number: claim for claim in paper_claims("slosh")}
 
 
 def test_paper_says_whose_it_is_and_what_was_read_into_it():

@@ -19,6 +19,7 @@ from mehvar.runtime.model.catalogue import known_models
 from mehvar.runtime.model.model import load
 from mehvar.runtime.run.metrics import metrics
 from tests.mehvar.images import numbered_and_told, unlabelled
+from tests.mehvar.papers.shared import paper_claims, paper_runs
 from tests.reference import cartesian_triangle as cartesian
 
 NOTED = {"1", "2", "3", "7", "8", "12"}
@@ -26,12 +27,12 @@ NOTED = {"1", "2", "3", "7", "8", "12"}
 
 @pytest.fixture(scope="module")
 def runs():
-    return Runs(load("triangle"))
+    return paper_runs("triangle")
 
 
 @pytest.fixture(scope="module")
-def claims(runs):
-    return {claim.number: claim for claim in load_reproduction("triangle").claims(runs)}
+def claims():
+    return {claim.number: claim for claim in paper_claims("triangle")}
 
 
 @pytest.fixture(scope="module")
