@@ -348,8 +348,13 @@ def test_a_page_can_be_read_aloud_and_printed(open_page, name):
 
 def test_the_first_screen_of_the_overview_has_a_picture(open_page):
     browser = open_page()
-    top = browser.execute_script("return document.images[0].getBoundingClientRect().top")
-    assert 0 < top < 500
+    boxes = browser.execute_script(
+        "return [...document.images].map((image) => [image, image.closest('.card')].map((part) => {"
+        "const {left, right, top} = part.getBoundingClientRect(); return [left, right, top] }))"
+    )
+    for (left, right, top), (card_left, card_right, _) in boxes:
+        assert card_left <= left < right <= card_right
+        assert 0 < top < 500
 
 
 @pytest.mark.parametrize("name", paper_models())

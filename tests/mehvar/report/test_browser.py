@@ -33,8 +33,8 @@ TOLERANCE = 0.0015
 """Share of the pixels of a thumbnail. Two renderings of one page differ by 0.0000; of planted faults a rod that is not
 drawn differs by 0.0017, contents that are not shown by 0.006, another font by 0.007."""
 OTHER_ENGINE = 0.03
-"""The same between engines, which set words and lists of choices otherwise: Firefox differs by 0.021. It finds a page that
-is empty or laid out otherwise, not a missing rod."""
+"""The same between engines, which set words and lists of choices otherwise: Firefox differs by 0.021. It finds a page
+that is empty or laid out otherwise, not a missing rod."""
 
 
 @pytest.fixture(scope="module")
