@@ -1,18 +1,34 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Write docs/pictures/turn.svg, the README's moving picture, from a run: python -m docs.site.pictures."""
+"""Write docs/pictures: the README's moving picture, and the figures of tutorials by their commands.
+
+python -m docs.site.pictures
+"""
 
 from __future__ import annotations
 
+import shlex
+import subprocess
+import sys
+import tempfile
 from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from PIL import Image
 
 import mehvar
 from mehvar.papers.recorded import recorded_scene
 
 FILE = Path(__file__).parents[1] / "pictures" / "turn.svg"
+FIGURES = {
+    "triangle": ("path.png", "mehvar simulate triangle --controller path --plot path.png"),
+    "slosh": ("v1.png", "mehvar simulate slosh --controller lyapunov-v1 --out v1.nc --plot v1.png"),
+    "satellite": ("mrac.png", "mehvar simulate satellite --controller mrac --out mrac.nc --plot mrac.png"),
+}
+"""By tutorial: the figure, and the command of the page that draws it."""
+HUES = 64
+"""Colours of a figure. Of more there are only shades at the edges of lines."""
 UNTIL, SECONDS, FRAMES = 24.0, 8, 97
 """Seconds of the run until it is at rest, seconds of the picture, and places on the way: half as many show corners."""
 SCALE, CENTRE = 330.0, (180.0, 140.0)
@@ -76,6 +92,17 @@ text { fill: #a6aeb6; } .mass { fill: #e6e8ea; } .line { stroke: #e6e8ea; }
 </style>"""
 
 
+def draw(name: str, command: str) -> None:
+    """Run the command of a page in a folder of its own and keep its figure."""
+    with tempfile.TemporaryDirectory() as folder:
+        words = [sys.executable, "-m", *shlex.split(command)]
+        subprocess.run(words, cwd=folder, check=True, stdout=subprocess.DEVNULL)
+        with Image.open(Path(folder) / name) as figure:
+            figure.convert("RGB").quantize(HUES).save(FILE.parent / name, optimize=True)
+
+
 if __name__ == "__main__":
     FILE.parent.mkdir(exist_ok=True)
     FILE.write_text(picture(), encoding="utf-8")
+    for file, line in FIGURES.values():
+        draw(file, line)
