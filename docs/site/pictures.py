@@ -1,11 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Write docs/pictures, the README's moving picture and those that pages draw: python -m docs.site.pictures."""
+"""Write docs/pictures: the README's moving picture, those that the code of a page draws, and those of its commands.
+
+python -m docs.site.pictures
+"""
 
 from __future__ import annotations
 
 import hashlib
 import os
 import re
+import shlex
+import subprocess
+import sys
 import tempfile
 from collections.abc import Iterable
 from contextlib import chdir
@@ -13,6 +19,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from PIL import Image
 
 import mehvar
 from mehvar.papers.recorded import recorded_scene
@@ -21,6 +28,14 @@ DOCS = Path(__file__).parents[1]
 FILE = DOCS / "pictures" / "turn.svg"
 DRAWN = {"slew.svg": "tutorials/slew.md"}
 """Pictures that the code of a page writes, and the page."""
+FIGURES = {
+    "triangle": ("path.png", "mehvar simulate triangle --controller path --plot path.png"),
+    "slosh": ("v1.png", "mehvar simulate slosh --controller lyapunov-v1 --out v1.nc --plot v1.png"),
+    "satellite": ("mrac.png", "mehvar simulate satellite --controller mrac --out mrac.nc --plot mrac.png"),
+}
+"""By tutorial: the figure, and the command of the page that draws it."""
+HUES = 64
+"""Colours of a figure. Of more there are only shades at the edges of lines."""
 UNTIL, SECONDS, FRAMES = 24.0, 8, 97
 """Seconds of the run until it is at rest, seconds of the picture, and places on the way: half as many show corners."""
 SCALE, CENTRE = 330.0, (180.0, 140.0)
@@ -105,8 +120,19 @@ def _code(page: str) -> str:
     return "\n".join(re.findall(r"^```python\n(.*?)^```$", text, flags=re.DOTALL | re.MULTILINE))
 
 
+def draw(name: str, command: str) -> None:
+    """Run the command of a page in a folder of its own and keep its figure."""
+    with tempfile.TemporaryDirectory() as folder:
+        words = [sys.executable, "-m", *shlex.split(command)]
+        subprocess.run(words, cwd=folder, check=True, stdout=subprocess.DEVNULL)
+        with Image.open(Path(folder) / name) as figure:
+            figure.convert("RGB").quantize(HUES).save(FILE.parent / name, optimize=True)
+
+
 if __name__ == "__main__":
     FILE.parent.mkdir(exist_ok=True)
     FILE.write_text(picture(), encoding="utf-8")
     for name, page in DRAWN.items():
         (FILE.parent / name).write_text(drawn(name, page), encoding="utf-8")
+    for file, line in FIGURES.values():
+        draw(file, line)

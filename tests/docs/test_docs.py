@@ -391,3 +391,14 @@ def test_what_is_mutated_and_which_tests_concern_it_are_there() -> None:
         assert tests, subject
         for path in (*subject["modules"], *tests, *subject.get("without", ())):
             assert (ROOT / path.partition("::")[0]).is_file(), path
+
+
+@pytest.mark.parametrize("page", pictures.FIGURES)
+def test_a_tutorial_shows_what_its_command_draws(page: str) -> None:
+    name, command = pictures.FIGURES[page]
+    text = (ROOT / "docs" / "tutorials" / f"{page}.md").read_text(encoding="utf-8")
+    assert f"$ {command}\n" in text
+    shown = re.search(rf"!\[[^\]]+\]\(\.\./pictures/{re.escape(name)}\)", text)
+    assert shown is not None
+    assert text.index(f"$ {command}\n") < shown.start()
+    assert (ROOT / "docs" / "pictures" / name).stat().st_size > 10_000

@@ -13,9 +13,27 @@ import pytest
 
 import mehvar
 from tests.docs.formulas import MATH, faults
+from tests.mehvar.browser import chromium
 
 ROOT = Path(__file__).parents[2]
 LOADS = re.compile(r'<(?:script|link|img|iframe|source)\b[^>]*?\b(?:src|href)="([^"]+)"')
+CUT = """
+const scrolls = (element) => {
+  for (; element !== document.body; element = element.parentElement) {
+    if (/auto|scroll/.test(getComputedStyle(element).overflowX)) return true;
+  }
+  return false;
+};
+document.querySelectorAll("details").forEach((details) => { details.open = true; });
+const faults = document.documentElement.scrollWidth > innerWidth ? ["the page is wider than the screen"] : [];
+document.querySelectorAll("main math, article math").forEach((math, number) => {
+  const box = math.getBoundingClientRect(), host = math.closest(".formula");
+  if (!box.width || !box.height) faults.push([number, "is not drawn"]);
+  if (host && host.scrollHeight > host.clientHeight + 1) faults.push([number, "is cut", math.textContent]);
+  if ((box.right > innerWidth || box.left < 0) && !scrolls(math)) faults.push([number, "is beyond", math.textContent]);
+});
+return faults.slice(0, 5);
+"""
 
 
 @pytest.fixture(scope="module")
@@ -64,6 +82,19 @@ def test_every_formula_is_whole(site: Path) -> None:
     for path, formulas in pages.items():
         for formula in formulas:
             assert not list(faults(formula)), f"{path.relative_to(site)}: {formula[:500]}"
+
+
+def test_no_formula_is_cut_on_a_phone(site: Path, tmp_path: Path) -> None:
+    """At 390 px: each is drawn, none leaves its box upright, none leaves the page unless it scrolls."""
+    pages = [path for path in site.rglob("*.html") if "<math" in path.read_text(encoding="utf-8")]
+    assert len(pages) > 5
+    with chromium(tmp_path) as browser:
+        screen = {"width": 390, "height": 844, "deviceScaleFactor": 1, "mobile": False}
+        browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", screen)
+        for path in pages:
+            browser.get(path.as_uri())
+            assert browser.execute_script("return innerWidth") == 390
+            assert browser.execute_script(CUT) == [], path.relative_to(site)
 
 
 def test_the_reference_has_every_public_name(site: Path) -> None:
