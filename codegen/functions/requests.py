@@ -170,7 +170,8 @@ def bindings(system: System, request: Request) -> dict[sp.Symbol, Expr]:
     """Return what symbols stand for that a function does not receive: another chart, the input, the reference."""
     names = {group.name for group in request.arguments}
     bound = _pairs(system.references.symbols, system.reference) if "s" in names else {}
-    bound |= {TIME.symbol: q.symbol for group in request.arguments for q in group if q.name == CLOCK}
+    clock = next((q.symbol for group in request.arguments for q in group if q.name == CLOCK), None)
+    bound |= {} if clock is None else {TIME.symbol: clock}
     law, coordinates = request.law, system.coordinates
     if coordinates and "q" in names:
         bound |= _pairs(system.states.symbols, coordinates.to_state)
