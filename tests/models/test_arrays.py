@@ -12,6 +12,7 @@ import mehvar
 from mehvar.codegen.diff import compare
 from mehvar.codegen.equations.document import Document
 from mehvar.codegen.equations.graph import equations_json
+from mehvar.codegen.workspace import ROOMS, installed_tree
 from mehvar.errors import InputError
 from mehvar.models.arrays.constraints import with_arrays
 from mehvar.models.quantities import ModelError
@@ -205,3 +206,12 @@ def test_a_diff_tells_of_a_table_in_one_line(tmp_path):
         ("push", "value"): ("push_2 = 2.0, push_5 = -1.0", "push_2 = 2.5, push_5 = -1.25"),
         ("up", "bounds"): ("(-inf, inf)", "(-9, 9)"),
     }
+
+
+def test_generated_files_depend_on_every_module_of_the_vocabulary():
+    tree = installed_tree()
+    folders = [tree.root / "models", *(tree.root / "models" / room for room in ROOMS)]
+    modules = {path.relative_to(tree.root).as_posix() for folder in folders for path in folder.glob("*.py")}
+    comparing = {"models/paper.py", "models/notation.py"}  # they write no generated text
+    assert "models/arrays/curves.py" in modules
+    assert modules - tree.sources(tree.models[0]).keys() == comparing
