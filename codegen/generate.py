@@ -231,10 +231,13 @@ def system_of(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
         If the model's text is wrong.
     """
     system = _system(tree, model, structure)
-    from mehvar.models.arrays.constraints import with_arrays
     from mehvar.models.clock import with_clock
 
-    return with_clock(with_arrays(system))
+    with contextlib.suppress(ModuleNotFoundError):  # another checkout's vocabulary may be from before arrays
+        from mehvar.models.arrays.constraints import with_arrays
+
+        system = with_arrays(system)
+    return with_clock(system)
 
 
 def _system(tree: Tree, model: str, structure: Mapping[str, str]) -> System:

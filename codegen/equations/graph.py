@@ -346,8 +346,13 @@ def _symbol(role: str, q: Quantity) -> dict[str, Any]:
     if q.family:
         row |= {"family": q.family, "index": q.index}
     if isinstance(q, Parameter):
-        row |= {"bounds": str(q.bounds), "source": q.source} | ({"array": q.array.name} if q.array else {})
+        row |= {"bounds": str(q.bounds), "source": q.source} | _array(q)
     return row
+
+
+def _array(parameter: Parameter) -> dict[str, str]:
+    array = getattr(parameter, "array", None)  # another checkout's vocabulary may be from before arrays
+    return {} if array is None else {"array": array.name}
 
 
 def _bare(symbol: sp.Symbol, role: str) -> dict[str, Any]:

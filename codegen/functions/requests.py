@@ -9,10 +9,9 @@ from dataclasses import dataclass, replace
 import sympy as sp
 
 from mehvar.models.check import formulas
-from mehvar.models.clock import CLOCK
 from mehvar.models.geometry import shape_coordinates
 from mehvar.models.system import TIME, Condition, Controller, Expr, Function, Group, System, free_symbols, scalar
-from mehvar.names import identifier
+from mehvar.names import CLOCK, identifier
 
 
 @dataclass(frozen=True)
@@ -175,8 +174,8 @@ def bindings(system: System, request: Request) -> dict[sp.Symbol, Expr]:
     """Return what symbols stand for that a function does not receive: another chart, the input, the reference."""
     names = {group.name for group in request.arguments}
     bound = _pairs(system.references.symbols, system.reference) if "s" in names else {}
-    if any(CLOCK in group.quantities for group in request.arguments):
-        bound[TIME.symbol] = CLOCK.symbol
+    clock = next((q.symbol for group in request.arguments for q in group if q.name == CLOCK), None)
+    bound |= {} if clock is None else {TIME.symbol: clock}
     law, coordinates = request.law, system.coordinates
     if coordinates and "q" in names:
         bound |= _pairs(system.states.symbols, coordinates.to_state)

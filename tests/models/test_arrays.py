@@ -9,10 +9,14 @@ import sympy as sp
 from scipy.interpolate import PchipInterpolator, RegularGridInterpolator
 
 import mehvar
+from mehvar.codegen.diff import compare
+from mehvar.codegen.equations.document import Document
+from mehvar.codegen.equations.graph import equations_json
+from mehvar.codegen.workspace import ROOMS, installed_tree
 from mehvar.errors import InputError
 from mehvar.models.arrays.constraints import with_arrays
 from mehvar.models.quantities import ModelError
-from mehvar.models.system import Controller, Function, Group, System
+from mehvar.models.system import Controller, Function, Group, Interval, System
 from mehvar.models.tables import read_parameters
 from mehvar.runtime import load, simulate
 from tests.models.edits import POSITIVE, parameter, quantity
@@ -180,3 +184,34 @@ def test_numbers_are_read_without_sympy(tmp_path):
         "read_parameters(pathlib.Path(sys.argv[1])); assert 'sympy' not in sys.modules"
     )
     subprocess.run([sys.executable, "-c", code, str(tmp_path / "parameters.toml")], check=True)
+
+
+def test_a_diff_tells_of_a_table_in_one_line(tmp_path):
+    """New bounds of all elements are one line, new values of two of them are one."""
+    before = tabled(tmp_path, "linear", "hold")
+    text = TOML.replace("FORM", "linear").replace("OUTSIDE", "hold")
+    text = text.replace("[0.0, 2.0, 2.0, 2.0, -1.0", "[0.0, 2.5, 2.0, 2.0, -1.25")
+    plant = read(tmp_path, text)["plant"]
+    wide = Interval(-9, 9, True, True)
+    wider = [dataclasses.replace(q, bounds=wide) if q.name.startswith("up_") else q for q in plant]
+    after = dataclasses.replace(before, parameters=Group("p", (*wider, before.parameters.quantities[-1])))
+    sides = []
+    for name, system in (("old", before), ("new", after)):
+        folder = tmp_path / name
+        folder.mkdir()
+        written(system, folder)
+        sides.append(Document.parse(equations_json(system), load(folder, "python").manifest))
+    told = {(c.name, c.what): (c.old, c.new) for c in compare(*sides).parameters}
+    assert told == {
+        ("push", "value"): ("push_2 = 2.0, push_5 = -1.0", "push_2 = 2.5, push_5 = -1.25"),
+        ("up", "bounds"): ("(-inf, inf)", "(-9, 9)"),
+    }
+
+
+def test_generated_files_depend_on_every_module_of_the_vocabulary():
+    tree = installed_tree()
+    folders = [tree.root / "models", *(tree.root / "models" / room for room in ROOMS)]
+    modules = {path.relative_to(tree.root).as_posix() for folder in folders for path in folder.glob("*.py")}
+    comparing = {"models/paper.py", "models/notation.py"}  # they write no generated text
+    assert "models/arrays/curves.py" in modules
+    assert modules - tree.sources(tree.models[0]).keys() == comparing

@@ -20,6 +20,7 @@ from typer.testing import CliRunner
 
 import mehvar
 from mehvar.cli.app import app
+from mehvar.codegen.workspace import ROOMS
 from mehvar.errors import InputError
 from mehvar.manifest import sealed
 from tests.mehvar.browser import chromium
@@ -99,9 +100,8 @@ def committed(tmp_path_factory) -> Path:
     (project.root / "models").mkdir()
     for path in (ROOT / "models").glob("*.py"):
         shutil.copy(path, project.root / "models")
-    shutil.copytree(
-        ROOT / "models" / "check", project.root / "models" / "check", ignore=shutil.ignore_patterns("__py*")
-    )
+    for room in ROOMS:
+        shutil.copytree(ROOT / "models" / room, project.root / "models" / room, ignore=shutil.ignore_patterns("__py*"))
     shutil.copytree(CART, project.root / "models" / "cart", ignore=shutil.ignore_patterns("__pycache__", "paper.py"))
     (project.root / "generated").mkdir()
     (project.root / ".gitignore").write_text("__pycache__/\n")
@@ -293,7 +293,7 @@ def test_a_version_from_before_the_one_import_name_is_derived_with_its_own_vocab
     project.edit('"schema": 3', '"schema": 1', "generated/cart/equations.json")
     for path in (project.root / "models").rglob("*.py"):
         text = path.read_text()
-        path.write_text(older(text) if path.parent.name != "check" else without_delay(text))
+        path.write_text(older(text) if path.parent.name not in ROOMS else without_delay(text))
     project.edit("class System(Located):", "class System(Located):\n    before = True", "models/system.py")
     project.edit(
         "    return System(", "    import models.system\n    assert models.system.System is System\n    return System("
