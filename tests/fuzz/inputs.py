@@ -201,6 +201,10 @@ _COMMANDS = {
         *_some(random, format=("json", "html"), out=("a.html",), model=("pendulum",), paper=()),
     ],
     "board report": lambda random: [str(PENDULUM), "--controller", "nonsense", *_some(random, out=("a",))],
+    "board emit": lambda random: [
+        *(str(PENDULUM), "--controller", "nonsense", "--out", "a"),
+        *("--for", random.choice(("cmake", "zephyr", "nonsense"))),
+    ],
     "board flash": lambda random: [str(PENDULUM), "--controller", "nonsense", *_some(random, board=("none",))],
     "export fmu": lambda random: [
         *(value(random), "--out", random.choice(("a.fmu", "s.zarr", "a.zip"))),

@@ -69,6 +69,7 @@ SAVED = (*SIMULATE, "--out", "a.csv")
 BOARD = ("board", "run", "triangle", "--controller", "path", "--target", "sil", "--samples", "3")
 BUILD = ("board", "build", "triangle", "--controller", "path", "--target", "sil")
 REPORT = ("board", "report", *BOARD[2:], "--out", "a")
+EMIT = ("board", "emit", "triangle", "--controller", "path", "--for", "cmake", "--out", "a")
 FLASH = ("board", "flash", "triangle", "--controller", "path", "--dry-run")
 BATCH = ("batch", PENDULUM, "--controller", "pd", "-n", "2", "--t-end", "0.1", "--vary", "k_p=normal(16, 0.1)")
 STORED = (*BATCH, "--out", "s.zarr")
@@ -195,6 +196,13 @@ COMMANDS: Mapping[str, Mapping[str, object]] = {
         "scenario": (REPORT, (*REPORT, "--scenario", "paper-b")),
         "settings": (REPORT, (*REPORT, "--set", "R=0.6")),
         "out": (REPORT, (*REPORT[:-1], "file")),
+    },
+    "board emit": {
+        "model": (EMIT, (*EMIT[:2], "none", *EMIT[3:])),
+        "controller": (EMIT, (*EMIT[:4], "sliding", *EMIT[5:])),
+        "kind": (EMIT, (*EMIT[:6], "zephyr", *EMIT[7:])),
+        "scenario": (EMIT, (*EMIT, "--scenario", "paper-b")),
+        "out": (EMIT, (*EMIT[:-1], "b")),
     },
     "board flash": {
         "model": (FLASH, (*FLASH[:2], "none", *FLASH[3:])),

@@ -83,6 +83,7 @@ class EmulatedBoard:
             if not first <= address <= address + len(content) <= first + size:
                 raise InputError(f"the image is not for {self._board.name}: it begins at {address:#010x}")
             self._uc.mem_write(address, content)
+        self._uc.ctl_flush_tb()  # or what it translated of the program that was there before goes on
         stack, start = struct.unpack("<2I", bytes(self._uc.mem_read(self._board.flash[0], 8)))
         self._uc.reg_write(arm_const.UC_ARM_REG_SP, stack)
         self._pc = start
@@ -104,8 +105,9 @@ class EmulatedBoard:
         return data
 
     def run(self) -> None:
-        """Run until the board sleeps with nothing on the line."""
+        """Run until the board sleeps with nothing on the line, or hangs and takes nothing from it."""
         while True:
+            waiting = len(self._to_board)
             try:
                 self._uc.emu_start(self._pc | 1, _NOWHERE)
             except unicorn.UcError as error:
@@ -115,7 +117,7 @@ class EmulatedBoard:
             if self._reboot:
                 self.power_on()
                 return
-            if not self._to_board:
+            if not self._to_board or len(self._to_board) == waiting:
                 return
 
     def advance(self, ms: float) -> None:

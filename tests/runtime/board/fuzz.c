@@ -31,18 +31,22 @@ static void fail(const char *what)
     abort();
 }
 
-static uint32_t next(void)
+static uint32_t draw(void)
 {
-    if (choices_left >= 2) {
-        const uint32_t choice = choices[0] | (uint32_t)choices[1] << 8;
-        choices += 2;
-        choices_left -= 2;
-        return choice | (choice * 40503u) << 16; /* two bytes decide on all four */
-    }
     state ^= state << 13;
     state ^= state >> 7;
     state ^= state << 17;
     return (uint32_t)(state >> 16);
+}
+
+/* A choice; a guided run's come from its input. What payloads hold is drawn, or one memory would use up an input. */
+static uint32_t next(void)
+{
+    if (choices_left < 2) return draw();
+    const uint32_t choice = choices[0] | (uint32_t)choices[1] << 8;
+    choices += 2;
+    choices_left -= 2;
+    return choice | (choice * 40503u) << 16; /* two bytes decide on all four */
 }
 
 static uint32_t below(uint32_t n) { return next() % n; }
@@ -100,11 +104,11 @@ static uint32_t request(uint8_t *to, uint32_t number)
     put(to + 2, below(50) ? 1 : below(3), 2);
     put(to + 4, number, 4);
     uint8_t *payload = to + MV_LINK_HEADER;
-    for (uint32_t i = 0; i < size; i++) payload[i] = (uint8_t)next();
+    for (uint32_t i = 0; i < size; i++) payload[i] = (uint8_t)draw();
     const uint32_t offset = type == MV_SERVER_SET;
     const uint32_t sound = below(5) ? size : below(MV_LINK_MAX); /* numbers up to here, then any bits */
     for (uint32_t i = 0; i + 4 + offset <= size && i < sound; i += 4) {
-        const float value = (float)below(2000) * 1e-3f - 1.0f;
+        const float value = (float)(draw() % 2000) * 1e-3f - 1.0f;
         memcpy(payload + i + offset, &value, sizeof value);
     }
     if (type == MV_SERVER_GET || type == MV_SERVER_SET) payload[0] = (uint8_t)(below(10) ? which : next());
@@ -169,7 +173,7 @@ static void throw_one(void)
     size = stuffed(plain, whole, line);
     if (below(3) == 0) size = damaged(line, size);
     if (below(50) == 0)
-        for (uint32_t noise = below(3 * MV_LINK_MAX); noise > 0; noise--) mv_server_byte((uint8_t)next());
+        for (uint32_t noise = below(3 * MV_LINK_MAX); noise > 0; noise--) mv_server_byte((uint8_t)draw());
     mv_server_byte(0);
     sent_size = 0;
     const uint32_t before = fingerprint();
