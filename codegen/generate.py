@@ -243,7 +243,7 @@ def _system(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
     from mehvar.models.check import check_tables
 
     folder = tree.root / "models" / model
-    check_system(system)
+    check_system(system, folder)
     check_tables(system, folder, {} if plant is not None else load_model(tree, model).STRUCTURE)
     if system.name != model:
         raise GenerateError(f"{folder}: name = {system.name!r} of the system: must be that of its folder, {model!r}")

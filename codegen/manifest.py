@@ -12,6 +12,7 @@ from mehvar.models.system import Condition, Controller, Group, Output, Parameter
 from mehvar.versions import installed
 
 from .code.files import PrintedFunction, model_hash
+from .functions.readers import Reader, readers, readers_of
 from .functions.requests import reference_moves
 
 
@@ -27,6 +28,7 @@ def manifest_of(system: System, functions: Sequence[PrintedFunction], inputs: Ma
     inputs : mapping of str to str
         SHA-256 of every source file it depends on.
     """
+    listing = readers(system)
     manifest = Manifest(
         model=system.name,
         title=system.title,
@@ -38,9 +40,9 @@ def manifest_of(system: System, functions: Sequence[PrintedFunction], inputs: Ma
         references=_quantities(system.references),
         outputs=_quantities(system.outputs),
         coordinates=_quantities(system.coordinates.states) if system.coordinates else (),
-        parameters=_parameters(system.parameters),
-        scenario_parameters=_parameters(system.scenario_parameters),
-        controllers={law.name: _controller(law) for law in system.controllers},
+        parameters=_parameters(system.parameters, listing),
+        scenario_parameters=_parameters(system.scenario_parameters, listing),
+        controllers={law.name: _controller(law, listing) for law in system.controllers},
         limits=_messages(system.limits),
         constraints=_messages(system.constraints),
         reference_constant=not reference_moves(system),
@@ -59,11 +61,12 @@ def _quantities(group: Group) -> tuple[numeric.Quantity, ...]:
     return tuple(numeric.Quantity(q.name, q.unit, q.description) for q in group)
 
 
-def _parameters(group: Group) -> tuple[numeric.Parameter, ...]:
-    return tuple(_parameter(q) for q in group if isinstance(q, Parameter))
+def _parameters(group: Group, listing: Sequence[Reader], law: str = "") -> tuple[numeric.Parameter, ...]:
+    names = readers_of(group, listing, law)
+    return tuple(_parameter(q, names[q.name]) for q in group if isinstance(q, Parameter))
 
 
-def _parameter(q: Parameter) -> numeric.Parameter:
+def _parameter(q: Parameter, names: tuple[str, ...]) -> numeric.Parameter:
     return numeric.Parameter(
         name=q.name,
         unit=q.unit,
@@ -75,10 +78,11 @@ def _parameter(q: Parameter) -> numeric.Parameter:
         upper_open=q.bounds.upper_open,
         source=q.source,
         description=q.description,
+        readers=names,
     )
 
 
-def _controller(law: Controller) -> numeric.Controller:
+def _controller(law: Controller, listing: Sequence[Reader]) -> numeric.Controller:
     return numeric.Controller(
         name=law.name,
         title=law.title,
@@ -86,7 +90,7 @@ def _controller(law: Controller) -> numeric.Controller:
         period=law.period or None,
         delay=getattr(law, "delay", "") or None,  # a checkout from before it is derived with its own vocabulary
         bears_loss=getattr(law, "bears_loss", False),
-        parameters=_parameters(law.parameters),
+        parameters=_parameters(law.parameters, listing, law.name),
         constraints=_messages(law.constraints),
         outputs=tuple(_output(output) for output in law.outputs),
         warnings=tuple(numeric.Advice(w.message, len(w.shown)) for w in law.warnings),

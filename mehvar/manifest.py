@@ -43,7 +43,11 @@ class Quantity:
 
 @dataclass(frozen=True)
 class Parameter:
-    """A quantity with a default (a number, or a formula in other parameters) and bounds."""
+    """A quantity with a default (a number, or a formula in other parameters) and bounds.
+
+    `readers` are the functions that depend on it, also by way of the reference; of `initial` and of a law's formulas,
+    which a user may override one by one, the elements, as in "initial.rho".
+    """
 
     name: str
     unit: str
@@ -55,6 +59,7 @@ class Parameter:
     upper_open: bool
     source: str
     description: str
+    readers: tuple[str, ...] = ()
 
     def allows(self, value: float) -> bool:
         """Return whether a value is within the bounds; never true for NaN."""

@@ -155,9 +155,9 @@ def read_scenarios(path: Path) -> tuple[tuple[Scenario, ...], tuple[Metric, ...]
     metrics = tuple(Metric(name, **{**row.model_dump(), "of": tuple(row.of)}) for name, row in table.metrics.items())
     scenarios = tuple(Scenario(name, **row.model_dump()) for name, row in table.scenarios.items())
     for scenario in scenarios:
-        check_scenario_numbers(scenario, f"{path}: scenarios.{scenario.name}")
+        check_scenario_numbers(scenario, f"{place_in(path, 'scenarios', scenario.name)}: scenario {scenario.name!r}")
     for metric in metrics:
-        check_metric_numbers(metric, f"{path}: metrics.{metric.name}")
+        check_metric_numbers(metric, f"{place_in(path, 'metrics', metric.name)}: metric {metric.name!r}")
     return scenarios, metrics
 
 
@@ -227,6 +227,23 @@ def place_in(path: Path, *keys: str) -> str:
         if common > depth:
             best, depth = number, common
     return place(str(path), best)
+
+
+def place_of(folder: Path | None, kind: str, name: str, otherwise: str) -> str:
+    """Return where a scenario or a metric stands: in the table of a model's folder, or where its system is made.
+
+    Parameters
+    ----------
+    folder : Path or None
+        Of the model, where that is known.
+    kind, name : str
+        "scenarios" or "metrics", and which.
+    otherwise : str
+        File and line of the system.
+    """
+    path = None if folder is None else folder / "scenarios.toml"
+    written = path is not None and path.is_file() and name in _read_toml(path).get(kind, {})
+    return place_in(path, kind, name) if path is not None and written else otherwise
 
 
 _HEADER = re.compile(r"\s*\[([^\[\]]+)\]")

@@ -13,7 +13,7 @@ Dimension = Mapping[str, Fraction]
 
 UNITS: Mapping[str, Mapping[str, int]] = {
     "kg": {"kg": 1}, "m": {"m": 1}, "s": {"s": 1}, "A": {"A": 1}, "K": {"K": 1}, "mol": {"mol": 1}, "cd": {"cd": 1},
-    "1": {}, "rad": {}, "deg": {}, "sr": {},
+    "1": {}, "rad": {}, "deg": {"deg": 1}, "sr": {},
     "Hz": {"s": -1}, "N": {"kg": 1, "m": 1, "s": -2}, "Pa": {"kg": 1, "m": -1, "s": -2},
     "J": {"kg": 1, "m": 2, "s": -2}, "W": {"kg": 1, "m": 2, "s": -3}, "C": {"A": 1, "s": 1},
     "V": {"kg": 1, "m": 2, "s": -3, "A": -1}, "F": {"kg": -1, "m": -2, "s": 4, "A": 2},
@@ -21,7 +21,8 @@ UNITS: Mapping[str, Mapping[str, int]] = {
     "Wb": {"kg": 1, "m": 2, "s": -2, "A": -1}, "T": {"kg": 1, "s": -2, "A": -1},
     "H": {"kg": 1, "m": 2, "s": -2, "A": -2},
 }  # fmt: skip
-"""The SI's base units and its derived ones; angles are numbers."""
+"""The SI's base units and its derived ones. Angles are numbers, radians that is: the degree is the one unit here with a
+factor, and stands beside the base units, so that degrees add to radians nowhere."""
 
 _FACTOR = re.compile(r"([A-Za-z]+|1)(?:\^(-?\d+|\(-?\d+(?:/\d+)?\)))?")
 _SLASH = re.compile(r"/(?![^()]*\))")

@@ -16,11 +16,12 @@ from mehvar.pictures.files import checked_suffix
 from mehvar.runtime.model.catalogue import find_model
 from mehvar.runtime.model.parameters import check_values, number
 from mehvar.runtime.run.formats import checked_format
-from mehvar.runtime.run.metrics import metrics
+from mehvar.runtime.run.metrics import grouped, metrics
 from mehvar.runtime.run.options import OPTIONS, split_settings
 from mehvar.runtime.run.own.files import read_inputs
 from mehvar.runtime.run.own.inputs import Interpolation
 from mehvar.runtime.run.problem import Status
+from mehvar.runtime.run.results import notes_of
 from mehvar.runtime.run.simulate import Run
 from mehvar.runtime.run.simulate import simulate as simulate_run
 from mehvar.settings import (
@@ -242,7 +243,7 @@ def _check_folder(path: Path) -> None:
 def _summary(run: Run) -> None:
     law, case = run.controller.name, run.scenario.name
     typer.echo(f"{run.manifest.model} {law} {case}: {run.reason}, t = {run.t_stop:g} s, {run.run_seconds * 1e3:.1f} ms")
-    for text in run.exceeded():
+    for text in _notes(run):
         typer.echo(f"note: {text}")
     if run.controller.name == OPEN_LOOP and run.hold is None:
         typer.echo("run by the generated Python module, which looks at inputs that no step holds as often as it likes")
@@ -253,6 +254,10 @@ def _summary(run: Run) -> None:
         for name, value in metrics(run, run.manifest).items()
     ]
     print_table("", ["metric", "value", "unit", "meaning"], rows)
+
+
+def _notes(run: Run) -> list[str]:
+    return [*run.exceeded(), *grouped(notes_of(run))]
 
 
 def _facts(run: Run) -> dict[str, object]:
@@ -266,7 +271,7 @@ def _facts(run: Run) -> dict[str, object]:
         "t_stop": run.t_stop,
         "run_seconds": run.run_seconds,
         "backend": run.backend,
-        "notes": run.exceeded(),
+        "notes": _notes(run),
         "metrics": {n: {"value": float(v), "unit": run.manifest.metrics[n].unit} for n, v in values.items()},
     }
 

@@ -18,6 +18,7 @@ from mehvar.runtime.batch.fill import REFUSALS
 from mehvar.runtime.batch.sensitivity import Sensitivity, Share, sensitivities
 from mehvar.runtime.batch.statistics import Statistics, summarise
 from mehvar.runtime.batch.store.store import Store, open_store
+from mehvar.runtime.run.metrics import grouped
 from mehvar.settings import AsJson
 from mehvar.terminal import print_json, print_table
 
@@ -87,6 +88,8 @@ def print_statistics(store: Store, success: str | None = None) -> None:
     ]
     titles = ["metric", "unit", "not finite", "mean", "sd", *(f"{100 * q:g} %" for q in shown), "smallest", "largest"]
     print_table("", titles, rows)
+    for text in grouped({row.name: row.note for row in statistics.rows if row.note}):
+        typer.echo(f"note: {text}")
     typer.echo("[ ]: 95 % intervals of quantiles, - where there are too few runs for an end")
     _print_sensitivities(sensitivities(store))
     _print_refusals(store, statistics)

@@ -21,6 +21,8 @@ def command(
 ) -> int:
     """Hold every file against the records; return 0 for a whole store and 1 for any other.
 
+    Files that no record lists are named; nothing reads them, and the status does not depend on them.
+
     Raises
     ------
     InputError
@@ -47,6 +49,10 @@ def _print(verification: Verification) -> None:
         runs, whole = "of how many runs is not recorded", f"{len(verification.whole)} blocks are whole"
     ended = "" if verification.ended or verification.missing else "; the end of the batch is not recorded"
     typer.echo(f"{verification.store}: {runs}; {whole}{ended}")
+    if verification.others:
+        more = len(verification.others) - _SHOWN
+        named = ", ".join(verification.others[:_SHOWN]) + (f" and {more} more" if more > 0 else "")
+        typer.echo(f"note: no record lists, and nothing reads: {named}")
     if verification.writer is not None:
         typer.echo(f"being written by {verification.writer}")
     elif not verification.complete:

@@ -34,6 +34,7 @@ from .text import (
     outcome,
     place,
     point,
+    refused_runs,
     relative,
     same_runs,
     stories,
@@ -104,6 +105,7 @@ def html_page(diff: Diff) -> str:
         **{
             "joined": joined,
             "outcome": outcome,
+            "refused_runs": refused_runs,
             "same_runs": same_runs,
             "margin_rows": margin_rows,
             "telling": telling_metrics,

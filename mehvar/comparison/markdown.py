@@ -24,6 +24,7 @@ from .text import (
     one_by_one,
     outcome,
     plant_lines,
+    refused_runs,
     relative,
     same_runs,
     stories,
@@ -67,6 +68,8 @@ def _model(model: ModelDiff) -> Iterator[str]:
         yield from _margins(model.consequences.runs.margins)
         if model.consequences.runs.same:
             yield from ("", f"Equal in all metrics: {same_runs(model.consequences.runs)}.")
+        for line in refused_runs(model.consequences.runs):
+            yield from ("", f"{_plain(line[0].upper() + line[1:])}.")
         yield from ("", *_folded("plant without a law, eigenvalues, operations", list(plant_lines(model.consequences))))
     yield from _folded("all of it as text", [plain_text(model.lines())])
 

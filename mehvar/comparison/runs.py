@@ -140,6 +140,8 @@ class Runs:
         Law and scenario of runs whose metrics are equal.
     margins : tuple of MarginChange
         Loops whose margins differ.
+    refused : tuple of (str, str, str)
+        Law, scenario and reason of what both versions refuse in the same words: nothing ran.
     note : str
         Why something is missing.
     """
@@ -147,6 +149,7 @@ class Runs:
     changed: tuple[RunChange, ...] = ()
     same: tuple[tuple[str, str], ...] = ()
     margins: tuple[MarginChange, ...] = ()
+    refused: tuple[tuple[str, str, str], ...] = ()
     note: str = ""
 
 
@@ -162,12 +165,14 @@ def runs(old: Path, new: Path) -> tuple[Runs, Overlay | None]:
         before, after = _loaded(old), _loaded(new)
     except MehvarError as error:
         return Runs(note=f"laws not run: {error}"), None
-    changed, same, moved = [], [], []
+    changed, same, moved, refused = [], [], [], []
     overlay, largest = None, 0.0
     for law, scenario in _cases(before, after):
         first, second = _run(before, law, scenario), _run(after, law, scenario)
         change = _change(law, scenario, first, second)
-        if change is None:
+        if isinstance(first, str) and first == second:
+            refused.append((law, scenario, first))
+        elif change is None:
             same.append((law, scenario))
         else:
             changed.append(change)
@@ -178,7 +183,7 @@ def runs(old: Path, new: Path) -> tuple[Runs, Overlay | None]:
         edges = _margins(before, first), _margins(after, second)
         if _differ(*edges):
             moved.append(MarginChange(law, scenario, edges[0], edges[1]))
-    return Runs(tuple(changed), tuple(same), tuple(moved)), overlay
+    return Runs(tuple(changed), tuple(same), tuple(moved), tuple(refused)), overlay
 
 
 def _loaded(folder: Path) -> Model:

@@ -263,6 +263,7 @@ def run_lines(runs: Runs) -> Iterator[str]:
             yield f"  {metric.name}  {metric.old:.5g} -> {metric.new:.5g} {metric.unit}{relative(metric)}"
     if runs.same:
         yield f"equal in all metrics: {same_runs(runs)}"
+    yield from refused_runs(runs)
     for change in runs.margins:
         yield f"margins under {change.law} where {change.scenario} ends (gain, phase):"
         for name, old, new in margin_rows(change):
@@ -284,6 +285,11 @@ def same_runs(runs: Runs) -> str:
     laws = dict.fromkeys(law for law, _ in runs.same)
     scenarios = {law: ", ".join(scenario for other, scenario in runs.same if other == law) for law in laws}
     return "; ".join(f"{names} under {law}" for law, names in scenarios.items())
+
+
+def refused_runs(runs: Runs) -> list[str]:
+    """Name what neither version runs, with the reason."""
+    return [f"not run, as both refuse it: {scenario} under {law}: {reason}" for law, scenario, reason in runs.refused]
 
 
 def outcome(run: RunChange) -> str:

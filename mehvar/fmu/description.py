@@ -83,8 +83,9 @@ def _units(root: Element, subject: Subject) -> None:
         exponents = dimension(unit)
         element = SubElement(units, "Unit", {"name": unit})
         if all(e.denominator == 1 for e in exponents.values()):
-            base = {name: str(e) for name, e in exponents.items()}
-            SubElement(element, "BaseUnit", base | ({"factor": repr(_DEGREE)} if unit == "deg" else {}))
+            base = {name: str(e) for name, e in exponents.items() if name != "deg"}
+            turns = int(exponents.get("deg", 0))
+            SubElement(element, "BaseUnit", base | ({"factor": repr(_DEGREE**turns)} if turns else {}))
 
 
 def _variables(root: Element, subject: Subject, two: bool) -> None:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from fractions import Fraction
@@ -27,6 +28,11 @@ _OF_NUMBERS = (
     sp.sin, sp.cos, sp.tan, sp.asin, sp.acos, sp.atan, sp.sinh, sp.cosh, sp.tanh, sp.asinh, sp.acosh, sp.atanh,
     sp.exp, sp.log, sp.floor, sp.ceiling, sp.erf,
 )  # fmt: skip
+
+
+_DEGREE = "deg"
+_ROUNDING = 4e-15
+"""Of pi/180 as a model may write it in floating point: a few units in its last place. No other factor is as near."""
 
 
 class MisfitError(Exception):
@@ -211,7 +217,19 @@ class Dimensions:
     def _product(self, node: sp.Mul) -> Dimension | None:
         parts = [self._memo[factor] for factor in node.args]
         known = [part for part in parts if part is not None]
-        return product(*((part, 1) for part in known)) if len(known) == len(parts) else None
+        return self._turned(node, product(*((part, 1) for part in known))) if len(known) == len(parts) else None
+
+    def _turned(self, node: sp.Mul, dimension: Dimension) -> Dimension:
+        """Return the dimension of a product, which pi/180 turns from degrees into radians.
+
+        So do its halves and doubles: SymPy gathers the numbers of a product, and quaternions are of half angles.
+        """
+        power = dimension.get(_DEGREE, Fraction())
+        number = sp.Mul(*(factor for factor in node.args if factor.is_number))
+        turns = abs(float(number / (sp.pi / 180) ** sp.Rational(power)))
+        if not power or abs(math.remainder(math.log2(turns), 1)) > _ROUNDING:
+            return dimension
+        return {base: exponent for base, exponent in dimension.items() if base != _DEGREE}
 
     def _power(self, node: sp.Pow) -> Dimension | None:
         base = self._memo[node.base]
@@ -237,8 +255,10 @@ class Dimensions:
         return known[0][1] if known else None
 
     def _number(self, node: sp.Basic, rule: str) -> None:
-        if self._memo[node]:
-            raise MisfitError(f"{rule}, and {short(node)} is in {unit_text(self._memo[node] or {})}")
+        dimension = self._memo[node]
+        if dimension:
+            hint = "; sympy.rad(...) of an angle in degrees, as a definition of its own" if _DEGREE in dimension else ""
+            raise MisfitError(f"{rule}, and {short(node)} is in {unit_text(dimension)}{hint}")
 
 
 def short(expr: sp.Basic) -> str:

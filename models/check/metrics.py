@@ -4,23 +4,25 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 
 from mehvar.manifest import METRIC_KINDS
 
 from ..quantities import ModelError
 from ..system import Metric, System
-from ..tables import OF_COUNTS, OF_SECONDS, check_metric_numbers, check_names
+from ..tables import OF_COUNTS, OF_SECONDS, check_metric_numbers, check_names, place_of
 from ..units import dimension
 from .dimensions import check_radians, placed
 from .features import check_distinct
 
 
-def check_metrics(system: System) -> None:
+def check_metrics(system: System, folder: Path | None = None) -> None:
     """Refuse metrics that cannot be computed, or whose unit or numbers mean nothing."""
     check_distinct([metric.name for metric in system.metrics], f"{system.origin}: metric")
     units = _variables(system)
     for metric in system.metrics:
-        where = f"{system.origin}: metric {metric.name!r} of {system.name}"
+        place = place_of(folder, "metrics", metric.name, system.origin)
+        where = f"{place}: metric {metric.name!r} of {system.name}"
         check_names([metric.kind], METRIC_KINDS, f"{where}: kind")
         _check_variables(metric, units, where)
         check_metric_numbers(metric, where)

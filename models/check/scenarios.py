@@ -5,23 +5,24 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from pathlib import Path
 
 from ..derivation import free_symbols
 from ..quantities import Group, ModelError, Parameter
 from ..system import Controller, Expr, System
-from ..tables import check_names, check_scenario_numbers, check_values, suggestion
+from ..tables import check_names, check_scenario_numbers, check_values, place_of, suggestion
 from .features import check_distinct
 from .formulas import formulas
 from .vectors import Vector
 
 
-def check_scenarios(system: System, vectors: Iterable[Vector]) -> None:
+def check_scenarios(system: System, vectors: Iterable[Vector], folder: Path | None = None) -> None:
     """Refuse parameters that nothing uses, and names and values in scenarios that are not allowed."""
     _check_parameters(system)
     vectors = list(vectors)
     _check_parameters_used(system, vectors)
     _check_symbols_used(system, vectors)
-    _check_scenarios(system)
+    _check_scenarios(system, folder)
 
 
 def _check_parameters(system: System) -> None:
@@ -85,13 +86,14 @@ def _refuse_unused(group: Group, used: set[str], where: str, origin: str) -> Non
             )
 
 
-def _check_scenarios(system: System) -> None:
+def _check_scenarios(system: System, folder: Path | None) -> None:
     laws = {c.name: _by_name(c.parameters) for c in system.controllers}
     shared = _by_name(system.parameters) | _by_name(system.scenario_parameters)
     metrics = {m.name for m in system.metrics}
     check_distinct([scenario.name for scenario in system.scenarios], f"{system.origin}: scenario")
     for scenario in system.scenarios:
-        where = f"{system.origin}: scenario {scenario.name!r} of {system.name}"
+        place = place_of(folder, "scenarios", scenario.name, system.origin)
+        where = f"{place}: scenario {scenario.name!r} of {system.name}"
         check_scenario_numbers(scenario, where)
         check_values(scenario.values, shared, where)
         for table in (scenario.controllers, scenario.expect):

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from ..system import System
 from .dimensions import check_dimensions
 from .entries import check_entries
@@ -14,11 +16,18 @@ from .scenarios import check_scenarios
 from .vectors import vectors
 
 
-def check(system: System) -> None:
+def check(system: System, folder: Path | None = None) -> None:
     """Refuse a system whose parts do not fit together.
 
     Every vector has one expression for each quantity of its group, of symbols that it receives, in the quantity's unit;
     one name stands for one thing; what is declared has an effect; scenarios and metrics speak of what there is.
+
+    Parameters
+    ----------
+    system : System
+        As its text makes it.
+    folder : Path, optional
+        Of the model: what is wrong with a scenario or a metric is then placed in its table, if that has it.
 
     Raises
     ------
@@ -30,6 +39,6 @@ def check(system: System) -> None:
     listing = vectors(system)
     check_names(system)
     check_entries(system, listing)
-    check_scenarios(system, listing)
+    check_scenarios(system, listing, folder)
     check_dimensions(system, listing)
-    check_metrics(system)
+    check_metrics(system, folder)

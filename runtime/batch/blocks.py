@@ -13,8 +13,10 @@ from numpy.typing import NDArray
 from mehvar.errors import InputError
 from mehvar.manifest import Quantity
 
+from ..run.metrics import undetermined
 from ..run.options import OPTIONS
 from ..run.problem import Status
+from ..run.results import attributes_of
 from ..run.ticks import rows_of
 from .kernel import compile_kernel
 from .numerics import Numerics, numerics_of, provenance
@@ -72,6 +74,7 @@ class Blocks:
             plan.model, plan.law.name, plan.choices, options, own=plan.own, origin=plan.origin
         )
         self.metrics = self._kernel.loop.metrics
+        self.notes = undetermined({metric.name: metric for metric in self.metrics}, self._t_end, self._dt)
         self._kernel.check(plan.nominal.p[None], self._t_end, self._dt)
         self.instants = self._instants()
         self.numerics: Numerics = numerics_of(self._kernel, plan.campaign.sampling)
@@ -94,10 +97,7 @@ class Blocks:
                 Variable(name, "float64", "variable", len(wide), {"long_name": f"{text} over the run"})
                 for name, text in _SUMMARIES.items()
             ),
-            *(
-                Variable(m.name, "float64", attributes={"units": m.unit, "long_name": m.description})
-                for m in self.metrics
-            ),
+            *(Variable(m.name, "float64", attributes=attributes_of(m, self.notes.get(m.name))) for m in self.metrics),
             *(
                 Variable(name, "float64", "t", len(self.instants), {"units": q.unit, "long_name": q.description})
                 for name, q in (wide.items() if len(self.instants) else ())

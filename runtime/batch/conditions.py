@@ -72,11 +72,13 @@ class Criterion:
             result: NDArray[np.bool_] = np.asarray(self._holds(values), dtype=np.bool_)
         return result
 
-    def check(self, names: Collection[str]) -> None:
-        """Raise InputError for a name that is not known."""
+    def check(self, names: Collection[str], notes: Mapping[str, str]) -> None:
+        """Raise InputError for a name that is not known, or that has no number for the reason that is noted."""
         for name in sorted(self.names):
             if name not in names:
                 raise unknown_name("number of a run", name, names, f"{self._origin} = {shown(self.text)}")
+            if name in notes:
+                raise bad_value(self._origin, self.text, f"about numbers that the runs have: {name} is {notes[name]}")
 
     def _parsed(self) -> ast.expr:
         try:

@@ -147,7 +147,7 @@ def run_batch(
     rule = None if until is None else StopRule(until, campaign.sampling)
     blocks = Blocks(plan, threads or available_processors())
     condition = Success(success)
-    condition.check(blocks.scalars())
+    condition.check(blocks.scalars(), blocks.notes)
     source = _here(blocks) if client is None else _there(client, plan, blocks)
     store = _opened(plan, blocks, out, resume, chunk, {"success": success or "", "until": until or ""})
     with store.writing():

@@ -21,6 +21,8 @@ from ..model.model import Model
 from ..model.parameters import Resolved, named_values, number, resolve
 from ..run.options import OPTIONS, check_effects, count_row, number_row, read_options, rows, word_row
 from ..run.own.law import OwnLaw
+from ..run.problem import variant_suffix
+from ..run.readers import check_read
 from .dispersions import read_dispersions
 from .sampling import DESIGNS, Design, FloatArray, Sampler
 
@@ -134,6 +136,7 @@ class Plan:
         centres = {name: value for d in self.dispersions for name, value in d.centre().items()}
         self.nominal = self._resolved(centres, f"{origin} or the middle of vary" if centres else origin)
 
+        self._check_read()
         start = model.functions["initial"](self.nominal.p, self.nominal.s)
         self.nominal_x0 = self._started(np.array(start), {**self._initial, **self._only_states(centres)})
 
@@ -268,6 +271,14 @@ class Plan:
                 raise InputError(f"{name} is both set and varied (from {self.origin})")
             if name in (self.law.delay, self.law.period):
                 raise InputError(f"{name} cannot vary (from {self.origin}): it decides when {self.law.name} samples")
+
+    def _check_read(self) -> None:
+        """Refuse parameters that no run reads."""
+        given = dict(self.campaign.parameters) | {name: d.text for d in self.dispersions for name in d.names}
+        suffix = variant_suffix(self.model.manifest, self.choices, self.origin)
+        parameters = {name: value for name, value in given.items() if self._is_parameter(name)}
+        states = {*self._initial, *self._only_states(given)}
+        check_read(self.model.manifest, self.law, suffix, self.sampled, parameters, states, self.origin)
 
     def _fill_formulas(self, c: FloatArray) -> None:
         """Compute the law parameters that follow from others, as `resolve` does for one run."""

@@ -52,13 +52,13 @@ class Success:
         complete: NDArray[np.bool_] = store.read(STATUS, blocks) == Status.DONE
         if self._criterion is None:
             return complete
-        self.check(scalars(store))
+        self.check(scalars(store), notes(store))
         return complete & self._criterion({name: column(store, name, blocks) for name in self._criterion.names})
 
-    def check(self, names: Sequence[str]) -> None:
-        """Raise InputError when the condition asks for a name that is not known."""
+    def check(self, names: Sequence[str], notes: Mapping[str, str]) -> None:
+        """Raise InputError when the condition asks for a name that is not known, or that a note says has no number."""
         if self._criterion is not None:
-            self._criterion.check(names)
+            self._criterion.check(names, notes)
 
 
 class StopRule:
@@ -104,6 +104,11 @@ def interval(successes: int, runs: int) -> tuple[float, float]:
     return low, high
 
 
+def notes(store: Store) -> dict[str, str]:
+    """Return what a store says of metrics that have no number in any run."""
+    return {name: v.attributes["note"] for name, v in store.variables().items() if "note" in v.attributes}
+
+
 def scalars(store: Store) -> list[str]:
     """Return every name that stands for one number per run, as conditions use them."""
     names: list[str] = []
@@ -130,12 +135,14 @@ def column(store: Store, name: str, blocks: Sequence[int] | None = None) -> Floa
 class MetricStatistics:
     """One number of the runs: mean over the runs where it is finite, quantiles where it is known, runs at its ends.
 
-    `intervals` holds 95 % of each quantile; an end is NaN where there are too few runs for one.
+    `note` says why no run has the number. `intervals` holds 95 % of each quantile; an end is NaN where there are too
+    few runs for one.
     """
 
     name: str
     unit: str
     description: str
+    note: str
     finite: int
     mean: float
     sd: float
@@ -289,6 +296,7 @@ def _row(store: Store, name: str, blocks: Sequence[int]) -> MetricStatistics:
         name=name,
         unit=attributes["units"],
         description=attributes["long_name"],
+        note=attributes.get("note", ""),
         finite=finite,
         mean=centre + total / finite if finite else math.nan,
         sd=math.sqrt(max(variance, 0.0)) if finite > 1 else math.nan,

@@ -59,6 +59,37 @@ def metrics_of(manifest: Manifest, law: str | None, variables: Collection[str]) 
     }
 
 
+def undetermined(metrics: Mapping[str, Metric], end: float, dt: float) -> dict[str, str]:
+    """Say why each metric is undetermined of whose window a run has no sample.
+
+    Parameters
+    ----------
+    metrics : mapping of str to Metric
+        Those of a run.
+    end, dt : float
+        Where the run ends and its sampling step, s.
+    """
+    reasons = {}
+    for name, metric in metrics.items():
+        if metric.since > end:
+            reasons[name] = f"the window begins at {metric.since:g} s, after the end of the run at {end:g} s"
+        elif min(math.ceil(metric.since / dt * (1 - _ROUNDING)) * dt, end) > metric.until * (1 + _ROUNDING):
+            reasons[name] = f"no sample lies in the window, {metric.since:g} s to {metric.until:g} s"
+    return {name: f"undetermined: {reason}" for name, reason in reasons.items()}
+
+
+def grouped(notes: Mapping[str, str]) -> list[str]:
+    """Return notes about metrics with a line for each reason."""
+    names: dict[str, list[str]] = {}
+    for name, note in notes.items():
+        names.setdefault(note, []).append(name)
+    return [f"{', '.join(group)}: {note}" for note, group in names.items()]
+
+
+_ROUNDING = 1e-12
+"""Of instants that are counted in steps: a window's end on a sample is not before it. A window is longer."""
+
+
 def evaluate(metric: Metric, t: FloatArray, series: Mapping[str, FloatArray]) -> float:
     """Return one metric of series by name."""
     if metric.kind not in _KINDS:

@@ -8,10 +8,10 @@ import json
 from typing import TYPE_CHECKING
 
 from mehvar.errors import InputError
-from mehvar.manifest import Controller, Manifest
+from mehvar.manifest import Controller, Manifest, Metric
 from mehvar.versions import installed
 
-from .metrics import metrics
+from .metrics import metrics, metrics_of, undetermined
 from .simulate import Run
 
 if TYPE_CHECKING:
@@ -33,15 +33,16 @@ def to_dataset(run: Run) -> xarray.Dataset:
     xarray.Dataset
         Coordinate `t` in seconds; one variable per state, `u_NAME` per input, `u_cmd_NAME` per input of a
         sampled law, one per output, per number of the law's memory and per report of the law; one number per metric of
-        the model. Each has `units` and `long_name`. The attributes hold model, law, scenario, status, effective
-        parameters and the manifest, structured ones as JSON.
+        the model. Each has `units` and `long_name`; a metric whose window no sample is in has a `note` too. The
+        attributes hold model, law, scenario, status, effective parameters and the manifest, structured ones as JSON.
     """
     import xarray
 
     manifest, about = run.manifest, _descriptions(run.manifest, run.controller)
     series = {name: ("t", values, about[name]) for name, values in run.variables().items()}
+    notes = notes_of(run)
     numbers = {
-        name: ((), value, {"units": manifest.metrics[name].unit, "long_name": manifest.metrics[name].description})
+        name: ((), value, attributes_of(manifest.metrics[name], notes.get(name)))
         for name, value in metrics(run, manifest).items()
     }
     twice = [name for name in ("t", *numbers) if name in series]
@@ -49,6 +50,18 @@ def to_dataset(run: Run) -> xarray.Dataset:
         raise InputError(f"a result cannot hold two variables called {twice[0]}: rename one in {manifest.model}")
     time = ("t", run.t, {"units": "s", "long_name": "time"})
     return xarray.Dataset({**series, **numbers}, coords={"t": time}, attrs=_attributes(run))
+
+
+def notes_of(run: Run) -> dict[str, str]:
+    """Say of each metric of a run that is undetermined why."""
+    known = metrics_of(run.manifest, run.controller.name, run.variables())
+    return undetermined(known, run.t_stop, float(run.options["dt_out"]))
+
+
+def attributes_of(metric: Metric, note: str | None) -> dict[str, str]:
+    """Return what a result says of a metric; a note says why it has no number."""
+    about = {"units": metric.unit, "long_name": metric.description}
+    return about if note is None else {**about, "note": note}
 
 
 def hidden_names(manifest: Manifest) -> list[str]:

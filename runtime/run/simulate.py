@@ -27,6 +27,7 @@ from .options import OPTIONS, merged, read_options
 from .own.choice import law_of
 from .own.law import Law, LawFunction
 from .problem import Problem, Progress, Status, Trajectory, pose, variant_suffix
+from .readers import check_read
 
 if TYPE_CHECKING:
     import xarray
@@ -208,6 +209,7 @@ def simulate(
 
     suffix = variant_suffix(manifest, {name: others.pop(name) for name in manifest.choices if name in others}, origin)
     values = merged(parameters or {}, others, origin)
+    given_values = dict(values)
     if controlled.delay:
         values.setdefault(controlled.delay, options.delay)
     names = (*OPTIONS, *manifest.choices)
@@ -217,6 +219,7 @@ def simulate(
     x0 = _start(loaded, case, resolved, initial or {}, origin)
     given = {name: value for name, value in settings.items() if name in OPTIONS}
     problem = pose(loaded, controlled, case, resolved, x0, options, given, suffix, progress, origin, own)
+    check_read(manifest, controlled, suffix, problem.hold is not None, given_values, initial or {}, origin)
     if own is not None and problem.hold is None:
         problem = _continuous(problem, settings, origin)
     if law is not None:

@@ -3,13 +3,17 @@
 
 import dataclasses
 import inspect
+import math
 import re
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import sympy as sp
+from hypothesis import assume, given
+from hypothesis import strategies as st
 
 import mehvar
 from mehvar import runtime
@@ -17,6 +21,7 @@ from mehvar.codegen.functions.graphs import generate_functions
 from mehvar.codegen.functions.lower import LoweringError
 from mehvar.codegen.functions.verify import check_counterparts
 from mehvar.models.check import check, formulas, no_branching
+from mehvar.models.check.dimensions import Dimensions, MisfitError
 from mehvar.models.system import (
     EMPTY,
     TIME,
@@ -30,6 +35,7 @@ from mehvar.models.system import (
     Scenario,
     System,
 )
+from mehvar.models.tables import read_scenarios
 from mehvar.models.triangle import system
 from mehvar.models.units import dimension, unit_text
 from mehvar.names import ARGUMENTS
@@ -337,3 +343,73 @@ def test_rational_exponents_are_units():
 
 def test_laws_are_checked_one_by_one():
     assert {c.name for c in SYSTEM.controllers if isinstance(c, Controller)} == {"sliding", "path"}
+
+
+@pytest.mark.parametrize(
+    ("line", "old", "new", "message"),
+    [
+        ("T_theta = {", 'unit = "s"', 'unit = "m"', "metric 'T_theta' of triangle: unit = 'm': must be s"),
+        ("T_theta = {", 'of = ["theta_error"]', 'of = ["thetaerror"]', "metric 'T_theta' of triangle: variable"),
+        ("T_theta = {", "band = 0.01", "band = -0.01", "metric 'T_theta': band = -0.01: must be above zero"),
+        (
+            "[scenarios.paper]",
+            "[scenarios.paper]",
+            "[scenarios.paper]\nvalues.rho = 1.0",
+            "scenario 'paper' of triangle",
+        ),
+    ],
+)
+def test_what_is_wrong_in_a_table_is_placed_where_it_stands(tmp_path, line, old, new, message):
+    text = (Path(inspect.getfile(system)).parent / "scenarios.toml").read_text()
+    lines = text.splitlines()
+    at = next(k for k, present in enumerate(lines) if present.startswith(line))
+    lines[at] = lines[at].replace(old, new)
+    (tmp_path / "scenarios.toml").write_text("\n".join(lines))
+
+    def checked() -> None:
+        scenarios, metrics = read_scenarios(tmp_path / "scenarios.toml")
+        check(dataclasses.replace(SYSTEM, scenarios=scenarios, metrics=metrics), tmp_path)
+
+    with pytest.raises(ModelError, match=re.escape(f"scenarios.toml:{at + 1}: {message}")):
+        checked()
+
+
+ANGLE, TURN = sp.Symbol("angle_deg", real=True), sp.Symbol("turn", real=True)
+
+
+@pytest.mark.parametrize(
+    "expr",
+    [
+        *(sp.sin(ANGLE), sp.exp(ANGLE), ANGLE + TURN, sp.Min(ANGLE, TURN), sp.atan2(ANGLE, TURN), TURN**ANGLE),
+        *(sp.Piecewise((ANGLE, TURN > 0), (TURN, True)), sp.Abs(ANGLE) + TURN, sp.Mod(TURN, ANGLE)),
+        *(sp.pi * ANGLE + TURN, ANGLE / 180 + TURN, sp.rad(3 * ANGLE) + TURN, sp.sin(ANGLE * 0.0174)),
+    ],
+    ids=str,
+)
+def test_degrees_are_taken_for_radians_nowhere(expr):
+    with pytest.raises(MisfitError, match="deg"):
+        Dimensions({ANGLE: "deg", TURN: "rad"})(expr)
+
+
+@pytest.mark.parametrize(
+    "expr",
+    [
+        *(
+            sp.sin(sp.rad(ANGLE)),
+            TURN - sp.rad(ANGLE),
+            sp.rad(ANGLE) / 2 + TURN,
+            sp.rad(ANGLE) ** 2 + TURN,
+            ANGLE * (math.pi / 180) + TURN,
+        ),
+        *(ANGLE * TURN * sp.pi / 180 + TURN, math.radians(1) * ANGLE + TURN, sp.cos(sp.rad(ANGLE) * TURN)),
+    ],
+    ids=str,
+)
+def test_degrees_times_their_radians_are_radians(expr):
+    assert not Dimensions({ANGLE: "deg", TURN: "rad"})(expr)
+
+
+@given(st.floats(-1e3, 1e3).filter(bool))
+def test_no_other_factor_turns_degrees_into_radians(factor):
+    assume(abs(math.remainder(math.log2(abs(math.degrees(factor))), 1)) > 1e-12)  # a half and a double do too
+    assert Dimensions({ANGLE: "deg"})(factor * ANGLE) == {"deg": 1}

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,6 +13,7 @@ from typing import Any
 from mehvar.errors import InputError, bad_value
 
 from .attributes import check_attributes, check_batch
+from .lock import FILE as LOCK
 from .lock import holder
 from .places import foreign
 from .records import (
@@ -75,6 +76,9 @@ class Verification:
         Whether the batch came to its end, and said so.
     writer : str or None
         Who is writing it now.
+    others : tuple of str
+        Files that no record lists, so that nobody reads them: what was put beside, or what a killed process left of a
+        block that is not stored. Whether the store is whole does not depend on them.
     """
 
     store: str
@@ -86,6 +90,7 @@ class Verification:
     files: Mapping[str, str]
     ended: bool
     writer: str | None = None
+    others: tuple[str, ...] = ()
 
     @property
     def sound(self) -> bool:
@@ -113,7 +118,7 @@ class Verification:
         return {
             **{"store": self.store, "complete": self.complete, "sound": self.sound, "ended": self.ended},
             **{"runs": self.runs, "blocks": self.blocks, "whole": len(self.whole), "missing": list(self.missing)},
-            **{"damaged": damaged, "files": dict(self.files), "writer": self.writer},
+            **{"damaged": damaged, "files": dict(self.files), "writer": self.writer, "others": list(self.others)},
         }
 
 
@@ -219,7 +224,21 @@ def _blocks(folder: Path, store: Record | None, end: Record | None, files: dict[
     if store is not None and store.about["runs"] != runs:
         files[STORE] = "older than the end of the batch"
     blocks = (tuple(whole), tuple(missing), tuple(damaged))
-    return Verification(str(folder), runs, count, *blocks, files, end is not None, holder(folder))
+    others = () if store is None else tuple(_others(folder, [store, *([end] if end else [])], count))
+    return Verification(str(folder), runs, count, *blocks, files, end is not None, holder(folder), others)
+
+
+def _others(folder: Path, records: Sequence[Record], blocks: int) -> Iterator[str]:
+    """Yield the places of plain files that are neither records nor listed by one."""
+    names = [block_record(block) for block in range(blocks)]
+    listing = [*records, *(record for name in names if (record := read_record(folder / name)) is not None)]
+    known = {STORE, END, LOCK, *names}.union(*(record.digests for record in listing))
+    for parent, folders, files in os.walk(folder):
+        folders.sort()
+        for place in (Path(parent, name) for name in sorted(files)):
+            name = place.relative_to(folder).as_posix()
+            if name not in known and place.is_file() and not place.is_symlink():
+                yield name
 
 
 def _extent(folder: Path, store: Record | None, end: Record | None) -> tuple[int | None, int, int]:

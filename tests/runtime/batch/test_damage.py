@@ -18,6 +18,7 @@ from mehvar.runtime.batch.statistics import summarise
 from mehvar.runtime.batch.store.records import END, STORE, DamageError
 from mehvar.runtime.batch.store.store import open_store
 from mehvar.runtime.batch.store.verification import verify
+from tests.fuzz.campaign import in_process
 
 PENDULUM = Path(__file__).parents[1] / "pendulum"
 CAMPAIGN = Campaign("pd", n=40, vary={"g": "uniform(-2, 9)"}, options={"t_end": 0.1}, save_every=0.05)
@@ -181,3 +182,28 @@ def test_facts_for_programs(store: Path) -> None:
     assert facts["complete"] is False
     assert facts["damaged"] == [{"block": 2, "first": 32, "last": 39, "files": {"status/c/2": "changed"}}]
     assert (facts["runs"], facts["blocks"], facts["whole"]) == (40, 3, 2)
+
+
+def test_what_no_record_lists_is_named_and_changes_nothing(store: Path) -> None:
+    before = verify(store).facts()
+    assert not before["others"]
+    (store / "notes.txt").write_text("mine")
+    (store / "status" / "c" / "77").write_bytes(b"x")
+    after = verify(store)
+    assert after.others == ("notes.txt", "status/c/77")
+    assert after.facts() == before | {"others": ["notes.txt", "status/c/77"]}
+    status, text = in_process("verify", str(store))
+    assert status == 0
+    assert "note: no record lists, and nothing reads: notes.txt, status/c/77" in text
+
+
+@pytest.mark.parametrize("file", range(0, 40, 3))
+def test_a_file_is_either_held_against_a_record_or_named(store: Path, file: int) -> None:
+    """Whatever file is damaged or put there, verification knows of it."""
+    places = sorted(path for path in store.rglob("*") if path.is_file() and path.name != "lock")
+    place = places[file % len(places)]
+    beside = place.with_name(f"{place.name}.copy")
+    beside.write_bytes(place.read_bytes())
+    assert beside.relative_to(store).as_posix() in verify(store).others
+    cut(place)
+    assert not verify(store).sound

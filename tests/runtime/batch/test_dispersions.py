@@ -14,7 +14,7 @@ from scipy import stats
 from scipy.special import ndtri
 
 from mehvar.errors import InputError
-from mehvar.runtime.batch.dispersions import read_dispersions
+from mehvar.runtime.batch.dispersions import read_dispersions, split
 from mehvar.runtime.batch.sampling import DESIGNS, Sampler, exponential, normal_quantile, permuted, stream, uniforms
 
 FACTORS = [("a",), ("b", "c"), ("d",)]
@@ -187,3 +187,32 @@ def test_a_design_that_needs_another_number_of_runs_says_which() -> None:
         Sampler("saltelli", [("a",), ("b",)], 1000, 1)
     with pytest.raises(InputError, match="sampling = 'halton'"):
         Sampler("halton", [("a",)], 10, 1)  # type: ignore[arg-type]
+
+
+def test_a_name_and_its_distribution_are_taken_apart():
+    assert split(" a , b = normal([0, 0], [[1, 0], [0, 1]])") == ("a , b", "normal([0, 0], [[1, 0], [0, 1]])")
+    for text in ("a", "=normal(0, 1)", "a=", " =normal(0, 1)", "a= "):
+        with pytest.raises(InputError, match=r"--vary = .*: must be NAME=DIST\(...\)"):
+            split(text)
+
+
+@pytest.mark.parametrize("text", ["triangular(0, 1, 1)", "triangular(0, 0, 1)"])
+def test_a_triangle_may_have_its_mode_at_an_end(text):
+    (dispersion,) = read_dispersions({"a": text})
+    assert 0 < dispersion.centre()["a"] < 1
+
+
+@pytest.mark.parametrize(
+    ("names", "text"),
+    [
+        ("a", "lognormal(0, -1)"),
+        ("a, b", "lognormal(0, 1)"),
+        ("a", "triangular(0, 2, 1)"),
+        ("a", "triangular(-1e200, 0, 1e200)"),
+        ("a, b", "uniform(0, 1)"),
+        ("a", "sphere(1)"),
+    ],
+)
+def test_arguments_that_make_no_distribution(names, text):
+    with pytest.raises(InputError, match="must be"):
+        read_dispersions({names: text})

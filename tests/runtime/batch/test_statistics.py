@@ -12,14 +12,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import binom, binomtest, sobol_indices, t
 
+import mehvar
 from mehvar.errors import InputError
+from mehvar.manifest import FILE
 from mehvar.runtime.batch.blocks import IMPOSSIBLE
+from mehvar.runtime.batch.fill import run_batch
+from mehvar.runtime.batch.plan import Campaign
 from mehvar.runtime.batch.sampling import Sampler
-from mehvar.runtime.batch.sensitivity import sensitivities
+from mehvar.runtime.batch.sensitivity import UNDETERMINED, Share, sensitivities
 from mehvar.runtime.batch.statistics import QUANTILES, StopRule, Success, bands, interval, ranks, summarise, worst
 from mehvar.runtime.batch.store.layout import STATUS, Coordinate, Layout, Variable
 from mehvar.runtime.batch.store.store import Store, create
 from mehvar.runtime.run.problem import Status
+from tests.fuzz.campaign import in_process
 
 N, CHUNK = 1000, 64
 
@@ -229,10 +234,10 @@ def test_the_stop_rule_looks_at_the_whole_width() -> None:
 
 
 def test_a_condition_of_success_on_an_unknown_name_is_refused_before_any_run() -> None:
-    Success("m < 1").check(("a", "b", "m"))
-    Success(None).check(())
+    Success("m < 1").check(("a", "b", "m"), {})
+    Success(None).check((), {})
     with pytest.raises(InputError, match="nonsense"):
-        Success("nonsense < 1").check(("a", "b", "m"))
+        Success("nonsense < 1").check(("a", "b", "m"), {})
 
 
 def test_fewer_runs_than_a_regression_needs_say_nothing(rng: np.random.Generator) -> None:
@@ -240,3 +245,35 @@ def test_fewer_runs_than_a_regression_needs_say_nothing(rng: np.random.Generator
     for runs, lines in ((3, 0), (4, 1)):
         values = {name: rng.random(runs) for name in ("a", "b", "m")}
         assert len(sensitivities(filled(values, n=runs, campaign=campaign()))) == lines
+
+
+def test_a_metric_whose_window_begins_after_the_end_is_undetermined_and_no_condition(tmp_path, edited):
+    model = edited(FILE, '"since": 0.0, "until": null, "unit": "N m"', '"since": 5.0, "until": null, "unit": "N m"')
+    note = "undetermined: the window begins at 5 s, after the end of the run at 2 s"
+    campaign = Campaign("pd", n=2, vary={"m": "normal(1, 0.01)"})
+    store = run_batch(model, campaign, out=tmp_path / "s.zarr")
+    rows = {row.name: row for row in summarise(store).rows}
+    assert rows["peak"].note == note
+    assert not rows["T_angle"].note
+    refusal = rf"success = 'peak < 1': must be about numbers that the runs have: peak is {note}"
+    with pytest.raises(InputError, match=refusal):
+        summarise(store, "peak < 1")
+    with pytest.raises(InputError, match=refusal):
+        run_batch(model, campaign, success="peak < 1", out=tmp_path / "refused.zarr")
+    assert not (tmp_path / "refused.zarr").exists()
+    for words in (("stats", str(tmp_path / "s.zarr")), ("simulate", str(model), "--controller", "pd")):
+        assert f"note: peak: {note}" in in_process(*words)[1]
+    run = mehvar.simulate(model, "pd")
+    assert run["peak"].attrs["note"] == note
+    assert "note" not in run["T_angle"].attrs
+
+
+def test_a_share_is_determined_where_its_interval_is_less_than_the_whole_range():
+    assert Share(0.5, 0.2, 0.9).determined
+    assert not Share(0.5, -0.1, 1.2).determined
+    assert not UNDETERMINED.determined
+
+
+def test_the_first_of_equal_runs_is_at_an_end():
+    (row,) = summarise(filled({"m": np.full(3 * CHUNK, 2.0)}, n=3 * CHUNK)).rows
+    assert (row.smallest, row.largest) == ((0, 2.0), (0, 2.0))

@@ -68,3 +68,15 @@ def test_the_check_is_crc_32c():
     assert crc32c(bytes(32)) == 0x8A9136AA
     assert crc32c(b"\xff" * 32) == 0x62A8AB43
     assert crc32c(bytes(range(32))) == 0x46DD794E
+
+
+def test_what_is_damaged_is_counted_and_noise_for_ever_is_forgotten():
+    decoder = Decoder()
+    whole = encode(Frame(1, 0, 2, 3, b"payload"))
+    broken = whole[:4] + bytes([whole[4] ^ 1]) + whole[5:]
+    assert [frame.payload for frame in decoder.feed(broken + whole)] == [b"payload"]
+    assert decoder.damaged == 1
+    assert not list(decoder.feed(b"\1" * 200_000))
+    assert len(decoder._rest) == 1 << 16
+    assert [frame.payload for frame in decoder.feed(whole)] == [b"payload"]
+    assert decoder.damaged == 2

@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 from scipy.integrate import DOP853, RK45
 
 from mehvar.runtime import Model, Status, simulate
+from mehvar.runtime.batch.fill import run_batch
+from mehvar.runtime.batch.plan import Campaign
 from mehvar.runtime.run.rock4 import Rock4
 
 Array = NDArray[np.float64]
@@ -87,3 +89,26 @@ def test_a_loop_takes_the_steps_of_its_description(pendulum: Model, method: Any,
         np.testing.assert_allclose(run.x[-1], [end[0] / 2, end[1]], rtol=1e4 * rtol, atol=1e4 * atol)
         refusals += refused
     assert refusals > 0 or loop != "wild"
+
+
+def test_the_error_of_rk4_is_its_last_slope_against_that_at_its_end(pendulum):
+    """A sixth of their difference, over tolerances of 1e-11: another formula has the slope at the end instead."""
+    h = 0.01
+    campaign = Campaign("pd", n=1, options={"method": "rk4", "step": h, "t_end": h, "dt_out": h})
+    error = float(run_batch(pendulum, campaign).dataset()["error"][0])
+    run = simulate(pendulum, "pd", method="rk4", step=h, t_end=h, dt_out=h)
+    p, c = run.parameters.p, run.parameters.c
+
+    def slope(t: float, q: Array) -> Array:
+        r = pendulum.functions["reference"](t, p, run.parameters.s)
+        return np.asarray(pendulum.functions["pd_loop"](q, r, p, c))
+
+    q = pendulum.functions["to_coordinates"](run.x[0])
+    one = slope(0.0, q)
+    two = slope(h / 2, q + h / 2 * one)
+    three = slope(h / 2, q + h / 2 * two)
+    four = slope(h, q + h * three)
+    end = q + h / 6 * (one + 2 * two + 2 * three + four)
+    tolerance = 1e-11 * (1 + np.maximum(np.abs(q), np.abs(end)))
+    expected = h * np.sqrt(np.mean(((four - slope(h, end)) / 6 / tolerance) ** 2))
+    assert error == pytest.approx(expected, rel=1e-6)

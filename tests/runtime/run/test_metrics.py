@@ -8,11 +8,13 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
 
 from mehvar import runtime
 from mehvar.manifest import Metric
 from mehvar.runtime import InputError, Model
-from mehvar.runtime.run.metrics import evaluate
+from mehvar.runtime.run.metrics import evaluate, undetermined
 
 T = np.array([0.0, 1.0, 2.0, 3.0, 4.0])
 SERIES = {
@@ -91,3 +93,15 @@ def test_metrics_of_run_and_dataset_agree(pendulum: Model) -> None:
     assert expected["peak"] == np.max(np.abs(run.u))
     only_peak = dataclasses.replace(pendulum.manifest, metrics={"peak": pendulum.manifest.metrics["peak"]})
     assert list(runtime.metrics(run, only_peak)) == ["peak"]
+
+
+WINDOWS = st.tuples(st.floats(0.0, 3.0), st.floats(0.001, 3.0))
+
+
+@given(WINDOWS, st.integers(1, 30), st.sampled_from([0.01, 0.1, 0.3, 1 / 3]))
+def test_a_metric_is_said_to_be_undetermined_where_no_sample_is_in_its_window(window, steps, dt):
+    metric = Metric("m", "max", ("x",), since=window[0], until=window[0] + window[1], unit="1", description="")
+    t = np.arange(steps + 1) * dt
+    assume(np.abs(np.subtract.outer(t, [metric.since, metric.until])).min() > 1e-9)
+    value = evaluate(metric, t, {"x": np.ones(len(t))})
+    assert bool(undetermined({"m": metric}, float(t[-1]), dt)) == math.isnan(value)

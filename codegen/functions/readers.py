@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What depends on each parameter: a run refuses one that nothing in it reads."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import sympy as sp
+
+from mehvar.models.check import formulas
+from mehvar.models.derivation import free_symbols
+from mehvar.models.system import Controller, Expr, Group, System
+from mehvar.names import identifier
+
+from .requests import Request, bindings, requests
+
+
+@dataclass(frozen=True)
+class Reader:
+    """A function, or one element of the start of a run or of a law's formulas, and the symbols that it depends on.
+
+    Its name is that of the function, followed for one element by a dot and what the element is the value of, as in
+    "initial.rho".
+    """
+
+    name: str
+    law: str
+    symbols: frozenset[sp.Symbol]
+
+
+def readers(system: System) -> list[Reader]:
+    """List what decides the numbers of a run; what depends on a reference depends on the parameters behind it.
+
+    A run goes by no margin but that of its limits, and calls no function that a model has for its users.
+    """
+    reference = dict(zip(system.references.symbols, system.reference, strict=True))
+    laws = {f"{identifier(law.name)}_defaults": law for law in system.controllers}
+    own = {function.name for function in system.functions}
+    result = []
+    for request in requests(system):
+        if request.name in own or (request.name != "limits" and request.results[0][0] == "margin"):
+            continue
+        law = request.law or laws.get(request.name)
+        definitions = system.definitions | reference | bindings(system, request)
+        for name, entries in _elements(system, request, laws.get(request.name)):
+            result.append(Reader(name, law.name if law else "", frozenset(free_symbols(entries, definitions))))
+    return result
+
+
+def readers_of(group: Group, listing: Iterable[Reader], law: str = "") -> Mapping[str, tuple[str, ...]]:
+    """Return the names of the readers of each parameter of a group; of a law's own, only those of that law."""
+    rows = [reader for reader in listing if not law or reader.law == law]
+    return {q.name: tuple(row.name for row in rows if q.symbol in row.symbols) for q in group}
+
+
+def _elements(system: System, request: Request, law: Controller | None) -> list[tuple[str, tuple[Expr, ...]]]:
+    """Return a function whole, or one by one the elements that a user may give instead."""
+    entries = tuple(entry for _, results in request.results for entry in results)
+    names = (
+        [q.name for q in system.states] if request.name == "initial" else list(formulas(law.parameters)) if law else []
+    )
+    if not names:
+        return [(request.name, entries)]
+    return [(f"{request.name}.{name}", (entry,)) for name, entry in zip(names, entries, strict=True)]
