@@ -69,7 +69,7 @@ def _functions(manifest: Manifest, law: Controller, suffix: str, sampled: bool) 
 class _Reading:
     """Which parameters reach the functions of a run, where some elements are given instead of computed."""
 
-    def __init__(self, manifest: Manifest, law: Controller, functions: Collection[str], given: Collection[str]) -> None:
+    def __init__(self, manifest: Manifest, law: Controller, functions: set[str], given: set[str]) -> None:
         self._law, self._functions, self._given = law, functions, given
         self._readers: dict[str, set[str]] = {}
         for q in (*manifest.parameters, *law.parameters, *manifest.scenario_parameters):

@@ -1,0 +1,23 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What neither version runs is not called the same."""
+
+import shutil
+from pathlib import Path
+
+from mehvar.comparison.runs import runs
+from mehvar.comparison.text import run_lines
+from mehvar.manifest import FILE, sealed
+
+PENDULUM = Path(__file__).parents[2] / "runtime" / "pendulum"
+
+
+def test_what_both_versions_refuse_is_told_as_not_run(tmp_path: Path) -> None:
+    folder = tmp_path / "pendulum"
+    shutil.copytree(PENDULUM, folder)
+    text = (folder / FILE).read_text().replace('"angle_0": 0.8', '"angle_0": 3.5')
+    (folder / FILE).write_text(sealed(text))
+    result, overlay = runs(folder, folder)
+    assert overlay is None
+    assert {(law, scenario) for law, scenario, _ in result.refused} == {("pd", "stiff"), ("p-sum", "stiff")}
+    assert not {(law, scenario) for law, scenario, _ in result.refused} & set(result.same)
+    assert any(line.startswith("not run, as both refuse it: stiff under pd: ") for line in run_lines(result))
