@@ -425,7 +425,9 @@ class Cells:
     def _may_lack(self, node: int) -> bool:
         """Whether a node may have no value for want of a case."""
         last = self.pool.operands(node)[-1]
-        return self.pool.nodes[node][0] == "piecewise" and self.pool.nodes[self.pool.operands(last)[1]][0] != "const"
+        return bool(
+            self.pool.nodes[node][0] == "piecewise" and self.pool.nodes[self.pool.operands(last)[1]][0] != "const"
+        )
 
     def _look(self, ways: tuple[Way, ...]) -> Outcome | None:
         """Walk towards a point where nodes go wanted ways, one line after the other."""
