@@ -112,7 +112,7 @@ def watching(root: Path) -> Iterator[Questions]:
     _hook()
     stat, variable = os.stat, type(os.environ).__getitem__
     _questions = Questions(f"{root.resolve()}{os.sep}")
-    os.stat, type(os.environ).__getitem__ = _noting_files(stat), _noting_variables(variable)  # type: ignore[assignment, method-assign]
+    os.stat, type(os.environ).__getitem__ = _noting_files(stat), _noting_variables(variable)  # type: ignore[method-assign]
     try:
         yield _questions
     finally:

@@ -199,7 +199,11 @@ def _hashed(kind: str, content: str) -> str:
 
 
 def _contents(tape: Tape, lined: set[int], elements: Mapping[Element, str]) -> list[str]:
-    """Describe what values are made of: their own statement and those it uses, without coefficients and signs."""
+    """Describe what values are made of: their own statement and those it uses, without coefficients and signs.
+
+    Definitions count by the elements that they name, so that neither a new name of one nor an edit within it that takes
+    the same elements changes another name.
+    """
     contents: list[str] = []
     for depth in range(_DEPTH + 1):
         operands = _kinds(tape) if depth == 0 else contents
@@ -212,7 +216,7 @@ def _kinds(tape: Tape) -> list[str]:
     kinds: list[str] = []
     for i in tape.instructions:
         scaled = [a for a in i.operands if tape.instructions[a].op != "const"] if i.op == "mul" else []
-        if i.op in _SIGNS or len(scaled) == 1:
+        if _is_multiple(i) or len(scaled) == 1:
             kinds.append(kinds[scaled[0] if scaled else i.args[0]])
         else:
             kinds.append(f".{_KINDS.get(i.op, i.op)}")
@@ -224,9 +228,10 @@ def _described(tape: Tape, lined: set[int], elements: Mapping[Element, str], ope
     own: list[str] = []
     parts: list[tuple[str, tuple[str, ...]]] = []
 
+    leaves = _leaves(tape, elements)
+
     def shown(k: int) -> str:
-        i = tape.instructions[k]
-        return i.name or (operands[k] if k in lined else own[k])
+        return leaves[k] if tape.instructions[k].name else operands[k] if k in lined else own[k]
 
     for i in tape.instructions:
         kind, members = _KINDS.get(i.op, i.op), tuple[str, ...]()
@@ -234,8 +239,10 @@ def _described(tape: Tape, lined: set[int], elements: Mapping[Element, str], ope
             text = elements.get(_element(i), str(i.args))
         elif i.op == "const":
             text = ""
-        elif i.op in _SIGNS:
+        elif _is_multiple(i):
             text = shown(i.args[0])
+            if i.args[0] not in lined:
+                kind, members = parts[i.args[0]]
         elif kind in ("add", "mul"):
             for a in i.args:
                 flat = a not in lined and parts[a][0] == kind
@@ -248,6 +255,23 @@ def _described(tape: Tape, lined: set[int], elements: Mapping[Element, str], ope
         own.append(text)
         parts.append((kind, members))
     return own
+
+
+def _is_multiple(instruction: Instruction) -> bool:
+    """Whether a value is another one but for its sign, or for a two that CasADi writes as a sum."""
+    return instruction.op in _SIGNS or (instruction.op == "add" and instruction.args[0] == instruction.args[1])
+
+
+def _leaves(tape: Tape, elements: Mapping[Element, str]) -> list[str]:
+    """Return for each value the elements of arguments that it is made of, as far as other definitions."""
+    leaves: list[frozenset[str]] = []
+    for i in tape.instructions:
+        if i.op == "input":
+            leaves.append(frozenset([elements.get(_element(i), str(i.args))]))
+        else:
+            operands = (frozenset("=") if tape.instructions[a].name else leaves[a] for a in i.operands)
+            leaves.append(frozenset[str]().union(*operands))
+    return [_short("=", sorted(names)) for names in leaves]
 
 
 def _short(kind: str, members: Sequence[str]) -> str:

@@ -111,7 +111,9 @@ def _fixed(pool: Pool, node: int, taken: Mapping[int, Any], numbers: Mapping[int
 
 
 def difference(pool: Pool, a: int, b: int) -> int:
-    """Return the node of a - b."""
+    """Return the node of a - b, or, of two exponentials, that of their exponents, which has the same sign."""
+    if pool.nodes[a][0] == pool.nodes[b][0] == "exp":
+        a, b = pool.operands(a)[0], pool.operands(b)[0]
     return pool.many("add", [a, pool.many("mul", [b, pool.number(-1)])])
 
 
@@ -152,7 +154,7 @@ def _truth(pool: Pool, node: int, wanted: bool) -> list[tuple[Atom, ...]] | None
         return _truth(pool, operands[0], not wanted)
     if operation in ("and", "or"):
         parts = [_truth(pool, operand, wanted) for operand in operands]
-        return every(parts) if (operation == "and") is wanted else _any(parts)
+        return every(parts) if (operation == "and") is wanted else either(parts)
     if operation not in COMPARISONS:
         return None
     node = difference(pool, *operands)
@@ -171,7 +173,8 @@ def every(parts: Sequence[list[tuple[Atom, ...]] | None]) -> list[tuple[Atom, ..
     return product
 
 
-def _any(parts: Sequence[list[tuple[Atom, ...]] | None]) -> list[tuple[Atom, ...]] | None:
+def either(parts: Sequence[list[tuple[Atom, ...]] | None]) -> list[tuple[Atom, ...]] | None:
+    """Return the alternatives in which one of any list holds; None if one of them is not known."""
     if any(part is None for part in parts):
         return None
     return [alternative for part in parts for alternative in part or ()]

@@ -31,6 +31,7 @@ from .branches import (
     atoms,
     branching,
     counted,
+    either,
     every,
     requirements,
     smooth,
@@ -70,6 +71,7 @@ _TURN = tuple(np.linspace(-doubles.TURNS, doubles.TURNS, 129) * 2 * np.pi)
 _PROOFS = (linear.impossible, intervals.impossible)
 _WIDEST = 60
 """Letters of an expression in a message, so that two of them and what is said fit into three lines of a terminal."""
+_JUMPS = COMPARISONS - {"equality", "unequality"} | {"sign"}
 _LIT = Fraction(1, 10**20)
 """A sign counts where a value is larger than this part of what it was computed from: 20 of 50 digits."""
 
@@ -294,7 +296,7 @@ class Cells:
         if any(world.defined(root) is None for root in self._roots):
             return None
         if reals.differ(lambda: self._sides(next(worlds))):
-            return Outcome(False, f"a point with {reals.DIGITS} digits", point)
+            return None if self._is_edge(world) else Outcome(False, f"a point with {reals.DIGITS} digits", point)
         taken = {k: self._way(world, k) for k in self._units if world.memo.get(k) is not None}
         counting = {node for root in self._roots for node in counted(self.pool, root, taken)}
         if not all(self._is_clear(world, node) for node in counting):
@@ -333,6 +335,11 @@ class Cells:
     def _is_thin(self, node: int, way: int) -> bool:
         """Whether a way is gone on a surface only, where forms that differ may have the same value."""
         return (self.pool.nodes[node][0], way) in (("equality", 1), ("unequality", 0))
+
+    def _is_edge(self, world: RealWorld) -> bool:
+        """Whether a point is one where a step is taken, which alone is no difference; of equations it may be one."""
+        steps = (k for k in self._units if self.pool.nodes[k][0] in _JUMPS and world.memo.get(k) is not None)
+        return any(world.defined(atom) == 0 for k in steps for atom in atoms(self.pool, k))
 
     def _is_clear(self, world: RealWorld, node: int) -> bool:
         """Whether the way of a node is not one of rounding."""
@@ -405,15 +412,22 @@ class Cells:
         return product
 
     def _needs(self, node: int) -> list[list[tuple[Atom, ...]] | None]:
-        """Return what has to hold for a node to count, by the nodes that leave only one way to it."""
+        """Return what has to hold for a node to count, by the nodes that leave only some ways to it."""
         if node not in self._needed:
-            choices = ([way for way in ways_of(self.pool, k) if node in self._beside(way)] for k in self._units)
+            choices = [(k, [way for way in ways_of(self.pool, k) if node in self._beside(way)]) for k in self._units]
             self._needed[node] = [
-                requirements(self.pool, open_[0])
-                for k, open_ in zip(self._units, choices, strict=True)
-                if k != node and len(open_) == 1
+                either([requirements(self.pool, way) for way in open_])
+                for k, open_ in choices
+                if k != node and open_ and (len(open_) < len(ways_of(self.pool, k)) or self._may_lack(k))
             ]
         return self._needed[node]
+
+    def _may_lack(self, node: int) -> bool:
+        """Whether a node may have no value for want of a case."""
+        last = self.pool.operands(node)[-1]
+        return bool(
+            self.pool.nodes[node][0] == "piecewise" and self.pool.nodes[self.pool.operands(last)[1]][0] != "const"
+        )
 
     def _look(self, ways: tuple[Way, ...]) -> Outcome | None:
         """Walk towards a point where nodes go wanted ways, one line after the other."""

@@ -181,8 +181,7 @@ def _sum(parts: Sequence[Interval]) -> Interval:
         low = -math.inf if any(a == -math.inf for a, _ in parts) else math.fsum(a for a, _ in parts)
         high = math.inf if any(b == math.inf for _, b in parts) else math.fsum(b for _, b in parts)
         return _out(low, high)
-    low, high = _total([a for a, _ in parts]), _total([b for _, b in parts])
-    return low[0], high[1]
+    return _total([a for a, _ in parts])[0], _total([b for _, b in parts])[1]
 
 
 def _total(values: Sequence[float]) -> Interval:

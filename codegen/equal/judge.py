@@ -223,8 +223,13 @@ class Judge:
             return verdict
         how = "where both sides exist they are equal, but " if verdict.equal else ""
         how += "only one of them does at a point" if outcome.equal is False else f"of their domains: {outcome.how}"
-        point = None if outcome.point is None else ChainMap(outcome.point, self.sampler.point(0))  # type: ignore[arg-type]
+        point = outcome.point and {**self._drawn(old, new), **outcome.point}
         return Verdict(outcome.equal, how, point=point)
+
+    def _drawn(self, *sides: Expression) -> dict[str, Fraction]:
+        """Return values of all names that expressions depend on."""
+        point = self.sampler.point(0)
+        return {name: point[name] for side in sides for name in side[0].free(side[1])}
 
     def _is_everywhere(self, factor: int) -> bool:
         """Whether a factor of a domain is proved to be one at almost every point."""

@@ -22,7 +22,7 @@ _MOST = 300
 """Inequalities at once: their number may square with each unknown. Fewer prove less, more take longer where there is
 nothing to prove."""
 _CASES = 4
-"""Maxima and minima whose operands are taken in turn: sixteen cases where each has two."""
+"""Maxima, minima and absolute values whose operands are taken in turn: sixteen cases where each has two."""
 
 
 def impossible(pool: Pool, atoms: Sequence[tuple[int, int]], bounds: Bounds) -> bool:
@@ -39,15 +39,21 @@ def impossible(pool: Pool, atoms: Sequence[tuple[int, int]], bounds: Bounds) -> 
 
 
 def _in_every_case(pool: Pool, rows: list[Row], nodes: Sequence[int]) -> bool:
-    """Whether inequalities contradict each other whichever operand each maximum and minimum among them is."""
-    chosen = [node for node in nodes if node != _ONE and pool.nodes[node][0] in ("max", "min")][:_CASES]
-    cases = itertools.product(*(pool.operands(node) for node in chosen))
-    equal = ([_sum([{n: Fraction(1)}, _scaled(_form(pool, o), Fraction(-1))]) for n, o in zip(chosen, c, strict=True)]
-             for c in cases)  # fmt: skip
+    """Whether inequalities contradict each other whichever form each maximum, minimum and absolute value has."""
+    cased = (node for node in nodes if node != _ONE and pool.nodes[node][0] in ("max", "min", "abs"))
+    chosen = list(cased)[:_CASES]
+    equal = ([_sum([{node: Fraction(1)}, _scaled(form, Fraction(-1))]) for node, form in zip(chosen, case, strict=True)]
+             for case in itertools.product(*(_cases(pool, node) for node in chosen)))  # fmt: skip
     return bool(chosen) and all(
         _is_contradiction([*rows, *((_scaled(form, Fraction(s)), False) for form in forms for s in (1, -1))])
         for forms in equal
     )
+
+
+def _cases(pool: Pool, node: int) -> list[Form]:
+    """Return the forms that a node may have."""
+    forms = [_form(pool, operand) for operand in pool.operands(node)]
+    return [*forms, _scaled(forms[0], Fraction(-1))] if pool.nodes[node][0] == "abs" else forms
 
 
 def _is_contradiction(rows: list[Row]) -> bool:

@@ -72,12 +72,12 @@ void satellite_rhs(const real *x, const real *u, const real *p, real *dx)
     real sin_sun_elevation, cos_sun_elevation; mv_sincos(p[sun_elevation], &sin_sun_elevation, &cos_sun_elevation);
     const real t_cbxhz = x[latitude] - p[sun_latitude];
     real sin_t_cbxhz, cos_t_cbxhz; mv_sincos(t_cbxhz, &sin_t_cbxhz, &cos_t_cbxhz);
-    const real t_gegnr = t_o4eym * (cos_sun_elevation * sin_t_cbxhz) - F_air;
+    const real t_4vgy7 = t_o4eym * (cos_sun_elevation * sin_t_cbxhz) - F_air;
     const real t_cokzx = t_o4eym * sin_sun_elevation;
     const real t_cw7a6 = t_o4eym * (cos_sun_elevation * cos_t_cbxhz);
-    const real F_x = t_gegnr * C11 + t_cokzx * C12 - t_cw7a6 * sin_pitch;
-    const real F_y = t_gegnr * C21 + t_cokzx * C22 + t_cw7a6 * C23;
-    const real F_z = t_gegnr * C31 + t_cokzx * C32 + t_cw7a6 * C33;
+    const real F_x = t_4vgy7 * C11 + t_cokzx * C12 - t_cw7a6 * sin_pitch;
+    const real F_y = t_4vgy7 * C21 + t_cokzx * C22 + t_cw7a6 * C23;
+    const real F_z = t_4vgy7 * C31 + t_cokzx * C32 + t_cw7a6 * C33;
     real sin_latitude, cos_latitude; mv_sincos(x[latitude], &sin_latitude, &cos_latitude);
     const real t_ph4ov = p[field_moment] / (p[orbit_radius] * t_woyh3);
     real sin_inclination, cos_inclination; mv_sincos(p[inclination], &sin_inclination, &cos_inclination);
@@ -85,12 +85,12 @@ void satellite_rhs(const real *x, const real *u, const real *p, real *dx)
     const real B_x = cos_latitude * t_mt3zp;
     const real B_z = (t_mt3zp + t_mt3zp) * sin_latitude;
     const real t_xdhrg = t_ph4ov * cos_inclination;
-    const real t_4bjg4 = B_x * C31 - t_xdhrg * C32 + B_z * C33;
-    const real t_no5s7 = B_x * C21 - t_xdhrg * C22 + B_z * C23;
-    const real Tenv_x = t_4bjg4 * p[dipole_y] + F_z * p[arm_y] - t_no5s7 * p[dipole_z] - F_y * p[arm_z];
-    const real t_vyuvm = B_x * C11 - t_xdhrg * C12 - B_z * sin_pitch;
-    const real Tenv_y = t_vyuvm * p[dipole_z] + F_x * p[arm_z] - t_4bjg4 * p[dipole_x] - F_z * p[arm_x];
-    const real Tenv_z = t_no5s7 * p[dipole_x] + F_y * p[arm_x] - t_vyuvm * p[dipole_y] - F_x * p[arm_y];
+    const real t_73jaq = B_x * C31 - t_xdhrg * C32 + B_z * C33;
+    const real t_73jaq_2 = B_x * C21 - t_xdhrg * C22 + B_z * C23;
+    const real Tenv_x = t_73jaq * p[dipole_y] + F_z * p[arm_y] - t_73jaq_2 * p[dipole_z] - F_y * p[arm_z];
+    const real t_ov6il = B_x * C11 - t_xdhrg * C12 - B_z * sin_pitch;
+    const real Tenv_y = t_ov6il * p[dipole_z] + F_x * p[arm_z] - t_73jaq * p[dipole_x] - F_z * p[arm_x];
+    const real Tenv_z = t_73jaq_2 * p[dipole_x] + F_y * p[arm_x] - t_ov6il * p[dipole_y] - F_x * p[arm_y];
     const real wheel_x = x[hx] * (K(1.0) / p[Iw_x]) - x[wx];
     const real wheel_y = x[hy] * (K(1.0) / p[Iw_y]) - x[wy];
     const real wheel_z = x[hz] * (K(1.0) / p[Iw_z]) - x[wz];
@@ -99,35 +99,35 @@ void satellite_rhs(const real *x, const real *u, const real *p, real *dx)
     const real Tw_y = u[Ty] + t_n5ucq * wheel_y;
     const real Tw_z = u[Tz] + t_n5ucq * wheel_z;
     const real t_dukwy = p[I_z] + p[Iw_z];
-    const real t_asvi2 = K(3.0) * t_xcu2m * C33;
+    const real t_dfei4 = K(3.0) * t_xcu2m * C33;
     const real t_rud4r = x[hy] + x[wy] * p[I_y];
     const real t_2fuj5 = x[hz] + x[wz] * p[I_z];
-    const real t_hzpts = Tenv_x
-        - (p[I_y] + p[Iw_y] - t_dukwy) * t_asvi2 * C23
+    const real t_olkll = Tenv_x
+        - (p[I_y] + p[Iw_y] - t_dukwy) * t_dfei4 * C23
         + Tw_x
         + t_rud4r * x[wz]
         - t_2fuj5 * x[wy];
-    const real wx_rate = t_hzpts * (K(1.0) / p[I_x]);  /* (1) */
+    const real wx_rate = t_olkll * (K(1.0) / p[I_x]);  /* (1) */
     const real t_l4gxo = p[I_x] + p[Iw_x];
     const real t_id7q2 = x[hx] + x[wx] * p[I_x];
-    const real t_nvoaf = Tenv_y
-        - t_asvi2 * sin_pitch * (t_l4gxo - t_dukwy)
+    const real t_et23c = Tenv_y
+        - t_dfei4 * sin_pitch * (t_l4gxo - t_dukwy)
         + Tw_y
         + t_2fuj5 * x[wx]
         - t_id7q2 * x[wz];
-    const real wy_rate = t_nvoaf * (K(1.0) / p[I_y]);  /* (1) */
-    const real t_dzdsa = Tenv_z
+    const real wy_rate = t_et23c * (K(1.0) / p[I_y]);  /* (1) */
+    const real t_axp3s = Tenv_z
         - K(-3.0) * t_xcu2m * (t_l4gxo - p[I_y] - p[Iw_y]) * sin_pitch * C23
         + Tw_z
         + t_id7q2 * x[wy]
         - t_rud4r * x[wx];
-    const real wz_rate = t_dzdsa * (K(1.0) / p[I_z]);  /* (1) */
+    const real wz_rate = t_axp3s * (K(1.0) / p[I_z]);  /* (1) */
     const real t_ksn4u = K(1.0) / cos_pitch;
-    const real t_l44wr = sin_roll * t_ksn4u * rate_y;
-    const real t_rukvs = cos_roll * t_ksn4u * rate_z;
-    dx[0] = rate_x + sin_pitch * t_l44wr + sin_pitch * t_rukvs;
+    const real t_qr3mc = sin_roll * t_ksn4u * rate_y;
+    const real t_llvwk = cos_roll * t_ksn4u * rate_z;
+    dx[0] = rate_x + sin_pitch * t_qr3mc + sin_pitch * t_llvwk;
     dx[1] = cos_roll * rate_y - sin_roll * rate_z;
-    dx[2] = t_l44wr + t_rukvs;
+    dx[2] = t_qr3mc + t_llvwk;
     dx[3] = wx_rate;
     dx[4] = wy_rate;
     dx[5] = wz_rate;
@@ -198,12 +198,12 @@ void satellite_outputs(const real *x, const real *u, const real *r, const real *
     real sin_sun_elevation, cos_sun_elevation; mv_sincos(p[sun_elevation], &sin_sun_elevation, &cos_sun_elevation);
     const real t_cbxhz = x[latitude] - p[sun_latitude];
     real sin_t_cbxhz, cos_t_cbxhz; mv_sincos(t_cbxhz, &sin_t_cbxhz, &cos_t_cbxhz);
-    const real t_gegnr = t_o4eym * (cos_sun_elevation * sin_t_cbxhz) - F_air;
+    const real t_4vgy7 = t_o4eym * (cos_sun_elevation * sin_t_cbxhz) - F_air;
     const real t_cokzx = t_o4eym * sin_sun_elevation;
     const real t_cw7a6 = t_o4eym * (cos_sun_elevation * cos_t_cbxhz);
-    const real F_x = t_gegnr * C11 + t_cokzx * C12 - t_cw7a6 * sin_pitch;
-    const real F_y = t_gegnr * C21 + t_cokzx * C22 + t_cw7a6 * C23;
-    const real F_z = t_gegnr * C31 + t_cokzx * C32 + t_cw7a6 * C33;
+    const real F_x = t_4vgy7 * C11 + t_cokzx * C12 - t_cw7a6 * sin_pitch;
+    const real F_y = t_4vgy7 * C21 + t_cokzx * C22 + t_cw7a6 * C23;
+    const real F_z = t_4vgy7 * C31 + t_cokzx * C32 + t_cw7a6 * C33;
     real sin_latitude, cos_latitude; mv_sincos(x[latitude], &sin_latitude, &cos_latitude);
     const real t_ph4ov = p[field_moment] / (p[orbit_radius] * t_woyh3);
     real sin_inclination, cos_inclination; mv_sincos(p[inclination], &sin_inclination, &cos_inclination);
@@ -211,12 +211,12 @@ void satellite_outputs(const real *x, const real *u, const real *r, const real *
     const real B_x = cos_latitude * t_mt3zp;
     const real B_z = (t_mt3zp + t_mt3zp) * sin_latitude;
     const real t_xdhrg = t_ph4ov * cos_inclination;
-    const real t_4bjg4 = B_x * C31 - t_xdhrg * C32 + B_z * C33;
-    const real t_no5s7 = B_x * C21 - t_xdhrg * C22 + B_z * C23;
-    const real Tenv_x = t_4bjg4 * p[dipole_y] + F_z * p[arm_y] - t_no5s7 * p[dipole_z] - F_y * p[arm_z];
-    const real t_vyuvm = B_x * C11 - t_xdhrg * C12 - B_z * sin_pitch;
-    const real Tenv_y = t_vyuvm * p[dipole_z] + F_x * p[arm_z] - t_4bjg4 * p[dipole_x] - F_z * p[arm_x];
-    const real Tenv_z = t_no5s7 * p[dipole_x] + F_y * p[arm_x] - t_vyuvm * p[dipole_y] - F_x * p[arm_y];
+    const real t_73jaq = B_x * C31 - t_xdhrg * C32 + B_z * C33;
+    const real t_73jaq_2 = B_x * C21 - t_xdhrg * C22 + B_z * C23;
+    const real Tenv_x = t_73jaq * p[dipole_y] + F_z * p[arm_y] - t_73jaq_2 * p[dipole_z] - F_y * p[arm_z];
+    const real t_ov6il = B_x * C11 - t_xdhrg * C12 - B_z * sin_pitch;
+    const real Tenv_y = t_ov6il * p[dipole_z] + F_x * p[arm_z] - t_73jaq * p[dipole_x] - F_z * p[arm_x];
+    const real Tenv_z = t_73jaq_2 * p[dipole_x] + F_y * p[arm_x] - t_ov6il * p[dipole_y] - F_x * p[arm_y];
     const real wheel_x = x[hx] * (K(1.0) / p[Iw_x]) - x[wx];
     const real wheel_y = x[hy] * (K(1.0) / p[Iw_y]) - x[wy];
     const real wheel_z = x[hz] * (K(1.0) / p[Iw_z]) - x[wz];
@@ -308,10 +308,10 @@ void satellite_measure(const real *x, const real *e, const real *p, real *x_seen
     const real roll_noisy = x[roll] + e[e_roll] * p[noise];
     const real pitch_noisy = x[pitch] + e[e_pitch] * p[noise];
     const real yaw_noisy = x[yaw] + e[e_yaw] * p[noise];
-    const real t_tzc6z = K(1.0) / sensor_step;
-    x_seen[0] = SELECT(m_ue2cf, sensor_step * mv_floor(K(0.5) + roll_noisy * t_tzc6z), roll_noisy);
-    x_seen[1] = SELECT(m_ue2cf, sensor_step * mv_floor(K(0.5) + pitch_noisy * t_tzc6z), pitch_noisy);
-    x_seen[2] = SELECT(m_ue2cf, sensor_step * mv_floor(K(0.5) + yaw_noisy * t_tzc6z), yaw_noisy);
+    const real t_c3v7y = K(1.0) / sensor_step;
+    x_seen[0] = SELECT(m_ue2cf, sensor_step * mv_floor(K(0.5) + roll_noisy * t_c3v7y), roll_noisy);
+    x_seen[1] = SELECT(m_ue2cf, sensor_step * mv_floor(K(0.5) + pitch_noisy * t_c3v7y), pitch_noisy);
+    x_seen[2] = SELECT(m_ue2cf, sensor_step * mv_floor(K(0.5) + yaw_noisy * t_c3v7y), yaw_noisy);
     x_seen[3] = x[wx] + e[e_wx] * p[noise_rate];
     x_seen[4] = x[wy] + e[e_wy] * p[noise_rate];
     x_seen[5] = x[wz] + e[e_wz] * p[noise_rate];
@@ -418,11 +418,11 @@ void satellite_momentum(const real *x, const real *p, real *H)
     const real t_rud4r = x[hy] + x[wy] * p[I_y];
     const real t_2fuj5 = x[hz] + x[wz] * p[I_z];
     const real t_id7q2 = x[hx] + x[wx] * p[I_x];
-    const real t_uwga4 = t_rud4r * C21 + t_2fuj5 * C31 + t_id7q2 * C11;
-    const real t_6qezq = t_rud4r * C23 + t_2fuj5 * C33 - t_id7q2 * sin_pitch;
-    H[0] = cos_latitude * t_uwga4 - sin_latitude * t_6qezq;
+    const real t_6tiwt = t_rud4r * C21 + t_2fuj5 * C31 + t_id7q2 * C11;
+    const real t_m434l = t_rud4r * C23 + t_2fuj5 * C33 - t_id7q2 * sin_pitch;
+    H[0] = cos_latitude * t_6tiwt - sin_latitude * t_m434l;
     H[1] = t_rud4r * C22 + t_2fuj5 * C32 + t_id7q2 * C12;
-    H[2] = cos_latitude * t_6qezq + sin_latitude * t_uwga4;
+    H[2] = cos_latitude * t_m434l + sin_latitude * t_6tiwt;
 }
 
 /* energy of rotation of body and wheels, and potential of the gravity gradient; 44 operations. */
@@ -447,7 +447,7 @@ void satellite_energy(const real *x, const real *p, real *E)
     real sin_roll, cos_roll; mv_sincos(x[roll], &sin_roll, &cos_roll);
     const real C23 = cos_pitch * sin_roll;  /* (3) */
     const real C33 = cos_pitch * cos_roll;  /* (3) */
-    const real t_l62pt = (p[I_y] + p[Iw_y]) * (C23 * C23)
+    const real t_yscyj = (p[I_y] + p[Iw_y]) * (C23 * C23)
         + (p[I_x] + p[Iw_x]) * (sin_pitch * sin_pitch)
         + (p[I_z] + p[Iw_z]) * (C33 * C33);
     E[0] = K(0.5) / p[Iw_x] * (x[hx] * x[hx])
@@ -456,7 +456,7 @@ void satellite_energy(const real *x, const real *p, real *E)
         + K(0.5) * p[I_x] * (x[wx] * x[wx])
         + K(0.5) * p[I_y] * (x[wy] * x[wy])
         + K(0.5) * p[I_z] * (x[wz] * x[wz])
-        + K(1.5) * (p[omega0] * p[omega0]) * t_l62pt;
+        + K(1.5) * (p[omega0] * p[omega0]) * t_yscyj;
 }
 
 /* adaptive, keeps the sampled zero at -1; 1013 operations. */
@@ -580,13 +580,13 @@ void satellite_mrac(const real *x, const real *r, const real *v, const real *z, 
     enum { design_delay = SATELLITE_MRAC_C_DESIGN_DELAY };
     enum { tau_m = SATELLITE_MRAC_C_TAU_M };
     const real model_pole = mv_exp(-(p[Ts] / c[tau_m]));
-    const real t_hjr6j = K(-1.0) + model_pole;
-    const real t_lbhv6 = t_hjr6j * t_hjr6j;
-    const real t_u5zvh = model_pole + model_pole;
-    const real t_lbhv6_2 = model_pole * model_pole;
-    const real w_roll = t_lbhv6 * r[ref_roll] + t_u5zvh * z[wm1_roll] - t_lbhv6_2 * z[wm2_roll];  /* (16) */
-    const real w_pitch = t_lbhv6 * r[ref_pitch] + t_u5zvh * z[wm1_pitch] - t_lbhv6_2 * z[wm2_pitch];  /* (16) */
-    const real w_yaw = t_lbhv6 * r[ref_yaw] + t_u5zvh * z[wm1_yaw] - t_lbhv6_2 * z[wm2_yaw];  /* (16) */
+    const real t_7h4u2 = K(-1.0) + model_pole;
+    const real t_zugk2 = t_7h4u2 * t_7h4u2;
+    const real t_7h4u2_2 = model_pole + model_pole;
+    const real t_zugk2_2 = model_pole * model_pole;
+    const real w_roll = t_zugk2 * r[ref_roll] + t_7h4u2_2 * z[wm1_roll] - t_zugk2_2 * z[wm2_roll];  /* (16) */
+    const real w_pitch = t_zugk2 * r[ref_pitch] + t_7h4u2_2 * z[wm1_pitch] - t_zugk2_2 * z[wm2_pitch];  /* (16) */
+    const real w_yaw = t_zugk2 * r[ref_yaw] + t_7h4u2_2 * z[wm1_yaw] - t_zugk2_2 * z[wm2_yaw];  /* (16) */
     const mask m_myerm = LT(z[samples], K(0.5));
     const real y1_used_roll = SELECT(m_myerm, x[roll], z[y1_roll]);
     const mask m_2oym3 = LT(K(0.5), c[applied_regressor]);
@@ -598,39 +598,39 @@ void satellite_mrac(const real *x, const real *r, const real *v, const real *z, 
         - z[a1_roll] * y1_used_roll
         - z[a2_roll] * z[y2_roll];  /* (34) */
     const real eps_roll = x[roll] - y_hat_roll;  /* (39) */
-    const real t_s4qc7 = z[D1_roll] * y1_used_roll;
-    const real alpha1_roll = c[forgetting] + t_s4qc7 * y1_used_roll;  /* (40) */
-    const real t_gcbdt = K(1.0) / alpha1_roll;
-    const real D1_free_roll = z[D1_roll] * t_gcbdt;  /* (41) */
-    const real t_4q5lb = z[y2_roll] + z[U12_roll] * y1_used_roll;
-    const real t_bqiu4 = z[D2_roll] * t_4q5lb;
-    const real alpha2_roll = alpha1_roll + t_bqiu4 * t_4q5lb;  /* (40) */
-    const real t_2ftwl = K(1.0) / alpha2_roll;
+    const real t_zrpuv = z[D1_roll] * y1_used_roll;
+    const real alpha1_roll = c[forgetting] + t_zrpuv * y1_used_roll;  /* (40) */
+    const real t_2yiuc = K(1.0) / alpha1_roll;
+    const real D1_free_roll = z[D1_roll] * t_2yiuc;  /* (41) */
+    const real t_rm4w3 = z[y2_roll] + z[U12_roll] * y1_used_roll;
+    const real t_mpk5i = z[D2_roll] * t_rm4w3;
+    const real alpha2_roll = alpha1_roll + t_mpk5i * t_rm4w3;  /* (40) */
+    const real t_weizg = K(1.0) / alpha2_roll;
     const real t_rkxsm = K(1.0) / c[forgetting];
-    const real D2_free_roll = t_2ftwl * t_rkxsm * z[D2_roll] * alpha1_roll;  /* (41) */
-    const real U12_free_roll = z[U12_roll] - t_s4qc7 * t_gcbdt * t_4q5lb;  /* (41) */
+    const real D2_free_roll = t_weizg * t_rkxsm * z[D2_roll] * alpha1_roll;  /* (41) */
+    const real U12_free_roll = z[U12_roll] - t_zrpuv * t_2yiuc * t_rm4w3;  /* (41) */
     const real f3_roll = v_roll - z[U13_roll] * y1_used_roll - z[U23_roll] * z[y2_roll];  /* (40) */
     const real Df3_roll = z[D3_roll] * f3_roll;  /* (40) */
     const real alpha3_roll = alpha2_roll + Df3_roll * f3_roll;  /* (40) */
-    const real t_m6gkz = K(1.0) / alpha3_roll;
-    const real D3_free_roll = t_rkxsm * t_m6gkz * z[D3_roll] * alpha2_roll;  /* (41) */
-    const real t_iwp6c = f3_roll * t_2ftwl;
-    const real t_73h6y = t_s4qc7 + t_bqiu4 * z[U12_roll];
-    const real U13_free_roll = z[U13_roll] + t_iwp6c * t_73h6y;  /* (41) */
-    const real b1_3_roll = Df3_roll * z[U13_roll] - t_73h6y;  /* (40) */
-    const real U23_free_roll = z[U23_roll] + t_iwp6c * t_bqiu4;  /* (41) */
-    const real b2_3_roll = Df3_roll * z[U23_roll] - t_bqiu4;  /* (40) */
+    const real t_6dtnj = K(1.0) / alpha3_roll;
+    const real D3_free_roll = t_rkxsm * t_6dtnj * z[D3_roll] * alpha2_roll;  /* (41) */
+    const real t_ow6ee = f3_roll * t_weizg;
+    const real t_tohgs = t_zrpuv + t_mpk5i * z[U12_roll];
+    const real U13_free_roll = z[U13_roll] + t_ow6ee * t_tohgs;  /* (41) */
+    const real b1_3_roll = Df3_roll * z[U13_roll] - t_tohgs;  /* (40) */
+    const real U23_free_roll = z[U23_roll] + t_ow6ee * t_mpk5i;  /* (41) */
+    const real b2_3_roll = Df3_roll * z[U23_roll] - t_mpk5i;  /* (40) */
     const real f4_roll = z[v1_roll] + z[U34_roll] * v_roll - z[U14_roll] * y1_used_roll - z[U24_roll] * z[y2_roll];  /* (40) */
     const real Df4_roll = z[D4_roll] * f4_roll;  /* (40) */
     const real alpha4_roll = alpha3_roll + Df4_roll * f4_roll;  /* (40) */
-    const real t_qd2bm = K(1.0) / alpha4_roll;
-    const real D4_free_roll = t_rkxsm * t_qd2bm * z[D4_roll] * alpha3_roll;  /* (41) */
-    const real t_vpr7m = f4_roll * t_m6gkz;
-    const real U14_free_roll = z[U14_roll] - t_vpr7m * b1_3_roll;  /* (41) */
+    const real t_6dtnj_2 = K(1.0) / alpha4_roll;
+    const real D4_free_roll = t_rkxsm * t_6dtnj_2 * z[D4_roll] * alpha3_roll;  /* (41) */
+    const real t_hop6j = f4_roll * t_6dtnj;
+    const real U14_free_roll = z[U14_roll] - t_hop6j * b1_3_roll;  /* (41) */
     const real b1_4_roll = b1_3_roll + Df4_roll * z[U14_roll];  /* (40) */
-    const real U24_free_roll = z[U24_roll] - t_vpr7m * b2_3_roll;  /* (41) */
+    const real U24_free_roll = z[U24_roll] - t_hop6j * b2_3_roll;  /* (41) */
     const real b2_4_roll = b2_3_roll + Df4_roll * z[U24_roll];  /* (40) */
-    const real U34_free_roll = z[U34_roll] - t_vpr7m * Df3_roll;  /* (41) */
+    const real U34_free_roll = z[U34_roll] - t_hop6j * Df3_roll;  /* (41) */
     const real b3_4_roll = Df3_roll + Df4_roll * z[U34_roll];  /* (40) */
     const real f5_roll = K(1.0)
         + z[U35_roll] * v_roll
@@ -639,22 +639,22 @@ void satellite_mrac(const real *x, const real *r, const real *v, const real *z, 
         - z[U25_roll] * z[y2_roll];  /* (40) */
     const real Df5_roll = z[D5_roll] * f5_roll;  /* (40) */
     const real alpha5_roll = alpha4_roll + Df5_roll * f5_roll;  /* (40) */
-    const real t_szpzk = K(1.0) / alpha5_roll;
-    const real D5_free_roll = t_rkxsm * t_szpzk * z[D5_roll] * alpha4_roll;  /* (41) */
-    const real t_el36p = f5_roll * t_qd2bm;
-    const real U15_free_roll = z[U15_roll] - t_el36p * b1_4_roll;  /* (41) */
+    const real t_6dtnj_3 = K(1.0) / alpha5_roll;
+    const real D5_free_roll = t_rkxsm * t_6dtnj_3 * z[D5_roll] * alpha4_roll;  /* (41) */
+    const real t_wmsfj = f5_roll * t_6dtnj_2;
+    const real U15_free_roll = z[U15_roll] - t_wmsfj * b1_4_roll;  /* (41) */
     const real b1_5_roll = b1_4_roll + Df5_roll * z[U15_roll];  /* (40) */
-    const real U25_free_roll = z[U25_roll] - t_el36p * b2_4_roll;  /* (41) */
+    const real U25_free_roll = z[U25_roll] - t_wmsfj * b2_4_roll;  /* (41) */
     const real b2_5_roll = b2_4_roll + Df5_roll * z[U25_roll];  /* (40) */
-    const real U35_free_roll = z[U35_roll] - t_el36p * b3_4_roll;  /* (41) */
+    const real U35_free_roll = z[U35_roll] - t_wmsfj * b3_4_roll;  /* (41) */
     const real b3_5_roll = b3_4_roll + Df5_roll * z[U35_roll];  /* (40) */
-    const real U45_free_roll = z[U45_roll] - t_el36p * Df4_roll;  /* (41) */
+    const real U45_free_roll = z[U45_roll] - t_wmsfj * Df4_roll;  /* (41) */
     const real b4_5_roll = Df4_roll + Df5_roll * z[U45_roll];  /* (40) */
-    const real G1_roll = b1_5_roll * t_szpzk;  /* (40) */
-    const real G2_roll = b2_5_roll * t_szpzk;  /* (40) */
-    const real G3_roll = b3_5_roll * t_szpzk;  /* (40) */
-    const real G4_roll = b4_5_roll * t_szpzk;  /* (40) */
-    const real G5_roll = Df5_roll * t_szpzk;  /* (40) */
+    const real G1_roll = b1_5_roll * t_6dtnj_3;  /* (40) */
+    const real G2_roll = b2_5_roll * t_6dtnj_3;  /* (40) */
+    const real G3_roll = b3_5_roll * t_6dtnj_3;  /* (40) */
+    const real G4_roll = b4_5_roll * t_6dtnj_3;  /* (40) */
+    const real G5_roll = Df5_roll * t_6dtnj_3;  /* (40) */
     const real trace_roll = D1_free_roll
         + D2_free_roll
         + D3_free_roll
@@ -670,19 +670,19 @@ void satellite_mrac(const real *x, const real *r, const real *v, const real *z, 
         + D5_free_roll * (U25_free_roll * U25_free_roll)
         + D5_free_roll * (U35_free_roll * U35_free_roll)
         + D5_free_roll * (U45_free_roll * U45_free_roll);  /* (41) */
-    const mask m_cy5zr = LT(c[trace_max], trace_roll);
-    const real cap_roll = SELECT(m_cy5zr, c[forgetting], SPLAT(K(1.0)));
+    const mask m_mhc6m = LT(c[trace_max], trace_roll);
+    const real cap_roll = SELECT(m_mhc6m, c[forgetting], SPLAT(K(1.0)));
     const mask m_jj746 = LT(K(0.5), c[adapt]);
     const mask m_d33kq = LT(K(1.5), z[samples]);
     const mask m_6w7fs = AND(m_jj746, m_d33kq);
     const real t_s4yo7 = mv_max(c[dead_zone], c[dead_zone_sigma] * p[noise]);
-    const mask m_ga54y = LT(t_s4yo7, mv_fabs(eps_roll));
-    const mask m_huydk = AND(m_6w7fs, m_ga54y);
-    const real a1_now_roll = SELECT(m_huydk, z[a1_roll] + G1_roll * eps_roll, z[a1_roll]);  /* (42) */
-    const real a2_now_roll = SELECT(m_huydk, z[a2_roll] + G2_roll * eps_roll, z[a2_roll]);  /* (42) */
-    const real b0_now_roll = SELECT(m_huydk, z[b0_roll] + G3_roll * eps_roll, z[b0_roll]);  /* (42) */
-    const real b1_now_roll = SELECT(m_huydk, z[b1_roll] + G4_roll * eps_roll, z[b1_roll]);  /* (42) */
-    const real d_now_roll = SELECT(m_huydk, z[d_roll] + G5_roll * eps_roll, z[d_roll]);  /* (42) */
+    const mask m_dusee = LT(t_s4yo7, mv_fabs(eps_roll));
+    const mask m_dyzzl = AND(m_6w7fs, m_dusee);
+    const real a1_now_roll = SELECT(m_dyzzl, z[a1_roll] + G1_roll * eps_roll, z[a1_roll]);  /* (42) */
+    const real a2_now_roll = SELECT(m_dyzzl, z[a2_roll] + G2_roll * eps_roll, z[a2_roll]);  /* (42) */
+    const real b0_now_roll = SELECT(m_dyzzl, z[b0_roll] + G3_roll * eps_roll, z[b0_roll]);  /* (42) */
+    const real b1_now_roll = SELECT(m_dyzzl, z[b1_roll] + G4_roll * eps_roll, z[b1_roll]);  /* (42) */
+    const real d_now_roll = SELECT(m_dyzzl, z[d_roll] + G5_roll * eps_roll, z[d_roll]);  /* (42) */
     const real d_used_roll = c[compensate_d] * d_now_roll;
     const real y1_used_pitch = SELECT(m_myerm, x[pitch], z[y1_pitch]);
     const real v_pitch = SELECT(m_2oym3, v[Ty_applied], SELECT(m_ng6lt, z[u2_pitch], z[u1_pitch]));  /* (36) */
@@ -692,38 +692,38 @@ void satellite_mrac(const real *x, const real *r, const real *v, const real *z, 
         - z[a1_pitch] * y1_used_pitch
         - z[a2_pitch] * z[y2_pitch];  /* (34) */
     const real eps_pitch = x[pitch] - y_hat_pitch;  /* (39) */
-    const real t_n6265 = z[D1_pitch] * y1_used_pitch;
-    const real alpha1_pitch = c[forgetting] + t_n6265 * y1_used_pitch;  /* (40) */
-    const real t_ba5cq = K(1.0) / alpha1_pitch;
-    const real D1_free_pitch = z[D1_pitch] * t_ba5cq;  /* (41) */
-    const real t_5xoth = z[y2_pitch] + z[U12_pitch] * y1_used_pitch;
-    const real t_urk7s = z[D2_pitch] * t_5xoth;
-    const real alpha2_pitch = alpha1_pitch + t_urk7s * t_5xoth;  /* (40) */
-    const real t_vq6qe = K(1.0) / alpha2_pitch;
-    const real D2_free_pitch = t_rkxsm * t_vq6qe * z[D2_pitch] * alpha1_pitch;  /* (41) */
-    const real U12_free_pitch = z[U12_pitch] - t_n6265 * t_ba5cq * t_5xoth;  /* (41) */
+    const real t_zx462 = z[D1_pitch] * y1_used_pitch;
+    const real alpha1_pitch = c[forgetting] + t_zx462 * y1_used_pitch;  /* (40) */
+    const real t_6gw3v = K(1.0) / alpha1_pitch;
+    const real D1_free_pitch = z[D1_pitch] * t_6gw3v;  /* (41) */
+    const real t_olxlq = z[y2_pitch] + z[U12_pitch] * y1_used_pitch;
+    const real t_gjcmb = z[D2_pitch] * t_olxlq;
+    const real alpha2_pitch = alpha1_pitch + t_gjcmb * t_olxlq;  /* (40) */
+    const real t_an5c3 = K(1.0) / alpha2_pitch;
+    const real D2_free_pitch = t_rkxsm * t_an5c3 * z[D2_pitch] * alpha1_pitch;  /* (41) */
+    const real U12_free_pitch = z[U12_pitch] - t_zx462 * t_6gw3v * t_olxlq;  /* (41) */
     const real f3_pitch = v_pitch - z[U13_pitch] * y1_used_pitch - z[U23_pitch] * z[y2_pitch];  /* (40) */
     const real Df3_pitch = z[D3_pitch] * f3_pitch;  /* (40) */
     const real alpha3_pitch = alpha2_pitch + Df3_pitch * f3_pitch;  /* (40) */
-    const real t_wnsbx = K(1.0) / alpha3_pitch;
-    const real D3_free_pitch = t_rkxsm * t_wnsbx * z[D3_pitch] * alpha2_pitch;  /* (41) */
-    const real t_iziit = f3_pitch * t_vq6qe;
-    const real t_m7azd = t_n6265 + t_urk7s * z[U12_pitch];
-    const real U13_free_pitch = z[U13_pitch] + t_iziit * t_m7azd;  /* (41) */
-    const real b1_3_pitch = Df3_pitch * z[U13_pitch] - t_m7azd;  /* (40) */
-    const real U23_free_pitch = z[U23_pitch] + t_iziit * t_urk7s;  /* (41) */
-    const real b2_3_pitch = Df3_pitch * z[U23_pitch] - t_urk7s;  /* (40) */
+    const real t_6dtnj_4 = K(1.0) / alpha3_pitch;
+    const real D3_free_pitch = t_rkxsm * t_6dtnj_4 * z[D3_pitch] * alpha2_pitch;  /* (41) */
+    const real t_2unxj = f3_pitch * t_an5c3;
+    const real t_ypnck = t_zx462 + t_gjcmb * z[U12_pitch];
+    const real U13_free_pitch = z[U13_pitch] + t_2unxj * t_ypnck;  /* (41) */
+    const real b1_3_pitch = Df3_pitch * z[U13_pitch] - t_ypnck;  /* (40) */
+    const real U23_free_pitch = z[U23_pitch] + t_2unxj * t_gjcmb;  /* (41) */
+    const real b2_3_pitch = Df3_pitch * z[U23_pitch] - t_gjcmb;  /* (40) */
     const real f4_pitch = z[v1_pitch] + z[U34_pitch] * v_pitch - z[U14_pitch] * y1_used_pitch - z[U24_pitch] * z[y2_pitch];  /* (40) */
     const real Df4_pitch = z[D4_pitch] * f4_pitch;  /* (40) */
     const real alpha4_pitch = alpha3_pitch + Df4_pitch * f4_pitch;  /* (40) */
-    const real t_au2dz = K(1.0) / alpha4_pitch;
-    const real D4_free_pitch = t_rkxsm * t_au2dz * z[D4_pitch] * alpha3_pitch;  /* (41) */
-    const real t_q5cqa = f4_pitch * t_wnsbx;
-    const real U14_free_pitch = z[U14_pitch] - t_q5cqa * b1_3_pitch;  /* (41) */
+    const real t_6dtnj_5 = K(1.0) / alpha4_pitch;
+    const real D4_free_pitch = t_rkxsm * t_6dtnj_5 * z[D4_pitch] * alpha3_pitch;  /* (41) */
+    const real t_ekbem = f4_pitch * t_6dtnj_4;
+    const real U14_free_pitch = z[U14_pitch] - t_ekbem * b1_3_pitch;  /* (41) */
     const real b1_4_pitch = b1_3_pitch + Df4_pitch * z[U14_pitch];  /* (40) */
-    const real U24_free_pitch = z[U24_pitch] - t_q5cqa * b2_3_pitch;  /* (41) */
+    const real U24_free_pitch = z[U24_pitch] - t_ekbem * b2_3_pitch;  /* (41) */
     const real b2_4_pitch = b2_3_pitch + Df4_pitch * z[U24_pitch];  /* (40) */
-    const real U34_free_pitch = z[U34_pitch] - t_q5cqa * Df3_pitch;  /* (41) */
+    const real U34_free_pitch = z[U34_pitch] - t_ekbem * Df3_pitch;  /* (41) */
     const real b3_4_pitch = Df3_pitch + Df4_pitch * z[U34_pitch];  /* (40) */
     const real f5_pitch = K(1.0)
         + z[U35_pitch] * v_pitch
@@ -732,22 +732,22 @@ void satellite_mrac(const real *x, const real *r, const real *v, const real *z, 
         - z[U25_pitch] * z[y2_pitch];  /* (40) */
     const real Df5_pitch = z[D5_pitch] * f5_pitch;  /* (40) */
     const real alpha5_pitch = alpha4_pitch + Df5_pitch * f5_pitch;  /* (40) */
-    const real t_uppvm = K(1.0) / alpha5_pitch;
-    const real D5_free_pitch = t_rkxsm * t_uppvm * z[D5_pitch] * alpha4_pitch;  /* (41) */
-    const real t_blzne = f5_pitch * t_au2dz;
-    const real U15_free_pitch = z[U15_pitch] - t_blzne * b1_4_pitch;  /* (41) */
+    const real t_6dtnj_6 = K(1.0) / alpha5_pitch;
+    const real D5_free_pitch = t_rkxsm * t_6dtnj_6 * z[D5_pitch] * alpha4_pitch;  /* (41) */
+    const real t_piobp = f5_pitch * t_6dtnj_5;
+    const real U15_free_pitch = z[U15_pitch] - t_piobp * b1_4_pitch;  /* (41) */
     const real b1_5_pitch = b1_4_pitch + Df5_pitch * z[U15_pitch];  /* (40) */
-    const real U25_free_pitch = z[U25_pitch] - t_blzne * b2_4_pitch;  /* (41) */
+    const real U25_free_pitch = z[U25_pitch] - t_piobp * b2_4_pitch;  /* (41) */
     const real b2_5_pitch = b2_4_pitch + Df5_pitch * z[U25_pitch];  /* (40) */
-    const real U35_free_pitch = z[U35_pitch] - t_blzne * b3_4_pitch;  /* (41) */
+    const real U35_free_pitch = z[U35_pitch] - t_piobp * b3_4_pitch;  /* (41) */
     const real b3_5_pitch = b3_4_pitch + Df5_pitch * z[U35_pitch];  /* (40) */
-    const real U45_free_pitch = z[U45_pitch] - t_blzne * Df4_pitch;  /* (41) */
+    const real U45_free_pitch = z[U45_pitch] - t_piobp * Df4_pitch;  /* (41) */
     const real b4_5_pitch = Df4_pitch + Df5_pitch * z[U45_pitch];  /* (40) */
-    const real G1_pitch = b1_5_pitch * t_uppvm;  /* (40) */
-    const real G2_pitch = b2_5_pitch * t_uppvm;  /* (40) */
-    const real G3_pitch = b3_5_pitch * t_uppvm;  /* (40) */
-    const real G4_pitch = b4_5_pitch * t_uppvm;  /* (40) */
-    const real G5_pitch = Df5_pitch * t_uppvm;  /* (40) */
+    const real G1_pitch = b1_5_pitch * t_6dtnj_6;  /* (40) */
+    const real G2_pitch = b2_5_pitch * t_6dtnj_6;  /* (40) */
+    const real G3_pitch = b3_5_pitch * t_6dtnj_6;  /* (40) */
+    const real G4_pitch = b4_5_pitch * t_6dtnj_6;  /* (40) */
+    const real G5_pitch = Df5_pitch * t_6dtnj_6;  /* (40) */
     const real trace_pitch = D1_free_pitch
         + D2_free_pitch
         + D3_free_pitch
@@ -763,15 +763,15 @@ void satellite_mrac(const real *x, const real *r, const real *v, const real *z, 
         + D5_free_pitch * (U25_free_pitch * U25_free_pitch)
         + D5_free_pitch * (U35_free_pitch * U35_free_pitch)
         + D5_free_pitch * (U45_free_pitch * U45_free_pitch);  /* (41) */
-    const mask m_rahgr = LT(c[trace_max], trace_pitch);
-    const real cap_pitch = SELECT(m_rahgr, c[forgetting], SPLAT(K(1.0)));
-    const mask m_a3jc4 = LT(t_s4yo7, mv_fabs(eps_pitch));
-    const mask m_fztcf = AND(m_6w7fs, m_a3jc4);
-    const real a1_now_pitch = SELECT(m_fztcf, z[a1_pitch] + G1_pitch * eps_pitch, z[a1_pitch]);  /* (42) */
-    const real a2_now_pitch = SELECT(m_fztcf, z[a2_pitch] + G2_pitch * eps_pitch, z[a2_pitch]);  /* (42) */
-    const real b0_now_pitch = SELECT(m_fztcf, z[b0_pitch] + G3_pitch * eps_pitch, z[b0_pitch]);  /* (42) */
-    const real b1_now_pitch = SELECT(m_fztcf, z[b1_pitch] + G4_pitch * eps_pitch, z[b1_pitch]);  /* (42) */
-    const real d_now_pitch = SELECT(m_fztcf, z[d_pitch] + G5_pitch * eps_pitch, z[d_pitch]);  /* (42) */
+    const mask m_mhc6m_2 = LT(c[trace_max], trace_pitch);
+    const real cap_pitch = SELECT(m_mhc6m_2, c[forgetting], SPLAT(K(1.0)));
+    const mask m_yotvq = LT(t_s4yo7, mv_fabs(eps_pitch));
+    const mask m_rjsrz = AND(m_6w7fs, m_yotvq);
+    const real a1_now_pitch = SELECT(m_rjsrz, z[a1_pitch] + G1_pitch * eps_pitch, z[a1_pitch]);  /* (42) */
+    const real a2_now_pitch = SELECT(m_rjsrz, z[a2_pitch] + G2_pitch * eps_pitch, z[a2_pitch]);  /* (42) */
+    const real b0_now_pitch = SELECT(m_rjsrz, z[b0_pitch] + G3_pitch * eps_pitch, z[b0_pitch]);  /* (42) */
+    const real b1_now_pitch = SELECT(m_rjsrz, z[b1_pitch] + G4_pitch * eps_pitch, z[b1_pitch]);  /* (42) */
+    const real d_now_pitch = SELECT(m_rjsrz, z[d_pitch] + G5_pitch * eps_pitch, z[d_pitch]);  /* (42) */
     const real d_used_pitch = c[compensate_d] * d_now_pitch;
     const real y1_used_yaw = SELECT(m_myerm, x[yaw], z[y1_yaw]);
     const real v_yaw = SELECT(m_2oym3, v[Tz_applied], SELECT(m_ng6lt, z[u2_yaw], z[u1_yaw]));  /* (36) */
@@ -781,38 +781,38 @@ void satellite_mrac(const real *x, const real *r, const real *v, const real *z, 
         - z[a1_yaw] * y1_used_yaw
         - z[a2_yaw] * z[y2_yaw];  /* (34) */
     const real eps_yaw = x[yaw] - y_hat_yaw;  /* (39) */
-    const real t_5t4tf = z[D1_yaw] * y1_used_yaw;
-    const real alpha1_yaw = c[forgetting] + t_5t4tf * y1_used_yaw;  /* (40) */
-    const real t_rrlcx = K(1.0) / alpha1_yaw;
-    const real D1_free_yaw = z[D1_yaw] * t_rrlcx;  /* (41) */
-    const real t_fz2ih = z[y2_yaw] + z[U12_yaw] * y1_used_yaw;
-    const real t_3inrl = z[D2_yaw] * t_fz2ih;
-    const real alpha2_yaw = alpha1_yaw + t_3inrl * t_fz2ih;  /* (40) */
-    const real t_epc3p = K(1.0) / alpha2_yaw;
-    const real D2_free_yaw = t_rkxsm * t_epc3p * z[D2_yaw] * alpha1_yaw;  /* (41) */
-    const real U12_free_yaw = z[U12_yaw] - t_5t4tf * t_rrlcx * t_fz2ih;  /* (41) */
+    const real t_bysdb = z[D1_yaw] * y1_used_yaw;
+    const real alpha1_yaw = c[forgetting] + t_bysdb * y1_used_yaw;  /* (40) */
+    const real t_lgpzs = K(1.0) / alpha1_yaw;
+    const real D1_free_yaw = z[D1_yaw] * t_lgpzs;  /* (41) */
+    const real t_howu6 = z[y2_yaw] + z[U12_yaw] * y1_used_yaw;
+    const real t_pofsn = z[D2_yaw] * t_howu6;
+    const real alpha2_yaw = alpha1_yaw + t_pofsn * t_howu6;  /* (40) */
+    const real t_esxwg = K(1.0) / alpha2_yaw;
+    const real D2_free_yaw = t_rkxsm * t_esxwg * z[D2_yaw] * alpha1_yaw;  /* (41) */
+    const real U12_free_yaw = z[U12_yaw] - t_bysdb * t_lgpzs * t_howu6;  /* (41) */
     const real f3_yaw = v_yaw - z[U13_yaw] * y1_used_yaw - z[U23_yaw] * z[y2_yaw];  /* (40) */
     const real Df3_yaw = z[D3_yaw] * f3_yaw;  /* (40) */
     const real alpha3_yaw = alpha2_yaw + Df3_yaw * f3_yaw;  /* (40) */
-    const real t_czmse = K(1.0) / alpha3_yaw;
-    const real D3_free_yaw = t_rkxsm * t_czmse * z[D3_yaw] * alpha2_yaw;  /* (41) */
-    const real t_qqhj7 = f3_yaw * t_epc3p;
-    const real t_mefgo = t_5t4tf + t_3inrl * z[U12_yaw];
-    const real U13_free_yaw = z[U13_yaw] + t_qqhj7 * t_mefgo;  /* (41) */
-    const real b1_3_yaw = Df3_yaw * z[U13_yaw] - t_mefgo;  /* (40) */
-    const real U23_free_yaw = z[U23_yaw] + t_qqhj7 * t_3inrl;  /* (41) */
-    const real b2_3_yaw = Df3_yaw * z[U23_yaw] - t_3inrl;  /* (40) */
+    const real t_6dtnj_7 = K(1.0) / alpha3_yaw;
+    const real D3_free_yaw = t_rkxsm * t_6dtnj_7 * z[D3_yaw] * alpha2_yaw;  /* (41) */
+    const real t_rouvm = f3_yaw * t_esxwg;
+    const real t_zyqi4 = t_bysdb + t_pofsn * z[U12_yaw];
+    const real U13_free_yaw = z[U13_yaw] + t_rouvm * t_zyqi4;  /* (41) */
+    const real b1_3_yaw = Df3_yaw * z[U13_yaw] - t_zyqi4;  /* (40) */
+    const real U23_free_yaw = z[U23_yaw] + t_rouvm * t_pofsn;  /* (41) */
+    const real b2_3_yaw = Df3_yaw * z[U23_yaw] - t_pofsn;  /* (40) */
     const real f4_yaw = z[v1_yaw] + z[U34_yaw] * v_yaw - z[U14_yaw] * y1_used_yaw - z[U24_yaw] * z[y2_yaw];  /* (40) */
     const real Df4_yaw = z[D4_yaw] * f4_yaw;  /* (40) */
     const real alpha4_yaw = alpha3_yaw + Df4_yaw * f4_yaw;  /* (40) */
-    const real t_nk3ay = K(1.0) / alpha4_yaw;
-    const real D4_free_yaw = t_rkxsm * t_nk3ay * z[D4_yaw] * alpha3_yaw;  /* (41) */
-    const real t_ov6wh = f4_yaw * t_czmse;
-    const real U14_free_yaw = z[U14_yaw] - t_ov6wh * b1_3_yaw;  /* (41) */
+    const real t_6dtnj_8 = K(1.0) / alpha4_yaw;
+    const real D4_free_yaw = t_rkxsm * t_6dtnj_8 * z[D4_yaw] * alpha3_yaw;  /* (41) */
+    const real t_nihkp = f4_yaw * t_6dtnj_7;
+    const real U14_free_yaw = z[U14_yaw] - t_nihkp * b1_3_yaw;  /* (41) */
     const real b1_4_yaw = b1_3_yaw + Df4_yaw * z[U14_yaw];  /* (40) */
-    const real U24_free_yaw = z[U24_yaw] - t_ov6wh * b2_3_yaw;  /* (41) */
+    const real U24_free_yaw = z[U24_yaw] - t_nihkp * b2_3_yaw;  /* (41) */
     const real b2_4_yaw = b2_3_yaw + Df4_yaw * z[U24_yaw];  /* (40) */
-    const real U34_free_yaw = z[U34_yaw] - t_ov6wh * Df3_yaw;  /* (41) */
+    const real U34_free_yaw = z[U34_yaw] - t_nihkp * Df3_yaw;  /* (41) */
     const real b3_4_yaw = Df3_yaw + Df4_yaw * z[U34_yaw];  /* (40) */
     const real f5_yaw = K(1.0)
         + z[U35_yaw] * v_yaw
@@ -821,22 +821,22 @@ void satellite_mrac(const real *x, const real *r, const real *v, const real *z, 
         - z[U25_yaw] * z[y2_yaw];  /* (40) */
     const real Df5_yaw = z[D5_yaw] * f5_yaw;  /* (40) */
     const real alpha5_yaw = alpha4_yaw + Df5_yaw * f5_yaw;  /* (40) */
-    const real t_xt42v = K(1.0) / alpha5_yaw;
-    const real D5_free_yaw = t_rkxsm * t_xt42v * z[D5_yaw] * alpha4_yaw;  /* (41) */
-    const real t_xokdo = f5_yaw * t_nk3ay;
-    const real U15_free_yaw = z[U15_yaw] - t_xokdo * b1_4_yaw;  /* (41) */
+    const real t_6dtnj_9 = K(1.0) / alpha5_yaw;
+    const real D5_free_yaw = t_rkxsm * t_6dtnj_9 * z[D5_yaw] * alpha4_yaw;  /* (41) */
+    const real t_lhlrb = f5_yaw * t_6dtnj_8;
+    const real U15_free_yaw = z[U15_yaw] - t_lhlrb * b1_4_yaw;  /* (41) */
     const real b1_5_yaw = b1_4_yaw + Df5_yaw * z[U15_yaw];  /* (40) */
-    const real U25_free_yaw = z[U25_yaw] - t_xokdo * b2_4_yaw;  /* (41) */
+    const real U25_free_yaw = z[U25_yaw] - t_lhlrb * b2_4_yaw;  /* (41) */
     const real b2_5_yaw = b2_4_yaw + Df5_yaw * z[U25_yaw];  /* (40) */
-    const real U35_free_yaw = z[U35_yaw] - t_xokdo * b3_4_yaw;  /* (41) */
+    const real U35_free_yaw = z[U35_yaw] - t_lhlrb * b3_4_yaw;  /* (41) */
     const real b3_5_yaw = b3_4_yaw + Df5_yaw * z[U35_yaw];  /* (40) */
-    const real U45_free_yaw = z[U45_yaw] - t_xokdo * Df4_yaw;  /* (41) */
+    const real U45_free_yaw = z[U45_yaw] - t_lhlrb * Df4_yaw;  /* (41) */
     const real b4_5_yaw = Df4_yaw + Df5_yaw * z[U45_yaw];  /* (40) */
-    const real G1_yaw = b1_5_yaw * t_xt42v;  /* (40) */
-    const real G2_yaw = b2_5_yaw * t_xt42v;  /* (40) */
-    const real G3_yaw = b3_5_yaw * t_xt42v;  /* (40) */
-    const real G4_yaw = b4_5_yaw * t_xt42v;  /* (40) */
-    const real G5_yaw = Df5_yaw * t_xt42v;  /* (40) */
+    const real G1_yaw = b1_5_yaw * t_6dtnj_9;  /* (40) */
+    const real G2_yaw = b2_5_yaw * t_6dtnj_9;  /* (40) */
+    const real G3_yaw = b3_5_yaw * t_6dtnj_9;  /* (40) */
+    const real G4_yaw = b4_5_yaw * t_6dtnj_9;  /* (40) */
+    const real G5_yaw = Df5_yaw * t_6dtnj_9;  /* (40) */
     const real trace_yaw = D1_free_yaw
         + D2_free_yaw
         + D3_free_yaw
@@ -852,49 +852,49 @@ void satellite_mrac(const real *x, const real *r, const real *v, const real *z, 
         + D5_free_yaw * (U25_free_yaw * U25_free_yaw)
         + D5_free_yaw * (U35_free_yaw * U35_free_yaw)
         + D5_free_yaw * (U45_free_yaw * U45_free_yaw);  /* (41) */
-    const mask m_4b7bf = LT(c[trace_max], trace_yaw);
-    const real cap_yaw = SELECT(m_4b7bf, c[forgetting], SPLAT(K(1.0)));
-    const mask m_tx63k = LT(t_s4yo7, mv_fabs(eps_yaw));
-    const mask m_6lewq = AND(m_6w7fs, m_tx63k);
-    const real a1_now_yaw = SELECT(m_6lewq, z[a1_yaw] + G1_yaw * eps_yaw, z[a1_yaw]);  /* (42) */
-    const real a2_now_yaw = SELECT(m_6lewq, z[a2_yaw] + G2_yaw * eps_yaw, z[a2_yaw]);  /* (42) */
-    const real b0_now_yaw = SELECT(m_6lewq, z[b0_yaw] + G3_yaw * eps_yaw, z[b0_yaw]);  /* (42) */
-    const real b1_now_yaw = SELECT(m_6lewq, z[b1_yaw] + G4_yaw * eps_yaw, z[b1_yaw]);  /* (42) */
-    const real d_now_yaw = SELECT(m_6lewq, z[d_yaw] + G5_yaw * eps_yaw, z[d_yaw]);  /* (42) */
+    const mask m_mhc6m_3 = LT(c[trace_max], trace_yaw);
+    const real cap_yaw = SELECT(m_mhc6m_3, c[forgetting], SPLAT(K(1.0)));
+    const mask m_zcxt6 = LT(t_s4yo7, mv_fabs(eps_yaw));
+    const mask m_fatf3 = AND(m_6w7fs, m_zcxt6);
+    const real a1_now_yaw = SELECT(m_fatf3, z[a1_yaw] + G1_yaw * eps_yaw, z[a1_yaw]);  /* (42) */
+    const real a2_now_yaw = SELECT(m_fatf3, z[a2_yaw] + G2_yaw * eps_yaw, z[a2_yaw]);  /* (42) */
+    const real b0_now_yaw = SELECT(m_fatf3, z[b0_yaw] + G3_yaw * eps_yaw, z[b0_yaw]);  /* (42) */
+    const real b1_now_yaw = SELECT(m_fatf3, z[b1_yaw] + G4_yaw * eps_yaw, z[b1_yaw]);  /* (42) */
+    const real d_now_yaw = SELECT(m_fatf3, z[d_yaw] + G5_yaw * eps_yaw, z[d_yaw]);  /* (42) */
     const real d_used_yaw = c[compensate_d] * d_now_yaw;
     const real t_4msa4 = p[Ts] * p[Ts] * c[b_min_ratio];
     const real lift_roll = mv_max(SPLAT(K(0.0)), K(-0.5) * b0_now_roll + K(-0.5) * b1_now_roll + mv_max(c[b_min], K(0.5) / p[I_x] * t_4msa4));
     const real B1_roll = b0_now_roll + b1_now_roll + (lift_roll + lift_roll);
     const real t_bxn4n = K(4.0) * c[rho];
-    const real t_ph5cf = t_bxn4n + a1_now_roll;
-    const real s1_roll = -t_ph5cf;  /* (22) */
+    const real t_vunlo = t_bxn4n + a1_now_roll;
+    const real s1_roll = -t_vunlo;  /* (22) */
     const real t_2wsi6 = c[rho] * c[rho];
     const real t_2wsi6_2 = K(-6.0) * t_2wsi6;
     const real t_bxn4n_2 = K(3.0) * c[rho];
-    const real e1_roll = SELECT(m_ng6lt, a1_now_roll * t_ph5cf - (t_2wsi6_2 + a2_now_roll), -(t_bxn4n_2 + a1_now_roll));  /* (22) */
+    const real e1_roll = SELECT(m_ng6lt, a1_now_roll * t_vunlo - (t_2wsi6_2 + a2_now_roll), -(t_bxn4n_2 + a1_now_roll));  /* (22) */
     const real t_ogmcx = c[rho] * t_2wsi6;
     const real t_ogmcx_2 = K(4.0) * t_ogmcx;
     const real t_2wsi6_3 = K(-3.0) * t_2wsi6;
-    const real e2_roll = SELECT(m_ng6lt, a2_now_roll * t_ph5cf - t_ogmcx_2, -(t_2wsi6_3 + a2_now_roll));  /* (22) */
+    const real e2_roll = SELECT(m_ng6lt, a2_now_roll * t_vunlo - t_ogmcx_2, -(t_2wsi6_3 + a2_now_roll));  /* (22) */
     const real t_v4kye = t_2wsi6 * t_2wsi6;
     const real t_ogmcx_3 = -t_ogmcx;
     const real e3_roll = SELECT(m_ng6lt, t_v4kye, t_ogmcx_3);  /* (22) */
-    const real t_zjozf = b1_now_roll + lift_roll;
-    const real t_yz2fy = t_zjozf * t_zjozf;
-    const real t_4ihf2 = b0_now_roll + lift_roll;
-    const real t_qkhny = t_4ihf2 * t_4ihf2;
-    const real t_ncl23 = t_zjozf * a1_now_roll;
-    const real res_roll = t_yz2fy + t_qkhny * a2_now_roll - t_4ihf2 * t_ncl23;
-    const real t_k6fq7 = K(1.0) / res_roll;
-    const real sd_roll = (t_yz2fy * e1_roll + t_qkhny * e3_roll - t_zjozf * t_4ihf2 * e2_roll) * t_k6fq7;  /* (22) */
-    const real t_6p656 = t_4ihf2 * e3_roll;
-    const real t_6zvri = t_4ihf2 * a2_now_roll;
-    const real t0_roll = (t_zjozf * e2_roll - t_6p656 - t_ncl23 * e1_roll + t_6zvri * e1_roll) * t_k6fq7;  /* (22) */
-    const real t_toq7n = t_zjozf * e3_roll
-        - t_6p656 * a1_now_roll
-        + t_6zvri * e2_roll
-        - t_zjozf * a2_now_roll * e1_roll;
-    const real t1_roll = t_toq7n * t_k6fq7;  /* (22) */
+    const real t_du27a = b1_now_roll + lift_roll;
+    const real t_6xcml = t_du27a * t_du27a;
+    const real t_ok7os = b0_now_roll + lift_roll;
+    const real t_qo5ko = t_ok7os * t_ok7os;
+    const real t_hf3ux = t_du27a * a1_now_roll;
+    const real res_roll = t_6xcml + t_qo5ko * a2_now_roll - t_ok7os * t_hf3ux;
+    const real t_6dtnj_10 = K(1.0) / res_roll;
+    const real sd_roll = (t_6xcml * e1_roll + t_qo5ko * e3_roll - t_du27a * t_ok7os * e2_roll) * t_6dtnj_10;  /* (22) */
+    const real t_dl4qd = t_ok7os * e3_roll;
+    const real t_iinqa = t_ok7os * a2_now_roll;
+    const real t0_roll = (t_du27a * e2_roll - t_dl4qd - t_hf3ux * e1_roll + t_iinqa * e1_roll) * t_6dtnj_10;  /* (22) */
+    const real t_ehyt7 = t_du27a * e3_roll
+        - t_dl4qd * a1_now_roll
+        + t_iinqa * e2_roll
+        - t_du27a * a2_now_roll * e1_roll;
+    const real t1_roll = t_ehyt7 * t_6dtnj_10;  /* (22) */
     const real t_z4laf = SELECT(m_ng6lt, -t_bxn4n, -t_bxn4n_2);
     const real t_mymwd = SELECT(m_ng6lt, K(6.0) * t_2wsi6, K(3.0) * t_2wsi6);
     const real t_32esp = SELECT(m_ng6lt, -t_ogmcx_2, t_ogmcx_3);
@@ -904,71 +904,71 @@ void satellite_mrac(const real *x, const real *r, const real *v, const real *z, 
         + t_32esp * z[wm3_roll]
         + SELECT0(m_ng6lt, t_v4kye * z[wm4_roll]);
     const real u_roll_mrac = (Acw_roll - d_used_roll * (K(1.0) + SELECT0(m_ng6lt, s1_roll) + sd_roll)) / B1_roll
-        + SELECT0(m_ng6lt, t_ph5cf * z[u1_roll])
+        + SELECT0(m_ng6lt, t_vunlo * z[u1_roll])
         - x[roll] * t0_roll
         - sd_roll * v_roll
         - t1_roll * y1_used_roll;
     const real lift_pitch = mv_max(SPLAT(K(0.0)), K(-0.5) * b0_now_pitch + K(-0.5) * b1_now_pitch + mv_max(c[b_min], K(0.5) / p[I_y] * t_4msa4));
     const real B1_pitch = b0_now_pitch + b1_now_pitch + (lift_pitch + lift_pitch);
-    const real t_2hojt = t_bxn4n + a1_now_pitch;
-    const real s1_pitch = -t_2hojt;  /* (22) */
-    const real e1_pitch = SELECT(m_ng6lt, a1_now_pitch * t_2hojt - (t_2wsi6_2 + a2_now_pitch), -(t_bxn4n_2 + a1_now_pitch));  /* (22) */
-    const real e2_pitch = SELECT(m_ng6lt, a2_now_pitch * t_2hojt - t_ogmcx_2, -(t_2wsi6_3 + a2_now_pitch));  /* (22) */
-    const real t_tpvzc = b1_now_pitch + lift_pitch;
-    const real t_imlet = t_tpvzc * t_tpvzc;
-    const real t_6edde = b0_now_pitch + lift_pitch;
-    const real t_23zut = t_6edde * t_6edde;
-    const real t_ivfwu = t_tpvzc * a1_now_pitch;
-    const real res_pitch = t_imlet + t_23zut * a2_now_pitch - t_6edde * t_ivfwu;
-    const real t_traey = K(1.0) / res_pitch;
-    const real sd_pitch = (t_imlet * e1_pitch + t_23zut * e3_roll - t_tpvzc * t_6edde * e2_pitch) * t_traey;  /* (22) */
-    const real t_3uzty = t_6edde * e3_roll;
-    const real t_rhale = t_6edde * a2_now_pitch;
-    const real t0_pitch = (t_tpvzc * e2_pitch - t_3uzty - t_ivfwu * e1_pitch + t_rhale * e1_pitch) * t_traey;  /* (22) */
-    const real t_7phvx = t_tpvzc * e3_roll
-        - t_3uzty * a1_now_pitch
-        + t_rhale * e2_pitch
-        - t_tpvzc * a2_now_pitch * e1_pitch;
-    const real t1_pitch = t_7phvx * t_traey;  /* (22) */
+    const real t_tnt44 = t_bxn4n + a1_now_pitch;
+    const real s1_pitch = -t_tnt44;  /* (22) */
+    const real e1_pitch = SELECT(m_ng6lt, a1_now_pitch * t_tnt44 - (t_2wsi6_2 + a2_now_pitch), -(t_bxn4n_2 + a1_now_pitch));  /* (22) */
+    const real e2_pitch = SELECT(m_ng6lt, a2_now_pitch * t_tnt44 - t_ogmcx_2, -(t_2wsi6_3 + a2_now_pitch));  /* (22) */
+    const real t_2lfm6 = b1_now_pitch + lift_pitch;
+    const real t_ytnp4 = t_2lfm6 * t_2lfm6;
+    const real t_bvupm = b0_now_pitch + lift_pitch;
+    const real t_s7r4t = t_bvupm * t_bvupm;
+    const real t_enppq = t_2lfm6 * a1_now_pitch;
+    const real res_pitch = t_ytnp4 + t_s7r4t * a2_now_pitch - t_bvupm * t_enppq;
+    const real t_6dtnj_11 = K(1.0) / res_pitch;
+    const real sd_pitch = (t_ytnp4 * e1_pitch + t_s7r4t * e3_roll - t_2lfm6 * t_bvupm * e2_pitch) * t_6dtnj_11;  /* (22) */
+    const real t_rxdov = t_bvupm * e3_roll;
+    const real t_n44c4 = t_bvupm * a2_now_pitch;
+    const real t0_pitch = (t_2lfm6 * e2_pitch - t_rxdov - t_enppq * e1_pitch + t_n44c4 * e1_pitch) * t_6dtnj_11;  /* (22) */
+    const real t_hagiq = t_2lfm6 * e3_roll
+        - t_rxdov * a1_now_pitch
+        + t_n44c4 * e2_pitch
+        - t_2lfm6 * a2_now_pitch * e1_pitch;
+    const real t1_pitch = t_hagiq * t_6dtnj_11;  /* (22) */
     const real Acw_pitch = w_pitch
         + t_z4laf * z[wm1_pitch]
         + t_mymwd * z[wm2_pitch]
         + t_32esp * z[wm3_pitch]
         + SELECT0(m_ng6lt, t_v4kye * z[wm4_pitch]);
     const real u_pitch_mrac = (Acw_pitch - d_used_pitch * (K(1.0) + SELECT0(m_ng6lt, s1_pitch) + sd_pitch)) / B1_pitch
-        + SELECT0(m_ng6lt, t_2hojt * z[u1_pitch])
+        + SELECT0(m_ng6lt, t_tnt44 * z[u1_pitch])
         - x[pitch] * t0_pitch
         - sd_pitch * v_pitch
         - t1_pitch * y1_used_pitch;
     const real lift_yaw = mv_max(SPLAT(K(0.0)), K(-0.5) * b0_now_yaw + K(-0.5) * b1_now_yaw + mv_max(c[b_min], K(0.5) / p[I_z] * t_4msa4));
     const real B1_yaw = b0_now_yaw + b1_now_yaw + (lift_yaw + lift_yaw);
-    const real t_newnt = t_bxn4n + a1_now_yaw;
-    const real s1_yaw = -t_newnt;  /* (22) */
-    const real e1_yaw = SELECT(m_ng6lt, a1_now_yaw * t_newnt - (t_2wsi6_2 + a2_now_yaw), -(t_bxn4n_2 + a1_now_yaw));  /* (22) */
-    const real e2_yaw = SELECT(m_ng6lt, a2_now_yaw * t_newnt - t_ogmcx_2, -(t_2wsi6_3 + a2_now_yaw));  /* (22) */
-    const real t_zkiaw = b1_now_yaw + lift_yaw;
-    const real t_npqek = t_zkiaw * t_zkiaw;
-    const real t_qhfkz = b0_now_yaw + lift_yaw;
-    const real t_xjk5e = t_qhfkz * t_qhfkz;
-    const real t_n6w5s = t_zkiaw * a1_now_yaw;
-    const real res_yaw = t_npqek + t_xjk5e * a2_now_yaw - t_qhfkz * t_n6w5s;
-    const real t_7xf6k = K(1.0) / res_yaw;
-    const real sd_yaw = (t_npqek * e1_yaw + t_xjk5e * e3_roll - t_zkiaw * t_qhfkz * e2_yaw) * t_7xf6k;  /* (22) */
-    const real t_vephh = t_qhfkz * e3_roll;
-    const real t_3ziba = t_qhfkz * a2_now_yaw;
-    const real t0_yaw = (t_zkiaw * e2_yaw - t_vephh - t_n6w5s * e1_yaw + t_3ziba * e1_yaw) * t_7xf6k;  /* (22) */
-    const real t_aivjy = t_zkiaw * e3_roll
-        - t_vephh * a1_now_yaw
-        + t_3ziba * e2_yaw
-        - t_zkiaw * a2_now_yaw * e1_yaw;
-    const real t1_yaw = t_aivjy * t_7xf6k;  /* (22) */
+    const real t_xz6ow = t_bxn4n + a1_now_yaw;
+    const real s1_yaw = -t_xz6ow;  /* (22) */
+    const real e1_yaw = SELECT(m_ng6lt, a1_now_yaw * t_xz6ow - (t_2wsi6_2 + a2_now_yaw), -(t_bxn4n_2 + a1_now_yaw));  /* (22) */
+    const real e2_yaw = SELECT(m_ng6lt, a2_now_yaw * t_xz6ow - t_ogmcx_2, -(t_2wsi6_3 + a2_now_yaw));  /* (22) */
+    const real t_vlh6o = b1_now_yaw + lift_yaw;
+    const real t_js6v4 = t_vlh6o * t_vlh6o;
+    const real t_5mv57 = b0_now_yaw + lift_yaw;
+    const real t_56rsr = t_5mv57 * t_5mv57;
+    const real t_74hjb = t_vlh6o * a1_now_yaw;
+    const real res_yaw = t_js6v4 + t_56rsr * a2_now_yaw - t_5mv57 * t_74hjb;
+    const real t_6dtnj_12 = K(1.0) / res_yaw;
+    const real sd_yaw = (t_js6v4 * e1_yaw + t_56rsr * e3_roll - t_vlh6o * t_5mv57 * e2_yaw) * t_6dtnj_12;  /* (22) */
+    const real t_evtjj = t_5mv57 * e3_roll;
+    const real t_vblig = t_5mv57 * a2_now_yaw;
+    const real t0_yaw = (t_vlh6o * e2_yaw - t_evtjj - t_74hjb * e1_yaw + t_vblig * e1_yaw) * t_6dtnj_12;  /* (22) */
+    const real t_ysxfb = t_vlh6o * e3_roll
+        - t_evtjj * a1_now_yaw
+        + t_vblig * e2_yaw
+        - t_vlh6o * a2_now_yaw * e1_yaw;
+    const real t1_yaw = t_ysxfb * t_6dtnj_12;  /* (22) */
     const real Acw_yaw = w_yaw
         + t_z4laf * z[wm1_yaw]
         + t_mymwd * z[wm2_yaw]
         + t_32esp * z[wm3_yaw]
         + SELECT0(m_ng6lt, t_v4kye * z[wm4_yaw]);
     const real u_yaw_mrac = (Acw_yaw - d_used_yaw * (K(1.0) + SELECT0(m_ng6lt, s1_yaw) + sd_yaw)) / B1_yaw
-        + SELECT0(m_ng6lt, t_newnt * z[u1_yaw])
+        + SELECT0(m_ng6lt, t_xz6ow * z[u1_yaw])
         - sd_yaw * v_yaw
         - t0_yaw * x[yaw]
         - t1_yaw * y1_used_yaw;
@@ -987,122 +987,122 @@ void satellite_mrac(const real *x, const real *r, const real *v, const real *z, 
     const mask m_65ott = AND(m_6i24m, m_ghzhf);
     const mask m_lisih = LT(mv_fabs(x[roll]), K(1e+30));
     const mask m_fdhnb = AND(m_65ott, m_lisih);
-    const mask m_klrep = LT(mv_fabs(trace_pitch), K(1e+30));
-    const mask m_ftaye = AND(m_fdhnb, m_klrep);
-    const mask m_nob5q = LT(mv_fabs(trace_roll), K(1e+30));
-    const mask m_dtjsa = AND(m_ftaye, m_nob5q);
-    const mask m_smxdh = LT(mv_fabs(trace_yaw), K(1e+30));
-    const mask m_tnlb6 = AND(m_dtjsa, m_smxdh);
+    const mask m_6qzei = LT(mv_fabs(trace_pitch), K(1e+30));
+    const mask m_uncs5 = AND(m_fdhnb, m_6qzei);
+    const mask m_6qzei_2 = LT(mv_fabs(trace_roll), K(1e+30));
+    const mask m_f6kxn = AND(m_uncs5, m_6qzei_2);
+    const mask m_6qzei_3 = LT(mv_fabs(trace_yaw), K(1e+30));
+    const mask m_f6kxn_2 = AND(m_f6kxn, m_6qzei_3);
     const mask m_q3hd4 = LT(mv_fabs(x[yaw]), K(1e+30));
-    const mask m_n37qp = AND(m_tnlb6, m_q3hd4);
-    const mask m_m4hsa = LT(mv_fabs(u_pitch_mrac), K(1e+30));
-    const mask m_wqjeb = AND(m_n37qp, m_m4hsa);
-    const mask m_mx2go = LT(mv_fabs(u_roll_mrac), K(1e+30));
-    const mask m_zuvpc = AND(m_wqjeb, m_mx2go);
-    const mask m_ibl7d = LT(mv_fabs(u_yaw_mrac), K(1e+30));
-    const mask m_mu5jj = AND(m_zuvpc, m_ibl7d);
-    const real Tx_cmd = SELECT0(m_mu5jj, u_roll_mrac);
-    const real Ty_cmd = SELECT0(m_mu5jj, u_pitch_mrac);
-    const real Tz_cmd = SELECT0(m_mu5jj, u_yaw_mrac);
+    const mask m_4qjac = AND(m_f6kxn_2, m_q3hd4);
+    const mask m_zrtqq = LT(mv_fabs(u_pitch_mrac), K(1e+30));
+    const mask m_p3if4 = AND(m_4qjac, m_zrtqq);
+    const mask m_pugy3 = LT(mv_fabs(u_roll_mrac), K(1e+30));
+    const mask m_cppdr = AND(m_p3if4, m_pugy3);
+    const mask m_l5kah = LT(mv_fabs(u_yaw_mrac), K(1e+30));
+    const mask m_i4vvy = AND(m_cppdr, m_l5kah);
+    const real Tx_cmd = SELECT0(m_i4vvy, u_roll_mrac);
+    const real Ty_cmd = SELECT0(m_i4vvy, u_pitch_mrac);
+    const real Tz_cmd = SELECT0(m_i4vvy, u_yaw_mrac);
     const real t_lfvhy = K(0.5) * z[wm1_roll];
     const real t_nuzia = K(0.5) * z[wm1_pitch];
     const real t_bashd = K(0.5) * z[wm1_yaw];
-    const mask m_qbjte = NOT(m_mu5jj);
+    const mask m_5venv = NOT(m_i4vvy);
     u[0] = Tx_cmd;
     u[1] = Ty_cmd;
     u[2] = Tz_cmd;
-    z_next[0] = SELECT(m_mu5jj, a1_now_roll, z[a1_roll]);
-    z_next[1] = SELECT(m_mu5jj, a2_now_roll, z[a2_roll]);
-    z_next[2] = SELECT(m_mu5jj, b0_now_roll, z[b0_roll]);
-    z_next[3] = SELECT(m_mu5jj, b1_now_roll, z[b1_roll]);
-    z_next[4] = SELECT(m_mu5jj, d_now_roll, z[d_roll]);
-    z_next[5] = SELECT(m_mu5jj, SELECT(m_huydk, D1_free_roll * cap_roll, z[D1_roll]), z[D1_roll]);
-    z_next[6] = SELECT(m_mu5jj, SELECT(m_huydk, D2_free_roll * cap_roll, z[D2_roll]), z[D2_roll]);
-    z_next[7] = SELECT(m_mu5jj, SELECT(m_huydk, D3_free_roll * cap_roll, z[D3_roll]), z[D3_roll]);
-    z_next[8] = SELECT(m_mu5jj, SELECT(m_huydk, D4_free_roll * cap_roll, z[D4_roll]), z[D4_roll]);
-    z_next[9] = SELECT(m_mu5jj, SELECT(m_huydk, D5_free_roll * cap_roll, z[D5_roll]), z[D5_roll]);
-    z_next[10] = SELECT(m_mu5jj, SELECT(m_huydk, U12_free_roll, z[U12_roll]), z[U12_roll]);
-    z_next[11] = SELECT(m_mu5jj, SELECT(m_huydk, U13_free_roll, z[U13_roll]), z[U13_roll]);
-    z_next[12] = SELECT(m_mu5jj, SELECT(m_huydk, U23_free_roll, z[U23_roll]), z[U23_roll]);
-    z_next[13] = SELECT(m_mu5jj, SELECT(m_huydk, U14_free_roll, z[U14_roll]), z[U14_roll]);
-    z_next[14] = SELECT(m_mu5jj, SELECT(m_huydk, U24_free_roll, z[U24_roll]), z[U24_roll]);
-    z_next[15] = SELECT(m_mu5jj, SELECT(m_huydk, U34_free_roll, z[U34_roll]), z[U34_roll]);
-    z_next[16] = SELECT(m_mu5jj, SELECT(m_huydk, U15_free_roll, z[U15_roll]), z[U15_roll]);
-    z_next[17] = SELECT(m_mu5jj, SELECT(m_huydk, U25_free_roll, z[U25_roll]), z[U25_roll]);
-    z_next[18] = SELECT(m_mu5jj, SELECT(m_huydk, U35_free_roll, z[U35_roll]), z[U35_roll]);
-    z_next[19] = SELECT(m_mu5jj, SELECT(m_huydk, U45_free_roll, z[U45_roll]), z[U45_roll]);
-    z_next[20] = SELECT(m_mu5jj, x[roll], z[y1_roll]);
-    z_next[21] = SELECT(m_mu5jj, y1_used_roll, z[y2_roll]);
-    z_next[22] = SELECT(m_mu5jj, v_roll, z[v1_roll]);
-    z_next[23] = SELECT(m_mu5jj, u_roll_mrac, z[u1_roll]);
-    z_next[24] = SELECT(m_mu5jj, z[u1_roll], z[u2_roll]);
-    z_next[25] = SELECT(m_mu5jj, SELECT(m_ng6lt, t_lfvhy + K(0.5) * z[wm2_roll], t_lfvhy + K(0.5) * w_roll), z[ym_roll]);
-    z_next[26] = SELECT(m_mu5jj, w_roll, z[wm1_roll]);
-    z_next[27] = SELECT(m_mu5jj, z[wm1_roll], z[wm2_roll]);
-    z_next[28] = SELECT(m_mu5jj, z[wm2_roll], z[wm3_roll]);
-    z_next[29] = SELECT(m_mu5jj, z[wm3_roll], z[wm4_roll]);
-    z_next[30] = SELECT(m_mu5jj, a1_now_pitch, z[a1_pitch]);
-    z_next[31] = SELECT(m_mu5jj, a2_now_pitch, z[a2_pitch]);
-    z_next[32] = SELECT(m_mu5jj, b0_now_pitch, z[b0_pitch]);
-    z_next[33] = SELECT(m_mu5jj, b1_now_pitch, z[b1_pitch]);
-    z_next[34] = SELECT(m_mu5jj, d_now_pitch, z[d_pitch]);
-    z_next[35] = SELECT(m_mu5jj, SELECT(m_fztcf, D1_free_pitch * cap_pitch, z[D1_pitch]), z[D1_pitch]);
-    z_next[36] = SELECT(m_mu5jj, SELECT(m_fztcf, D2_free_pitch * cap_pitch, z[D2_pitch]), z[D2_pitch]);
-    z_next[37] = SELECT(m_mu5jj, SELECT(m_fztcf, D3_free_pitch * cap_pitch, z[D3_pitch]), z[D3_pitch]);
-    z_next[38] = SELECT(m_mu5jj, SELECT(m_fztcf, D4_free_pitch * cap_pitch, z[D4_pitch]), z[D4_pitch]);
-    z_next[39] = SELECT(m_mu5jj, SELECT(m_fztcf, D5_free_pitch * cap_pitch, z[D5_pitch]), z[D5_pitch]);
-    z_next[40] = SELECT(m_mu5jj, SELECT(m_fztcf, U12_free_pitch, z[U12_pitch]), z[U12_pitch]);
-    z_next[41] = SELECT(m_mu5jj, SELECT(m_fztcf, U13_free_pitch, z[U13_pitch]), z[U13_pitch]);
-    z_next[42] = SELECT(m_mu5jj, SELECT(m_fztcf, U23_free_pitch, z[U23_pitch]), z[U23_pitch]);
-    z_next[43] = SELECT(m_mu5jj, SELECT(m_fztcf, U14_free_pitch, z[U14_pitch]), z[U14_pitch]);
-    z_next[44] = SELECT(m_mu5jj, SELECT(m_fztcf, U24_free_pitch, z[U24_pitch]), z[U24_pitch]);
-    z_next[45] = SELECT(m_mu5jj, SELECT(m_fztcf, U34_free_pitch, z[U34_pitch]), z[U34_pitch]);
-    z_next[46] = SELECT(m_mu5jj, SELECT(m_fztcf, U15_free_pitch, z[U15_pitch]), z[U15_pitch]);
-    z_next[47] = SELECT(m_mu5jj, SELECT(m_fztcf, U25_free_pitch, z[U25_pitch]), z[U25_pitch]);
-    z_next[48] = SELECT(m_mu5jj, SELECT(m_fztcf, U35_free_pitch, z[U35_pitch]), z[U35_pitch]);
-    z_next[49] = SELECT(m_mu5jj, SELECT(m_fztcf, U45_free_pitch, z[U45_pitch]), z[U45_pitch]);
-    z_next[50] = SELECT(m_mu5jj, x[pitch], z[y1_pitch]);
-    z_next[51] = SELECT(m_mu5jj, y1_used_pitch, z[y2_pitch]);
-    z_next[52] = SELECT(m_mu5jj, v_pitch, z[v1_pitch]);
-    z_next[53] = SELECT(m_mu5jj, u_pitch_mrac, z[u1_pitch]);
-    z_next[54] = SELECT(m_mu5jj, z[u1_pitch], z[u2_pitch]);
-    z_next[55] = SELECT(m_mu5jj, SELECT(m_ng6lt, t_nuzia + K(0.5) * z[wm2_pitch], t_nuzia + K(0.5) * w_pitch), z[ym_pitch]);
-    z_next[56] = SELECT(m_mu5jj, w_pitch, z[wm1_pitch]);
-    z_next[57] = SELECT(m_mu5jj, z[wm1_pitch], z[wm2_pitch]);
-    z_next[58] = SELECT(m_mu5jj, z[wm2_pitch], z[wm3_pitch]);
-    z_next[59] = SELECT(m_mu5jj, z[wm3_pitch], z[wm4_pitch]);
-    z_next[60] = SELECT(m_mu5jj, a1_now_yaw, z[a1_yaw]);
-    z_next[61] = SELECT(m_mu5jj, a2_now_yaw, z[a2_yaw]);
-    z_next[62] = SELECT(m_mu5jj, b0_now_yaw, z[b0_yaw]);
-    z_next[63] = SELECT(m_mu5jj, b1_now_yaw, z[b1_yaw]);
-    z_next[64] = SELECT(m_mu5jj, d_now_yaw, z[d_yaw]);
-    z_next[65] = SELECT(m_mu5jj, SELECT(m_6lewq, D1_free_yaw * cap_yaw, z[D1_yaw]), z[D1_yaw]);
-    z_next[66] = SELECT(m_mu5jj, SELECT(m_6lewq, D2_free_yaw * cap_yaw, z[D2_yaw]), z[D2_yaw]);
-    z_next[67] = SELECT(m_mu5jj, SELECT(m_6lewq, D3_free_yaw * cap_yaw, z[D3_yaw]), z[D3_yaw]);
-    z_next[68] = SELECT(m_mu5jj, SELECT(m_6lewq, D4_free_yaw * cap_yaw, z[D4_yaw]), z[D4_yaw]);
-    z_next[69] = SELECT(m_mu5jj, SELECT(m_6lewq, D5_free_yaw * cap_yaw, z[D5_yaw]), z[D5_yaw]);
-    z_next[70] = SELECT(m_mu5jj, SELECT(m_6lewq, U12_free_yaw, z[U12_yaw]), z[U12_yaw]);
-    z_next[71] = SELECT(m_mu5jj, SELECT(m_6lewq, U13_free_yaw, z[U13_yaw]), z[U13_yaw]);
-    z_next[72] = SELECT(m_mu5jj, SELECT(m_6lewq, U23_free_yaw, z[U23_yaw]), z[U23_yaw]);
-    z_next[73] = SELECT(m_mu5jj, SELECT(m_6lewq, U14_free_yaw, z[U14_yaw]), z[U14_yaw]);
-    z_next[74] = SELECT(m_mu5jj, SELECT(m_6lewq, U24_free_yaw, z[U24_yaw]), z[U24_yaw]);
-    z_next[75] = SELECT(m_mu5jj, SELECT(m_6lewq, U34_free_yaw, z[U34_yaw]), z[U34_yaw]);
-    z_next[76] = SELECT(m_mu5jj, SELECT(m_6lewq, U15_free_yaw, z[U15_yaw]), z[U15_yaw]);
-    z_next[77] = SELECT(m_mu5jj, SELECT(m_6lewq, U25_free_yaw, z[U25_yaw]), z[U25_yaw]);
-    z_next[78] = SELECT(m_mu5jj, SELECT(m_6lewq, U35_free_yaw, z[U35_yaw]), z[U35_yaw]);
-    z_next[79] = SELECT(m_mu5jj, SELECT(m_6lewq, U45_free_yaw, z[U45_yaw]), z[U45_yaw]);
-    z_next[80] = SELECT(m_mu5jj, x[yaw], z[y1_yaw]);
-    z_next[81] = SELECT(m_mu5jj, y1_used_yaw, z[y2_yaw]);
-    z_next[82] = SELECT(m_mu5jj, v_yaw, z[v1_yaw]);
-    z_next[83] = SELECT(m_mu5jj, u_yaw_mrac, z[u1_yaw]);
-    z_next[84] = SELECT(m_mu5jj, z[u1_yaw], z[u2_yaw]);
-    z_next[85] = SELECT(m_mu5jj, SELECT(m_ng6lt, t_bashd + K(0.5) * z[wm2_yaw], t_bashd + K(0.5) * w_yaw), z[ym_yaw]);
-    z_next[86] = SELECT(m_mu5jj, w_yaw, z[wm1_yaw]);
-    z_next[87] = SELECT(m_mu5jj, z[wm1_yaw], z[wm2_yaw]);
-    z_next[88] = SELECT(m_mu5jj, z[wm2_yaw], z[wm3_yaw]);
-    z_next[89] = SELECT(m_mu5jj, z[wm3_yaw], z[wm4_yaw]);
-    z_next[90] = SELECT0(m_mu5jj, mv_min(SPLAT(K(2.0)), K(1.0) + z[samples]));
-    z_next[91] = SELECT0(m_qbjte, SPLAT(K(1.0)));
+    z_next[0] = SELECT(m_i4vvy, a1_now_roll, z[a1_roll]);
+    z_next[1] = SELECT(m_i4vvy, a2_now_roll, z[a2_roll]);
+    z_next[2] = SELECT(m_i4vvy, b0_now_roll, z[b0_roll]);
+    z_next[3] = SELECT(m_i4vvy, b1_now_roll, z[b1_roll]);
+    z_next[4] = SELECT(m_i4vvy, d_now_roll, z[d_roll]);
+    z_next[5] = SELECT(m_i4vvy, SELECT(m_dyzzl, D1_free_roll * cap_roll, z[D1_roll]), z[D1_roll]);
+    z_next[6] = SELECT(m_i4vvy, SELECT(m_dyzzl, D2_free_roll * cap_roll, z[D2_roll]), z[D2_roll]);
+    z_next[7] = SELECT(m_i4vvy, SELECT(m_dyzzl, D3_free_roll * cap_roll, z[D3_roll]), z[D3_roll]);
+    z_next[8] = SELECT(m_i4vvy, SELECT(m_dyzzl, D4_free_roll * cap_roll, z[D4_roll]), z[D4_roll]);
+    z_next[9] = SELECT(m_i4vvy, SELECT(m_dyzzl, D5_free_roll * cap_roll, z[D5_roll]), z[D5_roll]);
+    z_next[10] = SELECT(m_i4vvy, SELECT(m_dyzzl, U12_free_roll, z[U12_roll]), z[U12_roll]);
+    z_next[11] = SELECT(m_i4vvy, SELECT(m_dyzzl, U13_free_roll, z[U13_roll]), z[U13_roll]);
+    z_next[12] = SELECT(m_i4vvy, SELECT(m_dyzzl, U23_free_roll, z[U23_roll]), z[U23_roll]);
+    z_next[13] = SELECT(m_i4vvy, SELECT(m_dyzzl, U14_free_roll, z[U14_roll]), z[U14_roll]);
+    z_next[14] = SELECT(m_i4vvy, SELECT(m_dyzzl, U24_free_roll, z[U24_roll]), z[U24_roll]);
+    z_next[15] = SELECT(m_i4vvy, SELECT(m_dyzzl, U34_free_roll, z[U34_roll]), z[U34_roll]);
+    z_next[16] = SELECT(m_i4vvy, SELECT(m_dyzzl, U15_free_roll, z[U15_roll]), z[U15_roll]);
+    z_next[17] = SELECT(m_i4vvy, SELECT(m_dyzzl, U25_free_roll, z[U25_roll]), z[U25_roll]);
+    z_next[18] = SELECT(m_i4vvy, SELECT(m_dyzzl, U35_free_roll, z[U35_roll]), z[U35_roll]);
+    z_next[19] = SELECT(m_i4vvy, SELECT(m_dyzzl, U45_free_roll, z[U45_roll]), z[U45_roll]);
+    z_next[20] = SELECT(m_i4vvy, x[roll], z[y1_roll]);
+    z_next[21] = SELECT(m_i4vvy, y1_used_roll, z[y2_roll]);
+    z_next[22] = SELECT(m_i4vvy, v_roll, z[v1_roll]);
+    z_next[23] = SELECT(m_i4vvy, u_roll_mrac, z[u1_roll]);
+    z_next[24] = SELECT(m_i4vvy, z[u1_roll], z[u2_roll]);
+    z_next[25] = SELECT(m_i4vvy, SELECT(m_ng6lt, t_lfvhy + K(0.5) * z[wm2_roll], t_lfvhy + K(0.5) * w_roll), z[ym_roll]);
+    z_next[26] = SELECT(m_i4vvy, w_roll, z[wm1_roll]);
+    z_next[27] = SELECT(m_i4vvy, z[wm1_roll], z[wm2_roll]);
+    z_next[28] = SELECT(m_i4vvy, z[wm2_roll], z[wm3_roll]);
+    z_next[29] = SELECT(m_i4vvy, z[wm3_roll], z[wm4_roll]);
+    z_next[30] = SELECT(m_i4vvy, a1_now_pitch, z[a1_pitch]);
+    z_next[31] = SELECT(m_i4vvy, a2_now_pitch, z[a2_pitch]);
+    z_next[32] = SELECT(m_i4vvy, b0_now_pitch, z[b0_pitch]);
+    z_next[33] = SELECT(m_i4vvy, b1_now_pitch, z[b1_pitch]);
+    z_next[34] = SELECT(m_i4vvy, d_now_pitch, z[d_pitch]);
+    z_next[35] = SELECT(m_i4vvy, SELECT(m_rjsrz, D1_free_pitch * cap_pitch, z[D1_pitch]), z[D1_pitch]);
+    z_next[36] = SELECT(m_i4vvy, SELECT(m_rjsrz, D2_free_pitch * cap_pitch, z[D2_pitch]), z[D2_pitch]);
+    z_next[37] = SELECT(m_i4vvy, SELECT(m_rjsrz, D3_free_pitch * cap_pitch, z[D3_pitch]), z[D3_pitch]);
+    z_next[38] = SELECT(m_i4vvy, SELECT(m_rjsrz, D4_free_pitch * cap_pitch, z[D4_pitch]), z[D4_pitch]);
+    z_next[39] = SELECT(m_i4vvy, SELECT(m_rjsrz, D5_free_pitch * cap_pitch, z[D5_pitch]), z[D5_pitch]);
+    z_next[40] = SELECT(m_i4vvy, SELECT(m_rjsrz, U12_free_pitch, z[U12_pitch]), z[U12_pitch]);
+    z_next[41] = SELECT(m_i4vvy, SELECT(m_rjsrz, U13_free_pitch, z[U13_pitch]), z[U13_pitch]);
+    z_next[42] = SELECT(m_i4vvy, SELECT(m_rjsrz, U23_free_pitch, z[U23_pitch]), z[U23_pitch]);
+    z_next[43] = SELECT(m_i4vvy, SELECT(m_rjsrz, U14_free_pitch, z[U14_pitch]), z[U14_pitch]);
+    z_next[44] = SELECT(m_i4vvy, SELECT(m_rjsrz, U24_free_pitch, z[U24_pitch]), z[U24_pitch]);
+    z_next[45] = SELECT(m_i4vvy, SELECT(m_rjsrz, U34_free_pitch, z[U34_pitch]), z[U34_pitch]);
+    z_next[46] = SELECT(m_i4vvy, SELECT(m_rjsrz, U15_free_pitch, z[U15_pitch]), z[U15_pitch]);
+    z_next[47] = SELECT(m_i4vvy, SELECT(m_rjsrz, U25_free_pitch, z[U25_pitch]), z[U25_pitch]);
+    z_next[48] = SELECT(m_i4vvy, SELECT(m_rjsrz, U35_free_pitch, z[U35_pitch]), z[U35_pitch]);
+    z_next[49] = SELECT(m_i4vvy, SELECT(m_rjsrz, U45_free_pitch, z[U45_pitch]), z[U45_pitch]);
+    z_next[50] = SELECT(m_i4vvy, x[pitch], z[y1_pitch]);
+    z_next[51] = SELECT(m_i4vvy, y1_used_pitch, z[y2_pitch]);
+    z_next[52] = SELECT(m_i4vvy, v_pitch, z[v1_pitch]);
+    z_next[53] = SELECT(m_i4vvy, u_pitch_mrac, z[u1_pitch]);
+    z_next[54] = SELECT(m_i4vvy, z[u1_pitch], z[u2_pitch]);
+    z_next[55] = SELECT(m_i4vvy, SELECT(m_ng6lt, t_nuzia + K(0.5) * z[wm2_pitch], t_nuzia + K(0.5) * w_pitch), z[ym_pitch]);
+    z_next[56] = SELECT(m_i4vvy, w_pitch, z[wm1_pitch]);
+    z_next[57] = SELECT(m_i4vvy, z[wm1_pitch], z[wm2_pitch]);
+    z_next[58] = SELECT(m_i4vvy, z[wm2_pitch], z[wm3_pitch]);
+    z_next[59] = SELECT(m_i4vvy, z[wm3_pitch], z[wm4_pitch]);
+    z_next[60] = SELECT(m_i4vvy, a1_now_yaw, z[a1_yaw]);
+    z_next[61] = SELECT(m_i4vvy, a2_now_yaw, z[a2_yaw]);
+    z_next[62] = SELECT(m_i4vvy, b0_now_yaw, z[b0_yaw]);
+    z_next[63] = SELECT(m_i4vvy, b1_now_yaw, z[b1_yaw]);
+    z_next[64] = SELECT(m_i4vvy, d_now_yaw, z[d_yaw]);
+    z_next[65] = SELECT(m_i4vvy, SELECT(m_fatf3, D1_free_yaw * cap_yaw, z[D1_yaw]), z[D1_yaw]);
+    z_next[66] = SELECT(m_i4vvy, SELECT(m_fatf3, D2_free_yaw * cap_yaw, z[D2_yaw]), z[D2_yaw]);
+    z_next[67] = SELECT(m_i4vvy, SELECT(m_fatf3, D3_free_yaw * cap_yaw, z[D3_yaw]), z[D3_yaw]);
+    z_next[68] = SELECT(m_i4vvy, SELECT(m_fatf3, D4_free_yaw * cap_yaw, z[D4_yaw]), z[D4_yaw]);
+    z_next[69] = SELECT(m_i4vvy, SELECT(m_fatf3, D5_free_yaw * cap_yaw, z[D5_yaw]), z[D5_yaw]);
+    z_next[70] = SELECT(m_i4vvy, SELECT(m_fatf3, U12_free_yaw, z[U12_yaw]), z[U12_yaw]);
+    z_next[71] = SELECT(m_i4vvy, SELECT(m_fatf3, U13_free_yaw, z[U13_yaw]), z[U13_yaw]);
+    z_next[72] = SELECT(m_i4vvy, SELECT(m_fatf3, U23_free_yaw, z[U23_yaw]), z[U23_yaw]);
+    z_next[73] = SELECT(m_i4vvy, SELECT(m_fatf3, U14_free_yaw, z[U14_yaw]), z[U14_yaw]);
+    z_next[74] = SELECT(m_i4vvy, SELECT(m_fatf3, U24_free_yaw, z[U24_yaw]), z[U24_yaw]);
+    z_next[75] = SELECT(m_i4vvy, SELECT(m_fatf3, U34_free_yaw, z[U34_yaw]), z[U34_yaw]);
+    z_next[76] = SELECT(m_i4vvy, SELECT(m_fatf3, U15_free_yaw, z[U15_yaw]), z[U15_yaw]);
+    z_next[77] = SELECT(m_i4vvy, SELECT(m_fatf3, U25_free_yaw, z[U25_yaw]), z[U25_yaw]);
+    z_next[78] = SELECT(m_i4vvy, SELECT(m_fatf3, U35_free_yaw, z[U35_yaw]), z[U35_yaw]);
+    z_next[79] = SELECT(m_i4vvy, SELECT(m_fatf3, U45_free_yaw, z[U45_yaw]), z[U45_yaw]);
+    z_next[80] = SELECT(m_i4vvy, x[yaw], z[y1_yaw]);
+    z_next[81] = SELECT(m_i4vvy, y1_used_yaw, z[y2_yaw]);
+    z_next[82] = SELECT(m_i4vvy, v_yaw, z[v1_yaw]);
+    z_next[83] = SELECT(m_i4vvy, u_yaw_mrac, z[u1_yaw]);
+    z_next[84] = SELECT(m_i4vvy, z[u1_yaw], z[u2_yaw]);
+    z_next[85] = SELECT(m_i4vvy, SELECT(m_ng6lt, t_bashd + K(0.5) * z[wm2_yaw], t_bashd + K(0.5) * w_yaw), z[ym_yaw]);
+    z_next[86] = SELECT(m_i4vvy, w_yaw, z[wm1_yaw]);
+    z_next[87] = SELECT(m_i4vvy, z[wm1_yaw], z[wm2_yaw]);
+    z_next[88] = SELECT(m_i4vvy, z[wm2_yaw], z[wm3_yaw]);
+    z_next[89] = SELECT(m_i4vvy, z[wm3_yaw], z[wm4_yaw]);
+    z_next[90] = SELECT0(m_i4vvy, mv_min(SPLAT(K(2.0)), K(1.0) + z[samples]));
+    z_next[91] = SELECT0(m_5venv, SPLAT(K(1.0)));
 }
 
 /* margins of a feasible mrac; 4 operations. */
@@ -1367,13 +1367,13 @@ void satellite_mrac_literal(const real *x, const real *r, const real *v, const r
     enum { design_delay = SATELLITE_MRAC_LITERAL_C_DESIGN_DELAY };
     enum { tau_m = SATELLITE_MRAC_LITERAL_C_TAU_M };
     const real model_pole = mv_exp(-(p[Ts] / c[tau_m]));
-    const real t_hjr6j = K(-1.0) + model_pole;
-    const real t_lbhv6 = t_hjr6j * t_hjr6j;
-    const real t_u5zvh = model_pole + model_pole;
-    const real t_lbhv6_2 = model_pole * model_pole;
-    const real w_roll = t_lbhv6 * r[ref_roll] + t_u5zvh * z[wm1_roll] - t_lbhv6_2 * z[wm2_roll];  /* (16) */
-    const real w_pitch = t_lbhv6 * r[ref_pitch] + t_u5zvh * z[wm1_pitch] - t_lbhv6_2 * z[wm2_pitch];  /* (16) */
-    const real w_yaw = t_lbhv6 * r[ref_yaw] + t_u5zvh * z[wm1_yaw] - t_lbhv6_2 * z[wm2_yaw];  /* (16) */
+    const real t_7h4u2 = K(-1.0) + model_pole;
+    const real t_zugk2 = t_7h4u2 * t_7h4u2;
+    const real t_7h4u2_2 = model_pole + model_pole;
+    const real t_zugk2_2 = model_pole * model_pole;
+    const real w_roll = t_zugk2 * r[ref_roll] + t_7h4u2_2 * z[wm1_roll] - t_zugk2_2 * z[wm2_roll];  /* (16) */
+    const real w_pitch = t_zugk2 * r[ref_pitch] + t_7h4u2_2 * z[wm1_pitch] - t_zugk2_2 * z[wm2_pitch];  /* (16) */
+    const real w_yaw = t_zugk2 * r[ref_yaw] + t_7h4u2_2 * z[wm1_yaw] - t_zugk2_2 * z[wm2_yaw];  /* (16) */
     const mask m_myerm = LT(z[samples], K(0.5));
     const real y1_used_roll = SELECT(m_myerm, x[roll], z[y1_roll]);
     const mask m_2oym3 = LT(K(0.5), c[applied_regressor]);
@@ -1385,39 +1385,39 @@ void satellite_mrac_literal(const real *x, const real *r, const real *v, const r
         - z[a1_roll] * y1_used_roll
         - z[a2_roll] * z[y2_roll];  /* (34) */
     const real eps_roll = x[roll] - y_hat_roll;  /* (39) */
-    const real t_s4qc7 = z[D1_roll] * y1_used_roll;
-    const real alpha1_roll = c[forgetting] + t_s4qc7 * y1_used_roll;  /* (40) */
-    const real t_gcbdt = K(1.0) / alpha1_roll;
-    const real D1_free_roll = z[D1_roll] * t_gcbdt;  /* (41) */
-    const real t_4q5lb = z[y2_roll] + z[U12_roll] * y1_used_roll;
-    const real t_bqiu4 = z[D2_roll] * t_4q5lb;
-    const real alpha2_roll = alpha1_roll + t_bqiu4 * t_4q5lb;  /* (40) */
-    const real t_2ftwl = K(1.0) / alpha2_roll;
+    const real t_zrpuv = z[D1_roll] * y1_used_roll;
+    const real alpha1_roll = c[forgetting] + t_zrpuv * y1_used_roll;  /* (40) */
+    const real t_2yiuc = K(1.0) / alpha1_roll;
+    const real D1_free_roll = z[D1_roll] * t_2yiuc;  /* (41) */
+    const real t_rm4w3 = z[y2_roll] + z[U12_roll] * y1_used_roll;
+    const real t_mpk5i = z[D2_roll] * t_rm4w3;
+    const real alpha2_roll = alpha1_roll + t_mpk5i * t_rm4w3;  /* (40) */
+    const real t_weizg = K(1.0) / alpha2_roll;
     const real t_rkxsm = K(1.0) / c[forgetting];
-    const real D2_free_roll = t_2ftwl * t_rkxsm * z[D2_roll] * alpha1_roll;  /* (41) */
-    const real U12_free_roll = z[U12_roll] - t_s4qc7 * t_gcbdt * t_4q5lb;  /* (41) */
+    const real D2_free_roll = t_weizg * t_rkxsm * z[D2_roll] * alpha1_roll;  /* (41) */
+    const real U12_free_roll = z[U12_roll] - t_zrpuv * t_2yiuc * t_rm4w3;  /* (41) */
     const real f3_roll = v_roll - z[U13_roll] * y1_used_roll - z[U23_roll] * z[y2_roll];  /* (40) */
     const real Df3_roll = z[D3_roll] * f3_roll;  /* (40) */
     const real alpha3_roll = alpha2_roll + Df3_roll * f3_roll;  /* (40) */
-    const real t_m6gkz = K(1.0) / alpha3_roll;
-    const real D3_free_roll = t_rkxsm * t_m6gkz * z[D3_roll] * alpha2_roll;  /* (41) */
-    const real t_iwp6c = f3_roll * t_2ftwl;
-    const real t_73h6y = t_s4qc7 + t_bqiu4 * z[U12_roll];
-    const real U13_free_roll = z[U13_roll] + t_iwp6c * t_73h6y;  /* (41) */
-    const real b1_3_roll = Df3_roll * z[U13_roll] - t_73h6y;  /* (40) */
-    const real U23_free_roll = z[U23_roll] + t_iwp6c * t_bqiu4;  /* (41) */
-    const real b2_3_roll = Df3_roll * z[U23_roll] - t_bqiu4;  /* (40) */
+    const real t_6dtnj = K(1.0) / alpha3_roll;
+    const real D3_free_roll = t_rkxsm * t_6dtnj * z[D3_roll] * alpha2_roll;  /* (41) */
+    const real t_ow6ee = f3_roll * t_weizg;
+    const real t_tohgs = t_zrpuv + t_mpk5i * z[U12_roll];
+    const real U13_free_roll = z[U13_roll] + t_ow6ee * t_tohgs;  /* (41) */
+    const real b1_3_roll = Df3_roll * z[U13_roll] - t_tohgs;  /* (40) */
+    const real U23_free_roll = z[U23_roll] + t_ow6ee * t_mpk5i;  /* (41) */
+    const real b2_3_roll = Df3_roll * z[U23_roll] - t_mpk5i;  /* (40) */
     const real f4_roll = z[v1_roll] + z[U34_roll] * v_roll - z[U14_roll] * y1_used_roll - z[U24_roll] * z[y2_roll];  /* (40) */
     const real Df4_roll = z[D4_roll] * f4_roll;  /* (40) */
     const real alpha4_roll = alpha3_roll + Df4_roll * f4_roll;  /* (40) */
-    const real t_qd2bm = K(1.0) / alpha4_roll;
-    const real D4_free_roll = t_rkxsm * t_qd2bm * z[D4_roll] * alpha3_roll;  /* (41) */
-    const real t_vpr7m = f4_roll * t_m6gkz;
-    const real U14_free_roll = z[U14_roll] - t_vpr7m * b1_3_roll;  /* (41) */
+    const real t_6dtnj_2 = K(1.0) / alpha4_roll;
+    const real D4_free_roll = t_rkxsm * t_6dtnj_2 * z[D4_roll] * alpha3_roll;  /* (41) */
+    const real t_hop6j = f4_roll * t_6dtnj;
+    const real U14_free_roll = z[U14_roll] - t_hop6j * b1_3_roll;  /* (41) */
     const real b1_4_roll = b1_3_roll + Df4_roll * z[U14_roll];  /* (40) */
-    const real U24_free_roll = z[U24_roll] - t_vpr7m * b2_3_roll;  /* (41) */
+    const real U24_free_roll = z[U24_roll] - t_hop6j * b2_3_roll;  /* (41) */
     const real b2_4_roll = b2_3_roll + Df4_roll * z[U24_roll];  /* (40) */
-    const real U34_free_roll = z[U34_roll] - t_vpr7m * Df3_roll;  /* (41) */
+    const real U34_free_roll = z[U34_roll] - t_hop6j * Df3_roll;  /* (41) */
     const real b3_4_roll = Df3_roll + Df4_roll * z[U34_roll];  /* (40) */
     const real f5_roll = K(1.0)
         + z[U35_roll] * v_roll
@@ -1426,22 +1426,22 @@ void satellite_mrac_literal(const real *x, const real *r, const real *v, const r
         - z[U25_roll] * z[y2_roll];  /* (40) */
     const real Df5_roll = z[D5_roll] * f5_roll;  /* (40) */
     const real alpha5_roll = alpha4_roll + Df5_roll * f5_roll;  /* (40) */
-    const real t_szpzk = K(1.0) / alpha5_roll;
-    const real D5_free_roll = t_rkxsm * t_szpzk * z[D5_roll] * alpha4_roll;  /* (41) */
-    const real t_el36p = f5_roll * t_qd2bm;
-    const real U15_free_roll = z[U15_roll] - t_el36p * b1_4_roll;  /* (41) */
+    const real t_6dtnj_3 = K(1.0) / alpha5_roll;
+    const real D5_free_roll = t_rkxsm * t_6dtnj_3 * z[D5_roll] * alpha4_roll;  /* (41) */
+    const real t_wmsfj = f5_roll * t_6dtnj_2;
+    const real U15_free_roll = z[U15_roll] - t_wmsfj * b1_4_roll;  /* (41) */
     const real b1_5_roll = b1_4_roll + Df5_roll * z[U15_roll];  /* (40) */
-    const real U25_free_roll = z[U25_roll] - t_el36p * b2_4_roll;  /* (41) */
+    const real U25_free_roll = z[U25_roll] - t_wmsfj * b2_4_roll;  /* (41) */
     const real b2_5_roll = b2_4_roll + Df5_roll * z[U25_roll];  /* (40) */
-    const real U35_free_roll = z[U35_roll] - t_el36p * b3_4_roll;  /* (41) */
+    const real U35_free_roll = z[U35_roll] - t_wmsfj * b3_4_roll;  /* (41) */
     const real b3_5_roll = b3_4_roll + Df5_roll * z[U35_roll];  /* (40) */
-    const real U45_free_roll = z[U45_roll] - t_el36p * Df4_roll;  /* (41) */
+    const real U45_free_roll = z[U45_roll] - t_wmsfj * Df4_roll;  /* (41) */
     const real b4_5_roll = Df4_roll + Df5_roll * z[U45_roll];  /* (40) */
-    const real G1_roll = b1_5_roll * t_szpzk;  /* (40) */
-    const real G2_roll = b2_5_roll * t_szpzk;  /* (40) */
-    const real G3_roll = b3_5_roll * t_szpzk;  /* (40) */
-    const real G4_roll = b4_5_roll * t_szpzk;  /* (40) */
-    const real G5_roll = Df5_roll * t_szpzk;  /* (40) */
+    const real G1_roll = b1_5_roll * t_6dtnj_3;  /* (40) */
+    const real G2_roll = b2_5_roll * t_6dtnj_3;  /* (40) */
+    const real G3_roll = b3_5_roll * t_6dtnj_3;  /* (40) */
+    const real G4_roll = b4_5_roll * t_6dtnj_3;  /* (40) */
+    const real G5_roll = Df5_roll * t_6dtnj_3;  /* (40) */
     const real trace_roll = D1_free_roll
         + D2_free_roll
         + D3_free_roll
@@ -1457,19 +1457,19 @@ void satellite_mrac_literal(const real *x, const real *r, const real *v, const r
         + D5_free_roll * (U25_free_roll * U25_free_roll)
         + D5_free_roll * (U35_free_roll * U35_free_roll)
         + D5_free_roll * (U45_free_roll * U45_free_roll);  /* (41) */
-    const mask m_cy5zr = LT(c[trace_max], trace_roll);
-    const real cap_roll = SELECT(m_cy5zr, c[forgetting], SPLAT(K(1.0)));
+    const mask m_mhc6m = LT(c[trace_max], trace_roll);
+    const real cap_roll = SELECT(m_mhc6m, c[forgetting], SPLAT(K(1.0)));
     const mask m_jj746 = LT(K(0.5), c[adapt]);
     const mask m_d33kq = LT(K(1.5), z[samples]);
     const mask m_6w7fs = AND(m_jj746, m_d33kq);
     const real t_s4yo7 = mv_max(c[dead_zone], c[dead_zone_sigma] * p[noise]);
-    const mask m_ga54y = LT(t_s4yo7, mv_fabs(eps_roll));
-    const mask m_huydk = AND(m_6w7fs, m_ga54y);
-    const real a1_now_roll = SELECT(m_huydk, z[a1_roll] + G1_roll * eps_roll, z[a1_roll]);  /* (42) */
-    const real a2_now_roll = SELECT(m_huydk, z[a2_roll] + G2_roll * eps_roll, z[a2_roll]);  /* (42) */
-    const real b0_now_roll = SELECT(m_huydk, z[b0_roll] + G3_roll * eps_roll, z[b0_roll]);  /* (42) */
-    const real b1_now_roll = SELECT(m_huydk, z[b1_roll] + G4_roll * eps_roll, z[b1_roll]);  /* (42) */
-    const real d_now_roll = SELECT(m_huydk, z[d_roll] + G5_roll * eps_roll, z[d_roll]);  /* (42) */
+    const mask m_dusee = LT(t_s4yo7, mv_fabs(eps_roll));
+    const mask m_dyzzl = AND(m_6w7fs, m_dusee);
+    const real a1_now_roll = SELECT(m_dyzzl, z[a1_roll] + G1_roll * eps_roll, z[a1_roll]);  /* (42) */
+    const real a2_now_roll = SELECT(m_dyzzl, z[a2_roll] + G2_roll * eps_roll, z[a2_roll]);  /* (42) */
+    const real b0_now_roll = SELECT(m_dyzzl, z[b0_roll] + G3_roll * eps_roll, z[b0_roll]);  /* (42) */
+    const real b1_now_roll = SELECT(m_dyzzl, z[b1_roll] + G4_roll * eps_roll, z[b1_roll]);  /* (42) */
+    const real d_now_roll = SELECT(m_dyzzl, z[d_roll] + G5_roll * eps_roll, z[d_roll]);  /* (42) */
     const real d_used_roll = c[compensate_d] * d_now_roll;
     const real y1_used_pitch = SELECT(m_myerm, x[pitch], z[y1_pitch]);
     const real v_pitch = SELECT(m_2oym3, v[Ty_applied], SELECT(m_ng6lt, z[u2_pitch], z[u1_pitch]));  /* (36) */
@@ -1479,38 +1479,38 @@ void satellite_mrac_literal(const real *x, const real *r, const real *v, const r
         - z[a1_pitch] * y1_used_pitch
         - z[a2_pitch] * z[y2_pitch];  /* (34) */
     const real eps_pitch = x[pitch] - y_hat_pitch;  /* (39) */
-    const real t_n6265 = z[D1_pitch] * y1_used_pitch;
-    const real alpha1_pitch = c[forgetting] + t_n6265 * y1_used_pitch;  /* (40) */
-    const real t_ba5cq = K(1.0) / alpha1_pitch;
-    const real D1_free_pitch = z[D1_pitch] * t_ba5cq;  /* (41) */
-    const real t_5xoth = z[y2_pitch] + z[U12_pitch] * y1_used_pitch;
-    const real t_urk7s = z[D2_pitch] * t_5xoth;
-    const real alpha2_pitch = alpha1_pitch + t_urk7s * t_5xoth;  /* (40) */
-    const real t_vq6qe = K(1.0) / alpha2_pitch;
-    const real D2_free_pitch = t_rkxsm * t_vq6qe * z[D2_pitch] * alpha1_pitch;  /* (41) */
-    const real U12_free_pitch = z[U12_pitch] - t_n6265 * t_ba5cq * t_5xoth;  /* (41) */
+    const real t_zx462 = z[D1_pitch] * y1_used_pitch;
+    const real alpha1_pitch = c[forgetting] + t_zx462 * y1_used_pitch;  /* (40) */
+    const real t_6gw3v = K(1.0) / alpha1_pitch;
+    const real D1_free_pitch = z[D1_pitch] * t_6gw3v;  /* (41) */
+    const real t_olxlq = z[y2_pitch] + z[U12_pitch] * y1_used_pitch;
+    const real t_gjcmb = z[D2_pitch] * t_olxlq;
+    const real alpha2_pitch = alpha1_pitch + t_gjcmb * t_olxlq;  /* (40) */
+    const real t_an5c3 = K(1.0) / alpha2_pitch;
+    const real D2_free_pitch = t_rkxsm * t_an5c3 * z[D2_pitch] * alpha1_pitch;  /* (41) */
+    const real U12_free_pitch = z[U12_pitch] - t_zx462 * t_6gw3v * t_olxlq;  /* (41) */
     const real f3_pitch = v_pitch - z[U13_pitch] * y1_used_pitch - z[U23_pitch] * z[y2_pitch];  /* (40) */
     const real Df3_pitch = z[D3_pitch] * f3_pitch;  /* (40) */
     const real alpha3_pitch = alpha2_pitch + Df3_pitch * f3_pitch;  /* (40) */
-    const real t_wnsbx = K(1.0) / alpha3_pitch;
-    const real D3_free_pitch = t_rkxsm * t_wnsbx * z[D3_pitch] * alpha2_pitch;  /* (41) */
-    const real t_iziit = f3_pitch * t_vq6qe;
-    const real t_m7azd = t_n6265 + t_urk7s * z[U12_pitch];
-    const real U13_free_pitch = z[U13_pitch] + t_iziit * t_m7azd;  /* (41) */
-    const real b1_3_pitch = Df3_pitch * z[U13_pitch] - t_m7azd;  /* (40) */
-    const real U23_free_pitch = z[U23_pitch] + t_iziit * t_urk7s;  /* (41) */
-    const real b2_3_pitch = Df3_pitch * z[U23_pitch] - t_urk7s;  /* (40) */
+    const real t_6dtnj_4 = K(1.0) / alpha3_pitch;
+    const real D3_free_pitch = t_rkxsm * t_6dtnj_4 * z[D3_pitch] * alpha2_pitch;  /* (41) */
+    const real t_2unxj = f3_pitch * t_an5c3;
+    const real t_ypnck = t_zx462 + t_gjcmb * z[U12_pitch];
+    const real U13_free_pitch = z[U13_pitch] + t_2unxj * t_ypnck;  /* (41) */
+    const real b1_3_pitch = Df3_pitch * z[U13_pitch] - t_ypnck;  /* (40) */
+    const real U23_free_pitch = z[U23_pitch] + t_2unxj * t_gjcmb;  /* (41) */
+    const real b2_3_pitch = Df3_pitch * z[U23_pitch] - t_gjcmb;  /* (40) */
     const real f4_pitch = z[v1_pitch] + z[U34_pitch] * v_pitch - z[U14_pitch] * y1_used_pitch - z[U24_pitch] * z[y2_pitch];  /* (40) */
     const real Df4_pitch = z[D4_pitch] * f4_pitch;  /* (40) */
     const real alpha4_pitch = alpha3_pitch + Df4_pitch * f4_pitch;  /* (40) */
-    const real t_au2dz = K(1.0) / alpha4_pitch;
-    const real D4_free_pitch = t_rkxsm * t_au2dz * z[D4_pitch] * alpha3_pitch;  /* (41) */
-    const real t_q5cqa = f4_pitch * t_wnsbx;
-    const real U14_free_pitch = z[U14_pitch] - t_q5cqa * b1_3_pitch;  /* (41) */
+    const real t_6dtnj_5 = K(1.0) / alpha4_pitch;
+    const real D4_free_pitch = t_rkxsm * t_6dtnj_5 * z[D4_pitch] * alpha3_pitch;  /* (41) */
+    const real t_ekbem = f4_pitch * t_6dtnj_4;
+    const real U14_free_pitch = z[U14_pitch] - t_ekbem * b1_3_pitch;  /* (41) */
     const real b1_4_pitch = b1_3_pitch + Df4_pitch * z[U14_pitch];  /* (40) */
-    const real U24_free_pitch = z[U24_pitch] - t_q5cqa * b2_3_pitch;  /* (41) */
+    const real U24_free_pitch = z[U24_pitch] - t_ekbem * b2_3_pitch;  /* (41) */
     const real b2_4_pitch = b2_3_pitch + Df4_pitch * z[U24_pitch];  /* (40) */
-    const real U34_free_pitch = z[U34_pitch] - t_q5cqa * Df3_pitch;  /* (41) */
+    const real U34_free_pitch = z[U34_pitch] - t_ekbem * Df3_pitch;  /* (41) */
     const real b3_4_pitch = Df3_pitch + Df4_pitch * z[U34_pitch];  /* (40) */
     const real f5_pitch = K(1.0)
         + z[U35_pitch] * v_pitch
@@ -1519,22 +1519,22 @@ void satellite_mrac_literal(const real *x, const real *r, const real *v, const r
         - z[U25_pitch] * z[y2_pitch];  /* (40) */
     const real Df5_pitch = z[D5_pitch] * f5_pitch;  /* (40) */
     const real alpha5_pitch = alpha4_pitch + Df5_pitch * f5_pitch;  /* (40) */
-    const real t_uppvm = K(1.0) / alpha5_pitch;
-    const real D5_free_pitch = t_rkxsm * t_uppvm * z[D5_pitch] * alpha4_pitch;  /* (41) */
-    const real t_blzne = f5_pitch * t_au2dz;
-    const real U15_free_pitch = z[U15_pitch] - t_blzne * b1_4_pitch;  /* (41) */
+    const real t_6dtnj_6 = K(1.0) / alpha5_pitch;
+    const real D5_free_pitch = t_rkxsm * t_6dtnj_6 * z[D5_pitch] * alpha4_pitch;  /* (41) */
+    const real t_piobp = f5_pitch * t_6dtnj_5;
+    const real U15_free_pitch = z[U15_pitch] - t_piobp * b1_4_pitch;  /* (41) */
     const real b1_5_pitch = b1_4_pitch + Df5_pitch * z[U15_pitch];  /* (40) */
-    const real U25_free_pitch = z[U25_pitch] - t_blzne * b2_4_pitch;  /* (41) */
+    const real U25_free_pitch = z[U25_pitch] - t_piobp * b2_4_pitch;  /* (41) */
     const real b2_5_pitch = b2_4_pitch + Df5_pitch * z[U25_pitch];  /* (40) */
-    const real U35_free_pitch = z[U35_pitch] - t_blzne * b3_4_pitch;  /* (41) */
+    const real U35_free_pitch = z[U35_pitch] - t_piobp * b3_4_pitch;  /* (41) */
     const real b3_5_pitch = b3_4_pitch + Df5_pitch * z[U35_pitch];  /* (40) */
-    const real U45_free_pitch = z[U45_pitch] - t_blzne * Df4_pitch;  /* (41) */
+    const real U45_free_pitch = z[U45_pitch] - t_piobp * Df4_pitch;  /* (41) */
     const real b4_5_pitch = Df4_pitch + Df5_pitch * z[U45_pitch];  /* (40) */
-    const real G1_pitch = b1_5_pitch * t_uppvm;  /* (40) */
-    const real G2_pitch = b2_5_pitch * t_uppvm;  /* (40) */
-    const real G3_pitch = b3_5_pitch * t_uppvm;  /* (40) */
-    const real G4_pitch = b4_5_pitch * t_uppvm;  /* (40) */
-    const real G5_pitch = Df5_pitch * t_uppvm;  /* (40) */
+    const real G1_pitch = b1_5_pitch * t_6dtnj_6;  /* (40) */
+    const real G2_pitch = b2_5_pitch * t_6dtnj_6;  /* (40) */
+    const real G3_pitch = b3_5_pitch * t_6dtnj_6;  /* (40) */
+    const real G4_pitch = b4_5_pitch * t_6dtnj_6;  /* (40) */
+    const real G5_pitch = Df5_pitch * t_6dtnj_6;  /* (40) */
     const real trace_pitch = D1_free_pitch
         + D2_free_pitch
         + D3_free_pitch
@@ -1550,15 +1550,15 @@ void satellite_mrac_literal(const real *x, const real *r, const real *v, const r
         + D5_free_pitch * (U25_free_pitch * U25_free_pitch)
         + D5_free_pitch * (U35_free_pitch * U35_free_pitch)
         + D5_free_pitch * (U45_free_pitch * U45_free_pitch);  /* (41) */
-    const mask m_rahgr = LT(c[trace_max], trace_pitch);
-    const real cap_pitch = SELECT(m_rahgr, c[forgetting], SPLAT(K(1.0)));
-    const mask m_a3jc4 = LT(t_s4yo7, mv_fabs(eps_pitch));
-    const mask m_fztcf = AND(m_6w7fs, m_a3jc4);
-    const real a1_now_pitch = SELECT(m_fztcf, z[a1_pitch] + G1_pitch * eps_pitch, z[a1_pitch]);  /* (42) */
-    const real a2_now_pitch = SELECT(m_fztcf, z[a2_pitch] + G2_pitch * eps_pitch, z[a2_pitch]);  /* (42) */
-    const real b0_now_pitch = SELECT(m_fztcf, z[b0_pitch] + G3_pitch * eps_pitch, z[b0_pitch]);  /* (42) */
-    const real b1_now_pitch = SELECT(m_fztcf, z[b1_pitch] + G4_pitch * eps_pitch, z[b1_pitch]);  /* (42) */
-    const real d_now_pitch = SELECT(m_fztcf, z[d_pitch] + G5_pitch * eps_pitch, z[d_pitch]);  /* (42) */
+    const mask m_mhc6m_2 = LT(c[trace_max], trace_pitch);
+    const real cap_pitch = SELECT(m_mhc6m_2, c[forgetting], SPLAT(K(1.0)));
+    const mask m_yotvq = LT(t_s4yo7, mv_fabs(eps_pitch));
+    const mask m_rjsrz = AND(m_6w7fs, m_yotvq);
+    const real a1_now_pitch = SELECT(m_rjsrz, z[a1_pitch] + G1_pitch * eps_pitch, z[a1_pitch]);  /* (42) */
+    const real a2_now_pitch = SELECT(m_rjsrz, z[a2_pitch] + G2_pitch * eps_pitch, z[a2_pitch]);  /* (42) */
+    const real b0_now_pitch = SELECT(m_rjsrz, z[b0_pitch] + G3_pitch * eps_pitch, z[b0_pitch]);  /* (42) */
+    const real b1_now_pitch = SELECT(m_rjsrz, z[b1_pitch] + G4_pitch * eps_pitch, z[b1_pitch]);  /* (42) */
+    const real d_now_pitch = SELECT(m_rjsrz, z[d_pitch] + G5_pitch * eps_pitch, z[d_pitch]);  /* (42) */
     const real d_used_pitch = c[compensate_d] * d_now_pitch;
     const real y1_used_yaw = SELECT(m_myerm, x[yaw], z[y1_yaw]);
     const real v_yaw = SELECT(m_2oym3, v[Tz_applied], SELECT(m_ng6lt, z[u2_yaw], z[u1_yaw]));  /* (36) */
@@ -1568,38 +1568,38 @@ void satellite_mrac_literal(const real *x, const real *r, const real *v, const r
         - z[a1_yaw] * y1_used_yaw
         - z[a2_yaw] * z[y2_yaw];  /* (34) */
     const real eps_yaw = x[yaw] - y_hat_yaw;  /* (39) */
-    const real t_5t4tf = z[D1_yaw] * y1_used_yaw;
-    const real alpha1_yaw = c[forgetting] + t_5t4tf * y1_used_yaw;  /* (40) */
-    const real t_rrlcx = K(1.0) / alpha1_yaw;
-    const real D1_free_yaw = z[D1_yaw] * t_rrlcx;  /* (41) */
-    const real t_fz2ih = z[y2_yaw] + z[U12_yaw] * y1_used_yaw;
-    const real t_3inrl = z[D2_yaw] * t_fz2ih;
-    const real alpha2_yaw = alpha1_yaw + t_3inrl * t_fz2ih;  /* (40) */
-    const real t_epc3p = K(1.0) / alpha2_yaw;
-    const real D2_free_yaw = t_rkxsm * t_epc3p * z[D2_yaw] * alpha1_yaw;  /* (41) */
-    const real U12_free_yaw = z[U12_yaw] - t_5t4tf * t_rrlcx * t_fz2ih;  /* (41) */
+    const real t_bysdb = z[D1_yaw] * y1_used_yaw;
+    const real alpha1_yaw = c[forgetting] + t_bysdb * y1_used_yaw;  /* (40) */
+    const real t_lgpzs = K(1.0) / alpha1_yaw;
+    const real D1_free_yaw = z[D1_yaw] * t_lgpzs;  /* (41) */
+    const real t_howu6 = z[y2_yaw] + z[U12_yaw] * y1_used_yaw;
+    const real t_pofsn = z[D2_yaw] * t_howu6;
+    const real alpha2_yaw = alpha1_yaw + t_pofsn * t_howu6;  /* (40) */
+    const real t_esxwg = K(1.0) / alpha2_yaw;
+    const real D2_free_yaw = t_rkxsm * t_esxwg * z[D2_yaw] * alpha1_yaw;  /* (41) */
+    const real U12_free_yaw = z[U12_yaw] - t_bysdb * t_lgpzs * t_howu6;  /* (41) */
     const real f3_yaw = v_yaw - z[U13_yaw] * y1_used_yaw - z[U23_yaw] * z[y2_yaw];  /* (40) */
     const real Df3_yaw = z[D3_yaw] * f3_yaw;  /* (40) */
     const real alpha3_yaw = alpha2_yaw + Df3_yaw * f3_yaw;  /* (40) */
-    const real t_czmse = K(1.0) / alpha3_yaw;
-    const real D3_free_yaw = t_rkxsm * t_czmse * z[D3_yaw] * alpha2_yaw;  /* (41) */
-    const real t_qqhj7 = f3_yaw * t_epc3p;
-    const real t_mefgo = t_5t4tf + t_3inrl * z[U12_yaw];
-    const real U13_free_yaw = z[U13_yaw] + t_qqhj7 * t_mefgo;  /* (41) */
-    const real b1_3_yaw = Df3_yaw * z[U13_yaw] - t_mefgo;  /* (40) */
-    const real U23_free_yaw = z[U23_yaw] + t_qqhj7 * t_3inrl;  /* (41) */
-    const real b2_3_yaw = Df3_yaw * z[U23_yaw] - t_3inrl;  /* (40) */
+    const real t_6dtnj_7 = K(1.0) / alpha3_yaw;
+    const real D3_free_yaw = t_rkxsm * t_6dtnj_7 * z[D3_yaw] * alpha2_yaw;  /* (41) */
+    const real t_rouvm = f3_yaw * t_esxwg;
+    const real t_zyqi4 = t_bysdb + t_pofsn * z[U12_yaw];
+    const real U13_free_yaw = z[U13_yaw] + t_rouvm * t_zyqi4;  /* (41) */
+    const real b1_3_yaw = Df3_yaw * z[U13_yaw] - t_zyqi4;  /* (40) */
+    const real U23_free_yaw = z[U23_yaw] + t_rouvm * t_pofsn;  /* (41) */
+    const real b2_3_yaw = Df3_yaw * z[U23_yaw] - t_pofsn;  /* (40) */
     const real f4_yaw = z[v1_yaw] + z[U34_yaw] * v_yaw - z[U14_yaw] * y1_used_yaw - z[U24_yaw] * z[y2_yaw];  /* (40) */
     const real Df4_yaw = z[D4_yaw] * f4_yaw;  /* (40) */
     const real alpha4_yaw = alpha3_yaw + Df4_yaw * f4_yaw;  /* (40) */
-    const real t_nk3ay = K(1.0) / alpha4_yaw;
-    const real D4_free_yaw = t_rkxsm * t_nk3ay * z[D4_yaw] * alpha3_yaw;  /* (41) */
-    const real t_ov6wh = f4_yaw * t_czmse;
-    const real U14_free_yaw = z[U14_yaw] - t_ov6wh * b1_3_yaw;  /* (41) */
+    const real t_6dtnj_8 = K(1.0) / alpha4_yaw;
+    const real D4_free_yaw = t_rkxsm * t_6dtnj_8 * z[D4_yaw] * alpha3_yaw;  /* (41) */
+    const real t_nihkp = f4_yaw * t_6dtnj_7;
+    const real U14_free_yaw = z[U14_yaw] - t_nihkp * b1_3_yaw;  /* (41) */
     const real b1_4_yaw = b1_3_yaw + Df4_yaw * z[U14_yaw];  /* (40) */
-    const real U24_free_yaw = z[U24_yaw] - t_ov6wh * b2_3_yaw;  /* (41) */
+    const real U24_free_yaw = z[U24_yaw] - t_nihkp * b2_3_yaw;  /* (41) */
     const real b2_4_yaw = b2_3_yaw + Df4_yaw * z[U24_yaw];  /* (40) */
-    const real U34_free_yaw = z[U34_yaw] - t_ov6wh * Df3_yaw;  /* (41) */
+    const real U34_free_yaw = z[U34_yaw] - t_nihkp * Df3_yaw;  /* (41) */
     const real b3_4_yaw = Df3_yaw + Df4_yaw * z[U34_yaw];  /* (40) */
     const real f5_yaw = K(1.0)
         + z[U35_yaw] * v_yaw
@@ -1608,22 +1608,22 @@ void satellite_mrac_literal(const real *x, const real *r, const real *v, const r
         - z[U25_yaw] * z[y2_yaw];  /* (40) */
     const real Df5_yaw = z[D5_yaw] * f5_yaw;  /* (40) */
     const real alpha5_yaw = alpha4_yaw + Df5_yaw * f5_yaw;  /* (40) */
-    const real t_xt42v = K(1.0) / alpha5_yaw;
-    const real D5_free_yaw = t_rkxsm * t_xt42v * z[D5_yaw] * alpha4_yaw;  /* (41) */
-    const real t_xokdo = f5_yaw * t_nk3ay;
-    const real U15_free_yaw = z[U15_yaw] - t_xokdo * b1_4_yaw;  /* (41) */
+    const real t_6dtnj_9 = K(1.0) / alpha5_yaw;
+    const real D5_free_yaw = t_rkxsm * t_6dtnj_9 * z[D5_yaw] * alpha4_yaw;  /* (41) */
+    const real t_lhlrb = f5_yaw * t_6dtnj_8;
+    const real U15_free_yaw = z[U15_yaw] - t_lhlrb * b1_4_yaw;  /* (41) */
     const real b1_5_yaw = b1_4_yaw + Df5_yaw * z[U15_yaw];  /* (40) */
-    const real U25_free_yaw = z[U25_yaw] - t_xokdo * b2_4_yaw;  /* (41) */
+    const real U25_free_yaw = z[U25_yaw] - t_lhlrb * b2_4_yaw;  /* (41) */
     const real b2_5_yaw = b2_4_yaw + Df5_yaw * z[U25_yaw];  /* (40) */
-    const real U35_free_yaw = z[U35_yaw] - t_xokdo * b3_4_yaw;  /* (41) */
+    const real U35_free_yaw = z[U35_yaw] - t_lhlrb * b3_4_yaw;  /* (41) */
     const real b3_5_yaw = b3_4_yaw + Df5_yaw * z[U35_yaw];  /* (40) */
-    const real U45_free_yaw = z[U45_yaw] - t_xokdo * Df4_yaw;  /* (41) */
+    const real U45_free_yaw = z[U45_yaw] - t_lhlrb * Df4_yaw;  /* (41) */
     const real b4_5_yaw = Df4_yaw + Df5_yaw * z[U45_yaw];  /* (40) */
-    const real G1_yaw = b1_5_yaw * t_xt42v;  /* (40) */
-    const real G2_yaw = b2_5_yaw * t_xt42v;  /* (40) */
-    const real G3_yaw = b3_5_yaw * t_xt42v;  /* (40) */
-    const real G4_yaw = b4_5_yaw * t_xt42v;  /* (40) */
-    const real G5_yaw = Df5_yaw * t_xt42v;  /* (40) */
+    const real G1_yaw = b1_5_yaw * t_6dtnj_9;  /* (40) */
+    const real G2_yaw = b2_5_yaw * t_6dtnj_9;  /* (40) */
+    const real G3_yaw = b3_5_yaw * t_6dtnj_9;  /* (40) */
+    const real G4_yaw = b4_5_yaw * t_6dtnj_9;  /* (40) */
+    const real G5_yaw = Df5_yaw * t_6dtnj_9;  /* (40) */
     const real trace_yaw = D1_free_yaw
         + D2_free_yaw
         + D3_free_yaw
@@ -1639,67 +1639,67 @@ void satellite_mrac_literal(const real *x, const real *r, const real *v, const r
         + D5_free_yaw * (U25_free_yaw * U25_free_yaw)
         + D5_free_yaw * (U35_free_yaw * U35_free_yaw)
         + D5_free_yaw * (U45_free_yaw * U45_free_yaw);  /* (41) */
-    const mask m_4b7bf = LT(c[trace_max], trace_yaw);
-    const real cap_yaw = SELECT(m_4b7bf, c[forgetting], SPLAT(K(1.0)));
-    const mask m_tx63k = LT(t_s4yo7, mv_fabs(eps_yaw));
-    const mask m_6lewq = AND(m_6w7fs, m_tx63k);
-    const real a1_now_yaw = SELECT(m_6lewq, z[a1_yaw] + G1_yaw * eps_yaw, z[a1_yaw]);  /* (42) */
-    const real a2_now_yaw = SELECT(m_6lewq, z[a2_yaw] + G2_yaw * eps_yaw, z[a2_yaw]);  /* (42) */
-    const real b0_now_yaw = SELECT(m_6lewq, z[b0_yaw] + G3_yaw * eps_yaw, z[b0_yaw]);  /* (42) */
-    const real b1_now_yaw = SELECT(m_6lewq, z[b1_yaw] + G4_yaw * eps_yaw, z[b1_yaw]);  /* (42) */
-    const real d_now_yaw = SELECT(m_6lewq, z[d_yaw] + G5_yaw * eps_yaw, z[d_yaw]);  /* (42) */
+    const mask m_mhc6m_3 = LT(c[trace_max], trace_yaw);
+    const real cap_yaw = SELECT(m_mhc6m_3, c[forgetting], SPLAT(K(1.0)));
+    const mask m_zcxt6 = LT(t_s4yo7, mv_fabs(eps_yaw));
+    const mask m_fatf3 = AND(m_6w7fs, m_zcxt6);
+    const real a1_now_yaw = SELECT(m_fatf3, z[a1_yaw] + G1_yaw * eps_yaw, z[a1_yaw]);  /* (42) */
+    const real a2_now_yaw = SELECT(m_fatf3, z[a2_yaw] + G2_yaw * eps_yaw, z[a2_yaw]);  /* (42) */
+    const real b0_now_yaw = SELECT(m_fatf3, z[b0_yaw] + G3_yaw * eps_yaw, z[b0_yaw]);  /* (42) */
+    const real b1_now_yaw = SELECT(m_fatf3, z[b1_yaw] + G4_yaw * eps_yaw, z[b1_yaw]);  /* (42) */
+    const real d_now_yaw = SELECT(m_fatf3, z[d_yaw] + G5_yaw * eps_yaw, z[d_yaw]);  /* (42) */
     const real d_used_yaw = c[compensate_d] * d_now_yaw;
     const real t_4msa4 = p[Ts] * p[Ts] * c[b_min_ratio];
     const real b0_used_roll = mv_max(mv_max(b0_now_roll, c[b_min]), K(0.5) / p[I_x] * t_4msa4);
     const real t_2qnly = c[C2_pole] * c[C2_pole];
-    const real t_dx3wo = t_2qnly - a2_now_roll;
-    const real t_pbd6n = c[C2_pole] + c[C2_pole];
-    const real t_lanll = t_pbd6n + a1_now_roll;
-    const real s1_cancel_roll = -t_lanll;  /* (23) */
-    const real t0_cancel_roll = SELECT(m_ng6lt, t_dx3wo + a1_now_roll * a1_now_roll + t_pbd6n * a1_now_roll, s1_cancel_roll);  /* (24) */
-    const real t1_cancel_roll = SELECT(m_ng6lt, t_pbd6n * a2_now_roll + a1_now_roll * a2_now_roll, t_dx3wo);  /* (24) */
-    const real t_qkrvx = b1_now_roll * v_roll;
-    const real BSu_roll = SELECT(m_ng6lt, z[u1_roll] * (b1_now_roll - b0_used_roll * t_lanll) - t_qkrvx * t_lanll, t_qkrvx);  /* (33) */
-    const real t_27ycn = w_roll
+    const real t_yxp6o = t_2qnly - a2_now_roll;
+    const real t_c4wxs = c[C2_pole] + c[C2_pole];
+    const real t_ubkmp = t_c4wxs + a1_now_roll;
+    const real s1_cancel_roll = -t_ubkmp;  /* (23) */
+    const real t0_cancel_roll = SELECT(m_ng6lt, t_yxp6o + a1_now_roll * a1_now_roll + t_c4wxs * a1_now_roll, s1_cancel_roll);  /* (24) */
+    const real t1_cancel_roll = SELECT(m_ng6lt, t_c4wxs * a2_now_roll + a1_now_roll * a2_now_roll, t_yxp6o);  /* (24) */
+    const real t_kke3c = b1_now_roll * v_roll;
+    const real BSu_roll = SELECT(m_ng6lt, z[u1_roll] * (b1_now_roll - b0_used_roll * t_ubkmp) - t_kke3c * t_ubkmp, t_kke3c);  /* (33) */
+    const real t_oraqg = w_roll
         - BSu_roll
         + t_2qnly * z[wm2_roll]
-        - t_pbd6n * z[wm1_roll]
-        - d_used_roll * SELECT(m_ng6lt, K(1.0) - t_lanll, SPLAT(K(1.0)))
+        - t_c4wxs * z[wm1_roll]
+        - d_used_roll * SELECT(m_ng6lt, K(1.0) - t_ubkmp, SPLAT(K(1.0)))
         - x[roll] * t0_cancel_roll
         - t1_cancel_roll * y1_used_roll;
-    const real u_roll_mrac_literal = t_27ycn / b0_used_roll;
+    const real u_roll_mrac_literal = t_oraqg / b0_used_roll;
     const real b0_used_pitch = mv_max(mv_max(b0_now_pitch, c[b_min]), K(0.5) / p[I_y] * t_4msa4);
-    const real t_6kmom = t_2qnly - a2_now_pitch;
-    const real t_xabv7 = t_pbd6n + a1_now_pitch;
-    const real s1_cancel_pitch = -t_xabv7;  /* (23) */
-    const real t0_cancel_pitch = SELECT(m_ng6lt, t_6kmom + a1_now_pitch * a1_now_pitch + t_pbd6n * a1_now_pitch, s1_cancel_pitch);  /* (24) */
-    const real t1_cancel_pitch = SELECT(m_ng6lt, t_pbd6n * a2_now_pitch + a1_now_pitch * a2_now_pitch, t_6kmom);  /* (24) */
-    const real t_gl7ia = b1_now_pitch * v_pitch;
-    const real BSu_pitch = SELECT(m_ng6lt, z[u1_pitch] * (b1_now_pitch - b0_used_pitch * t_xabv7) - t_gl7ia * t_xabv7, t_gl7ia);  /* (33) */
-    const real t_aozlk = w_pitch
+    const real t_nxjzt = t_2qnly - a2_now_pitch;
+    const real t_kuhgq = t_c4wxs + a1_now_pitch;
+    const real s1_cancel_pitch = -t_kuhgq;  /* (23) */
+    const real t0_cancel_pitch = SELECT(m_ng6lt, t_nxjzt + a1_now_pitch * a1_now_pitch + t_c4wxs * a1_now_pitch, s1_cancel_pitch);  /* (24) */
+    const real t1_cancel_pitch = SELECT(m_ng6lt, t_c4wxs * a2_now_pitch + a1_now_pitch * a2_now_pitch, t_nxjzt);  /* (24) */
+    const real t_uatia = b1_now_pitch * v_pitch;
+    const real BSu_pitch = SELECT(m_ng6lt, z[u1_pitch] * (b1_now_pitch - b0_used_pitch * t_kuhgq) - t_uatia * t_kuhgq, t_uatia);  /* (33) */
+    const real t_ggj3n = w_pitch
         - BSu_pitch
         + t_2qnly * z[wm2_pitch]
-        - t_pbd6n * z[wm1_pitch]
-        - d_used_pitch * SELECT(m_ng6lt, K(1.0) - t_xabv7, SPLAT(K(1.0)))
+        - t_c4wxs * z[wm1_pitch]
+        - d_used_pitch * SELECT(m_ng6lt, K(1.0) - t_kuhgq, SPLAT(K(1.0)))
         - x[pitch] * t0_cancel_pitch
         - t1_cancel_pitch * y1_used_pitch;
-    const real u_pitch_mrac_literal = t_aozlk / b0_used_pitch;
+    const real u_pitch_mrac_literal = t_ggj3n / b0_used_pitch;
     const real b0_used_yaw = mv_max(mv_max(b0_now_yaw, c[b_min]), K(0.5) / p[I_z] * t_4msa4);
-    const real t_npxzz = t_2qnly - a2_now_yaw;
-    const real t_44iwp = t_pbd6n + a1_now_yaw;
-    const real s1_cancel_yaw = -t_44iwp;  /* (23) */
-    const real t0_cancel_yaw = SELECT(m_ng6lt, t_npxzz + a1_now_yaw * a1_now_yaw + t_pbd6n * a1_now_yaw, s1_cancel_yaw);  /* (24) */
-    const real t1_cancel_yaw = SELECT(m_ng6lt, t_pbd6n * a2_now_yaw + a1_now_yaw * a2_now_yaw, t_npxzz);  /* (24) */
-    const real t_quuto = b1_now_yaw * v_yaw;
-    const real BSu_yaw = SELECT(m_ng6lt, z[u1_yaw] * (b1_now_yaw - b0_used_yaw * t_44iwp) - t_quuto * t_44iwp, t_quuto);  /* (33) */
-    const real t_gg5ha = w_yaw
+    const real t_t5jm7 = t_2qnly - a2_now_yaw;
+    const real t_h7p4o = t_c4wxs + a1_now_yaw;
+    const real s1_cancel_yaw = -t_h7p4o;  /* (23) */
+    const real t0_cancel_yaw = SELECT(m_ng6lt, t_t5jm7 + a1_now_yaw * a1_now_yaw + t_c4wxs * a1_now_yaw, s1_cancel_yaw);  /* (24) */
+    const real t1_cancel_yaw = SELECT(m_ng6lt, t_c4wxs * a2_now_yaw + a1_now_yaw * a2_now_yaw, t_t5jm7);  /* (24) */
+    const real t_dilxn = b1_now_yaw * v_yaw;
+    const real BSu_yaw = SELECT(m_ng6lt, z[u1_yaw] * (b1_now_yaw - b0_used_yaw * t_h7p4o) - t_dilxn * t_h7p4o, t_dilxn);  /* (33) */
+    const real t_pkykj = w_yaw
         - BSu_yaw
         + t_2qnly * z[wm2_yaw]
-        - t_pbd6n * z[wm1_yaw]
-        - d_used_yaw * SELECT(m_ng6lt, K(1.0) - t_44iwp, SPLAT(K(1.0)))
+        - t_c4wxs * z[wm1_yaw]
+        - d_used_yaw * SELECT(m_ng6lt, K(1.0) - t_h7p4o, SPLAT(K(1.0)))
         - t0_cancel_yaw * x[yaw]
         - t1_cancel_yaw * y1_used_yaw;
-    const real u_yaw_mrac_literal = t_gg5ha / b0_used_yaw;
+    const real u_yaw_mrac_literal = t_pkykj / b0_used_yaw;
     const mask m_m35aa = LT(mv_fabs(v[Tx_applied]), K(1e+30));
     const mask m_6g4m5 = LT(mv_fabs(v[Ty_applied]), K(1e+30));
     const mask m_qvzit = AND(m_m35aa, m_6g4m5);
@@ -1715,113 +1715,113 @@ void satellite_mrac_literal(const real *x, const real *r, const real *v, const r
     const mask m_65ott = AND(m_6i24m, m_ghzhf);
     const mask m_lisih = LT(mv_fabs(x[roll]), K(1e+30));
     const mask m_fdhnb = AND(m_65ott, m_lisih);
-    const mask m_klrep = LT(mv_fabs(trace_pitch), K(1e+30));
-    const mask m_ftaye = AND(m_fdhnb, m_klrep);
-    const mask m_nob5q = LT(mv_fabs(trace_roll), K(1e+30));
-    const mask m_dtjsa = AND(m_ftaye, m_nob5q);
-    const mask m_smxdh = LT(mv_fabs(trace_yaw), K(1e+30));
-    const mask m_tnlb6 = AND(m_dtjsa, m_smxdh);
+    const mask m_6qzei = LT(mv_fabs(trace_pitch), K(1e+30));
+    const mask m_uncs5 = AND(m_fdhnb, m_6qzei);
+    const mask m_6qzei_2 = LT(mv_fabs(trace_roll), K(1e+30));
+    const mask m_f6kxn = AND(m_uncs5, m_6qzei_2);
+    const mask m_6qzei_3 = LT(mv_fabs(trace_yaw), K(1e+30));
+    const mask m_f6kxn_2 = AND(m_f6kxn, m_6qzei_3);
     const mask m_q3hd4 = LT(mv_fabs(x[yaw]), K(1e+30));
-    const mask m_n37qp = AND(m_tnlb6, m_q3hd4);
-    const mask m_m4djy = LT(mv_fabs(u_pitch_mrac_literal), K(1e+30));
-    const mask m_r6745 = AND(m_n37qp, m_m4djy);
-    const mask m_l5gdz = LT(mv_fabs(u_roll_mrac_literal), K(1e+30));
-    const mask m_zencp = AND(m_r6745, m_l5gdz);
-    const mask m_ccpp3 = LT(mv_fabs(u_yaw_mrac_literal), K(1e+30));
-    const mask m_kqyoi = AND(m_zencp, m_ccpp3);
-    const real Tx_cmd = SELECT0(m_kqyoi, u_roll_mrac_literal);
-    const real Ty_cmd = SELECT0(m_kqyoi, u_pitch_mrac_literal);
-    const real Tz_cmd = SELECT0(m_kqyoi, u_yaw_mrac_literal);
-    const mask m_dzg3g = NOT(m_kqyoi);
+    const mask m_4qjac = AND(m_f6kxn_2, m_q3hd4);
+    const mask m_hllxh = LT(mv_fabs(u_pitch_mrac_literal), K(1e+30));
+    const mask m_meqbv = AND(m_4qjac, m_hllxh);
+    const mask m_6zvw3 = LT(mv_fabs(u_roll_mrac_literal), K(1e+30));
+    const mask m_yip5e = AND(m_meqbv, m_6zvw3);
+    const mask m_4ukab = LT(mv_fabs(u_yaw_mrac_literal), K(1e+30));
+    const mask m_hudbn = AND(m_yip5e, m_4ukab);
+    const real Tx_cmd = SELECT0(m_hudbn, u_roll_mrac_literal);
+    const real Ty_cmd = SELECT0(m_hudbn, u_pitch_mrac_literal);
+    const real Tz_cmd = SELECT0(m_hudbn, u_yaw_mrac_literal);
+    const mask m_eqran = NOT(m_hudbn);
     u[0] = Tx_cmd;
     u[1] = Ty_cmd;
     u[2] = Tz_cmd;
-    z_next[0] = SELECT(m_kqyoi, a1_now_roll, z[a1_roll]);
-    z_next[1] = SELECT(m_kqyoi, a2_now_roll, z[a2_roll]);
-    z_next[2] = SELECT(m_kqyoi, b0_now_roll, z[b0_roll]);
-    z_next[3] = SELECT(m_kqyoi, b1_now_roll, z[b1_roll]);
-    z_next[4] = SELECT(m_kqyoi, d_now_roll, z[d_roll]);
-    z_next[5] = SELECT(m_kqyoi, SELECT(m_huydk, D1_free_roll * cap_roll, z[D1_roll]), z[D1_roll]);
-    z_next[6] = SELECT(m_kqyoi, SELECT(m_huydk, D2_free_roll * cap_roll, z[D2_roll]), z[D2_roll]);
-    z_next[7] = SELECT(m_kqyoi, SELECT(m_huydk, D3_free_roll * cap_roll, z[D3_roll]), z[D3_roll]);
-    z_next[8] = SELECT(m_kqyoi, SELECT(m_huydk, D4_free_roll * cap_roll, z[D4_roll]), z[D4_roll]);
-    z_next[9] = SELECT(m_kqyoi, SELECT(m_huydk, D5_free_roll * cap_roll, z[D5_roll]), z[D5_roll]);
-    z_next[10] = SELECT(m_kqyoi, SELECT(m_huydk, U12_free_roll, z[U12_roll]), z[U12_roll]);
-    z_next[11] = SELECT(m_kqyoi, SELECT(m_huydk, U13_free_roll, z[U13_roll]), z[U13_roll]);
-    z_next[12] = SELECT(m_kqyoi, SELECT(m_huydk, U23_free_roll, z[U23_roll]), z[U23_roll]);
-    z_next[13] = SELECT(m_kqyoi, SELECT(m_huydk, U14_free_roll, z[U14_roll]), z[U14_roll]);
-    z_next[14] = SELECT(m_kqyoi, SELECT(m_huydk, U24_free_roll, z[U24_roll]), z[U24_roll]);
-    z_next[15] = SELECT(m_kqyoi, SELECT(m_huydk, U34_free_roll, z[U34_roll]), z[U34_roll]);
-    z_next[16] = SELECT(m_kqyoi, SELECT(m_huydk, U15_free_roll, z[U15_roll]), z[U15_roll]);
-    z_next[17] = SELECT(m_kqyoi, SELECT(m_huydk, U25_free_roll, z[U25_roll]), z[U25_roll]);
-    z_next[18] = SELECT(m_kqyoi, SELECT(m_huydk, U35_free_roll, z[U35_roll]), z[U35_roll]);
-    z_next[19] = SELECT(m_kqyoi, SELECT(m_huydk, U45_free_roll, z[U45_roll]), z[U45_roll]);
-    z_next[20] = SELECT(m_kqyoi, x[roll], z[y1_roll]);
-    z_next[21] = SELECT(m_kqyoi, y1_used_roll, z[y2_roll]);
-    z_next[22] = SELECT(m_kqyoi, v_roll, z[v1_roll]);
-    z_next[23] = SELECT(m_kqyoi, u_roll_mrac_literal, z[u1_roll]);
-    z_next[24] = SELECT(m_kqyoi, z[u1_roll], z[u2_roll]);
-    z_next[25] = SELECT(m_kqyoi, SELECT(m_ng6lt, z[wm1_roll], w_roll), z[ym_roll]);
-    z_next[26] = SELECT(m_kqyoi, w_roll, z[wm1_roll]);
-    z_next[27] = SELECT(m_kqyoi, z[wm1_roll], z[wm2_roll]);
-    z_next[28] = SELECT(m_kqyoi, a1_now_pitch, z[a1_pitch]);
-    z_next[29] = SELECT(m_kqyoi, a2_now_pitch, z[a2_pitch]);
-    z_next[30] = SELECT(m_kqyoi, b0_now_pitch, z[b0_pitch]);
-    z_next[31] = SELECT(m_kqyoi, b1_now_pitch, z[b1_pitch]);
-    z_next[32] = SELECT(m_kqyoi, d_now_pitch, z[d_pitch]);
-    z_next[33] = SELECT(m_kqyoi, SELECT(m_fztcf, D1_free_pitch * cap_pitch, z[D1_pitch]), z[D1_pitch]);
-    z_next[34] = SELECT(m_kqyoi, SELECT(m_fztcf, D2_free_pitch * cap_pitch, z[D2_pitch]), z[D2_pitch]);
-    z_next[35] = SELECT(m_kqyoi, SELECT(m_fztcf, D3_free_pitch * cap_pitch, z[D3_pitch]), z[D3_pitch]);
-    z_next[36] = SELECT(m_kqyoi, SELECT(m_fztcf, D4_free_pitch * cap_pitch, z[D4_pitch]), z[D4_pitch]);
-    z_next[37] = SELECT(m_kqyoi, SELECT(m_fztcf, D5_free_pitch * cap_pitch, z[D5_pitch]), z[D5_pitch]);
-    z_next[38] = SELECT(m_kqyoi, SELECT(m_fztcf, U12_free_pitch, z[U12_pitch]), z[U12_pitch]);
-    z_next[39] = SELECT(m_kqyoi, SELECT(m_fztcf, U13_free_pitch, z[U13_pitch]), z[U13_pitch]);
-    z_next[40] = SELECT(m_kqyoi, SELECT(m_fztcf, U23_free_pitch, z[U23_pitch]), z[U23_pitch]);
-    z_next[41] = SELECT(m_kqyoi, SELECT(m_fztcf, U14_free_pitch, z[U14_pitch]), z[U14_pitch]);
-    z_next[42] = SELECT(m_kqyoi, SELECT(m_fztcf, U24_free_pitch, z[U24_pitch]), z[U24_pitch]);
-    z_next[43] = SELECT(m_kqyoi, SELECT(m_fztcf, U34_free_pitch, z[U34_pitch]), z[U34_pitch]);
-    z_next[44] = SELECT(m_kqyoi, SELECT(m_fztcf, U15_free_pitch, z[U15_pitch]), z[U15_pitch]);
-    z_next[45] = SELECT(m_kqyoi, SELECT(m_fztcf, U25_free_pitch, z[U25_pitch]), z[U25_pitch]);
-    z_next[46] = SELECT(m_kqyoi, SELECT(m_fztcf, U35_free_pitch, z[U35_pitch]), z[U35_pitch]);
-    z_next[47] = SELECT(m_kqyoi, SELECT(m_fztcf, U45_free_pitch, z[U45_pitch]), z[U45_pitch]);
-    z_next[48] = SELECT(m_kqyoi, x[pitch], z[y1_pitch]);
-    z_next[49] = SELECT(m_kqyoi, y1_used_pitch, z[y2_pitch]);
-    z_next[50] = SELECT(m_kqyoi, v_pitch, z[v1_pitch]);
-    z_next[51] = SELECT(m_kqyoi, u_pitch_mrac_literal, z[u1_pitch]);
-    z_next[52] = SELECT(m_kqyoi, z[u1_pitch], z[u2_pitch]);
-    z_next[53] = SELECT(m_kqyoi, SELECT(m_ng6lt, z[wm1_pitch], w_pitch), z[ym_pitch]);
-    z_next[54] = SELECT(m_kqyoi, w_pitch, z[wm1_pitch]);
-    z_next[55] = SELECT(m_kqyoi, z[wm1_pitch], z[wm2_pitch]);
-    z_next[56] = SELECT(m_kqyoi, a1_now_yaw, z[a1_yaw]);
-    z_next[57] = SELECT(m_kqyoi, a2_now_yaw, z[a2_yaw]);
-    z_next[58] = SELECT(m_kqyoi, b0_now_yaw, z[b0_yaw]);
-    z_next[59] = SELECT(m_kqyoi, b1_now_yaw, z[b1_yaw]);
-    z_next[60] = SELECT(m_kqyoi, d_now_yaw, z[d_yaw]);
-    z_next[61] = SELECT(m_kqyoi, SELECT(m_6lewq, D1_free_yaw * cap_yaw, z[D1_yaw]), z[D1_yaw]);
-    z_next[62] = SELECT(m_kqyoi, SELECT(m_6lewq, D2_free_yaw * cap_yaw, z[D2_yaw]), z[D2_yaw]);
-    z_next[63] = SELECT(m_kqyoi, SELECT(m_6lewq, D3_free_yaw * cap_yaw, z[D3_yaw]), z[D3_yaw]);
-    z_next[64] = SELECT(m_kqyoi, SELECT(m_6lewq, D4_free_yaw * cap_yaw, z[D4_yaw]), z[D4_yaw]);
-    z_next[65] = SELECT(m_kqyoi, SELECT(m_6lewq, D5_free_yaw * cap_yaw, z[D5_yaw]), z[D5_yaw]);
-    z_next[66] = SELECT(m_kqyoi, SELECT(m_6lewq, U12_free_yaw, z[U12_yaw]), z[U12_yaw]);
-    z_next[67] = SELECT(m_kqyoi, SELECT(m_6lewq, U13_free_yaw, z[U13_yaw]), z[U13_yaw]);
-    z_next[68] = SELECT(m_kqyoi, SELECT(m_6lewq, U23_free_yaw, z[U23_yaw]), z[U23_yaw]);
-    z_next[69] = SELECT(m_kqyoi, SELECT(m_6lewq, U14_free_yaw, z[U14_yaw]), z[U14_yaw]);
-    z_next[70] = SELECT(m_kqyoi, SELECT(m_6lewq, U24_free_yaw, z[U24_yaw]), z[U24_yaw]);
-    z_next[71] = SELECT(m_kqyoi, SELECT(m_6lewq, U34_free_yaw, z[U34_yaw]), z[U34_yaw]);
-    z_next[72] = SELECT(m_kqyoi, SELECT(m_6lewq, U15_free_yaw, z[U15_yaw]), z[U15_yaw]);
-    z_next[73] = SELECT(m_kqyoi, SELECT(m_6lewq, U25_free_yaw, z[U25_yaw]), z[U25_yaw]);
-    z_next[74] = SELECT(m_kqyoi, SELECT(m_6lewq, U35_free_yaw, z[U35_yaw]), z[U35_yaw]);
-    z_next[75] = SELECT(m_kqyoi, SELECT(m_6lewq, U45_free_yaw, z[U45_yaw]), z[U45_yaw]);
-    z_next[76] = SELECT(m_kqyoi, x[yaw], z[y1_yaw]);
-    z_next[77] = SELECT(m_kqyoi, y1_used_yaw, z[y2_yaw]);
-    z_next[78] = SELECT(m_kqyoi, v_yaw, z[v1_yaw]);
-    z_next[79] = SELECT(m_kqyoi, u_yaw_mrac_literal, z[u1_yaw]);
-    z_next[80] = SELECT(m_kqyoi, z[u1_yaw], z[u2_yaw]);
-    z_next[81] = SELECT(m_kqyoi, SELECT(m_ng6lt, z[wm1_yaw], w_yaw), z[ym_yaw]);
-    z_next[82] = SELECT(m_kqyoi, w_yaw, z[wm1_yaw]);
-    z_next[83] = SELECT(m_kqyoi, z[wm1_yaw], z[wm2_yaw]);
-    z_next[84] = SELECT0(m_kqyoi, mv_min(SPLAT(K(2.0)), K(1.0) + z[samples]));
-    z_next[85] = SELECT0(m_dzg3g, SPLAT(K(1.0)));
+    z_next[0] = SELECT(m_hudbn, a1_now_roll, z[a1_roll]);
+    z_next[1] = SELECT(m_hudbn, a2_now_roll, z[a2_roll]);
+    z_next[2] = SELECT(m_hudbn, b0_now_roll, z[b0_roll]);
+    z_next[3] = SELECT(m_hudbn, b1_now_roll, z[b1_roll]);
+    z_next[4] = SELECT(m_hudbn, d_now_roll, z[d_roll]);
+    z_next[5] = SELECT(m_hudbn, SELECT(m_dyzzl, D1_free_roll * cap_roll, z[D1_roll]), z[D1_roll]);
+    z_next[6] = SELECT(m_hudbn, SELECT(m_dyzzl, D2_free_roll * cap_roll, z[D2_roll]), z[D2_roll]);
+    z_next[7] = SELECT(m_hudbn, SELECT(m_dyzzl, D3_free_roll * cap_roll, z[D3_roll]), z[D3_roll]);
+    z_next[8] = SELECT(m_hudbn, SELECT(m_dyzzl, D4_free_roll * cap_roll, z[D4_roll]), z[D4_roll]);
+    z_next[9] = SELECT(m_hudbn, SELECT(m_dyzzl, D5_free_roll * cap_roll, z[D5_roll]), z[D5_roll]);
+    z_next[10] = SELECT(m_hudbn, SELECT(m_dyzzl, U12_free_roll, z[U12_roll]), z[U12_roll]);
+    z_next[11] = SELECT(m_hudbn, SELECT(m_dyzzl, U13_free_roll, z[U13_roll]), z[U13_roll]);
+    z_next[12] = SELECT(m_hudbn, SELECT(m_dyzzl, U23_free_roll, z[U23_roll]), z[U23_roll]);
+    z_next[13] = SELECT(m_hudbn, SELECT(m_dyzzl, U14_free_roll, z[U14_roll]), z[U14_roll]);
+    z_next[14] = SELECT(m_hudbn, SELECT(m_dyzzl, U24_free_roll, z[U24_roll]), z[U24_roll]);
+    z_next[15] = SELECT(m_hudbn, SELECT(m_dyzzl, U34_free_roll, z[U34_roll]), z[U34_roll]);
+    z_next[16] = SELECT(m_hudbn, SELECT(m_dyzzl, U15_free_roll, z[U15_roll]), z[U15_roll]);
+    z_next[17] = SELECT(m_hudbn, SELECT(m_dyzzl, U25_free_roll, z[U25_roll]), z[U25_roll]);
+    z_next[18] = SELECT(m_hudbn, SELECT(m_dyzzl, U35_free_roll, z[U35_roll]), z[U35_roll]);
+    z_next[19] = SELECT(m_hudbn, SELECT(m_dyzzl, U45_free_roll, z[U45_roll]), z[U45_roll]);
+    z_next[20] = SELECT(m_hudbn, x[roll], z[y1_roll]);
+    z_next[21] = SELECT(m_hudbn, y1_used_roll, z[y2_roll]);
+    z_next[22] = SELECT(m_hudbn, v_roll, z[v1_roll]);
+    z_next[23] = SELECT(m_hudbn, u_roll_mrac_literal, z[u1_roll]);
+    z_next[24] = SELECT(m_hudbn, z[u1_roll], z[u2_roll]);
+    z_next[25] = SELECT(m_hudbn, SELECT(m_ng6lt, z[wm1_roll], w_roll), z[ym_roll]);
+    z_next[26] = SELECT(m_hudbn, w_roll, z[wm1_roll]);
+    z_next[27] = SELECT(m_hudbn, z[wm1_roll], z[wm2_roll]);
+    z_next[28] = SELECT(m_hudbn, a1_now_pitch, z[a1_pitch]);
+    z_next[29] = SELECT(m_hudbn, a2_now_pitch, z[a2_pitch]);
+    z_next[30] = SELECT(m_hudbn, b0_now_pitch, z[b0_pitch]);
+    z_next[31] = SELECT(m_hudbn, b1_now_pitch, z[b1_pitch]);
+    z_next[32] = SELECT(m_hudbn, d_now_pitch, z[d_pitch]);
+    z_next[33] = SELECT(m_hudbn, SELECT(m_rjsrz, D1_free_pitch * cap_pitch, z[D1_pitch]), z[D1_pitch]);
+    z_next[34] = SELECT(m_hudbn, SELECT(m_rjsrz, D2_free_pitch * cap_pitch, z[D2_pitch]), z[D2_pitch]);
+    z_next[35] = SELECT(m_hudbn, SELECT(m_rjsrz, D3_free_pitch * cap_pitch, z[D3_pitch]), z[D3_pitch]);
+    z_next[36] = SELECT(m_hudbn, SELECT(m_rjsrz, D4_free_pitch * cap_pitch, z[D4_pitch]), z[D4_pitch]);
+    z_next[37] = SELECT(m_hudbn, SELECT(m_rjsrz, D5_free_pitch * cap_pitch, z[D5_pitch]), z[D5_pitch]);
+    z_next[38] = SELECT(m_hudbn, SELECT(m_rjsrz, U12_free_pitch, z[U12_pitch]), z[U12_pitch]);
+    z_next[39] = SELECT(m_hudbn, SELECT(m_rjsrz, U13_free_pitch, z[U13_pitch]), z[U13_pitch]);
+    z_next[40] = SELECT(m_hudbn, SELECT(m_rjsrz, U23_free_pitch, z[U23_pitch]), z[U23_pitch]);
+    z_next[41] = SELECT(m_hudbn, SELECT(m_rjsrz, U14_free_pitch, z[U14_pitch]), z[U14_pitch]);
+    z_next[42] = SELECT(m_hudbn, SELECT(m_rjsrz, U24_free_pitch, z[U24_pitch]), z[U24_pitch]);
+    z_next[43] = SELECT(m_hudbn, SELECT(m_rjsrz, U34_free_pitch, z[U34_pitch]), z[U34_pitch]);
+    z_next[44] = SELECT(m_hudbn, SELECT(m_rjsrz, U15_free_pitch, z[U15_pitch]), z[U15_pitch]);
+    z_next[45] = SELECT(m_hudbn, SELECT(m_rjsrz, U25_free_pitch, z[U25_pitch]), z[U25_pitch]);
+    z_next[46] = SELECT(m_hudbn, SELECT(m_rjsrz, U35_free_pitch, z[U35_pitch]), z[U35_pitch]);
+    z_next[47] = SELECT(m_hudbn, SELECT(m_rjsrz, U45_free_pitch, z[U45_pitch]), z[U45_pitch]);
+    z_next[48] = SELECT(m_hudbn, x[pitch], z[y1_pitch]);
+    z_next[49] = SELECT(m_hudbn, y1_used_pitch, z[y2_pitch]);
+    z_next[50] = SELECT(m_hudbn, v_pitch, z[v1_pitch]);
+    z_next[51] = SELECT(m_hudbn, u_pitch_mrac_literal, z[u1_pitch]);
+    z_next[52] = SELECT(m_hudbn, z[u1_pitch], z[u2_pitch]);
+    z_next[53] = SELECT(m_hudbn, SELECT(m_ng6lt, z[wm1_pitch], w_pitch), z[ym_pitch]);
+    z_next[54] = SELECT(m_hudbn, w_pitch, z[wm1_pitch]);
+    z_next[55] = SELECT(m_hudbn, z[wm1_pitch], z[wm2_pitch]);
+    z_next[56] = SELECT(m_hudbn, a1_now_yaw, z[a1_yaw]);
+    z_next[57] = SELECT(m_hudbn, a2_now_yaw, z[a2_yaw]);
+    z_next[58] = SELECT(m_hudbn, b0_now_yaw, z[b0_yaw]);
+    z_next[59] = SELECT(m_hudbn, b1_now_yaw, z[b1_yaw]);
+    z_next[60] = SELECT(m_hudbn, d_now_yaw, z[d_yaw]);
+    z_next[61] = SELECT(m_hudbn, SELECT(m_fatf3, D1_free_yaw * cap_yaw, z[D1_yaw]), z[D1_yaw]);
+    z_next[62] = SELECT(m_hudbn, SELECT(m_fatf3, D2_free_yaw * cap_yaw, z[D2_yaw]), z[D2_yaw]);
+    z_next[63] = SELECT(m_hudbn, SELECT(m_fatf3, D3_free_yaw * cap_yaw, z[D3_yaw]), z[D3_yaw]);
+    z_next[64] = SELECT(m_hudbn, SELECT(m_fatf3, D4_free_yaw * cap_yaw, z[D4_yaw]), z[D4_yaw]);
+    z_next[65] = SELECT(m_hudbn, SELECT(m_fatf3, D5_free_yaw * cap_yaw, z[D5_yaw]), z[D5_yaw]);
+    z_next[66] = SELECT(m_hudbn, SELECT(m_fatf3, U12_free_yaw, z[U12_yaw]), z[U12_yaw]);
+    z_next[67] = SELECT(m_hudbn, SELECT(m_fatf3, U13_free_yaw, z[U13_yaw]), z[U13_yaw]);
+    z_next[68] = SELECT(m_hudbn, SELECT(m_fatf3, U23_free_yaw, z[U23_yaw]), z[U23_yaw]);
+    z_next[69] = SELECT(m_hudbn, SELECT(m_fatf3, U14_free_yaw, z[U14_yaw]), z[U14_yaw]);
+    z_next[70] = SELECT(m_hudbn, SELECT(m_fatf3, U24_free_yaw, z[U24_yaw]), z[U24_yaw]);
+    z_next[71] = SELECT(m_hudbn, SELECT(m_fatf3, U34_free_yaw, z[U34_yaw]), z[U34_yaw]);
+    z_next[72] = SELECT(m_hudbn, SELECT(m_fatf3, U15_free_yaw, z[U15_yaw]), z[U15_yaw]);
+    z_next[73] = SELECT(m_hudbn, SELECT(m_fatf3, U25_free_yaw, z[U25_yaw]), z[U25_yaw]);
+    z_next[74] = SELECT(m_hudbn, SELECT(m_fatf3, U35_free_yaw, z[U35_yaw]), z[U35_yaw]);
+    z_next[75] = SELECT(m_hudbn, SELECT(m_fatf3, U45_free_yaw, z[U45_yaw]), z[U45_yaw]);
+    z_next[76] = SELECT(m_hudbn, x[yaw], z[y1_yaw]);
+    z_next[77] = SELECT(m_hudbn, y1_used_yaw, z[y2_yaw]);
+    z_next[78] = SELECT(m_hudbn, v_yaw, z[v1_yaw]);
+    z_next[79] = SELECT(m_hudbn, u_yaw_mrac_literal, z[u1_yaw]);
+    z_next[80] = SELECT(m_hudbn, z[u1_yaw], z[u2_yaw]);
+    z_next[81] = SELECT(m_hudbn, SELECT(m_ng6lt, z[wm1_yaw], w_yaw), z[ym_yaw]);
+    z_next[82] = SELECT(m_hudbn, w_yaw, z[wm1_yaw]);
+    z_next[83] = SELECT(m_hudbn, z[wm1_yaw], z[wm2_yaw]);
+    z_next[84] = SELECT0(m_hudbn, mv_min(SPLAT(K(2.0)), K(1.0) + z[samples]));
+    z_next[85] = SELECT0(m_eqran, SPLAT(K(1.0)));
 }
 
 /* margins of a feasible mrac-literal; 4 operations. */
@@ -2008,13 +2008,13 @@ void satellite_pd(const real *x, const real *r, const real *v, const real *z, co
     const real rate_y = x[wy] + C22 * p[omega0];  /* (4) */
     const real rate_z = x[wz] + C32 * p[omega0];  /* (4) */
     const real model_pole = mv_exp(-(p[Ts] / c[tau_m]));
-    const real t_hjr6j = K(-1.0) + model_pole;
-    const real t_lbhv6 = t_hjr6j * t_hjr6j;
-    const real t_u5zvh = model_pole + model_pole;
-    const real t_lbhv6_2 = model_pole * model_pole;
-    const real w_roll = t_lbhv6 * r[ref_roll] + t_u5zvh * z[wm1_roll] - t_lbhv6_2 * z[wm2_roll];  /* (16) */
-    const real w_pitch = t_lbhv6 * r[ref_pitch] + t_u5zvh * z[wm1_pitch] - t_lbhv6_2 * z[wm2_pitch];  /* (16) */
-    const real w_yaw = t_lbhv6 * r[ref_yaw] + t_u5zvh * z[wm1_yaw] - t_lbhv6_2 * z[wm2_yaw];  /* (16) */
+    const real t_7h4u2 = K(-1.0) + model_pole;
+    const real t_zugk2 = t_7h4u2 * t_7h4u2;
+    const real t_7h4u2_2 = model_pole + model_pole;
+    const real t_zugk2_2 = model_pole * model_pole;
+    const real w_roll = t_zugk2 * r[ref_roll] + t_7h4u2_2 * z[wm1_roll] - t_zugk2_2 * z[wm2_roll];  /* (16) */
+    const real w_pitch = t_zugk2 * r[ref_pitch] + t_7h4u2_2 * z[wm1_pitch] - t_zugk2_2 * z[wm2_pitch];  /* (16) */
+    const real w_yaw = t_zugk2 * r[ref_yaw] + t_7h4u2_2 * z[wm1_yaw] - t_zugk2_2 * z[wm2_yaw];  /* (16) */
     const mask m_z3d63 = LT(K(0.5), c[follow_model]);
     const real u_roll_pd = c[Kp_x] * (SELECT(m_z3d63, z[ym_roll], r[ref_roll]) - x[roll]) - c[Kd_x] * rate_x;  /* (50) */
     const real u_pitch_pd = c[Kp_y] * (SELECT(m_z3d63, z[ym_pitch], r[ref_pitch]) - x[pitch]) - c[Kd_y] * rate_y;  /* (50) */
@@ -2030,16 +2030,16 @@ void satellite_pd(const real *x, const real *r, const real *v, const real *z, co
     const mask m_fdhnb = AND(m_5iclu, m_lisih);
     const mask m_q3hd4 = LT(mv_fabs(x[yaw]), K(1e+30));
     const mask m_sehe6 = AND(m_fdhnb, m_q3hd4);
-    const mask m_4fwsc = LT(mv_fabs(u_pitch_pd), K(1e+30));
-    const mask m_ey64f = AND(m_sehe6, m_4fwsc);
-    const mask m_zzicp = LT(mv_fabs(u_roll_pd), K(1e+30));
-    const mask m_yof5u = AND(m_ey64f, m_zzicp);
-    const mask m_ilrjp = LT(mv_fabs(u_yaw_pd), K(1e+30));
-    const mask m_gwxq4 = AND(m_yof5u, m_ilrjp);
+    const mask m_trjgf = LT(mv_fabs(u_pitch_pd), K(1e+30));
+    const mask m_kod54 = AND(m_sehe6, m_trjgf);
+    const mask m_tq6ie = LT(mv_fabs(u_roll_pd), K(1e+30));
+    const mask m_mzynu = AND(m_kod54, m_tq6ie);
+    const mask m_gptfm = LT(mv_fabs(u_yaw_pd), K(1e+30));
+    const mask m_zjilw = AND(m_mzynu, m_gptfm);
     const mask m_nepjb = LT(mv_fabs(x[wx]), K(1e+30));
-    const mask m_r3oc5 = AND(m_gwxq4, m_nepjb);
+    const mask m_wso6n = AND(m_zjilw, m_nepjb);
     const mask m_gmtwv = LT(mv_fabs(x[wy]), K(1e+30));
-    const mask m_mhk6s = AND(m_r3oc5, m_gmtwv);
+    const mask m_mhk6s = AND(m_wso6n, m_gmtwv);
     const mask m_no6hp = LT(mv_fabs(x[wz]), K(1e+30));
     const mask m_le4m7 = AND(m_mhk6s, m_no6hp);
     const real Tx_cmd = SELECT0(m_le4m7, u_roll_pd);

@@ -148,12 +148,12 @@ def rhs(x, u, p):
         sin_sun_elevation, cos_sun_elevation = np.sin(sun_elevation), np.cos(sun_elevation)
         t_cbxhz = latitude - sun_latitude
         sin_t_cbxhz, cos_t_cbxhz = np.sin(t_cbxhz), np.cos(t_cbxhz)
-        t_gegnr = t_o4eym * (cos_sun_elevation * sin_t_cbxhz) - F_air
+        t_4vgy7 = t_o4eym * (cos_sun_elevation * sin_t_cbxhz) - F_air
         t_cokzx = t_o4eym * sin_sun_elevation
         t_cw7a6 = t_o4eym * (cos_sun_elevation * cos_t_cbxhz)
-        F_x = t_gegnr * C11 + t_cokzx * C12 - t_cw7a6 * sin_pitch
-        F_y = t_gegnr * C21 + t_cokzx * C22 + t_cw7a6 * C23
-        F_z = t_gegnr * C31 + t_cokzx * C32 + t_cw7a6 * C33
+        F_x = t_4vgy7 * C11 + t_cokzx * C12 - t_cw7a6 * sin_pitch
+        F_y = t_4vgy7 * C21 + t_cokzx * C22 + t_cw7a6 * C23
+        F_z = t_4vgy7 * C31 + t_cokzx * C32 + t_cw7a6 * C33
         sin_latitude, cos_latitude = np.sin(latitude), np.cos(latitude)
         t_ph4ov = field_moment / (orbit_radius * t_woyh3)
         sin_inclination, cos_inclination = np.sin(inclination), np.cos(inclination)
@@ -161,12 +161,12 @@ def rhs(x, u, p):
         B_x = cos_latitude * t_mt3zp
         B_z = (t_mt3zp + t_mt3zp) * sin_latitude
         t_xdhrg = t_ph4ov * cos_inclination
-        t_4bjg4 = B_x * C31 - t_xdhrg * C32 + B_z * C33
-        t_no5s7 = B_x * C21 - t_xdhrg * C22 + B_z * C23
-        Tenv_x = t_4bjg4 * dipole_y + F_z * arm_y - t_no5s7 * dipole_z - F_y * arm_z
-        t_vyuvm = B_x * C11 - t_xdhrg * C12 - B_z * sin_pitch
-        Tenv_y = t_vyuvm * dipole_z + F_x * arm_z - t_4bjg4 * dipole_x - F_z * arm_x
-        Tenv_z = t_no5s7 * dipole_x + F_y * arm_x - t_vyuvm * dipole_y - F_x * arm_y
+        t_73jaq = B_x * C31 - t_xdhrg * C32 + B_z * C33
+        t_73jaq_2 = B_x * C21 - t_xdhrg * C22 + B_z * C23
+        Tenv_x = t_73jaq * dipole_y + F_z * arm_y - t_73jaq_2 * dipole_z - F_y * arm_z
+        t_ov6il = B_x * C11 - t_xdhrg * C12 - B_z * sin_pitch
+        Tenv_y = t_ov6il * dipole_z + F_x * arm_z - t_73jaq * dipole_x - F_z * arm_x
+        Tenv_z = t_73jaq_2 * dipole_x + F_y * arm_x - t_ov6il * dipole_y - F_x * arm_y
         wheel_x = hx * (1.0 / Iw_x) - wx
         wheel_y = hy * (1.0 / Iw_y) - wy
         wheel_z = hz * (1.0 / Iw_z) - wz
@@ -175,42 +175,42 @@ def rhs(x, u, p):
         Tw_y = Ty + t_n5ucq * wheel_y
         Tw_z = Tz + t_n5ucq * wheel_z
         t_dukwy = I_z + Iw_z
-        t_asvi2 = 3.0 * t_xcu2m * C33
+        t_dfei4 = 3.0 * t_xcu2m * C33
         t_rud4r = hy + wy * I_y
         t_2fuj5 = hz + wz * I_z
-        t_hzpts = (
+        t_olkll = (
             Tenv_x
-            - (I_y + Iw_y - t_dukwy) * t_asvi2 * C23
+            - (I_y + Iw_y - t_dukwy) * t_dfei4 * C23
             + Tw_x
             + t_rud4r * wz
             - t_2fuj5 * wy
         )
-        wx_rate = t_hzpts * (1.0 / I_x)  # (1)
+        wx_rate = t_olkll * (1.0 / I_x)  # (1)
         t_l4gxo = I_x + Iw_x
         t_id7q2 = hx + wx * I_x
-        t_nvoaf = (
+        t_et23c = (
             Tenv_y
-            - t_asvi2 * sin_pitch * (t_l4gxo - t_dukwy)
+            - t_dfei4 * sin_pitch * (t_l4gxo - t_dukwy)
             + Tw_y
             + t_2fuj5 * wx
             - t_id7q2 * wz
         )
-        wy_rate = t_nvoaf * (1.0 / I_y)  # (1)
-        t_dzdsa = (
+        wy_rate = t_et23c * (1.0 / I_y)  # (1)
+        t_axp3s = (
             Tenv_z
             - -3.0 * t_xcu2m * (t_l4gxo - I_y - Iw_y) * sin_pitch * C23
             + Tw_z
             + t_id7q2 * wy
             - t_rud4r * wx
         )
-        wz_rate = t_dzdsa * (1.0 / I_z)  # (1)
+        wz_rate = t_axp3s * (1.0 / I_z)  # (1)
         t_ksn4u = 1.0 / cos_pitch
-        t_l44wr = sin_roll * t_ksn4u * rate_y
-        t_rukvs = cos_roll * t_ksn4u * rate_z
+        t_qr3mc = sin_roll * t_ksn4u * rate_y
+        t_llvwk = cos_roll * t_ksn4u * rate_z
         return _vector(
-            rate_x + sin_pitch * t_l44wr + sin_pitch * t_rukvs,
+            rate_x + sin_pitch * t_qr3mc + sin_pitch * t_llvwk,
             cos_roll * rate_y - sin_roll * rate_z,
-            t_l44wr + t_rukvs,
+            t_qr3mc + t_llvwk,
             wx_rate,
             wy_rate,
             wz_rate,
@@ -282,12 +282,12 @@ def outputs(x, u, r, p):
         sin_sun_elevation, cos_sun_elevation = np.sin(sun_elevation), np.cos(sun_elevation)
         t_cbxhz = latitude - sun_latitude
         sin_t_cbxhz, cos_t_cbxhz = np.sin(t_cbxhz), np.cos(t_cbxhz)
-        t_gegnr = t_o4eym * (cos_sun_elevation * sin_t_cbxhz) - F_air
+        t_4vgy7 = t_o4eym * (cos_sun_elevation * sin_t_cbxhz) - F_air
         t_cokzx = t_o4eym * sin_sun_elevation
         t_cw7a6 = t_o4eym * (cos_sun_elevation * cos_t_cbxhz)
-        F_x = t_gegnr * C11 + t_cokzx * C12 - t_cw7a6 * sin_pitch
-        F_y = t_gegnr * C21 + t_cokzx * C22 + t_cw7a6 * C23
-        F_z = t_gegnr * C31 + t_cokzx * C32 + t_cw7a6 * C33
+        F_x = t_4vgy7 * C11 + t_cokzx * C12 - t_cw7a6 * sin_pitch
+        F_y = t_4vgy7 * C21 + t_cokzx * C22 + t_cw7a6 * C23
+        F_z = t_4vgy7 * C31 + t_cokzx * C32 + t_cw7a6 * C33
         sin_latitude, cos_latitude = np.sin(latitude), np.cos(latitude)
         t_ph4ov = field_moment / (orbit_radius * t_woyh3)
         sin_inclination, cos_inclination = np.sin(inclination), np.cos(inclination)
@@ -295,12 +295,12 @@ def outputs(x, u, r, p):
         B_x = cos_latitude * t_mt3zp
         B_z = (t_mt3zp + t_mt3zp) * sin_latitude
         t_xdhrg = t_ph4ov * cos_inclination
-        t_4bjg4 = B_x * C31 - t_xdhrg * C32 + B_z * C33
-        t_no5s7 = B_x * C21 - t_xdhrg * C22 + B_z * C23
-        Tenv_x = t_4bjg4 * dipole_y + F_z * arm_y - t_no5s7 * dipole_z - F_y * arm_z
-        t_vyuvm = B_x * C11 - t_xdhrg * C12 - B_z * sin_pitch
-        Tenv_y = t_vyuvm * dipole_z + F_x * arm_z - t_4bjg4 * dipole_x - F_z * arm_x
-        Tenv_z = t_no5s7 * dipole_x + F_y * arm_x - t_vyuvm * dipole_y - F_x * arm_y
+        t_73jaq = B_x * C31 - t_xdhrg * C32 + B_z * C33
+        t_73jaq_2 = B_x * C21 - t_xdhrg * C22 + B_z * C23
+        Tenv_x = t_73jaq * dipole_y + F_z * arm_y - t_73jaq_2 * dipole_z - F_y * arm_z
+        t_ov6il = B_x * C11 - t_xdhrg * C12 - B_z * sin_pitch
+        Tenv_y = t_ov6il * dipole_z + F_x * arm_z - t_73jaq * dipole_x - F_z * arm_x
+        Tenv_z = t_73jaq_2 * dipole_x + F_y * arm_x - t_ov6il * dipole_y - F_x * arm_y
         wheel_x = hx * (1.0 / Iw_x) - wx
         wheel_y = hy * (1.0 / Iw_y) - wy
         wheel_z = hz * (1.0 / Iw_z) - wz
@@ -401,11 +401,11 @@ def measure(x, e, p):
         roll_noisy = roll + e_roll * noise
         pitch_noisy = pitch + e_pitch * noise
         yaw_noisy = yaw + e_yaw * noise
-        t_tzc6z = 1.0 / sensor_step
+        t_c3v7y = 1.0 / sensor_step
         return _vector(
-            np.where(m_ue2cf, sensor_step * np.floor(0.5 + roll_noisy * t_tzc6z), roll_noisy),
-            np.where(m_ue2cf, sensor_step * np.floor(0.5 + pitch_noisy * t_tzc6z), pitch_noisy),
-            np.where(m_ue2cf, sensor_step * np.floor(0.5 + yaw_noisy * t_tzc6z), yaw_noisy),
+            np.where(m_ue2cf, sensor_step * np.floor(0.5 + roll_noisy * t_c3v7y), roll_noisy),
+            np.where(m_ue2cf, sensor_step * np.floor(0.5 + pitch_noisy * t_c3v7y), pitch_noisy),
+            np.where(m_ue2cf, sensor_step * np.floor(0.5 + yaw_noisy * t_c3v7y), yaw_noisy),
             wx + e_wx * noise_rate,
             wy + e_wy * noise_rate,
             wz + e_wz * noise_rate,
@@ -522,12 +522,12 @@ def momentum(x, p):
         t_rud4r = hy + wy * I_y
         t_2fuj5 = hz + wz * I_z
         t_id7q2 = hx + wx * I_x
-        t_uwga4 = t_rud4r * C21 + t_2fuj5 * C31 + t_id7q2 * C11
-        t_6qezq = t_rud4r * C23 + t_2fuj5 * C33 - t_id7q2 * sin_pitch
+        t_6tiwt = t_rud4r * C21 + t_2fuj5 * C31 + t_id7q2 * C11
+        t_m434l = t_rud4r * C23 + t_2fuj5 * C33 - t_id7q2 * sin_pitch
         return _vector(
-            cos_latitude * t_uwga4 - sin_latitude * t_6qezq,
+            cos_latitude * t_6tiwt - sin_latitude * t_m434l,
             t_rud4r * C22 + t_2fuj5 * C32 + t_id7q2 * C12,
-            cos_latitude * t_6qezq + sin_latitude * t_uwga4,
+            cos_latitude * t_m434l + sin_latitude * t_6tiwt,
         )
 
 
@@ -554,7 +554,7 @@ def energy(x, p):
         sin_roll, cos_roll = np.sin(roll), np.cos(roll)
         C23 = cos_pitch * sin_roll  # (3)
         C33 = cos_pitch * cos_roll  # (3)
-        t_l62pt = (
+        t_yscyj = (
             (I_y + Iw_y) * (C23 * C23)
             + (I_x + Iw_x) * (sin_pitch * sin_pitch)
             + (I_z + Iw_z) * (C33 * C33)
@@ -565,7 +565,7 @@ def energy(x, p):
             + 0.5 * I_x * (wx * wx)
             + 0.5 * I_y * (wy * wy)
             + 0.5 * I_z * (wz * wz)
-            + 1.5 * (omega0 * omega0) * t_l62pt)[()]
+            + 1.5 * (omega0 * omega0) * t_yscyj)[()]
 
 
 def mrac(x, r, v, z, p, c):
@@ -690,13 +690,13 @@ def mrac(x, r, v, z, p, c):
         design_delay = c[..., 20]
         tau_m = c[..., 21]
         model_pole = np.exp(-(Ts / tau_m))
-        t_hjr6j = -1.0 + model_pole
-        t_lbhv6 = t_hjr6j * t_hjr6j
-        t_u5zvh = model_pole + model_pole
-        t_lbhv6_2 = model_pole * model_pole
-        w_roll = t_lbhv6 * ref_roll + t_u5zvh * wm1_roll - t_lbhv6_2 * wm2_roll  # (16)
-        w_pitch = t_lbhv6 * ref_pitch + t_u5zvh * wm1_pitch - t_lbhv6_2 * wm2_pitch  # (16)
-        w_yaw = t_lbhv6 * ref_yaw + t_u5zvh * wm1_yaw - t_lbhv6_2 * wm2_yaw  # (16)
+        t_7h4u2 = -1.0 + model_pole
+        t_zugk2 = t_7h4u2 * t_7h4u2
+        t_7h4u2_2 = model_pole + model_pole
+        t_zugk2_2 = model_pole * model_pole
+        w_roll = t_zugk2 * ref_roll + t_7h4u2_2 * wm1_roll - t_zugk2_2 * wm2_roll  # (16)
+        w_pitch = t_zugk2 * ref_pitch + t_7h4u2_2 * wm1_pitch - t_zugk2_2 * wm2_pitch  # (16)
+        w_yaw = t_zugk2 * ref_yaw + t_7h4u2_2 * wm1_yaw - t_zugk2_2 * wm2_yaw  # (16)
         m_myerm = (samples < 0.5)
         y1_used_roll = np.where(m_myerm, roll, y1_roll)
         m_2oym3 = (0.5 < applied_regressor)
@@ -710,39 +710,39 @@ def mrac(x, r, v, z, p, c):
             - a2_roll * y2_roll
         )  # (34)
         eps_roll = roll - y_hat_roll  # (39)
-        t_s4qc7 = D1_roll * y1_used_roll
-        alpha1_roll = forgetting + t_s4qc7 * y1_used_roll  # (40)
-        t_gcbdt = 1.0 / alpha1_roll
-        D1_free_roll = D1_roll * t_gcbdt  # (41)
-        t_4q5lb = y2_roll + U12_roll * y1_used_roll
-        t_bqiu4 = D2_roll * t_4q5lb
-        alpha2_roll = alpha1_roll + t_bqiu4 * t_4q5lb  # (40)
-        t_2ftwl = 1.0 / alpha2_roll
+        t_zrpuv = D1_roll * y1_used_roll
+        alpha1_roll = forgetting + t_zrpuv * y1_used_roll  # (40)
+        t_2yiuc = 1.0 / alpha1_roll
+        D1_free_roll = D1_roll * t_2yiuc  # (41)
+        t_rm4w3 = y2_roll + U12_roll * y1_used_roll
+        t_mpk5i = D2_roll * t_rm4w3
+        alpha2_roll = alpha1_roll + t_mpk5i * t_rm4w3  # (40)
+        t_weizg = 1.0 / alpha2_roll
         t_rkxsm = 1.0 / forgetting
-        D2_free_roll = t_2ftwl * t_rkxsm * D2_roll * alpha1_roll  # (41)
-        U12_free_roll = U12_roll - t_s4qc7 * t_gcbdt * t_4q5lb  # (41)
+        D2_free_roll = t_weizg * t_rkxsm * D2_roll * alpha1_roll  # (41)
+        U12_free_roll = U12_roll - t_zrpuv * t_2yiuc * t_rm4w3  # (41)
         f3_roll = v_roll - U13_roll * y1_used_roll - U23_roll * y2_roll  # (40)
         Df3_roll = D3_roll * f3_roll  # (40)
         alpha3_roll = alpha2_roll + Df3_roll * f3_roll  # (40)
-        t_m6gkz = 1.0 / alpha3_roll
-        D3_free_roll = t_rkxsm * t_m6gkz * D3_roll * alpha2_roll  # (41)
-        t_iwp6c = f3_roll * t_2ftwl
-        t_73h6y = t_s4qc7 + t_bqiu4 * U12_roll
-        U13_free_roll = U13_roll + t_iwp6c * t_73h6y  # (41)
-        b1_3_roll = Df3_roll * U13_roll - t_73h6y  # (40)
-        U23_free_roll = U23_roll + t_iwp6c * t_bqiu4  # (41)
-        b2_3_roll = Df3_roll * U23_roll - t_bqiu4  # (40)
+        t_6dtnj = 1.0 / alpha3_roll
+        D3_free_roll = t_rkxsm * t_6dtnj * D3_roll * alpha2_roll  # (41)
+        t_ow6ee = f3_roll * t_weizg
+        t_tohgs = t_zrpuv + t_mpk5i * U12_roll
+        U13_free_roll = U13_roll + t_ow6ee * t_tohgs  # (41)
+        b1_3_roll = Df3_roll * U13_roll - t_tohgs  # (40)
+        U23_free_roll = U23_roll + t_ow6ee * t_mpk5i  # (41)
+        b2_3_roll = Df3_roll * U23_roll - t_mpk5i  # (40)
         f4_roll = v1_roll + U34_roll * v_roll - U14_roll * y1_used_roll - U24_roll * y2_roll  # (40)
         Df4_roll = D4_roll * f4_roll  # (40)
         alpha4_roll = alpha3_roll + Df4_roll * f4_roll  # (40)
-        t_qd2bm = 1.0 / alpha4_roll
-        D4_free_roll = t_rkxsm * t_qd2bm * D4_roll * alpha3_roll  # (41)
-        t_vpr7m = f4_roll * t_m6gkz
-        U14_free_roll = U14_roll - t_vpr7m * b1_3_roll  # (41)
+        t_6dtnj_2 = 1.0 / alpha4_roll
+        D4_free_roll = t_rkxsm * t_6dtnj_2 * D4_roll * alpha3_roll  # (41)
+        t_hop6j = f4_roll * t_6dtnj
+        U14_free_roll = U14_roll - t_hop6j * b1_3_roll  # (41)
         b1_4_roll = b1_3_roll + Df4_roll * U14_roll  # (40)
-        U24_free_roll = U24_roll - t_vpr7m * b2_3_roll  # (41)
+        U24_free_roll = U24_roll - t_hop6j * b2_3_roll  # (41)
         b2_4_roll = b2_3_roll + Df4_roll * U24_roll  # (40)
-        U34_free_roll = U34_roll - t_vpr7m * Df3_roll  # (41)
+        U34_free_roll = U34_roll - t_hop6j * Df3_roll  # (41)
         b3_4_roll = Df3_roll + Df4_roll * U34_roll  # (40)
         f5_roll = (
             1.0
@@ -753,22 +753,22 @@ def mrac(x, r, v, z, p, c):
         )  # (40)
         Df5_roll = D5_roll * f5_roll  # (40)
         alpha5_roll = alpha4_roll + Df5_roll * f5_roll  # (40)
-        t_szpzk = 1.0 / alpha5_roll
-        D5_free_roll = t_rkxsm * t_szpzk * D5_roll * alpha4_roll  # (41)
-        t_el36p = f5_roll * t_qd2bm
-        U15_free_roll = U15_roll - t_el36p * b1_4_roll  # (41)
+        t_6dtnj_3 = 1.0 / alpha5_roll
+        D5_free_roll = t_rkxsm * t_6dtnj_3 * D5_roll * alpha4_roll  # (41)
+        t_wmsfj = f5_roll * t_6dtnj_2
+        U15_free_roll = U15_roll - t_wmsfj * b1_4_roll  # (41)
         b1_5_roll = b1_4_roll + Df5_roll * U15_roll  # (40)
-        U25_free_roll = U25_roll - t_el36p * b2_4_roll  # (41)
+        U25_free_roll = U25_roll - t_wmsfj * b2_4_roll  # (41)
         b2_5_roll = b2_4_roll + Df5_roll * U25_roll  # (40)
-        U35_free_roll = U35_roll - t_el36p * b3_4_roll  # (41)
+        U35_free_roll = U35_roll - t_wmsfj * b3_4_roll  # (41)
         b3_5_roll = b3_4_roll + Df5_roll * U35_roll  # (40)
-        U45_free_roll = U45_roll - t_el36p * Df4_roll  # (41)
+        U45_free_roll = U45_roll - t_wmsfj * Df4_roll  # (41)
         b4_5_roll = Df4_roll + Df5_roll * U45_roll  # (40)
-        G1_roll = b1_5_roll * t_szpzk  # (40)
-        G2_roll = b2_5_roll * t_szpzk  # (40)
-        G3_roll = b3_5_roll * t_szpzk  # (40)
-        G4_roll = b4_5_roll * t_szpzk  # (40)
-        G5_roll = Df5_roll * t_szpzk  # (40)
+        G1_roll = b1_5_roll * t_6dtnj_3  # (40)
+        G2_roll = b2_5_roll * t_6dtnj_3  # (40)
+        G3_roll = b3_5_roll * t_6dtnj_3  # (40)
+        G4_roll = b4_5_roll * t_6dtnj_3  # (40)
+        G5_roll = Df5_roll * t_6dtnj_3  # (40)
         trace_roll = (
             D1_free_roll
             + D2_free_roll
@@ -786,19 +786,19 @@ def mrac(x, r, v, z, p, c):
             + D5_free_roll * (U35_free_roll * U35_free_roll)
             + D5_free_roll * (U45_free_roll * U45_free_roll)
         )  # (41)
-        m_cy5zr = (trace_max < trace_roll)
-        cap_roll = np.where(m_cy5zr, forgetting, 1.0)
+        m_mhc6m = (trace_max < trace_roll)
+        cap_roll = np.where(m_mhc6m, forgetting, 1.0)
         m_jj746 = (0.5 < adapt)
         m_d33kq = (1.5 < samples)
         m_6w7fs = np.logical_and(m_jj746, m_d33kq)
         t_s4yo7 = np.fmax(dead_zone, dead_zone_sigma * noise)
-        m_ga54y = (t_s4yo7 < np.abs(eps_roll))
-        m_huydk = np.logical_and(m_6w7fs, m_ga54y)
-        a1_now_roll = np.where(m_huydk, a1_roll + G1_roll * eps_roll, a1_roll)  # (42)
-        a2_now_roll = np.where(m_huydk, a2_roll + G2_roll * eps_roll, a2_roll)  # (42)
-        b0_now_roll = np.where(m_huydk, b0_roll + G3_roll * eps_roll, b0_roll)  # (42)
-        b1_now_roll = np.where(m_huydk, b1_roll + G4_roll * eps_roll, b1_roll)  # (42)
-        d_now_roll = np.where(m_huydk, d_roll + G5_roll * eps_roll, d_roll)  # (42)
+        m_dusee = (t_s4yo7 < np.abs(eps_roll))
+        m_dyzzl = np.logical_and(m_6w7fs, m_dusee)
+        a1_now_roll = np.where(m_dyzzl, a1_roll + G1_roll * eps_roll, a1_roll)  # (42)
+        a2_now_roll = np.where(m_dyzzl, a2_roll + G2_roll * eps_roll, a2_roll)  # (42)
+        b0_now_roll = np.where(m_dyzzl, b0_roll + G3_roll * eps_roll, b0_roll)  # (42)
+        b1_now_roll = np.where(m_dyzzl, b1_roll + G4_roll * eps_roll, b1_roll)  # (42)
+        d_now_roll = np.where(m_dyzzl, d_roll + G5_roll * eps_roll, d_roll)  # (42)
         d_used_roll = compensate_d * d_now_roll
         y1_used_pitch = np.where(m_myerm, pitch, y1_pitch)
         v_pitch = np.where(m_2oym3, Ty_applied, np.where(m_ng6lt, u2_pitch, u1_pitch))  # (36)
@@ -810,38 +810,38 @@ def mrac(x, r, v, z, p, c):
             - a2_pitch * y2_pitch
         )  # (34)
         eps_pitch = pitch - y_hat_pitch  # (39)
-        t_n6265 = D1_pitch * y1_used_pitch
-        alpha1_pitch = forgetting + t_n6265 * y1_used_pitch  # (40)
-        t_ba5cq = 1.0 / alpha1_pitch
-        D1_free_pitch = D1_pitch * t_ba5cq  # (41)
-        t_5xoth = y2_pitch + U12_pitch * y1_used_pitch
-        t_urk7s = D2_pitch * t_5xoth
-        alpha2_pitch = alpha1_pitch + t_urk7s * t_5xoth  # (40)
-        t_vq6qe = 1.0 / alpha2_pitch
-        D2_free_pitch = t_rkxsm * t_vq6qe * D2_pitch * alpha1_pitch  # (41)
-        U12_free_pitch = U12_pitch - t_n6265 * t_ba5cq * t_5xoth  # (41)
+        t_zx462 = D1_pitch * y1_used_pitch
+        alpha1_pitch = forgetting + t_zx462 * y1_used_pitch  # (40)
+        t_6gw3v = 1.0 / alpha1_pitch
+        D1_free_pitch = D1_pitch * t_6gw3v  # (41)
+        t_olxlq = y2_pitch + U12_pitch * y1_used_pitch
+        t_gjcmb = D2_pitch * t_olxlq
+        alpha2_pitch = alpha1_pitch + t_gjcmb * t_olxlq  # (40)
+        t_an5c3 = 1.0 / alpha2_pitch
+        D2_free_pitch = t_rkxsm * t_an5c3 * D2_pitch * alpha1_pitch  # (41)
+        U12_free_pitch = U12_pitch - t_zx462 * t_6gw3v * t_olxlq  # (41)
         f3_pitch = v_pitch - U13_pitch * y1_used_pitch - U23_pitch * y2_pitch  # (40)
         Df3_pitch = D3_pitch * f3_pitch  # (40)
         alpha3_pitch = alpha2_pitch + Df3_pitch * f3_pitch  # (40)
-        t_wnsbx = 1.0 / alpha3_pitch
-        D3_free_pitch = t_rkxsm * t_wnsbx * D3_pitch * alpha2_pitch  # (41)
-        t_iziit = f3_pitch * t_vq6qe
-        t_m7azd = t_n6265 + t_urk7s * U12_pitch
-        U13_free_pitch = U13_pitch + t_iziit * t_m7azd  # (41)
-        b1_3_pitch = Df3_pitch * U13_pitch - t_m7azd  # (40)
-        U23_free_pitch = U23_pitch + t_iziit * t_urk7s  # (41)
-        b2_3_pitch = Df3_pitch * U23_pitch - t_urk7s  # (40)
+        t_6dtnj_4 = 1.0 / alpha3_pitch
+        D3_free_pitch = t_rkxsm * t_6dtnj_4 * D3_pitch * alpha2_pitch  # (41)
+        t_2unxj = f3_pitch * t_an5c3
+        t_ypnck = t_zx462 + t_gjcmb * U12_pitch
+        U13_free_pitch = U13_pitch + t_2unxj * t_ypnck  # (41)
+        b1_3_pitch = Df3_pitch * U13_pitch - t_ypnck  # (40)
+        U23_free_pitch = U23_pitch + t_2unxj * t_gjcmb  # (41)
+        b2_3_pitch = Df3_pitch * U23_pitch - t_gjcmb  # (40)
         f4_pitch = v1_pitch + U34_pitch * v_pitch - U14_pitch * y1_used_pitch - U24_pitch * y2_pitch  # (40)
         Df4_pitch = D4_pitch * f4_pitch  # (40)
         alpha4_pitch = alpha3_pitch + Df4_pitch * f4_pitch  # (40)
-        t_au2dz = 1.0 / alpha4_pitch
-        D4_free_pitch = t_rkxsm * t_au2dz * D4_pitch * alpha3_pitch  # (41)
-        t_q5cqa = f4_pitch * t_wnsbx
-        U14_free_pitch = U14_pitch - t_q5cqa * b1_3_pitch  # (41)
+        t_6dtnj_5 = 1.0 / alpha4_pitch
+        D4_free_pitch = t_rkxsm * t_6dtnj_5 * D4_pitch * alpha3_pitch  # (41)
+        t_ekbem = f4_pitch * t_6dtnj_4
+        U14_free_pitch = U14_pitch - t_ekbem * b1_3_pitch  # (41)
         b1_4_pitch = b1_3_pitch + Df4_pitch * U14_pitch  # (40)
-        U24_free_pitch = U24_pitch - t_q5cqa * b2_3_pitch  # (41)
+        U24_free_pitch = U24_pitch - t_ekbem * b2_3_pitch  # (41)
         b2_4_pitch = b2_3_pitch + Df4_pitch * U24_pitch  # (40)
-        U34_free_pitch = U34_pitch - t_q5cqa * Df3_pitch  # (41)
+        U34_free_pitch = U34_pitch - t_ekbem * Df3_pitch  # (41)
         b3_4_pitch = Df3_pitch + Df4_pitch * U34_pitch  # (40)
         f5_pitch = (
             1.0
@@ -852,22 +852,22 @@ def mrac(x, r, v, z, p, c):
         )  # (40)
         Df5_pitch = D5_pitch * f5_pitch  # (40)
         alpha5_pitch = alpha4_pitch + Df5_pitch * f5_pitch  # (40)
-        t_uppvm = 1.0 / alpha5_pitch
-        D5_free_pitch = t_rkxsm * t_uppvm * D5_pitch * alpha4_pitch  # (41)
-        t_blzne = f5_pitch * t_au2dz
-        U15_free_pitch = U15_pitch - t_blzne * b1_4_pitch  # (41)
+        t_6dtnj_6 = 1.0 / alpha5_pitch
+        D5_free_pitch = t_rkxsm * t_6dtnj_6 * D5_pitch * alpha4_pitch  # (41)
+        t_piobp = f5_pitch * t_6dtnj_5
+        U15_free_pitch = U15_pitch - t_piobp * b1_4_pitch  # (41)
         b1_5_pitch = b1_4_pitch + Df5_pitch * U15_pitch  # (40)
-        U25_free_pitch = U25_pitch - t_blzne * b2_4_pitch  # (41)
+        U25_free_pitch = U25_pitch - t_piobp * b2_4_pitch  # (41)
         b2_5_pitch = b2_4_pitch + Df5_pitch * U25_pitch  # (40)
-        U35_free_pitch = U35_pitch - t_blzne * b3_4_pitch  # (41)
+        U35_free_pitch = U35_pitch - t_piobp * b3_4_pitch  # (41)
         b3_5_pitch = b3_4_pitch + Df5_pitch * U35_pitch  # (40)
-        U45_free_pitch = U45_pitch - t_blzne * Df4_pitch  # (41)
+        U45_free_pitch = U45_pitch - t_piobp * Df4_pitch  # (41)
         b4_5_pitch = Df4_pitch + Df5_pitch * U45_pitch  # (40)
-        G1_pitch = b1_5_pitch * t_uppvm  # (40)
-        G2_pitch = b2_5_pitch * t_uppvm  # (40)
-        G3_pitch = b3_5_pitch * t_uppvm  # (40)
-        G4_pitch = b4_5_pitch * t_uppvm  # (40)
-        G5_pitch = Df5_pitch * t_uppvm  # (40)
+        G1_pitch = b1_5_pitch * t_6dtnj_6  # (40)
+        G2_pitch = b2_5_pitch * t_6dtnj_6  # (40)
+        G3_pitch = b3_5_pitch * t_6dtnj_6  # (40)
+        G4_pitch = b4_5_pitch * t_6dtnj_6  # (40)
+        G5_pitch = Df5_pitch * t_6dtnj_6  # (40)
         trace_pitch = (
             D1_free_pitch
             + D2_free_pitch
@@ -885,15 +885,15 @@ def mrac(x, r, v, z, p, c):
             + D5_free_pitch * (U35_free_pitch * U35_free_pitch)
             + D5_free_pitch * (U45_free_pitch * U45_free_pitch)
         )  # (41)
-        m_rahgr = (trace_max < trace_pitch)
-        cap_pitch = np.where(m_rahgr, forgetting, 1.0)
-        m_a3jc4 = (t_s4yo7 < np.abs(eps_pitch))
-        m_fztcf = np.logical_and(m_6w7fs, m_a3jc4)
-        a1_now_pitch = np.where(m_fztcf, a1_pitch + G1_pitch * eps_pitch, a1_pitch)  # (42)
-        a2_now_pitch = np.where(m_fztcf, a2_pitch + G2_pitch * eps_pitch, a2_pitch)  # (42)
-        b0_now_pitch = np.where(m_fztcf, b0_pitch + G3_pitch * eps_pitch, b0_pitch)  # (42)
-        b1_now_pitch = np.where(m_fztcf, b1_pitch + G4_pitch * eps_pitch, b1_pitch)  # (42)
-        d_now_pitch = np.where(m_fztcf, d_pitch + G5_pitch * eps_pitch, d_pitch)  # (42)
+        m_mhc6m_2 = (trace_max < trace_pitch)
+        cap_pitch = np.where(m_mhc6m_2, forgetting, 1.0)
+        m_yotvq = (t_s4yo7 < np.abs(eps_pitch))
+        m_rjsrz = np.logical_and(m_6w7fs, m_yotvq)
+        a1_now_pitch = np.where(m_rjsrz, a1_pitch + G1_pitch * eps_pitch, a1_pitch)  # (42)
+        a2_now_pitch = np.where(m_rjsrz, a2_pitch + G2_pitch * eps_pitch, a2_pitch)  # (42)
+        b0_now_pitch = np.where(m_rjsrz, b0_pitch + G3_pitch * eps_pitch, b0_pitch)  # (42)
+        b1_now_pitch = np.where(m_rjsrz, b1_pitch + G4_pitch * eps_pitch, b1_pitch)  # (42)
+        d_now_pitch = np.where(m_rjsrz, d_pitch + G5_pitch * eps_pitch, d_pitch)  # (42)
         d_used_pitch = compensate_d * d_now_pitch
         y1_used_yaw = np.where(m_myerm, yaw, y1_yaw)
         v_yaw = np.where(m_2oym3, Tz_applied, np.where(m_ng6lt, u2_yaw, u1_yaw))  # (36)
@@ -905,38 +905,38 @@ def mrac(x, r, v, z, p, c):
             - a2_yaw * y2_yaw
         )  # (34)
         eps_yaw = yaw - y_hat_yaw  # (39)
-        t_5t4tf = D1_yaw * y1_used_yaw
-        alpha1_yaw = forgetting + t_5t4tf * y1_used_yaw  # (40)
-        t_rrlcx = 1.0 / alpha1_yaw
-        D1_free_yaw = D1_yaw * t_rrlcx  # (41)
-        t_fz2ih = y2_yaw + U12_yaw * y1_used_yaw
-        t_3inrl = D2_yaw * t_fz2ih
-        alpha2_yaw = alpha1_yaw + t_3inrl * t_fz2ih  # (40)
-        t_epc3p = 1.0 / alpha2_yaw
-        D2_free_yaw = t_rkxsm * t_epc3p * D2_yaw * alpha1_yaw  # (41)
-        U12_free_yaw = U12_yaw - t_5t4tf * t_rrlcx * t_fz2ih  # (41)
+        t_bysdb = D1_yaw * y1_used_yaw
+        alpha1_yaw = forgetting + t_bysdb * y1_used_yaw  # (40)
+        t_lgpzs = 1.0 / alpha1_yaw
+        D1_free_yaw = D1_yaw * t_lgpzs  # (41)
+        t_howu6 = y2_yaw + U12_yaw * y1_used_yaw
+        t_pofsn = D2_yaw * t_howu6
+        alpha2_yaw = alpha1_yaw + t_pofsn * t_howu6  # (40)
+        t_esxwg = 1.0 / alpha2_yaw
+        D2_free_yaw = t_rkxsm * t_esxwg * D2_yaw * alpha1_yaw  # (41)
+        U12_free_yaw = U12_yaw - t_bysdb * t_lgpzs * t_howu6  # (41)
         f3_yaw = v_yaw - U13_yaw * y1_used_yaw - U23_yaw * y2_yaw  # (40)
         Df3_yaw = D3_yaw * f3_yaw  # (40)
         alpha3_yaw = alpha2_yaw + Df3_yaw * f3_yaw  # (40)
-        t_czmse = 1.0 / alpha3_yaw
-        D3_free_yaw = t_rkxsm * t_czmse * D3_yaw * alpha2_yaw  # (41)
-        t_qqhj7 = f3_yaw * t_epc3p
-        t_mefgo = t_5t4tf + t_3inrl * U12_yaw
-        U13_free_yaw = U13_yaw + t_qqhj7 * t_mefgo  # (41)
-        b1_3_yaw = Df3_yaw * U13_yaw - t_mefgo  # (40)
-        U23_free_yaw = U23_yaw + t_qqhj7 * t_3inrl  # (41)
-        b2_3_yaw = Df3_yaw * U23_yaw - t_3inrl  # (40)
+        t_6dtnj_7 = 1.0 / alpha3_yaw
+        D3_free_yaw = t_rkxsm * t_6dtnj_7 * D3_yaw * alpha2_yaw  # (41)
+        t_rouvm = f3_yaw * t_esxwg
+        t_zyqi4 = t_bysdb + t_pofsn * U12_yaw
+        U13_free_yaw = U13_yaw + t_rouvm * t_zyqi4  # (41)
+        b1_3_yaw = Df3_yaw * U13_yaw - t_zyqi4  # (40)
+        U23_free_yaw = U23_yaw + t_rouvm * t_pofsn  # (41)
+        b2_3_yaw = Df3_yaw * U23_yaw - t_pofsn  # (40)
         f4_yaw = v1_yaw + U34_yaw * v_yaw - U14_yaw * y1_used_yaw - U24_yaw * y2_yaw  # (40)
         Df4_yaw = D4_yaw * f4_yaw  # (40)
         alpha4_yaw = alpha3_yaw + Df4_yaw * f4_yaw  # (40)
-        t_nk3ay = 1.0 / alpha4_yaw
-        D4_free_yaw = t_rkxsm * t_nk3ay * D4_yaw * alpha3_yaw  # (41)
-        t_ov6wh = f4_yaw * t_czmse
-        U14_free_yaw = U14_yaw - t_ov6wh * b1_3_yaw  # (41)
+        t_6dtnj_8 = 1.0 / alpha4_yaw
+        D4_free_yaw = t_rkxsm * t_6dtnj_8 * D4_yaw * alpha3_yaw  # (41)
+        t_nihkp = f4_yaw * t_6dtnj_7
+        U14_free_yaw = U14_yaw - t_nihkp * b1_3_yaw  # (41)
         b1_4_yaw = b1_3_yaw + Df4_yaw * U14_yaw  # (40)
-        U24_free_yaw = U24_yaw - t_ov6wh * b2_3_yaw  # (41)
+        U24_free_yaw = U24_yaw - t_nihkp * b2_3_yaw  # (41)
         b2_4_yaw = b2_3_yaw + Df4_yaw * U24_yaw  # (40)
-        U34_free_yaw = U34_yaw - t_ov6wh * Df3_yaw  # (41)
+        U34_free_yaw = U34_yaw - t_nihkp * Df3_yaw  # (41)
         b3_4_yaw = Df3_yaw + Df4_yaw * U34_yaw  # (40)
         f5_yaw = (
             1.0
@@ -947,22 +947,22 @@ def mrac(x, r, v, z, p, c):
         )  # (40)
         Df5_yaw = D5_yaw * f5_yaw  # (40)
         alpha5_yaw = alpha4_yaw + Df5_yaw * f5_yaw  # (40)
-        t_xt42v = 1.0 / alpha5_yaw
-        D5_free_yaw = t_rkxsm * t_xt42v * D5_yaw * alpha4_yaw  # (41)
-        t_xokdo = f5_yaw * t_nk3ay
-        U15_free_yaw = U15_yaw - t_xokdo * b1_4_yaw  # (41)
+        t_6dtnj_9 = 1.0 / alpha5_yaw
+        D5_free_yaw = t_rkxsm * t_6dtnj_9 * D5_yaw * alpha4_yaw  # (41)
+        t_lhlrb = f5_yaw * t_6dtnj_8
+        U15_free_yaw = U15_yaw - t_lhlrb * b1_4_yaw  # (41)
         b1_5_yaw = b1_4_yaw + Df5_yaw * U15_yaw  # (40)
-        U25_free_yaw = U25_yaw - t_xokdo * b2_4_yaw  # (41)
+        U25_free_yaw = U25_yaw - t_lhlrb * b2_4_yaw  # (41)
         b2_5_yaw = b2_4_yaw + Df5_yaw * U25_yaw  # (40)
-        U35_free_yaw = U35_yaw - t_xokdo * b3_4_yaw  # (41)
+        U35_free_yaw = U35_yaw - t_lhlrb * b3_4_yaw  # (41)
         b3_5_yaw = b3_4_yaw + Df5_yaw * U35_yaw  # (40)
-        U45_free_yaw = U45_yaw - t_xokdo * Df4_yaw  # (41)
+        U45_free_yaw = U45_yaw - t_lhlrb * Df4_yaw  # (41)
         b4_5_yaw = Df4_yaw + Df5_yaw * U45_yaw  # (40)
-        G1_yaw = b1_5_yaw * t_xt42v  # (40)
-        G2_yaw = b2_5_yaw * t_xt42v  # (40)
-        G3_yaw = b3_5_yaw * t_xt42v  # (40)
-        G4_yaw = b4_5_yaw * t_xt42v  # (40)
-        G5_yaw = Df5_yaw * t_xt42v  # (40)
+        G1_yaw = b1_5_yaw * t_6dtnj_9  # (40)
+        G2_yaw = b2_5_yaw * t_6dtnj_9  # (40)
+        G3_yaw = b3_5_yaw * t_6dtnj_9  # (40)
+        G4_yaw = b4_5_yaw * t_6dtnj_9  # (40)
+        G5_yaw = Df5_yaw * t_6dtnj_9  # (40)
         trace_yaw = (
             D1_free_yaw
             + D2_free_yaw
@@ -980,51 +980,51 @@ def mrac(x, r, v, z, p, c):
             + D5_free_yaw * (U35_free_yaw * U35_free_yaw)
             + D5_free_yaw * (U45_free_yaw * U45_free_yaw)
         )  # (41)
-        m_4b7bf = (trace_max < trace_yaw)
-        cap_yaw = np.where(m_4b7bf, forgetting, 1.0)
-        m_tx63k = (t_s4yo7 < np.abs(eps_yaw))
-        m_6lewq = np.logical_and(m_6w7fs, m_tx63k)
-        a1_now_yaw = np.where(m_6lewq, a1_yaw + G1_yaw * eps_yaw, a1_yaw)  # (42)
-        a2_now_yaw = np.where(m_6lewq, a2_yaw + G2_yaw * eps_yaw, a2_yaw)  # (42)
-        b0_now_yaw = np.where(m_6lewq, b0_yaw + G3_yaw * eps_yaw, b0_yaw)  # (42)
-        b1_now_yaw = np.where(m_6lewq, b1_yaw + G4_yaw * eps_yaw, b1_yaw)  # (42)
-        d_now_yaw = np.where(m_6lewq, d_yaw + G5_yaw * eps_yaw, d_yaw)  # (42)
+        m_mhc6m_3 = (trace_max < trace_yaw)
+        cap_yaw = np.where(m_mhc6m_3, forgetting, 1.0)
+        m_zcxt6 = (t_s4yo7 < np.abs(eps_yaw))
+        m_fatf3 = np.logical_and(m_6w7fs, m_zcxt6)
+        a1_now_yaw = np.where(m_fatf3, a1_yaw + G1_yaw * eps_yaw, a1_yaw)  # (42)
+        a2_now_yaw = np.where(m_fatf3, a2_yaw + G2_yaw * eps_yaw, a2_yaw)  # (42)
+        b0_now_yaw = np.where(m_fatf3, b0_yaw + G3_yaw * eps_yaw, b0_yaw)  # (42)
+        b1_now_yaw = np.where(m_fatf3, b1_yaw + G4_yaw * eps_yaw, b1_yaw)  # (42)
+        d_now_yaw = np.where(m_fatf3, d_yaw + G5_yaw * eps_yaw, d_yaw)  # (42)
         d_used_yaw = compensate_d * d_now_yaw
         t_4msa4 = Ts * Ts * b_min_ratio
         lift_roll = np.fmax(0.0, -0.5 * b0_now_roll + -0.5 * b1_now_roll + np.fmax(b_min, 0.5 / I_x * t_4msa4))
         B1_roll = b0_now_roll + b1_now_roll + (lift_roll + lift_roll)
         t_bxn4n = 4.0 * rho
-        t_ph5cf = t_bxn4n + a1_now_roll
-        s1_roll = -t_ph5cf  # (22)
+        t_vunlo = t_bxn4n + a1_now_roll
+        s1_roll = -t_vunlo  # (22)
         t_2wsi6 = rho * rho
         t_2wsi6_2 = -6.0 * t_2wsi6
         t_bxn4n_2 = 3.0 * rho
-        e1_roll = np.where(m_ng6lt, a1_now_roll * t_ph5cf - (t_2wsi6_2 + a2_now_roll), -(t_bxn4n_2 + a1_now_roll))  # (22)
+        e1_roll = np.where(m_ng6lt, a1_now_roll * t_vunlo - (t_2wsi6_2 + a2_now_roll), -(t_bxn4n_2 + a1_now_roll))  # (22)
         t_ogmcx = rho * t_2wsi6
         t_ogmcx_2 = 4.0 * t_ogmcx
         t_2wsi6_3 = -3.0 * t_2wsi6
-        e2_roll = np.where(m_ng6lt, a2_now_roll * t_ph5cf - t_ogmcx_2, -(t_2wsi6_3 + a2_now_roll))  # (22)
+        e2_roll = np.where(m_ng6lt, a2_now_roll * t_vunlo - t_ogmcx_2, -(t_2wsi6_3 + a2_now_roll))  # (22)
         t_v4kye = t_2wsi6 * t_2wsi6
         t_ogmcx_3 = -t_ogmcx
         e3_roll = np.where(m_ng6lt, t_v4kye, t_ogmcx_3)  # (22)
-        t_zjozf = b1_now_roll + lift_roll
-        t_yz2fy = t_zjozf * t_zjozf
-        t_4ihf2 = b0_now_roll + lift_roll
-        t_qkhny = t_4ihf2 * t_4ihf2
-        t_ncl23 = t_zjozf * a1_now_roll
-        res_roll = t_yz2fy + t_qkhny * a2_now_roll - t_4ihf2 * t_ncl23
-        t_k6fq7 = 1.0 / res_roll
-        sd_roll = (t_yz2fy * e1_roll + t_qkhny * e3_roll - t_zjozf * t_4ihf2 * e2_roll) * t_k6fq7  # (22)
-        t_6p656 = t_4ihf2 * e3_roll
-        t_6zvri = t_4ihf2 * a2_now_roll
-        t0_roll = (t_zjozf * e2_roll - t_6p656 - t_ncl23 * e1_roll + t_6zvri * e1_roll) * t_k6fq7  # (22)
-        t_toq7n = (
-            t_zjozf * e3_roll
-            - t_6p656 * a1_now_roll
-            + t_6zvri * e2_roll
-            - t_zjozf * a2_now_roll * e1_roll
+        t_du27a = b1_now_roll + lift_roll
+        t_6xcml = t_du27a * t_du27a
+        t_ok7os = b0_now_roll + lift_roll
+        t_qo5ko = t_ok7os * t_ok7os
+        t_hf3ux = t_du27a * a1_now_roll
+        res_roll = t_6xcml + t_qo5ko * a2_now_roll - t_ok7os * t_hf3ux
+        t_6dtnj_10 = 1.0 / res_roll
+        sd_roll = (t_6xcml * e1_roll + t_qo5ko * e3_roll - t_du27a * t_ok7os * e2_roll) * t_6dtnj_10  # (22)
+        t_dl4qd = t_ok7os * e3_roll
+        t_iinqa = t_ok7os * a2_now_roll
+        t0_roll = (t_du27a * e2_roll - t_dl4qd - t_hf3ux * e1_roll + t_iinqa * e1_roll) * t_6dtnj_10  # (22)
+        t_ehyt7 = (
+            t_du27a * e3_roll
+            - t_dl4qd * a1_now_roll
+            + t_iinqa * e2_roll
+            - t_du27a * a2_now_roll * e1_roll
         )
-        t1_roll = t_toq7n * t_k6fq7  # (22)
+        t1_roll = t_ehyt7 * t_6dtnj_10  # (22)
         t_z4laf = np.where(m_ng6lt, -t_bxn4n, -t_bxn4n_2)
         t_mymwd = np.where(m_ng6lt, 6.0 * t_2wsi6, 3.0 * t_2wsi6)
         t_32esp = np.where(m_ng6lt, -t_ogmcx_2, t_ogmcx_3)
@@ -1037,35 +1037,35 @@ def mrac(x, r, v, z, p, c):
         )
         u_roll_mrac = (
             (Acw_roll - d_used_roll * (1.0 + np.where(m_ng6lt, s1_roll, 0.0) + sd_roll)) / B1_roll
-            + np.where(m_ng6lt, t_ph5cf * u1_roll, 0.0)
+            + np.where(m_ng6lt, t_vunlo * u1_roll, 0.0)
             - roll * t0_roll
             - sd_roll * v_roll
             - t1_roll * y1_used_roll
         )
         lift_pitch = np.fmax(0.0, -0.5 * b0_now_pitch + -0.5 * b1_now_pitch + np.fmax(b_min, 0.5 / I_y * t_4msa4))
         B1_pitch = b0_now_pitch + b1_now_pitch + (lift_pitch + lift_pitch)
-        t_2hojt = t_bxn4n + a1_now_pitch
-        s1_pitch = -t_2hojt  # (22)
-        e1_pitch = np.where(m_ng6lt, a1_now_pitch * t_2hojt - (t_2wsi6_2 + a2_now_pitch), -(t_bxn4n_2 + a1_now_pitch))  # (22)
-        e2_pitch = np.where(m_ng6lt, a2_now_pitch * t_2hojt - t_ogmcx_2, -(t_2wsi6_3 + a2_now_pitch))  # (22)
-        t_tpvzc = b1_now_pitch + lift_pitch
-        t_imlet = t_tpvzc * t_tpvzc
-        t_6edde = b0_now_pitch + lift_pitch
-        t_23zut = t_6edde * t_6edde
-        t_ivfwu = t_tpvzc * a1_now_pitch
-        res_pitch = t_imlet + t_23zut * a2_now_pitch - t_6edde * t_ivfwu
-        t_traey = 1.0 / res_pitch
-        sd_pitch = (t_imlet * e1_pitch + t_23zut * e3_roll - t_tpvzc * t_6edde * e2_pitch) * t_traey  # (22)
-        t_3uzty = t_6edde * e3_roll
-        t_rhale = t_6edde * a2_now_pitch
-        t0_pitch = (t_tpvzc * e2_pitch - t_3uzty - t_ivfwu * e1_pitch + t_rhale * e1_pitch) * t_traey  # (22)
-        t_7phvx = (
-            t_tpvzc * e3_roll
-            - t_3uzty * a1_now_pitch
-            + t_rhale * e2_pitch
-            - t_tpvzc * a2_now_pitch * e1_pitch
+        t_tnt44 = t_bxn4n + a1_now_pitch
+        s1_pitch = -t_tnt44  # (22)
+        e1_pitch = np.where(m_ng6lt, a1_now_pitch * t_tnt44 - (t_2wsi6_2 + a2_now_pitch), -(t_bxn4n_2 + a1_now_pitch))  # (22)
+        e2_pitch = np.where(m_ng6lt, a2_now_pitch * t_tnt44 - t_ogmcx_2, -(t_2wsi6_3 + a2_now_pitch))  # (22)
+        t_2lfm6 = b1_now_pitch + lift_pitch
+        t_ytnp4 = t_2lfm6 * t_2lfm6
+        t_bvupm = b0_now_pitch + lift_pitch
+        t_s7r4t = t_bvupm * t_bvupm
+        t_enppq = t_2lfm6 * a1_now_pitch
+        res_pitch = t_ytnp4 + t_s7r4t * a2_now_pitch - t_bvupm * t_enppq
+        t_6dtnj_11 = 1.0 / res_pitch
+        sd_pitch = (t_ytnp4 * e1_pitch + t_s7r4t * e3_roll - t_2lfm6 * t_bvupm * e2_pitch) * t_6dtnj_11  # (22)
+        t_rxdov = t_bvupm * e3_roll
+        t_n44c4 = t_bvupm * a2_now_pitch
+        t0_pitch = (t_2lfm6 * e2_pitch - t_rxdov - t_enppq * e1_pitch + t_n44c4 * e1_pitch) * t_6dtnj_11  # (22)
+        t_hagiq = (
+            t_2lfm6 * e3_roll
+            - t_rxdov * a1_now_pitch
+            + t_n44c4 * e2_pitch
+            - t_2lfm6 * a2_now_pitch * e1_pitch
         )
-        t1_pitch = t_7phvx * t_traey  # (22)
+        t1_pitch = t_hagiq * t_6dtnj_11  # (22)
         Acw_pitch = (
             w_pitch
             + t_z4laf * wm1_pitch
@@ -1075,35 +1075,35 @@ def mrac(x, r, v, z, p, c):
         )
         u_pitch_mrac = (
             (Acw_pitch - d_used_pitch * (1.0 + np.where(m_ng6lt, s1_pitch, 0.0) + sd_pitch)) / B1_pitch
-            + np.where(m_ng6lt, t_2hojt * u1_pitch, 0.0)
+            + np.where(m_ng6lt, t_tnt44 * u1_pitch, 0.0)
             - pitch * t0_pitch
             - sd_pitch * v_pitch
             - t1_pitch * y1_used_pitch
         )
         lift_yaw = np.fmax(0.0, -0.5 * b0_now_yaw + -0.5 * b1_now_yaw + np.fmax(b_min, 0.5 / I_z * t_4msa4))
         B1_yaw = b0_now_yaw + b1_now_yaw + (lift_yaw + lift_yaw)
-        t_newnt = t_bxn4n + a1_now_yaw
-        s1_yaw = -t_newnt  # (22)
-        e1_yaw = np.where(m_ng6lt, a1_now_yaw * t_newnt - (t_2wsi6_2 + a2_now_yaw), -(t_bxn4n_2 + a1_now_yaw))  # (22)
-        e2_yaw = np.where(m_ng6lt, a2_now_yaw * t_newnt - t_ogmcx_2, -(t_2wsi6_3 + a2_now_yaw))  # (22)
-        t_zkiaw = b1_now_yaw + lift_yaw
-        t_npqek = t_zkiaw * t_zkiaw
-        t_qhfkz = b0_now_yaw + lift_yaw
-        t_xjk5e = t_qhfkz * t_qhfkz
-        t_n6w5s = t_zkiaw * a1_now_yaw
-        res_yaw = t_npqek + t_xjk5e * a2_now_yaw - t_qhfkz * t_n6w5s
-        t_7xf6k = 1.0 / res_yaw
-        sd_yaw = (t_npqek * e1_yaw + t_xjk5e * e3_roll - t_zkiaw * t_qhfkz * e2_yaw) * t_7xf6k  # (22)
-        t_vephh = t_qhfkz * e3_roll
-        t_3ziba = t_qhfkz * a2_now_yaw
-        t0_yaw = (t_zkiaw * e2_yaw - t_vephh - t_n6w5s * e1_yaw + t_3ziba * e1_yaw) * t_7xf6k  # (22)
-        t_aivjy = (
-            t_zkiaw * e3_roll
-            - t_vephh * a1_now_yaw
-            + t_3ziba * e2_yaw
-            - t_zkiaw * a2_now_yaw * e1_yaw
+        t_xz6ow = t_bxn4n + a1_now_yaw
+        s1_yaw = -t_xz6ow  # (22)
+        e1_yaw = np.where(m_ng6lt, a1_now_yaw * t_xz6ow - (t_2wsi6_2 + a2_now_yaw), -(t_bxn4n_2 + a1_now_yaw))  # (22)
+        e2_yaw = np.where(m_ng6lt, a2_now_yaw * t_xz6ow - t_ogmcx_2, -(t_2wsi6_3 + a2_now_yaw))  # (22)
+        t_vlh6o = b1_now_yaw + lift_yaw
+        t_js6v4 = t_vlh6o * t_vlh6o
+        t_5mv57 = b0_now_yaw + lift_yaw
+        t_56rsr = t_5mv57 * t_5mv57
+        t_74hjb = t_vlh6o * a1_now_yaw
+        res_yaw = t_js6v4 + t_56rsr * a2_now_yaw - t_5mv57 * t_74hjb
+        t_6dtnj_12 = 1.0 / res_yaw
+        sd_yaw = (t_js6v4 * e1_yaw + t_56rsr * e3_roll - t_vlh6o * t_5mv57 * e2_yaw) * t_6dtnj_12  # (22)
+        t_evtjj = t_5mv57 * e3_roll
+        t_vblig = t_5mv57 * a2_now_yaw
+        t0_yaw = (t_vlh6o * e2_yaw - t_evtjj - t_74hjb * e1_yaw + t_vblig * e1_yaw) * t_6dtnj_12  # (22)
+        t_ysxfb = (
+            t_vlh6o * e3_roll
+            - t_evtjj * a1_now_yaw
+            + t_vblig * e2_yaw
+            - t_vlh6o * a2_now_yaw * e1_yaw
         )
-        t1_yaw = t_aivjy * t_7xf6k  # (22)
+        t1_yaw = t_ysxfb * t_6dtnj_12  # (22)
         Acw_yaw = (
             w_yaw
             + t_z4laf * wm1_yaw
@@ -1113,7 +1113,7 @@ def mrac(x, r, v, z, p, c):
         )
         u_yaw_mrac = (
             (Acw_yaw - d_used_yaw * (1.0 + np.where(m_ng6lt, s1_yaw, 0.0) + sd_yaw)) / B1_yaw
-            + np.where(m_ng6lt, t_newnt * u1_yaw, 0.0)
+            + np.where(m_ng6lt, t_xz6ow * u1_yaw, 0.0)
             - sd_yaw * v_yaw
             - t0_yaw * yaw
             - t1_yaw * y1_used_yaw
@@ -1133,124 +1133,124 @@ def mrac(x, r, v, z, p, c):
         m_65ott = np.logical_and(m_6i24m, m_ghzhf)
         m_lisih = (np.abs(roll) < 1e+30)
         m_fdhnb = np.logical_and(m_65ott, m_lisih)
-        m_klrep = (np.abs(trace_pitch) < 1e+30)
-        m_ftaye = np.logical_and(m_fdhnb, m_klrep)
-        m_nob5q = (np.abs(trace_roll) < 1e+30)
-        m_dtjsa = np.logical_and(m_ftaye, m_nob5q)
-        m_smxdh = (np.abs(trace_yaw) < 1e+30)
-        m_tnlb6 = np.logical_and(m_dtjsa, m_smxdh)
+        m_6qzei = (np.abs(trace_pitch) < 1e+30)
+        m_uncs5 = np.logical_and(m_fdhnb, m_6qzei)
+        m_6qzei_2 = (np.abs(trace_roll) < 1e+30)
+        m_f6kxn = np.logical_and(m_uncs5, m_6qzei_2)
+        m_6qzei_3 = (np.abs(trace_yaw) < 1e+30)
+        m_f6kxn_2 = np.logical_and(m_f6kxn, m_6qzei_3)
         m_q3hd4 = (np.abs(yaw) < 1e+30)
-        m_n37qp = np.logical_and(m_tnlb6, m_q3hd4)
-        m_m4hsa = (np.abs(u_pitch_mrac) < 1e+30)
-        m_wqjeb = np.logical_and(m_n37qp, m_m4hsa)
-        m_mx2go = (np.abs(u_roll_mrac) < 1e+30)
-        m_zuvpc = np.logical_and(m_wqjeb, m_mx2go)
-        m_ibl7d = (np.abs(u_yaw_mrac) < 1e+30)
-        m_mu5jj = np.logical_and(m_zuvpc, m_ibl7d)
-        Tx_cmd = np.where(m_mu5jj, u_roll_mrac, 0.0)
-        Ty_cmd = np.where(m_mu5jj, u_pitch_mrac, 0.0)
-        Tz_cmd = np.where(m_mu5jj, u_yaw_mrac, 0.0)
+        m_4qjac = np.logical_and(m_f6kxn_2, m_q3hd4)
+        m_zrtqq = (np.abs(u_pitch_mrac) < 1e+30)
+        m_p3if4 = np.logical_and(m_4qjac, m_zrtqq)
+        m_pugy3 = (np.abs(u_roll_mrac) < 1e+30)
+        m_cppdr = np.logical_and(m_p3if4, m_pugy3)
+        m_l5kah = (np.abs(u_yaw_mrac) < 1e+30)
+        m_i4vvy = np.logical_and(m_cppdr, m_l5kah)
+        Tx_cmd = np.where(m_i4vvy, u_roll_mrac, 0.0)
+        Ty_cmd = np.where(m_i4vvy, u_pitch_mrac, 0.0)
+        Tz_cmd = np.where(m_i4vvy, u_yaw_mrac, 0.0)
         t_lfvhy = 0.5 * wm1_roll
         t_nuzia = 0.5 * wm1_pitch
         t_bashd = 0.5 * wm1_yaw
-        m_qbjte = np.logical_not(m_mu5jj)
+        m_5venv = np.logical_not(m_i4vvy)
         return _vector(
             Tx_cmd,
             Ty_cmd,
             Tz_cmd,
         ), _vector(
-            np.where(m_mu5jj, a1_now_roll, a1_roll),
-            np.where(m_mu5jj, a2_now_roll, a2_roll),
-            np.where(m_mu5jj, b0_now_roll, b0_roll),
-            np.where(m_mu5jj, b1_now_roll, b1_roll),
-            np.where(m_mu5jj, d_now_roll, d_roll),
-            np.where(m_mu5jj, np.where(m_huydk, D1_free_roll * cap_roll, D1_roll), D1_roll),
-            np.where(m_mu5jj, np.where(m_huydk, D2_free_roll * cap_roll, D2_roll), D2_roll),
-            np.where(m_mu5jj, np.where(m_huydk, D3_free_roll * cap_roll, D3_roll), D3_roll),
-            np.where(m_mu5jj, np.where(m_huydk, D4_free_roll * cap_roll, D4_roll), D4_roll),
-            np.where(m_mu5jj, np.where(m_huydk, D5_free_roll * cap_roll, D5_roll), D5_roll),
-            np.where(m_mu5jj, np.where(m_huydk, U12_free_roll, U12_roll), U12_roll),
-            np.where(m_mu5jj, np.where(m_huydk, U13_free_roll, U13_roll), U13_roll),
-            np.where(m_mu5jj, np.where(m_huydk, U23_free_roll, U23_roll), U23_roll),
-            np.where(m_mu5jj, np.where(m_huydk, U14_free_roll, U14_roll), U14_roll),
-            np.where(m_mu5jj, np.where(m_huydk, U24_free_roll, U24_roll), U24_roll),
-            np.where(m_mu5jj, np.where(m_huydk, U34_free_roll, U34_roll), U34_roll),
-            np.where(m_mu5jj, np.where(m_huydk, U15_free_roll, U15_roll), U15_roll),
-            np.where(m_mu5jj, np.where(m_huydk, U25_free_roll, U25_roll), U25_roll),
-            np.where(m_mu5jj, np.where(m_huydk, U35_free_roll, U35_roll), U35_roll),
-            np.where(m_mu5jj, np.where(m_huydk, U45_free_roll, U45_roll), U45_roll),
-            np.where(m_mu5jj, roll, y1_roll),
-            np.where(m_mu5jj, y1_used_roll, y2_roll),
-            np.where(m_mu5jj, v_roll, v1_roll),
-            np.where(m_mu5jj, u_roll_mrac, u1_roll),
-            np.where(m_mu5jj, u1_roll, u2_roll),
-            np.where(m_mu5jj, np.where(m_ng6lt, t_lfvhy + 0.5 * wm2_roll, t_lfvhy + 0.5 * w_roll), ym_roll),
-            np.where(m_mu5jj, w_roll, wm1_roll),
-            np.where(m_mu5jj, wm1_roll, wm2_roll),
-            np.where(m_mu5jj, wm2_roll, wm3_roll),
-            np.where(m_mu5jj, wm3_roll, wm4_roll),
-            np.where(m_mu5jj, a1_now_pitch, a1_pitch),
-            np.where(m_mu5jj, a2_now_pitch, a2_pitch),
-            np.where(m_mu5jj, b0_now_pitch, b0_pitch),
-            np.where(m_mu5jj, b1_now_pitch, b1_pitch),
-            np.where(m_mu5jj, d_now_pitch, d_pitch),
-            np.where(m_mu5jj, np.where(m_fztcf, D1_free_pitch * cap_pitch, D1_pitch), D1_pitch),
-            np.where(m_mu5jj, np.where(m_fztcf, D2_free_pitch * cap_pitch, D2_pitch), D2_pitch),
-            np.where(m_mu5jj, np.where(m_fztcf, D3_free_pitch * cap_pitch, D3_pitch), D3_pitch),
-            np.where(m_mu5jj, np.where(m_fztcf, D4_free_pitch * cap_pitch, D4_pitch), D4_pitch),
-            np.where(m_mu5jj, np.where(m_fztcf, D5_free_pitch * cap_pitch, D5_pitch), D5_pitch),
-            np.where(m_mu5jj, np.where(m_fztcf, U12_free_pitch, U12_pitch), U12_pitch),
-            np.where(m_mu5jj, np.where(m_fztcf, U13_free_pitch, U13_pitch), U13_pitch),
-            np.where(m_mu5jj, np.where(m_fztcf, U23_free_pitch, U23_pitch), U23_pitch),
-            np.where(m_mu5jj, np.where(m_fztcf, U14_free_pitch, U14_pitch), U14_pitch),
-            np.where(m_mu5jj, np.where(m_fztcf, U24_free_pitch, U24_pitch), U24_pitch),
-            np.where(m_mu5jj, np.where(m_fztcf, U34_free_pitch, U34_pitch), U34_pitch),
-            np.where(m_mu5jj, np.where(m_fztcf, U15_free_pitch, U15_pitch), U15_pitch),
-            np.where(m_mu5jj, np.where(m_fztcf, U25_free_pitch, U25_pitch), U25_pitch),
-            np.where(m_mu5jj, np.where(m_fztcf, U35_free_pitch, U35_pitch), U35_pitch),
-            np.where(m_mu5jj, np.where(m_fztcf, U45_free_pitch, U45_pitch), U45_pitch),
-            np.where(m_mu5jj, pitch, y1_pitch),
-            np.where(m_mu5jj, y1_used_pitch, y2_pitch),
-            np.where(m_mu5jj, v_pitch, v1_pitch),
-            np.where(m_mu5jj, u_pitch_mrac, u1_pitch),
-            np.where(m_mu5jj, u1_pitch, u2_pitch),
-            np.where(m_mu5jj, np.where(m_ng6lt, t_nuzia + 0.5 * wm2_pitch, t_nuzia + 0.5 * w_pitch), ym_pitch),
-            np.where(m_mu5jj, w_pitch, wm1_pitch),
-            np.where(m_mu5jj, wm1_pitch, wm2_pitch),
-            np.where(m_mu5jj, wm2_pitch, wm3_pitch),
-            np.where(m_mu5jj, wm3_pitch, wm4_pitch),
-            np.where(m_mu5jj, a1_now_yaw, a1_yaw),
-            np.where(m_mu5jj, a2_now_yaw, a2_yaw),
-            np.where(m_mu5jj, b0_now_yaw, b0_yaw),
-            np.where(m_mu5jj, b1_now_yaw, b1_yaw),
-            np.where(m_mu5jj, d_now_yaw, d_yaw),
-            np.where(m_mu5jj, np.where(m_6lewq, D1_free_yaw * cap_yaw, D1_yaw), D1_yaw),
-            np.where(m_mu5jj, np.where(m_6lewq, D2_free_yaw * cap_yaw, D2_yaw), D2_yaw),
-            np.where(m_mu5jj, np.where(m_6lewq, D3_free_yaw * cap_yaw, D3_yaw), D3_yaw),
-            np.where(m_mu5jj, np.where(m_6lewq, D4_free_yaw * cap_yaw, D4_yaw), D4_yaw),
-            np.where(m_mu5jj, np.where(m_6lewq, D5_free_yaw * cap_yaw, D5_yaw), D5_yaw),
-            np.where(m_mu5jj, np.where(m_6lewq, U12_free_yaw, U12_yaw), U12_yaw),
-            np.where(m_mu5jj, np.where(m_6lewq, U13_free_yaw, U13_yaw), U13_yaw),
-            np.where(m_mu5jj, np.where(m_6lewq, U23_free_yaw, U23_yaw), U23_yaw),
-            np.where(m_mu5jj, np.where(m_6lewq, U14_free_yaw, U14_yaw), U14_yaw),
-            np.where(m_mu5jj, np.where(m_6lewq, U24_free_yaw, U24_yaw), U24_yaw),
-            np.where(m_mu5jj, np.where(m_6lewq, U34_free_yaw, U34_yaw), U34_yaw),
-            np.where(m_mu5jj, np.where(m_6lewq, U15_free_yaw, U15_yaw), U15_yaw),
-            np.where(m_mu5jj, np.where(m_6lewq, U25_free_yaw, U25_yaw), U25_yaw),
-            np.where(m_mu5jj, np.where(m_6lewq, U35_free_yaw, U35_yaw), U35_yaw),
-            np.where(m_mu5jj, np.where(m_6lewq, U45_free_yaw, U45_yaw), U45_yaw),
-            np.where(m_mu5jj, yaw, y1_yaw),
-            np.where(m_mu5jj, y1_used_yaw, y2_yaw),
-            np.where(m_mu5jj, v_yaw, v1_yaw),
-            np.where(m_mu5jj, u_yaw_mrac, u1_yaw),
-            np.where(m_mu5jj, u1_yaw, u2_yaw),
-            np.where(m_mu5jj, np.where(m_ng6lt, t_bashd + 0.5 * wm2_yaw, t_bashd + 0.5 * w_yaw), ym_yaw),
-            np.where(m_mu5jj, w_yaw, wm1_yaw),
-            np.where(m_mu5jj, wm1_yaw, wm2_yaw),
-            np.where(m_mu5jj, wm2_yaw, wm3_yaw),
-            np.where(m_mu5jj, wm3_yaw, wm4_yaw),
-            np.where(m_mu5jj, np.fmin(2.0, 1.0 + samples), 0.0),
-            np.where(m_qbjte, 1.0, 0.0),
+            np.where(m_i4vvy, a1_now_roll, a1_roll),
+            np.where(m_i4vvy, a2_now_roll, a2_roll),
+            np.where(m_i4vvy, b0_now_roll, b0_roll),
+            np.where(m_i4vvy, b1_now_roll, b1_roll),
+            np.where(m_i4vvy, d_now_roll, d_roll),
+            np.where(m_i4vvy, np.where(m_dyzzl, D1_free_roll * cap_roll, D1_roll), D1_roll),
+            np.where(m_i4vvy, np.where(m_dyzzl, D2_free_roll * cap_roll, D2_roll), D2_roll),
+            np.where(m_i4vvy, np.where(m_dyzzl, D3_free_roll * cap_roll, D3_roll), D3_roll),
+            np.where(m_i4vvy, np.where(m_dyzzl, D4_free_roll * cap_roll, D4_roll), D4_roll),
+            np.where(m_i4vvy, np.where(m_dyzzl, D5_free_roll * cap_roll, D5_roll), D5_roll),
+            np.where(m_i4vvy, np.where(m_dyzzl, U12_free_roll, U12_roll), U12_roll),
+            np.where(m_i4vvy, np.where(m_dyzzl, U13_free_roll, U13_roll), U13_roll),
+            np.where(m_i4vvy, np.where(m_dyzzl, U23_free_roll, U23_roll), U23_roll),
+            np.where(m_i4vvy, np.where(m_dyzzl, U14_free_roll, U14_roll), U14_roll),
+            np.where(m_i4vvy, np.where(m_dyzzl, U24_free_roll, U24_roll), U24_roll),
+            np.where(m_i4vvy, np.where(m_dyzzl, U34_free_roll, U34_roll), U34_roll),
+            np.where(m_i4vvy, np.where(m_dyzzl, U15_free_roll, U15_roll), U15_roll),
+            np.where(m_i4vvy, np.where(m_dyzzl, U25_free_roll, U25_roll), U25_roll),
+            np.where(m_i4vvy, np.where(m_dyzzl, U35_free_roll, U35_roll), U35_roll),
+            np.where(m_i4vvy, np.where(m_dyzzl, U45_free_roll, U45_roll), U45_roll),
+            np.where(m_i4vvy, roll, y1_roll),
+            np.where(m_i4vvy, y1_used_roll, y2_roll),
+            np.where(m_i4vvy, v_roll, v1_roll),
+            np.where(m_i4vvy, u_roll_mrac, u1_roll),
+            np.where(m_i4vvy, u1_roll, u2_roll),
+            np.where(m_i4vvy, np.where(m_ng6lt, t_lfvhy + 0.5 * wm2_roll, t_lfvhy + 0.5 * w_roll), ym_roll),
+            np.where(m_i4vvy, w_roll, wm1_roll),
+            np.where(m_i4vvy, wm1_roll, wm2_roll),
+            np.where(m_i4vvy, wm2_roll, wm3_roll),
+            np.where(m_i4vvy, wm3_roll, wm4_roll),
+            np.where(m_i4vvy, a1_now_pitch, a1_pitch),
+            np.where(m_i4vvy, a2_now_pitch, a2_pitch),
+            np.where(m_i4vvy, b0_now_pitch, b0_pitch),
+            np.where(m_i4vvy, b1_now_pitch, b1_pitch),
+            np.where(m_i4vvy, d_now_pitch, d_pitch),
+            np.where(m_i4vvy, np.where(m_rjsrz, D1_free_pitch * cap_pitch, D1_pitch), D1_pitch),
+            np.where(m_i4vvy, np.where(m_rjsrz, D2_free_pitch * cap_pitch, D2_pitch), D2_pitch),
+            np.where(m_i4vvy, np.where(m_rjsrz, D3_free_pitch * cap_pitch, D3_pitch), D3_pitch),
+            np.where(m_i4vvy, np.where(m_rjsrz, D4_free_pitch * cap_pitch, D4_pitch), D4_pitch),
+            np.where(m_i4vvy, np.where(m_rjsrz, D5_free_pitch * cap_pitch, D5_pitch), D5_pitch),
+            np.where(m_i4vvy, np.where(m_rjsrz, U12_free_pitch, U12_pitch), U12_pitch),
+            np.where(m_i4vvy, np.where(m_rjsrz, U13_free_pitch, U13_pitch), U13_pitch),
+            np.where(m_i4vvy, np.where(m_rjsrz, U23_free_pitch, U23_pitch), U23_pitch),
+            np.where(m_i4vvy, np.where(m_rjsrz, U14_free_pitch, U14_pitch), U14_pitch),
+            np.where(m_i4vvy, np.where(m_rjsrz, U24_free_pitch, U24_pitch), U24_pitch),
+            np.where(m_i4vvy, np.where(m_rjsrz, U34_free_pitch, U34_pitch), U34_pitch),
+            np.where(m_i4vvy, np.where(m_rjsrz, U15_free_pitch, U15_pitch), U15_pitch),
+            np.where(m_i4vvy, np.where(m_rjsrz, U25_free_pitch, U25_pitch), U25_pitch),
+            np.where(m_i4vvy, np.where(m_rjsrz, U35_free_pitch, U35_pitch), U35_pitch),
+            np.where(m_i4vvy, np.where(m_rjsrz, U45_free_pitch, U45_pitch), U45_pitch),
+            np.where(m_i4vvy, pitch, y1_pitch),
+            np.where(m_i4vvy, y1_used_pitch, y2_pitch),
+            np.where(m_i4vvy, v_pitch, v1_pitch),
+            np.where(m_i4vvy, u_pitch_mrac, u1_pitch),
+            np.where(m_i4vvy, u1_pitch, u2_pitch),
+            np.where(m_i4vvy, np.where(m_ng6lt, t_nuzia + 0.5 * wm2_pitch, t_nuzia + 0.5 * w_pitch), ym_pitch),
+            np.where(m_i4vvy, w_pitch, wm1_pitch),
+            np.where(m_i4vvy, wm1_pitch, wm2_pitch),
+            np.where(m_i4vvy, wm2_pitch, wm3_pitch),
+            np.where(m_i4vvy, wm3_pitch, wm4_pitch),
+            np.where(m_i4vvy, a1_now_yaw, a1_yaw),
+            np.where(m_i4vvy, a2_now_yaw, a2_yaw),
+            np.where(m_i4vvy, b0_now_yaw, b0_yaw),
+            np.where(m_i4vvy, b1_now_yaw, b1_yaw),
+            np.where(m_i4vvy, d_now_yaw, d_yaw),
+            np.where(m_i4vvy, np.where(m_fatf3, D1_free_yaw * cap_yaw, D1_yaw), D1_yaw),
+            np.where(m_i4vvy, np.where(m_fatf3, D2_free_yaw * cap_yaw, D2_yaw), D2_yaw),
+            np.where(m_i4vvy, np.where(m_fatf3, D3_free_yaw * cap_yaw, D3_yaw), D3_yaw),
+            np.where(m_i4vvy, np.where(m_fatf3, D4_free_yaw * cap_yaw, D4_yaw), D4_yaw),
+            np.where(m_i4vvy, np.where(m_fatf3, D5_free_yaw * cap_yaw, D5_yaw), D5_yaw),
+            np.where(m_i4vvy, np.where(m_fatf3, U12_free_yaw, U12_yaw), U12_yaw),
+            np.where(m_i4vvy, np.where(m_fatf3, U13_free_yaw, U13_yaw), U13_yaw),
+            np.where(m_i4vvy, np.where(m_fatf3, U23_free_yaw, U23_yaw), U23_yaw),
+            np.where(m_i4vvy, np.where(m_fatf3, U14_free_yaw, U14_yaw), U14_yaw),
+            np.where(m_i4vvy, np.where(m_fatf3, U24_free_yaw, U24_yaw), U24_yaw),
+            np.where(m_i4vvy, np.where(m_fatf3, U34_free_yaw, U34_yaw), U34_yaw),
+            np.where(m_i4vvy, np.where(m_fatf3, U15_free_yaw, U15_yaw), U15_yaw),
+            np.where(m_i4vvy, np.where(m_fatf3, U25_free_yaw, U25_yaw), U25_yaw),
+            np.where(m_i4vvy, np.where(m_fatf3, U35_free_yaw, U35_yaw), U35_yaw),
+            np.where(m_i4vvy, np.where(m_fatf3, U45_free_yaw, U45_yaw), U45_yaw),
+            np.where(m_i4vvy, yaw, y1_yaw),
+            np.where(m_i4vvy, y1_used_yaw, y2_yaw),
+            np.where(m_i4vvy, v_yaw, v1_yaw),
+            np.where(m_i4vvy, u_yaw_mrac, u1_yaw),
+            np.where(m_i4vvy, u1_yaw, u2_yaw),
+            np.where(m_i4vvy, np.where(m_ng6lt, t_bashd + 0.5 * wm2_yaw, t_bashd + 0.5 * w_yaw), ym_yaw),
+            np.where(m_i4vvy, w_yaw, wm1_yaw),
+            np.where(m_i4vvy, wm1_yaw, wm2_yaw),
+            np.where(m_i4vvy, wm2_yaw, wm3_yaw),
+            np.where(m_i4vvy, wm3_yaw, wm4_yaw),
+            np.where(m_i4vvy, np.fmin(2.0, 1.0 + samples), 0.0),
+            np.where(m_5venv, 1.0, 0.0),
         )
 
 
@@ -1523,13 +1523,13 @@ def mrac_literal(x, r, v, z, p, c):
         design_delay = c[..., 20]
         tau_m = c[..., 21]
         model_pole = np.exp(-(Ts / tau_m))
-        t_hjr6j = -1.0 + model_pole
-        t_lbhv6 = t_hjr6j * t_hjr6j
-        t_u5zvh = model_pole + model_pole
-        t_lbhv6_2 = model_pole * model_pole
-        w_roll = t_lbhv6 * ref_roll + t_u5zvh * wm1_roll - t_lbhv6_2 * wm2_roll  # (16)
-        w_pitch = t_lbhv6 * ref_pitch + t_u5zvh * wm1_pitch - t_lbhv6_2 * wm2_pitch  # (16)
-        w_yaw = t_lbhv6 * ref_yaw + t_u5zvh * wm1_yaw - t_lbhv6_2 * wm2_yaw  # (16)
+        t_7h4u2 = -1.0 + model_pole
+        t_zugk2 = t_7h4u2 * t_7h4u2
+        t_7h4u2_2 = model_pole + model_pole
+        t_zugk2_2 = model_pole * model_pole
+        w_roll = t_zugk2 * ref_roll + t_7h4u2_2 * wm1_roll - t_zugk2_2 * wm2_roll  # (16)
+        w_pitch = t_zugk2 * ref_pitch + t_7h4u2_2 * wm1_pitch - t_zugk2_2 * wm2_pitch  # (16)
+        w_yaw = t_zugk2 * ref_yaw + t_7h4u2_2 * wm1_yaw - t_zugk2_2 * wm2_yaw  # (16)
         m_myerm = (samples < 0.5)
         y1_used_roll = np.where(m_myerm, roll, y1_roll)
         m_2oym3 = (0.5 < applied_regressor)
@@ -1543,39 +1543,39 @@ def mrac_literal(x, r, v, z, p, c):
             - a2_roll * y2_roll
         )  # (34)
         eps_roll = roll - y_hat_roll  # (39)
-        t_s4qc7 = D1_roll * y1_used_roll
-        alpha1_roll = forgetting + t_s4qc7 * y1_used_roll  # (40)
-        t_gcbdt = 1.0 / alpha1_roll
-        D1_free_roll = D1_roll * t_gcbdt  # (41)
-        t_4q5lb = y2_roll + U12_roll * y1_used_roll
-        t_bqiu4 = D2_roll * t_4q5lb
-        alpha2_roll = alpha1_roll + t_bqiu4 * t_4q5lb  # (40)
-        t_2ftwl = 1.0 / alpha2_roll
+        t_zrpuv = D1_roll * y1_used_roll
+        alpha1_roll = forgetting + t_zrpuv * y1_used_roll  # (40)
+        t_2yiuc = 1.0 / alpha1_roll
+        D1_free_roll = D1_roll * t_2yiuc  # (41)
+        t_rm4w3 = y2_roll + U12_roll * y1_used_roll
+        t_mpk5i = D2_roll * t_rm4w3
+        alpha2_roll = alpha1_roll + t_mpk5i * t_rm4w3  # (40)
+        t_weizg = 1.0 / alpha2_roll
         t_rkxsm = 1.0 / forgetting
-        D2_free_roll = t_2ftwl * t_rkxsm * D2_roll * alpha1_roll  # (41)
-        U12_free_roll = U12_roll - t_s4qc7 * t_gcbdt * t_4q5lb  # (41)
+        D2_free_roll = t_weizg * t_rkxsm * D2_roll * alpha1_roll  # (41)
+        U12_free_roll = U12_roll - t_zrpuv * t_2yiuc * t_rm4w3  # (41)
         f3_roll = v_roll - U13_roll * y1_used_roll - U23_roll * y2_roll  # (40)
         Df3_roll = D3_roll * f3_roll  # (40)
         alpha3_roll = alpha2_roll + Df3_roll * f3_roll  # (40)
-        t_m6gkz = 1.0 / alpha3_roll
-        D3_free_roll = t_rkxsm * t_m6gkz * D3_roll * alpha2_roll  # (41)
-        t_iwp6c = f3_roll * t_2ftwl
-        t_73h6y = t_s4qc7 + t_bqiu4 * U12_roll
-        U13_free_roll = U13_roll + t_iwp6c * t_73h6y  # (41)
-        b1_3_roll = Df3_roll * U13_roll - t_73h6y  # (40)
-        U23_free_roll = U23_roll + t_iwp6c * t_bqiu4  # (41)
-        b2_3_roll = Df3_roll * U23_roll - t_bqiu4  # (40)
+        t_6dtnj = 1.0 / alpha3_roll
+        D3_free_roll = t_rkxsm * t_6dtnj * D3_roll * alpha2_roll  # (41)
+        t_ow6ee = f3_roll * t_weizg
+        t_tohgs = t_zrpuv + t_mpk5i * U12_roll
+        U13_free_roll = U13_roll + t_ow6ee * t_tohgs  # (41)
+        b1_3_roll = Df3_roll * U13_roll - t_tohgs  # (40)
+        U23_free_roll = U23_roll + t_ow6ee * t_mpk5i  # (41)
+        b2_3_roll = Df3_roll * U23_roll - t_mpk5i  # (40)
         f4_roll = v1_roll + U34_roll * v_roll - U14_roll * y1_used_roll - U24_roll * y2_roll  # (40)
         Df4_roll = D4_roll * f4_roll  # (40)
         alpha4_roll = alpha3_roll + Df4_roll * f4_roll  # (40)
-        t_qd2bm = 1.0 / alpha4_roll
-        D4_free_roll = t_rkxsm * t_qd2bm * D4_roll * alpha3_roll  # (41)
-        t_vpr7m = f4_roll * t_m6gkz
-        U14_free_roll = U14_roll - t_vpr7m * b1_3_roll  # (41)
+        t_6dtnj_2 = 1.0 / alpha4_roll
+        D4_free_roll = t_rkxsm * t_6dtnj_2 * D4_roll * alpha3_roll  # (41)
+        t_hop6j = f4_roll * t_6dtnj
+        U14_free_roll = U14_roll - t_hop6j * b1_3_roll  # (41)
         b1_4_roll = b1_3_roll + Df4_roll * U14_roll  # (40)
-        U24_free_roll = U24_roll - t_vpr7m * b2_3_roll  # (41)
+        U24_free_roll = U24_roll - t_hop6j * b2_3_roll  # (41)
         b2_4_roll = b2_3_roll + Df4_roll * U24_roll  # (40)
-        U34_free_roll = U34_roll - t_vpr7m * Df3_roll  # (41)
+        U34_free_roll = U34_roll - t_hop6j * Df3_roll  # (41)
         b3_4_roll = Df3_roll + Df4_roll * U34_roll  # (40)
         f5_roll = (
             1.0
@@ -1586,22 +1586,22 @@ def mrac_literal(x, r, v, z, p, c):
         )  # (40)
         Df5_roll = D5_roll * f5_roll  # (40)
         alpha5_roll = alpha4_roll + Df5_roll * f5_roll  # (40)
-        t_szpzk = 1.0 / alpha5_roll
-        D5_free_roll = t_rkxsm * t_szpzk * D5_roll * alpha4_roll  # (41)
-        t_el36p = f5_roll * t_qd2bm
-        U15_free_roll = U15_roll - t_el36p * b1_4_roll  # (41)
+        t_6dtnj_3 = 1.0 / alpha5_roll
+        D5_free_roll = t_rkxsm * t_6dtnj_3 * D5_roll * alpha4_roll  # (41)
+        t_wmsfj = f5_roll * t_6dtnj_2
+        U15_free_roll = U15_roll - t_wmsfj * b1_4_roll  # (41)
         b1_5_roll = b1_4_roll + Df5_roll * U15_roll  # (40)
-        U25_free_roll = U25_roll - t_el36p * b2_4_roll  # (41)
+        U25_free_roll = U25_roll - t_wmsfj * b2_4_roll  # (41)
         b2_5_roll = b2_4_roll + Df5_roll * U25_roll  # (40)
-        U35_free_roll = U35_roll - t_el36p * b3_4_roll  # (41)
+        U35_free_roll = U35_roll - t_wmsfj * b3_4_roll  # (41)
         b3_5_roll = b3_4_roll + Df5_roll * U35_roll  # (40)
-        U45_free_roll = U45_roll - t_el36p * Df4_roll  # (41)
+        U45_free_roll = U45_roll - t_wmsfj * Df4_roll  # (41)
         b4_5_roll = Df4_roll + Df5_roll * U45_roll  # (40)
-        G1_roll = b1_5_roll * t_szpzk  # (40)
-        G2_roll = b2_5_roll * t_szpzk  # (40)
-        G3_roll = b3_5_roll * t_szpzk  # (40)
-        G4_roll = b4_5_roll * t_szpzk  # (40)
-        G5_roll = Df5_roll * t_szpzk  # (40)
+        G1_roll = b1_5_roll * t_6dtnj_3  # (40)
+        G2_roll = b2_5_roll * t_6dtnj_3  # (40)
+        G3_roll = b3_5_roll * t_6dtnj_3  # (40)
+        G4_roll = b4_5_roll * t_6dtnj_3  # (40)
+        G5_roll = Df5_roll * t_6dtnj_3  # (40)
         trace_roll = (
             D1_free_roll
             + D2_free_roll
@@ -1619,19 +1619,19 @@ def mrac_literal(x, r, v, z, p, c):
             + D5_free_roll * (U35_free_roll * U35_free_roll)
             + D5_free_roll * (U45_free_roll * U45_free_roll)
         )  # (41)
-        m_cy5zr = (trace_max < trace_roll)
-        cap_roll = np.where(m_cy5zr, forgetting, 1.0)
+        m_mhc6m = (trace_max < trace_roll)
+        cap_roll = np.where(m_mhc6m, forgetting, 1.0)
         m_jj746 = (0.5 < adapt)
         m_d33kq = (1.5 < samples)
         m_6w7fs = np.logical_and(m_jj746, m_d33kq)
         t_s4yo7 = np.fmax(dead_zone, dead_zone_sigma * noise)
-        m_ga54y = (t_s4yo7 < np.abs(eps_roll))
-        m_huydk = np.logical_and(m_6w7fs, m_ga54y)
-        a1_now_roll = np.where(m_huydk, a1_roll + G1_roll * eps_roll, a1_roll)  # (42)
-        a2_now_roll = np.where(m_huydk, a2_roll + G2_roll * eps_roll, a2_roll)  # (42)
-        b0_now_roll = np.where(m_huydk, b0_roll + G3_roll * eps_roll, b0_roll)  # (42)
-        b1_now_roll = np.where(m_huydk, b1_roll + G4_roll * eps_roll, b1_roll)  # (42)
-        d_now_roll = np.where(m_huydk, d_roll + G5_roll * eps_roll, d_roll)  # (42)
+        m_dusee = (t_s4yo7 < np.abs(eps_roll))
+        m_dyzzl = np.logical_and(m_6w7fs, m_dusee)
+        a1_now_roll = np.where(m_dyzzl, a1_roll + G1_roll * eps_roll, a1_roll)  # (42)
+        a2_now_roll = np.where(m_dyzzl, a2_roll + G2_roll * eps_roll, a2_roll)  # (42)
+        b0_now_roll = np.where(m_dyzzl, b0_roll + G3_roll * eps_roll, b0_roll)  # (42)
+        b1_now_roll = np.where(m_dyzzl, b1_roll + G4_roll * eps_roll, b1_roll)  # (42)
+        d_now_roll = np.where(m_dyzzl, d_roll + G5_roll * eps_roll, d_roll)  # (42)
         d_used_roll = compensate_d * d_now_roll
         y1_used_pitch = np.where(m_myerm, pitch, y1_pitch)
         v_pitch = np.where(m_2oym3, Ty_applied, np.where(m_ng6lt, u2_pitch, u1_pitch))  # (36)
@@ -1643,38 +1643,38 @@ def mrac_literal(x, r, v, z, p, c):
             - a2_pitch * y2_pitch
         )  # (34)
         eps_pitch = pitch - y_hat_pitch  # (39)
-        t_n6265 = D1_pitch * y1_used_pitch
-        alpha1_pitch = forgetting + t_n6265 * y1_used_pitch  # (40)
-        t_ba5cq = 1.0 / alpha1_pitch
-        D1_free_pitch = D1_pitch * t_ba5cq  # (41)
-        t_5xoth = y2_pitch + U12_pitch * y1_used_pitch
-        t_urk7s = D2_pitch * t_5xoth
-        alpha2_pitch = alpha1_pitch + t_urk7s * t_5xoth  # (40)
-        t_vq6qe = 1.0 / alpha2_pitch
-        D2_free_pitch = t_rkxsm * t_vq6qe * D2_pitch * alpha1_pitch  # (41)
-        U12_free_pitch = U12_pitch - t_n6265 * t_ba5cq * t_5xoth  # (41)
+        t_zx462 = D1_pitch * y1_used_pitch
+        alpha1_pitch = forgetting + t_zx462 * y1_used_pitch  # (40)
+        t_6gw3v = 1.0 / alpha1_pitch
+        D1_free_pitch = D1_pitch * t_6gw3v  # (41)
+        t_olxlq = y2_pitch + U12_pitch * y1_used_pitch
+        t_gjcmb = D2_pitch * t_olxlq
+        alpha2_pitch = alpha1_pitch + t_gjcmb * t_olxlq  # (40)
+        t_an5c3 = 1.0 / alpha2_pitch
+        D2_free_pitch = t_rkxsm * t_an5c3 * D2_pitch * alpha1_pitch  # (41)
+        U12_free_pitch = U12_pitch - t_zx462 * t_6gw3v * t_olxlq  # (41)
         f3_pitch = v_pitch - U13_pitch * y1_used_pitch - U23_pitch * y2_pitch  # (40)
         Df3_pitch = D3_pitch * f3_pitch  # (40)
         alpha3_pitch = alpha2_pitch + Df3_pitch * f3_pitch  # (40)
-        t_wnsbx = 1.0 / alpha3_pitch
-        D3_free_pitch = t_rkxsm * t_wnsbx * D3_pitch * alpha2_pitch  # (41)
-        t_iziit = f3_pitch * t_vq6qe
-        t_m7azd = t_n6265 + t_urk7s * U12_pitch
-        U13_free_pitch = U13_pitch + t_iziit * t_m7azd  # (41)
-        b1_3_pitch = Df3_pitch * U13_pitch - t_m7azd  # (40)
-        U23_free_pitch = U23_pitch + t_iziit * t_urk7s  # (41)
-        b2_3_pitch = Df3_pitch * U23_pitch - t_urk7s  # (40)
+        t_6dtnj_4 = 1.0 / alpha3_pitch
+        D3_free_pitch = t_rkxsm * t_6dtnj_4 * D3_pitch * alpha2_pitch  # (41)
+        t_2unxj = f3_pitch * t_an5c3
+        t_ypnck = t_zx462 + t_gjcmb * U12_pitch
+        U13_free_pitch = U13_pitch + t_2unxj * t_ypnck  # (41)
+        b1_3_pitch = Df3_pitch * U13_pitch - t_ypnck  # (40)
+        U23_free_pitch = U23_pitch + t_2unxj * t_gjcmb  # (41)
+        b2_3_pitch = Df3_pitch * U23_pitch - t_gjcmb  # (40)
         f4_pitch = v1_pitch + U34_pitch * v_pitch - U14_pitch * y1_used_pitch - U24_pitch * y2_pitch  # (40)
         Df4_pitch = D4_pitch * f4_pitch  # (40)
         alpha4_pitch = alpha3_pitch + Df4_pitch * f4_pitch  # (40)
-        t_au2dz = 1.0 / alpha4_pitch
-        D4_free_pitch = t_rkxsm * t_au2dz * D4_pitch * alpha3_pitch  # (41)
-        t_q5cqa = f4_pitch * t_wnsbx
-        U14_free_pitch = U14_pitch - t_q5cqa * b1_3_pitch  # (41)
+        t_6dtnj_5 = 1.0 / alpha4_pitch
+        D4_free_pitch = t_rkxsm * t_6dtnj_5 * D4_pitch * alpha3_pitch  # (41)
+        t_ekbem = f4_pitch * t_6dtnj_4
+        U14_free_pitch = U14_pitch - t_ekbem * b1_3_pitch  # (41)
         b1_4_pitch = b1_3_pitch + Df4_pitch * U14_pitch  # (40)
-        U24_free_pitch = U24_pitch - t_q5cqa * b2_3_pitch  # (41)
+        U24_free_pitch = U24_pitch - t_ekbem * b2_3_pitch  # (41)
         b2_4_pitch = b2_3_pitch + Df4_pitch * U24_pitch  # (40)
-        U34_free_pitch = U34_pitch - t_q5cqa * Df3_pitch  # (41)
+        U34_free_pitch = U34_pitch - t_ekbem * Df3_pitch  # (41)
         b3_4_pitch = Df3_pitch + Df4_pitch * U34_pitch  # (40)
         f5_pitch = (
             1.0
@@ -1685,22 +1685,22 @@ def mrac_literal(x, r, v, z, p, c):
         )  # (40)
         Df5_pitch = D5_pitch * f5_pitch  # (40)
         alpha5_pitch = alpha4_pitch + Df5_pitch * f5_pitch  # (40)
-        t_uppvm = 1.0 / alpha5_pitch
-        D5_free_pitch = t_rkxsm * t_uppvm * D5_pitch * alpha4_pitch  # (41)
-        t_blzne = f5_pitch * t_au2dz
-        U15_free_pitch = U15_pitch - t_blzne * b1_4_pitch  # (41)
+        t_6dtnj_6 = 1.0 / alpha5_pitch
+        D5_free_pitch = t_rkxsm * t_6dtnj_6 * D5_pitch * alpha4_pitch  # (41)
+        t_piobp = f5_pitch * t_6dtnj_5
+        U15_free_pitch = U15_pitch - t_piobp * b1_4_pitch  # (41)
         b1_5_pitch = b1_4_pitch + Df5_pitch * U15_pitch  # (40)
-        U25_free_pitch = U25_pitch - t_blzne * b2_4_pitch  # (41)
+        U25_free_pitch = U25_pitch - t_piobp * b2_4_pitch  # (41)
         b2_5_pitch = b2_4_pitch + Df5_pitch * U25_pitch  # (40)
-        U35_free_pitch = U35_pitch - t_blzne * b3_4_pitch  # (41)
+        U35_free_pitch = U35_pitch - t_piobp * b3_4_pitch  # (41)
         b3_5_pitch = b3_4_pitch + Df5_pitch * U35_pitch  # (40)
-        U45_free_pitch = U45_pitch - t_blzne * Df4_pitch  # (41)
+        U45_free_pitch = U45_pitch - t_piobp * Df4_pitch  # (41)
         b4_5_pitch = Df4_pitch + Df5_pitch * U45_pitch  # (40)
-        G1_pitch = b1_5_pitch * t_uppvm  # (40)
-        G2_pitch = b2_5_pitch * t_uppvm  # (40)
-        G3_pitch = b3_5_pitch * t_uppvm  # (40)
-        G4_pitch = b4_5_pitch * t_uppvm  # (40)
-        G5_pitch = Df5_pitch * t_uppvm  # (40)
+        G1_pitch = b1_5_pitch * t_6dtnj_6  # (40)
+        G2_pitch = b2_5_pitch * t_6dtnj_6  # (40)
+        G3_pitch = b3_5_pitch * t_6dtnj_6  # (40)
+        G4_pitch = b4_5_pitch * t_6dtnj_6  # (40)
+        G5_pitch = Df5_pitch * t_6dtnj_6  # (40)
         trace_pitch = (
             D1_free_pitch
             + D2_free_pitch
@@ -1718,15 +1718,15 @@ def mrac_literal(x, r, v, z, p, c):
             + D5_free_pitch * (U35_free_pitch * U35_free_pitch)
             + D5_free_pitch * (U45_free_pitch * U45_free_pitch)
         )  # (41)
-        m_rahgr = (trace_max < trace_pitch)
-        cap_pitch = np.where(m_rahgr, forgetting, 1.0)
-        m_a3jc4 = (t_s4yo7 < np.abs(eps_pitch))
-        m_fztcf = np.logical_and(m_6w7fs, m_a3jc4)
-        a1_now_pitch = np.where(m_fztcf, a1_pitch + G1_pitch * eps_pitch, a1_pitch)  # (42)
-        a2_now_pitch = np.where(m_fztcf, a2_pitch + G2_pitch * eps_pitch, a2_pitch)  # (42)
-        b0_now_pitch = np.where(m_fztcf, b0_pitch + G3_pitch * eps_pitch, b0_pitch)  # (42)
-        b1_now_pitch = np.where(m_fztcf, b1_pitch + G4_pitch * eps_pitch, b1_pitch)  # (42)
-        d_now_pitch = np.where(m_fztcf, d_pitch + G5_pitch * eps_pitch, d_pitch)  # (42)
+        m_mhc6m_2 = (trace_max < trace_pitch)
+        cap_pitch = np.where(m_mhc6m_2, forgetting, 1.0)
+        m_yotvq = (t_s4yo7 < np.abs(eps_pitch))
+        m_rjsrz = np.logical_and(m_6w7fs, m_yotvq)
+        a1_now_pitch = np.where(m_rjsrz, a1_pitch + G1_pitch * eps_pitch, a1_pitch)  # (42)
+        a2_now_pitch = np.where(m_rjsrz, a2_pitch + G2_pitch * eps_pitch, a2_pitch)  # (42)
+        b0_now_pitch = np.where(m_rjsrz, b0_pitch + G3_pitch * eps_pitch, b0_pitch)  # (42)
+        b1_now_pitch = np.where(m_rjsrz, b1_pitch + G4_pitch * eps_pitch, b1_pitch)  # (42)
+        d_now_pitch = np.where(m_rjsrz, d_pitch + G5_pitch * eps_pitch, d_pitch)  # (42)
         d_used_pitch = compensate_d * d_now_pitch
         y1_used_yaw = np.where(m_myerm, yaw, y1_yaw)
         v_yaw = np.where(m_2oym3, Tz_applied, np.where(m_ng6lt, u2_yaw, u1_yaw))  # (36)
@@ -1738,38 +1738,38 @@ def mrac_literal(x, r, v, z, p, c):
             - a2_yaw * y2_yaw
         )  # (34)
         eps_yaw = yaw - y_hat_yaw  # (39)
-        t_5t4tf = D1_yaw * y1_used_yaw
-        alpha1_yaw = forgetting + t_5t4tf * y1_used_yaw  # (40)
-        t_rrlcx = 1.0 / alpha1_yaw
-        D1_free_yaw = D1_yaw * t_rrlcx  # (41)
-        t_fz2ih = y2_yaw + U12_yaw * y1_used_yaw
-        t_3inrl = D2_yaw * t_fz2ih
-        alpha2_yaw = alpha1_yaw + t_3inrl * t_fz2ih  # (40)
-        t_epc3p = 1.0 / alpha2_yaw
-        D2_free_yaw = t_rkxsm * t_epc3p * D2_yaw * alpha1_yaw  # (41)
-        U12_free_yaw = U12_yaw - t_5t4tf * t_rrlcx * t_fz2ih  # (41)
+        t_bysdb = D1_yaw * y1_used_yaw
+        alpha1_yaw = forgetting + t_bysdb * y1_used_yaw  # (40)
+        t_lgpzs = 1.0 / alpha1_yaw
+        D1_free_yaw = D1_yaw * t_lgpzs  # (41)
+        t_howu6 = y2_yaw + U12_yaw * y1_used_yaw
+        t_pofsn = D2_yaw * t_howu6
+        alpha2_yaw = alpha1_yaw + t_pofsn * t_howu6  # (40)
+        t_esxwg = 1.0 / alpha2_yaw
+        D2_free_yaw = t_rkxsm * t_esxwg * D2_yaw * alpha1_yaw  # (41)
+        U12_free_yaw = U12_yaw - t_bysdb * t_lgpzs * t_howu6  # (41)
         f3_yaw = v_yaw - U13_yaw * y1_used_yaw - U23_yaw * y2_yaw  # (40)
         Df3_yaw = D3_yaw * f3_yaw  # (40)
         alpha3_yaw = alpha2_yaw + Df3_yaw * f3_yaw  # (40)
-        t_czmse = 1.0 / alpha3_yaw
-        D3_free_yaw = t_rkxsm * t_czmse * D3_yaw * alpha2_yaw  # (41)
-        t_qqhj7 = f3_yaw * t_epc3p
-        t_mefgo = t_5t4tf + t_3inrl * U12_yaw
-        U13_free_yaw = U13_yaw + t_qqhj7 * t_mefgo  # (41)
-        b1_3_yaw = Df3_yaw * U13_yaw - t_mefgo  # (40)
-        U23_free_yaw = U23_yaw + t_qqhj7 * t_3inrl  # (41)
-        b2_3_yaw = Df3_yaw * U23_yaw - t_3inrl  # (40)
+        t_6dtnj_7 = 1.0 / alpha3_yaw
+        D3_free_yaw = t_rkxsm * t_6dtnj_7 * D3_yaw * alpha2_yaw  # (41)
+        t_rouvm = f3_yaw * t_esxwg
+        t_zyqi4 = t_bysdb + t_pofsn * U12_yaw
+        U13_free_yaw = U13_yaw + t_rouvm * t_zyqi4  # (41)
+        b1_3_yaw = Df3_yaw * U13_yaw - t_zyqi4  # (40)
+        U23_free_yaw = U23_yaw + t_rouvm * t_pofsn  # (41)
+        b2_3_yaw = Df3_yaw * U23_yaw - t_pofsn  # (40)
         f4_yaw = v1_yaw + U34_yaw * v_yaw - U14_yaw * y1_used_yaw - U24_yaw * y2_yaw  # (40)
         Df4_yaw = D4_yaw * f4_yaw  # (40)
         alpha4_yaw = alpha3_yaw + Df4_yaw * f4_yaw  # (40)
-        t_nk3ay = 1.0 / alpha4_yaw
-        D4_free_yaw = t_rkxsm * t_nk3ay * D4_yaw * alpha3_yaw  # (41)
-        t_ov6wh = f4_yaw * t_czmse
-        U14_free_yaw = U14_yaw - t_ov6wh * b1_3_yaw  # (41)
+        t_6dtnj_8 = 1.0 / alpha4_yaw
+        D4_free_yaw = t_rkxsm * t_6dtnj_8 * D4_yaw * alpha3_yaw  # (41)
+        t_nihkp = f4_yaw * t_6dtnj_7
+        U14_free_yaw = U14_yaw - t_nihkp * b1_3_yaw  # (41)
         b1_4_yaw = b1_3_yaw + Df4_yaw * U14_yaw  # (40)
-        U24_free_yaw = U24_yaw - t_ov6wh * b2_3_yaw  # (41)
+        U24_free_yaw = U24_yaw - t_nihkp * b2_3_yaw  # (41)
         b2_4_yaw = b2_3_yaw + Df4_yaw * U24_yaw  # (40)
-        U34_free_yaw = U34_yaw - t_ov6wh * Df3_yaw  # (41)
+        U34_free_yaw = U34_yaw - t_nihkp * Df3_yaw  # (41)
         b3_4_yaw = Df3_yaw + Df4_yaw * U34_yaw  # (40)
         f5_yaw = (
             1.0
@@ -1780,22 +1780,22 @@ def mrac_literal(x, r, v, z, p, c):
         )  # (40)
         Df5_yaw = D5_yaw * f5_yaw  # (40)
         alpha5_yaw = alpha4_yaw + Df5_yaw * f5_yaw  # (40)
-        t_xt42v = 1.0 / alpha5_yaw
-        D5_free_yaw = t_rkxsm * t_xt42v * D5_yaw * alpha4_yaw  # (41)
-        t_xokdo = f5_yaw * t_nk3ay
-        U15_free_yaw = U15_yaw - t_xokdo * b1_4_yaw  # (41)
+        t_6dtnj_9 = 1.0 / alpha5_yaw
+        D5_free_yaw = t_rkxsm * t_6dtnj_9 * D5_yaw * alpha4_yaw  # (41)
+        t_lhlrb = f5_yaw * t_6dtnj_8
+        U15_free_yaw = U15_yaw - t_lhlrb * b1_4_yaw  # (41)
         b1_5_yaw = b1_4_yaw + Df5_yaw * U15_yaw  # (40)
-        U25_free_yaw = U25_yaw - t_xokdo * b2_4_yaw  # (41)
+        U25_free_yaw = U25_yaw - t_lhlrb * b2_4_yaw  # (41)
         b2_5_yaw = b2_4_yaw + Df5_yaw * U25_yaw  # (40)
-        U35_free_yaw = U35_yaw - t_xokdo * b3_4_yaw  # (41)
+        U35_free_yaw = U35_yaw - t_lhlrb * b3_4_yaw  # (41)
         b3_5_yaw = b3_4_yaw + Df5_yaw * U35_yaw  # (40)
-        U45_free_yaw = U45_yaw - t_xokdo * Df4_yaw  # (41)
+        U45_free_yaw = U45_yaw - t_lhlrb * Df4_yaw  # (41)
         b4_5_yaw = Df4_yaw + Df5_yaw * U45_yaw  # (40)
-        G1_yaw = b1_5_yaw * t_xt42v  # (40)
-        G2_yaw = b2_5_yaw * t_xt42v  # (40)
-        G3_yaw = b3_5_yaw * t_xt42v  # (40)
-        G4_yaw = b4_5_yaw * t_xt42v  # (40)
-        G5_yaw = Df5_yaw * t_xt42v  # (40)
+        G1_yaw = b1_5_yaw * t_6dtnj_9  # (40)
+        G2_yaw = b2_5_yaw * t_6dtnj_9  # (40)
+        G3_yaw = b3_5_yaw * t_6dtnj_9  # (40)
+        G4_yaw = b4_5_yaw * t_6dtnj_9  # (40)
+        G5_yaw = Df5_yaw * t_6dtnj_9  # (40)
         trace_yaw = (
             D1_free_yaw
             + D2_free_yaw
@@ -1813,73 +1813,73 @@ def mrac_literal(x, r, v, z, p, c):
             + D5_free_yaw * (U35_free_yaw * U35_free_yaw)
             + D5_free_yaw * (U45_free_yaw * U45_free_yaw)
         )  # (41)
-        m_4b7bf = (trace_max < trace_yaw)
-        cap_yaw = np.where(m_4b7bf, forgetting, 1.0)
-        m_tx63k = (t_s4yo7 < np.abs(eps_yaw))
-        m_6lewq = np.logical_and(m_6w7fs, m_tx63k)
-        a1_now_yaw = np.where(m_6lewq, a1_yaw + G1_yaw * eps_yaw, a1_yaw)  # (42)
-        a2_now_yaw = np.where(m_6lewq, a2_yaw + G2_yaw * eps_yaw, a2_yaw)  # (42)
-        b0_now_yaw = np.where(m_6lewq, b0_yaw + G3_yaw * eps_yaw, b0_yaw)  # (42)
-        b1_now_yaw = np.where(m_6lewq, b1_yaw + G4_yaw * eps_yaw, b1_yaw)  # (42)
-        d_now_yaw = np.where(m_6lewq, d_yaw + G5_yaw * eps_yaw, d_yaw)  # (42)
+        m_mhc6m_3 = (trace_max < trace_yaw)
+        cap_yaw = np.where(m_mhc6m_3, forgetting, 1.0)
+        m_zcxt6 = (t_s4yo7 < np.abs(eps_yaw))
+        m_fatf3 = np.logical_and(m_6w7fs, m_zcxt6)
+        a1_now_yaw = np.where(m_fatf3, a1_yaw + G1_yaw * eps_yaw, a1_yaw)  # (42)
+        a2_now_yaw = np.where(m_fatf3, a2_yaw + G2_yaw * eps_yaw, a2_yaw)  # (42)
+        b0_now_yaw = np.where(m_fatf3, b0_yaw + G3_yaw * eps_yaw, b0_yaw)  # (42)
+        b1_now_yaw = np.where(m_fatf3, b1_yaw + G4_yaw * eps_yaw, b1_yaw)  # (42)
+        d_now_yaw = np.where(m_fatf3, d_yaw + G5_yaw * eps_yaw, d_yaw)  # (42)
         d_used_yaw = compensate_d * d_now_yaw
         t_4msa4 = Ts * Ts * b_min_ratio
         b0_used_roll = np.fmax(np.fmax(b0_now_roll, b_min), 0.5 / I_x * t_4msa4)
         t_2qnly = C2_pole * C2_pole
-        t_dx3wo = t_2qnly - a2_now_roll
-        t_pbd6n = C2_pole + C2_pole
-        t_lanll = t_pbd6n + a1_now_roll
-        s1_cancel_roll = -t_lanll  # (23)
-        t0_cancel_roll = np.where(m_ng6lt, t_dx3wo + a1_now_roll * a1_now_roll + t_pbd6n * a1_now_roll, s1_cancel_roll)  # (24)
-        t1_cancel_roll = np.where(m_ng6lt, t_pbd6n * a2_now_roll + a1_now_roll * a2_now_roll, t_dx3wo)  # (24)
-        t_qkrvx = b1_now_roll * v_roll
-        BSu_roll = np.where(m_ng6lt, u1_roll * (b1_now_roll - b0_used_roll * t_lanll) - t_qkrvx * t_lanll, t_qkrvx)  # (33)
-        t_27ycn = (
+        t_yxp6o = t_2qnly - a2_now_roll
+        t_c4wxs = C2_pole + C2_pole
+        t_ubkmp = t_c4wxs + a1_now_roll
+        s1_cancel_roll = -t_ubkmp  # (23)
+        t0_cancel_roll = np.where(m_ng6lt, t_yxp6o + a1_now_roll * a1_now_roll + t_c4wxs * a1_now_roll, s1_cancel_roll)  # (24)
+        t1_cancel_roll = np.where(m_ng6lt, t_c4wxs * a2_now_roll + a1_now_roll * a2_now_roll, t_yxp6o)  # (24)
+        t_kke3c = b1_now_roll * v_roll
+        BSu_roll = np.where(m_ng6lt, u1_roll * (b1_now_roll - b0_used_roll * t_ubkmp) - t_kke3c * t_ubkmp, t_kke3c)  # (33)
+        t_oraqg = (
             w_roll
             - BSu_roll
             + t_2qnly * wm2_roll
-            - t_pbd6n * wm1_roll
-            - d_used_roll * np.where(m_ng6lt, 1.0 - t_lanll, 1.0)
+            - t_c4wxs * wm1_roll
+            - d_used_roll * np.where(m_ng6lt, 1.0 - t_ubkmp, 1.0)
             - roll * t0_cancel_roll
             - t1_cancel_roll * y1_used_roll
         )
-        u_roll_mrac_literal = t_27ycn / b0_used_roll
+        u_roll_mrac_literal = t_oraqg / b0_used_roll
         b0_used_pitch = np.fmax(np.fmax(b0_now_pitch, b_min), 0.5 / I_y * t_4msa4)
-        t_6kmom = t_2qnly - a2_now_pitch
-        t_xabv7 = t_pbd6n + a1_now_pitch
-        s1_cancel_pitch = -t_xabv7  # (23)
-        t0_cancel_pitch = np.where(m_ng6lt, t_6kmom + a1_now_pitch * a1_now_pitch + t_pbd6n * a1_now_pitch, s1_cancel_pitch)  # (24)
-        t1_cancel_pitch = np.where(m_ng6lt, t_pbd6n * a2_now_pitch + a1_now_pitch * a2_now_pitch, t_6kmom)  # (24)
-        t_gl7ia = b1_now_pitch * v_pitch
-        BSu_pitch = np.where(m_ng6lt, u1_pitch * (b1_now_pitch - b0_used_pitch * t_xabv7) - t_gl7ia * t_xabv7, t_gl7ia)  # (33)
-        t_aozlk = (
+        t_nxjzt = t_2qnly - a2_now_pitch
+        t_kuhgq = t_c4wxs + a1_now_pitch
+        s1_cancel_pitch = -t_kuhgq  # (23)
+        t0_cancel_pitch = np.where(m_ng6lt, t_nxjzt + a1_now_pitch * a1_now_pitch + t_c4wxs * a1_now_pitch, s1_cancel_pitch)  # (24)
+        t1_cancel_pitch = np.where(m_ng6lt, t_c4wxs * a2_now_pitch + a1_now_pitch * a2_now_pitch, t_nxjzt)  # (24)
+        t_uatia = b1_now_pitch * v_pitch
+        BSu_pitch = np.where(m_ng6lt, u1_pitch * (b1_now_pitch - b0_used_pitch * t_kuhgq) - t_uatia * t_kuhgq, t_uatia)  # (33)
+        t_ggj3n = (
             w_pitch
             - BSu_pitch
             + t_2qnly * wm2_pitch
-            - t_pbd6n * wm1_pitch
-            - d_used_pitch * np.where(m_ng6lt, 1.0 - t_xabv7, 1.0)
+            - t_c4wxs * wm1_pitch
+            - d_used_pitch * np.where(m_ng6lt, 1.0 - t_kuhgq, 1.0)
             - pitch * t0_cancel_pitch
             - t1_cancel_pitch * y1_used_pitch
         )
-        u_pitch_mrac_literal = t_aozlk / b0_used_pitch
+        u_pitch_mrac_literal = t_ggj3n / b0_used_pitch
         b0_used_yaw = np.fmax(np.fmax(b0_now_yaw, b_min), 0.5 / I_z * t_4msa4)
-        t_npxzz = t_2qnly - a2_now_yaw
-        t_44iwp = t_pbd6n + a1_now_yaw
-        s1_cancel_yaw = -t_44iwp  # (23)
-        t0_cancel_yaw = np.where(m_ng6lt, t_npxzz + a1_now_yaw * a1_now_yaw + t_pbd6n * a1_now_yaw, s1_cancel_yaw)  # (24)
-        t1_cancel_yaw = np.where(m_ng6lt, t_pbd6n * a2_now_yaw + a1_now_yaw * a2_now_yaw, t_npxzz)  # (24)
-        t_quuto = b1_now_yaw * v_yaw
-        BSu_yaw = np.where(m_ng6lt, u1_yaw * (b1_now_yaw - b0_used_yaw * t_44iwp) - t_quuto * t_44iwp, t_quuto)  # (33)
-        t_gg5ha = (
+        t_t5jm7 = t_2qnly - a2_now_yaw
+        t_h7p4o = t_c4wxs + a1_now_yaw
+        s1_cancel_yaw = -t_h7p4o  # (23)
+        t0_cancel_yaw = np.where(m_ng6lt, t_t5jm7 + a1_now_yaw * a1_now_yaw + t_c4wxs * a1_now_yaw, s1_cancel_yaw)  # (24)
+        t1_cancel_yaw = np.where(m_ng6lt, t_c4wxs * a2_now_yaw + a1_now_yaw * a2_now_yaw, t_t5jm7)  # (24)
+        t_dilxn = b1_now_yaw * v_yaw
+        BSu_yaw = np.where(m_ng6lt, u1_yaw * (b1_now_yaw - b0_used_yaw * t_h7p4o) - t_dilxn * t_h7p4o, t_dilxn)  # (33)
+        t_pkykj = (
             w_yaw
             - BSu_yaw
             + t_2qnly * wm2_yaw
-            - t_pbd6n * wm1_yaw
-            - d_used_yaw * np.where(m_ng6lt, 1.0 - t_44iwp, 1.0)
+            - t_c4wxs * wm1_yaw
+            - d_used_yaw * np.where(m_ng6lt, 1.0 - t_h7p4o, 1.0)
             - t0_cancel_yaw * yaw
             - t1_cancel_yaw * y1_used_yaw
         )
-        u_yaw_mrac_literal = t_gg5ha / b0_used_yaw
+        u_yaw_mrac_literal = t_pkykj / b0_used_yaw
         m_m35aa = (np.abs(Tx_applied) < 1e+30)
         m_6g4m5 = (np.abs(Ty_applied) < 1e+30)
         m_qvzit = np.logical_and(m_m35aa, m_6g4m5)
@@ -1895,115 +1895,115 @@ def mrac_literal(x, r, v, z, p, c):
         m_65ott = np.logical_and(m_6i24m, m_ghzhf)
         m_lisih = (np.abs(roll) < 1e+30)
         m_fdhnb = np.logical_and(m_65ott, m_lisih)
-        m_klrep = (np.abs(trace_pitch) < 1e+30)
-        m_ftaye = np.logical_and(m_fdhnb, m_klrep)
-        m_nob5q = (np.abs(trace_roll) < 1e+30)
-        m_dtjsa = np.logical_and(m_ftaye, m_nob5q)
-        m_smxdh = (np.abs(trace_yaw) < 1e+30)
-        m_tnlb6 = np.logical_and(m_dtjsa, m_smxdh)
+        m_6qzei = (np.abs(trace_pitch) < 1e+30)
+        m_uncs5 = np.logical_and(m_fdhnb, m_6qzei)
+        m_6qzei_2 = (np.abs(trace_roll) < 1e+30)
+        m_f6kxn = np.logical_and(m_uncs5, m_6qzei_2)
+        m_6qzei_3 = (np.abs(trace_yaw) < 1e+30)
+        m_f6kxn_2 = np.logical_and(m_f6kxn, m_6qzei_3)
         m_q3hd4 = (np.abs(yaw) < 1e+30)
-        m_n37qp = np.logical_and(m_tnlb6, m_q3hd4)
-        m_m4djy = (np.abs(u_pitch_mrac_literal) < 1e+30)
-        m_r6745 = np.logical_and(m_n37qp, m_m4djy)
-        m_l5gdz = (np.abs(u_roll_mrac_literal) < 1e+30)
-        m_zencp = np.logical_and(m_r6745, m_l5gdz)
-        m_ccpp3 = (np.abs(u_yaw_mrac_literal) < 1e+30)
-        m_kqyoi = np.logical_and(m_zencp, m_ccpp3)
-        Tx_cmd = np.where(m_kqyoi, u_roll_mrac_literal, 0.0)
-        Ty_cmd = np.where(m_kqyoi, u_pitch_mrac_literal, 0.0)
-        Tz_cmd = np.where(m_kqyoi, u_yaw_mrac_literal, 0.0)
-        m_dzg3g = np.logical_not(m_kqyoi)
+        m_4qjac = np.logical_and(m_f6kxn_2, m_q3hd4)
+        m_hllxh = (np.abs(u_pitch_mrac_literal) < 1e+30)
+        m_meqbv = np.logical_and(m_4qjac, m_hllxh)
+        m_6zvw3 = (np.abs(u_roll_mrac_literal) < 1e+30)
+        m_yip5e = np.logical_and(m_meqbv, m_6zvw3)
+        m_4ukab = (np.abs(u_yaw_mrac_literal) < 1e+30)
+        m_hudbn = np.logical_and(m_yip5e, m_4ukab)
+        Tx_cmd = np.where(m_hudbn, u_roll_mrac_literal, 0.0)
+        Ty_cmd = np.where(m_hudbn, u_pitch_mrac_literal, 0.0)
+        Tz_cmd = np.where(m_hudbn, u_yaw_mrac_literal, 0.0)
+        m_eqran = np.logical_not(m_hudbn)
         return _vector(
             Tx_cmd,
             Ty_cmd,
             Tz_cmd,
         ), _vector(
-            np.where(m_kqyoi, a1_now_roll, a1_roll),
-            np.where(m_kqyoi, a2_now_roll, a2_roll),
-            np.where(m_kqyoi, b0_now_roll, b0_roll),
-            np.where(m_kqyoi, b1_now_roll, b1_roll),
-            np.where(m_kqyoi, d_now_roll, d_roll),
-            np.where(m_kqyoi, np.where(m_huydk, D1_free_roll * cap_roll, D1_roll), D1_roll),
-            np.where(m_kqyoi, np.where(m_huydk, D2_free_roll * cap_roll, D2_roll), D2_roll),
-            np.where(m_kqyoi, np.where(m_huydk, D3_free_roll * cap_roll, D3_roll), D3_roll),
-            np.where(m_kqyoi, np.where(m_huydk, D4_free_roll * cap_roll, D4_roll), D4_roll),
-            np.where(m_kqyoi, np.where(m_huydk, D5_free_roll * cap_roll, D5_roll), D5_roll),
-            np.where(m_kqyoi, np.where(m_huydk, U12_free_roll, U12_roll), U12_roll),
-            np.where(m_kqyoi, np.where(m_huydk, U13_free_roll, U13_roll), U13_roll),
-            np.where(m_kqyoi, np.where(m_huydk, U23_free_roll, U23_roll), U23_roll),
-            np.where(m_kqyoi, np.where(m_huydk, U14_free_roll, U14_roll), U14_roll),
-            np.where(m_kqyoi, np.where(m_huydk, U24_free_roll, U24_roll), U24_roll),
-            np.where(m_kqyoi, np.where(m_huydk, U34_free_roll, U34_roll), U34_roll),
-            np.where(m_kqyoi, np.where(m_huydk, U15_free_roll, U15_roll), U15_roll),
-            np.where(m_kqyoi, np.where(m_huydk, U25_free_roll, U25_roll), U25_roll),
-            np.where(m_kqyoi, np.where(m_huydk, U35_free_roll, U35_roll), U35_roll),
-            np.where(m_kqyoi, np.where(m_huydk, U45_free_roll, U45_roll), U45_roll),
-            np.where(m_kqyoi, roll, y1_roll),
-            np.where(m_kqyoi, y1_used_roll, y2_roll),
-            np.where(m_kqyoi, v_roll, v1_roll),
-            np.where(m_kqyoi, u_roll_mrac_literal, u1_roll),
-            np.where(m_kqyoi, u1_roll, u2_roll),
-            np.where(m_kqyoi, np.where(m_ng6lt, wm1_roll, w_roll), ym_roll),
-            np.where(m_kqyoi, w_roll, wm1_roll),
-            np.where(m_kqyoi, wm1_roll, wm2_roll),
-            np.where(m_kqyoi, a1_now_pitch, a1_pitch),
-            np.where(m_kqyoi, a2_now_pitch, a2_pitch),
-            np.where(m_kqyoi, b0_now_pitch, b0_pitch),
-            np.where(m_kqyoi, b1_now_pitch, b1_pitch),
-            np.where(m_kqyoi, d_now_pitch, d_pitch),
-            np.where(m_kqyoi, np.where(m_fztcf, D1_free_pitch * cap_pitch, D1_pitch), D1_pitch),
-            np.where(m_kqyoi, np.where(m_fztcf, D2_free_pitch * cap_pitch, D2_pitch), D2_pitch),
-            np.where(m_kqyoi, np.where(m_fztcf, D3_free_pitch * cap_pitch, D3_pitch), D3_pitch),
-            np.where(m_kqyoi, np.where(m_fztcf, D4_free_pitch * cap_pitch, D4_pitch), D4_pitch),
-            np.where(m_kqyoi, np.where(m_fztcf, D5_free_pitch * cap_pitch, D5_pitch), D5_pitch),
-            np.where(m_kqyoi, np.where(m_fztcf, U12_free_pitch, U12_pitch), U12_pitch),
-            np.where(m_kqyoi, np.where(m_fztcf, U13_free_pitch, U13_pitch), U13_pitch),
-            np.where(m_kqyoi, np.where(m_fztcf, U23_free_pitch, U23_pitch), U23_pitch),
-            np.where(m_kqyoi, np.where(m_fztcf, U14_free_pitch, U14_pitch), U14_pitch),
-            np.where(m_kqyoi, np.where(m_fztcf, U24_free_pitch, U24_pitch), U24_pitch),
-            np.where(m_kqyoi, np.where(m_fztcf, U34_free_pitch, U34_pitch), U34_pitch),
-            np.where(m_kqyoi, np.where(m_fztcf, U15_free_pitch, U15_pitch), U15_pitch),
-            np.where(m_kqyoi, np.where(m_fztcf, U25_free_pitch, U25_pitch), U25_pitch),
-            np.where(m_kqyoi, np.where(m_fztcf, U35_free_pitch, U35_pitch), U35_pitch),
-            np.where(m_kqyoi, np.where(m_fztcf, U45_free_pitch, U45_pitch), U45_pitch),
-            np.where(m_kqyoi, pitch, y1_pitch),
-            np.where(m_kqyoi, y1_used_pitch, y2_pitch),
-            np.where(m_kqyoi, v_pitch, v1_pitch),
-            np.where(m_kqyoi, u_pitch_mrac_literal, u1_pitch),
-            np.where(m_kqyoi, u1_pitch, u2_pitch),
-            np.where(m_kqyoi, np.where(m_ng6lt, wm1_pitch, w_pitch), ym_pitch),
-            np.where(m_kqyoi, w_pitch, wm1_pitch),
-            np.where(m_kqyoi, wm1_pitch, wm2_pitch),
-            np.where(m_kqyoi, a1_now_yaw, a1_yaw),
-            np.where(m_kqyoi, a2_now_yaw, a2_yaw),
-            np.where(m_kqyoi, b0_now_yaw, b0_yaw),
-            np.where(m_kqyoi, b1_now_yaw, b1_yaw),
-            np.where(m_kqyoi, d_now_yaw, d_yaw),
-            np.where(m_kqyoi, np.where(m_6lewq, D1_free_yaw * cap_yaw, D1_yaw), D1_yaw),
-            np.where(m_kqyoi, np.where(m_6lewq, D2_free_yaw * cap_yaw, D2_yaw), D2_yaw),
-            np.where(m_kqyoi, np.where(m_6lewq, D3_free_yaw * cap_yaw, D3_yaw), D3_yaw),
-            np.where(m_kqyoi, np.where(m_6lewq, D4_free_yaw * cap_yaw, D4_yaw), D4_yaw),
-            np.where(m_kqyoi, np.where(m_6lewq, D5_free_yaw * cap_yaw, D5_yaw), D5_yaw),
-            np.where(m_kqyoi, np.where(m_6lewq, U12_free_yaw, U12_yaw), U12_yaw),
-            np.where(m_kqyoi, np.where(m_6lewq, U13_free_yaw, U13_yaw), U13_yaw),
-            np.where(m_kqyoi, np.where(m_6lewq, U23_free_yaw, U23_yaw), U23_yaw),
-            np.where(m_kqyoi, np.where(m_6lewq, U14_free_yaw, U14_yaw), U14_yaw),
-            np.where(m_kqyoi, np.where(m_6lewq, U24_free_yaw, U24_yaw), U24_yaw),
-            np.where(m_kqyoi, np.where(m_6lewq, U34_free_yaw, U34_yaw), U34_yaw),
-            np.where(m_kqyoi, np.where(m_6lewq, U15_free_yaw, U15_yaw), U15_yaw),
-            np.where(m_kqyoi, np.where(m_6lewq, U25_free_yaw, U25_yaw), U25_yaw),
-            np.where(m_kqyoi, np.where(m_6lewq, U35_free_yaw, U35_yaw), U35_yaw),
-            np.where(m_kqyoi, np.where(m_6lewq, U45_free_yaw, U45_yaw), U45_yaw),
-            np.where(m_kqyoi, yaw, y1_yaw),
-            np.where(m_kqyoi, y1_used_yaw, y2_yaw),
-            np.where(m_kqyoi, v_yaw, v1_yaw),
-            np.where(m_kqyoi, u_yaw_mrac_literal, u1_yaw),
-            np.where(m_kqyoi, u1_yaw, u2_yaw),
-            np.where(m_kqyoi, np.where(m_ng6lt, wm1_yaw, w_yaw), ym_yaw),
-            np.where(m_kqyoi, w_yaw, wm1_yaw),
-            np.where(m_kqyoi, wm1_yaw, wm2_yaw),
-            np.where(m_kqyoi, np.fmin(2.0, 1.0 + samples), 0.0),
-            np.where(m_dzg3g, 1.0, 0.0),
+            np.where(m_hudbn, a1_now_roll, a1_roll),
+            np.where(m_hudbn, a2_now_roll, a2_roll),
+            np.where(m_hudbn, b0_now_roll, b0_roll),
+            np.where(m_hudbn, b1_now_roll, b1_roll),
+            np.where(m_hudbn, d_now_roll, d_roll),
+            np.where(m_hudbn, np.where(m_dyzzl, D1_free_roll * cap_roll, D1_roll), D1_roll),
+            np.where(m_hudbn, np.where(m_dyzzl, D2_free_roll * cap_roll, D2_roll), D2_roll),
+            np.where(m_hudbn, np.where(m_dyzzl, D3_free_roll * cap_roll, D3_roll), D3_roll),
+            np.where(m_hudbn, np.where(m_dyzzl, D4_free_roll * cap_roll, D4_roll), D4_roll),
+            np.where(m_hudbn, np.where(m_dyzzl, D5_free_roll * cap_roll, D5_roll), D5_roll),
+            np.where(m_hudbn, np.where(m_dyzzl, U12_free_roll, U12_roll), U12_roll),
+            np.where(m_hudbn, np.where(m_dyzzl, U13_free_roll, U13_roll), U13_roll),
+            np.where(m_hudbn, np.where(m_dyzzl, U23_free_roll, U23_roll), U23_roll),
+            np.where(m_hudbn, np.where(m_dyzzl, U14_free_roll, U14_roll), U14_roll),
+            np.where(m_hudbn, np.where(m_dyzzl, U24_free_roll, U24_roll), U24_roll),
+            np.where(m_hudbn, np.where(m_dyzzl, U34_free_roll, U34_roll), U34_roll),
+            np.where(m_hudbn, np.where(m_dyzzl, U15_free_roll, U15_roll), U15_roll),
+            np.where(m_hudbn, np.where(m_dyzzl, U25_free_roll, U25_roll), U25_roll),
+            np.where(m_hudbn, np.where(m_dyzzl, U35_free_roll, U35_roll), U35_roll),
+            np.where(m_hudbn, np.where(m_dyzzl, U45_free_roll, U45_roll), U45_roll),
+            np.where(m_hudbn, roll, y1_roll),
+            np.where(m_hudbn, y1_used_roll, y2_roll),
+            np.where(m_hudbn, v_roll, v1_roll),
+            np.where(m_hudbn, u_roll_mrac_literal, u1_roll),
+            np.where(m_hudbn, u1_roll, u2_roll),
+            np.where(m_hudbn, np.where(m_ng6lt, wm1_roll, w_roll), ym_roll),
+            np.where(m_hudbn, w_roll, wm1_roll),
+            np.where(m_hudbn, wm1_roll, wm2_roll),
+            np.where(m_hudbn, a1_now_pitch, a1_pitch),
+            np.where(m_hudbn, a2_now_pitch, a2_pitch),
+            np.where(m_hudbn, b0_now_pitch, b0_pitch),
+            np.where(m_hudbn, b1_now_pitch, b1_pitch),
+            np.where(m_hudbn, d_now_pitch, d_pitch),
+            np.where(m_hudbn, np.where(m_rjsrz, D1_free_pitch * cap_pitch, D1_pitch), D1_pitch),
+            np.where(m_hudbn, np.where(m_rjsrz, D2_free_pitch * cap_pitch, D2_pitch), D2_pitch),
+            np.where(m_hudbn, np.where(m_rjsrz, D3_free_pitch * cap_pitch, D3_pitch), D3_pitch),
+            np.where(m_hudbn, np.where(m_rjsrz, D4_free_pitch * cap_pitch, D4_pitch), D4_pitch),
+            np.where(m_hudbn, np.where(m_rjsrz, D5_free_pitch * cap_pitch, D5_pitch), D5_pitch),
+            np.where(m_hudbn, np.where(m_rjsrz, U12_free_pitch, U12_pitch), U12_pitch),
+            np.where(m_hudbn, np.where(m_rjsrz, U13_free_pitch, U13_pitch), U13_pitch),
+            np.where(m_hudbn, np.where(m_rjsrz, U23_free_pitch, U23_pitch), U23_pitch),
+            np.where(m_hudbn, np.where(m_rjsrz, U14_free_pitch, U14_pitch), U14_pitch),
+            np.where(m_hudbn, np.where(m_rjsrz, U24_free_pitch, U24_pitch), U24_pitch),
+            np.where(m_hudbn, np.where(m_rjsrz, U34_free_pitch, U34_pitch), U34_pitch),
+            np.where(m_hudbn, np.where(m_rjsrz, U15_free_pitch, U15_pitch), U15_pitch),
+            np.where(m_hudbn, np.where(m_rjsrz, U25_free_pitch, U25_pitch), U25_pitch),
+            np.where(m_hudbn, np.where(m_rjsrz, U35_free_pitch, U35_pitch), U35_pitch),
+            np.where(m_hudbn, np.where(m_rjsrz, U45_free_pitch, U45_pitch), U45_pitch),
+            np.where(m_hudbn, pitch, y1_pitch),
+            np.where(m_hudbn, y1_used_pitch, y2_pitch),
+            np.where(m_hudbn, v_pitch, v1_pitch),
+            np.where(m_hudbn, u_pitch_mrac_literal, u1_pitch),
+            np.where(m_hudbn, u1_pitch, u2_pitch),
+            np.where(m_hudbn, np.where(m_ng6lt, wm1_pitch, w_pitch), ym_pitch),
+            np.where(m_hudbn, w_pitch, wm1_pitch),
+            np.where(m_hudbn, wm1_pitch, wm2_pitch),
+            np.where(m_hudbn, a1_now_yaw, a1_yaw),
+            np.where(m_hudbn, a2_now_yaw, a2_yaw),
+            np.where(m_hudbn, b0_now_yaw, b0_yaw),
+            np.where(m_hudbn, b1_now_yaw, b1_yaw),
+            np.where(m_hudbn, d_now_yaw, d_yaw),
+            np.where(m_hudbn, np.where(m_fatf3, D1_free_yaw * cap_yaw, D1_yaw), D1_yaw),
+            np.where(m_hudbn, np.where(m_fatf3, D2_free_yaw * cap_yaw, D2_yaw), D2_yaw),
+            np.where(m_hudbn, np.where(m_fatf3, D3_free_yaw * cap_yaw, D3_yaw), D3_yaw),
+            np.where(m_hudbn, np.where(m_fatf3, D4_free_yaw * cap_yaw, D4_yaw), D4_yaw),
+            np.where(m_hudbn, np.where(m_fatf3, D5_free_yaw * cap_yaw, D5_yaw), D5_yaw),
+            np.where(m_hudbn, np.where(m_fatf3, U12_free_yaw, U12_yaw), U12_yaw),
+            np.where(m_hudbn, np.where(m_fatf3, U13_free_yaw, U13_yaw), U13_yaw),
+            np.where(m_hudbn, np.where(m_fatf3, U23_free_yaw, U23_yaw), U23_yaw),
+            np.where(m_hudbn, np.where(m_fatf3, U14_free_yaw, U14_yaw), U14_yaw),
+            np.where(m_hudbn, np.where(m_fatf3, U24_free_yaw, U24_yaw), U24_yaw),
+            np.where(m_hudbn, np.where(m_fatf3, U34_free_yaw, U34_yaw), U34_yaw),
+            np.where(m_hudbn, np.where(m_fatf3, U15_free_yaw, U15_yaw), U15_yaw),
+            np.where(m_hudbn, np.where(m_fatf3, U25_free_yaw, U25_yaw), U25_yaw),
+            np.where(m_hudbn, np.where(m_fatf3, U35_free_yaw, U35_yaw), U35_yaw),
+            np.where(m_hudbn, np.where(m_fatf3, U45_free_yaw, U45_yaw), U45_yaw),
+            np.where(m_hudbn, yaw, y1_yaw),
+            np.where(m_hudbn, y1_used_yaw, y2_yaw),
+            np.where(m_hudbn, v_yaw, v1_yaw),
+            np.where(m_hudbn, u_yaw_mrac_literal, u1_yaw),
+            np.where(m_hudbn, u1_yaw, u2_yaw),
+            np.where(m_hudbn, np.where(m_ng6lt, wm1_yaw, w_yaw), ym_yaw),
+            np.where(m_hudbn, w_yaw, wm1_yaw),
+            np.where(m_hudbn, wm1_yaw, wm2_yaw),
+            np.where(m_hudbn, np.fmin(2.0, 1.0 + samples), 0.0),
+            np.where(m_eqran, 1.0, 0.0),
         )
 
 
@@ -2197,13 +2197,13 @@ def pd(x, r, v, z, p, c):
         rate_y = wy + C22 * omega0  # (4)
         rate_z = wz + C32 * omega0  # (4)
         model_pole = np.exp(-(Ts / tau_m))
-        t_hjr6j = -1.0 + model_pole
-        t_lbhv6 = t_hjr6j * t_hjr6j
-        t_u5zvh = model_pole + model_pole
-        t_lbhv6_2 = model_pole * model_pole
-        w_roll = t_lbhv6 * ref_roll + t_u5zvh * wm1_roll - t_lbhv6_2 * wm2_roll  # (16)
-        w_pitch = t_lbhv6 * ref_pitch + t_u5zvh * wm1_pitch - t_lbhv6_2 * wm2_pitch  # (16)
-        w_yaw = t_lbhv6 * ref_yaw + t_u5zvh * wm1_yaw - t_lbhv6_2 * wm2_yaw  # (16)
+        t_7h4u2 = -1.0 + model_pole
+        t_zugk2 = t_7h4u2 * t_7h4u2
+        t_7h4u2_2 = model_pole + model_pole
+        t_zugk2_2 = model_pole * model_pole
+        w_roll = t_zugk2 * ref_roll + t_7h4u2_2 * wm1_roll - t_zugk2_2 * wm2_roll  # (16)
+        w_pitch = t_zugk2 * ref_pitch + t_7h4u2_2 * wm1_pitch - t_zugk2_2 * wm2_pitch  # (16)
+        w_yaw = t_zugk2 * ref_yaw + t_7h4u2_2 * wm1_yaw - t_zugk2_2 * wm2_yaw  # (16)
         m_z3d63 = (0.5 < follow_model)
         u_roll_pd = Kp_x * (np.where(m_z3d63, ym_roll, ref_roll) - roll) - Kd_x * rate_x  # (50)
         u_pitch_pd = Kp_y * (np.where(m_z3d63, ym_pitch, ref_pitch) - pitch) - Kd_y * rate_y  # (50)
@@ -2219,16 +2219,16 @@ def pd(x, r, v, z, p, c):
         m_fdhnb = np.logical_and(m_5iclu, m_lisih)
         m_q3hd4 = (np.abs(yaw) < 1e+30)
         m_sehe6 = np.logical_and(m_fdhnb, m_q3hd4)
-        m_4fwsc = (np.abs(u_pitch_pd) < 1e+30)
-        m_ey64f = np.logical_and(m_sehe6, m_4fwsc)
-        m_zzicp = (np.abs(u_roll_pd) < 1e+30)
-        m_yof5u = np.logical_and(m_ey64f, m_zzicp)
-        m_ilrjp = (np.abs(u_yaw_pd) < 1e+30)
-        m_gwxq4 = np.logical_and(m_yof5u, m_ilrjp)
+        m_trjgf = (np.abs(u_pitch_pd) < 1e+30)
+        m_kod54 = np.logical_and(m_sehe6, m_trjgf)
+        m_tq6ie = (np.abs(u_roll_pd) < 1e+30)
+        m_mzynu = np.logical_and(m_kod54, m_tq6ie)
+        m_gptfm = (np.abs(u_yaw_pd) < 1e+30)
+        m_zjilw = np.logical_and(m_mzynu, m_gptfm)
         m_nepjb = (np.abs(wx) < 1e+30)
-        m_r3oc5 = np.logical_and(m_gwxq4, m_nepjb)
+        m_wso6n = np.logical_and(m_zjilw, m_nepjb)
         m_gmtwv = (np.abs(wy) < 1e+30)
-        m_mhk6s = np.logical_and(m_r3oc5, m_gmtwv)
+        m_mhk6s = np.logical_and(m_wso6n, m_gmtwv)
         m_no6hp = (np.abs(wz) < 1e+30)
         m_le4m7 = np.logical_and(m_mhk6s, m_no6hp)
         Tx_cmd = np.where(m_le4m7, u_roll_pd, 0.0)
@@ -2419,130 +2419,130 @@ def jac_x(x, u, p):
         t_cbxhz = latitude - sun_latitude
         sin_t_cbxhz, cos_t_cbxhz = np.sin(t_cbxhz), np.cos(t_cbxhz)
         t_w63c6 = t_o4eym * (cos_sun_elevation * sin_t_cbxhz)
-        t_e7ljy = t_w63c6 - F_air
+        t_xuwva = t_w63c6 - F_air
         t_q5gsa = sin_pitch * t_fdgli
         t_pvagg = t_q5gsa + t_wcbyi
         t_cokzx = t_o4eym * sin_sun_elevation
         t_cw7a6 = t_o4eym * (cos_sun_elevation * cos_t_cbxhz)
-        F_z = t_e7ljy * t_pvagg + t_cokzx * C32 + t_cw7a6 * C33
+        F_z = t_xuwva * t_pvagg + t_cokzx * C32 + t_cw7a6 * C33
         sin_latitude, cos_latitude = np.sin(latitude), np.cos(latitude)
         t_ph4ov = field_moment / (orbit_radius * t_woyh3)
         sin_inclination, cos_inclination = np.sin(inclination), np.cos(inclination)
         t_mt3zp = t_ph4ov * sin_inclination
         B_x = cos_latitude * t_mt3zp
-        t_vpxty = t_mt3zp + t_mt3zp
-        B_z = t_vpxty * sin_latitude
+        t_4hawg = t_mt3zp + t_mt3zp
+        B_z = t_4hawg * sin_latitude
         t_ksn4u = 1.0 / cos_pitch
         t_k5hl2 = cos_roll * t_ksn4u
         t_l3vet = sin_roll * t_ksn4u
-        t_dmzlz = omega0 * C32
-        t_dtpor = rate_y * t_k5hl2 + t_l3vet * t_dmzlz
+        t_klski = omega0 * C32
+        t_joxxs = rate_y * t_k5hl2 + t_l3vet * t_klski
         t_5cndk = t_56qba + t_fdgli
         t_6b6d2 = omega0 * t_5cndk
-        t_2lxy6 = rate_z * t_l3vet + t_k5hl2 * t_6b6d2
+        t_3js3i = rate_z * t_l3vet + t_k5hl2 * t_6b6d2
         t_wkmzz = t_wcbyi * cos_pitch
         t_ojoq4 = omega0 * t_wkmzz
-        t_3s3cu = rate_y * (t_l3vet * t_ksn4u * sin_pitch) + t_l3vet * t_ojoq4
+        t_t7buo = rate_y * (t_l3vet * t_ksn4u * sin_pitch) + t_l3vet * t_ojoq4
         t_yzskl = sin_yaw * sin_pitch
         t_yuzcg = t_jt2xw_2 * cos_pitch
         t_py3uz = omega0 * t_yuzcg
-        t_46de6 = rate_z * (t_k5hl2 * t_ksn4u * sin_pitch) + t_k5hl2 * t_py3uz
-        t_4ymrq = omega0 * C21
-        t_wdel3 = t_l3vet * t_4ymrq
-        t_lkubs = omega0 * C31
-        t_ccql3 = t_k5hl2 * t_lkubs
+        t_kol56 = rate_z * (t_k5hl2 * t_ksn4u * sin_pitch) + t_k5hl2 * t_py3uz
+        t_klski_2 = omega0 * C21
+        t_4wxrf = t_l3vet * t_klski_2
+        t_klski_3 = omega0 * C31
+        t_zxuxn = t_k5hl2 * t_klski_3
         t_i4hmh = sin_pitch * t_yxoxk_2
         t_4xk5d = t_jt2xw_2 - t_i4hmh
         t_xdhrg = t_ph4ov * cos_inclination
-        t_4pbsi = B_x * t_4xk5d + t_xdhrg * t_5cndk - B_z * C23
-        t_itxwx = t_e7ljy * t_4xk5d - t_cokzx * t_5cndk - t_cw7a6 * C23
-        t_7s2z4 = B_x * t_pvagg - t_xdhrg * C32 + B_z * C33
+        t_3diwm = B_x * t_4xk5d + t_xdhrg * t_5cndk - B_z * C23
+        t_57xmy = t_xuwva * t_4xk5d - t_cokzx * t_5cndk - t_cw7a6 * C23
+        t_bh77t = B_x * t_pvagg - t_xdhrg * C32 + B_z * C33
         t_dukwy = I_z + Iw_z
         t_bcmgw = I_y + Iw_y - t_dukwy
         t_xcu2m_2 = 3.0 * t_xcu2m
-        t_asvi2 = t_xcu2m_2 * C33
-        t_vxz3w = t_bcmgw * t_asvi2
-        t_zdw5r = t_xcu2m_2 * C23
-        t_7oem5 = (
-            dipole_y * t_4pbsi
-            + arm_y * t_itxwx
-            - dipole_z * t_7s2z4
+        t_dfei4 = t_xcu2m_2 * C33
+        t_mdaf6 = t_bcmgw * t_dfei4
+        t_dfei4_2 = t_xcu2m_2 * C23
+        t_azrks = (
+            dipole_y * t_3diwm
+            + arm_y * t_57xmy
+            - dipole_z * t_bh77t
             - arm_z * F_z
-            - (t_vxz3w * C33 - C23 * (t_bcmgw * t_zdw5r))
+            - (t_mdaf6 * C33 - C23 * (t_bcmgw * t_dfei4_2))
         )
         t_wdz5p = 1.0 / I_x
         t_cd6xl = t_fdgli * cos_pitch
         t_mwkyj = cos_roll * sin_pitch
-        t_tt6x5 = B_x * t_cd6xl - t_xdhrg * t_yuzcg - B_z * t_mwkyj
-        t_y7iwx = t_e7ljy * t_cd6xl + t_cokzx * t_yuzcg - t_cw7a6 * t_mwkyj
+        t_hn5vp = B_x * t_cd6xl - t_xdhrg * t_yuzcg - B_z * t_mwkyj
+        t_o7zaw = t_xuwva * t_cd6xl + t_cokzx * t_yuzcg - t_cw7a6 * t_mwkyj
         t_qgn6d = t_yxoxk_2 * cos_pitch
         t_psgw2 = sin_roll * sin_pitch
-        t_bcmxe = B_x * t_qgn6d - t_xdhrg * t_wkmzz - B_z * t_psgw2
-        t_sa57v = t_e7ljy * t_qgn6d + t_cokzx * t_wkmzz - t_cw7a6 * t_psgw2
+        t_v6z6x = B_x * t_qgn6d - t_xdhrg * t_wkmzz - B_z * t_psgw2
+        t_qzctt = t_xuwva * t_qgn6d + t_cokzx * t_wkmzz - t_cw7a6 * t_psgw2
         t_buhu2 = t_xcu2m_2 * t_mwkyj
-        t_v4s6p = (
-            dipole_y * t_tt6x5
-            + arm_y * t_y7iwx
-            - dipole_z * t_bcmxe
-            - arm_z * t_sa57v
-            + (C23 * (t_bcmgw * t_buhu2) + t_vxz3w * t_psgw2)
+        t_a44nc = (
+            dipole_y * t_hn5vp
+            + arm_y * t_o7zaw
+            - dipole_z * t_v6z6x
+            - arm_z * t_qzctt
+            + (C23 * (t_bcmgw * t_buhu2) + t_mdaf6 * t_psgw2)
         )
         t_476oe = t_yxoxk - sin_pitch * t_jt2xw
-        t_syvjd = B_x * t_476oe - t_xdhrg * C31
-        t_whbkf = t_e7ljy * t_476oe + t_cokzx * C31
+        t_mzx2r = B_x * t_476oe - t_xdhrg * C31
+        t_e3vaa = t_xuwva * t_476oe + t_cokzx * C31
         t_wg4li = sin_pitch * t_wcbyi_2 + t_fdgli_2
-        t_grzrf = B_x * t_wg4li + t_xdhrg * C21
-        t_pblgh = t_cokzx * C21 - t_e7ljy * t_wg4li
+        t_wobbo = B_x * t_wg4li + t_xdhrg * C21
+        t_t27d5 = t_cokzx * C21 - t_xuwva * t_wg4li
         t_n5ucq = wheel_friction * wheels
         t_2fuj5 = hz + wz * I_z
         t_rud4r = hy + wy * I_y
         t_lfdce = t_n5ucq / Iw_x
-        t_gwqt4 = t_vpxty * cos_latitude
+        t_z2ymn = t_4hawg * cos_latitude
         t_pvagg_2 = t_wcbyi + t_q5gsa
         t_azyle = t_mt3zp * sin_latitude
-        t_vlaah = C33 * t_gwqt4 - t_pvagg_2 * t_azyle
-        t_ius45 = t_pvagg_2 * t_cw7a6 - C33 * t_w63c6
+        t_n3oox = C33 * t_z2ymn - t_pvagg_2 * t_azyle
+        t_wa5xf = t_pvagg_2 * t_cw7a6 - C33 * t_w63c6
         t_4xk5d_2 = t_i4hmh - t_jt2xw_2
-        t_4do7k = C23 * t_gwqt4 - t_4xk5d_2 * t_azyle
-        t_dchol = t_4xk5d_2 * t_cw7a6 - C23 * t_w63c6
+        t_juv66 = C23 * t_z2ymn - t_4xk5d_2 * t_azyle
+        t_z6oh4 = t_4xk5d_2 * t_cw7a6 - C23 * t_w63c6
         t_l4gxo = I_x + Iw_x
         t_viru7 = t_l4gxo - t_dukwy
         t_s2koj = 1.0 / I_y
         t_uohxy = cos_yaw * sin_pitch
-        t_sdpy6 = t_xdhrg * t_yzskl - B_x * t_uohxy - B_z * cos_pitch
-        t_63k4n = t_e7ljy * t_uohxy + t_cokzx * t_yzskl + t_cw7a6 * cos_pitch
-        t_ygkqp = (
-            dipole_z * t_sdpy6
-            - arm_z * t_63k4n
-            - dipole_x * t_tt6x5
-            - arm_x * t_y7iwx
-            - t_viru7 * (t_asvi2 * cos_pitch - sin_pitch * t_buhu2)
+        t_loiml = t_xdhrg * t_yzskl - B_x * t_uohxy - B_z * cos_pitch
+        t_brc7l = t_xuwva * t_uohxy + t_cokzx * t_yzskl + t_cw7a6 * cos_pitch
+        t_hdblv = (
+            dipole_z * t_loiml
+            - arm_z * t_brc7l
+            - dipole_x * t_hn5vp
+            - arm_x * t_o7zaw
+            - t_viru7 * (t_dfei4 * cos_pitch - sin_pitch * t_buhu2)
         )
-        t_m2bmb = t_cokzx * C11 - t_e7ljy * C12
-        t_hv7pp = B_x * C12 + t_xdhrg * C11
+        t_ojb7e = t_cokzx * C11 - t_xuwva * C12
+        t_pv3yf = B_x * C12 + t_xdhrg * C11
         t_id7q2 = hx + wx * I_x
         t_uh5nx = t_n5ucq / Iw_y
-        t_6rmt4 = C11 * t_cw7a6 + sin_pitch * t_w63c6
-        t_62fmd = C11 * t_azyle + sin_pitch * t_gwqt4
+        t_iac5q = C11 * t_cw7a6 + sin_pitch * t_w63c6
+        t_hme2u = C11 * t_azyle + sin_pitch * t_z2ymn
         t_wa4l3 = -3.0 * t_xcu2m * (t_l4gxo - I_y - Iw_y)
         t_dm267 = t_wa4l3 * sin_pitch
         t_eah32 = 1.0 / I_z
-        t_34tdc = (
-            dipole_x * t_bcmxe
-            + arm_x * t_sa57v
-            - dipole_y * t_sdpy6
-            + arm_y * t_63k4n
+        t_me5ho = (
+            dipole_x * t_v6z6x
+            + arm_x * t_qzctt
+            - dipole_y * t_loiml
+            + arm_y * t_brc7l
             - (C23 * (t_wa4l3 * cos_pitch) - t_dm267 * t_psgw2)
         )
         t_bmggw = t_n5ucq / Iw_z
         t_j6wsb = wheels * t_n5ucq
         return (lambda J: J.reshape(*J.shape[:-1], 10, 10))(_vector(
-            sin_pitch * t_dtpor - sin_pitch * t_2lxy6,
+            sin_pitch * t_joxxs - sin_pitch * t_3js3i,
             t_l3vet * rate_y * cos_pitch
-                + sin_pitch * t_3s3cu
+                + sin_pitch * t_t7buo
                 - omega0 * t_yzskl
-                + (t_k5hl2 * rate_z * cos_pitch + sin_pitch * t_46de6),
-            omega0 * C11 + sin_pitch * t_wdel3 + sin_pitch * t_ccql3,
+                + (t_k5hl2 * rate_z * cos_pitch + sin_pitch * t_kol56),
+            omega0 * C11 + sin_pitch * t_4wxrf + sin_pitch * t_zxuxn,
             1.0,
             sin_pitch * t_l3vet,
             sin_pitch * t_k5hl2,
@@ -2550,9 +2550,9 @@ def jac_x(x, u, p):
             0.0,
             0.0,
             0.0,
-            cos_roll * t_dmzlz - rate_y * sin_roll - (rate_z * cos_roll - sin_roll * t_6b6d2),
+            cos_roll * t_klski - rate_y * sin_roll - (rate_z * cos_roll - sin_roll * t_6b6d2),
             cos_roll * t_ojoq4 - sin_roll * t_py3uz,
-            cos_roll * t_4ymrq - sin_roll * t_lkubs,
+            cos_roll * t_klski_2 - sin_roll * t_klski_3,
             0.0,
             cos_roll,
             -sin_roll,
@@ -2560,9 +2560,9 @@ def jac_x(x, u, p):
             0.0,
             0.0,
             0.0,
-            t_dtpor - t_2lxy6,
-            t_3s3cu + t_46de6,
-            t_wdel3 + t_ccql3,
+            t_joxxs - t_3js3i,
+            t_t7buo + t_kol56,
+            t_4wxrf + t_zxuxn,
             0.0,
             t_l3vet,
             t_k5hl2,
@@ -2570,36 +2570,36 @@ def jac_x(x, u, p):
             0.0,
             0.0,
             0.0,
-            t_7oem5 * t_wdz5p,
-            t_v4s6p * t_wdz5p,
-            (dipole_y * t_syvjd + arm_y * t_whbkf + dipole_z * t_grzrf - arm_z * t_pblgh) * t_wdz5p,
+            t_azrks * t_wdz5p,
+            t_a44nc * t_wdz5p,
+            (dipole_y * t_mzx2r + arm_y * t_e3vaa + dipole_z * t_wobbo - arm_z * t_t27d5) * t_wdz5p,
             -(t_n5ucq * t_wdz5p),
             (wz * I_y - t_2fuj5) * t_wdz5p,
             (t_rud4r - wy * I_z) * t_wdz5p,
             t_lfdce * t_wdz5p,
             wz * t_wdz5p,
             -(wy * t_wdz5p),
-            (dipole_y * t_vlaah + arm_y * t_ius45 - dipole_z * t_4do7k - arm_z * t_dchol) * t_wdz5p,
-            (t_viru7 * (sin_pitch * t_zdw5r) - (dipole_x * t_4pbsi + arm_x * t_itxwx)) * t_s2koj,
-            t_ygkqp * t_s2koj,
-            (arm_z * t_m2bmb - dipole_z * t_hv7pp - dipole_x * t_syvjd - arm_x * t_whbkf) * t_s2koj,
+            (dipole_y * t_n3oox + arm_y * t_wa5xf - dipole_z * t_juv66 - arm_z * t_z6oh4) * t_wdz5p,
+            (t_viru7 * (sin_pitch * t_dfei4_2) - (dipole_x * t_3diwm + arm_x * t_57xmy)) * t_s2koj,
+            t_hdblv * t_s2koj,
+            (arm_z * t_ojb7e - dipole_z * t_pv3yf - dipole_x * t_mzx2r - arm_x * t_e3vaa) * t_s2koj,
             (t_2fuj5 - wz * I_x) * t_s2koj,
             -(t_n5ucq * t_s2koj),
             (wx * I_z - t_id7q2) * t_s2koj,
             -(wz * t_s2koj),
             t_uh5nx * t_s2koj,
             wx * t_s2koj,
-            (arm_z * t_6rmt4 - dipole_z * t_62fmd - dipole_x * t_vlaah - arm_x * t_ius45) * t_s2koj,
-            (dipole_x * t_7s2z4 + arm_x * F_z - t_dm267 * C33) * t_eah32,
-            t_34tdc * t_eah32,
-            (arm_x * t_pblgh - dipole_x * t_grzrf + dipole_y * t_hv7pp - arm_y * t_m2bmb) * t_eah32,
+            (arm_z * t_iac5q - dipole_z * t_hme2u - dipole_x * t_n3oox - arm_x * t_wa5xf) * t_s2koj,
+            (dipole_x * t_bh77t + arm_x * F_z - t_dm267 * C33) * t_eah32,
+            t_me5ho * t_eah32,
+            (arm_x * t_t27d5 - dipole_x * t_wobbo + dipole_y * t_pv3yf - arm_y * t_ojb7e) * t_eah32,
             (wy * I_x - t_rud4r) * t_eah32,
             (t_id7q2 - wx * I_y) * t_eah32,
             -(t_n5ucq * t_eah32),
             wy * t_eah32,
             -(wx * t_eah32),
             t_bmggw * t_eah32,
-            (dipole_x * t_4do7k + arm_x * t_dchol + dipole_y * t_62fmd - arm_y * t_6rmt4) * t_eah32,
+            (dipole_x * t_juv66 + arm_x * t_z6oh4 + dipole_y * t_hme2u - arm_y * t_iac5q) * t_eah32,
             0.0,
             0.0,
             0.0,
@@ -2762,8 +2762,8 @@ def jvp(x, u, p, along_x, along_u):
         sin_inclination, cos_inclination = np.sin(inclination), np.cos(inclination)
         t_mt3zp = t_ph4ov * sin_inclination
         B_x = cos_latitude * t_mt3zp
-        t_vpxty = t_mt3zp + t_mt3zp
-        B_z = t_vpxty * sin_latitude
+        t_4hawg = t_mt3zp + t_mt3zp
+        B_z = t_4hawg * sin_latitude
         t_5icb4 = cos_yaw * along_yaw
         t_xy2yy = sin_pitch * along_pitch
         t_gaz2e = cos_pitch * t_5icb4 - sin_yaw * t_xy2yy
@@ -2777,57 +2777,57 @@ def jvp(x, u, p, along_x, along_u):
         t_t5j4l = cos_roll * t_7f7mz + cos_yaw * t_bbfxd
         t_fut3b = t_wcbyi * t_dfbbp + sin_pitch * t_77cpe - t_t5j4l
         t_iw7jh = along_wy + omega0 * t_fut3b
-        t_ho4wi = rate_y * (t_nfkgj * t_ksn4u + t_l3vet * t_ksn4u * t_xy2yy) + t_l3vet * t_iw7jh
+        t_mhzz4 = rate_y * (t_nfkgj * t_ksn4u + t_l3vet * t_ksn4u * t_xy2yy) + t_l3vet * t_iw7jh
         t_k5hl2 = cos_roll * t_ksn4u
         t_xn3as = cos_roll * t_5icb4 - sin_yaw * t_bbfxd
         t_r7mwo = cos_yaw * t_nfkgj - sin_roll * t_7f7mz
         t_p66sm = t_jt2xw * t_dfbbp + sin_pitch * t_xn3as - t_r7mwo
         t_wkarc = along_wz + omega0 * t_p66sm
-        t_snkug = rate_z * (t_k5hl2 * t_ksn4u * t_xy2yy - t_bbfxd * t_ksn4u) + t_k5hl2 * t_wkarc
+        t_k2ogc = rate_z * (t_k5hl2 * t_ksn4u * t_xy2yy - t_bbfxd * t_ksn4u) + t_k5hl2 * t_wkarc
         t_3yubc = t_77cpe + (t_fdgli * t_dfbbp - sin_pitch * t_t5j4l)
         t_dj3d2 = t_mt3zp * (sin_latitude * along_latitude)
         t_xdhrg = t_ph4ov * cos_inclination
-        t_vor3r = t_vpxty * (cos_latitude * along_latitude)
+        t_yqatx = t_4hawg * (cos_latitude * along_latitude)
         t_duf4v = cos_roll * t_xy2yy + cos_pitch * t_bbfxd
-        t_6xcun = (
+        t_yavzz = (
             B_x * t_3yubc
             - C31 * t_dj3d2
             - t_xdhrg * t_p66sm
-            + (C33 * t_vor3r - B_z * t_duf4v)
+            + (C33 * t_yqatx - B_z * t_duf4v)
         )
         t_o4eym = area * solar_pressure * (1.0 + reflectance)
         sin_sun_elevation, cos_sun_elevation = np.sin(sun_elevation), np.cos(sun_elevation)
         t_cbxhz = latitude - sun_latitude
         sin_t_cbxhz, cos_t_cbxhz = np.sin(t_cbxhz), np.cos(t_cbxhz)
         t_4d2hq = t_o4eym * (cos_sun_elevation * (cos_t_cbxhz * along_latitude))
-        t_gegnr = t_o4eym * (cos_sun_elevation * sin_t_cbxhz) - F_air
+        t_4vgy7 = t_o4eym * (cos_sun_elevation * sin_t_cbxhz) - F_air
         t_cokzx = t_o4eym * sin_sun_elevation
         t_axqw3 = t_o4eym * (cos_sun_elevation * (sin_t_cbxhz * along_latitude))
         t_cw7a6 = t_o4eym * (cos_sun_elevation * cos_t_cbxhz)
-        t_rvw4l = (
+        t_l2e6c = (
             C31 * t_4d2hq
-            + t_gegnr * t_3yubc
+            + t_4vgy7 * t_3yubc
             + t_cokzx * t_p66sm
             - (C33 * t_axqw3 + t_cw7a6 * t_duf4v)
         )
         t_yn6iw = t_yxoxk * t_dfbbp + sin_pitch * t_r7mwo - t_xn3as
         t_e5eec = cos_pitch * t_nfkgj - sin_roll * t_xy2yy
-        t_65wn2 = (
+        t_fpw57 = (
             B_x * t_yn6iw
             - C21 * t_dj3d2
             - t_xdhrg * t_fut3b
-            + (C23 * t_vor3r + B_z * t_e5eec)
+            + (C23 * t_yqatx + B_z * t_e5eec)
         )
-        t_hzhrp = (
+        t_d6yzf = (
             C21 * t_4d2hq
-            + t_gegnr * t_yn6iw
+            + t_4vgy7 * t_yn6iw
             + t_cokzx * t_fut3b
             + (t_cw7a6 * t_e5eec - C23 * t_axqw3)
         )
         t_dukwy = I_z + Iw_z
         t_bcmgw = I_y + Iw_y - t_dukwy
         t_xcu2m_2 = 3.0 * t_xcu2m
-        t_asvi2 = t_xcu2m_2 * C33
+        t_dfei4 = t_xcu2m_2 * C33
         t_qilnn = t_xcu2m_2 * t_duf4v
         t_n5ucq = wheel_friction * wheels
         t_h3squ = along_Tx + t_n5ucq * (along_hx / Iw_x - along_wx)
@@ -2835,50 +2835,50 @@ def jvp(x, u, p, along_x, along_u):
         t_rud4r = hy + wy * I_y
         t_mrqlo = along_hz + I_z * along_wz
         t_2fuj5 = hz + wz * I_z
-        t_wdz2l = (
-            dipole_y * t_6xcun
-            + arm_y * t_rvw4l
-            - dipole_z * t_65wn2
-            - arm_z * t_hzhrp
-            - (t_bcmgw * t_asvi2 * t_e5eec - C23 * (t_bcmgw * t_qilnn))
+        t_mvb4j = (
+            dipole_y * t_yavzz
+            + arm_y * t_l2e6c
+            - dipole_z * t_fpw57
+            - arm_z * t_d6yzf
+            - (t_bcmgw * t_dfei4 * t_e5eec - C23 * (t_bcmgw * t_qilnn))
             + t_h3squ
             + (wz * t_c24zs + t_rud4r * along_wz)
             - (wy * t_mrqlo + t_2fuj5 * along_wy)
         )
         t_3yawc = cos_yaw * t_xy2yy + cos_pitch * t_7f7mz
-        t_lshsg = (
+        t_fedzc = (
             C11 * t_4d2hq
-            - t_gegnr * t_3yawc
+            - t_4vgy7 * t_3yawc
             + t_cokzx * t_gaz2e
             - (t_cw7a6 * t_dfbbp - sin_pitch * t_axqw3)
         )
-        t_ouh2h = (
+        t_qpxnd = (
             C11 * t_dj3d2
             + B_x * t_3yawc
             + t_xdhrg * t_gaz2e
-            + (sin_pitch * t_vor3r + B_z * t_dfbbp)
+            + (sin_pitch * t_yqatx + B_z * t_dfbbp)
         )
         t_l4gxo = I_x + Iw_x
         t_dokbx = along_Ty + t_n5ucq * (along_hy / Iw_y - along_wy)
         t_tzx3r = along_hx + I_x * along_wx
         t_id7q2 = hx + wx * I_x
-        t_oacis = (
-            arm_z * t_lshsg
-            - dipole_z * t_ouh2h
-            - dipole_x * t_6xcun
-            - arm_x * t_rvw4l
-            - (t_l4gxo - t_dukwy) * (t_asvi2 * t_dfbbp - sin_pitch * t_qilnn)
+        t_4zg6t = (
+            arm_z * t_fedzc
+            - dipole_z * t_qpxnd
+            - dipole_x * t_yavzz
+            - arm_x * t_l2e6c
+            - (t_l4gxo - t_dukwy) * (t_dfei4 * t_dfbbp - sin_pitch * t_qilnn)
             + t_dokbx
             + (wx * t_mrqlo + t_2fuj5 * along_wx)
             - (wz * t_tzx3r + t_id7q2 * along_wz)
         )
         t_wa4l3 = -3.0 * t_xcu2m * (t_l4gxo - I_y - Iw_y)
         t_k4pse = along_Tz + t_n5ucq * (along_hz / Iw_z - along_wz)
-        t_pslfk = (
-            dipole_x * t_65wn2
-            + arm_x * t_hzhrp
-            + dipole_y * t_ouh2h
-            - arm_y * t_lshsg
+        t_6oyah = (
+            dipole_x * t_fpw57
+            + arm_x * t_d6yzf
+            + dipole_y * t_qpxnd
+            - arm_y * t_fedzc
             - (C23 * (t_wa4l3 * t_dfbbp) + t_wa4l3 * sin_pitch * t_e5eec)
             + t_k4pse
             + (wy * t_tzx3r + t_id7q2 * along_wy)
@@ -2887,13 +2887,13 @@ def jvp(x, u, p, along_x, along_u):
         return _vector(
             along_wx
                 + omega0 * t_gaz2e
-                + (t_l3vet * rate_y * t_dfbbp + sin_pitch * t_ho4wi)
-                + (t_k5hl2 * rate_z * t_dfbbp + sin_pitch * t_snkug),
+                + (t_l3vet * rate_y * t_dfbbp + sin_pitch * t_mhzz4)
+                + (t_k5hl2 * rate_z * t_dfbbp + sin_pitch * t_k2ogc),
             cos_roll * t_iw7jh - rate_y * t_bbfxd - (rate_z * t_nfkgj + sin_roll * t_wkarc),
-            t_ho4wi + t_snkug,
-            t_wdz2l / I_x,
-            t_oacis / I_y,
-            t_pslfk / I_z,
+            t_mhzz4 + t_k2ogc,
+            t_mvb4j / I_x,
+            t_4zg6t / I_y,
+            t_6oyah / I_z,
             -(wheels * t_h3squ),
             -(wheels * t_dokbx),
             -(wheels * t_k4pse),
@@ -2955,57 +2955,57 @@ def outputs_jac(x, u, r, p):
         t_cbxhz = latitude - sun_latitude
         sin_t_cbxhz, cos_t_cbxhz = np.sin(t_cbxhz), np.cos(t_cbxhz)
         t_w63c6 = t_o4eym * (cos_sun_elevation * sin_t_cbxhz)
-        t_e7ljy = t_w63c6 - F_air
+        t_xuwva = t_w63c6 - F_air
         t_q5gsa = sin_pitch * t_fdgli
         t_pvagg = t_q5gsa + t_wcbyi
         t_cokzx = t_o4eym * sin_sun_elevation
         t_cw7a6 = t_o4eym * (cos_sun_elevation * cos_t_cbxhz)
-        F_z = t_e7ljy * t_pvagg + t_cokzx * C32 + t_cw7a6 * C33
+        F_z = t_xuwva * t_pvagg + t_cokzx * C32 + t_cw7a6 * C33
         sin_latitude, cos_latitude = np.sin(latitude), np.cos(latitude)
         t_ph4ov = field_moment / (orbit_radius * t_woyh3)
         sin_inclination, cos_inclination = np.sin(inclination), np.cos(inclination)
         t_mt3zp = t_ph4ov * sin_inclination
         B_x = cos_latitude * t_mt3zp
-        t_vpxty = t_mt3zp + t_mt3zp
-        B_z = t_vpxty * sin_latitude
+        t_4hawg = t_mt3zp + t_mt3zp
+        B_z = t_4hawg * sin_latitude
         t_yzskl = sin_yaw * sin_pitch
         t_wkmzz = t_wcbyi * cos_pitch
         t_yuzcg = t_jt2xw_2 * cos_pitch
         t_i4hmh = sin_pitch * t_yxoxk_2
         t_4xk5d = t_jt2xw_2 - t_i4hmh
         t_xdhrg = t_ph4ov * cos_inclination
-        t_qvmnj = B_x * t_4xk5d + t_xdhrg * C22 - B_z * C23
-        t_alsvf = t_e7ljy * t_4xk5d - t_cokzx * C22 - t_cw7a6 * C23
-        t_7s2z4 = B_x * t_pvagg - t_xdhrg * C32 + B_z * C33
+        t_ol4m4 = B_x * t_4xk5d + t_xdhrg * C22 - B_z * C23
+        t_svx24 = t_xuwva * t_4xk5d - t_cokzx * C22 - t_cw7a6 * C23
+        t_bh77t = B_x * t_pvagg - t_xdhrg * C32 + B_z * C33
         t_cd6xl = t_fdgli * cos_pitch
         t_mwkyj = cos_roll * sin_pitch
-        t_tt6x5 = B_x * t_cd6xl - t_xdhrg * t_yuzcg - B_z * t_mwkyj
-        t_y7iwx = t_e7ljy * t_cd6xl + t_cokzx * t_yuzcg - t_cw7a6 * t_mwkyj
+        t_hn5vp = B_x * t_cd6xl - t_xdhrg * t_yuzcg - B_z * t_mwkyj
+        t_o7zaw = t_xuwva * t_cd6xl + t_cokzx * t_yuzcg - t_cw7a6 * t_mwkyj
         t_qgn6d = t_yxoxk_2 * cos_pitch
         t_psgw2 = sin_roll * sin_pitch
-        t_bcmxe = B_x * t_qgn6d - t_xdhrg * t_wkmzz - B_z * t_psgw2
-        t_sa57v = t_e7ljy * t_qgn6d + t_cokzx * t_wkmzz - t_cw7a6 * t_psgw2
+        t_v6z6x = B_x * t_qgn6d - t_xdhrg * t_wkmzz - B_z * t_psgw2
+        t_qzctt = t_xuwva * t_qgn6d + t_cokzx * t_wkmzz - t_cw7a6 * t_psgw2
         t_476oe = t_yxoxk - sin_pitch * t_jt2xw
-        t_syvjd = B_x * t_476oe - t_xdhrg * C31
-        t_whbkf = t_e7ljy * t_476oe + t_cokzx * C31
+        t_mzx2r = B_x * t_476oe - t_xdhrg * C31
+        t_e3vaa = t_xuwva * t_476oe + t_cokzx * C31
         t_wg4li = sin_pitch * t_wcbyi_2 + t_fdgli_2
-        t_grzrf = B_x * t_wg4li + t_xdhrg * C21
-        t_pblgh = t_cokzx * C21 - t_e7ljy * t_wg4li
-        t_gwqt4 = t_vpxty * cos_latitude
+        t_wobbo = B_x * t_wg4li + t_xdhrg * C21
+        t_t27d5 = t_cokzx * C21 - t_xuwva * t_wg4li
+        t_z2ymn = t_4hawg * cos_latitude
         t_pvagg_2 = t_wcbyi + t_q5gsa
         t_azyle = t_mt3zp * sin_latitude
-        t_vlaah = C33 * t_gwqt4 - t_pvagg_2 * t_azyle
-        t_ius45 = t_pvagg_2 * t_cw7a6 - C33 * t_w63c6
+        t_n3oox = C33 * t_z2ymn - t_pvagg_2 * t_azyle
+        t_wa5xf = t_pvagg_2 * t_cw7a6 - C33 * t_w63c6
         t_4xk5d_2 = t_i4hmh - t_jt2xw_2
-        t_4do7k = C23 * t_gwqt4 - t_4xk5d_2 * t_azyle
-        t_dchol = t_4xk5d_2 * t_cw7a6 - C23 * t_w63c6
+        t_juv66 = C23 * t_z2ymn - t_4xk5d_2 * t_azyle
+        t_z6oh4 = t_4xk5d_2 * t_cw7a6 - C23 * t_w63c6
         t_uohxy = cos_yaw * sin_pitch
-        t_sdpy6 = t_xdhrg * t_yzskl - B_x * t_uohxy - B_z * cos_pitch
-        t_63k4n = t_e7ljy * t_uohxy + t_cokzx * t_yzskl + t_cw7a6 * cos_pitch
-        t_m2bmb = t_cokzx * C11 - t_e7ljy * C12
-        t_hv7pp = B_x * C12 + t_xdhrg * C11
-        t_6rmt4 = C11 * t_cw7a6 + sin_pitch * t_w63c6
-        t_62fmd = C11 * t_azyle + sin_pitch * t_gwqt4
+        t_loiml = t_xdhrg * t_yzskl - B_x * t_uohxy - B_z * cos_pitch
+        t_brc7l = t_xuwva * t_uohxy + t_cokzx * t_yzskl + t_cw7a6 * cos_pitch
+        t_ojb7e = t_cokzx * C11 - t_xuwva * C12
+        t_pv3yf = B_x * C12 + t_xdhrg * C11
+        t_iac5q = C11 * t_cw7a6 + sin_pitch * t_w63c6
+        t_hme2u = C11 * t_azyle + sin_pitch * t_z2ymn
         return (lambda J: J.reshape(*J.shape[:-1], 15, 10))(_vector(
             0.0,
             0.0,
@@ -3127,36 +3127,36 @@ def outputs_jac(x, u, r, p):
             0.0,
             1.0 / Iw_z,
             0.0,
-            dipole_y * t_qvmnj + arm_y * t_alsvf - dipole_z * t_7s2z4 - arm_z * F_z,
-            dipole_y * t_tt6x5 + arm_y * t_y7iwx - dipole_z * t_bcmxe - arm_z * t_sa57v,
-            dipole_y * t_syvjd + arm_y * t_whbkf + dipole_z * t_grzrf - arm_z * t_pblgh,
+            dipole_y * t_ol4m4 + arm_y * t_svx24 - dipole_z * t_bh77t - arm_z * F_z,
+            dipole_y * t_hn5vp + arm_y * t_o7zaw - dipole_z * t_v6z6x - arm_z * t_qzctt,
+            dipole_y * t_mzx2r + arm_y * t_e3vaa + dipole_z * t_wobbo - arm_z * t_t27d5,
             0.0,
             0.0,
             0.0,
             0.0,
             0.0,
             0.0,
-            dipole_y * t_vlaah + arm_y * t_ius45 - dipole_z * t_4do7k - arm_z * t_dchol,
-            -(dipole_x * t_qvmnj + arm_x * t_alsvf),
-            dipole_z * t_sdpy6 - arm_z * t_63k4n - dipole_x * t_tt6x5 - arm_x * t_y7iwx,
-            arm_z * t_m2bmb - dipole_z * t_hv7pp - dipole_x * t_syvjd - arm_x * t_whbkf,
+            dipole_y * t_n3oox + arm_y * t_wa5xf - dipole_z * t_juv66 - arm_z * t_z6oh4,
+            -(dipole_x * t_ol4m4 + arm_x * t_svx24),
+            dipole_z * t_loiml - arm_z * t_brc7l - dipole_x * t_hn5vp - arm_x * t_o7zaw,
+            arm_z * t_ojb7e - dipole_z * t_pv3yf - dipole_x * t_mzx2r - arm_x * t_e3vaa,
             0.0,
             0.0,
             0.0,
             0.0,
             0.0,
             0.0,
-            arm_z * t_6rmt4 - dipole_z * t_62fmd - dipole_x * t_vlaah - arm_x * t_ius45,
-            dipole_x * t_7s2z4 + arm_x * F_z,
-            dipole_x * t_bcmxe + arm_x * t_sa57v - dipole_y * t_sdpy6 + arm_y * t_63k4n,
-            arm_x * t_pblgh - dipole_x * t_grzrf + dipole_y * t_hv7pp - arm_y * t_m2bmb,
+            arm_z * t_iac5q - dipole_z * t_hme2u - dipole_x * t_n3oox - arm_x * t_wa5xf,
+            dipole_x * t_bh77t + arm_x * F_z,
+            dipole_x * t_v6z6x + arm_x * t_qzctt - dipole_y * t_loiml + arm_y * t_brc7l,
+            arm_x * t_t27d5 - dipole_x * t_wobbo + dipole_y * t_pv3yf - arm_y * t_ojb7e,
             0.0,
             0.0,
             0.0,
             0.0,
             0.0,
             0.0,
-            dipole_x * t_4do7k + arm_x * t_dchol + dipole_y * t_62fmd - arm_y * t_6rmt4,
+            dipole_x * t_juv66 + arm_x * t_z6oh4 + dipole_y * t_hme2u - arm_y * t_iac5q,
         )), (lambda J: J.reshape(*J.shape[:-1], 15, 3))(_vector(
             0.0,
             0.0,
@@ -3323,13 +3323,13 @@ def jac_p(x, u, p):
         t_cbxhz = latitude - sun_latitude
         sin_t_cbxhz, cos_t_cbxhz = np.sin(t_cbxhz), np.cos(t_cbxhz)
         t_ekgtu = cos_sun_elevation * sin_t_cbxhz
-        t_ecpr6 = t_4jzgd * t_ekgtu - F_air
+        t_72a22 = t_4jzgd * t_ekgtu - F_air
         t_yye7w = t_4jzgd * sin_sun_elevation
         t_ur7gc = cos_sun_elevation * cos_t_cbxhz
         t_7q2bu = t_4jzgd * t_ur7gc
-        F_x = t_ecpr6 * C11 + t_yye7w * C12 - t_7q2bu * sin_pitch
-        F_y = t_ecpr6 * C21 + t_yye7w * C22 + t_7q2bu * C23
-        F_z = t_ecpr6 * C31 + t_yye7w * C32 + t_7q2bu * C33
+        F_x = t_72a22 * C11 + t_yye7w * C12 - t_7q2bu * sin_pitch
+        F_y = t_72a22 * C21 + t_yye7w * C22 + t_7q2bu * C23
+        F_z = t_72a22 * C31 + t_yye7w * C32 + t_7q2bu * C33
         sin_latitude, cos_latitude = np.sin(latitude), np.cos(latitude)
         t_u74gp = 1.0 / (orbit_radius * t_woyh3)
         t_pnzyy = field_moment * t_u74gp
@@ -3338,12 +3338,12 @@ def jac_p(x, u, p):
         B_x = cos_latitude * t_dmyza
         B_z = (t_dmyza + t_dmyza) * sin_latitude
         t_v7luc = t_pnzyy * cos_inclination
-        t_qfvhg = B_x * C31 - t_v7luc * C32 + B_z * C33
-        t_dtzjw = B_x * C21 - t_v7luc * C22 + B_z * C23
-        Tenv_x = t_qfvhg * dipole_y + F_z * arm_y - t_dtzjw * dipole_z - F_y * arm_z
-        t_3xqfk = B_x * C11 - t_v7luc * C12 - B_z * sin_pitch
-        Tenv_y = t_3xqfk * dipole_z + F_x * arm_z - t_qfvhg * dipole_x - F_z * arm_x
-        Tenv_z = t_dtzjw * dipole_x + F_y * arm_x - t_3xqfk * dipole_y - F_x * arm_y
+        t_5nztg = B_x * C31 - t_v7luc * C32 + B_z * C33
+        t_5nztg_2 = B_x * C21 - t_v7luc * C22 + B_z * C23
+        Tenv_x = t_5nztg * dipole_y + F_z * arm_y - t_5nztg_2 * dipole_z - F_y * arm_z
+        t_fzo3j = B_x * C11 - t_v7luc * C12 - B_z * sin_pitch
+        Tenv_y = t_fzo3j * dipole_z + F_x * arm_z - t_5nztg * dipole_x - F_z * arm_x
+        Tenv_z = t_5nztg_2 * dipole_x + F_y * arm_x - t_fzo3j * dipole_y - F_x * arm_y
         t_kdp4p = 1.0 / Iw_x
         t_vuxhp = hx * t_kdp4p
         wheel_x = t_vuxhp - wx
@@ -3359,27 +3359,27 @@ def jac_p(x, u, p):
         Tw_z = Tz + t_n5ucq * wheel_z
         t_dukwy = I_z + Iw_z
         t_bcmgw = I_y + Iw_y - t_dukwy
-        t_asvi2 = 3.0 * t_xcu2m * C33
+        t_dfei4 = 3.0 * t_xcu2m * C33
         t_rud4r = hy + wy * I_y
         t_2fuj5 = hz + wz * I_z
-        t_hzpts = (
+        t_olkll = (
             Tenv_x
-            - t_bcmgw * t_asvi2 * C23
+            - t_bcmgw * t_dfei4 * C23
             + Tw_x
             + t_rud4r * wz
             - t_2fuj5 * wy
         )
         t_wdz5p = 1.0 / I_x
-        wx_rate = t_hzpts * t_wdz5p  # (1)
-        t_ypoyh = t_asvi2 * sin_pitch
+        wx_rate = t_olkll * t_wdz5p  # (1)
+        t_ucx2e = t_dfei4 * sin_pitch
         t_l4gxo = I_x + Iw_x
         t_viru7 = t_l4gxo - t_dukwy
         t_id7q2 = hx + wx * I_x
         t_s2koj = 1.0 / I_y
-        wy_rate = (Tenv_y - t_ypoyh * t_viru7 + Tw_y + t_2fuj5 * wx - t_id7q2 * wz) * t_s2koj  # (1)
+        wy_rate = (Tenv_y - t_ucx2e * t_viru7 + Tw_y + t_2fuj5 * wx - t_id7q2 * wz) * t_s2koj  # (1)
         t_xcu2m_3 = -3.0 * t_xcu2m
         t_eu5d2 = t_l4gxo - I_y - Iw_y
-        t_dzdsa = (
+        t_axp3s = (
             Tenv_z
             - t_xcu2m_3 * t_eu5d2 * sin_pitch * C23
             + Tw_z
@@ -3387,86 +3387,86 @@ def jac_p(x, u, p):
             - t_rud4r * wx
         )
         t_eah32 = 1.0 / I_z
-        wz_rate = t_dzdsa * t_eah32  # (1)
+        wz_rate = t_axp3s * t_eah32  # (1)
         t_ksn4u = 1.0 / cos_pitch
         t_k5hl2 = cos_roll * t_ksn4u
         t_l3vet = sin_roll * t_ksn4u
-        t_7mmui = C23 * t_wdz5p
-        t_mpksu = t_asvi2 * t_7mmui
+        t_5yorq = C23 * t_wdz5p
+        t_t4x7o = t_dfei4 * t_5yorq
         t_g7ghd = t_vuxhp * t_kdp4p
-        t_nw3nv = omega0 + omega0
+        t_3242j = omega0 + omega0
         t_hskb4 = arm_y * t_wdz5p
         t_bkxr7 = arm_z * t_wdz5p
-        t_65rpu = C31 * t_hskb4 - C21 * t_bkxr7
-        t_ncfix = t_woyh3 * t_65rpu
-        t_v2qkq = drag_coefficient * t_ncfix
-        t_vfl5x = area * t_v2qkq
+        t_dqhvt = C31 * t_hskb4 - C21 * t_bkxr7
+        t_gf2m4 = t_woyh3 * t_dqhvt
+        t_arfxp = drag_coefficient * t_gf2m4
+        t_vfl5x = area * t_arfxp
         t_eaiiz = t_pnzyy * t_u74gp
         t_vryl5 = dipole_z * t_wdz5p
         t_jyjqz = dipole_y * t_wdz5p
-        t_p6db7 = C22 * t_vryl5 - C32 * t_jyjqz
-        t_aw2qj = sin_latitude * (C33 * t_jyjqz - C23 * t_vryl5)
-        t_y534k = t_aw2qj + t_aw2qj + cos_latitude * (C31 * t_jyjqz - C21 * t_vryl5)
-        t_bwukh = cos_inclination * t_p6db7 + sin_inclination * t_y534k
-        t_37oda = t_eaiiz * t_bwukh
-        t_afnx2 = orbit_radius + orbit_radius
-        t_36ame = wheel_x * t_wdz5p
-        t_jvx74 = C33 * t_hskb4 - C23 * t_bkxr7
-        t_vlxe7 = C32 * t_hskb4 - C22 * t_bkxr7
-        t_cxqwf = t_ur7gc * t_jvx74 + sin_sun_elevation * t_vlxe7 + t_ekgtu * t_65rpu
-        t_jan6j = t_njqbq * t_cxqwf
-        t_jxdss = t_4jzgd * t_65rpu
-        t_gl23r = t_4jzgd * t_jvx74
-        t_gdo2h = t_ypoyh * t_s2koj
+        t_tvn4b = C22 * t_vryl5 - C32 * t_jyjqz
+        t_d4d6o = sin_latitude * (C33 * t_jyjqz - C23 * t_vryl5)
+        t_22ghv = t_d4d6o + t_d4d6o + cos_latitude * (C31 * t_jyjqz - C21 * t_vryl5)
+        t_l6q6q = cos_inclination * t_tvn4b + sin_inclination * t_22ghv
+        t_v22za = t_eaiiz * t_l6q6q
+        t_5y7tc = orbit_radius + orbit_radius
+        t_dduji = wheel_x * t_wdz5p
+        t_fsinf = C33 * t_hskb4 - C23 * t_bkxr7
+        t_dqhvt_2 = C32 * t_hskb4 - C22 * t_bkxr7
+        t_xudzi = t_ur7gc * t_fsinf + sin_sun_elevation * t_dqhvt_2 + t_ekgtu * t_dqhvt
+        t_3jfgm = t_njqbq * t_xudzi
+        t_ewunw = t_4jzgd * t_dqhvt
+        t_xk7zs = t_4jzgd * t_fsinf
+        t_v3wxt = t_ucx2e * t_s2koj
         t_yad6h = t_ubugg * t_dd3cp
         t_btzhi = arm_z * t_s2koj
         t_hzzgj = arm_x * t_s2koj
-        t_opz5c = C11 * t_btzhi - C31 * t_hzzgj
-        t_tucmm = t_woyh3 * t_opz5c
-        t_yunfo = drag_coefficient * t_tucmm
-        t_vfl5x_2 = area * t_yunfo
-        t_y3otc = t_nw3nv * (3.0 * (C33 * (sin_pitch * (t_viru7 * t_s2koj))) + 0.5 * (air_density * t_vfl5x_2))
+        t_yej52 = C11 * t_btzhi - C31 * t_hzzgj
+        t_r56fl = t_woyh3 * t_yej52
+        t_msa7d = drag_coefficient * t_r56fl
+        t_vfl5x_2 = area * t_msa7d
+        t_isap2 = t_3242j * (3.0 * (C33 * (sin_pitch * (t_viru7 * t_s2koj))) + 0.5 * (air_density * t_vfl5x_2))
         t_s4eid = dipole_x * t_s2koj
         t_ea5e5 = dipole_z * t_s2koj
-        t_2isb2 = C32 * t_s4eid - C12 * t_ea5e5
-        t_54rru = -(sin_latitude * (sin_pitch * t_ea5e5 + C33 * t_s4eid))
-        t_537sd = t_54rru + t_54rru + cos_latitude * (C11 * t_ea5e5 - C31 * t_s4eid)
-        t_j2skq = cos_inclination * t_2isb2 + sin_inclination * t_537sd
-        t_i522b = t_eaiiz * t_j2skq
-        t_ugpmh = wheel_y * t_s2koj
-        t_5misd = C12 * t_btzhi - C32 * t_hzzgj
-        t_liwlu = sin_pitch * t_btzhi + C33 * t_hzzgj
-        t_uypxf = sin_sun_elevation * t_5misd - t_ur7gc * t_liwlu + t_ekgtu * t_opz5c
-        t_qgroc = t_njqbq * t_uypxf
-        t_ujlus = t_4jzgd * t_liwlu
-        t_lvcdy = t_4jzgd * t_opz5c
-        t_clsbp = sin_pitch * (C23 * t_eah32)
-        t_c72he = t_xcu2m_3 * t_clsbp
+        t_scayn = C32 * t_s4eid - C12 * t_ea5e5
+        t_um7it = -(sin_latitude * (sin_pitch * t_ea5e5 + C33 * t_s4eid))
+        t_3a4ry = t_um7it + t_um7it + cos_latitude * (C11 * t_ea5e5 - C31 * t_s4eid)
+        t_wvg7w = cos_inclination * t_scayn + sin_inclination * t_3a4ry
+        t_ghlga = t_eaiiz * t_wvg7w
+        t_m2w4j = wheel_y * t_s2koj
+        t_yej52_2 = C12 * t_btzhi - C32 * t_hzzgj
+        t_gb2se = sin_pitch * t_btzhi + C33 * t_hzzgj
+        t_pdqlg = sin_sun_elevation * t_yej52_2 - t_ur7gc * t_gb2se + t_ekgtu * t_yej52
+        t_bmbnx = t_njqbq * t_pdqlg
+        t_5dvgd = t_4jzgd * t_gb2se
+        t_dma7p = t_4jzgd * t_yej52
+        t_tws4h = sin_pitch * (C23 * t_eah32)
+        t_owebt = t_xcu2m_3 * t_tws4h
         t_ebzji = t_fupwl * t_p2zbo
         t_egxh4 = arm_x * t_eah32
         t_6x2k3 = arm_y * t_eah32
-        t_kzel7 = C21 * t_egxh4 - C11 * t_6x2k3
-        t_7l34t = t_woyh3 * t_kzel7
-        t_xtbn7 = drag_coefficient * t_7l34t
-        t_vfl5x_3 = area * t_xtbn7
+        t_54tt4 = C21 * t_egxh4 - C11 * t_6x2k3
+        t_kpfx6 = t_woyh3 * t_54tt4
+        t_msa7d_2 = drag_coefficient * t_kpfx6
+        t_vfl5x_3 = area * t_msa7d_2
         t_4uyrv = dipole_y * t_eah32
         t_jeqfw = dipole_x * t_eah32
-        t_yz32u = C12 * t_4uyrv - C22 * t_jeqfw
-        t_2crdj = sin_latitude * (sin_pitch * t_4uyrv + C23 * t_jeqfw)
-        t_jxpne = t_2crdj + t_2crdj + cos_latitude * (C21 * t_jeqfw - C11 * t_4uyrv)
-        t_2y4y3 = cos_inclination * t_yz32u + sin_inclination * t_jxpne
-        t_cn32v = t_eaiiz * t_2y4y3
-        t_donjv = wheel_z * t_eah32
-        t_5hbjc = sin_pitch * t_6x2k3 + C23 * t_egxh4
-        t_auhzl = C22 * t_egxh4 - C12 * t_6x2k3
-        t_ymlbm = t_ur7gc * t_5hbjc + sin_sun_elevation * t_auhzl + t_ekgtu * t_kzel7
-        t_payzj = t_njqbq * t_ymlbm
-        t_jkfp6 = t_4jzgd * t_kzel7
-        t_v26gl = t_4jzgd * t_5hbjc
+        t_gq434 = C12 * t_4uyrv - C22 * t_jeqfw
+        t_v5kkj = sin_latitude * (sin_pitch * t_4uyrv + C23 * t_jeqfw)
+        t_ja4py = t_v5kkj + t_v5kkj + cos_latitude * (C21 * t_jeqfw - C11 * t_4uyrv)
+        t_murqs = cos_inclination * t_gq434 + sin_inclination * t_ja4py
+        t_ghlga_2 = t_eaiiz * t_murqs
+        t_a5cdy = wheel_z * t_eah32
+        t_fzzhp = sin_pitch * t_6x2k3 + C23 * t_egxh4
+        t_54tt4_2 = C22 * t_egxh4 - C12 * t_6x2k3
+        t_5azyv = t_ur7gc * t_fzzhp + sin_sun_elevation * t_54tt4_2 + t_ekgtu * t_54tt4
+        t_bmbnx_2 = t_njqbq * t_5azyv
+        t_6umi3 = t_4jzgd * t_54tt4
+        t_dl25h = t_4jzgd * t_fzzhp
         t_j6wsb = t_n5ucq * wheels
-        t_gdwsk = wheel_x * wheels
-        t_ldv46 = wheel_y * wheels
-        t_pzse7 = wheel_z * wheels
+        t_oq4xa = wheel_x * wheels
+        t_nv5kx = wheel_y * wheels
+        t_2gf7i = wheel_z * wheels
         return (lambda J: J.reshape(*J.shape[:-1], 10, 33))(_vector(
             0.0,
             0.0,
@@ -3568,99 +3568,99 @@ def jac_p(x, u, p):
             0.0,
             0.0,
             -(wx_rate * t_wdz5p),
-            wy * (wz * t_wdz5p) - t_mpksu,
-            t_mpksu - wz * (wy * t_wdz5p),
+            wy * (wz * t_wdz5p) - t_t4x7o,
+            t_t4x7o - wz * (wy * t_wdz5p),
             -(t_g7ghd * (t_n5ucq * t_wdz5p)),
-            -t_mpksu,
-            t_mpksu,
-            -(t_nw3nv * (3.0 * (C33 * (t_bcmgw * t_7mmui)) + 0.5 * (air_density * t_vfl5x))),
-            -(t_woyh3 * t_37oda + t_afnx2 * (t_ymhak * t_65rpu + orbit_radius * t_37oda)),
-            cos_inclination * (t_pnzyy * t_y534k) - sin_inclination * (t_pnzyy * t_p6db7),
+            -t_t4x7o,
+            t_t4x7o,
+            -(t_3242j * (3.0 * (C33 * (t_bcmgw * t_5yorq)) + 0.5 * (air_density * t_vfl5x))),
+            -(t_woyh3 * t_v22za + t_5y7tc * (t_ymhak * t_dqhvt + orbit_radius * t_v22za)),
+            cos_inclination * (t_pnzyy * t_22ghv) - sin_inclination * (t_pnzyy * t_tvn4b),
             0.0,
-            wheel_friction * t_36ame,
+            wheel_friction * t_dduji,
             0.0,
             0.0,
-            wheels * t_36ame,
+            wheels * t_dduji,
             0.0,
-            t_qfvhg * t_wdz5p,
-            -(t_dtzjw * t_wdz5p),
-            t_bwukh * t_u74gp,
+            t_5nztg * t_wdz5p,
+            -(t_5nztg_2 * t_wdz5p),
+            t_l6q6q * t_u74gp,
             -(t_xcu2m_2 * t_vfl5x),
-            -(t_33yuw * t_ncfix),
-            solar_pressure * t_jan6j - t_74mdg * t_v2qkq,
+            -(t_33yuw * t_gf2m4),
+            solar_pressure * t_3jfgm - t_74mdg * t_arfxp,
             0.0,
             F_z * t_wdz5p,
             -(F_y * t_wdz5p),
-            area * t_jan6j,
-            t_ntete * t_cxqwf,
-            -(cos_t_cbxhz * (cos_sun_elevation * t_jxdss) - sin_t_cbxhz * (cos_sun_elevation * t_gl23r)),
-            cos_sun_elevation * (t_4jzgd * t_vlxe7) - sin_sun_elevation * (cos_t_cbxhz * t_gl23r + sin_t_cbxhz * t_jxdss),
+            area * t_3jfgm,
+            t_ntete * t_xudzi,
+            -(cos_t_cbxhz * (cos_sun_elevation * t_ewunw) - sin_t_cbxhz * (cos_sun_elevation * t_xk7zs)),
+            cos_sun_elevation * (t_4jzgd * t_dqhvt_2) - sin_sun_elevation * (cos_t_cbxhz * t_xk7zs + sin_t_cbxhz * t_ewunw),
             0.0,
             0.0,
             0.0,
             0.0,
             0.0,
-            -(wx * (wz * t_s2koj) + t_gdo2h),
+            -(wx * (wz * t_s2koj) + t_v3wxt),
             -(wy_rate * t_s2koj),
-            wz * (wx * t_s2koj) + t_gdo2h,
-            -t_gdo2h,
+            wz * (wx * t_s2koj) + t_v3wxt,
+            -t_v3wxt,
             -(t_yad6h * (t_n5ucq * t_s2koj)),
-            t_gdo2h,
-            -t_y3otc,
-            -(t_woyh3 * t_i522b + t_afnx2 * (t_ymhak * t_opz5c + orbit_radius * t_i522b)),
-            cos_inclination * (t_pnzyy * t_537sd) - sin_inclination * (t_pnzyy * t_2isb2),
+            t_v3wxt,
+            -t_isap2,
+            -(t_woyh3 * t_ghlga + t_5y7tc * (t_ymhak * t_yej52 + orbit_radius * t_ghlga)),
+            cos_inclination * (t_pnzyy * t_3a4ry) - sin_inclination * (t_pnzyy * t_scayn),
             0.0,
-            wheel_friction * t_ugpmh,
+            wheel_friction * t_m2w4j,
             0.0,
             0.0,
-            wheels * t_ugpmh,
-            -(t_qfvhg * t_s2koj),
+            wheels * t_m2w4j,
+            -(t_5nztg * t_s2koj),
             0.0,
-            t_3xqfk * t_s2koj,
-            t_j2skq * t_u74gp,
+            t_fzo3j * t_s2koj,
+            t_wvg7w * t_u74gp,
             -(t_xcu2m_2 * t_vfl5x_2),
-            -(t_33yuw * t_tucmm),
-            solar_pressure * t_qgroc - t_74mdg * t_yunfo,
+            -(t_33yuw * t_r56fl),
+            solar_pressure * t_bmbnx - t_74mdg * t_msa7d,
             -(F_z * t_s2koj),
             0.0,
             F_x * t_s2koj,
-            area * t_qgroc,
-            t_ntete * t_uypxf,
-            -(sin_t_cbxhz * (cos_sun_elevation * t_ujlus) + cos_t_cbxhz * (cos_sun_elevation * t_lvcdy)),
-            cos_sun_elevation * (t_4jzgd * t_5misd) - sin_sun_elevation * (sin_t_cbxhz * t_lvcdy - cos_t_cbxhz * t_ujlus),
+            area * t_bmbnx,
+            t_ntete * t_pdqlg,
+            -(sin_t_cbxhz * (cos_sun_elevation * t_5dvgd) + cos_t_cbxhz * (cos_sun_elevation * t_dma7p)),
+            cos_sun_elevation * (t_4jzgd * t_yej52_2) - sin_sun_elevation * (sin_t_cbxhz * t_dma7p - cos_t_cbxhz * t_5dvgd),
             0.0,
             0.0,
             0.0,
             0.0,
             0.0,
-            wx * (wy * t_eah32) - t_c72he,
-            t_c72he - wy * (wx * t_eah32),
+            wx * (wy * t_eah32) - t_owebt,
+            t_owebt - wy * (wx * t_eah32),
             -(wz_rate * t_eah32),
-            -t_c72he,
-            t_c72he,
+            -t_owebt,
+            t_owebt,
             -(t_ebzji * (t_n5ucq * t_eah32)),
-            -(t_nw3nv * (-3.0 * (t_eu5d2 * t_clsbp) + 0.5 * (air_density * t_vfl5x_3))),
-            -(t_woyh3 * t_cn32v + t_afnx2 * (t_ymhak * t_kzel7 + orbit_radius * t_cn32v)),
-            cos_inclination * (t_pnzyy * t_jxpne) - sin_inclination * (t_pnzyy * t_yz32u),
+            -(t_3242j * (-3.0 * (t_eu5d2 * t_tws4h) + 0.5 * (air_density * t_vfl5x_3))),
+            -(t_woyh3 * t_ghlga_2 + t_5y7tc * (t_ymhak * t_54tt4 + orbit_radius * t_ghlga_2)),
+            cos_inclination * (t_pnzyy * t_ja4py) - sin_inclination * (t_pnzyy * t_gq434),
             0.0,
-            wheel_friction * t_donjv,
+            wheel_friction * t_a5cdy,
             0.0,
             0.0,
-            wheels * t_donjv,
-            t_dtzjw * t_eah32,
-            -(t_3xqfk * t_eah32),
+            wheels * t_a5cdy,
+            t_5nztg_2 * t_eah32,
+            -(t_fzo3j * t_eah32),
             0.0,
-            t_2y4y3 * t_u74gp,
+            t_murqs * t_u74gp,
             -(t_xcu2m_2 * t_vfl5x_3),
-            -(t_33yuw * t_7l34t),
-            solar_pressure * t_payzj - t_74mdg * t_xtbn7,
+            -(t_33yuw * t_kpfx6),
+            solar_pressure * t_bmbnx_2 - t_74mdg * t_msa7d_2,
             F_y * t_eah32,
             -(F_x * t_eah32),
             0.0,
-            area * t_payzj,
-            t_ntete * t_ymlbm,
-            -(cos_t_cbxhz * (cos_sun_elevation * t_jkfp6) - sin_t_cbxhz * (cos_sun_elevation * t_v26gl)),
-            cos_sun_elevation * (t_4jzgd * t_auhzl) - sin_sun_elevation * (cos_t_cbxhz * t_v26gl + sin_t_cbxhz * t_jkfp6),
+            area * t_bmbnx_2,
+            t_ntete * t_5azyv,
+            -(cos_t_cbxhz * (cos_sun_elevation * t_6umi3) - sin_t_cbxhz * (cos_sun_elevation * t_dl25h)),
+            cos_sun_elevation * (t_4jzgd * t_54tt4_2) - sin_sun_elevation * (cos_t_cbxhz * t_dl25h + sin_t_cbxhz * t_6umi3),
             0.0,
             0.0,
             0.0,
@@ -3676,10 +3676,10 @@ def jac_p(x, u, p):
             0.0,
             0.0,
             0.0,
-            -(Tw_x + wheel_friction * t_gdwsk),
+            -(Tw_x + wheel_friction * t_oq4xa),
             0.0,
             0.0,
-            -(wheels * t_gdwsk),
+            -(wheels * t_oq4xa),
             0.0,
             0.0,
             0.0,
@@ -3709,10 +3709,10 @@ def jac_p(x, u, p):
             0.0,
             0.0,
             0.0,
-            -(Tw_y + wheel_friction * t_ldv46),
+            -(Tw_y + wheel_friction * t_nv5kx),
             0.0,
             0.0,
-            -(wheels * t_ldv46),
+            -(wheels * t_nv5kx),
             0.0,
             0.0,
             0.0,
@@ -3742,10 +3742,10 @@ def jac_p(x, u, p):
             0.0,
             0.0,
             0.0,
-            -(Tw_z + wheel_friction * t_pzse7),
+            -(Tw_z + wheel_friction * t_2gf7i),
             0.0,
             0.0,
-            -(wheels * t_pzse7),
+            -(wheels * t_2gf7i),
             0.0,
             0.0,
             0.0,
@@ -3860,13 +3860,13 @@ def outputs_jac_p(x, u, r, p):
         t_cbxhz = latitude - sun_latitude
         sin_t_cbxhz, cos_t_cbxhz = np.sin(t_cbxhz), np.cos(t_cbxhz)
         t_ekgtu = cos_sun_elevation * sin_t_cbxhz
-        t_ecpr6 = t_4jzgd * t_ekgtu - F_air
+        t_72a22 = t_4jzgd * t_ekgtu - F_air
         t_yye7w = t_4jzgd * sin_sun_elevation
         t_ur7gc = cos_sun_elevation * cos_t_cbxhz
         t_7q2bu = t_4jzgd * t_ur7gc
-        F_x = t_ecpr6 * C11 + t_yye7w * C12 - t_7q2bu * sin_pitch
-        F_y = t_ecpr6 * C21 + t_yye7w * C22 + t_7q2bu * C23
-        F_z = t_ecpr6 * C31 + t_yye7w * C32 + t_7q2bu * C33
+        F_x = t_72a22 * C11 + t_yye7w * C12 - t_7q2bu * sin_pitch
+        F_y = t_72a22 * C21 + t_yye7w * C22 + t_7q2bu * C23
+        F_z = t_72a22 * C31 + t_yye7w * C32 + t_7q2bu * C33
         sin_latitude, cos_latitude = np.sin(latitude), np.cos(latitude)
         t_u74gp = 1.0 / (orbit_radius * t_woyh3)
         t_pnzyy = field_moment * t_u74gp
@@ -3877,58 +3877,58 @@ def outputs_jac_p(x, u, r, p):
         t_kdp4p = 1.0 / Iw_x
         t_dd3cp = 1.0 / Iw_y
         t_p2zbo = 1.0 / Iw_z
-        t_nw3nv = omega0 + omega0
-        t_ena56 = C31 * arm_y - C21 * arm_z
-        t_pnddb = t_woyh3 * t_ena56
-        t_yffhx = drag_coefficient * t_pnddb
-        t_vfl5x = area * t_yffhx
+        t_3242j = omega0 + omega0
+        t_wo6l4 = C31 * arm_y - C21 * arm_z
+        t_zoktn = t_woyh3 * t_wo6l4
+        t_3jvm4 = drag_coefficient * t_zoktn
+        t_vfl5x = area * t_3jvm4
         t_eaiiz = t_pnzyy * t_u74gp
-        t_2mtf7 = C22 * dipole_z - C32 * dipole_y
-        t_pew2j = sin_latitude * (C33 * dipole_y - C23 * dipole_z)
-        t_so36n = t_pew2j + t_pew2j + cos_latitude * (C31 * dipole_y - C21 * dipole_z)
-        t_mrz4o = cos_inclination * t_2mtf7 + sin_inclination * t_so36n
-        t_j6j5a = t_eaiiz * t_mrz4o
-        t_afnx2 = orbit_radius + orbit_radius
+        t_tfvnr = C22 * dipole_z - C32 * dipole_y
+        t_miix2 = sin_latitude * (C33 * dipole_y - C23 * dipole_z)
+        t_q6tq4 = t_miix2 + t_miix2 + cos_latitude * (C31 * dipole_y - C21 * dipole_z)
+        t_xxviq = cos_inclination * t_tfvnr + sin_inclination * t_q6tq4
+        t_pm3o2 = t_eaiiz * t_xxviq
+        t_5y7tc = orbit_radius + orbit_radius
         t_v7luc = t_pnzyy * cos_inclination
-        t_qfvhg = B_x * C31 - t_v7luc * C32 + B_z * C33
-        t_dtzjw = B_x * C21 - t_v7luc * C22 + B_z * C23
-        t_mfxtp = C33 * arm_y - C23 * arm_z
-        t_vewfv = C32 * arm_y - C22 * arm_z
-        t_zmc5g = t_ur7gc * t_mfxtp + sin_sun_elevation * t_vewfv + t_ekgtu * t_ena56
-        t_ogx5w = t_njqbq * t_zmc5g
-        t_ekpnj = t_4jzgd * t_ena56
-        t_57evd = t_4jzgd * t_mfxtp
-        t_oj6kt = C11 * arm_z - C31 * arm_x
-        t_k6lr7 = t_woyh3 * t_oj6kt
-        t_erl2a = drag_coefficient * t_k6lr7
-        t_vfl5x_2 = area * t_erl2a
-        t_7zeqq = C32 * dipole_x - C12 * dipole_z
-        t_yzxam = -(sin_latitude * (sin_pitch * dipole_z + C33 * dipole_x))
-        t_fnkx3 = t_yzxam + t_yzxam + cos_latitude * (C11 * dipole_z - C31 * dipole_x)
-        t_aa7k7 = cos_inclination * t_7zeqq + sin_inclination * t_fnkx3
-        t_go2aw = t_eaiiz * t_aa7k7
-        t_3xqfk = B_x * C11 - t_v7luc * C12 - B_z * sin_pitch
-        t_tyfbf = C12 * arm_z - C32 * arm_x
-        t_uhb7v = sin_pitch * arm_z + C33 * arm_x
-        t_tgnvg = sin_sun_elevation * t_tyfbf - t_ur7gc * t_uhb7v + t_ekgtu * t_oj6kt
-        t_iyk2l = t_njqbq * t_tgnvg
-        t_z6z4y = t_4jzgd * t_uhb7v
-        t_xy7ug = t_4jzgd * t_oj6kt
-        t_cmzpv = C21 * arm_x - C11 * arm_y
-        t_ub3c2 = t_woyh3 * t_cmzpv
-        t_632ds = drag_coefficient * t_ub3c2
-        t_vfl5x_3 = area * t_632ds
-        t_qzdzv = C12 * dipole_y - C22 * dipole_x
-        t_uqjll = sin_latitude * (sin_pitch * dipole_y + C23 * dipole_x)
-        t_bsldq = t_uqjll + t_uqjll + cos_latitude * (C21 * dipole_x - C11 * dipole_y)
-        t_l5nx4 = cos_inclination * t_qzdzv + sin_inclination * t_bsldq
-        t_turue = t_eaiiz * t_l5nx4
-        t_v3vjq = sin_pitch * arm_y + C23 * arm_x
-        t_4sw6x = C22 * arm_x - C12 * arm_y
-        t_bvyjc = t_ur7gc * t_v3vjq + sin_sun_elevation * t_4sw6x + t_ekgtu * t_cmzpv
-        t_iclxv = t_njqbq * t_bvyjc
-        t_tmidt = t_4jzgd * t_cmzpv
-        t_mbe4y = t_4jzgd * t_v3vjq
+        t_5nztg = B_x * C31 - t_v7luc * C32 + B_z * C33
+        t_5nztg_2 = B_x * C21 - t_v7luc * C22 + B_z * C23
+        t_7yke5 = C33 * arm_y - C23 * arm_z
+        t_wo6l4_2 = C32 * arm_y - C22 * arm_z
+        t_tsqxw = t_ur7gc * t_7yke5 + sin_sun_elevation * t_wo6l4_2 + t_ekgtu * t_wo6l4
+        t_w6trp = t_njqbq * t_tsqxw
+        t_ruf2e = t_4jzgd * t_wo6l4
+        t_4xsq6 = t_4jzgd * t_7yke5
+        t_ljj3s = C11 * arm_z - C31 * arm_x
+        t_uaymd = t_woyh3 * t_ljj3s
+        t_4kxlg = drag_coefficient * t_uaymd
+        t_vfl5x_2 = area * t_4kxlg
+        t_lpvsg = C32 * dipole_x - C12 * dipole_z
+        t_roqm3 = -(sin_latitude * (sin_pitch * dipole_z + C33 * dipole_x))
+        t_3lbjz = t_roqm3 + t_roqm3 + cos_latitude * (C11 * dipole_z - C31 * dipole_x)
+        t_3eibn = cos_inclination * t_lpvsg + sin_inclination * t_3lbjz
+        t_oxfty = t_eaiiz * t_3eibn
+        t_fzo3j = B_x * C11 - t_v7luc * C12 - B_z * sin_pitch
+        t_ljj3s_2 = C12 * arm_z - C32 * arm_x
+        t_nxj3f = sin_pitch * arm_z + C33 * arm_x
+        t_2ukzq = sin_sun_elevation * t_ljj3s_2 - t_ur7gc * t_nxj3f + t_ekgtu * t_ljj3s
+        t_7jejt = t_njqbq * t_2ukzq
+        t_626yx = t_4jzgd * t_nxj3f
+        t_l5zib = t_4jzgd * t_ljj3s
+        t_qvcg5 = C21 * arm_x - C11 * arm_y
+        t_f5fdw = t_woyh3 * t_qvcg5
+        t_dqk7u = drag_coefficient * t_f5fdw
+        t_vfl5x_3 = area * t_dqk7u
+        t_og4pm = C12 * dipole_y - C22 * dipole_x
+        t_6jamw = sin_latitude * (sin_pitch * dipole_y + C23 * dipole_x)
+        t_spfcb = t_6jamw + t_6jamw + cos_latitude * (C21 * dipole_x - C11 * dipole_y)
+        t_bqyzf = cos_inclination * t_og4pm + sin_inclination * t_spfcb
+        t_u6yn6 = t_eaiiz * t_bqyzf
+        t_2c7nu = sin_pitch * arm_y + C23 * arm_x
+        t_qvcg5_2 = C22 * arm_x - C12 * arm_y
+        t_vz2rf = t_ur7gc * t_2c7nu + sin_sun_elevation * t_qvcg5_2 + t_ekgtu * t_qvcg5
+        t_b4vh2 = t_njqbq * t_vz2rf
+        t_47mkr = t_4jzgd * t_qvcg5
+        t_f4pww = t_4jzgd * t_2c7nu
         return (lambda J: J.reshape(*J.shape[:-1], 15, 33))(_vector(
             0.0,
             0.0,
@@ -4332,28 +4332,28 @@ def outputs_jac_p(x, u, r, p):
             0.0,
             0.0,
             0.0,
-            -(t_nw3nv * (0.5 * (air_density * t_vfl5x))),
-            -(t_woyh3 * t_j6j5a + t_afnx2 * (t_ymhak * t_ena56 + orbit_radius * t_j6j5a)),
-            cos_inclination * (t_pnzyy * t_so36n) - sin_inclination * (t_pnzyy * t_2mtf7),
+            -(t_3242j * (0.5 * (air_density * t_vfl5x))),
+            -(t_woyh3 * t_pm3o2 + t_5y7tc * (t_ymhak * t_wo6l4 + orbit_radius * t_pm3o2)),
+            cos_inclination * (t_pnzyy * t_q6tq4) - sin_inclination * (t_pnzyy * t_tfvnr),
             0.0,
             0.0,
             0.0,
             0.0,
             0.0,
             0.0,
-            t_qfvhg,
-            -t_dtzjw,
-            t_mrz4o * t_u74gp,
+            t_5nztg,
+            -t_5nztg_2,
+            t_xxviq * t_u74gp,
             -(t_xcu2m * t_vfl5x),
-            -(t_jfl5k * t_pnddb),
-            solar_pressure * t_ogx5w - t_74mdg * t_yffhx,
+            -(t_jfl5k * t_zoktn),
+            solar_pressure * t_w6trp - t_74mdg * t_3jvm4,
             0.0,
             F_z,
             -F_y,
-            area * t_ogx5w,
-            t_ntete * t_zmc5g,
-            -(cos_t_cbxhz * (cos_sun_elevation * t_ekpnj) - sin_t_cbxhz * (cos_sun_elevation * t_57evd)),
-            cos_sun_elevation * (t_4jzgd * t_vewfv) - sin_sun_elevation * (cos_t_cbxhz * t_57evd + sin_t_cbxhz * t_ekpnj),
+            area * t_w6trp,
+            t_ntete * t_tsqxw,
+            -(cos_t_cbxhz * (cos_sun_elevation * t_ruf2e) - sin_t_cbxhz * (cos_sun_elevation * t_4xsq6)),
+            cos_sun_elevation * (t_4jzgd * t_wo6l4_2) - sin_sun_elevation * (cos_t_cbxhz * t_4xsq6 + sin_t_cbxhz * t_ruf2e),
             0.0,
             0.0,
             0.0,
@@ -4365,28 +4365,28 @@ def outputs_jac_p(x, u, r, p):
             0.0,
             0.0,
             0.0,
-            -(t_nw3nv * (0.5 * (air_density * t_vfl5x_2))),
-            -(t_woyh3 * t_go2aw + t_afnx2 * (t_ymhak * t_oj6kt + orbit_radius * t_go2aw)),
-            cos_inclination * (t_pnzyy * t_fnkx3) - sin_inclination * (t_pnzyy * t_7zeqq),
+            -(t_3242j * (0.5 * (air_density * t_vfl5x_2))),
+            -(t_woyh3 * t_oxfty + t_5y7tc * (t_ymhak * t_ljj3s + orbit_radius * t_oxfty)),
+            cos_inclination * (t_pnzyy * t_3lbjz) - sin_inclination * (t_pnzyy * t_lpvsg),
             0.0,
             0.0,
             0.0,
             0.0,
             0.0,
-            -t_qfvhg,
+            -t_5nztg,
             0.0,
-            t_3xqfk,
-            t_aa7k7 * t_u74gp,
+            t_fzo3j,
+            t_3eibn * t_u74gp,
             -(t_xcu2m * t_vfl5x_2),
-            -(t_jfl5k * t_k6lr7),
-            solar_pressure * t_iyk2l - t_74mdg * t_erl2a,
+            -(t_jfl5k * t_uaymd),
+            solar_pressure * t_7jejt - t_74mdg * t_4kxlg,
             -F_z,
             0.0,
             F_x,
-            area * t_iyk2l,
-            t_ntete * t_tgnvg,
-            -(sin_t_cbxhz * (cos_sun_elevation * t_z6z4y) + cos_t_cbxhz * (cos_sun_elevation * t_xy7ug)),
-            cos_sun_elevation * (t_4jzgd * t_tyfbf) - sin_sun_elevation * (sin_t_cbxhz * t_xy7ug - cos_t_cbxhz * t_z6z4y),
+            area * t_7jejt,
+            t_ntete * t_2ukzq,
+            -(sin_t_cbxhz * (cos_sun_elevation * t_626yx) + cos_t_cbxhz * (cos_sun_elevation * t_l5zib)),
+            cos_sun_elevation * (t_4jzgd * t_ljj3s_2) - sin_sun_elevation * (sin_t_cbxhz * t_l5zib - cos_t_cbxhz * t_626yx),
             0.0,
             0.0,
             0.0,
@@ -4398,28 +4398,28 @@ def outputs_jac_p(x, u, r, p):
             0.0,
             0.0,
             0.0,
-            -(t_nw3nv * (0.5 * (air_density * t_vfl5x_3))),
-            -(t_woyh3 * t_turue + t_afnx2 * (t_ymhak * t_cmzpv + orbit_radius * t_turue)),
-            cos_inclination * (t_pnzyy * t_bsldq) - sin_inclination * (t_pnzyy * t_qzdzv),
+            -(t_3242j * (0.5 * (air_density * t_vfl5x_3))),
+            -(t_woyh3 * t_u6yn6 + t_5y7tc * (t_ymhak * t_qvcg5 + orbit_radius * t_u6yn6)),
+            cos_inclination * (t_pnzyy * t_spfcb) - sin_inclination * (t_pnzyy * t_og4pm),
             0.0,
             0.0,
             0.0,
             0.0,
             0.0,
-            t_dtzjw,
-            -t_3xqfk,
+            t_5nztg_2,
+            -t_fzo3j,
             0.0,
-            t_l5nx4 * t_u74gp,
+            t_bqyzf * t_u74gp,
             -(t_xcu2m * t_vfl5x_3),
-            -(t_jfl5k * t_ub3c2),
-            solar_pressure * t_iclxv - t_74mdg * t_632ds,
+            -(t_jfl5k * t_f5fdw),
+            solar_pressure * t_b4vh2 - t_74mdg * t_dqk7u,
             F_y,
             -F_x,
             0.0,
-            area * t_iclxv,
-            t_ntete * t_bvyjc,
-            -(cos_t_cbxhz * (cos_sun_elevation * t_tmidt) - sin_t_cbxhz * (cos_sun_elevation * t_mbe4y)),
-            cos_sun_elevation * (t_4jzgd * t_4sw6x) - sin_sun_elevation * (cos_t_cbxhz * t_mbe4y + sin_t_cbxhz * t_tmidt),
+            area * t_b4vh2,
+            t_ntete * t_vz2rf,
+            -(cos_t_cbxhz * (cos_sun_elevation * t_47mkr) - sin_t_cbxhz * (cos_sun_elevation * t_f4pww)),
+            cos_sun_elevation * (t_4jzgd * t_qvcg5_2) - sin_sun_elevation * (cos_t_cbxhz * t_f4pww + sin_t_cbxhz * t_47mkr),
             0.0,
             0.0,
             0.0,
@@ -4463,13 +4463,13 @@ def actuate_jvp(x, u_cmd, p, along_x, along_u_cmd):
         t_2zkxa = np.fmin(Tz_cmd, t_rh2kr_2)
         Tz_inside = np.where(m_5j2jl, np.fmax(t_rh2kr, t_2zkxa), Tz_cmd)
         t_s3iwg = -umax
-        t_fm6h3 = np.fmin(Tx_inside, umax)
-        m_yrndo = (t_s3iwg <= t_fm6h3)
-        t_yrndo = np.where(m_yrndo, 1.0, 0.0)
-        m_iiixq = (t_fm6h3 <= t_s3iwg)
-        m_2dziw = (Tx_inside <= umax)
-        t_2dziw = np.where(m_2dziw, 1.0, 0.0)
-        m_rqwp5 = (umax <= Tx_inside)
+        t_qmb5e = np.fmin(Tx_inside, umax)
+        m_uhmuu = (t_s3iwg <= t_qmb5e)
+        t_uhmuu = np.where(m_uhmuu, 1.0, 0.0)
+        m_36cfy = (t_qmb5e <= t_s3iwg)
+        m_sti76 = (Tx_inside <= umax)
+        t_sti76 = np.where(m_sti76, 1.0, 0.0)
+        m_v5flk = (umax <= Tx_inside)
         m_em3qn = (t_776in <= t_hyxon)
         t_bceyp = np.where(m_em3qn, 1.0, 0.0)
         m_ines2 = (t_hyxon <= t_776in)
@@ -4485,13 +4485,13 @@ def actuate_jvp(x, u_cmd, p, along_x, along_u_cmd):
             t_bceyp * t_jlttv * t_b3xs5
             + t_h6u7m * t_jlttv * (t_ypi2v * t_ppmy5 * along_Tx_cmd + t_q6rd7 * t_ppmy5 * t_b3xs5)
         )
-        t_qa4ja = np.fmin(Ty_inside, umax)
-        m_xsbdr = (t_s3iwg <= t_qa4ja)
-        t_xsbdr = np.where(m_xsbdr, 1.0, 0.0)
-        m_npskk = (t_qa4ja <= t_s3iwg)
-        m_omdpu = (Ty_inside <= umax)
-        t_omdpu = np.where(m_omdpu, 1.0, 0.0)
-        m_s7hvc = (umax <= Ty_inside)
+        t_xwdef = np.fmin(Ty_inside, umax)
+        m_4b74m = (t_s3iwg <= t_xwdef)
+        t_4b74m = np.where(m_4b74m, 1.0, 0.0)
+        m_yssfa = (t_xwdef <= t_s3iwg)
+        m_ezudp = (Ty_inside <= umax)
+        t_ezudp = np.where(m_ezudp, 1.0, 0.0)
+        m_2evft = (umax <= Ty_inside)
         m_nsdpu = (t_h5aia <= t_izekn)
         t_exv5j = np.where(m_nsdpu, 1.0, 0.0)
         m_uaohp = (t_izekn <= t_h5aia)
@@ -4507,13 +4507,13 @@ def actuate_jvp(x, u_cmd, p, along_x, along_u_cmd):
             t_exv5j * t_jlttv_2 * t_pycp5
             + t_36xj3 * t_jlttv_2 * (t_jc3dp * t_4krbf * along_Ty_cmd + t_7imdh * t_4krbf * t_pycp5)
         )
-        t_yfoxd = np.fmin(Tz_inside, umax)
-        m_4pmvh = (t_s3iwg <= t_yfoxd)
-        t_4pmvh = np.where(m_4pmvh, 1.0, 0.0)
-        m_uamll = (t_yfoxd <= t_s3iwg)
-        m_ksrvq = (Tz_inside <= umax)
-        t_ksrvq = np.where(m_ksrvq, 1.0, 0.0)
-        m_cvwgs = (umax <= Tz_inside)
+        t_lgvmq = np.fmin(Tz_inside, umax)
+        m_mle52 = (t_s3iwg <= t_lgvmq)
+        t_mle52 = np.where(m_mle52, 1.0, 0.0)
+        m_l2faw = (t_lgvmq <= t_s3iwg)
+        m_pmmxe = (Tz_inside <= umax)
+        t_pmmxe = np.where(m_pmmxe, 1.0, 0.0)
+        m_6bxkn = (umax <= Tz_inside)
         m_u4a3h = (t_2zkxa <= t_rh2kr)
         t_2lf3b = np.where(m_u4a3h, 1.0, 0.0)
         m_uudg6 = (t_rh2kr <= t_2zkxa)
@@ -4530,9 +4530,9 @@ def actuate_jvp(x, u_cmd, p, along_x, along_u_cmd):
             + t_u2axo * t_jlttv_3 * (t_np2yi * t_m4l7n * along_Tz_cmd + t_yl2sx * t_m4l7n * t_hvlbb)
         )
         return _vector(
-            t_yrndo / (np.where(m_iiixq, 1.0, 0.0) + t_yrndo) * (t_2dziw / (t_2dziw + np.where(m_rqwp5, 1.0, 0.0)) * np.where(m_5j2jl, t_2ozcx, along_Tx_cmd)),
-            t_xsbdr / (np.where(m_npskk, 1.0, 0.0) + t_xsbdr) * (t_omdpu / (t_omdpu + np.where(m_s7hvc, 1.0, 0.0)) * np.where(m_5j2jl, t_lyees, along_Ty_cmd)),
-            t_4pmvh / (np.where(m_uamll, 1.0, 0.0) + t_4pmvh) * (t_ksrvq / (t_ksrvq + np.where(m_cvwgs, 1.0, 0.0)) * np.where(m_5j2jl, t_6d4xk, along_Tz_cmd)),
+            t_uhmuu / (np.where(m_36cfy, 1.0, 0.0) + t_uhmuu) * (t_sti76 / (t_sti76 + np.where(m_v5flk, 1.0, 0.0)) * np.where(m_5j2jl, t_2ozcx, along_Tx_cmd)),
+            t_4b74m / (np.where(m_yssfa, 1.0, 0.0) + t_4b74m) * (t_ezudp / (t_ezudp + np.where(m_2evft, 1.0, 0.0)) * np.where(m_5j2jl, t_lyees, along_Ty_cmd)),
+            t_mle52 / (np.where(m_l2faw, 1.0, 0.0) + t_mle52) * (t_pmmxe / (t_pmmxe + np.where(m_6bxkn, 1.0, 0.0)) * np.where(m_5j2jl, t_6d4xk, along_Tz_cmd)),
         )
 
 
@@ -4755,13 +4755,13 @@ def mrac_jvp(x, r, v, z, p, c, along_x, along_r, along_v, along_z):
         along_wm4_yaw = along_z[..., 89]
         along_samples = along_z[..., 90]
         model_pole = np.exp(-(Ts / tau_m))
-        t_hjr6j = -1.0 + model_pole
-        t_lbhv6 = t_hjr6j * t_hjr6j
-        t_u5zvh = model_pole + model_pole
-        t_lbhv6_2 = model_pole * model_pole
-        w_roll = t_lbhv6 * ref_roll + t_u5zvh * wm1_roll - t_lbhv6_2 * wm2_roll  # (16)
-        w_pitch = t_lbhv6 * ref_pitch + t_u5zvh * wm1_pitch - t_lbhv6_2 * wm2_pitch  # (16)
-        w_yaw = t_lbhv6 * ref_yaw + t_u5zvh * wm1_yaw - t_lbhv6_2 * wm2_yaw  # (16)
+        t_7h4u2 = -1.0 + model_pole
+        t_zugk2 = t_7h4u2 * t_7h4u2
+        t_7h4u2_2 = model_pole + model_pole
+        t_zugk2_2 = model_pole * model_pole
+        w_roll = t_zugk2 * ref_roll + t_7h4u2_2 * wm1_roll - t_zugk2_2 * wm2_roll  # (16)
+        w_pitch = t_zugk2 * ref_pitch + t_7h4u2_2 * wm1_pitch - t_zugk2_2 * wm2_pitch  # (16)
+        w_yaw = t_zugk2 * ref_yaw + t_7h4u2_2 * wm1_yaw - t_zugk2_2 * wm2_yaw  # (16)
         m_myerm = (samples < 0.5)
         y1_used_roll = np.where(m_myerm, roll, y1_roll)
         m_2oym3 = (0.5 < applied_regressor)
@@ -4775,46 +4775,46 @@ def mrac_jvp(x, r, v, z, p, c, along_x, along_r, along_v, along_z):
             - a2_roll * y2_roll
         )  # (34)
         eps_roll = roll - y_hat_roll  # (39)
-        t_s4qc7 = D1_roll * y1_used_roll
-        alpha1_roll = forgetting + t_s4qc7 * y1_used_roll  # (40)
-        t_gcbdt = 1.0 / alpha1_roll
-        D1_free_roll = D1_roll * t_gcbdt  # (41)
-        t_4q5lb = y2_roll + U12_roll * y1_used_roll
-        t_bqiu4 = D2_roll * t_4q5lb
-        alpha2_roll = alpha1_roll + t_bqiu4 * t_4q5lb  # (40)
-        t_2ftwl = 1.0 / alpha2_roll
+        t_zrpuv = D1_roll * y1_used_roll
+        alpha1_roll = forgetting + t_zrpuv * y1_used_roll  # (40)
+        t_2yiuc = 1.0 / alpha1_roll
+        D1_free_roll = D1_roll * t_2yiuc  # (41)
+        t_rm4w3 = y2_roll + U12_roll * y1_used_roll
+        t_mpk5i = D2_roll * t_rm4w3
+        alpha2_roll = alpha1_roll + t_mpk5i * t_rm4w3  # (40)
+        t_weizg = 1.0 / alpha2_roll
         t_rkxsm = 1.0 / forgetting
-        t_buzsg = t_2ftwl * t_rkxsm
-        t_uep3r = t_buzsg * D2_roll
-        D2_free_roll = t_uep3r * alpha1_roll  # (41)
-        t_hr6w3 = t_s4qc7 * t_gcbdt
-        U12_free_roll = U12_roll - t_hr6w3 * t_4q5lb  # (41)
+        t_qhwvr = t_weizg * t_rkxsm
+        t_cxlbd = t_qhwvr * D2_roll
+        D2_free_roll = t_cxlbd * alpha1_roll  # (41)
+        t_bmer5 = t_zrpuv * t_2yiuc
+        U12_free_roll = U12_roll - t_bmer5 * t_rm4w3  # (41)
         f3_roll = v_roll - U13_roll * y1_used_roll - U23_roll * y2_roll  # (40)
         Df3_roll = D3_roll * f3_roll  # (40)
         alpha3_roll = alpha2_roll + Df3_roll * f3_roll  # (40)
-        t_m6gkz = 1.0 / alpha3_roll
-        t_pgi2s = t_rkxsm * t_m6gkz
-        t_chslv = t_pgi2s * D3_roll
-        D3_free_roll = t_chslv * alpha2_roll  # (41)
-        t_iwp6c = f3_roll * t_2ftwl
-        t_73h6y = t_s4qc7 + t_bqiu4 * U12_roll
-        U13_free_roll = U13_roll + t_iwp6c * t_73h6y  # (41)
-        b1_3_roll = Df3_roll * U13_roll - t_73h6y  # (40)
-        U23_free_roll = U23_roll + t_iwp6c * t_bqiu4  # (41)
-        b2_3_roll = Df3_roll * U23_roll - t_bqiu4  # (40)
+        t_6dtnj = 1.0 / alpha3_roll
+        t_qk5hl = t_rkxsm * t_6dtnj
+        t_qjx3v = t_qk5hl * D3_roll
+        D3_free_roll = t_qjx3v * alpha2_roll  # (41)
+        t_ow6ee = f3_roll * t_weizg
+        t_tohgs = t_zrpuv + t_mpk5i * U12_roll
+        U13_free_roll = U13_roll + t_ow6ee * t_tohgs  # (41)
+        b1_3_roll = Df3_roll * U13_roll - t_tohgs  # (40)
+        U23_free_roll = U23_roll + t_ow6ee * t_mpk5i  # (41)
+        b2_3_roll = Df3_roll * U23_roll - t_mpk5i  # (40)
         f4_roll = v1_roll + U34_roll * v_roll - U14_roll * y1_used_roll - U24_roll * y2_roll  # (40)
         Df4_roll = D4_roll * f4_roll  # (40)
         alpha4_roll = alpha3_roll + Df4_roll * f4_roll  # (40)
-        t_qd2bm = 1.0 / alpha4_roll
-        t_ssuku = t_rkxsm * t_qd2bm
-        t_3j35e = t_ssuku * D4_roll
-        D4_free_roll = t_3j35e * alpha3_roll  # (41)
-        t_vpr7m = f4_roll * t_m6gkz
-        U14_free_roll = U14_roll - t_vpr7m * b1_3_roll  # (41)
+        t_6dtnj_2 = 1.0 / alpha4_roll
+        t_qk5hl_2 = t_rkxsm * t_6dtnj_2
+        t_r4brd = t_qk5hl_2 * D4_roll
+        D4_free_roll = t_r4brd * alpha3_roll  # (41)
+        t_hop6j = f4_roll * t_6dtnj
+        U14_free_roll = U14_roll - t_hop6j * b1_3_roll  # (41)
         b1_4_roll = b1_3_roll + Df4_roll * U14_roll  # (40)
-        U24_free_roll = U24_roll - t_vpr7m * b2_3_roll  # (41)
+        U24_free_roll = U24_roll - t_hop6j * b2_3_roll  # (41)
         b2_4_roll = b2_3_roll + Df4_roll * U24_roll  # (40)
-        U34_free_roll = U34_roll - t_vpr7m * Df3_roll  # (41)
+        U34_free_roll = U34_roll - t_hop6j * Df3_roll  # (41)
         b3_4_roll = Df3_roll + Df4_roll * U34_roll  # (40)
         f5_roll = (
             1.0
@@ -4825,24 +4825,24 @@ def mrac_jvp(x, r, v, z, p, c, along_x, along_r, along_v, along_z):
         )  # (40)
         Df5_roll = D5_roll * f5_roll  # (40)
         alpha5_roll = alpha4_roll + Df5_roll * f5_roll  # (40)
-        t_szpzk = 1.0 / alpha5_roll
-        t_petfr = t_rkxsm * t_szpzk
-        t_glxxd = t_petfr * D5_roll
-        D5_free_roll = t_glxxd * alpha4_roll  # (41)
-        t_el36p = f5_roll * t_qd2bm
-        U15_free_roll = U15_roll - t_el36p * b1_4_roll  # (41)
+        t_6dtnj_3 = 1.0 / alpha5_roll
+        t_qk5hl_3 = t_rkxsm * t_6dtnj_3
+        t_qfacb = t_qk5hl_3 * D5_roll
+        D5_free_roll = t_qfacb * alpha4_roll  # (41)
+        t_wmsfj = f5_roll * t_6dtnj_2
+        U15_free_roll = U15_roll - t_wmsfj * b1_4_roll  # (41)
         b1_5_roll = b1_4_roll + Df5_roll * U15_roll  # (40)
-        U25_free_roll = U25_roll - t_el36p * b2_4_roll  # (41)
+        U25_free_roll = U25_roll - t_wmsfj * b2_4_roll  # (41)
         b2_5_roll = b2_4_roll + Df5_roll * U25_roll  # (40)
-        U35_free_roll = U35_roll - t_el36p * b3_4_roll  # (41)
+        U35_free_roll = U35_roll - t_wmsfj * b3_4_roll  # (41)
         b3_5_roll = b3_4_roll + Df5_roll * U35_roll  # (40)
-        U45_free_roll = U45_roll - t_el36p * Df4_roll  # (41)
+        U45_free_roll = U45_roll - t_wmsfj * Df4_roll  # (41)
         b4_5_roll = Df4_roll + Df5_roll * U45_roll  # (40)
-        G1_roll = b1_5_roll * t_szpzk  # (40)
-        G2_roll = b2_5_roll * t_szpzk  # (40)
-        G3_roll = b3_5_roll * t_szpzk  # (40)
-        G4_roll = b4_5_roll * t_szpzk  # (40)
-        G5_roll = Df5_roll * t_szpzk  # (40)
+        G1_roll = b1_5_roll * t_6dtnj_3  # (40)
+        G2_roll = b2_5_roll * t_6dtnj_3  # (40)
+        G3_roll = b3_5_roll * t_6dtnj_3  # (40)
+        G4_roll = b4_5_roll * t_6dtnj_3  # (40)
+        G5_roll = Df5_roll * t_6dtnj_3  # (40)
         trace_roll = (
             D1_free_roll
             + D2_free_roll
@@ -4860,19 +4860,19 @@ def mrac_jvp(x, r, v, z, p, c, along_x, along_r, along_v, along_z):
             + D5_free_roll * (U35_free_roll * U35_free_roll)
             + D5_free_roll * (U45_free_roll * U45_free_roll)
         )  # (41)
-        m_cy5zr = (trace_max < trace_roll)
-        cap_roll = np.where(m_cy5zr, forgetting, 1.0)
+        m_mhc6m = (trace_max < trace_roll)
+        cap_roll = np.where(m_mhc6m, forgetting, 1.0)
         m_jj746 = (0.5 < adapt)
         m_d33kq = (1.5 < samples)
         m_6w7fs = np.logical_and(m_jj746, m_d33kq)
         t_s4yo7 = np.fmax(dead_zone, dead_zone_sigma * noise)
-        m_ga54y = (t_s4yo7 < np.abs(eps_roll))
-        m_huydk = np.logical_and(m_6w7fs, m_ga54y)
-        a1_now_roll = np.where(m_huydk, a1_roll + G1_roll * eps_roll, a1_roll)  # (42)
-        a2_now_roll = np.where(m_huydk, a2_roll + G2_roll * eps_roll, a2_roll)  # (42)
-        b0_now_roll = np.where(m_huydk, b0_roll + G3_roll * eps_roll, b0_roll)  # (42)
-        b1_now_roll = np.where(m_huydk, b1_roll + G4_roll * eps_roll, b1_roll)  # (42)
-        d_now_roll = np.where(m_huydk, d_roll + G5_roll * eps_roll, d_roll)  # (42)
+        m_dusee = (t_s4yo7 < np.abs(eps_roll))
+        m_dyzzl = np.logical_and(m_6w7fs, m_dusee)
+        a1_now_roll = np.where(m_dyzzl, a1_roll + G1_roll * eps_roll, a1_roll)  # (42)
+        a2_now_roll = np.where(m_dyzzl, a2_roll + G2_roll * eps_roll, a2_roll)  # (42)
+        b0_now_roll = np.where(m_dyzzl, b0_roll + G3_roll * eps_roll, b0_roll)  # (42)
+        b1_now_roll = np.where(m_dyzzl, b1_roll + G4_roll * eps_roll, b1_roll)  # (42)
+        d_now_roll = np.where(m_dyzzl, d_roll + G5_roll * eps_roll, d_roll)  # (42)
         d_used_roll = compensate_d * d_now_roll
         y1_used_pitch = np.where(m_myerm, pitch, y1_pitch)
         v_pitch = np.where(m_2oym3, Ty_applied, np.where(m_ng6lt, u2_pitch, u1_pitch))  # (36)
@@ -4884,45 +4884,45 @@ def mrac_jvp(x, r, v, z, p, c, along_x, along_r, along_v, along_z):
             - a2_pitch * y2_pitch
         )  # (34)
         eps_pitch = pitch - y_hat_pitch  # (39)
-        t_n6265 = D1_pitch * y1_used_pitch
-        alpha1_pitch = forgetting + t_n6265 * y1_used_pitch  # (40)
-        t_ba5cq = 1.0 / alpha1_pitch
-        D1_free_pitch = D1_pitch * t_ba5cq  # (41)
-        t_5xoth = y2_pitch + U12_pitch * y1_used_pitch
-        t_urk7s = D2_pitch * t_5xoth
-        alpha2_pitch = alpha1_pitch + t_urk7s * t_5xoth  # (40)
-        t_vq6qe = 1.0 / alpha2_pitch
-        t_rwzhe = t_rkxsm * t_vq6qe
-        t_rz27b = t_rwzhe * D2_pitch
-        D2_free_pitch = t_rz27b * alpha1_pitch  # (41)
-        t_yryoi = t_n6265 * t_ba5cq
-        U12_free_pitch = U12_pitch - t_yryoi * t_5xoth  # (41)
+        t_zx462 = D1_pitch * y1_used_pitch
+        alpha1_pitch = forgetting + t_zx462 * y1_used_pitch  # (40)
+        t_6gw3v = 1.0 / alpha1_pitch
+        D1_free_pitch = D1_pitch * t_6gw3v  # (41)
+        t_olxlq = y2_pitch + U12_pitch * y1_used_pitch
+        t_gjcmb = D2_pitch * t_olxlq
+        alpha2_pitch = alpha1_pitch + t_gjcmb * t_olxlq  # (40)
+        t_an5c3 = 1.0 / alpha2_pitch
+        t_qyv4l = t_rkxsm * t_an5c3
+        t_r4az2 = t_qyv4l * D2_pitch
+        D2_free_pitch = t_r4az2 * alpha1_pitch  # (41)
+        t_ctcm5 = t_zx462 * t_6gw3v
+        U12_free_pitch = U12_pitch - t_ctcm5 * t_olxlq  # (41)
         f3_pitch = v_pitch - U13_pitch * y1_used_pitch - U23_pitch * y2_pitch  # (40)
         Df3_pitch = D3_pitch * f3_pitch  # (40)
         alpha3_pitch = alpha2_pitch + Df3_pitch * f3_pitch  # (40)
-        t_wnsbx = 1.0 / alpha3_pitch
-        t_clmmw = t_rkxsm * t_wnsbx
-        t_ehcbr = t_clmmw * D3_pitch
-        D3_free_pitch = t_ehcbr * alpha2_pitch  # (41)
-        t_iziit = f3_pitch * t_vq6qe
-        t_m7azd = t_n6265 + t_urk7s * U12_pitch
-        U13_free_pitch = U13_pitch + t_iziit * t_m7azd  # (41)
-        b1_3_pitch = Df3_pitch * U13_pitch - t_m7azd  # (40)
-        U23_free_pitch = U23_pitch + t_iziit * t_urk7s  # (41)
-        b2_3_pitch = Df3_pitch * U23_pitch - t_urk7s  # (40)
+        t_6dtnj_4 = 1.0 / alpha3_pitch
+        t_qk5hl_4 = t_rkxsm * t_6dtnj_4
+        t_jvm5k = t_qk5hl_4 * D3_pitch
+        D3_free_pitch = t_jvm5k * alpha2_pitch  # (41)
+        t_2unxj = f3_pitch * t_an5c3
+        t_ypnck = t_zx462 + t_gjcmb * U12_pitch
+        U13_free_pitch = U13_pitch + t_2unxj * t_ypnck  # (41)
+        b1_3_pitch = Df3_pitch * U13_pitch - t_ypnck  # (40)
+        U23_free_pitch = U23_pitch + t_2unxj * t_gjcmb  # (41)
+        b2_3_pitch = Df3_pitch * U23_pitch - t_gjcmb  # (40)
         f4_pitch = v1_pitch + U34_pitch * v_pitch - U14_pitch * y1_used_pitch - U24_pitch * y2_pitch  # (40)
         Df4_pitch = D4_pitch * f4_pitch  # (40)
         alpha4_pitch = alpha3_pitch + Df4_pitch * f4_pitch  # (40)
-        t_au2dz = 1.0 / alpha4_pitch
-        t_km5us = t_rkxsm * t_au2dz
-        t_22ct6 = t_km5us * D4_pitch
-        D4_free_pitch = t_22ct6 * alpha3_pitch  # (41)
-        t_q5cqa = f4_pitch * t_wnsbx
-        U14_free_pitch = U14_pitch - t_q5cqa * b1_3_pitch  # (41)
+        t_6dtnj_5 = 1.0 / alpha4_pitch
+        t_qk5hl_5 = t_rkxsm * t_6dtnj_5
+        t_qb2gu = t_qk5hl_5 * D4_pitch
+        D4_free_pitch = t_qb2gu * alpha3_pitch  # (41)
+        t_ekbem = f4_pitch * t_6dtnj_4
+        U14_free_pitch = U14_pitch - t_ekbem * b1_3_pitch  # (41)
         b1_4_pitch = b1_3_pitch + Df4_pitch * U14_pitch  # (40)
-        U24_free_pitch = U24_pitch - t_q5cqa * b2_3_pitch  # (41)
+        U24_free_pitch = U24_pitch - t_ekbem * b2_3_pitch  # (41)
         b2_4_pitch = b2_3_pitch + Df4_pitch * U24_pitch  # (40)
-        U34_free_pitch = U34_pitch - t_q5cqa * Df3_pitch  # (41)
+        U34_free_pitch = U34_pitch - t_ekbem * Df3_pitch  # (41)
         b3_4_pitch = Df3_pitch + Df4_pitch * U34_pitch  # (40)
         f5_pitch = (
             1.0
@@ -4933,24 +4933,24 @@ def mrac_jvp(x, r, v, z, p, c, along_x, along_r, along_v, along_z):
         )  # (40)
         Df5_pitch = D5_pitch * f5_pitch  # (40)
         alpha5_pitch = alpha4_pitch + Df5_pitch * f5_pitch  # (40)
-        t_uppvm = 1.0 / alpha5_pitch
-        t_xfgg5 = t_rkxsm * t_uppvm
-        t_enyoc = t_xfgg5 * D5_pitch
-        D5_free_pitch = t_enyoc * alpha4_pitch  # (41)
-        t_blzne = f5_pitch * t_au2dz
-        U15_free_pitch = U15_pitch - t_blzne * b1_4_pitch  # (41)
+        t_6dtnj_6 = 1.0 / alpha5_pitch
+        t_qk5hl_6 = t_rkxsm * t_6dtnj_6
+        t_sv54t = t_qk5hl_6 * D5_pitch
+        D5_free_pitch = t_sv54t * alpha4_pitch  # (41)
+        t_piobp = f5_pitch * t_6dtnj_5
+        U15_free_pitch = U15_pitch - t_piobp * b1_4_pitch  # (41)
         b1_5_pitch = b1_4_pitch + Df5_pitch * U15_pitch  # (40)
-        U25_free_pitch = U25_pitch - t_blzne * b2_4_pitch  # (41)
+        U25_free_pitch = U25_pitch - t_piobp * b2_4_pitch  # (41)
         b2_5_pitch = b2_4_pitch + Df5_pitch * U25_pitch  # (40)
-        U35_free_pitch = U35_pitch - t_blzne * b3_4_pitch  # (41)
+        U35_free_pitch = U35_pitch - t_piobp * b3_4_pitch  # (41)
         b3_5_pitch = b3_4_pitch + Df5_pitch * U35_pitch  # (40)
-        U45_free_pitch = U45_pitch - t_blzne * Df4_pitch  # (41)
+        U45_free_pitch = U45_pitch - t_piobp * Df4_pitch  # (41)
         b4_5_pitch = Df4_pitch + Df5_pitch * U45_pitch  # (40)
-        G1_pitch = b1_5_pitch * t_uppvm  # (40)
-        G2_pitch = b2_5_pitch * t_uppvm  # (40)
-        G3_pitch = b3_5_pitch * t_uppvm  # (40)
-        G4_pitch = b4_5_pitch * t_uppvm  # (40)
-        G5_pitch = Df5_pitch * t_uppvm  # (40)
+        G1_pitch = b1_5_pitch * t_6dtnj_6  # (40)
+        G2_pitch = b2_5_pitch * t_6dtnj_6  # (40)
+        G3_pitch = b3_5_pitch * t_6dtnj_6  # (40)
+        G4_pitch = b4_5_pitch * t_6dtnj_6  # (40)
+        G5_pitch = Df5_pitch * t_6dtnj_6  # (40)
         trace_pitch = (
             D1_free_pitch
             + D2_free_pitch
@@ -4968,15 +4968,15 @@ def mrac_jvp(x, r, v, z, p, c, along_x, along_r, along_v, along_z):
             + D5_free_pitch * (U35_free_pitch * U35_free_pitch)
             + D5_free_pitch * (U45_free_pitch * U45_free_pitch)
         )  # (41)
-        m_rahgr = (trace_max < trace_pitch)
-        cap_pitch = np.where(m_rahgr, forgetting, 1.0)
-        m_a3jc4 = (t_s4yo7 < np.abs(eps_pitch))
-        m_fztcf = np.logical_and(m_6w7fs, m_a3jc4)
-        a1_now_pitch = np.where(m_fztcf, a1_pitch + G1_pitch * eps_pitch, a1_pitch)  # (42)
-        a2_now_pitch = np.where(m_fztcf, a2_pitch + G2_pitch * eps_pitch, a2_pitch)  # (42)
-        b0_now_pitch = np.where(m_fztcf, b0_pitch + G3_pitch * eps_pitch, b0_pitch)  # (42)
-        b1_now_pitch = np.where(m_fztcf, b1_pitch + G4_pitch * eps_pitch, b1_pitch)  # (42)
-        d_now_pitch = np.where(m_fztcf, d_pitch + G5_pitch * eps_pitch, d_pitch)  # (42)
+        m_mhc6m_2 = (trace_max < trace_pitch)
+        cap_pitch = np.where(m_mhc6m_2, forgetting, 1.0)
+        m_yotvq = (t_s4yo7 < np.abs(eps_pitch))
+        m_rjsrz = np.logical_and(m_6w7fs, m_yotvq)
+        a1_now_pitch = np.where(m_rjsrz, a1_pitch + G1_pitch * eps_pitch, a1_pitch)  # (42)
+        a2_now_pitch = np.where(m_rjsrz, a2_pitch + G2_pitch * eps_pitch, a2_pitch)  # (42)
+        b0_now_pitch = np.where(m_rjsrz, b0_pitch + G3_pitch * eps_pitch, b0_pitch)  # (42)
+        b1_now_pitch = np.where(m_rjsrz, b1_pitch + G4_pitch * eps_pitch, b1_pitch)  # (42)
+        d_now_pitch = np.where(m_rjsrz, d_pitch + G5_pitch * eps_pitch, d_pitch)  # (42)
         d_used_pitch = compensate_d * d_now_pitch
         y1_used_yaw = np.where(m_myerm, yaw, y1_yaw)
         v_yaw = np.where(m_2oym3, Tz_applied, np.where(m_ng6lt, u2_yaw, u1_yaw))  # (36)
@@ -4988,45 +4988,45 @@ def mrac_jvp(x, r, v, z, p, c, along_x, along_r, along_v, along_z):
             - a2_yaw * y2_yaw
         )  # (34)
         eps_yaw = yaw - y_hat_yaw  # (39)
-        t_5t4tf = D1_yaw * y1_used_yaw
-        alpha1_yaw = forgetting + t_5t4tf * y1_used_yaw  # (40)
-        t_rrlcx = 1.0 / alpha1_yaw
-        D1_free_yaw = D1_yaw * t_rrlcx  # (41)
-        t_fz2ih = y2_yaw + U12_yaw * y1_used_yaw
-        t_3inrl = D2_yaw * t_fz2ih
-        alpha2_yaw = alpha1_yaw + t_3inrl * t_fz2ih  # (40)
-        t_epc3p = 1.0 / alpha2_yaw
-        t_jmud7 = t_rkxsm * t_epc3p
-        t_7itiz = t_jmud7 * D2_yaw
-        D2_free_yaw = t_7itiz * alpha1_yaw  # (41)
-        t_k2d3u = t_5t4tf * t_rrlcx
-        U12_free_yaw = U12_yaw - t_k2d3u * t_fz2ih  # (41)
+        t_bysdb = D1_yaw * y1_used_yaw
+        alpha1_yaw = forgetting + t_bysdb * y1_used_yaw  # (40)
+        t_lgpzs = 1.0 / alpha1_yaw
+        D1_free_yaw = D1_yaw * t_lgpzs  # (41)
+        t_howu6 = y2_yaw + U12_yaw * y1_used_yaw
+        t_pofsn = D2_yaw * t_howu6
+        alpha2_yaw = alpha1_yaw + t_pofsn * t_howu6  # (40)
+        t_esxwg = 1.0 / alpha2_yaw
+        t_7excc = t_rkxsm * t_esxwg
+        t_bzymg = t_7excc * D2_yaw
+        D2_free_yaw = t_bzymg * alpha1_yaw  # (41)
+        t_gcsn2 = t_bysdb * t_lgpzs
+        U12_free_yaw = U12_yaw - t_gcsn2 * t_howu6  # (41)
         f3_yaw = v_yaw - U13_yaw * y1_used_yaw - U23_yaw * y2_yaw  # (40)
         Df3_yaw = D3_yaw * f3_yaw  # (40)
         alpha3_yaw = alpha2_yaw + Df3_yaw * f3_yaw  # (40)
-        t_czmse = 1.0 / alpha3_yaw
-        t_qfkhf = t_rkxsm * t_czmse
-        t_3ufve = t_qfkhf * D3_yaw
-        D3_free_yaw = t_3ufve * alpha2_yaw  # (41)
-        t_qqhj7 = f3_yaw * t_epc3p
-        t_mefgo = t_5t4tf + t_3inrl * U12_yaw
-        U13_free_yaw = U13_yaw + t_qqhj7 * t_mefgo  # (41)
-        b1_3_yaw = Df3_yaw * U13_yaw - t_mefgo  # (40)
-        U23_free_yaw = U23_yaw + t_qqhj7 * t_3inrl  # (41)
-        b2_3_yaw = Df3_yaw * U23_yaw - t_3inrl  # (40)
+        t_6dtnj_7 = 1.0 / alpha3_yaw
+        t_qk5hl_7 = t_rkxsm * t_6dtnj_7
+        t_xux75 = t_qk5hl_7 * D3_yaw
+        D3_free_yaw = t_xux75 * alpha2_yaw  # (41)
+        t_rouvm = f3_yaw * t_esxwg
+        t_zyqi4 = t_bysdb + t_pofsn * U12_yaw
+        U13_free_yaw = U13_yaw + t_rouvm * t_zyqi4  # (41)
+        b1_3_yaw = Df3_yaw * U13_yaw - t_zyqi4  # (40)
+        U23_free_yaw = U23_yaw + t_rouvm * t_pofsn  # (41)
+        b2_3_yaw = Df3_yaw * U23_yaw - t_pofsn  # (40)
         f4_yaw = v1_yaw + U34_yaw * v_yaw - U14_yaw * y1_used_yaw - U24_yaw * y2_yaw  # (40)
         Df4_yaw = D4_yaw * f4_yaw  # (40)
         alpha4_yaw = alpha3_yaw + Df4_yaw * f4_yaw  # (40)
-        t_nk3ay = 1.0 / alpha4_yaw
-        t_zqvsh = t_rkxsm * t_nk3ay
-        t_kj3bh = t_zqvsh * D4_yaw
-        D4_free_yaw = t_kj3bh * alpha3_yaw  # (41)
-        t_ov6wh = f4_yaw * t_czmse
-        U14_free_yaw = U14_yaw - t_ov6wh * b1_3_yaw  # (41)
+        t_6dtnj_8 = 1.0 / alpha4_yaw
+        t_qk5hl_8 = t_rkxsm * t_6dtnj_8
+        t_vsr7f = t_qk5hl_8 * D4_yaw
+        D4_free_yaw = t_vsr7f * alpha3_yaw  # (41)
+        t_nihkp = f4_yaw * t_6dtnj_7
+        U14_free_yaw = U14_yaw - t_nihkp * b1_3_yaw  # (41)
         b1_4_yaw = b1_3_yaw + Df4_yaw * U14_yaw  # (40)
-        U24_free_yaw = U24_yaw - t_ov6wh * b2_3_yaw  # (41)
+        U24_free_yaw = U24_yaw - t_nihkp * b2_3_yaw  # (41)
         b2_4_yaw = b2_3_yaw + Df4_yaw * U24_yaw  # (40)
-        U34_free_yaw = U34_yaw - t_ov6wh * Df3_yaw  # (41)
+        U34_free_yaw = U34_yaw - t_nihkp * Df3_yaw  # (41)
         b3_4_yaw = Df3_yaw + Df4_yaw * U34_yaw  # (40)
         f5_yaw = (
             1.0
@@ -5037,24 +5037,24 @@ def mrac_jvp(x, r, v, z, p, c, along_x, along_r, along_v, along_z):
         )  # (40)
         Df5_yaw = D5_yaw * f5_yaw  # (40)
         alpha5_yaw = alpha4_yaw + Df5_yaw * f5_yaw  # (40)
-        t_xt42v = 1.0 / alpha5_yaw
-        t_6uhyh = t_rkxsm * t_xt42v
-        t_janky = t_6uhyh * D5_yaw
-        D5_free_yaw = t_janky * alpha4_yaw  # (41)
-        t_xokdo = f5_yaw * t_nk3ay
-        U15_free_yaw = U15_yaw - t_xokdo * b1_4_yaw  # (41)
+        t_6dtnj_9 = 1.0 / alpha5_yaw
+        t_qk5hl_9 = t_rkxsm * t_6dtnj_9
+        t_jvdx5 = t_qk5hl_9 * D5_yaw
+        D5_free_yaw = t_jvdx5 * alpha4_yaw  # (41)
+        t_lhlrb = f5_yaw * t_6dtnj_8
+        U15_free_yaw = U15_yaw - t_lhlrb * b1_4_yaw  # (41)
         b1_5_yaw = b1_4_yaw + Df5_yaw * U15_yaw  # (40)
-        U25_free_yaw = U25_yaw - t_xokdo * b2_4_yaw  # (41)
+        U25_free_yaw = U25_yaw - t_lhlrb * b2_4_yaw  # (41)
         b2_5_yaw = b2_4_yaw + Df5_yaw * U25_yaw  # (40)
-        U35_free_yaw = U35_yaw - t_xokdo * b3_4_yaw  # (41)
+        U35_free_yaw = U35_yaw - t_lhlrb * b3_4_yaw  # (41)
         b3_5_yaw = b3_4_yaw + Df5_yaw * U35_yaw  # (40)
-        U45_free_yaw = U45_yaw - t_xokdo * Df4_yaw  # (41)
+        U45_free_yaw = U45_yaw - t_lhlrb * Df4_yaw  # (41)
         b4_5_yaw = Df4_yaw + Df5_yaw * U45_yaw  # (40)
-        G1_yaw = b1_5_yaw * t_xt42v  # (40)
-        G2_yaw = b2_5_yaw * t_xt42v  # (40)
-        G3_yaw = b3_5_yaw * t_xt42v  # (40)
-        G4_yaw = b4_5_yaw * t_xt42v  # (40)
-        G5_yaw = Df5_yaw * t_xt42v  # (40)
+        G1_yaw = b1_5_yaw * t_6dtnj_9  # (40)
+        G2_yaw = b2_5_yaw * t_6dtnj_9  # (40)
+        G3_yaw = b3_5_yaw * t_6dtnj_9  # (40)
+        G4_yaw = b4_5_yaw * t_6dtnj_9  # (40)
+        G5_yaw = Df5_yaw * t_6dtnj_9  # (40)
         trace_yaw = (
             D1_free_yaw
             + D2_free_yaw
@@ -5072,48 +5072,48 @@ def mrac_jvp(x, r, v, z, p, c, along_x, along_r, along_v, along_z):
             + D5_free_yaw * (U35_free_yaw * U35_free_yaw)
             + D5_free_yaw * (U45_free_yaw * U45_free_yaw)
         )  # (41)
-        m_4b7bf = (trace_max < trace_yaw)
-        cap_yaw = np.where(m_4b7bf, forgetting, 1.0)
-        m_tx63k = (t_s4yo7 < np.abs(eps_yaw))
-        m_6lewq = np.logical_and(m_6w7fs, m_tx63k)
-        a1_now_yaw = np.where(m_6lewq, a1_yaw + G1_yaw * eps_yaw, a1_yaw)  # (42)
-        a2_now_yaw = np.where(m_6lewq, a2_yaw + G2_yaw * eps_yaw, a2_yaw)  # (42)
-        b0_now_yaw = np.where(m_6lewq, b0_yaw + G3_yaw * eps_yaw, b0_yaw)  # (42)
-        b1_now_yaw = np.where(m_6lewq, b1_yaw + G4_yaw * eps_yaw, b1_yaw)  # (42)
-        d_now_yaw = np.where(m_6lewq, d_yaw + G5_yaw * eps_yaw, d_yaw)  # (42)
+        m_mhc6m_3 = (trace_max < trace_yaw)
+        cap_yaw = np.where(m_mhc6m_3, forgetting, 1.0)
+        m_zcxt6 = (t_s4yo7 < np.abs(eps_yaw))
+        m_fatf3 = np.logical_and(m_6w7fs, m_zcxt6)
+        a1_now_yaw = np.where(m_fatf3, a1_yaw + G1_yaw * eps_yaw, a1_yaw)  # (42)
+        a2_now_yaw = np.where(m_fatf3, a2_yaw + G2_yaw * eps_yaw, a2_yaw)  # (42)
+        b0_now_yaw = np.where(m_fatf3, b0_yaw + G3_yaw * eps_yaw, b0_yaw)  # (42)
+        b1_now_yaw = np.where(m_fatf3, b1_yaw + G4_yaw * eps_yaw, b1_yaw)  # (42)
+        d_now_yaw = np.where(m_fatf3, d_yaw + G5_yaw * eps_yaw, d_yaw)  # (42)
         d_used_yaw = compensate_d * d_now_yaw
         t_4msa4 = Ts * Ts * b_min_ratio
-        t_ff25k = -0.5 * b0_now_roll + -0.5 * b1_now_roll + np.fmax(b_min, 0.5 / I_x * t_4msa4)
-        lift_roll = np.fmax(0.0, t_ff25k)
+        t_porxz = -0.5 * b0_now_roll + -0.5 * b1_now_roll + np.fmax(b_min, 0.5 / I_x * t_4msa4)
+        lift_roll = np.fmax(0.0, t_porxz)
         B1_roll = b0_now_roll + b1_now_roll + (lift_roll + lift_roll)
         t_bxn4n = 4.0 * rho
-        t_ph5cf = t_bxn4n + a1_now_roll
-        s1_roll = -t_ph5cf  # (22)
+        t_vunlo = t_bxn4n + a1_now_roll
+        s1_roll = -t_vunlo  # (22)
         t_2wsi6 = rho * rho
         t_2wsi6_2 = -6.0 * t_2wsi6
         t_bxn4n_2 = 3.0 * rho
-        e1_roll = np.where(m_ng6lt, a1_now_roll * t_ph5cf - (t_2wsi6_2 + a2_now_roll), -(t_bxn4n_2 + a1_now_roll))  # (22)
+        e1_roll = np.where(m_ng6lt, a1_now_roll * t_vunlo - (t_2wsi6_2 + a2_now_roll), -(t_bxn4n_2 + a1_now_roll))  # (22)
         t_ogmcx = rho * t_2wsi6
         t_ogmcx_2 = 4.0 * t_ogmcx
         t_2wsi6_3 = -3.0 * t_2wsi6
-        e2_roll = np.where(m_ng6lt, a2_now_roll * t_ph5cf - t_ogmcx_2, -(t_2wsi6_3 + a2_now_roll))  # (22)
+        e2_roll = np.where(m_ng6lt, a2_now_roll * t_vunlo - t_ogmcx_2, -(t_2wsi6_3 + a2_now_roll))  # (22)
         t_v4kye = t_2wsi6 * t_2wsi6
         t_ogmcx_3 = -t_ogmcx
         e3_roll = np.where(m_ng6lt, t_v4kye, t_ogmcx_3)  # (22)
-        t_zjozf = b1_now_roll + lift_roll
-        t_yz2fy = t_zjozf * t_zjozf
-        t_4ihf2 = b0_now_roll + lift_roll
-        t_qkhny = t_4ihf2 * t_4ihf2
-        t_ncl23 = t_zjozf * a1_now_roll
-        res_roll = t_yz2fy + t_qkhny * a2_now_roll - t_4ihf2 * t_ncl23
-        t_at7me = t_zjozf * t_4ihf2
-        t_k6fq7 = 1.0 / res_roll
-        sd_roll = (t_yz2fy * e1_roll + t_qkhny * e3_roll - t_at7me * e2_roll) * t_k6fq7  # (22)
-        t_6p656 = t_4ihf2 * e3_roll
-        t_6zvri = t_4ihf2 * a2_now_roll
-        t0_roll = (t_zjozf * e2_roll - t_6p656 - t_ncl23 * e1_roll + t_6zvri * e1_roll) * t_k6fq7  # (22)
-        t_nopcl = t_zjozf * a2_now_roll
-        t1_roll = (t_zjozf * e3_roll - t_6p656 * a1_now_roll + t_6zvri * e2_roll - t_nopcl * e1_roll) * t_k6fq7  # (22)
+        t_du27a = b1_now_roll + lift_roll
+        t_6xcml = t_du27a * t_du27a
+        t_ok7os = b0_now_roll + lift_roll
+        t_qo5ko = t_ok7os * t_ok7os
+        t_hf3ux = t_du27a * a1_now_roll
+        res_roll = t_6xcml + t_qo5ko * a2_now_roll - t_ok7os * t_hf3ux
+        t_w32x2 = t_du27a * t_ok7os
+        t_6dtnj_10 = 1.0 / res_roll
+        sd_roll = (t_6xcml * e1_roll + t_qo5ko * e3_roll - t_w32x2 * e2_roll) * t_6dtnj_10  # (22)
+        t_dl4qd = t_ok7os * e3_roll
+        t_iinqa = t_ok7os * a2_now_roll
+        t0_roll = (t_du27a * e2_roll - t_dl4qd - t_hf3ux * e1_roll + t_iinqa * e1_roll) * t_6dtnj_10  # (22)
+        t_ev4mt = t_du27a * a2_now_roll
+        t1_roll = (t_du27a * e3_roll - t_dl4qd * a1_now_roll + t_iinqa * e2_roll - t_ev4mt * e1_roll) * t_6dtnj_10  # (22)
         t_z4laf = np.where(m_ng6lt, -t_bxn4n, -t_bxn4n_2)
         t_mymwd = np.where(m_ng6lt, 6.0 * t_2wsi6, 3.0 * t_2wsi6)
         t_32esp = np.where(m_ng6lt, -t_ogmcx_2, t_ogmcx_3)
@@ -5124,37 +5124,37 @@ def mrac_jvp(x, r, v, z, p, c, along_x, along_r, along_v, along_z):
             + t_32esp * wm3_roll
             + np.where(m_ng6lt, t_v4kye * wm4_roll, 0.0)
         )
-        t_qevl4 = 1.0 + np.where(m_ng6lt, s1_roll, 0.0) + sd_roll
-        t_ircix = 1.0 / B1_roll
-        t_ozb3k = (Acw_roll - d_used_roll * t_qevl4) * t_ircix
+        t_rdpsn = 1.0 + np.where(m_ng6lt, s1_roll, 0.0) + sd_roll
+        t_6dtnj_11 = 1.0 / B1_roll
+        t_5azca = (Acw_roll - d_used_roll * t_rdpsn) * t_6dtnj_11
         u_roll_mrac = (
-            t_ozb3k
-            + np.where(m_ng6lt, t_ph5cf * u1_roll, 0.0)
+            t_5azca
+            + np.where(m_ng6lt, t_vunlo * u1_roll, 0.0)
             - roll * t0_roll
             - sd_roll * v_roll
             - t1_roll * y1_used_roll
         )
-        t_obugf = -0.5 * b0_now_pitch + -0.5 * b1_now_pitch + np.fmax(b_min, 0.5 / I_y * t_4msa4)
-        lift_pitch = np.fmax(0.0, t_obugf)
+        t_44wcm = -0.5 * b0_now_pitch + -0.5 * b1_now_pitch + np.fmax(b_min, 0.5 / I_y * t_4msa4)
+        lift_pitch = np.fmax(0.0, t_44wcm)
         B1_pitch = b0_now_pitch + b1_now_pitch + (lift_pitch + lift_pitch)
-        t_2hojt = t_bxn4n + a1_now_pitch
-        s1_pitch = -t_2hojt  # (22)
-        e1_pitch = np.where(m_ng6lt, a1_now_pitch * t_2hojt - (t_2wsi6_2 + a2_now_pitch), -(t_bxn4n_2 + a1_now_pitch))  # (22)
-        e2_pitch = np.where(m_ng6lt, a2_now_pitch * t_2hojt - t_ogmcx_2, -(t_2wsi6_3 + a2_now_pitch))  # (22)
-        t_tpvzc = b1_now_pitch + lift_pitch
-        t_imlet = t_tpvzc * t_tpvzc
-        t_6edde = b0_now_pitch + lift_pitch
-        t_23zut = t_6edde * t_6edde
-        t_ivfwu = t_tpvzc * a1_now_pitch
-        res_pitch = t_imlet + t_23zut * a2_now_pitch - t_6edde * t_ivfwu
-        t_zcg3q = t_tpvzc * t_6edde
-        t_traey = 1.0 / res_pitch
-        sd_pitch = (t_imlet * e1_pitch + t_23zut * e3_roll - t_zcg3q * e2_pitch) * t_traey  # (22)
-        t_3uzty = t_6edde * e3_roll
-        t_rhale = t_6edde * a2_now_pitch
-        t0_pitch = (t_tpvzc * e2_pitch - t_3uzty - t_ivfwu * e1_pitch + t_rhale * e1_pitch) * t_traey  # (22)
-        t_34ruz = t_tpvzc * a2_now_pitch
-        t1_pitch = (t_tpvzc * e3_roll - t_3uzty * a1_now_pitch + t_rhale * e2_pitch - t_34ruz * e1_pitch) * t_traey  # (22)
+        t_tnt44 = t_bxn4n + a1_now_pitch
+        s1_pitch = -t_tnt44  # (22)
+        e1_pitch = np.where(m_ng6lt, a1_now_pitch * t_tnt44 - (t_2wsi6_2 + a2_now_pitch), -(t_bxn4n_2 + a1_now_pitch))  # (22)
+        e2_pitch = np.where(m_ng6lt, a2_now_pitch * t_tnt44 - t_ogmcx_2, -(t_2wsi6_3 + a2_now_pitch))  # (22)
+        t_2lfm6 = b1_now_pitch + lift_pitch
+        t_ytnp4 = t_2lfm6 * t_2lfm6
+        t_bvupm = b0_now_pitch + lift_pitch
+        t_s7r4t = t_bvupm * t_bvupm
+        t_enppq = t_2lfm6 * a1_now_pitch
+        res_pitch = t_ytnp4 + t_s7r4t * a2_now_pitch - t_bvupm * t_enppq
+        t_vnepp = t_2lfm6 * t_bvupm
+        t_6dtnj_12 = 1.0 / res_pitch
+        sd_pitch = (t_ytnp4 * e1_pitch + t_s7r4t * e3_roll - t_vnepp * e2_pitch) * t_6dtnj_12  # (22)
+        t_rxdov = t_bvupm * e3_roll
+        t_n44c4 = t_bvupm * a2_now_pitch
+        t0_pitch = (t_2lfm6 * e2_pitch - t_rxdov - t_enppq * e1_pitch + t_n44c4 * e1_pitch) * t_6dtnj_12  # (22)
+        t_v45oa = t_2lfm6 * a2_now_pitch
+        t1_pitch = (t_2lfm6 * e3_roll - t_rxdov * a1_now_pitch + t_n44c4 * e2_pitch - t_v45oa * e1_pitch) * t_6dtnj_12  # (22)
         Acw_pitch = (
             w_pitch
             + t_z4laf * wm1_pitch
@@ -5162,37 +5162,37 @@ def mrac_jvp(x, r, v, z, p, c, along_x, along_r, along_v, along_z):
             + t_32esp * wm3_pitch
             + np.where(m_ng6lt, t_v4kye * wm4_pitch, 0.0)
         )
-        t_aamui = 1.0 + np.where(m_ng6lt, s1_pitch, 0.0) + sd_pitch
-        t_hmw3a = 1.0 / B1_pitch
-        t_4vqbg = (Acw_pitch - d_used_pitch * t_aamui) * t_hmw3a
+        t_rdpsn_2 = 1.0 + np.where(m_ng6lt, s1_pitch, 0.0) + sd_pitch
+        t_6dtnj_13 = 1.0 / B1_pitch
+        t_e664i = (Acw_pitch - d_used_pitch * t_rdpsn_2) * t_6dtnj_13
         u_pitch_mrac = (
-            t_4vqbg
-            + np.where(m_ng6lt, t_2hojt * u1_pitch, 0.0)
+            t_e664i
+            + np.where(m_ng6lt, t_tnt44 * u1_pitch, 0.0)
             - pitch * t0_pitch
             - sd_pitch * v_pitch
             - t1_pitch * y1_used_pitch
         )
-        t_qlksj = -0.5 * b0_now_yaw + -0.5 * b1_now_yaw + np.fmax(b_min, 0.5 / I_z * t_4msa4)
-        lift_yaw = np.fmax(0.0, t_qlksj)
+        t_kjjly = -0.5 * b0_now_yaw + -0.5 * b1_now_yaw + np.fmax(b_min, 0.5 / I_z * t_4msa4)
+        lift_yaw = np.fmax(0.0, t_kjjly)
         B1_yaw = b0_now_yaw + b1_now_yaw + (lift_yaw + lift_yaw)
-        t_newnt = t_bxn4n + a1_now_yaw
-        s1_yaw = -t_newnt  # (22)
-        e1_yaw = np.where(m_ng6lt, a1_now_yaw * t_newnt - (t_2wsi6_2 + a2_now_yaw), -(t_bxn4n_2 + a1_now_yaw))  # (22)
-        e2_yaw = np.where(m_ng6lt, a2_now_yaw * t_newnt - t_ogmcx_2, -(t_2wsi6_3 + a2_now_yaw))  # (22)
-        t_zkiaw = b1_now_yaw + lift_yaw
-        t_npqek = t_zkiaw * t_zkiaw
-        t_qhfkz = b0_now_yaw + lift_yaw
-        t_xjk5e = t_qhfkz * t_qhfkz
-        t_n6w5s = t_zkiaw * a1_now_yaw
-        res_yaw = t_npqek + t_xjk5e * a2_now_yaw - t_qhfkz * t_n6w5s
-        t_z4gi6 = t_zkiaw * t_qhfkz
-        t_7xf6k = 1.0 / res_yaw
-        sd_yaw = (t_npqek * e1_yaw + t_xjk5e * e3_roll - t_z4gi6 * e2_yaw) * t_7xf6k  # (22)
-        t_vephh = t_qhfkz * e3_roll
-        t_3ziba = t_qhfkz * a2_now_yaw
-        t0_yaw = (t_zkiaw * e2_yaw - t_vephh - t_n6w5s * e1_yaw + t_3ziba * e1_yaw) * t_7xf6k  # (22)
-        t_ptnjb = t_zkiaw * a2_now_yaw
-        t1_yaw = (t_zkiaw * e3_roll - t_vephh * a1_now_yaw + t_3ziba * e2_yaw - t_ptnjb * e1_yaw) * t_7xf6k  # (22)
+        t_xz6ow = t_bxn4n + a1_now_yaw
+        s1_yaw = -t_xz6ow  # (22)
+        e1_yaw = np.where(m_ng6lt, a1_now_yaw * t_xz6ow - (t_2wsi6_2 + a2_now_yaw), -(t_bxn4n_2 + a1_now_yaw))  # (22)
+        e2_yaw = np.where(m_ng6lt, a2_now_yaw * t_xz6ow - t_ogmcx_2, -(t_2wsi6_3 + a2_now_yaw))  # (22)
+        t_vlh6o = b1_now_yaw + lift_yaw
+        t_js6v4 = t_vlh6o * t_vlh6o
+        t_5mv57 = b0_now_yaw + lift_yaw
+        t_56rsr = t_5mv57 * t_5mv57
+        t_74hjb = t_vlh6o * a1_now_yaw
+        res_yaw = t_js6v4 + t_56rsr * a2_now_yaw - t_5mv57 * t_74hjb
+        t_yijm6 = t_vlh6o * t_5mv57
+        t_6dtnj_14 = 1.0 / res_yaw
+        sd_yaw = (t_js6v4 * e1_yaw + t_56rsr * e3_roll - t_yijm6 * e2_yaw) * t_6dtnj_14  # (22)
+        t_evtjj = t_5mv57 * e3_roll
+        t_vblig = t_5mv57 * a2_now_yaw
+        t0_yaw = (t_vlh6o * e2_yaw - t_evtjj - t_74hjb * e1_yaw + t_vblig * e1_yaw) * t_6dtnj_14  # (22)
+        t_vqs6e = t_vlh6o * a2_now_yaw
+        t1_yaw = (t_vlh6o * e3_roll - t_evtjj * a1_now_yaw + t_vblig * e2_yaw - t_vqs6e * e1_yaw) * t_6dtnj_14  # (22)
         Acw_yaw = (
             w_yaw
             + t_z4laf * wm1_yaw
@@ -5200,12 +5200,12 @@ def mrac_jvp(x, r, v, z, p, c, along_x, along_r, along_v, along_z):
             + t_32esp * wm3_yaw
             + np.where(m_ng6lt, t_v4kye * wm4_yaw, 0.0)
         )
-        t_maquh = 1.0 + np.where(m_ng6lt, s1_yaw, 0.0) + sd_yaw
-        t_ujplt = 1.0 / B1_yaw
-        t_xvgnn = (Acw_yaw - d_used_yaw * t_maquh) * t_ujplt
+        t_rdpsn_3 = 1.0 + np.where(m_ng6lt, s1_yaw, 0.0) + sd_yaw
+        t_6dtnj_15 = 1.0 / B1_yaw
+        t_mvq6v = (Acw_yaw - d_used_yaw * t_rdpsn_3) * t_6dtnj_15
         u_yaw_mrac = (
-            t_xvgnn
-            + np.where(m_ng6lt, t_newnt * u1_yaw, 0.0)
+            t_mvq6v
+            + np.where(m_ng6lt, t_xz6ow * u1_yaw, 0.0)
             - sd_yaw * v_yaw
             - t0_yaw * yaw
             - t1_yaw * y1_used_yaw
@@ -5225,570 +5225,570 @@ def mrac_jvp(x, r, v, z, p, c, along_x, along_r, along_v, along_z):
         m_65ott = np.logical_and(m_6i24m, m_ghzhf)
         m_lisih = (np.abs(roll) < 1e+30)
         m_fdhnb = np.logical_and(m_65ott, m_lisih)
-        m_klrep = (np.abs(trace_pitch) < 1e+30)
-        m_ftaye = np.logical_and(m_fdhnb, m_klrep)
-        m_nob5q = (np.abs(trace_roll) < 1e+30)
-        m_dtjsa = np.logical_and(m_ftaye, m_nob5q)
-        m_smxdh = (np.abs(trace_yaw) < 1e+30)
-        m_tnlb6 = np.logical_and(m_dtjsa, m_smxdh)
+        m_6qzei = (np.abs(trace_pitch) < 1e+30)
+        m_uncs5 = np.logical_and(m_fdhnb, m_6qzei)
+        m_6qzei_2 = (np.abs(trace_roll) < 1e+30)
+        m_f6kxn = np.logical_and(m_uncs5, m_6qzei_2)
+        m_6qzei_3 = (np.abs(trace_yaw) < 1e+30)
+        m_f6kxn_2 = np.logical_and(m_f6kxn, m_6qzei_3)
         m_q3hd4 = (np.abs(yaw) < 1e+30)
-        m_n37qp = np.logical_and(m_tnlb6, m_q3hd4)
-        m_m4hsa = (np.abs(u_pitch_mrac) < 1e+30)
-        m_wqjeb = np.logical_and(m_n37qp, m_m4hsa)
-        m_mx2go = (np.abs(u_roll_mrac) < 1e+30)
-        m_zuvpc = np.logical_and(m_wqjeb, m_mx2go)
-        m_ibl7d = (np.abs(u_yaw_mrac) < 1e+30)
-        m_mu5jj = np.logical_and(m_zuvpc, m_ibl7d)
-        t_fyvaw = t_lbhv6 * along_ref_roll + t_u5zvh * along_wm1_roll - t_lbhv6_2 * along_wm2_roll
+        m_4qjac = np.logical_and(m_f6kxn_2, m_q3hd4)
+        m_zrtqq = (np.abs(u_pitch_mrac) < 1e+30)
+        m_p3if4 = np.logical_and(m_4qjac, m_zrtqq)
+        m_pugy3 = (np.abs(u_roll_mrac) < 1e+30)
+        m_cppdr = np.logical_and(m_p3if4, m_pugy3)
+        m_l5kah = (np.abs(u_yaw_mrac) < 1e+30)
+        m_i4vvy = np.logical_and(m_cppdr, m_l5kah)
+        t_xa4oj = t_zugk2 * along_ref_roll + t_7h4u2_2 * along_wm1_roll - t_zugk2_2 * along_wm2_roll
         t_5guc6 = np.where(m_2oym3, along_Tx_applied, np.where(m_ng6lt, along_u2_roll, along_u1_roll))
         t_p5mb3 = np.where(m_myerm, along_roll, along_y1_roll)
-        t_2mkg5 = (
+        t_zlsuf = (
             v_roll * along_U35_roll
             + U35_roll * t_5guc6
             + (v1_roll * along_U45_roll + U45_roll * along_v1_roll)
             - (y1_used_roll * along_U15_roll + U15_roll * t_p5mb3)
             - (y2_roll * along_U25_roll + U25_roll * along_y2_roll)
         )
-        t_p2iki = f5_roll * along_D5_roll + D5_roll * t_2mkg5
-        t_4ubt3 = y1_used_roll * along_D1_roll + D1_roll * t_p5mb3
-        t_zxndv = y1_used_roll * t_4ubt3 + t_s4qc7 * t_p5mb3
-        t_i5wo5 = along_y2_roll + (y1_used_roll * along_U12_roll + U12_roll * t_p5mb3)
-        t_vhaxy = t_4q5lb * along_D2_roll + D2_roll * t_i5wo5
-        t_lwfke = t_zxndv + (t_4q5lb * t_vhaxy + t_bqiu4 * t_i5wo5)
-        t_mtkdt = (
+        t_nfaf5 = f5_roll * along_D5_roll + D5_roll * t_zlsuf
+        t_4ewwg = y1_used_roll * along_D1_roll + D1_roll * t_p5mb3
+        t_3n6sb = y1_used_roll * t_4ewwg + t_zrpuv * t_p5mb3
+        t_dl2bl = along_y2_roll + (y1_used_roll * along_U12_roll + U12_roll * t_p5mb3)
+        t_aflwp = t_rm4w3 * along_D2_roll + D2_roll * t_dl2bl
+        t_7gjyl = t_3n6sb + (t_rm4w3 * t_aflwp + t_mpk5i * t_dl2bl)
+        t_t7u3j = (
             t_5guc6
             - (y1_used_roll * along_U13_roll + U13_roll * t_p5mb3)
             - (y2_roll * along_U23_roll + U23_roll * along_y2_roll)
         )
-        t_5myce = f3_roll * along_D3_roll + D3_roll * t_mtkdt
-        t_ptrq3 = t_lwfke + (f3_roll * t_5myce + Df3_roll * t_mtkdt)
-        t_cr44a = (
+        t_3qqqo = f3_roll * along_D3_roll + D3_roll * t_t7u3j
+        t_jbuv5 = t_7gjyl + (f3_roll * t_3qqqo + Df3_roll * t_t7u3j)
+        t_cu6tm = (
             along_v1_roll
             + (v_roll * along_U34_roll + U34_roll * t_5guc6)
             - (y1_used_roll * along_U14_roll + U14_roll * t_p5mb3)
             - (y2_roll * along_U24_roll + U24_roll * along_y2_roll)
         )
-        t_2j7d3 = f4_roll * along_D4_roll + D4_roll * t_cr44a
-        t_xbc47 = t_ptrq3 + (f4_roll * t_2j7d3 + Df4_roll * t_cr44a)
-        t_waqqe = t_xbc47 + (f5_roll * t_p2iki + Df5_roll * t_2mkg5)
-        t_zpwnk = (
+        t_bw7vx = f4_roll * along_D4_roll + D4_roll * t_cu6tm
+        t_e7ym3 = t_jbuv5 + (f4_roll * t_bw7vx + Df4_roll * t_cu6tm)
+        t_uumhh = t_e7ym3 + (f5_roll * t_nfaf5 + Df5_roll * t_zlsuf)
+        t_mhm7f = (
             along_d_roll
             + (v_roll * along_b0_roll + b0_roll * t_5guc6)
             + (v1_roll * along_b1_roll + b1_roll * along_v1_roll)
             - (y1_used_roll * along_a1_roll + a1_roll * t_p5mb3)
             - (y2_roll * along_a2_roll + a2_roll * along_y2_roll)
         )
-        t_vewdd = along_roll - t_zpwnk
-        t_uyv4a = (
+        t_il7ec = along_roll - t_mhm7f
+        t_fbame = (
             along_d_roll
-            + (eps_roll * (t_p2iki * t_szpzk - G5_roll * t_szpzk * t_waqqe) + G5_roll * t_vewdd)
+            + (eps_roll * (t_nfaf5 * t_6dtnj_3 - G5_roll * t_6dtnj_3 * t_uumhh) + G5_roll * t_il7ec)
         )
-        t_4e7kp = np.where(m_huydk, t_uyv4a, along_d_roll)
-        t_i7ymo = t_4ubt3 + (U12_roll * t_vhaxy + t_bqiu4 * along_U12_roll)
-        t_7nnhz = U13_roll * t_5myce + Df3_roll * along_U13_roll - t_i7ymo
-        t_6g2lm = t_7nnhz + (U14_roll * t_2j7d3 + Df4_roll * along_U14_roll)
-        t_7lmwn = (
-            (t_6g2lm + (U15_roll * t_p2iki + Df5_roll * along_U15_roll)) * t_szpzk
-            - G1_roll * t_szpzk * t_waqqe
+        t_cf3jf = np.where(m_dyzzl, t_fbame, along_d_roll)
+        t_y55bd = t_4ewwg + (U12_roll * t_aflwp + t_mpk5i * along_U12_roll)
+        t_amch6 = U13_roll * t_3qqqo + Df3_roll * along_U13_roll - t_y55bd
+        t_2be3j = t_amch6 + (U14_roll * t_bw7vx + Df4_roll * along_U14_roll)
+        t_r3ccg = (
+            (t_2be3j + (U15_roll * t_nfaf5 + Df5_roll * along_U15_roll)) * t_6dtnj_3
+            - G1_roll * t_6dtnj_3 * t_uumhh
         )
-        t_vh4ur = np.where(m_huydk, along_a1_roll + (eps_roll * t_7lmwn + G1_roll * t_vewdd), along_a1_roll)
-        t_6zbht = -t_vh4ur
-        t_csmt4 = (
-            (t_2j7d3 + (U45_roll * t_p2iki + Df5_roll * along_U45_roll)) * t_szpzk
-            - G4_roll * t_szpzk * t_waqqe
+        t_qqxn3 = np.where(m_dyzzl, along_a1_roll + (eps_roll * t_r3ccg + G1_roll * t_il7ec), along_a1_roll)
+        t_r75go = -t_qqxn3
+        t_si7tw = (
+            (t_bw7vx + (U45_roll * t_nfaf5 + Df5_roll * along_U45_roll)) * t_6dtnj_3
+            - G4_roll * t_6dtnj_3 * t_uumhh
         )
-        t_3jfg3 = np.where(m_huydk, along_b1_roll + (eps_roll * t_csmt4 + G4_roll * t_vewdd), along_b1_roll)
-        m_iplzg = (0.0 <= t_ff25k)
-        t_jas4c = np.where(m_iplzg, 1.0, 0.0)
-        m_r5m7i = (t_ff25k <= 0.0)
-        t_qjleu = t_5myce + (U34_roll * t_2j7d3 + Df4_roll * along_U34_roll)
-        t_x4ac6 = (
-            (t_qjleu + (U35_roll * t_p2iki + Df5_roll * along_U35_roll)) * t_szpzk
-            - G3_roll * t_szpzk * t_waqqe
+        t_f7e7a = np.where(m_dyzzl, along_b1_roll + (eps_roll * t_si7tw + G4_roll * t_il7ec), along_b1_roll)
+        m_sz4uq = (0.0 <= t_porxz)
+        t_47r42 = np.where(m_sz4uq, 1.0, 0.0)
+        m_cgjov = (t_porxz <= 0.0)
+        t_4gi4s = t_3qqqo + (U34_roll * t_bw7vx + Df4_roll * along_U34_roll)
+        t_lrs5u = (
+            (t_4gi4s + (U35_roll * t_nfaf5 + Df5_roll * along_U35_roll)) * t_6dtnj_3
+            - G3_roll * t_6dtnj_3 * t_uumhh
         )
-        t_mdwgv = np.where(m_huydk, along_b0_roll + (eps_roll * t_x4ac6 + G3_roll * t_vewdd), along_b0_roll)
-        t_jtkcv = t_jas4c / (np.where(m_r5m7i, 1.0, 0.0) + t_jas4c) * (-0.5 * t_mdwgv + -0.5 * t_3jfg3)
-        t_7uexi = t_3jfg3 + t_jtkcv
-        t_p6ka5 = (t_zjozf + t_zjozf) * t_7uexi
-        t_l6zsn = U23_roll * t_5myce + Df3_roll * along_U23_roll - t_vhaxy
-        t_z4fpw = t_l6zsn + (U24_roll * t_2j7d3 + Df4_roll * along_U24_roll)
-        t_m7fjp = (
-            (t_z4fpw + (U25_roll * t_p2iki + Df5_roll * along_U25_roll)) * t_szpzk
-            - G2_roll * t_szpzk * t_waqqe
+        t_h3bzc = np.where(m_dyzzl, along_b0_roll + (eps_roll * t_lrs5u + G3_roll * t_il7ec), along_b0_roll)
+        t_aoysy = t_47r42 / (np.where(m_cgjov, 1.0, 0.0) + t_47r42) * (-0.5 * t_h3bzc + -0.5 * t_f7e7a)
+        t_4fojn = t_f7e7a + t_aoysy
+        t_wbazc = (t_du27a + t_du27a) * t_4fojn
+        t_nuk4c = U23_roll * t_3qqqo + Df3_roll * along_U23_roll - t_aflwp
+        t_g5uay = t_nuk4c + (U24_roll * t_bw7vx + Df4_roll * along_U24_roll)
+        t_l5b23 = (
+            (t_g5uay + (U25_roll * t_nfaf5 + Df5_roll * along_U25_roll)) * t_6dtnj_3
+            - G2_roll * t_6dtnj_3 * t_uumhh
         )
-        t_qy6nt = np.where(m_huydk, along_a2_roll + (eps_roll * t_m7fjp + G2_roll * t_vewdd), along_a2_roll)
-        t_bvd4t = np.where(m_ng6lt, t_ph5cf * t_vh4ur + a1_now_roll * t_vh4ur - t_qy6nt, t_6zbht)
-        t_2nvj2 = t_mdwgv + t_jtkcv
-        t_2wzo5 = (t_4ihf2 + t_4ihf2) * t_2nvj2
-        t_ofsuv = np.where(m_ng6lt, t_ph5cf * t_qy6nt + a2_now_roll * t_vh4ur, -t_qy6nt)
-        t_uutq2 = (
-            e1_roll * t_p6ka5
-            + t_yz2fy * t_bvd4t
-            + e3_roll * t_2wzo5
-            - (e2_roll * (t_4ihf2 * t_7uexi + t_zjozf * t_2nvj2) + t_at7me * t_ofsuv)
+        t_p4sbp = np.where(m_dyzzl, along_a2_roll + (eps_roll * t_l5b23 + G2_roll * t_il7ec), along_a2_roll)
+        t_xmj32 = np.where(m_ng6lt, t_vunlo * t_qqxn3 + a1_now_roll * t_qqxn3 - t_p4sbp, t_r75go)
+        t_vyqnr = t_h3bzc + t_aoysy
+        t_a3ogg = (t_ok7os + t_ok7os) * t_vyqnr
+        t_k3z7d = np.where(m_ng6lt, t_vunlo * t_p4sbp + a2_now_roll * t_qqxn3, -t_p4sbp)
+        t_r34qb = (
+            e1_roll * t_wbazc
+            + t_6xcml * t_xmj32
+            + e3_roll * t_a3ogg
+            - (e2_roll * (t_ok7os * t_4fojn + t_du27a * t_vyqnr) + t_w32x2 * t_k3z7d)
         )
-        t_v22rg = a1_now_roll * t_7uexi + t_zjozf * t_vh4ur
-        t_ipjhm = (
-            t_p6ka5
-            + (a2_now_roll * t_2wzo5 + t_qkhny * t_qy6nt)
-            - (t_ncl23 * t_2nvj2 + t_4ihf2 * t_v22rg)
+        t_hoxgy = a1_now_roll * t_4fojn + t_du27a * t_qqxn3
+        t_nuwmb = (
+            t_wbazc
+            + (a2_now_roll * t_a3ogg + t_qo5ko * t_p4sbp)
+            - (t_hf3ux * t_vyqnr + t_ok7os * t_hoxgy)
         )
-        t_rp6ac = t_uutq2 * t_k6fq7 - sd_roll * t_k6fq7 * t_ipjhm
-        t_nq3sa = (
-            t_fyvaw
+        t_c3hsn = t_r34qb * t_6dtnj_10 - sd_roll * t_6dtnj_10 * t_nuwmb
+        t_coa7e = (
+            t_xa4oj
             + t_z4laf * along_wm1_roll
             + t_mymwd * along_wm2_roll
             + t_32esp * along_wm3_roll
             + np.where(m_ng6lt, t_v4kye * along_wm4_roll, 0.0)
-            - (t_qevl4 * (compensate_d * t_4e7kp) + d_used_roll * (np.where(m_ng6lt, t_6zbht, 0.0) + t_rp6ac))
+            - (t_rdpsn * (compensate_d * t_cf3jf) + d_used_roll * (np.where(m_ng6lt, t_r75go, 0.0) + t_c3hsn))
         )
-        t_3rxvv = e3_roll * t_2nvj2
-        t_eetqw = a2_now_roll * t_2nvj2 + t_4ihf2 * t_qy6nt
-        t_6thbo = (
-            e2_roll * t_7uexi
-            + t_zjozf * t_ofsuv
-            - t_3rxvv
-            - (e1_roll * t_v22rg + t_ncl23 * t_bvd4t)
-            + (e1_roll * t_eetqw + t_6zvri * t_bvd4t)
+        t_iq7jf = e3_roll * t_vyqnr
+        t_foxot = a2_now_roll * t_vyqnr + t_ok7os * t_p4sbp
+        t_gguts = (
+            e2_roll * t_4fojn
+            + t_du27a * t_k3z7d
+            - t_iq7jf
+            - (e1_roll * t_hoxgy + t_hf3ux * t_xmj32)
+            + (e1_roll * t_foxot + t_iinqa * t_xmj32)
         )
-        t_w4ckt = (
-            e3_roll * t_7uexi
-            - (a1_now_roll * t_3rxvv + t_6p656 * t_vh4ur)
-            + (e2_roll * t_eetqw + t_6zvri * t_ofsuv)
-            - (e1_roll * (a2_now_roll * t_7uexi + t_zjozf * t_qy6nt) + t_nopcl * t_bvd4t)
+        t_eurpu = (
+            e3_roll * t_4fojn
+            - (a1_now_roll * t_iq7jf + t_dl4qd * t_qqxn3)
+            + (e2_roll * t_foxot + t_iinqa * t_k3z7d)
+            - (e1_roll * (a2_now_roll * t_4fojn + t_du27a * t_p4sbp) + t_ev4mt * t_xmj32)
         )
-        t_6rbxb = (
-            t_nq3sa * t_ircix
-            - t_ozb3k * t_ircix * (t_mdwgv + t_3jfg3 + (t_jtkcv + t_jtkcv))
-            + np.where(m_ng6lt, u1_roll * t_vh4ur + t_ph5cf * along_u1_roll, 0.0)
-            - (t0_roll * along_roll + roll * (t_6thbo * t_k6fq7 - t0_roll * t_k6fq7 * t_ipjhm))
-            - (v_roll * t_rp6ac + sd_roll * t_5guc6)
-            - (y1_used_roll * (t_w4ckt * t_k6fq7 - t1_roll * t_k6fq7 * t_ipjhm) + t1_roll * t_p5mb3)
+        t_t2xki = (
+            t_coa7e * t_6dtnj_11
+            - t_5azca * t_6dtnj_11 * (t_h3bzc + t_f7e7a + (t_aoysy + t_aoysy))
+            + np.where(m_ng6lt, u1_roll * t_qqxn3 + t_vunlo * along_u1_roll, 0.0)
+            - (t0_roll * along_roll + roll * (t_gguts * t_6dtnj_10 - t0_roll * t_6dtnj_10 * t_nuwmb))
+            - (v_roll * t_c3hsn + sd_roll * t_5guc6)
+            - (y1_used_roll * (t_eurpu * t_6dtnj_10 - t1_roll * t_6dtnj_10 * t_nuwmb) + t1_roll * t_p5mb3)
         )
-        t_g77db = t_lbhv6 * along_ref_pitch + t_u5zvh * along_wm1_pitch - t_lbhv6_2 * along_wm2_pitch
+        t_jmrkn = t_zugk2 * along_ref_pitch + t_7h4u2_2 * along_wm1_pitch - t_zugk2_2 * along_wm2_pitch
         t_fzwzx = np.where(m_2oym3, along_Ty_applied, np.where(m_ng6lt, along_u2_pitch, along_u1_pitch))
         t_k2ugh = np.where(m_myerm, along_pitch, along_y1_pitch)
-        t_tx5zg = (
+        t_yifyy = (
             v_pitch * along_U35_pitch
             + U35_pitch * t_fzwzx
             + (v1_pitch * along_U45_pitch + U45_pitch * along_v1_pitch)
             - (y1_used_pitch * along_U15_pitch + U15_pitch * t_k2ugh)
             - (y2_pitch * along_U25_pitch + U25_pitch * along_y2_pitch)
         )
-        t_te3hn = f5_pitch * along_D5_pitch + D5_pitch * t_tx5zg
-        t_52r3v = y1_used_pitch * along_D1_pitch + D1_pitch * t_k2ugh
-        t_myzpk = y1_used_pitch * t_52r3v + t_n6265 * t_k2ugh
-        t_6swjr = along_y2_pitch + (y1_used_pitch * along_U12_pitch + U12_pitch * t_k2ugh)
-        t_fck75 = t_5xoth * along_D2_pitch + D2_pitch * t_6swjr
-        t_n3q67 = t_myzpk + (t_5xoth * t_fck75 + t_urk7s * t_6swjr)
-        t_tyqro = (
+        t_mhcow = f5_pitch * along_D5_pitch + D5_pitch * t_yifyy
+        t_uw4xl = y1_used_pitch * along_D1_pitch + D1_pitch * t_k2ugh
+        t_k3uyk = y1_used_pitch * t_uw4xl + t_zx462 * t_k2ugh
+        t_4aga2 = along_y2_pitch + (y1_used_pitch * along_U12_pitch + U12_pitch * t_k2ugh)
+        t_xoyzg = t_olxlq * along_D2_pitch + D2_pitch * t_4aga2
+        t_4kcjc = t_k3uyk + (t_olxlq * t_xoyzg + t_gjcmb * t_4aga2)
+        t_tjcjv = (
             t_fzwzx
             - (y1_used_pitch * along_U13_pitch + U13_pitch * t_k2ugh)
             - (y2_pitch * along_U23_pitch + U23_pitch * along_y2_pitch)
         )
-        t_kwitg = f3_pitch * along_D3_pitch + D3_pitch * t_tyqro
-        t_xb5zf = t_n3q67 + (f3_pitch * t_kwitg + Df3_pitch * t_tyqro)
-        t_johjr = (
+        t_cuhyf = f3_pitch * along_D3_pitch + D3_pitch * t_tjcjv
+        t_cpbhg = t_4kcjc + (f3_pitch * t_cuhyf + Df3_pitch * t_tjcjv)
+        t_rvpot = (
             along_v1_pitch
             + (v_pitch * along_U34_pitch + U34_pitch * t_fzwzx)
             - (y1_used_pitch * along_U14_pitch + U14_pitch * t_k2ugh)
             - (y2_pitch * along_U24_pitch + U24_pitch * along_y2_pitch)
         )
-        t_s3vzk = f4_pitch * along_D4_pitch + D4_pitch * t_johjr
-        t_7o2f3 = t_xb5zf + (f4_pitch * t_s3vzk + Df4_pitch * t_johjr)
-        t_4zppg = t_7o2f3 + (f5_pitch * t_te3hn + Df5_pitch * t_tx5zg)
-        t_sfbvj = (
+        t_utzyf = f4_pitch * along_D4_pitch + D4_pitch * t_rvpot
+        t_qvjyq = t_cpbhg + (f4_pitch * t_utzyf + Df4_pitch * t_rvpot)
+        t_rbb2g = t_qvjyq + (f5_pitch * t_mhcow + Df5_pitch * t_yifyy)
+        t_6vgge = (
             along_d_pitch
             + (v_pitch * along_b0_pitch + b0_pitch * t_fzwzx)
             + (v1_pitch * along_b1_pitch + b1_pitch * along_v1_pitch)
             - (y1_used_pitch * along_a1_pitch + a1_pitch * t_k2ugh)
             - (y2_pitch * along_a2_pitch + a2_pitch * along_y2_pitch)
         )
-        t_54n5p = along_pitch - t_sfbvj
-        t_y6ibb = (
+        t_4hvt5 = along_pitch - t_6vgge
+        t_62ikm = (
             along_d_pitch
-            + (eps_pitch * (t_te3hn * t_uppvm - G5_pitch * t_uppvm * t_4zppg) + G5_pitch * t_54n5p)
+            + (eps_pitch * (t_mhcow * t_6dtnj_6 - G5_pitch * t_6dtnj_6 * t_rbb2g) + G5_pitch * t_4hvt5)
         )
-        t_yfbgo = np.where(m_fztcf, t_y6ibb, along_d_pitch)
-        t_tljzu = t_52r3v + (U12_pitch * t_fck75 + t_urk7s * along_U12_pitch)
-        t_c765l = U13_pitch * t_kwitg + Df3_pitch * along_U13_pitch - t_tljzu
-        t_ximdz = t_c765l + (U14_pitch * t_s3vzk + Df4_pitch * along_U14_pitch)
-        t_nlcuq = (
-            (t_ximdz + (U15_pitch * t_te3hn + Df5_pitch * along_U15_pitch)) * t_uppvm
-            - G1_pitch * t_uppvm * t_4zppg
+        t_czhku = np.where(m_rjsrz, t_62ikm, along_d_pitch)
+        t_kgue2 = t_uw4xl + (U12_pitch * t_xoyzg + t_gjcmb * along_U12_pitch)
+        t_zuda4 = U13_pitch * t_cuhyf + Df3_pitch * along_U13_pitch - t_kgue2
+        t_vwye7 = t_zuda4 + (U14_pitch * t_utzyf + Df4_pitch * along_U14_pitch)
+        t_dkp4c = (
+            (t_vwye7 + (U15_pitch * t_mhcow + Df5_pitch * along_U15_pitch)) * t_6dtnj_6
+            - G1_pitch * t_6dtnj_6 * t_rbb2g
         )
-        t_hw34x = np.where(m_fztcf, along_a1_pitch + (eps_pitch * t_nlcuq + G1_pitch * t_54n5p), along_a1_pitch)
-        t_kgjqe = -t_hw34x
-        t_7l2lt = (
-            (t_s3vzk + (U45_pitch * t_te3hn + Df5_pitch * along_U45_pitch)) * t_uppvm
-            - G4_pitch * t_uppvm * t_4zppg
+        t_xlfxf = np.where(m_rjsrz, along_a1_pitch + (eps_pitch * t_dkp4c + G1_pitch * t_4hvt5), along_a1_pitch)
+        t_3qjqa = -t_xlfxf
+        t_zahgd = (
+            (t_utzyf + (U45_pitch * t_mhcow + Df5_pitch * along_U45_pitch)) * t_6dtnj_6
+            - G4_pitch * t_6dtnj_6 * t_rbb2g
         )
-        t_c6ql7 = np.where(m_fztcf, along_b1_pitch + (eps_pitch * t_7l2lt + G4_pitch * t_54n5p), along_b1_pitch)
-        m_zobj6 = (0.0 <= t_obugf)
-        t_2koqz = np.where(m_zobj6, 1.0, 0.0)
-        m_ghg47 = (t_obugf <= 0.0)
-        t_crqif = t_kwitg + (U34_pitch * t_s3vzk + Df4_pitch * along_U34_pitch)
-        t_cfhpf = (
-            (t_crqif + (U35_pitch * t_te3hn + Df5_pitch * along_U35_pitch)) * t_uppvm
-            - G3_pitch * t_uppvm * t_4zppg
+        t_wv43l = np.where(m_rjsrz, along_b1_pitch + (eps_pitch * t_zahgd + G4_pitch * t_4hvt5), along_b1_pitch)
+        m_teit3 = (0.0 <= t_44wcm)
+        t_lh6yk = np.where(m_teit3, 1.0, 0.0)
+        m_kiz4i = (t_44wcm <= 0.0)
+        t_rwjup = t_cuhyf + (U34_pitch * t_utzyf + Df4_pitch * along_U34_pitch)
+        t_oy46j = (
+            (t_rwjup + (U35_pitch * t_mhcow + Df5_pitch * along_U35_pitch)) * t_6dtnj_6
+            - G3_pitch * t_6dtnj_6 * t_rbb2g
         )
-        t_t6poo = np.where(m_fztcf, along_b0_pitch + (eps_pitch * t_cfhpf + G3_pitch * t_54n5p), along_b0_pitch)
-        t_sngex = t_2koqz / (np.where(m_ghg47, 1.0, 0.0) + t_2koqz) * (-0.5 * t_t6poo + -0.5 * t_c6ql7)
-        t_lxqs2 = t_c6ql7 + t_sngex
-        t_rq5wk = (t_tpvzc + t_tpvzc) * t_lxqs2
-        t_kfsdu = U23_pitch * t_kwitg + Df3_pitch * along_U23_pitch - t_fck75
-        t_fax5j = t_kfsdu + (U24_pitch * t_s3vzk + Df4_pitch * along_U24_pitch)
-        t_ajce5 = (
-            (t_fax5j + (U25_pitch * t_te3hn + Df5_pitch * along_U25_pitch)) * t_uppvm
-            - G2_pitch * t_uppvm * t_4zppg
+        t_crmvu = np.where(m_rjsrz, along_b0_pitch + (eps_pitch * t_oy46j + G3_pitch * t_4hvt5), along_b0_pitch)
+        t_ylcva = t_lh6yk / (np.where(m_kiz4i, 1.0, 0.0) + t_lh6yk) * (-0.5 * t_crmvu + -0.5 * t_wv43l)
+        t_qgaou = t_wv43l + t_ylcva
+        t_pzvii = (t_2lfm6 + t_2lfm6) * t_qgaou
+        t_dfsdl = U23_pitch * t_cuhyf + Df3_pitch * along_U23_pitch - t_xoyzg
+        t_tm446 = t_dfsdl + (U24_pitch * t_utzyf + Df4_pitch * along_U24_pitch)
+        t_ea4hi = (
+            (t_tm446 + (U25_pitch * t_mhcow + Df5_pitch * along_U25_pitch)) * t_6dtnj_6
+            - G2_pitch * t_6dtnj_6 * t_rbb2g
         )
-        t_ak6av = np.where(m_fztcf, along_a2_pitch + (eps_pitch * t_ajce5 + G2_pitch * t_54n5p), along_a2_pitch)
-        t_t5fuc = np.where(m_ng6lt, t_2hojt * t_hw34x + a1_now_pitch * t_hw34x - t_ak6av, t_kgjqe)
-        t_3kvld = t_t6poo + t_sngex
-        t_adupz = (t_6edde + t_6edde) * t_3kvld
-        t_nbjqc = np.where(m_ng6lt, t_2hojt * t_ak6av + a2_now_pitch * t_hw34x, -t_ak6av)
-        t_k7gpu = (
-            e1_pitch * t_rq5wk
-            + t_imlet * t_t5fuc
-            + e3_roll * t_adupz
-            - (e2_pitch * (t_6edde * t_lxqs2 + t_tpvzc * t_3kvld) + t_zcg3q * t_nbjqc)
+        t_kex75 = np.where(m_rjsrz, along_a2_pitch + (eps_pitch * t_ea4hi + G2_pitch * t_4hvt5), along_a2_pitch)
+        t_uxs7l = np.where(m_ng6lt, t_tnt44 * t_xlfxf + a1_now_pitch * t_xlfxf - t_kex75, t_3qjqa)
+        t_nb3yl = t_crmvu + t_ylcva
+        t_p2qpo = (t_bvupm + t_bvupm) * t_nb3yl
+        t_fog4g = np.where(m_ng6lt, t_tnt44 * t_kex75 + a2_now_pitch * t_xlfxf, -t_kex75)
+        t_bnvli = (
+            e1_pitch * t_pzvii
+            + t_ytnp4 * t_uxs7l
+            + e3_roll * t_p2qpo
+            - (e2_pitch * (t_bvupm * t_qgaou + t_2lfm6 * t_nb3yl) + t_vnepp * t_fog4g)
         )
-        t_qiqyy = a1_now_pitch * t_lxqs2 + t_tpvzc * t_hw34x
-        t_uhm6v = (
-            t_rq5wk
-            + (a2_now_pitch * t_adupz + t_23zut * t_ak6av)
-            - (t_ivfwu * t_3kvld + t_6edde * t_qiqyy)
+        t_rtfrm = a1_now_pitch * t_qgaou + t_2lfm6 * t_xlfxf
+        t_q24xf = (
+            t_pzvii
+            + (a2_now_pitch * t_p2qpo + t_s7r4t * t_kex75)
+            - (t_enppq * t_nb3yl + t_bvupm * t_rtfrm)
         )
-        t_swdpr = t_k7gpu * t_traey - sd_pitch * t_traey * t_uhm6v
-        t_gdqwq = (
-            t_g77db
+        t_jlnrb = t_bnvli * t_6dtnj_12 - sd_pitch * t_6dtnj_12 * t_q24xf
+        t_invjl = (
+            t_jmrkn
             + t_z4laf * along_wm1_pitch
             + t_mymwd * along_wm2_pitch
             + t_32esp * along_wm3_pitch
             + np.where(m_ng6lt, t_v4kye * along_wm4_pitch, 0.0)
-            - (t_aamui * (compensate_d * t_yfbgo) + d_used_pitch * (np.where(m_ng6lt, t_kgjqe, 0.0) + t_swdpr))
+            - (t_rdpsn_2 * (compensate_d * t_czhku) + d_used_pitch * (np.where(m_ng6lt, t_3qjqa, 0.0) + t_jlnrb))
         )
-        t_gepei = e3_roll * t_3kvld
-        t_bioy2 = a2_now_pitch * t_3kvld + t_6edde * t_ak6av
-        t_65xbp = (
-            e2_pitch * t_lxqs2
-            + t_tpvzc * t_nbjqc
-            - t_gepei
-            - (e1_pitch * t_qiqyy + t_ivfwu * t_t5fuc)
-            + (e1_pitch * t_bioy2 + t_rhale * t_t5fuc)
+        t_6f2ms = e3_roll * t_nb3yl
+        t_tvyxg = a2_now_pitch * t_nb3yl + t_bvupm * t_kex75
+        t_osan3 = (
+            e2_pitch * t_qgaou
+            + t_2lfm6 * t_fog4g
+            - t_6f2ms
+            - (e1_pitch * t_rtfrm + t_enppq * t_uxs7l)
+            + (e1_pitch * t_tvyxg + t_n44c4 * t_uxs7l)
         )
-        t_cwqg7 = (
-            e3_roll * t_lxqs2
-            - (a1_now_pitch * t_gepei + t_3uzty * t_hw34x)
-            + (e2_pitch * t_bioy2 + t_rhale * t_nbjqc)
-            - (e1_pitch * (a2_now_pitch * t_lxqs2 + t_tpvzc * t_ak6av) + t_34ruz * t_t5fuc)
+        t_rqpyn = (
+            e3_roll * t_qgaou
+            - (a1_now_pitch * t_6f2ms + t_rxdov * t_xlfxf)
+            + (e2_pitch * t_tvyxg + t_n44c4 * t_fog4g)
+            - (e1_pitch * (a2_now_pitch * t_qgaou + t_2lfm6 * t_kex75) + t_v45oa * t_uxs7l)
         )
-        t_4oelk = (
-            t_gdqwq * t_hmw3a
-            - t_4vqbg * t_hmw3a * (t_t6poo + t_c6ql7 + (t_sngex + t_sngex))
-            + np.where(m_ng6lt, u1_pitch * t_hw34x + t_2hojt * along_u1_pitch, 0.0)
-            - (t0_pitch * along_pitch + pitch * (t_65xbp * t_traey - t0_pitch * t_traey * t_uhm6v))
-            - (v_pitch * t_swdpr + sd_pitch * t_fzwzx)
-            - (y1_used_pitch * (t_cwqg7 * t_traey - t1_pitch * t_traey * t_uhm6v) + t1_pitch * t_k2ugh)
+        t_dbjll = (
+            t_invjl * t_6dtnj_13
+            - t_e664i * t_6dtnj_13 * (t_crmvu + t_wv43l + (t_ylcva + t_ylcva))
+            + np.where(m_ng6lt, u1_pitch * t_xlfxf + t_tnt44 * along_u1_pitch, 0.0)
+            - (t0_pitch * along_pitch + pitch * (t_osan3 * t_6dtnj_12 - t0_pitch * t_6dtnj_12 * t_q24xf))
+            - (v_pitch * t_jlnrb + sd_pitch * t_fzwzx)
+            - (y1_used_pitch * (t_rqpyn * t_6dtnj_12 - t1_pitch * t_6dtnj_12 * t_q24xf) + t1_pitch * t_k2ugh)
         )
-        t_k6r65 = t_lbhv6 * along_ref_yaw + t_u5zvh * along_wm1_yaw - t_lbhv6_2 * along_wm2_yaw
+        t_a3cz5 = t_zugk2 * along_ref_yaw + t_7h4u2_2 * along_wm1_yaw - t_zugk2_2 * along_wm2_yaw
         t_2h7da = np.where(m_2oym3, along_Tz_applied, np.where(m_ng6lt, along_u2_yaw, along_u1_yaw))
         t_rq2o3 = np.where(m_myerm, along_yaw, along_y1_yaw)
-        t_hwmgq = (
+        t_kjvuo = (
             v_yaw * along_U35_yaw
             + U35_yaw * t_2h7da
             + (v1_yaw * along_U45_yaw + U45_yaw * along_v1_yaw)
             - (y1_used_yaw * along_U15_yaw + U15_yaw * t_rq2o3)
             - (y2_yaw * along_U25_yaw + U25_yaw * along_y2_yaw)
         )
-        t_xfl26 = f5_yaw * along_D5_yaw + D5_yaw * t_hwmgq
-        t_yeeko = y1_used_yaw * along_D1_yaw + D1_yaw * t_rq2o3
-        t_7twjv = y1_used_yaw * t_yeeko + t_5t4tf * t_rq2o3
-        t_ynqzy = along_y2_yaw + (y1_used_yaw * along_U12_yaw + U12_yaw * t_rq2o3)
-        t_bvhqg = t_fz2ih * along_D2_yaw + D2_yaw * t_ynqzy
-        t_g3udf = t_7twjv + (t_fz2ih * t_bvhqg + t_3inrl * t_ynqzy)
-        t_dnqfm = (
+        t_pcqcj = f5_yaw * along_D5_yaw + D5_yaw * t_kjvuo
+        t_b6hs3 = y1_used_yaw * along_D1_yaw + D1_yaw * t_rq2o3
+        t_6n5vj = y1_used_yaw * t_b6hs3 + t_bysdb * t_rq2o3
+        t_s2lwz = along_y2_yaw + (y1_used_yaw * along_U12_yaw + U12_yaw * t_rq2o3)
+        t_mxnaf = t_howu6 * along_D2_yaw + D2_yaw * t_s2lwz
+        t_4yehg = t_6n5vj + (t_howu6 * t_mxnaf + t_pofsn * t_s2lwz)
+        t_2c5rl = (
             t_2h7da
             - (y1_used_yaw * along_U13_yaw + U13_yaw * t_rq2o3)
             - (y2_yaw * along_U23_yaw + U23_yaw * along_y2_yaw)
         )
-        t_spwqh = f3_yaw * along_D3_yaw + D3_yaw * t_dnqfm
-        t_u2t3t = t_g3udf + (f3_yaw * t_spwqh + Df3_yaw * t_dnqfm)
-        t_ox57m = (
+        t_hg63j = f3_yaw * along_D3_yaw + D3_yaw * t_2c5rl
+        t_wovng = t_4yehg + (f3_yaw * t_hg63j + Df3_yaw * t_2c5rl)
+        t_u2bg5 = (
             along_v1_yaw
             + (v_yaw * along_U34_yaw + U34_yaw * t_2h7da)
             - (y1_used_yaw * along_U14_yaw + U14_yaw * t_rq2o3)
             - (y2_yaw * along_U24_yaw + U24_yaw * along_y2_yaw)
         )
-        t_v7jac = f4_yaw * along_D4_yaw + D4_yaw * t_ox57m
-        t_lat2a = t_u2t3t + (f4_yaw * t_v7jac + Df4_yaw * t_ox57m)
-        t_ewrtu = t_lat2a + (f5_yaw * t_xfl26 + Df5_yaw * t_hwmgq)
-        t_yvkbd = (
+        t_jtm4x = f4_yaw * along_D4_yaw + D4_yaw * t_u2bg5
+        t_dnktc = t_wovng + (f4_yaw * t_jtm4x + Df4_yaw * t_u2bg5)
+        t_ixibe = t_dnktc + (f5_yaw * t_pcqcj + Df5_yaw * t_kjvuo)
+        t_xdczm = (
             along_d_yaw
             + (v_yaw * along_b0_yaw + b0_yaw * t_2h7da)
             + (v1_yaw * along_b1_yaw + b1_yaw * along_v1_yaw)
             - (y1_used_yaw * along_a1_yaw + a1_yaw * t_rq2o3)
             - (y2_yaw * along_a2_yaw + a2_yaw * along_y2_yaw)
         )
-        t_ndufb = along_yaw - t_yvkbd
-        t_i6vab = (
+        t_jwoxg = along_yaw - t_xdczm
+        t_knc5l = (
             along_d_yaw
-            + (eps_yaw * (t_xfl26 * t_xt42v - G5_yaw * t_xt42v * t_ewrtu) + G5_yaw * t_ndufb)
+            + (eps_yaw * (t_pcqcj * t_6dtnj_9 - G5_yaw * t_6dtnj_9 * t_ixibe) + G5_yaw * t_jwoxg)
         )
-        t_rwfza = np.where(m_6lewq, t_i6vab, along_d_yaw)
-        t_3op2v = t_yeeko + (U12_yaw * t_bvhqg + t_3inrl * along_U12_yaw)
-        t_duqey = U13_yaw * t_spwqh + Df3_yaw * along_U13_yaw - t_3op2v
-        t_n2atp = t_duqey + (U14_yaw * t_v7jac + Df4_yaw * along_U14_yaw)
-        t_bn3mt = (
-            (t_n2atp + (U15_yaw * t_xfl26 + Df5_yaw * along_U15_yaw)) * t_xt42v
-            - G1_yaw * t_xt42v * t_ewrtu
+        t_ixs73 = np.where(m_fatf3, t_knc5l, along_d_yaw)
+        t_lbhuw = t_b6hs3 + (U12_yaw * t_mxnaf + t_pofsn * along_U12_yaw)
+        t_tm6k5 = U13_yaw * t_hg63j + Df3_yaw * along_U13_yaw - t_lbhuw
+        t_dquue = t_tm6k5 + (U14_yaw * t_jtm4x + Df4_yaw * along_U14_yaw)
+        t_nklgs = (
+            (t_dquue + (U15_yaw * t_pcqcj + Df5_yaw * along_U15_yaw)) * t_6dtnj_9
+            - G1_yaw * t_6dtnj_9 * t_ixibe
         )
-        t_ua7hv = np.where(m_6lewq, along_a1_yaw + (eps_yaw * t_bn3mt + G1_yaw * t_ndufb), along_a1_yaw)
-        t_36ubd = -t_ua7hv
-        t_6mmhc = (
-            (t_v7jac + (U45_yaw * t_xfl26 + Df5_yaw * along_U45_yaw)) * t_xt42v
-            - G4_yaw * t_xt42v * t_ewrtu
+        t_ajlxc = np.where(m_fatf3, along_a1_yaw + (eps_yaw * t_nklgs + G1_yaw * t_jwoxg), along_a1_yaw)
+        t_sg3yj = -t_ajlxc
+        t_jklza = (
+            (t_jtm4x + (U45_yaw * t_pcqcj + Df5_yaw * along_U45_yaw)) * t_6dtnj_9
+            - G4_yaw * t_6dtnj_9 * t_ixibe
         )
-        t_7g3bh = np.where(m_6lewq, along_b1_yaw + (eps_yaw * t_6mmhc + G4_yaw * t_ndufb), along_b1_yaw)
-        m_4vgw7 = (0.0 <= t_qlksj)
-        t_jpuml = np.where(m_4vgw7, 1.0, 0.0)
-        m_6cjdt = (t_qlksj <= 0.0)
-        t_gtofe = t_spwqh + (U34_yaw * t_v7jac + Df4_yaw * along_U34_yaw)
-        t_6cu3u = (
-            (t_gtofe + (U35_yaw * t_xfl26 + Df5_yaw * along_U35_yaw)) * t_xt42v
-            - G3_yaw * t_xt42v * t_ewrtu
+        t_zdjxj = np.where(m_fatf3, along_b1_yaw + (eps_yaw * t_jklza + G4_yaw * t_jwoxg), along_b1_yaw)
+        m_5aqbn = (0.0 <= t_kjjly)
+        t_7o24i = np.where(m_5aqbn, 1.0, 0.0)
+        m_zj4kn = (t_kjjly <= 0.0)
+        t_dwj4h = t_hg63j + (U34_yaw * t_jtm4x + Df4_yaw * along_U34_yaw)
+        t_oxesz = (
+            (t_dwj4h + (U35_yaw * t_pcqcj + Df5_yaw * along_U35_yaw)) * t_6dtnj_9
+            - G3_yaw * t_6dtnj_9 * t_ixibe
         )
-        t_jqmmw = np.where(m_6lewq, along_b0_yaw + (eps_yaw * t_6cu3u + G3_yaw * t_ndufb), along_b0_yaw)
-        t_ibohv = t_jpuml / (np.where(m_6cjdt, 1.0, 0.0) + t_jpuml) * (-0.5 * t_jqmmw + -0.5 * t_7g3bh)
-        t_xwlwo = t_7g3bh + t_ibohv
-        t_zwged = (t_zkiaw + t_zkiaw) * t_xwlwo
-        t_dcf52 = U23_yaw * t_spwqh + Df3_yaw * along_U23_yaw - t_bvhqg
-        t_c7xj5 = t_dcf52 + (U24_yaw * t_v7jac + Df4_yaw * along_U24_yaw)
-        t_bwo5p = (
-            (t_c7xj5 + (U25_yaw * t_xfl26 + Df5_yaw * along_U25_yaw)) * t_xt42v
-            - G2_yaw * t_xt42v * t_ewrtu
+        t_czj2d = np.where(m_fatf3, along_b0_yaw + (eps_yaw * t_oxesz + G3_yaw * t_jwoxg), along_b0_yaw)
+        t_brehq = t_7o24i / (np.where(m_zj4kn, 1.0, 0.0) + t_7o24i) * (-0.5 * t_czj2d + -0.5 * t_zdjxj)
+        t_hiz5f = t_zdjxj + t_brehq
+        t_pe7yi = (t_vlh6o + t_vlh6o) * t_hiz5f
+        t_zw4uw = U23_yaw * t_hg63j + Df3_yaw * along_U23_yaw - t_mxnaf
+        t_m67u7 = t_zw4uw + (U24_yaw * t_jtm4x + Df4_yaw * along_U24_yaw)
+        t_msesp = (
+            (t_m67u7 + (U25_yaw * t_pcqcj + Df5_yaw * along_U25_yaw)) * t_6dtnj_9
+            - G2_yaw * t_6dtnj_9 * t_ixibe
         )
-        t_mzrdq = np.where(m_6lewq, along_a2_yaw + (eps_yaw * t_bwo5p + G2_yaw * t_ndufb), along_a2_yaw)
-        t_hdlup = np.where(m_ng6lt, t_newnt * t_ua7hv + a1_now_yaw * t_ua7hv - t_mzrdq, t_36ubd)
-        t_4evb5 = t_jqmmw + t_ibohv
-        t_bho2m = (t_qhfkz + t_qhfkz) * t_4evb5
-        t_fxys3 = np.where(m_ng6lt, t_newnt * t_mzrdq + a2_now_yaw * t_ua7hv, -t_mzrdq)
-        t_xhtsb = (
-            e1_yaw * t_zwged
-            + t_npqek * t_hdlup
-            + e3_roll * t_bho2m
-            - (e2_yaw * (t_qhfkz * t_xwlwo + t_zkiaw * t_4evb5) + t_z4gi6 * t_fxys3)
+        t_nj226 = np.where(m_fatf3, along_a2_yaw + (eps_yaw * t_msesp + G2_yaw * t_jwoxg), along_a2_yaw)
+        t_mixfb = np.where(m_ng6lt, t_xz6ow * t_ajlxc + a1_now_yaw * t_ajlxc - t_nj226, t_sg3yj)
+        t_xu3ck = t_czj2d + t_brehq
+        t_f3lxg = (t_5mv57 + t_5mv57) * t_xu3ck
+        t_kr7vu = np.where(m_ng6lt, t_xz6ow * t_nj226 + a2_now_yaw * t_ajlxc, -t_nj226)
+        t_iwohp = (
+            e1_yaw * t_pe7yi
+            + t_js6v4 * t_mixfb
+            + e3_roll * t_f3lxg
+            - (e2_yaw * (t_5mv57 * t_hiz5f + t_vlh6o * t_xu3ck) + t_yijm6 * t_kr7vu)
         )
-        t_sr5gm = a1_now_yaw * t_xwlwo + t_zkiaw * t_ua7hv
-        t_tbtsp = (
-            t_zwged
-            + (a2_now_yaw * t_bho2m + t_xjk5e * t_mzrdq)
-            - (t_n6w5s * t_4evb5 + t_qhfkz * t_sr5gm)
+        t_c2oyk = a1_now_yaw * t_hiz5f + t_vlh6o * t_ajlxc
+        t_y3a6w = (
+            t_pe7yi
+            + (a2_now_yaw * t_f3lxg + t_56rsr * t_nj226)
+            - (t_74hjb * t_xu3ck + t_5mv57 * t_c2oyk)
         )
-        t_zogq5 = t_xhtsb * t_7xf6k - sd_yaw * t_7xf6k * t_tbtsp
-        t_tgjkt = (
-            t_k6r65
+        t_4moox = t_iwohp * t_6dtnj_14 - sd_yaw * t_6dtnj_14 * t_y3a6w
+        t_lzotk = (
+            t_a3cz5
             + t_z4laf * along_wm1_yaw
             + t_mymwd * along_wm2_yaw
             + t_32esp * along_wm3_yaw
             + np.where(m_ng6lt, t_v4kye * along_wm4_yaw, 0.0)
-            - (t_maquh * (compensate_d * t_rwfza) + d_used_yaw * (np.where(m_ng6lt, t_36ubd, 0.0) + t_zogq5))
+            - (t_rdpsn_3 * (compensate_d * t_ixs73) + d_used_yaw * (np.where(m_ng6lt, t_sg3yj, 0.0) + t_4moox))
         )
-        t_oc62j = e3_roll * t_4evb5
-        t_nmhsp = a2_now_yaw * t_4evb5 + t_qhfkz * t_mzrdq
-        t_skgbh = (
-            e2_yaw * t_xwlwo
-            + t_zkiaw * t_fxys3
-            - t_oc62j
-            - (e1_yaw * t_sr5gm + t_n6w5s * t_hdlup)
-            + (e1_yaw * t_nmhsp + t_3ziba * t_hdlup)
+        t_pluvh = e3_roll * t_xu3ck
+        t_iiq6l = a2_now_yaw * t_xu3ck + t_5mv57 * t_nj226
+        t_q4xui = (
+            e2_yaw * t_hiz5f
+            + t_vlh6o * t_kr7vu
+            - t_pluvh
+            - (e1_yaw * t_c2oyk + t_74hjb * t_mixfb)
+            + (e1_yaw * t_iiq6l + t_vblig * t_mixfb)
         )
-        t_6di57 = (
-            e3_roll * t_xwlwo
-            - (a1_now_yaw * t_oc62j + t_vephh * t_ua7hv)
-            + (e2_yaw * t_nmhsp + t_3ziba * t_fxys3)
-            - (e1_yaw * (a2_now_yaw * t_xwlwo + t_zkiaw * t_mzrdq) + t_ptnjb * t_hdlup)
+        t_7wgdq = (
+            e3_roll * t_hiz5f
+            - (a1_now_yaw * t_pluvh + t_evtjj * t_ajlxc)
+            + (e2_yaw * t_iiq6l + t_vblig * t_kr7vu)
+            - (e1_yaw * (a2_now_yaw * t_hiz5f + t_vlh6o * t_nj226) + t_vqs6e * t_mixfb)
         )
-        t_43g4a = (
-            t_tgjkt * t_ujplt
-            - t_xvgnn * t_ujplt * (t_jqmmw + t_7g3bh + (t_ibohv + t_ibohv))
-            + np.where(m_ng6lt, u1_yaw * t_ua7hv + t_newnt * along_u1_yaw, 0.0)
-            - (v_yaw * t_zogq5 + sd_yaw * t_2h7da)
-            - (yaw * (t_skgbh * t_7xf6k - t0_yaw * t_7xf6k * t_tbtsp) + t0_yaw * along_yaw)
-            - (y1_used_yaw * (t_6di57 * t_7xf6k - t1_yaw * t_7xf6k * t_tbtsp) + t1_yaw * t_rq2o3)
+        t_3xuz2 = (
+            t_lzotk * t_6dtnj_15
+            - t_mvq6v * t_6dtnj_15 * (t_czj2d + t_zdjxj + (t_brehq + t_brehq))
+            + np.where(m_ng6lt, u1_yaw * t_ajlxc + t_xz6ow * along_u1_yaw, 0.0)
+            - (v_yaw * t_4moox + sd_yaw * t_2h7da)
+            - (yaw * (t_q4xui * t_6dtnj_14 - t0_yaw * t_6dtnj_14 * t_y3a6w) + t0_yaw * along_yaw)
+            - (y1_used_yaw * (t_7wgdq * t_6dtnj_14 - t1_yaw * t_6dtnj_14 * t_y3a6w) + t1_yaw * t_rq2o3)
         )
-        t_ihfue = (
-            alpha1_roll * (t_buzsg * along_D2_roll - D2_roll * (t_2ftwl * t_2ftwl * t_lwfke * t_rkxsm))
-            + t_uep3r * t_zxndv
+        t_ucuog = (
+            alpha1_roll * (t_qhwvr * along_D2_roll - D2_roll * (t_weizg * t_weizg * t_7gjyl * t_rkxsm))
+            + t_cxlbd * t_3n6sb
         )
-        t_njcfp = (
-            alpha2_roll * (t_pgi2s * along_D3_roll - D3_roll * (t_pgi2s * t_m6gkz * t_ptrq3))
-            + t_chslv * t_lwfke
+        t_buwmb = (
+            alpha2_roll * (t_qk5hl * along_D3_roll - D3_roll * (t_qk5hl * t_6dtnj * t_jbuv5))
+            + t_qjx3v * t_7gjyl
         )
-        t_lckzd = (
-            alpha3_roll * (t_ssuku * along_D4_roll - D4_roll * (t_ssuku * t_qd2bm * t_xbc47))
-            + t_3j35e * t_ptrq3
+        t_f64tl = (
+            alpha3_roll * (t_qk5hl_2 * along_D4_roll - D4_roll * (t_qk5hl_2 * t_6dtnj_2 * t_e7ym3))
+            + t_r4brd * t_jbuv5
         )
-        t_6r6fl = (
-            alpha4_roll * (t_petfr * along_D5_roll - D5_roll * (t_petfr * t_szpzk * t_waqqe))
-            + t_glxxd * t_xbc47
+        t_iq4fo = (
+            alpha4_roll * (t_qk5hl_3 * along_D5_roll - D5_roll * (t_qk5hl_3 * t_6dtnj_3 * t_uumhh))
+            + t_qfacb * t_e7ym3
         )
-        t_ekuo5 = (
+        t_4xscp = (
             along_U12_roll
-            - (t_4q5lb * (t_4ubt3 * t_gcbdt - t_hr6w3 * t_gcbdt * t_zxndv) + t_hr6w3 * t_i5wo5)
+            - (t_rm4w3 * (t_4ewwg * t_2yiuc - t_bmer5 * t_2yiuc * t_3n6sb) + t_bmer5 * t_dl2bl)
         )
-        t_nuuby = t_mtkdt * t_2ftwl - t_iwp6c * t_2ftwl * t_lwfke
-        t_zsjrk = t_cr44a * t_m6gkz - t_vpr7m * t_m6gkz * t_ptrq3
-        t_4avxw = t_2mkg5 * t_qd2bm - t_el36p * t_qd2bm * t_xbc47
+        t_2ifdh = t_t7u3j * t_weizg - t_ow6ee * t_weizg * t_7gjyl
+        t_gmlfu = t_cu6tm * t_6dtnj - t_hop6j * t_6dtnj * t_jbuv5
+        t_vqr7r = t_zlsuf * t_6dtnj_2 - t_wmsfj * t_6dtnj_2 * t_e7ym3
         t_nlujp = 0.5 * along_wm1_roll
-        t_ibz42 = (
-            alpha1_pitch * (t_rwzhe * along_D2_pitch - D2_pitch * (t_rwzhe * t_vq6qe * t_n3q67))
-            + t_rz27b * t_myzpk
+        t_nsr2u = (
+            alpha1_pitch * (t_qyv4l * along_D2_pitch - D2_pitch * (t_qyv4l * t_an5c3 * t_4kcjc))
+            + t_r4az2 * t_k3uyk
         )
-        t_x4xmc = (
-            alpha2_pitch * (t_clmmw * along_D3_pitch - D3_pitch * (t_clmmw * t_wnsbx * t_xb5zf))
-            + t_ehcbr * t_n3q67
+        t_vitds = (
+            alpha2_pitch * (t_qk5hl_4 * along_D3_pitch - D3_pitch * (t_qk5hl_4 * t_6dtnj_4 * t_cpbhg))
+            + t_jvm5k * t_4kcjc
         )
-        t_l6zox = (
-            alpha3_pitch * (t_km5us * along_D4_pitch - D4_pitch * (t_km5us * t_au2dz * t_7o2f3))
-            + t_22ct6 * t_xb5zf
+        t_3b6eg = (
+            alpha3_pitch * (t_qk5hl_5 * along_D4_pitch - D4_pitch * (t_qk5hl_5 * t_6dtnj_5 * t_qvjyq))
+            + t_qb2gu * t_cpbhg
         )
-        t_puqnz = (
-            alpha4_pitch * (t_xfgg5 * along_D5_pitch - D5_pitch * (t_xfgg5 * t_uppvm * t_4zppg))
-            + t_enyoc * t_7o2f3
+        t_vkmlp = (
+            alpha4_pitch * (t_qk5hl_6 * along_D5_pitch - D5_pitch * (t_qk5hl_6 * t_6dtnj_6 * t_rbb2g))
+            + t_sv54t * t_qvjyq
         )
-        t_j76ya = (
+        t_3uiyr = (
             along_U12_pitch
-            - (t_5xoth * (t_52r3v * t_ba5cq - t_yryoi * t_ba5cq * t_myzpk) + t_yryoi * t_6swjr)
+            - (t_olxlq * (t_uw4xl * t_6gw3v - t_ctcm5 * t_6gw3v * t_k3uyk) + t_ctcm5 * t_4aga2)
         )
-        t_7kbbo = t_tyqro * t_vq6qe - t_iziit * t_vq6qe * t_n3q67
-        t_4hr24 = t_johjr * t_wnsbx - t_q5cqa * t_wnsbx * t_xb5zf
-        t_p5qgd = t_tx5zg * t_au2dz - t_blzne * t_au2dz * t_7o2f3
+        t_fo2dj = t_tjcjv * t_an5c3 - t_2unxj * t_an5c3 * t_4kcjc
+        t_vt2iy = t_rvpot * t_6dtnj_4 - t_ekbem * t_6dtnj_4 * t_cpbhg
+        t_4j67t = t_yifyy * t_6dtnj_5 - t_piobp * t_6dtnj_5 * t_qvjyq
         t_mceqq = 0.5 * along_wm1_pitch
-        t_zj3sb = (
-            alpha1_yaw * (t_jmud7 * along_D2_yaw - D2_yaw * (t_jmud7 * t_epc3p * t_g3udf))
-            + t_7itiz * t_7twjv
+        t_szqth = (
+            alpha1_yaw * (t_7excc * along_D2_yaw - D2_yaw * (t_7excc * t_esxwg * t_4yehg))
+            + t_bzymg * t_6n5vj
         )
-        t_mhrjx = (
-            alpha2_yaw * (t_qfkhf * along_D3_yaw - D3_yaw * (t_qfkhf * t_czmse * t_u2t3t))
-            + t_3ufve * t_g3udf
+        t_jqpxx = (
+            alpha2_yaw * (t_qk5hl_7 * along_D3_yaw - D3_yaw * (t_qk5hl_7 * t_6dtnj_7 * t_wovng))
+            + t_xux75 * t_4yehg
         )
-        t_yf5z4 = (
-            alpha3_yaw * (t_zqvsh * along_D4_yaw - D4_yaw * (t_zqvsh * t_nk3ay * t_lat2a))
-            + t_kj3bh * t_u2t3t
+        t_bqnyu = (
+            alpha3_yaw * (t_qk5hl_8 * along_D4_yaw - D4_yaw * (t_qk5hl_8 * t_6dtnj_8 * t_dnktc))
+            + t_vsr7f * t_wovng
         )
-        t_vfy4e = (
-            alpha4_yaw * (t_6uhyh * along_D5_yaw - D5_yaw * (t_6uhyh * t_xt42v * t_ewrtu))
-            + t_janky * t_lat2a
+        t_cwo7m = (
+            alpha4_yaw * (t_qk5hl_9 * along_D5_yaw - D5_yaw * (t_qk5hl_9 * t_6dtnj_9 * t_ixibe))
+            + t_jvdx5 * t_dnktc
         )
-        t_pd3h4 = (
+        t_at7z5 = (
             along_U12_yaw
-            - (t_fz2ih * (t_yeeko * t_rrlcx - t_k2d3u * t_rrlcx * t_7twjv) + t_k2d3u * t_ynqzy)
+            - (t_howu6 * (t_b6hs3 * t_lgpzs - t_gcsn2 * t_lgpzs * t_6n5vj) + t_gcsn2 * t_s2lwz)
         )
-        t_6qxdi = t_dnqfm * t_epc3p - t_qqhj7 * t_epc3p * t_g3udf
-        t_hkx57 = t_ox57m * t_czmse - t_ov6wh * t_czmse * t_u2t3t
-        t_3lyyr = t_hwmgq * t_nk3ay - t_xokdo * t_nk3ay * t_lat2a
+        t_qgd2l = t_2c5rl * t_esxwg - t_rouvm * t_esxwg * t_4yehg
+        t_mn53o = t_u2bg5 * t_6dtnj_7 - t_nihkp * t_6dtnj_7 * t_wovng
+        t_4lrfr = t_kjvuo * t_6dtnj_8 - t_lhlrb * t_6dtnj_8 * t_dnktc
         t_a3omx = 0.5 * along_wm1_yaw
         t_es5kp = 1.0 + samples
         m_alcgu = (t_es5kp <= 2.0)
         t_alcgu = np.where(m_alcgu, 1.0, 0.0)
         m_n23aq = (2.0 <= t_es5kp)
         return _vector(
-            np.where(m_mu5jj, t_6rbxb, 0.0),
-            np.where(m_mu5jj, t_4oelk, 0.0),
-            np.where(m_mu5jj, t_43g4a, 0.0),
+            np.where(m_i4vvy, t_t2xki, 0.0),
+            np.where(m_i4vvy, t_dbjll, 0.0),
+            np.where(m_i4vvy, t_3xuz2, 0.0),
         ), _vector(
-            np.where(m_mu5jj, t_vh4ur, along_a1_roll),
-            np.where(m_mu5jj, t_qy6nt, along_a2_roll),
-            np.where(m_mu5jj, t_mdwgv, along_b0_roll),
-            np.where(m_mu5jj, t_3jfg3, along_b1_roll),
-            np.where(m_mu5jj, t_4e7kp, along_d_roll),
-            np.where(m_mu5jj, np.where(m_huydk, cap_roll * (along_D1_roll * t_gcbdt - D1_free_roll * t_gcbdt * t_zxndv), along_D1_roll), along_D1_roll),
-            np.where(m_mu5jj, np.where(m_huydk, cap_roll * t_ihfue, along_D2_roll), along_D2_roll),
-            np.where(m_mu5jj, np.where(m_huydk, cap_roll * t_njcfp, along_D3_roll), along_D3_roll),
-            np.where(m_mu5jj, np.where(m_huydk, cap_roll * t_lckzd, along_D4_roll), along_D4_roll),
-            np.where(m_mu5jj, np.where(m_huydk, cap_roll * t_6r6fl, along_D5_roll), along_D5_roll),
-            np.where(m_mu5jj, np.where(m_huydk, t_ekuo5, along_U12_roll), along_U12_roll),
-            np.where(m_mu5jj, np.where(m_huydk, along_U13_roll + (t_73h6y * t_nuuby + t_iwp6c * t_i7ymo), along_U13_roll), along_U13_roll),
-            np.where(m_mu5jj, np.where(m_huydk, along_U23_roll + (t_bqiu4 * t_nuuby + t_iwp6c * t_vhaxy), along_U23_roll), along_U23_roll),
-            np.where(m_mu5jj, np.where(m_huydk, along_U14_roll - (b1_3_roll * t_zsjrk + t_vpr7m * t_7nnhz), along_U14_roll), along_U14_roll),
-            np.where(m_mu5jj, np.where(m_huydk, along_U24_roll - (b2_3_roll * t_zsjrk + t_vpr7m * t_l6zsn), along_U24_roll), along_U24_roll),
-            np.where(m_mu5jj, np.where(m_huydk, along_U34_roll - (Df3_roll * t_zsjrk + t_vpr7m * t_5myce), along_U34_roll), along_U34_roll),
-            np.where(m_mu5jj, np.where(m_huydk, along_U15_roll - (b1_4_roll * t_4avxw + t_el36p * t_6g2lm), along_U15_roll), along_U15_roll),
-            np.where(m_mu5jj, np.where(m_huydk, along_U25_roll - (b2_4_roll * t_4avxw + t_el36p * t_z4fpw), along_U25_roll), along_U25_roll),
-            np.where(m_mu5jj, np.where(m_huydk, along_U35_roll - (b3_4_roll * t_4avxw + t_el36p * t_qjleu), along_U35_roll), along_U35_roll),
-            np.where(m_mu5jj, np.where(m_huydk, along_U45_roll - (Df4_roll * t_4avxw + t_el36p * t_2j7d3), along_U45_roll), along_U45_roll),
-            np.where(m_mu5jj, along_roll, along_y1_roll),
-            np.where(m_mu5jj, t_p5mb3, along_y2_roll),
-            np.where(m_mu5jj, t_5guc6, along_v1_roll),
-            np.where(m_mu5jj, t_6rbxb, along_u1_roll),
-            np.where(m_mu5jj, along_u1_roll, along_u2_roll),
-            np.where(m_mu5jj, np.where(m_ng6lt, t_nlujp + 0.5 * along_wm2_roll, t_nlujp + 0.5 * t_fyvaw), along_ym_roll),
-            np.where(m_mu5jj, t_fyvaw, along_wm1_roll),
-            np.where(m_mu5jj, along_wm1_roll, along_wm2_roll),
-            np.where(m_mu5jj, along_wm2_roll, along_wm3_roll),
-            np.where(m_mu5jj, along_wm3_roll, along_wm4_roll),
-            np.where(m_mu5jj, t_hw34x, along_a1_pitch),
-            np.where(m_mu5jj, t_ak6av, along_a2_pitch),
-            np.where(m_mu5jj, t_t6poo, along_b0_pitch),
-            np.where(m_mu5jj, t_c6ql7, along_b1_pitch),
-            np.where(m_mu5jj, t_yfbgo, along_d_pitch),
-            np.where(m_mu5jj, np.where(m_fztcf, cap_pitch * (along_D1_pitch * t_ba5cq - D1_free_pitch * t_ba5cq * t_myzpk), along_D1_pitch), along_D1_pitch),
-            np.where(m_mu5jj, np.where(m_fztcf, cap_pitch * t_ibz42, along_D2_pitch), along_D2_pitch),
-            np.where(m_mu5jj, np.where(m_fztcf, cap_pitch * t_x4xmc, along_D3_pitch), along_D3_pitch),
-            np.where(m_mu5jj, np.where(m_fztcf, cap_pitch * t_l6zox, along_D4_pitch), along_D4_pitch),
-            np.where(m_mu5jj, np.where(m_fztcf, cap_pitch * t_puqnz, along_D5_pitch), along_D5_pitch),
-            np.where(m_mu5jj, np.where(m_fztcf, t_j76ya, along_U12_pitch), along_U12_pitch),
-            np.where(m_mu5jj, np.where(m_fztcf, along_U13_pitch + (t_m7azd * t_7kbbo + t_iziit * t_tljzu), along_U13_pitch), along_U13_pitch),
-            np.where(m_mu5jj, np.where(m_fztcf, along_U23_pitch + (t_urk7s * t_7kbbo + t_iziit * t_fck75), along_U23_pitch), along_U23_pitch),
-            np.where(m_mu5jj, np.where(m_fztcf, along_U14_pitch - (b1_3_pitch * t_4hr24 + t_q5cqa * t_c765l), along_U14_pitch), along_U14_pitch),
-            np.where(m_mu5jj, np.where(m_fztcf, along_U24_pitch - (b2_3_pitch * t_4hr24 + t_q5cqa * t_kfsdu), along_U24_pitch), along_U24_pitch),
-            np.where(m_mu5jj, np.where(m_fztcf, along_U34_pitch - (Df3_pitch * t_4hr24 + t_q5cqa * t_kwitg), along_U34_pitch), along_U34_pitch),
-            np.where(m_mu5jj, np.where(m_fztcf, along_U15_pitch - (b1_4_pitch * t_p5qgd + t_blzne * t_ximdz), along_U15_pitch), along_U15_pitch),
-            np.where(m_mu5jj, np.where(m_fztcf, along_U25_pitch - (b2_4_pitch * t_p5qgd + t_blzne * t_fax5j), along_U25_pitch), along_U25_pitch),
-            np.where(m_mu5jj, np.where(m_fztcf, along_U35_pitch - (b3_4_pitch * t_p5qgd + t_blzne * t_crqif), along_U35_pitch), along_U35_pitch),
-            np.where(m_mu5jj, np.where(m_fztcf, along_U45_pitch - (Df4_pitch * t_p5qgd + t_blzne * t_s3vzk), along_U45_pitch), along_U45_pitch),
-            np.where(m_mu5jj, along_pitch, along_y1_pitch),
-            np.where(m_mu5jj, t_k2ugh, along_y2_pitch),
-            np.where(m_mu5jj, t_fzwzx, along_v1_pitch),
-            np.where(m_mu5jj, t_4oelk, along_u1_pitch),
-            np.where(m_mu5jj, along_u1_pitch, along_u2_pitch),
-            np.where(m_mu5jj, np.where(m_ng6lt, t_mceqq + 0.5 * along_wm2_pitch, t_mceqq + 0.5 * t_g77db), along_ym_pitch),
-            np.where(m_mu5jj, t_g77db, along_wm1_pitch),
-            np.where(m_mu5jj, along_wm1_pitch, along_wm2_pitch),
-            np.where(m_mu5jj, along_wm2_pitch, along_wm3_pitch),
-            np.where(m_mu5jj, along_wm3_pitch, along_wm4_pitch),
-            np.where(m_mu5jj, t_ua7hv, along_a1_yaw),
-            np.where(m_mu5jj, t_mzrdq, along_a2_yaw),
-            np.where(m_mu5jj, t_jqmmw, along_b0_yaw),
-            np.where(m_mu5jj, t_7g3bh, along_b1_yaw),
-            np.where(m_mu5jj, t_rwfza, along_d_yaw),
-            np.where(m_mu5jj, np.where(m_6lewq, cap_yaw * (along_D1_yaw * t_rrlcx - D1_free_yaw * t_rrlcx * t_7twjv), along_D1_yaw), along_D1_yaw),
-            np.where(m_mu5jj, np.where(m_6lewq, cap_yaw * t_zj3sb, along_D2_yaw), along_D2_yaw),
-            np.where(m_mu5jj, np.where(m_6lewq, cap_yaw * t_mhrjx, along_D3_yaw), along_D3_yaw),
-            np.where(m_mu5jj, np.where(m_6lewq, cap_yaw * t_yf5z4, along_D4_yaw), along_D4_yaw),
-            np.where(m_mu5jj, np.where(m_6lewq, cap_yaw * t_vfy4e, along_D5_yaw), along_D5_yaw),
-            np.where(m_mu5jj, np.where(m_6lewq, t_pd3h4, along_U12_yaw), along_U12_yaw),
-            np.where(m_mu5jj, np.where(m_6lewq, along_U13_yaw + (t_mefgo * t_6qxdi + t_qqhj7 * t_3op2v), along_U13_yaw), along_U13_yaw),
-            np.where(m_mu5jj, np.where(m_6lewq, along_U23_yaw + (t_3inrl * t_6qxdi + t_qqhj7 * t_bvhqg), along_U23_yaw), along_U23_yaw),
-            np.where(m_mu5jj, np.where(m_6lewq, along_U14_yaw - (b1_3_yaw * t_hkx57 + t_ov6wh * t_duqey), along_U14_yaw), along_U14_yaw),
-            np.where(m_mu5jj, np.where(m_6lewq, along_U24_yaw - (b2_3_yaw * t_hkx57 + t_ov6wh * t_dcf52), along_U24_yaw), along_U24_yaw),
-            np.where(m_mu5jj, np.where(m_6lewq, along_U34_yaw - (Df3_yaw * t_hkx57 + t_ov6wh * t_spwqh), along_U34_yaw), along_U34_yaw),
-            np.where(m_mu5jj, np.where(m_6lewq, along_U15_yaw - (b1_4_yaw * t_3lyyr + t_xokdo * t_n2atp), along_U15_yaw), along_U15_yaw),
-            np.where(m_mu5jj, np.where(m_6lewq, along_U25_yaw - (b2_4_yaw * t_3lyyr + t_xokdo * t_c7xj5), along_U25_yaw), along_U25_yaw),
-            np.where(m_mu5jj, np.where(m_6lewq, along_U35_yaw - (b3_4_yaw * t_3lyyr + t_xokdo * t_gtofe), along_U35_yaw), along_U35_yaw),
-            np.where(m_mu5jj, np.where(m_6lewq, along_U45_yaw - (Df4_yaw * t_3lyyr + t_xokdo * t_v7jac), along_U45_yaw), along_U45_yaw),
-            np.where(m_mu5jj, along_yaw, along_y1_yaw),
-            np.where(m_mu5jj, t_rq2o3, along_y2_yaw),
-            np.where(m_mu5jj, t_2h7da, along_v1_yaw),
-            np.where(m_mu5jj, t_43g4a, along_u1_yaw),
-            np.where(m_mu5jj, along_u1_yaw, along_u2_yaw),
-            np.where(m_mu5jj, np.where(m_ng6lt, t_a3omx + 0.5 * along_wm2_yaw, t_a3omx + 0.5 * t_k6r65), along_ym_yaw),
-            np.where(m_mu5jj, t_k6r65, along_wm1_yaw),
-            np.where(m_mu5jj, along_wm1_yaw, along_wm2_yaw),
-            np.where(m_mu5jj, along_wm2_yaw, along_wm3_yaw),
-            np.where(m_mu5jj, along_wm3_yaw, along_wm4_yaw),
-            np.where(m_mu5jj, t_alcgu / (np.where(m_n23aq, 1.0, 0.0) + t_alcgu) * along_samples, 0.0),
+            np.where(m_i4vvy, t_qqxn3, along_a1_roll),
+            np.where(m_i4vvy, t_p4sbp, along_a2_roll),
+            np.where(m_i4vvy, t_h3bzc, along_b0_roll),
+            np.where(m_i4vvy, t_f7e7a, along_b1_roll),
+            np.where(m_i4vvy, t_cf3jf, along_d_roll),
+            np.where(m_i4vvy, np.where(m_dyzzl, cap_roll * (along_D1_roll * t_2yiuc - D1_free_roll * t_2yiuc * t_3n6sb), along_D1_roll), along_D1_roll),
+            np.where(m_i4vvy, np.where(m_dyzzl, cap_roll * t_ucuog, along_D2_roll), along_D2_roll),
+            np.where(m_i4vvy, np.where(m_dyzzl, cap_roll * t_buwmb, along_D3_roll), along_D3_roll),
+            np.where(m_i4vvy, np.where(m_dyzzl, cap_roll * t_f64tl, along_D4_roll), along_D4_roll),
+            np.where(m_i4vvy, np.where(m_dyzzl, cap_roll * t_iq4fo, along_D5_roll), along_D5_roll),
+            np.where(m_i4vvy, np.where(m_dyzzl, t_4xscp, along_U12_roll), along_U12_roll),
+            np.where(m_i4vvy, np.where(m_dyzzl, along_U13_roll + (t_tohgs * t_2ifdh + t_ow6ee * t_y55bd), along_U13_roll), along_U13_roll),
+            np.where(m_i4vvy, np.where(m_dyzzl, along_U23_roll + (t_mpk5i * t_2ifdh + t_ow6ee * t_aflwp), along_U23_roll), along_U23_roll),
+            np.where(m_i4vvy, np.where(m_dyzzl, along_U14_roll - (b1_3_roll * t_gmlfu + t_hop6j * t_amch6), along_U14_roll), along_U14_roll),
+            np.where(m_i4vvy, np.where(m_dyzzl, along_U24_roll - (b2_3_roll * t_gmlfu + t_hop6j * t_nuk4c), along_U24_roll), along_U24_roll),
+            np.where(m_i4vvy, np.where(m_dyzzl, along_U34_roll - (Df3_roll * t_gmlfu + t_hop6j * t_3qqqo), along_U34_roll), along_U34_roll),
+            np.where(m_i4vvy, np.where(m_dyzzl, along_U15_roll - (b1_4_roll * t_vqr7r + t_wmsfj * t_2be3j), along_U15_roll), along_U15_roll),
+            np.where(m_i4vvy, np.where(m_dyzzl, along_U25_roll - (b2_4_roll * t_vqr7r + t_wmsfj * t_g5uay), along_U25_roll), along_U25_roll),
+            np.where(m_i4vvy, np.where(m_dyzzl, along_U35_roll - (b3_4_roll * t_vqr7r + t_wmsfj * t_4gi4s), along_U35_roll), along_U35_roll),
+            np.where(m_i4vvy, np.where(m_dyzzl, along_U45_roll - (Df4_roll * t_vqr7r + t_wmsfj * t_bw7vx), along_U45_roll), along_U45_roll),
+            np.where(m_i4vvy, along_roll, along_y1_roll),
+            np.where(m_i4vvy, t_p5mb3, along_y2_roll),
+            np.where(m_i4vvy, t_5guc6, along_v1_roll),
+            np.where(m_i4vvy, t_t2xki, along_u1_roll),
+            np.where(m_i4vvy, along_u1_roll, along_u2_roll),
+            np.where(m_i4vvy, np.where(m_ng6lt, t_nlujp + 0.5 * along_wm2_roll, t_nlujp + 0.5 * t_xa4oj), along_ym_roll),
+            np.where(m_i4vvy, t_xa4oj, along_wm1_roll),
+            np.where(m_i4vvy, along_wm1_roll, along_wm2_roll),
+            np.where(m_i4vvy, along_wm2_roll, along_wm3_roll),
+            np.where(m_i4vvy, along_wm3_roll, along_wm4_roll),
+            np.where(m_i4vvy, t_xlfxf, along_a1_pitch),
+            np.where(m_i4vvy, t_kex75, along_a2_pitch),
+            np.where(m_i4vvy, t_crmvu, along_b0_pitch),
+            np.where(m_i4vvy, t_wv43l, along_b1_pitch),
+            np.where(m_i4vvy, t_czhku, along_d_pitch),
+            np.where(m_i4vvy, np.where(m_rjsrz, cap_pitch * (along_D1_pitch * t_6gw3v - D1_free_pitch * t_6gw3v * t_k3uyk), along_D1_pitch), along_D1_pitch),
+            np.where(m_i4vvy, np.where(m_rjsrz, cap_pitch * t_nsr2u, along_D2_pitch), along_D2_pitch),
+            np.where(m_i4vvy, np.where(m_rjsrz, cap_pitch * t_vitds, along_D3_pitch), along_D3_pitch),
+            np.where(m_i4vvy, np.where(m_rjsrz, cap_pitch * t_3b6eg, along_D4_pitch), along_D4_pitch),
+            np.where(m_i4vvy, np.where(m_rjsrz, cap_pitch * t_vkmlp, along_D5_pitch), along_D5_pitch),
+            np.where(m_i4vvy, np.where(m_rjsrz, t_3uiyr, along_U12_pitch), along_U12_pitch),
+            np.where(m_i4vvy, np.where(m_rjsrz, along_U13_pitch + (t_ypnck * t_fo2dj + t_2unxj * t_kgue2), along_U13_pitch), along_U13_pitch),
+            np.where(m_i4vvy, np.where(m_rjsrz, along_U23_pitch + (t_gjcmb * t_fo2dj + t_2unxj * t_xoyzg), along_U23_pitch), along_U23_pitch),
+            np.where(m_i4vvy, np.where(m_rjsrz, along_U14_pitch - (b1_3_pitch * t_vt2iy + t_ekbem * t_zuda4), along_U14_pitch), along_U14_pitch),
+            np.where(m_i4vvy, np.where(m_rjsrz, along_U24_pitch - (b2_3_pitch * t_vt2iy + t_ekbem * t_dfsdl), along_U24_pitch), along_U24_pitch),
+            np.where(m_i4vvy, np.where(m_rjsrz, along_U34_pitch - (Df3_pitch * t_vt2iy + t_ekbem * t_cuhyf), along_U34_pitch), along_U34_pitch),
+            np.where(m_i4vvy, np.where(m_rjsrz, along_U15_pitch - (b1_4_pitch * t_4j67t + t_piobp * t_vwye7), along_U15_pitch), along_U15_pitch),
+            np.where(m_i4vvy, np.where(m_rjsrz, along_U25_pitch - (b2_4_pitch * t_4j67t + t_piobp * t_tm446), along_U25_pitch), along_U25_pitch),
+            np.where(m_i4vvy, np.where(m_rjsrz, along_U35_pitch - (b3_4_pitch * t_4j67t + t_piobp * t_rwjup), along_U35_pitch), along_U35_pitch),
+            np.where(m_i4vvy, np.where(m_rjsrz, along_U45_pitch - (Df4_pitch * t_4j67t + t_piobp * t_utzyf), along_U45_pitch), along_U45_pitch),
+            np.where(m_i4vvy, along_pitch, along_y1_pitch),
+            np.where(m_i4vvy, t_k2ugh, along_y2_pitch),
+            np.where(m_i4vvy, t_fzwzx, along_v1_pitch),
+            np.where(m_i4vvy, t_dbjll, along_u1_pitch),
+            np.where(m_i4vvy, along_u1_pitch, along_u2_pitch),
+            np.where(m_i4vvy, np.where(m_ng6lt, t_mceqq + 0.5 * along_wm2_pitch, t_mceqq + 0.5 * t_jmrkn), along_ym_pitch),
+            np.where(m_i4vvy, t_jmrkn, along_wm1_pitch),
+            np.where(m_i4vvy, along_wm1_pitch, along_wm2_pitch),
+            np.where(m_i4vvy, along_wm2_pitch, along_wm3_pitch),
+            np.where(m_i4vvy, along_wm3_pitch, along_wm4_pitch),
+            np.where(m_i4vvy, t_ajlxc, along_a1_yaw),
+            np.where(m_i4vvy, t_nj226, along_a2_yaw),
+            np.where(m_i4vvy, t_czj2d, along_b0_yaw),
+            np.where(m_i4vvy, t_zdjxj, along_b1_yaw),
+            np.where(m_i4vvy, t_ixs73, along_d_yaw),
+            np.where(m_i4vvy, np.where(m_fatf3, cap_yaw * (along_D1_yaw * t_lgpzs - D1_free_yaw * t_lgpzs * t_6n5vj), along_D1_yaw), along_D1_yaw),
+            np.where(m_i4vvy, np.where(m_fatf3, cap_yaw * t_szqth, along_D2_yaw), along_D2_yaw),
+            np.where(m_i4vvy, np.where(m_fatf3, cap_yaw * t_jqpxx, along_D3_yaw), along_D3_yaw),
+            np.where(m_i4vvy, np.where(m_fatf3, cap_yaw * t_bqnyu, along_D4_yaw), along_D4_yaw),
+            np.where(m_i4vvy, np.where(m_fatf3, cap_yaw * t_cwo7m, along_D5_yaw), along_D5_yaw),
+            np.where(m_i4vvy, np.where(m_fatf3, t_at7z5, along_U12_yaw), along_U12_yaw),
+            np.where(m_i4vvy, np.where(m_fatf3, along_U13_yaw + (t_zyqi4 * t_qgd2l + t_rouvm * t_lbhuw), along_U13_yaw), along_U13_yaw),
+            np.where(m_i4vvy, np.where(m_fatf3, along_U23_yaw + (t_pofsn * t_qgd2l + t_rouvm * t_mxnaf), along_U23_yaw), along_U23_yaw),
+            np.where(m_i4vvy, np.where(m_fatf3, along_U14_yaw - (b1_3_yaw * t_mn53o + t_nihkp * t_tm6k5), along_U14_yaw), along_U14_yaw),
+            np.where(m_i4vvy, np.where(m_fatf3, along_U24_yaw - (b2_3_yaw * t_mn53o + t_nihkp * t_zw4uw), along_U24_yaw), along_U24_yaw),
+            np.where(m_i4vvy, np.where(m_fatf3, along_U34_yaw - (Df3_yaw * t_mn53o + t_nihkp * t_hg63j), along_U34_yaw), along_U34_yaw),
+            np.where(m_i4vvy, np.where(m_fatf3, along_U15_yaw - (b1_4_yaw * t_4lrfr + t_lhlrb * t_dquue), along_U15_yaw), along_U15_yaw),
+            np.where(m_i4vvy, np.where(m_fatf3, along_U25_yaw - (b2_4_yaw * t_4lrfr + t_lhlrb * t_m67u7), along_U25_yaw), along_U25_yaw),
+            np.where(m_i4vvy, np.where(m_fatf3, along_U35_yaw - (b3_4_yaw * t_4lrfr + t_lhlrb * t_dwj4h), along_U35_yaw), along_U35_yaw),
+            np.where(m_i4vvy, np.where(m_fatf3, along_U45_yaw - (Df4_yaw * t_4lrfr + t_lhlrb * t_jtm4x), along_U45_yaw), along_U45_yaw),
+            np.where(m_i4vvy, along_yaw, along_y1_yaw),
+            np.where(m_i4vvy, t_rq2o3, along_y2_yaw),
+            np.where(m_i4vvy, t_2h7da, along_v1_yaw),
+            np.where(m_i4vvy, t_3xuz2, along_u1_yaw),
+            np.where(m_i4vvy, along_u1_yaw, along_u2_yaw),
+            np.where(m_i4vvy, np.where(m_ng6lt, t_a3omx + 0.5 * along_wm2_yaw, t_a3omx + 0.5 * t_a3cz5), along_ym_yaw),
+            np.where(m_i4vvy, t_a3cz5, along_wm1_yaw),
+            np.where(m_i4vvy, along_wm1_yaw, along_wm2_yaw),
+            np.where(m_i4vvy, along_wm2_yaw, along_wm3_yaw),
+            np.where(m_i4vvy, along_wm3_yaw, along_wm4_yaw),
+            np.where(m_i4vvy, t_alcgu / (np.where(m_n23aq, 1.0, 0.0) + t_alcgu) * along_samples, 0.0),
             0.0,
         )
 
@@ -6000,13 +6000,13 @@ def mrac_literal_jvp(x, r, v, z, p, c, along_x, along_r, along_v, along_z):
         along_wm2_yaw = along_z[..., 83]
         along_samples = along_z[..., 84]
         model_pole = np.exp(-(Ts / tau_m))
-        t_hjr6j = -1.0 + model_pole
-        t_lbhv6 = t_hjr6j * t_hjr6j
-        t_u5zvh = model_pole + model_pole
-        t_lbhv6_2 = model_pole * model_pole
-        w_roll = t_lbhv6 * ref_roll + t_u5zvh * wm1_roll - t_lbhv6_2 * wm2_roll  # (16)
-        w_pitch = t_lbhv6 * ref_pitch + t_u5zvh * wm1_pitch - t_lbhv6_2 * wm2_pitch  # (16)
-        w_yaw = t_lbhv6 * ref_yaw + t_u5zvh * wm1_yaw - t_lbhv6_2 * wm2_yaw  # (16)
+        t_7h4u2 = -1.0 + model_pole
+        t_zugk2 = t_7h4u2 * t_7h4u2
+        t_7h4u2_2 = model_pole + model_pole
+        t_zugk2_2 = model_pole * model_pole
+        w_roll = t_zugk2 * ref_roll + t_7h4u2_2 * wm1_roll - t_zugk2_2 * wm2_roll  # (16)
+        w_pitch = t_zugk2 * ref_pitch + t_7h4u2_2 * wm1_pitch - t_zugk2_2 * wm2_pitch  # (16)
+        w_yaw = t_zugk2 * ref_yaw + t_7h4u2_2 * wm1_yaw - t_zugk2_2 * wm2_yaw  # (16)
         m_myerm = (samples < 0.5)
         y1_used_roll = np.where(m_myerm, roll, y1_roll)
         m_2oym3 = (0.5 < applied_regressor)
@@ -6020,46 +6020,46 @@ def mrac_literal_jvp(x, r, v, z, p, c, along_x, along_r, along_v, along_z):
             - a2_roll * y2_roll
         )  # (34)
         eps_roll = roll - y_hat_roll  # (39)
-        t_s4qc7 = D1_roll * y1_used_roll
-        alpha1_roll = forgetting + t_s4qc7 * y1_used_roll  # (40)
-        t_gcbdt = 1.0 / alpha1_roll
-        D1_free_roll = D1_roll * t_gcbdt  # (41)
-        t_4q5lb = y2_roll + U12_roll * y1_used_roll
-        t_bqiu4 = D2_roll * t_4q5lb
-        alpha2_roll = alpha1_roll + t_bqiu4 * t_4q5lb  # (40)
-        t_2ftwl = 1.0 / alpha2_roll
+        t_zrpuv = D1_roll * y1_used_roll
+        alpha1_roll = forgetting + t_zrpuv * y1_used_roll  # (40)
+        t_2yiuc = 1.0 / alpha1_roll
+        D1_free_roll = D1_roll * t_2yiuc  # (41)
+        t_rm4w3 = y2_roll + U12_roll * y1_used_roll
+        t_mpk5i = D2_roll * t_rm4w3
+        alpha2_roll = alpha1_roll + t_mpk5i * t_rm4w3  # (40)
+        t_weizg = 1.0 / alpha2_roll
         t_rkxsm = 1.0 / forgetting
-        t_buzsg = t_2ftwl * t_rkxsm
-        t_uep3r = t_buzsg * D2_roll
-        D2_free_roll = t_uep3r * alpha1_roll  # (41)
-        t_hr6w3 = t_s4qc7 * t_gcbdt
-        U12_free_roll = U12_roll - t_hr6w3 * t_4q5lb  # (41)
+        t_qhwvr = t_weizg * t_rkxsm
+        t_cxlbd = t_qhwvr * D2_roll
+        D2_free_roll = t_cxlbd * alpha1_roll  # (41)
+        t_bmer5 = t_zrpuv * t_2yiuc
+        U12_free_roll = U12_roll - t_bmer5 * t_rm4w3  # (41)
         f3_roll = v_roll - U13_roll * y1_used_roll - U23_roll * y2_roll  # (40)
         Df3_roll = D3_roll * f3_roll  # (40)
         alpha3_roll = alpha2_roll + Df3_roll * f3_roll  # (40)
-        t_m6gkz = 1.0 / alpha3_roll
-        t_pgi2s = t_rkxsm * t_m6gkz
-        t_chslv = t_pgi2s * D3_roll
-        D3_free_roll = t_chslv * alpha2_roll  # (41)
-        t_iwp6c = f3_roll * t_2ftwl
-        t_73h6y = t_s4qc7 + t_bqiu4 * U12_roll
-        U13_free_roll = U13_roll + t_iwp6c * t_73h6y  # (41)
-        b1_3_roll = Df3_roll * U13_roll - t_73h6y  # (40)
-        U23_free_roll = U23_roll + t_iwp6c * t_bqiu4  # (41)
-        b2_3_roll = Df3_roll * U23_roll - t_bqiu4  # (40)
+        t_6dtnj = 1.0 / alpha3_roll
+        t_qk5hl = t_rkxsm * t_6dtnj
+        t_qjx3v = t_qk5hl * D3_roll
+        D3_free_roll = t_qjx3v * alpha2_roll  # (41)
+        t_ow6ee = f3_roll * t_weizg
+        t_tohgs = t_zrpuv + t_mpk5i * U12_roll
+        U13_free_roll = U13_roll + t_ow6ee * t_tohgs  # (41)
+        b1_3_roll = Df3_roll * U13_roll - t_tohgs  # (40)
+        U23_free_roll = U23_roll + t_ow6ee * t_mpk5i  # (41)
+        b2_3_roll = Df3_roll * U23_roll - t_mpk5i  # (40)
         f4_roll = v1_roll + U34_roll * v_roll - U14_roll * y1_used_roll - U24_roll * y2_roll  # (40)
         Df4_roll = D4_roll * f4_roll  # (40)
         alpha4_roll = alpha3_roll + Df4_roll * f4_roll  # (40)
-        t_qd2bm = 1.0 / alpha4_roll
-        t_ssuku = t_rkxsm * t_qd2bm
-        t_3j35e = t_ssuku * D4_roll
-        D4_free_roll = t_3j35e * alpha3_roll  # (41)
-        t_vpr7m = f4_roll * t_m6gkz
-        U14_free_roll = U14_roll - t_vpr7m * b1_3_roll  # (41)
+        t_6dtnj_2 = 1.0 / alpha4_roll
+        t_qk5hl_2 = t_rkxsm * t_6dtnj_2
+        t_r4brd = t_qk5hl_2 * D4_roll
+        D4_free_roll = t_r4brd * alpha3_roll  # (41)
+        t_hop6j = f4_roll * t_6dtnj
+        U14_free_roll = U14_roll - t_hop6j * b1_3_roll  # (41)
         b1_4_roll = b1_3_roll + Df4_roll * U14_roll  # (40)
-        U24_free_roll = U24_roll - t_vpr7m * b2_3_roll  # (41)
+        U24_free_roll = U24_roll - t_hop6j * b2_3_roll  # (41)
         b2_4_roll = b2_3_roll + Df4_roll * U24_roll  # (40)
-        U34_free_roll = U34_roll - t_vpr7m * Df3_roll  # (41)
+        U34_free_roll = U34_roll - t_hop6j * Df3_roll  # (41)
         b3_4_roll = Df3_roll + Df4_roll * U34_roll  # (40)
         f5_roll = (
             1.0
@@ -6070,24 +6070,24 @@ def mrac_literal_jvp(x, r, v, z, p, c, along_x, along_r, along_v, along_z):
         )  # (40)
         Df5_roll = D5_roll * f5_roll  # (40)
         alpha5_roll = alpha4_roll + Df5_roll * f5_roll  # (40)
-        t_szpzk = 1.0 / alpha5_roll
-        t_petfr = t_rkxsm * t_szpzk
-        t_glxxd = t_petfr * D5_roll
-        D5_free_roll = t_glxxd * alpha4_roll  # (41)
-        t_el36p = f5_roll * t_qd2bm
-        U15_free_roll = U15_roll - t_el36p * b1_4_roll  # (41)
+        t_6dtnj_3 = 1.0 / alpha5_roll
+        t_qk5hl_3 = t_rkxsm * t_6dtnj_3
+        t_qfacb = t_qk5hl_3 * D5_roll
+        D5_free_roll = t_qfacb * alpha4_roll  # (41)
+        t_wmsfj = f5_roll * t_6dtnj_2
+        U15_free_roll = U15_roll - t_wmsfj * b1_4_roll  # (41)
         b1_5_roll = b1_4_roll + Df5_roll * U15_roll  # (40)
-        U25_free_roll = U25_roll - t_el36p * b2_4_roll  # (41)
+        U25_free_roll = U25_roll - t_wmsfj * b2_4_roll  # (41)
         b2_5_roll = b2_4_roll + Df5_roll * U25_roll  # (40)
-        U35_free_roll = U35_roll - t_el36p * b3_4_roll  # (41)
+        U35_free_roll = U35_roll - t_wmsfj * b3_4_roll  # (41)
         b3_5_roll = b3_4_roll + Df5_roll * U35_roll  # (40)
-        U45_free_roll = U45_roll - t_el36p * Df4_roll  # (41)
+        U45_free_roll = U45_roll - t_wmsfj * Df4_roll  # (41)
         b4_5_roll = Df4_roll + Df5_roll * U45_roll  # (40)
-        G1_roll = b1_5_roll * t_szpzk  # (40)
-        G2_roll = b2_5_roll * t_szpzk  # (40)
-        G3_roll = b3_5_roll * t_szpzk  # (40)
-        G4_roll = b4_5_roll * t_szpzk  # (40)
-        G5_roll = Df5_roll * t_szpzk  # (40)
+        G1_roll = b1_5_roll * t_6dtnj_3  # (40)
+        G2_roll = b2_5_roll * t_6dtnj_3  # (40)
+        G3_roll = b3_5_roll * t_6dtnj_3  # (40)
+        G4_roll = b4_5_roll * t_6dtnj_3  # (40)
+        G5_roll = Df5_roll * t_6dtnj_3  # (40)
         trace_roll = (
             D1_free_roll
             + D2_free_roll
@@ -6105,19 +6105,19 @@ def mrac_literal_jvp(x, r, v, z, p, c, along_x, along_r, along_v, along_z):
             + D5_free_roll * (U35_free_roll * U35_free_roll)
             + D5_free_roll * (U45_free_roll * U45_free_roll)
         )  # (41)
-        m_cy5zr = (trace_max < trace_roll)
-        cap_roll = np.where(m_cy5zr, forgetting, 1.0)
+        m_mhc6m = (trace_max < trace_roll)
+        cap_roll = np.where(m_mhc6m, forgetting, 1.0)
         m_jj746 = (0.5 < adapt)
         m_d33kq = (1.5 < samples)
         m_6w7fs = np.logical_and(m_jj746, m_d33kq)
         t_s4yo7 = np.fmax(dead_zone, dead_zone_sigma * noise)
-        m_ga54y = (t_s4yo7 < np.abs(eps_roll))
-        m_huydk = np.logical_and(m_6w7fs, m_ga54y)
-        a1_now_roll = np.where(m_huydk, a1_roll + G1_roll * eps_roll, a1_roll)  # (42)
-        a2_now_roll = np.where(m_huydk, a2_roll + G2_roll * eps_roll, a2_roll)  # (42)
-        b0_now_roll = np.where(m_huydk, b0_roll + G3_roll * eps_roll, b0_roll)  # (42)
-        b1_now_roll = np.where(m_huydk, b1_roll + G4_roll * eps_roll, b1_roll)  # (42)
-        d_now_roll = np.where(m_huydk, d_roll + G5_roll * eps_roll, d_roll)  # (42)
+        m_dusee = (t_s4yo7 < np.abs(eps_roll))
+        m_dyzzl = np.logical_and(m_6w7fs, m_dusee)
+        a1_now_roll = np.where(m_dyzzl, a1_roll + G1_roll * eps_roll, a1_roll)  # (42)
+        a2_now_roll = np.where(m_dyzzl, a2_roll + G2_roll * eps_roll, a2_roll)  # (42)
+        b0_now_roll = np.where(m_dyzzl, b0_roll + G3_roll * eps_roll, b0_roll)  # (42)
+        b1_now_roll = np.where(m_dyzzl, b1_roll + G4_roll * eps_roll, b1_roll)  # (42)
+        d_now_roll = np.where(m_dyzzl, d_roll + G5_roll * eps_roll, d_roll)  # (42)
         d_used_roll = compensate_d * d_now_roll
         y1_used_pitch = np.where(m_myerm, pitch, y1_pitch)
         v_pitch = np.where(m_2oym3, Ty_applied, np.where(m_ng6lt, u2_pitch, u1_pitch))  # (36)
@@ -6129,45 +6129,45 @@ def mrac_literal_jvp(x, r, v, z, p, c, along_x, along_r, along_v, along_z):
             - a2_pitch * y2_pitch
         )  # (34)
         eps_pitch = pitch - y_hat_pitch  # (39)
-        t_n6265 = D1_pitch * y1_used_pitch
-        alpha1_pitch = forgetting + t_n6265 * y1_used_pitch  # (40)
-        t_ba5cq = 1.0 / alpha1_pitch
-        D1_free_pitch = D1_pitch * t_ba5cq  # (41)
-        t_5xoth = y2_pitch + U12_pitch * y1_used_pitch
-        t_urk7s = D2_pitch * t_5xoth
-        alpha2_pitch = alpha1_pitch + t_urk7s * t_5xoth  # (40)
-        t_vq6qe = 1.0 / alpha2_pitch
-        t_rwzhe = t_rkxsm * t_vq6qe
-        t_rz27b = t_rwzhe * D2_pitch
-        D2_free_pitch = t_rz27b * alpha1_pitch  # (41)
-        t_yryoi = t_n6265 * t_ba5cq
-        U12_free_pitch = U12_pitch - t_yryoi * t_5xoth  # (41)
+        t_zx462 = D1_pitch * y1_used_pitch
+        alpha1_pitch = forgetting + t_zx462 * y1_used_pitch  # (40)
+        t_6gw3v = 1.0 / alpha1_pitch
+        D1_free_pitch = D1_pitch * t_6gw3v  # (41)
+        t_olxlq = y2_pitch + U12_pitch * y1_used_pitch
+        t_gjcmb = D2_pitch * t_olxlq
+        alpha2_pitch = alpha1_pitch + t_gjcmb * t_olxlq  # (40)
+        t_an5c3 = 1.0 / alpha2_pitch
+        t_qyv4l = t_rkxsm * t_an5c3
+        t_r4az2 = t_qyv4l * D2_pitch
+        D2_free_pitch = t_r4az2 * alpha1_pitch  # (41)
+        t_ctcm5 = t_zx462 * t_6gw3v
+        U12_free_pitch = U12_pitch - t_ctcm5 * t_olxlq  # (41)
         f3_pitch = v_pitch - U13_pitch * y1_used_pitch - U23_pitch * y2_pitch  # (40)
         Df3_pitch = D3_pitch * f3_pitch  # (40)
         alpha3_pitch = alpha2_pitch + Df3_pitch * f3_pitch  # (40)
-        t_wnsbx = 1.0 / alpha3_pitch
-        t_clmmw = t_rkxsm * t_wnsbx
-        t_ehcbr = t_clmmw * D3_pitch
-        D3_free_pitch = t_ehcbr * alpha2_pitch  # (41)
-        t_iziit = f3_pitch * t_vq6qe
-        t_m7azd = t_n6265 + t_urk7s * U12_pitch
-        U13_free_pitch = U13_pitch + t_iziit * t_m7azd  # (41)
-        b1_3_pitch = Df3_pitch * U13_pitch - t_m7azd  # (40)
-        U23_free_pitch = U23_pitch + t_iziit * t_urk7s  # (41)
-        b2_3_pitch = Df3_pitch * U23_pitch - t_urk7s  # (40)
+        t_6dtnj_4 = 1.0 / alpha3_pitch
+        t_qk5hl_4 = t_rkxsm * t_6dtnj_4
+        t_jvm5k = t_qk5hl_4 * D3_pitch
+        D3_free_pitch = t_jvm5k * alpha2_pitch  # (41)
+        t_2unxj = f3_pitch * t_an5c3
+        t_ypnck = t_zx462 + t_gjcmb * U12_pitch
+        U13_free_pitch = U13_pitch + t_2unxj * t_ypnck  # (41)
+        b1_3_pitch = Df3_pitch * U13_pitch - t_ypnck  # (40)
+        U23_free_pitch = U23_pitch + t_2unxj * t_gjcmb  # (41)
+        b2_3_pitch = Df3_pitch * U23_pitch - t_gjcmb  # (40)
         f4_pitch = v1_pitch + U34_pitch * v_pitch - U14_pitch * y1_used_pitch - U24_pitch * y2_pitch  # (40)
         Df4_pitch = D4_pitch * f4_pitch  # (40)
         alpha4_pitch = alpha3_pitch + Df4_pitch * f4_pitch  # (40)
-        t_au2dz = 1.0 / alpha4_pitch
-        t_km5us = t_rkxsm * t_au2dz
-        t_22ct6 = t_km5us * D4_pitch
-        D4_free_pitch = t_22ct6 * alpha3_pitch  # (41)
-        t_q5cqa = f4_pitch * t_wnsbx
-        U14_free_pitch = U14_pitch - t_q5cqa * b1_3_pitch  # (41)
+        t_6dtnj_5 = 1.0 / alpha4_pitch
+        t_qk5hl_5 = t_rkxsm * t_6dtnj_5
+        t_qb2gu = t_qk5hl_5 * D4_pitch
+        D4_free_pitch = t_qb2gu * alpha3_pitch  # (41)
+        t_ekbem = f4_pitch * t_6dtnj_4
+        U14_free_pitch = U14_pitch - t_ekbem * b1_3_pitch  # (41)
         b1_4_pitch = b1_3_pitch + Df4_pitch * U14_pitch  # (40)
-        U24_free_pitch = U24_pitch - t_q5cqa * b2_3_pitch  # (41)
+        U24_free_pitch = U24_pitch - t_ekbem * b2_3_pitch  # (41)
         b2_4_pitch = b2_3_pitch + Df4_pitch * U24_pitch  # (40)
-        U34_free_pitch = U34_pitch - t_q5cqa * Df3_pitch  # (41)
+        U34_free_pitch = U34_pitch - t_ekbem * Df3_pitch  # (41)
         b3_4_pitch = Df3_pitch + Df4_pitch * U34_pitch  # (40)
         f5_pitch = (
             1.0
@@ -6178,24 +6178,24 @@ def mrac_literal_jvp(x, r, v, z, p, c, along_x, along_r, along_v, along_z):
         )  # (40)
         Df5_pitch = D5_pitch * f5_pitch  # (40)
         alpha5_pitch = alpha4_pitch + Df5_pitch * f5_pitch  # (40)
-        t_uppvm = 1.0 / alpha5_pitch
-        t_xfgg5 = t_rkxsm * t_uppvm
-        t_enyoc = t_xfgg5 * D5_pitch
-        D5_free_pitch = t_enyoc * alpha4_pitch  # (41)
-        t_blzne = f5_pitch * t_au2dz
-        U15_free_pitch = U15_pitch - t_blzne * b1_4_pitch  # (41)
+        t_6dtnj_6 = 1.0 / alpha5_pitch
+        t_qk5hl_6 = t_rkxsm * t_6dtnj_6
+        t_sv54t = t_qk5hl_6 * D5_pitch
+        D5_free_pitch = t_sv54t * alpha4_pitch  # (41)
+        t_piobp = f5_pitch * t_6dtnj_5
+        U15_free_pitch = U15_pitch - t_piobp * b1_4_pitch  # (41)
         b1_5_pitch = b1_4_pitch + Df5_pitch * U15_pitch  # (40)
-        U25_free_pitch = U25_pitch - t_blzne * b2_4_pitch  # (41)
+        U25_free_pitch = U25_pitch - t_piobp * b2_4_pitch  # (41)
         b2_5_pitch = b2_4_pitch + Df5_pitch * U25_pitch  # (40)
-        U35_free_pitch = U35_pitch - t_blzne * b3_4_pitch  # (41)
+        U35_free_pitch = U35_pitch - t_piobp * b3_4_pitch  # (41)
         b3_5_pitch = b3_4_pitch + Df5_pitch * U35_pitch  # (40)
-        U45_free_pitch = U45_pitch - t_blzne * Df4_pitch  # (41)
+        U45_free_pitch = U45_pitch - t_piobp * Df4_pitch  # (41)
         b4_5_pitch = Df4_pitch + Df5_pitch * U45_pitch  # (40)
-        G1_pitch = b1_5_pitch * t_uppvm  # (40)
-        G2_pitch = b2_5_pitch * t_uppvm  # (40)
-        G3_pitch = b3_5_pitch * t_uppvm  # (40)
-        G4_pitch = b4_5_pitch * t_uppvm  # (40)
-        G5_pitch = Df5_pitch * t_uppvm  # (40)
+        G1_pitch = b1_5_pitch * t_6dtnj_6  # (40)
+        G2_pitch = b2_5_pitch * t_6dtnj_6  # (40)
+        G3_pitch = b3_5_pitch * t_6dtnj_6  # (40)
+        G4_pitch = b4_5_pitch * t_6dtnj_6  # (40)
+        G5_pitch = Df5_pitch * t_6dtnj_6  # (40)
         trace_pitch = (
             D1_free_pitch
             + D2_free_pitch
@@ -6213,15 +6213,15 @@ def mrac_literal_jvp(x, r, v, z, p, c, along_x, along_r, along_v, along_z):
             + D5_free_pitch * (U35_free_pitch * U35_free_pitch)
             + D5_free_pitch * (U45_free_pitch * U45_free_pitch)
         )  # (41)
-        m_rahgr = (trace_max < trace_pitch)
-        cap_pitch = np.where(m_rahgr, forgetting, 1.0)
-        m_a3jc4 = (t_s4yo7 < np.abs(eps_pitch))
-        m_fztcf = np.logical_and(m_6w7fs, m_a3jc4)
-        a1_now_pitch = np.where(m_fztcf, a1_pitch + G1_pitch * eps_pitch, a1_pitch)  # (42)
-        a2_now_pitch = np.where(m_fztcf, a2_pitch + G2_pitch * eps_pitch, a2_pitch)  # (42)
-        b0_now_pitch = np.where(m_fztcf, b0_pitch + G3_pitch * eps_pitch, b0_pitch)  # (42)
-        b1_now_pitch = np.where(m_fztcf, b1_pitch + G4_pitch * eps_pitch, b1_pitch)  # (42)
-        d_now_pitch = np.where(m_fztcf, d_pitch + G5_pitch * eps_pitch, d_pitch)  # (42)
+        m_mhc6m_2 = (trace_max < trace_pitch)
+        cap_pitch = np.where(m_mhc6m_2, forgetting, 1.0)
+        m_yotvq = (t_s4yo7 < np.abs(eps_pitch))
+        m_rjsrz = np.logical_and(m_6w7fs, m_yotvq)
+        a1_now_pitch = np.where(m_rjsrz, a1_pitch + G1_pitch * eps_pitch, a1_pitch)  # (42)
+        a2_now_pitch = np.where(m_rjsrz, a2_pitch + G2_pitch * eps_pitch, a2_pitch)  # (42)
+        b0_now_pitch = np.where(m_rjsrz, b0_pitch + G3_pitch * eps_pitch, b0_pitch)  # (42)
+        b1_now_pitch = np.where(m_rjsrz, b1_pitch + G4_pitch * eps_pitch, b1_pitch)  # (42)
+        d_now_pitch = np.where(m_rjsrz, d_pitch + G5_pitch * eps_pitch, d_pitch)  # (42)
         d_used_pitch = compensate_d * d_now_pitch
         y1_used_yaw = np.where(m_myerm, yaw, y1_yaw)
         v_yaw = np.where(m_2oym3, Tz_applied, np.where(m_ng6lt, u2_yaw, u1_yaw))  # (36)
@@ -6233,45 +6233,45 @@ def mrac_literal_jvp(x, r, v, z, p, c, along_x, along_r, along_v, along_z):
             - a2_yaw * y2_yaw
         )  # (34)
         eps_yaw = yaw - y_hat_yaw  # (39)
-        t_5t4tf = D1_yaw * y1_used_yaw
-        alpha1_yaw = forgetting + t_5t4tf * y1_used_yaw  # (40)
-        t_rrlcx = 1.0 / alpha1_yaw
-        D1_free_yaw = D1_yaw * t_rrlcx  # (41)
-        t_fz2ih = y2_yaw + U12_yaw * y1_used_yaw
-        t_3inrl = D2_yaw * t_fz2ih
-        alpha2_yaw = alpha1_yaw + t_3inrl * t_fz2ih  # (40)
-        t_epc3p = 1.0 / alpha2_yaw
-        t_jmud7 = t_rkxsm * t_epc3p
-        t_7itiz = t_jmud7 * D2_yaw
-        D2_free_yaw = t_7itiz * alpha1_yaw  # (41)
-        t_k2d3u = t_5t4tf * t_rrlcx
-        U12_free_yaw = U12_yaw - t_k2d3u * t_fz2ih  # (41)
+        t_bysdb = D1_yaw * y1_used_yaw
+        alpha1_yaw = forgetting + t_bysdb * y1_used_yaw  # (40)
+        t_lgpzs = 1.0 / alpha1_yaw
+        D1_free_yaw = D1_yaw * t_lgpzs  # (41)
+        t_howu6 = y2_yaw + U12_yaw * y1_used_yaw
+        t_pofsn = D2_yaw * t_howu6
+        alpha2_yaw = alpha1_yaw + t_pofsn * t_howu6  # (40)
+        t_esxwg = 1.0 / alpha2_yaw
+        t_7excc = t_rkxsm * t_esxwg
+        t_bzymg = t_7excc * D2_yaw
+        D2_free_yaw = t_bzymg * alpha1_yaw  # (41)
+        t_gcsn2 = t_bysdb * t_lgpzs
+        U12_free_yaw = U12_yaw - t_gcsn2 * t_howu6  # (41)
         f3_yaw = v_yaw - U13_yaw * y1_used_yaw - U23_yaw * y2_yaw  # (40)
         Df3_yaw = D3_yaw * f3_yaw  # (40)
         alpha3_yaw = alpha2_yaw + Df3_yaw * f3_yaw  # (40)
-        t_czmse = 1.0 / alpha3_yaw
-        t_qfkhf = t_rkxsm * t_czmse
-        t_3ufve = t_qfkhf * D3_yaw
-        D3_free_yaw = t_3ufve * alpha2_yaw  # (41)
-        t_qqhj7 = f3_yaw * t_epc3p
-        t_mefgo = t_5t4tf + t_3inrl * U12_yaw
-        U13_free_yaw = U13_yaw + t_qqhj7 * t_mefgo  # (41)
-        b1_3_yaw = Df3_yaw * U13_yaw - t_mefgo  # (40)
-        U23_free_yaw = U23_yaw + t_qqhj7 * t_3inrl  # (41)
-        b2_3_yaw = Df3_yaw * U23_yaw - t_3inrl  # (40)
+        t_6dtnj_7 = 1.0 / alpha3_yaw
+        t_qk5hl_7 = t_rkxsm * t_6dtnj_7
+        t_xux75 = t_qk5hl_7 * D3_yaw
+        D3_free_yaw = t_xux75 * alpha2_yaw  # (41)
+        t_rouvm = f3_yaw * t_esxwg
+        t_zyqi4 = t_bysdb + t_pofsn * U12_yaw
+        U13_free_yaw = U13_yaw + t_rouvm * t_zyqi4  # (41)
+        b1_3_yaw = Df3_yaw * U13_yaw - t_zyqi4  # (40)
+        U23_free_yaw = U23_yaw + t_rouvm * t_pofsn  # (41)
+        b2_3_yaw = Df3_yaw * U23_yaw - t_pofsn  # (40)
         f4_yaw = v1_yaw + U34_yaw * v_yaw - U14_yaw * y1_used_yaw - U24_yaw * y2_yaw  # (40)
         Df4_yaw = D4_yaw * f4_yaw  # (40)
         alpha4_yaw = alpha3_yaw + Df4_yaw * f4_yaw  # (40)
-        t_nk3ay = 1.0 / alpha4_yaw
-        t_zqvsh = t_rkxsm * t_nk3ay
-        t_kj3bh = t_zqvsh * D4_yaw
-        D4_free_yaw = t_kj3bh * alpha3_yaw  # (41)
-        t_ov6wh = f4_yaw * t_czmse
-        U14_free_yaw = U14_yaw - t_ov6wh * b1_3_yaw  # (41)
+        t_6dtnj_8 = 1.0 / alpha4_yaw
+        t_qk5hl_8 = t_rkxsm * t_6dtnj_8
+        t_vsr7f = t_qk5hl_8 * D4_yaw
+        D4_free_yaw = t_vsr7f * alpha3_yaw  # (41)
+        t_nihkp = f4_yaw * t_6dtnj_7
+        U14_free_yaw = U14_yaw - t_nihkp * b1_3_yaw  # (41)
         b1_4_yaw = b1_3_yaw + Df4_yaw * U14_yaw  # (40)
-        U24_free_yaw = U24_yaw - t_ov6wh * b2_3_yaw  # (41)
+        U24_free_yaw = U24_yaw - t_nihkp * b2_3_yaw  # (41)
         b2_4_yaw = b2_3_yaw + Df4_yaw * U24_yaw  # (40)
-        U34_free_yaw = U34_yaw - t_ov6wh * Df3_yaw  # (41)
+        U34_free_yaw = U34_yaw - t_nihkp * Df3_yaw  # (41)
         b3_4_yaw = Df3_yaw + Df4_yaw * U34_yaw  # (40)
         f5_yaw = (
             1.0
@@ -6282,24 +6282,24 @@ def mrac_literal_jvp(x, r, v, z, p, c, along_x, along_r, along_v, along_z):
         )  # (40)
         Df5_yaw = D5_yaw * f5_yaw  # (40)
         alpha5_yaw = alpha4_yaw + Df5_yaw * f5_yaw  # (40)
-        t_xt42v = 1.0 / alpha5_yaw
-        t_6uhyh = t_rkxsm * t_xt42v
-        t_janky = t_6uhyh * D5_yaw
-        D5_free_yaw = t_janky * alpha4_yaw  # (41)
-        t_xokdo = f5_yaw * t_nk3ay
-        U15_free_yaw = U15_yaw - t_xokdo * b1_4_yaw  # (41)
+        t_6dtnj_9 = 1.0 / alpha5_yaw
+        t_qk5hl_9 = t_rkxsm * t_6dtnj_9
+        t_jvdx5 = t_qk5hl_9 * D5_yaw
+        D5_free_yaw = t_jvdx5 * alpha4_yaw  # (41)
+        t_lhlrb = f5_yaw * t_6dtnj_8
+        U15_free_yaw = U15_yaw - t_lhlrb * b1_4_yaw  # (41)
         b1_5_yaw = b1_4_yaw + Df5_yaw * U15_yaw  # (40)
-        U25_free_yaw = U25_yaw - t_xokdo * b2_4_yaw  # (41)
+        U25_free_yaw = U25_yaw - t_lhlrb * b2_4_yaw  # (41)
         b2_5_yaw = b2_4_yaw + Df5_yaw * U25_yaw  # (40)
-        U35_free_yaw = U35_yaw - t_xokdo * b3_4_yaw  # (41)
+        U35_free_yaw = U35_yaw - t_lhlrb * b3_4_yaw  # (41)
         b3_5_yaw = b3_4_yaw + Df5_yaw * U35_yaw  # (40)
-        U45_free_yaw = U45_yaw - t_xokdo * Df4_yaw  # (41)
+        U45_free_yaw = U45_yaw - t_lhlrb * Df4_yaw  # (41)
         b4_5_yaw = Df4_yaw + Df5_yaw * U45_yaw  # (40)
-        G1_yaw = b1_5_yaw * t_xt42v  # (40)
-        G2_yaw = b2_5_yaw * t_xt42v  # (40)
-        G3_yaw = b3_5_yaw * t_xt42v  # (40)
-        G4_yaw = b4_5_yaw * t_xt42v  # (40)
-        G5_yaw = Df5_yaw * t_xt42v  # (40)
+        G1_yaw = b1_5_yaw * t_6dtnj_9  # (40)
+        G2_yaw = b2_5_yaw * t_6dtnj_9  # (40)
+        G3_yaw = b3_5_yaw * t_6dtnj_9  # (40)
+        G4_yaw = b4_5_yaw * t_6dtnj_9  # (40)
+        G5_yaw = Df5_yaw * t_6dtnj_9  # (40)
         trace_yaw = (
             D1_free_yaw
             + D2_free_yaw
@@ -6317,88 +6317,88 @@ def mrac_literal_jvp(x, r, v, z, p, c, along_x, along_r, along_v, along_z):
             + D5_free_yaw * (U35_free_yaw * U35_free_yaw)
             + D5_free_yaw * (U45_free_yaw * U45_free_yaw)
         )  # (41)
-        m_4b7bf = (trace_max < trace_yaw)
-        cap_yaw = np.where(m_4b7bf, forgetting, 1.0)
-        m_tx63k = (t_s4yo7 < np.abs(eps_yaw))
-        m_6lewq = np.logical_and(m_6w7fs, m_tx63k)
-        a1_now_yaw = np.where(m_6lewq, a1_yaw + G1_yaw * eps_yaw, a1_yaw)  # (42)
-        a2_now_yaw = np.where(m_6lewq, a2_yaw + G2_yaw * eps_yaw, a2_yaw)  # (42)
-        b0_now_yaw = np.where(m_6lewq, b0_yaw + G3_yaw * eps_yaw, b0_yaw)  # (42)
-        b1_now_yaw = np.where(m_6lewq, b1_yaw + G4_yaw * eps_yaw, b1_yaw)  # (42)
-        d_now_yaw = np.where(m_6lewq, d_yaw + G5_yaw * eps_yaw, d_yaw)  # (42)
+        m_mhc6m_3 = (trace_max < trace_yaw)
+        cap_yaw = np.where(m_mhc6m_3, forgetting, 1.0)
+        m_zcxt6 = (t_s4yo7 < np.abs(eps_yaw))
+        m_fatf3 = np.logical_and(m_6w7fs, m_zcxt6)
+        a1_now_yaw = np.where(m_fatf3, a1_yaw + G1_yaw * eps_yaw, a1_yaw)  # (42)
+        a2_now_yaw = np.where(m_fatf3, a2_yaw + G2_yaw * eps_yaw, a2_yaw)  # (42)
+        b0_now_yaw = np.where(m_fatf3, b0_yaw + G3_yaw * eps_yaw, b0_yaw)  # (42)
+        b1_now_yaw = np.where(m_fatf3, b1_yaw + G4_yaw * eps_yaw, b1_yaw)  # (42)
+        d_now_yaw = np.where(m_fatf3, d_yaw + G5_yaw * eps_yaw, d_yaw)  # (42)
         d_used_yaw = compensate_d * d_now_yaw
-        t_uyakr = np.fmax(b0_now_roll, b_min)
+        t_irdwz = np.fmax(b0_now_roll, b_min)
         t_4msa4 = Ts * Ts * b_min_ratio
         t_r2nkn = 0.5 / I_x * t_4msa4
-        b0_used_roll = np.fmax(t_uyakr, t_r2nkn)
+        b0_used_roll = np.fmax(t_irdwz, t_r2nkn)
         t_2qnly = C2_pole * C2_pole
-        t_dx3wo = t_2qnly - a2_now_roll
-        t_pbd6n = C2_pole + C2_pole
-        t_lanll = t_pbd6n + a1_now_roll
-        s1_cancel_roll = -t_lanll  # (23)
-        t0_cancel_roll = np.where(m_ng6lt, t_dx3wo + a1_now_roll * a1_now_roll + t_pbd6n * a1_now_roll, s1_cancel_roll)  # (24)
-        t1_cancel_roll = np.where(m_ng6lt, t_pbd6n * a2_now_roll + a1_now_roll * a2_now_roll, t_dx3wo)  # (24)
-        t_f3rmr = b1_now_roll - b0_used_roll * t_lanll
-        t_qkrvx = b1_now_roll * v_roll
-        BSu_roll = np.where(m_ng6lt, u1_roll * t_f3rmr - t_qkrvx * t_lanll, t_qkrvx)  # (33)
-        t_nzxnb = np.where(m_ng6lt, 1.0 - t_lanll, 1.0)
-        t_pqkxw = (
+        t_yxp6o = t_2qnly - a2_now_roll
+        t_c4wxs = C2_pole + C2_pole
+        t_ubkmp = t_c4wxs + a1_now_roll
+        s1_cancel_roll = -t_ubkmp  # (23)
+        t0_cancel_roll = np.where(m_ng6lt, t_yxp6o + a1_now_roll * a1_now_roll + t_c4wxs * a1_now_roll, s1_cancel_roll)  # (24)
+        t1_cancel_roll = np.where(m_ng6lt, t_c4wxs * a2_now_roll + a1_now_roll * a2_now_roll, t_yxp6o)  # (24)
+        t_a7n64 = b1_now_roll - b0_used_roll * t_ubkmp
+        t_kke3c = b1_now_roll * v_roll
+        BSu_roll = np.where(m_ng6lt, u1_roll * t_a7n64 - t_kke3c * t_ubkmp, t_kke3c)  # (33)
+        t_kgwnu = np.where(m_ng6lt, 1.0 - t_ubkmp, 1.0)
+        t_7n5ia = (
             w_roll
             - BSu_roll
             + t_2qnly * wm2_roll
-            - t_pbd6n * wm1_roll
-            - d_used_roll * t_nzxnb
+            - t_c4wxs * wm1_roll
+            - d_used_roll * t_kgwnu
             - roll * t0_cancel_roll
             - t1_cancel_roll * y1_used_roll
         )
-        t_63334 = 1.0 / b0_used_roll
-        u_roll_mrac_literal = t_pqkxw * t_63334
-        t_3us43 = np.fmax(b0_now_pitch, b_min)
+        t_amoyy = 1.0 / b0_used_roll
+        u_roll_mrac_literal = t_7n5ia * t_amoyy
+        t_jq7rj = np.fmax(b0_now_pitch, b_min)
         t_rf45g = 0.5 / I_y * t_4msa4
-        b0_used_pitch = np.fmax(t_3us43, t_rf45g)
-        t_6kmom = t_2qnly - a2_now_pitch
-        t_xabv7 = t_pbd6n + a1_now_pitch
-        s1_cancel_pitch = -t_xabv7  # (23)
-        t0_cancel_pitch = np.where(m_ng6lt, t_6kmom + a1_now_pitch * a1_now_pitch + t_pbd6n * a1_now_pitch, s1_cancel_pitch)  # (24)
-        t1_cancel_pitch = np.where(m_ng6lt, t_pbd6n * a2_now_pitch + a1_now_pitch * a2_now_pitch, t_6kmom)  # (24)
-        t_ds3fx = b1_now_pitch - b0_used_pitch * t_xabv7
-        t_gl7ia = b1_now_pitch * v_pitch
-        BSu_pitch = np.where(m_ng6lt, u1_pitch * t_ds3fx - t_gl7ia * t_xabv7, t_gl7ia)  # (33)
-        t_7xp6e = np.where(m_ng6lt, 1.0 - t_xabv7, 1.0)
-        t_ox36q = (
+        b0_used_pitch = np.fmax(t_jq7rj, t_rf45g)
+        t_nxjzt = t_2qnly - a2_now_pitch
+        t_kuhgq = t_c4wxs + a1_now_pitch
+        s1_cancel_pitch = -t_kuhgq  # (23)
+        t0_cancel_pitch = np.where(m_ng6lt, t_nxjzt + a1_now_pitch * a1_now_pitch + t_c4wxs * a1_now_pitch, s1_cancel_pitch)  # (24)
+        t1_cancel_pitch = np.where(m_ng6lt, t_c4wxs * a2_now_pitch + a1_now_pitch * a2_now_pitch, t_nxjzt)  # (24)
+        t_xitgn = b1_now_pitch - b0_used_pitch * t_kuhgq
+        t_uatia = b1_now_pitch * v_pitch
+        BSu_pitch = np.where(m_ng6lt, u1_pitch * t_xitgn - t_uatia * t_kuhgq, t_uatia)  # (33)
+        t_7xx2m = np.where(m_ng6lt, 1.0 - t_kuhgq, 1.0)
+        t_fcefs = (
             w_pitch
             - BSu_pitch
             + t_2qnly * wm2_pitch
-            - t_pbd6n * wm1_pitch
-            - d_used_pitch * t_7xp6e
+            - t_c4wxs * wm1_pitch
+            - d_used_pitch * t_7xx2m
             - pitch * t0_cancel_pitch
             - t1_cancel_pitch * y1_used_pitch
         )
-        t_l33k6 = 1.0 / b0_used_pitch
-        u_pitch_mrac_literal = t_ox36q * t_l33k6
-        t_jqfjm = np.fmax(b0_now_yaw, b_min)
+        t_tocbm = 1.0 / b0_used_pitch
+        u_pitch_mrac_literal = t_fcefs * t_tocbm
+        t_vacsb = np.fmax(b0_now_yaw, b_min)
         t_ufxyh = 0.5 / I_z * t_4msa4
-        b0_used_yaw = np.fmax(t_jqfjm, t_ufxyh)
-        t_npxzz = t_2qnly - a2_now_yaw
-        t_44iwp = t_pbd6n + a1_now_yaw
-        s1_cancel_yaw = -t_44iwp  # (23)
-        t0_cancel_yaw = np.where(m_ng6lt, t_npxzz + a1_now_yaw * a1_now_yaw + t_pbd6n * a1_now_yaw, s1_cancel_yaw)  # (24)
-        t1_cancel_yaw = np.where(m_ng6lt, t_pbd6n * a2_now_yaw + a1_now_yaw * a2_now_yaw, t_npxzz)  # (24)
-        t_u4ahm = b1_now_yaw - b0_used_yaw * t_44iwp
-        t_quuto = b1_now_yaw * v_yaw
-        BSu_yaw = np.where(m_ng6lt, u1_yaw * t_u4ahm - t_quuto * t_44iwp, t_quuto)  # (33)
-        t_ekig6 = np.where(m_ng6lt, 1.0 - t_44iwp, 1.0)
-        t_hy6m2 = (
+        b0_used_yaw = np.fmax(t_vacsb, t_ufxyh)
+        t_t5jm7 = t_2qnly - a2_now_yaw
+        t_h7p4o = t_c4wxs + a1_now_yaw
+        s1_cancel_yaw = -t_h7p4o  # (23)
+        t0_cancel_yaw = np.where(m_ng6lt, t_t5jm7 + a1_now_yaw * a1_now_yaw + t_c4wxs * a1_now_yaw, s1_cancel_yaw)  # (24)
+        t1_cancel_yaw = np.where(m_ng6lt, t_c4wxs * a2_now_yaw + a1_now_yaw * a2_now_yaw, t_t5jm7)  # (24)
+        t_mpnlx = b1_now_yaw - b0_used_yaw * t_h7p4o
+        t_dilxn = b1_now_yaw * v_yaw
+        BSu_yaw = np.where(m_ng6lt, u1_yaw * t_mpnlx - t_dilxn * t_h7p4o, t_dilxn)  # (33)
+        t_fxwcx = np.where(m_ng6lt, 1.0 - t_h7p4o, 1.0)
+        t_cdlkz = (
             w_yaw
             - BSu_yaw
             + t_2qnly * wm2_yaw
-            - t_pbd6n * wm1_yaw
-            - d_used_yaw * t_ekig6
+            - t_c4wxs * wm1_yaw
+            - d_used_yaw * t_fxwcx
             - t0_cancel_yaw * yaw
             - t1_cancel_yaw * y1_used_yaw
         )
-        t_uslyz = 1.0 / b0_used_yaw
-        u_yaw_mrac_literal = t_hy6m2 * t_uslyz
+        t_nts2m = 1.0 / b0_used_yaw
+        u_yaw_mrac_literal = t_cdlkz * t_nts2m
         m_m35aa = (np.abs(Tx_applied) < 1e+30)
         m_6g4m5 = (np.abs(Ty_applied) < 1e+30)
         m_qvzit = np.logical_and(m_m35aa, m_6g4m5)
@@ -6414,471 +6414,471 @@ def mrac_literal_jvp(x, r, v, z, p, c, along_x, along_r, along_v, along_z):
         m_65ott = np.logical_and(m_6i24m, m_ghzhf)
         m_lisih = (np.abs(roll) < 1e+30)
         m_fdhnb = np.logical_and(m_65ott, m_lisih)
-        m_klrep = (np.abs(trace_pitch) < 1e+30)
-        m_ftaye = np.logical_and(m_fdhnb, m_klrep)
-        m_nob5q = (np.abs(trace_roll) < 1e+30)
-        m_dtjsa = np.logical_and(m_ftaye, m_nob5q)
-        m_smxdh = (np.abs(trace_yaw) < 1e+30)
-        m_tnlb6 = np.logical_and(m_dtjsa, m_smxdh)
+        m_6qzei = (np.abs(trace_pitch) < 1e+30)
+        m_uncs5 = np.logical_and(m_fdhnb, m_6qzei)
+        m_6qzei_2 = (np.abs(trace_roll) < 1e+30)
+        m_f6kxn = np.logical_and(m_uncs5, m_6qzei_2)
+        m_6qzei_3 = (np.abs(trace_yaw) < 1e+30)
+        m_f6kxn_2 = np.logical_and(m_f6kxn, m_6qzei_3)
         m_q3hd4 = (np.abs(yaw) < 1e+30)
-        m_n37qp = np.logical_and(m_tnlb6, m_q3hd4)
-        m_m4djy = (np.abs(u_pitch_mrac_literal) < 1e+30)
-        m_r6745 = np.logical_and(m_n37qp, m_m4djy)
-        m_l5gdz = (np.abs(u_roll_mrac_literal) < 1e+30)
-        m_zencp = np.logical_and(m_r6745, m_l5gdz)
-        m_ccpp3 = (np.abs(u_yaw_mrac_literal) < 1e+30)
-        m_kqyoi = np.logical_and(m_zencp, m_ccpp3)
-        t_fyvaw = t_lbhv6 * along_ref_roll + t_u5zvh * along_wm1_roll - t_lbhv6_2 * along_wm2_roll
+        m_4qjac = np.logical_and(m_f6kxn_2, m_q3hd4)
+        m_hllxh = (np.abs(u_pitch_mrac_literal) < 1e+30)
+        m_meqbv = np.logical_and(m_4qjac, m_hllxh)
+        m_6zvw3 = (np.abs(u_roll_mrac_literal) < 1e+30)
+        m_yip5e = np.logical_and(m_meqbv, m_6zvw3)
+        m_4ukab = (np.abs(u_yaw_mrac_literal) < 1e+30)
+        m_hudbn = np.logical_and(m_yip5e, m_4ukab)
+        t_xa4oj = t_zugk2 * along_ref_roll + t_7h4u2_2 * along_wm1_roll - t_zugk2_2 * along_wm2_roll
         t_5guc6 = np.where(m_2oym3, along_Tx_applied, np.where(m_ng6lt, along_u2_roll, along_u1_roll))
         t_p5mb3 = np.where(m_myerm, along_roll, along_y1_roll)
-        t_cr44a = (
+        t_cu6tm = (
             along_v1_roll
             + (v_roll * along_U34_roll + U34_roll * t_5guc6)
             - (y1_used_roll * along_U14_roll + U14_roll * t_p5mb3)
             - (y2_roll * along_U24_roll + U24_roll * along_y2_roll)
         )
-        t_2j7d3 = f4_roll * along_D4_roll + D4_roll * t_cr44a
-        t_2mkg5 = (
+        t_bw7vx = f4_roll * along_D4_roll + D4_roll * t_cu6tm
+        t_zlsuf = (
             v_roll * along_U35_roll
             + U35_roll * t_5guc6
             + (v1_roll * along_U45_roll + U45_roll * along_v1_roll)
             - (y1_used_roll * along_U15_roll + U15_roll * t_p5mb3)
             - (y2_roll * along_U25_roll + U25_roll * along_y2_roll)
         )
-        t_p2iki = f5_roll * along_D5_roll + D5_roll * t_2mkg5
-        t_4ubt3 = y1_used_roll * along_D1_roll + D1_roll * t_p5mb3
-        t_zxndv = y1_used_roll * t_4ubt3 + t_s4qc7 * t_p5mb3
-        t_i5wo5 = along_y2_roll + (y1_used_roll * along_U12_roll + U12_roll * t_p5mb3)
-        t_vhaxy = t_4q5lb * along_D2_roll + D2_roll * t_i5wo5
-        t_lwfke = t_zxndv + (t_4q5lb * t_vhaxy + t_bqiu4 * t_i5wo5)
-        t_mtkdt = (
+        t_nfaf5 = f5_roll * along_D5_roll + D5_roll * t_zlsuf
+        t_4ewwg = y1_used_roll * along_D1_roll + D1_roll * t_p5mb3
+        t_3n6sb = y1_used_roll * t_4ewwg + t_zrpuv * t_p5mb3
+        t_dl2bl = along_y2_roll + (y1_used_roll * along_U12_roll + U12_roll * t_p5mb3)
+        t_aflwp = t_rm4w3 * along_D2_roll + D2_roll * t_dl2bl
+        t_7gjyl = t_3n6sb + (t_rm4w3 * t_aflwp + t_mpk5i * t_dl2bl)
+        t_t7u3j = (
             t_5guc6
             - (y1_used_roll * along_U13_roll + U13_roll * t_p5mb3)
             - (y2_roll * along_U23_roll + U23_roll * along_y2_roll)
         )
-        t_5myce = f3_roll * along_D3_roll + D3_roll * t_mtkdt
-        t_ptrq3 = t_lwfke + (f3_roll * t_5myce + Df3_roll * t_mtkdt)
-        t_xbc47 = t_ptrq3 + (f4_roll * t_2j7d3 + Df4_roll * t_cr44a)
-        t_waqqe = t_xbc47 + (f5_roll * t_p2iki + Df5_roll * t_2mkg5)
-        t_csmt4 = (
-            (t_2j7d3 + (U45_roll * t_p2iki + Df5_roll * along_U45_roll)) * t_szpzk
-            - G4_roll * t_szpzk * t_waqqe
+        t_3qqqo = f3_roll * along_D3_roll + D3_roll * t_t7u3j
+        t_jbuv5 = t_7gjyl + (f3_roll * t_3qqqo + Df3_roll * t_t7u3j)
+        t_e7ym3 = t_jbuv5 + (f4_roll * t_bw7vx + Df4_roll * t_cu6tm)
+        t_uumhh = t_e7ym3 + (f5_roll * t_nfaf5 + Df5_roll * t_zlsuf)
+        t_si7tw = (
+            (t_bw7vx + (U45_roll * t_nfaf5 + Df5_roll * along_U45_roll)) * t_6dtnj_3
+            - G4_roll * t_6dtnj_3 * t_uumhh
         )
-        t_zpwnk = (
+        t_mhm7f = (
             along_d_roll
             + (v_roll * along_b0_roll + b0_roll * t_5guc6)
             + (v1_roll * along_b1_roll + b1_roll * along_v1_roll)
             - (y1_used_roll * along_a1_roll + a1_roll * t_p5mb3)
             - (y2_roll * along_a2_roll + a2_roll * along_y2_roll)
         )
-        t_vewdd = along_roll - t_zpwnk
-        t_3jfg3 = np.where(m_huydk, along_b1_roll + (eps_roll * t_csmt4 + G4_roll * t_vewdd), along_b1_roll)
-        m_ixyhd = (t_r2nkn <= t_uyakr)
-        t_scbgl = np.where(m_ixyhd, 1.0, 0.0)
-        m_enadh = (t_uyakr <= t_r2nkn)
-        m_fqqqw = (b_min <= b0_now_roll)
-        t_fqqqw = np.where(m_fqqqw, 1.0, 0.0)
-        m_ildba = (b0_now_roll <= b_min)
-        t_qjleu = t_5myce + (U34_roll * t_2j7d3 + Df4_roll * along_U34_roll)
-        t_x4ac6 = (
-            (t_qjleu + (U35_roll * t_p2iki + Df5_roll * along_U35_roll)) * t_szpzk
-            - G3_roll * t_szpzk * t_waqqe
+        t_il7ec = along_roll - t_mhm7f
+        t_f7e7a = np.where(m_dyzzl, along_b1_roll + (eps_roll * t_si7tw + G4_roll * t_il7ec), along_b1_roll)
+        m_yzrdd = (t_r2nkn <= t_irdwz)
+        t_sneuu = np.where(m_yzrdd, 1.0, 0.0)
+        m_ixqfv = (t_irdwz <= t_r2nkn)
+        m_fxcr4 = (b_min <= b0_now_roll)
+        t_fxcr4 = np.where(m_fxcr4, 1.0, 0.0)
+        m_dqtp6 = (b0_now_roll <= b_min)
+        t_4gi4s = t_3qqqo + (U34_roll * t_bw7vx + Df4_roll * along_U34_roll)
+        t_lrs5u = (
+            (t_4gi4s + (U35_roll * t_nfaf5 + Df5_roll * along_U35_roll)) * t_6dtnj_3
+            - G3_roll * t_6dtnj_3 * t_uumhh
         )
-        t_mdwgv = np.where(m_huydk, along_b0_roll + (eps_roll * t_x4ac6 + G3_roll * t_vewdd), along_b0_roll)
-        t_xa6zw = t_scbgl / (t_scbgl + np.where(m_enadh, 1.0, 0.0)) * (t_fqqqw / (t_fqqqw + np.where(m_ildba, 1.0, 0.0)) * t_mdwgv)
-        t_i7ymo = t_4ubt3 + (U12_roll * t_vhaxy + t_bqiu4 * along_U12_roll)
-        t_7nnhz = U13_roll * t_5myce + Df3_roll * along_U13_roll - t_i7ymo
-        t_6g2lm = t_7nnhz + (U14_roll * t_2j7d3 + Df4_roll * along_U14_roll)
-        t_7lmwn = (
-            (t_6g2lm + (U15_roll * t_p2iki + Df5_roll * along_U15_roll)) * t_szpzk
-            - G1_roll * t_szpzk * t_waqqe
+        t_h3bzc = np.where(m_dyzzl, along_b0_roll + (eps_roll * t_lrs5u + G3_roll * t_il7ec), along_b0_roll)
+        t_a35fr = t_sneuu / (t_sneuu + np.where(m_ixqfv, 1.0, 0.0)) * (t_fxcr4 / (t_fxcr4 + np.where(m_dqtp6, 1.0, 0.0)) * t_h3bzc)
+        t_y55bd = t_4ewwg + (U12_roll * t_aflwp + t_mpk5i * along_U12_roll)
+        t_amch6 = U13_roll * t_3qqqo + Df3_roll * along_U13_roll - t_y55bd
+        t_2be3j = t_amch6 + (U14_roll * t_bw7vx + Df4_roll * along_U14_roll)
+        t_r3ccg = (
+            (t_2be3j + (U15_roll * t_nfaf5 + Df5_roll * along_U15_roll)) * t_6dtnj_3
+            - G1_roll * t_6dtnj_3 * t_uumhh
         )
-        t_vh4ur = np.where(m_huydk, along_a1_roll + (eps_roll * t_7lmwn + G1_roll * t_vewdd), along_a1_roll)
-        t_c2nnb = v_roll * t_3jfg3 + b1_now_roll * t_5guc6
-        t_sehpn = (
-            t_f3rmr * along_u1_roll
-            + u1_roll * (t_3jfg3 - (t_lanll * t_xa6zw + b0_used_roll * t_vh4ur))
-            - (t_lanll * t_c2nnb + t_qkrvx * t_vh4ur)
+        t_qqxn3 = np.where(m_dyzzl, along_a1_roll + (eps_roll * t_r3ccg + G1_roll * t_il7ec), along_a1_roll)
+        t_mcn26 = v_roll * t_f7e7a + b1_now_roll * t_5guc6
+        t_jvtf6 = (
+            t_a7n64 * along_u1_roll
+            + u1_roll * (t_f7e7a - (t_ubkmp * t_a35fr + b0_used_roll * t_qqxn3))
+            - (t_ubkmp * t_mcn26 + t_kke3c * t_qqxn3)
         )
-        t_uyv4a = (
+        t_fbame = (
             along_d_roll
-            + (eps_roll * (t_p2iki * t_szpzk - G5_roll * t_szpzk * t_waqqe) + G5_roll * t_vewdd)
+            + (eps_roll * (t_nfaf5 * t_6dtnj_3 - G5_roll * t_6dtnj_3 * t_uumhh) + G5_roll * t_il7ec)
         )
-        t_4e7kp = np.where(m_huydk, t_uyv4a, along_d_roll)
-        t_l6zsn = U23_roll * t_5myce + Df3_roll * along_U23_roll - t_vhaxy
-        t_z4fpw = t_l6zsn + (U24_roll * t_2j7d3 + Df4_roll * along_U24_roll)
-        t_m7fjp = (
-            (t_z4fpw + (U25_roll * t_p2iki + Df5_roll * along_U25_roll)) * t_szpzk
-            - G2_roll * t_szpzk * t_waqqe
+        t_cf3jf = np.where(m_dyzzl, t_fbame, along_d_roll)
+        t_nuk4c = U23_roll * t_3qqqo + Df3_roll * along_U23_roll - t_aflwp
+        t_g5uay = t_nuk4c + (U24_roll * t_bw7vx + Df4_roll * along_U24_roll)
+        t_l5b23 = (
+            (t_g5uay + (U25_roll * t_nfaf5 + Df5_roll * along_U25_roll)) * t_6dtnj_3
+            - G2_roll * t_6dtnj_3 * t_uumhh
         )
-        t_qy6nt = np.where(m_huydk, along_a2_roll + (eps_roll * t_m7fjp + G2_roll * t_vewdd), along_a2_roll)
-        t_uu5gi = roll * np.where(m_ng6lt, (a1_now_roll + a1_now_roll) * t_vh4ur - t_qy6nt + t_pbd6n * t_vh4ur, -t_vh4ur)
-        t_xdjfu = y1_used_roll * np.where(m_ng6lt, t_pbd6n * t_qy6nt + (a2_now_roll * t_vh4ur + a1_now_roll * t_qy6nt), -t_qy6nt)
-        t_uftfu = (
-            t_fyvaw
-            - np.where(m_ng6lt, t_sehpn, t_c2nnb)
+        t_p4sbp = np.where(m_dyzzl, along_a2_roll + (eps_roll * t_l5b23 + G2_roll * t_il7ec), along_a2_roll)
+        t_jyz53 = roll * np.where(m_ng6lt, (a1_now_roll + a1_now_roll) * t_qqxn3 - t_p4sbp + t_c4wxs * t_qqxn3, -t_qqxn3)
+        t_4qvb6 = y1_used_roll * np.where(m_ng6lt, t_c4wxs * t_p4sbp + (a2_now_roll * t_qqxn3 + a1_now_roll * t_p4sbp), -t_p4sbp)
+        t_hhsr4 = (
+            t_xa4oj
+            - np.where(m_ng6lt, t_jvtf6, t_mcn26)
             + t_2qnly * along_wm2_roll
-            - t_pbd6n * along_wm1_roll
-            - (t_nzxnb * (compensate_d * t_4e7kp) + np.where(m_ng6lt, -(d_used_roll * t_vh4ur), 0.0))
-            - (t0_cancel_roll * along_roll + t_uu5gi)
-            - (t_xdjfu + t1_cancel_roll * t_p5mb3)
+            - t_c4wxs * along_wm1_roll
+            - (t_kgwnu * (compensate_d * t_cf3jf) + np.where(m_ng6lt, -(d_used_roll * t_qqxn3), 0.0))
+            - (t0_cancel_roll * along_roll + t_jyz53)
+            - (t_4qvb6 + t1_cancel_roll * t_p5mb3)
         )
-        t_i4jyc = t_uftfu * t_63334 - u_roll_mrac_literal * t_63334 * t_xa6zw
-        t_g77db = t_lbhv6 * along_ref_pitch + t_u5zvh * along_wm1_pitch - t_lbhv6_2 * along_wm2_pitch
+        t_vckfx = t_hhsr4 * t_amoyy - u_roll_mrac_literal * t_amoyy * t_a35fr
+        t_jmrkn = t_zugk2 * along_ref_pitch + t_7h4u2_2 * along_wm1_pitch - t_zugk2_2 * along_wm2_pitch
         t_fzwzx = np.where(m_2oym3, along_Ty_applied, np.where(m_ng6lt, along_u2_pitch, along_u1_pitch))
         t_k2ugh = np.where(m_myerm, along_pitch, along_y1_pitch)
-        t_johjr = (
+        t_rvpot = (
             along_v1_pitch
             + (v_pitch * along_U34_pitch + U34_pitch * t_fzwzx)
             - (y1_used_pitch * along_U14_pitch + U14_pitch * t_k2ugh)
             - (y2_pitch * along_U24_pitch + U24_pitch * along_y2_pitch)
         )
-        t_s3vzk = f4_pitch * along_D4_pitch + D4_pitch * t_johjr
-        t_tx5zg = (
+        t_utzyf = f4_pitch * along_D4_pitch + D4_pitch * t_rvpot
+        t_yifyy = (
             v_pitch * along_U35_pitch
             + U35_pitch * t_fzwzx
             + (v1_pitch * along_U45_pitch + U45_pitch * along_v1_pitch)
             - (y1_used_pitch * along_U15_pitch + U15_pitch * t_k2ugh)
             - (y2_pitch * along_U25_pitch + U25_pitch * along_y2_pitch)
         )
-        t_te3hn = f5_pitch * along_D5_pitch + D5_pitch * t_tx5zg
-        t_52r3v = y1_used_pitch * along_D1_pitch + D1_pitch * t_k2ugh
-        t_myzpk = y1_used_pitch * t_52r3v + t_n6265 * t_k2ugh
-        t_6swjr = along_y2_pitch + (y1_used_pitch * along_U12_pitch + U12_pitch * t_k2ugh)
-        t_fck75 = t_5xoth * along_D2_pitch + D2_pitch * t_6swjr
-        t_n3q67 = t_myzpk + (t_5xoth * t_fck75 + t_urk7s * t_6swjr)
-        t_tyqro = (
+        t_mhcow = f5_pitch * along_D5_pitch + D5_pitch * t_yifyy
+        t_uw4xl = y1_used_pitch * along_D1_pitch + D1_pitch * t_k2ugh
+        t_k3uyk = y1_used_pitch * t_uw4xl + t_zx462 * t_k2ugh
+        t_4aga2 = along_y2_pitch + (y1_used_pitch * along_U12_pitch + U12_pitch * t_k2ugh)
+        t_xoyzg = t_olxlq * along_D2_pitch + D2_pitch * t_4aga2
+        t_4kcjc = t_k3uyk + (t_olxlq * t_xoyzg + t_gjcmb * t_4aga2)
+        t_tjcjv = (
             t_fzwzx
             - (y1_used_pitch * along_U13_pitch + U13_pitch * t_k2ugh)
             - (y2_pitch * along_U23_pitch + U23_pitch * along_y2_pitch)
         )
-        t_kwitg = f3_pitch * along_D3_pitch + D3_pitch * t_tyqro
-        t_xb5zf = t_n3q67 + (f3_pitch * t_kwitg + Df3_pitch * t_tyqro)
-        t_7o2f3 = t_xb5zf + (f4_pitch * t_s3vzk + Df4_pitch * t_johjr)
-        t_4zppg = t_7o2f3 + (f5_pitch * t_te3hn + Df5_pitch * t_tx5zg)
-        t_7l2lt = (
-            (t_s3vzk + (U45_pitch * t_te3hn + Df5_pitch * along_U45_pitch)) * t_uppvm
-            - G4_pitch * t_uppvm * t_4zppg
+        t_cuhyf = f3_pitch * along_D3_pitch + D3_pitch * t_tjcjv
+        t_cpbhg = t_4kcjc + (f3_pitch * t_cuhyf + Df3_pitch * t_tjcjv)
+        t_qvjyq = t_cpbhg + (f4_pitch * t_utzyf + Df4_pitch * t_rvpot)
+        t_rbb2g = t_qvjyq + (f5_pitch * t_mhcow + Df5_pitch * t_yifyy)
+        t_zahgd = (
+            (t_utzyf + (U45_pitch * t_mhcow + Df5_pitch * along_U45_pitch)) * t_6dtnj_6
+            - G4_pitch * t_6dtnj_6 * t_rbb2g
         )
-        t_sfbvj = (
+        t_6vgge = (
             along_d_pitch
             + (v_pitch * along_b0_pitch + b0_pitch * t_fzwzx)
             + (v1_pitch * along_b1_pitch + b1_pitch * along_v1_pitch)
             - (y1_used_pitch * along_a1_pitch + a1_pitch * t_k2ugh)
             - (y2_pitch * along_a2_pitch + a2_pitch * along_y2_pitch)
         )
-        t_54n5p = along_pitch - t_sfbvj
-        t_c6ql7 = np.where(m_fztcf, along_b1_pitch + (eps_pitch * t_7l2lt + G4_pitch * t_54n5p), along_b1_pitch)
-        m_w25f5 = (t_rf45g <= t_3us43)
-        t_vqxtx = np.where(m_w25f5, 1.0, 0.0)
-        m_tm5bw = (t_3us43 <= t_rf45g)
-        m_bdwad = (b_min <= b0_now_pitch)
-        t_bdwad = np.where(m_bdwad, 1.0, 0.0)
-        m_ffoek = (b0_now_pitch <= b_min)
-        t_crqif = t_kwitg + (U34_pitch * t_s3vzk + Df4_pitch * along_U34_pitch)
-        t_cfhpf = (
-            (t_crqif + (U35_pitch * t_te3hn + Df5_pitch * along_U35_pitch)) * t_uppvm
-            - G3_pitch * t_uppvm * t_4zppg
+        t_4hvt5 = along_pitch - t_6vgge
+        t_wv43l = np.where(m_rjsrz, along_b1_pitch + (eps_pitch * t_zahgd + G4_pitch * t_4hvt5), along_b1_pitch)
+        m_r2o52 = (t_rf45g <= t_jq7rj)
+        t_ahk2n = np.where(m_r2o52, 1.0, 0.0)
+        m_ppqqo = (t_jq7rj <= t_rf45g)
+        m_kcqw7 = (b_min <= b0_now_pitch)
+        t_kcqw7 = np.where(m_kcqw7, 1.0, 0.0)
+        m_tofbw = (b0_now_pitch <= b_min)
+        t_rwjup = t_cuhyf + (U34_pitch * t_utzyf + Df4_pitch * along_U34_pitch)
+        t_oy46j = (
+            (t_rwjup + (U35_pitch * t_mhcow + Df5_pitch * along_U35_pitch)) * t_6dtnj_6
+            - G3_pitch * t_6dtnj_6 * t_rbb2g
         )
-        t_t6poo = np.where(m_fztcf, along_b0_pitch + (eps_pitch * t_cfhpf + G3_pitch * t_54n5p), along_b0_pitch)
-        t_ydqgt = t_vqxtx / (t_vqxtx + np.where(m_tm5bw, 1.0, 0.0)) * (t_bdwad / (t_bdwad + np.where(m_ffoek, 1.0, 0.0)) * t_t6poo)
-        t_tljzu = t_52r3v + (U12_pitch * t_fck75 + t_urk7s * along_U12_pitch)
-        t_c765l = U13_pitch * t_kwitg + Df3_pitch * along_U13_pitch - t_tljzu
-        t_ximdz = t_c765l + (U14_pitch * t_s3vzk + Df4_pitch * along_U14_pitch)
-        t_nlcuq = (
-            (t_ximdz + (U15_pitch * t_te3hn + Df5_pitch * along_U15_pitch)) * t_uppvm
-            - G1_pitch * t_uppvm * t_4zppg
+        t_crmvu = np.where(m_rjsrz, along_b0_pitch + (eps_pitch * t_oy46j + G3_pitch * t_4hvt5), along_b0_pitch)
+        t_64oau = t_ahk2n / (t_ahk2n + np.where(m_ppqqo, 1.0, 0.0)) * (t_kcqw7 / (t_kcqw7 + np.where(m_tofbw, 1.0, 0.0)) * t_crmvu)
+        t_kgue2 = t_uw4xl + (U12_pitch * t_xoyzg + t_gjcmb * along_U12_pitch)
+        t_zuda4 = U13_pitch * t_cuhyf + Df3_pitch * along_U13_pitch - t_kgue2
+        t_vwye7 = t_zuda4 + (U14_pitch * t_utzyf + Df4_pitch * along_U14_pitch)
+        t_dkp4c = (
+            (t_vwye7 + (U15_pitch * t_mhcow + Df5_pitch * along_U15_pitch)) * t_6dtnj_6
+            - G1_pitch * t_6dtnj_6 * t_rbb2g
         )
-        t_hw34x = np.where(m_fztcf, along_a1_pitch + (eps_pitch * t_nlcuq + G1_pitch * t_54n5p), along_a1_pitch)
-        t_o32ab = v_pitch * t_c6ql7 + b1_now_pitch * t_fzwzx
-        t_navur = (
-            t_ds3fx * along_u1_pitch
-            + u1_pitch * (t_c6ql7 - (t_xabv7 * t_ydqgt + b0_used_pitch * t_hw34x))
-            - (t_xabv7 * t_o32ab + t_gl7ia * t_hw34x)
+        t_xlfxf = np.where(m_rjsrz, along_a1_pitch + (eps_pitch * t_dkp4c + G1_pitch * t_4hvt5), along_a1_pitch)
+        t_75yp3 = v_pitch * t_wv43l + b1_now_pitch * t_fzwzx
+        t_k7qc3 = (
+            t_xitgn * along_u1_pitch
+            + u1_pitch * (t_wv43l - (t_kuhgq * t_64oau + b0_used_pitch * t_xlfxf))
+            - (t_kuhgq * t_75yp3 + t_uatia * t_xlfxf)
         )
-        t_y6ibb = (
+        t_62ikm = (
             along_d_pitch
-            + (eps_pitch * (t_te3hn * t_uppvm - G5_pitch * t_uppvm * t_4zppg) + G5_pitch * t_54n5p)
+            + (eps_pitch * (t_mhcow * t_6dtnj_6 - G5_pitch * t_6dtnj_6 * t_rbb2g) + G5_pitch * t_4hvt5)
         )
-        t_yfbgo = np.where(m_fztcf, t_y6ibb, along_d_pitch)
-        t_kfsdu = U23_pitch * t_kwitg + Df3_pitch * along_U23_pitch - t_fck75
-        t_fax5j = t_kfsdu + (U24_pitch * t_s3vzk + Df4_pitch * along_U24_pitch)
-        t_ajce5 = (
-            (t_fax5j + (U25_pitch * t_te3hn + Df5_pitch * along_U25_pitch)) * t_uppvm
-            - G2_pitch * t_uppvm * t_4zppg
+        t_czhku = np.where(m_rjsrz, t_62ikm, along_d_pitch)
+        t_dfsdl = U23_pitch * t_cuhyf + Df3_pitch * along_U23_pitch - t_xoyzg
+        t_tm446 = t_dfsdl + (U24_pitch * t_utzyf + Df4_pitch * along_U24_pitch)
+        t_ea4hi = (
+            (t_tm446 + (U25_pitch * t_mhcow + Df5_pitch * along_U25_pitch)) * t_6dtnj_6
+            - G2_pitch * t_6dtnj_6 * t_rbb2g
         )
-        t_ak6av = np.where(m_fztcf, along_a2_pitch + (eps_pitch * t_ajce5 + G2_pitch * t_54n5p), along_a2_pitch)
-        t_j2bzl = pitch * np.where(m_ng6lt, (a1_now_pitch + a1_now_pitch) * t_hw34x - t_ak6av + t_pbd6n * t_hw34x, -t_hw34x)
-        t_5ldky = y1_used_pitch * np.where(m_ng6lt, t_pbd6n * t_ak6av + (a2_now_pitch * t_hw34x + a1_now_pitch * t_ak6av), -t_ak6av)
-        t_u5cq7 = (
-            t_g77db
-            - np.where(m_ng6lt, t_navur, t_o32ab)
+        t_kex75 = np.where(m_rjsrz, along_a2_pitch + (eps_pitch * t_ea4hi + G2_pitch * t_4hvt5), along_a2_pitch)
+        t_ym4oj = pitch * np.where(m_ng6lt, (a1_now_pitch + a1_now_pitch) * t_xlfxf - t_kex75 + t_c4wxs * t_xlfxf, -t_xlfxf)
+        t_szco5 = y1_used_pitch * np.where(m_ng6lt, t_c4wxs * t_kex75 + (a2_now_pitch * t_xlfxf + a1_now_pitch * t_kex75), -t_kex75)
+        t_3bpbw = (
+            t_jmrkn
+            - np.where(m_ng6lt, t_k7qc3, t_75yp3)
             + t_2qnly * along_wm2_pitch
-            - t_pbd6n * along_wm1_pitch
-            - (t_7xp6e * (compensate_d * t_yfbgo) + np.where(m_ng6lt, -(d_used_pitch * t_hw34x), 0.0))
-            - (t0_cancel_pitch * along_pitch + t_j2bzl)
-            - (t_5ldky + t1_cancel_pitch * t_k2ugh)
+            - t_c4wxs * along_wm1_pitch
+            - (t_7xx2m * (compensate_d * t_czhku) + np.where(m_ng6lt, -(d_used_pitch * t_xlfxf), 0.0))
+            - (t0_cancel_pitch * along_pitch + t_ym4oj)
+            - (t_szco5 + t1_cancel_pitch * t_k2ugh)
         )
-        t_gxsuy = t_u5cq7 * t_l33k6 - u_pitch_mrac_literal * t_l33k6 * t_ydqgt
-        t_k6r65 = t_lbhv6 * along_ref_yaw + t_u5zvh * along_wm1_yaw - t_lbhv6_2 * along_wm2_yaw
+        t_tvqq7 = t_3bpbw * t_tocbm - u_pitch_mrac_literal * t_tocbm * t_64oau
+        t_a3cz5 = t_zugk2 * along_ref_yaw + t_7h4u2_2 * along_wm1_yaw - t_zugk2_2 * along_wm2_yaw
         t_2h7da = np.where(m_2oym3, along_Tz_applied, np.where(m_ng6lt, along_u2_yaw, along_u1_yaw))
         t_rq2o3 = np.where(m_myerm, along_yaw, along_y1_yaw)
-        t_ox57m = (
+        t_u2bg5 = (
             along_v1_yaw
             + (v_yaw * along_U34_yaw + U34_yaw * t_2h7da)
             - (y1_used_yaw * along_U14_yaw + U14_yaw * t_rq2o3)
             - (y2_yaw * along_U24_yaw + U24_yaw * along_y2_yaw)
         )
-        t_v7jac = f4_yaw * along_D4_yaw + D4_yaw * t_ox57m
-        t_hwmgq = (
+        t_jtm4x = f4_yaw * along_D4_yaw + D4_yaw * t_u2bg5
+        t_kjvuo = (
             v_yaw * along_U35_yaw
             + U35_yaw * t_2h7da
             + (v1_yaw * along_U45_yaw + U45_yaw * along_v1_yaw)
             - (y1_used_yaw * along_U15_yaw + U15_yaw * t_rq2o3)
             - (y2_yaw * along_U25_yaw + U25_yaw * along_y2_yaw)
         )
-        t_xfl26 = f5_yaw * along_D5_yaw + D5_yaw * t_hwmgq
-        t_yeeko = y1_used_yaw * along_D1_yaw + D1_yaw * t_rq2o3
-        t_7twjv = y1_used_yaw * t_yeeko + t_5t4tf * t_rq2o3
-        t_ynqzy = along_y2_yaw + (y1_used_yaw * along_U12_yaw + U12_yaw * t_rq2o3)
-        t_bvhqg = t_fz2ih * along_D2_yaw + D2_yaw * t_ynqzy
-        t_g3udf = t_7twjv + (t_fz2ih * t_bvhqg + t_3inrl * t_ynqzy)
-        t_dnqfm = (
+        t_pcqcj = f5_yaw * along_D5_yaw + D5_yaw * t_kjvuo
+        t_b6hs3 = y1_used_yaw * along_D1_yaw + D1_yaw * t_rq2o3
+        t_6n5vj = y1_used_yaw * t_b6hs3 + t_bysdb * t_rq2o3
+        t_s2lwz = along_y2_yaw + (y1_used_yaw * along_U12_yaw + U12_yaw * t_rq2o3)
+        t_mxnaf = t_howu6 * along_D2_yaw + D2_yaw * t_s2lwz
+        t_4yehg = t_6n5vj + (t_howu6 * t_mxnaf + t_pofsn * t_s2lwz)
+        t_2c5rl = (
             t_2h7da
             - (y1_used_yaw * along_U13_yaw + U13_yaw * t_rq2o3)
             - (y2_yaw * along_U23_yaw + U23_yaw * along_y2_yaw)
         )
-        t_spwqh = f3_yaw * along_D3_yaw + D3_yaw * t_dnqfm
-        t_u2t3t = t_g3udf + (f3_yaw * t_spwqh + Df3_yaw * t_dnqfm)
-        t_lat2a = t_u2t3t + (f4_yaw * t_v7jac + Df4_yaw * t_ox57m)
-        t_ewrtu = t_lat2a + (f5_yaw * t_xfl26 + Df5_yaw * t_hwmgq)
-        t_6mmhc = (
-            (t_v7jac + (U45_yaw * t_xfl26 + Df5_yaw * along_U45_yaw)) * t_xt42v
-            - G4_yaw * t_xt42v * t_ewrtu
+        t_hg63j = f3_yaw * along_D3_yaw + D3_yaw * t_2c5rl
+        t_wovng = t_4yehg + (f3_yaw * t_hg63j + Df3_yaw * t_2c5rl)
+        t_dnktc = t_wovng + (f4_yaw * t_jtm4x + Df4_yaw * t_u2bg5)
+        t_ixibe = t_dnktc + (f5_yaw * t_pcqcj + Df5_yaw * t_kjvuo)
+        t_jklza = (
+            (t_jtm4x + (U45_yaw * t_pcqcj + Df5_yaw * along_U45_yaw)) * t_6dtnj_9
+            - G4_yaw * t_6dtnj_9 * t_ixibe
         )
-        t_yvkbd = (
+        t_xdczm = (
             along_d_yaw
             + (v_yaw * along_b0_yaw + b0_yaw * t_2h7da)
             + (v1_yaw * along_b1_yaw + b1_yaw * along_v1_yaw)
             - (y1_used_yaw * along_a1_yaw + a1_yaw * t_rq2o3)
             - (y2_yaw * along_a2_yaw + a2_yaw * along_y2_yaw)
         )
-        t_ndufb = along_yaw - t_yvkbd
-        t_7g3bh = np.where(m_6lewq, along_b1_yaw + (eps_yaw * t_6mmhc + G4_yaw * t_ndufb), along_b1_yaw)
-        m_bn3sx = (t_ufxyh <= t_jqfjm)
-        t_expcq = np.where(m_bn3sx, 1.0, 0.0)
-        m_ifxoy = (t_jqfjm <= t_ufxyh)
-        m_b4zst = (b_min <= b0_now_yaw)
-        t_b4zst = np.where(m_b4zst, 1.0, 0.0)
-        m_jta5f = (b0_now_yaw <= b_min)
-        t_gtofe = t_spwqh + (U34_yaw * t_v7jac + Df4_yaw * along_U34_yaw)
-        t_6cu3u = (
-            (t_gtofe + (U35_yaw * t_xfl26 + Df5_yaw * along_U35_yaw)) * t_xt42v
-            - G3_yaw * t_xt42v * t_ewrtu
+        t_jwoxg = along_yaw - t_xdczm
+        t_zdjxj = np.where(m_fatf3, along_b1_yaw + (eps_yaw * t_jklza + G4_yaw * t_jwoxg), along_b1_yaw)
+        m_fzswu = (t_ufxyh <= t_vacsb)
+        t_f3ujl = np.where(m_fzswu, 1.0, 0.0)
+        m_vl36s = (t_vacsb <= t_ufxyh)
+        m_uaxqt = (b_min <= b0_now_yaw)
+        t_uaxqt = np.where(m_uaxqt, 1.0, 0.0)
+        m_k4p2i = (b0_now_yaw <= b_min)
+        t_dwj4h = t_hg63j + (U34_yaw * t_jtm4x + Df4_yaw * along_U34_yaw)
+        t_oxesz = (
+            (t_dwj4h + (U35_yaw * t_pcqcj + Df5_yaw * along_U35_yaw)) * t_6dtnj_9
+            - G3_yaw * t_6dtnj_9 * t_ixibe
         )
-        t_jqmmw = np.where(m_6lewq, along_b0_yaw + (eps_yaw * t_6cu3u + G3_yaw * t_ndufb), along_b0_yaw)
-        t_z7z4i = t_expcq / (t_expcq + np.where(m_ifxoy, 1.0, 0.0)) * (t_b4zst / (t_b4zst + np.where(m_jta5f, 1.0, 0.0)) * t_jqmmw)
-        t_3op2v = t_yeeko + (U12_yaw * t_bvhqg + t_3inrl * along_U12_yaw)
-        t_duqey = U13_yaw * t_spwqh + Df3_yaw * along_U13_yaw - t_3op2v
-        t_n2atp = t_duqey + (U14_yaw * t_v7jac + Df4_yaw * along_U14_yaw)
-        t_bn3mt = (
-            (t_n2atp + (U15_yaw * t_xfl26 + Df5_yaw * along_U15_yaw)) * t_xt42v
-            - G1_yaw * t_xt42v * t_ewrtu
+        t_czj2d = np.where(m_fatf3, along_b0_yaw + (eps_yaw * t_oxesz + G3_yaw * t_jwoxg), along_b0_yaw)
+        t_auvuk = t_f3ujl / (t_f3ujl + np.where(m_vl36s, 1.0, 0.0)) * (t_uaxqt / (t_uaxqt + np.where(m_k4p2i, 1.0, 0.0)) * t_czj2d)
+        t_lbhuw = t_b6hs3 + (U12_yaw * t_mxnaf + t_pofsn * along_U12_yaw)
+        t_tm6k5 = U13_yaw * t_hg63j + Df3_yaw * along_U13_yaw - t_lbhuw
+        t_dquue = t_tm6k5 + (U14_yaw * t_jtm4x + Df4_yaw * along_U14_yaw)
+        t_nklgs = (
+            (t_dquue + (U15_yaw * t_pcqcj + Df5_yaw * along_U15_yaw)) * t_6dtnj_9
+            - G1_yaw * t_6dtnj_9 * t_ixibe
         )
-        t_ua7hv = np.where(m_6lewq, along_a1_yaw + (eps_yaw * t_bn3mt + G1_yaw * t_ndufb), along_a1_yaw)
-        t_o6gkb = v_yaw * t_7g3bh + b1_now_yaw * t_2h7da
-        t_zwdcg = (
-            t_u4ahm * along_u1_yaw
-            + u1_yaw * (t_7g3bh - (t_44iwp * t_z7z4i + b0_used_yaw * t_ua7hv))
-            - (t_44iwp * t_o6gkb + t_quuto * t_ua7hv)
+        t_ajlxc = np.where(m_fatf3, along_a1_yaw + (eps_yaw * t_nklgs + G1_yaw * t_jwoxg), along_a1_yaw)
+        t_f2t42 = v_yaw * t_zdjxj + b1_now_yaw * t_2h7da
+        t_jppfz = (
+            t_mpnlx * along_u1_yaw
+            + u1_yaw * (t_zdjxj - (t_h7p4o * t_auvuk + b0_used_yaw * t_ajlxc))
+            - (t_h7p4o * t_f2t42 + t_dilxn * t_ajlxc)
         )
-        t_i6vab = (
+        t_knc5l = (
             along_d_yaw
-            + (eps_yaw * (t_xfl26 * t_xt42v - G5_yaw * t_xt42v * t_ewrtu) + G5_yaw * t_ndufb)
+            + (eps_yaw * (t_pcqcj * t_6dtnj_9 - G5_yaw * t_6dtnj_9 * t_ixibe) + G5_yaw * t_jwoxg)
         )
-        t_rwfza = np.where(m_6lewq, t_i6vab, along_d_yaw)
-        t_dcf52 = U23_yaw * t_spwqh + Df3_yaw * along_U23_yaw - t_bvhqg
-        t_c7xj5 = t_dcf52 + (U24_yaw * t_v7jac + Df4_yaw * along_U24_yaw)
-        t_bwo5p = (
-            (t_c7xj5 + (U25_yaw * t_xfl26 + Df5_yaw * along_U25_yaw)) * t_xt42v
-            - G2_yaw * t_xt42v * t_ewrtu
+        t_ixs73 = np.where(m_fatf3, t_knc5l, along_d_yaw)
+        t_zw4uw = U23_yaw * t_hg63j + Df3_yaw * along_U23_yaw - t_mxnaf
+        t_m67u7 = t_zw4uw + (U24_yaw * t_jtm4x + Df4_yaw * along_U24_yaw)
+        t_msesp = (
+            (t_m67u7 + (U25_yaw * t_pcqcj + Df5_yaw * along_U25_yaw)) * t_6dtnj_9
+            - G2_yaw * t_6dtnj_9 * t_ixibe
         )
-        t_mzrdq = np.where(m_6lewq, along_a2_yaw + (eps_yaw * t_bwo5p + G2_yaw * t_ndufb), along_a2_yaw)
-        t_trscq = yaw * np.where(m_ng6lt, (a1_now_yaw + a1_now_yaw) * t_ua7hv - t_mzrdq + t_pbd6n * t_ua7hv, -t_ua7hv)
-        t_yhbyc = y1_used_yaw * np.where(m_ng6lt, t_pbd6n * t_mzrdq + (a2_now_yaw * t_ua7hv + a1_now_yaw * t_mzrdq), -t_mzrdq)
-        t_si6kx = (
-            t_k6r65
-            - np.where(m_ng6lt, t_zwdcg, t_o6gkb)
+        t_nj226 = np.where(m_fatf3, along_a2_yaw + (eps_yaw * t_msesp + G2_yaw * t_jwoxg), along_a2_yaw)
+        t_ka2cr = yaw * np.where(m_ng6lt, (a1_now_yaw + a1_now_yaw) * t_ajlxc - t_nj226 + t_c4wxs * t_ajlxc, -t_ajlxc)
+        t_zl4jk = y1_used_yaw * np.where(m_ng6lt, t_c4wxs * t_nj226 + (a2_now_yaw * t_ajlxc + a1_now_yaw * t_nj226), -t_nj226)
+        t_cdh3w = (
+            t_a3cz5
+            - np.where(m_ng6lt, t_jppfz, t_f2t42)
             + t_2qnly * along_wm2_yaw
-            - t_pbd6n * along_wm1_yaw
-            - (t_ekig6 * (compensate_d * t_rwfza) + np.where(m_ng6lt, -(d_used_yaw * t_ua7hv), 0.0))
-            - (t_trscq + t0_cancel_yaw * along_yaw)
-            - (t_yhbyc + t1_cancel_yaw * t_rq2o3)
+            - t_c4wxs * along_wm1_yaw
+            - (t_fxwcx * (compensate_d * t_ixs73) + np.where(m_ng6lt, -(d_used_yaw * t_ajlxc), 0.0))
+            - (t_ka2cr + t0_cancel_yaw * along_yaw)
+            - (t_zl4jk + t1_cancel_yaw * t_rq2o3)
         )
-        t_wwgjp = t_si6kx * t_uslyz - u_yaw_mrac_literal * t_uslyz * t_z7z4i
-        t_ihfue = (
-            alpha1_roll * (t_buzsg * along_D2_roll - D2_roll * (t_2ftwl * t_2ftwl * t_lwfke * t_rkxsm))
-            + t_uep3r * t_zxndv
+        t_pjnaw = t_cdh3w * t_nts2m - u_yaw_mrac_literal * t_nts2m * t_auvuk
+        t_ucuog = (
+            alpha1_roll * (t_qhwvr * along_D2_roll - D2_roll * (t_weizg * t_weizg * t_7gjyl * t_rkxsm))
+            + t_cxlbd * t_3n6sb
         )
-        t_njcfp = (
-            alpha2_roll * (t_pgi2s * along_D3_roll - D3_roll * (t_pgi2s * t_m6gkz * t_ptrq3))
-            + t_chslv * t_lwfke
+        t_buwmb = (
+            alpha2_roll * (t_qk5hl * along_D3_roll - D3_roll * (t_qk5hl * t_6dtnj * t_jbuv5))
+            + t_qjx3v * t_7gjyl
         )
-        t_lckzd = (
-            alpha3_roll * (t_ssuku * along_D4_roll - D4_roll * (t_ssuku * t_qd2bm * t_xbc47))
-            + t_3j35e * t_ptrq3
+        t_f64tl = (
+            alpha3_roll * (t_qk5hl_2 * along_D4_roll - D4_roll * (t_qk5hl_2 * t_6dtnj_2 * t_e7ym3))
+            + t_r4brd * t_jbuv5
         )
-        t_6r6fl = (
-            alpha4_roll * (t_petfr * along_D5_roll - D5_roll * (t_petfr * t_szpzk * t_waqqe))
-            + t_glxxd * t_xbc47
+        t_iq4fo = (
+            alpha4_roll * (t_qk5hl_3 * along_D5_roll - D5_roll * (t_qk5hl_3 * t_6dtnj_3 * t_uumhh))
+            + t_qfacb * t_e7ym3
         )
-        t_ekuo5 = (
+        t_4xscp = (
             along_U12_roll
-            - (t_4q5lb * (t_4ubt3 * t_gcbdt - t_hr6w3 * t_gcbdt * t_zxndv) + t_hr6w3 * t_i5wo5)
+            - (t_rm4w3 * (t_4ewwg * t_2yiuc - t_bmer5 * t_2yiuc * t_3n6sb) + t_bmer5 * t_dl2bl)
         )
-        t_nuuby = t_mtkdt * t_2ftwl - t_iwp6c * t_2ftwl * t_lwfke
-        t_zsjrk = t_cr44a * t_m6gkz - t_vpr7m * t_m6gkz * t_ptrq3
-        t_4avxw = t_2mkg5 * t_qd2bm - t_el36p * t_qd2bm * t_xbc47
-        t_ibz42 = (
-            alpha1_pitch * (t_rwzhe * along_D2_pitch - D2_pitch * (t_rwzhe * t_vq6qe * t_n3q67))
-            + t_rz27b * t_myzpk
+        t_2ifdh = t_t7u3j * t_weizg - t_ow6ee * t_weizg * t_7gjyl
+        t_gmlfu = t_cu6tm * t_6dtnj - t_hop6j * t_6dtnj * t_jbuv5
+        t_vqr7r = t_zlsuf * t_6dtnj_2 - t_wmsfj * t_6dtnj_2 * t_e7ym3
+        t_nsr2u = (
+            alpha1_pitch * (t_qyv4l * along_D2_pitch - D2_pitch * (t_qyv4l * t_an5c3 * t_4kcjc))
+            + t_r4az2 * t_k3uyk
         )
-        t_x4xmc = (
-            alpha2_pitch * (t_clmmw * along_D3_pitch - D3_pitch * (t_clmmw * t_wnsbx * t_xb5zf))
-            + t_ehcbr * t_n3q67
+        t_vitds = (
+            alpha2_pitch * (t_qk5hl_4 * along_D3_pitch - D3_pitch * (t_qk5hl_4 * t_6dtnj_4 * t_cpbhg))
+            + t_jvm5k * t_4kcjc
         )
-        t_l6zox = (
-            alpha3_pitch * (t_km5us * along_D4_pitch - D4_pitch * (t_km5us * t_au2dz * t_7o2f3))
-            + t_22ct6 * t_xb5zf
+        t_3b6eg = (
+            alpha3_pitch * (t_qk5hl_5 * along_D4_pitch - D4_pitch * (t_qk5hl_5 * t_6dtnj_5 * t_qvjyq))
+            + t_qb2gu * t_cpbhg
         )
-        t_puqnz = (
-            alpha4_pitch * (t_xfgg5 * along_D5_pitch - D5_pitch * (t_xfgg5 * t_uppvm * t_4zppg))
-            + t_enyoc * t_7o2f3
+        t_vkmlp = (
+            alpha4_pitch * (t_qk5hl_6 * along_D5_pitch - D5_pitch * (t_qk5hl_6 * t_6dtnj_6 * t_rbb2g))
+            + t_sv54t * t_qvjyq
         )
-        t_j76ya = (
+        t_3uiyr = (
             along_U12_pitch
-            - (t_5xoth * (t_52r3v * t_ba5cq - t_yryoi * t_ba5cq * t_myzpk) + t_yryoi * t_6swjr)
+            - (t_olxlq * (t_uw4xl * t_6gw3v - t_ctcm5 * t_6gw3v * t_k3uyk) + t_ctcm5 * t_4aga2)
         )
-        t_7kbbo = t_tyqro * t_vq6qe - t_iziit * t_vq6qe * t_n3q67
-        t_4hr24 = t_johjr * t_wnsbx - t_q5cqa * t_wnsbx * t_xb5zf
-        t_p5qgd = t_tx5zg * t_au2dz - t_blzne * t_au2dz * t_7o2f3
-        t_zj3sb = (
-            alpha1_yaw * (t_jmud7 * along_D2_yaw - D2_yaw * (t_jmud7 * t_epc3p * t_g3udf))
-            + t_7itiz * t_7twjv
+        t_fo2dj = t_tjcjv * t_an5c3 - t_2unxj * t_an5c3 * t_4kcjc
+        t_vt2iy = t_rvpot * t_6dtnj_4 - t_ekbem * t_6dtnj_4 * t_cpbhg
+        t_4j67t = t_yifyy * t_6dtnj_5 - t_piobp * t_6dtnj_5 * t_qvjyq
+        t_szqth = (
+            alpha1_yaw * (t_7excc * along_D2_yaw - D2_yaw * (t_7excc * t_esxwg * t_4yehg))
+            + t_bzymg * t_6n5vj
         )
-        t_mhrjx = (
-            alpha2_yaw * (t_qfkhf * along_D3_yaw - D3_yaw * (t_qfkhf * t_czmse * t_u2t3t))
-            + t_3ufve * t_g3udf
+        t_jqpxx = (
+            alpha2_yaw * (t_qk5hl_7 * along_D3_yaw - D3_yaw * (t_qk5hl_7 * t_6dtnj_7 * t_wovng))
+            + t_xux75 * t_4yehg
         )
-        t_yf5z4 = (
-            alpha3_yaw * (t_zqvsh * along_D4_yaw - D4_yaw * (t_zqvsh * t_nk3ay * t_lat2a))
-            + t_kj3bh * t_u2t3t
+        t_bqnyu = (
+            alpha3_yaw * (t_qk5hl_8 * along_D4_yaw - D4_yaw * (t_qk5hl_8 * t_6dtnj_8 * t_dnktc))
+            + t_vsr7f * t_wovng
         )
-        t_vfy4e = (
-            alpha4_yaw * (t_6uhyh * along_D5_yaw - D5_yaw * (t_6uhyh * t_xt42v * t_ewrtu))
-            + t_janky * t_lat2a
+        t_cwo7m = (
+            alpha4_yaw * (t_qk5hl_9 * along_D5_yaw - D5_yaw * (t_qk5hl_9 * t_6dtnj_9 * t_ixibe))
+            + t_jvdx5 * t_dnktc
         )
-        t_pd3h4 = (
+        t_at7z5 = (
             along_U12_yaw
-            - (t_fz2ih * (t_yeeko * t_rrlcx - t_k2d3u * t_rrlcx * t_7twjv) + t_k2d3u * t_ynqzy)
+            - (t_howu6 * (t_b6hs3 * t_lgpzs - t_gcsn2 * t_lgpzs * t_6n5vj) + t_gcsn2 * t_s2lwz)
         )
-        t_6qxdi = t_dnqfm * t_epc3p - t_qqhj7 * t_epc3p * t_g3udf
-        t_hkx57 = t_ox57m * t_czmse - t_ov6wh * t_czmse * t_u2t3t
-        t_3lyyr = t_hwmgq * t_nk3ay - t_xokdo * t_nk3ay * t_lat2a
+        t_qgd2l = t_2c5rl * t_esxwg - t_rouvm * t_esxwg * t_4yehg
+        t_mn53o = t_u2bg5 * t_6dtnj_7 - t_nihkp * t_6dtnj_7 * t_wovng
+        t_4lrfr = t_kjvuo * t_6dtnj_8 - t_lhlrb * t_6dtnj_8 * t_dnktc
         t_es5kp = 1.0 + samples
         m_alcgu = (t_es5kp <= 2.0)
         t_alcgu = np.where(m_alcgu, 1.0, 0.0)
         m_n23aq = (2.0 <= t_es5kp)
         return _vector(
-            np.where(m_kqyoi, t_i4jyc, 0.0),
-            np.where(m_kqyoi, t_gxsuy, 0.0),
-            np.where(m_kqyoi, t_wwgjp, 0.0),
+            np.where(m_hudbn, t_vckfx, 0.0),
+            np.where(m_hudbn, t_tvqq7, 0.0),
+            np.where(m_hudbn, t_pjnaw, 0.0),
         ), _vector(
-            np.where(m_kqyoi, t_vh4ur, along_a1_roll),
-            np.where(m_kqyoi, t_qy6nt, along_a2_roll),
-            np.where(m_kqyoi, t_mdwgv, along_b0_roll),
-            np.where(m_kqyoi, t_3jfg3, along_b1_roll),
-            np.where(m_kqyoi, t_4e7kp, along_d_roll),
-            np.where(m_kqyoi, np.where(m_huydk, cap_roll * (along_D1_roll * t_gcbdt - D1_free_roll * t_gcbdt * t_zxndv), along_D1_roll), along_D1_roll),
-            np.where(m_kqyoi, np.where(m_huydk, cap_roll * t_ihfue, along_D2_roll), along_D2_roll),
-            np.where(m_kqyoi, np.where(m_huydk, cap_roll * t_njcfp, along_D3_roll), along_D3_roll),
-            np.where(m_kqyoi, np.where(m_huydk, cap_roll * t_lckzd, along_D4_roll), along_D4_roll),
-            np.where(m_kqyoi, np.where(m_huydk, cap_roll * t_6r6fl, along_D5_roll), along_D5_roll),
-            np.where(m_kqyoi, np.where(m_huydk, t_ekuo5, along_U12_roll), along_U12_roll),
-            np.where(m_kqyoi, np.where(m_huydk, along_U13_roll + (t_73h6y * t_nuuby + t_iwp6c * t_i7ymo), along_U13_roll), along_U13_roll),
-            np.where(m_kqyoi, np.where(m_huydk, along_U23_roll + (t_bqiu4 * t_nuuby + t_iwp6c * t_vhaxy), along_U23_roll), along_U23_roll),
-            np.where(m_kqyoi, np.where(m_huydk, along_U14_roll - (b1_3_roll * t_zsjrk + t_vpr7m * t_7nnhz), along_U14_roll), along_U14_roll),
-            np.where(m_kqyoi, np.where(m_huydk, along_U24_roll - (b2_3_roll * t_zsjrk + t_vpr7m * t_l6zsn), along_U24_roll), along_U24_roll),
-            np.where(m_kqyoi, np.where(m_huydk, along_U34_roll - (Df3_roll * t_zsjrk + t_vpr7m * t_5myce), along_U34_roll), along_U34_roll),
-            np.where(m_kqyoi, np.where(m_huydk, along_U15_roll - (b1_4_roll * t_4avxw + t_el36p * t_6g2lm), along_U15_roll), along_U15_roll),
-            np.where(m_kqyoi, np.where(m_huydk, along_U25_roll - (b2_4_roll * t_4avxw + t_el36p * t_z4fpw), along_U25_roll), along_U25_roll),
-            np.where(m_kqyoi, np.where(m_huydk, along_U35_roll - (b3_4_roll * t_4avxw + t_el36p * t_qjleu), along_U35_roll), along_U35_roll),
-            np.where(m_kqyoi, np.where(m_huydk, along_U45_roll - (Df4_roll * t_4avxw + t_el36p * t_2j7d3), along_U45_roll), along_U45_roll),
-            np.where(m_kqyoi, along_roll, along_y1_roll),
-            np.where(m_kqyoi, t_p5mb3, along_y2_roll),
-            np.where(m_kqyoi, t_5guc6, along_v1_roll),
-            np.where(m_kqyoi, t_i4jyc, along_u1_roll),
-            np.where(m_kqyoi, along_u1_roll, along_u2_roll),
-            np.where(m_kqyoi, np.where(m_ng6lt, along_wm1_roll, t_fyvaw), along_ym_roll),
-            np.where(m_kqyoi, t_fyvaw, along_wm1_roll),
-            np.where(m_kqyoi, along_wm1_roll, along_wm2_roll),
-            np.where(m_kqyoi, t_hw34x, along_a1_pitch),
-            np.where(m_kqyoi, t_ak6av, along_a2_pitch),
-            np.where(m_kqyoi, t_t6poo, along_b0_pitch),
-            np.where(m_kqyoi, t_c6ql7, along_b1_pitch),
-            np.where(m_kqyoi, t_yfbgo, along_d_pitch),
-            np.where(m_kqyoi, np.where(m_fztcf, cap_pitch * (along_D1_pitch * t_ba5cq - D1_free_pitch * t_ba5cq * t_myzpk), along_D1_pitch), along_D1_pitch),
-            np.where(m_kqyoi, np.where(m_fztcf, cap_pitch * t_ibz42, along_D2_pitch), along_D2_pitch),
-            np.where(m_kqyoi, np.where(m_fztcf, cap_pitch * t_x4xmc, along_D3_pitch), along_D3_pitch),
-            np.where(m_kqyoi, np.where(m_fztcf, cap_pitch * t_l6zox, along_D4_pitch), along_D4_pitch),
-            np.where(m_kqyoi, np.where(m_fztcf, cap_pitch * t_puqnz, along_D5_pitch), along_D5_pitch),
-            np.where(m_kqyoi, np.where(m_fztcf, t_j76ya, along_U12_pitch), along_U12_pitch),
-            np.where(m_kqyoi, np.where(m_fztcf, along_U13_pitch + (t_m7azd * t_7kbbo + t_iziit * t_tljzu), along_U13_pitch), along_U13_pitch),
-            np.where(m_kqyoi, np.where(m_fztcf, along_U23_pitch + (t_urk7s * t_7kbbo + t_iziit * t_fck75), along_U23_pitch), along_U23_pitch),
-            np.where(m_kqyoi, np.where(m_fztcf, along_U14_pitch - (b1_3_pitch * t_4hr24 + t_q5cqa * t_c765l), along_U14_pitch), along_U14_pitch),
-            np.where(m_kqyoi, np.where(m_fztcf, along_U24_pitch - (b2_3_pitch * t_4hr24 + t_q5cqa * t_kfsdu), along_U24_pitch), along_U24_pitch),
-            np.where(m_kqyoi, np.where(m_fztcf, along_U34_pitch - (Df3_pitch * t_4hr24 + t_q5cqa * t_kwitg), along_U34_pitch), along_U34_pitch),
-            np.where(m_kqyoi, np.where(m_fztcf, along_U15_pitch - (b1_4_pitch * t_p5qgd + t_blzne * t_ximdz), along_U15_pitch), along_U15_pitch),
-            np.where(m_kqyoi, np.where(m_fztcf, along_U25_pitch - (b2_4_pitch * t_p5qgd + t_blzne * t_fax5j), along_U25_pitch), along_U25_pitch),
-            np.where(m_kqyoi, np.where(m_fztcf, along_U35_pitch - (b3_4_pitch * t_p5qgd + t_blzne * t_crqif), along_U35_pitch), along_U35_pitch),
-            np.where(m_kqyoi, np.where(m_fztcf, along_U45_pitch - (Df4_pitch * t_p5qgd + t_blzne * t_s3vzk), along_U45_pitch), along_U45_pitch),
-            np.where(m_kqyoi, along_pitch, along_y1_pitch),
-            np.where(m_kqyoi, t_k2ugh, along_y2_pitch),
-            np.where(m_kqyoi, t_fzwzx, along_v1_pitch),
-            np.where(m_kqyoi, t_gxsuy, along_u1_pitch),
-            np.where(m_kqyoi, along_u1_pitch, along_u2_pitch),
-            np.where(m_kqyoi, np.where(m_ng6lt, along_wm1_pitch, t_g77db), along_ym_pitch),
-            np.where(m_kqyoi, t_g77db, along_wm1_pitch),
-            np.where(m_kqyoi, along_wm1_pitch, along_wm2_pitch),
-            np.where(m_kqyoi, t_ua7hv, along_a1_yaw),
-            np.where(m_kqyoi, t_mzrdq, along_a2_yaw),
-            np.where(m_kqyoi, t_jqmmw, along_b0_yaw),
-            np.where(m_kqyoi, t_7g3bh, along_b1_yaw),
-            np.where(m_kqyoi, t_rwfza, along_d_yaw),
-            np.where(m_kqyoi, np.where(m_6lewq, cap_yaw * (along_D1_yaw * t_rrlcx - D1_free_yaw * t_rrlcx * t_7twjv), along_D1_yaw), along_D1_yaw),
-            np.where(m_kqyoi, np.where(m_6lewq, cap_yaw * t_zj3sb, along_D2_yaw), along_D2_yaw),
-            np.where(m_kqyoi, np.where(m_6lewq, cap_yaw * t_mhrjx, along_D3_yaw), along_D3_yaw),
-            np.where(m_kqyoi, np.where(m_6lewq, cap_yaw * t_yf5z4, along_D4_yaw), along_D4_yaw),
-            np.where(m_kqyoi, np.where(m_6lewq, cap_yaw * t_vfy4e, along_D5_yaw), along_D5_yaw),
-            np.where(m_kqyoi, np.where(m_6lewq, t_pd3h4, along_U12_yaw), along_U12_yaw),
-            np.where(m_kqyoi, np.where(m_6lewq, along_U13_yaw + (t_mefgo * t_6qxdi + t_qqhj7 * t_3op2v), along_U13_yaw), along_U13_yaw),
-            np.where(m_kqyoi, np.where(m_6lewq, along_U23_yaw + (t_3inrl * t_6qxdi + t_qqhj7 * t_bvhqg), along_U23_yaw), along_U23_yaw),
-            np.where(m_kqyoi, np.where(m_6lewq, along_U14_yaw - (b1_3_yaw * t_hkx57 + t_ov6wh * t_duqey), along_U14_yaw), along_U14_yaw),
-            np.where(m_kqyoi, np.where(m_6lewq, along_U24_yaw - (b2_3_yaw * t_hkx57 + t_ov6wh * t_dcf52), along_U24_yaw), along_U24_yaw),
-            np.where(m_kqyoi, np.where(m_6lewq, along_U34_yaw - (Df3_yaw * t_hkx57 + t_ov6wh * t_spwqh), along_U34_yaw), along_U34_yaw),
-            np.where(m_kqyoi, np.where(m_6lewq, along_U15_yaw - (b1_4_yaw * t_3lyyr + t_xokdo * t_n2atp), along_U15_yaw), along_U15_yaw),
-            np.where(m_kqyoi, np.where(m_6lewq, along_U25_yaw - (b2_4_yaw * t_3lyyr + t_xokdo * t_c7xj5), along_U25_yaw), along_U25_yaw),
-            np.where(m_kqyoi, np.where(m_6lewq, along_U35_yaw - (b3_4_yaw * t_3lyyr + t_xokdo * t_gtofe), along_U35_yaw), along_U35_yaw),
-            np.where(m_kqyoi, np.where(m_6lewq, along_U45_yaw - (Df4_yaw * t_3lyyr + t_xokdo * t_v7jac), along_U45_yaw), along_U45_yaw),
-            np.where(m_kqyoi, along_yaw, along_y1_yaw),
-            np.where(m_kqyoi, t_rq2o3, along_y2_yaw),
-            np.where(m_kqyoi, t_2h7da, along_v1_yaw),
-            np.where(m_kqyoi, t_wwgjp, along_u1_yaw),
-            np.where(m_kqyoi, along_u1_yaw, along_u2_yaw),
-            np.where(m_kqyoi, np.where(m_ng6lt, along_wm1_yaw, t_k6r65), along_ym_yaw),
-            np.where(m_kqyoi, t_k6r65, along_wm1_yaw),
-            np.where(m_kqyoi, along_wm1_yaw, along_wm2_yaw),
-            np.where(m_kqyoi, t_alcgu / (np.where(m_n23aq, 1.0, 0.0) + t_alcgu) * along_samples, 0.0),
+            np.where(m_hudbn, t_qqxn3, along_a1_roll),
+            np.where(m_hudbn, t_p4sbp, along_a2_roll),
+            np.where(m_hudbn, t_h3bzc, along_b0_roll),
+            np.where(m_hudbn, t_f7e7a, along_b1_roll),
+            np.where(m_hudbn, t_cf3jf, along_d_roll),
+            np.where(m_hudbn, np.where(m_dyzzl, cap_roll * (along_D1_roll * t_2yiuc - D1_free_roll * t_2yiuc * t_3n6sb), along_D1_roll), along_D1_roll),
+            np.where(m_hudbn, np.where(m_dyzzl, cap_roll * t_ucuog, along_D2_roll), along_D2_roll),
+            np.where(m_hudbn, np.where(m_dyzzl, cap_roll * t_buwmb, along_D3_roll), along_D3_roll),
+            np.where(m_hudbn, np.where(m_dyzzl, cap_roll * t_f64tl, along_D4_roll), along_D4_roll),
+            np.where(m_hudbn, np.where(m_dyzzl, cap_roll * t_iq4fo, along_D5_roll), along_D5_roll),
+            np.where(m_hudbn, np.where(m_dyzzl, t_4xscp, along_U12_roll), along_U12_roll),
+            np.where(m_hudbn, np.where(m_dyzzl, along_U13_roll + (t_tohgs * t_2ifdh + t_ow6ee * t_y55bd), along_U13_roll), along_U13_roll),
+            np.where(m_hudbn, np.where(m_dyzzl, along_U23_roll + (t_mpk5i * t_2ifdh + t_ow6ee * t_aflwp), along_U23_roll), along_U23_roll),
+            np.where(m_hudbn, np.where(m_dyzzl, along_U14_roll - (b1_3_roll * t_gmlfu + t_hop6j * t_amch6), along_U14_roll), along_U14_roll),
+            np.where(m_hudbn, np.where(m_dyzzl, along_U24_roll - (b2_3_roll * t_gmlfu + t_hop6j * t_nuk4c), along_U24_roll), along_U24_roll),
+            np.where(m_hudbn, np.where(m_dyzzl, along_U34_roll - (Df3_roll * t_gmlfu + t_hop6j * t_3qqqo), along_U34_roll), along_U34_roll),
+            np.where(m_hudbn, np.where(m_dyzzl, along_U15_roll - (b1_4_roll * t_vqr7r + t_wmsfj * t_2be3j), along_U15_roll), along_U15_roll),
+            np.where(m_hudbn, np.where(m_dyzzl, along_U25_roll - (b2_4_roll * t_vqr7r + t_wmsfj * t_g5uay), along_U25_roll), along_U25_roll),
+            np.where(m_hudbn, np.where(m_dyzzl, along_U35_roll - (b3_4_roll * t_vqr7r + t_wmsfj * t_4gi4s), along_U35_roll), along_U35_roll),
+            np.where(m_hudbn, np.where(m_dyzzl, along_U45_roll - (Df4_roll * t_vqr7r + t_wmsfj * t_bw7vx), along_U45_roll), along_U45_roll),
+            np.where(m_hudbn, along_roll, along_y1_roll),
+            np.where(m_hudbn, t_p5mb3, along_y2_roll),
+            np.where(m_hudbn, t_5guc6, along_v1_roll),
+            np.where(m_hudbn, t_vckfx, along_u1_roll),
+            np.where(m_hudbn, along_u1_roll, along_u2_roll),
+            np.where(m_hudbn, np.where(m_ng6lt, along_wm1_roll, t_xa4oj), along_ym_roll),
+            np.where(m_hudbn, t_xa4oj, along_wm1_roll),
+            np.where(m_hudbn, along_wm1_roll, along_wm2_roll),
+            np.where(m_hudbn, t_xlfxf, along_a1_pitch),
+            np.where(m_hudbn, t_kex75, along_a2_pitch),
+            np.where(m_hudbn, t_crmvu, along_b0_pitch),
+            np.where(m_hudbn, t_wv43l, along_b1_pitch),
+            np.where(m_hudbn, t_czhku, along_d_pitch),
+            np.where(m_hudbn, np.where(m_rjsrz, cap_pitch * (along_D1_pitch * t_6gw3v - D1_free_pitch * t_6gw3v * t_k3uyk), along_D1_pitch), along_D1_pitch),
+            np.where(m_hudbn, np.where(m_rjsrz, cap_pitch * t_nsr2u, along_D2_pitch), along_D2_pitch),
+            np.where(m_hudbn, np.where(m_rjsrz, cap_pitch * t_vitds, along_D3_pitch), along_D3_pitch),
+            np.where(m_hudbn, np.where(m_rjsrz, cap_pitch * t_3b6eg, along_D4_pitch), along_D4_pitch),
+            np.where(m_hudbn, np.where(m_rjsrz, cap_pitch * t_vkmlp, along_D5_pitch), along_D5_pitch),
+            np.where(m_hudbn, np.where(m_rjsrz, t_3uiyr, along_U12_pitch), along_U12_pitch),
+            np.where(m_hudbn, np.where(m_rjsrz, along_U13_pitch + (t_ypnck * t_fo2dj + t_2unxj * t_kgue2), along_U13_pitch), along_U13_pitch),
+            np.where(m_hudbn, np.where(m_rjsrz, along_U23_pitch + (t_gjcmb * t_fo2dj + t_2unxj * t_xoyzg), along_U23_pitch), along_U23_pitch),
+            np.where(m_hudbn, np.where(m_rjsrz, along_U14_pitch - (b1_3_pitch * t_vt2iy + t_ekbem * t_zuda4), along_U14_pitch), along_U14_pitch),
+            np.where(m_hudbn, np.where(m_rjsrz, along_U24_pitch - (b2_3_pitch * t_vt2iy + t_ekbem * t_dfsdl), along_U24_pitch), along_U24_pitch),
+            np.where(m_hudbn, np.where(m_rjsrz, along_U34_pitch - (Df3_pitch * t_vt2iy + t_ekbem * t_cuhyf), along_U34_pitch), along_U34_pitch),
+            np.where(m_hudbn, np.where(m_rjsrz, along_U15_pitch - (b1_4_pitch * t_4j67t + t_piobp * t_vwye7), along_U15_pitch), along_U15_pitch),
+            np.where(m_hudbn, np.where(m_rjsrz, along_U25_pitch - (b2_4_pitch * t_4j67t + t_piobp * t_tm446), along_U25_pitch), along_U25_pitch),
+            np.where(m_hudbn, np.where(m_rjsrz, along_U35_pitch - (b3_4_pitch * t_4j67t + t_piobp * t_rwjup), along_U35_pitch), along_U35_pitch),
+            np.where(m_hudbn, np.where(m_rjsrz, along_U45_pitch - (Df4_pitch * t_4j67t + t_piobp * t_utzyf), along_U45_pitch), along_U45_pitch),
+            np.where(m_hudbn, along_pitch, along_y1_pitch),
+            np.where(m_hudbn, t_k2ugh, along_y2_pitch),
+            np.where(m_hudbn, t_fzwzx, along_v1_pitch),
+            np.where(m_hudbn, t_tvqq7, along_u1_pitch),
+            np.where(m_hudbn, along_u1_pitch, along_u2_pitch),
+            np.where(m_hudbn, np.where(m_ng6lt, along_wm1_pitch, t_jmrkn), along_ym_pitch),
+            np.where(m_hudbn, t_jmrkn, along_wm1_pitch),
+            np.where(m_hudbn, along_wm1_pitch, along_wm2_pitch),
+            np.where(m_hudbn, t_ajlxc, along_a1_yaw),
+            np.where(m_hudbn, t_nj226, along_a2_yaw),
+            np.where(m_hudbn, t_czj2d, along_b0_yaw),
+            np.where(m_hudbn, t_zdjxj, along_b1_yaw),
+            np.where(m_hudbn, t_ixs73, along_d_yaw),
+            np.where(m_hudbn, np.where(m_fatf3, cap_yaw * (along_D1_yaw * t_lgpzs - D1_free_yaw * t_lgpzs * t_6n5vj), along_D1_yaw), along_D1_yaw),
+            np.where(m_hudbn, np.where(m_fatf3, cap_yaw * t_szqth, along_D2_yaw), along_D2_yaw),
+            np.where(m_hudbn, np.where(m_fatf3, cap_yaw * t_jqpxx, along_D3_yaw), along_D3_yaw),
+            np.where(m_hudbn, np.where(m_fatf3, cap_yaw * t_bqnyu, along_D4_yaw), along_D4_yaw),
+            np.where(m_hudbn, np.where(m_fatf3, cap_yaw * t_cwo7m, along_D5_yaw), along_D5_yaw),
+            np.where(m_hudbn, np.where(m_fatf3, t_at7z5, along_U12_yaw), along_U12_yaw),
+            np.where(m_hudbn, np.where(m_fatf3, along_U13_yaw + (t_zyqi4 * t_qgd2l + t_rouvm * t_lbhuw), along_U13_yaw), along_U13_yaw),
+            np.where(m_hudbn, np.where(m_fatf3, along_U23_yaw + (t_pofsn * t_qgd2l + t_rouvm * t_mxnaf), along_U23_yaw), along_U23_yaw),
+            np.where(m_hudbn, np.where(m_fatf3, along_U14_yaw - (b1_3_yaw * t_mn53o + t_nihkp * t_tm6k5), along_U14_yaw), along_U14_yaw),
+            np.where(m_hudbn, np.where(m_fatf3, along_U24_yaw - (b2_3_yaw * t_mn53o + t_nihkp * t_zw4uw), along_U24_yaw), along_U24_yaw),
+            np.where(m_hudbn, np.where(m_fatf3, along_U34_yaw - (Df3_yaw * t_mn53o + t_nihkp * t_hg63j), along_U34_yaw), along_U34_yaw),
+            np.where(m_hudbn, np.where(m_fatf3, along_U15_yaw - (b1_4_yaw * t_4lrfr + t_lhlrb * t_dquue), along_U15_yaw), along_U15_yaw),
+            np.where(m_hudbn, np.where(m_fatf3, along_U25_yaw - (b2_4_yaw * t_4lrfr + t_lhlrb * t_m67u7), along_U25_yaw), along_U25_yaw),
+            np.where(m_hudbn, np.where(m_fatf3, along_U35_yaw - (b3_4_yaw * t_4lrfr + t_lhlrb * t_dwj4h), along_U35_yaw), along_U35_yaw),
+            np.where(m_hudbn, np.where(m_fatf3, along_U45_yaw - (Df4_yaw * t_4lrfr + t_lhlrb * t_jtm4x), along_U45_yaw), along_U45_yaw),
+            np.where(m_hudbn, along_yaw, along_y1_yaw),
+            np.where(m_hudbn, t_rq2o3, along_y2_yaw),
+            np.where(m_hudbn, t_2h7da, along_v1_yaw),
+            np.where(m_hudbn, t_pjnaw, along_u1_yaw),
+            np.where(m_hudbn, along_u1_yaw, along_u2_yaw),
+            np.where(m_hudbn, np.where(m_ng6lt, along_wm1_yaw, t_a3cz5), along_ym_yaw),
+            np.where(m_hudbn, t_a3cz5, along_wm1_yaw),
+            np.where(m_hudbn, along_wm1_yaw, along_wm2_yaw),
+            np.where(m_hudbn, t_alcgu / (np.where(m_n23aq, 1.0, 0.0) + t_alcgu) * along_samples, 0.0),
             0.0,
         )
 
@@ -6955,16 +6955,16 @@ def pd_jvp(x, r, v, z, p, c, along_x, along_r, along_v, along_z):
         m_fdhnb = np.logical_and(m_5iclu, m_lisih)
         m_q3hd4 = (np.abs(yaw) < 1e+30)
         m_sehe6 = np.logical_and(m_fdhnb, m_q3hd4)
-        m_4fwsc = (np.abs(u_pitch_pd) < 1e+30)
-        m_ey64f = np.logical_and(m_sehe6, m_4fwsc)
-        m_zzicp = (np.abs(u_roll_pd) < 1e+30)
-        m_yof5u = np.logical_and(m_ey64f, m_zzicp)
-        m_ilrjp = (np.abs(u_yaw_pd) < 1e+30)
-        m_gwxq4 = np.logical_and(m_yof5u, m_ilrjp)
+        m_trjgf = (np.abs(u_pitch_pd) < 1e+30)
+        m_kod54 = np.logical_and(m_sehe6, m_trjgf)
+        m_tq6ie = (np.abs(u_roll_pd) < 1e+30)
+        m_mzynu = np.logical_and(m_kod54, m_tq6ie)
+        m_gptfm = (np.abs(u_yaw_pd) < 1e+30)
+        m_zjilw = np.logical_and(m_mzynu, m_gptfm)
         m_nepjb = (np.abs(wx) < 1e+30)
-        m_r3oc5 = np.logical_and(m_gwxq4, m_nepjb)
+        m_wso6n = np.logical_and(m_zjilw, m_nepjb)
         m_gmtwv = (np.abs(wy) < 1e+30)
-        m_mhk6s = np.logical_and(m_r3oc5, m_gmtwv)
+        m_mhk6s = np.logical_and(m_wso6n, m_gmtwv)
         m_no6hp = (np.abs(wz) < 1e+30)
         m_le4m7 = np.logical_and(m_mhk6s, m_no6hp)
         t_5icb4 = cos_yaw * along_yaw
@@ -6996,28 +6996,28 @@ def pd_jvp(x, r, v, z, p, c, along_x, along_r, along_v, along_z):
         )
         m_ng6lt = (0.5 < design_delay)
         t_nlujp = 0.5 * along_wm1_roll
-        t_hjr6j = -1.0 + model_pole
-        t_lbhv6 = t_hjr6j * t_hjr6j
-        t_u5zvh = model_pole + model_pole
-        t_lbhv6_2 = model_pole * model_pole
-        t_fyvaw = t_lbhv6 * along_ref_roll + t_u5zvh * along_wm1_roll - t_lbhv6_2 * along_wm2_roll
+        t_7h4u2 = -1.0 + model_pole
+        t_zugk2 = t_7h4u2 * t_7h4u2
+        t_7h4u2_2 = model_pole + model_pole
+        t_zugk2_2 = model_pole * model_pole
+        t_xa4oj = t_zugk2 * along_ref_roll + t_7h4u2_2 * along_wm1_roll - t_zugk2_2 * along_wm2_roll
         t_mceqq = 0.5 * along_wm1_pitch
-        t_g77db = t_lbhv6 * along_ref_pitch + t_u5zvh * along_wm1_pitch - t_lbhv6_2 * along_wm2_pitch
+        t_jmrkn = t_zugk2 * along_ref_pitch + t_7h4u2_2 * along_wm1_pitch - t_zugk2_2 * along_wm2_pitch
         t_a3omx = 0.5 * along_wm1_yaw
-        t_k6r65 = t_lbhv6 * along_ref_yaw + t_u5zvh * along_wm1_yaw - t_lbhv6_2 * along_wm2_yaw
+        t_a3cz5 = t_zugk2 * along_ref_yaw + t_7h4u2_2 * along_wm1_yaw - t_zugk2_2 * along_wm2_yaw
         return _vector(
             np.where(m_le4m7, t_kh6qc, 0.0),
             np.where(m_le4m7, t_iu5pk, 0.0),
             np.where(m_le4m7, t_m5bki, 0.0),
         ), _vector(
-            np.where(m_le4m7, np.where(m_ng6lt, t_nlujp + 0.5 * along_wm2_roll, t_nlujp + 0.5 * t_fyvaw), along_ym_roll),
-            np.where(m_le4m7, t_fyvaw, along_wm1_roll),
+            np.where(m_le4m7, np.where(m_ng6lt, t_nlujp + 0.5 * along_wm2_roll, t_nlujp + 0.5 * t_xa4oj), along_ym_roll),
+            np.where(m_le4m7, t_xa4oj, along_wm1_roll),
             np.where(m_le4m7, along_wm1_roll, along_wm2_roll),
-            np.where(m_le4m7, np.where(m_ng6lt, t_mceqq + 0.5 * along_wm2_pitch, t_mceqq + 0.5 * t_g77db), along_ym_pitch),
-            np.where(m_le4m7, t_g77db, along_wm1_pitch),
+            np.where(m_le4m7, np.where(m_ng6lt, t_mceqq + 0.5 * along_wm2_pitch, t_mceqq + 0.5 * t_jmrkn), along_ym_pitch),
+            np.where(m_le4m7, t_jmrkn, along_wm1_pitch),
             np.where(m_le4m7, along_wm1_pitch, along_wm2_pitch),
-            np.where(m_le4m7, np.where(m_ng6lt, t_a3omx + 0.5 * along_wm2_yaw, t_a3omx + 0.5 * t_k6r65), along_ym_yaw),
-            np.where(m_le4m7, t_k6r65, along_wm1_yaw),
+            np.where(m_le4m7, np.where(m_ng6lt, t_a3omx + 0.5 * along_wm2_yaw, t_a3omx + 0.5 * t_a3cz5), along_ym_yaw),
+            np.where(m_le4m7, t_a3cz5, along_wm1_yaw),
             np.where(m_le4m7, along_wm1_yaw, along_wm2_yaw),
             0.0,
         )
@@ -7112,7 +7112,7 @@ def rhs_prepared(x, u, p, h):
             cos_sun_elevation,
             t_cokzx,
             t_mt3zp,
-            t_vpxty,
+            t_4hawg,
             t_xdhrg,
             t_kdp4p,
             t_dd3cp,
@@ -7153,54 +7153,54 @@ def rhs_prepared(x, u, p, h):
         F_z = t_3laeq * C31 + t_cokzx * C32 + t_ghdyt * C33
         sin_latitude, cos_latitude = np.sin(latitude), np.cos(latitude)
         B_x = cos_latitude * t_mt3zp
-        B_z = t_vpxty * sin_latitude
-        t_ez2mz = B_x * C31 - t_xdhrg * C32 + B_z * C33
-        t_xhrq5 = B_x * C21 - t_xdhrg * C22 + B_z * C23
-        Tenv_x = t_ez2mz * dipole_y + F_z * arm_y - t_xhrq5 * dipole_z - F_y * arm_z
-        t_bnhq3 = B_x * C11 - t_xdhrg * C12 - B_z * sin_pitch
-        Tenv_y = t_bnhq3 * dipole_z + F_x * arm_z - t_ez2mz * dipole_x - F_z * arm_x
-        Tenv_z = t_xhrq5 * dipole_x + F_y * arm_x - t_bnhq3 * dipole_y - F_x * arm_y
+        B_z = t_4hawg * sin_latitude
+        t_ofbsp = B_x * C31 - t_xdhrg * C32 + B_z * C33
+        t_ofbsp_2 = B_x * C21 - t_xdhrg * C22 + B_z * C23
+        Tenv_x = t_ofbsp * dipole_y + F_z * arm_y - t_ofbsp_2 * dipole_z - F_y * arm_z
+        t_xa5ne = B_x * C11 - t_xdhrg * C12 - B_z * sin_pitch
+        Tenv_y = t_xa5ne * dipole_z + F_x * arm_z - t_ofbsp * dipole_x - F_z * arm_x
+        Tenv_z = t_ofbsp_2 * dipole_x + F_y * arm_x - t_xa5ne * dipole_y - F_x * arm_y
         wheel_x = hx * t_kdp4p - wx
         wheel_y = hy * t_dd3cp - wy
         wheel_z = hz * t_p2zbo - wz
         Tw_x = Tx + t_n5ucq * wheel_x
         Tw_y = Ty + t_n5ucq * wheel_y
         Tw_z = Tz + t_n5ucq * wheel_z
-        t_jpyro = t_xcu2m_2 * C33
+        t_alpco = t_xcu2m_2 * C33
         t_rud4r = hy + wy * I_y
         t_2fuj5 = hz + wz * I_z
-        t_36qsm = (
+        t_35g3b = (
             Tenv_x
-            - t_bcmgw * t_jpyro * C23
+            - t_bcmgw * t_alpco * C23
             + Tw_x
             + t_rud4r * wz
             - t_2fuj5 * wy
         )
-        wx_rate = t_36qsm * t_wdz5p  # (1)
+        wx_rate = t_35g3b * t_wdz5p  # (1)
         t_id7q2 = hx + wx * I_x
-        t_cjsmy = (
+        t_4tc4p = (
             Tenv_y
-            - t_jpyro * sin_pitch * t_viru7
+            - t_alpco * sin_pitch * t_viru7
             + Tw_y
             + t_2fuj5 * wx
             - t_id7q2 * wz
         )
-        wy_rate = t_cjsmy * t_s2koj  # (1)
-        t_i7hm4 = (
+        wy_rate = t_4tc4p * t_s2koj  # (1)
+        t_dximl = (
             Tenv_z
             - t_wa4l3 * sin_pitch * C23
             + Tw_z
             + t_id7q2 * wy
             - t_rud4r * wx
         )
-        wz_rate = t_i7hm4 * t_eah32  # (1)
+        wz_rate = t_dximl * t_eah32  # (1)
         t_ksn4u = 1.0 / cos_pitch
-        t_l44wr = sin_roll * t_ksn4u * rate_y
-        t_rukvs = cos_roll * t_ksn4u * rate_z
+        t_qr3mc = sin_roll * t_ksn4u * rate_y
+        t_llvwk = cos_roll * t_ksn4u * rate_z
         return _vector(
-            rate_x + sin_pitch * t_l44wr + sin_pitch * t_rukvs,
+            rate_x + sin_pitch * t_qr3mc + sin_pitch * t_llvwk,
             cos_roll * rate_y - sin_roll * rate_z,
-            t_l44wr + t_rukvs,
+            t_qr3mc + t_llvwk,
             wx_rate,
             wy_rate,
             wz_rate,
@@ -7280,7 +7280,7 @@ def outputs_prepared(x, u, r, p, h):
             cos_sun_elevation,
             t_cokzx,
             t_mt3zp,
-            t_vpxty,
+            t_4hawg,
             t_xdhrg,
             t_kdp4p,
             t_dd3cp,
@@ -7313,13 +7313,13 @@ def outputs_prepared(x, u, r, p, h):
         F_z = t_3laeq * C31 + t_cokzx * C32 + t_ghdyt * C33
         sin_latitude, cos_latitude = np.sin(latitude), np.cos(latitude)
         B_x = cos_latitude * t_mt3zp
-        B_z = t_vpxty * sin_latitude
-        t_ez2mz = B_x * C31 - t_xdhrg * C32 + B_z * C33
-        t_xhrq5 = B_x * C21 - t_xdhrg * C22 + B_z * C23
-        Tenv_x = t_ez2mz * dipole_y + F_z * arm_y - t_xhrq5 * dipole_z - F_y * arm_z
-        t_bnhq3 = B_x * C11 - t_xdhrg * C12 - B_z * sin_pitch
-        Tenv_y = t_bnhq3 * dipole_z + F_x * arm_z - t_ez2mz * dipole_x - F_z * arm_x
-        Tenv_z = t_xhrq5 * dipole_x + F_y * arm_x - t_bnhq3 * dipole_y - F_x * arm_y
+        B_z = t_4hawg * sin_latitude
+        t_ofbsp = B_x * C31 - t_xdhrg * C32 + B_z * C33
+        t_ofbsp_2 = B_x * C21 - t_xdhrg * C22 + B_z * C23
+        Tenv_x = t_ofbsp * dipole_y + F_z * arm_y - t_ofbsp_2 * dipole_z - F_y * arm_z
+        t_xa5ne = B_x * C11 - t_xdhrg * C12 - B_z * sin_pitch
+        Tenv_y = t_xa5ne * dipole_z + F_x * arm_z - t_ofbsp * dipole_x - F_z * arm_x
+        Tenv_z = t_ofbsp_2 * dipole_x + F_y * arm_x - t_xa5ne * dipole_y - F_x * arm_y
         wheel_x = hx * t_kdp4p - wx
         wheel_y = hy * t_dd3cp - wy
         wheel_z = hz * t_p2zbo - wz
@@ -7454,16 +7454,16 @@ def measure_prepared(x, e, p, h):
         quantum = p[..., 30]
         (
             sensor_step,
-            t_tzc6z,
+            t_c3v7y,
         ) = np.moveaxis(h, -1, 0)
         m_ue2cf = (0.0 < quantum)
         roll_noisy = roll + e_roll * noise
         pitch_noisy = pitch + e_pitch * noise
         yaw_noisy = yaw + e_yaw * noise
         return _vector(
-            np.where(m_ue2cf, sensor_step * np.floor(0.5 + roll_noisy * t_tzc6z), roll_noisy),
-            np.where(m_ue2cf, sensor_step * np.floor(0.5 + pitch_noisy * t_tzc6z), pitch_noisy),
-            np.where(m_ue2cf, sensor_step * np.floor(0.5 + yaw_noisy * t_tzc6z), yaw_noisy),
+            np.where(m_ue2cf, sensor_step * np.floor(0.5 + roll_noisy * t_c3v7y), roll_noisy),
+            np.where(m_ue2cf, sensor_step * np.floor(0.5 + pitch_noisy * t_c3v7y), pitch_noisy),
+            np.where(m_ue2cf, sensor_step * np.floor(0.5 + yaw_noisy * t_c3v7y), yaw_noisy),
             wx + e_wx * noise_rate,
             wy + e_wy * noise_rate,
             wz + e_wz * noise_rate,
@@ -7492,7 +7492,7 @@ def mrac_prepare(p, c):
         design_delay = c[..., 20]
         tau_m = c[..., 21]
         model_pole = np.exp(-(Ts / tau_m))
-        t_hjr6j = -1.0 + model_pole
+        t_7h4u2 = -1.0 + model_pole
         m_ng6lt = (0.5 < design_delay)
         t_4msa4 = Ts * Ts * b_min_ratio
         t_bxn4n = 4.0 * rho
@@ -7504,7 +7504,7 @@ def mrac_prepare(p, c):
         t_ogmcx_3 = -t_ogmcx
         e3_roll = np.where(m_ng6lt, t_v4kye, t_ogmcx_3)  # (22)
         return _vector(
-            t_hjr6j * t_hjr6j,
+            t_7h4u2 * t_7h4u2,
             model_pole + model_pole,
             model_pole * model_pole,
             1.0 / forgetting,
@@ -7636,9 +7636,9 @@ def mrac_prepared(x, r, v, z, c, h):
         applied_regressor = c[..., 18]
         design_delay = c[..., 20]
         (
-            t_lbhv6,
-            t_u5zvh,
-            t_lbhv6_2,
+            t_zugk2,
+            t_7h4u2_2,
+            t_zugk2_2,
             t_rkxsm,
             t_s4yo7,
             t_4xcao,
@@ -7655,9 +7655,9 @@ def mrac_prepared(x, r, v, z, c, h):
             t_wr7mm,
             t_k7hjd,
         ) = np.moveaxis(h, -1, 0)
-        w_roll = t_lbhv6 * ref_roll + t_u5zvh * wm1_roll - t_lbhv6_2 * wm2_roll  # (16)
-        w_pitch = t_lbhv6 * ref_pitch + t_u5zvh * wm1_pitch - t_lbhv6_2 * wm2_pitch  # (16)
-        w_yaw = t_lbhv6 * ref_yaw + t_u5zvh * wm1_yaw - t_lbhv6_2 * wm2_yaw  # (16)
+        w_roll = t_zugk2 * ref_roll + t_7h4u2_2 * wm1_roll - t_zugk2_2 * wm2_roll  # (16)
+        w_pitch = t_zugk2 * ref_pitch + t_7h4u2_2 * wm1_pitch - t_zugk2_2 * wm2_pitch  # (16)
+        w_yaw = t_zugk2 * ref_yaw + t_7h4u2_2 * wm1_yaw - t_zugk2_2 * wm2_yaw  # (16)
         m_myerm = (samples < 0.5)
         y1_used_roll = np.where(m_myerm, roll, y1_roll)
         m_2oym3 = (0.5 < applied_regressor)
@@ -7671,38 +7671,38 @@ def mrac_prepared(x, r, v, z, c, h):
             - a2_roll * y2_roll
         )  # (34)
         eps_roll = roll - y_hat_roll  # (39)
-        t_s4qc7 = D1_roll * y1_used_roll
-        alpha1_roll = forgetting + t_s4qc7 * y1_used_roll  # (40)
-        t_gcbdt = 1.0 / alpha1_roll
-        D1_free_roll = D1_roll * t_gcbdt  # (41)
-        t_4q5lb = y2_roll + U12_roll * y1_used_roll
-        t_bqiu4 = D2_roll * t_4q5lb
-        alpha2_roll = alpha1_roll + t_bqiu4 * t_4q5lb  # (40)
-        t_2ftwl = 1.0 / alpha2_roll
-        D2_free_roll = t_2ftwl * t_rkxsm * D2_roll * alpha1_roll  # (41)
-        U12_free_roll = U12_roll - t_s4qc7 * t_gcbdt * t_4q5lb  # (41)
+        t_zrpuv = D1_roll * y1_used_roll
+        alpha1_roll = forgetting + t_zrpuv * y1_used_roll  # (40)
+        t_2yiuc = 1.0 / alpha1_roll
+        D1_free_roll = D1_roll * t_2yiuc  # (41)
+        t_rm4w3 = y2_roll + U12_roll * y1_used_roll
+        t_mpk5i = D2_roll * t_rm4w3
+        alpha2_roll = alpha1_roll + t_mpk5i * t_rm4w3  # (40)
+        t_weizg = 1.0 / alpha2_roll
+        D2_free_roll = t_weizg * t_rkxsm * D2_roll * alpha1_roll  # (41)
+        U12_free_roll = U12_roll - t_zrpuv * t_2yiuc * t_rm4w3  # (41)
         f3_roll = v_roll - U13_roll * y1_used_roll - U23_roll * y2_roll  # (40)
         Df3_roll = D3_roll * f3_roll  # (40)
         alpha3_roll = alpha2_roll + Df3_roll * f3_roll  # (40)
-        t_m6gkz = 1.0 / alpha3_roll
-        D3_free_roll = t_rkxsm * t_m6gkz * D3_roll * alpha2_roll  # (41)
-        t_iwp6c = f3_roll * t_2ftwl
-        t_73h6y = t_s4qc7 + t_bqiu4 * U12_roll
-        U13_free_roll = U13_roll + t_iwp6c * t_73h6y  # (41)
-        b1_3_roll = Df3_roll * U13_roll - t_73h6y  # (40)
-        U23_free_roll = U23_roll + t_iwp6c * t_bqiu4  # (41)
-        b2_3_roll = Df3_roll * U23_roll - t_bqiu4  # (40)
+        t_6dtnj = 1.0 / alpha3_roll
+        D3_free_roll = t_rkxsm * t_6dtnj * D3_roll * alpha2_roll  # (41)
+        t_ow6ee = f3_roll * t_weizg
+        t_tohgs = t_zrpuv + t_mpk5i * U12_roll
+        U13_free_roll = U13_roll + t_ow6ee * t_tohgs  # (41)
+        b1_3_roll = Df3_roll * U13_roll - t_tohgs  # (40)
+        U23_free_roll = U23_roll + t_ow6ee * t_mpk5i  # (41)
+        b2_3_roll = Df3_roll * U23_roll - t_mpk5i  # (40)
         f4_roll = v1_roll + U34_roll * v_roll - U14_roll * y1_used_roll - U24_roll * y2_roll  # (40)
         Df4_roll = D4_roll * f4_roll  # (40)
         alpha4_roll = alpha3_roll + Df4_roll * f4_roll  # (40)
-        t_qd2bm = 1.0 / alpha4_roll
-        D4_free_roll = t_rkxsm * t_qd2bm * D4_roll * alpha3_roll  # (41)
-        t_vpr7m = f4_roll * t_m6gkz
-        U14_free_roll = U14_roll - t_vpr7m * b1_3_roll  # (41)
+        t_6dtnj_2 = 1.0 / alpha4_roll
+        D4_free_roll = t_rkxsm * t_6dtnj_2 * D4_roll * alpha3_roll  # (41)
+        t_hop6j = f4_roll * t_6dtnj
+        U14_free_roll = U14_roll - t_hop6j * b1_3_roll  # (41)
         b1_4_roll = b1_3_roll + Df4_roll * U14_roll  # (40)
-        U24_free_roll = U24_roll - t_vpr7m * b2_3_roll  # (41)
+        U24_free_roll = U24_roll - t_hop6j * b2_3_roll  # (41)
         b2_4_roll = b2_3_roll + Df4_roll * U24_roll  # (40)
-        U34_free_roll = U34_roll - t_vpr7m * Df3_roll  # (41)
+        U34_free_roll = U34_roll - t_hop6j * Df3_roll  # (41)
         b3_4_roll = Df3_roll + Df4_roll * U34_roll  # (40)
         f5_roll = (
             1.0
@@ -7713,22 +7713,22 @@ def mrac_prepared(x, r, v, z, c, h):
         )  # (40)
         Df5_roll = D5_roll * f5_roll  # (40)
         alpha5_roll = alpha4_roll + Df5_roll * f5_roll  # (40)
-        t_szpzk = 1.0 / alpha5_roll
-        D5_free_roll = t_rkxsm * t_szpzk * D5_roll * alpha4_roll  # (41)
-        t_el36p = f5_roll * t_qd2bm
-        U15_free_roll = U15_roll - t_el36p * b1_4_roll  # (41)
+        t_6dtnj_3 = 1.0 / alpha5_roll
+        D5_free_roll = t_rkxsm * t_6dtnj_3 * D5_roll * alpha4_roll  # (41)
+        t_wmsfj = f5_roll * t_6dtnj_2
+        U15_free_roll = U15_roll - t_wmsfj * b1_4_roll  # (41)
         b1_5_roll = b1_4_roll + Df5_roll * U15_roll  # (40)
-        U25_free_roll = U25_roll - t_el36p * b2_4_roll  # (41)
+        U25_free_roll = U25_roll - t_wmsfj * b2_4_roll  # (41)
         b2_5_roll = b2_4_roll + Df5_roll * U25_roll  # (40)
-        U35_free_roll = U35_roll - t_el36p * b3_4_roll  # (41)
+        U35_free_roll = U35_roll - t_wmsfj * b3_4_roll  # (41)
         b3_5_roll = b3_4_roll + Df5_roll * U35_roll  # (40)
-        U45_free_roll = U45_roll - t_el36p * Df4_roll  # (41)
+        U45_free_roll = U45_roll - t_wmsfj * Df4_roll  # (41)
         b4_5_roll = Df4_roll + Df5_roll * U45_roll  # (40)
-        G1_roll = b1_5_roll * t_szpzk  # (40)
-        G2_roll = b2_5_roll * t_szpzk  # (40)
-        G3_roll = b3_5_roll * t_szpzk  # (40)
-        G4_roll = b4_5_roll * t_szpzk  # (40)
-        G5_roll = Df5_roll * t_szpzk  # (40)
+        G1_roll = b1_5_roll * t_6dtnj_3  # (40)
+        G2_roll = b2_5_roll * t_6dtnj_3  # (40)
+        G3_roll = b3_5_roll * t_6dtnj_3  # (40)
+        G4_roll = b4_5_roll * t_6dtnj_3  # (40)
+        G5_roll = Df5_roll * t_6dtnj_3  # (40)
         trace_roll = (
             D1_free_roll
             + D2_free_roll
@@ -7746,18 +7746,18 @@ def mrac_prepared(x, r, v, z, c, h):
             + D5_free_roll * (U35_free_roll * U35_free_roll)
             + D5_free_roll * (U45_free_roll * U45_free_roll)
         )  # (41)
-        m_cy5zr = (trace_max < trace_roll)
-        cap_roll = np.where(m_cy5zr, forgetting, 1.0)
+        m_mhc6m = (trace_max < trace_roll)
+        cap_roll = np.where(m_mhc6m, forgetting, 1.0)
         m_jj746 = (0.5 < adapt)
         m_d33kq = (1.5 < samples)
         m_6w7fs = np.logical_and(m_jj746, m_d33kq)
-        m_ehesg = (t_s4yo7 < np.abs(eps_roll))
-        m_ovbqq = np.logical_and(m_6w7fs, m_ehesg)
-        a1_now_roll = np.where(m_ovbqq, a1_roll + G1_roll * eps_roll, a1_roll)  # (42)
-        a2_now_roll = np.where(m_ovbqq, a2_roll + G2_roll * eps_roll, a2_roll)  # (42)
-        b0_now_roll = np.where(m_ovbqq, b0_roll + G3_roll * eps_roll, b0_roll)  # (42)
-        b1_now_roll = np.where(m_ovbqq, b1_roll + G4_roll * eps_roll, b1_roll)  # (42)
-        d_now_roll = np.where(m_ovbqq, d_roll + G5_roll * eps_roll, d_roll)  # (42)
+        m_l6kwg = (t_s4yo7 < np.abs(eps_roll))
+        m_auejl = np.logical_and(m_6w7fs, m_l6kwg)
+        a1_now_roll = np.where(m_auejl, a1_roll + G1_roll * eps_roll, a1_roll)  # (42)
+        a2_now_roll = np.where(m_auejl, a2_roll + G2_roll * eps_roll, a2_roll)  # (42)
+        b0_now_roll = np.where(m_auejl, b0_roll + G3_roll * eps_roll, b0_roll)  # (42)
+        b1_now_roll = np.where(m_auejl, b1_roll + G4_roll * eps_roll, b1_roll)  # (42)
+        d_now_roll = np.where(m_auejl, d_roll + G5_roll * eps_roll, d_roll)  # (42)
         d_used_roll = compensate_d * d_now_roll
         y1_used_pitch = np.where(m_myerm, pitch, y1_pitch)
         v_pitch = np.where(m_2oym3, Ty_applied, np.where(m_ng6lt, u2_pitch, u1_pitch))  # (36)
@@ -7769,38 +7769,38 @@ def mrac_prepared(x, r, v, z, c, h):
             - a2_pitch * y2_pitch
         )  # (34)
         eps_pitch = pitch - y_hat_pitch  # (39)
-        t_n6265 = D1_pitch * y1_used_pitch
-        alpha1_pitch = forgetting + t_n6265 * y1_used_pitch  # (40)
-        t_ba5cq = 1.0 / alpha1_pitch
-        D1_free_pitch = D1_pitch * t_ba5cq  # (41)
-        t_5xoth = y2_pitch + U12_pitch * y1_used_pitch
-        t_urk7s = D2_pitch * t_5xoth
-        alpha2_pitch = alpha1_pitch + t_urk7s * t_5xoth  # (40)
-        t_vq6qe = 1.0 / alpha2_pitch
-        D2_free_pitch = t_rkxsm * t_vq6qe * D2_pitch * alpha1_pitch  # (41)
-        U12_free_pitch = U12_pitch - t_n6265 * t_ba5cq * t_5xoth  # (41)
+        t_zx462 = D1_pitch * y1_used_pitch
+        alpha1_pitch = forgetting + t_zx462 * y1_used_pitch  # (40)
+        t_6gw3v = 1.0 / alpha1_pitch
+        D1_free_pitch = D1_pitch * t_6gw3v  # (41)
+        t_olxlq = y2_pitch + U12_pitch * y1_used_pitch
+        t_gjcmb = D2_pitch * t_olxlq
+        alpha2_pitch = alpha1_pitch + t_gjcmb * t_olxlq  # (40)
+        t_an5c3 = 1.0 / alpha2_pitch
+        D2_free_pitch = t_rkxsm * t_an5c3 * D2_pitch * alpha1_pitch  # (41)
+        U12_free_pitch = U12_pitch - t_zx462 * t_6gw3v * t_olxlq  # (41)
         f3_pitch = v_pitch - U13_pitch * y1_used_pitch - U23_pitch * y2_pitch  # (40)
         Df3_pitch = D3_pitch * f3_pitch  # (40)
         alpha3_pitch = alpha2_pitch + Df3_pitch * f3_pitch  # (40)
-        t_wnsbx = 1.0 / alpha3_pitch
-        D3_free_pitch = t_rkxsm * t_wnsbx * D3_pitch * alpha2_pitch  # (41)
-        t_iziit = f3_pitch * t_vq6qe
-        t_m7azd = t_n6265 + t_urk7s * U12_pitch
-        U13_free_pitch = U13_pitch + t_iziit * t_m7azd  # (41)
-        b1_3_pitch = Df3_pitch * U13_pitch - t_m7azd  # (40)
-        U23_free_pitch = U23_pitch + t_iziit * t_urk7s  # (41)
-        b2_3_pitch = Df3_pitch * U23_pitch - t_urk7s  # (40)
+        t_6dtnj_4 = 1.0 / alpha3_pitch
+        D3_free_pitch = t_rkxsm * t_6dtnj_4 * D3_pitch * alpha2_pitch  # (41)
+        t_2unxj = f3_pitch * t_an5c3
+        t_ypnck = t_zx462 + t_gjcmb * U12_pitch
+        U13_free_pitch = U13_pitch + t_2unxj * t_ypnck  # (41)
+        b1_3_pitch = Df3_pitch * U13_pitch - t_ypnck  # (40)
+        U23_free_pitch = U23_pitch + t_2unxj * t_gjcmb  # (41)
+        b2_3_pitch = Df3_pitch * U23_pitch - t_gjcmb  # (40)
         f4_pitch = v1_pitch + U34_pitch * v_pitch - U14_pitch * y1_used_pitch - U24_pitch * y2_pitch  # (40)
         Df4_pitch = D4_pitch * f4_pitch  # (40)
         alpha4_pitch = alpha3_pitch + Df4_pitch * f4_pitch  # (40)
-        t_au2dz = 1.0 / alpha4_pitch
-        D4_free_pitch = t_rkxsm * t_au2dz * D4_pitch * alpha3_pitch  # (41)
-        t_q5cqa = f4_pitch * t_wnsbx
-        U14_free_pitch = U14_pitch - t_q5cqa * b1_3_pitch  # (41)
+        t_6dtnj_5 = 1.0 / alpha4_pitch
+        D4_free_pitch = t_rkxsm * t_6dtnj_5 * D4_pitch * alpha3_pitch  # (41)
+        t_ekbem = f4_pitch * t_6dtnj_4
+        U14_free_pitch = U14_pitch - t_ekbem * b1_3_pitch  # (41)
         b1_4_pitch = b1_3_pitch + Df4_pitch * U14_pitch  # (40)
-        U24_free_pitch = U24_pitch - t_q5cqa * b2_3_pitch  # (41)
+        U24_free_pitch = U24_pitch - t_ekbem * b2_3_pitch  # (41)
         b2_4_pitch = b2_3_pitch + Df4_pitch * U24_pitch  # (40)
-        U34_free_pitch = U34_pitch - t_q5cqa * Df3_pitch  # (41)
+        U34_free_pitch = U34_pitch - t_ekbem * Df3_pitch  # (41)
         b3_4_pitch = Df3_pitch + Df4_pitch * U34_pitch  # (40)
         f5_pitch = (
             1.0
@@ -7811,22 +7811,22 @@ def mrac_prepared(x, r, v, z, c, h):
         )  # (40)
         Df5_pitch = D5_pitch * f5_pitch  # (40)
         alpha5_pitch = alpha4_pitch + Df5_pitch * f5_pitch  # (40)
-        t_uppvm = 1.0 / alpha5_pitch
-        D5_free_pitch = t_rkxsm * t_uppvm * D5_pitch * alpha4_pitch  # (41)
-        t_blzne = f5_pitch * t_au2dz
-        U15_free_pitch = U15_pitch - t_blzne * b1_4_pitch  # (41)
+        t_6dtnj_6 = 1.0 / alpha5_pitch
+        D5_free_pitch = t_rkxsm * t_6dtnj_6 * D5_pitch * alpha4_pitch  # (41)
+        t_piobp = f5_pitch * t_6dtnj_5
+        U15_free_pitch = U15_pitch - t_piobp * b1_4_pitch  # (41)
         b1_5_pitch = b1_4_pitch + Df5_pitch * U15_pitch  # (40)
-        U25_free_pitch = U25_pitch - t_blzne * b2_4_pitch  # (41)
+        U25_free_pitch = U25_pitch - t_piobp * b2_4_pitch  # (41)
         b2_5_pitch = b2_4_pitch + Df5_pitch * U25_pitch  # (40)
-        U35_free_pitch = U35_pitch - t_blzne * b3_4_pitch  # (41)
+        U35_free_pitch = U35_pitch - t_piobp * b3_4_pitch  # (41)
         b3_5_pitch = b3_4_pitch + Df5_pitch * U35_pitch  # (40)
-        U45_free_pitch = U45_pitch - t_blzne * Df4_pitch  # (41)
+        U45_free_pitch = U45_pitch - t_piobp * Df4_pitch  # (41)
         b4_5_pitch = Df4_pitch + Df5_pitch * U45_pitch  # (40)
-        G1_pitch = b1_5_pitch * t_uppvm  # (40)
-        G2_pitch = b2_5_pitch * t_uppvm  # (40)
-        G3_pitch = b3_5_pitch * t_uppvm  # (40)
-        G4_pitch = b4_5_pitch * t_uppvm  # (40)
-        G5_pitch = Df5_pitch * t_uppvm  # (40)
+        G1_pitch = b1_5_pitch * t_6dtnj_6  # (40)
+        G2_pitch = b2_5_pitch * t_6dtnj_6  # (40)
+        G3_pitch = b3_5_pitch * t_6dtnj_6  # (40)
+        G4_pitch = b4_5_pitch * t_6dtnj_6  # (40)
+        G5_pitch = Df5_pitch * t_6dtnj_6  # (40)
         trace_pitch = (
             D1_free_pitch
             + D2_free_pitch
@@ -7844,15 +7844,15 @@ def mrac_prepared(x, r, v, z, c, h):
             + D5_free_pitch * (U35_free_pitch * U35_free_pitch)
             + D5_free_pitch * (U45_free_pitch * U45_free_pitch)
         )  # (41)
-        m_rahgr = (trace_max < trace_pitch)
-        cap_pitch = np.where(m_rahgr, forgetting, 1.0)
-        m_qjzob = (t_s4yo7 < np.abs(eps_pitch))
-        m_ehlkz = np.logical_and(m_6w7fs, m_qjzob)
-        a1_now_pitch = np.where(m_ehlkz, a1_pitch + G1_pitch * eps_pitch, a1_pitch)  # (42)
-        a2_now_pitch = np.where(m_ehlkz, a2_pitch + G2_pitch * eps_pitch, a2_pitch)  # (42)
-        b0_now_pitch = np.where(m_ehlkz, b0_pitch + G3_pitch * eps_pitch, b0_pitch)  # (42)
-        b1_now_pitch = np.where(m_ehlkz, b1_pitch + G4_pitch * eps_pitch, b1_pitch)  # (42)
-        d_now_pitch = np.where(m_ehlkz, d_pitch + G5_pitch * eps_pitch, d_pitch)  # (42)
+        m_mhc6m_2 = (trace_max < trace_pitch)
+        cap_pitch = np.where(m_mhc6m_2, forgetting, 1.0)
+        m_54emp = (t_s4yo7 < np.abs(eps_pitch))
+        m_he6hp = np.logical_and(m_6w7fs, m_54emp)
+        a1_now_pitch = np.where(m_he6hp, a1_pitch + G1_pitch * eps_pitch, a1_pitch)  # (42)
+        a2_now_pitch = np.where(m_he6hp, a2_pitch + G2_pitch * eps_pitch, a2_pitch)  # (42)
+        b0_now_pitch = np.where(m_he6hp, b0_pitch + G3_pitch * eps_pitch, b0_pitch)  # (42)
+        b1_now_pitch = np.where(m_he6hp, b1_pitch + G4_pitch * eps_pitch, b1_pitch)  # (42)
+        d_now_pitch = np.where(m_he6hp, d_pitch + G5_pitch * eps_pitch, d_pitch)  # (42)
         d_used_pitch = compensate_d * d_now_pitch
         y1_used_yaw = np.where(m_myerm, yaw, y1_yaw)
         v_yaw = np.where(m_2oym3, Tz_applied, np.where(m_ng6lt, u2_yaw, u1_yaw))  # (36)
@@ -7864,38 +7864,38 @@ def mrac_prepared(x, r, v, z, c, h):
             - a2_yaw * y2_yaw
         )  # (34)
         eps_yaw = yaw - y_hat_yaw  # (39)
-        t_5t4tf = D1_yaw * y1_used_yaw
-        alpha1_yaw = forgetting + t_5t4tf * y1_used_yaw  # (40)
-        t_rrlcx = 1.0 / alpha1_yaw
-        D1_free_yaw = D1_yaw * t_rrlcx  # (41)
-        t_fz2ih = y2_yaw + U12_yaw * y1_used_yaw
-        t_3inrl = D2_yaw * t_fz2ih
-        alpha2_yaw = alpha1_yaw + t_3inrl * t_fz2ih  # (40)
-        t_epc3p = 1.0 / alpha2_yaw
-        D2_free_yaw = t_rkxsm * t_epc3p * D2_yaw * alpha1_yaw  # (41)
-        U12_free_yaw = U12_yaw - t_5t4tf * t_rrlcx * t_fz2ih  # (41)
+        t_bysdb = D1_yaw * y1_used_yaw
+        alpha1_yaw = forgetting + t_bysdb * y1_used_yaw  # (40)
+        t_lgpzs = 1.0 / alpha1_yaw
+        D1_free_yaw = D1_yaw * t_lgpzs  # (41)
+        t_howu6 = y2_yaw + U12_yaw * y1_used_yaw
+        t_pofsn = D2_yaw * t_howu6
+        alpha2_yaw = alpha1_yaw + t_pofsn * t_howu6  # (40)
+        t_esxwg = 1.0 / alpha2_yaw
+        D2_free_yaw = t_rkxsm * t_esxwg * D2_yaw * alpha1_yaw  # (41)
+        U12_free_yaw = U12_yaw - t_bysdb * t_lgpzs * t_howu6  # (41)
         f3_yaw = v_yaw - U13_yaw * y1_used_yaw - U23_yaw * y2_yaw  # (40)
         Df3_yaw = D3_yaw * f3_yaw  # (40)
         alpha3_yaw = alpha2_yaw + Df3_yaw * f3_yaw  # (40)
-        t_czmse = 1.0 / alpha3_yaw
-        D3_free_yaw = t_rkxsm * t_czmse * D3_yaw * alpha2_yaw  # (41)
-        t_qqhj7 = f3_yaw * t_epc3p
-        t_mefgo = t_5t4tf + t_3inrl * U12_yaw
-        U13_free_yaw = U13_yaw + t_qqhj7 * t_mefgo  # (41)
-        b1_3_yaw = Df3_yaw * U13_yaw - t_mefgo  # (40)
-        U23_free_yaw = U23_yaw + t_qqhj7 * t_3inrl  # (41)
-        b2_3_yaw = Df3_yaw * U23_yaw - t_3inrl  # (40)
+        t_6dtnj_7 = 1.0 / alpha3_yaw
+        D3_free_yaw = t_rkxsm * t_6dtnj_7 * D3_yaw * alpha2_yaw  # (41)
+        t_rouvm = f3_yaw * t_esxwg
+        t_zyqi4 = t_bysdb + t_pofsn * U12_yaw
+        U13_free_yaw = U13_yaw + t_rouvm * t_zyqi4  # (41)
+        b1_3_yaw = Df3_yaw * U13_yaw - t_zyqi4  # (40)
+        U23_free_yaw = U23_yaw + t_rouvm * t_pofsn  # (41)
+        b2_3_yaw = Df3_yaw * U23_yaw - t_pofsn  # (40)
         f4_yaw = v1_yaw + U34_yaw * v_yaw - U14_yaw * y1_used_yaw - U24_yaw * y2_yaw  # (40)
         Df4_yaw = D4_yaw * f4_yaw  # (40)
         alpha4_yaw = alpha3_yaw + Df4_yaw * f4_yaw  # (40)
-        t_nk3ay = 1.0 / alpha4_yaw
-        D4_free_yaw = t_rkxsm * t_nk3ay * D4_yaw * alpha3_yaw  # (41)
-        t_ov6wh = f4_yaw * t_czmse
-        U14_free_yaw = U14_yaw - t_ov6wh * b1_3_yaw  # (41)
+        t_6dtnj_8 = 1.0 / alpha4_yaw
+        D4_free_yaw = t_rkxsm * t_6dtnj_8 * D4_yaw * alpha3_yaw  # (41)
+        t_nihkp = f4_yaw * t_6dtnj_7
+        U14_free_yaw = U14_yaw - t_nihkp * b1_3_yaw  # (41)
         b1_4_yaw = b1_3_yaw + Df4_yaw * U14_yaw  # (40)
-        U24_free_yaw = U24_yaw - t_ov6wh * b2_3_yaw  # (41)
+        U24_free_yaw = U24_yaw - t_nihkp * b2_3_yaw  # (41)
         b2_4_yaw = b2_3_yaw + Df4_yaw * U24_yaw  # (40)
-        U34_free_yaw = U34_yaw - t_ov6wh * Df3_yaw  # (41)
+        U34_free_yaw = U34_yaw - t_nihkp * Df3_yaw  # (41)
         b3_4_yaw = Df3_yaw + Df4_yaw * U34_yaw  # (40)
         f5_yaw = (
             1.0
@@ -7906,22 +7906,22 @@ def mrac_prepared(x, r, v, z, c, h):
         )  # (40)
         Df5_yaw = D5_yaw * f5_yaw  # (40)
         alpha5_yaw = alpha4_yaw + Df5_yaw * f5_yaw  # (40)
-        t_xt42v = 1.0 / alpha5_yaw
-        D5_free_yaw = t_rkxsm * t_xt42v * D5_yaw * alpha4_yaw  # (41)
-        t_xokdo = f5_yaw * t_nk3ay
-        U15_free_yaw = U15_yaw - t_xokdo * b1_4_yaw  # (41)
+        t_6dtnj_9 = 1.0 / alpha5_yaw
+        D5_free_yaw = t_rkxsm * t_6dtnj_9 * D5_yaw * alpha4_yaw  # (41)
+        t_lhlrb = f5_yaw * t_6dtnj_8
+        U15_free_yaw = U15_yaw - t_lhlrb * b1_4_yaw  # (41)
         b1_5_yaw = b1_4_yaw + Df5_yaw * U15_yaw  # (40)
-        U25_free_yaw = U25_yaw - t_xokdo * b2_4_yaw  # (41)
+        U25_free_yaw = U25_yaw - t_lhlrb * b2_4_yaw  # (41)
         b2_5_yaw = b2_4_yaw + Df5_yaw * U25_yaw  # (40)
-        U35_free_yaw = U35_yaw - t_xokdo * b3_4_yaw  # (41)
+        U35_free_yaw = U35_yaw - t_lhlrb * b3_4_yaw  # (41)
         b3_5_yaw = b3_4_yaw + Df5_yaw * U35_yaw  # (40)
-        U45_free_yaw = U45_yaw - t_xokdo * Df4_yaw  # (41)
+        U45_free_yaw = U45_yaw - t_lhlrb * Df4_yaw  # (41)
         b4_5_yaw = Df4_yaw + Df5_yaw * U45_yaw  # (40)
-        G1_yaw = b1_5_yaw * t_xt42v  # (40)
-        G2_yaw = b2_5_yaw * t_xt42v  # (40)
-        G3_yaw = b3_5_yaw * t_xt42v  # (40)
-        G4_yaw = b4_5_yaw * t_xt42v  # (40)
-        G5_yaw = Df5_yaw * t_xt42v  # (40)
+        G1_yaw = b1_5_yaw * t_6dtnj_9  # (40)
+        G2_yaw = b2_5_yaw * t_6dtnj_9  # (40)
+        G3_yaw = b3_5_yaw * t_6dtnj_9  # (40)
+        G4_yaw = b4_5_yaw * t_6dtnj_9  # (40)
+        G5_yaw = Df5_yaw * t_6dtnj_9  # (40)
         trace_yaw = (
             D1_free_yaw
             + D2_free_yaw
@@ -7939,40 +7939,40 @@ def mrac_prepared(x, r, v, z, c, h):
             + D5_free_yaw * (U35_free_yaw * U35_free_yaw)
             + D5_free_yaw * (U45_free_yaw * U45_free_yaw)
         )  # (41)
-        m_4b7bf = (trace_max < trace_yaw)
-        cap_yaw = np.where(m_4b7bf, forgetting, 1.0)
-        m_3y25r = (t_s4yo7 < np.abs(eps_yaw))
-        m_33i5p = np.logical_and(m_6w7fs, m_3y25r)
-        a1_now_yaw = np.where(m_33i5p, a1_yaw + G1_yaw * eps_yaw, a1_yaw)  # (42)
-        a2_now_yaw = np.where(m_33i5p, a2_yaw + G2_yaw * eps_yaw, a2_yaw)  # (42)
-        b0_now_yaw = np.where(m_33i5p, b0_yaw + G3_yaw * eps_yaw, b0_yaw)  # (42)
-        b1_now_yaw = np.where(m_33i5p, b1_yaw + G4_yaw * eps_yaw, b1_yaw)  # (42)
-        d_now_yaw = np.where(m_33i5p, d_yaw + G5_yaw * eps_yaw, d_yaw)  # (42)
+        m_mhc6m_3 = (trace_max < trace_yaw)
+        cap_yaw = np.where(m_mhc6m_3, forgetting, 1.0)
+        m_gw24o = (t_s4yo7 < np.abs(eps_yaw))
+        m_4nram = np.logical_and(m_6w7fs, m_gw24o)
+        a1_now_yaw = np.where(m_4nram, a1_yaw + G1_yaw * eps_yaw, a1_yaw)  # (42)
+        a2_now_yaw = np.where(m_4nram, a2_yaw + G2_yaw * eps_yaw, a2_yaw)  # (42)
+        b0_now_yaw = np.where(m_4nram, b0_yaw + G3_yaw * eps_yaw, b0_yaw)  # (42)
+        b1_now_yaw = np.where(m_4nram, b1_yaw + G4_yaw * eps_yaw, b1_yaw)  # (42)
+        d_now_yaw = np.where(m_4nram, d_yaw + G5_yaw * eps_yaw, d_yaw)  # (42)
         d_used_yaw = compensate_d * d_now_yaw
         lift_roll = np.fmax(0.0, -0.5 * b0_now_roll + -0.5 * b1_now_roll + t_4xcao)
         B1_roll = b0_now_roll + b1_now_roll + (lift_roll + lift_roll)
-        t_6v5bz = t_bxn4n + a1_now_roll
-        s1_roll = -t_6v5bz  # (22)
-        e1_roll = np.where(m_ng6lt, a1_now_roll * t_6v5bz - (t_2wsi6_2 + a2_now_roll), -(t_bxn4n_2 + a1_now_roll))  # (22)
-        e2_roll = np.where(m_ng6lt, a2_now_roll * t_6v5bz - t_ogmcx_2, -(t_2wsi6_3 + a2_now_roll))  # (22)
-        t_zjozf = b1_now_roll + lift_roll
-        t_yz2fy = t_zjozf * t_zjozf
-        t_4ihf2 = b0_now_roll + lift_roll
-        t_qkhny = t_4ihf2 * t_4ihf2
-        t_ncl23 = t_zjozf * a1_now_roll
-        res_roll = t_yz2fy + t_qkhny * a2_now_roll - t_4ihf2 * t_ncl23
-        t_k6fq7 = 1.0 / res_roll
-        sd_roll = (t_yz2fy * e1_roll + t_qkhny * e3_roll - t_zjozf * t_4ihf2 * e2_roll) * t_k6fq7  # (22)
-        t_6p656 = t_4ihf2 * e3_roll
-        t_6zvri = t_4ihf2 * a2_now_roll
-        t0_roll = (t_zjozf * e2_roll - t_6p656 - t_ncl23 * e1_roll + t_6zvri * e1_roll) * t_k6fq7  # (22)
-        t_toq7n = (
-            t_zjozf * e3_roll
-            - t_6p656 * a1_now_roll
-            + t_6zvri * e2_roll
-            - t_zjozf * a2_now_roll * e1_roll
+        t_ud3i5 = t_bxn4n + a1_now_roll
+        s1_roll = -t_ud3i5  # (22)
+        e1_roll = np.where(m_ng6lt, a1_now_roll * t_ud3i5 - (t_2wsi6_2 + a2_now_roll), -(t_bxn4n_2 + a1_now_roll))  # (22)
+        e2_roll = np.where(m_ng6lt, a2_now_roll * t_ud3i5 - t_ogmcx_2, -(t_2wsi6_3 + a2_now_roll))  # (22)
+        t_2i74y = b1_now_roll + lift_roll
+        t_vmsgc = t_2i74y * t_2i74y
+        t_2idnj = b0_now_roll + lift_roll
+        t_vtida = t_2idnj * t_2idnj
+        t_25kas = t_2i74y * a1_now_roll
+        res_roll = t_vmsgc + t_vtida * a2_now_roll - t_2idnj * t_25kas
+        t_6dtnj_10 = 1.0 / res_roll
+        sd_roll = (t_vmsgc * e1_roll + t_vtida * e3_roll - t_2i74y * t_2idnj * e2_roll) * t_6dtnj_10  # (22)
+        t_ftsck = t_2idnj * e3_roll
+        t_7prul = t_2idnj * a2_now_roll
+        t0_roll = (t_2i74y * e2_roll - t_ftsck - t_25kas * e1_roll + t_7prul * e1_roll) * t_6dtnj_10  # (22)
+        t_hynub = (
+            t_2i74y * e3_roll
+            - t_ftsck * a1_now_roll
+            + t_7prul * e2_roll
+            - t_2i74y * a2_now_roll * e1_roll
         )
-        t1_roll = t_toq7n * t_k6fq7  # (22)
+        t1_roll = t_hynub * t_6dtnj_10  # (22)
         Acw_roll = (
             w_roll
             + t_z4laf * wm1_roll
@@ -7982,35 +7982,35 @@ def mrac_prepared(x, r, v, z, c, h):
         )
         u_roll_mrac = (
             (Acw_roll - d_used_roll * (1.0 + np.where(m_ng6lt, s1_roll, 0.0) + sd_roll)) / B1_roll
-            + np.where(m_ng6lt, t_6v5bz * u1_roll, 0.0)
+            + np.where(m_ng6lt, t_ud3i5 * u1_roll, 0.0)
             - roll * t0_roll
             - sd_roll * v_roll
             - t1_roll * y1_used_roll
         )
         lift_pitch = np.fmax(0.0, -0.5 * b0_now_pitch + -0.5 * b1_now_pitch + t_wr7mm)
         B1_pitch = b0_now_pitch + b1_now_pitch + (lift_pitch + lift_pitch)
-        t_vgebs = t_bxn4n + a1_now_pitch
-        s1_pitch = -t_vgebs  # (22)
-        e1_pitch = np.where(m_ng6lt, a1_now_pitch * t_vgebs - (t_2wsi6_2 + a2_now_pitch), -(t_bxn4n_2 + a1_now_pitch))  # (22)
-        e2_pitch = np.where(m_ng6lt, a2_now_pitch * t_vgebs - t_ogmcx_2, -(t_2wsi6_3 + a2_now_pitch))  # (22)
-        t_tpvzc = b1_now_pitch + lift_pitch
-        t_imlet = t_tpvzc * t_tpvzc
-        t_6edde = b0_now_pitch + lift_pitch
-        t_23zut = t_6edde * t_6edde
-        t_ivfwu = t_tpvzc * a1_now_pitch
-        res_pitch = t_imlet + t_23zut * a2_now_pitch - t_6edde * t_ivfwu
-        t_traey = 1.0 / res_pitch
-        sd_pitch = (t_imlet * e1_pitch + t_23zut * e3_roll - t_tpvzc * t_6edde * e2_pitch) * t_traey  # (22)
-        t_3uzty = t_6edde * e3_roll
-        t_rhale = t_6edde * a2_now_pitch
-        t0_pitch = (t_tpvzc * e2_pitch - t_3uzty - t_ivfwu * e1_pitch + t_rhale * e1_pitch) * t_traey  # (22)
-        t_7phvx = (
-            t_tpvzc * e3_roll
-            - t_3uzty * a1_now_pitch
-            + t_rhale * e2_pitch
-            - t_tpvzc * a2_now_pitch * e1_pitch
+        t_ggyuj = t_bxn4n + a1_now_pitch
+        s1_pitch = -t_ggyuj  # (22)
+        e1_pitch = np.where(m_ng6lt, a1_now_pitch * t_ggyuj - (t_2wsi6_2 + a2_now_pitch), -(t_bxn4n_2 + a1_now_pitch))  # (22)
+        e2_pitch = np.where(m_ng6lt, a2_now_pitch * t_ggyuj - t_ogmcx_2, -(t_2wsi6_3 + a2_now_pitch))  # (22)
+        t_46ubb = b1_now_pitch + lift_pitch
+        t_ydlhb = t_46ubb * t_46ubb
+        t_twnby = b0_now_pitch + lift_pitch
+        t_omxxc = t_twnby * t_twnby
+        t_kjvdb = t_46ubb * a1_now_pitch
+        res_pitch = t_ydlhb + t_omxxc * a2_now_pitch - t_twnby * t_kjvdb
+        t_6dtnj_11 = 1.0 / res_pitch
+        sd_pitch = (t_ydlhb * e1_pitch + t_omxxc * e3_roll - t_46ubb * t_twnby * e2_pitch) * t_6dtnj_11  # (22)
+        t_5cup5 = t_twnby * e3_roll
+        t_nbj2k = t_twnby * a2_now_pitch
+        t0_pitch = (t_46ubb * e2_pitch - t_5cup5 - t_kjvdb * e1_pitch + t_nbj2k * e1_pitch) * t_6dtnj_11  # (22)
+        t_e4yrk = (
+            t_46ubb * e3_roll
+            - t_5cup5 * a1_now_pitch
+            + t_nbj2k * e2_pitch
+            - t_46ubb * a2_now_pitch * e1_pitch
         )
-        t1_pitch = t_7phvx * t_traey  # (22)
+        t1_pitch = t_e4yrk * t_6dtnj_11  # (22)
         Acw_pitch = (
             w_pitch
             + t_z4laf * wm1_pitch
@@ -8020,35 +8020,35 @@ def mrac_prepared(x, r, v, z, c, h):
         )
         u_pitch_mrac = (
             (Acw_pitch - d_used_pitch * (1.0 + np.where(m_ng6lt, s1_pitch, 0.0) + sd_pitch)) / B1_pitch
-            + np.where(m_ng6lt, t_vgebs * u1_pitch, 0.0)
+            + np.where(m_ng6lt, t_ggyuj * u1_pitch, 0.0)
             - pitch * t0_pitch
             - sd_pitch * v_pitch
             - t1_pitch * y1_used_pitch
         )
         lift_yaw = np.fmax(0.0, -0.5 * b0_now_yaw + -0.5 * b1_now_yaw + t_k7hjd)
         B1_yaw = b0_now_yaw + b1_now_yaw + (lift_yaw + lift_yaw)
-        t_yt55d = t_bxn4n + a1_now_yaw
-        s1_yaw = -t_yt55d  # (22)
-        e1_yaw = np.where(m_ng6lt, a1_now_yaw * t_yt55d - (t_2wsi6_2 + a2_now_yaw), -(t_bxn4n_2 + a1_now_yaw))  # (22)
-        e2_yaw = np.where(m_ng6lt, a2_now_yaw * t_yt55d - t_ogmcx_2, -(t_2wsi6_3 + a2_now_yaw))  # (22)
-        t_zkiaw = b1_now_yaw + lift_yaw
-        t_npqek = t_zkiaw * t_zkiaw
-        t_qhfkz = b0_now_yaw + lift_yaw
-        t_xjk5e = t_qhfkz * t_qhfkz
-        t_n6w5s = t_zkiaw * a1_now_yaw
-        res_yaw = t_npqek + t_xjk5e * a2_now_yaw - t_qhfkz * t_n6w5s
-        t_7xf6k = 1.0 / res_yaw
-        sd_yaw = (t_npqek * e1_yaw + t_xjk5e * e3_roll - t_zkiaw * t_qhfkz * e2_yaw) * t_7xf6k  # (22)
-        t_vephh = t_qhfkz * e3_roll
-        t_3ziba = t_qhfkz * a2_now_yaw
-        t0_yaw = (t_zkiaw * e2_yaw - t_vephh - t_n6w5s * e1_yaw + t_3ziba * e1_yaw) * t_7xf6k  # (22)
-        t_aivjy = (
-            t_zkiaw * e3_roll
-            - t_vephh * a1_now_yaw
-            + t_3ziba * e2_yaw
-            - t_zkiaw * a2_now_yaw * e1_yaw
+        t_rd76t = t_bxn4n + a1_now_yaw
+        s1_yaw = -t_rd76t  # (22)
+        e1_yaw = np.where(m_ng6lt, a1_now_yaw * t_rd76t - (t_2wsi6_2 + a2_now_yaw), -(t_bxn4n_2 + a1_now_yaw))  # (22)
+        e2_yaw = np.where(m_ng6lt, a2_now_yaw * t_rd76t - t_ogmcx_2, -(t_2wsi6_3 + a2_now_yaw))  # (22)
+        t_yqka7 = b1_now_yaw + lift_yaw
+        t_fgrex = t_yqka7 * t_yqka7
+        t_x6nax = b0_now_yaw + lift_yaw
+        t_dbjpl = t_x6nax * t_x6nax
+        t_knyog = t_yqka7 * a1_now_yaw
+        res_yaw = t_fgrex + t_dbjpl * a2_now_yaw - t_x6nax * t_knyog
+        t_6dtnj_12 = 1.0 / res_yaw
+        sd_yaw = (t_fgrex * e1_yaw + t_dbjpl * e3_roll - t_yqka7 * t_x6nax * e2_yaw) * t_6dtnj_12  # (22)
+        t_mpg6t = t_x6nax * e3_roll
+        t_7c7lk = t_x6nax * a2_now_yaw
+        t0_yaw = (t_yqka7 * e2_yaw - t_mpg6t - t_knyog * e1_yaw + t_7c7lk * e1_yaw) * t_6dtnj_12  # (22)
+        t_z3shu = (
+            t_yqka7 * e3_roll
+            - t_mpg6t * a1_now_yaw
+            + t_7c7lk * e2_yaw
+            - t_yqka7 * a2_now_yaw * e1_yaw
         )
-        t1_yaw = t_aivjy * t_7xf6k  # (22)
+        t1_yaw = t_z3shu * t_6dtnj_12  # (22)
         Acw_yaw = (
             w_yaw
             + t_z4laf * wm1_yaw
@@ -8058,7 +8058,7 @@ def mrac_prepared(x, r, v, z, c, h):
         )
         u_yaw_mrac = (
             (Acw_yaw - d_used_yaw * (1.0 + np.where(m_ng6lt, s1_yaw, 0.0) + sd_yaw)) / B1_yaw
-            + np.where(m_ng6lt, t_yt55d * u1_yaw, 0.0)
+            + np.where(m_ng6lt, t_rd76t * u1_yaw, 0.0)
             - sd_yaw * v_yaw
             - t0_yaw * yaw
             - t1_yaw * y1_used_yaw
@@ -8078,124 +8078,124 @@ def mrac_prepared(x, r, v, z, c, h):
         m_65ott = np.logical_and(m_6i24m, m_ghzhf)
         m_lisih = (np.abs(roll) < 1e+30)
         m_fdhnb = np.logical_and(m_65ott, m_lisih)
-        m_klrep = (np.abs(trace_pitch) < 1e+30)
-        m_ftaye = np.logical_and(m_fdhnb, m_klrep)
-        m_nob5q = (np.abs(trace_roll) < 1e+30)
-        m_dtjsa = np.logical_and(m_ftaye, m_nob5q)
-        m_smxdh = (np.abs(trace_yaw) < 1e+30)
-        m_tnlb6 = np.logical_and(m_dtjsa, m_smxdh)
+        m_6qzei = (np.abs(trace_pitch) < 1e+30)
+        m_uncs5 = np.logical_and(m_fdhnb, m_6qzei)
+        m_6qzei_2 = (np.abs(trace_roll) < 1e+30)
+        m_f6kxn = np.logical_and(m_uncs5, m_6qzei_2)
+        m_6qzei_3 = (np.abs(trace_yaw) < 1e+30)
+        m_f6kxn_2 = np.logical_and(m_f6kxn, m_6qzei_3)
         m_q3hd4 = (np.abs(yaw) < 1e+30)
-        m_n37qp = np.logical_and(m_tnlb6, m_q3hd4)
-        m_m4hsa = (np.abs(u_pitch_mrac) < 1e+30)
-        m_wqjeb = np.logical_and(m_n37qp, m_m4hsa)
-        m_mx2go = (np.abs(u_roll_mrac) < 1e+30)
-        m_zuvpc = np.logical_and(m_wqjeb, m_mx2go)
-        m_ibl7d = (np.abs(u_yaw_mrac) < 1e+30)
-        m_mu5jj = np.logical_and(m_zuvpc, m_ibl7d)
-        Tx_cmd = np.where(m_mu5jj, u_roll_mrac, 0.0)
-        Ty_cmd = np.where(m_mu5jj, u_pitch_mrac, 0.0)
-        Tz_cmd = np.where(m_mu5jj, u_yaw_mrac, 0.0)
+        m_4qjac = np.logical_and(m_f6kxn_2, m_q3hd4)
+        m_5fj5i = (np.abs(u_pitch_mrac) < 1e+30)
+        m_3txai = np.logical_and(m_4qjac, m_5fj5i)
+        m_clv2d = (np.abs(u_roll_mrac) < 1e+30)
+        m_yeumj = np.logical_and(m_3txai, m_clv2d)
+        m_itpu3 = (np.abs(u_yaw_mrac) < 1e+30)
+        m_vx7s3 = np.logical_and(m_yeumj, m_itpu3)
+        Tx_cmd = np.where(m_vx7s3, u_roll_mrac, 0.0)
+        Ty_cmd = np.where(m_vx7s3, u_pitch_mrac, 0.0)
+        Tz_cmd = np.where(m_vx7s3, u_yaw_mrac, 0.0)
         t_lfvhy = 0.5 * wm1_roll
         t_nuzia = 0.5 * wm1_pitch
         t_bashd = 0.5 * wm1_yaw
-        m_qbjte = np.logical_not(m_mu5jj)
+        m_bt3ba = np.logical_not(m_vx7s3)
         return _vector(
             Tx_cmd,
             Ty_cmd,
             Tz_cmd,
         ), _vector(
-            np.where(m_mu5jj, a1_now_roll, a1_roll),
-            np.where(m_mu5jj, a2_now_roll, a2_roll),
-            np.where(m_mu5jj, b0_now_roll, b0_roll),
-            np.where(m_mu5jj, b1_now_roll, b1_roll),
-            np.where(m_mu5jj, d_now_roll, d_roll),
-            np.where(m_mu5jj, np.where(m_ovbqq, D1_free_roll * cap_roll, D1_roll), D1_roll),
-            np.where(m_mu5jj, np.where(m_ovbqq, D2_free_roll * cap_roll, D2_roll), D2_roll),
-            np.where(m_mu5jj, np.where(m_ovbqq, D3_free_roll * cap_roll, D3_roll), D3_roll),
-            np.where(m_mu5jj, np.where(m_ovbqq, D4_free_roll * cap_roll, D4_roll), D4_roll),
-            np.where(m_mu5jj, np.where(m_ovbqq, D5_free_roll * cap_roll, D5_roll), D5_roll),
-            np.where(m_mu5jj, np.where(m_ovbqq, U12_free_roll, U12_roll), U12_roll),
-            np.where(m_mu5jj, np.where(m_ovbqq, U13_free_roll, U13_roll), U13_roll),
-            np.where(m_mu5jj, np.where(m_ovbqq, U23_free_roll, U23_roll), U23_roll),
-            np.where(m_mu5jj, np.where(m_ovbqq, U14_free_roll, U14_roll), U14_roll),
-            np.where(m_mu5jj, np.where(m_ovbqq, U24_free_roll, U24_roll), U24_roll),
-            np.where(m_mu5jj, np.where(m_ovbqq, U34_free_roll, U34_roll), U34_roll),
-            np.where(m_mu5jj, np.where(m_ovbqq, U15_free_roll, U15_roll), U15_roll),
-            np.where(m_mu5jj, np.where(m_ovbqq, U25_free_roll, U25_roll), U25_roll),
-            np.where(m_mu5jj, np.where(m_ovbqq, U35_free_roll, U35_roll), U35_roll),
-            np.where(m_mu5jj, np.where(m_ovbqq, U45_free_roll, U45_roll), U45_roll),
-            np.where(m_mu5jj, roll, y1_roll),
-            np.where(m_mu5jj, y1_used_roll, y2_roll),
-            np.where(m_mu5jj, v_roll, v1_roll),
-            np.where(m_mu5jj, u_roll_mrac, u1_roll),
-            np.where(m_mu5jj, u1_roll, u2_roll),
-            np.where(m_mu5jj, np.where(m_ng6lt, t_lfvhy + 0.5 * wm2_roll, t_lfvhy + 0.5 * w_roll), ym_roll),
-            np.where(m_mu5jj, w_roll, wm1_roll),
-            np.where(m_mu5jj, wm1_roll, wm2_roll),
-            np.where(m_mu5jj, wm2_roll, wm3_roll),
-            np.where(m_mu5jj, wm3_roll, wm4_roll),
-            np.where(m_mu5jj, a1_now_pitch, a1_pitch),
-            np.where(m_mu5jj, a2_now_pitch, a2_pitch),
-            np.where(m_mu5jj, b0_now_pitch, b0_pitch),
-            np.where(m_mu5jj, b1_now_pitch, b1_pitch),
-            np.where(m_mu5jj, d_now_pitch, d_pitch),
-            np.where(m_mu5jj, np.where(m_ehlkz, D1_free_pitch * cap_pitch, D1_pitch), D1_pitch),
-            np.where(m_mu5jj, np.where(m_ehlkz, D2_free_pitch * cap_pitch, D2_pitch), D2_pitch),
-            np.where(m_mu5jj, np.where(m_ehlkz, D3_free_pitch * cap_pitch, D3_pitch), D3_pitch),
-            np.where(m_mu5jj, np.where(m_ehlkz, D4_free_pitch * cap_pitch, D4_pitch), D4_pitch),
-            np.where(m_mu5jj, np.where(m_ehlkz, D5_free_pitch * cap_pitch, D5_pitch), D5_pitch),
-            np.where(m_mu5jj, np.where(m_ehlkz, U12_free_pitch, U12_pitch), U12_pitch),
-            np.where(m_mu5jj, np.where(m_ehlkz, U13_free_pitch, U13_pitch), U13_pitch),
-            np.where(m_mu5jj, np.where(m_ehlkz, U23_free_pitch, U23_pitch), U23_pitch),
-            np.where(m_mu5jj, np.where(m_ehlkz, U14_free_pitch, U14_pitch), U14_pitch),
-            np.where(m_mu5jj, np.where(m_ehlkz, U24_free_pitch, U24_pitch), U24_pitch),
-            np.where(m_mu5jj, np.where(m_ehlkz, U34_free_pitch, U34_pitch), U34_pitch),
-            np.where(m_mu5jj, np.where(m_ehlkz, U15_free_pitch, U15_pitch), U15_pitch),
-            np.where(m_mu5jj, np.where(m_ehlkz, U25_free_pitch, U25_pitch), U25_pitch),
-            np.where(m_mu5jj, np.where(m_ehlkz, U35_free_pitch, U35_pitch), U35_pitch),
-            np.where(m_mu5jj, np.where(m_ehlkz, U45_free_pitch, U45_pitch), U45_pitch),
-            np.where(m_mu5jj, pitch, y1_pitch),
-            np.where(m_mu5jj, y1_used_pitch, y2_pitch),
-            np.where(m_mu5jj, v_pitch, v1_pitch),
-            np.where(m_mu5jj, u_pitch_mrac, u1_pitch),
-            np.where(m_mu5jj, u1_pitch, u2_pitch),
-            np.where(m_mu5jj, np.where(m_ng6lt, t_nuzia + 0.5 * wm2_pitch, t_nuzia + 0.5 * w_pitch), ym_pitch),
-            np.where(m_mu5jj, w_pitch, wm1_pitch),
-            np.where(m_mu5jj, wm1_pitch, wm2_pitch),
-            np.where(m_mu5jj, wm2_pitch, wm3_pitch),
-            np.where(m_mu5jj, wm3_pitch, wm4_pitch),
-            np.where(m_mu5jj, a1_now_yaw, a1_yaw),
-            np.where(m_mu5jj, a2_now_yaw, a2_yaw),
-            np.where(m_mu5jj, b0_now_yaw, b0_yaw),
-            np.where(m_mu5jj, b1_now_yaw, b1_yaw),
-            np.where(m_mu5jj, d_now_yaw, d_yaw),
-            np.where(m_mu5jj, np.where(m_33i5p, D1_free_yaw * cap_yaw, D1_yaw), D1_yaw),
-            np.where(m_mu5jj, np.where(m_33i5p, D2_free_yaw * cap_yaw, D2_yaw), D2_yaw),
-            np.where(m_mu5jj, np.where(m_33i5p, D3_free_yaw * cap_yaw, D3_yaw), D3_yaw),
-            np.where(m_mu5jj, np.where(m_33i5p, D4_free_yaw * cap_yaw, D4_yaw), D4_yaw),
-            np.where(m_mu5jj, np.where(m_33i5p, D5_free_yaw * cap_yaw, D5_yaw), D5_yaw),
-            np.where(m_mu5jj, np.where(m_33i5p, U12_free_yaw, U12_yaw), U12_yaw),
-            np.where(m_mu5jj, np.where(m_33i5p, U13_free_yaw, U13_yaw), U13_yaw),
-            np.where(m_mu5jj, np.where(m_33i5p, U23_free_yaw, U23_yaw), U23_yaw),
-            np.where(m_mu5jj, np.where(m_33i5p, U14_free_yaw, U14_yaw), U14_yaw),
-            np.where(m_mu5jj, np.where(m_33i5p, U24_free_yaw, U24_yaw), U24_yaw),
-            np.where(m_mu5jj, np.where(m_33i5p, U34_free_yaw, U34_yaw), U34_yaw),
-            np.where(m_mu5jj, np.where(m_33i5p, U15_free_yaw, U15_yaw), U15_yaw),
-            np.where(m_mu5jj, np.where(m_33i5p, U25_free_yaw, U25_yaw), U25_yaw),
-            np.where(m_mu5jj, np.where(m_33i5p, U35_free_yaw, U35_yaw), U35_yaw),
-            np.where(m_mu5jj, np.where(m_33i5p, U45_free_yaw, U45_yaw), U45_yaw),
-            np.where(m_mu5jj, yaw, y1_yaw),
-            np.where(m_mu5jj, y1_used_yaw, y2_yaw),
-            np.where(m_mu5jj, v_yaw, v1_yaw),
-            np.where(m_mu5jj, u_yaw_mrac, u1_yaw),
-            np.where(m_mu5jj, u1_yaw, u2_yaw),
-            np.where(m_mu5jj, np.where(m_ng6lt, t_bashd + 0.5 * wm2_yaw, t_bashd + 0.5 * w_yaw), ym_yaw),
-            np.where(m_mu5jj, w_yaw, wm1_yaw),
-            np.where(m_mu5jj, wm1_yaw, wm2_yaw),
-            np.where(m_mu5jj, wm2_yaw, wm3_yaw),
-            np.where(m_mu5jj, wm3_yaw, wm4_yaw),
-            np.where(m_mu5jj, np.fmin(2.0, 1.0 + samples), 0.0),
-            np.where(m_qbjte, 1.0, 0.0),
+            np.where(m_vx7s3, a1_now_roll, a1_roll),
+            np.where(m_vx7s3, a2_now_roll, a2_roll),
+            np.where(m_vx7s3, b0_now_roll, b0_roll),
+            np.where(m_vx7s3, b1_now_roll, b1_roll),
+            np.where(m_vx7s3, d_now_roll, d_roll),
+            np.where(m_vx7s3, np.where(m_auejl, D1_free_roll * cap_roll, D1_roll), D1_roll),
+            np.where(m_vx7s3, np.where(m_auejl, D2_free_roll * cap_roll, D2_roll), D2_roll),
+            np.where(m_vx7s3, np.where(m_auejl, D3_free_roll * cap_roll, D3_roll), D3_roll),
+            np.where(m_vx7s3, np.where(m_auejl, D4_free_roll * cap_roll, D4_roll), D4_roll),
+            np.where(m_vx7s3, np.where(m_auejl, D5_free_roll * cap_roll, D5_roll), D5_roll),
+            np.where(m_vx7s3, np.where(m_auejl, U12_free_roll, U12_roll), U12_roll),
+            np.where(m_vx7s3, np.where(m_auejl, U13_free_roll, U13_roll), U13_roll),
+            np.where(m_vx7s3, np.where(m_auejl, U23_free_roll, U23_roll), U23_roll),
+            np.where(m_vx7s3, np.where(m_auejl, U14_free_roll, U14_roll), U14_roll),
+            np.where(m_vx7s3, np.where(m_auejl, U24_free_roll, U24_roll), U24_roll),
+            np.where(m_vx7s3, np.where(m_auejl, U34_free_roll, U34_roll), U34_roll),
+            np.where(m_vx7s3, np.where(m_auejl, U15_free_roll, U15_roll), U15_roll),
+            np.where(m_vx7s3, np.where(m_auejl, U25_free_roll, U25_roll), U25_roll),
+            np.where(m_vx7s3, np.where(m_auejl, U35_free_roll, U35_roll), U35_roll),
+            np.where(m_vx7s3, np.where(m_auejl, U45_free_roll, U45_roll), U45_roll),
+            np.where(m_vx7s3, roll, y1_roll),
+            np.where(m_vx7s3, y1_used_roll, y2_roll),
+            np.where(m_vx7s3, v_roll, v1_roll),
+            np.where(m_vx7s3, u_roll_mrac, u1_roll),
+            np.where(m_vx7s3, u1_roll, u2_roll),
+            np.where(m_vx7s3, np.where(m_ng6lt, t_lfvhy + 0.5 * wm2_roll, t_lfvhy + 0.5 * w_roll), ym_roll),
+            np.where(m_vx7s3, w_roll, wm1_roll),
+            np.where(m_vx7s3, wm1_roll, wm2_roll),
+            np.where(m_vx7s3, wm2_roll, wm3_roll),
+            np.where(m_vx7s3, wm3_roll, wm4_roll),
+            np.where(m_vx7s3, a1_now_pitch, a1_pitch),
+            np.where(m_vx7s3, a2_now_pitch, a2_pitch),
+            np.where(m_vx7s3, b0_now_pitch, b0_pitch),
+            np.where(m_vx7s3, b1_now_pitch, b1_pitch),
+            np.where(m_vx7s3, d_now_pitch, d_pitch),
+            np.where(m_vx7s3, np.where(m_he6hp, D1_free_pitch * cap_pitch, D1_pitch), D1_pitch),
+            np.where(m_vx7s3, np.where(m_he6hp, D2_free_pitch * cap_pitch, D2_pitch), D2_pitch),
+            np.where(m_vx7s3, np.where(m_he6hp, D3_free_pitch * cap_pitch, D3_pitch), D3_pitch),
+            np.where(m_vx7s3, np.where(m_he6hp, D4_free_pitch * cap_pitch, D4_pitch), D4_pitch),
+            np.where(m_vx7s3, np.where(m_he6hp, D5_free_pitch * cap_pitch, D5_pitch), D5_pitch),
+            np.where(m_vx7s3, np.where(m_he6hp, U12_free_pitch, U12_pitch), U12_pitch),
+            np.where(m_vx7s3, np.where(m_he6hp, U13_free_pitch, U13_pitch), U13_pitch),
+            np.where(m_vx7s3, np.where(m_he6hp, U23_free_pitch, U23_pitch), U23_pitch),
+            np.where(m_vx7s3, np.where(m_he6hp, U14_free_pitch, U14_pitch), U14_pitch),
+            np.where(m_vx7s3, np.where(m_he6hp, U24_free_pitch, U24_pitch), U24_pitch),
+            np.where(m_vx7s3, np.where(m_he6hp, U34_free_pitch, U34_pitch), U34_pitch),
+            np.where(m_vx7s3, np.where(m_he6hp, U15_free_pitch, U15_pitch), U15_pitch),
+            np.where(m_vx7s3, np.where(m_he6hp, U25_free_pitch, U25_pitch), U25_pitch),
+            np.where(m_vx7s3, np.where(m_he6hp, U35_free_pitch, U35_pitch), U35_pitch),
+            np.where(m_vx7s3, np.where(m_he6hp, U45_free_pitch, U45_pitch), U45_pitch),
+            np.where(m_vx7s3, pitch, y1_pitch),
+            np.where(m_vx7s3, y1_used_pitch, y2_pitch),
+            np.where(m_vx7s3, v_pitch, v1_pitch),
+            np.where(m_vx7s3, u_pitch_mrac, u1_pitch),
+            np.where(m_vx7s3, u1_pitch, u2_pitch),
+            np.where(m_vx7s3, np.where(m_ng6lt, t_nuzia + 0.5 * wm2_pitch, t_nuzia + 0.5 * w_pitch), ym_pitch),
+            np.where(m_vx7s3, w_pitch, wm1_pitch),
+            np.where(m_vx7s3, wm1_pitch, wm2_pitch),
+            np.where(m_vx7s3, wm2_pitch, wm3_pitch),
+            np.where(m_vx7s3, wm3_pitch, wm4_pitch),
+            np.where(m_vx7s3, a1_now_yaw, a1_yaw),
+            np.where(m_vx7s3, a2_now_yaw, a2_yaw),
+            np.where(m_vx7s3, b0_now_yaw, b0_yaw),
+            np.where(m_vx7s3, b1_now_yaw, b1_yaw),
+            np.where(m_vx7s3, d_now_yaw, d_yaw),
+            np.where(m_vx7s3, np.where(m_4nram, D1_free_yaw * cap_yaw, D1_yaw), D1_yaw),
+            np.where(m_vx7s3, np.where(m_4nram, D2_free_yaw * cap_yaw, D2_yaw), D2_yaw),
+            np.where(m_vx7s3, np.where(m_4nram, D3_free_yaw * cap_yaw, D3_yaw), D3_yaw),
+            np.where(m_vx7s3, np.where(m_4nram, D4_free_yaw * cap_yaw, D4_yaw), D4_yaw),
+            np.where(m_vx7s3, np.where(m_4nram, D5_free_yaw * cap_yaw, D5_yaw), D5_yaw),
+            np.where(m_vx7s3, np.where(m_4nram, U12_free_yaw, U12_yaw), U12_yaw),
+            np.where(m_vx7s3, np.where(m_4nram, U13_free_yaw, U13_yaw), U13_yaw),
+            np.where(m_vx7s3, np.where(m_4nram, U23_free_yaw, U23_yaw), U23_yaw),
+            np.where(m_vx7s3, np.where(m_4nram, U14_free_yaw, U14_yaw), U14_yaw),
+            np.where(m_vx7s3, np.where(m_4nram, U24_free_yaw, U24_yaw), U24_yaw),
+            np.where(m_vx7s3, np.where(m_4nram, U34_free_yaw, U34_yaw), U34_yaw),
+            np.where(m_vx7s3, np.where(m_4nram, U15_free_yaw, U15_yaw), U15_yaw),
+            np.where(m_vx7s3, np.where(m_4nram, U25_free_yaw, U25_yaw), U25_yaw),
+            np.where(m_vx7s3, np.where(m_4nram, U35_free_yaw, U35_yaw), U35_yaw),
+            np.where(m_vx7s3, np.where(m_4nram, U45_free_yaw, U45_yaw), U45_yaw),
+            np.where(m_vx7s3, yaw, y1_yaw),
+            np.where(m_vx7s3, y1_used_yaw, y2_yaw),
+            np.where(m_vx7s3, v_yaw, v1_yaw),
+            np.where(m_vx7s3, u_yaw_mrac, u1_yaw),
+            np.where(m_vx7s3, u1_yaw, u2_yaw),
+            np.where(m_vx7s3, np.where(m_ng6lt, t_bashd + 0.5 * wm2_yaw, t_bashd + 0.5 * w_yaw), ym_yaw),
+            np.where(m_vx7s3, w_yaw, wm1_yaw),
+            np.where(m_vx7s3, wm1_yaw, wm2_yaw),
+            np.where(m_vx7s3, wm2_yaw, wm3_yaw),
+            np.where(m_vx7s3, wm3_yaw, wm4_yaw),
+            np.where(m_vx7s3, np.fmin(2.0, 1.0 + samples), 0.0),
+            np.where(m_bt3ba, 1.0, 0.0),
         )
 
 
@@ -8215,10 +8215,10 @@ def mrac_literal_prepare(p, c):
         b_min_ratio = c[..., 15]
         tau_m = c[..., 21]
         model_pole = np.exp(-(Ts / tau_m))
-        t_hjr6j = -1.0 + model_pole
+        t_7h4u2 = -1.0 + model_pole
         t_4msa4 = Ts * Ts * b_min_ratio
         return _vector(
-            t_hjr6j * t_hjr6j,
+            t_7h4u2 * t_7h4u2,
             model_pole + model_pole,
             model_pole * model_pole,
             1.0 / forgetting,
@@ -8337,20 +8337,20 @@ def mrac_literal_prepared(x, r, v, z, c, h):
         applied_regressor = c[..., 18]
         design_delay = c[..., 20]
         (
-            t_lbhv6,
-            t_u5zvh,
-            t_lbhv6_2,
+            t_zugk2,
+            t_7h4u2_2,
+            t_zugk2_2,
             t_rkxsm,
             t_s4yo7,
             t_r2nkn,
             t_2qnly,
-            t_pbd6n,
+            t_c4wxs,
             t_rf45g,
             t_ufxyh,
         ) = np.moveaxis(h, -1, 0)
-        w_roll = t_lbhv6 * ref_roll + t_u5zvh * wm1_roll - t_lbhv6_2 * wm2_roll  # (16)
-        w_pitch = t_lbhv6 * ref_pitch + t_u5zvh * wm1_pitch - t_lbhv6_2 * wm2_pitch  # (16)
-        w_yaw = t_lbhv6 * ref_yaw + t_u5zvh * wm1_yaw - t_lbhv6_2 * wm2_yaw  # (16)
+        w_roll = t_zugk2 * ref_roll + t_7h4u2_2 * wm1_roll - t_zugk2_2 * wm2_roll  # (16)
+        w_pitch = t_zugk2 * ref_pitch + t_7h4u2_2 * wm1_pitch - t_zugk2_2 * wm2_pitch  # (16)
+        w_yaw = t_zugk2 * ref_yaw + t_7h4u2_2 * wm1_yaw - t_zugk2_2 * wm2_yaw  # (16)
         m_myerm = (samples < 0.5)
         y1_used_roll = np.where(m_myerm, roll, y1_roll)
         m_2oym3 = (0.5 < applied_regressor)
@@ -8364,38 +8364,38 @@ def mrac_literal_prepared(x, r, v, z, c, h):
             - a2_roll * y2_roll
         )  # (34)
         eps_roll = roll - y_hat_roll  # (39)
-        t_s4qc7 = D1_roll * y1_used_roll
-        alpha1_roll = forgetting + t_s4qc7 * y1_used_roll  # (40)
-        t_gcbdt = 1.0 / alpha1_roll
-        D1_free_roll = D1_roll * t_gcbdt  # (41)
-        t_4q5lb = y2_roll + U12_roll * y1_used_roll
-        t_bqiu4 = D2_roll * t_4q5lb
-        alpha2_roll = alpha1_roll + t_bqiu4 * t_4q5lb  # (40)
-        t_2ftwl = 1.0 / alpha2_roll
-        D2_free_roll = t_2ftwl * t_rkxsm * D2_roll * alpha1_roll  # (41)
-        U12_free_roll = U12_roll - t_s4qc7 * t_gcbdt * t_4q5lb  # (41)
+        t_zrpuv = D1_roll * y1_used_roll
+        alpha1_roll = forgetting + t_zrpuv * y1_used_roll  # (40)
+        t_2yiuc = 1.0 / alpha1_roll
+        D1_free_roll = D1_roll * t_2yiuc  # (41)
+        t_rm4w3 = y2_roll + U12_roll * y1_used_roll
+        t_mpk5i = D2_roll * t_rm4w3
+        alpha2_roll = alpha1_roll + t_mpk5i * t_rm4w3  # (40)
+        t_weizg = 1.0 / alpha2_roll
+        D2_free_roll = t_weizg * t_rkxsm * D2_roll * alpha1_roll  # (41)
+        U12_free_roll = U12_roll - t_zrpuv * t_2yiuc * t_rm4w3  # (41)
         f3_roll = v_roll - U13_roll * y1_used_roll - U23_roll * y2_roll  # (40)
         Df3_roll = D3_roll * f3_roll  # (40)
         alpha3_roll = alpha2_roll + Df3_roll * f3_roll  # (40)
-        t_m6gkz = 1.0 / alpha3_roll
-        D3_free_roll = t_rkxsm * t_m6gkz * D3_roll * alpha2_roll  # (41)
-        t_iwp6c = f3_roll * t_2ftwl
-        t_73h6y = t_s4qc7 + t_bqiu4 * U12_roll
-        U13_free_roll = U13_roll + t_iwp6c * t_73h6y  # (41)
-        b1_3_roll = Df3_roll * U13_roll - t_73h6y  # (40)
-        U23_free_roll = U23_roll + t_iwp6c * t_bqiu4  # (41)
-        b2_3_roll = Df3_roll * U23_roll - t_bqiu4  # (40)
+        t_6dtnj = 1.0 / alpha3_roll
+        D3_free_roll = t_rkxsm * t_6dtnj * D3_roll * alpha2_roll  # (41)
+        t_ow6ee = f3_roll * t_weizg
+        t_tohgs = t_zrpuv + t_mpk5i * U12_roll
+        U13_free_roll = U13_roll + t_ow6ee * t_tohgs  # (41)
+        b1_3_roll = Df3_roll * U13_roll - t_tohgs  # (40)
+        U23_free_roll = U23_roll + t_ow6ee * t_mpk5i  # (41)
+        b2_3_roll = Df3_roll * U23_roll - t_mpk5i  # (40)
         f4_roll = v1_roll + U34_roll * v_roll - U14_roll * y1_used_roll - U24_roll * y2_roll  # (40)
         Df4_roll = D4_roll * f4_roll  # (40)
         alpha4_roll = alpha3_roll + Df4_roll * f4_roll  # (40)
-        t_qd2bm = 1.0 / alpha4_roll
-        D4_free_roll = t_rkxsm * t_qd2bm * D4_roll * alpha3_roll  # (41)
-        t_vpr7m = f4_roll * t_m6gkz
-        U14_free_roll = U14_roll - t_vpr7m * b1_3_roll  # (41)
+        t_6dtnj_2 = 1.0 / alpha4_roll
+        D4_free_roll = t_rkxsm * t_6dtnj_2 * D4_roll * alpha3_roll  # (41)
+        t_hop6j = f4_roll * t_6dtnj
+        U14_free_roll = U14_roll - t_hop6j * b1_3_roll  # (41)
         b1_4_roll = b1_3_roll + Df4_roll * U14_roll  # (40)
-        U24_free_roll = U24_roll - t_vpr7m * b2_3_roll  # (41)
+        U24_free_roll = U24_roll - t_hop6j * b2_3_roll  # (41)
         b2_4_roll = b2_3_roll + Df4_roll * U24_roll  # (40)
-        U34_free_roll = U34_roll - t_vpr7m * Df3_roll  # (41)
+        U34_free_roll = U34_roll - t_hop6j * Df3_roll  # (41)
         b3_4_roll = Df3_roll + Df4_roll * U34_roll  # (40)
         f5_roll = (
             1.0
@@ -8406,22 +8406,22 @@ def mrac_literal_prepared(x, r, v, z, c, h):
         )  # (40)
         Df5_roll = D5_roll * f5_roll  # (40)
         alpha5_roll = alpha4_roll + Df5_roll * f5_roll  # (40)
-        t_szpzk = 1.0 / alpha5_roll
-        D5_free_roll = t_rkxsm * t_szpzk * D5_roll * alpha4_roll  # (41)
-        t_el36p = f5_roll * t_qd2bm
-        U15_free_roll = U15_roll - t_el36p * b1_4_roll  # (41)
+        t_6dtnj_3 = 1.0 / alpha5_roll
+        D5_free_roll = t_rkxsm * t_6dtnj_3 * D5_roll * alpha4_roll  # (41)
+        t_wmsfj = f5_roll * t_6dtnj_2
+        U15_free_roll = U15_roll - t_wmsfj * b1_4_roll  # (41)
         b1_5_roll = b1_4_roll + Df5_roll * U15_roll  # (40)
-        U25_free_roll = U25_roll - t_el36p * b2_4_roll  # (41)
+        U25_free_roll = U25_roll - t_wmsfj * b2_4_roll  # (41)
         b2_5_roll = b2_4_roll + Df5_roll * U25_roll  # (40)
-        U35_free_roll = U35_roll - t_el36p * b3_4_roll  # (41)
+        U35_free_roll = U35_roll - t_wmsfj * b3_4_roll  # (41)
         b3_5_roll = b3_4_roll + Df5_roll * U35_roll  # (40)
-        U45_free_roll = U45_roll - t_el36p * Df4_roll  # (41)
+        U45_free_roll = U45_roll - t_wmsfj * Df4_roll  # (41)
         b4_5_roll = Df4_roll + Df5_roll * U45_roll  # (40)
-        G1_roll = b1_5_roll * t_szpzk  # (40)
-        G2_roll = b2_5_roll * t_szpzk  # (40)
-        G3_roll = b3_5_roll * t_szpzk  # (40)
-        G4_roll = b4_5_roll * t_szpzk  # (40)
-        G5_roll = Df5_roll * t_szpzk  # (40)
+        G1_roll = b1_5_roll * t_6dtnj_3  # (40)
+        G2_roll = b2_5_roll * t_6dtnj_3  # (40)
+        G3_roll = b3_5_roll * t_6dtnj_3  # (40)
+        G4_roll = b4_5_roll * t_6dtnj_3  # (40)
+        G5_roll = Df5_roll * t_6dtnj_3  # (40)
         trace_roll = (
             D1_free_roll
             + D2_free_roll
@@ -8439,18 +8439,18 @@ def mrac_literal_prepared(x, r, v, z, c, h):
             + D5_free_roll * (U35_free_roll * U35_free_roll)
             + D5_free_roll * (U45_free_roll * U45_free_roll)
         )  # (41)
-        m_cy5zr = (trace_max < trace_roll)
-        cap_roll = np.where(m_cy5zr, forgetting, 1.0)
+        m_mhc6m = (trace_max < trace_roll)
+        cap_roll = np.where(m_mhc6m, forgetting, 1.0)
         m_jj746 = (0.5 < adapt)
         m_d33kq = (1.5 < samples)
         m_6w7fs = np.logical_and(m_jj746, m_d33kq)
-        m_ehesg = (t_s4yo7 < np.abs(eps_roll))
-        m_ovbqq = np.logical_and(m_6w7fs, m_ehesg)
-        a1_now_roll = np.where(m_ovbqq, a1_roll + G1_roll * eps_roll, a1_roll)  # (42)
-        a2_now_roll = np.where(m_ovbqq, a2_roll + G2_roll * eps_roll, a2_roll)  # (42)
-        b0_now_roll = np.where(m_ovbqq, b0_roll + G3_roll * eps_roll, b0_roll)  # (42)
-        b1_now_roll = np.where(m_ovbqq, b1_roll + G4_roll * eps_roll, b1_roll)  # (42)
-        d_now_roll = np.where(m_ovbqq, d_roll + G5_roll * eps_roll, d_roll)  # (42)
+        m_l6kwg = (t_s4yo7 < np.abs(eps_roll))
+        m_auejl = np.logical_and(m_6w7fs, m_l6kwg)
+        a1_now_roll = np.where(m_auejl, a1_roll + G1_roll * eps_roll, a1_roll)  # (42)
+        a2_now_roll = np.where(m_auejl, a2_roll + G2_roll * eps_roll, a2_roll)  # (42)
+        b0_now_roll = np.where(m_auejl, b0_roll + G3_roll * eps_roll, b0_roll)  # (42)
+        b1_now_roll = np.where(m_auejl, b1_roll + G4_roll * eps_roll, b1_roll)  # (42)
+        d_now_roll = np.where(m_auejl, d_roll + G5_roll * eps_roll, d_roll)  # (42)
         d_used_roll = compensate_d * d_now_roll
         y1_used_pitch = np.where(m_myerm, pitch, y1_pitch)
         v_pitch = np.where(m_2oym3, Ty_applied, np.where(m_ng6lt, u2_pitch, u1_pitch))  # (36)
@@ -8462,38 +8462,38 @@ def mrac_literal_prepared(x, r, v, z, c, h):
             - a2_pitch * y2_pitch
         )  # (34)
         eps_pitch = pitch - y_hat_pitch  # (39)
-        t_n6265 = D1_pitch * y1_used_pitch
-        alpha1_pitch = forgetting + t_n6265 * y1_used_pitch  # (40)
-        t_ba5cq = 1.0 / alpha1_pitch
-        D1_free_pitch = D1_pitch * t_ba5cq  # (41)
-        t_5xoth = y2_pitch + U12_pitch * y1_used_pitch
-        t_urk7s = D2_pitch * t_5xoth
-        alpha2_pitch = alpha1_pitch + t_urk7s * t_5xoth  # (40)
-        t_vq6qe = 1.0 / alpha2_pitch
-        D2_free_pitch = t_rkxsm * t_vq6qe * D2_pitch * alpha1_pitch  # (41)
-        U12_free_pitch = U12_pitch - t_n6265 * t_ba5cq * t_5xoth  # (41)
+        t_zx462 = D1_pitch * y1_used_pitch
+        alpha1_pitch = forgetting + t_zx462 * y1_used_pitch  # (40)
+        t_6gw3v = 1.0 / alpha1_pitch
+        D1_free_pitch = D1_pitch * t_6gw3v  # (41)
+        t_olxlq = y2_pitch + U12_pitch * y1_used_pitch
+        t_gjcmb = D2_pitch * t_olxlq
+        alpha2_pitch = alpha1_pitch + t_gjcmb * t_olxlq  # (40)
+        t_an5c3 = 1.0 / alpha2_pitch
+        D2_free_pitch = t_rkxsm * t_an5c3 * D2_pitch * alpha1_pitch  # (41)
+        U12_free_pitch = U12_pitch - t_zx462 * t_6gw3v * t_olxlq  # (41)
         f3_pitch = v_pitch - U13_pitch * y1_used_pitch - U23_pitch * y2_pitch  # (40)
         Df3_pitch = D3_pitch * f3_pitch  # (40)
         alpha3_pitch = alpha2_pitch + Df3_pitch * f3_pitch  # (40)
-        t_wnsbx = 1.0 / alpha3_pitch
-        D3_free_pitch = t_rkxsm * t_wnsbx * D3_pitch * alpha2_pitch  # (41)
-        t_iziit = f3_pitch * t_vq6qe
-        t_m7azd = t_n6265 + t_urk7s * U12_pitch
-        U13_free_pitch = U13_pitch + t_iziit * t_m7azd  # (41)
-        b1_3_pitch = Df3_pitch * U13_pitch - t_m7azd  # (40)
-        U23_free_pitch = U23_pitch + t_iziit * t_urk7s  # (41)
-        b2_3_pitch = Df3_pitch * U23_pitch - t_urk7s  # (40)
+        t_6dtnj_4 = 1.0 / alpha3_pitch
+        D3_free_pitch = t_rkxsm * t_6dtnj_4 * D3_pitch * alpha2_pitch  # (41)
+        t_2unxj = f3_pitch * t_an5c3
+        t_ypnck = t_zx462 + t_gjcmb * U12_pitch
+        U13_free_pitch = U13_pitch + t_2unxj * t_ypnck  # (41)
+        b1_3_pitch = Df3_pitch * U13_pitch - t_ypnck  # (40)
+        U23_free_pitch = U23_pitch + t_2unxj * t_gjcmb  # (41)
+        b2_3_pitch = Df3_pitch * U23_pitch - t_gjcmb  # (40)
         f4_pitch = v1_pitch + U34_pitch * v_pitch - U14_pitch * y1_used_pitch - U24_pitch * y2_pitch  # (40)
         Df4_pitch = D4_pitch * f4_pitch  # (40)
         alpha4_pitch = alpha3_pitch + Df4_pitch * f4_pitch  # (40)
-        t_au2dz = 1.0 / alpha4_pitch
-        D4_free_pitch = t_rkxsm * t_au2dz * D4_pitch * alpha3_pitch  # (41)
-        t_q5cqa = f4_pitch * t_wnsbx
-        U14_free_pitch = U14_pitch - t_q5cqa * b1_3_pitch  # (41)
+        t_6dtnj_5 = 1.0 / alpha4_pitch
+        D4_free_pitch = t_rkxsm * t_6dtnj_5 * D4_pitch * alpha3_pitch  # (41)
+        t_ekbem = f4_pitch * t_6dtnj_4
+        U14_free_pitch = U14_pitch - t_ekbem * b1_3_pitch  # (41)
         b1_4_pitch = b1_3_pitch + Df4_pitch * U14_pitch  # (40)
-        U24_free_pitch = U24_pitch - t_q5cqa * b2_3_pitch  # (41)
+        U24_free_pitch = U24_pitch - t_ekbem * b2_3_pitch  # (41)
         b2_4_pitch = b2_3_pitch + Df4_pitch * U24_pitch  # (40)
-        U34_free_pitch = U34_pitch - t_q5cqa * Df3_pitch  # (41)
+        U34_free_pitch = U34_pitch - t_ekbem * Df3_pitch  # (41)
         b3_4_pitch = Df3_pitch + Df4_pitch * U34_pitch  # (40)
         f5_pitch = (
             1.0
@@ -8504,22 +8504,22 @@ def mrac_literal_prepared(x, r, v, z, c, h):
         )  # (40)
         Df5_pitch = D5_pitch * f5_pitch  # (40)
         alpha5_pitch = alpha4_pitch + Df5_pitch * f5_pitch  # (40)
-        t_uppvm = 1.0 / alpha5_pitch
-        D5_free_pitch = t_rkxsm * t_uppvm * D5_pitch * alpha4_pitch  # (41)
-        t_blzne = f5_pitch * t_au2dz
-        U15_free_pitch = U15_pitch - t_blzne * b1_4_pitch  # (41)
+        t_6dtnj_6 = 1.0 / alpha5_pitch
+        D5_free_pitch = t_rkxsm * t_6dtnj_6 * D5_pitch * alpha4_pitch  # (41)
+        t_piobp = f5_pitch * t_6dtnj_5
+        U15_free_pitch = U15_pitch - t_piobp * b1_4_pitch  # (41)
         b1_5_pitch = b1_4_pitch + Df5_pitch * U15_pitch  # (40)
-        U25_free_pitch = U25_pitch - t_blzne * b2_4_pitch  # (41)
+        U25_free_pitch = U25_pitch - t_piobp * b2_4_pitch  # (41)
         b2_5_pitch = b2_4_pitch + Df5_pitch * U25_pitch  # (40)
-        U35_free_pitch = U35_pitch - t_blzne * b3_4_pitch  # (41)
+        U35_free_pitch = U35_pitch - t_piobp * b3_4_pitch  # (41)
         b3_5_pitch = b3_4_pitch + Df5_pitch * U35_pitch  # (40)
-        U45_free_pitch = U45_pitch - t_blzne * Df4_pitch  # (41)
+        U45_free_pitch = U45_pitch - t_piobp * Df4_pitch  # (41)
         b4_5_pitch = Df4_pitch + Df5_pitch * U45_pitch  # (40)
-        G1_pitch = b1_5_pitch * t_uppvm  # (40)
-        G2_pitch = b2_5_pitch * t_uppvm  # (40)
-        G3_pitch = b3_5_pitch * t_uppvm  # (40)
-        G4_pitch = b4_5_pitch * t_uppvm  # (40)
-        G5_pitch = Df5_pitch * t_uppvm  # (40)
+        G1_pitch = b1_5_pitch * t_6dtnj_6  # (40)
+        G2_pitch = b2_5_pitch * t_6dtnj_6  # (40)
+        G3_pitch = b3_5_pitch * t_6dtnj_6  # (40)
+        G4_pitch = b4_5_pitch * t_6dtnj_6  # (40)
+        G5_pitch = Df5_pitch * t_6dtnj_6  # (40)
         trace_pitch = (
             D1_free_pitch
             + D2_free_pitch
@@ -8537,15 +8537,15 @@ def mrac_literal_prepared(x, r, v, z, c, h):
             + D5_free_pitch * (U35_free_pitch * U35_free_pitch)
             + D5_free_pitch * (U45_free_pitch * U45_free_pitch)
         )  # (41)
-        m_rahgr = (trace_max < trace_pitch)
-        cap_pitch = np.where(m_rahgr, forgetting, 1.0)
-        m_qjzob = (t_s4yo7 < np.abs(eps_pitch))
-        m_ehlkz = np.logical_and(m_6w7fs, m_qjzob)
-        a1_now_pitch = np.where(m_ehlkz, a1_pitch + G1_pitch * eps_pitch, a1_pitch)  # (42)
-        a2_now_pitch = np.where(m_ehlkz, a2_pitch + G2_pitch * eps_pitch, a2_pitch)  # (42)
-        b0_now_pitch = np.where(m_ehlkz, b0_pitch + G3_pitch * eps_pitch, b0_pitch)  # (42)
-        b1_now_pitch = np.where(m_ehlkz, b1_pitch + G4_pitch * eps_pitch, b1_pitch)  # (42)
-        d_now_pitch = np.where(m_ehlkz, d_pitch + G5_pitch * eps_pitch, d_pitch)  # (42)
+        m_mhc6m_2 = (trace_max < trace_pitch)
+        cap_pitch = np.where(m_mhc6m_2, forgetting, 1.0)
+        m_54emp = (t_s4yo7 < np.abs(eps_pitch))
+        m_he6hp = np.logical_and(m_6w7fs, m_54emp)
+        a1_now_pitch = np.where(m_he6hp, a1_pitch + G1_pitch * eps_pitch, a1_pitch)  # (42)
+        a2_now_pitch = np.where(m_he6hp, a2_pitch + G2_pitch * eps_pitch, a2_pitch)  # (42)
+        b0_now_pitch = np.where(m_he6hp, b0_pitch + G3_pitch * eps_pitch, b0_pitch)  # (42)
+        b1_now_pitch = np.where(m_he6hp, b1_pitch + G4_pitch * eps_pitch, b1_pitch)  # (42)
+        d_now_pitch = np.where(m_he6hp, d_pitch + G5_pitch * eps_pitch, d_pitch)  # (42)
         d_used_pitch = compensate_d * d_now_pitch
         y1_used_yaw = np.where(m_myerm, yaw, y1_yaw)
         v_yaw = np.where(m_2oym3, Tz_applied, np.where(m_ng6lt, u2_yaw, u1_yaw))  # (36)
@@ -8557,38 +8557,38 @@ def mrac_literal_prepared(x, r, v, z, c, h):
             - a2_yaw * y2_yaw
         )  # (34)
         eps_yaw = yaw - y_hat_yaw  # (39)
-        t_5t4tf = D1_yaw * y1_used_yaw
-        alpha1_yaw = forgetting + t_5t4tf * y1_used_yaw  # (40)
-        t_rrlcx = 1.0 / alpha1_yaw
-        D1_free_yaw = D1_yaw * t_rrlcx  # (41)
-        t_fz2ih = y2_yaw + U12_yaw * y1_used_yaw
-        t_3inrl = D2_yaw * t_fz2ih
-        alpha2_yaw = alpha1_yaw + t_3inrl * t_fz2ih  # (40)
-        t_epc3p = 1.0 / alpha2_yaw
-        D2_free_yaw = t_rkxsm * t_epc3p * D2_yaw * alpha1_yaw  # (41)
-        U12_free_yaw = U12_yaw - t_5t4tf * t_rrlcx * t_fz2ih  # (41)
+        t_bysdb = D1_yaw * y1_used_yaw
+        alpha1_yaw = forgetting + t_bysdb * y1_used_yaw  # (40)
+        t_lgpzs = 1.0 / alpha1_yaw
+        D1_free_yaw = D1_yaw * t_lgpzs  # (41)
+        t_howu6 = y2_yaw + U12_yaw * y1_used_yaw
+        t_pofsn = D2_yaw * t_howu6
+        alpha2_yaw = alpha1_yaw + t_pofsn * t_howu6  # (40)
+        t_esxwg = 1.0 / alpha2_yaw
+        D2_free_yaw = t_rkxsm * t_esxwg * D2_yaw * alpha1_yaw  # (41)
+        U12_free_yaw = U12_yaw - t_bysdb * t_lgpzs * t_howu6  # (41)
         f3_yaw = v_yaw - U13_yaw * y1_used_yaw - U23_yaw * y2_yaw  # (40)
         Df3_yaw = D3_yaw * f3_yaw  # (40)
         alpha3_yaw = alpha2_yaw + Df3_yaw * f3_yaw  # (40)
-        t_czmse = 1.0 / alpha3_yaw
-        D3_free_yaw = t_rkxsm * t_czmse * D3_yaw * alpha2_yaw  # (41)
-        t_qqhj7 = f3_yaw * t_epc3p
-        t_mefgo = t_5t4tf + t_3inrl * U12_yaw
-        U13_free_yaw = U13_yaw + t_qqhj7 * t_mefgo  # (41)
-        b1_3_yaw = Df3_yaw * U13_yaw - t_mefgo  # (40)
-        U23_free_yaw = U23_yaw + t_qqhj7 * t_3inrl  # (41)
-        b2_3_yaw = Df3_yaw * U23_yaw - t_3inrl  # (40)
+        t_6dtnj_7 = 1.0 / alpha3_yaw
+        D3_free_yaw = t_rkxsm * t_6dtnj_7 * D3_yaw * alpha2_yaw  # (41)
+        t_rouvm = f3_yaw * t_esxwg
+        t_zyqi4 = t_bysdb + t_pofsn * U12_yaw
+        U13_free_yaw = U13_yaw + t_rouvm * t_zyqi4  # (41)
+        b1_3_yaw = Df3_yaw * U13_yaw - t_zyqi4  # (40)
+        U23_free_yaw = U23_yaw + t_rouvm * t_pofsn  # (41)
+        b2_3_yaw = Df3_yaw * U23_yaw - t_pofsn  # (40)
         f4_yaw = v1_yaw + U34_yaw * v_yaw - U14_yaw * y1_used_yaw - U24_yaw * y2_yaw  # (40)
         Df4_yaw = D4_yaw * f4_yaw  # (40)
         alpha4_yaw = alpha3_yaw + Df4_yaw * f4_yaw  # (40)
-        t_nk3ay = 1.0 / alpha4_yaw
-        D4_free_yaw = t_rkxsm * t_nk3ay * D4_yaw * alpha3_yaw  # (41)
-        t_ov6wh = f4_yaw * t_czmse
-        U14_free_yaw = U14_yaw - t_ov6wh * b1_3_yaw  # (41)
+        t_6dtnj_8 = 1.0 / alpha4_yaw
+        D4_free_yaw = t_rkxsm * t_6dtnj_8 * D4_yaw * alpha3_yaw  # (41)
+        t_nihkp = f4_yaw * t_6dtnj_7
+        U14_free_yaw = U14_yaw - t_nihkp * b1_3_yaw  # (41)
         b1_4_yaw = b1_3_yaw + Df4_yaw * U14_yaw  # (40)
-        U24_free_yaw = U24_yaw - t_ov6wh * b2_3_yaw  # (41)
+        U24_free_yaw = U24_yaw - t_nihkp * b2_3_yaw  # (41)
         b2_4_yaw = b2_3_yaw + Df4_yaw * U24_yaw  # (40)
-        U34_free_yaw = U34_yaw - t_ov6wh * Df3_yaw  # (41)
+        U34_free_yaw = U34_yaw - t_nihkp * Df3_yaw  # (41)
         b3_4_yaw = Df3_yaw + Df4_yaw * U34_yaw  # (40)
         f5_yaw = (
             1.0
@@ -8599,22 +8599,22 @@ def mrac_literal_prepared(x, r, v, z, c, h):
         )  # (40)
         Df5_yaw = D5_yaw * f5_yaw  # (40)
         alpha5_yaw = alpha4_yaw + Df5_yaw * f5_yaw  # (40)
-        t_xt42v = 1.0 / alpha5_yaw
-        D5_free_yaw = t_rkxsm * t_xt42v * D5_yaw * alpha4_yaw  # (41)
-        t_xokdo = f5_yaw * t_nk3ay
-        U15_free_yaw = U15_yaw - t_xokdo * b1_4_yaw  # (41)
+        t_6dtnj_9 = 1.0 / alpha5_yaw
+        D5_free_yaw = t_rkxsm * t_6dtnj_9 * D5_yaw * alpha4_yaw  # (41)
+        t_lhlrb = f5_yaw * t_6dtnj_8
+        U15_free_yaw = U15_yaw - t_lhlrb * b1_4_yaw  # (41)
         b1_5_yaw = b1_4_yaw + Df5_yaw * U15_yaw  # (40)
-        U25_free_yaw = U25_yaw - t_xokdo * b2_4_yaw  # (41)
+        U25_free_yaw = U25_yaw - t_lhlrb * b2_4_yaw  # (41)
         b2_5_yaw = b2_4_yaw + Df5_yaw * U25_yaw  # (40)
-        U35_free_yaw = U35_yaw - t_xokdo * b3_4_yaw  # (41)
+        U35_free_yaw = U35_yaw - t_lhlrb * b3_4_yaw  # (41)
         b3_5_yaw = b3_4_yaw + Df5_yaw * U35_yaw  # (40)
-        U45_free_yaw = U45_yaw - t_xokdo * Df4_yaw  # (41)
+        U45_free_yaw = U45_yaw - t_lhlrb * Df4_yaw  # (41)
         b4_5_yaw = Df4_yaw + Df5_yaw * U45_yaw  # (40)
-        G1_yaw = b1_5_yaw * t_xt42v  # (40)
-        G2_yaw = b2_5_yaw * t_xt42v  # (40)
-        G3_yaw = b3_5_yaw * t_xt42v  # (40)
-        G4_yaw = b4_5_yaw * t_xt42v  # (40)
-        G5_yaw = Df5_yaw * t_xt42v  # (40)
+        G1_yaw = b1_5_yaw * t_6dtnj_9  # (40)
+        G2_yaw = b2_5_yaw * t_6dtnj_9  # (40)
+        G3_yaw = b3_5_yaw * t_6dtnj_9  # (40)
+        G4_yaw = b4_5_yaw * t_6dtnj_9  # (40)
+        G5_yaw = Df5_yaw * t_6dtnj_9  # (40)
         trace_yaw = (
             D1_free_yaw
             + D2_free_yaw
@@ -8632,70 +8632,70 @@ def mrac_literal_prepared(x, r, v, z, c, h):
             + D5_free_yaw * (U35_free_yaw * U35_free_yaw)
             + D5_free_yaw * (U45_free_yaw * U45_free_yaw)
         )  # (41)
-        m_4b7bf = (trace_max < trace_yaw)
-        cap_yaw = np.where(m_4b7bf, forgetting, 1.0)
-        m_3y25r = (t_s4yo7 < np.abs(eps_yaw))
-        m_33i5p = np.logical_and(m_6w7fs, m_3y25r)
-        a1_now_yaw = np.where(m_33i5p, a1_yaw + G1_yaw * eps_yaw, a1_yaw)  # (42)
-        a2_now_yaw = np.where(m_33i5p, a2_yaw + G2_yaw * eps_yaw, a2_yaw)  # (42)
-        b0_now_yaw = np.where(m_33i5p, b0_yaw + G3_yaw * eps_yaw, b0_yaw)  # (42)
-        b1_now_yaw = np.where(m_33i5p, b1_yaw + G4_yaw * eps_yaw, b1_yaw)  # (42)
-        d_now_yaw = np.where(m_33i5p, d_yaw + G5_yaw * eps_yaw, d_yaw)  # (42)
+        m_mhc6m_3 = (trace_max < trace_yaw)
+        cap_yaw = np.where(m_mhc6m_3, forgetting, 1.0)
+        m_gw24o = (t_s4yo7 < np.abs(eps_yaw))
+        m_4nram = np.logical_and(m_6w7fs, m_gw24o)
+        a1_now_yaw = np.where(m_4nram, a1_yaw + G1_yaw * eps_yaw, a1_yaw)  # (42)
+        a2_now_yaw = np.where(m_4nram, a2_yaw + G2_yaw * eps_yaw, a2_yaw)  # (42)
+        b0_now_yaw = np.where(m_4nram, b0_yaw + G3_yaw * eps_yaw, b0_yaw)  # (42)
+        b1_now_yaw = np.where(m_4nram, b1_yaw + G4_yaw * eps_yaw, b1_yaw)  # (42)
+        d_now_yaw = np.where(m_4nram, d_yaw + G5_yaw * eps_yaw, d_yaw)  # (42)
         d_used_yaw = compensate_d * d_now_yaw
         b0_used_roll = np.fmax(np.fmax(b0_now_roll, b_min), t_r2nkn)
-        t_pyv2r = t_2qnly - a2_now_roll
-        t_fdmbf = t_pbd6n + a1_now_roll
-        s1_cancel_roll = -t_fdmbf  # (23)
-        t0_cancel_roll = np.where(m_ng6lt, t_pyv2r + a1_now_roll * a1_now_roll + t_pbd6n * a1_now_roll, s1_cancel_roll)  # (24)
-        t1_cancel_roll = np.where(m_ng6lt, t_pbd6n * a2_now_roll + a1_now_roll * a2_now_roll, t_pyv2r)  # (24)
-        t_qkrvx = b1_now_roll * v_roll
-        BSu_roll = np.where(m_ng6lt, u1_roll * (b1_now_roll - b0_used_roll * t_fdmbf) - t_qkrvx * t_fdmbf, t_qkrvx)  # (33)
-        t_bri2w = (
+        t_2smix = t_2qnly - a2_now_roll
+        t_staqs = t_c4wxs + a1_now_roll
+        s1_cancel_roll = -t_staqs  # (23)
+        t0_cancel_roll = np.where(m_ng6lt, t_2smix + a1_now_roll * a1_now_roll + t_c4wxs * a1_now_roll, s1_cancel_roll)  # (24)
+        t1_cancel_roll = np.where(m_ng6lt, t_c4wxs * a2_now_roll + a1_now_roll * a2_now_roll, t_2smix)  # (24)
+        t_wjdr7 = b1_now_roll * v_roll
+        BSu_roll = np.where(m_ng6lt, u1_roll * (b1_now_roll - b0_used_roll * t_staqs) - t_wjdr7 * t_staqs, t_wjdr7)  # (33)
+        t_2z4lb = (
             w_roll
             - BSu_roll
             + t_2qnly * wm2_roll
-            - t_pbd6n * wm1_roll
-            - d_used_roll * np.where(m_ng6lt, 1.0 - t_fdmbf, 1.0)
+            - t_c4wxs * wm1_roll
+            - d_used_roll * np.where(m_ng6lt, 1.0 - t_staqs, 1.0)
             - roll * t0_cancel_roll
             - t1_cancel_roll * y1_used_roll
         )
-        u_roll_mrac_literal = t_bri2w / b0_used_roll
+        u_roll_mrac_literal = t_2z4lb / b0_used_roll
         b0_used_pitch = np.fmax(np.fmax(b0_now_pitch, b_min), t_rf45g)
-        t_lvjah = t_2qnly - a2_now_pitch
-        t_4u6xj = t_pbd6n + a1_now_pitch
-        s1_cancel_pitch = -t_4u6xj  # (23)
-        t0_cancel_pitch = np.where(m_ng6lt, t_lvjah + a1_now_pitch * a1_now_pitch + t_pbd6n * a1_now_pitch, s1_cancel_pitch)  # (24)
-        t1_cancel_pitch = np.where(m_ng6lt, t_pbd6n * a2_now_pitch + a1_now_pitch * a2_now_pitch, t_lvjah)  # (24)
-        t_gl7ia = b1_now_pitch * v_pitch
-        BSu_pitch = np.where(m_ng6lt, u1_pitch * (b1_now_pitch - b0_used_pitch * t_4u6xj) - t_gl7ia * t_4u6xj, t_gl7ia)  # (33)
-        t_e5wya = (
+        t_kmzfv = t_2qnly - a2_now_pitch
+        t_qva6t = t_c4wxs + a1_now_pitch
+        s1_cancel_pitch = -t_qva6t  # (23)
+        t0_cancel_pitch = np.where(m_ng6lt, t_kmzfv + a1_now_pitch * a1_now_pitch + t_c4wxs * a1_now_pitch, s1_cancel_pitch)  # (24)
+        t1_cancel_pitch = np.where(m_ng6lt, t_c4wxs * a2_now_pitch + a1_now_pitch * a2_now_pitch, t_kmzfv)  # (24)
+        t_sbaxs = b1_now_pitch * v_pitch
+        BSu_pitch = np.where(m_ng6lt, u1_pitch * (b1_now_pitch - b0_used_pitch * t_qva6t) - t_sbaxs * t_qva6t, t_sbaxs)  # (33)
+        t_qxksp = (
             w_pitch
             - BSu_pitch
             + t_2qnly * wm2_pitch
-            - t_pbd6n * wm1_pitch
-            - d_used_pitch * np.where(m_ng6lt, 1.0 - t_4u6xj, 1.0)
+            - t_c4wxs * wm1_pitch
+            - d_used_pitch * np.where(m_ng6lt, 1.0 - t_qva6t, 1.0)
             - pitch * t0_cancel_pitch
             - t1_cancel_pitch * y1_used_pitch
         )
-        u_pitch_mrac_literal = t_e5wya / b0_used_pitch
+        u_pitch_mrac_literal = t_qxksp / b0_used_pitch
         b0_used_yaw = np.fmax(np.fmax(b0_now_yaw, b_min), t_ufxyh)
-        t_hf5ul = t_2qnly - a2_now_yaw
-        t_cnsbp = t_pbd6n + a1_now_yaw
-        s1_cancel_yaw = -t_cnsbp  # (23)
-        t0_cancel_yaw = np.where(m_ng6lt, t_hf5ul + a1_now_yaw * a1_now_yaw + t_pbd6n * a1_now_yaw, s1_cancel_yaw)  # (24)
-        t1_cancel_yaw = np.where(m_ng6lt, t_pbd6n * a2_now_yaw + a1_now_yaw * a2_now_yaw, t_hf5ul)  # (24)
-        t_quuto = b1_now_yaw * v_yaw
-        BSu_yaw = np.where(m_ng6lt, u1_yaw * (b1_now_yaw - b0_used_yaw * t_cnsbp) - t_quuto * t_cnsbp, t_quuto)  # (33)
-        t_4xg4q = (
+        t_lp5nv = t_2qnly - a2_now_yaw
+        t_o5nuv = t_c4wxs + a1_now_yaw
+        s1_cancel_yaw = -t_o5nuv  # (23)
+        t0_cancel_yaw = np.where(m_ng6lt, t_lp5nv + a1_now_yaw * a1_now_yaw + t_c4wxs * a1_now_yaw, s1_cancel_yaw)  # (24)
+        t1_cancel_yaw = np.where(m_ng6lt, t_c4wxs * a2_now_yaw + a1_now_yaw * a2_now_yaw, t_lp5nv)  # (24)
+        t_ae7b7 = b1_now_yaw * v_yaw
+        BSu_yaw = np.where(m_ng6lt, u1_yaw * (b1_now_yaw - b0_used_yaw * t_o5nuv) - t_ae7b7 * t_o5nuv, t_ae7b7)  # (33)
+        t_4vbuh = (
             w_yaw
             - BSu_yaw
             + t_2qnly * wm2_yaw
-            - t_pbd6n * wm1_yaw
-            - d_used_yaw * np.where(m_ng6lt, 1.0 - t_cnsbp, 1.0)
+            - t_c4wxs * wm1_yaw
+            - d_used_yaw * np.where(m_ng6lt, 1.0 - t_o5nuv, 1.0)
             - t0_cancel_yaw * yaw
             - t1_cancel_yaw * y1_used_yaw
         )
-        u_yaw_mrac_literal = t_4xg4q / b0_used_yaw
+        u_yaw_mrac_literal = t_4vbuh / b0_used_yaw
         m_m35aa = (np.abs(Tx_applied) < 1e+30)
         m_6g4m5 = (np.abs(Ty_applied) < 1e+30)
         m_qvzit = np.logical_and(m_m35aa, m_6g4m5)
@@ -8711,115 +8711,115 @@ def mrac_literal_prepared(x, r, v, z, c, h):
         m_65ott = np.logical_and(m_6i24m, m_ghzhf)
         m_lisih = (np.abs(roll) < 1e+30)
         m_fdhnb = np.logical_and(m_65ott, m_lisih)
-        m_klrep = (np.abs(trace_pitch) < 1e+30)
-        m_ftaye = np.logical_and(m_fdhnb, m_klrep)
-        m_nob5q = (np.abs(trace_roll) < 1e+30)
-        m_dtjsa = np.logical_and(m_ftaye, m_nob5q)
-        m_smxdh = (np.abs(trace_yaw) < 1e+30)
-        m_tnlb6 = np.logical_and(m_dtjsa, m_smxdh)
+        m_6qzei = (np.abs(trace_pitch) < 1e+30)
+        m_uncs5 = np.logical_and(m_fdhnb, m_6qzei)
+        m_6qzei_2 = (np.abs(trace_roll) < 1e+30)
+        m_f6kxn = np.logical_and(m_uncs5, m_6qzei_2)
+        m_6qzei_3 = (np.abs(trace_yaw) < 1e+30)
+        m_f6kxn_2 = np.logical_and(m_f6kxn, m_6qzei_3)
         m_q3hd4 = (np.abs(yaw) < 1e+30)
-        m_n37qp = np.logical_and(m_tnlb6, m_q3hd4)
-        m_m4djy = (np.abs(u_pitch_mrac_literal) < 1e+30)
-        m_r6745 = np.logical_and(m_n37qp, m_m4djy)
-        m_l5gdz = (np.abs(u_roll_mrac_literal) < 1e+30)
-        m_zencp = np.logical_and(m_r6745, m_l5gdz)
-        m_ccpp3 = (np.abs(u_yaw_mrac_literal) < 1e+30)
-        m_kqyoi = np.logical_and(m_zencp, m_ccpp3)
-        Tx_cmd = np.where(m_kqyoi, u_roll_mrac_literal, 0.0)
-        Ty_cmd = np.where(m_kqyoi, u_pitch_mrac_literal, 0.0)
-        Tz_cmd = np.where(m_kqyoi, u_yaw_mrac_literal, 0.0)
-        m_dzg3g = np.logical_not(m_kqyoi)
+        m_4qjac = np.logical_and(m_f6kxn_2, m_q3hd4)
+        m_r2jx5 = (np.abs(u_pitch_mrac_literal) < 1e+30)
+        m_tbeq3 = np.logical_and(m_4qjac, m_r2jx5)
+        m_m7nmq = (np.abs(u_roll_mrac_literal) < 1e+30)
+        m_zyz6z = np.logical_and(m_tbeq3, m_m7nmq)
+        m_zhc6o = (np.abs(u_yaw_mrac_literal) < 1e+30)
+        m_syffo = np.logical_and(m_zyz6z, m_zhc6o)
+        Tx_cmd = np.where(m_syffo, u_roll_mrac_literal, 0.0)
+        Ty_cmd = np.where(m_syffo, u_pitch_mrac_literal, 0.0)
+        Tz_cmd = np.where(m_syffo, u_yaw_mrac_literal, 0.0)
+        m_a735e = np.logical_not(m_syffo)
         return _vector(
             Tx_cmd,
             Ty_cmd,
             Tz_cmd,
         ), _vector(
-            np.where(m_kqyoi, a1_now_roll, a1_roll),
-            np.where(m_kqyoi, a2_now_roll, a2_roll),
-            np.where(m_kqyoi, b0_now_roll, b0_roll),
-            np.where(m_kqyoi, b1_now_roll, b1_roll),
-            np.where(m_kqyoi, d_now_roll, d_roll),
-            np.where(m_kqyoi, np.where(m_ovbqq, D1_free_roll * cap_roll, D1_roll), D1_roll),
-            np.where(m_kqyoi, np.where(m_ovbqq, D2_free_roll * cap_roll, D2_roll), D2_roll),
-            np.where(m_kqyoi, np.where(m_ovbqq, D3_free_roll * cap_roll, D3_roll), D3_roll),
-            np.where(m_kqyoi, np.where(m_ovbqq, D4_free_roll * cap_roll, D4_roll), D4_roll),
-            np.where(m_kqyoi, np.where(m_ovbqq, D5_free_roll * cap_roll, D5_roll), D5_roll),
-            np.where(m_kqyoi, np.where(m_ovbqq, U12_free_roll, U12_roll), U12_roll),
-            np.where(m_kqyoi, np.where(m_ovbqq, U13_free_roll, U13_roll), U13_roll),
-            np.where(m_kqyoi, np.where(m_ovbqq, U23_free_roll, U23_roll), U23_roll),
-            np.where(m_kqyoi, np.where(m_ovbqq, U14_free_roll, U14_roll), U14_roll),
-            np.where(m_kqyoi, np.where(m_ovbqq, U24_free_roll, U24_roll), U24_roll),
-            np.where(m_kqyoi, np.where(m_ovbqq, U34_free_roll, U34_roll), U34_roll),
-            np.where(m_kqyoi, np.where(m_ovbqq, U15_free_roll, U15_roll), U15_roll),
-            np.where(m_kqyoi, np.where(m_ovbqq, U25_free_roll, U25_roll), U25_roll),
-            np.where(m_kqyoi, np.where(m_ovbqq, U35_free_roll, U35_roll), U35_roll),
-            np.where(m_kqyoi, np.where(m_ovbqq, U45_free_roll, U45_roll), U45_roll),
-            np.where(m_kqyoi, roll, y1_roll),
-            np.where(m_kqyoi, y1_used_roll, y2_roll),
-            np.where(m_kqyoi, v_roll, v1_roll),
-            np.where(m_kqyoi, u_roll_mrac_literal, u1_roll),
-            np.where(m_kqyoi, u1_roll, u2_roll),
-            np.where(m_kqyoi, np.where(m_ng6lt, wm1_roll, w_roll), ym_roll),
-            np.where(m_kqyoi, w_roll, wm1_roll),
-            np.where(m_kqyoi, wm1_roll, wm2_roll),
-            np.where(m_kqyoi, a1_now_pitch, a1_pitch),
-            np.where(m_kqyoi, a2_now_pitch, a2_pitch),
-            np.where(m_kqyoi, b0_now_pitch, b0_pitch),
-            np.where(m_kqyoi, b1_now_pitch, b1_pitch),
-            np.where(m_kqyoi, d_now_pitch, d_pitch),
-            np.where(m_kqyoi, np.where(m_ehlkz, D1_free_pitch * cap_pitch, D1_pitch), D1_pitch),
-            np.where(m_kqyoi, np.where(m_ehlkz, D2_free_pitch * cap_pitch, D2_pitch), D2_pitch),
-            np.where(m_kqyoi, np.where(m_ehlkz, D3_free_pitch * cap_pitch, D3_pitch), D3_pitch),
-            np.where(m_kqyoi, np.where(m_ehlkz, D4_free_pitch * cap_pitch, D4_pitch), D4_pitch),
-            np.where(m_kqyoi, np.where(m_ehlkz, D5_free_pitch * cap_pitch, D5_pitch), D5_pitch),
-            np.where(m_kqyoi, np.where(m_ehlkz, U12_free_pitch, U12_pitch), U12_pitch),
-            np.where(m_kqyoi, np.where(m_ehlkz, U13_free_pitch, U13_pitch), U13_pitch),
-            np.where(m_kqyoi, np.where(m_ehlkz, U23_free_pitch, U23_pitch), U23_pitch),
-            np.where(m_kqyoi, np.where(m_ehlkz, U14_free_pitch, U14_pitch), U14_pitch),
-            np.where(m_kqyoi, np.where(m_ehlkz, U24_free_pitch, U24_pitch), U24_pitch),
-            np.where(m_kqyoi, np.where(m_ehlkz, U34_free_pitch, U34_pitch), U34_pitch),
-            np.where(m_kqyoi, np.where(m_ehlkz, U15_free_pitch, U15_pitch), U15_pitch),
-            np.where(m_kqyoi, np.where(m_ehlkz, U25_free_pitch, U25_pitch), U25_pitch),
-            np.where(m_kqyoi, np.where(m_ehlkz, U35_free_pitch, U35_pitch), U35_pitch),
-            np.where(m_kqyoi, np.where(m_ehlkz, U45_free_pitch, U45_pitch), U45_pitch),
-            np.where(m_kqyoi, pitch, y1_pitch),
-            np.where(m_kqyoi, y1_used_pitch, y2_pitch),
-            np.where(m_kqyoi, v_pitch, v1_pitch),
-            np.where(m_kqyoi, u_pitch_mrac_literal, u1_pitch),
-            np.where(m_kqyoi, u1_pitch, u2_pitch),
-            np.where(m_kqyoi, np.where(m_ng6lt, wm1_pitch, w_pitch), ym_pitch),
-            np.where(m_kqyoi, w_pitch, wm1_pitch),
-            np.where(m_kqyoi, wm1_pitch, wm2_pitch),
-            np.where(m_kqyoi, a1_now_yaw, a1_yaw),
-            np.where(m_kqyoi, a2_now_yaw, a2_yaw),
-            np.where(m_kqyoi, b0_now_yaw, b0_yaw),
-            np.where(m_kqyoi, b1_now_yaw, b1_yaw),
-            np.where(m_kqyoi, d_now_yaw, d_yaw),
-            np.where(m_kqyoi, np.where(m_33i5p, D1_free_yaw * cap_yaw, D1_yaw), D1_yaw),
-            np.where(m_kqyoi, np.where(m_33i5p, D2_free_yaw * cap_yaw, D2_yaw), D2_yaw),
-            np.where(m_kqyoi, np.where(m_33i5p, D3_free_yaw * cap_yaw, D3_yaw), D3_yaw),
-            np.where(m_kqyoi, np.where(m_33i5p, D4_free_yaw * cap_yaw, D4_yaw), D4_yaw),
-            np.where(m_kqyoi, np.where(m_33i5p, D5_free_yaw * cap_yaw, D5_yaw), D5_yaw),
-            np.where(m_kqyoi, np.where(m_33i5p, U12_free_yaw, U12_yaw), U12_yaw),
-            np.where(m_kqyoi, np.where(m_33i5p, U13_free_yaw, U13_yaw), U13_yaw),
-            np.where(m_kqyoi, np.where(m_33i5p, U23_free_yaw, U23_yaw), U23_yaw),
-            np.where(m_kqyoi, np.where(m_33i5p, U14_free_yaw, U14_yaw), U14_yaw),
-            np.where(m_kqyoi, np.where(m_33i5p, U24_free_yaw, U24_yaw), U24_yaw),
-            np.where(m_kqyoi, np.where(m_33i5p, U34_free_yaw, U34_yaw), U34_yaw),
-            np.where(m_kqyoi, np.where(m_33i5p, U15_free_yaw, U15_yaw), U15_yaw),
-            np.where(m_kqyoi, np.where(m_33i5p, U25_free_yaw, U25_yaw), U25_yaw),
-            np.where(m_kqyoi, np.where(m_33i5p, U35_free_yaw, U35_yaw), U35_yaw),
-            np.where(m_kqyoi, np.where(m_33i5p, U45_free_yaw, U45_yaw), U45_yaw),
-            np.where(m_kqyoi, yaw, y1_yaw),
-            np.where(m_kqyoi, y1_used_yaw, y2_yaw),
-            np.where(m_kqyoi, v_yaw, v1_yaw),
-            np.where(m_kqyoi, u_yaw_mrac_literal, u1_yaw),
-            np.where(m_kqyoi, u1_yaw, u2_yaw),
-            np.where(m_kqyoi, np.where(m_ng6lt, wm1_yaw, w_yaw), ym_yaw),
-            np.where(m_kqyoi, w_yaw, wm1_yaw),
-            np.where(m_kqyoi, wm1_yaw, wm2_yaw),
-            np.where(m_kqyoi, np.fmin(2.0, 1.0 + samples), 0.0),
-            np.where(m_dzg3g, 1.0, 0.0),
+            np.where(m_syffo, a1_now_roll, a1_roll),
+            np.where(m_syffo, a2_now_roll, a2_roll),
+            np.where(m_syffo, b0_now_roll, b0_roll),
+            np.where(m_syffo, b1_now_roll, b1_roll),
+            np.where(m_syffo, d_now_roll, d_roll),
+            np.where(m_syffo, np.where(m_auejl, D1_free_roll * cap_roll, D1_roll), D1_roll),
+            np.where(m_syffo, np.where(m_auejl, D2_free_roll * cap_roll, D2_roll), D2_roll),
+            np.where(m_syffo, np.where(m_auejl, D3_free_roll * cap_roll, D3_roll), D3_roll),
+            np.where(m_syffo, np.where(m_auejl, D4_free_roll * cap_roll, D4_roll), D4_roll),
+            np.where(m_syffo, np.where(m_auejl, D5_free_roll * cap_roll, D5_roll), D5_roll),
+            np.where(m_syffo, np.where(m_auejl, U12_free_roll, U12_roll), U12_roll),
+            np.where(m_syffo, np.where(m_auejl, U13_free_roll, U13_roll), U13_roll),
+            np.where(m_syffo, np.where(m_auejl, U23_free_roll, U23_roll), U23_roll),
+            np.where(m_syffo, np.where(m_auejl, U14_free_roll, U14_roll), U14_roll),
+            np.where(m_syffo, np.where(m_auejl, U24_free_roll, U24_roll), U24_roll),
+            np.where(m_syffo, np.where(m_auejl, U34_free_roll, U34_roll), U34_roll),
+            np.where(m_syffo, np.where(m_auejl, U15_free_roll, U15_roll), U15_roll),
+            np.where(m_syffo, np.where(m_auejl, U25_free_roll, U25_roll), U25_roll),
+            np.where(m_syffo, np.where(m_auejl, U35_free_roll, U35_roll), U35_roll),
+            np.where(m_syffo, np.where(m_auejl, U45_free_roll, U45_roll), U45_roll),
+            np.where(m_syffo, roll, y1_roll),
+            np.where(m_syffo, y1_used_roll, y2_roll),
+            np.where(m_syffo, v_roll, v1_roll),
+            np.where(m_syffo, u_roll_mrac_literal, u1_roll),
+            np.where(m_syffo, u1_roll, u2_roll),
+            np.where(m_syffo, np.where(m_ng6lt, wm1_roll, w_roll), ym_roll),
+            np.where(m_syffo, w_roll, wm1_roll),
+            np.where(m_syffo, wm1_roll, wm2_roll),
+            np.where(m_syffo, a1_now_pitch, a1_pitch),
+            np.where(m_syffo, a2_now_pitch, a2_pitch),
+            np.where(m_syffo, b0_now_pitch, b0_pitch),
+            np.where(m_syffo, b1_now_pitch, b1_pitch),
+            np.where(m_syffo, d_now_pitch, d_pitch),
+            np.where(m_syffo, np.where(m_he6hp, D1_free_pitch * cap_pitch, D1_pitch), D1_pitch),
+            np.where(m_syffo, np.where(m_he6hp, D2_free_pitch * cap_pitch, D2_pitch), D2_pitch),
+            np.where(m_syffo, np.where(m_he6hp, D3_free_pitch * cap_pitch, D3_pitch), D3_pitch),
+            np.where(m_syffo, np.where(m_he6hp, D4_free_pitch * cap_pitch, D4_pitch), D4_pitch),
+            np.where(m_syffo, np.where(m_he6hp, D5_free_pitch * cap_pitch, D5_pitch), D5_pitch),
+            np.where(m_syffo, np.where(m_he6hp, U12_free_pitch, U12_pitch), U12_pitch),
+            np.where(m_syffo, np.where(m_he6hp, U13_free_pitch, U13_pitch), U13_pitch),
+            np.where(m_syffo, np.where(m_he6hp, U23_free_pitch, U23_pitch), U23_pitch),
+            np.where(m_syffo, np.where(m_he6hp, U14_free_pitch, U14_pitch), U14_pitch),
+            np.where(m_syffo, np.where(m_he6hp, U24_free_pitch, U24_pitch), U24_pitch),
+            np.where(m_syffo, np.where(m_he6hp, U34_free_pitch, U34_pitch), U34_pitch),
+            np.where(m_syffo, np.where(m_he6hp, U15_free_pitch, U15_pitch), U15_pitch),
+            np.where(m_syffo, np.where(m_he6hp, U25_free_pitch, U25_pitch), U25_pitch),
+            np.where(m_syffo, np.where(m_he6hp, U35_free_pitch, U35_pitch), U35_pitch),
+            np.where(m_syffo, np.where(m_he6hp, U45_free_pitch, U45_pitch), U45_pitch),
+            np.where(m_syffo, pitch, y1_pitch),
+            np.where(m_syffo, y1_used_pitch, y2_pitch),
+            np.where(m_syffo, v_pitch, v1_pitch),
+            np.where(m_syffo, u_pitch_mrac_literal, u1_pitch),
+            np.where(m_syffo, u1_pitch, u2_pitch),
+            np.where(m_syffo, np.where(m_ng6lt, wm1_pitch, w_pitch), ym_pitch),
+            np.where(m_syffo, w_pitch, wm1_pitch),
+            np.where(m_syffo, wm1_pitch, wm2_pitch),
+            np.where(m_syffo, a1_now_yaw, a1_yaw),
+            np.where(m_syffo, a2_now_yaw, a2_yaw),
+            np.where(m_syffo, b0_now_yaw, b0_yaw),
+            np.where(m_syffo, b1_now_yaw, b1_yaw),
+            np.where(m_syffo, d_now_yaw, d_yaw),
+            np.where(m_syffo, np.where(m_4nram, D1_free_yaw * cap_yaw, D1_yaw), D1_yaw),
+            np.where(m_syffo, np.where(m_4nram, D2_free_yaw * cap_yaw, D2_yaw), D2_yaw),
+            np.where(m_syffo, np.where(m_4nram, D3_free_yaw * cap_yaw, D3_yaw), D3_yaw),
+            np.where(m_syffo, np.where(m_4nram, D4_free_yaw * cap_yaw, D4_yaw), D4_yaw),
+            np.where(m_syffo, np.where(m_4nram, D5_free_yaw * cap_yaw, D5_yaw), D5_yaw),
+            np.where(m_syffo, np.where(m_4nram, U12_free_yaw, U12_yaw), U12_yaw),
+            np.where(m_syffo, np.where(m_4nram, U13_free_yaw, U13_yaw), U13_yaw),
+            np.where(m_syffo, np.where(m_4nram, U23_free_yaw, U23_yaw), U23_yaw),
+            np.where(m_syffo, np.where(m_4nram, U14_free_yaw, U14_yaw), U14_yaw),
+            np.where(m_syffo, np.where(m_4nram, U24_free_yaw, U24_yaw), U24_yaw),
+            np.where(m_syffo, np.where(m_4nram, U34_free_yaw, U34_yaw), U34_yaw),
+            np.where(m_syffo, np.where(m_4nram, U15_free_yaw, U15_yaw), U15_yaw),
+            np.where(m_syffo, np.where(m_4nram, U25_free_yaw, U25_yaw), U25_yaw),
+            np.where(m_syffo, np.where(m_4nram, U35_free_yaw, U35_yaw), U35_yaw),
+            np.where(m_syffo, np.where(m_4nram, U45_free_yaw, U45_yaw), U45_yaw),
+            np.where(m_syffo, yaw, y1_yaw),
+            np.where(m_syffo, y1_used_yaw, y2_yaw),
+            np.where(m_syffo, v_yaw, v1_yaw),
+            np.where(m_syffo, u_yaw_mrac_literal, u1_yaw),
+            np.where(m_syffo, u1_yaw, u2_yaw),
+            np.where(m_syffo, np.where(m_ng6lt, wm1_yaw, w_yaw), ym_yaw),
+            np.where(m_syffo, w_yaw, wm1_yaw),
+            np.where(m_syffo, wm1_yaw, wm2_yaw),
+            np.where(m_syffo, np.fmin(2.0, 1.0 + samples), 0.0),
+            np.where(m_a735e, 1.0, 0.0),
         )
 
 
@@ -8830,9 +8830,9 @@ def pd_prepare(p, c):
         Ts = p[..., 9]
         tau_m = c[..., 9]
         model_pole = np.exp(-(Ts / tau_m))
-        t_hjr6j = -1.0 + model_pole
+        t_7h4u2 = -1.0 + model_pole
         return _vector(
-            t_hjr6j * t_hjr6j,
+            t_7h4u2 * t_7h4u2,
             model_pole + model_pole,
             model_pole * model_pole,
         )
@@ -8870,9 +8870,9 @@ def pd_prepared(x, r, v, z, p, c, h):
         follow_model = c[..., 6]
         design_delay = c[..., 8]
         (
-            t_lbhv6,
-            t_u5zvh,
-            t_lbhv6_2,
+            t_zugk2,
+            t_7h4u2_2,
+            t_zugk2_2,
         ) = np.moveaxis(h, -1, 0)
         sin_pitch, cos_pitch = np.sin(pitch), np.cos(pitch)
         sin_yaw, cos_yaw = np.sin(yaw), np.cos(yaw)
@@ -8883,9 +8883,9 @@ def pd_prepared(x, r, v, z, p, c, h):
         rate_x = wx + C12 * omega0  # (4)
         rate_y = wy + C22 * omega0  # (4)
         rate_z = wz + C32 * omega0  # (4)
-        w_roll = t_lbhv6 * ref_roll + t_u5zvh * wm1_roll - t_lbhv6_2 * wm2_roll  # (16)
-        w_pitch = t_lbhv6 * ref_pitch + t_u5zvh * wm1_pitch - t_lbhv6_2 * wm2_pitch  # (16)
-        w_yaw = t_lbhv6 * ref_yaw + t_u5zvh * wm1_yaw - t_lbhv6_2 * wm2_yaw  # (16)
+        w_roll = t_zugk2 * ref_roll + t_7h4u2_2 * wm1_roll - t_zugk2_2 * wm2_roll  # (16)
+        w_pitch = t_zugk2 * ref_pitch + t_7h4u2_2 * wm1_pitch - t_zugk2_2 * wm2_pitch  # (16)
+        w_yaw = t_zugk2 * ref_yaw + t_7h4u2_2 * wm1_yaw - t_zugk2_2 * wm2_yaw  # (16)
         m_z3d63 = (0.5 < follow_model)
         u_roll_pd = Kp_x * (np.where(m_z3d63, ym_roll, ref_roll) - roll) - Kd_x * rate_x  # (50)
         u_pitch_pd = Kp_y * (np.where(m_z3d63, ym_pitch, ref_pitch) - pitch) - Kd_y * rate_y  # (50)
@@ -8901,16 +8901,16 @@ def pd_prepared(x, r, v, z, p, c, h):
         m_fdhnb = np.logical_and(m_5iclu, m_lisih)
         m_q3hd4 = (np.abs(yaw) < 1e+30)
         m_sehe6 = np.logical_and(m_fdhnb, m_q3hd4)
-        m_4fwsc = (np.abs(u_pitch_pd) < 1e+30)
-        m_ey64f = np.logical_and(m_sehe6, m_4fwsc)
-        m_zzicp = (np.abs(u_roll_pd) < 1e+30)
-        m_yof5u = np.logical_and(m_ey64f, m_zzicp)
-        m_ilrjp = (np.abs(u_yaw_pd) < 1e+30)
-        m_gwxq4 = np.logical_and(m_yof5u, m_ilrjp)
+        m_trjgf = (np.abs(u_pitch_pd) < 1e+30)
+        m_kod54 = np.logical_and(m_sehe6, m_trjgf)
+        m_tq6ie = (np.abs(u_roll_pd) < 1e+30)
+        m_mzynu = np.logical_and(m_kod54, m_tq6ie)
+        m_gptfm = (np.abs(u_yaw_pd) < 1e+30)
+        m_zjilw = np.logical_and(m_mzynu, m_gptfm)
         m_nepjb = (np.abs(wx) < 1e+30)
-        m_r3oc5 = np.logical_and(m_gwxq4, m_nepjb)
+        m_wso6n = np.logical_and(m_zjilw, m_nepjb)
         m_gmtwv = (np.abs(wy) < 1e+30)
-        m_mhk6s = np.logical_and(m_r3oc5, m_gmtwv)
+        m_mhk6s = np.logical_and(m_wso6n, m_gmtwv)
         m_no6hp = (np.abs(wz) < 1e+30)
         m_le4m7 = np.logical_and(m_mhk6s, m_no6hp)
         Tx_cmd = np.where(m_le4m7, u_roll_pd, 0.0)

@@ -75,121 +75,121 @@ void satellite_jac_x(const real *x, const real *u, const real *p, real *J)
     const real t_cbxhz = x[latitude] - p[sun_latitude];
     real sin_t_cbxhz, cos_t_cbxhz; mv_sincos(t_cbxhz, &sin_t_cbxhz, &cos_t_cbxhz);
     const real t_w63c6 = t_o4eym * (cos_sun_elevation * sin_t_cbxhz);
-    const real t_e7ljy = t_w63c6 - F_air;
+    const real t_xuwva = t_w63c6 - F_air;
     const real t_q5gsa = sin_pitch * t_fdgli;
     const real t_pvagg = t_q5gsa + t_wcbyi;
     const real t_cokzx = t_o4eym * sin_sun_elevation;
     const real t_cw7a6 = t_o4eym * (cos_sun_elevation * cos_t_cbxhz);
-    const real F_z = t_e7ljy * t_pvagg + t_cokzx * C32 + t_cw7a6 * C33;
+    const real F_z = t_xuwva * t_pvagg + t_cokzx * C32 + t_cw7a6 * C33;
     real sin_latitude, cos_latitude; mv_sincos(x[latitude], &sin_latitude, &cos_latitude);
     const real t_ph4ov = p[field_moment] / (p[orbit_radius] * t_woyh3);
     real sin_inclination, cos_inclination; mv_sincos(p[inclination], &sin_inclination, &cos_inclination);
     const real t_mt3zp = t_ph4ov * sin_inclination;
     const real B_x = cos_latitude * t_mt3zp;
-    const real t_vpxty = t_mt3zp + t_mt3zp;
-    const real B_z = t_vpxty * sin_latitude;
+    const real t_4hawg = t_mt3zp + t_mt3zp;
+    const real B_z = t_4hawg * sin_latitude;
     const real t_ksn4u = K(1.0) / cos_pitch;
     const real t_k5hl2 = cos_roll * t_ksn4u;
     const real t_l3vet = sin_roll * t_ksn4u;
-    const real t_dmzlz = p[omega0] * C32;
-    const real t_dtpor = rate_y * t_k5hl2 + t_l3vet * t_dmzlz;
+    const real t_klski = p[omega0] * C32;
+    const real t_joxxs = rate_y * t_k5hl2 + t_l3vet * t_klski;
     const real t_5cndk = t_56qba + t_fdgli;
     const real t_6b6d2 = p[omega0] * t_5cndk;
-    const real t_2lxy6 = rate_z * t_l3vet + t_k5hl2 * t_6b6d2;
+    const real t_3js3i = rate_z * t_l3vet + t_k5hl2 * t_6b6d2;
     const real t_wkmzz = t_wcbyi * cos_pitch;
     const real t_ojoq4 = p[omega0] * t_wkmzz;
-    const real t_3s3cu = rate_y * (t_l3vet * t_ksn4u * sin_pitch) + t_l3vet * t_ojoq4;
+    const real t_t7buo = rate_y * (t_l3vet * t_ksn4u * sin_pitch) + t_l3vet * t_ojoq4;
     const real t_yzskl = sin_yaw * sin_pitch;
     const real t_yuzcg = t_jt2xw_2 * cos_pitch;
     const real t_py3uz = p[omega0] * t_yuzcg;
-    const real t_46de6 = rate_z * (t_k5hl2 * t_ksn4u * sin_pitch) + t_k5hl2 * t_py3uz;
-    const real t_4ymrq = p[omega0] * C21;
-    const real t_wdel3 = t_l3vet * t_4ymrq;
-    const real t_lkubs = p[omega0] * C31;
-    const real t_ccql3 = t_k5hl2 * t_lkubs;
+    const real t_kol56 = rate_z * (t_k5hl2 * t_ksn4u * sin_pitch) + t_k5hl2 * t_py3uz;
+    const real t_klski_2 = p[omega0] * C21;
+    const real t_4wxrf = t_l3vet * t_klski_2;
+    const real t_klski_3 = p[omega0] * C31;
+    const real t_zxuxn = t_k5hl2 * t_klski_3;
     const real t_i4hmh = sin_pitch * t_yxoxk_2;
     const real t_4xk5d = t_jt2xw_2 - t_i4hmh;
     const real t_xdhrg = t_ph4ov * cos_inclination;
-    const real t_4pbsi = B_x * t_4xk5d + t_xdhrg * t_5cndk - B_z * C23;
-    const real t_itxwx = t_e7ljy * t_4xk5d - t_cokzx * t_5cndk - t_cw7a6 * C23;
-    const real t_7s2z4 = B_x * t_pvagg - t_xdhrg * C32 + B_z * C33;
+    const real t_3diwm = B_x * t_4xk5d + t_xdhrg * t_5cndk - B_z * C23;
+    const real t_57xmy = t_xuwva * t_4xk5d - t_cokzx * t_5cndk - t_cw7a6 * C23;
+    const real t_bh77t = B_x * t_pvagg - t_xdhrg * C32 + B_z * C33;
     const real t_dukwy = p[I_z] + p[Iw_z];
     const real t_bcmgw = p[I_y] + p[Iw_y] - t_dukwy;
     const real t_xcu2m_2 = K(3.0) * t_xcu2m;
-    const real t_asvi2 = t_xcu2m_2 * C33;
-    const real t_vxz3w = t_bcmgw * t_asvi2;
-    const real t_zdw5r = t_xcu2m_2 * C23;
-    const real t_7oem5 = p[dipole_y] * t_4pbsi
-        + p[arm_y] * t_itxwx
-        - p[dipole_z] * t_7s2z4
+    const real t_dfei4 = t_xcu2m_2 * C33;
+    const real t_mdaf6 = t_bcmgw * t_dfei4;
+    const real t_dfei4_2 = t_xcu2m_2 * C23;
+    const real t_azrks = p[dipole_y] * t_3diwm
+        + p[arm_y] * t_57xmy
+        - p[dipole_z] * t_bh77t
         - p[arm_z] * F_z
-        - (t_vxz3w * C33 - C23 * (t_bcmgw * t_zdw5r));
+        - (t_mdaf6 * C33 - C23 * (t_bcmgw * t_dfei4_2));
     const real t_wdz5p = K(1.0) / p[I_x];
     const real t_cd6xl = t_fdgli * cos_pitch;
     const real t_mwkyj = cos_roll * sin_pitch;
-    const real t_tt6x5 = B_x * t_cd6xl - t_xdhrg * t_yuzcg - B_z * t_mwkyj;
-    const real t_y7iwx = t_e7ljy * t_cd6xl + t_cokzx * t_yuzcg - t_cw7a6 * t_mwkyj;
+    const real t_hn5vp = B_x * t_cd6xl - t_xdhrg * t_yuzcg - B_z * t_mwkyj;
+    const real t_o7zaw = t_xuwva * t_cd6xl + t_cokzx * t_yuzcg - t_cw7a6 * t_mwkyj;
     const real t_qgn6d = t_yxoxk_2 * cos_pitch;
     const real t_psgw2 = sin_roll * sin_pitch;
-    const real t_bcmxe = B_x * t_qgn6d - t_xdhrg * t_wkmzz - B_z * t_psgw2;
-    const real t_sa57v = t_e7ljy * t_qgn6d + t_cokzx * t_wkmzz - t_cw7a6 * t_psgw2;
+    const real t_v6z6x = B_x * t_qgn6d - t_xdhrg * t_wkmzz - B_z * t_psgw2;
+    const real t_qzctt = t_xuwva * t_qgn6d + t_cokzx * t_wkmzz - t_cw7a6 * t_psgw2;
     const real t_buhu2 = t_xcu2m_2 * t_mwkyj;
-    const real t_v4s6p = p[dipole_y] * t_tt6x5
-        + p[arm_y] * t_y7iwx
-        - p[dipole_z] * t_bcmxe
-        - p[arm_z] * t_sa57v
-        + (C23 * (t_bcmgw * t_buhu2) + t_vxz3w * t_psgw2);
+    const real t_a44nc = p[dipole_y] * t_hn5vp
+        + p[arm_y] * t_o7zaw
+        - p[dipole_z] * t_v6z6x
+        - p[arm_z] * t_qzctt
+        + (C23 * (t_bcmgw * t_buhu2) + t_mdaf6 * t_psgw2);
     const real t_476oe = t_yxoxk - sin_pitch * t_jt2xw;
-    const real t_syvjd = B_x * t_476oe - t_xdhrg * C31;
-    const real t_whbkf = t_e7ljy * t_476oe + t_cokzx * C31;
+    const real t_mzx2r = B_x * t_476oe - t_xdhrg * C31;
+    const real t_e3vaa = t_xuwva * t_476oe + t_cokzx * C31;
     const real t_wg4li = sin_pitch * t_wcbyi_2 + t_fdgli_2;
-    const real t_grzrf = B_x * t_wg4li + t_xdhrg * C21;
-    const real t_pblgh = t_cokzx * C21 - t_e7ljy * t_wg4li;
+    const real t_wobbo = B_x * t_wg4li + t_xdhrg * C21;
+    const real t_t27d5 = t_cokzx * C21 - t_xuwva * t_wg4li;
     const real t_n5ucq = p[wheel_friction] * p[wheels];
     const real t_2fuj5 = x[hz] + x[wz] * p[I_z];
     const real t_rud4r = x[hy] + x[wy] * p[I_y];
     const real t_lfdce = t_n5ucq / p[Iw_x];
-    const real t_gwqt4 = t_vpxty * cos_latitude;
+    const real t_z2ymn = t_4hawg * cos_latitude;
     const real t_pvagg_2 = t_wcbyi + t_q5gsa;
     const real t_azyle = t_mt3zp * sin_latitude;
-    const real t_vlaah = C33 * t_gwqt4 - t_pvagg_2 * t_azyle;
-    const real t_ius45 = t_pvagg_2 * t_cw7a6 - C33 * t_w63c6;
+    const real t_n3oox = C33 * t_z2ymn - t_pvagg_2 * t_azyle;
+    const real t_wa5xf = t_pvagg_2 * t_cw7a6 - C33 * t_w63c6;
     const real t_4xk5d_2 = t_i4hmh - t_jt2xw_2;
-    const real t_4do7k = C23 * t_gwqt4 - t_4xk5d_2 * t_azyle;
-    const real t_dchol = t_4xk5d_2 * t_cw7a6 - C23 * t_w63c6;
+    const real t_juv66 = C23 * t_z2ymn - t_4xk5d_2 * t_azyle;
+    const real t_z6oh4 = t_4xk5d_2 * t_cw7a6 - C23 * t_w63c6;
     const real t_l4gxo = p[I_x] + p[Iw_x];
     const real t_viru7 = t_l4gxo - t_dukwy;
     const real t_s2koj = K(1.0) / p[I_y];
     const real t_uohxy = cos_yaw * sin_pitch;
-    const real t_sdpy6 = t_xdhrg * t_yzskl - B_x * t_uohxy - B_z * cos_pitch;
-    const real t_63k4n = t_e7ljy * t_uohxy + t_cokzx * t_yzskl + t_cw7a6 * cos_pitch;
-    const real t_ygkqp = p[dipole_z] * t_sdpy6
-        - p[arm_z] * t_63k4n
-        - p[dipole_x] * t_tt6x5
-        - p[arm_x] * t_y7iwx
-        - t_viru7 * (t_asvi2 * cos_pitch - sin_pitch * t_buhu2);
-    const real t_m2bmb = t_cokzx * C11 - t_e7ljy * C12;
-    const real t_hv7pp = B_x * C12 + t_xdhrg * C11;
+    const real t_loiml = t_xdhrg * t_yzskl - B_x * t_uohxy - B_z * cos_pitch;
+    const real t_brc7l = t_xuwva * t_uohxy + t_cokzx * t_yzskl + t_cw7a6 * cos_pitch;
+    const real t_hdblv = p[dipole_z] * t_loiml
+        - p[arm_z] * t_brc7l
+        - p[dipole_x] * t_hn5vp
+        - p[arm_x] * t_o7zaw
+        - t_viru7 * (t_dfei4 * cos_pitch - sin_pitch * t_buhu2);
+    const real t_ojb7e = t_cokzx * C11 - t_xuwva * C12;
+    const real t_pv3yf = B_x * C12 + t_xdhrg * C11;
     const real t_id7q2 = x[hx] + x[wx] * p[I_x];
     const real t_uh5nx = t_n5ucq / p[Iw_y];
-    const real t_6rmt4 = C11 * t_cw7a6 + sin_pitch * t_w63c6;
-    const real t_62fmd = C11 * t_azyle + sin_pitch * t_gwqt4;
+    const real t_iac5q = C11 * t_cw7a6 + sin_pitch * t_w63c6;
+    const real t_hme2u = C11 * t_azyle + sin_pitch * t_z2ymn;
     const real t_wa4l3 = K(-3.0) * t_xcu2m * (t_l4gxo - p[I_y] - p[Iw_y]);
     const real t_dm267 = t_wa4l3 * sin_pitch;
     const real t_eah32 = K(1.0) / p[I_z];
-    const real t_34tdc = p[dipole_x] * t_bcmxe
-        + p[arm_x] * t_sa57v
-        - p[dipole_y] * t_sdpy6
-        + p[arm_y] * t_63k4n
+    const real t_me5ho = p[dipole_x] * t_v6z6x
+        + p[arm_x] * t_qzctt
+        - p[dipole_y] * t_loiml
+        + p[arm_y] * t_brc7l
         - (C23 * (t_wa4l3 * cos_pitch) - t_dm267 * t_psgw2);
     const real t_bmggw = t_n5ucq / p[Iw_z];
     const real t_j6wsb = p[wheels] * t_n5ucq;
-    J[0] = sin_pitch * t_dtpor - sin_pitch * t_2lxy6;
+    J[0] = sin_pitch * t_joxxs - sin_pitch * t_3js3i;
     J[1] = t_l3vet * rate_y * cos_pitch
-        + sin_pitch * t_3s3cu
+        + sin_pitch * t_t7buo
         - p[omega0] * t_yzskl
-        + (t_k5hl2 * rate_z * cos_pitch + sin_pitch * t_46de6);
-    J[2] = p[omega0] * C11 + sin_pitch * t_wdel3 + sin_pitch * t_ccql3;
+        + (t_k5hl2 * rate_z * cos_pitch + sin_pitch * t_kol56);
+    J[2] = p[omega0] * C11 + sin_pitch * t_4wxrf + sin_pitch * t_zxuxn;
     J[3] = SPLAT(K(1.0));
     J[4] = sin_pitch * t_l3vet;
     J[5] = sin_pitch * t_k5hl2;
@@ -197,9 +197,9 @@ void satellite_jac_x(const real *x, const real *u, const real *p, real *J)
     J[7] = SPLAT(K(0.0));
     J[8] = SPLAT(K(0.0));
     J[9] = SPLAT(K(0.0));
-    J[10] = cos_roll * t_dmzlz - rate_y * sin_roll - (rate_z * cos_roll - sin_roll * t_6b6d2);
+    J[10] = cos_roll * t_klski - rate_y * sin_roll - (rate_z * cos_roll - sin_roll * t_6b6d2);
     J[11] = cos_roll * t_ojoq4 - sin_roll * t_py3uz;
-    J[12] = cos_roll * t_4ymrq - sin_roll * t_lkubs;
+    J[12] = cos_roll * t_klski_2 - sin_roll * t_klski_3;
     J[13] = SPLAT(K(0.0));
     J[14] = cos_roll;
     J[15] = -sin_roll;
@@ -207,9 +207,9 @@ void satellite_jac_x(const real *x, const real *u, const real *p, real *J)
     J[17] = SPLAT(K(0.0));
     J[18] = SPLAT(K(0.0));
     J[19] = SPLAT(K(0.0));
-    J[20] = t_dtpor - t_2lxy6;
-    J[21] = t_3s3cu + t_46de6;
-    J[22] = t_wdel3 + t_ccql3;
+    J[20] = t_joxxs - t_3js3i;
+    J[21] = t_t7buo + t_kol56;
+    J[22] = t_4wxrf + t_zxuxn;
     J[23] = SPLAT(K(0.0));
     J[24] = t_l3vet;
     J[25] = t_k5hl2;
@@ -217,36 +217,36 @@ void satellite_jac_x(const real *x, const real *u, const real *p, real *J)
     J[27] = SPLAT(K(0.0));
     J[28] = SPLAT(K(0.0));
     J[29] = SPLAT(K(0.0));
-    J[30] = t_7oem5 * t_wdz5p;
-    J[31] = t_v4s6p * t_wdz5p;
-    J[32] = (p[dipole_y] * t_syvjd + p[arm_y] * t_whbkf + p[dipole_z] * t_grzrf - p[arm_z] * t_pblgh) * t_wdz5p;
+    J[30] = t_azrks * t_wdz5p;
+    J[31] = t_a44nc * t_wdz5p;
+    J[32] = (p[dipole_y] * t_mzx2r + p[arm_y] * t_e3vaa + p[dipole_z] * t_wobbo - p[arm_z] * t_t27d5) * t_wdz5p;
     J[33] = -(t_n5ucq * t_wdz5p);
     J[34] = (x[wz] * p[I_y] - t_2fuj5) * t_wdz5p;
     J[35] = (t_rud4r - x[wy] * p[I_z]) * t_wdz5p;
     J[36] = t_lfdce * t_wdz5p;
     J[37] = x[wz] * t_wdz5p;
     J[38] = -(x[wy] * t_wdz5p);
-    J[39] = (p[dipole_y] * t_vlaah + p[arm_y] * t_ius45 - p[dipole_z] * t_4do7k - p[arm_z] * t_dchol) * t_wdz5p;
-    J[40] = (t_viru7 * (sin_pitch * t_zdw5r) - (p[dipole_x] * t_4pbsi + p[arm_x] * t_itxwx)) * t_s2koj;
-    J[41] = t_ygkqp * t_s2koj;
-    J[42] = (p[arm_z] * t_m2bmb - p[dipole_z] * t_hv7pp - p[dipole_x] * t_syvjd - p[arm_x] * t_whbkf) * t_s2koj;
+    J[39] = (p[dipole_y] * t_n3oox + p[arm_y] * t_wa5xf - p[dipole_z] * t_juv66 - p[arm_z] * t_z6oh4) * t_wdz5p;
+    J[40] = (t_viru7 * (sin_pitch * t_dfei4_2) - (p[dipole_x] * t_3diwm + p[arm_x] * t_57xmy)) * t_s2koj;
+    J[41] = t_hdblv * t_s2koj;
+    J[42] = (p[arm_z] * t_ojb7e - p[dipole_z] * t_pv3yf - p[dipole_x] * t_mzx2r - p[arm_x] * t_e3vaa) * t_s2koj;
     J[43] = (t_2fuj5 - x[wz] * p[I_x]) * t_s2koj;
     J[44] = -(t_n5ucq * t_s2koj);
     J[45] = (x[wx] * p[I_z] - t_id7q2) * t_s2koj;
     J[46] = -(x[wz] * t_s2koj);
     J[47] = t_uh5nx * t_s2koj;
     J[48] = x[wx] * t_s2koj;
-    J[49] = (p[arm_z] * t_6rmt4 - p[dipole_z] * t_62fmd - p[dipole_x] * t_vlaah - p[arm_x] * t_ius45) * t_s2koj;
-    J[50] = (p[dipole_x] * t_7s2z4 + p[arm_x] * F_z - t_dm267 * C33) * t_eah32;
-    J[51] = t_34tdc * t_eah32;
-    J[52] = (p[arm_x] * t_pblgh - p[dipole_x] * t_grzrf + p[dipole_y] * t_hv7pp - p[arm_y] * t_m2bmb) * t_eah32;
+    J[49] = (p[arm_z] * t_iac5q - p[dipole_z] * t_hme2u - p[dipole_x] * t_n3oox - p[arm_x] * t_wa5xf) * t_s2koj;
+    J[50] = (p[dipole_x] * t_bh77t + p[arm_x] * F_z - t_dm267 * C33) * t_eah32;
+    J[51] = t_me5ho * t_eah32;
+    J[52] = (p[arm_x] * t_t27d5 - p[dipole_x] * t_wobbo + p[dipole_y] * t_pv3yf - p[arm_y] * t_ojb7e) * t_eah32;
     J[53] = (x[wy] * p[I_x] - t_rud4r) * t_eah32;
     J[54] = (t_id7q2 - x[wx] * p[I_y]) * t_eah32;
     J[55] = -(t_n5ucq * t_eah32);
     J[56] = x[wy] * t_eah32;
     J[57] = -(x[wx] * t_eah32);
     J[58] = t_bmggw * t_eah32;
-    J[59] = (p[dipole_x] * t_4do7k + p[arm_x] * t_dchol + p[dipole_y] * t_62fmd - p[arm_y] * t_6rmt4) * t_eah32;
+    J[59] = (p[dipole_x] * t_juv66 + p[arm_x] * t_z6oh4 + p[dipole_y] * t_hme2u - p[arm_y] * t_iac5q) * t_eah32;
     J[60] = SPLAT(K(0.0));
     J[61] = SPLAT(K(0.0));
     J[62] = SPLAT(K(0.0));
@@ -407,8 +407,8 @@ void satellite_jvp(const real *x, const real *u, const real *p, const real *alon
     real sin_inclination, cos_inclination; mv_sincos(p[inclination], &sin_inclination, &cos_inclination);
     const real t_mt3zp = t_ph4ov * sin_inclination;
     const real B_x = cos_latitude * t_mt3zp;
-    const real t_vpxty = t_mt3zp + t_mt3zp;
-    const real B_z = t_vpxty * sin_latitude;
+    const real t_4hawg = t_mt3zp + t_mt3zp;
+    const real B_z = t_4hawg * sin_latitude;
     const real t_5icb4 = cos_yaw * along_x[along_yaw];
     const real t_xy2yy = sin_pitch * along_x[along_pitch];
     const real t_gaz2e = cos_pitch * t_5icb4 - sin_yaw * t_xy2yy;
@@ -422,49 +422,49 @@ void satellite_jvp(const real *x, const real *u, const real *p, const real *alon
     const real t_t5j4l = cos_roll * t_7f7mz + cos_yaw * t_bbfxd;
     const real t_fut3b = t_wcbyi * t_dfbbp + sin_pitch * t_77cpe - t_t5j4l;
     const real t_iw7jh = along_x[along_wy] + p[omega0] * t_fut3b;
-    const real t_ho4wi = rate_y * (t_nfkgj * t_ksn4u + t_l3vet * t_ksn4u * t_xy2yy) + t_l3vet * t_iw7jh;
+    const real t_mhzz4 = rate_y * (t_nfkgj * t_ksn4u + t_l3vet * t_ksn4u * t_xy2yy) + t_l3vet * t_iw7jh;
     const real t_k5hl2 = cos_roll * t_ksn4u;
     const real t_xn3as = cos_roll * t_5icb4 - sin_yaw * t_bbfxd;
     const real t_r7mwo = cos_yaw * t_nfkgj - sin_roll * t_7f7mz;
     const real t_p66sm = t_jt2xw * t_dfbbp + sin_pitch * t_xn3as - t_r7mwo;
     const real t_wkarc = along_x[along_wz] + p[omega0] * t_p66sm;
-    const real t_snkug = rate_z * (t_k5hl2 * t_ksn4u * t_xy2yy - t_bbfxd * t_ksn4u) + t_k5hl2 * t_wkarc;
+    const real t_k2ogc = rate_z * (t_k5hl2 * t_ksn4u * t_xy2yy - t_bbfxd * t_ksn4u) + t_k5hl2 * t_wkarc;
     const real t_3yubc = t_77cpe + (t_fdgli * t_dfbbp - sin_pitch * t_t5j4l);
     const real t_dj3d2 = t_mt3zp * (sin_latitude * along_x[along_latitude]);
     const real t_xdhrg = t_ph4ov * cos_inclination;
-    const real t_vor3r = t_vpxty * (cos_latitude * along_x[along_latitude]);
+    const real t_yqatx = t_4hawg * (cos_latitude * along_x[along_latitude]);
     const real t_duf4v = cos_roll * t_xy2yy + cos_pitch * t_bbfxd;
-    const real t_6xcun = B_x * t_3yubc
+    const real t_yavzz = B_x * t_3yubc
         - C31 * t_dj3d2
         - t_xdhrg * t_p66sm
-        + (C33 * t_vor3r - B_z * t_duf4v);
+        + (C33 * t_yqatx - B_z * t_duf4v);
     const real t_o4eym = p[area] * p[solar_pressure] * (K(1.0) + p[reflectance]);
     real sin_sun_elevation, cos_sun_elevation; mv_sincos(p[sun_elevation], &sin_sun_elevation, &cos_sun_elevation);
     const real t_cbxhz = x[latitude] - p[sun_latitude];
     real sin_t_cbxhz, cos_t_cbxhz; mv_sincos(t_cbxhz, &sin_t_cbxhz, &cos_t_cbxhz);
     const real t_4d2hq = t_o4eym * (cos_sun_elevation * (cos_t_cbxhz * along_x[along_latitude]));
-    const real t_gegnr = t_o4eym * (cos_sun_elevation * sin_t_cbxhz) - F_air;
+    const real t_4vgy7 = t_o4eym * (cos_sun_elevation * sin_t_cbxhz) - F_air;
     const real t_cokzx = t_o4eym * sin_sun_elevation;
     const real t_axqw3 = t_o4eym * (cos_sun_elevation * (sin_t_cbxhz * along_x[along_latitude]));
     const real t_cw7a6 = t_o4eym * (cos_sun_elevation * cos_t_cbxhz);
-    const real t_rvw4l = C31 * t_4d2hq
-        + t_gegnr * t_3yubc
+    const real t_l2e6c = C31 * t_4d2hq
+        + t_4vgy7 * t_3yubc
         + t_cokzx * t_p66sm
         - (C33 * t_axqw3 + t_cw7a6 * t_duf4v);
     const real t_yn6iw = t_yxoxk * t_dfbbp + sin_pitch * t_r7mwo - t_xn3as;
     const real t_e5eec = cos_pitch * t_nfkgj - sin_roll * t_xy2yy;
-    const real t_65wn2 = B_x * t_yn6iw
+    const real t_fpw57 = B_x * t_yn6iw
         - C21 * t_dj3d2
         - t_xdhrg * t_fut3b
-        + (C23 * t_vor3r + B_z * t_e5eec);
-    const real t_hzhrp = C21 * t_4d2hq
-        + t_gegnr * t_yn6iw
+        + (C23 * t_yqatx + B_z * t_e5eec);
+    const real t_d6yzf = C21 * t_4d2hq
+        + t_4vgy7 * t_yn6iw
         + t_cokzx * t_fut3b
         + (t_cw7a6 * t_e5eec - C23 * t_axqw3);
     const real t_dukwy = p[I_z] + p[Iw_z];
     const real t_bcmgw = p[I_y] + p[Iw_y] - t_dukwy;
     const real t_xcu2m_2 = K(3.0) * t_xcu2m;
-    const real t_asvi2 = t_xcu2m_2 * C33;
+    const real t_dfei4 = t_xcu2m_2 * C33;
     const real t_qilnn = t_xcu2m_2 * t_duf4v;
     const real t_n5ucq = p[wheel_friction] * p[wheels];
     const real t_h3squ = along_u[along_Tx] + t_n5ucq * (along_x[along_hx] / p[Iw_x] - along_x[along_wx]);
@@ -472,54 +472,54 @@ void satellite_jvp(const real *x, const real *u, const real *p, const real *alon
     const real t_rud4r = x[hy] + x[wy] * p[I_y];
     const real t_mrqlo = along_x[along_hz] + p[I_z] * along_x[along_wz];
     const real t_2fuj5 = x[hz] + x[wz] * p[I_z];
-    const real t_wdz2l = p[dipole_y] * t_6xcun
-        + p[arm_y] * t_rvw4l
-        - p[dipole_z] * t_65wn2
-        - p[arm_z] * t_hzhrp
-        - (t_bcmgw * t_asvi2 * t_e5eec - C23 * (t_bcmgw * t_qilnn))
+    const real t_mvb4j = p[dipole_y] * t_yavzz
+        + p[arm_y] * t_l2e6c
+        - p[dipole_z] * t_fpw57
+        - p[arm_z] * t_d6yzf
+        - (t_bcmgw * t_dfei4 * t_e5eec - C23 * (t_bcmgw * t_qilnn))
         + t_h3squ
         + (x[wz] * t_c24zs + t_rud4r * along_x[along_wz])
         - (x[wy] * t_mrqlo + t_2fuj5 * along_x[along_wy]);
     const real t_3yawc = cos_yaw * t_xy2yy + cos_pitch * t_7f7mz;
-    const real t_lshsg = C11 * t_4d2hq
-        - t_gegnr * t_3yawc
+    const real t_fedzc = C11 * t_4d2hq
+        - t_4vgy7 * t_3yawc
         + t_cokzx * t_gaz2e
         - (t_cw7a6 * t_dfbbp - sin_pitch * t_axqw3);
-    const real t_ouh2h = C11 * t_dj3d2
+    const real t_qpxnd = C11 * t_dj3d2
         + B_x * t_3yawc
         + t_xdhrg * t_gaz2e
-        + (sin_pitch * t_vor3r + B_z * t_dfbbp);
+        + (sin_pitch * t_yqatx + B_z * t_dfbbp);
     const real t_l4gxo = p[I_x] + p[Iw_x];
     const real t_dokbx = along_u[along_Ty] + t_n5ucq * (along_x[along_hy] / p[Iw_y] - along_x[along_wy]);
     const real t_tzx3r = along_x[along_hx] + p[I_x] * along_x[along_wx];
     const real t_id7q2 = x[hx] + x[wx] * p[I_x];
-    const real t_oacis = p[arm_z] * t_lshsg
-        - p[dipole_z] * t_ouh2h
-        - p[dipole_x] * t_6xcun
-        - p[arm_x] * t_rvw4l
-        - (t_l4gxo - t_dukwy) * (t_asvi2 * t_dfbbp - sin_pitch * t_qilnn)
+    const real t_4zg6t = p[arm_z] * t_fedzc
+        - p[dipole_z] * t_qpxnd
+        - p[dipole_x] * t_yavzz
+        - p[arm_x] * t_l2e6c
+        - (t_l4gxo - t_dukwy) * (t_dfei4 * t_dfbbp - sin_pitch * t_qilnn)
         + t_dokbx
         + (x[wx] * t_mrqlo + t_2fuj5 * along_x[along_wx])
         - (x[wz] * t_tzx3r + t_id7q2 * along_x[along_wz]);
     const real t_wa4l3 = K(-3.0) * t_xcu2m * (t_l4gxo - p[I_y] - p[Iw_y]);
     const real t_k4pse = along_u[along_Tz] + t_n5ucq * (along_x[along_hz] / p[Iw_z] - along_x[along_wz]);
-    const real t_pslfk = p[dipole_x] * t_65wn2
-        + p[arm_x] * t_hzhrp
-        + p[dipole_y] * t_ouh2h
-        - p[arm_y] * t_lshsg
+    const real t_6oyah = p[dipole_x] * t_fpw57
+        + p[arm_x] * t_d6yzf
+        + p[dipole_y] * t_qpxnd
+        - p[arm_y] * t_fedzc
         - (C23 * (t_wa4l3 * t_dfbbp) + t_wa4l3 * sin_pitch * t_e5eec)
         + t_k4pse
         + (x[wy] * t_tzx3r + t_id7q2 * along_x[along_wy])
         - (x[wx] * t_c24zs + t_rud4r * along_x[along_wx]);
     change[0] = along_x[along_wx]
         + p[omega0] * t_gaz2e
-        + (t_l3vet * rate_y * t_dfbbp + sin_pitch * t_ho4wi)
-        + (t_k5hl2 * rate_z * t_dfbbp + sin_pitch * t_snkug);
+        + (t_l3vet * rate_y * t_dfbbp + sin_pitch * t_mhzz4)
+        + (t_k5hl2 * rate_z * t_dfbbp + sin_pitch * t_k2ogc);
     change[1] = cos_roll * t_iw7jh - rate_y * t_bbfxd - (rate_z * t_nfkgj + sin_roll * t_wkarc);
-    change[2] = t_ho4wi + t_snkug;
-    change[3] = t_wdz2l / p[I_x];
-    change[4] = t_oacis / p[I_y];
-    change[5] = t_pslfk / p[I_z];
+    change[2] = t_mhzz4 + t_k2ogc;
+    change[3] = t_mvb4j / p[I_x];
+    change[4] = t_4zg6t / p[I_y];
+    change[5] = t_6oyah / p[I_z];
     change[6] = -(p[wheels] * t_h3squ);
     change[7] = -(p[wheels] * t_dokbx);
     change[8] = -(p[wheels] * t_k4pse);

@@ -40,13 +40,13 @@ void satellite_actuate_jvp(const real *x, const real *u_cmd, const real *p, cons
     const real t_2zkxa = mv_min(u_cmd[Tz_cmd], t_rh2kr_2);
     const real Tz_inside = SELECT(m_5j2jl, mv_max(t_rh2kr, t_2zkxa), u_cmd[Tz_cmd]);
     const real t_s3iwg = -p[umax];
-    const real t_fm6h3 = mv_min(Tx_inside, p[umax]);
-    const mask m_yrndo = LE(t_s3iwg, t_fm6h3);
-    const real t_yrndo = NUM(m_yrndo);
-    const mask m_iiixq = LE(t_fm6h3, t_s3iwg);
-    const mask m_2dziw = LE(Tx_inside, p[umax]);
-    const real t_2dziw = NUM(m_2dziw);
-    const mask m_rqwp5 = LE(p[umax], Tx_inside);
+    const real t_qmb5e = mv_min(Tx_inside, p[umax]);
+    const mask m_uhmuu = LE(t_s3iwg, t_qmb5e);
+    const real t_uhmuu = NUM(m_uhmuu);
+    const mask m_36cfy = LE(t_qmb5e, t_s3iwg);
+    const mask m_sti76 = LE(Tx_inside, p[umax]);
+    const real t_sti76 = NUM(m_sti76);
+    const mask m_v5flk = LE(p[umax], Tx_inside);
     const mask m_em3qn = LE(t_776in, t_hyxon);
     const real t_bceyp = NUM(m_em3qn);
     const mask m_ines2 = LE(t_hyxon, t_776in);
@@ -60,13 +60,13 @@ void satellite_actuate_jvp(const real *x, const real *u_cmd, const real *p, cons
     const real t_ppmy5 = K(1.0) / (t_ypi2v + t_q6rd7);
     const real t_2ozcx = t_bceyp * t_jlttv * t_b3xs5
         + t_h6u7m * t_jlttv * (t_ypi2v * t_ppmy5 * along_u_cmd[along_Tx_cmd] + t_q6rd7 * t_ppmy5 * t_b3xs5);
-    const real t_qa4ja = mv_min(Ty_inside, p[umax]);
-    const mask m_xsbdr = LE(t_s3iwg, t_qa4ja);
-    const real t_xsbdr = NUM(m_xsbdr);
-    const mask m_npskk = LE(t_qa4ja, t_s3iwg);
-    const mask m_omdpu = LE(Ty_inside, p[umax]);
-    const real t_omdpu = NUM(m_omdpu);
-    const mask m_s7hvc = LE(p[umax], Ty_inside);
+    const real t_xwdef = mv_min(Ty_inside, p[umax]);
+    const mask m_4b74m = LE(t_s3iwg, t_xwdef);
+    const real t_4b74m = NUM(m_4b74m);
+    const mask m_yssfa = LE(t_xwdef, t_s3iwg);
+    const mask m_ezudp = LE(Ty_inside, p[umax]);
+    const real t_ezudp = NUM(m_ezudp);
+    const mask m_2evft = LE(p[umax], Ty_inside);
     const mask m_nsdpu = LE(t_h5aia, t_izekn);
     const real t_exv5j = NUM(m_nsdpu);
     const mask m_uaohp = LE(t_izekn, t_h5aia);
@@ -80,13 +80,13 @@ void satellite_actuate_jvp(const real *x, const real *u_cmd, const real *p, cons
     const real t_4krbf = K(1.0) / (t_jc3dp + t_7imdh);
     const real t_lyees = t_exv5j * t_jlttv_2 * t_pycp5
         + t_36xj3 * t_jlttv_2 * (t_jc3dp * t_4krbf * along_u_cmd[along_Ty_cmd] + t_7imdh * t_4krbf * t_pycp5);
-    const real t_yfoxd = mv_min(Tz_inside, p[umax]);
-    const mask m_4pmvh = LE(t_s3iwg, t_yfoxd);
-    const real t_4pmvh = NUM(m_4pmvh);
-    const mask m_uamll = LE(t_yfoxd, t_s3iwg);
-    const mask m_ksrvq = LE(Tz_inside, p[umax]);
-    const real t_ksrvq = NUM(m_ksrvq);
-    const mask m_cvwgs = LE(p[umax], Tz_inside);
+    const real t_lgvmq = mv_min(Tz_inside, p[umax]);
+    const mask m_mle52 = LE(t_s3iwg, t_lgvmq);
+    const real t_mle52 = NUM(m_mle52);
+    const mask m_l2faw = LE(t_lgvmq, t_s3iwg);
+    const mask m_pmmxe = LE(Tz_inside, p[umax]);
+    const real t_pmmxe = NUM(m_pmmxe);
+    const mask m_6bxkn = LE(p[umax], Tz_inside);
     const mask m_u4a3h = LE(t_2zkxa, t_rh2kr);
     const real t_2lf3b = NUM(m_u4a3h);
     const mask m_uudg6 = LE(t_rh2kr, t_2zkxa);
@@ -100,9 +100,9 @@ void satellite_actuate_jvp(const real *x, const real *u_cmd, const real *p, cons
     const real t_m4l7n = K(1.0) / (t_np2yi + t_yl2sx);
     const real t_6d4xk = t_2lf3b * t_jlttv_3 * t_hvlbb
         + t_u2axo * t_jlttv_3 * (t_np2yi * t_m4l7n * along_u_cmd[along_Tz_cmd] + t_yl2sx * t_m4l7n * t_hvlbb);
-    change[0] = t_yrndo / (NUM(m_iiixq) + t_yrndo) * (t_2dziw / (t_2dziw + NUM(m_rqwp5)) * SELECT(m_5j2jl, t_2ozcx, along_u_cmd[along_Tx_cmd]));
-    change[1] = t_xsbdr / (NUM(m_npskk) + t_xsbdr) * (t_omdpu / (t_omdpu + NUM(m_s7hvc)) * SELECT(m_5j2jl, t_lyees, along_u_cmd[along_Ty_cmd]));
-    change[2] = t_4pmvh / (NUM(m_uamll) + t_4pmvh) * (t_ksrvq / (t_ksrvq + NUM(m_cvwgs)) * SELECT(m_5j2jl, t_6d4xk, along_u_cmd[along_Tz_cmd]));
+    change[0] = t_uhmuu / (NUM(m_36cfy) + t_uhmuu) * (t_sti76 / (t_sti76 + NUM(m_v5flk)) * SELECT(m_5j2jl, t_2ozcx, along_u_cmd[along_Tx_cmd]));
+    change[1] = t_4b74m / (NUM(m_yssfa) + t_4b74m) * (t_ezudp / (t_ezudp + NUM(m_2evft)) * SELECT(m_5j2jl, t_lyees, along_u_cmd[along_Ty_cmd]));
+    change[2] = t_mle52 / (NUM(m_l2faw) + t_mle52) * (t_pmmxe / (t_pmmxe + NUM(m_6bxkn)) * SELECT(m_5j2jl, t_6d4xk, along_u_cmd[along_Tz_cmd]));
 }
 
 /* change of mrac along a change of x, r, v and z; 2234 operations. */
@@ -323,13 +323,13 @@ void satellite_mrac_jvp(const real *x, const real *r, const real *v, const real 
     enum { along_wm4_yaw = 89 };
     enum { along_samples = 90 };
     const real model_pole = mv_exp(-(p[Ts] / c[tau_m]));
-    const real t_hjr6j = K(-1.0) + model_pole;
-    const real t_lbhv6 = t_hjr6j * t_hjr6j;
-    const real t_u5zvh = model_pole + model_pole;
-    const real t_lbhv6_2 = model_pole * model_pole;
-    const real w_roll = t_lbhv6 * r[ref_roll] + t_u5zvh * z[wm1_roll] - t_lbhv6_2 * z[wm2_roll];  /* (16) */
-    const real w_pitch = t_lbhv6 * r[ref_pitch] + t_u5zvh * z[wm1_pitch] - t_lbhv6_2 * z[wm2_pitch];  /* (16) */
-    const real w_yaw = t_lbhv6 * r[ref_yaw] + t_u5zvh * z[wm1_yaw] - t_lbhv6_2 * z[wm2_yaw];  /* (16) */
+    const real t_7h4u2 = K(-1.0) + model_pole;
+    const real t_zugk2 = t_7h4u2 * t_7h4u2;
+    const real t_7h4u2_2 = model_pole + model_pole;
+    const real t_zugk2_2 = model_pole * model_pole;
+    const real w_roll = t_zugk2 * r[ref_roll] + t_7h4u2_2 * z[wm1_roll] - t_zugk2_2 * z[wm2_roll];  /* (16) */
+    const real w_pitch = t_zugk2 * r[ref_pitch] + t_7h4u2_2 * z[wm1_pitch] - t_zugk2_2 * z[wm2_pitch];  /* (16) */
+    const real w_yaw = t_zugk2 * r[ref_yaw] + t_7h4u2_2 * z[wm1_yaw] - t_zugk2_2 * z[wm2_yaw];  /* (16) */
     const mask m_myerm = LT(z[samples], K(0.5));
     const real y1_used_roll = SELECT(m_myerm, x[roll], z[y1_roll]);
     const mask m_2oym3 = LT(K(0.5), c[applied_regressor]);
@@ -341,46 +341,46 @@ void satellite_mrac_jvp(const real *x, const real *r, const real *v, const real 
         - z[a1_roll] * y1_used_roll
         - z[a2_roll] * z[y2_roll];  /* (34) */
     const real eps_roll = x[roll] - y_hat_roll;  /* (39) */
-    const real t_s4qc7 = z[D1_roll] * y1_used_roll;
-    const real alpha1_roll = c[forgetting] + t_s4qc7 * y1_used_roll;  /* (40) */
-    const real t_gcbdt = K(1.0) / alpha1_roll;
-    const real D1_free_roll = z[D1_roll] * t_gcbdt;  /* (41) */
-    const real t_4q5lb = z[y2_roll] + z[U12_roll] * y1_used_roll;
-    const real t_bqiu4 = z[D2_roll] * t_4q5lb;
-    const real alpha2_roll = alpha1_roll + t_bqiu4 * t_4q5lb;  /* (40) */
-    const real t_2ftwl = K(1.0) / alpha2_roll;
+    const real t_zrpuv = z[D1_roll] * y1_used_roll;
+    const real alpha1_roll = c[forgetting] + t_zrpuv * y1_used_roll;  /* (40) */
+    const real t_2yiuc = K(1.0) / alpha1_roll;
+    const real D1_free_roll = z[D1_roll] * t_2yiuc;  /* (41) */
+    const real t_rm4w3 = z[y2_roll] + z[U12_roll] * y1_used_roll;
+    const real t_mpk5i = z[D2_roll] * t_rm4w3;
+    const real alpha2_roll = alpha1_roll + t_mpk5i * t_rm4w3;  /* (40) */
+    const real t_weizg = K(1.0) / alpha2_roll;
     const real t_rkxsm = K(1.0) / c[forgetting];
-    const real t_buzsg = t_2ftwl * t_rkxsm;
-    const real t_uep3r = t_buzsg * z[D2_roll];
-    const real D2_free_roll = t_uep3r * alpha1_roll;  /* (41) */
-    const real t_hr6w3 = t_s4qc7 * t_gcbdt;
-    const real U12_free_roll = z[U12_roll] - t_hr6w3 * t_4q5lb;  /* (41) */
+    const real t_qhwvr = t_weizg * t_rkxsm;
+    const real t_cxlbd = t_qhwvr * z[D2_roll];
+    const real D2_free_roll = t_cxlbd * alpha1_roll;  /* (41) */
+    const real t_bmer5 = t_zrpuv * t_2yiuc;
+    const real U12_free_roll = z[U12_roll] - t_bmer5 * t_rm4w3;  /* (41) */
     const real f3_roll = v_roll - z[U13_roll] * y1_used_roll - z[U23_roll] * z[y2_roll];  /* (40) */
     const real Df3_roll = z[D3_roll] * f3_roll;  /* (40) */
     const real alpha3_roll = alpha2_roll + Df3_roll * f3_roll;  /* (40) */
-    const real t_m6gkz = K(1.0) / alpha3_roll;
-    const real t_pgi2s = t_rkxsm * t_m6gkz;
-    const real t_chslv = t_pgi2s * z[D3_roll];
-    const real D3_free_roll = t_chslv * alpha2_roll;  /* (41) */
-    const real t_iwp6c = f3_roll * t_2ftwl;
-    const real t_73h6y = t_s4qc7 + t_bqiu4 * z[U12_roll];
-    const real U13_free_roll = z[U13_roll] + t_iwp6c * t_73h6y;  /* (41) */
-    const real b1_3_roll = Df3_roll * z[U13_roll] - t_73h6y;  /* (40) */
-    const real U23_free_roll = z[U23_roll] + t_iwp6c * t_bqiu4;  /* (41) */
-    const real b2_3_roll = Df3_roll * z[U23_roll] - t_bqiu4;  /* (40) */
+    const real t_6dtnj = K(1.0) / alpha3_roll;
+    const real t_qk5hl = t_rkxsm * t_6dtnj;
+    const real t_qjx3v = t_qk5hl * z[D3_roll];
+    const real D3_free_roll = t_qjx3v * alpha2_roll;  /* (41) */
+    const real t_ow6ee = f3_roll * t_weizg;
+    const real t_tohgs = t_zrpuv + t_mpk5i * z[U12_roll];
+    const real U13_free_roll = z[U13_roll] + t_ow6ee * t_tohgs;  /* (41) */
+    const real b1_3_roll = Df3_roll * z[U13_roll] - t_tohgs;  /* (40) */
+    const real U23_free_roll = z[U23_roll] + t_ow6ee * t_mpk5i;  /* (41) */
+    const real b2_3_roll = Df3_roll * z[U23_roll] - t_mpk5i;  /* (40) */
     const real f4_roll = z[v1_roll] + z[U34_roll] * v_roll - z[U14_roll] * y1_used_roll - z[U24_roll] * z[y2_roll];  /* (40) */
     const real Df4_roll = z[D4_roll] * f4_roll;  /* (40) */
     const real alpha4_roll = alpha3_roll + Df4_roll * f4_roll;  /* (40) */
-    const real t_qd2bm = K(1.0) / alpha4_roll;
-    const real t_ssuku = t_rkxsm * t_qd2bm;
-    const real t_3j35e = t_ssuku * z[D4_roll];
-    const real D4_free_roll = t_3j35e * alpha3_roll;  /* (41) */
-    const real t_vpr7m = f4_roll * t_m6gkz;
-    const real U14_free_roll = z[U14_roll] - t_vpr7m * b1_3_roll;  /* (41) */
+    const real t_6dtnj_2 = K(1.0) / alpha4_roll;
+    const real t_qk5hl_2 = t_rkxsm * t_6dtnj_2;
+    const real t_r4brd = t_qk5hl_2 * z[D4_roll];
+    const real D4_free_roll = t_r4brd * alpha3_roll;  /* (41) */
+    const real t_hop6j = f4_roll * t_6dtnj;
+    const real U14_free_roll = z[U14_roll] - t_hop6j * b1_3_roll;  /* (41) */
     const real b1_4_roll = b1_3_roll + Df4_roll * z[U14_roll];  /* (40) */
-    const real U24_free_roll = z[U24_roll] - t_vpr7m * b2_3_roll;  /* (41) */
+    const real U24_free_roll = z[U24_roll] - t_hop6j * b2_3_roll;  /* (41) */
     const real b2_4_roll = b2_3_roll + Df4_roll * z[U24_roll];  /* (40) */
-    const real U34_free_roll = z[U34_roll] - t_vpr7m * Df3_roll;  /* (41) */
+    const real U34_free_roll = z[U34_roll] - t_hop6j * Df3_roll;  /* (41) */
     const real b3_4_roll = Df3_roll + Df4_roll * z[U34_roll];  /* (40) */
     const real f5_roll = K(1.0)
         + z[U35_roll] * v_roll
@@ -389,24 +389,24 @@ void satellite_mrac_jvp(const real *x, const real *r, const real *v, const real 
         - z[U25_roll] * z[y2_roll];  /* (40) */
     const real Df5_roll = z[D5_roll] * f5_roll;  /* (40) */
     const real alpha5_roll = alpha4_roll + Df5_roll * f5_roll;  /* (40) */
-    const real t_szpzk = K(1.0) / alpha5_roll;
-    const real t_petfr = t_rkxsm * t_szpzk;
-    const real t_glxxd = t_petfr * z[D5_roll];
-    const real D5_free_roll = t_glxxd * alpha4_roll;  /* (41) */
-    const real t_el36p = f5_roll * t_qd2bm;
-    const real U15_free_roll = z[U15_roll] - t_el36p * b1_4_roll;  /* (41) */
+    const real t_6dtnj_3 = K(1.0) / alpha5_roll;
+    const real t_qk5hl_3 = t_rkxsm * t_6dtnj_3;
+    const real t_qfacb = t_qk5hl_3 * z[D5_roll];
+    const real D5_free_roll = t_qfacb * alpha4_roll;  /* (41) */
+    const real t_wmsfj = f5_roll * t_6dtnj_2;
+    const real U15_free_roll = z[U15_roll] - t_wmsfj * b1_4_roll;  /* (41) */
     const real b1_5_roll = b1_4_roll + Df5_roll * z[U15_roll];  /* (40) */
-    const real U25_free_roll = z[U25_roll] - t_el36p * b2_4_roll;  /* (41) */
+    const real U25_free_roll = z[U25_roll] - t_wmsfj * b2_4_roll;  /* (41) */
     const real b2_5_roll = b2_4_roll + Df5_roll * z[U25_roll];  /* (40) */
-    const real U35_free_roll = z[U35_roll] - t_el36p * b3_4_roll;  /* (41) */
+    const real U35_free_roll = z[U35_roll] - t_wmsfj * b3_4_roll;  /* (41) */
     const real b3_5_roll = b3_4_roll + Df5_roll * z[U35_roll];  /* (40) */
-    const real U45_free_roll = z[U45_roll] - t_el36p * Df4_roll;  /* (41) */
+    const real U45_free_roll = z[U45_roll] - t_wmsfj * Df4_roll;  /* (41) */
     const real b4_5_roll = Df4_roll + Df5_roll * z[U45_roll];  /* (40) */
-    const real G1_roll = b1_5_roll * t_szpzk;  /* (40) */
-    const real G2_roll = b2_5_roll * t_szpzk;  /* (40) */
-    const real G3_roll = b3_5_roll * t_szpzk;  /* (40) */
-    const real G4_roll = b4_5_roll * t_szpzk;  /* (40) */
-    const real G5_roll = Df5_roll * t_szpzk;  /* (40) */
+    const real G1_roll = b1_5_roll * t_6dtnj_3;  /* (40) */
+    const real G2_roll = b2_5_roll * t_6dtnj_3;  /* (40) */
+    const real G3_roll = b3_5_roll * t_6dtnj_3;  /* (40) */
+    const real G4_roll = b4_5_roll * t_6dtnj_3;  /* (40) */
+    const real G5_roll = Df5_roll * t_6dtnj_3;  /* (40) */
     const real trace_roll = D1_free_roll
         + D2_free_roll
         + D3_free_roll
@@ -422,19 +422,19 @@ void satellite_mrac_jvp(const real *x, const real *r, const real *v, const real 
         + D5_free_roll * (U25_free_roll * U25_free_roll)
         + D5_free_roll * (U35_free_roll * U35_free_roll)
         + D5_free_roll * (U45_free_roll * U45_free_roll);  /* (41) */
-    const mask m_cy5zr = LT(c[trace_max], trace_roll);
-    const real cap_roll = SELECT(m_cy5zr, c[forgetting], SPLAT(K(1.0)));
+    const mask m_mhc6m = LT(c[trace_max], trace_roll);
+    const real cap_roll = SELECT(m_mhc6m, c[forgetting], SPLAT(K(1.0)));
     const mask m_jj746 = LT(K(0.5), c[adapt]);
     const mask m_d33kq = LT(K(1.5), z[samples]);
     const mask m_6w7fs = AND(m_jj746, m_d33kq);
     const real t_s4yo7 = mv_max(c[dead_zone], c[dead_zone_sigma] * p[noise]);
-    const mask m_ga54y = LT(t_s4yo7, mv_fabs(eps_roll));
-    const mask m_huydk = AND(m_6w7fs, m_ga54y);
-    const real a1_now_roll = SELECT(m_huydk, z[a1_roll] + G1_roll * eps_roll, z[a1_roll]);  /* (42) */
-    const real a2_now_roll = SELECT(m_huydk, z[a2_roll] + G2_roll * eps_roll, z[a2_roll]);  /* (42) */
-    const real b0_now_roll = SELECT(m_huydk, z[b0_roll] + G3_roll * eps_roll, z[b0_roll]);  /* (42) */
-    const real b1_now_roll = SELECT(m_huydk, z[b1_roll] + G4_roll * eps_roll, z[b1_roll]);  /* (42) */
-    const real d_now_roll = SELECT(m_huydk, z[d_roll] + G5_roll * eps_roll, z[d_roll]);  /* (42) */
+    const mask m_dusee = LT(t_s4yo7, mv_fabs(eps_roll));
+    const mask m_dyzzl = AND(m_6w7fs, m_dusee);
+    const real a1_now_roll = SELECT(m_dyzzl, z[a1_roll] + G1_roll * eps_roll, z[a1_roll]);  /* (42) */
+    const real a2_now_roll = SELECT(m_dyzzl, z[a2_roll] + G2_roll * eps_roll, z[a2_roll]);  /* (42) */
+    const real b0_now_roll = SELECT(m_dyzzl, z[b0_roll] + G3_roll * eps_roll, z[b0_roll]);  /* (42) */
+    const real b1_now_roll = SELECT(m_dyzzl, z[b1_roll] + G4_roll * eps_roll, z[b1_roll]);  /* (42) */
+    const real d_now_roll = SELECT(m_dyzzl, z[d_roll] + G5_roll * eps_roll, z[d_roll]);  /* (42) */
     const real d_used_roll = c[compensate_d] * d_now_roll;
     const real y1_used_pitch = SELECT(m_myerm, x[pitch], z[y1_pitch]);
     const real v_pitch = SELECT(m_2oym3, v[Ty_applied], SELECT(m_ng6lt, z[u2_pitch], z[u1_pitch]));  /* (36) */
@@ -444,45 +444,45 @@ void satellite_mrac_jvp(const real *x, const real *r, const real *v, const real 
         - z[a1_pitch] * y1_used_pitch
         - z[a2_pitch] * z[y2_pitch];  /* (34) */
     const real eps_pitch = x[pitch] - y_hat_pitch;  /* (39) */
-    const real t_n6265 = z[D1_pitch] * y1_used_pitch;
-    const real alpha1_pitch = c[forgetting] + t_n6265 * y1_used_pitch;  /* (40) */
-    const real t_ba5cq = K(1.0) / alpha1_pitch;
-    const real D1_free_pitch = z[D1_pitch] * t_ba5cq;  /* (41) */
-    const real t_5xoth = z[y2_pitch] + z[U12_pitch] * y1_used_pitch;
-    const real t_urk7s = z[D2_pitch] * t_5xoth;
-    const real alpha2_pitch = alpha1_pitch + t_urk7s * t_5xoth;  /* (40) */
-    const real t_vq6qe = K(1.0) / alpha2_pitch;
-    const real t_rwzhe = t_rkxsm * t_vq6qe;
-    const real t_rz27b = t_rwzhe * z[D2_pitch];
-    const real D2_free_pitch = t_rz27b * alpha1_pitch;  /* (41) */
-    const real t_yryoi = t_n6265 * t_ba5cq;
-    const real U12_free_pitch = z[U12_pitch] - t_yryoi * t_5xoth;  /* (41) */
+    const real t_zx462 = z[D1_pitch] * y1_used_pitch;
+    const real alpha1_pitch = c[forgetting] + t_zx462 * y1_used_pitch;  /* (40) */
+    const real t_6gw3v = K(1.0) / alpha1_pitch;
+    const real D1_free_pitch = z[D1_pitch] * t_6gw3v;  /* (41) */
+    const real t_olxlq = z[y2_pitch] + z[U12_pitch] * y1_used_pitch;
+    const real t_gjcmb = z[D2_pitch] * t_olxlq;
+    const real alpha2_pitch = alpha1_pitch + t_gjcmb * t_olxlq;  /* (40) */
+    const real t_an5c3 = K(1.0) / alpha2_pitch;
+    const real t_qyv4l = t_rkxsm * t_an5c3;
+    const real t_r4az2 = t_qyv4l * z[D2_pitch];
+    const real D2_free_pitch = t_r4az2 * alpha1_pitch;  /* (41) */
+    const real t_ctcm5 = t_zx462 * t_6gw3v;
+    const real U12_free_pitch = z[U12_pitch] - t_ctcm5 * t_olxlq;  /* (41) */
     const real f3_pitch = v_pitch - z[U13_pitch] * y1_used_pitch - z[U23_pitch] * z[y2_pitch];  /* (40) */
     const real Df3_pitch = z[D3_pitch] * f3_pitch;  /* (40) */
     const real alpha3_pitch = alpha2_pitch + Df3_pitch * f3_pitch;  /* (40) */
-    const real t_wnsbx = K(1.0) / alpha3_pitch;
-    const real t_clmmw = t_rkxsm * t_wnsbx;
-    const real t_ehcbr = t_clmmw * z[D3_pitch];
-    const real D3_free_pitch = t_ehcbr * alpha2_pitch;  /* (41) */
-    const real t_iziit = f3_pitch * t_vq6qe;
-    const real t_m7azd = t_n6265 + t_urk7s * z[U12_pitch];
-    const real U13_free_pitch = z[U13_pitch] + t_iziit * t_m7azd;  /* (41) */
-    const real b1_3_pitch = Df3_pitch * z[U13_pitch] - t_m7azd;  /* (40) */
-    const real U23_free_pitch = z[U23_pitch] + t_iziit * t_urk7s;  /* (41) */
-    const real b2_3_pitch = Df3_pitch * z[U23_pitch] - t_urk7s;  /* (40) */
+    const real t_6dtnj_4 = K(1.0) / alpha3_pitch;
+    const real t_qk5hl_4 = t_rkxsm * t_6dtnj_4;
+    const real t_jvm5k = t_qk5hl_4 * z[D3_pitch];
+    const real D3_free_pitch = t_jvm5k * alpha2_pitch;  /* (41) */
+    const real t_2unxj = f3_pitch * t_an5c3;
+    const real t_ypnck = t_zx462 + t_gjcmb * z[U12_pitch];
+    const real U13_free_pitch = z[U13_pitch] + t_2unxj * t_ypnck;  /* (41) */
+    const real b1_3_pitch = Df3_pitch * z[U13_pitch] - t_ypnck;  /* (40) */
+    const real U23_free_pitch = z[U23_pitch] + t_2unxj * t_gjcmb;  /* (41) */
+    const real b2_3_pitch = Df3_pitch * z[U23_pitch] - t_gjcmb;  /* (40) */
     const real f4_pitch = z[v1_pitch] + z[U34_pitch] * v_pitch - z[U14_pitch] * y1_used_pitch - z[U24_pitch] * z[y2_pitch];  /* (40) */
     const real Df4_pitch = z[D4_pitch] * f4_pitch;  /* (40) */
     const real alpha4_pitch = alpha3_pitch + Df4_pitch * f4_pitch;  /* (40) */
-    const real t_au2dz = K(1.0) / alpha4_pitch;
-    const real t_km5us = t_rkxsm * t_au2dz;
-    const real t_22ct6 = t_km5us * z[D4_pitch];
-    const real D4_free_pitch = t_22ct6 * alpha3_pitch;  /* (41) */
-    const real t_q5cqa = f4_pitch * t_wnsbx;
-    const real U14_free_pitch = z[U14_pitch] - t_q5cqa * b1_3_pitch;  /* (41) */
+    const real t_6dtnj_5 = K(1.0) / alpha4_pitch;
+    const real t_qk5hl_5 = t_rkxsm * t_6dtnj_5;
+    const real t_qb2gu = t_qk5hl_5 * z[D4_pitch];
+    const real D4_free_pitch = t_qb2gu * alpha3_pitch;  /* (41) */
+    const real t_ekbem = f4_pitch * t_6dtnj_4;
+    const real U14_free_pitch = z[U14_pitch] - t_ekbem * b1_3_pitch;  /* (41) */
     const real b1_4_pitch = b1_3_pitch + Df4_pitch * z[U14_pitch];  /* (40) */
-    const real U24_free_pitch = z[U24_pitch] - t_q5cqa * b2_3_pitch;  /* (41) */
+    const real U24_free_pitch = z[U24_pitch] - t_ekbem * b2_3_pitch;  /* (41) */
     const real b2_4_pitch = b2_3_pitch + Df4_pitch * z[U24_pitch];  /* (40) */
-    const real U34_free_pitch = z[U34_pitch] - t_q5cqa * Df3_pitch;  /* (41) */
+    const real U34_free_pitch = z[U34_pitch] - t_ekbem * Df3_pitch;  /* (41) */
     const real b3_4_pitch = Df3_pitch + Df4_pitch * z[U34_pitch];  /* (40) */
     const real f5_pitch = K(1.0)
         + z[U35_pitch] * v_pitch
@@ -491,24 +491,24 @@ void satellite_mrac_jvp(const real *x, const real *r, const real *v, const real 
         - z[U25_pitch] * z[y2_pitch];  /* (40) */
     const real Df5_pitch = z[D5_pitch] * f5_pitch;  /* (40) */
     const real alpha5_pitch = alpha4_pitch + Df5_pitch * f5_pitch;  /* (40) */
-    const real t_uppvm = K(1.0) / alpha5_pitch;
-    const real t_xfgg5 = t_rkxsm * t_uppvm;
-    const real t_enyoc = t_xfgg5 * z[D5_pitch];
-    const real D5_free_pitch = t_enyoc * alpha4_pitch;  /* (41) */
-    const real t_blzne = f5_pitch * t_au2dz;
-    const real U15_free_pitch = z[U15_pitch] - t_blzne * b1_4_pitch;  /* (41) */
+    const real t_6dtnj_6 = K(1.0) / alpha5_pitch;
+    const real t_qk5hl_6 = t_rkxsm * t_6dtnj_6;
+    const real t_sv54t = t_qk5hl_6 * z[D5_pitch];
+    const real D5_free_pitch = t_sv54t * alpha4_pitch;  /* (41) */
+    const real t_piobp = f5_pitch * t_6dtnj_5;
+    const real U15_free_pitch = z[U15_pitch] - t_piobp * b1_4_pitch;  /* (41) */
     const real b1_5_pitch = b1_4_pitch + Df5_pitch * z[U15_pitch];  /* (40) */
-    const real U25_free_pitch = z[U25_pitch] - t_blzne * b2_4_pitch;  /* (41) */
+    const real U25_free_pitch = z[U25_pitch] - t_piobp * b2_4_pitch;  /* (41) */
     const real b2_5_pitch = b2_4_pitch + Df5_pitch * z[U25_pitch];  /* (40) */
-    const real U35_free_pitch = z[U35_pitch] - t_blzne * b3_4_pitch;  /* (41) */
+    const real U35_free_pitch = z[U35_pitch] - t_piobp * b3_4_pitch;  /* (41) */
     const real b3_5_pitch = b3_4_pitch + Df5_pitch * z[U35_pitch];  /* (40) */
-    const real U45_free_pitch = z[U45_pitch] - t_blzne * Df4_pitch;  /* (41) */
+    const real U45_free_pitch = z[U45_pitch] - t_piobp * Df4_pitch;  /* (41) */
     const real b4_5_pitch = Df4_pitch + Df5_pitch * z[U45_pitch];  /* (40) */
-    const real G1_pitch = b1_5_pitch * t_uppvm;  /* (40) */
-    const real G2_pitch = b2_5_pitch * t_uppvm;  /* (40) */
-    const real G3_pitch = b3_5_pitch * t_uppvm;  /* (40) */
-    const real G4_pitch = b4_5_pitch * t_uppvm;  /* (40) */
-    const real G5_pitch = Df5_pitch * t_uppvm;  /* (40) */
+    const real G1_pitch = b1_5_pitch * t_6dtnj_6;  /* (40) */
+    const real G2_pitch = b2_5_pitch * t_6dtnj_6;  /* (40) */
+    const real G3_pitch = b3_5_pitch * t_6dtnj_6;  /* (40) */
+    const real G4_pitch = b4_5_pitch * t_6dtnj_6;  /* (40) */
+    const real G5_pitch = Df5_pitch * t_6dtnj_6;  /* (40) */
     const real trace_pitch = D1_free_pitch
         + D2_free_pitch
         + D3_free_pitch
@@ -524,15 +524,15 @@ void satellite_mrac_jvp(const real *x, const real *r, const real *v, const real 
         + D5_free_pitch * (U25_free_pitch * U25_free_pitch)
         + D5_free_pitch * (U35_free_pitch * U35_free_pitch)
         + D5_free_pitch * (U45_free_pitch * U45_free_pitch);  /* (41) */
-    const mask m_rahgr = LT(c[trace_max], trace_pitch);
-    const real cap_pitch = SELECT(m_rahgr, c[forgetting], SPLAT(K(1.0)));
-    const mask m_a3jc4 = LT(t_s4yo7, mv_fabs(eps_pitch));
-    const mask m_fztcf = AND(m_6w7fs, m_a3jc4);
-    const real a1_now_pitch = SELECT(m_fztcf, z[a1_pitch] + G1_pitch * eps_pitch, z[a1_pitch]);  /* (42) */
-    const real a2_now_pitch = SELECT(m_fztcf, z[a2_pitch] + G2_pitch * eps_pitch, z[a2_pitch]);  /* (42) */
-    const real b0_now_pitch = SELECT(m_fztcf, z[b0_pitch] + G3_pitch * eps_pitch, z[b0_pitch]);  /* (42) */
-    const real b1_now_pitch = SELECT(m_fztcf, z[b1_pitch] + G4_pitch * eps_pitch, z[b1_pitch]);  /* (42) */
-    const real d_now_pitch = SELECT(m_fztcf, z[d_pitch] + G5_pitch * eps_pitch, z[d_pitch]);  /* (42) */
+    const mask m_mhc6m_2 = LT(c[trace_max], trace_pitch);
+    const real cap_pitch = SELECT(m_mhc6m_2, c[forgetting], SPLAT(K(1.0)));
+    const mask m_yotvq = LT(t_s4yo7, mv_fabs(eps_pitch));
+    const mask m_rjsrz = AND(m_6w7fs, m_yotvq);
+    const real a1_now_pitch = SELECT(m_rjsrz, z[a1_pitch] + G1_pitch * eps_pitch, z[a1_pitch]);  /* (42) */
+    const real a2_now_pitch = SELECT(m_rjsrz, z[a2_pitch] + G2_pitch * eps_pitch, z[a2_pitch]);  /* (42) */
+    const real b0_now_pitch = SELECT(m_rjsrz, z[b0_pitch] + G3_pitch * eps_pitch, z[b0_pitch]);  /* (42) */
+    const real b1_now_pitch = SELECT(m_rjsrz, z[b1_pitch] + G4_pitch * eps_pitch, z[b1_pitch]);  /* (42) */
+    const real d_now_pitch = SELECT(m_rjsrz, z[d_pitch] + G5_pitch * eps_pitch, z[d_pitch]);  /* (42) */
     const real d_used_pitch = c[compensate_d] * d_now_pitch;
     const real y1_used_yaw = SELECT(m_myerm, x[yaw], z[y1_yaw]);
     const real v_yaw = SELECT(m_2oym3, v[Tz_applied], SELECT(m_ng6lt, z[u2_yaw], z[u1_yaw]));  /* (36) */
@@ -542,45 +542,45 @@ void satellite_mrac_jvp(const real *x, const real *r, const real *v, const real 
         - z[a1_yaw] * y1_used_yaw
         - z[a2_yaw] * z[y2_yaw];  /* (34) */
     const real eps_yaw = x[yaw] - y_hat_yaw;  /* (39) */
-    const real t_5t4tf = z[D1_yaw] * y1_used_yaw;
-    const real alpha1_yaw = c[forgetting] + t_5t4tf * y1_used_yaw;  /* (40) */
-    const real t_rrlcx = K(1.0) / alpha1_yaw;
-    const real D1_free_yaw = z[D1_yaw] * t_rrlcx;  /* (41) */
-    const real t_fz2ih = z[y2_yaw] + z[U12_yaw] * y1_used_yaw;
-    const real t_3inrl = z[D2_yaw] * t_fz2ih;
-    const real alpha2_yaw = alpha1_yaw + t_3inrl * t_fz2ih;  /* (40) */
-    const real t_epc3p = K(1.0) / alpha2_yaw;
-    const real t_jmud7 = t_rkxsm * t_epc3p;
-    const real t_7itiz = t_jmud7 * z[D2_yaw];
-    const real D2_free_yaw = t_7itiz * alpha1_yaw;  /* (41) */
-    const real t_k2d3u = t_5t4tf * t_rrlcx;
-    const real U12_free_yaw = z[U12_yaw] - t_k2d3u * t_fz2ih;  /* (41) */
+    const real t_bysdb = z[D1_yaw] * y1_used_yaw;
+    const real alpha1_yaw = c[forgetting] + t_bysdb * y1_used_yaw;  /* (40) */
+    const real t_lgpzs = K(1.0) / alpha1_yaw;
+    const real D1_free_yaw = z[D1_yaw] * t_lgpzs;  /* (41) */
+    const real t_howu6 = z[y2_yaw] + z[U12_yaw] * y1_used_yaw;
+    const real t_pofsn = z[D2_yaw] * t_howu6;
+    const real alpha2_yaw = alpha1_yaw + t_pofsn * t_howu6;  /* (40) */
+    const real t_esxwg = K(1.0) / alpha2_yaw;
+    const real t_7excc = t_rkxsm * t_esxwg;
+    const real t_bzymg = t_7excc * z[D2_yaw];
+    const real D2_free_yaw = t_bzymg * alpha1_yaw;  /* (41) */
+    const real t_gcsn2 = t_bysdb * t_lgpzs;
+    const real U12_free_yaw = z[U12_yaw] - t_gcsn2 * t_howu6;  /* (41) */
     const real f3_yaw = v_yaw - z[U13_yaw] * y1_used_yaw - z[U23_yaw] * z[y2_yaw];  /* (40) */
     const real Df3_yaw = z[D3_yaw] * f3_yaw;  /* (40) */
     const real alpha3_yaw = alpha2_yaw + Df3_yaw * f3_yaw;  /* (40) */
-    const real t_czmse = K(1.0) / alpha3_yaw;
-    const real t_qfkhf = t_rkxsm * t_czmse;
-    const real t_3ufve = t_qfkhf * z[D3_yaw];
-    const real D3_free_yaw = t_3ufve * alpha2_yaw;  /* (41) */
-    const real t_qqhj7 = f3_yaw * t_epc3p;
-    const real t_mefgo = t_5t4tf + t_3inrl * z[U12_yaw];
-    const real U13_free_yaw = z[U13_yaw] + t_qqhj7 * t_mefgo;  /* (41) */
-    const real b1_3_yaw = Df3_yaw * z[U13_yaw] - t_mefgo;  /* (40) */
-    const real U23_free_yaw = z[U23_yaw] + t_qqhj7 * t_3inrl;  /* (41) */
-    const real b2_3_yaw = Df3_yaw * z[U23_yaw] - t_3inrl;  /* (40) */
+    const real t_6dtnj_7 = K(1.0) / alpha3_yaw;
+    const real t_qk5hl_7 = t_rkxsm * t_6dtnj_7;
+    const real t_xux75 = t_qk5hl_7 * z[D3_yaw];
+    const real D3_free_yaw = t_xux75 * alpha2_yaw;  /* (41) */
+    const real t_rouvm = f3_yaw * t_esxwg;
+    const real t_zyqi4 = t_bysdb + t_pofsn * z[U12_yaw];
+    const real U13_free_yaw = z[U13_yaw] + t_rouvm * t_zyqi4;  /* (41) */
+    const real b1_3_yaw = Df3_yaw * z[U13_yaw] - t_zyqi4;  /* (40) */
+    const real U23_free_yaw = z[U23_yaw] + t_rouvm * t_pofsn;  /* (41) */
+    const real b2_3_yaw = Df3_yaw * z[U23_yaw] - t_pofsn;  /* (40) */
     const real f4_yaw = z[v1_yaw] + z[U34_yaw] * v_yaw - z[U14_yaw] * y1_used_yaw - z[U24_yaw] * z[y2_yaw];  /* (40) */
     const real Df4_yaw = z[D4_yaw] * f4_yaw;  /* (40) */
     const real alpha4_yaw = alpha3_yaw + Df4_yaw * f4_yaw;  /* (40) */
-    const real t_nk3ay = K(1.0) / alpha4_yaw;
-    const real t_zqvsh = t_rkxsm * t_nk3ay;
-    const real t_kj3bh = t_zqvsh * z[D4_yaw];
-    const real D4_free_yaw = t_kj3bh * alpha3_yaw;  /* (41) */
-    const real t_ov6wh = f4_yaw * t_czmse;
-    const real U14_free_yaw = z[U14_yaw] - t_ov6wh * b1_3_yaw;  /* (41) */
+    const real t_6dtnj_8 = K(1.0) / alpha4_yaw;
+    const real t_qk5hl_8 = t_rkxsm * t_6dtnj_8;
+    const real t_vsr7f = t_qk5hl_8 * z[D4_yaw];
+    const real D4_free_yaw = t_vsr7f * alpha3_yaw;  /* (41) */
+    const real t_nihkp = f4_yaw * t_6dtnj_7;
+    const real U14_free_yaw = z[U14_yaw] - t_nihkp * b1_3_yaw;  /* (41) */
     const real b1_4_yaw = b1_3_yaw + Df4_yaw * z[U14_yaw];  /* (40) */
-    const real U24_free_yaw = z[U24_yaw] - t_ov6wh * b2_3_yaw;  /* (41) */
+    const real U24_free_yaw = z[U24_yaw] - t_nihkp * b2_3_yaw;  /* (41) */
     const real b2_4_yaw = b2_3_yaw + Df4_yaw * z[U24_yaw];  /* (40) */
-    const real U34_free_yaw = z[U34_yaw] - t_ov6wh * Df3_yaw;  /* (41) */
+    const real U34_free_yaw = z[U34_yaw] - t_nihkp * Df3_yaw;  /* (41) */
     const real b3_4_yaw = Df3_yaw + Df4_yaw * z[U34_yaw];  /* (40) */
     const real f5_yaw = K(1.0)
         + z[U35_yaw] * v_yaw
@@ -589,24 +589,24 @@ void satellite_mrac_jvp(const real *x, const real *r, const real *v, const real 
         - z[U25_yaw] * z[y2_yaw];  /* (40) */
     const real Df5_yaw = z[D5_yaw] * f5_yaw;  /* (40) */
     const real alpha5_yaw = alpha4_yaw + Df5_yaw * f5_yaw;  /* (40) */
-    const real t_xt42v = K(1.0) / alpha5_yaw;
-    const real t_6uhyh = t_rkxsm * t_xt42v;
-    const real t_janky = t_6uhyh * z[D5_yaw];
-    const real D5_free_yaw = t_janky * alpha4_yaw;  /* (41) */
-    const real t_xokdo = f5_yaw * t_nk3ay;
-    const real U15_free_yaw = z[U15_yaw] - t_xokdo * b1_4_yaw;  /* (41) */
+    const real t_6dtnj_9 = K(1.0) / alpha5_yaw;
+    const real t_qk5hl_9 = t_rkxsm * t_6dtnj_9;
+    const real t_jvdx5 = t_qk5hl_9 * z[D5_yaw];
+    const real D5_free_yaw = t_jvdx5 * alpha4_yaw;  /* (41) */
+    const real t_lhlrb = f5_yaw * t_6dtnj_8;
+    const real U15_free_yaw = z[U15_yaw] - t_lhlrb * b1_4_yaw;  /* (41) */
     const real b1_5_yaw = b1_4_yaw + Df5_yaw * z[U15_yaw];  /* (40) */
-    const real U25_free_yaw = z[U25_yaw] - t_xokdo * b2_4_yaw;  /* (41) */
+    const real U25_free_yaw = z[U25_yaw] - t_lhlrb * b2_4_yaw;  /* (41) */
     const real b2_5_yaw = b2_4_yaw + Df5_yaw * z[U25_yaw];  /* (40) */
-    const real U35_free_yaw = z[U35_yaw] - t_xokdo * b3_4_yaw;  /* (41) */
+    const real U35_free_yaw = z[U35_yaw] - t_lhlrb * b3_4_yaw;  /* (41) */
     const real b3_5_yaw = b3_4_yaw + Df5_yaw * z[U35_yaw];  /* (40) */
-    const real U45_free_yaw = z[U45_yaw] - t_xokdo * Df4_yaw;  /* (41) */
+    const real U45_free_yaw = z[U45_yaw] - t_lhlrb * Df4_yaw;  /* (41) */
     const real b4_5_yaw = Df4_yaw + Df5_yaw * z[U45_yaw];  /* (40) */
-    const real G1_yaw = b1_5_yaw * t_xt42v;  /* (40) */
-    const real G2_yaw = b2_5_yaw * t_xt42v;  /* (40) */
-    const real G3_yaw = b3_5_yaw * t_xt42v;  /* (40) */
-    const real G4_yaw = b4_5_yaw * t_xt42v;  /* (40) */
-    const real G5_yaw = Df5_yaw * t_xt42v;  /* (40) */
+    const real G1_yaw = b1_5_yaw * t_6dtnj_9;  /* (40) */
+    const real G2_yaw = b2_5_yaw * t_6dtnj_9;  /* (40) */
+    const real G3_yaw = b3_5_yaw * t_6dtnj_9;  /* (40) */
+    const real G4_yaw = b4_5_yaw * t_6dtnj_9;  /* (40) */
+    const real G5_yaw = Df5_yaw * t_6dtnj_9;  /* (40) */
     const real trace_yaw = D1_free_yaw
         + D2_free_yaw
         + D3_free_yaw
@@ -622,48 +622,48 @@ void satellite_mrac_jvp(const real *x, const real *r, const real *v, const real 
         + D5_free_yaw * (U25_free_yaw * U25_free_yaw)
         + D5_free_yaw * (U35_free_yaw * U35_free_yaw)
         + D5_free_yaw * (U45_free_yaw * U45_free_yaw);  /* (41) */
-    const mask m_4b7bf = LT(c[trace_max], trace_yaw);
-    const real cap_yaw = SELECT(m_4b7bf, c[forgetting], SPLAT(K(1.0)));
-    const mask m_tx63k = LT(t_s4yo7, mv_fabs(eps_yaw));
-    const mask m_6lewq = AND(m_6w7fs, m_tx63k);
-    const real a1_now_yaw = SELECT(m_6lewq, z[a1_yaw] + G1_yaw * eps_yaw, z[a1_yaw]);  /* (42) */
-    const real a2_now_yaw = SELECT(m_6lewq, z[a2_yaw] + G2_yaw * eps_yaw, z[a2_yaw]);  /* (42) */
-    const real b0_now_yaw = SELECT(m_6lewq, z[b0_yaw] + G3_yaw * eps_yaw, z[b0_yaw]);  /* (42) */
-    const real b1_now_yaw = SELECT(m_6lewq, z[b1_yaw] + G4_yaw * eps_yaw, z[b1_yaw]);  /* (42) */
-    const real d_now_yaw = SELECT(m_6lewq, z[d_yaw] + G5_yaw * eps_yaw, z[d_yaw]);  /* (42) */
+    const mask m_mhc6m_3 = LT(c[trace_max], trace_yaw);
+    const real cap_yaw = SELECT(m_mhc6m_3, c[forgetting], SPLAT(K(1.0)));
+    const mask m_zcxt6 = LT(t_s4yo7, mv_fabs(eps_yaw));
+    const mask m_fatf3 = AND(m_6w7fs, m_zcxt6);
+    const real a1_now_yaw = SELECT(m_fatf3, z[a1_yaw] + G1_yaw * eps_yaw, z[a1_yaw]);  /* (42) */
+    const real a2_now_yaw = SELECT(m_fatf3, z[a2_yaw] + G2_yaw * eps_yaw, z[a2_yaw]);  /* (42) */
+    const real b0_now_yaw = SELECT(m_fatf3, z[b0_yaw] + G3_yaw * eps_yaw, z[b0_yaw]);  /* (42) */
+    const real b1_now_yaw = SELECT(m_fatf3, z[b1_yaw] + G4_yaw * eps_yaw, z[b1_yaw]);  /* (42) */
+    const real d_now_yaw = SELECT(m_fatf3, z[d_yaw] + G5_yaw * eps_yaw, z[d_yaw]);  /* (42) */
     const real d_used_yaw = c[compensate_d] * d_now_yaw;
     const real t_4msa4 = p[Ts] * p[Ts] * c[b_min_ratio];
-    const real t_ff25k = K(-0.5) * b0_now_roll + K(-0.5) * b1_now_roll + mv_max(c[b_min], K(0.5) / p[I_x] * t_4msa4);
-    const real lift_roll = mv_max(SPLAT(K(0.0)), t_ff25k);
+    const real t_porxz = K(-0.5) * b0_now_roll + K(-0.5) * b1_now_roll + mv_max(c[b_min], K(0.5) / p[I_x] * t_4msa4);
+    const real lift_roll = mv_max(SPLAT(K(0.0)), t_porxz);
     const real B1_roll = b0_now_roll + b1_now_roll + (lift_roll + lift_roll);
     const real t_bxn4n = K(4.0) * c[rho];
-    const real t_ph5cf = t_bxn4n + a1_now_roll;
-    const real s1_roll = -t_ph5cf;  /* (22) */
+    const real t_vunlo = t_bxn4n + a1_now_roll;
+    const real s1_roll = -t_vunlo;  /* (22) */
     const real t_2wsi6 = c[rho] * c[rho];
     const real t_2wsi6_2 = K(-6.0) * t_2wsi6;
     const real t_bxn4n_2 = K(3.0) * c[rho];
-    const real e1_roll = SELECT(m_ng6lt, a1_now_roll * t_ph5cf - (t_2wsi6_2 + a2_now_roll), -(t_bxn4n_2 + a1_now_roll));  /* (22) */
+    const real e1_roll = SELECT(m_ng6lt, a1_now_roll * t_vunlo - (t_2wsi6_2 + a2_now_roll), -(t_bxn4n_2 + a1_now_roll));  /* (22) */
     const real t_ogmcx = c[rho] * t_2wsi6;
     const real t_ogmcx_2 = K(4.0) * t_ogmcx;
     const real t_2wsi6_3 = K(-3.0) * t_2wsi6;
-    const real e2_roll = SELECT(m_ng6lt, a2_now_roll * t_ph5cf - t_ogmcx_2, -(t_2wsi6_3 + a2_now_roll));  /* (22) */
+    const real e2_roll = SELECT(m_ng6lt, a2_now_roll * t_vunlo - t_ogmcx_2, -(t_2wsi6_3 + a2_now_roll));  /* (22) */
     const real t_v4kye = t_2wsi6 * t_2wsi6;
     const real t_ogmcx_3 = -t_ogmcx;
     const real e3_roll = SELECT(m_ng6lt, t_v4kye, t_ogmcx_3);  /* (22) */
-    const real t_zjozf = b1_now_roll + lift_roll;
-    const real t_yz2fy = t_zjozf * t_zjozf;
-    const real t_4ihf2 = b0_now_roll + lift_roll;
-    const real t_qkhny = t_4ihf2 * t_4ihf2;
-    const real t_ncl23 = t_zjozf * a1_now_roll;
-    const real res_roll = t_yz2fy + t_qkhny * a2_now_roll - t_4ihf2 * t_ncl23;
-    const real t_at7me = t_zjozf * t_4ihf2;
-    const real t_k6fq7 = K(1.0) / res_roll;
-    const real sd_roll = (t_yz2fy * e1_roll + t_qkhny * e3_roll - t_at7me * e2_roll) * t_k6fq7;  /* (22) */
-    const real t_6p656 = t_4ihf2 * e3_roll;
-    const real t_6zvri = t_4ihf2 * a2_now_roll;
-    const real t0_roll = (t_zjozf * e2_roll - t_6p656 - t_ncl23 * e1_roll + t_6zvri * e1_roll) * t_k6fq7;  /* (22) */
-    const real t_nopcl = t_zjozf * a2_now_roll;
-    const real t1_roll = (t_zjozf * e3_roll - t_6p656 * a1_now_roll + t_6zvri * e2_roll - t_nopcl * e1_roll) * t_k6fq7;  /* (22) */
+    const real t_du27a = b1_now_roll + lift_roll;
+    const real t_6xcml = t_du27a * t_du27a;
+    const real t_ok7os = b0_now_roll + lift_roll;
+    const real t_qo5ko = t_ok7os * t_ok7os;
+    const real t_hf3ux = t_du27a * a1_now_roll;
+    const real res_roll = t_6xcml + t_qo5ko * a2_now_roll - t_ok7os * t_hf3ux;
+    const real t_w32x2 = t_du27a * t_ok7os;
+    const real t_6dtnj_10 = K(1.0) / res_roll;
+    const real sd_roll = (t_6xcml * e1_roll + t_qo5ko * e3_roll - t_w32x2 * e2_roll) * t_6dtnj_10;  /* (22) */
+    const real t_dl4qd = t_ok7os * e3_roll;
+    const real t_iinqa = t_ok7os * a2_now_roll;
+    const real t0_roll = (t_du27a * e2_roll - t_dl4qd - t_hf3ux * e1_roll + t_iinqa * e1_roll) * t_6dtnj_10;  /* (22) */
+    const real t_ev4mt = t_du27a * a2_now_roll;
+    const real t1_roll = (t_du27a * e3_roll - t_dl4qd * a1_now_roll + t_iinqa * e2_roll - t_ev4mt * e1_roll) * t_6dtnj_10;  /* (22) */
     const real t_z4laf = SELECT(m_ng6lt, -t_bxn4n, -t_bxn4n_2);
     const real t_mymwd = SELECT(m_ng6lt, K(6.0) * t_2wsi6, K(3.0) * t_2wsi6);
     const real t_32esp = SELECT(m_ng6lt, -t_ogmcx_2, t_ogmcx_3);
@@ -672,79 +672,79 @@ void satellite_mrac_jvp(const real *x, const real *r, const real *v, const real 
         + t_mymwd * z[wm2_roll]
         + t_32esp * z[wm3_roll]
         + SELECT0(m_ng6lt, t_v4kye * z[wm4_roll]);
-    const real t_qevl4 = K(1.0) + SELECT0(m_ng6lt, s1_roll) + sd_roll;
-    const real t_ircix = K(1.0) / B1_roll;
-    const real t_ozb3k = (Acw_roll - d_used_roll * t_qevl4) * t_ircix;
-    const real u_roll_mrac = t_ozb3k
-        + SELECT0(m_ng6lt, t_ph5cf * z[u1_roll])
+    const real t_rdpsn = K(1.0) + SELECT0(m_ng6lt, s1_roll) + sd_roll;
+    const real t_6dtnj_11 = K(1.0) / B1_roll;
+    const real t_5azca = (Acw_roll - d_used_roll * t_rdpsn) * t_6dtnj_11;
+    const real u_roll_mrac = t_5azca
+        + SELECT0(m_ng6lt, t_vunlo * z[u1_roll])
         - x[roll] * t0_roll
         - sd_roll * v_roll
         - t1_roll * y1_used_roll;
-    const real t_obugf = K(-0.5) * b0_now_pitch + K(-0.5) * b1_now_pitch + mv_max(c[b_min], K(0.5) / p[I_y] * t_4msa4);
-    const real lift_pitch = mv_max(SPLAT(K(0.0)), t_obugf);
+    const real t_44wcm = K(-0.5) * b0_now_pitch + K(-0.5) * b1_now_pitch + mv_max(c[b_min], K(0.5) / p[I_y] * t_4msa4);
+    const real lift_pitch = mv_max(SPLAT(K(0.0)), t_44wcm);
     const real B1_pitch = b0_now_pitch + b1_now_pitch + (lift_pitch + lift_pitch);
-    const real t_2hojt = t_bxn4n + a1_now_pitch;
-    const real s1_pitch = -t_2hojt;  /* (22) */
-    const real e1_pitch = SELECT(m_ng6lt, a1_now_pitch * t_2hojt - (t_2wsi6_2 + a2_now_pitch), -(t_bxn4n_2 + a1_now_pitch));  /* (22) */
-    const real e2_pitch = SELECT(m_ng6lt, a2_now_pitch * t_2hojt - t_ogmcx_2, -(t_2wsi6_3 + a2_now_pitch));  /* (22) */
-    const real t_tpvzc = b1_now_pitch + lift_pitch;
-    const real t_imlet = t_tpvzc * t_tpvzc;
-    const real t_6edde = b0_now_pitch + lift_pitch;
-    const real t_23zut = t_6edde * t_6edde;
-    const real t_ivfwu = t_tpvzc * a1_now_pitch;
-    const real res_pitch = t_imlet + t_23zut * a2_now_pitch - t_6edde * t_ivfwu;
-    const real t_zcg3q = t_tpvzc * t_6edde;
-    const real t_traey = K(1.0) / res_pitch;
-    const real sd_pitch = (t_imlet * e1_pitch + t_23zut * e3_roll - t_zcg3q * e2_pitch) * t_traey;  /* (22) */
-    const real t_3uzty = t_6edde * e3_roll;
-    const real t_rhale = t_6edde * a2_now_pitch;
-    const real t0_pitch = (t_tpvzc * e2_pitch - t_3uzty - t_ivfwu * e1_pitch + t_rhale * e1_pitch) * t_traey;  /* (22) */
-    const real t_34ruz = t_tpvzc * a2_now_pitch;
-    const real t1_pitch = (t_tpvzc * e3_roll - t_3uzty * a1_now_pitch + t_rhale * e2_pitch - t_34ruz * e1_pitch) * t_traey;  /* (22) */
+    const real t_tnt44 = t_bxn4n + a1_now_pitch;
+    const real s1_pitch = -t_tnt44;  /* (22) */
+    const real e1_pitch = SELECT(m_ng6lt, a1_now_pitch * t_tnt44 - (t_2wsi6_2 + a2_now_pitch), -(t_bxn4n_2 + a1_now_pitch));  /* (22) */
+    const real e2_pitch = SELECT(m_ng6lt, a2_now_pitch * t_tnt44 - t_ogmcx_2, -(t_2wsi6_3 + a2_now_pitch));  /* (22) */
+    const real t_2lfm6 = b1_now_pitch + lift_pitch;
+    const real t_ytnp4 = t_2lfm6 * t_2lfm6;
+    const real t_bvupm = b0_now_pitch + lift_pitch;
+    const real t_s7r4t = t_bvupm * t_bvupm;
+    const real t_enppq = t_2lfm6 * a1_now_pitch;
+    const real res_pitch = t_ytnp4 + t_s7r4t * a2_now_pitch - t_bvupm * t_enppq;
+    const real t_vnepp = t_2lfm6 * t_bvupm;
+    const real t_6dtnj_12 = K(1.0) / res_pitch;
+    const real sd_pitch = (t_ytnp4 * e1_pitch + t_s7r4t * e3_roll - t_vnepp * e2_pitch) * t_6dtnj_12;  /* (22) */
+    const real t_rxdov = t_bvupm * e3_roll;
+    const real t_n44c4 = t_bvupm * a2_now_pitch;
+    const real t0_pitch = (t_2lfm6 * e2_pitch - t_rxdov - t_enppq * e1_pitch + t_n44c4 * e1_pitch) * t_6dtnj_12;  /* (22) */
+    const real t_v45oa = t_2lfm6 * a2_now_pitch;
+    const real t1_pitch = (t_2lfm6 * e3_roll - t_rxdov * a1_now_pitch + t_n44c4 * e2_pitch - t_v45oa * e1_pitch) * t_6dtnj_12;  /* (22) */
     const real Acw_pitch = w_pitch
         + t_z4laf * z[wm1_pitch]
         + t_mymwd * z[wm2_pitch]
         + t_32esp * z[wm3_pitch]
         + SELECT0(m_ng6lt, t_v4kye * z[wm4_pitch]);
-    const real t_aamui = K(1.0) + SELECT0(m_ng6lt, s1_pitch) + sd_pitch;
-    const real t_hmw3a = K(1.0) / B1_pitch;
-    const real t_4vqbg = (Acw_pitch - d_used_pitch * t_aamui) * t_hmw3a;
-    const real u_pitch_mrac = t_4vqbg
-        + SELECT0(m_ng6lt, t_2hojt * z[u1_pitch])
+    const real t_rdpsn_2 = K(1.0) + SELECT0(m_ng6lt, s1_pitch) + sd_pitch;
+    const real t_6dtnj_13 = K(1.0) / B1_pitch;
+    const real t_e664i = (Acw_pitch - d_used_pitch * t_rdpsn_2) * t_6dtnj_13;
+    const real u_pitch_mrac = t_e664i
+        + SELECT0(m_ng6lt, t_tnt44 * z[u1_pitch])
         - x[pitch] * t0_pitch
         - sd_pitch * v_pitch
         - t1_pitch * y1_used_pitch;
-    const real t_qlksj = K(-0.5) * b0_now_yaw + K(-0.5) * b1_now_yaw + mv_max(c[b_min], K(0.5) / p[I_z] * t_4msa4);
-    const real lift_yaw = mv_max(SPLAT(K(0.0)), t_qlksj);
+    const real t_kjjly = K(-0.5) * b0_now_yaw + K(-0.5) * b1_now_yaw + mv_max(c[b_min], K(0.5) / p[I_z] * t_4msa4);
+    const real lift_yaw = mv_max(SPLAT(K(0.0)), t_kjjly);
     const real B1_yaw = b0_now_yaw + b1_now_yaw + (lift_yaw + lift_yaw);
-    const real t_newnt = t_bxn4n + a1_now_yaw;
-    const real s1_yaw = -t_newnt;  /* (22) */
-    const real e1_yaw = SELECT(m_ng6lt, a1_now_yaw * t_newnt - (t_2wsi6_2 + a2_now_yaw), -(t_bxn4n_2 + a1_now_yaw));  /* (22) */
-    const real e2_yaw = SELECT(m_ng6lt, a2_now_yaw * t_newnt - t_ogmcx_2, -(t_2wsi6_3 + a2_now_yaw));  /* (22) */
-    const real t_zkiaw = b1_now_yaw + lift_yaw;
-    const real t_npqek = t_zkiaw * t_zkiaw;
-    const real t_qhfkz = b0_now_yaw + lift_yaw;
-    const real t_xjk5e = t_qhfkz * t_qhfkz;
-    const real t_n6w5s = t_zkiaw * a1_now_yaw;
-    const real res_yaw = t_npqek + t_xjk5e * a2_now_yaw - t_qhfkz * t_n6w5s;
-    const real t_z4gi6 = t_zkiaw * t_qhfkz;
-    const real t_7xf6k = K(1.0) / res_yaw;
-    const real sd_yaw = (t_npqek * e1_yaw + t_xjk5e * e3_roll - t_z4gi6 * e2_yaw) * t_7xf6k;  /* (22) */
-    const real t_vephh = t_qhfkz * e3_roll;
-    const real t_3ziba = t_qhfkz * a2_now_yaw;
-    const real t0_yaw = (t_zkiaw * e2_yaw - t_vephh - t_n6w5s * e1_yaw + t_3ziba * e1_yaw) * t_7xf6k;  /* (22) */
-    const real t_ptnjb = t_zkiaw * a2_now_yaw;
-    const real t1_yaw = (t_zkiaw * e3_roll - t_vephh * a1_now_yaw + t_3ziba * e2_yaw - t_ptnjb * e1_yaw) * t_7xf6k;  /* (22) */
+    const real t_xz6ow = t_bxn4n + a1_now_yaw;
+    const real s1_yaw = -t_xz6ow;  /* (22) */
+    const real e1_yaw = SELECT(m_ng6lt, a1_now_yaw * t_xz6ow - (t_2wsi6_2 + a2_now_yaw), -(t_bxn4n_2 + a1_now_yaw));  /* (22) */
+    const real e2_yaw = SELECT(m_ng6lt, a2_now_yaw * t_xz6ow - t_ogmcx_2, -(t_2wsi6_3 + a2_now_yaw));  /* (22) */
+    const real t_vlh6o = b1_now_yaw + lift_yaw;
+    const real t_js6v4 = t_vlh6o * t_vlh6o;
+    const real t_5mv57 = b0_now_yaw + lift_yaw;
+    const real t_56rsr = t_5mv57 * t_5mv57;
+    const real t_74hjb = t_vlh6o * a1_now_yaw;
+    const real res_yaw = t_js6v4 + t_56rsr * a2_now_yaw - t_5mv57 * t_74hjb;
+    const real t_yijm6 = t_vlh6o * t_5mv57;
+    const real t_6dtnj_14 = K(1.0) / res_yaw;
+    const real sd_yaw = (t_js6v4 * e1_yaw + t_56rsr * e3_roll - t_yijm6 * e2_yaw) * t_6dtnj_14;  /* (22) */
+    const real t_evtjj = t_5mv57 * e3_roll;
+    const real t_vblig = t_5mv57 * a2_now_yaw;
+    const real t0_yaw = (t_vlh6o * e2_yaw - t_evtjj - t_74hjb * e1_yaw + t_vblig * e1_yaw) * t_6dtnj_14;  /* (22) */
+    const real t_vqs6e = t_vlh6o * a2_now_yaw;
+    const real t1_yaw = (t_vlh6o * e3_roll - t_evtjj * a1_now_yaw + t_vblig * e2_yaw - t_vqs6e * e1_yaw) * t_6dtnj_14;  /* (22) */
     const real Acw_yaw = w_yaw
         + t_z4laf * z[wm1_yaw]
         + t_mymwd * z[wm2_yaw]
         + t_32esp * z[wm3_yaw]
         + SELECT0(m_ng6lt, t_v4kye * z[wm4_yaw]);
-    const real t_maquh = K(1.0) + SELECT0(m_ng6lt, s1_yaw) + sd_yaw;
-    const real t_ujplt = K(1.0) / B1_yaw;
-    const real t_xvgnn = (Acw_yaw - d_used_yaw * t_maquh) * t_ujplt;
-    const real u_yaw_mrac = t_xvgnn
-        + SELECT0(m_ng6lt, t_newnt * z[u1_yaw])
+    const real t_rdpsn_3 = K(1.0) + SELECT0(m_ng6lt, s1_yaw) + sd_yaw;
+    const real t_6dtnj_15 = K(1.0) / B1_yaw;
+    const real t_mvq6v = (Acw_yaw - d_used_yaw * t_rdpsn_3) * t_6dtnj_15;
+    const real u_yaw_mrac = t_mvq6v
+        + SELECT0(m_ng6lt, t_xz6ow * z[u1_yaw])
         - sd_yaw * v_yaw
         - t0_yaw * x[yaw]
         - t1_yaw * y1_used_yaw;
@@ -763,448 +763,448 @@ void satellite_mrac_jvp(const real *x, const real *r, const real *v, const real 
     const mask m_65ott = AND(m_6i24m, m_ghzhf);
     const mask m_lisih = LT(mv_fabs(x[roll]), K(1e+30));
     const mask m_fdhnb = AND(m_65ott, m_lisih);
-    const mask m_klrep = LT(mv_fabs(trace_pitch), K(1e+30));
-    const mask m_ftaye = AND(m_fdhnb, m_klrep);
-    const mask m_nob5q = LT(mv_fabs(trace_roll), K(1e+30));
-    const mask m_dtjsa = AND(m_ftaye, m_nob5q);
-    const mask m_smxdh = LT(mv_fabs(trace_yaw), K(1e+30));
-    const mask m_tnlb6 = AND(m_dtjsa, m_smxdh);
+    const mask m_6qzei = LT(mv_fabs(trace_pitch), K(1e+30));
+    const mask m_uncs5 = AND(m_fdhnb, m_6qzei);
+    const mask m_6qzei_2 = LT(mv_fabs(trace_roll), K(1e+30));
+    const mask m_f6kxn = AND(m_uncs5, m_6qzei_2);
+    const mask m_6qzei_3 = LT(mv_fabs(trace_yaw), K(1e+30));
+    const mask m_f6kxn_2 = AND(m_f6kxn, m_6qzei_3);
     const mask m_q3hd4 = LT(mv_fabs(x[yaw]), K(1e+30));
-    const mask m_n37qp = AND(m_tnlb6, m_q3hd4);
-    const mask m_m4hsa = LT(mv_fabs(u_pitch_mrac), K(1e+30));
-    const mask m_wqjeb = AND(m_n37qp, m_m4hsa);
-    const mask m_mx2go = LT(mv_fabs(u_roll_mrac), K(1e+30));
-    const mask m_zuvpc = AND(m_wqjeb, m_mx2go);
-    const mask m_ibl7d = LT(mv_fabs(u_yaw_mrac), K(1e+30));
-    const mask m_mu5jj = AND(m_zuvpc, m_ibl7d);
-    const real t_fyvaw = t_lbhv6 * along_r[along_ref_roll] + t_u5zvh * along_z[along_wm1_roll] - t_lbhv6_2 * along_z[along_wm2_roll];
+    const mask m_4qjac = AND(m_f6kxn_2, m_q3hd4);
+    const mask m_zrtqq = LT(mv_fabs(u_pitch_mrac), K(1e+30));
+    const mask m_p3if4 = AND(m_4qjac, m_zrtqq);
+    const mask m_pugy3 = LT(mv_fabs(u_roll_mrac), K(1e+30));
+    const mask m_cppdr = AND(m_p3if4, m_pugy3);
+    const mask m_l5kah = LT(mv_fabs(u_yaw_mrac), K(1e+30));
+    const mask m_i4vvy = AND(m_cppdr, m_l5kah);
+    const real t_xa4oj = t_zugk2 * along_r[along_ref_roll] + t_7h4u2_2 * along_z[along_wm1_roll] - t_zugk2_2 * along_z[along_wm2_roll];
     const real t_5guc6 = SELECT(m_2oym3, along_v[along_Tx_applied], SELECT(m_ng6lt, along_z[along_u2_roll], along_z[along_u1_roll]));
     const real t_p5mb3 = SELECT(m_myerm, along_x[along_roll], along_z[along_y1_roll]);
-    const real t_2mkg5 = v_roll * along_z[along_U35_roll]
+    const real t_zlsuf = v_roll * along_z[along_U35_roll]
         + z[U35_roll] * t_5guc6
         + (z[v1_roll] * along_z[along_U45_roll] + z[U45_roll] * along_z[along_v1_roll])
         - (y1_used_roll * along_z[along_U15_roll] + z[U15_roll] * t_p5mb3)
         - (z[y2_roll] * along_z[along_U25_roll] + z[U25_roll] * along_z[along_y2_roll]);
-    const real t_p2iki = f5_roll * along_z[along_D5_roll] + z[D5_roll] * t_2mkg5;
-    const real t_4ubt3 = y1_used_roll * along_z[along_D1_roll] + z[D1_roll] * t_p5mb3;
-    const real t_zxndv = y1_used_roll * t_4ubt3 + t_s4qc7 * t_p5mb3;
-    const real t_i5wo5 = along_z[along_y2_roll] + (y1_used_roll * along_z[along_U12_roll] + z[U12_roll] * t_p5mb3);
-    const real t_vhaxy = t_4q5lb * along_z[along_D2_roll] + z[D2_roll] * t_i5wo5;
-    const real t_lwfke = t_zxndv + (t_4q5lb * t_vhaxy + t_bqiu4 * t_i5wo5);
-    const real t_mtkdt = t_5guc6
+    const real t_nfaf5 = f5_roll * along_z[along_D5_roll] + z[D5_roll] * t_zlsuf;
+    const real t_4ewwg = y1_used_roll * along_z[along_D1_roll] + z[D1_roll] * t_p5mb3;
+    const real t_3n6sb = y1_used_roll * t_4ewwg + t_zrpuv * t_p5mb3;
+    const real t_dl2bl = along_z[along_y2_roll] + (y1_used_roll * along_z[along_U12_roll] + z[U12_roll] * t_p5mb3);
+    const real t_aflwp = t_rm4w3 * along_z[along_D2_roll] + z[D2_roll] * t_dl2bl;
+    const real t_7gjyl = t_3n6sb + (t_rm4w3 * t_aflwp + t_mpk5i * t_dl2bl);
+    const real t_t7u3j = t_5guc6
         - (y1_used_roll * along_z[along_U13_roll] + z[U13_roll] * t_p5mb3)
         - (z[y2_roll] * along_z[along_U23_roll] + z[U23_roll] * along_z[along_y2_roll]);
-    const real t_5myce = f3_roll * along_z[along_D3_roll] + z[D3_roll] * t_mtkdt;
-    const real t_ptrq3 = t_lwfke + (f3_roll * t_5myce + Df3_roll * t_mtkdt);
-    const real t_cr44a = along_z[along_v1_roll]
+    const real t_3qqqo = f3_roll * along_z[along_D3_roll] + z[D3_roll] * t_t7u3j;
+    const real t_jbuv5 = t_7gjyl + (f3_roll * t_3qqqo + Df3_roll * t_t7u3j);
+    const real t_cu6tm = along_z[along_v1_roll]
         + (v_roll * along_z[along_U34_roll] + z[U34_roll] * t_5guc6)
         - (y1_used_roll * along_z[along_U14_roll] + z[U14_roll] * t_p5mb3)
         - (z[y2_roll] * along_z[along_U24_roll] + z[U24_roll] * along_z[along_y2_roll]);
-    const real t_2j7d3 = f4_roll * along_z[along_D4_roll] + z[D4_roll] * t_cr44a;
-    const real t_xbc47 = t_ptrq3 + (f4_roll * t_2j7d3 + Df4_roll * t_cr44a);
-    const real t_waqqe = t_xbc47 + (f5_roll * t_p2iki + Df5_roll * t_2mkg5);
-    const real t_zpwnk = along_z[along_d_roll]
+    const real t_bw7vx = f4_roll * along_z[along_D4_roll] + z[D4_roll] * t_cu6tm;
+    const real t_e7ym3 = t_jbuv5 + (f4_roll * t_bw7vx + Df4_roll * t_cu6tm);
+    const real t_uumhh = t_e7ym3 + (f5_roll * t_nfaf5 + Df5_roll * t_zlsuf);
+    const real t_mhm7f = along_z[along_d_roll]
         + (v_roll * along_z[along_b0_roll] + z[b0_roll] * t_5guc6)
         + (z[v1_roll] * along_z[along_b1_roll] + z[b1_roll] * along_z[along_v1_roll])
         - (y1_used_roll * along_z[along_a1_roll] + z[a1_roll] * t_p5mb3)
         - (z[y2_roll] * along_z[along_a2_roll] + z[a2_roll] * along_z[along_y2_roll]);
-    const real t_vewdd = along_x[along_roll] - t_zpwnk;
-    const real t_uyv4a = along_z[along_d_roll]
-        + (eps_roll * (t_p2iki * t_szpzk - G5_roll * t_szpzk * t_waqqe) + G5_roll * t_vewdd);
-    const real t_4e7kp = SELECT(m_huydk, t_uyv4a, along_z[along_d_roll]);
-    const real t_i7ymo = t_4ubt3 + (z[U12_roll] * t_vhaxy + t_bqiu4 * along_z[along_U12_roll]);
-    const real t_7nnhz = z[U13_roll] * t_5myce + Df3_roll * along_z[along_U13_roll] - t_i7ymo;
-    const real t_6g2lm = t_7nnhz + (z[U14_roll] * t_2j7d3 + Df4_roll * along_z[along_U14_roll]);
-    const real t_7lmwn = (t_6g2lm + (z[U15_roll] * t_p2iki + Df5_roll * along_z[along_U15_roll])) * t_szpzk
-        - G1_roll * t_szpzk * t_waqqe;
-    const real t_vh4ur = SELECT(m_huydk, along_z[along_a1_roll] + (eps_roll * t_7lmwn + G1_roll * t_vewdd), along_z[along_a1_roll]);
-    const real t_6zbht = -t_vh4ur;
-    const real t_csmt4 = (t_2j7d3 + (z[U45_roll] * t_p2iki + Df5_roll * along_z[along_U45_roll])) * t_szpzk
-        - G4_roll * t_szpzk * t_waqqe;
-    const real t_3jfg3 = SELECT(m_huydk, along_z[along_b1_roll] + (eps_roll * t_csmt4 + G4_roll * t_vewdd), along_z[along_b1_roll]);
-    const mask m_iplzg = LE(K(0.0), t_ff25k);
-    const real t_jas4c = NUM(m_iplzg);
-    const mask m_r5m7i = LE(t_ff25k, K(0.0));
-    const real t_qjleu = t_5myce + (z[U34_roll] * t_2j7d3 + Df4_roll * along_z[along_U34_roll]);
-    const real t_x4ac6 = (t_qjleu + (z[U35_roll] * t_p2iki + Df5_roll * along_z[along_U35_roll])) * t_szpzk
-        - G3_roll * t_szpzk * t_waqqe;
-    const real t_mdwgv = SELECT(m_huydk, along_z[along_b0_roll] + (eps_roll * t_x4ac6 + G3_roll * t_vewdd), along_z[along_b0_roll]);
-    const real t_jtkcv = t_jas4c / (NUM(m_r5m7i) + t_jas4c) * (K(-0.5) * t_mdwgv + K(-0.5) * t_3jfg3);
-    const real t_7uexi = t_3jfg3 + t_jtkcv;
-    const real t_p6ka5 = (t_zjozf + t_zjozf) * t_7uexi;
-    const real t_l6zsn = z[U23_roll] * t_5myce + Df3_roll * along_z[along_U23_roll] - t_vhaxy;
-    const real t_z4fpw = t_l6zsn + (z[U24_roll] * t_2j7d3 + Df4_roll * along_z[along_U24_roll]);
-    const real t_m7fjp = (t_z4fpw + (z[U25_roll] * t_p2iki + Df5_roll * along_z[along_U25_roll])) * t_szpzk
-        - G2_roll * t_szpzk * t_waqqe;
-    const real t_qy6nt = SELECT(m_huydk, along_z[along_a2_roll] + (eps_roll * t_m7fjp + G2_roll * t_vewdd), along_z[along_a2_roll]);
-    const real t_bvd4t = SELECT(m_ng6lt, t_ph5cf * t_vh4ur + a1_now_roll * t_vh4ur - t_qy6nt, t_6zbht);
-    const real t_2nvj2 = t_mdwgv + t_jtkcv;
-    const real t_2wzo5 = (t_4ihf2 + t_4ihf2) * t_2nvj2;
-    const real t_ofsuv = SELECT(m_ng6lt, t_ph5cf * t_qy6nt + a2_now_roll * t_vh4ur, -t_qy6nt);
-    const real t_uutq2 = e1_roll * t_p6ka5
-        + t_yz2fy * t_bvd4t
-        + e3_roll * t_2wzo5
-        - (e2_roll * (t_4ihf2 * t_7uexi + t_zjozf * t_2nvj2) + t_at7me * t_ofsuv);
-    const real t_v22rg = a1_now_roll * t_7uexi + t_zjozf * t_vh4ur;
-    const real t_ipjhm = t_p6ka5
-        + (a2_now_roll * t_2wzo5 + t_qkhny * t_qy6nt)
-        - (t_ncl23 * t_2nvj2 + t_4ihf2 * t_v22rg);
-    const real t_rp6ac = t_uutq2 * t_k6fq7 - sd_roll * t_k6fq7 * t_ipjhm;
-    const real t_nq3sa = t_fyvaw
+    const real t_il7ec = along_x[along_roll] - t_mhm7f;
+    const real t_fbame = along_z[along_d_roll]
+        + (eps_roll * (t_nfaf5 * t_6dtnj_3 - G5_roll * t_6dtnj_3 * t_uumhh) + G5_roll * t_il7ec);
+    const real t_cf3jf = SELECT(m_dyzzl, t_fbame, along_z[along_d_roll]);
+    const real t_y55bd = t_4ewwg + (z[U12_roll] * t_aflwp + t_mpk5i * along_z[along_U12_roll]);
+    const real t_amch6 = z[U13_roll] * t_3qqqo + Df3_roll * along_z[along_U13_roll] - t_y55bd;
+    const real t_2be3j = t_amch6 + (z[U14_roll] * t_bw7vx + Df4_roll * along_z[along_U14_roll]);
+    const real t_r3ccg = (t_2be3j + (z[U15_roll] * t_nfaf5 + Df5_roll * along_z[along_U15_roll])) * t_6dtnj_3
+        - G1_roll * t_6dtnj_3 * t_uumhh;
+    const real t_qqxn3 = SELECT(m_dyzzl, along_z[along_a1_roll] + (eps_roll * t_r3ccg + G1_roll * t_il7ec), along_z[along_a1_roll]);
+    const real t_r75go = -t_qqxn3;
+    const real t_si7tw = (t_bw7vx + (z[U45_roll] * t_nfaf5 + Df5_roll * along_z[along_U45_roll])) * t_6dtnj_3
+        - G4_roll * t_6dtnj_3 * t_uumhh;
+    const real t_f7e7a = SELECT(m_dyzzl, along_z[along_b1_roll] + (eps_roll * t_si7tw + G4_roll * t_il7ec), along_z[along_b1_roll]);
+    const mask m_sz4uq = LE(K(0.0), t_porxz);
+    const real t_47r42 = NUM(m_sz4uq);
+    const mask m_cgjov = LE(t_porxz, K(0.0));
+    const real t_4gi4s = t_3qqqo + (z[U34_roll] * t_bw7vx + Df4_roll * along_z[along_U34_roll]);
+    const real t_lrs5u = (t_4gi4s + (z[U35_roll] * t_nfaf5 + Df5_roll * along_z[along_U35_roll])) * t_6dtnj_3
+        - G3_roll * t_6dtnj_3 * t_uumhh;
+    const real t_h3bzc = SELECT(m_dyzzl, along_z[along_b0_roll] + (eps_roll * t_lrs5u + G3_roll * t_il7ec), along_z[along_b0_roll]);
+    const real t_aoysy = t_47r42 / (NUM(m_cgjov) + t_47r42) * (K(-0.5) * t_h3bzc + K(-0.5) * t_f7e7a);
+    const real t_4fojn = t_f7e7a + t_aoysy;
+    const real t_wbazc = (t_du27a + t_du27a) * t_4fojn;
+    const real t_nuk4c = z[U23_roll] * t_3qqqo + Df3_roll * along_z[along_U23_roll] - t_aflwp;
+    const real t_g5uay = t_nuk4c + (z[U24_roll] * t_bw7vx + Df4_roll * along_z[along_U24_roll]);
+    const real t_l5b23 = (t_g5uay + (z[U25_roll] * t_nfaf5 + Df5_roll * along_z[along_U25_roll])) * t_6dtnj_3
+        - G2_roll * t_6dtnj_3 * t_uumhh;
+    const real t_p4sbp = SELECT(m_dyzzl, along_z[along_a2_roll] + (eps_roll * t_l5b23 + G2_roll * t_il7ec), along_z[along_a2_roll]);
+    const real t_xmj32 = SELECT(m_ng6lt, t_vunlo * t_qqxn3 + a1_now_roll * t_qqxn3 - t_p4sbp, t_r75go);
+    const real t_vyqnr = t_h3bzc + t_aoysy;
+    const real t_a3ogg = (t_ok7os + t_ok7os) * t_vyqnr;
+    const real t_k3z7d = SELECT(m_ng6lt, t_vunlo * t_p4sbp + a2_now_roll * t_qqxn3, -t_p4sbp);
+    const real t_r34qb = e1_roll * t_wbazc
+        + t_6xcml * t_xmj32
+        + e3_roll * t_a3ogg
+        - (e2_roll * (t_ok7os * t_4fojn + t_du27a * t_vyqnr) + t_w32x2 * t_k3z7d);
+    const real t_hoxgy = a1_now_roll * t_4fojn + t_du27a * t_qqxn3;
+    const real t_nuwmb = t_wbazc
+        + (a2_now_roll * t_a3ogg + t_qo5ko * t_p4sbp)
+        - (t_hf3ux * t_vyqnr + t_ok7os * t_hoxgy);
+    const real t_c3hsn = t_r34qb * t_6dtnj_10 - sd_roll * t_6dtnj_10 * t_nuwmb;
+    const real t_coa7e = t_xa4oj
         + t_z4laf * along_z[along_wm1_roll]
         + t_mymwd * along_z[along_wm2_roll]
         + t_32esp * along_z[along_wm3_roll]
         + SELECT0(m_ng6lt, t_v4kye * along_z[along_wm4_roll])
-        - (t_qevl4 * (c[compensate_d] * t_4e7kp) + d_used_roll * (SELECT0(m_ng6lt, t_6zbht) + t_rp6ac));
-    const real t_3rxvv = e3_roll * t_2nvj2;
-    const real t_eetqw = a2_now_roll * t_2nvj2 + t_4ihf2 * t_qy6nt;
-    const real t_6thbo = e2_roll * t_7uexi
-        + t_zjozf * t_ofsuv
-        - t_3rxvv
-        - (e1_roll * t_v22rg + t_ncl23 * t_bvd4t)
-        + (e1_roll * t_eetqw + t_6zvri * t_bvd4t);
-    const real t_w4ckt = e3_roll * t_7uexi
-        - (a1_now_roll * t_3rxvv + t_6p656 * t_vh4ur)
-        + (e2_roll * t_eetqw + t_6zvri * t_ofsuv)
-        - (e1_roll * (a2_now_roll * t_7uexi + t_zjozf * t_qy6nt) + t_nopcl * t_bvd4t);
-    const real t_6rbxb = t_nq3sa * t_ircix
-        - t_ozb3k * t_ircix * (t_mdwgv + t_3jfg3 + (t_jtkcv + t_jtkcv))
-        + SELECT0(m_ng6lt, z[u1_roll] * t_vh4ur + t_ph5cf * along_z[along_u1_roll])
-        - (t0_roll * along_x[along_roll] + x[roll] * (t_6thbo * t_k6fq7 - t0_roll * t_k6fq7 * t_ipjhm))
-        - (v_roll * t_rp6ac + sd_roll * t_5guc6)
-        - (y1_used_roll * (t_w4ckt * t_k6fq7 - t1_roll * t_k6fq7 * t_ipjhm) + t1_roll * t_p5mb3);
-    const real t_g77db = t_lbhv6 * along_r[along_ref_pitch] + t_u5zvh * along_z[along_wm1_pitch] - t_lbhv6_2 * along_z[along_wm2_pitch];
+        - (t_rdpsn * (c[compensate_d] * t_cf3jf) + d_used_roll * (SELECT0(m_ng6lt, t_r75go) + t_c3hsn));
+    const real t_iq7jf = e3_roll * t_vyqnr;
+    const real t_foxot = a2_now_roll * t_vyqnr + t_ok7os * t_p4sbp;
+    const real t_gguts = e2_roll * t_4fojn
+        + t_du27a * t_k3z7d
+        - t_iq7jf
+        - (e1_roll * t_hoxgy + t_hf3ux * t_xmj32)
+        + (e1_roll * t_foxot + t_iinqa * t_xmj32);
+    const real t_eurpu = e3_roll * t_4fojn
+        - (a1_now_roll * t_iq7jf + t_dl4qd * t_qqxn3)
+        + (e2_roll * t_foxot + t_iinqa * t_k3z7d)
+        - (e1_roll * (a2_now_roll * t_4fojn + t_du27a * t_p4sbp) + t_ev4mt * t_xmj32);
+    const real t_t2xki = t_coa7e * t_6dtnj_11
+        - t_5azca * t_6dtnj_11 * (t_h3bzc + t_f7e7a + (t_aoysy + t_aoysy))
+        + SELECT0(m_ng6lt, z[u1_roll] * t_qqxn3 + t_vunlo * along_z[along_u1_roll])
+        - (t0_roll * along_x[along_roll] + x[roll] * (t_gguts * t_6dtnj_10 - t0_roll * t_6dtnj_10 * t_nuwmb))
+        - (v_roll * t_c3hsn + sd_roll * t_5guc6)
+        - (y1_used_roll * (t_eurpu * t_6dtnj_10 - t1_roll * t_6dtnj_10 * t_nuwmb) + t1_roll * t_p5mb3);
+    const real t_jmrkn = t_zugk2 * along_r[along_ref_pitch] + t_7h4u2_2 * along_z[along_wm1_pitch] - t_zugk2_2 * along_z[along_wm2_pitch];
     const real t_fzwzx = SELECT(m_2oym3, along_v[along_Ty_applied], SELECT(m_ng6lt, along_z[along_u2_pitch], along_z[along_u1_pitch]));
     const real t_k2ugh = SELECT(m_myerm, along_x[along_pitch], along_z[along_y1_pitch]);
-    const real t_tx5zg = v_pitch * along_z[along_U35_pitch]
+    const real t_yifyy = v_pitch * along_z[along_U35_pitch]
         + z[U35_pitch] * t_fzwzx
         + (z[v1_pitch] * along_z[along_U45_pitch] + z[U45_pitch] * along_z[along_v1_pitch])
         - (y1_used_pitch * along_z[along_U15_pitch] + z[U15_pitch] * t_k2ugh)
         - (z[y2_pitch] * along_z[along_U25_pitch] + z[U25_pitch] * along_z[along_y2_pitch]);
-    const real t_te3hn = f5_pitch * along_z[along_D5_pitch] + z[D5_pitch] * t_tx5zg;
-    const real t_52r3v = y1_used_pitch * along_z[along_D1_pitch] + z[D1_pitch] * t_k2ugh;
-    const real t_myzpk = y1_used_pitch * t_52r3v + t_n6265 * t_k2ugh;
-    const real t_6swjr = along_z[along_y2_pitch] + (y1_used_pitch * along_z[along_U12_pitch] + z[U12_pitch] * t_k2ugh);
-    const real t_fck75 = t_5xoth * along_z[along_D2_pitch] + z[D2_pitch] * t_6swjr;
-    const real t_n3q67 = t_myzpk + (t_5xoth * t_fck75 + t_urk7s * t_6swjr);
-    const real t_tyqro = t_fzwzx
+    const real t_mhcow = f5_pitch * along_z[along_D5_pitch] + z[D5_pitch] * t_yifyy;
+    const real t_uw4xl = y1_used_pitch * along_z[along_D1_pitch] + z[D1_pitch] * t_k2ugh;
+    const real t_k3uyk = y1_used_pitch * t_uw4xl + t_zx462 * t_k2ugh;
+    const real t_4aga2 = along_z[along_y2_pitch] + (y1_used_pitch * along_z[along_U12_pitch] + z[U12_pitch] * t_k2ugh);
+    const real t_xoyzg = t_olxlq * along_z[along_D2_pitch] + z[D2_pitch] * t_4aga2;
+    const real t_4kcjc = t_k3uyk + (t_olxlq * t_xoyzg + t_gjcmb * t_4aga2);
+    const real t_tjcjv = t_fzwzx
         - (y1_used_pitch * along_z[along_U13_pitch] + z[U13_pitch] * t_k2ugh)
         - (z[y2_pitch] * along_z[along_U23_pitch] + z[U23_pitch] * along_z[along_y2_pitch]);
-    const real t_kwitg = f3_pitch * along_z[along_D3_pitch] + z[D3_pitch] * t_tyqro;
-    const real t_xb5zf = t_n3q67 + (f3_pitch * t_kwitg + Df3_pitch * t_tyqro);
-    const real t_johjr = along_z[along_v1_pitch]
+    const real t_cuhyf = f3_pitch * along_z[along_D3_pitch] + z[D3_pitch] * t_tjcjv;
+    const real t_cpbhg = t_4kcjc + (f3_pitch * t_cuhyf + Df3_pitch * t_tjcjv);
+    const real t_rvpot = along_z[along_v1_pitch]
         + (v_pitch * along_z[along_U34_pitch] + z[U34_pitch] * t_fzwzx)
         - (y1_used_pitch * along_z[along_U14_pitch] + z[U14_pitch] * t_k2ugh)
         - (z[y2_pitch] * along_z[along_U24_pitch] + z[U24_pitch] * along_z[along_y2_pitch]);
-    const real t_s3vzk = f4_pitch * along_z[along_D4_pitch] + z[D4_pitch] * t_johjr;
-    const real t_7o2f3 = t_xb5zf + (f4_pitch * t_s3vzk + Df4_pitch * t_johjr);
-    const real t_4zppg = t_7o2f3 + (f5_pitch * t_te3hn + Df5_pitch * t_tx5zg);
-    const real t_sfbvj = along_z[along_d_pitch]
+    const real t_utzyf = f4_pitch * along_z[along_D4_pitch] + z[D4_pitch] * t_rvpot;
+    const real t_qvjyq = t_cpbhg + (f4_pitch * t_utzyf + Df4_pitch * t_rvpot);
+    const real t_rbb2g = t_qvjyq + (f5_pitch * t_mhcow + Df5_pitch * t_yifyy);
+    const real t_6vgge = along_z[along_d_pitch]
         + (v_pitch * along_z[along_b0_pitch] + z[b0_pitch] * t_fzwzx)
         + (z[v1_pitch] * along_z[along_b1_pitch] + z[b1_pitch] * along_z[along_v1_pitch])
         - (y1_used_pitch * along_z[along_a1_pitch] + z[a1_pitch] * t_k2ugh)
         - (z[y2_pitch] * along_z[along_a2_pitch] + z[a2_pitch] * along_z[along_y2_pitch]);
-    const real t_54n5p = along_x[along_pitch] - t_sfbvj;
-    const real t_y6ibb = along_z[along_d_pitch]
-        + (eps_pitch * (t_te3hn * t_uppvm - G5_pitch * t_uppvm * t_4zppg) + G5_pitch * t_54n5p);
-    const real t_yfbgo = SELECT(m_fztcf, t_y6ibb, along_z[along_d_pitch]);
-    const real t_tljzu = t_52r3v + (z[U12_pitch] * t_fck75 + t_urk7s * along_z[along_U12_pitch]);
-    const real t_c765l = z[U13_pitch] * t_kwitg + Df3_pitch * along_z[along_U13_pitch] - t_tljzu;
-    const real t_ximdz = t_c765l + (z[U14_pitch] * t_s3vzk + Df4_pitch * along_z[along_U14_pitch]);
-    const real t_nlcuq = (t_ximdz + (z[U15_pitch] * t_te3hn + Df5_pitch * along_z[along_U15_pitch])) * t_uppvm
-        - G1_pitch * t_uppvm * t_4zppg;
-    const real t_hw34x = SELECT(m_fztcf, along_z[along_a1_pitch] + (eps_pitch * t_nlcuq + G1_pitch * t_54n5p), along_z[along_a1_pitch]);
-    const real t_kgjqe = -t_hw34x;
-    const real t_7l2lt = (t_s3vzk + (z[U45_pitch] * t_te3hn + Df5_pitch * along_z[along_U45_pitch])) * t_uppvm
-        - G4_pitch * t_uppvm * t_4zppg;
-    const real t_c6ql7 = SELECT(m_fztcf, along_z[along_b1_pitch] + (eps_pitch * t_7l2lt + G4_pitch * t_54n5p), along_z[along_b1_pitch]);
-    const mask m_zobj6 = LE(K(0.0), t_obugf);
-    const real t_2koqz = NUM(m_zobj6);
-    const mask m_ghg47 = LE(t_obugf, K(0.0));
-    const real t_crqif = t_kwitg + (z[U34_pitch] * t_s3vzk + Df4_pitch * along_z[along_U34_pitch]);
-    const real t_cfhpf = (t_crqif + (z[U35_pitch] * t_te3hn + Df5_pitch * along_z[along_U35_pitch])) * t_uppvm
-        - G3_pitch * t_uppvm * t_4zppg;
-    const real t_t6poo = SELECT(m_fztcf, along_z[along_b0_pitch] + (eps_pitch * t_cfhpf + G3_pitch * t_54n5p), along_z[along_b0_pitch]);
-    const real t_sngex = t_2koqz / (NUM(m_ghg47) + t_2koqz) * (K(-0.5) * t_t6poo + K(-0.5) * t_c6ql7);
-    const real t_lxqs2 = t_c6ql7 + t_sngex;
-    const real t_rq5wk = (t_tpvzc + t_tpvzc) * t_lxqs2;
-    const real t_kfsdu = z[U23_pitch] * t_kwitg + Df3_pitch * along_z[along_U23_pitch] - t_fck75;
-    const real t_fax5j = t_kfsdu + (z[U24_pitch] * t_s3vzk + Df4_pitch * along_z[along_U24_pitch]);
-    const real t_ajce5 = (t_fax5j + (z[U25_pitch] * t_te3hn + Df5_pitch * along_z[along_U25_pitch])) * t_uppvm
-        - G2_pitch * t_uppvm * t_4zppg;
-    const real t_ak6av = SELECT(m_fztcf, along_z[along_a2_pitch] + (eps_pitch * t_ajce5 + G2_pitch * t_54n5p), along_z[along_a2_pitch]);
-    const real t_t5fuc = SELECT(m_ng6lt, t_2hojt * t_hw34x + a1_now_pitch * t_hw34x - t_ak6av, t_kgjqe);
-    const real t_3kvld = t_t6poo + t_sngex;
-    const real t_adupz = (t_6edde + t_6edde) * t_3kvld;
-    const real t_nbjqc = SELECT(m_ng6lt, t_2hojt * t_ak6av + a2_now_pitch * t_hw34x, -t_ak6av);
-    const real t_k7gpu = e1_pitch * t_rq5wk
-        + t_imlet * t_t5fuc
-        + e3_roll * t_adupz
-        - (e2_pitch * (t_6edde * t_lxqs2 + t_tpvzc * t_3kvld) + t_zcg3q * t_nbjqc);
-    const real t_qiqyy = a1_now_pitch * t_lxqs2 + t_tpvzc * t_hw34x;
-    const real t_uhm6v = t_rq5wk
-        + (a2_now_pitch * t_adupz + t_23zut * t_ak6av)
-        - (t_ivfwu * t_3kvld + t_6edde * t_qiqyy);
-    const real t_swdpr = t_k7gpu * t_traey - sd_pitch * t_traey * t_uhm6v;
-    const real t_gdqwq = t_g77db
+    const real t_4hvt5 = along_x[along_pitch] - t_6vgge;
+    const real t_62ikm = along_z[along_d_pitch]
+        + (eps_pitch * (t_mhcow * t_6dtnj_6 - G5_pitch * t_6dtnj_6 * t_rbb2g) + G5_pitch * t_4hvt5);
+    const real t_czhku = SELECT(m_rjsrz, t_62ikm, along_z[along_d_pitch]);
+    const real t_kgue2 = t_uw4xl + (z[U12_pitch] * t_xoyzg + t_gjcmb * along_z[along_U12_pitch]);
+    const real t_zuda4 = z[U13_pitch] * t_cuhyf + Df3_pitch * along_z[along_U13_pitch] - t_kgue2;
+    const real t_vwye7 = t_zuda4 + (z[U14_pitch] * t_utzyf + Df4_pitch * along_z[along_U14_pitch]);
+    const real t_dkp4c = (t_vwye7 + (z[U15_pitch] * t_mhcow + Df5_pitch * along_z[along_U15_pitch])) * t_6dtnj_6
+        - G1_pitch * t_6dtnj_6 * t_rbb2g;
+    const real t_xlfxf = SELECT(m_rjsrz, along_z[along_a1_pitch] + (eps_pitch * t_dkp4c + G1_pitch * t_4hvt5), along_z[along_a1_pitch]);
+    const real t_3qjqa = -t_xlfxf;
+    const real t_zahgd = (t_utzyf + (z[U45_pitch] * t_mhcow + Df5_pitch * along_z[along_U45_pitch])) * t_6dtnj_6
+        - G4_pitch * t_6dtnj_6 * t_rbb2g;
+    const real t_wv43l = SELECT(m_rjsrz, along_z[along_b1_pitch] + (eps_pitch * t_zahgd + G4_pitch * t_4hvt5), along_z[along_b1_pitch]);
+    const mask m_teit3 = LE(K(0.0), t_44wcm);
+    const real t_lh6yk = NUM(m_teit3);
+    const mask m_kiz4i = LE(t_44wcm, K(0.0));
+    const real t_rwjup = t_cuhyf + (z[U34_pitch] * t_utzyf + Df4_pitch * along_z[along_U34_pitch]);
+    const real t_oy46j = (t_rwjup + (z[U35_pitch] * t_mhcow + Df5_pitch * along_z[along_U35_pitch])) * t_6dtnj_6
+        - G3_pitch * t_6dtnj_6 * t_rbb2g;
+    const real t_crmvu = SELECT(m_rjsrz, along_z[along_b0_pitch] + (eps_pitch * t_oy46j + G3_pitch * t_4hvt5), along_z[along_b0_pitch]);
+    const real t_ylcva = t_lh6yk / (NUM(m_kiz4i) + t_lh6yk) * (K(-0.5) * t_crmvu + K(-0.5) * t_wv43l);
+    const real t_qgaou = t_wv43l + t_ylcva;
+    const real t_pzvii = (t_2lfm6 + t_2lfm6) * t_qgaou;
+    const real t_dfsdl = z[U23_pitch] * t_cuhyf + Df3_pitch * along_z[along_U23_pitch] - t_xoyzg;
+    const real t_tm446 = t_dfsdl + (z[U24_pitch] * t_utzyf + Df4_pitch * along_z[along_U24_pitch]);
+    const real t_ea4hi = (t_tm446 + (z[U25_pitch] * t_mhcow + Df5_pitch * along_z[along_U25_pitch])) * t_6dtnj_6
+        - G2_pitch * t_6dtnj_6 * t_rbb2g;
+    const real t_kex75 = SELECT(m_rjsrz, along_z[along_a2_pitch] + (eps_pitch * t_ea4hi + G2_pitch * t_4hvt5), along_z[along_a2_pitch]);
+    const real t_uxs7l = SELECT(m_ng6lt, t_tnt44 * t_xlfxf + a1_now_pitch * t_xlfxf - t_kex75, t_3qjqa);
+    const real t_nb3yl = t_crmvu + t_ylcva;
+    const real t_p2qpo = (t_bvupm + t_bvupm) * t_nb3yl;
+    const real t_fog4g = SELECT(m_ng6lt, t_tnt44 * t_kex75 + a2_now_pitch * t_xlfxf, -t_kex75);
+    const real t_bnvli = e1_pitch * t_pzvii
+        + t_ytnp4 * t_uxs7l
+        + e3_roll * t_p2qpo
+        - (e2_pitch * (t_bvupm * t_qgaou + t_2lfm6 * t_nb3yl) + t_vnepp * t_fog4g);
+    const real t_rtfrm = a1_now_pitch * t_qgaou + t_2lfm6 * t_xlfxf;
+    const real t_q24xf = t_pzvii
+        + (a2_now_pitch * t_p2qpo + t_s7r4t * t_kex75)
+        - (t_enppq * t_nb3yl + t_bvupm * t_rtfrm);
+    const real t_jlnrb = t_bnvli * t_6dtnj_12 - sd_pitch * t_6dtnj_12 * t_q24xf;
+    const real t_invjl = t_jmrkn
         + t_z4laf * along_z[along_wm1_pitch]
         + t_mymwd * along_z[along_wm2_pitch]
         + t_32esp * along_z[along_wm3_pitch]
         + SELECT0(m_ng6lt, t_v4kye * along_z[along_wm4_pitch])
-        - (t_aamui * (c[compensate_d] * t_yfbgo) + d_used_pitch * (SELECT0(m_ng6lt, t_kgjqe) + t_swdpr));
-    const real t_gepei = e3_roll * t_3kvld;
-    const real t_bioy2 = a2_now_pitch * t_3kvld + t_6edde * t_ak6av;
-    const real t_65xbp = e2_pitch * t_lxqs2
-        + t_tpvzc * t_nbjqc
-        - t_gepei
-        - (e1_pitch * t_qiqyy + t_ivfwu * t_t5fuc)
-        + (e1_pitch * t_bioy2 + t_rhale * t_t5fuc);
-    const real t_cwqg7 = e3_roll * t_lxqs2
-        - (a1_now_pitch * t_gepei + t_3uzty * t_hw34x)
-        + (e2_pitch * t_bioy2 + t_rhale * t_nbjqc)
-        - (e1_pitch * (a2_now_pitch * t_lxqs2 + t_tpvzc * t_ak6av) + t_34ruz * t_t5fuc);
-    const real t_4oelk = t_gdqwq * t_hmw3a
-        - t_4vqbg * t_hmw3a * (t_t6poo + t_c6ql7 + (t_sngex + t_sngex))
-        + SELECT0(m_ng6lt, z[u1_pitch] * t_hw34x + t_2hojt * along_z[along_u1_pitch])
-        - (t0_pitch * along_x[along_pitch] + x[pitch] * (t_65xbp * t_traey - t0_pitch * t_traey * t_uhm6v))
-        - (v_pitch * t_swdpr + sd_pitch * t_fzwzx)
-        - (y1_used_pitch * (t_cwqg7 * t_traey - t1_pitch * t_traey * t_uhm6v) + t1_pitch * t_k2ugh);
-    const real t_k6r65 = t_lbhv6 * along_r[along_ref_yaw] + t_u5zvh * along_z[along_wm1_yaw] - t_lbhv6_2 * along_z[along_wm2_yaw];
+        - (t_rdpsn_2 * (c[compensate_d] * t_czhku) + d_used_pitch * (SELECT0(m_ng6lt, t_3qjqa) + t_jlnrb));
+    const real t_6f2ms = e3_roll * t_nb3yl;
+    const real t_tvyxg = a2_now_pitch * t_nb3yl + t_bvupm * t_kex75;
+    const real t_osan3 = e2_pitch * t_qgaou
+        + t_2lfm6 * t_fog4g
+        - t_6f2ms
+        - (e1_pitch * t_rtfrm + t_enppq * t_uxs7l)
+        + (e1_pitch * t_tvyxg + t_n44c4 * t_uxs7l);
+    const real t_rqpyn = e3_roll * t_qgaou
+        - (a1_now_pitch * t_6f2ms + t_rxdov * t_xlfxf)
+        + (e2_pitch * t_tvyxg + t_n44c4 * t_fog4g)
+        - (e1_pitch * (a2_now_pitch * t_qgaou + t_2lfm6 * t_kex75) + t_v45oa * t_uxs7l);
+    const real t_dbjll = t_invjl * t_6dtnj_13
+        - t_e664i * t_6dtnj_13 * (t_crmvu + t_wv43l + (t_ylcva + t_ylcva))
+        + SELECT0(m_ng6lt, z[u1_pitch] * t_xlfxf + t_tnt44 * along_z[along_u1_pitch])
+        - (t0_pitch * along_x[along_pitch] + x[pitch] * (t_osan3 * t_6dtnj_12 - t0_pitch * t_6dtnj_12 * t_q24xf))
+        - (v_pitch * t_jlnrb + sd_pitch * t_fzwzx)
+        - (y1_used_pitch * (t_rqpyn * t_6dtnj_12 - t1_pitch * t_6dtnj_12 * t_q24xf) + t1_pitch * t_k2ugh);
+    const real t_a3cz5 = t_zugk2 * along_r[along_ref_yaw] + t_7h4u2_2 * along_z[along_wm1_yaw] - t_zugk2_2 * along_z[along_wm2_yaw];
     const real t_2h7da = SELECT(m_2oym3, along_v[along_Tz_applied], SELECT(m_ng6lt, along_z[along_u2_yaw], along_z[along_u1_yaw]));
     const real t_rq2o3 = SELECT(m_myerm, along_x[along_yaw], along_z[along_y1_yaw]);
-    const real t_hwmgq = v_yaw * along_z[along_U35_yaw]
+    const real t_kjvuo = v_yaw * along_z[along_U35_yaw]
         + z[U35_yaw] * t_2h7da
         + (z[v1_yaw] * along_z[along_U45_yaw] + z[U45_yaw] * along_z[along_v1_yaw])
         - (y1_used_yaw * along_z[along_U15_yaw] + z[U15_yaw] * t_rq2o3)
         - (z[y2_yaw] * along_z[along_U25_yaw] + z[U25_yaw] * along_z[along_y2_yaw]);
-    const real t_xfl26 = f5_yaw * along_z[along_D5_yaw] + z[D5_yaw] * t_hwmgq;
-    const real t_yeeko = y1_used_yaw * along_z[along_D1_yaw] + z[D1_yaw] * t_rq2o3;
-    const real t_7twjv = y1_used_yaw * t_yeeko + t_5t4tf * t_rq2o3;
-    const real t_ynqzy = along_z[along_y2_yaw] + (y1_used_yaw * along_z[along_U12_yaw] + z[U12_yaw] * t_rq2o3);
-    const real t_bvhqg = t_fz2ih * along_z[along_D2_yaw] + z[D2_yaw] * t_ynqzy;
-    const real t_g3udf = t_7twjv + (t_fz2ih * t_bvhqg + t_3inrl * t_ynqzy);
-    const real t_dnqfm = t_2h7da
+    const real t_pcqcj = f5_yaw * along_z[along_D5_yaw] + z[D5_yaw] * t_kjvuo;
+    const real t_b6hs3 = y1_used_yaw * along_z[along_D1_yaw] + z[D1_yaw] * t_rq2o3;
+    const real t_6n5vj = y1_used_yaw * t_b6hs3 + t_bysdb * t_rq2o3;
+    const real t_s2lwz = along_z[along_y2_yaw] + (y1_used_yaw * along_z[along_U12_yaw] + z[U12_yaw] * t_rq2o3);
+    const real t_mxnaf = t_howu6 * along_z[along_D2_yaw] + z[D2_yaw] * t_s2lwz;
+    const real t_4yehg = t_6n5vj + (t_howu6 * t_mxnaf + t_pofsn * t_s2lwz);
+    const real t_2c5rl = t_2h7da
         - (y1_used_yaw * along_z[along_U13_yaw] + z[U13_yaw] * t_rq2o3)
         - (z[y2_yaw] * along_z[along_U23_yaw] + z[U23_yaw] * along_z[along_y2_yaw]);
-    const real t_spwqh = f3_yaw * along_z[along_D3_yaw] + z[D3_yaw] * t_dnqfm;
-    const real t_u2t3t = t_g3udf + (f3_yaw * t_spwqh + Df3_yaw * t_dnqfm);
-    const real t_ox57m = along_z[along_v1_yaw]
+    const real t_hg63j = f3_yaw * along_z[along_D3_yaw] + z[D3_yaw] * t_2c5rl;
+    const real t_wovng = t_4yehg + (f3_yaw * t_hg63j + Df3_yaw * t_2c5rl);
+    const real t_u2bg5 = along_z[along_v1_yaw]
         + (v_yaw * along_z[along_U34_yaw] + z[U34_yaw] * t_2h7da)
         - (y1_used_yaw * along_z[along_U14_yaw] + z[U14_yaw] * t_rq2o3)
         - (z[y2_yaw] * along_z[along_U24_yaw] + z[U24_yaw] * along_z[along_y2_yaw]);
-    const real t_v7jac = f4_yaw * along_z[along_D4_yaw] + z[D4_yaw] * t_ox57m;
-    const real t_lat2a = t_u2t3t + (f4_yaw * t_v7jac + Df4_yaw * t_ox57m);
-    const real t_ewrtu = t_lat2a + (f5_yaw * t_xfl26 + Df5_yaw * t_hwmgq);
-    const real t_yvkbd = along_z[along_d_yaw]
+    const real t_jtm4x = f4_yaw * along_z[along_D4_yaw] + z[D4_yaw] * t_u2bg5;
+    const real t_dnktc = t_wovng + (f4_yaw * t_jtm4x + Df4_yaw * t_u2bg5);
+    const real t_ixibe = t_dnktc + (f5_yaw * t_pcqcj + Df5_yaw * t_kjvuo);
+    const real t_xdczm = along_z[along_d_yaw]
         + (v_yaw * along_z[along_b0_yaw] + z[b0_yaw] * t_2h7da)
         + (z[v1_yaw] * along_z[along_b1_yaw] + z[b1_yaw] * along_z[along_v1_yaw])
         - (y1_used_yaw * along_z[along_a1_yaw] + z[a1_yaw] * t_rq2o3)
         - (z[y2_yaw] * along_z[along_a2_yaw] + z[a2_yaw] * along_z[along_y2_yaw]);
-    const real t_ndufb = along_x[along_yaw] - t_yvkbd;
-    const real t_i6vab = along_z[along_d_yaw]
-        + (eps_yaw * (t_xfl26 * t_xt42v - G5_yaw * t_xt42v * t_ewrtu) + G5_yaw * t_ndufb);
-    const real t_rwfza = SELECT(m_6lewq, t_i6vab, along_z[along_d_yaw]);
-    const real t_3op2v = t_yeeko + (z[U12_yaw] * t_bvhqg + t_3inrl * along_z[along_U12_yaw]);
-    const real t_duqey = z[U13_yaw] * t_spwqh + Df3_yaw * along_z[along_U13_yaw] - t_3op2v;
-    const real t_n2atp = t_duqey + (z[U14_yaw] * t_v7jac + Df4_yaw * along_z[along_U14_yaw]);
-    const real t_bn3mt = (t_n2atp + (z[U15_yaw] * t_xfl26 + Df5_yaw * along_z[along_U15_yaw])) * t_xt42v
-        - G1_yaw * t_xt42v * t_ewrtu;
-    const real t_ua7hv = SELECT(m_6lewq, along_z[along_a1_yaw] + (eps_yaw * t_bn3mt + G1_yaw * t_ndufb), along_z[along_a1_yaw]);
-    const real t_36ubd = -t_ua7hv;
-    const real t_6mmhc = (t_v7jac + (z[U45_yaw] * t_xfl26 + Df5_yaw * along_z[along_U45_yaw])) * t_xt42v
-        - G4_yaw * t_xt42v * t_ewrtu;
-    const real t_7g3bh = SELECT(m_6lewq, along_z[along_b1_yaw] + (eps_yaw * t_6mmhc + G4_yaw * t_ndufb), along_z[along_b1_yaw]);
-    const mask m_4vgw7 = LE(K(0.0), t_qlksj);
-    const real t_jpuml = NUM(m_4vgw7);
-    const mask m_6cjdt = LE(t_qlksj, K(0.0));
-    const real t_gtofe = t_spwqh + (z[U34_yaw] * t_v7jac + Df4_yaw * along_z[along_U34_yaw]);
-    const real t_6cu3u = (t_gtofe + (z[U35_yaw] * t_xfl26 + Df5_yaw * along_z[along_U35_yaw])) * t_xt42v
-        - G3_yaw * t_xt42v * t_ewrtu;
-    const real t_jqmmw = SELECT(m_6lewq, along_z[along_b0_yaw] + (eps_yaw * t_6cu3u + G3_yaw * t_ndufb), along_z[along_b0_yaw]);
-    const real t_ibohv = t_jpuml / (NUM(m_6cjdt) + t_jpuml) * (K(-0.5) * t_jqmmw + K(-0.5) * t_7g3bh);
-    const real t_xwlwo = t_7g3bh + t_ibohv;
-    const real t_zwged = (t_zkiaw + t_zkiaw) * t_xwlwo;
-    const real t_dcf52 = z[U23_yaw] * t_spwqh + Df3_yaw * along_z[along_U23_yaw] - t_bvhqg;
-    const real t_c7xj5 = t_dcf52 + (z[U24_yaw] * t_v7jac + Df4_yaw * along_z[along_U24_yaw]);
-    const real t_bwo5p = (t_c7xj5 + (z[U25_yaw] * t_xfl26 + Df5_yaw * along_z[along_U25_yaw])) * t_xt42v
-        - G2_yaw * t_xt42v * t_ewrtu;
-    const real t_mzrdq = SELECT(m_6lewq, along_z[along_a2_yaw] + (eps_yaw * t_bwo5p + G2_yaw * t_ndufb), along_z[along_a2_yaw]);
-    const real t_hdlup = SELECT(m_ng6lt, t_newnt * t_ua7hv + a1_now_yaw * t_ua7hv - t_mzrdq, t_36ubd);
-    const real t_4evb5 = t_jqmmw + t_ibohv;
-    const real t_bho2m = (t_qhfkz + t_qhfkz) * t_4evb5;
-    const real t_fxys3 = SELECT(m_ng6lt, t_newnt * t_mzrdq + a2_now_yaw * t_ua7hv, -t_mzrdq);
-    const real t_xhtsb = e1_yaw * t_zwged
-        + t_npqek * t_hdlup
-        + e3_roll * t_bho2m
-        - (e2_yaw * (t_qhfkz * t_xwlwo + t_zkiaw * t_4evb5) + t_z4gi6 * t_fxys3);
-    const real t_sr5gm = a1_now_yaw * t_xwlwo + t_zkiaw * t_ua7hv;
-    const real t_tbtsp = t_zwged
-        + (a2_now_yaw * t_bho2m + t_xjk5e * t_mzrdq)
-        - (t_n6w5s * t_4evb5 + t_qhfkz * t_sr5gm);
-    const real t_zogq5 = t_xhtsb * t_7xf6k - sd_yaw * t_7xf6k * t_tbtsp;
-    const real t_tgjkt = t_k6r65
+    const real t_jwoxg = along_x[along_yaw] - t_xdczm;
+    const real t_knc5l = along_z[along_d_yaw]
+        + (eps_yaw * (t_pcqcj * t_6dtnj_9 - G5_yaw * t_6dtnj_9 * t_ixibe) + G5_yaw * t_jwoxg);
+    const real t_ixs73 = SELECT(m_fatf3, t_knc5l, along_z[along_d_yaw]);
+    const real t_lbhuw = t_b6hs3 + (z[U12_yaw] * t_mxnaf + t_pofsn * along_z[along_U12_yaw]);
+    const real t_tm6k5 = z[U13_yaw] * t_hg63j + Df3_yaw * along_z[along_U13_yaw] - t_lbhuw;
+    const real t_dquue = t_tm6k5 + (z[U14_yaw] * t_jtm4x + Df4_yaw * along_z[along_U14_yaw]);
+    const real t_nklgs = (t_dquue + (z[U15_yaw] * t_pcqcj + Df5_yaw * along_z[along_U15_yaw])) * t_6dtnj_9
+        - G1_yaw * t_6dtnj_9 * t_ixibe;
+    const real t_ajlxc = SELECT(m_fatf3, along_z[along_a1_yaw] + (eps_yaw * t_nklgs + G1_yaw * t_jwoxg), along_z[along_a1_yaw]);
+    const real t_sg3yj = -t_ajlxc;
+    const real t_jklza = (t_jtm4x + (z[U45_yaw] * t_pcqcj + Df5_yaw * along_z[along_U45_yaw])) * t_6dtnj_9
+        - G4_yaw * t_6dtnj_9 * t_ixibe;
+    const real t_zdjxj = SELECT(m_fatf3, along_z[along_b1_yaw] + (eps_yaw * t_jklza + G4_yaw * t_jwoxg), along_z[along_b1_yaw]);
+    const mask m_5aqbn = LE(K(0.0), t_kjjly);
+    const real t_7o24i = NUM(m_5aqbn);
+    const mask m_zj4kn = LE(t_kjjly, K(0.0));
+    const real t_dwj4h = t_hg63j + (z[U34_yaw] * t_jtm4x + Df4_yaw * along_z[along_U34_yaw]);
+    const real t_oxesz = (t_dwj4h + (z[U35_yaw] * t_pcqcj + Df5_yaw * along_z[along_U35_yaw])) * t_6dtnj_9
+        - G3_yaw * t_6dtnj_9 * t_ixibe;
+    const real t_czj2d = SELECT(m_fatf3, along_z[along_b0_yaw] + (eps_yaw * t_oxesz + G3_yaw * t_jwoxg), along_z[along_b0_yaw]);
+    const real t_brehq = t_7o24i / (NUM(m_zj4kn) + t_7o24i) * (K(-0.5) * t_czj2d + K(-0.5) * t_zdjxj);
+    const real t_hiz5f = t_zdjxj + t_brehq;
+    const real t_pe7yi = (t_vlh6o + t_vlh6o) * t_hiz5f;
+    const real t_zw4uw = z[U23_yaw] * t_hg63j + Df3_yaw * along_z[along_U23_yaw] - t_mxnaf;
+    const real t_m67u7 = t_zw4uw + (z[U24_yaw] * t_jtm4x + Df4_yaw * along_z[along_U24_yaw]);
+    const real t_msesp = (t_m67u7 + (z[U25_yaw] * t_pcqcj + Df5_yaw * along_z[along_U25_yaw])) * t_6dtnj_9
+        - G2_yaw * t_6dtnj_9 * t_ixibe;
+    const real t_nj226 = SELECT(m_fatf3, along_z[along_a2_yaw] + (eps_yaw * t_msesp + G2_yaw * t_jwoxg), along_z[along_a2_yaw]);
+    const real t_mixfb = SELECT(m_ng6lt, t_xz6ow * t_ajlxc + a1_now_yaw * t_ajlxc - t_nj226, t_sg3yj);
+    const real t_xu3ck = t_czj2d + t_brehq;
+    const real t_f3lxg = (t_5mv57 + t_5mv57) * t_xu3ck;
+    const real t_kr7vu = SELECT(m_ng6lt, t_xz6ow * t_nj226 + a2_now_yaw * t_ajlxc, -t_nj226);
+    const real t_iwohp = e1_yaw * t_pe7yi
+        + t_js6v4 * t_mixfb
+        + e3_roll * t_f3lxg
+        - (e2_yaw * (t_5mv57 * t_hiz5f + t_vlh6o * t_xu3ck) + t_yijm6 * t_kr7vu);
+    const real t_c2oyk = a1_now_yaw * t_hiz5f + t_vlh6o * t_ajlxc;
+    const real t_y3a6w = t_pe7yi
+        + (a2_now_yaw * t_f3lxg + t_56rsr * t_nj226)
+        - (t_74hjb * t_xu3ck + t_5mv57 * t_c2oyk);
+    const real t_4moox = t_iwohp * t_6dtnj_14 - sd_yaw * t_6dtnj_14 * t_y3a6w;
+    const real t_lzotk = t_a3cz5
         + t_z4laf * along_z[along_wm1_yaw]
         + t_mymwd * along_z[along_wm2_yaw]
         + t_32esp * along_z[along_wm3_yaw]
         + SELECT0(m_ng6lt, t_v4kye * along_z[along_wm4_yaw])
-        - (t_maquh * (c[compensate_d] * t_rwfza) + d_used_yaw * (SELECT0(m_ng6lt, t_36ubd) + t_zogq5));
-    const real t_oc62j = e3_roll * t_4evb5;
-    const real t_nmhsp = a2_now_yaw * t_4evb5 + t_qhfkz * t_mzrdq;
-    const real t_skgbh = e2_yaw * t_xwlwo
-        + t_zkiaw * t_fxys3
-        - t_oc62j
-        - (e1_yaw * t_sr5gm + t_n6w5s * t_hdlup)
-        + (e1_yaw * t_nmhsp + t_3ziba * t_hdlup);
-    const real t_6di57 = e3_roll * t_xwlwo
-        - (a1_now_yaw * t_oc62j + t_vephh * t_ua7hv)
-        + (e2_yaw * t_nmhsp + t_3ziba * t_fxys3)
-        - (e1_yaw * (a2_now_yaw * t_xwlwo + t_zkiaw * t_mzrdq) + t_ptnjb * t_hdlup);
-    const real t_43g4a = t_tgjkt * t_ujplt
-        - t_xvgnn * t_ujplt * (t_jqmmw + t_7g3bh + (t_ibohv + t_ibohv))
-        + SELECT0(m_ng6lt, z[u1_yaw] * t_ua7hv + t_newnt * along_z[along_u1_yaw])
-        - (v_yaw * t_zogq5 + sd_yaw * t_2h7da)
-        - (x[yaw] * (t_skgbh * t_7xf6k - t0_yaw * t_7xf6k * t_tbtsp) + t0_yaw * along_x[along_yaw])
-        - (y1_used_yaw * (t_6di57 * t_7xf6k - t1_yaw * t_7xf6k * t_tbtsp) + t1_yaw * t_rq2o3);
-    const real t_ihfue = alpha1_roll * (t_buzsg * along_z[along_D2_roll] - z[D2_roll] * (t_2ftwl * t_2ftwl * t_lwfke * t_rkxsm))
-        + t_uep3r * t_zxndv;
-    const real t_njcfp = alpha2_roll * (t_pgi2s * along_z[along_D3_roll] - z[D3_roll] * (t_pgi2s * t_m6gkz * t_ptrq3))
-        + t_chslv * t_lwfke;
-    const real t_lckzd = alpha3_roll * (t_ssuku * along_z[along_D4_roll] - z[D4_roll] * (t_ssuku * t_qd2bm * t_xbc47))
-        + t_3j35e * t_ptrq3;
-    const real t_6r6fl = alpha4_roll * (t_petfr * along_z[along_D5_roll] - z[D5_roll] * (t_petfr * t_szpzk * t_waqqe))
-        + t_glxxd * t_xbc47;
-    const real t_ekuo5 = along_z[along_U12_roll]
-        - (t_4q5lb * (t_4ubt3 * t_gcbdt - t_hr6w3 * t_gcbdt * t_zxndv) + t_hr6w3 * t_i5wo5);
-    const real t_nuuby = t_mtkdt * t_2ftwl - t_iwp6c * t_2ftwl * t_lwfke;
-    const real t_zsjrk = t_cr44a * t_m6gkz - t_vpr7m * t_m6gkz * t_ptrq3;
-    const real t_4avxw = t_2mkg5 * t_qd2bm - t_el36p * t_qd2bm * t_xbc47;
+        - (t_rdpsn_3 * (c[compensate_d] * t_ixs73) + d_used_yaw * (SELECT0(m_ng6lt, t_sg3yj) + t_4moox));
+    const real t_pluvh = e3_roll * t_xu3ck;
+    const real t_iiq6l = a2_now_yaw * t_xu3ck + t_5mv57 * t_nj226;
+    const real t_q4xui = e2_yaw * t_hiz5f
+        + t_vlh6o * t_kr7vu
+        - t_pluvh
+        - (e1_yaw * t_c2oyk + t_74hjb * t_mixfb)
+        + (e1_yaw * t_iiq6l + t_vblig * t_mixfb);
+    const real t_7wgdq = e3_roll * t_hiz5f
+        - (a1_now_yaw * t_pluvh + t_evtjj * t_ajlxc)
+        + (e2_yaw * t_iiq6l + t_vblig * t_kr7vu)
+        - (e1_yaw * (a2_now_yaw * t_hiz5f + t_vlh6o * t_nj226) + t_vqs6e * t_mixfb);
+    const real t_3xuz2 = t_lzotk * t_6dtnj_15
+        - t_mvq6v * t_6dtnj_15 * (t_czj2d + t_zdjxj + (t_brehq + t_brehq))
+        + SELECT0(m_ng6lt, z[u1_yaw] * t_ajlxc + t_xz6ow * along_z[along_u1_yaw])
+        - (v_yaw * t_4moox + sd_yaw * t_2h7da)
+        - (x[yaw] * (t_q4xui * t_6dtnj_14 - t0_yaw * t_6dtnj_14 * t_y3a6w) + t0_yaw * along_x[along_yaw])
+        - (y1_used_yaw * (t_7wgdq * t_6dtnj_14 - t1_yaw * t_6dtnj_14 * t_y3a6w) + t1_yaw * t_rq2o3);
+    const real t_ucuog = alpha1_roll * (t_qhwvr * along_z[along_D2_roll] - z[D2_roll] * (t_weizg * t_weizg * t_7gjyl * t_rkxsm))
+        + t_cxlbd * t_3n6sb;
+    const real t_buwmb = alpha2_roll * (t_qk5hl * along_z[along_D3_roll] - z[D3_roll] * (t_qk5hl * t_6dtnj * t_jbuv5))
+        + t_qjx3v * t_7gjyl;
+    const real t_f64tl = alpha3_roll * (t_qk5hl_2 * along_z[along_D4_roll] - z[D4_roll] * (t_qk5hl_2 * t_6dtnj_2 * t_e7ym3))
+        + t_r4brd * t_jbuv5;
+    const real t_iq4fo = alpha4_roll * (t_qk5hl_3 * along_z[along_D5_roll] - z[D5_roll] * (t_qk5hl_3 * t_6dtnj_3 * t_uumhh))
+        + t_qfacb * t_e7ym3;
+    const real t_4xscp = along_z[along_U12_roll]
+        - (t_rm4w3 * (t_4ewwg * t_2yiuc - t_bmer5 * t_2yiuc * t_3n6sb) + t_bmer5 * t_dl2bl);
+    const real t_2ifdh = t_t7u3j * t_weizg - t_ow6ee * t_weizg * t_7gjyl;
+    const real t_gmlfu = t_cu6tm * t_6dtnj - t_hop6j * t_6dtnj * t_jbuv5;
+    const real t_vqr7r = t_zlsuf * t_6dtnj_2 - t_wmsfj * t_6dtnj_2 * t_e7ym3;
     const real t_nlujp = K(0.5) * along_z[along_wm1_roll];
-    const real t_ibz42 = alpha1_pitch * (t_rwzhe * along_z[along_D2_pitch] - z[D2_pitch] * (t_rwzhe * t_vq6qe * t_n3q67))
-        + t_rz27b * t_myzpk;
-    const real t_x4xmc = alpha2_pitch * (t_clmmw * along_z[along_D3_pitch] - z[D3_pitch] * (t_clmmw * t_wnsbx * t_xb5zf))
-        + t_ehcbr * t_n3q67;
-    const real t_l6zox = alpha3_pitch * (t_km5us * along_z[along_D4_pitch] - z[D4_pitch] * (t_km5us * t_au2dz * t_7o2f3))
-        + t_22ct6 * t_xb5zf;
-    const real t_puqnz = alpha4_pitch * (t_xfgg5 * along_z[along_D5_pitch] - z[D5_pitch] * (t_xfgg5 * t_uppvm * t_4zppg))
-        + t_enyoc * t_7o2f3;
-    const real t_j76ya = along_z[along_U12_pitch]
-        - (t_5xoth * (t_52r3v * t_ba5cq - t_yryoi * t_ba5cq * t_myzpk) + t_yryoi * t_6swjr);
-    const real t_7kbbo = t_tyqro * t_vq6qe - t_iziit * t_vq6qe * t_n3q67;
-    const real t_4hr24 = t_johjr * t_wnsbx - t_q5cqa * t_wnsbx * t_xb5zf;
-    const real t_p5qgd = t_tx5zg * t_au2dz - t_blzne * t_au2dz * t_7o2f3;
+    const real t_nsr2u = alpha1_pitch * (t_qyv4l * along_z[along_D2_pitch] - z[D2_pitch] * (t_qyv4l * t_an5c3 * t_4kcjc))
+        + t_r4az2 * t_k3uyk;
+    const real t_vitds = alpha2_pitch * (t_qk5hl_4 * along_z[along_D3_pitch] - z[D3_pitch] * (t_qk5hl_4 * t_6dtnj_4 * t_cpbhg))
+        + t_jvm5k * t_4kcjc;
+    const real t_3b6eg = alpha3_pitch * (t_qk5hl_5 * along_z[along_D4_pitch] - z[D4_pitch] * (t_qk5hl_5 * t_6dtnj_5 * t_qvjyq))
+        + t_qb2gu * t_cpbhg;
+    const real t_vkmlp = alpha4_pitch * (t_qk5hl_6 * along_z[along_D5_pitch] - z[D5_pitch] * (t_qk5hl_6 * t_6dtnj_6 * t_rbb2g))
+        + t_sv54t * t_qvjyq;
+    const real t_3uiyr = along_z[along_U12_pitch]
+        - (t_olxlq * (t_uw4xl * t_6gw3v - t_ctcm5 * t_6gw3v * t_k3uyk) + t_ctcm5 * t_4aga2);
+    const real t_fo2dj = t_tjcjv * t_an5c3 - t_2unxj * t_an5c3 * t_4kcjc;
+    const real t_vt2iy = t_rvpot * t_6dtnj_4 - t_ekbem * t_6dtnj_4 * t_cpbhg;
+    const real t_4j67t = t_yifyy * t_6dtnj_5 - t_piobp * t_6dtnj_5 * t_qvjyq;
     const real t_mceqq = K(0.5) * along_z[along_wm1_pitch];
-    const real t_zj3sb = alpha1_yaw * (t_jmud7 * along_z[along_D2_yaw] - z[D2_yaw] * (t_jmud7 * t_epc3p * t_g3udf))
-        + t_7itiz * t_7twjv;
-    const real t_mhrjx = alpha2_yaw * (t_qfkhf * along_z[along_D3_yaw] - z[D3_yaw] * (t_qfkhf * t_czmse * t_u2t3t))
-        + t_3ufve * t_g3udf;
-    const real t_yf5z4 = alpha3_yaw * (t_zqvsh * along_z[along_D4_yaw] - z[D4_yaw] * (t_zqvsh * t_nk3ay * t_lat2a))
-        + t_kj3bh * t_u2t3t;
-    const real t_vfy4e = alpha4_yaw * (t_6uhyh * along_z[along_D5_yaw] - z[D5_yaw] * (t_6uhyh * t_xt42v * t_ewrtu))
-        + t_janky * t_lat2a;
-    const real t_pd3h4 = along_z[along_U12_yaw]
-        - (t_fz2ih * (t_yeeko * t_rrlcx - t_k2d3u * t_rrlcx * t_7twjv) + t_k2d3u * t_ynqzy);
-    const real t_6qxdi = t_dnqfm * t_epc3p - t_qqhj7 * t_epc3p * t_g3udf;
-    const real t_hkx57 = t_ox57m * t_czmse - t_ov6wh * t_czmse * t_u2t3t;
-    const real t_3lyyr = t_hwmgq * t_nk3ay - t_xokdo * t_nk3ay * t_lat2a;
+    const real t_szqth = alpha1_yaw * (t_7excc * along_z[along_D2_yaw] - z[D2_yaw] * (t_7excc * t_esxwg * t_4yehg))
+        + t_bzymg * t_6n5vj;
+    const real t_jqpxx = alpha2_yaw * (t_qk5hl_7 * along_z[along_D3_yaw] - z[D3_yaw] * (t_qk5hl_7 * t_6dtnj_7 * t_wovng))
+        + t_xux75 * t_4yehg;
+    const real t_bqnyu = alpha3_yaw * (t_qk5hl_8 * along_z[along_D4_yaw] - z[D4_yaw] * (t_qk5hl_8 * t_6dtnj_8 * t_dnktc))
+        + t_vsr7f * t_wovng;
+    const real t_cwo7m = alpha4_yaw * (t_qk5hl_9 * along_z[along_D5_yaw] - z[D5_yaw] * (t_qk5hl_9 * t_6dtnj_9 * t_ixibe))
+        + t_jvdx5 * t_dnktc;
+    const real t_at7z5 = along_z[along_U12_yaw]
+        - (t_howu6 * (t_b6hs3 * t_lgpzs - t_gcsn2 * t_lgpzs * t_6n5vj) + t_gcsn2 * t_s2lwz);
+    const real t_qgd2l = t_2c5rl * t_esxwg - t_rouvm * t_esxwg * t_4yehg;
+    const real t_mn53o = t_u2bg5 * t_6dtnj_7 - t_nihkp * t_6dtnj_7 * t_wovng;
+    const real t_4lrfr = t_kjvuo * t_6dtnj_8 - t_lhlrb * t_6dtnj_8 * t_dnktc;
     const real t_a3omx = K(0.5) * along_z[along_wm1_yaw];
     const real t_es5kp = K(1.0) + z[samples];
     const mask m_alcgu = LE(t_es5kp, K(2.0));
     const real t_alcgu = NUM(m_alcgu);
     const mask m_n23aq = LE(K(2.0), t_es5kp);
-    change_u[0] = SELECT0(m_mu5jj, t_6rbxb);
-    change_u[1] = SELECT0(m_mu5jj, t_4oelk);
-    change_u[2] = SELECT0(m_mu5jj, t_43g4a);
-    change_z_next[0] = SELECT(m_mu5jj, t_vh4ur, along_z[along_a1_roll]);
-    change_z_next[1] = SELECT(m_mu5jj, t_qy6nt, along_z[along_a2_roll]);
-    change_z_next[2] = SELECT(m_mu5jj, t_mdwgv, along_z[along_b0_roll]);
-    change_z_next[3] = SELECT(m_mu5jj, t_3jfg3, along_z[along_b1_roll]);
-    change_z_next[4] = SELECT(m_mu5jj, t_4e7kp, along_z[along_d_roll]);
-    change_z_next[5] = SELECT(m_mu5jj, SELECT(m_huydk, cap_roll * (along_z[along_D1_roll] * t_gcbdt - D1_free_roll * t_gcbdt * t_zxndv), along_z[along_D1_roll]), along_z[along_D1_roll]);
-    change_z_next[6] = SELECT(m_mu5jj, SELECT(m_huydk, cap_roll * t_ihfue, along_z[along_D2_roll]), along_z[along_D2_roll]);
-    change_z_next[7] = SELECT(m_mu5jj, SELECT(m_huydk, cap_roll * t_njcfp, along_z[along_D3_roll]), along_z[along_D3_roll]);
-    change_z_next[8] = SELECT(m_mu5jj, SELECT(m_huydk, cap_roll * t_lckzd, along_z[along_D4_roll]), along_z[along_D4_roll]);
-    change_z_next[9] = SELECT(m_mu5jj, SELECT(m_huydk, cap_roll * t_6r6fl, along_z[along_D5_roll]), along_z[along_D5_roll]);
-    change_z_next[10] = SELECT(m_mu5jj, SELECT(m_huydk, t_ekuo5, along_z[along_U12_roll]), along_z[along_U12_roll]);
-    change_z_next[11] = SELECT(m_mu5jj, SELECT(m_huydk, along_z[along_U13_roll] + (t_73h6y * t_nuuby + t_iwp6c * t_i7ymo), along_z[along_U13_roll]), along_z[along_U13_roll]);
-    change_z_next[12] = SELECT(m_mu5jj, SELECT(m_huydk, along_z[along_U23_roll] + (t_bqiu4 * t_nuuby + t_iwp6c * t_vhaxy), along_z[along_U23_roll]), along_z[along_U23_roll]);
-    change_z_next[13] = SELECT(m_mu5jj, SELECT(m_huydk, along_z[along_U14_roll] - (b1_3_roll * t_zsjrk + t_vpr7m * t_7nnhz), along_z[along_U14_roll]), along_z[along_U14_roll]);
-    change_z_next[14] = SELECT(m_mu5jj, SELECT(m_huydk, along_z[along_U24_roll] - (b2_3_roll * t_zsjrk + t_vpr7m * t_l6zsn), along_z[along_U24_roll]), along_z[along_U24_roll]);
-    change_z_next[15] = SELECT(m_mu5jj, SELECT(m_huydk, along_z[along_U34_roll] - (Df3_roll * t_zsjrk + t_vpr7m * t_5myce), along_z[along_U34_roll]), along_z[along_U34_roll]);
-    change_z_next[16] = SELECT(m_mu5jj, SELECT(m_huydk, along_z[along_U15_roll] - (b1_4_roll * t_4avxw + t_el36p * t_6g2lm), along_z[along_U15_roll]), along_z[along_U15_roll]);
-    change_z_next[17] = SELECT(m_mu5jj, SELECT(m_huydk, along_z[along_U25_roll] - (b2_4_roll * t_4avxw + t_el36p * t_z4fpw), along_z[along_U25_roll]), along_z[along_U25_roll]);
-    change_z_next[18] = SELECT(m_mu5jj, SELECT(m_huydk, along_z[along_U35_roll] - (b3_4_roll * t_4avxw + t_el36p * t_qjleu), along_z[along_U35_roll]), along_z[along_U35_roll]);
-    change_z_next[19] = SELECT(m_mu5jj, SELECT(m_huydk, along_z[along_U45_roll] - (Df4_roll * t_4avxw + t_el36p * t_2j7d3), along_z[along_U45_roll]), along_z[along_U45_roll]);
-    change_z_next[20] = SELECT(m_mu5jj, along_x[along_roll], along_z[along_y1_roll]);
-    change_z_next[21] = SELECT(m_mu5jj, t_p5mb3, along_z[along_y2_roll]);
-    change_z_next[22] = SELECT(m_mu5jj, t_5guc6, along_z[along_v1_roll]);
-    change_z_next[23] = SELECT(m_mu5jj, t_6rbxb, along_z[along_u1_roll]);
-    change_z_next[24] = SELECT(m_mu5jj, along_z[along_u1_roll], along_z[along_u2_roll]);
-    change_z_next[25] = SELECT(m_mu5jj, SELECT(m_ng6lt, t_nlujp + K(0.5) * along_z[along_wm2_roll], t_nlujp + K(0.5) * t_fyvaw), along_z[along_ym_roll]);
-    change_z_next[26] = SELECT(m_mu5jj, t_fyvaw, along_z[along_wm1_roll]);
-    change_z_next[27] = SELECT(m_mu5jj, along_z[along_wm1_roll], along_z[along_wm2_roll]);
-    change_z_next[28] = SELECT(m_mu5jj, along_z[along_wm2_roll], along_z[along_wm3_roll]);
-    change_z_next[29] = SELECT(m_mu5jj, along_z[along_wm3_roll], along_z[along_wm4_roll]);
-    change_z_next[30] = SELECT(m_mu5jj, t_hw34x, along_z[along_a1_pitch]);
-    change_z_next[31] = SELECT(m_mu5jj, t_ak6av, along_z[along_a2_pitch]);
-    change_z_next[32] = SELECT(m_mu5jj, t_t6poo, along_z[along_b0_pitch]);
-    change_z_next[33] = SELECT(m_mu5jj, t_c6ql7, along_z[along_b1_pitch]);
-    change_z_next[34] = SELECT(m_mu5jj, t_yfbgo, along_z[along_d_pitch]);
-    change_z_next[35] = SELECT(m_mu5jj, SELECT(m_fztcf, cap_pitch * (along_z[along_D1_pitch] * t_ba5cq - D1_free_pitch * t_ba5cq * t_myzpk), along_z[along_D1_pitch]), along_z[along_D1_pitch]);
-    change_z_next[36] = SELECT(m_mu5jj, SELECT(m_fztcf, cap_pitch * t_ibz42, along_z[along_D2_pitch]), along_z[along_D2_pitch]);
-    change_z_next[37] = SELECT(m_mu5jj, SELECT(m_fztcf, cap_pitch * t_x4xmc, along_z[along_D3_pitch]), along_z[along_D3_pitch]);
-    change_z_next[38] = SELECT(m_mu5jj, SELECT(m_fztcf, cap_pitch * t_l6zox, along_z[along_D4_pitch]), along_z[along_D4_pitch]);
-    change_z_next[39] = SELECT(m_mu5jj, SELECT(m_fztcf, cap_pitch * t_puqnz, along_z[along_D5_pitch]), along_z[along_D5_pitch]);
-    change_z_next[40] = SELECT(m_mu5jj, SELECT(m_fztcf, t_j76ya, along_z[along_U12_pitch]), along_z[along_U12_pitch]);
-    change_z_next[41] = SELECT(m_mu5jj, SELECT(m_fztcf, along_z[along_U13_pitch] + (t_m7azd * t_7kbbo + t_iziit * t_tljzu), along_z[along_U13_pitch]), along_z[along_U13_pitch]);
-    change_z_next[42] = SELECT(m_mu5jj, SELECT(m_fztcf, along_z[along_U23_pitch] + (t_urk7s * t_7kbbo + t_iziit * t_fck75), along_z[along_U23_pitch]), along_z[along_U23_pitch]);
-    change_z_next[43] = SELECT(m_mu5jj, SELECT(m_fztcf, along_z[along_U14_pitch] - (b1_3_pitch * t_4hr24 + t_q5cqa * t_c765l), along_z[along_U14_pitch]), along_z[along_U14_pitch]);
-    change_z_next[44] = SELECT(m_mu5jj, SELECT(m_fztcf, along_z[along_U24_pitch] - (b2_3_pitch * t_4hr24 + t_q5cqa * t_kfsdu), along_z[along_U24_pitch]), along_z[along_U24_pitch]);
-    change_z_next[45] = SELECT(m_mu5jj, SELECT(m_fztcf, along_z[along_U34_pitch] - (Df3_pitch * t_4hr24 + t_q5cqa * t_kwitg), along_z[along_U34_pitch]), along_z[along_U34_pitch]);
-    change_z_next[46] = SELECT(m_mu5jj, SELECT(m_fztcf, along_z[along_U15_pitch] - (b1_4_pitch * t_p5qgd + t_blzne * t_ximdz), along_z[along_U15_pitch]), along_z[along_U15_pitch]);
-    change_z_next[47] = SELECT(m_mu5jj, SELECT(m_fztcf, along_z[along_U25_pitch] - (b2_4_pitch * t_p5qgd + t_blzne * t_fax5j), along_z[along_U25_pitch]), along_z[along_U25_pitch]);
-    change_z_next[48] = SELECT(m_mu5jj, SELECT(m_fztcf, along_z[along_U35_pitch] - (b3_4_pitch * t_p5qgd + t_blzne * t_crqif), along_z[along_U35_pitch]), along_z[along_U35_pitch]);
-    change_z_next[49] = SELECT(m_mu5jj, SELECT(m_fztcf, along_z[along_U45_pitch] - (Df4_pitch * t_p5qgd + t_blzne * t_s3vzk), along_z[along_U45_pitch]), along_z[along_U45_pitch]);
-    change_z_next[50] = SELECT(m_mu5jj, along_x[along_pitch], along_z[along_y1_pitch]);
-    change_z_next[51] = SELECT(m_mu5jj, t_k2ugh, along_z[along_y2_pitch]);
-    change_z_next[52] = SELECT(m_mu5jj, t_fzwzx, along_z[along_v1_pitch]);
-    change_z_next[53] = SELECT(m_mu5jj, t_4oelk, along_z[along_u1_pitch]);
-    change_z_next[54] = SELECT(m_mu5jj, along_z[along_u1_pitch], along_z[along_u2_pitch]);
-    change_z_next[55] = SELECT(m_mu5jj, SELECT(m_ng6lt, t_mceqq + K(0.5) * along_z[along_wm2_pitch], t_mceqq + K(0.5) * t_g77db), along_z[along_ym_pitch]);
-    change_z_next[56] = SELECT(m_mu5jj, t_g77db, along_z[along_wm1_pitch]);
-    change_z_next[57] = SELECT(m_mu5jj, along_z[along_wm1_pitch], along_z[along_wm2_pitch]);
-    change_z_next[58] = SELECT(m_mu5jj, along_z[along_wm2_pitch], along_z[along_wm3_pitch]);
-    change_z_next[59] = SELECT(m_mu5jj, along_z[along_wm3_pitch], along_z[along_wm4_pitch]);
-    change_z_next[60] = SELECT(m_mu5jj, t_ua7hv, along_z[along_a1_yaw]);
-    change_z_next[61] = SELECT(m_mu5jj, t_mzrdq, along_z[along_a2_yaw]);
-    change_z_next[62] = SELECT(m_mu5jj, t_jqmmw, along_z[along_b0_yaw]);
-    change_z_next[63] = SELECT(m_mu5jj, t_7g3bh, along_z[along_b1_yaw]);
-    change_z_next[64] = SELECT(m_mu5jj, t_rwfza, along_z[along_d_yaw]);
-    change_z_next[65] = SELECT(m_mu5jj, SELECT(m_6lewq, cap_yaw * (along_z[along_D1_yaw] * t_rrlcx - D1_free_yaw * t_rrlcx * t_7twjv), along_z[along_D1_yaw]), along_z[along_D1_yaw]);
-    change_z_next[66] = SELECT(m_mu5jj, SELECT(m_6lewq, cap_yaw * t_zj3sb, along_z[along_D2_yaw]), along_z[along_D2_yaw]);
-    change_z_next[67] = SELECT(m_mu5jj, SELECT(m_6lewq, cap_yaw * t_mhrjx, along_z[along_D3_yaw]), along_z[along_D3_yaw]);
-    change_z_next[68] = SELECT(m_mu5jj, SELECT(m_6lewq, cap_yaw * t_yf5z4, along_z[along_D4_yaw]), along_z[along_D4_yaw]);
-    change_z_next[69] = SELECT(m_mu5jj, SELECT(m_6lewq, cap_yaw * t_vfy4e, along_z[along_D5_yaw]), along_z[along_D5_yaw]);
-    change_z_next[70] = SELECT(m_mu5jj, SELECT(m_6lewq, t_pd3h4, along_z[along_U12_yaw]), along_z[along_U12_yaw]);
-    change_z_next[71] = SELECT(m_mu5jj, SELECT(m_6lewq, along_z[along_U13_yaw] + (t_mefgo * t_6qxdi + t_qqhj7 * t_3op2v), along_z[along_U13_yaw]), along_z[along_U13_yaw]);
-    change_z_next[72] = SELECT(m_mu5jj, SELECT(m_6lewq, along_z[along_U23_yaw] + (t_3inrl * t_6qxdi + t_qqhj7 * t_bvhqg), along_z[along_U23_yaw]), along_z[along_U23_yaw]);
-    change_z_next[73] = SELECT(m_mu5jj, SELECT(m_6lewq, along_z[along_U14_yaw] - (b1_3_yaw * t_hkx57 + t_ov6wh * t_duqey), along_z[along_U14_yaw]), along_z[along_U14_yaw]);
-    change_z_next[74] = SELECT(m_mu5jj, SELECT(m_6lewq, along_z[along_U24_yaw] - (b2_3_yaw * t_hkx57 + t_ov6wh * t_dcf52), along_z[along_U24_yaw]), along_z[along_U24_yaw]);
-    change_z_next[75] = SELECT(m_mu5jj, SELECT(m_6lewq, along_z[along_U34_yaw] - (Df3_yaw * t_hkx57 + t_ov6wh * t_spwqh), along_z[along_U34_yaw]), along_z[along_U34_yaw]);
-    change_z_next[76] = SELECT(m_mu5jj, SELECT(m_6lewq, along_z[along_U15_yaw] - (b1_4_yaw * t_3lyyr + t_xokdo * t_n2atp), along_z[along_U15_yaw]), along_z[along_U15_yaw]);
-    change_z_next[77] = SELECT(m_mu5jj, SELECT(m_6lewq, along_z[along_U25_yaw] - (b2_4_yaw * t_3lyyr + t_xokdo * t_c7xj5), along_z[along_U25_yaw]), along_z[along_U25_yaw]);
-    change_z_next[78] = SELECT(m_mu5jj, SELECT(m_6lewq, along_z[along_U35_yaw] - (b3_4_yaw * t_3lyyr + t_xokdo * t_gtofe), along_z[along_U35_yaw]), along_z[along_U35_yaw]);
-    change_z_next[79] = SELECT(m_mu5jj, SELECT(m_6lewq, along_z[along_U45_yaw] - (Df4_yaw * t_3lyyr + t_xokdo * t_v7jac), along_z[along_U45_yaw]), along_z[along_U45_yaw]);
-    change_z_next[80] = SELECT(m_mu5jj, along_x[along_yaw], along_z[along_y1_yaw]);
-    change_z_next[81] = SELECT(m_mu5jj, t_rq2o3, along_z[along_y2_yaw]);
-    change_z_next[82] = SELECT(m_mu5jj, t_2h7da, along_z[along_v1_yaw]);
-    change_z_next[83] = SELECT(m_mu5jj, t_43g4a, along_z[along_u1_yaw]);
-    change_z_next[84] = SELECT(m_mu5jj, along_z[along_u1_yaw], along_z[along_u2_yaw]);
-    change_z_next[85] = SELECT(m_mu5jj, SELECT(m_ng6lt, t_a3omx + K(0.5) * along_z[along_wm2_yaw], t_a3omx + K(0.5) * t_k6r65), along_z[along_ym_yaw]);
-    change_z_next[86] = SELECT(m_mu5jj, t_k6r65, along_z[along_wm1_yaw]);
-    change_z_next[87] = SELECT(m_mu5jj, along_z[along_wm1_yaw], along_z[along_wm2_yaw]);
-    change_z_next[88] = SELECT(m_mu5jj, along_z[along_wm2_yaw], along_z[along_wm3_yaw]);
-    change_z_next[89] = SELECT(m_mu5jj, along_z[along_wm3_yaw], along_z[along_wm4_yaw]);
-    change_z_next[90] = SELECT0(m_mu5jj, t_alcgu / (NUM(m_n23aq) + t_alcgu) * along_z[along_samples]);
+    change_u[0] = SELECT0(m_i4vvy, t_t2xki);
+    change_u[1] = SELECT0(m_i4vvy, t_dbjll);
+    change_u[2] = SELECT0(m_i4vvy, t_3xuz2);
+    change_z_next[0] = SELECT(m_i4vvy, t_qqxn3, along_z[along_a1_roll]);
+    change_z_next[1] = SELECT(m_i4vvy, t_p4sbp, along_z[along_a2_roll]);
+    change_z_next[2] = SELECT(m_i4vvy, t_h3bzc, along_z[along_b0_roll]);
+    change_z_next[3] = SELECT(m_i4vvy, t_f7e7a, along_z[along_b1_roll]);
+    change_z_next[4] = SELECT(m_i4vvy, t_cf3jf, along_z[along_d_roll]);
+    change_z_next[5] = SELECT(m_i4vvy, SELECT(m_dyzzl, cap_roll * (along_z[along_D1_roll] * t_2yiuc - D1_free_roll * t_2yiuc * t_3n6sb), along_z[along_D1_roll]), along_z[along_D1_roll]);
+    change_z_next[6] = SELECT(m_i4vvy, SELECT(m_dyzzl, cap_roll * t_ucuog, along_z[along_D2_roll]), along_z[along_D2_roll]);
+    change_z_next[7] = SELECT(m_i4vvy, SELECT(m_dyzzl, cap_roll * t_buwmb, along_z[along_D3_roll]), along_z[along_D3_roll]);
+    change_z_next[8] = SELECT(m_i4vvy, SELECT(m_dyzzl, cap_roll * t_f64tl, along_z[along_D4_roll]), along_z[along_D4_roll]);
+    change_z_next[9] = SELECT(m_i4vvy, SELECT(m_dyzzl, cap_roll * t_iq4fo, along_z[along_D5_roll]), along_z[along_D5_roll]);
+    change_z_next[10] = SELECT(m_i4vvy, SELECT(m_dyzzl, t_4xscp, along_z[along_U12_roll]), along_z[along_U12_roll]);
+    change_z_next[11] = SELECT(m_i4vvy, SELECT(m_dyzzl, along_z[along_U13_roll] + (t_tohgs * t_2ifdh + t_ow6ee * t_y55bd), along_z[along_U13_roll]), along_z[along_U13_roll]);
+    change_z_next[12] = SELECT(m_i4vvy, SELECT(m_dyzzl, along_z[along_U23_roll] + (t_mpk5i * t_2ifdh + t_ow6ee * t_aflwp), along_z[along_U23_roll]), along_z[along_U23_roll]);
+    change_z_next[13] = SELECT(m_i4vvy, SELECT(m_dyzzl, along_z[along_U14_roll] - (b1_3_roll * t_gmlfu + t_hop6j * t_amch6), along_z[along_U14_roll]), along_z[along_U14_roll]);
+    change_z_next[14] = SELECT(m_i4vvy, SELECT(m_dyzzl, along_z[along_U24_roll] - (b2_3_roll * t_gmlfu + t_hop6j * t_nuk4c), along_z[along_U24_roll]), along_z[along_U24_roll]);
+    change_z_next[15] = SELECT(m_i4vvy, SELECT(m_dyzzl, along_z[along_U34_roll] - (Df3_roll * t_gmlfu + t_hop6j * t_3qqqo), along_z[along_U34_roll]), along_z[along_U34_roll]);
+    change_z_next[16] = SELECT(m_i4vvy, SELECT(m_dyzzl, along_z[along_U15_roll] - (b1_4_roll * t_vqr7r + t_wmsfj * t_2be3j), along_z[along_U15_roll]), along_z[along_U15_roll]);
+    change_z_next[17] = SELECT(m_i4vvy, SELECT(m_dyzzl, along_z[along_U25_roll] - (b2_4_roll * t_vqr7r + t_wmsfj * t_g5uay), along_z[along_U25_roll]), along_z[along_U25_roll]);
+    change_z_next[18] = SELECT(m_i4vvy, SELECT(m_dyzzl, along_z[along_U35_roll] - (b3_4_roll * t_vqr7r + t_wmsfj * t_4gi4s), along_z[along_U35_roll]), along_z[along_U35_roll]);
+    change_z_next[19] = SELECT(m_i4vvy, SELECT(m_dyzzl, along_z[along_U45_roll] - (Df4_roll * t_vqr7r + t_wmsfj * t_bw7vx), along_z[along_U45_roll]), along_z[along_U45_roll]);
+    change_z_next[20] = SELECT(m_i4vvy, along_x[along_roll], along_z[along_y1_roll]);
+    change_z_next[21] = SELECT(m_i4vvy, t_p5mb3, along_z[along_y2_roll]);
+    change_z_next[22] = SELECT(m_i4vvy, t_5guc6, along_z[along_v1_roll]);
+    change_z_next[23] = SELECT(m_i4vvy, t_t2xki, along_z[along_u1_roll]);
+    change_z_next[24] = SELECT(m_i4vvy, along_z[along_u1_roll], along_z[along_u2_roll]);
+    change_z_next[25] = SELECT(m_i4vvy, SELECT(m_ng6lt, t_nlujp + K(0.5) * along_z[along_wm2_roll], t_nlujp + K(0.5) * t_xa4oj), along_z[along_ym_roll]);
+    change_z_next[26] = SELECT(m_i4vvy, t_xa4oj, along_z[along_wm1_roll]);
+    change_z_next[27] = SELECT(m_i4vvy, along_z[along_wm1_roll], along_z[along_wm2_roll]);
+    change_z_next[28] = SELECT(m_i4vvy, along_z[along_wm2_roll], along_z[along_wm3_roll]);
+    change_z_next[29] = SELECT(m_i4vvy, along_z[along_wm3_roll], along_z[along_wm4_roll]);
+    change_z_next[30] = SELECT(m_i4vvy, t_xlfxf, along_z[along_a1_pitch]);
+    change_z_next[31] = SELECT(m_i4vvy, t_kex75, along_z[along_a2_pitch]);
+    change_z_next[32] = SELECT(m_i4vvy, t_crmvu, along_z[along_b0_pitch]);
+    change_z_next[33] = SELECT(m_i4vvy, t_wv43l, along_z[along_b1_pitch]);
+    change_z_next[34] = SELECT(m_i4vvy, t_czhku, along_z[along_d_pitch]);
+    change_z_next[35] = SELECT(m_i4vvy, SELECT(m_rjsrz, cap_pitch * (along_z[along_D1_pitch] * t_6gw3v - D1_free_pitch * t_6gw3v * t_k3uyk), along_z[along_D1_pitch]), along_z[along_D1_pitch]);
+    change_z_next[36] = SELECT(m_i4vvy, SELECT(m_rjsrz, cap_pitch * t_nsr2u, along_z[along_D2_pitch]), along_z[along_D2_pitch]);
+    change_z_next[37] = SELECT(m_i4vvy, SELECT(m_rjsrz, cap_pitch * t_vitds, along_z[along_D3_pitch]), along_z[along_D3_pitch]);
+    change_z_next[38] = SELECT(m_i4vvy, SELECT(m_rjsrz, cap_pitch * t_3b6eg, along_z[along_D4_pitch]), along_z[along_D4_pitch]);
+    change_z_next[39] = SELECT(m_i4vvy, SELECT(m_rjsrz, cap_pitch * t_vkmlp, along_z[along_D5_pitch]), along_z[along_D5_pitch]);
+    change_z_next[40] = SELECT(m_i4vvy, SELECT(m_rjsrz, t_3uiyr, along_z[along_U12_pitch]), along_z[along_U12_pitch]);
+    change_z_next[41] = SELECT(m_i4vvy, SELECT(m_rjsrz, along_z[along_U13_pitch] + (t_ypnck * t_fo2dj + t_2unxj * t_kgue2), along_z[along_U13_pitch]), along_z[along_U13_pitch]);
+    change_z_next[42] = SELECT(m_i4vvy, SELECT(m_rjsrz, along_z[along_U23_pitch] + (t_gjcmb * t_fo2dj + t_2unxj * t_xoyzg), along_z[along_U23_pitch]), along_z[along_U23_pitch]);
+    change_z_next[43] = SELECT(m_i4vvy, SELECT(m_rjsrz, along_z[along_U14_pitch] - (b1_3_pitch * t_vt2iy + t_ekbem * t_zuda4), along_z[along_U14_pitch]), along_z[along_U14_pitch]);
+    change_z_next[44] = SELECT(m_i4vvy, SELECT(m_rjsrz, along_z[along_U24_pitch] - (b2_3_pitch * t_vt2iy + t_ekbem * t_dfsdl), along_z[along_U24_pitch]), along_z[along_U24_pitch]);
+    change_z_next[45] = SELECT(m_i4vvy, SELECT(m_rjsrz, along_z[along_U34_pitch] - (Df3_pitch * t_vt2iy + t_ekbem * t_cuhyf), along_z[along_U34_pitch]), along_z[along_U34_pitch]);
+    change_z_next[46] = SELECT(m_i4vvy, SELECT(m_rjsrz, along_z[along_U15_pitch] - (b1_4_pitch * t_4j67t + t_piobp * t_vwye7), along_z[along_U15_pitch]), along_z[along_U15_pitch]);
+    change_z_next[47] = SELECT(m_i4vvy, SELECT(m_rjsrz, along_z[along_U25_pitch] - (b2_4_pitch * t_4j67t + t_piobp * t_tm446), along_z[along_U25_pitch]), along_z[along_U25_pitch]);
+    change_z_next[48] = SELECT(m_i4vvy, SELECT(m_rjsrz, along_z[along_U35_pitch] - (b3_4_pitch * t_4j67t + t_piobp * t_rwjup), along_z[along_U35_pitch]), along_z[along_U35_pitch]);
+    change_z_next[49] = SELECT(m_i4vvy, SELECT(m_rjsrz, along_z[along_U45_pitch] - (Df4_pitch * t_4j67t + t_piobp * t_utzyf), along_z[along_U45_pitch]), along_z[along_U45_pitch]);
+    change_z_next[50] = SELECT(m_i4vvy, along_x[along_pitch], along_z[along_y1_pitch]);
+    change_z_next[51] = SELECT(m_i4vvy, t_k2ugh, along_z[along_y2_pitch]);
+    change_z_next[52] = SELECT(m_i4vvy, t_fzwzx, along_z[along_v1_pitch]);
+    change_z_next[53] = SELECT(m_i4vvy, t_dbjll, along_z[along_u1_pitch]);
+    change_z_next[54] = SELECT(m_i4vvy, along_z[along_u1_pitch], along_z[along_u2_pitch]);
+    change_z_next[55] = SELECT(m_i4vvy, SELECT(m_ng6lt, t_mceqq + K(0.5) * along_z[along_wm2_pitch], t_mceqq + K(0.5) * t_jmrkn), along_z[along_ym_pitch]);
+    change_z_next[56] = SELECT(m_i4vvy, t_jmrkn, along_z[along_wm1_pitch]);
+    change_z_next[57] = SELECT(m_i4vvy, along_z[along_wm1_pitch], along_z[along_wm2_pitch]);
+    change_z_next[58] = SELECT(m_i4vvy, along_z[along_wm2_pitch], along_z[along_wm3_pitch]);
+    change_z_next[59] = SELECT(m_i4vvy, along_z[along_wm3_pitch], along_z[along_wm4_pitch]);
+    change_z_next[60] = SELECT(m_i4vvy, t_ajlxc, along_z[along_a1_yaw]);
+    change_z_next[61] = SELECT(m_i4vvy, t_nj226, along_z[along_a2_yaw]);
+    change_z_next[62] = SELECT(m_i4vvy, t_czj2d, along_z[along_b0_yaw]);
+    change_z_next[63] = SELECT(m_i4vvy, t_zdjxj, along_z[along_b1_yaw]);
+    change_z_next[64] = SELECT(m_i4vvy, t_ixs73, along_z[along_d_yaw]);
+    change_z_next[65] = SELECT(m_i4vvy, SELECT(m_fatf3, cap_yaw * (along_z[along_D1_yaw] * t_lgpzs - D1_free_yaw * t_lgpzs * t_6n5vj), along_z[along_D1_yaw]), along_z[along_D1_yaw]);
+    change_z_next[66] = SELECT(m_i4vvy, SELECT(m_fatf3, cap_yaw * t_szqth, along_z[along_D2_yaw]), along_z[along_D2_yaw]);
+    change_z_next[67] = SELECT(m_i4vvy, SELECT(m_fatf3, cap_yaw * t_jqpxx, along_z[along_D3_yaw]), along_z[along_D3_yaw]);
+    change_z_next[68] = SELECT(m_i4vvy, SELECT(m_fatf3, cap_yaw * t_bqnyu, along_z[along_D4_yaw]), along_z[along_D4_yaw]);
+    change_z_next[69] = SELECT(m_i4vvy, SELECT(m_fatf3, cap_yaw * t_cwo7m, along_z[along_D5_yaw]), along_z[along_D5_yaw]);
+    change_z_next[70] = SELECT(m_i4vvy, SELECT(m_fatf3, t_at7z5, along_z[along_U12_yaw]), along_z[along_U12_yaw]);
+    change_z_next[71] = SELECT(m_i4vvy, SELECT(m_fatf3, along_z[along_U13_yaw] + (t_zyqi4 * t_qgd2l + t_rouvm * t_lbhuw), along_z[along_U13_yaw]), along_z[along_U13_yaw]);
+    change_z_next[72] = SELECT(m_i4vvy, SELECT(m_fatf3, along_z[along_U23_yaw] + (t_pofsn * t_qgd2l + t_rouvm * t_mxnaf), along_z[along_U23_yaw]), along_z[along_U23_yaw]);
+    change_z_next[73] = SELECT(m_i4vvy, SELECT(m_fatf3, along_z[along_U14_yaw] - (b1_3_yaw * t_mn53o + t_nihkp * t_tm6k5), along_z[along_U14_yaw]), along_z[along_U14_yaw]);
+    change_z_next[74] = SELECT(m_i4vvy, SELECT(m_fatf3, along_z[along_U24_yaw] - (b2_3_yaw * t_mn53o + t_nihkp * t_zw4uw), along_z[along_U24_yaw]), along_z[along_U24_yaw]);
+    change_z_next[75] = SELECT(m_i4vvy, SELECT(m_fatf3, along_z[along_U34_yaw] - (Df3_yaw * t_mn53o + t_nihkp * t_hg63j), along_z[along_U34_yaw]), along_z[along_U34_yaw]);
+    change_z_next[76] = SELECT(m_i4vvy, SELECT(m_fatf3, along_z[along_U15_yaw] - (b1_4_yaw * t_4lrfr + t_lhlrb * t_dquue), along_z[along_U15_yaw]), along_z[along_U15_yaw]);
+    change_z_next[77] = SELECT(m_i4vvy, SELECT(m_fatf3, along_z[along_U25_yaw] - (b2_4_yaw * t_4lrfr + t_lhlrb * t_m67u7), along_z[along_U25_yaw]), along_z[along_U25_yaw]);
+    change_z_next[78] = SELECT(m_i4vvy, SELECT(m_fatf3, along_z[along_U35_yaw] - (b3_4_yaw * t_4lrfr + t_lhlrb * t_dwj4h), along_z[along_U35_yaw]), along_z[along_U35_yaw]);
+    change_z_next[79] = SELECT(m_i4vvy, SELECT(m_fatf3, along_z[along_U45_yaw] - (Df4_yaw * t_4lrfr + t_lhlrb * t_jtm4x), along_z[along_U45_yaw]), along_z[along_U45_yaw]);
+    change_z_next[80] = SELECT(m_i4vvy, along_x[along_yaw], along_z[along_y1_yaw]);
+    change_z_next[81] = SELECT(m_i4vvy, t_rq2o3, along_z[along_y2_yaw]);
+    change_z_next[82] = SELECT(m_i4vvy, t_2h7da, along_z[along_v1_yaw]);
+    change_z_next[83] = SELECT(m_i4vvy, t_3xuz2, along_z[along_u1_yaw]);
+    change_z_next[84] = SELECT(m_i4vvy, along_z[along_u1_yaw], along_z[along_u2_yaw]);
+    change_z_next[85] = SELECT(m_i4vvy, SELECT(m_ng6lt, t_a3omx + K(0.5) * along_z[along_wm2_yaw], t_a3omx + K(0.5) * t_a3cz5), along_z[along_ym_yaw]);
+    change_z_next[86] = SELECT(m_i4vvy, t_a3cz5, along_z[along_wm1_yaw]);
+    change_z_next[87] = SELECT(m_i4vvy, along_z[along_wm1_yaw], along_z[along_wm2_yaw]);
+    change_z_next[88] = SELECT(m_i4vvy, along_z[along_wm2_yaw], along_z[along_wm3_yaw]);
+    change_z_next[89] = SELECT(m_i4vvy, along_z[along_wm3_yaw], along_z[along_wm4_yaw]);
+    change_z_next[90] = SELECT0(m_i4vvy, t_alcgu / (NUM(m_n23aq) + t_alcgu) * along_z[along_samples]);
     change_z_next[91] = SPLAT(K(0.0));
 }
 
@@ -1414,13 +1414,13 @@ void satellite_mrac_literal_jvp(const real *x, const real *r, const real *v, con
     enum { along_wm2_yaw = 83 };
     enum { along_samples = 84 };
     const real model_pole = mv_exp(-(p[Ts] / c[tau_m]));
-    const real t_hjr6j = K(-1.0) + model_pole;
-    const real t_lbhv6 = t_hjr6j * t_hjr6j;
-    const real t_u5zvh = model_pole + model_pole;
-    const real t_lbhv6_2 = model_pole * model_pole;
-    const real w_roll = t_lbhv6 * r[ref_roll] + t_u5zvh * z[wm1_roll] - t_lbhv6_2 * z[wm2_roll];  /* (16) */
-    const real w_pitch = t_lbhv6 * r[ref_pitch] + t_u5zvh * z[wm1_pitch] - t_lbhv6_2 * z[wm2_pitch];  /* (16) */
-    const real w_yaw = t_lbhv6 * r[ref_yaw] + t_u5zvh * z[wm1_yaw] - t_lbhv6_2 * z[wm2_yaw];  /* (16) */
+    const real t_7h4u2 = K(-1.0) + model_pole;
+    const real t_zugk2 = t_7h4u2 * t_7h4u2;
+    const real t_7h4u2_2 = model_pole + model_pole;
+    const real t_zugk2_2 = model_pole * model_pole;
+    const real w_roll = t_zugk2 * r[ref_roll] + t_7h4u2_2 * z[wm1_roll] - t_zugk2_2 * z[wm2_roll];  /* (16) */
+    const real w_pitch = t_zugk2 * r[ref_pitch] + t_7h4u2_2 * z[wm1_pitch] - t_zugk2_2 * z[wm2_pitch];  /* (16) */
+    const real w_yaw = t_zugk2 * r[ref_yaw] + t_7h4u2_2 * z[wm1_yaw] - t_zugk2_2 * z[wm2_yaw];  /* (16) */
     const mask m_myerm = LT(z[samples], K(0.5));
     const real y1_used_roll = SELECT(m_myerm, x[roll], z[y1_roll]);
     const mask m_2oym3 = LT(K(0.5), c[applied_regressor]);
@@ -1432,46 +1432,46 @@ void satellite_mrac_literal_jvp(const real *x, const real *r, const real *v, con
         - z[a1_roll] * y1_used_roll
         - z[a2_roll] * z[y2_roll];  /* (34) */
     const real eps_roll = x[roll] - y_hat_roll;  /* (39) */
-    const real t_s4qc7 = z[D1_roll] * y1_used_roll;
-    const real alpha1_roll = c[forgetting] + t_s4qc7 * y1_used_roll;  /* (40) */
-    const real t_gcbdt = K(1.0) / alpha1_roll;
-    const real D1_free_roll = z[D1_roll] * t_gcbdt;  /* (41) */
-    const real t_4q5lb = z[y2_roll] + z[U12_roll] * y1_used_roll;
-    const real t_bqiu4 = z[D2_roll] * t_4q5lb;
-    const real alpha2_roll = alpha1_roll + t_bqiu4 * t_4q5lb;  /* (40) */
-    const real t_2ftwl = K(1.0) / alpha2_roll;
+    const real t_zrpuv = z[D1_roll] * y1_used_roll;
+    const real alpha1_roll = c[forgetting] + t_zrpuv * y1_used_roll;  /* (40) */
+    const real t_2yiuc = K(1.0) / alpha1_roll;
+    const real D1_free_roll = z[D1_roll] * t_2yiuc;  /* (41) */
+    const real t_rm4w3 = z[y2_roll] + z[U12_roll] * y1_used_roll;
+    const real t_mpk5i = z[D2_roll] * t_rm4w3;
+    const real alpha2_roll = alpha1_roll + t_mpk5i * t_rm4w3;  /* (40) */
+    const real t_weizg = K(1.0) / alpha2_roll;
     const real t_rkxsm = K(1.0) / c[forgetting];
-    const real t_buzsg = t_2ftwl * t_rkxsm;
-    const real t_uep3r = t_buzsg * z[D2_roll];
-    const real D2_free_roll = t_uep3r * alpha1_roll;  /* (41) */
-    const real t_hr6w3 = t_s4qc7 * t_gcbdt;
-    const real U12_free_roll = z[U12_roll] - t_hr6w3 * t_4q5lb;  /* (41) */
+    const real t_qhwvr = t_weizg * t_rkxsm;
+    const real t_cxlbd = t_qhwvr * z[D2_roll];
+    const real D2_free_roll = t_cxlbd * alpha1_roll;  /* (41) */
+    const real t_bmer5 = t_zrpuv * t_2yiuc;
+    const real U12_free_roll = z[U12_roll] - t_bmer5 * t_rm4w3;  /* (41) */
     const real f3_roll = v_roll - z[U13_roll] * y1_used_roll - z[U23_roll] * z[y2_roll];  /* (40) */
     const real Df3_roll = z[D3_roll] * f3_roll;  /* (40) */
     const real alpha3_roll = alpha2_roll + Df3_roll * f3_roll;  /* (40) */
-    const real t_m6gkz = K(1.0) / alpha3_roll;
-    const real t_pgi2s = t_rkxsm * t_m6gkz;
-    const real t_chslv = t_pgi2s * z[D3_roll];
-    const real D3_free_roll = t_chslv * alpha2_roll;  /* (41) */
-    const real t_iwp6c = f3_roll * t_2ftwl;
-    const real t_73h6y = t_s4qc7 + t_bqiu4 * z[U12_roll];
-    const real U13_free_roll = z[U13_roll] + t_iwp6c * t_73h6y;  /* (41) */
-    const real b1_3_roll = Df3_roll * z[U13_roll] - t_73h6y;  /* (40) */
-    const real U23_free_roll = z[U23_roll] + t_iwp6c * t_bqiu4;  /* (41) */
-    const real b2_3_roll = Df3_roll * z[U23_roll] - t_bqiu4;  /* (40) */
+    const real t_6dtnj = K(1.0) / alpha3_roll;
+    const real t_qk5hl = t_rkxsm * t_6dtnj;
+    const real t_qjx3v = t_qk5hl * z[D3_roll];
+    const real D3_free_roll = t_qjx3v * alpha2_roll;  /* (41) */
+    const real t_ow6ee = f3_roll * t_weizg;
+    const real t_tohgs = t_zrpuv + t_mpk5i * z[U12_roll];
+    const real U13_free_roll = z[U13_roll] + t_ow6ee * t_tohgs;  /* (41) */
+    const real b1_3_roll = Df3_roll * z[U13_roll] - t_tohgs;  /* (40) */
+    const real U23_free_roll = z[U23_roll] + t_ow6ee * t_mpk5i;  /* (41) */
+    const real b2_3_roll = Df3_roll * z[U23_roll] - t_mpk5i;  /* (40) */
     const real f4_roll = z[v1_roll] + z[U34_roll] * v_roll - z[U14_roll] * y1_used_roll - z[U24_roll] * z[y2_roll];  /* (40) */
     const real Df4_roll = z[D4_roll] * f4_roll;  /* (40) */
     const real alpha4_roll = alpha3_roll + Df4_roll * f4_roll;  /* (40) */
-    const real t_qd2bm = K(1.0) / alpha4_roll;
-    const real t_ssuku = t_rkxsm * t_qd2bm;
-    const real t_3j35e = t_ssuku * z[D4_roll];
-    const real D4_free_roll = t_3j35e * alpha3_roll;  /* (41) */
-    const real t_vpr7m = f4_roll * t_m6gkz;
-    const real U14_free_roll = z[U14_roll] - t_vpr7m * b1_3_roll;  /* (41) */
+    const real t_6dtnj_2 = K(1.0) / alpha4_roll;
+    const real t_qk5hl_2 = t_rkxsm * t_6dtnj_2;
+    const real t_r4brd = t_qk5hl_2 * z[D4_roll];
+    const real D4_free_roll = t_r4brd * alpha3_roll;  /* (41) */
+    const real t_hop6j = f4_roll * t_6dtnj;
+    const real U14_free_roll = z[U14_roll] - t_hop6j * b1_3_roll;  /* (41) */
     const real b1_4_roll = b1_3_roll + Df4_roll * z[U14_roll];  /* (40) */
-    const real U24_free_roll = z[U24_roll] - t_vpr7m * b2_3_roll;  /* (41) */
+    const real U24_free_roll = z[U24_roll] - t_hop6j * b2_3_roll;  /* (41) */
     const real b2_4_roll = b2_3_roll + Df4_roll * z[U24_roll];  /* (40) */
-    const real U34_free_roll = z[U34_roll] - t_vpr7m * Df3_roll;  /* (41) */
+    const real U34_free_roll = z[U34_roll] - t_hop6j * Df3_roll;  /* (41) */
     const real b3_4_roll = Df3_roll + Df4_roll * z[U34_roll];  /* (40) */
     const real f5_roll = K(1.0)
         + z[U35_roll] * v_roll
@@ -1480,24 +1480,24 @@ void satellite_mrac_literal_jvp(const real *x, const real *r, const real *v, con
         - z[U25_roll] * z[y2_roll];  /* (40) */
     const real Df5_roll = z[D5_roll] * f5_roll;  /* (40) */
     const real alpha5_roll = alpha4_roll + Df5_roll * f5_roll;  /* (40) */
-    const real t_szpzk = K(1.0) / alpha5_roll;
-    const real t_petfr = t_rkxsm * t_szpzk;
-    const real t_glxxd = t_petfr * z[D5_roll];
-    const real D5_free_roll = t_glxxd * alpha4_roll;  /* (41) */
-    const real t_el36p = f5_roll * t_qd2bm;
-    const real U15_free_roll = z[U15_roll] - t_el36p * b1_4_roll;  /* (41) */
+    const real t_6dtnj_3 = K(1.0) / alpha5_roll;
+    const real t_qk5hl_3 = t_rkxsm * t_6dtnj_3;
+    const real t_qfacb = t_qk5hl_3 * z[D5_roll];
+    const real D5_free_roll = t_qfacb * alpha4_roll;  /* (41) */
+    const real t_wmsfj = f5_roll * t_6dtnj_2;
+    const real U15_free_roll = z[U15_roll] - t_wmsfj * b1_4_roll;  /* (41) */
     const real b1_5_roll = b1_4_roll + Df5_roll * z[U15_roll];  /* (40) */
-    const real U25_free_roll = z[U25_roll] - t_el36p * b2_4_roll;  /* (41) */
+    const real U25_free_roll = z[U25_roll] - t_wmsfj * b2_4_roll;  /* (41) */
     const real b2_5_roll = b2_4_roll + Df5_roll * z[U25_roll];  /* (40) */
-    const real U35_free_roll = z[U35_roll] - t_el36p * b3_4_roll;  /* (41) */
+    const real U35_free_roll = z[U35_roll] - t_wmsfj * b3_4_roll;  /* (41) */
     const real b3_5_roll = b3_4_roll + Df5_roll * z[U35_roll];  /* (40) */
-    const real U45_free_roll = z[U45_roll] - t_el36p * Df4_roll;  /* (41) */
+    const real U45_free_roll = z[U45_roll] - t_wmsfj * Df4_roll;  /* (41) */
     const real b4_5_roll = Df4_roll + Df5_roll * z[U45_roll];  /* (40) */
-    const real G1_roll = b1_5_roll * t_szpzk;  /* (40) */
-    const real G2_roll = b2_5_roll * t_szpzk;  /* (40) */
-    const real G3_roll = b3_5_roll * t_szpzk;  /* (40) */
-    const real G4_roll = b4_5_roll * t_szpzk;  /* (40) */
-    const real G5_roll = Df5_roll * t_szpzk;  /* (40) */
+    const real G1_roll = b1_5_roll * t_6dtnj_3;  /* (40) */
+    const real G2_roll = b2_5_roll * t_6dtnj_3;  /* (40) */
+    const real G3_roll = b3_5_roll * t_6dtnj_3;  /* (40) */
+    const real G4_roll = b4_5_roll * t_6dtnj_3;  /* (40) */
+    const real G5_roll = Df5_roll * t_6dtnj_3;  /* (40) */
     const real trace_roll = D1_free_roll
         + D2_free_roll
         + D3_free_roll
@@ -1513,19 +1513,19 @@ void satellite_mrac_literal_jvp(const real *x, const real *r, const real *v, con
         + D5_free_roll * (U25_free_roll * U25_free_roll)
         + D5_free_roll * (U35_free_roll * U35_free_roll)
         + D5_free_roll * (U45_free_roll * U45_free_roll);  /* (41) */
-    const mask m_cy5zr = LT(c[trace_max], trace_roll);
-    const real cap_roll = SELECT(m_cy5zr, c[forgetting], SPLAT(K(1.0)));
+    const mask m_mhc6m = LT(c[trace_max], trace_roll);
+    const real cap_roll = SELECT(m_mhc6m, c[forgetting], SPLAT(K(1.0)));
     const mask m_jj746 = LT(K(0.5), c[adapt]);
     const mask m_d33kq = LT(K(1.5), z[samples]);
     const mask m_6w7fs = AND(m_jj746, m_d33kq);
     const real t_s4yo7 = mv_max(c[dead_zone], c[dead_zone_sigma] * p[noise]);
-    const mask m_ga54y = LT(t_s4yo7, mv_fabs(eps_roll));
-    const mask m_huydk = AND(m_6w7fs, m_ga54y);
-    const real a1_now_roll = SELECT(m_huydk, z[a1_roll] + G1_roll * eps_roll, z[a1_roll]);  /* (42) */
-    const real a2_now_roll = SELECT(m_huydk, z[a2_roll] + G2_roll * eps_roll, z[a2_roll]);  /* (42) */
-    const real b0_now_roll = SELECT(m_huydk, z[b0_roll] + G3_roll * eps_roll, z[b0_roll]);  /* (42) */
-    const real b1_now_roll = SELECT(m_huydk, z[b1_roll] + G4_roll * eps_roll, z[b1_roll]);  /* (42) */
-    const real d_now_roll = SELECT(m_huydk, z[d_roll] + G5_roll * eps_roll, z[d_roll]);  /* (42) */
+    const mask m_dusee = LT(t_s4yo7, mv_fabs(eps_roll));
+    const mask m_dyzzl = AND(m_6w7fs, m_dusee);
+    const real a1_now_roll = SELECT(m_dyzzl, z[a1_roll] + G1_roll * eps_roll, z[a1_roll]);  /* (42) */
+    const real a2_now_roll = SELECT(m_dyzzl, z[a2_roll] + G2_roll * eps_roll, z[a2_roll]);  /* (42) */
+    const real b0_now_roll = SELECT(m_dyzzl, z[b0_roll] + G3_roll * eps_roll, z[b0_roll]);  /* (42) */
+    const real b1_now_roll = SELECT(m_dyzzl, z[b1_roll] + G4_roll * eps_roll, z[b1_roll]);  /* (42) */
+    const real d_now_roll = SELECT(m_dyzzl, z[d_roll] + G5_roll * eps_roll, z[d_roll]);  /* (42) */
     const real d_used_roll = c[compensate_d] * d_now_roll;
     const real y1_used_pitch = SELECT(m_myerm, x[pitch], z[y1_pitch]);
     const real v_pitch = SELECT(m_2oym3, v[Ty_applied], SELECT(m_ng6lt, z[u2_pitch], z[u1_pitch]));  /* (36) */
@@ -1535,45 +1535,45 @@ void satellite_mrac_literal_jvp(const real *x, const real *r, const real *v, con
         - z[a1_pitch] * y1_used_pitch
         - z[a2_pitch] * z[y2_pitch];  /* (34) */
     const real eps_pitch = x[pitch] - y_hat_pitch;  /* (39) */
-    const real t_n6265 = z[D1_pitch] * y1_used_pitch;
-    const real alpha1_pitch = c[forgetting] + t_n6265 * y1_used_pitch;  /* (40) */
-    const real t_ba5cq = K(1.0) / alpha1_pitch;
-    const real D1_free_pitch = z[D1_pitch] * t_ba5cq;  /* (41) */
-    const real t_5xoth = z[y2_pitch] + z[U12_pitch] * y1_used_pitch;
-    const real t_urk7s = z[D2_pitch] * t_5xoth;
-    const real alpha2_pitch = alpha1_pitch + t_urk7s * t_5xoth;  /* (40) */
-    const real t_vq6qe = K(1.0) / alpha2_pitch;
-    const real t_rwzhe = t_rkxsm * t_vq6qe;
-    const real t_rz27b = t_rwzhe * z[D2_pitch];
-    const real D2_free_pitch = t_rz27b * alpha1_pitch;  /* (41) */
-    const real t_yryoi = t_n6265 * t_ba5cq;
-    const real U12_free_pitch = z[U12_pitch] - t_yryoi * t_5xoth;  /* (41) */
+    const real t_zx462 = z[D1_pitch] * y1_used_pitch;
+    const real alpha1_pitch = c[forgetting] + t_zx462 * y1_used_pitch;  /* (40) */
+    const real t_6gw3v = K(1.0) / alpha1_pitch;
+    const real D1_free_pitch = z[D1_pitch] * t_6gw3v;  /* (41) */
+    const real t_olxlq = z[y2_pitch] + z[U12_pitch] * y1_used_pitch;
+    const real t_gjcmb = z[D2_pitch] * t_olxlq;
+    const real alpha2_pitch = alpha1_pitch + t_gjcmb * t_olxlq;  /* (40) */
+    const real t_an5c3 = K(1.0) / alpha2_pitch;
+    const real t_qyv4l = t_rkxsm * t_an5c3;
+    const real t_r4az2 = t_qyv4l * z[D2_pitch];
+    const real D2_free_pitch = t_r4az2 * alpha1_pitch;  /* (41) */
+    const real t_ctcm5 = t_zx462 * t_6gw3v;
+    const real U12_free_pitch = z[U12_pitch] - t_ctcm5 * t_olxlq;  /* (41) */
     const real f3_pitch = v_pitch - z[U13_pitch] * y1_used_pitch - z[U23_pitch] * z[y2_pitch];  /* (40) */
     const real Df3_pitch = z[D3_pitch] * f3_pitch;  /* (40) */
     const real alpha3_pitch = alpha2_pitch + Df3_pitch * f3_pitch;  /* (40) */
-    const real t_wnsbx = K(1.0) / alpha3_pitch;
-    const real t_clmmw = t_rkxsm * t_wnsbx;
-    const real t_ehcbr = t_clmmw * z[D3_pitch];
-    const real D3_free_pitch = t_ehcbr * alpha2_pitch;  /* (41) */
-    const real t_iziit = f3_pitch * t_vq6qe;
-    const real t_m7azd = t_n6265 + t_urk7s * z[U12_pitch];
-    const real U13_free_pitch = z[U13_pitch] + t_iziit * t_m7azd;  /* (41) */
-    const real b1_3_pitch = Df3_pitch * z[U13_pitch] - t_m7azd;  /* (40) */
-    const real U23_free_pitch = z[U23_pitch] + t_iziit * t_urk7s;  /* (41) */
-    const real b2_3_pitch = Df3_pitch * z[U23_pitch] - t_urk7s;  /* (40) */
+    const real t_6dtnj_4 = K(1.0) / alpha3_pitch;
+    const real t_qk5hl_4 = t_rkxsm * t_6dtnj_4;
+    const real t_jvm5k = t_qk5hl_4 * z[D3_pitch];
+    const real D3_free_pitch = t_jvm5k * alpha2_pitch;  /* (41) */
+    const real t_2unxj = f3_pitch * t_an5c3;
+    const real t_ypnck = t_zx462 + t_gjcmb * z[U12_pitch];
+    const real U13_free_pitch = z[U13_pitch] + t_2unxj * t_ypnck;  /* (41) */
+    const real b1_3_pitch = Df3_pitch * z[U13_pitch] - t_ypnck;  /* (40) */
+    const real U23_free_pitch = z[U23_pitch] + t_2unxj * t_gjcmb;  /* (41) */
+    const real b2_3_pitch = Df3_pitch * z[U23_pitch] - t_gjcmb;  /* (40) */
     const real f4_pitch = z[v1_pitch] + z[U34_pitch] * v_pitch - z[U14_pitch] * y1_used_pitch - z[U24_pitch] * z[y2_pitch];  /* (40) */
     const real Df4_pitch = z[D4_pitch] * f4_pitch;  /* (40) */
     const real alpha4_pitch = alpha3_pitch + Df4_pitch * f4_pitch;  /* (40) */
-    const real t_au2dz = K(1.0) / alpha4_pitch;
-    const real t_km5us = t_rkxsm * t_au2dz;
-    const real t_22ct6 = t_km5us * z[D4_pitch];
-    const real D4_free_pitch = t_22ct6 * alpha3_pitch;  /* (41) */
-    const real t_q5cqa = f4_pitch * t_wnsbx;
-    const real U14_free_pitch = z[U14_pitch] - t_q5cqa * b1_3_pitch;  /* (41) */
+    const real t_6dtnj_5 = K(1.0) / alpha4_pitch;
+    const real t_qk5hl_5 = t_rkxsm * t_6dtnj_5;
+    const real t_qb2gu = t_qk5hl_5 * z[D4_pitch];
+    const real D4_free_pitch = t_qb2gu * alpha3_pitch;  /* (41) */
+    const real t_ekbem = f4_pitch * t_6dtnj_4;
+    const real U14_free_pitch = z[U14_pitch] - t_ekbem * b1_3_pitch;  /* (41) */
     const real b1_4_pitch = b1_3_pitch + Df4_pitch * z[U14_pitch];  /* (40) */
-    const real U24_free_pitch = z[U24_pitch] - t_q5cqa * b2_3_pitch;  /* (41) */
+    const real U24_free_pitch = z[U24_pitch] - t_ekbem * b2_3_pitch;  /* (41) */
     const real b2_4_pitch = b2_3_pitch + Df4_pitch * z[U24_pitch];  /* (40) */
-    const real U34_free_pitch = z[U34_pitch] - t_q5cqa * Df3_pitch;  /* (41) */
+    const real U34_free_pitch = z[U34_pitch] - t_ekbem * Df3_pitch;  /* (41) */
     const real b3_4_pitch = Df3_pitch + Df4_pitch * z[U34_pitch];  /* (40) */
     const real f5_pitch = K(1.0)
         + z[U35_pitch] * v_pitch
@@ -1582,24 +1582,24 @@ void satellite_mrac_literal_jvp(const real *x, const real *r, const real *v, con
         - z[U25_pitch] * z[y2_pitch];  /* (40) */
     const real Df5_pitch = z[D5_pitch] * f5_pitch;  /* (40) */
     const real alpha5_pitch = alpha4_pitch + Df5_pitch * f5_pitch;  /* (40) */
-    const real t_uppvm = K(1.0) / alpha5_pitch;
-    const real t_xfgg5 = t_rkxsm * t_uppvm;
-    const real t_enyoc = t_xfgg5 * z[D5_pitch];
-    const real D5_free_pitch = t_enyoc * alpha4_pitch;  /* (41) */
-    const real t_blzne = f5_pitch * t_au2dz;
-    const real U15_free_pitch = z[U15_pitch] - t_blzne * b1_4_pitch;  /* (41) */
+    const real t_6dtnj_6 = K(1.0) / alpha5_pitch;
+    const real t_qk5hl_6 = t_rkxsm * t_6dtnj_6;
+    const real t_sv54t = t_qk5hl_6 * z[D5_pitch];
+    const real D5_free_pitch = t_sv54t * alpha4_pitch;  /* (41) */
+    const real t_piobp = f5_pitch * t_6dtnj_5;
+    const real U15_free_pitch = z[U15_pitch] - t_piobp * b1_4_pitch;  /* (41) */
     const real b1_5_pitch = b1_4_pitch + Df5_pitch * z[U15_pitch];  /* (40) */
-    const real U25_free_pitch = z[U25_pitch] - t_blzne * b2_4_pitch;  /* (41) */
+    const real U25_free_pitch = z[U25_pitch] - t_piobp * b2_4_pitch;  /* (41) */
     const real b2_5_pitch = b2_4_pitch + Df5_pitch * z[U25_pitch];  /* (40) */
-    const real U35_free_pitch = z[U35_pitch] - t_blzne * b3_4_pitch;  /* (41) */
+    const real U35_free_pitch = z[U35_pitch] - t_piobp * b3_4_pitch;  /* (41) */
     const real b3_5_pitch = b3_4_pitch + Df5_pitch * z[U35_pitch];  /* (40) */
-    const real U45_free_pitch = z[U45_pitch] - t_blzne * Df4_pitch;  /* (41) */
+    const real U45_free_pitch = z[U45_pitch] - t_piobp * Df4_pitch;  /* (41) */
     const real b4_5_pitch = Df4_pitch + Df5_pitch * z[U45_pitch];  /* (40) */
-    const real G1_pitch = b1_5_pitch * t_uppvm;  /* (40) */
-    const real G2_pitch = b2_5_pitch * t_uppvm;  /* (40) */
-    const real G3_pitch = b3_5_pitch * t_uppvm;  /* (40) */
-    const real G4_pitch = b4_5_pitch * t_uppvm;  /* (40) */
-    const real G5_pitch = Df5_pitch * t_uppvm;  /* (40) */
+    const real G1_pitch = b1_5_pitch * t_6dtnj_6;  /* (40) */
+    const real G2_pitch = b2_5_pitch * t_6dtnj_6;  /* (40) */
+    const real G3_pitch = b3_5_pitch * t_6dtnj_6;  /* (40) */
+    const real G4_pitch = b4_5_pitch * t_6dtnj_6;  /* (40) */
+    const real G5_pitch = Df5_pitch * t_6dtnj_6;  /* (40) */
     const real trace_pitch = D1_free_pitch
         + D2_free_pitch
         + D3_free_pitch
@@ -1615,15 +1615,15 @@ void satellite_mrac_literal_jvp(const real *x, const real *r, const real *v, con
         + D5_free_pitch * (U25_free_pitch * U25_free_pitch)
         + D5_free_pitch * (U35_free_pitch * U35_free_pitch)
         + D5_free_pitch * (U45_free_pitch * U45_free_pitch);  /* (41) */
-    const mask m_rahgr = LT(c[trace_max], trace_pitch);
-    const real cap_pitch = SELECT(m_rahgr, c[forgetting], SPLAT(K(1.0)));
-    const mask m_a3jc4 = LT(t_s4yo7, mv_fabs(eps_pitch));
-    const mask m_fztcf = AND(m_6w7fs, m_a3jc4);
-    const real a1_now_pitch = SELECT(m_fztcf, z[a1_pitch] + G1_pitch * eps_pitch, z[a1_pitch]);  /* (42) */
-    const real a2_now_pitch = SELECT(m_fztcf, z[a2_pitch] + G2_pitch * eps_pitch, z[a2_pitch]);  /* (42) */
-    const real b0_now_pitch = SELECT(m_fztcf, z[b0_pitch] + G3_pitch * eps_pitch, z[b0_pitch]);  /* (42) */
-    const real b1_now_pitch = SELECT(m_fztcf, z[b1_pitch] + G4_pitch * eps_pitch, z[b1_pitch]);  /* (42) */
-    const real d_now_pitch = SELECT(m_fztcf, z[d_pitch] + G5_pitch * eps_pitch, z[d_pitch]);  /* (42) */
+    const mask m_mhc6m_2 = LT(c[trace_max], trace_pitch);
+    const real cap_pitch = SELECT(m_mhc6m_2, c[forgetting], SPLAT(K(1.0)));
+    const mask m_yotvq = LT(t_s4yo7, mv_fabs(eps_pitch));
+    const mask m_rjsrz = AND(m_6w7fs, m_yotvq);
+    const real a1_now_pitch = SELECT(m_rjsrz, z[a1_pitch] + G1_pitch * eps_pitch, z[a1_pitch]);  /* (42) */
+    const real a2_now_pitch = SELECT(m_rjsrz, z[a2_pitch] + G2_pitch * eps_pitch, z[a2_pitch]);  /* (42) */
+    const real b0_now_pitch = SELECT(m_rjsrz, z[b0_pitch] + G3_pitch * eps_pitch, z[b0_pitch]);  /* (42) */
+    const real b1_now_pitch = SELECT(m_rjsrz, z[b1_pitch] + G4_pitch * eps_pitch, z[b1_pitch]);  /* (42) */
+    const real d_now_pitch = SELECT(m_rjsrz, z[d_pitch] + G5_pitch * eps_pitch, z[d_pitch]);  /* (42) */
     const real d_used_pitch = c[compensate_d] * d_now_pitch;
     const real y1_used_yaw = SELECT(m_myerm, x[yaw], z[y1_yaw]);
     const real v_yaw = SELECT(m_2oym3, v[Tz_applied], SELECT(m_ng6lt, z[u2_yaw], z[u1_yaw]));  /* (36) */
@@ -1633,45 +1633,45 @@ void satellite_mrac_literal_jvp(const real *x, const real *r, const real *v, con
         - z[a1_yaw] * y1_used_yaw
         - z[a2_yaw] * z[y2_yaw];  /* (34) */
     const real eps_yaw = x[yaw] - y_hat_yaw;  /* (39) */
-    const real t_5t4tf = z[D1_yaw] * y1_used_yaw;
-    const real alpha1_yaw = c[forgetting] + t_5t4tf * y1_used_yaw;  /* (40) */
-    const real t_rrlcx = K(1.0) / alpha1_yaw;
-    const real D1_free_yaw = z[D1_yaw] * t_rrlcx;  /* (41) */
-    const real t_fz2ih = z[y2_yaw] + z[U12_yaw] * y1_used_yaw;
-    const real t_3inrl = z[D2_yaw] * t_fz2ih;
-    const real alpha2_yaw = alpha1_yaw + t_3inrl * t_fz2ih;  /* (40) */
-    const real t_epc3p = K(1.0) / alpha2_yaw;
-    const real t_jmud7 = t_rkxsm * t_epc3p;
-    const real t_7itiz = t_jmud7 * z[D2_yaw];
-    const real D2_free_yaw = t_7itiz * alpha1_yaw;  /* (41) */
-    const real t_k2d3u = t_5t4tf * t_rrlcx;
-    const real U12_free_yaw = z[U12_yaw] - t_k2d3u * t_fz2ih;  /* (41) */
+    const real t_bysdb = z[D1_yaw] * y1_used_yaw;
+    const real alpha1_yaw = c[forgetting] + t_bysdb * y1_used_yaw;  /* (40) */
+    const real t_lgpzs = K(1.0) / alpha1_yaw;
+    const real D1_free_yaw = z[D1_yaw] * t_lgpzs;  /* (41) */
+    const real t_howu6 = z[y2_yaw] + z[U12_yaw] * y1_used_yaw;
+    const real t_pofsn = z[D2_yaw] * t_howu6;
+    const real alpha2_yaw = alpha1_yaw + t_pofsn * t_howu6;  /* (40) */
+    const real t_esxwg = K(1.0) / alpha2_yaw;
+    const real t_7excc = t_rkxsm * t_esxwg;
+    const real t_bzymg = t_7excc * z[D2_yaw];
+    const real D2_free_yaw = t_bzymg * alpha1_yaw;  /* (41) */
+    const real t_gcsn2 = t_bysdb * t_lgpzs;
+    const real U12_free_yaw = z[U12_yaw] - t_gcsn2 * t_howu6;  /* (41) */
     const real f3_yaw = v_yaw - z[U13_yaw] * y1_used_yaw - z[U23_yaw] * z[y2_yaw];  /* (40) */
     const real Df3_yaw = z[D3_yaw] * f3_yaw;  /* (40) */
     const real alpha3_yaw = alpha2_yaw + Df3_yaw * f3_yaw;  /* (40) */
-    const real t_czmse = K(1.0) / alpha3_yaw;
-    const real t_qfkhf = t_rkxsm * t_czmse;
-    const real t_3ufve = t_qfkhf * z[D3_yaw];
-    const real D3_free_yaw = t_3ufve * alpha2_yaw;  /* (41) */
-    const real t_qqhj7 = f3_yaw * t_epc3p;
-    const real t_mefgo = t_5t4tf + t_3inrl * z[U12_yaw];
-    const real U13_free_yaw = z[U13_yaw] + t_qqhj7 * t_mefgo;  /* (41) */
-    const real b1_3_yaw = Df3_yaw * z[U13_yaw] - t_mefgo;  /* (40) */
-    const real U23_free_yaw = z[U23_yaw] + t_qqhj7 * t_3inrl;  /* (41) */
-    const real b2_3_yaw = Df3_yaw * z[U23_yaw] - t_3inrl;  /* (40) */
+    const real t_6dtnj_7 = K(1.0) / alpha3_yaw;
+    const real t_qk5hl_7 = t_rkxsm * t_6dtnj_7;
+    const real t_xux75 = t_qk5hl_7 * z[D3_yaw];
+    const real D3_free_yaw = t_xux75 * alpha2_yaw;  /* (41) */
+    const real t_rouvm = f3_yaw * t_esxwg;
+    const real t_zyqi4 = t_bysdb + t_pofsn * z[U12_yaw];
+    const real U13_free_yaw = z[U13_yaw] + t_rouvm * t_zyqi4;  /* (41) */
+    const real b1_3_yaw = Df3_yaw * z[U13_yaw] - t_zyqi4;  /* (40) */
+    const real U23_free_yaw = z[U23_yaw] + t_rouvm * t_pofsn;  /* (41) */
+    const real b2_3_yaw = Df3_yaw * z[U23_yaw] - t_pofsn;  /* (40) */
     const real f4_yaw = z[v1_yaw] + z[U34_yaw] * v_yaw - z[U14_yaw] * y1_used_yaw - z[U24_yaw] * z[y2_yaw];  /* (40) */
     const real Df4_yaw = z[D4_yaw] * f4_yaw;  /* (40) */
     const real alpha4_yaw = alpha3_yaw + Df4_yaw * f4_yaw;  /* (40) */
-    const real t_nk3ay = K(1.0) / alpha4_yaw;
-    const real t_zqvsh = t_rkxsm * t_nk3ay;
-    const real t_kj3bh = t_zqvsh * z[D4_yaw];
-    const real D4_free_yaw = t_kj3bh * alpha3_yaw;  /* (41) */
-    const real t_ov6wh = f4_yaw * t_czmse;
-    const real U14_free_yaw = z[U14_yaw] - t_ov6wh * b1_3_yaw;  /* (41) */
+    const real t_6dtnj_8 = K(1.0) / alpha4_yaw;
+    const real t_qk5hl_8 = t_rkxsm * t_6dtnj_8;
+    const real t_vsr7f = t_qk5hl_8 * z[D4_yaw];
+    const real D4_free_yaw = t_vsr7f * alpha3_yaw;  /* (41) */
+    const real t_nihkp = f4_yaw * t_6dtnj_7;
+    const real U14_free_yaw = z[U14_yaw] - t_nihkp * b1_3_yaw;  /* (41) */
     const real b1_4_yaw = b1_3_yaw + Df4_yaw * z[U14_yaw];  /* (40) */
-    const real U24_free_yaw = z[U24_yaw] - t_ov6wh * b2_3_yaw;  /* (41) */
+    const real U24_free_yaw = z[U24_yaw] - t_nihkp * b2_3_yaw;  /* (41) */
     const real b2_4_yaw = b2_3_yaw + Df4_yaw * z[U24_yaw];  /* (40) */
-    const real U34_free_yaw = z[U34_yaw] - t_ov6wh * Df3_yaw;  /* (41) */
+    const real U34_free_yaw = z[U34_yaw] - t_nihkp * Df3_yaw;  /* (41) */
     const real b3_4_yaw = Df3_yaw + Df4_yaw * z[U34_yaw];  /* (40) */
     const real f5_yaw = K(1.0)
         + z[U35_yaw] * v_yaw
@@ -1680,24 +1680,24 @@ void satellite_mrac_literal_jvp(const real *x, const real *r, const real *v, con
         - z[U25_yaw] * z[y2_yaw];  /* (40) */
     const real Df5_yaw = z[D5_yaw] * f5_yaw;  /* (40) */
     const real alpha5_yaw = alpha4_yaw + Df5_yaw * f5_yaw;  /* (40) */
-    const real t_xt42v = K(1.0) / alpha5_yaw;
-    const real t_6uhyh = t_rkxsm * t_xt42v;
-    const real t_janky = t_6uhyh * z[D5_yaw];
-    const real D5_free_yaw = t_janky * alpha4_yaw;  /* (41) */
-    const real t_xokdo = f5_yaw * t_nk3ay;
-    const real U15_free_yaw = z[U15_yaw] - t_xokdo * b1_4_yaw;  /* (41) */
+    const real t_6dtnj_9 = K(1.0) / alpha5_yaw;
+    const real t_qk5hl_9 = t_rkxsm * t_6dtnj_9;
+    const real t_jvdx5 = t_qk5hl_9 * z[D5_yaw];
+    const real D5_free_yaw = t_jvdx5 * alpha4_yaw;  /* (41) */
+    const real t_lhlrb = f5_yaw * t_6dtnj_8;
+    const real U15_free_yaw = z[U15_yaw] - t_lhlrb * b1_4_yaw;  /* (41) */
     const real b1_5_yaw = b1_4_yaw + Df5_yaw * z[U15_yaw];  /* (40) */
-    const real U25_free_yaw = z[U25_yaw] - t_xokdo * b2_4_yaw;  /* (41) */
+    const real U25_free_yaw = z[U25_yaw] - t_lhlrb * b2_4_yaw;  /* (41) */
     const real b2_5_yaw = b2_4_yaw + Df5_yaw * z[U25_yaw];  /* (40) */
-    const real U35_free_yaw = z[U35_yaw] - t_xokdo * b3_4_yaw;  /* (41) */
+    const real U35_free_yaw = z[U35_yaw] - t_lhlrb * b3_4_yaw;  /* (41) */
     const real b3_5_yaw = b3_4_yaw + Df5_yaw * z[U35_yaw];  /* (40) */
-    const real U45_free_yaw = z[U45_yaw] - t_xokdo * Df4_yaw;  /* (41) */
+    const real U45_free_yaw = z[U45_yaw] - t_lhlrb * Df4_yaw;  /* (41) */
     const real b4_5_yaw = Df4_yaw + Df5_yaw * z[U45_yaw];  /* (40) */
-    const real G1_yaw = b1_5_yaw * t_xt42v;  /* (40) */
-    const real G2_yaw = b2_5_yaw * t_xt42v;  /* (40) */
-    const real G3_yaw = b3_5_yaw * t_xt42v;  /* (40) */
-    const real G4_yaw = b4_5_yaw * t_xt42v;  /* (40) */
-    const real G5_yaw = Df5_yaw * t_xt42v;  /* (40) */
+    const real G1_yaw = b1_5_yaw * t_6dtnj_9;  /* (40) */
+    const real G2_yaw = b2_5_yaw * t_6dtnj_9;  /* (40) */
+    const real G3_yaw = b3_5_yaw * t_6dtnj_9;  /* (40) */
+    const real G4_yaw = b4_5_yaw * t_6dtnj_9;  /* (40) */
+    const real G5_yaw = Df5_yaw * t_6dtnj_9;  /* (40) */
     const real trace_yaw = D1_free_yaw
         + D2_free_yaw
         + D3_free_yaw
@@ -1713,82 +1713,82 @@ void satellite_mrac_literal_jvp(const real *x, const real *r, const real *v, con
         + D5_free_yaw * (U25_free_yaw * U25_free_yaw)
         + D5_free_yaw * (U35_free_yaw * U35_free_yaw)
         + D5_free_yaw * (U45_free_yaw * U45_free_yaw);  /* (41) */
-    const mask m_4b7bf = LT(c[trace_max], trace_yaw);
-    const real cap_yaw = SELECT(m_4b7bf, c[forgetting], SPLAT(K(1.0)));
-    const mask m_tx63k = LT(t_s4yo7, mv_fabs(eps_yaw));
-    const mask m_6lewq = AND(m_6w7fs, m_tx63k);
-    const real a1_now_yaw = SELECT(m_6lewq, z[a1_yaw] + G1_yaw * eps_yaw, z[a1_yaw]);  /* (42) */
-    const real a2_now_yaw = SELECT(m_6lewq, z[a2_yaw] + G2_yaw * eps_yaw, z[a2_yaw]);  /* (42) */
-    const real b0_now_yaw = SELECT(m_6lewq, z[b0_yaw] + G3_yaw * eps_yaw, z[b0_yaw]);  /* (42) */
-    const real b1_now_yaw = SELECT(m_6lewq, z[b1_yaw] + G4_yaw * eps_yaw, z[b1_yaw]);  /* (42) */
-    const real d_now_yaw = SELECT(m_6lewq, z[d_yaw] + G5_yaw * eps_yaw, z[d_yaw]);  /* (42) */
+    const mask m_mhc6m_3 = LT(c[trace_max], trace_yaw);
+    const real cap_yaw = SELECT(m_mhc6m_3, c[forgetting], SPLAT(K(1.0)));
+    const mask m_zcxt6 = LT(t_s4yo7, mv_fabs(eps_yaw));
+    const mask m_fatf3 = AND(m_6w7fs, m_zcxt6);
+    const real a1_now_yaw = SELECT(m_fatf3, z[a1_yaw] + G1_yaw * eps_yaw, z[a1_yaw]);  /* (42) */
+    const real a2_now_yaw = SELECT(m_fatf3, z[a2_yaw] + G2_yaw * eps_yaw, z[a2_yaw]);  /* (42) */
+    const real b0_now_yaw = SELECT(m_fatf3, z[b0_yaw] + G3_yaw * eps_yaw, z[b0_yaw]);  /* (42) */
+    const real b1_now_yaw = SELECT(m_fatf3, z[b1_yaw] + G4_yaw * eps_yaw, z[b1_yaw]);  /* (42) */
+    const real d_now_yaw = SELECT(m_fatf3, z[d_yaw] + G5_yaw * eps_yaw, z[d_yaw]);  /* (42) */
     const real d_used_yaw = c[compensate_d] * d_now_yaw;
-    const real t_uyakr = mv_max(b0_now_roll, c[b_min]);
+    const real t_irdwz = mv_max(b0_now_roll, c[b_min]);
     const real t_4msa4 = p[Ts] * p[Ts] * c[b_min_ratio];
     const real t_r2nkn = K(0.5) / p[I_x] * t_4msa4;
-    const real b0_used_roll = mv_max(t_uyakr, t_r2nkn);
+    const real b0_used_roll = mv_max(t_irdwz, t_r2nkn);
     const real t_2qnly = c[C2_pole] * c[C2_pole];
-    const real t_dx3wo = t_2qnly - a2_now_roll;
-    const real t_pbd6n = c[C2_pole] + c[C2_pole];
-    const real t_lanll = t_pbd6n + a1_now_roll;
-    const real s1_cancel_roll = -t_lanll;  /* (23) */
-    const real t0_cancel_roll = SELECT(m_ng6lt, t_dx3wo + a1_now_roll * a1_now_roll + t_pbd6n * a1_now_roll, s1_cancel_roll);  /* (24) */
-    const real t1_cancel_roll = SELECT(m_ng6lt, t_pbd6n * a2_now_roll + a1_now_roll * a2_now_roll, t_dx3wo);  /* (24) */
-    const real t_f3rmr = b1_now_roll - b0_used_roll * t_lanll;
-    const real t_qkrvx = b1_now_roll * v_roll;
-    const real BSu_roll = SELECT(m_ng6lt, z[u1_roll] * t_f3rmr - t_qkrvx * t_lanll, t_qkrvx);  /* (33) */
-    const real t_nzxnb = SELECT(m_ng6lt, K(1.0) - t_lanll, SPLAT(K(1.0)));
-    const real t_pqkxw = w_roll
+    const real t_yxp6o = t_2qnly - a2_now_roll;
+    const real t_c4wxs = c[C2_pole] + c[C2_pole];
+    const real t_ubkmp = t_c4wxs + a1_now_roll;
+    const real s1_cancel_roll = -t_ubkmp;  /* (23) */
+    const real t0_cancel_roll = SELECT(m_ng6lt, t_yxp6o + a1_now_roll * a1_now_roll + t_c4wxs * a1_now_roll, s1_cancel_roll);  /* (24) */
+    const real t1_cancel_roll = SELECT(m_ng6lt, t_c4wxs * a2_now_roll + a1_now_roll * a2_now_roll, t_yxp6o);  /* (24) */
+    const real t_a7n64 = b1_now_roll - b0_used_roll * t_ubkmp;
+    const real t_kke3c = b1_now_roll * v_roll;
+    const real BSu_roll = SELECT(m_ng6lt, z[u1_roll] * t_a7n64 - t_kke3c * t_ubkmp, t_kke3c);  /* (33) */
+    const real t_kgwnu = SELECT(m_ng6lt, K(1.0) - t_ubkmp, SPLAT(K(1.0)));
+    const real t_7n5ia = w_roll
         - BSu_roll
         + t_2qnly * z[wm2_roll]
-        - t_pbd6n * z[wm1_roll]
-        - d_used_roll * t_nzxnb
+        - t_c4wxs * z[wm1_roll]
+        - d_used_roll * t_kgwnu
         - x[roll] * t0_cancel_roll
         - t1_cancel_roll * y1_used_roll;
-    const real t_63334 = K(1.0) / b0_used_roll;
-    const real u_roll_mrac_literal = t_pqkxw * t_63334;
-    const real t_3us43 = mv_max(b0_now_pitch, c[b_min]);
+    const real t_amoyy = K(1.0) / b0_used_roll;
+    const real u_roll_mrac_literal = t_7n5ia * t_amoyy;
+    const real t_jq7rj = mv_max(b0_now_pitch, c[b_min]);
     const real t_rf45g = K(0.5) / p[I_y] * t_4msa4;
-    const real b0_used_pitch = mv_max(t_3us43, t_rf45g);
-    const real t_6kmom = t_2qnly - a2_now_pitch;
-    const real t_xabv7 = t_pbd6n + a1_now_pitch;
-    const real s1_cancel_pitch = -t_xabv7;  /* (23) */
-    const real t0_cancel_pitch = SELECT(m_ng6lt, t_6kmom + a1_now_pitch * a1_now_pitch + t_pbd6n * a1_now_pitch, s1_cancel_pitch);  /* (24) */
-    const real t1_cancel_pitch = SELECT(m_ng6lt, t_pbd6n * a2_now_pitch + a1_now_pitch * a2_now_pitch, t_6kmom);  /* (24) */
-    const real t_ds3fx = b1_now_pitch - b0_used_pitch * t_xabv7;
-    const real t_gl7ia = b1_now_pitch * v_pitch;
-    const real BSu_pitch = SELECT(m_ng6lt, z[u1_pitch] * t_ds3fx - t_gl7ia * t_xabv7, t_gl7ia);  /* (33) */
-    const real t_7xp6e = SELECT(m_ng6lt, K(1.0) - t_xabv7, SPLAT(K(1.0)));
-    const real t_ox36q = w_pitch
+    const real b0_used_pitch = mv_max(t_jq7rj, t_rf45g);
+    const real t_nxjzt = t_2qnly - a2_now_pitch;
+    const real t_kuhgq = t_c4wxs + a1_now_pitch;
+    const real s1_cancel_pitch = -t_kuhgq;  /* (23) */
+    const real t0_cancel_pitch = SELECT(m_ng6lt, t_nxjzt + a1_now_pitch * a1_now_pitch + t_c4wxs * a1_now_pitch, s1_cancel_pitch);  /* (24) */
+    const real t1_cancel_pitch = SELECT(m_ng6lt, t_c4wxs * a2_now_pitch + a1_now_pitch * a2_now_pitch, t_nxjzt);  /* (24) */
+    const real t_xitgn = b1_now_pitch - b0_used_pitch * t_kuhgq;
+    const real t_uatia = b1_now_pitch * v_pitch;
+    const real BSu_pitch = SELECT(m_ng6lt, z[u1_pitch] * t_xitgn - t_uatia * t_kuhgq, t_uatia);  /* (33) */
+    const real t_7xx2m = SELECT(m_ng6lt, K(1.0) - t_kuhgq, SPLAT(K(1.0)));
+    const real t_fcefs = w_pitch
         - BSu_pitch
         + t_2qnly * z[wm2_pitch]
-        - t_pbd6n * z[wm1_pitch]
-        - d_used_pitch * t_7xp6e
+        - t_c4wxs * z[wm1_pitch]
+        - d_used_pitch * t_7xx2m
         - x[pitch] * t0_cancel_pitch
         - t1_cancel_pitch * y1_used_pitch;
-    const real t_l33k6 = K(1.0) / b0_used_pitch;
-    const real u_pitch_mrac_literal = t_ox36q * t_l33k6;
-    const real t_jqfjm = mv_max(b0_now_yaw, c[b_min]);
+    const real t_tocbm = K(1.0) / b0_used_pitch;
+    const real u_pitch_mrac_literal = t_fcefs * t_tocbm;
+    const real t_vacsb = mv_max(b0_now_yaw, c[b_min]);
     const real t_ufxyh = K(0.5) / p[I_z] * t_4msa4;
-    const real b0_used_yaw = mv_max(t_jqfjm, t_ufxyh);
-    const real t_npxzz = t_2qnly - a2_now_yaw;
-    const real t_44iwp = t_pbd6n + a1_now_yaw;
-    const real s1_cancel_yaw = -t_44iwp;  /* (23) */
-    const real t0_cancel_yaw = SELECT(m_ng6lt, t_npxzz + a1_now_yaw * a1_now_yaw + t_pbd6n * a1_now_yaw, s1_cancel_yaw);  /* (24) */
-    const real t1_cancel_yaw = SELECT(m_ng6lt, t_pbd6n * a2_now_yaw + a1_now_yaw * a2_now_yaw, t_npxzz);  /* (24) */
-    const real t_u4ahm = b1_now_yaw - b0_used_yaw * t_44iwp;
-    const real t_quuto = b1_now_yaw * v_yaw;
-    const real BSu_yaw = SELECT(m_ng6lt, z[u1_yaw] * t_u4ahm - t_quuto * t_44iwp, t_quuto);  /* (33) */
-    const real t_ekig6 = SELECT(m_ng6lt, K(1.0) - t_44iwp, SPLAT(K(1.0)));
-    const real t_hy6m2 = w_yaw
+    const real b0_used_yaw = mv_max(t_vacsb, t_ufxyh);
+    const real t_t5jm7 = t_2qnly - a2_now_yaw;
+    const real t_h7p4o = t_c4wxs + a1_now_yaw;
+    const real s1_cancel_yaw = -t_h7p4o;  /* (23) */
+    const real t0_cancel_yaw = SELECT(m_ng6lt, t_t5jm7 + a1_now_yaw * a1_now_yaw + t_c4wxs * a1_now_yaw, s1_cancel_yaw);  /* (24) */
+    const real t1_cancel_yaw = SELECT(m_ng6lt, t_c4wxs * a2_now_yaw + a1_now_yaw * a2_now_yaw, t_t5jm7);  /* (24) */
+    const real t_mpnlx = b1_now_yaw - b0_used_yaw * t_h7p4o;
+    const real t_dilxn = b1_now_yaw * v_yaw;
+    const real BSu_yaw = SELECT(m_ng6lt, z[u1_yaw] * t_mpnlx - t_dilxn * t_h7p4o, t_dilxn);  /* (33) */
+    const real t_fxwcx = SELECT(m_ng6lt, K(1.0) - t_h7p4o, SPLAT(K(1.0)));
+    const real t_cdlkz = w_yaw
         - BSu_yaw
         + t_2qnly * z[wm2_yaw]
-        - t_pbd6n * z[wm1_yaw]
-        - d_used_yaw * t_ekig6
+        - t_c4wxs * z[wm1_yaw]
+        - d_used_yaw * t_fxwcx
         - t0_cancel_yaw * x[yaw]
         - t1_cancel_yaw * y1_used_yaw;
-    const real t_uslyz = K(1.0) / b0_used_yaw;
-    const real u_yaw_mrac_literal = t_hy6m2 * t_uslyz;
+    const real t_nts2m = K(1.0) / b0_used_yaw;
+    const real u_yaw_mrac_literal = t_cdlkz * t_nts2m;
     const mask m_m35aa = LT(mv_fabs(v[Tx_applied]), K(1e+30));
     const mask m_6g4m5 = LT(mv_fabs(v[Ty_applied]), K(1e+30));
     const mask m_qvzit = AND(m_m35aa, m_6g4m5);
@@ -1804,373 +1804,373 @@ void satellite_mrac_literal_jvp(const real *x, const real *r, const real *v, con
     const mask m_65ott = AND(m_6i24m, m_ghzhf);
     const mask m_lisih = LT(mv_fabs(x[roll]), K(1e+30));
     const mask m_fdhnb = AND(m_65ott, m_lisih);
-    const mask m_klrep = LT(mv_fabs(trace_pitch), K(1e+30));
-    const mask m_ftaye = AND(m_fdhnb, m_klrep);
-    const mask m_nob5q = LT(mv_fabs(trace_roll), K(1e+30));
-    const mask m_dtjsa = AND(m_ftaye, m_nob5q);
-    const mask m_smxdh = LT(mv_fabs(trace_yaw), K(1e+30));
-    const mask m_tnlb6 = AND(m_dtjsa, m_smxdh);
+    const mask m_6qzei = LT(mv_fabs(trace_pitch), K(1e+30));
+    const mask m_uncs5 = AND(m_fdhnb, m_6qzei);
+    const mask m_6qzei_2 = LT(mv_fabs(trace_roll), K(1e+30));
+    const mask m_f6kxn = AND(m_uncs5, m_6qzei_2);
+    const mask m_6qzei_3 = LT(mv_fabs(trace_yaw), K(1e+30));
+    const mask m_f6kxn_2 = AND(m_f6kxn, m_6qzei_3);
     const mask m_q3hd4 = LT(mv_fabs(x[yaw]), K(1e+30));
-    const mask m_n37qp = AND(m_tnlb6, m_q3hd4);
-    const mask m_m4djy = LT(mv_fabs(u_pitch_mrac_literal), K(1e+30));
-    const mask m_r6745 = AND(m_n37qp, m_m4djy);
-    const mask m_l5gdz = LT(mv_fabs(u_roll_mrac_literal), K(1e+30));
-    const mask m_zencp = AND(m_r6745, m_l5gdz);
-    const mask m_ccpp3 = LT(mv_fabs(u_yaw_mrac_literal), K(1e+30));
-    const mask m_kqyoi = AND(m_zencp, m_ccpp3);
-    const real t_fyvaw = t_lbhv6 * along_r[along_ref_roll] + t_u5zvh * along_z[along_wm1_roll] - t_lbhv6_2 * along_z[along_wm2_roll];
+    const mask m_4qjac = AND(m_f6kxn_2, m_q3hd4);
+    const mask m_hllxh = LT(mv_fabs(u_pitch_mrac_literal), K(1e+30));
+    const mask m_meqbv = AND(m_4qjac, m_hllxh);
+    const mask m_6zvw3 = LT(mv_fabs(u_roll_mrac_literal), K(1e+30));
+    const mask m_yip5e = AND(m_meqbv, m_6zvw3);
+    const mask m_4ukab = LT(mv_fabs(u_yaw_mrac_literal), K(1e+30));
+    const mask m_hudbn = AND(m_yip5e, m_4ukab);
+    const real t_xa4oj = t_zugk2 * along_r[along_ref_roll] + t_7h4u2_2 * along_z[along_wm1_roll] - t_zugk2_2 * along_z[along_wm2_roll];
     const real t_5guc6 = SELECT(m_2oym3, along_v[along_Tx_applied], SELECT(m_ng6lt, along_z[along_u2_roll], along_z[along_u1_roll]));
     const real t_p5mb3 = SELECT(m_myerm, along_x[along_roll], along_z[along_y1_roll]);
-    const real t_cr44a = along_z[along_v1_roll]
+    const real t_cu6tm = along_z[along_v1_roll]
         + (v_roll * along_z[along_U34_roll] + z[U34_roll] * t_5guc6)
         - (y1_used_roll * along_z[along_U14_roll] + z[U14_roll] * t_p5mb3)
         - (z[y2_roll] * along_z[along_U24_roll] + z[U24_roll] * along_z[along_y2_roll]);
-    const real t_2j7d3 = f4_roll * along_z[along_D4_roll] + z[D4_roll] * t_cr44a;
-    const real t_2mkg5 = v_roll * along_z[along_U35_roll]
+    const real t_bw7vx = f4_roll * along_z[along_D4_roll] + z[D4_roll] * t_cu6tm;
+    const real t_zlsuf = v_roll * along_z[along_U35_roll]
         + z[U35_roll] * t_5guc6
         + (z[v1_roll] * along_z[along_U45_roll] + z[U45_roll] * along_z[along_v1_roll])
         - (y1_used_roll * along_z[along_U15_roll] + z[U15_roll] * t_p5mb3)
         - (z[y2_roll] * along_z[along_U25_roll] + z[U25_roll] * along_z[along_y2_roll]);
-    const real t_p2iki = f5_roll * along_z[along_D5_roll] + z[D5_roll] * t_2mkg5;
-    const real t_4ubt3 = y1_used_roll * along_z[along_D1_roll] + z[D1_roll] * t_p5mb3;
-    const real t_zxndv = y1_used_roll * t_4ubt3 + t_s4qc7 * t_p5mb3;
-    const real t_i5wo5 = along_z[along_y2_roll] + (y1_used_roll * along_z[along_U12_roll] + z[U12_roll] * t_p5mb3);
-    const real t_vhaxy = t_4q5lb * along_z[along_D2_roll] + z[D2_roll] * t_i5wo5;
-    const real t_lwfke = t_zxndv + (t_4q5lb * t_vhaxy + t_bqiu4 * t_i5wo5);
-    const real t_mtkdt = t_5guc6
+    const real t_nfaf5 = f5_roll * along_z[along_D5_roll] + z[D5_roll] * t_zlsuf;
+    const real t_4ewwg = y1_used_roll * along_z[along_D1_roll] + z[D1_roll] * t_p5mb3;
+    const real t_3n6sb = y1_used_roll * t_4ewwg + t_zrpuv * t_p5mb3;
+    const real t_dl2bl = along_z[along_y2_roll] + (y1_used_roll * along_z[along_U12_roll] + z[U12_roll] * t_p5mb3);
+    const real t_aflwp = t_rm4w3 * along_z[along_D2_roll] + z[D2_roll] * t_dl2bl;
+    const real t_7gjyl = t_3n6sb + (t_rm4w3 * t_aflwp + t_mpk5i * t_dl2bl);
+    const real t_t7u3j = t_5guc6
         - (y1_used_roll * along_z[along_U13_roll] + z[U13_roll] * t_p5mb3)
         - (z[y2_roll] * along_z[along_U23_roll] + z[U23_roll] * along_z[along_y2_roll]);
-    const real t_5myce = f3_roll * along_z[along_D3_roll] + z[D3_roll] * t_mtkdt;
-    const real t_ptrq3 = t_lwfke + (f3_roll * t_5myce + Df3_roll * t_mtkdt);
-    const real t_xbc47 = t_ptrq3 + (f4_roll * t_2j7d3 + Df4_roll * t_cr44a);
-    const real t_waqqe = t_xbc47 + (f5_roll * t_p2iki + Df5_roll * t_2mkg5);
-    const real t_csmt4 = (t_2j7d3 + (z[U45_roll] * t_p2iki + Df5_roll * along_z[along_U45_roll])) * t_szpzk
-        - G4_roll * t_szpzk * t_waqqe;
-    const real t_zpwnk = along_z[along_d_roll]
+    const real t_3qqqo = f3_roll * along_z[along_D3_roll] + z[D3_roll] * t_t7u3j;
+    const real t_jbuv5 = t_7gjyl + (f3_roll * t_3qqqo + Df3_roll * t_t7u3j);
+    const real t_e7ym3 = t_jbuv5 + (f4_roll * t_bw7vx + Df4_roll * t_cu6tm);
+    const real t_uumhh = t_e7ym3 + (f5_roll * t_nfaf5 + Df5_roll * t_zlsuf);
+    const real t_si7tw = (t_bw7vx + (z[U45_roll] * t_nfaf5 + Df5_roll * along_z[along_U45_roll])) * t_6dtnj_3
+        - G4_roll * t_6dtnj_3 * t_uumhh;
+    const real t_mhm7f = along_z[along_d_roll]
         + (v_roll * along_z[along_b0_roll] + z[b0_roll] * t_5guc6)
         + (z[v1_roll] * along_z[along_b1_roll] + z[b1_roll] * along_z[along_v1_roll])
         - (y1_used_roll * along_z[along_a1_roll] + z[a1_roll] * t_p5mb3)
         - (z[y2_roll] * along_z[along_a2_roll] + z[a2_roll] * along_z[along_y2_roll]);
-    const real t_vewdd = along_x[along_roll] - t_zpwnk;
-    const real t_3jfg3 = SELECT(m_huydk, along_z[along_b1_roll] + (eps_roll * t_csmt4 + G4_roll * t_vewdd), along_z[along_b1_roll]);
-    const mask m_ixyhd = LE(t_r2nkn, t_uyakr);
-    const real t_scbgl = NUM(m_ixyhd);
-    const mask m_enadh = LE(t_uyakr, t_r2nkn);
-    const mask m_fqqqw = LE(c[b_min], b0_now_roll);
-    const real t_fqqqw = NUM(m_fqqqw);
-    const mask m_ildba = LE(b0_now_roll, c[b_min]);
-    const real t_qjleu = t_5myce + (z[U34_roll] * t_2j7d3 + Df4_roll * along_z[along_U34_roll]);
-    const real t_x4ac6 = (t_qjleu + (z[U35_roll] * t_p2iki + Df5_roll * along_z[along_U35_roll])) * t_szpzk
-        - G3_roll * t_szpzk * t_waqqe;
-    const real t_mdwgv = SELECT(m_huydk, along_z[along_b0_roll] + (eps_roll * t_x4ac6 + G3_roll * t_vewdd), along_z[along_b0_roll]);
-    const real t_xa6zw = t_scbgl / (t_scbgl + NUM(m_enadh)) * (t_fqqqw / (t_fqqqw + NUM(m_ildba)) * t_mdwgv);
-    const real t_i7ymo = t_4ubt3 + (z[U12_roll] * t_vhaxy + t_bqiu4 * along_z[along_U12_roll]);
-    const real t_7nnhz = z[U13_roll] * t_5myce + Df3_roll * along_z[along_U13_roll] - t_i7ymo;
-    const real t_6g2lm = t_7nnhz + (z[U14_roll] * t_2j7d3 + Df4_roll * along_z[along_U14_roll]);
-    const real t_7lmwn = (t_6g2lm + (z[U15_roll] * t_p2iki + Df5_roll * along_z[along_U15_roll])) * t_szpzk
-        - G1_roll * t_szpzk * t_waqqe;
-    const real t_vh4ur = SELECT(m_huydk, along_z[along_a1_roll] + (eps_roll * t_7lmwn + G1_roll * t_vewdd), along_z[along_a1_roll]);
-    const real t_c2nnb = v_roll * t_3jfg3 + b1_now_roll * t_5guc6;
-    const real t_sehpn = t_f3rmr * along_z[along_u1_roll]
-        + z[u1_roll] * (t_3jfg3 - (t_lanll * t_xa6zw + b0_used_roll * t_vh4ur))
-        - (t_lanll * t_c2nnb + t_qkrvx * t_vh4ur);
-    const real t_uyv4a = along_z[along_d_roll]
-        + (eps_roll * (t_p2iki * t_szpzk - G5_roll * t_szpzk * t_waqqe) + G5_roll * t_vewdd);
-    const real t_4e7kp = SELECT(m_huydk, t_uyv4a, along_z[along_d_roll]);
-    const real t_l6zsn = z[U23_roll] * t_5myce + Df3_roll * along_z[along_U23_roll] - t_vhaxy;
-    const real t_z4fpw = t_l6zsn + (z[U24_roll] * t_2j7d3 + Df4_roll * along_z[along_U24_roll]);
-    const real t_m7fjp = (t_z4fpw + (z[U25_roll] * t_p2iki + Df5_roll * along_z[along_U25_roll])) * t_szpzk
-        - G2_roll * t_szpzk * t_waqqe;
-    const real t_qy6nt = SELECT(m_huydk, along_z[along_a2_roll] + (eps_roll * t_m7fjp + G2_roll * t_vewdd), along_z[along_a2_roll]);
-    const real t_uu5gi = x[roll] * SELECT(m_ng6lt, (a1_now_roll + a1_now_roll) * t_vh4ur - t_qy6nt + t_pbd6n * t_vh4ur, -t_vh4ur);
-    const real t_xdjfu = y1_used_roll * SELECT(m_ng6lt, t_pbd6n * t_qy6nt + (a2_now_roll * t_vh4ur + a1_now_roll * t_qy6nt), -t_qy6nt);
-    const real t_uftfu = t_fyvaw
-        - SELECT(m_ng6lt, t_sehpn, t_c2nnb)
+    const real t_il7ec = along_x[along_roll] - t_mhm7f;
+    const real t_f7e7a = SELECT(m_dyzzl, along_z[along_b1_roll] + (eps_roll * t_si7tw + G4_roll * t_il7ec), along_z[along_b1_roll]);
+    const mask m_yzrdd = LE(t_r2nkn, t_irdwz);
+    const real t_sneuu = NUM(m_yzrdd);
+    const mask m_ixqfv = LE(t_irdwz, t_r2nkn);
+    const mask m_fxcr4 = LE(c[b_min], b0_now_roll);
+    const real t_fxcr4 = NUM(m_fxcr4);
+    const mask m_dqtp6 = LE(b0_now_roll, c[b_min]);
+    const real t_4gi4s = t_3qqqo + (z[U34_roll] * t_bw7vx + Df4_roll * along_z[along_U34_roll]);
+    const real t_lrs5u = (t_4gi4s + (z[U35_roll] * t_nfaf5 + Df5_roll * along_z[along_U35_roll])) * t_6dtnj_3
+        - G3_roll * t_6dtnj_3 * t_uumhh;
+    const real t_h3bzc = SELECT(m_dyzzl, along_z[along_b0_roll] + (eps_roll * t_lrs5u + G3_roll * t_il7ec), along_z[along_b0_roll]);
+    const real t_a35fr = t_sneuu / (t_sneuu + NUM(m_ixqfv)) * (t_fxcr4 / (t_fxcr4 + NUM(m_dqtp6)) * t_h3bzc);
+    const real t_y55bd = t_4ewwg + (z[U12_roll] * t_aflwp + t_mpk5i * along_z[along_U12_roll]);
+    const real t_amch6 = z[U13_roll] * t_3qqqo + Df3_roll * along_z[along_U13_roll] - t_y55bd;
+    const real t_2be3j = t_amch6 + (z[U14_roll] * t_bw7vx + Df4_roll * along_z[along_U14_roll]);
+    const real t_r3ccg = (t_2be3j + (z[U15_roll] * t_nfaf5 + Df5_roll * along_z[along_U15_roll])) * t_6dtnj_3
+        - G1_roll * t_6dtnj_3 * t_uumhh;
+    const real t_qqxn3 = SELECT(m_dyzzl, along_z[along_a1_roll] + (eps_roll * t_r3ccg + G1_roll * t_il7ec), along_z[along_a1_roll]);
+    const real t_mcn26 = v_roll * t_f7e7a + b1_now_roll * t_5guc6;
+    const real t_jvtf6 = t_a7n64 * along_z[along_u1_roll]
+        + z[u1_roll] * (t_f7e7a - (t_ubkmp * t_a35fr + b0_used_roll * t_qqxn3))
+        - (t_ubkmp * t_mcn26 + t_kke3c * t_qqxn3);
+    const real t_fbame = along_z[along_d_roll]
+        + (eps_roll * (t_nfaf5 * t_6dtnj_3 - G5_roll * t_6dtnj_3 * t_uumhh) + G5_roll * t_il7ec);
+    const real t_cf3jf = SELECT(m_dyzzl, t_fbame, along_z[along_d_roll]);
+    const real t_nuk4c = z[U23_roll] * t_3qqqo + Df3_roll * along_z[along_U23_roll] - t_aflwp;
+    const real t_g5uay = t_nuk4c + (z[U24_roll] * t_bw7vx + Df4_roll * along_z[along_U24_roll]);
+    const real t_l5b23 = (t_g5uay + (z[U25_roll] * t_nfaf5 + Df5_roll * along_z[along_U25_roll])) * t_6dtnj_3
+        - G2_roll * t_6dtnj_3 * t_uumhh;
+    const real t_p4sbp = SELECT(m_dyzzl, along_z[along_a2_roll] + (eps_roll * t_l5b23 + G2_roll * t_il7ec), along_z[along_a2_roll]);
+    const real t_jyz53 = x[roll] * SELECT(m_ng6lt, (a1_now_roll + a1_now_roll) * t_qqxn3 - t_p4sbp + t_c4wxs * t_qqxn3, -t_qqxn3);
+    const real t_4qvb6 = y1_used_roll * SELECT(m_ng6lt, t_c4wxs * t_p4sbp + (a2_now_roll * t_qqxn3 + a1_now_roll * t_p4sbp), -t_p4sbp);
+    const real t_hhsr4 = t_xa4oj
+        - SELECT(m_ng6lt, t_jvtf6, t_mcn26)
         + t_2qnly * along_z[along_wm2_roll]
-        - t_pbd6n * along_z[along_wm1_roll]
-        - (t_nzxnb * (c[compensate_d] * t_4e7kp) + SELECT0(m_ng6lt, -(d_used_roll * t_vh4ur)))
-        - (t0_cancel_roll * along_x[along_roll] + t_uu5gi)
-        - (t_xdjfu + t1_cancel_roll * t_p5mb3);
-    const real t_i4jyc = t_uftfu * t_63334 - u_roll_mrac_literal * t_63334 * t_xa6zw;
-    const real t_g77db = t_lbhv6 * along_r[along_ref_pitch] + t_u5zvh * along_z[along_wm1_pitch] - t_lbhv6_2 * along_z[along_wm2_pitch];
+        - t_c4wxs * along_z[along_wm1_roll]
+        - (t_kgwnu * (c[compensate_d] * t_cf3jf) + SELECT0(m_ng6lt, -(d_used_roll * t_qqxn3)))
+        - (t0_cancel_roll * along_x[along_roll] + t_jyz53)
+        - (t_4qvb6 + t1_cancel_roll * t_p5mb3);
+    const real t_vckfx = t_hhsr4 * t_amoyy - u_roll_mrac_literal * t_amoyy * t_a35fr;
+    const real t_jmrkn = t_zugk2 * along_r[along_ref_pitch] + t_7h4u2_2 * along_z[along_wm1_pitch] - t_zugk2_2 * along_z[along_wm2_pitch];
     const real t_fzwzx = SELECT(m_2oym3, along_v[along_Ty_applied], SELECT(m_ng6lt, along_z[along_u2_pitch], along_z[along_u1_pitch]));
     const real t_k2ugh = SELECT(m_myerm, along_x[along_pitch], along_z[along_y1_pitch]);
-    const real t_johjr = along_z[along_v1_pitch]
+    const real t_rvpot = along_z[along_v1_pitch]
         + (v_pitch * along_z[along_U34_pitch] + z[U34_pitch] * t_fzwzx)
         - (y1_used_pitch * along_z[along_U14_pitch] + z[U14_pitch] * t_k2ugh)
         - (z[y2_pitch] * along_z[along_U24_pitch] + z[U24_pitch] * along_z[along_y2_pitch]);
-    const real t_s3vzk = f4_pitch * along_z[along_D4_pitch] + z[D4_pitch] * t_johjr;
-    const real t_tx5zg = v_pitch * along_z[along_U35_pitch]
+    const real t_utzyf = f4_pitch * along_z[along_D4_pitch] + z[D4_pitch] * t_rvpot;
+    const real t_yifyy = v_pitch * along_z[along_U35_pitch]
         + z[U35_pitch] * t_fzwzx
         + (z[v1_pitch] * along_z[along_U45_pitch] + z[U45_pitch] * along_z[along_v1_pitch])
         - (y1_used_pitch * along_z[along_U15_pitch] + z[U15_pitch] * t_k2ugh)
         - (z[y2_pitch] * along_z[along_U25_pitch] + z[U25_pitch] * along_z[along_y2_pitch]);
-    const real t_te3hn = f5_pitch * along_z[along_D5_pitch] + z[D5_pitch] * t_tx5zg;
-    const real t_52r3v = y1_used_pitch * along_z[along_D1_pitch] + z[D1_pitch] * t_k2ugh;
-    const real t_myzpk = y1_used_pitch * t_52r3v + t_n6265 * t_k2ugh;
-    const real t_6swjr = along_z[along_y2_pitch] + (y1_used_pitch * along_z[along_U12_pitch] + z[U12_pitch] * t_k2ugh);
-    const real t_fck75 = t_5xoth * along_z[along_D2_pitch] + z[D2_pitch] * t_6swjr;
-    const real t_n3q67 = t_myzpk + (t_5xoth * t_fck75 + t_urk7s * t_6swjr);
-    const real t_tyqro = t_fzwzx
+    const real t_mhcow = f5_pitch * along_z[along_D5_pitch] + z[D5_pitch] * t_yifyy;
+    const real t_uw4xl = y1_used_pitch * along_z[along_D1_pitch] + z[D1_pitch] * t_k2ugh;
+    const real t_k3uyk = y1_used_pitch * t_uw4xl + t_zx462 * t_k2ugh;
+    const real t_4aga2 = along_z[along_y2_pitch] + (y1_used_pitch * along_z[along_U12_pitch] + z[U12_pitch] * t_k2ugh);
+    const real t_xoyzg = t_olxlq * along_z[along_D2_pitch] + z[D2_pitch] * t_4aga2;
+    const real t_4kcjc = t_k3uyk + (t_olxlq * t_xoyzg + t_gjcmb * t_4aga2);
+    const real t_tjcjv = t_fzwzx
         - (y1_used_pitch * along_z[along_U13_pitch] + z[U13_pitch] * t_k2ugh)
         - (z[y2_pitch] * along_z[along_U23_pitch] + z[U23_pitch] * along_z[along_y2_pitch]);
-    const real t_kwitg = f3_pitch * along_z[along_D3_pitch] + z[D3_pitch] * t_tyqro;
-    const real t_xb5zf = t_n3q67 + (f3_pitch * t_kwitg + Df3_pitch * t_tyqro);
-    const real t_7o2f3 = t_xb5zf + (f4_pitch * t_s3vzk + Df4_pitch * t_johjr);
-    const real t_4zppg = t_7o2f3 + (f5_pitch * t_te3hn + Df5_pitch * t_tx5zg);
-    const real t_7l2lt = (t_s3vzk + (z[U45_pitch] * t_te3hn + Df5_pitch * along_z[along_U45_pitch])) * t_uppvm
-        - G4_pitch * t_uppvm * t_4zppg;
-    const real t_sfbvj = along_z[along_d_pitch]
+    const real t_cuhyf = f3_pitch * along_z[along_D3_pitch] + z[D3_pitch] * t_tjcjv;
+    const real t_cpbhg = t_4kcjc + (f3_pitch * t_cuhyf + Df3_pitch * t_tjcjv);
+    const real t_qvjyq = t_cpbhg + (f4_pitch * t_utzyf + Df4_pitch * t_rvpot);
+    const real t_rbb2g = t_qvjyq + (f5_pitch * t_mhcow + Df5_pitch * t_yifyy);
+    const real t_zahgd = (t_utzyf + (z[U45_pitch] * t_mhcow + Df5_pitch * along_z[along_U45_pitch])) * t_6dtnj_6
+        - G4_pitch * t_6dtnj_6 * t_rbb2g;
+    const real t_6vgge = along_z[along_d_pitch]
         + (v_pitch * along_z[along_b0_pitch] + z[b0_pitch] * t_fzwzx)
         + (z[v1_pitch] * along_z[along_b1_pitch] + z[b1_pitch] * along_z[along_v1_pitch])
         - (y1_used_pitch * along_z[along_a1_pitch] + z[a1_pitch] * t_k2ugh)
         - (z[y2_pitch] * along_z[along_a2_pitch] + z[a2_pitch] * along_z[along_y2_pitch]);
-    const real t_54n5p = along_x[along_pitch] - t_sfbvj;
-    const real t_c6ql7 = SELECT(m_fztcf, along_z[along_b1_pitch] + (eps_pitch * t_7l2lt + G4_pitch * t_54n5p), along_z[along_b1_pitch]);
-    const mask m_w25f5 = LE(t_rf45g, t_3us43);
-    const real t_vqxtx = NUM(m_w25f5);
-    const mask m_tm5bw = LE(t_3us43, t_rf45g);
-    const mask m_bdwad = LE(c[b_min], b0_now_pitch);
-    const real t_bdwad = NUM(m_bdwad);
-    const mask m_ffoek = LE(b0_now_pitch, c[b_min]);
-    const real t_crqif = t_kwitg + (z[U34_pitch] * t_s3vzk + Df4_pitch * along_z[along_U34_pitch]);
-    const real t_cfhpf = (t_crqif + (z[U35_pitch] * t_te3hn + Df5_pitch * along_z[along_U35_pitch])) * t_uppvm
-        - G3_pitch * t_uppvm * t_4zppg;
-    const real t_t6poo = SELECT(m_fztcf, along_z[along_b0_pitch] + (eps_pitch * t_cfhpf + G3_pitch * t_54n5p), along_z[along_b0_pitch]);
-    const real t_ydqgt = t_vqxtx / (t_vqxtx + NUM(m_tm5bw)) * (t_bdwad / (t_bdwad + NUM(m_ffoek)) * t_t6poo);
-    const real t_tljzu = t_52r3v + (z[U12_pitch] * t_fck75 + t_urk7s * along_z[along_U12_pitch]);
-    const real t_c765l = z[U13_pitch] * t_kwitg + Df3_pitch * along_z[along_U13_pitch] - t_tljzu;
-    const real t_ximdz = t_c765l + (z[U14_pitch] * t_s3vzk + Df4_pitch * along_z[along_U14_pitch]);
-    const real t_nlcuq = (t_ximdz + (z[U15_pitch] * t_te3hn + Df5_pitch * along_z[along_U15_pitch])) * t_uppvm
-        - G1_pitch * t_uppvm * t_4zppg;
-    const real t_hw34x = SELECT(m_fztcf, along_z[along_a1_pitch] + (eps_pitch * t_nlcuq + G1_pitch * t_54n5p), along_z[along_a1_pitch]);
-    const real t_o32ab = v_pitch * t_c6ql7 + b1_now_pitch * t_fzwzx;
-    const real t_navur = t_ds3fx * along_z[along_u1_pitch]
-        + z[u1_pitch] * (t_c6ql7 - (t_xabv7 * t_ydqgt + b0_used_pitch * t_hw34x))
-        - (t_xabv7 * t_o32ab + t_gl7ia * t_hw34x);
-    const real t_y6ibb = along_z[along_d_pitch]
-        + (eps_pitch * (t_te3hn * t_uppvm - G5_pitch * t_uppvm * t_4zppg) + G5_pitch * t_54n5p);
-    const real t_yfbgo = SELECT(m_fztcf, t_y6ibb, along_z[along_d_pitch]);
-    const real t_kfsdu = z[U23_pitch] * t_kwitg + Df3_pitch * along_z[along_U23_pitch] - t_fck75;
-    const real t_fax5j = t_kfsdu + (z[U24_pitch] * t_s3vzk + Df4_pitch * along_z[along_U24_pitch]);
-    const real t_ajce5 = (t_fax5j + (z[U25_pitch] * t_te3hn + Df5_pitch * along_z[along_U25_pitch])) * t_uppvm
-        - G2_pitch * t_uppvm * t_4zppg;
-    const real t_ak6av = SELECT(m_fztcf, along_z[along_a2_pitch] + (eps_pitch * t_ajce5 + G2_pitch * t_54n5p), along_z[along_a2_pitch]);
-    const real t_j2bzl = x[pitch] * SELECT(m_ng6lt, (a1_now_pitch + a1_now_pitch) * t_hw34x - t_ak6av + t_pbd6n * t_hw34x, -t_hw34x);
-    const real t_5ldky = y1_used_pitch * SELECT(m_ng6lt, t_pbd6n * t_ak6av + (a2_now_pitch * t_hw34x + a1_now_pitch * t_ak6av), -t_ak6av);
-    const real t_u5cq7 = t_g77db
-        - SELECT(m_ng6lt, t_navur, t_o32ab)
+    const real t_4hvt5 = along_x[along_pitch] - t_6vgge;
+    const real t_wv43l = SELECT(m_rjsrz, along_z[along_b1_pitch] + (eps_pitch * t_zahgd + G4_pitch * t_4hvt5), along_z[along_b1_pitch]);
+    const mask m_r2o52 = LE(t_rf45g, t_jq7rj);
+    const real t_ahk2n = NUM(m_r2o52);
+    const mask m_ppqqo = LE(t_jq7rj, t_rf45g);
+    const mask m_kcqw7 = LE(c[b_min], b0_now_pitch);
+    const real t_kcqw7 = NUM(m_kcqw7);
+    const mask m_tofbw = LE(b0_now_pitch, c[b_min]);
+    const real t_rwjup = t_cuhyf + (z[U34_pitch] * t_utzyf + Df4_pitch * along_z[along_U34_pitch]);
+    const real t_oy46j = (t_rwjup + (z[U35_pitch] * t_mhcow + Df5_pitch * along_z[along_U35_pitch])) * t_6dtnj_6
+        - G3_pitch * t_6dtnj_6 * t_rbb2g;
+    const real t_crmvu = SELECT(m_rjsrz, along_z[along_b0_pitch] + (eps_pitch * t_oy46j + G3_pitch * t_4hvt5), along_z[along_b0_pitch]);
+    const real t_64oau = t_ahk2n / (t_ahk2n + NUM(m_ppqqo)) * (t_kcqw7 / (t_kcqw7 + NUM(m_tofbw)) * t_crmvu);
+    const real t_kgue2 = t_uw4xl + (z[U12_pitch] * t_xoyzg + t_gjcmb * along_z[along_U12_pitch]);
+    const real t_zuda4 = z[U13_pitch] * t_cuhyf + Df3_pitch * along_z[along_U13_pitch] - t_kgue2;
+    const real t_vwye7 = t_zuda4 + (z[U14_pitch] * t_utzyf + Df4_pitch * along_z[along_U14_pitch]);
+    const real t_dkp4c = (t_vwye7 + (z[U15_pitch] * t_mhcow + Df5_pitch * along_z[along_U15_pitch])) * t_6dtnj_6
+        - G1_pitch * t_6dtnj_6 * t_rbb2g;
+    const real t_xlfxf = SELECT(m_rjsrz, along_z[along_a1_pitch] + (eps_pitch * t_dkp4c + G1_pitch * t_4hvt5), along_z[along_a1_pitch]);
+    const real t_75yp3 = v_pitch * t_wv43l + b1_now_pitch * t_fzwzx;
+    const real t_k7qc3 = t_xitgn * along_z[along_u1_pitch]
+        + z[u1_pitch] * (t_wv43l - (t_kuhgq * t_64oau + b0_used_pitch * t_xlfxf))
+        - (t_kuhgq * t_75yp3 + t_uatia * t_xlfxf);
+    const real t_62ikm = along_z[along_d_pitch]
+        + (eps_pitch * (t_mhcow * t_6dtnj_6 - G5_pitch * t_6dtnj_6 * t_rbb2g) + G5_pitch * t_4hvt5);
+    const real t_czhku = SELECT(m_rjsrz, t_62ikm, along_z[along_d_pitch]);
+    const real t_dfsdl = z[U23_pitch] * t_cuhyf + Df3_pitch * along_z[along_U23_pitch] - t_xoyzg;
+    const real t_tm446 = t_dfsdl + (z[U24_pitch] * t_utzyf + Df4_pitch * along_z[along_U24_pitch]);
+    const real t_ea4hi = (t_tm446 + (z[U25_pitch] * t_mhcow + Df5_pitch * along_z[along_U25_pitch])) * t_6dtnj_6
+        - G2_pitch * t_6dtnj_6 * t_rbb2g;
+    const real t_kex75 = SELECT(m_rjsrz, along_z[along_a2_pitch] + (eps_pitch * t_ea4hi + G2_pitch * t_4hvt5), along_z[along_a2_pitch]);
+    const real t_ym4oj = x[pitch] * SELECT(m_ng6lt, (a1_now_pitch + a1_now_pitch) * t_xlfxf - t_kex75 + t_c4wxs * t_xlfxf, -t_xlfxf);
+    const real t_szco5 = y1_used_pitch * SELECT(m_ng6lt, t_c4wxs * t_kex75 + (a2_now_pitch * t_xlfxf + a1_now_pitch * t_kex75), -t_kex75);
+    const real t_3bpbw = t_jmrkn
+        - SELECT(m_ng6lt, t_k7qc3, t_75yp3)
         + t_2qnly * along_z[along_wm2_pitch]
-        - t_pbd6n * along_z[along_wm1_pitch]
-        - (t_7xp6e * (c[compensate_d] * t_yfbgo) + SELECT0(m_ng6lt, -(d_used_pitch * t_hw34x)))
-        - (t0_cancel_pitch * along_x[along_pitch] + t_j2bzl)
-        - (t_5ldky + t1_cancel_pitch * t_k2ugh);
-    const real t_gxsuy = t_u5cq7 * t_l33k6 - u_pitch_mrac_literal * t_l33k6 * t_ydqgt;
-    const real t_k6r65 = t_lbhv6 * along_r[along_ref_yaw] + t_u5zvh * along_z[along_wm1_yaw] - t_lbhv6_2 * along_z[along_wm2_yaw];
+        - t_c4wxs * along_z[along_wm1_pitch]
+        - (t_7xx2m * (c[compensate_d] * t_czhku) + SELECT0(m_ng6lt, -(d_used_pitch * t_xlfxf)))
+        - (t0_cancel_pitch * along_x[along_pitch] + t_ym4oj)
+        - (t_szco5 + t1_cancel_pitch * t_k2ugh);
+    const real t_tvqq7 = t_3bpbw * t_tocbm - u_pitch_mrac_literal * t_tocbm * t_64oau;
+    const real t_a3cz5 = t_zugk2 * along_r[along_ref_yaw] + t_7h4u2_2 * along_z[along_wm1_yaw] - t_zugk2_2 * along_z[along_wm2_yaw];
     const real t_2h7da = SELECT(m_2oym3, along_v[along_Tz_applied], SELECT(m_ng6lt, along_z[along_u2_yaw], along_z[along_u1_yaw]));
     const real t_rq2o3 = SELECT(m_myerm, along_x[along_yaw], along_z[along_y1_yaw]);
-    const real t_ox57m = along_z[along_v1_yaw]
+    const real t_u2bg5 = along_z[along_v1_yaw]
         + (v_yaw * along_z[along_U34_yaw] + z[U34_yaw] * t_2h7da)
         - (y1_used_yaw * along_z[along_U14_yaw] + z[U14_yaw] * t_rq2o3)
         - (z[y2_yaw] * along_z[along_U24_yaw] + z[U24_yaw] * along_z[along_y2_yaw]);
-    const real t_v7jac = f4_yaw * along_z[along_D4_yaw] + z[D4_yaw] * t_ox57m;
-    const real t_hwmgq = v_yaw * along_z[along_U35_yaw]
+    const real t_jtm4x = f4_yaw * along_z[along_D4_yaw] + z[D4_yaw] * t_u2bg5;
+    const real t_kjvuo = v_yaw * along_z[along_U35_yaw]
         + z[U35_yaw] * t_2h7da
         + (z[v1_yaw] * along_z[along_U45_yaw] + z[U45_yaw] * along_z[along_v1_yaw])
         - (y1_used_yaw * along_z[along_U15_yaw] + z[U15_yaw] * t_rq2o3)
         - (z[y2_yaw] * along_z[along_U25_yaw] + z[U25_yaw] * along_z[along_y2_yaw]);
-    const real t_xfl26 = f5_yaw * along_z[along_D5_yaw] + z[D5_yaw] * t_hwmgq;
-    const real t_yeeko = y1_used_yaw * along_z[along_D1_yaw] + z[D1_yaw] * t_rq2o3;
-    const real t_7twjv = y1_used_yaw * t_yeeko + t_5t4tf * t_rq2o3;
-    const real t_ynqzy = along_z[along_y2_yaw] + (y1_used_yaw * along_z[along_U12_yaw] + z[U12_yaw] * t_rq2o3);
-    const real t_bvhqg = t_fz2ih * along_z[along_D2_yaw] + z[D2_yaw] * t_ynqzy;
-    const real t_g3udf = t_7twjv + (t_fz2ih * t_bvhqg + t_3inrl * t_ynqzy);
-    const real t_dnqfm = t_2h7da
+    const real t_pcqcj = f5_yaw * along_z[along_D5_yaw] + z[D5_yaw] * t_kjvuo;
+    const real t_b6hs3 = y1_used_yaw * along_z[along_D1_yaw] + z[D1_yaw] * t_rq2o3;
+    const real t_6n5vj = y1_used_yaw * t_b6hs3 + t_bysdb * t_rq2o3;
+    const real t_s2lwz = along_z[along_y2_yaw] + (y1_used_yaw * along_z[along_U12_yaw] + z[U12_yaw] * t_rq2o3);
+    const real t_mxnaf = t_howu6 * along_z[along_D2_yaw] + z[D2_yaw] * t_s2lwz;
+    const real t_4yehg = t_6n5vj + (t_howu6 * t_mxnaf + t_pofsn * t_s2lwz);
+    const real t_2c5rl = t_2h7da
         - (y1_used_yaw * along_z[along_U13_yaw] + z[U13_yaw] * t_rq2o3)
         - (z[y2_yaw] * along_z[along_U23_yaw] + z[U23_yaw] * along_z[along_y2_yaw]);
-    const real t_spwqh = f3_yaw * along_z[along_D3_yaw] + z[D3_yaw] * t_dnqfm;
-    const real t_u2t3t = t_g3udf + (f3_yaw * t_spwqh + Df3_yaw * t_dnqfm);
-    const real t_lat2a = t_u2t3t + (f4_yaw * t_v7jac + Df4_yaw * t_ox57m);
-    const real t_ewrtu = t_lat2a + (f5_yaw * t_xfl26 + Df5_yaw * t_hwmgq);
-    const real t_6mmhc = (t_v7jac + (z[U45_yaw] * t_xfl26 + Df5_yaw * along_z[along_U45_yaw])) * t_xt42v
-        - G4_yaw * t_xt42v * t_ewrtu;
-    const real t_yvkbd = along_z[along_d_yaw]
+    const real t_hg63j = f3_yaw * along_z[along_D3_yaw] + z[D3_yaw] * t_2c5rl;
+    const real t_wovng = t_4yehg + (f3_yaw * t_hg63j + Df3_yaw * t_2c5rl);
+    const real t_dnktc = t_wovng + (f4_yaw * t_jtm4x + Df4_yaw * t_u2bg5);
+    const real t_ixibe = t_dnktc + (f5_yaw * t_pcqcj + Df5_yaw * t_kjvuo);
+    const real t_jklza = (t_jtm4x + (z[U45_yaw] * t_pcqcj + Df5_yaw * along_z[along_U45_yaw])) * t_6dtnj_9
+        - G4_yaw * t_6dtnj_9 * t_ixibe;
+    const real t_xdczm = along_z[along_d_yaw]
         + (v_yaw * along_z[along_b0_yaw] + z[b0_yaw] * t_2h7da)
         + (z[v1_yaw] * along_z[along_b1_yaw] + z[b1_yaw] * along_z[along_v1_yaw])
         - (y1_used_yaw * along_z[along_a1_yaw] + z[a1_yaw] * t_rq2o3)
         - (z[y2_yaw] * along_z[along_a2_yaw] + z[a2_yaw] * along_z[along_y2_yaw]);
-    const real t_ndufb = along_x[along_yaw] - t_yvkbd;
-    const real t_7g3bh = SELECT(m_6lewq, along_z[along_b1_yaw] + (eps_yaw * t_6mmhc + G4_yaw * t_ndufb), along_z[along_b1_yaw]);
-    const mask m_bn3sx = LE(t_ufxyh, t_jqfjm);
-    const real t_expcq = NUM(m_bn3sx);
-    const mask m_ifxoy = LE(t_jqfjm, t_ufxyh);
-    const mask m_b4zst = LE(c[b_min], b0_now_yaw);
-    const real t_b4zst = NUM(m_b4zst);
-    const mask m_jta5f = LE(b0_now_yaw, c[b_min]);
-    const real t_gtofe = t_spwqh + (z[U34_yaw] * t_v7jac + Df4_yaw * along_z[along_U34_yaw]);
-    const real t_6cu3u = (t_gtofe + (z[U35_yaw] * t_xfl26 + Df5_yaw * along_z[along_U35_yaw])) * t_xt42v
-        - G3_yaw * t_xt42v * t_ewrtu;
-    const real t_jqmmw = SELECT(m_6lewq, along_z[along_b0_yaw] + (eps_yaw * t_6cu3u + G3_yaw * t_ndufb), along_z[along_b0_yaw]);
-    const real t_z7z4i = t_expcq / (t_expcq + NUM(m_ifxoy)) * (t_b4zst / (t_b4zst + NUM(m_jta5f)) * t_jqmmw);
-    const real t_3op2v = t_yeeko + (z[U12_yaw] * t_bvhqg + t_3inrl * along_z[along_U12_yaw]);
-    const real t_duqey = z[U13_yaw] * t_spwqh + Df3_yaw * along_z[along_U13_yaw] - t_3op2v;
-    const real t_n2atp = t_duqey + (z[U14_yaw] * t_v7jac + Df4_yaw * along_z[along_U14_yaw]);
-    const real t_bn3mt = (t_n2atp + (z[U15_yaw] * t_xfl26 + Df5_yaw * along_z[along_U15_yaw])) * t_xt42v
-        - G1_yaw * t_xt42v * t_ewrtu;
-    const real t_ua7hv = SELECT(m_6lewq, along_z[along_a1_yaw] + (eps_yaw * t_bn3mt + G1_yaw * t_ndufb), along_z[along_a1_yaw]);
-    const real t_o6gkb = v_yaw * t_7g3bh + b1_now_yaw * t_2h7da;
-    const real t_zwdcg = t_u4ahm * along_z[along_u1_yaw]
-        + z[u1_yaw] * (t_7g3bh - (t_44iwp * t_z7z4i + b0_used_yaw * t_ua7hv))
-        - (t_44iwp * t_o6gkb + t_quuto * t_ua7hv);
-    const real t_i6vab = along_z[along_d_yaw]
-        + (eps_yaw * (t_xfl26 * t_xt42v - G5_yaw * t_xt42v * t_ewrtu) + G5_yaw * t_ndufb);
-    const real t_rwfza = SELECT(m_6lewq, t_i6vab, along_z[along_d_yaw]);
-    const real t_dcf52 = z[U23_yaw] * t_spwqh + Df3_yaw * along_z[along_U23_yaw] - t_bvhqg;
-    const real t_c7xj5 = t_dcf52 + (z[U24_yaw] * t_v7jac + Df4_yaw * along_z[along_U24_yaw]);
-    const real t_bwo5p = (t_c7xj5 + (z[U25_yaw] * t_xfl26 + Df5_yaw * along_z[along_U25_yaw])) * t_xt42v
-        - G2_yaw * t_xt42v * t_ewrtu;
-    const real t_mzrdq = SELECT(m_6lewq, along_z[along_a2_yaw] + (eps_yaw * t_bwo5p + G2_yaw * t_ndufb), along_z[along_a2_yaw]);
-    const real t_trscq = x[yaw] * SELECT(m_ng6lt, (a1_now_yaw + a1_now_yaw) * t_ua7hv - t_mzrdq + t_pbd6n * t_ua7hv, -t_ua7hv);
-    const real t_yhbyc = y1_used_yaw * SELECT(m_ng6lt, t_pbd6n * t_mzrdq + (a2_now_yaw * t_ua7hv + a1_now_yaw * t_mzrdq), -t_mzrdq);
-    const real t_si6kx = t_k6r65
-        - SELECT(m_ng6lt, t_zwdcg, t_o6gkb)
+    const real t_jwoxg = along_x[along_yaw] - t_xdczm;
+    const real t_zdjxj = SELECT(m_fatf3, along_z[along_b1_yaw] + (eps_yaw * t_jklza + G4_yaw * t_jwoxg), along_z[along_b1_yaw]);
+    const mask m_fzswu = LE(t_ufxyh, t_vacsb);
+    const real t_f3ujl = NUM(m_fzswu);
+    const mask m_vl36s = LE(t_vacsb, t_ufxyh);
+    const mask m_uaxqt = LE(c[b_min], b0_now_yaw);
+    const real t_uaxqt = NUM(m_uaxqt);
+    const mask m_k4p2i = LE(b0_now_yaw, c[b_min]);
+    const real t_dwj4h = t_hg63j + (z[U34_yaw] * t_jtm4x + Df4_yaw * along_z[along_U34_yaw]);
+    const real t_oxesz = (t_dwj4h + (z[U35_yaw] * t_pcqcj + Df5_yaw * along_z[along_U35_yaw])) * t_6dtnj_9
+        - G3_yaw * t_6dtnj_9 * t_ixibe;
+    const real t_czj2d = SELECT(m_fatf3, along_z[along_b0_yaw] + (eps_yaw * t_oxesz + G3_yaw * t_jwoxg), along_z[along_b0_yaw]);
+    const real t_auvuk = t_f3ujl / (t_f3ujl + NUM(m_vl36s)) * (t_uaxqt / (t_uaxqt + NUM(m_k4p2i)) * t_czj2d);
+    const real t_lbhuw = t_b6hs3 + (z[U12_yaw] * t_mxnaf + t_pofsn * along_z[along_U12_yaw]);
+    const real t_tm6k5 = z[U13_yaw] * t_hg63j + Df3_yaw * along_z[along_U13_yaw] - t_lbhuw;
+    const real t_dquue = t_tm6k5 + (z[U14_yaw] * t_jtm4x + Df4_yaw * along_z[along_U14_yaw]);
+    const real t_nklgs = (t_dquue + (z[U15_yaw] * t_pcqcj + Df5_yaw * along_z[along_U15_yaw])) * t_6dtnj_9
+        - G1_yaw * t_6dtnj_9 * t_ixibe;
+    const real t_ajlxc = SELECT(m_fatf3, along_z[along_a1_yaw] + (eps_yaw * t_nklgs + G1_yaw * t_jwoxg), along_z[along_a1_yaw]);
+    const real t_f2t42 = v_yaw * t_zdjxj + b1_now_yaw * t_2h7da;
+    const real t_jppfz = t_mpnlx * along_z[along_u1_yaw]
+        + z[u1_yaw] * (t_zdjxj - (t_h7p4o * t_auvuk + b0_used_yaw * t_ajlxc))
+        - (t_h7p4o * t_f2t42 + t_dilxn * t_ajlxc);
+    const real t_knc5l = along_z[along_d_yaw]
+        + (eps_yaw * (t_pcqcj * t_6dtnj_9 - G5_yaw * t_6dtnj_9 * t_ixibe) + G5_yaw * t_jwoxg);
+    const real t_ixs73 = SELECT(m_fatf3, t_knc5l, along_z[along_d_yaw]);
+    const real t_zw4uw = z[U23_yaw] * t_hg63j + Df3_yaw * along_z[along_U23_yaw] - t_mxnaf;
+    const real t_m67u7 = t_zw4uw + (z[U24_yaw] * t_jtm4x + Df4_yaw * along_z[along_U24_yaw]);
+    const real t_msesp = (t_m67u7 + (z[U25_yaw] * t_pcqcj + Df5_yaw * along_z[along_U25_yaw])) * t_6dtnj_9
+        - G2_yaw * t_6dtnj_9 * t_ixibe;
+    const real t_nj226 = SELECT(m_fatf3, along_z[along_a2_yaw] + (eps_yaw * t_msesp + G2_yaw * t_jwoxg), along_z[along_a2_yaw]);
+    const real t_ka2cr = x[yaw] * SELECT(m_ng6lt, (a1_now_yaw + a1_now_yaw) * t_ajlxc - t_nj226 + t_c4wxs * t_ajlxc, -t_ajlxc);
+    const real t_zl4jk = y1_used_yaw * SELECT(m_ng6lt, t_c4wxs * t_nj226 + (a2_now_yaw * t_ajlxc + a1_now_yaw * t_nj226), -t_nj226);
+    const real t_cdh3w = t_a3cz5
+        - SELECT(m_ng6lt, t_jppfz, t_f2t42)
         + t_2qnly * along_z[along_wm2_yaw]
-        - t_pbd6n * along_z[along_wm1_yaw]
-        - (t_ekig6 * (c[compensate_d] * t_rwfza) + SELECT0(m_ng6lt, -(d_used_yaw * t_ua7hv)))
-        - (t_trscq + t0_cancel_yaw * along_x[along_yaw])
-        - (t_yhbyc + t1_cancel_yaw * t_rq2o3);
-    const real t_wwgjp = t_si6kx * t_uslyz - u_yaw_mrac_literal * t_uslyz * t_z7z4i;
-    const real t_ihfue = alpha1_roll * (t_buzsg * along_z[along_D2_roll] - z[D2_roll] * (t_2ftwl * t_2ftwl * t_lwfke * t_rkxsm))
-        + t_uep3r * t_zxndv;
-    const real t_njcfp = alpha2_roll * (t_pgi2s * along_z[along_D3_roll] - z[D3_roll] * (t_pgi2s * t_m6gkz * t_ptrq3))
-        + t_chslv * t_lwfke;
-    const real t_lckzd = alpha3_roll * (t_ssuku * along_z[along_D4_roll] - z[D4_roll] * (t_ssuku * t_qd2bm * t_xbc47))
-        + t_3j35e * t_ptrq3;
-    const real t_6r6fl = alpha4_roll * (t_petfr * along_z[along_D5_roll] - z[D5_roll] * (t_petfr * t_szpzk * t_waqqe))
-        + t_glxxd * t_xbc47;
-    const real t_ekuo5 = along_z[along_U12_roll]
-        - (t_4q5lb * (t_4ubt3 * t_gcbdt - t_hr6w3 * t_gcbdt * t_zxndv) + t_hr6w3 * t_i5wo5);
-    const real t_nuuby = t_mtkdt * t_2ftwl - t_iwp6c * t_2ftwl * t_lwfke;
-    const real t_zsjrk = t_cr44a * t_m6gkz - t_vpr7m * t_m6gkz * t_ptrq3;
-    const real t_4avxw = t_2mkg5 * t_qd2bm - t_el36p * t_qd2bm * t_xbc47;
-    const real t_ibz42 = alpha1_pitch * (t_rwzhe * along_z[along_D2_pitch] - z[D2_pitch] * (t_rwzhe * t_vq6qe * t_n3q67))
-        + t_rz27b * t_myzpk;
-    const real t_x4xmc = alpha2_pitch * (t_clmmw * along_z[along_D3_pitch] - z[D3_pitch] * (t_clmmw * t_wnsbx * t_xb5zf))
-        + t_ehcbr * t_n3q67;
-    const real t_l6zox = alpha3_pitch * (t_km5us * along_z[along_D4_pitch] - z[D4_pitch] * (t_km5us * t_au2dz * t_7o2f3))
-        + t_22ct6 * t_xb5zf;
-    const real t_puqnz = alpha4_pitch * (t_xfgg5 * along_z[along_D5_pitch] - z[D5_pitch] * (t_xfgg5 * t_uppvm * t_4zppg))
-        + t_enyoc * t_7o2f3;
-    const real t_j76ya = along_z[along_U12_pitch]
-        - (t_5xoth * (t_52r3v * t_ba5cq - t_yryoi * t_ba5cq * t_myzpk) + t_yryoi * t_6swjr);
-    const real t_7kbbo = t_tyqro * t_vq6qe - t_iziit * t_vq6qe * t_n3q67;
-    const real t_4hr24 = t_johjr * t_wnsbx - t_q5cqa * t_wnsbx * t_xb5zf;
-    const real t_p5qgd = t_tx5zg * t_au2dz - t_blzne * t_au2dz * t_7o2f3;
-    const real t_zj3sb = alpha1_yaw * (t_jmud7 * along_z[along_D2_yaw] - z[D2_yaw] * (t_jmud7 * t_epc3p * t_g3udf))
-        + t_7itiz * t_7twjv;
-    const real t_mhrjx = alpha2_yaw * (t_qfkhf * along_z[along_D3_yaw] - z[D3_yaw] * (t_qfkhf * t_czmse * t_u2t3t))
-        + t_3ufve * t_g3udf;
-    const real t_yf5z4 = alpha3_yaw * (t_zqvsh * along_z[along_D4_yaw] - z[D4_yaw] * (t_zqvsh * t_nk3ay * t_lat2a))
-        + t_kj3bh * t_u2t3t;
-    const real t_vfy4e = alpha4_yaw * (t_6uhyh * along_z[along_D5_yaw] - z[D5_yaw] * (t_6uhyh * t_xt42v * t_ewrtu))
-        + t_janky * t_lat2a;
-    const real t_pd3h4 = along_z[along_U12_yaw]
-        - (t_fz2ih * (t_yeeko * t_rrlcx - t_k2d3u * t_rrlcx * t_7twjv) + t_k2d3u * t_ynqzy);
-    const real t_6qxdi = t_dnqfm * t_epc3p - t_qqhj7 * t_epc3p * t_g3udf;
-    const real t_hkx57 = t_ox57m * t_czmse - t_ov6wh * t_czmse * t_u2t3t;
-    const real t_3lyyr = t_hwmgq * t_nk3ay - t_xokdo * t_nk3ay * t_lat2a;
+        - t_c4wxs * along_z[along_wm1_yaw]
+        - (t_fxwcx * (c[compensate_d] * t_ixs73) + SELECT0(m_ng6lt, -(d_used_yaw * t_ajlxc)))
+        - (t_ka2cr + t0_cancel_yaw * along_x[along_yaw])
+        - (t_zl4jk + t1_cancel_yaw * t_rq2o3);
+    const real t_pjnaw = t_cdh3w * t_nts2m - u_yaw_mrac_literal * t_nts2m * t_auvuk;
+    const real t_ucuog = alpha1_roll * (t_qhwvr * along_z[along_D2_roll] - z[D2_roll] * (t_weizg * t_weizg * t_7gjyl * t_rkxsm))
+        + t_cxlbd * t_3n6sb;
+    const real t_buwmb = alpha2_roll * (t_qk5hl * along_z[along_D3_roll] - z[D3_roll] * (t_qk5hl * t_6dtnj * t_jbuv5))
+        + t_qjx3v * t_7gjyl;
+    const real t_f64tl = alpha3_roll * (t_qk5hl_2 * along_z[along_D4_roll] - z[D4_roll] * (t_qk5hl_2 * t_6dtnj_2 * t_e7ym3))
+        + t_r4brd * t_jbuv5;
+    const real t_iq4fo = alpha4_roll * (t_qk5hl_3 * along_z[along_D5_roll] - z[D5_roll] * (t_qk5hl_3 * t_6dtnj_3 * t_uumhh))
+        + t_qfacb * t_e7ym3;
+    const real t_4xscp = along_z[along_U12_roll]
+        - (t_rm4w3 * (t_4ewwg * t_2yiuc - t_bmer5 * t_2yiuc * t_3n6sb) + t_bmer5 * t_dl2bl);
+    const real t_2ifdh = t_t7u3j * t_weizg - t_ow6ee * t_weizg * t_7gjyl;
+    const real t_gmlfu = t_cu6tm * t_6dtnj - t_hop6j * t_6dtnj * t_jbuv5;
+    const real t_vqr7r = t_zlsuf * t_6dtnj_2 - t_wmsfj * t_6dtnj_2 * t_e7ym3;
+    const real t_nsr2u = alpha1_pitch * (t_qyv4l * along_z[along_D2_pitch] - z[D2_pitch] * (t_qyv4l * t_an5c3 * t_4kcjc))
+        + t_r4az2 * t_k3uyk;
+    const real t_vitds = alpha2_pitch * (t_qk5hl_4 * along_z[along_D3_pitch] - z[D3_pitch] * (t_qk5hl_4 * t_6dtnj_4 * t_cpbhg))
+        + t_jvm5k * t_4kcjc;
+    const real t_3b6eg = alpha3_pitch * (t_qk5hl_5 * along_z[along_D4_pitch] - z[D4_pitch] * (t_qk5hl_5 * t_6dtnj_5 * t_qvjyq))
+        + t_qb2gu * t_cpbhg;
+    const real t_vkmlp = alpha4_pitch * (t_qk5hl_6 * along_z[along_D5_pitch] - z[D5_pitch] * (t_qk5hl_6 * t_6dtnj_6 * t_rbb2g))
+        + t_sv54t * t_qvjyq;
+    const real t_3uiyr = along_z[along_U12_pitch]
+        - (t_olxlq * (t_uw4xl * t_6gw3v - t_ctcm5 * t_6gw3v * t_k3uyk) + t_ctcm5 * t_4aga2);
+    const real t_fo2dj = t_tjcjv * t_an5c3 - t_2unxj * t_an5c3 * t_4kcjc;
+    const real t_vt2iy = t_rvpot * t_6dtnj_4 - t_ekbem * t_6dtnj_4 * t_cpbhg;
+    const real t_4j67t = t_yifyy * t_6dtnj_5 - t_piobp * t_6dtnj_5 * t_qvjyq;
+    const real t_szqth = alpha1_yaw * (t_7excc * along_z[along_D2_yaw] - z[D2_yaw] * (t_7excc * t_esxwg * t_4yehg))
+        + t_bzymg * t_6n5vj;
+    const real t_jqpxx = alpha2_yaw * (t_qk5hl_7 * along_z[along_D3_yaw] - z[D3_yaw] * (t_qk5hl_7 * t_6dtnj_7 * t_wovng))
+        + t_xux75 * t_4yehg;
+    const real t_bqnyu = alpha3_yaw * (t_qk5hl_8 * along_z[along_D4_yaw] - z[D4_yaw] * (t_qk5hl_8 * t_6dtnj_8 * t_dnktc))
+        + t_vsr7f * t_wovng;
+    const real t_cwo7m = alpha4_yaw * (t_qk5hl_9 * along_z[along_D5_yaw] - z[D5_yaw] * (t_qk5hl_9 * t_6dtnj_9 * t_ixibe))
+        + t_jvdx5 * t_dnktc;
+    const real t_at7z5 = along_z[along_U12_yaw]
+        - (t_howu6 * (t_b6hs3 * t_lgpzs - t_gcsn2 * t_lgpzs * t_6n5vj) + t_gcsn2 * t_s2lwz);
+    const real t_qgd2l = t_2c5rl * t_esxwg - t_rouvm * t_esxwg * t_4yehg;
+    const real t_mn53o = t_u2bg5 * t_6dtnj_7 - t_nihkp * t_6dtnj_7 * t_wovng;
+    const real t_4lrfr = t_kjvuo * t_6dtnj_8 - t_lhlrb * t_6dtnj_8 * t_dnktc;
     const real t_es5kp = K(1.0) + z[samples];
     const mask m_alcgu = LE(t_es5kp, K(2.0));
     const real t_alcgu = NUM(m_alcgu);
     const mask m_n23aq = LE(K(2.0), t_es5kp);
-    change_u[0] = SELECT0(m_kqyoi, t_i4jyc);
-    change_u[1] = SELECT0(m_kqyoi, t_gxsuy);
-    change_u[2] = SELECT0(m_kqyoi, t_wwgjp);
-    change_z_next[0] = SELECT(m_kqyoi, t_vh4ur, along_z[along_a1_roll]);
-    change_z_next[1] = SELECT(m_kqyoi, t_qy6nt, along_z[along_a2_roll]);
-    change_z_next[2] = SELECT(m_kqyoi, t_mdwgv, along_z[along_b0_roll]);
-    change_z_next[3] = SELECT(m_kqyoi, t_3jfg3, along_z[along_b1_roll]);
-    change_z_next[4] = SELECT(m_kqyoi, t_4e7kp, along_z[along_d_roll]);
-    change_z_next[5] = SELECT(m_kqyoi, SELECT(m_huydk, cap_roll * (along_z[along_D1_roll] * t_gcbdt - D1_free_roll * t_gcbdt * t_zxndv), along_z[along_D1_roll]), along_z[along_D1_roll]);
-    change_z_next[6] = SELECT(m_kqyoi, SELECT(m_huydk, cap_roll * t_ihfue, along_z[along_D2_roll]), along_z[along_D2_roll]);
-    change_z_next[7] = SELECT(m_kqyoi, SELECT(m_huydk, cap_roll * t_njcfp, along_z[along_D3_roll]), along_z[along_D3_roll]);
-    change_z_next[8] = SELECT(m_kqyoi, SELECT(m_huydk, cap_roll * t_lckzd, along_z[along_D4_roll]), along_z[along_D4_roll]);
-    change_z_next[9] = SELECT(m_kqyoi, SELECT(m_huydk, cap_roll * t_6r6fl, along_z[along_D5_roll]), along_z[along_D5_roll]);
-    change_z_next[10] = SELECT(m_kqyoi, SELECT(m_huydk, t_ekuo5, along_z[along_U12_roll]), along_z[along_U12_roll]);
-    change_z_next[11] = SELECT(m_kqyoi, SELECT(m_huydk, along_z[along_U13_roll] + (t_73h6y * t_nuuby + t_iwp6c * t_i7ymo), along_z[along_U13_roll]), along_z[along_U13_roll]);
-    change_z_next[12] = SELECT(m_kqyoi, SELECT(m_huydk, along_z[along_U23_roll] + (t_bqiu4 * t_nuuby + t_iwp6c * t_vhaxy), along_z[along_U23_roll]), along_z[along_U23_roll]);
-    change_z_next[13] = SELECT(m_kqyoi, SELECT(m_huydk, along_z[along_U14_roll] - (b1_3_roll * t_zsjrk + t_vpr7m * t_7nnhz), along_z[along_U14_roll]), along_z[along_U14_roll]);
-    change_z_next[14] = SELECT(m_kqyoi, SELECT(m_huydk, along_z[along_U24_roll] - (b2_3_roll * t_zsjrk + t_vpr7m * t_l6zsn), along_z[along_U24_roll]), along_z[along_U24_roll]);
-    change_z_next[15] = SELECT(m_kqyoi, SELECT(m_huydk, along_z[along_U34_roll] - (Df3_roll * t_zsjrk + t_vpr7m * t_5myce), along_z[along_U34_roll]), along_z[along_U34_roll]);
-    change_z_next[16] = SELECT(m_kqyoi, SELECT(m_huydk, along_z[along_U15_roll] - (b1_4_roll * t_4avxw + t_el36p * t_6g2lm), along_z[along_U15_roll]), along_z[along_U15_roll]);
-    change_z_next[17] = SELECT(m_kqyoi, SELECT(m_huydk, along_z[along_U25_roll] - (b2_4_roll * t_4avxw + t_el36p * t_z4fpw), along_z[along_U25_roll]), along_z[along_U25_roll]);
-    change_z_next[18] = SELECT(m_kqyoi, SELECT(m_huydk, along_z[along_U35_roll] - (b3_4_roll * t_4avxw + t_el36p * t_qjleu), along_z[along_U35_roll]), along_z[along_U35_roll]);
-    change_z_next[19] = SELECT(m_kqyoi, SELECT(m_huydk, along_z[along_U45_roll] - (Df4_roll * t_4avxw + t_el36p * t_2j7d3), along_z[along_U45_roll]), along_z[along_U45_roll]);
-    change_z_next[20] = SELECT(m_kqyoi, along_x[along_roll], along_z[along_y1_roll]);
-    change_z_next[21] = SELECT(m_kqyoi, t_p5mb3, along_z[along_y2_roll]);
-    change_z_next[22] = SELECT(m_kqyoi, t_5guc6, along_z[along_v1_roll]);
-    change_z_next[23] = SELECT(m_kqyoi, t_i4jyc, along_z[along_u1_roll]);
-    change_z_next[24] = SELECT(m_kqyoi, along_z[along_u1_roll], along_z[along_u2_roll]);
-    change_z_next[25] = SELECT(m_kqyoi, SELECT(m_ng6lt, along_z[along_wm1_roll], t_fyvaw), along_z[along_ym_roll]);
-    change_z_next[26] = SELECT(m_kqyoi, t_fyvaw, along_z[along_wm1_roll]);
-    change_z_next[27] = SELECT(m_kqyoi, along_z[along_wm1_roll], along_z[along_wm2_roll]);
-    change_z_next[28] = SELECT(m_kqyoi, t_hw34x, along_z[along_a1_pitch]);
-    change_z_next[29] = SELECT(m_kqyoi, t_ak6av, along_z[along_a2_pitch]);
-    change_z_next[30] = SELECT(m_kqyoi, t_t6poo, along_z[along_b0_pitch]);
-    change_z_next[31] = SELECT(m_kqyoi, t_c6ql7, along_z[along_b1_pitch]);
-    change_z_next[32] = SELECT(m_kqyoi, t_yfbgo, along_z[along_d_pitch]);
-    change_z_next[33] = SELECT(m_kqyoi, SELECT(m_fztcf, cap_pitch * (along_z[along_D1_pitch] * t_ba5cq - D1_free_pitch * t_ba5cq * t_myzpk), along_z[along_D1_pitch]), along_z[along_D1_pitch]);
-    change_z_next[34] = SELECT(m_kqyoi, SELECT(m_fztcf, cap_pitch * t_ibz42, along_z[along_D2_pitch]), along_z[along_D2_pitch]);
-    change_z_next[35] = SELECT(m_kqyoi, SELECT(m_fztcf, cap_pitch * t_x4xmc, along_z[along_D3_pitch]), along_z[along_D3_pitch]);
-    change_z_next[36] = SELECT(m_kqyoi, SELECT(m_fztcf, cap_pitch * t_l6zox, along_z[along_D4_pitch]), along_z[along_D4_pitch]);
-    change_z_next[37] = SELECT(m_kqyoi, SELECT(m_fztcf, cap_pitch * t_puqnz, along_z[along_D5_pitch]), along_z[along_D5_pitch]);
-    change_z_next[38] = SELECT(m_kqyoi, SELECT(m_fztcf, t_j76ya, along_z[along_U12_pitch]), along_z[along_U12_pitch]);
-    change_z_next[39] = SELECT(m_kqyoi, SELECT(m_fztcf, along_z[along_U13_pitch] + (t_m7azd * t_7kbbo + t_iziit * t_tljzu), along_z[along_U13_pitch]), along_z[along_U13_pitch]);
-    change_z_next[40] = SELECT(m_kqyoi, SELECT(m_fztcf, along_z[along_U23_pitch] + (t_urk7s * t_7kbbo + t_iziit * t_fck75), along_z[along_U23_pitch]), along_z[along_U23_pitch]);
-    change_z_next[41] = SELECT(m_kqyoi, SELECT(m_fztcf, along_z[along_U14_pitch] - (b1_3_pitch * t_4hr24 + t_q5cqa * t_c765l), along_z[along_U14_pitch]), along_z[along_U14_pitch]);
-    change_z_next[42] = SELECT(m_kqyoi, SELECT(m_fztcf, along_z[along_U24_pitch] - (b2_3_pitch * t_4hr24 + t_q5cqa * t_kfsdu), along_z[along_U24_pitch]), along_z[along_U24_pitch]);
-    change_z_next[43] = SELECT(m_kqyoi, SELECT(m_fztcf, along_z[along_U34_pitch] - (Df3_pitch * t_4hr24 + t_q5cqa * t_kwitg), along_z[along_U34_pitch]), along_z[along_U34_pitch]);
-    change_z_next[44] = SELECT(m_kqyoi, SELECT(m_fztcf, along_z[along_U15_pitch] - (b1_4_pitch * t_p5qgd + t_blzne * t_ximdz), along_z[along_U15_pitch]), along_z[along_U15_pitch]);
-    change_z_next[45] = SELECT(m_kqyoi, SELECT(m_fztcf, along_z[along_U25_pitch] - (b2_4_pitch * t_p5qgd + t_blzne * t_fax5j), along_z[along_U25_pitch]), along_z[along_U25_pitch]);
-    change_z_next[46] = SELECT(m_kqyoi, SELECT(m_fztcf, along_z[along_U35_pitch] - (b3_4_pitch * t_p5qgd + t_blzne * t_crqif), along_z[along_U35_pitch]), along_z[along_U35_pitch]);
-    change_z_next[47] = SELECT(m_kqyoi, SELECT(m_fztcf, along_z[along_U45_pitch] - (Df4_pitch * t_p5qgd + t_blzne * t_s3vzk), along_z[along_U45_pitch]), along_z[along_U45_pitch]);
-    change_z_next[48] = SELECT(m_kqyoi, along_x[along_pitch], along_z[along_y1_pitch]);
-    change_z_next[49] = SELECT(m_kqyoi, t_k2ugh, along_z[along_y2_pitch]);
-    change_z_next[50] = SELECT(m_kqyoi, t_fzwzx, along_z[along_v1_pitch]);
-    change_z_next[51] = SELECT(m_kqyoi, t_gxsuy, along_z[along_u1_pitch]);
-    change_z_next[52] = SELECT(m_kqyoi, along_z[along_u1_pitch], along_z[along_u2_pitch]);
-    change_z_next[53] = SELECT(m_kqyoi, SELECT(m_ng6lt, along_z[along_wm1_pitch], t_g77db), along_z[along_ym_pitch]);
-    change_z_next[54] = SELECT(m_kqyoi, t_g77db, along_z[along_wm1_pitch]);
-    change_z_next[55] = SELECT(m_kqyoi, along_z[along_wm1_pitch], along_z[along_wm2_pitch]);
-    change_z_next[56] = SELECT(m_kqyoi, t_ua7hv, along_z[along_a1_yaw]);
-    change_z_next[57] = SELECT(m_kqyoi, t_mzrdq, along_z[along_a2_yaw]);
-    change_z_next[58] = SELECT(m_kqyoi, t_jqmmw, along_z[along_b0_yaw]);
-    change_z_next[59] = SELECT(m_kqyoi, t_7g3bh, along_z[along_b1_yaw]);
-    change_z_next[60] = SELECT(m_kqyoi, t_rwfza, along_z[along_d_yaw]);
-    change_z_next[61] = SELECT(m_kqyoi, SELECT(m_6lewq, cap_yaw * (along_z[along_D1_yaw] * t_rrlcx - D1_free_yaw * t_rrlcx * t_7twjv), along_z[along_D1_yaw]), along_z[along_D1_yaw]);
-    change_z_next[62] = SELECT(m_kqyoi, SELECT(m_6lewq, cap_yaw * t_zj3sb, along_z[along_D2_yaw]), along_z[along_D2_yaw]);
-    change_z_next[63] = SELECT(m_kqyoi, SELECT(m_6lewq, cap_yaw * t_mhrjx, along_z[along_D3_yaw]), along_z[along_D3_yaw]);
-    change_z_next[64] = SELECT(m_kqyoi, SELECT(m_6lewq, cap_yaw * t_yf5z4, along_z[along_D4_yaw]), along_z[along_D4_yaw]);
-    change_z_next[65] = SELECT(m_kqyoi, SELECT(m_6lewq, cap_yaw * t_vfy4e, along_z[along_D5_yaw]), along_z[along_D5_yaw]);
-    change_z_next[66] = SELECT(m_kqyoi, SELECT(m_6lewq, t_pd3h4, along_z[along_U12_yaw]), along_z[along_U12_yaw]);
-    change_z_next[67] = SELECT(m_kqyoi, SELECT(m_6lewq, along_z[along_U13_yaw] + (t_mefgo * t_6qxdi + t_qqhj7 * t_3op2v), along_z[along_U13_yaw]), along_z[along_U13_yaw]);
-    change_z_next[68] = SELECT(m_kqyoi, SELECT(m_6lewq, along_z[along_U23_yaw] + (t_3inrl * t_6qxdi + t_qqhj7 * t_bvhqg), along_z[along_U23_yaw]), along_z[along_U23_yaw]);
-    change_z_next[69] = SELECT(m_kqyoi, SELECT(m_6lewq, along_z[along_U14_yaw] - (b1_3_yaw * t_hkx57 + t_ov6wh * t_duqey), along_z[along_U14_yaw]), along_z[along_U14_yaw]);
-    change_z_next[70] = SELECT(m_kqyoi, SELECT(m_6lewq, along_z[along_U24_yaw] - (b2_3_yaw * t_hkx57 + t_ov6wh * t_dcf52), along_z[along_U24_yaw]), along_z[along_U24_yaw]);
-    change_z_next[71] = SELECT(m_kqyoi, SELECT(m_6lewq, along_z[along_U34_yaw] - (Df3_yaw * t_hkx57 + t_ov6wh * t_spwqh), along_z[along_U34_yaw]), along_z[along_U34_yaw]);
-    change_z_next[72] = SELECT(m_kqyoi, SELECT(m_6lewq, along_z[along_U15_yaw] - (b1_4_yaw * t_3lyyr + t_xokdo * t_n2atp), along_z[along_U15_yaw]), along_z[along_U15_yaw]);
-    change_z_next[73] = SELECT(m_kqyoi, SELECT(m_6lewq, along_z[along_U25_yaw] - (b2_4_yaw * t_3lyyr + t_xokdo * t_c7xj5), along_z[along_U25_yaw]), along_z[along_U25_yaw]);
-    change_z_next[74] = SELECT(m_kqyoi, SELECT(m_6lewq, along_z[along_U35_yaw] - (b3_4_yaw * t_3lyyr + t_xokdo * t_gtofe), along_z[along_U35_yaw]), along_z[along_U35_yaw]);
-    change_z_next[75] = SELECT(m_kqyoi, SELECT(m_6lewq, along_z[along_U45_yaw] - (Df4_yaw * t_3lyyr + t_xokdo * t_v7jac), along_z[along_U45_yaw]), along_z[along_U45_yaw]);
-    change_z_next[76] = SELECT(m_kqyoi, along_x[along_yaw], along_z[along_y1_yaw]);
-    change_z_next[77] = SELECT(m_kqyoi, t_rq2o3, along_z[along_y2_yaw]);
-    change_z_next[78] = SELECT(m_kqyoi, t_2h7da, along_z[along_v1_yaw]);
-    change_z_next[79] = SELECT(m_kqyoi, t_wwgjp, along_z[along_u1_yaw]);
-    change_z_next[80] = SELECT(m_kqyoi, along_z[along_u1_yaw], along_z[along_u2_yaw]);
-    change_z_next[81] = SELECT(m_kqyoi, SELECT(m_ng6lt, along_z[along_wm1_yaw], t_k6r65), along_z[along_ym_yaw]);
-    change_z_next[82] = SELECT(m_kqyoi, t_k6r65, along_z[along_wm1_yaw]);
-    change_z_next[83] = SELECT(m_kqyoi, along_z[along_wm1_yaw], along_z[along_wm2_yaw]);
-    change_z_next[84] = SELECT0(m_kqyoi, t_alcgu / (NUM(m_n23aq) + t_alcgu) * along_z[along_samples]);
+    change_u[0] = SELECT0(m_hudbn, t_vckfx);
+    change_u[1] = SELECT0(m_hudbn, t_tvqq7);
+    change_u[2] = SELECT0(m_hudbn, t_pjnaw);
+    change_z_next[0] = SELECT(m_hudbn, t_qqxn3, along_z[along_a1_roll]);
+    change_z_next[1] = SELECT(m_hudbn, t_p4sbp, along_z[along_a2_roll]);
+    change_z_next[2] = SELECT(m_hudbn, t_h3bzc, along_z[along_b0_roll]);
+    change_z_next[3] = SELECT(m_hudbn, t_f7e7a, along_z[along_b1_roll]);
+    change_z_next[4] = SELECT(m_hudbn, t_cf3jf, along_z[along_d_roll]);
+    change_z_next[5] = SELECT(m_hudbn, SELECT(m_dyzzl, cap_roll * (along_z[along_D1_roll] * t_2yiuc - D1_free_roll * t_2yiuc * t_3n6sb), along_z[along_D1_roll]), along_z[along_D1_roll]);
+    change_z_next[6] = SELECT(m_hudbn, SELECT(m_dyzzl, cap_roll * t_ucuog, along_z[along_D2_roll]), along_z[along_D2_roll]);
+    change_z_next[7] = SELECT(m_hudbn, SELECT(m_dyzzl, cap_roll * t_buwmb, along_z[along_D3_roll]), along_z[along_D3_roll]);
+    change_z_next[8] = SELECT(m_hudbn, SELECT(m_dyzzl, cap_roll * t_f64tl, along_z[along_D4_roll]), along_z[along_D4_roll]);
+    change_z_next[9] = SELECT(m_hudbn, SELECT(m_dyzzl, cap_roll * t_iq4fo, along_z[along_D5_roll]), along_z[along_D5_roll]);
+    change_z_next[10] = SELECT(m_hudbn, SELECT(m_dyzzl, t_4xscp, along_z[along_U12_roll]), along_z[along_U12_roll]);
+    change_z_next[11] = SELECT(m_hudbn, SELECT(m_dyzzl, along_z[along_U13_roll] + (t_tohgs * t_2ifdh + t_ow6ee * t_y55bd), along_z[along_U13_roll]), along_z[along_U13_roll]);
+    change_z_next[12] = SELECT(m_hudbn, SELECT(m_dyzzl, along_z[along_U23_roll] + (t_mpk5i * t_2ifdh + t_ow6ee * t_aflwp), along_z[along_U23_roll]), along_z[along_U23_roll]);
+    change_z_next[13] = SELECT(m_hudbn, SELECT(m_dyzzl, along_z[along_U14_roll] - (b1_3_roll * t_gmlfu + t_hop6j * t_amch6), along_z[along_U14_roll]), along_z[along_U14_roll]);
+    change_z_next[14] = SELECT(m_hudbn, SELECT(m_dyzzl, along_z[along_U24_roll] - (b2_3_roll * t_gmlfu + t_hop6j * t_nuk4c), along_z[along_U24_roll]), along_z[along_U24_roll]);
+    change_z_next[15] = SELECT(m_hudbn, SELECT(m_dyzzl, along_z[along_U34_roll] - (Df3_roll * t_gmlfu + t_hop6j * t_3qqqo), along_z[along_U34_roll]), along_z[along_U34_roll]);
+    change_z_next[16] = SELECT(m_hudbn, SELECT(m_dyzzl, along_z[along_U15_roll] - (b1_4_roll * t_vqr7r + t_wmsfj * t_2be3j), along_z[along_U15_roll]), along_z[along_U15_roll]);
+    change_z_next[17] = SELECT(m_hudbn, SELECT(m_dyzzl, along_z[along_U25_roll] - (b2_4_roll * t_vqr7r + t_wmsfj * t_g5uay), along_z[along_U25_roll]), along_z[along_U25_roll]);
+    change_z_next[18] = SELECT(m_hudbn, SELECT(m_dyzzl, along_z[along_U35_roll] - (b3_4_roll * t_vqr7r + t_wmsfj * t_4gi4s), along_z[along_U35_roll]), along_z[along_U35_roll]);
+    change_z_next[19] = SELECT(m_hudbn, SELECT(m_dyzzl, along_z[along_U45_roll] - (Df4_roll * t_vqr7r + t_wmsfj * t_bw7vx), along_z[along_U45_roll]), along_z[along_U45_roll]);
+    change_z_next[20] = SELECT(m_hudbn, along_x[along_roll], along_z[along_y1_roll]);
+    change_z_next[21] = SELECT(m_hudbn, t_p5mb3, along_z[along_y2_roll]);
+    change_z_next[22] = SELECT(m_hudbn, t_5guc6, along_z[along_v1_roll]);
+    change_z_next[23] = SELECT(m_hudbn, t_vckfx, along_z[along_u1_roll]);
+    change_z_next[24] = SELECT(m_hudbn, along_z[along_u1_roll], along_z[along_u2_roll]);
+    change_z_next[25] = SELECT(m_hudbn, SELECT(m_ng6lt, along_z[along_wm1_roll], t_xa4oj), along_z[along_ym_roll]);
+    change_z_next[26] = SELECT(m_hudbn, t_xa4oj, along_z[along_wm1_roll]);
+    change_z_next[27] = SELECT(m_hudbn, along_z[along_wm1_roll], along_z[along_wm2_roll]);
+    change_z_next[28] = SELECT(m_hudbn, t_xlfxf, along_z[along_a1_pitch]);
+    change_z_next[29] = SELECT(m_hudbn, t_kex75, along_z[along_a2_pitch]);
+    change_z_next[30] = SELECT(m_hudbn, t_crmvu, along_z[along_b0_pitch]);
+    change_z_next[31] = SELECT(m_hudbn, t_wv43l, along_z[along_b1_pitch]);
+    change_z_next[32] = SELECT(m_hudbn, t_czhku, along_z[along_d_pitch]);
+    change_z_next[33] = SELECT(m_hudbn, SELECT(m_rjsrz, cap_pitch * (along_z[along_D1_pitch] * t_6gw3v - D1_free_pitch * t_6gw3v * t_k3uyk), along_z[along_D1_pitch]), along_z[along_D1_pitch]);
+    change_z_next[34] = SELECT(m_hudbn, SELECT(m_rjsrz, cap_pitch * t_nsr2u, along_z[along_D2_pitch]), along_z[along_D2_pitch]);
+    change_z_next[35] = SELECT(m_hudbn, SELECT(m_rjsrz, cap_pitch * t_vitds, along_z[along_D3_pitch]), along_z[along_D3_pitch]);
+    change_z_next[36] = SELECT(m_hudbn, SELECT(m_rjsrz, cap_pitch * t_3b6eg, along_z[along_D4_pitch]), along_z[along_D4_pitch]);
+    change_z_next[37] = SELECT(m_hudbn, SELECT(m_rjsrz, cap_pitch * t_vkmlp, along_z[along_D5_pitch]), along_z[along_D5_pitch]);
+    change_z_next[38] = SELECT(m_hudbn, SELECT(m_rjsrz, t_3uiyr, along_z[along_U12_pitch]), along_z[along_U12_pitch]);
+    change_z_next[39] = SELECT(m_hudbn, SELECT(m_rjsrz, along_z[along_U13_pitch] + (t_ypnck * t_fo2dj + t_2unxj * t_kgue2), along_z[along_U13_pitch]), along_z[along_U13_pitch]);
+    change_z_next[40] = SELECT(m_hudbn, SELECT(m_rjsrz, along_z[along_U23_pitch] + (t_gjcmb * t_fo2dj + t_2unxj * t_xoyzg), along_z[along_U23_pitch]), along_z[along_U23_pitch]);
+    change_z_next[41] = SELECT(m_hudbn, SELECT(m_rjsrz, along_z[along_U14_pitch] - (b1_3_pitch * t_vt2iy + t_ekbem * t_zuda4), along_z[along_U14_pitch]), along_z[along_U14_pitch]);
+    change_z_next[42] = SELECT(m_hudbn, SELECT(m_rjsrz, along_z[along_U24_pitch] - (b2_3_pitch * t_vt2iy + t_ekbem * t_dfsdl), along_z[along_U24_pitch]), along_z[along_U24_pitch]);
+    change_z_next[43] = SELECT(m_hudbn, SELECT(m_rjsrz, along_z[along_U34_pitch] - (Df3_pitch * t_vt2iy + t_ekbem * t_cuhyf), along_z[along_U34_pitch]), along_z[along_U34_pitch]);
+    change_z_next[44] = SELECT(m_hudbn, SELECT(m_rjsrz, along_z[along_U15_pitch] - (b1_4_pitch * t_4j67t + t_piobp * t_vwye7), along_z[along_U15_pitch]), along_z[along_U15_pitch]);
+    change_z_next[45] = SELECT(m_hudbn, SELECT(m_rjsrz, along_z[along_U25_pitch] - (b2_4_pitch * t_4j67t + t_piobp * t_tm446), along_z[along_U25_pitch]), along_z[along_U25_pitch]);
+    change_z_next[46] = SELECT(m_hudbn, SELECT(m_rjsrz, along_z[along_U35_pitch] - (b3_4_pitch * t_4j67t + t_piobp * t_rwjup), along_z[along_U35_pitch]), along_z[along_U35_pitch]);
+    change_z_next[47] = SELECT(m_hudbn, SELECT(m_rjsrz, along_z[along_U45_pitch] - (Df4_pitch * t_4j67t + t_piobp * t_utzyf), along_z[along_U45_pitch]), along_z[along_U45_pitch]);
+    change_z_next[48] = SELECT(m_hudbn, along_x[along_pitch], along_z[along_y1_pitch]);
+    change_z_next[49] = SELECT(m_hudbn, t_k2ugh, along_z[along_y2_pitch]);
+    change_z_next[50] = SELECT(m_hudbn, t_fzwzx, along_z[along_v1_pitch]);
+    change_z_next[51] = SELECT(m_hudbn, t_tvqq7, along_z[along_u1_pitch]);
+    change_z_next[52] = SELECT(m_hudbn, along_z[along_u1_pitch], along_z[along_u2_pitch]);
+    change_z_next[53] = SELECT(m_hudbn, SELECT(m_ng6lt, along_z[along_wm1_pitch], t_jmrkn), along_z[along_ym_pitch]);
+    change_z_next[54] = SELECT(m_hudbn, t_jmrkn, along_z[along_wm1_pitch]);
+    change_z_next[55] = SELECT(m_hudbn, along_z[along_wm1_pitch], along_z[along_wm2_pitch]);
+    change_z_next[56] = SELECT(m_hudbn, t_ajlxc, along_z[along_a1_yaw]);
+    change_z_next[57] = SELECT(m_hudbn, t_nj226, along_z[along_a2_yaw]);
+    change_z_next[58] = SELECT(m_hudbn, t_czj2d, along_z[along_b0_yaw]);
+    change_z_next[59] = SELECT(m_hudbn, t_zdjxj, along_z[along_b1_yaw]);
+    change_z_next[60] = SELECT(m_hudbn, t_ixs73, along_z[along_d_yaw]);
+    change_z_next[61] = SELECT(m_hudbn, SELECT(m_fatf3, cap_yaw * (along_z[along_D1_yaw] * t_lgpzs - D1_free_yaw * t_lgpzs * t_6n5vj), along_z[along_D1_yaw]), along_z[along_D1_yaw]);
+    change_z_next[62] = SELECT(m_hudbn, SELECT(m_fatf3, cap_yaw * t_szqth, along_z[along_D2_yaw]), along_z[along_D2_yaw]);
+    change_z_next[63] = SELECT(m_hudbn, SELECT(m_fatf3, cap_yaw * t_jqpxx, along_z[along_D3_yaw]), along_z[along_D3_yaw]);
+    change_z_next[64] = SELECT(m_hudbn, SELECT(m_fatf3, cap_yaw * t_bqnyu, along_z[along_D4_yaw]), along_z[along_D4_yaw]);
+    change_z_next[65] = SELECT(m_hudbn, SELECT(m_fatf3, cap_yaw * t_cwo7m, along_z[along_D5_yaw]), along_z[along_D5_yaw]);
+    change_z_next[66] = SELECT(m_hudbn, SELECT(m_fatf3, t_at7z5, along_z[along_U12_yaw]), along_z[along_U12_yaw]);
+    change_z_next[67] = SELECT(m_hudbn, SELECT(m_fatf3, along_z[along_U13_yaw] + (t_zyqi4 * t_qgd2l + t_rouvm * t_lbhuw), along_z[along_U13_yaw]), along_z[along_U13_yaw]);
+    change_z_next[68] = SELECT(m_hudbn, SELECT(m_fatf3, along_z[along_U23_yaw] + (t_pofsn * t_qgd2l + t_rouvm * t_mxnaf), along_z[along_U23_yaw]), along_z[along_U23_yaw]);
+    change_z_next[69] = SELECT(m_hudbn, SELECT(m_fatf3, along_z[along_U14_yaw] - (b1_3_yaw * t_mn53o + t_nihkp * t_tm6k5), along_z[along_U14_yaw]), along_z[along_U14_yaw]);
+    change_z_next[70] = SELECT(m_hudbn, SELECT(m_fatf3, along_z[along_U24_yaw] - (b2_3_yaw * t_mn53o + t_nihkp * t_zw4uw), along_z[along_U24_yaw]), along_z[along_U24_yaw]);
+    change_z_next[71] = SELECT(m_hudbn, SELECT(m_fatf3, along_z[along_U34_yaw] - (Df3_yaw * t_mn53o + t_nihkp * t_hg63j), along_z[along_U34_yaw]), along_z[along_U34_yaw]);
+    change_z_next[72] = SELECT(m_hudbn, SELECT(m_fatf3, along_z[along_U15_yaw] - (b1_4_yaw * t_4lrfr + t_lhlrb * t_dquue), along_z[along_U15_yaw]), along_z[along_U15_yaw]);
+    change_z_next[73] = SELECT(m_hudbn, SELECT(m_fatf3, along_z[along_U25_yaw] - (b2_4_yaw * t_4lrfr + t_lhlrb * t_m67u7), along_z[along_U25_yaw]), along_z[along_U25_yaw]);
+    change_z_next[74] = SELECT(m_hudbn, SELECT(m_fatf3, along_z[along_U35_yaw] - (b3_4_yaw * t_4lrfr + t_lhlrb * t_dwj4h), along_z[along_U35_yaw]), along_z[along_U35_yaw]);
+    change_z_next[75] = SELECT(m_hudbn, SELECT(m_fatf3, along_z[along_U45_yaw] - (Df4_yaw * t_4lrfr + t_lhlrb * t_jtm4x), along_z[along_U45_yaw]), along_z[along_U45_yaw]);
+    change_z_next[76] = SELECT(m_hudbn, along_x[along_yaw], along_z[along_y1_yaw]);
+    change_z_next[77] = SELECT(m_hudbn, t_rq2o3, along_z[along_y2_yaw]);
+    change_z_next[78] = SELECT(m_hudbn, t_2h7da, along_z[along_v1_yaw]);
+    change_z_next[79] = SELECT(m_hudbn, t_pjnaw, along_z[along_u1_yaw]);
+    change_z_next[80] = SELECT(m_hudbn, along_z[along_u1_yaw], along_z[along_u2_yaw]);
+    change_z_next[81] = SELECT(m_hudbn, SELECT(m_ng6lt, along_z[along_wm1_yaw], t_a3cz5), along_z[along_ym_yaw]);
+    change_z_next[82] = SELECT(m_hudbn, t_a3cz5, along_z[along_wm1_yaw]);
+    change_z_next[83] = SELECT(m_hudbn, along_z[along_wm1_yaw], along_z[along_wm2_yaw]);
+    change_z_next[84] = SELECT0(m_hudbn, t_alcgu / (NUM(m_n23aq) + t_alcgu) * along_z[along_samples]);
     change_z_next[85] = SPLAT(K(0.0));
 }
 
@@ -2247,16 +2247,16 @@ void satellite_pd_jvp(const real *x, const real *r, const real *v, const real *z
     const mask m_fdhnb = AND(m_5iclu, m_lisih);
     const mask m_q3hd4 = LT(mv_fabs(x[yaw]), K(1e+30));
     const mask m_sehe6 = AND(m_fdhnb, m_q3hd4);
-    const mask m_4fwsc = LT(mv_fabs(u_pitch_pd), K(1e+30));
-    const mask m_ey64f = AND(m_sehe6, m_4fwsc);
-    const mask m_zzicp = LT(mv_fabs(u_roll_pd), K(1e+30));
-    const mask m_yof5u = AND(m_ey64f, m_zzicp);
-    const mask m_ilrjp = LT(mv_fabs(u_yaw_pd), K(1e+30));
-    const mask m_gwxq4 = AND(m_yof5u, m_ilrjp);
+    const mask m_trjgf = LT(mv_fabs(u_pitch_pd), K(1e+30));
+    const mask m_kod54 = AND(m_sehe6, m_trjgf);
+    const mask m_tq6ie = LT(mv_fabs(u_roll_pd), K(1e+30));
+    const mask m_mzynu = AND(m_kod54, m_tq6ie);
+    const mask m_gptfm = LT(mv_fabs(u_yaw_pd), K(1e+30));
+    const mask m_zjilw = AND(m_mzynu, m_gptfm);
     const mask m_nepjb = LT(mv_fabs(x[wx]), K(1e+30));
-    const mask m_r3oc5 = AND(m_gwxq4, m_nepjb);
+    const mask m_wso6n = AND(m_zjilw, m_nepjb);
     const mask m_gmtwv = LT(mv_fabs(x[wy]), K(1e+30));
-    const mask m_mhk6s = AND(m_r3oc5, m_gmtwv);
+    const mask m_mhk6s = AND(m_wso6n, m_gmtwv);
     const mask m_no6hp = LT(mv_fabs(x[wz]), K(1e+30));
     const mask m_le4m7 = AND(m_mhk6s, m_no6hp);
     const real t_5icb4 = cos_yaw * along_x[along_yaw];
@@ -2278,26 +2278,26 @@ void satellite_pd_jvp(const real *x, const real *r, const real *v, const real *z
         - c[Kd_z] * (along_x[along_wz] + p[omega0] * t_3damq);
     const mask m_ng6lt = LT(K(0.5), c[design_delay]);
     const real t_nlujp = K(0.5) * along_z[along_wm1_roll];
-    const real t_hjr6j = K(-1.0) + model_pole;
-    const real t_lbhv6 = t_hjr6j * t_hjr6j;
-    const real t_u5zvh = model_pole + model_pole;
-    const real t_lbhv6_2 = model_pole * model_pole;
-    const real t_fyvaw = t_lbhv6 * along_r[along_ref_roll] + t_u5zvh * along_z[along_wm1_roll] - t_lbhv6_2 * along_z[along_wm2_roll];
+    const real t_7h4u2 = K(-1.0) + model_pole;
+    const real t_zugk2 = t_7h4u2 * t_7h4u2;
+    const real t_7h4u2_2 = model_pole + model_pole;
+    const real t_zugk2_2 = model_pole * model_pole;
+    const real t_xa4oj = t_zugk2 * along_r[along_ref_roll] + t_7h4u2_2 * along_z[along_wm1_roll] - t_zugk2_2 * along_z[along_wm2_roll];
     const real t_mceqq = K(0.5) * along_z[along_wm1_pitch];
-    const real t_g77db = t_lbhv6 * along_r[along_ref_pitch] + t_u5zvh * along_z[along_wm1_pitch] - t_lbhv6_2 * along_z[along_wm2_pitch];
+    const real t_jmrkn = t_zugk2 * along_r[along_ref_pitch] + t_7h4u2_2 * along_z[along_wm1_pitch] - t_zugk2_2 * along_z[along_wm2_pitch];
     const real t_a3omx = K(0.5) * along_z[along_wm1_yaw];
-    const real t_k6r65 = t_lbhv6 * along_r[along_ref_yaw] + t_u5zvh * along_z[along_wm1_yaw] - t_lbhv6_2 * along_z[along_wm2_yaw];
+    const real t_a3cz5 = t_zugk2 * along_r[along_ref_yaw] + t_7h4u2_2 * along_z[along_wm1_yaw] - t_zugk2_2 * along_z[along_wm2_yaw];
     change_u[0] = SELECT0(m_le4m7, t_kh6qc);
     change_u[1] = SELECT0(m_le4m7, t_iu5pk);
     change_u[2] = SELECT0(m_le4m7, t_m5bki);
-    change_z_next[0] = SELECT(m_le4m7, SELECT(m_ng6lt, t_nlujp + K(0.5) * along_z[along_wm2_roll], t_nlujp + K(0.5) * t_fyvaw), along_z[along_ym_roll]);
-    change_z_next[1] = SELECT(m_le4m7, t_fyvaw, along_z[along_wm1_roll]);
+    change_z_next[0] = SELECT(m_le4m7, SELECT(m_ng6lt, t_nlujp + K(0.5) * along_z[along_wm2_roll], t_nlujp + K(0.5) * t_xa4oj), along_z[along_ym_roll]);
+    change_z_next[1] = SELECT(m_le4m7, t_xa4oj, along_z[along_wm1_roll]);
     change_z_next[2] = SELECT(m_le4m7, along_z[along_wm1_roll], along_z[along_wm2_roll]);
-    change_z_next[3] = SELECT(m_le4m7, SELECT(m_ng6lt, t_mceqq + K(0.5) * along_z[along_wm2_pitch], t_mceqq + K(0.5) * t_g77db), along_z[along_ym_pitch]);
-    change_z_next[4] = SELECT(m_le4m7, t_g77db, along_z[along_wm1_pitch]);
+    change_z_next[3] = SELECT(m_le4m7, SELECT(m_ng6lt, t_mceqq + K(0.5) * along_z[along_wm2_pitch], t_mceqq + K(0.5) * t_jmrkn), along_z[along_ym_pitch]);
+    change_z_next[4] = SELECT(m_le4m7, t_jmrkn, along_z[along_wm1_pitch]);
     change_z_next[5] = SELECT(m_le4m7, along_z[along_wm1_pitch], along_z[along_wm2_pitch]);
-    change_z_next[6] = SELECT(m_le4m7, SELECT(m_ng6lt, t_a3omx + K(0.5) * along_z[along_wm2_yaw], t_a3omx + K(0.5) * t_k6r65), along_z[along_ym_yaw]);
-    change_z_next[7] = SELECT(m_le4m7, t_k6r65, along_z[along_wm1_yaw]);
+    change_z_next[6] = SELECT(m_le4m7, SELECT(m_ng6lt, t_a3omx + K(0.5) * along_z[along_wm2_yaw], t_a3omx + K(0.5) * t_a3cz5), along_z[along_ym_yaw]);
+    change_z_next[7] = SELECT(m_le4m7, t_a3cz5, along_z[along_wm1_yaw]);
     change_z_next[8] = SELECT(m_le4m7, along_z[along_wm1_yaw], along_z[along_wm2_yaw]);
     change_z_next[9] = SPLAT(K(0.0));
 }

@@ -13,7 +13,7 @@ enum {
     rhs_h_cos_sun_elevation,
     rhs_h_t_cokzx,
     rhs_h_t_mt3zp,
-    rhs_h_t_vpxty,
+    rhs_h_t_4hawg,
     rhs_h_t_xdhrg,
     rhs_h_t_kdp4p,
     rhs_h_t_dd3cp,
@@ -64,7 +64,7 @@ void satellite_rhs_prepare(const real *p, real *h)
     h[rhs_h_cos_sun_elevation] = cos_sun_elevation;
     h[rhs_h_t_cokzx] = t_o4eym * sin_sun_elevation;
     h[rhs_h_t_mt3zp] = t_mt3zp;
-    h[rhs_h_t_vpxty] = t_mt3zp + t_mt3zp;
+    h[rhs_h_t_4hawg] = t_mt3zp + t_mt3zp;
     h[rhs_h_t_xdhrg] = t_ph4ov * cos_inclination;
     h[rhs_h_t_kdp4p] = K(1.0) / p[Iw_x];
     h[rhs_h_t_dd3cp] = K(1.0) / p[Iw_y];
@@ -112,7 +112,7 @@ void satellite_rhs_prepared(const real *x, const real *u, const real *p, const r
     enum { cos_sun_elevation = rhs_h_cos_sun_elevation };
     enum { t_cokzx = rhs_h_t_cokzx };
     enum { t_mt3zp = rhs_h_t_mt3zp };
-    enum { t_vpxty = rhs_h_t_vpxty };
+    enum { t_4hawg = rhs_h_t_4hawg };
     enum { t_xdhrg = rhs_h_t_xdhrg };
     enum { t_kdp4p = rhs_h_t_kdp4p };
     enum { t_dd3cp = rhs_h_t_dd3cp };
@@ -152,47 +152,47 @@ void satellite_rhs_prepared(const real *x, const real *u, const real *p, const r
     const real F_z = t_3laeq * C31 + h[t_cokzx] * C32 + t_ghdyt * C33;
     real sin_latitude, cos_latitude; mv_sincos(x[latitude], &sin_latitude, &cos_latitude);
     const real B_x = cos_latitude * h[t_mt3zp];
-    const real B_z = h[t_vpxty] * sin_latitude;
-    const real t_ez2mz = B_x * C31 - h[t_xdhrg] * C32 + B_z * C33;
-    const real t_xhrq5 = B_x * C21 - h[t_xdhrg] * C22 + B_z * C23;
-    const real Tenv_x = t_ez2mz * p[dipole_y] + F_z * p[arm_y] - t_xhrq5 * p[dipole_z] - F_y * p[arm_z];
-    const real t_bnhq3 = B_x * C11 - h[t_xdhrg] * C12 - B_z * sin_pitch;
-    const real Tenv_y = t_bnhq3 * p[dipole_z] + F_x * p[arm_z] - t_ez2mz * p[dipole_x] - F_z * p[arm_x];
-    const real Tenv_z = t_xhrq5 * p[dipole_x] + F_y * p[arm_x] - t_bnhq3 * p[dipole_y] - F_x * p[arm_y];
+    const real B_z = h[t_4hawg] * sin_latitude;
+    const real t_ofbsp = B_x * C31 - h[t_xdhrg] * C32 + B_z * C33;
+    const real t_ofbsp_2 = B_x * C21 - h[t_xdhrg] * C22 + B_z * C23;
+    const real Tenv_x = t_ofbsp * p[dipole_y] + F_z * p[arm_y] - t_ofbsp_2 * p[dipole_z] - F_y * p[arm_z];
+    const real t_xa5ne = B_x * C11 - h[t_xdhrg] * C12 - B_z * sin_pitch;
+    const real Tenv_y = t_xa5ne * p[dipole_z] + F_x * p[arm_z] - t_ofbsp * p[dipole_x] - F_z * p[arm_x];
+    const real Tenv_z = t_ofbsp_2 * p[dipole_x] + F_y * p[arm_x] - t_xa5ne * p[dipole_y] - F_x * p[arm_y];
     const real wheel_x = x[hx] * h[t_kdp4p] - x[wx];
     const real wheel_y = x[hy] * h[t_dd3cp] - x[wy];
     const real wheel_z = x[hz] * h[t_p2zbo] - x[wz];
     const real Tw_x = u[Tx] + h[t_n5ucq] * wheel_x;
     const real Tw_y = u[Ty] + h[t_n5ucq] * wheel_y;
     const real Tw_z = u[Tz] + h[t_n5ucq] * wheel_z;
-    const real t_jpyro = h[t_xcu2m_2] * C33;
+    const real t_alpco = h[t_xcu2m_2] * C33;
     const real t_rud4r = x[hy] + x[wy] * p[I_y];
     const real t_2fuj5 = x[hz] + x[wz] * p[I_z];
-    const real t_36qsm = Tenv_x
-        - h[t_bcmgw] * t_jpyro * C23
+    const real t_35g3b = Tenv_x
+        - h[t_bcmgw] * t_alpco * C23
         + Tw_x
         + t_rud4r * x[wz]
         - t_2fuj5 * x[wy];
-    const real wx_rate = t_36qsm * h[t_wdz5p];  /* (1) */
+    const real wx_rate = t_35g3b * h[t_wdz5p];  /* (1) */
     const real t_id7q2 = x[hx] + x[wx] * p[I_x];
-    const real t_cjsmy = Tenv_y
-        - t_jpyro * sin_pitch * h[t_viru7]
+    const real t_4tc4p = Tenv_y
+        - t_alpco * sin_pitch * h[t_viru7]
         + Tw_y
         + t_2fuj5 * x[wx]
         - t_id7q2 * x[wz];
-    const real wy_rate = t_cjsmy * h[t_s2koj];  /* (1) */
-    const real t_i7hm4 = Tenv_z
+    const real wy_rate = t_4tc4p * h[t_s2koj];  /* (1) */
+    const real t_dximl = Tenv_z
         - h[t_wa4l3] * sin_pitch * C23
         + Tw_z
         + t_id7q2 * x[wy]
         - t_rud4r * x[wx];
-    const real wz_rate = t_i7hm4 * h[t_eah32];  /* (1) */
+    const real wz_rate = t_dximl * h[t_eah32];  /* (1) */
     const real t_ksn4u = K(1.0) / cos_pitch;
-    const real t_l44wr = sin_roll * t_ksn4u * rate_y;
-    const real t_rukvs = cos_roll * t_ksn4u * rate_z;
-    dx[0] = rate_x + sin_pitch * t_l44wr + sin_pitch * t_rukvs;
+    const real t_qr3mc = sin_roll * t_ksn4u * rate_y;
+    const real t_llvwk = cos_roll * t_ksn4u * rate_z;
+    dx[0] = rate_x + sin_pitch * t_qr3mc + sin_pitch * t_llvwk;
     dx[1] = cos_roll * rate_y - sin_roll * rate_z;
-    dx[2] = t_l44wr + t_rukvs;
+    dx[2] = t_qr3mc + t_llvwk;
     dx[3] = wx_rate;
     dx[4] = wy_rate;
     dx[5] = wz_rate;
@@ -209,7 +209,7 @@ enum {
     outputs_h_cos_sun_elevation,
     outputs_h_t_cokzx,
     outputs_h_t_mt3zp,
-    outputs_h_t_vpxty,
+    outputs_h_t_4hawg,
     outputs_h_t_xdhrg,
     outputs_h_t_kdp4p,
     outputs_h_t_dd3cp,
@@ -244,7 +244,7 @@ void satellite_outputs_prepare(const real *p, real *h)
     h[outputs_h_cos_sun_elevation] = cos_sun_elevation;
     h[outputs_h_t_cokzx] = t_o4eym * sin_sun_elevation;
     h[outputs_h_t_mt3zp] = t_mt3zp;
-    h[outputs_h_t_vpxty] = t_mt3zp + t_mt3zp;
+    h[outputs_h_t_4hawg] = t_mt3zp + t_mt3zp;
     h[outputs_h_t_xdhrg] = t_ph4ov * cos_inclination;
     h[outputs_h_t_kdp4p] = K(1.0) / p[Iw_x];
     h[outputs_h_t_dd3cp] = K(1.0) / p[Iw_y];
@@ -281,7 +281,7 @@ void satellite_outputs_prepared(const real *x, const real *u, const real *r, con
     enum { cos_sun_elevation = outputs_h_cos_sun_elevation };
     enum { t_cokzx = outputs_h_t_cokzx };
     enum { t_mt3zp = outputs_h_t_mt3zp };
-    enum { t_vpxty = outputs_h_t_vpxty };
+    enum { t_4hawg = outputs_h_t_4hawg };
     enum { t_xdhrg = outputs_h_t_xdhrg };
     enum { t_kdp4p = outputs_h_t_kdp4p };
     enum { t_dd3cp = outputs_h_t_dd3cp };
@@ -313,13 +313,13 @@ void satellite_outputs_prepared(const real *x, const real *u, const real *r, con
     const real F_z = t_3laeq * C31 + h[t_cokzx] * C32 + t_ghdyt * C33;
     real sin_latitude, cos_latitude; mv_sincos(x[latitude], &sin_latitude, &cos_latitude);
     const real B_x = cos_latitude * h[t_mt3zp];
-    const real B_z = h[t_vpxty] * sin_latitude;
-    const real t_ez2mz = B_x * C31 - h[t_xdhrg] * C32 + B_z * C33;
-    const real t_xhrq5 = B_x * C21 - h[t_xdhrg] * C22 + B_z * C23;
-    const real Tenv_x = t_ez2mz * p[dipole_y] + F_z * p[arm_y] - t_xhrq5 * p[dipole_z] - F_y * p[arm_z];
-    const real t_bnhq3 = B_x * C11 - h[t_xdhrg] * C12 - B_z * sin_pitch;
-    const real Tenv_y = t_bnhq3 * p[dipole_z] + F_x * p[arm_z] - t_ez2mz * p[dipole_x] - F_z * p[arm_x];
-    const real Tenv_z = t_xhrq5 * p[dipole_x] + F_y * p[arm_x] - t_bnhq3 * p[dipole_y] - F_x * p[arm_y];
+    const real B_z = h[t_4hawg] * sin_latitude;
+    const real t_ofbsp = B_x * C31 - h[t_xdhrg] * C32 + B_z * C33;
+    const real t_ofbsp_2 = B_x * C21 - h[t_xdhrg] * C22 + B_z * C23;
+    const real Tenv_x = t_ofbsp * p[dipole_y] + F_z * p[arm_y] - t_ofbsp_2 * p[dipole_z] - F_y * p[arm_z];
+    const real t_xa5ne = B_x * C11 - h[t_xdhrg] * C12 - B_z * sin_pitch;
+    const real Tenv_y = t_xa5ne * p[dipole_z] + F_x * p[arm_z] - t_ofbsp * p[dipole_x] - F_z * p[arm_x];
+    const real Tenv_z = t_ofbsp_2 * p[dipole_x] + F_y * p[arm_x] - t_xa5ne * p[dipole_y] - F_x * p[arm_y];
     const real wheel_x = x[hx] * h[t_kdp4p] - x[wx];
     const real wheel_y = x[hy] * h[t_dd3cp] - x[wy];
     const real wheel_z = x[hz] * h[t_p2zbo] - x[wz];
@@ -411,7 +411,7 @@ void satellite_actuate_prepared(const real *x, const real *u_cmd, const real *p,
 /* Places of h. */
 enum {
     measure_h_sensor_step,
-    measure_h_t_tzc6z,
+    measure_h_t_c3v7y,
 };
 
 /* what measure computes once per run; 3 operations. */
@@ -421,7 +421,7 @@ void satellite_measure_prepare(const real *p, real *h)
     const mask m_ue2cf = LT(K(0.0), p[quantum]);
     const real sensor_step = SELECT(m_ue2cf, p[quantum], SPLAT(K(1.0)));
     h[measure_h_sensor_step] = sensor_step;
-    h[measure_h_t_tzc6z] = K(1.0) / sensor_step;
+    h[measure_h_t_c3v7y] = K(1.0) / sensor_step;
 }
 
 /* the rest of measure; 28 operations. */
@@ -447,14 +447,14 @@ void satellite_measure_prepared(const real *x, const real *e, const real *p, con
     enum { noise_rate = SATELLITE_P_NOISE_RATE };
     enum { quantum = SATELLITE_P_QUANTUM };
     enum { sensor_step = measure_h_sensor_step };
-    enum { t_tzc6z = measure_h_t_tzc6z };
+    enum { t_c3v7y = measure_h_t_c3v7y };
     const mask m_ue2cf = LT(K(0.0), p[quantum]);
     const real roll_noisy = x[roll] + e[e_roll] * p[noise];
     const real pitch_noisy = x[pitch] + e[e_pitch] * p[noise];
     const real yaw_noisy = x[yaw] + e[e_yaw] * p[noise];
-    x_seen[0] = SELECT(m_ue2cf, h[sensor_step] * mv_floor(K(0.5) + roll_noisy * h[t_tzc6z]), roll_noisy);
-    x_seen[1] = SELECT(m_ue2cf, h[sensor_step] * mv_floor(K(0.5) + pitch_noisy * h[t_tzc6z]), pitch_noisy);
-    x_seen[2] = SELECT(m_ue2cf, h[sensor_step] * mv_floor(K(0.5) + yaw_noisy * h[t_tzc6z]), yaw_noisy);
+    x_seen[0] = SELECT(m_ue2cf, h[sensor_step] * mv_floor(K(0.5) + roll_noisy * h[t_c3v7y]), roll_noisy);
+    x_seen[1] = SELECT(m_ue2cf, h[sensor_step] * mv_floor(K(0.5) + pitch_noisy * h[t_c3v7y]), pitch_noisy);
+    x_seen[2] = SELECT(m_ue2cf, h[sensor_step] * mv_floor(K(0.5) + yaw_noisy * h[t_c3v7y]), yaw_noisy);
     x_seen[3] = x[wx] + e[e_wx] * p[noise_rate];
     x_seen[4] = x[wy] + e[e_wy] * p[noise_rate];
     x_seen[5] = x[wz] + e[e_wz] * p[noise_rate];
@@ -466,9 +466,9 @@ void satellite_measure_prepared(const real *x, const real *e, const real *p, con
 
 /* Places of h. */
 enum {
-    mrac_h_t_lbhv6,
-    mrac_h_t_u5zvh,
-    mrac_h_t_lbhv6_2,
+    mrac_h_t_zugk2,
+    mrac_h_t_7h4u2_2,
+    mrac_h_t_zugk2_2,
     mrac_h_t_rkxsm,
     mrac_h_t_s4yo7,
     mrac_h_t_4xcao,
@@ -503,7 +503,7 @@ void satellite_mrac_prepare(const real *p, const real *c, real *h)
     enum { design_delay = SATELLITE_MRAC_C_DESIGN_DELAY };
     enum { tau_m = SATELLITE_MRAC_C_TAU_M };
     const real model_pole = mv_exp(-(p[Ts] / c[tau_m]));
-    const real t_hjr6j = K(-1.0) + model_pole;
+    const real t_7h4u2 = K(-1.0) + model_pole;
     const mask m_ng6lt = LT(K(0.5), c[design_delay]);
     const real t_4msa4 = p[Ts] * p[Ts] * c[b_min_ratio];
     const real t_bxn4n = K(4.0) * c[rho];
@@ -514,9 +514,9 @@ void satellite_mrac_prepare(const real *p, const real *c, real *h)
     const real t_v4kye = t_2wsi6 * t_2wsi6;
     const real t_ogmcx_3 = -t_ogmcx;
     const real e3_roll = SELECT(m_ng6lt, t_v4kye, t_ogmcx_3);  /* (22) */
-    h[mrac_h_t_lbhv6] = t_hjr6j * t_hjr6j;
-    h[mrac_h_t_u5zvh] = model_pole + model_pole;
-    h[mrac_h_t_lbhv6_2] = model_pole * model_pole;
+    h[mrac_h_t_zugk2] = t_7h4u2 * t_7h4u2;
+    h[mrac_h_t_7h4u2_2] = model_pole + model_pole;
+    h[mrac_h_t_zugk2_2] = model_pole * model_pole;
     h[mrac_h_t_rkxsm] = K(1.0) / c[forgetting];
     h[mrac_h_t_s4yo7] = mv_max(c[dead_zone], c[dead_zone_sigma] * p[noise]);
     h[mrac_h_t_4xcao] = mv_max(c[b_min], K(0.5) / p[I_x] * t_4msa4);
@@ -643,9 +643,9 @@ void satellite_mrac_prepared(const real *x, const real *r, const real *v, const 
     enum { compensate_d = SATELLITE_MRAC_C_COMPENSATE_D };
     enum { applied_regressor = SATELLITE_MRAC_C_APPLIED_REGRESSOR };
     enum { design_delay = SATELLITE_MRAC_C_DESIGN_DELAY };
-    enum { t_lbhv6 = mrac_h_t_lbhv6 };
-    enum { t_u5zvh = mrac_h_t_u5zvh };
-    enum { t_lbhv6_2 = mrac_h_t_lbhv6_2 };
+    enum { t_zugk2 = mrac_h_t_zugk2 };
+    enum { t_7h4u2_2 = mrac_h_t_7h4u2_2 };
+    enum { t_zugk2_2 = mrac_h_t_zugk2_2 };
     enum { t_rkxsm = mrac_h_t_rkxsm };
     enum { t_s4yo7 = mrac_h_t_s4yo7 };
     enum { t_4xcao = mrac_h_t_4xcao };
@@ -661,9 +661,9 @@ void satellite_mrac_prepared(const real *x, const real *r, const real *v, const 
     enum { t_32esp = mrac_h_t_32esp };
     enum { t_wr7mm = mrac_h_t_wr7mm };
     enum { t_k7hjd = mrac_h_t_k7hjd };
-    const real w_roll = h[t_lbhv6] * r[ref_roll] + h[t_u5zvh] * z[wm1_roll] - h[t_lbhv6_2] * z[wm2_roll];  /* (16) */
-    const real w_pitch = h[t_lbhv6] * r[ref_pitch] + h[t_u5zvh] * z[wm1_pitch] - h[t_lbhv6_2] * z[wm2_pitch];  /* (16) */
-    const real w_yaw = h[t_lbhv6] * r[ref_yaw] + h[t_u5zvh] * z[wm1_yaw] - h[t_lbhv6_2] * z[wm2_yaw];  /* (16) */
+    const real w_roll = h[t_zugk2] * r[ref_roll] + h[t_7h4u2_2] * z[wm1_roll] - h[t_zugk2_2] * z[wm2_roll];  /* (16) */
+    const real w_pitch = h[t_zugk2] * r[ref_pitch] + h[t_7h4u2_2] * z[wm1_pitch] - h[t_zugk2_2] * z[wm2_pitch];  /* (16) */
+    const real w_yaw = h[t_zugk2] * r[ref_yaw] + h[t_7h4u2_2] * z[wm1_yaw] - h[t_zugk2_2] * z[wm2_yaw];  /* (16) */
     const mask m_myerm = LT(z[samples], K(0.5));
     const real y1_used_roll = SELECT(m_myerm, x[roll], z[y1_roll]);
     const mask m_2oym3 = LT(K(0.5), c[applied_regressor]);
@@ -675,38 +675,38 @@ void satellite_mrac_prepared(const real *x, const real *r, const real *v, const 
         - z[a1_roll] * y1_used_roll
         - z[a2_roll] * z[y2_roll];  /* (34) */
     const real eps_roll = x[roll] - y_hat_roll;  /* (39) */
-    const real t_s4qc7 = z[D1_roll] * y1_used_roll;
-    const real alpha1_roll = c[forgetting] + t_s4qc7 * y1_used_roll;  /* (40) */
-    const real t_gcbdt = K(1.0) / alpha1_roll;
-    const real D1_free_roll = z[D1_roll] * t_gcbdt;  /* (41) */
-    const real t_4q5lb = z[y2_roll] + z[U12_roll] * y1_used_roll;
-    const real t_bqiu4 = z[D2_roll] * t_4q5lb;
-    const real alpha2_roll = alpha1_roll + t_bqiu4 * t_4q5lb;  /* (40) */
-    const real t_2ftwl = K(1.0) / alpha2_roll;
-    const real D2_free_roll = t_2ftwl * h[t_rkxsm] * z[D2_roll] * alpha1_roll;  /* (41) */
-    const real U12_free_roll = z[U12_roll] - t_s4qc7 * t_gcbdt * t_4q5lb;  /* (41) */
+    const real t_zrpuv = z[D1_roll] * y1_used_roll;
+    const real alpha1_roll = c[forgetting] + t_zrpuv * y1_used_roll;  /* (40) */
+    const real t_2yiuc = K(1.0) / alpha1_roll;
+    const real D1_free_roll = z[D1_roll] * t_2yiuc;  /* (41) */
+    const real t_rm4w3 = z[y2_roll] + z[U12_roll] * y1_used_roll;
+    const real t_mpk5i = z[D2_roll] * t_rm4w3;
+    const real alpha2_roll = alpha1_roll + t_mpk5i * t_rm4w3;  /* (40) */
+    const real t_weizg = K(1.0) / alpha2_roll;
+    const real D2_free_roll = t_weizg * h[t_rkxsm] * z[D2_roll] * alpha1_roll;  /* (41) */
+    const real U12_free_roll = z[U12_roll] - t_zrpuv * t_2yiuc * t_rm4w3;  /* (41) */
     const real f3_roll = v_roll - z[U13_roll] * y1_used_roll - z[U23_roll] * z[y2_roll];  /* (40) */
     const real Df3_roll = z[D3_roll] * f3_roll;  /* (40) */
     const real alpha3_roll = alpha2_roll + Df3_roll * f3_roll;  /* (40) */
-    const real t_m6gkz = K(1.0) / alpha3_roll;
-    const real D3_free_roll = h[t_rkxsm] * t_m6gkz * z[D3_roll] * alpha2_roll;  /* (41) */
-    const real t_iwp6c = f3_roll * t_2ftwl;
-    const real t_73h6y = t_s4qc7 + t_bqiu4 * z[U12_roll];
-    const real U13_free_roll = z[U13_roll] + t_iwp6c * t_73h6y;  /* (41) */
-    const real b1_3_roll = Df3_roll * z[U13_roll] - t_73h6y;  /* (40) */
-    const real U23_free_roll = z[U23_roll] + t_iwp6c * t_bqiu4;  /* (41) */
-    const real b2_3_roll = Df3_roll * z[U23_roll] - t_bqiu4;  /* (40) */
+    const real t_6dtnj = K(1.0) / alpha3_roll;
+    const real D3_free_roll = h[t_rkxsm] * t_6dtnj * z[D3_roll] * alpha2_roll;  /* (41) */
+    const real t_ow6ee = f3_roll * t_weizg;
+    const real t_tohgs = t_zrpuv + t_mpk5i * z[U12_roll];
+    const real U13_free_roll = z[U13_roll] + t_ow6ee * t_tohgs;  /* (41) */
+    const real b1_3_roll = Df3_roll * z[U13_roll] - t_tohgs;  /* (40) */
+    const real U23_free_roll = z[U23_roll] + t_ow6ee * t_mpk5i;  /* (41) */
+    const real b2_3_roll = Df3_roll * z[U23_roll] - t_mpk5i;  /* (40) */
     const real f4_roll = z[v1_roll] + z[U34_roll] * v_roll - z[U14_roll] * y1_used_roll - z[U24_roll] * z[y2_roll];  /* (40) */
     const real Df4_roll = z[D4_roll] * f4_roll;  /* (40) */
     const real alpha4_roll = alpha3_roll + Df4_roll * f4_roll;  /* (40) */
-    const real t_qd2bm = K(1.0) / alpha4_roll;
-    const real D4_free_roll = h[t_rkxsm] * t_qd2bm * z[D4_roll] * alpha3_roll;  /* (41) */
-    const real t_vpr7m = f4_roll * t_m6gkz;
-    const real U14_free_roll = z[U14_roll] - t_vpr7m * b1_3_roll;  /* (41) */
+    const real t_6dtnj_2 = K(1.0) / alpha4_roll;
+    const real D4_free_roll = h[t_rkxsm] * t_6dtnj_2 * z[D4_roll] * alpha3_roll;  /* (41) */
+    const real t_hop6j = f4_roll * t_6dtnj;
+    const real U14_free_roll = z[U14_roll] - t_hop6j * b1_3_roll;  /* (41) */
     const real b1_4_roll = b1_3_roll + Df4_roll * z[U14_roll];  /* (40) */
-    const real U24_free_roll = z[U24_roll] - t_vpr7m * b2_3_roll;  /* (41) */
+    const real U24_free_roll = z[U24_roll] - t_hop6j * b2_3_roll;  /* (41) */
     const real b2_4_roll = b2_3_roll + Df4_roll * z[U24_roll];  /* (40) */
-    const real U34_free_roll = z[U34_roll] - t_vpr7m * Df3_roll;  /* (41) */
+    const real U34_free_roll = z[U34_roll] - t_hop6j * Df3_roll;  /* (41) */
     const real b3_4_roll = Df3_roll + Df4_roll * z[U34_roll];  /* (40) */
     const real f5_roll = K(1.0)
         + z[U35_roll] * v_roll
@@ -715,22 +715,22 @@ void satellite_mrac_prepared(const real *x, const real *r, const real *v, const 
         - z[U25_roll] * z[y2_roll];  /* (40) */
     const real Df5_roll = z[D5_roll] * f5_roll;  /* (40) */
     const real alpha5_roll = alpha4_roll + Df5_roll * f5_roll;  /* (40) */
-    const real t_szpzk = K(1.0) / alpha5_roll;
-    const real D5_free_roll = h[t_rkxsm] * t_szpzk * z[D5_roll] * alpha4_roll;  /* (41) */
-    const real t_el36p = f5_roll * t_qd2bm;
-    const real U15_free_roll = z[U15_roll] - t_el36p * b1_4_roll;  /* (41) */
+    const real t_6dtnj_3 = K(1.0) / alpha5_roll;
+    const real D5_free_roll = h[t_rkxsm] * t_6dtnj_3 * z[D5_roll] * alpha4_roll;  /* (41) */
+    const real t_wmsfj = f5_roll * t_6dtnj_2;
+    const real U15_free_roll = z[U15_roll] - t_wmsfj * b1_4_roll;  /* (41) */
     const real b1_5_roll = b1_4_roll + Df5_roll * z[U15_roll];  /* (40) */
-    const real U25_free_roll = z[U25_roll] - t_el36p * b2_4_roll;  /* (41) */
+    const real U25_free_roll = z[U25_roll] - t_wmsfj * b2_4_roll;  /* (41) */
     const real b2_5_roll = b2_4_roll + Df5_roll * z[U25_roll];  /* (40) */
-    const real U35_free_roll = z[U35_roll] - t_el36p * b3_4_roll;  /* (41) */
+    const real U35_free_roll = z[U35_roll] - t_wmsfj * b3_4_roll;  /* (41) */
     const real b3_5_roll = b3_4_roll + Df5_roll * z[U35_roll];  /* (40) */
-    const real U45_free_roll = z[U45_roll] - t_el36p * Df4_roll;  /* (41) */
+    const real U45_free_roll = z[U45_roll] - t_wmsfj * Df4_roll;  /* (41) */
     const real b4_5_roll = Df4_roll + Df5_roll * z[U45_roll];  /* (40) */
-    const real G1_roll = b1_5_roll * t_szpzk;  /* (40) */
-    const real G2_roll = b2_5_roll * t_szpzk;  /* (40) */
-    const real G3_roll = b3_5_roll * t_szpzk;  /* (40) */
-    const real G4_roll = b4_5_roll * t_szpzk;  /* (40) */
-    const real G5_roll = Df5_roll * t_szpzk;  /* (40) */
+    const real G1_roll = b1_5_roll * t_6dtnj_3;  /* (40) */
+    const real G2_roll = b2_5_roll * t_6dtnj_3;  /* (40) */
+    const real G3_roll = b3_5_roll * t_6dtnj_3;  /* (40) */
+    const real G4_roll = b4_5_roll * t_6dtnj_3;  /* (40) */
+    const real G5_roll = Df5_roll * t_6dtnj_3;  /* (40) */
     const real trace_roll = D1_free_roll
         + D2_free_roll
         + D3_free_roll
@@ -746,18 +746,18 @@ void satellite_mrac_prepared(const real *x, const real *r, const real *v, const 
         + D5_free_roll * (U25_free_roll * U25_free_roll)
         + D5_free_roll * (U35_free_roll * U35_free_roll)
         + D5_free_roll * (U45_free_roll * U45_free_roll);  /* (41) */
-    const mask m_cy5zr = LT(c[trace_max], trace_roll);
-    const real cap_roll = SELECT(m_cy5zr, c[forgetting], SPLAT(K(1.0)));
+    const mask m_mhc6m = LT(c[trace_max], trace_roll);
+    const real cap_roll = SELECT(m_mhc6m, c[forgetting], SPLAT(K(1.0)));
     const mask m_jj746 = LT(K(0.5), c[adapt]);
     const mask m_d33kq = LT(K(1.5), z[samples]);
     const mask m_6w7fs = AND(m_jj746, m_d33kq);
-    const mask m_ehesg = LT(h[t_s4yo7], mv_fabs(eps_roll));
-    const mask m_ovbqq = AND(m_6w7fs, m_ehesg);
-    const real a1_now_roll = SELECT(m_ovbqq, z[a1_roll] + G1_roll * eps_roll, z[a1_roll]);  /* (42) */
-    const real a2_now_roll = SELECT(m_ovbqq, z[a2_roll] + G2_roll * eps_roll, z[a2_roll]);  /* (42) */
-    const real b0_now_roll = SELECT(m_ovbqq, z[b0_roll] + G3_roll * eps_roll, z[b0_roll]);  /* (42) */
-    const real b1_now_roll = SELECT(m_ovbqq, z[b1_roll] + G4_roll * eps_roll, z[b1_roll]);  /* (42) */
-    const real d_now_roll = SELECT(m_ovbqq, z[d_roll] + G5_roll * eps_roll, z[d_roll]);  /* (42) */
+    const mask m_l6kwg = LT(h[t_s4yo7], mv_fabs(eps_roll));
+    const mask m_auejl = AND(m_6w7fs, m_l6kwg);
+    const real a1_now_roll = SELECT(m_auejl, z[a1_roll] + G1_roll * eps_roll, z[a1_roll]);  /* (42) */
+    const real a2_now_roll = SELECT(m_auejl, z[a2_roll] + G2_roll * eps_roll, z[a2_roll]);  /* (42) */
+    const real b0_now_roll = SELECT(m_auejl, z[b0_roll] + G3_roll * eps_roll, z[b0_roll]);  /* (42) */
+    const real b1_now_roll = SELECT(m_auejl, z[b1_roll] + G4_roll * eps_roll, z[b1_roll]);  /* (42) */
+    const real d_now_roll = SELECT(m_auejl, z[d_roll] + G5_roll * eps_roll, z[d_roll]);  /* (42) */
     const real d_used_roll = c[compensate_d] * d_now_roll;
     const real y1_used_pitch = SELECT(m_myerm, x[pitch], z[y1_pitch]);
     const real v_pitch = SELECT(m_2oym3, v[Ty_applied], SELECT(m_ng6lt, z[u2_pitch], z[u1_pitch]));  /* (36) */
@@ -767,38 +767,38 @@ void satellite_mrac_prepared(const real *x, const real *r, const real *v, const 
         - z[a1_pitch] * y1_used_pitch
         - z[a2_pitch] * z[y2_pitch];  /* (34) */
     const real eps_pitch = x[pitch] - y_hat_pitch;  /* (39) */
-    const real t_n6265 = z[D1_pitch] * y1_used_pitch;
-    const real alpha1_pitch = c[forgetting] + t_n6265 * y1_used_pitch;  /* (40) */
-    const real t_ba5cq = K(1.0) / alpha1_pitch;
-    const real D1_free_pitch = z[D1_pitch] * t_ba5cq;  /* (41) */
-    const real t_5xoth = z[y2_pitch] + z[U12_pitch] * y1_used_pitch;
-    const real t_urk7s = z[D2_pitch] * t_5xoth;
-    const real alpha2_pitch = alpha1_pitch + t_urk7s * t_5xoth;  /* (40) */
-    const real t_vq6qe = K(1.0) / alpha2_pitch;
-    const real D2_free_pitch = h[t_rkxsm] * t_vq6qe * z[D2_pitch] * alpha1_pitch;  /* (41) */
-    const real U12_free_pitch = z[U12_pitch] - t_n6265 * t_ba5cq * t_5xoth;  /* (41) */
+    const real t_zx462 = z[D1_pitch] * y1_used_pitch;
+    const real alpha1_pitch = c[forgetting] + t_zx462 * y1_used_pitch;  /* (40) */
+    const real t_6gw3v = K(1.0) / alpha1_pitch;
+    const real D1_free_pitch = z[D1_pitch] * t_6gw3v;  /* (41) */
+    const real t_olxlq = z[y2_pitch] + z[U12_pitch] * y1_used_pitch;
+    const real t_gjcmb = z[D2_pitch] * t_olxlq;
+    const real alpha2_pitch = alpha1_pitch + t_gjcmb * t_olxlq;  /* (40) */
+    const real t_an5c3 = K(1.0) / alpha2_pitch;
+    const real D2_free_pitch = h[t_rkxsm] * t_an5c3 * z[D2_pitch] * alpha1_pitch;  /* (41) */
+    const real U12_free_pitch = z[U12_pitch] - t_zx462 * t_6gw3v * t_olxlq;  /* (41) */
     const real f3_pitch = v_pitch - z[U13_pitch] * y1_used_pitch - z[U23_pitch] * z[y2_pitch];  /* (40) */
     const real Df3_pitch = z[D3_pitch] * f3_pitch;  /* (40) */
     const real alpha3_pitch = alpha2_pitch + Df3_pitch * f3_pitch;  /* (40) */
-    const real t_wnsbx = K(1.0) / alpha3_pitch;
-    const real D3_free_pitch = h[t_rkxsm] * t_wnsbx * z[D3_pitch] * alpha2_pitch;  /* (41) */
-    const real t_iziit = f3_pitch * t_vq6qe;
-    const real t_m7azd = t_n6265 + t_urk7s * z[U12_pitch];
-    const real U13_free_pitch = z[U13_pitch] + t_iziit * t_m7azd;  /* (41) */
-    const real b1_3_pitch = Df3_pitch * z[U13_pitch] - t_m7azd;  /* (40) */
-    const real U23_free_pitch = z[U23_pitch] + t_iziit * t_urk7s;  /* (41) */
-    const real b2_3_pitch = Df3_pitch * z[U23_pitch] - t_urk7s;  /* (40) */
+    const real t_6dtnj_4 = K(1.0) / alpha3_pitch;
+    const real D3_free_pitch = h[t_rkxsm] * t_6dtnj_4 * z[D3_pitch] * alpha2_pitch;  /* (41) */
+    const real t_2unxj = f3_pitch * t_an5c3;
+    const real t_ypnck = t_zx462 + t_gjcmb * z[U12_pitch];
+    const real U13_free_pitch = z[U13_pitch] + t_2unxj * t_ypnck;  /* (41) */
+    const real b1_3_pitch = Df3_pitch * z[U13_pitch] - t_ypnck;  /* (40) */
+    const real U23_free_pitch = z[U23_pitch] + t_2unxj * t_gjcmb;  /* (41) */
+    const real b2_3_pitch = Df3_pitch * z[U23_pitch] - t_gjcmb;  /* (40) */
     const real f4_pitch = z[v1_pitch] + z[U34_pitch] * v_pitch - z[U14_pitch] * y1_used_pitch - z[U24_pitch] * z[y2_pitch];  /* (40) */
     const real Df4_pitch = z[D4_pitch] * f4_pitch;  /* (40) */
     const real alpha4_pitch = alpha3_pitch + Df4_pitch * f4_pitch;  /* (40) */
-    const real t_au2dz = K(1.0) / alpha4_pitch;
-    const real D4_free_pitch = h[t_rkxsm] * t_au2dz * z[D4_pitch] * alpha3_pitch;  /* (41) */
-    const real t_q5cqa = f4_pitch * t_wnsbx;
-    const real U14_free_pitch = z[U14_pitch] - t_q5cqa * b1_3_pitch;  /* (41) */
+    const real t_6dtnj_5 = K(1.0) / alpha4_pitch;
+    const real D4_free_pitch = h[t_rkxsm] * t_6dtnj_5 * z[D4_pitch] * alpha3_pitch;  /* (41) */
+    const real t_ekbem = f4_pitch * t_6dtnj_4;
+    const real U14_free_pitch = z[U14_pitch] - t_ekbem * b1_3_pitch;  /* (41) */
     const real b1_4_pitch = b1_3_pitch + Df4_pitch * z[U14_pitch];  /* (40) */
-    const real U24_free_pitch = z[U24_pitch] - t_q5cqa * b2_3_pitch;  /* (41) */
+    const real U24_free_pitch = z[U24_pitch] - t_ekbem * b2_3_pitch;  /* (41) */
     const real b2_4_pitch = b2_3_pitch + Df4_pitch * z[U24_pitch];  /* (40) */
-    const real U34_free_pitch = z[U34_pitch] - t_q5cqa * Df3_pitch;  /* (41) */
+    const real U34_free_pitch = z[U34_pitch] - t_ekbem * Df3_pitch;  /* (41) */
     const real b3_4_pitch = Df3_pitch + Df4_pitch * z[U34_pitch];  /* (40) */
     const real f5_pitch = K(1.0)
         + z[U35_pitch] * v_pitch
@@ -807,22 +807,22 @@ void satellite_mrac_prepared(const real *x, const real *r, const real *v, const 
         - z[U25_pitch] * z[y2_pitch];  /* (40) */
     const real Df5_pitch = z[D5_pitch] * f5_pitch;  /* (40) */
     const real alpha5_pitch = alpha4_pitch + Df5_pitch * f5_pitch;  /* (40) */
-    const real t_uppvm = K(1.0) / alpha5_pitch;
-    const real D5_free_pitch = h[t_rkxsm] * t_uppvm * z[D5_pitch] * alpha4_pitch;  /* (41) */
-    const real t_blzne = f5_pitch * t_au2dz;
-    const real U15_free_pitch = z[U15_pitch] - t_blzne * b1_4_pitch;  /* (41) */
+    const real t_6dtnj_6 = K(1.0) / alpha5_pitch;
+    const real D5_free_pitch = h[t_rkxsm] * t_6dtnj_6 * z[D5_pitch] * alpha4_pitch;  /* (41) */
+    const real t_piobp = f5_pitch * t_6dtnj_5;
+    const real U15_free_pitch = z[U15_pitch] - t_piobp * b1_4_pitch;  /* (41) */
     const real b1_5_pitch = b1_4_pitch + Df5_pitch * z[U15_pitch];  /* (40) */
-    const real U25_free_pitch = z[U25_pitch] - t_blzne * b2_4_pitch;  /* (41) */
+    const real U25_free_pitch = z[U25_pitch] - t_piobp * b2_4_pitch;  /* (41) */
     const real b2_5_pitch = b2_4_pitch + Df5_pitch * z[U25_pitch];  /* (40) */
-    const real U35_free_pitch = z[U35_pitch] - t_blzne * b3_4_pitch;  /* (41) */
+    const real U35_free_pitch = z[U35_pitch] - t_piobp * b3_4_pitch;  /* (41) */
     const real b3_5_pitch = b3_4_pitch + Df5_pitch * z[U35_pitch];  /* (40) */
-    const real U45_free_pitch = z[U45_pitch] - t_blzne * Df4_pitch;  /* (41) */
+    const real U45_free_pitch = z[U45_pitch] - t_piobp * Df4_pitch;  /* (41) */
     const real b4_5_pitch = Df4_pitch + Df5_pitch * z[U45_pitch];  /* (40) */
-    const real G1_pitch = b1_5_pitch * t_uppvm;  /* (40) */
-    const real G2_pitch = b2_5_pitch * t_uppvm;  /* (40) */
-    const real G3_pitch = b3_5_pitch * t_uppvm;  /* (40) */
-    const real G4_pitch = b4_5_pitch * t_uppvm;  /* (40) */
-    const real G5_pitch = Df5_pitch * t_uppvm;  /* (40) */
+    const real G1_pitch = b1_5_pitch * t_6dtnj_6;  /* (40) */
+    const real G2_pitch = b2_5_pitch * t_6dtnj_6;  /* (40) */
+    const real G3_pitch = b3_5_pitch * t_6dtnj_6;  /* (40) */
+    const real G4_pitch = b4_5_pitch * t_6dtnj_6;  /* (40) */
+    const real G5_pitch = Df5_pitch * t_6dtnj_6;  /* (40) */
     const real trace_pitch = D1_free_pitch
         + D2_free_pitch
         + D3_free_pitch
@@ -838,15 +838,15 @@ void satellite_mrac_prepared(const real *x, const real *r, const real *v, const 
         + D5_free_pitch * (U25_free_pitch * U25_free_pitch)
         + D5_free_pitch * (U35_free_pitch * U35_free_pitch)
         + D5_free_pitch * (U45_free_pitch * U45_free_pitch);  /* (41) */
-    const mask m_rahgr = LT(c[trace_max], trace_pitch);
-    const real cap_pitch = SELECT(m_rahgr, c[forgetting], SPLAT(K(1.0)));
-    const mask m_qjzob = LT(h[t_s4yo7], mv_fabs(eps_pitch));
-    const mask m_ehlkz = AND(m_6w7fs, m_qjzob);
-    const real a1_now_pitch = SELECT(m_ehlkz, z[a1_pitch] + G1_pitch * eps_pitch, z[a1_pitch]);  /* (42) */
-    const real a2_now_pitch = SELECT(m_ehlkz, z[a2_pitch] + G2_pitch * eps_pitch, z[a2_pitch]);  /* (42) */
-    const real b0_now_pitch = SELECT(m_ehlkz, z[b0_pitch] + G3_pitch * eps_pitch, z[b0_pitch]);  /* (42) */
-    const real b1_now_pitch = SELECT(m_ehlkz, z[b1_pitch] + G4_pitch * eps_pitch, z[b1_pitch]);  /* (42) */
-    const real d_now_pitch = SELECT(m_ehlkz, z[d_pitch] + G5_pitch * eps_pitch, z[d_pitch]);  /* (42) */
+    const mask m_mhc6m_2 = LT(c[trace_max], trace_pitch);
+    const real cap_pitch = SELECT(m_mhc6m_2, c[forgetting], SPLAT(K(1.0)));
+    const mask m_54emp = LT(h[t_s4yo7], mv_fabs(eps_pitch));
+    const mask m_he6hp = AND(m_6w7fs, m_54emp);
+    const real a1_now_pitch = SELECT(m_he6hp, z[a1_pitch] + G1_pitch * eps_pitch, z[a1_pitch]);  /* (42) */
+    const real a2_now_pitch = SELECT(m_he6hp, z[a2_pitch] + G2_pitch * eps_pitch, z[a2_pitch]);  /* (42) */
+    const real b0_now_pitch = SELECT(m_he6hp, z[b0_pitch] + G3_pitch * eps_pitch, z[b0_pitch]);  /* (42) */
+    const real b1_now_pitch = SELECT(m_he6hp, z[b1_pitch] + G4_pitch * eps_pitch, z[b1_pitch]);  /* (42) */
+    const real d_now_pitch = SELECT(m_he6hp, z[d_pitch] + G5_pitch * eps_pitch, z[d_pitch]);  /* (42) */
     const real d_used_pitch = c[compensate_d] * d_now_pitch;
     const real y1_used_yaw = SELECT(m_myerm, x[yaw], z[y1_yaw]);
     const real v_yaw = SELECT(m_2oym3, v[Tz_applied], SELECT(m_ng6lt, z[u2_yaw], z[u1_yaw]));  /* (36) */
@@ -856,38 +856,38 @@ void satellite_mrac_prepared(const real *x, const real *r, const real *v, const 
         - z[a1_yaw] * y1_used_yaw
         - z[a2_yaw] * z[y2_yaw];  /* (34) */
     const real eps_yaw = x[yaw] - y_hat_yaw;  /* (39) */
-    const real t_5t4tf = z[D1_yaw] * y1_used_yaw;
-    const real alpha1_yaw = c[forgetting] + t_5t4tf * y1_used_yaw;  /* (40) */
-    const real t_rrlcx = K(1.0) / alpha1_yaw;
-    const real D1_free_yaw = z[D1_yaw] * t_rrlcx;  /* (41) */
-    const real t_fz2ih = z[y2_yaw] + z[U12_yaw] * y1_used_yaw;
-    const real t_3inrl = z[D2_yaw] * t_fz2ih;
-    const real alpha2_yaw = alpha1_yaw + t_3inrl * t_fz2ih;  /* (40) */
-    const real t_epc3p = K(1.0) / alpha2_yaw;
-    const real D2_free_yaw = h[t_rkxsm] * t_epc3p * z[D2_yaw] * alpha1_yaw;  /* (41) */
-    const real U12_free_yaw = z[U12_yaw] - t_5t4tf * t_rrlcx * t_fz2ih;  /* (41) */
+    const real t_bysdb = z[D1_yaw] * y1_used_yaw;
+    const real alpha1_yaw = c[forgetting] + t_bysdb * y1_used_yaw;  /* (40) */
+    const real t_lgpzs = K(1.0) / alpha1_yaw;
+    const real D1_free_yaw = z[D1_yaw] * t_lgpzs;  /* (41) */
+    const real t_howu6 = z[y2_yaw] + z[U12_yaw] * y1_used_yaw;
+    const real t_pofsn = z[D2_yaw] * t_howu6;
+    const real alpha2_yaw = alpha1_yaw + t_pofsn * t_howu6;  /* (40) */
+    const real t_esxwg = K(1.0) / alpha2_yaw;
+    const real D2_free_yaw = h[t_rkxsm] * t_esxwg * z[D2_yaw] * alpha1_yaw;  /* (41) */
+    const real U12_free_yaw = z[U12_yaw] - t_bysdb * t_lgpzs * t_howu6;  /* (41) */
     const real f3_yaw = v_yaw - z[U13_yaw] * y1_used_yaw - z[U23_yaw] * z[y2_yaw];  /* (40) */
     const real Df3_yaw = z[D3_yaw] * f3_yaw;  /* (40) */
     const real alpha3_yaw = alpha2_yaw + Df3_yaw * f3_yaw;  /* (40) */
-    const real t_czmse = K(1.0) / alpha3_yaw;
-    const real D3_free_yaw = h[t_rkxsm] * t_czmse * z[D3_yaw] * alpha2_yaw;  /* (41) */
-    const real t_qqhj7 = f3_yaw * t_epc3p;
-    const real t_mefgo = t_5t4tf + t_3inrl * z[U12_yaw];
-    const real U13_free_yaw = z[U13_yaw] + t_qqhj7 * t_mefgo;  /* (41) */
-    const real b1_3_yaw = Df3_yaw * z[U13_yaw] - t_mefgo;  /* (40) */
-    const real U23_free_yaw = z[U23_yaw] + t_qqhj7 * t_3inrl;  /* (41) */
-    const real b2_3_yaw = Df3_yaw * z[U23_yaw] - t_3inrl;  /* (40) */
+    const real t_6dtnj_7 = K(1.0) / alpha3_yaw;
+    const real D3_free_yaw = h[t_rkxsm] * t_6dtnj_7 * z[D3_yaw] * alpha2_yaw;  /* (41) */
+    const real t_rouvm = f3_yaw * t_esxwg;
+    const real t_zyqi4 = t_bysdb + t_pofsn * z[U12_yaw];
+    const real U13_free_yaw = z[U13_yaw] + t_rouvm * t_zyqi4;  /* (41) */
+    const real b1_3_yaw = Df3_yaw * z[U13_yaw] - t_zyqi4;  /* (40) */
+    const real U23_free_yaw = z[U23_yaw] + t_rouvm * t_pofsn;  /* (41) */
+    const real b2_3_yaw = Df3_yaw * z[U23_yaw] - t_pofsn;  /* (40) */
     const real f4_yaw = z[v1_yaw] + z[U34_yaw] * v_yaw - z[U14_yaw] * y1_used_yaw - z[U24_yaw] * z[y2_yaw];  /* (40) */
     const real Df4_yaw = z[D4_yaw] * f4_yaw;  /* (40) */
     const real alpha4_yaw = alpha3_yaw + Df4_yaw * f4_yaw;  /* (40) */
-    const real t_nk3ay = K(1.0) / alpha4_yaw;
-    const real D4_free_yaw = h[t_rkxsm] * t_nk3ay * z[D4_yaw] * alpha3_yaw;  /* (41) */
-    const real t_ov6wh = f4_yaw * t_czmse;
-    const real U14_free_yaw = z[U14_yaw] - t_ov6wh * b1_3_yaw;  /* (41) */
+    const real t_6dtnj_8 = K(1.0) / alpha4_yaw;
+    const real D4_free_yaw = h[t_rkxsm] * t_6dtnj_8 * z[D4_yaw] * alpha3_yaw;  /* (41) */
+    const real t_nihkp = f4_yaw * t_6dtnj_7;
+    const real U14_free_yaw = z[U14_yaw] - t_nihkp * b1_3_yaw;  /* (41) */
     const real b1_4_yaw = b1_3_yaw + Df4_yaw * z[U14_yaw];  /* (40) */
-    const real U24_free_yaw = z[U24_yaw] - t_ov6wh * b2_3_yaw;  /* (41) */
+    const real U24_free_yaw = z[U24_yaw] - t_nihkp * b2_3_yaw;  /* (41) */
     const real b2_4_yaw = b2_3_yaw + Df4_yaw * z[U24_yaw];  /* (40) */
-    const real U34_free_yaw = z[U34_yaw] - t_ov6wh * Df3_yaw;  /* (41) */
+    const real U34_free_yaw = z[U34_yaw] - t_nihkp * Df3_yaw;  /* (41) */
     const real b3_4_yaw = Df3_yaw + Df4_yaw * z[U34_yaw];  /* (40) */
     const real f5_yaw = K(1.0)
         + z[U35_yaw] * v_yaw
@@ -896,22 +896,22 @@ void satellite_mrac_prepared(const real *x, const real *r, const real *v, const 
         - z[U25_yaw] * z[y2_yaw];  /* (40) */
     const real Df5_yaw = z[D5_yaw] * f5_yaw;  /* (40) */
     const real alpha5_yaw = alpha4_yaw + Df5_yaw * f5_yaw;  /* (40) */
-    const real t_xt42v = K(1.0) / alpha5_yaw;
-    const real D5_free_yaw = h[t_rkxsm] * t_xt42v * z[D5_yaw] * alpha4_yaw;  /* (41) */
-    const real t_xokdo = f5_yaw * t_nk3ay;
-    const real U15_free_yaw = z[U15_yaw] - t_xokdo * b1_4_yaw;  /* (41) */
+    const real t_6dtnj_9 = K(1.0) / alpha5_yaw;
+    const real D5_free_yaw = h[t_rkxsm] * t_6dtnj_9 * z[D5_yaw] * alpha4_yaw;  /* (41) */
+    const real t_lhlrb = f5_yaw * t_6dtnj_8;
+    const real U15_free_yaw = z[U15_yaw] - t_lhlrb * b1_4_yaw;  /* (41) */
     const real b1_5_yaw = b1_4_yaw + Df5_yaw * z[U15_yaw];  /* (40) */
-    const real U25_free_yaw = z[U25_yaw] - t_xokdo * b2_4_yaw;  /* (41) */
+    const real U25_free_yaw = z[U25_yaw] - t_lhlrb * b2_4_yaw;  /* (41) */
     const real b2_5_yaw = b2_4_yaw + Df5_yaw * z[U25_yaw];  /* (40) */
-    const real U35_free_yaw = z[U35_yaw] - t_xokdo * b3_4_yaw;  /* (41) */
+    const real U35_free_yaw = z[U35_yaw] - t_lhlrb * b3_4_yaw;  /* (41) */
     const real b3_5_yaw = b3_4_yaw + Df5_yaw * z[U35_yaw];  /* (40) */
-    const real U45_free_yaw = z[U45_yaw] - t_xokdo * Df4_yaw;  /* (41) */
+    const real U45_free_yaw = z[U45_yaw] - t_lhlrb * Df4_yaw;  /* (41) */
     const real b4_5_yaw = Df4_yaw + Df5_yaw * z[U45_yaw];  /* (40) */
-    const real G1_yaw = b1_5_yaw * t_xt42v;  /* (40) */
-    const real G2_yaw = b2_5_yaw * t_xt42v;  /* (40) */
-    const real G3_yaw = b3_5_yaw * t_xt42v;  /* (40) */
-    const real G4_yaw = b4_5_yaw * t_xt42v;  /* (40) */
-    const real G5_yaw = Df5_yaw * t_xt42v;  /* (40) */
+    const real G1_yaw = b1_5_yaw * t_6dtnj_9;  /* (40) */
+    const real G2_yaw = b2_5_yaw * t_6dtnj_9;  /* (40) */
+    const real G3_yaw = b3_5_yaw * t_6dtnj_9;  /* (40) */
+    const real G4_yaw = b4_5_yaw * t_6dtnj_9;  /* (40) */
+    const real G5_yaw = Df5_yaw * t_6dtnj_9;  /* (40) */
     const real trace_yaw = D1_free_yaw
         + D2_free_yaw
         + D3_free_yaw
@@ -927,109 +927,109 @@ void satellite_mrac_prepared(const real *x, const real *r, const real *v, const 
         + D5_free_yaw * (U25_free_yaw * U25_free_yaw)
         + D5_free_yaw * (U35_free_yaw * U35_free_yaw)
         + D5_free_yaw * (U45_free_yaw * U45_free_yaw);  /* (41) */
-    const mask m_4b7bf = LT(c[trace_max], trace_yaw);
-    const real cap_yaw = SELECT(m_4b7bf, c[forgetting], SPLAT(K(1.0)));
-    const mask m_3y25r = LT(h[t_s4yo7], mv_fabs(eps_yaw));
-    const mask m_33i5p = AND(m_6w7fs, m_3y25r);
-    const real a1_now_yaw = SELECT(m_33i5p, z[a1_yaw] + G1_yaw * eps_yaw, z[a1_yaw]);  /* (42) */
-    const real a2_now_yaw = SELECT(m_33i5p, z[a2_yaw] + G2_yaw * eps_yaw, z[a2_yaw]);  /* (42) */
-    const real b0_now_yaw = SELECT(m_33i5p, z[b0_yaw] + G3_yaw * eps_yaw, z[b0_yaw]);  /* (42) */
-    const real b1_now_yaw = SELECT(m_33i5p, z[b1_yaw] + G4_yaw * eps_yaw, z[b1_yaw]);  /* (42) */
-    const real d_now_yaw = SELECT(m_33i5p, z[d_yaw] + G5_yaw * eps_yaw, z[d_yaw]);  /* (42) */
+    const mask m_mhc6m_3 = LT(c[trace_max], trace_yaw);
+    const real cap_yaw = SELECT(m_mhc6m_3, c[forgetting], SPLAT(K(1.0)));
+    const mask m_gw24o = LT(h[t_s4yo7], mv_fabs(eps_yaw));
+    const mask m_4nram = AND(m_6w7fs, m_gw24o);
+    const real a1_now_yaw = SELECT(m_4nram, z[a1_yaw] + G1_yaw * eps_yaw, z[a1_yaw]);  /* (42) */
+    const real a2_now_yaw = SELECT(m_4nram, z[a2_yaw] + G2_yaw * eps_yaw, z[a2_yaw]);  /* (42) */
+    const real b0_now_yaw = SELECT(m_4nram, z[b0_yaw] + G3_yaw * eps_yaw, z[b0_yaw]);  /* (42) */
+    const real b1_now_yaw = SELECT(m_4nram, z[b1_yaw] + G4_yaw * eps_yaw, z[b1_yaw]);  /* (42) */
+    const real d_now_yaw = SELECT(m_4nram, z[d_yaw] + G5_yaw * eps_yaw, z[d_yaw]);  /* (42) */
     const real d_used_yaw = c[compensate_d] * d_now_yaw;
     const real lift_roll = mv_max(SPLAT(K(0.0)), K(-0.5) * b0_now_roll + K(-0.5) * b1_now_roll + h[t_4xcao]);
     const real B1_roll = b0_now_roll + b1_now_roll + (lift_roll + lift_roll);
-    const real t_6v5bz = h[t_bxn4n] + a1_now_roll;
-    const real s1_roll = -t_6v5bz;  /* (22) */
-    const real e1_roll = SELECT(m_ng6lt, a1_now_roll * t_6v5bz - (h[t_2wsi6_2] + a2_now_roll), -(h[t_bxn4n_2] + a1_now_roll));  /* (22) */
-    const real e2_roll = SELECT(m_ng6lt, a2_now_roll * t_6v5bz - h[t_ogmcx_2], -(h[t_2wsi6_3] + a2_now_roll));  /* (22) */
-    const real t_zjozf = b1_now_roll + lift_roll;
-    const real t_yz2fy = t_zjozf * t_zjozf;
-    const real t_4ihf2 = b0_now_roll + lift_roll;
-    const real t_qkhny = t_4ihf2 * t_4ihf2;
-    const real t_ncl23 = t_zjozf * a1_now_roll;
-    const real res_roll = t_yz2fy + t_qkhny * a2_now_roll - t_4ihf2 * t_ncl23;
-    const real t_k6fq7 = K(1.0) / res_roll;
-    const real sd_roll = (t_yz2fy * e1_roll + t_qkhny * h[e3_roll] - t_zjozf * t_4ihf2 * e2_roll) * t_k6fq7;  /* (22) */
-    const real t_6p656 = t_4ihf2 * h[e3_roll];
-    const real t_6zvri = t_4ihf2 * a2_now_roll;
-    const real t0_roll = (t_zjozf * e2_roll - t_6p656 - t_ncl23 * e1_roll + t_6zvri * e1_roll) * t_k6fq7;  /* (22) */
-    const real t_toq7n = t_zjozf * h[e3_roll]
-        - t_6p656 * a1_now_roll
-        + t_6zvri * e2_roll
-        - t_zjozf * a2_now_roll * e1_roll;
-    const real t1_roll = t_toq7n * t_k6fq7;  /* (22) */
+    const real t_ud3i5 = h[t_bxn4n] + a1_now_roll;
+    const real s1_roll = -t_ud3i5;  /* (22) */
+    const real e1_roll = SELECT(m_ng6lt, a1_now_roll * t_ud3i5 - (h[t_2wsi6_2] + a2_now_roll), -(h[t_bxn4n_2] + a1_now_roll));  /* (22) */
+    const real e2_roll = SELECT(m_ng6lt, a2_now_roll * t_ud3i5 - h[t_ogmcx_2], -(h[t_2wsi6_3] + a2_now_roll));  /* (22) */
+    const real t_2i74y = b1_now_roll + lift_roll;
+    const real t_vmsgc = t_2i74y * t_2i74y;
+    const real t_2idnj = b0_now_roll + lift_roll;
+    const real t_vtida = t_2idnj * t_2idnj;
+    const real t_25kas = t_2i74y * a1_now_roll;
+    const real res_roll = t_vmsgc + t_vtida * a2_now_roll - t_2idnj * t_25kas;
+    const real t_6dtnj_10 = K(1.0) / res_roll;
+    const real sd_roll = (t_vmsgc * e1_roll + t_vtida * h[e3_roll] - t_2i74y * t_2idnj * e2_roll) * t_6dtnj_10;  /* (22) */
+    const real t_ftsck = t_2idnj * h[e3_roll];
+    const real t_7prul = t_2idnj * a2_now_roll;
+    const real t0_roll = (t_2i74y * e2_roll - t_ftsck - t_25kas * e1_roll + t_7prul * e1_roll) * t_6dtnj_10;  /* (22) */
+    const real t_hynub = t_2i74y * h[e3_roll]
+        - t_ftsck * a1_now_roll
+        + t_7prul * e2_roll
+        - t_2i74y * a2_now_roll * e1_roll;
+    const real t1_roll = t_hynub * t_6dtnj_10;  /* (22) */
     const real Acw_roll = w_roll
         + h[t_z4laf] * z[wm1_roll]
         + h[t_mymwd] * z[wm2_roll]
         + h[t_32esp] * z[wm3_roll]
         + SELECT0(m_ng6lt, h[t_v4kye] * z[wm4_roll]);
     const real u_roll_mrac = (Acw_roll - d_used_roll * (K(1.0) + SELECT0(m_ng6lt, s1_roll) + sd_roll)) / B1_roll
-        + SELECT0(m_ng6lt, t_6v5bz * z[u1_roll])
+        + SELECT0(m_ng6lt, t_ud3i5 * z[u1_roll])
         - x[roll] * t0_roll
         - sd_roll * v_roll
         - t1_roll * y1_used_roll;
     const real lift_pitch = mv_max(SPLAT(K(0.0)), K(-0.5) * b0_now_pitch + K(-0.5) * b1_now_pitch + h[t_wr7mm]);
     const real B1_pitch = b0_now_pitch + b1_now_pitch + (lift_pitch + lift_pitch);
-    const real t_vgebs = h[t_bxn4n] + a1_now_pitch;
-    const real s1_pitch = -t_vgebs;  /* (22) */
-    const real e1_pitch = SELECT(m_ng6lt, a1_now_pitch * t_vgebs - (h[t_2wsi6_2] + a2_now_pitch), -(h[t_bxn4n_2] + a1_now_pitch));  /* (22) */
-    const real e2_pitch = SELECT(m_ng6lt, a2_now_pitch * t_vgebs - h[t_ogmcx_2], -(h[t_2wsi6_3] + a2_now_pitch));  /* (22) */
-    const real t_tpvzc = b1_now_pitch + lift_pitch;
-    const real t_imlet = t_tpvzc * t_tpvzc;
-    const real t_6edde = b0_now_pitch + lift_pitch;
-    const real t_23zut = t_6edde * t_6edde;
-    const real t_ivfwu = t_tpvzc * a1_now_pitch;
-    const real res_pitch = t_imlet + t_23zut * a2_now_pitch - t_6edde * t_ivfwu;
-    const real t_traey = K(1.0) / res_pitch;
-    const real sd_pitch = (t_imlet * e1_pitch + t_23zut * h[e3_roll] - t_tpvzc * t_6edde * e2_pitch) * t_traey;  /* (22) */
-    const real t_3uzty = t_6edde * h[e3_roll];
-    const real t_rhale = t_6edde * a2_now_pitch;
-    const real t0_pitch = (t_tpvzc * e2_pitch - t_3uzty - t_ivfwu * e1_pitch + t_rhale * e1_pitch) * t_traey;  /* (22) */
-    const real t_7phvx = t_tpvzc * h[e3_roll]
-        - t_3uzty * a1_now_pitch
-        + t_rhale * e2_pitch
-        - t_tpvzc * a2_now_pitch * e1_pitch;
-    const real t1_pitch = t_7phvx * t_traey;  /* (22) */
+    const real t_ggyuj = h[t_bxn4n] + a1_now_pitch;
+    const real s1_pitch = -t_ggyuj;  /* (22) */
+    const real e1_pitch = SELECT(m_ng6lt, a1_now_pitch * t_ggyuj - (h[t_2wsi6_2] + a2_now_pitch), -(h[t_bxn4n_2] + a1_now_pitch));  /* (22) */
+    const real e2_pitch = SELECT(m_ng6lt, a2_now_pitch * t_ggyuj - h[t_ogmcx_2], -(h[t_2wsi6_3] + a2_now_pitch));  /* (22) */
+    const real t_46ubb = b1_now_pitch + lift_pitch;
+    const real t_ydlhb = t_46ubb * t_46ubb;
+    const real t_twnby = b0_now_pitch + lift_pitch;
+    const real t_omxxc = t_twnby * t_twnby;
+    const real t_kjvdb = t_46ubb * a1_now_pitch;
+    const real res_pitch = t_ydlhb + t_omxxc * a2_now_pitch - t_twnby * t_kjvdb;
+    const real t_6dtnj_11 = K(1.0) / res_pitch;
+    const real sd_pitch = (t_ydlhb * e1_pitch + t_omxxc * h[e3_roll] - t_46ubb * t_twnby * e2_pitch) * t_6dtnj_11;  /* (22) */
+    const real t_5cup5 = t_twnby * h[e3_roll];
+    const real t_nbj2k = t_twnby * a2_now_pitch;
+    const real t0_pitch = (t_46ubb * e2_pitch - t_5cup5 - t_kjvdb * e1_pitch + t_nbj2k * e1_pitch) * t_6dtnj_11;  /* (22) */
+    const real t_e4yrk = t_46ubb * h[e3_roll]
+        - t_5cup5 * a1_now_pitch
+        + t_nbj2k * e2_pitch
+        - t_46ubb * a2_now_pitch * e1_pitch;
+    const real t1_pitch = t_e4yrk * t_6dtnj_11;  /* (22) */
     const real Acw_pitch = w_pitch
         + h[t_z4laf] * z[wm1_pitch]
         + h[t_mymwd] * z[wm2_pitch]
         + h[t_32esp] * z[wm3_pitch]
         + SELECT0(m_ng6lt, h[t_v4kye] * z[wm4_pitch]);
     const real u_pitch_mrac = (Acw_pitch - d_used_pitch * (K(1.0) + SELECT0(m_ng6lt, s1_pitch) + sd_pitch)) / B1_pitch
-        + SELECT0(m_ng6lt, t_vgebs * z[u1_pitch])
+        + SELECT0(m_ng6lt, t_ggyuj * z[u1_pitch])
         - x[pitch] * t0_pitch
         - sd_pitch * v_pitch
         - t1_pitch * y1_used_pitch;
     const real lift_yaw = mv_max(SPLAT(K(0.0)), K(-0.5) * b0_now_yaw + K(-0.5) * b1_now_yaw + h[t_k7hjd]);
     const real B1_yaw = b0_now_yaw + b1_now_yaw + (lift_yaw + lift_yaw);
-    const real t_yt55d = h[t_bxn4n] + a1_now_yaw;
-    const real s1_yaw = -t_yt55d;  /* (22) */
-    const real e1_yaw = SELECT(m_ng6lt, a1_now_yaw * t_yt55d - (h[t_2wsi6_2] + a2_now_yaw), -(h[t_bxn4n_2] + a1_now_yaw));  /* (22) */
-    const real e2_yaw = SELECT(m_ng6lt, a2_now_yaw * t_yt55d - h[t_ogmcx_2], -(h[t_2wsi6_3] + a2_now_yaw));  /* (22) */
-    const real t_zkiaw = b1_now_yaw + lift_yaw;
-    const real t_npqek = t_zkiaw * t_zkiaw;
-    const real t_qhfkz = b0_now_yaw + lift_yaw;
-    const real t_xjk5e = t_qhfkz * t_qhfkz;
-    const real t_n6w5s = t_zkiaw * a1_now_yaw;
-    const real res_yaw = t_npqek + t_xjk5e * a2_now_yaw - t_qhfkz * t_n6w5s;
-    const real t_7xf6k = K(1.0) / res_yaw;
-    const real sd_yaw = (t_npqek * e1_yaw + t_xjk5e * h[e3_roll] - t_zkiaw * t_qhfkz * e2_yaw) * t_7xf6k;  /* (22) */
-    const real t_vephh = t_qhfkz * h[e3_roll];
-    const real t_3ziba = t_qhfkz * a2_now_yaw;
-    const real t0_yaw = (t_zkiaw * e2_yaw - t_vephh - t_n6w5s * e1_yaw + t_3ziba * e1_yaw) * t_7xf6k;  /* (22) */
-    const real t_aivjy = t_zkiaw * h[e3_roll]
-        - t_vephh * a1_now_yaw
-        + t_3ziba * e2_yaw
-        - t_zkiaw * a2_now_yaw * e1_yaw;
-    const real t1_yaw = t_aivjy * t_7xf6k;  /* (22) */
+    const real t_rd76t = h[t_bxn4n] + a1_now_yaw;
+    const real s1_yaw = -t_rd76t;  /* (22) */
+    const real e1_yaw = SELECT(m_ng6lt, a1_now_yaw * t_rd76t - (h[t_2wsi6_2] + a2_now_yaw), -(h[t_bxn4n_2] + a1_now_yaw));  /* (22) */
+    const real e2_yaw = SELECT(m_ng6lt, a2_now_yaw * t_rd76t - h[t_ogmcx_2], -(h[t_2wsi6_3] + a2_now_yaw));  /* (22) */
+    const real t_yqka7 = b1_now_yaw + lift_yaw;
+    const real t_fgrex = t_yqka7 * t_yqka7;
+    const real t_x6nax = b0_now_yaw + lift_yaw;
+    const real t_dbjpl = t_x6nax * t_x6nax;
+    const real t_knyog = t_yqka7 * a1_now_yaw;
+    const real res_yaw = t_fgrex + t_dbjpl * a2_now_yaw - t_x6nax * t_knyog;
+    const real t_6dtnj_12 = K(1.0) / res_yaw;
+    const real sd_yaw = (t_fgrex * e1_yaw + t_dbjpl * h[e3_roll] - t_yqka7 * t_x6nax * e2_yaw) * t_6dtnj_12;  /* (22) */
+    const real t_mpg6t = t_x6nax * h[e3_roll];
+    const real t_7c7lk = t_x6nax * a2_now_yaw;
+    const real t0_yaw = (t_yqka7 * e2_yaw - t_mpg6t - t_knyog * e1_yaw + t_7c7lk * e1_yaw) * t_6dtnj_12;  /* (22) */
+    const real t_z3shu = t_yqka7 * h[e3_roll]
+        - t_mpg6t * a1_now_yaw
+        + t_7c7lk * e2_yaw
+        - t_yqka7 * a2_now_yaw * e1_yaw;
+    const real t1_yaw = t_z3shu * t_6dtnj_12;  /* (22) */
     const real Acw_yaw = w_yaw
         + h[t_z4laf] * z[wm1_yaw]
         + h[t_mymwd] * z[wm2_yaw]
         + h[t_32esp] * z[wm3_yaw]
         + SELECT0(m_ng6lt, h[t_v4kye] * z[wm4_yaw]);
     const real u_yaw_mrac = (Acw_yaw - d_used_yaw * (K(1.0) + SELECT0(m_ng6lt, s1_yaw) + sd_yaw)) / B1_yaw
-        + SELECT0(m_ng6lt, t_yt55d * z[u1_yaw])
+        + SELECT0(m_ng6lt, t_rd76t * z[u1_yaw])
         - sd_yaw * v_yaw
         - t0_yaw * x[yaw]
         - t1_yaw * y1_used_yaw;
@@ -1048,134 +1048,134 @@ void satellite_mrac_prepared(const real *x, const real *r, const real *v, const 
     const mask m_65ott = AND(m_6i24m, m_ghzhf);
     const mask m_lisih = LT(mv_fabs(x[roll]), K(1e+30));
     const mask m_fdhnb = AND(m_65ott, m_lisih);
-    const mask m_klrep = LT(mv_fabs(trace_pitch), K(1e+30));
-    const mask m_ftaye = AND(m_fdhnb, m_klrep);
-    const mask m_nob5q = LT(mv_fabs(trace_roll), K(1e+30));
-    const mask m_dtjsa = AND(m_ftaye, m_nob5q);
-    const mask m_smxdh = LT(mv_fabs(trace_yaw), K(1e+30));
-    const mask m_tnlb6 = AND(m_dtjsa, m_smxdh);
+    const mask m_6qzei = LT(mv_fabs(trace_pitch), K(1e+30));
+    const mask m_uncs5 = AND(m_fdhnb, m_6qzei);
+    const mask m_6qzei_2 = LT(mv_fabs(trace_roll), K(1e+30));
+    const mask m_f6kxn = AND(m_uncs5, m_6qzei_2);
+    const mask m_6qzei_3 = LT(mv_fabs(trace_yaw), K(1e+30));
+    const mask m_f6kxn_2 = AND(m_f6kxn, m_6qzei_3);
     const mask m_q3hd4 = LT(mv_fabs(x[yaw]), K(1e+30));
-    const mask m_n37qp = AND(m_tnlb6, m_q3hd4);
-    const mask m_m4hsa = LT(mv_fabs(u_pitch_mrac), K(1e+30));
-    const mask m_wqjeb = AND(m_n37qp, m_m4hsa);
-    const mask m_mx2go = LT(mv_fabs(u_roll_mrac), K(1e+30));
-    const mask m_zuvpc = AND(m_wqjeb, m_mx2go);
-    const mask m_ibl7d = LT(mv_fabs(u_yaw_mrac), K(1e+30));
-    const mask m_mu5jj = AND(m_zuvpc, m_ibl7d);
-    const real Tx_cmd = SELECT0(m_mu5jj, u_roll_mrac);
-    const real Ty_cmd = SELECT0(m_mu5jj, u_pitch_mrac);
-    const real Tz_cmd = SELECT0(m_mu5jj, u_yaw_mrac);
+    const mask m_4qjac = AND(m_f6kxn_2, m_q3hd4);
+    const mask m_5fj5i = LT(mv_fabs(u_pitch_mrac), K(1e+30));
+    const mask m_3txai = AND(m_4qjac, m_5fj5i);
+    const mask m_clv2d = LT(mv_fabs(u_roll_mrac), K(1e+30));
+    const mask m_yeumj = AND(m_3txai, m_clv2d);
+    const mask m_itpu3 = LT(mv_fabs(u_yaw_mrac), K(1e+30));
+    const mask m_vx7s3 = AND(m_yeumj, m_itpu3);
+    const real Tx_cmd = SELECT0(m_vx7s3, u_roll_mrac);
+    const real Ty_cmd = SELECT0(m_vx7s3, u_pitch_mrac);
+    const real Tz_cmd = SELECT0(m_vx7s3, u_yaw_mrac);
     const real t_lfvhy = K(0.5) * z[wm1_roll];
     const real t_nuzia = K(0.5) * z[wm1_pitch];
     const real t_bashd = K(0.5) * z[wm1_yaw];
-    const mask m_qbjte = NOT(m_mu5jj);
+    const mask m_bt3ba = NOT(m_vx7s3);
     u[0] = Tx_cmd;
     u[1] = Ty_cmd;
     u[2] = Tz_cmd;
-    z_next[0] = SELECT(m_mu5jj, a1_now_roll, z[a1_roll]);
-    z_next[1] = SELECT(m_mu5jj, a2_now_roll, z[a2_roll]);
-    z_next[2] = SELECT(m_mu5jj, b0_now_roll, z[b0_roll]);
-    z_next[3] = SELECT(m_mu5jj, b1_now_roll, z[b1_roll]);
-    z_next[4] = SELECT(m_mu5jj, d_now_roll, z[d_roll]);
-    z_next[5] = SELECT(m_mu5jj, SELECT(m_ovbqq, D1_free_roll * cap_roll, z[D1_roll]), z[D1_roll]);
-    z_next[6] = SELECT(m_mu5jj, SELECT(m_ovbqq, D2_free_roll * cap_roll, z[D2_roll]), z[D2_roll]);
-    z_next[7] = SELECT(m_mu5jj, SELECT(m_ovbqq, D3_free_roll * cap_roll, z[D3_roll]), z[D3_roll]);
-    z_next[8] = SELECT(m_mu5jj, SELECT(m_ovbqq, D4_free_roll * cap_roll, z[D4_roll]), z[D4_roll]);
-    z_next[9] = SELECT(m_mu5jj, SELECT(m_ovbqq, D5_free_roll * cap_roll, z[D5_roll]), z[D5_roll]);
-    z_next[10] = SELECT(m_mu5jj, SELECT(m_ovbqq, U12_free_roll, z[U12_roll]), z[U12_roll]);
-    z_next[11] = SELECT(m_mu5jj, SELECT(m_ovbqq, U13_free_roll, z[U13_roll]), z[U13_roll]);
-    z_next[12] = SELECT(m_mu5jj, SELECT(m_ovbqq, U23_free_roll, z[U23_roll]), z[U23_roll]);
-    z_next[13] = SELECT(m_mu5jj, SELECT(m_ovbqq, U14_free_roll, z[U14_roll]), z[U14_roll]);
-    z_next[14] = SELECT(m_mu5jj, SELECT(m_ovbqq, U24_free_roll, z[U24_roll]), z[U24_roll]);
-    z_next[15] = SELECT(m_mu5jj, SELECT(m_ovbqq, U34_free_roll, z[U34_roll]), z[U34_roll]);
-    z_next[16] = SELECT(m_mu5jj, SELECT(m_ovbqq, U15_free_roll, z[U15_roll]), z[U15_roll]);
-    z_next[17] = SELECT(m_mu5jj, SELECT(m_ovbqq, U25_free_roll, z[U25_roll]), z[U25_roll]);
-    z_next[18] = SELECT(m_mu5jj, SELECT(m_ovbqq, U35_free_roll, z[U35_roll]), z[U35_roll]);
-    z_next[19] = SELECT(m_mu5jj, SELECT(m_ovbqq, U45_free_roll, z[U45_roll]), z[U45_roll]);
-    z_next[20] = SELECT(m_mu5jj, x[roll], z[y1_roll]);
-    z_next[21] = SELECT(m_mu5jj, y1_used_roll, z[y2_roll]);
-    z_next[22] = SELECT(m_mu5jj, v_roll, z[v1_roll]);
-    z_next[23] = SELECT(m_mu5jj, u_roll_mrac, z[u1_roll]);
-    z_next[24] = SELECT(m_mu5jj, z[u1_roll], z[u2_roll]);
-    z_next[25] = SELECT(m_mu5jj, SELECT(m_ng6lt, t_lfvhy + K(0.5) * z[wm2_roll], t_lfvhy + K(0.5) * w_roll), z[ym_roll]);
-    z_next[26] = SELECT(m_mu5jj, w_roll, z[wm1_roll]);
-    z_next[27] = SELECT(m_mu5jj, z[wm1_roll], z[wm2_roll]);
-    z_next[28] = SELECT(m_mu5jj, z[wm2_roll], z[wm3_roll]);
-    z_next[29] = SELECT(m_mu5jj, z[wm3_roll], z[wm4_roll]);
-    z_next[30] = SELECT(m_mu5jj, a1_now_pitch, z[a1_pitch]);
-    z_next[31] = SELECT(m_mu5jj, a2_now_pitch, z[a2_pitch]);
-    z_next[32] = SELECT(m_mu5jj, b0_now_pitch, z[b0_pitch]);
-    z_next[33] = SELECT(m_mu5jj, b1_now_pitch, z[b1_pitch]);
-    z_next[34] = SELECT(m_mu5jj, d_now_pitch, z[d_pitch]);
-    z_next[35] = SELECT(m_mu5jj, SELECT(m_ehlkz, D1_free_pitch * cap_pitch, z[D1_pitch]), z[D1_pitch]);
-    z_next[36] = SELECT(m_mu5jj, SELECT(m_ehlkz, D2_free_pitch * cap_pitch, z[D2_pitch]), z[D2_pitch]);
-    z_next[37] = SELECT(m_mu5jj, SELECT(m_ehlkz, D3_free_pitch * cap_pitch, z[D3_pitch]), z[D3_pitch]);
-    z_next[38] = SELECT(m_mu5jj, SELECT(m_ehlkz, D4_free_pitch * cap_pitch, z[D4_pitch]), z[D4_pitch]);
-    z_next[39] = SELECT(m_mu5jj, SELECT(m_ehlkz, D5_free_pitch * cap_pitch, z[D5_pitch]), z[D5_pitch]);
-    z_next[40] = SELECT(m_mu5jj, SELECT(m_ehlkz, U12_free_pitch, z[U12_pitch]), z[U12_pitch]);
-    z_next[41] = SELECT(m_mu5jj, SELECT(m_ehlkz, U13_free_pitch, z[U13_pitch]), z[U13_pitch]);
-    z_next[42] = SELECT(m_mu5jj, SELECT(m_ehlkz, U23_free_pitch, z[U23_pitch]), z[U23_pitch]);
-    z_next[43] = SELECT(m_mu5jj, SELECT(m_ehlkz, U14_free_pitch, z[U14_pitch]), z[U14_pitch]);
-    z_next[44] = SELECT(m_mu5jj, SELECT(m_ehlkz, U24_free_pitch, z[U24_pitch]), z[U24_pitch]);
-    z_next[45] = SELECT(m_mu5jj, SELECT(m_ehlkz, U34_free_pitch, z[U34_pitch]), z[U34_pitch]);
-    z_next[46] = SELECT(m_mu5jj, SELECT(m_ehlkz, U15_free_pitch, z[U15_pitch]), z[U15_pitch]);
-    z_next[47] = SELECT(m_mu5jj, SELECT(m_ehlkz, U25_free_pitch, z[U25_pitch]), z[U25_pitch]);
-    z_next[48] = SELECT(m_mu5jj, SELECT(m_ehlkz, U35_free_pitch, z[U35_pitch]), z[U35_pitch]);
-    z_next[49] = SELECT(m_mu5jj, SELECT(m_ehlkz, U45_free_pitch, z[U45_pitch]), z[U45_pitch]);
-    z_next[50] = SELECT(m_mu5jj, x[pitch], z[y1_pitch]);
-    z_next[51] = SELECT(m_mu5jj, y1_used_pitch, z[y2_pitch]);
-    z_next[52] = SELECT(m_mu5jj, v_pitch, z[v1_pitch]);
-    z_next[53] = SELECT(m_mu5jj, u_pitch_mrac, z[u1_pitch]);
-    z_next[54] = SELECT(m_mu5jj, z[u1_pitch], z[u2_pitch]);
-    z_next[55] = SELECT(m_mu5jj, SELECT(m_ng6lt, t_nuzia + K(0.5) * z[wm2_pitch], t_nuzia + K(0.5) * w_pitch), z[ym_pitch]);
-    z_next[56] = SELECT(m_mu5jj, w_pitch, z[wm1_pitch]);
-    z_next[57] = SELECT(m_mu5jj, z[wm1_pitch], z[wm2_pitch]);
-    z_next[58] = SELECT(m_mu5jj, z[wm2_pitch], z[wm3_pitch]);
-    z_next[59] = SELECT(m_mu5jj, z[wm3_pitch], z[wm4_pitch]);
-    z_next[60] = SELECT(m_mu5jj, a1_now_yaw, z[a1_yaw]);
-    z_next[61] = SELECT(m_mu5jj, a2_now_yaw, z[a2_yaw]);
-    z_next[62] = SELECT(m_mu5jj, b0_now_yaw, z[b0_yaw]);
-    z_next[63] = SELECT(m_mu5jj, b1_now_yaw, z[b1_yaw]);
-    z_next[64] = SELECT(m_mu5jj, d_now_yaw, z[d_yaw]);
-    z_next[65] = SELECT(m_mu5jj, SELECT(m_33i5p, D1_free_yaw * cap_yaw, z[D1_yaw]), z[D1_yaw]);
-    z_next[66] = SELECT(m_mu5jj, SELECT(m_33i5p, D2_free_yaw * cap_yaw, z[D2_yaw]), z[D2_yaw]);
-    z_next[67] = SELECT(m_mu5jj, SELECT(m_33i5p, D3_free_yaw * cap_yaw, z[D3_yaw]), z[D3_yaw]);
-    z_next[68] = SELECT(m_mu5jj, SELECT(m_33i5p, D4_free_yaw * cap_yaw, z[D4_yaw]), z[D4_yaw]);
-    z_next[69] = SELECT(m_mu5jj, SELECT(m_33i5p, D5_free_yaw * cap_yaw, z[D5_yaw]), z[D5_yaw]);
-    z_next[70] = SELECT(m_mu5jj, SELECT(m_33i5p, U12_free_yaw, z[U12_yaw]), z[U12_yaw]);
-    z_next[71] = SELECT(m_mu5jj, SELECT(m_33i5p, U13_free_yaw, z[U13_yaw]), z[U13_yaw]);
-    z_next[72] = SELECT(m_mu5jj, SELECT(m_33i5p, U23_free_yaw, z[U23_yaw]), z[U23_yaw]);
-    z_next[73] = SELECT(m_mu5jj, SELECT(m_33i5p, U14_free_yaw, z[U14_yaw]), z[U14_yaw]);
-    z_next[74] = SELECT(m_mu5jj, SELECT(m_33i5p, U24_free_yaw, z[U24_yaw]), z[U24_yaw]);
-    z_next[75] = SELECT(m_mu5jj, SELECT(m_33i5p, U34_free_yaw, z[U34_yaw]), z[U34_yaw]);
-    z_next[76] = SELECT(m_mu5jj, SELECT(m_33i5p, U15_free_yaw, z[U15_yaw]), z[U15_yaw]);
-    z_next[77] = SELECT(m_mu5jj, SELECT(m_33i5p, U25_free_yaw, z[U25_yaw]), z[U25_yaw]);
-    z_next[78] = SELECT(m_mu5jj, SELECT(m_33i5p, U35_free_yaw, z[U35_yaw]), z[U35_yaw]);
-    z_next[79] = SELECT(m_mu5jj, SELECT(m_33i5p, U45_free_yaw, z[U45_yaw]), z[U45_yaw]);
-    z_next[80] = SELECT(m_mu5jj, x[yaw], z[y1_yaw]);
-    z_next[81] = SELECT(m_mu5jj, y1_used_yaw, z[y2_yaw]);
-    z_next[82] = SELECT(m_mu5jj, v_yaw, z[v1_yaw]);
-    z_next[83] = SELECT(m_mu5jj, u_yaw_mrac, z[u1_yaw]);
-    z_next[84] = SELECT(m_mu5jj, z[u1_yaw], z[u2_yaw]);
-    z_next[85] = SELECT(m_mu5jj, SELECT(m_ng6lt, t_bashd + K(0.5) * z[wm2_yaw], t_bashd + K(0.5) * w_yaw), z[ym_yaw]);
-    z_next[86] = SELECT(m_mu5jj, w_yaw, z[wm1_yaw]);
-    z_next[87] = SELECT(m_mu5jj, z[wm1_yaw], z[wm2_yaw]);
-    z_next[88] = SELECT(m_mu5jj, z[wm2_yaw], z[wm3_yaw]);
-    z_next[89] = SELECT(m_mu5jj, z[wm3_yaw], z[wm4_yaw]);
-    z_next[90] = SELECT0(m_mu5jj, mv_min(SPLAT(K(2.0)), K(1.0) + z[samples]));
-    z_next[91] = SELECT0(m_qbjte, SPLAT(K(1.0)));
+    z_next[0] = SELECT(m_vx7s3, a1_now_roll, z[a1_roll]);
+    z_next[1] = SELECT(m_vx7s3, a2_now_roll, z[a2_roll]);
+    z_next[2] = SELECT(m_vx7s3, b0_now_roll, z[b0_roll]);
+    z_next[3] = SELECT(m_vx7s3, b1_now_roll, z[b1_roll]);
+    z_next[4] = SELECT(m_vx7s3, d_now_roll, z[d_roll]);
+    z_next[5] = SELECT(m_vx7s3, SELECT(m_auejl, D1_free_roll * cap_roll, z[D1_roll]), z[D1_roll]);
+    z_next[6] = SELECT(m_vx7s3, SELECT(m_auejl, D2_free_roll * cap_roll, z[D2_roll]), z[D2_roll]);
+    z_next[7] = SELECT(m_vx7s3, SELECT(m_auejl, D3_free_roll * cap_roll, z[D3_roll]), z[D3_roll]);
+    z_next[8] = SELECT(m_vx7s3, SELECT(m_auejl, D4_free_roll * cap_roll, z[D4_roll]), z[D4_roll]);
+    z_next[9] = SELECT(m_vx7s3, SELECT(m_auejl, D5_free_roll * cap_roll, z[D5_roll]), z[D5_roll]);
+    z_next[10] = SELECT(m_vx7s3, SELECT(m_auejl, U12_free_roll, z[U12_roll]), z[U12_roll]);
+    z_next[11] = SELECT(m_vx7s3, SELECT(m_auejl, U13_free_roll, z[U13_roll]), z[U13_roll]);
+    z_next[12] = SELECT(m_vx7s3, SELECT(m_auejl, U23_free_roll, z[U23_roll]), z[U23_roll]);
+    z_next[13] = SELECT(m_vx7s3, SELECT(m_auejl, U14_free_roll, z[U14_roll]), z[U14_roll]);
+    z_next[14] = SELECT(m_vx7s3, SELECT(m_auejl, U24_free_roll, z[U24_roll]), z[U24_roll]);
+    z_next[15] = SELECT(m_vx7s3, SELECT(m_auejl, U34_free_roll, z[U34_roll]), z[U34_roll]);
+    z_next[16] = SELECT(m_vx7s3, SELECT(m_auejl, U15_free_roll, z[U15_roll]), z[U15_roll]);
+    z_next[17] = SELECT(m_vx7s3, SELECT(m_auejl, U25_free_roll, z[U25_roll]), z[U25_roll]);
+    z_next[18] = SELECT(m_vx7s3, SELECT(m_auejl, U35_free_roll, z[U35_roll]), z[U35_roll]);
+    z_next[19] = SELECT(m_vx7s3, SELECT(m_auejl, U45_free_roll, z[U45_roll]), z[U45_roll]);
+    z_next[20] = SELECT(m_vx7s3, x[roll], z[y1_roll]);
+    z_next[21] = SELECT(m_vx7s3, y1_used_roll, z[y2_roll]);
+    z_next[22] = SELECT(m_vx7s3, v_roll, z[v1_roll]);
+    z_next[23] = SELECT(m_vx7s3, u_roll_mrac, z[u1_roll]);
+    z_next[24] = SELECT(m_vx7s3, z[u1_roll], z[u2_roll]);
+    z_next[25] = SELECT(m_vx7s3, SELECT(m_ng6lt, t_lfvhy + K(0.5) * z[wm2_roll], t_lfvhy + K(0.5) * w_roll), z[ym_roll]);
+    z_next[26] = SELECT(m_vx7s3, w_roll, z[wm1_roll]);
+    z_next[27] = SELECT(m_vx7s3, z[wm1_roll], z[wm2_roll]);
+    z_next[28] = SELECT(m_vx7s3, z[wm2_roll], z[wm3_roll]);
+    z_next[29] = SELECT(m_vx7s3, z[wm3_roll], z[wm4_roll]);
+    z_next[30] = SELECT(m_vx7s3, a1_now_pitch, z[a1_pitch]);
+    z_next[31] = SELECT(m_vx7s3, a2_now_pitch, z[a2_pitch]);
+    z_next[32] = SELECT(m_vx7s3, b0_now_pitch, z[b0_pitch]);
+    z_next[33] = SELECT(m_vx7s3, b1_now_pitch, z[b1_pitch]);
+    z_next[34] = SELECT(m_vx7s3, d_now_pitch, z[d_pitch]);
+    z_next[35] = SELECT(m_vx7s3, SELECT(m_he6hp, D1_free_pitch * cap_pitch, z[D1_pitch]), z[D1_pitch]);
+    z_next[36] = SELECT(m_vx7s3, SELECT(m_he6hp, D2_free_pitch * cap_pitch, z[D2_pitch]), z[D2_pitch]);
+    z_next[37] = SELECT(m_vx7s3, SELECT(m_he6hp, D3_free_pitch * cap_pitch, z[D3_pitch]), z[D3_pitch]);
+    z_next[38] = SELECT(m_vx7s3, SELECT(m_he6hp, D4_free_pitch * cap_pitch, z[D4_pitch]), z[D4_pitch]);
+    z_next[39] = SELECT(m_vx7s3, SELECT(m_he6hp, D5_free_pitch * cap_pitch, z[D5_pitch]), z[D5_pitch]);
+    z_next[40] = SELECT(m_vx7s3, SELECT(m_he6hp, U12_free_pitch, z[U12_pitch]), z[U12_pitch]);
+    z_next[41] = SELECT(m_vx7s3, SELECT(m_he6hp, U13_free_pitch, z[U13_pitch]), z[U13_pitch]);
+    z_next[42] = SELECT(m_vx7s3, SELECT(m_he6hp, U23_free_pitch, z[U23_pitch]), z[U23_pitch]);
+    z_next[43] = SELECT(m_vx7s3, SELECT(m_he6hp, U14_free_pitch, z[U14_pitch]), z[U14_pitch]);
+    z_next[44] = SELECT(m_vx7s3, SELECT(m_he6hp, U24_free_pitch, z[U24_pitch]), z[U24_pitch]);
+    z_next[45] = SELECT(m_vx7s3, SELECT(m_he6hp, U34_free_pitch, z[U34_pitch]), z[U34_pitch]);
+    z_next[46] = SELECT(m_vx7s3, SELECT(m_he6hp, U15_free_pitch, z[U15_pitch]), z[U15_pitch]);
+    z_next[47] = SELECT(m_vx7s3, SELECT(m_he6hp, U25_free_pitch, z[U25_pitch]), z[U25_pitch]);
+    z_next[48] = SELECT(m_vx7s3, SELECT(m_he6hp, U35_free_pitch, z[U35_pitch]), z[U35_pitch]);
+    z_next[49] = SELECT(m_vx7s3, SELECT(m_he6hp, U45_free_pitch, z[U45_pitch]), z[U45_pitch]);
+    z_next[50] = SELECT(m_vx7s3, x[pitch], z[y1_pitch]);
+    z_next[51] = SELECT(m_vx7s3, y1_used_pitch, z[y2_pitch]);
+    z_next[52] = SELECT(m_vx7s3, v_pitch, z[v1_pitch]);
+    z_next[53] = SELECT(m_vx7s3, u_pitch_mrac, z[u1_pitch]);
+    z_next[54] = SELECT(m_vx7s3, z[u1_pitch], z[u2_pitch]);
+    z_next[55] = SELECT(m_vx7s3, SELECT(m_ng6lt, t_nuzia + K(0.5) * z[wm2_pitch], t_nuzia + K(0.5) * w_pitch), z[ym_pitch]);
+    z_next[56] = SELECT(m_vx7s3, w_pitch, z[wm1_pitch]);
+    z_next[57] = SELECT(m_vx7s3, z[wm1_pitch], z[wm2_pitch]);
+    z_next[58] = SELECT(m_vx7s3, z[wm2_pitch], z[wm3_pitch]);
+    z_next[59] = SELECT(m_vx7s3, z[wm3_pitch], z[wm4_pitch]);
+    z_next[60] = SELECT(m_vx7s3, a1_now_yaw, z[a1_yaw]);
+    z_next[61] = SELECT(m_vx7s3, a2_now_yaw, z[a2_yaw]);
+    z_next[62] = SELECT(m_vx7s3, b0_now_yaw, z[b0_yaw]);
+    z_next[63] = SELECT(m_vx7s3, b1_now_yaw, z[b1_yaw]);
+    z_next[64] = SELECT(m_vx7s3, d_now_yaw, z[d_yaw]);
+    z_next[65] = SELECT(m_vx7s3, SELECT(m_4nram, D1_free_yaw * cap_yaw, z[D1_yaw]), z[D1_yaw]);
+    z_next[66] = SELECT(m_vx7s3, SELECT(m_4nram, D2_free_yaw * cap_yaw, z[D2_yaw]), z[D2_yaw]);
+    z_next[67] = SELECT(m_vx7s3, SELECT(m_4nram, D3_free_yaw * cap_yaw, z[D3_yaw]), z[D3_yaw]);
+    z_next[68] = SELECT(m_vx7s3, SELECT(m_4nram, D4_free_yaw * cap_yaw, z[D4_yaw]), z[D4_yaw]);
+    z_next[69] = SELECT(m_vx7s3, SELECT(m_4nram, D5_free_yaw * cap_yaw, z[D5_yaw]), z[D5_yaw]);
+    z_next[70] = SELECT(m_vx7s3, SELECT(m_4nram, U12_free_yaw, z[U12_yaw]), z[U12_yaw]);
+    z_next[71] = SELECT(m_vx7s3, SELECT(m_4nram, U13_free_yaw, z[U13_yaw]), z[U13_yaw]);
+    z_next[72] = SELECT(m_vx7s3, SELECT(m_4nram, U23_free_yaw, z[U23_yaw]), z[U23_yaw]);
+    z_next[73] = SELECT(m_vx7s3, SELECT(m_4nram, U14_free_yaw, z[U14_yaw]), z[U14_yaw]);
+    z_next[74] = SELECT(m_vx7s3, SELECT(m_4nram, U24_free_yaw, z[U24_yaw]), z[U24_yaw]);
+    z_next[75] = SELECT(m_vx7s3, SELECT(m_4nram, U34_free_yaw, z[U34_yaw]), z[U34_yaw]);
+    z_next[76] = SELECT(m_vx7s3, SELECT(m_4nram, U15_free_yaw, z[U15_yaw]), z[U15_yaw]);
+    z_next[77] = SELECT(m_vx7s3, SELECT(m_4nram, U25_free_yaw, z[U25_yaw]), z[U25_yaw]);
+    z_next[78] = SELECT(m_vx7s3, SELECT(m_4nram, U35_free_yaw, z[U35_yaw]), z[U35_yaw]);
+    z_next[79] = SELECT(m_vx7s3, SELECT(m_4nram, U45_free_yaw, z[U45_yaw]), z[U45_yaw]);
+    z_next[80] = SELECT(m_vx7s3, x[yaw], z[y1_yaw]);
+    z_next[81] = SELECT(m_vx7s3, y1_used_yaw, z[y2_yaw]);
+    z_next[82] = SELECT(m_vx7s3, v_yaw, z[v1_yaw]);
+    z_next[83] = SELECT(m_vx7s3, u_yaw_mrac, z[u1_yaw]);
+    z_next[84] = SELECT(m_vx7s3, z[u1_yaw], z[u2_yaw]);
+    z_next[85] = SELECT(m_vx7s3, SELECT(m_ng6lt, t_bashd + K(0.5) * z[wm2_yaw], t_bashd + K(0.5) * w_yaw), z[ym_yaw]);
+    z_next[86] = SELECT(m_vx7s3, w_yaw, z[wm1_yaw]);
+    z_next[87] = SELECT(m_vx7s3, z[wm1_yaw], z[wm2_yaw]);
+    z_next[88] = SELECT(m_vx7s3, z[wm2_yaw], z[wm3_yaw]);
+    z_next[89] = SELECT(m_vx7s3, z[wm3_yaw], z[wm4_yaw]);
+    z_next[90] = SELECT0(m_vx7s3, mv_min(SPLAT(K(2.0)), K(1.0) + z[samples]));
+    z_next[91] = SELECT0(m_bt3ba, SPLAT(K(1.0)));
 }
 
 /* Places of h. */
 enum {
-    mrac_literal_h_t_lbhv6,
-    mrac_literal_h_t_u5zvh,
-    mrac_literal_h_t_lbhv6_2,
+    mrac_literal_h_t_zugk2,
+    mrac_literal_h_t_7h4u2_2,
+    mrac_literal_h_t_zugk2_2,
     mrac_literal_h_t_rkxsm,
     mrac_literal_h_t_s4yo7,
     mrac_literal_h_t_r2nkn,
     mrac_literal_h_t_2qnly,
-    mrac_literal_h_t_pbd6n,
+    mrac_literal_h_t_c4wxs,
     mrac_literal_h_t_rf45g,
     mrac_literal_h_t_ufxyh,
 };
@@ -1195,16 +1195,16 @@ void satellite_mrac_literal_prepare(const real *p, const real *c, real *h)
     enum { b_min_ratio = SATELLITE_MRAC_LITERAL_C_B_MIN_RATIO };
     enum { tau_m = SATELLITE_MRAC_LITERAL_C_TAU_M };
     const real model_pole = mv_exp(-(p[Ts] / c[tau_m]));
-    const real t_hjr6j = K(-1.0) + model_pole;
+    const real t_7h4u2 = K(-1.0) + model_pole;
     const real t_4msa4 = p[Ts] * p[Ts] * c[b_min_ratio];
-    h[mrac_literal_h_t_lbhv6] = t_hjr6j * t_hjr6j;
-    h[mrac_literal_h_t_u5zvh] = model_pole + model_pole;
-    h[mrac_literal_h_t_lbhv6_2] = model_pole * model_pole;
+    h[mrac_literal_h_t_zugk2] = t_7h4u2 * t_7h4u2;
+    h[mrac_literal_h_t_7h4u2_2] = model_pole + model_pole;
+    h[mrac_literal_h_t_zugk2_2] = model_pole * model_pole;
     h[mrac_literal_h_t_rkxsm] = K(1.0) / c[forgetting];
     h[mrac_literal_h_t_s4yo7] = mv_max(c[dead_zone], c[dead_zone_sigma] * p[noise]);
     h[mrac_literal_h_t_r2nkn] = K(0.5) / p[I_x] * t_4msa4;
     h[mrac_literal_h_t_2qnly] = c[C2_pole] * c[C2_pole];
-    h[mrac_literal_h_t_pbd6n] = c[C2_pole] + c[C2_pole];
+    h[mrac_literal_h_t_c4wxs] = c[C2_pole] + c[C2_pole];
     h[mrac_literal_h_t_rf45g] = K(0.5) / p[I_y] * t_4msa4;
     h[mrac_literal_h_t_ufxyh] = K(0.5) / p[I_z] * t_4msa4;
 }
@@ -1313,19 +1313,19 @@ void satellite_mrac_literal_prepared(const real *x, const real *r, const real *v
     enum { compensate_d = SATELLITE_MRAC_LITERAL_C_COMPENSATE_D };
     enum { applied_regressor = SATELLITE_MRAC_LITERAL_C_APPLIED_REGRESSOR };
     enum { design_delay = SATELLITE_MRAC_LITERAL_C_DESIGN_DELAY };
-    enum { t_lbhv6 = mrac_literal_h_t_lbhv6 };
-    enum { t_u5zvh = mrac_literal_h_t_u5zvh };
-    enum { t_lbhv6_2 = mrac_literal_h_t_lbhv6_2 };
+    enum { t_zugk2 = mrac_literal_h_t_zugk2 };
+    enum { t_7h4u2_2 = mrac_literal_h_t_7h4u2_2 };
+    enum { t_zugk2_2 = mrac_literal_h_t_zugk2_2 };
     enum { t_rkxsm = mrac_literal_h_t_rkxsm };
     enum { t_s4yo7 = mrac_literal_h_t_s4yo7 };
     enum { t_r2nkn = mrac_literal_h_t_r2nkn };
     enum { t_2qnly = mrac_literal_h_t_2qnly };
-    enum { t_pbd6n = mrac_literal_h_t_pbd6n };
+    enum { t_c4wxs = mrac_literal_h_t_c4wxs };
     enum { t_rf45g = mrac_literal_h_t_rf45g };
     enum { t_ufxyh = mrac_literal_h_t_ufxyh };
-    const real w_roll = h[t_lbhv6] * r[ref_roll] + h[t_u5zvh] * z[wm1_roll] - h[t_lbhv6_2] * z[wm2_roll];  /* (16) */
-    const real w_pitch = h[t_lbhv6] * r[ref_pitch] + h[t_u5zvh] * z[wm1_pitch] - h[t_lbhv6_2] * z[wm2_pitch];  /* (16) */
-    const real w_yaw = h[t_lbhv6] * r[ref_yaw] + h[t_u5zvh] * z[wm1_yaw] - h[t_lbhv6_2] * z[wm2_yaw];  /* (16) */
+    const real w_roll = h[t_zugk2] * r[ref_roll] + h[t_7h4u2_2] * z[wm1_roll] - h[t_zugk2_2] * z[wm2_roll];  /* (16) */
+    const real w_pitch = h[t_zugk2] * r[ref_pitch] + h[t_7h4u2_2] * z[wm1_pitch] - h[t_zugk2_2] * z[wm2_pitch];  /* (16) */
+    const real w_yaw = h[t_zugk2] * r[ref_yaw] + h[t_7h4u2_2] * z[wm1_yaw] - h[t_zugk2_2] * z[wm2_yaw];  /* (16) */
     const mask m_myerm = LT(z[samples], K(0.5));
     const real y1_used_roll = SELECT(m_myerm, x[roll], z[y1_roll]);
     const mask m_2oym3 = LT(K(0.5), c[applied_regressor]);
@@ -1337,38 +1337,38 @@ void satellite_mrac_literal_prepared(const real *x, const real *r, const real *v
         - z[a1_roll] * y1_used_roll
         - z[a2_roll] * z[y2_roll];  /* (34) */
     const real eps_roll = x[roll] - y_hat_roll;  /* (39) */
-    const real t_s4qc7 = z[D1_roll] * y1_used_roll;
-    const real alpha1_roll = c[forgetting] + t_s4qc7 * y1_used_roll;  /* (40) */
-    const real t_gcbdt = K(1.0) / alpha1_roll;
-    const real D1_free_roll = z[D1_roll] * t_gcbdt;  /* (41) */
-    const real t_4q5lb = z[y2_roll] + z[U12_roll] * y1_used_roll;
-    const real t_bqiu4 = z[D2_roll] * t_4q5lb;
-    const real alpha2_roll = alpha1_roll + t_bqiu4 * t_4q5lb;  /* (40) */
-    const real t_2ftwl = K(1.0) / alpha2_roll;
-    const real D2_free_roll = t_2ftwl * h[t_rkxsm] * z[D2_roll] * alpha1_roll;  /* (41) */
-    const real U12_free_roll = z[U12_roll] - t_s4qc7 * t_gcbdt * t_4q5lb;  /* (41) */
+    const real t_zrpuv = z[D1_roll] * y1_used_roll;
+    const real alpha1_roll = c[forgetting] + t_zrpuv * y1_used_roll;  /* (40) */
+    const real t_2yiuc = K(1.0) / alpha1_roll;
+    const real D1_free_roll = z[D1_roll] * t_2yiuc;  /* (41) */
+    const real t_rm4w3 = z[y2_roll] + z[U12_roll] * y1_used_roll;
+    const real t_mpk5i = z[D2_roll] * t_rm4w3;
+    const real alpha2_roll = alpha1_roll + t_mpk5i * t_rm4w3;  /* (40) */
+    const real t_weizg = K(1.0) / alpha2_roll;
+    const real D2_free_roll = t_weizg * h[t_rkxsm] * z[D2_roll] * alpha1_roll;  /* (41) */
+    const real U12_free_roll = z[U12_roll] - t_zrpuv * t_2yiuc * t_rm4w3;  /* (41) */
     const real f3_roll = v_roll - z[U13_roll] * y1_used_roll - z[U23_roll] * z[y2_roll];  /* (40) */
     const real Df3_roll = z[D3_roll] * f3_roll;  /* (40) */
     const real alpha3_roll = alpha2_roll + Df3_roll * f3_roll;  /* (40) */
-    const real t_m6gkz = K(1.0) / alpha3_roll;
-    const real D3_free_roll = h[t_rkxsm] * t_m6gkz * z[D3_roll] * alpha2_roll;  /* (41) */
-    const real t_iwp6c = f3_roll * t_2ftwl;
-    const real t_73h6y = t_s4qc7 + t_bqiu4 * z[U12_roll];
-    const real U13_free_roll = z[U13_roll] + t_iwp6c * t_73h6y;  /* (41) */
-    const real b1_3_roll = Df3_roll * z[U13_roll] - t_73h6y;  /* (40) */
-    const real U23_free_roll = z[U23_roll] + t_iwp6c * t_bqiu4;  /* (41) */
-    const real b2_3_roll = Df3_roll * z[U23_roll] - t_bqiu4;  /* (40) */
+    const real t_6dtnj = K(1.0) / alpha3_roll;
+    const real D3_free_roll = h[t_rkxsm] * t_6dtnj * z[D3_roll] * alpha2_roll;  /* (41) */
+    const real t_ow6ee = f3_roll * t_weizg;
+    const real t_tohgs = t_zrpuv + t_mpk5i * z[U12_roll];
+    const real U13_free_roll = z[U13_roll] + t_ow6ee * t_tohgs;  /* (41) */
+    const real b1_3_roll = Df3_roll * z[U13_roll] - t_tohgs;  /* (40) */
+    const real U23_free_roll = z[U23_roll] + t_ow6ee * t_mpk5i;  /* (41) */
+    const real b2_3_roll = Df3_roll * z[U23_roll] - t_mpk5i;  /* (40) */
     const real f4_roll = z[v1_roll] + z[U34_roll] * v_roll - z[U14_roll] * y1_used_roll - z[U24_roll] * z[y2_roll];  /* (40) */
     const real Df4_roll = z[D4_roll] * f4_roll;  /* (40) */
     const real alpha4_roll = alpha3_roll + Df4_roll * f4_roll;  /* (40) */
-    const real t_qd2bm = K(1.0) / alpha4_roll;
-    const real D4_free_roll = h[t_rkxsm] * t_qd2bm * z[D4_roll] * alpha3_roll;  /* (41) */
-    const real t_vpr7m = f4_roll * t_m6gkz;
-    const real U14_free_roll = z[U14_roll] - t_vpr7m * b1_3_roll;  /* (41) */
+    const real t_6dtnj_2 = K(1.0) / alpha4_roll;
+    const real D4_free_roll = h[t_rkxsm] * t_6dtnj_2 * z[D4_roll] * alpha3_roll;  /* (41) */
+    const real t_hop6j = f4_roll * t_6dtnj;
+    const real U14_free_roll = z[U14_roll] - t_hop6j * b1_3_roll;  /* (41) */
     const real b1_4_roll = b1_3_roll + Df4_roll * z[U14_roll];  /* (40) */
-    const real U24_free_roll = z[U24_roll] - t_vpr7m * b2_3_roll;  /* (41) */
+    const real U24_free_roll = z[U24_roll] - t_hop6j * b2_3_roll;  /* (41) */
     const real b2_4_roll = b2_3_roll + Df4_roll * z[U24_roll];  /* (40) */
-    const real U34_free_roll = z[U34_roll] - t_vpr7m * Df3_roll;  /* (41) */
+    const real U34_free_roll = z[U34_roll] - t_hop6j * Df3_roll;  /* (41) */
     const real b3_4_roll = Df3_roll + Df4_roll * z[U34_roll];  /* (40) */
     const real f5_roll = K(1.0)
         + z[U35_roll] * v_roll
@@ -1377,22 +1377,22 @@ void satellite_mrac_literal_prepared(const real *x, const real *r, const real *v
         - z[U25_roll] * z[y2_roll];  /* (40) */
     const real Df5_roll = z[D5_roll] * f5_roll;  /* (40) */
     const real alpha5_roll = alpha4_roll + Df5_roll * f5_roll;  /* (40) */
-    const real t_szpzk = K(1.0) / alpha5_roll;
-    const real D5_free_roll = h[t_rkxsm] * t_szpzk * z[D5_roll] * alpha4_roll;  /* (41) */
-    const real t_el36p = f5_roll * t_qd2bm;
-    const real U15_free_roll = z[U15_roll] - t_el36p * b1_4_roll;  /* (41) */
+    const real t_6dtnj_3 = K(1.0) / alpha5_roll;
+    const real D5_free_roll = h[t_rkxsm] * t_6dtnj_3 * z[D5_roll] * alpha4_roll;  /* (41) */
+    const real t_wmsfj = f5_roll * t_6dtnj_2;
+    const real U15_free_roll = z[U15_roll] - t_wmsfj * b1_4_roll;  /* (41) */
     const real b1_5_roll = b1_4_roll + Df5_roll * z[U15_roll];  /* (40) */
-    const real U25_free_roll = z[U25_roll] - t_el36p * b2_4_roll;  /* (41) */
+    const real U25_free_roll = z[U25_roll] - t_wmsfj * b2_4_roll;  /* (41) */
     const real b2_5_roll = b2_4_roll + Df5_roll * z[U25_roll];  /* (40) */
-    const real U35_free_roll = z[U35_roll] - t_el36p * b3_4_roll;  /* (41) */
+    const real U35_free_roll = z[U35_roll] - t_wmsfj * b3_4_roll;  /* (41) */
     const real b3_5_roll = b3_4_roll + Df5_roll * z[U35_roll];  /* (40) */
-    const real U45_free_roll = z[U45_roll] - t_el36p * Df4_roll;  /* (41) */
+    const real U45_free_roll = z[U45_roll] - t_wmsfj * Df4_roll;  /* (41) */
     const real b4_5_roll = Df4_roll + Df5_roll * z[U45_roll];  /* (40) */
-    const real G1_roll = b1_5_roll * t_szpzk;  /* (40) */
-    const real G2_roll = b2_5_roll * t_szpzk;  /* (40) */
-    const real G3_roll = b3_5_roll * t_szpzk;  /* (40) */
-    const real G4_roll = b4_5_roll * t_szpzk;  /* (40) */
-    const real G5_roll = Df5_roll * t_szpzk;  /* (40) */
+    const real G1_roll = b1_5_roll * t_6dtnj_3;  /* (40) */
+    const real G2_roll = b2_5_roll * t_6dtnj_3;  /* (40) */
+    const real G3_roll = b3_5_roll * t_6dtnj_3;  /* (40) */
+    const real G4_roll = b4_5_roll * t_6dtnj_3;  /* (40) */
+    const real G5_roll = Df5_roll * t_6dtnj_3;  /* (40) */
     const real trace_roll = D1_free_roll
         + D2_free_roll
         + D3_free_roll
@@ -1408,18 +1408,18 @@ void satellite_mrac_literal_prepared(const real *x, const real *r, const real *v
         + D5_free_roll * (U25_free_roll * U25_free_roll)
         + D5_free_roll * (U35_free_roll * U35_free_roll)
         + D5_free_roll * (U45_free_roll * U45_free_roll);  /* (41) */
-    const mask m_cy5zr = LT(c[trace_max], trace_roll);
-    const real cap_roll = SELECT(m_cy5zr, c[forgetting], SPLAT(K(1.0)));
+    const mask m_mhc6m = LT(c[trace_max], trace_roll);
+    const real cap_roll = SELECT(m_mhc6m, c[forgetting], SPLAT(K(1.0)));
     const mask m_jj746 = LT(K(0.5), c[adapt]);
     const mask m_d33kq = LT(K(1.5), z[samples]);
     const mask m_6w7fs = AND(m_jj746, m_d33kq);
-    const mask m_ehesg = LT(h[t_s4yo7], mv_fabs(eps_roll));
-    const mask m_ovbqq = AND(m_6w7fs, m_ehesg);
-    const real a1_now_roll = SELECT(m_ovbqq, z[a1_roll] + G1_roll * eps_roll, z[a1_roll]);  /* (42) */
-    const real a2_now_roll = SELECT(m_ovbqq, z[a2_roll] + G2_roll * eps_roll, z[a2_roll]);  /* (42) */
-    const real b0_now_roll = SELECT(m_ovbqq, z[b0_roll] + G3_roll * eps_roll, z[b0_roll]);  /* (42) */
-    const real b1_now_roll = SELECT(m_ovbqq, z[b1_roll] + G4_roll * eps_roll, z[b1_roll]);  /* (42) */
-    const real d_now_roll = SELECT(m_ovbqq, z[d_roll] + G5_roll * eps_roll, z[d_roll]);  /* (42) */
+    const mask m_l6kwg = LT(h[t_s4yo7], mv_fabs(eps_roll));
+    const mask m_auejl = AND(m_6w7fs, m_l6kwg);
+    const real a1_now_roll = SELECT(m_auejl, z[a1_roll] + G1_roll * eps_roll, z[a1_roll]);  /* (42) */
+    const real a2_now_roll = SELECT(m_auejl, z[a2_roll] + G2_roll * eps_roll, z[a2_roll]);  /* (42) */
+    const real b0_now_roll = SELECT(m_auejl, z[b0_roll] + G3_roll * eps_roll, z[b0_roll]);  /* (42) */
+    const real b1_now_roll = SELECT(m_auejl, z[b1_roll] + G4_roll * eps_roll, z[b1_roll]);  /* (42) */
+    const real d_now_roll = SELECT(m_auejl, z[d_roll] + G5_roll * eps_roll, z[d_roll]);  /* (42) */
     const real d_used_roll = c[compensate_d] * d_now_roll;
     const real y1_used_pitch = SELECT(m_myerm, x[pitch], z[y1_pitch]);
     const real v_pitch = SELECT(m_2oym3, v[Ty_applied], SELECT(m_ng6lt, z[u2_pitch], z[u1_pitch]));  /* (36) */
@@ -1429,38 +1429,38 @@ void satellite_mrac_literal_prepared(const real *x, const real *r, const real *v
         - z[a1_pitch] * y1_used_pitch
         - z[a2_pitch] * z[y2_pitch];  /* (34) */
     const real eps_pitch = x[pitch] - y_hat_pitch;  /* (39) */
-    const real t_n6265 = z[D1_pitch] * y1_used_pitch;
-    const real alpha1_pitch = c[forgetting] + t_n6265 * y1_used_pitch;  /* (40) */
-    const real t_ba5cq = K(1.0) / alpha1_pitch;
-    const real D1_free_pitch = z[D1_pitch] * t_ba5cq;  /* (41) */
-    const real t_5xoth = z[y2_pitch] + z[U12_pitch] * y1_used_pitch;
-    const real t_urk7s = z[D2_pitch] * t_5xoth;
-    const real alpha2_pitch = alpha1_pitch + t_urk7s * t_5xoth;  /* (40) */
-    const real t_vq6qe = K(1.0) / alpha2_pitch;
-    const real D2_free_pitch = h[t_rkxsm] * t_vq6qe * z[D2_pitch] * alpha1_pitch;  /* (41) */
-    const real U12_free_pitch = z[U12_pitch] - t_n6265 * t_ba5cq * t_5xoth;  /* (41) */
+    const real t_zx462 = z[D1_pitch] * y1_used_pitch;
+    const real alpha1_pitch = c[forgetting] + t_zx462 * y1_used_pitch;  /* (40) */
+    const real t_6gw3v = K(1.0) / alpha1_pitch;
+    const real D1_free_pitch = z[D1_pitch] * t_6gw3v;  /* (41) */
+    const real t_olxlq = z[y2_pitch] + z[U12_pitch] * y1_used_pitch;
+    const real t_gjcmb = z[D2_pitch] * t_olxlq;
+    const real alpha2_pitch = alpha1_pitch + t_gjcmb * t_olxlq;  /* (40) */
+    const real t_an5c3 = K(1.0) / alpha2_pitch;
+    const real D2_free_pitch = h[t_rkxsm] * t_an5c3 * z[D2_pitch] * alpha1_pitch;  /* (41) */
+    const real U12_free_pitch = z[U12_pitch] - t_zx462 * t_6gw3v * t_olxlq;  /* (41) */
     const real f3_pitch = v_pitch - z[U13_pitch] * y1_used_pitch - z[U23_pitch] * z[y2_pitch];  /* (40) */
     const real Df3_pitch = z[D3_pitch] * f3_pitch;  /* (40) */
     const real alpha3_pitch = alpha2_pitch + Df3_pitch * f3_pitch;  /* (40) */
-    const real t_wnsbx = K(1.0) / alpha3_pitch;
-    const real D3_free_pitch = h[t_rkxsm] * t_wnsbx * z[D3_pitch] * alpha2_pitch;  /* (41) */
-    const real t_iziit = f3_pitch * t_vq6qe;
-    const real t_m7azd = t_n6265 + t_urk7s * z[U12_pitch];
-    const real U13_free_pitch = z[U13_pitch] + t_iziit * t_m7azd;  /* (41) */
-    const real b1_3_pitch = Df3_pitch * z[U13_pitch] - t_m7azd;  /* (40) */
-    const real U23_free_pitch = z[U23_pitch] + t_iziit * t_urk7s;  /* (41) */
-    const real b2_3_pitch = Df3_pitch * z[U23_pitch] - t_urk7s;  /* (40) */
+    const real t_6dtnj_4 = K(1.0) / alpha3_pitch;
+    const real D3_free_pitch = h[t_rkxsm] * t_6dtnj_4 * z[D3_pitch] * alpha2_pitch;  /* (41) */
+    const real t_2unxj = f3_pitch * t_an5c3;
+    const real t_ypnck = t_zx462 + t_gjcmb * z[U12_pitch];
+    const real U13_free_pitch = z[U13_pitch] + t_2unxj * t_ypnck;  /* (41) */
+    const real b1_3_pitch = Df3_pitch * z[U13_pitch] - t_ypnck;  /* (40) */
+    const real U23_free_pitch = z[U23_pitch] + t_2unxj * t_gjcmb;  /* (41) */
+    const real b2_3_pitch = Df3_pitch * z[U23_pitch] - t_gjcmb;  /* (40) */
     const real f4_pitch = z[v1_pitch] + z[U34_pitch] * v_pitch - z[U14_pitch] * y1_used_pitch - z[U24_pitch] * z[y2_pitch];  /* (40) */
     const real Df4_pitch = z[D4_pitch] * f4_pitch;  /* (40) */
     const real alpha4_pitch = alpha3_pitch + Df4_pitch * f4_pitch;  /* (40) */
-    const real t_au2dz = K(1.0) / alpha4_pitch;
-    const real D4_free_pitch = h[t_rkxsm] * t_au2dz * z[D4_pitch] * alpha3_pitch;  /* (41) */
-    const real t_q5cqa = f4_pitch * t_wnsbx;
-    const real U14_free_pitch = z[U14_pitch] - t_q5cqa * b1_3_pitch;  /* (41) */
+    const real t_6dtnj_5 = K(1.0) / alpha4_pitch;
+    const real D4_free_pitch = h[t_rkxsm] * t_6dtnj_5 * z[D4_pitch] * alpha3_pitch;  /* (41) */
+    const real t_ekbem = f4_pitch * t_6dtnj_4;
+    const real U14_free_pitch = z[U14_pitch] - t_ekbem * b1_3_pitch;  /* (41) */
     const real b1_4_pitch = b1_3_pitch + Df4_pitch * z[U14_pitch];  /* (40) */
-    const real U24_free_pitch = z[U24_pitch] - t_q5cqa * b2_3_pitch;  /* (41) */
+    const real U24_free_pitch = z[U24_pitch] - t_ekbem * b2_3_pitch;  /* (41) */
     const real b2_4_pitch = b2_3_pitch + Df4_pitch * z[U24_pitch];  /* (40) */
-    const real U34_free_pitch = z[U34_pitch] - t_q5cqa * Df3_pitch;  /* (41) */
+    const real U34_free_pitch = z[U34_pitch] - t_ekbem * Df3_pitch;  /* (41) */
     const real b3_4_pitch = Df3_pitch + Df4_pitch * z[U34_pitch];  /* (40) */
     const real f5_pitch = K(1.0)
         + z[U35_pitch] * v_pitch
@@ -1469,22 +1469,22 @@ void satellite_mrac_literal_prepared(const real *x, const real *r, const real *v
         - z[U25_pitch] * z[y2_pitch];  /* (40) */
     const real Df5_pitch = z[D5_pitch] * f5_pitch;  /* (40) */
     const real alpha5_pitch = alpha4_pitch + Df5_pitch * f5_pitch;  /* (40) */
-    const real t_uppvm = K(1.0) / alpha5_pitch;
-    const real D5_free_pitch = h[t_rkxsm] * t_uppvm * z[D5_pitch] * alpha4_pitch;  /* (41) */
-    const real t_blzne = f5_pitch * t_au2dz;
-    const real U15_free_pitch = z[U15_pitch] - t_blzne * b1_4_pitch;  /* (41) */
+    const real t_6dtnj_6 = K(1.0) / alpha5_pitch;
+    const real D5_free_pitch = h[t_rkxsm] * t_6dtnj_6 * z[D5_pitch] * alpha4_pitch;  /* (41) */
+    const real t_piobp = f5_pitch * t_6dtnj_5;
+    const real U15_free_pitch = z[U15_pitch] - t_piobp * b1_4_pitch;  /* (41) */
     const real b1_5_pitch = b1_4_pitch + Df5_pitch * z[U15_pitch];  /* (40) */
-    const real U25_free_pitch = z[U25_pitch] - t_blzne * b2_4_pitch;  /* (41) */
+    const real U25_free_pitch = z[U25_pitch] - t_piobp * b2_4_pitch;  /* (41) */
     const real b2_5_pitch = b2_4_pitch + Df5_pitch * z[U25_pitch];  /* (40) */
-    const real U35_free_pitch = z[U35_pitch] - t_blzne * b3_4_pitch;  /* (41) */
+    const real U35_free_pitch = z[U35_pitch] - t_piobp * b3_4_pitch;  /* (41) */
     const real b3_5_pitch = b3_4_pitch + Df5_pitch * z[U35_pitch];  /* (40) */
-    const real U45_free_pitch = z[U45_pitch] - t_blzne * Df4_pitch;  /* (41) */
+    const real U45_free_pitch = z[U45_pitch] - t_piobp * Df4_pitch;  /* (41) */
     const real b4_5_pitch = Df4_pitch + Df5_pitch * z[U45_pitch];  /* (40) */
-    const real G1_pitch = b1_5_pitch * t_uppvm;  /* (40) */
-    const real G2_pitch = b2_5_pitch * t_uppvm;  /* (40) */
-    const real G3_pitch = b3_5_pitch * t_uppvm;  /* (40) */
-    const real G4_pitch = b4_5_pitch * t_uppvm;  /* (40) */
-    const real G5_pitch = Df5_pitch * t_uppvm;  /* (40) */
+    const real G1_pitch = b1_5_pitch * t_6dtnj_6;  /* (40) */
+    const real G2_pitch = b2_5_pitch * t_6dtnj_6;  /* (40) */
+    const real G3_pitch = b3_5_pitch * t_6dtnj_6;  /* (40) */
+    const real G4_pitch = b4_5_pitch * t_6dtnj_6;  /* (40) */
+    const real G5_pitch = Df5_pitch * t_6dtnj_6;  /* (40) */
     const real trace_pitch = D1_free_pitch
         + D2_free_pitch
         + D3_free_pitch
@@ -1500,15 +1500,15 @@ void satellite_mrac_literal_prepared(const real *x, const real *r, const real *v
         + D5_free_pitch * (U25_free_pitch * U25_free_pitch)
         + D5_free_pitch * (U35_free_pitch * U35_free_pitch)
         + D5_free_pitch * (U45_free_pitch * U45_free_pitch);  /* (41) */
-    const mask m_rahgr = LT(c[trace_max], trace_pitch);
-    const real cap_pitch = SELECT(m_rahgr, c[forgetting], SPLAT(K(1.0)));
-    const mask m_qjzob = LT(h[t_s4yo7], mv_fabs(eps_pitch));
-    const mask m_ehlkz = AND(m_6w7fs, m_qjzob);
-    const real a1_now_pitch = SELECT(m_ehlkz, z[a1_pitch] + G1_pitch * eps_pitch, z[a1_pitch]);  /* (42) */
-    const real a2_now_pitch = SELECT(m_ehlkz, z[a2_pitch] + G2_pitch * eps_pitch, z[a2_pitch]);  /* (42) */
-    const real b0_now_pitch = SELECT(m_ehlkz, z[b0_pitch] + G3_pitch * eps_pitch, z[b0_pitch]);  /* (42) */
-    const real b1_now_pitch = SELECT(m_ehlkz, z[b1_pitch] + G4_pitch * eps_pitch, z[b1_pitch]);  /* (42) */
-    const real d_now_pitch = SELECT(m_ehlkz, z[d_pitch] + G5_pitch * eps_pitch, z[d_pitch]);  /* (42) */
+    const mask m_mhc6m_2 = LT(c[trace_max], trace_pitch);
+    const real cap_pitch = SELECT(m_mhc6m_2, c[forgetting], SPLAT(K(1.0)));
+    const mask m_54emp = LT(h[t_s4yo7], mv_fabs(eps_pitch));
+    const mask m_he6hp = AND(m_6w7fs, m_54emp);
+    const real a1_now_pitch = SELECT(m_he6hp, z[a1_pitch] + G1_pitch * eps_pitch, z[a1_pitch]);  /* (42) */
+    const real a2_now_pitch = SELECT(m_he6hp, z[a2_pitch] + G2_pitch * eps_pitch, z[a2_pitch]);  /* (42) */
+    const real b0_now_pitch = SELECT(m_he6hp, z[b0_pitch] + G3_pitch * eps_pitch, z[b0_pitch]);  /* (42) */
+    const real b1_now_pitch = SELECT(m_he6hp, z[b1_pitch] + G4_pitch * eps_pitch, z[b1_pitch]);  /* (42) */
+    const real d_now_pitch = SELECT(m_he6hp, z[d_pitch] + G5_pitch * eps_pitch, z[d_pitch]);  /* (42) */
     const real d_used_pitch = c[compensate_d] * d_now_pitch;
     const real y1_used_yaw = SELECT(m_myerm, x[yaw], z[y1_yaw]);
     const real v_yaw = SELECT(m_2oym3, v[Tz_applied], SELECT(m_ng6lt, z[u2_yaw], z[u1_yaw]));  /* (36) */
@@ -1518,38 +1518,38 @@ void satellite_mrac_literal_prepared(const real *x, const real *r, const real *v
         - z[a1_yaw] * y1_used_yaw
         - z[a2_yaw] * z[y2_yaw];  /* (34) */
     const real eps_yaw = x[yaw] - y_hat_yaw;  /* (39) */
-    const real t_5t4tf = z[D1_yaw] * y1_used_yaw;
-    const real alpha1_yaw = c[forgetting] + t_5t4tf * y1_used_yaw;  /* (40) */
-    const real t_rrlcx = K(1.0) / alpha1_yaw;
-    const real D1_free_yaw = z[D1_yaw] * t_rrlcx;  /* (41) */
-    const real t_fz2ih = z[y2_yaw] + z[U12_yaw] * y1_used_yaw;
-    const real t_3inrl = z[D2_yaw] * t_fz2ih;
-    const real alpha2_yaw = alpha1_yaw + t_3inrl * t_fz2ih;  /* (40) */
-    const real t_epc3p = K(1.0) / alpha2_yaw;
-    const real D2_free_yaw = h[t_rkxsm] * t_epc3p * z[D2_yaw] * alpha1_yaw;  /* (41) */
-    const real U12_free_yaw = z[U12_yaw] - t_5t4tf * t_rrlcx * t_fz2ih;  /* (41) */
+    const real t_bysdb = z[D1_yaw] * y1_used_yaw;
+    const real alpha1_yaw = c[forgetting] + t_bysdb * y1_used_yaw;  /* (40) */
+    const real t_lgpzs = K(1.0) / alpha1_yaw;
+    const real D1_free_yaw = z[D1_yaw] * t_lgpzs;  /* (41) */
+    const real t_howu6 = z[y2_yaw] + z[U12_yaw] * y1_used_yaw;
+    const real t_pofsn = z[D2_yaw] * t_howu6;
+    const real alpha2_yaw = alpha1_yaw + t_pofsn * t_howu6;  /* (40) */
+    const real t_esxwg = K(1.0) / alpha2_yaw;
+    const real D2_free_yaw = h[t_rkxsm] * t_esxwg * z[D2_yaw] * alpha1_yaw;  /* (41) */
+    const real U12_free_yaw = z[U12_yaw] - t_bysdb * t_lgpzs * t_howu6;  /* (41) */
     const real f3_yaw = v_yaw - z[U13_yaw] * y1_used_yaw - z[U23_yaw] * z[y2_yaw];  /* (40) */
     const real Df3_yaw = z[D3_yaw] * f3_yaw;  /* (40) */
     const real alpha3_yaw = alpha2_yaw + Df3_yaw * f3_yaw;  /* (40) */
-    const real t_czmse = K(1.0) / alpha3_yaw;
-    const real D3_free_yaw = h[t_rkxsm] * t_czmse * z[D3_yaw] * alpha2_yaw;  /* (41) */
-    const real t_qqhj7 = f3_yaw * t_epc3p;
-    const real t_mefgo = t_5t4tf + t_3inrl * z[U12_yaw];
-    const real U13_free_yaw = z[U13_yaw] + t_qqhj7 * t_mefgo;  /* (41) */
-    const real b1_3_yaw = Df3_yaw * z[U13_yaw] - t_mefgo;  /* (40) */
-    const real U23_free_yaw = z[U23_yaw] + t_qqhj7 * t_3inrl;  /* (41) */
-    const real b2_3_yaw = Df3_yaw * z[U23_yaw] - t_3inrl;  /* (40) */
+    const real t_6dtnj_7 = K(1.0) / alpha3_yaw;
+    const real D3_free_yaw = h[t_rkxsm] * t_6dtnj_7 * z[D3_yaw] * alpha2_yaw;  /* (41) */
+    const real t_rouvm = f3_yaw * t_esxwg;
+    const real t_zyqi4 = t_bysdb + t_pofsn * z[U12_yaw];
+    const real U13_free_yaw = z[U13_yaw] + t_rouvm * t_zyqi4;  /* (41) */
+    const real b1_3_yaw = Df3_yaw * z[U13_yaw] - t_zyqi4;  /* (40) */
+    const real U23_free_yaw = z[U23_yaw] + t_rouvm * t_pofsn;  /* (41) */
+    const real b2_3_yaw = Df3_yaw * z[U23_yaw] - t_pofsn;  /* (40) */
     const real f4_yaw = z[v1_yaw] + z[U34_yaw] * v_yaw - z[U14_yaw] * y1_used_yaw - z[U24_yaw] * z[y2_yaw];  /* (40) */
     const real Df4_yaw = z[D4_yaw] * f4_yaw;  /* (40) */
     const real alpha4_yaw = alpha3_yaw + Df4_yaw * f4_yaw;  /* (40) */
-    const real t_nk3ay = K(1.0) / alpha4_yaw;
-    const real D4_free_yaw = h[t_rkxsm] * t_nk3ay * z[D4_yaw] * alpha3_yaw;  /* (41) */
-    const real t_ov6wh = f4_yaw * t_czmse;
-    const real U14_free_yaw = z[U14_yaw] - t_ov6wh * b1_3_yaw;  /* (41) */
+    const real t_6dtnj_8 = K(1.0) / alpha4_yaw;
+    const real D4_free_yaw = h[t_rkxsm] * t_6dtnj_8 * z[D4_yaw] * alpha3_yaw;  /* (41) */
+    const real t_nihkp = f4_yaw * t_6dtnj_7;
+    const real U14_free_yaw = z[U14_yaw] - t_nihkp * b1_3_yaw;  /* (41) */
     const real b1_4_yaw = b1_3_yaw + Df4_yaw * z[U14_yaw];  /* (40) */
-    const real U24_free_yaw = z[U24_yaw] - t_ov6wh * b2_3_yaw;  /* (41) */
+    const real U24_free_yaw = z[U24_yaw] - t_nihkp * b2_3_yaw;  /* (41) */
     const real b2_4_yaw = b2_3_yaw + Df4_yaw * z[U24_yaw];  /* (40) */
-    const real U34_free_yaw = z[U34_yaw] - t_ov6wh * Df3_yaw;  /* (41) */
+    const real U34_free_yaw = z[U34_yaw] - t_nihkp * Df3_yaw;  /* (41) */
     const real b3_4_yaw = Df3_yaw + Df4_yaw * z[U34_yaw];  /* (40) */
     const real f5_yaw = K(1.0)
         + z[U35_yaw] * v_yaw
@@ -1558,22 +1558,22 @@ void satellite_mrac_literal_prepared(const real *x, const real *r, const real *v
         - z[U25_yaw] * z[y2_yaw];  /* (40) */
     const real Df5_yaw = z[D5_yaw] * f5_yaw;  /* (40) */
     const real alpha5_yaw = alpha4_yaw + Df5_yaw * f5_yaw;  /* (40) */
-    const real t_xt42v = K(1.0) / alpha5_yaw;
-    const real D5_free_yaw = h[t_rkxsm] * t_xt42v * z[D5_yaw] * alpha4_yaw;  /* (41) */
-    const real t_xokdo = f5_yaw * t_nk3ay;
-    const real U15_free_yaw = z[U15_yaw] - t_xokdo * b1_4_yaw;  /* (41) */
+    const real t_6dtnj_9 = K(1.0) / alpha5_yaw;
+    const real D5_free_yaw = h[t_rkxsm] * t_6dtnj_9 * z[D5_yaw] * alpha4_yaw;  /* (41) */
+    const real t_lhlrb = f5_yaw * t_6dtnj_8;
+    const real U15_free_yaw = z[U15_yaw] - t_lhlrb * b1_4_yaw;  /* (41) */
     const real b1_5_yaw = b1_4_yaw + Df5_yaw * z[U15_yaw];  /* (40) */
-    const real U25_free_yaw = z[U25_yaw] - t_xokdo * b2_4_yaw;  /* (41) */
+    const real U25_free_yaw = z[U25_yaw] - t_lhlrb * b2_4_yaw;  /* (41) */
     const real b2_5_yaw = b2_4_yaw + Df5_yaw * z[U25_yaw];  /* (40) */
-    const real U35_free_yaw = z[U35_yaw] - t_xokdo * b3_4_yaw;  /* (41) */
+    const real U35_free_yaw = z[U35_yaw] - t_lhlrb * b3_4_yaw;  /* (41) */
     const real b3_5_yaw = b3_4_yaw + Df5_yaw * z[U35_yaw];  /* (40) */
-    const real U45_free_yaw = z[U45_yaw] - t_xokdo * Df4_yaw;  /* (41) */
+    const real U45_free_yaw = z[U45_yaw] - t_lhlrb * Df4_yaw;  /* (41) */
     const real b4_5_yaw = Df4_yaw + Df5_yaw * z[U45_yaw];  /* (40) */
-    const real G1_yaw = b1_5_yaw * t_xt42v;  /* (40) */
-    const real G2_yaw = b2_5_yaw * t_xt42v;  /* (40) */
-    const real G3_yaw = b3_5_yaw * t_xt42v;  /* (40) */
-    const real G4_yaw = b4_5_yaw * t_xt42v;  /* (40) */
-    const real G5_yaw = Df5_yaw * t_xt42v;  /* (40) */
+    const real G1_yaw = b1_5_yaw * t_6dtnj_9;  /* (40) */
+    const real G2_yaw = b2_5_yaw * t_6dtnj_9;  /* (40) */
+    const real G3_yaw = b3_5_yaw * t_6dtnj_9;  /* (40) */
+    const real G4_yaw = b4_5_yaw * t_6dtnj_9;  /* (40) */
+    const real G5_yaw = Df5_yaw * t_6dtnj_9;  /* (40) */
     const real trace_yaw = D1_free_yaw
         + D2_free_yaw
         + D3_free_yaw
@@ -1589,64 +1589,64 @@ void satellite_mrac_literal_prepared(const real *x, const real *r, const real *v
         + D5_free_yaw * (U25_free_yaw * U25_free_yaw)
         + D5_free_yaw * (U35_free_yaw * U35_free_yaw)
         + D5_free_yaw * (U45_free_yaw * U45_free_yaw);  /* (41) */
-    const mask m_4b7bf = LT(c[trace_max], trace_yaw);
-    const real cap_yaw = SELECT(m_4b7bf, c[forgetting], SPLAT(K(1.0)));
-    const mask m_3y25r = LT(h[t_s4yo7], mv_fabs(eps_yaw));
-    const mask m_33i5p = AND(m_6w7fs, m_3y25r);
-    const real a1_now_yaw = SELECT(m_33i5p, z[a1_yaw] + G1_yaw * eps_yaw, z[a1_yaw]);  /* (42) */
-    const real a2_now_yaw = SELECT(m_33i5p, z[a2_yaw] + G2_yaw * eps_yaw, z[a2_yaw]);  /* (42) */
-    const real b0_now_yaw = SELECT(m_33i5p, z[b0_yaw] + G3_yaw * eps_yaw, z[b0_yaw]);  /* (42) */
-    const real b1_now_yaw = SELECT(m_33i5p, z[b1_yaw] + G4_yaw * eps_yaw, z[b1_yaw]);  /* (42) */
-    const real d_now_yaw = SELECT(m_33i5p, z[d_yaw] + G5_yaw * eps_yaw, z[d_yaw]);  /* (42) */
+    const mask m_mhc6m_3 = LT(c[trace_max], trace_yaw);
+    const real cap_yaw = SELECT(m_mhc6m_3, c[forgetting], SPLAT(K(1.0)));
+    const mask m_gw24o = LT(h[t_s4yo7], mv_fabs(eps_yaw));
+    const mask m_4nram = AND(m_6w7fs, m_gw24o);
+    const real a1_now_yaw = SELECT(m_4nram, z[a1_yaw] + G1_yaw * eps_yaw, z[a1_yaw]);  /* (42) */
+    const real a2_now_yaw = SELECT(m_4nram, z[a2_yaw] + G2_yaw * eps_yaw, z[a2_yaw]);  /* (42) */
+    const real b0_now_yaw = SELECT(m_4nram, z[b0_yaw] + G3_yaw * eps_yaw, z[b0_yaw]);  /* (42) */
+    const real b1_now_yaw = SELECT(m_4nram, z[b1_yaw] + G4_yaw * eps_yaw, z[b1_yaw]);  /* (42) */
+    const real d_now_yaw = SELECT(m_4nram, z[d_yaw] + G5_yaw * eps_yaw, z[d_yaw]);  /* (42) */
     const real d_used_yaw = c[compensate_d] * d_now_yaw;
     const real b0_used_roll = mv_max(mv_max(b0_now_roll, c[b_min]), h[t_r2nkn]);
-    const real t_pyv2r = h[t_2qnly] - a2_now_roll;
-    const real t_fdmbf = h[t_pbd6n] + a1_now_roll;
-    const real s1_cancel_roll = -t_fdmbf;  /* (23) */
-    const real t0_cancel_roll = SELECT(m_ng6lt, t_pyv2r + a1_now_roll * a1_now_roll + h[t_pbd6n] * a1_now_roll, s1_cancel_roll);  /* (24) */
-    const real t1_cancel_roll = SELECT(m_ng6lt, h[t_pbd6n] * a2_now_roll + a1_now_roll * a2_now_roll, t_pyv2r);  /* (24) */
-    const real t_qkrvx = b1_now_roll * v_roll;
-    const real BSu_roll = SELECT(m_ng6lt, z[u1_roll] * (b1_now_roll - b0_used_roll * t_fdmbf) - t_qkrvx * t_fdmbf, t_qkrvx);  /* (33) */
-    const real t_bri2w = w_roll
+    const real t_2smix = h[t_2qnly] - a2_now_roll;
+    const real t_staqs = h[t_c4wxs] + a1_now_roll;
+    const real s1_cancel_roll = -t_staqs;  /* (23) */
+    const real t0_cancel_roll = SELECT(m_ng6lt, t_2smix + a1_now_roll * a1_now_roll + h[t_c4wxs] * a1_now_roll, s1_cancel_roll);  /* (24) */
+    const real t1_cancel_roll = SELECT(m_ng6lt, h[t_c4wxs] * a2_now_roll + a1_now_roll * a2_now_roll, t_2smix);  /* (24) */
+    const real t_wjdr7 = b1_now_roll * v_roll;
+    const real BSu_roll = SELECT(m_ng6lt, z[u1_roll] * (b1_now_roll - b0_used_roll * t_staqs) - t_wjdr7 * t_staqs, t_wjdr7);  /* (33) */
+    const real t_2z4lb = w_roll
         - BSu_roll
         + h[t_2qnly] * z[wm2_roll]
-        - h[t_pbd6n] * z[wm1_roll]
-        - d_used_roll * SELECT(m_ng6lt, K(1.0) - t_fdmbf, SPLAT(K(1.0)))
+        - h[t_c4wxs] * z[wm1_roll]
+        - d_used_roll * SELECT(m_ng6lt, K(1.0) - t_staqs, SPLAT(K(1.0)))
         - x[roll] * t0_cancel_roll
         - t1_cancel_roll * y1_used_roll;
-    const real u_roll_mrac_literal = t_bri2w / b0_used_roll;
+    const real u_roll_mrac_literal = t_2z4lb / b0_used_roll;
     const real b0_used_pitch = mv_max(mv_max(b0_now_pitch, c[b_min]), h[t_rf45g]);
-    const real t_lvjah = h[t_2qnly] - a2_now_pitch;
-    const real t_4u6xj = h[t_pbd6n] + a1_now_pitch;
-    const real s1_cancel_pitch = -t_4u6xj;  /* (23) */
-    const real t0_cancel_pitch = SELECT(m_ng6lt, t_lvjah + a1_now_pitch * a1_now_pitch + h[t_pbd6n] * a1_now_pitch, s1_cancel_pitch);  /* (24) */
-    const real t1_cancel_pitch = SELECT(m_ng6lt, h[t_pbd6n] * a2_now_pitch + a1_now_pitch * a2_now_pitch, t_lvjah);  /* (24) */
-    const real t_gl7ia = b1_now_pitch * v_pitch;
-    const real BSu_pitch = SELECT(m_ng6lt, z[u1_pitch] * (b1_now_pitch - b0_used_pitch * t_4u6xj) - t_gl7ia * t_4u6xj, t_gl7ia);  /* (33) */
-    const real t_e5wya = w_pitch
+    const real t_kmzfv = h[t_2qnly] - a2_now_pitch;
+    const real t_qva6t = h[t_c4wxs] + a1_now_pitch;
+    const real s1_cancel_pitch = -t_qva6t;  /* (23) */
+    const real t0_cancel_pitch = SELECT(m_ng6lt, t_kmzfv + a1_now_pitch * a1_now_pitch + h[t_c4wxs] * a1_now_pitch, s1_cancel_pitch);  /* (24) */
+    const real t1_cancel_pitch = SELECT(m_ng6lt, h[t_c4wxs] * a2_now_pitch + a1_now_pitch * a2_now_pitch, t_kmzfv);  /* (24) */
+    const real t_sbaxs = b1_now_pitch * v_pitch;
+    const real BSu_pitch = SELECT(m_ng6lt, z[u1_pitch] * (b1_now_pitch - b0_used_pitch * t_qva6t) - t_sbaxs * t_qva6t, t_sbaxs);  /* (33) */
+    const real t_qxksp = w_pitch
         - BSu_pitch
         + h[t_2qnly] * z[wm2_pitch]
-        - h[t_pbd6n] * z[wm1_pitch]
-        - d_used_pitch * SELECT(m_ng6lt, K(1.0) - t_4u6xj, SPLAT(K(1.0)))
+        - h[t_c4wxs] * z[wm1_pitch]
+        - d_used_pitch * SELECT(m_ng6lt, K(1.0) - t_qva6t, SPLAT(K(1.0)))
         - x[pitch] * t0_cancel_pitch
         - t1_cancel_pitch * y1_used_pitch;
-    const real u_pitch_mrac_literal = t_e5wya / b0_used_pitch;
+    const real u_pitch_mrac_literal = t_qxksp / b0_used_pitch;
     const real b0_used_yaw = mv_max(mv_max(b0_now_yaw, c[b_min]), h[t_ufxyh]);
-    const real t_hf5ul = h[t_2qnly] - a2_now_yaw;
-    const real t_cnsbp = h[t_pbd6n] + a1_now_yaw;
-    const real s1_cancel_yaw = -t_cnsbp;  /* (23) */
-    const real t0_cancel_yaw = SELECT(m_ng6lt, t_hf5ul + a1_now_yaw * a1_now_yaw + h[t_pbd6n] * a1_now_yaw, s1_cancel_yaw);  /* (24) */
-    const real t1_cancel_yaw = SELECT(m_ng6lt, h[t_pbd6n] * a2_now_yaw + a1_now_yaw * a2_now_yaw, t_hf5ul);  /* (24) */
-    const real t_quuto = b1_now_yaw * v_yaw;
-    const real BSu_yaw = SELECT(m_ng6lt, z[u1_yaw] * (b1_now_yaw - b0_used_yaw * t_cnsbp) - t_quuto * t_cnsbp, t_quuto);  /* (33) */
-    const real t_4xg4q = w_yaw
+    const real t_lp5nv = h[t_2qnly] - a2_now_yaw;
+    const real t_o5nuv = h[t_c4wxs] + a1_now_yaw;
+    const real s1_cancel_yaw = -t_o5nuv;  /* (23) */
+    const real t0_cancel_yaw = SELECT(m_ng6lt, t_lp5nv + a1_now_yaw * a1_now_yaw + h[t_c4wxs] * a1_now_yaw, s1_cancel_yaw);  /* (24) */
+    const real t1_cancel_yaw = SELECT(m_ng6lt, h[t_c4wxs] * a2_now_yaw + a1_now_yaw * a2_now_yaw, t_lp5nv);  /* (24) */
+    const real t_ae7b7 = b1_now_yaw * v_yaw;
+    const real BSu_yaw = SELECT(m_ng6lt, z[u1_yaw] * (b1_now_yaw - b0_used_yaw * t_o5nuv) - t_ae7b7 * t_o5nuv, t_ae7b7);  /* (33) */
+    const real t_4vbuh = w_yaw
         - BSu_yaw
         + h[t_2qnly] * z[wm2_yaw]
-        - h[t_pbd6n] * z[wm1_yaw]
-        - d_used_yaw * SELECT(m_ng6lt, K(1.0) - t_cnsbp, SPLAT(K(1.0)))
+        - h[t_c4wxs] * z[wm1_yaw]
+        - d_used_yaw * SELECT(m_ng6lt, K(1.0) - t_o5nuv, SPLAT(K(1.0)))
         - t0_cancel_yaw * x[yaw]
         - t1_cancel_yaw * y1_used_yaw;
-    const real u_yaw_mrac_literal = t_4xg4q / b0_used_yaw;
+    const real u_yaw_mrac_literal = t_4vbuh / b0_used_yaw;
     const mask m_m35aa = LT(mv_fabs(v[Tx_applied]), K(1e+30));
     const mask m_6g4m5 = LT(mv_fabs(v[Ty_applied]), K(1e+30));
     const mask m_qvzit = AND(m_m35aa, m_6g4m5);
@@ -1662,120 +1662,120 @@ void satellite_mrac_literal_prepared(const real *x, const real *r, const real *v
     const mask m_65ott = AND(m_6i24m, m_ghzhf);
     const mask m_lisih = LT(mv_fabs(x[roll]), K(1e+30));
     const mask m_fdhnb = AND(m_65ott, m_lisih);
-    const mask m_klrep = LT(mv_fabs(trace_pitch), K(1e+30));
-    const mask m_ftaye = AND(m_fdhnb, m_klrep);
-    const mask m_nob5q = LT(mv_fabs(trace_roll), K(1e+30));
-    const mask m_dtjsa = AND(m_ftaye, m_nob5q);
-    const mask m_smxdh = LT(mv_fabs(trace_yaw), K(1e+30));
-    const mask m_tnlb6 = AND(m_dtjsa, m_smxdh);
+    const mask m_6qzei = LT(mv_fabs(trace_pitch), K(1e+30));
+    const mask m_uncs5 = AND(m_fdhnb, m_6qzei);
+    const mask m_6qzei_2 = LT(mv_fabs(trace_roll), K(1e+30));
+    const mask m_f6kxn = AND(m_uncs5, m_6qzei_2);
+    const mask m_6qzei_3 = LT(mv_fabs(trace_yaw), K(1e+30));
+    const mask m_f6kxn_2 = AND(m_f6kxn, m_6qzei_3);
     const mask m_q3hd4 = LT(mv_fabs(x[yaw]), K(1e+30));
-    const mask m_n37qp = AND(m_tnlb6, m_q3hd4);
-    const mask m_m4djy = LT(mv_fabs(u_pitch_mrac_literal), K(1e+30));
-    const mask m_r6745 = AND(m_n37qp, m_m4djy);
-    const mask m_l5gdz = LT(mv_fabs(u_roll_mrac_literal), K(1e+30));
-    const mask m_zencp = AND(m_r6745, m_l5gdz);
-    const mask m_ccpp3 = LT(mv_fabs(u_yaw_mrac_literal), K(1e+30));
-    const mask m_kqyoi = AND(m_zencp, m_ccpp3);
-    const real Tx_cmd = SELECT0(m_kqyoi, u_roll_mrac_literal);
-    const real Ty_cmd = SELECT0(m_kqyoi, u_pitch_mrac_literal);
-    const real Tz_cmd = SELECT0(m_kqyoi, u_yaw_mrac_literal);
-    const mask m_dzg3g = NOT(m_kqyoi);
+    const mask m_4qjac = AND(m_f6kxn_2, m_q3hd4);
+    const mask m_r2jx5 = LT(mv_fabs(u_pitch_mrac_literal), K(1e+30));
+    const mask m_tbeq3 = AND(m_4qjac, m_r2jx5);
+    const mask m_m7nmq = LT(mv_fabs(u_roll_mrac_literal), K(1e+30));
+    const mask m_zyz6z = AND(m_tbeq3, m_m7nmq);
+    const mask m_zhc6o = LT(mv_fabs(u_yaw_mrac_literal), K(1e+30));
+    const mask m_syffo = AND(m_zyz6z, m_zhc6o);
+    const real Tx_cmd = SELECT0(m_syffo, u_roll_mrac_literal);
+    const real Ty_cmd = SELECT0(m_syffo, u_pitch_mrac_literal);
+    const real Tz_cmd = SELECT0(m_syffo, u_yaw_mrac_literal);
+    const mask m_a735e = NOT(m_syffo);
     u[0] = Tx_cmd;
     u[1] = Ty_cmd;
     u[2] = Tz_cmd;
-    z_next[0] = SELECT(m_kqyoi, a1_now_roll, z[a1_roll]);
-    z_next[1] = SELECT(m_kqyoi, a2_now_roll, z[a2_roll]);
-    z_next[2] = SELECT(m_kqyoi, b0_now_roll, z[b0_roll]);
-    z_next[3] = SELECT(m_kqyoi, b1_now_roll, z[b1_roll]);
-    z_next[4] = SELECT(m_kqyoi, d_now_roll, z[d_roll]);
-    z_next[5] = SELECT(m_kqyoi, SELECT(m_ovbqq, D1_free_roll * cap_roll, z[D1_roll]), z[D1_roll]);
-    z_next[6] = SELECT(m_kqyoi, SELECT(m_ovbqq, D2_free_roll * cap_roll, z[D2_roll]), z[D2_roll]);
-    z_next[7] = SELECT(m_kqyoi, SELECT(m_ovbqq, D3_free_roll * cap_roll, z[D3_roll]), z[D3_roll]);
-    z_next[8] = SELECT(m_kqyoi, SELECT(m_ovbqq, D4_free_roll * cap_roll, z[D4_roll]), z[D4_roll]);
-    z_next[9] = SELECT(m_kqyoi, SELECT(m_ovbqq, D5_free_roll * cap_roll, z[D5_roll]), z[D5_roll]);
-    z_next[10] = SELECT(m_kqyoi, SELECT(m_ovbqq, U12_free_roll, z[U12_roll]), z[U12_roll]);
-    z_next[11] = SELECT(m_kqyoi, SELECT(m_ovbqq, U13_free_roll, z[U13_roll]), z[U13_roll]);
-    z_next[12] = SELECT(m_kqyoi, SELECT(m_ovbqq, U23_free_roll, z[U23_roll]), z[U23_roll]);
-    z_next[13] = SELECT(m_kqyoi, SELECT(m_ovbqq, U14_free_roll, z[U14_roll]), z[U14_roll]);
-    z_next[14] = SELECT(m_kqyoi, SELECT(m_ovbqq, U24_free_roll, z[U24_roll]), z[U24_roll]);
-    z_next[15] = SELECT(m_kqyoi, SELECT(m_ovbqq, U34_free_roll, z[U34_roll]), z[U34_roll]);
-    z_next[16] = SELECT(m_kqyoi, SELECT(m_ovbqq, U15_free_roll, z[U15_roll]), z[U15_roll]);
-    z_next[17] = SELECT(m_kqyoi, SELECT(m_ovbqq, U25_free_roll, z[U25_roll]), z[U25_roll]);
-    z_next[18] = SELECT(m_kqyoi, SELECT(m_ovbqq, U35_free_roll, z[U35_roll]), z[U35_roll]);
-    z_next[19] = SELECT(m_kqyoi, SELECT(m_ovbqq, U45_free_roll, z[U45_roll]), z[U45_roll]);
-    z_next[20] = SELECT(m_kqyoi, x[roll], z[y1_roll]);
-    z_next[21] = SELECT(m_kqyoi, y1_used_roll, z[y2_roll]);
-    z_next[22] = SELECT(m_kqyoi, v_roll, z[v1_roll]);
-    z_next[23] = SELECT(m_kqyoi, u_roll_mrac_literal, z[u1_roll]);
-    z_next[24] = SELECT(m_kqyoi, z[u1_roll], z[u2_roll]);
-    z_next[25] = SELECT(m_kqyoi, SELECT(m_ng6lt, z[wm1_roll], w_roll), z[ym_roll]);
-    z_next[26] = SELECT(m_kqyoi, w_roll, z[wm1_roll]);
-    z_next[27] = SELECT(m_kqyoi, z[wm1_roll], z[wm2_roll]);
-    z_next[28] = SELECT(m_kqyoi, a1_now_pitch, z[a1_pitch]);
-    z_next[29] = SELECT(m_kqyoi, a2_now_pitch, z[a2_pitch]);
-    z_next[30] = SELECT(m_kqyoi, b0_now_pitch, z[b0_pitch]);
-    z_next[31] = SELECT(m_kqyoi, b1_now_pitch, z[b1_pitch]);
-    z_next[32] = SELECT(m_kqyoi, d_now_pitch, z[d_pitch]);
-    z_next[33] = SELECT(m_kqyoi, SELECT(m_ehlkz, D1_free_pitch * cap_pitch, z[D1_pitch]), z[D1_pitch]);
-    z_next[34] = SELECT(m_kqyoi, SELECT(m_ehlkz, D2_free_pitch * cap_pitch, z[D2_pitch]), z[D2_pitch]);
-    z_next[35] = SELECT(m_kqyoi, SELECT(m_ehlkz, D3_free_pitch * cap_pitch, z[D3_pitch]), z[D3_pitch]);
-    z_next[36] = SELECT(m_kqyoi, SELECT(m_ehlkz, D4_free_pitch * cap_pitch, z[D4_pitch]), z[D4_pitch]);
-    z_next[37] = SELECT(m_kqyoi, SELECT(m_ehlkz, D5_free_pitch * cap_pitch, z[D5_pitch]), z[D5_pitch]);
-    z_next[38] = SELECT(m_kqyoi, SELECT(m_ehlkz, U12_free_pitch, z[U12_pitch]), z[U12_pitch]);
-    z_next[39] = SELECT(m_kqyoi, SELECT(m_ehlkz, U13_free_pitch, z[U13_pitch]), z[U13_pitch]);
-    z_next[40] = SELECT(m_kqyoi, SELECT(m_ehlkz, U23_free_pitch, z[U23_pitch]), z[U23_pitch]);
-    z_next[41] = SELECT(m_kqyoi, SELECT(m_ehlkz, U14_free_pitch, z[U14_pitch]), z[U14_pitch]);
-    z_next[42] = SELECT(m_kqyoi, SELECT(m_ehlkz, U24_free_pitch, z[U24_pitch]), z[U24_pitch]);
-    z_next[43] = SELECT(m_kqyoi, SELECT(m_ehlkz, U34_free_pitch, z[U34_pitch]), z[U34_pitch]);
-    z_next[44] = SELECT(m_kqyoi, SELECT(m_ehlkz, U15_free_pitch, z[U15_pitch]), z[U15_pitch]);
-    z_next[45] = SELECT(m_kqyoi, SELECT(m_ehlkz, U25_free_pitch, z[U25_pitch]), z[U25_pitch]);
-    z_next[46] = SELECT(m_kqyoi, SELECT(m_ehlkz, U35_free_pitch, z[U35_pitch]), z[U35_pitch]);
-    z_next[47] = SELECT(m_kqyoi, SELECT(m_ehlkz, U45_free_pitch, z[U45_pitch]), z[U45_pitch]);
-    z_next[48] = SELECT(m_kqyoi, x[pitch], z[y1_pitch]);
-    z_next[49] = SELECT(m_kqyoi, y1_used_pitch, z[y2_pitch]);
-    z_next[50] = SELECT(m_kqyoi, v_pitch, z[v1_pitch]);
-    z_next[51] = SELECT(m_kqyoi, u_pitch_mrac_literal, z[u1_pitch]);
-    z_next[52] = SELECT(m_kqyoi, z[u1_pitch], z[u2_pitch]);
-    z_next[53] = SELECT(m_kqyoi, SELECT(m_ng6lt, z[wm1_pitch], w_pitch), z[ym_pitch]);
-    z_next[54] = SELECT(m_kqyoi, w_pitch, z[wm1_pitch]);
-    z_next[55] = SELECT(m_kqyoi, z[wm1_pitch], z[wm2_pitch]);
-    z_next[56] = SELECT(m_kqyoi, a1_now_yaw, z[a1_yaw]);
-    z_next[57] = SELECT(m_kqyoi, a2_now_yaw, z[a2_yaw]);
-    z_next[58] = SELECT(m_kqyoi, b0_now_yaw, z[b0_yaw]);
-    z_next[59] = SELECT(m_kqyoi, b1_now_yaw, z[b1_yaw]);
-    z_next[60] = SELECT(m_kqyoi, d_now_yaw, z[d_yaw]);
-    z_next[61] = SELECT(m_kqyoi, SELECT(m_33i5p, D1_free_yaw * cap_yaw, z[D1_yaw]), z[D1_yaw]);
-    z_next[62] = SELECT(m_kqyoi, SELECT(m_33i5p, D2_free_yaw * cap_yaw, z[D2_yaw]), z[D2_yaw]);
-    z_next[63] = SELECT(m_kqyoi, SELECT(m_33i5p, D3_free_yaw * cap_yaw, z[D3_yaw]), z[D3_yaw]);
-    z_next[64] = SELECT(m_kqyoi, SELECT(m_33i5p, D4_free_yaw * cap_yaw, z[D4_yaw]), z[D4_yaw]);
-    z_next[65] = SELECT(m_kqyoi, SELECT(m_33i5p, D5_free_yaw * cap_yaw, z[D5_yaw]), z[D5_yaw]);
-    z_next[66] = SELECT(m_kqyoi, SELECT(m_33i5p, U12_free_yaw, z[U12_yaw]), z[U12_yaw]);
-    z_next[67] = SELECT(m_kqyoi, SELECT(m_33i5p, U13_free_yaw, z[U13_yaw]), z[U13_yaw]);
-    z_next[68] = SELECT(m_kqyoi, SELECT(m_33i5p, U23_free_yaw, z[U23_yaw]), z[U23_yaw]);
-    z_next[69] = SELECT(m_kqyoi, SELECT(m_33i5p, U14_free_yaw, z[U14_yaw]), z[U14_yaw]);
-    z_next[70] = SELECT(m_kqyoi, SELECT(m_33i5p, U24_free_yaw, z[U24_yaw]), z[U24_yaw]);
-    z_next[71] = SELECT(m_kqyoi, SELECT(m_33i5p, U34_free_yaw, z[U34_yaw]), z[U34_yaw]);
-    z_next[72] = SELECT(m_kqyoi, SELECT(m_33i5p, U15_free_yaw, z[U15_yaw]), z[U15_yaw]);
-    z_next[73] = SELECT(m_kqyoi, SELECT(m_33i5p, U25_free_yaw, z[U25_yaw]), z[U25_yaw]);
-    z_next[74] = SELECT(m_kqyoi, SELECT(m_33i5p, U35_free_yaw, z[U35_yaw]), z[U35_yaw]);
-    z_next[75] = SELECT(m_kqyoi, SELECT(m_33i5p, U45_free_yaw, z[U45_yaw]), z[U45_yaw]);
-    z_next[76] = SELECT(m_kqyoi, x[yaw], z[y1_yaw]);
-    z_next[77] = SELECT(m_kqyoi, y1_used_yaw, z[y2_yaw]);
-    z_next[78] = SELECT(m_kqyoi, v_yaw, z[v1_yaw]);
-    z_next[79] = SELECT(m_kqyoi, u_yaw_mrac_literal, z[u1_yaw]);
-    z_next[80] = SELECT(m_kqyoi, z[u1_yaw], z[u2_yaw]);
-    z_next[81] = SELECT(m_kqyoi, SELECT(m_ng6lt, z[wm1_yaw], w_yaw), z[ym_yaw]);
-    z_next[82] = SELECT(m_kqyoi, w_yaw, z[wm1_yaw]);
-    z_next[83] = SELECT(m_kqyoi, z[wm1_yaw], z[wm2_yaw]);
-    z_next[84] = SELECT0(m_kqyoi, mv_min(SPLAT(K(2.0)), K(1.0) + z[samples]));
-    z_next[85] = SELECT0(m_dzg3g, SPLAT(K(1.0)));
+    z_next[0] = SELECT(m_syffo, a1_now_roll, z[a1_roll]);
+    z_next[1] = SELECT(m_syffo, a2_now_roll, z[a2_roll]);
+    z_next[2] = SELECT(m_syffo, b0_now_roll, z[b0_roll]);
+    z_next[3] = SELECT(m_syffo, b1_now_roll, z[b1_roll]);
+    z_next[4] = SELECT(m_syffo, d_now_roll, z[d_roll]);
+    z_next[5] = SELECT(m_syffo, SELECT(m_auejl, D1_free_roll * cap_roll, z[D1_roll]), z[D1_roll]);
+    z_next[6] = SELECT(m_syffo, SELECT(m_auejl, D2_free_roll * cap_roll, z[D2_roll]), z[D2_roll]);
+    z_next[7] = SELECT(m_syffo, SELECT(m_auejl, D3_free_roll * cap_roll, z[D3_roll]), z[D3_roll]);
+    z_next[8] = SELECT(m_syffo, SELECT(m_auejl, D4_free_roll * cap_roll, z[D4_roll]), z[D4_roll]);
+    z_next[9] = SELECT(m_syffo, SELECT(m_auejl, D5_free_roll * cap_roll, z[D5_roll]), z[D5_roll]);
+    z_next[10] = SELECT(m_syffo, SELECT(m_auejl, U12_free_roll, z[U12_roll]), z[U12_roll]);
+    z_next[11] = SELECT(m_syffo, SELECT(m_auejl, U13_free_roll, z[U13_roll]), z[U13_roll]);
+    z_next[12] = SELECT(m_syffo, SELECT(m_auejl, U23_free_roll, z[U23_roll]), z[U23_roll]);
+    z_next[13] = SELECT(m_syffo, SELECT(m_auejl, U14_free_roll, z[U14_roll]), z[U14_roll]);
+    z_next[14] = SELECT(m_syffo, SELECT(m_auejl, U24_free_roll, z[U24_roll]), z[U24_roll]);
+    z_next[15] = SELECT(m_syffo, SELECT(m_auejl, U34_free_roll, z[U34_roll]), z[U34_roll]);
+    z_next[16] = SELECT(m_syffo, SELECT(m_auejl, U15_free_roll, z[U15_roll]), z[U15_roll]);
+    z_next[17] = SELECT(m_syffo, SELECT(m_auejl, U25_free_roll, z[U25_roll]), z[U25_roll]);
+    z_next[18] = SELECT(m_syffo, SELECT(m_auejl, U35_free_roll, z[U35_roll]), z[U35_roll]);
+    z_next[19] = SELECT(m_syffo, SELECT(m_auejl, U45_free_roll, z[U45_roll]), z[U45_roll]);
+    z_next[20] = SELECT(m_syffo, x[roll], z[y1_roll]);
+    z_next[21] = SELECT(m_syffo, y1_used_roll, z[y2_roll]);
+    z_next[22] = SELECT(m_syffo, v_roll, z[v1_roll]);
+    z_next[23] = SELECT(m_syffo, u_roll_mrac_literal, z[u1_roll]);
+    z_next[24] = SELECT(m_syffo, z[u1_roll], z[u2_roll]);
+    z_next[25] = SELECT(m_syffo, SELECT(m_ng6lt, z[wm1_roll], w_roll), z[ym_roll]);
+    z_next[26] = SELECT(m_syffo, w_roll, z[wm1_roll]);
+    z_next[27] = SELECT(m_syffo, z[wm1_roll], z[wm2_roll]);
+    z_next[28] = SELECT(m_syffo, a1_now_pitch, z[a1_pitch]);
+    z_next[29] = SELECT(m_syffo, a2_now_pitch, z[a2_pitch]);
+    z_next[30] = SELECT(m_syffo, b0_now_pitch, z[b0_pitch]);
+    z_next[31] = SELECT(m_syffo, b1_now_pitch, z[b1_pitch]);
+    z_next[32] = SELECT(m_syffo, d_now_pitch, z[d_pitch]);
+    z_next[33] = SELECT(m_syffo, SELECT(m_he6hp, D1_free_pitch * cap_pitch, z[D1_pitch]), z[D1_pitch]);
+    z_next[34] = SELECT(m_syffo, SELECT(m_he6hp, D2_free_pitch * cap_pitch, z[D2_pitch]), z[D2_pitch]);
+    z_next[35] = SELECT(m_syffo, SELECT(m_he6hp, D3_free_pitch * cap_pitch, z[D3_pitch]), z[D3_pitch]);
+    z_next[36] = SELECT(m_syffo, SELECT(m_he6hp, D4_free_pitch * cap_pitch, z[D4_pitch]), z[D4_pitch]);
+    z_next[37] = SELECT(m_syffo, SELECT(m_he6hp, D5_free_pitch * cap_pitch, z[D5_pitch]), z[D5_pitch]);
+    z_next[38] = SELECT(m_syffo, SELECT(m_he6hp, U12_free_pitch, z[U12_pitch]), z[U12_pitch]);
+    z_next[39] = SELECT(m_syffo, SELECT(m_he6hp, U13_free_pitch, z[U13_pitch]), z[U13_pitch]);
+    z_next[40] = SELECT(m_syffo, SELECT(m_he6hp, U23_free_pitch, z[U23_pitch]), z[U23_pitch]);
+    z_next[41] = SELECT(m_syffo, SELECT(m_he6hp, U14_free_pitch, z[U14_pitch]), z[U14_pitch]);
+    z_next[42] = SELECT(m_syffo, SELECT(m_he6hp, U24_free_pitch, z[U24_pitch]), z[U24_pitch]);
+    z_next[43] = SELECT(m_syffo, SELECT(m_he6hp, U34_free_pitch, z[U34_pitch]), z[U34_pitch]);
+    z_next[44] = SELECT(m_syffo, SELECT(m_he6hp, U15_free_pitch, z[U15_pitch]), z[U15_pitch]);
+    z_next[45] = SELECT(m_syffo, SELECT(m_he6hp, U25_free_pitch, z[U25_pitch]), z[U25_pitch]);
+    z_next[46] = SELECT(m_syffo, SELECT(m_he6hp, U35_free_pitch, z[U35_pitch]), z[U35_pitch]);
+    z_next[47] = SELECT(m_syffo, SELECT(m_he6hp, U45_free_pitch, z[U45_pitch]), z[U45_pitch]);
+    z_next[48] = SELECT(m_syffo, x[pitch], z[y1_pitch]);
+    z_next[49] = SELECT(m_syffo, y1_used_pitch, z[y2_pitch]);
+    z_next[50] = SELECT(m_syffo, v_pitch, z[v1_pitch]);
+    z_next[51] = SELECT(m_syffo, u_pitch_mrac_literal, z[u1_pitch]);
+    z_next[52] = SELECT(m_syffo, z[u1_pitch], z[u2_pitch]);
+    z_next[53] = SELECT(m_syffo, SELECT(m_ng6lt, z[wm1_pitch], w_pitch), z[ym_pitch]);
+    z_next[54] = SELECT(m_syffo, w_pitch, z[wm1_pitch]);
+    z_next[55] = SELECT(m_syffo, z[wm1_pitch], z[wm2_pitch]);
+    z_next[56] = SELECT(m_syffo, a1_now_yaw, z[a1_yaw]);
+    z_next[57] = SELECT(m_syffo, a2_now_yaw, z[a2_yaw]);
+    z_next[58] = SELECT(m_syffo, b0_now_yaw, z[b0_yaw]);
+    z_next[59] = SELECT(m_syffo, b1_now_yaw, z[b1_yaw]);
+    z_next[60] = SELECT(m_syffo, d_now_yaw, z[d_yaw]);
+    z_next[61] = SELECT(m_syffo, SELECT(m_4nram, D1_free_yaw * cap_yaw, z[D1_yaw]), z[D1_yaw]);
+    z_next[62] = SELECT(m_syffo, SELECT(m_4nram, D2_free_yaw * cap_yaw, z[D2_yaw]), z[D2_yaw]);
+    z_next[63] = SELECT(m_syffo, SELECT(m_4nram, D3_free_yaw * cap_yaw, z[D3_yaw]), z[D3_yaw]);
+    z_next[64] = SELECT(m_syffo, SELECT(m_4nram, D4_free_yaw * cap_yaw, z[D4_yaw]), z[D4_yaw]);
+    z_next[65] = SELECT(m_syffo, SELECT(m_4nram, D5_free_yaw * cap_yaw, z[D5_yaw]), z[D5_yaw]);
+    z_next[66] = SELECT(m_syffo, SELECT(m_4nram, U12_free_yaw, z[U12_yaw]), z[U12_yaw]);
+    z_next[67] = SELECT(m_syffo, SELECT(m_4nram, U13_free_yaw, z[U13_yaw]), z[U13_yaw]);
+    z_next[68] = SELECT(m_syffo, SELECT(m_4nram, U23_free_yaw, z[U23_yaw]), z[U23_yaw]);
+    z_next[69] = SELECT(m_syffo, SELECT(m_4nram, U14_free_yaw, z[U14_yaw]), z[U14_yaw]);
+    z_next[70] = SELECT(m_syffo, SELECT(m_4nram, U24_free_yaw, z[U24_yaw]), z[U24_yaw]);
+    z_next[71] = SELECT(m_syffo, SELECT(m_4nram, U34_free_yaw, z[U34_yaw]), z[U34_yaw]);
+    z_next[72] = SELECT(m_syffo, SELECT(m_4nram, U15_free_yaw, z[U15_yaw]), z[U15_yaw]);
+    z_next[73] = SELECT(m_syffo, SELECT(m_4nram, U25_free_yaw, z[U25_yaw]), z[U25_yaw]);
+    z_next[74] = SELECT(m_syffo, SELECT(m_4nram, U35_free_yaw, z[U35_yaw]), z[U35_yaw]);
+    z_next[75] = SELECT(m_syffo, SELECT(m_4nram, U45_free_yaw, z[U45_yaw]), z[U45_yaw]);
+    z_next[76] = SELECT(m_syffo, x[yaw], z[y1_yaw]);
+    z_next[77] = SELECT(m_syffo, y1_used_yaw, z[y2_yaw]);
+    z_next[78] = SELECT(m_syffo, v_yaw, z[v1_yaw]);
+    z_next[79] = SELECT(m_syffo, u_yaw_mrac_literal, z[u1_yaw]);
+    z_next[80] = SELECT(m_syffo, z[u1_yaw], z[u2_yaw]);
+    z_next[81] = SELECT(m_syffo, SELECT(m_ng6lt, z[wm1_yaw], w_yaw), z[ym_yaw]);
+    z_next[82] = SELECT(m_syffo, w_yaw, z[wm1_yaw]);
+    z_next[83] = SELECT(m_syffo, z[wm1_yaw], z[wm2_yaw]);
+    z_next[84] = SELECT0(m_syffo, mv_min(SPLAT(K(2.0)), K(1.0) + z[samples]));
+    z_next[85] = SELECT0(m_a735e, SPLAT(K(1.0)));
 }
 
 /* Places of h. */
 enum {
-    pd_h_t_lbhv6,
-    pd_h_t_u5zvh,
-    pd_h_t_lbhv6_2,
+    pd_h_t_zugk2,
+    pd_h_t_7h4u2_2,
+    pd_h_t_zugk2_2,
 };
 
 /* what pd computes once per run; 6 operations. */
@@ -1784,10 +1784,10 @@ void satellite_pd_prepare(const real *p, const real *c, real *h)
     enum { Ts = SATELLITE_P_TS };
     enum { tau_m = SATELLITE_PD_C_TAU_M };
     const real model_pole = mv_exp(-(p[Ts] / c[tau_m]));
-    const real t_hjr6j = K(-1.0) + model_pole;
-    h[pd_h_t_lbhv6] = t_hjr6j * t_hjr6j;
-    h[pd_h_t_u5zvh] = model_pole + model_pole;
-    h[pd_h_t_lbhv6_2] = model_pole * model_pole;
+    const real t_7h4u2 = K(-1.0) + model_pole;
+    h[pd_h_t_zugk2] = t_7h4u2 * t_7h4u2;
+    h[pd_h_t_7h4u2_2] = model_pole + model_pole;
+    h[pd_h_t_zugk2_2] = model_pole * model_pole;
 }
 
 /* the rest of pd; 120 operations. */
@@ -1821,9 +1821,9 @@ void satellite_pd_prepared(const real *x, const real *r, const real *v, const re
     enum { Kd_z = SATELLITE_PD_C_KD_Z };
     enum { follow_model = SATELLITE_PD_C_FOLLOW_MODEL };
     enum { design_delay = SATELLITE_PD_C_DESIGN_DELAY };
-    enum { t_lbhv6 = pd_h_t_lbhv6 };
-    enum { t_u5zvh = pd_h_t_u5zvh };
-    enum { t_lbhv6_2 = pd_h_t_lbhv6_2 };
+    enum { t_zugk2 = pd_h_t_zugk2 };
+    enum { t_7h4u2_2 = pd_h_t_7h4u2_2 };
+    enum { t_zugk2_2 = pd_h_t_zugk2_2 };
     real sin_pitch, cos_pitch; mv_sincos(x[pitch], &sin_pitch, &cos_pitch);
     real sin_yaw, cos_yaw; mv_sincos(x[yaw], &sin_yaw, &cos_yaw);
     const real C12 = cos_pitch * sin_yaw;  /* (3) */
@@ -1833,9 +1833,9 @@ void satellite_pd_prepared(const real *x, const real *r, const real *v, const re
     const real rate_x = x[wx] + C12 * p[omega0];  /* (4) */
     const real rate_y = x[wy] + C22 * p[omega0];  /* (4) */
     const real rate_z = x[wz] + C32 * p[omega0];  /* (4) */
-    const real w_roll = h[t_lbhv6] * r[ref_roll] + h[t_u5zvh] * z[wm1_roll] - h[t_lbhv6_2] * z[wm2_roll];  /* (16) */
-    const real w_pitch = h[t_lbhv6] * r[ref_pitch] + h[t_u5zvh] * z[wm1_pitch] - h[t_lbhv6_2] * z[wm2_pitch];  /* (16) */
-    const real w_yaw = h[t_lbhv6] * r[ref_yaw] + h[t_u5zvh] * z[wm1_yaw] - h[t_lbhv6_2] * z[wm2_yaw];  /* (16) */
+    const real w_roll = h[t_zugk2] * r[ref_roll] + h[t_7h4u2_2] * z[wm1_roll] - h[t_zugk2_2] * z[wm2_roll];  /* (16) */
+    const real w_pitch = h[t_zugk2] * r[ref_pitch] + h[t_7h4u2_2] * z[wm1_pitch] - h[t_zugk2_2] * z[wm2_pitch];  /* (16) */
+    const real w_yaw = h[t_zugk2] * r[ref_yaw] + h[t_7h4u2_2] * z[wm1_yaw] - h[t_zugk2_2] * z[wm2_yaw];  /* (16) */
     const mask m_z3d63 = LT(K(0.5), c[follow_model]);
     const real u_roll_pd = c[Kp_x] * (SELECT(m_z3d63, z[ym_roll], r[ref_roll]) - x[roll]) - c[Kd_x] * rate_x;  /* (50) */
     const real u_pitch_pd = c[Kp_y] * (SELECT(m_z3d63, z[ym_pitch], r[ref_pitch]) - x[pitch]) - c[Kd_y] * rate_y;  /* (50) */
@@ -1851,16 +1851,16 @@ void satellite_pd_prepared(const real *x, const real *r, const real *v, const re
     const mask m_fdhnb = AND(m_5iclu, m_lisih);
     const mask m_q3hd4 = LT(mv_fabs(x[yaw]), K(1e+30));
     const mask m_sehe6 = AND(m_fdhnb, m_q3hd4);
-    const mask m_4fwsc = LT(mv_fabs(u_pitch_pd), K(1e+30));
-    const mask m_ey64f = AND(m_sehe6, m_4fwsc);
-    const mask m_zzicp = LT(mv_fabs(u_roll_pd), K(1e+30));
-    const mask m_yof5u = AND(m_ey64f, m_zzicp);
-    const mask m_ilrjp = LT(mv_fabs(u_yaw_pd), K(1e+30));
-    const mask m_gwxq4 = AND(m_yof5u, m_ilrjp);
+    const mask m_trjgf = LT(mv_fabs(u_pitch_pd), K(1e+30));
+    const mask m_kod54 = AND(m_sehe6, m_trjgf);
+    const mask m_tq6ie = LT(mv_fabs(u_roll_pd), K(1e+30));
+    const mask m_mzynu = AND(m_kod54, m_tq6ie);
+    const mask m_gptfm = LT(mv_fabs(u_yaw_pd), K(1e+30));
+    const mask m_zjilw = AND(m_mzynu, m_gptfm);
     const mask m_nepjb = LT(mv_fabs(x[wx]), K(1e+30));
-    const mask m_r3oc5 = AND(m_gwxq4, m_nepjb);
+    const mask m_wso6n = AND(m_zjilw, m_nepjb);
     const mask m_gmtwv = LT(mv_fabs(x[wy]), K(1e+30));
-    const mask m_mhk6s = AND(m_r3oc5, m_gmtwv);
+    const mask m_mhk6s = AND(m_wso6n, m_gmtwv);
     const mask m_no6hp = LT(mv_fabs(x[wz]), K(1e+30));
     const mask m_le4m7 = AND(m_mhk6s, m_no6hp);
     const real Tx_cmd = SELECT0(m_le4m7, u_roll_pd);

@@ -49,17 +49,17 @@ void slosh_rhs(const real *x, const real *u, const real *p, real *dx)
     enum { I2 = SLOSH_P_I2 };
     enum { eps2 = SLOSH_P_EPS2 };
     const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
-    const real t_zrejm = K(1.0) / D1;
-    const real t_3qn53 = p[m1] * t_zrejm;
-    const real k1 = t_3qn53 * p[l1];
-    const real me1 = t_3qn53 * p[I1];
+    const real t_gbl6n = K(1.0) / D1;
+    const real t_wywjk = p[m1] * t_gbl6n;
+    const real k1 = t_wywjk * p[l1];
+    const real me1 = t_wywjk * p[I1];
     const real t_6nwd2 = p[l1] * p[m1];
     const real mv1 = t_6nwd2 * k1;
     const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
-    const real t_5wzvs = K(1.0) / D2;
-    const real t_54cbb = p[m2] * t_5wzvs;
-    const real k2 = t_54cbb * p[l2];
-    const real me2 = t_54cbb * p[I2];
+    const real t_jx6g7 = K(1.0) / D2;
+    const real t_jzg7x = p[m2] * t_jx6g7;
+    const real k2 = t_jzg7x * p[l2];
+    const real me2 = t_jzg7x * p[I2];
     const real t_popww = p[l2] * p[m2];
     const real mv2 = t_popww * k2;
     const real M_C = p[m] + p[m0] + me1 + me2;
@@ -89,8 +89,8 @@ void slosh_rhs(const real *x, const real *u, const real *p, real *dx)
     const real w_x1 = x[wx] - x[theta1_dot];
     const real p1 = Wn1 + x[phi1_dot];
     const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
-    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
     real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
     real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
     const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
@@ -98,11 +98,11 @@ void slosh_rhs(const real *x, const real *u, const real *p, real *dx)
     const real w_x2 = x[wx] - x[theta2_dot];
     const real p2 = Wn2 + x[phi2_dot];
     const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
-    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
     const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
-    const real t_w7vil = t_rybsf * e1;
-    const real tension1 = cos_phi1 * t_w7vil * mv1 - t_6nwd2 * sigma_sq1;
+    const real t_aqrn5 = t_rybsf * e1;
+    const real tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1;
     const real As_1 = mv1 * sin_phi1;
     const real Ass_1 = As_1 * sin_phi1;
     const real Asc_1 = As_1 * cos_phi1;
@@ -121,10 +121,10 @@ void slosh_rhs(const real *x, const real *u, const real *p, real *dx)
     const real S_sq1 = sin_theta1 * sin_theta1;
     const real SC1 = cos_theta1 * sin_theta1;
     const real tn11_1 = Ass_1 + me1 - wth_1;
-    const real t_b7ure = me1 * (e1 * e1);
-    const real t_3bowt = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
-    const real t_3fv6l = g_1 * wg_1;
-    const real tn44_1 = t_b7ure + t_3bowt - t_3fv6l;
+    const real t_xdulz = me1 * (e1 * e1);
+    const real t_zmqjk = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
+    const real t_leuxo = g_1 * wg_1;
+    const real tn44_1 = t_xdulz + t_zmqjk - t_leuxo;
     const real wq_1 = q_1 * wth_1;
     const real wqg_1 = q_1 * wg_1;
     const real wqq_1 = q_1 * wq_1;
@@ -134,18 +134,18 @@ void slosh_rhs(const real *x, const real *u, const real *p, real *dx)
     const real wgS_1 = sin_theta1 * wqg_1;
     const real loss_phi1 = p[eps1] * x[phi1_dot];
     const real loss_theta1 = p[eps1] * x[theta1_dot];
-    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
     const real zeta1 = W12 * q_1
         + Wn1 * lc_1 * w_x1
         - chi1 * p[l1] * (p1 + x[phi1_dot]);
     const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_7imwe = B_1 * eta1 + loss_phi1 * k1;
-    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real t_pc5rt = B_1 * eta1 + loss_phi1 * k1;
+    const real F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1;
     const real M_q1 = F_n1 * q_1;
     const real I_phi1 = x[phi1_dot] * p[I1];
     const real I_theta1 = x[theta1_dot] * p[I1];
-    const real t_6fvzz = t_rybsf * e2;
-    const real tension2 = cos_phi2 * t_6fvzz * mv2 - t_popww * sigma_sq2;
+    const real t_3hay7 = t_rybsf * e2;
+    const real tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2;
     const real As_2 = mv2 * sin_phi2;
     const real Ass_2 = As_2 * sin_phi2;
     const real Asc_2 = As_2 * cos_phi2;
@@ -164,10 +164,10 @@ void slosh_rhs(const real *x, const real *u, const real *p, real *dx)
     const real S_sq2 = sin_theta2 * sin_theta2;
     const real SC2 = cos_theta2 * sin_theta2;
     const real tn11_2 = Ass_2 + me2 - wth_2;
-    const real t_lpk5h = me2 * (e2 * e2);
-    const real t_ymmgl = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
-    const real t_odwbr = g_2 * wg_2;
-    const real tn44_2 = t_lpk5h + t_ymmgl - t_odwbr;
+    const real t_uohf6 = me2 * (e2 * e2);
+    const real t_agwdt = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
+    const real t_leuxo_2 = g_2 * wg_2;
+    const real tn44_2 = t_uohf6 + t_agwdt - t_leuxo_2;
     const real wq_2 = q_2 * wth_2;
     const real wqg_2 = q_2 * wg_2;
     const real wqq_2 = q_2 * wq_2;
@@ -177,214 +177,214 @@ void slosh_rhs(const real *x, const real *u, const real *p, real *dx)
     const real wgS_2 = sin_theta2 * wqg_2;
     const real loss_phi2 = p[eps2] * x[phi2_dot];
     const real loss_theta2 = p[eps2] * x[theta2_dot];
-    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
     const real zeta2 = W12 * q_2
         + Wn2 * lc_2 * w_x2
         - chi2 * p[l2] * (p2 + x[phi2_dot]);
     const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
-    const real t_4b2fa = B_2 * eta2 + loss_phi2 * k2;
-    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real t_63ozv = B_2 * eta2 + loss_phi2 * k2;
+    const real F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2;
     const real M_q2 = F_n2 * q_2;
     const real I_phi2 = x[phi2_dot] * p[I2];
     const real I_theta2 = x[theta2_dot] * p[I2];
     const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
-    const real t_fbeaw = S_sq1 * tn11_1;
-    const real t_dj555 = S_sq2 * tn11_2;
-    const real K22 = t_fbeaw + t_dj555 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real t_leuxo_3 = S_sq1 * tn11_1;
+    const real t_leuxo_4 = S_sq2 * tn11_2;
+    const real K22 = t_leuxo_3 + t_leuxo_4 + M_C + wth_1 + wth_2 - me1 - me2;
     const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + M_C - t_fbeaw - t_dj555;
+    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo_3 - t_leuxo_4;
     const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
-    const real t_nhr5u = wqq_1 + wqq_2;
-    const real K44 = t_nhr5u + Bl_1 + Bl_2 + J_C1;
-    const real t_tcgxn = wg_1 - e1 * me1;
-    const real t_uf5ib = wg_2 - e2 * me2;
-    const real t_32gyg = Bc_1 - eAss_1;
-    const real t_65obb = t_32gyg + t_tcgxn;
-    const real t_gbkg6 = Bc_2 - eAss_2;
-    const real t_yoiua = t_gbkg6 + t_uf5ib;
-    const real t_z76hk = S_sq1 * t_65obb + S_sq2 * t_yoiua;
-    const real K52 = t_tcgxn + t_uf5ib - t_z76hk - wqC_1 - wqC_2;
-    const real t_hjmgb = SC1 * t_65obb + SC2 * t_yoiua;
-    const real K53 = wqS_1 - t_hjmgb + wqS_2;
-    const real t_nncdg = Bl_1 - eBc_1;
-    const real t_4q22j = Bl_2 - eBc_2;
-    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
-    const real t_hoosk = S_sq1 * tn44_1;
-    const real t_drvdp = S_sq2 * tn44_2;
-    const real K55 = t_3fv6l
-        + t_odwbr
-        + t_nhr5u
-        + t_hoosk
-        + t_drvdp
+    const real t_hig3c = wqq_1 + wqq_2;
+    const real K44 = t_hig3c + Bl_1 + Bl_2 + J_C1;
+    const real t_67i37 = wg_1 - e1 * me1;
+    const real t_n5kna = wg_2 - e2 * me2;
+    const real t_hig3c_2 = Bc_1 - eAss_1;
+    const real t_vjftl = t_hig3c_2 + t_67i37;
+    const real t_hig3c_3 = Bc_2 - eAss_2;
+    const real t_vsqil = t_hig3c_3 + t_n5kna;
+    const real t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
+    const real K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2;
+    const real t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil;
+    const real K53 = wqS_1 - t_edvw3_2 + wqS_2;
+    const real t_yzhyr = Bl_1 - eBc_1;
+    const real t_q6put = Bl_2 - eBc_2;
+    const real K54 = t_hig3c - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2;
+    const real t_leuxo_5 = S_sq1 * tn44_1;
+    const real t_leuxo_6 = S_sq2 * tn44_2;
+    const real K55 = t_leuxo
+        + t_leuxo_2
+        + t_hig3c
+        + t_leuxo_5
+        + t_leuxo_6
         + J_C3
-        - t_b7ure
-        - t_lpk5h
+        - t_xdulz
+        - t_uohf6
         + K(-2.0) * wgC_1
         + K(-2.0) * wgC_2;
-    const real K63 = t_z76hk - (t_32gyg + t_gbkg6);
-    const real t_zhbuw = wgS_1 + wgS_2;
-    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
-    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
-    const real K66 = t_3bowt + t_ymmgl + J_C2 - t_hoosk - t_drvdp;
-    const real t_vt7uo = F_n1 * cos_theta1;
-    const real t_oncjt = F_n2 * cos_theta2;
-    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
-    const real t_azclp = F_n1 * sin_theta1;
-    const real t_iya7w = F_n2 * sin_theta2;
-    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
-    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
-    const real t_kp7yy = M_q1 + M_q2;
-    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
+    const real K63 = t_edvw3 - (t_hig3c_2 + t_hig3c_3);
+    const real t_hig3c_4 = wgS_1 + wgS_2;
+    const real K64 = t_hig3c_4 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2;
+    const real K65 = t_hig3c_4 + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6;
+    const real t_mallh = F_n1 * cos_theta1;
+    const real t_lbh6o = F_n2 * cos_theta2;
+    const real n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real t_mallh_2 = F_n1 * sin_theta1;
+    const real t_lbh6o_2 = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2;
+    const real t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * p[l1];
+    const real t_hig3c_5 = M_q1 + M_q2;
+    const real t_ogbts = Bs_2 * t_3hay7 + t_63ozv * p[l2];
     const real t_sfymc = p[J_y] - p[J_z];
-    const real n4 = t_aejai
-        - t_kp7yy
-        + t_zd4fs
+    const real n4 = t_mjqai
+        - t_hig3c_5
+        + t_ogbts
         - loss_phi1
         - loss_phi2
         + I_theta1 * x[wy]
         + I_theta2 * x[wy]
         - t_sfymc * x[wy] * x[wz];
-    const real t_w7nmt = t_aejai + F_t1 * e1;
-    const real t_e5cx2 = t_zd4fs + F_t2 * e2;
-    const real n5 = t_w7nmt * sin_theta1
-        - (t_kp7yy + loss_theta1 + loss_theta2)
-        + t_e5cx2 * sin_theta2
+    const real t_lsqzr = t_mjqai + F_t1 * e1;
+    const real t_rbrf6 = t_ogbts + F_t2 * e2;
+    const real n5 = t_lsqzr * sin_theta1
+        - (t_hig3c_5 + loss_theta1 + loss_theta2)
+        + t_rbrf6 * sin_theta2
         - W12 * (J_C1 + (p[J_z] - p[J_y]))
         - I_phi1 * x[wy]
         - I_phi2 * x[wy]
-        + t_vt7uo * g_1
-        + t_oncjt * g_2;
-    const real n6 = t_w7nmt * cos_theta1
-        + t_e5cx2 * cos_theta2
+        + t_mallh * g_1
+        + t_lbh6o * g_2;
+    const real n6 = t_lsqzr * cos_theta1
+        + t_rbrf6 * cos_theta2
         + I_theta1 * x[wx]
         + I_theta2 * x[wx]
         - W13 * (J_C1 + t_is5lg + t_sfymc)
-        - t_azclp * g_1
-        - t_iya7w * g_2
+        - t_mallh_2 * g_1
+        - t_lbh6o_2 * g_2
         - I_phi1 * x[wz]
         - I_phi2 * x[wz];
-    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real t_bpfoo = K(1.0) / K11;
-    const real t_w7lcw = t_b3aij * t_bpfoo;
-    const real K_D2 = K22 - t_b3aij * t_w7lcw;
-    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_3go2w = t_zzymx * t_bpfoo;
-    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
-    const real t_4iujv = K(1.0) / K_D2;
-    const real K_L32 = t_d4mqf * t_4iujv;
-    const real t_ev7u5 = Bs_1 + Asc_1 * e1;
-    const real t_bvybx = Bs_2 + Asc_2 * e2;
-    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
-    const real t_vshgd = t_6mmeb * t_bpfoo;
-    const real t_p6zld = K52 - t_b3aij * t_vshgd;
-    const real K_L52 = t_p6zld * t_4iujv;
-    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
-    const real t_2m245 = Bs_1 + Bs_2;
-    const real t_xq4wt = t_2m245 * t_bpfoo;
-    const real t_m67zs = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2 + t_b3aij * t_xq4wt;
-    const real t_6urah = t_m67zs * t_4iujv;
-    const real t_m27n6 = K43 + t_d4mqf * t_6urah - t_zzymx * t_xq4wt;
-    const real t_zmh3u = K(1.0) / K_D3;
-    const real K_L43 = t_m27n6 * t_zmh3u;
-    const real t_bxfcn = K53 - t_d4mqf * K_L52 - t_zzymx * t_vshgd;
-    const real K_L53 = t_bxfcn * t_zmh3u;
-    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
-    const real t_e4enr = t_bl4f2 * t_bpfoo;
-    const real t_qvrp6 = t_hjmgb + t_b3aij * t_e4enr;
-    const real t_dj64q = t_qvrp6 * t_4iujv;
-    const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
-    const real K_L63 = t_rahc4 * t_zmh3u;
-    const real K_D4 = K44 - t_m67zs * t_6urah - t_m27n6 * K_L43 - t_2m245 * t_xq4wt;
-    const real t_amczu = K54 + t_m67zs * K_L52 - t_m27n6 * K_L53 - t_2m245 * t_vshgd;
-    const real t_lt2al = K(1.0) / K_D4;
-    const real K_L54 = t_amczu * t_lt2al;
-    const real t_e4k6u = K64 - t_m67zs * t_dj64q - t_m27n6 * K_L63 - t_2m245 * t_e4enr;
-    const real K_L64 = t_e4k6u * t_lt2al;
+    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_6dtnj = K(1.0) / K11;
+    const real t_gousg = t_f2nhc * t_6dtnj;
+    const real K_D2 = K22 - t_f2nhc * t_gousg;
+    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_gousg_2 = t_f2nhc_2 * t_6dtnj;
+    const real t_upifj = K32 - t_f2nhc * t_gousg_2;
+    const real t_6dtnj_2 = K(1.0) / K_D2;
+    const real K_L32 = t_upifj * t_6dtnj_2;
+    const real t_2jubo = Bs_1 + Asc_1 * e1;
+    const real t_ittbm = Bs_2 + Asc_2 * e2;
+    const real t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2;
+    const real t_s62lc = t_6iku5 * t_6dtnj;
+    const real t_6vega = K52 - t_f2nhc * t_s62lc;
+    const real K_L52 = t_6vega * t_6dtnj_2;
+    const real K_D3 = K33 - t_upifj * K_L32 - t_f2nhc_2 * t_gousg_2;
+    const real t_hig3c_6 = Bs_1 + Bs_2;
+    const real t_w6lcf = t_hig3c_6 * t_6dtnj;
+    const real t_ly572 = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2 + t_f2nhc * t_w6lcf;
+    const real t_vpdgs = t_ly572 * t_6dtnj_2;
+    const real t_ichgo = K43 + t_upifj * t_vpdgs - t_f2nhc_2 * t_w6lcf;
+    const real t_6dtnj_3 = K(1.0) / K_D3;
+    const real K_L43 = t_ichgo * t_6dtnj_3;
+    const real t_jmicp = K53 - t_upifj * K_L52 - t_f2nhc_2 * t_s62lc;
+    const real K_L53 = t_jmicp * t_6dtnj_3;
+    const real t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2;
+    const real t_s62lc_2 = t_6iku5_2 * t_6dtnj;
+    const real t_avyqv = t_edvw3_2 + t_f2nhc * t_s62lc_2;
+    const real t_bk7yo = t_avyqv * t_6dtnj_2;
+    const real t_2dahu = K63 + t_upifj * t_bk7yo - t_f2nhc_2 * t_s62lc_2;
+    const real K_L63 = t_2dahu * t_6dtnj_3;
+    const real K_D4 = K44 - t_ly572 * t_vpdgs - t_ichgo * K_L43 - t_hig3c_6 * t_w6lcf;
+    const real t_otpfz = K54 + t_ly572 * K_L52 - t_ichgo * K_L53 - t_hig3c_6 * t_s62lc;
+    const real t_6dtnj_4 = K(1.0) / K_D4;
+    const real K_L54 = t_otpfz * t_6dtnj_4;
+    const real t_aolgd = K64 - t_ly572 * t_bk7yo - t_ichgo * K_L63 - t_hig3c_6 * t_s62lc_2;
+    const real K_L64 = t_aolgd * t_6dtnj_4;
     const real K_D5 = K55
-        - t_p6zld * K_L52
-        - t_bxfcn * K_L53
-        - t_amczu * K_L54
-        - t_6mmeb * t_vshgd;
-    const real t_jo54w = K65
-        + t_p6zld * t_dj64q
-        - t_bxfcn * K_L63
-        - t_amczu * K_L64
-        - t_6mmeb * t_e4enr;
-    const real t_ftqxb = K(1.0) / K_D5;
-    const real K_L65 = t_jo54w * t_ftqxb;
+        - t_6vega * K_L52
+        - t_jmicp * K_L53
+        - t_otpfz * K_L54
+        - t_6iku5 * t_s62lc;
+    const real t_hdeaq = K65
+        + t_6vega * t_bk7yo
+        - t_jmicp * K_L63
+        - t_otpfz * K_L64
+        - t_6iku5 * t_s62lc_2;
+    const real t_6dtnj_5 = K(1.0) / K_D5;
+    const real K_L65 = t_hdeaq * t_6dtnj_5;
     const real K_D6 = K66
-        - t_qvrp6 * t_dj64q
-        - t_rahc4 * K_L63
-        - t_e4k6u * K_L64
-        - t_jo54w * K_L65
-        - t_bl4f2 * t_e4enr;
+        - t_avyqv * t_bk7yo
+        - t_2dahu * K_L63
+        - t_aolgd * K_L64
+        - t_hdeaq * K_L65
+        - t_6iku5_2 * t_s62lc_2;
     const real b1 = f_x
-        + (t_7imwe * sin_phi1 + t_4b2fa * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2);
+        + (t_pc5rt * sin_phi1 + t_63ozv * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2);
     const real b2 = f_y - n2;
     const real b4 = u[Mx] - n4;
-    const real t_lwe76 = p[b] + p[d] + x_C;
-    const real b5 = u[Mz] - n5 - f_y * t_lwe76;
+    const real t_bknng = p[b] + p[d] + x_C;
+    const real b5 = u[Mz] - n5 - f_y * t_bknng;
     const real t_gcu5g = t_ruxs4 * sin_delta1;
-    const real b6 = t_gcu5g * t_lwe76 - (u[My] + n6);
-    const real X_y2 = b2 + t_w7lcw * b1;
-    const real X_y3 = t_3go2w * b1 - (t_gcu5g + n3) - K_L32 * X_y2;
-    const real X_y4 = b4 + t_xq4wt * b1 + t_6urah * X_y2 - K_L43 * X_y3;
+    const real b6 = t_gcu5g * t_bknng - (u[My] + n6);
+    const real X_y2 = b2 + t_gousg * b1;
+    const real X_y3 = t_gousg_2 * b1 - (t_gcu5g + n3) - K_L32 * X_y2;
+    const real X_y4 = b4 + t_w6lcf * b1 + t_vpdgs * X_y2 - K_L43 * X_y3;
     const real X_y5 = b5
-        + t_vshgd * b1
+        + t_s62lc * b1
         - K_L52 * X_y2
         - K_L53 * X_y3
         - K_L54 * X_y4;
     const real X_y6 = b6
-        + t_e4enr * b1
-        + t_dj64q * X_y2
+        + t_s62lc_2 * b1
+        + t_bk7yo * X_y2
         - K_L63 * X_y3
         - K_L64 * X_y4
         - K_L65 * X_y5;
     const real X_x6 = X_y6 / K_D6;
-    const real X_x5 = X_y5 * t_ftqxb - K_L65 * X_x6;
-    const real X_x4 = X_y4 * t_lt2al - K_L54 * X_x5 - K_L64 * X_x6;
-    const real X_x3 = X_y3 * t_zmh3u - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
-    const real X_x2 = X_y2 * t_4iujv
+    const real X_x5 = X_y5 * t_6dtnj_5 - K_L65 * X_x6;
+    const real X_x4 = X_y4 * t_6dtnj_4 - K_L54 * X_x5 - K_L64 * X_x6;
+    const real X_x3 = X_y3 * t_6dtnj_3 - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
+    const real X_x2 = X_y2 * t_6dtnj_2
         - K_L32 * X_x3
-        + t_6urah * X_x4
+        + t_vpdgs * X_x4
         - K_L52 * X_x5
-        + t_dj64q * X_x6;
-    const real X_x1 = b1 * t_bpfoo
-        + t_w7lcw * X_x2
-        + t_3go2w * X_x3
-        + t_xq4wt * X_x4
-        + t_vshgd * X_x5
-        + t_e4enr * X_x6;
+        + t_bk7yo * X_x6;
+    const real X_x1 = b1 * t_6dtnj
+        + t_gousg * X_x2
+        + t_gousg_2 * X_x3
+        + t_w6lcf * X_x4
+        + t_s62lc * X_x5
+        + t_s62lc_2 * X_x6;
     const real G_t1 = X_x5 * sin_theta1 + X_x6 * cos_theta1;
     const real Gt_eta1 = G_t1 + eta1;
-    const real t_ynvhx = cos_phi1 * (G_t1 * e1 + X_x2 * sin_theta1 + X_x3 * cos_theta1)
-        + sin_phi1 * (X_x1 - t_w7vil);
-    const real phi_acc1 = Gt_eta1 - (loss_phi1 + p[I1] * (Gt_eta1 + X_x4)) * t_zrejm - k1 * t_ynvhx;
-    const real t_g433r = X_x5 - W12;
-    const real t_mwq7z = X_x4 + X_x5;
-    const real t_5ffnn = zeta1
+    const real t_2prat = cos_phi1 * (G_t1 * e1 + X_x2 * sin_theta1 + X_x3 * cos_theta1)
+        + sin_phi1 * (X_x1 - t_aqrn5);
+    const real phi_acc1 = Gt_eta1 - (loss_phi1 + p[I1] * (Gt_eta1 + X_x4)) * t_gbl6n - k1 * t_2prat;
+    const real t_3ipx7 = X_x5 - W12;
+    const real t_hig3c_7 = X_x4 + X_x5;
+    const real t_pksrm = zeta1
         + X_x2 * cos_theta1
         + g_1 * (X_x5 * cos_theta1 - X_x6 * sin_theta1)
-        - t_mwq7z * q_1
+        - t_hig3c_7 * q_1
         - X_x3 * sin_theta1;
-    const real theta_acc1 = -(t_g433r + th_1 * (loss_theta1 * (K(1.0) / p[m1]) + q_1 * t_5ffnn));
+    const real theta_acc1 = -(t_3ipx7 + th_1 * (loss_theta1 * (K(1.0) / p[m1]) + q_1 * t_pksrm));
     const real G_t2 = X_x5 * sin_theta2 + X_x6 * cos_theta2;
     const real Gt_eta2 = G_t2 + eta2;
-    const real t_rrute = cos_phi2 * (G_t2 * e2 + X_x2 * sin_theta2 + X_x3 * cos_theta2)
-        + sin_phi2 * (X_x1 - t_6fvzz);
-    const real phi_acc2 = Gt_eta2 - (loss_phi2 + p[I2] * (Gt_eta2 + X_x4)) * t_5wzvs - k2 * t_rrute;
-    const real t_oqair = zeta2
+    const real t_y662k = cos_phi2 * (G_t2 * e2 + X_x2 * sin_theta2 + X_x3 * cos_theta2)
+        + sin_phi2 * (X_x1 - t_3hay7);
+    const real phi_acc2 = Gt_eta2 - (loss_phi2 + p[I2] * (Gt_eta2 + X_x4)) * t_jx6g7 - k2 * t_y662k;
+    const real t_zj7x3 = zeta2
         + X_x2 * cos_theta2
         + g_2 * (X_x5 * cos_theta2 - X_x6 * sin_theta2)
-        - t_mwq7z * q_2
+        - t_hig3c_7 * q_2
         - X_x3 * sin_theta2;
-    const real theta_acc2 = -(t_g433r + th_2 * (loss_theta2 * (K(1.0) / p[m2]) + q_2 * t_oqair));
+    const real theta_acc2 = -(t_3ipx7 + th_2 * (loss_theta2 * (K(1.0) / p[m2]) + q_2 * t_zj7x3));
     dx[0] = X_x1 + t_rybsf * x_C - x[vz] * x[wy] + x[vy] * x[wz];
     dx[1] = X_x2 - X_x5 * x_C + (x[vz] * x[wx] - x[vx] * x[wz]);
     dx[2] = X_x3 - X_x6 * x_C + (x[vx] * x[wy] - x[vy] * x[wx]);
     dx[3] = X_x4;
     dx[4] = W13 - X_x6;
-    dx[5] = t_g433r;
+    dx[5] = t_3ipx7;
     dx[6] = x[wx];
     dx[7] = x[wy];
     dx[8] = x[wz];
@@ -439,15 +439,15 @@ void slosh_outputs(const real *x, const real *u, const real *r, const real *p, r
     enum { I2 = SLOSH_P_I2 };
     enum { eps2 = SLOSH_P_EPS2 };
     const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
-    const real t_gx5gf = p[m1] / D1;
-    const real k1 = t_gx5gf * p[l1];
-    const real me1 = t_gx5gf * p[I1];
+    const real t_nkfhl = p[m1] / D1;
+    const real k1 = t_nkfhl * p[l1];
+    const real me1 = t_nkfhl * p[I1];
     const real t_6nwd2 = p[l1] * p[m1];
     const real mv1 = t_6nwd2 * k1;
     const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
-    const real t_wiek6 = p[m2] / D2;
-    const real k2 = t_wiek6 * p[l2];
-    const real me2 = t_wiek6 * p[I2];
+    const real t_xgfi7 = p[m2] / D2;
+    const real k2 = t_xgfi7 * p[l2];
+    const real me2 = t_xgfi7 * p[I2];
     const real t_popww = p[l2] * p[m2];
     const real mv2 = t_popww * k2;
     const real M_C = p[m] + p[m0] + me1 + me2;
@@ -477,8 +477,8 @@ void slosh_outputs(const real *x, const real *u, const real *r, const real *p, r
     const real w_x1 = x[wx] - x[theta1_dot];
     const real p1 = Wn1 + x[phi1_dot];
     const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
-    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
     real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
     real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
     const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
@@ -486,11 +486,11 @@ void slosh_outputs(const real *x, const real *u, const real *r, const real *p, r
     const real w_x2 = x[wx] - x[theta2_dot];
     const real p2 = Wn2 + x[phi2_dot];
     const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
-    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
     const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
-    const real t_w7vil = t_rybsf * e1;
-    const real tension1 = cos_phi1 * t_w7vil * mv1 - t_6nwd2 * sigma_sq1;
+    const real t_aqrn5 = t_rybsf * e1;
+    const real tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1;
     const real As_1 = mv1 * sin_phi1;
     const real Ass_1 = As_1 * sin_phi1;
     const real Asc_1 = As_1 * cos_phi1;
@@ -509,10 +509,10 @@ void slosh_outputs(const real *x, const real *u, const real *r, const real *p, r
     const real S_sq1 = sin_theta1 * sin_theta1;
     const real SC1 = cos_theta1 * sin_theta1;
     const real tn11_1 = Ass_1 + me1 - wth_1;
-    const real t_b7ure = me1 * (e1 * e1);
-    const real t_3bowt = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
-    const real t_3fv6l = g_1 * wg_1;
-    const real tn44_1 = t_b7ure + t_3bowt - t_3fv6l;
+    const real t_xdulz = me1 * (e1 * e1);
+    const real t_zmqjk = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
+    const real t_leuxo = g_1 * wg_1;
+    const real tn44_1 = t_xdulz + t_zmqjk - t_leuxo;
     const real wq_1 = q_1 * wth_1;
     const real wqg_1 = q_1 * wg_1;
     const real wqq_1 = q_1 * wq_1;
@@ -522,18 +522,18 @@ void slosh_outputs(const real *x, const real *u, const real *r, const real *p, r
     const real wgS_1 = sin_theta1 * wqg_1;
     const real loss_phi1 = p[eps1] * x[phi1_dot];
     const real loss_theta1 = p[eps1] * x[theta1_dot];
-    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
     const real zeta1 = W12 * q_1
         + Wn1 * lc_1 * w_x1
         - chi1 * p[l1] * (p1 + x[phi1_dot]);
     const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_7imwe = B_1 * eta1 + loss_phi1 * k1;
-    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real t_pc5rt = B_1 * eta1 + loss_phi1 * k1;
+    const real F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1;
     const real M_q1 = F_n1 * q_1;
     const real I_phi1 = x[phi1_dot] * p[I1];
     const real I_theta1 = x[theta1_dot] * p[I1];
-    const real t_6fvzz = t_rybsf * e2;
-    const real tension2 = cos_phi2 * t_6fvzz * mv2 - t_popww * sigma_sq2;
+    const real t_3hay7 = t_rybsf * e2;
+    const real tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2;
     const real As_2 = mv2 * sin_phi2;
     const real Ass_2 = As_2 * sin_phi2;
     const real Asc_2 = As_2 * cos_phi2;
@@ -552,10 +552,10 @@ void slosh_outputs(const real *x, const real *u, const real *r, const real *p, r
     const real S_sq2 = sin_theta2 * sin_theta2;
     const real SC2 = cos_theta2 * sin_theta2;
     const real tn11_2 = Ass_2 + me2 - wth_2;
-    const real t_lpk5h = me2 * (e2 * e2);
-    const real t_ymmgl = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
-    const real t_odwbr = g_2 * wg_2;
-    const real tn44_2 = t_lpk5h + t_ymmgl - t_odwbr;
+    const real t_uohf6 = me2 * (e2 * e2);
+    const real t_agwdt = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
+    const real t_leuxo_2 = g_2 * wg_2;
+    const real tn44_2 = t_uohf6 + t_agwdt - t_leuxo_2;
     const real wq_2 = q_2 * wth_2;
     const real wqg_2 = q_2 * wg_2;
     const real wqq_2 = q_2 * wq_2;
@@ -565,184 +565,184 @@ void slosh_outputs(const real *x, const real *u, const real *r, const real *p, r
     const real wgS_2 = sin_theta2 * wqg_2;
     const real loss_phi2 = p[eps2] * x[phi2_dot];
     const real loss_theta2 = p[eps2] * x[theta2_dot];
-    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
     const real zeta2 = W12 * q_2
         + Wn2 * lc_2 * w_x2
         - chi2 * p[l2] * (p2 + x[phi2_dot]);
     const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
-    const real t_4b2fa = B_2 * eta2 + loss_phi2 * k2;
-    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real t_63ozv = B_2 * eta2 + loss_phi2 * k2;
+    const real F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2;
     const real M_q2 = F_n2 * q_2;
     const real I_phi2 = x[phi2_dot] * p[I2];
     const real I_theta2 = x[theta2_dot] * p[I2];
     const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
-    const real t_fbeaw = S_sq1 * tn11_1;
-    const real t_dj555 = S_sq2 * tn11_2;
-    const real K22 = t_fbeaw + t_dj555 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real t_leuxo_3 = S_sq1 * tn11_1;
+    const real t_leuxo_4 = S_sq2 * tn11_2;
+    const real K22 = t_leuxo_3 + t_leuxo_4 + M_C + wth_1 + wth_2 - me1 - me2;
     const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + M_C - t_fbeaw - t_dj555;
+    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo_3 - t_leuxo_4;
     const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
-    const real t_nhr5u = wqq_1 + wqq_2;
-    const real K44 = t_nhr5u + Bl_1 + Bl_2 + J_C1;
-    const real t_tcgxn = wg_1 - e1 * me1;
-    const real t_uf5ib = wg_2 - e2 * me2;
-    const real t_32gyg = Bc_1 - eAss_1;
-    const real t_65obb = t_32gyg + t_tcgxn;
-    const real t_gbkg6 = Bc_2 - eAss_2;
-    const real t_yoiua = t_gbkg6 + t_uf5ib;
-    const real t_z76hk = S_sq1 * t_65obb + S_sq2 * t_yoiua;
-    const real K52 = t_tcgxn + t_uf5ib - t_z76hk - wqC_1 - wqC_2;
-    const real t_hjmgb = SC1 * t_65obb + SC2 * t_yoiua;
-    const real K53 = wqS_1 - t_hjmgb + wqS_2;
-    const real t_nncdg = Bl_1 - eBc_1;
-    const real t_4q22j = Bl_2 - eBc_2;
-    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
-    const real t_hoosk = S_sq1 * tn44_1;
-    const real t_drvdp = S_sq2 * tn44_2;
-    const real K55 = t_3fv6l
-        + t_odwbr
-        + t_nhr5u
-        + t_hoosk
-        + t_drvdp
+    const real t_hig3c = wqq_1 + wqq_2;
+    const real K44 = t_hig3c + Bl_1 + Bl_2 + J_C1;
+    const real t_67i37 = wg_1 - e1 * me1;
+    const real t_n5kna = wg_2 - e2 * me2;
+    const real t_hig3c_2 = Bc_1 - eAss_1;
+    const real t_vjftl = t_hig3c_2 + t_67i37;
+    const real t_hig3c_3 = Bc_2 - eAss_2;
+    const real t_vsqil = t_hig3c_3 + t_n5kna;
+    const real t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
+    const real K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2;
+    const real t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil;
+    const real K53 = wqS_1 - t_edvw3_2 + wqS_2;
+    const real t_yzhyr = Bl_1 - eBc_1;
+    const real t_q6put = Bl_2 - eBc_2;
+    const real K54 = t_hig3c - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2;
+    const real t_leuxo_5 = S_sq1 * tn44_1;
+    const real t_leuxo_6 = S_sq2 * tn44_2;
+    const real K55 = t_leuxo
+        + t_leuxo_2
+        + t_hig3c
+        + t_leuxo_5
+        + t_leuxo_6
         + J_C3
-        - t_b7ure
-        - t_lpk5h
+        - t_xdulz
+        - t_uohf6
         + K(-2.0) * wgC_1
         + K(-2.0) * wgC_2;
-    const real K63 = t_z76hk - (t_32gyg + t_gbkg6);
-    const real t_zhbuw = wgS_1 + wgS_2;
-    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
-    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
-    const real K66 = t_3bowt + t_ymmgl + J_C2 - t_hoosk - t_drvdp;
-    const real t_vt7uo = F_n1 * cos_theta1;
-    const real t_oncjt = F_n2 * cos_theta2;
-    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
-    const real t_azclp = F_n1 * sin_theta1;
-    const real t_iya7w = F_n2 * sin_theta2;
-    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
-    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
-    const real t_kp7yy = M_q1 + M_q2;
-    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
+    const real K63 = t_edvw3 - (t_hig3c_2 + t_hig3c_3);
+    const real t_hig3c_4 = wgS_1 + wgS_2;
+    const real K64 = t_hig3c_4 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2;
+    const real K65 = t_hig3c_4 + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6;
+    const real t_mallh = F_n1 * cos_theta1;
+    const real t_lbh6o = F_n2 * cos_theta2;
+    const real n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real t_mallh_2 = F_n1 * sin_theta1;
+    const real t_lbh6o_2 = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2;
+    const real t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * p[l1];
+    const real t_hig3c_5 = M_q1 + M_q2;
+    const real t_ogbts = Bs_2 * t_3hay7 + t_63ozv * p[l2];
     const real t_sfymc = p[J_y] - p[J_z];
-    const real n4 = t_aejai
-        - t_kp7yy
-        + t_zd4fs
+    const real n4 = t_mjqai
+        - t_hig3c_5
+        + t_ogbts
         - loss_phi1
         - loss_phi2
         + I_theta1 * x[wy]
         + I_theta2 * x[wy]
         - t_sfymc * x[wy] * x[wz];
-    const real t_w7nmt = t_aejai + F_t1 * e1;
-    const real t_e5cx2 = t_zd4fs + F_t2 * e2;
-    const real n5 = t_w7nmt * sin_theta1
-        - (t_kp7yy + loss_theta1 + loss_theta2)
-        + t_e5cx2 * sin_theta2
+    const real t_lsqzr = t_mjqai + F_t1 * e1;
+    const real t_rbrf6 = t_ogbts + F_t2 * e2;
+    const real n5 = t_lsqzr * sin_theta1
+        - (t_hig3c_5 + loss_theta1 + loss_theta2)
+        + t_rbrf6 * sin_theta2
         - W12 * (J_C1 + (p[J_z] - p[J_y]))
         - I_phi1 * x[wy]
         - I_phi2 * x[wy]
-        + t_vt7uo * g_1
-        + t_oncjt * g_2;
-    const real n6 = t_w7nmt * cos_theta1
-        + t_e5cx2 * cos_theta2
+        + t_mallh * g_1
+        + t_lbh6o * g_2;
+    const real n6 = t_lsqzr * cos_theta1
+        + t_rbrf6 * cos_theta2
         + I_theta1 * x[wx]
         + I_theta2 * x[wx]
         - W13 * (J_C1 + t_is5lg + t_sfymc)
-        - t_azclp * g_1
-        - t_iya7w * g_2
+        - t_mallh_2 * g_1
+        - t_lbh6o_2 * g_2
         - I_phi1 * x[wz]
         - I_phi2 * x[wz];
-    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real t_bpfoo = K(1.0) / K11;
-    const real t_w7lcw = t_b3aij * t_bpfoo;
-    const real K_D2 = K22 - t_b3aij * t_w7lcw;
-    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_3go2w = t_zzymx * t_bpfoo;
-    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
-    const real t_4iujv = K(1.0) / K_D2;
-    const real K_L32 = t_d4mqf * t_4iujv;
-    const real t_ev7u5 = Bs_1 + Asc_1 * e1;
-    const real t_bvybx = Bs_2 + Asc_2 * e2;
-    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
-    const real t_vshgd = t_6mmeb * t_bpfoo;
-    const real t_p6zld = K52 - t_b3aij * t_vshgd;
-    const real K_L52 = t_p6zld * t_4iujv;
-    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
-    const real t_2m245 = Bs_1 + Bs_2;
-    const real t_xq4wt = t_2m245 * t_bpfoo;
-    const real t_m67zs = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2 + t_b3aij * t_xq4wt;
-    const real t_6urah = t_m67zs * t_4iujv;
-    const real t_m27n6 = K43 + t_d4mqf * t_6urah - t_zzymx * t_xq4wt;
-    const real t_zmh3u = K(1.0) / K_D3;
-    const real K_L43 = t_m27n6 * t_zmh3u;
-    const real t_bxfcn = K53 - t_d4mqf * K_L52 - t_zzymx * t_vshgd;
-    const real K_L53 = t_bxfcn * t_zmh3u;
-    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
-    const real t_e4enr = t_bl4f2 * t_bpfoo;
-    const real t_qvrp6 = t_hjmgb + t_b3aij * t_e4enr;
-    const real t_dj64q = t_qvrp6 * t_4iujv;
-    const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
-    const real K_L63 = t_rahc4 * t_zmh3u;
-    const real K_D4 = K44 - t_m67zs * t_6urah - t_m27n6 * K_L43 - t_2m245 * t_xq4wt;
-    const real t_amczu = K54 + t_m67zs * K_L52 - t_m27n6 * K_L53 - t_2m245 * t_vshgd;
-    const real t_lt2al = K(1.0) / K_D4;
-    const real K_L54 = t_amczu * t_lt2al;
-    const real t_e4k6u = K64 - t_m67zs * t_dj64q - t_m27n6 * K_L63 - t_2m245 * t_e4enr;
-    const real K_L64 = t_e4k6u * t_lt2al;
+    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_6dtnj = K(1.0) / K11;
+    const real t_gousg = t_f2nhc * t_6dtnj;
+    const real K_D2 = K22 - t_f2nhc * t_gousg;
+    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_gousg_2 = t_f2nhc_2 * t_6dtnj;
+    const real t_upifj = K32 - t_f2nhc * t_gousg_2;
+    const real t_6dtnj_2 = K(1.0) / K_D2;
+    const real K_L32 = t_upifj * t_6dtnj_2;
+    const real t_2jubo = Bs_1 + Asc_1 * e1;
+    const real t_ittbm = Bs_2 + Asc_2 * e2;
+    const real t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2;
+    const real t_s62lc = t_6iku5 * t_6dtnj;
+    const real t_6vega = K52 - t_f2nhc * t_s62lc;
+    const real K_L52 = t_6vega * t_6dtnj_2;
+    const real K_D3 = K33 - t_upifj * K_L32 - t_f2nhc_2 * t_gousg_2;
+    const real t_hig3c_6 = Bs_1 + Bs_2;
+    const real t_w6lcf = t_hig3c_6 * t_6dtnj;
+    const real t_ly572 = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2 + t_f2nhc * t_w6lcf;
+    const real t_vpdgs = t_ly572 * t_6dtnj_2;
+    const real t_ichgo = K43 + t_upifj * t_vpdgs - t_f2nhc_2 * t_w6lcf;
+    const real t_6dtnj_3 = K(1.0) / K_D3;
+    const real K_L43 = t_ichgo * t_6dtnj_3;
+    const real t_jmicp = K53 - t_upifj * K_L52 - t_f2nhc_2 * t_s62lc;
+    const real K_L53 = t_jmicp * t_6dtnj_3;
+    const real t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2;
+    const real t_s62lc_2 = t_6iku5_2 * t_6dtnj;
+    const real t_avyqv = t_edvw3_2 + t_f2nhc * t_s62lc_2;
+    const real t_bk7yo = t_avyqv * t_6dtnj_2;
+    const real t_2dahu = K63 + t_upifj * t_bk7yo - t_f2nhc_2 * t_s62lc_2;
+    const real K_L63 = t_2dahu * t_6dtnj_3;
+    const real K_D4 = K44 - t_ly572 * t_vpdgs - t_ichgo * K_L43 - t_hig3c_6 * t_w6lcf;
+    const real t_otpfz = K54 + t_ly572 * K_L52 - t_ichgo * K_L53 - t_hig3c_6 * t_s62lc;
+    const real t_6dtnj_4 = K(1.0) / K_D4;
+    const real K_L54 = t_otpfz * t_6dtnj_4;
+    const real t_aolgd = K64 - t_ly572 * t_bk7yo - t_ichgo * K_L63 - t_hig3c_6 * t_s62lc_2;
+    const real K_L64 = t_aolgd * t_6dtnj_4;
     const real K_D5 = K55
-        - t_p6zld * K_L52
-        - t_bxfcn * K_L53
-        - t_amczu * K_L54
-        - t_6mmeb * t_vshgd;
-    const real t_jo54w = K65
-        + t_p6zld * t_dj64q
-        - t_bxfcn * K_L63
-        - t_amczu * K_L64
-        - t_6mmeb * t_e4enr;
-    const real t_ftqxb = K(1.0) / K_D5;
-    const real K_L65 = t_jo54w * t_ftqxb;
+        - t_6vega * K_L52
+        - t_jmicp * K_L53
+        - t_otpfz * K_L54
+        - t_6iku5 * t_s62lc;
+    const real t_hdeaq = K65
+        + t_6vega * t_bk7yo
+        - t_jmicp * K_L63
+        - t_otpfz * K_L64
+        - t_6iku5 * t_s62lc_2;
+    const real t_6dtnj_5 = K(1.0) / K_D5;
+    const real K_L65 = t_hdeaq * t_6dtnj_5;
     const real K_D6 = K66
-        - t_qvrp6 * t_dj64q
-        - t_rahc4 * K_L63
-        - t_e4k6u * K_L64
-        - t_jo54w * K_L65
-        - t_bl4f2 * t_e4enr;
+        - t_avyqv * t_bk7yo
+        - t_2dahu * K_L63
+        - t_aolgd * K_L64
+        - t_hdeaq * K_L65
+        - t_6iku5_2 * t_s62lc_2;
     const real b1 = f_x
-        + (t_7imwe * sin_phi1 + t_4b2fa * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2);
+        + (t_pc5rt * sin_phi1 + t_63ozv * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2);
     const real b2 = f_y - n2;
     const real b4 = u[Mx] - n4;
-    const real t_lwe76 = p[b] + p[d] + x_C;
-    const real b5 = u[Mz] - n5 - f_y * t_lwe76;
+    const real t_bknng = p[b] + p[d] + x_C;
+    const real b5 = u[Mz] - n5 - f_y * t_bknng;
     const real t_gcu5g = t_ruxs4 * sin_delta1;
-    const real b6 = t_gcu5g * t_lwe76 - (u[My] + n6);
-    const real X_y2 = b2 + t_w7lcw * b1;
-    const real X_y3 = t_3go2w * b1 - (t_gcu5g + n3) - K_L32 * X_y2;
-    const real X_y4 = b4 + t_xq4wt * b1 + t_6urah * X_y2 - K_L43 * X_y3;
+    const real b6 = t_gcu5g * t_bknng - (u[My] + n6);
+    const real X_y2 = b2 + t_gousg * b1;
+    const real X_y3 = t_gousg_2 * b1 - (t_gcu5g + n3) - K_L32 * X_y2;
+    const real X_y4 = b4 + t_w6lcf * b1 + t_vpdgs * X_y2 - K_L43 * X_y3;
     const real X_y5 = b5
-        + t_vshgd * b1
+        + t_s62lc * b1
         - K_L52 * X_y2
         - K_L53 * X_y3
         - K_L54 * X_y4;
     const real X_y6 = b6
-        + t_e4enr * b1
-        + t_dj64q * X_y2
+        + t_s62lc_2 * b1
+        + t_bk7yo * X_y2
         - K_L63 * X_y3
         - K_L64 * X_y4
         - K_L65 * X_y5;
     const real X_x6 = X_y6 / K_D6;
-    const real X_x5 = X_y5 * t_ftqxb - K_L65 * X_x6;
-    const real X_x4 = X_y4 * t_lt2al - K_L54 * X_x5 - K_L64 * X_x6;
-    const real X_x3 = X_y3 * t_zmh3u - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
-    const real X_x2 = X_y2 * t_4iujv
+    const real X_x5 = X_y5 * t_6dtnj_5 - K_L65 * X_x6;
+    const real X_x4 = X_y4 * t_6dtnj_4 - K_L54 * X_x5 - K_L64 * X_x6;
+    const real X_x3 = X_y3 * t_6dtnj_3 - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
+    const real X_x2 = X_y2 * t_6dtnj_2
         - K_L32 * X_x3
-        + t_6urah * X_x4
+        + t_vpdgs * X_x4
         - K_L52 * X_x5
-        + t_dj64q * X_x6;
-    const real X_x1 = b1 * t_bpfoo
-        + t_w7lcw * X_x2
-        + t_3go2w * X_x3
-        + t_xq4wt * X_x4
-        + t_vshgd * X_x5
-        + t_e4enr * X_x6;
+        + t_bk7yo * X_x6;
+    const real X_x1 = b1 * t_6dtnj
+        + t_gousg * X_x2
+        + t_gousg_2 * X_x3
+        + t_w6lcf * X_x4
+        + t_s62lc * X_x5
+        + t_s62lc_2 * X_x6;
     y[0] = X_x2 - X_x5 * x_C;
     y[1] = X_x3 - X_x6 * x_C;
     y[2] = X_x4;
@@ -806,17 +806,17 @@ void slosh_rhs_euler(const real *x, const real *u, const real *p, real *dx)
     enum { I2 = SLOSH_P_I2 };
     enum { eps2 = SLOSH_P_EPS2 };
     const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
-    const real t_zrejm = K(1.0) / D1;
-    const real t_3qn53 = p[m1] * t_zrejm;
-    const real k1 = t_3qn53 * p[l1];
-    const real me1 = t_3qn53 * p[I1];
+    const real t_gbl6n = K(1.0) / D1;
+    const real t_wywjk = p[m1] * t_gbl6n;
+    const real k1 = t_wywjk * p[l1];
+    const real me1 = t_wywjk * p[I1];
     const real t_6nwd2 = p[l1] * p[m1];
     const real mv1 = t_6nwd2 * k1;
     const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
-    const real t_5wzvs = K(1.0) / D2;
-    const real t_54cbb = p[m2] * t_5wzvs;
-    const real k2 = t_54cbb * p[l2];
-    const real me2 = t_54cbb * p[I2];
+    const real t_jx6g7 = K(1.0) / D2;
+    const real t_jzg7x = p[m2] * t_jx6g7;
+    const real k2 = t_jzg7x * p[l2];
+    const real me2 = t_jzg7x * p[I2];
     const real t_popww = p[l2] * p[m2];
     const real mv2 = t_popww * k2;
     const real M_C = p[m] + p[m0] + me1 + me2;
@@ -846,8 +846,8 @@ void slosh_rhs_euler(const real *x, const real *u, const real *p, real *dx)
     const real w_x1 = x[wx] - x[theta1_dot];
     const real p1 = Wn1 + x[phi1_dot];
     const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
-    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
     real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
     real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
     const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
@@ -855,11 +855,11 @@ void slosh_rhs_euler(const real *x, const real *u, const real *p, real *dx)
     const real w_x2 = x[wx] - x[theta2_dot];
     const real p2 = Wn2 + x[phi2_dot];
     const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
-    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
     const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
-    const real t_w7vil = t_rybsf * e1;
-    const real tension1 = cos_phi1 * t_w7vil * mv1 - t_6nwd2 * sigma_sq1;
+    const real t_aqrn5 = t_rybsf * e1;
+    const real tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1;
     const real As_1 = mv1 * sin_phi1;
     const real Ass_1 = As_1 * sin_phi1;
     const real Asc_1 = As_1 * cos_phi1;
@@ -878,10 +878,10 @@ void slosh_rhs_euler(const real *x, const real *u, const real *p, real *dx)
     const real S_sq1 = sin_theta1 * sin_theta1;
     const real SC1 = cos_theta1 * sin_theta1;
     const real tn11_1 = Ass_1 + me1 - wth_1;
-    const real t_b7ure = me1 * (e1 * e1);
-    const real t_3bowt = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
-    const real t_3fv6l = g_1 * wg_1;
-    const real tn44_1 = t_b7ure + t_3bowt - t_3fv6l;
+    const real t_xdulz = me1 * (e1 * e1);
+    const real t_zmqjk = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
+    const real t_leuxo = g_1 * wg_1;
+    const real tn44_1 = t_xdulz + t_zmqjk - t_leuxo;
     const real wq_1 = q_1 * wth_1;
     const real wqg_1 = q_1 * wg_1;
     const real wqq_1 = q_1 * wq_1;
@@ -891,18 +891,18 @@ void slosh_rhs_euler(const real *x, const real *u, const real *p, real *dx)
     const real wgS_1 = sin_theta1 * wqg_1;
     const real loss_phi1 = p[eps1] * x[phi1_dot];
     const real loss_theta1 = p[eps1] * x[theta1_dot];
-    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
     const real zeta1 = W12 * q_1
         + Wn1 * lc_1 * w_x1
         - chi1 * p[l1] * (p1 + x[phi1_dot]);
     const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_7imwe = B_1 * eta1 + loss_phi1 * k1;
-    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real t_pc5rt = B_1 * eta1 + loss_phi1 * k1;
+    const real F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1;
     const real M_q1 = F_n1 * q_1;
     const real I_phi1 = x[phi1_dot] * p[I1];
     const real I_theta1 = x[theta1_dot] * p[I1];
-    const real t_6fvzz = t_rybsf * e2;
-    const real tension2 = cos_phi2 * t_6fvzz * mv2 - t_popww * sigma_sq2;
+    const real t_3hay7 = t_rybsf * e2;
+    const real tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2;
     const real As_2 = mv2 * sin_phi2;
     const real Ass_2 = As_2 * sin_phi2;
     const real Asc_2 = As_2 * cos_phi2;
@@ -921,10 +921,10 @@ void slosh_rhs_euler(const real *x, const real *u, const real *p, real *dx)
     const real S_sq2 = sin_theta2 * sin_theta2;
     const real SC2 = cos_theta2 * sin_theta2;
     const real tn11_2 = Ass_2 + me2 - wth_2;
-    const real t_lpk5h = me2 * (e2 * e2);
-    const real t_ymmgl = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
-    const real t_odwbr = g_2 * wg_2;
-    const real tn44_2 = t_lpk5h + t_ymmgl - t_odwbr;
+    const real t_uohf6 = me2 * (e2 * e2);
+    const real t_agwdt = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
+    const real t_leuxo_2 = g_2 * wg_2;
+    const real tn44_2 = t_uohf6 + t_agwdt - t_leuxo_2;
     const real wq_2 = q_2 * wth_2;
     const real wqg_2 = q_2 * wg_2;
     const real wqq_2 = q_2 * wq_2;
@@ -934,208 +934,208 @@ void slosh_rhs_euler(const real *x, const real *u, const real *p, real *dx)
     const real wgS_2 = sin_theta2 * wqg_2;
     const real loss_phi2 = p[eps2] * x[phi2_dot];
     const real loss_theta2 = p[eps2] * x[theta2_dot];
-    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
     const real zeta2 = W12 * q_2
         + Wn2 * lc_2 * w_x2
         - chi2 * p[l2] * (p2 + x[phi2_dot]);
     const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
-    const real t_4b2fa = B_2 * eta2 + loss_phi2 * k2;
-    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real t_63ozv = B_2 * eta2 + loss_phi2 * k2;
+    const real F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2;
     const real M_q2 = F_n2 * q_2;
     const real I_phi2 = x[phi2_dot] * p[I2];
     const real I_theta2 = x[theta2_dot] * p[I2];
     const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
-    const real t_fbeaw = S_sq1 * tn11_1;
-    const real t_dj555 = S_sq2 * tn11_2;
-    const real K22 = t_fbeaw + t_dj555 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real t_leuxo_3 = S_sq1 * tn11_1;
+    const real t_leuxo_4 = S_sq2 * tn11_2;
+    const real K22 = t_leuxo_3 + t_leuxo_4 + M_C + wth_1 + wth_2 - me1 - me2;
     const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + M_C - t_fbeaw - t_dj555;
+    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo_3 - t_leuxo_4;
     const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
-    const real t_nhr5u = wqq_1 + wqq_2;
-    const real K44 = t_nhr5u + Bl_1 + Bl_2 + J_C1;
-    const real t_tcgxn = wg_1 - e1 * me1;
-    const real t_uf5ib = wg_2 - e2 * me2;
-    const real t_32gyg = Bc_1 - eAss_1;
-    const real t_65obb = t_32gyg + t_tcgxn;
-    const real t_gbkg6 = Bc_2 - eAss_2;
-    const real t_yoiua = t_gbkg6 + t_uf5ib;
-    const real t_z76hk = S_sq1 * t_65obb + S_sq2 * t_yoiua;
-    const real K52 = t_tcgxn + t_uf5ib - t_z76hk - wqC_1 - wqC_2;
-    const real t_hjmgb = SC1 * t_65obb + SC2 * t_yoiua;
-    const real K53 = wqS_1 - t_hjmgb + wqS_2;
-    const real t_nncdg = Bl_1 - eBc_1;
-    const real t_4q22j = Bl_2 - eBc_2;
-    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
-    const real t_hoosk = S_sq1 * tn44_1;
-    const real t_drvdp = S_sq2 * tn44_2;
-    const real K55 = t_3fv6l
-        + t_odwbr
-        + t_nhr5u
-        + t_hoosk
-        + t_drvdp
+    const real t_hig3c = wqq_1 + wqq_2;
+    const real K44 = t_hig3c + Bl_1 + Bl_2 + J_C1;
+    const real t_67i37 = wg_1 - e1 * me1;
+    const real t_n5kna = wg_2 - e2 * me2;
+    const real t_hig3c_2 = Bc_1 - eAss_1;
+    const real t_vjftl = t_hig3c_2 + t_67i37;
+    const real t_hig3c_3 = Bc_2 - eAss_2;
+    const real t_vsqil = t_hig3c_3 + t_n5kna;
+    const real t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
+    const real K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2;
+    const real t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil;
+    const real K53 = wqS_1 - t_edvw3_2 + wqS_2;
+    const real t_yzhyr = Bl_1 - eBc_1;
+    const real t_q6put = Bl_2 - eBc_2;
+    const real K54 = t_hig3c - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2;
+    const real t_leuxo_5 = S_sq1 * tn44_1;
+    const real t_leuxo_6 = S_sq2 * tn44_2;
+    const real K55 = t_leuxo
+        + t_leuxo_2
+        + t_hig3c
+        + t_leuxo_5
+        + t_leuxo_6
         + J_C3
-        - t_b7ure
-        - t_lpk5h
+        - t_xdulz
+        - t_uohf6
         + K(-2.0) * wgC_1
         + K(-2.0) * wgC_2;
-    const real K63 = t_z76hk - (t_32gyg + t_gbkg6);
-    const real t_zhbuw = wgS_1 + wgS_2;
-    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
-    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
-    const real K66 = t_3bowt + t_ymmgl + J_C2 - t_hoosk - t_drvdp;
-    const real t_vt7uo = F_n1 * cos_theta1;
-    const real t_oncjt = F_n2 * cos_theta2;
-    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
-    const real t_azclp = F_n1 * sin_theta1;
-    const real t_iya7w = F_n2 * sin_theta2;
-    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
-    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
-    const real t_kp7yy = M_q1 + M_q2;
-    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
+    const real K63 = t_edvw3 - (t_hig3c_2 + t_hig3c_3);
+    const real t_hig3c_4 = wgS_1 + wgS_2;
+    const real K64 = t_hig3c_4 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2;
+    const real K65 = t_hig3c_4 + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6;
+    const real t_mallh = F_n1 * cos_theta1;
+    const real t_lbh6o = F_n2 * cos_theta2;
+    const real n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real t_mallh_2 = F_n1 * sin_theta1;
+    const real t_lbh6o_2 = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2;
+    const real t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * p[l1];
+    const real t_hig3c_5 = M_q1 + M_q2;
+    const real t_ogbts = Bs_2 * t_3hay7 + t_63ozv * p[l2];
     const real t_sfymc = p[J_y] - p[J_z];
-    const real n4 = t_aejai
-        - t_kp7yy
-        + t_zd4fs
+    const real n4 = t_mjqai
+        - t_hig3c_5
+        + t_ogbts
         - loss_phi1
         - loss_phi2
         + I_theta1 * x[wy]
         + I_theta2 * x[wy]
         - t_sfymc * x[wy] * x[wz];
-    const real t_w7nmt = t_aejai + F_t1 * e1;
-    const real t_e5cx2 = t_zd4fs + F_t2 * e2;
-    const real n5 = t_w7nmt * sin_theta1
-        - (t_kp7yy + loss_theta1 + loss_theta2)
-        + t_e5cx2 * sin_theta2
+    const real t_lsqzr = t_mjqai + F_t1 * e1;
+    const real t_rbrf6 = t_ogbts + F_t2 * e2;
+    const real n5 = t_lsqzr * sin_theta1
+        - (t_hig3c_5 + loss_theta1 + loss_theta2)
+        + t_rbrf6 * sin_theta2
         - W12 * (J_C1 + (p[J_z] - p[J_y]))
         - I_phi1 * x[wy]
         - I_phi2 * x[wy]
-        + t_vt7uo * g_1
-        + t_oncjt * g_2;
-    const real n6 = t_w7nmt * cos_theta1
-        + t_e5cx2 * cos_theta2
+        + t_mallh * g_1
+        + t_lbh6o * g_2;
+    const real n6 = t_lsqzr * cos_theta1
+        + t_rbrf6 * cos_theta2
         + I_theta1 * x[wx]
         + I_theta2 * x[wx]
         - W13 * (J_C1 + t_is5lg + t_sfymc)
-        - t_azclp * g_1
-        - t_iya7w * g_2
+        - t_mallh_2 * g_1
+        - t_lbh6o_2 * g_2
         - I_phi1 * x[wz]
         - I_phi2 * x[wz];
-    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real t_bpfoo = K(1.0) / K11;
-    const real t_w7lcw = t_b3aij * t_bpfoo;
-    const real K_D2 = K22 - t_b3aij * t_w7lcw;
-    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_3go2w = t_zzymx * t_bpfoo;
-    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
-    const real t_4iujv = K(1.0) / K_D2;
-    const real K_L32 = t_d4mqf * t_4iujv;
-    const real t_ev7u5 = Bs_1 + Asc_1 * e1;
-    const real t_bvybx = Bs_2 + Asc_2 * e2;
-    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
-    const real t_vshgd = t_6mmeb * t_bpfoo;
-    const real t_p6zld = K52 - t_b3aij * t_vshgd;
-    const real K_L52 = t_p6zld * t_4iujv;
-    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
-    const real t_2m245 = Bs_1 + Bs_2;
-    const real t_xq4wt = t_2m245 * t_bpfoo;
-    const real t_m67zs = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2 + t_b3aij * t_xq4wt;
-    const real t_6urah = t_m67zs * t_4iujv;
-    const real t_m27n6 = K43 + t_d4mqf * t_6urah - t_zzymx * t_xq4wt;
-    const real t_zmh3u = K(1.0) / K_D3;
-    const real K_L43 = t_m27n6 * t_zmh3u;
-    const real t_bxfcn = K53 - t_d4mqf * K_L52 - t_zzymx * t_vshgd;
-    const real K_L53 = t_bxfcn * t_zmh3u;
-    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
-    const real t_e4enr = t_bl4f2 * t_bpfoo;
-    const real t_qvrp6 = t_hjmgb + t_b3aij * t_e4enr;
-    const real t_dj64q = t_qvrp6 * t_4iujv;
-    const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
-    const real K_L63 = t_rahc4 * t_zmh3u;
-    const real K_D4 = K44 - t_m67zs * t_6urah - t_m27n6 * K_L43 - t_2m245 * t_xq4wt;
-    const real t_amczu = K54 + t_m67zs * K_L52 - t_m27n6 * K_L53 - t_2m245 * t_vshgd;
-    const real t_lt2al = K(1.0) / K_D4;
-    const real K_L54 = t_amczu * t_lt2al;
-    const real t_e4k6u = K64 - t_m67zs * t_dj64q - t_m27n6 * K_L63 - t_2m245 * t_e4enr;
-    const real K_L64 = t_e4k6u * t_lt2al;
+    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_6dtnj = K(1.0) / K11;
+    const real t_gousg = t_f2nhc * t_6dtnj;
+    const real K_D2 = K22 - t_f2nhc * t_gousg;
+    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_gousg_2 = t_f2nhc_2 * t_6dtnj;
+    const real t_upifj = K32 - t_f2nhc * t_gousg_2;
+    const real t_6dtnj_2 = K(1.0) / K_D2;
+    const real K_L32 = t_upifj * t_6dtnj_2;
+    const real t_2jubo = Bs_1 + Asc_1 * e1;
+    const real t_ittbm = Bs_2 + Asc_2 * e2;
+    const real t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2;
+    const real t_s62lc = t_6iku5 * t_6dtnj;
+    const real t_6vega = K52 - t_f2nhc * t_s62lc;
+    const real K_L52 = t_6vega * t_6dtnj_2;
+    const real K_D3 = K33 - t_upifj * K_L32 - t_f2nhc_2 * t_gousg_2;
+    const real t_hig3c_6 = Bs_1 + Bs_2;
+    const real t_w6lcf = t_hig3c_6 * t_6dtnj;
+    const real t_ly572 = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2 + t_f2nhc * t_w6lcf;
+    const real t_vpdgs = t_ly572 * t_6dtnj_2;
+    const real t_ichgo = K43 + t_upifj * t_vpdgs - t_f2nhc_2 * t_w6lcf;
+    const real t_6dtnj_3 = K(1.0) / K_D3;
+    const real K_L43 = t_ichgo * t_6dtnj_3;
+    const real t_jmicp = K53 - t_upifj * K_L52 - t_f2nhc_2 * t_s62lc;
+    const real K_L53 = t_jmicp * t_6dtnj_3;
+    const real t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2;
+    const real t_s62lc_2 = t_6iku5_2 * t_6dtnj;
+    const real t_avyqv = t_edvw3_2 + t_f2nhc * t_s62lc_2;
+    const real t_bk7yo = t_avyqv * t_6dtnj_2;
+    const real t_2dahu = K63 + t_upifj * t_bk7yo - t_f2nhc_2 * t_s62lc_2;
+    const real K_L63 = t_2dahu * t_6dtnj_3;
+    const real K_D4 = K44 - t_ly572 * t_vpdgs - t_ichgo * K_L43 - t_hig3c_6 * t_w6lcf;
+    const real t_otpfz = K54 + t_ly572 * K_L52 - t_ichgo * K_L53 - t_hig3c_6 * t_s62lc;
+    const real t_6dtnj_4 = K(1.0) / K_D4;
+    const real K_L54 = t_otpfz * t_6dtnj_4;
+    const real t_aolgd = K64 - t_ly572 * t_bk7yo - t_ichgo * K_L63 - t_hig3c_6 * t_s62lc_2;
+    const real K_L64 = t_aolgd * t_6dtnj_4;
     const real K_D5 = K55
-        - t_p6zld * K_L52
-        - t_bxfcn * K_L53
-        - t_amczu * K_L54
-        - t_6mmeb * t_vshgd;
-    const real t_jo54w = K65
-        + t_p6zld * t_dj64q
-        - t_bxfcn * K_L63
-        - t_amczu * K_L64
-        - t_6mmeb * t_e4enr;
-    const real t_ftqxb = K(1.0) / K_D5;
-    const real K_L65 = t_jo54w * t_ftqxb;
+        - t_6vega * K_L52
+        - t_jmicp * K_L53
+        - t_otpfz * K_L54
+        - t_6iku5 * t_s62lc;
+    const real t_hdeaq = K65
+        + t_6vega * t_bk7yo
+        - t_jmicp * K_L63
+        - t_otpfz * K_L64
+        - t_6iku5 * t_s62lc_2;
+    const real t_6dtnj_5 = K(1.0) / K_D5;
+    const real K_L65 = t_hdeaq * t_6dtnj_5;
     const real K_D6 = K66
-        - t_qvrp6 * t_dj64q
-        - t_rahc4 * K_L63
-        - t_e4k6u * K_L64
-        - t_jo54w * K_L65
-        - t_bl4f2 * t_e4enr;
+        - t_avyqv * t_bk7yo
+        - t_2dahu * K_L63
+        - t_aolgd * K_L64
+        - t_hdeaq * K_L65
+        - t_6iku5_2 * t_s62lc_2;
     const real b1 = f_x
-        + (t_7imwe * sin_phi1 + t_4b2fa * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2);
+        + (t_pc5rt * sin_phi1 + t_63ozv * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2);
     const real b2 = f_y - n2;
     const real b4 = u[Mx] - n4;
-    const real t_lwe76 = p[b] + p[d] + x_C;
-    const real b5 = u[Mz] - n5 - f_y * t_lwe76;
+    const real t_bknng = p[b] + p[d] + x_C;
+    const real b5 = u[Mz] - n5 - f_y * t_bknng;
     const real t_gcu5g = t_ruxs4 * sin_delta1;
-    const real b6 = t_gcu5g * t_lwe76 - (u[My] + n6);
-    const real X_y2 = b2 + t_w7lcw * b1;
-    const real X_y3 = t_3go2w * b1 - (t_gcu5g + n3) - K_L32 * X_y2;
-    const real X_y4 = b4 + t_xq4wt * b1 + t_6urah * X_y2 - K_L43 * X_y3;
+    const real b6 = t_gcu5g * t_bknng - (u[My] + n6);
+    const real X_y2 = b2 + t_gousg * b1;
+    const real X_y3 = t_gousg_2 * b1 - (t_gcu5g + n3) - K_L32 * X_y2;
+    const real X_y4 = b4 + t_w6lcf * b1 + t_vpdgs * X_y2 - K_L43 * X_y3;
     const real X_y5 = b5
-        + t_vshgd * b1
+        + t_s62lc * b1
         - K_L52 * X_y2
         - K_L53 * X_y3
         - K_L54 * X_y4;
     const real X_y6 = b6
-        + t_e4enr * b1
-        + t_dj64q * X_y2
+        + t_s62lc_2 * b1
+        + t_bk7yo * X_y2
         - K_L63 * X_y3
         - K_L64 * X_y4
         - K_L65 * X_y5;
     const real X_x6 = X_y6 / K_D6;
-    const real X_x5 = X_y5 * t_ftqxb - K_L65 * X_x6;
-    const real X_x4 = X_y4 * t_lt2al - K_L54 * X_x5 - K_L64 * X_x6;
-    const real X_x3 = X_y3 * t_zmh3u - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
-    const real X_x2 = X_y2 * t_4iujv
+    const real X_x5 = X_y5 * t_6dtnj_5 - K_L65 * X_x6;
+    const real X_x4 = X_y4 * t_6dtnj_4 - K_L54 * X_x5 - K_L64 * X_x6;
+    const real X_x3 = X_y3 * t_6dtnj_3 - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
+    const real X_x2 = X_y2 * t_6dtnj_2
         - K_L32 * X_x3
-        + t_6urah * X_x4
+        + t_vpdgs * X_x4
         - K_L52 * X_x5
-        + t_dj64q * X_x6;
-    const real X_x1 = b1 * t_bpfoo
-        + t_w7lcw * X_x2
-        + t_3go2w * X_x3
-        + t_xq4wt * X_x4
-        + t_vshgd * X_x5
-        + t_e4enr * X_x6;
+        + t_bk7yo * X_x6;
+    const real X_x1 = b1 * t_6dtnj
+        + t_gousg * X_x2
+        + t_gousg_2 * X_x3
+        + t_w6lcf * X_x4
+        + t_s62lc * X_x5
+        + t_s62lc_2 * X_x6;
     const real G_t1 = X_x5 * sin_theta1 + X_x6 * cos_theta1;
     const real Gt_eta1 = G_t1 + eta1;
-    const real t_ynvhx = cos_phi1 * (G_t1 * e1 + X_x2 * sin_theta1 + X_x3 * cos_theta1)
-        + sin_phi1 * (X_x1 - t_w7vil);
-    const real phi_acc1 = Gt_eta1 - (loss_phi1 + p[I1] * (Gt_eta1 + X_x4)) * t_zrejm - k1 * t_ynvhx;
-    const real t_g433r = X_x5 - W12;
-    const real t_mwq7z = X_x4 + X_x5;
-    const real t_5ffnn = zeta1
+    const real t_2prat = cos_phi1 * (G_t1 * e1 + X_x2 * sin_theta1 + X_x3 * cos_theta1)
+        + sin_phi1 * (X_x1 - t_aqrn5);
+    const real phi_acc1 = Gt_eta1 - (loss_phi1 + p[I1] * (Gt_eta1 + X_x4)) * t_gbl6n - k1 * t_2prat;
+    const real t_3ipx7 = X_x5 - W12;
+    const real t_hig3c_7 = X_x4 + X_x5;
+    const real t_pksrm = zeta1
         + X_x2 * cos_theta1
         + g_1 * (X_x5 * cos_theta1 - X_x6 * sin_theta1)
-        - t_mwq7z * q_1
+        - t_hig3c_7 * q_1
         - X_x3 * sin_theta1;
-    const real theta_acc1 = -(t_g433r + th_1 * (loss_theta1 * (K(1.0) / p[m1]) + q_1 * t_5ffnn));
+    const real theta_acc1 = -(t_3ipx7 + th_1 * (loss_theta1 * (K(1.0) / p[m1]) + q_1 * t_pksrm));
     const real G_t2 = X_x5 * sin_theta2 + X_x6 * cos_theta2;
     const real Gt_eta2 = G_t2 + eta2;
-    const real t_rrute = cos_phi2 * (G_t2 * e2 + X_x2 * sin_theta2 + X_x3 * cos_theta2)
-        + sin_phi2 * (X_x1 - t_6fvzz);
-    const real phi_acc2 = Gt_eta2 - (loss_phi2 + p[I2] * (Gt_eta2 + X_x4)) * t_5wzvs - k2 * t_rrute;
-    const real t_oqair = zeta2
+    const real t_y662k = cos_phi2 * (G_t2 * e2 + X_x2 * sin_theta2 + X_x3 * cos_theta2)
+        + sin_phi2 * (X_x1 - t_3hay7);
+    const real phi_acc2 = Gt_eta2 - (loss_phi2 + p[I2] * (Gt_eta2 + X_x4)) * t_jx6g7 - k2 * t_y662k;
+    const real t_zj7x3 = zeta2
         + X_x2 * cos_theta2
         + g_2 * (X_x5 * cos_theta2 - X_x6 * sin_theta2)
-        - t_mwq7z * q_2
+        - t_hig3c_7 * q_2
         - X_x3 * sin_theta2;
-    const real theta_acc2 = -(t_g433r + th_2 * (loss_theta2 * (K(1.0) / p[m2]) + q_2 * t_oqair));
+    const real theta_acc2 = -(t_3ipx7 + th_2 * (loss_theta2 * (K(1.0) / p[m2]) + q_2 * t_zj7x3));
     real sin_att2, cos_att2; mv_sincos(x[att2], &sin_att2, &cos_att2);
     real sin_att1, cos_att1; mv_sincos(x[att1], &sin_att1, &cos_att1);
     const real t_oa5el = K(1.0) / cos_att2;
@@ -1146,7 +1146,7 @@ void slosh_rhs_euler(const real *x, const real *u, const real *p, real *dx)
     dx[2] = X_x3 - X_x6 * x_C + (x[vx] * x[wy] - x[vy] * x[wx]);
     dx[3] = X_x4;
     dx[4] = W13 - X_x6;
-    dx[5] = t_g433r;
+    dx[5] = t_3ipx7;
     dx[6] = x[wx] + sin_att2 * t_s66h7 + sin_att2 * t_bi4sl;
     dx[7] = cos_att1 * x[wy] - sin_att1 * x[wz];
     dx[8] = t_s66h7 + t_bi4sl;
@@ -1205,19 +1205,19 @@ void slosh_rhs_reduced(const real *x, const real *u, const real *p, real *dx)
     const real t_os4zj = p[l1] * p[l1];
     const real t_yx2kz = t_os4zj * p[m1];
     const real D1 = t_yx2kz + p[I1];
-    const real t_zrejm = K(1.0) / D1;
-    const real t_3qn53 = p[m1] * t_zrejm;
-    const real k1 = t_3qn53 * p[l1];
-    const real me1 = t_3qn53 * p[I1];
+    const real t_gbl6n = K(1.0) / D1;
+    const real t_wywjk = p[m1] * t_gbl6n;
+    const real k1 = t_wywjk * p[l1];
+    const real me1 = t_wywjk * p[I1];
     const real t_6nwd2 = p[l1] * p[m1];
     const real mv1 = t_6nwd2 * k1;
     const real t_nfvux = p[l2] * p[l2];
     const real t_frp3h = t_nfvux * p[m2];
     const real D2 = t_frp3h + p[I2];
-    const real t_5wzvs = K(1.0) / D2;
-    const real t_54cbb = p[m2] * t_5wzvs;
-    const real k2 = t_54cbb * p[l2];
-    const real me2 = t_54cbb * p[I2];
+    const real t_jx6g7 = K(1.0) / D2;
+    const real t_jzg7x = p[m2] * t_jx6g7;
+    const real k2 = t_jzg7x * p[l2];
+    const real me2 = t_jzg7x * p[I2];
     const real t_popww = p[l2] * p[m2];
     const real mv2 = t_popww * k2;
     const real t_omhyl = p[m] + p[m0];
@@ -1244,28 +1244,28 @@ void slosh_rhs_reduced(const real *x, const real *u, const real *p, real *dx)
     real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
     real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
     const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
-    const real t_rding = cos_theta1 * x[wz];
-    const real t_a3uw4 = sin_theta1 * x[wy];
-    const real Wt1 = t_rding + t_a3uw4;
+    const real t_rzamr = cos_theta1 * x[wz];
+    const real t_uu2cl = sin_theta1 * x[wy];
+    const real Wt1 = t_rzamr + t_uu2cl;
     const real w_x1 = x[wx] - x[theta1_dot];
     const real p1 = Wn1 + x[phi1_dot];
     const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
-    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
     real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
     real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
     const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
-    const real t_geoui = cos_theta2 * x[wz];
-    const real t_vhhwy = sin_theta2 * x[wy];
-    const real Wt2 = t_geoui + t_vhhwy;
+    const real t_adduy = cos_theta2 * x[wz];
+    const real t_t2zmi = sin_theta2 * x[wy];
+    const real Wt2 = t_adduy + t_t2zmi;
     const real w_x2 = x[wx] - x[theta2_dot];
     const real p2 = Wn2 + x[phi2_dot];
     const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
-    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
     const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
-    const real t_w7vil = t_rybsf * e1;
-    const real tension1 = cos_phi1 * t_w7vil * mv1 - t_6nwd2 * sigma_sq1;
+    const real t_aqrn5 = t_rybsf * e1;
+    const real tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1;
     const real As_1 = mv1 * sin_phi1;
     const real Ass_1 = As_1 * sin_phi1;
     const real Asc_1 = As_1 * cos_phi1;
@@ -1284,10 +1284,10 @@ void slosh_rhs_reduced(const real *x, const real *u, const real *p, real *dx)
     const real S_sq1 = sin_theta1 * sin_theta1;
     const real SC1 = cos_theta1 * sin_theta1;
     const real tn11_1 = Ass_1 + me1 - wth_1;
-    const real t_b7ure = me1 * (e1 * e1);
-    const real t_3bowt = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
-    const real t_3fv6l = g_1 * wg_1;
-    const real tn44_1 = t_b7ure + t_3bowt - t_3fv6l;
+    const real t_xdulz = me1 * (e1 * e1);
+    const real t_zmqjk = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
+    const real t_leuxo = g_1 * wg_1;
+    const real tn44_1 = t_xdulz + t_zmqjk - t_leuxo;
     const real wq_1 = q_1 * wth_1;
     const real wqg_1 = q_1 * wg_1;
     const real wqq_1 = q_1 * wq_1;
@@ -1297,18 +1297,18 @@ void slosh_rhs_reduced(const real *x, const real *u, const real *p, real *dx)
     const real wgS_1 = sin_theta1 * wqg_1;
     const real loss_phi1 = p[eps1] * x[phi1_dot];
     const real loss_theta1 = p[eps1] * x[theta1_dot];
-    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
     const real zeta1 = W12 * q_1
         + Wn1 * lc_1 * w_x1
         - chi1 * p[l1] * (p1 + x[phi1_dot]);
     const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_7imwe = B_1 * eta1 + loss_phi1 * k1;
-    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real t_pc5rt = B_1 * eta1 + loss_phi1 * k1;
+    const real F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1;
     const real M_q1 = F_n1 * q_1;
     const real I_phi1 = x[phi1_dot] * p[I1];
     const real I_theta1 = x[theta1_dot] * p[I1];
-    const real t_6fvzz = t_rybsf * e2;
-    const real tension2 = cos_phi2 * t_6fvzz * mv2 - t_popww * sigma_sq2;
+    const real t_3hay7 = t_rybsf * e2;
+    const real tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2;
     const real As_2 = mv2 * sin_phi2;
     const real Ass_2 = As_2 * sin_phi2;
     const real Asc_2 = As_2 * cos_phi2;
@@ -1327,10 +1327,10 @@ void slosh_rhs_reduced(const real *x, const real *u, const real *p, real *dx)
     const real S_sq2 = sin_theta2 * sin_theta2;
     const real SC2 = cos_theta2 * sin_theta2;
     const real tn11_2 = Ass_2 + me2 - wth_2;
-    const real t_lpk5h = me2 * (e2 * e2);
-    const real t_ymmgl = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
-    const real t_odwbr = g_2 * wg_2;
-    const real tn44_2 = t_lpk5h + t_ymmgl - t_odwbr;
+    const real t_uohf6 = me2 * (e2 * e2);
+    const real t_agwdt = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
+    const real t_leuxo_2 = g_2 * wg_2;
+    const real tn44_2 = t_uohf6 + t_agwdt - t_leuxo_2;
     const real wq_2 = q_2 * wth_2;
     const real wqg_2 = q_2 * wg_2;
     const real wqq_2 = q_2 * wq_2;
@@ -1340,288 +1340,288 @@ void slosh_rhs_reduced(const real *x, const real *u, const real *p, real *dx)
     const real wgS_2 = sin_theta2 * wqg_2;
     const real loss_phi2 = p[eps2] * x[phi2_dot];
     const real loss_theta2 = p[eps2] * x[theta2_dot];
-    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
     const real zeta2 = W12 * q_2
         + Wn2 * lc_2 * w_x2
         - chi2 * p[l2] * (p2 + x[phi2_dot]);
     const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
-    const real t_4b2fa = B_2 * eta2 + loss_phi2 * k2;
-    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real t_63ozv = B_2 * eta2 + loss_phi2 * k2;
+    const real F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2;
     const real M_q2 = F_n2 * q_2;
     const real I_phi2 = x[phi2_dot] * p[I2];
     const real I_theta2 = x[theta2_dot] * p[I2];
     const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
-    const real t_fbeaw = S_sq1 * tn11_1;
-    const real t_dj555 = S_sq2 * tn11_2;
-    const real K22 = t_fbeaw + t_dj555 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real t_leuxo_3 = S_sq1 * tn11_1;
+    const real t_leuxo_4 = S_sq2 * tn11_2;
+    const real K22 = t_leuxo_3 + t_leuxo_4 + M_C + wth_1 + wth_2 - me1 - me2;
     const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + M_C - t_fbeaw - t_dj555;
+    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo_3 - t_leuxo_4;
     const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
-    const real t_nhr5u = wqq_1 + wqq_2;
-    const real K44 = t_nhr5u + Bl_1 + Bl_2 + J_C1;
-    const real t_tcgxn = wg_1 - e1 * me1;
-    const real t_uf5ib = wg_2 - e2 * me2;
-    const real t_32gyg = Bc_1 - eAss_1;
-    const real t_65obb = t_32gyg + t_tcgxn;
-    const real t_gbkg6 = Bc_2 - eAss_2;
-    const real t_yoiua = t_gbkg6 + t_uf5ib;
-    const real t_z76hk = S_sq1 * t_65obb + S_sq2 * t_yoiua;
-    const real K52 = t_tcgxn + t_uf5ib - t_z76hk - wqC_1 - wqC_2;
-    const real t_hjmgb = SC1 * t_65obb + SC2 * t_yoiua;
-    const real K53 = wqS_1 - t_hjmgb + wqS_2;
-    const real t_nncdg = Bl_1 - eBc_1;
-    const real t_4q22j = Bl_2 - eBc_2;
-    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
-    const real t_hoosk = S_sq1 * tn44_1;
-    const real t_drvdp = S_sq2 * tn44_2;
-    const real K55 = t_3fv6l
-        + t_odwbr
-        + t_nhr5u
-        + t_hoosk
-        + t_drvdp
+    const real t_hig3c = wqq_1 + wqq_2;
+    const real K44 = t_hig3c + Bl_1 + Bl_2 + J_C1;
+    const real t_67i37 = wg_1 - e1 * me1;
+    const real t_n5kna = wg_2 - e2 * me2;
+    const real t_hig3c_2 = Bc_1 - eAss_1;
+    const real t_vjftl = t_hig3c_2 + t_67i37;
+    const real t_hig3c_3 = Bc_2 - eAss_2;
+    const real t_vsqil = t_hig3c_3 + t_n5kna;
+    const real t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
+    const real K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2;
+    const real t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil;
+    const real K53 = wqS_1 - t_edvw3_2 + wqS_2;
+    const real t_yzhyr = Bl_1 - eBc_1;
+    const real t_q6put = Bl_2 - eBc_2;
+    const real K54 = t_hig3c - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2;
+    const real t_leuxo_5 = S_sq1 * tn44_1;
+    const real t_leuxo_6 = S_sq2 * tn44_2;
+    const real K55 = t_leuxo
+        + t_leuxo_2
+        + t_hig3c
+        + t_leuxo_5
+        + t_leuxo_6
         + J_C3
-        - t_b7ure
-        - t_lpk5h
+        - t_xdulz
+        - t_uohf6
         + K(-2.0) * wgC_1
         + K(-2.0) * wgC_2;
-    const real K63 = t_z76hk - (t_32gyg + t_gbkg6);
-    const real t_zhbuw = wgS_1 + wgS_2;
-    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
-    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
-    const real K66 = t_3bowt + t_ymmgl + J_C2 - t_hoosk - t_drvdp;
-    const real t_vt7uo = F_n1 * cos_theta1;
-    const real t_oncjt = F_n2 * cos_theta2;
-    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
-    const real t_azclp = F_n1 * sin_theta1;
-    const real t_iya7w = F_n2 * sin_theta2;
-    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
-    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
-    const real t_kp7yy = M_q1 + M_q2;
-    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
+    const real K63 = t_edvw3 - (t_hig3c_2 + t_hig3c_3);
+    const real t_hig3c_4 = wgS_1 + wgS_2;
+    const real K64 = t_hig3c_4 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2;
+    const real K65 = t_hig3c_4 + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6;
+    const real t_mallh = F_n1 * cos_theta1;
+    const real t_lbh6o = F_n2 * cos_theta2;
+    const real n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real t_mallh_2 = F_n1 * sin_theta1;
+    const real t_lbh6o_2 = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2;
+    const real t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * p[l1];
+    const real t_hig3c_5 = M_q1 + M_q2;
+    const real t_ogbts = Bs_2 * t_3hay7 + t_63ozv * p[l2];
     const real t_sfymc = p[J_y] - p[J_z];
-    const real n4 = t_aejai
-        - t_kp7yy
-        + t_zd4fs
+    const real n4 = t_mjqai
+        - t_hig3c_5
+        + t_ogbts
         - loss_phi1
         - loss_phi2
         + I_theta1 * x[wy]
         + I_theta2 * x[wy]
         - t_sfymc * x[wy] * x[wz];
-    const real t_w7nmt = t_aejai + F_t1 * e1;
-    const real t_e5cx2 = t_zd4fs + F_t2 * e2;
-    const real n5 = t_w7nmt * sin_theta1
-        - (t_kp7yy + loss_theta1 + loss_theta2)
-        + t_e5cx2 * sin_theta2
+    const real t_lsqzr = t_mjqai + F_t1 * e1;
+    const real t_rbrf6 = t_ogbts + F_t2 * e2;
+    const real n5 = t_lsqzr * sin_theta1
+        - (t_hig3c_5 + loss_theta1 + loss_theta2)
+        + t_rbrf6 * sin_theta2
         - W12 * (J_C1 + (p[J_z] - p[J_y]))
         - I_phi1 * x[wy]
         - I_phi2 * x[wy]
-        + t_vt7uo * g_1
-        + t_oncjt * g_2;
-    const real n6 = t_w7nmt * cos_theta1
-        + t_e5cx2 * cos_theta2
+        + t_mallh * g_1
+        + t_lbh6o * g_2;
+    const real n6 = t_lsqzr * cos_theta1
+        + t_rbrf6 * cos_theta2
         + I_theta1 * x[wx]
         + I_theta2 * x[wx]
         - W13 * (J_C1 + t_is5lg + t_sfymc)
-        - t_azclp * g_1
-        - t_iya7w * g_2
+        - t_mallh_2 * g_1
+        - t_lbh6o_2 * g_2
         - I_phi1 * x[wz]
         - I_phi2 * x[wz];
-    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real t_bpfoo = K(1.0) / K11;
-    const real t_w7lcw = t_b3aij * t_bpfoo;
-    const real K_D2 = K22 - t_b3aij * t_w7lcw;
-    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_3go2w = t_zzymx * t_bpfoo;
-    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
-    const real t_4iujv = K(1.0) / K_D2;
-    const real K_L32 = t_d4mqf * t_4iujv;
-    const real t_ev7u5 = Bs_1 + Asc_1 * e1;
-    const real t_bvybx = Bs_2 + Asc_2 * e2;
-    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
-    const real t_vshgd = t_6mmeb * t_bpfoo;
-    const real t_p6zld = K52 - t_b3aij * t_vshgd;
-    const real K_L52 = t_p6zld * t_4iujv;
-    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
-    const real t_2m245 = Bs_1 + Bs_2;
-    const real t_xq4wt = t_2m245 * t_bpfoo;
-    const real t_m67zs = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2 + t_b3aij * t_xq4wt;
-    const real t_6urah = t_m67zs * t_4iujv;
-    const real t_m27n6 = K43 + t_d4mqf * t_6urah - t_zzymx * t_xq4wt;
-    const real t_zmh3u = K(1.0) / K_D3;
-    const real K_L43 = t_m27n6 * t_zmh3u;
-    const real t_bxfcn = K53 - t_d4mqf * K_L52 - t_zzymx * t_vshgd;
-    const real K_L53 = t_bxfcn * t_zmh3u;
-    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
-    const real t_e4enr = t_bl4f2 * t_bpfoo;
-    const real t_qvrp6 = t_hjmgb + t_b3aij * t_e4enr;
-    const real t_dj64q = t_qvrp6 * t_4iujv;
-    const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
-    const real K_L63 = t_rahc4 * t_zmh3u;
-    const real K_D4 = K44 - t_m67zs * t_6urah - t_m27n6 * K_L43 - t_2m245 * t_xq4wt;
-    const real t_amczu = K54 + t_m67zs * K_L52 - t_m27n6 * K_L53 - t_2m245 * t_vshgd;
-    const real t_lt2al = K(1.0) / K_D4;
-    const real K_L54 = t_amczu * t_lt2al;
-    const real t_e4k6u = K64 - t_m67zs * t_dj64q - t_m27n6 * K_L63 - t_2m245 * t_e4enr;
-    const real K_L64 = t_e4k6u * t_lt2al;
+    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_6dtnj = K(1.0) / K11;
+    const real t_gousg = t_f2nhc * t_6dtnj;
+    const real K_D2 = K22 - t_f2nhc * t_gousg;
+    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_gousg_2 = t_f2nhc_2 * t_6dtnj;
+    const real t_upifj = K32 - t_f2nhc * t_gousg_2;
+    const real t_6dtnj_2 = K(1.0) / K_D2;
+    const real K_L32 = t_upifj * t_6dtnj_2;
+    const real t_2jubo = Bs_1 + Asc_1 * e1;
+    const real t_ittbm = Bs_2 + Asc_2 * e2;
+    const real t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2;
+    const real t_s62lc = t_6iku5 * t_6dtnj;
+    const real t_6vega = K52 - t_f2nhc * t_s62lc;
+    const real K_L52 = t_6vega * t_6dtnj_2;
+    const real K_D3 = K33 - t_upifj * K_L32 - t_f2nhc_2 * t_gousg_2;
+    const real t_hig3c_6 = Bs_1 + Bs_2;
+    const real t_w6lcf = t_hig3c_6 * t_6dtnj;
+    const real t_ly572 = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2 + t_f2nhc * t_w6lcf;
+    const real t_vpdgs = t_ly572 * t_6dtnj_2;
+    const real t_ichgo = K43 + t_upifj * t_vpdgs - t_f2nhc_2 * t_w6lcf;
+    const real t_6dtnj_3 = K(1.0) / K_D3;
+    const real K_L43 = t_ichgo * t_6dtnj_3;
+    const real t_jmicp = K53 - t_upifj * K_L52 - t_f2nhc_2 * t_s62lc;
+    const real K_L53 = t_jmicp * t_6dtnj_3;
+    const real t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2;
+    const real t_s62lc_2 = t_6iku5_2 * t_6dtnj;
+    const real t_avyqv = t_edvw3_2 + t_f2nhc * t_s62lc_2;
+    const real t_bk7yo = t_avyqv * t_6dtnj_2;
+    const real t_2dahu = K63 + t_upifj * t_bk7yo - t_f2nhc_2 * t_s62lc_2;
+    const real K_L63 = t_2dahu * t_6dtnj_3;
+    const real K_D4 = K44 - t_ly572 * t_vpdgs - t_ichgo * K_L43 - t_hig3c_6 * t_w6lcf;
+    const real t_otpfz = K54 + t_ly572 * K_L52 - t_ichgo * K_L53 - t_hig3c_6 * t_s62lc;
+    const real t_6dtnj_4 = K(1.0) / K_D4;
+    const real K_L54 = t_otpfz * t_6dtnj_4;
+    const real t_aolgd = K64 - t_ly572 * t_bk7yo - t_ichgo * K_L63 - t_hig3c_6 * t_s62lc_2;
+    const real K_L64 = t_aolgd * t_6dtnj_4;
     const real K_D5 = K55
-        - t_p6zld * K_L52
-        - t_bxfcn * K_L53
-        - t_amczu * K_L54
-        - t_6mmeb * t_vshgd;
-    const real t_jo54w = K65
-        + t_p6zld * t_dj64q
-        - t_bxfcn * K_L63
-        - t_amczu * K_L64
-        - t_6mmeb * t_e4enr;
-    const real t_ftqxb = K(1.0) / K_D5;
-    const real K_L65 = t_jo54w * t_ftqxb;
+        - t_6vega * K_L52
+        - t_jmicp * K_L53
+        - t_otpfz * K_L54
+        - t_6iku5 * t_s62lc;
+    const real t_hdeaq = K65
+        + t_6vega * t_bk7yo
+        - t_jmicp * K_L63
+        - t_otpfz * K_L64
+        - t_6iku5 * t_s62lc_2;
+    const real t_6dtnj_5 = K(1.0) / K_D5;
+    const real K_L65 = t_hdeaq * t_6dtnj_5;
     const real K_D6 = K66
-        - t_qvrp6 * t_dj64q
-        - t_rahc4 * K_L63
-        - t_e4k6u * K_L64
-        - t_jo54w * K_L65
-        - t_bl4f2 * t_e4enr;
+        - t_avyqv * t_bk7yo
+        - t_2dahu * K_L63
+        - t_aolgd * K_L64
+        - t_hdeaq * K_L65
+        - t_6iku5_2 * t_s62lc_2;
     const real b1 = f_x
-        + (t_7imwe * sin_phi1 + t_4b2fa * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2);
+        + (t_pc5rt * sin_phi1 + t_63ozv * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2);
     const real b2 = f_y - n2;
     const real b4 = u[Mx] - n4;
-    const real t_lwe76 = p[b] + p[d] + x_C;
-    const real b5 = u[Mz] - n5 - f_y * t_lwe76;
+    const real t_bknng = p[b] + p[d] + x_C;
+    const real b5 = u[Mz] - n5 - f_y * t_bknng;
     const real t_gcu5g = t_ruxs4 * sin_delta1;
-    const real b6 = t_gcu5g * t_lwe76 - (u[My] + n6);
-    const real X_y2 = b2 + t_w7lcw * b1;
-    const real X_y3 = t_3go2w * b1 - (t_gcu5g + n3) - K_L32 * X_y2;
-    const real X_y4 = b4 + t_xq4wt * b1 + t_6urah * X_y2 - K_L43 * X_y3;
+    const real b6 = t_gcu5g * t_bknng - (u[My] + n6);
+    const real X_y2 = b2 + t_gousg * b1;
+    const real X_y3 = t_gousg_2 * b1 - (t_gcu5g + n3) - K_L32 * X_y2;
+    const real X_y4 = b4 + t_w6lcf * b1 + t_vpdgs * X_y2 - K_L43 * X_y3;
     const real X_y5 = b5
-        + t_vshgd * b1
+        + t_s62lc * b1
         - K_L52 * X_y2
         - K_L53 * X_y3
         - K_L54 * X_y4;
     const real X_y6 = b6
-        + t_e4enr * b1
-        + t_dj64q * X_y2
+        + t_s62lc_2 * b1
+        + t_bk7yo * X_y2
         - K_L63 * X_y3
         - K_L64 * X_y4
         - K_L65 * X_y5;
     const real X_x6 = X_y6 / K_D6;
-    const real X_x5 = X_y5 * t_ftqxb - K_L65 * X_x6;
-    const real X_x4 = X_y4 * t_lt2al - K_L54 * X_x5 - K_L64 * X_x6;
-    const real X_x3 = X_y3 * t_zmh3u - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
-    const real X_x2 = X_y2 * t_4iujv
+    const real X_x5 = X_y5 * t_6dtnj_5 - K_L65 * X_x6;
+    const real X_x4 = X_y4 * t_6dtnj_4 - K_L54 * X_x5 - K_L64 * X_x6;
+    const real X_x3 = X_y3 * t_6dtnj_3 - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
+    const real X_x2 = X_y2 * t_6dtnj_2
         - K_L32 * X_x3
-        + t_6urah * X_x4
+        + t_vpdgs * X_x4
         - K_L52 * X_x5
-        + t_dj64q * X_x6;
+        + t_bk7yo * X_x6;
     const real gx_phi1 = sin_phi1 * t_6nwd2;  /* (25) */
-    const real t_5zfdh = lc_1 * p[m1];
-    const real gy_phi1 = sin_theta1 * t_5zfdh;  /* (25) */
-    const real gz_phi1 = cos_theta1 * t_5zfdh;  /* (25) */
-    const real t_4xxce = t_yx2kz * sin_theta1;
-    const real cz_phi1 = gy_phi1 * p[h1] - t_4xxce;  /* (25) */
-    const real t_azo52 = gx_phi1 * p[h1];
-    const real t_amwyw = t_a3uw4 + t_rding;
-    const real t_7eszt = t_amwyw * t_amwyw;
-    const real t_a233z = sin_phi1 * cos_phi1;
-    const real t_5jodw = t_yx2kz * t_a233z;
+    const real t_3s3hq = lc_1 * p[m1];
+    const real gy_phi1 = sin_theta1 * t_3s3hq;  /* (25) */
+    const real gz_phi1 = cos_theta1 * t_3s3hq;  /* (25) */
+    const real t_dmccl = t_yx2kz * sin_theta1;
+    const real cz_phi1 = gy_phi1 * p[h1] - t_dmccl;  /* (25) */
+    const real t_sxxxk = gx_phi1 * p[h1];
+    const real t_l4ozg = t_uu2cl + t_rzamr;
+    const real t_wjugd = t_l4ozg * t_l4ozg;
+    const real t_hjphj = sin_phi1 * cos_phi1;
+    const real t_lgf4h = t_yx2kz * t_hjphj;
     const real t_wube7 = x[wx] * x[wx];
-    const real t_3qva5 = sin_phi1 * sin_phi1;
-    const real t_invly = t_yx2kz * t_3qva5;
-    const real t_h5pol = t_invly * t_amwyw;
-    const real t_oc5tk = t_os4zj + t_os4zj;
+    const real t_hjphj_2 = sin_phi1 * sin_phi1;
+    const real t_lgf4h_2 = t_yx2kz * t_hjphj_2;
+    const real t_mgpcw = t_lgf4h_2 * t_l4ozg;
+    const real t_os4zj_2 = t_os4zj + t_os4zj;
     const real k_phi1 = loss_phi1
-        - t_azo52 * t_7eszt
-        - t_azo52 * (Wn1 * Wn1)
-        - x[theta1_dot] * x[theta1_dot] * t_5jodw
-        - t_5jodw * t_wube7
-        - (x[theta1_dot] + x[theta1_dot]) * t_h5pol
-        - t_yx2kz * t_amwyw * x[wx]
-        + t_os4zj * t_7eszt * sin_phi1 * cos_phi1 * p[m1]
-        + t_oc5tk * t_3qva5 * t_amwyw * x[wx] * p[m1]
-        + cos_phi1 * t_amwyw * p[h1] * x[wx] * p[l1] * p[m1]
-        + t_oc5tk * sin_phi1 * cos_phi1 * x[theta1_dot] * x[wx] * p[m1];  /* (25) */
-    const real D_theta1 = t_invly + p[I1];  /* (26) */
+        - t_sxxxk * t_wjugd
+        - t_sxxxk * (Wn1 * Wn1)
+        - x[theta1_dot] * x[theta1_dot] * t_lgf4h
+        - t_lgf4h * t_wube7
+        - (x[theta1_dot] + x[theta1_dot]) * t_mgpcw
+        - t_yx2kz * t_l4ozg * x[wx]
+        + t_os4zj * t_wjugd * sin_phi1 * cos_phi1 * p[m1]
+        + t_os4zj_2 * t_hjphj_2 * t_l4ozg * x[wx] * p[m1]
+        + cos_phi1 * t_l4ozg * p[h1] * x[wx] * p[l1] * p[m1]
+        + t_os4zj_2 * sin_phi1 * cos_phi1 * x[theta1_dot] * x[wx] * p[m1];  /* (25) */
+    const real D_theta1 = t_lgf4h_2 + p[I1];  /* (26) */
     const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
-    const real t_tpms2 = sin_theta1 * gx_phi1;
-    const real cy_theta1 = t_tpms2 * p[h1] - t_a233z * t_4xxce;  /* (26) */
-    const real cz_theta1 = gy_theta1 * p[h1] - t_a233z * (t_yx2kz * cos_theta1) + p[I1];  /* (26) */
-    const real t_ywy5z = Wn1 * x[wx];
-    const real t_j5odj = x[phi1_dot] + x[phi1_dot];
-    const real t_femof = t_5jodw * t_j5odj;
+    const real t_iouus = sin_theta1 * gx_phi1;
+    const real cy_theta1 = t_iouus * p[h1] - t_hjphj * t_dmccl;  /* (26) */
+    const real cz_theta1 = gy_theta1 * p[h1] - t_hjphj * (t_yx2kz * cos_theta1) + p[I1];  /* (26) */
+    const real t_prfqf = Wn1 * x[wx];
+    const real t_hjux3 = x[phi1_dot] + x[phi1_dot];
+    const real t_cqyvk = t_lgf4h * t_hjux3;
     const real k_theta1 = loss_theta1
-        + t_azo52 * t_ywy5z
-        + t_h5pol * t_j5odj
-        + t_h5pol * Wn1
-        + t_femof * x[theta1_dot]
-        - t_5jodw * t_ywy5z
-        - t_femof * x[wx];  /* (26) */
+        + t_sxxxk * t_prfqf
+        + t_mgpcw * t_hjux3
+        + t_mgpcw * Wn1
+        + t_cqyvk * x[theta1_dot]
+        - t_lgf4h * t_prfqf
+        - t_cqyvk * x[wx];  /* (26) */
     const real gx_phi2 = t_popww * sin_phi2;  /* (25) */
-    const real t_p4m3j = lc_2 * p[m2];
-    const real gy_phi2 = t_p4m3j * sin_theta2;  /* (25) */
-    const real gz_phi2 = t_p4m3j * cos_theta2;  /* (25) */
-    const real t_tb25v = sin_theta2 * t_frp3h;
-    const real cz_phi2 = gy_phi2 * p[h2] - t_tb25v;  /* (25) */
-    const real t_nqm7d = sin_phi2 * cos_phi2;
-    const real t_2t5uv = t_nqm7d * t_frp3h;
-    const real t_svo5z = gx_phi2 * p[h2];
-    const real t_kmx3q = t_vhhwy + t_geoui;
-    const real t_3chhy = t_kmx3q * t_kmx3q;
-    const real t_4j4b3 = sin_phi2 * sin_phi2;
-    const real t_claqt = t_4j4b3 * t_frp3h;
-    const real t_imick = t_kmx3q * t_claqt;
+    const real t_7pqnn = lc_2 * p[m2];
+    const real gy_phi2 = t_7pqnn * sin_theta2;  /* (25) */
+    const real gz_phi2 = t_7pqnn * cos_theta2;  /* (25) */
+    const real t_c4pkx = sin_theta2 * t_frp3h;
+    const real cz_phi2 = gy_phi2 * p[h2] - t_c4pkx;  /* (25) */
+    const real t_pt6a7 = sin_phi2 * cos_phi2;
+    const real t_6pfo6 = t_pt6a7 * t_frp3h;
+    const real t_2ys72 = gx_phi2 * p[h2];
+    const real t_doiln = t_t2zmi + t_adduy;
+    const real t_7ovbh = t_doiln * t_doiln;
+    const real t_pt6a7_2 = sin_phi2 * sin_phi2;
+    const real t_6pfo6_2 = t_pt6a7_2 * t_frp3h;
+    const real t_n7l2g = t_doiln * t_6pfo6_2;
     const real k_phi2 = loss_phi2
-        - t_wube7 * t_2t5uv
-        - t_svo5z * t_3chhy
-        - t_svo5z * (Wn2 * Wn2)
-        - x[theta2_dot] * x[theta2_dot] * t_2t5uv
-        - (x[theta2_dot] + x[theta2_dot]) * t_imick
-        - t_kmx3q * t_frp3h * x[wx]
-        + t_3chhy * sin_phi2 * cos_phi2 * t_nfvux * p[m2]
-        + (t_kmx3q + t_kmx3q) * t_4j4b3 * t_nfvux * x[wx] * p[m2]
-        + t_kmx3q * cos_phi2 * p[h2] * x[wx] * p[l2] * p[m2]
+        - t_wube7 * t_6pfo6
+        - t_2ys72 * t_7ovbh
+        - t_2ys72 * (Wn2 * Wn2)
+        - x[theta2_dot] * x[theta2_dot] * t_6pfo6
+        - (x[theta2_dot] + x[theta2_dot]) * t_n7l2g
+        - t_doiln * t_frp3h * x[wx]
+        + t_7ovbh * sin_phi2 * cos_phi2 * t_nfvux * p[m2]
+        + (t_doiln + t_doiln) * t_pt6a7_2 * t_nfvux * x[wx] * p[m2]
+        + t_doiln * cos_phi2 * p[h2] * x[wx] * p[l2] * p[m2]
         + (sin_phi2 + sin_phi2) * cos_phi2 * t_nfvux * x[theta2_dot] * x[wx] * p[m2];  /* (25) */
-    const real D_theta2 = t_claqt + p[I2];  /* (26) */
+    const real D_theta2 = t_6pfo6_2 + p[I2];  /* (26) */
     const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
-    const real t_h3pge = gx_phi2 * sin_theta2;
-    const real cy_theta2 = t_h3pge * p[h2] - t_tb25v * t_nqm7d;  /* (26) */
-    const real cz_theta2 = gy_theta2 * p[h2] - t_nqm7d * (cos_theta2 * t_frp3h) + p[I2];  /* (26) */
-    const real t_nw7er = Wn2 * x[wx];
-    const real t_473qv = x[phi2_dot] + x[phi2_dot];
+    const real t_cfuim = gx_phi2 * sin_theta2;
+    const real cy_theta2 = t_cfuim * p[h2] - t_c4pkx * t_pt6a7;  /* (26) */
+    const real cz_theta2 = gy_theta2 * p[h2] - t_pt6a7 * (cos_theta2 * t_frp3h) + p[I2];  /* (26) */
+    const real t_prfqf_2 = Wn2 * x[wx];
+    const real t_mw75j = x[phi2_dot] + x[phi2_dot];
     const real k_theta2 = loss_theta2
-        + Wn2 * t_imick
-        + t_svo5z * t_nw7er
-        + t_imick * t_473qv
-        + t_2t5uv * t_473qv * x[theta2_dot]
-        - t_2t5uv * t_nw7er
-        - t_2t5uv * (x[wx] + x[wx]) * x[phi2_dot];  /* (26) */
+        + Wn2 * t_n7l2g
+        + t_2ys72 * t_prfqf_2
+        + t_n7l2g * t_mw75j
+        + t_6pfo6 * t_mw75j * x[theta2_dot]
+        - t_6pfo6 * t_prfqf_2
+        - t_6pfo6 * (x[wx] + x[wx]) * x[phi2_dot];  /* (26) */
     const real ax_eq = p[F] / (t_omhyl + p[m1] + p[m2]);  /* (19) */
-    const real t_bu64g = X_x2 - X_x5 * x_C;
-    const real t_isafs = X_x3 - X_x6 * x_C;
-    const real t_s6zvw = W13 - X_x6;
-    const real t_g433r = X_x5 - W12;
-    const real t_jaxjh = t_s6zvw * (gz_phi1 * p[h1] - t_os4zj * cos_theta1 * p[m1])
-        - (ax_eq * gx_phi1 + k_phi1 + t_bu64g * gy_phi1 + t_isafs * gz_phi1)
-        - t_g433r * cz_phi1
+    const real t_krap6 = X_x2 - X_x5 * x_C;
+    const real t_krap6_2 = X_x3 - X_x6 * x_C;
+    const real t_7qsh6 = W13 - X_x6;
+    const real t_3ipx7 = X_x5 - W12;
+    const real t_wvrdl = t_7qsh6 * (gz_phi1 * p[h1] - t_os4zj * cos_theta1 * p[m1])
+        - (ax_eq * gx_phi1 + k_phi1 + t_krap6 * gy_phi1 + t_krap6_2 * gz_phi1)
+        - t_3ipx7 * cz_phi1
         - X_x4 * p[I1];
-    const real t_lq4cq = t_isafs * t_tpms2
-        - (k_theta1 + t_bu64g * gy_theta1)
-        - t_s6zvw * cy_theta1
-        - t_g433r * cz_theta1
-        + X_x4 * t_invly;
-    const real t_q4cqs = t_s6zvw * (gz_phi2 * p[h2] - cos_theta2 * t_nfvux * p[m2])
-        - (ax_eq * gx_phi2 + k_phi2 + t_bu64g * gy_phi2 + t_isafs * gz_phi2)
-        - t_g433r * cz_phi2
+    const real t_wwun2 = t_krap6_2 * t_iouus
+        - (k_theta1 + t_krap6 * gy_theta1)
+        - t_7qsh6 * cy_theta1
+        - t_3ipx7 * cz_theta1
+        + X_x4 * t_lgf4h_2;
+    const real t_etj7j = t_7qsh6 * (gz_phi2 * p[h2] - cos_theta2 * t_nfvux * p[m2])
+        - (ax_eq * gx_phi2 + k_phi2 + t_krap6 * gy_phi2 + t_krap6_2 * gz_phi2)
+        - t_3ipx7 * cz_phi2
         - X_x4 * p[I2];
-    const real t_s7oaj = t_isafs * t_h3pge
-        - (k_theta2 + t_bu64g * gy_theta2)
-        - t_s6zvw * cy_theta2
-        - t_g433r * cz_theta2
-        + X_x4 * t_claqt;
+    const real t_nad6b = t_krap6_2 * t_cfuim
+        - (k_theta2 + t_krap6 * gy_theta2)
+        - t_7qsh6 * cy_theta2
+        - t_3ipx7 * cz_theta2
+        + X_x4 * t_6pfo6_2;
     dx[0] = ax_eq - x[vz] * x[wy] + x[vy] * x[wz];
-    dx[1] = t_bu64g + (x[vz] * x[wx] - x[vx] * x[wz]);
-    dx[2] = t_isafs + (x[vx] * x[wy] - x[vy] * x[wx]);
+    dx[1] = t_krap6 + (x[vz] * x[wx] - x[vx] * x[wz]);
+    dx[2] = t_krap6_2 + (x[vx] * x[wy] - x[vy] * x[wx]);
     dx[3] = X_x4;
-    dx[4] = t_s6zvw;
-    dx[5] = t_g433r;
+    dx[4] = t_7qsh6;
+    dx[5] = t_3ipx7;
     dx[6] = x[wx];
     dx[7] = x[wy];
     dx[8] = x[wz];
@@ -1629,10 +1629,10 @@ void slosh_rhs_reduced(const real *x, const real *u, const real *p, real *dx)
     dx[10] = x[theta1_dot];
     dx[11] = x[phi2_dot];
     dx[12] = x[theta2_dot];
-    dx[13] = t_jaxjh * t_zrejm;
-    dx[14] = t_lq4cq / D_theta1;
-    dx[15] = t_q4cqs * t_5wzvs;
-    dx[16] = t_s7oaj / D_theta2;
+    dx[13] = t_wvrdl * t_gbl6n;
+    dx[14] = t_wwun2 / D_theta1;
+    dx[15] = t_etj7j * t_jx6g7;
+    dx[16] = t_nad6b / D_theta2;
 }
 
 /* state derivative, reduced, euler; 847 operations. */
@@ -1682,19 +1682,19 @@ void slosh_rhs_reduced_euler(const real *x, const real *u, const real *p, real *
     const real t_os4zj = p[l1] * p[l1];
     const real t_yx2kz = t_os4zj * p[m1];
     const real D1 = t_yx2kz + p[I1];
-    const real t_zrejm = K(1.0) / D1;
-    const real t_3qn53 = p[m1] * t_zrejm;
-    const real k1 = t_3qn53 * p[l1];
-    const real me1 = t_3qn53 * p[I1];
+    const real t_gbl6n = K(1.0) / D1;
+    const real t_wywjk = p[m1] * t_gbl6n;
+    const real k1 = t_wywjk * p[l1];
+    const real me1 = t_wywjk * p[I1];
     const real t_6nwd2 = p[l1] * p[m1];
     const real mv1 = t_6nwd2 * k1;
     const real t_nfvux = p[l2] * p[l2];
     const real t_frp3h = t_nfvux * p[m2];
     const real D2 = t_frp3h + p[I2];
-    const real t_5wzvs = K(1.0) / D2;
-    const real t_54cbb = p[m2] * t_5wzvs;
-    const real k2 = t_54cbb * p[l2];
-    const real me2 = t_54cbb * p[I2];
+    const real t_jx6g7 = K(1.0) / D2;
+    const real t_jzg7x = p[m2] * t_jx6g7;
+    const real k2 = t_jzg7x * p[l2];
+    const real me2 = t_jzg7x * p[I2];
     const real t_popww = p[l2] * p[m2];
     const real mv2 = t_popww * k2;
     const real t_omhyl = p[m] + p[m0];
@@ -1721,28 +1721,28 @@ void slosh_rhs_reduced_euler(const real *x, const real *u, const real *p, real *
     real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
     real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
     const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
-    const real t_rding = cos_theta1 * x[wz];
-    const real t_a3uw4 = sin_theta1 * x[wy];
-    const real Wt1 = t_rding + t_a3uw4;
+    const real t_rzamr = cos_theta1 * x[wz];
+    const real t_uu2cl = sin_theta1 * x[wy];
+    const real Wt1 = t_rzamr + t_uu2cl;
     const real w_x1 = x[wx] - x[theta1_dot];
     const real p1 = Wn1 + x[phi1_dot];
     const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
-    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
     real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
     real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
     const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
-    const real t_geoui = cos_theta2 * x[wz];
-    const real t_vhhwy = sin_theta2 * x[wy];
-    const real Wt2 = t_geoui + t_vhhwy;
+    const real t_adduy = cos_theta2 * x[wz];
+    const real t_t2zmi = sin_theta2 * x[wy];
+    const real Wt2 = t_adduy + t_t2zmi;
     const real w_x2 = x[wx] - x[theta2_dot];
     const real p2 = Wn2 + x[phi2_dot];
     const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
-    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
     const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
-    const real t_w7vil = t_rybsf * e1;
-    const real tension1 = cos_phi1 * t_w7vil * mv1 - t_6nwd2 * sigma_sq1;
+    const real t_aqrn5 = t_rybsf * e1;
+    const real tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1;
     const real As_1 = mv1 * sin_phi1;
     const real Ass_1 = As_1 * sin_phi1;
     const real Asc_1 = As_1 * cos_phi1;
@@ -1761,10 +1761,10 @@ void slosh_rhs_reduced_euler(const real *x, const real *u, const real *p, real *
     const real S_sq1 = sin_theta1 * sin_theta1;
     const real SC1 = cos_theta1 * sin_theta1;
     const real tn11_1 = Ass_1 + me1 - wth_1;
-    const real t_b7ure = me1 * (e1 * e1);
-    const real t_3bowt = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
-    const real t_3fv6l = g_1 * wg_1;
-    const real tn44_1 = t_b7ure + t_3bowt - t_3fv6l;
+    const real t_xdulz = me1 * (e1 * e1);
+    const real t_zmqjk = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
+    const real t_leuxo = g_1 * wg_1;
+    const real tn44_1 = t_xdulz + t_zmqjk - t_leuxo;
     const real wq_1 = q_1 * wth_1;
     const real wqg_1 = q_1 * wg_1;
     const real wqq_1 = q_1 * wq_1;
@@ -1774,18 +1774,18 @@ void slosh_rhs_reduced_euler(const real *x, const real *u, const real *p, real *
     const real wgS_1 = sin_theta1 * wqg_1;
     const real loss_phi1 = p[eps1] * x[phi1_dot];
     const real loss_theta1 = p[eps1] * x[theta1_dot];
-    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
     const real zeta1 = W12 * q_1
         + Wn1 * lc_1 * w_x1
         - chi1 * p[l1] * (p1 + x[phi1_dot]);
     const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_7imwe = B_1 * eta1 + loss_phi1 * k1;
-    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real t_pc5rt = B_1 * eta1 + loss_phi1 * k1;
+    const real F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1;
     const real M_q1 = F_n1 * q_1;
     const real I_phi1 = x[phi1_dot] * p[I1];
     const real I_theta1 = x[theta1_dot] * p[I1];
-    const real t_6fvzz = t_rybsf * e2;
-    const real tension2 = cos_phi2 * t_6fvzz * mv2 - t_popww * sigma_sq2;
+    const real t_3hay7 = t_rybsf * e2;
+    const real tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2;
     const real As_2 = mv2 * sin_phi2;
     const real Ass_2 = As_2 * sin_phi2;
     const real Asc_2 = As_2 * cos_phi2;
@@ -1804,10 +1804,10 @@ void slosh_rhs_reduced_euler(const real *x, const real *u, const real *p, real *
     const real S_sq2 = sin_theta2 * sin_theta2;
     const real SC2 = cos_theta2 * sin_theta2;
     const real tn11_2 = Ass_2 + me2 - wth_2;
-    const real t_lpk5h = me2 * (e2 * e2);
-    const real t_ymmgl = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
-    const real t_odwbr = g_2 * wg_2;
-    const real tn44_2 = t_lpk5h + t_ymmgl - t_odwbr;
+    const real t_uohf6 = me2 * (e2 * e2);
+    const real t_agwdt = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
+    const real t_leuxo_2 = g_2 * wg_2;
+    const real tn44_2 = t_uohf6 + t_agwdt - t_leuxo_2;
     const real wq_2 = q_2 * wth_2;
     const real wqg_2 = q_2 * wg_2;
     const real wqq_2 = q_2 * wq_2;
@@ -1817,293 +1817,293 @@ void slosh_rhs_reduced_euler(const real *x, const real *u, const real *p, real *
     const real wgS_2 = sin_theta2 * wqg_2;
     const real loss_phi2 = p[eps2] * x[phi2_dot];
     const real loss_theta2 = p[eps2] * x[theta2_dot];
-    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
     const real zeta2 = W12 * q_2
         + Wn2 * lc_2 * w_x2
         - chi2 * p[l2] * (p2 + x[phi2_dot]);
     const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
-    const real t_4b2fa = B_2 * eta2 + loss_phi2 * k2;
-    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real t_63ozv = B_2 * eta2 + loss_phi2 * k2;
+    const real F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2;
     const real M_q2 = F_n2 * q_2;
     const real I_phi2 = x[phi2_dot] * p[I2];
     const real I_theta2 = x[theta2_dot] * p[I2];
     const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
-    const real t_fbeaw = S_sq1 * tn11_1;
-    const real t_dj555 = S_sq2 * tn11_2;
-    const real K22 = t_fbeaw + t_dj555 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real t_leuxo_3 = S_sq1 * tn11_1;
+    const real t_leuxo_4 = S_sq2 * tn11_2;
+    const real K22 = t_leuxo_3 + t_leuxo_4 + M_C + wth_1 + wth_2 - me1 - me2;
     const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + M_C - t_fbeaw - t_dj555;
+    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo_3 - t_leuxo_4;
     const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
-    const real t_nhr5u = wqq_1 + wqq_2;
-    const real K44 = t_nhr5u + Bl_1 + Bl_2 + J_C1;
-    const real t_tcgxn = wg_1 - e1 * me1;
-    const real t_uf5ib = wg_2 - e2 * me2;
-    const real t_32gyg = Bc_1 - eAss_1;
-    const real t_65obb = t_32gyg + t_tcgxn;
-    const real t_gbkg6 = Bc_2 - eAss_2;
-    const real t_yoiua = t_gbkg6 + t_uf5ib;
-    const real t_z76hk = S_sq1 * t_65obb + S_sq2 * t_yoiua;
-    const real K52 = t_tcgxn + t_uf5ib - t_z76hk - wqC_1 - wqC_2;
-    const real t_hjmgb = SC1 * t_65obb + SC2 * t_yoiua;
-    const real K53 = wqS_1 - t_hjmgb + wqS_2;
-    const real t_nncdg = Bl_1 - eBc_1;
-    const real t_4q22j = Bl_2 - eBc_2;
-    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
-    const real t_hoosk = S_sq1 * tn44_1;
-    const real t_drvdp = S_sq2 * tn44_2;
-    const real K55 = t_3fv6l
-        + t_odwbr
-        + t_nhr5u
-        + t_hoosk
-        + t_drvdp
+    const real t_hig3c = wqq_1 + wqq_2;
+    const real K44 = t_hig3c + Bl_1 + Bl_2 + J_C1;
+    const real t_67i37 = wg_1 - e1 * me1;
+    const real t_n5kna = wg_2 - e2 * me2;
+    const real t_hig3c_2 = Bc_1 - eAss_1;
+    const real t_vjftl = t_hig3c_2 + t_67i37;
+    const real t_hig3c_3 = Bc_2 - eAss_2;
+    const real t_vsqil = t_hig3c_3 + t_n5kna;
+    const real t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
+    const real K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2;
+    const real t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil;
+    const real K53 = wqS_1 - t_edvw3_2 + wqS_2;
+    const real t_yzhyr = Bl_1 - eBc_1;
+    const real t_q6put = Bl_2 - eBc_2;
+    const real K54 = t_hig3c - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2;
+    const real t_leuxo_5 = S_sq1 * tn44_1;
+    const real t_leuxo_6 = S_sq2 * tn44_2;
+    const real K55 = t_leuxo
+        + t_leuxo_2
+        + t_hig3c
+        + t_leuxo_5
+        + t_leuxo_6
         + J_C3
-        - t_b7ure
-        - t_lpk5h
+        - t_xdulz
+        - t_uohf6
         + K(-2.0) * wgC_1
         + K(-2.0) * wgC_2;
-    const real K63 = t_z76hk - (t_32gyg + t_gbkg6);
-    const real t_zhbuw = wgS_1 + wgS_2;
-    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
-    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
-    const real K66 = t_3bowt + t_ymmgl + J_C2 - t_hoosk - t_drvdp;
-    const real t_vt7uo = F_n1 * cos_theta1;
-    const real t_oncjt = F_n2 * cos_theta2;
-    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
-    const real t_azclp = F_n1 * sin_theta1;
-    const real t_iya7w = F_n2 * sin_theta2;
-    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
-    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
-    const real t_kp7yy = M_q1 + M_q2;
-    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
+    const real K63 = t_edvw3 - (t_hig3c_2 + t_hig3c_3);
+    const real t_hig3c_4 = wgS_1 + wgS_2;
+    const real K64 = t_hig3c_4 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2;
+    const real K65 = t_hig3c_4 + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6;
+    const real t_mallh = F_n1 * cos_theta1;
+    const real t_lbh6o = F_n2 * cos_theta2;
+    const real n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real t_mallh_2 = F_n1 * sin_theta1;
+    const real t_lbh6o_2 = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2;
+    const real t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * p[l1];
+    const real t_hig3c_5 = M_q1 + M_q2;
+    const real t_ogbts = Bs_2 * t_3hay7 + t_63ozv * p[l2];
     const real t_sfymc = p[J_y] - p[J_z];
-    const real n4 = t_aejai
-        - t_kp7yy
-        + t_zd4fs
+    const real n4 = t_mjqai
+        - t_hig3c_5
+        + t_ogbts
         - loss_phi1
         - loss_phi2
         + I_theta1 * x[wy]
         + I_theta2 * x[wy]
         - t_sfymc * x[wy] * x[wz];
-    const real t_w7nmt = t_aejai + F_t1 * e1;
-    const real t_e5cx2 = t_zd4fs + F_t2 * e2;
-    const real n5 = t_w7nmt * sin_theta1
-        - (t_kp7yy + loss_theta1 + loss_theta2)
-        + t_e5cx2 * sin_theta2
+    const real t_lsqzr = t_mjqai + F_t1 * e1;
+    const real t_rbrf6 = t_ogbts + F_t2 * e2;
+    const real n5 = t_lsqzr * sin_theta1
+        - (t_hig3c_5 + loss_theta1 + loss_theta2)
+        + t_rbrf6 * sin_theta2
         - W12 * (J_C1 + (p[J_z] - p[J_y]))
         - I_phi1 * x[wy]
         - I_phi2 * x[wy]
-        + t_vt7uo * g_1
-        + t_oncjt * g_2;
-    const real n6 = t_w7nmt * cos_theta1
-        + t_e5cx2 * cos_theta2
+        + t_mallh * g_1
+        + t_lbh6o * g_2;
+    const real n6 = t_lsqzr * cos_theta1
+        + t_rbrf6 * cos_theta2
         + I_theta1 * x[wx]
         + I_theta2 * x[wx]
         - W13 * (J_C1 + t_is5lg + t_sfymc)
-        - t_azclp * g_1
-        - t_iya7w * g_2
+        - t_mallh_2 * g_1
+        - t_lbh6o_2 * g_2
         - I_phi1 * x[wz]
         - I_phi2 * x[wz];
-    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real t_bpfoo = K(1.0) / K11;
-    const real t_w7lcw = t_b3aij * t_bpfoo;
-    const real K_D2 = K22 - t_b3aij * t_w7lcw;
-    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_3go2w = t_zzymx * t_bpfoo;
-    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
-    const real t_4iujv = K(1.0) / K_D2;
-    const real K_L32 = t_d4mqf * t_4iujv;
-    const real t_ev7u5 = Bs_1 + Asc_1 * e1;
-    const real t_bvybx = Bs_2 + Asc_2 * e2;
-    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
-    const real t_vshgd = t_6mmeb * t_bpfoo;
-    const real t_p6zld = K52 - t_b3aij * t_vshgd;
-    const real K_L52 = t_p6zld * t_4iujv;
-    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
-    const real t_2m245 = Bs_1 + Bs_2;
-    const real t_xq4wt = t_2m245 * t_bpfoo;
-    const real t_m67zs = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2 + t_b3aij * t_xq4wt;
-    const real t_6urah = t_m67zs * t_4iujv;
-    const real t_m27n6 = K43 + t_d4mqf * t_6urah - t_zzymx * t_xq4wt;
-    const real t_zmh3u = K(1.0) / K_D3;
-    const real K_L43 = t_m27n6 * t_zmh3u;
-    const real t_bxfcn = K53 - t_d4mqf * K_L52 - t_zzymx * t_vshgd;
-    const real K_L53 = t_bxfcn * t_zmh3u;
-    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
-    const real t_e4enr = t_bl4f2 * t_bpfoo;
-    const real t_qvrp6 = t_hjmgb + t_b3aij * t_e4enr;
-    const real t_dj64q = t_qvrp6 * t_4iujv;
-    const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
-    const real K_L63 = t_rahc4 * t_zmh3u;
-    const real K_D4 = K44 - t_m67zs * t_6urah - t_m27n6 * K_L43 - t_2m245 * t_xq4wt;
-    const real t_amczu = K54 + t_m67zs * K_L52 - t_m27n6 * K_L53 - t_2m245 * t_vshgd;
-    const real t_lt2al = K(1.0) / K_D4;
-    const real K_L54 = t_amczu * t_lt2al;
-    const real t_e4k6u = K64 - t_m67zs * t_dj64q - t_m27n6 * K_L63 - t_2m245 * t_e4enr;
-    const real K_L64 = t_e4k6u * t_lt2al;
+    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_6dtnj = K(1.0) / K11;
+    const real t_gousg = t_f2nhc * t_6dtnj;
+    const real K_D2 = K22 - t_f2nhc * t_gousg;
+    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_gousg_2 = t_f2nhc_2 * t_6dtnj;
+    const real t_upifj = K32 - t_f2nhc * t_gousg_2;
+    const real t_6dtnj_2 = K(1.0) / K_D2;
+    const real K_L32 = t_upifj * t_6dtnj_2;
+    const real t_2jubo = Bs_1 + Asc_1 * e1;
+    const real t_ittbm = Bs_2 + Asc_2 * e2;
+    const real t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2;
+    const real t_s62lc = t_6iku5 * t_6dtnj;
+    const real t_6vega = K52 - t_f2nhc * t_s62lc;
+    const real K_L52 = t_6vega * t_6dtnj_2;
+    const real K_D3 = K33 - t_upifj * K_L32 - t_f2nhc_2 * t_gousg_2;
+    const real t_hig3c_6 = Bs_1 + Bs_2;
+    const real t_w6lcf = t_hig3c_6 * t_6dtnj;
+    const real t_ly572 = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2 + t_f2nhc * t_w6lcf;
+    const real t_vpdgs = t_ly572 * t_6dtnj_2;
+    const real t_ichgo = K43 + t_upifj * t_vpdgs - t_f2nhc_2 * t_w6lcf;
+    const real t_6dtnj_3 = K(1.0) / K_D3;
+    const real K_L43 = t_ichgo * t_6dtnj_3;
+    const real t_jmicp = K53 - t_upifj * K_L52 - t_f2nhc_2 * t_s62lc;
+    const real K_L53 = t_jmicp * t_6dtnj_3;
+    const real t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2;
+    const real t_s62lc_2 = t_6iku5_2 * t_6dtnj;
+    const real t_avyqv = t_edvw3_2 + t_f2nhc * t_s62lc_2;
+    const real t_bk7yo = t_avyqv * t_6dtnj_2;
+    const real t_2dahu = K63 + t_upifj * t_bk7yo - t_f2nhc_2 * t_s62lc_2;
+    const real K_L63 = t_2dahu * t_6dtnj_3;
+    const real K_D4 = K44 - t_ly572 * t_vpdgs - t_ichgo * K_L43 - t_hig3c_6 * t_w6lcf;
+    const real t_otpfz = K54 + t_ly572 * K_L52 - t_ichgo * K_L53 - t_hig3c_6 * t_s62lc;
+    const real t_6dtnj_4 = K(1.0) / K_D4;
+    const real K_L54 = t_otpfz * t_6dtnj_4;
+    const real t_aolgd = K64 - t_ly572 * t_bk7yo - t_ichgo * K_L63 - t_hig3c_6 * t_s62lc_2;
+    const real K_L64 = t_aolgd * t_6dtnj_4;
     const real K_D5 = K55
-        - t_p6zld * K_L52
-        - t_bxfcn * K_L53
-        - t_amczu * K_L54
-        - t_6mmeb * t_vshgd;
-    const real t_jo54w = K65
-        + t_p6zld * t_dj64q
-        - t_bxfcn * K_L63
-        - t_amczu * K_L64
-        - t_6mmeb * t_e4enr;
-    const real t_ftqxb = K(1.0) / K_D5;
-    const real K_L65 = t_jo54w * t_ftqxb;
+        - t_6vega * K_L52
+        - t_jmicp * K_L53
+        - t_otpfz * K_L54
+        - t_6iku5 * t_s62lc;
+    const real t_hdeaq = K65
+        + t_6vega * t_bk7yo
+        - t_jmicp * K_L63
+        - t_otpfz * K_L64
+        - t_6iku5 * t_s62lc_2;
+    const real t_6dtnj_5 = K(1.0) / K_D5;
+    const real K_L65 = t_hdeaq * t_6dtnj_5;
     const real K_D6 = K66
-        - t_qvrp6 * t_dj64q
-        - t_rahc4 * K_L63
-        - t_e4k6u * K_L64
-        - t_jo54w * K_L65
-        - t_bl4f2 * t_e4enr;
+        - t_avyqv * t_bk7yo
+        - t_2dahu * K_L63
+        - t_aolgd * K_L64
+        - t_hdeaq * K_L65
+        - t_6iku5_2 * t_s62lc_2;
     const real b1 = f_x
-        + (t_7imwe * sin_phi1 + t_4b2fa * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2);
+        + (t_pc5rt * sin_phi1 + t_63ozv * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2);
     const real b2 = f_y - n2;
     const real b4 = u[Mx] - n4;
-    const real t_lwe76 = p[b] + p[d] + x_C;
-    const real b5 = u[Mz] - n5 - f_y * t_lwe76;
+    const real t_bknng = p[b] + p[d] + x_C;
+    const real b5 = u[Mz] - n5 - f_y * t_bknng;
     const real t_gcu5g = t_ruxs4 * sin_delta1;
-    const real b6 = t_gcu5g * t_lwe76 - (u[My] + n6);
-    const real X_y2 = b2 + t_w7lcw * b1;
-    const real X_y3 = t_3go2w * b1 - (t_gcu5g + n3) - K_L32 * X_y2;
-    const real X_y4 = b4 + t_xq4wt * b1 + t_6urah * X_y2 - K_L43 * X_y3;
+    const real b6 = t_gcu5g * t_bknng - (u[My] + n6);
+    const real X_y2 = b2 + t_gousg * b1;
+    const real X_y3 = t_gousg_2 * b1 - (t_gcu5g + n3) - K_L32 * X_y2;
+    const real X_y4 = b4 + t_w6lcf * b1 + t_vpdgs * X_y2 - K_L43 * X_y3;
     const real X_y5 = b5
-        + t_vshgd * b1
+        + t_s62lc * b1
         - K_L52 * X_y2
         - K_L53 * X_y3
         - K_L54 * X_y4;
     const real X_y6 = b6
-        + t_e4enr * b1
-        + t_dj64q * X_y2
+        + t_s62lc_2 * b1
+        + t_bk7yo * X_y2
         - K_L63 * X_y3
         - K_L64 * X_y4
         - K_L65 * X_y5;
     const real X_x6 = X_y6 / K_D6;
-    const real X_x5 = X_y5 * t_ftqxb - K_L65 * X_x6;
-    const real X_x4 = X_y4 * t_lt2al - K_L54 * X_x5 - K_L64 * X_x6;
-    const real X_x3 = X_y3 * t_zmh3u - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
-    const real X_x2 = X_y2 * t_4iujv
+    const real X_x5 = X_y5 * t_6dtnj_5 - K_L65 * X_x6;
+    const real X_x4 = X_y4 * t_6dtnj_4 - K_L54 * X_x5 - K_L64 * X_x6;
+    const real X_x3 = X_y3 * t_6dtnj_3 - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
+    const real X_x2 = X_y2 * t_6dtnj_2
         - K_L32 * X_x3
-        + t_6urah * X_x4
+        + t_vpdgs * X_x4
         - K_L52 * X_x5
-        + t_dj64q * X_x6;
+        + t_bk7yo * X_x6;
     const real gx_phi1 = sin_phi1 * t_6nwd2;  /* (25) */
-    const real t_5zfdh = lc_1 * p[m1];
-    const real gy_phi1 = sin_theta1 * t_5zfdh;  /* (25) */
-    const real gz_phi1 = cos_theta1 * t_5zfdh;  /* (25) */
-    const real t_4xxce = t_yx2kz * sin_theta1;
-    const real cz_phi1 = gy_phi1 * p[h1] - t_4xxce;  /* (25) */
-    const real t_azo52 = gx_phi1 * p[h1];
-    const real t_amwyw = t_a3uw4 + t_rding;
-    const real t_7eszt = t_amwyw * t_amwyw;
-    const real t_a233z = sin_phi1 * cos_phi1;
-    const real t_5jodw = t_yx2kz * t_a233z;
+    const real t_3s3hq = lc_1 * p[m1];
+    const real gy_phi1 = sin_theta1 * t_3s3hq;  /* (25) */
+    const real gz_phi1 = cos_theta1 * t_3s3hq;  /* (25) */
+    const real t_dmccl = t_yx2kz * sin_theta1;
+    const real cz_phi1 = gy_phi1 * p[h1] - t_dmccl;  /* (25) */
+    const real t_sxxxk = gx_phi1 * p[h1];
+    const real t_l4ozg = t_uu2cl + t_rzamr;
+    const real t_wjugd = t_l4ozg * t_l4ozg;
+    const real t_hjphj = sin_phi1 * cos_phi1;
+    const real t_lgf4h = t_yx2kz * t_hjphj;
     const real t_wube7 = x[wx] * x[wx];
-    const real t_3qva5 = sin_phi1 * sin_phi1;
-    const real t_invly = t_yx2kz * t_3qva5;
-    const real t_h5pol = t_invly * t_amwyw;
-    const real t_oc5tk = t_os4zj + t_os4zj;
+    const real t_hjphj_2 = sin_phi1 * sin_phi1;
+    const real t_lgf4h_2 = t_yx2kz * t_hjphj_2;
+    const real t_mgpcw = t_lgf4h_2 * t_l4ozg;
+    const real t_os4zj_2 = t_os4zj + t_os4zj;
     const real k_phi1 = loss_phi1
-        - t_azo52 * t_7eszt
-        - t_azo52 * (Wn1 * Wn1)
-        - x[theta1_dot] * x[theta1_dot] * t_5jodw
-        - t_5jodw * t_wube7
-        - (x[theta1_dot] + x[theta1_dot]) * t_h5pol
-        - t_yx2kz * t_amwyw * x[wx]
-        + t_os4zj * t_7eszt * sin_phi1 * cos_phi1 * p[m1]
-        + t_oc5tk * t_3qva5 * t_amwyw * x[wx] * p[m1]
-        + cos_phi1 * t_amwyw * p[h1] * x[wx] * p[l1] * p[m1]
-        + t_oc5tk * sin_phi1 * cos_phi1 * x[theta1_dot] * x[wx] * p[m1];  /* (25) */
-    const real D_theta1 = t_invly + p[I1];  /* (26) */
+        - t_sxxxk * t_wjugd
+        - t_sxxxk * (Wn1 * Wn1)
+        - x[theta1_dot] * x[theta1_dot] * t_lgf4h
+        - t_lgf4h * t_wube7
+        - (x[theta1_dot] + x[theta1_dot]) * t_mgpcw
+        - t_yx2kz * t_l4ozg * x[wx]
+        + t_os4zj * t_wjugd * sin_phi1 * cos_phi1 * p[m1]
+        + t_os4zj_2 * t_hjphj_2 * t_l4ozg * x[wx] * p[m1]
+        + cos_phi1 * t_l4ozg * p[h1] * x[wx] * p[l1] * p[m1]
+        + t_os4zj_2 * sin_phi1 * cos_phi1 * x[theta1_dot] * x[wx] * p[m1];  /* (25) */
+    const real D_theta1 = t_lgf4h_2 + p[I1];  /* (26) */
     const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
-    const real t_tpms2 = sin_theta1 * gx_phi1;
-    const real cy_theta1 = t_tpms2 * p[h1] - t_a233z * t_4xxce;  /* (26) */
-    const real cz_theta1 = gy_theta1 * p[h1] - t_a233z * (t_yx2kz * cos_theta1) + p[I1];  /* (26) */
-    const real t_ywy5z = Wn1 * x[wx];
-    const real t_j5odj = x[phi1_dot] + x[phi1_dot];
-    const real t_femof = t_5jodw * t_j5odj;
+    const real t_iouus = sin_theta1 * gx_phi1;
+    const real cy_theta1 = t_iouus * p[h1] - t_hjphj * t_dmccl;  /* (26) */
+    const real cz_theta1 = gy_theta1 * p[h1] - t_hjphj * (t_yx2kz * cos_theta1) + p[I1];  /* (26) */
+    const real t_prfqf = Wn1 * x[wx];
+    const real t_hjux3 = x[phi1_dot] + x[phi1_dot];
+    const real t_cqyvk = t_lgf4h * t_hjux3;
     const real k_theta1 = loss_theta1
-        + t_azo52 * t_ywy5z
-        + t_h5pol * t_j5odj
-        + t_h5pol * Wn1
-        + t_femof * x[theta1_dot]
-        - t_5jodw * t_ywy5z
-        - t_femof * x[wx];  /* (26) */
+        + t_sxxxk * t_prfqf
+        + t_mgpcw * t_hjux3
+        + t_mgpcw * Wn1
+        + t_cqyvk * x[theta1_dot]
+        - t_lgf4h * t_prfqf
+        - t_cqyvk * x[wx];  /* (26) */
     const real gx_phi2 = t_popww * sin_phi2;  /* (25) */
-    const real t_p4m3j = lc_2 * p[m2];
-    const real gy_phi2 = t_p4m3j * sin_theta2;  /* (25) */
-    const real gz_phi2 = t_p4m3j * cos_theta2;  /* (25) */
-    const real t_tb25v = sin_theta2 * t_frp3h;
-    const real cz_phi2 = gy_phi2 * p[h2] - t_tb25v;  /* (25) */
-    const real t_nqm7d = sin_phi2 * cos_phi2;
-    const real t_2t5uv = t_nqm7d * t_frp3h;
-    const real t_svo5z = gx_phi2 * p[h2];
-    const real t_kmx3q = t_vhhwy + t_geoui;
-    const real t_3chhy = t_kmx3q * t_kmx3q;
-    const real t_4j4b3 = sin_phi2 * sin_phi2;
-    const real t_claqt = t_4j4b3 * t_frp3h;
-    const real t_imick = t_kmx3q * t_claqt;
+    const real t_7pqnn = lc_2 * p[m2];
+    const real gy_phi2 = t_7pqnn * sin_theta2;  /* (25) */
+    const real gz_phi2 = t_7pqnn * cos_theta2;  /* (25) */
+    const real t_c4pkx = sin_theta2 * t_frp3h;
+    const real cz_phi2 = gy_phi2 * p[h2] - t_c4pkx;  /* (25) */
+    const real t_pt6a7 = sin_phi2 * cos_phi2;
+    const real t_6pfo6 = t_pt6a7 * t_frp3h;
+    const real t_2ys72 = gx_phi2 * p[h2];
+    const real t_doiln = t_t2zmi + t_adduy;
+    const real t_7ovbh = t_doiln * t_doiln;
+    const real t_pt6a7_2 = sin_phi2 * sin_phi2;
+    const real t_6pfo6_2 = t_pt6a7_2 * t_frp3h;
+    const real t_n7l2g = t_doiln * t_6pfo6_2;
     const real k_phi2 = loss_phi2
-        - t_wube7 * t_2t5uv
-        - t_svo5z * t_3chhy
-        - t_svo5z * (Wn2 * Wn2)
-        - x[theta2_dot] * x[theta2_dot] * t_2t5uv
-        - (x[theta2_dot] + x[theta2_dot]) * t_imick
-        - t_kmx3q * t_frp3h * x[wx]
-        + t_3chhy * sin_phi2 * cos_phi2 * t_nfvux * p[m2]
-        + (t_kmx3q + t_kmx3q) * t_4j4b3 * t_nfvux * x[wx] * p[m2]
-        + t_kmx3q * cos_phi2 * p[h2] * x[wx] * p[l2] * p[m2]
+        - t_wube7 * t_6pfo6
+        - t_2ys72 * t_7ovbh
+        - t_2ys72 * (Wn2 * Wn2)
+        - x[theta2_dot] * x[theta2_dot] * t_6pfo6
+        - (x[theta2_dot] + x[theta2_dot]) * t_n7l2g
+        - t_doiln * t_frp3h * x[wx]
+        + t_7ovbh * sin_phi2 * cos_phi2 * t_nfvux * p[m2]
+        + (t_doiln + t_doiln) * t_pt6a7_2 * t_nfvux * x[wx] * p[m2]
+        + t_doiln * cos_phi2 * p[h2] * x[wx] * p[l2] * p[m2]
         + (sin_phi2 + sin_phi2) * cos_phi2 * t_nfvux * x[theta2_dot] * x[wx] * p[m2];  /* (25) */
-    const real D_theta2 = t_claqt + p[I2];  /* (26) */
+    const real D_theta2 = t_6pfo6_2 + p[I2];  /* (26) */
     const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
-    const real t_h3pge = gx_phi2 * sin_theta2;
-    const real cy_theta2 = t_h3pge * p[h2] - t_tb25v * t_nqm7d;  /* (26) */
-    const real cz_theta2 = gy_theta2 * p[h2] - t_nqm7d * (cos_theta2 * t_frp3h) + p[I2];  /* (26) */
-    const real t_nw7er = Wn2 * x[wx];
-    const real t_473qv = x[phi2_dot] + x[phi2_dot];
+    const real t_cfuim = gx_phi2 * sin_theta2;
+    const real cy_theta2 = t_cfuim * p[h2] - t_c4pkx * t_pt6a7;  /* (26) */
+    const real cz_theta2 = gy_theta2 * p[h2] - t_pt6a7 * (cos_theta2 * t_frp3h) + p[I2];  /* (26) */
+    const real t_prfqf_2 = Wn2 * x[wx];
+    const real t_mw75j = x[phi2_dot] + x[phi2_dot];
     const real k_theta2 = loss_theta2
-        + Wn2 * t_imick
-        + t_svo5z * t_nw7er
-        + t_imick * t_473qv
-        + t_2t5uv * t_473qv * x[theta2_dot]
-        - t_2t5uv * t_nw7er
-        - t_2t5uv * (x[wx] + x[wx]) * x[phi2_dot];  /* (26) */
+        + Wn2 * t_n7l2g
+        + t_2ys72 * t_prfqf_2
+        + t_n7l2g * t_mw75j
+        + t_6pfo6 * t_mw75j * x[theta2_dot]
+        - t_6pfo6 * t_prfqf_2
+        - t_6pfo6 * (x[wx] + x[wx]) * x[phi2_dot];  /* (26) */
     const real ax_eq = p[F] / (t_omhyl + p[m1] + p[m2]);  /* (19) */
-    const real t_bu64g = X_x2 - X_x5 * x_C;
-    const real t_isafs = X_x3 - X_x6 * x_C;
-    const real t_s6zvw = W13 - X_x6;
-    const real t_g433r = X_x5 - W12;
+    const real t_krap6 = X_x2 - X_x5 * x_C;
+    const real t_krap6_2 = X_x3 - X_x6 * x_C;
+    const real t_7qsh6 = W13 - X_x6;
+    const real t_3ipx7 = X_x5 - W12;
     real sin_att2, cos_att2; mv_sincos(x[att2], &sin_att2, &cos_att2);
     real sin_att1, cos_att1; mv_sincos(x[att1], &sin_att1, &cos_att1);
     const real t_oa5el = K(1.0) / cos_att2;
     const real t_s66h7 = sin_att1 * t_oa5el * x[wy];
     const real t_bi4sl = cos_att1 * t_oa5el * x[wz];
-    const real t_jaxjh = t_s6zvw * (gz_phi1 * p[h1] - t_os4zj * cos_theta1 * p[m1])
-        - (ax_eq * gx_phi1 + k_phi1 + t_bu64g * gy_phi1 + t_isafs * gz_phi1)
-        - t_g433r * cz_phi1
+    const real t_wvrdl = t_7qsh6 * (gz_phi1 * p[h1] - t_os4zj * cos_theta1 * p[m1])
+        - (ax_eq * gx_phi1 + k_phi1 + t_krap6 * gy_phi1 + t_krap6_2 * gz_phi1)
+        - t_3ipx7 * cz_phi1
         - X_x4 * p[I1];
-    const real t_lq4cq = t_isafs * t_tpms2
-        - (k_theta1 + t_bu64g * gy_theta1)
-        - t_s6zvw * cy_theta1
-        - t_g433r * cz_theta1
-        + X_x4 * t_invly;
-    const real t_q4cqs = t_s6zvw * (gz_phi2 * p[h2] - cos_theta2 * t_nfvux * p[m2])
-        - (ax_eq * gx_phi2 + k_phi2 + t_bu64g * gy_phi2 + t_isafs * gz_phi2)
-        - t_g433r * cz_phi2
+    const real t_wwun2 = t_krap6_2 * t_iouus
+        - (k_theta1 + t_krap6 * gy_theta1)
+        - t_7qsh6 * cy_theta1
+        - t_3ipx7 * cz_theta1
+        + X_x4 * t_lgf4h_2;
+    const real t_etj7j = t_7qsh6 * (gz_phi2 * p[h2] - cos_theta2 * t_nfvux * p[m2])
+        - (ax_eq * gx_phi2 + k_phi2 + t_krap6 * gy_phi2 + t_krap6_2 * gz_phi2)
+        - t_3ipx7 * cz_phi2
         - X_x4 * p[I2];
-    const real t_s7oaj = t_isafs * t_h3pge
-        - (k_theta2 + t_bu64g * gy_theta2)
-        - t_s6zvw * cy_theta2
-        - t_g433r * cz_theta2
-        + X_x4 * t_claqt;
+    const real t_nad6b = t_krap6_2 * t_cfuim
+        - (k_theta2 + t_krap6 * gy_theta2)
+        - t_7qsh6 * cy_theta2
+        - t_3ipx7 * cz_theta2
+        + X_x4 * t_6pfo6_2;
     dx[0] = ax_eq - x[vz] * x[wy] + x[vy] * x[wz];
-    dx[1] = t_bu64g + (x[vz] * x[wx] - x[vx] * x[wz]);
-    dx[2] = t_isafs + (x[vx] * x[wy] - x[vy] * x[wx]);
+    dx[1] = t_krap6 + (x[vz] * x[wx] - x[vx] * x[wz]);
+    dx[2] = t_krap6_2 + (x[vx] * x[wy] - x[vy] * x[wx]);
     dx[3] = X_x4;
-    dx[4] = t_s6zvw;
-    dx[5] = t_g433r;
+    dx[4] = t_7qsh6;
+    dx[5] = t_3ipx7;
     dx[6] = x[wx] + sin_att2 * t_s66h7 + sin_att2 * t_bi4sl;
     dx[7] = cos_att1 * x[wy] - sin_att1 * x[wz];
     dx[8] = t_s66h7 + t_bi4sl;
@@ -2111,10 +2111,10 @@ void slosh_rhs_reduced_euler(const real *x, const real *u, const real *p, real *
     dx[10] = x[theta1_dot];
     dx[11] = x[phi2_dot];
     dx[12] = x[theta2_dot];
-    dx[13] = t_jaxjh * t_zrejm;
-    dx[14] = t_lq4cq / D_theta1;
-    dx[15] = t_q4cqs * t_5wzvs;
-    dx[16] = t_s7oaj / D_theta2;
+    dx[13] = t_wvrdl * t_gbl6n;
+    dx[14] = t_wwun2 / D_theta1;
+    dx[15] = t_etj7j * t_jx6g7;
+    dx[16] = t_nad6b / D_theta2;
 }
 
 /* input that acts; 236 operations. */
@@ -2146,14 +2146,14 @@ void slosh_actuate(const real *x, const real *u_cmd, const real *p, real *u)
     enum { h2 = SLOSH_P_H2 };
     enum { I2 = SLOSH_P_I2 };
     const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
-    const real t_gx5gf = p[m1] / D1;
-    const real k1 = t_gx5gf * p[l1];
-    const real me1 = t_gx5gf * p[I1];
+    const real t_nkfhl = p[m1] / D1;
+    const real k1 = t_nkfhl * p[l1];
+    const real me1 = t_nkfhl * p[I1];
     const real mv1 = p[l1] * p[m1] * k1;
     const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
-    const real t_wiek6 = p[m2] / D2;
-    const real k2 = t_wiek6 * p[l2];
-    const real me2 = t_wiek6 * p[I2];
+    const real t_xgfi7 = p[m2] / D2;
+    const real k2 = t_xgfi7 * p[l2];
+    const real me2 = t_xgfi7 * p[I2];
     const real mv2 = p[l2] * p[m2] * k2;
     const real M_C = p[m] + p[m0] + me1 + me2;
     const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
@@ -2202,33 +2202,33 @@ void slosh_actuate(const real *x, const real *u_cmd, const real *p, real *u)
     const real wqC_2 = cos_theta2 * wq_2;
     const real wqS_2 = sin_theta2 * wq_2;
     const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
-    const real t_fbeaw = S_sq1 * tn11_1;
-    const real t_dj555 = S_sq2 * tn11_2;
-    const real K22 = t_fbeaw + t_dj555 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real t_leuxo = S_sq1 * tn11_1;
+    const real t_leuxo_2 = S_sq2 * tn11_2;
+    const real K22 = t_leuxo + t_leuxo_2 + M_C + wth_1 + wth_2 - me1 - me2;
     const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + M_C - t_fbeaw - t_dj555;
+    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo - t_leuxo_2;
     const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
-    const real t_tcgxn = wg_1 - e1 * me1;
-    const real t_uf5ib = wg_2 - e2 * me2;
-    const real t_32gyg = Bc_1 - eAss_1;
-    const real t_65obb = t_32gyg + t_tcgxn;
-    const real t_gbkg6 = Bc_2 - eAss_2;
-    const real t_yoiua = t_gbkg6 + t_uf5ib;
-    const real t_z76hk = S_sq1 * t_65obb + S_sq2 * t_yoiua;
-    const real K52 = t_tcgxn + t_uf5ib - t_z76hk - wqC_1 - wqC_2;
-    const real t_hjmgb = SC1 * t_65obb + SC2 * t_yoiua;
-    const real K53 = wqS_1 - t_hjmgb + wqS_2;
-    const real K63 = t_z76hk - (t_32gyg + t_gbkg6);
-    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real t_bpfoo = K(1.0) / K11;
-    const real t_w7lcw = t_b3aij * t_bpfoo;
-    const real K_D2 = K22 - t_b3aij * t_w7lcw;
-    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_3go2w = t_zzymx * t_bpfoo;
-    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
-    const real t_4iujv = K(1.0) / K_D2;
-    const real K_L32 = t_d4mqf * t_4iujv;
-    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
+    const real t_67i37 = wg_1 - e1 * me1;
+    const real t_n5kna = wg_2 - e2 * me2;
+    const real t_hig3c = Bc_1 - eAss_1;
+    const real t_vjftl = t_hig3c + t_67i37;
+    const real t_hig3c_2 = Bc_2 - eAss_2;
+    const real t_vsqil = t_hig3c_2 + t_n5kna;
+    const real t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
+    const real K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2;
+    const real t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil;
+    const real K53 = wqS_1 - t_edvw3_2 + wqS_2;
+    const real K63 = t_edvw3 - (t_hig3c + t_hig3c_2);
+    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_6dtnj = K(1.0) / K11;
+    const real t_gousg = t_f2nhc * t_6dtnj;
+    const real K_D2 = K22 - t_f2nhc * t_gousg;
+    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_gousg_2 = t_f2nhc_2 * t_6dtnj;
+    const real t_upifj = K32 - t_f2nhc * t_gousg_2;
+    const real t_6dtnj_2 = K(1.0) / K_D2;
+    const real K_L32 = t_upifj * t_6dtnj_2;
+    const real K_D3 = K33 - t_upifj * K_L32 - t_f2nhc_2 * t_gousg_2;
     const real delta2_act = mv_max(-p[delta2_max], mv_min(u_cmd[delta2_cmd], p[delta2_max]));
     const mask m_tdcs7 = LE(mv_fabs(u_cmd[delta2_cmd]), p[delta2_max]);
     real sin_delta2_cmd, cos_delta2_cmd; mv_sincos(u_cmd[delta2_cmd], &sin_delta2_cmd, &cos_delta2_cmd);
@@ -2236,33 +2236,33 @@ void slosh_actuate(const real *x, const real *u_cmd, const real *p, real *u)
     const real t_dd7v5 = cos_delta2_cmd * sin_delta1_cmd;
     const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_tdcs7, u_cmd[delta1_cmd], mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_dd7v5 * (K(1.0) / mv_cos(p[delta2_max]))))))));
     real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
-    const real t_y4w6o = p[F] * cos_delta2_act;
+    const real t_appoi = p[F] * cos_delta2_act;
     real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
-    const real df1_act = t_y4w6o * cos_delta1_act - cos_delta2_cmd * p[F] * cos_delta1_cmd;
+    const real df1_act = t_appoi * cos_delta1_act - cos_delta2_cmd * p[F] * cos_delta1_cmd;
     const real df2_act = p[F] * sin_delta2_act - p[F] * sin_delta2_cmd;
-    const real df3_act = t_dd7v5 * p[F] - t_y4w6o * sin_delta1_act;
-    const real da_act_y2 = df2_act + t_w7lcw * df1_act;
-    const real da_act_y3 = df3_act + t_3go2w * df1_act - K_L32 * da_act_y2;
+    const real df3_act = t_dd7v5 * p[F] - t_appoi * sin_delta1_act;
+    const real da_act_y2 = df2_act + t_gousg * df1_act;
+    const real da_act_y3 = df3_act + t_gousg_2 * df1_act - K_L32 * da_act_y2;
     const real da_act_x3 = da_act_y3 / K_D3;
-    const real da_act_x2 = da_act_y2 * t_4iujv - K_L32 * da_act_x3;
-    const real da_act_x1 = df1_act * t_bpfoo + t_w7lcw * da_act_x2 + t_3go2w * da_act_x3;
-    const real t_lwe76 = p[b] + p[d] + x_C;
-    const real t_ev7u5 = Bs_1 + Asc_1 * e1;
-    const real t_bvybx = Bs_2 + Asc_2 * e2;
+    const real da_act_x2 = da_act_y2 * t_6dtnj_2 - K_L32 * da_act_x3;
+    const real da_act_x1 = df1_act * t_6dtnj + t_gousg * da_act_x2 + t_gousg_2 * da_act_x3;
+    const real t_bknng = p[b] + p[d] + x_C;
+    const real t_2jubo = Bs_1 + Asc_1 * e1;
+    const real t_ittbm = Bs_2 + Asc_2 * e2;
     u[0] = u_cmd[Mx_cmd]
         - (Bs_1 + Bs_2) * da_act_x1
         - (wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2) * da_act_x2
         + K43 * da_act_x3;
     u[1] = u_cmd[My_cmd]
-        - t_lwe76 * df3_act
-        + (t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2) * da_act_x1
-        + t_hjmgb * da_act_x2
+        - t_bknng * df3_act
+        + (t_2jubo * cos_theta1 + t_ittbm * cos_theta2) * da_act_x1
+        + t_edvw3_2 * da_act_x2
         - K63 * da_act_x3;
     u[2] = u_cmd[Mz_cmd]
-        - (t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2) * da_act_x1
+        - (t_2jubo * sin_theta1 + t_ittbm * sin_theta2) * da_act_x1
         + K52 * da_act_x2
         + K53 * da_act_x3
-        + t_lwe76 * df2_act;
+        + t_bknng * df2_act;
     u[3] = delta1_act;
     u[4] = delta2_act;
 }
@@ -2471,112 +2471,112 @@ void slosh_momentum(const real *x, const real *p, real *momentum)
     enum { h2 = SLOSH_P_H2 };
     enum { I2 = SLOSH_P_I2 };
     const real t_zig7f = K(0.5) * p[m1];
-    const real t_zpf2p = x[vx] + x[vx];
+    const real t_biiqk = x[vx] + x[vx];
     real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
     const real t_uu25d = sin_phi1 * p[l1];
     real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
     const real t_y53hc = t_uu25d * (sin_theta1 * x[wz]);
     const real t_q2sfi = t_uu25d * (cos_theta1 * x[wy]);
-    const real t_j5odj = x[phi1_dot] + x[phi1_dot];
+    const real t_hjux3 = x[phi1_dot] + x[phi1_dot];
     const real t_fha3f = K(0.5) * p[m2];
     real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
     real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
     const real t_pgd7h = sin_phi2 * p[l2];
     const real t_jdyu6 = sin_theta2 * x[wz] * t_pgd7h;
     const real t_xza42 = cos_theta2 * x[wy] * t_pgd7h;
-    const real t_473qv = x[phi2_dot] + x[phi2_dot];
+    const real t_mw75j = x[phi2_dot] + x[phi2_dot];
     const real t_mldgu = K(0.5) * p[m];
     const real t_i435h = p[b] * x[wz];
     const real t_byoa6 = K(-2.0) * x[vy];
     const real t_4qrd5 = K(0.5) * p[m0];
     const real t_2pqsj = p[h0] * x[wz];
-    const real t_owcld = x[vy] + x[vy];
+    const real t_byoa6_2 = x[vy] + x[vy];
     const real t_4fh24 = cos_phi1 * p[l1];
     const real t_5wsq6 = p[h1] - t_4fh24;
     const real t_k43ez = t_5wsq6 * x[wz];
-    const real t_djbtf = x[theta1_dot] + x[theta1_dot];
+    const real t_2zkgz = x[theta1_dot] + x[theta1_dot];
     const real t_3ndti = t_uu25d * cos_theta1;
-    const real t_nboqt = t_j5odj * t_4fh24;
-    const real t_qbejf = x[wx] + x[wx];
-    const real t_fc73r = t_owcld
+    const real t_gmx3d = t_hjux3 * t_4fh24;
+    const real t_f2ypg = x[wx] + x[wx];
+    const real t_crmmg = t_byoa6_2
         + (t_k43ez + t_k43ez)
-        + t_djbtf * t_3ndti
-        + t_nboqt * sin_theta1
-        - t_qbejf * t_3ndti;
+        + t_2zkgz * t_3ndti
+        + t_gmx3d * sin_theta1
+        - t_f2ypg * t_3ndti;
     const real t_i5y5i = cos_phi2 * p[l2];
     const real t_i4qrx = p[h2] - t_i5y5i;
     const real t_rkxmj = t_i4qrx * x[wz];
-    const real t_m5kd4 = x[theta2_dot] + x[theta2_dot];
+    const real t_m7bta = x[theta2_dot] + x[theta2_dot];
     const real t_m32m4 = t_pgd7h * cos_theta2;
-    const real t_adpvy = t_i5y5i * t_473qv;
-    const real t_l7jnq = t_owcld
+    const real t_qy3i6 = t_i5y5i * t_mw75j;
+    const real t_3apnu = t_byoa6_2
         + (t_rkxmj + t_rkxmj)
-        + t_m5kd4 * t_m32m4
-        + t_adpvy * sin_theta2
-        - t_qbejf * t_m32m4;
-    const real t_vri23 = x[vz] + x[vz];
+        + t_m7bta * t_m32m4
+        + t_qy3i6 * sin_theta2
+        - t_f2ypg * t_m32m4;
+    const real t_s2c4q = x[vz] + x[vz];
     const real t_afq4u = p[b] * x[wy];
     const real t_vghml = p[h0] * x[wy];
     const real t_ga5oq = t_5wsq6 * x[wy];
     const real t_nifmf = t_uu25d * sin_theta1;
-    const real t_u76v5 = t_vri23
+    const real t_3pu7w = t_s2c4q
         + K(-2.0) * t_ga5oq
-        + t_qbejf * t_nifmf
-        + t_nboqt * cos_theta1
-        - t_djbtf * t_nifmf;
+        + t_f2ypg * t_nifmf
+        + t_gmx3d * cos_theta1
+        - t_2zkgz * t_nifmf;
     const real t_wp7p4 = t_i4qrx * x[wy];
     const real t_z7gk4 = t_pgd7h * sin_theta2;
-    const real t_ppxeq = t_vri23
+    const real t_lsqou = t_s2c4q
         + K(-2.0) * t_wp7p4
-        + t_qbejf * t_z7gk4
-        + t_adpvy * cos_theta2
-        - t_m5kd4 * t_z7gk4;
+        + t_f2ypg * t_z7gk4
+        + t_qy3i6 * cos_theta2
+        - t_m7bta * t_z7gk4;
     const real t_ykayx = K(0.5) * p[I1];
     const real t_mjwqd = K(0.5) * p[I2];
-    const real t_gmx3d = t_4fh24 * x[phi1_dot];
-    const real t_3pu7w = x[vz] - t_ga5oq + t_gmx3d * cos_theta1 + t_nifmf * x[wx] - t_nifmf * x[theta1_dot];
-    const real t_5ppc7 = t_k43ez + x[vy] + t_gmx3d * sin_theta1 + t_3ndti * x[theta1_dot] - t_3ndti * x[wx];
-    const real t_dg6fc = t_3ndti + t_3ndti;
-    const real t_qy3i6 = t_i5y5i * x[phi2_dot];
-    const real t_lsqou = x[vz] - t_wp7p4 + t_qy3i6 * cos_theta2 + t_z7gk4 * x[wx] - t_z7gk4 * x[theta2_dot];
-    const real t_gcz5k = t_rkxmj + x[vy] + t_qy3i6 * sin_theta2 + t_m32m4 * x[theta2_dot] - t_m32m4 * x[wx];
-    const real t_xbb3s = t_m32m4 + t_m32m4;
+    const real t_gmx3d_2 = t_4fh24 * x[phi1_dot];
+    const real t_3pu7w_2 = x[vz] - t_ga5oq + t_gmx3d_2 * cos_theta1 + t_nifmf * x[wx] - t_nifmf * x[theta1_dot];
+    const real t_5ppc7 = t_k43ez + x[vy] + t_gmx3d_2 * sin_theta1 + t_3ndti * x[theta1_dot] - t_3ndti * x[wx];
+    const real t_npl2t = t_3ndti + t_3ndti;
+    const real t_qy3i6_2 = t_i5y5i * x[phi2_dot];
+    const real t_lsqou_2 = x[vz] - t_wp7p4 + t_qy3i6_2 * cos_theta2 + t_z7gk4 * x[wx] - t_z7gk4 * x[theta2_dot];
+    const real t_gcz5k = t_rkxmj + x[vy] + t_qy3i6_2 * sin_theta2 + t_m32m4 * x[theta2_dot] - t_m32m4 * x[wx];
+    const real t_hn6vs = t_m32m4 + t_m32m4;
     const real t_lgaky = p[b] * p[m];
     const real t_oslib = p[h0] * p[m0];
     const real t_mpmd7 = t_q2sfi + x[vx] - t_y53hc + t_uu25d * x[phi1_dot];
-    const real t_tliu6 = p[h1] + p[h1] + K(-2.0) * cos_phi1 * p[l1];
+    const real t_5wsq6_2 = p[h1] + p[h1] + K(-2.0) * cos_phi1 * p[l1];
     const real t_dctfb = t_xza42 + x[vx] - t_jdyu6 + t_pgd7h * x[phi2_dot];
-    const real t_cwmco = p[h2] + p[h2] + K(-2.0) * cos_phi2 * p[l2];
-    const real t_gwp2t = x[wz] + x[wz];
-    momentum[0] = t_zig7f * (t_zpf2p + K(-2.0) * t_y53hc + (t_q2sfi + t_q2sfi) + t_j5odj * t_uu25d)
-        + t_fha3f * (t_zpf2p + K(-2.0) * t_jdyu6 + (t_xza42 + t_xza42) + t_473qv * t_pgd7h)
+    const real t_i4qrx_2 = p[h2] + p[h2] + K(-2.0) * cos_phi2 * p[l2];
+    const real t_pzkfy = x[wz] + x[wz];
+    momentum[0] = t_zig7f * (t_biiqk + K(-2.0) * t_y53hc + (t_q2sfi + t_q2sfi) + t_hjux3 * t_uu25d)
+        + t_fha3f * (t_biiqk + K(-2.0) * t_jdyu6 + (t_xza42 + t_xza42) + t_mw75j * t_pgd7h)
         + x[vx] * p[m]
         + x[vx] * p[m0];
     momentum[1] = t_mldgu * (K(-2.0) * t_i435h - t_byoa6)
         + t_4qrd5 * (K(-2.0) * t_2pqsj - t_byoa6)
-        + t_zig7f * t_fc73r
-        + t_fha3f * t_l7jnq;
-    momentum[2] = t_mldgu * (t_vri23 + (t_afq4u + t_afq4u))
-        + t_4qrd5 * (t_vri23 + (t_vghml + t_vghml))
-        + t_zig7f * t_u76v5
-        + t_fha3f * t_ppxeq;
+        + t_zig7f * t_crmmg
+        + t_fha3f * t_3apnu;
+    momentum[2] = t_mldgu * (t_s2c4q + (t_afq4u + t_afq4u))
+        + t_4qrd5 * (t_s2c4q + (t_vghml + t_vghml))
+        + t_zig7f * t_3pu7w
+        + t_fha3f * t_lsqou;
     momentum[3] = (p[I0] + p[J_x]) * x[wx]
-        + t_ykayx * (t_j5odj + t_qbejf)
-        + t_mjwqd * (t_473qv + t_qbejf)
-        + t_zig7f * ((t_3pu7w + t_3pu7w) * sin_phi1 * sin_theta1 * p[l1] - t_5ppc7 * t_dg6fc)
-        + t_fha3f * ((t_lsqou + t_lsqou) * sin_phi2 * sin_theta2 * p[l2] - t_gcz5k * t_xbb3s);
+        + t_ykayx * (t_hjux3 + t_f2ypg)
+        + t_mjwqd * (t_mw75j + t_f2ypg)
+        + t_zig7f * ((t_3pu7w_2 + t_3pu7w_2) * sin_phi1 * sin_theta1 * p[l1] - t_5ppc7 * t_npl2t)
+        + t_fha3f * ((t_lsqou_2 + t_lsqou_2) * sin_phi2 * sin_theta2 * p[l2] - t_gcz5k * t_hn6vs);
     momentum[4] = t_lgaky * (t_afq4u + x[vz])
         + t_oslib * (t_vghml + x[vz])
         + (p[I0] + p[J_y]) * x[wy]
-        + t_zig7f * (t_mpmd7 * t_dg6fc - t_3pu7w * t_tliu6)
-        + t_fha3f * (t_dctfb * t_xbb3s - t_lsqou * t_cwmco)
+        + t_zig7f * (t_mpmd7 * t_npl2t - t_3pu7w_2 * t_5wsq6_2)
+        + t_fha3f * (t_dctfb * t_hn6vs - t_lsqou_2 * t_i4qrx_2)
         + x[wy] * p[I1]
         + x[wy] * p[I2];
     momentum[5] = (p[I0] + p[J_z]) * x[wz]
-        + t_ykayx * (t_djbtf + t_gwp2t)
-        + t_mjwqd * (t_m5kd4 + t_gwp2t)
-        + t_zig7f * (t_5ppc7 * t_tliu6 + K(-2.0) * t_mpmd7 * t_nifmf)
-        + t_fha3f * (t_gcz5k * t_cwmco + K(-2.0) * t_dctfb * t_z7gk4)
+        + t_ykayx * (t_2zkgz + t_pzkfy)
+        + t_mjwqd * (t_m7bta + t_pzkfy)
+        + t_zig7f * (t_5ppc7 * t_5wsq6_2 + K(-2.0) * t_mpmd7 * t_nifmf)
+        + t_fha3f * (t_gcz5k * t_i4qrx_2 + K(-2.0) * t_dctfb * t_z7gk4)
         - t_lgaky * (x[vy] - t_i435h)
         - t_oslib * (x[vy] - t_2pqsj);
 }
@@ -2621,15 +2621,15 @@ void slosh_to_physical(const real *x, const real *reduced, const real *p, real *
     enum { I2 = SLOSH_P_I2 };
     enum { eps2 = SLOSH_P_EPS2 };
     const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
-    const real t_gx5gf = p[m1] / D1;
-    const real k1 = t_gx5gf * p[l1];
-    const real me1 = t_gx5gf * p[I1];
+    const real t_nkfhl = p[m1] / D1;
+    const real k1 = t_nkfhl * p[l1];
+    const real me1 = t_nkfhl * p[I1];
     const real t_6nwd2 = p[l1] * p[m1];
     const real mv1 = t_6nwd2 * k1;
     const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
-    const real t_wiek6 = p[m2] / D2;
-    const real k2 = t_wiek6 * p[l2];
-    const real me2 = t_wiek6 * p[I2];
+    const real t_xgfi7 = p[m2] / D2;
+    const real k2 = t_xgfi7 * p[l2];
+    const real me2 = t_xgfi7 * p[I2];
     const real t_popww = p[l2] * p[m2];
     const real mv2 = t_popww * k2;
     const real M_C = p[m] + p[m0] + me1 + me2;
@@ -2654,8 +2654,8 @@ void slosh_to_physical(const real *x, const real *reduced, const real *p, real *
     const real w_x1 = x[wx] - x[theta1_dot];
     const real p1 = Wn1 + x[phi1_dot];
     const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
-    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
     real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
     real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
     const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
@@ -2663,11 +2663,11 @@ void slosh_to_physical(const real *x, const real *reduced, const real *p, real *
     const real w_x2 = x[wx] - x[theta2_dot];
     const real p2 = Wn2 + x[phi2_dot];
     const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
-    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
     const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
-    const real t_w7vil = t_rybsf * e1;
-    const real tension1 = cos_phi1 * t_w7vil * mv1 - t_6nwd2 * sigma_sq1;
+    const real t_aqrn5 = t_rybsf * e1;
+    const real tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1;
     const real As_1 = mv1 * sin_phi1;
     const real Ass_1 = As_1 * sin_phi1;
     const real Asc_1 = As_1 * cos_phi1;
@@ -2686,10 +2686,10 @@ void slosh_to_physical(const real *x, const real *reduced, const real *p, real *
     const real S_sq1 = sin_theta1 * sin_theta1;
     const real SC1 = cos_theta1 * sin_theta1;
     const real tn11_1 = Ass_1 + me1 - wth_1;
-    const real t_b7ure = me1 * (e1 * e1);
-    const real t_3bowt = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
-    const real t_3fv6l = g_1 * wg_1;
-    const real tn44_1 = t_b7ure + t_3bowt - t_3fv6l;
+    const real t_xdulz = me1 * (e1 * e1);
+    const real t_zmqjk = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
+    const real t_leuxo = g_1 * wg_1;
+    const real tn44_1 = t_xdulz + t_zmqjk - t_leuxo;
     const real wq_1 = q_1 * wth_1;
     const real wqg_1 = q_1 * wg_1;
     const real wqq_1 = q_1 * wq_1;
@@ -2699,18 +2699,18 @@ void slosh_to_physical(const real *x, const real *reduced, const real *p, real *
     const real wgS_1 = sin_theta1 * wqg_1;
     const real loss_phi1 = p[eps1] * x[phi1_dot];
     const real loss_theta1 = p[eps1] * x[theta1_dot];
-    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
     const real zeta1 = W12 * q_1
         + Wn1 * lc_1 * w_x1
         - chi1 * p[l1] * (p1 + x[phi1_dot]);
     const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_7imwe = B_1 * eta1 + loss_phi1 * k1;
-    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real t_pc5rt = B_1 * eta1 + loss_phi1 * k1;
+    const real F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1;
     const real M_q1 = F_n1 * q_1;
     const real I_phi1 = x[phi1_dot] * p[I1];
     const real I_theta1 = x[theta1_dot] * p[I1];
-    const real t_6fvzz = t_rybsf * e2;
-    const real tension2 = cos_phi2 * t_6fvzz * mv2 - t_popww * sigma_sq2;
+    const real t_3hay7 = t_rybsf * e2;
+    const real tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2;
     const real As_2 = mv2 * sin_phi2;
     const real Ass_2 = As_2 * sin_phi2;
     const real Asc_2 = As_2 * cos_phi2;
@@ -2729,10 +2729,10 @@ void slosh_to_physical(const real *x, const real *reduced, const real *p, real *
     const real S_sq2 = sin_theta2 * sin_theta2;
     const real SC2 = cos_theta2 * sin_theta2;
     const real tn11_2 = Ass_2 + me2 - wth_2;
-    const real t_lpk5h = me2 * (e2 * e2);
-    const real t_ymmgl = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
-    const real t_odwbr = g_2 * wg_2;
-    const real tn44_2 = t_lpk5h + t_ymmgl - t_odwbr;
+    const real t_uohf6 = me2 * (e2 * e2);
+    const real t_agwdt = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
+    const real t_leuxo_2 = g_2 * wg_2;
+    const real tn44_2 = t_uohf6 + t_agwdt - t_leuxo_2;
     const real wq_2 = q_2 * wth_2;
     const real wqg_2 = q_2 * wg_2;
     const real wqq_2 = q_2 * wq_2;
@@ -2742,191 +2742,191 @@ void slosh_to_physical(const real *x, const real *reduced, const real *p, real *
     const real wgS_2 = sin_theta2 * wqg_2;
     const real loss_phi2 = p[eps2] * x[phi2_dot];
     const real loss_theta2 = p[eps2] * x[theta2_dot];
-    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
     const real zeta2 = W12 * q_2
         + Wn2 * lc_2 * w_x2
         - chi2 * p[l2] * (p2 + x[phi2_dot]);
     const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
-    const real t_4b2fa = B_2 * eta2 + loss_phi2 * k2;
-    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real t_63ozv = B_2 * eta2 + loss_phi2 * k2;
+    const real F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2;
     const real M_q2 = F_n2 * q_2;
     const real I_phi2 = x[phi2_dot] * p[I2];
     const real I_theta2 = x[theta2_dot] * p[I2];
     const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
-    const real t_fbeaw = S_sq1 * tn11_1;
-    const real t_dj555 = S_sq2 * tn11_2;
-    const real K22 = t_fbeaw + t_dj555 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real t_leuxo_3 = S_sq1 * tn11_1;
+    const real t_leuxo_4 = S_sq2 * tn11_2;
+    const real K22 = t_leuxo_3 + t_leuxo_4 + M_C + wth_1 + wth_2 - me1 - me2;
     const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + M_C - t_fbeaw - t_dj555;
+    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo_3 - t_leuxo_4;
     const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
-    const real t_nhr5u = wqq_1 + wqq_2;
-    const real K44 = t_nhr5u + Bl_1 + Bl_2 + J_C1;
-    const real t_tcgxn = wg_1 - e1 * me1;
-    const real t_uf5ib = wg_2 - e2 * me2;
-    const real t_32gyg = Bc_1 - eAss_1;
-    const real t_65obb = t_32gyg + t_tcgxn;
-    const real t_gbkg6 = Bc_2 - eAss_2;
-    const real t_yoiua = t_gbkg6 + t_uf5ib;
-    const real t_z76hk = S_sq1 * t_65obb + S_sq2 * t_yoiua;
-    const real K52 = t_tcgxn + t_uf5ib - t_z76hk - wqC_1 - wqC_2;
-    const real t_hjmgb = SC1 * t_65obb + SC2 * t_yoiua;
-    const real K53 = wqS_1 - t_hjmgb + wqS_2;
-    const real t_nncdg = Bl_1 - eBc_1;
-    const real t_4q22j = Bl_2 - eBc_2;
-    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
-    const real t_hoosk = S_sq1 * tn44_1;
-    const real t_drvdp = S_sq2 * tn44_2;
-    const real K55 = t_3fv6l
-        + t_odwbr
-        + t_nhr5u
-        + t_hoosk
-        + t_drvdp
+    const real t_hig3c = wqq_1 + wqq_2;
+    const real K44 = t_hig3c + Bl_1 + Bl_2 + J_C1;
+    const real t_67i37 = wg_1 - e1 * me1;
+    const real t_n5kna = wg_2 - e2 * me2;
+    const real t_hig3c_2 = Bc_1 - eAss_1;
+    const real t_vjftl = t_hig3c_2 + t_67i37;
+    const real t_hig3c_3 = Bc_2 - eAss_2;
+    const real t_vsqil = t_hig3c_3 + t_n5kna;
+    const real t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
+    const real K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2;
+    const real t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil;
+    const real K53 = wqS_1 - t_edvw3_2 + wqS_2;
+    const real t_yzhyr = Bl_1 - eBc_1;
+    const real t_q6put = Bl_2 - eBc_2;
+    const real K54 = t_hig3c - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2;
+    const real t_leuxo_5 = S_sq1 * tn44_1;
+    const real t_leuxo_6 = S_sq2 * tn44_2;
+    const real K55 = t_leuxo
+        + t_leuxo_2
+        + t_hig3c
+        + t_leuxo_5
+        + t_leuxo_6
         + J_C3
-        - t_b7ure
-        - t_lpk5h
+        - t_xdulz
+        - t_uohf6
         + K(-2.0) * wgC_1
         + K(-2.0) * wgC_2;
-    const real K63 = t_z76hk - (t_32gyg + t_gbkg6);
-    const real t_zhbuw = wgS_1 + wgS_2;
-    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
-    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
-    const real K66 = t_3bowt + t_ymmgl + J_C2 - t_hoosk - t_drvdp;
-    const real t_vt7uo = F_n1 * cos_theta1;
-    const real t_oncjt = F_n2 * cos_theta2;
-    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
-    const real t_azclp = F_n1 * sin_theta1;
-    const real t_iya7w = F_n2 * sin_theta2;
-    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
-    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
-    const real t_kp7yy = M_q1 + M_q2;
-    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
+    const real K63 = t_edvw3 - (t_hig3c_2 + t_hig3c_3);
+    const real t_hig3c_4 = wgS_1 + wgS_2;
+    const real K64 = t_hig3c_4 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2;
+    const real K65 = t_hig3c_4 + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6;
+    const real t_mallh = F_n1 * cos_theta1;
+    const real t_lbh6o = F_n2 * cos_theta2;
+    const real n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real t_mallh_2 = F_n1 * sin_theta1;
+    const real t_lbh6o_2 = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2;
+    const real t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * p[l1];
+    const real t_hig3c_5 = M_q1 + M_q2;
+    const real t_ogbts = Bs_2 * t_3hay7 + t_63ozv * p[l2];
     const real t_sfymc = p[J_y] - p[J_z];
-    const real n4 = t_aejai
-        - t_kp7yy
-        + t_zd4fs
+    const real n4 = t_mjqai
+        - t_hig3c_5
+        + t_ogbts
         - loss_phi1
         - loss_phi2
         + I_theta1 * x[wy]
         + I_theta2 * x[wy]
         - t_sfymc * x[wy] * x[wz];
-    const real t_w7nmt = t_aejai + F_t1 * e1;
-    const real t_e5cx2 = t_zd4fs + F_t2 * e2;
-    const real n5 = t_w7nmt * sin_theta1
-        - (t_kp7yy + loss_theta1 + loss_theta2)
-        + t_e5cx2 * sin_theta2
+    const real t_lsqzr = t_mjqai + F_t1 * e1;
+    const real t_rbrf6 = t_ogbts + F_t2 * e2;
+    const real n5 = t_lsqzr * sin_theta1
+        - (t_hig3c_5 + loss_theta1 + loss_theta2)
+        + t_rbrf6 * sin_theta2
         - W12 * (J_C1 + (p[J_z] - p[J_y]))
         - I_phi1 * x[wy]
         - I_phi2 * x[wy]
-        + t_vt7uo * g_1
-        + t_oncjt * g_2;
-    const real n6 = t_w7nmt * cos_theta1
-        + t_e5cx2 * cos_theta2
+        + t_mallh * g_1
+        + t_lbh6o * g_2;
+    const real n6 = t_lsqzr * cos_theta1
+        + t_rbrf6 * cos_theta2
         + I_theta1 * x[wx]
         + I_theta2 * x[wx]
         - W13 * (J_C1 + t_is5lg + t_sfymc)
-        - t_azclp * g_1
-        - t_iya7w * g_2
+        - t_mallh_2 * g_1
+        - t_lbh6o_2 * g_2
         - I_phi1 * x[wz]
         - I_phi2 * x[wz];
-    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real t_bpfoo = K(1.0) / K11;
-    const real t_w7lcw = t_b3aij * t_bpfoo;
-    const real K_D2 = K22 - t_b3aij * t_w7lcw;
-    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_3go2w = t_zzymx * t_bpfoo;
-    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
-    const real t_4iujv = K(1.0) / K_D2;
-    const real K_L32 = t_d4mqf * t_4iujv;
-    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
+    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_6dtnj = K(1.0) / K11;
+    const real t_gousg = t_f2nhc * t_6dtnj;
+    const real K_D2 = K22 - t_f2nhc * t_gousg;
+    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_gousg_2 = t_f2nhc_2 * t_6dtnj;
+    const real t_upifj = K32 - t_f2nhc * t_gousg_2;
+    const real t_6dtnj_2 = K(1.0) / K_D2;
+    const real K_L32 = t_upifj * t_6dtnj_2;
+    const real K_D3 = K33 - t_upifj * K_L32 - t_f2nhc_2 * t_gousg_2;
     const real G2_any = W12 + reduced[alpha3];
     const real G3_any = W13 - reduced[alpha2];
     const real a2_any = reduced[ay] + G2_any * x_C;
     const real a3_any = reduced[az] + G3_any * x_C;
-    const real t_yz7e5 = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
+    const real t_belws = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
     const real q2_any = n2
         + G2_any * K52
-        - G3_any * t_hjmgb
+        - G3_any * t_edvw3_2
         + K22 * a2_any
         + K32 * a3_any
-        - t_yz7e5 * reduced[alpha1];
+        - t_belws * reduced[alpha1];
     const real q3_any = n3
         + G2_any * K53
         + G3_any * K63
         + K32 * a2_any
         + K33 * a3_any
         + K43 * reduced[alpha1];
-    const real PP_any = K11 * K11 + t_b3aij * t_b3aij + t_zzymx * t_zzymx;
-    const real t_ev7u5 = Bs_1 + Asc_1 * e1;
-    const real t_bvybx = Bs_2 + Asc_2 * e2;
-    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
-    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
-    const real t_2m245 = Bs_1 + Bs_2;
-    const real t_a3oqw = t_7imwe * sin_phi1
-        + t_4b2fa * sin_phi2
+    const real PP_any = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2;
+    const real t_2jubo = Bs_1 + Asc_1 * e1;
+    const real t_ittbm = Bs_2 + Asc_2 * e2;
+    const real t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2;
+    const real t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2;
+    const real t_hig3c_6 = Bs_1 + Bs_2;
+    const real t_rueya = t_pc5rt * sin_phi1
+        + t_63ozv * sin_phi2
         + cos_phi1 * tension1
         + cos_phi2 * tension2
-        + G2_any * t_6mmeb
-        + G3_any * t_bl4f2
-        + t_b3aij * a2_any
-        + t_zzymx * a3_any
-        + t_2m245 * reduced[alpha1];
-    const real t_begga = K11 * t_a3oqw + t_b3aij * q2_any + t_zzymx * q3_any;
-    const real t_mxgit = PP_any * (t_a3oqw * t_a3oqw - p[F] * p[F] + q2_any * q2_any + q3_any * q3_any);
-    const real root_any = mv_sqrt(mv_max(SPLAT(K(0.0)), t_begga * t_begga - t_mxgit));
-    const real ax_any = (root_any + t_begga) / PP_any;
-    const real f1_any = K11 * ax_any - t_a3oqw;
-    const real f2_any = q2_any - t_b3aij * ax_any;
-    const real f3_any = q3_any - t_zzymx * ax_any;
+        + G2_any * t_6iku5
+        + G3_any * t_6iku5_2
+        + t_f2nhc * a2_any
+        + t_f2nhc_2 * a3_any
+        + t_hig3c_6 * reduced[alpha1];
+    const real t_3yved = K11 * t_rueya + t_f2nhc * q2_any + t_f2nhc_2 * q3_any;
+    const real t_pogp7 = PP_any * (t_rueya * t_rueya - p[F] * p[F] + q2_any * q2_any + q3_any * q3_any);
+    const real root_any = mv_sqrt(mv_max(SPLAT(K(0.0)), t_3yved * t_3yved - t_pogp7));
+    const real ax_any = (root_any + t_3yved) / PP_any;
+    const real f1_any = K11 * ax_any - t_rueya;
+    const real f2_any = q2_any - t_f2nhc * ax_any;
+    const real f3_any = q3_any - t_f2nhc_2 * ax_any;
     const real t_y7rm6 = K(1.0) / p[F];
     const real sin_d2_any = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_any * t_y7rm6));
     const real cos_d2_any = mv_sqrt(K(1.0) - sin_d2_any * sin_d2_any);
     const real delta1_any = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_any * t_y7rm6 / mv_max(SPLAT(K(1e-09)), cos_d2_any)))));
     const real delta2_any = mv_asin(sin_d2_any);
     real sin_delta2_any, cos_delta2_any; mv_sincos(delta2_any, &sin_delta2_any, &cos_delta2_any);
-    const real t_mzfjf = p[F] * cos_delta2_any;
+    const real t_qh3cx = p[F] * cos_delta2_any;
     real sin_delta1_any, cos_delta1_any; mv_sincos(delta1_any, &sin_delta1_any, &cos_delta1_any);
-    const real df1_any = t_mzfjf * cos_delta1_any - f1_any;
-    const real t_bel4c = p[F] * sin_delta2_any;
-    const real df2_any = t_bel4c - f2_any;
-    const real da_any_y2 = df2_any + t_w7lcw * df1_any;
-    const real t_ylfu3 = t_mzfjf * sin_delta1_any;
-    const real da_any_y3 = t_3go2w * df1_any - (t_ylfu3 + f3_any) - K_L32 * da_any_y2;
+    const real df1_any = t_qh3cx * cos_delta1_any - f1_any;
+    const real t_jczim = p[F] * sin_delta2_any;
+    const real df2_any = t_jczim - f2_any;
+    const real da_any_y2 = df2_any + t_gousg * df1_any;
+    const real t_v7qgl = t_qh3cx * sin_delta1_any;
+    const real da_any_y3 = t_gousg_2 * df1_any - (t_v7qgl + f3_any) - K_L32 * da_any_y2;
     const real da_any_x3 = da_any_y3 / K_D3;
-    const real da_any_x2 = da_any_y2 * t_4iujv - K_L32 * da_any_x3;
-    const real da_any_x1 = df1_any * t_bpfoo + t_w7lcw * da_any_x2 + t_3go2w * da_any_x3;
+    const real da_any_x2 = da_any_y2 * t_6dtnj_2 - K_L32 * da_any_x3;
+    const real da_any_x1 = df1_any * t_6dtnj + t_gousg * da_any_x2 + t_gousg_2 * da_any_x3;
     const real Mx_any = n4
         + G2_any * K54
         + G3_any * K64
-        - t_2m245 * ax_any
-        - t_2m245 * da_any_x1
-        - t_yz7e5 * a2_any
-        - t_yz7e5 * da_any_x2
+        - t_hig3c_6 * ax_any
+        - t_hig3c_6 * da_any_x1
+        - t_belws * a2_any
+        - t_belws * da_any_x2
         + K43 * a3_any
         + K43 * da_any_x3
         + K44 * reduced[alpha1];
-    const real t_lwe76 = p[b] + p[d] + x_C;
-    const real My_any = t_ylfu3 * t_lwe76
+    const real t_bknng = p[b] + p[d] + x_C;
+    const real My_any = t_v7qgl * t_bknng
         - n6
         - G2_any * K65
         - G3_any * K66
-        + t_bl4f2 * ax_any
-        + t_bl4f2 * da_any_x1
-        + t_hjmgb * a2_any
-        + t_hjmgb * da_any_x2
+        + t_6iku5_2 * ax_any
+        + t_6iku5_2 * da_any_x1
+        + t_edvw3_2 * a2_any
+        + t_edvw3_2 * da_any_x2
         - K63 * a3_any
         - K63 * da_any_x3
         - K64 * reduced[alpha1];
     const real Mz_any = n5
         + G2_any * K55
         + G3_any * K65
-        - t_6mmeb * ax_any
-        - t_6mmeb * da_any_x1
+        - t_6iku5 * ax_any
+        - t_6iku5 * da_any_x1
         + K52 * a2_any
         + K52 * da_any_x2
         + K53 * a3_any
         + K53 * da_any_x3
         + K54 * reduced[alpha1]
-        + t_bel4c * t_lwe76;
+        + t_jczim * t_bknng;
     u[0] = Mx_any;
     u[1] = My_any;
     u[2] = Mz_any;
@@ -3003,14 +3003,14 @@ void slosh_lyapunov_v1_value(const real *x, const real *p, const real *c, real *
     const real W_theta1 = c[r10] * p[m1];  /* (27) */
     const real W_phi2 = c[r9] * p[m2];  /* (27) */
     const real W_theta2 = c[r10] * p[m2];  /* (27) */
-    const real t_rydik = p[I1] * x[wx]
+    const real t_lxjx5 = p[I1] * x[wx]
         - (cos_theta1 * t_pv3py * p[h1] - t_os4zj * cos_theta1 * p[m1]) * x[wy]
         + cz_phi1 * x[wz];
-    const real t_weu2r = p[I2] * x[wx]
+    const real t_q7u73 = p[I2] * x[wx]
         - (t_aafcb * cos_theta2 * p[h2] - cos_theta2 * t_nfvux * p[m2]) * x[wy]
         + cz_phi2 * x[wz];
-    const real t_jkdj5 = (x[theta1_dot] + x[theta1_dot]) / D_theta1 * (cy_theta1 * x[wy] - t_nud3b * x[wx] + cz_theta1 * x[wz]);
-    const real t_y6g2s = (x[theta2_dot] + x[theta2_dot]) / D_theta2 * (cy_theta2 * x[wy] - t_mlci7 * x[wx] + cz_theta2 * x[wz]);
+    const real t_3r7uy = (x[theta1_dot] + x[theta1_dot]) / D_theta1 * (cy_theta1 * x[wy] - t_nud3b * x[wx] + cz_theta1 * x[wz]);
+    const real t_2qh7i = (x[theta2_dot] + x[theta2_dot]) / D_theta2 * (cy_theta2 * x[wy] - t_mlci7 * x[wx] + cz_theta2 * x[wz]);
     const real V_v1 = K(0.5) * (x[wx] * x[wx]) * c[r4]
         + K(0.5) * (x[wy] * x[wy]) * c[r6]
         + K(0.5) * (x[wz] * x[wz]) * c[r8]
@@ -3019,10 +3019,10 @@ void slosh_lyapunov_v1_value(const real *x, const real *p, const real *c, real *
         + K(0.5) * c[r3] * (x[att1] * x[att1])
         + K(0.5) * c[r5] * (x[att2] * x[att2])
         + K(0.5) * c[r7] * (x[att3] * x[att3])
-        + K(0.5) * W_phi1 * (x[phi1_dot] * x[phi1_dot] + (x[phi1_dot] + x[phi1_dot]) / D_phi1 * t_rydik)
-        + K(0.5) * W_phi2 * (x[phi2_dot] * x[phi2_dot] + (x[phi2_dot] + x[phi2_dot]) / D_phi2 * t_weu2r)
-        + K(0.5) * W_theta1 * (x[theta1_dot] * x[theta1_dot] + t_jkdj5)
-        + K(0.5) * W_theta2 * (x[theta2_dot] * x[theta2_dot] + t_y6g2s);  /* (27) */
+        + K(0.5) * W_phi1 * (x[phi1_dot] * x[phi1_dot] + (x[phi1_dot] + x[phi1_dot]) / D_phi1 * t_lxjx5)
+        + K(0.5) * W_phi2 * (x[phi2_dot] * x[phi2_dot] + (x[phi2_dot] + x[phi2_dot]) / D_phi2 * t_q7u73)
+        + K(0.5) * W_theta1 * (x[theta1_dot] * x[theta1_dot] + t_3r7uy)
+        + K(0.5) * W_theta2 * (x[theta2_dot] * x[theta2_dot] + t_2qh7i);  /* (27) */
     V[0] = V_v1;
 }
 
@@ -3079,17 +3079,17 @@ void slosh_lyapunov_v1_demand(const real *x, const real *p, const real *c, real 
     const real t_os4zj = p[l1] * p[l1];
     const real t_yx2kz = t_os4zj * p[m1];
     const real D1 = t_yx2kz + p[I1];
-    const real t_gx5gf = p[m1] / D1;
-    const real k1 = t_gx5gf * p[l1];
-    const real me1 = t_gx5gf * p[I1];
+    const real t_nkfhl = p[m1] / D1;
+    const real k1 = t_nkfhl * p[l1];
+    const real me1 = t_nkfhl * p[I1];
     const real t_6nwd2 = p[l1] * p[m1];
     const real mv1 = t_6nwd2 * k1;
     const real t_nfvux = p[l2] * p[l2];
     const real t_frp3h = t_nfvux * p[m2];
     const real D2 = t_frp3h + p[I2];
-    const real t_wiek6 = p[m2] / D2;
-    const real k2 = t_wiek6 * p[l2];
-    const real me2 = t_wiek6 * p[I2];
+    const real t_xgfi7 = p[m2] / D2;
+    const real k2 = t_xgfi7 * p[l2];
+    const real me2 = t_xgfi7 * p[I2];
     const real t_popww = p[l2] * p[m2];
     const real mv2 = t_popww * k2;
     const real t_omhyl = p[m] + p[m0];
@@ -3102,27 +3102,27 @@ void slosh_lyapunov_v1_demand(const real *x, const real *p, const real *c, real 
     real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
     real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
     const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
-    const real t_a3uw4 = sin_theta1 * x[wy];
-    const real t_rding = cos_theta1 * x[wz];
-    const real Wt1 = t_a3uw4 + t_rding;
+    const real t_uu2cl = sin_theta1 * x[wy];
+    const real t_rzamr = cos_theta1 * x[wz];
+    const real Wt1 = t_uu2cl + t_rzamr;
     const real w_x1 = x[wx] - x[theta1_dot];
     const real p1 = Wn1 + x[phi1_dot];
-    const real t_amwyw = t_rding + t_a3uw4;
-    const real chi1 = cos_phi1 * w_x1 - t_amwyw * sin_phi1;
-    const real t_wbiqd = t_amwyw * cos_phi1 + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_wbiqd * t_wbiqd + p1 * p1;
+    const real t_l4ozg = t_rzamr + t_uu2cl;
+    const real chi1 = cos_phi1 * w_x1 - t_l4ozg * sin_phi1;
+    const real t_zo72f = t_l4ozg * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_zo72f * t_zo72f + p1 * p1;
     real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
     real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
     const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
-    const real t_vhhwy = sin_theta2 * x[wy];
-    const real t_geoui = cos_theta2 * x[wz];
-    const real Wt2 = t_vhhwy + t_geoui;
+    const real t_t2zmi = sin_theta2 * x[wy];
+    const real t_adduy = cos_theta2 * x[wz];
+    const real Wt2 = t_t2zmi + t_adduy;
     const real w_x2 = x[wx] - x[theta2_dot];
     const real p2 = Wn2 + x[phi2_dot];
-    const real t_kmx3q = t_geoui + t_vhhwy;
-    const real chi2 = cos_phi2 * w_x2 - t_kmx3q * sin_phi2;
-    const real t_xxh2p = t_kmx3q * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_xxh2p * t_xxh2p + p2 * p2;
+    const real t_doiln = t_adduy + t_t2zmi;
+    const real chi2 = cos_phi2 * w_x2 - t_doiln * sin_phi2;
+    const real t_vomrl = t_doiln * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_vomrl * t_vomrl + p2 * p2;
     const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
     const real tension1 = cos_phi1 * (t_rybsf * e1) * mv1 - t_6nwd2 * sigma_sq1;
     const real As_1 = mv1 * sin_phi1;
@@ -3146,13 +3146,13 @@ void slosh_lyapunov_v1_demand(const real *x, const real *p, const real *c, real 
     const real wqS_1 = sin_theta1 * wq_1;
     const real loss_phi1 = p[eps1] * x[phi1_dot];
     const real loss_theta1 = p[eps1] * x[theta1_dot];
-    const real eta1 = chi1 * t_wbiqd - t_amwyw * w_x1;
+    const real eta1 = chi1 * t_zo72f - t_l4ozg * w_x1;
     const real zeta1 = W12 * q_1
         + Wn1 * lc_1 * w_x1
         - chi1 * p[l1] * (p1 + x[phi1_dot]);
     const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_7imwe = B_1 * eta1 + loss_phi1 * k1;
-    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real t_ylzxh = B_1 * eta1 + loss_phi1 * k1;
+    const real F_t1 = sin_phi1 * tension1 - t_ylzxh * cos_phi1;
     const real tension2 = cos_phi2 * (t_rybsf * e2) * mv2 - t_popww * sigma_sq2;
     const real As_2 = mv2 * sin_phi2;
     const real Ass_2 = As_2 * sin_phi2;
@@ -3175,269 +3175,269 @@ void slosh_lyapunov_v1_demand(const real *x, const real *p, const real *c, real 
     const real wqS_2 = sin_theta2 * wq_2;
     const real loss_phi2 = p[eps2] * x[phi2_dot];
     const real loss_theta2 = p[eps2] * x[theta2_dot];
-    const real eta2 = chi2 * t_xxh2p - t_kmx3q * w_x2;
+    const real eta2 = chi2 * t_vomrl - t_doiln * w_x2;
     const real zeta2 = W12 * q_2
         + Wn2 * lc_2 * w_x2
         - chi2 * p[l2] * (p2 + x[phi2_dot]);
     const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
-    const real t_4b2fa = B_2 * eta2 + loss_phi2 * k2;
-    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real t_gupd5 = B_2 * eta2 + loss_phi2 * k2;
+    const real F_t2 = sin_phi2 * tension2 - t_gupd5 * cos_phi2;
     const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
-    const real t_fbeaw = S_sq1 * tn11_1;
-    const real t_dj555 = S_sq2 * tn11_2;
-    const real K22 = t_fbeaw + t_dj555 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real t_leuxo = S_sq1 * tn11_1;
+    const real t_leuxo_2 = S_sq2 * tn11_2;
+    const real K22 = t_leuxo + t_leuxo_2 + M_C + wth_1 + wth_2 - me1 - me2;
     const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + M_C - t_fbeaw - t_dj555;
+    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo - t_leuxo_2;
     const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
-    const real t_tcgxn = wg_1 - e1 * me1;
-    const real t_uf5ib = wg_2 - e2 * me2;
-    const real t_32gyg = Bc_1 - eAss_1;
-    const real t_65obb = t_32gyg + t_tcgxn;
-    const real t_gbkg6 = Bc_2 - eAss_2;
-    const real t_yoiua = t_gbkg6 + t_uf5ib;
-    const real t_z76hk = S_sq1 * t_65obb + S_sq2 * t_yoiua;
-    const real K52 = t_tcgxn + t_uf5ib - t_z76hk - wqC_1 - wqC_2;
-    const real t_hjmgb = SC1 * t_65obb + SC2 * t_yoiua;
-    const real K53 = wqS_1 - t_hjmgb + wqS_2;
-    const real K63 = t_z76hk - (t_32gyg + t_gbkg6);
+    const real t_67i37 = wg_1 - e1 * me1;
+    const real t_n5kna = wg_2 - e2 * me2;
+    const real t_hig3c = Bc_1 - eAss_1;
+    const real t_vjftl = t_hig3c + t_67i37;
+    const real t_hig3c_2 = Bc_2 - eAss_2;
+    const real t_vsqil = t_hig3c_2 + t_n5kna;
+    const real t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
+    const real K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2;
+    const real t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil;
+    const real K53 = wqS_1 - t_edvw3_2 + wqS_2;
+    const real K63 = t_edvw3 - (t_hig3c + t_hig3c_2);
     const real n2 = F_n1 * cos_theta1 + F_n2 * cos_theta2 + F_t1 * sin_theta1 + F_t2 * sin_theta2;
     const real n3 = F_t1 * cos_theta1 - (F_n1 * sin_theta1 + F_n2 * sin_theta2) + F_t2 * cos_theta2;
     const real gx_phi1 = sin_phi1 * t_6nwd2;  /* (25) */
-    const real t_5zfdh = lc_1 * p[m1];
-    const real gy_phi1 = sin_theta1 * t_5zfdh;  /* (25) */
-    const real gz_phi1 = cos_theta1 * t_5zfdh;  /* (25) */
-    const real t_bnlcb = gy_phi1 * p[h1];
-    const real t_4xxce = t_yx2kz * sin_theta1;
-    const real cz_phi1 = t_bnlcb - t_4xxce;  /* (25) */
-    const real t_azo52 = gx_phi1 * p[h1];
-    const real t_c6d5b = Wt1 * Wt1;
-    const real t_a233z = sin_phi1 * cos_phi1;
-    const real t_5jodw = t_yx2kz * t_a233z;
+    const real t_3s3hq = lc_1 * p[m1];
+    const real gy_phi1 = sin_theta1 * t_3s3hq;  /* (25) */
+    const real gz_phi1 = cos_theta1 * t_3s3hq;  /* (25) */
+    const real t_ik6g5 = gy_phi1 * p[h1];
+    const real t_dmccl = t_yx2kz * sin_theta1;
+    const real cz_phi1 = t_ik6g5 - t_dmccl;  /* (25) */
+    const real t_sxxxk = gx_phi1 * p[h1];
+    const real t_4evkh = Wt1 * Wt1;
+    const real t_hjphj = sin_phi1 * cos_phi1;
+    const real t_lgf4h = t_yx2kz * t_hjphj;
     const real t_wube7 = x[wx] * x[wx];
-    const real t_3qva5 = sin_phi1 * sin_phi1;
-    const real t_invly = t_yx2kz * t_3qva5;
-    const real t_sybx3 = t_invly * Wt1;
-    const real t_oc5tk = t_os4zj + t_os4zj;
+    const real t_hjphj_2 = sin_phi1 * sin_phi1;
+    const real t_lgf4h_2 = t_yx2kz * t_hjphj_2;
+    const real t_y2jy5 = t_lgf4h_2 * Wt1;
+    const real t_os4zj_2 = t_os4zj + t_os4zj;
     const real k_phi1 = loss_phi1
-        - t_azo52 * t_c6d5b
-        - t_azo52 * (Wn1 * Wn1)
-        - x[theta1_dot] * x[theta1_dot] * t_5jodw
-        - t_5jodw * t_wube7
-        - (x[theta1_dot] + x[theta1_dot]) * t_sybx3
+        - t_sxxxk * t_4evkh
+        - t_sxxxk * (Wn1 * Wn1)
+        - x[theta1_dot] * x[theta1_dot] * t_lgf4h
+        - t_lgf4h * t_wube7
+        - (x[theta1_dot] + x[theta1_dot]) * t_y2jy5
         - t_yx2kz * Wt1 * x[wx]
-        + t_os4zj * t_c6d5b * sin_phi1 * cos_phi1 * p[m1]
-        + t_oc5tk * t_3qva5 * Wt1 * x[wx] * p[m1]
+        + t_os4zj * t_4evkh * sin_phi1 * cos_phi1 * p[m1]
+        + t_os4zj_2 * t_hjphj_2 * Wt1 * x[wx] * p[m1]
         + cos_phi1 * Wt1 * p[h1] * x[wx] * p[l1] * p[m1]
-        + t_oc5tk * sin_phi1 * cos_phi1 * x[theta1_dot] * x[wx] * p[m1];  /* (25) */
-    const real D_theta1 = t_invly + p[I1];  /* (26) */
+        + t_os4zj_2 * sin_phi1 * cos_phi1 * x[theta1_dot] * x[wx] * p[m1];  /* (25) */
+    const real D_theta1 = t_lgf4h_2 + p[I1];  /* (26) */
     const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
-    const real t_tpms2 = sin_theta1 * gx_phi1;
-    const real t_nmcsn = t_tpms2 * p[h1];
-    const real cy_theta1 = t_nmcsn - t_a233z * t_4xxce;  /* (26) */
-    const real t_m5cmg = gy_theta1 * p[h1];
-    const real t_bdhgv = t_yx2kz * cos_theta1;
-    const real t_uyufu = t_m5cmg - t_a233z * t_bdhgv;
-    const real cz_theta1 = t_uyufu + p[I1];  /* (26) */
-    const real t_ywy5z = Wn1 * x[wx];
-    const real t_j5odj = x[phi1_dot] + x[phi1_dot];
-    const real Dd_theta1 = t_5jodw * t_j5odj;
-    const real t_b7wcv = Dd_theta1 * x[theta1_dot];
+    const real t_iouus = sin_theta1 * gx_phi1;
+    const real t_d2e6j = t_iouus * p[h1];
+    const real cy_theta1 = t_d2e6j - t_hjphj * t_dmccl;  /* (26) */
+    const real t_n4yir = gy_theta1 * p[h1];
+    const real t_dmccl_2 = t_yx2kz * cos_theta1;
+    const real t_scs5l = t_n4yir - t_hjphj * t_dmccl_2;
+    const real cz_theta1 = t_scs5l + p[I1];  /* (26) */
+    const real t_prfqf = Wn1 * x[wx];
+    const real t_hjux3 = x[phi1_dot] + x[phi1_dot];
+    const real Dd_theta1 = t_lgf4h * t_hjux3;
+    const real t_7xuxq = Dd_theta1 * x[theta1_dot];
     const real k_theta1 = loss_theta1
-        + t_azo52 * t_ywy5z
-        + t_sybx3 * t_j5odj
-        + t_sybx3 * Wn1
-        + t_b7wcv
-        - t_5jodw * t_ywy5z
+        + t_sxxxk * t_prfqf
+        + t_y2jy5 * t_hjux3
+        + t_y2jy5 * Wn1
+        + t_7xuxq
+        - t_lgf4h * t_prfqf
         - Dd_theta1 * x[wx];  /* (26) */
     const real gx_phi2 = t_popww * sin_phi2;  /* (25) */
-    const real t_p4m3j = lc_2 * p[m2];
-    const real gy_phi2 = t_p4m3j * sin_theta2;  /* (25) */
-    const real gz_phi2 = t_p4m3j * cos_theta2;  /* (25) */
-    const real t_ba7if = gy_phi2 * p[h2];
-    const real t_tb25v = sin_theta2 * t_frp3h;
-    const real cz_phi2 = t_ba7if - t_tb25v;  /* (25) */
-    const real t_nqm7d = sin_phi2 * cos_phi2;
-    const real t_2t5uv = t_nqm7d * t_frp3h;
-    const real t_svo5z = gx_phi2 * p[h2];
-    const real t_ylcad = Wt2 * Wt2;
-    const real t_4j4b3 = sin_phi2 * sin_phi2;
-    const real t_claqt = t_4j4b3 * t_frp3h;
-    const real t_zjzfv = Wt2 * t_claqt;
+    const real t_7pqnn = lc_2 * p[m2];
+    const real gy_phi2 = t_7pqnn * sin_theta2;  /* (25) */
+    const real gz_phi2 = t_7pqnn * cos_theta2;  /* (25) */
+    const real t_tkdjn = gy_phi2 * p[h2];
+    const real t_c4pkx = sin_theta2 * t_frp3h;
+    const real cz_phi2 = t_tkdjn - t_c4pkx;  /* (25) */
+    const real t_pt6a7 = sin_phi2 * cos_phi2;
+    const real t_6pfo6 = t_pt6a7 * t_frp3h;
+    const real t_2ys72 = gx_phi2 * p[h2];
+    const real t_4evkh_2 = Wt2 * Wt2;
+    const real t_pt6a7_2 = sin_phi2 * sin_phi2;
+    const real t_6pfo6_2 = t_pt6a7_2 * t_frp3h;
+    const real t_4rwin = Wt2 * t_6pfo6_2;
     const real k_phi2 = loss_phi2
-        - t_wube7 * t_2t5uv
-        - t_svo5z * t_ylcad
-        - t_svo5z * (Wn2 * Wn2)
-        - x[theta2_dot] * x[theta2_dot] * t_2t5uv
-        - (x[theta2_dot] + x[theta2_dot]) * t_zjzfv
+        - t_wube7 * t_6pfo6
+        - t_2ys72 * t_4evkh_2
+        - t_2ys72 * (Wn2 * Wn2)
+        - x[theta2_dot] * x[theta2_dot] * t_6pfo6
+        - (x[theta2_dot] + x[theta2_dot]) * t_4rwin
         - Wt2 * t_frp3h * x[wx]
-        + t_ylcad * sin_phi2 * cos_phi2 * t_nfvux * p[m2]
-        + (Wt2 + Wt2) * t_4j4b3 * t_nfvux * x[wx] * p[m2]
+        + t_4evkh_2 * sin_phi2 * cos_phi2 * t_nfvux * p[m2]
+        + (Wt2 + Wt2) * t_pt6a7_2 * t_nfvux * x[wx] * p[m2]
         + Wt2 * cos_phi2 * p[h2] * x[wx] * p[l2] * p[m2]
         + (sin_phi2 + sin_phi2) * cos_phi2 * t_nfvux * x[theta2_dot] * x[wx] * p[m2];  /* (25) */
-    const real D_theta2 = t_claqt + p[I2];  /* (26) */
+    const real D_theta2 = t_6pfo6_2 + p[I2];  /* (26) */
     const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
-    const real t_h3pge = gx_phi2 * sin_theta2;
-    const real t_ikdxp = t_h3pge * p[h2];
-    const real cy_theta2 = t_ikdxp - t_tb25v * t_nqm7d;  /* (26) */
-    const real t_gidtm = gy_theta2 * p[h2];
-    const real t_senbd = cos_theta2 * t_frp3h;
-    const real t_3o3n4 = t_gidtm - t_nqm7d * t_senbd;
-    const real cz_theta2 = t_3o3n4 + p[I2];  /* (26) */
-    const real t_nw7er = Wn2 * x[wx];
-    const real t_473qv = x[phi2_dot] + x[phi2_dot];
-    const real Dd_theta2 = t_2t5uv * t_473qv;
-    const real t_putjj = Dd_theta2 * x[theta2_dot];
+    const real t_cfuim = gx_phi2 * sin_theta2;
+    const real t_ipyra = t_cfuim * p[h2];
+    const real cy_theta2 = t_ipyra - t_c4pkx * t_pt6a7;  /* (26) */
+    const real t_epql5 = gy_theta2 * p[h2];
+    const real t_c4pkx_2 = cos_theta2 * t_frp3h;
+    const real t_rdvkg = t_epql5 - t_pt6a7 * t_c4pkx_2;
+    const real cz_theta2 = t_rdvkg + p[I2];  /* (26) */
+    const real t_prfqf_2 = Wn2 * x[wx];
+    const real t_mw75j = x[phi2_dot] + x[phi2_dot];
+    const real Dd_theta2 = t_6pfo6 * t_mw75j;
+    const real t_5f4es = Dd_theta2 * x[theta2_dot];
     const real k_theta2 = loss_theta2
-        + Wn2 * t_zjzfv
-        + t_svo5z * t_nw7er
-        + t_zjzfv * t_473qv
-        + t_putjj
-        - t_2t5uv * t_nw7er
-        - t_2t5uv * (x[wx] + x[wx]) * x[phi2_dot];  /* (26) */
+        + Wn2 * t_4rwin
+        + t_2ys72 * t_prfqf_2
+        + t_4rwin * t_mw75j
+        + t_5f4es
+        - t_6pfo6 * t_prfqf_2
+        - t_6pfo6 * (x[wx] + x[wx]) * x[phi2_dot];  /* (26) */
     const real ax_eq = p[F] / (t_omhyl + p[m1] + p[m2]);  /* (19) */
     const real W_phi1 = c[r9] * p[m1];  /* (27) */
-    const real cdy_phi1 = t_m5cmg * x[phi1_dot] + cz_phi1 * x[theta1_dot];
-    const real t_pthak = gz_phi1 * p[h1];
-    const real t_qesxo = t_pthak - t_os4zj * cos_theta1 * p[m1];
-    const real cdz_phi1 = t_qesxo * x[theta1_dot] - t_nmcsn * x[phi1_dot];
+    const real cdy_phi1 = t_n4yir * x[phi1_dot] + cz_phi1 * x[theta1_dot];
+    const real t_ik6g5_2 = gz_phi1 * p[h1];
+    const real t_2ksfs = t_ik6g5_2 - t_os4zj * cos_theta1 * p[m1];
+    const real cdz_phi1 = t_2ksfs * x[theta1_dot] - t_d2e6j * x[phi1_dot];
     const real W_theta1 = c[r10] * p[m1];  /* (27) */
-    const real t_4of2f = cos_phi1 * cos_phi1;
-    const real cdy_theta1 = t_uyufu * x[theta1_dot] + x[phi1_dot] * (t_bnlcb + t_3qva5 * t_4xxce - t_4of2f * t_4xxce);
-    const real cdz_theta1 = x[phi1_dot] * (t_pthak + t_3qva5 * t_bdhgv - t_bdhgv * t_4of2f) - cy_theta1 * x[theta1_dot];
+    const real t_hjphj_3 = cos_phi1 * cos_phi1;
+    const real cdy_theta1 = t_scs5l * x[theta1_dot] + x[phi1_dot] * (t_ik6g5 + t_hjphj_2 * t_dmccl - t_hjphj_3 * t_dmccl);
+    const real cdz_theta1 = x[phi1_dot] * (t_ik6g5_2 + t_hjphj_2 * t_dmccl_2 - t_dmccl_2 * t_hjphj_3) - cy_theta1 * x[theta1_dot];
     const real W_phi2 = c[r9] * p[m2];  /* (27) */
-    const real cdy_phi2 = cz_phi2 * x[theta2_dot] + t_gidtm * x[phi2_dot];
-    const real t_3ndrr = gz_phi2 * p[h2];
-    const real t_x5sl2 = t_3ndrr - cos_theta2 * t_nfvux * p[m2];
-    const real cdz_phi2 = t_x5sl2 * x[theta2_dot] - t_ikdxp * x[phi2_dot];
+    const real cdy_phi2 = cz_phi2 * x[theta2_dot] + t_epql5 * x[phi2_dot];
+    const real t_tkdjn_2 = gz_phi2 * p[h2];
+    const real t_zshn6 = t_tkdjn_2 - cos_theta2 * t_nfvux * p[m2];
+    const real cdz_phi2 = t_zshn6 * x[theta2_dot] - t_ipyra * x[phi2_dot];
     const real W_theta2 = c[r10] * p[m2];  /* (27) */
-    const real t_zozwp = cos_phi2 * cos_phi2;
-    const real cdy_theta2 = t_3o3n4 * x[theta2_dot] + x[phi2_dot] * (t_ba7if + t_tb25v * t_4j4b3 - t_tb25v * t_zozwp);
-    const real cdz_theta2 = x[phi2_dot] * (t_3ndrr + t_4j4b3 * t_senbd - t_senbd * t_zozwp) - cy_theta2 * x[theta2_dot];
+    const real t_pt6a7_3 = cos_phi2 * cos_phi2;
+    const real cdy_theta2 = t_rdvkg * x[theta2_dot] + x[phi2_dot] * (t_tkdjn + t_c4pkx * t_pt6a7_2 - t_c4pkx * t_pt6a7_3);
+    const real cdz_theta2 = x[phi2_dot] * (t_tkdjn_2 + t_pt6a7_2 * t_c4pkx_2 - t_c4pkx_2 * t_pt6a7_3) - cy_theta2 * x[theta2_dot];
     const real t_wij2f = x[vy] * c[r1];
-    const real t_mj52b = W_phi1 / (D1 * D1);
-    const real t_o2gar = D1 * x[phi1_dot];
-    const real t_3c5in = t_mj52b * (p[I1] * x[wx] - t_qesxo * x[wy] + cz_phi1 * x[wz] + t_o2gar);
-    const real t_iecaz = W_phi2 / (D2 * D2);
-    const real t_gifwv = D2 * x[phi2_dot];
-    const real t_ohb73 = t_iecaz * (p[I2] * x[wx] - t_x5sl2 * x[wy] + cz_phi2 * x[wz] + t_gifwv);
-    const real t_j7ex5 = W_theta1 / (D_theta1 * D_theta1);
-    const real t_iomfo = D_theta1 * x[theta1_dot];
-    const real t_cdafg = t_j7ex5 * (cy_theta1 * x[wy] - t_invly * x[wx] + cz_theta1 * x[wz] + t_iomfo);
-    const real t_s5xdh = W_theta2 / (D_theta2 * D_theta2);
-    const real t_kyc32 = D_theta2 * x[theta2_dot];
-    const real t_rbkok = t_s5xdh * (cy_theta2 * x[wy] - t_claqt * x[wx] + cz_theta2 * x[wz] + t_kyc32);
+    const real t_hyv47 = W_phi1 / (D1 * D1);
+    const real t_4pqij = D1 * x[phi1_dot];
+    const real t_xlxwl = t_hyv47 * (p[I1] * x[wx] - t_2ksfs * x[wy] + cz_phi1 * x[wz] + t_4pqij);
+    const real t_pi35k = W_phi2 / (D2 * D2);
+    const real t_lzacu = D2 * x[phi2_dot];
+    const real t_hgt7a = t_pi35k * (p[I2] * x[wx] - t_zshn6 * x[wy] + cz_phi2 * x[wz] + t_lzacu);
+    const real t_dxtpc = W_theta1 / (D_theta1 * D_theta1);
+    const real t_4maxk = D_theta1 * x[theta1_dot];
+    const real t_z6ntf = t_dxtpc * (cy_theta1 * x[wy] - t_lgf4h_2 * x[wx] + cz_theta1 * x[wz] + t_4maxk);
+    const real t_hciml = W_theta2 / (D_theta2 * D_theta2);
+    const real t_qu7qb = D_theta2 * x[theta2_dot];
+    const real t_dhnrr = t_hciml * (cy_theta2 * x[wy] - t_6pfo6_2 * x[wx] + cz_theta2 * x[wz] + t_qu7qb);
     const real B_v1 = t_wij2f
-        - t_3c5in * gy_phi1
-        - t_ohb73 * gy_phi2
-        - t_cdafg * gy_theta1
-        - t_rbkok * gy_theta2;  /* (29) */
+        - t_xlxwl * gy_phi1
+        - t_hgt7a * gy_phi2
+        - t_z6ntf * gy_theta1
+        - t_dhnrr * gy_theta2;  /* (29) */
     const real t_aqbxr = x[vz] * c[r2];
     const real C_v1 = t_aqbxr
-        - t_3c5in * gz_phi1
-        - t_ohb73 * gz_phi2
-        + t_cdafg * t_tpms2
-        + t_rbkok * t_h3pge;  /* (29) */
-    const real t_5bilv = ax_eq * gx_phi1;
-    const real t_4oupt = ax_eq * gx_phi2;
+        - t_xlxwl * gz_phi1
+        - t_hgt7a * gz_phi2
+        + t_z6ntf * t_iouus
+        + t_dhnrr * t_cfuim;  /* (29) */
+    const real t_chbo3 = ax_eq * gx_phi1;
+    const real t_o6h5x = ax_eq * gx_phi2;
     const real g1_v1 = x[att1] * c[r3]
         - t_aqbxr * x[vy]
-        - t_mj52b * (t_5bilv * p[I1] + p[I1] * k_phi1)
-        - t_iecaz * (t_4oupt * p[I2] + p[I2] * k_phi2)
-        - t_j7ex5 * (t_iomfo * Dd_theta1 - (t_b7wcv * t_invly + t_invly * k_theta1))
-        - t_s5xdh * (t_kyc32 * Dd_theta2 - (t_putjj * t_claqt + t_claqt * k_theta2))
+        - t_hyv47 * (t_chbo3 * p[I1] + p[I1] * k_phi1)
+        - t_pi35k * (t_o6h5x * p[I2] + p[I2] * k_phi2)
+        - t_dxtpc * (t_4maxk * Dd_theta1 - (t_7xuxq * t_lgf4h_2 + t_lgf4h_2 * k_theta1))
+        - t_hciml * (t_qu7qb * Dd_theta2 - (t_5f4es * t_6pfo6_2 + t_6pfo6_2 * k_theta2))
         + x[vy] * x[vz] * c[r1];  /* (29) */
     const real g2_v1 = x[att2] * c[r5]
-        + t_mj52b * (t_5bilv * t_qesxo + t_qesxo * k_phi1 + t_o2gar * cdy_phi1)
-        + t_iecaz * (t_4oupt * t_x5sl2 + t_x5sl2 * k_phi2 + t_gifwv * cdy_phi2)
-        - t_j7ex5 * (t_b7wcv * cy_theta1 + cy_theta1 * k_theta1 - t_iomfo * cdy_theta1)
-        - t_s5xdh * (t_putjj * cy_theta2 + cy_theta2 * k_theta2 - t_kyc32 * cdy_theta2)
+        + t_hyv47 * (t_chbo3 * t_2ksfs + t_2ksfs * k_phi1 + t_4pqij * cdy_phi1)
+        + t_pi35k * (t_o6h5x * t_zshn6 + t_zshn6 * k_phi2 + t_lzacu * cdy_phi2)
+        - t_dxtpc * (t_7xuxq * cy_theta1 + cy_theta1 * k_theta1 - t_4maxk * cdy_theta1)
+        - t_hciml * (t_5f4es * cy_theta2 + cy_theta2 * k_theta2 - t_qu7qb * cdy_theta2)
         + x[vx] * x[vz] * c[r2];  /* (29) */
     const real g3_v1 = x[att3] * c[r7]
         - t_wij2f * x[vx]
-        - t_mj52b * (t_5bilv * cz_phi1 + cz_phi1 * k_phi1 - t_o2gar * cdz_phi1)
-        - t_iecaz * (t_4oupt * cz_phi2 + cz_phi2 * k_phi2 - t_gifwv * cdz_phi2)
-        - t_j7ex5 * (t_b7wcv * cz_theta1 + cz_theta1 * k_theta1 - t_iomfo * cdz_theta1)
-        - t_s5xdh * (t_putjj * cz_theta2 + cz_theta2 * k_theta2 - t_kyc32 * cdz_theta2);  /* (29) */
+        - t_hyv47 * (t_chbo3 * cz_phi1 + cz_phi1 * k_phi1 - t_4pqij * cdz_phi1)
+        - t_pi35k * (t_o6h5x * cz_phi2 + cz_phi2 * k_phi2 - t_lzacu * cdz_phi2)
+        - t_dxtpc * (t_7xuxq * cz_theta1 + cz_theta1 * k_theta1 - t_4maxk * cdz_theta1)
+        - t_hciml * (t_5f4es * cz_theta2 + cz_theta2 * k_theta2 - t_qu7qb * cdz_theta2);  /* (29) */
     const real f11_v1 = c[r4]
-        - t_mj52b * (p[I1] * p[I1])
-        - t_iecaz * (p[I2] * p[I2])
-        - t_j7ex5 * (t_invly * t_invly)
-        - t_s5xdh * (t_claqt * t_claqt);  /* (29) */
-    const real t_7pydp = t_mj52b * p[I1];
-    const real t_ob75p = t_iecaz * p[I2];
-    const real t_ccobz = t_j7ex5 * t_invly;
-    const real t_6w3c7 = t_s5xdh * t_claqt;
-    const real f21_v1 = t_7pydp * t_qesxo + t_ob75p * t_x5sl2 + t_ccobz * cy_theta1 + t_6w3c7 * cy_theta2;  /* (29) */
+        - t_hyv47 * (p[I1] * p[I1])
+        - t_pi35k * (p[I2] * p[I2])
+        - t_dxtpc * (t_lgf4h_2 * t_lgf4h_2)
+        - t_hciml * (t_6pfo6_2 * t_6pfo6_2);  /* (29) */
+    const real t_if7mv = t_hyv47 * p[I1];
+    const real t_tmzpj = t_pi35k * p[I2];
+    const real t_loou6 = t_dxtpc * t_lgf4h_2;
+    const real t_mszyx = t_hciml * t_6pfo6_2;
+    const real f21_v1 = t_if7mv * t_2ksfs + t_tmzpj * t_zshn6 + t_loou6 * cy_theta1 + t_mszyx * cy_theta2;  /* (29) */
     const real f22_v1 = c[r6]
-        - t_mj52b * (t_qesxo * t_qesxo)
-        - t_iecaz * (t_x5sl2 * t_x5sl2)
-        - t_j7ex5 * (cy_theta1 * cy_theta1)
-        - t_s5xdh * (cy_theta2 * cy_theta2);  /* (29) */
-    const real f31_v1 = t_ccobz * cz_theta1 - (t_7pydp * cz_phi1 + t_ob75p * cz_phi2) + t_6w3c7 * cz_theta2;  /* (29) */
-    const real f32_v1 = t_mj52b * t_qesxo * cz_phi1
-        + t_iecaz * t_x5sl2 * cz_phi2
-        - t_j7ex5 * cy_theta1 * cz_theta1
-        - t_s5xdh * cy_theta2 * cz_theta2;  /* (29) */
+        - t_hyv47 * (t_2ksfs * t_2ksfs)
+        - t_pi35k * (t_zshn6 * t_zshn6)
+        - t_dxtpc * (cy_theta1 * cy_theta1)
+        - t_hciml * (cy_theta2 * cy_theta2);  /* (29) */
+    const real f31_v1 = t_loou6 * cz_theta1 - (t_if7mv * cz_phi1 + t_tmzpj * cz_phi2) + t_mszyx * cz_theta2;  /* (29) */
+    const real f32_v1 = t_hyv47 * t_2ksfs * cz_phi1
+        + t_pi35k * t_zshn6 * cz_phi2
+        - t_dxtpc * cy_theta1 * cz_theta1
+        - t_hciml * cy_theta2 * cz_theta2;  /* (29) */
     const real f33_v1 = c[r8]
-        - t_mj52b * (cz_phi1 * cz_phi1)
-        - t_iecaz * (cz_phi2 * cz_phi2)
-        - t_j7ex5 * (cz_theta1 * cz_theta1)
-        - t_s5xdh * (cz_theta2 * cz_theta2);  /* (29) */
-    const real t_4v7es = K(1.0) / f11_v1;
-    const real f_v1_L21 = f21_v1 * t_4v7es;
-    const real f_v1_L31 = f31_v1 * t_4v7es;
+        - t_hyv47 * (cz_phi1 * cz_phi1)
+        - t_pi35k * (cz_phi2 * cz_phi2)
+        - t_dxtpc * (cz_theta1 * cz_theta1)
+        - t_hciml * (cz_theta2 * cz_theta2);  /* (29) */
+    const real t_a2lgz = K(1.0) / f11_v1;
+    const real f_v1_L21 = f21_v1 * t_a2lgz;
+    const real f_v1_L31 = f31_v1 * t_a2lgz;
     const real f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21;
-    const real t_g2uww = f32_v1 - f21_v1 * f_v1_L31;
-    const real t_omhw7 = K(1.0) / f_v1_D2;
-    const real f_v1_L32 = t_g2uww * t_omhw7;
-    const real f_v1_D3 = f33_v1 - t_g2uww * f_v1_L32 - f31_v1 * f_v1_L31;
-    const real t_u5ggi = x[wx] * c[w3] + g1_v1;
-    const real u_v1_y2 = f_v1_L21 * t_u5ggi - (x[wy] * c[w4] + g2_v1);
-    const real u_v1_y3 = f_v1_L31 * t_u5ggi - (x[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
+    const real t_vk4eg = f32_v1 - f21_v1 * f_v1_L31;
+    const real t_6dtnj = K(1.0) / f_v1_D2;
+    const real f_v1_L32 = t_vk4eg * t_6dtnj;
+    const real f_v1_D3 = f33_v1 - t_vk4eg * f_v1_L32 - f31_v1 * f_v1_L31;
+    const real t_y6t4t = x[wx] * c[w3] + g1_v1;
+    const real u_v1_y2 = f_v1_L21 * t_y6t4t - (x[wy] * c[w4] + g2_v1);
+    const real u_v1_y3 = f_v1_L31 * t_y6t4t - (x[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
     const real u_v1_x3 = u_v1_y3 / f_v1_D3;
-    const real u_v1_x2 = u_v1_y2 * t_omhw7 - f_v1_L32 * u_v1_x3;
-    const real t_dyqoa = t_u5ggi * t_4v7es + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
-    const real u_v1_x1 = -t_dyqoa;
-    const real t_mjt7i = B_v1 * c[w1];
-    const real u1_v1 = -t_mjt7i;  /* (31) */
-    const real t_2xlzh = C_v1 * c[w2];
-    const real u2_v1 = -t_2xlzh;  /* (32) */
+    const real u_v1_x2 = u_v1_y2 * t_6dtnj - f_v1_L32 * u_v1_x3;
+    const real t_bewoy = t_y6t4t * t_a2lgz + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
+    const real u_v1_x1 = -t_bewoy;
+    const real t_btp7k = B_v1 * c[w1];
+    const real u1_v1 = -t_btp7k;  /* (31) */
+    const real t_nn6jp = C_v1 * c[w2];
+    const real u2_v1 = -t_nn6jp;  /* (32) */
     const real G2_v1 = W12 + u_v1_x3;
     const real G3_v1 = W13 - u_v1_x2;
-    const real a2_v1 = G2_v1 * x_C - t_mjt7i;
-    const real a3_v1 = G3_v1 * x_C - t_2xlzh;
-    const real t_ev7u5 = Bs_1 + Asc_1 * e1;
-    const real t_bvybx = Bs_2 + Asc_2 * e2;
-    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_vzrlr = t_7imwe * sin_phi1
-        + t_4b2fa * sin_phi2
+    const real a2_v1 = G2_v1 * x_C - t_btp7k;
+    const real a3_v1 = G3_v1 * x_C - t_nn6jp;
+    const real t_2jubo = Bs_1 + Asc_1 * e1;
+    const real t_ittbm = Bs_2 + Asc_2 * e2;
+    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_swbpb = t_ylzxh * sin_phi1
+        + t_gupd5 * sin_phi2
         + cos_phi1 * tension1
         + cos_phi2 * tension2
-        + G2_v1 * (t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2)
-        + G3_v1 * (t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2)
-        + t_b3aij * a2_v1
-        + t_zzymx * a3_v1;
-    const real q1_v1 = (Bs_1 + Bs_2) * t_dyqoa - t_vzrlr;
+        + G2_v1 * (t_2jubo * sin_theta1 + t_ittbm * sin_theta2)
+        + G3_v1 * (t_2jubo * cos_theta1 + t_ittbm * cos_theta2)
+        + t_f2nhc * a2_v1
+        + t_f2nhc_2 * a3_v1;
+    const real q1_v1 = (Bs_1 + Bs_2) * t_bewoy - t_swbpb;
     const real q2_v1 = n2
         + G2_v1 * K52
-        - G3_v1 * t_hjmgb
+        - G3_v1 * t_edvw3_2
         + K22 * a2_v1
         + K32 * a3_v1
-        + (wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2) * t_dyqoa;
+        + (wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2) * t_bewoy;
     const real q3_v1 = n3
         + G2_v1 * K53
         + G3_v1 * K63
         + K32 * a2_v1
         + K33 * a3_v1
-        - K43 * t_dyqoa;
-    const real PP_v1 = K11 * K11 + t_b3aij * t_b3aij + t_zzymx * t_zzymx;
-    const real Pq_v1 = K11 * q1_v1 - t_b3aij * q2_v1 - t_zzymx * q3_v1;
-    const real t_echqo = PP_v1 * (q1_v1 * q1_v1 - p[F] * p[F] + q2_v1 * q2_v1 + q3_v1 * q3_v1);
-    const real root_v1 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v1 * Pq_v1 - t_echqo));
+        - K43 * t_bewoy;
+    const real PP_v1 = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2;
+    const real Pq_v1 = K11 * q1_v1 - t_f2nhc * q2_v1 - t_f2nhc_2 * q3_v1;
+    const real t_574pa = PP_v1 * (q1_v1 * q1_v1 - p[F] * p[F] + q2_v1 * q2_v1 + q3_v1 * q3_v1);
+    const real root_v1 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v1 * Pq_v1 - t_574pa));
     const real ax_v1 = (root_v1 - Pq_v1) / PP_v1;
-    const real f2_v1 = q2_v1 - t_b3aij * ax_v1;
-    const real f3_v1 = q3_v1 - t_zzymx * ax_v1;
+    const real f2_v1 = q2_v1 - t_f2nhc * ax_v1;
+    const real f3_v1 = q3_v1 - t_f2nhc_2 * ax_v1;
     const real lateral_v1 = mv_sqrt(f2_v1 * f2_v1 + f3_v1 * f3_v1);
     demand[0] = u1_v1;
     demand[1] = u2_v1;
@@ -3528,15 +3528,15 @@ void slosh_lyapunov_v2_demand(const real *x, const real *p, const real *c, real 
     enum { w4 = SLOSH_LYAPUNOV_V2_C_W4 };
     enum { w5 = SLOSH_LYAPUNOV_V2_C_W5 };
     const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
-    const real t_gx5gf = p[m1] / D1;
-    const real k1 = t_gx5gf * p[l1];
-    const real me1 = t_gx5gf * p[I1];
+    const real t_nkfhl = p[m1] / D1;
+    const real k1 = t_nkfhl * p[l1];
+    const real me1 = t_nkfhl * p[I1];
     const real t_6nwd2 = p[l1] * p[m1];
     const real mv1 = t_6nwd2 * k1;
     const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
-    const real t_wiek6 = p[m2] / D2;
-    const real k2 = t_wiek6 * p[l2];
-    const real me2 = t_wiek6 * p[I2];
+    const real t_xgfi7 = p[m2] / D2;
+    const real k2 = t_xgfi7 * p[l2];
+    const real me2 = t_xgfi7 * p[I2];
     const real t_popww = p[l2] * p[m2];
     const real mv2 = t_popww * k2;
     const real M_C = p[m] + p[m0] + me1 + me2;
@@ -3552,8 +3552,8 @@ void slosh_lyapunov_v2_demand(const real *x, const real *p, const real *c, real 
     const real w_x1 = x[wx] - x[theta1_dot];
     const real p1 = Wn1 + x[phi1_dot];
     const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
-    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
     real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
     real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
     const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
@@ -3561,8 +3561,8 @@ void slosh_lyapunov_v2_demand(const real *x, const real *p, const real *c, real 
     const real w_x2 = x[wx] - x[theta2_dot];
     const real p2 = Wn2 + x[phi2_dot];
     const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
-    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
     const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
     const real tension1 = cos_phi1 * (t_rybsf * e1) * mv1 - t_6nwd2 * sigma_sq1;
     const real As_1 = mv1 * sin_phi1;
@@ -3586,13 +3586,13 @@ void slosh_lyapunov_v2_demand(const real *x, const real *p, const real *c, real 
     const real wqS_1 = sin_theta1 * wq_1;
     const real loss_phi1 = p[eps1] * x[phi1_dot];
     const real loss_theta1 = p[eps1] * x[theta1_dot];
-    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
     const real zeta1 = W12 * q_1
         + Wn1 * lc_1 * w_x1
         - chi1 * p[l1] * (p1 + x[phi1_dot]);
     const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_7imwe = B_1 * eta1 + loss_phi1 * k1;
-    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real t_pc5rt = B_1 * eta1 + loss_phi1 * k1;
+    const real F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1;
     const real tension2 = cos_phi2 * (t_rybsf * e2) * mv2 - t_popww * sigma_sq2;
     const real As_2 = mv2 * sin_phi2;
     const real Ass_2 = As_2 * sin_phi2;
@@ -3615,31 +3615,31 @@ void slosh_lyapunov_v2_demand(const real *x, const real *p, const real *c, real 
     const real wqS_2 = sin_theta2 * wq_2;
     const real loss_phi2 = p[eps2] * x[phi2_dot];
     const real loss_theta2 = p[eps2] * x[theta2_dot];
-    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
     const real zeta2 = W12 * q_2
         + Wn2 * lc_2 * w_x2
         - chi2 * p[l2] * (p2 + x[phi2_dot]);
     const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
-    const real t_4b2fa = B_2 * eta2 + loss_phi2 * k2;
-    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real t_63ozv = B_2 * eta2 + loss_phi2 * k2;
+    const real F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2;
     const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
-    const real t_fbeaw = S_sq1 * tn11_1;
-    const real t_dj555 = S_sq2 * tn11_2;
-    const real K22 = t_fbeaw + t_dj555 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real t_leuxo = S_sq1 * tn11_1;
+    const real t_leuxo_2 = S_sq2 * tn11_2;
+    const real K22 = t_leuxo + t_leuxo_2 + M_C + wth_1 + wth_2 - me1 - me2;
     const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + M_C - t_fbeaw - t_dj555;
+    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo - t_leuxo_2;
     const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
-    const real t_tcgxn = wg_1 - e1 * me1;
-    const real t_uf5ib = wg_2 - e2 * me2;
-    const real t_32gyg = Bc_1 - eAss_1;
-    const real t_65obb = t_32gyg + t_tcgxn;
-    const real t_gbkg6 = Bc_2 - eAss_2;
-    const real t_yoiua = t_gbkg6 + t_uf5ib;
-    const real t_z76hk = S_sq1 * t_65obb + S_sq2 * t_yoiua;
-    const real K52 = t_tcgxn + t_uf5ib - t_z76hk - wqC_1 - wqC_2;
-    const real t_hjmgb = SC1 * t_65obb + SC2 * t_yoiua;
-    const real K53 = wqS_1 - t_hjmgb + wqS_2;
-    const real K63 = t_z76hk - (t_32gyg + t_gbkg6);
+    const real t_67i37 = wg_1 - e1 * me1;
+    const real t_n5kna = wg_2 - e2 * me2;
+    const real t_hig3c = Bc_1 - eAss_1;
+    const real t_vjftl = t_hig3c + t_67i37;
+    const real t_hig3c_2 = Bc_2 - eAss_2;
+    const real t_vsqil = t_hig3c_2 + t_n5kna;
+    const real t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
+    const real K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2;
+    const real t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil;
+    const real K53 = wqS_1 - t_edvw3_2 + wqS_2;
+    const real K63 = t_edvw3 - (t_hig3c + t_hig3c_2);
     const real n2 = F_n1 * cos_theta1 + F_n2 * cos_theta2 + F_t1 * sin_theta1 + F_t2 * sin_theta2;
     const real n3 = F_t1 * cos_theta1 - (F_n1 * sin_theta1 + F_n2 * sin_theta2) + F_t2 * cos_theta2;
     const real B_v2 = x[vy] * c[r1];  /* (29) */
@@ -3647,52 +3647,52 @@ void slosh_lyapunov_v2_demand(const real *x, const real *p, const real *c, real 
     const real g1_v2 = B_v2 * x[vz] - C_v2 * x[vy] + x[att1] * c[r3];  /* (29) */
     const real g2_v2 = C_v2 * x[vx] + x[att2] * c[r5];  /* (29) */
     const real g3_v2 = x[att3] * c[r7] - B_v2 * x[vx];  /* (29) */
-    const real t_hr2xx = (x[wz] * c[w5] + g3_v2) / c[r8];
-    const real u_v2_x3 = -t_hr2xx;
-    const real t_exkvb = (x[wy] * c[w4] + g2_v2) / c[r6];
-    const real u_v2_x2 = -t_exkvb;
-    const real t_r5rcm = (x[wx] * c[w3] + g1_v2) / c[r4];
-    const real u_v2_x1 = -t_r5rcm;
-    const real t_k42hn = B_v2 * c[w1];
-    const real u1_v2 = -t_k42hn;  /* (34) */
-    const real t_xy2rv = C_v2 * c[w2];
-    const real u2_v2 = -t_xy2rv;  /* (35) */
-    const real G2_v2 = W12 - t_hr2xx;
-    const real G3_v2 = W13 + t_exkvb;
-    const real a2_v2 = G2_v2 * x_C - t_k42hn;
-    const real a3_v2 = G3_v2 * x_C - t_xy2rv;
-    const real t_ev7u5 = Bs_1 + Asc_1 * e1;
-    const real t_bvybx = Bs_2 + Asc_2 * e2;
-    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_bkfqo = t_7imwe * sin_phi1
-        + t_4b2fa * sin_phi2
+    const real t_qwmt7 = (x[wz] * c[w5] + g3_v2) / c[r8];
+    const real u_v2_x3 = -t_qwmt7;
+    const real t_2delu = (x[wy] * c[w4] + g2_v2) / c[r6];
+    const real u_v2_x2 = -t_2delu;
+    const real t_n2b4c = (x[wx] * c[w3] + g1_v2) / c[r4];
+    const real u_v2_x1 = -t_n2b4c;
+    const real t_si2fh = B_v2 * c[w1];
+    const real u1_v2 = -t_si2fh;  /* (34) */
+    const real t_gkvv2 = C_v2 * c[w2];
+    const real u2_v2 = -t_gkvv2;  /* (35) */
+    const real G2_v2 = W12 - t_qwmt7;
+    const real G3_v2 = W13 + t_2delu;
+    const real a2_v2 = G2_v2 * x_C - t_si2fh;
+    const real a3_v2 = G3_v2 * x_C - t_gkvv2;
+    const real t_2jubo = Bs_1 + Asc_1 * e1;
+    const real t_ittbm = Bs_2 + Asc_2 * e2;
+    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_7awx3 = t_pc5rt * sin_phi1
+        + t_63ozv * sin_phi2
         + cos_phi1 * tension1
         + cos_phi2 * tension2
-        + G2_v2 * (t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2)
-        + G3_v2 * (t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2)
-        + t_b3aij * a2_v2
-        + t_zzymx * a3_v2;
-    const real q1_v2 = (Bs_1 + Bs_2) * t_r5rcm - t_bkfqo;
+        + G2_v2 * (t_2jubo * sin_theta1 + t_ittbm * sin_theta2)
+        + G3_v2 * (t_2jubo * cos_theta1 + t_ittbm * cos_theta2)
+        + t_f2nhc * a2_v2
+        + t_f2nhc_2 * a3_v2;
+    const real q1_v2 = (Bs_1 + Bs_2) * t_n2b4c - t_7awx3;
     const real q2_v2 = n2
         + G2_v2 * K52
-        - G3_v2 * t_hjmgb
+        - G3_v2 * t_edvw3_2
         + K22 * a2_v2
         + K32 * a3_v2
-        + (wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2) * t_r5rcm;
+        + (wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2) * t_n2b4c;
     const real q3_v2 = n3
         + G2_v2 * K53
         + G3_v2 * K63
         + K32 * a2_v2
         + K33 * a3_v2
-        - K43 * t_r5rcm;
-    const real PP_v2 = K11 * K11 + t_b3aij * t_b3aij + t_zzymx * t_zzymx;
-    const real Pq_v2 = K11 * q1_v2 - t_b3aij * q2_v2 - t_zzymx * q3_v2;
-    const real t_m473c = PP_v2 * (q1_v2 * q1_v2 - p[F] * p[F] + q2_v2 * q2_v2 + q3_v2 * q3_v2);
-    const real root_v2 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v2 * Pq_v2 - t_m473c));
+        - K43 * t_n2b4c;
+    const real PP_v2 = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2;
+    const real Pq_v2 = K11 * q1_v2 - t_f2nhc * q2_v2 - t_f2nhc_2 * q3_v2;
+    const real t_zudcj = PP_v2 * (q1_v2 * q1_v2 - p[F] * p[F] + q2_v2 * q2_v2 + q3_v2 * q3_v2);
+    const real root_v2 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v2 * Pq_v2 - t_zudcj));
     const real ax_v2 = (root_v2 - Pq_v2) / PP_v2;
-    const real f2_v2 = q2_v2 - t_b3aij * ax_v2;
-    const real f3_v2 = q3_v2 - t_zzymx * ax_v2;
+    const real f2_v2 = q2_v2 - t_f2nhc * ax_v2;
+    const real f3_v2 = q3_v2 - t_f2nhc_2 * ax_v2;
     const real lateral_v2 = mv_sqrt(f2_v2 * f2_v2 + f3_v2 * f3_v2);
     demand[0] = u1_v2;
     demand[1] = u2_v2;
@@ -3762,17 +3762,17 @@ void slosh_lyapunov_v1(const real *x, const real *r, const real *p, const real *
     const real t_os4zj = p[l1] * p[l1];
     const real t_yx2kz = t_os4zj * p[m1];
     const real D1 = t_yx2kz + p[I1];
-    const real t_gx5gf = p[m1] / D1;
-    const real k1 = t_gx5gf * p[l1];
-    const real me1 = t_gx5gf * p[I1];
+    const real t_nkfhl = p[m1] / D1;
+    const real k1 = t_nkfhl * p[l1];
+    const real me1 = t_nkfhl * p[I1];
     const real t_6nwd2 = p[l1] * p[m1];
     const real mv1 = t_6nwd2 * k1;
     const real t_nfvux = p[l2] * p[l2];
     const real t_frp3h = t_nfvux * p[m2];
     const real D2 = t_frp3h + p[I2];
-    const real t_wiek6 = p[m2] / D2;
-    const real k2 = t_wiek6 * p[l2];
-    const real me2 = t_wiek6 * p[I2];
+    const real t_xgfi7 = p[m2] / D2;
+    const real k2 = t_xgfi7 * p[l2];
+    const real me2 = t_xgfi7 * p[I2];
     const real t_popww = p[l2] * p[m2];
     const real mv2 = t_popww * k2;
     const real t_omhyl = p[m] + p[m0];
@@ -3794,28 +3794,28 @@ void slosh_lyapunov_v1(const real *x, const real *r, const real *p, const real *
     real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
     real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
     const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
-    const real t_rding = cos_theta1 * x[wz];
-    const real t_a3uw4 = sin_theta1 * x[wy];
-    const real Wt1 = t_rding + t_a3uw4;
+    const real t_rzamr = cos_theta1 * x[wz];
+    const real t_uu2cl = sin_theta1 * x[wy];
+    const real Wt1 = t_rzamr + t_uu2cl;
     const real w_x1 = x[wx] - x[theta1_dot];
     const real p1 = Wn1 + x[phi1_dot];
     const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
-    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
     real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
     real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
     const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
-    const real t_geoui = cos_theta2 * x[wz];
-    const real t_vhhwy = sin_theta2 * x[wy];
-    const real Wt2 = t_geoui + t_vhhwy;
+    const real t_adduy = cos_theta2 * x[wz];
+    const real t_t2zmi = sin_theta2 * x[wy];
+    const real Wt2 = t_adduy + t_t2zmi;
     const real w_x2 = x[wx] - x[theta2_dot];
     const real p2 = Wn2 + x[phi2_dot];
     const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
-    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
     const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
-    const real t_w7vil = t_rybsf * e1;
-    const real tension1 = cos_phi1 * t_w7vil * mv1 - t_6nwd2 * sigma_sq1;
+    const real t_aqrn5 = t_rybsf * e1;
+    const real tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1;
     const real As_1 = mv1 * sin_phi1;
     const real Ass_1 = As_1 * sin_phi1;
     const real Asc_1 = As_1 * cos_phi1;
@@ -3834,10 +3834,10 @@ void slosh_lyapunov_v1(const real *x, const real *r, const real *p, const real *
     const real S_sq1 = sin_theta1 * sin_theta1;
     const real SC1 = cos_theta1 * sin_theta1;
     const real tn11_1 = Ass_1 + me1 - wth_1;
-    const real t_b7ure = me1 * (e1 * e1);
-    const real t_3bowt = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
-    const real t_3fv6l = g_1 * wg_1;
-    const real tn44_1 = t_b7ure + t_3bowt - t_3fv6l;
+    const real t_xdulz = me1 * (e1 * e1);
+    const real t_zmqjk = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
+    const real t_leuxo = g_1 * wg_1;
+    const real tn44_1 = t_xdulz + t_zmqjk - t_leuxo;
     const real wq_1 = q_1 * wth_1;
     const real wqg_1 = q_1 * wg_1;
     const real wqq_1 = q_1 * wq_1;
@@ -3847,18 +3847,18 @@ void slosh_lyapunov_v1(const real *x, const real *r, const real *p, const real *
     const real wgS_1 = sin_theta1 * wqg_1;
     const real loss_phi1 = p[eps1] * x[phi1_dot];
     const real loss_theta1 = p[eps1] * x[theta1_dot];
-    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
     const real zeta1 = W12 * q_1
         + Wn1 * lc_1 * w_x1
         - chi1 * p[l1] * (p1 + x[phi1_dot]);
     const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_7imwe = B_1 * eta1 + loss_phi1 * k1;
-    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real t_pc5rt = B_1 * eta1 + loss_phi1 * k1;
+    const real F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1;
     const real M_q1 = F_n1 * q_1;
     const real I_phi1 = x[phi1_dot] * p[I1];
     const real I_theta1 = x[theta1_dot] * p[I1];
-    const real t_6fvzz = t_rybsf * e2;
-    const real tension2 = cos_phi2 * t_6fvzz * mv2 - t_popww * sigma_sq2;
+    const real t_3hay7 = t_rybsf * e2;
+    const real tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2;
     const real As_2 = mv2 * sin_phi2;
     const real Ass_2 = As_2 * sin_phi2;
     const real Asc_2 = As_2 * cos_phi2;
@@ -3877,10 +3877,10 @@ void slosh_lyapunov_v1(const real *x, const real *r, const real *p, const real *
     const real S_sq2 = sin_theta2 * sin_theta2;
     const real SC2 = cos_theta2 * sin_theta2;
     const real tn11_2 = Ass_2 + me2 - wth_2;
-    const real t_lpk5h = me2 * (e2 * e2);
-    const real t_ymmgl = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
-    const real t_odwbr = g_2 * wg_2;
-    const real tn44_2 = t_lpk5h + t_ymmgl - t_odwbr;
+    const real t_uohf6 = me2 * (e2 * e2);
+    const real t_agwdt = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
+    const real t_leuxo_2 = g_2 * wg_2;
+    const real tn44_2 = t_uohf6 + t_agwdt - t_leuxo_2;
     const real wq_2 = q_2 * wth_2;
     const real wqg_2 = q_2 * wg_2;
     const real wqq_2 = q_2 * wq_2;
@@ -3890,388 +3890,388 @@ void slosh_lyapunov_v1(const real *x, const real *r, const real *p, const real *
     const real wgS_2 = sin_theta2 * wqg_2;
     const real loss_phi2 = p[eps2] * x[phi2_dot];
     const real loss_theta2 = p[eps2] * x[theta2_dot];
-    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
     const real zeta2 = W12 * q_2
         + Wn2 * lc_2 * w_x2
         - chi2 * p[l2] * (p2 + x[phi2_dot]);
     const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
-    const real t_4b2fa = B_2 * eta2 + loss_phi2 * k2;
-    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real t_63ozv = B_2 * eta2 + loss_phi2 * k2;
+    const real F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2;
     const real M_q2 = F_n2 * q_2;
     const real I_phi2 = x[phi2_dot] * p[I2];
     const real I_theta2 = x[theta2_dot] * p[I2];
     const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
-    const real t_fbeaw = S_sq1 * tn11_1;
-    const real t_dj555 = S_sq2 * tn11_2;
-    const real K22 = t_fbeaw + t_dj555 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real t_leuxo_3 = S_sq1 * tn11_1;
+    const real t_leuxo_4 = S_sq2 * tn11_2;
+    const real K22 = t_leuxo_3 + t_leuxo_4 + M_C + wth_1 + wth_2 - me1 - me2;
     const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + M_C - t_fbeaw - t_dj555;
+    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo_3 - t_leuxo_4;
     const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
-    const real t_nhr5u = wqq_1 + wqq_2;
-    const real K44 = t_nhr5u + Bl_1 + Bl_2 + J_C1;
-    const real t_tcgxn = wg_1 - e1 * me1;
-    const real t_uf5ib = wg_2 - e2 * me2;
-    const real t_32gyg = Bc_1 - eAss_1;
-    const real t_65obb = t_32gyg + t_tcgxn;
-    const real t_gbkg6 = Bc_2 - eAss_2;
-    const real t_yoiua = t_gbkg6 + t_uf5ib;
-    const real t_z76hk = S_sq1 * t_65obb + S_sq2 * t_yoiua;
-    const real K52 = t_tcgxn + t_uf5ib - t_z76hk - wqC_1 - wqC_2;
-    const real t_hjmgb = SC1 * t_65obb + SC2 * t_yoiua;
-    const real K53 = wqS_1 - t_hjmgb + wqS_2;
-    const real t_nncdg = Bl_1 - eBc_1;
-    const real t_4q22j = Bl_2 - eBc_2;
-    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
-    const real t_hoosk = S_sq1 * tn44_1;
-    const real t_drvdp = S_sq2 * tn44_2;
-    const real K55 = t_3fv6l
-        + t_odwbr
-        + t_nhr5u
-        + t_hoosk
-        + t_drvdp
+    const real t_hig3c = wqq_1 + wqq_2;
+    const real K44 = t_hig3c + Bl_1 + Bl_2 + J_C1;
+    const real t_67i37 = wg_1 - e1 * me1;
+    const real t_n5kna = wg_2 - e2 * me2;
+    const real t_hig3c_2 = Bc_1 - eAss_1;
+    const real t_vjftl = t_hig3c_2 + t_67i37;
+    const real t_hig3c_3 = Bc_2 - eAss_2;
+    const real t_vsqil = t_hig3c_3 + t_n5kna;
+    const real t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
+    const real K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2;
+    const real t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil;
+    const real K53 = wqS_1 - t_edvw3_2 + wqS_2;
+    const real t_yzhyr = Bl_1 - eBc_1;
+    const real t_q6put = Bl_2 - eBc_2;
+    const real K54 = t_hig3c - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2;
+    const real t_leuxo_5 = S_sq1 * tn44_1;
+    const real t_leuxo_6 = S_sq2 * tn44_2;
+    const real K55 = t_leuxo
+        + t_leuxo_2
+        + t_hig3c
+        + t_leuxo_5
+        + t_leuxo_6
         + J_C3
-        - t_b7ure
-        - t_lpk5h
+        - t_xdulz
+        - t_uohf6
         + K(-2.0) * wgC_1
         + K(-2.0) * wgC_2;
-    const real K63 = t_z76hk - (t_32gyg + t_gbkg6);
-    const real t_zhbuw = wgS_1 + wgS_2;
-    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
-    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
-    const real K66 = t_3bowt + t_ymmgl + J_C2 - t_hoosk - t_drvdp;
-    const real t_vt7uo = F_n1 * cos_theta1;
-    const real t_oncjt = F_n2 * cos_theta2;
-    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
-    const real t_azclp = F_n1 * sin_theta1;
-    const real t_iya7w = F_n2 * sin_theta2;
-    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
-    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
-    const real t_kp7yy = M_q1 + M_q2;
-    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
+    const real K63 = t_edvw3 - (t_hig3c_2 + t_hig3c_3);
+    const real t_hig3c_4 = wgS_1 + wgS_2;
+    const real K64 = t_hig3c_4 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2;
+    const real K65 = t_hig3c_4 + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6;
+    const real t_mallh = F_n1 * cos_theta1;
+    const real t_lbh6o = F_n2 * cos_theta2;
+    const real n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real t_mallh_2 = F_n1 * sin_theta1;
+    const real t_lbh6o_2 = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2;
+    const real t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * p[l1];
+    const real t_hig3c_5 = M_q1 + M_q2;
+    const real t_ogbts = Bs_2 * t_3hay7 + t_63ozv * p[l2];
     const real t_sfymc = p[J_y] - p[J_z];
-    const real n4 = t_aejai
-        - t_kp7yy
-        + t_zd4fs
+    const real n4 = t_mjqai
+        - t_hig3c_5
+        + t_ogbts
         - loss_phi1
         - loss_phi2
         + I_theta1 * x[wy]
         + I_theta2 * x[wy]
         - t_sfymc * x[wy] * x[wz];
-    const real t_w7nmt = t_aejai + F_t1 * e1;
-    const real t_e5cx2 = t_zd4fs + F_t2 * e2;
-    const real n5 = t_w7nmt * sin_theta1
-        - (t_kp7yy + loss_theta1 + loss_theta2)
-        + t_e5cx2 * sin_theta2
+    const real t_lsqzr = t_mjqai + F_t1 * e1;
+    const real t_rbrf6 = t_ogbts + F_t2 * e2;
+    const real n5 = t_lsqzr * sin_theta1
+        - (t_hig3c_5 + loss_theta1 + loss_theta2)
+        + t_rbrf6 * sin_theta2
         - W12 * (J_C1 + (p[J_z] - p[J_y]))
         - I_phi1 * x[wy]
         - I_phi2 * x[wy]
-        + t_vt7uo * g_1
-        + t_oncjt * g_2;
-    const real n6 = t_w7nmt * cos_theta1
-        + t_e5cx2 * cos_theta2
+        + t_mallh * g_1
+        + t_lbh6o * g_2;
+    const real n6 = t_lsqzr * cos_theta1
+        + t_rbrf6 * cos_theta2
         + I_theta1 * x[wx]
         + I_theta2 * x[wx]
         - W13 * (J_C1 + t_is5lg + t_sfymc)
-        - t_azclp * g_1
-        - t_iya7w * g_2
+        - t_mallh_2 * g_1
+        - t_lbh6o_2 * g_2
         - I_phi1 * x[wz]
         - I_phi2 * x[wz];
-    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real t_bpfoo = K(1.0) / K11;
-    const real t_w7lcw = t_b3aij * t_bpfoo;
-    const real K_D2 = K22 - t_b3aij * t_w7lcw;
-    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_3go2w = t_zzymx * t_bpfoo;
-    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
-    const real t_4iujv = K(1.0) / K_D2;
-    const real K_L32 = t_d4mqf * t_4iujv;
-    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
+    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_6dtnj = K(1.0) / K11;
+    const real t_gousg = t_f2nhc * t_6dtnj;
+    const real K_D2 = K22 - t_f2nhc * t_gousg;
+    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_gousg_2 = t_f2nhc_2 * t_6dtnj;
+    const real t_upifj = K32 - t_f2nhc * t_gousg_2;
+    const real t_6dtnj_2 = K(1.0) / K_D2;
+    const real K_L32 = t_upifj * t_6dtnj_2;
+    const real K_D3 = K33 - t_upifj * K_L32 - t_f2nhc_2 * t_gousg_2;
     const real gx_phi1 = sin_phi1 * t_6nwd2;  /* (25) */
-    const real t_5zfdh = lc_1 * p[m1];
-    const real gy_phi1 = sin_theta1 * t_5zfdh;  /* (25) */
-    const real gz_phi1 = cos_theta1 * t_5zfdh;  /* (25) */
-    const real t_bnlcb = gy_phi1 * p[h1];
-    const real t_4xxce = t_yx2kz * sin_theta1;
-    const real cz_phi1 = t_bnlcb - t_4xxce;  /* (25) */
-    const real t_azo52 = gx_phi1 * p[h1];
-    const real t_amwyw = t_a3uw4 + t_rding;
-    const real t_7eszt = t_amwyw * t_amwyw;
-    const real t_a233z = sin_phi1 * cos_phi1;
-    const real t_5jodw = t_yx2kz * t_a233z;
+    const real t_3s3hq = lc_1 * p[m1];
+    const real gy_phi1 = sin_theta1 * t_3s3hq;  /* (25) */
+    const real gz_phi1 = cos_theta1 * t_3s3hq;  /* (25) */
+    const real t_ik6g5 = gy_phi1 * p[h1];
+    const real t_dmccl = t_yx2kz * sin_theta1;
+    const real cz_phi1 = t_ik6g5 - t_dmccl;  /* (25) */
+    const real t_sxxxk = gx_phi1 * p[h1];
+    const real t_l4ozg = t_uu2cl + t_rzamr;
+    const real t_wjugd = t_l4ozg * t_l4ozg;
+    const real t_hjphj = sin_phi1 * cos_phi1;
+    const real t_lgf4h = t_yx2kz * t_hjphj;
     const real t_wube7 = x[wx] * x[wx];
-    const real t_3qva5 = sin_phi1 * sin_phi1;
-    const real t_invly = t_yx2kz * t_3qva5;
-    const real t_h5pol = t_invly * t_amwyw;
-    const real t_oc5tk = t_os4zj + t_os4zj;
+    const real t_hjphj_2 = sin_phi1 * sin_phi1;
+    const real t_lgf4h_2 = t_yx2kz * t_hjphj_2;
+    const real t_mgpcw = t_lgf4h_2 * t_l4ozg;
+    const real t_os4zj_2 = t_os4zj + t_os4zj;
     const real k_phi1 = loss_phi1
-        - t_azo52 * t_7eszt
-        - t_azo52 * (Wn1 * Wn1)
-        - x[theta1_dot] * x[theta1_dot] * t_5jodw
-        - t_5jodw * t_wube7
-        - (x[theta1_dot] + x[theta1_dot]) * t_h5pol
-        - t_yx2kz * t_amwyw * x[wx]
-        + t_os4zj * t_7eszt * sin_phi1 * cos_phi1 * p[m1]
-        + t_oc5tk * t_3qva5 * t_amwyw * x[wx] * p[m1]
-        + cos_phi1 * t_amwyw * p[h1] * x[wx] * p[l1] * p[m1]
-        + t_oc5tk * sin_phi1 * cos_phi1 * x[theta1_dot] * x[wx] * p[m1];  /* (25) */
-    const real D_theta1 = t_invly + p[I1];  /* (26) */
+        - t_sxxxk * t_wjugd
+        - t_sxxxk * (Wn1 * Wn1)
+        - x[theta1_dot] * x[theta1_dot] * t_lgf4h
+        - t_lgf4h * t_wube7
+        - (x[theta1_dot] + x[theta1_dot]) * t_mgpcw
+        - t_yx2kz * t_l4ozg * x[wx]
+        + t_os4zj * t_wjugd * sin_phi1 * cos_phi1 * p[m1]
+        + t_os4zj_2 * t_hjphj_2 * t_l4ozg * x[wx] * p[m1]
+        + cos_phi1 * t_l4ozg * p[h1] * x[wx] * p[l1] * p[m1]
+        + t_os4zj_2 * sin_phi1 * cos_phi1 * x[theta1_dot] * x[wx] * p[m1];  /* (25) */
+    const real D_theta1 = t_lgf4h_2 + p[I1];  /* (26) */
     const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
-    const real t_tpms2 = sin_theta1 * gx_phi1;
-    const real t_nmcsn = t_tpms2 * p[h1];
-    const real cy_theta1 = t_nmcsn - t_a233z * t_4xxce;  /* (26) */
-    const real t_m5cmg = gy_theta1 * p[h1];
-    const real t_bdhgv = t_yx2kz * cos_theta1;
-    const real t_uyufu = t_m5cmg - t_a233z * t_bdhgv;
-    const real cz_theta1 = t_uyufu + p[I1];  /* (26) */
-    const real t_ywy5z = Wn1 * x[wx];
-    const real t_j5odj = x[phi1_dot] + x[phi1_dot];
-    const real Dd_theta1 = t_5jodw * t_j5odj;
-    const real t_b7wcv = Dd_theta1 * x[theta1_dot];
+    const real t_iouus = sin_theta1 * gx_phi1;
+    const real t_d2e6j = t_iouus * p[h1];
+    const real cy_theta1 = t_d2e6j - t_hjphj * t_dmccl;  /* (26) */
+    const real t_n4yir = gy_theta1 * p[h1];
+    const real t_dmccl_2 = t_yx2kz * cos_theta1;
+    const real t_scs5l = t_n4yir - t_hjphj * t_dmccl_2;
+    const real cz_theta1 = t_scs5l + p[I1];  /* (26) */
+    const real t_prfqf = Wn1 * x[wx];
+    const real t_hjux3 = x[phi1_dot] + x[phi1_dot];
+    const real Dd_theta1 = t_lgf4h * t_hjux3;
+    const real t_7xuxq = Dd_theta1 * x[theta1_dot];
     const real k_theta1 = loss_theta1
-        + t_azo52 * t_ywy5z
-        + t_h5pol * t_j5odj
-        + t_h5pol * Wn1
-        + t_b7wcv
-        - t_5jodw * t_ywy5z
+        + t_sxxxk * t_prfqf
+        + t_mgpcw * t_hjux3
+        + t_mgpcw * Wn1
+        + t_7xuxq
+        - t_lgf4h * t_prfqf
         - Dd_theta1 * x[wx];  /* (26) */
     const real gx_phi2 = t_popww * sin_phi2;  /* (25) */
-    const real t_p4m3j = lc_2 * p[m2];
-    const real gy_phi2 = t_p4m3j * sin_theta2;  /* (25) */
-    const real gz_phi2 = t_p4m3j * cos_theta2;  /* (25) */
-    const real t_ba7if = gy_phi2 * p[h2];
-    const real t_tb25v = sin_theta2 * t_frp3h;
-    const real cz_phi2 = t_ba7if - t_tb25v;  /* (25) */
-    const real t_nqm7d = sin_phi2 * cos_phi2;
-    const real t_2t5uv = t_nqm7d * t_frp3h;
-    const real t_svo5z = gx_phi2 * p[h2];
-    const real t_kmx3q = t_vhhwy + t_geoui;
-    const real t_3chhy = t_kmx3q * t_kmx3q;
-    const real t_4j4b3 = sin_phi2 * sin_phi2;
-    const real t_claqt = t_4j4b3 * t_frp3h;
-    const real t_imick = t_kmx3q * t_claqt;
+    const real t_7pqnn = lc_2 * p[m2];
+    const real gy_phi2 = t_7pqnn * sin_theta2;  /* (25) */
+    const real gz_phi2 = t_7pqnn * cos_theta2;  /* (25) */
+    const real t_tkdjn = gy_phi2 * p[h2];
+    const real t_c4pkx = sin_theta2 * t_frp3h;
+    const real cz_phi2 = t_tkdjn - t_c4pkx;  /* (25) */
+    const real t_pt6a7 = sin_phi2 * cos_phi2;
+    const real t_6pfo6 = t_pt6a7 * t_frp3h;
+    const real t_2ys72 = gx_phi2 * p[h2];
+    const real t_doiln = t_t2zmi + t_adduy;
+    const real t_7ovbh = t_doiln * t_doiln;
+    const real t_pt6a7_2 = sin_phi2 * sin_phi2;
+    const real t_6pfo6_2 = t_pt6a7_2 * t_frp3h;
+    const real t_n7l2g = t_doiln * t_6pfo6_2;
     const real k_phi2 = loss_phi2
-        - t_wube7 * t_2t5uv
-        - t_svo5z * t_3chhy
-        - t_svo5z * (Wn2 * Wn2)
-        - x[theta2_dot] * x[theta2_dot] * t_2t5uv
-        - (x[theta2_dot] + x[theta2_dot]) * t_imick
-        - t_kmx3q * t_frp3h * x[wx]
-        + t_3chhy * sin_phi2 * cos_phi2 * t_nfvux * p[m2]
-        + (t_kmx3q + t_kmx3q) * t_4j4b3 * t_nfvux * x[wx] * p[m2]
-        + t_kmx3q * cos_phi2 * p[h2] * x[wx] * p[l2] * p[m2]
+        - t_wube7 * t_6pfo6
+        - t_2ys72 * t_7ovbh
+        - t_2ys72 * (Wn2 * Wn2)
+        - x[theta2_dot] * x[theta2_dot] * t_6pfo6
+        - (x[theta2_dot] + x[theta2_dot]) * t_n7l2g
+        - t_doiln * t_frp3h * x[wx]
+        + t_7ovbh * sin_phi2 * cos_phi2 * t_nfvux * p[m2]
+        + (t_doiln + t_doiln) * t_pt6a7_2 * t_nfvux * x[wx] * p[m2]
+        + t_doiln * cos_phi2 * p[h2] * x[wx] * p[l2] * p[m2]
         + (sin_phi2 + sin_phi2) * cos_phi2 * t_nfvux * x[theta2_dot] * x[wx] * p[m2];  /* (25) */
-    const real D_theta2 = t_claqt + p[I2];  /* (26) */
+    const real D_theta2 = t_6pfo6_2 + p[I2];  /* (26) */
     const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
-    const real t_h3pge = gx_phi2 * sin_theta2;
-    const real t_ikdxp = t_h3pge * p[h2];
-    const real cy_theta2 = t_ikdxp - t_tb25v * t_nqm7d;  /* (26) */
-    const real t_gidtm = gy_theta2 * p[h2];
-    const real t_senbd = cos_theta2 * t_frp3h;
-    const real t_3o3n4 = t_gidtm - t_nqm7d * t_senbd;
-    const real cz_theta2 = t_3o3n4 + p[I2];  /* (26) */
-    const real t_nw7er = Wn2 * x[wx];
-    const real t_473qv = x[phi2_dot] + x[phi2_dot];
-    const real Dd_theta2 = t_2t5uv * t_473qv;
-    const real t_putjj = Dd_theta2 * x[theta2_dot];
+    const real t_cfuim = gx_phi2 * sin_theta2;
+    const real t_ipyra = t_cfuim * p[h2];
+    const real cy_theta2 = t_ipyra - t_c4pkx * t_pt6a7;  /* (26) */
+    const real t_epql5 = gy_theta2 * p[h2];
+    const real t_c4pkx_2 = cos_theta2 * t_frp3h;
+    const real t_rdvkg = t_epql5 - t_pt6a7 * t_c4pkx_2;
+    const real cz_theta2 = t_rdvkg + p[I2];  /* (26) */
+    const real t_prfqf_2 = Wn2 * x[wx];
+    const real t_mw75j = x[phi2_dot] + x[phi2_dot];
+    const real Dd_theta2 = t_6pfo6 * t_mw75j;
+    const real t_5f4es = Dd_theta2 * x[theta2_dot];
     const real k_theta2 = loss_theta2
-        + Wn2 * t_imick
-        + t_svo5z * t_nw7er
-        + t_imick * t_473qv
-        + t_putjj
-        - t_2t5uv * t_nw7er
-        - t_2t5uv * (x[wx] + x[wx]) * x[phi2_dot];  /* (26) */
+        + Wn2 * t_n7l2g
+        + t_2ys72 * t_prfqf_2
+        + t_n7l2g * t_mw75j
+        + t_5f4es
+        - t_6pfo6 * t_prfqf_2
+        - t_6pfo6 * (x[wx] + x[wx]) * x[phi2_dot];  /* (26) */
     const real ax_eq = p[F] / (t_omhyl + p[m1] + p[m2]);  /* (19) */
     const real W_phi1 = c[r9] * p[m1];  /* (27) */
-    const real cdy_phi1 = t_m5cmg * x[phi1_dot] + cz_phi1 * x[theta1_dot];
-    const real t_pthak = gz_phi1 * p[h1];
-    const real t_qesxo = t_pthak - t_os4zj * cos_theta1 * p[m1];
-    const real cdz_phi1 = t_qesxo * x[theta1_dot] - t_nmcsn * x[phi1_dot];
+    const real cdy_phi1 = t_n4yir * x[phi1_dot] + cz_phi1 * x[theta1_dot];
+    const real t_ik6g5_2 = gz_phi1 * p[h1];
+    const real t_2ksfs = t_ik6g5_2 - t_os4zj * cos_theta1 * p[m1];
+    const real cdz_phi1 = t_2ksfs * x[theta1_dot] - t_d2e6j * x[phi1_dot];
     const real W_theta1 = c[r10] * p[m1];  /* (27) */
-    const real t_4of2f = cos_phi1 * cos_phi1;
-    const real cdy_theta1 = t_uyufu * x[theta1_dot] + x[phi1_dot] * (t_bnlcb + t_3qva5 * t_4xxce - t_4of2f * t_4xxce);
-    const real cdz_theta1 = x[phi1_dot] * (t_pthak + t_3qva5 * t_bdhgv - t_bdhgv * t_4of2f) - cy_theta1 * x[theta1_dot];
+    const real t_hjphj_3 = cos_phi1 * cos_phi1;
+    const real cdy_theta1 = t_scs5l * x[theta1_dot] + x[phi1_dot] * (t_ik6g5 + t_hjphj_2 * t_dmccl - t_hjphj_3 * t_dmccl);
+    const real cdz_theta1 = x[phi1_dot] * (t_ik6g5_2 + t_hjphj_2 * t_dmccl_2 - t_dmccl_2 * t_hjphj_3) - cy_theta1 * x[theta1_dot];
     const real W_phi2 = c[r9] * p[m2];  /* (27) */
-    const real cdy_phi2 = cz_phi2 * x[theta2_dot] + t_gidtm * x[phi2_dot];
-    const real t_3ndrr = gz_phi2 * p[h2];
-    const real t_x5sl2 = t_3ndrr - cos_theta2 * t_nfvux * p[m2];
-    const real cdz_phi2 = t_x5sl2 * x[theta2_dot] - t_ikdxp * x[phi2_dot];
+    const real cdy_phi2 = cz_phi2 * x[theta2_dot] + t_epql5 * x[phi2_dot];
+    const real t_tkdjn_2 = gz_phi2 * p[h2];
+    const real t_zshn6 = t_tkdjn_2 - cos_theta2 * t_nfvux * p[m2];
+    const real cdz_phi2 = t_zshn6 * x[theta2_dot] - t_ipyra * x[phi2_dot];
     const real W_theta2 = c[r10] * p[m2];  /* (27) */
-    const real t_zozwp = cos_phi2 * cos_phi2;
-    const real cdy_theta2 = t_3o3n4 * x[theta2_dot] + x[phi2_dot] * (t_ba7if + t_tb25v * t_4j4b3 - t_tb25v * t_zozwp);
-    const real cdz_theta2 = x[phi2_dot] * (t_3ndrr + t_4j4b3 * t_senbd - t_senbd * t_zozwp) - cy_theta2 * x[theta2_dot];
+    const real t_pt6a7_3 = cos_phi2 * cos_phi2;
+    const real cdy_theta2 = t_rdvkg * x[theta2_dot] + x[phi2_dot] * (t_tkdjn + t_c4pkx * t_pt6a7_2 - t_c4pkx * t_pt6a7_3);
+    const real cdz_theta2 = x[phi2_dot] * (t_tkdjn_2 + t_pt6a7_2 * t_c4pkx_2 - t_c4pkx_2 * t_pt6a7_3) - cy_theta2 * x[theta2_dot];
     const real t_wij2f = x[vy] * c[r1];
-    const real t_mj52b = W_phi1 / (D1 * D1);
-    const real t_o2gar = D1 * x[phi1_dot];
-    const real t_3c5in = t_mj52b * (p[I1] * x[wx] - t_qesxo * x[wy] + cz_phi1 * x[wz] + t_o2gar);
-    const real t_iecaz = W_phi2 / (D2 * D2);
-    const real t_gifwv = D2 * x[phi2_dot];
-    const real t_ohb73 = t_iecaz * (p[I2] * x[wx] - t_x5sl2 * x[wy] + cz_phi2 * x[wz] + t_gifwv);
-    const real t_j7ex5 = W_theta1 / (D_theta1 * D_theta1);
-    const real t_iomfo = D_theta1 * x[theta1_dot];
-    const real t_cdafg = t_j7ex5 * (cy_theta1 * x[wy] - t_invly * x[wx] + cz_theta1 * x[wz] + t_iomfo);
-    const real t_s5xdh = W_theta2 / (D_theta2 * D_theta2);
-    const real t_kyc32 = D_theta2 * x[theta2_dot];
-    const real t_rbkok = t_s5xdh * (cy_theta2 * x[wy] - t_claqt * x[wx] + cz_theta2 * x[wz] + t_kyc32);
+    const real t_hyv47 = W_phi1 / (D1 * D1);
+    const real t_4pqij = D1 * x[phi1_dot];
+    const real t_xlxwl = t_hyv47 * (p[I1] * x[wx] - t_2ksfs * x[wy] + cz_phi1 * x[wz] + t_4pqij);
+    const real t_pi35k = W_phi2 / (D2 * D2);
+    const real t_lzacu = D2 * x[phi2_dot];
+    const real t_hgt7a = t_pi35k * (p[I2] * x[wx] - t_zshn6 * x[wy] + cz_phi2 * x[wz] + t_lzacu);
+    const real t_dxtpc = W_theta1 / (D_theta1 * D_theta1);
+    const real t_4maxk = D_theta1 * x[theta1_dot];
+    const real t_z6ntf = t_dxtpc * (cy_theta1 * x[wy] - t_lgf4h_2 * x[wx] + cz_theta1 * x[wz] + t_4maxk);
+    const real t_hciml = W_theta2 / (D_theta2 * D_theta2);
+    const real t_qu7qb = D_theta2 * x[theta2_dot];
+    const real t_dhnrr = t_hciml * (cy_theta2 * x[wy] - t_6pfo6_2 * x[wx] + cz_theta2 * x[wz] + t_qu7qb);
     const real B_v1 = t_wij2f
-        - t_3c5in * gy_phi1
-        - t_ohb73 * gy_phi2
-        - t_cdafg * gy_theta1
-        - t_rbkok * gy_theta2;  /* (29) */
+        - t_xlxwl * gy_phi1
+        - t_hgt7a * gy_phi2
+        - t_z6ntf * gy_theta1
+        - t_dhnrr * gy_theta2;  /* (29) */
     const real t_aqbxr = x[vz] * c[r2];
     const real C_v1 = t_aqbxr
-        - t_3c5in * gz_phi1
-        - t_ohb73 * gz_phi2
-        + t_cdafg * t_tpms2
-        + t_rbkok * t_h3pge;  /* (29) */
-    const real t_5bilv = ax_eq * gx_phi1;
-    const real t_4oupt = ax_eq * gx_phi2;
+        - t_xlxwl * gz_phi1
+        - t_hgt7a * gz_phi2
+        + t_z6ntf * t_iouus
+        + t_dhnrr * t_cfuim;  /* (29) */
+    const real t_chbo3 = ax_eq * gx_phi1;
+    const real t_o6h5x = ax_eq * gx_phi2;
     const real g1_v1 = x[att1] * c[r3]
         - t_aqbxr * x[vy]
-        - t_mj52b * (t_5bilv * p[I1] + p[I1] * k_phi1)
-        - t_iecaz * (t_4oupt * p[I2] + p[I2] * k_phi2)
-        - t_j7ex5 * (t_iomfo * Dd_theta1 - (t_b7wcv * t_invly + t_invly * k_theta1))
-        - t_s5xdh * (t_kyc32 * Dd_theta2 - (t_putjj * t_claqt + t_claqt * k_theta2))
+        - t_hyv47 * (t_chbo3 * p[I1] + p[I1] * k_phi1)
+        - t_pi35k * (t_o6h5x * p[I2] + p[I2] * k_phi2)
+        - t_dxtpc * (t_4maxk * Dd_theta1 - (t_7xuxq * t_lgf4h_2 + t_lgf4h_2 * k_theta1))
+        - t_hciml * (t_qu7qb * Dd_theta2 - (t_5f4es * t_6pfo6_2 + t_6pfo6_2 * k_theta2))
         + x[vy] * x[vz] * c[r1];  /* (29) */
     const real g2_v1 = x[att2] * c[r5]
-        + t_mj52b * (t_5bilv * t_qesxo + t_qesxo * k_phi1 + t_o2gar * cdy_phi1)
-        + t_iecaz * (t_4oupt * t_x5sl2 + t_x5sl2 * k_phi2 + t_gifwv * cdy_phi2)
-        - t_j7ex5 * (t_b7wcv * cy_theta1 + cy_theta1 * k_theta1 - t_iomfo * cdy_theta1)
-        - t_s5xdh * (t_putjj * cy_theta2 + cy_theta2 * k_theta2 - t_kyc32 * cdy_theta2)
+        + t_hyv47 * (t_chbo3 * t_2ksfs + t_2ksfs * k_phi1 + t_4pqij * cdy_phi1)
+        + t_pi35k * (t_o6h5x * t_zshn6 + t_zshn6 * k_phi2 + t_lzacu * cdy_phi2)
+        - t_dxtpc * (t_7xuxq * cy_theta1 + cy_theta1 * k_theta1 - t_4maxk * cdy_theta1)
+        - t_hciml * (t_5f4es * cy_theta2 + cy_theta2 * k_theta2 - t_qu7qb * cdy_theta2)
         + x[vx] * x[vz] * c[r2];  /* (29) */
     const real g3_v1 = x[att3] * c[r7]
         - t_wij2f * x[vx]
-        - t_mj52b * (t_5bilv * cz_phi1 + cz_phi1 * k_phi1 - t_o2gar * cdz_phi1)
-        - t_iecaz * (t_4oupt * cz_phi2 + cz_phi2 * k_phi2 - t_gifwv * cdz_phi2)
-        - t_j7ex5 * (t_b7wcv * cz_theta1 + cz_theta1 * k_theta1 - t_iomfo * cdz_theta1)
-        - t_s5xdh * (t_putjj * cz_theta2 + cz_theta2 * k_theta2 - t_kyc32 * cdz_theta2);  /* (29) */
+        - t_hyv47 * (t_chbo3 * cz_phi1 + cz_phi1 * k_phi1 - t_4pqij * cdz_phi1)
+        - t_pi35k * (t_o6h5x * cz_phi2 + cz_phi2 * k_phi2 - t_lzacu * cdz_phi2)
+        - t_dxtpc * (t_7xuxq * cz_theta1 + cz_theta1 * k_theta1 - t_4maxk * cdz_theta1)
+        - t_hciml * (t_5f4es * cz_theta2 + cz_theta2 * k_theta2 - t_qu7qb * cdz_theta2);  /* (29) */
     const real f11_v1 = c[r4]
-        - t_mj52b * (p[I1] * p[I1])
-        - t_iecaz * (p[I2] * p[I2])
-        - t_j7ex5 * (t_invly * t_invly)
-        - t_s5xdh * (t_claqt * t_claqt);  /* (29) */
-    const real t_7pydp = t_mj52b * p[I1];
-    const real t_ob75p = t_iecaz * p[I2];
-    const real t_ccobz = t_j7ex5 * t_invly;
-    const real t_6w3c7 = t_s5xdh * t_claqt;
-    const real f21_v1 = t_7pydp * t_qesxo + t_ob75p * t_x5sl2 + t_ccobz * cy_theta1 + t_6w3c7 * cy_theta2;  /* (29) */
+        - t_hyv47 * (p[I1] * p[I1])
+        - t_pi35k * (p[I2] * p[I2])
+        - t_dxtpc * (t_lgf4h_2 * t_lgf4h_2)
+        - t_hciml * (t_6pfo6_2 * t_6pfo6_2);  /* (29) */
+    const real t_if7mv = t_hyv47 * p[I1];
+    const real t_tmzpj = t_pi35k * p[I2];
+    const real t_loou6 = t_dxtpc * t_lgf4h_2;
+    const real t_mszyx = t_hciml * t_6pfo6_2;
+    const real f21_v1 = t_if7mv * t_2ksfs + t_tmzpj * t_zshn6 + t_loou6 * cy_theta1 + t_mszyx * cy_theta2;  /* (29) */
     const real f22_v1 = c[r6]
-        - t_mj52b * (t_qesxo * t_qesxo)
-        - t_iecaz * (t_x5sl2 * t_x5sl2)
-        - t_j7ex5 * (cy_theta1 * cy_theta1)
-        - t_s5xdh * (cy_theta2 * cy_theta2);  /* (29) */
-    const real f31_v1 = t_ccobz * cz_theta1 - (t_7pydp * cz_phi1 + t_ob75p * cz_phi2) + t_6w3c7 * cz_theta2;  /* (29) */
-    const real f32_v1 = t_mj52b * t_qesxo * cz_phi1
-        + t_iecaz * t_x5sl2 * cz_phi2
-        - t_j7ex5 * cy_theta1 * cz_theta1
-        - t_s5xdh * cy_theta2 * cz_theta2;  /* (29) */
+        - t_hyv47 * (t_2ksfs * t_2ksfs)
+        - t_pi35k * (t_zshn6 * t_zshn6)
+        - t_dxtpc * (cy_theta1 * cy_theta1)
+        - t_hciml * (cy_theta2 * cy_theta2);  /* (29) */
+    const real f31_v1 = t_loou6 * cz_theta1 - (t_if7mv * cz_phi1 + t_tmzpj * cz_phi2) + t_mszyx * cz_theta2;  /* (29) */
+    const real f32_v1 = t_hyv47 * t_2ksfs * cz_phi1
+        + t_pi35k * t_zshn6 * cz_phi2
+        - t_dxtpc * cy_theta1 * cz_theta1
+        - t_hciml * cy_theta2 * cz_theta2;  /* (29) */
     const real f33_v1 = c[r8]
-        - t_mj52b * (cz_phi1 * cz_phi1)
-        - t_iecaz * (cz_phi2 * cz_phi2)
-        - t_j7ex5 * (cz_theta1 * cz_theta1)
-        - t_s5xdh * (cz_theta2 * cz_theta2);  /* (29) */
-    const real t_4v7es = K(1.0) / f11_v1;
-    const real f_v1_L21 = f21_v1 * t_4v7es;
-    const real f_v1_L31 = f31_v1 * t_4v7es;
+        - t_hyv47 * (cz_phi1 * cz_phi1)
+        - t_pi35k * (cz_phi2 * cz_phi2)
+        - t_dxtpc * (cz_theta1 * cz_theta1)
+        - t_hciml * (cz_theta2 * cz_theta2);  /* (29) */
+    const real t_a2lgz = K(1.0) / f11_v1;
+    const real f_v1_L21 = f21_v1 * t_a2lgz;
+    const real f_v1_L31 = f31_v1 * t_a2lgz;
     const real f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21;
-    const real t_g2uww = f32_v1 - f21_v1 * f_v1_L31;
-    const real t_omhw7 = K(1.0) / f_v1_D2;
-    const real f_v1_L32 = t_g2uww * t_omhw7;
-    const real f_v1_D3 = f33_v1 - t_g2uww * f_v1_L32 - f31_v1 * f_v1_L31;
-    const real t_u5ggi = x[wx] * c[w3] + g1_v1;
-    const real u_v1_y2 = f_v1_L21 * t_u5ggi - (x[wy] * c[w4] + g2_v1);
-    const real u_v1_y3 = f_v1_L31 * t_u5ggi - (x[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
+    const real t_vk4eg = f32_v1 - f21_v1 * f_v1_L31;
+    const real t_6dtnj_3 = K(1.0) / f_v1_D2;
+    const real f_v1_L32 = t_vk4eg * t_6dtnj_3;
+    const real f_v1_D3 = f33_v1 - t_vk4eg * f_v1_L32 - f31_v1 * f_v1_L31;
+    const real t_y6t4t = x[wx] * c[w3] + g1_v1;
+    const real u_v1_y2 = f_v1_L21 * t_y6t4t - (x[wy] * c[w4] + g2_v1);
+    const real u_v1_y3 = f_v1_L31 * t_y6t4t - (x[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
     const real u_v1_x3 = u_v1_y3 / f_v1_D3;
-    const real u_v1_x2 = u_v1_y2 * t_omhw7 - f_v1_L32 * u_v1_x3;
+    const real u_v1_x2 = u_v1_y2 * t_6dtnj_3 - f_v1_L32 * u_v1_x3;
     const real G2_v1 = W12 + u_v1_x3;
     const real G3_v1 = W13 - u_v1_x2;
     const real a2_v1 = G2_v1 * x_C - B_v1 * c[w1];
     const real a3_v1 = G3_v1 * x_C - C_v1 * c[w2];
-    const real t_2m245 = Bs_1 + Bs_2;
-    const real t_dyqoa = t_u5ggi * t_4v7es + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
-    const real t_ev7u5 = Bs_1 + Asc_1 * e1;
-    const real t_bvybx = Bs_2 + Asc_2 * e2;
-    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
-    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
-    const real t_vzrlr = t_7imwe * sin_phi1
-        + t_4b2fa * sin_phi2
+    const real t_hig3c_6 = Bs_1 + Bs_2;
+    const real t_bewoy = t_y6t4t * t_a2lgz + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
+    const real t_2jubo = Bs_1 + Asc_1 * e1;
+    const real t_ittbm = Bs_2 + Asc_2 * e2;
+    const real t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2;
+    const real t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2;
+    const real t_asytu = t_pc5rt * sin_phi1
+        + t_63ozv * sin_phi2
         + cos_phi1 * tension1
         + cos_phi2 * tension2
-        + G2_v1 * t_6mmeb
-        + G3_v1 * t_bl4f2
-        + t_b3aij * a2_v1
-        + t_zzymx * a3_v1;
-    const real q1_v1 = t_2m245 * t_dyqoa - t_vzrlr;
-    const real t_yz7e5 = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
+        + G2_v1 * t_6iku5
+        + G3_v1 * t_6iku5_2
+        + t_f2nhc * a2_v1
+        + t_f2nhc_2 * a3_v1;
+    const real q1_v1 = t_hig3c_6 * t_bewoy - t_asytu;
+    const real t_belws = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
     const real q2_v1 = n2
         + G2_v1 * K52
-        - G3_v1 * t_hjmgb
+        - G3_v1 * t_edvw3_2
         + K22 * a2_v1
         + K32 * a3_v1
-        + t_yz7e5 * t_dyqoa;
+        + t_belws * t_bewoy;
     const real q3_v1 = n3
         + G2_v1 * K53
         + G3_v1 * K63
         + K32 * a2_v1
         + K33 * a3_v1
-        - K43 * t_dyqoa;
-    const real PP_v1 = K11 * K11 + t_b3aij * t_b3aij + t_zzymx * t_zzymx;
-    const real Pq_v1 = K11 * q1_v1 - t_b3aij * q2_v1 - t_zzymx * q3_v1;
-    const real t_echqo = PP_v1 * (q1_v1 * q1_v1 - p[F] * p[F] + q2_v1 * q2_v1 + q3_v1 * q3_v1);
-    const real root_v1 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v1 * Pq_v1 - t_echqo));
+        - K43 * t_bewoy;
+    const real PP_v1 = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2;
+    const real Pq_v1 = K11 * q1_v1 - t_f2nhc * q2_v1 - t_f2nhc_2 * q3_v1;
+    const real t_574pa = PP_v1 * (q1_v1 * q1_v1 - p[F] * p[F] + q2_v1 * q2_v1 + q3_v1 * q3_v1);
+    const real root_v1 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v1 * Pq_v1 - t_574pa));
     const real ax_v1 = (root_v1 - Pq_v1) / PP_v1;
     const real f1_v1 = q1_v1 + K11 * ax_v1;
-    const real f2_v1 = q2_v1 - t_b3aij * ax_v1;
-    const real f3_v1 = q3_v1 - t_zzymx * ax_v1;
+    const real f2_v1 = q2_v1 - t_f2nhc * ax_v1;
+    const real f3_v1 = q3_v1 - t_f2nhc_2 * ax_v1;
     const real t_y7rm6 = K(1.0) / p[F];
     const real sin_d2_v1 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v1 * t_y7rm6));
     const real cos_d2_v1 = mv_sqrt(K(1.0) - sin_d2_v1 * sin_d2_v1);
     const real delta1_v1 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v1 * t_y7rm6 / mv_max(SPLAT(K(1e-09)), cos_d2_v1)))));
     const real delta2_v1 = mv_asin(sin_d2_v1);
     real sin_delta2_v1, cos_delta2_v1; mv_sincos(delta2_v1, &sin_delta2_v1, &cos_delta2_v1);
-    const real t_szme2 = p[F] * cos_delta2_v1;
+    const real t_qh3cx = p[F] * cos_delta2_v1;
     real sin_delta1_v1, cos_delta1_v1; mv_sincos(delta1_v1, &sin_delta1_v1, &cos_delta1_v1);
-    const real df1_v1 = t_szme2 * cos_delta1_v1 - f1_v1;
-    const real t_uqkgz = p[F] * sin_delta2_v1;
-    const real df2_v1 = t_uqkgz - f2_v1;
-    const real da_v1_y2 = df2_v1 + t_w7lcw * df1_v1;
-    const real t_s3dfp = t_szme2 * sin_delta1_v1;
-    const real da_v1_y3 = t_3go2w * df1_v1 - (t_s3dfp + f3_v1) - K_L32 * da_v1_y2;
+    const real df1_v1 = t_qh3cx * cos_delta1_v1 - f1_v1;
+    const real t_jczim = p[F] * sin_delta2_v1;
+    const real df2_v1 = t_jczim - f2_v1;
+    const real da_v1_y2 = df2_v1 + t_gousg * df1_v1;
+    const real t_v7qgl = t_qh3cx * sin_delta1_v1;
+    const real da_v1_y3 = t_gousg_2 * df1_v1 - (t_v7qgl + f3_v1) - K_L32 * da_v1_y2;
     const real da_v1_x3 = da_v1_y3 / K_D3;
-    const real da_v1_x2 = da_v1_y2 * t_4iujv - K_L32 * da_v1_x3;
-    const real da_v1_x1 = df1_v1 * t_bpfoo + t_w7lcw * da_v1_x2 + t_3go2w * da_v1_x3;
+    const real da_v1_x2 = da_v1_y2 * t_6dtnj_2 - K_L32 * da_v1_x3;
+    const real da_v1_x1 = df1_v1 * t_6dtnj + t_gousg * da_v1_x2 + t_gousg_2 * da_v1_x3;
     const real Mx_v1 = n4
         + G2_v1 * K54
         + G3_v1 * K64
-        - t_2m245 * ax_v1
-        - t_2m245 * da_v1_x1
-        - t_yz7e5 * a2_v1
-        - t_yz7e5 * da_v1_x2
+        - t_hig3c_6 * ax_v1
+        - t_hig3c_6 * da_v1_x1
+        - t_belws * a2_v1
+        - t_belws * da_v1_x2
         + K43 * a3_v1
         + K43 * da_v1_x3
-        - K44 * t_dyqoa;
-    const real t_lwe76 = p[b] + p[d] + x_C;
-    const real My_v1 = t_s3dfp * t_lwe76
+        - K44 * t_bewoy;
+    const real t_bknng = p[b] + p[d] + x_C;
+    const real My_v1 = t_v7qgl * t_bknng
         - n6
         - G2_v1 * K65
         - G3_v1 * K66
-        + t_bl4f2 * ax_v1
-        + t_bl4f2 * da_v1_x1
-        + t_hjmgb * a2_v1
-        + t_hjmgb * da_v1_x2
+        + t_6iku5_2 * ax_v1
+        + t_6iku5_2 * da_v1_x1
+        + t_edvw3_2 * a2_v1
+        + t_edvw3_2 * da_v1_x2
         - K63 * a3_v1
         - K63 * da_v1_x3
-        + K64 * t_dyqoa;
+        + K64 * t_bewoy;
     const real Mz_v1 = n5
         + G2_v1 * K55
         + G3_v1 * K65
-        - t_6mmeb * ax_v1
-        - t_6mmeb * da_v1_x1
+        - t_6iku5 * ax_v1
+        - t_6iku5 * da_v1_x1
         + K52 * a2_v1
         + K52 * da_v1_x2
         + K53 * a3_v1
         + K53 * da_v1_x3
-        - K54 * t_dyqoa
-        + t_uqkgz * t_lwe76;
+        - K54 * t_bewoy
+        + t_jczim * t_bknng;
     u[0] = Mx_v1;
     u[1] = My_v1;
     u[2] = Mz_v1;
@@ -4340,19 +4340,19 @@ void slosh_lyapunov_v1_loop(const real *q, const real *r, const real *p, const r
     const real t_os4zj = p[l1] * p[l1];
     const real t_yx2kz = t_os4zj * p[m1];
     const real D1 = t_yx2kz + p[I1];
-    const real t_zrejm = K(1.0) / D1;
-    const real t_3qn53 = p[m1] * t_zrejm;
-    const real k1 = t_3qn53 * p[l1];
-    const real me1 = t_3qn53 * p[I1];
+    const real t_gbl6n = K(1.0) / D1;
+    const real t_wywjk = p[m1] * t_gbl6n;
+    const real k1 = t_wywjk * p[l1];
+    const real me1 = t_wywjk * p[I1];
     const real t_6nwd2 = p[l1] * p[m1];
     const real mv1 = t_6nwd2 * k1;
     const real t_nfvux = p[l2] * p[l2];
     const real t_frp3h = t_nfvux * p[m2];
     const real D2 = t_frp3h + p[I2];
-    const real t_5wzvs = K(1.0) / D2;
-    const real t_54cbb = p[m2] * t_5wzvs;
-    const real k2 = t_54cbb * p[l2];
-    const real me2 = t_54cbb * p[I2];
+    const real t_jx6g7 = K(1.0) / D2;
+    const real t_jzg7x = p[m2] * t_jx6g7;
+    const real k2 = t_jzg7x * p[l2];
+    const real me2 = t_jzg7x * p[I2];
     const real t_popww = p[l2] * p[m2];
     const real mv2 = t_popww * k2;
     const real t_omhyl = p[m] + p[m0];
@@ -4378,9 +4378,9 @@ void slosh_lyapunov_v1_loop(const real *q, const real *r, const real *p, const r
     const real Wn1 = cos_theta1 * q[wy] - sin_theta1 * q[wz];
     const real lc_1 = cos_phi1 * p[l1];
     const real w_x1 = q[wx] - q[theta1_dot];
-    const real t_rding = cos_theta1 * q[wz];
-    const real t_a3uw4 = sin_theta1 * q[wy];
-    const real Wt1 = t_rding + t_a3uw4;
+    const real t_rzamr = cos_theta1 * q[wz];
+    const real t_uu2cl = sin_theta1 * q[wy];
+    const real Wt1 = t_rzamr + t_uu2cl;
     const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
     const real p1 = Wn1 + q[phi1_dot];
     const real zeta1 = W12 * q_1
@@ -4388,7 +4388,7 @@ void slosh_lyapunov_v1_loop(const real *q, const real *r, const real *p, const r
         - chi1 * p[l1] * (p1 + q[phi1_dot]);
     const real loss_theta1 = p[eps1] * q[theta1_dot];
     const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_vt7uo = F_n1 * cos_theta1;
+    const real t_mallh = F_n1 * cos_theta1;
     real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
     const real q_2 = sin_phi2 * p[l2];
     const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
@@ -4396,9 +4396,9 @@ void slosh_lyapunov_v1_loop(const real *q, const real *r, const real *p, const r
     const real Wn2 = cos_theta2 * q[wy] - sin_theta2 * q[wz];
     const real lc_2 = cos_phi2 * p[l2];
     const real w_x2 = q[wx] - q[theta2_dot];
-    const real t_geoui = cos_theta2 * q[wz];
-    const real t_vhhwy = sin_theta2 * q[wy];
-    const real Wt2 = t_geoui + t_vhhwy;
+    const real t_adduy = cos_theta2 * q[wz];
+    const real t_t2zmi = sin_theta2 * q[wy];
+    const real Wt2 = t_adduy + t_t2zmi;
     const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
     const real p2 = Wn2 + q[phi2_dot];
     const real zeta2 = W12 * q_2
@@ -4406,335 +4406,335 @@ void slosh_lyapunov_v1_loop(const real *q, const real *r, const real *p, const r
         - chi2 * p[l2] * (p2 + q[phi2_dot]);
     const real loss_theta2 = p[eps2] * q[theta2_dot];
     const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
-    const real t_oncjt = F_n2 * cos_theta2;
+    const real t_lbh6o = F_n2 * cos_theta2;
     const real t_rybsf = q[wy] * q[wy] + q[wz] * q[wz];
-    const real t_w7vil = t_rybsf * e1;
-    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
-    const real tension1 = cos_phi1 * t_w7vil * mv1 - t_6nwd2 * sigma_sq1;
+    const real t_aqrn5 = t_rybsf * e1;
+    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
+    const real tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1;
     const real B_1 = me1 * p[l1];
-    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
     const real loss_phi1 = p[eps1] * q[phi1_dot];
-    const real t_7imwe = B_1 * eta1 + loss_phi1 * k1;
-    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
-    const real t_6fvzz = t_rybsf * e2;
-    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
-    const real tension2 = cos_phi2 * t_6fvzz * mv2 - t_popww * sigma_sq2;
+    const real t_pc5rt = B_1 * eta1 + loss_phi1 * k1;
+    const real F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1;
+    const real t_3hay7 = t_rybsf * e2;
+    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
+    const real tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2;
     const real B_2 = me2 * p[l2];
-    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
     const real loss_phi2 = p[eps2] * q[phi2_dot];
-    const real t_4b2fa = B_2 * eta2 + loss_phi2 * k2;
-    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
-    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real t_63ozv = B_2 * eta2 + loss_phi2 * k2;
+    const real F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2;
+    const real n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2;
     const real W_theta1 = c[r10] * p[m1];  /* (27) */
-    const real t_3qva5 = sin_phi1 * sin_phi1;
-    const real t_invly = t_yx2kz * t_3qva5;
-    const real D_theta1 = t_invly + p[I1];  /* (26) */
-    const real t_j7ex5 = W_theta1 / (D_theta1 * D_theta1);
-    const real t_ccobz = t_j7ex5 * t_invly;
+    const real t_hjphj = sin_phi1 * sin_phi1;
+    const real t_lgf4h = t_yx2kz * t_hjphj;
+    const real D_theta1 = t_lgf4h + p[I1];  /* (26) */
+    const real t_dxtpc = W_theta1 / (D_theta1 * D_theta1);
+    const real t_loou6 = t_dxtpc * t_lgf4h;
     const real gx_phi1 = sin_phi1 * t_6nwd2;  /* (25) */
     const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
-    const real t_m5cmg = gy_theta1 * p[h1];
-    const real t_a233z = sin_phi1 * cos_phi1;
-    const real t_bdhgv = t_yx2kz * cos_theta1;
-    const real t_uyufu = t_m5cmg - t_a233z * t_bdhgv;
-    const real cz_theta1 = t_uyufu + p[I1];  /* (26) */
+    const real t_n4yir = gy_theta1 * p[h1];
+    const real t_hjphj_2 = sin_phi1 * cos_phi1;
+    const real t_dmccl = t_yx2kz * cos_theta1;
+    const real t_scs5l = t_n4yir - t_hjphj_2 * t_dmccl;
+    const real cz_theta1 = t_scs5l + p[I1];  /* (26) */
     const real W_phi1 = c[r9] * p[m1];  /* (27) */
-    const real t_mj52b = W_phi1 / (D1 * D1);
-    const real t_7pydp = t_mj52b * p[I1];
-    const real t_5zfdh = lc_1 * p[m1];
-    const real gy_phi1 = sin_theta1 * t_5zfdh;  /* (25) */
-    const real t_bnlcb = gy_phi1 * p[h1];
-    const real t_4xxce = t_yx2kz * sin_theta1;
-    const real cz_phi1 = t_bnlcb - t_4xxce;  /* (25) */
+    const real t_hyv47 = W_phi1 / (D1 * D1);
+    const real t_if7mv = t_hyv47 * p[I1];
+    const real t_3s3hq = lc_1 * p[m1];
+    const real gy_phi1 = sin_theta1 * t_3s3hq;  /* (25) */
+    const real t_ik6g5 = gy_phi1 * p[h1];
+    const real t_dmccl_2 = t_yx2kz * sin_theta1;
+    const real cz_phi1 = t_ik6g5 - t_dmccl_2;  /* (25) */
     const real W_phi2 = c[r9] * p[m2];  /* (27) */
-    const real t_iecaz = W_phi2 / (D2 * D2);
-    const real t_ob75p = t_iecaz * p[I2];
-    const real t_p4m3j = lc_2 * p[m2];
-    const real gy_phi2 = t_p4m3j * sin_theta2;  /* (25) */
-    const real t_ba7if = gy_phi2 * p[h2];
-    const real t_tb25v = sin_theta2 * t_frp3h;
-    const real cz_phi2 = t_ba7if - t_tb25v;  /* (25) */
+    const real t_pi35k = W_phi2 / (D2 * D2);
+    const real t_tmzpj = t_pi35k * p[I2];
+    const real t_7pqnn = lc_2 * p[m2];
+    const real gy_phi2 = t_7pqnn * sin_theta2;  /* (25) */
+    const real t_tkdjn = gy_phi2 * p[h2];
+    const real t_c4pkx = sin_theta2 * t_frp3h;
+    const real cz_phi2 = t_tkdjn - t_c4pkx;  /* (25) */
     const real W_theta2 = c[r10] * p[m2];  /* (27) */
-    const real t_4j4b3 = sin_phi2 * sin_phi2;
-    const real t_claqt = t_4j4b3 * t_frp3h;
-    const real D_theta2 = t_claqt + p[I2];  /* (26) */
-    const real t_s5xdh = W_theta2 / (D_theta2 * D_theta2);
-    const real t_6w3c7 = t_s5xdh * t_claqt;
+    const real t_pt6a7 = sin_phi2 * sin_phi2;
+    const real t_6pfo6 = t_pt6a7 * t_frp3h;
+    const real D_theta2 = t_6pfo6 + p[I2];  /* (26) */
+    const real t_hciml = W_theta2 / (D_theta2 * D_theta2);
+    const real t_mszyx = t_hciml * t_6pfo6;
     const real gx_phi2 = t_popww * sin_phi2;  /* (25) */
     const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
-    const real t_gidtm = gy_theta2 * p[h2];
-    const real t_nqm7d = sin_phi2 * cos_phi2;
-    const real t_senbd = cos_theta2 * t_frp3h;
-    const real t_3o3n4 = t_gidtm - t_nqm7d * t_senbd;
-    const real cz_theta2 = t_3o3n4 + p[I2];  /* (26) */
-    const real f31_v1 = t_ccobz * cz_theta1 - (t_7pydp * cz_phi1 + t_ob75p * cz_phi2) + t_6w3c7 * cz_theta2;  /* (29) */
+    const real t_epql5 = gy_theta2 * p[h2];
+    const real t_pt6a7_2 = sin_phi2 * cos_phi2;
+    const real t_c4pkx_2 = cos_theta2 * t_frp3h;
+    const real t_rdvkg = t_epql5 - t_pt6a7_2 * t_c4pkx_2;
+    const real cz_theta2 = t_rdvkg + p[I2];  /* (26) */
+    const real f31_v1 = t_loou6 * cz_theta1 - (t_if7mv * cz_phi1 + t_tmzpj * cz_phi2) + t_mszyx * cz_theta2;  /* (29) */
     const real f11_v1 = c[r4]
-        - t_mj52b * (p[I1] * p[I1])
-        - t_iecaz * (p[I2] * p[I2])
-        - t_j7ex5 * (t_invly * t_invly)
-        - t_s5xdh * (t_claqt * t_claqt);  /* (29) */
-    const real t_4v7es = K(1.0) / f11_v1;
-    const real f_v1_L31 = f31_v1 * t_4v7es;
+        - t_hyv47 * (p[I1] * p[I1])
+        - t_pi35k * (p[I2] * p[I2])
+        - t_dxtpc * (t_lgf4h * t_lgf4h)
+        - t_hciml * (t_6pfo6 * t_6pfo6);  /* (29) */
+    const real t_a2lgz = K(1.0) / f11_v1;
+    const real f_v1_L31 = f31_v1 * t_a2lgz;
     const real t_aqbxr = q[vz] * c[r2];
     const real ax_eq = p[F] / (t_omhyl + p[m1] + p[m2]);  /* (19) */
-    const real t_5bilv = ax_eq * gx_phi1;
-    const real t_azo52 = gx_phi1 * p[h1];
-    const real t_amwyw = t_a3uw4 + t_rding;
-    const real t_7eszt = t_amwyw * t_amwyw;
-    const real t_5jodw = t_yx2kz * t_a233z;
+    const real t_chbo3 = ax_eq * gx_phi1;
+    const real t_sxxxk = gx_phi1 * p[h1];
+    const real t_l4ozg = t_uu2cl + t_rzamr;
+    const real t_wjugd = t_l4ozg * t_l4ozg;
+    const real t_lgf4h_2 = t_yx2kz * t_hjphj_2;
     const real t_wube7 = q[wx] * q[wx];
-    const real t_h5pol = t_invly * t_amwyw;
-    const real t_oc5tk = t_os4zj + t_os4zj;
+    const real t_mgpcw = t_lgf4h * t_l4ozg;
+    const real t_os4zj_2 = t_os4zj + t_os4zj;
     const real k_phi1 = loss_phi1
-        - t_azo52 * t_7eszt
-        - t_azo52 * (Wn1 * Wn1)
-        - q[theta1_dot] * q[theta1_dot] * t_5jodw
-        - t_5jodw * t_wube7
-        - (q[theta1_dot] + q[theta1_dot]) * t_h5pol
-        - t_yx2kz * t_amwyw * q[wx]
-        + t_os4zj * t_7eszt * sin_phi1 * cos_phi1 * p[m1]
-        + t_oc5tk * t_3qva5 * t_amwyw * q[wx] * p[m1]
-        + cos_phi1 * t_amwyw * p[h1] * q[wx] * p[l1] * p[m1]
-        + t_oc5tk * sin_phi1 * cos_phi1 * q[theta1_dot] * q[wx] * p[m1];  /* (25) */
-    const real t_4oupt = ax_eq * gx_phi2;
-    const real t_2t5uv = t_nqm7d * t_frp3h;
-    const real t_svo5z = gx_phi2 * p[h2];
-    const real t_kmx3q = t_vhhwy + t_geoui;
-    const real t_3chhy = t_kmx3q * t_kmx3q;
-    const real t_imick = t_kmx3q * t_claqt;
+        - t_sxxxk * t_wjugd
+        - t_sxxxk * (Wn1 * Wn1)
+        - q[theta1_dot] * q[theta1_dot] * t_lgf4h_2
+        - t_lgf4h_2 * t_wube7
+        - (q[theta1_dot] + q[theta1_dot]) * t_mgpcw
+        - t_yx2kz * t_l4ozg * q[wx]
+        + t_os4zj * t_wjugd * sin_phi1 * cos_phi1 * p[m1]
+        + t_os4zj_2 * t_hjphj * t_l4ozg * q[wx] * p[m1]
+        + cos_phi1 * t_l4ozg * p[h1] * q[wx] * p[l1] * p[m1]
+        + t_os4zj_2 * sin_phi1 * cos_phi1 * q[theta1_dot] * q[wx] * p[m1];  /* (25) */
+    const real t_o6h5x = ax_eq * gx_phi2;
+    const real t_6pfo6_2 = t_pt6a7_2 * t_frp3h;
+    const real t_2ys72 = gx_phi2 * p[h2];
+    const real t_doiln = t_t2zmi + t_adduy;
+    const real t_7ovbh = t_doiln * t_doiln;
+    const real t_n7l2g = t_doiln * t_6pfo6;
     const real k_phi2 = loss_phi2
-        - t_wube7 * t_2t5uv
-        - t_svo5z * t_3chhy
-        - t_svo5z * (Wn2 * Wn2)
-        - q[theta2_dot] * q[theta2_dot] * t_2t5uv
-        - (q[theta2_dot] + q[theta2_dot]) * t_imick
-        - t_kmx3q * t_frp3h * q[wx]
-        + t_3chhy * sin_phi2 * cos_phi2 * t_nfvux * p[m2]
-        + (t_kmx3q + t_kmx3q) * t_4j4b3 * t_nfvux * q[wx] * p[m2]
-        + t_kmx3q * cos_phi2 * p[h2] * q[wx] * p[l2] * p[m2]
+        - t_wube7 * t_6pfo6_2
+        - t_2ys72 * t_7ovbh
+        - t_2ys72 * (Wn2 * Wn2)
+        - q[theta2_dot] * q[theta2_dot] * t_6pfo6_2
+        - (q[theta2_dot] + q[theta2_dot]) * t_n7l2g
+        - t_doiln * t_frp3h * q[wx]
+        + t_7ovbh * sin_phi2 * cos_phi2 * t_nfvux * p[m2]
+        + (t_doiln + t_doiln) * t_pt6a7 * t_nfvux * q[wx] * p[m2]
+        + t_doiln * cos_phi2 * p[h2] * q[wx] * p[l2] * p[m2]
         + (sin_phi2 + sin_phi2) * cos_phi2 * t_nfvux * q[theta2_dot] * q[wx] * p[m2];  /* (25) */
-    const real t_iomfo = D_theta1 * q[theta1_dot];
-    const real t_j5odj = q[phi1_dot] + q[phi1_dot];
-    const real Dd_theta1 = t_5jodw * t_j5odj;
-    const real t_b7wcv = Dd_theta1 * q[theta1_dot];
-    const real t_ywy5z = Wn1 * q[wx];
+    const real t_4maxk = D_theta1 * q[theta1_dot];
+    const real t_hjux3 = q[phi1_dot] + q[phi1_dot];
+    const real Dd_theta1 = t_lgf4h_2 * t_hjux3;
+    const real t_7xuxq = Dd_theta1 * q[theta1_dot];
+    const real t_prfqf = Wn1 * q[wx];
     const real k_theta1 = loss_theta1
-        + t_azo52 * t_ywy5z
-        + t_h5pol * t_j5odj
-        + t_h5pol * Wn1
-        + t_b7wcv
-        - t_5jodw * t_ywy5z
+        + t_sxxxk * t_prfqf
+        + t_mgpcw * t_hjux3
+        + t_mgpcw * Wn1
+        + t_7xuxq
+        - t_lgf4h_2 * t_prfqf
         - Dd_theta1 * q[wx];  /* (26) */
-    const real t_kyc32 = D_theta2 * q[theta2_dot];
-    const real t_473qv = q[phi2_dot] + q[phi2_dot];
-    const real Dd_theta2 = t_2t5uv * t_473qv;
-    const real t_putjj = Dd_theta2 * q[theta2_dot];
-    const real t_nw7er = Wn2 * q[wx];
+    const real t_qu7qb = D_theta2 * q[theta2_dot];
+    const real t_mw75j = q[phi2_dot] + q[phi2_dot];
+    const real Dd_theta2 = t_6pfo6_2 * t_mw75j;
+    const real t_5f4es = Dd_theta2 * q[theta2_dot];
+    const real t_prfqf_2 = Wn2 * q[wx];
     const real k_theta2 = loss_theta2
-        + Wn2 * t_imick
-        + t_svo5z * t_nw7er
-        + t_imick * t_473qv
-        + t_putjj
-        - t_2t5uv * t_nw7er
-        - t_2t5uv * (q[wx] + q[wx]) * q[phi2_dot];  /* (26) */
+        + Wn2 * t_n7l2g
+        + t_2ys72 * t_prfqf_2
+        + t_n7l2g * t_mw75j
+        + t_5f4es
+        - t_6pfo6_2 * t_prfqf_2
+        - t_6pfo6_2 * (q[wx] + q[wx]) * q[phi2_dot];  /* (26) */
     const real g1_v1 = q[att1] * c[r3]
         - t_aqbxr * q[vy]
-        - t_mj52b * (t_5bilv * p[I1] + p[I1] * k_phi1)
-        - t_iecaz * (t_4oupt * p[I2] + p[I2] * k_phi2)
-        - t_j7ex5 * (t_iomfo * Dd_theta1 - (t_b7wcv * t_invly + t_invly * k_theta1))
-        - t_s5xdh * (t_kyc32 * Dd_theta2 - (t_putjj * t_claqt + t_claqt * k_theta2))
+        - t_hyv47 * (t_chbo3 * p[I1] + p[I1] * k_phi1)
+        - t_pi35k * (t_o6h5x * p[I2] + p[I2] * k_phi2)
+        - t_dxtpc * (t_4maxk * Dd_theta1 - (t_7xuxq * t_lgf4h + t_lgf4h * k_theta1))
+        - t_hciml * (t_qu7qb * Dd_theta2 - (t_5f4es * t_6pfo6 + t_6pfo6 * k_theta2))
         + q[vy] * q[vz] * c[r1];  /* (29) */
-    const real t_u5ggi = q[wx] * c[w3] + g1_v1;
+    const real t_y6t4t = q[wx] * c[w3] + g1_v1;
     const real t_wij2f = q[vy] * c[r1];
-    const real t_o2gar = D1 * q[phi1_dot];
-    const real gz_phi1 = cos_theta1 * t_5zfdh;  /* (25) */
-    const real t_pthak = gz_phi1 * p[h1];
-    const real t_qesxo = t_pthak - t_os4zj * cos_theta1 * p[m1];
-    const real t_tpms2 = sin_theta1 * gx_phi1;
-    const real t_nmcsn = t_tpms2 * p[h1];
-    const real cdz_phi1 = t_qesxo * q[theta1_dot] - t_nmcsn * q[phi1_dot];
-    const real t_gifwv = D2 * q[phi2_dot];
-    const real gz_phi2 = t_p4m3j * cos_theta2;  /* (25) */
-    const real t_3ndrr = gz_phi2 * p[h2];
-    const real t_x5sl2 = t_3ndrr - cos_theta2 * t_nfvux * p[m2];
-    const real t_h3pge = gx_phi2 * sin_theta2;
-    const real t_ikdxp = t_h3pge * p[h2];
-    const real cdz_phi2 = t_x5sl2 * q[theta2_dot] - t_ikdxp * q[phi2_dot];
-    const real t_4of2f = cos_phi1 * cos_phi1;
-    const real cy_theta1 = t_nmcsn - t_a233z * t_4xxce;  /* (26) */
-    const real cdz_theta1 = q[phi1_dot] * (t_pthak + t_3qva5 * t_bdhgv - t_bdhgv * t_4of2f) - cy_theta1 * q[theta1_dot];
-    const real t_zozwp = cos_phi2 * cos_phi2;
-    const real cy_theta2 = t_ikdxp - t_tb25v * t_nqm7d;  /* (26) */
-    const real cdz_theta2 = q[phi2_dot] * (t_3ndrr + t_4j4b3 * t_senbd - t_senbd * t_zozwp) - cy_theta2 * q[theta2_dot];
+    const real t_4pqij = D1 * q[phi1_dot];
+    const real gz_phi1 = cos_theta1 * t_3s3hq;  /* (25) */
+    const real t_ik6g5_2 = gz_phi1 * p[h1];
+    const real t_2ksfs = t_ik6g5_2 - t_os4zj * cos_theta1 * p[m1];
+    const real t_iouus = sin_theta1 * gx_phi1;
+    const real t_d2e6j = t_iouus * p[h1];
+    const real cdz_phi1 = t_2ksfs * q[theta1_dot] - t_d2e6j * q[phi1_dot];
+    const real t_lzacu = D2 * q[phi2_dot];
+    const real gz_phi2 = t_7pqnn * cos_theta2;  /* (25) */
+    const real t_tkdjn_2 = gz_phi2 * p[h2];
+    const real t_zshn6 = t_tkdjn_2 - cos_theta2 * t_nfvux * p[m2];
+    const real t_cfuim = gx_phi2 * sin_theta2;
+    const real t_ipyra = t_cfuim * p[h2];
+    const real cdz_phi2 = t_zshn6 * q[theta2_dot] - t_ipyra * q[phi2_dot];
+    const real t_hjphj_3 = cos_phi1 * cos_phi1;
+    const real cy_theta1 = t_d2e6j - t_hjphj_2 * t_dmccl_2;  /* (26) */
+    const real cdz_theta1 = q[phi1_dot] * (t_ik6g5_2 + t_hjphj * t_dmccl - t_dmccl * t_hjphj_3) - cy_theta1 * q[theta1_dot];
+    const real t_pt6a7_3 = cos_phi2 * cos_phi2;
+    const real cy_theta2 = t_ipyra - t_c4pkx * t_pt6a7_2;  /* (26) */
+    const real cdz_theta2 = q[phi2_dot] * (t_tkdjn_2 + t_pt6a7 * t_c4pkx_2 - t_c4pkx_2 * t_pt6a7_3) - cy_theta2 * q[theta2_dot];
     const real g3_v1 = q[att3] * c[r7]
         - t_wij2f * q[vx]
-        - t_mj52b * (t_5bilv * cz_phi1 + cz_phi1 * k_phi1 - t_o2gar * cdz_phi1)
-        - t_iecaz * (t_4oupt * cz_phi2 + cz_phi2 * k_phi2 - t_gifwv * cdz_phi2)
-        - t_j7ex5 * (t_b7wcv * cz_theta1 + cz_theta1 * k_theta1 - t_iomfo * cdz_theta1)
-        - t_s5xdh * (t_putjj * cz_theta2 + cz_theta2 * k_theta2 - t_kyc32 * cdz_theta2);  /* (29) */
-    const real f32_v1 = t_mj52b * t_qesxo * cz_phi1
-        + t_iecaz * t_x5sl2 * cz_phi2
-        - t_j7ex5 * cy_theta1 * cz_theta1
-        - t_s5xdh * cy_theta2 * cz_theta2;  /* (29) */
-    const real f21_v1 = t_7pydp * t_qesxo + t_ob75p * t_x5sl2 + t_ccobz * cy_theta1 + t_6w3c7 * cy_theta2;  /* (29) */
-    const real t_g2uww = f32_v1 - f21_v1 * f_v1_L31;
+        - t_hyv47 * (t_chbo3 * cz_phi1 + cz_phi1 * k_phi1 - t_4pqij * cdz_phi1)
+        - t_pi35k * (t_o6h5x * cz_phi2 + cz_phi2 * k_phi2 - t_lzacu * cdz_phi2)
+        - t_dxtpc * (t_7xuxq * cz_theta1 + cz_theta1 * k_theta1 - t_4maxk * cdz_theta1)
+        - t_hciml * (t_5f4es * cz_theta2 + cz_theta2 * k_theta2 - t_qu7qb * cdz_theta2);  /* (29) */
+    const real f32_v1 = t_hyv47 * t_2ksfs * cz_phi1
+        + t_pi35k * t_zshn6 * cz_phi2
+        - t_dxtpc * cy_theta1 * cz_theta1
+        - t_hciml * cy_theta2 * cz_theta2;  /* (29) */
+    const real f21_v1 = t_if7mv * t_2ksfs + t_tmzpj * t_zshn6 + t_loou6 * cy_theta1 + t_mszyx * cy_theta2;  /* (29) */
+    const real t_vk4eg = f32_v1 - f21_v1 * f_v1_L31;
     const real f22_v1 = c[r6]
-        - t_mj52b * (t_qesxo * t_qesxo)
-        - t_iecaz * (t_x5sl2 * t_x5sl2)
-        - t_j7ex5 * (cy_theta1 * cy_theta1)
-        - t_s5xdh * (cy_theta2 * cy_theta2);  /* (29) */
-    const real f_v1_L21 = f21_v1 * t_4v7es;
+        - t_hyv47 * (t_2ksfs * t_2ksfs)
+        - t_pi35k * (t_zshn6 * t_zshn6)
+        - t_dxtpc * (cy_theta1 * cy_theta1)
+        - t_hciml * (cy_theta2 * cy_theta2);  /* (29) */
+    const real f_v1_L21 = f21_v1 * t_a2lgz;
     const real f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21;
-    const real t_omhw7 = K(1.0) / f_v1_D2;
-    const real f_v1_L32 = t_g2uww * t_omhw7;
-    const real cdy_phi1 = t_m5cmg * q[phi1_dot] + cz_phi1 * q[theta1_dot];
-    const real cdy_phi2 = cz_phi2 * q[theta2_dot] + t_gidtm * q[phi2_dot];
-    const real cdy_theta1 = t_uyufu * q[theta1_dot] + q[phi1_dot] * (t_bnlcb + t_3qva5 * t_4xxce - t_4of2f * t_4xxce);
-    const real cdy_theta2 = t_3o3n4 * q[theta2_dot] + q[phi2_dot] * (t_ba7if + t_tb25v * t_4j4b3 - t_tb25v * t_zozwp);
+    const real t_6dtnj = K(1.0) / f_v1_D2;
+    const real f_v1_L32 = t_vk4eg * t_6dtnj;
+    const real cdy_phi1 = t_n4yir * q[phi1_dot] + cz_phi1 * q[theta1_dot];
+    const real cdy_phi2 = cz_phi2 * q[theta2_dot] + t_epql5 * q[phi2_dot];
+    const real cdy_theta1 = t_scs5l * q[theta1_dot] + q[phi1_dot] * (t_ik6g5 + t_hjphj * t_dmccl_2 - t_hjphj_3 * t_dmccl_2);
+    const real cdy_theta2 = t_rdvkg * q[theta2_dot] + q[phi2_dot] * (t_tkdjn + t_c4pkx * t_pt6a7 - t_c4pkx * t_pt6a7_3);
     const real g2_v1 = q[att2] * c[r5]
-        + t_mj52b * (t_5bilv * t_qesxo + t_qesxo * k_phi1 + t_o2gar * cdy_phi1)
-        + t_iecaz * (t_4oupt * t_x5sl2 + t_x5sl2 * k_phi2 + t_gifwv * cdy_phi2)
-        - t_j7ex5 * (t_b7wcv * cy_theta1 + cy_theta1 * k_theta1 - t_iomfo * cdy_theta1)
-        - t_s5xdh * (t_putjj * cy_theta2 + cy_theta2 * k_theta2 - t_kyc32 * cdy_theta2)
+        + t_hyv47 * (t_chbo3 * t_2ksfs + t_2ksfs * k_phi1 + t_4pqij * cdy_phi1)
+        + t_pi35k * (t_o6h5x * t_zshn6 + t_zshn6 * k_phi2 + t_lzacu * cdy_phi2)
+        - t_dxtpc * (t_7xuxq * cy_theta1 + cy_theta1 * k_theta1 - t_4maxk * cdy_theta1)
+        - t_hciml * (t_5f4es * cy_theta2 + cy_theta2 * k_theta2 - t_qu7qb * cdy_theta2)
         + q[vx] * q[vz] * c[r2];  /* (29) */
-    const real u_v1_y2 = f_v1_L21 * t_u5ggi - (q[wy] * c[w4] + g2_v1);
-    const real u_v1_y3 = f_v1_L31 * t_u5ggi - (q[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
+    const real u_v1_y2 = f_v1_L21 * t_y6t4t - (q[wy] * c[w4] + g2_v1);
+    const real u_v1_y3 = f_v1_L31 * t_y6t4t - (q[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
     const real f33_v1 = c[r8]
-        - t_mj52b * (cz_phi1 * cz_phi1)
-        - t_iecaz * (cz_phi2 * cz_phi2)
-        - t_j7ex5 * (cz_theta1 * cz_theta1)
-        - t_s5xdh * (cz_theta2 * cz_theta2);  /* (29) */
-    const real f_v1_D3 = f33_v1 - t_g2uww * f_v1_L32 - f31_v1 * f_v1_L31;
+        - t_hyv47 * (cz_phi1 * cz_phi1)
+        - t_pi35k * (cz_phi2 * cz_phi2)
+        - t_dxtpc * (cz_theta1 * cz_theta1)
+        - t_hciml * (cz_theta2 * cz_theta2);  /* (29) */
+    const real f_v1_D3 = f33_v1 - t_vk4eg * f_v1_L32 - f31_v1 * f_v1_L31;
     const real u_v1_x3 = u_v1_y3 / f_v1_D3;
     const real G2_v1 = W12 + u_v1_x3;
     const real g_1 = e1 - lc_1;
     const real wth_1 = th_1 * p[I1];
     const real wg_1 = g_1 * wth_1;
-    const real t_tcgxn = wg_1 - e1 * me1;
+    const real t_67i37 = wg_1 - e1 * me1;
     const real g_2 = e2 - lc_2;
     const real wth_2 = th_2 * p[I2];
     const real wg_2 = g_2 * wth_2;
-    const real t_uf5ib = wg_2 - e2 * me2;
+    const real t_n5kna = wg_2 - e2 * me2;
     const real S_sq1 = sin_theta1 * sin_theta1;
     const real Bc_1 = B_1 * cos_phi1;
     const real As_1 = mv1 * sin_phi1;
     const real Ass_1 = As_1 * sin_phi1;
     const real eAss_1 = Ass_1 * e1;
-    const real t_32gyg = Bc_1 - eAss_1;
-    const real t_65obb = t_32gyg + t_tcgxn;
+    const real t_hig3c = Bc_1 - eAss_1;
+    const real t_vjftl = t_hig3c + t_67i37;
     const real S_sq2 = sin_theta2 * sin_theta2;
     const real Bc_2 = B_2 * cos_phi2;
     const real As_2 = mv2 * sin_phi2;
     const real Ass_2 = As_2 * sin_phi2;
     const real eAss_2 = Ass_2 * e2;
-    const real t_gbkg6 = Bc_2 - eAss_2;
-    const real t_yoiua = t_gbkg6 + t_uf5ib;
-    const real t_z76hk = S_sq1 * t_65obb + S_sq2 * t_yoiua;
+    const real t_hig3c_2 = Bc_2 - eAss_2;
+    const real t_vsqil = t_hig3c_2 + t_n5kna;
+    const real t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
     const real wq_1 = q_1 * wth_1;
     const real wqC_1 = cos_theta1 * wq_1;
     const real wq_2 = q_2 * wth_2;
     const real wqC_2 = cos_theta2 * wq_2;
-    const real K52 = t_tcgxn + t_uf5ib - t_z76hk - wqC_1 - wqC_2;
-    const real u_v1_x2 = u_v1_y2 * t_omhw7 - f_v1_L32 * u_v1_x3;
+    const real K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2;
+    const real u_v1_x2 = u_v1_y2 * t_6dtnj - f_v1_L32 * u_v1_x3;
     const real G3_v1 = W13 - u_v1_x2;
     const real SC1 = cos_theta1 * sin_theta1;
     const real SC2 = cos_theta2 * sin_theta2;
-    const real t_hjmgb = SC1 * t_65obb + SC2 * t_yoiua;
+    const real t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil;
     const real tn11_1 = Ass_1 + me1 - wth_1;
-    const real t_fbeaw = S_sq1 * tn11_1;
+    const real t_leuxo = S_sq1 * tn11_1;
     const real tn11_2 = Ass_2 + me2 - wth_2;
-    const real t_dj555 = S_sq2 * tn11_2;
-    const real K22 = t_fbeaw + t_dj555 + M_C + wth_1 + wth_2 - me1 - me2;
-    const real t_3c5in = t_mj52b * (p[I1] * q[wx] - t_qesxo * q[wy] + cz_phi1 * q[wz] + t_o2gar);
-    const real t_ohb73 = t_iecaz * (p[I2] * q[wx] - t_x5sl2 * q[wy] + cz_phi2 * q[wz] + t_gifwv);
-    const real t_cdafg = t_j7ex5 * (cy_theta1 * q[wy] - t_invly * q[wx] + cz_theta1 * q[wz] + t_iomfo);
-    const real t_rbkok = t_s5xdh * (cy_theta2 * q[wy] - t_claqt * q[wx] + cz_theta2 * q[wz] + t_kyc32);
+    const real t_leuxo_2 = S_sq2 * tn11_2;
+    const real K22 = t_leuxo + t_leuxo_2 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real t_xlxwl = t_hyv47 * (p[I1] * q[wx] - t_2ksfs * q[wy] + cz_phi1 * q[wz] + t_4pqij);
+    const real t_hgt7a = t_pi35k * (p[I2] * q[wx] - t_zshn6 * q[wy] + cz_phi2 * q[wz] + t_lzacu);
+    const real t_z6ntf = t_dxtpc * (cy_theta1 * q[wy] - t_lgf4h * q[wx] + cz_theta1 * q[wz] + t_4maxk);
+    const real t_dhnrr = t_hciml * (cy_theta2 * q[wy] - t_6pfo6 * q[wx] + cz_theta2 * q[wz] + t_qu7qb);
     const real B_v1 = t_wij2f
-        - t_3c5in * gy_phi1
-        - t_ohb73 * gy_phi2
-        - t_cdafg * gy_theta1
-        - t_rbkok * gy_theta2;  /* (29) */
+        - t_xlxwl * gy_phi1
+        - t_hgt7a * gy_phi2
+        - t_z6ntf * gy_theta1
+        - t_dhnrr * gy_theta2;  /* (29) */
     const real a2_v1 = G2_v1 * x_C - B_v1 * c[w1];
     const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
     const real C_v1 = t_aqbxr
-        - t_3c5in * gz_phi1
-        - t_ohb73 * gz_phi2
-        + t_cdafg * t_tpms2
-        + t_rbkok * t_h3pge;  /* (29) */
+        - t_xlxwl * gz_phi1
+        - t_hgt7a * gz_phi2
+        + t_z6ntf * t_iouus
+        + t_dhnrr * t_cfuim;  /* (29) */
     const real a3_v1 = G3_v1 * x_C - C_v1 * c[w2];
-    const real t_yz7e5 = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
-    const real t_dyqoa = t_u5ggi * t_4v7es + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
+    const real t_belws = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
+    const real t_bewoy = t_y6t4t * t_a2lgz + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
     const real q2_v1 = n2
         + G2_v1 * K52
-        - G3_v1 * t_hjmgb
+        - G3_v1 * t_edvw3_2
         + K22 * a2_v1
         + K32 * a3_v1
-        + t_yz7e5 * t_dyqoa;
+        + t_belws * t_bewoy;
     const real Asc_1 = As_1 * cos_phi1;
     const real Asc_2 = As_2 * cos_phi2;
-    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
     const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
     const real Bs_1 = B_1 * sin_phi1;
     const real Bs_2 = B_2 * sin_phi2;
-    const real t_2m245 = Bs_1 + Bs_2;
-    const real t_xynyo = t_7imwe * sin_phi1 + t_4b2fa * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2;
-    const real t_ev7u5 = Bs_1 + Asc_1 * e1;
-    const real t_bvybx = Bs_2 + Asc_2 * e2;
-    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
-    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
-    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_xiu6d = t_xynyo
-        + G2_v1 * t_6mmeb
-        + G3_v1 * t_bl4f2
-        + t_b3aij * a2_v1
-        + t_zzymx * a3_v1;
-    const real q1_v1 = t_2m245 * t_dyqoa - t_xiu6d;
-    const real t_azclp = F_n1 * sin_theta1;
-    const real t_iya7w = F_n2 * sin_theta2;
-    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
+    const real t_hig3c_3 = Bs_1 + Bs_2;
+    const real t_ep53l = t_pc5rt * sin_phi1 + t_63ozv * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2;
+    const real t_2jubo = Bs_1 + Asc_1 * e1;
+    const real t_ittbm = Bs_2 + Asc_2 * e2;
+    const real t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2;
+    const real t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2;
+    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_ti46a = t_ep53l
+        + G2_v1 * t_6iku5
+        + G3_v1 * t_6iku5_2
+        + t_f2nhc * a2_v1
+        + t_f2nhc_2 * a3_v1;
+    const real q1_v1 = t_hig3c_3 * t_bewoy - t_ti46a;
+    const real t_mallh_2 = F_n1 * sin_theta1;
+    const real t_lbh6o_2 = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2;
     const real wqS_1 = sin_theta1 * wq_1;
     const real wqS_2 = sin_theta2 * wq_2;
-    const real K53 = wqS_1 - t_hjmgb + wqS_2;
-    const real K63 = t_z76hk - (t_32gyg + t_gbkg6);
-    const real K33 = Ass_1 + Ass_2 + M_C - t_fbeaw - t_dj555;
+    const real K53 = wqS_1 - t_edvw3_2 + wqS_2;
+    const real K63 = t_edvw3 - (t_hig3c + t_hig3c_2);
+    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo - t_leuxo_2;
     const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
     const real q3_v1 = n3
         + G2_v1 * K53
         + G3_v1 * K63
         + K32 * a2_v1
         + K33 * a3_v1
-        - K43 * t_dyqoa;
-    const real Pq_v1 = K11 * q1_v1 - t_b3aij * q2_v1 - t_zzymx * q3_v1;
-    const real PP_v1 = K11 * K11 + t_b3aij * t_b3aij + t_zzymx * t_zzymx;
-    const real t_echqo = PP_v1 * (q1_v1 * q1_v1 - p[F] * p[F] + q2_v1 * q2_v1 + q3_v1 * q3_v1);
-    const real root_v1 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v1 * Pq_v1 - t_echqo));
+        - K43 * t_bewoy;
+    const real Pq_v1 = K11 * q1_v1 - t_f2nhc * q2_v1 - t_f2nhc_2 * q3_v1;
+    const real PP_v1 = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2;
+    const real t_574pa = PP_v1 * (q1_v1 * q1_v1 - p[F] * p[F] + q2_v1 * q2_v1 + q3_v1 * q3_v1);
+    const real root_v1 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v1 * Pq_v1 - t_574pa));
     const real ax_v1 = (root_v1 - Pq_v1) / PP_v1;
-    const real f2_v1 = q2_v1 - t_b3aij * ax_v1;
+    const real f2_v1 = q2_v1 - t_f2nhc * ax_v1;
     const real t_y7rm6 = K(1.0) / p[F];
     const real sin_d2_v1 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v1 * t_y7rm6));
     const real delta2_v1 = mv_asin(sin_d2_v1);
     const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v1, p[delta2_max]));
     real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
-    const real t_y4w6o = cos_delta2_act * p[F];
-    const mask m_puf2t = LE(mv_fabs(delta2_v1), p[delta2_max]);
-    const real f3_v1 = q3_v1 - t_zzymx * ax_v1;
+    const real t_gbb3a = cos_delta2_act * p[F];
+    const mask m_m575p = LE(mv_fabs(delta2_v1), p[delta2_max]);
+    const real f3_v1 = q3_v1 - t_f2nhc_2 * ax_v1;
     const real cos_d2_v1 = mv_sqrt(K(1.0) - sin_d2_v1 * sin_d2_v1);
     const real delta1_v1 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v1 * t_y7rm6 / mv_max(SPLAT(K(1e-09)), cos_d2_v1)))));
     real sin_delta2_v1, cos_delta2_v1; mv_sincos(delta2_v1, &sin_delta2_v1, &cos_delta2_v1);
     real sin_delta1_v1, cos_delta1_v1; mv_sincos(delta1_v1, &sin_delta1_v1, &cos_delta1_v1);
-    const real t_y2zgg = cos_delta2_v1 * sin_delta1_v1;
-    const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_puf2t, delta1_v1, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_y2zgg * (K(1.0) / mv_cos(p[delta2_max]))))))));
+    const real t_m2xxj = cos_delta2_v1 * sin_delta1_v1;
+    const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_m575p, delta1_v1, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_m2xxj * (K(1.0) / mv_cos(p[delta2_max]))))))));
     real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
-    const real f_x = t_y4w6o * cos_delta1_act;
+    const real f_x = t_gbb3a * cos_delta1_act;
     const real f_y = sin_delta2_act * p[F];
     const real Bl_1 = B_1 * p[l1];
     const real eBc_1 = Bc_1 * e1;
-    const real t_b7ure = me1 * (e1 * e1);
-    const real t_3bowt = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
-    const real t_3fv6l = g_1 * wg_1;
-    const real tn44_1 = t_b7ure + t_3bowt - t_3fv6l;
+    const real t_xdulz = me1 * (e1 * e1);
+    const real t_zmqjk = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
+    const real t_leuxo_3 = g_1 * wg_1;
+    const real tn44_1 = t_xdulz + t_zmqjk - t_leuxo_3;
     const real wqg_1 = q_1 * wg_1;
     const real wqq_1 = q_1 * wq_1;
     const real wgC_1 = cos_theta1 * wqg_1;
@@ -4744,10 +4744,10 @@ void slosh_lyapunov_v1_loop(const real *q, const real *r, const real *p, const r
     const real I_theta1 = q[theta1_dot] * p[I1];
     const real Bl_2 = B_2 * p[l2];
     const real eBc_2 = Bc_2 * e2;
-    const real t_lpk5h = me2 * (e2 * e2);
-    const real t_ymmgl = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
-    const real t_odwbr = g_2 * wg_2;
-    const real tn44_2 = t_lpk5h + t_ymmgl - t_odwbr;
+    const real t_uohf6 = me2 * (e2 * e2);
+    const real t_agwdt = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
+    const real t_leuxo_4 = g_2 * wg_2;
+    const real tn44_2 = t_uohf6 + t_agwdt - t_leuxo_4;
     const real wqg_2 = q_2 * wg_2;
     const real wqq_2 = q_2 * wq_2;
     const real wgC_2 = cos_theta2 * wqg_2;
@@ -4755,235 +4755,235 @@ void slosh_lyapunov_v1_loop(const real *q, const real *r, const real *p, const r
     const real M_q2 = F_n2 * q_2;
     const real I_phi2 = q[phi2_dot] * p[I2];
     const real I_theta2 = q[theta2_dot] * p[I2];
-    const real t_nhr5u = wqq_1 + wqq_2;
-    const real K44 = t_nhr5u + Bl_1 + Bl_2 + J_C1;
-    const real t_nncdg = Bl_1 - eBc_1;
-    const real t_4q22j = Bl_2 - eBc_2;
-    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
-    const real t_hoosk = S_sq1 * tn44_1;
-    const real t_drvdp = S_sq2 * tn44_2;
-    const real K55 = t_3fv6l
-        + t_odwbr
-        + t_nhr5u
-        + t_hoosk
-        + t_drvdp
+    const real t_hig3c_4 = wqq_1 + wqq_2;
+    const real K44 = t_hig3c_4 + Bl_1 + Bl_2 + J_C1;
+    const real t_yzhyr = Bl_1 - eBc_1;
+    const real t_q6put = Bl_2 - eBc_2;
+    const real K54 = t_hig3c_4 - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2;
+    const real t_leuxo_5 = S_sq1 * tn44_1;
+    const real t_leuxo_6 = S_sq2 * tn44_2;
+    const real K55 = t_leuxo_3
+        + t_leuxo_4
+        + t_hig3c_4
+        + t_leuxo_5
+        + t_leuxo_6
         + J_C3
-        - t_b7ure
-        - t_lpk5h
+        - t_xdulz
+        - t_uohf6
         + K(-2.0) * wgC_1
         + K(-2.0) * wgC_2;
-    const real t_zhbuw = wgS_1 + wgS_2;
-    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
-    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
-    const real K66 = t_3bowt + t_ymmgl + J_C2 - t_hoosk - t_drvdp;
-    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
-    const real t_kp7yy = M_q1 + M_q2;
-    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
+    const real t_hig3c_5 = wgS_1 + wgS_2;
+    const real K64 = t_hig3c_5 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2;
+    const real K65 = t_hig3c_5 + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6;
+    const real t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * p[l1];
+    const real t_hig3c_6 = M_q1 + M_q2;
+    const real t_ogbts = Bs_2 * t_3hay7 + t_63ozv * p[l2];
     const real t_sfymc = p[J_y] - p[J_z];
-    const real n4 = t_aejai
-        - t_kp7yy
-        + t_zd4fs
+    const real n4 = t_mjqai
+        - t_hig3c_6
+        + t_ogbts
         - loss_phi1
         - loss_phi2
         + I_theta1 * q[wy]
         + I_theta2 * q[wy]
         - t_sfymc * q[wy] * q[wz];
-    const real t_w7nmt = t_aejai + F_t1 * e1;
-    const real t_e5cx2 = t_zd4fs + F_t2 * e2;
-    const real n5 = t_w7nmt * sin_theta1
-        - (t_kp7yy + loss_theta1 + loss_theta2)
-        + t_e5cx2 * sin_theta2
+    const real t_lsqzr = t_mjqai + F_t1 * e1;
+    const real t_rbrf6 = t_ogbts + F_t2 * e2;
+    const real n5 = t_lsqzr * sin_theta1
+        - (t_hig3c_6 + loss_theta1 + loss_theta2)
+        + t_rbrf6 * sin_theta2
         - W12 * (J_C1 + (p[J_z] - p[J_y]))
         - I_phi1 * q[wy]
         - I_phi2 * q[wy]
-        + t_vt7uo * g_1
-        + t_oncjt * g_2;
-    const real n6 = t_w7nmt * cos_theta1
-        + t_e5cx2 * cos_theta2
+        + t_mallh * g_1
+        + t_lbh6o * g_2;
+    const real n6 = t_lsqzr * cos_theta1
+        + t_rbrf6 * cos_theta2
         + I_theta1 * q[wx]
         + I_theta2 * q[wx]
         - W13 * (J_C1 + t_is5lg + t_sfymc)
-        - t_azclp * g_1
-        - t_iya7w * g_2
+        - t_mallh_2 * g_1
+        - t_lbh6o_2 * g_2
         - I_phi1 * q[wz]
         - I_phi2 * q[wz];
-    const real t_bpfoo = K(1.0) / K11;
-    const real t_w7lcw = t_b3aij * t_bpfoo;
-    const real K_D2 = K22 - t_b3aij * t_w7lcw;
-    const real t_3go2w = t_zzymx * t_bpfoo;
-    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
-    const real t_4iujv = K(1.0) / K_D2;
-    const real K_L32 = t_d4mqf * t_4iujv;
-    const real t_vshgd = t_6mmeb * t_bpfoo;
-    const real t_p6zld = K52 - t_b3aij * t_vshgd;
-    const real K_L52 = t_p6zld * t_4iujv;
-    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
-    const real t_xq4wt = t_2m245 * t_bpfoo;
-    const real t_u3hss = t_yz7e5 + t_b3aij * t_xq4wt;
-    const real t_4jmrt = t_u3hss * t_4iujv;
-    const real t_yfebn = K43 + t_d4mqf * t_4jmrt - t_zzymx * t_xq4wt;
-    const real t_zmh3u = K(1.0) / K_D3;
-    const real K_L43 = t_yfebn * t_zmh3u;
-    const real t_bxfcn = K53 - t_d4mqf * K_L52 - t_zzymx * t_vshgd;
-    const real K_L53 = t_bxfcn * t_zmh3u;
-    const real t_e4enr = t_bl4f2 * t_bpfoo;
-    const real t_qvrp6 = t_hjmgb + t_b3aij * t_e4enr;
-    const real t_dj64q = t_qvrp6 * t_4iujv;
-    const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
-    const real K_L63 = t_rahc4 * t_zmh3u;
-    const real K_D4 = K44 - t_u3hss * t_4jmrt - t_yfebn * K_L43 - t_2m245 * t_xq4wt;
-    const real t_ejg3c = K54 + t_u3hss * K_L52 - t_yfebn * K_L53 - t_2m245 * t_vshgd;
-    const real t_lt2al = K(1.0) / K_D4;
-    const real K_L54 = t_ejg3c * t_lt2al;
-    const real t_yioo4 = K64 - t_u3hss * t_dj64q - t_yfebn * K_L63 - t_2m245 * t_e4enr;
-    const real K_L64 = t_yioo4 * t_lt2al;
+    const real t_6dtnj_2 = K(1.0) / K11;
+    const real t_gousg = t_f2nhc * t_6dtnj_2;
+    const real K_D2 = K22 - t_f2nhc * t_gousg;
+    const real t_gousg_2 = t_f2nhc_2 * t_6dtnj_2;
+    const real t_upifj = K32 - t_f2nhc * t_gousg_2;
+    const real t_6dtnj_3 = K(1.0) / K_D2;
+    const real K_L32 = t_upifj * t_6dtnj_3;
+    const real t_s62lc = t_6iku5 * t_6dtnj_2;
+    const real t_6vega = K52 - t_f2nhc * t_s62lc;
+    const real K_L52 = t_6vega * t_6dtnj_3;
+    const real K_D3 = K33 - t_upifj * K_L32 - t_f2nhc_2 * t_gousg_2;
+    const real t_w6lcf = t_hig3c_3 * t_6dtnj_2;
+    const real t_cawlo = t_belws + t_f2nhc * t_w6lcf;
+    const real t_bopbx = t_cawlo * t_6dtnj_3;
+    const real t_itbrl = K43 + t_upifj * t_bopbx - t_f2nhc_2 * t_w6lcf;
+    const real t_6dtnj_4 = K(1.0) / K_D3;
+    const real K_L43 = t_itbrl * t_6dtnj_4;
+    const real t_jmicp = K53 - t_upifj * K_L52 - t_f2nhc_2 * t_s62lc;
+    const real K_L53 = t_jmicp * t_6dtnj_4;
+    const real t_s62lc_2 = t_6iku5_2 * t_6dtnj_2;
+    const real t_avyqv = t_edvw3_2 + t_f2nhc * t_s62lc_2;
+    const real t_bk7yo = t_avyqv * t_6dtnj_3;
+    const real t_2dahu = K63 + t_upifj * t_bk7yo - t_f2nhc_2 * t_s62lc_2;
+    const real K_L63 = t_2dahu * t_6dtnj_4;
+    const real K_D4 = K44 - t_cawlo * t_bopbx - t_itbrl * K_L43 - t_hig3c_3 * t_w6lcf;
+    const real t_agu5t = K54 + t_cawlo * K_L52 - t_itbrl * K_L53 - t_hig3c_3 * t_s62lc;
+    const real t_6dtnj_5 = K(1.0) / K_D4;
+    const real K_L54 = t_agu5t * t_6dtnj_5;
+    const real t_kiszr = K64 - t_cawlo * t_bk7yo - t_itbrl * K_L63 - t_hig3c_3 * t_s62lc_2;
+    const real K_L64 = t_kiszr * t_6dtnj_5;
     const real K_D5 = K55
-        - t_p6zld * K_L52
-        - t_bxfcn * K_L53
-        - t_ejg3c * K_L54
-        - t_6mmeb * t_vshgd;
-    const real t_aqba4 = K65
-        + t_p6zld * t_dj64q
-        - t_bxfcn * K_L63
-        - t_ejg3c * K_L64
-        - t_6mmeb * t_e4enr;
-    const real t_ftqxb = K(1.0) / K_D5;
-    const real K_L65 = t_aqba4 * t_ftqxb;
+        - t_6vega * K_L52
+        - t_jmicp * K_L53
+        - t_agu5t * K_L54
+        - t_6iku5 * t_s62lc;
+    const real t_nx7y6 = K65
+        + t_6vega * t_bk7yo
+        - t_jmicp * K_L63
+        - t_agu5t * K_L64
+        - t_6iku5 * t_s62lc_2;
+    const real t_6dtnj_6 = K(1.0) / K_D5;
+    const real K_L65 = t_nx7y6 * t_6dtnj_6;
     const real K_D6 = K66
-        - t_qvrp6 * t_dj64q
-        - t_rahc4 * K_L63
-        - t_yioo4 * K_L64
-        - t_aqba4 * K_L65
-        - t_bl4f2 * t_e4enr;
-    const real b1 = f_x + t_xynyo;
+        - t_avyqv * t_bk7yo
+        - t_2dahu * K_L63
+        - t_kiszr * K_L64
+        - t_nx7y6 * K_L65
+        - t_6iku5_2 * t_s62lc_2;
+    const real b1 = f_x + t_ep53l;
     const real b2 = f_y - n2;
-    const real t_szme2 = p[F] * cos_delta2_v1;
+    const real t_qh3cx = p[F] * cos_delta2_v1;
     const real f1_v1 = q1_v1 + K11 * ax_v1;
-    const real df1_v1 = t_szme2 * cos_delta1_v1 - f1_v1;
-    const real t_uqkgz = p[F] * sin_delta2_v1;
-    const real df2_v1 = t_uqkgz - f2_v1;
-    const real da_v1_y2 = df2_v1 + t_w7lcw * df1_v1;
-    const real t_s3dfp = t_szme2 * sin_delta1_v1;
-    const real da_v1_y3 = t_3go2w * df1_v1 - (t_s3dfp + f3_v1) - K_L32 * da_v1_y2;
-    const real da_v1_x3 = da_v1_y3 * t_zmh3u;
-    const real da_v1_x2 = da_v1_y2 * t_4iujv - K_L32 * da_v1_x3;
-    const real da_v1_x1 = df1_v1 * t_bpfoo + t_w7lcw * da_v1_x2 + t_3go2w * da_v1_x3;
+    const real df1_v1 = t_qh3cx * cos_delta1_v1 - f1_v1;
+    const real t_jczim = p[F] * sin_delta2_v1;
+    const real df2_v1 = t_jczim - f2_v1;
+    const real da_v1_y2 = df2_v1 + t_gousg * df1_v1;
+    const real t_v7qgl = t_qh3cx * sin_delta1_v1;
+    const real da_v1_y3 = t_gousg_2 * df1_v1 - (t_v7qgl + f3_v1) - K_L32 * da_v1_y2;
+    const real da_v1_x3 = da_v1_y3 * t_6dtnj_4;
+    const real da_v1_x2 = da_v1_y2 * t_6dtnj_3 - K_L32 * da_v1_x3;
+    const real da_v1_x1 = df1_v1 * t_6dtnj_2 + t_gousg * da_v1_x2 + t_gousg_2 * da_v1_x3;
     const real Mx_v1 = n4
         + G2_v1 * K54
         + G3_v1 * K64
-        - t_2m245 * ax_v1
-        - t_2m245 * da_v1_x1
-        - t_yz7e5 * a2_v1
-        - t_yz7e5 * da_v1_x2
+        - t_hig3c_3 * ax_v1
+        - t_hig3c_3 * da_v1_x1
+        - t_belws * a2_v1
+        - t_belws * da_v1_x2
         + K43 * a3_v1
         + K43 * da_v1_x3
-        - K44 * t_dyqoa;
-    const real t_y4w6o_2 = p[F] * cos_delta2_act;
-    const real df1_act = t_y4w6o_2 * cos_delta1_act - cos_delta2_v1 * p[F] * cos_delta1_v1;
-    const real df2_act = p[F] * sin_delta2_act - t_uqkgz;
-    const real da_act_y2 = df2_act + t_w7lcw * df1_act;
-    const real df3_act = t_y2zgg * p[F] - t_y4w6o_2 * sin_delta1_act;
-    const real da_act_y3 = df3_act + t_3go2w * df1_act - K_L32 * da_act_y2;
-    const real da_act_x3 = da_act_y3 * t_zmh3u;
-    const real da_act_x2 = da_act_y2 * t_4iujv - K_L32 * da_act_x3;
-    const real da_act_x1 = df1_act * t_bpfoo + t_w7lcw * da_act_x2 + t_3go2w * da_act_x3;
-    const real Mx = Mx_v1 - t_2m245 * da_act_x1 - t_yz7e5 * da_act_x2 + K43 * da_act_x3;
+        - K44 * t_bewoy;
+    const real t_gbb3a_2 = p[F] * cos_delta2_act;
+    const real df1_act = t_gbb3a_2 * cos_delta1_act - cos_delta2_v1 * p[F] * cos_delta1_v1;
+    const real df2_act = p[F] * sin_delta2_act - t_jczim;
+    const real da_act_y2 = df2_act + t_gousg * df1_act;
+    const real df3_act = t_m2xxj * p[F] - t_gbb3a_2 * sin_delta1_act;
+    const real da_act_y3 = df3_act + t_gousg_2 * df1_act - K_L32 * da_act_y2;
+    const real da_act_x3 = da_act_y3 * t_6dtnj_4;
+    const real da_act_x2 = da_act_y2 * t_6dtnj_3 - K_L32 * da_act_x3;
+    const real da_act_x1 = df1_act * t_6dtnj_2 + t_gousg * da_act_x2 + t_gousg_2 * da_act_x3;
+    const real Mx = Mx_v1 - t_hig3c_3 * da_act_x1 - t_belws * da_act_x2 + K43 * da_act_x3;
     const real b4 = Mx - n4;
-    const real t_lwe76 = p[b] + p[d] + x_C;
+    const real t_bknng = p[b] + p[d] + x_C;
     const real Mz_v1 = n5
         + G2_v1 * K55
         + G3_v1 * K65
-        - t_6mmeb * ax_v1
-        - t_6mmeb * da_v1_x1
+        - t_6iku5 * ax_v1
+        - t_6iku5 * da_v1_x1
         + K52 * a2_v1
         + K52 * da_v1_x2
         + K53 * a3_v1
         + K53 * da_v1_x3
-        - K54 * t_dyqoa
-        + t_uqkgz * t_lwe76;
+        - K54 * t_bewoy
+        + t_jczim * t_bknng;
     const real Mz = Mz_v1
-        - t_6mmeb * da_act_x1
+        - t_6iku5 * da_act_x1
         + K52 * da_act_x2
         + K53 * da_act_x3
-        + df2_act * t_lwe76;
-    const real b5 = Mz - n5 - f_y * t_lwe76;
-    const real t_lpjfo = t_y4w6o * sin_delta1_act;
-    const real My_v1 = t_s3dfp * t_lwe76
+        + df2_act * t_bknng;
+    const real b5 = Mz - n5 - f_y * t_bknng;
+    const real t_y3fxb = t_gbb3a * sin_delta1_act;
+    const real My_v1 = t_v7qgl * t_bknng
         - n6
         - G2_v1 * K65
         - G3_v1 * K66
-        + t_bl4f2 * ax_v1
-        + t_bl4f2 * da_v1_x1
-        + t_hjmgb * a2_v1
-        + t_hjmgb * da_v1_x2
+        + t_6iku5_2 * ax_v1
+        + t_6iku5_2 * da_v1_x1
+        + t_edvw3_2 * a2_v1
+        + t_edvw3_2 * da_v1_x2
         - K63 * a3_v1
         - K63 * da_v1_x3
-        + K64 * t_dyqoa;
+        + K64 * t_bewoy;
     const real My = My_v1
-        - df3_act * t_lwe76
-        + t_bl4f2 * da_act_x1
-        + t_hjmgb * da_act_x2
+        - df3_act * t_bknng
+        + t_6iku5_2 * da_act_x1
+        + t_edvw3_2 * da_act_x2
         - K63 * da_act_x3;
-    const real b6 = t_lpjfo * t_lwe76 - (My + n6);
-    const real X_y2 = b2 + t_w7lcw * b1;
-    const real X_y3 = t_3go2w * b1 - (t_lpjfo + n3) - K_L32 * X_y2;
-    const real X_y4 = b4 + t_xq4wt * b1 + t_4jmrt * X_y2 - K_L43 * X_y3;
+    const real b6 = t_y3fxb * t_bknng - (My + n6);
+    const real X_y2 = b2 + t_gousg * b1;
+    const real X_y3 = t_gousg_2 * b1 - (t_y3fxb + n3) - K_L32 * X_y2;
+    const real X_y4 = b4 + t_w6lcf * b1 + t_bopbx * X_y2 - K_L43 * X_y3;
     const real X_y5 = b5
-        + t_vshgd * b1
+        + t_s62lc * b1
         - K_L52 * X_y2
         - K_L53 * X_y3
         - K_L54 * X_y4;
     const real X_y6 = b6
-        + t_e4enr * b1
-        + t_dj64q * X_y2
+        + t_s62lc_2 * b1
+        + t_bk7yo * X_y2
         - K_L63 * X_y3
         - K_L64 * X_y4
         - K_L65 * X_y5;
     const real X_x6 = X_y6 / K_D6;
-    const real X_x5 = X_y5 * t_ftqxb - K_L65 * X_x6;
-    const real X_x4 = X_y4 * t_lt2al - K_L54 * X_x5 - K_L64 * X_x6;
-    const real X_x3 = X_y3 * t_zmh3u - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
-    const real X_x2 = X_y2 * t_4iujv
+    const real X_x5 = X_y5 * t_6dtnj_6 - K_L65 * X_x6;
+    const real X_x4 = X_y4 * t_6dtnj_5 - K_L54 * X_x5 - K_L64 * X_x6;
+    const real X_x3 = X_y3 * t_6dtnj_4 - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
+    const real X_x2 = X_y2 * t_6dtnj_3
         - K_L32 * X_x3
-        + t_4jmrt * X_x4
+        + t_bopbx * X_x4
         - K_L52 * X_x5
-        + t_dj64q * X_x6;
-    const real X_x1 = b1 * t_bpfoo
-        + t_w7lcw * X_x2
-        + t_3go2w * X_x3
-        + t_xq4wt * X_x4
-        + t_vshgd * X_x5
-        + t_e4enr * X_x6;
+        + t_bk7yo * X_x6;
+    const real X_x1 = b1 * t_6dtnj_2
+        + t_gousg * X_x2
+        + t_gousg_2 * X_x3
+        + t_w6lcf * X_x4
+        + t_s62lc * X_x5
+        + t_s62lc_2 * X_x6;
     const real G_t1 = X_x5 * sin_theta1 + X_x6 * cos_theta1;
     const real Gt_eta1 = G_t1 + eta1;
-    const real t_ynvhx = cos_phi1 * (G_t1 * e1 + X_x2 * sin_theta1 + X_x3 * cos_theta1)
-        + sin_phi1 * (X_x1 - t_w7vil);
-    const real phi_acc1 = Gt_eta1 - (loss_phi1 + p[I1] * (Gt_eta1 + X_x4)) * t_zrejm - k1 * t_ynvhx;
-    const real t_g433r = X_x5 - W12;
-    const real t_mwq7z = X_x4 + X_x5;
-    const real t_5ffnn = zeta1
+    const real t_2prat = cos_phi1 * (G_t1 * e1 + X_x2 * sin_theta1 + X_x3 * cos_theta1)
+        + sin_phi1 * (X_x1 - t_aqrn5);
+    const real phi_acc1 = Gt_eta1 - (loss_phi1 + p[I1] * (Gt_eta1 + X_x4)) * t_gbl6n - k1 * t_2prat;
+    const real t_3ipx7 = X_x5 - W12;
+    const real t_hig3c_7 = X_x4 + X_x5;
+    const real t_pksrm = zeta1
         + X_x2 * cos_theta1
         + g_1 * (X_x5 * cos_theta1 - X_x6 * sin_theta1)
-        - t_mwq7z * q_1
+        - t_hig3c_7 * q_1
         - X_x3 * sin_theta1;
-    const real theta_acc1 = -(t_g433r + th_1 * (loss_theta1 * (K(1.0) / p[m1]) + q_1 * t_5ffnn));
+    const real theta_acc1 = -(t_3ipx7 + th_1 * (loss_theta1 * (K(1.0) / p[m1]) + q_1 * t_pksrm));
     const real G_t2 = X_x5 * sin_theta2 + X_x6 * cos_theta2;
     const real Gt_eta2 = G_t2 + eta2;
-    const real t_rrute = cos_phi2 * (G_t2 * e2 + X_x2 * sin_theta2 + X_x3 * cos_theta2)
-        + sin_phi2 * (X_x1 - t_6fvzz);
-    const real phi_acc2 = Gt_eta2 - (loss_phi2 + p[I2] * (Gt_eta2 + X_x4)) * t_5wzvs - k2 * t_rrute;
-    const real t_oqair = zeta2
+    const real t_y662k = cos_phi2 * (G_t2 * e2 + X_x2 * sin_theta2 + X_x3 * cos_theta2)
+        + sin_phi2 * (X_x1 - t_3hay7);
+    const real phi_acc2 = Gt_eta2 - (loss_phi2 + p[I2] * (Gt_eta2 + X_x4)) * t_jx6g7 - k2 * t_y662k;
+    const real t_zj7x3 = zeta2
         + X_x2 * cos_theta2
         + g_2 * (X_x5 * cos_theta2 - X_x6 * sin_theta2)
-        - t_mwq7z * q_2
+        - t_hig3c_7 * q_2
         - X_x3 * sin_theta2;
-    const real theta_acc2 = -(t_g433r + th_2 * (loss_theta2 * (K(1.0) / p[m2]) + q_2 * t_oqair));
+    const real theta_acc2 = -(t_3ipx7 + th_2 * (loss_theta2 * (K(1.0) / p[m2]) + q_2 * t_zj7x3));
     dq[0] = X_x1 + t_rybsf * x_C - q[vz] * q[wy] + q[vy] * q[wz];
     dq[1] = X_x2 - X_x5 * x_C + (q[vz] * q[wx] - q[vx] * q[wz]);
     dq[2] = X_x3 - X_x6 * x_C + (q[vx] * q[wy] - q[vy] * q[wx]);
     dq[3] = X_x4;
     dq[4] = W13 - X_x6;
-    dq[5] = t_g433r;
+    dq[5] = t_3ipx7;
     dq[6] = q[wx];
     dq[7] = q[wy];
     dq[8] = q[wz];
@@ -5058,17 +5058,17 @@ void slosh_lyapunov_v1_observe(const real *q, const real *r, const real *p, cons
     const real t_os4zj = p[l1] * p[l1];
     const real t_yx2kz = t_os4zj * p[m1];
     const real D1 = t_yx2kz + p[I1];
-    const real t_gx5gf = p[m1] / D1;
-    const real k1 = t_gx5gf * p[l1];
-    const real me1 = t_gx5gf * p[I1];
+    const real t_nkfhl = p[m1] / D1;
+    const real k1 = t_nkfhl * p[l1];
+    const real me1 = t_nkfhl * p[I1];
     const real t_6nwd2 = p[l1] * p[m1];
     const real mv1 = t_6nwd2 * k1;
     const real t_nfvux = p[l2] * p[l2];
     const real t_frp3h = t_nfvux * p[m2];
     const real D2 = t_frp3h + p[I2];
-    const real t_wiek6 = p[m2] / D2;
-    const real k2 = t_wiek6 * p[l2];
-    const real me2 = t_wiek6 * p[I2];
+    const real t_xgfi7 = p[m2] / D2;
+    const real k2 = t_xgfi7 * p[l2];
+    const real me2 = t_xgfi7 * p[I2];
     const real t_popww = p[l2] * p[m2];
     const real mv2 = t_popww * k2;
     const real t_omhyl = p[m] + p[m0];
@@ -5090,28 +5090,28 @@ void slosh_lyapunov_v1_observe(const real *q, const real *r, const real *p, cons
     real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
     real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
     const real Wn1 = cos_theta1 * q[wy] - sin_theta1 * q[wz];
-    const real t_rding = cos_theta1 * q[wz];
-    const real t_a3uw4 = sin_theta1 * q[wy];
-    const real Wt1 = t_rding + t_a3uw4;
+    const real t_rzamr = cos_theta1 * q[wz];
+    const real t_uu2cl = sin_theta1 * q[wy];
+    const real Wt1 = t_rzamr + t_uu2cl;
     const real w_x1 = q[wx] - q[theta1_dot];
     const real p1 = Wn1 + q[phi1_dot];
     const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
-    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
     real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
     real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
     const real Wn2 = cos_theta2 * q[wy] - sin_theta2 * q[wz];
-    const real t_geoui = cos_theta2 * q[wz];
-    const real t_vhhwy = sin_theta2 * q[wy];
-    const real Wt2 = t_geoui + t_vhhwy;
+    const real t_adduy = cos_theta2 * q[wz];
+    const real t_t2zmi = sin_theta2 * q[wy];
+    const real Wt2 = t_adduy + t_t2zmi;
     const real w_x2 = q[wx] - q[theta2_dot];
     const real p2 = Wn2 + q[phi2_dot];
     const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
-    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
     const real t_rybsf = q[wy] * q[wy] + q[wz] * q[wz];
-    const real t_w7vil = t_rybsf * e1;
-    const real tension1 = cos_phi1 * t_w7vil * mv1 - t_6nwd2 * sigma_sq1;
+    const real t_aqrn5 = t_rybsf * e1;
+    const real tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1;
     const real As_1 = mv1 * sin_phi1;
     const real Ass_1 = As_1 * sin_phi1;
     const real Asc_1 = As_1 * cos_phi1;
@@ -5130,10 +5130,10 @@ void slosh_lyapunov_v1_observe(const real *q, const real *r, const real *p, cons
     const real S_sq1 = sin_theta1 * sin_theta1;
     const real SC1 = cos_theta1 * sin_theta1;
     const real tn11_1 = Ass_1 + me1 - wth_1;
-    const real t_b7ure = me1 * (e1 * e1);
-    const real t_3bowt = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
-    const real t_3fv6l = g_1 * wg_1;
-    const real tn44_1 = t_b7ure + t_3bowt - t_3fv6l;
+    const real t_xdulz = me1 * (e1 * e1);
+    const real t_zmqjk = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
+    const real t_leuxo = g_1 * wg_1;
+    const real tn44_1 = t_xdulz + t_zmqjk - t_leuxo;
     const real wq_1 = q_1 * wth_1;
     const real wqg_1 = q_1 * wg_1;
     const real wqq_1 = q_1 * wq_1;
@@ -5143,18 +5143,18 @@ void slosh_lyapunov_v1_observe(const real *q, const real *r, const real *p, cons
     const real wgS_1 = sin_theta1 * wqg_1;
     const real loss_phi1 = p[eps1] * q[phi1_dot];
     const real loss_theta1 = p[eps1] * q[theta1_dot];
-    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
     const real zeta1 = W12 * q_1
         + Wn1 * lc_1 * w_x1
         - chi1 * p[l1] * (p1 + q[phi1_dot]);
     const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_7imwe = B_1 * eta1 + loss_phi1 * k1;
-    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real t_pc5rt = B_1 * eta1 + loss_phi1 * k1;
+    const real F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1;
     const real M_q1 = F_n1 * q_1;
     const real I_phi1 = q[phi1_dot] * p[I1];
     const real I_theta1 = q[theta1_dot] * p[I1];
-    const real t_6fvzz = t_rybsf * e2;
-    const real tension2 = cos_phi2 * t_6fvzz * mv2 - t_popww * sigma_sq2;
+    const real t_3hay7 = t_rybsf * e2;
+    const real tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2;
     const real As_2 = mv2 * sin_phi2;
     const real Ass_2 = As_2 * sin_phi2;
     const real Asc_2 = As_2 * cos_phi2;
@@ -5173,10 +5173,10 @@ void slosh_lyapunov_v1_observe(const real *q, const real *r, const real *p, cons
     const real S_sq2 = sin_theta2 * sin_theta2;
     const real SC2 = cos_theta2 * sin_theta2;
     const real tn11_2 = Ass_2 + me2 - wth_2;
-    const real t_lpk5h = me2 * (e2 * e2);
-    const real t_ymmgl = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
-    const real t_odwbr = g_2 * wg_2;
-    const real tn44_2 = t_lpk5h + t_ymmgl - t_odwbr;
+    const real t_uohf6 = me2 * (e2 * e2);
+    const real t_agwdt = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
+    const real t_leuxo_2 = g_2 * wg_2;
+    const real tn44_2 = t_uohf6 + t_agwdt - t_leuxo_2;
     const real wq_2 = q_2 * wth_2;
     const real wqg_2 = q_2 * wg_2;
     const real wqq_2 = q_2 * wq_2;
@@ -5186,415 +5186,415 @@ void slosh_lyapunov_v1_observe(const real *q, const real *r, const real *p, cons
     const real wgS_2 = sin_theta2 * wqg_2;
     const real loss_phi2 = p[eps2] * q[phi2_dot];
     const real loss_theta2 = p[eps2] * q[theta2_dot];
-    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
     const real zeta2 = W12 * q_2
         + Wn2 * lc_2 * w_x2
         - chi2 * p[l2] * (p2 + q[phi2_dot]);
     const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
-    const real t_4b2fa = B_2 * eta2 + loss_phi2 * k2;
-    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real t_63ozv = B_2 * eta2 + loss_phi2 * k2;
+    const real F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2;
     const real M_q2 = F_n2 * q_2;
     const real I_phi2 = q[phi2_dot] * p[I2];
     const real I_theta2 = q[theta2_dot] * p[I2];
     const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
-    const real t_fbeaw = S_sq1 * tn11_1;
-    const real t_dj555 = S_sq2 * tn11_2;
-    const real K22 = t_fbeaw + t_dj555 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real t_leuxo_3 = S_sq1 * tn11_1;
+    const real t_leuxo_4 = S_sq2 * tn11_2;
+    const real K22 = t_leuxo_3 + t_leuxo_4 + M_C + wth_1 + wth_2 - me1 - me2;
     const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + M_C - t_fbeaw - t_dj555;
+    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo_3 - t_leuxo_4;
     const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
-    const real t_nhr5u = wqq_1 + wqq_2;
-    const real K44 = t_nhr5u + Bl_1 + Bl_2 + J_C1;
-    const real t_tcgxn = wg_1 - e1 * me1;
-    const real t_uf5ib = wg_2 - e2 * me2;
-    const real t_32gyg = Bc_1 - eAss_1;
-    const real t_65obb = t_32gyg + t_tcgxn;
-    const real t_gbkg6 = Bc_2 - eAss_2;
-    const real t_yoiua = t_gbkg6 + t_uf5ib;
-    const real t_z76hk = S_sq1 * t_65obb + S_sq2 * t_yoiua;
-    const real K52 = t_tcgxn + t_uf5ib - t_z76hk - wqC_1 - wqC_2;
-    const real t_hjmgb = SC1 * t_65obb + SC2 * t_yoiua;
-    const real K53 = wqS_1 - t_hjmgb + wqS_2;
-    const real t_nncdg = Bl_1 - eBc_1;
-    const real t_4q22j = Bl_2 - eBc_2;
-    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
-    const real t_hoosk = S_sq1 * tn44_1;
-    const real t_drvdp = S_sq2 * tn44_2;
-    const real K55 = t_3fv6l
-        + t_odwbr
-        + t_nhr5u
-        + t_hoosk
-        + t_drvdp
+    const real t_hig3c = wqq_1 + wqq_2;
+    const real K44 = t_hig3c + Bl_1 + Bl_2 + J_C1;
+    const real t_67i37 = wg_1 - e1 * me1;
+    const real t_n5kna = wg_2 - e2 * me2;
+    const real t_hig3c_2 = Bc_1 - eAss_1;
+    const real t_vjftl = t_hig3c_2 + t_67i37;
+    const real t_hig3c_3 = Bc_2 - eAss_2;
+    const real t_vsqil = t_hig3c_3 + t_n5kna;
+    const real t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
+    const real K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2;
+    const real t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil;
+    const real K53 = wqS_1 - t_edvw3_2 + wqS_2;
+    const real t_yzhyr = Bl_1 - eBc_1;
+    const real t_q6put = Bl_2 - eBc_2;
+    const real K54 = t_hig3c - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2;
+    const real t_leuxo_5 = S_sq1 * tn44_1;
+    const real t_leuxo_6 = S_sq2 * tn44_2;
+    const real K55 = t_leuxo
+        + t_leuxo_2
+        + t_hig3c
+        + t_leuxo_5
+        + t_leuxo_6
         + J_C3
-        - t_b7ure
-        - t_lpk5h
+        - t_xdulz
+        - t_uohf6
         + K(-2.0) * wgC_1
         + K(-2.0) * wgC_2;
-    const real K63 = t_z76hk - (t_32gyg + t_gbkg6);
-    const real t_zhbuw = wgS_1 + wgS_2;
-    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
-    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
-    const real K66 = t_3bowt + t_ymmgl + J_C2 - t_hoosk - t_drvdp;
-    const real t_vt7uo = F_n1 * cos_theta1;
-    const real t_oncjt = F_n2 * cos_theta2;
-    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
-    const real t_azclp = F_n1 * sin_theta1;
-    const real t_iya7w = F_n2 * sin_theta2;
-    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
-    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
-    const real t_kp7yy = M_q1 + M_q2;
-    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
+    const real K63 = t_edvw3 - (t_hig3c_2 + t_hig3c_3);
+    const real t_hig3c_4 = wgS_1 + wgS_2;
+    const real K64 = t_hig3c_4 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2;
+    const real K65 = t_hig3c_4 + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6;
+    const real t_mallh = F_n1 * cos_theta1;
+    const real t_lbh6o = F_n2 * cos_theta2;
+    const real n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real t_mallh_2 = F_n1 * sin_theta1;
+    const real t_lbh6o_2 = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2;
+    const real t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * p[l1];
+    const real t_hig3c_5 = M_q1 + M_q2;
+    const real t_ogbts = Bs_2 * t_3hay7 + t_63ozv * p[l2];
     const real t_sfymc = p[J_y] - p[J_z];
-    const real n4 = t_aejai
-        - t_kp7yy
-        + t_zd4fs
+    const real n4 = t_mjqai
+        - t_hig3c_5
+        + t_ogbts
         - loss_phi1
         - loss_phi2
         + I_theta1 * q[wy]
         + I_theta2 * q[wy]
         - t_sfymc * q[wy] * q[wz];
-    const real t_w7nmt = t_aejai + F_t1 * e1;
-    const real t_e5cx2 = t_zd4fs + F_t2 * e2;
-    const real n5 = t_w7nmt * sin_theta1
-        - (t_kp7yy + loss_theta1 + loss_theta2)
-        + t_e5cx2 * sin_theta2
+    const real t_lsqzr = t_mjqai + F_t1 * e1;
+    const real t_rbrf6 = t_ogbts + F_t2 * e2;
+    const real n5 = t_lsqzr * sin_theta1
+        - (t_hig3c_5 + loss_theta1 + loss_theta2)
+        + t_rbrf6 * sin_theta2
         - W12 * (J_C1 + (p[J_z] - p[J_y]))
         - I_phi1 * q[wy]
         - I_phi2 * q[wy]
-        + t_vt7uo * g_1
-        + t_oncjt * g_2;
-    const real n6 = t_w7nmt * cos_theta1
-        + t_e5cx2 * cos_theta2
+        + t_mallh * g_1
+        + t_lbh6o * g_2;
+    const real n6 = t_lsqzr * cos_theta1
+        + t_rbrf6 * cos_theta2
         + I_theta1 * q[wx]
         + I_theta2 * q[wx]
         - W13 * (J_C1 + t_is5lg + t_sfymc)
-        - t_azclp * g_1
-        - t_iya7w * g_2
+        - t_mallh_2 * g_1
+        - t_lbh6o_2 * g_2
         - I_phi1 * q[wz]
         - I_phi2 * q[wz];
-    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real t_bpfoo = K(1.0) / K11;
-    const real t_w7lcw = t_b3aij * t_bpfoo;
-    const real K_D2 = K22 - t_b3aij * t_w7lcw;
-    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_3go2w = t_zzymx * t_bpfoo;
-    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
-    const real t_4iujv = K(1.0) / K_D2;
-    const real K_L32 = t_d4mqf * t_4iujv;
-    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
+    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_6dtnj = K(1.0) / K11;
+    const real t_gousg = t_f2nhc * t_6dtnj;
+    const real K_D2 = K22 - t_f2nhc * t_gousg;
+    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_gousg_2 = t_f2nhc_2 * t_6dtnj;
+    const real t_upifj = K32 - t_f2nhc * t_gousg_2;
+    const real t_6dtnj_2 = K(1.0) / K_D2;
+    const real K_L32 = t_upifj * t_6dtnj_2;
+    const real K_D3 = K33 - t_upifj * K_L32 - t_f2nhc_2 * t_gousg_2;
     const real gx_phi1 = sin_phi1 * t_6nwd2;  /* (25) */
-    const real t_5zfdh = lc_1 * p[m1];
-    const real gy_phi1 = sin_theta1 * t_5zfdh;  /* (25) */
-    const real gz_phi1 = cos_theta1 * t_5zfdh;  /* (25) */
-    const real t_bnlcb = gy_phi1 * p[h1];
-    const real t_4xxce = t_yx2kz * sin_theta1;
-    const real cz_phi1 = t_bnlcb - t_4xxce;  /* (25) */
-    const real t_azo52 = gx_phi1 * p[h1];
-    const real t_amwyw = t_a3uw4 + t_rding;
-    const real t_7eszt = t_amwyw * t_amwyw;
-    const real t_a233z = sin_phi1 * cos_phi1;
-    const real t_5jodw = t_yx2kz * t_a233z;
+    const real t_3s3hq = lc_1 * p[m1];
+    const real gy_phi1 = sin_theta1 * t_3s3hq;  /* (25) */
+    const real gz_phi1 = cos_theta1 * t_3s3hq;  /* (25) */
+    const real t_ik6g5 = gy_phi1 * p[h1];
+    const real t_dmccl = t_yx2kz * sin_theta1;
+    const real cz_phi1 = t_ik6g5 - t_dmccl;  /* (25) */
+    const real t_sxxxk = gx_phi1 * p[h1];
+    const real t_l4ozg = t_uu2cl + t_rzamr;
+    const real t_wjugd = t_l4ozg * t_l4ozg;
+    const real t_hjphj = sin_phi1 * cos_phi1;
+    const real t_lgf4h = t_yx2kz * t_hjphj;
     const real t_wube7 = q[wx] * q[wx];
-    const real t_3qva5 = sin_phi1 * sin_phi1;
-    const real t_invly = t_yx2kz * t_3qva5;
-    const real t_h5pol = t_invly * t_amwyw;
-    const real t_oc5tk = t_os4zj + t_os4zj;
+    const real t_hjphj_2 = sin_phi1 * sin_phi1;
+    const real t_lgf4h_2 = t_yx2kz * t_hjphj_2;
+    const real t_mgpcw = t_lgf4h_2 * t_l4ozg;
+    const real t_os4zj_2 = t_os4zj + t_os4zj;
     const real k_phi1 = loss_phi1
-        - t_azo52 * t_7eszt
-        - t_azo52 * (Wn1 * Wn1)
-        - q[theta1_dot] * q[theta1_dot] * t_5jodw
-        - t_5jodw * t_wube7
-        - (q[theta1_dot] + q[theta1_dot]) * t_h5pol
-        - t_yx2kz * t_amwyw * q[wx]
-        + t_os4zj * t_7eszt * sin_phi1 * cos_phi1 * p[m1]
-        + t_oc5tk * t_3qva5 * t_amwyw * q[wx] * p[m1]
-        + cos_phi1 * t_amwyw * p[h1] * q[wx] * p[l1] * p[m1]
-        + t_oc5tk * sin_phi1 * cos_phi1 * q[theta1_dot] * q[wx] * p[m1];  /* (25) */
-    const real D_theta1 = t_invly + p[I1];  /* (26) */
+        - t_sxxxk * t_wjugd
+        - t_sxxxk * (Wn1 * Wn1)
+        - q[theta1_dot] * q[theta1_dot] * t_lgf4h
+        - t_lgf4h * t_wube7
+        - (q[theta1_dot] + q[theta1_dot]) * t_mgpcw
+        - t_yx2kz * t_l4ozg * q[wx]
+        + t_os4zj * t_wjugd * sin_phi1 * cos_phi1 * p[m1]
+        + t_os4zj_2 * t_hjphj_2 * t_l4ozg * q[wx] * p[m1]
+        + cos_phi1 * t_l4ozg * p[h1] * q[wx] * p[l1] * p[m1]
+        + t_os4zj_2 * sin_phi1 * cos_phi1 * q[theta1_dot] * q[wx] * p[m1];  /* (25) */
+    const real D_theta1 = t_lgf4h_2 + p[I1];  /* (26) */
     const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
-    const real t_tpms2 = sin_theta1 * gx_phi1;
-    const real t_nmcsn = t_tpms2 * p[h1];
-    const real cy_theta1 = t_nmcsn - t_a233z * t_4xxce;  /* (26) */
-    const real t_m5cmg = gy_theta1 * p[h1];
-    const real t_bdhgv = t_yx2kz * cos_theta1;
-    const real t_uyufu = t_m5cmg - t_a233z * t_bdhgv;
-    const real cz_theta1 = t_uyufu + p[I1];  /* (26) */
-    const real t_ywy5z = Wn1 * q[wx];
-    const real t_j5odj = q[phi1_dot] + q[phi1_dot];
-    const real Dd_theta1 = t_5jodw * t_j5odj;
-    const real t_b7wcv = Dd_theta1 * q[theta1_dot];
+    const real t_iouus = sin_theta1 * gx_phi1;
+    const real t_d2e6j = t_iouus * p[h1];
+    const real cy_theta1 = t_d2e6j - t_hjphj * t_dmccl;  /* (26) */
+    const real t_n4yir = gy_theta1 * p[h1];
+    const real t_dmccl_2 = t_yx2kz * cos_theta1;
+    const real t_scs5l = t_n4yir - t_hjphj * t_dmccl_2;
+    const real cz_theta1 = t_scs5l + p[I1];  /* (26) */
+    const real t_prfqf = Wn1 * q[wx];
+    const real t_hjux3 = q[phi1_dot] + q[phi1_dot];
+    const real Dd_theta1 = t_lgf4h * t_hjux3;
+    const real t_7xuxq = Dd_theta1 * q[theta1_dot];
     const real k_theta1 = loss_theta1
-        + t_azo52 * t_ywy5z
-        + t_h5pol * t_j5odj
-        + t_h5pol * Wn1
-        + t_b7wcv
-        - t_5jodw * t_ywy5z
+        + t_sxxxk * t_prfqf
+        + t_mgpcw * t_hjux3
+        + t_mgpcw * Wn1
+        + t_7xuxq
+        - t_lgf4h * t_prfqf
         - Dd_theta1 * q[wx];  /* (26) */
     const real gx_phi2 = t_popww * sin_phi2;  /* (25) */
-    const real t_p4m3j = lc_2 * p[m2];
-    const real gy_phi2 = t_p4m3j * sin_theta2;  /* (25) */
-    const real gz_phi2 = t_p4m3j * cos_theta2;  /* (25) */
-    const real t_ba7if = gy_phi2 * p[h2];
-    const real t_tb25v = sin_theta2 * t_frp3h;
-    const real cz_phi2 = t_ba7if - t_tb25v;  /* (25) */
-    const real t_nqm7d = sin_phi2 * cos_phi2;
-    const real t_2t5uv = t_nqm7d * t_frp3h;
-    const real t_svo5z = gx_phi2 * p[h2];
-    const real t_kmx3q = t_vhhwy + t_geoui;
-    const real t_3chhy = t_kmx3q * t_kmx3q;
-    const real t_4j4b3 = sin_phi2 * sin_phi2;
-    const real t_claqt = t_4j4b3 * t_frp3h;
-    const real t_imick = t_kmx3q * t_claqt;
+    const real t_7pqnn = lc_2 * p[m2];
+    const real gy_phi2 = t_7pqnn * sin_theta2;  /* (25) */
+    const real gz_phi2 = t_7pqnn * cos_theta2;  /* (25) */
+    const real t_tkdjn = gy_phi2 * p[h2];
+    const real t_c4pkx = sin_theta2 * t_frp3h;
+    const real cz_phi2 = t_tkdjn - t_c4pkx;  /* (25) */
+    const real t_pt6a7 = sin_phi2 * cos_phi2;
+    const real t_6pfo6 = t_pt6a7 * t_frp3h;
+    const real t_2ys72 = gx_phi2 * p[h2];
+    const real t_doiln = t_t2zmi + t_adduy;
+    const real t_7ovbh = t_doiln * t_doiln;
+    const real t_pt6a7_2 = sin_phi2 * sin_phi2;
+    const real t_6pfo6_2 = t_pt6a7_2 * t_frp3h;
+    const real t_n7l2g = t_doiln * t_6pfo6_2;
     const real k_phi2 = loss_phi2
-        - t_wube7 * t_2t5uv
-        - t_svo5z * t_3chhy
-        - t_svo5z * (Wn2 * Wn2)
-        - q[theta2_dot] * q[theta2_dot] * t_2t5uv
-        - (q[theta2_dot] + q[theta2_dot]) * t_imick
-        - t_kmx3q * t_frp3h * q[wx]
-        + t_3chhy * sin_phi2 * cos_phi2 * t_nfvux * p[m2]
-        + (t_kmx3q + t_kmx3q) * t_4j4b3 * t_nfvux * q[wx] * p[m2]
-        + t_kmx3q * cos_phi2 * p[h2] * q[wx] * p[l2] * p[m2]
+        - t_wube7 * t_6pfo6
+        - t_2ys72 * t_7ovbh
+        - t_2ys72 * (Wn2 * Wn2)
+        - q[theta2_dot] * q[theta2_dot] * t_6pfo6
+        - (q[theta2_dot] + q[theta2_dot]) * t_n7l2g
+        - t_doiln * t_frp3h * q[wx]
+        + t_7ovbh * sin_phi2 * cos_phi2 * t_nfvux * p[m2]
+        + (t_doiln + t_doiln) * t_pt6a7_2 * t_nfvux * q[wx] * p[m2]
+        + t_doiln * cos_phi2 * p[h2] * q[wx] * p[l2] * p[m2]
         + (sin_phi2 + sin_phi2) * cos_phi2 * t_nfvux * q[theta2_dot] * q[wx] * p[m2];  /* (25) */
-    const real D_theta2 = t_claqt + p[I2];  /* (26) */
+    const real D_theta2 = t_6pfo6_2 + p[I2];  /* (26) */
     const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
-    const real t_h3pge = gx_phi2 * sin_theta2;
-    const real t_ikdxp = t_h3pge * p[h2];
-    const real cy_theta2 = t_ikdxp - t_tb25v * t_nqm7d;  /* (26) */
-    const real t_gidtm = gy_theta2 * p[h2];
-    const real t_senbd = cos_theta2 * t_frp3h;
-    const real t_3o3n4 = t_gidtm - t_nqm7d * t_senbd;
-    const real cz_theta2 = t_3o3n4 + p[I2];  /* (26) */
-    const real t_nw7er = Wn2 * q[wx];
-    const real t_473qv = q[phi2_dot] + q[phi2_dot];
-    const real Dd_theta2 = t_2t5uv * t_473qv;
-    const real t_putjj = Dd_theta2 * q[theta2_dot];
+    const real t_cfuim = gx_phi2 * sin_theta2;
+    const real t_ipyra = t_cfuim * p[h2];
+    const real cy_theta2 = t_ipyra - t_c4pkx * t_pt6a7;  /* (26) */
+    const real t_epql5 = gy_theta2 * p[h2];
+    const real t_c4pkx_2 = cos_theta2 * t_frp3h;
+    const real t_rdvkg = t_epql5 - t_pt6a7 * t_c4pkx_2;
+    const real cz_theta2 = t_rdvkg + p[I2];  /* (26) */
+    const real t_prfqf_2 = Wn2 * q[wx];
+    const real t_mw75j = q[phi2_dot] + q[phi2_dot];
+    const real Dd_theta2 = t_6pfo6 * t_mw75j;
+    const real t_5f4es = Dd_theta2 * q[theta2_dot];
     const real k_theta2 = loss_theta2
-        + Wn2 * t_imick
-        + t_svo5z * t_nw7er
-        + t_imick * t_473qv
-        + t_putjj
-        - t_2t5uv * t_nw7er
-        - t_2t5uv * (q[wx] + q[wx]) * q[phi2_dot];  /* (26) */
+        + Wn2 * t_n7l2g
+        + t_2ys72 * t_prfqf_2
+        + t_n7l2g * t_mw75j
+        + t_5f4es
+        - t_6pfo6 * t_prfqf_2
+        - t_6pfo6 * (q[wx] + q[wx]) * q[phi2_dot];  /* (26) */
     const real ax_eq = p[F] / (t_omhyl + p[m1] + p[m2]);  /* (19) */
     const real W_phi1 = c[r9] * p[m1];  /* (27) */
-    const real cdy_phi1 = t_m5cmg * q[phi1_dot] + cz_phi1 * q[theta1_dot];
-    const real t_pthak = gz_phi1 * p[h1];
-    const real t_qesxo = t_pthak - t_os4zj * cos_theta1 * p[m1];
-    const real cdz_phi1 = t_qesxo * q[theta1_dot] - t_nmcsn * q[phi1_dot];
+    const real cdy_phi1 = t_n4yir * q[phi1_dot] + cz_phi1 * q[theta1_dot];
+    const real t_ik6g5_2 = gz_phi1 * p[h1];
+    const real t_2ksfs = t_ik6g5_2 - t_os4zj * cos_theta1 * p[m1];
+    const real cdz_phi1 = t_2ksfs * q[theta1_dot] - t_d2e6j * q[phi1_dot];
     const real W_theta1 = c[r10] * p[m1];  /* (27) */
-    const real t_4of2f = cos_phi1 * cos_phi1;
-    const real cdy_theta1 = t_uyufu * q[theta1_dot] + q[phi1_dot] * (t_bnlcb + t_3qva5 * t_4xxce - t_4of2f * t_4xxce);
-    const real cdz_theta1 = q[phi1_dot] * (t_pthak + t_3qva5 * t_bdhgv - t_bdhgv * t_4of2f) - cy_theta1 * q[theta1_dot];
+    const real t_hjphj_3 = cos_phi1 * cos_phi1;
+    const real cdy_theta1 = t_scs5l * q[theta1_dot] + q[phi1_dot] * (t_ik6g5 + t_hjphj_2 * t_dmccl - t_hjphj_3 * t_dmccl);
+    const real cdz_theta1 = q[phi1_dot] * (t_ik6g5_2 + t_hjphj_2 * t_dmccl_2 - t_dmccl_2 * t_hjphj_3) - cy_theta1 * q[theta1_dot];
     const real W_phi2 = c[r9] * p[m2];  /* (27) */
-    const real cdy_phi2 = cz_phi2 * q[theta2_dot] + t_gidtm * q[phi2_dot];
-    const real t_3ndrr = gz_phi2 * p[h2];
-    const real t_x5sl2 = t_3ndrr - cos_theta2 * t_nfvux * p[m2];
-    const real cdz_phi2 = t_x5sl2 * q[theta2_dot] - t_ikdxp * q[phi2_dot];
+    const real cdy_phi2 = cz_phi2 * q[theta2_dot] + t_epql5 * q[phi2_dot];
+    const real t_tkdjn_2 = gz_phi2 * p[h2];
+    const real t_zshn6 = t_tkdjn_2 - cos_theta2 * t_nfvux * p[m2];
+    const real cdz_phi2 = t_zshn6 * q[theta2_dot] - t_ipyra * q[phi2_dot];
     const real W_theta2 = c[r10] * p[m2];  /* (27) */
-    const real t_zozwp = cos_phi2 * cos_phi2;
-    const real cdy_theta2 = t_3o3n4 * q[theta2_dot] + q[phi2_dot] * (t_ba7if + t_tb25v * t_4j4b3 - t_tb25v * t_zozwp);
-    const real cdz_theta2 = q[phi2_dot] * (t_3ndrr + t_4j4b3 * t_senbd - t_senbd * t_zozwp) - cy_theta2 * q[theta2_dot];
+    const real t_pt6a7_3 = cos_phi2 * cos_phi2;
+    const real cdy_theta2 = t_rdvkg * q[theta2_dot] + q[phi2_dot] * (t_tkdjn + t_c4pkx * t_pt6a7_2 - t_c4pkx * t_pt6a7_3);
+    const real cdz_theta2 = q[phi2_dot] * (t_tkdjn_2 + t_pt6a7_2 * t_c4pkx_2 - t_c4pkx_2 * t_pt6a7_3) - cy_theta2 * q[theta2_dot];
     const real t_wij2f = q[vy] * c[r1];
-    const real t_mj52b = W_phi1 / (D1 * D1);
-    const real t_o2gar = D1 * q[phi1_dot];
-    const real t_3c5in = t_mj52b * (p[I1] * q[wx] - t_qesxo * q[wy] + cz_phi1 * q[wz] + t_o2gar);
-    const real t_iecaz = W_phi2 / (D2 * D2);
-    const real t_gifwv = D2 * q[phi2_dot];
-    const real t_ohb73 = t_iecaz * (p[I2] * q[wx] - t_x5sl2 * q[wy] + cz_phi2 * q[wz] + t_gifwv);
-    const real t_j7ex5 = W_theta1 / (D_theta1 * D_theta1);
-    const real t_iomfo = D_theta1 * q[theta1_dot];
-    const real t_cdafg = t_j7ex5 * (cy_theta1 * q[wy] - t_invly * q[wx] + cz_theta1 * q[wz] + t_iomfo);
-    const real t_s5xdh = W_theta2 / (D_theta2 * D_theta2);
-    const real t_kyc32 = D_theta2 * q[theta2_dot];
-    const real t_rbkok = t_s5xdh * (cy_theta2 * q[wy] - t_claqt * q[wx] + cz_theta2 * q[wz] + t_kyc32);
+    const real t_hyv47 = W_phi1 / (D1 * D1);
+    const real t_4pqij = D1 * q[phi1_dot];
+    const real t_xlxwl = t_hyv47 * (p[I1] * q[wx] - t_2ksfs * q[wy] + cz_phi1 * q[wz] + t_4pqij);
+    const real t_pi35k = W_phi2 / (D2 * D2);
+    const real t_lzacu = D2 * q[phi2_dot];
+    const real t_hgt7a = t_pi35k * (p[I2] * q[wx] - t_zshn6 * q[wy] + cz_phi2 * q[wz] + t_lzacu);
+    const real t_dxtpc = W_theta1 / (D_theta1 * D_theta1);
+    const real t_4maxk = D_theta1 * q[theta1_dot];
+    const real t_z6ntf = t_dxtpc * (cy_theta1 * q[wy] - t_lgf4h_2 * q[wx] + cz_theta1 * q[wz] + t_4maxk);
+    const real t_hciml = W_theta2 / (D_theta2 * D_theta2);
+    const real t_qu7qb = D_theta2 * q[theta2_dot];
+    const real t_dhnrr = t_hciml * (cy_theta2 * q[wy] - t_6pfo6_2 * q[wx] + cz_theta2 * q[wz] + t_qu7qb);
     const real B_v1 = t_wij2f
-        - t_3c5in * gy_phi1
-        - t_ohb73 * gy_phi2
-        - t_cdafg * gy_theta1
-        - t_rbkok * gy_theta2;  /* (29) */
+        - t_xlxwl * gy_phi1
+        - t_hgt7a * gy_phi2
+        - t_z6ntf * gy_theta1
+        - t_dhnrr * gy_theta2;  /* (29) */
     const real t_aqbxr = q[vz] * c[r2];
     const real C_v1 = t_aqbxr
-        - t_3c5in * gz_phi1
-        - t_ohb73 * gz_phi2
-        + t_cdafg * t_tpms2
-        + t_rbkok * t_h3pge;  /* (29) */
-    const real t_5bilv = ax_eq * gx_phi1;
-    const real t_4oupt = ax_eq * gx_phi2;
+        - t_xlxwl * gz_phi1
+        - t_hgt7a * gz_phi2
+        + t_z6ntf * t_iouus
+        + t_dhnrr * t_cfuim;  /* (29) */
+    const real t_chbo3 = ax_eq * gx_phi1;
+    const real t_o6h5x = ax_eq * gx_phi2;
     const real g1_v1 = q[att1] * c[r3]
         - t_aqbxr * q[vy]
-        - t_mj52b * (t_5bilv * p[I1] + p[I1] * k_phi1)
-        - t_iecaz * (t_4oupt * p[I2] + p[I2] * k_phi2)
-        - t_j7ex5 * (t_iomfo * Dd_theta1 - (t_b7wcv * t_invly + t_invly * k_theta1))
-        - t_s5xdh * (t_kyc32 * Dd_theta2 - (t_putjj * t_claqt + t_claqt * k_theta2))
+        - t_hyv47 * (t_chbo3 * p[I1] + p[I1] * k_phi1)
+        - t_pi35k * (t_o6h5x * p[I2] + p[I2] * k_phi2)
+        - t_dxtpc * (t_4maxk * Dd_theta1 - (t_7xuxq * t_lgf4h_2 + t_lgf4h_2 * k_theta1))
+        - t_hciml * (t_qu7qb * Dd_theta2 - (t_5f4es * t_6pfo6_2 + t_6pfo6_2 * k_theta2))
         + q[vy] * q[vz] * c[r1];  /* (29) */
     const real g2_v1 = q[att2] * c[r5]
-        + t_mj52b * (t_5bilv * t_qesxo + t_qesxo * k_phi1 + t_o2gar * cdy_phi1)
-        + t_iecaz * (t_4oupt * t_x5sl2 + t_x5sl2 * k_phi2 + t_gifwv * cdy_phi2)
-        - t_j7ex5 * (t_b7wcv * cy_theta1 + cy_theta1 * k_theta1 - t_iomfo * cdy_theta1)
-        - t_s5xdh * (t_putjj * cy_theta2 + cy_theta2 * k_theta2 - t_kyc32 * cdy_theta2)
+        + t_hyv47 * (t_chbo3 * t_2ksfs + t_2ksfs * k_phi1 + t_4pqij * cdy_phi1)
+        + t_pi35k * (t_o6h5x * t_zshn6 + t_zshn6 * k_phi2 + t_lzacu * cdy_phi2)
+        - t_dxtpc * (t_7xuxq * cy_theta1 + cy_theta1 * k_theta1 - t_4maxk * cdy_theta1)
+        - t_hciml * (t_5f4es * cy_theta2 + cy_theta2 * k_theta2 - t_qu7qb * cdy_theta2)
         + q[vx] * q[vz] * c[r2];  /* (29) */
     const real g3_v1 = q[att3] * c[r7]
         - t_wij2f * q[vx]
-        - t_mj52b * (t_5bilv * cz_phi1 + cz_phi1 * k_phi1 - t_o2gar * cdz_phi1)
-        - t_iecaz * (t_4oupt * cz_phi2 + cz_phi2 * k_phi2 - t_gifwv * cdz_phi2)
-        - t_j7ex5 * (t_b7wcv * cz_theta1 + cz_theta1 * k_theta1 - t_iomfo * cdz_theta1)
-        - t_s5xdh * (t_putjj * cz_theta2 + cz_theta2 * k_theta2 - t_kyc32 * cdz_theta2);  /* (29) */
+        - t_hyv47 * (t_chbo3 * cz_phi1 + cz_phi1 * k_phi1 - t_4pqij * cdz_phi1)
+        - t_pi35k * (t_o6h5x * cz_phi2 + cz_phi2 * k_phi2 - t_lzacu * cdz_phi2)
+        - t_dxtpc * (t_7xuxq * cz_theta1 + cz_theta1 * k_theta1 - t_4maxk * cdz_theta1)
+        - t_hciml * (t_5f4es * cz_theta2 + cz_theta2 * k_theta2 - t_qu7qb * cdz_theta2);  /* (29) */
     const real f11_v1 = c[r4]
-        - t_mj52b * (p[I1] * p[I1])
-        - t_iecaz * (p[I2] * p[I2])
-        - t_j7ex5 * (t_invly * t_invly)
-        - t_s5xdh * (t_claqt * t_claqt);  /* (29) */
-    const real t_7pydp = t_mj52b * p[I1];
-    const real t_ob75p = t_iecaz * p[I2];
-    const real t_ccobz = t_j7ex5 * t_invly;
-    const real t_6w3c7 = t_s5xdh * t_claqt;
-    const real f21_v1 = t_7pydp * t_qesxo + t_ob75p * t_x5sl2 + t_ccobz * cy_theta1 + t_6w3c7 * cy_theta2;  /* (29) */
+        - t_hyv47 * (p[I1] * p[I1])
+        - t_pi35k * (p[I2] * p[I2])
+        - t_dxtpc * (t_lgf4h_2 * t_lgf4h_2)
+        - t_hciml * (t_6pfo6_2 * t_6pfo6_2);  /* (29) */
+    const real t_if7mv = t_hyv47 * p[I1];
+    const real t_tmzpj = t_pi35k * p[I2];
+    const real t_loou6 = t_dxtpc * t_lgf4h_2;
+    const real t_mszyx = t_hciml * t_6pfo6_2;
+    const real f21_v1 = t_if7mv * t_2ksfs + t_tmzpj * t_zshn6 + t_loou6 * cy_theta1 + t_mszyx * cy_theta2;  /* (29) */
     const real f22_v1 = c[r6]
-        - t_mj52b * (t_qesxo * t_qesxo)
-        - t_iecaz * (t_x5sl2 * t_x5sl2)
-        - t_j7ex5 * (cy_theta1 * cy_theta1)
-        - t_s5xdh * (cy_theta2 * cy_theta2);  /* (29) */
-    const real f31_v1 = t_ccobz * cz_theta1 - (t_7pydp * cz_phi1 + t_ob75p * cz_phi2) + t_6w3c7 * cz_theta2;  /* (29) */
-    const real f32_v1 = t_mj52b * t_qesxo * cz_phi1
-        + t_iecaz * t_x5sl2 * cz_phi2
-        - t_j7ex5 * cy_theta1 * cz_theta1
-        - t_s5xdh * cy_theta2 * cz_theta2;  /* (29) */
+        - t_hyv47 * (t_2ksfs * t_2ksfs)
+        - t_pi35k * (t_zshn6 * t_zshn6)
+        - t_dxtpc * (cy_theta1 * cy_theta1)
+        - t_hciml * (cy_theta2 * cy_theta2);  /* (29) */
+    const real f31_v1 = t_loou6 * cz_theta1 - (t_if7mv * cz_phi1 + t_tmzpj * cz_phi2) + t_mszyx * cz_theta2;  /* (29) */
+    const real f32_v1 = t_hyv47 * t_2ksfs * cz_phi1
+        + t_pi35k * t_zshn6 * cz_phi2
+        - t_dxtpc * cy_theta1 * cz_theta1
+        - t_hciml * cy_theta2 * cz_theta2;  /* (29) */
     const real f33_v1 = c[r8]
-        - t_mj52b * (cz_phi1 * cz_phi1)
-        - t_iecaz * (cz_phi2 * cz_phi2)
-        - t_j7ex5 * (cz_theta1 * cz_theta1)
-        - t_s5xdh * (cz_theta2 * cz_theta2);  /* (29) */
-    const real t_4v7es = K(1.0) / f11_v1;
-    const real f_v1_L21 = f21_v1 * t_4v7es;
-    const real f_v1_L31 = f31_v1 * t_4v7es;
+        - t_hyv47 * (cz_phi1 * cz_phi1)
+        - t_pi35k * (cz_phi2 * cz_phi2)
+        - t_dxtpc * (cz_theta1 * cz_theta1)
+        - t_hciml * (cz_theta2 * cz_theta2);  /* (29) */
+    const real t_a2lgz = K(1.0) / f11_v1;
+    const real f_v1_L21 = f21_v1 * t_a2lgz;
+    const real f_v1_L31 = f31_v1 * t_a2lgz;
     const real f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21;
-    const real t_g2uww = f32_v1 - f21_v1 * f_v1_L31;
-    const real t_omhw7 = K(1.0) / f_v1_D2;
-    const real f_v1_L32 = t_g2uww * t_omhw7;
-    const real f_v1_D3 = f33_v1 - t_g2uww * f_v1_L32 - f31_v1 * f_v1_L31;
-    const real t_u5ggi = q[wx] * c[w3] + g1_v1;
-    const real u_v1_y2 = f_v1_L21 * t_u5ggi - (q[wy] * c[w4] + g2_v1);
-    const real u_v1_y3 = f_v1_L31 * t_u5ggi - (q[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
+    const real t_vk4eg = f32_v1 - f21_v1 * f_v1_L31;
+    const real t_6dtnj_3 = K(1.0) / f_v1_D2;
+    const real f_v1_L32 = t_vk4eg * t_6dtnj_3;
+    const real f_v1_D3 = f33_v1 - t_vk4eg * f_v1_L32 - f31_v1 * f_v1_L31;
+    const real t_y6t4t = q[wx] * c[w3] + g1_v1;
+    const real u_v1_y2 = f_v1_L21 * t_y6t4t - (q[wy] * c[w4] + g2_v1);
+    const real u_v1_y3 = f_v1_L31 * t_y6t4t - (q[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
     const real u_v1_x3 = u_v1_y3 / f_v1_D3;
-    const real u_v1_x2 = u_v1_y2 * t_omhw7 - f_v1_L32 * u_v1_x3;
+    const real u_v1_x2 = u_v1_y2 * t_6dtnj_3 - f_v1_L32 * u_v1_x3;
     const real G2_v1 = W12 + u_v1_x3;
     const real G3_v1 = W13 - u_v1_x2;
     const real a2_v1 = G2_v1 * x_C - B_v1 * c[w1];
     const real a3_v1 = G3_v1 * x_C - C_v1 * c[w2];
-    const real t_2m245 = Bs_1 + Bs_2;
-    const real t_dyqoa = t_u5ggi * t_4v7es + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
-    const real t_ev7u5 = Bs_1 + Asc_1 * e1;
-    const real t_bvybx = Bs_2 + Asc_2 * e2;
-    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
-    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
-    const real t_vzrlr = t_7imwe * sin_phi1
-        + t_4b2fa * sin_phi2
+    const real t_hig3c_6 = Bs_1 + Bs_2;
+    const real t_bewoy = t_y6t4t * t_a2lgz + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
+    const real t_2jubo = Bs_1 + Asc_1 * e1;
+    const real t_ittbm = Bs_2 + Asc_2 * e2;
+    const real t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2;
+    const real t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2;
+    const real t_asytu = t_pc5rt * sin_phi1
+        + t_63ozv * sin_phi2
         + cos_phi1 * tension1
         + cos_phi2 * tension2
-        + G2_v1 * t_6mmeb
-        + G3_v1 * t_bl4f2
-        + t_b3aij * a2_v1
-        + t_zzymx * a3_v1;
-    const real q1_v1 = t_2m245 * t_dyqoa - t_vzrlr;
-    const real t_yz7e5 = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
+        + G2_v1 * t_6iku5
+        + G3_v1 * t_6iku5_2
+        + t_f2nhc * a2_v1
+        + t_f2nhc_2 * a3_v1;
+    const real q1_v1 = t_hig3c_6 * t_bewoy - t_asytu;
+    const real t_belws = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
     const real q2_v1 = n2
         + G2_v1 * K52
-        - G3_v1 * t_hjmgb
+        - G3_v1 * t_edvw3_2
         + K22 * a2_v1
         + K32 * a3_v1
-        + t_yz7e5 * t_dyqoa;
+        + t_belws * t_bewoy;
     const real q3_v1 = n3
         + G2_v1 * K53
         + G3_v1 * K63
         + K32 * a2_v1
         + K33 * a3_v1
-        - K43 * t_dyqoa;
-    const real PP_v1 = K11 * K11 + t_b3aij * t_b3aij + t_zzymx * t_zzymx;
-    const real Pq_v1 = K11 * q1_v1 - t_b3aij * q2_v1 - t_zzymx * q3_v1;
-    const real t_echqo = PP_v1 * (q1_v1 * q1_v1 - p[F] * p[F] + q2_v1 * q2_v1 + q3_v1 * q3_v1);
-    const real root_v1 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v1 * Pq_v1 - t_echqo));
+        - K43 * t_bewoy;
+    const real PP_v1 = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2;
+    const real Pq_v1 = K11 * q1_v1 - t_f2nhc * q2_v1 - t_f2nhc_2 * q3_v1;
+    const real t_574pa = PP_v1 * (q1_v1 * q1_v1 - p[F] * p[F] + q2_v1 * q2_v1 + q3_v1 * q3_v1);
+    const real root_v1 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v1 * Pq_v1 - t_574pa));
     const real ax_v1 = (root_v1 - Pq_v1) / PP_v1;
     const real f1_v1 = q1_v1 + K11 * ax_v1;
-    const real f2_v1 = q2_v1 - t_b3aij * ax_v1;
-    const real f3_v1 = q3_v1 - t_zzymx * ax_v1;
+    const real f2_v1 = q2_v1 - t_f2nhc * ax_v1;
+    const real f3_v1 = q3_v1 - t_f2nhc_2 * ax_v1;
     const real t_y7rm6 = K(1.0) / p[F];
     const real sin_d2_v1 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v1 * t_y7rm6));
     const real cos_d2_v1 = mv_sqrt(K(1.0) - sin_d2_v1 * sin_d2_v1);
     const real delta1_v1 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v1 * t_y7rm6 / mv_max(SPLAT(K(1e-09)), cos_d2_v1)))));
     const real delta2_v1 = mv_asin(sin_d2_v1);
     real sin_delta2_v1, cos_delta2_v1; mv_sincos(delta2_v1, &sin_delta2_v1, &cos_delta2_v1);
-    const real t_szme2 = p[F] * cos_delta2_v1;
+    const real t_qh3cx = p[F] * cos_delta2_v1;
     real sin_delta1_v1, cos_delta1_v1; mv_sincos(delta1_v1, &sin_delta1_v1, &cos_delta1_v1);
-    const real df1_v1 = t_szme2 * cos_delta1_v1 - f1_v1;
-    const real t_uqkgz = p[F] * sin_delta2_v1;
-    const real df2_v1 = t_uqkgz - f2_v1;
-    const real da_v1_y2 = df2_v1 + t_w7lcw * df1_v1;
-    const real t_s3dfp = t_szme2 * sin_delta1_v1;
-    const real da_v1_y3 = t_3go2w * df1_v1 - (t_s3dfp + f3_v1) - K_L32 * da_v1_y2;
-    const real t_zmh3u = K(1.0) / K_D3;
-    const real da_v1_x3 = da_v1_y3 * t_zmh3u;
-    const real da_v1_x2 = da_v1_y2 * t_4iujv - K_L32 * da_v1_x3;
-    const real da_v1_x1 = df1_v1 * t_bpfoo + t_w7lcw * da_v1_x2 + t_3go2w * da_v1_x3;
+    const real df1_v1 = t_qh3cx * cos_delta1_v1 - f1_v1;
+    const real t_jczim = p[F] * sin_delta2_v1;
+    const real df2_v1 = t_jczim - f2_v1;
+    const real da_v1_y2 = df2_v1 + t_gousg * df1_v1;
+    const real t_v7qgl = t_qh3cx * sin_delta1_v1;
+    const real da_v1_y3 = t_gousg_2 * df1_v1 - (t_v7qgl + f3_v1) - K_L32 * da_v1_y2;
+    const real t_6dtnj_4 = K(1.0) / K_D3;
+    const real da_v1_x3 = da_v1_y3 * t_6dtnj_4;
+    const real da_v1_x2 = da_v1_y2 * t_6dtnj_2 - K_L32 * da_v1_x3;
+    const real da_v1_x1 = df1_v1 * t_6dtnj + t_gousg * da_v1_x2 + t_gousg_2 * da_v1_x3;
     const real Mx_v1 = n4
         + G2_v1 * K54
         + G3_v1 * K64
-        - t_2m245 * ax_v1
-        - t_2m245 * da_v1_x1
-        - t_yz7e5 * a2_v1
-        - t_yz7e5 * da_v1_x2
+        - t_hig3c_6 * ax_v1
+        - t_hig3c_6 * da_v1_x1
+        - t_belws * a2_v1
+        - t_belws * da_v1_x2
         + K43 * a3_v1
         + K43 * da_v1_x3
-        - K44 * t_dyqoa;
-    const real t_lwe76 = p[b] + p[d] + x_C;
-    const real My_v1 = t_s3dfp * t_lwe76
+        - K44 * t_bewoy;
+    const real t_bknng = p[b] + p[d] + x_C;
+    const real My_v1 = t_v7qgl * t_bknng
         - n6
         - G2_v1 * K65
         - G3_v1 * K66
-        + t_bl4f2 * ax_v1
-        + t_bl4f2 * da_v1_x1
-        + t_hjmgb * a2_v1
-        + t_hjmgb * da_v1_x2
+        + t_6iku5_2 * ax_v1
+        + t_6iku5_2 * da_v1_x1
+        + t_edvw3_2 * a2_v1
+        + t_edvw3_2 * da_v1_x2
         - K63 * a3_v1
         - K63 * da_v1_x3
-        + K64 * t_dyqoa;
+        + K64 * t_bewoy;
     const real Mz_v1 = n5
         + G2_v1 * K55
         + G3_v1 * K65
-        - t_6mmeb * ax_v1
-        - t_6mmeb * da_v1_x1
+        - t_6iku5 * ax_v1
+        - t_6iku5 * da_v1_x1
         + K52 * a2_v1
         + K52 * da_v1_x2
         + K53 * a3_v1
         + K53 * da_v1_x3
-        - K54 * t_dyqoa
-        + t_uqkgz * t_lwe76;
+        - K54 * t_bewoy
+        + t_jczim * t_bknng;
     const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v1, p[delta2_max]));
-    const mask m_puf2t = LE(mv_fabs(delta2_v1), p[delta2_max]);
-    const real t_y2zgg = cos_delta2_v1 * sin_delta1_v1;
-    const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_puf2t, delta1_v1, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_y2zgg * (K(1.0) / mv_cos(p[delta2_max]))))))));
+    const mask m_m575p = LE(mv_fabs(delta2_v1), p[delta2_max]);
+    const real t_m2xxj = cos_delta2_v1 * sin_delta1_v1;
+    const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_m575p, delta1_v1, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_m2xxj * (K(1.0) / mv_cos(p[delta2_max]))))))));
     real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
-    const real t_y4w6o = p[F] * cos_delta2_act;
+    const real t_gbb3a = p[F] * cos_delta2_act;
     real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
-    const real df1_act = t_y4w6o * cos_delta1_act - cos_delta2_v1 * p[F] * cos_delta1_v1;
-    const real df2_act = p[F] * sin_delta2_act - t_uqkgz;
-    const real df3_act = t_y2zgg * p[F] - t_y4w6o * sin_delta1_act;
-    const real da_act_y2 = df2_act + t_w7lcw * df1_act;
-    const real da_act_y3 = df3_act + t_3go2w * df1_act - K_L32 * da_act_y2;
-    const real da_act_x3 = da_act_y3 * t_zmh3u;
-    const real da_act_x2 = da_act_y2 * t_4iujv - K_L32 * da_act_x3;
-    const real da_act_x1 = df1_act * t_bpfoo + t_w7lcw * da_act_x2 + t_3go2w * da_act_x3;
-    const real Mx = Mx_v1 - t_2m245 * da_act_x1 - t_yz7e5 * da_act_x2 + K43 * da_act_x3;
+    const real df1_act = t_gbb3a * cos_delta1_act - cos_delta2_v1 * p[F] * cos_delta1_v1;
+    const real df2_act = p[F] * sin_delta2_act - t_jczim;
+    const real df3_act = t_m2xxj * p[F] - t_gbb3a * sin_delta1_act;
+    const real da_act_y2 = df2_act + t_gousg * df1_act;
+    const real da_act_y3 = df3_act + t_gousg_2 * df1_act - K_L32 * da_act_y2;
+    const real da_act_x3 = da_act_y3 * t_6dtnj_4;
+    const real da_act_x2 = da_act_y2 * t_6dtnj_2 - K_L32 * da_act_x3;
+    const real da_act_x1 = df1_act * t_6dtnj + t_gousg * da_act_x2 + t_gousg_2 * da_act_x3;
+    const real Mx = Mx_v1 - t_hig3c_6 * da_act_x1 - t_belws * da_act_x2 + K43 * da_act_x3;
     const real My = My_v1
-        - df3_act * t_lwe76
-        + t_bl4f2 * da_act_x1
-        + t_hjmgb * da_act_x2
+        - df3_act * t_bknng
+        + t_6iku5_2 * da_act_x1
+        + t_edvw3_2 * da_act_x2
         - K63 * da_act_x3;
     const real Mz = Mz_v1
-        - t_6mmeb * da_act_x1
+        - t_6iku5 * da_act_x1
         + K52 * da_act_x2
         + K53 * da_act_x3
-        + df2_act * t_lwe76;
+        + df2_act * t_bknng;
     x[0] = q[vx];
     x[1] = q[vy];
     x[2] = q[vz];
@@ -5685,19 +5685,19 @@ void slosh_lyapunov_v1_loop_euler(const real *q, const real *r, const real *p, c
     const real t_os4zj = p[l1] * p[l1];
     const real t_yx2kz = t_os4zj * p[m1];
     const real D1 = t_yx2kz + p[I1];
-    const real t_zrejm = K(1.0) / D1;
-    const real t_3qn53 = p[m1] * t_zrejm;
-    const real k1 = t_3qn53 * p[l1];
-    const real me1 = t_3qn53 * p[I1];
+    const real t_gbl6n = K(1.0) / D1;
+    const real t_wywjk = p[m1] * t_gbl6n;
+    const real k1 = t_wywjk * p[l1];
+    const real me1 = t_wywjk * p[I1];
     const real t_6nwd2 = p[l1] * p[m1];
     const real mv1 = t_6nwd2 * k1;
     const real t_nfvux = p[l2] * p[l2];
     const real t_frp3h = t_nfvux * p[m2];
     const real D2 = t_frp3h + p[I2];
-    const real t_5wzvs = K(1.0) / D2;
-    const real t_54cbb = p[m2] * t_5wzvs;
-    const real k2 = t_54cbb * p[l2];
-    const real me2 = t_54cbb * p[I2];
+    const real t_jx6g7 = K(1.0) / D2;
+    const real t_jzg7x = p[m2] * t_jx6g7;
+    const real k2 = t_jzg7x * p[l2];
+    const real me2 = t_jzg7x * p[I2];
     const real t_popww = p[l2] * p[m2];
     const real mv2 = t_popww * k2;
     const real t_omhyl = p[m] + p[m0];
@@ -5723,9 +5723,9 @@ void slosh_lyapunov_v1_loop_euler(const real *q, const real *r, const real *p, c
     const real Wn1 = cos_theta1 * q[wy] - sin_theta1 * q[wz];
     const real lc_1 = cos_phi1 * p[l1];
     const real w_x1 = q[wx] - q[theta1_dot];
-    const real t_rding = cos_theta1 * q[wz];
-    const real t_a3uw4 = sin_theta1 * q[wy];
-    const real Wt1 = t_rding + t_a3uw4;
+    const real t_rzamr = cos_theta1 * q[wz];
+    const real t_uu2cl = sin_theta1 * q[wy];
+    const real Wt1 = t_rzamr + t_uu2cl;
     const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
     const real p1 = Wn1 + q[phi1_dot];
     const real zeta1 = W12 * q_1
@@ -5733,7 +5733,7 @@ void slosh_lyapunov_v1_loop_euler(const real *q, const real *r, const real *p, c
         - chi1 * p[l1] * (p1 + q[phi1_dot]);
     const real loss_theta1 = p[eps1] * q[theta1_dot];
     const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_vt7uo = F_n1 * cos_theta1;
+    const real t_mallh = F_n1 * cos_theta1;
     real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
     const real q_2 = sin_phi2 * p[l2];
     const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
@@ -5741,9 +5741,9 @@ void slosh_lyapunov_v1_loop_euler(const real *q, const real *r, const real *p, c
     const real Wn2 = cos_theta2 * q[wy] - sin_theta2 * q[wz];
     const real lc_2 = cos_phi2 * p[l2];
     const real w_x2 = q[wx] - q[theta2_dot];
-    const real t_geoui = cos_theta2 * q[wz];
-    const real t_vhhwy = sin_theta2 * q[wy];
-    const real Wt2 = t_geoui + t_vhhwy;
+    const real t_adduy = cos_theta2 * q[wz];
+    const real t_t2zmi = sin_theta2 * q[wy];
+    const real Wt2 = t_adduy + t_t2zmi;
     const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
     const real p2 = Wn2 + q[phi2_dot];
     const real zeta2 = W12 * q_2
@@ -5751,335 +5751,335 @@ void slosh_lyapunov_v1_loop_euler(const real *q, const real *r, const real *p, c
         - chi2 * p[l2] * (p2 + q[phi2_dot]);
     const real loss_theta2 = p[eps2] * q[theta2_dot];
     const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
-    const real t_oncjt = F_n2 * cos_theta2;
+    const real t_lbh6o = F_n2 * cos_theta2;
     const real t_rybsf = q[wy] * q[wy] + q[wz] * q[wz];
-    const real t_w7vil = t_rybsf * e1;
-    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
-    const real tension1 = cos_phi1 * t_w7vil * mv1 - t_6nwd2 * sigma_sq1;
+    const real t_aqrn5 = t_rybsf * e1;
+    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
+    const real tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1;
     const real B_1 = me1 * p[l1];
-    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
     const real loss_phi1 = p[eps1] * q[phi1_dot];
-    const real t_7imwe = B_1 * eta1 + loss_phi1 * k1;
-    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
-    const real t_6fvzz = t_rybsf * e2;
-    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
-    const real tension2 = cos_phi2 * t_6fvzz * mv2 - t_popww * sigma_sq2;
+    const real t_pc5rt = B_1 * eta1 + loss_phi1 * k1;
+    const real F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1;
+    const real t_3hay7 = t_rybsf * e2;
+    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
+    const real tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2;
     const real B_2 = me2 * p[l2];
-    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
     const real loss_phi2 = p[eps2] * q[phi2_dot];
-    const real t_4b2fa = B_2 * eta2 + loss_phi2 * k2;
-    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
-    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real t_63ozv = B_2 * eta2 + loss_phi2 * k2;
+    const real F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2;
+    const real n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2;
     const real W_theta1 = c[r10] * p[m1];  /* (27) */
-    const real t_3qva5 = sin_phi1 * sin_phi1;
-    const real t_invly = t_yx2kz * t_3qva5;
-    const real D_theta1 = t_invly + p[I1];  /* (26) */
-    const real t_j7ex5 = W_theta1 / (D_theta1 * D_theta1);
-    const real t_ccobz = t_j7ex5 * t_invly;
+    const real t_hjphj = sin_phi1 * sin_phi1;
+    const real t_lgf4h = t_yx2kz * t_hjphj;
+    const real D_theta1 = t_lgf4h + p[I1];  /* (26) */
+    const real t_dxtpc = W_theta1 / (D_theta1 * D_theta1);
+    const real t_loou6 = t_dxtpc * t_lgf4h;
     const real gx_phi1 = sin_phi1 * t_6nwd2;  /* (25) */
     const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
-    const real t_m5cmg = gy_theta1 * p[h1];
-    const real t_a233z = sin_phi1 * cos_phi1;
-    const real t_bdhgv = t_yx2kz * cos_theta1;
-    const real t_uyufu = t_m5cmg - t_a233z * t_bdhgv;
-    const real cz_theta1 = t_uyufu + p[I1];  /* (26) */
+    const real t_n4yir = gy_theta1 * p[h1];
+    const real t_hjphj_2 = sin_phi1 * cos_phi1;
+    const real t_dmccl = t_yx2kz * cos_theta1;
+    const real t_scs5l = t_n4yir - t_hjphj_2 * t_dmccl;
+    const real cz_theta1 = t_scs5l + p[I1];  /* (26) */
     const real W_phi1 = c[r9] * p[m1];  /* (27) */
-    const real t_mj52b = W_phi1 / (D1 * D1);
-    const real t_7pydp = t_mj52b * p[I1];
-    const real t_5zfdh = lc_1 * p[m1];
-    const real gy_phi1 = sin_theta1 * t_5zfdh;  /* (25) */
-    const real t_bnlcb = gy_phi1 * p[h1];
-    const real t_4xxce = t_yx2kz * sin_theta1;
-    const real cz_phi1 = t_bnlcb - t_4xxce;  /* (25) */
+    const real t_hyv47 = W_phi1 / (D1 * D1);
+    const real t_if7mv = t_hyv47 * p[I1];
+    const real t_3s3hq = lc_1 * p[m1];
+    const real gy_phi1 = sin_theta1 * t_3s3hq;  /* (25) */
+    const real t_ik6g5 = gy_phi1 * p[h1];
+    const real t_dmccl_2 = t_yx2kz * sin_theta1;
+    const real cz_phi1 = t_ik6g5 - t_dmccl_2;  /* (25) */
     const real W_phi2 = c[r9] * p[m2];  /* (27) */
-    const real t_iecaz = W_phi2 / (D2 * D2);
-    const real t_ob75p = t_iecaz * p[I2];
-    const real t_p4m3j = lc_2 * p[m2];
-    const real gy_phi2 = t_p4m3j * sin_theta2;  /* (25) */
-    const real t_ba7if = gy_phi2 * p[h2];
-    const real t_tb25v = sin_theta2 * t_frp3h;
-    const real cz_phi2 = t_ba7if - t_tb25v;  /* (25) */
+    const real t_pi35k = W_phi2 / (D2 * D2);
+    const real t_tmzpj = t_pi35k * p[I2];
+    const real t_7pqnn = lc_2 * p[m2];
+    const real gy_phi2 = t_7pqnn * sin_theta2;  /* (25) */
+    const real t_tkdjn = gy_phi2 * p[h2];
+    const real t_c4pkx = sin_theta2 * t_frp3h;
+    const real cz_phi2 = t_tkdjn - t_c4pkx;  /* (25) */
     const real W_theta2 = c[r10] * p[m2];  /* (27) */
-    const real t_4j4b3 = sin_phi2 * sin_phi2;
-    const real t_claqt = t_4j4b3 * t_frp3h;
-    const real D_theta2 = t_claqt + p[I2];  /* (26) */
-    const real t_s5xdh = W_theta2 / (D_theta2 * D_theta2);
-    const real t_6w3c7 = t_s5xdh * t_claqt;
+    const real t_pt6a7 = sin_phi2 * sin_phi2;
+    const real t_6pfo6 = t_pt6a7 * t_frp3h;
+    const real D_theta2 = t_6pfo6 + p[I2];  /* (26) */
+    const real t_hciml = W_theta2 / (D_theta2 * D_theta2);
+    const real t_mszyx = t_hciml * t_6pfo6;
     const real gx_phi2 = t_popww * sin_phi2;  /* (25) */
     const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
-    const real t_gidtm = gy_theta2 * p[h2];
-    const real t_nqm7d = sin_phi2 * cos_phi2;
-    const real t_senbd = cos_theta2 * t_frp3h;
-    const real t_3o3n4 = t_gidtm - t_nqm7d * t_senbd;
-    const real cz_theta2 = t_3o3n4 + p[I2];  /* (26) */
-    const real f31_v1 = t_ccobz * cz_theta1 - (t_7pydp * cz_phi1 + t_ob75p * cz_phi2) + t_6w3c7 * cz_theta2;  /* (29) */
+    const real t_epql5 = gy_theta2 * p[h2];
+    const real t_pt6a7_2 = sin_phi2 * cos_phi2;
+    const real t_c4pkx_2 = cos_theta2 * t_frp3h;
+    const real t_rdvkg = t_epql5 - t_pt6a7_2 * t_c4pkx_2;
+    const real cz_theta2 = t_rdvkg + p[I2];  /* (26) */
+    const real f31_v1 = t_loou6 * cz_theta1 - (t_if7mv * cz_phi1 + t_tmzpj * cz_phi2) + t_mszyx * cz_theta2;  /* (29) */
     const real f11_v1 = c[r4]
-        - t_mj52b * (p[I1] * p[I1])
-        - t_iecaz * (p[I2] * p[I2])
-        - t_j7ex5 * (t_invly * t_invly)
-        - t_s5xdh * (t_claqt * t_claqt);  /* (29) */
-    const real t_4v7es = K(1.0) / f11_v1;
-    const real f_v1_L31 = f31_v1 * t_4v7es;
+        - t_hyv47 * (p[I1] * p[I1])
+        - t_pi35k * (p[I2] * p[I2])
+        - t_dxtpc * (t_lgf4h * t_lgf4h)
+        - t_hciml * (t_6pfo6 * t_6pfo6);  /* (29) */
+    const real t_a2lgz = K(1.0) / f11_v1;
+    const real f_v1_L31 = f31_v1 * t_a2lgz;
     const real t_aqbxr = q[vz] * c[r2];
     const real ax_eq = p[F] / (t_omhyl + p[m1] + p[m2]);  /* (19) */
-    const real t_5bilv = ax_eq * gx_phi1;
-    const real t_azo52 = gx_phi1 * p[h1];
-    const real t_amwyw = t_a3uw4 + t_rding;
-    const real t_7eszt = t_amwyw * t_amwyw;
-    const real t_5jodw = t_yx2kz * t_a233z;
+    const real t_chbo3 = ax_eq * gx_phi1;
+    const real t_sxxxk = gx_phi1 * p[h1];
+    const real t_l4ozg = t_uu2cl + t_rzamr;
+    const real t_wjugd = t_l4ozg * t_l4ozg;
+    const real t_lgf4h_2 = t_yx2kz * t_hjphj_2;
     const real t_wube7 = q[wx] * q[wx];
-    const real t_h5pol = t_invly * t_amwyw;
-    const real t_oc5tk = t_os4zj + t_os4zj;
+    const real t_mgpcw = t_lgf4h * t_l4ozg;
+    const real t_os4zj_2 = t_os4zj + t_os4zj;
     const real k_phi1 = loss_phi1
-        - t_azo52 * t_7eszt
-        - t_azo52 * (Wn1 * Wn1)
-        - q[theta1_dot] * q[theta1_dot] * t_5jodw
-        - t_5jodw * t_wube7
-        - (q[theta1_dot] + q[theta1_dot]) * t_h5pol
-        - t_yx2kz * t_amwyw * q[wx]
-        + t_os4zj * t_7eszt * sin_phi1 * cos_phi1 * p[m1]
-        + t_oc5tk * t_3qva5 * t_amwyw * q[wx] * p[m1]
-        + cos_phi1 * t_amwyw * p[h1] * q[wx] * p[l1] * p[m1]
-        + t_oc5tk * sin_phi1 * cos_phi1 * q[theta1_dot] * q[wx] * p[m1];  /* (25) */
-    const real t_4oupt = ax_eq * gx_phi2;
-    const real t_2t5uv = t_nqm7d * t_frp3h;
-    const real t_svo5z = gx_phi2 * p[h2];
-    const real t_kmx3q = t_vhhwy + t_geoui;
-    const real t_3chhy = t_kmx3q * t_kmx3q;
-    const real t_imick = t_kmx3q * t_claqt;
+        - t_sxxxk * t_wjugd
+        - t_sxxxk * (Wn1 * Wn1)
+        - q[theta1_dot] * q[theta1_dot] * t_lgf4h_2
+        - t_lgf4h_2 * t_wube7
+        - (q[theta1_dot] + q[theta1_dot]) * t_mgpcw
+        - t_yx2kz * t_l4ozg * q[wx]
+        + t_os4zj * t_wjugd * sin_phi1 * cos_phi1 * p[m1]
+        + t_os4zj_2 * t_hjphj * t_l4ozg * q[wx] * p[m1]
+        + cos_phi1 * t_l4ozg * p[h1] * q[wx] * p[l1] * p[m1]
+        + t_os4zj_2 * sin_phi1 * cos_phi1 * q[theta1_dot] * q[wx] * p[m1];  /* (25) */
+    const real t_o6h5x = ax_eq * gx_phi2;
+    const real t_6pfo6_2 = t_pt6a7_2 * t_frp3h;
+    const real t_2ys72 = gx_phi2 * p[h2];
+    const real t_doiln = t_t2zmi + t_adduy;
+    const real t_7ovbh = t_doiln * t_doiln;
+    const real t_n7l2g = t_doiln * t_6pfo6;
     const real k_phi2 = loss_phi2
-        - t_wube7 * t_2t5uv
-        - t_svo5z * t_3chhy
-        - t_svo5z * (Wn2 * Wn2)
-        - q[theta2_dot] * q[theta2_dot] * t_2t5uv
-        - (q[theta2_dot] + q[theta2_dot]) * t_imick
-        - t_kmx3q * t_frp3h * q[wx]
-        + t_3chhy * sin_phi2 * cos_phi2 * t_nfvux * p[m2]
-        + (t_kmx3q + t_kmx3q) * t_4j4b3 * t_nfvux * q[wx] * p[m2]
-        + t_kmx3q * cos_phi2 * p[h2] * q[wx] * p[l2] * p[m2]
+        - t_wube7 * t_6pfo6_2
+        - t_2ys72 * t_7ovbh
+        - t_2ys72 * (Wn2 * Wn2)
+        - q[theta2_dot] * q[theta2_dot] * t_6pfo6_2
+        - (q[theta2_dot] + q[theta2_dot]) * t_n7l2g
+        - t_doiln * t_frp3h * q[wx]
+        + t_7ovbh * sin_phi2 * cos_phi2 * t_nfvux * p[m2]
+        + (t_doiln + t_doiln) * t_pt6a7 * t_nfvux * q[wx] * p[m2]
+        + t_doiln * cos_phi2 * p[h2] * q[wx] * p[l2] * p[m2]
         + (sin_phi2 + sin_phi2) * cos_phi2 * t_nfvux * q[theta2_dot] * q[wx] * p[m2];  /* (25) */
-    const real t_iomfo = D_theta1 * q[theta1_dot];
-    const real t_j5odj = q[phi1_dot] + q[phi1_dot];
-    const real Dd_theta1 = t_5jodw * t_j5odj;
-    const real t_b7wcv = Dd_theta1 * q[theta1_dot];
-    const real t_ywy5z = Wn1 * q[wx];
+    const real t_4maxk = D_theta1 * q[theta1_dot];
+    const real t_hjux3 = q[phi1_dot] + q[phi1_dot];
+    const real Dd_theta1 = t_lgf4h_2 * t_hjux3;
+    const real t_7xuxq = Dd_theta1 * q[theta1_dot];
+    const real t_prfqf = Wn1 * q[wx];
     const real k_theta1 = loss_theta1
-        + t_azo52 * t_ywy5z
-        + t_h5pol * t_j5odj
-        + t_h5pol * Wn1
-        + t_b7wcv
-        - t_5jodw * t_ywy5z
+        + t_sxxxk * t_prfqf
+        + t_mgpcw * t_hjux3
+        + t_mgpcw * Wn1
+        + t_7xuxq
+        - t_lgf4h_2 * t_prfqf
         - Dd_theta1 * q[wx];  /* (26) */
-    const real t_kyc32 = D_theta2 * q[theta2_dot];
-    const real t_473qv = q[phi2_dot] + q[phi2_dot];
-    const real Dd_theta2 = t_2t5uv * t_473qv;
-    const real t_putjj = Dd_theta2 * q[theta2_dot];
-    const real t_nw7er = Wn2 * q[wx];
+    const real t_qu7qb = D_theta2 * q[theta2_dot];
+    const real t_mw75j = q[phi2_dot] + q[phi2_dot];
+    const real Dd_theta2 = t_6pfo6_2 * t_mw75j;
+    const real t_5f4es = Dd_theta2 * q[theta2_dot];
+    const real t_prfqf_2 = Wn2 * q[wx];
     const real k_theta2 = loss_theta2
-        + Wn2 * t_imick
-        + t_svo5z * t_nw7er
-        + t_imick * t_473qv
-        + t_putjj
-        - t_2t5uv * t_nw7er
-        - t_2t5uv * (q[wx] + q[wx]) * q[phi2_dot];  /* (26) */
+        + Wn2 * t_n7l2g
+        + t_2ys72 * t_prfqf_2
+        + t_n7l2g * t_mw75j
+        + t_5f4es
+        - t_6pfo6_2 * t_prfqf_2
+        - t_6pfo6_2 * (q[wx] + q[wx]) * q[phi2_dot];  /* (26) */
     const real g1_v1 = q[att1] * c[r3]
         - t_aqbxr * q[vy]
-        - t_mj52b * (t_5bilv * p[I1] + p[I1] * k_phi1)
-        - t_iecaz * (t_4oupt * p[I2] + p[I2] * k_phi2)
-        - t_j7ex5 * (t_iomfo * Dd_theta1 - (t_b7wcv * t_invly + t_invly * k_theta1))
-        - t_s5xdh * (t_kyc32 * Dd_theta2 - (t_putjj * t_claqt + t_claqt * k_theta2))
+        - t_hyv47 * (t_chbo3 * p[I1] + p[I1] * k_phi1)
+        - t_pi35k * (t_o6h5x * p[I2] + p[I2] * k_phi2)
+        - t_dxtpc * (t_4maxk * Dd_theta1 - (t_7xuxq * t_lgf4h + t_lgf4h * k_theta1))
+        - t_hciml * (t_qu7qb * Dd_theta2 - (t_5f4es * t_6pfo6 + t_6pfo6 * k_theta2))
         + q[vy] * q[vz] * c[r1];  /* (29) */
-    const real t_u5ggi = q[wx] * c[w3] + g1_v1;
+    const real t_y6t4t = q[wx] * c[w3] + g1_v1;
     const real t_wij2f = q[vy] * c[r1];
-    const real t_o2gar = D1 * q[phi1_dot];
-    const real gz_phi1 = cos_theta1 * t_5zfdh;  /* (25) */
-    const real t_pthak = gz_phi1 * p[h1];
-    const real t_qesxo = t_pthak - t_os4zj * cos_theta1 * p[m1];
-    const real t_tpms2 = sin_theta1 * gx_phi1;
-    const real t_nmcsn = t_tpms2 * p[h1];
-    const real cdz_phi1 = t_qesxo * q[theta1_dot] - t_nmcsn * q[phi1_dot];
-    const real t_gifwv = D2 * q[phi2_dot];
-    const real gz_phi2 = t_p4m3j * cos_theta2;  /* (25) */
-    const real t_3ndrr = gz_phi2 * p[h2];
-    const real t_x5sl2 = t_3ndrr - cos_theta2 * t_nfvux * p[m2];
-    const real t_h3pge = gx_phi2 * sin_theta2;
-    const real t_ikdxp = t_h3pge * p[h2];
-    const real cdz_phi2 = t_x5sl2 * q[theta2_dot] - t_ikdxp * q[phi2_dot];
-    const real t_4of2f = cos_phi1 * cos_phi1;
-    const real cy_theta1 = t_nmcsn - t_a233z * t_4xxce;  /* (26) */
-    const real cdz_theta1 = q[phi1_dot] * (t_pthak + t_3qva5 * t_bdhgv - t_bdhgv * t_4of2f) - cy_theta1 * q[theta1_dot];
-    const real t_zozwp = cos_phi2 * cos_phi2;
-    const real cy_theta2 = t_ikdxp - t_tb25v * t_nqm7d;  /* (26) */
-    const real cdz_theta2 = q[phi2_dot] * (t_3ndrr + t_4j4b3 * t_senbd - t_senbd * t_zozwp) - cy_theta2 * q[theta2_dot];
+    const real t_4pqij = D1 * q[phi1_dot];
+    const real gz_phi1 = cos_theta1 * t_3s3hq;  /* (25) */
+    const real t_ik6g5_2 = gz_phi1 * p[h1];
+    const real t_2ksfs = t_ik6g5_2 - t_os4zj * cos_theta1 * p[m1];
+    const real t_iouus = sin_theta1 * gx_phi1;
+    const real t_d2e6j = t_iouus * p[h1];
+    const real cdz_phi1 = t_2ksfs * q[theta1_dot] - t_d2e6j * q[phi1_dot];
+    const real t_lzacu = D2 * q[phi2_dot];
+    const real gz_phi2 = t_7pqnn * cos_theta2;  /* (25) */
+    const real t_tkdjn_2 = gz_phi2 * p[h2];
+    const real t_zshn6 = t_tkdjn_2 - cos_theta2 * t_nfvux * p[m2];
+    const real t_cfuim = gx_phi2 * sin_theta2;
+    const real t_ipyra = t_cfuim * p[h2];
+    const real cdz_phi2 = t_zshn6 * q[theta2_dot] - t_ipyra * q[phi2_dot];
+    const real t_hjphj_3 = cos_phi1 * cos_phi1;
+    const real cy_theta1 = t_d2e6j - t_hjphj_2 * t_dmccl_2;  /* (26) */
+    const real cdz_theta1 = q[phi1_dot] * (t_ik6g5_2 + t_hjphj * t_dmccl - t_dmccl * t_hjphj_3) - cy_theta1 * q[theta1_dot];
+    const real t_pt6a7_3 = cos_phi2 * cos_phi2;
+    const real cy_theta2 = t_ipyra - t_c4pkx * t_pt6a7_2;  /* (26) */
+    const real cdz_theta2 = q[phi2_dot] * (t_tkdjn_2 + t_pt6a7 * t_c4pkx_2 - t_c4pkx_2 * t_pt6a7_3) - cy_theta2 * q[theta2_dot];
     const real g3_v1 = q[att3] * c[r7]
         - t_wij2f * q[vx]
-        - t_mj52b * (t_5bilv * cz_phi1 + cz_phi1 * k_phi1 - t_o2gar * cdz_phi1)
-        - t_iecaz * (t_4oupt * cz_phi2 + cz_phi2 * k_phi2 - t_gifwv * cdz_phi2)
-        - t_j7ex5 * (t_b7wcv * cz_theta1 + cz_theta1 * k_theta1 - t_iomfo * cdz_theta1)
-        - t_s5xdh * (t_putjj * cz_theta2 + cz_theta2 * k_theta2 - t_kyc32 * cdz_theta2);  /* (29) */
-    const real f32_v1 = t_mj52b * t_qesxo * cz_phi1
-        + t_iecaz * t_x5sl2 * cz_phi2
-        - t_j7ex5 * cy_theta1 * cz_theta1
-        - t_s5xdh * cy_theta2 * cz_theta2;  /* (29) */
-    const real f21_v1 = t_7pydp * t_qesxo + t_ob75p * t_x5sl2 + t_ccobz * cy_theta1 + t_6w3c7 * cy_theta2;  /* (29) */
-    const real t_g2uww = f32_v1 - f21_v1 * f_v1_L31;
+        - t_hyv47 * (t_chbo3 * cz_phi1 + cz_phi1 * k_phi1 - t_4pqij * cdz_phi1)
+        - t_pi35k * (t_o6h5x * cz_phi2 + cz_phi2 * k_phi2 - t_lzacu * cdz_phi2)
+        - t_dxtpc * (t_7xuxq * cz_theta1 + cz_theta1 * k_theta1 - t_4maxk * cdz_theta1)
+        - t_hciml * (t_5f4es * cz_theta2 + cz_theta2 * k_theta2 - t_qu7qb * cdz_theta2);  /* (29) */
+    const real f32_v1 = t_hyv47 * t_2ksfs * cz_phi1
+        + t_pi35k * t_zshn6 * cz_phi2
+        - t_dxtpc * cy_theta1 * cz_theta1
+        - t_hciml * cy_theta2 * cz_theta2;  /* (29) */
+    const real f21_v1 = t_if7mv * t_2ksfs + t_tmzpj * t_zshn6 + t_loou6 * cy_theta1 + t_mszyx * cy_theta2;  /* (29) */
+    const real t_vk4eg = f32_v1 - f21_v1 * f_v1_L31;
     const real f22_v1 = c[r6]
-        - t_mj52b * (t_qesxo * t_qesxo)
-        - t_iecaz * (t_x5sl2 * t_x5sl2)
-        - t_j7ex5 * (cy_theta1 * cy_theta1)
-        - t_s5xdh * (cy_theta2 * cy_theta2);  /* (29) */
-    const real f_v1_L21 = f21_v1 * t_4v7es;
+        - t_hyv47 * (t_2ksfs * t_2ksfs)
+        - t_pi35k * (t_zshn6 * t_zshn6)
+        - t_dxtpc * (cy_theta1 * cy_theta1)
+        - t_hciml * (cy_theta2 * cy_theta2);  /* (29) */
+    const real f_v1_L21 = f21_v1 * t_a2lgz;
     const real f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21;
-    const real t_omhw7 = K(1.0) / f_v1_D2;
-    const real f_v1_L32 = t_g2uww * t_omhw7;
-    const real cdy_phi1 = t_m5cmg * q[phi1_dot] + cz_phi1 * q[theta1_dot];
-    const real cdy_phi2 = cz_phi2 * q[theta2_dot] + t_gidtm * q[phi2_dot];
-    const real cdy_theta1 = t_uyufu * q[theta1_dot] + q[phi1_dot] * (t_bnlcb + t_3qva5 * t_4xxce - t_4of2f * t_4xxce);
-    const real cdy_theta2 = t_3o3n4 * q[theta2_dot] + q[phi2_dot] * (t_ba7if + t_tb25v * t_4j4b3 - t_tb25v * t_zozwp);
+    const real t_6dtnj = K(1.0) / f_v1_D2;
+    const real f_v1_L32 = t_vk4eg * t_6dtnj;
+    const real cdy_phi1 = t_n4yir * q[phi1_dot] + cz_phi1 * q[theta1_dot];
+    const real cdy_phi2 = cz_phi2 * q[theta2_dot] + t_epql5 * q[phi2_dot];
+    const real cdy_theta1 = t_scs5l * q[theta1_dot] + q[phi1_dot] * (t_ik6g5 + t_hjphj * t_dmccl_2 - t_hjphj_3 * t_dmccl_2);
+    const real cdy_theta2 = t_rdvkg * q[theta2_dot] + q[phi2_dot] * (t_tkdjn + t_c4pkx * t_pt6a7 - t_c4pkx * t_pt6a7_3);
     const real g2_v1 = q[att2] * c[r5]
-        + t_mj52b * (t_5bilv * t_qesxo + t_qesxo * k_phi1 + t_o2gar * cdy_phi1)
-        + t_iecaz * (t_4oupt * t_x5sl2 + t_x5sl2 * k_phi2 + t_gifwv * cdy_phi2)
-        - t_j7ex5 * (t_b7wcv * cy_theta1 + cy_theta1 * k_theta1 - t_iomfo * cdy_theta1)
-        - t_s5xdh * (t_putjj * cy_theta2 + cy_theta2 * k_theta2 - t_kyc32 * cdy_theta2)
+        + t_hyv47 * (t_chbo3 * t_2ksfs + t_2ksfs * k_phi1 + t_4pqij * cdy_phi1)
+        + t_pi35k * (t_o6h5x * t_zshn6 + t_zshn6 * k_phi2 + t_lzacu * cdy_phi2)
+        - t_dxtpc * (t_7xuxq * cy_theta1 + cy_theta1 * k_theta1 - t_4maxk * cdy_theta1)
+        - t_hciml * (t_5f4es * cy_theta2 + cy_theta2 * k_theta2 - t_qu7qb * cdy_theta2)
         + q[vx] * q[vz] * c[r2];  /* (29) */
-    const real u_v1_y2 = f_v1_L21 * t_u5ggi - (q[wy] * c[w4] + g2_v1);
-    const real u_v1_y3 = f_v1_L31 * t_u5ggi - (q[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
+    const real u_v1_y2 = f_v1_L21 * t_y6t4t - (q[wy] * c[w4] + g2_v1);
+    const real u_v1_y3 = f_v1_L31 * t_y6t4t - (q[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
     const real f33_v1 = c[r8]
-        - t_mj52b * (cz_phi1 * cz_phi1)
-        - t_iecaz * (cz_phi2 * cz_phi2)
-        - t_j7ex5 * (cz_theta1 * cz_theta1)
-        - t_s5xdh * (cz_theta2 * cz_theta2);  /* (29) */
-    const real f_v1_D3 = f33_v1 - t_g2uww * f_v1_L32 - f31_v1 * f_v1_L31;
+        - t_hyv47 * (cz_phi1 * cz_phi1)
+        - t_pi35k * (cz_phi2 * cz_phi2)
+        - t_dxtpc * (cz_theta1 * cz_theta1)
+        - t_hciml * (cz_theta2 * cz_theta2);  /* (29) */
+    const real f_v1_D3 = f33_v1 - t_vk4eg * f_v1_L32 - f31_v1 * f_v1_L31;
     const real u_v1_x3 = u_v1_y3 / f_v1_D3;
     const real G2_v1 = W12 + u_v1_x3;
     const real g_1 = e1 - lc_1;
     const real wth_1 = th_1 * p[I1];
     const real wg_1 = g_1 * wth_1;
-    const real t_tcgxn = wg_1 - e1 * me1;
+    const real t_67i37 = wg_1 - e1 * me1;
     const real g_2 = e2 - lc_2;
     const real wth_2 = th_2 * p[I2];
     const real wg_2 = g_2 * wth_2;
-    const real t_uf5ib = wg_2 - e2 * me2;
+    const real t_n5kna = wg_2 - e2 * me2;
     const real S_sq1 = sin_theta1 * sin_theta1;
     const real Bc_1 = B_1 * cos_phi1;
     const real As_1 = mv1 * sin_phi1;
     const real Ass_1 = As_1 * sin_phi1;
     const real eAss_1 = Ass_1 * e1;
-    const real t_32gyg = Bc_1 - eAss_1;
-    const real t_65obb = t_32gyg + t_tcgxn;
+    const real t_hig3c = Bc_1 - eAss_1;
+    const real t_vjftl = t_hig3c + t_67i37;
     const real S_sq2 = sin_theta2 * sin_theta2;
     const real Bc_2 = B_2 * cos_phi2;
     const real As_2 = mv2 * sin_phi2;
     const real Ass_2 = As_2 * sin_phi2;
     const real eAss_2 = Ass_2 * e2;
-    const real t_gbkg6 = Bc_2 - eAss_2;
-    const real t_yoiua = t_gbkg6 + t_uf5ib;
-    const real t_z76hk = S_sq1 * t_65obb + S_sq2 * t_yoiua;
+    const real t_hig3c_2 = Bc_2 - eAss_2;
+    const real t_vsqil = t_hig3c_2 + t_n5kna;
+    const real t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
     const real wq_1 = q_1 * wth_1;
     const real wqC_1 = cos_theta1 * wq_1;
     const real wq_2 = q_2 * wth_2;
     const real wqC_2 = cos_theta2 * wq_2;
-    const real K52 = t_tcgxn + t_uf5ib - t_z76hk - wqC_1 - wqC_2;
-    const real u_v1_x2 = u_v1_y2 * t_omhw7 - f_v1_L32 * u_v1_x3;
+    const real K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2;
+    const real u_v1_x2 = u_v1_y2 * t_6dtnj - f_v1_L32 * u_v1_x3;
     const real G3_v1 = W13 - u_v1_x2;
     const real SC1 = cos_theta1 * sin_theta1;
     const real SC2 = cos_theta2 * sin_theta2;
-    const real t_hjmgb = SC1 * t_65obb + SC2 * t_yoiua;
+    const real t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil;
     const real tn11_1 = Ass_1 + me1 - wth_1;
-    const real t_fbeaw = S_sq1 * tn11_1;
+    const real t_leuxo = S_sq1 * tn11_1;
     const real tn11_2 = Ass_2 + me2 - wth_2;
-    const real t_dj555 = S_sq2 * tn11_2;
-    const real K22 = t_fbeaw + t_dj555 + M_C + wth_1 + wth_2 - me1 - me2;
-    const real t_3c5in = t_mj52b * (p[I1] * q[wx] - t_qesxo * q[wy] + cz_phi1 * q[wz] + t_o2gar);
-    const real t_ohb73 = t_iecaz * (p[I2] * q[wx] - t_x5sl2 * q[wy] + cz_phi2 * q[wz] + t_gifwv);
-    const real t_cdafg = t_j7ex5 * (cy_theta1 * q[wy] - t_invly * q[wx] + cz_theta1 * q[wz] + t_iomfo);
-    const real t_rbkok = t_s5xdh * (cy_theta2 * q[wy] - t_claqt * q[wx] + cz_theta2 * q[wz] + t_kyc32);
+    const real t_leuxo_2 = S_sq2 * tn11_2;
+    const real K22 = t_leuxo + t_leuxo_2 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real t_xlxwl = t_hyv47 * (p[I1] * q[wx] - t_2ksfs * q[wy] + cz_phi1 * q[wz] + t_4pqij);
+    const real t_hgt7a = t_pi35k * (p[I2] * q[wx] - t_zshn6 * q[wy] + cz_phi2 * q[wz] + t_lzacu);
+    const real t_z6ntf = t_dxtpc * (cy_theta1 * q[wy] - t_lgf4h * q[wx] + cz_theta1 * q[wz] + t_4maxk);
+    const real t_dhnrr = t_hciml * (cy_theta2 * q[wy] - t_6pfo6 * q[wx] + cz_theta2 * q[wz] + t_qu7qb);
     const real B_v1 = t_wij2f
-        - t_3c5in * gy_phi1
-        - t_ohb73 * gy_phi2
-        - t_cdafg * gy_theta1
-        - t_rbkok * gy_theta2;  /* (29) */
+        - t_xlxwl * gy_phi1
+        - t_hgt7a * gy_phi2
+        - t_z6ntf * gy_theta1
+        - t_dhnrr * gy_theta2;  /* (29) */
     const real a2_v1 = G2_v1 * x_C - B_v1 * c[w1];
     const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
     const real C_v1 = t_aqbxr
-        - t_3c5in * gz_phi1
-        - t_ohb73 * gz_phi2
-        + t_cdafg * t_tpms2
-        + t_rbkok * t_h3pge;  /* (29) */
+        - t_xlxwl * gz_phi1
+        - t_hgt7a * gz_phi2
+        + t_z6ntf * t_iouus
+        + t_dhnrr * t_cfuim;  /* (29) */
     const real a3_v1 = G3_v1 * x_C - C_v1 * c[w2];
-    const real t_yz7e5 = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
-    const real t_dyqoa = t_u5ggi * t_4v7es + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
+    const real t_belws = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
+    const real t_bewoy = t_y6t4t * t_a2lgz + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
     const real q2_v1 = n2
         + G2_v1 * K52
-        - G3_v1 * t_hjmgb
+        - G3_v1 * t_edvw3_2
         + K22 * a2_v1
         + K32 * a3_v1
-        + t_yz7e5 * t_dyqoa;
+        + t_belws * t_bewoy;
     const real Asc_1 = As_1 * cos_phi1;
     const real Asc_2 = As_2 * cos_phi2;
-    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
     const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
     const real Bs_1 = B_1 * sin_phi1;
     const real Bs_2 = B_2 * sin_phi2;
-    const real t_2m245 = Bs_1 + Bs_2;
-    const real t_xynyo = t_7imwe * sin_phi1 + t_4b2fa * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2;
-    const real t_ev7u5 = Bs_1 + Asc_1 * e1;
-    const real t_bvybx = Bs_2 + Asc_2 * e2;
-    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
-    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
-    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_xiu6d = t_xynyo
-        + G2_v1 * t_6mmeb
-        + G3_v1 * t_bl4f2
-        + t_b3aij * a2_v1
-        + t_zzymx * a3_v1;
-    const real q1_v1 = t_2m245 * t_dyqoa - t_xiu6d;
-    const real t_azclp = F_n1 * sin_theta1;
-    const real t_iya7w = F_n2 * sin_theta2;
-    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
+    const real t_hig3c_3 = Bs_1 + Bs_2;
+    const real t_ep53l = t_pc5rt * sin_phi1 + t_63ozv * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2;
+    const real t_2jubo = Bs_1 + Asc_1 * e1;
+    const real t_ittbm = Bs_2 + Asc_2 * e2;
+    const real t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2;
+    const real t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2;
+    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_ti46a = t_ep53l
+        + G2_v1 * t_6iku5
+        + G3_v1 * t_6iku5_2
+        + t_f2nhc * a2_v1
+        + t_f2nhc_2 * a3_v1;
+    const real q1_v1 = t_hig3c_3 * t_bewoy - t_ti46a;
+    const real t_mallh_2 = F_n1 * sin_theta1;
+    const real t_lbh6o_2 = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2;
     const real wqS_1 = sin_theta1 * wq_1;
     const real wqS_2 = sin_theta2 * wq_2;
-    const real K53 = wqS_1 - t_hjmgb + wqS_2;
-    const real K63 = t_z76hk - (t_32gyg + t_gbkg6);
-    const real K33 = Ass_1 + Ass_2 + M_C - t_fbeaw - t_dj555;
+    const real K53 = wqS_1 - t_edvw3_2 + wqS_2;
+    const real K63 = t_edvw3 - (t_hig3c + t_hig3c_2);
+    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo - t_leuxo_2;
     const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
     const real q3_v1 = n3
         + G2_v1 * K53
         + G3_v1 * K63
         + K32 * a2_v1
         + K33 * a3_v1
-        - K43 * t_dyqoa;
-    const real Pq_v1 = K11 * q1_v1 - t_b3aij * q2_v1 - t_zzymx * q3_v1;
-    const real PP_v1 = K11 * K11 + t_b3aij * t_b3aij + t_zzymx * t_zzymx;
-    const real t_echqo = PP_v1 * (q1_v1 * q1_v1 - p[F] * p[F] + q2_v1 * q2_v1 + q3_v1 * q3_v1);
-    const real root_v1 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v1 * Pq_v1 - t_echqo));
+        - K43 * t_bewoy;
+    const real Pq_v1 = K11 * q1_v1 - t_f2nhc * q2_v1 - t_f2nhc_2 * q3_v1;
+    const real PP_v1 = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2;
+    const real t_574pa = PP_v1 * (q1_v1 * q1_v1 - p[F] * p[F] + q2_v1 * q2_v1 + q3_v1 * q3_v1);
+    const real root_v1 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v1 * Pq_v1 - t_574pa));
     const real ax_v1 = (root_v1 - Pq_v1) / PP_v1;
-    const real f2_v1 = q2_v1 - t_b3aij * ax_v1;
+    const real f2_v1 = q2_v1 - t_f2nhc * ax_v1;
     const real t_y7rm6 = K(1.0) / p[F];
     const real sin_d2_v1 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v1 * t_y7rm6));
     const real delta2_v1 = mv_asin(sin_d2_v1);
     const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v1, p[delta2_max]));
     real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
-    const real t_y4w6o = cos_delta2_act * p[F];
-    const mask m_puf2t = LE(mv_fabs(delta2_v1), p[delta2_max]);
-    const real f3_v1 = q3_v1 - t_zzymx * ax_v1;
+    const real t_gbb3a = cos_delta2_act * p[F];
+    const mask m_m575p = LE(mv_fabs(delta2_v1), p[delta2_max]);
+    const real f3_v1 = q3_v1 - t_f2nhc_2 * ax_v1;
     const real cos_d2_v1 = mv_sqrt(K(1.0) - sin_d2_v1 * sin_d2_v1);
     const real delta1_v1 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v1 * t_y7rm6 / mv_max(SPLAT(K(1e-09)), cos_d2_v1)))));
     real sin_delta2_v1, cos_delta2_v1; mv_sincos(delta2_v1, &sin_delta2_v1, &cos_delta2_v1);
     real sin_delta1_v1, cos_delta1_v1; mv_sincos(delta1_v1, &sin_delta1_v1, &cos_delta1_v1);
-    const real t_y2zgg = cos_delta2_v1 * sin_delta1_v1;
-    const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_puf2t, delta1_v1, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_y2zgg * (K(1.0) / mv_cos(p[delta2_max]))))))));
+    const real t_m2xxj = cos_delta2_v1 * sin_delta1_v1;
+    const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_m575p, delta1_v1, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_m2xxj * (K(1.0) / mv_cos(p[delta2_max]))))))));
     real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
-    const real f_x = t_y4w6o * cos_delta1_act;
+    const real f_x = t_gbb3a * cos_delta1_act;
     const real f_y = sin_delta2_act * p[F];
     const real Bl_1 = B_1 * p[l1];
     const real eBc_1 = Bc_1 * e1;
-    const real t_b7ure = me1 * (e1 * e1);
-    const real t_3bowt = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
-    const real t_3fv6l = g_1 * wg_1;
-    const real tn44_1 = t_b7ure + t_3bowt - t_3fv6l;
+    const real t_xdulz = me1 * (e1 * e1);
+    const real t_zmqjk = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
+    const real t_leuxo_3 = g_1 * wg_1;
+    const real tn44_1 = t_xdulz + t_zmqjk - t_leuxo_3;
     const real wqg_1 = q_1 * wg_1;
     const real wqq_1 = q_1 * wq_1;
     const real wgC_1 = cos_theta1 * wqg_1;
@@ -6089,10 +6089,10 @@ void slosh_lyapunov_v1_loop_euler(const real *q, const real *r, const real *p, c
     const real I_theta1 = q[theta1_dot] * p[I1];
     const real Bl_2 = B_2 * p[l2];
     const real eBc_2 = Bc_2 * e2;
-    const real t_lpk5h = me2 * (e2 * e2);
-    const real t_ymmgl = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
-    const real t_odwbr = g_2 * wg_2;
-    const real tn44_2 = t_lpk5h + t_ymmgl - t_odwbr;
+    const real t_uohf6 = me2 * (e2 * e2);
+    const real t_agwdt = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
+    const real t_leuxo_4 = g_2 * wg_2;
+    const real tn44_2 = t_uohf6 + t_agwdt - t_leuxo_4;
     const real wqg_2 = q_2 * wg_2;
     const real wqq_2 = q_2 * wq_2;
     const real wgC_2 = cos_theta2 * wqg_2;
@@ -6100,229 +6100,229 @@ void slosh_lyapunov_v1_loop_euler(const real *q, const real *r, const real *p, c
     const real M_q2 = F_n2 * q_2;
     const real I_phi2 = q[phi2_dot] * p[I2];
     const real I_theta2 = q[theta2_dot] * p[I2];
-    const real t_nhr5u = wqq_1 + wqq_2;
-    const real K44 = t_nhr5u + Bl_1 + Bl_2 + J_C1;
-    const real t_nncdg = Bl_1 - eBc_1;
-    const real t_4q22j = Bl_2 - eBc_2;
-    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
-    const real t_hoosk = S_sq1 * tn44_1;
-    const real t_drvdp = S_sq2 * tn44_2;
-    const real K55 = t_3fv6l
-        + t_odwbr
-        + t_nhr5u
-        + t_hoosk
-        + t_drvdp
+    const real t_hig3c_4 = wqq_1 + wqq_2;
+    const real K44 = t_hig3c_4 + Bl_1 + Bl_2 + J_C1;
+    const real t_yzhyr = Bl_1 - eBc_1;
+    const real t_q6put = Bl_2 - eBc_2;
+    const real K54 = t_hig3c_4 - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2;
+    const real t_leuxo_5 = S_sq1 * tn44_1;
+    const real t_leuxo_6 = S_sq2 * tn44_2;
+    const real K55 = t_leuxo_3
+        + t_leuxo_4
+        + t_hig3c_4
+        + t_leuxo_5
+        + t_leuxo_6
         + J_C3
-        - t_b7ure
-        - t_lpk5h
+        - t_xdulz
+        - t_uohf6
         + K(-2.0) * wgC_1
         + K(-2.0) * wgC_2;
-    const real t_zhbuw = wgS_1 + wgS_2;
-    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
-    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
-    const real K66 = t_3bowt + t_ymmgl + J_C2 - t_hoosk - t_drvdp;
-    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
-    const real t_kp7yy = M_q1 + M_q2;
-    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
+    const real t_hig3c_5 = wgS_1 + wgS_2;
+    const real K64 = t_hig3c_5 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2;
+    const real K65 = t_hig3c_5 + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6;
+    const real t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * p[l1];
+    const real t_hig3c_6 = M_q1 + M_q2;
+    const real t_ogbts = Bs_2 * t_3hay7 + t_63ozv * p[l2];
     const real t_sfymc = p[J_y] - p[J_z];
-    const real n4 = t_aejai
-        - t_kp7yy
-        + t_zd4fs
+    const real n4 = t_mjqai
+        - t_hig3c_6
+        + t_ogbts
         - loss_phi1
         - loss_phi2
         + I_theta1 * q[wy]
         + I_theta2 * q[wy]
         - t_sfymc * q[wy] * q[wz];
-    const real t_w7nmt = t_aejai + F_t1 * e1;
-    const real t_e5cx2 = t_zd4fs + F_t2 * e2;
-    const real n5 = t_w7nmt * sin_theta1
-        - (t_kp7yy + loss_theta1 + loss_theta2)
-        + t_e5cx2 * sin_theta2
+    const real t_lsqzr = t_mjqai + F_t1 * e1;
+    const real t_rbrf6 = t_ogbts + F_t2 * e2;
+    const real n5 = t_lsqzr * sin_theta1
+        - (t_hig3c_6 + loss_theta1 + loss_theta2)
+        + t_rbrf6 * sin_theta2
         - W12 * (J_C1 + (p[J_z] - p[J_y]))
         - I_phi1 * q[wy]
         - I_phi2 * q[wy]
-        + t_vt7uo * g_1
-        + t_oncjt * g_2;
-    const real n6 = t_w7nmt * cos_theta1
-        + t_e5cx2 * cos_theta2
+        + t_mallh * g_1
+        + t_lbh6o * g_2;
+    const real n6 = t_lsqzr * cos_theta1
+        + t_rbrf6 * cos_theta2
         + I_theta1 * q[wx]
         + I_theta2 * q[wx]
         - W13 * (J_C1 + t_is5lg + t_sfymc)
-        - t_azclp * g_1
-        - t_iya7w * g_2
+        - t_mallh_2 * g_1
+        - t_lbh6o_2 * g_2
         - I_phi1 * q[wz]
         - I_phi2 * q[wz];
-    const real t_bpfoo = K(1.0) / K11;
-    const real t_w7lcw = t_b3aij * t_bpfoo;
-    const real K_D2 = K22 - t_b3aij * t_w7lcw;
-    const real t_3go2w = t_zzymx * t_bpfoo;
-    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
-    const real t_4iujv = K(1.0) / K_D2;
-    const real K_L32 = t_d4mqf * t_4iujv;
-    const real t_vshgd = t_6mmeb * t_bpfoo;
-    const real t_p6zld = K52 - t_b3aij * t_vshgd;
-    const real K_L52 = t_p6zld * t_4iujv;
-    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
-    const real t_xq4wt = t_2m245 * t_bpfoo;
-    const real t_u3hss = t_yz7e5 + t_b3aij * t_xq4wt;
-    const real t_4jmrt = t_u3hss * t_4iujv;
-    const real t_yfebn = K43 + t_d4mqf * t_4jmrt - t_zzymx * t_xq4wt;
-    const real t_zmh3u = K(1.0) / K_D3;
-    const real K_L43 = t_yfebn * t_zmh3u;
-    const real t_bxfcn = K53 - t_d4mqf * K_L52 - t_zzymx * t_vshgd;
-    const real K_L53 = t_bxfcn * t_zmh3u;
-    const real t_e4enr = t_bl4f2 * t_bpfoo;
-    const real t_qvrp6 = t_hjmgb + t_b3aij * t_e4enr;
-    const real t_dj64q = t_qvrp6 * t_4iujv;
-    const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
-    const real K_L63 = t_rahc4 * t_zmh3u;
-    const real K_D4 = K44 - t_u3hss * t_4jmrt - t_yfebn * K_L43 - t_2m245 * t_xq4wt;
-    const real t_ejg3c = K54 + t_u3hss * K_L52 - t_yfebn * K_L53 - t_2m245 * t_vshgd;
-    const real t_lt2al = K(1.0) / K_D4;
-    const real K_L54 = t_ejg3c * t_lt2al;
-    const real t_yioo4 = K64 - t_u3hss * t_dj64q - t_yfebn * K_L63 - t_2m245 * t_e4enr;
-    const real K_L64 = t_yioo4 * t_lt2al;
+    const real t_6dtnj_2 = K(1.0) / K11;
+    const real t_gousg = t_f2nhc * t_6dtnj_2;
+    const real K_D2 = K22 - t_f2nhc * t_gousg;
+    const real t_gousg_2 = t_f2nhc_2 * t_6dtnj_2;
+    const real t_upifj = K32 - t_f2nhc * t_gousg_2;
+    const real t_6dtnj_3 = K(1.0) / K_D2;
+    const real K_L32 = t_upifj * t_6dtnj_3;
+    const real t_s62lc = t_6iku5 * t_6dtnj_2;
+    const real t_6vega = K52 - t_f2nhc * t_s62lc;
+    const real K_L52 = t_6vega * t_6dtnj_3;
+    const real K_D3 = K33 - t_upifj * K_L32 - t_f2nhc_2 * t_gousg_2;
+    const real t_w6lcf = t_hig3c_3 * t_6dtnj_2;
+    const real t_cawlo = t_belws + t_f2nhc * t_w6lcf;
+    const real t_bopbx = t_cawlo * t_6dtnj_3;
+    const real t_itbrl = K43 + t_upifj * t_bopbx - t_f2nhc_2 * t_w6lcf;
+    const real t_6dtnj_4 = K(1.0) / K_D3;
+    const real K_L43 = t_itbrl * t_6dtnj_4;
+    const real t_jmicp = K53 - t_upifj * K_L52 - t_f2nhc_2 * t_s62lc;
+    const real K_L53 = t_jmicp * t_6dtnj_4;
+    const real t_s62lc_2 = t_6iku5_2 * t_6dtnj_2;
+    const real t_avyqv = t_edvw3_2 + t_f2nhc * t_s62lc_2;
+    const real t_bk7yo = t_avyqv * t_6dtnj_3;
+    const real t_2dahu = K63 + t_upifj * t_bk7yo - t_f2nhc_2 * t_s62lc_2;
+    const real K_L63 = t_2dahu * t_6dtnj_4;
+    const real K_D4 = K44 - t_cawlo * t_bopbx - t_itbrl * K_L43 - t_hig3c_3 * t_w6lcf;
+    const real t_agu5t = K54 + t_cawlo * K_L52 - t_itbrl * K_L53 - t_hig3c_3 * t_s62lc;
+    const real t_6dtnj_5 = K(1.0) / K_D4;
+    const real K_L54 = t_agu5t * t_6dtnj_5;
+    const real t_kiszr = K64 - t_cawlo * t_bk7yo - t_itbrl * K_L63 - t_hig3c_3 * t_s62lc_2;
+    const real K_L64 = t_kiszr * t_6dtnj_5;
     const real K_D5 = K55
-        - t_p6zld * K_L52
-        - t_bxfcn * K_L53
-        - t_ejg3c * K_L54
-        - t_6mmeb * t_vshgd;
-    const real t_aqba4 = K65
-        + t_p6zld * t_dj64q
-        - t_bxfcn * K_L63
-        - t_ejg3c * K_L64
-        - t_6mmeb * t_e4enr;
-    const real t_ftqxb = K(1.0) / K_D5;
-    const real K_L65 = t_aqba4 * t_ftqxb;
+        - t_6vega * K_L52
+        - t_jmicp * K_L53
+        - t_agu5t * K_L54
+        - t_6iku5 * t_s62lc;
+    const real t_nx7y6 = K65
+        + t_6vega * t_bk7yo
+        - t_jmicp * K_L63
+        - t_agu5t * K_L64
+        - t_6iku5 * t_s62lc_2;
+    const real t_6dtnj_6 = K(1.0) / K_D5;
+    const real K_L65 = t_nx7y6 * t_6dtnj_6;
     const real K_D6 = K66
-        - t_qvrp6 * t_dj64q
-        - t_rahc4 * K_L63
-        - t_yioo4 * K_L64
-        - t_aqba4 * K_L65
-        - t_bl4f2 * t_e4enr;
-    const real b1 = f_x + t_xynyo;
+        - t_avyqv * t_bk7yo
+        - t_2dahu * K_L63
+        - t_kiszr * K_L64
+        - t_nx7y6 * K_L65
+        - t_6iku5_2 * t_s62lc_2;
+    const real b1 = f_x + t_ep53l;
     const real b2 = f_y - n2;
-    const real t_szme2 = p[F] * cos_delta2_v1;
+    const real t_qh3cx = p[F] * cos_delta2_v1;
     const real f1_v1 = q1_v1 + K11 * ax_v1;
-    const real df1_v1 = t_szme2 * cos_delta1_v1 - f1_v1;
-    const real t_uqkgz = p[F] * sin_delta2_v1;
-    const real df2_v1 = t_uqkgz - f2_v1;
-    const real da_v1_y2 = df2_v1 + t_w7lcw * df1_v1;
-    const real t_s3dfp = t_szme2 * sin_delta1_v1;
-    const real da_v1_y3 = t_3go2w * df1_v1 - (t_s3dfp + f3_v1) - K_L32 * da_v1_y2;
-    const real da_v1_x3 = da_v1_y3 * t_zmh3u;
-    const real da_v1_x2 = da_v1_y2 * t_4iujv - K_L32 * da_v1_x3;
-    const real da_v1_x1 = df1_v1 * t_bpfoo + t_w7lcw * da_v1_x2 + t_3go2w * da_v1_x3;
+    const real df1_v1 = t_qh3cx * cos_delta1_v1 - f1_v1;
+    const real t_jczim = p[F] * sin_delta2_v1;
+    const real df2_v1 = t_jczim - f2_v1;
+    const real da_v1_y2 = df2_v1 + t_gousg * df1_v1;
+    const real t_v7qgl = t_qh3cx * sin_delta1_v1;
+    const real da_v1_y3 = t_gousg_2 * df1_v1 - (t_v7qgl + f3_v1) - K_L32 * da_v1_y2;
+    const real da_v1_x3 = da_v1_y3 * t_6dtnj_4;
+    const real da_v1_x2 = da_v1_y2 * t_6dtnj_3 - K_L32 * da_v1_x3;
+    const real da_v1_x1 = df1_v1 * t_6dtnj_2 + t_gousg * da_v1_x2 + t_gousg_2 * da_v1_x3;
     const real Mx_v1 = n4
         + G2_v1 * K54
         + G3_v1 * K64
-        - t_2m245 * ax_v1
-        - t_2m245 * da_v1_x1
-        - t_yz7e5 * a2_v1
-        - t_yz7e5 * da_v1_x2
+        - t_hig3c_3 * ax_v1
+        - t_hig3c_3 * da_v1_x1
+        - t_belws * a2_v1
+        - t_belws * da_v1_x2
         + K43 * a3_v1
         + K43 * da_v1_x3
-        - K44 * t_dyqoa;
-    const real t_y4w6o_2 = p[F] * cos_delta2_act;
-    const real df1_act = t_y4w6o_2 * cos_delta1_act - cos_delta2_v1 * p[F] * cos_delta1_v1;
-    const real df2_act = p[F] * sin_delta2_act - t_uqkgz;
-    const real da_act_y2 = df2_act + t_w7lcw * df1_act;
-    const real df3_act = t_y2zgg * p[F] - t_y4w6o_2 * sin_delta1_act;
-    const real da_act_y3 = df3_act + t_3go2w * df1_act - K_L32 * da_act_y2;
-    const real da_act_x3 = da_act_y3 * t_zmh3u;
-    const real da_act_x2 = da_act_y2 * t_4iujv - K_L32 * da_act_x3;
-    const real da_act_x1 = df1_act * t_bpfoo + t_w7lcw * da_act_x2 + t_3go2w * da_act_x3;
-    const real Mx = Mx_v1 - t_2m245 * da_act_x1 - t_yz7e5 * da_act_x2 + K43 * da_act_x3;
+        - K44 * t_bewoy;
+    const real t_gbb3a_2 = p[F] * cos_delta2_act;
+    const real df1_act = t_gbb3a_2 * cos_delta1_act - cos_delta2_v1 * p[F] * cos_delta1_v1;
+    const real df2_act = p[F] * sin_delta2_act - t_jczim;
+    const real da_act_y2 = df2_act + t_gousg * df1_act;
+    const real df3_act = t_m2xxj * p[F] - t_gbb3a_2 * sin_delta1_act;
+    const real da_act_y3 = df3_act + t_gousg_2 * df1_act - K_L32 * da_act_y2;
+    const real da_act_x3 = da_act_y3 * t_6dtnj_4;
+    const real da_act_x2 = da_act_y2 * t_6dtnj_3 - K_L32 * da_act_x3;
+    const real da_act_x1 = df1_act * t_6dtnj_2 + t_gousg * da_act_x2 + t_gousg_2 * da_act_x3;
+    const real Mx = Mx_v1 - t_hig3c_3 * da_act_x1 - t_belws * da_act_x2 + K43 * da_act_x3;
     const real b4 = Mx - n4;
-    const real t_lwe76 = p[b] + p[d] + x_C;
+    const real t_bknng = p[b] + p[d] + x_C;
     const real Mz_v1 = n5
         + G2_v1 * K55
         + G3_v1 * K65
-        - t_6mmeb * ax_v1
-        - t_6mmeb * da_v1_x1
+        - t_6iku5 * ax_v1
+        - t_6iku5 * da_v1_x1
         + K52 * a2_v1
         + K52 * da_v1_x2
         + K53 * a3_v1
         + K53 * da_v1_x3
-        - K54 * t_dyqoa
-        + t_uqkgz * t_lwe76;
+        - K54 * t_bewoy
+        + t_jczim * t_bknng;
     const real Mz = Mz_v1
-        - t_6mmeb * da_act_x1
+        - t_6iku5 * da_act_x1
         + K52 * da_act_x2
         + K53 * da_act_x3
-        + df2_act * t_lwe76;
-    const real b5 = Mz - n5 - f_y * t_lwe76;
-    const real t_lpjfo = t_y4w6o * sin_delta1_act;
-    const real My_v1 = t_s3dfp * t_lwe76
+        + df2_act * t_bknng;
+    const real b5 = Mz - n5 - f_y * t_bknng;
+    const real t_y3fxb = t_gbb3a * sin_delta1_act;
+    const real My_v1 = t_v7qgl * t_bknng
         - n6
         - G2_v1 * K65
         - G3_v1 * K66
-        + t_bl4f2 * ax_v1
-        + t_bl4f2 * da_v1_x1
-        + t_hjmgb * a2_v1
-        + t_hjmgb * da_v1_x2
+        + t_6iku5_2 * ax_v1
+        + t_6iku5_2 * da_v1_x1
+        + t_edvw3_2 * a2_v1
+        + t_edvw3_2 * da_v1_x2
         - K63 * a3_v1
         - K63 * da_v1_x3
-        + K64 * t_dyqoa;
+        + K64 * t_bewoy;
     const real My = My_v1
-        - df3_act * t_lwe76
-        + t_bl4f2 * da_act_x1
-        + t_hjmgb * da_act_x2
+        - df3_act * t_bknng
+        + t_6iku5_2 * da_act_x1
+        + t_edvw3_2 * da_act_x2
         - K63 * da_act_x3;
-    const real b6 = t_lpjfo * t_lwe76 - (My + n6);
-    const real X_y2 = b2 + t_w7lcw * b1;
-    const real X_y3 = t_3go2w * b1 - (t_lpjfo + n3) - K_L32 * X_y2;
-    const real X_y4 = b4 + t_xq4wt * b1 + t_4jmrt * X_y2 - K_L43 * X_y3;
+    const real b6 = t_y3fxb * t_bknng - (My + n6);
+    const real X_y2 = b2 + t_gousg * b1;
+    const real X_y3 = t_gousg_2 * b1 - (t_y3fxb + n3) - K_L32 * X_y2;
+    const real X_y4 = b4 + t_w6lcf * b1 + t_bopbx * X_y2 - K_L43 * X_y3;
     const real X_y5 = b5
-        + t_vshgd * b1
+        + t_s62lc * b1
         - K_L52 * X_y2
         - K_L53 * X_y3
         - K_L54 * X_y4;
     const real X_y6 = b6
-        + t_e4enr * b1
-        + t_dj64q * X_y2
+        + t_s62lc_2 * b1
+        + t_bk7yo * X_y2
         - K_L63 * X_y3
         - K_L64 * X_y4
         - K_L65 * X_y5;
     const real X_x6 = X_y6 / K_D6;
-    const real X_x5 = X_y5 * t_ftqxb - K_L65 * X_x6;
-    const real X_x4 = X_y4 * t_lt2al - K_L54 * X_x5 - K_L64 * X_x6;
-    const real X_x3 = X_y3 * t_zmh3u - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
-    const real X_x2 = X_y2 * t_4iujv
+    const real X_x5 = X_y5 * t_6dtnj_6 - K_L65 * X_x6;
+    const real X_x4 = X_y4 * t_6dtnj_5 - K_L54 * X_x5 - K_L64 * X_x6;
+    const real X_x3 = X_y3 * t_6dtnj_4 - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
+    const real X_x2 = X_y2 * t_6dtnj_3
         - K_L32 * X_x3
-        + t_4jmrt * X_x4
+        + t_bopbx * X_x4
         - K_L52 * X_x5
-        + t_dj64q * X_x6;
-    const real X_x1 = b1 * t_bpfoo
-        + t_w7lcw * X_x2
-        + t_3go2w * X_x3
-        + t_xq4wt * X_x4
-        + t_vshgd * X_x5
-        + t_e4enr * X_x6;
+        + t_bk7yo * X_x6;
+    const real X_x1 = b1 * t_6dtnj_2
+        + t_gousg * X_x2
+        + t_gousg_2 * X_x3
+        + t_w6lcf * X_x4
+        + t_s62lc * X_x5
+        + t_s62lc_2 * X_x6;
     const real G_t1 = X_x5 * sin_theta1 + X_x6 * cos_theta1;
     const real Gt_eta1 = G_t1 + eta1;
-    const real t_ynvhx = cos_phi1 * (G_t1 * e1 + X_x2 * sin_theta1 + X_x3 * cos_theta1)
-        + sin_phi1 * (X_x1 - t_w7vil);
-    const real phi_acc1 = Gt_eta1 - (loss_phi1 + p[I1] * (Gt_eta1 + X_x4)) * t_zrejm - k1 * t_ynvhx;
-    const real t_g433r = X_x5 - W12;
-    const real t_mwq7z = X_x4 + X_x5;
-    const real t_5ffnn = zeta1
+    const real t_2prat = cos_phi1 * (G_t1 * e1 + X_x2 * sin_theta1 + X_x3 * cos_theta1)
+        + sin_phi1 * (X_x1 - t_aqrn5);
+    const real phi_acc1 = Gt_eta1 - (loss_phi1 + p[I1] * (Gt_eta1 + X_x4)) * t_gbl6n - k1 * t_2prat;
+    const real t_3ipx7 = X_x5 - W12;
+    const real t_hig3c_7 = X_x4 + X_x5;
+    const real t_pksrm = zeta1
         + X_x2 * cos_theta1
         + g_1 * (X_x5 * cos_theta1 - X_x6 * sin_theta1)
-        - t_mwq7z * q_1
+        - t_hig3c_7 * q_1
         - X_x3 * sin_theta1;
-    const real theta_acc1 = -(t_g433r + th_1 * (loss_theta1 * (K(1.0) / p[m1]) + q_1 * t_5ffnn));
+    const real theta_acc1 = -(t_3ipx7 + th_1 * (loss_theta1 * (K(1.0) / p[m1]) + q_1 * t_pksrm));
     const real G_t2 = X_x5 * sin_theta2 + X_x6 * cos_theta2;
     const real Gt_eta2 = G_t2 + eta2;
-    const real t_rrute = cos_phi2 * (G_t2 * e2 + X_x2 * sin_theta2 + X_x3 * cos_theta2)
-        + sin_phi2 * (X_x1 - t_6fvzz);
-    const real phi_acc2 = Gt_eta2 - (loss_phi2 + p[I2] * (Gt_eta2 + X_x4)) * t_5wzvs - k2 * t_rrute;
-    const real t_oqair = zeta2
+    const real t_y662k = cos_phi2 * (G_t2 * e2 + X_x2 * sin_theta2 + X_x3 * cos_theta2)
+        + sin_phi2 * (X_x1 - t_3hay7);
+    const real phi_acc2 = Gt_eta2 - (loss_phi2 + p[I2] * (Gt_eta2 + X_x4)) * t_jx6g7 - k2 * t_y662k;
+    const real t_zj7x3 = zeta2
         + X_x2 * cos_theta2
         + g_2 * (X_x5 * cos_theta2 - X_x6 * sin_theta2)
-        - t_mwq7z * q_2
+        - t_hig3c_7 * q_2
         - X_x3 * sin_theta2;
-    const real theta_acc2 = -(t_g433r + th_2 * (loss_theta2 * (K(1.0) / p[m2]) + q_2 * t_oqair));
+    const real theta_acc2 = -(t_3ipx7 + th_2 * (loss_theta2 * (K(1.0) / p[m2]) + q_2 * t_zj7x3));
     real sin_att2, cos_att2; mv_sincos(q[att2], &sin_att2, &cos_att2);
     real sin_att1, cos_att1; mv_sincos(q[att1], &sin_att1, &cos_att1);
     const real t_oa5el = K(1.0) / cos_att2;
@@ -6333,7 +6333,7 @@ void slosh_lyapunov_v1_loop_euler(const real *q, const real *r, const real *p, c
     dq[2] = X_x3 - X_x6 * x_C + (q[vx] * q[wy] - q[vy] * q[wx]);
     dq[3] = X_x4;
     dq[4] = W13 - X_x6;
-    dq[5] = t_g433r;
+    dq[5] = t_3ipx7;
     dq[6] = q[wx] + sin_att2 * t_s66h7 + sin_att2 * t_bi4sl;
     dq[7] = cos_att1 * q[wy] - sin_att1 * q[wz];
     dq[8] = t_s66h7 + t_bi4sl;
@@ -6405,10 +6405,10 @@ void slosh_lyapunov_v1_loop_reduced(const real *q, const real *r, const real *p,
     const real t_pv3py = cos_phi1 * p[l1] * p[m1];
     const real gy_phi1 = sin_theta1 * t_pv3py;  /* (25) */
     const real gz_phi1 = cos_theta1 * t_pv3py;  /* (25) */
-    const real t_bnlcb = gy_phi1 * p[h1];
+    const real t_7uzqh = gy_phi1 * p[h1];
     const real t_frhni = t_yx2kz * sin_theta1;
-    const real cz_phi1 = t_bnlcb - t_frhni;  /* (25) */
-    const real t_azo52 = gx_phi1 * p[h1];
+    const real cz_phi1 = t_7uzqh - t_frhni;  /* (25) */
+    const real t_2bctd = gx_phi1 * p[h1];
     const real t_5vpfz = sin_theta1 * q[wy] + cos_theta1 * q[wz];
     const real t_3wt73 = t_5vpfz * t_5vpfz;
     const real t_d3hip = cos_theta1 * q[wy] - sin_theta1 * q[wz];
@@ -6418,36 +6418,36 @@ void slosh_lyapunov_v1_loop_reduced(const real *q, const real *r, const real *p,
     const real t_j5zf2 = sin_phi1 * sin_phi1;
     const real t_5dcra = t_yx2kz * t_j5zf2;
     const real t_3mjf5 = t_5dcra * t_5vpfz;
-    const real t_oc5tk = t_os4zj + t_os4zj;
+    const real t_os4zj_2 = t_os4zj + t_os4zj;
     const real k_phi1 = p[eps1] * q[phi1_dot]
-        - t_azo52 * t_3wt73
-        - t_azo52 * (t_d3hip * t_d3hip)
+        - t_2bctd * t_3wt73
+        - t_2bctd * (t_d3hip * t_d3hip)
         - q[theta1_dot] * q[theta1_dot] * t_brgbu
         - t_brgbu * t_wube7
         - (q[theta1_dot] + q[theta1_dot]) * t_3mjf5
         - t_yx2kz * t_5vpfz * q[wx]
         + t_os4zj * t_3wt73 * sin_phi1 * cos_phi1 * p[m1]
-        + t_oc5tk * t_j5zf2 * t_5vpfz * q[wx] * p[m1]
+        + t_os4zj_2 * t_j5zf2 * t_5vpfz * q[wx] * p[m1]
         + cos_phi1 * t_5vpfz * p[h1] * q[wx] * p[l1] * p[m1]
-        + t_oc5tk * sin_phi1 * cos_phi1 * q[theta1_dot] * q[wx] * p[m1];  /* (25) */
+        + t_os4zj_2 * sin_phi1 * cos_phi1 * q[theta1_dot] * q[wx] * p[m1];  /* (25) */
     const real D_theta1 = t_5dcra + p[I1];  /* (26) */
     const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
-    const real t_e5ugo = sin_theta1 * gx_phi1;
-    const real t_xoziy = t_e5ugo * p[h1];
-    const real cy_theta1 = t_xoziy - t_fgmjk * t_frhni;  /* (26) */
-    const real t_m5cmg = gy_theta1 * p[h1];
+    const real t_nimne = sin_theta1 * gx_phi1;
+    const real t_f4thv = t_nimne * p[h1];
+    const real cy_theta1 = t_f4thv - t_fgmjk * t_frhni;  /* (26) */
+    const real t_eacod = gy_theta1 * p[h1];
     const real t_w7asd = t_yx2kz * cos_theta1;
-    const real t_deay5 = t_m5cmg - t_fgmjk * t_w7asd;
-    const real cz_theta1 = t_deay5 + p[I1];  /* (26) */
+    const real t_tfgbs = t_eacod - t_fgmjk * t_w7asd;
+    const real cz_theta1 = t_tfgbs + p[I1];  /* (26) */
     const real t_ybskz = t_d3hip * q[wx];
-    const real t_j5odj = q[phi1_dot] + q[phi1_dot];
-    const real Dd_theta1 = t_brgbu * t_j5odj;
-    const real t_b7wcv = Dd_theta1 * q[theta1_dot];
+    const real t_hjux3 = q[phi1_dot] + q[phi1_dot];
+    const real Dd_theta1 = t_brgbu * t_hjux3;
+    const real t_awntx = Dd_theta1 * q[theta1_dot];
     const real k_theta1 = p[eps1] * q[theta1_dot]
-        + t_azo52 * t_ybskz
-        + t_3mjf5 * t_j5odj
+        + t_2bctd * t_ybskz
+        + t_3mjf5 * t_hjux3
         + t_3mjf5 * t_d3hip
-        + t_b7wcv
+        + t_awntx
         - t_brgbu * t_ybskz
         - Dd_theta1 * q[wx];  /* (26) */
     const real t_nfvux = p[l2] * p[l2];
@@ -6459,12 +6459,12 @@ void slosh_lyapunov_v1_loop_reduced(const real *q, const real *r, const real *p,
     real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
     const real gy_phi2 = t_aafcb * sin_theta2;  /* (25) */
     const real gz_phi2 = t_aafcb * cos_theta2;  /* (25) */
-    const real t_ba7if = gy_phi2 * p[h2];
+    const real t_zlzao = gy_phi2 * p[h2];
     const real t_hhb7k = sin_theta2 * t_frp3h;
-    const real cz_phi2 = t_ba7if - t_hhb7k;  /* (25) */
+    const real cz_phi2 = t_zlzao - t_hhb7k;  /* (25) */
     const real t_qg23f = sin_phi2 * cos_phi2;
     const real t_yetof = t_qg23f * t_frp3h;
-    const real t_svo5z = gx_phi2 * p[h2];
+    const real t_yggmz = gx_phi2 * p[h2];
     const real t_cuv7o = sin_theta2 * q[wy] + cos_theta2 * q[wz];
     const real t_flneb = t_cuv7o * t_cuv7o;
     const real t_3cqcq = cos_theta2 * q[wy] - sin_theta2 * q[wz];
@@ -6473,8 +6473,8 @@ void slosh_lyapunov_v1_loop_reduced(const real *q, const real *r, const real *p,
     const real t_gnuap = t_cuv7o * t_jeevc;
     const real k_phi2 = p[eps2] * q[phi2_dot]
         - t_wube7 * t_yetof
-        - t_svo5z * t_flneb
-        - t_svo5z * (t_3cqcq * t_3cqcq)
+        - t_yggmz * t_flneb
+        - t_yggmz * (t_3cqcq * t_3cqcq)
         - q[theta2_dot] * q[theta2_dot] * t_yetof
         - (q[theta2_dot] + q[theta2_dot]) * t_gnuap
         - t_cuv7o * t_frp3h * q[wx]
@@ -6484,151 +6484,151 @@ void slosh_lyapunov_v1_loop_reduced(const real *q, const real *r, const real *p,
         + (sin_phi2 + sin_phi2) * cos_phi2 * t_nfvux * q[theta2_dot] * q[wx] * p[m2];  /* (25) */
     const real D_theta2 = t_jeevc + p[I2];  /* (26) */
     const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
-    const real t_7j7h4 = gx_phi2 * sin_theta2;
-    const real t_bxu5p = t_7j7h4 * p[h2];
-    const real cy_theta2 = t_bxu5p - t_hhb7k * t_qg23f;  /* (26) */
-    const real t_gidtm = gy_theta2 * p[h2];
+    const real t_qo6r6 = gx_phi2 * sin_theta2;
+    const real t_k5wof = t_qo6r6 * p[h2];
+    const real cy_theta2 = t_k5wof - t_hhb7k * t_qg23f;  /* (26) */
+    const real t_mne3j = gy_theta2 * p[h2];
     const real t_mlczk = cos_theta2 * t_frp3h;
-    const real t_cq3iz = t_gidtm - t_qg23f * t_mlczk;
-    const real cz_theta2 = t_cq3iz + p[I2];  /* (26) */
+    const real t_tpbol = t_mne3j - t_qg23f * t_mlczk;
+    const real cz_theta2 = t_tpbol + p[I2];  /* (26) */
     const real t_dr7rz = t_3cqcq * q[wx];
-    const real t_473qv = q[phi2_dot] + q[phi2_dot];
-    const real Dd_theta2 = t_yetof * t_473qv;
-    const real t_putjj = Dd_theta2 * q[theta2_dot];
+    const real t_mw75j = q[phi2_dot] + q[phi2_dot];
+    const real Dd_theta2 = t_yetof * t_mw75j;
+    const real t_a5izx = Dd_theta2 * q[theta2_dot];
     const real k_theta2 = p[eps2] * q[theta2_dot]
         + t_3cqcq * t_gnuap
-        + t_svo5z * t_dr7rz
-        + t_gnuap * t_473qv
-        + t_putjj
+        + t_yggmz * t_dr7rz
+        + t_gnuap * t_mw75j
+        + t_a5izx
         - t_yetof * t_dr7rz
         - t_yetof * (q[wx] + q[wx]) * q[phi2_dot];  /* (26) */
     const real ax_eq = p[F] / (p[m] + p[m0] + p[m1] + p[m2]);  /* (19) */
     const real W_phi1 = c[r9] * p[m1];  /* (27) */
-    const real cdy_phi1 = t_m5cmg * q[phi1_dot] + cz_phi1 * q[theta1_dot];
-    const real t_pthak = gz_phi1 * p[h1];
-    const real t_x5blp = t_pthak - t_os4zj * cos_theta1 * p[m1];
-    const real cdz_phi1 = t_x5blp * q[theta1_dot] - t_xoziy * q[phi1_dot];
+    const real cdy_phi1 = t_eacod * q[phi1_dot] + cz_phi1 * q[theta1_dot];
+    const real t_7uzqh_2 = gz_phi1 * p[h1];
+    const real t_w3oy6 = t_7uzqh_2 - t_os4zj * cos_theta1 * p[m1];
+    const real cdz_phi1 = t_w3oy6 * q[theta1_dot] - t_f4thv * q[phi1_dot];
     const real W_theta1 = c[r10] * p[m1];  /* (27) */
     const real t_tdfn5 = cos_phi1 * cos_phi1;
-    const real cdy_theta1 = t_deay5 * q[theta1_dot] + q[phi1_dot] * (t_bnlcb + t_j5zf2 * t_frhni - t_tdfn5 * t_frhni);
-    const real cdz_theta1 = q[phi1_dot] * (t_pthak + t_j5zf2 * t_w7asd - t_w7asd * t_tdfn5) - cy_theta1 * q[theta1_dot];
+    const real cdy_theta1 = t_tfgbs * q[theta1_dot] + q[phi1_dot] * (t_7uzqh + t_j5zf2 * t_frhni - t_tdfn5 * t_frhni);
+    const real cdz_theta1 = q[phi1_dot] * (t_7uzqh_2 + t_j5zf2 * t_w7asd - t_w7asd * t_tdfn5) - cy_theta1 * q[theta1_dot];
     const real W_phi2 = c[r9] * p[m2];  /* (27) */
-    const real cdy_phi2 = cz_phi2 * q[theta2_dot] + t_gidtm * q[phi2_dot];
-    const real t_3ndrr = gz_phi2 * p[h2];
-    const real t_ums4z = t_3ndrr - cos_theta2 * t_nfvux * p[m2];
-    const real cdz_phi2 = t_ums4z * q[theta2_dot] - t_bxu5p * q[phi2_dot];
+    const real cdy_phi2 = cz_phi2 * q[theta2_dot] + t_mne3j * q[phi2_dot];
+    const real t_zlzao_2 = gz_phi2 * p[h2];
+    const real t_6qgnx = t_zlzao_2 - cos_theta2 * t_nfvux * p[m2];
+    const real cdz_phi2 = t_6qgnx * q[theta2_dot] - t_k5wof * q[phi2_dot];
     const real W_theta2 = c[r10] * p[m2];  /* (27) */
     const real t_oovgz = cos_phi2 * cos_phi2;
-    const real cdy_theta2 = t_cq3iz * q[theta2_dot] + q[phi2_dot] * (t_ba7if + t_hhb7k * t_acoue - t_hhb7k * t_oovgz);
-    const real cdz_theta2 = q[phi2_dot] * (t_3ndrr + t_acoue * t_mlczk - t_mlczk * t_oovgz) - cy_theta2 * q[theta2_dot];
+    const real cdy_theta2 = t_tpbol * q[theta2_dot] + q[phi2_dot] * (t_zlzao + t_hhb7k * t_acoue - t_hhb7k * t_oovgz);
+    const real cdz_theta2 = q[phi2_dot] * (t_zlzao_2 + t_acoue * t_mlczk - t_mlczk * t_oovgz) - cy_theta2 * q[theta2_dot];
     const real t_wij2f = q[vy] * c[r1];
-    const real t_gtrpy = W_phi1 / (D_phi1 * D_phi1);
-    const real t_tlq7s = D_phi1 * q[phi1_dot];
-    const real t_7ig6r = t_gtrpy * (p[I1] * q[wx] - t_x5blp * q[wy] + cz_phi1 * q[wz] + t_tlq7s);
-    const real t_kovll = W_phi2 / (D_phi2 * D_phi2);
-    const real t_ekjz2 = D_phi2 * q[phi2_dot];
-    const real t_m6t54 = t_kovll * (p[I2] * q[wx] - t_ums4z * q[wy] + cz_phi2 * q[wz] + t_ekjz2);
-    const real t_j7ex5 = W_theta1 / (D_theta1 * D_theta1);
-    const real t_iomfo = D_theta1 * q[theta1_dot];
-    const real t_fu574 = t_j7ex5 * (cy_theta1 * q[wy] - t_5dcra * q[wx] + cz_theta1 * q[wz] + t_iomfo);
-    const real t_s5xdh = W_theta2 / (D_theta2 * D_theta2);
-    const real t_kyc32 = D_theta2 * q[theta2_dot];
-    const real t_mtgnz = t_s5xdh * (cy_theta2 * q[wy] - t_jeevc * q[wx] + cz_theta2 * q[wz] + t_kyc32);
+    const real t_hyv47 = W_phi1 / (D_phi1 * D_phi1);
+    const real t_4pqij = D_phi1 * q[phi1_dot];
+    const real t_ixstd = t_hyv47 * (p[I1] * q[wx] - t_w3oy6 * q[wy] + cz_phi1 * q[wz] + t_4pqij);
+    const real t_pi35k = W_phi2 / (D_phi2 * D_phi2);
+    const real t_lzacu = D_phi2 * q[phi2_dot];
+    const real t_nktgp = t_pi35k * (p[I2] * q[wx] - t_6qgnx * q[wy] + cz_phi2 * q[wz] + t_lzacu);
+    const real t_fjjic = W_theta1 / (D_theta1 * D_theta1);
+    const real t_bytnb = D_theta1 * q[theta1_dot];
+    const real t_mehjq = t_fjjic * (cy_theta1 * q[wy] - t_5dcra * q[wx] + cz_theta1 * q[wz] + t_bytnb);
+    const real t_mr7rb = W_theta2 / (D_theta2 * D_theta2);
+    const real t_c7j62 = D_theta2 * q[theta2_dot];
+    const real t_ri5ka = t_mr7rb * (cy_theta2 * q[wy] - t_jeevc * q[wx] + cz_theta2 * q[wz] + t_c7j62);
     const real B_v1 = t_wij2f
-        - t_7ig6r * gy_phi1
-        - t_m6t54 * gy_phi2
-        - t_fu574 * gy_theta1
-        - t_mtgnz * gy_theta2;  /* (29) */
+        - t_ixstd * gy_phi1
+        - t_nktgp * gy_phi2
+        - t_mehjq * gy_theta1
+        - t_ri5ka * gy_theta2;  /* (29) */
     const real t_aqbxr = q[vz] * c[r2];
     const real C_v1 = t_aqbxr
-        - t_7ig6r * gz_phi1
-        - t_m6t54 * gz_phi2
-        + t_fu574 * t_e5ugo
-        + t_mtgnz * t_7j7h4;  /* (29) */
-    const real t_5bilv = ax_eq * gx_phi1;
-    const real t_4oupt = ax_eq * gx_phi2;
+        - t_ixstd * gz_phi1
+        - t_nktgp * gz_phi2
+        + t_mehjq * t_nimne
+        + t_ri5ka * t_qo6r6;  /* (29) */
+    const real t_dolzu = ax_eq * gx_phi1;
+    const real t_3ublu = ax_eq * gx_phi2;
     const real g1_v1 = q[att1] * c[r3]
         - t_aqbxr * q[vy]
-        - t_gtrpy * (t_5bilv * p[I1] + p[I1] * k_phi1)
-        - t_kovll * (t_4oupt * p[I2] + p[I2] * k_phi2)
-        - t_j7ex5 * (t_iomfo * Dd_theta1 - (t_b7wcv * t_5dcra + t_5dcra * k_theta1))
-        - t_s5xdh * (t_kyc32 * Dd_theta2 - (t_putjj * t_jeevc + t_jeevc * k_theta2))
+        - t_hyv47 * (t_dolzu * p[I1] + p[I1] * k_phi1)
+        - t_pi35k * (t_3ublu * p[I2] + p[I2] * k_phi2)
+        - t_fjjic * (t_bytnb * Dd_theta1 - (t_awntx * t_5dcra + t_5dcra * k_theta1))
+        - t_mr7rb * (t_c7j62 * Dd_theta2 - (t_a5izx * t_jeevc + t_jeevc * k_theta2))
         + q[vy] * q[vz] * c[r1];  /* (29) */
     const real g2_v1 = q[att2] * c[r5]
-        + t_gtrpy * (t_5bilv * t_x5blp + t_x5blp * k_phi1 + t_tlq7s * cdy_phi1)
-        + t_kovll * (t_4oupt * t_ums4z + t_ums4z * k_phi2 + t_ekjz2 * cdy_phi2)
-        - t_j7ex5 * (t_b7wcv * cy_theta1 + cy_theta1 * k_theta1 - t_iomfo * cdy_theta1)
-        - t_s5xdh * (t_putjj * cy_theta2 + cy_theta2 * k_theta2 - t_kyc32 * cdy_theta2)
+        + t_hyv47 * (t_dolzu * t_w3oy6 + t_w3oy6 * k_phi1 + t_4pqij * cdy_phi1)
+        + t_pi35k * (t_3ublu * t_6qgnx + t_6qgnx * k_phi2 + t_lzacu * cdy_phi2)
+        - t_fjjic * (t_awntx * cy_theta1 + cy_theta1 * k_theta1 - t_bytnb * cdy_theta1)
+        - t_mr7rb * (t_a5izx * cy_theta2 + cy_theta2 * k_theta2 - t_c7j62 * cdy_theta2)
         + q[vx] * q[vz] * c[r2];  /* (29) */
     const real g3_v1 = q[att3] * c[r7]
         - t_wij2f * q[vx]
-        - t_gtrpy * (t_5bilv * cz_phi1 + cz_phi1 * k_phi1 - t_tlq7s * cdz_phi1)
-        - t_kovll * (t_4oupt * cz_phi2 + cz_phi2 * k_phi2 - t_ekjz2 * cdz_phi2)
-        - t_j7ex5 * (t_b7wcv * cz_theta1 + cz_theta1 * k_theta1 - t_iomfo * cdz_theta1)
-        - t_s5xdh * (t_putjj * cz_theta2 + cz_theta2 * k_theta2 - t_kyc32 * cdz_theta2);  /* (29) */
+        - t_hyv47 * (t_dolzu * cz_phi1 + cz_phi1 * k_phi1 - t_4pqij * cdz_phi1)
+        - t_pi35k * (t_3ublu * cz_phi2 + cz_phi2 * k_phi2 - t_lzacu * cdz_phi2)
+        - t_fjjic * (t_awntx * cz_theta1 + cz_theta1 * k_theta1 - t_bytnb * cdz_theta1)
+        - t_mr7rb * (t_a5izx * cz_theta2 + cz_theta2 * k_theta2 - t_c7j62 * cdz_theta2);  /* (29) */
     const real f11_v1 = c[r4]
-        - t_gtrpy * (p[I1] * p[I1])
-        - t_kovll * (p[I2] * p[I2])
-        - t_j7ex5 * (t_5dcra * t_5dcra)
-        - t_s5xdh * (t_jeevc * t_jeevc);  /* (29) */
-    const real t_fbkub = t_gtrpy * p[I1];
-    const real t_hl4rq = t_kovll * p[I2];
-    const real t_o2dlc = t_j7ex5 * t_5dcra;
-    const real t_omiyj = t_s5xdh * t_jeevc;
-    const real f21_v1 = t_fbkub * t_x5blp + t_hl4rq * t_ums4z + t_o2dlc * cy_theta1 + t_omiyj * cy_theta2;  /* (29) */
+        - t_hyv47 * (p[I1] * p[I1])
+        - t_pi35k * (p[I2] * p[I2])
+        - t_fjjic * (t_5dcra * t_5dcra)
+        - t_mr7rb * (t_jeevc * t_jeevc);  /* (29) */
+    const real t_if7mv = t_hyv47 * p[I1];
+    const real t_tmzpj = t_pi35k * p[I2];
+    const real t_4jpv7 = t_fjjic * t_5dcra;
+    const real t_6ukzg = t_mr7rb * t_jeevc;
+    const real f21_v1 = t_if7mv * t_w3oy6 + t_tmzpj * t_6qgnx + t_4jpv7 * cy_theta1 + t_6ukzg * cy_theta2;  /* (29) */
     const real f22_v1 = c[r6]
-        - t_gtrpy * (t_x5blp * t_x5blp)
-        - t_kovll * (t_ums4z * t_ums4z)
-        - t_j7ex5 * (cy_theta1 * cy_theta1)
-        - t_s5xdh * (cy_theta2 * cy_theta2);  /* (29) */
-    const real f31_v1 = t_o2dlc * cz_theta1 - (t_fbkub * cz_phi1 + t_hl4rq * cz_phi2) + t_omiyj * cz_theta2;  /* (29) */
-    const real f32_v1 = t_gtrpy * t_x5blp * cz_phi1
-        + t_kovll * t_ums4z * cz_phi2
-        - t_j7ex5 * cy_theta1 * cz_theta1
-        - t_s5xdh * cy_theta2 * cz_theta2;  /* (29) */
+        - t_hyv47 * (t_w3oy6 * t_w3oy6)
+        - t_pi35k * (t_6qgnx * t_6qgnx)
+        - t_fjjic * (cy_theta1 * cy_theta1)
+        - t_mr7rb * (cy_theta2 * cy_theta2);  /* (29) */
+    const real f31_v1 = t_4jpv7 * cz_theta1 - (t_if7mv * cz_phi1 + t_tmzpj * cz_phi2) + t_6ukzg * cz_theta2;  /* (29) */
+    const real f32_v1 = t_hyv47 * t_w3oy6 * cz_phi1
+        + t_pi35k * t_6qgnx * cz_phi2
+        - t_fjjic * cy_theta1 * cz_theta1
+        - t_mr7rb * cy_theta2 * cz_theta2;  /* (29) */
     const real f33_v1 = c[r8]
-        - t_gtrpy * (cz_phi1 * cz_phi1)
-        - t_kovll * (cz_phi2 * cz_phi2)
-        - t_j7ex5 * (cz_theta1 * cz_theta1)
-        - t_s5xdh * (cz_theta2 * cz_theta2);  /* (29) */
-    const real t_4v7es = K(1.0) / f11_v1;
-    const real f_v1_L21 = f21_v1 * t_4v7es;
-    const real f_v1_L31 = f31_v1 * t_4v7es;
+        - t_hyv47 * (cz_phi1 * cz_phi1)
+        - t_pi35k * (cz_phi2 * cz_phi2)
+        - t_fjjic * (cz_theta1 * cz_theta1)
+        - t_mr7rb * (cz_theta2 * cz_theta2);  /* (29) */
+    const real t_eleav = K(1.0) / f11_v1;
+    const real f_v1_L21 = f21_v1 * t_eleav;
+    const real f_v1_L31 = f31_v1 * t_eleav;
     const real f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21;
-    const real t_g2uww = f32_v1 - f21_v1 * f_v1_L31;
-    const real t_omhw7 = K(1.0) / f_v1_D2;
-    const real f_v1_L32 = t_g2uww * t_omhw7;
-    const real f_v1_D3 = f33_v1 - t_g2uww * f_v1_L32 - f31_v1 * f_v1_L31;
-    const real t_u5ggi = q[wx] * c[w3] + g1_v1;
-    const real u_v1_y2 = f_v1_L21 * t_u5ggi - (q[wy] * c[w4] + g2_v1);
-    const real u_v1_y3 = f_v1_L31 * t_u5ggi - (q[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
+    const real t_4zipl = f32_v1 - f21_v1 * f_v1_L31;
+    const real t_6dtnj = K(1.0) / f_v1_D2;
+    const real f_v1_L32 = t_4zipl * t_6dtnj;
+    const real f_v1_D3 = f33_v1 - t_4zipl * f_v1_L32 - f31_v1 * f_v1_L31;
+    const real t_yf7hh = q[wx] * c[w3] + g1_v1;
+    const real u_v1_y2 = f_v1_L21 * t_yf7hh - (q[wy] * c[w4] + g2_v1);
+    const real u_v1_y3 = f_v1_L31 * t_yf7hh - (q[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
     const real u_v1_x3 = u_v1_y3 / f_v1_D3;
-    const real u_v1_x2 = u_v1_y2 * t_omhw7 - f_v1_L32 * u_v1_x3;
-    const real t_dyqoa = t_u5ggi * t_4v7es + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
-    const real u_v1_x1 = -t_dyqoa;
-    const real t_mjt7i = B_v1 * c[w1];
-    const real t_2xlzh = C_v1 * c[w2];
-    const real t_2mk3d = p[I1] * t_dyqoa
-        - (t_5bilv + k_phi1)
-        + t_x5blp * u_v1_x2
+    const real u_v1_x2 = u_v1_y2 * t_6dtnj - f_v1_L32 * u_v1_x3;
+    const real t_ofjms = t_yf7hh * t_eleav + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
+    const real u_v1_x1 = -t_ofjms;
+    const real t_ezaly = B_v1 * c[w1];
+    const real t_pj322 = C_v1 * c[w2];
+    const real t_yqonm = p[I1] * t_ofjms
+        - (t_dolzu + k_phi1)
+        + t_w3oy6 * u_v1_x2
         - cz_phi1 * u_v1_x3
-        + gy_phi1 * t_mjt7i
-        + gz_phi1 * t_2xlzh;
-    const real t_xndxw = gy_theta1 * t_mjt7i
-        - (k_theta1 + t_5dcra * t_dyqoa + cy_theta1 * u_v1_x2 + cz_theta1 * u_v1_x3)
-        - t_e5ugo * t_2xlzh;
-    const real t_xrb3a = p[I2] * t_dyqoa
-        - (t_4oupt + k_phi2)
-        + t_ums4z * u_v1_x2
+        + gy_phi1 * t_ezaly
+        + gz_phi1 * t_pj322;
+    const real t_xtoj5 = gy_theta1 * t_ezaly
+        - (k_theta1 + t_5dcra * t_ofjms + cy_theta1 * u_v1_x2 + cz_theta1 * u_v1_x3)
+        - t_nimne * t_pj322;
+    const real t_fkziz = p[I2] * t_ofjms
+        - (t_3ublu + k_phi2)
+        + t_6qgnx * u_v1_x2
         - cz_phi2 * u_v1_x3
-        + gy_phi2 * t_mjt7i
-        + gz_phi2 * t_2xlzh;
-    const real t_l5dvp = gy_theta2 * t_mjt7i
-        - (k_theta2 + t_jeevc * t_dyqoa + cy_theta2 * u_v1_x2 + cz_theta2 * u_v1_x3)
-        - t_7j7h4 * t_2xlzh;
+        + gy_phi2 * t_ezaly
+        + gz_phi2 * t_pj322;
+    const real t_xosmh = gy_theta2 * t_ezaly
+        - (k_theta2 + t_jeevc * t_ofjms + cy_theta2 * u_v1_x2 + cz_theta2 * u_v1_x3)
+        - t_qo6r6 * t_pj322;
     dq[0] = ax_eq - q[vz] * q[wy] + q[vy] * q[wz];
-    dq[1] = q[vz] * q[wx] - q[vx] * q[wz] - t_mjt7i;
-    dq[2] = q[vx] * q[wy] - q[vy] * q[wx] - t_2xlzh;
+    dq[1] = q[vz] * q[wx] - q[vx] * q[wz] - t_ezaly;
+    dq[2] = q[vx] * q[wy] - q[vy] * q[wx] - t_pj322;
     dq[3] = u_v1_x1;
     dq[4] = u_v1_x2;
     dq[5] = u_v1_x3;
@@ -6639,10 +6639,10 @@ void slosh_lyapunov_v1_loop_reduced(const real *q, const real *r, const real *p,
     dq[10] = q[theta1_dot];
     dq[11] = q[phi2_dot];
     dq[12] = q[theta2_dot];
-    dq[13] = t_2mk3d * (K(1.0) / D_phi1);
-    dq[14] = t_xndxw / D_theta1;
-    dq[15] = t_xrb3a * (K(1.0) / D_phi2);
-    dq[16] = t_l5dvp / D_theta2;
+    dq[13] = t_yqonm * (K(1.0) / D_phi1);
+    dq[14] = t_xtoj5 / D_theta1;
+    dq[15] = t_fkziz * (K(1.0) / D_phi2);
+    dq[16] = t_xosmh / D_theta2;
 }
 
 /* closed loop of lyapunov-v1, reduced, euler; 585 operations. */
@@ -6703,10 +6703,10 @@ void slosh_lyapunov_v1_loop_reduced_euler(const real *q, const real *r, const re
     const real t_pv3py = cos_phi1 * p[l1] * p[m1];
     const real gy_phi1 = sin_theta1 * t_pv3py;  /* (25) */
     const real gz_phi1 = cos_theta1 * t_pv3py;  /* (25) */
-    const real t_bnlcb = gy_phi1 * p[h1];
+    const real t_7uzqh = gy_phi1 * p[h1];
     const real t_frhni = t_yx2kz * sin_theta1;
-    const real cz_phi1 = t_bnlcb - t_frhni;  /* (25) */
-    const real t_azo52 = gx_phi1 * p[h1];
+    const real cz_phi1 = t_7uzqh - t_frhni;  /* (25) */
+    const real t_2bctd = gx_phi1 * p[h1];
     const real t_5vpfz = sin_theta1 * q[wy] + cos_theta1 * q[wz];
     const real t_3wt73 = t_5vpfz * t_5vpfz;
     const real t_d3hip = cos_theta1 * q[wy] - sin_theta1 * q[wz];
@@ -6716,36 +6716,36 @@ void slosh_lyapunov_v1_loop_reduced_euler(const real *q, const real *r, const re
     const real t_j5zf2 = sin_phi1 * sin_phi1;
     const real t_5dcra = t_yx2kz * t_j5zf2;
     const real t_3mjf5 = t_5dcra * t_5vpfz;
-    const real t_oc5tk = t_os4zj + t_os4zj;
+    const real t_os4zj_2 = t_os4zj + t_os4zj;
     const real k_phi1 = p[eps1] * q[phi1_dot]
-        - t_azo52 * t_3wt73
-        - t_azo52 * (t_d3hip * t_d3hip)
+        - t_2bctd * t_3wt73
+        - t_2bctd * (t_d3hip * t_d3hip)
         - q[theta1_dot] * q[theta1_dot] * t_brgbu
         - t_brgbu * t_wube7
         - (q[theta1_dot] + q[theta1_dot]) * t_3mjf5
         - t_yx2kz * t_5vpfz * q[wx]
         + t_os4zj * t_3wt73 * sin_phi1 * cos_phi1 * p[m1]
-        + t_oc5tk * t_j5zf2 * t_5vpfz * q[wx] * p[m1]
+        + t_os4zj_2 * t_j5zf2 * t_5vpfz * q[wx] * p[m1]
         + cos_phi1 * t_5vpfz * p[h1] * q[wx] * p[l1] * p[m1]
-        + t_oc5tk * sin_phi1 * cos_phi1 * q[theta1_dot] * q[wx] * p[m1];  /* (25) */
+        + t_os4zj_2 * sin_phi1 * cos_phi1 * q[theta1_dot] * q[wx] * p[m1];  /* (25) */
     const real D_theta1 = t_5dcra + p[I1];  /* (26) */
     const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
-    const real t_e5ugo = sin_theta1 * gx_phi1;
-    const real t_xoziy = t_e5ugo * p[h1];
-    const real cy_theta1 = t_xoziy - t_fgmjk * t_frhni;  /* (26) */
-    const real t_m5cmg = gy_theta1 * p[h1];
+    const real t_nimne = sin_theta1 * gx_phi1;
+    const real t_f4thv = t_nimne * p[h1];
+    const real cy_theta1 = t_f4thv - t_fgmjk * t_frhni;  /* (26) */
+    const real t_eacod = gy_theta1 * p[h1];
     const real t_w7asd = t_yx2kz * cos_theta1;
-    const real t_deay5 = t_m5cmg - t_fgmjk * t_w7asd;
-    const real cz_theta1 = t_deay5 + p[I1];  /* (26) */
+    const real t_tfgbs = t_eacod - t_fgmjk * t_w7asd;
+    const real cz_theta1 = t_tfgbs + p[I1];  /* (26) */
     const real t_ybskz = t_d3hip * q[wx];
-    const real t_j5odj = q[phi1_dot] + q[phi1_dot];
-    const real Dd_theta1 = t_brgbu * t_j5odj;
-    const real t_b7wcv = Dd_theta1 * q[theta1_dot];
+    const real t_hjux3 = q[phi1_dot] + q[phi1_dot];
+    const real Dd_theta1 = t_brgbu * t_hjux3;
+    const real t_awntx = Dd_theta1 * q[theta1_dot];
     const real k_theta1 = p[eps1] * q[theta1_dot]
-        + t_azo52 * t_ybskz
-        + t_3mjf5 * t_j5odj
+        + t_2bctd * t_ybskz
+        + t_3mjf5 * t_hjux3
         + t_3mjf5 * t_d3hip
-        + t_b7wcv
+        + t_awntx
         - t_brgbu * t_ybskz
         - Dd_theta1 * q[wx];  /* (26) */
     const real t_nfvux = p[l2] * p[l2];
@@ -6757,12 +6757,12 @@ void slosh_lyapunov_v1_loop_reduced_euler(const real *q, const real *r, const re
     real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
     const real gy_phi2 = t_aafcb * sin_theta2;  /* (25) */
     const real gz_phi2 = t_aafcb * cos_theta2;  /* (25) */
-    const real t_ba7if = gy_phi2 * p[h2];
+    const real t_zlzao = gy_phi2 * p[h2];
     const real t_hhb7k = sin_theta2 * t_frp3h;
-    const real cz_phi2 = t_ba7if - t_hhb7k;  /* (25) */
+    const real cz_phi2 = t_zlzao - t_hhb7k;  /* (25) */
     const real t_qg23f = sin_phi2 * cos_phi2;
     const real t_yetof = t_qg23f * t_frp3h;
-    const real t_svo5z = gx_phi2 * p[h2];
+    const real t_yggmz = gx_phi2 * p[h2];
     const real t_cuv7o = sin_theta2 * q[wy] + cos_theta2 * q[wz];
     const real t_flneb = t_cuv7o * t_cuv7o;
     const real t_3cqcq = cos_theta2 * q[wy] - sin_theta2 * q[wz];
@@ -6771,8 +6771,8 @@ void slosh_lyapunov_v1_loop_reduced_euler(const real *q, const real *r, const re
     const real t_gnuap = t_cuv7o * t_jeevc;
     const real k_phi2 = p[eps2] * q[phi2_dot]
         - t_wube7 * t_yetof
-        - t_svo5z * t_flneb
-        - t_svo5z * (t_3cqcq * t_3cqcq)
+        - t_yggmz * t_flneb
+        - t_yggmz * (t_3cqcq * t_3cqcq)
         - q[theta2_dot] * q[theta2_dot] * t_yetof
         - (q[theta2_dot] + q[theta2_dot]) * t_gnuap
         - t_cuv7o * t_frp3h * q[wx]
@@ -6782,156 +6782,156 @@ void slosh_lyapunov_v1_loop_reduced_euler(const real *q, const real *r, const re
         + (sin_phi2 + sin_phi2) * cos_phi2 * t_nfvux * q[theta2_dot] * q[wx] * p[m2];  /* (25) */
     const real D_theta2 = t_jeevc + p[I2];  /* (26) */
     const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
-    const real t_7j7h4 = gx_phi2 * sin_theta2;
-    const real t_bxu5p = t_7j7h4 * p[h2];
-    const real cy_theta2 = t_bxu5p - t_hhb7k * t_qg23f;  /* (26) */
-    const real t_gidtm = gy_theta2 * p[h2];
+    const real t_qo6r6 = gx_phi2 * sin_theta2;
+    const real t_k5wof = t_qo6r6 * p[h2];
+    const real cy_theta2 = t_k5wof - t_hhb7k * t_qg23f;  /* (26) */
+    const real t_mne3j = gy_theta2 * p[h2];
     const real t_mlczk = cos_theta2 * t_frp3h;
-    const real t_cq3iz = t_gidtm - t_qg23f * t_mlczk;
-    const real cz_theta2 = t_cq3iz + p[I2];  /* (26) */
+    const real t_tpbol = t_mne3j - t_qg23f * t_mlczk;
+    const real cz_theta2 = t_tpbol + p[I2];  /* (26) */
     const real t_dr7rz = t_3cqcq * q[wx];
-    const real t_473qv = q[phi2_dot] + q[phi2_dot];
-    const real Dd_theta2 = t_yetof * t_473qv;
-    const real t_putjj = Dd_theta2 * q[theta2_dot];
+    const real t_mw75j = q[phi2_dot] + q[phi2_dot];
+    const real Dd_theta2 = t_yetof * t_mw75j;
+    const real t_a5izx = Dd_theta2 * q[theta2_dot];
     const real k_theta2 = p[eps2] * q[theta2_dot]
         + t_3cqcq * t_gnuap
-        + t_svo5z * t_dr7rz
-        + t_gnuap * t_473qv
-        + t_putjj
+        + t_yggmz * t_dr7rz
+        + t_gnuap * t_mw75j
+        + t_a5izx
         - t_yetof * t_dr7rz
         - t_yetof * (q[wx] + q[wx]) * q[phi2_dot];  /* (26) */
     const real ax_eq = p[F] / (p[m] + p[m0] + p[m1] + p[m2]);  /* (19) */
     const real W_phi1 = c[r9] * p[m1];  /* (27) */
-    const real cdy_phi1 = t_m5cmg * q[phi1_dot] + cz_phi1 * q[theta1_dot];
-    const real t_pthak = gz_phi1 * p[h1];
-    const real t_x5blp = t_pthak - t_os4zj * cos_theta1 * p[m1];
-    const real cdz_phi1 = t_x5blp * q[theta1_dot] - t_xoziy * q[phi1_dot];
+    const real cdy_phi1 = t_eacod * q[phi1_dot] + cz_phi1 * q[theta1_dot];
+    const real t_7uzqh_2 = gz_phi1 * p[h1];
+    const real t_w3oy6 = t_7uzqh_2 - t_os4zj * cos_theta1 * p[m1];
+    const real cdz_phi1 = t_w3oy6 * q[theta1_dot] - t_f4thv * q[phi1_dot];
     const real W_theta1 = c[r10] * p[m1];  /* (27) */
     const real t_tdfn5 = cos_phi1 * cos_phi1;
-    const real cdy_theta1 = t_deay5 * q[theta1_dot] + q[phi1_dot] * (t_bnlcb + t_j5zf2 * t_frhni - t_tdfn5 * t_frhni);
-    const real cdz_theta1 = q[phi1_dot] * (t_pthak + t_j5zf2 * t_w7asd - t_w7asd * t_tdfn5) - cy_theta1 * q[theta1_dot];
+    const real cdy_theta1 = t_tfgbs * q[theta1_dot] + q[phi1_dot] * (t_7uzqh + t_j5zf2 * t_frhni - t_tdfn5 * t_frhni);
+    const real cdz_theta1 = q[phi1_dot] * (t_7uzqh_2 + t_j5zf2 * t_w7asd - t_w7asd * t_tdfn5) - cy_theta1 * q[theta1_dot];
     const real W_phi2 = c[r9] * p[m2];  /* (27) */
-    const real cdy_phi2 = cz_phi2 * q[theta2_dot] + t_gidtm * q[phi2_dot];
-    const real t_3ndrr = gz_phi2 * p[h2];
-    const real t_ums4z = t_3ndrr - cos_theta2 * t_nfvux * p[m2];
-    const real cdz_phi2 = t_ums4z * q[theta2_dot] - t_bxu5p * q[phi2_dot];
+    const real cdy_phi2 = cz_phi2 * q[theta2_dot] + t_mne3j * q[phi2_dot];
+    const real t_zlzao_2 = gz_phi2 * p[h2];
+    const real t_6qgnx = t_zlzao_2 - cos_theta2 * t_nfvux * p[m2];
+    const real cdz_phi2 = t_6qgnx * q[theta2_dot] - t_k5wof * q[phi2_dot];
     const real W_theta2 = c[r10] * p[m2];  /* (27) */
     const real t_oovgz = cos_phi2 * cos_phi2;
-    const real cdy_theta2 = t_cq3iz * q[theta2_dot] + q[phi2_dot] * (t_ba7if + t_hhb7k * t_acoue - t_hhb7k * t_oovgz);
-    const real cdz_theta2 = q[phi2_dot] * (t_3ndrr + t_acoue * t_mlczk - t_mlczk * t_oovgz) - cy_theta2 * q[theta2_dot];
+    const real cdy_theta2 = t_tpbol * q[theta2_dot] + q[phi2_dot] * (t_zlzao + t_hhb7k * t_acoue - t_hhb7k * t_oovgz);
+    const real cdz_theta2 = q[phi2_dot] * (t_zlzao_2 + t_acoue * t_mlczk - t_mlczk * t_oovgz) - cy_theta2 * q[theta2_dot];
     const real t_wij2f = q[vy] * c[r1];
-    const real t_gtrpy = W_phi1 / (D_phi1 * D_phi1);
-    const real t_tlq7s = D_phi1 * q[phi1_dot];
-    const real t_7ig6r = t_gtrpy * (p[I1] * q[wx] - t_x5blp * q[wy] + cz_phi1 * q[wz] + t_tlq7s);
-    const real t_kovll = W_phi2 / (D_phi2 * D_phi2);
-    const real t_ekjz2 = D_phi2 * q[phi2_dot];
-    const real t_m6t54 = t_kovll * (p[I2] * q[wx] - t_ums4z * q[wy] + cz_phi2 * q[wz] + t_ekjz2);
-    const real t_j7ex5 = W_theta1 / (D_theta1 * D_theta1);
-    const real t_iomfo = D_theta1 * q[theta1_dot];
-    const real t_fu574 = t_j7ex5 * (cy_theta1 * q[wy] - t_5dcra * q[wx] + cz_theta1 * q[wz] + t_iomfo);
-    const real t_s5xdh = W_theta2 / (D_theta2 * D_theta2);
-    const real t_kyc32 = D_theta2 * q[theta2_dot];
-    const real t_mtgnz = t_s5xdh * (cy_theta2 * q[wy] - t_jeevc * q[wx] + cz_theta2 * q[wz] + t_kyc32);
+    const real t_hyv47 = W_phi1 / (D_phi1 * D_phi1);
+    const real t_4pqij = D_phi1 * q[phi1_dot];
+    const real t_ixstd = t_hyv47 * (p[I1] * q[wx] - t_w3oy6 * q[wy] + cz_phi1 * q[wz] + t_4pqij);
+    const real t_pi35k = W_phi2 / (D_phi2 * D_phi2);
+    const real t_lzacu = D_phi2 * q[phi2_dot];
+    const real t_nktgp = t_pi35k * (p[I2] * q[wx] - t_6qgnx * q[wy] + cz_phi2 * q[wz] + t_lzacu);
+    const real t_fjjic = W_theta1 / (D_theta1 * D_theta1);
+    const real t_bytnb = D_theta1 * q[theta1_dot];
+    const real t_mehjq = t_fjjic * (cy_theta1 * q[wy] - t_5dcra * q[wx] + cz_theta1 * q[wz] + t_bytnb);
+    const real t_mr7rb = W_theta2 / (D_theta2 * D_theta2);
+    const real t_c7j62 = D_theta2 * q[theta2_dot];
+    const real t_ri5ka = t_mr7rb * (cy_theta2 * q[wy] - t_jeevc * q[wx] + cz_theta2 * q[wz] + t_c7j62);
     const real B_v1 = t_wij2f
-        - t_7ig6r * gy_phi1
-        - t_m6t54 * gy_phi2
-        - t_fu574 * gy_theta1
-        - t_mtgnz * gy_theta2;  /* (29) */
+        - t_ixstd * gy_phi1
+        - t_nktgp * gy_phi2
+        - t_mehjq * gy_theta1
+        - t_ri5ka * gy_theta2;  /* (29) */
     const real t_aqbxr = q[vz] * c[r2];
     const real C_v1 = t_aqbxr
-        - t_7ig6r * gz_phi1
-        - t_m6t54 * gz_phi2
-        + t_fu574 * t_e5ugo
-        + t_mtgnz * t_7j7h4;  /* (29) */
-    const real t_5bilv = ax_eq * gx_phi1;
-    const real t_4oupt = ax_eq * gx_phi2;
+        - t_ixstd * gz_phi1
+        - t_nktgp * gz_phi2
+        + t_mehjq * t_nimne
+        + t_ri5ka * t_qo6r6;  /* (29) */
+    const real t_dolzu = ax_eq * gx_phi1;
+    const real t_3ublu = ax_eq * gx_phi2;
     const real g1_v1 = q[att1] * c[r3]
         - t_aqbxr * q[vy]
-        - t_gtrpy * (t_5bilv * p[I1] + p[I1] * k_phi1)
-        - t_kovll * (t_4oupt * p[I2] + p[I2] * k_phi2)
-        - t_j7ex5 * (t_iomfo * Dd_theta1 - (t_b7wcv * t_5dcra + t_5dcra * k_theta1))
-        - t_s5xdh * (t_kyc32 * Dd_theta2 - (t_putjj * t_jeevc + t_jeevc * k_theta2))
+        - t_hyv47 * (t_dolzu * p[I1] + p[I1] * k_phi1)
+        - t_pi35k * (t_3ublu * p[I2] + p[I2] * k_phi2)
+        - t_fjjic * (t_bytnb * Dd_theta1 - (t_awntx * t_5dcra + t_5dcra * k_theta1))
+        - t_mr7rb * (t_c7j62 * Dd_theta2 - (t_a5izx * t_jeevc + t_jeevc * k_theta2))
         + q[vy] * q[vz] * c[r1];  /* (29) */
     const real g2_v1 = q[att2] * c[r5]
-        + t_gtrpy * (t_5bilv * t_x5blp + t_x5blp * k_phi1 + t_tlq7s * cdy_phi1)
-        + t_kovll * (t_4oupt * t_ums4z + t_ums4z * k_phi2 + t_ekjz2 * cdy_phi2)
-        - t_j7ex5 * (t_b7wcv * cy_theta1 + cy_theta1 * k_theta1 - t_iomfo * cdy_theta1)
-        - t_s5xdh * (t_putjj * cy_theta2 + cy_theta2 * k_theta2 - t_kyc32 * cdy_theta2)
+        + t_hyv47 * (t_dolzu * t_w3oy6 + t_w3oy6 * k_phi1 + t_4pqij * cdy_phi1)
+        + t_pi35k * (t_3ublu * t_6qgnx + t_6qgnx * k_phi2 + t_lzacu * cdy_phi2)
+        - t_fjjic * (t_awntx * cy_theta1 + cy_theta1 * k_theta1 - t_bytnb * cdy_theta1)
+        - t_mr7rb * (t_a5izx * cy_theta2 + cy_theta2 * k_theta2 - t_c7j62 * cdy_theta2)
         + q[vx] * q[vz] * c[r2];  /* (29) */
     const real g3_v1 = q[att3] * c[r7]
         - t_wij2f * q[vx]
-        - t_gtrpy * (t_5bilv * cz_phi1 + cz_phi1 * k_phi1 - t_tlq7s * cdz_phi1)
-        - t_kovll * (t_4oupt * cz_phi2 + cz_phi2 * k_phi2 - t_ekjz2 * cdz_phi2)
-        - t_j7ex5 * (t_b7wcv * cz_theta1 + cz_theta1 * k_theta1 - t_iomfo * cdz_theta1)
-        - t_s5xdh * (t_putjj * cz_theta2 + cz_theta2 * k_theta2 - t_kyc32 * cdz_theta2);  /* (29) */
+        - t_hyv47 * (t_dolzu * cz_phi1 + cz_phi1 * k_phi1 - t_4pqij * cdz_phi1)
+        - t_pi35k * (t_3ublu * cz_phi2 + cz_phi2 * k_phi2 - t_lzacu * cdz_phi2)
+        - t_fjjic * (t_awntx * cz_theta1 + cz_theta1 * k_theta1 - t_bytnb * cdz_theta1)
+        - t_mr7rb * (t_a5izx * cz_theta2 + cz_theta2 * k_theta2 - t_c7j62 * cdz_theta2);  /* (29) */
     const real f11_v1 = c[r4]
-        - t_gtrpy * (p[I1] * p[I1])
-        - t_kovll * (p[I2] * p[I2])
-        - t_j7ex5 * (t_5dcra * t_5dcra)
-        - t_s5xdh * (t_jeevc * t_jeevc);  /* (29) */
-    const real t_fbkub = t_gtrpy * p[I1];
-    const real t_hl4rq = t_kovll * p[I2];
-    const real t_o2dlc = t_j7ex5 * t_5dcra;
-    const real t_omiyj = t_s5xdh * t_jeevc;
-    const real f21_v1 = t_fbkub * t_x5blp + t_hl4rq * t_ums4z + t_o2dlc * cy_theta1 + t_omiyj * cy_theta2;  /* (29) */
+        - t_hyv47 * (p[I1] * p[I1])
+        - t_pi35k * (p[I2] * p[I2])
+        - t_fjjic * (t_5dcra * t_5dcra)
+        - t_mr7rb * (t_jeevc * t_jeevc);  /* (29) */
+    const real t_if7mv = t_hyv47 * p[I1];
+    const real t_tmzpj = t_pi35k * p[I2];
+    const real t_4jpv7 = t_fjjic * t_5dcra;
+    const real t_6ukzg = t_mr7rb * t_jeevc;
+    const real f21_v1 = t_if7mv * t_w3oy6 + t_tmzpj * t_6qgnx + t_4jpv7 * cy_theta1 + t_6ukzg * cy_theta2;  /* (29) */
     const real f22_v1 = c[r6]
-        - t_gtrpy * (t_x5blp * t_x5blp)
-        - t_kovll * (t_ums4z * t_ums4z)
-        - t_j7ex5 * (cy_theta1 * cy_theta1)
-        - t_s5xdh * (cy_theta2 * cy_theta2);  /* (29) */
-    const real f31_v1 = t_o2dlc * cz_theta1 - (t_fbkub * cz_phi1 + t_hl4rq * cz_phi2) + t_omiyj * cz_theta2;  /* (29) */
-    const real f32_v1 = t_gtrpy * t_x5blp * cz_phi1
-        + t_kovll * t_ums4z * cz_phi2
-        - t_j7ex5 * cy_theta1 * cz_theta1
-        - t_s5xdh * cy_theta2 * cz_theta2;  /* (29) */
+        - t_hyv47 * (t_w3oy6 * t_w3oy6)
+        - t_pi35k * (t_6qgnx * t_6qgnx)
+        - t_fjjic * (cy_theta1 * cy_theta1)
+        - t_mr7rb * (cy_theta2 * cy_theta2);  /* (29) */
+    const real f31_v1 = t_4jpv7 * cz_theta1 - (t_if7mv * cz_phi1 + t_tmzpj * cz_phi2) + t_6ukzg * cz_theta2;  /* (29) */
+    const real f32_v1 = t_hyv47 * t_w3oy6 * cz_phi1
+        + t_pi35k * t_6qgnx * cz_phi2
+        - t_fjjic * cy_theta1 * cz_theta1
+        - t_mr7rb * cy_theta2 * cz_theta2;  /* (29) */
     const real f33_v1 = c[r8]
-        - t_gtrpy * (cz_phi1 * cz_phi1)
-        - t_kovll * (cz_phi2 * cz_phi2)
-        - t_j7ex5 * (cz_theta1 * cz_theta1)
-        - t_s5xdh * (cz_theta2 * cz_theta2);  /* (29) */
-    const real t_4v7es = K(1.0) / f11_v1;
-    const real f_v1_L21 = f21_v1 * t_4v7es;
-    const real f_v1_L31 = f31_v1 * t_4v7es;
+        - t_hyv47 * (cz_phi1 * cz_phi1)
+        - t_pi35k * (cz_phi2 * cz_phi2)
+        - t_fjjic * (cz_theta1 * cz_theta1)
+        - t_mr7rb * (cz_theta2 * cz_theta2);  /* (29) */
+    const real t_eleav = K(1.0) / f11_v1;
+    const real f_v1_L21 = f21_v1 * t_eleav;
+    const real f_v1_L31 = f31_v1 * t_eleav;
     const real f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21;
-    const real t_g2uww = f32_v1 - f21_v1 * f_v1_L31;
-    const real t_omhw7 = K(1.0) / f_v1_D2;
-    const real f_v1_L32 = t_g2uww * t_omhw7;
-    const real f_v1_D3 = f33_v1 - t_g2uww * f_v1_L32 - f31_v1 * f_v1_L31;
-    const real t_u5ggi = q[wx] * c[w3] + g1_v1;
-    const real u_v1_y2 = f_v1_L21 * t_u5ggi - (q[wy] * c[w4] + g2_v1);
-    const real u_v1_y3 = f_v1_L31 * t_u5ggi - (q[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
+    const real t_4zipl = f32_v1 - f21_v1 * f_v1_L31;
+    const real t_6dtnj = K(1.0) / f_v1_D2;
+    const real f_v1_L32 = t_4zipl * t_6dtnj;
+    const real f_v1_D3 = f33_v1 - t_4zipl * f_v1_L32 - f31_v1 * f_v1_L31;
+    const real t_yf7hh = q[wx] * c[w3] + g1_v1;
+    const real u_v1_y2 = f_v1_L21 * t_yf7hh - (q[wy] * c[w4] + g2_v1);
+    const real u_v1_y3 = f_v1_L31 * t_yf7hh - (q[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
     const real u_v1_x3 = u_v1_y3 / f_v1_D3;
-    const real u_v1_x2 = u_v1_y2 * t_omhw7 - f_v1_L32 * u_v1_x3;
-    const real t_dyqoa = t_u5ggi * t_4v7es + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
-    const real u_v1_x1 = -t_dyqoa;
-    const real t_mjt7i = B_v1 * c[w1];
-    const real t_2xlzh = C_v1 * c[w2];
+    const real u_v1_x2 = u_v1_y2 * t_6dtnj - f_v1_L32 * u_v1_x3;
+    const real t_ofjms = t_yf7hh * t_eleav + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
+    const real u_v1_x1 = -t_ofjms;
+    const real t_ezaly = B_v1 * c[w1];
+    const real t_pj322 = C_v1 * c[w2];
     real sin_att2, cos_att2; mv_sincos(q[att2], &sin_att2, &cos_att2);
     real sin_att1, cos_att1; mv_sincos(q[att1], &sin_att1, &cos_att1);
     const real t_oa5el = K(1.0) / cos_att2;
     const real t_s66h7 = sin_att1 * t_oa5el * q[wy];
     const real t_bi4sl = cos_att1 * t_oa5el * q[wz];
-    const real t_2mk3d = p[I1] * t_dyqoa
-        - (t_5bilv + k_phi1)
-        + t_x5blp * u_v1_x2
+    const real t_yqonm = p[I1] * t_ofjms
+        - (t_dolzu + k_phi1)
+        + t_w3oy6 * u_v1_x2
         - cz_phi1 * u_v1_x3
-        + gy_phi1 * t_mjt7i
-        + gz_phi1 * t_2xlzh;
-    const real t_xndxw = gy_theta1 * t_mjt7i
-        - (k_theta1 + t_5dcra * t_dyqoa + cy_theta1 * u_v1_x2 + cz_theta1 * u_v1_x3)
-        - t_e5ugo * t_2xlzh;
-    const real t_xrb3a = p[I2] * t_dyqoa
-        - (t_4oupt + k_phi2)
-        + t_ums4z * u_v1_x2
+        + gy_phi1 * t_ezaly
+        + gz_phi1 * t_pj322;
+    const real t_xtoj5 = gy_theta1 * t_ezaly
+        - (k_theta1 + t_5dcra * t_ofjms + cy_theta1 * u_v1_x2 + cz_theta1 * u_v1_x3)
+        - t_nimne * t_pj322;
+    const real t_fkziz = p[I2] * t_ofjms
+        - (t_3ublu + k_phi2)
+        + t_6qgnx * u_v1_x2
         - cz_phi2 * u_v1_x3
-        + gy_phi2 * t_mjt7i
-        + gz_phi2 * t_2xlzh;
-    const real t_l5dvp = gy_theta2 * t_mjt7i
-        - (k_theta2 + t_jeevc * t_dyqoa + cy_theta2 * u_v1_x2 + cz_theta2 * u_v1_x3)
-        - t_7j7h4 * t_2xlzh;
+        + gy_phi2 * t_ezaly
+        + gz_phi2 * t_pj322;
+    const real t_xosmh = gy_theta2 * t_ezaly
+        - (k_theta2 + t_jeevc * t_ofjms + cy_theta2 * u_v1_x2 + cz_theta2 * u_v1_x3)
+        - t_qo6r6 * t_pj322;
     dq[0] = ax_eq - q[vz] * q[wy] + q[vy] * q[wz];
-    dq[1] = q[vz] * q[wx] - q[vx] * q[wz] - t_mjt7i;
-    dq[2] = q[vx] * q[wy] - q[vy] * q[wx] - t_2xlzh;
+    dq[1] = q[vz] * q[wx] - q[vx] * q[wz] - t_ezaly;
+    dq[2] = q[vx] * q[wy] - q[vy] * q[wx] - t_pj322;
     dq[3] = u_v1_x1;
     dq[4] = u_v1_x2;
     dq[5] = u_v1_x3;
@@ -6942,10 +6942,10 @@ void slosh_lyapunov_v1_loop_reduced_euler(const real *q, const real *r, const re
     dq[10] = q[theta1_dot];
     dq[11] = q[phi2_dot];
     dq[12] = q[theta2_dot];
-    dq[13] = t_2mk3d * (K(1.0) / D_phi1);
-    dq[14] = t_xndxw / D_theta1;
-    dq[15] = t_xrb3a * (K(1.0) / D_phi2);
-    dq[16] = t_l5dvp / D_theta2;
+    dq[13] = t_yqonm * (K(1.0) / D_phi1);
+    dq[14] = t_xtoj5 / D_theta1;
+    dq[15] = t_fkziz * (K(1.0) / D_phi2);
+    dq[16] = t_xosmh / D_theta2;
 }
 
 /* margins of a feasible lyapunov-v1; 42 operations. */
@@ -7036,19 +7036,19 @@ void slosh_lyapunov_v1_outputs(const real *x, const real *r, const real *p, cons
     const real t_os4zj = p[l1] * p[l1];
     const real t_yx2kz = t_os4zj * p[m1];
     const real D1 = t_yx2kz + p[I1];
-    const real t_zrejm = K(1.0) / D1;
-    const real t_3qn53 = p[m1] * t_zrejm;
-    const real k1 = t_3qn53 * p[l1];
-    const real me1 = t_3qn53 * p[I1];
+    const real t_gbl6n = K(1.0) / D1;
+    const real t_wywjk = p[m1] * t_gbl6n;
+    const real k1 = t_wywjk * p[l1];
+    const real me1 = t_wywjk * p[I1];
     const real t_6nwd2 = p[l1] * p[m1];
     const real mv1 = t_6nwd2 * k1;
     const real t_nfvux = p[l2] * p[l2];
     const real t_frp3h = t_nfvux * p[m2];
     const real D2 = t_frp3h + p[I2];
-    const real t_5wzvs = K(1.0) / D2;
-    const real t_54cbb = p[m2] * t_5wzvs;
-    const real k2 = t_54cbb * p[l2];
-    const real me2 = t_54cbb * p[I2];
+    const real t_jx6g7 = K(1.0) / D2;
+    const real t_jzg7x = p[m2] * t_jx6g7;
+    const real k2 = t_jzg7x * p[l2];
+    const real me2 = t_jzg7x * p[I2];
     const real t_popww = p[l2] * p[m2];
     const real mv2 = t_popww * k2;
     const real t_omhyl = p[m] + p[m0];
@@ -7061,25 +7061,25 @@ void slosh_lyapunov_v1_outputs(const real *x, const real *r, const real *p, cons
     real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
     real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
     const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
-    const real t_rding = cos_theta1 * x[wz];
-    const real t_a3uw4 = sin_theta1 * x[wy];
-    const real Wt1 = t_rding + t_a3uw4;
+    const real t_rzamr = cos_theta1 * x[wz];
+    const real t_uu2cl = sin_theta1 * x[wy];
+    const real Wt1 = t_rzamr + t_uu2cl;
     const real w_x1 = x[wx] - x[theta1_dot];
     const real p1 = Wn1 + x[phi1_dot];
     const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
-    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
     real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
     real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
     const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
-    const real t_geoui = cos_theta2 * x[wz];
-    const real t_vhhwy = sin_theta2 * x[wy];
-    const real Wt2 = t_geoui + t_vhhwy;
+    const real t_adduy = cos_theta2 * x[wz];
+    const real t_t2zmi = sin_theta2 * x[wy];
+    const real Wt2 = t_adduy + t_t2zmi;
     const real w_x2 = x[wx] - x[theta2_dot];
     const real p2 = Wn2 + x[phi2_dot];
     const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
-    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
     const real t_qux2u = x[wy] * x[wy];
     const real t_kyio7 = x[wz] * x[wz];
     const real t_rybsf = t_qux2u + t_kyio7;
@@ -7105,13 +7105,13 @@ void slosh_lyapunov_v1_outputs(const real *x, const real *r, const real *p, cons
     const real wqS_1 = sin_theta1 * wq_1;
     const real loss_phi1 = p[eps1] * x[phi1_dot];
     const real loss_theta1 = p[eps1] * x[theta1_dot];
-    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
     const real zeta1 = W12 * q_1
         + Wn1 * lc_1 * w_x1
         - chi1 * p[l1] * (p1 + x[phi1_dot]);
     const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_7imwe = B_1 * eta1 + loss_phi1 * k1;
-    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real t_pc5rt = B_1 * eta1 + loss_phi1 * k1;
+    const real F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1;
     const real tension2 = cos_phi2 * (t_rybsf * e2) * mv2 - t_popww * sigma_sq2;
     const real As_2 = mv2 * sin_phi2;
     const real Ass_2 = As_2 * sin_phi2;
@@ -7134,154 +7134,154 @@ void slosh_lyapunov_v1_outputs(const real *x, const real *r, const real *p, cons
     const real wqS_2 = sin_theta2 * wq_2;
     const real loss_phi2 = p[eps2] * x[phi2_dot];
     const real loss_theta2 = p[eps2] * x[theta2_dot];
-    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
     const real zeta2 = W12 * q_2
         + Wn2 * lc_2 * w_x2
         - chi2 * p[l2] * (p2 + x[phi2_dot]);
     const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
-    const real t_4b2fa = B_2 * eta2 + loss_phi2 * k2;
-    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real t_63ozv = B_2 * eta2 + loss_phi2 * k2;
+    const real F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2;
     const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
-    const real t_fbeaw = S_sq1 * tn11_1;
-    const real t_dj555 = S_sq2 * tn11_2;
-    const real K22 = t_fbeaw + t_dj555 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real t_leuxo = S_sq1 * tn11_1;
+    const real t_leuxo_2 = S_sq2 * tn11_2;
+    const real K22 = t_leuxo + t_leuxo_2 + M_C + wth_1 + wth_2 - me1 - me2;
     const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + M_C - t_fbeaw - t_dj555;
+    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo - t_leuxo_2;
     const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
-    const real t_tcgxn = wg_1 - e1 * me1;
-    const real t_uf5ib = wg_2 - e2 * me2;
-    const real t_32gyg = Bc_1 - eAss_1;
-    const real t_65obb = t_32gyg + t_tcgxn;
-    const real t_gbkg6 = Bc_2 - eAss_2;
-    const real t_yoiua = t_gbkg6 + t_uf5ib;
-    const real t_z76hk = S_sq1 * t_65obb + S_sq2 * t_yoiua;
-    const real K52 = t_tcgxn + t_uf5ib - t_z76hk - wqC_1 - wqC_2;
-    const real t_hjmgb = SC1 * t_65obb + SC2 * t_yoiua;
-    const real K53 = wqS_1 - t_hjmgb + wqS_2;
-    const real K63 = t_z76hk - (t_32gyg + t_gbkg6);
+    const real t_67i37 = wg_1 - e1 * me1;
+    const real t_n5kna = wg_2 - e2 * me2;
+    const real t_hig3c = Bc_1 - eAss_1;
+    const real t_vjftl = t_hig3c + t_67i37;
+    const real t_hig3c_2 = Bc_2 - eAss_2;
+    const real t_vsqil = t_hig3c_2 + t_n5kna;
+    const real t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
+    const real K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2;
+    const real t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil;
+    const real K53 = wqS_1 - t_edvw3_2 + wqS_2;
+    const real K63 = t_edvw3 - (t_hig3c + t_hig3c_2);
     const real n2 = F_n1 * cos_theta1 + F_n2 * cos_theta2 + F_t1 * sin_theta1 + F_t2 * sin_theta2;
     const real n3 = F_t1 * cos_theta1 - (F_n1 * sin_theta1 + F_n2 * sin_theta2) + F_t2 * cos_theta2;
     const real gx_phi1 = sin_phi1 * t_6nwd2;  /* (25) */
-    const real t_5zfdh = lc_1 * p[m1];
-    const real gy_phi1 = sin_theta1 * t_5zfdh;  /* (25) */
-    const real gz_phi1 = cos_theta1 * t_5zfdh;  /* (25) */
-    const real t_bnlcb = gy_phi1 * p[h1];
-    const real t_4xxce = t_yx2kz * sin_theta1;
-    const real cz_phi1 = t_bnlcb - t_4xxce;  /* (25) */
-    const real t_azo52 = gx_phi1 * p[h1];
-    const real t_amwyw = t_a3uw4 + t_rding;
-    const real t_7eszt = t_amwyw * t_amwyw;
+    const real t_3s3hq = lc_1 * p[m1];
+    const real gy_phi1 = sin_theta1 * t_3s3hq;  /* (25) */
+    const real gz_phi1 = cos_theta1 * t_3s3hq;  /* (25) */
+    const real t_ik6g5 = gy_phi1 * p[h1];
+    const real t_dmccl = t_yx2kz * sin_theta1;
+    const real cz_phi1 = t_ik6g5 - t_dmccl;  /* (25) */
+    const real t_sxxxk = gx_phi1 * p[h1];
+    const real t_l4ozg = t_uu2cl + t_rzamr;
+    const real t_wjugd = t_l4ozg * t_l4ozg;
     const real t_f5hf3 = x[theta1_dot] * x[theta1_dot];
-    const real t_a233z = sin_phi1 * cos_phi1;
-    const real t_5jodw = t_yx2kz * t_a233z;
+    const real t_hjphj = sin_phi1 * cos_phi1;
+    const real t_lgf4h = t_yx2kz * t_hjphj;
     const real t_wube7 = x[wx] * x[wx];
-    const real t_djbtf = x[theta1_dot] + x[theta1_dot];
-    const real t_3qva5 = sin_phi1 * sin_phi1;
-    const real t_invly = t_yx2kz * t_3qva5;
-    const real t_h5pol = t_invly * t_amwyw;
-    const real t_oc5tk = t_os4zj + t_os4zj;
+    const real t_2zkgz = x[theta1_dot] + x[theta1_dot];
+    const real t_hjphj_2 = sin_phi1 * sin_phi1;
+    const real t_lgf4h_2 = t_yx2kz * t_hjphj_2;
+    const real t_mgpcw = t_lgf4h_2 * t_l4ozg;
+    const real t_os4zj_2 = t_os4zj + t_os4zj;
     const real k_phi1 = loss_phi1
-        - t_azo52 * t_7eszt
-        - t_azo52 * (Wn1 * Wn1)
-        - t_f5hf3 * t_5jodw
-        - t_5jodw * t_wube7
-        - t_djbtf * t_h5pol
-        - t_yx2kz * t_amwyw * x[wx]
-        + t_os4zj * t_7eszt * sin_phi1 * cos_phi1 * p[m1]
-        + t_oc5tk * t_3qva5 * t_amwyw * x[wx] * p[m1]
-        + cos_phi1 * t_amwyw * p[h1] * x[wx] * p[l1] * p[m1]
-        + t_oc5tk * sin_phi1 * cos_phi1 * x[theta1_dot] * x[wx] * p[m1];  /* (25) */
-    const real D_theta1 = t_invly + p[I1];  /* (26) */
+        - t_sxxxk * t_wjugd
+        - t_sxxxk * (Wn1 * Wn1)
+        - t_f5hf3 * t_lgf4h
+        - t_lgf4h * t_wube7
+        - t_2zkgz * t_mgpcw
+        - t_yx2kz * t_l4ozg * x[wx]
+        + t_os4zj * t_wjugd * sin_phi1 * cos_phi1 * p[m1]
+        + t_os4zj_2 * t_hjphj_2 * t_l4ozg * x[wx] * p[m1]
+        + cos_phi1 * t_l4ozg * p[h1] * x[wx] * p[l1] * p[m1]
+        + t_os4zj_2 * sin_phi1 * cos_phi1 * x[theta1_dot] * x[wx] * p[m1];  /* (25) */
+    const real D_theta1 = t_lgf4h_2 + p[I1];  /* (26) */
     const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
-    const real t_tpms2 = sin_theta1 * gx_phi1;
-    const real t_nmcsn = t_tpms2 * p[h1];
-    const real cy_theta1 = t_nmcsn - t_a233z * t_4xxce;  /* (26) */
-    const real t_m5cmg = gy_theta1 * p[h1];
-    const real t_bdhgv = t_yx2kz * cos_theta1;
-    const real t_uyufu = t_m5cmg - t_a233z * t_bdhgv;
-    const real cz_theta1 = t_uyufu + p[I1];  /* (26) */
-    const real t_ywy5z = Wn1 * x[wx];
-    const real t_j5odj = x[phi1_dot] + x[phi1_dot];
-    const real Dd_theta1 = t_5jodw * t_j5odj;
-    const real t_b7wcv = Dd_theta1 * x[theta1_dot];
+    const real t_iouus = sin_theta1 * gx_phi1;
+    const real t_d2e6j = t_iouus * p[h1];
+    const real cy_theta1 = t_d2e6j - t_hjphj * t_dmccl;  /* (26) */
+    const real t_n4yir = gy_theta1 * p[h1];
+    const real t_dmccl_2 = t_yx2kz * cos_theta1;
+    const real t_scs5l = t_n4yir - t_hjphj * t_dmccl_2;
+    const real cz_theta1 = t_scs5l + p[I1];  /* (26) */
+    const real t_prfqf = Wn1 * x[wx];
+    const real t_hjux3 = x[phi1_dot] + x[phi1_dot];
+    const real Dd_theta1 = t_lgf4h * t_hjux3;
+    const real t_7xuxq = Dd_theta1 * x[theta1_dot];
     const real k_theta1 = loss_theta1
-        + t_azo52 * t_ywy5z
-        + t_h5pol * t_j5odj
-        + t_h5pol * Wn1
-        + t_b7wcv
-        - t_5jodw * t_ywy5z
+        + t_sxxxk * t_prfqf
+        + t_mgpcw * t_hjux3
+        + t_mgpcw * Wn1
+        + t_7xuxq
+        - t_lgf4h * t_prfqf
         - Dd_theta1 * x[wx];  /* (26) */
     const real gx_phi2 = t_popww * sin_phi2;  /* (25) */
-    const real t_p4m3j = lc_2 * p[m2];
-    const real gy_phi2 = t_p4m3j * sin_theta2;  /* (25) */
-    const real gz_phi2 = t_p4m3j * cos_theta2;  /* (25) */
-    const real t_ba7if = gy_phi2 * p[h2];
-    const real t_tb25v = sin_theta2 * t_frp3h;
-    const real cz_phi2 = t_ba7if - t_tb25v;  /* (25) */
-    const real t_nqm7d = sin_phi2 * cos_phi2;
-    const real t_2t5uv = t_nqm7d * t_frp3h;
-    const real t_svo5z = gx_phi2 * p[h2];
-    const real t_kmx3q = t_vhhwy + t_geoui;
-    const real t_3chhy = t_kmx3q * t_kmx3q;
+    const real t_7pqnn = lc_2 * p[m2];
+    const real gy_phi2 = t_7pqnn * sin_theta2;  /* (25) */
+    const real gz_phi2 = t_7pqnn * cos_theta2;  /* (25) */
+    const real t_tkdjn = gy_phi2 * p[h2];
+    const real t_c4pkx = sin_theta2 * t_frp3h;
+    const real cz_phi2 = t_tkdjn - t_c4pkx;  /* (25) */
+    const real t_pt6a7 = sin_phi2 * cos_phi2;
+    const real t_6pfo6 = t_pt6a7 * t_frp3h;
+    const real t_2ys72 = gx_phi2 * p[h2];
+    const real t_doiln = t_t2zmi + t_adduy;
+    const real t_7ovbh = t_doiln * t_doiln;
     const real t_h6l62 = x[theta2_dot] * x[theta2_dot];
-    const real t_m5kd4 = x[theta2_dot] + x[theta2_dot];
-    const real t_4j4b3 = sin_phi2 * sin_phi2;
-    const real t_claqt = t_4j4b3 * t_frp3h;
-    const real t_imick = t_kmx3q * t_claqt;
+    const real t_m7bta = x[theta2_dot] + x[theta2_dot];
+    const real t_pt6a7_2 = sin_phi2 * sin_phi2;
+    const real t_6pfo6_2 = t_pt6a7_2 * t_frp3h;
+    const real t_n7l2g = t_doiln * t_6pfo6_2;
     const real k_phi2 = loss_phi2
-        - t_wube7 * t_2t5uv
-        - t_svo5z * t_3chhy
-        - t_svo5z * (Wn2 * Wn2)
-        - t_h6l62 * t_2t5uv
-        - t_m5kd4 * t_imick
-        - t_kmx3q * t_frp3h * x[wx]
-        + t_3chhy * sin_phi2 * cos_phi2 * t_nfvux * p[m2]
-        + (t_kmx3q + t_kmx3q) * t_4j4b3 * t_nfvux * x[wx] * p[m2]
-        + t_kmx3q * cos_phi2 * p[h2] * x[wx] * p[l2] * p[m2]
+        - t_wube7 * t_6pfo6
+        - t_2ys72 * t_7ovbh
+        - t_2ys72 * (Wn2 * Wn2)
+        - t_h6l62 * t_6pfo6
+        - t_m7bta * t_n7l2g
+        - t_doiln * t_frp3h * x[wx]
+        + t_7ovbh * sin_phi2 * cos_phi2 * t_nfvux * p[m2]
+        + (t_doiln + t_doiln) * t_pt6a7_2 * t_nfvux * x[wx] * p[m2]
+        + t_doiln * cos_phi2 * p[h2] * x[wx] * p[l2] * p[m2]
         + (sin_phi2 + sin_phi2) * cos_phi2 * t_nfvux * x[theta2_dot] * x[wx] * p[m2];  /* (25) */
-    const real D_theta2 = t_claqt + p[I2];  /* (26) */
+    const real D_theta2 = t_6pfo6_2 + p[I2];  /* (26) */
     const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
-    const real t_h3pge = gx_phi2 * sin_theta2;
-    const real t_ikdxp = t_h3pge * p[h2];
-    const real cy_theta2 = t_ikdxp - t_tb25v * t_nqm7d;  /* (26) */
-    const real t_gidtm = gy_theta2 * p[h2];
-    const real t_senbd = cos_theta2 * t_frp3h;
-    const real t_3o3n4 = t_gidtm - t_nqm7d * t_senbd;
-    const real cz_theta2 = t_3o3n4 + p[I2];  /* (26) */
-    const real t_nw7er = Wn2 * x[wx];
-    const real t_473qv = x[phi2_dot] + x[phi2_dot];
-    const real Dd_theta2 = t_2t5uv * t_473qv;
-    const real t_putjj = Dd_theta2 * x[theta2_dot];
+    const real t_cfuim = gx_phi2 * sin_theta2;
+    const real t_ipyra = t_cfuim * p[h2];
+    const real cy_theta2 = t_ipyra - t_c4pkx * t_pt6a7;  /* (26) */
+    const real t_epql5 = gy_theta2 * p[h2];
+    const real t_c4pkx_2 = cos_theta2 * t_frp3h;
+    const real t_rdvkg = t_epql5 - t_pt6a7 * t_c4pkx_2;
+    const real cz_theta2 = t_rdvkg + p[I2];  /* (26) */
+    const real t_prfqf_2 = Wn2 * x[wx];
+    const real t_mw75j = x[phi2_dot] + x[phi2_dot];
+    const real Dd_theta2 = t_6pfo6 * t_mw75j;
+    const real t_5f4es = Dd_theta2 * x[theta2_dot];
     const real k_theta2 = loss_theta2
-        + Wn2 * t_imick
-        + t_svo5z * t_nw7er
-        + t_imick * t_473qv
-        + t_putjj
-        - t_2t5uv * t_nw7er
-        - t_2t5uv * (x[wx] + x[wx]) * x[phi2_dot];  /* (26) */
+        + Wn2 * t_n7l2g
+        + t_2ys72 * t_prfqf_2
+        + t_n7l2g * t_mw75j
+        + t_5f4es
+        - t_6pfo6 * t_prfqf_2
+        - t_6pfo6 * (x[wx] + x[wx]) * x[phi2_dot];  /* (26) */
     const real ax_eq = p[F] / (t_omhyl + p[m1] + p[m2]);  /* (19) */
     const real W_phi1 = c[r9] * p[m1];  /* (27) */
-    const real cdy_phi1 = t_m5cmg * x[phi1_dot] + cz_phi1 * x[theta1_dot];
-    const real t_pthak = gz_phi1 * p[h1];
-    const real t_qesxo = t_pthak - t_os4zj * cos_theta1 * p[m1];
-    const real cdz_phi1 = t_qesxo * x[theta1_dot] - t_nmcsn * x[phi1_dot];
+    const real cdy_phi1 = t_n4yir * x[phi1_dot] + cz_phi1 * x[theta1_dot];
+    const real t_ik6g5_2 = gz_phi1 * p[h1];
+    const real t_2ksfs = t_ik6g5_2 - t_os4zj * cos_theta1 * p[m1];
+    const real cdz_phi1 = t_2ksfs * x[theta1_dot] - t_d2e6j * x[phi1_dot];
     const real W_theta1 = c[r10] * p[m1];  /* (27) */
-    const real t_4of2f = cos_phi1 * cos_phi1;
-    const real cdy_theta1 = t_uyufu * x[theta1_dot] + x[phi1_dot] * (t_bnlcb + t_3qva5 * t_4xxce - t_4of2f * t_4xxce);
-    const real cdz_theta1 = x[phi1_dot] * (t_pthak + t_3qva5 * t_bdhgv - t_bdhgv * t_4of2f) - cy_theta1 * x[theta1_dot];
+    const real t_hjphj_3 = cos_phi1 * cos_phi1;
+    const real cdy_theta1 = t_scs5l * x[theta1_dot] + x[phi1_dot] * (t_ik6g5 + t_hjphj_2 * t_dmccl - t_hjphj_3 * t_dmccl);
+    const real cdz_theta1 = x[phi1_dot] * (t_ik6g5_2 + t_hjphj_2 * t_dmccl_2 - t_dmccl_2 * t_hjphj_3) - cy_theta1 * x[theta1_dot];
     const real W_phi2 = c[r9] * p[m2];  /* (27) */
-    const real cdy_phi2 = cz_phi2 * x[theta2_dot] + t_gidtm * x[phi2_dot];
-    const real t_3ndrr = gz_phi2 * p[h2];
-    const real t_x5sl2 = t_3ndrr - cos_theta2 * t_nfvux * p[m2];
-    const real cdz_phi2 = t_x5sl2 * x[theta2_dot] - t_ikdxp * x[phi2_dot];
+    const real cdy_phi2 = cz_phi2 * x[theta2_dot] + t_epql5 * x[phi2_dot];
+    const real t_tkdjn_2 = gz_phi2 * p[h2];
+    const real t_zshn6 = t_tkdjn_2 - cos_theta2 * t_nfvux * p[m2];
+    const real cdz_phi2 = t_zshn6 * x[theta2_dot] - t_ipyra * x[phi2_dot];
     const real W_theta2 = c[r10] * p[m2];  /* (27) */
-    const real t_zozwp = cos_phi2 * cos_phi2;
-    const real cdy_theta2 = t_3o3n4 * x[theta2_dot] + x[phi2_dot] * (t_ba7if + t_tb25v * t_4j4b3 - t_tb25v * t_zozwp);
-    const real cdz_theta2 = x[phi2_dot] * (t_3ndrr + t_4j4b3 * t_senbd - t_senbd * t_zozwp) - cy_theta2 * x[theta2_dot];
-    const real t_lx5ts = p[I1] * x[wx] - t_qesxo * x[wy] + cz_phi1 * x[wz];
-    const real t_nnhvb = p[I2] * x[wx] - t_x5sl2 * x[wy] + cz_phi2 * x[wz];
-    const real t_uwhy5 = cy_theta1 * x[wy] - t_invly * x[wx] + cz_theta1 * x[wz];
-    const real t_3swyo = cy_theta2 * x[wy] - t_claqt * x[wx] + cz_theta2 * x[wz];
+    const real t_pt6a7_3 = cos_phi2 * cos_phi2;
+    const real cdy_theta2 = t_rdvkg * x[theta2_dot] + x[phi2_dot] * (t_tkdjn + t_c4pkx * t_pt6a7_2 - t_c4pkx * t_pt6a7_3);
+    const real cdz_theta2 = x[phi2_dot] * (t_tkdjn_2 + t_pt6a7_2 * t_c4pkx_2 - t_c4pkx_2 * t_pt6a7_3) - cy_theta2 * x[theta2_dot];
+    const real t_qjiad = p[I1] * x[wx] - t_2ksfs * x[wy] + cz_phi1 * x[wz];
+    const real t_yruud = p[I2] * x[wx] - t_zshn6 * x[wy] + cz_phi2 * x[wz];
+    const real t_stagw = cy_theta1 * x[wy] - t_lgf4h_2 * x[wx] + cz_theta1 * x[wz];
+    const real t_vldjg = cy_theta2 * x[wy] - t_6pfo6_2 * x[wx] + cz_theta2 * x[wz];
     const real V_v1 = K(0.5) * t_wube7 * c[r4]
         + K(0.5) * t_qux2u * c[r6]
         + K(0.5) * t_kyio7 * c[r8]
@@ -7290,130 +7290,130 @@ void slosh_lyapunov_v1_outputs(const real *x, const real *r, const real *p, cons
         + K(0.5) * c[r3] * (x[att1] * x[att1])
         + K(0.5) * c[r5] * (x[att2] * x[att2])
         + K(0.5) * c[r7] * (x[att3] * x[att3])
-        + K(0.5) * W_phi1 * (x[phi1_dot] * x[phi1_dot] + t_j5odj * t_zrejm * t_lx5ts)
-        + K(0.5) * W_phi2 * (x[phi2_dot] * x[phi2_dot] + t_473qv * t_5wzvs * t_nnhvb)
-        + K(0.5) * W_theta1 * (t_f5hf3 + t_djbtf / D_theta1 * t_uwhy5)
-        + K(0.5) * W_theta2 * (t_h6l62 + t_m5kd4 / D_theta2 * t_3swyo);  /* (27) */
+        + K(0.5) * W_phi1 * (x[phi1_dot] * x[phi1_dot] + t_hjux3 * t_gbl6n * t_qjiad)
+        + K(0.5) * W_phi2 * (x[phi2_dot] * x[phi2_dot] + t_mw75j * t_jx6g7 * t_yruud)
+        + K(0.5) * W_theta1 * (t_f5hf3 + t_2zkgz / D_theta1 * t_stagw)
+        + K(0.5) * W_theta2 * (t_h6l62 + t_m7bta / D_theta2 * t_vldjg);  /* (27) */
     const real t_wij2f = x[vy] * c[r1];
-    const real t_mj52b = W_phi1 / (D1 * D1);
-    const real t_o2gar = D1 * x[phi1_dot];
-    const real t_6fwwp = t_mj52b * (t_lx5ts + t_o2gar);
-    const real t_iecaz = W_phi2 / (D2 * D2);
-    const real t_gifwv = D2 * x[phi2_dot];
-    const real t_wkcfe = t_iecaz * (t_nnhvb + t_gifwv);
-    const real t_j7ex5 = W_theta1 / (D_theta1 * D_theta1);
-    const real t_iomfo = D_theta1 * x[theta1_dot];
-    const real t_ydkrb = t_j7ex5 * (t_uwhy5 + t_iomfo);
-    const real t_s5xdh = W_theta2 / (D_theta2 * D_theta2);
-    const real t_kyc32 = D_theta2 * x[theta2_dot];
-    const real t_mx3ku = t_s5xdh * (t_3swyo + t_kyc32);
+    const real t_hyv47 = W_phi1 / (D1 * D1);
+    const real t_4pqij = D1 * x[phi1_dot];
+    const real t_hkfbg = t_hyv47 * (t_qjiad + t_4pqij);
+    const real t_pi35k = W_phi2 / (D2 * D2);
+    const real t_lzacu = D2 * x[phi2_dot];
+    const real t_ejh2a = t_pi35k * (t_yruud + t_lzacu);
+    const real t_dxtpc = W_theta1 / (D_theta1 * D_theta1);
+    const real t_4maxk = D_theta1 * x[theta1_dot];
+    const real t_hosbt = t_dxtpc * (t_stagw + t_4maxk);
+    const real t_hciml = W_theta2 / (D_theta2 * D_theta2);
+    const real t_qu7qb = D_theta2 * x[theta2_dot];
+    const real t_dyy6t = t_hciml * (t_vldjg + t_qu7qb);
     const real B_v1 = t_wij2f
-        - t_6fwwp * gy_phi1
-        - t_wkcfe * gy_phi2
-        - t_ydkrb * gy_theta1
-        - t_mx3ku * gy_theta2;  /* (29) */
+        - t_hkfbg * gy_phi1
+        - t_ejh2a * gy_phi2
+        - t_hosbt * gy_theta1
+        - t_dyy6t * gy_theta2;  /* (29) */
     const real t_aqbxr = x[vz] * c[r2];
     const real C_v1 = t_aqbxr
-        - t_6fwwp * gz_phi1
-        - t_wkcfe * gz_phi2
-        + t_ydkrb * t_tpms2
-        + t_mx3ku * t_h3pge;  /* (29) */
-    const real t_5bilv = ax_eq * gx_phi1;
-    const real t_4oupt = ax_eq * gx_phi2;
+        - t_hkfbg * gz_phi1
+        - t_ejh2a * gz_phi2
+        + t_hosbt * t_iouus
+        + t_dyy6t * t_cfuim;  /* (29) */
+    const real t_chbo3 = ax_eq * gx_phi1;
+    const real t_o6h5x = ax_eq * gx_phi2;
     const real g1_v1 = x[att1] * c[r3]
         - t_aqbxr * x[vy]
-        - t_mj52b * (t_5bilv * p[I1] + p[I1] * k_phi1)
-        - t_iecaz * (t_4oupt * p[I2] + p[I2] * k_phi2)
-        - t_j7ex5 * (t_iomfo * Dd_theta1 - (t_b7wcv * t_invly + t_invly * k_theta1))
-        - t_s5xdh * (t_kyc32 * Dd_theta2 - (t_putjj * t_claqt + t_claqt * k_theta2))
+        - t_hyv47 * (t_chbo3 * p[I1] + p[I1] * k_phi1)
+        - t_pi35k * (t_o6h5x * p[I2] + p[I2] * k_phi2)
+        - t_dxtpc * (t_4maxk * Dd_theta1 - (t_7xuxq * t_lgf4h_2 + t_lgf4h_2 * k_theta1))
+        - t_hciml * (t_qu7qb * Dd_theta2 - (t_5f4es * t_6pfo6_2 + t_6pfo6_2 * k_theta2))
         + x[vy] * x[vz] * c[r1];  /* (29) */
     const real g2_v1 = x[att2] * c[r5]
-        + t_mj52b * (t_5bilv * t_qesxo + t_qesxo * k_phi1 + t_o2gar * cdy_phi1)
-        + t_iecaz * (t_4oupt * t_x5sl2 + t_x5sl2 * k_phi2 + t_gifwv * cdy_phi2)
-        - t_j7ex5 * (t_b7wcv * cy_theta1 + cy_theta1 * k_theta1 - t_iomfo * cdy_theta1)
-        - t_s5xdh * (t_putjj * cy_theta2 + cy_theta2 * k_theta2 - t_kyc32 * cdy_theta2)
+        + t_hyv47 * (t_chbo3 * t_2ksfs + t_2ksfs * k_phi1 + t_4pqij * cdy_phi1)
+        + t_pi35k * (t_o6h5x * t_zshn6 + t_zshn6 * k_phi2 + t_lzacu * cdy_phi2)
+        - t_dxtpc * (t_7xuxq * cy_theta1 + cy_theta1 * k_theta1 - t_4maxk * cdy_theta1)
+        - t_hciml * (t_5f4es * cy_theta2 + cy_theta2 * k_theta2 - t_qu7qb * cdy_theta2)
         + x[vx] * x[vz] * c[r2];  /* (29) */
     const real g3_v1 = x[att3] * c[r7]
         - t_wij2f * x[vx]
-        - t_mj52b * (t_5bilv * cz_phi1 + cz_phi1 * k_phi1 - t_o2gar * cdz_phi1)
-        - t_iecaz * (t_4oupt * cz_phi2 + cz_phi2 * k_phi2 - t_gifwv * cdz_phi2)
-        - t_j7ex5 * (t_b7wcv * cz_theta1 + cz_theta1 * k_theta1 - t_iomfo * cdz_theta1)
-        - t_s5xdh * (t_putjj * cz_theta2 + cz_theta2 * k_theta2 - t_kyc32 * cdz_theta2);  /* (29) */
+        - t_hyv47 * (t_chbo3 * cz_phi1 + cz_phi1 * k_phi1 - t_4pqij * cdz_phi1)
+        - t_pi35k * (t_o6h5x * cz_phi2 + cz_phi2 * k_phi2 - t_lzacu * cdz_phi2)
+        - t_dxtpc * (t_7xuxq * cz_theta1 + cz_theta1 * k_theta1 - t_4maxk * cdz_theta1)
+        - t_hciml * (t_5f4es * cz_theta2 + cz_theta2 * k_theta2 - t_qu7qb * cdz_theta2);  /* (29) */
     const real f11_v1 = c[r4]
-        - t_mj52b * (p[I1] * p[I1])
-        - t_iecaz * (p[I2] * p[I2])
-        - t_j7ex5 * (t_invly * t_invly)
-        - t_s5xdh * (t_claqt * t_claqt);  /* (29) */
-    const real t_7pydp = t_mj52b * p[I1];
-    const real t_ob75p = t_iecaz * p[I2];
-    const real t_ccobz = t_j7ex5 * t_invly;
-    const real t_6w3c7 = t_s5xdh * t_claqt;
-    const real f21_v1 = t_7pydp * t_qesxo + t_ob75p * t_x5sl2 + t_ccobz * cy_theta1 + t_6w3c7 * cy_theta2;  /* (29) */
+        - t_hyv47 * (p[I1] * p[I1])
+        - t_pi35k * (p[I2] * p[I2])
+        - t_dxtpc * (t_lgf4h_2 * t_lgf4h_2)
+        - t_hciml * (t_6pfo6_2 * t_6pfo6_2);  /* (29) */
+    const real t_if7mv = t_hyv47 * p[I1];
+    const real t_tmzpj = t_pi35k * p[I2];
+    const real t_loou6 = t_dxtpc * t_lgf4h_2;
+    const real t_mszyx = t_hciml * t_6pfo6_2;
+    const real f21_v1 = t_if7mv * t_2ksfs + t_tmzpj * t_zshn6 + t_loou6 * cy_theta1 + t_mszyx * cy_theta2;  /* (29) */
     const real f22_v1 = c[r6]
-        - t_mj52b * (t_qesxo * t_qesxo)
-        - t_iecaz * (t_x5sl2 * t_x5sl2)
-        - t_j7ex5 * (cy_theta1 * cy_theta1)
-        - t_s5xdh * (cy_theta2 * cy_theta2);  /* (29) */
-    const real f31_v1 = t_ccobz * cz_theta1 - (t_7pydp * cz_phi1 + t_ob75p * cz_phi2) + t_6w3c7 * cz_theta2;  /* (29) */
-    const real f32_v1 = t_mj52b * t_qesxo * cz_phi1
-        + t_iecaz * t_x5sl2 * cz_phi2
-        - t_j7ex5 * cy_theta1 * cz_theta1
-        - t_s5xdh * cy_theta2 * cz_theta2;  /* (29) */
+        - t_hyv47 * (t_2ksfs * t_2ksfs)
+        - t_pi35k * (t_zshn6 * t_zshn6)
+        - t_dxtpc * (cy_theta1 * cy_theta1)
+        - t_hciml * (cy_theta2 * cy_theta2);  /* (29) */
+    const real f31_v1 = t_loou6 * cz_theta1 - (t_if7mv * cz_phi1 + t_tmzpj * cz_phi2) + t_mszyx * cz_theta2;  /* (29) */
+    const real f32_v1 = t_hyv47 * t_2ksfs * cz_phi1
+        + t_pi35k * t_zshn6 * cz_phi2
+        - t_dxtpc * cy_theta1 * cz_theta1
+        - t_hciml * cy_theta2 * cz_theta2;  /* (29) */
     const real f33_v1 = c[r8]
-        - t_mj52b * (cz_phi1 * cz_phi1)
-        - t_iecaz * (cz_phi2 * cz_phi2)
-        - t_j7ex5 * (cz_theta1 * cz_theta1)
-        - t_s5xdh * (cz_theta2 * cz_theta2);  /* (29) */
-    const real t_4v7es = K(1.0) / f11_v1;
-    const real f_v1_L21 = f21_v1 * t_4v7es;
-    const real f_v1_L31 = f31_v1 * t_4v7es;
+        - t_hyv47 * (cz_phi1 * cz_phi1)
+        - t_pi35k * (cz_phi2 * cz_phi2)
+        - t_dxtpc * (cz_theta1 * cz_theta1)
+        - t_hciml * (cz_theta2 * cz_theta2);  /* (29) */
+    const real t_a2lgz = K(1.0) / f11_v1;
+    const real f_v1_L21 = f21_v1 * t_a2lgz;
+    const real f_v1_L31 = f31_v1 * t_a2lgz;
     const real f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21;
-    const real t_g2uww = f32_v1 - f21_v1 * f_v1_L31;
-    const real t_omhw7 = K(1.0) / f_v1_D2;
-    const real f_v1_L32 = t_g2uww * t_omhw7;
-    const real f_v1_D3 = f33_v1 - t_g2uww * f_v1_L32 - f31_v1 * f_v1_L31;
-    const real t_u5ggi = x[wx] * c[w3] + g1_v1;
-    const real u_v1_y2 = f_v1_L21 * t_u5ggi - (x[wy] * c[w4] + g2_v1);
-    const real u_v1_y3 = f_v1_L31 * t_u5ggi - (x[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
+    const real t_vk4eg = f32_v1 - f21_v1 * f_v1_L31;
+    const real t_6dtnj = K(1.0) / f_v1_D2;
+    const real f_v1_L32 = t_vk4eg * t_6dtnj;
+    const real f_v1_D3 = f33_v1 - t_vk4eg * f_v1_L32 - f31_v1 * f_v1_L31;
+    const real t_y6t4t = x[wx] * c[w3] + g1_v1;
+    const real u_v1_y2 = f_v1_L21 * t_y6t4t - (x[wy] * c[w4] + g2_v1);
+    const real u_v1_y3 = f_v1_L31 * t_y6t4t - (x[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
     const real u_v1_x3 = u_v1_y3 / f_v1_D3;
-    const real u_v1_x2 = u_v1_y2 * t_omhw7 - f_v1_L32 * u_v1_x3;
+    const real u_v1_x2 = u_v1_y2 * t_6dtnj - f_v1_L32 * u_v1_x3;
     const real G2_v1 = W12 + u_v1_x3;
     const real G3_v1 = W13 - u_v1_x2;
     const real a2_v1 = G2_v1 * x_C - B_v1 * c[w1];
     const real a3_v1 = G3_v1 * x_C - C_v1 * c[w2];
-    const real t_dyqoa = t_u5ggi * t_4v7es + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
-    const real t_ev7u5 = Bs_1 + Asc_1 * e1;
-    const real t_bvybx = Bs_2 + Asc_2 * e2;
-    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_vzrlr = t_7imwe * sin_phi1
-        + t_4b2fa * sin_phi2
+    const real t_bewoy = t_y6t4t * t_a2lgz + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
+    const real t_2jubo = Bs_1 + Asc_1 * e1;
+    const real t_ittbm = Bs_2 + Asc_2 * e2;
+    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_asytu = t_pc5rt * sin_phi1
+        + t_63ozv * sin_phi2
         + cos_phi1 * tension1
         + cos_phi2 * tension2
-        + G2_v1 * (t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2)
-        + G3_v1 * (t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2)
-        + t_b3aij * a2_v1
-        + t_zzymx * a3_v1;
-    const real q1_v1 = (Bs_1 + Bs_2) * t_dyqoa - t_vzrlr;
+        + G2_v1 * (t_2jubo * sin_theta1 + t_ittbm * sin_theta2)
+        + G3_v1 * (t_2jubo * cos_theta1 + t_ittbm * cos_theta2)
+        + t_f2nhc * a2_v1
+        + t_f2nhc_2 * a3_v1;
+    const real q1_v1 = (Bs_1 + Bs_2) * t_bewoy - t_asytu;
     const real q2_v1 = n2
         + G2_v1 * K52
-        - G3_v1 * t_hjmgb
+        - G3_v1 * t_edvw3_2
         + K22 * a2_v1
         + K32 * a3_v1
-        + (wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2) * t_dyqoa;
+        + (wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2) * t_bewoy;
     const real q3_v1 = n3
         + G2_v1 * K53
         + G3_v1 * K63
         + K32 * a2_v1
         + K33 * a3_v1
-        - K43 * t_dyqoa;
-    const real PP_v1 = K11 * K11 + t_b3aij * t_b3aij + t_zzymx * t_zzymx;
-    const real Pq_v1 = K11 * q1_v1 - t_b3aij * q2_v1 - t_zzymx * q3_v1;
-    const real t_echqo = PP_v1 * (q1_v1 * q1_v1 - p[F] * p[F] + q2_v1 * q2_v1 + q3_v1 * q3_v1);
-    const real root_v1 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v1 * Pq_v1 - t_echqo));
+        - K43 * t_bewoy;
+    const real PP_v1 = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2;
+    const real Pq_v1 = K11 * q1_v1 - t_f2nhc * q2_v1 - t_f2nhc_2 * q3_v1;
+    const real t_574pa = PP_v1 * (q1_v1 * q1_v1 - p[F] * p[F] + q2_v1 * q2_v1 + q3_v1 * q3_v1);
+    const real root_v1 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v1 * Pq_v1 - t_574pa));
     const real ax_v1 = (root_v1 - Pq_v1) / PP_v1;
-    const real f2_v1 = q2_v1 - t_b3aij * ax_v1;
-    const real f3_v1 = q3_v1 - t_zzymx * ax_v1;
+    const real f2_v1 = q2_v1 - t_f2nhc * ax_v1;
+    const real f3_v1 = q3_v1 - t_f2nhc_2 * ax_v1;
     const real lateral_v1 = mv_sqrt(f2_v1 * f2_v1 + f3_v1 * f3_v1);
     w[0] = V_v1;
     w[1] = lateral_v1;
@@ -7475,15 +7475,15 @@ void slosh_lyapunov_v2(const real *x, const real *r, const real *p, const real *
     enum { w4 = SLOSH_LYAPUNOV_V2_C_W4 };
     enum { w5 = SLOSH_LYAPUNOV_V2_C_W5 };
     const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
-    const real t_gx5gf = p[m1] / D1;
-    const real k1 = t_gx5gf * p[l1];
-    const real me1 = t_gx5gf * p[I1];
+    const real t_nkfhl = p[m1] / D1;
+    const real k1 = t_nkfhl * p[l1];
+    const real me1 = t_nkfhl * p[I1];
     const real t_6nwd2 = p[l1] * p[m1];
     const real mv1 = t_6nwd2 * k1;
     const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
-    const real t_wiek6 = p[m2] / D2;
-    const real k2 = t_wiek6 * p[l2];
-    const real me2 = t_wiek6 * p[I2];
+    const real t_xgfi7 = p[m2] / D2;
+    const real k2 = t_xgfi7 * p[l2];
+    const real me2 = t_xgfi7 * p[I2];
     const real t_popww = p[l2] * p[m2];
     const real mv2 = t_popww * k2;
     const real M_C = p[m] + p[m0] + me1 + me2;
@@ -7508,8 +7508,8 @@ void slosh_lyapunov_v2(const real *x, const real *r, const real *p, const real *
     const real w_x1 = x[wx] - x[theta1_dot];
     const real p1 = Wn1 + x[phi1_dot];
     const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
-    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
     real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
     real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
     const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
@@ -7517,11 +7517,11 @@ void slosh_lyapunov_v2(const real *x, const real *r, const real *p, const real *
     const real w_x2 = x[wx] - x[theta2_dot];
     const real p2 = Wn2 + x[phi2_dot];
     const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
-    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
     const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
-    const real t_w7vil = t_rybsf * e1;
-    const real tension1 = cos_phi1 * t_w7vil * mv1 - t_6nwd2 * sigma_sq1;
+    const real t_aqrn5 = t_rybsf * e1;
+    const real tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1;
     const real As_1 = mv1 * sin_phi1;
     const real Ass_1 = As_1 * sin_phi1;
     const real Asc_1 = As_1 * cos_phi1;
@@ -7540,10 +7540,10 @@ void slosh_lyapunov_v2(const real *x, const real *r, const real *p, const real *
     const real S_sq1 = sin_theta1 * sin_theta1;
     const real SC1 = cos_theta1 * sin_theta1;
     const real tn11_1 = Ass_1 + me1 - wth_1;
-    const real t_b7ure = me1 * (e1 * e1);
-    const real t_3bowt = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
-    const real t_3fv6l = g_1 * wg_1;
-    const real tn44_1 = t_b7ure + t_3bowt - t_3fv6l;
+    const real t_xdulz = me1 * (e1 * e1);
+    const real t_zmqjk = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
+    const real t_leuxo = g_1 * wg_1;
+    const real tn44_1 = t_xdulz + t_zmqjk - t_leuxo;
     const real wq_1 = q_1 * wth_1;
     const real wqg_1 = q_1 * wg_1;
     const real wqq_1 = q_1 * wq_1;
@@ -7553,18 +7553,18 @@ void slosh_lyapunov_v2(const real *x, const real *r, const real *p, const real *
     const real wgS_1 = sin_theta1 * wqg_1;
     const real loss_phi1 = p[eps1] * x[phi1_dot];
     const real loss_theta1 = p[eps1] * x[theta1_dot];
-    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
     const real zeta1 = W12 * q_1
         + Wn1 * lc_1 * w_x1
         - chi1 * p[l1] * (p1 + x[phi1_dot]);
     const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_7imwe = B_1 * eta1 + loss_phi1 * k1;
-    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real t_pc5rt = B_1 * eta1 + loss_phi1 * k1;
+    const real F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1;
     const real M_q1 = F_n1 * q_1;
     const real I_phi1 = x[phi1_dot] * p[I1];
     const real I_theta1 = x[theta1_dot] * p[I1];
-    const real t_6fvzz = t_rybsf * e2;
-    const real tension2 = cos_phi2 * t_6fvzz * mv2 - t_popww * sigma_sq2;
+    const real t_3hay7 = t_rybsf * e2;
+    const real tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2;
     const real As_2 = mv2 * sin_phi2;
     const real Ass_2 = As_2 * sin_phi2;
     const real Asc_2 = As_2 * cos_phi2;
@@ -7583,10 +7583,10 @@ void slosh_lyapunov_v2(const real *x, const real *r, const real *p, const real *
     const real S_sq2 = sin_theta2 * sin_theta2;
     const real SC2 = cos_theta2 * sin_theta2;
     const real tn11_2 = Ass_2 + me2 - wth_2;
-    const real t_lpk5h = me2 * (e2 * e2);
-    const real t_ymmgl = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
-    const real t_odwbr = g_2 * wg_2;
-    const real tn44_2 = t_lpk5h + t_ymmgl - t_odwbr;
+    const real t_uohf6 = me2 * (e2 * e2);
+    const real t_agwdt = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
+    const real t_leuxo_2 = g_2 * wg_2;
+    const real tn44_2 = t_uohf6 + t_agwdt - t_leuxo_2;
     const real wq_2 = q_2 * wth_2;
     const real wqg_2 = q_2 * wg_2;
     const real wqq_2 = q_2 * wq_2;
@@ -7596,102 +7596,102 @@ void slosh_lyapunov_v2(const real *x, const real *r, const real *p, const real *
     const real wgS_2 = sin_theta2 * wqg_2;
     const real loss_phi2 = p[eps2] * x[phi2_dot];
     const real loss_theta2 = p[eps2] * x[theta2_dot];
-    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
     const real zeta2 = W12 * q_2
         + Wn2 * lc_2 * w_x2
         - chi2 * p[l2] * (p2 + x[phi2_dot]);
     const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
-    const real t_4b2fa = B_2 * eta2 + loss_phi2 * k2;
-    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real t_63ozv = B_2 * eta2 + loss_phi2 * k2;
+    const real F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2;
     const real M_q2 = F_n2 * q_2;
     const real I_phi2 = x[phi2_dot] * p[I2];
     const real I_theta2 = x[theta2_dot] * p[I2];
     const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
-    const real t_fbeaw = S_sq1 * tn11_1;
-    const real t_dj555 = S_sq2 * tn11_2;
-    const real K22 = t_fbeaw + t_dj555 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real t_leuxo_3 = S_sq1 * tn11_1;
+    const real t_leuxo_4 = S_sq2 * tn11_2;
+    const real K22 = t_leuxo_3 + t_leuxo_4 + M_C + wth_1 + wth_2 - me1 - me2;
     const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + M_C - t_fbeaw - t_dj555;
+    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo_3 - t_leuxo_4;
     const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
-    const real t_nhr5u = wqq_1 + wqq_2;
-    const real K44 = t_nhr5u + Bl_1 + Bl_2 + J_C1;
-    const real t_tcgxn = wg_1 - e1 * me1;
-    const real t_uf5ib = wg_2 - e2 * me2;
-    const real t_32gyg = Bc_1 - eAss_1;
-    const real t_65obb = t_32gyg + t_tcgxn;
-    const real t_gbkg6 = Bc_2 - eAss_2;
-    const real t_yoiua = t_gbkg6 + t_uf5ib;
-    const real t_z76hk = S_sq1 * t_65obb + S_sq2 * t_yoiua;
-    const real K52 = t_tcgxn + t_uf5ib - t_z76hk - wqC_1 - wqC_2;
-    const real t_hjmgb = SC1 * t_65obb + SC2 * t_yoiua;
-    const real K53 = wqS_1 - t_hjmgb + wqS_2;
-    const real t_nncdg = Bl_1 - eBc_1;
-    const real t_4q22j = Bl_2 - eBc_2;
-    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
-    const real t_hoosk = S_sq1 * tn44_1;
-    const real t_drvdp = S_sq2 * tn44_2;
-    const real K55 = t_3fv6l
-        + t_odwbr
-        + t_nhr5u
-        + t_hoosk
-        + t_drvdp
+    const real t_hig3c = wqq_1 + wqq_2;
+    const real K44 = t_hig3c + Bl_1 + Bl_2 + J_C1;
+    const real t_67i37 = wg_1 - e1 * me1;
+    const real t_n5kna = wg_2 - e2 * me2;
+    const real t_hig3c_2 = Bc_1 - eAss_1;
+    const real t_vjftl = t_hig3c_2 + t_67i37;
+    const real t_hig3c_3 = Bc_2 - eAss_2;
+    const real t_vsqil = t_hig3c_3 + t_n5kna;
+    const real t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
+    const real K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2;
+    const real t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil;
+    const real K53 = wqS_1 - t_edvw3_2 + wqS_2;
+    const real t_yzhyr = Bl_1 - eBc_1;
+    const real t_q6put = Bl_2 - eBc_2;
+    const real K54 = t_hig3c - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2;
+    const real t_leuxo_5 = S_sq1 * tn44_1;
+    const real t_leuxo_6 = S_sq2 * tn44_2;
+    const real K55 = t_leuxo
+        + t_leuxo_2
+        + t_hig3c
+        + t_leuxo_5
+        + t_leuxo_6
         + J_C3
-        - t_b7ure
-        - t_lpk5h
+        - t_xdulz
+        - t_uohf6
         + K(-2.0) * wgC_1
         + K(-2.0) * wgC_2;
-    const real K63 = t_z76hk - (t_32gyg + t_gbkg6);
-    const real t_zhbuw = wgS_1 + wgS_2;
-    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
-    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
-    const real K66 = t_3bowt + t_ymmgl + J_C2 - t_hoosk - t_drvdp;
-    const real t_vt7uo = F_n1 * cos_theta1;
-    const real t_oncjt = F_n2 * cos_theta2;
-    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
-    const real t_azclp = F_n1 * sin_theta1;
-    const real t_iya7w = F_n2 * sin_theta2;
-    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
-    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
-    const real t_kp7yy = M_q1 + M_q2;
-    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
+    const real K63 = t_edvw3 - (t_hig3c_2 + t_hig3c_3);
+    const real t_hig3c_4 = wgS_1 + wgS_2;
+    const real K64 = t_hig3c_4 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2;
+    const real K65 = t_hig3c_4 + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6;
+    const real t_mallh = F_n1 * cos_theta1;
+    const real t_lbh6o = F_n2 * cos_theta2;
+    const real n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real t_mallh_2 = F_n1 * sin_theta1;
+    const real t_lbh6o_2 = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2;
+    const real t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * p[l1];
+    const real t_hig3c_5 = M_q1 + M_q2;
+    const real t_ogbts = Bs_2 * t_3hay7 + t_63ozv * p[l2];
     const real t_sfymc = p[J_y] - p[J_z];
-    const real n4 = t_aejai
-        - t_kp7yy
-        + t_zd4fs
+    const real n4 = t_mjqai
+        - t_hig3c_5
+        + t_ogbts
         - loss_phi1
         - loss_phi2
         + I_theta1 * x[wy]
         + I_theta2 * x[wy]
         - t_sfymc * x[wy] * x[wz];
-    const real t_w7nmt = t_aejai + F_t1 * e1;
-    const real t_e5cx2 = t_zd4fs + F_t2 * e2;
-    const real n5 = t_w7nmt * sin_theta1
-        - (t_kp7yy + loss_theta1 + loss_theta2)
-        + t_e5cx2 * sin_theta2
+    const real t_lsqzr = t_mjqai + F_t1 * e1;
+    const real t_rbrf6 = t_ogbts + F_t2 * e2;
+    const real n5 = t_lsqzr * sin_theta1
+        - (t_hig3c_5 + loss_theta1 + loss_theta2)
+        + t_rbrf6 * sin_theta2
         - W12 * (J_C1 + (p[J_z] - p[J_y]))
         - I_phi1 * x[wy]
         - I_phi2 * x[wy]
-        + t_vt7uo * g_1
-        + t_oncjt * g_2;
-    const real n6 = t_w7nmt * cos_theta1
-        + t_e5cx2 * cos_theta2
+        + t_mallh * g_1
+        + t_lbh6o * g_2;
+    const real n6 = t_lsqzr * cos_theta1
+        + t_rbrf6 * cos_theta2
         + I_theta1 * x[wx]
         + I_theta2 * x[wx]
         - W13 * (J_C1 + t_is5lg + t_sfymc)
-        - t_azclp * g_1
-        - t_iya7w * g_2
+        - t_mallh_2 * g_1
+        - t_lbh6o_2 * g_2
         - I_phi1 * x[wz]
         - I_phi2 * x[wz];
-    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real t_bpfoo = K(1.0) / K11;
-    const real t_w7lcw = t_b3aij * t_bpfoo;
-    const real K_D2 = K22 - t_b3aij * t_w7lcw;
-    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_3go2w = t_zzymx * t_bpfoo;
-    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
-    const real t_4iujv = K(1.0) / K_D2;
-    const real K_L32 = t_d4mqf * t_4iujv;
-    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
+    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_6dtnj = K(1.0) / K11;
+    const real t_gousg = t_f2nhc * t_6dtnj;
+    const real K_D2 = K22 - t_f2nhc * t_gousg;
+    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_gousg_2 = t_f2nhc_2 * t_6dtnj;
+    const real t_upifj = K32 - t_f2nhc * t_gousg_2;
+    const real t_6dtnj_2 = K(1.0) / K_D2;
+    const real K_L32 = t_upifj * t_6dtnj_2;
+    const real K_D3 = K33 - t_upifj * K_L32 - t_f2nhc_2 * t_gousg_2;
     const real B_v2 = x[vy] * c[r1];  /* (29) */
     const real C_v2 = x[vz] * c[r2];  /* (29) */
     const real g1_v2 = B_v2 * x[vz] - C_v2 * x[vy] + x[att1] * c[r3];  /* (29) */
@@ -7701,92 +7701,92 @@ void slosh_lyapunov_v2(const real *x, const real *r, const real *p, const real *
     const real G3_v2 = W13 + (x[wy] * c[w4] + g2_v2) * (K(1.0) / c[r6]);
     const real a2_v2 = G2_v2 * x_C - B_v2 * c[w1];
     const real a3_v2 = G3_v2 * x_C - C_v2 * c[w2];
-    const real t_2m245 = Bs_1 + Bs_2;
-    const real t_lutta = (x[wx] * c[w3] + g1_v2) * (K(1.0) / c[r4]);
-    const real t_ev7u5 = Bs_1 + Asc_1 * e1;
-    const real t_bvybx = Bs_2 + Asc_2 * e2;
-    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
-    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
-    const real t_bkfqo = t_7imwe * sin_phi1
-        + t_4b2fa * sin_phi2
+    const real t_hig3c_6 = Bs_1 + Bs_2;
+    const real t_7fmkp = (x[wx] * c[w3] + g1_v2) * (K(1.0) / c[r4]);
+    const real t_2jubo = Bs_1 + Asc_1 * e1;
+    const real t_ittbm = Bs_2 + Asc_2 * e2;
+    const real t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2;
+    const real t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2;
+    const real t_7awx3 = t_pc5rt * sin_phi1
+        + t_63ozv * sin_phi2
         + cos_phi1 * tension1
         + cos_phi2 * tension2
-        + G2_v2 * t_6mmeb
-        + G3_v2 * t_bl4f2
-        + t_b3aij * a2_v2
-        + t_zzymx * a3_v2;
-    const real q1_v2 = t_2m245 * t_lutta - t_bkfqo;
-    const real t_yz7e5 = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
+        + G2_v2 * t_6iku5
+        + G3_v2 * t_6iku5_2
+        + t_f2nhc * a2_v2
+        + t_f2nhc_2 * a3_v2;
+    const real q1_v2 = t_hig3c_6 * t_7fmkp - t_7awx3;
+    const real t_belws = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
     const real q2_v2 = n2
         + G2_v2 * K52
-        - G3_v2 * t_hjmgb
+        - G3_v2 * t_edvw3_2
         + K22 * a2_v2
         + K32 * a3_v2
-        + t_yz7e5 * t_lutta;
+        + t_belws * t_7fmkp;
     const real q3_v2 = n3
         + G2_v2 * K53
         + G3_v2 * K63
         + K32 * a2_v2
         + K33 * a3_v2
-        - K43 * t_lutta;
-    const real PP_v2 = K11 * K11 + t_b3aij * t_b3aij + t_zzymx * t_zzymx;
-    const real Pq_v2 = K11 * q1_v2 - t_b3aij * q2_v2 - t_zzymx * q3_v2;
-    const real t_m473c = PP_v2 * (q1_v2 * q1_v2 - p[F] * p[F] + q2_v2 * q2_v2 + q3_v2 * q3_v2);
-    const real root_v2 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v2 * Pq_v2 - t_m473c));
+        - K43 * t_7fmkp;
+    const real PP_v2 = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2;
+    const real Pq_v2 = K11 * q1_v2 - t_f2nhc * q2_v2 - t_f2nhc_2 * q3_v2;
+    const real t_zudcj = PP_v2 * (q1_v2 * q1_v2 - p[F] * p[F] + q2_v2 * q2_v2 + q3_v2 * q3_v2);
+    const real root_v2 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v2 * Pq_v2 - t_zudcj));
     const real ax_v2 = (root_v2 - Pq_v2) / PP_v2;
     const real f1_v2 = q1_v2 + K11 * ax_v2;
-    const real f2_v2 = q2_v2 - t_b3aij * ax_v2;
-    const real f3_v2 = q3_v2 - t_zzymx * ax_v2;
+    const real f2_v2 = q2_v2 - t_f2nhc * ax_v2;
+    const real f3_v2 = q3_v2 - t_f2nhc_2 * ax_v2;
     const real t_y7rm6 = K(1.0) / p[F];
     const real sin_d2_v2 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v2 * t_y7rm6));
     const real cos_d2_v2 = mv_sqrt(K(1.0) - sin_d2_v2 * sin_d2_v2);
     const real delta1_v2 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v2 * t_y7rm6 / mv_max(SPLAT(K(1e-09)), cos_d2_v2)))));
     const real delta2_v2 = mv_asin(sin_d2_v2);
     real sin_delta2_v2, cos_delta2_v2; mv_sincos(delta2_v2, &sin_delta2_v2, &cos_delta2_v2);
-    const real t_4mgpp = p[F] * cos_delta2_v2;
+    const real t_qh3cx = p[F] * cos_delta2_v2;
     real sin_delta1_v2, cos_delta1_v2; mv_sincos(delta1_v2, &sin_delta1_v2, &cos_delta1_v2);
-    const real df1_v2 = t_4mgpp * cos_delta1_v2 - f1_v2;
-    const real t_7oaon = p[F] * sin_delta2_v2;
-    const real df2_v2 = t_7oaon - f2_v2;
-    const real da_v2_y2 = df2_v2 + t_w7lcw * df1_v2;
-    const real t_pmr3w = t_4mgpp * sin_delta1_v2;
-    const real da_v2_y3 = t_3go2w * df1_v2 - (t_pmr3w + f3_v2) - K_L32 * da_v2_y2;
+    const real df1_v2 = t_qh3cx * cos_delta1_v2 - f1_v2;
+    const real t_jczim = p[F] * sin_delta2_v2;
+    const real df2_v2 = t_jczim - f2_v2;
+    const real da_v2_y2 = df2_v2 + t_gousg * df1_v2;
+    const real t_v7qgl = t_qh3cx * sin_delta1_v2;
+    const real da_v2_y3 = t_gousg_2 * df1_v2 - (t_v7qgl + f3_v2) - K_L32 * da_v2_y2;
     const real da_v2_x3 = da_v2_y3 / K_D3;
-    const real da_v2_x2 = da_v2_y2 * t_4iujv - K_L32 * da_v2_x3;
-    const real da_v2_x1 = df1_v2 * t_bpfoo + t_w7lcw * da_v2_x2 + t_3go2w * da_v2_x3;
+    const real da_v2_x2 = da_v2_y2 * t_6dtnj_2 - K_L32 * da_v2_x3;
+    const real da_v2_x1 = df1_v2 * t_6dtnj + t_gousg * da_v2_x2 + t_gousg_2 * da_v2_x3;
     const real Mx_v2 = n4
         + G2_v2 * K54
         + G3_v2 * K64
-        - t_2m245 * ax_v2
-        - t_2m245 * da_v2_x1
-        - t_yz7e5 * a2_v2
-        - t_yz7e5 * da_v2_x2
+        - t_hig3c_6 * ax_v2
+        - t_hig3c_6 * da_v2_x1
+        - t_belws * a2_v2
+        - t_belws * da_v2_x2
         + K43 * a3_v2
         + K43 * da_v2_x3
-        - K44 * t_lutta;
-    const real t_lwe76 = p[b] + p[d] + x_C;
-    const real My_v2 = t_pmr3w * t_lwe76
+        - K44 * t_7fmkp;
+    const real t_bknng = p[b] + p[d] + x_C;
+    const real My_v2 = t_v7qgl * t_bknng
         - n6
         - G2_v2 * K65
         - G3_v2 * K66
-        + t_bl4f2 * ax_v2
-        + t_bl4f2 * da_v2_x1
-        + t_hjmgb * a2_v2
-        + t_hjmgb * da_v2_x2
+        + t_6iku5_2 * ax_v2
+        + t_6iku5_2 * da_v2_x1
+        + t_edvw3_2 * a2_v2
+        + t_edvw3_2 * da_v2_x2
         - K63 * a3_v2
         - K63 * da_v2_x3
-        + K64 * t_lutta;
+        + K64 * t_7fmkp;
     const real Mz_v2 = n5
         + G2_v2 * K55
         + G3_v2 * K65
-        - t_6mmeb * ax_v2
-        - t_6mmeb * da_v2_x1
+        - t_6iku5 * ax_v2
+        - t_6iku5 * da_v2_x1
         + K52 * a2_v2
         + K52 * da_v2_x2
         + K53 * a3_v2
         + K53 * da_v2_x3
-        - K54 * t_lutta
-        + t_7oaon * t_lwe76;
+        - K54 * t_7fmkp
+        + t_jczim * t_bknng;
     u[0] = Mx_v2;
     u[1] = My_v2;
     u[2] = Mz_v2;
@@ -7851,17 +7851,17 @@ void slosh_lyapunov_v2_loop(const real *q, const real *r, const real *p, const r
     enum { w4 = SLOSH_LYAPUNOV_V2_C_W4 };
     enum { w5 = SLOSH_LYAPUNOV_V2_C_W5 };
     const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
-    const real t_zrejm = K(1.0) / D1;
-    const real t_3qn53 = p[m1] * t_zrejm;
-    const real k1 = t_3qn53 * p[l1];
-    const real me1 = t_3qn53 * p[I1];
+    const real t_gbl6n = K(1.0) / D1;
+    const real t_wywjk = p[m1] * t_gbl6n;
+    const real k1 = t_wywjk * p[l1];
+    const real me1 = t_wywjk * p[I1];
     const real t_6nwd2 = p[l1] * p[m1];
     const real mv1 = t_6nwd2 * k1;
     const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
-    const real t_5wzvs = K(1.0) / D2;
-    const real t_54cbb = p[m2] * t_5wzvs;
-    const real k2 = t_54cbb * p[l2];
-    const real me2 = t_54cbb * p[I2];
+    const real t_jx6g7 = K(1.0) / D2;
+    const real t_jzg7x = p[m2] * t_jx6g7;
+    const real k2 = t_jzg7x * p[l2];
+    const real me2 = t_jzg7x * p[I2];
     const real t_popww = p[l2] * p[m2];
     const real mv2 = t_popww * k2;
     const real M_C = p[m] + p[m0] + me1 + me2;
@@ -7894,7 +7894,7 @@ void slosh_lyapunov_v2_loop(const real *q, const real *r, const real *p, const r
         - chi1 * p[l1] * (p1 + q[phi1_dot]);
     const real loss_theta1 = p[eps1] * q[theta1_dot];
     const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_vt7uo = F_n1 * cos_theta1;
+    const real t_mallh = F_n1 * cos_theta1;
     real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
     const real q_2 = sin_phi2 * p[l2];
     const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
@@ -7910,144 +7910,144 @@ void slosh_lyapunov_v2_loop(const real *q, const real *r, const real *p, const r
         - chi2 * p[l2] * (p2 + q[phi2_dot]);
     const real loss_theta2 = p[eps2] * q[theta2_dot];
     const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
-    const real t_oncjt = F_n2 * cos_theta2;
+    const real t_lbh6o = F_n2 * cos_theta2;
     const real t_rybsf = q[wy] * q[wy] + q[wz] * q[wz];
-    const real t_w7vil = t_rybsf * e1;
-    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
-    const real tension1 = cos_phi1 * t_w7vil * mv1 - t_6nwd2 * sigma_sq1;
+    const real t_aqrn5 = t_rybsf * e1;
+    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
+    const real tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1;
     const real B_1 = me1 * p[l1];
-    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
     const real loss_phi1 = p[eps1] * q[phi1_dot];
-    const real t_7imwe = B_1 * eta1 + loss_phi1 * k1;
-    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
-    const real t_6fvzz = t_rybsf * e2;
-    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
-    const real tension2 = cos_phi2 * t_6fvzz * mv2 - t_popww * sigma_sq2;
+    const real t_pc5rt = B_1 * eta1 + loss_phi1 * k1;
+    const real F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1;
+    const real t_3hay7 = t_rybsf * e2;
+    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
+    const real tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2;
     const real B_2 = me2 * p[l2];
-    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
     const real loss_phi2 = p[eps2] * q[phi2_dot];
-    const real t_4b2fa = B_2 * eta2 + loss_phi2 * k2;
-    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
-    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real t_63ozv = B_2 * eta2 + loss_phi2 * k2;
+    const real F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2;
+    const real n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2;
     const real B_v2 = q[vy] * c[r1];  /* (29) */
     const real g3_v2 = q[att3] * c[r7] - B_v2 * q[vx];  /* (29) */
     const real G2_v2 = W12 - (q[wz] * c[w5] + g3_v2) * (K(1.0) / c[r8]);
     const real g_1 = e1 - lc_1;
     const real wth_1 = th_1 * p[I1];
     const real wg_1 = g_1 * wth_1;
-    const real t_tcgxn = wg_1 - e1 * me1;
+    const real t_67i37 = wg_1 - e1 * me1;
     const real g_2 = e2 - lc_2;
     const real wth_2 = th_2 * p[I2];
     const real wg_2 = g_2 * wth_2;
-    const real t_uf5ib = wg_2 - e2 * me2;
+    const real t_n5kna = wg_2 - e2 * me2;
     const real S_sq1 = sin_theta1 * sin_theta1;
     const real Bc_1 = B_1 * cos_phi1;
     const real As_1 = mv1 * sin_phi1;
     const real Ass_1 = As_1 * sin_phi1;
     const real eAss_1 = Ass_1 * e1;
-    const real t_32gyg = Bc_1 - eAss_1;
-    const real t_65obb = t_32gyg + t_tcgxn;
+    const real t_hig3c = Bc_1 - eAss_1;
+    const real t_vjftl = t_hig3c + t_67i37;
     const real S_sq2 = sin_theta2 * sin_theta2;
     const real Bc_2 = B_2 * cos_phi2;
     const real As_2 = mv2 * sin_phi2;
     const real Ass_2 = As_2 * sin_phi2;
     const real eAss_2 = Ass_2 * e2;
-    const real t_gbkg6 = Bc_2 - eAss_2;
-    const real t_yoiua = t_gbkg6 + t_uf5ib;
-    const real t_z76hk = S_sq1 * t_65obb + S_sq2 * t_yoiua;
+    const real t_hig3c_2 = Bc_2 - eAss_2;
+    const real t_vsqil = t_hig3c_2 + t_n5kna;
+    const real t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
     const real wq_1 = q_1 * wth_1;
     const real wqC_1 = cos_theta1 * wq_1;
     const real wq_2 = q_2 * wth_2;
     const real wqC_2 = cos_theta2 * wq_2;
-    const real K52 = t_tcgxn + t_uf5ib - t_z76hk - wqC_1 - wqC_2;
+    const real K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2;
     const real C_v2 = q[vz] * c[r2];  /* (29) */
     const real g2_v2 = C_v2 * q[vx] + q[att2] * c[r5];  /* (29) */
     const real G3_v2 = W13 + (q[wy] * c[w4] + g2_v2) * (K(1.0) / c[r6]);
     const real SC1 = cos_theta1 * sin_theta1;
     const real SC2 = cos_theta2 * sin_theta2;
-    const real t_hjmgb = SC1 * t_65obb + SC2 * t_yoiua;
+    const real t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil;
     const real tn11_1 = Ass_1 + me1 - wth_1;
-    const real t_fbeaw = S_sq1 * tn11_1;
+    const real t_leuxo = S_sq1 * tn11_1;
     const real tn11_2 = Ass_2 + me2 - wth_2;
-    const real t_dj555 = S_sq2 * tn11_2;
-    const real K22 = t_fbeaw + t_dj555 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real t_leuxo_2 = S_sq2 * tn11_2;
+    const real K22 = t_leuxo + t_leuxo_2 + M_C + wth_1 + wth_2 - me1 - me2;
     const real a2_v2 = G2_v2 * x_C - B_v2 * c[w1];
     const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
     const real a3_v2 = G3_v2 * x_C - C_v2 * c[w2];
-    const real t_yz7e5 = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
+    const real t_belws = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
     const real g1_v2 = B_v2 * q[vz] - C_v2 * q[vy] + q[att1] * c[r3];  /* (29) */
-    const real t_lutta = (q[wx] * c[w3] + g1_v2) * (K(1.0) / c[r4]);
+    const real t_7fmkp = (q[wx] * c[w3] + g1_v2) * (K(1.0) / c[r4]);
     const real q2_v2 = n2
         + G2_v2 * K52
-        - G3_v2 * t_hjmgb
+        - G3_v2 * t_edvw3_2
         + K22 * a2_v2
         + K32 * a3_v2
-        + t_yz7e5 * t_lutta;
+        + t_belws * t_7fmkp;
     const real Asc_1 = As_1 * cos_phi1;
     const real Asc_2 = As_2 * cos_phi2;
-    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
     const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
     const real Bs_1 = B_1 * sin_phi1;
     const real Bs_2 = B_2 * sin_phi2;
-    const real t_2m245 = Bs_1 + Bs_2;
-    const real t_xynyo = t_7imwe * sin_phi1 + t_4b2fa * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2;
-    const real t_ev7u5 = Bs_1 + Asc_1 * e1;
-    const real t_bvybx = Bs_2 + Asc_2 * e2;
-    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
-    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
-    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_5dwtq = t_xynyo
-        + G2_v2 * t_6mmeb
-        + G3_v2 * t_bl4f2
-        + t_b3aij * a2_v2
-        + t_zzymx * a3_v2;
-    const real q1_v2 = t_2m245 * t_lutta - t_5dwtq;
-    const real t_azclp = F_n1 * sin_theta1;
-    const real t_iya7w = F_n2 * sin_theta2;
-    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
+    const real t_hig3c_3 = Bs_1 + Bs_2;
+    const real t_ep53l = t_pc5rt * sin_phi1 + t_63ozv * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2;
+    const real t_2jubo = Bs_1 + Asc_1 * e1;
+    const real t_ittbm = Bs_2 + Asc_2 * e2;
+    const real t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2;
+    const real t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2;
+    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_rexgf = t_ep53l
+        + G2_v2 * t_6iku5
+        + G3_v2 * t_6iku5_2
+        + t_f2nhc * a2_v2
+        + t_f2nhc_2 * a3_v2;
+    const real q1_v2 = t_hig3c_3 * t_7fmkp - t_rexgf;
+    const real t_mallh_2 = F_n1 * sin_theta1;
+    const real t_lbh6o_2 = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2;
     const real wqS_1 = sin_theta1 * wq_1;
     const real wqS_2 = sin_theta2 * wq_2;
-    const real K53 = wqS_1 - t_hjmgb + wqS_2;
-    const real K63 = t_z76hk - (t_32gyg + t_gbkg6);
-    const real K33 = Ass_1 + Ass_2 + M_C - t_fbeaw - t_dj555;
+    const real K53 = wqS_1 - t_edvw3_2 + wqS_2;
+    const real K63 = t_edvw3 - (t_hig3c + t_hig3c_2);
+    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo - t_leuxo_2;
     const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
     const real q3_v2 = n3
         + G2_v2 * K53
         + G3_v2 * K63
         + K32 * a2_v2
         + K33 * a3_v2
-        - K43 * t_lutta;
-    const real Pq_v2 = K11 * q1_v2 - t_b3aij * q2_v2 - t_zzymx * q3_v2;
-    const real PP_v2 = K11 * K11 + t_b3aij * t_b3aij + t_zzymx * t_zzymx;
-    const real t_m473c = PP_v2 * (q1_v2 * q1_v2 - p[F] * p[F] + q2_v2 * q2_v2 + q3_v2 * q3_v2);
-    const real root_v2 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v2 * Pq_v2 - t_m473c));
+        - K43 * t_7fmkp;
+    const real Pq_v2 = K11 * q1_v2 - t_f2nhc * q2_v2 - t_f2nhc_2 * q3_v2;
+    const real PP_v2 = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2;
+    const real t_zudcj = PP_v2 * (q1_v2 * q1_v2 - p[F] * p[F] + q2_v2 * q2_v2 + q3_v2 * q3_v2);
+    const real root_v2 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v2 * Pq_v2 - t_zudcj));
     const real ax_v2 = (root_v2 - Pq_v2) / PP_v2;
-    const real f2_v2 = q2_v2 - t_b3aij * ax_v2;
+    const real f2_v2 = q2_v2 - t_f2nhc * ax_v2;
     const real t_y7rm6 = K(1.0) / p[F];
     const real sin_d2_v2 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v2 * t_y7rm6));
     const real delta2_v2 = mv_asin(sin_d2_v2);
     const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v2, p[delta2_max]));
     real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
-    const real t_y4w6o = cos_delta2_act * p[F];
-    const mask m_jdzdf = LE(mv_fabs(delta2_v2), p[delta2_max]);
-    const real f3_v2 = q3_v2 - t_zzymx * ax_v2;
+    const real t_gbb3a = cos_delta2_act * p[F];
+    const mask m_m575p = LE(mv_fabs(delta2_v2), p[delta2_max]);
+    const real f3_v2 = q3_v2 - t_f2nhc_2 * ax_v2;
     const real cos_d2_v2 = mv_sqrt(K(1.0) - sin_d2_v2 * sin_d2_v2);
     const real delta1_v2 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v2 * t_y7rm6 / mv_max(SPLAT(K(1e-09)), cos_d2_v2)))));
     real sin_delta2_v2, cos_delta2_v2; mv_sincos(delta2_v2, &sin_delta2_v2, &cos_delta2_v2);
     real sin_delta1_v2, cos_delta1_v2; mv_sincos(delta1_v2, &sin_delta1_v2, &cos_delta1_v2);
-    const real t_svkod = cos_delta2_v2 * sin_delta1_v2;
-    const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_jdzdf, delta1_v2, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_svkod * (K(1.0) / mv_cos(p[delta2_max]))))))));
+    const real t_m2xxj = cos_delta2_v2 * sin_delta1_v2;
+    const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_m575p, delta1_v2, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_m2xxj * (K(1.0) / mv_cos(p[delta2_max]))))))));
     real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
-    const real f_x = t_y4w6o * cos_delta1_act;
+    const real f_x = t_gbb3a * cos_delta1_act;
     const real f_y = sin_delta2_act * p[F];
     const real Bl_1 = B_1 * p[l1];
     const real eBc_1 = Bc_1 * e1;
-    const real t_b7ure = me1 * (e1 * e1);
-    const real t_3bowt = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
-    const real t_3fv6l = g_1 * wg_1;
-    const real tn44_1 = t_b7ure + t_3bowt - t_3fv6l;
+    const real t_xdulz = me1 * (e1 * e1);
+    const real t_zmqjk = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
+    const real t_leuxo_3 = g_1 * wg_1;
+    const real tn44_1 = t_xdulz + t_zmqjk - t_leuxo_3;
     const real wqg_1 = q_1 * wg_1;
     const real wqq_1 = q_1 * wq_1;
     const real wgC_1 = cos_theta1 * wqg_1;
@@ -8057,10 +8057,10 @@ void slosh_lyapunov_v2_loop(const real *q, const real *r, const real *p, const r
     const real I_theta1 = q[theta1_dot] * p[I1];
     const real Bl_2 = B_2 * p[l2];
     const real eBc_2 = Bc_2 * e2;
-    const real t_lpk5h = me2 * (e2 * e2);
-    const real t_ymmgl = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
-    const real t_odwbr = g_2 * wg_2;
-    const real tn44_2 = t_lpk5h + t_ymmgl - t_odwbr;
+    const real t_uohf6 = me2 * (e2 * e2);
+    const real t_agwdt = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
+    const real t_leuxo_4 = g_2 * wg_2;
+    const real tn44_2 = t_uohf6 + t_agwdt - t_leuxo_4;
     const real wqg_2 = q_2 * wg_2;
     const real wqq_2 = q_2 * wq_2;
     const real wgC_2 = cos_theta2 * wqg_2;
@@ -8068,235 +8068,235 @@ void slosh_lyapunov_v2_loop(const real *q, const real *r, const real *p, const r
     const real M_q2 = F_n2 * q_2;
     const real I_phi2 = q[phi2_dot] * p[I2];
     const real I_theta2 = q[theta2_dot] * p[I2];
-    const real t_nhr5u = wqq_1 + wqq_2;
-    const real K44 = t_nhr5u + Bl_1 + Bl_2 + J_C1;
-    const real t_nncdg = Bl_1 - eBc_1;
-    const real t_4q22j = Bl_2 - eBc_2;
-    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
-    const real t_hoosk = S_sq1 * tn44_1;
-    const real t_drvdp = S_sq2 * tn44_2;
-    const real K55 = t_3fv6l
-        + t_odwbr
-        + t_nhr5u
-        + t_hoosk
-        + t_drvdp
+    const real t_hig3c_4 = wqq_1 + wqq_2;
+    const real K44 = t_hig3c_4 + Bl_1 + Bl_2 + J_C1;
+    const real t_yzhyr = Bl_1 - eBc_1;
+    const real t_q6put = Bl_2 - eBc_2;
+    const real K54 = t_hig3c_4 - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2;
+    const real t_leuxo_5 = S_sq1 * tn44_1;
+    const real t_leuxo_6 = S_sq2 * tn44_2;
+    const real K55 = t_leuxo_3
+        + t_leuxo_4
+        + t_hig3c_4
+        + t_leuxo_5
+        + t_leuxo_6
         + J_C3
-        - t_b7ure
-        - t_lpk5h
+        - t_xdulz
+        - t_uohf6
         + K(-2.0) * wgC_1
         + K(-2.0) * wgC_2;
-    const real t_zhbuw = wgS_1 + wgS_2;
-    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
-    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
-    const real K66 = t_3bowt + t_ymmgl + J_C2 - t_hoosk - t_drvdp;
-    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
-    const real t_kp7yy = M_q1 + M_q2;
-    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
+    const real t_hig3c_5 = wgS_1 + wgS_2;
+    const real K64 = t_hig3c_5 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2;
+    const real K65 = t_hig3c_5 + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6;
+    const real t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * p[l1];
+    const real t_hig3c_6 = M_q1 + M_q2;
+    const real t_ogbts = Bs_2 * t_3hay7 + t_63ozv * p[l2];
     const real t_sfymc = p[J_y] - p[J_z];
-    const real n4 = t_aejai
-        - t_kp7yy
-        + t_zd4fs
+    const real n4 = t_mjqai
+        - t_hig3c_6
+        + t_ogbts
         - loss_phi1
         - loss_phi2
         + I_theta1 * q[wy]
         + I_theta2 * q[wy]
         - t_sfymc * q[wy] * q[wz];
-    const real t_w7nmt = t_aejai + F_t1 * e1;
-    const real t_e5cx2 = t_zd4fs + F_t2 * e2;
-    const real n5 = t_w7nmt * sin_theta1
-        - (t_kp7yy + loss_theta1 + loss_theta2)
-        + t_e5cx2 * sin_theta2
+    const real t_lsqzr = t_mjqai + F_t1 * e1;
+    const real t_rbrf6 = t_ogbts + F_t2 * e2;
+    const real n5 = t_lsqzr * sin_theta1
+        - (t_hig3c_6 + loss_theta1 + loss_theta2)
+        + t_rbrf6 * sin_theta2
         - W12 * (J_C1 + (p[J_z] - p[J_y]))
         - I_phi1 * q[wy]
         - I_phi2 * q[wy]
-        + t_vt7uo * g_1
-        + t_oncjt * g_2;
-    const real n6 = t_w7nmt * cos_theta1
-        + t_e5cx2 * cos_theta2
+        + t_mallh * g_1
+        + t_lbh6o * g_2;
+    const real n6 = t_lsqzr * cos_theta1
+        + t_rbrf6 * cos_theta2
         + I_theta1 * q[wx]
         + I_theta2 * q[wx]
         - W13 * (J_C1 + t_is5lg + t_sfymc)
-        - t_azclp * g_1
-        - t_iya7w * g_2
+        - t_mallh_2 * g_1
+        - t_lbh6o_2 * g_2
         - I_phi1 * q[wz]
         - I_phi2 * q[wz];
-    const real t_bpfoo = K(1.0) / K11;
-    const real t_w7lcw = t_b3aij * t_bpfoo;
-    const real K_D2 = K22 - t_b3aij * t_w7lcw;
-    const real t_3go2w = t_zzymx * t_bpfoo;
-    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
-    const real t_4iujv = K(1.0) / K_D2;
-    const real K_L32 = t_d4mqf * t_4iujv;
-    const real t_vshgd = t_6mmeb * t_bpfoo;
-    const real t_p6zld = K52 - t_b3aij * t_vshgd;
-    const real K_L52 = t_p6zld * t_4iujv;
-    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
-    const real t_xq4wt = t_2m245 * t_bpfoo;
-    const real t_u3hss = t_yz7e5 + t_b3aij * t_xq4wt;
-    const real t_4jmrt = t_u3hss * t_4iujv;
-    const real t_yfebn = K43 + t_d4mqf * t_4jmrt - t_zzymx * t_xq4wt;
-    const real t_zmh3u = K(1.0) / K_D3;
-    const real K_L43 = t_yfebn * t_zmh3u;
-    const real t_bxfcn = K53 - t_d4mqf * K_L52 - t_zzymx * t_vshgd;
-    const real K_L53 = t_bxfcn * t_zmh3u;
-    const real t_e4enr = t_bl4f2 * t_bpfoo;
-    const real t_qvrp6 = t_hjmgb + t_b3aij * t_e4enr;
-    const real t_dj64q = t_qvrp6 * t_4iujv;
-    const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
-    const real K_L63 = t_rahc4 * t_zmh3u;
-    const real K_D4 = K44 - t_u3hss * t_4jmrt - t_yfebn * K_L43 - t_2m245 * t_xq4wt;
-    const real t_ejg3c = K54 + t_u3hss * K_L52 - t_yfebn * K_L53 - t_2m245 * t_vshgd;
-    const real t_lt2al = K(1.0) / K_D4;
-    const real K_L54 = t_ejg3c * t_lt2al;
-    const real t_yioo4 = K64 - t_u3hss * t_dj64q - t_yfebn * K_L63 - t_2m245 * t_e4enr;
-    const real K_L64 = t_yioo4 * t_lt2al;
+    const real t_6dtnj = K(1.0) / K11;
+    const real t_gousg = t_f2nhc * t_6dtnj;
+    const real K_D2 = K22 - t_f2nhc * t_gousg;
+    const real t_gousg_2 = t_f2nhc_2 * t_6dtnj;
+    const real t_upifj = K32 - t_f2nhc * t_gousg_2;
+    const real t_6dtnj_2 = K(1.0) / K_D2;
+    const real K_L32 = t_upifj * t_6dtnj_2;
+    const real t_s62lc = t_6iku5 * t_6dtnj;
+    const real t_6vega = K52 - t_f2nhc * t_s62lc;
+    const real K_L52 = t_6vega * t_6dtnj_2;
+    const real K_D3 = K33 - t_upifj * K_L32 - t_f2nhc_2 * t_gousg_2;
+    const real t_w6lcf = t_hig3c_3 * t_6dtnj;
+    const real t_cawlo = t_belws + t_f2nhc * t_w6lcf;
+    const real t_bopbx = t_cawlo * t_6dtnj_2;
+    const real t_itbrl = K43 + t_upifj * t_bopbx - t_f2nhc_2 * t_w6lcf;
+    const real t_6dtnj_3 = K(1.0) / K_D3;
+    const real K_L43 = t_itbrl * t_6dtnj_3;
+    const real t_jmicp = K53 - t_upifj * K_L52 - t_f2nhc_2 * t_s62lc;
+    const real K_L53 = t_jmicp * t_6dtnj_3;
+    const real t_s62lc_2 = t_6iku5_2 * t_6dtnj;
+    const real t_avyqv = t_edvw3_2 + t_f2nhc * t_s62lc_2;
+    const real t_bk7yo = t_avyqv * t_6dtnj_2;
+    const real t_2dahu = K63 + t_upifj * t_bk7yo - t_f2nhc_2 * t_s62lc_2;
+    const real K_L63 = t_2dahu * t_6dtnj_3;
+    const real K_D4 = K44 - t_cawlo * t_bopbx - t_itbrl * K_L43 - t_hig3c_3 * t_w6lcf;
+    const real t_agu5t = K54 + t_cawlo * K_L52 - t_itbrl * K_L53 - t_hig3c_3 * t_s62lc;
+    const real t_6dtnj_4 = K(1.0) / K_D4;
+    const real K_L54 = t_agu5t * t_6dtnj_4;
+    const real t_kiszr = K64 - t_cawlo * t_bk7yo - t_itbrl * K_L63 - t_hig3c_3 * t_s62lc_2;
+    const real K_L64 = t_kiszr * t_6dtnj_4;
     const real K_D5 = K55
-        - t_p6zld * K_L52
-        - t_bxfcn * K_L53
-        - t_ejg3c * K_L54
-        - t_6mmeb * t_vshgd;
-    const real t_aqba4 = K65
-        + t_p6zld * t_dj64q
-        - t_bxfcn * K_L63
-        - t_ejg3c * K_L64
-        - t_6mmeb * t_e4enr;
-    const real t_ftqxb = K(1.0) / K_D5;
-    const real K_L65 = t_aqba4 * t_ftqxb;
+        - t_6vega * K_L52
+        - t_jmicp * K_L53
+        - t_agu5t * K_L54
+        - t_6iku5 * t_s62lc;
+    const real t_nx7y6 = K65
+        + t_6vega * t_bk7yo
+        - t_jmicp * K_L63
+        - t_agu5t * K_L64
+        - t_6iku5 * t_s62lc_2;
+    const real t_6dtnj_5 = K(1.0) / K_D5;
+    const real K_L65 = t_nx7y6 * t_6dtnj_5;
     const real K_D6 = K66
-        - t_qvrp6 * t_dj64q
-        - t_rahc4 * K_L63
-        - t_yioo4 * K_L64
-        - t_aqba4 * K_L65
-        - t_bl4f2 * t_e4enr;
-    const real b1 = f_x + t_xynyo;
+        - t_avyqv * t_bk7yo
+        - t_2dahu * K_L63
+        - t_kiszr * K_L64
+        - t_nx7y6 * K_L65
+        - t_6iku5_2 * t_s62lc_2;
+    const real b1 = f_x + t_ep53l;
     const real b2 = f_y - n2;
-    const real t_4mgpp = p[F] * cos_delta2_v2;
+    const real t_qh3cx = p[F] * cos_delta2_v2;
     const real f1_v2 = q1_v2 + K11 * ax_v2;
-    const real df1_v2 = t_4mgpp * cos_delta1_v2 - f1_v2;
-    const real t_7oaon = p[F] * sin_delta2_v2;
-    const real df2_v2 = t_7oaon - f2_v2;
-    const real da_v2_y2 = df2_v2 + t_w7lcw * df1_v2;
-    const real t_pmr3w = t_4mgpp * sin_delta1_v2;
-    const real da_v2_y3 = t_3go2w * df1_v2 - (t_pmr3w + f3_v2) - K_L32 * da_v2_y2;
-    const real da_v2_x3 = da_v2_y3 * t_zmh3u;
-    const real da_v2_x2 = da_v2_y2 * t_4iujv - K_L32 * da_v2_x3;
-    const real da_v2_x1 = df1_v2 * t_bpfoo + t_w7lcw * da_v2_x2 + t_3go2w * da_v2_x3;
+    const real df1_v2 = t_qh3cx * cos_delta1_v2 - f1_v2;
+    const real t_jczim = p[F] * sin_delta2_v2;
+    const real df2_v2 = t_jczim - f2_v2;
+    const real da_v2_y2 = df2_v2 + t_gousg * df1_v2;
+    const real t_v7qgl = t_qh3cx * sin_delta1_v2;
+    const real da_v2_y3 = t_gousg_2 * df1_v2 - (t_v7qgl + f3_v2) - K_L32 * da_v2_y2;
+    const real da_v2_x3 = da_v2_y3 * t_6dtnj_3;
+    const real da_v2_x2 = da_v2_y2 * t_6dtnj_2 - K_L32 * da_v2_x3;
+    const real da_v2_x1 = df1_v2 * t_6dtnj + t_gousg * da_v2_x2 + t_gousg_2 * da_v2_x3;
     const real Mx_v2 = n4
         + G2_v2 * K54
         + G3_v2 * K64
-        - t_2m245 * ax_v2
-        - t_2m245 * da_v2_x1
-        - t_yz7e5 * a2_v2
-        - t_yz7e5 * da_v2_x2
+        - t_hig3c_3 * ax_v2
+        - t_hig3c_3 * da_v2_x1
+        - t_belws * a2_v2
+        - t_belws * da_v2_x2
         + K43 * a3_v2
         + K43 * da_v2_x3
-        - K44 * t_lutta;
-    const real t_y4w6o_2 = p[F] * cos_delta2_act;
-    const real df1_act = t_y4w6o_2 * cos_delta1_act - cos_delta2_v2 * p[F] * cos_delta1_v2;
-    const real df2_act = p[F] * sin_delta2_act - t_7oaon;
-    const real da_act_y2 = df2_act + t_w7lcw * df1_act;
-    const real df3_act = t_svkod * p[F] - t_y4w6o_2 * sin_delta1_act;
-    const real da_act_y3 = df3_act + t_3go2w * df1_act - K_L32 * da_act_y2;
-    const real da_act_x3 = da_act_y3 * t_zmh3u;
-    const real da_act_x2 = da_act_y2 * t_4iujv - K_L32 * da_act_x3;
-    const real da_act_x1 = df1_act * t_bpfoo + t_w7lcw * da_act_x2 + t_3go2w * da_act_x3;
-    const real Mx = Mx_v2 - t_2m245 * da_act_x1 - t_yz7e5 * da_act_x2 + K43 * da_act_x3;
+        - K44 * t_7fmkp;
+    const real t_gbb3a_2 = p[F] * cos_delta2_act;
+    const real df1_act = t_gbb3a_2 * cos_delta1_act - cos_delta2_v2 * p[F] * cos_delta1_v2;
+    const real df2_act = p[F] * sin_delta2_act - t_jczim;
+    const real da_act_y2 = df2_act + t_gousg * df1_act;
+    const real df3_act = t_m2xxj * p[F] - t_gbb3a_2 * sin_delta1_act;
+    const real da_act_y3 = df3_act + t_gousg_2 * df1_act - K_L32 * da_act_y2;
+    const real da_act_x3 = da_act_y3 * t_6dtnj_3;
+    const real da_act_x2 = da_act_y2 * t_6dtnj_2 - K_L32 * da_act_x3;
+    const real da_act_x1 = df1_act * t_6dtnj + t_gousg * da_act_x2 + t_gousg_2 * da_act_x3;
+    const real Mx = Mx_v2 - t_hig3c_3 * da_act_x1 - t_belws * da_act_x2 + K43 * da_act_x3;
     const real b4 = Mx - n4;
-    const real t_lwe76 = p[b] + p[d] + x_C;
+    const real t_bknng = p[b] + p[d] + x_C;
     const real Mz_v2 = n5
         + G2_v2 * K55
         + G3_v2 * K65
-        - t_6mmeb * ax_v2
-        - t_6mmeb * da_v2_x1
+        - t_6iku5 * ax_v2
+        - t_6iku5 * da_v2_x1
         + K52 * a2_v2
         + K52 * da_v2_x2
         + K53 * a3_v2
         + K53 * da_v2_x3
-        - K54 * t_lutta
-        + t_7oaon * t_lwe76;
+        - K54 * t_7fmkp
+        + t_jczim * t_bknng;
     const real Mz = Mz_v2
-        - t_6mmeb * da_act_x1
+        - t_6iku5 * da_act_x1
         + K52 * da_act_x2
         + K53 * da_act_x3
-        + df2_act * t_lwe76;
-    const real b5 = Mz - n5 - f_y * t_lwe76;
-    const real t_lpjfo = t_y4w6o * sin_delta1_act;
-    const real My_v2 = t_pmr3w * t_lwe76
+        + df2_act * t_bknng;
+    const real b5 = Mz - n5 - f_y * t_bknng;
+    const real t_y3fxb = t_gbb3a * sin_delta1_act;
+    const real My_v2 = t_v7qgl * t_bknng
         - n6
         - G2_v2 * K65
         - G3_v2 * K66
-        + t_bl4f2 * ax_v2
-        + t_bl4f2 * da_v2_x1
-        + t_hjmgb * a2_v2
-        + t_hjmgb * da_v2_x2
+        + t_6iku5_2 * ax_v2
+        + t_6iku5_2 * da_v2_x1
+        + t_edvw3_2 * a2_v2
+        + t_edvw3_2 * da_v2_x2
         - K63 * a3_v2
         - K63 * da_v2_x3
-        + K64 * t_lutta;
+        + K64 * t_7fmkp;
     const real My = My_v2
-        - df3_act * t_lwe76
-        + t_bl4f2 * da_act_x1
-        + t_hjmgb * da_act_x2
+        - df3_act * t_bknng
+        + t_6iku5_2 * da_act_x1
+        + t_edvw3_2 * da_act_x2
         - K63 * da_act_x3;
-    const real b6 = t_lpjfo * t_lwe76 - (My + n6);
-    const real X_y2 = b2 + t_w7lcw * b1;
-    const real X_y3 = t_3go2w * b1 - (t_lpjfo + n3) - K_L32 * X_y2;
-    const real X_y4 = b4 + t_xq4wt * b1 + t_4jmrt * X_y2 - K_L43 * X_y3;
+    const real b6 = t_y3fxb * t_bknng - (My + n6);
+    const real X_y2 = b2 + t_gousg * b1;
+    const real X_y3 = t_gousg_2 * b1 - (t_y3fxb + n3) - K_L32 * X_y2;
+    const real X_y4 = b4 + t_w6lcf * b1 + t_bopbx * X_y2 - K_L43 * X_y3;
     const real X_y5 = b5
-        + t_vshgd * b1
+        + t_s62lc * b1
         - K_L52 * X_y2
         - K_L53 * X_y3
         - K_L54 * X_y4;
     const real X_y6 = b6
-        + t_e4enr * b1
-        + t_dj64q * X_y2
+        + t_s62lc_2 * b1
+        + t_bk7yo * X_y2
         - K_L63 * X_y3
         - K_L64 * X_y4
         - K_L65 * X_y5;
     const real X_x6 = X_y6 / K_D6;
-    const real X_x5 = X_y5 * t_ftqxb - K_L65 * X_x6;
-    const real X_x4 = X_y4 * t_lt2al - K_L54 * X_x5 - K_L64 * X_x6;
-    const real X_x3 = X_y3 * t_zmh3u - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
-    const real X_x2 = X_y2 * t_4iujv
+    const real X_x5 = X_y5 * t_6dtnj_5 - K_L65 * X_x6;
+    const real X_x4 = X_y4 * t_6dtnj_4 - K_L54 * X_x5 - K_L64 * X_x6;
+    const real X_x3 = X_y3 * t_6dtnj_3 - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
+    const real X_x2 = X_y2 * t_6dtnj_2
         - K_L32 * X_x3
-        + t_4jmrt * X_x4
+        + t_bopbx * X_x4
         - K_L52 * X_x5
-        + t_dj64q * X_x6;
-    const real X_x1 = b1 * t_bpfoo
-        + t_w7lcw * X_x2
-        + t_3go2w * X_x3
-        + t_xq4wt * X_x4
-        + t_vshgd * X_x5
-        + t_e4enr * X_x6;
+        + t_bk7yo * X_x6;
+    const real X_x1 = b1 * t_6dtnj
+        + t_gousg * X_x2
+        + t_gousg_2 * X_x3
+        + t_w6lcf * X_x4
+        + t_s62lc * X_x5
+        + t_s62lc_2 * X_x6;
     const real G_t1 = X_x5 * sin_theta1 + X_x6 * cos_theta1;
     const real Gt_eta1 = G_t1 + eta1;
-    const real t_ynvhx = cos_phi1 * (G_t1 * e1 + X_x2 * sin_theta1 + X_x3 * cos_theta1)
-        + sin_phi1 * (X_x1 - t_w7vil);
-    const real phi_acc1 = Gt_eta1 - (loss_phi1 + p[I1] * (Gt_eta1 + X_x4)) * t_zrejm - k1 * t_ynvhx;
-    const real t_g433r = X_x5 - W12;
-    const real t_mwq7z = X_x4 + X_x5;
-    const real t_5ffnn = zeta1
+    const real t_2prat = cos_phi1 * (G_t1 * e1 + X_x2 * sin_theta1 + X_x3 * cos_theta1)
+        + sin_phi1 * (X_x1 - t_aqrn5);
+    const real phi_acc1 = Gt_eta1 - (loss_phi1 + p[I1] * (Gt_eta1 + X_x4)) * t_gbl6n - k1 * t_2prat;
+    const real t_3ipx7 = X_x5 - W12;
+    const real t_hig3c_7 = X_x4 + X_x5;
+    const real t_pksrm = zeta1
         + X_x2 * cos_theta1
         + g_1 * (X_x5 * cos_theta1 - X_x6 * sin_theta1)
-        - t_mwq7z * q_1
+        - t_hig3c_7 * q_1
         - X_x3 * sin_theta1;
-    const real theta_acc1 = -(t_g433r + th_1 * (loss_theta1 * (K(1.0) / p[m1]) + q_1 * t_5ffnn));
+    const real theta_acc1 = -(t_3ipx7 + th_1 * (loss_theta1 * (K(1.0) / p[m1]) + q_1 * t_pksrm));
     const real G_t2 = X_x5 * sin_theta2 + X_x6 * cos_theta2;
     const real Gt_eta2 = G_t2 + eta2;
-    const real t_rrute = cos_phi2 * (G_t2 * e2 + X_x2 * sin_theta2 + X_x3 * cos_theta2)
-        + sin_phi2 * (X_x1 - t_6fvzz);
-    const real phi_acc2 = Gt_eta2 - (loss_phi2 + p[I2] * (Gt_eta2 + X_x4)) * t_5wzvs - k2 * t_rrute;
-    const real t_oqair = zeta2
+    const real t_y662k = cos_phi2 * (G_t2 * e2 + X_x2 * sin_theta2 + X_x3 * cos_theta2)
+        + sin_phi2 * (X_x1 - t_3hay7);
+    const real phi_acc2 = Gt_eta2 - (loss_phi2 + p[I2] * (Gt_eta2 + X_x4)) * t_jx6g7 - k2 * t_y662k;
+    const real t_zj7x3 = zeta2
         + X_x2 * cos_theta2
         + g_2 * (X_x5 * cos_theta2 - X_x6 * sin_theta2)
-        - t_mwq7z * q_2
+        - t_hig3c_7 * q_2
         - X_x3 * sin_theta2;
-    const real theta_acc2 = -(t_g433r + th_2 * (loss_theta2 * (K(1.0) / p[m2]) + q_2 * t_oqair));
+    const real theta_acc2 = -(t_3ipx7 + th_2 * (loss_theta2 * (K(1.0) / p[m2]) + q_2 * t_zj7x3));
     dq[0] = X_x1 + t_rybsf * x_C - q[vz] * q[wy] + q[vy] * q[wz];
     dq[1] = X_x2 - X_x5 * x_C + (q[vz] * q[wx] - q[vx] * q[wz]);
     dq[2] = X_x3 - X_x6 * x_C + (q[vx] * q[wy] - q[vy] * q[wx]);
     dq[3] = X_x4;
     dq[4] = W13 - X_x6;
-    dq[5] = t_g433r;
+    dq[5] = t_3ipx7;
     dq[6] = q[wx];
     dq[7] = q[wy];
     dq[8] = q[wz];
@@ -8367,15 +8367,15 @@ void slosh_lyapunov_v2_observe(const real *q, const real *r, const real *p, cons
     enum { w4 = SLOSH_LYAPUNOV_V2_C_W4 };
     enum { w5 = SLOSH_LYAPUNOV_V2_C_W5 };
     const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
-    const real t_gx5gf = p[m1] / D1;
-    const real k1 = t_gx5gf * p[l1];
-    const real me1 = t_gx5gf * p[I1];
+    const real t_nkfhl = p[m1] / D1;
+    const real k1 = t_nkfhl * p[l1];
+    const real me1 = t_nkfhl * p[I1];
     const real t_6nwd2 = p[l1] * p[m1];
     const real mv1 = t_6nwd2 * k1;
     const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
-    const real t_wiek6 = p[m2] / D2;
-    const real k2 = t_wiek6 * p[l2];
-    const real me2 = t_wiek6 * p[I2];
+    const real t_xgfi7 = p[m2] / D2;
+    const real k2 = t_xgfi7 * p[l2];
+    const real me2 = t_xgfi7 * p[I2];
     const real t_popww = p[l2] * p[m2];
     const real mv2 = t_popww * k2;
     const real M_C = p[m] + p[m0] + me1 + me2;
@@ -8400,8 +8400,8 @@ void slosh_lyapunov_v2_observe(const real *q, const real *r, const real *p, cons
     const real w_x1 = q[wx] - q[theta1_dot];
     const real p1 = Wn1 + q[phi1_dot];
     const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
-    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
     real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
     real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
     const real Wn2 = cos_theta2 * q[wy] - sin_theta2 * q[wz];
@@ -8409,11 +8409,11 @@ void slosh_lyapunov_v2_observe(const real *q, const real *r, const real *p, cons
     const real w_x2 = q[wx] - q[theta2_dot];
     const real p2 = Wn2 + q[phi2_dot];
     const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
-    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
     const real t_rybsf = q[wy] * q[wy] + q[wz] * q[wz];
-    const real t_w7vil = t_rybsf * e1;
-    const real tension1 = cos_phi1 * t_w7vil * mv1 - t_6nwd2 * sigma_sq1;
+    const real t_aqrn5 = t_rybsf * e1;
+    const real tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1;
     const real As_1 = mv1 * sin_phi1;
     const real Ass_1 = As_1 * sin_phi1;
     const real Asc_1 = As_1 * cos_phi1;
@@ -8432,10 +8432,10 @@ void slosh_lyapunov_v2_observe(const real *q, const real *r, const real *p, cons
     const real S_sq1 = sin_theta1 * sin_theta1;
     const real SC1 = cos_theta1 * sin_theta1;
     const real tn11_1 = Ass_1 + me1 - wth_1;
-    const real t_b7ure = me1 * (e1 * e1);
-    const real t_3bowt = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
-    const real t_3fv6l = g_1 * wg_1;
-    const real tn44_1 = t_b7ure + t_3bowt - t_3fv6l;
+    const real t_xdulz = me1 * (e1 * e1);
+    const real t_zmqjk = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
+    const real t_leuxo = g_1 * wg_1;
+    const real tn44_1 = t_xdulz + t_zmqjk - t_leuxo;
     const real wq_1 = q_1 * wth_1;
     const real wqg_1 = q_1 * wg_1;
     const real wqq_1 = q_1 * wq_1;
@@ -8445,18 +8445,18 @@ void slosh_lyapunov_v2_observe(const real *q, const real *r, const real *p, cons
     const real wgS_1 = sin_theta1 * wqg_1;
     const real loss_phi1 = p[eps1] * q[phi1_dot];
     const real loss_theta1 = p[eps1] * q[theta1_dot];
-    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
     const real zeta1 = W12 * q_1
         + Wn1 * lc_1 * w_x1
         - chi1 * p[l1] * (p1 + q[phi1_dot]);
     const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_7imwe = B_1 * eta1 + loss_phi1 * k1;
-    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real t_pc5rt = B_1 * eta1 + loss_phi1 * k1;
+    const real F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1;
     const real M_q1 = F_n1 * q_1;
     const real I_phi1 = q[phi1_dot] * p[I1];
     const real I_theta1 = q[theta1_dot] * p[I1];
-    const real t_6fvzz = t_rybsf * e2;
-    const real tension2 = cos_phi2 * t_6fvzz * mv2 - t_popww * sigma_sq2;
+    const real t_3hay7 = t_rybsf * e2;
+    const real tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2;
     const real As_2 = mv2 * sin_phi2;
     const real Ass_2 = As_2 * sin_phi2;
     const real Asc_2 = As_2 * cos_phi2;
@@ -8475,10 +8475,10 @@ void slosh_lyapunov_v2_observe(const real *q, const real *r, const real *p, cons
     const real S_sq2 = sin_theta2 * sin_theta2;
     const real SC2 = cos_theta2 * sin_theta2;
     const real tn11_2 = Ass_2 + me2 - wth_2;
-    const real t_lpk5h = me2 * (e2 * e2);
-    const real t_ymmgl = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
-    const real t_odwbr = g_2 * wg_2;
-    const real tn44_2 = t_lpk5h + t_ymmgl - t_odwbr;
+    const real t_uohf6 = me2 * (e2 * e2);
+    const real t_agwdt = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
+    const real t_leuxo_2 = g_2 * wg_2;
+    const real tn44_2 = t_uohf6 + t_agwdt - t_leuxo_2;
     const real wq_2 = q_2 * wth_2;
     const real wqg_2 = q_2 * wg_2;
     const real wqq_2 = q_2 * wq_2;
@@ -8488,102 +8488,102 @@ void slosh_lyapunov_v2_observe(const real *q, const real *r, const real *p, cons
     const real wgS_2 = sin_theta2 * wqg_2;
     const real loss_phi2 = p[eps2] * q[phi2_dot];
     const real loss_theta2 = p[eps2] * q[theta2_dot];
-    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
     const real zeta2 = W12 * q_2
         + Wn2 * lc_2 * w_x2
         - chi2 * p[l2] * (p2 + q[phi2_dot]);
     const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
-    const real t_4b2fa = B_2 * eta2 + loss_phi2 * k2;
-    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real t_63ozv = B_2 * eta2 + loss_phi2 * k2;
+    const real F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2;
     const real M_q2 = F_n2 * q_2;
     const real I_phi2 = q[phi2_dot] * p[I2];
     const real I_theta2 = q[theta2_dot] * p[I2];
     const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
-    const real t_fbeaw = S_sq1 * tn11_1;
-    const real t_dj555 = S_sq2 * tn11_2;
-    const real K22 = t_fbeaw + t_dj555 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real t_leuxo_3 = S_sq1 * tn11_1;
+    const real t_leuxo_4 = S_sq2 * tn11_2;
+    const real K22 = t_leuxo_3 + t_leuxo_4 + M_C + wth_1 + wth_2 - me1 - me2;
     const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + M_C - t_fbeaw - t_dj555;
+    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo_3 - t_leuxo_4;
     const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
-    const real t_nhr5u = wqq_1 + wqq_2;
-    const real K44 = t_nhr5u + Bl_1 + Bl_2 + J_C1;
-    const real t_tcgxn = wg_1 - e1 * me1;
-    const real t_uf5ib = wg_2 - e2 * me2;
-    const real t_32gyg = Bc_1 - eAss_1;
-    const real t_65obb = t_32gyg + t_tcgxn;
-    const real t_gbkg6 = Bc_2 - eAss_2;
-    const real t_yoiua = t_gbkg6 + t_uf5ib;
-    const real t_z76hk = S_sq1 * t_65obb + S_sq2 * t_yoiua;
-    const real K52 = t_tcgxn + t_uf5ib - t_z76hk - wqC_1 - wqC_2;
-    const real t_hjmgb = SC1 * t_65obb + SC2 * t_yoiua;
-    const real K53 = wqS_1 - t_hjmgb + wqS_2;
-    const real t_nncdg = Bl_1 - eBc_1;
-    const real t_4q22j = Bl_2 - eBc_2;
-    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
-    const real t_hoosk = S_sq1 * tn44_1;
-    const real t_drvdp = S_sq2 * tn44_2;
-    const real K55 = t_3fv6l
-        + t_odwbr
-        + t_nhr5u
-        + t_hoosk
-        + t_drvdp
+    const real t_hig3c = wqq_1 + wqq_2;
+    const real K44 = t_hig3c + Bl_1 + Bl_2 + J_C1;
+    const real t_67i37 = wg_1 - e1 * me1;
+    const real t_n5kna = wg_2 - e2 * me2;
+    const real t_hig3c_2 = Bc_1 - eAss_1;
+    const real t_vjftl = t_hig3c_2 + t_67i37;
+    const real t_hig3c_3 = Bc_2 - eAss_2;
+    const real t_vsqil = t_hig3c_3 + t_n5kna;
+    const real t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
+    const real K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2;
+    const real t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil;
+    const real K53 = wqS_1 - t_edvw3_2 + wqS_2;
+    const real t_yzhyr = Bl_1 - eBc_1;
+    const real t_q6put = Bl_2 - eBc_2;
+    const real K54 = t_hig3c - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2;
+    const real t_leuxo_5 = S_sq1 * tn44_1;
+    const real t_leuxo_6 = S_sq2 * tn44_2;
+    const real K55 = t_leuxo
+        + t_leuxo_2
+        + t_hig3c
+        + t_leuxo_5
+        + t_leuxo_6
         + J_C3
-        - t_b7ure
-        - t_lpk5h
+        - t_xdulz
+        - t_uohf6
         + K(-2.0) * wgC_1
         + K(-2.0) * wgC_2;
-    const real K63 = t_z76hk - (t_32gyg + t_gbkg6);
-    const real t_zhbuw = wgS_1 + wgS_2;
-    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
-    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
-    const real K66 = t_3bowt + t_ymmgl + J_C2 - t_hoosk - t_drvdp;
-    const real t_vt7uo = F_n1 * cos_theta1;
-    const real t_oncjt = F_n2 * cos_theta2;
-    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
-    const real t_azclp = F_n1 * sin_theta1;
-    const real t_iya7w = F_n2 * sin_theta2;
-    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
-    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
-    const real t_kp7yy = M_q1 + M_q2;
-    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
+    const real K63 = t_edvw3 - (t_hig3c_2 + t_hig3c_3);
+    const real t_hig3c_4 = wgS_1 + wgS_2;
+    const real K64 = t_hig3c_4 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2;
+    const real K65 = t_hig3c_4 + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6;
+    const real t_mallh = F_n1 * cos_theta1;
+    const real t_lbh6o = F_n2 * cos_theta2;
+    const real n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real t_mallh_2 = F_n1 * sin_theta1;
+    const real t_lbh6o_2 = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2;
+    const real t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * p[l1];
+    const real t_hig3c_5 = M_q1 + M_q2;
+    const real t_ogbts = Bs_2 * t_3hay7 + t_63ozv * p[l2];
     const real t_sfymc = p[J_y] - p[J_z];
-    const real n4 = t_aejai
-        - t_kp7yy
-        + t_zd4fs
+    const real n4 = t_mjqai
+        - t_hig3c_5
+        + t_ogbts
         - loss_phi1
         - loss_phi2
         + I_theta1 * q[wy]
         + I_theta2 * q[wy]
         - t_sfymc * q[wy] * q[wz];
-    const real t_w7nmt = t_aejai + F_t1 * e1;
-    const real t_e5cx2 = t_zd4fs + F_t2 * e2;
-    const real n5 = t_w7nmt * sin_theta1
-        - (t_kp7yy + loss_theta1 + loss_theta2)
-        + t_e5cx2 * sin_theta2
+    const real t_lsqzr = t_mjqai + F_t1 * e1;
+    const real t_rbrf6 = t_ogbts + F_t2 * e2;
+    const real n5 = t_lsqzr * sin_theta1
+        - (t_hig3c_5 + loss_theta1 + loss_theta2)
+        + t_rbrf6 * sin_theta2
         - W12 * (J_C1 + (p[J_z] - p[J_y]))
         - I_phi1 * q[wy]
         - I_phi2 * q[wy]
-        + t_vt7uo * g_1
-        + t_oncjt * g_2;
-    const real n6 = t_w7nmt * cos_theta1
-        + t_e5cx2 * cos_theta2
+        + t_mallh * g_1
+        + t_lbh6o * g_2;
+    const real n6 = t_lsqzr * cos_theta1
+        + t_rbrf6 * cos_theta2
         + I_theta1 * q[wx]
         + I_theta2 * q[wx]
         - W13 * (J_C1 + t_is5lg + t_sfymc)
-        - t_azclp * g_1
-        - t_iya7w * g_2
+        - t_mallh_2 * g_1
+        - t_lbh6o_2 * g_2
         - I_phi1 * q[wz]
         - I_phi2 * q[wz];
-    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real t_bpfoo = K(1.0) / K11;
-    const real t_w7lcw = t_b3aij * t_bpfoo;
-    const real K_D2 = K22 - t_b3aij * t_w7lcw;
-    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_3go2w = t_zzymx * t_bpfoo;
-    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
-    const real t_4iujv = K(1.0) / K_D2;
-    const real K_L32 = t_d4mqf * t_4iujv;
-    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
+    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_6dtnj = K(1.0) / K11;
+    const real t_gousg = t_f2nhc * t_6dtnj;
+    const real K_D2 = K22 - t_f2nhc * t_gousg;
+    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_gousg_2 = t_f2nhc_2 * t_6dtnj;
+    const real t_upifj = K32 - t_f2nhc * t_gousg_2;
+    const real t_6dtnj_2 = K(1.0) / K_D2;
+    const real K_L32 = t_upifj * t_6dtnj_2;
+    const real K_D3 = K33 - t_upifj * K_L32 - t_f2nhc_2 * t_gousg_2;
     const real B_v2 = q[vy] * c[r1];  /* (29) */
     const real C_v2 = q[vz] * c[r2];  /* (29) */
     const real g1_v2 = B_v2 * q[vz] - C_v2 * q[vy] + q[att1] * c[r3];  /* (29) */
@@ -8593,119 +8593,119 @@ void slosh_lyapunov_v2_observe(const real *q, const real *r, const real *p, cons
     const real G3_v2 = W13 + (q[wy] * c[w4] + g2_v2) * (K(1.0) / c[r6]);
     const real a2_v2 = G2_v2 * x_C - B_v2 * c[w1];
     const real a3_v2 = G3_v2 * x_C - C_v2 * c[w2];
-    const real t_2m245 = Bs_1 + Bs_2;
-    const real t_lutta = (q[wx] * c[w3] + g1_v2) * (K(1.0) / c[r4]);
-    const real t_ev7u5 = Bs_1 + Asc_1 * e1;
-    const real t_bvybx = Bs_2 + Asc_2 * e2;
-    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
-    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
-    const real t_bkfqo = t_7imwe * sin_phi1
-        + t_4b2fa * sin_phi2
+    const real t_hig3c_6 = Bs_1 + Bs_2;
+    const real t_7fmkp = (q[wx] * c[w3] + g1_v2) * (K(1.0) / c[r4]);
+    const real t_2jubo = Bs_1 + Asc_1 * e1;
+    const real t_ittbm = Bs_2 + Asc_2 * e2;
+    const real t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2;
+    const real t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2;
+    const real t_7awx3 = t_pc5rt * sin_phi1
+        + t_63ozv * sin_phi2
         + cos_phi1 * tension1
         + cos_phi2 * tension2
-        + G2_v2 * t_6mmeb
-        + G3_v2 * t_bl4f2
-        + t_b3aij * a2_v2
-        + t_zzymx * a3_v2;
-    const real q1_v2 = t_2m245 * t_lutta - t_bkfqo;
-    const real t_yz7e5 = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
+        + G2_v2 * t_6iku5
+        + G3_v2 * t_6iku5_2
+        + t_f2nhc * a2_v2
+        + t_f2nhc_2 * a3_v2;
+    const real q1_v2 = t_hig3c_6 * t_7fmkp - t_7awx3;
+    const real t_belws = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
     const real q2_v2 = n2
         + G2_v2 * K52
-        - G3_v2 * t_hjmgb
+        - G3_v2 * t_edvw3_2
         + K22 * a2_v2
         + K32 * a3_v2
-        + t_yz7e5 * t_lutta;
+        + t_belws * t_7fmkp;
     const real q3_v2 = n3
         + G2_v2 * K53
         + G3_v2 * K63
         + K32 * a2_v2
         + K33 * a3_v2
-        - K43 * t_lutta;
-    const real PP_v2 = K11 * K11 + t_b3aij * t_b3aij + t_zzymx * t_zzymx;
-    const real Pq_v2 = K11 * q1_v2 - t_b3aij * q2_v2 - t_zzymx * q3_v2;
-    const real t_m473c = PP_v2 * (q1_v2 * q1_v2 - p[F] * p[F] + q2_v2 * q2_v2 + q3_v2 * q3_v2);
-    const real root_v2 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v2 * Pq_v2 - t_m473c));
+        - K43 * t_7fmkp;
+    const real PP_v2 = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2;
+    const real Pq_v2 = K11 * q1_v2 - t_f2nhc * q2_v2 - t_f2nhc_2 * q3_v2;
+    const real t_zudcj = PP_v2 * (q1_v2 * q1_v2 - p[F] * p[F] + q2_v2 * q2_v2 + q3_v2 * q3_v2);
+    const real root_v2 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v2 * Pq_v2 - t_zudcj));
     const real ax_v2 = (root_v2 - Pq_v2) / PP_v2;
     const real f1_v2 = q1_v2 + K11 * ax_v2;
-    const real f2_v2 = q2_v2 - t_b3aij * ax_v2;
-    const real f3_v2 = q3_v2 - t_zzymx * ax_v2;
+    const real f2_v2 = q2_v2 - t_f2nhc * ax_v2;
+    const real f3_v2 = q3_v2 - t_f2nhc_2 * ax_v2;
     const real t_y7rm6 = K(1.0) / p[F];
     const real sin_d2_v2 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v2 * t_y7rm6));
     const real cos_d2_v2 = mv_sqrt(K(1.0) - sin_d2_v2 * sin_d2_v2);
     const real delta1_v2 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v2 * t_y7rm6 / mv_max(SPLAT(K(1e-09)), cos_d2_v2)))));
     const real delta2_v2 = mv_asin(sin_d2_v2);
     real sin_delta2_v2, cos_delta2_v2; mv_sincos(delta2_v2, &sin_delta2_v2, &cos_delta2_v2);
-    const real t_4mgpp = p[F] * cos_delta2_v2;
+    const real t_qh3cx = p[F] * cos_delta2_v2;
     real sin_delta1_v2, cos_delta1_v2; mv_sincos(delta1_v2, &sin_delta1_v2, &cos_delta1_v2);
-    const real df1_v2 = t_4mgpp * cos_delta1_v2 - f1_v2;
-    const real t_7oaon = p[F] * sin_delta2_v2;
-    const real df2_v2 = t_7oaon - f2_v2;
-    const real da_v2_y2 = df2_v2 + t_w7lcw * df1_v2;
-    const real t_pmr3w = t_4mgpp * sin_delta1_v2;
-    const real da_v2_y3 = t_3go2w * df1_v2 - (t_pmr3w + f3_v2) - K_L32 * da_v2_y2;
-    const real t_zmh3u = K(1.0) / K_D3;
-    const real da_v2_x3 = da_v2_y3 * t_zmh3u;
-    const real da_v2_x2 = da_v2_y2 * t_4iujv - K_L32 * da_v2_x3;
-    const real da_v2_x1 = df1_v2 * t_bpfoo + t_w7lcw * da_v2_x2 + t_3go2w * da_v2_x3;
+    const real df1_v2 = t_qh3cx * cos_delta1_v2 - f1_v2;
+    const real t_jczim = p[F] * sin_delta2_v2;
+    const real df2_v2 = t_jczim - f2_v2;
+    const real da_v2_y2 = df2_v2 + t_gousg * df1_v2;
+    const real t_v7qgl = t_qh3cx * sin_delta1_v2;
+    const real da_v2_y3 = t_gousg_2 * df1_v2 - (t_v7qgl + f3_v2) - K_L32 * da_v2_y2;
+    const real t_6dtnj_3 = K(1.0) / K_D3;
+    const real da_v2_x3 = da_v2_y3 * t_6dtnj_3;
+    const real da_v2_x2 = da_v2_y2 * t_6dtnj_2 - K_L32 * da_v2_x3;
+    const real da_v2_x1 = df1_v2 * t_6dtnj + t_gousg * da_v2_x2 + t_gousg_2 * da_v2_x3;
     const real Mx_v2 = n4
         + G2_v2 * K54
         + G3_v2 * K64
-        - t_2m245 * ax_v2
-        - t_2m245 * da_v2_x1
-        - t_yz7e5 * a2_v2
-        - t_yz7e5 * da_v2_x2
+        - t_hig3c_6 * ax_v2
+        - t_hig3c_6 * da_v2_x1
+        - t_belws * a2_v2
+        - t_belws * da_v2_x2
         + K43 * a3_v2
         + K43 * da_v2_x3
-        - K44 * t_lutta;
-    const real t_lwe76 = p[b] + p[d] + x_C;
-    const real My_v2 = t_pmr3w * t_lwe76
+        - K44 * t_7fmkp;
+    const real t_bknng = p[b] + p[d] + x_C;
+    const real My_v2 = t_v7qgl * t_bknng
         - n6
         - G2_v2 * K65
         - G3_v2 * K66
-        + t_bl4f2 * ax_v2
-        + t_bl4f2 * da_v2_x1
-        + t_hjmgb * a2_v2
-        + t_hjmgb * da_v2_x2
+        + t_6iku5_2 * ax_v2
+        + t_6iku5_2 * da_v2_x1
+        + t_edvw3_2 * a2_v2
+        + t_edvw3_2 * da_v2_x2
         - K63 * a3_v2
         - K63 * da_v2_x3
-        + K64 * t_lutta;
+        + K64 * t_7fmkp;
     const real Mz_v2 = n5
         + G2_v2 * K55
         + G3_v2 * K65
-        - t_6mmeb * ax_v2
-        - t_6mmeb * da_v2_x1
+        - t_6iku5 * ax_v2
+        - t_6iku5 * da_v2_x1
         + K52 * a2_v2
         + K52 * da_v2_x2
         + K53 * a3_v2
         + K53 * da_v2_x3
-        - K54 * t_lutta
-        + t_7oaon * t_lwe76;
+        - K54 * t_7fmkp
+        + t_jczim * t_bknng;
     const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v2, p[delta2_max]));
-    const mask m_jdzdf = LE(mv_fabs(delta2_v2), p[delta2_max]);
-    const real t_svkod = cos_delta2_v2 * sin_delta1_v2;
-    const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_jdzdf, delta1_v2, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_svkod * (K(1.0) / mv_cos(p[delta2_max]))))))));
+    const mask m_m575p = LE(mv_fabs(delta2_v2), p[delta2_max]);
+    const real t_m2xxj = cos_delta2_v2 * sin_delta1_v2;
+    const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_m575p, delta1_v2, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_m2xxj * (K(1.0) / mv_cos(p[delta2_max]))))))));
     real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
-    const real t_y4w6o = p[F] * cos_delta2_act;
+    const real t_gbb3a = p[F] * cos_delta2_act;
     real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
-    const real df1_act = t_y4w6o * cos_delta1_act - cos_delta2_v2 * p[F] * cos_delta1_v2;
-    const real df2_act = p[F] * sin_delta2_act - t_7oaon;
-    const real df3_act = t_svkod * p[F] - t_y4w6o * sin_delta1_act;
-    const real da_act_y2 = df2_act + t_w7lcw * df1_act;
-    const real da_act_y3 = df3_act + t_3go2w * df1_act - K_L32 * da_act_y2;
-    const real da_act_x3 = da_act_y3 * t_zmh3u;
-    const real da_act_x2 = da_act_y2 * t_4iujv - K_L32 * da_act_x3;
-    const real da_act_x1 = df1_act * t_bpfoo + t_w7lcw * da_act_x2 + t_3go2w * da_act_x3;
-    const real Mx = Mx_v2 - t_2m245 * da_act_x1 - t_yz7e5 * da_act_x2 + K43 * da_act_x3;
+    const real df1_act = t_gbb3a * cos_delta1_act - cos_delta2_v2 * p[F] * cos_delta1_v2;
+    const real df2_act = p[F] * sin_delta2_act - t_jczim;
+    const real df3_act = t_m2xxj * p[F] - t_gbb3a * sin_delta1_act;
+    const real da_act_y2 = df2_act + t_gousg * df1_act;
+    const real da_act_y3 = df3_act + t_gousg_2 * df1_act - K_L32 * da_act_y2;
+    const real da_act_x3 = da_act_y3 * t_6dtnj_3;
+    const real da_act_x2 = da_act_y2 * t_6dtnj_2 - K_L32 * da_act_x3;
+    const real da_act_x1 = df1_act * t_6dtnj + t_gousg * da_act_x2 + t_gousg_2 * da_act_x3;
+    const real Mx = Mx_v2 - t_hig3c_6 * da_act_x1 - t_belws * da_act_x2 + K43 * da_act_x3;
     const real My = My_v2
-        - df3_act * t_lwe76
-        + t_bl4f2 * da_act_x1
-        + t_hjmgb * da_act_x2
+        - df3_act * t_bknng
+        + t_6iku5_2 * da_act_x1
+        + t_edvw3_2 * da_act_x2
         - K63 * da_act_x3;
     const real Mz = Mz_v2
-        - t_6mmeb * da_act_x1
+        - t_6iku5 * da_act_x1
         + K52 * da_act_x2
         + K53 * da_act_x3
-        + df2_act * t_lwe76;
+        + df2_act * t_bknng;
     x[0] = q[vx];
     x[1] = q[vy];
     x[2] = q[vz];
@@ -8792,17 +8792,17 @@ void slosh_lyapunov_v2_loop_euler(const real *q, const real *r, const real *p, c
     enum { w4 = SLOSH_LYAPUNOV_V2_C_W4 };
     enum { w5 = SLOSH_LYAPUNOV_V2_C_W5 };
     const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
-    const real t_zrejm = K(1.0) / D1;
-    const real t_3qn53 = p[m1] * t_zrejm;
-    const real k1 = t_3qn53 * p[l1];
-    const real me1 = t_3qn53 * p[I1];
+    const real t_gbl6n = K(1.0) / D1;
+    const real t_wywjk = p[m1] * t_gbl6n;
+    const real k1 = t_wywjk * p[l1];
+    const real me1 = t_wywjk * p[I1];
     const real t_6nwd2 = p[l1] * p[m1];
     const real mv1 = t_6nwd2 * k1;
     const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
-    const real t_5wzvs = K(1.0) / D2;
-    const real t_54cbb = p[m2] * t_5wzvs;
-    const real k2 = t_54cbb * p[l2];
-    const real me2 = t_54cbb * p[I2];
+    const real t_jx6g7 = K(1.0) / D2;
+    const real t_jzg7x = p[m2] * t_jx6g7;
+    const real k2 = t_jzg7x * p[l2];
+    const real me2 = t_jzg7x * p[I2];
     const real t_popww = p[l2] * p[m2];
     const real mv2 = t_popww * k2;
     const real M_C = p[m] + p[m0] + me1 + me2;
@@ -8835,7 +8835,7 @@ void slosh_lyapunov_v2_loop_euler(const real *q, const real *r, const real *p, c
         - chi1 * p[l1] * (p1 + q[phi1_dot]);
     const real loss_theta1 = p[eps1] * q[theta1_dot];
     const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_vt7uo = F_n1 * cos_theta1;
+    const real t_mallh = F_n1 * cos_theta1;
     real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
     const real q_2 = sin_phi2 * p[l2];
     const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
@@ -8851,144 +8851,144 @@ void slosh_lyapunov_v2_loop_euler(const real *q, const real *r, const real *p, c
         - chi2 * p[l2] * (p2 + q[phi2_dot]);
     const real loss_theta2 = p[eps2] * q[theta2_dot];
     const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
-    const real t_oncjt = F_n2 * cos_theta2;
+    const real t_lbh6o = F_n2 * cos_theta2;
     const real t_rybsf = q[wy] * q[wy] + q[wz] * q[wz];
-    const real t_w7vil = t_rybsf * e1;
-    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
-    const real tension1 = cos_phi1 * t_w7vil * mv1 - t_6nwd2 * sigma_sq1;
+    const real t_aqrn5 = t_rybsf * e1;
+    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
+    const real tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1;
     const real B_1 = me1 * p[l1];
-    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
     const real loss_phi1 = p[eps1] * q[phi1_dot];
-    const real t_7imwe = B_1 * eta1 + loss_phi1 * k1;
-    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
-    const real t_6fvzz = t_rybsf * e2;
-    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
-    const real tension2 = cos_phi2 * t_6fvzz * mv2 - t_popww * sigma_sq2;
+    const real t_pc5rt = B_1 * eta1 + loss_phi1 * k1;
+    const real F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1;
+    const real t_3hay7 = t_rybsf * e2;
+    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
+    const real tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2;
     const real B_2 = me2 * p[l2];
-    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
     const real loss_phi2 = p[eps2] * q[phi2_dot];
-    const real t_4b2fa = B_2 * eta2 + loss_phi2 * k2;
-    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
-    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real t_63ozv = B_2 * eta2 + loss_phi2 * k2;
+    const real F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2;
+    const real n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2;
     const real B_v2 = q[vy] * c[r1];  /* (29) */
     const real g3_v2 = q[att3] * c[r7] - B_v2 * q[vx];  /* (29) */
     const real G2_v2 = W12 - (q[wz] * c[w5] + g3_v2) * (K(1.0) / c[r8]);
     const real g_1 = e1 - lc_1;
     const real wth_1 = th_1 * p[I1];
     const real wg_1 = g_1 * wth_1;
-    const real t_tcgxn = wg_1 - e1 * me1;
+    const real t_67i37 = wg_1 - e1 * me1;
     const real g_2 = e2 - lc_2;
     const real wth_2 = th_2 * p[I2];
     const real wg_2 = g_2 * wth_2;
-    const real t_uf5ib = wg_2 - e2 * me2;
+    const real t_n5kna = wg_2 - e2 * me2;
     const real S_sq1 = sin_theta1 * sin_theta1;
     const real Bc_1 = B_1 * cos_phi1;
     const real As_1 = mv1 * sin_phi1;
     const real Ass_1 = As_1 * sin_phi1;
     const real eAss_1 = Ass_1 * e1;
-    const real t_32gyg = Bc_1 - eAss_1;
-    const real t_65obb = t_32gyg + t_tcgxn;
+    const real t_hig3c = Bc_1 - eAss_1;
+    const real t_vjftl = t_hig3c + t_67i37;
     const real S_sq2 = sin_theta2 * sin_theta2;
     const real Bc_2 = B_2 * cos_phi2;
     const real As_2 = mv2 * sin_phi2;
     const real Ass_2 = As_2 * sin_phi2;
     const real eAss_2 = Ass_2 * e2;
-    const real t_gbkg6 = Bc_2 - eAss_2;
-    const real t_yoiua = t_gbkg6 + t_uf5ib;
-    const real t_z76hk = S_sq1 * t_65obb + S_sq2 * t_yoiua;
+    const real t_hig3c_2 = Bc_2 - eAss_2;
+    const real t_vsqil = t_hig3c_2 + t_n5kna;
+    const real t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
     const real wq_1 = q_1 * wth_1;
     const real wqC_1 = cos_theta1 * wq_1;
     const real wq_2 = q_2 * wth_2;
     const real wqC_2 = cos_theta2 * wq_2;
-    const real K52 = t_tcgxn + t_uf5ib - t_z76hk - wqC_1 - wqC_2;
+    const real K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2;
     const real C_v2 = q[vz] * c[r2];  /* (29) */
     const real g2_v2 = C_v2 * q[vx] + q[att2] * c[r5];  /* (29) */
     const real G3_v2 = W13 + (q[wy] * c[w4] + g2_v2) * (K(1.0) / c[r6]);
     const real SC1 = cos_theta1 * sin_theta1;
     const real SC2 = cos_theta2 * sin_theta2;
-    const real t_hjmgb = SC1 * t_65obb + SC2 * t_yoiua;
+    const real t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil;
     const real tn11_1 = Ass_1 + me1 - wth_1;
-    const real t_fbeaw = S_sq1 * tn11_1;
+    const real t_leuxo = S_sq1 * tn11_1;
     const real tn11_2 = Ass_2 + me2 - wth_2;
-    const real t_dj555 = S_sq2 * tn11_2;
-    const real K22 = t_fbeaw + t_dj555 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real t_leuxo_2 = S_sq2 * tn11_2;
+    const real K22 = t_leuxo + t_leuxo_2 + M_C + wth_1 + wth_2 - me1 - me2;
     const real a2_v2 = G2_v2 * x_C - B_v2 * c[w1];
     const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
     const real a3_v2 = G3_v2 * x_C - C_v2 * c[w2];
-    const real t_yz7e5 = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
+    const real t_belws = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
     const real g1_v2 = B_v2 * q[vz] - C_v2 * q[vy] + q[att1] * c[r3];  /* (29) */
-    const real t_lutta = (q[wx] * c[w3] + g1_v2) * (K(1.0) / c[r4]);
+    const real t_7fmkp = (q[wx] * c[w3] + g1_v2) * (K(1.0) / c[r4]);
     const real q2_v2 = n2
         + G2_v2 * K52
-        - G3_v2 * t_hjmgb
+        - G3_v2 * t_edvw3_2
         + K22 * a2_v2
         + K32 * a3_v2
-        + t_yz7e5 * t_lutta;
+        + t_belws * t_7fmkp;
     const real Asc_1 = As_1 * cos_phi1;
     const real Asc_2 = As_2 * cos_phi2;
-    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
     const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
     const real Bs_1 = B_1 * sin_phi1;
     const real Bs_2 = B_2 * sin_phi2;
-    const real t_2m245 = Bs_1 + Bs_2;
-    const real t_xynyo = t_7imwe * sin_phi1 + t_4b2fa * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2;
-    const real t_ev7u5 = Bs_1 + Asc_1 * e1;
-    const real t_bvybx = Bs_2 + Asc_2 * e2;
-    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
-    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
-    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_5dwtq = t_xynyo
-        + G2_v2 * t_6mmeb
-        + G3_v2 * t_bl4f2
-        + t_b3aij * a2_v2
-        + t_zzymx * a3_v2;
-    const real q1_v2 = t_2m245 * t_lutta - t_5dwtq;
-    const real t_azclp = F_n1 * sin_theta1;
-    const real t_iya7w = F_n2 * sin_theta2;
-    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
+    const real t_hig3c_3 = Bs_1 + Bs_2;
+    const real t_ep53l = t_pc5rt * sin_phi1 + t_63ozv * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2;
+    const real t_2jubo = Bs_1 + Asc_1 * e1;
+    const real t_ittbm = Bs_2 + Asc_2 * e2;
+    const real t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2;
+    const real t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2;
+    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_rexgf = t_ep53l
+        + G2_v2 * t_6iku5
+        + G3_v2 * t_6iku5_2
+        + t_f2nhc * a2_v2
+        + t_f2nhc_2 * a3_v2;
+    const real q1_v2 = t_hig3c_3 * t_7fmkp - t_rexgf;
+    const real t_mallh_2 = F_n1 * sin_theta1;
+    const real t_lbh6o_2 = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2;
     const real wqS_1 = sin_theta1 * wq_1;
     const real wqS_2 = sin_theta2 * wq_2;
-    const real K53 = wqS_1 - t_hjmgb + wqS_2;
-    const real K63 = t_z76hk - (t_32gyg + t_gbkg6);
-    const real K33 = Ass_1 + Ass_2 + M_C - t_fbeaw - t_dj555;
+    const real K53 = wqS_1 - t_edvw3_2 + wqS_2;
+    const real K63 = t_edvw3 - (t_hig3c + t_hig3c_2);
+    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo - t_leuxo_2;
     const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
     const real q3_v2 = n3
         + G2_v2 * K53
         + G3_v2 * K63
         + K32 * a2_v2
         + K33 * a3_v2
-        - K43 * t_lutta;
-    const real Pq_v2 = K11 * q1_v2 - t_b3aij * q2_v2 - t_zzymx * q3_v2;
-    const real PP_v2 = K11 * K11 + t_b3aij * t_b3aij + t_zzymx * t_zzymx;
-    const real t_m473c = PP_v2 * (q1_v2 * q1_v2 - p[F] * p[F] + q2_v2 * q2_v2 + q3_v2 * q3_v2);
-    const real root_v2 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v2 * Pq_v2 - t_m473c));
+        - K43 * t_7fmkp;
+    const real Pq_v2 = K11 * q1_v2 - t_f2nhc * q2_v2 - t_f2nhc_2 * q3_v2;
+    const real PP_v2 = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2;
+    const real t_zudcj = PP_v2 * (q1_v2 * q1_v2 - p[F] * p[F] + q2_v2 * q2_v2 + q3_v2 * q3_v2);
+    const real root_v2 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v2 * Pq_v2 - t_zudcj));
     const real ax_v2 = (root_v2 - Pq_v2) / PP_v2;
-    const real f2_v2 = q2_v2 - t_b3aij * ax_v2;
+    const real f2_v2 = q2_v2 - t_f2nhc * ax_v2;
     const real t_y7rm6 = K(1.0) / p[F];
     const real sin_d2_v2 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v2 * t_y7rm6));
     const real delta2_v2 = mv_asin(sin_d2_v2);
     const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v2, p[delta2_max]));
     real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
-    const real t_y4w6o = cos_delta2_act * p[F];
-    const mask m_jdzdf = LE(mv_fabs(delta2_v2), p[delta2_max]);
-    const real f3_v2 = q3_v2 - t_zzymx * ax_v2;
+    const real t_gbb3a = cos_delta2_act * p[F];
+    const mask m_m575p = LE(mv_fabs(delta2_v2), p[delta2_max]);
+    const real f3_v2 = q3_v2 - t_f2nhc_2 * ax_v2;
     const real cos_d2_v2 = mv_sqrt(K(1.0) - sin_d2_v2 * sin_d2_v2);
     const real delta1_v2 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v2 * t_y7rm6 / mv_max(SPLAT(K(1e-09)), cos_d2_v2)))));
     real sin_delta2_v2, cos_delta2_v2; mv_sincos(delta2_v2, &sin_delta2_v2, &cos_delta2_v2);
     real sin_delta1_v2, cos_delta1_v2; mv_sincos(delta1_v2, &sin_delta1_v2, &cos_delta1_v2);
-    const real t_svkod = cos_delta2_v2 * sin_delta1_v2;
-    const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_jdzdf, delta1_v2, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_svkod * (K(1.0) / mv_cos(p[delta2_max]))))))));
+    const real t_m2xxj = cos_delta2_v2 * sin_delta1_v2;
+    const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_m575p, delta1_v2, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_m2xxj * (K(1.0) / mv_cos(p[delta2_max]))))))));
     real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
-    const real f_x = t_y4w6o * cos_delta1_act;
+    const real f_x = t_gbb3a * cos_delta1_act;
     const real f_y = sin_delta2_act * p[F];
     const real Bl_1 = B_1 * p[l1];
     const real eBc_1 = Bc_1 * e1;
-    const real t_b7ure = me1 * (e1 * e1);
-    const real t_3bowt = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
-    const real t_3fv6l = g_1 * wg_1;
-    const real tn44_1 = t_b7ure + t_3bowt - t_3fv6l;
+    const real t_xdulz = me1 * (e1 * e1);
+    const real t_zmqjk = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
+    const real t_leuxo_3 = g_1 * wg_1;
+    const real tn44_1 = t_xdulz + t_zmqjk - t_leuxo_3;
     const real wqg_1 = q_1 * wg_1;
     const real wqq_1 = q_1 * wq_1;
     const real wgC_1 = cos_theta1 * wqg_1;
@@ -8998,10 +8998,10 @@ void slosh_lyapunov_v2_loop_euler(const real *q, const real *r, const real *p, c
     const real I_theta1 = q[theta1_dot] * p[I1];
     const real Bl_2 = B_2 * p[l2];
     const real eBc_2 = Bc_2 * e2;
-    const real t_lpk5h = me2 * (e2 * e2);
-    const real t_ymmgl = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
-    const real t_odwbr = g_2 * wg_2;
-    const real tn44_2 = t_lpk5h + t_ymmgl - t_odwbr;
+    const real t_uohf6 = me2 * (e2 * e2);
+    const real t_agwdt = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
+    const real t_leuxo_4 = g_2 * wg_2;
+    const real tn44_2 = t_uohf6 + t_agwdt - t_leuxo_4;
     const real wqg_2 = q_2 * wg_2;
     const real wqq_2 = q_2 * wq_2;
     const real wgC_2 = cos_theta2 * wqg_2;
@@ -9009,229 +9009,229 @@ void slosh_lyapunov_v2_loop_euler(const real *q, const real *r, const real *p, c
     const real M_q2 = F_n2 * q_2;
     const real I_phi2 = q[phi2_dot] * p[I2];
     const real I_theta2 = q[theta2_dot] * p[I2];
-    const real t_nhr5u = wqq_1 + wqq_2;
-    const real K44 = t_nhr5u + Bl_1 + Bl_2 + J_C1;
-    const real t_nncdg = Bl_1 - eBc_1;
-    const real t_4q22j = Bl_2 - eBc_2;
-    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
-    const real t_hoosk = S_sq1 * tn44_1;
-    const real t_drvdp = S_sq2 * tn44_2;
-    const real K55 = t_3fv6l
-        + t_odwbr
-        + t_nhr5u
-        + t_hoosk
-        + t_drvdp
+    const real t_hig3c_4 = wqq_1 + wqq_2;
+    const real K44 = t_hig3c_4 + Bl_1 + Bl_2 + J_C1;
+    const real t_yzhyr = Bl_1 - eBc_1;
+    const real t_q6put = Bl_2 - eBc_2;
+    const real K54 = t_hig3c_4 - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2;
+    const real t_leuxo_5 = S_sq1 * tn44_1;
+    const real t_leuxo_6 = S_sq2 * tn44_2;
+    const real K55 = t_leuxo_3
+        + t_leuxo_4
+        + t_hig3c_4
+        + t_leuxo_5
+        + t_leuxo_6
         + J_C3
-        - t_b7ure
-        - t_lpk5h
+        - t_xdulz
+        - t_uohf6
         + K(-2.0) * wgC_1
         + K(-2.0) * wgC_2;
-    const real t_zhbuw = wgS_1 + wgS_2;
-    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
-    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
-    const real K66 = t_3bowt + t_ymmgl + J_C2 - t_hoosk - t_drvdp;
-    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
-    const real t_kp7yy = M_q1 + M_q2;
-    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
+    const real t_hig3c_5 = wgS_1 + wgS_2;
+    const real K64 = t_hig3c_5 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2;
+    const real K65 = t_hig3c_5 + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6;
+    const real t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * p[l1];
+    const real t_hig3c_6 = M_q1 + M_q2;
+    const real t_ogbts = Bs_2 * t_3hay7 + t_63ozv * p[l2];
     const real t_sfymc = p[J_y] - p[J_z];
-    const real n4 = t_aejai
-        - t_kp7yy
-        + t_zd4fs
+    const real n4 = t_mjqai
+        - t_hig3c_6
+        + t_ogbts
         - loss_phi1
         - loss_phi2
         + I_theta1 * q[wy]
         + I_theta2 * q[wy]
         - t_sfymc * q[wy] * q[wz];
-    const real t_w7nmt = t_aejai + F_t1 * e1;
-    const real t_e5cx2 = t_zd4fs + F_t2 * e2;
-    const real n5 = t_w7nmt * sin_theta1
-        - (t_kp7yy + loss_theta1 + loss_theta2)
-        + t_e5cx2 * sin_theta2
+    const real t_lsqzr = t_mjqai + F_t1 * e1;
+    const real t_rbrf6 = t_ogbts + F_t2 * e2;
+    const real n5 = t_lsqzr * sin_theta1
+        - (t_hig3c_6 + loss_theta1 + loss_theta2)
+        + t_rbrf6 * sin_theta2
         - W12 * (J_C1 + (p[J_z] - p[J_y]))
         - I_phi1 * q[wy]
         - I_phi2 * q[wy]
-        + t_vt7uo * g_1
-        + t_oncjt * g_2;
-    const real n6 = t_w7nmt * cos_theta1
-        + t_e5cx2 * cos_theta2
+        + t_mallh * g_1
+        + t_lbh6o * g_2;
+    const real n6 = t_lsqzr * cos_theta1
+        + t_rbrf6 * cos_theta2
         + I_theta1 * q[wx]
         + I_theta2 * q[wx]
         - W13 * (J_C1 + t_is5lg + t_sfymc)
-        - t_azclp * g_1
-        - t_iya7w * g_2
+        - t_mallh_2 * g_1
+        - t_lbh6o_2 * g_2
         - I_phi1 * q[wz]
         - I_phi2 * q[wz];
-    const real t_bpfoo = K(1.0) / K11;
-    const real t_w7lcw = t_b3aij * t_bpfoo;
-    const real K_D2 = K22 - t_b3aij * t_w7lcw;
-    const real t_3go2w = t_zzymx * t_bpfoo;
-    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
-    const real t_4iujv = K(1.0) / K_D2;
-    const real K_L32 = t_d4mqf * t_4iujv;
-    const real t_vshgd = t_6mmeb * t_bpfoo;
-    const real t_p6zld = K52 - t_b3aij * t_vshgd;
-    const real K_L52 = t_p6zld * t_4iujv;
-    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
-    const real t_xq4wt = t_2m245 * t_bpfoo;
-    const real t_u3hss = t_yz7e5 + t_b3aij * t_xq4wt;
-    const real t_4jmrt = t_u3hss * t_4iujv;
-    const real t_yfebn = K43 + t_d4mqf * t_4jmrt - t_zzymx * t_xq4wt;
-    const real t_zmh3u = K(1.0) / K_D3;
-    const real K_L43 = t_yfebn * t_zmh3u;
-    const real t_bxfcn = K53 - t_d4mqf * K_L52 - t_zzymx * t_vshgd;
-    const real K_L53 = t_bxfcn * t_zmh3u;
-    const real t_e4enr = t_bl4f2 * t_bpfoo;
-    const real t_qvrp6 = t_hjmgb + t_b3aij * t_e4enr;
-    const real t_dj64q = t_qvrp6 * t_4iujv;
-    const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
-    const real K_L63 = t_rahc4 * t_zmh3u;
-    const real K_D4 = K44 - t_u3hss * t_4jmrt - t_yfebn * K_L43 - t_2m245 * t_xq4wt;
-    const real t_ejg3c = K54 + t_u3hss * K_L52 - t_yfebn * K_L53 - t_2m245 * t_vshgd;
-    const real t_lt2al = K(1.0) / K_D4;
-    const real K_L54 = t_ejg3c * t_lt2al;
-    const real t_yioo4 = K64 - t_u3hss * t_dj64q - t_yfebn * K_L63 - t_2m245 * t_e4enr;
-    const real K_L64 = t_yioo4 * t_lt2al;
+    const real t_6dtnj = K(1.0) / K11;
+    const real t_gousg = t_f2nhc * t_6dtnj;
+    const real K_D2 = K22 - t_f2nhc * t_gousg;
+    const real t_gousg_2 = t_f2nhc_2 * t_6dtnj;
+    const real t_upifj = K32 - t_f2nhc * t_gousg_2;
+    const real t_6dtnj_2 = K(1.0) / K_D2;
+    const real K_L32 = t_upifj * t_6dtnj_2;
+    const real t_s62lc = t_6iku5 * t_6dtnj;
+    const real t_6vega = K52 - t_f2nhc * t_s62lc;
+    const real K_L52 = t_6vega * t_6dtnj_2;
+    const real K_D3 = K33 - t_upifj * K_L32 - t_f2nhc_2 * t_gousg_2;
+    const real t_w6lcf = t_hig3c_3 * t_6dtnj;
+    const real t_cawlo = t_belws + t_f2nhc * t_w6lcf;
+    const real t_bopbx = t_cawlo * t_6dtnj_2;
+    const real t_itbrl = K43 + t_upifj * t_bopbx - t_f2nhc_2 * t_w6lcf;
+    const real t_6dtnj_3 = K(1.0) / K_D3;
+    const real K_L43 = t_itbrl * t_6dtnj_3;
+    const real t_jmicp = K53 - t_upifj * K_L52 - t_f2nhc_2 * t_s62lc;
+    const real K_L53 = t_jmicp * t_6dtnj_3;
+    const real t_s62lc_2 = t_6iku5_2 * t_6dtnj;
+    const real t_avyqv = t_edvw3_2 + t_f2nhc * t_s62lc_2;
+    const real t_bk7yo = t_avyqv * t_6dtnj_2;
+    const real t_2dahu = K63 + t_upifj * t_bk7yo - t_f2nhc_2 * t_s62lc_2;
+    const real K_L63 = t_2dahu * t_6dtnj_3;
+    const real K_D4 = K44 - t_cawlo * t_bopbx - t_itbrl * K_L43 - t_hig3c_3 * t_w6lcf;
+    const real t_agu5t = K54 + t_cawlo * K_L52 - t_itbrl * K_L53 - t_hig3c_3 * t_s62lc;
+    const real t_6dtnj_4 = K(1.0) / K_D4;
+    const real K_L54 = t_agu5t * t_6dtnj_4;
+    const real t_kiszr = K64 - t_cawlo * t_bk7yo - t_itbrl * K_L63 - t_hig3c_3 * t_s62lc_2;
+    const real K_L64 = t_kiszr * t_6dtnj_4;
     const real K_D5 = K55
-        - t_p6zld * K_L52
-        - t_bxfcn * K_L53
-        - t_ejg3c * K_L54
-        - t_6mmeb * t_vshgd;
-    const real t_aqba4 = K65
-        + t_p6zld * t_dj64q
-        - t_bxfcn * K_L63
-        - t_ejg3c * K_L64
-        - t_6mmeb * t_e4enr;
-    const real t_ftqxb = K(1.0) / K_D5;
-    const real K_L65 = t_aqba4 * t_ftqxb;
+        - t_6vega * K_L52
+        - t_jmicp * K_L53
+        - t_agu5t * K_L54
+        - t_6iku5 * t_s62lc;
+    const real t_nx7y6 = K65
+        + t_6vega * t_bk7yo
+        - t_jmicp * K_L63
+        - t_agu5t * K_L64
+        - t_6iku5 * t_s62lc_2;
+    const real t_6dtnj_5 = K(1.0) / K_D5;
+    const real K_L65 = t_nx7y6 * t_6dtnj_5;
     const real K_D6 = K66
-        - t_qvrp6 * t_dj64q
-        - t_rahc4 * K_L63
-        - t_yioo4 * K_L64
-        - t_aqba4 * K_L65
-        - t_bl4f2 * t_e4enr;
-    const real b1 = f_x + t_xynyo;
+        - t_avyqv * t_bk7yo
+        - t_2dahu * K_L63
+        - t_kiszr * K_L64
+        - t_nx7y6 * K_L65
+        - t_6iku5_2 * t_s62lc_2;
+    const real b1 = f_x + t_ep53l;
     const real b2 = f_y - n2;
-    const real t_4mgpp = p[F] * cos_delta2_v2;
+    const real t_qh3cx = p[F] * cos_delta2_v2;
     const real f1_v2 = q1_v2 + K11 * ax_v2;
-    const real df1_v2 = t_4mgpp * cos_delta1_v2 - f1_v2;
-    const real t_7oaon = p[F] * sin_delta2_v2;
-    const real df2_v2 = t_7oaon - f2_v2;
-    const real da_v2_y2 = df2_v2 + t_w7lcw * df1_v2;
-    const real t_pmr3w = t_4mgpp * sin_delta1_v2;
-    const real da_v2_y3 = t_3go2w * df1_v2 - (t_pmr3w + f3_v2) - K_L32 * da_v2_y2;
-    const real da_v2_x3 = da_v2_y3 * t_zmh3u;
-    const real da_v2_x2 = da_v2_y2 * t_4iujv - K_L32 * da_v2_x3;
-    const real da_v2_x1 = df1_v2 * t_bpfoo + t_w7lcw * da_v2_x2 + t_3go2w * da_v2_x3;
+    const real df1_v2 = t_qh3cx * cos_delta1_v2 - f1_v2;
+    const real t_jczim = p[F] * sin_delta2_v2;
+    const real df2_v2 = t_jczim - f2_v2;
+    const real da_v2_y2 = df2_v2 + t_gousg * df1_v2;
+    const real t_v7qgl = t_qh3cx * sin_delta1_v2;
+    const real da_v2_y3 = t_gousg_2 * df1_v2 - (t_v7qgl + f3_v2) - K_L32 * da_v2_y2;
+    const real da_v2_x3 = da_v2_y3 * t_6dtnj_3;
+    const real da_v2_x2 = da_v2_y2 * t_6dtnj_2 - K_L32 * da_v2_x3;
+    const real da_v2_x1 = df1_v2 * t_6dtnj + t_gousg * da_v2_x2 + t_gousg_2 * da_v2_x3;
     const real Mx_v2 = n4
         + G2_v2 * K54
         + G3_v2 * K64
-        - t_2m245 * ax_v2
-        - t_2m245 * da_v2_x1
-        - t_yz7e5 * a2_v2
-        - t_yz7e5 * da_v2_x2
+        - t_hig3c_3 * ax_v2
+        - t_hig3c_3 * da_v2_x1
+        - t_belws * a2_v2
+        - t_belws * da_v2_x2
         + K43 * a3_v2
         + K43 * da_v2_x3
-        - K44 * t_lutta;
-    const real t_y4w6o_2 = p[F] * cos_delta2_act;
-    const real df1_act = t_y4w6o_2 * cos_delta1_act - cos_delta2_v2 * p[F] * cos_delta1_v2;
-    const real df2_act = p[F] * sin_delta2_act - t_7oaon;
-    const real da_act_y2 = df2_act + t_w7lcw * df1_act;
-    const real df3_act = t_svkod * p[F] - t_y4w6o_2 * sin_delta1_act;
-    const real da_act_y3 = df3_act + t_3go2w * df1_act - K_L32 * da_act_y2;
-    const real da_act_x3 = da_act_y3 * t_zmh3u;
-    const real da_act_x2 = da_act_y2 * t_4iujv - K_L32 * da_act_x3;
-    const real da_act_x1 = df1_act * t_bpfoo + t_w7lcw * da_act_x2 + t_3go2w * da_act_x3;
-    const real Mx = Mx_v2 - t_2m245 * da_act_x1 - t_yz7e5 * da_act_x2 + K43 * da_act_x3;
+        - K44 * t_7fmkp;
+    const real t_gbb3a_2 = p[F] * cos_delta2_act;
+    const real df1_act = t_gbb3a_2 * cos_delta1_act - cos_delta2_v2 * p[F] * cos_delta1_v2;
+    const real df2_act = p[F] * sin_delta2_act - t_jczim;
+    const real da_act_y2 = df2_act + t_gousg * df1_act;
+    const real df3_act = t_m2xxj * p[F] - t_gbb3a_2 * sin_delta1_act;
+    const real da_act_y3 = df3_act + t_gousg_2 * df1_act - K_L32 * da_act_y2;
+    const real da_act_x3 = da_act_y3 * t_6dtnj_3;
+    const real da_act_x2 = da_act_y2 * t_6dtnj_2 - K_L32 * da_act_x3;
+    const real da_act_x1 = df1_act * t_6dtnj + t_gousg * da_act_x2 + t_gousg_2 * da_act_x3;
+    const real Mx = Mx_v2 - t_hig3c_3 * da_act_x1 - t_belws * da_act_x2 + K43 * da_act_x3;
     const real b4 = Mx - n4;
-    const real t_lwe76 = p[b] + p[d] + x_C;
+    const real t_bknng = p[b] + p[d] + x_C;
     const real Mz_v2 = n5
         + G2_v2 * K55
         + G3_v2 * K65
-        - t_6mmeb * ax_v2
-        - t_6mmeb * da_v2_x1
+        - t_6iku5 * ax_v2
+        - t_6iku5 * da_v2_x1
         + K52 * a2_v2
         + K52 * da_v2_x2
         + K53 * a3_v2
         + K53 * da_v2_x3
-        - K54 * t_lutta
-        + t_7oaon * t_lwe76;
+        - K54 * t_7fmkp
+        + t_jczim * t_bknng;
     const real Mz = Mz_v2
-        - t_6mmeb * da_act_x1
+        - t_6iku5 * da_act_x1
         + K52 * da_act_x2
         + K53 * da_act_x3
-        + df2_act * t_lwe76;
-    const real b5 = Mz - n5 - f_y * t_lwe76;
-    const real t_lpjfo = t_y4w6o * sin_delta1_act;
-    const real My_v2 = t_pmr3w * t_lwe76
+        + df2_act * t_bknng;
+    const real b5 = Mz - n5 - f_y * t_bknng;
+    const real t_y3fxb = t_gbb3a * sin_delta1_act;
+    const real My_v2 = t_v7qgl * t_bknng
         - n6
         - G2_v2 * K65
         - G3_v2 * K66
-        + t_bl4f2 * ax_v2
-        + t_bl4f2 * da_v2_x1
-        + t_hjmgb * a2_v2
-        + t_hjmgb * da_v2_x2
+        + t_6iku5_2 * ax_v2
+        + t_6iku5_2 * da_v2_x1
+        + t_edvw3_2 * a2_v2
+        + t_edvw3_2 * da_v2_x2
         - K63 * a3_v2
         - K63 * da_v2_x3
-        + K64 * t_lutta;
+        + K64 * t_7fmkp;
     const real My = My_v2
-        - df3_act * t_lwe76
-        + t_bl4f2 * da_act_x1
-        + t_hjmgb * da_act_x2
+        - df3_act * t_bknng
+        + t_6iku5_2 * da_act_x1
+        + t_edvw3_2 * da_act_x2
         - K63 * da_act_x3;
-    const real b6 = t_lpjfo * t_lwe76 - (My + n6);
-    const real X_y2 = b2 + t_w7lcw * b1;
-    const real X_y3 = t_3go2w * b1 - (t_lpjfo + n3) - K_L32 * X_y2;
-    const real X_y4 = b4 + t_xq4wt * b1 + t_4jmrt * X_y2 - K_L43 * X_y3;
+    const real b6 = t_y3fxb * t_bknng - (My + n6);
+    const real X_y2 = b2 + t_gousg * b1;
+    const real X_y3 = t_gousg_2 * b1 - (t_y3fxb + n3) - K_L32 * X_y2;
+    const real X_y4 = b4 + t_w6lcf * b1 + t_bopbx * X_y2 - K_L43 * X_y3;
     const real X_y5 = b5
-        + t_vshgd * b1
+        + t_s62lc * b1
         - K_L52 * X_y2
         - K_L53 * X_y3
         - K_L54 * X_y4;
     const real X_y6 = b6
-        + t_e4enr * b1
-        + t_dj64q * X_y2
+        + t_s62lc_2 * b1
+        + t_bk7yo * X_y2
         - K_L63 * X_y3
         - K_L64 * X_y4
         - K_L65 * X_y5;
     const real X_x6 = X_y6 / K_D6;
-    const real X_x5 = X_y5 * t_ftqxb - K_L65 * X_x6;
-    const real X_x4 = X_y4 * t_lt2al - K_L54 * X_x5 - K_L64 * X_x6;
-    const real X_x3 = X_y3 * t_zmh3u - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
-    const real X_x2 = X_y2 * t_4iujv
+    const real X_x5 = X_y5 * t_6dtnj_5 - K_L65 * X_x6;
+    const real X_x4 = X_y4 * t_6dtnj_4 - K_L54 * X_x5 - K_L64 * X_x6;
+    const real X_x3 = X_y3 * t_6dtnj_3 - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
+    const real X_x2 = X_y2 * t_6dtnj_2
         - K_L32 * X_x3
-        + t_4jmrt * X_x4
+        + t_bopbx * X_x4
         - K_L52 * X_x5
-        + t_dj64q * X_x6;
-    const real X_x1 = b1 * t_bpfoo
-        + t_w7lcw * X_x2
-        + t_3go2w * X_x3
-        + t_xq4wt * X_x4
-        + t_vshgd * X_x5
-        + t_e4enr * X_x6;
+        + t_bk7yo * X_x6;
+    const real X_x1 = b1 * t_6dtnj
+        + t_gousg * X_x2
+        + t_gousg_2 * X_x3
+        + t_w6lcf * X_x4
+        + t_s62lc * X_x5
+        + t_s62lc_2 * X_x6;
     const real G_t1 = X_x5 * sin_theta1 + X_x6 * cos_theta1;
     const real Gt_eta1 = G_t1 + eta1;
-    const real t_ynvhx = cos_phi1 * (G_t1 * e1 + X_x2 * sin_theta1 + X_x3 * cos_theta1)
-        + sin_phi1 * (X_x1 - t_w7vil);
-    const real phi_acc1 = Gt_eta1 - (loss_phi1 + p[I1] * (Gt_eta1 + X_x4)) * t_zrejm - k1 * t_ynvhx;
-    const real t_g433r = X_x5 - W12;
-    const real t_mwq7z = X_x4 + X_x5;
-    const real t_5ffnn = zeta1
+    const real t_2prat = cos_phi1 * (G_t1 * e1 + X_x2 * sin_theta1 + X_x3 * cos_theta1)
+        + sin_phi1 * (X_x1 - t_aqrn5);
+    const real phi_acc1 = Gt_eta1 - (loss_phi1 + p[I1] * (Gt_eta1 + X_x4)) * t_gbl6n - k1 * t_2prat;
+    const real t_3ipx7 = X_x5 - W12;
+    const real t_hig3c_7 = X_x4 + X_x5;
+    const real t_pksrm = zeta1
         + X_x2 * cos_theta1
         + g_1 * (X_x5 * cos_theta1 - X_x6 * sin_theta1)
-        - t_mwq7z * q_1
+        - t_hig3c_7 * q_1
         - X_x3 * sin_theta1;
-    const real theta_acc1 = -(t_g433r + th_1 * (loss_theta1 * (K(1.0) / p[m1]) + q_1 * t_5ffnn));
+    const real theta_acc1 = -(t_3ipx7 + th_1 * (loss_theta1 * (K(1.0) / p[m1]) + q_1 * t_pksrm));
     const real G_t2 = X_x5 * sin_theta2 + X_x6 * cos_theta2;
     const real Gt_eta2 = G_t2 + eta2;
-    const real t_rrute = cos_phi2 * (G_t2 * e2 + X_x2 * sin_theta2 + X_x3 * cos_theta2)
-        + sin_phi2 * (X_x1 - t_6fvzz);
-    const real phi_acc2 = Gt_eta2 - (loss_phi2 + p[I2] * (Gt_eta2 + X_x4)) * t_5wzvs - k2 * t_rrute;
-    const real t_oqair = zeta2
+    const real t_y662k = cos_phi2 * (G_t2 * e2 + X_x2 * sin_theta2 + X_x3 * cos_theta2)
+        + sin_phi2 * (X_x1 - t_3hay7);
+    const real phi_acc2 = Gt_eta2 - (loss_phi2 + p[I2] * (Gt_eta2 + X_x4)) * t_jx6g7 - k2 * t_y662k;
+    const real t_zj7x3 = zeta2
         + X_x2 * cos_theta2
         + g_2 * (X_x5 * cos_theta2 - X_x6 * sin_theta2)
-        - t_mwq7z * q_2
+        - t_hig3c_7 * q_2
         - X_x3 * sin_theta2;
-    const real theta_acc2 = -(t_g433r + th_2 * (loss_theta2 * (K(1.0) / p[m2]) + q_2 * t_oqair));
+    const real theta_acc2 = -(t_3ipx7 + th_2 * (loss_theta2 * (K(1.0) / p[m2]) + q_2 * t_zj7x3));
     real sin_att2, cos_att2; mv_sincos(q[att2], &sin_att2, &cos_att2);
     real sin_att1, cos_att1; mv_sincos(q[att1], &sin_att1, &cos_att1);
     const real t_oa5el = K(1.0) / cos_att2;
@@ -9242,7 +9242,7 @@ void slosh_lyapunov_v2_loop_euler(const real *q, const real *r, const real *p, c
     dq[2] = X_x3 - X_x6 * x_C + (q[vx] * q[wy] - q[vy] * q[wx]);
     dq[3] = X_x4;
     dq[4] = W13 - X_x6;
-    dq[5] = t_g433r;
+    dq[5] = t_3ipx7;
     dq[6] = q[wx] + sin_att2 * t_s66h7 + sin_att2 * t_bi4sl;
     dq[7] = cos_att1 * q[wy] - sin_att1 * q[wz];
     dq[8] = t_s66h7 + t_bi4sl;
@@ -9314,7 +9314,7 @@ void slosh_lyapunov_v2_loop_reduced(const real *q, const real *r, const real *p,
     const real gz_phi1 = cos_theta1 * t_pv3py;  /* (25) */
     const real t_frhni = t_yx2kz * sin_theta1;
     const real cz_phi1 = gy_phi1 * p[h1] - t_frhni;  /* (25) */
-    const real t_azo52 = gx_phi1 * p[h1];
+    const real t_2bctd = gx_phi1 * p[h1];
     const real t_5vpfz = sin_theta1 * q[wy] + cos_theta1 * q[wz];
     const real t_3wt73 = t_5vpfz * t_5vpfz;
     const real t_d3hip = cos_theta1 * q[wy] - sin_theta1 * q[wz];
@@ -9324,33 +9324,33 @@ void slosh_lyapunov_v2_loop_reduced(const real *q, const real *r, const real *p,
     const real t_j5zf2 = sin_phi1 * sin_phi1;
     const real t_5dcra = t_yx2kz * t_j5zf2;
     const real t_3mjf5 = t_5dcra * t_5vpfz;
-    const real t_oc5tk = t_os4zj + t_os4zj;
+    const real t_os4zj_2 = t_os4zj + t_os4zj;
     const real k_phi1 = p[eps1] * q[phi1_dot]
-        - t_azo52 * t_3wt73
-        - t_azo52 * (t_d3hip * t_d3hip)
+        - t_2bctd * t_3wt73
+        - t_2bctd * (t_d3hip * t_d3hip)
         - q[theta1_dot] * q[theta1_dot] * t_brgbu
         - t_brgbu * t_wube7
         - (q[theta1_dot] + q[theta1_dot]) * t_3mjf5
         - t_yx2kz * t_5vpfz * q[wx]
         + t_os4zj * t_3wt73 * sin_phi1 * cos_phi1 * p[m1]
-        + t_oc5tk * t_j5zf2 * t_5vpfz * q[wx] * p[m1]
+        + t_os4zj_2 * t_j5zf2 * t_5vpfz * q[wx] * p[m1]
         + cos_phi1 * t_5vpfz * p[h1] * q[wx] * p[l1] * p[m1]
-        + t_oc5tk * sin_phi1 * cos_phi1 * q[theta1_dot] * q[wx] * p[m1];  /* (25) */
+        + t_os4zj_2 * sin_phi1 * cos_phi1 * q[theta1_dot] * q[wx] * p[m1];  /* (25) */
     const real D_theta1 = t_5dcra + p[I1];  /* (26) */
     const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
-    const real t_e5ugo = sin_theta1 * gx_phi1;
-    const real cy_theta1 = t_e5ugo * p[h1] - t_fgmjk * t_frhni;  /* (26) */
+    const real t_nimne = sin_theta1 * gx_phi1;
+    const real cy_theta1 = t_nimne * p[h1] - t_fgmjk * t_frhni;  /* (26) */
     const real cz_theta1 = gy_theta1 * p[h1] - t_fgmjk * (t_yx2kz * cos_theta1) + p[I1];  /* (26) */
     const real t_ybskz = t_d3hip * q[wx];
-    const real t_j5odj = q[phi1_dot] + q[phi1_dot];
-    const real t_gx7s5 = t_brgbu * t_j5odj;
+    const real t_hjux3 = q[phi1_dot] + q[phi1_dot];
+    const real t_w7e46 = t_brgbu * t_hjux3;
     const real k_theta1 = p[eps1] * q[theta1_dot]
-        + t_azo52 * t_ybskz
-        + t_3mjf5 * t_j5odj
+        + t_2bctd * t_ybskz
+        + t_3mjf5 * t_hjux3
         + t_3mjf5 * t_d3hip
-        + t_gx7s5 * q[theta1_dot]
+        + t_w7e46 * q[theta1_dot]
         - t_brgbu * t_ybskz
-        - t_gx7s5 * q[wx];  /* (26) */
+        - t_w7e46 * q[wx];  /* (26) */
     const real t_nfvux = p[l2] * p[l2];
     const real t_frp3h = t_nfvux * p[m2];
     const real D_phi2 = t_frp3h + p[I2];  /* (25) */
@@ -9364,7 +9364,7 @@ void slosh_lyapunov_v2_loop_reduced(const real *q, const real *r, const real *p,
     const real cz_phi2 = gy_phi2 * p[h2] - t_hhb7k;  /* (25) */
     const real t_qg23f = sin_phi2 * cos_phi2;
     const real t_yetof = t_qg23f * t_frp3h;
-    const real t_svo5z = gx_phi2 * p[h2];
+    const real t_yggmz = gx_phi2 * p[h2];
     const real t_cuv7o = sin_theta2 * q[wy] + cos_theta2 * q[wz];
     const real t_flneb = t_cuv7o * t_cuv7o;
     const real t_3cqcq = cos_theta2 * q[wy] - sin_theta2 * q[wz];
@@ -9373,8 +9373,8 @@ void slosh_lyapunov_v2_loop_reduced(const real *q, const real *r, const real *p,
     const real t_gnuap = t_cuv7o * t_jeevc;
     const real k_phi2 = p[eps2] * q[phi2_dot]
         - t_wube7 * t_yetof
-        - t_svo5z * t_flneb
-        - t_svo5z * (t_3cqcq * t_3cqcq)
+        - t_yggmz * t_flneb
+        - t_yggmz * (t_3cqcq * t_3cqcq)
         - q[theta2_dot] * q[theta2_dot] * t_yetof
         - (q[theta2_dot] + q[theta2_dot]) * t_gnuap
         - t_cuv7o * t_frp3h * q[wx]
@@ -9384,16 +9384,16 @@ void slosh_lyapunov_v2_loop_reduced(const real *q, const real *r, const real *p,
         + (sin_phi2 + sin_phi2) * cos_phi2 * t_nfvux * q[theta2_dot] * q[wx] * p[m2];  /* (25) */
     const real D_theta2 = t_jeevc + p[I2];  /* (26) */
     const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
-    const real t_7j7h4 = gx_phi2 * sin_theta2;
-    const real cy_theta2 = t_7j7h4 * p[h2] - t_hhb7k * t_qg23f;  /* (26) */
+    const real t_qo6r6 = gx_phi2 * sin_theta2;
+    const real cy_theta2 = t_qo6r6 * p[h2] - t_hhb7k * t_qg23f;  /* (26) */
     const real cz_theta2 = gy_theta2 * p[h2] - t_qg23f * (cos_theta2 * t_frp3h) + p[I2];  /* (26) */
     const real t_dr7rz = t_3cqcq * q[wx];
-    const real t_473qv = q[phi2_dot] + q[phi2_dot];
+    const real t_mw75j = q[phi2_dot] + q[phi2_dot];
     const real k_theta2 = p[eps2] * q[theta2_dot]
         + t_3cqcq * t_gnuap
-        + t_svo5z * t_dr7rz
-        + t_gnuap * t_473qv
-        + t_yetof * t_473qv * q[theta2_dot]
+        + t_yggmz * t_dr7rz
+        + t_gnuap * t_mw75j
+        + t_yetof * t_mw75j * q[theta2_dot]
         - t_yetof * t_dr7rz
         - t_yetof * (q[wx] + q[wx]) * q[phi2_dot];  /* (26) */
     const real ax_eq = p[F] / (p[m] + p[m0] + p[m1] + p[m2]);  /* (19) */
@@ -9402,39 +9402,39 @@ void slosh_lyapunov_v2_loop_reduced(const real *q, const real *r, const real *p,
     const real g1_v2 = B_v2 * q[vz] - C_v2 * q[vy] + q[att1] * c[r3];  /* (29) */
     const real g2_v2 = C_v2 * q[vx] + q[att2] * c[r5];  /* (29) */
     const real g3_v2 = q[att3] * c[r7] - B_v2 * q[vx];  /* (29) */
-    const real t_e2c5d = (q[wz] * c[w5] + g3_v2) * (K(1.0) / c[r8]);
-    const real u_v2_x3 = -t_e2c5d;
-    const real t_e3ypf = (q[wy] * c[w4] + g2_v2) * (K(1.0) / c[r6]);
-    const real u_v2_x2 = -t_e3ypf;
-    const real t_lutta = (q[wx] * c[w3] + g1_v2) * (K(1.0) / c[r4]);
-    const real u_v2_x1 = -t_lutta;
-    const real t_k42hn = B_v2 * c[w1];
-    const real t_xy2rv = C_v2 * c[w2];
-    const real t_avayb = p[I1] * t_lutta
+    const real t_qayfy = (q[wz] * c[w5] + g3_v2) * (K(1.0) / c[r8]);
+    const real u_v2_x3 = -t_qayfy;
+    const real t_hby4t = (q[wy] * c[w4] + g2_v2) * (K(1.0) / c[r6]);
+    const real u_v2_x2 = -t_hby4t;
+    const real t_7fmkp = (q[wx] * c[w3] + g1_v2) * (K(1.0) / c[r4]);
+    const real u_v2_x1 = -t_7fmkp;
+    const real t_si2fh = B_v2 * c[w1];
+    const real t_gkvv2 = C_v2 * c[w2];
+    const real t_aic4o = p[I1] * t_7fmkp
         - (ax_eq * gx_phi1 + k_phi1)
-        - (gz_phi1 * p[h1] - t_os4zj * cos_theta1 * p[m1]) * t_e3ypf
-        + cz_phi1 * t_e2c5d
-        + gy_phi1 * t_k42hn
-        + gz_phi1 * t_xy2rv;
-    const real t_fmhpj = cy_theta1 * t_e3ypf
-        - (k_theta1 + t_5dcra * t_lutta)
-        + cz_theta1 * t_e2c5d
-        + gy_theta1 * t_k42hn
-        - t_e5ugo * t_xy2rv;
-    const real t_nw3vl = p[I2] * t_lutta
+        - (gz_phi1 * p[h1] - t_os4zj * cos_theta1 * p[m1]) * t_hby4t
+        + cz_phi1 * t_qayfy
+        + gy_phi1 * t_si2fh
+        + gz_phi1 * t_gkvv2;
+    const real t_h3ur5 = cy_theta1 * t_hby4t
+        - (k_theta1 + t_5dcra * t_7fmkp)
+        + cz_theta1 * t_qayfy
+        + gy_theta1 * t_si2fh
+        - t_nimne * t_gkvv2;
+    const real t_3rz4s = p[I2] * t_7fmkp
         - (ax_eq * gx_phi2 + k_phi2)
-        - (gz_phi2 * p[h2] - cos_theta2 * t_nfvux * p[m2]) * t_e3ypf
-        + cz_phi2 * t_e2c5d
-        + gy_phi2 * t_k42hn
-        + gz_phi2 * t_xy2rv;
-    const real t_v53a3 = cy_theta2 * t_e3ypf
-        - (k_theta2 + t_jeevc * t_lutta)
-        + cz_theta2 * t_e2c5d
-        + gy_theta2 * t_k42hn
-        - t_7j7h4 * t_xy2rv;
+        - (gz_phi2 * p[h2] - cos_theta2 * t_nfvux * p[m2]) * t_hby4t
+        + cz_phi2 * t_qayfy
+        + gy_phi2 * t_si2fh
+        + gz_phi2 * t_gkvv2;
+    const real t_iihgy = cy_theta2 * t_hby4t
+        - (k_theta2 + t_jeevc * t_7fmkp)
+        + cz_theta2 * t_qayfy
+        + gy_theta2 * t_si2fh
+        - t_qo6r6 * t_gkvv2;
     dq[0] = ax_eq - q[vz] * q[wy] + q[vy] * q[wz];
-    dq[1] = q[vz] * q[wx] - q[vx] * q[wz] - t_k42hn;
-    dq[2] = q[vx] * q[wy] - q[vy] * q[wx] - t_xy2rv;
+    dq[1] = q[vz] * q[wx] - q[vx] * q[wz] - t_si2fh;
+    dq[2] = q[vx] * q[wy] - q[vy] * q[wx] - t_gkvv2;
     dq[3] = u_v2_x1;
     dq[4] = u_v2_x2;
     dq[5] = u_v2_x3;
@@ -9445,10 +9445,10 @@ void slosh_lyapunov_v2_loop_reduced(const real *q, const real *r, const real *p,
     dq[10] = q[theta1_dot];
     dq[11] = q[phi2_dot];
     dq[12] = q[theta2_dot];
-    dq[13] = t_avayb * (K(1.0) / D_phi1);
-    dq[14] = t_fmhpj / D_theta1;
-    dq[15] = t_nw3vl * (K(1.0) / D_phi2);
-    dq[16] = t_v53a3 / D_theta2;
+    dq[13] = t_aic4o * (K(1.0) / D_phi1);
+    dq[14] = t_h3ur5 / D_theta1;
+    dq[15] = t_3rz4s * (K(1.0) / D_phi2);
+    dq[16] = t_iihgy / D_theta2;
 }
 
 /* closed loop of lyapunov-v2, reduced, euler; 314 operations. */
@@ -9509,7 +9509,7 @@ void slosh_lyapunov_v2_loop_reduced_euler(const real *q, const real *r, const re
     const real gz_phi1 = cos_theta1 * t_pv3py;  /* (25) */
     const real t_frhni = t_yx2kz * sin_theta1;
     const real cz_phi1 = gy_phi1 * p[h1] - t_frhni;  /* (25) */
-    const real t_azo52 = gx_phi1 * p[h1];
+    const real t_2bctd = gx_phi1 * p[h1];
     const real t_5vpfz = sin_theta1 * q[wy] + cos_theta1 * q[wz];
     const real t_3wt73 = t_5vpfz * t_5vpfz;
     const real t_d3hip = cos_theta1 * q[wy] - sin_theta1 * q[wz];
@@ -9519,33 +9519,33 @@ void slosh_lyapunov_v2_loop_reduced_euler(const real *q, const real *r, const re
     const real t_j5zf2 = sin_phi1 * sin_phi1;
     const real t_5dcra = t_yx2kz * t_j5zf2;
     const real t_3mjf5 = t_5dcra * t_5vpfz;
-    const real t_oc5tk = t_os4zj + t_os4zj;
+    const real t_os4zj_2 = t_os4zj + t_os4zj;
     const real k_phi1 = p[eps1] * q[phi1_dot]
-        - t_azo52 * t_3wt73
-        - t_azo52 * (t_d3hip * t_d3hip)
+        - t_2bctd * t_3wt73
+        - t_2bctd * (t_d3hip * t_d3hip)
         - q[theta1_dot] * q[theta1_dot] * t_brgbu
         - t_brgbu * t_wube7
         - (q[theta1_dot] + q[theta1_dot]) * t_3mjf5
         - t_yx2kz * t_5vpfz * q[wx]
         + t_os4zj * t_3wt73 * sin_phi1 * cos_phi1 * p[m1]
-        + t_oc5tk * t_j5zf2 * t_5vpfz * q[wx] * p[m1]
+        + t_os4zj_2 * t_j5zf2 * t_5vpfz * q[wx] * p[m1]
         + cos_phi1 * t_5vpfz * p[h1] * q[wx] * p[l1] * p[m1]
-        + t_oc5tk * sin_phi1 * cos_phi1 * q[theta1_dot] * q[wx] * p[m1];  /* (25) */
+        + t_os4zj_2 * sin_phi1 * cos_phi1 * q[theta1_dot] * q[wx] * p[m1];  /* (25) */
     const real D_theta1 = t_5dcra + p[I1];  /* (26) */
     const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
-    const real t_e5ugo = sin_theta1 * gx_phi1;
-    const real cy_theta1 = t_e5ugo * p[h1] - t_fgmjk * t_frhni;  /* (26) */
+    const real t_nimne = sin_theta1 * gx_phi1;
+    const real cy_theta1 = t_nimne * p[h1] - t_fgmjk * t_frhni;  /* (26) */
     const real cz_theta1 = gy_theta1 * p[h1] - t_fgmjk * (t_yx2kz * cos_theta1) + p[I1];  /* (26) */
     const real t_ybskz = t_d3hip * q[wx];
-    const real t_j5odj = q[phi1_dot] + q[phi1_dot];
-    const real t_gx7s5 = t_brgbu * t_j5odj;
+    const real t_hjux3 = q[phi1_dot] + q[phi1_dot];
+    const real t_w7e46 = t_brgbu * t_hjux3;
     const real k_theta1 = p[eps1] * q[theta1_dot]
-        + t_azo52 * t_ybskz
-        + t_3mjf5 * t_j5odj
+        + t_2bctd * t_ybskz
+        + t_3mjf5 * t_hjux3
         + t_3mjf5 * t_d3hip
-        + t_gx7s5 * q[theta1_dot]
+        + t_w7e46 * q[theta1_dot]
         - t_brgbu * t_ybskz
-        - t_gx7s5 * q[wx];  /* (26) */
+        - t_w7e46 * q[wx];  /* (26) */
     const real t_nfvux = p[l2] * p[l2];
     const real t_frp3h = t_nfvux * p[m2];
     const real D_phi2 = t_frp3h + p[I2];  /* (25) */
@@ -9559,7 +9559,7 @@ void slosh_lyapunov_v2_loop_reduced_euler(const real *q, const real *r, const re
     const real cz_phi2 = gy_phi2 * p[h2] - t_hhb7k;  /* (25) */
     const real t_qg23f = sin_phi2 * cos_phi2;
     const real t_yetof = t_qg23f * t_frp3h;
-    const real t_svo5z = gx_phi2 * p[h2];
+    const real t_yggmz = gx_phi2 * p[h2];
     const real t_cuv7o = sin_theta2 * q[wy] + cos_theta2 * q[wz];
     const real t_flneb = t_cuv7o * t_cuv7o;
     const real t_3cqcq = cos_theta2 * q[wy] - sin_theta2 * q[wz];
@@ -9568,8 +9568,8 @@ void slosh_lyapunov_v2_loop_reduced_euler(const real *q, const real *r, const re
     const real t_gnuap = t_cuv7o * t_jeevc;
     const real k_phi2 = p[eps2] * q[phi2_dot]
         - t_wube7 * t_yetof
-        - t_svo5z * t_flneb
-        - t_svo5z * (t_3cqcq * t_3cqcq)
+        - t_yggmz * t_flneb
+        - t_yggmz * (t_3cqcq * t_3cqcq)
         - q[theta2_dot] * q[theta2_dot] * t_yetof
         - (q[theta2_dot] + q[theta2_dot]) * t_gnuap
         - t_cuv7o * t_frp3h * q[wx]
@@ -9579,16 +9579,16 @@ void slosh_lyapunov_v2_loop_reduced_euler(const real *q, const real *r, const re
         + (sin_phi2 + sin_phi2) * cos_phi2 * t_nfvux * q[theta2_dot] * q[wx] * p[m2];  /* (25) */
     const real D_theta2 = t_jeevc + p[I2];  /* (26) */
     const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
-    const real t_7j7h4 = gx_phi2 * sin_theta2;
-    const real cy_theta2 = t_7j7h4 * p[h2] - t_hhb7k * t_qg23f;  /* (26) */
+    const real t_qo6r6 = gx_phi2 * sin_theta2;
+    const real cy_theta2 = t_qo6r6 * p[h2] - t_hhb7k * t_qg23f;  /* (26) */
     const real cz_theta2 = gy_theta2 * p[h2] - t_qg23f * (cos_theta2 * t_frp3h) + p[I2];  /* (26) */
     const real t_dr7rz = t_3cqcq * q[wx];
-    const real t_473qv = q[phi2_dot] + q[phi2_dot];
+    const real t_mw75j = q[phi2_dot] + q[phi2_dot];
     const real k_theta2 = p[eps2] * q[theta2_dot]
         + t_3cqcq * t_gnuap
-        + t_svo5z * t_dr7rz
-        + t_gnuap * t_473qv
-        + t_yetof * t_473qv * q[theta2_dot]
+        + t_yggmz * t_dr7rz
+        + t_gnuap * t_mw75j
+        + t_yetof * t_mw75j * q[theta2_dot]
         - t_yetof * t_dr7rz
         - t_yetof * (q[wx] + q[wx]) * q[phi2_dot];  /* (26) */
     const real ax_eq = p[F] / (p[m] + p[m0] + p[m1] + p[m2]);  /* (19) */
@@ -9597,44 +9597,44 @@ void slosh_lyapunov_v2_loop_reduced_euler(const real *q, const real *r, const re
     const real g1_v2 = B_v2 * q[vz] - C_v2 * q[vy] + q[att1] * c[r3];  /* (29) */
     const real g2_v2 = C_v2 * q[vx] + q[att2] * c[r5];  /* (29) */
     const real g3_v2 = q[att3] * c[r7] - B_v2 * q[vx];  /* (29) */
-    const real t_e2c5d = (q[wz] * c[w5] + g3_v2) * (K(1.0) / c[r8]);
-    const real u_v2_x3 = -t_e2c5d;
-    const real t_e3ypf = (q[wy] * c[w4] + g2_v2) * (K(1.0) / c[r6]);
-    const real u_v2_x2 = -t_e3ypf;
-    const real t_lutta = (q[wx] * c[w3] + g1_v2) * (K(1.0) / c[r4]);
-    const real u_v2_x1 = -t_lutta;
-    const real t_k42hn = B_v2 * c[w1];
-    const real t_xy2rv = C_v2 * c[w2];
+    const real t_qayfy = (q[wz] * c[w5] + g3_v2) * (K(1.0) / c[r8]);
+    const real u_v2_x3 = -t_qayfy;
+    const real t_hby4t = (q[wy] * c[w4] + g2_v2) * (K(1.0) / c[r6]);
+    const real u_v2_x2 = -t_hby4t;
+    const real t_7fmkp = (q[wx] * c[w3] + g1_v2) * (K(1.0) / c[r4]);
+    const real u_v2_x1 = -t_7fmkp;
+    const real t_si2fh = B_v2 * c[w1];
+    const real t_gkvv2 = C_v2 * c[w2];
     real sin_att2, cos_att2; mv_sincos(q[att2], &sin_att2, &cos_att2);
     real sin_att1, cos_att1; mv_sincos(q[att1], &sin_att1, &cos_att1);
     const real t_oa5el = K(1.0) / cos_att2;
     const real t_s66h7 = sin_att1 * t_oa5el * q[wy];
     const real t_bi4sl = cos_att1 * t_oa5el * q[wz];
-    const real t_avayb = p[I1] * t_lutta
+    const real t_aic4o = p[I1] * t_7fmkp
         - (ax_eq * gx_phi1 + k_phi1)
-        - (gz_phi1 * p[h1] - t_os4zj * cos_theta1 * p[m1]) * t_e3ypf
-        + cz_phi1 * t_e2c5d
-        + gy_phi1 * t_k42hn
-        + gz_phi1 * t_xy2rv;
-    const real t_fmhpj = cy_theta1 * t_e3ypf
-        - (k_theta1 + t_5dcra * t_lutta)
-        + cz_theta1 * t_e2c5d
-        + gy_theta1 * t_k42hn
-        - t_e5ugo * t_xy2rv;
-    const real t_nw3vl = p[I2] * t_lutta
+        - (gz_phi1 * p[h1] - t_os4zj * cos_theta1 * p[m1]) * t_hby4t
+        + cz_phi1 * t_qayfy
+        + gy_phi1 * t_si2fh
+        + gz_phi1 * t_gkvv2;
+    const real t_h3ur5 = cy_theta1 * t_hby4t
+        - (k_theta1 + t_5dcra * t_7fmkp)
+        + cz_theta1 * t_qayfy
+        + gy_theta1 * t_si2fh
+        - t_nimne * t_gkvv2;
+    const real t_3rz4s = p[I2] * t_7fmkp
         - (ax_eq * gx_phi2 + k_phi2)
-        - (gz_phi2 * p[h2] - cos_theta2 * t_nfvux * p[m2]) * t_e3ypf
-        + cz_phi2 * t_e2c5d
-        + gy_phi2 * t_k42hn
-        + gz_phi2 * t_xy2rv;
-    const real t_v53a3 = cy_theta2 * t_e3ypf
-        - (k_theta2 + t_jeevc * t_lutta)
-        + cz_theta2 * t_e2c5d
-        + gy_theta2 * t_k42hn
-        - t_7j7h4 * t_xy2rv;
+        - (gz_phi2 * p[h2] - cos_theta2 * t_nfvux * p[m2]) * t_hby4t
+        + cz_phi2 * t_qayfy
+        + gy_phi2 * t_si2fh
+        + gz_phi2 * t_gkvv2;
+    const real t_iihgy = cy_theta2 * t_hby4t
+        - (k_theta2 + t_jeevc * t_7fmkp)
+        + cz_theta2 * t_qayfy
+        + gy_theta2 * t_si2fh
+        - t_qo6r6 * t_gkvv2;
     dq[0] = ax_eq - q[vz] * q[wy] + q[vy] * q[wz];
-    dq[1] = q[vz] * q[wx] - q[vx] * q[wz] - t_k42hn;
-    dq[2] = q[vx] * q[wy] - q[vy] * q[wx] - t_xy2rv;
+    dq[1] = q[vz] * q[wx] - q[vx] * q[wz] - t_si2fh;
+    dq[2] = q[vx] * q[wy] - q[vy] * q[wx] - t_gkvv2;
     dq[3] = u_v2_x1;
     dq[4] = u_v2_x2;
     dq[5] = u_v2_x3;
@@ -9645,10 +9645,10 @@ void slosh_lyapunov_v2_loop_reduced_euler(const real *q, const real *r, const re
     dq[10] = q[theta1_dot];
     dq[11] = q[phi2_dot];
     dq[12] = q[theta2_dot];
-    dq[13] = t_avayb * (K(1.0) / D_phi1);
-    dq[14] = t_fmhpj / D_theta1;
-    dq[15] = t_nw3vl * (K(1.0) / D_phi2);
-    dq[16] = t_v53a3 / D_theta2;
+    dq[13] = t_aic4o * (K(1.0) / D_phi1);
+    dq[14] = t_h3ur5 / D_theta1;
+    dq[15] = t_3rz4s * (K(1.0) / D_phi2);
+    dq[16] = t_iihgy / D_theta2;
 }
 
 /* margins of a feasible lyapunov-v2; 0 operations. */
@@ -9710,15 +9710,15 @@ void slosh_lyapunov_v2_outputs(const real *x, const real *r, const real *p, cons
     enum { w4 = SLOSH_LYAPUNOV_V2_C_W4 };
     enum { w5 = SLOSH_LYAPUNOV_V2_C_W5 };
     const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
-    const real t_gx5gf = p[m1] / D1;
-    const real k1 = t_gx5gf * p[l1];
-    const real me1 = t_gx5gf * p[I1];
+    const real t_nkfhl = p[m1] / D1;
+    const real k1 = t_nkfhl * p[l1];
+    const real me1 = t_nkfhl * p[I1];
     const real t_6nwd2 = p[l1] * p[m1];
     const real mv1 = t_6nwd2 * k1;
     const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
-    const real t_wiek6 = p[m2] / D2;
-    const real k2 = t_wiek6 * p[l2];
-    const real me2 = t_wiek6 * p[I2];
+    const real t_xgfi7 = p[m2] / D2;
+    const real k2 = t_xgfi7 * p[l2];
+    const real me2 = t_xgfi7 * p[I2];
     const real t_popww = p[l2] * p[m2];
     const real mv2 = t_popww * k2;
     const real M_C = p[m] + p[m0] + me1 + me2;
@@ -9734,8 +9734,8 @@ void slosh_lyapunov_v2_outputs(const real *x, const real *r, const real *p, cons
     const real w_x1 = x[wx] - x[theta1_dot];
     const real p1 = Wn1 + x[phi1_dot];
     const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
-    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
     real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
     real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
     const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
@@ -9743,8 +9743,8 @@ void slosh_lyapunov_v2_outputs(const real *x, const real *r, const real *p, cons
     const real w_x2 = x[wx] - x[theta2_dot];
     const real p2 = Wn2 + x[phi2_dot];
     const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
-    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
     const real t_qux2u = x[wy] * x[wy];
     const real t_kyio7 = x[wz] * x[wz];
     const real t_rybsf = t_qux2u + t_kyio7;
@@ -9770,13 +9770,13 @@ void slosh_lyapunov_v2_outputs(const real *x, const real *r, const real *p, cons
     const real wqS_1 = sin_theta1 * wq_1;
     const real loss_phi1 = p[eps1] * x[phi1_dot];
     const real loss_theta1 = p[eps1] * x[theta1_dot];
-    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
     const real zeta1 = W12 * q_1
         + Wn1 * lc_1 * w_x1
         - chi1 * p[l1] * (p1 + x[phi1_dot]);
     const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_7imwe = B_1 * eta1 + loss_phi1 * k1;
-    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real t_pc5rt = B_1 * eta1 + loss_phi1 * k1;
+    const real F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1;
     const real tension2 = cos_phi2 * (t_rybsf * e2) * mv2 - t_popww * sigma_sq2;
     const real As_2 = mv2 * sin_phi2;
     const real Ass_2 = As_2 * sin_phi2;
@@ -9799,31 +9799,31 @@ void slosh_lyapunov_v2_outputs(const real *x, const real *r, const real *p, cons
     const real wqS_2 = sin_theta2 * wq_2;
     const real loss_phi2 = p[eps2] * x[phi2_dot];
     const real loss_theta2 = p[eps2] * x[theta2_dot];
-    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
     const real zeta2 = W12 * q_2
         + Wn2 * lc_2 * w_x2
         - chi2 * p[l2] * (p2 + x[phi2_dot]);
     const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
-    const real t_4b2fa = B_2 * eta2 + loss_phi2 * k2;
-    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real t_63ozv = B_2 * eta2 + loss_phi2 * k2;
+    const real F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2;
     const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
-    const real t_fbeaw = S_sq1 * tn11_1;
-    const real t_dj555 = S_sq2 * tn11_2;
-    const real K22 = t_fbeaw + t_dj555 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real t_leuxo = S_sq1 * tn11_1;
+    const real t_leuxo_2 = S_sq2 * tn11_2;
+    const real K22 = t_leuxo + t_leuxo_2 + M_C + wth_1 + wth_2 - me1 - me2;
     const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + M_C - t_fbeaw - t_dj555;
+    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo - t_leuxo_2;
     const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
-    const real t_tcgxn = wg_1 - e1 * me1;
-    const real t_uf5ib = wg_2 - e2 * me2;
-    const real t_32gyg = Bc_1 - eAss_1;
-    const real t_65obb = t_32gyg + t_tcgxn;
-    const real t_gbkg6 = Bc_2 - eAss_2;
-    const real t_yoiua = t_gbkg6 + t_uf5ib;
-    const real t_z76hk = S_sq1 * t_65obb + S_sq2 * t_yoiua;
-    const real K52 = t_tcgxn + t_uf5ib - t_z76hk - wqC_1 - wqC_2;
-    const real t_hjmgb = SC1 * t_65obb + SC2 * t_yoiua;
-    const real K53 = wqS_1 - t_hjmgb + wqS_2;
-    const real K63 = t_z76hk - (t_32gyg + t_gbkg6);
+    const real t_67i37 = wg_1 - e1 * me1;
+    const real t_n5kna = wg_2 - e2 * me2;
+    const real t_hig3c = Bc_1 - eAss_1;
+    const real t_vjftl = t_hig3c + t_67i37;
+    const real t_hig3c_2 = Bc_2 - eAss_2;
+    const real t_vsqil = t_hig3c_2 + t_n5kna;
+    const real t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
+    const real K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2;
+    const real t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil;
+    const real K53 = wqS_1 - t_edvw3_2 + wqS_2;
+    const real K63 = t_edvw3 - (t_hig3c + t_hig3c_2);
     const real n2 = F_n1 * cos_theta1 + F_n2 * cos_theta2 + F_t1 * sin_theta1 + F_t2 * sin_theta2;
     const real n3 = F_t1 * cos_theta1 - (F_n1 * sin_theta1 + F_n2 * sin_theta2) + F_t2 * cos_theta2;
     const real V_v2 = K(0.5) * (x[wx] * x[wx]) * c[r4]
@@ -9843,39 +9843,39 @@ void slosh_lyapunov_v2_outputs(const real *x, const real *r, const real *p, cons
     const real G3_v2 = W13 + (x[wy] * c[w4] + g2_v2) / c[r6];
     const real a2_v2 = G2_v2 * x_C - B_v2 * c[w1];
     const real a3_v2 = G3_v2 * x_C - C_v2 * c[w2];
-    const real t_r5rcm = (x[wx] * c[w3] + g1_v2) / c[r4];
-    const real t_ev7u5 = Bs_1 + Asc_1 * e1;
-    const real t_bvybx = Bs_2 + Asc_2 * e2;
-    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_bkfqo = t_7imwe * sin_phi1
-        + t_4b2fa * sin_phi2
+    const real t_n2b4c = (x[wx] * c[w3] + g1_v2) / c[r4];
+    const real t_2jubo = Bs_1 + Asc_1 * e1;
+    const real t_ittbm = Bs_2 + Asc_2 * e2;
+    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_7awx3 = t_pc5rt * sin_phi1
+        + t_63ozv * sin_phi2
         + cos_phi1 * tension1
         + cos_phi2 * tension2
-        + G2_v2 * (t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2)
-        + G3_v2 * (t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2)
-        + t_b3aij * a2_v2
-        + t_zzymx * a3_v2;
-    const real q1_v2 = (Bs_1 + Bs_2) * t_r5rcm - t_bkfqo;
+        + G2_v2 * (t_2jubo * sin_theta1 + t_ittbm * sin_theta2)
+        + G3_v2 * (t_2jubo * cos_theta1 + t_ittbm * cos_theta2)
+        + t_f2nhc * a2_v2
+        + t_f2nhc_2 * a3_v2;
+    const real q1_v2 = (Bs_1 + Bs_2) * t_n2b4c - t_7awx3;
     const real q2_v2 = n2
         + G2_v2 * K52
-        - G3_v2 * t_hjmgb
+        - G3_v2 * t_edvw3_2
         + K22 * a2_v2
         + K32 * a3_v2
-        + (wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2) * t_r5rcm;
+        + (wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2) * t_n2b4c;
     const real q3_v2 = n3
         + G2_v2 * K53
         + G3_v2 * K63
         + K32 * a2_v2
         + K33 * a3_v2
-        - K43 * t_r5rcm;
-    const real PP_v2 = K11 * K11 + t_b3aij * t_b3aij + t_zzymx * t_zzymx;
-    const real Pq_v2 = K11 * q1_v2 - t_b3aij * q2_v2 - t_zzymx * q3_v2;
-    const real t_m473c = PP_v2 * (q1_v2 * q1_v2 - p[F] * p[F] + q2_v2 * q2_v2 + q3_v2 * q3_v2);
-    const real root_v2 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v2 * Pq_v2 - t_m473c));
+        - K43 * t_n2b4c;
+    const real PP_v2 = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2;
+    const real Pq_v2 = K11 * q1_v2 - t_f2nhc * q2_v2 - t_f2nhc_2 * q3_v2;
+    const real t_zudcj = PP_v2 * (q1_v2 * q1_v2 - p[F] * p[F] + q2_v2 * q2_v2 + q3_v2 * q3_v2);
+    const real root_v2 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v2 * Pq_v2 - t_zudcj));
     const real ax_v2 = (root_v2 - Pq_v2) / PP_v2;
-    const real f2_v2 = q2_v2 - t_b3aij * ax_v2;
-    const real f3_v2 = q3_v2 - t_zzymx * ax_v2;
+    const real f2_v2 = q2_v2 - t_f2nhc * ax_v2;
+    const real f3_v2 = q3_v2 - t_f2nhc_2 * ax_v2;
     const real lateral_v2 = mv_sqrt(f2_v2 * f2_v2 + f3_v2 * f3_v2);
     w[0] = V_v2;
     w[1] = lateral_v2;

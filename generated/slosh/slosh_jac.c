@@ -49,17 +49,17 @@ void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
     enum { I2 = SLOSH_P_I2 };
     enum { eps2 = SLOSH_P_EPS2 };
     const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
-    const real t_zrejm = K(1.0) / D1;
-    const real t_3qn53 = p[m1] * t_zrejm;
-    const real k1 = t_3qn53 * p[l1];
-    const real me1 = t_3qn53 * p[I1];
+    const real t_gbl6n = K(1.0) / D1;
+    const real t_wywjk = p[m1] * t_gbl6n;
+    const real k1 = t_wywjk * p[l1];
+    const real me1 = t_wywjk * p[I1];
     const real t_6nwd2 = p[l1] * p[m1];
     const real mv1 = t_6nwd2 * k1;
     const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
-    const real t_5wzvs = K(1.0) / D2;
-    const real t_54cbb = p[m2] * t_5wzvs;
-    const real k2 = t_54cbb * p[l2];
-    const real me2 = t_54cbb * p[I2];
+    const real t_jx6g7 = K(1.0) / D2;
+    const real t_jzg7x = p[m2] * t_jx6g7;
+    const real k2 = t_jzg7x * p[l2];
+    const real me2 = t_jzg7x * p[I2];
     const real t_popww = p[l2] * p[m2];
     const real mv2 = t_popww * k2;
     const real M_C = p[m] + p[m0] + me1 + me2;
@@ -88,25 +88,25 @@ void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
     const real Wt1 = cos_theta1 * x[wz] + sin_theta1 * x[wy];
     const real w_x1 = x[wx] - x[theta1_dot];
     const real p1 = Wn1 + x[phi1_dot];
-    const real t_tqamb = Wt1 * sin_phi1;
-    const real chi1 = cos_phi1 * w_x1 - t_tqamb;
-    const real t_pad7a = Wt1 * cos_phi1;
-    const real t_qm5gj = t_pad7a + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    const real t_7uxgo = Wt1 * sin_phi1;
+    const real chi1 = cos_phi1 * w_x1 - t_7uxgo;
+    const real t_7uxgo_2 = Wt1 * cos_phi1;
+    const real t_fyz6s = t_7uxgo_2 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
     real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
     real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
     const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
     const real Wt2 = cos_theta2 * x[wz] + sin_theta2 * x[wy];
     const real w_x2 = x[wx] - x[theta2_dot];
     const real p2 = Wn2 + x[phi2_dot];
-    const real t_4adrp = Wt2 * sin_phi2;
-    const real chi2 = cos_phi2 * w_x2 - t_4adrp;
-    const real t_3pe4c = Wt2 * cos_phi2;
-    const real t_c6dmt = t_3pe4c + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_365dx = Wt2 * sin_phi2;
+    const real chi2 = cos_phi2 * w_x2 - t_365dx;
+    const real t_365dx_2 = Wt2 * cos_phi2;
+    const real t_2t7vh = t_365dx_2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
     const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
-    const real t_w7vil = t_rybsf * e1;
-    const real tension1 = cos_phi1 * t_w7vil * mv1 - t_6nwd2 * sigma_sq1;
+    const real t_aqrn5 = t_rybsf * e1;
+    const real tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1;
     const real As_1 = mv1 * sin_phi1;
     const real Ass_1 = As_1 * sin_phi1;
     const real Asc_1 = As_1 * cos_phi1;
@@ -118,18 +118,18 @@ void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
     const real Bc_1 = B_1 * cos_phi1;
     const real Bl_1 = B_1 * p[l1];
     const real g_1 = e1 - lc_1;
-    const real t_62zow = K(1.0) / (p[I1] + p[m1] * (q_1 * q_1));
-    const real th_1 = p[m1] * t_62zow;
+    const real t_d2zbw = K(1.0) / (p[I1] + p[m1] * (q_1 * q_1));
+    const real th_1 = p[m1] * t_d2zbw;
     const real wth_1 = th_1 * p[I1];
     const real eBc_1 = Bc_1 * e1;
     const real wg_1 = g_1 * wth_1;
     const real S_sq1 = sin_theta1 * sin_theta1;
     const real SC1 = cos_theta1 * sin_theta1;
     const real tn11_1 = Ass_1 + me1 - wth_1;
-    const real t_b7ure = me1 * (e1 * e1);
-    const real t_3bowt = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
-    const real t_3fv6l = g_1 * wg_1;
-    const real tn44_1 = t_b7ure + t_3bowt - t_3fv6l;
+    const real t_xdulz = me1 * (e1 * e1);
+    const real t_zmqjk = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
+    const real t_leuxo = g_1 * wg_1;
+    const real tn44_1 = t_xdulz + t_zmqjk - t_leuxo;
     const real wq_1 = q_1 * wth_1;
     const real wqg_1 = q_1 * wg_1;
     const real wqq_1 = q_1 * wq_1;
@@ -139,21 +139,21 @@ void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
     const real wgS_1 = sin_theta1 * wqg_1;
     const real loss_phi1 = p[eps1] * x[phi1_dot];
     const real loss_theta1 = p[eps1] * x[theta1_dot];
-    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
-    const real t_smkh7 = Wn1 * lc_1;
-    const real t_q2k45 = chi1 * p[l1];
-    const real t_wmv32 = p1 + x[phi1_dot];
-    const real zeta1 = W12 * q_1 + t_smkh7 * w_x1 - t_q2k45 * t_wmv32;
-    const real t_xips6 = zeta1 * p[I1] - loss_theta1 * q_1;
-    const real F_n1 = th_1 * t_xips6;
-    const real t_7imwe = B_1 * eta1 + loss_phi1 * k1;
-    const real t_k644q = t_7imwe * cos_phi1;
-    const real F_t1 = sin_phi1 * tension1 - t_k644q;
+    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
+    const real t_ownis = Wn1 * lc_1;
+    const real t_plqy5 = chi1 * p[l1];
+    const real t_l5lry = p1 + x[phi1_dot];
+    const real zeta1 = W12 * q_1 + t_ownis * w_x1 - t_plqy5 * t_l5lry;
+    const real t_djlym = zeta1 * p[I1] - loss_theta1 * q_1;
+    const real F_n1 = th_1 * t_djlym;
+    const real t_pc5rt = B_1 * eta1 + loss_phi1 * k1;
+    const real t_ayiti = t_pc5rt * cos_phi1;
+    const real F_t1 = sin_phi1 * tension1 - t_ayiti;
     const real M_q1 = F_n1 * q_1;
     const real I_phi1 = x[phi1_dot] * p[I1];
     const real I_theta1 = x[theta1_dot] * p[I1];
-    const real t_6fvzz = t_rybsf * e2;
-    const real tension2 = cos_phi2 * t_6fvzz * mv2 - t_popww * sigma_sq2;
+    const real t_3hay7 = t_rybsf * e2;
+    const real tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2;
     const real As_2 = mv2 * sin_phi2;
     const real Ass_2 = As_2 * sin_phi2;
     const real Asc_2 = As_2 * cos_phi2;
@@ -165,18 +165,18 @@ void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
     const real Bc_2 = B_2 * cos_phi2;
     const real Bl_2 = B_2 * p[l2];
     const real g_2 = e2 - lc_2;
-    const real t_4434n = K(1.0) / (p[I2] + p[m2] * (q_2 * q_2));
-    const real th_2 = p[m2] * t_4434n;
+    const real t_ri6qi = K(1.0) / (p[I2] + p[m2] * (q_2 * q_2));
+    const real th_2 = p[m2] * t_ri6qi;
     const real wth_2 = th_2 * p[I2];
     const real eBc_2 = Bc_2 * e2;
     const real wg_2 = g_2 * wth_2;
     const real S_sq2 = sin_theta2 * sin_theta2;
     const real SC2 = cos_theta2 * sin_theta2;
     const real tn11_2 = Ass_2 + me2 - wth_2;
-    const real t_lpk5h = me2 * (e2 * e2);
-    const real t_ymmgl = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
-    const real t_odwbr = g_2 * wg_2;
-    const real tn44_2 = t_lpk5h + t_ymmgl - t_odwbr;
+    const real t_uohf6 = me2 * (e2 * e2);
+    const real t_agwdt = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
+    const real t_leuxo_2 = g_2 * wg_2;
+    const real tn44_2 = t_uohf6 + t_agwdt - t_leuxo_2;
     const real wq_2 = q_2 * wth_2;
     const real wqg_2 = q_2 * wg_2;
     const real wqq_2 = q_2 * wq_2;
@@ -186,1559 +186,1559 @@ void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
     const real wgS_2 = sin_theta2 * wqg_2;
     const real loss_phi2 = p[eps2] * x[phi2_dot];
     const real loss_theta2 = p[eps2] * x[theta2_dot];
-    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
-    const real t_2nvx4 = Wn2 * lc_2;
-    const real t_e55su = chi2 * p[l2];
-    const real t_nlamb = p2 + x[phi2_dot];
-    const real zeta2 = W12 * q_2 + t_2nvx4 * w_x2 - t_e55su * t_nlamb;
-    const real t_vry6x = zeta2 * p[I2] - loss_theta2 * q_2;
-    const real F_n2 = th_2 * t_vry6x;
-    const real t_4b2fa = B_2 * eta2 + loss_phi2 * k2;
-    const real t_czyms = t_4b2fa * cos_phi2;
-    const real F_t2 = sin_phi2 * tension2 - t_czyms;
+    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
+    const real t_cmacw = Wn2 * lc_2;
+    const real t_a3tjf = chi2 * p[l2];
+    const real t_dkl52 = p2 + x[phi2_dot];
+    const real zeta2 = W12 * q_2 + t_cmacw * w_x2 - t_a3tjf * t_dkl52;
+    const real t_c6wyu = zeta2 * p[I2] - loss_theta2 * q_2;
+    const real F_n2 = th_2 * t_c6wyu;
+    const real t_63ozv = B_2 * eta2 + loss_phi2 * k2;
+    const real t_ki236 = t_63ozv * cos_phi2;
+    const real F_t2 = sin_phi2 * tension2 - t_ki236;
     const real M_q2 = F_n2 * q_2;
     const real I_phi2 = x[phi2_dot] * p[I2];
     const real I_theta2 = x[theta2_dot] * p[I2];
     const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
-    const real t_fbeaw = S_sq1 * tn11_1;
-    const real t_dj555 = S_sq2 * tn11_2;
-    const real K22 = t_fbeaw + t_dj555 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real t_leuxo_3 = S_sq1 * tn11_1;
+    const real t_leuxo_4 = S_sq2 * tn11_2;
+    const real K22 = t_leuxo_3 + t_leuxo_4 + M_C + wth_1 + wth_2 - me1 - me2;
     const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + M_C - t_fbeaw - t_dj555;
-    const real t_rlbqu = Bc_1 * cos_theta1;
-    const real t_2fa7h = Bc_2 * cos_theta2;
-    const real K43 = wqS_1 + wqS_2 - t_rlbqu - t_2fa7h;
-    const real t_nhr5u = wqq_1 + wqq_2;
-    const real K44 = t_nhr5u + Bl_1 + Bl_2 + J_C1;
-    const real t_tcgxn = wg_1 - e1 * me1;
-    const real t_uf5ib = wg_2 - e2 * me2;
-    const real t_32gyg = Bc_1 - eAss_1;
-    const real t_65obb = t_32gyg + t_tcgxn;
-    const real t_gbkg6 = Bc_2 - eAss_2;
-    const real t_yoiua = t_gbkg6 + t_uf5ib;
-    const real t_z76hk = S_sq1 * t_65obb + S_sq2 * t_yoiua;
-    const real K52 = t_tcgxn + t_uf5ib - t_z76hk - wqC_1 - wqC_2;
-    const real t_hjmgb = SC1 * t_65obb + SC2 * t_yoiua;
-    const real K53 = wqS_1 - t_hjmgb + wqS_2;
-    const real t_nncdg = Bl_1 - eBc_1;
-    const real t_cr4jw = t_nncdg * sin_theta1;
-    const real t_4q22j = Bl_2 - eBc_2;
-    const real t_6pb2s = t_4q22j * sin_theta2;
-    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_cr4jw + t_6pb2s;
-    const real t_hoosk = S_sq1 * tn44_1;
-    const real t_drvdp = S_sq2 * tn44_2;
-    const real K55 = t_3fv6l
-        + t_odwbr
-        + t_nhr5u
-        + t_hoosk
-        + t_drvdp
+    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo_3 - t_leuxo_4;
+    const real t_f2pcf = Bc_1 * cos_theta1;
+    const real t_u5rk4 = Bc_2 * cos_theta2;
+    const real K43 = wqS_1 + wqS_2 - t_f2pcf - t_u5rk4;
+    const real t_hig3c = wqq_1 + wqq_2;
+    const real K44 = t_hig3c + Bl_1 + Bl_2 + J_C1;
+    const real t_67i37 = wg_1 - e1 * me1;
+    const real t_n5kna = wg_2 - e2 * me2;
+    const real t_hig3c_2 = Bc_1 - eAss_1;
+    const real t_vjftl = t_hig3c_2 + t_67i37;
+    const real t_hig3c_3 = Bc_2 - eAss_2;
+    const real t_vsqil = t_hig3c_3 + t_n5kna;
+    const real t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
+    const real K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2;
+    const real t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil;
+    const real K53 = wqS_1 - t_edvw3_2 + wqS_2;
+    const real t_yzhyr = Bl_1 - eBc_1;
+    const real t_mttiv = t_yzhyr * sin_theta1;
+    const real t_q6put = Bl_2 - eBc_2;
+    const real t_zkamf = t_q6put * sin_theta2;
+    const real K54 = t_hig3c - wgC_1 - wgC_2 + t_mttiv + t_zkamf;
+    const real t_leuxo_5 = S_sq1 * tn44_1;
+    const real t_leuxo_6 = S_sq2 * tn44_2;
+    const real K55 = t_leuxo
+        + t_leuxo_2
+        + t_hig3c
+        + t_leuxo_5
+        + t_leuxo_6
         + J_C3
-        - t_b7ure
-        - t_lpk5h
+        - t_xdulz
+        - t_uohf6
         + K(-2.0) * wgC_1
         + K(-2.0) * wgC_2;
-    const real K63 = t_z76hk - (t_32gyg + t_gbkg6);
-    const real t_zhbuw = wgS_1 + wgS_2;
-    const real t_67cpm = t_nncdg * cos_theta1;
-    const real t_4qb3w = t_4q22j * cos_theta2;
-    const real K64 = t_zhbuw + t_67cpm + t_4qb3w;
-    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
-    const real K66 = t_3bowt + t_ymmgl + J_C2 - t_hoosk - t_drvdp;
-    const real t_vt7uo = F_n1 * cos_theta1;
-    const real t_oncjt = F_n2 * cos_theta2;
-    const real t_ramrz = F_t1 * sin_theta1;
-    const real t_ssvj3 = F_t2 * sin_theta2;
-    const real n2 = t_vt7uo + t_oncjt + t_ramrz + t_ssvj3;
-    const real t_ibvem = F_t1 * cos_theta1;
-    const real t_azclp = F_n1 * sin_theta1;
-    const real t_iya7w = F_n2 * sin_theta2;
-    const real t_ga7f3 = F_t2 * cos_theta2;
-    const real n3 = t_ibvem - (t_azclp + t_iya7w) + t_ga7f3;
-    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
-    const real t_kp7yy = M_q1 + M_q2;
-    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
+    const real K63 = t_edvw3 - (t_hig3c_2 + t_hig3c_3);
+    const real t_hig3c_4 = wgS_1 + wgS_2;
+    const real t_mttiv_2 = t_yzhyr * cos_theta1;
+    const real t_zkamf_2 = t_q6put * cos_theta2;
+    const real K64 = t_hig3c_4 + t_mttiv_2 + t_zkamf_2;
+    const real K65 = t_hig3c_4 + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6;
+    const real t_mallh = F_n1 * cos_theta1;
+    const real t_lbh6o = F_n2 * cos_theta2;
+    const real t_f2pcf_2 = F_t1 * sin_theta1;
+    const real t_u5rk4_2 = F_t2 * sin_theta2;
+    const real n2 = t_mallh + t_lbh6o + t_f2pcf_2 + t_u5rk4_2;
+    const real t_f2pcf_3 = F_t1 * cos_theta1;
+    const real t_mallh_2 = F_n1 * sin_theta1;
+    const real t_lbh6o_2 = F_n2 * sin_theta2;
+    const real t_u5rk4_3 = F_t2 * cos_theta2;
+    const real n3 = t_f2pcf_3 - (t_mallh_2 + t_lbh6o_2) + t_u5rk4_3;
+    const real t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * p[l1];
+    const real t_hig3c_5 = M_q1 + M_q2;
+    const real t_ogbts = Bs_2 * t_3hay7 + t_63ozv * p[l2];
     const real t_sfymc = p[J_y] - p[J_z];
     const real t_6nfyn = t_sfymc * x[wy];
-    const real n4 = t_aejai
-        - t_kp7yy
-        + t_zd4fs
+    const real n4 = t_mjqai
+        - t_hig3c_5
+        + t_ogbts
         - loss_phi1
         - loss_phi2
         + I_theta1 * x[wy]
         + I_theta2 * x[wy]
         - t_6nfyn * x[wz];
-    const real t_w7nmt = t_aejai + F_t1 * e1;
-    const real t_h4rsv = t_w7nmt * sin_theta1;
-    const real t_e5cx2 = t_zd4fs + F_t2 * e2;
-    const real t_n4l7v = t_e5cx2 * sin_theta2;
-    const real t_5r66u = J_C1 + (p[J_z] - p[J_y]);
-    const real n5 = t_h4rsv
-        - (t_kp7yy + loss_theta1 + loss_theta2)
-        + t_n4l7v
-        - W12 * t_5r66u
+    const real t_lsqzr = t_mjqai + F_t1 * e1;
+    const real t_l3oem = t_lsqzr * sin_theta1;
+    const real t_rbrf6 = t_ogbts + F_t2 * e2;
+    const real t_4d6tt = t_rbrf6 * sin_theta2;
+    const real t_g7pzr = J_C1 + (p[J_z] - p[J_y]);
+    const real n5 = t_l3oem
+        - (t_hig3c_5 + loss_theta1 + loss_theta2)
+        + t_4d6tt
+        - W12 * t_g7pzr
         - I_phi1 * x[wy]
         - I_phi2 * x[wy]
-        + t_vt7uo * g_1
-        + t_oncjt * g_2;
-    const real t_slihb = t_w7nmt * cos_theta1;
-    const real t_wrhtu = t_e5cx2 * cos_theta2;
-    const real t_7bo2j = J_C1 + t_is5lg + t_sfymc;
-    const real n6 = t_slihb
-        + t_wrhtu
+        + t_mallh * g_1
+        + t_lbh6o * g_2;
+    const real t_l3oem_2 = t_lsqzr * cos_theta1;
+    const real t_4d6tt_2 = t_rbrf6 * cos_theta2;
+    const real t_urwo6 = J_C1 + t_is5lg + t_sfymc;
+    const real n6 = t_l3oem_2
+        + t_4d6tt_2
         + I_theta1 * x[wx]
         + I_theta2 * x[wx]
-        - W13 * t_7bo2j
-        - t_azclp * g_1
-        - t_iya7w * g_2
+        - W13 * t_urwo6
+        - t_mallh_2 * g_1
+        - t_lbh6o_2 * g_2
         - I_phi1 * x[wz]
         - I_phi2 * x[wz];
-    const real t_pagmx = Asc_1 * sin_theta1;
-    const real t_em5lf = Asc_2 * sin_theta2;
-    const real t_b3aij = t_pagmx + t_em5lf;
-    const real t_bpfoo = K(1.0) / K11;
-    const real t_w7lcw = t_b3aij * t_bpfoo;
-    const real K_D2 = K22 - t_b3aij * t_w7lcw;
-    const real t_pq5r4 = Asc_1 * cos_theta1;
-    const real t_mejrc = Asc_2 * cos_theta2;
-    const real t_zzymx = t_pq5r4 + t_mejrc;
-    const real t_3go2w = t_zzymx * t_bpfoo;
-    const real t_2rbbr = K32 - t_b3aij * t_3go2w;
-    const real t_4iujv = K(1.0) / K_D2;
-    const real K_L32 = t_2rbbr * t_4iujv;
-    const real t_ev7u5 = Bs_1 + Asc_1 * e1;
-    const real t_b2inm = t_ev7u5 * sin_theta1;
-    const real t_bvybx = Bs_2 + Asc_2 * e2;
-    const real t_i6twe = t_bvybx * sin_theta2;
-    const real t_6mmeb = t_b2inm + t_i6twe;
-    const real t_rujpm = t_6mmeb * t_bpfoo;
-    const real t_xqwvu = K52 - t_b3aij * t_rujpm;
-    const real K_L52 = t_xqwvu * t_4iujv;
-    const real K_D3 = K33 - t_2rbbr * K_L32 - t_zzymx * t_3go2w;
-    const real t_kimqu = Bc_1 * sin_theta1;
-    const real t_h3qlz = Bc_2 * sin_theta2;
-    const real t_2m245 = Bs_1 + Bs_2;
-    const real t_xq4wt = t_2m245 * t_bpfoo;
-    const real t_m67zs = wqC_1 + wqC_2 + t_kimqu + t_h3qlz + t_b3aij * t_xq4wt;
-    const real t_3jpev = t_m67zs * t_4iujv;
-    const real t_busu7 = K43 + t_2rbbr * t_3jpev - t_zzymx * t_xq4wt;
-    const real t_zmh3u = K(1.0) / K_D3;
-    const real K_L43 = t_busu7 * t_zmh3u;
-    const real t_kjv32 = K53 - t_2rbbr * K_L52 - t_zzymx * t_rujpm;
-    const real K_L53 = t_kjv32 * t_zmh3u;
-    const real t_llswo = t_ev7u5 * cos_theta1;
-    const real t_inhtz = t_bvybx * cos_theta2;
-    const real t_bl4f2 = t_llswo + t_inhtz;
-    const real t_pgxzp = t_bl4f2 * t_bpfoo;
-    const real t_dzmcy = t_hjmgb + t_b3aij * t_pgxzp;
-    const real t_gz422 = t_dzmcy * t_4iujv;
-    const real t_iyghn = K63 + t_2rbbr * t_gz422 - t_zzymx * t_pgxzp;
-    const real K_L63 = t_iyghn * t_zmh3u;
-    const real K_D4 = K44 - t_m67zs * t_3jpev - t_busu7 * K_L43 - t_2m245 * t_xq4wt;
-    const real t_qs67n = K54 + t_m67zs * K_L52 - t_busu7 * K_L53 - t_2m245 * t_rujpm;
-    const real t_lt2al = K(1.0) / K_D4;
-    const real K_L54 = t_qs67n * t_lt2al;
-    const real t_vuqjn = K64 - t_m67zs * t_gz422 - t_busu7 * K_L63 - t_2m245 * t_pgxzp;
-    const real K_L64 = t_vuqjn * t_lt2al;
+    const real t_f2pcf_4 = Asc_1 * sin_theta1;
+    const real t_u5rk4_4 = Asc_2 * sin_theta2;
+    const real t_f2nhc = t_f2pcf_4 + t_u5rk4_4;
+    const real t_6dtnj = K(1.0) / K11;
+    const real t_gousg = t_f2nhc * t_6dtnj;
+    const real K_D2 = K22 - t_f2nhc * t_gousg;
+    const real t_f2pcf_5 = Asc_1 * cos_theta1;
+    const real t_u5rk4_5 = Asc_2 * cos_theta2;
+    const real t_f2nhc_2 = t_f2pcf_5 + t_u5rk4_5;
+    const real t_gousg_2 = t_f2nhc_2 * t_6dtnj;
+    const real t_7exg5 = K32 - t_f2nhc * t_gousg_2;
+    const real t_6dtnj_2 = K(1.0) / K_D2;
+    const real K_L32 = t_7exg5 * t_6dtnj_2;
+    const real t_2jubo = Bs_1 + Asc_1 * e1;
+    const real t_rmbl5 = t_2jubo * sin_theta1;
+    const real t_ittbm = Bs_2 + Asc_2 * e2;
+    const real t_oja3l = t_ittbm * sin_theta2;
+    const real t_6iku5 = t_rmbl5 + t_oja3l;
+    const real t_thnvm = t_6iku5 * t_6dtnj;
+    const real t_7exg5_2 = K52 - t_f2nhc * t_thnvm;
+    const real K_L52 = t_7exg5_2 * t_6dtnj_2;
+    const real K_D3 = K33 - t_7exg5 * K_L32 - t_f2nhc_2 * t_gousg_2;
+    const real t_f2pcf_6 = Bc_1 * sin_theta1;
+    const real t_u5rk4_6 = Bc_2 * sin_theta2;
+    const real t_hig3c_6 = Bs_1 + Bs_2;
+    const real t_w6lcf = t_hig3c_6 * t_6dtnj;
+    const real t_ly572 = wqC_1 + wqC_2 + t_f2pcf_6 + t_u5rk4_6 + t_f2nhc * t_w6lcf;
+    const real t_eoupv = t_ly572 * t_6dtnj_2;
+    const real t_e2ygr = K43 + t_7exg5 * t_eoupv - t_f2nhc_2 * t_w6lcf;
+    const real t_6dtnj_3 = K(1.0) / K_D3;
+    const real K_L43 = t_e2ygr * t_6dtnj_3;
+    const real t_g6lxe = K53 - t_7exg5 * K_L52 - t_f2nhc_2 * t_thnvm;
+    const real K_L53 = t_g6lxe * t_6dtnj_3;
+    const real t_rmbl5_2 = t_2jubo * cos_theta1;
+    const real t_oja3l_2 = t_ittbm * cos_theta2;
+    const real t_6iku5_2 = t_rmbl5_2 + t_oja3l_2;
+    const real t_thnvm_2 = t_6iku5_2 * t_6dtnj;
+    const real t_du5u3 = t_edvw3_2 + t_f2nhc * t_thnvm_2;
+    const real t_o5wmi = t_du5u3 * t_6dtnj_2;
+    const real t_hbw2v = K63 + t_7exg5 * t_o5wmi - t_f2nhc_2 * t_thnvm_2;
+    const real K_L63 = t_hbw2v * t_6dtnj_3;
+    const real K_D4 = K44 - t_ly572 * t_eoupv - t_e2ygr * K_L43 - t_hig3c_6 * t_w6lcf;
+    const real t_wi63m = K54 + t_ly572 * K_L52 - t_e2ygr * K_L53 - t_hig3c_6 * t_thnvm;
+    const real t_6dtnj_4 = K(1.0) / K_D4;
+    const real K_L54 = t_wi63m * t_6dtnj_4;
+    const real t_7ergp = K64 - t_ly572 * t_o5wmi - t_e2ygr * K_L63 - t_hig3c_6 * t_thnvm_2;
+    const real K_L64 = t_7ergp * t_6dtnj_4;
     const real K_D5 = K55
-        - t_xqwvu * K_L52
-        - t_kjv32 * K_L53
-        - t_qs67n * K_L54
-        - t_6mmeb * t_rujpm;
-    const real t_aedxu = K65
-        + t_xqwvu * t_gz422
-        - t_kjv32 * K_L63
-        - t_qs67n * K_L64
-        - t_6mmeb * t_pgxzp;
-    const real t_ftqxb = K(1.0) / K_D5;
-    const real K_L65 = t_aedxu * t_ftqxb;
+        - t_7exg5_2 * K_L52
+        - t_g6lxe * K_L53
+        - t_wi63m * K_L54
+        - t_6iku5 * t_thnvm;
+    const real t_n4u4m = K65
+        + t_7exg5_2 * t_o5wmi
+        - t_g6lxe * K_L63
+        - t_wi63m * K_L64
+        - t_6iku5 * t_thnvm_2;
+    const real t_6dtnj_5 = K(1.0) / K_D5;
+    const real K_L65 = t_n4u4m * t_6dtnj_5;
     const real K_D6 = K66
-        - t_dzmcy * t_gz422
-        - t_iyghn * K_L63
-        - t_vuqjn * K_L64
-        - t_aedxu * K_L65
-        - t_bl4f2 * t_pgxzp;
-    const real t_qbgt7 = t_7imwe * sin_phi1;
-    const real t_v7h4t = t_4b2fa * sin_phi2;
-    const real b1 = f_x + (t_qbgt7 + t_v7h4t + cos_phi1 * tension1 + cos_phi2 * tension2);
+        - t_du5u3 * t_o5wmi
+        - t_hbw2v * K_L63
+        - t_7ergp * K_L64
+        - t_n4u4m * K_L65
+        - t_6iku5_2 * t_thnvm_2;
+    const real t_ayiti_2 = t_pc5rt * sin_phi1;
+    const real t_ki236_2 = t_63ozv * sin_phi2;
+    const real b1 = f_x + (t_ayiti_2 + t_ki236_2 + cos_phi1 * tension1 + cos_phi2 * tension2);
     const real b2 = f_y - n2;
     const real b4 = u[Mx] - n4;
-    const real t_lwe76 = p[b] + p[d] + x_C;
-    const real b5 = u[Mz] - n5 - f_y * t_lwe76;
+    const real t_bknng = p[b] + p[d] + x_C;
+    const real b5 = u[Mz] - n5 - f_y * t_bknng;
     const real t_gcu5g = t_ruxs4 * sin_delta1;
-    const real b6 = t_gcu5g * t_lwe76 - (u[My] + n6);
-    const real X_y2 = b2 + t_w7lcw * b1;
-    const real X_y3 = t_3go2w * b1 - (t_gcu5g + n3) - K_L32 * X_y2;
-    const real X_y4 = b4 + t_xq4wt * b1 + t_3jpev * X_y2 - K_L43 * X_y3;
+    const real b6 = t_gcu5g * t_bknng - (u[My] + n6);
+    const real X_y2 = b2 + t_gousg * b1;
+    const real X_y3 = t_gousg_2 * b1 - (t_gcu5g + n3) - K_L32 * X_y2;
+    const real X_y4 = b4 + t_w6lcf * b1 + t_eoupv * X_y2 - K_L43 * X_y3;
     const real X_y5 = b5
-        + t_rujpm * b1
+        + t_thnvm * b1
         - K_L52 * X_y2
         - K_L53 * X_y3
         - K_L54 * X_y4;
     const real X_y6 = b6
-        + t_pgxzp * b1
-        + t_gz422 * X_y2
+        + t_thnvm_2 * b1
+        + t_o5wmi * X_y2
         - K_L63 * X_y3
         - K_L64 * X_y4
         - K_L65 * X_y5;
-    const real t_nfkwa = K(1.0) / K_D6;
-    const real X_x6 = X_y6 * t_nfkwa;
-    const real t_cufdy = X_y5 * t_ftqxb;
-    const real X_x5 = t_cufdy - K_L65 * X_x6;
-    const real t_72jfh = X_y4 * t_lt2al;
-    const real X_x4 = t_72jfh - K_L54 * X_x5 - K_L64 * X_x6;
-    const real t_izhu2 = X_y3 * t_zmh3u;
-    const real X_x3 = t_izhu2 - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
-    const real t_uifqg = X_y2 * t_4iujv;
-    const real X_x2 = t_uifqg
+    const real t_6dtnj_6 = K(1.0) / K_D6;
+    const real X_x6 = X_y6 * t_6dtnj_6;
+    const real t_bintu = X_y5 * t_6dtnj_5;
+    const real X_x5 = t_bintu - K_L65 * X_x6;
+    const real t_bintu_2 = X_y4 * t_6dtnj_4;
+    const real X_x4 = t_bintu_2 - K_L54 * X_x5 - K_L64 * X_x6;
+    const real t_ztwwp = X_y3 * t_6dtnj_3;
+    const real X_x3 = t_ztwwp - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
+    const real t_bintu_3 = X_y2 * t_6dtnj_2;
+    const real X_x2 = t_bintu_3
         - K_L32 * X_x3
-        + t_3jpev * X_x4
+        + t_eoupv * X_x4
         - K_L52 * X_x5
-        + t_gz422 * X_x6;
-    const real t_47fu6 = b1 * t_bpfoo;
-    const real X_x1 = t_47fu6
-        + t_w7lcw * X_x2
-        + t_3go2w * X_x3
-        + t_xq4wt * X_x4
-        + t_rujpm * X_x5
-        + t_pgxzp * X_x6;
-    const real t_wg4gh = X_x5 * sin_theta1;
-    const real t_kw2iv = X_x6 * cos_theta1;
-    const real G_t1 = t_wg4gh + t_kw2iv;
-    const real t_ywjjw = X_x5 * sin_theta2;
-    const real t_f6k2p = X_x6 * cos_theta2;
-    const real G_t2 = t_ywjjw + t_f6k2p;
-    const real t_2idpk = t_qm5gj * cos_phi1 + chi1 * sin_phi1;
-    const real t_bawzi = t_2idpk - Wt1;
-    const real t_h7dxi = B_1 * t_bawzi;
-    const real t_6tvwe = t_c6dmt * cos_phi2 + chi2 * sin_phi2;
-    const real t_ly4o3 = t_6tvwe - Wt2;
-    const real t_skszy = B_2 * t_ly4o3;
-    const real t_dskdd = t_qm5gj + t_qm5gj;
-    const real t_jfvj3 = t_6nwd2 * (t_dskdd * sin_phi1);
-    const real t_ghnnr = cos_phi1 * t_jfvj3;
-    const real t_npq2c = t_c6dmt + t_c6dmt;
-    const real t_2bqt6 = t_popww * (t_npq2c * sin_phi2);
-    const real t_7e3oz = cos_phi2 * t_2bqt6;
-    const real t_pworu = sin_phi1 * t_h7dxi + sin_phi2 * t_skszy - t_ghnnr - t_7e3oz;
-    const real t_4z4np = p[l1] * cos_phi1;
-    const real t_ceplo = t_wmv32 * t_4z4np;
-    const real t_ljxeu = q_1 * x[wy] + t_smkh7 - t_ceplo;
-    const real t_wp4cy = th_1 * (p[I1] * t_ljxeu);
-    const real t_mnfa5 = cos_theta1 * t_wp4cy;
-    const real t_yk3z4 = p[l2] * cos_phi2;
-    const real t_udto6 = t_nlamb * t_yk3z4;
-    const real t_f5pan = q_2 * x[wy] + t_2nvx4 - t_udto6;
-    const real t_sc77m = th_2 * (p[I2] * t_f5pan);
-    const real t_cb5bw = cos_theta2 * t_sc77m;
-    const real t_qbft3 = sin_phi1 * t_jfvj3;
-    const real t_hqad4 = t_qbft3 + cos_phi1 * t_h7dxi;
-    const real t_bpppy = sin_phi2 * t_2bqt6;
-    const real t_3iwx3 = t_bpppy + cos_phi2 * t_skszy;
-    const real t_exl5i = t_w7lcw * t_pworu - (t_mnfa5 + t_cb5bw - sin_theta1 * t_hqad4 - sin_theta2 * t_3iwx3);
-    const real t_rwvfl = sin_theta1 * t_wp4cy;
-    const real t_cqdkk = sin_theta2 * t_sc77m;
-    const real t_fa6nk = t_3go2w * t_pworu
-        + (cos_theta1 * t_hqad4 + (t_rwvfl + t_cqdkk) + cos_theta2 * t_3iwx3)
-        - K_L32 * t_exl5i;
-    const real t_zfk4z = p[l1] * t_h7dxi;
-    const real t_a7ivz = q_1 * t_wp4cy + q_2 * t_sc77m;
-    const real t_6tlin = p[l2] * t_skszy;
-    const real t_sacre = t_xq4wt * t_pworu
-        - (t_zfk4z - t_a7ivz + t_6tlin)
-        + t_3jpev * t_exl5i
-        - K_L43 * t_fa6nk;
-    const real t_oeo2d = t_zfk4z - e1 * t_hqad4;
-    const real t_6g4dk = t_6tlin - e2 * t_3iwx3;
-    const real t_tc4zj = sin_theta1 * t_oeo2d
-        - t_a7ivz
-        + sin_theta2 * t_6g4dk
-        - t_5r66u * x[wy]
-        + g_1 * t_mnfa5
-        + g_2 * t_cb5bw;
-    const real t_jmofn = t_rujpm * t_pworu
-        - t_tc4zj
-        - K_L52 * t_exl5i
-        - K_L53 * t_fa6nk
-        - K_L54 * t_sacre;
-    const real t_d3sej = cos_theta1 * t_oeo2d
-        + cos_theta2 * t_6g4dk
+        + t_o5wmi * X_x6;
+    const real t_bintu_4 = b1 * t_6dtnj;
+    const real X_x1 = t_bintu_4
+        + t_gousg * X_x2
+        + t_gousg_2 * X_x3
+        + t_w6lcf * X_x4
+        + t_thnvm * X_x5
+        + t_thnvm_2 * X_x6;
+    const real t_f2pcf_7 = X_x5 * sin_theta1;
+    const real t_f2pcf_8 = X_x6 * cos_theta1;
+    const real G_t1 = t_f2pcf_7 + t_f2pcf_8;
+    const real t_u5rk4_7 = X_x5 * sin_theta2;
+    const real t_u5rk4_8 = X_x6 * cos_theta2;
+    const real G_t2 = t_u5rk4_7 + t_u5rk4_8;
+    const real t_m6nad = t_fyz6s * cos_phi1 + chi1 * sin_phi1;
+    const real t_7l5ed = t_m6nad - Wt1;
+    const real t_g4lmd = B_1 * t_7l5ed;
+    const real t_4glor = t_2t7vh * cos_phi2 + chi2 * sin_phi2;
+    const real t_2heqs = t_4glor - Wt2;
+    const real t_no7he = B_2 * t_2heqs;
+    const real t_fyz6s_2 = t_fyz6s + t_fyz6s;
+    const real t_wrs7t = t_6nwd2 * (t_fyz6s_2 * sin_phi1);
+    const real t_7ucg7 = cos_phi1 * t_wrs7t;
+    const real t_2t7vh_2 = t_2t7vh + t_2t7vh;
+    const real t_fa2pe = t_popww * (t_2t7vh_2 * sin_phi2);
+    const real t_uxnqa = cos_phi2 * t_fa2pe;
+    const real t_7o6hw = sin_phi1 * t_g4lmd + sin_phi2 * t_no7he - t_7ucg7 - t_uxnqa;
+    const real t_rcy73 = p[l1] * cos_phi1;
+    const real t_ux5vm = t_l5lry * t_rcy73;
+    const real t_oqkav = q_1 * x[wy] + t_ownis - t_ux5vm;
+    const real t_vrfyi = th_1 * (p[I1] * t_oqkav);
+    const real t_l6a3v = cos_theta1 * t_vrfyi;
+    const real t_uvqau = p[l2] * cos_phi2;
+    const real t_n2a3s = t_dkl52 * t_uvqau;
+    const real t_6icf5 = q_2 * x[wy] + t_cmacw - t_n2a3s;
+    const real t_rv6hp = th_2 * (p[I2] * t_6icf5);
+    const real t_bece6 = cos_theta2 * t_rv6hp;
+    const real t_7ucg7_2 = sin_phi1 * t_wrs7t;
+    const real t_lmque = t_7ucg7_2 + cos_phi1 * t_g4lmd;
+    const real t_uxnqa_2 = sin_phi2 * t_fa2pe;
+    const real t_rtokx = t_uxnqa_2 + cos_phi2 * t_no7he;
+    const real t_uv4jl = t_gousg * t_7o6hw - (t_l6a3v + t_bece6 - sin_theta1 * t_lmque - sin_theta2 * t_rtokx);
+    const real t_l6a3v_2 = sin_theta1 * t_vrfyi;
+    const real t_bece6_2 = sin_theta2 * t_rv6hp;
+    const real t_y4lyc = t_gousg_2 * t_7o6hw
+        + (cos_theta1 * t_lmque + (t_l6a3v_2 + t_bece6_2) + cos_theta2 * t_rtokx)
+        - K_L32 * t_uv4jl;
+    const real t_ozehl = p[l1] * t_g4lmd;
+    const real t_b2mjs = q_1 * t_vrfyi + q_2 * t_rv6hp;
+    const real t_6b3j2 = p[l2] * t_no7he;
+    const real t_ucyjm = t_w6lcf * t_7o6hw
+        - (t_ozehl - t_b2mjs + t_6b3j2)
+        + t_eoupv * t_uv4jl
+        - K_L43 * t_y4lyc;
+    const real t_rtcuq = t_ozehl - e1 * t_lmque;
+    const real t_pddzf = t_6b3j2 - e2 * t_rtokx;
+    const real t_q5bbo = sin_theta1 * t_rtcuq
+        - t_b2mjs
+        + sin_theta2 * t_pddzf
+        - t_g7pzr * x[wy]
+        + g_1 * t_l6a3v
+        + g_2 * t_bece6;
+    const real t_wmt6f = t_thnvm * t_7o6hw
+        - t_q5bbo
+        - K_L52 * t_uv4jl
+        - K_L53 * t_y4lyc
+        - K_L54 * t_ucyjm;
+    const real t_v43pb = cos_theta1 * t_rtcuq
+        + cos_theta2 * t_pddzf
         + I_theta1
         + I_theta2
-        - t_7bo2j * x[wz]
-        - g_1 * t_rwvfl
-        - g_2 * t_cqdkk;
-    const real t_cryxh = t_pgxzp * t_pworu
-        - t_d3sej
-        + t_gz422 * t_exl5i
-        - K_L63 * t_fa6nk
-        - K_L64 * t_sacre
-        - K_L65 * t_jmofn;
-    const real t_fukug = t_cryxh * t_nfkwa;
-    const real t_mvcys = t_jmofn * t_ftqxb - K_L65 * t_fukug;
-    const real t_cgzf6 = t_sacre * t_lt2al - K_L54 * t_mvcys - K_L64 * t_fukug;
-    const real t_k4g3j = t_fa6nk * t_zmh3u - K_L43 * t_cgzf6 - K_L53 * t_mvcys - K_L63 * t_fukug;
-    const real t_p3cyq = t_exl5i * t_4iujv
-        - K_L32 * t_k4g3j
-        + t_3jpev * t_cgzf6
-        - K_L52 * t_mvcys
-        + t_gz422 * t_fukug;
-    const real t_eyqb4 = t_pworu * t_bpfoo
-        + t_w7lcw * t_p3cyq
-        + t_3go2w * t_k4g3j
-        + t_xq4wt * t_cgzf6
-        + t_rujpm * t_mvcys
-        + t_pgxzp * t_fukug;
-    const real t_tqerc = cos_phi1 * sin_theta1;
-    const real t_bq73g = sin_phi1 * sin_theta1;
-    const real t_lmubw = chi1 * t_tqerc - t_qm5gj * t_bq73g - w_x1 * sin_theta1;
-    const real t_64tpi = B_1 * t_lmubw;
-    const real t_vjwdl = cos_phi2 * sin_theta2;
-    const real t_7pjle = sin_phi2 * sin_theta2;
-    const real t_js3na = chi2 * t_vjwdl - t_c6dmt * t_7pjle - w_x2 * sin_theta2;
-    const real t_xythb = B_2 * t_js3na;
-    const real t_6xfo3 = x[wy] + x[wy];
-    const real t_imsf6 = e1 * t_6xfo3;
-    const real t_7uthm = p1 + p1;
-    const real t_sayxc = mv1 * (cos_phi1 * t_imsf6) - t_6nwd2 * (t_dskdd * t_tqerc + t_7uthm * cos_theta1);
-    const real t_sqd7x = e2 * t_6xfo3;
-    const real t_ozxm2 = p2 + p2;
-    const real t_a5qu3 = mv2 * (cos_phi2 * t_sqd7x) - t_popww * (t_npq2c * t_vjwdl + t_ozxm2 * cos_theta2);
-    const real t_bg65y = sin_phi1 * t_64tpi + sin_phi2 * t_xythb + cos_phi1 * t_sayxc + cos_phi2 * t_a5qu3;
-    const real t_qrqlw = q_1 * x[wx]
+        - t_urwo6 * x[wz]
+        - g_1 * t_l6a3v_2
+        - g_2 * t_bece6_2;
+    const real t_mbf67 = t_thnvm_2 * t_7o6hw
+        - t_v43pb
+        + t_o5wmi * t_uv4jl
+        - K_L63 * t_y4lyc
+        - K_L64 * t_ucyjm
+        - K_L65 * t_wmt6f;
+    const real t_poebv = t_mbf67 * t_6dtnj_6;
+    const real t_dtjyx = t_wmt6f * t_6dtnj_5 - K_L65 * t_poebv;
+    const real t_b2dl7 = t_ucyjm * t_6dtnj_4 - K_L54 * t_dtjyx - K_L64 * t_poebv;
+    const real t_fto3h = t_y4lyc * t_6dtnj_3 - K_L43 * t_b2dl7 - K_L53 * t_dtjyx - K_L63 * t_poebv;
+    const real t_4uruq = t_uv4jl * t_6dtnj_2
+        - K_L32 * t_fto3h
+        + t_eoupv * t_b2dl7
+        - K_L52 * t_dtjyx
+        + t_o5wmi * t_poebv;
+    const real t_5thgk = t_7o6hw * t_6dtnj
+        + t_gousg * t_4uruq
+        + t_gousg_2 * t_fto3h
+        + t_w6lcf * t_b2dl7
+        + t_thnvm * t_dtjyx
+        + t_thnvm_2 * t_poebv;
+    const real t_7fukq = cos_phi1 * sin_theta1;
+    const real t_7fukq_2 = sin_phi1 * sin_theta1;
+    const real t_jlhz4 = chi1 * t_7fukq - t_fyz6s * t_7fukq_2 - w_x1 * sin_theta1;
+    const real t_wxrry = B_1 * t_jlhz4;
+    const real t_2m4cx = cos_phi2 * sin_theta2;
+    const real t_2m4cx_2 = sin_phi2 * sin_theta2;
+    const real t_j4oea = chi2 * t_2m4cx - t_2t7vh * t_2m4cx_2 - w_x2 * sin_theta2;
+    const real t_u7woh = B_2 * t_j4oea;
+    const real t_wussy = x[wy] + x[wy];
+    const real t_vns3w = e1 * t_wussy;
+    const real t_lcyz4 = p1 + p1;
+    const real t_nkbhu = mv1 * (cos_phi1 * t_vns3w) - t_6nwd2 * (t_fyz6s_2 * t_7fukq + t_lcyz4 * cos_theta1);
+    const real t_7mfdv = e2 * t_wussy;
+    const real t_jsckv = p2 + p2;
+    const real t_dnv4p = mv2 * (cos_phi2 * t_7mfdv) - t_popww * (t_2t7vh_2 * t_2m4cx + t_jsckv * cos_theta2);
+    const real t_fpn55 = sin_phi1 * t_wxrry + sin_phi2 * t_u7woh + cos_phi1 * t_nkbhu + cos_phi2 * t_dnv4p;
+    const real t_wifst = q_1 * x[wx]
         + w_x1 * (lc_1 * cos_theta1)
-        - (t_q2k45 * cos_theta1 - t_wmv32 * (p[l1] * t_bq73g));
-    const real t_3t364 = th_1 * (p[I1] * t_qrqlw);
-    const real t_56goo = cos_theta1 * t_3t364;
-    const real t_wbyvc = q_2 * x[wx]
+        - (t_plqy5 * cos_theta1 - t_l5lry * (p[l1] * t_7fukq_2));
+    const real t_5podz = th_1 * (p[I1] * t_wifst);
+    const real t_lhpev = cos_theta1 * t_5podz;
+    const real t_memuv = q_2 * x[wx]
         + w_x2 * (lc_2 * cos_theta2)
-        - (t_e55su * cos_theta2 - t_nlamb * (p[l2] * t_7pjle));
-    const real t_nrfga = th_2 * (p[I2] * t_wbyvc);
-    const real t_isxxh = cos_theta2 * t_nrfga;
-    const real t_zexpu = sin_phi1 * t_sayxc - cos_phi1 * t_64tpi;
-    const real t_jshhh = sin_phi2 * t_a5qu3 - cos_phi2 * t_xythb;
-    const real t_r3r7s = t_w7lcw * t_bg65y - (t_56goo + t_isxxh + sin_theta1 * t_zexpu + sin_theta2 * t_jshhh);
-    const real t_hrzpn = sin_theta1 * t_3t364;
-    const real t_dm2ov = sin_theta2 * t_nrfga;
-    const real t_joo3t = t_3go2w * t_bg65y
-        - (cos_theta1 * t_zexpu - (t_hrzpn + t_dm2ov) + cos_theta2 * t_jshhh)
-        - K_L32 * t_r3r7s;
-    const real t_zycl7 = Bs_1 * t_imsf6 + p[l1] * t_64tpi;
-    const real t_ht2gr = q_1 * t_3t364 + q_2 * t_nrfga;
-    const real t_6wizo = Bs_2 * t_sqd7x + p[l2] * t_xythb;
-    const real t_5odkw = t_xq4wt * t_bg65y
-        - (t_zycl7 - t_ht2gr + t_6wizo + I_theta1 + I_theta2 - x[wz] * t_sfymc)
-        + t_3jpev * t_r3r7s
-        - K_L43 * t_joo3t;
-    const real t_tnzse = t_zycl7 + e1 * t_zexpu;
-    const real t_rv4bf = t_6wizo + e2 * t_jshhh;
-    const real t_hgr6m = sin_theta1 * t_tnzse
-        - t_ht2gr
-        + sin_theta2 * t_rv4bf
-        - t_5r66u * x[wx]
+        - (t_a3tjf * cos_theta2 - t_dkl52 * (p[l2] * t_2m4cx_2));
+    const real t_jsutt = th_2 * (p[I2] * t_memuv);
+    const real t_dev2l = cos_theta2 * t_jsutt;
+    const real t_tbgkc = sin_phi1 * t_nkbhu - cos_phi1 * t_wxrry;
+    const real t_kfbmz = sin_phi2 * t_dnv4p - cos_phi2 * t_u7woh;
+    const real t_cjywp = t_gousg * t_fpn55 - (t_lhpev + t_dev2l + sin_theta1 * t_tbgkc + sin_theta2 * t_kfbmz);
+    const real t_lhpev_2 = sin_theta1 * t_5podz;
+    const real t_dev2l_2 = sin_theta2 * t_jsutt;
+    const real t_6lchq = t_gousg_2 * t_fpn55
+        - (cos_theta1 * t_tbgkc - (t_lhpev_2 + t_dev2l_2) + cos_theta2 * t_kfbmz)
+        - K_L32 * t_cjywp;
+    const real t_4jbki = Bs_1 * t_vns3w + p[l1] * t_wxrry;
+    const real t_e2vne = q_1 * t_5podz + q_2 * t_jsutt;
+    const real t_d3qxr = Bs_2 * t_7mfdv + p[l2] * t_u7woh;
+    const real t_ypf3l = t_w6lcf * t_fpn55
+        - (t_4jbki - t_e2vne + t_d3qxr + I_theta1 + I_theta2 - x[wz] * t_sfymc)
+        + t_eoupv * t_cjywp
+        - K_L43 * t_6lchq;
+    const real t_nbknf = t_4jbki + e1 * t_tbgkc;
+    const real t_lqsc7 = t_d3qxr + e2 * t_kfbmz;
+    const real t_2aifp = sin_theta1 * t_nbknf
+        - t_e2vne
+        + sin_theta2 * t_lqsc7
+        - t_g7pzr * x[wx]
         - I_phi1
         - I_phi2
-        + g_1 * t_56goo
-        + g_2 * t_isxxh;
-    const real t_ygneh = t_rujpm * t_bg65y
-        - t_hgr6m
-        - K_L52 * t_r3r7s
-        - K_L53 * t_joo3t
-        - K_L54 * t_5odkw;
-    const real t_y3xss = t_pgxzp * t_bg65y
-        - (cos_theta1 * t_tnzse + cos_theta2 * t_rv4bf - g_1 * t_hrzpn - g_2 * t_dm2ov)
-        + t_gz422 * t_r3r7s
-        - K_L63 * t_joo3t
-        - K_L64 * t_5odkw
-        - K_L65 * t_ygneh;
-    const real t_yanuq = t_y3xss * t_nfkwa;
-    const real t_zidue = t_ygneh * t_ftqxb - K_L65 * t_yanuq;
-    const real t_v3546 = t_5odkw * t_lt2al - K_L54 * t_zidue - K_L64 * t_yanuq;
-    const real t_z2otz = t_joo3t * t_zmh3u - K_L43 * t_v3546 - K_L53 * t_zidue - K_L63 * t_yanuq;
-    const real t_5gogd = t_r3r7s * t_4iujv
-        - K_L32 * t_z2otz
-        + t_3jpev * t_v3546
-        - K_L52 * t_zidue
-        + t_gz422 * t_yanuq;
-    const real t_d5rka = t_bg65y * t_bpfoo
-        + t_w7lcw * t_5gogd
-        + t_3go2w * t_z2otz
-        + t_xq4wt * t_v3546
-        + t_rujpm * t_zidue
-        + t_pgxzp * t_yanuq;
-    const real t_3wimo = cos_phi1 * cos_theta1;
-    const real t_xfyzm = sin_phi1 * cos_theta1;
-    const real t_e6rpb = chi1 * t_3wimo - t_qm5gj * t_xfyzm - w_x1 * cos_theta1;
-    const real t_jpgmg = B_1 * t_e6rpb;
-    const real t_kwc4d = cos_phi2 * cos_theta2;
-    const real t_5jk2g = sin_phi2 * cos_theta2;
-    const real t_jv37x = chi2 * t_kwc4d - t_c6dmt * t_5jk2g - w_x2 * cos_theta2;
-    const real t_h6rqi = B_2 * t_jv37x;
-    const real t_gwp2t = x[wz] + x[wz];
-    const real t_oetyi = e1 * t_gwp2t;
-    const real t_3kj2o = mv1 * (cos_phi1 * t_oetyi) - t_6nwd2 * (t_dskdd * t_3wimo - t_7uthm * sin_theta1);
-    const real t_xfnc5 = e2 * t_gwp2t;
-    const real t_zqoxx = mv2 * (cos_phi2 * t_xfnc5) - t_popww * (t_npq2c * t_kwc4d - t_ozxm2 * sin_theta2);
-    const real t_pctcd = sin_phi1 * t_jpgmg + sin_phi2 * t_h6rqi + cos_phi1 * t_3kj2o + cos_phi2 * t_zqoxx;
-    const real t_z7jiy = t_wmv32 * (p[l1] * t_xfyzm) + t_q2k45 * sin_theta1 - w_x1 * (lc_1 * sin_theta1);
-    const real t_ucha7 = th_1 * (p[I1] * t_z7jiy);
-    const real t_iiyuu = cos_theta1 * t_ucha7;
-    const real t_aopwl = t_nlamb * (p[l2] * t_5jk2g) + t_e55su * sin_theta2 - w_x2 * (lc_2 * sin_theta2);
-    const real t_ji52a = th_2 * (p[I2] * t_aopwl);
-    const real t_etwic = cos_theta2 * t_ji52a;
-    const real t_thij4 = sin_phi1 * t_3kj2o - cos_phi1 * t_jpgmg;
-    const real t_brnoc = sin_phi2 * t_zqoxx - cos_phi2 * t_h6rqi;
-    const real t_izsb2 = t_w7lcw * t_pctcd - (t_iiyuu + t_etwic + sin_theta1 * t_thij4 + sin_theta2 * t_brnoc);
-    const real t_5vlm2 = sin_theta1 * t_ucha7;
-    const real t_e53jk = sin_theta2 * t_ji52a;
-    const real t_2iqnc = t_3go2w * t_pctcd
-        - (cos_theta1 * t_thij4 - (t_5vlm2 + t_e53jk) + cos_theta2 * t_brnoc)
-        - K_L32 * t_izsb2;
-    const real t_oeqp6 = Bs_1 * t_oetyi + p[l1] * t_jpgmg;
-    const real t_r7m37 = q_1 * t_ucha7 + q_2 * t_ji52a;
-    const real t_amsj5 = Bs_2 * t_xfnc5 + p[l2] * t_h6rqi;
-    const real t_clu23 = t_xq4wt * t_pctcd
-        - (t_oeqp6 - t_r7m37 + t_amsj5 - t_6nfyn)
-        + t_3jpev * t_izsb2
-        - K_L43 * t_2iqnc;
-    const real t_mvuro = t_oeqp6 + e1 * t_thij4;
-    const real t_blnd5 = t_amsj5 + e2 * t_brnoc;
-    const real t_rp4f5 = sin_theta1 * t_mvuro
-        - t_r7m37
-        + sin_theta2 * t_blnd5
-        + g_1 * t_iiyuu
-        + g_2 * t_etwic;
-    const real t_zd2f6 = t_rujpm * t_pctcd
-        - t_rp4f5
-        - K_L52 * t_izsb2
-        - K_L53 * t_2iqnc
-        - K_L54 * t_clu23;
-    const real t_ogxo7 = cos_theta1 * t_mvuro
-        + cos_theta2 * t_blnd5
-        - t_7bo2j * x[wx]
-        - g_1 * t_5vlm2
-        - g_2 * t_e53jk
+        + g_1 * t_lhpev
+        + g_2 * t_dev2l;
+    const real t_g56pb = t_thnvm * t_fpn55
+        - t_2aifp
+        - K_L52 * t_cjywp
+        - K_L53 * t_6lchq
+        - K_L54 * t_ypf3l;
+    const real t_f63pe = t_thnvm_2 * t_fpn55
+        - (cos_theta1 * t_nbknf + cos_theta2 * t_lqsc7 - g_1 * t_lhpev_2 - g_2 * t_dev2l_2)
+        + t_o5wmi * t_cjywp
+        - K_L63 * t_6lchq
+        - K_L64 * t_ypf3l
+        - K_L65 * t_g56pb;
+    const real t_3oeyp = t_f63pe * t_6dtnj_6;
+    const real t_qquhy = t_g56pb * t_6dtnj_5 - K_L65 * t_3oeyp;
+    const real t_picgh = t_ypf3l * t_6dtnj_4 - K_L54 * t_qquhy - K_L64 * t_3oeyp;
+    const real t_4f33v = t_6lchq * t_6dtnj_3 - K_L43 * t_picgh - K_L53 * t_qquhy - K_L63 * t_3oeyp;
+    const real t_rg3c5 = t_cjywp * t_6dtnj_2
+        - K_L32 * t_4f33v
+        + t_eoupv * t_picgh
+        - K_L52 * t_qquhy
+        + t_o5wmi * t_3oeyp;
+    const real t_f3ox4 = t_fpn55 * t_6dtnj
+        + t_gousg * t_rg3c5
+        + t_gousg_2 * t_4f33v
+        + t_w6lcf * t_picgh
+        + t_thnvm * t_qquhy
+        + t_thnvm_2 * t_3oeyp;
+    const real t_7fukq_3 = cos_phi1 * cos_theta1;
+    const real t_7fukq_4 = sin_phi1 * cos_theta1;
+    const real t_jlhz4_2 = chi1 * t_7fukq_3 - t_fyz6s * t_7fukq_4 - w_x1 * cos_theta1;
+    const real t_wxrry_2 = B_1 * t_jlhz4_2;
+    const real t_2m4cx_3 = cos_phi2 * cos_theta2;
+    const real t_2m4cx_4 = sin_phi2 * cos_theta2;
+    const real t_j4oea_2 = chi2 * t_2m4cx_3 - t_2t7vh * t_2m4cx_4 - w_x2 * cos_theta2;
+    const real t_u7woh_2 = B_2 * t_j4oea_2;
+    const real t_pzkfy = x[wz] + x[wz];
+    const real t_prue4 = e1 * t_pzkfy;
+    const real t_etz5v = mv1 * (cos_phi1 * t_prue4) - t_6nwd2 * (t_fyz6s_2 * t_7fukq_3 - t_lcyz4 * sin_theta1);
+    const real t_g3uxy = e2 * t_pzkfy;
+    const real t_4rnat = mv2 * (cos_phi2 * t_g3uxy) - t_popww * (t_2t7vh_2 * t_2m4cx_3 - t_jsckv * sin_theta2);
+    const real t_fpn55_2 = sin_phi1 * t_wxrry_2 + sin_phi2 * t_u7woh_2 + cos_phi1 * t_etz5v + cos_phi2 * t_4rnat;
+    const real t_aewla = t_l5lry * (p[l1] * t_7fukq_4) + t_plqy5 * sin_theta1 - w_x1 * (lc_1 * sin_theta1);
+    const real t_dpd5l = th_1 * (p[I1] * t_aewla);
+    const real t_lok4o = cos_theta1 * t_dpd5l;
+    const real t_solvx = t_dkl52 * (p[l2] * t_2m4cx_4) + t_a3tjf * sin_theta2 - w_x2 * (lc_2 * sin_theta2);
+    const real t_hsipp = th_2 * (p[I2] * t_solvx);
+    const real t_biccq = cos_theta2 * t_hsipp;
+    const real t_tbgkc_2 = sin_phi1 * t_etz5v - cos_phi1 * t_wxrry_2;
+    const real t_kfbmz_2 = sin_phi2 * t_4rnat - cos_phi2 * t_u7woh_2;
+    const real t_cjywp_2 = t_gousg * t_fpn55_2 - (t_lok4o + t_biccq + sin_theta1 * t_tbgkc_2 + sin_theta2 * t_kfbmz_2);
+    const real t_lok4o_2 = sin_theta1 * t_dpd5l;
+    const real t_biccq_2 = sin_theta2 * t_hsipp;
+    const real t_6lchq_2 = t_gousg_2 * t_fpn55_2
+        - (cos_theta1 * t_tbgkc_2 - (t_lok4o_2 + t_biccq_2) + cos_theta2 * t_kfbmz_2)
+        - K_L32 * t_cjywp_2;
+    const real t_7qagz = Bs_1 * t_prue4 + p[l1] * t_wxrry_2;
+    const real t_nngqx = q_1 * t_dpd5l + q_2 * t_hsipp;
+    const real t_my4po = Bs_2 * t_g3uxy + p[l2] * t_u7woh_2;
+    const real t_tdp3n = t_w6lcf * t_fpn55_2
+        - (t_7qagz - t_nngqx + t_my4po - t_6nfyn)
+        + t_eoupv * t_cjywp_2
+        - K_L43 * t_6lchq_2;
+    const real t_nbknf_2 = t_7qagz + e1 * t_tbgkc_2;
+    const real t_lqsc7_2 = t_my4po + e2 * t_kfbmz_2;
+    const real t_v447q = sin_theta1 * t_nbknf_2
+        - t_nngqx
+        + sin_theta2 * t_lqsc7_2
+        + g_1 * t_lok4o
+        + g_2 * t_biccq;
+    const real t_p5yof = t_thnvm * t_fpn55_2
+        - t_v447q
+        - K_L52 * t_cjywp_2
+        - K_L53 * t_6lchq_2
+        - K_L54 * t_tdp3n;
+    const real t_3m5c4 = cos_theta1 * t_nbknf_2
+        + cos_theta2 * t_lqsc7_2
+        - t_urwo6 * x[wx]
+        - g_1 * t_lok4o_2
+        - g_2 * t_biccq_2
         - I_phi1
         - I_phi2;
-    const real t_ckewu = t_pgxzp * t_pctcd
-        - t_ogxo7
-        + t_gz422 * t_izsb2
-        - K_L63 * t_2iqnc
-        - K_L64 * t_clu23
-        - K_L65 * t_zd2f6;
-    const real t_gif7d = t_ckewu * t_nfkwa;
-    const real t_hucxp = t_zd2f6 * t_ftqxb - K_L65 * t_gif7d;
-    const real t_psn6w = t_clu23 * t_lt2al - K_L54 * t_hucxp - K_L64 * t_gif7d;
-    const real t_nsiwt = t_2iqnc * t_zmh3u - K_L43 * t_psn6w - K_L53 * t_hucxp - K_L63 * t_gif7d;
-    const real t_gbvsw = t_izsb2 * t_4iujv
-        - K_L32 * t_nsiwt
-        + t_3jpev * t_psn6w
-        - K_L52 * t_hucxp
-        + t_gz422 * t_gif7d;
-    const real t_r4y2f = t_pctcd * t_bpfoo
-        + t_w7lcw * t_gbvsw
-        + t_3go2w * t_nsiwt
-        + t_xq4wt * t_psn6w
-        + t_rujpm * t_hucxp
-        + t_pgxzp * t_gif7d;
-    const real t_laqoo = w_x1 * cos_phi1 - t_tqamb;
-    const real t_qm5gj_2 = w_x1 * sin_phi1 + t_pad7a;
-    const real t_hvpvf = chi1 * t_laqoo - t_qm5gj * t_qm5gj_2;
-    const real t_5qnaj = B_1 * t_hvpvf;
-    const real t_rqjd5 = mv1 * (t_w7vil * sin_phi1) + t_6nwd2 * (t_dskdd * t_laqoo);
-    const real t_ku2ls = sin_phi1 * t_5qnaj + t_k644q - (tension1 * sin_phi1 + cos_phi1 * t_rqjd5);
-    const real t_2sw7d = t_47fu6 * t_bpfoo;
-    const real t_6choa = mv1 * cos_phi1;
-    const real t_h2ibw = sin_phi1 * t_6choa + Asc_1;
-    const real t_m24qb = cos_phi1 * t_6choa - Ass_1;
-    const real t_7j6vv = sin_theta1 * t_m24qb;
-    const real t_7rnk2 = t_w7lcw * t_bpfoo;
-    const real t_ccnxe = t_7j6vv * t_bpfoo + t_7rnk2 * t_h2ibw;
-    const real t_xtwlg = p[l1] * sin_phi1;
-    const real t_f2zxy = W12 * t_4z4np - w_x1 * (Wn1 * t_xtwlg) + t_wmv32 * (p[l1] * t_qm5gj_2);
-    const real t_vhuco = th_1 * t_62zow * (p[m1] * ((q_1 + q_1) * t_4z4np));
-    const real t_dnmdb = th_1 * (p[I1] * t_f2zxy - loss_theta1 * t_4z4np) - t_xips6 * t_vhuco;
-    const real t_6fek6 = cos_theta1 * t_dnmdb;
-    const real t_ajxqx = tension1 * cos_phi1 - sin_phi1 * t_rqjd5 - (cos_phi1 * t_5qnaj - t_qbgt7);
-    const real t_jwrt2 = b1 * t_ccnxe + t_w7lcw * t_ku2ls - (t_6fek6 + sin_theta1 * t_ajxqx);
-    const real t_5am4i = t_uifqg * t_4iujv;
-    const real t_qends = p[I1] * t_vhuco;
-    const real t_3agyi = t_h2ibw + t_qends;
-    const real t_6n66f = S_sq1 * t_3agyi;
-    const real t_7ekva = t_6n66f - t_qends - (t_w7lcw * t_7j6vv + t_b3aij * t_ccnxe);
-    const real t_ix2vw = cos_theta1 * t_m24qb;
-    const real t_7rnk2_2 = t_3go2w * t_bpfoo;
-    const real t_lkd5z = t_ix2vw * t_bpfoo + t_7rnk2_2 * t_h2ibw;
-    const real t_eukb7 = SC1 * t_3agyi - (t_3go2w * t_7j6vv + t_b3aij * t_lkd5z);
-    const real t_6yahm = K_L32 * t_4iujv;
-    const real t_sx3o7 = t_eukb7 * t_4iujv - t_6yahm * t_7ekva;
-    const real t_k46nc = sin_theta1 * t_dnmdb;
-    const real t_hnz62 = b1 * t_lkd5z
-        + t_3go2w * t_ku2ls
-        - (cos_theta1 * t_ajxqx - t_k46nc)
-        - (X_y2 * t_sx3o7 + K_L32 * t_jwrt2);
-    const real t_insvr = t_izhu2 * t_zmh3u;
-    const real t_zyg4s = t_h2ibw
-        - t_6n66f
-        - (K_L32 * t_eukb7 + t_2rbbr * t_sx3o7)
-        - (t_3go2w * t_ix2vw + t_zzymx * t_lkd5z);
-    const real t_ryzts = wth_1 * t_4z4np - q_1 * t_qends;
-    const real t_g5uka = sin_theta1 * t_ryzts;
-    const real t_zohce = cos_theta1 * t_ryzts;
-    const real t_jtjoh = t_xq4wt * t_bpfoo;
-    const real t_zopz4 = Bc_1 * t_bpfoo + t_jtjoh * t_h2ibw;
-    const real t_ran7z = t_zohce - sin_theta1 * Bs_1 + (t_xq4wt * t_7j6vv + t_b3aij * t_zopz4);
-    const real t_j4z66 = t_3jpev * t_4iujv;
-    const real t_qvqlb = t_ran7z * t_4iujv - t_j4z66 * t_7ekva;
-    const real t_am56c = t_g5uka
+    const real t_7nciy = t_thnvm_2 * t_fpn55_2
+        - t_3m5c4
+        + t_o5wmi * t_cjywp_2
+        - K_L63 * t_6lchq_2
+        - K_L64 * t_tdp3n
+        - K_L65 * t_p5yof;
+    const real t_33kza = t_7nciy * t_6dtnj_6;
+    const real t_aog3f = t_p5yof * t_6dtnj_5 - K_L65 * t_33kza;
+    const real t_hclb6 = t_tdp3n * t_6dtnj_4 - K_L54 * t_aog3f - K_L64 * t_33kza;
+    const real t_2owzs = t_6lchq_2 * t_6dtnj_3 - K_L43 * t_hclb6 - K_L53 * t_aog3f - K_L63 * t_33kza;
+    const real t_6swwx = t_cjywp_2 * t_6dtnj_2
+        - K_L32 * t_2owzs
+        + t_eoupv * t_hclb6
+        - K_L52 * t_aog3f
+        + t_o5wmi * t_33kza;
+    const real t_o3fms = t_fpn55_2 * t_6dtnj
+        + t_gousg * t_6swwx
+        + t_gousg_2 * t_2owzs
+        + t_w6lcf * t_hclb6
+        + t_thnvm * t_aog3f
+        + t_thnvm_2 * t_33kza;
+    const real t_fyz6s_3 = w_x1 * cos_phi1 - t_7uxgo;
+    const real t_fyz6s_4 = w_x1 * sin_phi1 + t_7uxgo_2;
+    const real t_vfk7p = chi1 * t_fyz6s_3 - t_fyz6s * t_fyz6s_4;
+    const real t_a7om6 = B_1 * t_vfk7p;
+    const real t_z6kkk = mv1 * (t_aqrn5 * sin_phi1) + t_6nwd2 * (t_fyz6s_2 * t_fyz6s_3);
+    const real t_m6622 = sin_phi1 * t_a7om6 + t_ayiti - (tension1 * sin_phi1 + cos_phi1 * t_z6kkk);
+    const real t_temm3 = t_bintu_4 * t_6dtnj;
+    const real t_h4wyb = mv1 * cos_phi1;
+    const real t_c3bgc = sin_phi1 * t_h4wyb + Asc_1;
+    const real t_c3bgc_2 = cos_phi1 * t_h4wyb - Ass_1;
+    const real t_ptemu = sin_theta1 * t_c3bgc_2;
+    const real t_jza4m = t_gousg * t_6dtnj;
+    const real t_zczsz = t_ptemu * t_6dtnj + t_jza4m * t_c3bgc;
+    const real t_rcy73_2 = p[l1] * sin_phi1;
+    const real t_x7xth = W12 * t_rcy73 - w_x1 * (Wn1 * t_rcy73_2) + t_l5lry * (p[l1] * t_fyz6s_4);
+    const real t_ffhbv = th_1 * t_d2zbw * (p[m1] * ((q_1 + q_1) * t_rcy73));
+    const real t_mbiwq = th_1 * (p[I1] * t_x7xth - loss_theta1 * t_rcy73) - t_djlym * t_ffhbv;
+    const real t_2btv3 = cos_theta1 * t_mbiwq;
+    const real t_m6622_2 = tension1 * cos_phi1 - sin_phi1 * t_z6kkk - (cos_phi1 * t_a7om6 - t_ayiti_2);
+    const real t_dwaib = b1 * t_zczsz + t_gousg * t_m6622 - (t_2btv3 + sin_theta1 * t_m6622_2);
+    const real t_temm3_2 = t_bintu_3 * t_6dtnj_2;
+    const real t_sc6lg = p[I1] * t_ffhbv;
+    const real t_4ldxn = t_c3bgc + t_sc6lg;
+    const real t_pqupo = S_sq1 * t_4ldxn;
+    const real t_k2qhp = t_pqupo - t_sc6lg - (t_gousg * t_ptemu + t_f2nhc * t_zczsz);
+    const real t_ptemu_2 = cos_theta1 * t_c3bgc_2;
+    const real t_jza4m_2 = t_gousg_2 * t_6dtnj;
+    const real t_zczsz_2 = t_ptemu_2 * t_6dtnj + t_jza4m_2 * t_c3bgc;
+    const real t_db2lp = SC1 * t_4ldxn - (t_gousg_2 * t_ptemu + t_f2nhc * t_zczsz_2);
+    const real t_bintu_5 = K_L32 * t_6dtnj_2;
+    const real t_fyv2e = t_db2lp * t_6dtnj_2 - t_bintu_5 * t_k2qhp;
+    const real t_2btv3_2 = sin_theta1 * t_mbiwq;
+    const real t_okftf = b1 * t_zczsz_2
+        + t_gousg_2 * t_m6622
+        - (cos_theta1 * t_m6622_2 - t_2btv3_2)
+        - (X_y2 * t_fyv2e + K_L32 * t_dwaib);
+    const real t_qkxsr = t_ztwwp * t_6dtnj_3;
+    const real t_t4fy5 = t_c3bgc
+        - t_pqupo
+        - (K_L32 * t_db2lp + t_7exg5 * t_fyv2e)
+        - (t_gousg_2 * t_ptemu_2 + t_f2nhc_2 * t_zczsz_2);
+    const real t_mpdlr = wth_1 * t_rcy73 - q_1 * t_sc6lg;
+    const real t_g72bf = sin_theta1 * t_mpdlr;
+    const real t_g72bf_2 = cos_theta1 * t_mpdlr;
+    const real t_4pum4 = t_w6lcf * t_6dtnj;
+    const real t_aqch6 = Bc_1 * t_6dtnj + t_4pum4 * t_c3bgc;
+    const real t_ghj5r = t_g72bf_2 - sin_theta1 * Bs_1 + (t_w6lcf * t_ptemu + t_f2nhc * t_aqch6);
+    const real t_bo5xl = t_eoupv * t_6dtnj_2;
+    const real t_d2lny = t_ghj5r * t_6dtnj_2 - t_bo5xl * t_k2qhp;
+    const real t_hq3xu = t_g72bf
         + cos_theta1 * Bs_1
-        + (t_3jpev * t_eukb7 + t_2rbbr * t_qvqlb)
-        - (t_xq4wt * t_ix2vw + t_zzymx * t_zopz4);
-    const real t_ydwjl = K_L43 * t_zmh3u;
-    const real t_vjaoz = t_am56c * t_zmh3u - t_ydwjl * t_zyg4s;
-    const real t_umhin = t_w7vil * Bc_1 + p[l1] * t_5qnaj;
-    const real t_7t2bq = q_1 * t_dnmdb + F_n1 * t_4z4np;
-    const real t_vzbfg = b1 * t_zopz4
-        + t_xq4wt * t_ku2ls
-        - (t_umhin - t_7t2bq)
-        + (X_y2 * t_qvqlb + t_3jpev * t_jwrt2)
-        - (X_y3 * t_vjaoz + K_L43 * t_hnz62);
-    const real t_gkoba = t_72jfh * t_lt2al;
-    const real t_gtdgn = wq_1 * t_4z4np + q_1 * t_ryzts;
-    const real t_zlytl = t_gtdgn
-        - (t_3jpev * t_ran7z + t_m67zs * t_qvqlb)
-        - (K_L43 * t_am56c + t_busu7 * t_vjaoz)
-        - (t_xq4wt * Bc_1 + t_2m245 * t_zopz4);
-    const real t_xziph = wth_1 * t_xtwlg - g_1 * t_qends;
-    const real t_52vl2 = wg_1 * t_4z4np + q_1 * t_xziph;
-    const real t_3s2va = cos_theta1 * t_52vl2;
-    const real t_6iiam = e1 * Bs_1;
-    const real t_7z7va = e1 * t_h2ibw;
-    const real t_fpsha = Bs_1 + t_7z7va;
-    const real t_wufir = t_xziph - t_fpsha;
-    const real t_dra62 = S_sq1 * t_wufir;
-    const real t_vvqnn = Bc_1 + e1 * t_m24qb;
-    const real t_e4sul = sin_theta1 * t_vvqnn;
-    const real t_7rnk2_3 = t_rujpm * t_bpfoo;
-    const real t_ryoqa = t_e4sul * t_bpfoo + t_7rnk2_3 * t_h2ibw;
-    const real t_dxvtf = t_xziph - t_dra62 - t_zohce - (t_rujpm * t_7j6vv + t_b3aij * t_ryoqa);
-    const real t_hfybw = K_L52 * t_4iujv;
-    const real t_npjae = t_dxvtf * t_4iujv - t_hfybw * t_7ekva;
-    const real t_d4baz = SC1 * t_wufir;
-    const real t_trcfn = t_g5uka
-        - t_d4baz
-        - (K_L52 * t_eukb7 + t_2rbbr * t_npjae)
-        - (t_rujpm * t_ix2vw + t_zzymx * t_ryoqa);
-    const real t_qe675 = K_L53 * t_zmh3u;
-    const real t_4qzna = t_trcfn * t_zmh3u - t_qe675 * t_zyg4s;
-    const real t_v6w56 = t_gtdgn
-        - t_3s2va
-        + sin_theta1 * t_6iiam
-        + (K_L52 * t_ran7z + t_m67zs * t_npjae)
-        - (K_L53 * t_am56c + t_busu7 * t_4qzna)
-        - (t_rujpm * Bc_1 + t_2m245 * t_ryoqa);
-    const real t_2e52m = K_L54 * t_lt2al;
-    const real t_fpb7p = t_v6w56 * t_lt2al - t_2e52m * t_zlytl;
-    const real t_tdpur = t_umhin + e1 * t_ajxqx;
-    const real t_ltxdf = b1 * t_ryoqa
-        + t_rujpm * t_ku2ls
-        - (sin_theta1 * t_tdpur - t_7t2bq + (g_1 * t_6fek6 + t_vt7uo * t_xtwlg))
-        - (X_y2 * t_npjae + K_L52 * t_jwrt2)
-        - (X_y3 * t_4qzna + K_L53 * t_hnz62)
-        - (X_y4 * t_fpb7p + K_L54 * t_vzbfg);
-    const real t_eriz2 = t_cufdy * t_ftqxb;
-    const real t_iorjk = wg_1 * t_xtwlg + g_1 * t_xziph;
-    const real t_dnjms = e1 * t_7z7va - K(-2.0) * t_6iiam;
-    const real t_miprn = t_dnjms - t_iorjk;
-    const real t_bznju = S_sq1 * t_miprn;
-    const real t_ga4qh = t_iorjk
-        + t_gtdgn
-        + t_bznju
-        + K(-2.0) * t_3s2va
-        - (K_L52 * t_dxvtf + t_xqwvu * t_npjae)
-        - (K_L53 * t_trcfn + t_kjv32 * t_4qzna)
-        - (K_L54 * t_v6w56 + t_qs67n * t_fpb7p)
-        - (t_rujpm * t_e4sul + t_6mmeb * t_ryoqa);
-    const real t_tzirt = sin_theta1 * t_52vl2;
-    const real t_as46a = cos_theta1 * t_vvqnn;
-    const real t_7rnk2_4 = t_pgxzp * t_bpfoo;
-    const real t_fewxz = t_as46a * t_bpfoo + t_7rnk2_4 * t_h2ibw;
-    const real t_oal24 = t_d4baz + (t_pgxzp * t_7j6vv + t_b3aij * t_fewxz);
-    const real t_2ngl5 = t_gz422 * t_4iujv;
-    const real t_xcrgh = t_oal24 * t_4iujv - t_2ngl5 * t_7ekva;
-    const real t_zmlnb = t_dra62
-        + t_fpsha
-        + (t_gz422 * t_eukb7 + t_2rbbr * t_xcrgh)
-        - (t_pgxzp * t_ix2vw + t_zzymx * t_fewxz);
-    const real t_kpf5p = K_L63 * t_zmh3u;
-    const real t_t3nez = t_zmlnb * t_zmh3u - t_kpf5p * t_zyg4s;
-    const real t_jh5ai = t_tzirt
-        + cos_theta1 * t_6iiam
-        - (t_gz422 * t_ran7z + t_m67zs * t_xcrgh)
-        - (K_L63 * t_am56c + t_busu7 * t_t3nez)
-        - (t_pgxzp * Bc_1 + t_2m245 * t_fewxz);
-    const real t_wurun = K_L64 * t_lt2al;
-    const real t_jobc6 = t_jh5ai * t_lt2al - t_wurun * t_zlytl;
-    const real t_3vmiw = t_tzirt
-        + SC1 * t_miprn
-        + (t_gz422 * t_dxvtf + t_xqwvu * t_xcrgh)
-        - (K_L63 * t_trcfn + t_kjv32 * t_t3nez)
-        - (K_L64 * t_v6w56 + t_qs67n * t_jobc6)
-        - (t_pgxzp * t_e4sul + t_6mmeb * t_fewxz);
-    const real t_dzxqu = K_L65 * t_ftqxb;
-    const real t_vf7ew = t_3vmiw * t_ftqxb - t_dzxqu * t_ga4qh;
-    const real t_ayjtj = b1 * t_fewxz
-        + t_pgxzp * t_ku2ls
-        - (cos_theta1 * t_tdpur - (g_1 * t_k46nc + t_azclp * t_xtwlg))
-        + (X_y2 * t_xcrgh + t_gz422 * t_jwrt2)
-        - (X_y3 * t_t3nez + K_L63 * t_hnz62)
-        - (X_y4 * t_jobc6 + K_L64 * t_vzbfg)
-        - (X_y5 * t_vf7ew + K_L65 * t_ltxdf);
-    const real t_o4hiw = X_x6 * t_nfkwa;
-    const real t_v6umg = t_dnjms
-        - t_bznju
-        - (t_gz422 * t_oal24 + t_dzmcy * t_xcrgh)
-        - (K_L63 * t_zmlnb + t_iyghn * t_t3nez)
-        - (K_L64 * t_jh5ai + t_vuqjn * t_jobc6)
-        - (K_L65 * t_3vmiw + t_aedxu * t_vf7ew)
-        - (t_pgxzp * t_as46a + t_bl4f2 * t_fewxz);
-    const real t_2rjc3 = t_ayjtj * t_nfkwa - t_o4hiw * t_v6umg;
-    const real t_nbkzt = t_ltxdf * t_ftqxb - t_eriz2 * t_ga4qh - (X_x6 * t_vf7ew + K_L65 * t_2rjc3);
-    const real t_acgzr = t_vzbfg * t_lt2al
-        - t_gkoba * t_zlytl
-        - (X_x5 * t_fpb7p + K_L54 * t_nbkzt)
-        - (X_x6 * t_jobc6 + K_L64 * t_2rjc3);
-    const real t_vb3vk = t_hnz62 * t_zmh3u
-        - t_insvr * t_zyg4s
-        - (X_x4 * t_vjaoz + K_L43 * t_acgzr)
-        - (X_x5 * t_4qzna + K_L53 * t_nbkzt)
-        - (X_x6 * t_t3nez + K_L63 * t_2rjc3);
-    const real t_clzgq = t_jwrt2 * t_4iujv
-        - t_5am4i * t_7ekva
-        - (X_x3 * t_sx3o7 + K_L32 * t_vb3vk)
-        + (X_x4 * t_qvqlb + t_3jpev * t_acgzr)
-        - (X_x5 * t_npjae + K_L52 * t_nbkzt)
-        + (X_x6 * t_xcrgh + t_gz422 * t_2rjc3);
-    const real t_ohz37 = t_ku2ls * t_bpfoo
-        + t_2sw7d * t_h2ibw
-        + (X_x2 * t_ccnxe + t_w7lcw * t_clzgq)
-        + (X_x3 * t_lkd5z + t_3go2w * t_vb3vk)
-        + (X_x4 * t_zopz4 + t_xq4wt * t_acgzr)
-        + (X_x5 * t_ryoqa + t_rujpm * t_nbkzt)
-        + (X_x6 * t_fewxz + t_pgxzp * t_2rjc3);
-    const real t_ffpz7 = x[wy] * cos_theta1 - x[wz] * sin_theta1;
-    const real t_2wqtn = cos_phi1 * t_ffpz7;
-    const real t_7lrt3 = sin_phi1 * t_ffpz7;
-    const real t_y5gv4 = chi1 * t_2wqtn - t_qm5gj * t_7lrt3 - w_x1 * t_ffpz7;
-    const real t_qoq6p = B_1 * t_y5gv4;
-    const real t_amwyw = x[wy] * sin_theta1 + x[wz] * cos_theta1;
-    const real t_2jicd = t_6nwd2 * (t_dskdd * t_2wqtn - t_7uthm * t_amwyw);
-    const real t_xf6ji = sin_phi1 * t_qoq6p - cos_phi1 * t_2jicd;
-    const real t_7rizg = t_pq5r4 * t_bpfoo;
-    const real t_2vp5p = t_wmv32 * (p[l1] * t_7lrt3) + t_q2k45 * t_amwyw - w_x1 * (lc_1 * t_amwyw);
-    const real t_b2rhp = th_1 * (p[I1] * t_2vp5p);
-    const real t_kvxem = cos_theta1 * t_b2rhp - t_azclp;
-    const real t_osexi = sin_phi1 * t_2jicd + cos_phi1 * t_qoq6p;
-    const real t_na2dn = b1 * t_7rizg + t_w7lcw * t_xf6ji - (t_kvxem + (t_ibvem - sin_theta1 * t_osexi));
-    const real t_amqia = (sin_theta1 + sin_theta1) * cos_theta1;
-    const real t_dypyd = tn11_1 * t_amqia;
-    const real t_gruy3 = t_dypyd - (t_w7lcw * t_pq5r4 + t_b3aij * t_7rizg);
-    const real t_32wvq = cos_theta1 * cos_theta1 - S_sq1;
-    const real t_xy6nc = t_pagmx * t_bpfoo;
-    const real t_2d4vd = tn11_1 * t_32wvq - (t_3go2w * t_pq5r4 - t_b3aij * t_xy6nc);
-    const real t_qjb2l = t_2d4vd * t_4iujv - t_6yahm * t_gruy3;
-    const real t_6ikyu = sin_theta1 * t_b2rhp + t_vt7uo;
-    const real t_blco7 = t_3go2w * t_xf6ji
-        - b1 * t_xy6nc
-        + (cos_theta1 * t_osexi + t_ramrz + t_6ikyu)
-        - (X_y2 * t_qjb2l + K_L32 * t_na2dn);
-    const real t_5t2nc = t_3go2w * t_pagmx
-        + t_zzymx * t_xy6nc
-        - (t_dypyd + (K_L32 * t_2d4vd + t_2rbbr * t_qjb2l));
-    const real t_a5psl = wq_1 * cos_theta1;
-    const real t_4sjo7 = wq_1 * sin_theta1;
-    const real t_ilktx = t_rlbqu - t_4sjo7 + t_xq4wt * t_pq5r4;
-    const real t_6adkg = t_ilktx * t_4iujv - t_j4z66 * t_gruy3;
-    const real t_qki4i = t_a5psl + t_kimqu + (t_3jpev * t_2d4vd + t_2rbbr * t_6adkg) + t_xq4wt * t_pagmx;
-    const real t_7awbi = t_qki4i * t_zmh3u - t_ydwjl * t_5t2nc;
-    const real t_zbzge = p[l1] * t_qoq6p;
-    const real t_3clim = q_1 * t_b2rhp;
-    const real t_r2ei4 = t_xq4wt * t_xf6ji
-        - (t_zbzge - t_3clim)
-        + (X_y2 * t_6adkg + t_3jpev * t_na2dn)
-        - (X_y3 * t_7awbi + K_L43 * t_blco7);
-    const real t_7l7qw = t_3jpev * t_ilktx + t_m67zs * t_6adkg + (K_L43 * t_qki4i + t_busu7 * t_7awbi);
-    const real t_k6txy = wqg_1 * sin_theta1;
-    const real t_i3r2o = t_65obb * t_amqia;
-    const real t_zfxwu = t_llswo * t_bpfoo;
-    const real t_epn5o = t_4sjo7 - t_i3r2o - (t_rujpm * t_pq5r4 + t_b3aij * t_zfxwu);
-    const real t_gwmcr = t_epn5o * t_4iujv - t_hfybw * t_gruy3;
-    const real t_gv4lk = t_65obb * t_32wvq;
-    const real t_qzzlb = t_a5psl
-        - t_gv4lk
-        - (K_L52 * t_2d4vd + t_2rbbr * t_gwmcr)
-        - (t_zzymx * t_zfxwu - t_rujpm * t_pagmx);
-    const real t_bvkpi = t_qzzlb * t_zmh3u - t_qe675 * t_5t2nc;
-    const real t_ftvjz = t_k6txy
-        + t_67cpm
-        + (K_L52 * t_ilktx + t_m67zs * t_gwmcr)
-        - (K_L53 * t_qki4i + t_busu7 * t_bvkpi)
-        - t_2m245 * t_zfxwu;
-    const real t_ouygk = t_ftvjz * t_lt2al + t_2e52m * t_7l7qw;
-    const real t_rtw3j = t_zbzge - e1 * t_osexi;
-    const real t_on6ek = b1 * t_zfxwu
-        + t_rujpm * t_xf6ji
-        - (sin_theta1 * t_rtw3j + t_slihb - t_3clim + g_1 * t_kvxem)
-        - (X_y2 * t_gwmcr + K_L52 * t_na2dn)
-        - (X_y3 * t_bvkpi + K_L53 * t_blco7)
-        - (X_y4 * t_ouygk + K_L54 * t_r2ei4);
-    const real t_twgyt = tn44_1 * t_amqia;
-    const real t_tedmq = t_twgyt
-        - K(-2.0) * t_k6txy
-        - (K_L52 * t_epn5o + t_xqwvu * t_gwmcr)
-        - (K_L53 * t_qzzlb + t_kjv32 * t_bvkpi)
-        - (K_L54 * t_ftvjz + t_qs67n * t_ouygk)
-        - (t_rujpm * t_llswo + t_6mmeb * t_zfxwu);
-    const real t_tn2l4 = wqg_1 * cos_theta1;
-    const real t_rqo2a = t_b2inm * t_bpfoo;
-    const real t_cr6n6 = t_gv4lk + (t_pgxzp * t_pq5r4 - t_b3aij * t_rqo2a);
-    const real t_vpdap = t_cr6n6 * t_4iujv - t_2ngl5 * t_gruy3;
-    const real t_6rklf = t_i3r2o
-        + (t_gz422 * t_2d4vd + t_2rbbr * t_vpdap)
-        + (t_pgxzp * t_pagmx + t_zzymx * t_rqo2a);
-    const real t_k3xtn = t_6rklf * t_zmh3u - t_kpf5p * t_5t2nc;
-    const real t_wuh4g = t_tn2l4
-        - t_cr4jw
-        - (t_gz422 * t_ilktx + t_m67zs * t_vpdap)
-        - (K_L63 * t_qki4i + t_busu7 * t_k3xtn)
-        + t_2m245 * t_rqo2a;
-    const real t_z6is2 = t_wuh4g * t_lt2al + t_wurun * t_7l7qw;
-    const real t_qcqb4 = t_tn2l4
-        + tn44_1 * t_32wvq
-        + (t_gz422 * t_epn5o + t_xqwvu * t_vpdap)
-        - (K_L63 * t_qzzlb + t_kjv32 * t_k3xtn)
-        - (K_L64 * t_ftvjz + t_qs67n * t_z6is2)
-        - (t_pgxzp * t_llswo - t_6mmeb * t_rqo2a);
-    const real t_76hqo = t_qcqb4 * t_ftqxb - t_dzxqu * t_tedmq;
-    const real t_fwps3 = t_pgxzp * t_xf6ji
-        - b1 * t_rqo2a
-        - (cos_theta1 * t_rtw3j - t_h4rsv - g_1 * t_6ikyu)
-        + (X_y2 * t_vpdap + t_gz422 * t_na2dn)
-        - (X_y3 * t_k3xtn + K_L63 * t_blco7)
-        - (X_y4 * t_z6is2 + K_L64 * t_r2ei4)
-        - (X_y5 * t_76hqo + K_L65 * t_on6ek);
-    const real t_q6txf = t_twgyt
-        + (t_gz422 * t_cr6n6 + t_dzmcy * t_vpdap)
-        + (K_L63 * t_6rklf + t_iyghn * t_k3xtn)
-        + (K_L64 * t_wuh4g + t_vuqjn * t_z6is2)
-        + (K_L65 * t_qcqb4 + t_aedxu * t_76hqo);
-    const real t_vbfnl = t_fwps3 * t_nfkwa - t_o4hiw * (t_pgxzp * t_b2inm + t_bl4f2 * t_rqo2a - t_q6txf);
-    const real t_zr5di = t_on6ek * t_ftqxb - t_eriz2 * t_tedmq - (X_x6 * t_76hqo + K_L65 * t_vbfnl);
-    const real t_3knpj = t_r2ei4 * t_lt2al
-        + t_gkoba * t_7l7qw
-        - (X_x5 * t_ouygk + K_L54 * t_zr5di)
-        - (X_x6 * t_z6is2 + K_L64 * t_vbfnl);
-    const real t_vmmcz = t_blco7 * t_zmh3u
-        - t_insvr * t_5t2nc
-        - (X_x4 * t_7awbi + K_L43 * t_3knpj)
-        - (X_x5 * t_bvkpi + K_L53 * t_zr5di)
-        - (X_x6 * t_k3xtn + K_L63 * t_vbfnl);
-    const real t_ghemx = t_na2dn * t_4iujv
-        - t_5am4i * t_gruy3
-        - (X_x3 * t_qjb2l + K_L32 * t_vmmcz)
-        + (X_x4 * t_6adkg + t_3jpev * t_3knpj)
-        - (X_x5 * t_gwmcr + K_L52 * t_zr5di)
-        + (X_x6 * t_vpdap + t_gz422 * t_vbfnl);
-    const real t_siypo = t_xf6ji * t_bpfoo
-        + (X_x2 * t_7rizg + t_w7lcw * t_ghemx)
-        + (t_3go2w * t_vmmcz - X_x3 * t_xy6nc)
-        + t_xq4wt * t_3knpj
-        + (X_x5 * t_zfxwu + t_rujpm * t_zr5di)
-        + (t_pgxzp * t_vbfnl - X_x6 * t_rqo2a);
-    const real t_4p46o = w_x2 * cos_phi2 - t_4adrp;
-    const real t_c6dmt_2 = w_x2 * sin_phi2 + t_3pe4c;
-    const real t_aduzw = chi2 * t_4p46o - t_c6dmt * t_c6dmt_2;
-    const real t_fregp = B_2 * t_aduzw;
-    const real t_7pqkc = mv2 * (t_6fvzz * sin_phi2) + t_popww * (t_npq2c * t_4p46o);
-    const real t_7smnw = sin_phi2 * t_fregp + t_czyms - (tension2 * sin_phi2 + cos_phi2 * t_7pqkc);
-    const real t_jzaos = mv2 * cos_phi2;
-    const real t_anfnj = sin_phi2 * t_jzaos + Asc_2;
-    const real t_f2vdr = cos_phi2 * t_jzaos - Ass_2;
-    const real t_igjjb = sin_theta2 * t_f2vdr;
-    const real t_f4frf = t_igjjb * t_bpfoo + t_7rnk2 * t_anfnj;
-    const real t_h36cy = p[l2] * sin_phi2;
-    const real t_qy4n2 = W12 * t_yk3z4 - w_x2 * (Wn2 * t_h36cy) + t_nlamb * (p[l2] * t_c6dmt_2);
-    const real t_2s2br = th_2 * t_4434n * (p[m2] * ((q_2 + q_2) * t_yk3z4));
-    const real t_q6l6c = th_2 * (p[I2] * t_qy4n2 - loss_theta2 * t_yk3z4) - t_vry6x * t_2s2br;
-    const real t_uj3u6 = cos_theta2 * t_q6l6c;
-    const real t_ehxvd = tension2 * cos_phi2 - sin_phi2 * t_7pqkc - (cos_phi2 * t_fregp - t_v7h4t);
-    const real t_anhhw = b1 * t_f4frf + t_w7lcw * t_7smnw - (t_uj3u6 + sin_theta2 * t_ehxvd);
-    const real t_hokbn = p[I2] * t_2s2br;
-    const real t_mj4g4 = t_anfnj + t_hokbn;
-    const real t_hq2cs = S_sq2 * t_mj4g4;
-    const real t_56wd7 = t_hq2cs - t_hokbn - (t_w7lcw * t_igjjb + t_b3aij * t_f4frf);
-    const real t_kytbr = cos_theta2 * t_f2vdr;
-    const real t_zlixu = t_kytbr * t_bpfoo + t_7rnk2_2 * t_anfnj;
-    const real t_tqol2 = SC2 * t_mj4g4 - (t_3go2w * t_igjjb + t_b3aij * t_zlixu);
-    const real t_miecx = t_tqol2 * t_4iujv - t_6yahm * t_56wd7;
-    const real t_k5p2h = sin_theta2 * t_q6l6c;
-    const real t_aa6tz = b1 * t_zlixu
-        + t_3go2w * t_7smnw
-        - (cos_theta2 * t_ehxvd - t_k5p2h)
-        - (X_y2 * t_miecx + K_L32 * t_anhhw);
-    const real t_k2fda = t_anfnj
-        - t_hq2cs
-        - (K_L32 * t_tqol2 + t_2rbbr * t_miecx)
-        - (t_3go2w * t_kytbr + t_zzymx * t_zlixu);
-    const real t_2xgil = wth_2 * t_yk3z4 - q_2 * t_hokbn;
-    const real t_4twqa = sin_theta2 * t_2xgil;
-    const real t_vzlku = cos_theta2 * t_2xgil;
-    const real t_sasqd = Bc_2 * t_bpfoo + t_jtjoh * t_anfnj;
-    const real t_ysiow = t_vzlku - sin_theta2 * Bs_2 + (t_xq4wt * t_igjjb + t_b3aij * t_sasqd);
-    const real t_s7ss2 = t_ysiow * t_4iujv - t_j4z66 * t_56wd7;
-    const real t_ro67f = t_4twqa
+        + (t_eoupv * t_db2lp + t_7exg5 * t_d2lny)
+        - (t_w6lcf * t_ptemu_2 + t_f2nhc_2 * t_aqch6);
+    const real t_bintu_6 = K_L43 * t_6dtnj_3;
+    const real t_ymvak = t_hq3xu * t_6dtnj_3 - t_bintu_6 * t_t4fy5;
+    const real t_kktyp = t_aqrn5 * Bc_1 + p[l1] * t_a7om6;
+    const real t_wuzra = q_1 * t_mbiwq + F_n1 * t_rcy73;
+    const real t_ewlsm = b1 * t_aqch6
+        + t_w6lcf * t_m6622
+        - (t_kktyp - t_wuzra)
+        + (X_y2 * t_d2lny + t_eoupv * t_dwaib)
+        - (X_y3 * t_ymvak + K_L43 * t_okftf);
+    const real t_temm3_3 = t_bintu_2 * t_6dtnj_4;
+    const real t_wa7jk = wq_1 * t_rcy73 + q_1 * t_mpdlr;
+    const real t_7awax = t_wa7jk
+        - (t_eoupv * t_ghj5r + t_ly572 * t_d2lny)
+        - (K_L43 * t_hq3xu + t_e2ygr * t_ymvak)
+        - (t_w6lcf * Bc_1 + t_hig3c_6 * t_aqch6);
+    const real t_ltffx = wth_1 * t_rcy73_2 - g_1 * t_sc6lg;
+    const real t_urhc5 = wg_1 * t_rcy73 + q_1 * t_ltffx;
+    const real t_uknez = cos_theta1 * t_urhc5;
+    const real t_xqm52 = e1 * Bs_1;
+    const real t_ke4iu = e1 * t_c3bgc;
+    const real t_c62sf = Bs_1 + t_ke4iu;
+    const real t_5ayhw = t_ltffx - t_c62sf;
+    const real t_kamdk = S_sq1 * t_5ayhw;
+    const real t_o75u4 = Bc_1 + e1 * t_c3bgc_2;
+    const real t_f4z55 = sin_theta1 * t_o75u4;
+    const real t_jza4m_3 = t_thnvm * t_6dtnj;
+    const real t_zjzn6 = t_f4z55 * t_6dtnj + t_jza4m_3 * t_c3bgc;
+    const real t_xsnuh = t_ltffx - t_kamdk - t_g72bf_2 - (t_thnvm * t_ptemu + t_f2nhc * t_zjzn6);
+    const real t_bintu_7 = K_L52 * t_6dtnj_2;
+    const real t_pr2rd = t_xsnuh * t_6dtnj_2 - t_bintu_7 * t_k2qhp;
+    const real t_kamdk_2 = SC1 * t_5ayhw;
+    const real t_x6h5p = t_g72bf
+        - t_kamdk_2
+        - (K_L52 * t_db2lp + t_7exg5 * t_pr2rd)
+        - (t_thnvm * t_ptemu_2 + t_f2nhc_2 * t_zjzn6);
+    const real t_bintu_8 = K_L53 * t_6dtnj_3;
+    const real t_dhj33 = t_x6h5p * t_6dtnj_3 - t_bintu_8 * t_t4fy5;
+    const real t_daxb5 = t_wa7jk
+        - t_uknez
+        + sin_theta1 * t_xqm52
+        + (K_L52 * t_ghj5r + t_ly572 * t_pr2rd)
+        - (K_L53 * t_hq3xu + t_e2ygr * t_dhj33)
+        - (t_thnvm * Bc_1 + t_hig3c_6 * t_zjzn6);
+    const real t_bintu_9 = K_L54 * t_6dtnj_4;
+    const real t_cuhyc = t_daxb5 * t_6dtnj_4 - t_bintu_9 * t_7awax;
+    const real t_uccau = t_kktyp + e1 * t_m6622_2;
+    const real t_gls4w = b1 * t_zjzn6
+        + t_thnvm * t_m6622
+        - (sin_theta1 * t_uccau - t_wuzra + (g_1 * t_2btv3 + t_mallh * t_rcy73_2))
+        - (X_y2 * t_pr2rd + K_L52 * t_dwaib)
+        - (X_y3 * t_dhj33 + K_L53 * t_okftf)
+        - (X_y4 * t_cuhyc + K_L54 * t_ewlsm);
+    const real t_temm3_4 = t_bintu * t_6dtnj_5;
+    const real t_zpvnv = wg_1 * t_rcy73_2 + g_1 * t_ltffx;
+    const real t_23glo = e1 * t_ke4iu - K(-2.0) * t_xqm52;
+    const real t_a22y5 = t_23glo - t_zpvnv;
+    const real t_envft = S_sq1 * t_a22y5;
+    const real t_wmqvb = t_zpvnv
+        + t_wa7jk
+        + t_envft
+        + K(-2.0) * t_uknez
+        - (K_L52 * t_xsnuh + t_7exg5_2 * t_pr2rd)
+        - (K_L53 * t_x6h5p + t_g6lxe * t_dhj33)
+        - (K_L54 * t_daxb5 + t_wi63m * t_cuhyc)
+        - (t_thnvm * t_f4z55 + t_6iku5 * t_zjzn6);
+    const real t_uknez_2 = sin_theta1 * t_urhc5;
+    const real t_f4z55_2 = cos_theta1 * t_o75u4;
+    const real t_jza4m_4 = t_thnvm_2 * t_6dtnj;
+    const real t_zjzn6_2 = t_f4z55_2 * t_6dtnj + t_jza4m_4 * t_c3bgc;
+    const real t_c2yzs = t_kamdk_2 + (t_thnvm_2 * t_ptemu + t_f2nhc * t_zjzn6_2);
+    const real t_l3pbw = t_o5wmi * t_6dtnj_2;
+    const real t_m65s2 = t_c2yzs * t_6dtnj_2 - t_l3pbw * t_k2qhp;
+    const real t_pmxsm = t_kamdk
+        + t_c62sf
+        + (t_o5wmi * t_db2lp + t_7exg5 * t_m65s2)
+        - (t_thnvm_2 * t_ptemu_2 + t_f2nhc_2 * t_zjzn6_2);
+    const real t_bintu_10 = K_L63 * t_6dtnj_3;
+    const real t_hx36m = t_pmxsm * t_6dtnj_3 - t_bintu_10 * t_t4fy5;
+    const real t_q4dr5 = t_uknez_2
+        + cos_theta1 * t_xqm52
+        - (t_o5wmi * t_ghj5r + t_ly572 * t_m65s2)
+        - (K_L63 * t_hq3xu + t_e2ygr * t_hx36m)
+        - (t_thnvm_2 * Bc_1 + t_hig3c_6 * t_zjzn6_2);
+    const real t_bintu_11 = K_L64 * t_6dtnj_4;
+    const real t_6aze4 = t_q4dr5 * t_6dtnj_4 - t_bintu_11 * t_7awax;
+    const real t_6mbmy = t_uknez_2
+        + SC1 * t_a22y5
+        + (t_o5wmi * t_xsnuh + t_7exg5_2 * t_m65s2)
+        - (K_L63 * t_x6h5p + t_g6lxe * t_hx36m)
+        - (K_L64 * t_daxb5 + t_wi63m * t_6aze4)
+        - (t_thnvm_2 * t_f4z55 + t_6iku5 * t_zjzn6_2);
+    const real t_bintu_12 = K_L65 * t_6dtnj_5;
+    const real t_5247x = t_6mbmy * t_6dtnj_5 - t_bintu_12 * t_wmqvb;
+    const real t_z3wsr = b1 * t_zjzn6_2
+        + t_thnvm_2 * t_m6622
+        - (cos_theta1 * t_uccau - (g_1 * t_2btv3_2 + t_mallh_2 * t_rcy73_2))
+        + (X_y2 * t_m65s2 + t_o5wmi * t_dwaib)
+        - (X_y3 * t_hx36m + K_L63 * t_okftf)
+        - (X_y4 * t_6aze4 + K_L64 * t_ewlsm)
+        - (X_y5 * t_5247x + K_L65 * t_gls4w);
+    const real t_bintu_13 = X_x6 * t_6dtnj_6;
+    const real t_ioikg = t_23glo
+        - t_envft
+        - (t_o5wmi * t_c2yzs + t_du5u3 * t_m65s2)
+        - (K_L63 * t_pmxsm + t_hbw2v * t_hx36m)
+        - (K_L64 * t_q4dr5 + t_7ergp * t_6aze4)
+        - (K_L65 * t_6mbmy + t_n4u4m * t_5247x)
+        - (t_thnvm_2 * t_f4z55_2 + t_6iku5_2 * t_zjzn6_2);
+    const real t_lqn3n = t_z3wsr * t_6dtnj_6 - t_bintu_13 * t_ioikg;
+    const real t_lft7p = t_gls4w * t_6dtnj_5 - t_temm3_4 * t_wmqvb - (X_x6 * t_5247x + K_L65 * t_lqn3n);
+    const real t_5t23e = t_ewlsm * t_6dtnj_4
+        - t_temm3_3 * t_7awax
+        - (X_x5 * t_cuhyc + K_L54 * t_lft7p)
+        - (X_x6 * t_6aze4 + K_L64 * t_lqn3n);
+    const real t_p6rjk = t_okftf * t_6dtnj_3
+        - t_qkxsr * t_t4fy5
+        - (X_x4 * t_ymvak + K_L43 * t_5t23e)
+        - (X_x5 * t_dhj33 + K_L53 * t_lft7p)
+        - (X_x6 * t_hx36m + K_L63 * t_lqn3n);
+    const real t_s3knn = t_dwaib * t_6dtnj_2
+        - t_temm3_2 * t_k2qhp
+        - (X_x3 * t_fyv2e + K_L32 * t_p6rjk)
+        + (X_x4 * t_d2lny + t_eoupv * t_5t23e)
+        - (X_x5 * t_pr2rd + K_L52 * t_lft7p)
+        + (X_x6 * t_m65s2 + t_o5wmi * t_lqn3n);
+    const real t_nzub4 = t_m6622 * t_6dtnj
+        + t_temm3 * t_c3bgc
+        + (X_x2 * t_zczsz + t_gousg * t_s3knn)
+        + (X_x3 * t_zczsz_2 + t_gousg_2 * t_p6rjk)
+        + (X_x4 * t_aqch6 + t_w6lcf * t_5t23e)
+        + (X_x5 * t_zjzn6 + t_thnvm * t_lft7p)
+        + (X_x6 * t_zjzn6_2 + t_thnvm_2 * t_lqn3n);
+    const real t_l4ozg = x[wy] * cos_theta1 - x[wz] * sin_theta1;
+    const real t_6t73u = cos_phi1 * t_l4ozg;
+    const real t_6t73u_2 = sin_phi1 * t_l4ozg;
+    const real t_nqgju = chi1 * t_6t73u - t_fyz6s * t_6t73u_2 - w_x1 * t_l4ozg;
+    const real t_thekk = B_1 * t_nqgju;
+    const real t_l4ozg_2 = x[wy] * sin_theta1 + x[wz] * cos_theta1;
+    const real t_gucob = t_6nwd2 * (t_fyz6s_2 * t_6t73u - t_lcyz4 * t_l4ozg_2);
+    const real t_vjiiv = sin_phi1 * t_thekk - cos_phi1 * t_gucob;
+    const real t_3l2rq = t_f2pcf_5 * t_6dtnj;
+    const real t_a3yjd = t_l5lry * (p[l1] * t_6t73u_2) + t_plqy5 * t_l4ozg_2 - w_x1 * (lc_1 * t_l4ozg_2);
+    const real t_24qbv = th_1 * (p[I1] * t_a3yjd);
+    const real t_orsg5 = cos_theta1 * t_24qbv - t_mallh_2;
+    const real t_vjiiv_2 = sin_phi1 * t_gucob + cos_phi1 * t_thekk;
+    const real t_q3m2j = b1 * t_3l2rq + t_gousg * t_vjiiv - (t_orsg5 + (t_f2pcf_3 - sin_theta1 * t_vjiiv_2));
+    const real t_4xedj = (sin_theta1 + sin_theta1) * cos_theta1;
+    const real t_rcfrh = tn11_1 * t_4xedj;
+    const real t_k4367 = t_rcfrh - (t_gousg * t_f2pcf_5 + t_f2nhc * t_3l2rq);
+    const real t_ewvyh = cos_theta1 * cos_theta1 - S_sq1;
+    const real t_3l2rq_2 = t_f2pcf_4 * t_6dtnj;
+    const real t_7egtn = tn11_1 * t_ewvyh - (t_gousg_2 * t_f2pcf_5 - t_f2nhc * t_3l2rq_2);
+    const real t_hdfot = t_7egtn * t_6dtnj_2 - t_bintu_5 * t_k4367;
+    const real t_orsg5_2 = sin_theta1 * t_24qbv + t_mallh;
+    const real t_gcuh4 = t_gousg_2 * t_vjiiv
+        - b1 * t_3l2rq_2
+        + (cos_theta1 * t_vjiiv_2 + t_f2pcf_2 + t_orsg5_2)
+        - (X_y2 * t_hdfot + K_L32 * t_q3m2j);
+    const real t_xzb7l = t_gousg_2 * t_f2pcf_4
+        + t_f2nhc_2 * t_3l2rq_2
+        - (t_rcfrh + (K_L32 * t_7egtn + t_7exg5 * t_hdfot));
+    const real t_f2pcf_9 = wq_1 * cos_theta1;
+    const real t_f2pcf_10 = wq_1 * sin_theta1;
+    const real t_oht56 = t_f2pcf - t_f2pcf_10 + t_w6lcf * t_f2pcf_5;
+    const real t_ufn37 = t_oht56 * t_6dtnj_2 - t_bo5xl * t_k4367;
+    const real t_iua7q = t_f2pcf_9 + t_f2pcf_6 + (t_eoupv * t_7egtn + t_7exg5 * t_ufn37) + t_w6lcf * t_f2pcf_4;
+    const real t_ctk27 = t_iua7q * t_6dtnj_3 - t_bintu_6 * t_xzb7l;
+    const real t_r5eou = p[l1] * t_thekk;
+    const real t_pgfgd = q_1 * t_24qbv;
+    const real t_g6czc = t_w6lcf * t_vjiiv
+        - (t_r5eou - t_pgfgd)
+        + (X_y2 * t_ufn37 + t_eoupv * t_q3m2j)
+        - (X_y3 * t_ctk27 + K_L43 * t_gcuh4);
+    const real t_3qwtr = t_eoupv * t_oht56 + t_ly572 * t_ufn37 + (K_L43 * t_iua7q + t_e2ygr * t_ctk27);
+    const real t_f2pcf_11 = wqg_1 * sin_theta1;
+    const real t_3ugdb = t_vjftl * t_4xedj;
+    const real t_oria2 = t_rmbl5_2 * t_6dtnj;
+    const real t_hdijg = t_f2pcf_10 - t_3ugdb - (t_thnvm * t_f2pcf_5 + t_f2nhc * t_oria2);
+    const real t_cfknj = t_hdijg * t_6dtnj_2 - t_bintu_7 * t_k4367;
+    const real t_r33pf = t_vjftl * t_ewvyh;
+    const real t_yxci3 = t_f2pcf_9
+        - t_r33pf
+        - (K_L52 * t_7egtn + t_7exg5 * t_cfknj)
+        - (t_f2nhc_2 * t_oria2 - t_thnvm * t_f2pcf_4);
+    const real t_ph2mj = t_yxci3 * t_6dtnj_3 - t_bintu_8 * t_xzb7l;
+    const real t_twu3r = t_f2pcf_11
+        + t_mttiv_2
+        + (K_L52 * t_oht56 + t_ly572 * t_cfknj)
+        - (K_L53 * t_iua7q + t_e2ygr * t_ph2mj)
+        - t_hig3c_6 * t_oria2;
+    const real t_ql35a = t_twu3r * t_6dtnj_4 + t_bintu_9 * t_3qwtr;
+    const real t_dv6i5 = t_r5eou - e1 * t_vjiiv_2;
+    const real t_4xggr = b1 * t_oria2
+        + t_thnvm * t_vjiiv
+        - (sin_theta1 * t_dv6i5 + t_l3oem_2 - t_pgfgd + g_1 * t_orsg5)
+        - (X_y2 * t_cfknj + K_L52 * t_q3m2j)
+        - (X_y3 * t_ph2mj + K_L53 * t_gcuh4)
+        - (X_y4 * t_ql35a + K_L54 * t_g6czc);
+    const real t_rcfrh_2 = tn44_1 * t_4xedj;
+    const real t_cuuc5 = t_rcfrh_2
+        - K(-2.0) * t_f2pcf_11
+        - (K_L52 * t_hdijg + t_7exg5_2 * t_cfknj)
+        - (K_L53 * t_yxci3 + t_g6lxe * t_ph2mj)
+        - (K_L54 * t_twu3r + t_wi63m * t_ql35a)
+        - (t_thnvm * t_rmbl5_2 + t_6iku5 * t_oria2);
+    const real t_f2pcf_12 = wqg_1 * cos_theta1;
+    const real t_oria2_2 = t_rmbl5 * t_6dtnj;
+    const real t_55v76 = t_r33pf + (t_thnvm_2 * t_f2pcf_5 - t_f2nhc * t_oria2_2);
+    const real t_pthet = t_55v76 * t_6dtnj_2 - t_l3pbw * t_k4367;
+    const real t_bhxr3 = t_3ugdb
+        + (t_o5wmi * t_7egtn + t_7exg5 * t_pthet)
+        + (t_thnvm_2 * t_f2pcf_4 + t_f2nhc_2 * t_oria2_2);
+    const real t_jxqls = t_bhxr3 * t_6dtnj_3 - t_bintu_10 * t_xzb7l;
+    const real t_thstx = t_f2pcf_12
+        - t_mttiv
+        - (t_o5wmi * t_oht56 + t_ly572 * t_pthet)
+        - (K_L63 * t_iua7q + t_e2ygr * t_jxqls)
+        + t_hig3c_6 * t_oria2_2;
+    const real t_5u7fq = t_thstx * t_6dtnj_4 + t_bintu_11 * t_3qwtr;
+    const real t_piqtk = t_f2pcf_12
+        + tn44_1 * t_ewvyh
+        + (t_o5wmi * t_hdijg + t_7exg5_2 * t_pthet)
+        - (K_L63 * t_yxci3 + t_g6lxe * t_jxqls)
+        - (K_L64 * t_twu3r + t_wi63m * t_5u7fq)
+        - (t_thnvm_2 * t_rmbl5_2 - t_6iku5 * t_oria2_2);
+    const real t_wjwat = t_piqtk * t_6dtnj_5 - t_bintu_12 * t_cuuc5;
+    const real t_mdp7k = t_thnvm_2 * t_vjiiv
+        - b1 * t_oria2_2
+        - (cos_theta1 * t_dv6i5 - t_l3oem - g_1 * t_orsg5_2)
+        + (X_y2 * t_pthet + t_o5wmi * t_q3m2j)
+        - (X_y3 * t_jxqls + K_L63 * t_gcuh4)
+        - (X_y4 * t_5u7fq + K_L64 * t_g6czc)
+        - (X_y5 * t_wjwat + K_L65 * t_4xggr);
+    const real t_fffcz = t_rcfrh_2
+        + (t_o5wmi * t_55v76 + t_du5u3 * t_pthet)
+        + (K_L63 * t_bhxr3 + t_hbw2v * t_jxqls)
+        + (K_L64 * t_thstx + t_7ergp * t_5u7fq)
+        + (K_L65 * t_piqtk + t_n4u4m * t_wjwat);
+    const real t_nglnq = t_mdp7k * t_6dtnj_6 - t_bintu_13 * (t_thnvm_2 * t_rmbl5 + t_6iku5_2 * t_oria2_2 - t_fffcz);
+    const real t_ekzor = t_4xggr * t_6dtnj_5 - t_temm3_4 * t_cuuc5 - (X_x6 * t_wjwat + K_L65 * t_nglnq);
+    const real t_jkjwu = t_g6czc * t_6dtnj_4
+        + t_temm3_3 * t_3qwtr
+        - (X_x5 * t_ql35a + K_L54 * t_ekzor)
+        - (X_x6 * t_5u7fq + K_L64 * t_nglnq);
+    const real t_moilf = t_gcuh4 * t_6dtnj_3
+        - t_qkxsr * t_xzb7l
+        - (X_x4 * t_ctk27 + K_L43 * t_jkjwu)
+        - (X_x5 * t_ph2mj + K_L53 * t_ekzor)
+        - (X_x6 * t_jxqls + K_L63 * t_nglnq);
+    const real t_mpeef = t_q3m2j * t_6dtnj_2
+        - t_temm3_2 * t_k4367
+        - (X_x3 * t_hdfot + K_L32 * t_moilf)
+        + (X_x4 * t_ufn37 + t_eoupv * t_jkjwu)
+        - (X_x5 * t_cfknj + K_L52 * t_ekzor)
+        + (X_x6 * t_pthet + t_o5wmi * t_nglnq);
+    const real t_5xto2 = t_vjiiv * t_6dtnj
+        + (X_x2 * t_3l2rq + t_gousg * t_mpeef)
+        + (t_gousg_2 * t_moilf - X_x3 * t_3l2rq_2)
+        + t_w6lcf * t_jkjwu
+        + (X_x5 * t_oria2 + t_thnvm * t_ekzor)
+        + (t_thnvm_2 * t_nglnq - X_x6 * t_oria2_2);
+    const real t_2t7vh_3 = w_x2 * cos_phi2 - t_365dx;
+    const real t_2t7vh_4 = w_x2 * sin_phi2 + t_365dx_2;
+    const real t_ill2e = chi2 * t_2t7vh_3 - t_2t7vh * t_2t7vh_4;
+    const real t_utpdc = B_2 * t_ill2e;
+    const real t_so6fl = mv2 * (t_3hay7 * sin_phi2) + t_popww * (t_2t7vh_2 * t_2t7vh_3);
+    const real t_kizhr = sin_phi2 * t_utpdc + t_ki236 - (tension2 * sin_phi2 + cos_phi2 * t_so6fl);
+    const real t_mnzjt = mv2 * cos_phi2;
+    const real t_skjof = sin_phi2 * t_mnzjt + Asc_2;
+    const real t_skjof_2 = cos_phi2 * t_mnzjt - Ass_2;
+    const real t_qh7lx = sin_theta2 * t_skjof_2;
+    const real t_5vgja = t_qh7lx * t_6dtnj + t_jza4m * t_skjof;
+    const real t_uvqau_2 = p[l2] * sin_phi2;
+    const real t_n6vkn = W12 * t_uvqau - w_x2 * (Wn2 * t_uvqau_2) + t_dkl52 * (p[l2] * t_2t7vh_4);
+    const real t_ruxfo = th_2 * t_ri6qi * (p[m2] * ((q_2 + q_2) * t_uvqau));
+    const real t_mcl5q = th_2 * (p[I2] * t_n6vkn - loss_theta2 * t_uvqau) - t_c6wyu * t_ruxfo;
+    const real t_c7w7r = cos_theta2 * t_mcl5q;
+    const real t_kizhr_2 = tension2 * cos_phi2 - sin_phi2 * t_so6fl - (cos_phi2 * t_utpdc - t_ki236_2);
+    const real t_esoht = b1 * t_5vgja + t_gousg * t_kizhr - (t_c7w7r + sin_theta2 * t_kizhr_2);
+    const real t_wxz3r = p[I2] * t_ruxfo;
+    const real t_d7y7v = t_skjof + t_wxz3r;
+    const real t_3jnxd = S_sq2 * t_d7y7v;
+    const real t_6soyk = t_3jnxd - t_wxz3r - (t_gousg * t_qh7lx + t_f2nhc * t_5vgja);
+    const real t_qh7lx_2 = cos_theta2 * t_skjof_2;
+    const real t_5vgja_2 = t_qh7lx_2 * t_6dtnj + t_jza4m_2 * t_skjof;
+    const real t_xzcqa = SC2 * t_d7y7v - (t_gousg_2 * t_qh7lx + t_f2nhc * t_5vgja_2);
+    const real t_f7u6l = t_xzcqa * t_6dtnj_2 - t_bintu_5 * t_6soyk;
+    const real t_c7w7r_2 = sin_theta2 * t_mcl5q;
+    const real t_ofoj5 = b1 * t_5vgja_2
+        + t_gousg_2 * t_kizhr
+        - (cos_theta2 * t_kizhr_2 - t_c7w7r_2)
+        - (X_y2 * t_f7u6l + K_L32 * t_esoht);
+    const real t_x2cnp = t_skjof
+        - t_3jnxd
+        - (K_L32 * t_xzcqa + t_7exg5 * t_f7u6l)
+        - (t_gousg_2 * t_qh7lx_2 + t_f2nhc_2 * t_5vgja_2);
+    const real t_qzymo = wth_2 * t_uvqau - q_2 * t_wxz3r;
+    const real t_764jb = sin_theta2 * t_qzymo;
+    const real t_764jb_2 = cos_theta2 * t_qzymo;
+    const real t_k2jbt = Bc_2 * t_6dtnj + t_4pum4 * t_skjof;
+    const real t_ryshl = t_764jb_2 - sin_theta2 * Bs_2 + (t_w6lcf * t_qh7lx + t_f2nhc * t_k2jbt);
+    const real t_uznhk = t_ryshl * t_6dtnj_2 - t_bo5xl * t_6soyk;
+    const real t_taqg4 = t_764jb
         + cos_theta2 * Bs_2
-        + (t_3jpev * t_tqol2 + t_2rbbr * t_s7ss2)
-        - (t_xq4wt * t_kytbr + t_zzymx * t_sasqd);
-    const real t_wish7 = t_ro67f * t_zmh3u - t_ydwjl * t_k2fda;
-    const real t_p2f6u = t_6fvzz * Bc_2 + p[l2] * t_fregp;
-    const real t_dlwth = q_2 * t_q6l6c + F_n2 * t_yk3z4;
-    const real t_5lojb = b1 * t_sasqd
-        + t_xq4wt * t_7smnw
-        - (t_p2f6u - t_dlwth)
-        + (X_y2 * t_s7ss2 + t_3jpev * t_anhhw)
-        - (X_y3 * t_wish7 + K_L43 * t_aa6tz);
-    const real t_vpcgp = wq_2 * t_yk3z4 + q_2 * t_2xgil;
-    const real t_5vhkx = t_vpcgp
-        - (t_3jpev * t_ysiow + t_m67zs * t_s7ss2)
-        - (K_L43 * t_ro67f + t_busu7 * t_wish7)
-        - (t_xq4wt * Bc_2 + t_2m245 * t_sasqd);
-    const real t_ktpye = wth_2 * t_h36cy - g_2 * t_hokbn;
-    const real t_42o7o = wg_2 * t_yk3z4 + q_2 * t_ktpye;
-    const real t_bbhco = cos_theta2 * t_42o7o;
-    const real t_moyc6 = e2 * Bs_2;
-    const real t_n46wu = e2 * t_anfnj;
-    const real t_r6gya = Bs_2 + t_n46wu;
-    const real t_kpd7x = t_ktpye - t_r6gya;
-    const real t_kxs24 = S_sq2 * t_kpd7x;
-    const real t_2zutr = Bc_2 + e2 * t_f2vdr;
-    const real t_msyoe = sin_theta2 * t_2zutr;
-    const real t_5xnip = t_msyoe * t_bpfoo + t_7rnk2_3 * t_anfnj;
-    const real t_odat4 = t_ktpye - t_kxs24 - t_vzlku - (t_rujpm * t_igjjb + t_b3aij * t_5xnip);
-    const real t_x6rr5 = t_odat4 * t_4iujv - t_hfybw * t_56wd7;
-    const real t_w6dhl = SC2 * t_kpd7x;
-    const real t_6nzrt = t_4twqa
-        - t_w6dhl
-        - (K_L52 * t_tqol2 + t_2rbbr * t_x6rr5)
-        - (t_rujpm * t_kytbr + t_zzymx * t_5xnip);
-    const real t_o42pg = t_6nzrt * t_zmh3u - t_qe675 * t_k2fda;
-    const real t_rovf7 = t_vpcgp
-        - t_bbhco
-        + sin_theta2 * t_moyc6
-        + (K_L52 * t_ysiow + t_m67zs * t_x6rr5)
-        - (K_L53 * t_ro67f + t_busu7 * t_o42pg)
-        - (t_rujpm * Bc_2 + t_2m245 * t_5xnip);
-    const real t_m7j6i = t_rovf7 * t_lt2al - t_2e52m * t_5vhkx;
-    const real t_j4zbm = t_p2f6u + e2 * t_ehxvd;
-    const real t_aux6v = b1 * t_5xnip
-        + t_rujpm * t_7smnw
-        - (sin_theta2 * t_j4zbm - t_dlwth + (g_2 * t_uj3u6 + t_oncjt * t_h36cy))
-        - (X_y2 * t_x6rr5 + K_L52 * t_anhhw)
-        - (X_y3 * t_o42pg + K_L53 * t_aa6tz)
-        - (X_y4 * t_m7j6i + K_L54 * t_5lojb);
-    const real t_37ayo = wg_2 * t_h36cy + g_2 * t_ktpye;
-    const real t_vjaf4 = e2 * t_n46wu - K(-2.0) * t_moyc6;
-    const real t_3khok = t_vjaf4 - t_37ayo;
-    const real t_pfkyz = S_sq2 * t_3khok;
-    const real t_j5rpr = t_37ayo
-        + t_vpcgp
-        + t_pfkyz
-        + K(-2.0) * t_bbhco
-        - (K_L52 * t_odat4 + t_xqwvu * t_x6rr5)
-        - (K_L53 * t_6nzrt + t_kjv32 * t_o42pg)
-        - (K_L54 * t_rovf7 + t_qs67n * t_m7j6i)
-        - (t_rujpm * t_msyoe + t_6mmeb * t_5xnip);
-    const real t_awxjj = sin_theta2 * t_42o7o;
-    const real t_sqznz = cos_theta2 * t_2zutr;
-    const real t_jxilg = t_sqznz * t_bpfoo + t_7rnk2_4 * t_anfnj;
-    const real t_pqe72 = t_w6dhl + (t_pgxzp * t_igjjb + t_b3aij * t_jxilg);
-    const real t_sznin = t_pqe72 * t_4iujv - t_2ngl5 * t_56wd7;
-    const real t_2y3xy = t_kxs24
-        + t_r6gya
-        + (t_gz422 * t_tqol2 + t_2rbbr * t_sznin)
-        - (t_pgxzp * t_kytbr + t_zzymx * t_jxilg);
-    const real t_dw7gu = t_2y3xy * t_zmh3u - t_kpf5p * t_k2fda;
-    const real t_5kib4 = t_awxjj
-        + cos_theta2 * t_moyc6
-        - (t_gz422 * t_ysiow + t_m67zs * t_sznin)
-        - (K_L63 * t_ro67f + t_busu7 * t_dw7gu)
-        - (t_pgxzp * Bc_2 + t_2m245 * t_jxilg);
-    const real t_qm5qx = t_5kib4 * t_lt2al - t_wurun * t_5vhkx;
-    const real t_w7kgk = t_awxjj
-        + SC2 * t_3khok
-        + (t_gz422 * t_odat4 + t_xqwvu * t_sznin)
-        - (K_L63 * t_6nzrt + t_kjv32 * t_dw7gu)
-        - (K_L64 * t_rovf7 + t_qs67n * t_qm5qx)
-        - (t_pgxzp * t_msyoe + t_6mmeb * t_jxilg);
-    const real t_cti3e = t_w7kgk * t_ftqxb - t_dzxqu * t_j5rpr;
-    const real t_l3bkt = b1 * t_jxilg
-        + t_pgxzp * t_7smnw
-        - (cos_theta2 * t_j4zbm - (g_2 * t_k5p2h + t_iya7w * t_h36cy))
-        + (X_y2 * t_sznin + t_gz422 * t_anhhw)
-        - (X_y3 * t_dw7gu + K_L63 * t_aa6tz)
-        - (X_y4 * t_qm5qx + K_L64 * t_5lojb)
-        - (X_y5 * t_cti3e + K_L65 * t_aux6v);
-    const real t_rbhbe = t_vjaf4
-        - t_pfkyz
-        - (t_gz422 * t_pqe72 + t_dzmcy * t_sznin)
-        - (K_L63 * t_2y3xy + t_iyghn * t_dw7gu)
-        - (K_L64 * t_5kib4 + t_vuqjn * t_qm5qx)
-        - (K_L65 * t_w7kgk + t_aedxu * t_cti3e)
-        - (t_pgxzp * t_sqznz + t_bl4f2 * t_jxilg);
-    const real t_ggj7d = t_l3bkt * t_nfkwa - t_o4hiw * t_rbhbe;
-    const real t_5rghd = t_aux6v * t_ftqxb - t_eriz2 * t_j5rpr - (X_x6 * t_cti3e + K_L65 * t_ggj7d);
-    const real t_qeczb = t_5lojb * t_lt2al
-        - t_gkoba * t_5vhkx
-        - (X_x5 * t_m7j6i + K_L54 * t_5rghd)
-        - (X_x6 * t_qm5qx + K_L64 * t_ggj7d);
-    const real t_z36hd = t_aa6tz * t_zmh3u
-        - t_insvr * t_k2fda
-        - (X_x4 * t_wish7 + K_L43 * t_qeczb)
-        - (X_x5 * t_o42pg + K_L53 * t_5rghd)
-        - (X_x6 * t_dw7gu + K_L63 * t_ggj7d);
-    const real t_ixgiu = t_anhhw * t_4iujv
-        - t_5am4i * t_56wd7
-        - (X_x3 * t_miecx + K_L32 * t_z36hd)
-        + (X_x4 * t_s7ss2 + t_3jpev * t_qeczb)
-        - (X_x5 * t_x6rr5 + K_L52 * t_5rghd)
-        + (X_x6 * t_sznin + t_gz422 * t_ggj7d);
-    const real t_5ikkw = t_7smnw * t_bpfoo
-        + t_2sw7d * t_anfnj
-        + (X_x2 * t_f4frf + t_w7lcw * t_ixgiu)
-        + (X_x3 * t_zlixu + t_3go2w * t_z36hd)
-        + (X_x4 * t_sasqd + t_xq4wt * t_qeczb)
-        + (X_x5 * t_5xnip + t_rujpm * t_5rghd)
-        + (X_x6 * t_jxilg + t_pgxzp * t_ggj7d);
-    const real t_62dmq = x[wy] * cos_theta2 - x[wz] * sin_theta2;
-    const real t_v3kg2 = cos_phi2 * t_62dmq;
-    const real t_rcia5 = sin_phi2 * t_62dmq;
-    const real t_abii4 = chi2 * t_v3kg2 - t_c6dmt * t_rcia5 - w_x2 * t_62dmq;
-    const real t_3poda = B_2 * t_abii4;
-    const real t_kmx3q = x[wy] * sin_theta2 + x[wz] * cos_theta2;
-    const real t_q63w7 = t_popww * (t_npq2c * t_v3kg2 - t_ozxm2 * t_kmx3q);
-    const real t_hjtld = sin_phi2 * t_3poda - cos_phi2 * t_q63w7;
-    const real t_hr7g5 = t_mejrc * t_bpfoo;
-    const real t_jx7yj = t_nlamb * (p[l2] * t_rcia5) + t_e55su * t_kmx3q - w_x2 * (lc_2 * t_kmx3q);
-    const real t_iwdgv = th_2 * (p[I2] * t_jx7yj);
-    const real t_r45ez = cos_theta2 * t_iwdgv - t_iya7w;
-    const real t_5td2q = sin_phi2 * t_q63w7 + cos_phi2 * t_3poda;
-    const real t_4mjyh = b1 * t_hr7g5 + t_w7lcw * t_hjtld - (t_r45ez + (t_ga7f3 - sin_theta2 * t_5td2q));
-    const real t_vsg3m = (sin_theta2 + sin_theta2) * cos_theta2;
-    const real t_bynkl = tn11_2 * t_vsg3m;
-    const real t_5awlg = t_bynkl - (t_w7lcw * t_mejrc + t_b3aij * t_hr7g5);
-    const real t_vvls5 = cos_theta2 * cos_theta2 - S_sq2;
-    const real t_w7urv = t_em5lf * t_bpfoo;
-    const real t_zzxmw = tn11_2 * t_vvls5 - (t_3go2w * t_mejrc - t_b3aij * t_w7urv);
-    const real t_ctuam = t_zzxmw * t_4iujv - t_6yahm * t_5awlg;
-    const real t_g66ka = sin_theta2 * t_iwdgv + t_oncjt;
-    const real t_urjje = t_3go2w * t_hjtld
-        - b1 * t_w7urv
-        + (t_g66ka + (cos_theta2 * t_5td2q + t_ssvj3))
-        - (X_y2 * t_ctuam + K_L32 * t_4mjyh);
-    const real t_xj6ud = t_3go2w * t_em5lf
-        + t_zzymx * t_w7urv
-        - (t_bynkl + (K_L32 * t_zzxmw + t_2rbbr * t_ctuam));
-    const real t_lq6gj = wq_2 * cos_theta2;
-    const real t_7u5ql = wq_2 * sin_theta2;
-    const real t_ufzx3 = t_2fa7h - t_7u5ql + t_xq4wt * t_mejrc;
-    const real t_mc75e = t_ufzx3 * t_4iujv - t_j4z66 * t_5awlg;
-    const real t_hil2t = t_lq6gj + t_h3qlz + (t_3jpev * t_zzxmw + t_2rbbr * t_mc75e) + t_xq4wt * t_em5lf;
-    const real t_ddhbg = t_hil2t * t_zmh3u - t_ydwjl * t_xj6ud;
-    const real t_ae7pr = p[l2] * t_3poda;
-    const real t_44ssi = q_2 * t_iwdgv;
-    const real t_vfjfb = t_xq4wt * t_hjtld
-        - (t_ae7pr - t_44ssi)
-        + (X_y2 * t_mc75e + t_3jpev * t_4mjyh)
-        - (X_y3 * t_ddhbg + K_L43 * t_urjje);
-    const real t_ipobs = t_3jpev * t_ufzx3 + t_m67zs * t_mc75e + (K_L43 * t_hil2t + t_busu7 * t_ddhbg);
-    const real t_jke4d = wqg_2 * sin_theta2;
-    const real t_duc43 = t_yoiua * t_vsg3m;
-    const real t_tcnjk = t_inhtz * t_bpfoo;
-    const real t_au2wz = t_7u5ql - t_duc43 - (t_rujpm * t_mejrc + t_b3aij * t_tcnjk);
-    const real t_7a3rr = t_au2wz * t_4iujv - t_hfybw * t_5awlg;
-    const real t_h4epw = t_yoiua * t_vvls5;
-    const real t_du6qd = t_lq6gj
-        - t_h4epw
-        - (K_L52 * t_zzxmw + t_2rbbr * t_7a3rr)
-        - (t_zzymx * t_tcnjk - t_rujpm * t_em5lf);
-    const real t_dxe4o = t_du6qd * t_zmh3u - t_qe675 * t_xj6ud;
-    const real t_7armk = t_jke4d
-        + t_4qb3w
-        + (K_L52 * t_ufzx3 + t_m67zs * t_7a3rr)
-        - (K_L53 * t_hil2t + t_busu7 * t_dxe4o)
-        - t_2m245 * t_tcnjk;
-    const real t_6mg7c = t_7armk * t_lt2al + t_2e52m * t_ipobs;
-    const real t_cdcpd = t_ae7pr - e2 * t_5td2q;
-    const real t_l6cjx = b1 * t_tcnjk
-        + t_rujpm * t_hjtld
-        - (sin_theta2 * t_cdcpd + t_wrhtu - t_44ssi + g_2 * t_r45ez)
-        - (X_y2 * t_7a3rr + K_L52 * t_4mjyh)
-        - (X_y3 * t_dxe4o + K_L53 * t_urjje)
-        - (X_y4 * t_6mg7c + K_L54 * t_vfjfb);
-    const real t_mxd3p = tn44_2 * t_vsg3m;
-    const real t_7pgss = t_mxd3p
-        - K(-2.0) * t_jke4d
-        - (K_L52 * t_au2wz + t_xqwvu * t_7a3rr)
-        - (K_L53 * t_du6qd + t_kjv32 * t_dxe4o)
-        - (K_L54 * t_7armk + t_qs67n * t_6mg7c)
-        - (t_rujpm * t_inhtz + t_6mmeb * t_tcnjk);
-    const real t_jcxvb = wqg_2 * cos_theta2;
-    const real t_kpfwr = t_i6twe * t_bpfoo;
-    const real t_mgkky = t_h4epw + (t_pgxzp * t_mejrc - t_b3aij * t_kpfwr);
-    const real t_utidn = t_mgkky * t_4iujv - t_2ngl5 * t_5awlg;
-    const real t_o7ywb = t_duc43
-        + (t_gz422 * t_zzxmw + t_2rbbr * t_utidn)
-        + (t_pgxzp * t_em5lf + t_zzymx * t_kpfwr);
-    const real t_etrao = t_o7ywb * t_zmh3u - t_kpf5p * t_xj6ud;
-    const real t_vssx4 = t_jcxvb
-        - t_6pb2s
-        - (t_gz422 * t_ufzx3 + t_m67zs * t_utidn)
-        - (K_L63 * t_hil2t + t_busu7 * t_etrao)
-        + t_2m245 * t_kpfwr;
-    const real t_6xzlq = t_vssx4 * t_lt2al + t_wurun * t_ipobs;
-    const real t_4qrru = t_jcxvb
-        + tn44_2 * t_vvls5
-        + (t_gz422 * t_au2wz + t_xqwvu * t_utidn)
-        - (K_L63 * t_du6qd + t_kjv32 * t_etrao)
-        - (K_L64 * t_7armk + t_qs67n * t_6xzlq)
-        - (t_pgxzp * t_inhtz - t_6mmeb * t_kpfwr);
-    const real t_6gqpz = t_4qrru * t_ftqxb - t_dzxqu * t_7pgss;
-    const real t_m5mgr = t_pgxzp * t_hjtld
-        - b1 * t_kpfwr
-        - (cos_theta2 * t_cdcpd - t_n4l7v - g_2 * t_g66ka)
-        + (X_y2 * t_utidn + t_gz422 * t_4mjyh)
-        - (X_y3 * t_etrao + K_L63 * t_urjje)
-        - (X_y4 * t_6xzlq + K_L64 * t_vfjfb)
-        - (X_y5 * t_6gqpz + K_L65 * t_l6cjx);
-    const real t_c4cau = t_mxd3p
-        + (t_gz422 * t_mgkky + t_dzmcy * t_utidn)
-        + (K_L63 * t_o7ywb + t_iyghn * t_etrao)
-        + (K_L64 * t_vssx4 + t_vuqjn * t_6xzlq)
-        + (K_L65 * t_4qrru + t_aedxu * t_6gqpz);
-    const real t_7ekei = t_m5mgr * t_nfkwa - t_o4hiw * (t_pgxzp * t_i6twe + t_bl4f2 * t_kpfwr - t_c4cau);
-    const real t_6dg7r = t_l6cjx * t_ftqxb - t_eriz2 * t_7pgss - (X_x6 * t_6gqpz + K_L65 * t_7ekei);
-    const real t_tlzdx = t_vfjfb * t_lt2al
-        + t_gkoba * t_ipobs
-        - (X_x5 * t_6mg7c + K_L54 * t_6dg7r)
-        - (X_x6 * t_6xzlq + K_L64 * t_7ekei);
-    const real t_vpbw5 = t_urjje * t_zmh3u
-        - t_insvr * t_xj6ud
-        - (X_x4 * t_ddhbg + K_L43 * t_tlzdx)
-        - (X_x5 * t_dxe4o + K_L53 * t_6dg7r)
-        - (X_x6 * t_etrao + K_L63 * t_7ekei);
-    const real t_ze77j = t_4mjyh * t_4iujv
-        - t_5am4i * t_5awlg
-        - (X_x3 * t_ctuam + K_L32 * t_vpbw5)
-        + (X_x4 * t_mc75e + t_3jpev * t_tlzdx)
-        - (X_x5 * t_7a3rr + K_L52 * t_6dg7r)
-        + (X_x6 * t_utidn + t_gz422 * t_7ekei);
-    const real t_x2xqm = t_hjtld * t_bpfoo
-        + (X_x2 * t_hr7g5 + t_w7lcw * t_ze77j)
-        + (t_3go2w * t_vpbw5 - X_x3 * t_w7urv)
-        + t_xq4wt * t_tlzdx
-        + (X_x5 * t_tcnjk + t_rujpm * t_6dg7r)
-        + (t_pgxzp * t_7ekei - X_x6 * t_kpfwr);
-    const real t_5skfg = k1 * p[eps1];
-    const real t_2r2yl = t_6nwd2 * t_7uthm;
-    const real t_py77n = sin_phi1 * t_5skfg - cos_phi1 * t_2r2yl;
-    const real t_nxx6u = t_q2k45 + t_q2k45;
-    const real t_qkxuz = th_1 * (p[I1] * t_nxx6u);
-    const real t_sjukx = cos_theta1 * t_qkxuz;
-    const real t_xryeg = sin_phi1 * t_2r2yl + cos_phi1 * t_5skfg;
-    const real t_nask7 = t_sjukx + sin_theta1 * t_xryeg + t_w7lcw * t_py77n;
-    const real t_3j3sr = sin_theta1 * t_qkxuz;
-    const real t_bbeaq = t_3go2w * t_py77n - (t_3j3sr - cos_theta1 * t_xryeg) - K_L32 * t_nask7;
-    const real t_2g7bi = p[l1] * t_5skfg;
-    const real t_t262i = q_1 * t_qkxuz;
-    const real t_a4qku = t_xq4wt * t_py77n
-        - (t_2g7bi + t_t262i - p[eps1])
-        + t_3jpev * t_nask7
-        - K_L43 * t_bbeaq;
-    const real t_jczf2 = t_2g7bi - e1 * t_xryeg;
+        + (t_eoupv * t_xzcqa + t_7exg5 * t_uznhk)
+        - (t_w6lcf * t_qh7lx_2 + t_f2nhc_2 * t_k2jbt);
+    const real t_hffrp = t_taqg4 * t_6dtnj_3 - t_bintu_6 * t_x2cnp;
+    const real t_atr6g = t_3hay7 * Bc_2 + p[l2] * t_utpdc;
+    const real t_ubbzk = q_2 * t_mcl5q + F_n2 * t_uvqau;
+    const real t_atwn3 = b1 * t_k2jbt
+        + t_w6lcf * t_kizhr
+        - (t_atr6g - t_ubbzk)
+        + (X_y2 * t_uznhk + t_eoupv * t_esoht)
+        - (X_y3 * t_hffrp + K_L43 * t_ofoj5);
+    const real t_r343y = wq_2 * t_uvqau + q_2 * t_qzymo;
+    const real t_7g2br = t_r343y
+        - (t_eoupv * t_ryshl + t_ly572 * t_uznhk)
+        - (K_L43 * t_taqg4 + t_e2ygr * t_hffrp)
+        - (t_w6lcf * Bc_2 + t_hig3c_6 * t_k2jbt);
+    const real t_qqpow = wth_2 * t_uvqau_2 - g_2 * t_wxz3r;
+    const real t_cvj6x = wg_2 * t_uvqau + q_2 * t_qqpow;
+    const real t_qmq4b = cos_theta2 * t_cvj6x;
+    const real t_xm3he = e2 * Bs_2;
+    const real t_6zvid = e2 * t_skjof;
+    const real t_cbqyz = Bs_2 + t_6zvid;
+    const real t_2ws67 = t_qqpow - t_cbqyz;
+    const real t_jqvng = S_sq2 * t_2ws67;
+    const real t_ln3qe = Bc_2 + e2 * t_skjof_2;
+    const real t_jiaxv = sin_theta2 * t_ln3qe;
+    const real t_ccnzx = t_jiaxv * t_6dtnj + t_jza4m_3 * t_skjof;
+    const real t_kc3v7 = t_qqpow - t_jqvng - t_764jb_2 - (t_thnvm * t_qh7lx + t_f2nhc * t_ccnzx);
+    const real t_llvll = t_kc3v7 * t_6dtnj_2 - t_bintu_7 * t_6soyk;
+    const real t_jqvng_2 = SC2 * t_2ws67;
+    const real t_sj2hx = t_764jb
+        - t_jqvng_2
+        - (K_L52 * t_xzcqa + t_7exg5 * t_llvll)
+        - (t_thnvm * t_qh7lx_2 + t_f2nhc_2 * t_ccnzx);
+    const real t_fa2f5 = t_sj2hx * t_6dtnj_3 - t_bintu_8 * t_x2cnp;
+    const real t_qsge7 = t_r343y
+        - t_qmq4b
+        + sin_theta2 * t_xm3he
+        + (K_L52 * t_ryshl + t_ly572 * t_llvll)
+        - (K_L53 * t_taqg4 + t_e2ygr * t_fa2f5)
+        - (t_thnvm * Bc_2 + t_hig3c_6 * t_ccnzx);
+    const real t_zubvz = t_qsge7 * t_6dtnj_4 - t_bintu_9 * t_7g2br;
+    const real t_risdx = t_atr6g + e2 * t_kizhr_2;
+    const real t_52tmk = b1 * t_ccnzx
+        + t_thnvm * t_kizhr
+        - (sin_theta2 * t_risdx - t_ubbzk + (g_2 * t_c7w7r + t_lbh6o * t_uvqau_2))
+        - (X_y2 * t_llvll + K_L52 * t_esoht)
+        - (X_y3 * t_fa2f5 + K_L53 * t_ofoj5)
+        - (X_y4 * t_zubvz + K_L54 * t_atwn3);
+    const real t_v6ktv = wg_2 * t_uvqau_2 + g_2 * t_qqpow;
+    const real t_cc4zp = e2 * t_6zvid - K(-2.0) * t_xm3he;
+    const real t_ku6ce = t_cc4zp - t_v6ktv;
+    const real t_4jhiy = S_sq2 * t_ku6ce;
+    const real t_rpc4g = t_v6ktv
+        + t_r343y
+        + t_4jhiy
+        + K(-2.0) * t_qmq4b
+        - (K_L52 * t_kc3v7 + t_7exg5_2 * t_llvll)
+        - (K_L53 * t_sj2hx + t_g6lxe * t_fa2f5)
+        - (K_L54 * t_qsge7 + t_wi63m * t_zubvz)
+        - (t_thnvm * t_jiaxv + t_6iku5 * t_ccnzx);
+    const real t_qmq4b_2 = sin_theta2 * t_cvj6x;
+    const real t_jiaxv_2 = cos_theta2 * t_ln3qe;
+    const real t_ccnzx_2 = t_jiaxv_2 * t_6dtnj + t_jza4m_4 * t_skjof;
+    const real t_vvhbc = t_jqvng_2 + (t_thnvm_2 * t_qh7lx + t_f2nhc * t_ccnzx_2);
+    const real t_woi5m = t_vvhbc * t_6dtnj_2 - t_l3pbw * t_6soyk;
+    const real t_nh3eu = t_jqvng
+        + t_cbqyz
+        + (t_o5wmi * t_xzcqa + t_7exg5 * t_woi5m)
+        - (t_thnvm_2 * t_qh7lx_2 + t_f2nhc_2 * t_ccnzx_2);
+    const real t_rg6fi = t_nh3eu * t_6dtnj_3 - t_bintu_10 * t_x2cnp;
+    const real t_lpsyz = t_qmq4b_2
+        + cos_theta2 * t_xm3he
+        - (t_o5wmi * t_ryshl + t_ly572 * t_woi5m)
+        - (K_L63 * t_taqg4 + t_e2ygr * t_rg6fi)
+        - (t_thnvm_2 * Bc_2 + t_hig3c_6 * t_ccnzx_2);
+    const real t_6uzyz = t_lpsyz * t_6dtnj_4 - t_bintu_11 * t_7g2br;
+    const real t_fbgfe = t_qmq4b_2
+        + SC2 * t_ku6ce
+        + (t_o5wmi * t_kc3v7 + t_7exg5_2 * t_woi5m)
+        - (K_L63 * t_sj2hx + t_g6lxe * t_rg6fi)
+        - (K_L64 * t_qsge7 + t_wi63m * t_6uzyz)
+        - (t_thnvm_2 * t_jiaxv + t_6iku5 * t_ccnzx_2);
+    const real t_7u26n = t_fbgfe * t_6dtnj_5 - t_bintu_12 * t_rpc4g;
+    const real t_ls4nx = b1 * t_ccnzx_2
+        + t_thnvm_2 * t_kizhr
+        - (cos_theta2 * t_risdx - (g_2 * t_c7w7r_2 + t_lbh6o_2 * t_uvqau_2))
+        + (X_y2 * t_woi5m + t_o5wmi * t_esoht)
+        - (X_y3 * t_rg6fi + K_L63 * t_ofoj5)
+        - (X_y4 * t_6uzyz + K_L64 * t_atwn3)
+        - (X_y5 * t_7u26n + K_L65 * t_52tmk);
+    const real t_komcn = t_cc4zp
+        - t_4jhiy
+        - (t_o5wmi * t_vvhbc + t_du5u3 * t_woi5m)
+        - (K_L63 * t_nh3eu + t_hbw2v * t_rg6fi)
+        - (K_L64 * t_lpsyz + t_7ergp * t_6uzyz)
+        - (K_L65 * t_fbgfe + t_n4u4m * t_7u26n)
+        - (t_thnvm_2 * t_jiaxv_2 + t_6iku5_2 * t_ccnzx_2);
+    const real t_vwmuz = t_ls4nx * t_6dtnj_6 - t_bintu_13 * t_komcn;
+    const real t_qglxt = t_52tmk * t_6dtnj_5 - t_temm3_4 * t_rpc4g - (X_x6 * t_7u26n + K_L65 * t_vwmuz);
+    const real t_432ch = t_atwn3 * t_6dtnj_4
+        - t_temm3_3 * t_7g2br
+        - (X_x5 * t_zubvz + K_L54 * t_qglxt)
+        - (X_x6 * t_6uzyz + K_L64 * t_vwmuz);
+    const real t_cqi2s = t_ofoj5 * t_6dtnj_3
+        - t_qkxsr * t_x2cnp
+        - (X_x4 * t_hffrp + K_L43 * t_432ch)
+        - (X_x5 * t_fa2f5 + K_L53 * t_qglxt)
+        - (X_x6 * t_rg6fi + K_L63 * t_vwmuz);
+    const real t_q3jvz = t_esoht * t_6dtnj_2
+        - t_temm3_2 * t_6soyk
+        - (X_x3 * t_f7u6l + K_L32 * t_cqi2s)
+        + (X_x4 * t_uznhk + t_eoupv * t_432ch)
+        - (X_x5 * t_llvll + K_L52 * t_qglxt)
+        + (X_x6 * t_woi5m + t_o5wmi * t_vwmuz);
+    const real t_n52hv = t_kizhr * t_6dtnj
+        + t_temm3 * t_skjof
+        + (X_x2 * t_5vgja + t_gousg * t_q3jvz)
+        + (X_x3 * t_5vgja_2 + t_gousg_2 * t_cqi2s)
+        + (X_x4 * t_k2jbt + t_w6lcf * t_432ch)
+        + (X_x5 * t_ccnzx + t_thnvm * t_qglxt)
+        + (X_x6 * t_ccnzx_2 + t_thnvm_2 * t_vwmuz);
+    const real t_doiln = x[wy] * cos_theta2 - x[wz] * sin_theta2;
+    const real t_b6zig = cos_phi2 * t_doiln;
+    const real t_b6zig_2 = sin_phi2 * t_doiln;
+    const real t_b76zd = chi2 * t_b6zig - t_2t7vh * t_b6zig_2 - w_x2 * t_doiln;
+    const real t_tewqk = B_2 * t_b76zd;
+    const real t_doiln_2 = x[wy] * sin_theta2 + x[wz] * cos_theta2;
+    const real t_fp5th = t_popww * (t_2t7vh_2 * t_b6zig - t_jsckv * t_doiln_2);
+    const real t_iwtfp = sin_phi2 * t_tewqk - cos_phi2 * t_fp5th;
+    const real t_yrmpr = t_u5rk4_5 * t_6dtnj;
+    const real t_jrazf = t_dkl52 * (p[l2] * t_b6zig_2) + t_a3tjf * t_doiln_2 - w_x2 * (lc_2 * t_doiln_2);
+    const real t_tdjwy = th_2 * (p[I2] * t_jrazf);
+    const real t_o4t3p = cos_theta2 * t_tdjwy - t_lbh6o_2;
+    const real t_iwtfp_2 = sin_phi2 * t_fp5th + cos_phi2 * t_tewqk;
+    const real t_4xwc6 = b1 * t_yrmpr + t_gousg * t_iwtfp - (t_o4t3p + (t_u5rk4_3 - sin_theta2 * t_iwtfp_2));
+    const real t_so6aj = (sin_theta2 + sin_theta2) * cos_theta2;
+    const real t_bu6uv = tn11_2 * t_so6aj;
+    const real t_k4opm = t_bu6uv - (t_gousg * t_u5rk4_5 + t_f2nhc * t_yrmpr);
+    const real t_le4xr = cos_theta2 * cos_theta2 - S_sq2;
+    const real t_yrmpr_2 = t_u5rk4_4 * t_6dtnj;
+    const real t_xocma = tn11_2 * t_le4xr - (t_gousg_2 * t_u5rk4_5 - t_f2nhc * t_yrmpr_2);
+    const real t_3zwx6 = t_xocma * t_6dtnj_2 - t_bintu_5 * t_k4opm;
+    const real t_o4t3p_2 = sin_theta2 * t_tdjwy + t_lbh6o;
+    const real t_zvpkg = t_gousg_2 * t_iwtfp
+        - b1 * t_yrmpr_2
+        + (t_o4t3p_2 + (cos_theta2 * t_iwtfp_2 + t_u5rk4_2))
+        - (X_y2 * t_3zwx6 + K_L32 * t_4xwc6);
+    const real t_657e2 = t_gousg_2 * t_u5rk4_4
+        + t_f2nhc_2 * t_yrmpr_2
+        - (t_bu6uv + (K_L32 * t_xocma + t_7exg5 * t_3zwx6));
+    const real t_u5rk4_9 = wq_2 * cos_theta2;
+    const real t_u5rk4_10 = wq_2 * sin_theta2;
+    const real t_od34j = t_u5rk4 - t_u5rk4_10 + t_w6lcf * t_u5rk4_5;
+    const real t_liyj7 = t_od34j * t_6dtnj_2 - t_bo5xl * t_k4opm;
+    const real t_6l7ig = t_u5rk4_9 + t_u5rk4_6 + (t_eoupv * t_xocma + t_7exg5 * t_liyj7) + t_w6lcf * t_u5rk4_4;
+    const real t_qa7bm = t_6l7ig * t_6dtnj_3 - t_bintu_6 * t_657e2;
+    const real t_e3pd3 = p[l2] * t_tewqk;
+    const real t_pxzgl = q_2 * t_tdjwy;
+    const real t_sjf53 = t_w6lcf * t_iwtfp
+        - (t_e3pd3 - t_pxzgl)
+        + (X_y2 * t_liyj7 + t_eoupv * t_4xwc6)
+        - (X_y3 * t_qa7bm + K_L43 * t_zvpkg);
+    const real t_uu7ed = t_eoupv * t_od34j + t_ly572 * t_liyj7 + (K_L43 * t_6l7ig + t_e2ygr * t_qa7bm);
+    const real t_u5rk4_11 = wqg_2 * sin_theta2;
+    const real t_yjwot = t_vsqil * t_so6aj;
+    const real t_gsxk4 = t_oja3l_2 * t_6dtnj;
+    const real t_b5kk7 = t_u5rk4_10 - t_yjwot - (t_thnvm * t_u5rk4_5 + t_f2nhc * t_gsxk4);
+    const real t_h5jmh = t_b5kk7 * t_6dtnj_2 - t_bintu_7 * t_k4opm;
+    const real t_pwjew = t_vsqil * t_le4xr;
+    const real t_pumzh = t_u5rk4_9
+        - t_pwjew
+        - (K_L52 * t_xocma + t_7exg5 * t_h5jmh)
+        - (t_f2nhc_2 * t_gsxk4 - t_thnvm * t_u5rk4_4);
+    const real t_dnes5 = t_pumzh * t_6dtnj_3 - t_bintu_8 * t_657e2;
+    const real t_4xquj = t_u5rk4_11
+        + t_zkamf_2
+        + (K_L52 * t_od34j + t_ly572 * t_h5jmh)
+        - (K_L53 * t_6l7ig + t_e2ygr * t_dnes5)
+        - t_hig3c_6 * t_gsxk4;
+    const real t_playo = t_4xquj * t_6dtnj_4 + t_bintu_9 * t_uu7ed;
+    const real t_juk4v = t_e3pd3 - e2 * t_iwtfp_2;
+    const real t_4kqou = b1 * t_gsxk4
+        + t_thnvm * t_iwtfp
+        - (sin_theta2 * t_juk4v + t_4d6tt_2 - t_pxzgl + g_2 * t_o4t3p)
+        - (X_y2 * t_h5jmh + K_L52 * t_4xwc6)
+        - (X_y3 * t_dnes5 + K_L53 * t_zvpkg)
+        - (X_y4 * t_playo + K_L54 * t_sjf53);
+    const real t_bu6uv_2 = tn44_2 * t_so6aj;
+    const real t_k4ci6 = t_bu6uv_2
+        - K(-2.0) * t_u5rk4_11
+        - (K_L52 * t_b5kk7 + t_7exg5_2 * t_h5jmh)
+        - (K_L53 * t_pumzh + t_g6lxe * t_dnes5)
+        - (K_L54 * t_4xquj + t_wi63m * t_playo)
+        - (t_thnvm * t_oja3l_2 + t_6iku5 * t_gsxk4);
+    const real t_u5rk4_12 = wqg_2 * cos_theta2;
+    const real t_gsxk4_2 = t_oja3l * t_6dtnj;
+    const real t_dshy3 = t_pwjew + (t_thnvm_2 * t_u5rk4_5 - t_f2nhc * t_gsxk4_2);
+    const real t_qcwbd = t_dshy3 * t_6dtnj_2 - t_l3pbw * t_k4opm;
+    const real t_37hcc = t_yjwot
+        + (t_o5wmi * t_xocma + t_7exg5 * t_qcwbd)
+        + (t_thnvm_2 * t_u5rk4_4 + t_f2nhc_2 * t_gsxk4_2);
+    const real t_y46k5 = t_37hcc * t_6dtnj_3 - t_bintu_10 * t_657e2;
+    const real t_taaop = t_u5rk4_12
+        - t_zkamf
+        - (t_o5wmi * t_od34j + t_ly572 * t_qcwbd)
+        - (K_L63 * t_6l7ig + t_e2ygr * t_y46k5)
+        + t_hig3c_6 * t_gsxk4_2;
+    const real t_b7miw = t_taaop * t_6dtnj_4 + t_bintu_11 * t_uu7ed;
+    const real t_22mqs = t_u5rk4_12
+        + tn44_2 * t_le4xr
+        + (t_o5wmi * t_b5kk7 + t_7exg5_2 * t_qcwbd)
+        - (K_L63 * t_pumzh + t_g6lxe * t_y46k5)
+        - (K_L64 * t_4xquj + t_wi63m * t_b7miw)
+        - (t_thnvm_2 * t_oja3l_2 - t_6iku5 * t_gsxk4_2);
+    const real t_btqak = t_22mqs * t_6dtnj_5 - t_bintu_12 * t_k4ci6;
+    const real t_hmrov = t_thnvm_2 * t_iwtfp
+        - b1 * t_gsxk4_2
+        - (cos_theta2 * t_juk4v - t_4d6tt - g_2 * t_o4t3p_2)
+        + (X_y2 * t_qcwbd + t_o5wmi * t_4xwc6)
+        - (X_y3 * t_y46k5 + K_L63 * t_zvpkg)
+        - (X_y4 * t_b7miw + K_L64 * t_sjf53)
+        - (X_y5 * t_btqak + K_L65 * t_4kqou);
+    const real t_n7gya = t_bu6uv_2
+        + (t_o5wmi * t_dshy3 + t_du5u3 * t_qcwbd)
+        + (K_L63 * t_37hcc + t_hbw2v * t_y46k5)
+        + (K_L64 * t_taaop + t_7ergp * t_b7miw)
+        + (K_L65 * t_22mqs + t_n4u4m * t_btqak);
+    const real t_dcvgt = t_hmrov * t_6dtnj_6 - t_bintu_13 * (t_thnvm_2 * t_oja3l + t_6iku5_2 * t_gsxk4_2 - t_n7gya);
+    const real t_ab6m2 = t_4kqou * t_6dtnj_5 - t_temm3_4 * t_k4ci6 - (X_x6 * t_btqak + K_L65 * t_dcvgt);
+    const real t_ly3kq = t_sjf53 * t_6dtnj_4
+        + t_temm3_3 * t_uu7ed
+        - (X_x5 * t_playo + K_L54 * t_ab6m2)
+        - (X_x6 * t_b7miw + K_L64 * t_dcvgt);
+    const real t_b3jpw = t_zvpkg * t_6dtnj_3
+        - t_qkxsr * t_657e2
+        - (X_x4 * t_qa7bm + K_L43 * t_ly3kq)
+        - (X_x5 * t_dnes5 + K_L53 * t_ab6m2)
+        - (X_x6 * t_y46k5 + K_L63 * t_dcvgt);
+    const real t_aixc2 = t_4xwc6 * t_6dtnj_2
+        - t_temm3_2 * t_k4opm
+        - (X_x3 * t_3zwx6 + K_L32 * t_b3jpw)
+        + (X_x4 * t_liyj7 + t_eoupv * t_ly3kq)
+        - (X_x5 * t_h5jmh + K_L52 * t_ab6m2)
+        + (X_x6 * t_qcwbd + t_o5wmi * t_dcvgt);
+    const real t_qxt7o = t_iwtfp * t_6dtnj
+        + (X_x2 * t_yrmpr + t_gousg * t_aixc2)
+        + (t_gousg_2 * t_b3jpw - X_x3 * t_yrmpr_2)
+        + t_w6lcf * t_ly3kq
+        + (X_x5 * t_gsxk4 + t_thnvm * t_ab6m2)
+        + (t_thnvm_2 * t_dcvgt - X_x6 * t_gsxk4_2);
+    const real t_333yc = k1 * p[eps1];
+    const real t_77voe = t_6nwd2 * t_lcyz4;
+    const real t_rkxcf = sin_phi1 * t_333yc - cos_phi1 * t_77voe;
+    const real t_plqy5_2 = t_plqy5 + t_plqy5;
+    const real t_chz6j = th_1 * (p[I1] * t_plqy5_2);
+    const real t_5y6gd = cos_theta1 * t_chz6j;
+    const real t_rkxcf_2 = sin_phi1 * t_77voe + cos_phi1 * t_333yc;
+    const real t_skreg = t_5y6gd + sin_theta1 * t_rkxcf_2 + t_gousg * t_rkxcf;
+    const real t_5y6gd_2 = sin_theta1 * t_chz6j;
+    const real t_zwvdp = t_gousg_2 * t_rkxcf - (t_5y6gd_2 - cos_theta1 * t_rkxcf_2) - K_L32 * t_skreg;
+    const real t_wjlbq = p[l1] * t_333yc;
+    const real t_csjtr = q_1 * t_chz6j;
+    const real t_vxmji = t_w6lcf * t_rkxcf
+        - (t_wjlbq + t_csjtr - p[eps1])
+        + t_eoupv * t_skreg
+        - K_L43 * t_zwvdp;
+    const real t_2owbo = t_wjlbq - e1 * t_rkxcf_2;
     const real t_cs5mc = x[wy] * p[I1];
-    const real t_4njta = t_rujpm * t_py77n
-        - (sin_theta1 * t_jczf2 + t_t262i - t_cs5mc - g_1 * t_sjukx)
-        - K_L52 * t_nask7
-        - K_L53 * t_bbeaq
-        - K_L54 * t_a4qku;
-    const real t_io3oh = t_pgxzp * t_py77n
-        - (cos_theta1 * t_jczf2 + g_1 * t_3j3sr - x[wz] * p[I1])
-        + t_gz422 * t_nask7
-        - K_L63 * t_bbeaq
-        - K_L64 * t_a4qku
-        - K_L65 * t_4njta;
-    const real t_zzwnh = t_io3oh * t_nfkwa;
-    const real t_zgzfd = t_4njta * t_ftqxb - K_L65 * t_zzwnh;
-    const real t_lg6ux = t_a4qku * t_lt2al - K_L54 * t_zgzfd - K_L64 * t_zzwnh;
-    const real t_jxtto = t_bbeaq * t_zmh3u - K_L43 * t_lg6ux - K_L53 * t_zgzfd - K_L63 * t_zzwnh;
-    const real t_ky43l = t_nask7 * t_4iujv
-        - K_L32 * t_jxtto
-        + t_3jpev * t_lg6ux
-        - K_L52 * t_zgzfd
-        + t_gz422 * t_zzwnh;
-    const real t_osway = t_py77n * t_bpfoo
-        + t_w7lcw * t_ky43l
-        + t_3go2w * t_jxtto
-        + t_xq4wt * t_lg6ux
-        + t_rujpm * t_zgzfd
-        + t_pgxzp * t_zzwnh;
-    const real t_bawzi_2 = Wt1 - t_2idpk;
-    const real t_h7dxi_2 = B_1 * t_bawzi_2;
-    const real t_j4nxv = sin_phi1 * t_h7dxi_2 + t_ghnnr;
-    const real t_ol4jq = t_ceplo - t_smkh7;
-    const real t_5znvx = th_1 * (p[I1] * t_ol4jq - q_1 * p[eps1]);
-    const real t_lv5jl = cos_theta1 * t_5znvx;
-    const real t_hqad4_2 = t_qbft3 - cos_phi1 * t_h7dxi_2;
-    const real t_66ljm = t_w7lcw * t_j4nxv - (t_lv5jl + sin_theta1 * t_hqad4_2);
-    const real t_swgbm = sin_theta1 * t_5znvx;
-    const real t_y4kk5 = t_3go2w * t_j4nxv - (cos_theta1 * t_hqad4_2 - t_swgbm) - K_L32 * t_66ljm;
-    const real t_zfk4z_2 = p[l1] * t_h7dxi_2;
-    const real t_kukcp = q_1 * t_5znvx;
-    const real t_kkmhd = t_xq4wt * t_j4nxv
-        - (t_zfk4z_2 - t_kukcp + t_cs5mc)
-        + t_3jpev * t_66ljm
-        - K_L43 * t_y4kk5;
-    const real t_oeo2d_2 = t_zfk4z_2 + e1 * t_hqad4_2;
-    const real t_sduz2 = t_rujpm * t_j4nxv
-        - (sin_theta1 * t_oeo2d_2 - (t_kukcp + p[eps1]) + g_1 * t_lv5jl)
-        - K_L52 * t_66ljm
-        - K_L53 * t_y4kk5
-        - K_L54 * t_kkmhd;
-    const real t_us5yq = t_pgxzp * t_j4nxv
-        - (cos_theta1 * t_oeo2d_2 + x[wx] * p[I1] - g_1 * t_swgbm)
-        + t_gz422 * t_66ljm
-        - K_L63 * t_y4kk5
-        - K_L64 * t_kkmhd
-        - K_L65 * t_sduz2;
-    const real t_w4yjg = t_us5yq * t_nfkwa;
-    const real t_o2b4u = t_sduz2 * t_ftqxb - K_L65 * t_w4yjg;
-    const real t_c4scz = t_kkmhd * t_lt2al - K_L54 * t_o2b4u - K_L64 * t_w4yjg;
-    const real t_yvcd5 = t_y4kk5 * t_zmh3u - K_L43 * t_c4scz - K_L53 * t_o2b4u - K_L63 * t_w4yjg;
-    const real t_5ewla = t_66ljm * t_4iujv
-        - K_L32 * t_yvcd5
-        + t_3jpev * t_c4scz
-        - K_L52 * t_o2b4u
-        + t_gz422 * t_w4yjg;
-    const real t_xpg2b = t_j4nxv * t_bpfoo
-        + t_w7lcw * t_5ewla
-        + t_3go2w * t_yvcd5
-        + t_xq4wt * t_c4scz
-        + t_rujpm * t_o2b4u
-        + t_pgxzp * t_w4yjg;
-    const real t_o7zln = k2 * p[eps2];
-    const real t_kkthf = t_popww * t_ozxm2;
-    const real t_h6rho = sin_phi2 * t_o7zln - cos_phi2 * t_kkthf;
-    const real t_pv35x = t_e55su + t_e55su;
-    const real t_lmpa4 = th_2 * (p[I2] * t_pv35x);
-    const real t_556h3 = cos_theta2 * t_lmpa4;
-    const real t_7cclx = sin_phi2 * t_kkthf + cos_phi2 * t_o7zln;
-    const real t_hk5jy = t_556h3 + sin_theta2 * t_7cclx + t_w7lcw * t_h6rho;
-    const real t_qj4qw = sin_theta2 * t_lmpa4;
-    const real t_houes = t_3go2w * t_h6rho - (t_qj4qw - cos_theta2 * t_7cclx) - K_L32 * t_hk5jy;
-    const real t_xeswd = q_2 * t_lmpa4;
-    const real t_ldmue = p[l2] * t_o7zln;
-    const real t_orfk7 = t_xq4wt * t_h6rho
-        - (t_xeswd + t_ldmue - p[eps2])
-        + t_3jpev * t_hk5jy
-        - K_L43 * t_houes;
-    const real t_dvr7i = t_ldmue - e2 * t_7cclx;
+    const real t_sar7t = t_thnvm * t_rkxcf
+        - (sin_theta1 * t_2owbo + t_csjtr - t_cs5mc - g_1 * t_5y6gd)
+        - K_L52 * t_skreg
+        - K_L53 * t_zwvdp
+        - K_L54 * t_vxmji;
+    const real t_mv3gs = t_thnvm_2 * t_rkxcf
+        - (cos_theta1 * t_2owbo + g_1 * t_5y6gd_2 - x[wz] * p[I1])
+        + t_o5wmi * t_skreg
+        - K_L63 * t_zwvdp
+        - K_L64 * t_vxmji
+        - K_L65 * t_sar7t;
+    const real t_ay7fc = t_mv3gs * t_6dtnj_6;
+    const real t_4kdmy = t_sar7t * t_6dtnj_5 - K_L65 * t_ay7fc;
+    const real t_awufa = t_vxmji * t_6dtnj_4 - K_L54 * t_4kdmy - K_L64 * t_ay7fc;
+    const real t_endag = t_zwvdp * t_6dtnj_3 - K_L43 * t_awufa - K_L53 * t_4kdmy - K_L63 * t_ay7fc;
+    const real t_vo72x = t_skreg * t_6dtnj_2
+        - K_L32 * t_endag
+        + t_eoupv * t_awufa
+        - K_L52 * t_4kdmy
+        + t_o5wmi * t_ay7fc;
+    const real t_c2ujo = t_rkxcf * t_6dtnj
+        + t_gousg * t_vo72x
+        + t_gousg_2 * t_endag
+        + t_w6lcf * t_awufa
+        + t_thnvm * t_4kdmy
+        + t_thnvm_2 * t_ay7fc;
+    const real t_7l5ed_2 = Wt1 - t_m6nad;
+    const real t_g4lmd_2 = B_1 * t_7l5ed_2;
+    const real t_lmque_2 = sin_phi1 * t_g4lmd_2 + t_7ucg7;
+    const real t_f4fy3 = t_ux5vm - t_ownis;
+    const real t_eaygj = th_1 * (p[I1] * t_f4fy3 - q_1 * p[eps1]);
+    const real t_mqkrp = cos_theta1 * t_eaygj;
+    const real t_lmque_3 = t_7ucg7_2 - cos_phi1 * t_g4lmd_2;
+    const real t_3pfrh = t_gousg * t_lmque_2 - (t_mqkrp + sin_theta1 * t_lmque_3);
+    const real t_mqkrp_2 = sin_theta1 * t_eaygj;
+    const real t_xw6lt = t_gousg_2 * t_lmque_2 - (cos_theta1 * t_lmque_3 - t_mqkrp_2) - K_L32 * t_3pfrh;
+    const real t_ozehl_2 = p[l1] * t_g4lmd_2;
+    const real t_x6koo = q_1 * t_eaygj;
+    const real t_z2g6w = t_w6lcf * t_lmque_2
+        - (t_ozehl_2 - t_x6koo + t_cs5mc)
+        + t_eoupv * t_3pfrh
+        - K_L43 * t_xw6lt;
+    const real t_rtcuq_2 = t_ozehl_2 + e1 * t_lmque_3;
+    const real t_djkdn = t_thnvm * t_lmque_2
+        - (sin_theta1 * t_rtcuq_2 - (t_x6koo + p[eps1]) + g_1 * t_mqkrp)
+        - K_L52 * t_3pfrh
+        - K_L53 * t_xw6lt
+        - K_L54 * t_z2g6w;
+    const real t_ci5xs = t_thnvm_2 * t_lmque_2
+        - (cos_theta1 * t_rtcuq_2 + x[wx] * p[I1] - g_1 * t_mqkrp_2)
+        + t_o5wmi * t_3pfrh
+        - K_L63 * t_xw6lt
+        - K_L64 * t_z2g6w
+        - K_L65 * t_djkdn;
+    const real t_iwjj7 = t_ci5xs * t_6dtnj_6;
+    const real t_yjwrt = t_djkdn * t_6dtnj_5 - K_L65 * t_iwjj7;
+    const real t_5offm = t_z2g6w * t_6dtnj_4 - K_L54 * t_yjwrt - K_L64 * t_iwjj7;
+    const real t_izzse = t_xw6lt * t_6dtnj_3 - K_L43 * t_5offm - K_L53 * t_yjwrt - K_L63 * t_iwjj7;
+    const real t_xrrik = t_3pfrh * t_6dtnj_2
+        - K_L32 * t_izzse
+        + t_eoupv * t_5offm
+        - K_L52 * t_yjwrt
+        + t_o5wmi * t_iwjj7;
+    const real t_4yntu = t_lmque_2 * t_6dtnj
+        + t_gousg * t_xrrik
+        + t_gousg_2 * t_izzse
+        + t_w6lcf * t_5offm
+        + t_thnvm * t_yjwrt
+        + t_thnvm_2 * t_iwjj7;
+    const real t_wktgs = k2 * p[eps2];
+    const real t_cy757 = t_popww * t_jsckv;
+    const real t_lejiq = sin_phi2 * t_wktgs - cos_phi2 * t_cy757;
+    const real t_a3tjf_2 = t_a3tjf + t_a3tjf;
+    const real t_scpzb = th_2 * (p[I2] * t_a3tjf_2);
+    const real t_ffhve = cos_theta2 * t_scpzb;
+    const real t_lejiq_2 = sin_phi2 * t_cy757 + cos_phi2 * t_wktgs;
+    const real t_6n55s = t_ffhve + sin_theta2 * t_lejiq_2 + t_gousg * t_lejiq;
+    const real t_ffhve_2 = sin_theta2 * t_scpzb;
+    const real t_clpgo = t_gousg_2 * t_lejiq - (t_ffhve_2 - cos_theta2 * t_lejiq_2) - K_L32 * t_6n55s;
+    const real t_4vejj = q_2 * t_scpzb;
+    const real t_q5tus = p[l2] * t_wktgs;
+    const real t_wrrkw = t_w6lcf * t_lejiq
+        - (t_4vejj + t_q5tus - p[eps2])
+        + t_eoupv * t_6n55s
+        - K_L43 * t_clpgo;
+    const real t_fe4gz = t_q5tus - e2 * t_lejiq_2;
     const real t_ak22y = x[wy] * p[I2];
-    const real t_gha7f = t_rujpm * t_h6rho
-        - (t_xeswd + sin_theta2 * t_dvr7i - t_ak22y - g_2 * t_556h3)
-        - K_L52 * t_hk5jy
-        - K_L53 * t_houes
-        - K_L54 * t_orfk7;
-    const real t_y4p7x = t_pgxzp * t_h6rho
-        - (cos_theta2 * t_dvr7i + g_2 * t_qj4qw - x[wz] * p[I2])
-        + t_gz422 * t_hk5jy
-        - K_L63 * t_houes
-        - K_L64 * t_orfk7
-        - K_L65 * t_gha7f;
-    const real t_wa6kp = t_y4p7x * t_nfkwa;
-    const real t_dytux = t_gha7f * t_ftqxb - K_L65 * t_wa6kp;
-    const real t_ucko3 = t_orfk7 * t_lt2al - K_L54 * t_dytux - K_L64 * t_wa6kp;
-    const real t_nvzz5 = t_houes * t_zmh3u - K_L43 * t_ucko3 - K_L53 * t_dytux - K_L63 * t_wa6kp;
-    const real t_neuvj = t_hk5jy * t_4iujv
-        - K_L32 * t_nvzz5
-        + t_3jpev * t_ucko3
-        - K_L52 * t_dytux
-        + t_gz422 * t_wa6kp;
-    const real t_qcn7c = t_h6rho * t_bpfoo
-        + t_w7lcw * t_neuvj
-        + t_3go2w * t_nvzz5
-        + t_xq4wt * t_ucko3
-        + t_rujpm * t_dytux
-        + t_pgxzp * t_wa6kp;
-    const real t_ly4o3_2 = Wt2 - t_6tvwe;
-    const real t_skszy_2 = B_2 * t_ly4o3_2;
-    const real t_lxf65 = sin_phi2 * t_skszy_2 + t_7e3oz;
-    const real t_noiav = t_udto6 - t_2nvx4;
-    const real t_jmlk4 = th_2 * (p[I2] * t_noiav - q_2 * p[eps2]);
-    const real t_kaole = cos_theta2 * t_jmlk4;
-    const real t_3iwx3_2 = t_bpppy - cos_phi2 * t_skszy_2;
-    const real t_py4gp = t_w7lcw * t_lxf65 - (t_kaole + sin_theta2 * t_3iwx3_2);
-    const real t_wmtg5 = sin_theta2 * t_jmlk4;
-    const real t_c2tmt = t_3go2w * t_lxf65 - (cos_theta2 * t_3iwx3_2 - t_wmtg5) - K_L32 * t_py4gp;
-    const real t_6tlin_2 = p[l2] * t_skszy_2;
-    const real t_toplq = q_2 * t_jmlk4;
-    const real t_p4uwd = t_xq4wt * t_lxf65
-        - (t_6tlin_2 - t_toplq + t_ak22y)
-        + t_3jpev * t_py4gp
-        - K_L43 * t_c2tmt;
-    const real t_6g4dk_2 = t_6tlin_2 + e2 * t_3iwx3_2;
-    const real t_36elt = t_rujpm * t_lxf65
-        - (sin_theta2 * t_6g4dk_2 - (t_toplq + p[eps2]) + g_2 * t_kaole)
-        - K_L52 * t_py4gp
-        - K_L53 * t_c2tmt
-        - K_L54 * t_p4uwd;
-    const real t_tdom5 = t_pgxzp * t_lxf65
-        - (cos_theta2 * t_6g4dk_2 + x[wx] * p[I2] - g_2 * t_wmtg5)
-        + t_gz422 * t_py4gp
-        - K_L63 * t_c2tmt
-        - K_L64 * t_p4uwd
-        - K_L65 * t_36elt;
-    const real t_qyrcg = t_tdom5 * t_nfkwa;
-    const real t_mm5vw = t_36elt * t_ftqxb - K_L65 * t_qyrcg;
-    const real t_vu6ur = t_p4uwd * t_lt2al - K_L54 * t_mm5vw - K_L64 * t_qyrcg;
-    const real t_ibmfi = t_c2tmt * t_zmh3u - K_L43 * t_vu6ur - K_L53 * t_mm5vw - K_L63 * t_qyrcg;
-    const real t_s77ah = t_py4gp * t_4iujv
-        - K_L32 * t_ibmfi
-        + t_3jpev * t_vu6ur
-        - K_L52 * t_mm5vw
-        + t_gz422 * t_qyrcg;
-    const real t_smbtt = t_lxf65 * t_bpfoo
-        + t_w7lcw * t_s77ah
-        + t_3go2w * t_ibmfi
-        + t_xq4wt * t_vu6ur
-        + t_rujpm * t_mm5vw
-        + t_pgxzp * t_qyrcg;
-    const real t_ljjby = t_mvcys - x[wy];
-    const real t_6xihg = t_zidue - x[wx];
-    const real t_d24ea = sin_theta1 * t_mvcys + cos_theta1 * t_fukug;
-    const real t_7iogl = t_d24ea + t_bawzi;
-    const real t_stpa4 = cos_phi1 * (e1 * t_d24ea + sin_theta1 * t_p3cyq + cos_theta1 * t_k4g3j)
-        + sin_phi1 * t_eyqb4;
-    const real t_g4vjj = sin_theta1 * t_zidue + cos_theta1 * t_yanuq;
-    const real t_vjduo = t_g4vjj + t_lmubw;
-    const real t_e7lob = cos_phi1 * (e1 * t_g4vjj + sin_theta1 * t_5gogd + cos_theta1 * t_z2otz)
-        + sin_phi1 * (t_d5rka - t_imsf6);
-    const real t_d24ea_2 = sin_theta1 * t_hucxp + cos_theta1 * t_gif7d;
-    const real t_rb6tk = t_d24ea_2 + t_e6rpb;
-    const real t_g563g = cos_phi1 * (e1 * t_d24ea_2 + sin_theta1 * t_gbvsw + cos_theta1 * t_nsiwt)
-        + sin_phi1 * (t_r4y2f - t_oetyi);
-    const real t_6i3h6 = sin_theta1 * t_nbkzt + cos_theta1 * t_2rjc3;
-    const real t_kohte = t_6i3h6 + t_hvpvf;
-    const real t_yijss = X_x2 * sin_theta1;
-    const real t_dnlk7 = X_x3 * cos_theta1;
-    const real t_2hj4r = cos_phi1 * (e1 * t_6i3h6 + sin_theta1 * t_clzgq + cos_theta1 * t_vb3vk)
-        - (G_t1 * e1 + t_yijss + t_dnlk7) * sin_phi1
-        + ((X_x1 - t_w7vil) * cos_phi1 + sin_phi1 * t_ohz37);
-    const real t_niq6z = X_x5 * cos_theta1;
-    const real t_43mkt = X_x6 * sin_theta1;
-    const real t_suox4 = sin_theta1 * t_zr5di + t_niq6z + (cos_theta1 * t_vbfnl - t_43mkt);
-    const real t_yfrgw = t_suox4 + t_y5gv4;
-    const real t_xtcbd = X_x2 * cos_theta1;
-    const real t_jpkdx = X_x3 * sin_theta1;
-    const real t_hwsei = cos_phi1 * (e1 * t_suox4 + (sin_theta1 * t_ghemx + t_xtcbd) + (cos_theta1 * t_vmmcz - t_jpkdx));
-    const real t_cpkpb = sin_theta1 * t_5rghd + cos_theta1 * t_ggj7d;
-    const real t_gjjkx = cos_phi1 * (e1 * t_cpkpb + sin_theta1 * t_ixgiu + cos_theta1 * t_z36hd)
-        + sin_phi1 * t_5ikkw;
-    const real t_pjwwp = sin_theta1 * t_6dg7r + cos_theta1 * t_7ekei;
-    const real t_5rtia = cos_phi1 * (e1 * t_pjwwp + sin_theta1 * t_ze77j + cos_theta1 * t_vpbw5)
-        + sin_phi1 * t_x2xqm;
-    const real t_uc5ut = sin_theta1 * t_zgzfd + cos_theta1 * t_zzwnh;
-    const real t_2szno = cos_phi1 * (e1 * t_uc5ut + sin_theta1 * t_ky43l + cos_theta1 * t_jxtto)
-        + sin_phi1 * t_osway;
-    const real t_rx2x6 = sin_theta1 * t_o2b4u + cos_theta1 * t_w4yjg;
-    const real t_7iogl_2 = t_rx2x6 + t_bawzi_2;
-    const real t_bpc6o = cos_phi1 * (e1 * t_rx2x6 + sin_theta1 * t_5ewla + cos_theta1 * t_yvcd5)
-        + sin_phi1 * t_xpg2b;
-    const real t_tixs4 = sin_theta1 * t_dytux + cos_theta1 * t_wa6kp;
-    const real t_yfavs = cos_phi1 * (e1 * t_tixs4 + sin_theta1 * t_neuvj + cos_theta1 * t_nvzz5)
-        + sin_phi1 * t_qcn7c;
-    const real t_fb4it = sin_theta1 * t_mm5vw + cos_theta1 * t_qyrcg;
-    const real t_djhv6 = cos_phi1 * (e1 * t_fb4it + sin_theta1 * t_s77ah + cos_theta1 * t_ibmfi)
-        + sin_phi1 * t_smbtt;
-    const real t_f2s7l = t_cgzf6 + t_mvcys;
-    const real t_z5ycs = t_ljxeu
-        + cos_theta1 * t_p3cyq
-        + g_1 * (cos_theta1 * t_mvcys - sin_theta1 * t_fukug)
-        - q_1 * t_f2s7l
-        - sin_theta1 * t_k4g3j;
-    const real t_aonvw = t_v3546 + t_zidue;
-    const real t_7t23y = t_qrqlw
-        + cos_theta1 * t_5gogd
-        + g_1 * (cos_theta1 * t_zidue - sin_theta1 * t_yanuq)
-        - q_1 * t_aonvw
-        - sin_theta1 * t_z2otz;
-    const real t_36ekq = t_psn6w + t_hucxp;
-    const real t_zp6pk = t_z7jiy
-        + cos_theta1 * t_gbvsw
-        + g_1 * (cos_theta1 * t_hucxp - sin_theta1 * t_gif7d)
-        - q_1 * t_36ekq
-        - sin_theta1 * t_nsiwt;
-    const real t_ogd3q = t_niq6z - t_43mkt;
-    const real t_mwq7z = X_x4 + X_x5;
-    const real t_5ffnn = zeta1 + t_xtcbd + g_1 * t_ogd3q - t_mwq7z * q_1 - t_jpkdx;
-    const real t_4kv23 = t_acgzr + t_nbkzt;
-    const real t_glazt = t_f2zxy
-        + cos_theta1 * t_clzgq
-        + (t_ogd3q * t_xtwlg + g_1 * (cos_theta1 * t_nbkzt - sin_theta1 * t_2rjc3))
-        - (q_1 * t_4kv23 + t_mwq7z * t_4z4np)
-        - sin_theta1 * t_vb3vk;
+    const real t_waes2 = t_thnvm * t_lejiq
+        - (t_4vejj + sin_theta2 * t_fe4gz - t_ak22y - g_2 * t_ffhve)
+        - K_L52 * t_6n55s
+        - K_L53 * t_clpgo
+        - K_L54 * t_wrrkw;
+    const real t_36qod = t_thnvm_2 * t_lejiq
+        - (cos_theta2 * t_fe4gz + g_2 * t_ffhve_2 - x[wz] * p[I2])
+        + t_o5wmi * t_6n55s
+        - K_L63 * t_clpgo
+        - K_L64 * t_wrrkw
+        - K_L65 * t_waes2;
+    const real t_nrgcn = t_36qod * t_6dtnj_6;
+    const real t_vffct = t_waes2 * t_6dtnj_5 - K_L65 * t_nrgcn;
+    const real t_2drwm = t_wrrkw * t_6dtnj_4 - K_L54 * t_vffct - K_L64 * t_nrgcn;
+    const real t_viclo = t_clpgo * t_6dtnj_3 - K_L43 * t_2drwm - K_L53 * t_vffct - K_L63 * t_nrgcn;
+    const real t_yycfj = t_6n55s * t_6dtnj_2
+        - K_L32 * t_viclo
+        + t_eoupv * t_2drwm
+        - K_L52 * t_vffct
+        + t_o5wmi * t_nrgcn;
+    const real t_mvawd = t_lejiq * t_6dtnj
+        + t_gousg * t_yycfj
+        + t_gousg_2 * t_viclo
+        + t_w6lcf * t_2drwm
+        + t_thnvm * t_vffct
+        + t_thnvm_2 * t_nrgcn;
+    const real t_2heqs_2 = Wt2 - t_4glor;
+    const real t_no7he_2 = B_2 * t_2heqs_2;
+    const real t_rtokx_2 = sin_phi2 * t_no7he_2 + t_uxnqa;
+    const real t_lwcrd = t_n2a3s - t_cmacw;
+    const real t_p7h4z = th_2 * (p[I2] * t_lwcrd - q_2 * p[eps2]);
+    const real t_xdvnw = cos_theta2 * t_p7h4z;
+    const real t_rtokx_3 = t_uxnqa_2 - cos_phi2 * t_no7he_2;
+    const real t_od2mp = t_gousg * t_rtokx_2 - (t_xdvnw + sin_theta2 * t_rtokx_3);
+    const real t_xdvnw_2 = sin_theta2 * t_p7h4z;
+    const real t_ntotm = t_gousg_2 * t_rtokx_2 - (cos_theta2 * t_rtokx_3 - t_xdvnw_2) - K_L32 * t_od2mp;
+    const real t_6b3j2_2 = p[l2] * t_no7he_2;
+    const real t_kejh4 = q_2 * t_p7h4z;
+    const real t_auiny = t_w6lcf * t_rtokx_2
+        - (t_6b3j2_2 - t_kejh4 + t_ak22y)
+        + t_eoupv * t_od2mp
+        - K_L43 * t_ntotm;
+    const real t_pddzf_2 = t_6b3j2_2 + e2 * t_rtokx_3;
+    const real t_gtaps = t_thnvm * t_rtokx_2
+        - (sin_theta2 * t_pddzf_2 - (t_kejh4 + p[eps2]) + g_2 * t_xdvnw)
+        - K_L52 * t_od2mp
+        - K_L53 * t_ntotm
+        - K_L54 * t_auiny;
+    const real t_4zzms = t_thnvm_2 * t_rtokx_2
+        - (cos_theta2 * t_pddzf_2 + x[wx] * p[I2] - g_2 * t_xdvnw_2)
+        + t_o5wmi * t_od2mp
+        - K_L63 * t_ntotm
+        - K_L64 * t_auiny
+        - K_L65 * t_gtaps;
+    const real t_di3xg = t_4zzms * t_6dtnj_6;
+    const real t_tdv6s = t_gtaps * t_6dtnj_5 - K_L65 * t_di3xg;
+    const real t_bldpr = t_auiny * t_6dtnj_4 - K_L54 * t_tdv6s - K_L64 * t_di3xg;
+    const real t_z32tr = t_ntotm * t_6dtnj_3 - K_L43 * t_bldpr - K_L53 * t_tdv6s - K_L63 * t_di3xg;
+    const real t_lz45f = t_od2mp * t_6dtnj_2
+        - K_L32 * t_z32tr
+        + t_eoupv * t_bldpr
+        - K_L52 * t_tdv6s
+        + t_o5wmi * t_di3xg;
+    const real t_hizht = t_rtokx_2 * t_6dtnj
+        + t_gousg * t_lz45f
+        + t_gousg_2 * t_z32tr
+        + t_w6lcf * t_bldpr
+        + t_thnvm * t_tdv6s
+        + t_thnvm_2 * t_di3xg;
+    const real t_bracl = t_dtjyx - x[wy];
+    const real t_547sr = t_qquhy - x[wx];
+    const real t_hfcet = sin_theta1 * t_dtjyx + cos_theta1 * t_poebv;
+    const real t_sq7pc = t_hfcet + t_7l5ed;
+    const real t_5ecv5 = cos_phi1 * (e1 * t_hfcet + sin_theta1 * t_4uruq + cos_theta1 * t_fto3h)
+        + sin_phi1 * t_5thgk;
+    const real t_oxh3x = sin_theta1 * t_qquhy + cos_theta1 * t_3oeyp;
+    const real t_hcdea = t_oxh3x + t_jlhz4;
+    const real t_t5gfx = cos_phi1 * (e1 * t_oxh3x + sin_theta1 * t_rg3c5 + cos_theta1 * t_4f33v)
+        + sin_phi1 * (t_f3ox4 - t_vns3w);
+    const real t_hfcet_2 = sin_theta1 * t_aog3f + cos_theta1 * t_33kza;
+    const real t_hcdea_2 = t_hfcet_2 + t_jlhz4_2;
+    const real t_horu6 = cos_phi1 * (e1 * t_hfcet_2 + sin_theta1 * t_6swwx + cos_theta1 * t_2owzs)
+        + sin_phi1 * (t_o3fms - t_prue4);
+    const real t_hrjjl = sin_theta1 * t_lft7p + cos_theta1 * t_lqn3n;
+    const real t_nitdg = t_hrjjl + t_vfk7p;
+    const real t_f2pcf_13 = X_x2 * sin_theta1;
+    const real t_f2pcf_14 = X_x3 * cos_theta1;
+    const real t_tvw3b = cos_phi1 * (e1 * t_hrjjl + sin_theta1 * t_s3knn + cos_theta1 * t_p6rjk)
+        - (G_t1 * e1 + t_f2pcf_13 + t_f2pcf_14) * sin_phi1
+        + ((X_x1 - t_aqrn5) * cos_phi1 + sin_phi1 * t_nzub4);
+    const real t_f2pcf_15 = X_x5 * cos_theta1;
+    const real t_f2pcf_16 = X_x6 * sin_theta1;
+    const real t_qe3ta = sin_theta1 * t_ekzor + t_f2pcf_15 + (cos_theta1 * t_nglnq - t_f2pcf_16);
+    const real t_wgrow = t_qe3ta + t_nqgju;
+    const real t_f2pcf_17 = X_x2 * cos_theta1;
+    const real t_f2pcf_18 = X_x3 * sin_theta1;
+    const real t_x5ibj = cos_phi1 * (e1 * t_qe3ta + (sin_theta1 * t_mpeef + t_f2pcf_17) + (cos_theta1 * t_moilf - t_f2pcf_18));
+    const real t_rc47z = sin_theta1 * t_qglxt + cos_theta1 * t_vwmuz;
+    const real t_mftpr = cos_phi1 * (e1 * t_rc47z + sin_theta1 * t_q3jvz + cos_theta1 * t_cqi2s)
+        + sin_phi1 * t_n52hv;
+    const real t_wipqw = sin_theta1 * t_ab6m2 + cos_theta1 * t_dcvgt;
+    const real t_z4e5b = cos_phi1 * (e1 * t_wipqw + sin_theta1 * t_aixc2 + cos_theta1 * t_b3jpw)
+        + sin_phi1 * t_qxt7o;
+    const real t_x2kxu = sin_theta1 * t_4kdmy + cos_theta1 * t_ay7fc;
+    const real t_5uadv = cos_phi1 * (e1 * t_x2kxu + sin_theta1 * t_vo72x + cos_theta1 * t_endag)
+        + sin_phi1 * t_c2ujo;
+    const real t_yv4im = sin_theta1 * t_yjwrt + cos_theta1 * t_iwjj7;
+    const real t_sq7pc_2 = t_yv4im + t_7l5ed_2;
+    const real t_gdot2 = cos_phi1 * (e1 * t_yv4im + sin_theta1 * t_xrrik + cos_theta1 * t_izzse)
+        + sin_phi1 * t_4yntu;
+    const real t_l5dly = sin_theta1 * t_vffct + cos_theta1 * t_nrgcn;
+    const real t_gstpd = cos_phi1 * (e1 * t_l5dly + sin_theta1 * t_yycfj + cos_theta1 * t_viclo)
+        + sin_phi1 * t_mvawd;
+    const real t_nppoe = sin_theta1 * t_tdv6s + cos_theta1 * t_di3xg;
+    const real t_i6xpg = cos_phi1 * (e1 * t_nppoe + sin_theta1 * t_lz45f + cos_theta1 * t_z32tr)
+        + sin_phi1 * t_hizht;
+    const real t_ewuev = t_b2dl7 + t_dtjyx;
+    const real t_geqjg = t_oqkav
+        + cos_theta1 * t_4uruq
+        + g_1 * (cos_theta1 * t_dtjyx - sin_theta1 * t_poebv)
+        - q_1 * t_ewuev
+        - sin_theta1 * t_fto3h;
+    const real t_afofn = t_picgh + t_qquhy;
+    const real t_t7267 = t_wifst
+        + cos_theta1 * t_rg3c5
+        + g_1 * (cos_theta1 * t_qquhy - sin_theta1 * t_3oeyp)
+        - q_1 * t_afofn
+        - sin_theta1 * t_4f33v;
+    const real t_i4vyy = t_hclb6 + t_aog3f;
+    const real t_hirnt = t_aewla
+        + cos_theta1 * t_6swwx
+        + g_1 * (cos_theta1 * t_aog3f - sin_theta1 * t_33kza)
+        - q_1 * t_i4vyy
+        - sin_theta1 * t_2owzs;
+    const real t_fdt76 = t_f2pcf_15 - t_f2pcf_16;
+    const real t_hig3c_7 = X_x4 + X_x5;
+    const real t_pksrm = zeta1 + t_f2pcf_17 + g_1 * t_fdt76 - t_hig3c_7 * q_1 - t_f2pcf_18;
+    const real t_sxjnt = t_5t23e + t_lft7p;
+    const real t_7q6yc = t_x7xth
+        + cos_theta1 * t_s3knn
+        + (t_fdt76 * t_rcy73_2 + g_1 * (cos_theta1 * t_lft7p - sin_theta1 * t_lqn3n))
+        - (q_1 * t_sxjnt + t_hig3c_7 * t_rcy73)
+        - sin_theta1 * t_p6rjk;
     const real t_ibe72 = K(1.0) / p[m1];
-    const real t_37k6y = th_1 * (t_5ffnn * t_4z4np + q_1 * t_glazt)
-        - (loss_theta1 * t_ibe72 + q_1 * t_5ffnn) * t_vhuco;
-    const real t_qbvyw = t_3knpj + t_zr5di;
-    const real t_go4yy = t_2vp5p
-        + (cos_theta1 * t_ghemx - t_yijss)
-        + g_1 * (cos_theta1 * t_zr5di - t_wg4gh - (sin_theta1 * t_vbfnl + t_kw2iv))
-        - q_1 * t_qbvyw
-        - (sin_theta1 * t_vmmcz + t_dnlk7);
-    const real t_62hw3 = t_qeczb + t_5rghd;
-    const real t_pn42b = cos_theta1 * t_ixgiu
-        + g_1 * (cos_theta1 * t_5rghd - sin_theta1 * t_ggj7d)
-        - q_1 * t_62hw3
-        - sin_theta1 * t_z36hd;
-    const real t_jkr3e = t_tlzdx + t_6dg7r;
-    const real t_qk44u = cos_theta1 * t_ze77j
-        + g_1 * (cos_theta1 * t_6dg7r - sin_theta1 * t_7ekei)
-        - q_1 * t_jkr3e
-        - sin_theta1 * t_vpbw5;
-    const real t_sxhnn = t_lg6ux + t_zgzfd;
-    const real t_ovipm = cos_theta1 * t_ky43l
-        - t_nxx6u
-        + g_1 * (cos_theta1 * t_zgzfd - sin_theta1 * t_zzwnh)
-        - q_1 * t_sxhnn
-        - sin_theta1 * t_jxtto;
-    const real t_2gspi = t_c4scz + t_o2b4u;
-    const real t_gt2q6 = t_ol4jq
-        + cos_theta1 * t_5ewla
-        + g_1 * (cos_theta1 * t_o2b4u - sin_theta1 * t_w4yjg)
-        - q_1 * t_2gspi
-        - sin_theta1 * t_yvcd5;
-    const real t_ue6qm = t_ucko3 + t_dytux;
-    const real t_cey4r = cos_theta1 * t_neuvj
-        + g_1 * (cos_theta1 * t_dytux - sin_theta1 * t_wa6kp)
-        - q_1 * t_ue6qm
-        - sin_theta1 * t_nvzz5;
-    const real t_vdq6k = t_vu6ur + t_mm5vw;
-    const real t_o7eef = cos_theta1 * t_s77ah
-        + g_1 * (cos_theta1 * t_mm5vw - sin_theta1 * t_qyrcg)
-        - q_1 * t_vdq6k
-        - sin_theta1 * t_ibmfi;
-    const real t_mbe2r = sin_theta2 * t_mvcys + cos_theta2 * t_fukug;
-    const real t_5zull = t_mbe2r + t_ly4o3;
-    const real t_p7h7g = cos_phi2 * (e2 * t_mbe2r + sin_theta2 * t_p3cyq + cos_theta2 * t_k4g3j)
-        + sin_phi2 * t_eyqb4;
-    const real t_cavu5 = sin_theta2 * t_zidue + cos_theta2 * t_yanuq;
-    const real t_45gz6 = t_cavu5 + t_js3na;
-    const real t_pz33d = cos_phi2 * (e2 * t_cavu5 + sin_theta2 * t_5gogd + cos_theta2 * t_z2otz)
-        + sin_phi2 * (t_d5rka - t_sqd7x);
-    const real t_mbe2r_2 = sin_theta2 * t_hucxp + cos_theta2 * t_gif7d;
-    const real t_v3njf = t_mbe2r_2 + t_jv37x;
-    const real t_fg6t7 = cos_phi2 * (e2 * t_mbe2r_2 + sin_theta2 * t_gbvsw + cos_theta2 * t_nsiwt)
-        + sin_phi2 * (t_r4y2f - t_xfnc5);
-    const real t_wbluk = sin_theta2 * t_nbkzt + cos_theta2 * t_2rjc3;
-    const real t_v2sjm = cos_phi2 * (e2 * t_wbluk + sin_theta2 * t_clzgq + cos_theta2 * t_vb3vk)
-        + sin_phi2 * t_ohz37;
-    const real t_edlpj = sin_theta2 * t_zr5di + cos_theta2 * t_vbfnl;
-    const real t_7ao57 = cos_phi2 * (e2 * t_edlpj + sin_theta2 * t_ghemx + cos_theta2 * t_vmmcz)
-        + sin_phi2 * t_siypo;
-    const real t_ugh3y = sin_theta2 * t_5rghd + cos_theta2 * t_ggj7d;
-    const real t_yun54 = t_ugh3y + t_aduzw;
-    const real t_7idvc = X_x2 * sin_theta2;
-    const real t_rmigv = X_x3 * cos_theta2;
-    const real t_ert3o = cos_phi2 * (e2 * t_ugh3y + sin_theta2 * t_ixgiu + cos_theta2 * t_z36hd)
-        - (G_t2 * e2 + t_7idvc + t_rmigv) * sin_phi2
-        + ((X_x1 - t_6fvzz) * cos_phi2 + sin_phi2 * t_5ikkw);
-    const real t_44ttq = X_x5 * cos_theta2;
-    const real t_fmgqh = X_x6 * sin_theta2;
-    const real t_666xy = sin_theta2 * t_6dg7r + t_44ttq + (cos_theta2 * t_7ekei - t_fmgqh);
-    const real t_qdiup = t_666xy + t_abii4;
-    const real t_3ocqs = X_x2 * cos_theta2;
-    const real t_m72m7 = X_x3 * sin_theta2;
-    const real t_wpqww = cos_phi2 * (e2 * t_666xy + (sin_theta2 * t_ze77j + t_3ocqs) + (cos_theta2 * t_vpbw5 - t_m72m7));
-    const real t_ndael = sin_theta2 * t_zgzfd + cos_theta2 * t_zzwnh;
-    const real t_ca6n5 = cos_phi2 * (e2 * t_ndael + sin_theta2 * t_ky43l + cos_theta2 * t_jxtto)
-        + sin_phi2 * t_osway;
-    const real t_hdhet = sin_theta2 * t_o2b4u + cos_theta2 * t_w4yjg;
-    const real t_qv4hp = cos_phi2 * (e2 * t_hdhet + sin_theta2 * t_5ewla + cos_theta2 * t_yvcd5)
-        + sin_phi2 * t_xpg2b;
-    const real t_vso36 = sin_theta2 * t_dytux + cos_theta2 * t_wa6kp;
-    const real t_2jexu = cos_phi2 * (e2 * t_vso36 + sin_theta2 * t_neuvj + cos_theta2 * t_nvzz5)
-        + sin_phi2 * t_qcn7c;
-    const real t_xmvmi = sin_theta2 * t_mm5vw + cos_theta2 * t_qyrcg;
-    const real t_5zull_2 = t_xmvmi + t_ly4o3_2;
-    const real t_iytag = cos_phi2 * (e2 * t_xmvmi + sin_theta2 * t_s77ah + cos_theta2 * t_ibmfi)
-        + sin_phi2 * t_smbtt;
-    const real t_dgy3c = t_f5pan
-        + cos_theta2 * t_p3cyq
-        + g_2 * (cos_theta2 * t_mvcys - sin_theta2 * t_fukug)
-        - q_2 * t_f2s7l
-        - sin_theta2 * t_k4g3j;
-    const real t_6q5vx = t_wbyvc
-        + cos_theta2 * t_5gogd
-        + g_2 * (cos_theta2 * t_zidue - sin_theta2 * t_yanuq)
-        - q_2 * t_aonvw
-        - sin_theta2 * t_z2otz;
-    const real t_kgekk = t_aopwl
-        + cos_theta2 * t_gbvsw
-        + g_2 * (cos_theta2 * t_hucxp - sin_theta2 * t_gif7d)
-        - q_2 * t_36ekq
-        - sin_theta2 * t_nsiwt;
-    const real t_ct5ru = cos_theta2 * t_clzgq
-        + g_2 * (cos_theta2 * t_nbkzt - sin_theta2 * t_2rjc3)
-        - q_2 * t_4kv23
-        - sin_theta2 * t_vb3vk;
-    const real t_roiww = cos_theta2 * t_ghemx
-        + g_2 * (cos_theta2 * t_zr5di - sin_theta2 * t_vbfnl)
-        - q_2 * t_qbvyw
-        - sin_theta2 * t_vmmcz;
-    const real t_qv4rx = t_44ttq - t_fmgqh;
-    const real t_oqair = zeta2 + t_3ocqs + g_2 * t_qv4rx - t_mwq7z * q_2 - t_m72m7;
-    const real t_p3bh6 = t_qy4n2
-        + cos_theta2 * t_ixgiu
-        + (t_qv4rx * t_h36cy + g_2 * (cos_theta2 * t_5rghd - sin_theta2 * t_ggj7d))
-        - (q_2 * t_62hw3 + t_mwq7z * t_yk3z4)
-        - sin_theta2 * t_z36hd;
+    const real t_3kcc6 = th_1 * (t_pksrm * t_rcy73 + q_1 * t_7q6yc)
+        - (loss_theta1 * t_ibe72 + q_1 * t_pksrm) * t_ffhbv;
+    const real t_rqtkw = t_jkjwu + t_ekzor;
+    const real t_f6phm = t_a3yjd
+        + (cos_theta1 * t_mpeef - t_f2pcf_13)
+        + g_1 * (cos_theta1 * t_ekzor - t_f2pcf_7 - (sin_theta1 * t_nglnq + t_f2pcf_8))
+        - q_1 * t_rqtkw
+        - (sin_theta1 * t_moilf + t_f2pcf_14);
+    const real t_jktyu = t_432ch + t_qglxt;
+    const real t_tscsp = cos_theta1 * t_q3jvz
+        + g_1 * (cos_theta1 * t_qglxt - sin_theta1 * t_vwmuz)
+        - q_1 * t_jktyu
+        - sin_theta1 * t_cqi2s;
+    const real t_y5c33 = t_ly3kq + t_ab6m2;
+    const real t_f52vq = cos_theta1 * t_aixc2
+        + g_1 * (cos_theta1 * t_ab6m2 - sin_theta1 * t_dcvgt)
+        - q_1 * t_y5c33
+        - sin_theta1 * t_b3jpw;
+    const real t_mivx3 = t_awufa + t_4kdmy;
+    const real t_x45bp = cos_theta1 * t_vo72x
+        - t_plqy5_2
+        + g_1 * (cos_theta1 * t_4kdmy - sin_theta1 * t_ay7fc)
+        - q_1 * t_mivx3
+        - sin_theta1 * t_endag;
+    const real t_2wz7o = t_5offm + t_yjwrt;
+    const real t_tu6bo = t_f4fy3
+        + cos_theta1 * t_xrrik
+        + g_1 * (cos_theta1 * t_yjwrt - sin_theta1 * t_iwjj7)
+        - q_1 * t_2wz7o
+        - sin_theta1 * t_izzse;
+    const real t_dnwck = t_2drwm + t_vffct;
+    const real t_4ezyh = cos_theta1 * t_yycfj
+        + g_1 * (cos_theta1 * t_vffct - sin_theta1 * t_nrgcn)
+        - q_1 * t_dnwck
+        - sin_theta1 * t_viclo;
+    const real t_jfu2r = t_bldpr + t_tdv6s;
+    const real t_rgyqn = cos_theta1 * t_lz45f
+        + g_1 * (cos_theta1 * t_tdv6s - sin_theta1 * t_di3xg)
+        - q_1 * t_jfu2r
+        - sin_theta1 * t_z32tr;
+    const real t_fx4xv = sin_theta2 * t_dtjyx + cos_theta2 * t_poebv;
+    const real t_rfzxx = t_fx4xv + t_2heqs;
+    const real t_c2dkr = cos_phi2 * (e2 * t_fx4xv + sin_theta2 * t_4uruq + cos_theta2 * t_fto3h)
+        + sin_phi2 * t_5thgk;
+    const real t_mvjbk = sin_theta2 * t_qquhy + cos_theta2 * t_3oeyp;
+    const real t_tjidj = t_mvjbk + t_j4oea;
+    const real t_axpvb = cos_phi2 * (e2 * t_mvjbk + sin_theta2 * t_rg3c5 + cos_theta2 * t_4f33v)
+        + sin_phi2 * (t_f3ox4 - t_7mfdv);
+    const real t_fx4xv_2 = sin_theta2 * t_aog3f + cos_theta2 * t_33kza;
+    const real t_tjidj_2 = t_fx4xv_2 + t_j4oea_2;
+    const real t_awnxz = cos_phi2 * (e2 * t_fx4xv_2 + sin_theta2 * t_6swwx + cos_theta2 * t_2owzs)
+        + sin_phi2 * (t_o3fms - t_g3uxy);
+    const real t_d26fh = sin_theta2 * t_lft7p + cos_theta2 * t_lqn3n;
+    const real t_taamt = cos_phi2 * (e2 * t_d26fh + sin_theta2 * t_s3knn + cos_theta2 * t_p6rjk)
+        + sin_phi2 * t_nzub4;
+    const real t_n2kyx = sin_theta2 * t_ekzor + cos_theta2 * t_nglnq;
+    const real t_vna5r = cos_phi2 * (e2 * t_n2kyx + sin_theta2 * t_mpeef + cos_theta2 * t_moilf)
+        + sin_phi2 * t_5xto2;
+    const real t_jpocc = sin_theta2 * t_qglxt + cos_theta2 * t_vwmuz;
+    const real t_cz5k6 = t_jpocc + t_ill2e;
+    const real t_u5rk4_13 = X_x2 * sin_theta2;
+    const real t_u5rk4_14 = X_x3 * cos_theta2;
+    const real t_z25fn = cos_phi2 * (e2 * t_jpocc + sin_theta2 * t_q3jvz + cos_theta2 * t_cqi2s)
+        - (G_t2 * e2 + t_u5rk4_13 + t_u5rk4_14) * sin_phi2
+        + ((X_x1 - t_3hay7) * cos_phi2 + sin_phi2 * t_n52hv);
+    const real t_u5rk4_15 = X_x5 * cos_theta2;
+    const real t_u5rk4_16 = X_x6 * sin_theta2;
+    const real t_6fpbg = sin_theta2 * t_ab6m2 + t_u5rk4_15 + (cos_theta2 * t_dcvgt - t_u5rk4_16);
+    const real t_nbojl = t_6fpbg + t_b76zd;
+    const real t_u5rk4_17 = X_x2 * cos_theta2;
+    const real t_u5rk4_18 = X_x3 * sin_theta2;
+    const real t_x5yzz = cos_phi2 * (e2 * t_6fpbg + (sin_theta2 * t_aixc2 + t_u5rk4_17) + (cos_theta2 * t_b3jpw - t_u5rk4_18));
+    const real t_vdidk = sin_theta2 * t_4kdmy + cos_theta2 * t_ay7fc;
+    const real t_brbxo = cos_phi2 * (e2 * t_vdidk + sin_theta2 * t_vo72x + cos_theta2 * t_endag)
+        + sin_phi2 * t_c2ujo;
+    const real t_47a67 = sin_theta2 * t_yjwrt + cos_theta2 * t_iwjj7;
+    const real t_sl6vv = cos_phi2 * (e2 * t_47a67 + sin_theta2 * t_xrrik + cos_theta2 * t_izzse)
+        + sin_phi2 * t_4yntu;
+    const real t_m4gcp = sin_theta2 * t_vffct + cos_theta2 * t_nrgcn;
+    const real t_ifvim = cos_phi2 * (e2 * t_m4gcp + sin_theta2 * t_yycfj + cos_theta2 * t_viclo)
+        + sin_phi2 * t_mvawd;
+    const real t_fv4oc = sin_theta2 * t_tdv6s + cos_theta2 * t_di3xg;
+    const real t_rfzxx_2 = t_fv4oc + t_2heqs_2;
+    const real t_wp2f3 = cos_phi2 * (e2 * t_fv4oc + sin_theta2 * t_lz45f + cos_theta2 * t_z32tr)
+        + sin_phi2 * t_hizht;
+    const real t_6stj7 = t_6icf5
+        + cos_theta2 * t_4uruq
+        + g_2 * (cos_theta2 * t_dtjyx - sin_theta2 * t_poebv)
+        - q_2 * t_ewuev
+        - sin_theta2 * t_fto3h;
+    const real t_uawll = t_memuv
+        + cos_theta2 * t_rg3c5
+        + g_2 * (cos_theta2 * t_qquhy - sin_theta2 * t_3oeyp)
+        - q_2 * t_afofn
+        - sin_theta2 * t_4f33v;
+    const real t_hge32 = t_solvx
+        + cos_theta2 * t_6swwx
+        + g_2 * (cos_theta2 * t_aog3f - sin_theta2 * t_33kza)
+        - q_2 * t_i4vyy
+        - sin_theta2 * t_2owzs;
+    const real t_qs6bw = cos_theta2 * t_s3knn
+        + g_2 * (cos_theta2 * t_lft7p - sin_theta2 * t_lqn3n)
+        - q_2 * t_sxjnt
+        - sin_theta2 * t_p6rjk;
+    const real t_o2c7q = cos_theta2 * t_mpeef
+        + g_2 * (cos_theta2 * t_ekzor - sin_theta2 * t_nglnq)
+        - q_2 * t_rqtkw
+        - sin_theta2 * t_moilf;
+    const real t_dnnxk = t_u5rk4_15 - t_u5rk4_16;
+    const real t_zj7x3 = zeta2 + t_u5rk4_17 + g_2 * t_dnnxk - t_hig3c_7 * q_2 - t_u5rk4_18;
+    const real t_wuxiq = t_n6vkn
+        + cos_theta2 * t_q3jvz
+        + (t_dnnxk * t_uvqau_2 + g_2 * (cos_theta2 * t_qglxt - sin_theta2 * t_vwmuz))
+        - (q_2 * t_jktyu + t_hig3c_7 * t_uvqau)
+        - sin_theta2 * t_cqi2s;
     const real t_r7vy7 = K(1.0) / p[m2];
-    const real t_vokmq = th_2 * (t_oqair * t_yk3z4 + q_2 * t_p3bh6)
-        - (loss_theta2 * t_r7vy7 + q_2 * t_oqair) * t_2s2br;
-    const real t_hucua = t_jx7yj
-        + (cos_theta2 * t_ze77j - t_7idvc)
-        + g_2 * (cos_theta2 * t_6dg7r - t_ywjjw - (sin_theta2 * t_7ekei + t_f6k2p))
-        - q_2 * t_jkr3e
-        - (sin_theta2 * t_vpbw5 + t_rmigv);
-    const real t_ydtrg = cos_theta2 * t_ky43l
-        + g_2 * (cos_theta2 * t_zgzfd - sin_theta2 * t_zzwnh)
-        - q_2 * t_sxhnn
-        - sin_theta2 * t_jxtto;
-    const real t_waus3 = cos_theta2 * t_5ewla
-        + g_2 * (cos_theta2 * t_o2b4u - sin_theta2 * t_w4yjg)
-        - q_2 * t_2gspi
-        - sin_theta2 * t_yvcd5;
-    const real t_4emsa = cos_theta2 * t_neuvj
-        - t_pv35x
-        + g_2 * (cos_theta2 * t_dytux - sin_theta2 * t_wa6kp)
-        - q_2 * t_ue6qm
-        - sin_theta2 * t_nvzz5;
-    const real t_heo73 = t_noiav
-        + cos_theta2 * t_s77ah
-        + g_2 * (cos_theta2 * t_mm5vw - sin_theta2 * t_qyrcg)
-        - q_2 * t_vdq6k
-        - sin_theta2 * t_ibmfi;
+    const real t_koats = th_2 * (t_zj7x3 * t_uvqau + q_2 * t_wuxiq)
+        - (loss_theta2 * t_r7vy7 + q_2 * t_zj7x3) * t_ruxfo;
+    const real t_g52ww = t_jrazf
+        + (cos_theta2 * t_aixc2 - t_u5rk4_13)
+        + g_2 * (cos_theta2 * t_ab6m2 - t_u5rk4_7 - (sin_theta2 * t_dcvgt + t_u5rk4_8))
+        - q_2 * t_y5c33
+        - (sin_theta2 * t_b3jpw + t_u5rk4_14);
+    const real t_urwfu = cos_theta2 * t_vo72x
+        + g_2 * (cos_theta2 * t_4kdmy - sin_theta2 * t_ay7fc)
+        - q_2 * t_mivx3
+        - sin_theta2 * t_endag;
+    const real t_kldq7 = cos_theta2 * t_xrrik
+        + g_2 * (cos_theta2 * t_yjwrt - sin_theta2 * t_iwjj7)
+        - q_2 * t_2wz7o
+        - sin_theta2 * t_izzse;
+    const real t_yzj7i = cos_theta2 * t_yycfj
+        - t_a3tjf_2
+        + g_2 * (cos_theta2 * t_vffct - sin_theta2 * t_nrgcn)
+        - q_2 * t_dnwck
+        - sin_theta2 * t_viclo;
+    const real t_irbqh = t_lwcrd
+        + cos_theta2 * t_lz45f
+        + g_2 * (cos_theta2 * t_tdv6s - sin_theta2 * t_di3xg)
+        - q_2 * t_jfu2r
+        - sin_theta2 * t_z32tr;
     J[0] = SPLAT(K(0.0));
     J[1] = x[wz];
     J[2] = -x[wy];
-    J[3] = t_eyqb4;
-    J[4] = t_d5rka + x_C * t_6xfo3 - x[vz];
-    J[5] = t_r4y2f + x_C * t_gwp2t + x[vy];
+    J[3] = t_5thgk;
+    J[4] = t_f3ox4 + x_C * t_wussy - x[vz];
+    J[5] = t_o3fms + x_C * t_pzkfy + x[vy];
     J[6] = SPLAT(K(0.0));
     J[7] = SPLAT(K(0.0));
     J[8] = SPLAT(K(0.0));
-    J[9] = t_ohz37;
-    J[10] = t_siypo;
-    J[11] = t_5ikkw;
-    J[12] = t_x2xqm;
-    J[13] = t_osway;
-    J[14] = t_xpg2b;
-    J[15] = t_qcn7c;
-    J[16] = t_smbtt;
+    J[9] = t_nzub4;
+    J[10] = t_5xto2;
+    J[11] = t_n52hv;
+    J[12] = t_qxt7o;
+    J[13] = t_c2ujo;
+    J[14] = t_4yntu;
+    J[15] = t_mvawd;
+    J[16] = t_hizht;
     J[17] = -x[wz];
     J[18] = SPLAT(K(0.0));
     J[19] = x[wx];
-    J[20] = t_p3cyq - x_C * t_mvcys + x[vz];
-    J[21] = t_5gogd - x_C * t_zidue;
-    J[22] = t_gbvsw - x_C * t_hucxp - x[vx];
+    J[20] = t_4uruq - x_C * t_dtjyx + x[vz];
+    J[21] = t_rg3c5 - x_C * t_qquhy;
+    J[22] = t_6swwx - x_C * t_aog3f - x[vx];
     J[23] = SPLAT(K(0.0));
     J[24] = SPLAT(K(0.0));
     J[25] = SPLAT(K(0.0));
-    J[26] = t_clzgq - x_C * t_nbkzt;
-    J[27] = t_ghemx - x_C * t_zr5di;
-    J[28] = t_ixgiu - x_C * t_5rghd;
-    J[29] = t_ze77j - x_C * t_6dg7r;
-    J[30] = t_ky43l - x_C * t_zgzfd;
-    J[31] = t_5ewla - x_C * t_o2b4u;
-    J[32] = t_neuvj - x_C * t_dytux;
-    J[33] = t_s77ah - x_C * t_mm5vw;
+    J[26] = t_s3knn - x_C * t_lft7p;
+    J[27] = t_mpeef - x_C * t_ekzor;
+    J[28] = t_q3jvz - x_C * t_qglxt;
+    J[29] = t_aixc2 - x_C * t_ab6m2;
+    J[30] = t_vo72x - x_C * t_4kdmy;
+    J[31] = t_xrrik - x_C * t_yjwrt;
+    J[32] = t_yycfj - x_C * t_vffct;
+    J[33] = t_lz45f - x_C * t_tdv6s;
     J[34] = x[wy];
     J[35] = -x[wx];
     J[36] = SPLAT(K(0.0));
-    J[37] = t_k4g3j - x_C * t_fukug - x[vy];
-    J[38] = t_z2otz - x_C * t_yanuq + x[vx];
-    J[39] = t_nsiwt - x_C * t_gif7d;
+    J[37] = t_fto3h - x_C * t_poebv - x[vy];
+    J[38] = t_4f33v - x_C * t_3oeyp + x[vx];
+    J[39] = t_2owzs - x_C * t_33kza;
     J[40] = SPLAT(K(0.0));
     J[41] = SPLAT(K(0.0));
     J[42] = SPLAT(K(0.0));
-    J[43] = t_vb3vk - x_C * t_2rjc3;
-    J[44] = t_vmmcz - x_C * t_vbfnl;
-    J[45] = t_z36hd - x_C * t_ggj7d;
-    J[46] = t_vpbw5 - x_C * t_7ekei;
-    J[47] = t_jxtto - x_C * t_zzwnh;
-    J[48] = t_yvcd5 - x_C * t_w4yjg;
-    J[49] = t_nvzz5 - x_C * t_wa6kp;
-    J[50] = t_ibmfi - x_C * t_qyrcg;
+    J[43] = t_p6rjk - x_C * t_lqn3n;
+    J[44] = t_moilf - x_C * t_nglnq;
+    J[45] = t_cqi2s - x_C * t_vwmuz;
+    J[46] = t_b3jpw - x_C * t_dcvgt;
+    J[47] = t_endag - x_C * t_ay7fc;
+    J[48] = t_izzse - x_C * t_iwjj7;
+    J[49] = t_viclo - x_C * t_nrgcn;
+    J[50] = t_z32tr - x_C * t_di3xg;
     J[51] = SPLAT(K(0.0));
     J[52] = SPLAT(K(0.0));
     J[53] = SPLAT(K(0.0));
-    J[54] = t_cgzf6;
-    J[55] = t_v3546;
-    J[56] = t_psn6w;
+    J[54] = t_b2dl7;
+    J[55] = t_picgh;
+    J[56] = t_hclb6;
     J[57] = SPLAT(K(0.0));
     J[58] = SPLAT(K(0.0));
     J[59] = SPLAT(K(0.0));
-    J[60] = t_acgzr;
-    J[61] = t_3knpj;
-    J[62] = t_qeczb;
-    J[63] = t_tlzdx;
-    J[64] = t_lg6ux;
-    J[65] = t_c4scz;
-    J[66] = t_ucko3;
-    J[67] = t_vu6ur;
+    J[60] = t_5t23e;
+    J[61] = t_jkjwu;
+    J[62] = t_432ch;
+    J[63] = t_ly3kq;
+    J[64] = t_awufa;
+    J[65] = t_5offm;
+    J[66] = t_2drwm;
+    J[67] = t_bldpr;
     J[68] = SPLAT(K(0.0));
     J[69] = SPLAT(K(0.0));
     J[70] = SPLAT(K(0.0));
-    J[71] = x[wz] - t_fukug;
-    J[72] = -t_yanuq;
-    J[73] = x[wx] - t_gif7d;
+    J[71] = x[wz] - t_poebv;
+    J[72] = -t_3oeyp;
+    J[73] = x[wx] - t_33kza;
     J[74] = SPLAT(K(0.0));
     J[75] = SPLAT(K(0.0));
     J[76] = SPLAT(K(0.0));
-    J[77] = -t_2rjc3;
-    J[78] = -t_vbfnl;
-    J[79] = -t_ggj7d;
-    J[80] = -t_7ekei;
-    J[81] = -t_zzwnh;
-    J[82] = -t_w4yjg;
-    J[83] = -t_wa6kp;
-    J[84] = -t_qyrcg;
+    J[77] = -t_lqn3n;
+    J[78] = -t_nglnq;
+    J[79] = -t_vwmuz;
+    J[80] = -t_dcvgt;
+    J[81] = -t_ay7fc;
+    J[82] = -t_iwjj7;
+    J[83] = -t_nrgcn;
+    J[84] = -t_di3xg;
     J[85] = SPLAT(K(0.0));
     J[86] = SPLAT(K(0.0));
     J[87] = SPLAT(K(0.0));
-    J[88] = t_ljjby;
-    J[89] = t_6xihg;
-    J[90] = t_hucxp;
+    J[88] = t_bracl;
+    J[89] = t_547sr;
+    J[90] = t_aog3f;
     J[91] = SPLAT(K(0.0));
     J[92] = SPLAT(K(0.0));
     J[93] = SPLAT(K(0.0));
-    J[94] = t_nbkzt;
-    J[95] = t_zr5di;
-    J[96] = t_5rghd;
-    J[97] = t_6dg7r;
-    J[98] = t_zgzfd;
-    J[99] = t_o2b4u;
-    J[100] = t_dytux;
-    J[101] = t_mm5vw;
+    J[94] = t_lft7p;
+    J[95] = t_ekzor;
+    J[96] = t_qglxt;
+    J[97] = t_ab6m2;
+    J[98] = t_4kdmy;
+    J[99] = t_yjwrt;
+    J[100] = t_vffct;
+    J[101] = t_tdv6s;
     J[102] = SPLAT(K(0.0));
     J[103] = SPLAT(K(0.0));
     J[104] = SPLAT(K(0.0));
@@ -1861,75 +1861,75 @@ void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
     J[221] = SPLAT(K(0.0));
     J[222] = SPLAT(K(0.0));
     J[223] = SPLAT(K(0.0));
-    J[224] = t_7iogl - p[I1] * (t_7iogl + t_cgzf6) * t_zrejm - k1 * t_stpa4;
-    J[225] = t_vjduo - p[I1] * (t_vjduo + t_v3546) * t_zrejm - k1 * t_e7lob;
-    J[226] = t_rb6tk - p[I1] * (t_rb6tk + t_psn6w) * t_zrejm - k1 * t_g563g;
+    J[224] = t_sq7pc - p[I1] * (t_sq7pc + t_b2dl7) * t_gbl6n - k1 * t_5ecv5;
+    J[225] = t_hcdea - p[I1] * (t_hcdea + t_picgh) * t_gbl6n - k1 * t_t5gfx;
+    J[226] = t_hcdea_2 - p[I1] * (t_hcdea_2 + t_hclb6) * t_gbl6n - k1 * t_horu6;
     J[227] = SPLAT(K(0.0));
     J[228] = SPLAT(K(0.0));
     J[229] = SPLAT(K(0.0));
-    J[230] = t_kohte - p[I1] * (t_kohte + t_acgzr) * t_zrejm - k1 * t_2hj4r;
-    J[231] = t_yfrgw
-        - p[I1] * (t_yfrgw + t_3knpj) * t_zrejm
-        - k1 * (t_hwsei + sin_phi1 * t_siypo);
-    J[232] = t_cpkpb - p[I1] * (t_cpkpb + t_qeczb) * t_zrejm - k1 * t_gjjkx;
-    J[233] = t_pjwwp - p[I1] * (t_pjwwp + t_tlzdx) * t_zrejm - k1 * t_5rtia;
-    J[234] = t_uc5ut - (p[eps1] + p[I1] * (t_uc5ut + t_lg6ux)) * t_zrejm - k1 * t_2szno;
-    J[235] = t_7iogl_2 - p[I1] * (t_7iogl_2 + t_c4scz) * t_zrejm - k1 * t_bpc6o;
-    J[236] = t_tixs4 - p[I1] * (t_tixs4 + t_ucko3) * t_zrejm - k1 * t_yfavs;
-    J[237] = t_fb4it - p[I1] * (t_fb4it + t_vu6ur) * t_zrejm - k1 * t_djhv6;
+    J[230] = t_nitdg - p[I1] * (t_nitdg + t_5t23e) * t_gbl6n - k1 * t_tvw3b;
+    J[231] = t_wgrow
+        - p[I1] * (t_wgrow + t_jkjwu) * t_gbl6n
+        - k1 * (t_x5ibj + sin_phi1 * t_5xto2);
+    J[232] = t_rc47z - p[I1] * (t_rc47z + t_432ch) * t_gbl6n - k1 * t_mftpr;
+    J[233] = t_wipqw - p[I1] * (t_wipqw + t_ly3kq) * t_gbl6n - k1 * t_z4e5b;
+    J[234] = t_x2kxu - (p[eps1] + p[I1] * (t_x2kxu + t_awufa)) * t_gbl6n - k1 * t_5uadv;
+    J[235] = t_sq7pc_2 - p[I1] * (t_sq7pc_2 + t_5offm) * t_gbl6n - k1 * t_gdot2;
+    J[236] = t_l5dly - p[I1] * (t_l5dly + t_2drwm) * t_gbl6n - k1 * t_gstpd;
+    J[237] = t_nppoe - p[I1] * (t_nppoe + t_bldpr) * t_gbl6n - k1 * t_i6xpg;
     J[238] = SPLAT(K(0.0));
     J[239] = SPLAT(K(0.0));
     J[240] = SPLAT(K(0.0));
-    J[241] = -(t_ljjby + th_1 * (q_1 * t_z5ycs));
-    J[242] = -(t_6xihg + th_1 * (q_1 * t_7t23y));
-    J[243] = -(t_hucxp + th_1 * (q_1 * t_zp6pk));
+    J[241] = -(t_bracl + th_1 * (q_1 * t_geqjg));
+    J[242] = -(t_547sr + th_1 * (q_1 * t_t7267));
+    J[243] = -(t_aog3f + th_1 * (q_1 * t_hirnt));
     J[244] = SPLAT(K(0.0));
     J[245] = SPLAT(K(0.0));
     J[246] = SPLAT(K(0.0));
-    J[247] = -(t_nbkzt + t_37k6y);
-    J[248] = -(t_zr5di + th_1 * (q_1 * t_go4yy));
-    J[249] = -(t_5rghd + th_1 * (q_1 * t_pn42b));
-    J[250] = -(t_6dg7r + th_1 * (q_1 * t_qk44u));
-    J[251] = -(t_zgzfd + th_1 * (q_1 * t_ovipm));
-    J[252] = -(t_o2b4u + th_1 * (p[eps1] * t_ibe72 + q_1 * t_gt2q6));
-    J[253] = -(t_dytux + th_1 * (q_1 * t_cey4r));
-    J[254] = -(t_mm5vw + th_1 * (q_1 * t_o7eef));
+    J[247] = -(t_lft7p + t_3kcc6);
+    J[248] = -(t_ekzor + th_1 * (q_1 * t_f6phm));
+    J[249] = -(t_qglxt + th_1 * (q_1 * t_tscsp));
+    J[250] = -(t_ab6m2 + th_1 * (q_1 * t_f52vq));
+    J[251] = -(t_4kdmy + th_1 * (q_1 * t_x45bp));
+    J[252] = -(t_yjwrt + th_1 * (p[eps1] * t_ibe72 + q_1 * t_tu6bo));
+    J[253] = -(t_vffct + th_1 * (q_1 * t_4ezyh));
+    J[254] = -(t_tdv6s + th_1 * (q_1 * t_rgyqn));
     J[255] = SPLAT(K(0.0));
     J[256] = SPLAT(K(0.0));
     J[257] = SPLAT(K(0.0));
-    J[258] = t_5zull - p[I2] * (t_5zull + t_cgzf6) * t_5wzvs - k2 * t_p7h7g;
-    J[259] = t_45gz6 - p[I2] * (t_45gz6 + t_v3546) * t_5wzvs - k2 * t_pz33d;
-    J[260] = t_v3njf - p[I2] * (t_v3njf + t_psn6w) * t_5wzvs - k2 * t_fg6t7;
+    J[258] = t_rfzxx - p[I2] * (t_rfzxx + t_b2dl7) * t_jx6g7 - k2 * t_c2dkr;
+    J[259] = t_tjidj - p[I2] * (t_tjidj + t_picgh) * t_jx6g7 - k2 * t_axpvb;
+    J[260] = t_tjidj_2 - p[I2] * (t_tjidj_2 + t_hclb6) * t_jx6g7 - k2 * t_awnxz;
     J[261] = SPLAT(K(0.0));
     J[262] = SPLAT(K(0.0));
     J[263] = SPLAT(K(0.0));
-    J[264] = t_wbluk - p[I2] * (t_wbluk + t_acgzr) * t_5wzvs - k2 * t_v2sjm;
-    J[265] = t_edlpj - p[I2] * (t_edlpj + t_3knpj) * t_5wzvs - k2 * t_7ao57;
-    J[266] = t_yun54 - p[I2] * (t_yun54 + t_qeczb) * t_5wzvs - k2 * t_ert3o;
-    J[267] = t_qdiup
-        - p[I2] * (t_qdiup + t_tlzdx) * t_5wzvs
-        - k2 * (t_wpqww + sin_phi2 * t_x2xqm);
-    J[268] = t_ndael - p[I2] * (t_ndael + t_lg6ux) * t_5wzvs - k2 * t_ca6n5;
-    J[269] = t_hdhet - p[I2] * (t_hdhet + t_c4scz) * t_5wzvs - k2 * t_qv4hp;
-    J[270] = t_vso36 - (p[eps2] + p[I2] * (t_vso36 + t_ucko3)) * t_5wzvs - k2 * t_2jexu;
-    J[271] = t_5zull_2 - p[I2] * (t_5zull_2 + t_vu6ur) * t_5wzvs - k2 * t_iytag;
+    J[264] = t_d26fh - p[I2] * (t_d26fh + t_5t23e) * t_jx6g7 - k2 * t_taamt;
+    J[265] = t_n2kyx - p[I2] * (t_n2kyx + t_jkjwu) * t_jx6g7 - k2 * t_vna5r;
+    J[266] = t_cz5k6 - p[I2] * (t_cz5k6 + t_432ch) * t_jx6g7 - k2 * t_z25fn;
+    J[267] = t_nbojl
+        - p[I2] * (t_nbojl + t_ly3kq) * t_jx6g7
+        - k2 * (t_x5yzz + sin_phi2 * t_qxt7o);
+    J[268] = t_vdidk - p[I2] * (t_vdidk + t_awufa) * t_jx6g7 - k2 * t_brbxo;
+    J[269] = t_47a67 - p[I2] * (t_47a67 + t_5offm) * t_jx6g7 - k2 * t_sl6vv;
+    J[270] = t_m4gcp - (p[eps2] + p[I2] * (t_m4gcp + t_2drwm)) * t_jx6g7 - k2 * t_ifvim;
+    J[271] = t_rfzxx_2 - p[I2] * (t_rfzxx_2 + t_bldpr) * t_jx6g7 - k2 * t_wp2f3;
     J[272] = SPLAT(K(0.0));
     J[273] = SPLAT(K(0.0));
     J[274] = SPLAT(K(0.0));
-    J[275] = -(t_ljjby + th_2 * (q_2 * t_dgy3c));
-    J[276] = -(t_6xihg + th_2 * (q_2 * t_6q5vx));
-    J[277] = -(t_hucxp + th_2 * (q_2 * t_kgekk));
+    J[275] = -(t_bracl + th_2 * (q_2 * t_6stj7));
+    J[276] = -(t_547sr + th_2 * (q_2 * t_uawll));
+    J[277] = -(t_aog3f + th_2 * (q_2 * t_hge32));
     J[278] = SPLAT(K(0.0));
     J[279] = SPLAT(K(0.0));
     J[280] = SPLAT(K(0.0));
-    J[281] = -(t_nbkzt + th_2 * (q_2 * t_ct5ru));
-    J[282] = -(t_zr5di + th_2 * (q_2 * t_roiww));
-    J[283] = -(t_5rghd + t_vokmq);
-    J[284] = -(t_6dg7r + th_2 * (q_2 * t_hucua));
-    J[285] = -(t_zgzfd + th_2 * (q_2 * t_ydtrg));
-    J[286] = -(t_o2b4u + th_2 * (q_2 * t_waus3));
-    J[287] = -(t_dytux + th_2 * (q_2 * t_4emsa));
-    J[288] = -(t_mm5vw + th_2 * (p[eps2] * t_r7vy7 + q_2 * t_heo73));
+    J[281] = -(t_lft7p + th_2 * (q_2 * t_qs6bw));
+    J[282] = -(t_ekzor + th_2 * (q_2 * t_o2c7q));
+    J[283] = -(t_qglxt + t_koats);
+    J[284] = -(t_ab6m2 + th_2 * (q_2 * t_g52ww));
+    J[285] = -(t_4kdmy + th_2 * (q_2 * t_urwfu));
+    J[286] = -(t_yjwrt + th_2 * (q_2 * t_kldq7));
+    J[287] = -(t_vffct + th_2 * (q_2 * t_yzj7i));
+    J[288] = -(t_tdv6s + th_2 * (p[eps2] * t_r7vy7 + q_2 * t_irbqh));
 }
 
 /* Jacobian of rhs with respect to u, row by row; 879 operations. */
@@ -1960,16 +1960,16 @@ void slosh_jac_u(const real *x, const real *u, const real *p, real *J)
     enum { h2 = SLOSH_P_H2 };
     enum { I2 = SLOSH_P_I2 };
     const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
-    const real t_zrejm = K(1.0) / D1;
-    const real t_3qn53 = p[m1] * t_zrejm;
-    const real k1 = t_3qn53 * p[l1];
-    const real me1 = t_3qn53 * p[I1];
+    const real t_gbl6n = K(1.0) / D1;
+    const real t_wywjk = p[m1] * t_gbl6n;
+    const real k1 = t_wywjk * p[l1];
+    const real me1 = t_wywjk * p[I1];
     const real mv1 = p[l1] * p[m1] * k1;
     const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
-    const real t_5wzvs = K(1.0) / D2;
-    const real t_54cbb = p[m2] * t_5wzvs;
-    const real k2 = t_54cbb * p[l2];
-    const real me2 = t_54cbb * p[I2];
+    const real t_jx6g7 = K(1.0) / D2;
+    const real t_jzg7x = p[m2] * t_jx6g7;
+    const real k2 = t_jzg7x * p[l2];
+    const real me2 = t_jzg7x * p[I2];
     const real mv2 = p[l2] * p[m2] * k2;
     const real M_C = p[m] + p[m0] + me1 + me2;
     const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
@@ -2010,10 +2010,10 @@ void slosh_jac_u(const real *x, const real *u, const real *p, real *J)
     const real S_sq1 = sin_theta1 * sin_theta1;
     const real SC1 = cos_theta1 * sin_theta1;
     const real tn11_1 = Ass_1 + me1 - wth_1;
-    const real t_b7ure = me1 * (e1 * e1);
-    const real t_3bowt = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
-    const real t_3fv6l = g_1 * wg_1;
-    const real tn44_1 = t_b7ure + t_3bowt - t_3fv6l;
+    const real t_xdulz = me1 * (e1 * e1);
+    const real t_zmqjk = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
+    const real t_leuxo = g_1 * wg_1;
+    const real tn44_1 = t_xdulz + t_zmqjk - t_leuxo;
     const real wq_1 = q_1 * wth_1;
     const real wqg_1 = q_1 * wg_1;
     const real wqq_1 = q_1 * wq_1;
@@ -2039,10 +2039,10 @@ void slosh_jac_u(const real *x, const real *u, const real *p, real *J)
     const real S_sq2 = sin_theta2 * sin_theta2;
     const real SC2 = cos_theta2 * sin_theta2;
     const real tn11_2 = Ass_2 + me2 - wth_2;
-    const real t_lpk5h = me2 * (e2 * e2);
-    const real t_ymmgl = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
-    const real t_odwbr = g_2 * wg_2;
-    const real tn44_2 = t_lpk5h + t_ymmgl - t_odwbr;
+    const real t_uohf6 = me2 * (e2 * e2);
+    const real t_agwdt = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
+    const real t_leuxo_2 = g_2 * wg_2;
+    const real tn44_2 = t_uohf6 + t_agwdt - t_leuxo_2;
     const real wq_2 = q_2 * wth_2;
     const real wqg_2 = q_2 * wg_2;
     const real wqq_2 = q_2 * wq_2;
@@ -2051,293 +2051,293 @@ void slosh_jac_u(const real *x, const real *u, const real *p, real *J)
     const real wgC_2 = cos_theta2 * wqg_2;
     const real wgS_2 = sin_theta2 * wqg_2;
     const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
-    const real t_fbeaw = S_sq1 * tn11_1;
-    const real t_dj555 = S_sq2 * tn11_2;
-    const real K22 = t_fbeaw + t_dj555 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real t_leuxo_3 = S_sq1 * tn11_1;
+    const real t_leuxo_4 = S_sq2 * tn11_2;
+    const real K22 = t_leuxo_3 + t_leuxo_4 + M_C + wth_1 + wth_2 - me1 - me2;
     const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + M_C - t_fbeaw - t_dj555;
+    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo_3 - t_leuxo_4;
     const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
-    const real t_nhr5u = wqq_1 + wqq_2;
-    const real K44 = t_nhr5u + Bl_1 + Bl_2 + J_C1;
-    const real t_tcgxn = wg_1 - e1 * me1;
-    const real t_uf5ib = wg_2 - e2 * me2;
-    const real t_32gyg = Bc_1 - eAss_1;
-    const real t_65obb = t_32gyg + t_tcgxn;
-    const real t_gbkg6 = Bc_2 - eAss_2;
-    const real t_yoiua = t_gbkg6 + t_uf5ib;
-    const real t_z76hk = S_sq1 * t_65obb + S_sq2 * t_yoiua;
-    const real K52 = t_tcgxn + t_uf5ib - t_z76hk - wqC_1 - wqC_2;
-    const real t_hjmgb = SC1 * t_65obb + SC2 * t_yoiua;
-    const real K53 = wqS_1 - t_hjmgb + wqS_2;
-    const real t_nncdg = Bl_1 - eBc_1;
-    const real t_4q22j = Bl_2 - eBc_2;
-    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
-    const real t_hoosk = S_sq1 * tn44_1;
-    const real t_drvdp = S_sq2 * tn44_2;
-    const real K55 = t_3fv6l
-        + t_odwbr
-        + t_nhr5u
-        + t_hoosk
-        + t_drvdp
+    const real t_hig3c = wqq_1 + wqq_2;
+    const real K44 = t_hig3c + Bl_1 + Bl_2 + J_C1;
+    const real t_67i37 = wg_1 - e1 * me1;
+    const real t_n5kna = wg_2 - e2 * me2;
+    const real t_hig3c_2 = Bc_1 - eAss_1;
+    const real t_vjftl = t_hig3c_2 + t_67i37;
+    const real t_hig3c_3 = Bc_2 - eAss_2;
+    const real t_vsqil = t_hig3c_3 + t_n5kna;
+    const real t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
+    const real K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2;
+    const real t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil;
+    const real K53 = wqS_1 - t_edvw3_2 + wqS_2;
+    const real t_yzhyr = Bl_1 - eBc_1;
+    const real t_q6put = Bl_2 - eBc_2;
+    const real K54 = t_hig3c - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2;
+    const real t_leuxo_5 = S_sq1 * tn44_1;
+    const real t_leuxo_6 = S_sq2 * tn44_2;
+    const real K55 = t_leuxo
+        + t_leuxo_2
+        + t_hig3c
+        + t_leuxo_5
+        + t_leuxo_6
         + J_C3
-        - t_b7ure
-        - t_lpk5h
+        - t_xdulz
+        - t_uohf6
         + K(-2.0) * wgC_1
         + K(-2.0) * wgC_2;
-    const real K63 = t_z76hk - (t_32gyg + t_gbkg6);
-    const real t_zhbuw = wgS_1 + wgS_2;
-    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
-    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
-    const real K66 = t_3bowt + t_ymmgl + J_C2 - t_hoosk - t_drvdp;
-    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real t_bpfoo = K(1.0) / K11;
-    const real t_w7lcw = t_b3aij * t_bpfoo;
-    const real K_D2 = K22 - t_b3aij * t_w7lcw;
-    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_3go2w = t_zzymx * t_bpfoo;
-    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
-    const real t_4iujv = K(1.0) / K_D2;
-    const real K_L32 = t_d4mqf * t_4iujv;
-    const real t_ev7u5 = Bs_1 + Asc_1 * e1;
-    const real t_bvybx = Bs_2 + Asc_2 * e2;
-    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
-    const real t_vshgd = t_6mmeb * t_bpfoo;
-    const real t_p6zld = K52 - t_b3aij * t_vshgd;
-    const real K_L52 = t_p6zld * t_4iujv;
-    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
-    const real t_2m245 = Bs_1 + Bs_2;
-    const real t_xq4wt = t_2m245 * t_bpfoo;
-    const real t_m67zs = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2 + t_b3aij * t_xq4wt;
-    const real t_6urah = t_m67zs * t_4iujv;
-    const real t_m27n6 = K43 + t_d4mqf * t_6urah - t_zzymx * t_xq4wt;
-    const real t_zmh3u = K(1.0) / K_D3;
-    const real K_L43 = t_m27n6 * t_zmh3u;
-    const real t_bxfcn = K53 - t_d4mqf * K_L52 - t_zzymx * t_vshgd;
-    const real K_L53 = t_bxfcn * t_zmh3u;
-    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
-    const real t_e4enr = t_bl4f2 * t_bpfoo;
-    const real t_qvrp6 = t_hjmgb + t_b3aij * t_e4enr;
-    const real t_dj64q = t_qvrp6 * t_4iujv;
-    const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
-    const real K_L63 = t_rahc4 * t_zmh3u;
-    const real K_D4 = K44 - t_m67zs * t_6urah - t_m27n6 * K_L43 - t_2m245 * t_xq4wt;
-    const real t_amczu = K54 + t_m67zs * K_L52 - t_m27n6 * K_L53 - t_2m245 * t_vshgd;
-    const real t_lt2al = K(1.0) / K_D4;
-    const real K_L54 = t_amczu * t_lt2al;
-    const real t_e4k6u = K64 - t_m67zs * t_dj64q - t_m27n6 * K_L63 - t_2m245 * t_e4enr;
-    const real K_L64 = t_e4k6u * t_lt2al;
+    const real K63 = t_edvw3 - (t_hig3c_2 + t_hig3c_3);
+    const real t_hig3c_4 = wgS_1 + wgS_2;
+    const real K64 = t_hig3c_4 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2;
+    const real K65 = t_hig3c_4 + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6;
+    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_6dtnj = K(1.0) / K11;
+    const real t_gousg = t_f2nhc * t_6dtnj;
+    const real K_D2 = K22 - t_f2nhc * t_gousg;
+    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_gousg_2 = t_f2nhc_2 * t_6dtnj;
+    const real t_upifj = K32 - t_f2nhc * t_gousg_2;
+    const real t_6dtnj_2 = K(1.0) / K_D2;
+    const real K_L32 = t_upifj * t_6dtnj_2;
+    const real t_2jubo = Bs_1 + Asc_1 * e1;
+    const real t_ittbm = Bs_2 + Asc_2 * e2;
+    const real t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2;
+    const real t_s62lc = t_6iku5 * t_6dtnj;
+    const real t_6vega = K52 - t_f2nhc * t_s62lc;
+    const real K_L52 = t_6vega * t_6dtnj_2;
+    const real K_D3 = K33 - t_upifj * K_L32 - t_f2nhc_2 * t_gousg_2;
+    const real t_hig3c_5 = Bs_1 + Bs_2;
+    const real t_w6lcf = t_hig3c_5 * t_6dtnj;
+    const real t_ly572 = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2 + t_f2nhc * t_w6lcf;
+    const real t_vpdgs = t_ly572 * t_6dtnj_2;
+    const real t_ichgo = K43 + t_upifj * t_vpdgs - t_f2nhc_2 * t_w6lcf;
+    const real t_6dtnj_3 = K(1.0) / K_D3;
+    const real K_L43 = t_ichgo * t_6dtnj_3;
+    const real t_jmicp = K53 - t_upifj * K_L52 - t_f2nhc_2 * t_s62lc;
+    const real K_L53 = t_jmicp * t_6dtnj_3;
+    const real t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2;
+    const real t_s62lc_2 = t_6iku5_2 * t_6dtnj;
+    const real t_avyqv = t_edvw3_2 + t_f2nhc * t_s62lc_2;
+    const real t_bk7yo = t_avyqv * t_6dtnj_2;
+    const real t_2dahu = K63 + t_upifj * t_bk7yo - t_f2nhc_2 * t_s62lc_2;
+    const real K_L63 = t_2dahu * t_6dtnj_3;
+    const real K_D4 = K44 - t_ly572 * t_vpdgs - t_ichgo * K_L43 - t_hig3c_5 * t_w6lcf;
+    const real t_otpfz = K54 + t_ly572 * K_L52 - t_ichgo * K_L53 - t_hig3c_5 * t_s62lc;
+    const real t_6dtnj_4 = K(1.0) / K_D4;
+    const real K_L54 = t_otpfz * t_6dtnj_4;
+    const real t_aolgd = K64 - t_ly572 * t_bk7yo - t_ichgo * K_L63 - t_hig3c_5 * t_s62lc_2;
+    const real K_L64 = t_aolgd * t_6dtnj_4;
     const real K_D5 = K55
-        - t_p6zld * K_L52
-        - t_bxfcn * K_L53
-        - t_amczu * K_L54
-        - t_6mmeb * t_vshgd;
-    const real t_jo54w = K65
-        + t_p6zld * t_dj64q
-        - t_bxfcn * K_L63
-        - t_amczu * K_L64
-        - t_6mmeb * t_e4enr;
-    const real t_ftqxb = K(1.0) / K_D5;
-    const real K_L65 = t_jo54w * t_ftqxb;
+        - t_6vega * K_L52
+        - t_jmicp * K_L53
+        - t_otpfz * K_L54
+        - t_6iku5 * t_s62lc;
+    const real t_hdeaq = K65
+        + t_6vega * t_bk7yo
+        - t_jmicp * K_L63
+        - t_otpfz * K_L64
+        - t_6iku5 * t_s62lc_2;
+    const real t_6dtnj_5 = K(1.0) / K_D5;
+    const real K_L65 = t_hdeaq * t_6dtnj_5;
     const real K_D6 = K66
-        - t_qvrp6 * t_dj64q
-        - t_rahc4 * K_L63
-        - t_e4k6u * K_L64
-        - t_jo54w * K_L65
-        - t_bl4f2 * t_e4enr;
-    const real t_nfkwa = K(1.0) / K_D6;
-    const real t_hiifd = (K_L65 * K_L54 - K_L64) * t_nfkwa;
-    const real t_5u7wz = K_L54 * t_ftqxb + K_L65 * t_hiifd;
-    const real t_6ytpw = t_lt2al + K_L54 * t_5u7wz - K_L64 * t_hiifd;
-    const real t_fokyf = K_L53 * t_5u7wz - K_L43 * t_6ytpw - K_L63 * t_hiifd;
-    const real t_fiyby = t_6urah * t_6ytpw - K_L32 * t_fokyf + K_L52 * t_5u7wz + t_dj64q * t_hiifd;
-    const real t_ueggq = t_w7lcw * t_fiyby
-        + t_3go2w * t_fokyf
-        + t_xq4wt * t_6ytpw
-        - t_vshgd * t_5u7wz
-        + t_e4enr * t_hiifd;
-    const real t_zwjps = K_L65 * t_nfkwa;
-    const real t_ctsrf = K_L64 * t_nfkwa - K_L54 * t_zwjps;
-    const real t_5wlzs = K_L63 * t_nfkwa - (K_L43 * t_ctsrf + K_L53 * t_zwjps);
-    const real t_ltkoi = t_6urah * t_ctsrf - K_L32 * t_5wlzs - K_L52 * t_zwjps - t_dj64q * t_nfkwa;
-    const real t_fzl2a = t_w7lcw * t_ltkoi
-        + t_3go2w * t_5wlzs
-        + t_xq4wt * t_ctsrf
-        + t_vshgd * t_zwjps
-        - t_e4enr * t_nfkwa;
-    const real t_kchpi = t_ftqxb + K_L65 * t_zwjps;
-    const real t_ht423 = K_L64 * t_zwjps - K_L54 * t_kchpi;
-    const real t_mrgyy = K_L63 * t_zwjps - (K_L43 * t_ht423 + K_L53 * t_kchpi);
-    const real t_f72r2 = t_6urah * t_ht423 - K_L32 * t_mrgyy - K_L52 * t_kchpi - t_dj64q * t_zwjps;
-    const real t_4wxpe = t_w7lcw * t_f72r2
-        + t_3go2w * t_mrgyy
-        + t_xq4wt * t_ht423
-        + t_vshgd * t_kchpi
-        - t_e4enr * t_zwjps;
-    const real t_lwe76 = p[b] + p[d] + x_C;
+        - t_avyqv * t_bk7yo
+        - t_2dahu * K_L63
+        - t_aolgd * K_L64
+        - t_hdeaq * K_L65
+        - t_6iku5_2 * t_s62lc_2;
+    const real t_6dtnj_6 = K(1.0) / K_D6;
+    const real t_gcnkg = (K_L65 * K_L54 - K_L64) * t_6dtnj_6;
+    const real t_iavt3 = K_L54 * t_6dtnj_5 + K_L65 * t_gcnkg;
+    const real t_fp5fy = t_6dtnj_4 + K_L54 * t_iavt3 - K_L64 * t_gcnkg;
+    const real t_lppxo = K_L53 * t_iavt3 - K_L43 * t_fp5fy - K_L63 * t_gcnkg;
+    const real t_idz7j = t_vpdgs * t_fp5fy - K_L32 * t_lppxo + K_L52 * t_iavt3 + t_bk7yo * t_gcnkg;
+    const real t_73qnp = t_gousg * t_idz7j
+        + t_gousg_2 * t_lppxo
+        + t_w6lcf * t_fp5fy
+        - t_s62lc * t_iavt3
+        + t_s62lc_2 * t_gcnkg;
+    const real t_bintu = K_L65 * t_6dtnj_6;
+    const real t_4sbjs = K_L64 * t_6dtnj_6 - K_L54 * t_bintu;
+    const real t_ocu7b = K_L63 * t_6dtnj_6 - (K_L43 * t_4sbjs + K_L53 * t_bintu);
+    const real t_7ch2f = t_vpdgs * t_4sbjs - K_L32 * t_ocu7b - K_L52 * t_bintu - t_bk7yo * t_6dtnj_6;
+    const real t_dsnee = t_gousg * t_7ch2f
+        + t_gousg_2 * t_ocu7b
+        + t_w6lcf * t_4sbjs
+        + t_s62lc * t_bintu
+        - t_s62lc_2 * t_6dtnj_6;
+    const real t_nmaqm = t_6dtnj_5 + K_L65 * t_bintu;
+    const real t_4tcd4 = K_L64 * t_bintu - K_L54 * t_nmaqm;
+    const real t_bagmr = K_L63 * t_bintu - (K_L43 * t_4tcd4 + K_L53 * t_nmaqm);
+    const real t_c7n26 = t_vpdgs * t_4tcd4 - K_L32 * t_bagmr - K_L52 * t_nmaqm - t_bk7yo * t_bintu;
+    const real t_xtbzj = t_gousg * t_c7n26
+        + t_gousg_2 * t_bagmr
+        + t_w6lcf * t_4tcd4
+        + t_s62lc * t_nmaqm
+        - t_s62lc_2 * t_bintu;
+    const real t_bknng = p[b] + p[d] + x_C;
     const real t_gcu5g = t_ruxs4 * sin_delta1;
-    const real t_wqzoa = t_w7lcw * t_gcu5g;
-    const real t_5hiyq = K_L32 * t_wqzoa - (t_3go2w * t_gcu5g + f_x);
-    const real t_jzilr = t_xq4wt * t_gcu5g + t_6urah * t_wqzoa + K_L43 * t_5hiyq;
-    const real t_zx4zt = K_L52 * t_wqzoa - t_vshgd * t_gcu5g - K_L53 * t_5hiyq + K_L54 * t_jzilr;
-    const real t_lxwbb = t_lwe76 * f_x
-        - t_e4enr * t_gcu5g
-        - t_dj64q * t_wqzoa
-        - K_L63 * t_5hiyq
-        + K_L64 * t_jzilr
-        - K_L65 * t_zx4zt;
-    const real t_imbm2 = t_lxwbb * t_nfkwa;
-    const real t_gam2q = t_zx4zt * t_ftqxb - K_L65 * t_imbm2;
-    const real t_w4fnn = t_jzilr * t_lt2al + K_L54 * t_gam2q + K_L64 * t_imbm2;
-    const real t_ej2d2 = t_5hiyq * t_zmh3u + K_L43 * t_w4fnn - K_L53 * t_gam2q - K_L63 * t_imbm2;
-    const real t_wse3o = t_dj64q * t_imbm2
-        - (t_wqzoa * t_4iujv + K_L32 * t_ej2d2 + t_6urah * t_w4fnn + K_L52 * t_gam2q);
-    const real t_hgcol = t_w7lcw * t_wse3o
-        - t_gcu5g * t_bpfoo
-        + t_3go2w * t_ej2d2
-        - t_xq4wt * t_w4fnn
-        + t_vshgd * t_gam2q
-        + t_e4enr * t_imbm2;
+    const real t_sfaq5 = t_gousg * t_gcu5g;
+    const real t_4qzq3 = K_L32 * t_sfaq5 - (t_gousg_2 * t_gcu5g + f_x);
+    const real t_h7pte = t_w6lcf * t_gcu5g + t_vpdgs * t_sfaq5 + K_L43 * t_4qzq3;
+    const real t_lw3uo = K_L52 * t_sfaq5 - t_s62lc * t_gcu5g - K_L53 * t_4qzq3 + K_L54 * t_h7pte;
+    const real t_xizxu = t_bknng * f_x
+        - t_s62lc_2 * t_gcu5g
+        - t_bk7yo * t_sfaq5
+        - K_L63 * t_4qzq3
+        + K_L64 * t_h7pte
+        - K_L65 * t_lw3uo;
+    const real t_ncgmo = t_xizxu * t_6dtnj_6;
+    const real t_tbm3s = t_lw3uo * t_6dtnj_5 - K_L65 * t_ncgmo;
+    const real t_bopyi = t_h7pte * t_6dtnj_4 + K_L54 * t_tbm3s + K_L64 * t_ncgmo;
+    const real t_luyzm = t_4qzq3 * t_6dtnj_3 + K_L43 * t_bopyi - K_L53 * t_tbm3s - K_L63 * t_ncgmo;
+    const real t_no6fn = t_bk7yo * t_ncgmo
+        - (t_sfaq5 * t_6dtnj_2 + K_L32 * t_luyzm + t_vpdgs * t_bopyi + K_L52 * t_tbm3s);
+    const real t_e2zp5 = t_gousg * t_no6fn
+        - t_gcu5g * t_6dtnj
+        + t_gousg_2 * t_luyzm
+        - t_w6lcf * t_bopyi
+        + t_s62lc * t_tbm3s
+        + t_s62lc_2 * t_ncgmo;
     const real t_ruxs4_2 = p[F] * cos_delta2;
-    const real t_exz5b = cos_delta1 * f_y;
-    const real t_3xluz = t_ruxs4_2 - t_w7lcw * t_exz5b;
-    const real t_jowkb = sin_delta1 * f_y;
-    const real t_bdf6j = t_jowkb - t_3go2w * t_exz5b - K_L32 * t_3xluz;
-    const real t_xgosb = t_6urah * t_3xluz - t_xq4wt * t_exz5b - K_L43 * t_bdf6j;
-    const real t_szw4u = t_lwe76 * t_ruxs4_2
-        + t_vshgd * t_exz5b
-        + K_L52 * t_3xluz
-        + K_L53 * t_bdf6j
-        + K_L54 * t_xgosb;
-    const real t_yfavv = t_dj64q * t_3xluz
-        - (t_lwe76 * t_jowkb + t_e4enr * t_exz5b)
-        - K_L63 * t_bdf6j
-        - K_L64 * t_xgosb
-        + K_L65 * t_szw4u;
-    const real t_lqoxe = t_yfavv * t_nfkwa;
-    const real t_tewcm = t_szw4u * t_ftqxb + K_L65 * t_lqoxe;
-    const real t_752gl = t_xgosb * t_lt2al + K_L54 * t_tewcm - K_L64 * t_lqoxe;
-    const real t_yshmv = t_bdf6j * t_zmh3u - K_L43 * t_752gl + K_L53 * t_tewcm - K_L63 * t_lqoxe;
-    const real t_cukth = t_3xluz * t_4iujv
-        - K_L32 * t_yshmv
-        + t_6urah * t_752gl
-        + K_L52 * t_tewcm
-        + t_dj64q * t_lqoxe;
-    const real t_ega5d = t_w7lcw * t_cukth
-        - t_exz5b * t_bpfoo
-        + t_3go2w * t_yshmv
-        + t_xq4wt * t_752gl
-        - t_vshgd * t_tewcm
-        + t_e4enr * t_lqoxe;
-    const real t_okbuw = x_C * t_zwjps;
-    const real t_4n5xx = cos_theta1 * t_hiifd - sin_theta1 * t_5u7wz;
-    const real t_xox4q = cos_phi1 * (e1 * t_4n5xx + sin_theta1 * t_fiyby + cos_theta1 * t_fokyf)
-        + sin_phi1 * t_ueggq;
-    const real t_4koa5 = sin_theta1 * t_zwjps;
-    const real t_kfd5v = t_4koa5 - cos_theta1 * t_nfkwa;
-    const real t_tbn6u = cos_phi1 * (e1 * t_kfd5v + sin_theta1 * t_ltkoi + cos_theta1 * t_5wlzs)
-        + sin_phi1 * t_fzl2a;
-    const real t_v7fho = cos_theta1 * t_zwjps;
-    const real t_zkcpx = sin_theta1 * t_kchpi - t_v7fho;
-    const real t_fjarp = cos_phi1 * (e1 * t_zkcpx + sin_theta1 * t_f72r2 + cos_theta1 * t_mrgyy)
-        + sin_phi1 * t_4wxpe;
-    const real t_fcaq7 = sin_theta1 * t_gam2q + cos_theta1 * t_imbm2;
-    const real t_l6e5a = cos_phi1 * (e1 * t_fcaq7 + sin_theta1 * t_wse3o + cos_theta1 * t_ej2d2)
-        + sin_phi1 * t_hgcol;
-    const real t_vr3vd = cos_theta1 * t_lqoxe - sin_theta1 * t_tewcm;
-    const real t_wmjd7 = cos_phi1 * (e1 * t_vr3vd + sin_theta1 * t_cukth + cos_theta1 * t_yshmv)
-        + sin_phi1 * t_ega5d;
-    const real t_g3dly = t_6ytpw - t_5u7wz;
-    const real t_jr52b = cos_theta1 * t_fiyby
-        - g_1 * (cos_theta1 * t_5u7wz + sin_theta1 * t_hiifd)
-        - q_1 * t_g3dly
-        - sin_theta1 * t_fokyf;
-    const real t_af24o = t_ctsrf + t_zwjps;
-    const real t_syqg4 = cos_theta1 * t_ltkoi
-        + g_1 * (t_v7fho + sin_theta1 * t_nfkwa)
-        - q_1 * t_af24o
-        - sin_theta1 * t_5wlzs;
-    const real t_7fuvy = t_ht423 + t_kchpi;
-    const real t_aaqcg = cos_theta1 * t_f72r2
-        + g_1 * (cos_theta1 * t_kchpi + t_4koa5)
-        - q_1 * t_7fuvy
-        - sin_theta1 * t_mrgyy;
-    const real t_titeo = t_gam2q - t_w4fnn;
-    const real t_ixue4 = cos_theta1 * t_wse3o
-        + g_1 * (cos_theta1 * t_gam2q - sin_theta1 * t_imbm2)
-        - q_1 * t_titeo
-        - sin_theta1 * t_ej2d2;
-    const real t_d2tsk = t_752gl - t_tewcm;
-    const real t_quju6 = cos_theta1 * t_cukth
-        - g_1 * (cos_theta1 * t_tewcm + sin_theta1 * t_lqoxe)
-        - q_1 * t_d2tsk
-        - sin_theta1 * t_yshmv;
-    const real t_h5vfc = cos_theta2 * t_hiifd - sin_theta2 * t_5u7wz;
-    const real t_as5ay = cos_phi2 * (e2 * t_h5vfc + sin_theta2 * t_fiyby + cos_theta2 * t_fokyf)
-        + sin_phi2 * t_ueggq;
-    const real t_rdjur = sin_theta2 * t_zwjps;
-    const real t_fa7jv = t_rdjur - cos_theta2 * t_nfkwa;
-    const real t_t7wqn = cos_phi2 * (e2 * t_fa7jv + sin_theta2 * t_ltkoi + cos_theta2 * t_5wlzs)
-        + sin_phi2 * t_fzl2a;
-    const real t_rhp3f = cos_theta2 * t_zwjps;
-    const real t_lptuo = sin_theta2 * t_kchpi - t_rhp3f;
-    const real t_jxtm6 = cos_phi2 * (e2 * t_lptuo + sin_theta2 * t_f72r2 + cos_theta2 * t_mrgyy)
-        + sin_phi2 * t_4wxpe;
-    const real t_wjd6v = sin_theta2 * t_gam2q + cos_theta2 * t_imbm2;
-    const real t_il2zc = cos_phi2 * (e2 * t_wjd6v + sin_theta2 * t_wse3o + cos_theta2 * t_ej2d2)
-        + sin_phi2 * t_hgcol;
-    const real t_wh7q3 = cos_theta2 * t_lqoxe - sin_theta2 * t_tewcm;
-    const real t_3wdkl = cos_phi2 * (e2 * t_wh7q3 + sin_theta2 * t_cukth + cos_theta2 * t_yshmv)
-        + sin_phi2 * t_ega5d;
-    const real t_sjuag = cos_theta2 * t_fiyby
-        - g_2 * (cos_theta2 * t_5u7wz + sin_theta2 * t_hiifd)
-        - q_2 * t_g3dly
-        - sin_theta2 * t_fokyf;
-    const real t_opudw = cos_theta2 * t_ltkoi
-        + g_2 * (t_rhp3f + sin_theta2 * t_nfkwa)
-        - q_2 * t_af24o
-        - sin_theta2 * t_5wlzs;
-    const real t_cqedw = cos_theta2 * t_f72r2
-        + g_2 * (cos_theta2 * t_kchpi + t_rdjur)
-        - q_2 * t_7fuvy
-        - sin_theta2 * t_mrgyy;
-    const real t_4fa7z = cos_theta2 * t_wse3o
-        + g_2 * (cos_theta2 * t_gam2q - sin_theta2 * t_imbm2)
-        - q_2 * t_titeo
-        - sin_theta2 * t_ej2d2;
-    const real t_22bum = cos_theta2 * t_cukth
-        - g_2 * (cos_theta2 * t_tewcm + sin_theta2 * t_lqoxe)
-        - q_2 * t_d2tsk
-        - sin_theta2 * t_yshmv;
-    J[0] = t_ueggq;
-    J[1] = t_fzl2a;
-    J[2] = t_4wxpe;
-    J[3] = t_hgcol;
-    J[4] = t_ega5d;
-    J[5] = t_fiyby + x_C * t_5u7wz;
-    J[6] = t_ltkoi - t_okbuw;
-    J[7] = t_f72r2 - x_C * t_kchpi;
-    J[8] = t_wse3o - x_C * t_gam2q;
-    J[9] = t_cukth + x_C * t_tewcm;
-    J[10] = t_fokyf - x_C * t_hiifd;
-    J[11] = t_5wlzs + x_C * t_nfkwa;
-    J[12] = t_mrgyy + t_okbuw;
-    J[13] = t_ej2d2 - x_C * t_imbm2;
-    J[14] = t_yshmv - x_C * t_lqoxe;
-    J[15] = t_6ytpw;
-    J[16] = t_ctsrf;
-    J[17] = t_ht423;
-    J[18] = -t_w4fnn;
-    J[19] = t_752gl;
-    J[20] = -t_hiifd;
-    J[21] = t_nfkwa;
-    J[22] = t_zwjps;
-    J[23] = -t_imbm2;
-    J[24] = -t_lqoxe;
-    J[25] = -t_5u7wz;
-    J[26] = t_zwjps;
-    J[27] = t_kchpi;
-    J[28] = t_gam2q;
-    J[29] = -t_tewcm;
+    const real t_aylct = cos_delta1 * f_y;
+    const real t_rjpmq = t_ruxs4_2 - t_gousg * t_aylct;
+    const real t_eeftw = sin_delta1 * f_y;
+    const real t_woovs = t_eeftw - t_gousg_2 * t_aylct - K_L32 * t_rjpmq;
+    const real t_5wo46 = t_vpdgs * t_rjpmq - t_w6lcf * t_aylct - K_L43 * t_woovs;
+    const real t_tv4gp = t_bknng * t_ruxs4_2
+        + t_s62lc * t_aylct
+        + K_L52 * t_rjpmq
+        + K_L53 * t_woovs
+        + K_L54 * t_5wo46;
+    const real t_2e75b = t_bk7yo * t_rjpmq
+        - (t_bknng * t_eeftw + t_s62lc_2 * t_aylct)
+        - K_L63 * t_woovs
+        - K_L64 * t_5wo46
+        + K_L65 * t_tv4gp;
+    const real t_xd5ah = t_2e75b * t_6dtnj_6;
+    const real t_5vybw = t_tv4gp * t_6dtnj_5 + K_L65 * t_xd5ah;
+    const real t_3tprx = t_5wo46 * t_6dtnj_4 + K_L54 * t_5vybw - K_L64 * t_xd5ah;
+    const real t_w2pir = t_woovs * t_6dtnj_3 - K_L43 * t_3tprx + K_L53 * t_5vybw - K_L63 * t_xd5ah;
+    const real t_gbg3b = t_rjpmq * t_6dtnj_2
+        - K_L32 * t_w2pir
+        + t_vpdgs * t_3tprx
+        + K_L52 * t_5vybw
+        + t_bk7yo * t_xd5ah;
+    const real t_rnkdm = t_gousg * t_gbg3b
+        - t_aylct * t_6dtnj
+        + t_gousg_2 * t_w2pir
+        + t_w6lcf * t_3tprx
+        - t_s62lc * t_5vybw
+        + t_s62lc_2 * t_xd5ah;
+    const real t_rvtxv = x_C * t_bintu;
+    const real t_6wcao = cos_theta1 * t_gcnkg - sin_theta1 * t_iavt3;
+    const real t_tgxmt = cos_phi1 * (e1 * t_6wcao + sin_theta1 * t_idz7j + cos_theta1 * t_lppxo)
+        + sin_phi1 * t_73qnp;
+    const real t_5hhuf = sin_theta1 * t_bintu;
+    const real t_32gay = t_5hhuf - cos_theta1 * t_6dtnj_6;
+    const real t_fyot7 = cos_phi1 * (e1 * t_32gay + sin_theta1 * t_7ch2f + cos_theta1 * t_ocu7b)
+        + sin_phi1 * t_dsnee;
+    const real t_5hhuf_2 = cos_theta1 * t_bintu;
+    const real t_3zy4v = sin_theta1 * t_nmaqm - t_5hhuf_2;
+    const real t_7qj36 = cos_phi1 * (e1 * t_3zy4v + sin_theta1 * t_c7n26 + cos_theta1 * t_bagmr)
+        + sin_phi1 * t_xtbzj;
+    const real t_cajuz = sin_theta1 * t_tbm3s + cos_theta1 * t_ncgmo;
+    const real t_yftip = cos_phi1 * (e1 * t_cajuz + sin_theta1 * t_no6fn + cos_theta1 * t_luyzm)
+        + sin_phi1 * t_e2zp5;
+    const real t_rsnvq = cos_theta1 * t_xd5ah - sin_theta1 * t_5vybw;
+    const real t_6u4tr = cos_phi1 * (e1 * t_rsnvq + sin_theta1 * t_gbg3b + cos_theta1 * t_w2pir)
+        + sin_phi1 * t_rnkdm;
+    const real t_szzk4 = t_fp5fy - t_iavt3;
+    const real t_qw377 = cos_theta1 * t_idz7j
+        - g_1 * (cos_theta1 * t_iavt3 + sin_theta1 * t_gcnkg)
+        - q_1 * t_szzk4
+        - sin_theta1 * t_lppxo;
+    const real t_gfwjx = t_4sbjs + t_bintu;
+    const real t_6mugf = cos_theta1 * t_7ch2f
+        + g_1 * (t_5hhuf_2 + sin_theta1 * t_6dtnj_6)
+        - q_1 * t_gfwjx
+        - sin_theta1 * t_ocu7b;
+    const real t_46rjf = t_4tcd4 + t_nmaqm;
+    const real t_kgecp = cos_theta1 * t_c7n26
+        + g_1 * (cos_theta1 * t_nmaqm + t_5hhuf)
+        - q_1 * t_46rjf
+        - sin_theta1 * t_bagmr;
+    const real t_r5p7p = t_tbm3s - t_bopyi;
+    const real t_tu4vi = cos_theta1 * t_no6fn
+        + g_1 * (cos_theta1 * t_tbm3s - sin_theta1 * t_ncgmo)
+        - q_1 * t_r5p7p
+        - sin_theta1 * t_luyzm;
+    const real t_encbw = t_3tprx - t_5vybw;
+    const real t_qzzdr = cos_theta1 * t_gbg3b
+        - g_1 * (cos_theta1 * t_5vybw + sin_theta1 * t_xd5ah)
+        - q_1 * t_encbw
+        - sin_theta1 * t_w2pir;
+    const real t_6kqmw = cos_theta2 * t_gcnkg - sin_theta2 * t_iavt3;
+    const real t_vuenf = cos_phi2 * (e2 * t_6kqmw + sin_theta2 * t_idz7j + cos_theta2 * t_lppxo)
+        + sin_phi2 * t_73qnp;
+    const real t_jrjez = sin_theta2 * t_bintu;
+    const real t_thbpa = t_jrjez - cos_theta2 * t_6dtnj_6;
+    const real t_w4vxb = cos_phi2 * (e2 * t_thbpa + sin_theta2 * t_7ch2f + cos_theta2 * t_ocu7b)
+        + sin_phi2 * t_dsnee;
+    const real t_jrjez_2 = cos_theta2 * t_bintu;
+    const real t_fxm7r = sin_theta2 * t_nmaqm - t_jrjez_2;
+    const real t_43ikd = cos_phi2 * (e2 * t_fxm7r + sin_theta2 * t_c7n26 + cos_theta2 * t_bagmr)
+        + sin_phi2 * t_xtbzj;
+    const real t_a3zj2 = sin_theta2 * t_tbm3s + cos_theta2 * t_ncgmo;
+    const real t_spxuc = cos_phi2 * (e2 * t_a3zj2 + sin_theta2 * t_no6fn + cos_theta2 * t_luyzm)
+        + sin_phi2 * t_e2zp5;
+    const real t_q7ph6 = cos_theta2 * t_xd5ah - sin_theta2 * t_5vybw;
+    const real t_lpy24 = cos_phi2 * (e2 * t_q7ph6 + sin_theta2 * t_gbg3b + cos_theta2 * t_w2pir)
+        + sin_phi2 * t_rnkdm;
+    const real t_3u26d = cos_theta2 * t_idz7j
+        - g_2 * (cos_theta2 * t_iavt3 + sin_theta2 * t_gcnkg)
+        - q_2 * t_szzk4
+        - sin_theta2 * t_lppxo;
+    const real t_sari6 = cos_theta2 * t_7ch2f
+        + g_2 * (t_jrjez_2 + sin_theta2 * t_6dtnj_6)
+        - q_2 * t_gfwjx
+        - sin_theta2 * t_ocu7b;
+    const real t_3aiop = cos_theta2 * t_c7n26
+        + g_2 * (cos_theta2 * t_nmaqm + t_jrjez)
+        - q_2 * t_46rjf
+        - sin_theta2 * t_bagmr;
+    const real t_7mvpr = cos_theta2 * t_no6fn
+        + g_2 * (cos_theta2 * t_tbm3s - sin_theta2 * t_ncgmo)
+        - q_2 * t_r5p7p
+        - sin_theta2 * t_luyzm;
+    const real t_2rc3g = cos_theta2 * t_gbg3b
+        - g_2 * (cos_theta2 * t_5vybw + sin_theta2 * t_xd5ah)
+        - q_2 * t_encbw
+        - sin_theta2 * t_w2pir;
+    J[0] = t_73qnp;
+    J[1] = t_dsnee;
+    J[2] = t_xtbzj;
+    J[3] = t_e2zp5;
+    J[4] = t_rnkdm;
+    J[5] = t_idz7j + x_C * t_iavt3;
+    J[6] = t_7ch2f - t_rvtxv;
+    J[7] = t_c7n26 - x_C * t_nmaqm;
+    J[8] = t_no6fn - x_C * t_tbm3s;
+    J[9] = t_gbg3b + x_C * t_5vybw;
+    J[10] = t_lppxo - x_C * t_gcnkg;
+    J[11] = t_ocu7b + x_C * t_6dtnj_6;
+    J[12] = t_bagmr + t_rvtxv;
+    J[13] = t_luyzm - x_C * t_ncgmo;
+    J[14] = t_w2pir - x_C * t_xd5ah;
+    J[15] = t_fp5fy;
+    J[16] = t_4sbjs;
+    J[17] = t_4tcd4;
+    J[18] = -t_bopyi;
+    J[19] = t_3tprx;
+    J[20] = -t_gcnkg;
+    J[21] = t_6dtnj_6;
+    J[22] = t_bintu;
+    J[23] = -t_ncgmo;
+    J[24] = -t_xd5ah;
+    J[25] = -t_iavt3;
+    J[26] = t_bintu;
+    J[27] = t_nmaqm;
+    J[28] = t_tbm3s;
+    J[29] = -t_5vybw;
     J[30] = SPLAT(K(0.0));
     J[31] = SPLAT(K(0.0));
     J[32] = SPLAT(K(0.0));
@@ -2373,26 +2373,26 @@ void slosh_jac_u(const real *x, const real *u, const real *p, real *J)
     J[62] = SPLAT(K(0.0));
     J[63] = SPLAT(K(0.0));
     J[64] = SPLAT(K(0.0));
-    J[65] = t_4n5xx - p[I1] * (t_4n5xx + t_6ytpw) * t_zrejm - k1 * t_xox4q;
-    J[66] = t_kfd5v - p[I1] * (t_kfd5v + t_ctsrf) * t_zrejm - k1 * t_tbn6u;
-    J[67] = t_zkcpx - p[I1] * (t_zkcpx + t_ht423) * t_zrejm - k1 * t_fjarp;
-    J[68] = t_fcaq7 - p[I1] * (t_fcaq7 - t_w4fnn) * t_zrejm - k1 * t_l6e5a;
-    J[69] = t_vr3vd - p[I1] * (t_vr3vd + t_752gl) * t_zrejm - k1 * t_wmjd7;
-    J[70] = -(th_1 * (q_1 * t_jr52b) - t_5u7wz);
-    J[71] = -(t_zwjps + th_1 * (q_1 * t_syqg4));
-    J[72] = -(t_kchpi + th_1 * (q_1 * t_aaqcg));
-    J[73] = -(t_gam2q + th_1 * (q_1 * t_ixue4));
-    J[74] = -(th_1 * (q_1 * t_quju6) - t_tewcm);
-    J[75] = t_h5vfc - p[I2] * (t_h5vfc + t_6ytpw) * t_5wzvs - k2 * t_as5ay;
-    J[76] = t_fa7jv - p[I2] * (t_fa7jv + t_ctsrf) * t_5wzvs - k2 * t_t7wqn;
-    J[77] = t_lptuo - p[I2] * (t_lptuo + t_ht423) * t_5wzvs - k2 * t_jxtm6;
-    J[78] = t_wjd6v - p[I2] * (t_wjd6v - t_w4fnn) * t_5wzvs - k2 * t_il2zc;
-    J[79] = t_wh7q3 - p[I2] * (t_wh7q3 + t_752gl) * t_5wzvs - k2 * t_3wdkl;
-    J[80] = -(th_2 * (q_2 * t_sjuag) - t_5u7wz);
-    J[81] = -(t_zwjps + th_2 * (q_2 * t_opudw));
-    J[82] = -(t_kchpi + th_2 * (q_2 * t_cqedw));
-    J[83] = -(t_gam2q + th_2 * (q_2 * t_4fa7z));
-    J[84] = -(th_2 * (q_2 * t_22bum) - t_tewcm);
+    J[65] = t_6wcao - p[I1] * (t_6wcao + t_fp5fy) * t_gbl6n - k1 * t_tgxmt;
+    J[66] = t_32gay - p[I1] * (t_32gay + t_4sbjs) * t_gbl6n - k1 * t_fyot7;
+    J[67] = t_3zy4v - p[I1] * (t_3zy4v + t_4tcd4) * t_gbl6n - k1 * t_7qj36;
+    J[68] = t_cajuz - p[I1] * (t_cajuz - t_bopyi) * t_gbl6n - k1 * t_yftip;
+    J[69] = t_rsnvq - p[I1] * (t_rsnvq + t_3tprx) * t_gbl6n - k1 * t_6u4tr;
+    J[70] = -(th_1 * (q_1 * t_qw377) - t_iavt3);
+    J[71] = -(t_bintu + th_1 * (q_1 * t_6mugf));
+    J[72] = -(t_nmaqm + th_1 * (q_1 * t_kgecp));
+    J[73] = -(t_tbm3s + th_1 * (q_1 * t_tu4vi));
+    J[74] = -(th_1 * (q_1 * t_qzzdr) - t_5vybw);
+    J[75] = t_6kqmw - p[I2] * (t_6kqmw + t_fp5fy) * t_jx6g7 - k2 * t_vuenf;
+    J[76] = t_thbpa - p[I2] * (t_thbpa + t_4sbjs) * t_jx6g7 - k2 * t_w4vxb;
+    J[77] = t_fxm7r - p[I2] * (t_fxm7r + t_4tcd4) * t_jx6g7 - k2 * t_43ikd;
+    J[78] = t_a3zj2 - p[I2] * (t_a3zj2 - t_bopyi) * t_jx6g7 - k2 * t_spxuc;
+    J[79] = t_q7ph6 - p[I2] * (t_q7ph6 + t_3tprx) * t_jx6g7 - k2 * t_lpy24;
+    J[80] = -(th_2 * (q_2 * t_3u26d) - t_iavt3);
+    J[81] = -(t_bintu + th_2 * (q_2 * t_sari6));
+    J[82] = -(t_nmaqm + th_2 * (q_2 * t_3aiop));
+    J[83] = -(t_tbm3s + th_2 * (q_2 * t_7mvpr));
+    J[84] = -(th_2 * (q_2 * t_2rc3g) - t_5vybw);
 }
 
 /* change of rhs along a change of x and u; 1769 operations. */
@@ -2457,17 +2457,17 @@ void slosh_jvp(const real *x, const real *u, const real *p, const real *along_x,
     enum { along_delta1 = 3 };
     enum { along_delta2 = 4 };
     const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
-    const real t_zrejm = K(1.0) / D1;
-    const real t_3qn53 = p[m1] * t_zrejm;
-    const real k1 = t_3qn53 * p[l1];
-    const real me1 = t_3qn53 * p[I1];
+    const real t_gbl6n = K(1.0) / D1;
+    const real t_wywjk = p[m1] * t_gbl6n;
+    const real k1 = t_wywjk * p[l1];
+    const real me1 = t_wywjk * p[I1];
     const real t_6nwd2 = p[l1] * p[m1];
     const real mv1 = t_6nwd2 * k1;
     const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
-    const real t_5wzvs = K(1.0) / D2;
-    const real t_54cbb = p[m2] * t_5wzvs;
-    const real k2 = t_54cbb * p[l2];
-    const real me2 = t_54cbb * p[I2];
+    const real t_jx6g7 = K(1.0) / D2;
+    const real t_jzg7x = p[m2] * t_jx6g7;
+    const real k2 = t_jzg7x * p[l2];
+    const real me2 = t_jzg7x * p[I2];
     const real t_popww = p[l2] * p[m2];
     const real mv2 = t_popww * k2;
     const real M_C = p[m] + p[m0] + me1 + me2;
@@ -2497,8 +2497,8 @@ void slosh_jvp(const real *x, const real *u, const real *p, const real *along_x,
     const real w_x1 = x[wx] - x[theta1_dot];
     const real p1 = Wn1 + x[phi1_dot];
     const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
-    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
     real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
     real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
     const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
@@ -2506,11 +2506,11 @@ void slosh_jvp(const real *x, const real *u, const real *p, const real *along_x,
     const real w_x2 = x[wx] - x[theta2_dot];
     const real p2 = Wn2 + x[phi2_dot];
     const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
-    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
     const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
-    const real t_w7vil = t_rybsf * e1;
-    const real tension1 = cos_phi1 * t_w7vil * mv1 - t_6nwd2 * sigma_sq1;
+    const real t_aqrn5 = t_rybsf * e1;
+    const real tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1;
     const real As_1 = mv1 * sin_phi1;
     const real Ass_1 = As_1 * sin_phi1;
     const real Asc_1 = As_1 * cos_phi1;
@@ -2522,18 +2522,18 @@ void slosh_jvp(const real *x, const real *u, const real *p, const real *along_x,
     const real Bc_1 = B_1 * cos_phi1;
     const real Bl_1 = B_1 * p[l1];
     const real g_1 = e1 - lc_1;
-    const real t_62zow = K(1.0) / (p[I1] + p[m1] * (q_1 * q_1));
-    const real th_1 = p[m1] * t_62zow;
+    const real t_d2zbw = K(1.0) / (p[I1] + p[m1] * (q_1 * q_1));
+    const real th_1 = p[m1] * t_d2zbw;
     const real wth_1 = th_1 * p[I1];
     const real eBc_1 = Bc_1 * e1;
     const real wg_1 = g_1 * wth_1;
     const real S_sq1 = sin_theta1 * sin_theta1;
     const real SC1 = cos_theta1 * sin_theta1;
     const real tn11_1 = Ass_1 + me1 - wth_1;
-    const real t_b7ure = me1 * (e1 * e1);
-    const real t_3bowt = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
-    const real t_3fv6l = g_1 * wg_1;
-    const real tn44_1 = t_b7ure + t_3bowt - t_3fv6l;
+    const real t_xdulz = me1 * (e1 * e1);
+    const real t_zmqjk = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
+    const real t_leuxo = g_1 * wg_1;
+    const real tn44_1 = t_xdulz + t_zmqjk - t_leuxo;
     const real wq_1 = q_1 * wth_1;
     const real wqg_1 = q_1 * wg_1;
     const real wqq_1 = q_1 * wq_1;
@@ -2543,20 +2543,20 @@ void slosh_jvp(const real *x, const real *u, const real *p, const real *along_x,
     const real wgS_1 = sin_theta1 * wqg_1;
     const real loss_phi1 = p[eps1] * x[phi1_dot];
     const real loss_theta1 = p[eps1] * x[theta1_dot];
-    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
-    const real t_smkh7 = Wn1 * lc_1;
-    const real t_q2k45 = chi1 * p[l1];
-    const real t_wmv32 = p1 + x[phi1_dot];
-    const real zeta1 = W12 * q_1 + t_smkh7 * w_x1 - t_q2k45 * t_wmv32;
-    const real t_xips6 = zeta1 * p[I1] - loss_theta1 * q_1;
-    const real F_n1 = th_1 * t_xips6;
-    const real t_7imwe = B_1 * eta1 + loss_phi1 * k1;
-    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
+    const real t_ownis = Wn1 * lc_1;
+    const real t_plqy5 = chi1 * p[l1];
+    const real t_l5lry = p1 + x[phi1_dot];
+    const real zeta1 = W12 * q_1 + t_ownis * w_x1 - t_plqy5 * t_l5lry;
+    const real t_djlym = zeta1 * p[I1] - loss_theta1 * q_1;
+    const real F_n1 = th_1 * t_djlym;
+    const real t_pc5rt = B_1 * eta1 + loss_phi1 * k1;
+    const real F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1;
     const real M_q1 = F_n1 * q_1;
     const real I_phi1 = x[phi1_dot] * p[I1];
     const real I_theta1 = x[theta1_dot] * p[I1];
-    const real t_6fvzz = t_rybsf * e2;
-    const real tension2 = cos_phi2 * t_6fvzz * mv2 - t_popww * sigma_sq2;
+    const real t_3hay7 = t_rybsf * e2;
+    const real tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2;
     const real As_2 = mv2 * sin_phi2;
     const real Ass_2 = As_2 * sin_phi2;
     const real Asc_2 = As_2 * cos_phi2;
@@ -2568,18 +2568,18 @@ void slosh_jvp(const real *x, const real *u, const real *p, const real *along_x,
     const real Bc_2 = B_2 * cos_phi2;
     const real Bl_2 = B_2 * p[l2];
     const real g_2 = e2 - lc_2;
-    const real t_4434n = K(1.0) / (p[I2] + p[m2] * (q_2 * q_2));
-    const real th_2 = p[m2] * t_4434n;
+    const real t_ri6qi = K(1.0) / (p[I2] + p[m2] * (q_2 * q_2));
+    const real th_2 = p[m2] * t_ri6qi;
     const real wth_2 = th_2 * p[I2];
     const real eBc_2 = Bc_2 * e2;
     const real wg_2 = g_2 * wth_2;
     const real S_sq2 = sin_theta2 * sin_theta2;
     const real SC2 = cos_theta2 * sin_theta2;
     const real tn11_2 = Ass_2 + me2 - wth_2;
-    const real t_lpk5h = me2 * (e2 * e2);
-    const real t_ymmgl = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
-    const real t_odwbr = g_2 * wg_2;
-    const real tn44_2 = t_lpk5h + t_ymmgl - t_odwbr;
+    const real t_uohf6 = me2 * (e2 * e2);
+    const real t_agwdt = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
+    const real t_leuxo_2 = g_2 * wg_2;
+    const real tn44_2 = t_uohf6 + t_agwdt - t_leuxo_2;
     const real wq_2 = q_2 * wth_2;
     const real wqg_2 = q_2 * wg_2;
     const real wqq_2 = q_2 * wq_2;
@@ -2589,580 +2589,580 @@ void slosh_jvp(const real *x, const real *u, const real *p, const real *along_x,
     const real wgS_2 = sin_theta2 * wqg_2;
     const real loss_phi2 = p[eps2] * x[phi2_dot];
     const real loss_theta2 = p[eps2] * x[theta2_dot];
-    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
-    const real t_2nvx4 = Wn2 * lc_2;
-    const real t_e55su = chi2 * p[l2];
-    const real t_nlamb = p2 + x[phi2_dot];
-    const real zeta2 = W12 * q_2 + t_2nvx4 * w_x2 - t_e55su * t_nlamb;
-    const real t_vry6x = zeta2 * p[I2] - loss_theta2 * q_2;
-    const real F_n2 = th_2 * t_vry6x;
-    const real t_4b2fa = B_2 * eta2 + loss_phi2 * k2;
-    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
+    const real t_cmacw = Wn2 * lc_2;
+    const real t_a3tjf = chi2 * p[l2];
+    const real t_dkl52 = p2 + x[phi2_dot];
+    const real zeta2 = W12 * q_2 + t_cmacw * w_x2 - t_a3tjf * t_dkl52;
+    const real t_c6wyu = zeta2 * p[I2] - loss_theta2 * q_2;
+    const real F_n2 = th_2 * t_c6wyu;
+    const real t_63ozv = B_2 * eta2 + loss_phi2 * k2;
+    const real F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2;
     const real M_q2 = F_n2 * q_2;
     const real I_phi2 = x[phi2_dot] * p[I2];
     const real I_theta2 = x[theta2_dot] * p[I2];
     const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
-    const real t_fbeaw = S_sq1 * tn11_1;
-    const real t_dj555 = S_sq2 * tn11_2;
-    const real K22 = t_fbeaw + t_dj555 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real t_leuxo_3 = S_sq1 * tn11_1;
+    const real t_leuxo_4 = S_sq2 * tn11_2;
+    const real K22 = t_leuxo_3 + t_leuxo_4 + M_C + wth_1 + wth_2 - me1 - me2;
     const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + M_C - t_fbeaw - t_dj555;
+    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo_3 - t_leuxo_4;
     const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
-    const real t_nhr5u = wqq_1 + wqq_2;
-    const real K44 = t_nhr5u + Bl_1 + Bl_2 + J_C1;
-    const real t_tcgxn = wg_1 - e1 * me1;
-    const real t_uf5ib = wg_2 - e2 * me2;
-    const real t_32gyg = Bc_1 - eAss_1;
-    const real t_65obb = t_32gyg + t_tcgxn;
-    const real t_gbkg6 = Bc_2 - eAss_2;
-    const real t_yoiua = t_gbkg6 + t_uf5ib;
-    const real t_z76hk = S_sq1 * t_65obb + S_sq2 * t_yoiua;
-    const real K52 = t_tcgxn + t_uf5ib - t_z76hk - wqC_1 - wqC_2;
-    const real t_hjmgb = SC1 * t_65obb + SC2 * t_yoiua;
-    const real K53 = wqS_1 - t_hjmgb + wqS_2;
-    const real t_nncdg = Bl_1 - eBc_1;
-    const real t_4q22j = Bl_2 - eBc_2;
-    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
-    const real t_hoosk = S_sq1 * tn44_1;
-    const real t_drvdp = S_sq2 * tn44_2;
-    const real K55 = t_3fv6l
-        + t_odwbr
-        + t_nhr5u
-        + t_hoosk
-        + t_drvdp
+    const real t_hig3c = wqq_1 + wqq_2;
+    const real K44 = t_hig3c + Bl_1 + Bl_2 + J_C1;
+    const real t_67i37 = wg_1 - e1 * me1;
+    const real t_n5kna = wg_2 - e2 * me2;
+    const real t_hig3c_2 = Bc_1 - eAss_1;
+    const real t_vjftl = t_hig3c_2 + t_67i37;
+    const real t_hig3c_3 = Bc_2 - eAss_2;
+    const real t_vsqil = t_hig3c_3 + t_n5kna;
+    const real t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
+    const real K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2;
+    const real t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil;
+    const real K53 = wqS_1 - t_edvw3_2 + wqS_2;
+    const real t_yzhyr = Bl_1 - eBc_1;
+    const real t_q6put = Bl_2 - eBc_2;
+    const real K54 = t_hig3c - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2;
+    const real t_leuxo_5 = S_sq1 * tn44_1;
+    const real t_leuxo_6 = S_sq2 * tn44_2;
+    const real K55 = t_leuxo
+        + t_leuxo_2
+        + t_hig3c
+        + t_leuxo_5
+        + t_leuxo_6
         + J_C3
-        - t_b7ure
-        - t_lpk5h
+        - t_xdulz
+        - t_uohf6
         + K(-2.0) * wgC_1
         + K(-2.0) * wgC_2;
-    const real K63 = t_z76hk - (t_32gyg + t_gbkg6);
-    const real t_zhbuw = wgS_1 + wgS_2;
-    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
-    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
-    const real K66 = t_3bowt + t_ymmgl + J_C2 - t_hoosk - t_drvdp;
-    const real t_vt7uo = F_n1 * cos_theta1;
-    const real t_oncjt = F_n2 * cos_theta2;
-    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
-    const real t_azclp = F_n1 * sin_theta1;
-    const real t_iya7w = F_n2 * sin_theta2;
-    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
-    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
-    const real t_kp7yy = M_q1 + M_q2;
-    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
+    const real K63 = t_edvw3 - (t_hig3c_2 + t_hig3c_3);
+    const real t_hig3c_4 = wgS_1 + wgS_2;
+    const real K64 = t_hig3c_4 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2;
+    const real K65 = t_hig3c_4 + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6;
+    const real t_mallh = F_n1 * cos_theta1;
+    const real t_lbh6o = F_n2 * cos_theta2;
+    const real n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real t_mallh_2 = F_n1 * sin_theta1;
+    const real t_lbh6o_2 = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2;
+    const real t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * p[l1];
+    const real t_hig3c_5 = M_q1 + M_q2;
+    const real t_ogbts = Bs_2 * t_3hay7 + t_63ozv * p[l2];
     const real t_sfymc = p[J_y] - p[J_z];
     const real t_6nfyn = t_sfymc * x[wy];
-    const real n4 = t_aejai
-        - t_kp7yy
-        + t_zd4fs
+    const real n4 = t_mjqai
+        - t_hig3c_5
+        + t_ogbts
         - loss_phi1
         - loss_phi2
         + I_theta1 * x[wy]
         + I_theta2 * x[wy]
         - t_6nfyn * x[wz];
-    const real t_w7nmt = t_aejai + F_t1 * e1;
-    const real t_e5cx2 = t_zd4fs + F_t2 * e2;
-    const real t_5r66u = J_C1 + (p[J_z] - p[J_y]);
-    const real n5 = t_w7nmt * sin_theta1
-        - (t_kp7yy + loss_theta1 + loss_theta2)
-        + t_e5cx2 * sin_theta2
-        - W12 * t_5r66u
+    const real t_lsqzr = t_mjqai + F_t1 * e1;
+    const real t_rbrf6 = t_ogbts + F_t2 * e2;
+    const real t_g7pzr = J_C1 + (p[J_z] - p[J_y]);
+    const real n5 = t_lsqzr * sin_theta1
+        - (t_hig3c_5 + loss_theta1 + loss_theta2)
+        + t_rbrf6 * sin_theta2
+        - W12 * t_g7pzr
         - I_phi1 * x[wy]
         - I_phi2 * x[wy]
-        + t_vt7uo * g_1
-        + t_oncjt * g_2;
-    const real t_7bo2j = J_C1 + t_is5lg + t_sfymc;
-    const real n6 = t_w7nmt * cos_theta1
-        + t_e5cx2 * cos_theta2
+        + t_mallh * g_1
+        + t_lbh6o * g_2;
+    const real t_urwo6 = J_C1 + t_is5lg + t_sfymc;
+    const real n6 = t_lsqzr * cos_theta1
+        + t_rbrf6 * cos_theta2
         + I_theta1 * x[wx]
         + I_theta2 * x[wx]
-        - W13 * t_7bo2j
-        - t_azclp * g_1
-        - t_iya7w * g_2
+        - W13 * t_urwo6
+        - t_mallh_2 * g_1
+        - t_lbh6o_2 * g_2
         - I_phi1 * x[wz]
         - I_phi2 * x[wz];
-    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real t_bpfoo = K(1.0) / K11;
-    const real t_w7lcw = t_b3aij * t_bpfoo;
-    const real K_D2 = K22 - t_b3aij * t_w7lcw;
-    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_3go2w = t_zzymx * t_bpfoo;
-    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
-    const real t_4iujv = K(1.0) / K_D2;
-    const real K_L32 = t_d4mqf * t_4iujv;
-    const real t_ev7u5 = Bs_1 + Asc_1 * e1;
-    const real t_bvybx = Bs_2 + Asc_2 * e2;
-    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
-    const real t_vshgd = t_6mmeb * t_bpfoo;
-    const real t_p6zld = K52 - t_b3aij * t_vshgd;
-    const real K_L52 = t_p6zld * t_4iujv;
-    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
-    const real t_2m245 = Bs_1 + Bs_2;
-    const real t_xq4wt = t_2m245 * t_bpfoo;
-    const real t_m67zs = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2 + t_b3aij * t_xq4wt;
-    const real t_6urah = t_m67zs * t_4iujv;
-    const real t_m27n6 = K43 + t_d4mqf * t_6urah - t_zzymx * t_xq4wt;
-    const real t_zmh3u = K(1.0) / K_D3;
-    const real K_L43 = t_m27n6 * t_zmh3u;
-    const real t_bxfcn = K53 - t_d4mqf * K_L52 - t_zzymx * t_vshgd;
-    const real K_L53 = t_bxfcn * t_zmh3u;
-    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
-    const real t_e4enr = t_bl4f2 * t_bpfoo;
-    const real t_qvrp6 = t_hjmgb + t_b3aij * t_e4enr;
-    const real t_dj64q = t_qvrp6 * t_4iujv;
-    const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
-    const real K_L63 = t_rahc4 * t_zmh3u;
-    const real K_D4 = K44 - t_m67zs * t_6urah - t_m27n6 * K_L43 - t_2m245 * t_xq4wt;
-    const real t_amczu = K54 + t_m67zs * K_L52 - t_m27n6 * K_L53 - t_2m245 * t_vshgd;
-    const real t_lt2al = K(1.0) / K_D4;
-    const real K_L54 = t_amczu * t_lt2al;
-    const real t_e4k6u = K64 - t_m67zs * t_dj64q - t_m27n6 * K_L63 - t_2m245 * t_e4enr;
-    const real K_L64 = t_e4k6u * t_lt2al;
+    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_6dtnj = K(1.0) / K11;
+    const real t_gousg = t_f2nhc * t_6dtnj;
+    const real K_D2 = K22 - t_f2nhc * t_gousg;
+    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_gousg_2 = t_f2nhc_2 * t_6dtnj;
+    const real t_upifj = K32 - t_f2nhc * t_gousg_2;
+    const real t_6dtnj_2 = K(1.0) / K_D2;
+    const real K_L32 = t_upifj * t_6dtnj_2;
+    const real t_2jubo = Bs_1 + Asc_1 * e1;
+    const real t_ittbm = Bs_2 + Asc_2 * e2;
+    const real t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2;
+    const real t_s62lc = t_6iku5 * t_6dtnj;
+    const real t_6vega = K52 - t_f2nhc * t_s62lc;
+    const real K_L52 = t_6vega * t_6dtnj_2;
+    const real K_D3 = K33 - t_upifj * K_L32 - t_f2nhc_2 * t_gousg_2;
+    const real t_hig3c_6 = Bs_1 + Bs_2;
+    const real t_w6lcf = t_hig3c_6 * t_6dtnj;
+    const real t_ly572 = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2 + t_f2nhc * t_w6lcf;
+    const real t_vpdgs = t_ly572 * t_6dtnj_2;
+    const real t_ichgo = K43 + t_upifj * t_vpdgs - t_f2nhc_2 * t_w6lcf;
+    const real t_6dtnj_3 = K(1.0) / K_D3;
+    const real K_L43 = t_ichgo * t_6dtnj_3;
+    const real t_jmicp = K53 - t_upifj * K_L52 - t_f2nhc_2 * t_s62lc;
+    const real K_L53 = t_jmicp * t_6dtnj_3;
+    const real t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2;
+    const real t_s62lc_2 = t_6iku5_2 * t_6dtnj;
+    const real t_avyqv = t_edvw3_2 + t_f2nhc * t_s62lc_2;
+    const real t_bk7yo = t_avyqv * t_6dtnj_2;
+    const real t_2dahu = K63 + t_upifj * t_bk7yo - t_f2nhc_2 * t_s62lc_2;
+    const real K_L63 = t_2dahu * t_6dtnj_3;
+    const real K_D4 = K44 - t_ly572 * t_vpdgs - t_ichgo * K_L43 - t_hig3c_6 * t_w6lcf;
+    const real t_otpfz = K54 + t_ly572 * K_L52 - t_ichgo * K_L53 - t_hig3c_6 * t_s62lc;
+    const real t_6dtnj_4 = K(1.0) / K_D4;
+    const real K_L54 = t_otpfz * t_6dtnj_4;
+    const real t_aolgd = K64 - t_ly572 * t_bk7yo - t_ichgo * K_L63 - t_hig3c_6 * t_s62lc_2;
+    const real K_L64 = t_aolgd * t_6dtnj_4;
     const real K_D5 = K55
-        - t_p6zld * K_L52
-        - t_bxfcn * K_L53
-        - t_amczu * K_L54
-        - t_6mmeb * t_vshgd;
-    const real t_jo54w = K65
-        + t_p6zld * t_dj64q
-        - t_bxfcn * K_L63
-        - t_amczu * K_L64
-        - t_6mmeb * t_e4enr;
-    const real t_ftqxb = K(1.0) / K_D5;
-    const real K_L65 = t_jo54w * t_ftqxb;
+        - t_6vega * K_L52
+        - t_jmicp * K_L53
+        - t_otpfz * K_L54
+        - t_6iku5 * t_s62lc;
+    const real t_hdeaq = K65
+        + t_6vega * t_bk7yo
+        - t_jmicp * K_L63
+        - t_otpfz * K_L64
+        - t_6iku5 * t_s62lc_2;
+    const real t_6dtnj_5 = K(1.0) / K_D5;
+    const real K_L65 = t_hdeaq * t_6dtnj_5;
     const real K_D6 = K66
-        - t_qvrp6 * t_dj64q
-        - t_rahc4 * K_L63
-        - t_e4k6u * K_L64
-        - t_jo54w * K_L65
-        - t_bl4f2 * t_e4enr;
+        - t_avyqv * t_bk7yo
+        - t_2dahu * K_L63
+        - t_aolgd * K_L64
+        - t_hdeaq * K_L65
+        - t_6iku5_2 * t_s62lc_2;
     const real b1 = f_x
-        + (t_7imwe * sin_phi1 + t_4b2fa * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2);
+        + (t_pc5rt * sin_phi1 + t_63ozv * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2);
     const real b2 = f_y - n2;
     const real b4 = u[Mx] - n4;
-    const real t_lwe76 = p[b] + p[d] + x_C;
-    const real b5 = u[Mz] - n5 - f_y * t_lwe76;
+    const real t_bknng = p[b] + p[d] + x_C;
+    const real b5 = u[Mz] - n5 - f_y * t_bknng;
     const real t_gcu5g = t_ruxs4 * sin_delta1;
-    const real b6 = t_gcu5g * t_lwe76 - (u[My] + n6);
-    const real X_y2 = b2 + t_w7lcw * b1;
-    const real X_y3 = t_3go2w * b1 - (t_gcu5g + n3) - K_L32 * X_y2;
-    const real X_y4 = b4 + t_xq4wt * b1 + t_6urah * X_y2 - K_L43 * X_y3;
+    const real b6 = t_gcu5g * t_bknng - (u[My] + n6);
+    const real X_y2 = b2 + t_gousg * b1;
+    const real X_y3 = t_gousg_2 * b1 - (t_gcu5g + n3) - K_L32 * X_y2;
+    const real X_y4 = b4 + t_w6lcf * b1 + t_vpdgs * X_y2 - K_L43 * X_y3;
     const real X_y5 = b5
-        + t_vshgd * b1
+        + t_s62lc * b1
         - K_L52 * X_y2
         - K_L53 * X_y3
         - K_L54 * X_y4;
     const real X_y6 = b6
-        + t_e4enr * b1
-        + t_dj64q * X_y2
+        + t_s62lc_2 * b1
+        + t_bk7yo * X_y2
         - K_L63 * X_y3
         - K_L64 * X_y4
         - K_L65 * X_y5;
-    const real t_nfkwa = K(1.0) / K_D6;
-    const real X_x6 = X_y6 * t_nfkwa;
-    const real t_cufdy = X_y5 * t_ftqxb;
-    const real X_x5 = t_cufdy - K_L65 * X_x6;
-    const real t_72jfh = X_y4 * t_lt2al;
-    const real X_x4 = t_72jfh - K_L54 * X_x5 - K_L64 * X_x6;
-    const real t_izhu2 = X_y3 * t_zmh3u;
-    const real X_x3 = t_izhu2 - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
-    const real t_uifqg = X_y2 * t_4iujv;
-    const real X_x2 = t_uifqg
+    const real t_6dtnj_6 = K(1.0) / K_D6;
+    const real X_x6 = X_y6 * t_6dtnj_6;
+    const real t_bintu = X_y5 * t_6dtnj_5;
+    const real X_x5 = t_bintu - K_L65 * X_x6;
+    const real t_bintu_2 = X_y4 * t_6dtnj_4;
+    const real X_x4 = t_bintu_2 - K_L54 * X_x5 - K_L64 * X_x6;
+    const real t_ztwwp = X_y3 * t_6dtnj_3;
+    const real X_x3 = t_ztwwp - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
+    const real t_bintu_3 = X_y2 * t_6dtnj_2;
+    const real X_x2 = t_bintu_3
         - K_L32 * X_x3
-        + t_6urah * X_x4
+        + t_vpdgs * X_x4
         - K_L52 * X_x5
-        + t_dj64q * X_x6;
-    const real t_47fu6 = b1 * t_bpfoo;
-    const real X_x1 = t_47fu6
-        + t_w7lcw * X_x2
-        + t_3go2w * X_x3
-        + t_xq4wt * X_x4
-        + t_vshgd * X_x5
-        + t_e4enr * X_x6;
+        + t_bk7yo * X_x6;
+    const real t_bintu_4 = b1 * t_6dtnj;
+    const real X_x1 = t_bintu_4
+        + t_gousg * X_x2
+        + t_gousg_2 * X_x3
+        + t_w6lcf * X_x4
+        + t_s62lc * X_x5
+        + t_s62lc_2 * X_x6;
     const real G_t1 = X_x5 * sin_theta1 + X_x6 * cos_theta1;
     const real G_t2 = X_x5 * sin_theta2 + X_x6 * cos_theta2;
     const real t_t7e4r = along_x[along_wx] - along_x[along_theta1_dot];
-    const real t_r477s = sin_phi1 * along_x[along_phi1];
-    const real t_gzco3 = sin_theta1 * along_x[along_theta1];
-    const real t_7xloa = cos_theta1 * along_x[along_theta1];
-    const real t_diibk = cos_theta1 * along_x[along_wz] - x[wz] * t_gzco3 + (x[wy] * t_7xloa + sin_theta1 * along_x[along_wy]);
-    const real t_u3bis = cos_phi1 * along_x[along_phi1];
-    const real t_idjxn = cos_phi1 * t_t7e4r - w_x1 * t_r477s - (sin_phi1 * t_diibk + Wt1 * t_u3bis);
-    const real t_rxace = cos_phi1 * t_diibk - Wt1 * t_r477s + (w_x1 * t_u3bis + sin_phi1 * t_t7e4r);
-    const real t_wbpon = t_qm5gj * t_idjxn + chi1 * t_rxace - (w_x1 * t_diibk + Wt1 * t_t7e4r);
+    const real t_caymt = sin_phi1 * along_x[along_phi1];
+    const real t_cfvjs = sin_theta1 * along_x[along_theta1];
+    const real t_cfvjs_2 = cos_theta1 * along_x[along_theta1];
+    const real t_gvj6n = cos_theta1 * along_x[along_wz] - x[wz] * t_cfvjs + (x[wy] * t_cfvjs_2 + sin_theta1 * along_x[along_wy]);
+    const real t_caymt_2 = cos_phi1 * along_x[along_phi1];
+    const real t_c5xbf = cos_phi1 * t_t7e4r - w_x1 * t_caymt - (sin_phi1 * t_gvj6n + Wt1 * t_caymt_2);
+    const real t_c5xbf_2 = cos_phi1 * t_gvj6n - Wt1 * t_caymt + (w_x1 * t_caymt_2 + sin_phi1 * t_t7e4r);
+    const real t_jvyzn = t_fyz6s * t_c5xbf + chi1 * t_c5xbf_2 - (w_x1 * t_gvj6n + Wt1 * t_t7e4r);
     const real t_zmble = p[eps1] * along_x[along_phi1_dot];
-    const real t_4ps2g = B_1 * t_wbpon + k1 * t_zmble;
+    const real t_rh7uc = B_1 * t_jvyzn + k1 * t_zmble;
     const real t_b67qm = along_x[along_wx] - along_x[along_theta2_dot];
-    const real t_zjnbg = sin_phi2 * along_x[along_phi2];
-    const real t_lgafn = sin_theta2 * along_x[along_theta2];
-    const real t_gzo6d = cos_theta2 * along_x[along_theta2];
-    const real t_eycr6 = cos_theta2 * along_x[along_wz] - x[wz] * t_lgafn + (x[wy] * t_gzo6d + sin_theta2 * along_x[along_wy]);
-    const real t_kxapq = cos_phi2 * along_x[along_phi2];
-    const real t_7uyfc = cos_phi2 * t_b67qm - w_x2 * t_zjnbg - (sin_phi2 * t_eycr6 + Wt2 * t_kxapq);
-    const real t_5govq = cos_phi2 * t_eycr6 - Wt2 * t_zjnbg + (w_x2 * t_kxapq + sin_phi2 * t_b67qm);
-    const real t_y3fz3 = t_c6dmt * t_7uyfc + chi2 * t_5govq - (w_x2 * t_eycr6 + Wt2 * t_b67qm);
+    const real t_acpzf = sin_phi2 * along_x[along_phi2];
+    const real t_3nsm2 = sin_theta2 * along_x[along_theta2];
+    const real t_3nsm2_2 = cos_theta2 * along_x[along_theta2];
+    const real t_ki4dj = cos_theta2 * along_x[along_wz] - x[wz] * t_3nsm2 + (x[wy] * t_3nsm2_2 + sin_theta2 * along_x[along_wy]);
+    const real t_acpzf_2 = cos_phi2 * along_x[along_phi2];
+    const real t_h6szz = cos_phi2 * t_b67qm - w_x2 * t_acpzf - (sin_phi2 * t_ki4dj + Wt2 * t_acpzf_2);
+    const real t_h6szz_2 = cos_phi2 * t_ki4dj - Wt2 * t_acpzf + (w_x2 * t_acpzf_2 + sin_phi2 * t_b67qm);
+    const real t_3oi7g = t_2t7vh * t_h6szz + chi2 * t_h6szz_2 - (w_x2 * t_ki4dj + Wt2 * t_b67qm);
     const real t_trbl5 = p[eps2] * along_x[along_phi2_dot];
-    const real t_cb4zc = B_2 * t_y3fz3 + k2 * t_trbl5;
-    const real t_fjb5c = (x[wy] + x[wy]) * along_x[along_wy] + (x[wz] + x[wz]) * along_x[along_wz];
-    const real t_vbqwh = e1 * t_fjb5c;
-    const real t_jgoba = cos_theta1 * along_x[along_wy] - x[wy] * t_gzco3 - (x[wz] * t_7xloa + sin_theta1 * along_x[along_wz]);
-    const real t_j5ton = t_jgoba + along_x[along_phi1_dot];
-    const real t_epihp = mv1 * (cos_phi1 * t_vbqwh - t_w7vil * t_r477s)
-        - t_6nwd2 * ((t_qm5gj + t_qm5gj) * t_rxace + (p1 + p1) * t_j5ton);
-    const real t_u3ycx = e2 * t_fjb5c;
-    const real t_poule = cos_theta2 * along_x[along_wy] - x[wy] * t_lgafn - (x[wz] * t_gzo6d + sin_theta2 * along_x[along_wz]);
-    const real t_o3tgg = t_poule + along_x[along_phi2_dot];
-    const real t_nmec3 = mv2 * (cos_phi2 * t_u3ycx - t_6fvzz * t_zjnbg)
-        - t_popww * ((t_c6dmt + t_c6dmt) * t_5govq + (p2 + p2) * t_o3tgg);
+    const real t_dbexp = B_2 * t_3oi7g + k2 * t_trbl5;
+    const real t_ph2zw = (x[wy] + x[wy]) * along_x[along_wy] + (x[wz] + x[wz]) * along_x[along_wz];
+    const real t_ipqst = e1 * t_ph2zw;
+    const real t_gvj6n_2 = cos_theta1 * along_x[along_wy] - x[wy] * t_cfvjs - (x[wz] * t_cfvjs_2 + sin_theta1 * along_x[along_wz]);
+    const real t_brznr = t_gvj6n_2 + along_x[along_phi1_dot];
+    const real t_h3brn = mv1 * (cos_phi1 * t_ipqst - t_aqrn5 * t_caymt)
+        - t_6nwd2 * ((t_fyz6s + t_fyz6s) * t_c5xbf_2 + (p1 + p1) * t_brznr);
+    const real t_tvere = e2 * t_ph2zw;
+    const real t_ki4dj_2 = cos_theta2 * along_x[along_wy] - x[wy] * t_3nsm2 - (x[wz] * t_3nsm2_2 + sin_theta2 * along_x[along_wz]);
+    const real t_xhxds = t_ki4dj_2 + along_x[along_phi2_dot];
+    const real t_3qzez = mv2 * (cos_phi2 * t_tvere - t_3hay7 * t_acpzf)
+        - t_popww * ((t_2t7vh + t_2t7vh) * t_h6szz_2 + (p2 + p2) * t_xhxds);
     const real t_wybx3 = p[F] * (sin_delta2 * along_u[along_delta2]);
-    const real t_wob7t = sin_phi1 * t_4ps2g
-        + t_7imwe * t_u3bis
-        + (sin_phi2 * t_cb4zc + t_4b2fa * t_kxapq)
-        + (cos_phi1 * t_epihp - tension1 * t_r477s)
-        + (cos_phi2 * t_nmec3 - tension2 * t_zjnbg)
+    const real t_mrjrx = sin_phi1 * t_rh7uc
+        + t_pc5rt * t_caymt_2
+        + (sin_phi2 * t_dbexp + t_63ozv * t_acpzf_2)
+        + (cos_phi1 * t_h3brn - tension1 * t_caymt)
+        + (cos_phi2 * t_3qzez - tension2 * t_acpzf)
         - (cos_delta1 * t_wybx3 + t_ruxs4 * (sin_delta1 * along_u[along_delta1]));
-    const real t_g3x7g = mv1 * t_u3bis;
-    const real t_4mgnc = sin_phi1 * t_g3x7g + As_1 * t_u3bis;
-    const real t_oz7ag = mv2 * t_kxapq;
-    const real t_tys73 = sin_phi2 * t_oz7ag + As_2 * t_kxapq;
-    const real t_oqb2a = t_4mgnc + t_tys73;
-    const real t_m4i63 = cos_phi1 * t_g3x7g - As_1 * t_r477s;
-    const real t_aqus5 = cos_phi2 * t_oz7ag - As_2 * t_zjnbg;
-    const real t_ql2ju = sin_theta1 * t_m4i63 + Asc_1 * t_7xloa + (sin_theta2 * t_aqus5 + Asc_2 * t_gzo6d);
-    const real t_vcmoj = t_ql2ju * t_bpfoo + t_w7lcw * t_bpfoo * t_oqb2a;
+    const real t_a6n2y = mv1 * t_caymt_2;
+    const real t_4adkh = sin_phi1 * t_a6n2y + As_1 * t_caymt_2;
+    const real t_jgxpx = mv2 * t_acpzf_2;
+    const real t_ipkuk = sin_phi2 * t_jgxpx + As_2 * t_acpzf_2;
+    const real t_njjnc = t_4adkh + t_ipkuk;
+    const real t_4adkh_2 = cos_phi1 * t_a6n2y - As_1 * t_caymt;
+    const real t_ipkuk_2 = cos_phi2 * t_jgxpx - As_2 * t_acpzf;
+    const real t_6zhlz = sin_theta1 * t_4adkh_2 + Asc_1 * t_cfvjs_2 + (sin_theta2 * t_ipkuk_2 + Asc_2 * t_3nsm2_2);
+    const real t_3vbu4 = t_6zhlz * t_6dtnj + t_gousg * t_6dtnj * t_njjnc;
     const real t_byxim = p[F] * (cos_delta2 * along_u[along_delta2]);
     const real t_y5zog = x[wy] * along_x[along_wx] + x[wx] * along_x[along_wy];
-    const real t_xggug = p[l1] * t_u3bis;
-    const real t_wvrxp = p[l1] * t_r477s;
-    const real t_grjl3 = q_1 * t_y5zog
-        + W12 * t_xggug
-        + (w_x1 * (lc_1 * t_jgoba - Wn1 * t_wvrxp) + t_smkh7 * t_t7e4r)
-        - (t_wmv32 * (p[l1] * t_idjxn) + t_q2k45 * (t_j5ton + along_x[along_phi1_dot]));
+    const real t_lf5wu = p[l1] * t_caymt_2;
+    const real t_lf5wu_2 = p[l1] * t_caymt;
+    const real t_zjx7p = q_1 * t_y5zog
+        + W12 * t_lf5wu
+        + (w_x1 * (lc_1 * t_gvj6n_2 - Wn1 * t_lf5wu_2) + t_ownis * t_t7e4r)
+        - (t_l5lry * (p[l1] * t_c5xbf) + t_plqy5 * (t_brznr + along_x[along_phi1_dot]));
     const real t_sqgls = p[eps1] * along_x[along_theta1_dot];
-    const real t_julzq = th_1 * t_62zow * (p[m1] * ((q_1 + q_1) * t_xggug));
-    const real t_k2ads = th_1 * (p[I1] * t_grjl3 - (q_1 * t_sqgls + loss_theta1 * t_xggug))
-        - t_xips6 * t_julzq;
-    const real t_i6ply = cos_theta1 * t_k2ads - F_n1 * t_gzco3;
-    const real t_x4syx = p[l2] * t_kxapq;
-    const real t_oukri = p[l2] * t_zjnbg;
-    const real t_4cbz5 = q_2 * t_y5zog
-        + W12 * t_x4syx
-        + (w_x2 * (lc_2 * t_poule - Wn2 * t_oukri) + t_2nvx4 * t_b67qm)
-        - (t_nlamb * (p[l2] * t_7uyfc) + t_e55su * (t_o3tgg + along_x[along_phi2_dot]));
+    const real t_7x4oq = th_1 * t_d2zbw * (p[m1] * ((q_1 + q_1) * t_lf5wu));
+    const real t_ahxqe = th_1 * (p[I1] * t_zjx7p - (q_1 * t_sqgls + loss_theta1 * t_lf5wu))
+        - t_djlym * t_7x4oq;
+    const real t_qq2dd = cos_theta1 * t_ahxqe - F_n1 * t_cfvjs;
+    const real t_kfqtb = p[l2] * t_acpzf_2;
+    const real t_kfqtb_2 = p[l2] * t_acpzf;
+    const real t_swke4 = q_2 * t_y5zog
+        + W12 * t_kfqtb
+        + (w_x2 * (lc_2 * t_ki4dj_2 - Wn2 * t_kfqtb_2) + t_cmacw * t_b67qm)
+        - (t_dkl52 * (p[l2] * t_h6szz) + t_a3tjf * (t_xhxds + along_x[along_phi2_dot]));
     const real t_lon4y = p[eps2] * along_x[along_theta2_dot];
-    const real t_hxrn3 = th_2 * t_4434n * (p[m2] * ((q_2 + q_2) * t_x4syx));
-    const real t_7i4pa = th_2 * (p[I2] * t_4cbz5 - (q_2 * t_lon4y + loss_theta2 * t_x4syx))
-        - t_vry6x * t_hxrn3;
-    const real t_jlula = cos_theta2 * t_7i4pa - F_n2 * t_lgafn;
-    const real t_3upj6 = tension1 * t_u3bis + sin_phi1 * t_epihp - (cos_phi1 * t_4ps2g - t_7imwe * t_r477s);
-    const real t_cv7qx = tension2 * t_kxapq + sin_phi2 * t_nmec3 - (cos_phi2 * t_cb4zc - t_4b2fa * t_zjnbg);
-    const real t_qhhxa = t_i6ply
-        + t_jlula
-        + (sin_theta1 * t_3upj6 + F_t1 * t_7xloa)
-        + (sin_theta2 * t_cv7qx + F_t2 * t_gzo6d);
-    const real t_5o335 = t_byxim - t_qhhxa + (b1 * t_vcmoj + t_w7lcw * t_wob7t);
-    const real t_c23o2 = (sin_theta1 + sin_theta1) * t_7xloa;
-    const real t_vltvw = p[I1] * t_julzq;
-    const real t_nzqgu = t_4mgnc + t_vltvw;
-    const real t_d7jey = tn11_1 * t_c23o2 + S_sq1 * t_nzqgu;
-    const real t_vfytj = (sin_theta2 + sin_theta2) * t_gzo6d;
-    const real t_zmcd5 = p[I2] * t_hxrn3;
-    const real t_ls5em = t_tys73 + t_zmcd5;
-    const real t_qxmxx = tn11_2 * t_vfytj + S_sq2 * t_ls5em;
-    const real t_m2in3 = t_d7jey + t_qxmxx - t_vltvw - t_zmcd5 - (t_w7lcw * t_ql2ju + t_b3aij * t_vcmoj);
-    const real t_bgfqx = cos_theta1 * t_7xloa - sin_theta1 * t_gzco3;
-    const real t_f3p5c = cos_theta2 * t_gzo6d - sin_theta2 * t_lgafn;
-    const real t_thmu4 = cos_theta1 * t_m4i63 - Asc_1 * t_gzco3 + (cos_theta2 * t_aqus5 - Asc_2 * t_lgafn);
-    const real t_xs7e4 = t_thmu4 * t_bpfoo + t_3go2w * t_bpfoo * t_oqb2a;
-    const real t_lqciy = tn11_1 * t_bgfqx
-        + SC1 * t_nzqgu
-        + (tn11_2 * t_f3p5c + SC2 * t_ls5em)
-        - (t_3go2w * t_ql2ju + t_b3aij * t_xs7e4);
-    const real t_aohoh = t_lqciy * t_4iujv - K_L32 * t_4iujv * t_m2in3;
+    const real t_mxkqr = th_2 * t_ri6qi * (p[m2] * ((q_2 + q_2) * t_kfqtb));
+    const real t_l6slk = th_2 * (p[I2] * t_swke4 - (q_2 * t_lon4y + loss_theta2 * t_kfqtb))
+        - t_c6wyu * t_mxkqr;
+    const real t_2ta3i = cos_theta2 * t_l6slk - F_n2 * t_3nsm2;
+    const real t_7yss7 = tension1 * t_caymt_2 + sin_phi1 * t_h3brn - (cos_phi1 * t_rh7uc - t_pc5rt * t_caymt);
+    const real t_nsjrz = tension2 * t_acpzf_2 + sin_phi2 * t_3qzez - (cos_phi2 * t_dbexp - t_63ozv * t_acpzf);
+    const real t_ee4pu = t_qq2dd
+        + t_2ta3i
+        + (sin_theta1 * t_7yss7 + F_t1 * t_cfvjs_2)
+        + (sin_theta2 * t_nsjrz + F_t2 * t_3nsm2_2);
+    const real t_4wbaz = t_byxim - t_ee4pu + (b1 * t_3vbu4 + t_gousg * t_mrjrx);
+    const real t_ghfub = (sin_theta1 + sin_theta1) * t_cfvjs_2;
+    const real t_pqxvx = p[I1] * t_7x4oq;
+    const real t_azbzw = t_4adkh + t_pqxvx;
+    const real t_wwtml = tn11_1 * t_ghfub + S_sq1 * t_azbzw;
+    const real t_5kb4q = (sin_theta2 + sin_theta2) * t_3nsm2_2;
+    const real t_g7gvo = p[I2] * t_mxkqr;
+    const real t_rsymz = t_ipkuk + t_g7gvo;
+    const real t_3zpjj = tn11_2 * t_5kb4q + S_sq2 * t_rsymz;
+    const real t_u6x4d = t_wwtml + t_3zpjj - t_pqxvx - t_g7gvo - (t_gousg * t_6zhlz + t_f2nhc * t_3vbu4);
+    const real t_5r2vk = cos_theta1 * t_cfvjs_2 - sin_theta1 * t_cfvjs;
+    const real t_6s5zm = cos_theta2 * t_3nsm2_2 - sin_theta2 * t_3nsm2;
+    const real t_6zhlz_2 = cos_theta1 * t_4adkh_2 - Asc_1 * t_cfvjs + (cos_theta2 * t_ipkuk_2 - Asc_2 * t_3nsm2);
+    const real t_3vbu4_2 = t_6zhlz_2 * t_6dtnj + t_gousg_2 * t_6dtnj * t_njjnc;
+    const real t_ghubm = tn11_1 * t_5r2vk
+        + SC1 * t_azbzw
+        + (tn11_2 * t_6s5zm + SC2 * t_rsymz)
+        - (t_gousg_2 * t_6zhlz + t_f2nhc * t_3vbu4_2);
+    const real t_vwfxy = t_ghubm * t_6dtnj_2 - K_L32 * t_6dtnj_2 * t_u6x4d;
     const real t_qmyd7 = t_ruxs4 * (cos_delta1 * along_u[along_delta1]) - sin_delta1 * t_wybx3;
-    const real t_5er3o = sin_theta1 * t_k2ads + F_n1 * t_7xloa;
-    const real t_dw3xg = sin_theta2 * t_7i4pa + F_n2 * t_gzo6d;
-    const real t_wghhc = cos_theta1 * t_3upj6
-        - F_t1 * t_gzco3
-        - (t_5er3o + t_dw3xg)
-        + (cos_theta2 * t_cv7qx - F_t2 * t_lgafn);
-    const real t_f2qbh = b1 * t_xs7e4
-        + t_3go2w * t_wob7t
-        - (t_qmyd7 + t_wghhc)
-        - (X_y2 * t_aohoh + K_L32 * t_5o335);
-    const real t_htjpc = t_oqb2a
-        - t_d7jey
-        - t_qxmxx
-        - (K_L32 * t_lqciy + t_d4mqf * t_aohoh)
-        - (t_3go2w * t_thmu4 + t_zzymx * t_xs7e4);
-    const real t_6ik5d = wth_1 * t_xggug - q_1 * t_vltvw;
-    const real t_yuwss = wq_1 * t_7xloa + sin_theta1 * t_6ik5d;
-    const real t_plooz = wth_2 * t_x4syx - q_2 * t_zmcd5;
-    const real t_vivay = wq_2 * t_gzo6d + sin_theta2 * t_plooz;
-    const real t_lp2tr = B_1 * t_r477s;
-    const real t_wz5xx = B_2 * t_zjnbg;
-    const real t_ow2yt = cos_theta1 * t_6ik5d - wq_1 * t_gzco3;
-    const real t_andwa = cos_theta2 * t_plooz - wq_2 * t_lgafn;
-    const real t_ik2jg = B_1 * t_u3bis;
-    const real t_o4leh = B_2 * t_kxapq;
-    const real t_fm43t = t_ik2jg + t_o4leh;
-    const real t_jj6hm = t_fm43t * t_bpfoo + t_xq4wt * t_bpfoo * t_oqb2a;
-    const real t_bdoat = t_ow2yt
-        + t_andwa
-        + (Bc_1 * t_7xloa - sin_theta1 * t_lp2tr)
-        + (Bc_2 * t_gzo6d - sin_theta2 * t_wz5xx)
-        + (t_xq4wt * t_ql2ju + t_b3aij * t_jj6hm);
-    const real t_xwoxa = t_bdoat * t_4iujv - t_6urah * t_4iujv * t_m2in3;
-    const real t_tt5lb = t_yuwss
-        + t_vivay
-        + (cos_theta1 * t_lp2tr + Bc_1 * t_gzco3)
-        + (cos_theta2 * t_wz5xx + Bc_2 * t_lgafn)
-        + (t_6urah * t_lqciy + t_d4mqf * t_xwoxa)
-        - (t_xq4wt * t_thmu4 + t_zzymx * t_jj6hm);
-    const real t_qmnrh = t_tt5lb * t_zmh3u - K_L43 * t_zmh3u * t_htjpc;
-    const real t_2alzh = t_w7vil * t_ik2jg + Bs_1 * t_vbqwh + p[l1] * t_4ps2g;
-    const real t_xsd5m = q_1 * t_k2ads + F_n1 * t_xggug + (q_2 * t_7i4pa + F_n2 * t_x4syx);
-    const real t_bmgvp = t_6fvzz * t_o4leh + Bs_2 * t_u3ycx + p[l2] * t_cb4zc;
+    const real t_qq2dd_2 = sin_theta1 * t_ahxqe + F_n1 * t_cfvjs_2;
+    const real t_2ta3i_2 = sin_theta2 * t_l6slk + F_n2 * t_3nsm2_2;
+    const real t_ee4pu_2 = cos_theta1 * t_7yss7
+        - F_t1 * t_cfvjs
+        - (t_qq2dd_2 + t_2ta3i_2)
+        + (cos_theta2 * t_nsjrz - F_t2 * t_3nsm2);
+    const real t_luo6r = b1 * t_3vbu4_2
+        + t_gousg_2 * t_mrjrx
+        - (t_qmyd7 + t_ee4pu_2)
+        - (X_y2 * t_vwfxy + K_L32 * t_4wbaz);
+    const real t_tbnp6 = t_njjnc
+        - t_wwtml
+        - t_3zpjj
+        - (K_L32 * t_ghubm + t_upifj * t_vwfxy)
+        - (t_gousg_2 * t_6zhlz_2 + t_f2nhc_2 * t_3vbu4_2);
+    const real t_fg2sf = wth_1 * t_lf5wu - q_1 * t_pqxvx;
+    const real t_voglz = wq_1 * t_cfvjs_2 + sin_theta1 * t_fg2sf;
+    const real t_adcni = wth_2 * t_kfqtb - q_2 * t_g7gvo;
+    const real t_7lire = wq_2 * t_3nsm2_2 + sin_theta2 * t_adcni;
+    const real t_elpoq = B_1 * t_caymt;
+    const real t_pz7ut = B_2 * t_acpzf;
+    const real t_voglz_2 = cos_theta1 * t_fg2sf - wq_1 * t_cfvjs;
+    const real t_7lire_2 = cos_theta2 * t_adcni - wq_2 * t_3nsm2;
+    const real t_elpoq_2 = B_1 * t_caymt_2;
+    const real t_pz7ut_2 = B_2 * t_acpzf_2;
+    const real t_2jney = t_elpoq_2 + t_pz7ut_2;
+    const real t_746kq = t_2jney * t_6dtnj + t_w6lcf * t_6dtnj * t_njjnc;
+    const real t_wjp4t = t_voglz_2
+        + t_7lire_2
+        + (Bc_1 * t_cfvjs_2 - sin_theta1 * t_elpoq)
+        + (Bc_2 * t_3nsm2_2 - sin_theta2 * t_pz7ut)
+        + (t_w6lcf * t_6zhlz + t_f2nhc * t_746kq);
+    const real t_4t4mm = t_wjp4t * t_6dtnj_2 - t_vpdgs * t_6dtnj_2 * t_u6x4d;
+    const real t_xkubd = t_voglz
+        + t_7lire
+        + (cos_theta1 * t_elpoq + Bc_1 * t_cfvjs)
+        + (cos_theta2 * t_pz7ut + Bc_2 * t_3nsm2)
+        + (t_vpdgs * t_ghubm + t_upifj * t_4t4mm)
+        - (t_w6lcf * t_6zhlz_2 + t_f2nhc_2 * t_746kq);
+    const real t_thqrx = t_xkubd * t_6dtnj_3 - K_L43 * t_6dtnj_3 * t_tbnp6;
+    const real t_yioam = t_aqrn5 * t_elpoq_2 + Bs_1 * t_ipqst + p[l1] * t_rh7uc;
+    const real t_kkajh = q_1 * t_ahxqe + F_n1 * t_lf5wu + (q_2 * t_l6slk + F_n2 * t_kfqtb);
+    const real t_zygbe = t_3hay7 * t_pz7ut_2 + Bs_2 * t_tvere + p[l2] * t_dbexp;
     const real t_ihgv7 = p[I1] * along_x[along_theta1_dot];
     const real t_5vhzn = p[I2] * along_x[along_theta2_dot];
-    const real t_5e6ek = t_2alzh
-        - t_xsd5m
-        + t_bmgvp
+    const real t_tufoz = t_yioam
+        - t_kkajh
+        + t_zygbe
         - t_zmble
         - t_trbl5
         + (x[wy] * t_ihgv7 + I_theta1 * along_x[along_wy])
         + (x[wy] * t_5vhzn + I_theta2 * along_x[along_wy])
         - (x[wz] * (t_sfymc * along_x[along_wy]) + t_6nfyn * along_x[along_wz]);
-    const real t_w6ufb = along_u[along_Mx]
-        - t_5e6ek
-        + (b1 * t_jj6hm + t_xq4wt * t_wob7t)
-        + (X_y2 * t_xwoxa + t_6urah * t_5o335)
-        - (X_y3 * t_qmnrh + K_L43 * t_f2qbh);
-    const real t_lmeqo = wq_1 * t_xggug + q_1 * t_6ik5d + (wq_2 * t_x4syx + q_2 * t_plooz);
-    const real t_iwd2y = t_lmeqo
-        - (t_6urah * t_bdoat + t_m67zs * t_xwoxa)
-        - (K_L43 * t_tt5lb + t_m27n6 * t_qmnrh)
-        - (t_xq4wt * t_fm43t + t_2m245 * t_jj6hm);
-    const real t_p7wdd = wth_1 * t_wvrxp - g_1 * t_vltvw;
-    const real t_uvki3 = wg_1 * t_xggug + q_1 * t_p7wdd;
-    const real t_6b5j3 = cos_theta1 * t_uvki3 - wqg_1 * t_gzco3;
-    const real t_v5uuq = wth_2 * t_oukri - g_2 * t_zmcd5;
-    const real t_4houv = wg_2 * t_x4syx + q_2 * t_v5uuq;
-    const real t_jvp6q = cos_theta2 * t_4houv - wqg_2 * t_lgafn;
-    const real t_5kwcz = e1 * t_lp2tr;
-    const real t_ltgig = e2 * t_wz5xx;
-    const real t_jkn3n = e1 * t_4mgnc;
-    const real t_33ras = t_lp2tr + t_jkn3n;
-    const real t_4ee66 = t_p7wdd - t_33ras;
-    const real t_2koli = e2 * t_tys73;
-    const real t_newbu = t_wz5xx + t_2koli;
-    const real t_ldkuf = t_v5uuq - t_newbu;
-    const real t_ke3mq = t_65obb * t_c23o2 + S_sq1 * t_4ee66 + (t_yoiua * t_vfytj + S_sq2 * t_ldkuf);
-    const real t_rhxsn = t_ik2jg + e1 * t_m4i63;
-    const real t_5tipn = t_o4leh + e2 * t_aqus5;
-    const real t_j3w63 = sin_theta1 * t_rhxsn + t_ev7u5 * t_7xloa + (sin_theta2 * t_5tipn + t_bvybx * t_gzo6d);
-    const real t_s3iaw = t_j3w63 * t_bpfoo + t_vshgd * t_bpfoo * t_oqb2a;
-    const real t_ykdqt = t_p7wdd
-        + t_v5uuq
-        - t_ke3mq
-        - t_ow2yt
-        - t_andwa
-        - (t_vshgd * t_ql2ju + t_b3aij * t_s3iaw);
-    const real t_qphjf = t_ykdqt * t_4iujv - K_L52 * t_4iujv * t_m2in3;
-    const real t_7muol = t_65obb * t_bgfqx + SC1 * t_4ee66 + (t_yoiua * t_f3p5c + SC2 * t_ldkuf);
-    const real t_aw3es = t_yuwss
-        - t_7muol
-        + t_vivay
-        - (K_L52 * t_lqciy + t_d4mqf * t_qphjf)
-        - (t_vshgd * t_thmu4 + t_zzymx * t_s3iaw);
-    const real t_clsiv = t_aw3es * t_zmh3u - K_L53 * t_zmh3u * t_htjpc;
-    const real t_enbet = t_lmeqo
-        - t_6b5j3
-        - t_jvp6q
-        + (sin_theta1 * t_5kwcz + t_nncdg * t_7xloa)
-        + (sin_theta2 * t_ltgig + t_4q22j * t_gzo6d)
-        + (K_L52 * t_bdoat + t_m67zs * t_qphjf)
-        - (K_L53 * t_tt5lb + t_m27n6 * t_clsiv)
-        - (t_vshgd * t_fm43t + t_2m245 * t_s3iaw);
-    const real t_y7aqj = t_enbet * t_lt2al - K_L54 * t_lt2al * t_iwd2y;
-    const real t_75lgm = t_2alzh + e1 * t_3upj6;
-    const real t_k7hpp = t_bmgvp + e2 * t_cv7qx;
+    const real t_diygc = along_u[along_Mx]
+        - t_tufoz
+        + (b1 * t_746kq + t_w6lcf * t_mrjrx)
+        + (X_y2 * t_4t4mm + t_vpdgs * t_4wbaz)
+        - (X_y3 * t_thqrx + K_L43 * t_luo6r);
+    const real t_nuwbt = wq_1 * t_lf5wu + q_1 * t_fg2sf + (wq_2 * t_kfqtb + q_2 * t_adcni);
+    const real t_jfm2l = t_nuwbt
+        - (t_vpdgs * t_wjp4t + t_ly572 * t_4t4mm)
+        - (K_L43 * t_xkubd + t_ichgo * t_thqrx)
+        - (t_w6lcf * t_2jney + t_hig3c_6 * t_746kq);
+    const real t_w4aft = wth_1 * t_lf5wu_2 - g_1 * t_pqxvx;
+    const real t_6yo4d = wg_1 * t_lf5wu + q_1 * t_w4aft;
+    const real t_ppifo = cos_theta1 * t_6yo4d - wqg_1 * t_cfvjs;
+    const real t_j2qot = wth_2 * t_kfqtb_2 - g_2 * t_g7gvo;
+    const real t_gz7ew = wg_2 * t_kfqtb + q_2 * t_j2qot;
+    const real t_ietet = cos_theta2 * t_gz7ew - wqg_2 * t_3nsm2;
+    const real t_cyell = e1 * t_elpoq;
+    const real t_qcrez = e2 * t_pz7ut;
+    const real t_zalnt = e1 * t_4adkh;
+    const real t_c72eu = t_elpoq + t_zalnt;
+    const real t_hcbev = t_w4aft - t_c72eu;
+    const real t_6kx66 = e2 * t_ipkuk;
+    const real t_e6ahz = t_pz7ut + t_6kx66;
+    const real t_lel43 = t_j2qot - t_e6ahz;
+    const real t_sp32z = t_vjftl * t_ghfub + S_sq1 * t_hcbev + (t_vsqil * t_5kb4q + S_sq2 * t_lel43);
+    const real t_ojxrt = t_elpoq_2 + e1 * t_4adkh_2;
+    const real t_uoi4f = t_pz7ut_2 + e2 * t_ipkuk_2;
+    const real t_fmlla = sin_theta1 * t_ojxrt + t_2jubo * t_cfvjs_2 + (sin_theta2 * t_uoi4f + t_ittbm * t_3nsm2_2);
+    const real t_f3jt2 = t_fmlla * t_6dtnj + t_s62lc * t_6dtnj * t_njjnc;
+    const real t_47vns = t_w4aft
+        + t_j2qot
+        - t_sp32z
+        - t_voglz_2
+        - t_7lire_2
+        - (t_s62lc * t_6zhlz + t_f2nhc * t_f3jt2);
+    const real t_c4ius = t_47vns * t_6dtnj_2 - K_L52 * t_6dtnj_2 * t_u6x4d;
+    const real t_dqvol = t_vjftl * t_5r2vk + SC1 * t_hcbev + (t_vsqil * t_6s5zm + SC2 * t_lel43);
+    const real t_4aa4s = t_voglz
+        - t_dqvol
+        + t_7lire
+        - (K_L52 * t_ghubm + t_upifj * t_c4ius)
+        - (t_s62lc * t_6zhlz_2 + t_f2nhc_2 * t_f3jt2);
+    const real t_zlp32 = t_4aa4s * t_6dtnj_3 - K_L53 * t_6dtnj_3 * t_tbnp6;
+    const real t_ryxwj = t_nuwbt
+        - t_ppifo
+        - t_ietet
+        + (sin_theta1 * t_cyell + t_yzhyr * t_cfvjs_2)
+        + (sin_theta2 * t_qcrez + t_q6put * t_3nsm2_2)
+        + (K_L52 * t_wjp4t + t_ly572 * t_c4ius)
+        - (K_L53 * t_xkubd + t_ichgo * t_zlp32)
+        - (t_s62lc * t_2jney + t_hig3c_6 * t_f3jt2);
+    const real t_67ku2 = t_ryxwj * t_6dtnj_4 - K_L54 * t_6dtnj_4 * t_jfm2l;
+    const real t_az22n = t_yioam + e1 * t_7yss7;
+    const real t_habkf = t_zygbe + e2 * t_nsjrz;
     const real t_cexsj = p[I1] * along_x[along_phi1_dot];
     const real t_6syep = p[I2] * along_x[along_phi2_dot];
-    const real t_vowo6 = sin_theta1 * t_75lgm
-        + t_w7nmt * t_7xloa
-        - (t_xsd5m + t_sqgls + t_lon4y)
-        + (sin_theta2 * t_k7hpp + t_e5cx2 * t_gzo6d)
-        - t_5r66u * t_y5zog
+    const real t_tbzyq = sin_theta1 * t_az22n
+        + t_lsqzr * t_cfvjs_2
+        - (t_kkajh + t_sqgls + t_lon4y)
+        + (sin_theta2 * t_habkf + t_rbrf6 * t_3nsm2_2)
+        - t_g7pzr * t_y5zog
         - (x[wy] * t_cexsj + I_phi1 * along_x[along_wy])
         - (x[wy] * t_6syep + I_phi2 * along_x[along_wy])
-        + (g_1 * t_i6ply + t_vt7uo * t_wvrxp)
-        + (g_2 * t_jlula + t_oncjt * t_oukri);
-    const real t_j7wgf = along_u[along_Mz]
-        - t_vowo6
-        - t_lwe76 * t_byxim
-        + (b1 * t_s3iaw + t_vshgd * t_wob7t)
-        - (X_y2 * t_qphjf + K_L52 * t_5o335)
-        - (X_y3 * t_clsiv + K_L53 * t_f2qbh)
-        - (X_y4 * t_y7aqj + K_L54 * t_w6ufb);
-    const real t_ho4oo = wg_1 * t_wvrxp + g_1 * t_p7wdd;
-    const real t_jacgj = wg_2 * t_oukri + g_2 * t_v5uuq;
-    const real t_e6cz6 = e1 * t_jkn3n - K(-2.0) * t_5kwcz;
-    const real t_hansg = t_e6cz6 - t_ho4oo;
-    const real t_yat33 = tn44_1 * t_c23o2 + S_sq1 * t_hansg;
-    const real t_vo7za = e2 * t_2koli - K(-2.0) * t_ltgig;
-    const real t_g3yxf = t_vo7za - t_jacgj;
-    const real t_qylsp = tn44_2 * t_vfytj + S_sq2 * t_g3yxf;
-    const real t_42ze3 = t_ho4oo
-        + t_jacgj
-        + t_lmeqo
-        + t_yat33
-        + t_qylsp
-        + K(-2.0) * t_6b5j3
-        + K(-2.0) * t_jvp6q
-        - (K_L52 * t_ykdqt + t_p6zld * t_qphjf)
-        - (K_L53 * t_aw3es + t_bxfcn * t_clsiv)
-        - (K_L54 * t_enbet + t_amczu * t_y7aqj)
-        - (t_vshgd * t_j3w63 + t_6mmeb * t_s3iaw);
-    const real t_7wvhi = wqg_1 * t_7xloa + sin_theta1 * t_uvki3 + (wqg_2 * t_gzo6d + sin_theta2 * t_4houv);
-    const real t_bnzmj = cos_theta1 * t_rhxsn - t_ev7u5 * t_gzco3 + (cos_theta2 * t_5tipn - t_bvybx * t_lgafn);
-    const real t_6vlnz = t_bnzmj * t_bpfoo + t_e4enr * t_bpfoo * t_oqb2a;
-    const real t_sqcju = t_7muol + (t_e4enr * t_ql2ju + t_b3aij * t_6vlnz);
-    const real t_ux3up = t_sqcju * t_4iujv - t_dj64q * t_4iujv * t_m2in3;
-    const real t_qgnjz = t_ke3mq
-        + (t_33ras + t_newbu)
-        + (t_dj64q * t_lqciy + t_d4mqf * t_ux3up)
-        - (t_e4enr * t_thmu4 + t_zzymx * t_6vlnz);
-    const real t_7w5sb = t_qgnjz * t_zmh3u - K_L63 * t_zmh3u * t_htjpc;
-    const real t_o64wz = t_7wvhi
-        + (cos_theta1 * t_5kwcz - t_nncdg * t_gzco3)
-        + (cos_theta2 * t_ltgig - t_4q22j * t_lgafn)
-        - (t_dj64q * t_bdoat + t_m67zs * t_ux3up)
-        - (K_L63 * t_tt5lb + t_m27n6 * t_7w5sb)
-        - (t_e4enr * t_fm43t + t_2m245 * t_6vlnz);
-    const real t_mtmt3 = t_o64wz * t_lt2al - K_L64 * t_lt2al * t_iwd2y;
-    const real t_cmkne = t_7wvhi
-        + (tn44_1 * t_bgfqx + SC1 * t_hansg)
-        + (tn44_2 * t_f3p5c + SC2 * t_g3yxf)
-        + (t_dj64q * t_ykdqt + t_p6zld * t_ux3up)
-        - (K_L63 * t_aw3es + t_bxfcn * t_7w5sb)
-        - (K_L64 * t_enbet + t_amczu * t_mtmt3)
-        - (t_e4enr * t_j3w63 + t_6mmeb * t_6vlnz);
-    const real t_xzhu6 = t_cmkne * t_ftqxb - K_L65 * t_ftqxb * t_42ze3;
+        + (g_1 * t_qq2dd + t_mallh * t_lf5wu_2)
+        + (g_2 * t_2ta3i + t_lbh6o * t_kfqtb_2);
+    const real t_sqvns = along_u[along_Mz]
+        - t_tbzyq
+        - t_bknng * t_byxim
+        + (b1 * t_f3jt2 + t_s62lc * t_mrjrx)
+        - (X_y2 * t_c4ius + K_L52 * t_4wbaz)
+        - (X_y3 * t_zlp32 + K_L53 * t_luo6r)
+        - (X_y4 * t_67ku2 + K_L54 * t_diygc);
+    const real t_s3kcr = wg_1 * t_lf5wu_2 + g_1 * t_w4aft;
+    const real t_jgrut = wg_2 * t_kfqtb_2 + g_2 * t_j2qot;
+    const real t_g3h43 = e1 * t_zalnt - K(-2.0) * t_cyell;
+    const real t_37mlc = t_g3h43 - t_s3kcr;
+    const real t_snmto = tn44_1 * t_ghfub + S_sq1 * t_37mlc;
+    const real t_7xl72 = e2 * t_6kx66 - K(-2.0) * t_qcrez;
+    const real t_oawgh = t_7xl72 - t_jgrut;
+    const real t_hxniq = tn44_2 * t_5kb4q + S_sq2 * t_oawgh;
+    const real t_k4jal = t_s3kcr
+        + t_jgrut
+        + t_nuwbt
+        + t_snmto
+        + t_hxniq
+        + K(-2.0) * t_ppifo
+        + K(-2.0) * t_ietet
+        - (K_L52 * t_47vns + t_6vega * t_c4ius)
+        - (K_L53 * t_4aa4s + t_jmicp * t_zlp32)
+        - (K_L54 * t_ryxwj + t_otpfz * t_67ku2)
+        - (t_s62lc * t_fmlla + t_6iku5 * t_f3jt2);
+    const real t_oltsa = wqg_1 * t_cfvjs_2 + sin_theta1 * t_6yo4d + (wqg_2 * t_3nsm2_2 + sin_theta2 * t_gz7ew);
+    const real t_fmlla_2 = cos_theta1 * t_ojxrt - t_2jubo * t_cfvjs + (cos_theta2 * t_uoi4f - t_ittbm * t_3nsm2);
+    const real t_f3jt2_2 = t_fmlla_2 * t_6dtnj + t_s62lc_2 * t_6dtnj * t_njjnc;
+    const real t_hslbr = t_dqvol + (t_s62lc_2 * t_6zhlz + t_f2nhc * t_f3jt2_2);
+    const real t_mkfcv = t_hslbr * t_6dtnj_2 - t_bk7yo * t_6dtnj_2 * t_u6x4d;
+    const real t_eyxcp = t_sp32z
+        + (t_c72eu + t_e6ahz)
+        + (t_bk7yo * t_ghubm + t_upifj * t_mkfcv)
+        - (t_s62lc_2 * t_6zhlz_2 + t_f2nhc_2 * t_f3jt2_2);
+    const real t_v4e25 = t_eyxcp * t_6dtnj_3 - K_L63 * t_6dtnj_3 * t_tbnp6;
+    const real t_lzvvt = t_oltsa
+        + (cos_theta1 * t_cyell - t_yzhyr * t_cfvjs)
+        + (cos_theta2 * t_qcrez - t_q6put * t_3nsm2)
+        - (t_bk7yo * t_wjp4t + t_ly572 * t_mkfcv)
+        - (K_L63 * t_xkubd + t_ichgo * t_v4e25)
+        - (t_s62lc_2 * t_2jney + t_hig3c_6 * t_f3jt2_2);
+    const real t_gjzix = t_lzvvt * t_6dtnj_4 - K_L64 * t_6dtnj_4 * t_jfm2l;
+    const real t_yljxh = t_oltsa
+        + (tn44_1 * t_5r2vk + SC1 * t_37mlc)
+        + (tn44_2 * t_6s5zm + SC2 * t_oawgh)
+        + (t_bk7yo * t_47vns + t_6vega * t_mkfcv)
+        - (K_L63 * t_4aa4s + t_jmicp * t_v4e25)
+        - (K_L64 * t_ryxwj + t_otpfz * t_gjzix)
+        - (t_s62lc_2 * t_fmlla + t_6iku5 * t_f3jt2_2);
+    const real t_bducc = t_yljxh * t_6dtnj_5 - K_L65 * t_6dtnj_5 * t_k4jal;
     const real t_d5jt4 = x[wz] * along_x[along_wx] + x[wx] * along_x[along_wz];
-    const real t_3opsn = cos_theta1 * t_75lgm
-        - t_w7nmt * t_gzco3
-        + (cos_theta2 * t_k7hpp - t_e5cx2 * t_lgafn)
+    const real t_twxwe = cos_theta1 * t_az22n
+        - t_lsqzr * t_cfvjs
+        + (cos_theta2 * t_habkf - t_rbrf6 * t_3nsm2)
         + (x[wx] * t_ihgv7 + I_theta1 * along_x[along_wx])
         + (x[wx] * t_5vhzn + I_theta2 * along_x[along_wx])
-        - t_7bo2j * t_d5jt4
-        - (g_1 * t_5er3o + t_azclp * t_wvrxp)
-        - (g_2 * t_dw3xg + t_iya7w * t_oukri)
+        - t_urwo6 * t_d5jt4
+        - (g_1 * t_qq2dd_2 + t_mallh_2 * t_lf5wu_2)
+        - (g_2 * t_2ta3i_2 + t_lbh6o_2 * t_kfqtb_2)
         - (x[wz] * t_cexsj + I_phi1 * along_x[along_wz])
         - (x[wz] * t_6syep + I_phi2 * along_x[along_wz]);
-    const real t_s3vkn = t_lwe76 * t_qmyd7
-        - (along_u[along_My] + t_3opsn)
-        + (b1 * t_6vlnz + t_e4enr * t_wob7t)
-        + (X_y2 * t_ux3up + t_dj64q * t_5o335)
-        - (X_y3 * t_7w5sb + K_L63 * t_f2qbh)
-        - (X_y4 * t_mtmt3 + K_L64 * t_w6ufb)
-        - (X_y5 * t_xzhu6 + K_L65 * t_j7wgf);
-    const real t_wpt77 = t_e6cz6
-        + t_vo7za
-        - t_yat33
-        - t_qylsp
-        - (t_dj64q * t_sqcju + t_qvrp6 * t_ux3up)
-        - (K_L63 * t_qgnjz + t_rahc4 * t_7w5sb)
-        - (K_L64 * t_o64wz + t_e4k6u * t_mtmt3)
-        - (K_L65 * t_cmkne + t_jo54w * t_xzhu6)
-        - (t_e4enr * t_bnzmj + t_bl4f2 * t_6vlnz);
-    const real t_jpude = t_s3vkn * t_nfkwa - X_x6 * t_nfkwa * t_wpt77;
-    const real t_m3gyr = t_j7wgf * t_ftqxb
-        - t_cufdy * t_ftqxb * t_42ze3
-        - (X_x6 * t_xzhu6 + K_L65 * t_jpude);
-    const real t_6uegn = t_w6ufb * t_lt2al
-        - t_72jfh * t_lt2al * t_iwd2y
-        - (X_x5 * t_y7aqj + K_L54 * t_m3gyr)
-        - (X_x6 * t_mtmt3 + K_L64 * t_jpude);
-    const real t_3iuud = t_f2qbh * t_zmh3u
-        - t_izhu2 * t_zmh3u * t_htjpc
-        - (X_x4 * t_qmnrh + K_L43 * t_6uegn)
-        - (X_x5 * t_clsiv + K_L53 * t_m3gyr)
-        - (X_x6 * t_7w5sb + K_L63 * t_jpude);
-    const real t_t3j5c = t_5o335 * t_4iujv
-        - t_uifqg * t_4iujv * t_m2in3
-        - (X_x3 * t_aohoh + K_L32 * t_3iuud)
-        + (X_x4 * t_xwoxa + t_6urah * t_6uegn)
-        - (X_x5 * t_qphjf + K_L52 * t_m3gyr)
-        + (X_x6 * t_ux3up + t_dj64q * t_jpude);
-    const real t_odsqd = t_wob7t * t_bpfoo
-        + t_47fu6 * t_bpfoo * t_oqb2a
-        + (X_x2 * t_vcmoj + t_w7lcw * t_t3j5c)
-        + (X_x3 * t_xs7e4 + t_3go2w * t_3iuud)
-        + (X_x4 * t_jj6hm + t_xq4wt * t_6uegn)
-        + (X_x5 * t_s3iaw + t_vshgd * t_m3gyr)
-        + (X_x6 * t_6vlnz + t_e4enr * t_jpude);
-    const real t_5f4sz = t_m3gyr - t_y5zog;
-    const real t_r6cru = sin_theta1 * t_m3gyr + X_x5 * t_7xloa + (cos_theta1 * t_jpude - X_x6 * t_gzco3);
-    const real t_fb4pe = t_r6cru + t_wbpon;
-    const real t_dkypl = e1 * t_r6cru
-        + (sin_theta1 * t_t3j5c + X_x2 * t_7xloa)
-        + (cos_theta1 * t_3iuud - X_x3 * t_gzco3);
-    const real t_2g4tt = cos_phi1 * t_dkypl
-        - (G_t1 * e1 + X_x2 * sin_theta1 + X_x3 * cos_theta1) * t_r477s
-        + ((X_x1 - t_w7vil) * t_u3bis + sin_phi1 * (t_odsqd - t_vbqwh));
+    const real t_kxzl7 = t_bknng * t_qmyd7
+        - (along_u[along_My] + t_twxwe)
+        + (b1 * t_f3jt2_2 + t_s62lc_2 * t_mrjrx)
+        + (X_y2 * t_mkfcv + t_bk7yo * t_4wbaz)
+        - (X_y3 * t_v4e25 + K_L63 * t_luo6r)
+        - (X_y4 * t_gjzix + K_L64 * t_diygc)
+        - (X_y5 * t_bducc + K_L65 * t_sqvns);
+    const real t_xlsqi = t_g3h43
+        + t_7xl72
+        - t_snmto
+        - t_hxniq
+        - (t_bk7yo * t_hslbr + t_avyqv * t_mkfcv)
+        - (K_L63 * t_eyxcp + t_2dahu * t_v4e25)
+        - (K_L64 * t_lzvvt + t_aolgd * t_gjzix)
+        - (K_L65 * t_yljxh + t_hdeaq * t_bducc)
+        - (t_s62lc_2 * t_fmlla_2 + t_6iku5_2 * t_f3jt2_2);
+    const real t_byp6g = t_kxzl7 * t_6dtnj_6 - X_x6 * t_6dtnj_6 * t_xlsqi;
+    const real t_o7gyr = t_sqvns * t_6dtnj_5
+        - t_bintu * t_6dtnj_5 * t_k4jal
+        - (X_x6 * t_bducc + K_L65 * t_byp6g);
+    const real t_a6ryg = t_diygc * t_6dtnj_4
+        - t_bintu_2 * t_6dtnj_4 * t_jfm2l
+        - (X_x5 * t_67ku2 + K_L54 * t_o7gyr)
+        - (X_x6 * t_gjzix + K_L64 * t_byp6g);
+    const real t_cb3iy = t_luo6r * t_6dtnj_3
+        - t_ztwwp * t_6dtnj_3 * t_tbnp6
+        - (X_x4 * t_thqrx + K_L43 * t_a6ryg)
+        - (X_x5 * t_zlp32 + K_L53 * t_o7gyr)
+        - (X_x6 * t_v4e25 + K_L63 * t_byp6g);
+    const real t_qn6uf = t_4wbaz * t_6dtnj_2
+        - t_bintu_3 * t_6dtnj_2 * t_u6x4d
+        - (X_x3 * t_vwfxy + K_L32 * t_cb3iy)
+        + (X_x4 * t_4t4mm + t_vpdgs * t_a6ryg)
+        - (X_x5 * t_c4ius + K_L52 * t_o7gyr)
+        + (X_x6 * t_mkfcv + t_bk7yo * t_byp6g);
+    const real t_f4zb3 = t_mrjrx * t_6dtnj
+        + t_bintu_4 * t_6dtnj * t_njjnc
+        + (X_x2 * t_3vbu4 + t_gousg * t_qn6uf)
+        + (X_x3 * t_3vbu4_2 + t_gousg_2 * t_cb3iy)
+        + (X_x4 * t_746kq + t_w6lcf * t_a6ryg)
+        + (X_x5 * t_f3jt2 + t_s62lc * t_o7gyr)
+        + (X_x6 * t_f3jt2_2 + t_s62lc_2 * t_byp6g);
+    const real t_ccqpp = t_o7gyr - t_y5zog;
+    const real t_p7nos = sin_theta1 * t_o7gyr + X_x5 * t_cfvjs_2 + (cos_theta1 * t_byp6g - X_x6 * t_cfvjs);
+    const real t_5qnbp = t_p7nos + t_jvyzn;
+    const real t_kykmc = e1 * t_p7nos
+        + (sin_theta1 * t_qn6uf + X_x2 * t_cfvjs_2)
+        + (cos_theta1 * t_cb3iy - X_x3 * t_cfvjs);
+    const real t_kka34 = cos_phi1 * t_kykmc
+        - (G_t1 * e1 + X_x2 * sin_theta1 + X_x3 * cos_theta1) * t_caymt
+        + ((X_x1 - t_aqrn5) * t_caymt_2 + sin_phi1 * (t_f4zb3 - t_ipqst));
     const real t_ibe72 = K(1.0) / p[m1];
-    const real t_ogd3q = X_x5 * cos_theta1 - X_x6 * sin_theta1;
-    const real t_mwq7z = X_x4 + X_x5;
-    const real t_5ffnn = zeta1
+    const real t_fdt76 = X_x5 * cos_theta1 - X_x6 * sin_theta1;
+    const real t_hig3c_7 = X_x4 + X_x5;
+    const real t_pksrm = zeta1
         + X_x2 * cos_theta1
-        + g_1 * t_ogd3q
-        - t_mwq7z * q_1
+        + g_1 * t_fdt76
+        - t_hig3c_7 * q_1
         - X_x3 * sin_theta1;
-    const real t_kiea2 = g_1 * (cos_theta1 * t_m3gyr - X_x5 * t_gzco3 - (sin_theta1 * t_jpude + X_x6 * t_7xloa));
-    const real t_4xduz = t_6uegn + t_m3gyr;
-    const real t_bf3af = t_grjl3
-        + (cos_theta1 * t_t3j5c - X_x2 * t_gzco3)
-        + (t_ogd3q * t_wvrxp + t_kiea2)
-        - (q_1 * t_4xduz + t_mwq7z * t_xggug)
-        - (sin_theta1 * t_3iuud + X_x3 * t_7xloa);
-    const real t_gldwx = th_1 * (t_sqgls * t_ibe72 + (t_5ffnn * t_xggug + q_1 * t_bf3af))
-        - (loss_theta1 * t_ibe72 + q_1 * t_5ffnn) * t_julzq;
-    const real t_vy6uv = sin_theta2 * t_m3gyr + X_x5 * t_gzo6d + (cos_theta2 * t_jpude - X_x6 * t_lgafn);
-    const real t_vk7yj = t_vy6uv + t_y3fz3;
-    const real t_6esai = e2 * t_vy6uv
-        + (sin_theta2 * t_t3j5c + X_x2 * t_gzo6d)
-        + (cos_theta2 * t_3iuud - X_x3 * t_lgafn);
-    const real t_3du6d = cos_phi2 * t_6esai
-        - (G_t2 * e2 + X_x2 * sin_theta2 + X_x3 * cos_theta2) * t_zjnbg
-        + ((X_x1 - t_6fvzz) * t_kxapq + sin_phi2 * (t_odsqd - t_u3ycx));
+    const real t_ux4eg = g_1 * (cos_theta1 * t_o7gyr - X_x5 * t_cfvjs - (sin_theta1 * t_byp6g + X_x6 * t_cfvjs_2));
+    const real t_h6v5u = t_a6ryg + t_o7gyr;
+    const real t_lcaai = t_zjx7p
+        + (cos_theta1 * t_qn6uf - X_x2 * t_cfvjs)
+        + (t_fdt76 * t_lf5wu_2 + t_ux4eg)
+        - (q_1 * t_h6v5u + t_hig3c_7 * t_lf5wu)
+        - (sin_theta1 * t_cb3iy + X_x3 * t_cfvjs_2);
+    const real t_hhduj = th_1 * (t_sqgls * t_ibe72 + (t_pksrm * t_lf5wu + q_1 * t_lcaai))
+        - (loss_theta1 * t_ibe72 + q_1 * t_pksrm) * t_7x4oq;
+    const real t_erc4e = sin_theta2 * t_o7gyr + X_x5 * t_3nsm2_2 + (cos_theta2 * t_byp6g - X_x6 * t_3nsm2);
+    const real t_blsy6 = t_erc4e + t_3oi7g;
+    const real t_4oius = e2 * t_erc4e
+        + (sin_theta2 * t_qn6uf + X_x2 * t_3nsm2_2)
+        + (cos_theta2 * t_cb3iy - X_x3 * t_3nsm2);
+    const real t_ctjmy = cos_phi2 * t_4oius
+        - (G_t2 * e2 + X_x2 * sin_theta2 + X_x3 * cos_theta2) * t_acpzf
+        + ((X_x1 - t_3hay7) * t_acpzf_2 + sin_phi2 * (t_f4zb3 - t_tvere));
     const real t_r7vy7 = K(1.0) / p[m2];
-    const real t_qv4rx = X_x5 * cos_theta2 - X_x6 * sin_theta2;
-    const real t_oqair = zeta2
+    const real t_dnnxk = X_x5 * cos_theta2 - X_x6 * sin_theta2;
+    const real t_zj7x3 = zeta2
         + X_x2 * cos_theta2
-        + g_2 * t_qv4rx
-        - t_mwq7z * q_2
+        + g_2 * t_dnnxk
+        - t_hig3c_7 * q_2
         - X_x3 * sin_theta2;
-    const real t_qfmzs = g_2 * (cos_theta2 * t_m3gyr - X_x5 * t_lgafn - (sin_theta2 * t_jpude + X_x6 * t_gzo6d));
-    const real t_fli4y = t_4cbz5
-        + (cos_theta2 * t_t3j5c - X_x2 * t_lgafn)
-        + (t_qv4rx * t_oukri + t_qfmzs)
-        - (q_2 * t_4xduz + t_mwq7z * t_x4syx)
-        - (sin_theta2 * t_3iuud + X_x3 * t_gzo6d);
-    const real t_rl2ga = th_2 * (t_lon4y * t_r7vy7 + (t_oqair * t_x4syx + q_2 * t_fli4y))
-        - (loss_theta2 * t_r7vy7 + q_2 * t_oqair) * t_hxrn3;
-    change[0] = t_odsqd
-        + x_C * t_fjb5c
+    const real t_avidz = g_2 * (cos_theta2 * t_o7gyr - X_x5 * t_3nsm2 - (sin_theta2 * t_byp6g + X_x6 * t_3nsm2_2));
+    const real t_ll4xm = t_swke4
+        + (cos_theta2 * t_qn6uf - X_x2 * t_3nsm2)
+        + (t_dnnxk * t_kfqtb_2 + t_avidz)
+        - (q_2 * t_h6v5u + t_hig3c_7 * t_kfqtb)
+        - (sin_theta2 * t_cb3iy + X_x3 * t_3nsm2_2);
+    const real t_kwlvy = th_2 * (t_lon4y * t_r7vy7 + (t_zj7x3 * t_kfqtb + q_2 * t_ll4xm))
+        - (loss_theta2 * t_r7vy7 + q_2 * t_zj7x3) * t_mxkqr;
+    change[0] = t_f4zb3
+        + x_C * t_ph2zw
         - (x[wy] * along_x[along_vz] + x[vz] * along_x[along_wy])
         + (x[wz] * along_x[along_vy] + x[vy] * along_x[along_wz]);
-    change[1] = t_t3j5c
-        - x_C * t_m3gyr
+    change[1] = t_qn6uf
+        - x_C * t_o7gyr
         + (x[wx] * along_x[along_vz] + x[vz] * along_x[along_wx] - (x[wz] * along_x[along_vx] + x[vx] * along_x[along_wz]));
-    change[2] = t_3iuud
-        - x_C * t_jpude
+    change[2] = t_cb3iy
+        - x_C * t_byp6g
         + (x[wy] * along_x[along_vx] + x[vx] * along_x[along_wy] - (x[wx] * along_x[along_vy] + x[vy] * along_x[along_wx]));
-    change[3] = t_6uegn;
-    change[4] = t_d5jt4 - t_jpude;
-    change[5] = t_5f4sz;
+    change[3] = t_a6ryg;
+    change[4] = t_d5jt4 - t_byp6g;
+    change[5] = t_ccqpp;
     change[6] = along_x[along_wx];
     change[7] = along_x[along_wy];
     change[8] = along_x[along_wz];
@@ -3170,8 +3170,8 @@ void slosh_jvp(const real *x, const real *u, const real *p, const real *along_x,
     change[10] = along_x[along_theta1_dot];
     change[11] = along_x[along_phi2_dot];
     change[12] = along_x[along_theta2_dot];
-    change[13] = t_fb4pe - (t_zmble + p[I1] * (t_fb4pe + t_6uegn)) * t_zrejm - k1 * t_2g4tt;
-    change[14] = -(t_5f4sz + t_gldwx);
-    change[15] = t_vk7yj - (t_trbl5 + p[I2] * (t_vk7yj + t_6uegn)) * t_5wzvs - k2 * t_3du6d;
-    change[16] = -(t_5f4sz + t_rl2ga);
+    change[13] = t_5qnbp - (t_zmble + p[I1] * (t_5qnbp + t_a6ryg)) * t_gbl6n - k1 * t_kka34;
+    change[14] = -(t_ccqpp + t_hhduj);
+    change[15] = t_blsy6 - (t_trbl5 + p[I2] * (t_blsy6 + t_a6ryg)) * t_jx6g7 - k2 * t_ctjmy;
+    change[16] = -(t_ccqpp + t_kwlvy);
 }

@@ -47,15 +47,15 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
     enum { I2 = SLOSH_P_I2 };
     enum { eps2 = SLOSH_P_EPS2 };
     const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
-    const real t_gx5gf = p[m1] / D1;
-    const real k1 = t_gx5gf * p[l1];
-    const real me1 = t_gx5gf * p[I1];
+    const real t_nkfhl = p[m1] / D1;
+    const real k1 = t_nkfhl * p[l1];
+    const real me1 = t_nkfhl * p[I1];
     const real t_6nwd2 = p[l1] * p[m1];
     const real mv1 = t_6nwd2 * k1;
     const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
-    const real t_wiek6 = p[m2] / D2;
-    const real k2 = t_wiek6 * p[l2];
-    const real me2 = t_wiek6 * p[I2];
+    const real t_xgfi7 = p[m2] / D2;
+    const real k2 = t_xgfi7 * p[l2];
+    const real me2 = t_xgfi7 * p[I2];
     const real t_popww = p[l2] * p[m2];
     const real mv2 = t_popww * k2;
     const real M_C = p[m] + p[m0] + me1 + me2;
@@ -84,25 +84,25 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
     const real Wt1 = cos_theta1 * x[wz] + sin_theta1 * x[wy];
     const real w_x1 = x[wx] - x[theta1_dot];
     const real p1 = Wn1 + x[phi1_dot];
-    const real t_tqamb = Wt1 * sin_phi1;
-    const real chi1 = cos_phi1 * w_x1 - t_tqamb;
-    const real t_pad7a = Wt1 * cos_phi1;
-    const real t_qm5gj = t_pad7a + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    const real t_7uxgo = Wt1 * sin_phi1;
+    const real chi1 = cos_phi1 * w_x1 - t_7uxgo;
+    const real t_7uxgo_2 = Wt1 * cos_phi1;
+    const real t_fyz6s = t_7uxgo_2 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
     real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
     real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
     const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
     const real Wt2 = cos_theta2 * x[wz] + sin_theta2 * x[wy];
     const real w_x2 = x[wx] - x[theta2_dot];
     const real p2 = Wn2 + x[phi2_dot];
-    const real t_4adrp = Wt2 * sin_phi2;
-    const real chi2 = cos_phi2 * w_x2 - t_4adrp;
-    const real t_3pe4c = Wt2 * cos_phi2;
-    const real t_c6dmt = t_3pe4c + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_365dx = Wt2 * sin_phi2;
+    const real chi2 = cos_phi2 * w_x2 - t_365dx;
+    const real t_365dx_2 = Wt2 * cos_phi2;
+    const real t_2t7vh = t_365dx_2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
     const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
-    const real t_w7vil = t_rybsf * e1;
-    const real tension1 = cos_phi1 * t_w7vil * mv1 - t_6nwd2 * sigma_sq1;
+    const real t_aqrn5 = t_rybsf * e1;
+    const real tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1;
     const real As_1 = mv1 * sin_phi1;
     const real Ass_1 = As_1 * sin_phi1;
     const real Asc_1 = As_1 * cos_phi1;
@@ -114,18 +114,18 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
     const real Bc_1 = B_1 * cos_phi1;
     const real Bl_1 = B_1 * p[l1];
     const real g_1 = e1 - lc_1;
-    const real t_62zow = K(1.0) / (p[I1] + p[m1] * (q_1 * q_1));
-    const real th_1 = p[m1] * t_62zow;
+    const real t_d2zbw = K(1.0) / (p[I1] + p[m1] * (q_1 * q_1));
+    const real th_1 = p[m1] * t_d2zbw;
     const real wth_1 = th_1 * p[I1];
     const real eBc_1 = Bc_1 * e1;
     const real wg_1 = g_1 * wth_1;
     const real S_sq1 = sin_theta1 * sin_theta1;
     const real SC1 = cos_theta1 * sin_theta1;
     const real tn11_1 = Ass_1 + me1 - wth_1;
-    const real t_b7ure = me1 * (e1 * e1);
-    const real t_3bowt = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
-    const real t_3fv6l = g_1 * wg_1;
-    const real tn44_1 = t_b7ure + t_3bowt - t_3fv6l;
+    const real t_xdulz = me1 * (e1 * e1);
+    const real t_zmqjk = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
+    const real t_leuxo = g_1 * wg_1;
+    const real tn44_1 = t_xdulz + t_zmqjk - t_leuxo;
     const real wq_1 = q_1 * wth_1;
     const real wqg_1 = q_1 * wg_1;
     const real wqq_1 = q_1 * wq_1;
@@ -135,21 +135,21 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
     const real wgS_1 = sin_theta1 * wqg_1;
     const real loss_phi1 = p[eps1] * x[phi1_dot];
     const real loss_theta1 = p[eps1] * x[theta1_dot];
-    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
-    const real t_smkh7 = Wn1 * lc_1;
-    const real t_q2k45 = chi1 * p[l1];
-    const real t_wmv32 = p1 + x[phi1_dot];
-    const real zeta1 = W12 * q_1 + t_smkh7 * w_x1 - t_q2k45 * t_wmv32;
-    const real t_xips6 = zeta1 * p[I1] - loss_theta1 * q_1;
-    const real F_n1 = th_1 * t_xips6;
-    const real t_7imwe = B_1 * eta1 + loss_phi1 * k1;
-    const real t_k644q = t_7imwe * cos_phi1;
-    const real F_t1 = sin_phi1 * tension1 - t_k644q;
+    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
+    const real t_ownis = Wn1 * lc_1;
+    const real t_plqy5 = chi1 * p[l1];
+    const real t_l5lry = p1 + x[phi1_dot];
+    const real zeta1 = W12 * q_1 + t_ownis * w_x1 - t_plqy5 * t_l5lry;
+    const real t_djlym = zeta1 * p[I1] - loss_theta1 * q_1;
+    const real F_n1 = th_1 * t_djlym;
+    const real t_pc5rt = B_1 * eta1 + loss_phi1 * k1;
+    const real t_ayiti = t_pc5rt * cos_phi1;
+    const real F_t1 = sin_phi1 * tension1 - t_ayiti;
     const real M_q1 = F_n1 * q_1;
     const real I_phi1 = x[phi1_dot] * p[I1];
     const real I_theta1 = x[theta1_dot] * p[I1];
-    const real t_6fvzz = t_rybsf * e2;
-    const real tension2 = cos_phi2 * t_6fvzz * mv2 - t_popww * sigma_sq2;
+    const real t_3hay7 = t_rybsf * e2;
+    const real tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2;
     const real As_2 = mv2 * sin_phi2;
     const real Ass_2 = As_2 * sin_phi2;
     const real Asc_2 = As_2 * cos_phi2;
@@ -161,18 +161,18 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
     const real Bc_2 = B_2 * cos_phi2;
     const real Bl_2 = B_2 * p[l2];
     const real g_2 = e2 - lc_2;
-    const real t_4434n = K(1.0) / (p[I2] + p[m2] * (q_2 * q_2));
-    const real th_2 = p[m2] * t_4434n;
+    const real t_ri6qi = K(1.0) / (p[I2] + p[m2] * (q_2 * q_2));
+    const real th_2 = p[m2] * t_ri6qi;
     const real wth_2 = th_2 * p[I2];
     const real eBc_2 = Bc_2 * e2;
     const real wg_2 = g_2 * wth_2;
     const real S_sq2 = sin_theta2 * sin_theta2;
     const real SC2 = cos_theta2 * sin_theta2;
     const real tn11_2 = Ass_2 + me2 - wth_2;
-    const real t_lpk5h = me2 * (e2 * e2);
-    const real t_ymmgl = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
-    const real t_odwbr = g_2 * wg_2;
-    const real tn44_2 = t_lpk5h + t_ymmgl - t_odwbr;
+    const real t_uohf6 = me2 * (e2 * e2);
+    const real t_agwdt = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
+    const real t_leuxo_2 = g_2 * wg_2;
+    const real tn44_2 = t_uohf6 + t_agwdt - t_leuxo_2;
     const real wq_2 = q_2 * wth_2;
     const real wqg_2 = q_2 * wg_2;
     const real wqq_2 = q_2 * wq_2;
@@ -182,1363 +182,1363 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
     const real wgS_2 = sin_theta2 * wqg_2;
     const real loss_phi2 = p[eps2] * x[phi2_dot];
     const real loss_theta2 = p[eps2] * x[theta2_dot];
-    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
-    const real t_2nvx4 = Wn2 * lc_2;
-    const real t_e55su = chi2 * p[l2];
-    const real t_nlamb = p2 + x[phi2_dot];
-    const real zeta2 = W12 * q_2 + t_2nvx4 * w_x2 - t_e55su * t_nlamb;
-    const real t_vry6x = zeta2 * p[I2] - loss_theta2 * q_2;
-    const real F_n2 = th_2 * t_vry6x;
-    const real t_4b2fa = B_2 * eta2 + loss_phi2 * k2;
-    const real t_czyms = t_4b2fa * cos_phi2;
-    const real F_t2 = sin_phi2 * tension2 - t_czyms;
+    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
+    const real t_cmacw = Wn2 * lc_2;
+    const real t_a3tjf = chi2 * p[l2];
+    const real t_dkl52 = p2 + x[phi2_dot];
+    const real zeta2 = W12 * q_2 + t_cmacw * w_x2 - t_a3tjf * t_dkl52;
+    const real t_c6wyu = zeta2 * p[I2] - loss_theta2 * q_2;
+    const real F_n2 = th_2 * t_c6wyu;
+    const real t_63ozv = B_2 * eta2 + loss_phi2 * k2;
+    const real t_ki236 = t_63ozv * cos_phi2;
+    const real F_t2 = sin_phi2 * tension2 - t_ki236;
     const real M_q2 = F_n2 * q_2;
     const real I_phi2 = x[phi2_dot] * p[I2];
     const real I_theta2 = x[theta2_dot] * p[I2];
     const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
-    const real t_fbeaw = S_sq1 * tn11_1;
-    const real t_dj555 = S_sq2 * tn11_2;
-    const real K22 = t_fbeaw + t_dj555 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real t_leuxo_3 = S_sq1 * tn11_1;
+    const real t_leuxo_4 = S_sq2 * tn11_2;
+    const real K22 = t_leuxo_3 + t_leuxo_4 + M_C + wth_1 + wth_2 - me1 - me2;
     const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + M_C - t_fbeaw - t_dj555;
-    const real t_rlbqu = Bc_1 * cos_theta1;
-    const real t_2fa7h = Bc_2 * cos_theta2;
-    const real K43 = wqS_1 + wqS_2 - t_rlbqu - t_2fa7h;
-    const real t_nhr5u = wqq_1 + wqq_2;
-    const real K44 = t_nhr5u + Bl_1 + Bl_2 + J_C1;
-    const real t_tcgxn = wg_1 - e1 * me1;
-    const real t_uf5ib = wg_2 - e2 * me2;
-    const real t_32gyg = Bc_1 - eAss_1;
-    const real t_65obb = t_32gyg + t_tcgxn;
-    const real t_gbkg6 = Bc_2 - eAss_2;
-    const real t_yoiua = t_gbkg6 + t_uf5ib;
-    const real t_z76hk = S_sq1 * t_65obb + S_sq2 * t_yoiua;
-    const real K52 = t_tcgxn + t_uf5ib - t_z76hk - wqC_1 - wqC_2;
-    const real t_hjmgb = SC1 * t_65obb + SC2 * t_yoiua;
-    const real K53 = wqS_1 - t_hjmgb + wqS_2;
-    const real t_nncdg = Bl_1 - eBc_1;
-    const real t_cr4jw = t_nncdg * sin_theta1;
-    const real t_4q22j = Bl_2 - eBc_2;
-    const real t_6pb2s = t_4q22j * sin_theta2;
-    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_cr4jw + t_6pb2s;
-    const real t_hoosk = S_sq1 * tn44_1;
-    const real t_drvdp = S_sq2 * tn44_2;
-    const real K55 = t_3fv6l
-        + t_odwbr
-        + t_nhr5u
-        + t_hoosk
-        + t_drvdp
+    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo_3 - t_leuxo_4;
+    const real t_f2pcf = Bc_1 * cos_theta1;
+    const real t_u5rk4 = Bc_2 * cos_theta2;
+    const real K43 = wqS_1 + wqS_2 - t_f2pcf - t_u5rk4;
+    const real t_hig3c = wqq_1 + wqq_2;
+    const real K44 = t_hig3c + Bl_1 + Bl_2 + J_C1;
+    const real t_67i37 = wg_1 - e1 * me1;
+    const real t_n5kna = wg_2 - e2 * me2;
+    const real t_hig3c_2 = Bc_1 - eAss_1;
+    const real t_vjftl = t_hig3c_2 + t_67i37;
+    const real t_hig3c_3 = Bc_2 - eAss_2;
+    const real t_vsqil = t_hig3c_3 + t_n5kna;
+    const real t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
+    const real K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2;
+    const real t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil;
+    const real K53 = wqS_1 - t_edvw3_2 + wqS_2;
+    const real t_yzhyr = Bl_1 - eBc_1;
+    const real t_mttiv = t_yzhyr * sin_theta1;
+    const real t_q6put = Bl_2 - eBc_2;
+    const real t_zkamf = t_q6put * sin_theta2;
+    const real K54 = t_hig3c - wgC_1 - wgC_2 + t_mttiv + t_zkamf;
+    const real t_leuxo_5 = S_sq1 * tn44_1;
+    const real t_leuxo_6 = S_sq2 * tn44_2;
+    const real K55 = t_leuxo
+        + t_leuxo_2
+        + t_hig3c
+        + t_leuxo_5
+        + t_leuxo_6
         + J_C3
-        - t_b7ure
-        - t_lpk5h
+        - t_xdulz
+        - t_uohf6
         + K(-2.0) * wgC_1
         + K(-2.0) * wgC_2;
-    const real K63 = t_z76hk - (t_32gyg + t_gbkg6);
-    const real t_zhbuw = wgS_1 + wgS_2;
-    const real t_67cpm = t_nncdg * cos_theta1;
-    const real t_4qb3w = t_4q22j * cos_theta2;
-    const real K64 = t_zhbuw + t_67cpm + t_4qb3w;
-    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
-    const real K66 = t_3bowt + t_ymmgl + J_C2 - t_hoosk - t_drvdp;
-    const real t_vt7uo = F_n1 * cos_theta1;
-    const real t_oncjt = F_n2 * cos_theta2;
-    const real t_ramrz = F_t1 * sin_theta1;
-    const real t_ssvj3 = F_t2 * sin_theta2;
-    const real n2 = t_vt7uo + t_oncjt + t_ramrz + t_ssvj3;
-    const real t_ibvem = F_t1 * cos_theta1;
-    const real t_azclp = F_n1 * sin_theta1;
-    const real t_iya7w = F_n2 * sin_theta2;
-    const real t_ga7f3 = F_t2 * cos_theta2;
-    const real n3 = t_ibvem - (t_azclp + t_iya7w) + t_ga7f3;
-    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
-    const real t_kp7yy = M_q1 + M_q2;
-    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
+    const real K63 = t_edvw3 - (t_hig3c_2 + t_hig3c_3);
+    const real t_hig3c_4 = wgS_1 + wgS_2;
+    const real t_mttiv_2 = t_yzhyr * cos_theta1;
+    const real t_zkamf_2 = t_q6put * cos_theta2;
+    const real K64 = t_hig3c_4 + t_mttiv_2 + t_zkamf_2;
+    const real K65 = t_hig3c_4 + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6;
+    const real t_mallh = F_n1 * cos_theta1;
+    const real t_lbh6o = F_n2 * cos_theta2;
+    const real t_f2pcf_2 = F_t1 * sin_theta1;
+    const real t_u5rk4_2 = F_t2 * sin_theta2;
+    const real n2 = t_mallh + t_lbh6o + t_f2pcf_2 + t_u5rk4_2;
+    const real t_f2pcf_3 = F_t1 * cos_theta1;
+    const real t_mallh_2 = F_n1 * sin_theta1;
+    const real t_lbh6o_2 = F_n2 * sin_theta2;
+    const real t_u5rk4_3 = F_t2 * cos_theta2;
+    const real n3 = t_f2pcf_3 - (t_mallh_2 + t_lbh6o_2) + t_u5rk4_3;
+    const real t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * p[l1];
+    const real t_hig3c_5 = M_q1 + M_q2;
+    const real t_ogbts = Bs_2 * t_3hay7 + t_63ozv * p[l2];
     const real t_sfymc = p[J_y] - p[J_z];
     const real t_6nfyn = t_sfymc * x[wy];
-    const real n4 = t_aejai
-        - t_kp7yy
-        + t_zd4fs
+    const real n4 = t_mjqai
+        - t_hig3c_5
+        + t_ogbts
         - loss_phi1
         - loss_phi2
         + I_theta1 * x[wy]
         + I_theta2 * x[wy]
         - t_6nfyn * x[wz];
-    const real t_w7nmt = t_aejai + F_t1 * e1;
-    const real t_h4rsv = t_w7nmt * sin_theta1;
-    const real t_e5cx2 = t_zd4fs + F_t2 * e2;
-    const real t_n4l7v = t_e5cx2 * sin_theta2;
-    const real t_5r66u = J_C1 + (p[J_z] - p[J_y]);
-    const real n5 = t_h4rsv
-        - (t_kp7yy + loss_theta1 + loss_theta2)
-        + t_n4l7v
-        - W12 * t_5r66u
+    const real t_lsqzr = t_mjqai + F_t1 * e1;
+    const real t_l3oem = t_lsqzr * sin_theta1;
+    const real t_rbrf6 = t_ogbts + F_t2 * e2;
+    const real t_4d6tt = t_rbrf6 * sin_theta2;
+    const real t_hhcx7 = J_C1 + (p[J_z] - p[J_y]);
+    const real n5 = t_l3oem
+        - (t_hig3c_5 + loss_theta1 + loss_theta2)
+        + t_4d6tt
+        - W12 * t_hhcx7
         - I_phi1 * x[wy]
         - I_phi2 * x[wy]
-        + t_vt7uo * g_1
-        + t_oncjt * g_2;
-    const real t_slihb = t_w7nmt * cos_theta1;
-    const real t_wrhtu = t_e5cx2 * cos_theta2;
-    const real t_7bo2j = J_C1 + t_is5lg + t_sfymc;
-    const real n6 = t_slihb
-        + t_wrhtu
+        + t_mallh * g_1
+        + t_lbh6o * g_2;
+    const real t_l3oem_2 = t_lsqzr * cos_theta1;
+    const real t_4d6tt_2 = t_rbrf6 * cos_theta2;
+    const real t_h6dwl = J_C1 + t_is5lg + t_sfymc;
+    const real n6 = t_l3oem_2
+        + t_4d6tt_2
         + I_theta1 * x[wx]
         + I_theta2 * x[wx]
-        - W13 * t_7bo2j
-        - t_azclp * g_1
-        - t_iya7w * g_2
+        - W13 * t_h6dwl
+        - t_mallh_2 * g_1
+        - t_lbh6o_2 * g_2
         - I_phi1 * x[wz]
         - I_phi2 * x[wz];
-    const real t_pagmx = Asc_1 * sin_theta1;
-    const real t_em5lf = Asc_2 * sin_theta2;
-    const real t_b3aij = t_pagmx + t_em5lf;
-    const real t_bpfoo = K(1.0) / K11;
-    const real t_w7lcw = t_b3aij * t_bpfoo;
-    const real K_D2 = K22 - t_b3aij * t_w7lcw;
-    const real t_pq5r4 = Asc_1 * cos_theta1;
-    const real t_mejrc = Asc_2 * cos_theta2;
-    const real t_zzymx = t_pq5r4 + t_mejrc;
-    const real t_3go2w = t_zzymx * t_bpfoo;
-    const real t_2rbbr = K32 - t_b3aij * t_3go2w;
-    const real t_4iujv = K(1.0) / K_D2;
-    const real K_L32 = t_2rbbr * t_4iujv;
-    const real t_ev7u5 = Bs_1 + Asc_1 * e1;
-    const real t_b2inm = t_ev7u5 * sin_theta1;
-    const real t_bvybx = Bs_2 + Asc_2 * e2;
-    const real t_i6twe = t_bvybx * sin_theta2;
-    const real t_6mmeb = t_b2inm + t_i6twe;
-    const real t_rujpm = t_6mmeb * t_bpfoo;
-    const real t_xqwvu = K52 - t_b3aij * t_rujpm;
-    const real K_L52 = t_xqwvu * t_4iujv;
-    const real K_D3 = K33 - t_2rbbr * K_L32 - t_zzymx * t_3go2w;
-    const real t_kimqu = Bc_1 * sin_theta1;
-    const real t_h3qlz = Bc_2 * sin_theta2;
-    const real t_2m245 = Bs_1 + Bs_2;
-    const real t_xq4wt = t_2m245 * t_bpfoo;
-    const real t_m67zs = wqC_1 + wqC_2 + t_kimqu + t_h3qlz + t_b3aij * t_xq4wt;
-    const real t_3jpev = t_m67zs * t_4iujv;
-    const real t_busu7 = K43 + t_2rbbr * t_3jpev - t_zzymx * t_xq4wt;
-    const real t_zmh3u = K(1.0) / K_D3;
-    const real K_L43 = t_busu7 * t_zmh3u;
-    const real t_kjv32 = K53 - t_2rbbr * K_L52 - t_zzymx * t_rujpm;
-    const real K_L53 = t_kjv32 * t_zmh3u;
-    const real t_llswo = t_ev7u5 * cos_theta1;
-    const real t_inhtz = t_bvybx * cos_theta2;
-    const real t_bl4f2 = t_llswo + t_inhtz;
-    const real t_pgxzp = t_bl4f2 * t_bpfoo;
-    const real t_dzmcy = t_hjmgb + t_b3aij * t_pgxzp;
-    const real t_gz422 = t_dzmcy * t_4iujv;
-    const real t_iyghn = K63 + t_2rbbr * t_gz422 - t_zzymx * t_pgxzp;
-    const real K_L63 = t_iyghn * t_zmh3u;
-    const real K_D4 = K44 - t_m67zs * t_3jpev - t_busu7 * K_L43 - t_2m245 * t_xq4wt;
-    const real t_qs67n = K54 + t_m67zs * K_L52 - t_busu7 * K_L53 - t_2m245 * t_rujpm;
-    const real t_lt2al = K(1.0) / K_D4;
-    const real K_L54 = t_qs67n * t_lt2al;
-    const real t_vuqjn = K64 - t_m67zs * t_gz422 - t_busu7 * K_L63 - t_2m245 * t_pgxzp;
-    const real K_L64 = t_vuqjn * t_lt2al;
+    const real t_f2pcf_4 = Asc_1 * sin_theta1;
+    const real t_u5rk4_4 = Asc_2 * sin_theta2;
+    const real t_f2nhc = t_f2pcf_4 + t_u5rk4_4;
+    const real t_6dtnj = K(1.0) / K11;
+    const real t_gousg = t_f2nhc * t_6dtnj;
+    const real K_D2 = K22 - t_f2nhc * t_gousg;
+    const real t_f2pcf_5 = Asc_1 * cos_theta1;
+    const real t_u5rk4_5 = Asc_2 * cos_theta2;
+    const real t_f2nhc_2 = t_f2pcf_5 + t_u5rk4_5;
+    const real t_gousg_2 = t_f2nhc_2 * t_6dtnj;
+    const real t_7exg5 = K32 - t_f2nhc * t_gousg_2;
+    const real t_6dtnj_2 = K(1.0) / K_D2;
+    const real K_L32 = t_7exg5 * t_6dtnj_2;
+    const real t_2jubo = Bs_1 + Asc_1 * e1;
+    const real t_rmbl5 = t_2jubo * sin_theta1;
+    const real t_ittbm = Bs_2 + Asc_2 * e2;
+    const real t_oja3l = t_ittbm * sin_theta2;
+    const real t_6iku5 = t_rmbl5 + t_oja3l;
+    const real t_thnvm = t_6iku5 * t_6dtnj;
+    const real t_7exg5_2 = K52 - t_f2nhc * t_thnvm;
+    const real K_L52 = t_7exg5_2 * t_6dtnj_2;
+    const real K_D3 = K33 - t_7exg5 * K_L32 - t_f2nhc_2 * t_gousg_2;
+    const real t_f2pcf_6 = Bc_1 * sin_theta1;
+    const real t_u5rk4_6 = Bc_2 * sin_theta2;
+    const real t_hig3c_6 = Bs_1 + Bs_2;
+    const real t_w6lcf = t_hig3c_6 * t_6dtnj;
+    const real t_ly572 = wqC_1 + wqC_2 + t_f2pcf_6 + t_u5rk4_6 + t_f2nhc * t_w6lcf;
+    const real t_eoupv = t_ly572 * t_6dtnj_2;
+    const real t_e2ygr = K43 + t_7exg5 * t_eoupv - t_f2nhc_2 * t_w6lcf;
+    const real t_6dtnj_3 = K(1.0) / K_D3;
+    const real K_L43 = t_e2ygr * t_6dtnj_3;
+    const real t_g6lxe = K53 - t_7exg5 * K_L52 - t_f2nhc_2 * t_thnvm;
+    const real K_L53 = t_g6lxe * t_6dtnj_3;
+    const real t_rmbl5_2 = t_2jubo * cos_theta1;
+    const real t_oja3l_2 = t_ittbm * cos_theta2;
+    const real t_6iku5_2 = t_rmbl5_2 + t_oja3l_2;
+    const real t_thnvm_2 = t_6iku5_2 * t_6dtnj;
+    const real t_du5u3 = t_edvw3_2 + t_f2nhc * t_thnvm_2;
+    const real t_o5wmi = t_du5u3 * t_6dtnj_2;
+    const real t_hbw2v = K63 + t_7exg5 * t_o5wmi - t_f2nhc_2 * t_thnvm_2;
+    const real K_L63 = t_hbw2v * t_6dtnj_3;
+    const real K_D4 = K44 - t_ly572 * t_eoupv - t_e2ygr * K_L43 - t_hig3c_6 * t_w6lcf;
+    const real t_wi63m = K54 + t_ly572 * K_L52 - t_e2ygr * K_L53 - t_hig3c_6 * t_thnvm;
+    const real t_6dtnj_4 = K(1.0) / K_D4;
+    const real K_L54 = t_wi63m * t_6dtnj_4;
+    const real t_7ergp = K64 - t_ly572 * t_o5wmi - t_e2ygr * K_L63 - t_hig3c_6 * t_thnvm_2;
+    const real K_L64 = t_7ergp * t_6dtnj_4;
     const real K_D5 = K55
-        - t_xqwvu * K_L52
-        - t_kjv32 * K_L53
-        - t_qs67n * K_L54
-        - t_6mmeb * t_rujpm;
-    const real t_aedxu = K65
-        + t_xqwvu * t_gz422
-        - t_kjv32 * K_L63
-        - t_qs67n * K_L64
-        - t_6mmeb * t_pgxzp;
-    const real t_ftqxb = K(1.0) / K_D5;
-    const real K_L65 = t_aedxu * t_ftqxb;
+        - t_7exg5_2 * K_L52
+        - t_g6lxe * K_L53
+        - t_wi63m * K_L54
+        - t_6iku5 * t_thnvm;
+    const real t_n4u4m = K65
+        + t_7exg5_2 * t_o5wmi
+        - t_g6lxe * K_L63
+        - t_wi63m * K_L64
+        - t_6iku5 * t_thnvm_2;
+    const real t_6dtnj_5 = K(1.0) / K_D5;
+    const real K_L65 = t_n4u4m * t_6dtnj_5;
     const real K_D6 = K66
-        - t_dzmcy * t_gz422
-        - t_iyghn * K_L63
-        - t_vuqjn * K_L64
-        - t_aedxu * K_L65
-        - t_bl4f2 * t_pgxzp;
-    const real t_qbgt7 = t_7imwe * sin_phi1;
-    const real t_v7h4t = t_4b2fa * sin_phi2;
-    const real b1 = f_x + (t_qbgt7 + t_v7h4t + cos_phi1 * tension1 + cos_phi2 * tension2);
+        - t_du5u3 * t_o5wmi
+        - t_hbw2v * K_L63
+        - t_7ergp * K_L64
+        - t_n4u4m * K_L65
+        - t_6iku5_2 * t_thnvm_2;
+    const real t_ayiti_2 = t_pc5rt * sin_phi1;
+    const real t_ki236_2 = t_63ozv * sin_phi2;
+    const real b1 = f_x + (t_ayiti_2 + t_ki236_2 + cos_phi1 * tension1 + cos_phi2 * tension2);
     const real b2 = f_y - n2;
     const real b4 = u[Mx] - n4;
-    const real t_lwe76 = p[b] + p[d] + x_C;
-    const real b5 = u[Mz] - n5 - f_y * t_lwe76;
+    const real t_bknng = p[b] + p[d] + x_C;
+    const real b5 = u[Mz] - n5 - f_y * t_bknng;
     const real t_gcu5g = t_ruxs4 * sin_delta1;
-    const real b6 = t_gcu5g * t_lwe76 - (u[My] + n6);
-    const real X_y2 = b2 + t_w7lcw * b1;
-    const real X_y3 = t_3go2w * b1 - (t_gcu5g + n3) - K_L32 * X_y2;
-    const real X_y4 = b4 + t_xq4wt * b1 + t_3jpev * X_y2 - K_L43 * X_y3;
+    const real b6 = t_gcu5g * t_bknng - (u[My] + n6);
+    const real X_y2 = b2 + t_gousg * b1;
+    const real X_y3 = t_gousg_2 * b1 - (t_gcu5g + n3) - K_L32 * X_y2;
+    const real X_y4 = b4 + t_w6lcf * b1 + t_eoupv * X_y2 - K_L43 * X_y3;
     const real X_y5 = b5
-        + t_rujpm * b1
+        + t_thnvm * b1
         - K_L52 * X_y2
         - K_L53 * X_y3
         - K_L54 * X_y4;
     const real X_y6 = b6
-        + t_pgxzp * b1
-        + t_gz422 * X_y2
+        + t_thnvm_2 * b1
+        + t_o5wmi * X_y2
         - K_L63 * X_y3
         - K_L64 * X_y4
         - K_L65 * X_y5;
-    const real t_nfkwa = K(1.0) / K_D6;
-    const real X_x6 = X_y6 * t_nfkwa;
-    const real t_cufdy = X_y5 * t_ftqxb;
-    const real X_x5 = t_cufdy - K_L65 * X_x6;
-    const real t_72jfh = X_y4 * t_lt2al;
-    const real X_x4 = t_72jfh - K_L54 * X_x5 - K_L64 * X_x6;
-    const real t_izhu2 = X_y3 * t_zmh3u;
-    const real X_x3 = t_izhu2 - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
-    const real t_uifqg = X_y2 * t_4iujv;
-    const real X_x2 = t_uifqg
+    const real t_6dtnj_6 = K(1.0) / K_D6;
+    const real X_x6 = X_y6 * t_6dtnj_6;
+    const real t_bintu = X_y5 * t_6dtnj_5;
+    const real X_x5 = t_bintu - K_L65 * X_x6;
+    const real t_bintu_2 = X_y4 * t_6dtnj_4;
+    const real X_x4 = t_bintu_2 - K_L54 * X_x5 - K_L64 * X_x6;
+    const real t_ztwwp = X_y3 * t_6dtnj_3;
+    const real X_x3 = t_ztwwp - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
+    const real t_bintu_3 = X_y2 * t_6dtnj_2;
+    const real X_x2 = t_bintu_3
         - K_L32 * X_x3
-        + t_3jpev * X_x4
+        + t_eoupv * X_x4
         - K_L52 * X_x5
-        + t_gz422 * X_x6;
-    const real t_2idpk = t_qm5gj * cos_phi1 + chi1 * sin_phi1;
-    const real t_snnp7 = B_1 * (t_2idpk - Wt1);
-    const real t_6tvwe = t_c6dmt * cos_phi2 + chi2 * sin_phi2;
-    const real t_ep6yh = B_2 * (t_6tvwe - Wt2);
-    const real t_dskdd = t_qm5gj + t_qm5gj;
-    const real t_jfvj3 = t_6nwd2 * (t_dskdd * sin_phi1);
-    const real t_ghnnr = cos_phi1 * t_jfvj3;
-    const real t_npq2c = t_c6dmt + t_c6dmt;
-    const real t_2bqt6 = t_popww * (t_npq2c * sin_phi2);
-    const real t_7e3oz = cos_phi2 * t_2bqt6;
-    const real t_wm75f = sin_phi1 * t_snnp7 + sin_phi2 * t_ep6yh - t_ghnnr - t_7e3oz;
-    const real t_4z4np = p[l1] * cos_phi1;
-    const real t_ceplo = t_wmv32 * t_4z4np;
-    const real t_27zyf = th_1 * (p[I1] * (q_1 * x[wy] + t_smkh7 - t_ceplo));
-    const real t_7vv5m = cos_theta1 * t_27zyf;
-    const real t_yk3z4 = p[l2] * cos_phi2;
-    const real t_udto6 = t_nlamb * t_yk3z4;
-    const real t_ru5au = th_2 * (p[I2] * (q_2 * x[wy] + t_2nvx4 - t_udto6));
-    const real t_rrbi4 = cos_theta2 * t_ru5au;
-    const real t_qbft3 = sin_phi1 * t_jfvj3;
-    const real t_p6m6d = t_qbft3 + cos_phi1 * t_snnp7;
-    const real t_bpppy = sin_phi2 * t_2bqt6;
-    const real t_oiezm = t_bpppy + cos_phi2 * t_ep6yh;
-    const real t_fkv7x = t_w7lcw * t_wm75f - (t_7vv5m + t_rrbi4 - sin_theta1 * t_p6m6d - sin_theta2 * t_oiezm);
-    const real t_2hftj = sin_theta1 * t_27zyf;
-    const real t_ero2q = sin_theta2 * t_ru5au;
-    const real t_opdwk = t_3go2w * t_wm75f
-        + (cos_theta1 * t_p6m6d + (t_2hftj + t_ero2q) + cos_theta2 * t_oiezm)
-        - K_L32 * t_fkv7x;
-    const real t_bjdpd = p[l1] * t_snnp7;
-    const real t_pal45 = q_1 * t_27zyf + q_2 * t_ru5au;
-    const real t_alad5 = p[l2] * t_ep6yh;
-    const real t_snvb5 = t_xq4wt * t_wm75f
-        - (t_bjdpd - t_pal45 + t_alad5)
-        + t_3jpev * t_fkv7x
-        - K_L43 * t_opdwk;
-    const real t_djylm = t_bjdpd - e1 * t_p6m6d;
-    const real t_65hht = t_alad5 - e2 * t_oiezm;
-    const real t_46zjg = sin_theta1 * t_djylm
-        - t_pal45
-        + sin_theta2 * t_65hht
-        - t_5r66u * x[wy]
-        + g_1 * t_7vv5m
-        + g_2 * t_rrbi4;
-    const real t_vbpav = t_rujpm * t_wm75f
-        - t_46zjg
-        - K_L52 * t_fkv7x
-        - K_L53 * t_opdwk
-        - K_L54 * t_snvb5;
-    const real t_a4hgz = cos_theta1 * t_djylm
-        + cos_theta2 * t_65hht
+        + t_o5wmi * X_x6;
+    const real t_m6nad = t_fyz6s * cos_phi1 + chi1 * sin_phi1;
+    const real t_jydje = B_1 * (t_m6nad - Wt1);
+    const real t_4glor = t_2t7vh * cos_phi2 + chi2 * sin_phi2;
+    const real t_pq5z6 = B_2 * (t_4glor - Wt2);
+    const real t_fyz6s_2 = t_fyz6s + t_fyz6s;
+    const real t_wrs7t = t_6nwd2 * (t_fyz6s_2 * sin_phi1);
+    const real t_7ucg7 = cos_phi1 * t_wrs7t;
+    const real t_2t7vh_2 = t_2t7vh + t_2t7vh;
+    const real t_fa2pe = t_popww * (t_2t7vh_2 * sin_phi2);
+    const real t_uxnqa = cos_phi2 * t_fa2pe;
+    const real t_n5fmh = sin_phi1 * t_jydje + sin_phi2 * t_pq5z6 - t_7ucg7 - t_uxnqa;
+    const real t_rcy73 = p[l1] * cos_phi1;
+    const real t_ux5vm = t_l5lry * t_rcy73;
+    const real t_uqnqh = th_1 * (p[I1] * (q_1 * x[wy] + t_ownis - t_ux5vm));
+    const real t_74v4c = cos_theta1 * t_uqnqh;
+    const real t_uvqau = p[l2] * cos_phi2;
+    const real t_n2a3s = t_dkl52 * t_uvqau;
+    const real t_wk5wj = th_2 * (p[I2] * (q_2 * x[wy] + t_cmacw - t_n2a3s));
+    const real t_gxiub = cos_theta2 * t_wk5wj;
+    const real t_7ucg7_2 = sin_phi1 * t_wrs7t;
+    const real t_6hq2o = t_7ucg7_2 + cos_phi1 * t_jydje;
+    const real t_uxnqa_2 = sin_phi2 * t_fa2pe;
+    const real t_atghb = t_uxnqa_2 + cos_phi2 * t_pq5z6;
+    const real t_mkbym = t_gousg * t_n5fmh - (t_74v4c + t_gxiub - sin_theta1 * t_6hq2o - sin_theta2 * t_atghb);
+    const real t_74v4c_2 = sin_theta1 * t_uqnqh;
+    const real t_gxiub_2 = sin_theta2 * t_wk5wj;
+    const real t_kx6ez = t_gousg_2 * t_n5fmh
+        + (cos_theta1 * t_6hq2o + (t_74v4c_2 + t_gxiub_2) + cos_theta2 * t_atghb)
+        - K_L32 * t_mkbym;
+    const real t_fjruu = p[l1] * t_jydje;
+    const real t_rxg2v = q_1 * t_uqnqh + q_2 * t_wk5wj;
+    const real t_kl2mz = p[l2] * t_pq5z6;
+    const real t_nt5ht = t_w6lcf * t_n5fmh
+        - (t_fjruu - t_rxg2v + t_kl2mz)
+        + t_eoupv * t_mkbym
+        - K_L43 * t_kx6ez;
+    const real t_wtzdu = t_fjruu - e1 * t_6hq2o;
+    const real t_n4quw = t_kl2mz - e2 * t_atghb;
+    const real t_k5taf = sin_theta1 * t_wtzdu
+        - t_rxg2v
+        + sin_theta2 * t_n4quw
+        - t_hhcx7 * x[wy]
+        + g_1 * t_74v4c
+        + g_2 * t_gxiub;
+    const real t_udngd = t_thnvm * t_n5fmh
+        - t_k5taf
+        - K_L52 * t_mkbym
+        - K_L53 * t_kx6ez
+        - K_L54 * t_nt5ht;
+    const real t_ltzrt = cos_theta1 * t_wtzdu
+        + cos_theta2 * t_n4quw
         + I_theta1
         + I_theta2
-        - t_7bo2j * x[wz]
-        - g_1 * t_2hftj
-        - g_2 * t_ero2q;
-    const real t_5hcol = t_pgxzp * t_wm75f
-        - t_a4hgz
-        + t_gz422 * t_fkv7x
-        - K_L63 * t_opdwk
-        - K_L64 * t_snvb5
-        - K_L65 * t_vbpav;
-    const real t_fukug = t_5hcol * t_nfkwa;
-    const real t_mvcys = t_vbpav * t_ftqxb - K_L65 * t_fukug;
-    const real t_cgzf6 = t_snvb5 * t_lt2al - K_L54 * t_mvcys - K_L64 * t_fukug;
-    const real t_k4g3j = t_opdwk * t_zmh3u - K_L43 * t_cgzf6 - K_L53 * t_mvcys - K_L63 * t_fukug;
-    const real t_p3cyq = t_fkv7x * t_4iujv
-        - K_L32 * t_k4g3j
-        + t_3jpev * t_cgzf6
-        - K_L52 * t_mvcys
-        + t_gz422 * t_fukug;
-    const real t_tqerc = cos_phi1 * sin_theta1;
-    const real t_bq73g = sin_phi1 * sin_theta1;
-    const real t_2rzq7 = B_1 * (chi1 * t_tqerc - t_qm5gj * t_bq73g - w_x1 * sin_theta1);
-    const real t_vjwdl = cos_phi2 * sin_theta2;
-    const real t_7pjle = sin_phi2 * sin_theta2;
-    const real t_3nwk2 = B_2 * (chi2 * t_vjwdl - t_c6dmt * t_7pjle - w_x2 * sin_theta2);
-    const real t_6xfo3 = x[wy] + x[wy];
-    const real t_imsf6 = e1 * t_6xfo3;
-    const real t_7uthm = p1 + p1;
-    const real t_sayxc = mv1 * (cos_phi1 * t_imsf6) - t_6nwd2 * (t_dskdd * t_tqerc + t_7uthm * cos_theta1);
-    const real t_sqd7x = e2 * t_6xfo3;
-    const real t_ozxm2 = p2 + p2;
-    const real t_a5qu3 = mv2 * (cos_phi2 * t_sqd7x) - t_popww * (t_npq2c * t_vjwdl + t_ozxm2 * cos_theta2);
-    const real t_sljdk = sin_phi1 * t_2rzq7 + sin_phi2 * t_3nwk2 + cos_phi1 * t_sayxc + cos_phi2 * t_a5qu3;
-    const real t_qrqlw = q_1 * x[wx]
+        - t_h6dwl * x[wz]
+        - g_1 * t_74v4c_2
+        - g_2 * t_gxiub_2;
+    const real t_ajtum = t_thnvm_2 * t_n5fmh
+        - t_ltzrt
+        + t_o5wmi * t_mkbym
+        - K_L63 * t_kx6ez
+        - K_L64 * t_nt5ht
+        - K_L65 * t_udngd;
+    const real t_poebv = t_ajtum * t_6dtnj_6;
+    const real t_dtjyx = t_udngd * t_6dtnj_5 - K_L65 * t_poebv;
+    const real t_b2dl7 = t_nt5ht * t_6dtnj_4 - K_L54 * t_dtjyx - K_L64 * t_poebv;
+    const real t_fto3h = t_kx6ez * t_6dtnj_3 - K_L43 * t_b2dl7 - K_L53 * t_dtjyx - K_L63 * t_poebv;
+    const real t_4uruq = t_mkbym * t_6dtnj_2
+        - K_L32 * t_fto3h
+        + t_eoupv * t_b2dl7
+        - K_L52 * t_dtjyx
+        + t_o5wmi * t_poebv;
+    const real t_7fukq = cos_phi1 * sin_theta1;
+    const real t_7fukq_2 = sin_phi1 * sin_theta1;
+    const real t_fqaz7 = B_1 * (chi1 * t_7fukq - t_fyz6s * t_7fukq_2 - w_x1 * sin_theta1);
+    const real t_2m4cx = cos_phi2 * sin_theta2;
+    const real t_2m4cx_2 = sin_phi2 * sin_theta2;
+    const real t_rwr3l = B_2 * (chi2 * t_2m4cx - t_2t7vh * t_2m4cx_2 - w_x2 * sin_theta2);
+    const real t_wussy = x[wy] + x[wy];
+    const real t_vns3w = e1 * t_wussy;
+    const real t_lcyz4 = p1 + p1;
+    const real t_nkbhu = mv1 * (cos_phi1 * t_vns3w) - t_6nwd2 * (t_fyz6s_2 * t_7fukq + t_lcyz4 * cos_theta1);
+    const real t_7mfdv = e2 * t_wussy;
+    const real t_jsckv = p2 + p2;
+    const real t_dnv4p = mv2 * (cos_phi2 * t_7mfdv) - t_popww * (t_2t7vh_2 * t_2m4cx + t_jsckv * cos_theta2);
+    const real t_6xltc = sin_phi1 * t_fqaz7 + sin_phi2 * t_rwr3l + cos_phi1 * t_nkbhu + cos_phi2 * t_dnv4p;
+    const real t_wifst = q_1 * x[wx]
         + w_x1 * (lc_1 * cos_theta1)
-        - (t_q2k45 * cos_theta1 - t_wmv32 * (p[l1] * t_bq73g));
-    const real t_3t364 = th_1 * (p[I1] * t_qrqlw);
-    const real t_56goo = cos_theta1 * t_3t364;
-    const real t_wbyvc = q_2 * x[wx]
+        - (t_plqy5 * cos_theta1 - t_l5lry * (p[l1] * t_7fukq_2));
+    const real t_5podz = th_1 * (p[I1] * t_wifst);
+    const real t_lhpev = cos_theta1 * t_5podz;
+    const real t_memuv = q_2 * x[wx]
         + w_x2 * (lc_2 * cos_theta2)
-        - (t_e55su * cos_theta2 - t_nlamb * (p[l2] * t_7pjle));
-    const real t_nrfga = th_2 * (p[I2] * t_wbyvc);
-    const real t_isxxh = cos_theta2 * t_nrfga;
-    const real t_bbxhq = sin_phi1 * t_sayxc - cos_phi1 * t_2rzq7;
-    const real t_dbebu = sin_phi2 * t_a5qu3 - cos_phi2 * t_3nwk2;
-    const real t_pfgln = t_w7lcw * t_sljdk - (t_56goo + t_isxxh + sin_theta1 * t_bbxhq + sin_theta2 * t_dbebu);
-    const real t_hrzpn = sin_theta1 * t_3t364;
-    const real t_dm2ov = sin_theta2 * t_nrfga;
-    const real t_jfbjj = t_3go2w * t_sljdk
-        - (cos_theta1 * t_bbxhq - (t_hrzpn + t_dm2ov) + cos_theta2 * t_dbebu)
-        - K_L32 * t_pfgln;
-    const real t_vbk4w = Bs_1 * t_imsf6 + p[l1] * t_2rzq7;
-    const real t_ht2gr = q_1 * t_3t364 + q_2 * t_nrfga;
-    const real t_o4paj = Bs_2 * t_sqd7x + p[l2] * t_3nwk2;
-    const real t_o4in5 = t_xq4wt * t_sljdk
-        - (t_vbk4w - t_ht2gr + t_o4paj + I_theta1 + I_theta2 - x[wz] * t_sfymc)
-        + t_3jpev * t_pfgln
-        - K_L43 * t_jfbjj;
-    const real t_et5kg = t_vbk4w + e1 * t_bbxhq;
-    const real t_5urwk = t_o4paj + e2 * t_dbebu;
-    const real t_hgr6m = sin_theta1 * t_et5kg
-        - t_ht2gr
-        + sin_theta2 * t_5urwk
-        - t_5r66u * x[wx]
+        - (t_a3tjf * cos_theta2 - t_dkl52 * (p[l2] * t_2m4cx_2));
+    const real t_jsutt = th_2 * (p[I2] * t_memuv);
+    const real t_dev2l = cos_theta2 * t_jsutt;
+    const real t_n7rjx = sin_phi1 * t_nkbhu - cos_phi1 * t_fqaz7;
+    const real t_a2obt = sin_phi2 * t_dnv4p - cos_phi2 * t_rwr3l;
+    const real t_tarox = t_gousg * t_6xltc - (t_lhpev + t_dev2l + sin_theta1 * t_n7rjx + sin_theta2 * t_a2obt);
+    const real t_lhpev_2 = sin_theta1 * t_5podz;
+    const real t_dev2l_2 = sin_theta2 * t_jsutt;
+    const real t_m2fjg = t_gousg_2 * t_6xltc
+        - (cos_theta1 * t_n7rjx - (t_lhpev_2 + t_dev2l_2) + cos_theta2 * t_a2obt)
+        - K_L32 * t_tarox;
+    const real t_4hlzs = Bs_1 * t_vns3w + p[l1] * t_fqaz7;
+    const real t_e2vne = q_1 * t_5podz + q_2 * t_jsutt;
+    const real t_hdjrh = Bs_2 * t_7mfdv + p[l2] * t_rwr3l;
+    const real t_et4do = t_w6lcf * t_6xltc
+        - (t_4hlzs - t_e2vne + t_hdjrh + I_theta1 + I_theta2 - x[wz] * t_sfymc)
+        + t_eoupv * t_tarox
+        - K_L43 * t_m2fjg;
+    const real t_62cc2 = t_4hlzs + e1 * t_n7rjx;
+    const real t_67phc = t_hdjrh + e2 * t_a2obt;
+    const real t_vwimp = sin_theta1 * t_62cc2
+        - t_e2vne
+        + sin_theta2 * t_67phc
+        - t_hhcx7 * x[wx]
         - I_phi1
         - I_phi2
-        + g_1 * t_56goo
-        + g_2 * t_isxxh;
-    const real t_rb7k2 = t_rujpm * t_sljdk
-        - t_hgr6m
-        - K_L52 * t_pfgln
-        - K_L53 * t_jfbjj
-        - K_L54 * t_o4in5;
-    const real t_g25wb = t_pgxzp * t_sljdk
-        - (cos_theta1 * t_et5kg + cos_theta2 * t_5urwk - g_1 * t_hrzpn - g_2 * t_dm2ov)
-        + t_gz422 * t_pfgln
-        - K_L63 * t_jfbjj
-        - K_L64 * t_o4in5
-        - K_L65 * t_rb7k2;
-    const real t_yanuq = t_g25wb * t_nfkwa;
-    const real t_zidue = t_rb7k2 * t_ftqxb - K_L65 * t_yanuq;
-    const real t_v3546 = t_o4in5 * t_lt2al - K_L54 * t_zidue - K_L64 * t_yanuq;
-    const real t_z2otz = t_jfbjj * t_zmh3u - K_L43 * t_v3546 - K_L53 * t_zidue - K_L63 * t_yanuq;
-    const real t_5gogd = t_pfgln * t_4iujv
-        - K_L32 * t_z2otz
-        + t_3jpev * t_v3546
-        - K_L52 * t_zidue
-        + t_gz422 * t_yanuq;
-    const real t_3wimo = cos_phi1 * cos_theta1;
-    const real t_xfyzm = sin_phi1 * cos_theta1;
-    const real t_74zjp = B_1 * (chi1 * t_3wimo - t_qm5gj * t_xfyzm - w_x1 * cos_theta1);
-    const real t_kwc4d = cos_phi2 * cos_theta2;
-    const real t_5jk2g = sin_phi2 * cos_theta2;
-    const real t_kvzaa = B_2 * (chi2 * t_kwc4d - t_c6dmt * t_5jk2g - w_x2 * cos_theta2);
-    const real t_gwp2t = x[wz] + x[wz];
-    const real t_oetyi = e1 * t_gwp2t;
-    const real t_3kj2o = mv1 * (cos_phi1 * t_oetyi) - t_6nwd2 * (t_dskdd * t_3wimo - t_7uthm * sin_theta1);
-    const real t_xfnc5 = e2 * t_gwp2t;
-    const real t_zqoxx = mv2 * (cos_phi2 * t_xfnc5) - t_popww * (t_npq2c * t_kwc4d - t_ozxm2 * sin_theta2);
-    const real t_ohbxs = sin_phi1 * t_74zjp + sin_phi2 * t_kvzaa + cos_phi1 * t_3kj2o + cos_phi2 * t_zqoxx;
-    const real t_e23qh = p[I1] * (t_wmv32 * (p[l1] * t_xfyzm) + t_q2k45 * sin_theta1 - w_x1 * (lc_1 * sin_theta1));
-    const real t_bdlpi = th_1 * t_e23qh;
-    const real t_bwvzy = cos_theta1 * t_bdlpi;
-    const real t_5zdor = p[I2] * (t_nlamb * (p[l2] * t_5jk2g) + t_e55su * sin_theta2 - w_x2 * (lc_2 * sin_theta2));
-    const real t_wzfkv = th_2 * t_5zdor;
-    const real t_mj46p = cos_theta2 * t_wzfkv;
-    const real t_teld4 = sin_phi1 * t_3kj2o - cos_phi1 * t_74zjp;
-    const real t_zzdjq = sin_phi2 * t_zqoxx - cos_phi2 * t_kvzaa;
-    const real t_bc2uz = t_w7lcw * t_ohbxs - (t_bwvzy + t_mj46p + sin_theta1 * t_teld4 + sin_theta2 * t_zzdjq);
-    const real t_vz23p = sin_theta1 * t_bdlpi;
-    const real t_6xjq5 = sin_theta2 * t_wzfkv;
-    const real t_wkhrw = t_3go2w * t_ohbxs
-        - (cos_theta1 * t_teld4 - (t_vz23p + t_6xjq5) + cos_theta2 * t_zzdjq)
-        - K_L32 * t_bc2uz;
-    const real t_hyn53 = Bs_1 * t_oetyi + p[l1] * t_74zjp;
-    const real t_x2f4m = q_1 * t_bdlpi + q_2 * t_wzfkv;
-    const real t_stgas = Bs_2 * t_xfnc5 + p[l2] * t_kvzaa;
-    const real t_zk2ft = t_xq4wt * t_ohbxs
-        - (t_hyn53 - t_x2f4m + t_stgas - t_6nfyn)
-        + t_3jpev * t_bc2uz
-        - K_L43 * t_wkhrw;
-    const real t_aw67u = t_hyn53 + e1 * t_teld4;
-    const real t_mpgb2 = t_stgas + e2 * t_zzdjq;
-    const real t_pmlrn = sin_theta1 * t_aw67u
-        - t_x2f4m
-        + sin_theta2 * t_mpgb2
-        + g_1 * t_bwvzy
-        + g_2 * t_mj46p;
-    const real t_ebfen = t_rujpm * t_ohbxs
-        - t_pmlrn
-        - K_L52 * t_bc2uz
-        - K_L53 * t_wkhrw
-        - K_L54 * t_zk2ft;
-    const real t_k4xex = cos_theta1 * t_aw67u
-        + cos_theta2 * t_mpgb2
-        - t_7bo2j * x[wx]
-        - g_1 * t_vz23p
-        - g_2 * t_6xjq5
+        + g_1 * t_lhpev
+        + g_2 * t_dev2l;
+    const real t_5il7c = t_thnvm * t_6xltc
+        - t_vwimp
+        - K_L52 * t_tarox
+        - K_L53 * t_m2fjg
+        - K_L54 * t_et4do;
+    const real t_yhqmx = t_thnvm_2 * t_6xltc
+        - (cos_theta1 * t_62cc2 + cos_theta2 * t_67phc - g_1 * t_lhpev_2 - g_2 * t_dev2l_2)
+        + t_o5wmi * t_tarox
+        - K_L63 * t_m2fjg
+        - K_L64 * t_et4do
+        - K_L65 * t_5il7c;
+    const real t_3oeyp = t_yhqmx * t_6dtnj_6;
+    const real t_qquhy = t_5il7c * t_6dtnj_5 - K_L65 * t_3oeyp;
+    const real t_picgh = t_et4do * t_6dtnj_4 - K_L54 * t_qquhy - K_L64 * t_3oeyp;
+    const real t_4f33v = t_m2fjg * t_6dtnj_3 - K_L43 * t_picgh - K_L53 * t_qquhy - K_L63 * t_3oeyp;
+    const real t_rg3c5 = t_tarox * t_6dtnj_2
+        - K_L32 * t_4f33v
+        + t_eoupv * t_picgh
+        - K_L52 * t_qquhy
+        + t_o5wmi * t_3oeyp;
+    const real t_7fukq_3 = cos_phi1 * cos_theta1;
+    const real t_7fukq_4 = sin_phi1 * cos_theta1;
+    const real t_fqaz7_2 = B_1 * (chi1 * t_7fukq_3 - t_fyz6s * t_7fukq_4 - w_x1 * cos_theta1);
+    const real t_2m4cx_3 = cos_phi2 * cos_theta2;
+    const real t_2m4cx_4 = sin_phi2 * cos_theta2;
+    const real t_rwr3l_2 = B_2 * (chi2 * t_2m4cx_3 - t_2t7vh * t_2m4cx_4 - w_x2 * cos_theta2);
+    const real t_pzkfy = x[wz] + x[wz];
+    const real t_prue4 = e1 * t_pzkfy;
+    const real t_etz5v = mv1 * (cos_phi1 * t_prue4) - t_6nwd2 * (t_fyz6s_2 * t_7fukq_3 - t_lcyz4 * sin_theta1);
+    const real t_g3uxy = e2 * t_pzkfy;
+    const real t_4rnat = mv2 * (cos_phi2 * t_g3uxy) - t_popww * (t_2t7vh_2 * t_2m4cx_3 - t_jsckv * sin_theta2);
+    const real t_6xltc_2 = sin_phi1 * t_fqaz7_2 + sin_phi2 * t_rwr3l_2 + cos_phi1 * t_etz5v + cos_phi2 * t_4rnat;
+    const real t_3juaz = p[I1] * (t_l5lry * (p[l1] * t_7fukq_4) + t_plqy5 * sin_theta1 - w_x1 * (lc_1 * sin_theta1));
+    const real t_4ej6w = th_1 * t_3juaz;
+    const real t_zcmh4 = cos_theta1 * t_4ej6w;
+    const real t_ua4n7 = p[I2] * (t_dkl52 * (p[l2] * t_2m4cx_4) + t_a3tjf * sin_theta2 - w_x2 * (lc_2 * sin_theta2));
+    const real t_u2wrm = th_2 * t_ua4n7;
+    const real t_cagap = cos_theta2 * t_u2wrm;
+    const real t_n7rjx_2 = sin_phi1 * t_etz5v - cos_phi1 * t_fqaz7_2;
+    const real t_a2obt_2 = sin_phi2 * t_4rnat - cos_phi2 * t_rwr3l_2;
+    const real t_od24y = t_gousg * t_6xltc_2 - (t_zcmh4 + t_cagap + sin_theta1 * t_n7rjx_2 + sin_theta2 * t_a2obt_2);
+    const real t_zcmh4_2 = sin_theta1 * t_4ej6w;
+    const real t_cagap_2 = sin_theta2 * t_u2wrm;
+    const real t_dpqcl = t_gousg_2 * t_6xltc_2
+        - (cos_theta1 * t_n7rjx_2 - (t_zcmh4_2 + t_cagap_2) + cos_theta2 * t_a2obt_2)
+        - K_L32 * t_od24y;
+    const real t_smvgf = Bs_1 * t_prue4 + p[l1] * t_fqaz7_2;
+    const real t_kvyw6 = q_1 * t_4ej6w + q_2 * t_u2wrm;
+    const real t_wmjww = Bs_2 * t_g3uxy + p[l2] * t_rwr3l_2;
+    const real t_4beip = t_w6lcf * t_6xltc_2
+        - (t_smvgf - t_kvyw6 + t_wmjww - t_6nfyn)
+        + t_eoupv * t_od24y
+        - K_L43 * t_dpqcl;
+    const real t_62cc2_2 = t_smvgf + e1 * t_n7rjx_2;
+    const real t_67phc_2 = t_wmjww + e2 * t_a2obt_2;
+    const real t_hd536 = sin_theta1 * t_62cc2_2
+        - t_kvyw6
+        + sin_theta2 * t_67phc_2
+        + g_1 * t_zcmh4
+        + g_2 * t_cagap;
+    const real t_trtcs = t_thnvm * t_6xltc_2
+        - t_hd536
+        - K_L52 * t_od24y
+        - K_L53 * t_dpqcl
+        - K_L54 * t_4beip;
+    const real t_booai = cos_theta1 * t_62cc2_2
+        + cos_theta2 * t_67phc_2
+        - t_h6dwl * x[wx]
+        - g_1 * t_zcmh4_2
+        - g_2 * t_cagap_2
         - I_phi1
         - I_phi2;
-    const real t_3tcd4 = t_pgxzp * t_ohbxs
-        - t_k4xex
-        + t_gz422 * t_bc2uz
-        - K_L63 * t_wkhrw
-        - K_L64 * t_zk2ft
-        - K_L65 * t_ebfen;
-    const real t_gif7d = t_3tcd4 * t_nfkwa;
-    const real t_hucxp = t_ebfen * t_ftqxb - K_L65 * t_gif7d;
-    const real t_psn6w = t_zk2ft * t_lt2al - K_L54 * t_hucxp - K_L64 * t_gif7d;
-    const real t_nsiwt = t_wkhrw * t_zmh3u - K_L43 * t_psn6w - K_L53 * t_hucxp - K_L63 * t_gif7d;
-    const real t_gbvsw = t_bc2uz * t_4iujv
-        - K_L32 * t_nsiwt
-        + t_3jpev * t_psn6w
-        - K_L52 * t_hucxp
-        + t_gz422 * t_gif7d;
-    const real t_6choa = mv1 * cos_phi1;
-    const real t_m24qb = cos_phi1 * t_6choa - Ass_1;
-    const real t_7j6vv = sin_theta1 * t_m24qb;
-    const real t_7rnk2 = t_w7lcw * t_bpfoo;
-    const real t_h2ibw = sin_phi1 * t_6choa + Asc_1;
-    const real t_ccnxe = t_7j6vv * t_bpfoo + t_7rnk2 * t_h2ibw;
-    const real t_laqoo = w_x1 * cos_phi1 - t_tqamb;
-    const real t_qm5gj_2 = w_x1 * sin_phi1 + t_pad7a;
-    const real t_sbuah = B_1 * (chi1 * t_laqoo - t_qm5gj * t_qm5gj_2);
-    const real t_rqjd5 = mv1 * (t_w7vil * sin_phi1) + t_6nwd2 * (t_dskdd * t_laqoo);
-    const real t_za33c = sin_phi1 * t_sbuah + t_k644q - (tension1 * sin_phi1 + cos_phi1 * t_rqjd5);
-    const real t_xtwlg = p[l1] * sin_phi1;
-    const real t_7mcu4 = p[I1] * (W12 * t_4z4np - w_x1 * (Wn1 * t_xtwlg) + t_wmv32 * (p[l1] * t_qm5gj_2));
-    const real t_vhuco = th_1 * t_62zow * (p[m1] * ((q_1 + q_1) * t_4z4np));
-    const real t_dnmdb = th_1 * (t_7mcu4 - loss_theta1 * t_4z4np) - t_xips6 * t_vhuco;
-    const real t_6fek6 = cos_theta1 * t_dnmdb;
-    const real t_ic7dp = tension1 * cos_phi1 - sin_phi1 * t_rqjd5 - (cos_phi1 * t_sbuah - t_qbgt7);
-    const real t_47rw7 = b1 * t_ccnxe + t_w7lcw * t_za33c - (t_6fek6 + sin_theta1 * t_ic7dp);
-    const real t_5am4i = t_uifqg * t_4iujv;
-    const real t_qends = p[I1] * t_vhuco;
-    const real t_3agyi = t_h2ibw + t_qends;
-    const real t_6n66f = S_sq1 * t_3agyi;
-    const real t_7ekva = t_6n66f - t_qends - (t_w7lcw * t_7j6vv + t_b3aij * t_ccnxe);
-    const real t_ix2vw = cos_theta1 * t_m24qb;
-    const real t_7rnk2_2 = t_3go2w * t_bpfoo;
-    const real t_lkd5z = t_ix2vw * t_bpfoo + t_7rnk2_2 * t_h2ibw;
-    const real t_eukb7 = SC1 * t_3agyi - (t_3go2w * t_7j6vv + t_b3aij * t_lkd5z);
-    const real t_6yahm = K_L32 * t_4iujv;
-    const real t_sx3o7 = t_eukb7 * t_4iujv - t_6yahm * t_7ekva;
-    const real t_k46nc = sin_theta1 * t_dnmdb;
-    const real t_u37qn = b1 * t_lkd5z
-        + t_3go2w * t_za33c
-        - (cos_theta1 * t_ic7dp - t_k46nc)
-        - (X_y2 * t_sx3o7 + K_L32 * t_47rw7);
-    const real t_insvr = t_izhu2 * t_zmh3u;
-    const real t_zyg4s = t_h2ibw
-        - t_6n66f
-        - (K_L32 * t_eukb7 + t_2rbbr * t_sx3o7)
-        - (t_3go2w * t_ix2vw + t_zzymx * t_lkd5z);
-    const real t_ryzts = wth_1 * t_4z4np - q_1 * t_qends;
-    const real t_g5uka = sin_theta1 * t_ryzts;
-    const real t_zohce = cos_theta1 * t_ryzts;
-    const real t_jtjoh = t_xq4wt * t_bpfoo;
-    const real t_zopz4 = Bc_1 * t_bpfoo + t_jtjoh * t_h2ibw;
-    const real t_ran7z = t_zohce - sin_theta1 * Bs_1 + (t_xq4wt * t_7j6vv + t_b3aij * t_zopz4);
-    const real t_j4z66 = t_3jpev * t_4iujv;
-    const real t_qvqlb = t_ran7z * t_4iujv - t_j4z66 * t_7ekva;
-    const real t_am56c = t_g5uka
+    const real t_xw3gl = t_thnvm_2 * t_6xltc_2
+        - t_booai
+        + t_o5wmi * t_od24y
+        - K_L63 * t_dpqcl
+        - K_L64 * t_4beip
+        - K_L65 * t_trtcs;
+    const real t_33kza = t_xw3gl * t_6dtnj_6;
+    const real t_aog3f = t_trtcs * t_6dtnj_5 - K_L65 * t_33kza;
+    const real t_hclb6 = t_4beip * t_6dtnj_4 - K_L54 * t_aog3f - K_L64 * t_33kza;
+    const real t_2owzs = t_dpqcl * t_6dtnj_3 - K_L43 * t_hclb6 - K_L53 * t_aog3f - K_L63 * t_33kza;
+    const real t_6swwx = t_od24y * t_6dtnj_2
+        - K_L32 * t_2owzs
+        + t_eoupv * t_hclb6
+        - K_L52 * t_aog3f
+        + t_o5wmi * t_33kza;
+    const real t_h4wyb = mv1 * cos_phi1;
+    const real t_c3bgc = cos_phi1 * t_h4wyb - Ass_1;
+    const real t_ptemu = sin_theta1 * t_c3bgc;
+    const real t_jza4m = t_gousg * t_6dtnj;
+    const real t_c3bgc_2 = sin_phi1 * t_h4wyb + Asc_1;
+    const real t_zczsz = t_ptemu * t_6dtnj + t_jza4m * t_c3bgc_2;
+    const real t_fyz6s_3 = w_x1 * cos_phi1 - t_7uxgo;
+    const real t_fyz6s_4 = w_x1 * sin_phi1 + t_7uxgo_2;
+    const real t_ugckx = B_1 * (chi1 * t_fyz6s_3 - t_fyz6s * t_fyz6s_4);
+    const real t_z6kkk = mv1 * (t_aqrn5 * sin_phi1) + t_6nwd2 * (t_fyz6s_2 * t_fyz6s_3);
+    const real t_2pazi = sin_phi1 * t_ugckx + t_ayiti - (tension1 * sin_phi1 + cos_phi1 * t_z6kkk);
+    const real t_rcy73_2 = p[l1] * sin_phi1;
+    const real t_6ookv = p[I1] * (W12 * t_rcy73 - w_x1 * (Wn1 * t_rcy73_2) + t_l5lry * (p[l1] * t_fyz6s_4));
+    const real t_ffhbv = th_1 * t_d2zbw * (p[m1] * ((q_1 + q_1) * t_rcy73));
+    const real t_mbiwq = th_1 * (t_6ookv - loss_theta1 * t_rcy73) - t_djlym * t_ffhbv;
+    const real t_2btv3 = cos_theta1 * t_mbiwq;
+    const real t_2pazi_2 = tension1 * cos_phi1 - sin_phi1 * t_z6kkk - (cos_phi1 * t_ugckx - t_ayiti_2);
+    const real t_ioepj = b1 * t_zczsz + t_gousg * t_2pazi - (t_2btv3 + sin_theta1 * t_2pazi_2);
+    const real t_temm3 = t_bintu_3 * t_6dtnj_2;
+    const real t_sc6lg = p[I1] * t_ffhbv;
+    const real t_4ldxn = t_c3bgc_2 + t_sc6lg;
+    const real t_pqupo = S_sq1 * t_4ldxn;
+    const real t_k2qhp = t_pqupo - t_sc6lg - (t_gousg * t_ptemu + t_f2nhc * t_zczsz);
+    const real t_ptemu_2 = cos_theta1 * t_c3bgc;
+    const real t_jza4m_2 = t_gousg_2 * t_6dtnj;
+    const real t_zczsz_2 = t_ptemu_2 * t_6dtnj + t_jza4m_2 * t_c3bgc_2;
+    const real t_db2lp = SC1 * t_4ldxn - (t_gousg_2 * t_ptemu + t_f2nhc * t_zczsz_2);
+    const real t_bintu_4 = K_L32 * t_6dtnj_2;
+    const real t_fyv2e = t_db2lp * t_6dtnj_2 - t_bintu_4 * t_k2qhp;
+    const real t_2btv3_2 = sin_theta1 * t_mbiwq;
+    const real t_2x6tm = b1 * t_zczsz_2
+        + t_gousg_2 * t_2pazi
+        - (cos_theta1 * t_2pazi_2 - t_2btv3_2)
+        - (X_y2 * t_fyv2e + K_L32 * t_ioepj);
+    const real t_qkxsr = t_ztwwp * t_6dtnj_3;
+    const real t_t4fy5 = t_c3bgc_2
+        - t_pqupo
+        - (K_L32 * t_db2lp + t_7exg5 * t_fyv2e)
+        - (t_gousg_2 * t_ptemu_2 + t_f2nhc_2 * t_zczsz_2);
+    const real t_mpdlr = wth_1 * t_rcy73 - q_1 * t_sc6lg;
+    const real t_g72bf = sin_theta1 * t_mpdlr;
+    const real t_g72bf_2 = cos_theta1 * t_mpdlr;
+    const real t_4pum4 = t_w6lcf * t_6dtnj;
+    const real t_aqch6 = Bc_1 * t_6dtnj + t_4pum4 * t_c3bgc_2;
+    const real t_ghj5r = t_g72bf_2 - sin_theta1 * Bs_1 + (t_w6lcf * t_ptemu + t_f2nhc * t_aqch6);
+    const real t_bo5xl = t_eoupv * t_6dtnj_2;
+    const real t_d2lny = t_ghj5r * t_6dtnj_2 - t_bo5xl * t_k2qhp;
+    const real t_hq3xu = t_g72bf
         + cos_theta1 * Bs_1
-        + (t_3jpev * t_eukb7 + t_2rbbr * t_qvqlb)
-        - (t_xq4wt * t_ix2vw + t_zzymx * t_zopz4);
-    const real t_ydwjl = K_L43 * t_zmh3u;
-    const real t_vjaoz = t_am56c * t_zmh3u - t_ydwjl * t_zyg4s;
-    const real t_znrbg = t_w7vil * Bc_1 + p[l1] * t_sbuah;
-    const real t_7t2bq = q_1 * t_dnmdb + F_n1 * t_4z4np;
-    const real t_4hel7 = b1 * t_zopz4
-        + t_xq4wt * t_za33c
-        - (t_znrbg - t_7t2bq)
-        + (X_y2 * t_qvqlb + t_3jpev * t_47rw7)
-        - (X_y3 * t_vjaoz + K_L43 * t_u37qn);
-    const real t_gkoba = t_72jfh * t_lt2al;
-    const real t_gtdgn = wq_1 * t_4z4np + q_1 * t_ryzts;
-    const real t_zlytl = t_gtdgn
-        - (t_3jpev * t_ran7z + t_m67zs * t_qvqlb)
-        - (K_L43 * t_am56c + t_busu7 * t_vjaoz)
-        - (t_xq4wt * Bc_1 + t_2m245 * t_zopz4);
-    const real t_xziph = wth_1 * t_xtwlg - g_1 * t_qends;
-    const real t_52vl2 = wg_1 * t_4z4np + q_1 * t_xziph;
-    const real t_3s2va = cos_theta1 * t_52vl2;
-    const real t_6iiam = e1 * Bs_1;
-    const real t_7z7va = e1 * t_h2ibw;
-    const real t_fpsha = Bs_1 + t_7z7va;
-    const real t_wufir = t_xziph - t_fpsha;
-    const real t_dra62 = S_sq1 * t_wufir;
-    const real t_vvqnn = Bc_1 + e1 * t_m24qb;
-    const real t_e4sul = sin_theta1 * t_vvqnn;
-    const real t_7rnk2_3 = t_rujpm * t_bpfoo;
-    const real t_ryoqa = t_e4sul * t_bpfoo + t_7rnk2_3 * t_h2ibw;
-    const real t_dxvtf = t_xziph - t_dra62 - t_zohce - (t_rujpm * t_7j6vv + t_b3aij * t_ryoqa);
-    const real t_hfybw = K_L52 * t_4iujv;
-    const real t_npjae = t_dxvtf * t_4iujv - t_hfybw * t_7ekva;
-    const real t_d4baz = SC1 * t_wufir;
-    const real t_trcfn = t_g5uka
-        - t_d4baz
-        - (K_L52 * t_eukb7 + t_2rbbr * t_npjae)
-        - (t_rujpm * t_ix2vw + t_zzymx * t_ryoqa);
-    const real t_qe675 = K_L53 * t_zmh3u;
-    const real t_4qzna = t_trcfn * t_zmh3u - t_qe675 * t_zyg4s;
-    const real t_v6w56 = t_gtdgn
-        - t_3s2va
-        + sin_theta1 * t_6iiam
-        + (K_L52 * t_ran7z + t_m67zs * t_npjae)
-        - (K_L53 * t_am56c + t_busu7 * t_4qzna)
-        - (t_rujpm * Bc_1 + t_2m245 * t_ryoqa);
-    const real t_2e52m = K_L54 * t_lt2al;
-    const real t_fpb7p = t_v6w56 * t_lt2al - t_2e52m * t_zlytl;
-    const real t_2ljzw = t_znrbg + e1 * t_ic7dp;
-    const real t_mmprg = b1 * t_ryoqa
-        + t_rujpm * t_za33c
-        - (sin_theta1 * t_2ljzw - t_7t2bq + (g_1 * t_6fek6 + t_vt7uo * t_xtwlg))
-        - (X_y2 * t_npjae + K_L52 * t_47rw7)
-        - (X_y3 * t_4qzna + K_L53 * t_u37qn)
-        - (X_y4 * t_fpb7p + K_L54 * t_4hel7);
-    const real t_eriz2 = t_cufdy * t_ftqxb;
-    const real t_iorjk = wg_1 * t_xtwlg + g_1 * t_xziph;
-    const real t_dnjms = e1 * t_7z7va - K(-2.0) * t_6iiam;
-    const real t_miprn = t_dnjms - t_iorjk;
-    const real t_bznju = S_sq1 * t_miprn;
-    const real t_ga4qh = t_iorjk
-        + t_gtdgn
-        + t_bznju
-        + K(-2.0) * t_3s2va
-        - (K_L52 * t_dxvtf + t_xqwvu * t_npjae)
-        - (K_L53 * t_trcfn + t_kjv32 * t_4qzna)
-        - (K_L54 * t_v6w56 + t_qs67n * t_fpb7p)
-        - (t_rujpm * t_e4sul + t_6mmeb * t_ryoqa);
-    const real t_tzirt = sin_theta1 * t_52vl2;
-    const real t_as46a = cos_theta1 * t_vvqnn;
-    const real t_7rnk2_4 = t_pgxzp * t_bpfoo;
-    const real t_fewxz = t_as46a * t_bpfoo + t_7rnk2_4 * t_h2ibw;
-    const real t_oal24 = t_d4baz + (t_pgxzp * t_7j6vv + t_b3aij * t_fewxz);
-    const real t_2ngl5 = t_gz422 * t_4iujv;
-    const real t_xcrgh = t_oal24 * t_4iujv - t_2ngl5 * t_7ekva;
-    const real t_zmlnb = t_dra62
-        + t_fpsha
-        + (t_gz422 * t_eukb7 + t_2rbbr * t_xcrgh)
-        - (t_pgxzp * t_ix2vw + t_zzymx * t_fewxz);
-    const real t_kpf5p = K_L63 * t_zmh3u;
-    const real t_t3nez = t_zmlnb * t_zmh3u - t_kpf5p * t_zyg4s;
-    const real t_jh5ai = t_tzirt
-        + cos_theta1 * t_6iiam
-        - (t_gz422 * t_ran7z + t_m67zs * t_xcrgh)
-        - (K_L63 * t_am56c + t_busu7 * t_t3nez)
-        - (t_pgxzp * Bc_1 + t_2m245 * t_fewxz);
-    const real t_wurun = K_L64 * t_lt2al;
-    const real t_jobc6 = t_jh5ai * t_lt2al - t_wurun * t_zlytl;
-    const real t_3vmiw = t_tzirt
-        + SC1 * t_miprn
-        + (t_gz422 * t_dxvtf + t_xqwvu * t_xcrgh)
-        - (K_L63 * t_trcfn + t_kjv32 * t_t3nez)
-        - (K_L64 * t_v6w56 + t_qs67n * t_jobc6)
-        - (t_pgxzp * t_e4sul + t_6mmeb * t_fewxz);
-    const real t_dzxqu = K_L65 * t_ftqxb;
-    const real t_vf7ew = t_3vmiw * t_ftqxb - t_dzxqu * t_ga4qh;
-    const real t_me732 = b1 * t_fewxz
-        + t_pgxzp * t_za33c
-        - (cos_theta1 * t_2ljzw - (g_1 * t_k46nc + t_azclp * t_xtwlg))
-        + (X_y2 * t_xcrgh + t_gz422 * t_47rw7)
-        - (X_y3 * t_t3nez + K_L63 * t_u37qn)
-        - (X_y4 * t_jobc6 + K_L64 * t_4hel7)
-        - (X_y5 * t_vf7ew + K_L65 * t_mmprg);
-    const real t_o4hiw = X_x6 * t_nfkwa;
-    const real t_v6umg = t_dnjms
-        - t_bznju
-        - (t_gz422 * t_oal24 + t_dzmcy * t_xcrgh)
-        - (K_L63 * t_zmlnb + t_iyghn * t_t3nez)
-        - (K_L64 * t_jh5ai + t_vuqjn * t_jobc6)
-        - (K_L65 * t_3vmiw + t_aedxu * t_vf7ew)
-        - (t_pgxzp * t_as46a + t_bl4f2 * t_fewxz);
-    const real t_2rjc3 = t_me732 * t_nfkwa - t_o4hiw * t_v6umg;
-    const real t_nbkzt = t_mmprg * t_ftqxb - t_eriz2 * t_ga4qh - (X_x6 * t_vf7ew + K_L65 * t_2rjc3);
-    const real t_acgzr = t_4hel7 * t_lt2al
-        - t_gkoba * t_zlytl
-        - (X_x5 * t_fpb7p + K_L54 * t_nbkzt)
-        - (X_x6 * t_jobc6 + K_L64 * t_2rjc3);
-    const real t_vb3vk = t_u37qn * t_zmh3u
-        - t_insvr * t_zyg4s
-        - (X_x4 * t_vjaoz + K_L43 * t_acgzr)
-        - (X_x5 * t_4qzna + K_L53 * t_nbkzt)
-        - (X_x6 * t_t3nez + K_L63 * t_2rjc3);
-    const real t_clzgq = t_47rw7 * t_4iujv
-        - t_5am4i * t_7ekva
-        - (X_x3 * t_sx3o7 + K_L32 * t_vb3vk)
-        + (X_x4 * t_qvqlb + t_3jpev * t_acgzr)
-        - (X_x5 * t_npjae + K_L52 * t_nbkzt)
-        + (X_x6 * t_xcrgh + t_gz422 * t_2rjc3);
-    const real t_7rizg = t_pq5r4 * t_bpfoo;
-    const real t_ffpz7 = x[wy] * cos_theta1 - x[wz] * sin_theta1;
-    const real t_2wqtn = cos_phi1 * t_ffpz7;
-    const real t_7lrt3 = sin_phi1 * t_ffpz7;
-    const real t_7ny2l = B_1 * (chi1 * t_2wqtn - t_qm5gj * t_7lrt3 - w_x1 * t_ffpz7);
-    const real t_amwyw = x[wy] * sin_theta1 + x[wz] * cos_theta1;
-    const real t_2jicd = t_6nwd2 * (t_dskdd * t_2wqtn - t_7uthm * t_amwyw);
-    const real t_aschs = sin_phi1 * t_7ny2l - cos_phi1 * t_2jicd;
-    const real t_qk37x = p[I1] * (t_wmv32 * (p[l1] * t_7lrt3) + t_q2k45 * t_amwyw - w_x1 * (lc_1 * t_amwyw));
-    const real t_y4w63 = th_1 * t_qk37x;
-    const real t_dgujw = cos_theta1 * t_y4w63 - t_azclp;
-    const real t_nxmpb = sin_phi1 * t_2jicd + cos_phi1 * t_7ny2l;
-    const real t_rtqar = b1 * t_7rizg + t_w7lcw * t_aschs - (t_dgujw + (t_ibvem - sin_theta1 * t_nxmpb));
-    const real t_amqia = (sin_theta1 + sin_theta1) * cos_theta1;
-    const real t_dypyd = tn11_1 * t_amqia;
-    const real t_gruy3 = t_dypyd - (t_w7lcw * t_pq5r4 + t_b3aij * t_7rizg);
-    const real t_32wvq = cos_theta1 * cos_theta1 - S_sq1;
-    const real t_xy6nc = t_pagmx * t_bpfoo;
-    const real t_2d4vd = tn11_1 * t_32wvq - (t_3go2w * t_pq5r4 - t_b3aij * t_xy6nc);
-    const real t_qjb2l = t_2d4vd * t_4iujv - t_6yahm * t_gruy3;
-    const real t_yb2ir = sin_theta1 * t_y4w63 + t_vt7uo;
-    const real t_jrpdx = t_3go2w * t_aschs
-        - b1 * t_xy6nc
-        + (cos_theta1 * t_nxmpb + t_ramrz + t_yb2ir)
-        - (X_y2 * t_qjb2l + K_L32 * t_rtqar);
-    const real t_5t2nc = t_3go2w * t_pagmx
-        + t_zzymx * t_xy6nc
-        - (t_dypyd + (K_L32 * t_2d4vd + t_2rbbr * t_qjb2l));
-    const real t_a5psl = wq_1 * cos_theta1;
-    const real t_4sjo7 = wq_1 * sin_theta1;
-    const real t_ilktx = t_rlbqu - t_4sjo7 + t_xq4wt * t_pq5r4;
-    const real t_6adkg = t_ilktx * t_4iujv - t_j4z66 * t_gruy3;
-    const real t_qki4i = t_a5psl + t_kimqu + (t_3jpev * t_2d4vd + t_2rbbr * t_6adkg) + t_xq4wt * t_pagmx;
-    const real t_7awbi = t_qki4i * t_zmh3u - t_ydwjl * t_5t2nc;
-    const real t_ivhzp = p[l1] * t_7ny2l;
-    const real t_peuih = q_1 * t_y4w63;
-    const real t_a73i4 = t_xq4wt * t_aschs
-        - (t_ivhzp - t_peuih)
-        + (X_y2 * t_6adkg + t_3jpev * t_rtqar)
-        - (X_y3 * t_7awbi + K_L43 * t_jrpdx);
-    const real t_7l7qw = t_3jpev * t_ilktx + t_m67zs * t_6adkg + (K_L43 * t_qki4i + t_busu7 * t_7awbi);
-    const real t_k6txy = wqg_1 * sin_theta1;
-    const real t_i3r2o = t_65obb * t_amqia;
-    const real t_zfxwu = t_llswo * t_bpfoo;
-    const real t_epn5o = t_4sjo7 - t_i3r2o - (t_rujpm * t_pq5r4 + t_b3aij * t_zfxwu);
-    const real t_gwmcr = t_epn5o * t_4iujv - t_hfybw * t_gruy3;
-    const real t_gv4lk = t_65obb * t_32wvq;
-    const real t_qzzlb = t_a5psl
-        - t_gv4lk
-        - (K_L52 * t_2d4vd + t_2rbbr * t_gwmcr)
-        - (t_zzymx * t_zfxwu - t_rujpm * t_pagmx);
-    const real t_bvkpi = t_qzzlb * t_zmh3u - t_qe675 * t_5t2nc;
-    const real t_ftvjz = t_k6txy
-        + t_67cpm
-        + (K_L52 * t_ilktx + t_m67zs * t_gwmcr)
-        - (K_L53 * t_qki4i + t_busu7 * t_bvkpi)
-        - t_2m245 * t_zfxwu;
-    const real t_ouygk = t_ftvjz * t_lt2al + t_2e52m * t_7l7qw;
-    const real t_3bac7 = t_ivhzp - e1 * t_nxmpb;
-    const real t_3cepf = b1 * t_zfxwu
-        + t_rujpm * t_aschs
-        - (sin_theta1 * t_3bac7 + t_slihb - t_peuih + g_1 * t_dgujw)
-        - (X_y2 * t_gwmcr + K_L52 * t_rtqar)
-        - (X_y3 * t_bvkpi + K_L53 * t_jrpdx)
-        - (X_y4 * t_ouygk + K_L54 * t_a73i4);
-    const real t_twgyt = tn44_1 * t_amqia;
-    const real t_tedmq = t_twgyt
-        - K(-2.0) * t_k6txy
-        - (K_L52 * t_epn5o + t_xqwvu * t_gwmcr)
-        - (K_L53 * t_qzzlb + t_kjv32 * t_bvkpi)
-        - (K_L54 * t_ftvjz + t_qs67n * t_ouygk)
-        - (t_rujpm * t_llswo + t_6mmeb * t_zfxwu);
-    const real t_tn2l4 = wqg_1 * cos_theta1;
-    const real t_rqo2a = t_b2inm * t_bpfoo;
-    const real t_cr6n6 = t_gv4lk + (t_pgxzp * t_pq5r4 - t_b3aij * t_rqo2a);
-    const real t_vpdap = t_cr6n6 * t_4iujv - t_2ngl5 * t_gruy3;
-    const real t_6rklf = t_i3r2o
-        + (t_gz422 * t_2d4vd + t_2rbbr * t_vpdap)
-        + (t_pgxzp * t_pagmx + t_zzymx * t_rqo2a);
-    const real t_k3xtn = t_6rklf * t_zmh3u - t_kpf5p * t_5t2nc;
-    const real t_wuh4g = t_tn2l4
-        - t_cr4jw
-        - (t_gz422 * t_ilktx + t_m67zs * t_vpdap)
-        - (K_L63 * t_qki4i + t_busu7 * t_k3xtn)
-        + t_2m245 * t_rqo2a;
-    const real t_z6is2 = t_wuh4g * t_lt2al + t_wurun * t_7l7qw;
-    const real t_qcqb4 = t_tn2l4
-        + tn44_1 * t_32wvq
-        + (t_gz422 * t_epn5o + t_xqwvu * t_vpdap)
-        - (K_L63 * t_qzzlb + t_kjv32 * t_k3xtn)
-        - (K_L64 * t_ftvjz + t_qs67n * t_z6is2)
-        - (t_pgxzp * t_llswo - t_6mmeb * t_rqo2a);
-    const real t_76hqo = t_qcqb4 * t_ftqxb - t_dzxqu * t_tedmq;
-    const real t_nyvag = t_pgxzp * t_aschs
-        - b1 * t_rqo2a
-        - (cos_theta1 * t_3bac7 - t_h4rsv - g_1 * t_yb2ir)
-        + (X_y2 * t_vpdap + t_gz422 * t_rtqar)
-        - (X_y3 * t_k3xtn + K_L63 * t_jrpdx)
-        - (X_y4 * t_z6is2 + K_L64 * t_a73i4)
-        - (X_y5 * t_76hqo + K_L65 * t_3cepf);
-    const real t_q6txf = t_twgyt
-        + (t_gz422 * t_cr6n6 + t_dzmcy * t_vpdap)
-        + (K_L63 * t_6rklf + t_iyghn * t_k3xtn)
-        + (K_L64 * t_wuh4g + t_vuqjn * t_z6is2)
-        + (K_L65 * t_qcqb4 + t_aedxu * t_76hqo);
-    const real t_vbfnl = t_nyvag * t_nfkwa - t_o4hiw * (t_pgxzp * t_b2inm + t_bl4f2 * t_rqo2a - t_q6txf);
-    const real t_zr5di = t_3cepf * t_ftqxb - t_eriz2 * t_tedmq - (X_x6 * t_76hqo + K_L65 * t_vbfnl);
-    const real t_3knpj = t_a73i4 * t_lt2al
-        + t_gkoba * t_7l7qw
-        - (X_x5 * t_ouygk + K_L54 * t_zr5di)
-        - (X_x6 * t_z6is2 + K_L64 * t_vbfnl);
-    const real t_vmmcz = t_jrpdx * t_zmh3u
-        - t_insvr * t_5t2nc
-        - (X_x4 * t_7awbi + K_L43 * t_3knpj)
-        - (X_x5 * t_bvkpi + K_L53 * t_zr5di)
-        - (X_x6 * t_k3xtn + K_L63 * t_vbfnl);
-    const real t_ghemx = t_rtqar * t_4iujv
-        - t_5am4i * t_gruy3
-        - (X_x3 * t_qjb2l + K_L32 * t_vmmcz)
-        + (X_x4 * t_6adkg + t_3jpev * t_3knpj)
-        - (X_x5 * t_gwmcr + K_L52 * t_zr5di)
-        + (X_x6 * t_vpdap + t_gz422 * t_vbfnl);
-    const real t_jzaos = mv2 * cos_phi2;
-    const real t_f2vdr = cos_phi2 * t_jzaos - Ass_2;
-    const real t_igjjb = sin_theta2 * t_f2vdr;
-    const real t_anfnj = sin_phi2 * t_jzaos + Asc_2;
-    const real t_f4frf = t_igjjb * t_bpfoo + t_7rnk2 * t_anfnj;
-    const real t_4p46o = w_x2 * cos_phi2 - t_4adrp;
-    const real t_c6dmt_2 = w_x2 * sin_phi2 + t_3pe4c;
-    const real t_jtwxv = B_2 * (chi2 * t_4p46o - t_c6dmt * t_c6dmt_2);
-    const real t_7pqkc = mv2 * (t_6fvzz * sin_phi2) + t_popww * (t_npq2c * t_4p46o);
-    const real t_uou4w = sin_phi2 * t_jtwxv + t_czyms - (tension2 * sin_phi2 + cos_phi2 * t_7pqkc);
-    const real t_h36cy = p[l2] * sin_phi2;
-    const real t_n2xxs = p[I2] * (W12 * t_yk3z4 - w_x2 * (Wn2 * t_h36cy) + t_nlamb * (p[l2] * t_c6dmt_2));
-    const real t_2s2br = th_2 * t_4434n * (p[m2] * ((q_2 + q_2) * t_yk3z4));
-    const real t_q6l6c = th_2 * (t_n2xxs - loss_theta2 * t_yk3z4) - t_vry6x * t_2s2br;
-    const real t_uj3u6 = cos_theta2 * t_q6l6c;
-    const real t_moks2 = tension2 * cos_phi2 - sin_phi2 * t_7pqkc - (cos_phi2 * t_jtwxv - t_v7h4t);
-    const real t_egg3y = b1 * t_f4frf + t_w7lcw * t_uou4w - (t_uj3u6 + sin_theta2 * t_moks2);
-    const real t_hokbn = p[I2] * t_2s2br;
-    const real t_mj4g4 = t_anfnj + t_hokbn;
-    const real t_hq2cs = S_sq2 * t_mj4g4;
-    const real t_56wd7 = t_hq2cs - t_hokbn - (t_w7lcw * t_igjjb + t_b3aij * t_f4frf);
-    const real t_kytbr = cos_theta2 * t_f2vdr;
-    const real t_zlixu = t_kytbr * t_bpfoo + t_7rnk2_2 * t_anfnj;
-    const real t_tqol2 = SC2 * t_mj4g4 - (t_3go2w * t_igjjb + t_b3aij * t_zlixu);
-    const real t_miecx = t_tqol2 * t_4iujv - t_6yahm * t_56wd7;
-    const real t_k5p2h = sin_theta2 * t_q6l6c;
-    const real t_vtyww = b1 * t_zlixu
-        + t_3go2w * t_uou4w
-        - (cos_theta2 * t_moks2 - t_k5p2h)
-        - (X_y2 * t_miecx + K_L32 * t_egg3y);
-    const real t_k2fda = t_anfnj
-        - t_hq2cs
-        - (K_L32 * t_tqol2 + t_2rbbr * t_miecx)
-        - (t_3go2w * t_kytbr + t_zzymx * t_zlixu);
-    const real t_2xgil = wth_2 * t_yk3z4 - q_2 * t_hokbn;
-    const real t_4twqa = sin_theta2 * t_2xgil;
-    const real t_vzlku = cos_theta2 * t_2xgil;
-    const real t_sasqd = Bc_2 * t_bpfoo + t_jtjoh * t_anfnj;
-    const real t_ysiow = t_vzlku - sin_theta2 * Bs_2 + (t_xq4wt * t_igjjb + t_b3aij * t_sasqd);
-    const real t_s7ss2 = t_ysiow * t_4iujv - t_j4z66 * t_56wd7;
-    const real t_ro67f = t_4twqa
+        + (t_eoupv * t_db2lp + t_7exg5 * t_d2lny)
+        - (t_w6lcf * t_ptemu_2 + t_f2nhc_2 * t_aqch6);
+    const real t_bintu_5 = K_L43 * t_6dtnj_3;
+    const real t_ymvak = t_hq3xu * t_6dtnj_3 - t_bintu_5 * t_t4fy5;
+    const real t_uwk54 = t_aqrn5 * Bc_1 + p[l1] * t_ugckx;
+    const real t_wuzra = q_1 * t_mbiwq + F_n1 * t_rcy73;
+    const real t_nussr = b1 * t_aqch6
+        + t_w6lcf * t_2pazi
+        - (t_uwk54 - t_wuzra)
+        + (X_y2 * t_d2lny + t_eoupv * t_ioepj)
+        - (X_y3 * t_ymvak + K_L43 * t_2x6tm);
+    const real t_temm3_2 = t_bintu_2 * t_6dtnj_4;
+    const real t_wa7jk = wq_1 * t_rcy73 + q_1 * t_mpdlr;
+    const real t_7awax = t_wa7jk
+        - (t_eoupv * t_ghj5r + t_ly572 * t_d2lny)
+        - (K_L43 * t_hq3xu + t_e2ygr * t_ymvak)
+        - (t_w6lcf * Bc_1 + t_hig3c_6 * t_aqch6);
+    const real t_ltffx = wth_1 * t_rcy73_2 - g_1 * t_sc6lg;
+    const real t_urhc5 = wg_1 * t_rcy73 + q_1 * t_ltffx;
+    const real t_uknez = cos_theta1 * t_urhc5;
+    const real t_xqm52 = e1 * Bs_1;
+    const real t_ke4iu = e1 * t_c3bgc_2;
+    const real t_c62sf = Bs_1 + t_ke4iu;
+    const real t_5ayhw = t_ltffx - t_c62sf;
+    const real t_kamdk = S_sq1 * t_5ayhw;
+    const real t_o75u4 = Bc_1 + e1 * t_c3bgc;
+    const real t_f4z55 = sin_theta1 * t_o75u4;
+    const real t_jza4m_3 = t_thnvm * t_6dtnj;
+    const real t_zjzn6 = t_f4z55 * t_6dtnj + t_jza4m_3 * t_c3bgc_2;
+    const real t_xsnuh = t_ltffx - t_kamdk - t_g72bf_2 - (t_thnvm * t_ptemu + t_f2nhc * t_zjzn6);
+    const real t_bintu_6 = K_L52 * t_6dtnj_2;
+    const real t_pr2rd = t_xsnuh * t_6dtnj_2 - t_bintu_6 * t_k2qhp;
+    const real t_kamdk_2 = SC1 * t_5ayhw;
+    const real t_x6h5p = t_g72bf
+        - t_kamdk_2
+        - (K_L52 * t_db2lp + t_7exg5 * t_pr2rd)
+        - (t_thnvm * t_ptemu_2 + t_f2nhc_2 * t_zjzn6);
+    const real t_bintu_7 = K_L53 * t_6dtnj_3;
+    const real t_dhj33 = t_x6h5p * t_6dtnj_3 - t_bintu_7 * t_t4fy5;
+    const real t_daxb5 = t_wa7jk
+        - t_uknez
+        + sin_theta1 * t_xqm52
+        + (K_L52 * t_ghj5r + t_ly572 * t_pr2rd)
+        - (K_L53 * t_hq3xu + t_e2ygr * t_dhj33)
+        - (t_thnvm * Bc_1 + t_hig3c_6 * t_zjzn6);
+    const real t_bintu_8 = K_L54 * t_6dtnj_4;
+    const real t_cuhyc = t_daxb5 * t_6dtnj_4 - t_bintu_8 * t_7awax;
+    const real t_73syu = t_uwk54 + e1 * t_2pazi_2;
+    const real t_5losc = b1 * t_zjzn6
+        + t_thnvm * t_2pazi
+        - (sin_theta1 * t_73syu - t_wuzra + (g_1 * t_2btv3 + t_mallh * t_rcy73_2))
+        - (X_y2 * t_pr2rd + K_L52 * t_ioepj)
+        - (X_y3 * t_dhj33 + K_L53 * t_2x6tm)
+        - (X_y4 * t_cuhyc + K_L54 * t_nussr);
+    const real t_temm3_3 = t_bintu * t_6dtnj_5;
+    const real t_zpvnv = wg_1 * t_rcy73_2 + g_1 * t_ltffx;
+    const real t_23glo = e1 * t_ke4iu - K(-2.0) * t_xqm52;
+    const real t_a22y5 = t_23glo - t_zpvnv;
+    const real t_envft = S_sq1 * t_a22y5;
+    const real t_wmqvb = t_zpvnv
+        + t_wa7jk
+        + t_envft
+        + K(-2.0) * t_uknez
+        - (K_L52 * t_xsnuh + t_7exg5_2 * t_pr2rd)
+        - (K_L53 * t_x6h5p + t_g6lxe * t_dhj33)
+        - (K_L54 * t_daxb5 + t_wi63m * t_cuhyc)
+        - (t_thnvm * t_f4z55 + t_6iku5 * t_zjzn6);
+    const real t_uknez_2 = sin_theta1 * t_urhc5;
+    const real t_f4z55_2 = cos_theta1 * t_o75u4;
+    const real t_jza4m_4 = t_thnvm_2 * t_6dtnj;
+    const real t_zjzn6_2 = t_f4z55_2 * t_6dtnj + t_jza4m_4 * t_c3bgc_2;
+    const real t_c2yzs = t_kamdk_2 + (t_thnvm_2 * t_ptemu + t_f2nhc * t_zjzn6_2);
+    const real t_l3pbw = t_o5wmi * t_6dtnj_2;
+    const real t_m65s2 = t_c2yzs * t_6dtnj_2 - t_l3pbw * t_k2qhp;
+    const real t_pmxsm = t_kamdk
+        + t_c62sf
+        + (t_o5wmi * t_db2lp + t_7exg5 * t_m65s2)
+        - (t_thnvm_2 * t_ptemu_2 + t_f2nhc_2 * t_zjzn6_2);
+    const real t_bintu_9 = K_L63 * t_6dtnj_3;
+    const real t_hx36m = t_pmxsm * t_6dtnj_3 - t_bintu_9 * t_t4fy5;
+    const real t_q4dr5 = t_uknez_2
+        + cos_theta1 * t_xqm52
+        - (t_o5wmi * t_ghj5r + t_ly572 * t_m65s2)
+        - (K_L63 * t_hq3xu + t_e2ygr * t_hx36m)
+        - (t_thnvm_2 * Bc_1 + t_hig3c_6 * t_zjzn6_2);
+    const real t_bintu_10 = K_L64 * t_6dtnj_4;
+    const real t_6aze4 = t_q4dr5 * t_6dtnj_4 - t_bintu_10 * t_7awax;
+    const real t_6mbmy = t_uknez_2
+        + SC1 * t_a22y5
+        + (t_o5wmi * t_xsnuh + t_7exg5_2 * t_m65s2)
+        - (K_L63 * t_x6h5p + t_g6lxe * t_hx36m)
+        - (K_L64 * t_daxb5 + t_wi63m * t_6aze4)
+        - (t_thnvm_2 * t_f4z55 + t_6iku5 * t_zjzn6_2);
+    const real t_bintu_11 = K_L65 * t_6dtnj_5;
+    const real t_5247x = t_6mbmy * t_6dtnj_5 - t_bintu_11 * t_wmqvb;
+    const real t_majqd = b1 * t_zjzn6_2
+        + t_thnvm_2 * t_2pazi
+        - (cos_theta1 * t_73syu - (g_1 * t_2btv3_2 + t_mallh_2 * t_rcy73_2))
+        + (X_y2 * t_m65s2 + t_o5wmi * t_ioepj)
+        - (X_y3 * t_hx36m + K_L63 * t_2x6tm)
+        - (X_y4 * t_6aze4 + K_L64 * t_nussr)
+        - (X_y5 * t_5247x + K_L65 * t_5losc);
+    const real t_bintu_12 = X_x6 * t_6dtnj_6;
+    const real t_ioikg = t_23glo
+        - t_envft
+        - (t_o5wmi * t_c2yzs + t_du5u3 * t_m65s2)
+        - (K_L63 * t_pmxsm + t_hbw2v * t_hx36m)
+        - (K_L64 * t_q4dr5 + t_7ergp * t_6aze4)
+        - (K_L65 * t_6mbmy + t_n4u4m * t_5247x)
+        - (t_thnvm_2 * t_f4z55_2 + t_6iku5_2 * t_zjzn6_2);
+    const real t_lqn3n = t_majqd * t_6dtnj_6 - t_bintu_12 * t_ioikg;
+    const real t_lft7p = t_5losc * t_6dtnj_5 - t_temm3_3 * t_wmqvb - (X_x6 * t_5247x + K_L65 * t_lqn3n);
+    const real t_5t23e = t_nussr * t_6dtnj_4
+        - t_temm3_2 * t_7awax
+        - (X_x5 * t_cuhyc + K_L54 * t_lft7p)
+        - (X_x6 * t_6aze4 + K_L64 * t_lqn3n);
+    const real t_p6rjk = t_2x6tm * t_6dtnj_3
+        - t_qkxsr * t_t4fy5
+        - (X_x4 * t_ymvak + K_L43 * t_5t23e)
+        - (X_x5 * t_dhj33 + K_L53 * t_lft7p)
+        - (X_x6 * t_hx36m + K_L63 * t_lqn3n);
+    const real t_s3knn = t_ioepj * t_6dtnj_2
+        - t_temm3 * t_k2qhp
+        - (X_x3 * t_fyv2e + K_L32 * t_p6rjk)
+        + (X_x4 * t_d2lny + t_eoupv * t_5t23e)
+        - (X_x5 * t_pr2rd + K_L52 * t_lft7p)
+        + (X_x6 * t_m65s2 + t_o5wmi * t_lqn3n);
+    const real t_3l2rq = t_f2pcf_5 * t_6dtnj;
+    const real t_l4ozg = x[wy] * cos_theta1 - x[wz] * sin_theta1;
+    const real t_6t73u = cos_phi1 * t_l4ozg;
+    const real t_6t73u_2 = sin_phi1 * t_l4ozg;
+    const real t_4yw5m = B_1 * (chi1 * t_6t73u - t_fyz6s * t_6t73u_2 - w_x1 * t_l4ozg);
+    const real t_l4ozg_2 = x[wy] * sin_theta1 + x[wz] * cos_theta1;
+    const real t_gucob = t_6nwd2 * (t_fyz6s_2 * t_6t73u - t_lcyz4 * t_l4ozg_2);
+    const real t_zwln6 = sin_phi1 * t_4yw5m - cos_phi1 * t_gucob;
+    const real t_2pjuk = p[I1] * (t_l5lry * (p[l1] * t_6t73u_2) + t_plqy5 * t_l4ozg_2 - w_x1 * (lc_1 * t_l4ozg_2));
+    const real t_6ifsz = th_1 * t_2pjuk;
+    const real t_alblt = cos_theta1 * t_6ifsz - t_mallh_2;
+    const real t_zwln6_2 = sin_phi1 * t_gucob + cos_phi1 * t_4yw5m;
+    const real t_ymhb4 = b1 * t_3l2rq + t_gousg * t_zwln6 - (t_alblt + (t_f2pcf_3 - sin_theta1 * t_zwln6_2));
+    const real t_4xedj = (sin_theta1 + sin_theta1) * cos_theta1;
+    const real t_rcfrh = tn11_1 * t_4xedj;
+    const real t_k4367 = t_rcfrh - (t_gousg * t_f2pcf_5 + t_f2nhc * t_3l2rq);
+    const real t_ewvyh = cos_theta1 * cos_theta1 - S_sq1;
+    const real t_3l2rq_2 = t_f2pcf_4 * t_6dtnj;
+    const real t_7egtn = tn11_1 * t_ewvyh - (t_gousg_2 * t_f2pcf_5 - t_f2nhc * t_3l2rq_2);
+    const real t_hdfot = t_7egtn * t_6dtnj_2 - t_bintu_4 * t_k4367;
+    const real t_alblt_2 = sin_theta1 * t_6ifsz + t_mallh;
+    const real t_37il7 = t_gousg_2 * t_zwln6
+        - b1 * t_3l2rq_2
+        + (cos_theta1 * t_zwln6_2 + t_f2pcf_2 + t_alblt_2)
+        - (X_y2 * t_hdfot + K_L32 * t_ymhb4);
+    const real t_xzb7l = t_gousg_2 * t_f2pcf_4
+        + t_f2nhc_2 * t_3l2rq_2
+        - (t_rcfrh + (K_L32 * t_7egtn + t_7exg5 * t_hdfot));
+    const real t_f2pcf_7 = wq_1 * cos_theta1;
+    const real t_f2pcf_8 = wq_1 * sin_theta1;
+    const real t_oht56 = t_f2pcf - t_f2pcf_8 + t_w6lcf * t_f2pcf_5;
+    const real t_ufn37 = t_oht56 * t_6dtnj_2 - t_bo5xl * t_k4367;
+    const real t_iua7q = t_f2pcf_7 + t_f2pcf_6 + (t_eoupv * t_7egtn + t_7exg5 * t_ufn37) + t_w6lcf * t_f2pcf_4;
+    const real t_ctk27 = t_iua7q * t_6dtnj_3 - t_bintu_5 * t_xzb7l;
+    const real t_g4ntx = p[l1] * t_4yw5m;
+    const real t_asqql = q_1 * t_6ifsz;
+    const real t_6jmh5 = t_w6lcf * t_zwln6
+        - (t_g4ntx - t_asqql)
+        + (X_y2 * t_ufn37 + t_eoupv * t_ymhb4)
+        - (X_y3 * t_ctk27 + K_L43 * t_37il7);
+    const real t_3qwtr = t_eoupv * t_oht56 + t_ly572 * t_ufn37 + (K_L43 * t_iua7q + t_e2ygr * t_ctk27);
+    const real t_f2pcf_9 = wqg_1 * sin_theta1;
+    const real t_3ugdb = t_vjftl * t_4xedj;
+    const real t_oria2 = t_rmbl5_2 * t_6dtnj;
+    const real t_hdijg = t_f2pcf_8 - t_3ugdb - (t_thnvm * t_f2pcf_5 + t_f2nhc * t_oria2);
+    const real t_cfknj = t_hdijg * t_6dtnj_2 - t_bintu_6 * t_k4367;
+    const real t_r33pf = t_vjftl * t_ewvyh;
+    const real t_yxci3 = t_f2pcf_7
+        - t_r33pf
+        - (K_L52 * t_7egtn + t_7exg5 * t_cfknj)
+        - (t_f2nhc_2 * t_oria2 - t_thnvm * t_f2pcf_4);
+    const real t_ph2mj = t_yxci3 * t_6dtnj_3 - t_bintu_7 * t_xzb7l;
+    const real t_twu3r = t_f2pcf_9
+        + t_mttiv_2
+        + (K_L52 * t_oht56 + t_ly572 * t_cfknj)
+        - (K_L53 * t_iua7q + t_e2ygr * t_ph2mj)
+        - t_hig3c_6 * t_oria2;
+    const real t_ql35a = t_twu3r * t_6dtnj_4 + t_bintu_8 * t_3qwtr;
+    const real t_v6tv6 = t_g4ntx - e1 * t_zwln6_2;
+    const real t_zeu3r = b1 * t_oria2
+        + t_thnvm * t_zwln6
+        - (sin_theta1 * t_v6tv6 + t_l3oem_2 - t_asqql + g_1 * t_alblt)
+        - (X_y2 * t_cfknj + K_L52 * t_ymhb4)
+        - (X_y3 * t_ph2mj + K_L53 * t_37il7)
+        - (X_y4 * t_ql35a + K_L54 * t_6jmh5);
+    const real t_rcfrh_2 = tn44_1 * t_4xedj;
+    const real t_cuuc5 = t_rcfrh_2
+        - K(-2.0) * t_f2pcf_9
+        - (K_L52 * t_hdijg + t_7exg5_2 * t_cfknj)
+        - (K_L53 * t_yxci3 + t_g6lxe * t_ph2mj)
+        - (K_L54 * t_twu3r + t_wi63m * t_ql35a)
+        - (t_thnvm * t_rmbl5_2 + t_6iku5 * t_oria2);
+    const real t_f2pcf_10 = wqg_1 * cos_theta1;
+    const real t_oria2_2 = t_rmbl5 * t_6dtnj;
+    const real t_55v76 = t_r33pf + (t_thnvm_2 * t_f2pcf_5 - t_f2nhc * t_oria2_2);
+    const real t_pthet = t_55v76 * t_6dtnj_2 - t_l3pbw * t_k4367;
+    const real t_bhxr3 = t_3ugdb
+        + (t_o5wmi * t_7egtn + t_7exg5 * t_pthet)
+        + (t_thnvm_2 * t_f2pcf_4 + t_f2nhc_2 * t_oria2_2);
+    const real t_jxqls = t_bhxr3 * t_6dtnj_3 - t_bintu_9 * t_xzb7l;
+    const real t_thstx = t_f2pcf_10
+        - t_mttiv
+        - (t_o5wmi * t_oht56 + t_ly572 * t_pthet)
+        - (K_L63 * t_iua7q + t_e2ygr * t_jxqls)
+        + t_hig3c_6 * t_oria2_2;
+    const real t_5u7fq = t_thstx * t_6dtnj_4 + t_bintu_10 * t_3qwtr;
+    const real t_piqtk = t_f2pcf_10
+        + tn44_1 * t_ewvyh
+        + (t_o5wmi * t_hdijg + t_7exg5_2 * t_pthet)
+        - (K_L63 * t_yxci3 + t_g6lxe * t_jxqls)
+        - (K_L64 * t_twu3r + t_wi63m * t_5u7fq)
+        - (t_thnvm_2 * t_rmbl5_2 - t_6iku5 * t_oria2_2);
+    const real t_wjwat = t_piqtk * t_6dtnj_5 - t_bintu_11 * t_cuuc5;
+    const real t_bpevk = t_thnvm_2 * t_zwln6
+        - b1 * t_oria2_2
+        - (cos_theta1 * t_v6tv6 - t_l3oem - g_1 * t_alblt_2)
+        + (X_y2 * t_pthet + t_o5wmi * t_ymhb4)
+        - (X_y3 * t_jxqls + K_L63 * t_37il7)
+        - (X_y4 * t_5u7fq + K_L64 * t_6jmh5)
+        - (X_y5 * t_wjwat + K_L65 * t_zeu3r);
+    const real t_fffcz = t_rcfrh_2
+        + (t_o5wmi * t_55v76 + t_du5u3 * t_pthet)
+        + (K_L63 * t_bhxr3 + t_hbw2v * t_jxqls)
+        + (K_L64 * t_thstx + t_7ergp * t_5u7fq)
+        + (K_L65 * t_piqtk + t_n4u4m * t_wjwat);
+    const real t_nglnq = t_bpevk * t_6dtnj_6 - t_bintu_12 * (t_thnvm_2 * t_rmbl5 + t_6iku5_2 * t_oria2_2 - t_fffcz);
+    const real t_ekzor = t_zeu3r * t_6dtnj_5 - t_temm3_3 * t_cuuc5 - (X_x6 * t_wjwat + K_L65 * t_nglnq);
+    const real t_jkjwu = t_6jmh5 * t_6dtnj_4
+        + t_temm3_2 * t_3qwtr
+        - (X_x5 * t_ql35a + K_L54 * t_ekzor)
+        - (X_x6 * t_5u7fq + K_L64 * t_nglnq);
+    const real t_moilf = t_37il7 * t_6dtnj_3
+        - t_qkxsr * t_xzb7l
+        - (X_x4 * t_ctk27 + K_L43 * t_jkjwu)
+        - (X_x5 * t_ph2mj + K_L53 * t_ekzor)
+        - (X_x6 * t_jxqls + K_L63 * t_nglnq);
+    const real t_mpeef = t_ymhb4 * t_6dtnj_2
+        - t_temm3 * t_k4367
+        - (X_x3 * t_hdfot + K_L32 * t_moilf)
+        + (X_x4 * t_ufn37 + t_eoupv * t_jkjwu)
+        - (X_x5 * t_cfknj + K_L52 * t_ekzor)
+        + (X_x6 * t_pthet + t_o5wmi * t_nglnq);
+    const real t_mnzjt = mv2 * cos_phi2;
+    const real t_skjof = cos_phi2 * t_mnzjt - Ass_2;
+    const real t_qh7lx = sin_theta2 * t_skjof;
+    const real t_skjof_2 = sin_phi2 * t_mnzjt + Asc_2;
+    const real t_5vgja = t_qh7lx * t_6dtnj + t_jza4m * t_skjof_2;
+    const real t_2t7vh_3 = w_x2 * cos_phi2 - t_365dx;
+    const real t_2t7vh_4 = w_x2 * sin_phi2 + t_365dx_2;
+    const real t_wnk6h = B_2 * (chi2 * t_2t7vh_3 - t_2t7vh * t_2t7vh_4);
+    const real t_so6fl = mv2 * (t_3hay7 * sin_phi2) + t_popww * (t_2t7vh_2 * t_2t7vh_3);
+    const real t_543fb = sin_phi2 * t_wnk6h + t_ki236 - (tension2 * sin_phi2 + cos_phi2 * t_so6fl);
+    const real t_uvqau_2 = p[l2] * sin_phi2;
+    const real t_zn4xc = p[I2] * (W12 * t_uvqau - w_x2 * (Wn2 * t_uvqau_2) + t_dkl52 * (p[l2] * t_2t7vh_4));
+    const real t_ruxfo = th_2 * t_ri6qi * (p[m2] * ((q_2 + q_2) * t_uvqau));
+    const real t_mcl5q = th_2 * (t_zn4xc - loss_theta2 * t_uvqau) - t_c6wyu * t_ruxfo;
+    const real t_c7w7r = cos_theta2 * t_mcl5q;
+    const real t_543fb_2 = tension2 * cos_phi2 - sin_phi2 * t_so6fl - (cos_phi2 * t_wnk6h - t_ki236_2);
+    const real t_3mqca = b1 * t_5vgja + t_gousg * t_543fb - (t_c7w7r + sin_theta2 * t_543fb_2);
+    const real t_wxz3r = p[I2] * t_ruxfo;
+    const real t_d7y7v = t_skjof_2 + t_wxz3r;
+    const real t_3jnxd = S_sq2 * t_d7y7v;
+    const real t_6soyk = t_3jnxd - t_wxz3r - (t_gousg * t_qh7lx + t_f2nhc * t_5vgja);
+    const real t_qh7lx_2 = cos_theta2 * t_skjof;
+    const real t_5vgja_2 = t_qh7lx_2 * t_6dtnj + t_jza4m_2 * t_skjof_2;
+    const real t_xzcqa = SC2 * t_d7y7v - (t_gousg_2 * t_qh7lx + t_f2nhc * t_5vgja_2);
+    const real t_f7u6l = t_xzcqa * t_6dtnj_2 - t_bintu_4 * t_6soyk;
+    const real t_c7w7r_2 = sin_theta2 * t_mcl5q;
+    const real t_id3bm = b1 * t_5vgja_2
+        + t_gousg_2 * t_543fb
+        - (cos_theta2 * t_543fb_2 - t_c7w7r_2)
+        - (X_y2 * t_f7u6l + K_L32 * t_3mqca);
+    const real t_x2cnp = t_skjof_2
+        - t_3jnxd
+        - (K_L32 * t_xzcqa + t_7exg5 * t_f7u6l)
+        - (t_gousg_2 * t_qh7lx_2 + t_f2nhc_2 * t_5vgja_2);
+    const real t_qzymo = wth_2 * t_uvqau - q_2 * t_wxz3r;
+    const real t_764jb = sin_theta2 * t_qzymo;
+    const real t_764jb_2 = cos_theta2 * t_qzymo;
+    const real t_k2jbt = Bc_2 * t_6dtnj + t_4pum4 * t_skjof_2;
+    const real t_ryshl = t_764jb_2 - sin_theta2 * Bs_2 + (t_w6lcf * t_qh7lx + t_f2nhc * t_k2jbt);
+    const real t_uznhk = t_ryshl * t_6dtnj_2 - t_bo5xl * t_6soyk;
+    const real t_taqg4 = t_764jb
         + cos_theta2 * Bs_2
-        + (t_3jpev * t_tqol2 + t_2rbbr * t_s7ss2)
-        - (t_xq4wt * t_kytbr + t_zzymx * t_sasqd);
-    const real t_wish7 = t_ro67f * t_zmh3u - t_ydwjl * t_k2fda;
-    const real t_tj6qc = t_6fvzz * Bc_2 + p[l2] * t_jtwxv;
-    const real t_dlwth = q_2 * t_q6l6c + F_n2 * t_yk3z4;
-    const real t_yugg6 = b1 * t_sasqd
-        + t_xq4wt * t_uou4w
-        - (t_tj6qc - t_dlwth)
-        + (X_y2 * t_s7ss2 + t_3jpev * t_egg3y)
-        - (X_y3 * t_wish7 + K_L43 * t_vtyww);
-    const real t_vpcgp = wq_2 * t_yk3z4 + q_2 * t_2xgil;
-    const real t_5vhkx = t_vpcgp
-        - (t_3jpev * t_ysiow + t_m67zs * t_s7ss2)
-        - (K_L43 * t_ro67f + t_busu7 * t_wish7)
-        - (t_xq4wt * Bc_2 + t_2m245 * t_sasqd);
-    const real t_ktpye = wth_2 * t_h36cy - g_2 * t_hokbn;
-    const real t_42o7o = wg_2 * t_yk3z4 + q_2 * t_ktpye;
-    const real t_bbhco = cos_theta2 * t_42o7o;
-    const real t_moyc6 = e2 * Bs_2;
-    const real t_n46wu = e2 * t_anfnj;
-    const real t_r6gya = Bs_2 + t_n46wu;
-    const real t_kpd7x = t_ktpye - t_r6gya;
-    const real t_kxs24 = S_sq2 * t_kpd7x;
-    const real t_2zutr = Bc_2 + e2 * t_f2vdr;
-    const real t_msyoe = sin_theta2 * t_2zutr;
-    const real t_5xnip = t_msyoe * t_bpfoo + t_7rnk2_3 * t_anfnj;
-    const real t_odat4 = t_ktpye - t_kxs24 - t_vzlku - (t_rujpm * t_igjjb + t_b3aij * t_5xnip);
-    const real t_x6rr5 = t_odat4 * t_4iujv - t_hfybw * t_56wd7;
-    const real t_w6dhl = SC2 * t_kpd7x;
-    const real t_6nzrt = t_4twqa
-        - t_w6dhl
-        - (K_L52 * t_tqol2 + t_2rbbr * t_x6rr5)
-        - (t_rujpm * t_kytbr + t_zzymx * t_5xnip);
-    const real t_o42pg = t_6nzrt * t_zmh3u - t_qe675 * t_k2fda;
-    const real t_rovf7 = t_vpcgp
-        - t_bbhco
-        + sin_theta2 * t_moyc6
-        + (K_L52 * t_ysiow + t_m67zs * t_x6rr5)
-        - (K_L53 * t_ro67f + t_busu7 * t_o42pg)
-        - (t_rujpm * Bc_2 + t_2m245 * t_5xnip);
-    const real t_m7j6i = t_rovf7 * t_lt2al - t_2e52m * t_5vhkx;
-    const real t_ggh2d = t_tj6qc + e2 * t_moks2;
-    const real t_io2tq = b1 * t_5xnip
-        + t_rujpm * t_uou4w
-        - (sin_theta2 * t_ggh2d - t_dlwth + (g_2 * t_uj3u6 + t_oncjt * t_h36cy))
-        - (X_y2 * t_x6rr5 + K_L52 * t_egg3y)
-        - (X_y3 * t_o42pg + K_L53 * t_vtyww)
-        - (X_y4 * t_m7j6i + K_L54 * t_yugg6);
-    const real t_37ayo = wg_2 * t_h36cy + g_2 * t_ktpye;
-    const real t_vjaf4 = e2 * t_n46wu - K(-2.0) * t_moyc6;
-    const real t_3khok = t_vjaf4 - t_37ayo;
-    const real t_pfkyz = S_sq2 * t_3khok;
-    const real t_j5rpr = t_37ayo
-        + t_vpcgp
-        + t_pfkyz
-        + K(-2.0) * t_bbhco
-        - (K_L52 * t_odat4 + t_xqwvu * t_x6rr5)
-        - (K_L53 * t_6nzrt + t_kjv32 * t_o42pg)
-        - (K_L54 * t_rovf7 + t_qs67n * t_m7j6i)
-        - (t_rujpm * t_msyoe + t_6mmeb * t_5xnip);
-    const real t_awxjj = sin_theta2 * t_42o7o;
-    const real t_sqznz = cos_theta2 * t_2zutr;
-    const real t_jxilg = t_sqznz * t_bpfoo + t_7rnk2_4 * t_anfnj;
-    const real t_pqe72 = t_w6dhl + (t_pgxzp * t_igjjb + t_b3aij * t_jxilg);
-    const real t_sznin = t_pqe72 * t_4iujv - t_2ngl5 * t_56wd7;
-    const real t_2y3xy = t_kxs24
-        + t_r6gya
-        + (t_gz422 * t_tqol2 + t_2rbbr * t_sznin)
-        - (t_pgxzp * t_kytbr + t_zzymx * t_jxilg);
-    const real t_dw7gu = t_2y3xy * t_zmh3u - t_kpf5p * t_k2fda;
-    const real t_5kib4 = t_awxjj
-        + cos_theta2 * t_moyc6
-        - (t_gz422 * t_ysiow + t_m67zs * t_sznin)
-        - (K_L63 * t_ro67f + t_busu7 * t_dw7gu)
-        - (t_pgxzp * Bc_2 + t_2m245 * t_jxilg);
-    const real t_qm5qx = t_5kib4 * t_lt2al - t_wurun * t_5vhkx;
-    const real t_w7kgk = t_awxjj
-        + SC2 * t_3khok
-        + (t_gz422 * t_odat4 + t_xqwvu * t_sznin)
-        - (K_L63 * t_6nzrt + t_kjv32 * t_dw7gu)
-        - (K_L64 * t_rovf7 + t_qs67n * t_qm5qx)
-        - (t_pgxzp * t_msyoe + t_6mmeb * t_jxilg);
-    const real t_cti3e = t_w7kgk * t_ftqxb - t_dzxqu * t_j5rpr;
-    const real t_titlh = b1 * t_jxilg
-        + t_pgxzp * t_uou4w
-        - (cos_theta2 * t_ggh2d - (g_2 * t_k5p2h + t_iya7w * t_h36cy))
-        + (X_y2 * t_sznin + t_gz422 * t_egg3y)
-        - (X_y3 * t_dw7gu + K_L63 * t_vtyww)
-        - (X_y4 * t_qm5qx + K_L64 * t_yugg6)
-        - (X_y5 * t_cti3e + K_L65 * t_io2tq);
-    const real t_rbhbe = t_vjaf4
-        - t_pfkyz
-        - (t_gz422 * t_pqe72 + t_dzmcy * t_sznin)
-        - (K_L63 * t_2y3xy + t_iyghn * t_dw7gu)
-        - (K_L64 * t_5kib4 + t_vuqjn * t_qm5qx)
-        - (K_L65 * t_w7kgk + t_aedxu * t_cti3e)
-        - (t_pgxzp * t_sqznz + t_bl4f2 * t_jxilg);
-    const real t_ggj7d = t_titlh * t_nfkwa - t_o4hiw * t_rbhbe;
-    const real t_5rghd = t_io2tq * t_ftqxb - t_eriz2 * t_j5rpr - (X_x6 * t_cti3e + K_L65 * t_ggj7d);
-    const real t_qeczb = t_yugg6 * t_lt2al
-        - t_gkoba * t_5vhkx
-        - (X_x5 * t_m7j6i + K_L54 * t_5rghd)
-        - (X_x6 * t_qm5qx + K_L64 * t_ggj7d);
-    const real t_z36hd = t_vtyww * t_zmh3u
-        - t_insvr * t_k2fda
-        - (X_x4 * t_wish7 + K_L43 * t_qeczb)
-        - (X_x5 * t_o42pg + K_L53 * t_5rghd)
-        - (X_x6 * t_dw7gu + K_L63 * t_ggj7d);
-    const real t_ixgiu = t_egg3y * t_4iujv
-        - t_5am4i * t_56wd7
-        - (X_x3 * t_miecx + K_L32 * t_z36hd)
-        + (X_x4 * t_s7ss2 + t_3jpev * t_qeczb)
-        - (X_x5 * t_x6rr5 + K_L52 * t_5rghd)
-        + (X_x6 * t_sznin + t_gz422 * t_ggj7d);
-    const real t_hr7g5 = t_mejrc * t_bpfoo;
-    const real t_62dmq = x[wy] * cos_theta2 - x[wz] * sin_theta2;
-    const real t_v3kg2 = cos_phi2 * t_62dmq;
-    const real t_rcia5 = sin_phi2 * t_62dmq;
-    const real t_6q2pi = B_2 * (chi2 * t_v3kg2 - t_c6dmt * t_rcia5 - w_x2 * t_62dmq);
-    const real t_kmx3q = x[wy] * sin_theta2 + x[wz] * cos_theta2;
-    const real t_q63w7 = t_popww * (t_npq2c * t_v3kg2 - t_ozxm2 * t_kmx3q);
-    const real t_gsepn = sin_phi2 * t_6q2pi - cos_phi2 * t_q63w7;
-    const real t_wtgnh = p[I2] * (t_nlamb * (p[l2] * t_rcia5) + t_e55su * t_kmx3q - w_x2 * (lc_2 * t_kmx3q));
-    const real t_uxiqm = th_2 * t_wtgnh;
-    const real t_2hfmn = cos_theta2 * t_uxiqm - t_iya7w;
-    const real t_vz7qq = sin_phi2 * t_q63w7 + cos_phi2 * t_6q2pi;
-    const real t_jfx3s = b1 * t_hr7g5 + t_w7lcw * t_gsepn - (t_2hfmn + (t_ga7f3 - sin_theta2 * t_vz7qq));
-    const real t_vsg3m = (sin_theta2 + sin_theta2) * cos_theta2;
-    const real t_bynkl = tn11_2 * t_vsg3m;
-    const real t_5awlg = t_bynkl - (t_w7lcw * t_mejrc + t_b3aij * t_hr7g5);
-    const real t_vvls5 = cos_theta2 * cos_theta2 - S_sq2;
-    const real t_w7urv = t_em5lf * t_bpfoo;
-    const real t_zzxmw = tn11_2 * t_vvls5 - (t_3go2w * t_mejrc - t_b3aij * t_w7urv);
-    const real t_ctuam = t_zzxmw * t_4iujv - t_6yahm * t_5awlg;
-    const real t_jn5ry = sin_theta2 * t_uxiqm + t_oncjt;
-    const real t_dkfhh = t_3go2w * t_gsepn
-        - b1 * t_w7urv
-        + (t_jn5ry + (cos_theta2 * t_vz7qq + t_ssvj3))
-        - (X_y2 * t_ctuam + K_L32 * t_jfx3s);
-    const real t_xj6ud = t_3go2w * t_em5lf
-        + t_zzymx * t_w7urv
-        - (t_bynkl + (K_L32 * t_zzxmw + t_2rbbr * t_ctuam));
-    const real t_lq6gj = wq_2 * cos_theta2;
-    const real t_7u5ql = wq_2 * sin_theta2;
-    const real t_ufzx3 = t_2fa7h - t_7u5ql + t_xq4wt * t_mejrc;
-    const real t_mc75e = t_ufzx3 * t_4iujv - t_j4z66 * t_5awlg;
-    const real t_hil2t = t_lq6gj + t_h3qlz + (t_3jpev * t_zzxmw + t_2rbbr * t_mc75e) + t_xq4wt * t_em5lf;
-    const real t_ddhbg = t_hil2t * t_zmh3u - t_ydwjl * t_xj6ud;
-    const real t_7wwft = p[l2] * t_6q2pi;
-    const real t_e6ols = q_2 * t_uxiqm;
-    const real t_mdjzj = t_xq4wt * t_gsepn
-        - (t_7wwft - t_e6ols)
-        + (X_y2 * t_mc75e + t_3jpev * t_jfx3s)
-        - (X_y3 * t_ddhbg + K_L43 * t_dkfhh);
-    const real t_ipobs = t_3jpev * t_ufzx3 + t_m67zs * t_mc75e + (K_L43 * t_hil2t + t_busu7 * t_ddhbg);
-    const real t_jke4d = wqg_2 * sin_theta2;
-    const real t_duc43 = t_yoiua * t_vsg3m;
-    const real t_tcnjk = t_inhtz * t_bpfoo;
-    const real t_au2wz = t_7u5ql - t_duc43 - (t_rujpm * t_mejrc + t_b3aij * t_tcnjk);
-    const real t_7a3rr = t_au2wz * t_4iujv - t_hfybw * t_5awlg;
-    const real t_h4epw = t_yoiua * t_vvls5;
-    const real t_du6qd = t_lq6gj
-        - t_h4epw
-        - (K_L52 * t_zzxmw + t_2rbbr * t_7a3rr)
-        - (t_zzymx * t_tcnjk - t_rujpm * t_em5lf);
-    const real t_dxe4o = t_du6qd * t_zmh3u - t_qe675 * t_xj6ud;
-    const real t_7armk = t_jke4d
-        + t_4qb3w
-        + (K_L52 * t_ufzx3 + t_m67zs * t_7a3rr)
-        - (K_L53 * t_hil2t + t_busu7 * t_dxe4o)
-        - t_2m245 * t_tcnjk;
-    const real t_6mg7c = t_7armk * t_lt2al + t_2e52m * t_ipobs;
-    const real t_7r6tv = t_7wwft - e2 * t_vz7qq;
-    const real t_ds5sx = b1 * t_tcnjk
-        + t_rujpm * t_gsepn
-        - (sin_theta2 * t_7r6tv + t_wrhtu - t_e6ols + g_2 * t_2hfmn)
-        - (X_y2 * t_7a3rr + K_L52 * t_jfx3s)
-        - (X_y3 * t_dxe4o + K_L53 * t_dkfhh)
-        - (X_y4 * t_6mg7c + K_L54 * t_mdjzj);
-    const real t_mxd3p = tn44_2 * t_vsg3m;
-    const real t_7pgss = t_mxd3p
-        - K(-2.0) * t_jke4d
-        - (K_L52 * t_au2wz + t_xqwvu * t_7a3rr)
-        - (K_L53 * t_du6qd + t_kjv32 * t_dxe4o)
-        - (K_L54 * t_7armk + t_qs67n * t_6mg7c)
-        - (t_rujpm * t_inhtz + t_6mmeb * t_tcnjk);
-    const real t_jcxvb = wqg_2 * cos_theta2;
-    const real t_kpfwr = t_i6twe * t_bpfoo;
-    const real t_mgkky = t_h4epw + (t_pgxzp * t_mejrc - t_b3aij * t_kpfwr);
-    const real t_utidn = t_mgkky * t_4iujv - t_2ngl5 * t_5awlg;
-    const real t_o7ywb = t_duc43
-        + (t_gz422 * t_zzxmw + t_2rbbr * t_utidn)
-        + (t_pgxzp * t_em5lf + t_zzymx * t_kpfwr);
-    const real t_etrao = t_o7ywb * t_zmh3u - t_kpf5p * t_xj6ud;
-    const real t_vssx4 = t_jcxvb
-        - t_6pb2s
-        - (t_gz422 * t_ufzx3 + t_m67zs * t_utidn)
-        - (K_L63 * t_hil2t + t_busu7 * t_etrao)
-        + t_2m245 * t_kpfwr;
-    const real t_6xzlq = t_vssx4 * t_lt2al + t_wurun * t_ipobs;
-    const real t_4qrru = t_jcxvb
-        + tn44_2 * t_vvls5
-        + (t_gz422 * t_au2wz + t_xqwvu * t_utidn)
-        - (K_L63 * t_du6qd + t_kjv32 * t_etrao)
-        - (K_L64 * t_7armk + t_qs67n * t_6xzlq)
-        - (t_pgxzp * t_inhtz - t_6mmeb * t_kpfwr);
-    const real t_6gqpz = t_4qrru * t_ftqxb - t_dzxqu * t_7pgss;
-    const real t_zrxpq = t_pgxzp * t_gsepn
-        - b1 * t_kpfwr
-        - (cos_theta2 * t_7r6tv - t_n4l7v - g_2 * t_jn5ry)
-        + (X_y2 * t_utidn + t_gz422 * t_jfx3s)
-        - (X_y3 * t_etrao + K_L63 * t_dkfhh)
-        - (X_y4 * t_6xzlq + K_L64 * t_mdjzj)
-        - (X_y5 * t_6gqpz + K_L65 * t_ds5sx);
-    const real t_c4cau = t_mxd3p
-        + (t_gz422 * t_mgkky + t_dzmcy * t_utidn)
-        + (K_L63 * t_o7ywb + t_iyghn * t_etrao)
-        + (K_L64 * t_vssx4 + t_vuqjn * t_6xzlq)
-        + (K_L65 * t_4qrru + t_aedxu * t_6gqpz);
-    const real t_7ekei = t_zrxpq * t_nfkwa - t_o4hiw * (t_pgxzp * t_i6twe + t_bl4f2 * t_kpfwr - t_c4cau);
-    const real t_6dg7r = t_ds5sx * t_ftqxb - t_eriz2 * t_7pgss - (X_x6 * t_6gqpz + K_L65 * t_7ekei);
-    const real t_tlzdx = t_mdjzj * t_lt2al
-        + t_gkoba * t_ipobs
-        - (X_x5 * t_6mg7c + K_L54 * t_6dg7r)
-        - (X_x6 * t_6xzlq + K_L64 * t_7ekei);
-    const real t_vpbw5 = t_dkfhh * t_zmh3u
-        - t_insvr * t_xj6ud
-        - (X_x4 * t_ddhbg + K_L43 * t_tlzdx)
-        - (X_x5 * t_dxe4o + K_L53 * t_6dg7r)
-        - (X_x6 * t_etrao + K_L63 * t_7ekei);
-    const real t_ze77j = t_jfx3s * t_4iujv
-        - t_5am4i * t_5awlg
-        - (X_x3 * t_ctuam + K_L32 * t_vpbw5)
-        + (X_x4 * t_mc75e + t_3jpev * t_tlzdx)
-        - (X_x5 * t_7a3rr + K_L52 * t_6dg7r)
-        + (X_x6 * t_utidn + t_gz422 * t_7ekei);
-    const real t_qkxuz = th_1 * (p[I1] * (t_q2k45 + t_q2k45));
-    const real t_7ojut = cos_theta1 * t_qkxuz;
-    const real t_2r2yl = t_6nwd2 * t_7uthm;
-    const real t_5skfg = k1 * p[eps1];
-    const real t_xryeg = sin_phi1 * t_2r2yl + cos_phi1 * t_5skfg;
-    const real t_py77n = sin_phi1 * t_5skfg - cos_phi1 * t_2r2yl;
-    const real t_gxhcq = t_7ojut + sin_theta1 * t_xryeg + t_w7lcw * t_py77n;
-    const real t_a3saw = sin_theta1 * t_qkxuz;
-    const real t_hu6y3 = t_3go2w * t_py77n - (t_a3saw - cos_theta1 * t_xryeg) - K_L32 * t_gxhcq;
-    const real t_2g7bi = p[l1] * t_5skfg;
-    const real t_hx3h6 = q_1 * t_qkxuz;
-    const real t_bnv4f = t_xq4wt * t_py77n
-        - (t_2g7bi + t_hx3h6 - p[eps1])
-        + t_3jpev * t_gxhcq
-        - K_L43 * t_hu6y3;
-    const real t_jczf2 = t_2g7bi - e1 * t_xryeg;
+        + (t_eoupv * t_xzcqa + t_7exg5 * t_uznhk)
+        - (t_w6lcf * t_qh7lx_2 + t_f2nhc_2 * t_k2jbt);
+    const real t_hffrp = t_taqg4 * t_6dtnj_3 - t_bintu_5 * t_x2cnp;
+    const real t_7t4zp = t_3hay7 * Bc_2 + p[l2] * t_wnk6h;
+    const real t_ubbzk = q_2 * t_mcl5q + F_n2 * t_uvqau;
+    const real t_akdb6 = b1 * t_k2jbt
+        + t_w6lcf * t_543fb
+        - (t_7t4zp - t_ubbzk)
+        + (X_y2 * t_uznhk + t_eoupv * t_3mqca)
+        - (X_y3 * t_hffrp + K_L43 * t_id3bm);
+    const real t_r343y = wq_2 * t_uvqau + q_2 * t_qzymo;
+    const real t_7g2br = t_r343y
+        - (t_eoupv * t_ryshl + t_ly572 * t_uznhk)
+        - (K_L43 * t_taqg4 + t_e2ygr * t_hffrp)
+        - (t_w6lcf * Bc_2 + t_hig3c_6 * t_k2jbt);
+    const real t_qqpow = wth_2 * t_uvqau_2 - g_2 * t_wxz3r;
+    const real t_cvj6x = wg_2 * t_uvqau + q_2 * t_qqpow;
+    const real t_qmq4b = cos_theta2 * t_cvj6x;
+    const real t_xm3he = e2 * Bs_2;
+    const real t_6zvid = e2 * t_skjof_2;
+    const real t_cbqyz = Bs_2 + t_6zvid;
+    const real t_2ws67 = t_qqpow - t_cbqyz;
+    const real t_jqvng = S_sq2 * t_2ws67;
+    const real t_ln3qe = Bc_2 + e2 * t_skjof;
+    const real t_jiaxv = sin_theta2 * t_ln3qe;
+    const real t_ccnzx = t_jiaxv * t_6dtnj + t_jza4m_3 * t_skjof_2;
+    const real t_kc3v7 = t_qqpow - t_jqvng - t_764jb_2 - (t_thnvm * t_qh7lx + t_f2nhc * t_ccnzx);
+    const real t_llvll = t_kc3v7 * t_6dtnj_2 - t_bintu_6 * t_6soyk;
+    const real t_jqvng_2 = SC2 * t_2ws67;
+    const real t_sj2hx = t_764jb
+        - t_jqvng_2
+        - (K_L52 * t_xzcqa + t_7exg5 * t_llvll)
+        - (t_thnvm * t_qh7lx_2 + t_f2nhc_2 * t_ccnzx);
+    const real t_fa2f5 = t_sj2hx * t_6dtnj_3 - t_bintu_7 * t_x2cnp;
+    const real t_qsge7 = t_r343y
+        - t_qmq4b
+        + sin_theta2 * t_xm3he
+        + (K_L52 * t_ryshl + t_ly572 * t_llvll)
+        - (K_L53 * t_taqg4 + t_e2ygr * t_fa2f5)
+        - (t_thnvm * Bc_2 + t_hig3c_6 * t_ccnzx);
+    const real t_zubvz = t_qsge7 * t_6dtnj_4 - t_bintu_8 * t_7g2br;
+    const real t_mm232 = t_7t4zp + e2 * t_543fb_2;
+    const real t_xpnzu = b1 * t_ccnzx
+        + t_thnvm * t_543fb
+        - (sin_theta2 * t_mm232 - t_ubbzk + (g_2 * t_c7w7r + t_lbh6o * t_uvqau_2))
+        - (X_y2 * t_llvll + K_L52 * t_3mqca)
+        - (X_y3 * t_fa2f5 + K_L53 * t_id3bm)
+        - (X_y4 * t_zubvz + K_L54 * t_akdb6);
+    const real t_v6ktv = wg_2 * t_uvqau_2 + g_2 * t_qqpow;
+    const real t_cc4zp = e2 * t_6zvid - K(-2.0) * t_xm3he;
+    const real t_ku6ce = t_cc4zp - t_v6ktv;
+    const real t_4jhiy = S_sq2 * t_ku6ce;
+    const real t_rpc4g = t_v6ktv
+        + t_r343y
+        + t_4jhiy
+        + K(-2.0) * t_qmq4b
+        - (K_L52 * t_kc3v7 + t_7exg5_2 * t_llvll)
+        - (K_L53 * t_sj2hx + t_g6lxe * t_fa2f5)
+        - (K_L54 * t_qsge7 + t_wi63m * t_zubvz)
+        - (t_thnvm * t_jiaxv + t_6iku5 * t_ccnzx);
+    const real t_qmq4b_2 = sin_theta2 * t_cvj6x;
+    const real t_jiaxv_2 = cos_theta2 * t_ln3qe;
+    const real t_ccnzx_2 = t_jiaxv_2 * t_6dtnj + t_jza4m_4 * t_skjof_2;
+    const real t_vvhbc = t_jqvng_2 + (t_thnvm_2 * t_qh7lx + t_f2nhc * t_ccnzx_2);
+    const real t_woi5m = t_vvhbc * t_6dtnj_2 - t_l3pbw * t_6soyk;
+    const real t_nh3eu = t_jqvng
+        + t_cbqyz
+        + (t_o5wmi * t_xzcqa + t_7exg5 * t_woi5m)
+        - (t_thnvm_2 * t_qh7lx_2 + t_f2nhc_2 * t_ccnzx_2);
+    const real t_rg6fi = t_nh3eu * t_6dtnj_3 - t_bintu_9 * t_x2cnp;
+    const real t_lpsyz = t_qmq4b_2
+        + cos_theta2 * t_xm3he
+        - (t_o5wmi * t_ryshl + t_ly572 * t_woi5m)
+        - (K_L63 * t_taqg4 + t_e2ygr * t_rg6fi)
+        - (t_thnvm_2 * Bc_2 + t_hig3c_6 * t_ccnzx_2);
+    const real t_6uzyz = t_lpsyz * t_6dtnj_4 - t_bintu_10 * t_7g2br;
+    const real t_fbgfe = t_qmq4b_2
+        + SC2 * t_ku6ce
+        + (t_o5wmi * t_kc3v7 + t_7exg5_2 * t_woi5m)
+        - (K_L63 * t_sj2hx + t_g6lxe * t_rg6fi)
+        - (K_L64 * t_qsge7 + t_wi63m * t_6uzyz)
+        - (t_thnvm_2 * t_jiaxv + t_6iku5 * t_ccnzx_2);
+    const real t_7u26n = t_fbgfe * t_6dtnj_5 - t_bintu_11 * t_rpc4g;
+    const real t_kfm3n = b1 * t_ccnzx_2
+        + t_thnvm_2 * t_543fb
+        - (cos_theta2 * t_mm232 - (g_2 * t_c7w7r_2 + t_lbh6o_2 * t_uvqau_2))
+        + (X_y2 * t_woi5m + t_o5wmi * t_3mqca)
+        - (X_y3 * t_rg6fi + K_L63 * t_id3bm)
+        - (X_y4 * t_6uzyz + K_L64 * t_akdb6)
+        - (X_y5 * t_7u26n + K_L65 * t_xpnzu);
+    const real t_komcn = t_cc4zp
+        - t_4jhiy
+        - (t_o5wmi * t_vvhbc + t_du5u3 * t_woi5m)
+        - (K_L63 * t_nh3eu + t_hbw2v * t_rg6fi)
+        - (K_L64 * t_lpsyz + t_7ergp * t_6uzyz)
+        - (K_L65 * t_fbgfe + t_n4u4m * t_7u26n)
+        - (t_thnvm_2 * t_jiaxv_2 + t_6iku5_2 * t_ccnzx_2);
+    const real t_vwmuz = t_kfm3n * t_6dtnj_6 - t_bintu_12 * t_komcn;
+    const real t_qglxt = t_xpnzu * t_6dtnj_5 - t_temm3_3 * t_rpc4g - (X_x6 * t_7u26n + K_L65 * t_vwmuz);
+    const real t_432ch = t_akdb6 * t_6dtnj_4
+        - t_temm3_2 * t_7g2br
+        - (X_x5 * t_zubvz + K_L54 * t_qglxt)
+        - (X_x6 * t_6uzyz + K_L64 * t_vwmuz);
+    const real t_cqi2s = t_id3bm * t_6dtnj_3
+        - t_qkxsr * t_x2cnp
+        - (X_x4 * t_hffrp + K_L43 * t_432ch)
+        - (X_x5 * t_fa2f5 + K_L53 * t_qglxt)
+        - (X_x6 * t_rg6fi + K_L63 * t_vwmuz);
+    const real t_q3jvz = t_3mqca * t_6dtnj_2
+        - t_temm3 * t_6soyk
+        - (X_x3 * t_f7u6l + K_L32 * t_cqi2s)
+        + (X_x4 * t_uznhk + t_eoupv * t_432ch)
+        - (X_x5 * t_llvll + K_L52 * t_qglxt)
+        + (X_x6 * t_woi5m + t_o5wmi * t_vwmuz);
+    const real t_yrmpr = t_u5rk4_5 * t_6dtnj;
+    const real t_doiln = x[wy] * cos_theta2 - x[wz] * sin_theta2;
+    const real t_b6zig = cos_phi2 * t_doiln;
+    const real t_b6zig_2 = sin_phi2 * t_doiln;
+    const real t_lzmvu = B_2 * (chi2 * t_b6zig - t_2t7vh * t_b6zig_2 - w_x2 * t_doiln);
+    const real t_doiln_2 = x[wy] * sin_theta2 + x[wz] * cos_theta2;
+    const real t_fp5th = t_popww * (t_2t7vh_2 * t_b6zig - t_jsckv * t_doiln_2);
+    const real t_7wlqf = sin_phi2 * t_lzmvu - cos_phi2 * t_fp5th;
+    const real t_elik3 = p[I2] * (t_dkl52 * (p[l2] * t_b6zig_2) + t_a3tjf * t_doiln_2 - w_x2 * (lc_2 * t_doiln_2));
+    const real t_elab3 = th_2 * t_elik3;
+    const real t_tdlks = cos_theta2 * t_elab3 - t_lbh6o_2;
+    const real t_7wlqf_2 = sin_phi2 * t_fp5th + cos_phi2 * t_lzmvu;
+    const real t_uj3mw = b1 * t_yrmpr + t_gousg * t_7wlqf - (t_tdlks + (t_u5rk4_3 - sin_theta2 * t_7wlqf_2));
+    const real t_so6aj = (sin_theta2 + sin_theta2) * cos_theta2;
+    const real t_bu6uv = tn11_2 * t_so6aj;
+    const real t_k4opm = t_bu6uv - (t_gousg * t_u5rk4_5 + t_f2nhc * t_yrmpr);
+    const real t_le4xr = cos_theta2 * cos_theta2 - S_sq2;
+    const real t_yrmpr_2 = t_u5rk4_4 * t_6dtnj;
+    const real t_xocma = tn11_2 * t_le4xr - (t_gousg_2 * t_u5rk4_5 - t_f2nhc * t_yrmpr_2);
+    const real t_3zwx6 = t_xocma * t_6dtnj_2 - t_bintu_4 * t_k4opm;
+    const real t_tdlks_2 = sin_theta2 * t_elab3 + t_lbh6o;
+    const real t_nievy = t_gousg_2 * t_7wlqf
+        - b1 * t_yrmpr_2
+        + (t_tdlks_2 + (cos_theta2 * t_7wlqf_2 + t_u5rk4_2))
+        - (X_y2 * t_3zwx6 + K_L32 * t_uj3mw);
+    const real t_657e2 = t_gousg_2 * t_u5rk4_4
+        + t_f2nhc_2 * t_yrmpr_2
+        - (t_bu6uv + (K_L32 * t_xocma + t_7exg5 * t_3zwx6));
+    const real t_u5rk4_7 = wq_2 * cos_theta2;
+    const real t_u5rk4_8 = wq_2 * sin_theta2;
+    const real t_od34j = t_u5rk4 - t_u5rk4_8 + t_w6lcf * t_u5rk4_5;
+    const real t_liyj7 = t_od34j * t_6dtnj_2 - t_bo5xl * t_k4opm;
+    const real t_6l7ig = t_u5rk4_7 + t_u5rk4_6 + (t_eoupv * t_xocma + t_7exg5 * t_liyj7) + t_w6lcf * t_u5rk4_4;
+    const real t_qa7bm = t_6l7ig * t_6dtnj_3 - t_bintu_5 * t_657e2;
+    const real t_jzvsy = p[l2] * t_lzmvu;
+    const real t_yblni = q_2 * t_elab3;
+    const real t_cdrb4 = t_w6lcf * t_7wlqf
+        - (t_jzvsy - t_yblni)
+        + (X_y2 * t_liyj7 + t_eoupv * t_uj3mw)
+        - (X_y3 * t_qa7bm + K_L43 * t_nievy);
+    const real t_uu7ed = t_eoupv * t_od34j + t_ly572 * t_liyj7 + (K_L43 * t_6l7ig + t_e2ygr * t_qa7bm);
+    const real t_u5rk4_9 = wqg_2 * sin_theta2;
+    const real t_yjwot = t_vsqil * t_so6aj;
+    const real t_gsxk4 = t_oja3l_2 * t_6dtnj;
+    const real t_b5kk7 = t_u5rk4_8 - t_yjwot - (t_thnvm * t_u5rk4_5 + t_f2nhc * t_gsxk4);
+    const real t_h5jmh = t_b5kk7 * t_6dtnj_2 - t_bintu_6 * t_k4opm;
+    const real t_pwjew = t_vsqil * t_le4xr;
+    const real t_pumzh = t_u5rk4_7
+        - t_pwjew
+        - (K_L52 * t_xocma + t_7exg5 * t_h5jmh)
+        - (t_f2nhc_2 * t_gsxk4 - t_thnvm * t_u5rk4_4);
+    const real t_dnes5 = t_pumzh * t_6dtnj_3 - t_bintu_7 * t_657e2;
+    const real t_4xquj = t_u5rk4_9
+        + t_zkamf_2
+        + (K_L52 * t_od34j + t_ly572 * t_h5jmh)
+        - (K_L53 * t_6l7ig + t_e2ygr * t_dnes5)
+        - t_hig3c_6 * t_gsxk4;
+    const real t_playo = t_4xquj * t_6dtnj_4 + t_bintu_8 * t_uu7ed;
+    const real t_ys4pi = t_jzvsy - e2 * t_7wlqf_2;
+    const real t_3cnvj = b1 * t_gsxk4
+        + t_thnvm * t_7wlqf
+        - (sin_theta2 * t_ys4pi + t_4d6tt_2 - t_yblni + g_2 * t_tdlks)
+        - (X_y2 * t_h5jmh + K_L52 * t_uj3mw)
+        - (X_y3 * t_dnes5 + K_L53 * t_nievy)
+        - (X_y4 * t_playo + K_L54 * t_cdrb4);
+    const real t_bu6uv_2 = tn44_2 * t_so6aj;
+    const real t_k4ci6 = t_bu6uv_2
+        - K(-2.0) * t_u5rk4_9
+        - (K_L52 * t_b5kk7 + t_7exg5_2 * t_h5jmh)
+        - (K_L53 * t_pumzh + t_g6lxe * t_dnes5)
+        - (K_L54 * t_4xquj + t_wi63m * t_playo)
+        - (t_thnvm * t_oja3l_2 + t_6iku5 * t_gsxk4);
+    const real t_u5rk4_10 = wqg_2 * cos_theta2;
+    const real t_gsxk4_2 = t_oja3l * t_6dtnj;
+    const real t_dshy3 = t_pwjew + (t_thnvm_2 * t_u5rk4_5 - t_f2nhc * t_gsxk4_2);
+    const real t_qcwbd = t_dshy3 * t_6dtnj_2 - t_l3pbw * t_k4opm;
+    const real t_37hcc = t_yjwot
+        + (t_o5wmi * t_xocma + t_7exg5 * t_qcwbd)
+        + (t_thnvm_2 * t_u5rk4_4 + t_f2nhc_2 * t_gsxk4_2);
+    const real t_y46k5 = t_37hcc * t_6dtnj_3 - t_bintu_9 * t_657e2;
+    const real t_taaop = t_u5rk4_10
+        - t_zkamf
+        - (t_o5wmi * t_od34j + t_ly572 * t_qcwbd)
+        - (K_L63 * t_6l7ig + t_e2ygr * t_y46k5)
+        + t_hig3c_6 * t_gsxk4_2;
+    const real t_b7miw = t_taaop * t_6dtnj_4 + t_bintu_10 * t_uu7ed;
+    const real t_22mqs = t_u5rk4_10
+        + tn44_2 * t_le4xr
+        + (t_o5wmi * t_b5kk7 + t_7exg5_2 * t_qcwbd)
+        - (K_L63 * t_pumzh + t_g6lxe * t_y46k5)
+        - (K_L64 * t_4xquj + t_wi63m * t_b7miw)
+        - (t_thnvm_2 * t_oja3l_2 - t_6iku5 * t_gsxk4_2);
+    const real t_btqak = t_22mqs * t_6dtnj_5 - t_bintu_11 * t_k4ci6;
+    const real t_5leh7 = t_thnvm_2 * t_7wlqf
+        - b1 * t_gsxk4_2
+        - (cos_theta2 * t_ys4pi - t_4d6tt - g_2 * t_tdlks_2)
+        + (X_y2 * t_qcwbd + t_o5wmi * t_uj3mw)
+        - (X_y3 * t_y46k5 + K_L63 * t_nievy)
+        - (X_y4 * t_b7miw + K_L64 * t_cdrb4)
+        - (X_y5 * t_btqak + K_L65 * t_3cnvj);
+    const real t_n7gya = t_bu6uv_2
+        + (t_o5wmi * t_dshy3 + t_du5u3 * t_qcwbd)
+        + (K_L63 * t_37hcc + t_hbw2v * t_y46k5)
+        + (K_L64 * t_taaop + t_7ergp * t_b7miw)
+        + (K_L65 * t_22mqs + t_n4u4m * t_btqak);
+    const real t_dcvgt = t_5leh7 * t_6dtnj_6 - t_bintu_12 * (t_thnvm_2 * t_oja3l + t_6iku5_2 * t_gsxk4_2 - t_n7gya);
+    const real t_ab6m2 = t_3cnvj * t_6dtnj_5 - t_temm3_3 * t_k4ci6 - (X_x6 * t_btqak + K_L65 * t_dcvgt);
+    const real t_ly3kq = t_cdrb4 * t_6dtnj_4
+        + t_temm3_2 * t_uu7ed
+        - (X_x5 * t_playo + K_L54 * t_ab6m2)
+        - (X_x6 * t_b7miw + K_L64 * t_dcvgt);
+    const real t_b3jpw = t_nievy * t_6dtnj_3
+        - t_qkxsr * t_657e2
+        - (X_x4 * t_qa7bm + K_L43 * t_ly3kq)
+        - (X_x5 * t_dnes5 + K_L53 * t_ab6m2)
+        - (X_x6 * t_y46k5 + K_L63 * t_dcvgt);
+    const real t_aixc2 = t_uj3mw * t_6dtnj_2
+        - t_temm3 * t_k4opm
+        - (X_x3 * t_3zwx6 + K_L32 * t_b3jpw)
+        + (X_x4 * t_liyj7 + t_eoupv * t_ly3kq)
+        - (X_x5 * t_h5jmh + K_L52 * t_ab6m2)
+        + (X_x6 * t_qcwbd + t_o5wmi * t_dcvgt);
+    const real t_chz6j = th_1 * (p[I1] * (t_plqy5 + t_plqy5));
+    const real t_l5d5q = cos_theta1 * t_chz6j;
+    const real t_77voe = t_6nwd2 * t_lcyz4;
+    const real t_333yc = k1 * p[eps1];
+    const real t_rkxcf = sin_phi1 * t_77voe + cos_phi1 * t_333yc;
+    const real t_rkxcf_2 = sin_phi1 * t_333yc - cos_phi1 * t_77voe;
+    const real t_skreg = t_l5d5q + sin_theta1 * t_rkxcf + t_gousg * t_rkxcf_2;
+    const real t_l5d5q_2 = sin_theta1 * t_chz6j;
+    const real t_zwvdp = t_gousg_2 * t_rkxcf_2 - (t_l5d5q_2 - cos_theta1 * t_rkxcf) - K_L32 * t_skreg;
+    const real t_wjlbq = p[l1] * t_333yc;
+    const real t_fipfj = q_1 * t_chz6j;
+    const real t_vxmji = t_w6lcf * t_rkxcf_2
+        - (t_wjlbq + t_fipfj - p[eps1])
+        + t_eoupv * t_skreg
+        - K_L43 * t_zwvdp;
+    const real t_2owbo = t_wjlbq - e1 * t_rkxcf;
     const real t_cs5mc = x[wy] * p[I1];
-    const real t_z4e2d = t_rujpm * t_py77n
-        - (sin_theta1 * t_jczf2 + t_hx3h6 - t_cs5mc - g_1 * t_7ojut)
-        - K_L52 * t_gxhcq
-        - K_L53 * t_hu6y3
-        - K_L54 * t_bnv4f;
-    const real t_glxwj = t_pgxzp * t_py77n
-        - (cos_theta1 * t_jczf2 + g_1 * t_a3saw - x[wz] * p[I1])
-        + t_gz422 * t_gxhcq
-        - K_L63 * t_hu6y3
-        - K_L64 * t_bnv4f
-        - K_L65 * t_z4e2d;
-    const real t_zzwnh = t_glxwj * t_nfkwa;
-    const real t_zgzfd = t_z4e2d * t_ftqxb - K_L65 * t_zzwnh;
-    const real t_lg6ux = t_bnv4f * t_lt2al - K_L54 * t_zgzfd - K_L64 * t_zzwnh;
-    const real t_jxtto = t_hu6y3 * t_zmh3u - K_L43 * t_lg6ux - K_L53 * t_zgzfd - K_L63 * t_zzwnh;
-    const real t_ky43l = t_gxhcq * t_4iujv
-        - K_L32 * t_jxtto
-        + t_3jpev * t_lg6ux
-        - K_L52 * t_zgzfd
-        + t_gz422 * t_zzwnh;
-    const real t_snnp7_2 = B_1 * (Wt1 - t_2idpk);
-    const real t_rtja4 = sin_phi1 * t_snnp7_2 + t_ghnnr;
-    const real t_q3omg = th_1 * (p[I1] * (t_ceplo - t_smkh7) - q_1 * p[eps1]);
-    const real t_rd3g5 = cos_theta1 * t_q3omg;
-    const real t_p6m6d_2 = t_qbft3 - cos_phi1 * t_snnp7_2;
-    const real t_z7x6o = t_w7lcw * t_rtja4 - (t_rd3g5 + sin_theta1 * t_p6m6d_2);
-    const real t_hkdq2 = sin_theta1 * t_q3omg;
-    const real t_xwqwq = t_3go2w * t_rtja4 - (cos_theta1 * t_p6m6d_2 - t_hkdq2) - K_L32 * t_z7x6o;
-    const real t_bjdpd_2 = p[l1] * t_snnp7_2;
-    const real t_7gr2m = q_1 * t_q3omg;
-    const real t_mlqfj = t_xq4wt * t_rtja4
-        - (t_bjdpd_2 - t_7gr2m + t_cs5mc)
-        + t_3jpev * t_z7x6o
-        - K_L43 * t_xwqwq;
-    const real t_djylm_2 = t_bjdpd_2 + e1 * t_p6m6d_2;
-    const real t_v3jo2 = t_rujpm * t_rtja4
-        - (sin_theta1 * t_djylm_2 - (t_7gr2m + p[eps1]) + g_1 * t_rd3g5)
-        - K_L52 * t_z7x6o
-        - K_L53 * t_xwqwq
-        - K_L54 * t_mlqfj;
-    const real t_mdorn = t_pgxzp * t_rtja4
-        - (cos_theta1 * t_djylm_2 + x[wx] * p[I1] - g_1 * t_hkdq2)
-        + t_gz422 * t_z7x6o
-        - K_L63 * t_xwqwq
-        - K_L64 * t_mlqfj
-        - K_L65 * t_v3jo2;
-    const real t_w4yjg = t_mdorn * t_nfkwa;
-    const real t_o2b4u = t_v3jo2 * t_ftqxb - K_L65 * t_w4yjg;
-    const real t_c4scz = t_mlqfj * t_lt2al - K_L54 * t_o2b4u - K_L64 * t_w4yjg;
-    const real t_yvcd5 = t_xwqwq * t_zmh3u - K_L43 * t_c4scz - K_L53 * t_o2b4u - K_L63 * t_w4yjg;
-    const real t_5ewla = t_z7x6o * t_4iujv
-        - K_L32 * t_yvcd5
-        + t_3jpev * t_c4scz
-        - K_L52 * t_o2b4u
-        + t_gz422 * t_w4yjg;
-    const real t_lmpa4 = th_2 * (p[I2] * (t_e55su + t_e55su));
-    const real t_vyiev = cos_theta2 * t_lmpa4;
-    const real t_kkthf = t_popww * t_ozxm2;
-    const real t_o7zln = k2 * p[eps2];
-    const real t_7cclx = sin_phi2 * t_kkthf + cos_phi2 * t_o7zln;
-    const real t_h6rho = sin_phi2 * t_o7zln - cos_phi2 * t_kkthf;
-    const real t_gqowz = t_vyiev + sin_theta2 * t_7cclx + t_w7lcw * t_h6rho;
-    const real t_3p3ed = sin_theta2 * t_lmpa4;
-    const real t_bqbze = t_3go2w * t_h6rho - (t_3p3ed - cos_theta2 * t_7cclx) - K_L32 * t_gqowz;
-    const real t_3tcsz = q_2 * t_lmpa4;
-    const real t_ldmue = p[l2] * t_o7zln;
-    const real t_ydt3o = t_xq4wt * t_h6rho
-        - (t_3tcsz + t_ldmue - p[eps2])
-        + t_3jpev * t_gqowz
-        - K_L43 * t_bqbze;
-    const real t_dvr7i = t_ldmue - e2 * t_7cclx;
+    const real t_sar7t = t_thnvm * t_rkxcf_2
+        - (sin_theta1 * t_2owbo + t_fipfj - t_cs5mc - g_1 * t_l5d5q)
+        - K_L52 * t_skreg
+        - K_L53 * t_zwvdp
+        - K_L54 * t_vxmji;
+    const real t_mv3gs = t_thnvm_2 * t_rkxcf_2
+        - (cos_theta1 * t_2owbo + g_1 * t_l5d5q_2 - x[wz] * p[I1])
+        + t_o5wmi * t_skreg
+        - K_L63 * t_zwvdp
+        - K_L64 * t_vxmji
+        - K_L65 * t_sar7t;
+    const real t_ay7fc = t_mv3gs * t_6dtnj_6;
+    const real t_4kdmy = t_sar7t * t_6dtnj_5 - K_L65 * t_ay7fc;
+    const real t_awufa = t_vxmji * t_6dtnj_4 - K_L54 * t_4kdmy - K_L64 * t_ay7fc;
+    const real t_endag = t_zwvdp * t_6dtnj_3 - K_L43 * t_awufa - K_L53 * t_4kdmy - K_L63 * t_ay7fc;
+    const real t_vo72x = t_skreg * t_6dtnj_2
+        - K_L32 * t_endag
+        + t_eoupv * t_awufa
+        - K_L52 * t_4kdmy
+        + t_o5wmi * t_ay7fc;
+    const real t_jydje_2 = B_1 * (Wt1 - t_m6nad);
+    const real t_6hq2o_2 = sin_phi1 * t_jydje_2 + t_7ucg7;
+    const real t_nu264 = th_1 * (p[I1] * (t_ux5vm - t_ownis) - q_1 * p[eps1]);
+    const real t_qayui = cos_theta1 * t_nu264;
+    const real t_6hq2o_3 = t_7ucg7_2 - cos_phi1 * t_jydje_2;
+    const real t_toy76 = t_gousg * t_6hq2o_2 - (t_qayui + sin_theta1 * t_6hq2o_3);
+    const real t_qayui_2 = sin_theta1 * t_nu264;
+    const real t_qojzg = t_gousg_2 * t_6hq2o_2 - (cos_theta1 * t_6hq2o_3 - t_qayui_2) - K_L32 * t_toy76;
+    const real t_fjruu_2 = p[l1] * t_jydje_2;
+    const real t_hu6qa = q_1 * t_nu264;
+    const real t_arn4c = t_w6lcf * t_6hq2o_2
+        - (t_fjruu_2 - t_hu6qa + t_cs5mc)
+        + t_eoupv * t_toy76
+        - K_L43 * t_qojzg;
+    const real t_wtzdu_2 = t_fjruu_2 + e1 * t_6hq2o_3;
+    const real t_nk4ax = t_thnvm * t_6hq2o_2
+        - (sin_theta1 * t_wtzdu_2 - (t_hu6qa + p[eps1]) + g_1 * t_qayui)
+        - K_L52 * t_toy76
+        - K_L53 * t_qojzg
+        - K_L54 * t_arn4c;
+    const real t_srwzm = t_thnvm_2 * t_6hq2o_2
+        - (cos_theta1 * t_wtzdu_2 + x[wx] * p[I1] - g_1 * t_qayui_2)
+        + t_o5wmi * t_toy76
+        - K_L63 * t_qojzg
+        - K_L64 * t_arn4c
+        - K_L65 * t_nk4ax;
+    const real t_iwjj7 = t_srwzm * t_6dtnj_6;
+    const real t_yjwrt = t_nk4ax * t_6dtnj_5 - K_L65 * t_iwjj7;
+    const real t_5offm = t_arn4c * t_6dtnj_4 - K_L54 * t_yjwrt - K_L64 * t_iwjj7;
+    const real t_izzse = t_qojzg * t_6dtnj_3 - K_L43 * t_5offm - K_L53 * t_yjwrt - K_L63 * t_iwjj7;
+    const real t_xrrik = t_toy76 * t_6dtnj_2
+        - K_L32 * t_izzse
+        + t_eoupv * t_5offm
+        - K_L52 * t_yjwrt
+        + t_o5wmi * t_iwjj7;
+    const real t_scpzb = th_2 * (p[I2] * (t_a3tjf + t_a3tjf));
+    const real t_333z2 = cos_theta2 * t_scpzb;
+    const real t_cy757 = t_popww * t_jsckv;
+    const real t_wktgs = k2 * p[eps2];
+    const real t_lejiq = sin_phi2 * t_cy757 + cos_phi2 * t_wktgs;
+    const real t_lejiq_2 = sin_phi2 * t_wktgs - cos_phi2 * t_cy757;
+    const real t_6n55s = t_333z2 + sin_theta2 * t_lejiq + t_gousg * t_lejiq_2;
+    const real t_333z2_2 = sin_theta2 * t_scpzb;
+    const real t_clpgo = t_gousg_2 * t_lejiq_2 - (t_333z2_2 - cos_theta2 * t_lejiq) - K_L32 * t_6n55s;
+    const real t_ehnro = q_2 * t_scpzb;
+    const real t_q5tus = p[l2] * t_wktgs;
+    const real t_wrrkw = t_w6lcf * t_lejiq_2
+        - (t_ehnro + t_q5tus - p[eps2])
+        + t_eoupv * t_6n55s
+        - K_L43 * t_clpgo;
+    const real t_fe4gz = t_q5tus - e2 * t_lejiq;
     const real t_ak22y = x[wy] * p[I2];
-    const real t_gnlos = t_rujpm * t_h6rho
-        - (t_3tcsz + sin_theta2 * t_dvr7i - t_ak22y - g_2 * t_vyiev)
-        - K_L52 * t_gqowz
-        - K_L53 * t_bqbze
-        - K_L54 * t_ydt3o;
-    const real t_2rdnd = t_pgxzp * t_h6rho
-        - (cos_theta2 * t_dvr7i + g_2 * t_3p3ed - x[wz] * p[I2])
-        + t_gz422 * t_gqowz
-        - K_L63 * t_bqbze
-        - K_L64 * t_ydt3o
-        - K_L65 * t_gnlos;
-    const real t_wa6kp = t_2rdnd * t_nfkwa;
-    const real t_dytux = t_gnlos * t_ftqxb - K_L65 * t_wa6kp;
-    const real t_ucko3 = t_ydt3o * t_lt2al - K_L54 * t_dytux - K_L64 * t_wa6kp;
-    const real t_nvzz5 = t_bqbze * t_zmh3u - K_L43 * t_ucko3 - K_L53 * t_dytux - K_L63 * t_wa6kp;
-    const real t_neuvj = t_gqowz * t_4iujv
-        - K_L32 * t_nvzz5
-        + t_3jpev * t_ucko3
-        - K_L52 * t_dytux
-        + t_gz422 * t_wa6kp;
-    const real t_ep6yh_2 = B_2 * (Wt2 - t_6tvwe);
-    const real t_pnaq4 = sin_phi2 * t_ep6yh_2 + t_7e3oz;
-    const real t_a35bu = th_2 * (p[I2] * (t_udto6 - t_2nvx4) - q_2 * p[eps2]);
-    const real t_httuk = cos_theta2 * t_a35bu;
-    const real t_oiezm_2 = t_bpppy - cos_phi2 * t_ep6yh_2;
-    const real t_4l7pn = t_w7lcw * t_pnaq4 - (t_httuk + sin_theta2 * t_oiezm_2);
-    const real t_6ywgu = sin_theta2 * t_a35bu;
-    const real t_3ny3b = t_3go2w * t_pnaq4 - (cos_theta2 * t_oiezm_2 - t_6ywgu) - K_L32 * t_4l7pn;
-    const real t_alad5_2 = p[l2] * t_ep6yh_2;
-    const real t_row46 = q_2 * t_a35bu;
-    const real t_eic67 = t_xq4wt * t_pnaq4
-        - (t_alad5_2 - t_row46 + t_ak22y)
-        + t_3jpev * t_4l7pn
-        - K_L43 * t_3ny3b;
-    const real t_65hht_2 = t_alad5_2 + e2 * t_oiezm_2;
-    const real t_suc55 = t_rujpm * t_pnaq4
-        - (sin_theta2 * t_65hht_2 - (t_row46 + p[eps2]) + g_2 * t_httuk)
-        - K_L52 * t_4l7pn
-        - K_L53 * t_3ny3b
-        - K_L54 * t_eic67;
-    const real t_g6so6 = t_pgxzp * t_pnaq4
-        - (cos_theta2 * t_65hht_2 + x[wx] * p[I2] - g_2 * t_6ywgu)
-        + t_gz422 * t_4l7pn
-        - K_L63 * t_3ny3b
-        - K_L64 * t_eic67
-        - K_L65 * t_suc55;
-    const real t_qyrcg = t_g6so6 * t_nfkwa;
-    const real t_mm5vw = t_suc55 * t_ftqxb - K_L65 * t_qyrcg;
-    const real t_vu6ur = t_eic67 * t_lt2al - K_L54 * t_mm5vw - K_L64 * t_qyrcg;
-    const real t_ibmfi = t_3ny3b * t_zmh3u - K_L43 * t_vu6ur - K_L53 * t_mm5vw - K_L63 * t_qyrcg;
-    const real t_s77ah = t_4l7pn * t_4iujv
-        - K_L32 * t_ibmfi
-        + t_3jpev * t_vu6ur
-        - K_L52 * t_mm5vw
-        + t_gz422 * t_qyrcg;
-    const real t_brzwg = b1 * t_bpfoo * t_bpfoo;
-    const real t_hiifd = (K_L65 * K_L54 - K_L64) * t_nfkwa;
-    const real t_5u7wz = K_L54 * t_ftqxb + K_L65 * t_hiifd;
-    const real t_6ytpw = t_lt2al + K_L54 * t_5u7wz - K_L64 * t_hiifd;
-    const real t_fokyf = K_L53 * t_5u7wz - K_L43 * t_6ytpw - K_L63 * t_hiifd;
-    const real t_zbji2 = t_3jpev * t_6ytpw - K_L32 * t_fokyf + K_L52 * t_5u7wz + t_gz422 * t_hiifd;
-    const real t_zwjps = K_L65 * t_nfkwa;
-    const real t_ctsrf = K_L64 * t_nfkwa - K_L54 * t_zwjps;
-    const real t_5wlzs = K_L63 * t_nfkwa - (K_L43 * t_ctsrf + K_L53 * t_zwjps);
-    const real t_2a7zs = t_3jpev * t_ctsrf - K_L32 * t_5wlzs - K_L52 * t_zwjps - t_gz422 * t_nfkwa;
-    const real t_okbuw = x_C * t_zwjps;
-    const real t_kchpi = t_ftqxb + K_L65 * t_zwjps;
-    const real t_ht423 = K_L64 * t_zwjps - K_L54 * t_kchpi;
-    const real t_mrgyy = K_L63 * t_zwjps - (K_L43 * t_ht423 + K_L53 * t_kchpi);
-    const real t_zk26f = t_3jpev * t_ht423 - K_L32 * t_mrgyy - K_L52 * t_kchpi - t_gz422 * t_zwjps;
-    const real t_biwei = t_w7lcw * t_gcu5g;
-    const real t_ddpbr = K_L32 * t_biwei - (t_3go2w * t_gcu5g + f_x);
-    const real t_n3xxp = t_xq4wt * t_gcu5g + t_3jpev * t_biwei + K_L43 * t_ddpbr;
-    const real t_ycggc = K_L52 * t_biwei - t_rujpm * t_gcu5g - K_L53 * t_ddpbr + K_L54 * t_n3xxp;
-    const real t_2qul4 = t_lwe76 * f_x
-        - t_pgxzp * t_gcu5g
-        - t_gz422 * t_biwei
-        - K_L63 * t_ddpbr
-        + K_L64 * t_n3xxp
-        - K_L65 * t_ycggc;
-    const real t_imbm2 = t_2qul4 * t_nfkwa;
-    const real t_gam2q = t_ycggc * t_ftqxb - K_L65 * t_imbm2;
-    const real t_w4fnn = t_n3xxp * t_lt2al + K_L54 * t_gam2q + K_L64 * t_imbm2;
-    const real t_ej2d2 = t_ddpbr * t_zmh3u + K_L43 * t_w4fnn - K_L53 * t_gam2q - K_L63 * t_imbm2;
-    const real t_pkqz6 = t_gz422 * t_imbm2
-        - (t_biwei * t_4iujv + K_L32 * t_ej2d2 + t_3jpev * t_w4fnn + K_L52 * t_gam2q);
+    const real t_waes2 = t_thnvm * t_lejiq_2
+        - (t_ehnro + sin_theta2 * t_fe4gz - t_ak22y - g_2 * t_333z2)
+        - K_L52 * t_6n55s
+        - K_L53 * t_clpgo
+        - K_L54 * t_wrrkw;
+    const real t_36qod = t_thnvm_2 * t_lejiq_2
+        - (cos_theta2 * t_fe4gz + g_2 * t_333z2_2 - x[wz] * p[I2])
+        + t_o5wmi * t_6n55s
+        - K_L63 * t_clpgo
+        - K_L64 * t_wrrkw
+        - K_L65 * t_waes2;
+    const real t_nrgcn = t_36qod * t_6dtnj_6;
+    const real t_vffct = t_waes2 * t_6dtnj_5 - K_L65 * t_nrgcn;
+    const real t_2drwm = t_wrrkw * t_6dtnj_4 - K_L54 * t_vffct - K_L64 * t_nrgcn;
+    const real t_viclo = t_clpgo * t_6dtnj_3 - K_L43 * t_2drwm - K_L53 * t_vffct - K_L63 * t_nrgcn;
+    const real t_yycfj = t_6n55s * t_6dtnj_2
+        - K_L32 * t_viclo
+        + t_eoupv * t_2drwm
+        - K_L52 * t_vffct
+        + t_o5wmi * t_nrgcn;
+    const real t_pq5z6_2 = B_2 * (Wt2 - t_4glor);
+    const real t_atghb_2 = sin_phi2 * t_pq5z6_2 + t_uxnqa;
+    const real t_xuu5g = th_2 * (p[I2] * (t_n2a3s - t_cmacw) - q_2 * p[eps2]);
+    const real t_ijtzg = cos_theta2 * t_xuu5g;
+    const real t_atghb_3 = t_uxnqa_2 - cos_phi2 * t_pq5z6_2;
+    const real t_mdekl = t_gousg * t_atghb_2 - (t_ijtzg + sin_theta2 * t_atghb_3);
+    const real t_ijtzg_2 = sin_theta2 * t_xuu5g;
+    const real t_ogoww = t_gousg_2 * t_atghb_2 - (cos_theta2 * t_atghb_3 - t_ijtzg_2) - K_L32 * t_mdekl;
+    const real t_kl2mz_2 = p[l2] * t_pq5z6_2;
+    const real t_iiver = q_2 * t_xuu5g;
+    const real t_5z5ip = t_w6lcf * t_atghb_2
+        - (t_kl2mz_2 - t_iiver + t_ak22y)
+        + t_eoupv * t_mdekl
+        - K_L43 * t_ogoww;
+    const real t_n4quw_2 = t_kl2mz_2 + e2 * t_atghb_3;
+    const real t_bw5z6 = t_thnvm * t_atghb_2
+        - (sin_theta2 * t_n4quw_2 - (t_iiver + p[eps2]) + g_2 * t_ijtzg)
+        - K_L52 * t_mdekl
+        - K_L53 * t_ogoww
+        - K_L54 * t_5z5ip;
+    const real t_hzf2m = t_thnvm_2 * t_atghb_2
+        - (cos_theta2 * t_n4quw_2 + x[wx] * p[I2] - g_2 * t_ijtzg_2)
+        + t_o5wmi * t_mdekl
+        - K_L63 * t_ogoww
+        - K_L64 * t_5z5ip
+        - K_L65 * t_bw5z6;
+    const real t_di3xg = t_hzf2m * t_6dtnj_6;
+    const real t_tdv6s = t_bw5z6 * t_6dtnj_5 - K_L65 * t_di3xg;
+    const real t_bldpr = t_5z5ip * t_6dtnj_4 - K_L54 * t_tdv6s - K_L64 * t_di3xg;
+    const real t_z32tr = t_ogoww * t_6dtnj_3 - K_L43 * t_bldpr - K_L53 * t_tdv6s - K_L63 * t_di3xg;
+    const real t_lz45f = t_mdekl * t_6dtnj_2
+        - K_L32 * t_z32tr
+        + t_eoupv * t_bldpr
+        - K_L52 * t_tdv6s
+        + t_o5wmi * t_di3xg;
+    const real t_buw7w = b1 * t_6dtnj * t_6dtnj;
+    const real t_gcnkg = (K_L65 * K_L54 - K_L64) * t_6dtnj_6;
+    const real t_iavt3 = K_L54 * t_6dtnj_5 + K_L65 * t_gcnkg;
+    const real t_fp5fy = t_6dtnj_4 + K_L54 * t_iavt3 - K_L64 * t_gcnkg;
+    const real t_lppxo = K_L53 * t_iavt3 - K_L43 * t_fp5fy - K_L63 * t_gcnkg;
+    const real t_s47r2 = t_eoupv * t_fp5fy - K_L32 * t_lppxo + K_L52 * t_iavt3 + t_o5wmi * t_gcnkg;
+    const real t_bintu_13 = K_L65 * t_6dtnj_6;
+    const real t_4sbjs = K_L64 * t_6dtnj_6 - K_L54 * t_bintu_13;
+    const real t_ocu7b = K_L63 * t_6dtnj_6 - (K_L43 * t_4sbjs + K_L53 * t_bintu_13);
+    const real t_4jawv = t_eoupv * t_4sbjs - K_L32 * t_ocu7b - K_L52 * t_bintu_13 - t_o5wmi * t_6dtnj_6;
+    const real t_rvtxv = x_C * t_bintu_13;
+    const real t_nmaqm = t_6dtnj_5 + K_L65 * t_bintu_13;
+    const real t_4tcd4 = K_L64 * t_bintu_13 - K_L54 * t_nmaqm;
+    const real t_bagmr = K_L63 * t_bintu_13 - (K_L43 * t_4tcd4 + K_L53 * t_nmaqm);
+    const real t_o2r34 = t_eoupv * t_4tcd4 - K_L32 * t_bagmr - K_L52 * t_nmaqm - t_o5wmi * t_bintu_13;
+    const real t_lx7ez = t_gousg * t_gcu5g;
+    const real t_whsnl = K_L32 * t_lx7ez - (t_gousg_2 * t_gcu5g + f_x);
+    const real t_k6nbp = t_w6lcf * t_gcu5g + t_eoupv * t_lx7ez + K_L43 * t_whsnl;
+    const real t_gghjz = K_L52 * t_lx7ez - t_thnvm * t_gcu5g - K_L53 * t_whsnl + K_L54 * t_k6nbp;
+    const real t_krhvv = t_bknng * f_x
+        - t_thnvm_2 * t_gcu5g
+        - t_o5wmi * t_lx7ez
+        - K_L63 * t_whsnl
+        + K_L64 * t_k6nbp
+        - K_L65 * t_gghjz;
+    const real t_ncgmo = t_krhvv * t_6dtnj_6;
+    const real t_tbm3s = t_gghjz * t_6dtnj_5 - K_L65 * t_ncgmo;
+    const real t_bopyi = t_k6nbp * t_6dtnj_4 + K_L54 * t_tbm3s + K_L64 * t_ncgmo;
+    const real t_luyzm = t_whsnl * t_6dtnj_3 + K_L43 * t_bopyi - K_L53 * t_tbm3s - K_L63 * t_ncgmo;
+    const real t_d5lnx = t_o5wmi * t_ncgmo
+        - (t_lx7ez * t_6dtnj_2 + K_L32 * t_luyzm + t_eoupv * t_bopyi + K_L52 * t_tbm3s);
     const real t_ruxs4_2 = p[F] * cos_delta2;
     const real t_qswyw = p[F] * sin_delta2;
     const real t_jt7ew = cos_delta1 * t_qswyw;
-    const real t_m4sxd = t_ruxs4_2 - t_w7lcw * t_jt7ew;
+    const real t_javqf = t_ruxs4_2 - t_gousg * t_jt7ew;
     const real t_ek6bh = sin_delta1 * t_qswyw;
-    const real t_mvh5c = t_ek6bh - t_3go2w * t_jt7ew - K_L32 * t_m4sxd;
-    const real t_53nd3 = t_3jpev * t_m4sxd - t_xq4wt * t_jt7ew - K_L43 * t_mvh5c;
-    const real t_vdgfi = t_lwe76 * t_ruxs4_2
-        + t_rujpm * t_jt7ew
-        + K_L52 * t_m4sxd
-        + K_L53 * t_mvh5c
-        + K_L54 * t_53nd3;
-    const real t_ohs6n = t_gz422 * t_m4sxd
-        - (t_lwe76 * t_ek6bh + t_pgxzp * t_jt7ew)
-        - K_L63 * t_mvh5c
-        - K_L64 * t_53nd3
-        + K_L65 * t_vdgfi;
-    const real t_p6y4x = t_ohs6n * t_nfkwa;
-    const real t_mkjyh = t_vdgfi * t_ftqxb + K_L65 * t_p6y4x;
-    const real t_3pgcq = t_53nd3 * t_lt2al + K_L54 * t_mkjyh - K_L64 * t_p6y4x;
-    const real t_5fxlg = t_mvh5c * t_zmh3u - K_L43 * t_3pgcq + K_L53 * t_mkjyh - K_L63 * t_p6y4x;
-    const real t_bc3ru = t_m4sxd * t_4iujv
-        - K_L32 * t_5fxlg
-        + t_3jpev * t_3pgcq
-        + K_L52 * t_mkjyh
-        + t_gz422 * t_p6y4x;
+    const real t_siuvv = t_ek6bh - t_gousg_2 * t_jt7ew - K_L32 * t_javqf;
+    const real t_zfz4v = t_eoupv * t_javqf - t_w6lcf * t_jt7ew - K_L43 * t_siuvv;
+    const real t_53uvm = t_bknng * t_ruxs4_2
+        + t_thnvm * t_jt7ew
+        + K_L52 * t_javqf
+        + K_L53 * t_siuvv
+        + K_L54 * t_zfz4v;
+    const real t_x5ezl = t_o5wmi * t_javqf
+        - (t_bknng * t_ek6bh + t_thnvm_2 * t_jt7ew)
+        - K_L63 * t_siuvv
+        - K_L64 * t_zfz4v
+        + K_L65 * t_53uvm;
+    const real t_japvz = t_x5ezl * t_6dtnj_6;
+    const real t_gsfa3 = t_53uvm * t_6dtnj_5 + K_L65 * t_japvz;
+    const real t_adrt4 = t_zfz4v * t_6dtnj_4 + K_L54 * t_gsfa3 - K_L64 * t_japvz;
+    const real t_etz6k = t_siuvv * t_6dtnj_3 - K_L43 * t_adrt4 + K_L53 * t_gsfa3 - K_L63 * t_japvz;
+    const real t_cxlzo = t_javqf * t_6dtnj_2
+        - K_L32 * t_etz6k
+        + t_eoupv * t_adrt4
+        + K_L52 * t_gsfa3
+        + t_o5wmi * t_japvz;
     const real t_gtmgm = cos_delta2 * cos_delta2;
     const real t_fler6 = sin_delta1 * sin_delta1;
     const real t_zbkpt = mv_sqrt(sin_delta2 * sin_delta2 + t_gtmgm * t_fler6);
-    const real t_2h3jb = K(1.0) / (t_zbkpt + t_zbkpt);
+    const real t_dniks = K(1.0) / (t_zbkpt + t_zbkpt);
     J_x[0] = SPLAT(K(0.0));
     J_x[1] = SPLAT(K(0.0));
     J_x[2] = SPLAT(K(0.0));
-    J_x[3] = t_p3cyq - x_C * t_mvcys;
-    J_x[4] = t_5gogd - x_C * t_zidue;
-    J_x[5] = t_gbvsw - x_C * t_hucxp;
+    J_x[3] = t_4uruq - x_C * t_dtjyx;
+    J_x[4] = t_rg3c5 - x_C * t_qquhy;
+    J_x[5] = t_6swwx - x_C * t_aog3f;
     J_x[6] = SPLAT(K(0.0));
     J_x[7] = SPLAT(K(0.0));
     J_x[8] = SPLAT(K(0.0));
-    J_x[9] = t_clzgq - x_C * t_nbkzt;
-    J_x[10] = t_ghemx - x_C * t_zr5di;
-    J_x[11] = t_ixgiu - x_C * t_5rghd;
-    J_x[12] = t_ze77j - x_C * t_6dg7r;
-    J_x[13] = t_ky43l - x_C * t_zgzfd;
-    J_x[14] = t_5ewla - x_C * t_o2b4u;
-    J_x[15] = t_neuvj - x_C * t_dytux;
-    J_x[16] = t_s77ah - x_C * t_mm5vw;
+    J_x[9] = t_s3knn - x_C * t_lft7p;
+    J_x[10] = t_mpeef - x_C * t_ekzor;
+    J_x[11] = t_q3jvz - x_C * t_qglxt;
+    J_x[12] = t_aixc2 - x_C * t_ab6m2;
+    J_x[13] = t_vo72x - x_C * t_4kdmy;
+    J_x[14] = t_xrrik - x_C * t_yjwrt;
+    J_x[15] = t_yycfj - x_C * t_vffct;
+    J_x[16] = t_lz45f - x_C * t_tdv6s;
     J_x[17] = SPLAT(K(0.0));
     J_x[18] = SPLAT(K(0.0));
     J_x[19] = SPLAT(K(0.0));
-    J_x[20] = t_k4g3j - x_C * t_fukug;
-    J_x[21] = t_z2otz - x_C * t_yanuq;
-    J_x[22] = t_nsiwt - x_C * t_gif7d;
+    J_x[20] = t_fto3h - x_C * t_poebv;
+    J_x[21] = t_4f33v - x_C * t_3oeyp;
+    J_x[22] = t_2owzs - x_C * t_33kza;
     J_x[23] = SPLAT(K(0.0));
     J_x[24] = SPLAT(K(0.0));
     J_x[25] = SPLAT(K(0.0));
-    J_x[26] = t_vb3vk - x_C * t_2rjc3;
-    J_x[27] = t_vmmcz - x_C * t_vbfnl;
-    J_x[28] = t_z36hd - x_C * t_ggj7d;
-    J_x[29] = t_vpbw5 - x_C * t_7ekei;
-    J_x[30] = t_jxtto - x_C * t_zzwnh;
-    J_x[31] = t_yvcd5 - x_C * t_w4yjg;
-    J_x[32] = t_nvzz5 - x_C * t_wa6kp;
-    J_x[33] = t_ibmfi - x_C * t_qyrcg;
+    J_x[26] = t_p6rjk - x_C * t_lqn3n;
+    J_x[27] = t_moilf - x_C * t_nglnq;
+    J_x[28] = t_cqi2s - x_C * t_vwmuz;
+    J_x[29] = t_b3jpw - x_C * t_dcvgt;
+    J_x[30] = t_endag - x_C * t_ay7fc;
+    J_x[31] = t_izzse - x_C * t_iwjj7;
+    J_x[32] = t_viclo - x_C * t_nrgcn;
+    J_x[33] = t_z32tr - x_C * t_di3xg;
     J_x[34] = SPLAT(K(0.0));
     J_x[35] = SPLAT(K(0.0));
     J_x[36] = SPLAT(K(0.0));
-    J_x[37] = t_cgzf6;
-    J_x[38] = t_v3546;
-    J_x[39] = t_psn6w;
+    J_x[37] = t_b2dl7;
+    J_x[38] = t_picgh;
+    J_x[39] = t_hclb6;
     J_x[40] = SPLAT(K(0.0));
     J_x[41] = SPLAT(K(0.0));
     J_x[42] = SPLAT(K(0.0));
-    J_x[43] = t_acgzr;
-    J_x[44] = t_3knpj;
-    J_x[45] = t_qeczb;
-    J_x[46] = t_tlzdx;
-    J_x[47] = t_lg6ux;
-    J_x[48] = t_c4scz;
-    J_x[49] = t_ucko3;
-    J_x[50] = t_vu6ur;
+    J_x[43] = t_5t23e;
+    J_x[44] = t_jkjwu;
+    J_x[45] = t_432ch;
+    J_x[46] = t_ly3kq;
+    J_x[47] = t_awufa;
+    J_x[48] = t_5offm;
+    J_x[49] = t_2drwm;
+    J_x[50] = t_bldpr;
     J_x[51] = SPLAT(K(0.0));
     J_x[52] = SPLAT(K(0.0));
     J_x[53] = SPLAT(K(0.0));
-    J_x[54] = x[wz] - t_fukug;
-    J_x[55] = -t_yanuq;
-    J_x[56] = x[wx] - t_gif7d;
+    J_x[54] = x[wz] - t_poebv;
+    J_x[55] = -t_3oeyp;
+    J_x[56] = x[wx] - t_33kza;
     J_x[57] = SPLAT(K(0.0));
     J_x[58] = SPLAT(K(0.0));
     J_x[59] = SPLAT(K(0.0));
-    J_x[60] = -t_2rjc3;
-    J_x[61] = -t_vbfnl;
-    J_x[62] = -t_ggj7d;
-    J_x[63] = -t_7ekei;
-    J_x[64] = -t_zzwnh;
-    J_x[65] = -t_w4yjg;
-    J_x[66] = -t_wa6kp;
-    J_x[67] = -t_qyrcg;
+    J_x[60] = -t_lqn3n;
+    J_x[61] = -t_nglnq;
+    J_x[62] = -t_vwmuz;
+    J_x[63] = -t_dcvgt;
+    J_x[64] = -t_ay7fc;
+    J_x[65] = -t_iwjj7;
+    J_x[66] = -t_nrgcn;
+    J_x[67] = -t_di3xg;
     J_x[68] = SPLAT(K(0.0));
     J_x[69] = SPLAT(K(0.0));
     J_x[70] = SPLAT(K(0.0));
-    J_x[71] = t_mvcys - x[wy];
-    J_x[72] = t_zidue - x[wx];
-    J_x[73] = t_hucxp;
+    J_x[71] = t_dtjyx - x[wy];
+    J_x[72] = t_qquhy - x[wx];
+    J_x[73] = t_aog3f;
     J_x[74] = SPLAT(K(0.0));
     J_x[75] = SPLAT(K(0.0));
     J_x[76] = SPLAT(K(0.0));
-    J_x[77] = t_nbkzt;
-    J_x[78] = t_zr5di;
-    J_x[79] = t_5rghd;
-    J_x[80] = t_6dg7r;
-    J_x[81] = t_zgzfd;
-    J_x[82] = t_o2b4u;
-    J_x[83] = t_dytux;
-    J_x[84] = t_mm5vw;
+    J_x[77] = t_lft7p;
+    J_x[78] = t_ekzor;
+    J_x[79] = t_qglxt;
+    J_x[80] = t_ab6m2;
+    J_x[81] = t_4kdmy;
+    J_x[82] = t_yjwrt;
+    J_x[83] = t_vffct;
+    J_x[84] = t_tdv6s;
     J_x[85] = SPLAT(K(0.0));
     J_x[86] = SPLAT(K(0.0));
     J_x[87] = SPLAT(K(0.0));
-    J_x[88] = t_wm75f * t_bpfoo
-        + t_w7lcw * t_p3cyq
-        + t_3go2w * t_k4g3j
-        + t_xq4wt * t_cgzf6
-        + t_rujpm * t_mvcys
-        + t_pgxzp * t_fukug;
-    J_x[89] = t_sljdk * t_bpfoo
-        + t_w7lcw * t_5gogd
-        + t_3go2w * t_z2otz
-        + t_xq4wt * t_v3546
-        + t_rujpm * t_zidue
-        + t_pgxzp * t_yanuq
-        + x_C * t_6xfo3;
-    J_x[90] = t_ohbxs * t_bpfoo
-        + t_w7lcw * t_gbvsw
-        + t_3go2w * t_nsiwt
-        + t_xq4wt * t_psn6w
-        + t_rujpm * t_hucxp
-        + t_pgxzp * t_gif7d
-        + x_C * t_gwp2t;
+    J_x[88] = t_n5fmh * t_6dtnj
+        + t_gousg * t_4uruq
+        + t_gousg_2 * t_fto3h
+        + t_w6lcf * t_b2dl7
+        + t_thnvm * t_dtjyx
+        + t_thnvm_2 * t_poebv;
+    J_x[89] = t_6xltc * t_6dtnj
+        + t_gousg * t_rg3c5
+        + t_gousg_2 * t_4f33v
+        + t_w6lcf * t_picgh
+        + t_thnvm * t_qquhy
+        + t_thnvm_2 * t_3oeyp
+        + x_C * t_wussy;
+    J_x[90] = t_6xltc_2 * t_6dtnj
+        + t_gousg * t_6swwx
+        + t_gousg_2 * t_2owzs
+        + t_w6lcf * t_hclb6
+        + t_thnvm * t_aog3f
+        + t_thnvm_2 * t_33kza
+        + x_C * t_pzkfy;
     J_x[91] = SPLAT(K(0.0));
     J_x[92] = SPLAT(K(0.0));
     J_x[93] = SPLAT(K(0.0));
-    J_x[94] = t_za33c * t_bpfoo
-        + t_brzwg * t_h2ibw
-        + (X_x2 * t_ccnxe + t_w7lcw * t_clzgq)
-        + (X_x3 * t_lkd5z + t_3go2w * t_vb3vk)
-        + (X_x4 * t_zopz4 + t_xq4wt * t_acgzr)
-        + (X_x5 * t_ryoqa + t_rujpm * t_nbkzt)
-        + (X_x6 * t_fewxz + t_pgxzp * t_2rjc3);
-    J_x[95] = t_aschs * t_bpfoo
-        + (X_x2 * t_7rizg + t_w7lcw * t_ghemx)
-        + (t_3go2w * t_vmmcz - X_x3 * t_xy6nc)
-        + t_xq4wt * t_3knpj
-        + (X_x5 * t_zfxwu + t_rujpm * t_zr5di)
-        + (t_pgxzp * t_vbfnl - X_x6 * t_rqo2a);
-    J_x[96] = t_uou4w * t_bpfoo
-        + t_brzwg * t_anfnj
-        + (X_x2 * t_f4frf + t_w7lcw * t_ixgiu)
-        + (X_x3 * t_zlixu + t_3go2w * t_z36hd)
-        + (X_x4 * t_sasqd + t_xq4wt * t_qeczb)
-        + (X_x5 * t_5xnip + t_rujpm * t_5rghd)
-        + (X_x6 * t_jxilg + t_pgxzp * t_ggj7d);
-    J_x[97] = t_gsepn * t_bpfoo
-        + (X_x2 * t_hr7g5 + t_w7lcw * t_ze77j)
-        + (t_3go2w * t_vpbw5 - X_x3 * t_w7urv)
-        + t_xq4wt * t_tlzdx
-        + (X_x5 * t_tcnjk + t_rujpm * t_6dg7r)
-        + (t_pgxzp * t_7ekei - X_x6 * t_kpfwr);
-    J_x[98] = t_py77n * t_bpfoo
-        + t_w7lcw * t_ky43l
-        + t_3go2w * t_jxtto
-        + t_xq4wt * t_lg6ux
-        + t_rujpm * t_zgzfd
-        + t_pgxzp * t_zzwnh;
-    J_x[99] = t_rtja4 * t_bpfoo
-        + t_w7lcw * t_5ewla
-        + t_3go2w * t_yvcd5
-        + t_xq4wt * t_c4scz
-        + t_rujpm * t_o2b4u
-        + t_pgxzp * t_w4yjg;
-    J_x[100] = t_h6rho * t_bpfoo
-        + t_w7lcw * t_neuvj
-        + t_3go2w * t_nvzz5
-        + t_xq4wt * t_ucko3
-        + t_rujpm * t_dytux
-        + t_pgxzp * t_wa6kp;
-    J_x[101] = t_pnaq4 * t_bpfoo
-        + t_w7lcw * t_s77ah
-        + t_3go2w * t_ibmfi
-        + t_xq4wt * t_vu6ur
-        + t_rujpm * t_mm5vw
-        + t_pgxzp * t_qyrcg;
+    J_x[94] = t_2pazi * t_6dtnj
+        + t_buw7w * t_c3bgc_2
+        + (X_x2 * t_zczsz + t_gousg * t_s3knn)
+        + (X_x3 * t_zczsz_2 + t_gousg_2 * t_p6rjk)
+        + (X_x4 * t_aqch6 + t_w6lcf * t_5t23e)
+        + (X_x5 * t_zjzn6 + t_thnvm * t_lft7p)
+        + (X_x6 * t_zjzn6_2 + t_thnvm_2 * t_lqn3n);
+    J_x[95] = t_zwln6 * t_6dtnj
+        + (X_x2 * t_3l2rq + t_gousg * t_mpeef)
+        + (t_gousg_2 * t_moilf - X_x3 * t_3l2rq_2)
+        + t_w6lcf * t_jkjwu
+        + (X_x5 * t_oria2 + t_thnvm * t_ekzor)
+        + (t_thnvm_2 * t_nglnq - X_x6 * t_oria2_2);
+    J_x[96] = t_543fb * t_6dtnj
+        + t_buw7w * t_skjof_2
+        + (X_x2 * t_5vgja + t_gousg * t_q3jvz)
+        + (X_x3 * t_5vgja_2 + t_gousg_2 * t_cqi2s)
+        + (X_x4 * t_k2jbt + t_w6lcf * t_432ch)
+        + (X_x5 * t_ccnzx + t_thnvm * t_qglxt)
+        + (X_x6 * t_ccnzx_2 + t_thnvm_2 * t_vwmuz);
+    J_x[97] = t_7wlqf * t_6dtnj
+        + (X_x2 * t_yrmpr + t_gousg * t_aixc2)
+        + (t_gousg_2 * t_b3jpw - X_x3 * t_yrmpr_2)
+        + t_w6lcf * t_ly3kq
+        + (X_x5 * t_gsxk4 + t_thnvm * t_ab6m2)
+        + (t_thnvm_2 * t_dcvgt - X_x6 * t_gsxk4_2);
+    J_x[98] = t_rkxcf_2 * t_6dtnj
+        + t_gousg * t_vo72x
+        + t_gousg_2 * t_endag
+        + t_w6lcf * t_awufa
+        + t_thnvm * t_4kdmy
+        + t_thnvm_2 * t_ay7fc;
+    J_x[99] = t_6hq2o_2 * t_6dtnj
+        + t_gousg * t_xrrik
+        + t_gousg_2 * t_izzse
+        + t_w6lcf * t_5offm
+        + t_thnvm * t_yjwrt
+        + t_thnvm_2 * t_iwjj7;
+    J_x[100] = t_lejiq_2 * t_6dtnj
+        + t_gousg * t_yycfj
+        + t_gousg_2 * t_viclo
+        + t_w6lcf * t_2drwm
+        + t_thnvm * t_vffct
+        + t_thnvm_2 * t_nrgcn;
+    J_x[101] = t_atghb_2 * t_6dtnj
+        + t_gousg * t_lz45f
+        + t_gousg_2 * t_z32tr
+        + t_w6lcf * t_bldpr
+        + t_thnvm * t_tdv6s
+        + t_thnvm_2 * t_di3xg;
     J_x[102] = SPLAT(K(0.0));
     J_x[103] = SPLAT(K(0.0));
     J_x[104] = SPLAT(K(0.0));
@@ -1556,61 +1556,61 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
     J_x[116] = SPLAT(K(0.0));
     J_x[117] = SPLAT(K(0.0));
     J_x[118] = SPLAT(K(0.0));
-    J_u[0] = t_zbji2 + x_C * t_5u7wz;
-    J_u[1] = t_2a7zs - t_okbuw;
-    J_u[2] = t_zk26f - x_C * t_kchpi;
-    J_u[3] = t_pkqz6 - x_C * t_gam2q;
-    J_u[4] = t_bc3ru + x_C * t_mkjyh;
-    J_u[5] = t_fokyf - x_C * t_hiifd;
-    J_u[6] = t_5wlzs + x_C * t_nfkwa;
-    J_u[7] = t_mrgyy + t_okbuw;
-    J_u[8] = t_ej2d2 - x_C * t_imbm2;
-    J_u[9] = t_5fxlg - x_C * t_p6y4x;
-    J_u[10] = t_6ytpw;
-    J_u[11] = t_ctsrf;
-    J_u[12] = t_ht423;
-    J_u[13] = -t_w4fnn;
-    J_u[14] = t_3pgcq;
-    J_u[15] = -t_hiifd;
-    J_u[16] = t_nfkwa;
-    J_u[17] = t_zwjps;
-    J_u[18] = -t_imbm2;
-    J_u[19] = -t_p6y4x;
-    J_u[20] = -t_5u7wz;
-    J_u[21] = t_zwjps;
-    J_u[22] = t_kchpi;
-    J_u[23] = t_gam2q;
-    J_u[24] = -t_mkjyh;
-    J_u[25] = t_w7lcw * t_zbji2
-        + t_3go2w * t_fokyf
-        + t_xq4wt * t_6ytpw
-        - t_rujpm * t_5u7wz
-        + t_pgxzp * t_hiifd;
-    J_u[26] = t_w7lcw * t_2a7zs
-        + t_3go2w * t_5wlzs
-        + t_xq4wt * t_ctsrf
-        + t_rujpm * t_zwjps
-        - t_pgxzp * t_nfkwa;
-    J_u[27] = t_w7lcw * t_zk26f
-        + t_3go2w * t_mrgyy
-        + t_xq4wt * t_ht423
-        + t_rujpm * t_kchpi
-        - t_pgxzp * t_zwjps;
-    J_u[28] = t_w7lcw * t_pkqz6
-        - t_gcu5g * t_bpfoo
-        + t_3go2w * t_ej2d2
-        - t_xq4wt * t_w4fnn
-        + t_rujpm * t_gam2q
-        + t_pgxzp * t_imbm2;
-    J_u[29] = t_w7lcw * t_bc3ru
-        - t_jt7ew * t_bpfoo
-        + t_3go2w * t_5fxlg
-        + t_xq4wt * t_3pgcq
-        - t_rujpm * t_mkjyh
-        + t_pgxzp * t_p6y4x;
+    J_u[0] = t_s47r2 + x_C * t_iavt3;
+    J_u[1] = t_4jawv - t_rvtxv;
+    J_u[2] = t_o2r34 - x_C * t_nmaqm;
+    J_u[3] = t_d5lnx - x_C * t_tbm3s;
+    J_u[4] = t_cxlzo + x_C * t_gsfa3;
+    J_u[5] = t_lppxo - x_C * t_gcnkg;
+    J_u[6] = t_ocu7b + x_C * t_6dtnj_6;
+    J_u[7] = t_bagmr + t_rvtxv;
+    J_u[8] = t_luyzm - x_C * t_ncgmo;
+    J_u[9] = t_etz6k - x_C * t_japvz;
+    J_u[10] = t_fp5fy;
+    J_u[11] = t_4sbjs;
+    J_u[12] = t_4tcd4;
+    J_u[13] = -t_bopyi;
+    J_u[14] = t_adrt4;
+    J_u[15] = -t_gcnkg;
+    J_u[16] = t_6dtnj_6;
+    J_u[17] = t_bintu_13;
+    J_u[18] = -t_ncgmo;
+    J_u[19] = -t_japvz;
+    J_u[20] = -t_iavt3;
+    J_u[21] = t_bintu_13;
+    J_u[22] = t_nmaqm;
+    J_u[23] = t_tbm3s;
+    J_u[24] = -t_gsfa3;
+    J_u[25] = t_gousg * t_s47r2
+        + t_gousg_2 * t_lppxo
+        + t_w6lcf * t_fp5fy
+        - t_thnvm * t_iavt3
+        + t_thnvm_2 * t_gcnkg;
+    J_u[26] = t_gousg * t_4jawv
+        + t_gousg_2 * t_ocu7b
+        + t_w6lcf * t_4sbjs
+        + t_thnvm * t_bintu_13
+        - t_thnvm_2 * t_6dtnj_6;
+    J_u[27] = t_gousg * t_o2r34
+        + t_gousg_2 * t_bagmr
+        + t_w6lcf * t_4tcd4
+        + t_thnvm * t_nmaqm
+        - t_thnvm_2 * t_bintu_13;
+    J_u[28] = t_gousg * t_d5lnx
+        - t_gcu5g * t_6dtnj
+        + t_gousg_2 * t_luyzm
+        - t_w6lcf * t_bopyi
+        + t_thnvm * t_tbm3s
+        + t_thnvm_2 * t_ncgmo;
+    J_u[29] = t_gousg * t_cxlzo
+        - t_jt7ew * t_6dtnj
+        + t_gousg_2 * t_etz6k
+        + t_w6lcf * t_adrt4
+        - t_thnvm * t_gsfa3
+        + t_thnvm_2 * t_japvz;
     J_u[30] = SPLAT(K(0.0));
     J_u[31] = SPLAT(K(0.0));
     J_u[32] = SPLAT(K(0.0));
-    J_u[33] = t_gtmgm * ((sin_delta1 + sin_delta1) * cos_delta1) * t_2h3jb;
-    J_u[34] = ((sin_delta2 + sin_delta2) * cos_delta2 - t_fler6 * ((cos_delta2 + cos_delta2) * sin_delta2)) * t_2h3jb;
+    J_u[33] = t_gtmgm * ((sin_delta1 + sin_delta1) * cos_delta1) * t_dniks;
+    J_u[34] = ((sin_delta2 + sin_delta2) * cos_delta2 - t_fler6 * ((cos_delta2 + cos_delta2) * sin_delta2)) * t_dniks;
 }

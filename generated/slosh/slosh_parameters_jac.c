@@ -47,33 +47,33 @@ void slosh_jac_p(const real *x, const real *u, const real *p, real *J)
     enum { eps2 = SLOSH_P_EPS2 };
     const real t_os4zj = p[l1] * p[l1];
     const real D1 = t_os4zj * p[m1] + p[I1];
-    const real t_zrejm = K(1.0) / D1;
-    const real t_3qn53 = p[m1] * t_zrejm;
-    const real k1 = t_3qn53 * p[l1];
-    const real me1 = t_3qn53 * p[I1];
+    const real t_gbl6n = K(1.0) / D1;
+    const real t_wywjk = p[m1] * t_gbl6n;
+    const real k1 = t_wywjk * p[l1];
+    const real me1 = t_wywjk * p[I1];
     const real t_6nwd2 = p[l1] * p[m1];
     const real mv1 = t_6nwd2 * k1;
     const real t_nfvux = p[l2] * p[l2];
     const real D2 = t_nfvux * p[m2] + p[I2];
-    const real t_5wzvs = K(1.0) / D2;
-    const real t_54cbb = p[m2] * t_5wzvs;
-    const real k2 = t_54cbb * p[l2];
-    const real me2 = t_54cbb * p[I2];
+    const real t_jx6g7 = K(1.0) / D2;
+    const real t_jzg7x = p[m2] * t_jx6g7;
+    const real k2 = t_jzg7x * p[l2];
+    const real me2 = t_jzg7x * p[I2];
     const real t_popww = p[l2] * p[m2];
     const real mv2 = t_popww * k2;
     const real M_C = p[m] + p[m0] + me1 + me2;
-    const real t_xpjrw = K(1.0) / M_C;
-    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) * t_xpjrw;
+    const real t_bm3wf = K(1.0) / M_C;
+    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) * t_bm3wf;
     const real t_owkw5 = p[h1] * p[h1];
     const real t_gy5fy = p[h2] * p[h2];
     const real t_piq3g = p[b] * p[b];
     const real t_rvsxd = p[h0] * p[h0];
-    const real t_iw7bs = x_C * x_C;
+    const real t_2ijrp = x_C * x_C;
     const real S_C = me1 * t_owkw5
         + me2 * t_gy5fy
         + p[m] * t_piq3g
         + p[m0] * t_rvsxd
-        - M_C * t_iw7bs;
+        - M_C * t_2ijrp;
     const real J_C1 = p[I0] + p[J_x];
     const real J_C3 = p[I0] + p[J_z] + S_C;
     const real t_is5lg = p[I1] + p[I2];
@@ -94,8 +94,8 @@ void slosh_jac_p(const real *x, const real *u, const real *p, real *J)
     const real w_x1 = x[wx] - x[theta1_dot];
     const real p1 = Wn1 + x[phi1_dot];
     const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
-    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
     real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
     real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
     const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
@@ -103,12 +103,12 @@ void slosh_jac_p(const real *x, const real *u, const real *p, real *J)
     const real w_x2 = x[wx] - x[theta2_dot];
     const real p2 = Wn2 + x[phi2_dot];
     const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
-    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
     const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
-    const real t_w7vil = t_rybsf * e1;
-    const real t_lupe6 = cos_phi1 * t_w7vil;
-    const real tension1 = t_lupe6 * mv1 - t_6nwd2 * sigma_sq1;
+    const real t_aqrn5 = t_rybsf * e1;
+    const real t_6om56 = cos_phi1 * t_aqrn5;
+    const real tension1 = t_6om56 * mv1 - t_6nwd2 * sigma_sq1;
     const real As_1 = mv1 * sin_phi1;
     const real Ass_1 = As_1 * sin_phi1;
     const real Asc_1 = As_1 * cos_phi1;
@@ -120,20 +120,20 @@ void slosh_jac_p(const real *x, const real *u, const real *p, real *J)
     const real Bc_1 = B_1 * cos_phi1;
     const real Bl_1 = B_1 * p[l1];
     const real g_1 = e1 - lc_1;
-    const real t_7vbeu = q_1 * q_1;
-    const real t_odnx4 = K(1.0) / (p[I1] + p[m1] * t_7vbeu);
-    const real th_1 = p[m1] * t_odnx4;
+    const real t_kup26 = q_1 * q_1;
+    const real t_f3iki = K(1.0) / (p[I1] + p[m1] * t_kup26);
+    const real th_1 = p[m1] * t_f3iki;
     const real wth_1 = th_1 * p[I1];
     const real eBc_1 = Bc_1 * e1;
     const real wg_1 = g_1 * wth_1;
     const real S_sq1 = sin_theta1 * sin_theta1;
     const real SC1 = cos_theta1 * sin_theta1;
     const real tn11_1 = Ass_1 + me1 - wth_1;
-    const real t_simvy = e1 * e1;
-    const real t_qodfc = me1 * t_simvy;
-    const real t_3bowt = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
-    const real t_3fv6l = g_1 * wg_1;
-    const real tn44_1 = t_qodfc + t_3bowt - t_3fv6l;
+    const real t_4gp45 = e1 * e1;
+    const real t_drxq5 = me1 * t_4gp45;
+    const real t_zmqjk = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
+    const real t_leuxo = g_1 * wg_1;
+    const real tn44_1 = t_drxq5 + t_zmqjk - t_leuxo;
     const real wq_1 = q_1 * wth_1;
     const real wqg_1 = q_1 * wg_1;
     const real wqq_1 = q_1 * wq_1;
@@ -143,19 +143,19 @@ void slosh_jac_p(const real *x, const real *u, const real *p, real *J)
     const real wgS_1 = sin_theta1 * wqg_1;
     const real loss_phi1 = p[eps1] * x[phi1_dot];
     const real loss_theta1 = p[eps1] * x[theta1_dot];
-    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
-    const real t_wmv32 = p1 + x[phi1_dot];
-    const real zeta1 = W12 * q_1 + Wn1 * lc_1 * w_x1 - chi1 * p[l1] * t_wmv32;
-    const real t_xips6 = zeta1 * p[I1] - loss_theta1 * q_1;
-    const real F_n1 = th_1 * t_xips6;
-    const real t_7imwe = B_1 * eta1 + loss_phi1 * k1;
-    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
+    const real t_l5lry = p1 + x[phi1_dot];
+    const real zeta1 = W12 * q_1 + Wn1 * lc_1 * w_x1 - chi1 * p[l1] * t_l5lry;
+    const real t_djlym = zeta1 * p[I1] - loss_theta1 * q_1;
+    const real F_n1 = th_1 * t_djlym;
+    const real t_pc5rt = B_1 * eta1 + loss_phi1 * k1;
+    const real F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1;
     const real M_q1 = F_n1 * q_1;
     const real I_phi1 = x[phi1_dot] * p[I1];
     const real I_theta1 = x[theta1_dot] * p[I1];
-    const real t_6fvzz = t_rybsf * e2;
-    const real t_cekeb = cos_phi2 * t_6fvzz;
-    const real tension2 = t_cekeb * mv2 - t_popww * sigma_sq2;
+    const real t_3hay7 = t_rybsf * e2;
+    const real t_bbpwa = cos_phi2 * t_3hay7;
+    const real tension2 = t_bbpwa * mv2 - t_popww * sigma_sq2;
     const real As_2 = mv2 * sin_phi2;
     const real Ass_2 = As_2 * sin_phi2;
     const real Asc_2 = As_2 * cos_phi2;
@@ -167,20 +167,20 @@ void slosh_jac_p(const real *x, const real *u, const real *p, real *J)
     const real Bc_2 = B_2 * cos_phi2;
     const real Bl_2 = B_2 * p[l2];
     const real g_2 = e2 - lc_2;
-    const real t_bnx3m = q_2 * q_2;
-    const real t_mwbp3 = K(1.0) / (p[I2] + p[m2] * t_bnx3m);
-    const real th_2 = p[m2] * t_mwbp3;
+    const real t_7kgbz = q_2 * q_2;
+    const real t_f3bbl = K(1.0) / (p[I2] + p[m2] * t_7kgbz);
+    const real th_2 = p[m2] * t_f3bbl;
     const real wth_2 = th_2 * p[I2];
     const real eBc_2 = Bc_2 * e2;
     const real wg_2 = g_2 * wth_2;
     const real S_sq2 = sin_theta2 * sin_theta2;
     const real SC2 = cos_theta2 * sin_theta2;
     const real tn11_2 = Ass_2 + me2 - wth_2;
-    const real t_quuci = e2 * e2;
-    const real t_7nffd = me2 * t_quuci;
-    const real t_ymmgl = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
-    const real t_odwbr = g_2 * wg_2;
-    const real tn44_2 = t_7nffd + t_ymmgl - t_odwbr;
+    const real t_wokz5 = e2 * e2;
+    const real t_ittkl = me2 * t_wokz5;
+    const real t_agwdt = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
+    const real t_leuxo_2 = g_2 * wg_2;
+    const real tn44_2 = t_ittkl + t_agwdt - t_leuxo_2;
     const real wq_2 = q_2 * wth_2;
     const real wqg_2 = q_2 * wg_2;
     const real wqq_2 = q_2 * wq_2;
@@ -190,3058 +190,3058 @@ void slosh_jac_p(const real *x, const real *u, const real *p, real *J)
     const real wgS_2 = sin_theta2 * wqg_2;
     const real loss_phi2 = p[eps2] * x[phi2_dot];
     const real loss_theta2 = p[eps2] * x[theta2_dot];
-    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
-    const real t_nlamb = p2 + x[phi2_dot];
-    const real zeta2 = W12 * q_2 + Wn2 * lc_2 * w_x2 - chi2 * p[l2] * t_nlamb;
-    const real t_vry6x = zeta2 * p[I2] - loss_theta2 * q_2;
-    const real F_n2 = th_2 * t_vry6x;
-    const real t_4b2fa = B_2 * eta2 + loss_phi2 * k2;
-    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
+    const real t_dkl52 = p2 + x[phi2_dot];
+    const real zeta2 = W12 * q_2 + Wn2 * lc_2 * w_x2 - chi2 * p[l2] * t_dkl52;
+    const real t_c6wyu = zeta2 * p[I2] - loss_theta2 * q_2;
+    const real F_n2 = th_2 * t_c6wyu;
+    const real t_63ozv = B_2 * eta2 + loss_phi2 * k2;
+    const real F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2;
     const real M_q2 = F_n2 * q_2;
     const real I_phi2 = x[phi2_dot] * p[I2];
     const real I_theta2 = x[theta2_dot] * p[I2];
     const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
-    const real t_fbeaw = S_sq1 * tn11_1;
-    const real t_dj555 = S_sq2 * tn11_2;
-    const real K22 = t_fbeaw + t_dj555 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real t_leuxo_3 = S_sq1 * tn11_1;
+    const real t_leuxo_4 = S_sq2 * tn11_2;
+    const real K22 = t_leuxo_3 + t_leuxo_4 + M_C + wth_1 + wth_2 - me1 - me2;
     const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + M_C - t_fbeaw - t_dj555;
+    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo_3 - t_leuxo_4;
     const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
-    const real t_nhr5u = wqq_1 + wqq_2;
-    const real K44 = t_nhr5u + Bl_1 + Bl_2 + J_C1;
-    const real t_tcgxn = wg_1 - e1 * me1;
-    const real t_uf5ib = wg_2 - e2 * me2;
-    const real t_32gyg = Bc_1 - eAss_1;
-    const real t_65obb = t_32gyg + t_tcgxn;
-    const real t_gbkg6 = Bc_2 - eAss_2;
-    const real t_yoiua = t_gbkg6 + t_uf5ib;
-    const real t_z76hk = S_sq1 * t_65obb + S_sq2 * t_yoiua;
-    const real K52 = t_tcgxn + t_uf5ib - t_z76hk - wqC_1 - wqC_2;
-    const real t_hjmgb = SC1 * t_65obb + SC2 * t_yoiua;
-    const real K53 = wqS_1 - t_hjmgb + wqS_2;
-    const real t_nncdg = Bl_1 - eBc_1;
-    const real t_4q22j = Bl_2 - eBc_2;
-    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
-    const real t_hoosk = S_sq1 * tn44_1;
-    const real t_drvdp = S_sq2 * tn44_2;
-    const real K55 = t_3fv6l
-        + t_odwbr
-        + t_nhr5u
-        + t_hoosk
-        + t_drvdp
+    const real t_hig3c = wqq_1 + wqq_2;
+    const real K44 = t_hig3c + Bl_1 + Bl_2 + J_C1;
+    const real t_67i37 = wg_1 - e1 * me1;
+    const real t_n5kna = wg_2 - e2 * me2;
+    const real t_hig3c_2 = Bc_1 - eAss_1;
+    const real t_vjftl = t_hig3c_2 + t_67i37;
+    const real t_hig3c_3 = Bc_2 - eAss_2;
+    const real t_vsqil = t_hig3c_3 + t_n5kna;
+    const real t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
+    const real K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2;
+    const real t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil;
+    const real K53 = wqS_1 - t_edvw3_2 + wqS_2;
+    const real t_yzhyr = Bl_1 - eBc_1;
+    const real t_q6put = Bl_2 - eBc_2;
+    const real K54 = t_hig3c - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2;
+    const real t_leuxo_5 = S_sq1 * tn44_1;
+    const real t_leuxo_6 = S_sq2 * tn44_2;
+    const real K55 = t_leuxo
+        + t_leuxo_2
+        + t_hig3c
+        + t_leuxo_5
+        + t_leuxo_6
         + J_C3
-        - t_qodfc
-        - t_7nffd
+        - t_drxq5
+        - t_ittkl
         + K(-2.0) * wgC_1
         + K(-2.0) * wgC_2;
-    const real K63 = t_z76hk - (t_32gyg + t_gbkg6);
-    const real t_zhbuw = wgS_1 + wgS_2;
-    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
-    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
-    const real K66 = t_3bowt + t_ymmgl + J_C2 - t_hoosk - t_drvdp;
-    const real t_vt7uo = F_n1 * cos_theta1;
-    const real t_oncjt = F_n2 * cos_theta2;
-    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
-    const real t_azclp = F_n1 * sin_theta1;
-    const real t_iya7w = F_n2 * sin_theta2;
-    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
-    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
-    const real t_kp7yy = M_q1 + M_q2;
-    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
+    const real K63 = t_edvw3 - (t_hig3c_2 + t_hig3c_3);
+    const real t_hig3c_4 = wgS_1 + wgS_2;
+    const real K64 = t_hig3c_4 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2;
+    const real K65 = t_hig3c_4 + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6;
+    const real t_mallh = F_n1 * cos_theta1;
+    const real t_lbh6o = F_n2 * cos_theta2;
+    const real n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real t_mallh_2 = F_n1 * sin_theta1;
+    const real t_lbh6o_2 = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2;
+    const real t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * p[l1];
+    const real t_hig3c_5 = M_q1 + M_q2;
+    const real t_ogbts = Bs_2 * t_3hay7 + t_63ozv * p[l2];
     const real t_sfymc = p[J_y] - p[J_z];
-    const real n4 = t_aejai
-        - t_kp7yy
-        + t_zd4fs
+    const real n4 = t_mjqai
+        - t_hig3c_5
+        + t_ogbts
         - loss_phi1
         - loss_phi2
         + I_theta1 * x[wy]
         + I_theta2 * x[wy]
         - t_sfymc * x[wy] * x[wz];
-    const real t_w7nmt = t_aejai + F_t1 * e1;
-    const real t_e5cx2 = t_zd4fs + F_t2 * e2;
-    const real n5 = t_w7nmt * sin_theta1
-        - (t_kp7yy + loss_theta1 + loss_theta2)
-        + t_e5cx2 * sin_theta2
+    const real t_lsqzr = t_mjqai + F_t1 * e1;
+    const real t_rbrf6 = t_ogbts + F_t2 * e2;
+    const real n5 = t_lsqzr * sin_theta1
+        - (t_hig3c_5 + loss_theta1 + loss_theta2)
+        + t_rbrf6 * sin_theta2
         - W12 * (J_C1 + (p[J_z] - p[J_y]))
         - I_phi1 * x[wy]
         - I_phi2 * x[wy]
-        + t_vt7uo * g_1
-        + t_oncjt * g_2;
-    const real n6 = t_w7nmt * cos_theta1
-        + t_e5cx2 * cos_theta2
+        + t_mallh * g_1
+        + t_lbh6o * g_2;
+    const real n6 = t_lsqzr * cos_theta1
+        + t_rbrf6 * cos_theta2
         + I_theta1 * x[wx]
         + I_theta2 * x[wx]
         - W13 * (J_C1 + t_is5lg + t_sfymc)
-        - t_azclp * g_1
-        - t_iya7w * g_2
+        - t_mallh_2 * g_1
+        - t_lbh6o_2 * g_2
         - I_phi1 * x[wz]
         - I_phi2 * x[wz];
-    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real t_bpfoo = K(1.0) / K11;
-    const real t_w7lcw = t_b3aij * t_bpfoo;
-    const real K_D2 = K22 - t_b3aij * t_w7lcw;
-    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_3go2w = t_zzymx * t_bpfoo;
-    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
-    const real t_4iujv = K(1.0) / K_D2;
-    const real K_L32 = t_d4mqf * t_4iujv;
-    const real t_ev7u5 = Bs_1 + Asc_1 * e1;
-    const real t_bvybx = Bs_2 + Asc_2 * e2;
-    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
-    const real t_vshgd = t_6mmeb * t_bpfoo;
-    const real t_p6zld = K52 - t_b3aij * t_vshgd;
-    const real K_L52 = t_p6zld * t_4iujv;
-    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
-    const real t_2m245 = Bs_1 + Bs_2;
-    const real t_xq4wt = t_2m245 * t_bpfoo;
-    const real t_m67zs = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2 + t_b3aij * t_xq4wt;
-    const real t_6urah = t_m67zs * t_4iujv;
-    const real t_m27n6 = K43 + t_d4mqf * t_6urah - t_zzymx * t_xq4wt;
-    const real t_zmh3u = K(1.0) / K_D3;
-    const real K_L43 = t_m27n6 * t_zmh3u;
-    const real t_bxfcn = K53 - t_d4mqf * K_L52 - t_zzymx * t_vshgd;
-    const real K_L53 = t_bxfcn * t_zmh3u;
-    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
-    const real t_e4enr = t_bl4f2 * t_bpfoo;
-    const real t_qvrp6 = t_hjmgb + t_b3aij * t_e4enr;
-    const real t_dj64q = t_qvrp6 * t_4iujv;
-    const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
-    const real K_L63 = t_rahc4 * t_zmh3u;
-    const real K_D4 = K44 - t_m67zs * t_6urah - t_m27n6 * K_L43 - t_2m245 * t_xq4wt;
-    const real t_amczu = K54 + t_m67zs * K_L52 - t_m27n6 * K_L53 - t_2m245 * t_vshgd;
-    const real t_lt2al = K(1.0) / K_D4;
-    const real K_L54 = t_amczu * t_lt2al;
-    const real t_e4k6u = K64 - t_m67zs * t_dj64q - t_m27n6 * K_L63 - t_2m245 * t_e4enr;
-    const real K_L64 = t_e4k6u * t_lt2al;
+    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_6dtnj = K(1.0) / K11;
+    const real t_gousg = t_f2nhc * t_6dtnj;
+    const real K_D2 = K22 - t_f2nhc * t_gousg;
+    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_gousg_2 = t_f2nhc_2 * t_6dtnj;
+    const real t_upifj = K32 - t_f2nhc * t_gousg_2;
+    const real t_6dtnj_2 = K(1.0) / K_D2;
+    const real K_L32 = t_upifj * t_6dtnj_2;
+    const real t_2jubo = Bs_1 + Asc_1 * e1;
+    const real t_ittbm = Bs_2 + Asc_2 * e2;
+    const real t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2;
+    const real t_s62lc = t_6iku5 * t_6dtnj;
+    const real t_6vega = K52 - t_f2nhc * t_s62lc;
+    const real K_L52 = t_6vega * t_6dtnj_2;
+    const real K_D3 = K33 - t_upifj * K_L32 - t_f2nhc_2 * t_gousg_2;
+    const real t_hig3c_6 = Bs_1 + Bs_2;
+    const real t_w6lcf = t_hig3c_6 * t_6dtnj;
+    const real t_ly572 = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2 + t_f2nhc * t_w6lcf;
+    const real t_vpdgs = t_ly572 * t_6dtnj_2;
+    const real t_ichgo = K43 + t_upifj * t_vpdgs - t_f2nhc_2 * t_w6lcf;
+    const real t_6dtnj_3 = K(1.0) / K_D3;
+    const real K_L43 = t_ichgo * t_6dtnj_3;
+    const real t_jmicp = K53 - t_upifj * K_L52 - t_f2nhc_2 * t_s62lc;
+    const real K_L53 = t_jmicp * t_6dtnj_3;
+    const real t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2;
+    const real t_s62lc_2 = t_6iku5_2 * t_6dtnj;
+    const real t_avyqv = t_edvw3_2 + t_f2nhc * t_s62lc_2;
+    const real t_bk7yo = t_avyqv * t_6dtnj_2;
+    const real t_2dahu = K63 + t_upifj * t_bk7yo - t_f2nhc_2 * t_s62lc_2;
+    const real K_L63 = t_2dahu * t_6dtnj_3;
+    const real K_D4 = K44 - t_ly572 * t_vpdgs - t_ichgo * K_L43 - t_hig3c_6 * t_w6lcf;
+    const real t_otpfz = K54 + t_ly572 * K_L52 - t_ichgo * K_L53 - t_hig3c_6 * t_s62lc;
+    const real t_6dtnj_4 = K(1.0) / K_D4;
+    const real K_L54 = t_otpfz * t_6dtnj_4;
+    const real t_aolgd = K64 - t_ly572 * t_bk7yo - t_ichgo * K_L63 - t_hig3c_6 * t_s62lc_2;
+    const real K_L64 = t_aolgd * t_6dtnj_4;
     const real K_D5 = K55
-        - t_p6zld * K_L52
-        - t_bxfcn * K_L53
-        - t_amczu * K_L54
-        - t_6mmeb * t_vshgd;
-    const real t_jo54w = K65
-        + t_p6zld * t_dj64q
-        - t_bxfcn * K_L63
-        - t_amczu * K_L64
-        - t_6mmeb * t_e4enr;
-    const real t_ftqxb = K(1.0) / K_D5;
-    const real K_L65 = t_jo54w * t_ftqxb;
+        - t_6vega * K_L52
+        - t_jmicp * K_L53
+        - t_otpfz * K_L54
+        - t_6iku5 * t_s62lc;
+    const real t_hdeaq = K65
+        + t_6vega * t_bk7yo
+        - t_jmicp * K_L63
+        - t_otpfz * K_L64
+        - t_6iku5 * t_s62lc_2;
+    const real t_6dtnj_5 = K(1.0) / K_D5;
+    const real K_L65 = t_hdeaq * t_6dtnj_5;
     const real K_D6 = K66
-        - t_qvrp6 * t_dj64q
-        - t_rahc4 * K_L63
-        - t_e4k6u * K_L64
-        - t_jo54w * K_L65
-        - t_bl4f2 * t_e4enr;
+        - t_avyqv * t_bk7yo
+        - t_2dahu * K_L63
+        - t_aolgd * K_L64
+        - t_hdeaq * K_L65
+        - t_6iku5_2 * t_s62lc_2;
     const real b1 = f_x
-        + (t_7imwe * sin_phi1 + t_4b2fa * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2);
+        + (t_pc5rt * sin_phi1 + t_63ozv * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2);
     const real b2 = f_y - n2;
     const real b4 = u[Mx] - n4;
-    const real t_lwe76 = p[b] + p[d] + x_C;
-    const real b5 = u[Mz] - n5 - f_y * t_lwe76;
+    const real t_bknng = p[b] + p[d] + x_C;
+    const real b5 = u[Mz] - n5 - f_y * t_bknng;
     const real t_gcu5g = t_ruxs4 * sin_delta1;
-    const real b6 = t_gcu5g * t_lwe76 - (u[My] + n6);
-    const real X_y2 = b2 + t_w7lcw * b1;
-    const real X_y3 = t_3go2w * b1 - (t_gcu5g + n3) - K_L32 * X_y2;
-    const real X_y4 = b4 + t_xq4wt * b1 + t_6urah * X_y2 - K_L43 * X_y3;
+    const real b6 = t_gcu5g * t_bknng - (u[My] + n6);
+    const real X_y2 = b2 + t_gousg * b1;
+    const real X_y3 = t_gousg_2 * b1 - (t_gcu5g + n3) - K_L32 * X_y2;
+    const real X_y4 = b4 + t_w6lcf * b1 + t_vpdgs * X_y2 - K_L43 * X_y3;
     const real X_y5 = b5
-        + t_vshgd * b1
+        + t_s62lc * b1
         - K_L52 * X_y2
         - K_L53 * X_y3
         - K_L54 * X_y4;
     const real X_y6 = b6
-        + t_e4enr * b1
-        + t_dj64q * X_y2
+        + t_s62lc_2 * b1
+        + t_bk7yo * X_y2
         - K_L63 * X_y3
         - K_L64 * X_y4
         - K_L65 * X_y5;
-    const real t_nfkwa = K(1.0) / K_D6;
-    const real X_x6 = X_y6 * t_nfkwa;
-    const real t_cufdy = X_y5 * t_ftqxb;
-    const real X_x5 = t_cufdy - K_L65 * X_x6;
-    const real t_72jfh = X_y4 * t_lt2al;
-    const real X_x4 = t_72jfh - K_L54 * X_x5 - K_L64 * X_x6;
-    const real t_izhu2 = X_y3 * t_zmh3u;
-    const real X_x3 = t_izhu2 - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
-    const real t_uifqg = X_y2 * t_4iujv;
-    const real X_x2 = t_uifqg
+    const real t_6dtnj_6 = K(1.0) / K_D6;
+    const real X_x6 = X_y6 * t_6dtnj_6;
+    const real t_bintu = X_y5 * t_6dtnj_5;
+    const real X_x5 = t_bintu - K_L65 * X_x6;
+    const real t_bintu_2 = X_y4 * t_6dtnj_4;
+    const real X_x4 = t_bintu_2 - K_L54 * X_x5 - K_L64 * X_x6;
+    const real t_ztwwp = X_y3 * t_6dtnj_3;
+    const real X_x3 = t_ztwwp - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
+    const real t_bintu_3 = X_y2 * t_6dtnj_2;
+    const real X_x2 = t_bintu_3
         - K_L32 * X_x3
-        + t_6urah * X_x4
+        + t_vpdgs * X_x4
         - K_L52 * X_x5
-        + t_dj64q * X_x6;
-    const real t_47fu6 = b1 * t_bpfoo;
-    const real X_x1 = t_47fu6
-        + t_w7lcw * X_x2
-        + t_3go2w * X_x3
-        + t_xq4wt * X_x4
-        + t_vshgd * X_x5
-        + t_e4enr * X_x6;
+        + t_bk7yo * X_x6;
+    const real t_bintu_4 = b1 * t_6dtnj;
+    const real X_x1 = t_bintu_4
+        + t_gousg * X_x2
+        + t_gousg_2 * X_x3
+        + t_w6lcf * X_x4
+        + t_s62lc * X_x5
+        + t_s62lc_2 * X_x6;
     const real G_t1 = X_x5 * sin_theta1 + X_x6 * cos_theta1;
     const real Gt_eta1 = G_t1 + eta1;
     const real G_t2 = X_x5 * sin_theta2 + X_x6 * cos_theta2;
     const real Gt_eta2 = G_t2 + eta2;
-    const real t_rl7kq = x_C * t_xpjrw;
-    const real t_6fswf = p[b] * t_xpjrw + t_rl7kq;
-    const real t_hpky5 = t_rybsf * t_6fswf;
-    const real t_o6w4o = mv1 * (cos_phi1 * t_hpky5);
-    const real t_zxktr = mv2 * (cos_phi2 * t_hpky5);
-    const real t_hupqz = cos_phi1 * t_o6w4o + cos_phi2 * t_zxktr;
-    const real t_2sw7d = t_47fu6 * t_bpfoo;
-    const real t_6xwz3 = t_w7lcw * t_bpfoo;
-    const real t_ivdwu = b1 * t_6xwz3;
-    const real t_yoao5 = sin_phi1 * t_o6w4o;
-    const real t_itqut = sin_phi2 * t_zxktr;
-    const real t_7zfcf = t_w7lcw * t_hupqz - t_ivdwu - (sin_theta1 * t_yoao5 + sin_theta2 * t_itqut);
-    const real t_5am4i = t_uifqg * t_4iujv;
-    const real t_xrsrh = K(1.0) + t_b3aij * t_6xwz3;
-    const real t_g7cfv = t_5am4i * t_xrsrh;
-    const real t_3tmqi = t_3go2w * t_bpfoo;
-    const real t_xrsrh_2 = t_b3aij * t_3tmqi;
-    const real t_6yahm = K_L32 * t_4iujv;
-    const real t_leg3q = t_xrsrh_2 * t_4iujv - t_6yahm * t_xrsrh;
-    const real t_puwni = X_x3 * t_leg3q;
-    const real t_ivdwu_2 = b1 * t_3tmqi;
-    const real t_bouyt = X_y2 * t_leg3q;
-    const real t_dyyu2 = t_3go2w * t_hupqz
-        - t_ivdwu_2
-        - (cos_theta1 * t_yoao5 + cos_theta2 * t_itqut)
-        - (t_bouyt + K_L32 * t_7zfcf);
-    const real t_insvr = t_izhu2 * t_zmh3u;
-    const real t_qd67m = K(1.0) - (K_L32 * t_xrsrh_2 + t_d4mqf * t_leg3q) + t_zzymx * t_3tmqi;
-    const real t_ntpbt = t_insvr * t_qd67m;
-    const real t_jtjoh = t_xq4wt * t_bpfoo;
-    const real t_xrsrh_3 = t_b3aij * t_jtjoh;
-    const real t_dwrhg = t_6urah * t_4iujv;
-    const real t_63ug5 = t_xrsrh_3 * t_4iujv + t_dwrhg * t_xrsrh;
-    const real t_ycob5 = t_6urah * t_xrsrh_2 - t_d4mqf * t_63ug5 + t_zzymx * t_jtjoh;
-    const real t_ydwjl = K_L43 * t_zmh3u;
-    const real t_ylyb5 = t_ycob5 * t_zmh3u - t_ydwjl * t_qd67m;
-    const real t_xbdlq = X_x4 * t_ylyb5;
-    const real t_ivdwu_3 = b1 * t_jtjoh;
-    const real t_itwjz = Bs_1 * t_hpky5;
-    const real t_vffkn = Bs_2 * t_hpky5;
-    const real t_l7sux = X_y2 * t_63ug5;
-    const real t_alurc = X_y3 * t_ylyb5;
-    const real t_uhzx4 = t_xq4wt * t_hupqz
-        - t_ivdwu_3
-        - (t_itwjz + t_vffkn)
-        + (t_6urah * t_7zfcf - t_l7sux)
-        - (t_alurc + K_L43 * t_dyyu2);
-    const real t_gkoba = t_72jfh * t_lt2al;
-    const real t_auvut = t_6urah * t_xrsrh_3
-        + t_m67zs * t_63ug5
-        - (K_L43 * t_ycob5 + t_m27n6 * t_ylyb5)
-        + t_2m245 * t_jtjoh;
-    const real t_iodym = t_gkoba * t_auvut;
-    const real t_3z4kr = wth_1 * t_6fswf;
-    const real t_z7jl2 = t_3z4kr - me1 * t_6fswf;
-    const real t_ijexu = wth_2 * t_6fswf;
-    const real t_uscsv = t_ijexu - me2 * t_6fswf;
-    const real t_m3olv = Ass_1 * t_6fswf;
-    const real t_2wzxe = t_z7jl2 - t_m3olv;
-    const real t_zkj77 = Ass_2 * t_6fswf;
-    const real t_rushh = t_uscsv - t_zkj77;
-    const real t_jkuuu = S_sq1 * t_2wzxe + S_sq2 * t_rushh;
-    const real t_jn5ua = Asc_1 * t_6fswf;
-    const real t_7mui7 = Asc_2 * t_6fswf;
-    const real t_r2rme = sin_theta1 * t_jn5ua + sin_theta2 * t_7mui7;
-    const real t_2lluf = t_vshgd * t_bpfoo;
-    const real t_djz6b = t_r2rme * t_bpfoo - t_2lluf;
-    const real t_6k4sb = t_z7jl2 + t_uscsv - t_jkuuu - t_b3aij * t_djz6b;
-    const real t_hfybw = K_L52 * t_4iujv;
-    const real t_glra5 = t_hfybw * t_xrsrh;
-    const real t_rdfut = t_6k4sb * t_4iujv - t_glra5;
-    const real t_wfcn3 = K_L52 * t_xrsrh_3;
-    const real t_fsp76 = q_1 * t_3z4kr;
-    const real t_o3ymy = cos_theta1 * t_fsp76;
-    const real t_vvlvm = q_2 * t_ijexu;
-    const real t_g4wtj = cos_theta2 * t_vvlvm;
-    const real t_cflyn = Bc_1 * t_6fswf;
-    const real t_yapab = Bc_2 * t_6fswf;
-    const real t_dlmfg = K_L53 * t_ycob5;
-    const real t_ly2ei = SC1 * t_2wzxe + SC2 * t_rushh;
-    const real t_wfcn3_2 = K_L52 * t_xrsrh_2;
-    const real t_ufldt = t_ly2ei + (t_wfcn3_2 + t_d4mqf * t_rdfut) + t_zzymx * t_djz6b;
-    const real t_qe675 = K_L53 * t_zmh3u;
-    const real t_il3zn = t_qe675 * t_qd67m;
-    const real t_eeuha = t_ufldt * t_zmh3u + t_il3zn;
-    const real t_luweb = t_m67zs * t_rdfut
-        - t_wfcn3
-        - (t_o3ymy + t_g4wtj + sin_theta1 * t_cflyn + sin_theta2 * t_yapab)
-        - (t_dlmfg - t_m27n6 * t_eeuha)
-        - t_2m245 * t_djz6b;
-    const real t_2e52m = K_L54 * t_lt2al;
-    const real t_gxmqn = t_2e52m * t_auvut;
-    const real t_wsi3a = t_luweb * t_lt2al - t_gxmqn;
-    const real t_g7adh = t_itwjz + (e1 * t_yoao5 + F_t1 * t_6fswf);
-    const real t_mhvj3 = t_vffkn + (e2 * t_itqut + F_t2 * t_6fswf);
-    const real t_yicxc = f_y * t_6fswf
-        - (sin_theta1 * t_g7adh + sin_theta2 * t_mhvj3 + t_vt7uo * t_6fswf + t_oncjt * t_6fswf)
-        + (b1 * t_djz6b + t_vshgd * t_hupqz)
-        - (X_y2 * t_rdfut + K_L52 * t_7zfcf)
-        - (K_L53 * t_dyyu2 - X_y3 * t_eeuha)
-        - (X_y4 * t_wsi3a + K_L54 * t_uhzx4);
-    const real t_eriz2 = t_cufdy * t_ftqxb;
-    const real t_p6q5r = wg_1 * t_6fswf + g_1 * t_3z4kr;
-    const real t_lgvpq = wg_2 * t_6fswf + g_2 * t_ijexu;
-    const real t_o6yyy = e1 + e1;
-    const real t_njlqx = me1 * (t_o6yyy * t_6fswf);
-    const real t_xywve = K(-2.0) * t_cflyn + (eAss_1 * t_6fswf + e1 * t_m3olv);
-    const real t_z3a3a = t_njlqx + t_xywve - t_p6q5r;
-    const real t_uxfwe = S_sq1 * t_z3a3a;
-    const real t_rdwum = e2 + e2;
-    const real t_7h6k3 = me2 * (t_rdwum * t_6fswf);
-    const real t_xbuur = K(-2.0) * t_yapab + (eAss_2 * t_6fswf + e2 * t_zkj77);
-    const real t_q2te3 = t_7h6k3 + t_xbuur - t_lgvpq;
-    const real t_mwcol = S_sq2 * t_q2te3;
-    const real t_jf3qj = x_C + x_C;
-    const real t_uha2o = t_piq3g - (t_iw7bs - M_C * (t_jf3qj * t_6fswf));
-    const real t_foaik = t_p6q5r
-        + t_lgvpq
-        + t_uxfwe
-        + t_mwcol
-        + t_uha2o
-        - t_njlqx
-        - t_7h6k3
-        + K(-2.0) * t_o3ymy
-        + K(-2.0) * t_g4wtj
-        - (K_L52 * t_6k4sb + t_p6zld * t_rdfut)
-        + (K_L53 * t_ufldt + t_bxfcn * t_eeuha)
-        - (K_L54 * t_luweb + t_amczu * t_wsi3a)
-        - (t_vshgd * t_r2rme + t_6mmeb * t_djz6b);
-    const real t_qp7r5 = sin_theta1 * t_fsp76 + sin_theta2 * t_vvlvm;
-    const real t_q2eqh = cos_theta1 * t_jn5ua + cos_theta2 * t_7mui7;
-    const real t_ielc3 = t_e4enr * t_bpfoo;
-    const real t_hp5v6 = t_q2eqh * t_bpfoo - t_ielc3;
-    const real t_7ohzm = t_ly2ei + t_b3aij * t_hp5v6;
-    const real t_2ngl5 = t_dj64q * t_4iujv;
-    const real t_5wzl5 = t_2ngl5 * t_xrsrh;
-    const real t_jrryk = t_7ohzm * t_4iujv - t_5wzl5;
-    const real t_r2k42 = t_dj64q * t_xrsrh_2;
-    const real t_all5q = t_jkuuu + (t_m3olv + t_zkj77) + (t_r2k42 + t_d4mqf * t_jrryk) - t_zzymx * t_hp5v6;
-    const real t_kpf5p = K_L63 * t_zmh3u;
-    const real t_owm5e = t_kpf5p * t_qd67m;
-    const real t_rffyc = t_all5q * t_zmh3u - t_owm5e;
-    const real t_r2k42_2 = t_dj64q * t_xrsrh_3;
-    const real t_orilw = K_L63 * t_ycob5;
-    const real t_56lng = t_qp7r5
-        - cos_theta1 * t_cflyn
-        - cos_theta2 * t_yapab
-        - (t_m67zs * t_jrryk - t_r2k42_2)
-        - (t_orilw + t_m27n6 * t_rffyc)
-        - t_2m245 * t_hp5v6;
-    const real t_wurun = K_L64 * t_lt2al;
-    const real t_dxxcp = t_wurun * t_auvut;
-    const real t_ce53v = t_56lng * t_lt2al - t_dxxcp;
-    const real t_ivf4w = t_qp7r5
-        + SC1 * t_z3a3a
-        + SC2 * t_q2te3
-        + (t_dj64q * t_6k4sb + t_p6zld * t_jrryk)
-        - (t_bxfcn * t_rffyc - K_L63 * t_ufldt)
-        - (K_L64 * t_luweb + t_amczu * t_ce53v)
-        - (t_e4enr * t_r2rme + t_6mmeb * t_hp5v6);
-    const real t_dzxqu = K_L65 * t_ftqxb;
-    const real t_oqcjt = t_ivf4w * t_ftqxb - t_dzxqu * t_foaik;
-    const real t_jn35t = t_gcu5g * t_6fswf
-        + (cos_theta1 * t_g7adh + cos_theta2 * t_mhvj3 - t_azclp * t_6fswf - t_iya7w * t_6fswf);
-    const real t_fzil7 = b1 * t_hp5v6
-        + t_e4enr * t_hupqz
-        - t_jn35t
-        + (X_y2 * t_jrryk + t_dj64q * t_7zfcf)
-        - (X_y3 * t_rffyc + K_L63 * t_dyyu2)
-        - (X_y4 * t_ce53v + K_L64 * t_uhzx4)
-        - (X_y5 * t_oqcjt + K_L65 * t_yicxc);
-    const real t_o4hiw = X_x6 * t_nfkwa;
-    const real t_fvmnh = t_xywve
-        + t_xbuur
-        + t_uha2o
-        - t_uxfwe
-        - t_mwcol
-        - (t_dj64q * t_7ohzm + t_qvrp6 * t_jrryk)
-        - (K_L63 * t_all5q + t_rahc4 * t_rffyc)
-        - (K_L64 * t_56lng + t_e4k6u * t_ce53v)
-        - (K_L65 * t_ivf4w + t_jo54w * t_oqcjt)
-        - (t_e4enr * t_q2eqh + t_bl4f2 * t_hp5v6);
-    const real t_siflb = t_fzil7 * t_nfkwa - t_o4hiw * t_fvmnh;
-    const real t_kjeag = t_yicxc * t_ftqxb - t_eriz2 * t_foaik - (X_x6 * t_oqcjt + K_L65 * t_siflb);
-    const real t_b6y6g = t_uhzx4 * t_lt2al
-        - t_iodym
-        - (X_x5 * t_wsi3a + K_L54 * t_kjeag)
-        - (X_x6 * t_ce53v + K_L64 * t_siflb);
-    const real t_76pup = t_dyyu2 * t_zmh3u
-        - t_ntpbt
-        - (t_xbdlq + K_L43 * t_b6y6g)
-        - (K_L53 * t_kjeag - X_x5 * t_eeuha)
-        - (X_x6 * t_rffyc + K_L63 * t_siflb);
-    const real t_fq7gg = X_x4 * t_63ug5;
-    const real t_vzhp6 = t_7zfcf * t_4iujv
-        - t_g7cfv
-        - (t_puwni + K_L32 * t_76pup)
-        + (t_6urah * t_b6y6g - t_fq7gg)
-        - (X_x5 * t_rdfut + K_L52 * t_kjeag)
-        + (X_x6 * t_jrryk + t_dj64q * t_siflb);
-    const real t_75jdv = X_x2 * t_6xwz3;
-    const real t_zjwcx = X_x3 * t_3tmqi;
-    const real t_mcaun = X_x4 * t_jtjoh;
-    const real t_57jla = t_hupqz * t_bpfoo
-        - t_2sw7d
-        + (t_w7lcw * t_vzhp6 - t_75jdv)
-        + (t_3go2w * t_76pup - t_zjwcx)
-        + (t_xq4wt * t_b6y6g - t_mcaun)
-        + (X_x5 * t_djz6b + t_vshgd * t_kjeag)
-        + (X_x6 * t_hp5v6 + t_e4enr * t_siflb)
-        - t_hpky5;
-    const real t_ug47n = p[h0] * t_xpjrw + t_rl7kq;
-    const real t_z7eya = t_rybsf * t_ug47n;
-    const real t_2almj = mv1 * (cos_phi1 * t_z7eya);
-    const real t_xkmul = mv2 * (cos_phi2 * t_z7eya);
-    const real t_hupqz_2 = cos_phi1 * t_2almj + cos_phi2 * t_xkmul;
-    const real t_yoao5_2 = sin_phi1 * t_2almj;
-    const real t_itqut_2 = sin_phi2 * t_xkmul;
-    const real t_7zfcf_2 = t_w7lcw * t_hupqz_2 - t_ivdwu - (sin_theta1 * t_yoao5_2 + sin_theta2 * t_itqut_2);
-    const real t_dyyu2_2 = t_3go2w * t_hupqz_2
-        - t_ivdwu_2
-        - (cos_theta1 * t_yoao5_2 + cos_theta2 * t_itqut_2)
-        - (t_bouyt + K_L32 * t_7zfcf_2);
-    const real t_v2rud = Bs_1 * t_z7eya;
-    const real t_hpdcn = Bs_2 * t_z7eya;
-    const real t_uhzx4_2 = t_xq4wt * t_hupqz_2
-        - t_ivdwu_3
-        - (t_v2rud + t_hpdcn)
-        + (t_6urah * t_7zfcf_2 - t_l7sux)
-        - (t_alurc + K_L43 * t_dyyu2_2);
-    const real t_3erlx = wth_1 * t_ug47n;
-    const real t_6fiok = t_3erlx - me1 * t_ug47n;
-    const real t_trawz = wth_2 * t_ug47n;
-    const real t_znkee = t_trawz - me2 * t_ug47n;
-    const real t_h6jar = Ass_1 * t_ug47n;
-    const real t_djdgp = t_6fiok - t_h6jar;
-    const real t_l6l6o = Ass_2 * t_ug47n;
-    const real t_5hehv = t_znkee - t_l6l6o;
-    const real t_jkuuu_2 = S_sq1 * t_djdgp + S_sq2 * t_5hehv;
-    const real t_ewudi = Asc_1 * t_ug47n;
-    const real t_m3ec6 = Asc_2 * t_ug47n;
-    const real t_7y47i = sin_theta1 * t_ewudi + sin_theta2 * t_m3ec6;
-    const real t_djz6b_2 = t_7y47i * t_bpfoo - t_2lluf;
-    const real t_xy4yu = t_6fiok + t_znkee - t_jkuuu_2 - t_b3aij * t_djz6b_2;
-    const real t_rdfut_2 = t_xy4yu * t_4iujv - t_glra5;
-    const real t_6jowo = q_1 * t_3erlx;
-    const real t_o3ymy_2 = cos_theta1 * t_6jowo;
-    const real t_vrybd = q_2 * t_trawz;
-    const real t_g4wtj_2 = cos_theta2 * t_vrybd;
-    const real t_7p3vv = Bc_1 * t_ug47n;
-    const real t_gxnee = Bc_2 * t_ug47n;
-    const real t_ly2ei_2 = SC1 * t_djdgp + SC2 * t_5hehv;
-    const real t_ufldt_2 = t_ly2ei_2 + (t_wfcn3_2 + t_d4mqf * t_rdfut_2) + t_zzymx * t_djz6b_2;
-    const real t_eeuha_2 = t_ufldt_2 * t_zmh3u + t_il3zn;
-    const real t_zdo3a = t_m67zs * t_rdfut_2
-        - t_wfcn3
-        - (t_o3ymy_2 + t_g4wtj_2 + sin_theta1 * t_7p3vv + sin_theta2 * t_gxnee)
-        - (t_dlmfg - t_m27n6 * t_eeuha_2)
-        - t_2m245 * t_djz6b_2;
-    const real t_wsi3a_2 = t_zdo3a * t_lt2al - t_gxmqn;
-    const real t_nmnda = t_v2rud + (e1 * t_yoao5_2 + F_t1 * t_ug47n);
-    const real t_q2agw = t_hpdcn + (e2 * t_itqut_2 + F_t2 * t_ug47n);
-    const real t_ts5lo = f_y * t_ug47n
-        - (sin_theta1 * t_nmnda + sin_theta2 * t_q2agw + t_vt7uo * t_ug47n + t_oncjt * t_ug47n)
-        + (b1 * t_djz6b_2 + t_vshgd * t_hupqz_2)
-        - (X_y2 * t_rdfut_2 + K_L52 * t_7zfcf_2)
-        - (K_L53 * t_dyyu2_2 - X_y3 * t_eeuha_2)
-        - (X_y4 * t_wsi3a_2 + K_L54 * t_uhzx4_2);
-    const real t_znv25 = wg_1 * t_ug47n + g_1 * t_3erlx;
-    const real t_xvy3d = wg_2 * t_ug47n + g_2 * t_trawz;
-    const real t_rs4gz = me1 * (t_o6yyy * t_ug47n);
-    const real t_52cqh = K(-2.0) * t_7p3vv + (eAss_1 * t_ug47n + e1 * t_h6jar);
-    const real t_6fdvk = t_rs4gz + t_52cqh - t_znv25;
-    const real t_uxfwe_2 = S_sq1 * t_6fdvk;
-    const real t_qolgh = me2 * (t_rdwum * t_ug47n);
-    const real t_f5vvm = K(-2.0) * t_gxnee + (eAss_2 * t_ug47n + e2 * t_l6l6o);
-    const real t_vwoq2 = t_qolgh + t_f5vvm - t_xvy3d;
-    const real t_mwcol_2 = S_sq2 * t_vwoq2;
-    const real t_4vn6j = t_rvsxd - (t_iw7bs - M_C * (t_jf3qj * t_ug47n));
-    const real t_xrotk = t_znv25
-        + t_xvy3d
-        + t_uxfwe_2
-        + t_mwcol_2
-        + t_4vn6j
-        - t_rs4gz
-        - t_qolgh
-        + K(-2.0) * t_o3ymy_2
-        + K(-2.0) * t_g4wtj_2
-        - (K_L52 * t_xy4yu + t_p6zld * t_rdfut_2)
-        + (K_L53 * t_ufldt_2 + t_bxfcn * t_eeuha_2)
-        - (K_L54 * t_zdo3a + t_amczu * t_wsi3a_2)
-        - (t_vshgd * t_7y47i + t_6mmeb * t_djz6b_2);
-    const real t_qp7r5_2 = sin_theta1 * t_6jowo + sin_theta2 * t_vrybd;
-    const real t_hf5br = cos_theta1 * t_ewudi + cos_theta2 * t_m3ec6;
-    const real t_hp5v6_2 = t_hf5br * t_bpfoo - t_ielc3;
-    const real t_7ohzm_2 = t_ly2ei_2 + t_b3aij * t_hp5v6_2;
-    const real t_jrryk_2 = t_7ohzm_2 * t_4iujv - t_5wzl5;
-    const real t_n7fvs = t_jkuuu_2 + (t_h6jar + t_l6l6o) + (t_r2k42 + t_d4mqf * t_jrryk_2) - t_zzymx * t_hp5v6_2;
-    const real t_rffyc_2 = t_n7fvs * t_zmh3u - t_owm5e;
-    const real t_ttx42 = t_qp7r5_2
-        - cos_theta1 * t_7p3vv
-        - cos_theta2 * t_gxnee
-        - (t_m67zs * t_jrryk_2 - t_r2k42_2)
-        - (t_orilw + t_m27n6 * t_rffyc_2)
-        - t_2m245 * t_hp5v6_2;
-    const real t_ce53v_2 = t_ttx42 * t_lt2al - t_dxxcp;
-    const real t_ivf4w_2 = t_qp7r5_2
-        + SC1 * t_6fdvk
-        + SC2 * t_vwoq2
-        + (t_dj64q * t_xy4yu + t_p6zld * t_jrryk_2)
-        - (t_bxfcn * t_rffyc_2 - K_L63 * t_ufldt_2)
-        - (K_L64 * t_zdo3a + t_amczu * t_ce53v_2)
-        - (t_e4enr * t_7y47i + t_6mmeb * t_hp5v6_2);
-    const real t_oqcjt_2 = t_ivf4w_2 * t_ftqxb - t_dzxqu * t_xrotk;
-    const real t_mwtsv = t_gcu5g * t_ug47n
-        + (cos_theta1 * t_nmnda + cos_theta2 * t_q2agw - t_azclp * t_ug47n - t_iya7w * t_ug47n);
-    const real t_quzhs = b1 * t_hp5v6_2
-        + t_e4enr * t_hupqz_2
-        - t_mwtsv
-        + (X_y2 * t_jrryk_2 + t_dj64q * t_7zfcf_2)
-        - (X_y3 * t_rffyc_2 + K_L63 * t_dyyu2_2)
-        - (X_y4 * t_ce53v_2 + K_L64 * t_uhzx4_2)
-        - (X_y5 * t_oqcjt_2 + K_L65 * t_ts5lo);
-    const real t_pti5n = t_52cqh
-        + t_f5vvm
-        + t_4vn6j
-        - t_uxfwe_2
-        - t_mwcol_2
-        - (t_dj64q * t_7ohzm_2 + t_qvrp6 * t_jrryk_2)
-        - (K_L63 * t_n7fvs + t_rahc4 * t_rffyc_2)
-        - (K_L64 * t_ttx42 + t_e4k6u * t_ce53v_2)
-        - (K_L65 * t_ivf4w_2 + t_jo54w * t_oqcjt_2)
-        - (t_e4enr * t_hf5br + t_bl4f2 * t_hp5v6_2);
-    const real t_siflb_2 = t_quzhs * t_nfkwa - t_o4hiw * t_pti5n;
-    const real t_ofpuk = t_ts5lo * t_ftqxb - t_eriz2 * t_xrotk - (X_x6 * t_oqcjt_2 + K_L65 * t_siflb_2);
-    const real t_b6y6g_2 = t_uhzx4_2 * t_lt2al
-        - t_iodym
-        - (X_x5 * t_wsi3a_2 + K_L54 * t_ofpuk)
-        - (X_x6 * t_ce53v_2 + K_L64 * t_siflb_2);
-    const real t_76pup_2 = t_dyyu2_2 * t_zmh3u
-        - t_ntpbt
-        - (t_xbdlq + K_L43 * t_b6y6g_2)
-        - (K_L53 * t_ofpuk - X_x5 * t_eeuha_2)
-        - (X_x6 * t_rffyc_2 + K_L63 * t_siflb_2);
-    const real t_vzhp6_2 = t_7zfcf_2 * t_4iujv
-        - t_g7cfv
-        - (t_puwni + K_L32 * t_76pup_2)
-        + (t_6urah * t_b6y6g_2 - t_fq7gg)
-        - (X_x5 * t_rdfut_2 + K_L52 * t_ofpuk)
-        + (X_x6 * t_jrryk_2 + t_dj64q * t_siflb_2);
-    const real t_ds3uu = t_hupqz_2 * t_bpfoo
-        - t_2sw7d
-        + (t_w7lcw * t_vzhp6_2 - t_75jdv)
-        + (t_3go2w * t_76pup_2 - t_zjwcx)
-        + (t_xq4wt * t_b6y6g_2 - t_mcaun)
-        + (X_x5 * t_djz6b_2 + t_vshgd * t_ofpuk)
-        + (X_x6 * t_hp5v6_2 + t_e4enr * t_siflb_2)
-        - t_z7eya;
-    const real t_cueei = W13 + X_y4 * t_wurun;
-    const real t_txjok = t_amczu * t_wurun;
-    const real t_fehnd = t_txjok * t_ftqxb;
-    const real t_lwfda = t_amczu * t_2e52m;
-    const real t_wkws4 = K(1.0) + t_lwfda;
-    const real t_dfikk = t_fehnd - t_dzxqu * t_wkws4;
-    const real t_guqde = W12 + X_y4 * t_2e52m;
-    const real t_zyiup = K_L65 * t_guqde;
-    const real t_jdkw7 = t_e4k6u * t_wurun;
-    const real t_klyfp = K_L65 * t_txjok;
-    const real t_zh6ym = (t_cueei - (X_y5 * t_dfikk + t_zyiup)) * t_nfkwa
-        - t_o4hiw * (K(1.0) + t_jdkw7 - (t_klyfp + t_jo54w * t_dfikk));
-    const real t_olpij = t_guqde * t_ftqxb;
-    const real t_uf2hs = t_olpij - t_eriz2 * t_wkws4 - (X_x6 * t_dfikk + K_L65 * t_zh6ym);
-    const real t_o35mr = X_x5 * t_2e52m;
-    const real t_lnwsc = X_x6 * t_wurun;
-    const real t_2a4g4 = t_gkoba + (K_L54 * t_uf2hs - t_o35mr) + (K_L64 * t_zh6ym - t_lnwsc);
-    const real t_5qicw = K_L43 * t_2a4g4 - K_L53 * t_uf2hs - K_L63 * t_zh6ym;
-    const real t_7tpul = t_dj64q * t_zh6ym - (K_L32 * t_5qicw + t_6urah * t_2a4g4 + K_L52 * t_uf2hs);
-    const real t_nauhf = t_w7lcw * t_7tpul
-        + t_3go2w * t_5qicw
-        - t_xq4wt * t_2a4g4
-        + t_vshgd * t_uf2hs
-        + t_e4enr * t_zh6ym;
-    const real t_pwn4f = t_fehnd - t_dzxqu * t_lwfda;
-    const real t_n5r3v = (t_cueei - (X_y5 * t_pwn4f + t_zyiup)) * t_nfkwa
-        - t_o4hiw * (t_jdkw7 - (t_klyfp + t_jo54w * t_pwn4f));
-    const real t_okj2x = t_olpij - t_eriz2 * t_lwfda - (X_x6 * t_pwn4f + K_L65 * t_n5r3v);
-    const real t_gn4wr = t_gkoba + (K_L54 * t_okj2x - t_o35mr) + (K_L64 * t_n5r3v - t_lnwsc);
-    const real t_gawjk = K_L43 * t_gn4wr - K_L53 * t_okj2x - K_L63 * t_n5r3v;
-    const real t_gyopo = t_dj64q * t_n5r3v - (K_L32 * t_gawjk + t_6urah * t_gn4wr + K_L52 * t_okj2x);
-    const real t_gjgp6 = t_w7lcw * t_gyopo
-        + t_3go2w * t_gawjk
-        - t_xq4wt * t_gn4wr
-        + t_vshgd * t_okj2x
-        + t_e4enr * t_n5r3v;
+    const real t_2ej5d = x_C * t_bm3wf;
+    const real t_ewbss = p[b] * t_bm3wf + t_2ej5d;
+    const real t_fzlh5 = t_rybsf * t_ewbss;
+    const real t_zmgzu = mv1 * (cos_phi1 * t_fzlh5);
+    const real t_6mqdv = mv2 * (cos_phi2 * t_fzlh5);
+    const real t_kbu34 = cos_phi1 * t_zmgzu + cos_phi2 * t_6mqdv;
+    const real t_temm3 = t_bintu_4 * t_6dtnj;
+    const real t_edyl7 = t_gousg * t_6dtnj;
+    const real t_hi7pc = b1 * t_edyl7;
+    const real t_3cyzx = sin_phi1 * t_zmgzu;
+    const real t_psho3 = sin_phi2 * t_6mqdv;
+    const real t_pvuei = t_gousg * t_kbu34 - t_hi7pc - (sin_theta1 * t_3cyzx + sin_theta2 * t_psho3);
+    const real t_temm3_2 = t_bintu_3 * t_6dtnj_2;
+    const real t_ttmjd = K(1.0) + t_f2nhc * t_edyl7;
+    const real t_ozhku = t_temm3_2 * t_ttmjd;
+    const real t_edyl7_2 = t_gousg_2 * t_6dtnj;
+    const real t_ttmjd_2 = t_f2nhc * t_edyl7_2;
+    const real t_bintu_5 = K_L32 * t_6dtnj_2;
+    const real t_aym6f = t_ttmjd_2 * t_6dtnj_2 - t_bintu_5 * t_ttmjd;
+    const real t_vsxem = X_x3 * t_aym6f;
+    const real t_hi7pc_2 = b1 * t_edyl7_2;
+    const real t_vsxem_2 = X_y2 * t_aym6f;
+    const real t_i37zu = t_gousg_2 * t_kbu34
+        - t_hi7pc_2
+        - (cos_theta1 * t_3cyzx + cos_theta2 * t_psho3)
+        - (t_vsxem_2 + K_L32 * t_pvuei);
+    const real t_qkxsr = t_ztwwp * t_6dtnj_3;
+    const real t_ixsm7 = K(1.0) - (K_L32 * t_ttmjd_2 + t_upifj * t_aym6f) + t_f2nhc_2 * t_edyl7_2;
+    const real t_xz3mi = t_qkxsr * t_ixsm7;
+    const real t_4pum4 = t_w6lcf * t_6dtnj;
+    const real t_ttmjd_3 = t_f2nhc * t_4pum4;
+    const real t_6n47e = t_vpdgs * t_6dtnj_2;
+    const real t_k3wti = t_ttmjd_3 * t_6dtnj_2 + t_6n47e * t_ttmjd;
+    const real t_dmwjb = t_vpdgs * t_ttmjd_2 - t_upifj * t_k3wti + t_f2nhc_2 * t_4pum4;
+    const real t_bintu_6 = K_L43 * t_6dtnj_3;
+    const real t_ifyug = t_dmwjb * t_6dtnj_3 - t_bintu_6 * t_ixsm7;
+    const real t_w4gxd = X_x4 * t_ifyug;
+    const real t_hi7pc_3 = b1 * t_4pum4;
+    const real t_43ush = Bs_1 * t_fzlh5;
+    const real t_43ush_2 = Bs_2 * t_fzlh5;
+    const real t_d7hfd = X_y2 * t_k3wti;
+    const real t_jlsjz = X_y3 * t_ifyug;
+    const real t_c6h37 = t_w6lcf * t_kbu34
+        - t_hi7pc_3
+        - (t_43ush + t_43ush_2)
+        + (t_vpdgs * t_pvuei - t_d7hfd)
+        - (t_jlsjz + K_L43 * t_i37zu);
+    const real t_temm3_3 = t_bintu_2 * t_6dtnj_4;
+    const real t_d5bb5 = t_vpdgs * t_ttmjd_3
+        + t_ly572 * t_k3wti
+        - (K_L43 * t_dmwjb + t_ichgo * t_ifyug)
+        + t_hig3c_6 * t_4pum4;
+    const real t_q5mjf = t_temm3_3 * t_d5bb5;
+    const real t_nsml3 = wth_1 * t_ewbss;
+    const real t_a6pgw = t_nsml3 - me1 * t_ewbss;
+    const real t_ub7n3 = wth_2 * t_ewbss;
+    const real t_7mwog = t_ub7n3 - me2 * t_ewbss;
+    const real t_24x7k = Ass_1 * t_ewbss;
+    const real t_7z6qm = t_a6pgw - t_24x7k;
+    const real t_24x7k_2 = Ass_2 * t_ewbss;
+    const real t_72oss = t_7mwog - t_24x7k_2;
+    const real t_fo3nb = S_sq1 * t_7z6qm + S_sq2 * t_72oss;
+    const real t_24x7k_3 = Asc_1 * t_ewbss;
+    const real t_24x7k_4 = Asc_2 * t_ewbss;
+    const real t_wnxfa = sin_theta1 * t_24x7k_3 + sin_theta2 * t_24x7k_4;
+    const real t_wj56m = t_s62lc * t_6dtnj;
+    const real t_a5v46 = t_wnxfa * t_6dtnj - t_wj56m;
+    const real t_jdkxp = t_a6pgw + t_7mwog - t_fo3nb - t_f2nhc * t_a5v46;
+    const real t_bintu_7 = K_L52 * t_6dtnj_2;
+    const real t_5mqnp = t_bintu_7 * t_ttmjd;
+    const real t_oflzh = t_jdkxp * t_6dtnj_2 - t_5mqnp;
+    const real t_xddt2 = K_L52 * t_ttmjd_3;
+    const real t_6r3qm = q_1 * t_nsml3;
+    const real t_32yoo = cos_theta1 * t_6r3qm;
+    const real t_o5twn = q_2 * t_ub7n3;
+    const real t_wv3vc = cos_theta2 * t_o5twn;
+    const real t_24x7k_5 = Bc_1 * t_ewbss;
+    const real t_24x7k_6 = Bc_2 * t_ewbss;
+    const real t_4ftgr = K_L53 * t_dmwjb;
+    const real t_fo3nb_2 = SC1 * t_7z6qm + SC2 * t_72oss;
+    const real t_xddt2_2 = K_L52 * t_ttmjd_2;
+    const real t_kpp3w = t_fo3nb_2 + (t_xddt2_2 + t_upifj * t_oflzh) + t_f2nhc_2 * t_a5v46;
+    const real t_bintu_8 = K_L53 * t_6dtnj_3;
+    const real t_vvhgf = t_bintu_8 * t_ixsm7;
+    const real t_5gcm2 = t_kpp3w * t_6dtnj_3 + t_vvhgf;
+    const real t_umsem = t_ly572 * t_oflzh
+        - t_xddt2
+        - (t_32yoo + t_wv3vc + sin_theta1 * t_24x7k_5 + sin_theta2 * t_24x7k_6)
+        - (t_4ftgr - t_ichgo * t_5gcm2)
+        - t_hig3c_6 * t_a5v46;
+    const real t_bintu_9 = K_L54 * t_6dtnj_4;
+    const real t_jun2h = t_bintu_9 * t_d5bb5;
+    const real t_e5cuc = t_umsem * t_6dtnj_4 - t_jun2h;
+    const real t_bxwqu = t_43ush + (e1 * t_3cyzx + F_t1 * t_ewbss);
+    const real t_q73hq = t_43ush_2 + (e2 * t_psho3 + F_t2 * t_ewbss);
+    const real t_sbsmq = f_y * t_ewbss
+        - (sin_theta1 * t_bxwqu + sin_theta2 * t_q73hq + t_mallh * t_ewbss + t_lbh6o * t_ewbss)
+        + (b1 * t_a5v46 + t_s62lc * t_kbu34)
+        - (X_y2 * t_oflzh + K_L52 * t_pvuei)
+        - (K_L53 * t_i37zu - X_y3 * t_5gcm2)
+        - (X_y4 * t_e5cuc + K_L54 * t_c6h37);
+    const real t_temm3_4 = t_bintu * t_6dtnj_5;
+    const real t_e5i76 = wg_1 * t_ewbss + g_1 * t_nsml3;
+    const real t_hb66z = wg_2 * t_ewbss + g_2 * t_ub7n3;
+    const real t_rs5fr = e1 + e1;
+    const real t_ahrrg = me1 * (t_rs5fr * t_ewbss);
+    const real t_mwcjk = K(-2.0) * t_24x7k_5 + (eAss_1 * t_ewbss + e1 * t_24x7k);
+    const real t_kt4ys = t_ahrrg + t_mwcjk - t_e5i76;
+    const real t_eck7l = S_sq1 * t_kt4ys;
+    const real t_xicwq = e2 + e2;
+    const real t_qw3iz = me2 * (t_xicwq * t_ewbss);
+    const real t_cbefg = K(-2.0) * t_24x7k_6 + (eAss_2 * t_ewbss + e2 * t_24x7k_2);
+    const real t_sjim2 = t_qw3iz + t_cbefg - t_hb66z;
+    const real t_x34in = S_sq2 * t_sjim2;
+    const real t_ga54v = x_C + x_C;
+    const real t_lohkt = t_piq3g - (t_2ijrp - M_C * (t_ga54v * t_ewbss));
+    const real t_wp6j7 = t_e5i76
+        + t_hb66z
+        + t_eck7l
+        + t_x34in
+        + t_lohkt
+        - t_ahrrg
+        - t_qw3iz
+        + K(-2.0) * t_32yoo
+        + K(-2.0) * t_wv3vc
+        - (K_L52 * t_jdkxp + t_6vega * t_oflzh)
+        + (K_L53 * t_kpp3w + t_jmicp * t_5gcm2)
+        - (K_L54 * t_umsem + t_otpfz * t_e5cuc)
+        - (t_s62lc * t_wnxfa + t_6iku5 * t_a5v46);
+    const real t_sgyk7 = sin_theta1 * t_6r3qm + sin_theta2 * t_o5twn;
+    const real t_wnxfa_2 = cos_theta1 * t_24x7k_3 + cos_theta2 * t_24x7k_4;
+    const real t_wj56m_2 = t_s62lc_2 * t_6dtnj;
+    const real t_a5v46_2 = t_wnxfa_2 * t_6dtnj - t_wj56m_2;
+    const real t_56tn4 = t_fo3nb_2 + t_f2nhc * t_a5v46_2;
+    const real t_l3pbw = t_bk7yo * t_6dtnj_2;
+    const real t_szn7j = t_l3pbw * t_ttmjd;
+    const real t_ur3y3 = t_56tn4 * t_6dtnj_2 - t_szn7j;
+    const real t_bwqbz = t_bk7yo * t_ttmjd_2;
+    const real t_bwzwv = t_fo3nb + (t_24x7k + t_24x7k_2) + (t_bwqbz + t_upifj * t_ur3y3) - t_f2nhc_2 * t_a5v46_2;
+    const real t_bintu_10 = K_L63 * t_6dtnj_3;
+    const real t_vvhgf_2 = t_bintu_10 * t_ixsm7;
+    const real t_czhms = t_bwzwv * t_6dtnj_3 - t_vvhgf_2;
+    const real t_bwqbz_2 = t_bk7yo * t_ttmjd_3;
+    const real t_4ftgr_2 = K_L63 * t_dmwjb;
+    const real t_q6wiv = t_sgyk7
+        - cos_theta1 * t_24x7k_5
+        - cos_theta2 * t_24x7k_6
+        - (t_ly572 * t_ur3y3 - t_bwqbz_2)
+        - (t_4ftgr_2 + t_ichgo * t_czhms)
+        - t_hig3c_6 * t_a5v46_2;
+    const real t_bintu_11 = K_L64 * t_6dtnj_4;
+    const real t_jun2h_2 = t_bintu_11 * t_d5bb5;
+    const real t_3yr4e = t_q6wiv * t_6dtnj_4 - t_jun2h_2;
+    const real t_xtgjn = t_sgyk7
+        + SC1 * t_kt4ys
+        + SC2 * t_sjim2
+        + (t_bk7yo * t_jdkxp + t_6vega * t_ur3y3)
+        - (t_jmicp * t_czhms - K_L63 * t_kpp3w)
+        - (K_L64 * t_umsem + t_otpfz * t_3yr4e)
+        - (t_s62lc_2 * t_wnxfa + t_6iku5 * t_a5v46_2);
+    const real t_bintu_12 = K_L65 * t_6dtnj_5;
+    const real t_ay5cl = t_xtgjn * t_6dtnj_5 - t_bintu_12 * t_wp6j7;
+    const real t_wd3c7 = t_gcu5g * t_ewbss
+        + (cos_theta1 * t_bxwqu + cos_theta2 * t_q73hq - t_mallh_2 * t_ewbss - t_lbh6o_2 * t_ewbss);
+    const real t_mt6op = b1 * t_a5v46_2
+        + t_s62lc_2 * t_kbu34
+        - t_wd3c7
+        + (X_y2 * t_ur3y3 + t_bk7yo * t_pvuei)
+        - (X_y3 * t_czhms + K_L63 * t_i37zu)
+        - (X_y4 * t_3yr4e + K_L64 * t_c6h37)
+        - (X_y5 * t_ay5cl + K_L65 * t_sbsmq);
+    const real t_bintu_13 = X_x6 * t_6dtnj_6;
+    const real t_njk3r = t_mwcjk
+        + t_cbefg
+        + t_lohkt
+        - t_eck7l
+        - t_x34in
+        - (t_bk7yo * t_56tn4 + t_avyqv * t_ur3y3)
+        - (K_L63 * t_bwzwv + t_2dahu * t_czhms)
+        - (K_L64 * t_q6wiv + t_aolgd * t_3yr4e)
+        - (K_L65 * t_xtgjn + t_hdeaq * t_ay5cl)
+        - (t_s62lc_2 * t_wnxfa_2 + t_6iku5_2 * t_a5v46_2);
+    const real t_jjimd = t_mt6op * t_6dtnj_6 - t_bintu_13 * t_njk3r;
+    const real t_3layk = t_sbsmq * t_6dtnj_5 - t_temm3_4 * t_wp6j7 - (X_x6 * t_ay5cl + K_L65 * t_jjimd);
+    const real t_eswkt = t_c6h37 * t_6dtnj_4
+        - t_q5mjf
+        - (X_x5 * t_e5cuc + K_L54 * t_3layk)
+        - (X_x6 * t_3yr4e + K_L64 * t_jjimd);
+    const real t_xmlr2 = t_i37zu * t_6dtnj_3
+        - t_xz3mi
+        - (t_w4gxd + K_L43 * t_eswkt)
+        - (K_L53 * t_3layk - X_x5 * t_5gcm2)
+        - (X_x6 * t_czhms + K_L63 * t_jjimd);
+    const real t_d7hfd_2 = X_x4 * t_k3wti;
+    const real t_iget4 = t_pvuei * t_6dtnj_2
+        - t_ozhku
+        - (t_vsxem + K_L32 * t_xmlr2)
+        + (t_vpdgs * t_eswkt - t_d7hfd_2)
+        - (X_x5 * t_oflzh + K_L52 * t_3layk)
+        + (X_x6 * t_ur3y3 + t_bk7yo * t_jjimd);
+    const real t_hi7pc_4 = X_x2 * t_edyl7;
+    const real t_hi7pc_5 = X_x3 * t_edyl7_2;
+    const real t_hi7pc_6 = X_x4 * t_4pum4;
+    const real t_6ev6p = t_kbu34 * t_6dtnj
+        - t_temm3
+        + (t_gousg * t_iget4 - t_hi7pc_4)
+        + (t_gousg_2 * t_xmlr2 - t_hi7pc_5)
+        + (t_w6lcf * t_eswkt - t_hi7pc_6)
+        + (X_x5 * t_a5v46 + t_s62lc * t_3layk)
+        + (X_x6 * t_a5v46_2 + t_s62lc_2 * t_jjimd)
+        - t_fzlh5;
+    const real t_r65kk = p[h0] * t_bm3wf + t_2ej5d;
+    const real t_zunjq = t_rybsf * t_r65kk;
+    const real t_tuzgs = mv1 * (cos_phi1 * t_zunjq);
+    const real t_gozrx = mv2 * (cos_phi2 * t_zunjq);
+    const real t_kbu34_2 = cos_phi1 * t_tuzgs + cos_phi2 * t_gozrx;
+    const real t_3cyzx_2 = sin_phi1 * t_tuzgs;
+    const real t_psho3_2 = sin_phi2 * t_gozrx;
+    const real t_pvuei_2 = t_gousg * t_kbu34_2 - t_hi7pc - (sin_theta1 * t_3cyzx_2 + sin_theta2 * t_psho3_2);
+    const real t_i37zu_2 = t_gousg_2 * t_kbu34_2
+        - t_hi7pc_2
+        - (cos_theta1 * t_3cyzx_2 + cos_theta2 * t_psho3_2)
+        - (t_vsxem_2 + K_L32 * t_pvuei_2);
+    const real t_ahxf5 = Bs_1 * t_zunjq;
+    const real t_ahxf5_2 = Bs_2 * t_zunjq;
+    const real t_c6h37_2 = t_w6lcf * t_kbu34_2
+        - t_hi7pc_3
+        - (t_ahxf5 + t_ahxf5_2)
+        + (t_vpdgs * t_pvuei_2 - t_d7hfd)
+        - (t_jlsjz + K_L43 * t_i37zu_2);
+    const real t_r55fe = wth_1 * t_r65kk;
+    const real t_lnkva = t_r55fe - me1 * t_r65kk;
+    const real t_ijzx5 = wth_2 * t_r65kk;
+    const real t_kk44m = t_ijzx5 - me2 * t_r65kk;
+    const real t_yc5ez = Ass_1 * t_r65kk;
+    const real t_m5ugd = t_lnkva - t_yc5ez;
+    const real t_yc5ez_2 = Ass_2 * t_r65kk;
+    const real t_jyqad = t_kk44m - t_yc5ez_2;
+    const real t_fo3nb_3 = S_sq1 * t_m5ugd + S_sq2 * t_jyqad;
+    const real t_yc5ez_3 = Asc_1 * t_r65kk;
+    const real t_yc5ez_4 = Asc_2 * t_r65kk;
+    const real t_etkem = sin_theta1 * t_yc5ez_3 + sin_theta2 * t_yc5ez_4;
+    const real t_a5v46_3 = t_etkem * t_6dtnj - t_wj56m;
+    const real t_i4twa = t_lnkva + t_kk44m - t_fo3nb_3 - t_f2nhc * t_a5v46_3;
+    const real t_oflzh_2 = t_i4twa * t_6dtnj_2 - t_5mqnp;
+    const real t_xyj5v = q_1 * t_r55fe;
+    const real t_32yoo_2 = cos_theta1 * t_xyj5v;
+    const real t_eqtsq = q_2 * t_ijzx5;
+    const real t_wv3vc_2 = cos_theta2 * t_eqtsq;
+    const real t_yc5ez_5 = Bc_1 * t_r65kk;
+    const real t_yc5ez_6 = Bc_2 * t_r65kk;
+    const real t_fo3nb_4 = SC1 * t_m5ugd + SC2 * t_jyqad;
+    const real t_kpp3w_2 = t_fo3nb_4 + (t_xddt2_2 + t_upifj * t_oflzh_2) + t_f2nhc_2 * t_a5v46_3;
+    const real t_5gcm2_2 = t_kpp3w_2 * t_6dtnj_3 + t_vvhgf;
+    const real t_erkgo = t_ly572 * t_oflzh_2
+        - t_xddt2
+        - (t_32yoo_2 + t_wv3vc_2 + sin_theta1 * t_yc5ez_5 + sin_theta2 * t_yc5ez_6)
+        - (t_4ftgr - t_ichgo * t_5gcm2_2)
+        - t_hig3c_6 * t_a5v46_3;
+    const real t_e5cuc_2 = t_erkgo * t_6dtnj_4 - t_jun2h;
+    const real t_awc6p = t_ahxf5 + (e1 * t_3cyzx_2 + F_t1 * t_r65kk);
+    const real t_gxhw2 = t_ahxf5_2 + (e2 * t_psho3_2 + F_t2 * t_r65kk);
+    const real t_kjiwl = f_y * t_r65kk
+        - (sin_theta1 * t_awc6p + sin_theta2 * t_gxhw2 + t_mallh * t_r65kk + t_lbh6o * t_r65kk)
+        + (b1 * t_a5v46_3 + t_s62lc * t_kbu34_2)
+        - (X_y2 * t_oflzh_2 + K_L52 * t_pvuei_2)
+        - (K_L53 * t_i37zu_2 - X_y3 * t_5gcm2_2)
+        - (X_y4 * t_e5cuc_2 + K_L54 * t_c6h37_2);
+    const real t_qymqk = wg_1 * t_r65kk + g_1 * t_r55fe;
+    const real t_vjed4 = wg_2 * t_r65kk + g_2 * t_ijzx5;
+    const real t_z4cay = me1 * (t_rs5fr * t_r65kk);
+    const real t_7ojca = K(-2.0) * t_yc5ez_5 + (eAss_1 * t_r65kk + e1 * t_yc5ez);
+    const real t_yxzss = t_z4cay + t_7ojca - t_qymqk;
+    const real t_eck7l_2 = S_sq1 * t_yxzss;
+    const real t_tug2v = me2 * (t_xicwq * t_r65kk);
+    const real t_vncyr = K(-2.0) * t_yc5ez_6 + (eAss_2 * t_r65kk + e2 * t_yc5ez_2);
+    const real t_skiih = t_tug2v + t_vncyr - t_vjed4;
+    const real t_x34in_2 = S_sq2 * t_skiih;
+    const real t_zr7x6 = t_rvsxd - (t_2ijrp - M_C * (t_ga54v * t_r65kk));
+    const real t_g74y5 = t_qymqk
+        + t_vjed4
+        + t_eck7l_2
+        + t_x34in_2
+        + t_zr7x6
+        - t_z4cay
+        - t_tug2v
+        + K(-2.0) * t_32yoo_2
+        + K(-2.0) * t_wv3vc_2
+        - (K_L52 * t_i4twa + t_6vega * t_oflzh_2)
+        + (K_L53 * t_kpp3w_2 + t_jmicp * t_5gcm2_2)
+        - (K_L54 * t_erkgo + t_otpfz * t_e5cuc_2)
+        - (t_s62lc * t_etkem + t_6iku5 * t_a5v46_3);
+    const real t_sgyk7_2 = sin_theta1 * t_xyj5v + sin_theta2 * t_eqtsq;
+    const real t_etkem_2 = cos_theta1 * t_yc5ez_3 + cos_theta2 * t_yc5ez_4;
+    const real t_a5v46_4 = t_etkem_2 * t_6dtnj - t_wj56m_2;
+    const real t_56tn4_2 = t_fo3nb_4 + t_f2nhc * t_a5v46_4;
+    const real t_ur3y3_2 = t_56tn4_2 * t_6dtnj_2 - t_szn7j;
+    const real t_zxoj3 = t_fo3nb_3 + (t_yc5ez + t_yc5ez_2) + (t_bwqbz + t_upifj * t_ur3y3_2) - t_f2nhc_2 * t_a5v46_4;
+    const real t_czhms_2 = t_zxoj3 * t_6dtnj_3 - t_vvhgf_2;
+    const real t_lmazv = t_sgyk7_2
+        - cos_theta1 * t_yc5ez_5
+        - cos_theta2 * t_yc5ez_6
+        - (t_ly572 * t_ur3y3_2 - t_bwqbz_2)
+        - (t_4ftgr_2 + t_ichgo * t_czhms_2)
+        - t_hig3c_6 * t_a5v46_4;
+    const real t_3yr4e_2 = t_lmazv * t_6dtnj_4 - t_jun2h_2;
+    const real t_xtgjn_2 = t_sgyk7_2
+        + SC1 * t_yxzss
+        + SC2 * t_skiih
+        + (t_bk7yo * t_i4twa + t_6vega * t_ur3y3_2)
+        - (t_jmicp * t_czhms_2 - K_L63 * t_kpp3w_2)
+        - (K_L64 * t_erkgo + t_otpfz * t_3yr4e_2)
+        - (t_s62lc_2 * t_etkem + t_6iku5 * t_a5v46_4);
+    const real t_ay5cl_2 = t_xtgjn_2 * t_6dtnj_5 - t_bintu_12 * t_g74y5;
+    const real t_tzh4g = t_gcu5g * t_r65kk
+        + (cos_theta1 * t_awc6p + cos_theta2 * t_gxhw2 - t_mallh_2 * t_r65kk - t_lbh6o_2 * t_r65kk);
+    const real t_n4ocj = b1 * t_a5v46_4
+        + t_s62lc_2 * t_kbu34_2
+        - t_tzh4g
+        + (X_y2 * t_ur3y3_2 + t_bk7yo * t_pvuei_2)
+        - (X_y3 * t_czhms_2 + K_L63 * t_i37zu_2)
+        - (X_y4 * t_3yr4e_2 + K_L64 * t_c6h37_2)
+        - (X_y5 * t_ay5cl_2 + K_L65 * t_kjiwl);
+    const real t_zloya = t_7ojca
+        + t_vncyr
+        + t_zr7x6
+        - t_eck7l_2
+        - t_x34in_2
+        - (t_bk7yo * t_56tn4_2 + t_avyqv * t_ur3y3_2)
+        - (K_L63 * t_zxoj3 + t_2dahu * t_czhms_2)
+        - (K_L64 * t_lmazv + t_aolgd * t_3yr4e_2)
+        - (K_L65 * t_xtgjn_2 + t_hdeaq * t_ay5cl_2)
+        - (t_s62lc_2 * t_etkem_2 + t_6iku5_2 * t_a5v46_4);
+    const real t_jjimd_2 = t_n4ocj * t_6dtnj_6 - t_bintu_13 * t_zloya;
+    const real t_726dp = t_kjiwl * t_6dtnj_5 - t_temm3_4 * t_g74y5 - (X_x6 * t_ay5cl_2 + K_L65 * t_jjimd_2);
+    const real t_eswkt_2 = t_c6h37_2 * t_6dtnj_4
+        - t_q5mjf
+        - (X_x5 * t_e5cuc_2 + K_L54 * t_726dp)
+        - (X_x6 * t_3yr4e_2 + K_L64 * t_jjimd_2);
+    const real t_xmlr2_2 = t_i37zu_2 * t_6dtnj_3
+        - t_xz3mi
+        - (t_w4gxd + K_L43 * t_eswkt_2)
+        - (K_L53 * t_726dp - X_x5 * t_5gcm2_2)
+        - (X_x6 * t_czhms_2 + K_L63 * t_jjimd_2);
+    const real t_iget4_2 = t_pvuei_2 * t_6dtnj_2
+        - t_ozhku
+        - (t_vsxem + K_L32 * t_xmlr2_2)
+        + (t_vpdgs * t_eswkt_2 - t_d7hfd_2)
+        - (X_x5 * t_oflzh_2 + K_L52 * t_726dp)
+        + (X_x6 * t_ur3y3_2 + t_bk7yo * t_jjimd_2);
+    const real t_cjtpu = t_kbu34_2 * t_6dtnj
+        - t_temm3
+        + (t_gousg * t_iget4_2 - t_hi7pc_4)
+        + (t_gousg_2 * t_xmlr2_2 - t_hi7pc_5)
+        + (t_w6lcf * t_eswkt_2 - t_hi7pc_6)
+        + (X_x5 * t_a5v46_3 + t_s62lc * t_726dp)
+        + (X_x6 * t_a5v46_4 + t_s62lc_2 * t_jjimd_2)
+        - t_zunjq;
+    const real t_ryjlu = W13 + X_y4 * t_bintu_11;
+    const real t_ubk67 = t_otpfz * t_bintu_11;
+    const real t_spipl = t_ubk67 * t_6dtnj_5;
+    const real t_ubk67_2 = t_otpfz * t_bintu_9;
+    const real t_mg6h7 = K(1.0) + t_ubk67_2;
+    const real t_rupws = t_spipl - t_bintu_12 * t_mg6h7;
+    const real t_kk2hb = W12 + X_y4 * t_bintu_9;
+    const real t_tgigk = K_L65 * t_kk2hb;
+    const real t_ku3ad = t_aolgd * t_bintu_11;
+    const real t_lnv7y = K_L65 * t_ubk67;
+    const real t_cfpk7 = (t_ryjlu - (X_y5 * t_rupws + t_tgigk)) * t_6dtnj_6
+        - t_bintu_13 * (K(1.0) + t_ku3ad - (t_lnv7y + t_hdeaq * t_rupws));
+    const real t_znrjw = t_kk2hb * t_6dtnj_5;
+    const real t_lfenl = t_znrjw - t_temm3_4 * t_mg6h7 - (X_x6 * t_rupws + K_L65 * t_cfpk7);
+    const real t_lzhcv = X_x5 * t_bintu_9;
+    const real t_lzhcv_2 = X_x6 * t_bintu_11;
+    const real t_thfjf = t_temm3_3 + (K_L54 * t_lfenl - t_lzhcv) + (K_L64 * t_cfpk7 - t_lzhcv_2);
+    const real t_yfckp = K_L43 * t_thfjf - K_L53 * t_lfenl - K_L63 * t_cfpk7;
+    const real t_ytr6m = t_bk7yo * t_cfpk7 - (K_L32 * t_yfckp + t_vpdgs * t_thfjf + K_L52 * t_lfenl);
+    const real t_zhozy = t_gousg * t_ytr6m
+        + t_gousg_2 * t_yfckp
+        - t_w6lcf * t_thfjf
+        + t_s62lc * t_lfenl
+        + t_s62lc_2 * t_cfpk7;
+    const real t_yjf7o = t_spipl - t_bintu_12 * t_ubk67_2;
+    const real t_l4ku2 = (t_ryjlu - (X_y5 * t_yjf7o + t_tgigk)) * t_6dtnj_6
+        - t_bintu_13 * (t_ku3ad - (t_lnv7y + t_hdeaq * t_yjf7o));
+    const real t_zz5n2 = t_znrjw - t_temm3_4 * t_ubk67_2 - (X_x6 * t_yjf7o + K_L65 * t_l4ku2);
+    const real t_hj63s = t_temm3_3 + (K_L54 * t_zz5n2 - t_lzhcv) + (K_L64 * t_l4ku2 - t_lzhcv_2);
+    const real t_glplv = K_L43 * t_hj63s - K_L53 * t_zz5n2 - K_L63 * t_l4ku2;
+    const real t_ymjpx = t_bk7yo * t_l4ku2 - (K_L32 * t_glplv + t_vpdgs * t_hj63s + K_L52 * t_zz5n2);
+    const real t_taptd = t_gousg * t_ymjpx
+        + t_gousg_2 * t_glplv
+        - t_w6lcf * t_hj63s
+        + t_s62lc * t_zz5n2
+        + t_s62lc_2 * t_l4ku2;
     const real t_qrwvx = x[wz] * x[wy];
-    const real t_kzfz6 = t_qrwvx * t_lt2al;
-    const real t_kuo7u = W12 + K_L54 * t_qrwvx;
-    const real t_3pacs = t_kuo7u * t_ftqxb;
-    const real t_ekx6e = K_L64 * t_qrwvx;
-    const real t_cxt3w = K_L65 * t_kuo7u;
-    const real t_gao76 = (W13 - t_ekx6e + t_cxt3w) * t_nfkwa - t_o4hiw;
-    const real t_gaejw = t_3pacs + K_L65 * t_gao76;
-    const real t_as7pg = t_kzfz6 + K_L54 * t_gaejw - K_L64 * t_gao76;
-    const real t_kyglk = K_L53 * t_gaejw - K_L43 * t_as7pg - K_L63 * t_gao76;
-    const real t_rurrs = t_6urah * t_as7pg - K_L32 * t_kyglk + K_L52 * t_gaejw + t_dj64q * t_gao76;
-    const real t_uep4m = t_w7lcw * t_rurrs
-        + t_3go2w * t_kyglk
-        + t_xq4wt * t_as7pg
-        - t_vshgd * t_gaejw
-        + t_e4enr * t_gao76;
-    const real t_mnjvs = (t_ekx6e - W13 - (t_cxt3w - X_y5 * t_dzxqu)) * t_nfkwa
-        - t_o4hiw * (t_jo54w * t_dzxqu);
-    const real t_etzpb = t_3pacs - t_eriz2 - (K_L65 * t_mnjvs - X_x6 * t_dzxqu);
-    const real t_nb4xm = t_kzfz6 + K_L54 * t_etzpb + K_L64 * t_mnjvs;
-    const real t_dv2mw = K_L43 * t_nb4xm - K_L53 * t_etzpb - K_L63 * t_mnjvs;
-    const real t_wsp5s = t_dj64q * t_mnjvs - (K_L32 * t_dv2mw + t_6urah * t_nb4xm + K_L52 * t_etzpb);
-    const real t_vid5u = t_w7lcw * t_wsp5s
-        + t_3go2w * t_dv2mw
-        - t_xq4wt * t_nb4xm
-        + t_vshgd * t_etzpb
-        + t_e4enr * t_mnjvs;
-    const real t_yqcxm = p[m0] * t_xpjrw;
-    const real t_eja4l = t_rybsf * t_yqcxm;
-    const real t_nwzd4 = mv1 * (cos_phi1 * t_eja4l);
-    const real t_yzxmz = mv2 * (cos_phi2 * t_eja4l);
-    const real t_4xl2z = cos_phi1 * t_nwzd4 + cos_phi2 * t_yzxmz;
-    const real t_rv7s3 = sin_phi1 * t_nwzd4;
-    const real t_o6oom = sin_phi2 * t_yzxmz;
-    const real t_cdwx5 = t_w7lcw * t_4xl2z - (sin_theta1 * t_rv7s3 + sin_theta2 * t_o6oom);
-    const real t_qmxc6 = t_3go2w * t_4xl2z - (cos_theta1 * t_rv7s3 + cos_theta2 * t_o6oom) - K_L32 * t_cdwx5;
-    const real t_5h2df = Bs_1 * t_eja4l;
-    const real t_grpwh = Bs_2 * t_eja4l;
-    const real t_rmagd = t_xq4wt * t_4xl2z - (t_5h2df + t_grpwh) + t_6urah * t_cdwx5 - K_L43 * t_qmxc6;
-    const real t_6haoc = wth_1 * t_yqcxm;
-    const real t_si6iv = t_6haoc - me1 * t_yqcxm;
-    const real t_ge6ok = wth_2 * t_yqcxm;
-    const real t_5naxg = t_ge6ok - me2 * t_yqcxm;
-    const real t_qbn4r = Ass_1 * t_yqcxm;
-    const real t_y2uut = t_si6iv - t_qbn4r;
-    const real t_uyzpn = Ass_2 * t_yqcxm;
-    const real t_3onw4 = t_5naxg - t_uyzpn;
-    const real t_hui6q = S_sq1 * t_y2uut + S_sq2 * t_3onw4;
-    const real t_7eucp = Asc_1 * t_yqcxm;
-    const real t_rmedn = Asc_2 * t_yqcxm;
-    const real t_wb4eu = sin_theta1 * t_7eucp + sin_theta2 * t_rmedn;
-    const real t_qmomo = t_wb4eu * t_bpfoo;
-    const real t_pbjk2 = t_si6iv + t_5naxg - t_hui6q - t_b3aij * t_qmomo;
-    const real t_paub7 = t_pbjk2 * t_4iujv;
-    const real t_ucf5m = q_1 * t_6haoc;
-    const real t_haevv = cos_theta1 * t_ucf5m;
-    const real t_44dkd = q_2 * t_ge6ok;
-    const real t_rsccx = cos_theta2 * t_44dkd;
-    const real t_x53xs = Bc_1 * t_yqcxm;
-    const real t_gh2np = Bc_2 * t_yqcxm;
-    const real t_6r4hi = SC1 * t_y2uut + SC2 * t_3onw4;
-    const real t_cr5x5 = t_6r4hi + t_d4mqf * t_paub7 + t_zzymx * t_qmomo;
-    const real t_3n6r6 = t_cr5x5 * t_zmh3u;
-    const real t_47mxx = t_m67zs * t_paub7
-        - (t_haevv + t_rsccx + sin_theta1 * t_x53xs + sin_theta2 * t_gh2np)
-        + t_m27n6 * t_3n6r6
-        - t_2m245 * t_qmomo;
-    const real t_wwfdm = t_47mxx * t_lt2al;
-    const real t_cg6s6 = t_5h2df + (e1 * t_rv7s3 + F_t1 * t_yqcxm);
-    const real t_iyhk4 = t_grpwh + (e2 * t_o6oom + F_t2 * t_yqcxm);
-    const real t_jjpzk = f_y * t_yqcxm
-        - (sin_theta1 * t_cg6s6 + sin_theta2 * t_iyhk4 + t_vt7uo * t_yqcxm + t_oncjt * t_yqcxm)
-        + (b1 * t_qmomo + t_vshgd * t_4xl2z)
-        - (X_y2 * t_paub7 + K_L52 * t_cdwx5)
-        - (K_L53 * t_qmxc6 - X_y3 * t_3n6r6)
-        - (X_y4 * t_wwfdm + K_L54 * t_rmagd);
-    const real t_45fld = wg_1 * t_yqcxm + g_1 * t_6haoc;
-    const real t_psjn2 = wg_2 * t_yqcxm + g_2 * t_ge6ok;
-    const real t_npch2 = me1 * (t_o6yyy * t_yqcxm);
-    const real t_mxlsp = K(-2.0) * t_x53xs + (eAss_1 * t_yqcxm + e1 * t_qbn4r);
-    const real t_mkxmp = t_npch2 + t_mxlsp - t_45fld;
-    const real t_i2wb2 = S_sq1 * t_mkxmp;
-    const real t_7jt7i = me2 * (t_rdwum * t_yqcxm);
-    const real t_h6fui = K(-2.0) * t_gh2np + (eAss_2 * t_yqcxm + e2 * t_uyzpn);
-    const real t_zljwx = t_7jt7i + t_h6fui - t_psjn2;
-    const real t_yjdhu = S_sq2 * t_zljwx;
-    const real t_7lshx = p[m0] * (p[h0] + p[h0]) + M_C * (t_jf3qj * t_yqcxm);
-    const real t_5cgid = t_45fld
-        + t_psjn2
-        + t_i2wb2
-        + t_yjdhu
-        + t_7lshx
-        - t_npch2
-        - t_7jt7i
-        + K(-2.0) * t_haevv
-        + K(-2.0) * t_rsccx
-        - (K_L52 * t_pbjk2 + t_p6zld * t_paub7)
-        + (K_L53 * t_cr5x5 + t_bxfcn * t_3n6r6)
-        - (K_L54 * t_47mxx + t_amczu * t_wwfdm)
-        - (t_vshgd * t_wb4eu + t_6mmeb * t_qmomo);
-    const real t_5sezt = sin_theta1 * t_ucf5m + sin_theta2 * t_44dkd;
-    const real t_b6ora = cos_theta1 * t_7eucp + cos_theta2 * t_rmedn;
-    const real t_5jxyz = t_b6ora * t_bpfoo;
-    const real t_dv45p = t_6r4hi + t_b3aij * t_5jxyz;
-    const real t_dj64q_2 = t_dv45p * t_4iujv;
-    const real t_2tnv4 = t_hui6q + (t_qbn4r + t_uyzpn) + t_d4mqf * t_dj64q_2 - t_zzymx * t_5jxyz;
-    const real t_wf2jj = t_2tnv4 * t_zmh3u;
-    const real t_thbdx = t_5sezt
-        - cos_theta1 * t_x53xs
-        - cos_theta2 * t_gh2np
-        - t_m67zs * t_dj64q_2
-        - t_m27n6 * t_wf2jj
-        - t_2m245 * t_5jxyz;
-    const real t_sqjh6 = t_thbdx * t_lt2al;
-    const real t_vgbav = t_5sezt
-        + SC1 * t_mkxmp
-        + SC2 * t_zljwx
-        + (t_dj64q * t_pbjk2 + t_p6zld * t_dj64q_2)
-        - (t_bxfcn * t_wf2jj - K_L63 * t_cr5x5)
-        - (K_L64 * t_47mxx + t_amczu * t_sqjh6)
-        - (t_e4enr * t_wb4eu + t_6mmeb * t_5jxyz);
-    const real t_ckl4j = t_vgbav * t_ftqxb - t_dzxqu * t_5cgid;
-    const real t_xve4h = t_gcu5g * t_yqcxm
-        + (cos_theta1 * t_cg6s6 + cos_theta2 * t_iyhk4 - t_azclp * t_yqcxm - t_iya7w * t_yqcxm);
-    const real t_w2w3o = b1 * t_5jxyz
-        + t_e4enr * t_4xl2z
-        - t_xve4h
-        + (X_y2 * t_dj64q_2 + t_dj64q * t_cdwx5)
-        - (X_y3 * t_wf2jj + K_L63 * t_qmxc6)
-        - (X_y4 * t_sqjh6 + K_L64 * t_rmagd)
-        - (X_y5 * t_ckl4j + K_L65 * t_jjpzk);
-    const real t_llxg2 = t_mxlsp
-        + t_h6fui
-        + t_7lshx
-        - t_i2wb2
-        - t_yjdhu
-        - (t_dj64q * t_dv45p + t_qvrp6 * t_dj64q_2)
-        - (K_L63 * t_2tnv4 + t_rahc4 * t_wf2jj)
-        - (K_L64 * t_thbdx + t_e4k6u * t_sqjh6)
-        - (K_L65 * t_vgbav + t_jo54w * t_ckl4j)
-        - (t_e4enr * t_b6ora + t_bl4f2 * t_5jxyz);
-    const real t_ezo2r = t_w2w3o * t_nfkwa - t_o4hiw * t_llxg2;
-    const real t_4mcw6 = t_jjpzk * t_ftqxb - t_eriz2 * t_5cgid - (X_x6 * t_ckl4j + K_L65 * t_ezo2r);
-    const real t_w2yvj = t_rmagd * t_lt2al
-        - (X_x5 * t_wwfdm + K_L54 * t_4mcw6)
-        - (X_x6 * t_sqjh6 + K_L64 * t_ezo2r);
-    const real t_chekg = t_qmxc6 * t_zmh3u
-        - K_L43 * t_w2yvj
-        - (K_L53 * t_4mcw6 - X_x5 * t_3n6r6)
-        - (X_x6 * t_wf2jj + K_L63 * t_ezo2r);
-    const real t_akwof = t_cdwx5 * t_4iujv
-        - K_L32 * t_chekg
-        + t_6urah * t_w2yvj
-        - (X_x5 * t_paub7 + K_L52 * t_4mcw6)
-        + (X_x6 * t_dj64q_2 + t_dj64q * t_ezo2r);
-    const real t_ulrhu = t_4xl2z * t_bpfoo
-        + t_w7lcw * t_akwof
-        + t_3go2w * t_chekg
-        + t_xq4wt * t_w2yvj
-        + (X_x5 * t_qmomo + t_vshgd * t_4mcw6)
-        + (X_x6 * t_5jxyz + t_e4enr * t_ezo2r)
-        - t_eja4l;
-    const real t_fzk4w = p[m] * t_xpjrw;
-    const real t_gxqu4 = t_rybsf * t_fzk4w;
-    const real t_nm37d = mv1 * (cos_phi1 * t_gxqu4);
-    const real t_foddl = mv2 * (cos_phi2 * t_gxqu4);
-    const real t_4xl2z_2 = cos_phi1 * t_nm37d + cos_phi2 * t_foddl;
-    const real t_rv7s3_2 = sin_phi1 * t_nm37d;
-    const real t_o6oom_2 = sin_phi2 * t_foddl;
-    const real t_cdwx5_2 = t_w7lcw * t_4xl2z_2 - (sin_theta1 * t_rv7s3_2 + sin_theta2 * t_o6oom_2);
-    const real t_qmxc6_2 = t_3go2w * t_4xl2z_2 - (cos_theta1 * t_rv7s3_2 + cos_theta2 * t_o6oom_2) - K_L32 * t_cdwx5_2;
-    const real t_5mznh = Bs_1 * t_gxqu4;
-    const real t_slgct = Bs_2 * t_gxqu4;
-    const real t_rmagd_2 = t_xq4wt * t_4xl2z_2 - (t_5mznh + t_slgct) + t_6urah * t_cdwx5_2 - K_L43 * t_qmxc6_2;
-    const real t_vnyvj = wth_1 * t_fzk4w;
-    const real t_r6kfj = t_vnyvj - me1 * t_fzk4w;
-    const real t_iaue7 = wth_2 * t_fzk4w;
-    const real t_opjux = t_iaue7 - me2 * t_fzk4w;
-    const real t_2bjtr = Ass_1 * t_fzk4w;
-    const real t_fxcfg = t_r6kfj - t_2bjtr;
-    const real t_pep65 = Ass_2 * t_fzk4w;
-    const real t_pdo3t = t_opjux - t_pep65;
-    const real t_hui6q_2 = S_sq1 * t_fxcfg + S_sq2 * t_pdo3t;
-    const real t_ph4di = Asc_1 * t_fzk4w;
-    const real t_flhvv = Asc_2 * t_fzk4w;
-    const real t_da6la = sin_theta1 * t_ph4di + sin_theta2 * t_flhvv;
-    const real t_qmomo_2 = t_da6la * t_bpfoo;
-    const real t_72a6x = t_r6kfj + t_opjux - t_hui6q_2 - t_b3aij * t_qmomo_2;
-    const real t_paub7_2 = t_72a6x * t_4iujv;
-    const real t_olo6m = q_1 * t_vnyvj;
-    const real t_haevv_2 = cos_theta1 * t_olo6m;
-    const real t_fclpd = q_2 * t_iaue7;
-    const real t_rsccx_2 = cos_theta2 * t_fclpd;
-    const real t_o7noo = Bc_1 * t_fzk4w;
-    const real t_pganz = Bc_2 * t_fzk4w;
-    const real t_6r4hi_2 = SC1 * t_fxcfg + SC2 * t_pdo3t;
-    const real t_cr5x5_2 = t_6r4hi_2 + t_d4mqf * t_paub7_2 + t_zzymx * t_qmomo_2;
-    const real t_3n6r6_2 = t_cr5x5_2 * t_zmh3u;
-    const real t_iq4z3 = t_m67zs * t_paub7_2
-        - (t_haevv_2 + t_rsccx_2 + sin_theta1 * t_o7noo + sin_theta2 * t_pganz)
-        + t_m27n6 * t_3n6r6_2
-        - t_2m245 * t_qmomo_2;
-    const real t_wwfdm_2 = t_iq4z3 * t_lt2al;
-    const real t_6fv7n = t_5mznh + (e1 * t_rv7s3_2 + F_t1 * t_fzk4w);
-    const real t_rvf4r = t_slgct + (e2 * t_o6oom_2 + F_t2 * t_fzk4w);
-    const real t_fzk4w_2 = K(1.0) - t_fzk4w;
-    const real t_ihmol = sin_theta1 * t_6fv7n
-        + sin_theta2 * t_rvf4r
-        + t_vt7uo * t_fzk4w
-        + t_oncjt * t_fzk4w
-        + f_y * t_fzk4w_2;
-    const real t_obclq = b1 * t_qmomo_2
-        + t_vshgd * t_4xl2z_2
-        - t_ihmol
-        - (X_y2 * t_paub7_2 + K_L52 * t_cdwx5_2)
-        - (K_L53 * t_qmxc6_2 - X_y3 * t_3n6r6_2)
-        - (X_y4 * t_wwfdm_2 + K_L54 * t_rmagd_2);
-    const real t_cdamv = wg_1 * t_fzk4w + g_1 * t_vnyvj;
-    const real t_2afio = wg_2 * t_fzk4w + g_2 * t_iaue7;
-    const real t_y2zas = me1 * (t_o6yyy * t_fzk4w);
-    const real t_4uttp = K(-2.0) * t_o7noo + (eAss_1 * t_fzk4w + e1 * t_2bjtr);
-    const real t_ervqp = t_y2zas + t_4uttp - t_cdamv;
-    const real t_i2wb2_2 = S_sq1 * t_ervqp;
-    const real t_ow5vg = me2 * (t_rdwum * t_fzk4w);
-    const real t_4heh4 = K(-2.0) * t_pganz + (eAss_2 * t_fzk4w + e2 * t_pep65);
-    const real t_kkpjo = t_ow5vg + t_4heh4 - t_2afio;
-    const real t_yjdhu_2 = S_sq2 * t_kkpjo;
-    const real t_shwx6 = p[m] * (p[b] + p[b]) + M_C * (t_jf3qj * t_fzk4w);
-    const real t_h2lex = t_cdamv
-        + t_2afio
-        + t_i2wb2_2
-        + t_yjdhu_2
-        + t_shwx6
-        - t_y2zas
-        - t_ow5vg
-        + K(-2.0) * t_haevv_2
-        + K(-2.0) * t_rsccx_2
-        - (K_L52 * t_72a6x + t_p6zld * t_paub7_2)
-        + (K_L53 * t_cr5x5_2 + t_bxfcn * t_3n6r6_2)
-        - (K_L54 * t_iq4z3 + t_amczu * t_wwfdm_2)
-        - (t_vshgd * t_da6la + t_6mmeb * t_qmomo_2);
-    const real t_5sezt_2 = sin_theta1 * t_olo6m + sin_theta2 * t_fclpd;
-    const real t_3amyd = cos_theta1 * t_ph4di + cos_theta2 * t_flhvv;
-    const real t_5jxyz_2 = t_3amyd * t_bpfoo;
-    const real t_dv45p_2 = t_6r4hi_2 + t_b3aij * t_5jxyz_2;
-    const real t_dj64q_3 = t_dv45p_2 * t_4iujv;
-    const real t_t5cnj = t_hui6q_2 + (t_2bjtr + t_pep65) + t_d4mqf * t_dj64q_3 - t_zzymx * t_5jxyz_2;
-    const real t_wf2jj_2 = t_t5cnj * t_zmh3u;
-    const real t_zyth4 = t_5sezt_2
-        - cos_theta1 * t_o7noo
-        - cos_theta2 * t_pganz
-        - t_m67zs * t_dj64q_3
-        - t_m27n6 * t_wf2jj_2
-        - t_2m245 * t_5jxyz_2;
-    const real t_sqjh6_2 = t_zyth4 * t_lt2al;
-    const real t_vgbav_2 = t_5sezt_2
-        + SC1 * t_ervqp
-        + SC2 * t_kkpjo
-        + (t_dj64q * t_72a6x + t_p6zld * t_dj64q_3)
-        - (t_bxfcn * t_wf2jj_2 - K_L63 * t_cr5x5_2)
-        - (K_L64 * t_iq4z3 + t_amczu * t_sqjh6_2)
-        - (t_e4enr * t_da6la + t_6mmeb * t_5jxyz_2);
-    const real t_i26sq = t_vgbav_2 * t_ftqxb - t_dzxqu * t_h2lex;
-    const real t_sgukc = t_gcu5g * t_fzk4w_2
-        - (cos_theta1 * t_6fv7n + cos_theta2 * t_rvf4r - t_azclp * t_fzk4w - t_iya7w * t_fzk4w)
-        + (b1 * t_5jxyz_2 + t_e4enr * t_4xl2z_2)
-        + (X_y2 * t_dj64q_3 + t_dj64q * t_cdwx5_2)
-        - (X_y3 * t_wf2jj_2 + K_L63 * t_qmxc6_2)
-        - (X_y4 * t_sqjh6_2 + K_L64 * t_rmagd_2)
-        - (X_y5 * t_i26sq + K_L65 * t_obclq);
-    const real t_onrkj = t_4uttp
-        + t_4heh4
-        + t_shwx6
-        - t_i2wb2_2
-        - t_yjdhu_2
-        - (t_dj64q * t_dv45p_2 + t_qvrp6 * t_dj64q_3)
-        - (K_L63 * t_t5cnj + t_rahc4 * t_wf2jj_2)
-        - (K_L64 * t_zyth4 + t_e4k6u * t_sqjh6_2)
-        - (K_L65 * t_vgbav_2 + t_jo54w * t_i26sq)
-        - (t_e4enr * t_3amyd + t_bl4f2 * t_5jxyz_2);
-    const real t_q4hjb = t_sgukc * t_nfkwa - t_o4hiw * t_onrkj;
-    const real t_kaqej = t_obclq * t_ftqxb - t_eriz2 * t_h2lex - (X_x6 * t_i26sq + K_L65 * t_q4hjb);
-    const real t_rbyn3 = t_rmagd_2 * t_lt2al
-        - (X_x5 * t_wwfdm_2 + K_L54 * t_kaqej)
-        - (X_x6 * t_sqjh6_2 + K_L64 * t_q4hjb);
-    const real t_6yt6i = t_qmxc6_2 * t_zmh3u
-        - K_L43 * t_rbyn3
-        - (K_L53 * t_kaqej - X_x5 * t_3n6r6_2)
-        - (X_x6 * t_wf2jj_2 + K_L63 * t_q4hjb);
-    const real t_sif46 = t_cdwx5_2 * t_4iujv
-        - K_L32 * t_6yt6i
-        + t_6urah * t_rbyn3
-        - (X_x5 * t_paub7_2 + K_L52 * t_kaqej)
-        + (X_x6 * t_dj64q_3 + t_dj64q * t_q4hjb);
-    const real t_74jxz = t_4xl2z_2 * t_bpfoo
-        + t_w7lcw * t_sif46
-        + t_3go2w * t_6yt6i
-        + t_xq4wt * t_rbyn3
-        + (X_x5 * t_qmomo_2 + t_vshgd * t_kaqej)
-        + (X_x6 * t_5jxyz_2 + t_e4enr * t_q4hjb)
-        - t_gxqu4;
-    const real t_kutbt = (t_gcu5g + K_L65 * f_y) * t_nfkwa;
-    const real t_rzdx6 = f_y * t_ftqxb + K_L65 * t_kutbt;
-    const real t_ha5ja = K_L54 * t_rzdx6 - K_L64 * t_kutbt;
-    const real t_ocypu = K_L53 * t_rzdx6 - K_L43 * t_ha5ja - K_L63 * t_kutbt;
-    const real t_kl34e = t_6urah * t_ha5ja - K_L32 * t_ocypu + K_L52 * t_rzdx6 + t_dj64q * t_kutbt;
-    const real t_f7zas = t_w7lcw * t_kl34e
-        + t_3go2w * t_ocypu
-        + t_xq4wt * t_ha5ja
-        - t_vshgd * t_rzdx6
-        + t_e4enr * t_kutbt;
+    const real t_cnbxf = t_qrwvx * t_6dtnj_4;
+    const real t_6d3tf = W12 + K_L54 * t_qrwvx;
+    const real t_q47gh = t_6d3tf * t_6dtnj_5;
+    const real t_h7guq = K_L64 * t_qrwvx;
+    const real t_ny7uw = K_L65 * t_6d3tf;
+    const real t_axprd = (W13 - t_h7guq + t_ny7uw) * t_6dtnj_6 - t_bintu_13;
+    const real t_kbb6k = t_q47gh + K_L65 * t_axprd;
+    const real t_zsxp7 = t_cnbxf + K_L54 * t_kbb6k - K_L64 * t_axprd;
+    const real t_hxv2x = K_L53 * t_kbb6k - K_L43 * t_zsxp7 - K_L63 * t_axprd;
+    const real t_jjgrj = t_vpdgs * t_zsxp7 - K_L32 * t_hxv2x + K_L52 * t_kbb6k + t_bk7yo * t_axprd;
+    const real t_en4eu = t_gousg * t_jjgrj
+        + t_gousg_2 * t_hxv2x
+        + t_w6lcf * t_zsxp7
+        - t_s62lc * t_kbb6k
+        + t_s62lc_2 * t_axprd;
+    const real t_yy3ma = (t_h7guq - W13 - (t_ny7uw - X_y5 * t_bintu_12)) * t_6dtnj_6
+        - t_bintu_13 * (t_hdeaq * t_bintu_12);
+    const real t_zjfms = t_q47gh - t_temm3_4 - (K_L65 * t_yy3ma - X_x6 * t_bintu_12);
+    const real t_l72tp = t_cnbxf + K_L54 * t_zjfms + K_L64 * t_yy3ma;
+    const real t_ovtdi = K_L43 * t_l72tp - K_L53 * t_zjfms - K_L63 * t_yy3ma;
+    const real t_jmyax = t_bk7yo * t_yy3ma - (K_L32 * t_ovtdi + t_vpdgs * t_l72tp + K_L52 * t_zjfms);
+    const real t_ww4kc = t_gousg * t_jmyax
+        + t_gousg_2 * t_ovtdi
+        - t_w6lcf * t_l72tp
+        + t_s62lc * t_zjfms
+        + t_s62lc_2 * t_yy3ma;
+    const real t_u2k23 = p[m0] * t_bm3wf;
+    const real t_bfg74 = t_rybsf * t_u2k23;
+    const real t_hajrz = mv1 * (cos_phi1 * t_bfg74);
+    const real t_pqgd7 = mv2 * (cos_phi2 * t_bfg74);
+    const real t_qyqwn = cos_phi1 * t_hajrz + cos_phi2 * t_pqgd7;
+    const real t_coski = sin_phi1 * t_hajrz;
+    const real t_2catt = sin_phi2 * t_pqgd7;
+    const real t_gza5i = t_gousg * t_qyqwn - (sin_theta1 * t_coski + sin_theta2 * t_2catt);
+    const real t_icpac = t_gousg_2 * t_qyqwn - (cos_theta1 * t_coski + cos_theta2 * t_2catt) - K_L32 * t_gza5i;
+    const real t_wccm2 = Bs_1 * t_bfg74;
+    const real t_wccm2_2 = Bs_2 * t_bfg74;
+    const real t_nr3ro = t_w6lcf * t_qyqwn - (t_wccm2 + t_wccm2_2) + t_vpdgs * t_gza5i - K_L43 * t_icpac;
+    const real t_2umlo = wth_1 * t_u2k23;
+    const real t_apf4t = t_2umlo - me1 * t_u2k23;
+    const real t_dh6uw = wth_2 * t_u2k23;
+    const real t_u25x2 = t_dh6uw - me2 * t_u2k23;
+    const real t_ccn4q = Ass_1 * t_u2k23;
+    const real t_5lu3n = t_apf4t - t_ccn4q;
+    const real t_ccn4q_2 = Ass_2 * t_u2k23;
+    const real t_dlgr2 = t_u25x2 - t_ccn4q_2;
+    const real t_pu437 = S_sq1 * t_5lu3n + S_sq2 * t_dlgr2;
+    const real t_ccn4q_3 = Asc_1 * t_u2k23;
+    const real t_ccn4q_4 = Asc_2 * t_u2k23;
+    const real t_klpv4 = sin_theta1 * t_ccn4q_3 + sin_theta2 * t_ccn4q_4;
+    const real t_zvpih = t_klpv4 * t_6dtnj;
+    const real t_bwngd = t_apf4t + t_u25x2 - t_pu437 - t_f2nhc * t_zvpih;
+    const real t_etbpb = t_bwngd * t_6dtnj_2;
+    const real t_jecih = q_1 * t_2umlo;
+    const real t_hzkrd = cos_theta1 * t_jecih;
+    const real t_dcgda = q_2 * t_dh6uw;
+    const real t_5pxic = cos_theta2 * t_dcgda;
+    const real t_ccn4q_5 = Bc_1 * t_u2k23;
+    const real t_ccn4q_6 = Bc_2 * t_u2k23;
+    const real t_pu437_2 = SC1 * t_5lu3n + SC2 * t_dlgr2;
+    const real t_s7x4l = t_pu437_2 + t_upifj * t_etbpb + t_f2nhc_2 * t_zvpih;
+    const real t_mf65s = t_s7x4l * t_6dtnj_3;
+    const real t_5h5ht = t_ly572 * t_etbpb
+        - (t_hzkrd + t_5pxic + sin_theta1 * t_ccn4q_5 + sin_theta2 * t_ccn4q_6)
+        + t_ichgo * t_mf65s
+        - t_hig3c_6 * t_zvpih;
+    const real t_ivdxf = t_5h5ht * t_6dtnj_4;
+    const real t_cao3a = t_wccm2 + (e1 * t_coski + F_t1 * t_u2k23);
+    const real t_bb3al = t_wccm2_2 + (e2 * t_2catt + F_t2 * t_u2k23);
+    const real t_qybq2 = f_y * t_u2k23
+        - (sin_theta1 * t_cao3a + sin_theta2 * t_bb3al + t_mallh * t_u2k23 + t_lbh6o * t_u2k23)
+        + (b1 * t_zvpih + t_s62lc * t_qyqwn)
+        - (X_y2 * t_etbpb + K_L52 * t_gza5i)
+        - (K_L53 * t_icpac - X_y3 * t_mf65s)
+        - (X_y4 * t_ivdxf + K_L54 * t_nr3ro);
+    const real t_h5g42 = wg_1 * t_u2k23 + g_1 * t_2umlo;
+    const real t_qdhop = wg_2 * t_u2k23 + g_2 * t_dh6uw;
+    const real t_lkddw = me1 * (t_rs5fr * t_u2k23);
+    const real t_koets = K(-2.0) * t_ccn4q_5 + (eAss_1 * t_u2k23 + e1 * t_ccn4q);
+    const real t_ljyi2 = t_lkddw + t_koets - t_h5g42;
+    const real t_a7oow = S_sq1 * t_ljyi2;
+    const real t_4jtow = me2 * (t_xicwq * t_u2k23);
+    const real t_nfggc = K(-2.0) * t_ccn4q_6 + (eAss_2 * t_u2k23 + e2 * t_ccn4q_2);
+    const real t_d4lxg = t_4jtow + t_nfggc - t_qdhop;
+    const real t_2mjzt = S_sq2 * t_d4lxg;
+    const real t_cvuyu = p[m0] * (p[h0] + p[h0]) + M_C * (t_ga54v * t_u2k23);
+    const real t_qiq33 = t_h5g42
+        + t_qdhop
+        + t_a7oow
+        + t_2mjzt
+        + t_cvuyu
+        - t_lkddw
+        - t_4jtow
+        + K(-2.0) * t_hzkrd
+        + K(-2.0) * t_5pxic
+        - (K_L52 * t_bwngd + t_6vega * t_etbpb)
+        + (K_L53 * t_s7x4l + t_jmicp * t_mf65s)
+        - (K_L54 * t_5h5ht + t_otpfz * t_ivdxf)
+        - (t_s62lc * t_klpv4 + t_6iku5 * t_zvpih);
+    const real t_6x3de = sin_theta1 * t_jecih + sin_theta2 * t_dcgda;
+    const real t_klpv4_2 = cos_theta1 * t_ccn4q_3 + cos_theta2 * t_ccn4q_4;
+    const real t_zvpih_2 = t_klpv4_2 * t_6dtnj;
+    const real t_eny77 = t_pu437_2 + t_f2nhc * t_zvpih_2;
+    const real t_bk7yo_2 = t_eny77 * t_6dtnj_2;
+    const real t_vvuf7 = t_pu437 + (t_ccn4q + t_ccn4q_2) + t_upifj * t_bk7yo_2 - t_f2nhc_2 * t_zvpih_2;
+    const real t_abwqd = t_vvuf7 * t_6dtnj_3;
+    const real t_mnkxl = t_6x3de
+        - cos_theta1 * t_ccn4q_5
+        - cos_theta2 * t_ccn4q_6
+        - t_ly572 * t_bk7yo_2
+        - t_ichgo * t_abwqd
+        - t_hig3c_6 * t_zvpih_2;
+    const real t_uibrb = t_mnkxl * t_6dtnj_4;
+    const real t_c3t2o = t_6x3de
+        + SC1 * t_ljyi2
+        + SC2 * t_d4lxg
+        + (t_bk7yo * t_bwngd + t_6vega * t_bk7yo_2)
+        - (t_jmicp * t_abwqd - K_L63 * t_s7x4l)
+        - (K_L64 * t_5h5ht + t_otpfz * t_uibrb)
+        - (t_s62lc_2 * t_klpv4 + t_6iku5 * t_zvpih_2);
+    const real t_5nqtb = t_c3t2o * t_6dtnj_5 - t_bintu_12 * t_qiq33;
+    const real t_o32to = t_gcu5g * t_u2k23
+        + (cos_theta1 * t_cao3a + cos_theta2 * t_bb3al - t_mallh_2 * t_u2k23 - t_lbh6o_2 * t_u2k23);
+    const real t_dj6yw = b1 * t_zvpih_2
+        + t_s62lc_2 * t_qyqwn
+        - t_o32to
+        + (X_y2 * t_bk7yo_2 + t_bk7yo * t_gza5i)
+        - (X_y3 * t_abwqd + K_L63 * t_icpac)
+        - (X_y4 * t_uibrb + K_L64 * t_nr3ro)
+        - (X_y5 * t_5nqtb + K_L65 * t_qybq2);
+    const real t_trahj = t_koets
+        + t_nfggc
+        + t_cvuyu
+        - t_a7oow
+        - t_2mjzt
+        - (t_bk7yo * t_eny77 + t_avyqv * t_bk7yo_2)
+        - (K_L63 * t_vvuf7 + t_2dahu * t_abwqd)
+        - (K_L64 * t_mnkxl + t_aolgd * t_uibrb)
+        - (K_L65 * t_c3t2o + t_hdeaq * t_5nqtb)
+        - (t_s62lc_2 * t_klpv4_2 + t_6iku5_2 * t_zvpih_2);
+    const real t_mgf34 = t_dj6yw * t_6dtnj_6 - t_bintu_13 * t_trahj;
+    const real t_6b5z4 = t_qybq2 * t_6dtnj_5 - t_temm3_4 * t_qiq33 - (X_x6 * t_5nqtb + K_L65 * t_mgf34);
+    const real t_j6oce = t_nr3ro * t_6dtnj_4
+        - (X_x5 * t_ivdxf + K_L54 * t_6b5z4)
+        - (X_x6 * t_uibrb + K_L64 * t_mgf34);
+    const real t_gcret = t_icpac * t_6dtnj_3
+        - K_L43 * t_j6oce
+        - (K_L53 * t_6b5z4 - X_x5 * t_mf65s)
+        - (X_x6 * t_abwqd + K_L63 * t_mgf34);
+    const real t_q4srq = t_gza5i * t_6dtnj_2
+        - K_L32 * t_gcret
+        + t_vpdgs * t_j6oce
+        - (X_x5 * t_etbpb + K_L52 * t_6b5z4)
+        + (X_x6 * t_bk7yo_2 + t_bk7yo * t_mgf34);
+    const real t_hk4td = t_qyqwn * t_6dtnj
+        + t_gousg * t_q4srq
+        + t_gousg_2 * t_gcret
+        + t_w6lcf * t_j6oce
+        + (X_x5 * t_zvpih + t_s62lc * t_6b5z4)
+        + (X_x6 * t_zvpih_2 + t_s62lc_2 * t_mgf34)
+        - t_bfg74;
+    const real t_57yuv = p[m] * t_bm3wf;
+    const real t_j7wsm = t_rybsf * t_57yuv;
+    const real t_wkcn3 = mv1 * (cos_phi1 * t_j7wsm);
+    const real t_ndr47 = mv2 * (cos_phi2 * t_j7wsm);
+    const real t_qyqwn_2 = cos_phi1 * t_wkcn3 + cos_phi2 * t_ndr47;
+    const real t_coski_2 = sin_phi1 * t_wkcn3;
+    const real t_2catt_2 = sin_phi2 * t_ndr47;
+    const real t_gza5i_2 = t_gousg * t_qyqwn_2 - (sin_theta1 * t_coski_2 + sin_theta2 * t_2catt_2);
+    const real t_icpac_2 = t_gousg_2 * t_qyqwn_2 - (cos_theta1 * t_coski_2 + cos_theta2 * t_2catt_2) - K_L32 * t_gza5i_2;
+    const real t_myaet = Bs_1 * t_j7wsm;
+    const real t_myaet_2 = Bs_2 * t_j7wsm;
+    const real t_nr3ro_2 = t_w6lcf * t_qyqwn_2 - (t_myaet + t_myaet_2) + t_vpdgs * t_gza5i_2 - K_L43 * t_icpac_2;
+    const real t_3f636 = wth_1 * t_57yuv;
+    const real t_e5qvg = t_3f636 - me1 * t_57yuv;
+    const real t_ofcpp = wth_2 * t_57yuv;
+    const real t_yz24o = t_ofcpp - me2 * t_57yuv;
+    const real t_bgetu = Ass_1 * t_57yuv;
+    const real t_kj2jh = t_e5qvg - t_bgetu;
+    const real t_bgetu_2 = Ass_2 * t_57yuv;
+    const real t_pz4or = t_yz24o - t_bgetu_2;
+    const real t_pu437_3 = S_sq1 * t_kj2jh + S_sq2 * t_pz4or;
+    const real t_bgetu_3 = Asc_1 * t_57yuv;
+    const real t_bgetu_4 = Asc_2 * t_57yuv;
+    const real t_c5d35 = sin_theta1 * t_bgetu_3 + sin_theta2 * t_bgetu_4;
+    const real t_zvpih_3 = t_c5d35 * t_6dtnj;
+    const real t_a4fmv = t_e5qvg + t_yz24o - t_pu437_3 - t_f2nhc * t_zvpih_3;
+    const real t_etbpb_2 = t_a4fmv * t_6dtnj_2;
+    const real t_zyiug = q_1 * t_3f636;
+    const real t_hzkrd_2 = cos_theta1 * t_zyiug;
+    const real t_4wsge = q_2 * t_ofcpp;
+    const real t_5pxic_2 = cos_theta2 * t_4wsge;
+    const real t_bgetu_5 = Bc_1 * t_57yuv;
+    const real t_bgetu_6 = Bc_2 * t_57yuv;
+    const real t_pu437_4 = SC1 * t_kj2jh + SC2 * t_pz4or;
+    const real t_s7x4l_2 = t_pu437_4 + t_upifj * t_etbpb_2 + t_f2nhc_2 * t_zvpih_3;
+    const real t_mf65s_2 = t_s7x4l_2 * t_6dtnj_3;
+    const real t_ttnc6 = t_ly572 * t_etbpb_2
+        - (t_hzkrd_2 + t_5pxic_2 + sin_theta1 * t_bgetu_5 + sin_theta2 * t_bgetu_6)
+        + t_ichgo * t_mf65s_2
+        - t_hig3c_6 * t_zvpih_3;
+    const real t_ivdxf_2 = t_ttnc6 * t_6dtnj_4;
+    const real t_2f3xl = t_myaet + (e1 * t_coski_2 + F_t1 * t_57yuv);
+    const real t_witxz = t_myaet_2 + (e2 * t_2catt_2 + F_t2 * t_57yuv);
+    const real t_57yuv_2 = K(1.0) - t_57yuv;
+    const real t_4o7x6 = sin_theta1 * t_2f3xl
+        + sin_theta2 * t_witxz
+        + t_mallh * t_57yuv
+        + t_lbh6o * t_57yuv
+        + f_y * t_57yuv_2;
+    const real t_grnql = b1 * t_zvpih_3
+        + t_s62lc * t_qyqwn_2
+        - t_4o7x6
+        - (X_y2 * t_etbpb_2 + K_L52 * t_gza5i_2)
+        - (K_L53 * t_icpac_2 - X_y3 * t_mf65s_2)
+        - (X_y4 * t_ivdxf_2 + K_L54 * t_nr3ro_2);
+    const real t_yydid = wg_1 * t_57yuv + g_1 * t_3f636;
+    const real t_rcmhk = wg_2 * t_57yuv + g_2 * t_ofcpp;
+    const real t_xqqmk = me1 * (t_rs5fr * t_57yuv);
+    const real t_elqlw = K(-2.0) * t_bgetu_5 + (eAss_1 * t_57yuv + e1 * t_bgetu);
+    const real t_lrale = t_xqqmk + t_elqlw - t_yydid;
+    const real t_a7oow_2 = S_sq1 * t_lrale;
+    const real t_djmtp = me2 * (t_xicwq * t_57yuv);
+    const real t_dl5lv = K(-2.0) * t_bgetu_6 + (eAss_2 * t_57yuv + e2 * t_bgetu_2);
+    const real t_ccjhn = t_djmtp + t_dl5lv - t_rcmhk;
+    const real t_2mjzt_2 = S_sq2 * t_ccjhn;
+    const real t_tucud = p[m] * (p[b] + p[b]) + M_C * (t_ga54v * t_57yuv);
+    const real t_ykovj = t_yydid
+        + t_rcmhk
+        + t_a7oow_2
+        + t_2mjzt_2
+        + t_tucud
+        - t_xqqmk
+        - t_djmtp
+        + K(-2.0) * t_hzkrd_2
+        + K(-2.0) * t_5pxic_2
+        - (K_L52 * t_a4fmv + t_6vega * t_etbpb_2)
+        + (K_L53 * t_s7x4l_2 + t_jmicp * t_mf65s_2)
+        - (K_L54 * t_ttnc6 + t_otpfz * t_ivdxf_2)
+        - (t_s62lc * t_c5d35 + t_6iku5 * t_zvpih_3);
+    const real t_6x3de_2 = sin_theta1 * t_zyiug + sin_theta2 * t_4wsge;
+    const real t_c5d35_2 = cos_theta1 * t_bgetu_3 + cos_theta2 * t_bgetu_4;
+    const real t_zvpih_4 = t_c5d35_2 * t_6dtnj;
+    const real t_eny77_2 = t_pu437_4 + t_f2nhc * t_zvpih_4;
+    const real t_bk7yo_3 = t_eny77_2 * t_6dtnj_2;
+    const real t_3k2md = t_pu437_3 + (t_bgetu + t_bgetu_2) + t_upifj * t_bk7yo_3 - t_f2nhc_2 * t_zvpih_4;
+    const real t_abwqd_2 = t_3k2md * t_6dtnj_3;
+    const real t_yciyc = t_6x3de_2
+        - cos_theta1 * t_bgetu_5
+        - cos_theta2 * t_bgetu_6
+        - t_ly572 * t_bk7yo_3
+        - t_ichgo * t_abwqd_2
+        - t_hig3c_6 * t_zvpih_4;
+    const real t_uibrb_2 = t_yciyc * t_6dtnj_4;
+    const real t_c3t2o_2 = t_6x3de_2
+        + SC1 * t_lrale
+        + SC2 * t_ccjhn
+        + (t_bk7yo * t_a4fmv + t_6vega * t_bk7yo_3)
+        - (t_jmicp * t_abwqd_2 - K_L63 * t_s7x4l_2)
+        - (K_L64 * t_ttnc6 + t_otpfz * t_uibrb_2)
+        - (t_s62lc_2 * t_c5d35 + t_6iku5 * t_zvpih_4);
+    const real t_uo7r3 = t_c3t2o_2 * t_6dtnj_5 - t_bintu_12 * t_ykovj;
+    const real t_5mbyh = t_gcu5g * t_57yuv_2
+        - (cos_theta1 * t_2f3xl + cos_theta2 * t_witxz - t_mallh_2 * t_57yuv - t_lbh6o_2 * t_57yuv)
+        + (b1 * t_zvpih_4 + t_s62lc_2 * t_qyqwn_2)
+        + (X_y2 * t_bk7yo_3 + t_bk7yo * t_gza5i_2)
+        - (X_y3 * t_abwqd_2 + K_L63 * t_icpac_2)
+        - (X_y4 * t_uibrb_2 + K_L64 * t_nr3ro_2)
+        - (X_y5 * t_uo7r3 + K_L65 * t_grnql);
+    const real t_4pdzv = t_elqlw
+        + t_dl5lv
+        + t_tucud
+        - t_a7oow_2
+        - t_2mjzt_2
+        - (t_bk7yo * t_eny77_2 + t_avyqv * t_bk7yo_3)
+        - (K_L63 * t_3k2md + t_2dahu * t_abwqd_2)
+        - (K_L64 * t_yciyc + t_aolgd * t_uibrb_2)
+        - (K_L65 * t_c3t2o_2 + t_hdeaq * t_uo7r3)
+        - (t_s62lc_2 * t_c5d35_2 + t_6iku5_2 * t_zvpih_4);
+    const real t_ock5r = t_5mbyh * t_6dtnj_6 - t_bintu_13 * t_4pdzv;
+    const real t_xcfs2 = t_grnql * t_6dtnj_5 - t_temm3_4 * t_ykovj - (X_x6 * t_uo7r3 + K_L65 * t_ock5r);
+    const real t_uetpc = t_nr3ro_2 * t_6dtnj_4
+        - (X_x5 * t_ivdxf_2 + K_L54 * t_xcfs2)
+        - (X_x6 * t_uibrb_2 + K_L64 * t_ock5r);
+    const real t_3xvev = t_icpac_2 * t_6dtnj_3
+        - K_L43 * t_uetpc
+        - (K_L53 * t_xcfs2 - X_x5 * t_mf65s_2)
+        - (X_x6 * t_abwqd_2 + K_L63 * t_ock5r);
+    const real t_qaath = t_gza5i_2 * t_6dtnj_2
+        - K_L32 * t_3xvev
+        + t_vpdgs * t_uetpc
+        - (X_x5 * t_etbpb_2 + K_L52 * t_xcfs2)
+        + (X_x6 * t_bk7yo_3 + t_bk7yo * t_ock5r);
+    const real t_funvz = t_qyqwn_2 * t_6dtnj
+        + t_gousg * t_qaath
+        + t_gousg_2 * t_3xvev
+        + t_w6lcf * t_uetpc
+        + (X_x5 * t_zvpih_3 + t_s62lc * t_xcfs2)
+        + (X_x6 * t_zvpih_4 + t_s62lc_2 * t_ock5r)
+        - t_j7wsm;
+    const real t_gtosd = (t_gcu5g + K_L65 * f_y) * t_6dtnj_6;
+    const real t_xlfls = f_y * t_6dtnj_5 + K_L65 * t_gtosd;
+    const real t_zgv5t = K_L54 * t_xlfls - K_L64 * t_gtosd;
+    const real t_n3s7d = K_L53 * t_xlfls - K_L43 * t_zgv5t - K_L63 * t_gtosd;
+    const real t_6yoit = t_vpdgs * t_zgv5t - K_L32 * t_n3s7d + K_L52 * t_xlfls + t_bk7yo * t_gtosd;
+    const real t_jzht7 = t_gousg * t_6yoit
+        + t_gousg_2 * t_n3s7d
+        + t_w6lcf * t_zgv5t
+        - t_s62lc * t_xlfls
+        + t_s62lc_2 * t_gtosd;
     const real t_tv227 = cos_delta1 * cos_delta2;
-    const real t_dlr25 = sin_delta2 + t_w7lcw * t_tv227;
+    const real t_7ov35 = sin_delta2 + t_gousg * t_tv227;
     const real t_dtzim = sin_delta1 * cos_delta2;
-    const real t_hyach = t_3go2w * t_tv227 - t_dtzim - K_L32 * t_dlr25;
-    const real t_k54eg = t_xq4wt * t_tv227 + t_6urah * t_dlr25 - K_L43 * t_hyach;
-    const real t_oeqt2 = t_vshgd * t_tv227
-        - t_lwe76 * sin_delta2
-        - K_L52 * t_dlr25
-        - K_L53 * t_hyach
-        - K_L54 * t_k54eg;
-    const real t_emunm = t_lwe76 * t_dtzim
-        + t_e4enr * t_tv227
-        + t_dj64q * t_dlr25
-        - K_L63 * t_hyach
-        - K_L64 * t_k54eg
-        - K_L65 * t_oeqt2;
-    const real t_3dix3 = t_emunm * t_nfkwa;
-    const real t_3obum = t_oeqt2 * t_ftqxb - K_L65 * t_3dix3;
-    const real t_v4zqf = t_k54eg * t_lt2al - K_L54 * t_3obum - K_L64 * t_3dix3;
-    const real t_4ozvf = t_hyach * t_zmh3u - K_L43 * t_v4zqf - K_L53 * t_3obum - K_L63 * t_3dix3;
-    const real t_od3z2 = t_dlr25 * t_4iujv
-        - K_L32 * t_4ozvf
-        + t_6urah * t_v4zqf
-        - K_L52 * t_3obum
-        + t_dj64q * t_3dix3;
-    const real t_ez5zc = t_tv227 * t_bpfoo
-        + t_w7lcw * t_od3z2
-        + t_3go2w * t_4ozvf
-        + t_xq4wt * t_v4zqf
-        + t_vshgd * t_3obum
-        + t_e4enr * t_3dix3;
-    const real t_ecohd = t_3qn53 * t_zrejm;
-    const real t_uf4mw = t_zrejm - t_ecohd * t_os4zj;
-    const real t_fuzfv = p[I1] * t_uf4mw;
-    const real t_db2vr = p[l1] * t_fuzfv;
-    const real t_65tki = p[l1] * t_uf4mw;
-    const real t_fylhb = eta1 * t_db2vr + loss_phi1 * t_65tki;
-    const real t_bsjym = k1 * p[l1] + t_6nwd2 * t_65tki;
-    const real t_qrwk6 = p[h1] * t_fuzfv * t_xpjrw - t_rl7kq * t_fuzfv;
-    const real t_za24c = t_rybsf * t_qrwk6;
-    const real t_xtrfo = t_lupe6 * t_bsjym - mv1 * (cos_phi1 * t_za24c) - sigma_sq1 * p[l1];
-    const real t_4hlbz = mv2 * (cos_phi2 * t_za24c);
-    const real t_jucsy = sin_phi1 * t_fylhb + cos_phi1 * t_xtrfo - cos_phi2 * t_4hlbz;
-    const real t_5t7rf = sin_phi1 * t_bsjym;
-    const real t_mjqsw = sin_phi1 * t_5t7rf;
-    const real t_ixyzr = t_fuzfv + t_bsjym - t_mjqsw;
-    const real t_y7q2h = cos_phi1 * t_5t7rf;
-    const real t_a7bb7 = sin_theta1 * t_y7q2h;
-    const real t_5mdqk = t_a7bb7 * t_bpfoo - t_6xwz3 * t_ixyzr;
-    const real t_sdxhx = th_1 * t_odnx4;
-    const real t_ievgo = t_odnx4 - t_sdxhx * t_7vbeu;
-    const real t_bhqvx = t_xips6 * t_ievgo;
-    const real t_h4glw = cos_theta1 * t_bhqvx;
-    const real t_lorg5 = sin_phi1 * t_xtrfo - cos_phi1 * t_fylhb;
-    const real t_itqut_3 = sin_phi2 * t_4hlbz;
-    const real t_oke6r = b1 * t_5mdqk
-        + t_w7lcw * t_jucsy
-        - (t_h4glw + sin_theta1 * t_lorg5 - sin_theta2 * t_itqut_3);
-    const real t_mpupz = t_mjqsw + t_fuzfv;
-    const real t_vxv6o = p[I1] * t_ievgo;
-    const real t_i5is3 = t_mpupz - t_vxv6o;
-    const real t_h7mg2 = S_sq1 * t_i5is3;
-    const real t_322jv = t_h7mg2 + t_fuzfv + t_vxv6o - t_fuzfv - (t_w7lcw * t_a7bb7 + t_b3aij * t_5mdqk);
-    const real t_rhsuv = cos_theta1 * t_y7q2h;
-    const real t_caliq = t_rhsuv * t_bpfoo - t_3tmqi * t_ixyzr;
-    const real t_bgimr = SC1 * t_i5is3 - (t_3go2w * t_a7bb7 + t_b3aij * t_caliq);
-    const real t_oxwdh = t_bgimr * t_4iujv - t_6yahm * t_322jv;
-    const real t_s5lk2 = sin_theta1 * t_bhqvx;
-    const real t_hnjoh = b1 * t_caliq
-        + t_3go2w * t_jucsy
-        - (cos_theta1 * t_lorg5 - t_s5lk2 - cos_theta2 * t_itqut_3)
-        - (X_y2 * t_oxwdh + K_L32 * t_oke6r);
-    const real t_oycga = t_mpupz
-        - t_h7mg2
-        - (K_L32 * t_bgimr + t_d4mqf * t_oxwdh)
-        - (t_3go2w * t_rhsuv + t_zzymx * t_caliq);
-    const real t_u6bpu = q_1 * t_vxv6o;
-    const real t_2qds5 = sin_theta1 * t_u6bpu;
-    const real t_gzqer = cos_phi1 * t_db2vr;
-    const real t_rqln6 = cos_theta1 * t_u6bpu;
-    const real t_dvydu = sin_phi1 * t_db2vr;
-    const real t_op5sc = t_dvydu * t_bpfoo - t_jtjoh * t_ixyzr;
-    const real t_eas4d = t_rqln6 + sin_theta1 * t_gzqer + (t_xq4wt * t_a7bb7 + t_b3aij * t_op5sc);
-    const real t_ywe65 = t_eas4d * t_4iujv - t_dwrhg * t_322jv;
-    const real t_eq4pw = t_2qds5
-        - cos_theta1 * t_gzqer
-        + (t_6urah * t_bgimr + t_d4mqf * t_ywe65)
-        - (t_xq4wt * t_rhsuv + t_zzymx * t_op5sc);
-    const real t_xexl7 = t_eq4pw * t_zmh3u - t_ydwjl * t_oycga;
-    const real t_tcwea = t_w7vil * t_dvydu - Bs_1 * t_za24c + p[l1] * t_fylhb;
-    const real t_55hgq = q_1 * t_bhqvx;
-    const real t_36nrg = Bs_2 * t_za24c;
-    const real t_6p5rh = b1 * t_op5sc
-        + t_xq4wt * t_jucsy
-        - (t_tcwea - t_55hgq - t_36nrg)
-        + (X_y2 * t_ywe65 + t_6urah * t_oke6r)
-        - (X_y3 * t_xexl7 + K_L43 * t_hnjoh);
-    const real t_fuplp = q_1 * t_u6bpu;
+    const real t_7rope = t_gousg_2 * t_tv227 - t_dtzim - K_L32 * t_7ov35;
+    const real t_2dpup = t_w6lcf * t_tv227 + t_vpdgs * t_7ov35 - K_L43 * t_7rope;
+    const real t_o6zzy = t_s62lc * t_tv227
+        - t_bknng * sin_delta2
+        - K_L52 * t_7ov35
+        - K_L53 * t_7rope
+        - K_L54 * t_2dpup;
+    const real t_xmmvk = t_bknng * t_dtzim
+        + t_s62lc_2 * t_tv227
+        + t_bk7yo * t_7ov35
+        - K_L63 * t_7rope
+        - K_L64 * t_2dpup
+        - K_L65 * t_o6zzy;
+    const real t_rvgfc = t_xmmvk * t_6dtnj_6;
+    const real t_z2374 = t_o6zzy * t_6dtnj_5 - K_L65 * t_rvgfc;
+    const real t_xcela = t_2dpup * t_6dtnj_4 - K_L54 * t_z2374 - K_L64 * t_rvgfc;
+    const real t_nt4nn = t_7rope * t_6dtnj_3 - K_L43 * t_xcela - K_L53 * t_z2374 - K_L63 * t_rvgfc;
+    const real t_lbt6x = t_7ov35 * t_6dtnj_2
+        - K_L32 * t_nt4nn
+        + t_vpdgs * t_xcela
+        - K_L52 * t_z2374
+        + t_bk7yo * t_rvgfc;
+    const real t_gv243 = t_tv227 * t_6dtnj
+        + t_gousg * t_lbt6x
+        + t_gousg_2 * t_nt4nn
+        + t_w6lcf * t_xcela
+        + t_s62lc * t_z2374
+        + t_s62lc_2 * t_rvgfc;
+    const real t_rissy = t_wywjk * t_gbl6n;
+    const real t_vj2us = t_gbl6n - t_rissy * t_os4zj;
+    const real t_wafvg = p[I1] * t_vj2us;
+    const real t_db2vr = p[l1] * t_wafvg;
+    const real t_52z36 = p[l1] * t_vj2us;
+    const real t_dfyzg = eta1 * t_db2vr + loss_phi1 * t_52z36;
+    const real t_7a33h = k1 * p[l1] + t_6nwd2 * t_52z36;
+    const real t_xx4am = p[h1] * t_wafvg * t_bm3wf - t_2ej5d * t_wafvg;
+    const real t_m3q4e = t_rybsf * t_xx4am;
+    const real t_63fz2 = t_6om56 * t_7a33h - mv1 * (cos_phi1 * t_m3q4e) - sigma_sq1 * p[l1];
+    const real t_lchoz = mv2 * (cos_phi2 * t_m3q4e);
+    const real t_6ewxm = sin_phi1 * t_dfyzg + cos_phi1 * t_63fz2 - cos_phi2 * t_lchoz;
+    const real t_dlo5t = sin_phi1 * t_7a33h;
+    const real t_zvazq = sin_phi1 * t_dlo5t;
+    const real t_f7y4y = t_wafvg + t_7a33h - t_zvazq;
+    const real t_zvazq_2 = cos_phi1 * t_dlo5t;
+    const real t_d3zl7 = sin_theta1 * t_zvazq_2;
+    const real t_wiseh = t_d3zl7 * t_6dtnj - t_edyl7 * t_f7y4y;
+    const real t_7pofv = th_1 * t_f3iki;
+    const real t_7sljo = t_f3iki - t_7pofv * t_kup26;
+    const real t_zkfqk = t_djlym * t_7sljo;
+    const real t_uaha3 = cos_theta1 * t_zkfqk;
+    const real t_ydtpf = sin_phi1 * t_63fz2 - cos_phi1 * t_dfyzg;
+    const real t_psho3_3 = sin_phi2 * t_lchoz;
+    const real t_q4kvp = b1 * t_wiseh
+        + t_gousg * t_6ewxm
+        - (t_uaha3 + sin_theta1 * t_ydtpf - sin_theta2 * t_psho3_3);
+    const real t_uz3bo = t_zvazq + t_wafvg;
+    const real t_adoty = p[I1] * t_7sljo;
+    const real t_72loj = t_uz3bo - t_adoty;
+    const real t_fwwxz = S_sq1 * t_72loj;
+    const real t_hxkjk = t_fwwxz + t_wafvg + t_adoty - t_wafvg - (t_gousg * t_d3zl7 + t_f2nhc * t_wiseh);
+    const real t_d3zl7_2 = cos_theta1 * t_zvazq_2;
+    const real t_wiseh_2 = t_d3zl7_2 * t_6dtnj - t_edyl7_2 * t_f7y4y;
+    const real t_ugcww = SC1 * t_72loj - (t_gousg_2 * t_d3zl7 + t_f2nhc * t_wiseh_2);
+    const real t_3efz2 = t_ugcww * t_6dtnj_2 - t_bintu_5 * t_hxkjk;
+    const real t_uaha3_2 = sin_theta1 * t_zkfqk;
+    const real t_lbi3r = b1 * t_wiseh_2
+        + t_gousg_2 * t_6ewxm
+        - (cos_theta1 * t_ydtpf - t_uaha3_2 - cos_theta2 * t_psho3_3)
+        - (X_y2 * t_3efz2 + K_L32 * t_q4kvp);
+    const real t_vtdfs = t_uz3bo
+        - t_fwwxz
+        - (K_L32 * t_ugcww + t_upifj * t_3efz2)
+        - (t_gousg_2 * t_d3zl7_2 + t_f2nhc_2 * t_wiseh_2);
+    const real t_tjexn = q_1 * t_adoty;
+    const real t_7uhat = sin_theta1 * t_tjexn;
+    const real t_i42on = cos_phi1 * t_db2vr;
+    const real t_7uhat_2 = cos_theta1 * t_tjexn;
+    const real t_i42on_2 = sin_phi1 * t_db2vr;
+    const real t_zspjv = t_i42on_2 * t_6dtnj - t_4pum4 * t_f7y4y;
+    const real t_sbon2 = t_7uhat_2 + sin_theta1 * t_i42on + (t_w6lcf * t_d3zl7 + t_f2nhc * t_zspjv);
+    const real t_6ohwe = t_sbon2 * t_6dtnj_2 - t_6n47e * t_hxkjk;
+    const real t_q474t = t_7uhat
+        - cos_theta1 * t_i42on
+        + (t_vpdgs * t_ugcww + t_upifj * t_6ohwe)
+        - (t_w6lcf * t_d3zl7_2 + t_f2nhc_2 * t_zspjv);
+    const real t_jzrka = t_q474t * t_6dtnj_3 - t_bintu_6 * t_vtdfs;
+    const real t_u27au = t_aqrn5 * t_i42on_2 - Bs_1 * t_m3q4e + p[l1] * t_dfyzg;
+    const real t_h6o5l = q_1 * t_zkfqk;
+    const real t_qnilx = Bs_2 * t_m3q4e;
+    const real t_hl5bp = b1 * t_zspjv
+        + t_w6lcf * t_6ewxm
+        - (t_u27au - t_h6o5l - t_qnilx)
+        + (X_y2 * t_6ohwe + t_vpdgs * t_q4kvp)
+        - (X_y3 * t_jzrka + K_L43 * t_lbi3r);
+    const real t_zuhes = q_1 * t_tjexn;
     const real t_shk54 = p[l1] * t_db2vr;
-    const real t_c2ebu = t_fuplp
+    const real t_h76tr = t_zuhes
         + t_shk54
-        - (t_6urah * t_eas4d + t_m67zs * t_ywe65)
-        - (K_L43 * t_eq4pw + t_m27n6 * t_xexl7)
-        - (t_xq4wt * t_dvydu + t_2m245 * t_op5sc);
-    const real t_hcuo4 = g_1 * t_vxv6o - wth_1 * t_qrwk6;
-    const real t_iigyt = q_1 * t_hcuo4;
-    const real t_xyins = cos_theta1 * t_iigyt;
-    const real t_ozfck = wth_2 * t_qrwk6;
-    const real t_bnhwl = q_2 * t_ozfck;
-    const real t_g4wtj_3 = cos_theta2 * t_bnhwl;
-    const real t_aogyk = e1 * t_gzqer - Bc_1 * t_qrwk6;
-    const real t_yqcmh = t_shk54 - t_aogyk;
-    const real t_6cle4 = Bc_2 * t_qrwk6;
-    const real t_y4sta = t_hcuo4 - (e1 * t_fuzfv - me1 * t_qrwk6);
-    const real t_i2jac = me2 * t_qrwk6 - t_ozfck;
-    const real t_g7et5 = e1 * t_mjqsw - Ass_1 * t_qrwk6;
-    const real t_6z5r2 = t_gzqer - t_g7et5;
-    const real t_dcwwc = t_6z5r2 + t_y4sta;
-    const real t_rylad = Ass_2 * t_qrwk6;
-    const real t_6u2cv = t_rylad + t_i2jac;
-    const real t_4235l = S_sq1 * t_dcwwc + S_sq2 * t_6u2cv;
-    const real t_36jbo = t_dvydu + (e1 * t_y7q2h - Asc_1 * t_qrwk6);
-    const real t_xv3cl = Asc_2 * t_qrwk6;
-    const real t_25v6w = sin_theta1 * t_36jbo - sin_theta2 * t_xv3cl;
-    const real t_3hqtz = t_25v6w * t_bpfoo - t_2lluf * t_ixyzr;
-    const real t_rzir2 = t_y4sta + t_i2jac - t_4235l - t_rqln6 - (t_vshgd * t_a7bb7 + t_b3aij * t_3hqtz);
-    const real t_ekzhe = t_rzir2 * t_4iujv - t_hfybw * t_322jv;
-    const real t_byiej = SC1 * t_dcwwc + SC2 * t_6u2cv;
-    const real t_6dgdv = t_2qds5
-        - t_byiej
-        - (K_L52 * t_bgimr + t_d4mqf * t_ekzhe)
-        - (t_vshgd * t_rhsuv + t_zzymx * t_3hqtz);
-    const real t_qgryq = t_6dgdv * t_zmh3u - t_qe675 * t_oycga;
-    const real t_stqdg = t_fuplp
-        - t_xyins
-        + t_g4wtj_3
-        + sin_theta1 * t_yqcmh
-        + sin_theta2 * t_6cle4
-        + (K_L52 * t_eas4d + t_m67zs * t_ekzhe)
-        - (K_L53 * t_eq4pw + t_m27n6 * t_qgryq)
-        - (t_vshgd * t_dvydu + t_2m245 * t_3hqtz);
-    const real t_vmt6b = t_stqdg * t_lt2al - t_2e52m * t_c2ebu;
-    const real t_kvqmf = t_tcwea + (e1 * t_lorg5 - F_t1 * t_qrwk6);
-    const real t_uw5ow = t_36nrg + (e2 * t_itqut_3 + F_t2 * t_qrwk6);
-    const real t_64vph = sin_theta1 * t_kvqmf
-        - t_55hgq
-        - sin_theta2 * t_uw5ow
-        + (g_1 * t_h4glw - t_vt7uo * t_qrwk6)
-        - t_oncjt * t_qrwk6
-        + f_y * t_qrwk6;
-    const real t_rm472 = b1 * t_3hqtz
-        + t_vshgd * t_jucsy
-        - t_64vph
-        - (X_y2 * t_ekzhe + K_L52 * t_oke6r)
-        - (X_y3 * t_qgryq + K_L53 * t_hnjoh)
-        - (X_y4 * t_vmt6b + K_L54 * t_6p5rh);
-    const real t_fh7hb = g_1 * t_hcuo4 - wg_1 * t_qrwk6;
-    const real t_ftu34 = wg_2 * t_qrwk6 + g_2 * t_ozfck;
-    const real t_ouzmf = t_simvy * t_fuzfv - me1 * (t_o6yyy * t_qrwk6);
-    const real t_4iyht = t_shk54 + K(-2.0) * t_aogyk + (e1 * t_g7et5 - eAss_1 * t_qrwk6);
-    const real t_v2v5f = t_ouzmf + t_4iyht - t_fh7hb;
-    const real t_4r45h = S_sq1 * t_v2v5f;
-    const real t_lt42c = me2 * (t_rdwum * t_qrwk6);
-    const real t_6ftq4 = K(-2.0) * t_6cle4 + (eAss_2 * t_qrwk6 + e2 * t_rylad);
-    const real t_o7n3h = t_ftu34 - (t_lt42c + t_6ftq4);
-    const real t_mwcol_3 = S_sq2 * t_o7n3h;
-    const real t_vfbc3 = t_owkw5 * t_fuzfv - (t_iw7bs * t_fuzfv + M_C * (t_jf3qj * t_qrwk6));
-    const real t_fhepx = t_fh7hb
-        - t_ftu34
-        + t_fuplp
-        + t_4r45h
-        + t_mwcol_3
-        + t_vfbc3
-        - t_ouzmf
-        + t_lt42c
-        + K(-2.0) * t_xyins
-        - K(-2.0) * t_g4wtj_3
-        - (K_L52 * t_rzir2 + t_p6zld * t_ekzhe)
-        - (K_L53 * t_6dgdv + t_bxfcn * t_qgryq)
-        - (K_L54 * t_stqdg + t_amczu * t_vmt6b)
-        - (t_vshgd * t_25v6w + t_6mmeb * t_3hqtz);
-    const real t_ihcrc = sin_theta1 * t_iigyt - sin_theta2 * t_bnhwl;
-    const real t_5n5yo = cos_theta1 * t_36jbo - cos_theta2 * t_xv3cl;
-    const real t_a2rm7 = t_5n5yo * t_bpfoo - t_ielc3 * t_ixyzr;
-    const real t_npcn4 = t_byiej + (t_e4enr * t_a7bb7 + t_b3aij * t_a2rm7);
-    const real t_xudp3 = t_npcn4 * t_4iujv - t_2ngl5 * t_322jv;
-    const real t_ajlpl = t_4235l
-        - (t_6z5r2 + t_rylad)
-        + (t_dj64q * t_bgimr + t_d4mqf * t_xudp3)
-        - (t_e4enr * t_rhsuv + t_zzymx * t_a2rm7);
-    const real t_a55ve = t_ajlpl * t_zmh3u - t_kpf5p * t_oycga;
-    const real t_rsmdh = t_ihcrc
-        + cos_theta1 * t_yqcmh
-        + cos_theta2 * t_6cle4
-        - (t_dj64q * t_eas4d + t_m67zs * t_xudp3)
-        - (K_L63 * t_eq4pw + t_m27n6 * t_a55ve)
-        - (t_e4enr * t_dvydu + t_2m245 * t_a2rm7);
-    const real t_zjs7m = t_rsmdh * t_lt2al - t_wurun * t_c2ebu;
-    const real t_h6zrk = t_ihcrc
-        + SC1 * t_v2v5f
-        + SC2 * t_o7n3h
-        + (t_dj64q * t_rzir2 + t_p6zld * t_xudp3)
-        - (K_L63 * t_6dgdv + t_bxfcn * t_a55ve)
-        - (K_L64 * t_stqdg + t_amczu * t_zjs7m)
-        - (t_e4enr * t_25v6w + t_6mmeb * t_a2rm7);
-    const real t_trfi7 = t_h6zrk * t_ftqxb - t_dzxqu * t_fhepx;
-    const real t_ieu6e = cos_theta1 * t_kvqmf
-        - cos_theta2 * t_uw5ow
-        - (g_1 * t_s5lk2 - t_azclp * t_qrwk6)
-        + t_iya7w * t_qrwk6;
-    const real t_cm5j5 = t_gcu5g * t_qrwk6
-        - t_ieu6e
-        + (b1 * t_a2rm7 + t_e4enr * t_jucsy)
-        + (X_y2 * t_xudp3 + t_dj64q * t_oke6r)
-        - (X_y3 * t_a55ve + K_L63 * t_hnjoh)
-        - (X_y4 * t_zjs7m + K_L64 * t_6p5rh)
-        - (X_y5 * t_trfi7 + K_L65 * t_rm472);
-    const real t_liowc = t_4iyht
-        - t_6ftq4
-        + t_vfbc3
-        - t_4r45h
-        - t_mwcol_3
-        - (t_dj64q * t_npcn4 + t_qvrp6 * t_xudp3)
-        - (K_L63 * t_ajlpl + t_rahc4 * t_a55ve)
-        - (K_L64 * t_rsmdh + t_e4k6u * t_zjs7m)
-        - (K_L65 * t_h6zrk + t_jo54w * t_trfi7)
-        - (t_e4enr * t_5n5yo + t_bl4f2 * t_a2rm7);
-    const real t_dzlfq = t_cm5j5 * t_nfkwa - t_o4hiw * t_liowc;
-    const real t_r32rw = t_rm472 * t_ftqxb - t_eriz2 * t_fhepx - (X_x6 * t_trfi7 + K_L65 * t_dzlfq);
-    const real t_42xp2 = t_6p5rh * t_lt2al
-        - t_gkoba * t_c2ebu
-        - (X_x5 * t_vmt6b + K_L54 * t_r32rw)
-        - (X_x6 * t_zjs7m + K_L64 * t_dzlfq);
-    const real t_ce7sx = t_hnjoh * t_zmh3u
-        - t_insvr * t_oycga
-        - (X_x4 * t_xexl7 + K_L43 * t_42xp2)
-        - (X_x5 * t_qgryq + K_L53 * t_r32rw)
-        - (X_x6 * t_a55ve + K_L63 * t_dzlfq);
-    const real t_56s4m = t_oke6r * t_4iujv
-        - t_5am4i * t_322jv
-        - (X_x3 * t_oxwdh + K_L32 * t_ce7sx)
-        + (X_x4 * t_ywe65 + t_6urah * t_42xp2)
-        - (X_x5 * t_ekzhe + K_L52 * t_r32rw)
-        + (X_x6 * t_xudp3 + t_dj64q * t_dzlfq);
-    const real t_dzofb = t_jucsy * t_bpfoo
-        - t_2sw7d * t_ixyzr
-        + (X_x2 * t_5mdqk + t_w7lcw * t_56s4m)
-        + (X_x3 * t_caliq + t_3go2w * t_ce7sx)
-        + (X_x4 * t_op5sc + t_xq4wt * t_42xp2)
-        + (X_x5 * t_3hqtz + t_vshgd * t_r32rw)
-        + (X_x6 * t_a2rm7 + t_e4enr * t_dzlfq)
-        + t_za24c;
-    const real t_gi55u = p[m1] * (p[l1] + p[l1]);
-    const real t_6j7lq = t_ecohd * t_gi55u;
-    const real t_m2ww5 = p[I1] * t_6j7lq;
-    const real t_2rkyb = me1 - p[l1] * t_m2ww5;
-    const real t_gtm2o = t_3qn53 - p[l1] * t_6j7lq;
-    const real t_v5nss = eta1 * t_2rkyb + loss_phi1 * t_gtm2o;
-    const real t_rw2ac = k1 * p[m1] + t_6nwd2 * t_gtm2o;
-    const real t_37b6j = t_rl7kq * t_m2ww5 - p[h1] * t_m2ww5 * t_xpjrw;
-    const real t_h7gpd = t_rybsf * t_37b6j;
-    const real t_bzxdq = t_lupe6 * t_rw2ac - mv1 * (cos_phi1 * t_h7gpd) - sigma_sq1 * p[m1];
-    const real t_4hlbz_2 = mv2 * (cos_phi2 * t_h7gpd);
-    const real t_j7rpm = sin_phi1 * t_v5nss + cos_phi1 * t_bzxdq - cos_phi2 * t_4hlbz_2;
-    const real t_5ekb4 = sin_phi1 * t_rw2ac;
-    const real t_dle4c = sin_phi1 * t_5ekb4;
-    const real t_umhwk = t_rw2ac - t_m2ww5 - t_dle4c;
-    const real t_klc6e = cos_phi1 * t_5ekb4;
-    const real t_a7bb7_2 = sin_theta1 * t_klc6e;
-    const real t_lef6g = t_a7bb7_2 * t_bpfoo - t_6xwz3 * t_umhwk;
-    const real t_4hepc = W12 * sin_phi1 + w_x1 * (Wn1 * cos_phi1) - t_wmv32 * chi1;
-    const real t_hjjc3 = t_sdxhx * (p[m1] * ((q_1 + q_1) * sin_phi1));
-    const real t_h5xbx = th_1 * (p[I1] * t_4hepc - loss_theta1 * sin_phi1) - t_xips6 * t_hjjc3;
-    const real t_ayguz = cos_theta1 * t_h5xbx;
-    const real t_ohgbk = sin_phi1 * t_bzxdq - cos_phi1 * t_v5nss;
-    const real t_itqut_4 = sin_phi2 * t_4hlbz_2;
-    const real t_uvh2f = b1 * t_lef6g
-        + t_w7lcw * t_j7rpm
-        - (t_ayguz + sin_theta1 * t_ohgbk - sin_theta2 * t_itqut_4);
-    const real t_tenoe = t_dle4c - t_m2ww5;
-    const real t_yiwsa = p[I1] * t_hjjc3;
-    const real t_zzdue = t_tenoe + t_yiwsa;
-    const real t_h3uzn = S_sq1 * t_zzdue;
-    const real t_kojxp = t_h3uzn - t_m2ww5 - t_yiwsa + t_m2ww5 - (t_w7lcw * t_a7bb7_2 + t_b3aij * t_lef6g);
-    const real t_rhsuv_2 = cos_theta1 * t_klc6e;
-    const real t_llrgk = t_rhsuv_2 * t_bpfoo - t_3tmqi * t_umhwk;
-    const real t_vztfu = SC1 * t_zzdue - (t_3go2w * t_a7bb7_2 + t_b3aij * t_llrgk);
-    const real t_a6pnx = t_vztfu * t_4iujv - t_6yahm * t_kojxp;
-    const real t_hphhq = sin_theta1 * t_h5xbx;
-    const real t_5gznf = b1 * t_llrgk
-        + t_3go2w * t_j7rpm
-        - (cos_theta1 * t_ohgbk - t_hphhq - cos_theta2 * t_itqut_4)
-        - (X_y2 * t_a6pnx + K_L32 * t_uvh2f);
-    const real t_sylhi = t_tenoe
-        - t_h3uzn
-        - (K_L32 * t_vztfu + t_d4mqf * t_a6pnx)
-        - (t_3go2w * t_rhsuv_2 + t_zzymx * t_llrgk);
-    const real t_36czx = wth_1 * sin_phi1 - q_1 * t_yiwsa;
-    const real t_ah477 = sin_theta1 * t_36czx;
-    const real t_nbszk = cos_phi1 * t_2rkyb;
-    const real t_e6agj = cos_theta1 * t_36czx;
-    const real t_xkdho = sin_phi1 * t_2rkyb;
-    const real t_7vvv5 = t_xkdho * t_bpfoo - t_jtjoh * t_umhwk;
-    const real t_itiut = t_e6agj + sin_theta1 * t_nbszk + (t_xq4wt * t_a7bb7_2 + t_b3aij * t_7vvv5);
-    const real t_u5wtr = t_itiut * t_4iujv - t_dwrhg * t_kojxp;
-    const real t_dodfv = t_ah477
-        - cos_theta1 * t_nbszk
-        + (t_6urah * t_vztfu + t_d4mqf * t_u5wtr)
-        - (t_xq4wt * t_rhsuv_2 + t_zzymx * t_7vvv5);
-    const real t_iijcz = t_dodfv * t_zmh3u - t_ydwjl * t_sylhi;
-    const real t_ortue = t_w7vil * t_xkdho - Bs_1 * t_h7gpd + (p[l1] * t_v5nss + t_7imwe);
-    const real t_b6lzs = q_1 * t_h5xbx + F_n1 * sin_phi1;
-    const real t_36nrg_2 = Bs_2 * t_h7gpd;
-    const real t_nvpvp = b1 * t_7vvv5
-        + t_xq4wt * t_j7rpm
-        - (t_ortue - t_b6lzs - t_36nrg_2)
-        + (X_y2 * t_u5wtr + t_6urah * t_uvh2f)
-        - (X_y3 * t_iijcz + K_L43 * t_5gznf);
-    const real t_jf4vx = wq_1 * sin_phi1 + q_1 * t_36czx;
-    const real t_3t63m = p[l1] * t_2rkyb + B_1;
-    const real t_4eh26 = t_jf4vx
-        + t_3t63m
-        - (t_6urah * t_itiut + t_m67zs * t_u5wtr)
-        - (K_L43 * t_dodfv + t_m27n6 * t_iijcz)
-        - (t_xq4wt * t_xkdho + t_2m245 * t_7vvv5);
-    const real t_cdint = t_37b6j + cos_phi1;
-    const real t_wdr3j = wth_1 * t_cdint + g_1 * t_yiwsa;
-    const real t_wr37e = wg_1 * sin_phi1 - q_1 * t_wdr3j;
-    const real t_rghg2 = cos_theta1 * t_wr37e;
-    const real t_gkp3c = wth_2 * t_37b6j;
-    const real t_bnhwl_2 = q_2 * t_gkp3c;
-    const real t_g4wtj_4 = cos_theta2 * t_bnhwl_2;
-    const real t_i3n37 = e1 * t_nbszk - Bc_1 * t_37b6j;
-    const real t_zch44 = t_3t63m - t_i3n37;
-    const real t_bqb2c = Bc_2 * t_37b6j;
-    const real t_3v6om = me1 * t_37b6j + e1 * t_m2ww5 - t_wdr3j;
-    const real t_l7h7q = me2 * t_37b6j - t_gkp3c;
-    const real t_ubmvw = e1 * t_dle4c - Ass_1 * t_37b6j;
-    const real t_loy7b = t_nbszk - t_ubmvw;
-    const real t_pzirq = t_loy7b + t_3v6om;
-    const real t_d5gqi = Ass_2 * t_37b6j;
-    const real t_6u2cv_2 = t_d5gqi + t_l7h7q;
-    const real t_4235l_2 = S_sq1 * t_pzirq + S_sq2 * t_6u2cv_2;
-    const real t_arzsw = t_xkdho + (e1 * t_klc6e - Asc_1 * t_37b6j);
-    const real t_tne3j = Asc_2 * t_37b6j;
-    const real t_atwfr = sin_theta1 * t_arzsw - sin_theta2 * t_tne3j;
-    const real t_j5ky6 = t_atwfr * t_bpfoo - t_2lluf * t_umhwk;
-    const real t_3uf4c = t_3v6om + t_l7h7q - t_4235l_2 - t_e6agj - (t_vshgd * t_a7bb7_2 + t_b3aij * t_j5ky6);
-    const real t_mct2r = t_3uf4c * t_4iujv - t_hfybw * t_kojxp;
-    const real t_byiej_2 = SC1 * t_pzirq + SC2 * t_6u2cv_2;
-    const real t_gr3zg = t_ah477
-        - t_byiej_2
-        - (K_L52 * t_vztfu + t_d4mqf * t_mct2r)
-        - (t_vshgd * t_rhsuv_2 + t_zzymx * t_j5ky6);
-    const real t_kbe3m = t_gr3zg * t_zmh3u - t_qe675 * t_sylhi;
-    const real t_3dpre = t_jf4vx
-        - t_rghg2
-        + t_g4wtj_4
-        + sin_theta1 * t_zch44
-        + sin_theta2 * t_bqb2c
-        + (K_L52 * t_itiut + t_m67zs * t_mct2r)
-        - (K_L53 * t_dodfv + t_m27n6 * t_kbe3m)
-        - (t_vshgd * t_xkdho + t_2m245 * t_j5ky6);
-    const real t_vdwwr = t_3dpre * t_lt2al - t_2e52m * t_4eh26;
-    const real t_mrlb4 = t_ortue + (e1 * t_ohgbk - F_t1 * t_37b6j);
-    const real t_pqvbg = t_36nrg_2 + (e2 * t_itqut_4 + F_t2 * t_37b6j);
-    const real t_k3u63 = sin_theta1 * t_mrlb4
-        - t_b6lzs
-        - sin_theta2 * t_pqvbg
-        + (g_1 * t_ayguz - t_vt7uo * t_cdint)
-        - t_oncjt * t_37b6j
-        + f_y * t_37b6j;
-    const real t_3rabq = b1 * t_j5ky6
-        + t_vshgd * t_j7rpm
-        - t_k3u63
-        - (X_y2 * t_mct2r + K_L52 * t_uvh2f)
-        - (X_y3 * t_kbe3m + K_L53 * t_5gznf)
-        - (X_y4 * t_vdwwr + K_L54 * t_nvpvp);
-    const real t_ztoto = wg_1 * t_cdint + g_1 * t_wdr3j;
-    const real t_iixdx = wg_2 * t_37b6j + g_2 * t_gkp3c;
-    const real t_3uolf = t_3t63m + K(-2.0) * t_i3n37 + (e1 * t_ubmvw - eAss_1 * t_37b6j);
-    const real t_a6646 = t_simvy * t_m2ww5 + me1 * (t_o6yyy * t_37b6j);
-    const real t_3vxmc = t_3uolf - t_a6646 + t_ztoto;
-    const real t_ifnuk = S_sq1 * t_3vxmc;
-    const real t_3qwrp = me2 * (t_rdwum * t_37b6j);
-    const real t_kuxer = K(-2.0) * t_bqb2c + (eAss_2 * t_37b6j + e2 * t_d5gqi);
-    const real t_o7n3h_2 = t_iixdx - (t_3qwrp + t_kuxer);
-    const real t_mwcol_4 = S_sq2 * t_o7n3h_2;
-    const real t_w6fl5 = t_owkw5 * t_m2ww5 + (M_C * (t_jf3qj * t_37b6j) - t_iw7bs * t_m2ww5);
-    const real t_43ngd = t_jf4vx
-        - (t_ztoto + t_iixdx)
-        + t_ifnuk
-        + t_mwcol_4
-        - t_w6fl5
-        + t_a6646
-        + t_3qwrp
-        + K(-2.0) * t_rghg2
-        - K(-2.0) * t_g4wtj_4
-        - (K_L52 * t_3uf4c + t_p6zld * t_mct2r)
-        - (K_L53 * t_gr3zg + t_bxfcn * t_kbe3m)
-        - (K_L54 * t_3dpre + t_amczu * t_vdwwr)
-        - (t_vshgd * t_atwfr + t_6mmeb * t_j5ky6);
-    const real t_f2xc4 = sin_theta1 * t_wr37e - sin_theta2 * t_bnhwl_2;
-    const real t_gjumn = cos_theta1 * t_arzsw - cos_theta2 * t_tne3j;
-    const real t_i2r53 = t_gjumn * t_bpfoo - t_ielc3 * t_umhwk;
-    const real t_npcn4_2 = t_byiej_2 + (t_e4enr * t_a7bb7_2 + t_b3aij * t_i2r53);
-    const real t_z4lta = t_npcn4_2 * t_4iujv - t_2ngl5 * t_kojxp;
-    const real t_njgoz = t_4235l_2
-        - (t_loy7b + t_d5gqi)
-        + (t_dj64q * t_vztfu + t_d4mqf * t_z4lta)
-        - (t_e4enr * t_rhsuv_2 + t_zzymx * t_i2r53);
-    const real t_a55ve_2 = t_njgoz * t_zmh3u - t_kpf5p * t_sylhi;
-    const real t_kbfqh = t_f2xc4
-        + cos_theta1 * t_zch44
-        + cos_theta2 * t_bqb2c
-        - (t_dj64q * t_itiut + t_m67zs * t_z4lta)
-        - (K_L63 * t_dodfv + t_m27n6 * t_a55ve_2)
-        - (t_e4enr * t_xkdho + t_2m245 * t_i2r53);
-    const real t_cbrfm = t_kbfqh * t_lt2al - t_wurun * t_4eh26;
-    const real t_h7gn3 = t_f2xc4
-        + SC1 * t_3vxmc
-        + SC2 * t_o7n3h_2
-        + (t_dj64q * t_3uf4c + t_p6zld * t_z4lta)
-        - (K_L63 * t_gr3zg + t_bxfcn * t_a55ve_2)
-        - (K_L64 * t_3dpre + t_amczu * t_cbrfm)
-        - (t_e4enr * t_atwfr + t_6mmeb * t_i2r53);
-    const real t_22tge = t_h7gn3 * t_ftqxb - t_dzxqu * t_43ngd;
-    const real t_z2pcc = cos_theta1 * t_mrlb4
-        - cos_theta2 * t_pqvbg
-        - (g_1 * t_hphhq - t_azclp * t_cdint)
-        + t_iya7w * t_37b6j;
-    const real t_dlgwu = t_gcu5g * t_37b6j
-        - t_z2pcc
-        + (b1 * t_i2r53 + t_e4enr * t_j7rpm)
-        + (X_y2 * t_z4lta + t_dj64q * t_uvh2f)
-        - (X_y3 * t_a55ve_2 + K_L63 * t_5gznf)
-        - (X_y4 * t_cbrfm + K_L64 * t_nvpvp)
-        - (X_y5 * t_22tge + K_L65 * t_3rabq);
-    const real t_lwiao = t_3uolf
-        - t_kuxer
-        - t_w6fl5
-        - t_ifnuk
-        - t_mwcol_4
-        - (t_dj64q * t_npcn4_2 + t_qvrp6 * t_z4lta)
-        - (K_L63 * t_njgoz + t_rahc4 * t_a55ve_2)
-        - (K_L64 * t_kbfqh + t_e4k6u * t_cbrfm)
-        - (K_L65 * t_h7gn3 + t_jo54w * t_22tge)
-        - (t_e4enr * t_gjumn + t_bl4f2 * t_i2r53);
-    const real t_ngk2s = t_dlgwu * t_nfkwa - t_o4hiw * t_lwiao;
-    const real t_5qui4 = t_3rabq * t_ftqxb - t_eriz2 * t_43ngd - (X_x6 * t_22tge + K_L65 * t_ngk2s);
-    const real t_pectw = t_nvpvp * t_lt2al
-        - t_gkoba * t_4eh26
-        - (X_x5 * t_vdwwr + K_L54 * t_5qui4)
-        - (X_x6 * t_cbrfm + K_L64 * t_ngk2s);
-    const real t_q7uwl = t_5gznf * t_zmh3u
-        - t_insvr * t_sylhi
-        - (X_x4 * t_iijcz + K_L43 * t_pectw)
-        - (X_x5 * t_kbe3m + K_L53 * t_5qui4)
-        - (X_x6 * t_a55ve_2 + K_L63 * t_ngk2s);
-    const real t_zcoux = t_uvh2f * t_4iujv
-        - t_5am4i * t_kojxp
-        - (X_x3 * t_a6pnx + K_L32 * t_q7uwl)
-        + (X_x4 * t_u5wtr + t_6urah * t_pectw)
-        - (X_x5 * t_mct2r + K_L52 * t_5qui4)
-        + (X_x6 * t_z4lta + t_dj64q * t_ngk2s);
-    const real t_hzfds = t_j7rpm * t_bpfoo
-        - t_2sw7d * t_umhwk
-        + (X_x2 * t_lef6g + t_w7lcw * t_zcoux)
-        + (X_x3 * t_llrgk + t_3go2w * t_q7uwl)
-        + (X_x4 * t_7vvv5 + t_xq4wt * t_pectw)
-        + (X_x5 * t_j5ky6 + t_vshgd * t_5qui4)
-        + (X_x6 * t_i2r53 + t_e4enr * t_ngk2s)
-        + t_h7gpd;
-    const real t_tepdd = me1 * t_xpjrw;
-    const real t_tepdd_2 = K(1.0) - t_tepdd;
-    const real t_vpupx = t_rybsf * t_tepdd_2;
-    const real t_2gia2 = mv1 * (cos_phi1 * t_vpupx);
-    const real t_trlfj = t_rybsf * t_tepdd;
-    const real t_xuzfq = mv2 * (cos_phi2 * t_trlfj);
-    const real t_hrryp = cos_phi1 * t_2gia2 - cos_phi2 * t_xuzfq;
-    const real t_yoao5_3 = sin_phi1 * t_2gia2;
-    const real t_o6oom_3 = sin_phi2 * t_xuzfq;
-    const real t_cdwx5_3 = t_w7lcw * t_hrryp - (sin_theta1 * t_yoao5_3 - sin_theta2 * t_o6oom_3);
-    const real t_qmxc6_3 = t_3go2w * t_hrryp - (cos_theta1 * t_yoao5_3 - cos_theta2 * t_o6oom_3) - K_L32 * t_cdwx5_3;
-    const real t_qhdbb = Bs_1 * t_vpupx;
-    const real t_k3c3a = Bs_2 * t_trlfj;
-    const real t_cb3t7 = t_xq4wt * t_hrryp - (t_qhdbb - t_k3c3a) + t_6urah * t_cdwx5_3 - K_L43 * t_qmxc6_3;
-    const real t_h47lp = wth_2 * t_tepdd;
-    const real t_zt6ue = q_2 * t_h47lp;
-    const real t_rsccx_3 = cos_theta2 * t_zt6ue;
-    const real t_2qtw7 = wth_1 * t_tepdd_2;
-    const real t_agbff = q_1 * t_2qtw7;
-    const real t_o3ymy_3 = cos_theta1 * t_agbff;
-    const real t_62pvo = Bc_1 * t_tepdd_2;
-    const real t_hdcy5 = Bc_2 * t_tepdd;
-    const real t_gmjri = t_2qtw7 - me1 * t_tepdd_2;
-    const real t_5iyue = me2 * t_tepdd - t_h47lp;
-    const real t_4unkw = Ass_1 * t_tepdd_2;
-    const real t_f7zge = t_gmjri - t_4unkw;
-    const real t_yaefc = Ass_2 * t_tepdd;
-    const real t_h2ehx = t_yaefc + t_5iyue;
-    const real t_wzsgq = S_sq1 * t_f7zge + S_sq2 * t_h2ehx;
-    const real t_v7xpn = Asc_1 * t_tepdd_2;
-    const real t_nwnem = Asc_2 * t_tepdd;
-    const real t_gpkxs = sin_theta1 * t_v7xpn - sin_theta2 * t_nwnem;
-    const real t_ncix4 = t_gpkxs * t_bpfoo;
-    const real t_zqrmj = t_gmjri + t_5iyue - t_wzsgq - t_b3aij * t_ncix4;
-    const real t_ovkoy = t_zqrmj * t_4iujv;
-    const real t_vd5ld = SC1 * t_f7zge + SC2 * t_h2ehx;
-    const real t_cr5x5_3 = t_vd5ld + t_d4mqf * t_ovkoy + t_zzymx * t_ncix4;
-    const real t_3n6r6_3 = t_cr5x5_3 * t_zmh3u;
-    const real t_5qfwo = t_rsccx_3
-        - t_o3ymy_3
-        - sin_theta1 * t_62pvo
-        + sin_theta2 * t_hdcy5
-        + t_m67zs * t_ovkoy
-        + t_m27n6 * t_3n6r6_3
-        - t_2m245 * t_ncix4;
-    const real t_uasb2 = t_5qfwo * t_lt2al;
-    const real t_kuogw = t_qhdbb + (e1 * t_yoao5_3 + F_t1 * t_tepdd_2);
-    const real t_6ou74 = t_k3c3a + (e2 * t_o6oom_3 + F_t2 * t_tepdd);
-    const real t_c5hrf = sin_theta1 * t_kuogw
-        - sin_theta2 * t_6ou74
-        + t_vt7uo * t_tepdd_2
-        - t_oncjt * t_tepdd
-        + f_y * t_tepdd;
-    const real t_tyixv = b1 * t_ncix4
-        + t_vshgd * t_hrryp
-        - t_c5hrf
-        - (X_y2 * t_ovkoy + K_L52 * t_cdwx5_3)
-        - (K_L53 * t_qmxc6_3 - X_y3 * t_3n6r6_3)
-        - (X_y4 * t_uasb2 + K_L54 * t_cb3t7);
-    const real t_vwz3k = wg_1 * t_tepdd_2 + g_1 * t_2qtw7;
-    const real t_fu6zx = wg_2 * t_tepdd + g_2 * t_h47lp;
-    const real t_4rfxb = me1 * (t_o6yyy * t_tepdd_2);
-    const real t_abfa5 = K(-2.0) * t_62pvo + (eAss_1 * t_tepdd_2 + e1 * t_4unkw);
-    const real t_u4jze = t_4rfxb + t_abfa5 - t_vwz3k;
-    const real t_uxfwe_3 = S_sq1 * t_u4jze;
-    const real t_bjusx = me2 * (t_rdwum * t_tepdd);
-    const real t_5o6w5 = K(-2.0) * t_hdcy5 + (eAss_2 * t_tepdd + e2 * t_yaefc);
-    const real t_gc6ds = t_fu6zx - (t_bjusx + t_5o6w5);
-    const real t_yjdhu_3 = S_sq2 * t_gc6ds;
-    const real t_rlxpo = me1 * (p[h1] + p[h1]) - M_C * (t_jf3qj * t_tepdd);
-    const real t_mqkzt = t_vwz3k
-        - t_fu6zx
-        + t_uxfwe_3
-        + t_yjdhu_3
-        + t_rlxpo
-        - t_4rfxb
-        + t_bjusx
-        + K(-2.0) * t_o3ymy_3
-        - K(-2.0) * t_rsccx_3
-        - (K_L52 * t_zqrmj + t_p6zld * t_ovkoy)
-        + (K_L53 * t_cr5x5_3 + t_bxfcn * t_3n6r6_3)
-        - (K_L54 * t_5qfwo + t_amczu * t_uasb2)
-        - (t_vshgd * t_gpkxs + t_6mmeb * t_ncix4);
-    const real t_6exfo = sin_theta1 * t_agbff - sin_theta2 * t_zt6ue;
-    const real t_ayt2t = cos_theta1 * t_v7xpn - cos_theta2 * t_nwnem;
-    const real t_mhmsi = t_ayt2t * t_bpfoo;
-    const real t_dv45p_3 = t_vd5ld + t_b3aij * t_mhmsi;
-    const real t_dj64q_4 = t_dv45p_3 * t_4iujv;
-    const real t_f2jo2 = t_wzsgq - (t_yaefc - t_4unkw) + t_d4mqf * t_dj64q_4 - t_zzymx * t_mhmsi;
-    const real t_i74sj = t_f2jo2 * t_zmh3u;
-    const real t_wcfm5 = t_6exfo
-        - cos_theta1 * t_62pvo
-        + cos_theta2 * t_hdcy5
-        - t_m67zs * t_dj64q_4
-        - t_m27n6 * t_i74sj
-        - t_2m245 * t_mhmsi;
-    const real t_qrhsw = t_wcfm5 * t_lt2al;
-    const real t_bh3u4 = t_6exfo
-        + SC1 * t_u4jze
-        + SC2 * t_gc6ds
-        + (t_dj64q * t_zqrmj + t_p6zld * t_dj64q_4)
-        - (t_bxfcn * t_i74sj - K_L63 * t_cr5x5_3)
-        - (K_L64 * t_5qfwo + t_amczu * t_qrhsw)
-        - (t_e4enr * t_gpkxs + t_6mmeb * t_mhmsi);
-    const real t_6yt7t = t_bh3u4 * t_ftqxb - t_dzxqu * t_mqkzt;
-    const real t_647sl = t_gcu5g * t_tepdd
-        - (cos_theta1 * t_kuogw - cos_theta2 * t_6ou74 - t_azclp * t_tepdd_2 + t_iya7w * t_tepdd)
-        + (b1 * t_mhmsi + t_e4enr * t_hrryp)
-        + (X_y2 * t_dj64q_4 + t_dj64q * t_cdwx5_3)
-        - (X_y3 * t_i74sj + K_L63 * t_qmxc6_3)
-        - (X_y4 * t_qrhsw + K_L64 * t_cb3t7)
-        - (X_y5 * t_6yt7t + K_L65 * t_tyixv);
-    const real t_jnt3m = t_abfa5
-        - t_5o6w5
-        + t_rlxpo
-        - t_uxfwe_3
-        - t_yjdhu_3
-        - (t_dj64q * t_dv45p_3 + t_qvrp6 * t_dj64q_4)
-        - (K_L63 * t_f2jo2 + t_rahc4 * t_i74sj)
-        - (K_L64 * t_wcfm5 + t_e4k6u * t_qrhsw)
-        - (K_L65 * t_bh3u4 + t_jo54w * t_6yt7t)
-        - (t_e4enr * t_ayt2t + t_bl4f2 * t_mhmsi);
-    const real t_qhwmd = t_647sl * t_nfkwa - t_o4hiw * t_jnt3m;
-    const real t_ph3k5 = t_tyixv * t_ftqxb - t_eriz2 * t_mqkzt - (X_x6 * t_6yt7t + K_L65 * t_qhwmd);
-    const real t_rbyn3_2 = t_cb3t7 * t_lt2al
-        - (X_x5 * t_uasb2 + K_L54 * t_ph3k5)
-        - (X_x6 * t_qrhsw + K_L64 * t_qhwmd);
-    const real t_6yt6i_2 = t_qmxc6_3 * t_zmh3u
-        - K_L43 * t_rbyn3_2
-        - (K_L53 * t_ph3k5 - X_x5 * t_3n6r6_3)
-        - (X_x6 * t_i74sj + K_L63 * t_qhwmd);
-    const real t_sif46_2 = t_cdwx5_3 * t_4iujv
-        - K_L32 * t_6yt6i_2
-        + t_6urah * t_rbyn3_2
-        - (X_x5 * t_ovkoy + K_L52 * t_ph3k5)
-        + (X_x6 * t_dj64q_4 + t_dj64q * t_qhwmd);
-    const real t_6xo3m = t_hrryp * t_bpfoo
-        + t_w7lcw * t_sif46_2
-        + t_3go2w * t_6yt6i_2
-        + t_xq4wt * t_rbyn3_2
-        + (X_x5 * t_ncix4 + t_vshgd * t_ph3k5)
-        + (X_x6 * t_mhmsi + t_e4enr * t_qhwmd);
-    const real t_jaeht = t_6xo3m + t_trlfj;
-    const real t_y6yta = t_3qn53 - p[I1] * t_ecohd;
-    const real t_tdmqv = p[l1] * t_y6yta;
-    const real t_f7dyx = p[l1] * t_ecohd;
-    const real t_bc452 = eta1 * t_tdmqv - loss_phi1 * t_f7dyx;
-    const real t_qdapd = p[h1] * t_y6yta * t_xpjrw - t_rl7kq * t_y6yta;
-    const real t_lf65f = t_rybsf * t_qdapd;
-    const real t_tr3c4 = t_6nwd2 * t_f7dyx;
-    const real t_jkz7e = mv1 * (cos_phi1 * t_lf65f) + t_lupe6 * t_tr3c4;
-    const real t_7cwmu = mv2 * (cos_phi2 * t_lf65f);
-    const real t_x4uzv = sin_phi1 * t_bc452 - cos_phi1 * t_jkz7e - cos_phi2 * t_7cwmu;
-    const real t_ytdxg = sin_phi1 * t_tr3c4;
-    const real t_4punh = sin_phi1 * t_ytdxg;
-    const real t_gcmhj = t_y6yta - t_tr3c4 + t_4punh;
-    const real t_sfgcw = cos_phi1 * t_ytdxg;
-    const real t_7nyq2 = sin_theta1 * t_sfgcw;
-    const real t_vfg2c = t_7nyq2 * t_bpfoo + t_6xwz3 * t_gcmhj;
-    const real t_e3qlh = th_1 * zeta1 - t_xips6 * t_sdxhx;
-    const real t_vzisz = cos_theta1 * t_e3qlh;
-    const real t_ndxzj = sin_phi1 * t_jkz7e + cos_phi1 * t_bc452;
-    const real t_itqut_5 = sin_phi2 * t_7cwmu;
-    const real t_f55uf = t_w7lcw * t_x4uzv
-        - b1 * t_vfg2c
-        - (t_vzisz - sin_theta1 * t_ndxzj - sin_theta2 * t_itqut_5);
-    const real t_qqepj = t_y6yta - t_4punh;
-    const real t_43bqs = th_1 - p[I1] * t_sdxhx;
-    const real t_h676r = t_qqepj - t_43bqs;
-    const real t_qd2j6 = S_sq1 * t_h676r;
-    const real t_nl3ls = t_qd2j6 + t_y6yta + t_43bqs - t_y6yta + (t_w7lcw * t_7nyq2 + t_b3aij * t_vfg2c);
-    const real t_7mc24 = cos_theta1 * t_sfgcw;
-    const real t_qorkj = t_7mc24 * t_bpfoo + t_3tmqi * t_gcmhj;
-    const real t_6nkag = SC1 * t_h676r + (t_3go2w * t_7nyq2 + t_b3aij * t_qorkj);
-    const real t_f7tni = t_6nkag * t_4iujv - t_6yahm * t_nl3ls;
-    const real t_wwrju = sin_theta1 * t_e3qlh;
-    const real t_7noub = t_3go2w * t_x4uzv
-        - b1 * t_qorkj
-        + (cos_theta1 * t_ndxzj + t_wwrju + cos_theta2 * t_itqut_5)
-        - (X_y2 * t_f7tni + K_L32 * t_f55uf);
-    const real t_zwtea = t_qqepj
-        - t_qd2j6
-        - (K_L32 * t_6nkag + t_d4mqf * t_f7tni)
-        + (t_3go2w * t_7mc24 + t_zzymx * t_qorkj);
-    const real t_xcurm = q_1 * t_43bqs;
-    const real t_zxvwo = sin_theta1 * t_xcurm;
-    const real t_kibnj = cos_phi1 * t_tdmqv;
-    const real t_2ulsd = cos_theta1 * t_xcurm;
-    const real t_2cpxt = sin_phi1 * t_tdmqv;
-    const real t_hatf3 = t_2cpxt * t_bpfoo - t_jtjoh * t_gcmhj;
-    const real t_fxjq5 = t_2ulsd + sin_theta1 * t_kibnj + (t_b3aij * t_hatf3 - t_xq4wt * t_7nyq2);
-    const real t_33vs5 = t_fxjq5 * t_4iujv - t_dwrhg * t_nl3ls;
-    const real t_gymtf = t_zxvwo
-        - cos_theta1 * t_kibnj
-        + (t_6urah * t_6nkag + t_d4mqf * t_33vs5)
-        - (t_zzymx * t_hatf3 - t_xq4wt * t_7mc24);
-    const real t_ofv7h = t_gymtf * t_zmh3u - t_ydwjl * t_zwtea;
-    const real t_esnnn = t_w7vil * t_2cpxt - Bs_1 * t_lf65f + p[l1] * t_bc452;
-    const real t_bemza = q_1 * t_e3qlh;
-    const real t_brzwb = Bs_2 * t_lf65f;
-    const real t_j4u4y = b1 * t_hatf3
-        + t_xq4wt * t_x4uzv
-        - (t_esnnn - t_bemza - t_brzwb + x[wy] * x[theta1_dot])
-        + (X_y2 * t_33vs5 + t_6urah * t_f55uf)
-        - (X_y3 * t_ofv7h + K_L43 * t_7noub);
-    const real t_ez4pt = q_1 * t_xcurm;
+        - (t_vpdgs * t_sbon2 + t_ly572 * t_6ohwe)
+        - (K_L43 * t_q474t + t_ichgo * t_jzrka)
+        - (t_w6lcf * t_i42on_2 + t_hig3c_6 * t_zspjv);
+    const real t_6wlli = g_1 * t_adoty - wth_1 * t_xx4am;
+    const real t_vc4v4 = q_1 * t_6wlli;
+    const real t_4l2qs = cos_theta1 * t_vc4v4;
+    const real t_vfit5 = wth_2 * t_xx4am;
+    const real t_ci7rc = q_2 * t_vfit5;
+    const real t_wv3vc_3 = cos_theta2 * t_ci7rc;
+    const real t_lusgm = e1 * t_i42on - Bc_1 * t_xx4am;
+    const real t_bx542 = t_shk54 - t_lusgm;
+    const real t_thyfd = Bc_2 * t_xx4am;
+    const real t_bx3px = t_6wlli - (e1 * t_wafvg - me1 * t_xx4am);
+    const real t_hr7v4 = me2 * t_xx4am - t_vfit5;
+    const real t_ee32z = e1 * t_zvazq - Ass_1 * t_xx4am;
+    const real t_xcikt = t_i42on - t_ee32z;
+    const real t_ts4h3 = t_xcikt + t_bx3px;
+    const real t_thyfd_2 = Ass_2 * t_xx4am;
+    const real t_fgho3 = t_thyfd_2 + t_hr7v4;
+    const real t_oejcz = S_sq1 * t_ts4h3 + S_sq2 * t_fgho3;
+    const real t_bi46r = t_i42on_2 + (e1 * t_zvazq_2 - Asc_1 * t_xx4am);
+    const real t_thyfd_3 = Asc_2 * t_xx4am;
+    const real t_t6eac = sin_theta1 * t_bi46r - sin_theta2 * t_thyfd_3;
+    const real t_4f7qr = t_t6eac * t_6dtnj - t_wj56m * t_f7y4y;
+    const real t_x6b4v = t_bx3px + t_hr7v4 - t_oejcz - t_7uhat_2 - (t_s62lc * t_d3zl7 + t_f2nhc * t_4f7qr);
+    const real t_75mcm = t_x6b4v * t_6dtnj_2 - t_bintu_7 * t_hxkjk;
+    const real t_oejcz_2 = SC1 * t_ts4h3 + SC2 * t_fgho3;
+    const real t_p6wya = t_7uhat
+        - t_oejcz_2
+        - (K_L52 * t_ugcww + t_upifj * t_75mcm)
+        - (t_s62lc * t_d3zl7_2 + t_f2nhc_2 * t_4f7qr);
+    const real t_lesx6 = t_p6wya * t_6dtnj_3 - t_bintu_8 * t_vtdfs;
+    const real t_imn7u = t_zuhes
+        - t_4l2qs
+        + t_wv3vc_3
+        + sin_theta1 * t_bx542
+        + sin_theta2 * t_thyfd
+        + (K_L52 * t_sbon2 + t_ly572 * t_75mcm)
+        - (K_L53 * t_q474t + t_ichgo * t_lesx6)
+        - (t_s62lc * t_i42on_2 + t_hig3c_6 * t_4f7qr);
+    const real t_bgt4g = t_imn7u * t_6dtnj_4 - t_bintu_9 * t_h76tr;
+    const real t_pcj3o = t_u27au + (e1 * t_ydtpf - F_t1 * t_xx4am);
+    const real t_ofd2d = t_qnilx + (e2 * t_psho3_3 + F_t2 * t_xx4am);
+    const real t_ezfrs = sin_theta1 * t_pcj3o
+        - t_h6o5l
+        - sin_theta2 * t_ofd2d
+        + (g_1 * t_uaha3 - t_mallh * t_xx4am)
+        - t_lbh6o * t_xx4am
+        + f_y * t_xx4am;
+    const real t_ygmrx = b1 * t_4f7qr
+        + t_s62lc * t_6ewxm
+        - t_ezfrs
+        - (X_y2 * t_75mcm + K_L52 * t_q4kvp)
+        - (X_y3 * t_lesx6 + K_L53 * t_lbi3r)
+        - (X_y4 * t_bgt4g + K_L54 * t_hl5bp);
+    const real t_mwdqs = g_1 * t_6wlli - wg_1 * t_xx4am;
+    const real t_led5m = wg_2 * t_xx4am + g_2 * t_vfit5;
+    const real t_w2rbg = t_4gp45 * t_wafvg - me1 * (t_rs5fr * t_xx4am);
+    const real t_r43mp = t_shk54 + K(-2.0) * t_lusgm + (e1 * t_ee32z - eAss_1 * t_xx4am);
+    const real t_rgadr = t_w2rbg + t_r43mp - t_mwdqs;
+    const real t_6robg = S_sq1 * t_rgadr;
+    const real t_pwwin = me2 * (t_xicwq * t_xx4am);
+    const real t_rkko5 = K(-2.0) * t_thyfd + (eAss_2 * t_xx4am + e2 * t_thyfd_2);
+    const real t_mhjfk = t_led5m - (t_pwwin + t_rkko5);
+    const real t_x34in_3 = S_sq2 * t_mhjfk;
+    const real t_x25js = t_owkw5 * t_wafvg - (t_2ijrp * t_wafvg + M_C * (t_ga54v * t_xx4am));
+    const real t_ombgb = t_mwdqs
+        - t_led5m
+        + t_zuhes
+        + t_6robg
+        + t_x34in_3
+        + t_x25js
+        - t_w2rbg
+        + t_pwwin
+        + K(-2.0) * t_4l2qs
+        - K(-2.0) * t_wv3vc_3
+        - (K_L52 * t_x6b4v + t_6vega * t_75mcm)
+        - (K_L53 * t_p6wya + t_jmicp * t_lesx6)
+        - (K_L54 * t_imn7u + t_otpfz * t_bgt4g)
+        - (t_s62lc * t_t6eac + t_6iku5 * t_4f7qr);
+    const real t_ltowz = sin_theta1 * t_vc4v4 - sin_theta2 * t_ci7rc;
+    const real t_t6eac_2 = cos_theta1 * t_bi46r - cos_theta2 * t_thyfd_3;
+    const real t_4f7qr_2 = t_t6eac_2 * t_6dtnj - t_wj56m_2 * t_f7y4y;
+    const real t_bci7b = t_oejcz_2 + (t_s62lc_2 * t_d3zl7 + t_f2nhc * t_4f7qr_2);
+    const real t_rr7bm = t_bci7b * t_6dtnj_2 - t_l3pbw * t_hxkjk;
+    const real t_5xk5p = t_oejcz
+        - (t_xcikt + t_thyfd_2)
+        + (t_bk7yo * t_ugcww + t_upifj * t_rr7bm)
+        - (t_s62lc_2 * t_d3zl7_2 + t_f2nhc_2 * t_4f7qr_2);
+    const real t_bmbn7 = t_5xk5p * t_6dtnj_3 - t_bintu_10 * t_vtdfs;
+    const real t_tvvbg = t_ltowz
+        + cos_theta1 * t_bx542
+        + cos_theta2 * t_thyfd
+        - (t_bk7yo * t_sbon2 + t_ly572 * t_rr7bm)
+        - (K_L63 * t_q474t + t_ichgo * t_bmbn7)
+        - (t_s62lc_2 * t_i42on_2 + t_hig3c_6 * t_4f7qr_2);
+    const real t_cadzn = t_tvvbg * t_6dtnj_4 - t_bintu_11 * t_h76tr;
+    const real t_y6rwg = t_ltowz
+        + SC1 * t_rgadr
+        + SC2 * t_mhjfk
+        + (t_bk7yo * t_x6b4v + t_6vega * t_rr7bm)
+        - (K_L63 * t_p6wya + t_jmicp * t_bmbn7)
+        - (K_L64 * t_imn7u + t_otpfz * t_cadzn)
+        - (t_s62lc_2 * t_t6eac + t_6iku5 * t_4f7qr_2);
+    const real t_lsx7j = t_y6rwg * t_6dtnj_5 - t_bintu_12 * t_ombgb;
+    const real t_jv3um = cos_theta1 * t_pcj3o
+        - cos_theta2 * t_ofd2d
+        - (g_1 * t_uaha3_2 - t_mallh_2 * t_xx4am)
+        + t_lbh6o_2 * t_xx4am;
+    const real t_m4q4s = t_gcu5g * t_xx4am
+        - t_jv3um
+        + (b1 * t_4f7qr_2 + t_s62lc_2 * t_6ewxm)
+        + (X_y2 * t_rr7bm + t_bk7yo * t_q4kvp)
+        - (X_y3 * t_bmbn7 + K_L63 * t_lbi3r)
+        - (X_y4 * t_cadzn + K_L64 * t_hl5bp)
+        - (X_y5 * t_lsx7j + K_L65 * t_ygmrx);
+    const real t_bb2w5 = t_r43mp
+        - t_rkko5
+        + t_x25js
+        - t_6robg
+        - t_x34in_3
+        - (t_bk7yo * t_bci7b + t_avyqv * t_rr7bm)
+        - (K_L63 * t_5xk5p + t_2dahu * t_bmbn7)
+        - (K_L64 * t_tvvbg + t_aolgd * t_cadzn)
+        - (K_L65 * t_y6rwg + t_hdeaq * t_lsx7j)
+        - (t_s62lc_2 * t_t6eac_2 + t_6iku5_2 * t_4f7qr_2);
+    const real t_w37ce = t_m4q4s * t_6dtnj_6 - t_bintu_13 * t_bb2w5;
+    const real t_q3cys = t_ygmrx * t_6dtnj_5 - t_temm3_4 * t_ombgb - (X_x6 * t_lsx7j + K_L65 * t_w37ce);
+    const real t_ldioe = t_hl5bp * t_6dtnj_4
+        - t_temm3_3 * t_h76tr
+        - (X_x5 * t_bgt4g + K_L54 * t_q3cys)
+        - (X_x6 * t_cadzn + K_L64 * t_w37ce);
+    const real t_iwlv4 = t_lbi3r * t_6dtnj_3
+        - t_qkxsr * t_vtdfs
+        - (X_x4 * t_jzrka + K_L43 * t_ldioe)
+        - (X_x5 * t_lesx6 + K_L53 * t_q3cys)
+        - (X_x6 * t_bmbn7 + K_L63 * t_w37ce);
+    const real t_2co5x = t_q4kvp * t_6dtnj_2
+        - t_temm3_2 * t_hxkjk
+        - (X_x3 * t_3efz2 + K_L32 * t_iwlv4)
+        + (X_x4 * t_6ohwe + t_vpdgs * t_ldioe)
+        - (X_x5 * t_75mcm + K_L52 * t_q3cys)
+        + (X_x6 * t_rr7bm + t_bk7yo * t_w37ce);
+    const real t_e2e2y = t_6ewxm * t_6dtnj
+        - t_temm3 * t_f7y4y
+        + (X_x2 * t_wiseh + t_gousg * t_2co5x)
+        + (X_x3 * t_wiseh_2 + t_gousg_2 * t_iwlv4)
+        + (X_x4 * t_zspjv + t_w6lcf * t_ldioe)
+        + (X_x5 * t_4f7qr + t_s62lc * t_q3cys)
+        + (X_x6 * t_4f7qr_2 + t_s62lc_2 * t_w37ce)
+        + t_m3q4e;
+    const real t_6nwd2_2 = p[m1] * (p[l1] + p[l1]);
+    const real t_ufmjr = t_rissy * t_6nwd2_2;
+    const real t_x5gfi = p[I1] * t_ufmjr;
+    const real t_ps6s2 = me1 - p[l1] * t_x5gfi;
+    const real t_pgom5 = t_wywjk - p[l1] * t_ufmjr;
+    const real t_57se7 = eta1 * t_ps6s2 + loss_phi1 * t_pgom5;
+    const real t_etvan = k1 * p[m1] + t_6nwd2 * t_pgom5;
+    const real t_mverp = t_2ej5d * t_x5gfi - p[h1] * t_x5gfi * t_bm3wf;
+    const real t_ii7sf = t_rybsf * t_mverp;
+    const real t_33sn3 = t_6om56 * t_etvan - mv1 * (cos_phi1 * t_ii7sf) - sigma_sq1 * p[m1];
+    const real t_lchoz_2 = mv2 * (cos_phi2 * t_ii7sf);
+    const real t_iqxvn = sin_phi1 * t_57se7 + cos_phi1 * t_33sn3 - cos_phi2 * t_lchoz_2;
+    const real t_llsuh = sin_phi1 * t_etvan;
+    const real t_asnuk = sin_phi1 * t_llsuh;
+    const real t_h33rj = t_etvan - t_x5gfi - t_asnuk;
+    const real t_asnuk_2 = cos_phi1 * t_llsuh;
+    const real t_d3zl7_3 = sin_theta1 * t_asnuk_2;
+    const real t_rbeuc = t_d3zl7_3 * t_6dtnj - t_edyl7 * t_h33rj;
+    const real t_iuvnn = W12 * sin_phi1 + w_x1 * (Wn1 * cos_phi1) - t_l5lry * chi1;
+    const real t_hoeo6 = t_7pofv * (p[m1] * ((q_1 + q_1) * sin_phi1));
+    const real t_4q63t = th_1 * (p[I1] * t_iuvnn - loss_theta1 * sin_phi1) - t_djlym * t_hoeo6;
+    const real t_cnmek = cos_theta1 * t_4q63t;
+    const real t_ttaj7 = sin_phi1 * t_33sn3 - cos_phi1 * t_57se7;
+    const real t_psho3_4 = sin_phi2 * t_lchoz_2;
+    const real t_uza23 = b1 * t_rbeuc
+        + t_gousg * t_iqxvn
+        - (t_cnmek + sin_theta1 * t_ttaj7 - sin_theta2 * t_psho3_4);
+    const real t_3muld = t_asnuk - t_x5gfi;
+    const real t_a26wh = p[I1] * t_hoeo6;
+    const real t_idqjq = t_3muld + t_a26wh;
+    const real t_57phx = S_sq1 * t_idqjq;
+    const real t_4xco5 = t_57phx - t_x5gfi - t_a26wh + t_x5gfi - (t_gousg * t_d3zl7_3 + t_f2nhc * t_rbeuc);
+    const real t_d3zl7_4 = cos_theta1 * t_asnuk_2;
+    const real t_rbeuc_2 = t_d3zl7_4 * t_6dtnj - t_edyl7_2 * t_h33rj;
+    const real t_kngyc = SC1 * t_idqjq - (t_gousg_2 * t_d3zl7_3 + t_f2nhc * t_rbeuc_2);
+    const real t_lkbc6 = t_kngyc * t_6dtnj_2 - t_bintu_5 * t_4xco5;
+    const real t_cnmek_2 = sin_theta1 * t_4q63t;
+    const real t_uiqeg = b1 * t_rbeuc_2
+        + t_gousg_2 * t_iqxvn
+        - (cos_theta1 * t_ttaj7 - t_cnmek_2 - cos_theta2 * t_psho3_4)
+        - (X_y2 * t_lkbc6 + K_L32 * t_uza23);
+    const real t_mpgke = t_3muld
+        - t_57phx
+        - (K_L32 * t_kngyc + t_upifj * t_lkbc6)
+        - (t_gousg_2 * t_d3zl7_4 + t_f2nhc_2 * t_rbeuc_2);
+    const real t_24zay = wth_1 * sin_phi1 - q_1 * t_a26wh;
+    const real t_6x2he = sin_theta1 * t_24zay;
+    const real t_mjowj = cos_phi1 * t_ps6s2;
+    const real t_6x2he_2 = cos_theta1 * t_24zay;
+    const real t_mjowj_2 = sin_phi1 * t_ps6s2;
+    const real t_5g3rd = t_mjowj_2 * t_6dtnj - t_4pum4 * t_h33rj;
+    const real t_ufrum = t_6x2he_2 + sin_theta1 * t_mjowj + (t_w6lcf * t_d3zl7_3 + t_f2nhc * t_5g3rd);
+    const real t_6emp7 = t_ufrum * t_6dtnj_2 - t_6n47e * t_4xco5;
+    const real t_vlioa = t_6x2he
+        - cos_theta1 * t_mjowj
+        + (t_vpdgs * t_kngyc + t_upifj * t_6emp7)
+        - (t_w6lcf * t_d3zl7_4 + t_f2nhc_2 * t_5g3rd);
+    const real t_cwzlm = t_vlioa * t_6dtnj_3 - t_bintu_6 * t_mpgke;
+    const real t_dtleu = t_aqrn5 * t_mjowj_2 - Bs_1 * t_ii7sf + (p[l1] * t_57se7 + t_pc5rt);
+    const real t_4k7fq = q_1 * t_4q63t + F_n1 * sin_phi1;
+    const real t_qnilx_2 = Bs_2 * t_ii7sf;
+    const real t_4er5z = b1 * t_5g3rd
+        + t_w6lcf * t_iqxvn
+        - (t_dtleu - t_4k7fq - t_qnilx_2)
+        + (X_y2 * t_6emp7 + t_vpdgs * t_uza23)
+        - (X_y3 * t_cwzlm + K_L43 * t_uiqeg);
+    const real t_atgvr = wq_1 * sin_phi1 + q_1 * t_24zay;
+    const real t_ibtrl = p[l1] * t_ps6s2 + B_1;
+    const real t_clde2 = t_atgvr
+        + t_ibtrl
+        - (t_vpdgs * t_ufrum + t_ly572 * t_6emp7)
+        - (K_L43 * t_vlioa + t_ichgo * t_cwzlm)
+        - (t_w6lcf * t_mjowj_2 + t_hig3c_6 * t_5g3rd);
+    const real t_hbnsp = t_mverp + cos_phi1;
+    const real t_ka3v2 = wth_1 * t_hbnsp + g_1 * t_a26wh;
+    const real t_3x6q6 = wg_1 * sin_phi1 - q_1 * t_ka3v2;
+    const real t_v4e5i = cos_theta1 * t_3x6q6;
+    const real t_jzkiv = wth_2 * t_mverp;
+    const real t_ci7rc_2 = q_2 * t_jzkiv;
+    const real t_wv3vc_4 = cos_theta2 * t_ci7rc_2;
+    const real t_fcebj = e1 * t_mjowj - Bc_1 * t_mverp;
+    const real t_otjmd = t_ibtrl - t_fcebj;
+    const real t_gh4ex = Bc_2 * t_mverp;
+    const real t_rqusy = me1 * t_mverp + e1 * t_x5gfi - t_ka3v2;
+    const real t_5fyoo = me2 * t_mverp - t_jzkiv;
+    const real t_7fc2b = e1 * t_asnuk - Ass_1 * t_mverp;
+    const real t_i5efo = t_mjowj - t_7fc2b;
+    const real t_lyls7 = t_i5efo + t_rqusy;
+    const real t_gh4ex_2 = Ass_2 * t_mverp;
+    const real t_fgho3_2 = t_gh4ex_2 + t_5fyoo;
+    const real t_oejcz_3 = S_sq1 * t_lyls7 + S_sq2 * t_fgho3_2;
+    const real t_6rlv4 = t_mjowj_2 + (e1 * t_asnuk_2 - Asc_1 * t_mverp);
+    const real t_gh4ex_3 = Asc_2 * t_mverp;
+    const real t_xh564 = sin_theta1 * t_6rlv4 - sin_theta2 * t_gh4ex_3;
+    const real t_fzbb6 = t_xh564 * t_6dtnj - t_wj56m * t_h33rj;
+    const real t_shclu = t_rqusy + t_5fyoo - t_oejcz_3 - t_6x2he_2 - (t_s62lc * t_d3zl7_3 + t_f2nhc * t_fzbb6);
+    const real t_2vmpr = t_shclu * t_6dtnj_2 - t_bintu_7 * t_4xco5;
+    const real t_oejcz_4 = SC1 * t_lyls7 + SC2 * t_fgho3_2;
+    const real t_ca65x = t_6x2he
+        - t_oejcz_4
+        - (K_L52 * t_kngyc + t_upifj * t_2vmpr)
+        - (t_s62lc * t_d3zl7_4 + t_f2nhc_2 * t_fzbb6);
+    const real t_nrkdu = t_ca65x * t_6dtnj_3 - t_bintu_8 * t_mpgke;
+    const real t_nwgxm = t_atgvr
+        - t_v4e5i
+        + t_wv3vc_4
+        + sin_theta1 * t_otjmd
+        + sin_theta2 * t_gh4ex
+        + (K_L52 * t_ufrum + t_ly572 * t_2vmpr)
+        - (K_L53 * t_vlioa + t_ichgo * t_nrkdu)
+        - (t_s62lc * t_mjowj_2 + t_hig3c_6 * t_fzbb6);
+    const real t_ahlua = t_nwgxm * t_6dtnj_4 - t_bintu_9 * t_clde2;
+    const real t_3c3zg = t_dtleu + (e1 * t_ttaj7 - F_t1 * t_mverp);
+    const real t_aeapx = t_qnilx_2 + (e2 * t_psho3_4 + F_t2 * t_mverp);
+    const real t_cx4q2 = sin_theta1 * t_3c3zg
+        - t_4k7fq
+        - sin_theta2 * t_aeapx
+        + (g_1 * t_cnmek - t_mallh * t_hbnsp)
+        - t_lbh6o * t_mverp
+        + f_y * t_mverp;
+    const real t_iyc4m = b1 * t_fzbb6
+        + t_s62lc * t_iqxvn
+        - t_cx4q2
+        - (X_y2 * t_2vmpr + K_L52 * t_uza23)
+        - (X_y3 * t_nrkdu + K_L53 * t_uiqeg)
+        - (X_y4 * t_ahlua + K_L54 * t_4er5z);
+    const real t_55gfa = wg_1 * t_hbnsp + g_1 * t_ka3v2;
+    const real t_o7p6q = wg_2 * t_mverp + g_2 * t_jzkiv;
+    const real t_tsfjm = t_ibtrl + K(-2.0) * t_fcebj + (e1 * t_7fc2b - eAss_1 * t_mverp);
+    const real t_rc7wd = t_4gp45 * t_x5gfi + me1 * (t_rs5fr * t_mverp);
+    const real t_tiyfe = t_tsfjm - t_rc7wd + t_55gfa;
+    const real t_hpoda = S_sq1 * t_tiyfe;
+    const real t_mxmbt = me2 * (t_xicwq * t_mverp);
+    const real t_ubvlj = K(-2.0) * t_gh4ex + (eAss_2 * t_mverp + e2 * t_gh4ex_2);
+    const real t_mhjfk_2 = t_o7p6q - (t_mxmbt + t_ubvlj);
+    const real t_x34in_4 = S_sq2 * t_mhjfk_2;
+    const real t_65oyb = t_owkw5 * t_x5gfi + (M_C * (t_ga54v * t_mverp) - t_2ijrp * t_x5gfi);
+    const real t_zqrmk = t_atgvr
+        - (t_55gfa + t_o7p6q)
+        + t_hpoda
+        + t_x34in_4
+        - t_65oyb
+        + t_rc7wd
+        + t_mxmbt
+        + K(-2.0) * t_v4e5i
+        - K(-2.0) * t_wv3vc_4
+        - (K_L52 * t_shclu + t_6vega * t_2vmpr)
+        - (K_L53 * t_ca65x + t_jmicp * t_nrkdu)
+        - (K_L54 * t_nwgxm + t_otpfz * t_ahlua)
+        - (t_s62lc * t_xh564 + t_6iku5 * t_fzbb6);
+    const real t_qbx6l = sin_theta1 * t_3x6q6 - sin_theta2 * t_ci7rc_2;
+    const real t_xh564_2 = cos_theta1 * t_6rlv4 - cos_theta2 * t_gh4ex_3;
+    const real t_fzbb6_2 = t_xh564_2 * t_6dtnj - t_wj56m_2 * t_h33rj;
+    const real t_bci7b_2 = t_oejcz_4 + (t_s62lc_2 * t_d3zl7_3 + t_f2nhc * t_fzbb6_2);
+    const real t_3lkiq = t_bci7b_2 * t_6dtnj_2 - t_l3pbw * t_4xco5;
+    const real t_7qtk3 = t_oejcz_3
+        - (t_i5efo + t_gh4ex_2)
+        + (t_bk7yo * t_kngyc + t_upifj * t_3lkiq)
+        - (t_s62lc_2 * t_d3zl7_4 + t_f2nhc_2 * t_fzbb6_2);
+    const real t_bmbn7_2 = t_7qtk3 * t_6dtnj_3 - t_bintu_10 * t_mpgke;
+    const real t_prl3f = t_qbx6l
+        + cos_theta1 * t_otjmd
+        + cos_theta2 * t_gh4ex
+        - (t_bk7yo * t_ufrum + t_ly572 * t_3lkiq)
+        - (K_L63 * t_vlioa + t_ichgo * t_bmbn7_2)
+        - (t_s62lc_2 * t_mjowj_2 + t_hig3c_6 * t_fzbb6_2);
+    const real t_iinso = t_prl3f * t_6dtnj_4 - t_bintu_11 * t_clde2;
+    const real t_jai5e = t_qbx6l
+        + SC1 * t_tiyfe
+        + SC2 * t_mhjfk_2
+        + (t_bk7yo * t_shclu + t_6vega * t_3lkiq)
+        - (K_L63 * t_ca65x + t_jmicp * t_bmbn7_2)
+        - (K_L64 * t_nwgxm + t_otpfz * t_iinso)
+        - (t_s62lc_2 * t_xh564 + t_6iku5 * t_fzbb6_2);
+    const real t_p7wx4 = t_jai5e * t_6dtnj_5 - t_bintu_12 * t_zqrmk;
+    const real t_4nfvy = cos_theta1 * t_3c3zg
+        - cos_theta2 * t_aeapx
+        - (g_1 * t_cnmek_2 - t_mallh_2 * t_hbnsp)
+        + t_lbh6o_2 * t_mverp;
+    const real t_ksesw = t_gcu5g * t_mverp
+        - t_4nfvy
+        + (b1 * t_fzbb6_2 + t_s62lc_2 * t_iqxvn)
+        + (X_y2 * t_3lkiq + t_bk7yo * t_uza23)
+        - (X_y3 * t_bmbn7_2 + K_L63 * t_uiqeg)
+        - (X_y4 * t_iinso + K_L64 * t_4er5z)
+        - (X_y5 * t_p7wx4 + K_L65 * t_iyc4m);
+    const real t_syjzi = t_tsfjm
+        - t_ubvlj
+        - t_65oyb
+        - t_hpoda
+        - t_x34in_4
+        - (t_bk7yo * t_bci7b_2 + t_avyqv * t_3lkiq)
+        - (K_L63 * t_7qtk3 + t_2dahu * t_bmbn7_2)
+        - (K_L64 * t_prl3f + t_aolgd * t_iinso)
+        - (K_L65 * t_jai5e + t_hdeaq * t_p7wx4)
+        - (t_s62lc_2 * t_xh564_2 + t_6iku5_2 * t_fzbb6_2);
+    const real t_zx7s4 = t_ksesw * t_6dtnj_6 - t_bintu_13 * t_syjzi;
+    const real t_t443l = t_iyc4m * t_6dtnj_5 - t_temm3_4 * t_zqrmk - (X_x6 * t_p7wx4 + K_L65 * t_zx7s4);
+    const real t_7ikri = t_4er5z * t_6dtnj_4
+        - t_temm3_3 * t_clde2
+        - (X_x5 * t_ahlua + K_L54 * t_t443l)
+        - (X_x6 * t_iinso + K_L64 * t_zx7s4);
+    const real t_2lreo = t_uiqeg * t_6dtnj_3
+        - t_qkxsr * t_mpgke
+        - (X_x4 * t_cwzlm + K_L43 * t_7ikri)
+        - (X_x5 * t_nrkdu + K_L53 * t_t443l)
+        - (X_x6 * t_bmbn7_2 + K_L63 * t_zx7s4);
+    const real t_lgeyr = t_uza23 * t_6dtnj_2
+        - t_temm3_2 * t_4xco5
+        - (X_x3 * t_lkbc6 + K_L32 * t_2lreo)
+        + (X_x4 * t_6emp7 + t_vpdgs * t_7ikri)
+        - (X_x5 * t_2vmpr + K_L52 * t_t443l)
+        + (X_x6 * t_3lkiq + t_bk7yo * t_zx7s4);
+    const real t_kqbf4 = t_iqxvn * t_6dtnj
+        - t_temm3 * t_h33rj
+        + (X_x2 * t_rbeuc + t_gousg * t_lgeyr)
+        + (X_x3 * t_rbeuc_2 + t_gousg_2 * t_2lreo)
+        + (X_x4 * t_5g3rd + t_w6lcf * t_7ikri)
+        + (X_x5 * t_fzbb6 + t_s62lc * t_t443l)
+        + (X_x6 * t_fzbb6_2 + t_s62lc_2 * t_zx7s4)
+        + t_ii7sf;
+    const real t_ivndo = me1 * t_bm3wf;
+    const real t_ivndo_2 = K(1.0) - t_ivndo;
+    const real t_r6h52 = t_rybsf * t_ivndo_2;
+    const real t_uz6ws = mv1 * (cos_phi1 * t_r6h52);
+    const real t_zcn2n = t_rybsf * t_ivndo;
+    const real t_cdq52 = mv2 * (cos_phi2 * t_zcn2n);
+    const real t_ucqw5 = cos_phi1 * t_uz6ws - cos_phi2 * t_cdq52;
+    const real t_3cyzx_3 = sin_phi1 * t_uz6ws;
+    const real t_2catt_3 = sin_phi2 * t_cdq52;
+    const real t_gza5i_3 = t_gousg * t_ucqw5 - (sin_theta1 * t_3cyzx_3 - sin_theta2 * t_2catt_3);
+    const real t_icpac_3 = t_gousg_2 * t_ucqw5 - (cos_theta1 * t_3cyzx_3 - cos_theta2 * t_2catt_3) - K_L32 * t_gza5i_3;
+    const real t_fwued = Bs_1 * t_r6h52;
+    const real t_kkwrk = Bs_2 * t_zcn2n;
+    const real t_svgoa = t_w6lcf * t_ucqw5 - (t_fwued - t_kkwrk) + t_vpdgs * t_gza5i_3 - K_L43 * t_icpac_3;
+    const real t_ijxim = wth_2 * t_ivndo;
+    const real t_gqjcy = q_2 * t_ijxim;
+    const real t_5pxic_3 = cos_theta2 * t_gqjcy;
+    const real t_ug5hh = wth_1 * t_ivndo_2;
+    const real t_62ngx = q_1 * t_ug5hh;
+    const real t_32yoo_3 = cos_theta1 * t_62ngx;
+    const real t_sv5db = Bc_1 * t_ivndo_2;
+    const real t_bz7vn = Bc_2 * t_ivndo;
+    const real t_tt3hb = t_ug5hh - me1 * t_ivndo_2;
+    const real t_vwhni = me2 * t_ivndo - t_ijxim;
+    const real t_sv5db_2 = Ass_1 * t_ivndo_2;
+    const real t_xd7kb = t_tt3hb - t_sv5db_2;
+    const real t_bz7vn_2 = Ass_2 * t_ivndo;
+    const real t_lmtb2 = t_bz7vn_2 + t_vwhni;
+    const real t_ukfj6 = S_sq1 * t_xd7kb + S_sq2 * t_lmtb2;
+    const real t_sv5db_3 = Asc_1 * t_ivndo_2;
+    const real t_bz7vn_3 = Asc_2 * t_ivndo;
+    const real t_vgdgv = sin_theta1 * t_sv5db_3 - sin_theta2 * t_bz7vn_3;
+    const real t_xhlhb = t_vgdgv * t_6dtnj;
+    const real t_ukcku = t_tt3hb + t_vwhni - t_ukfj6 - t_f2nhc * t_xhlhb;
+    const real t_crkh2 = t_ukcku * t_6dtnj_2;
+    const real t_ukfj6_2 = SC1 * t_xd7kb + SC2 * t_lmtb2;
+    const real t_s7x4l_3 = t_ukfj6_2 + t_upifj * t_crkh2 + t_f2nhc_2 * t_xhlhb;
+    const real t_mf65s_3 = t_s7x4l_3 * t_6dtnj_3;
+    const real t_qr3mp = t_5pxic_3
+        - t_32yoo_3
+        - sin_theta1 * t_sv5db
+        + sin_theta2 * t_bz7vn
+        + t_ly572 * t_crkh2
+        + t_ichgo * t_mf65s_3
+        - t_hig3c_6 * t_xhlhb;
+    const real t_wuoee = t_qr3mp * t_6dtnj_4;
+    const real t_lttna = t_fwued + (e1 * t_3cyzx_3 + F_t1 * t_ivndo_2);
+    const real t_yycrg = t_kkwrk + (e2 * t_2catt_3 + F_t2 * t_ivndo);
+    const real t_y7dj6 = sin_theta1 * t_lttna
+        - sin_theta2 * t_yycrg
+        + t_mallh * t_ivndo_2
+        - t_lbh6o * t_ivndo
+        + f_y * t_ivndo;
+    const real t_tb57d = b1 * t_xhlhb
+        + t_s62lc * t_ucqw5
+        - t_y7dj6
+        - (X_y2 * t_crkh2 + K_L52 * t_gza5i_3)
+        - (K_L53 * t_icpac_3 - X_y3 * t_mf65s_3)
+        - (X_y4 * t_wuoee + K_L54 * t_svgoa);
+    const real t_l4vlx = wg_1 * t_ivndo_2 + g_1 * t_ug5hh;
+    const real t_2p2dy = wg_2 * t_ivndo + g_2 * t_ijxim;
+    const real t_ssxsg = me1 * (t_rs5fr * t_ivndo_2);
+    const real t_yfsgg = K(-2.0) * t_sv5db + (eAss_1 * t_ivndo_2 + e1 * t_sv5db_2);
+    const real t_ktzz3 = t_ssxsg + t_yfsgg - t_l4vlx;
+    const real t_eck7l_3 = S_sq1 * t_ktzz3;
+    const real t_5mbfk = me2 * (t_xicwq * t_ivndo);
+    const real t_msc5k = K(-2.0) * t_bz7vn + (eAss_2 * t_ivndo + e2 * t_bz7vn_2);
+    const real t_fwxw7 = t_2p2dy - (t_5mbfk + t_msc5k);
+    const real t_2mjzt_3 = S_sq2 * t_fwxw7;
+    const real t_ukygt = me1 * (p[h1] + p[h1]) - M_C * (t_ga54v * t_ivndo);
+    const real t_ryfk7 = t_l4vlx
+        - t_2p2dy
+        + t_eck7l_3
+        + t_2mjzt_3
+        + t_ukygt
+        - t_ssxsg
+        + t_5mbfk
+        + K(-2.0) * t_32yoo_3
+        - K(-2.0) * t_5pxic_3
+        - (K_L52 * t_ukcku + t_6vega * t_crkh2)
+        + (K_L53 * t_s7x4l_3 + t_jmicp * t_mf65s_3)
+        - (K_L54 * t_qr3mp + t_otpfz * t_wuoee)
+        - (t_s62lc * t_vgdgv + t_6iku5 * t_xhlhb);
+    const real t_2ca7s = sin_theta1 * t_62ngx - sin_theta2 * t_gqjcy;
+    const real t_vgdgv_2 = cos_theta1 * t_sv5db_3 - cos_theta2 * t_bz7vn_3;
+    const real t_xhlhb_2 = t_vgdgv_2 * t_6dtnj;
+    const real t_eny77_3 = t_ukfj6_2 + t_f2nhc * t_xhlhb_2;
+    const real t_bk7yo_4 = t_eny77_3 * t_6dtnj_2;
+    const real t_nih2m = t_ukfj6 - (t_bz7vn_2 - t_sv5db_2) + t_upifj * t_bk7yo_4 - t_f2nhc_2 * t_xhlhb_2;
+    const real t_f7lqo = t_nih2m * t_6dtnj_3;
+    const real t_bxwqp = t_2ca7s
+        - cos_theta1 * t_sv5db
+        + cos_theta2 * t_bz7vn
+        - t_ly572 * t_bk7yo_4
+        - t_ichgo * t_f7lqo
+        - t_hig3c_6 * t_xhlhb_2;
+    const real t_bsfyg = t_bxwqp * t_6dtnj_4;
+    const real t_ja272 = t_2ca7s
+        + SC1 * t_ktzz3
+        + SC2 * t_fwxw7
+        + (t_bk7yo * t_ukcku + t_6vega * t_bk7yo_4)
+        - (t_jmicp * t_f7lqo - K_L63 * t_s7x4l_3)
+        - (K_L64 * t_qr3mp + t_otpfz * t_bsfyg)
+        - (t_s62lc_2 * t_vgdgv + t_6iku5 * t_xhlhb_2);
+    const real t_iqh5f = t_ja272 * t_6dtnj_5 - t_bintu_12 * t_ryfk7;
+    const real t_wsj7e = t_gcu5g * t_ivndo
+        - (cos_theta1 * t_lttna - cos_theta2 * t_yycrg - t_mallh_2 * t_ivndo_2 + t_lbh6o_2 * t_ivndo)
+        + (b1 * t_xhlhb_2 + t_s62lc_2 * t_ucqw5)
+        + (X_y2 * t_bk7yo_4 + t_bk7yo * t_gza5i_3)
+        - (X_y3 * t_f7lqo + K_L63 * t_icpac_3)
+        - (X_y4 * t_bsfyg + K_L64 * t_svgoa)
+        - (X_y5 * t_iqh5f + K_L65 * t_tb57d);
+    const real t_ke2xd = t_yfsgg
+        - t_msc5k
+        + t_ukygt
+        - t_eck7l_3
+        - t_2mjzt_3
+        - (t_bk7yo * t_eny77_3 + t_avyqv * t_bk7yo_4)
+        - (K_L63 * t_nih2m + t_2dahu * t_f7lqo)
+        - (K_L64 * t_bxwqp + t_aolgd * t_bsfyg)
+        - (K_L65 * t_ja272 + t_hdeaq * t_iqh5f)
+        - (t_s62lc_2 * t_vgdgv_2 + t_6iku5_2 * t_xhlhb_2);
+    const real t_7rpdr = t_wsj7e * t_6dtnj_6 - t_bintu_13 * t_ke2xd;
+    const real t_wxryc = t_tb57d * t_6dtnj_5 - t_temm3_4 * t_ryfk7 - (X_x6 * t_iqh5f + K_L65 * t_7rpdr);
+    const real t_uetpc_2 = t_svgoa * t_6dtnj_4
+        - (X_x5 * t_wuoee + K_L54 * t_wxryc)
+        - (X_x6 * t_bsfyg + K_L64 * t_7rpdr);
+    const real t_3xvev_2 = t_icpac_3 * t_6dtnj_3
+        - K_L43 * t_uetpc_2
+        - (K_L53 * t_wxryc - X_x5 * t_mf65s_3)
+        - (X_x6 * t_f7lqo + K_L63 * t_7rpdr);
+    const real t_qaath_2 = t_gza5i_3 * t_6dtnj_2
+        - K_L32 * t_3xvev_2
+        + t_vpdgs * t_uetpc_2
+        - (X_x5 * t_crkh2 + K_L52 * t_wxryc)
+        + (X_x6 * t_bk7yo_4 + t_bk7yo * t_7rpdr);
+    const real t_4irej = t_ucqw5 * t_6dtnj
+        + t_gousg * t_qaath_2
+        + t_gousg_2 * t_3xvev_2
+        + t_w6lcf * t_uetpc_2
+        + (X_x5 * t_xhlhb + t_s62lc * t_wxryc)
+        + (X_x6 * t_xhlhb_2 + t_s62lc_2 * t_7rpdr);
+    const real t_qqijq = t_4irej + t_zcn2n;
+    const real t_7f7pe = t_wywjk - p[I1] * t_rissy;
+    const real t_tdmqv = p[l1] * t_7f7pe;
+    const real t_crqud = p[l1] * t_rissy;
+    const real t_22ffy = eta1 * t_tdmqv - loss_phi1 * t_crqud;
+    const real t_mbrey = p[h1] * t_7f7pe * t_bm3wf - t_2ej5d * t_7f7pe;
+    const real t_or2sn = t_rybsf * t_mbrey;
+    const real t_tr3c4 = t_6nwd2 * t_crqud;
+    const real t_u63rm = mv1 * (cos_phi1 * t_or2sn) + t_6om56 * t_tr3c4;
+    const real t_ev64s = mv2 * (cos_phi2 * t_or2sn);
+    const real t_dbefs = sin_phi1 * t_22ffy - cos_phi1 * t_u63rm - cos_phi2 * t_ev64s;
+    const real t_ss5dp = sin_phi1 * t_tr3c4;
+    const real t_6wstt = sin_phi1 * t_ss5dp;
+    const real t_ctguh = t_7f7pe - t_tr3c4 + t_6wstt;
+    const real t_6wstt_2 = cos_phi1 * t_ss5dp;
+    const real t_a547t = sin_theta1 * t_6wstt_2;
+    const real t_6d5de = t_a547t * t_6dtnj + t_edyl7 * t_ctguh;
+    const real t_dgfpu = th_1 * zeta1 - t_djlym * t_7pofv;
+    const real t_dzeqz = cos_theta1 * t_dgfpu;
+    const real t_gfdrv = sin_phi1 * t_u63rm + cos_phi1 * t_22ffy;
+    const real t_psho3_5 = sin_phi2 * t_ev64s;
+    const real t_5xcfl = t_gousg * t_dbefs
+        - b1 * t_6d5de
+        - (t_dzeqz - sin_theta1 * t_gfdrv - sin_theta2 * t_psho3_5);
+    const real t_my2eg = t_7f7pe - t_6wstt;
+    const real t_paqw3 = th_1 - p[I1] * t_7pofv;
+    const real t_4nucr = t_my2eg - t_paqw3;
+    const real t_do422 = S_sq1 * t_4nucr;
+    const real t_hwlnz = t_do422 + t_7f7pe + t_paqw3 - t_7f7pe + (t_gousg * t_a547t + t_f2nhc * t_6d5de);
+    const real t_a547t_2 = cos_theta1 * t_6wstt_2;
+    const real t_6d5de_2 = t_a547t_2 * t_6dtnj + t_edyl7_2 * t_ctguh;
+    const real t_kmzlq = SC1 * t_4nucr + (t_gousg_2 * t_a547t + t_f2nhc * t_6d5de_2);
+    const real t_c45tq = t_kmzlq * t_6dtnj_2 - t_bintu_5 * t_hwlnz;
+    const real t_dzeqz_2 = sin_theta1 * t_dgfpu;
+    const real t_tyefg = t_gousg_2 * t_dbefs
+        - b1 * t_6d5de_2
+        + (cos_theta1 * t_gfdrv + t_dzeqz_2 + cos_theta2 * t_psho3_5)
+        - (X_y2 * t_c45tq + K_L32 * t_5xcfl);
+    const real t_bb4l7 = t_my2eg
+        - t_do422
+        - (K_L32 * t_kmzlq + t_upifj * t_c45tq)
+        + (t_gousg_2 * t_a547t_2 + t_f2nhc_2 * t_6d5de_2);
+    const real t_nedmq = q_1 * t_paqw3;
+    const real t_y57xl = sin_theta1 * t_nedmq;
+    const real t_e3hn5 = cos_phi1 * t_tdmqv;
+    const real t_y57xl_2 = cos_theta1 * t_nedmq;
+    const real t_e3hn5_2 = sin_phi1 * t_tdmqv;
+    const real t_ddsby = t_e3hn5_2 * t_6dtnj - t_4pum4 * t_ctguh;
+    const real t_lqccn = t_y57xl_2 + sin_theta1 * t_e3hn5 + (t_f2nhc * t_ddsby - t_w6lcf * t_a547t);
+    const real t_pavtn = t_lqccn * t_6dtnj_2 - t_6n47e * t_hwlnz;
+    const real t_oenzz = t_y57xl
+        - cos_theta1 * t_e3hn5
+        + (t_vpdgs * t_kmzlq + t_upifj * t_pavtn)
+        - (t_f2nhc_2 * t_ddsby - t_w6lcf * t_a547t_2);
+    const real t_5vykw = t_oenzz * t_6dtnj_3 - t_bintu_6 * t_bb4l7;
+    const real t_w7omn = t_aqrn5 * t_e3hn5_2 - Bs_1 * t_or2sn + p[l1] * t_22ffy;
+    const real t_ioj5e = q_1 * t_dgfpu;
+    const real t_h2ujw = Bs_2 * t_or2sn;
+    const real t_7vm7l = b1 * t_ddsby
+        + t_w6lcf * t_dbefs
+        - (t_w7omn - t_ioj5e - t_h2ujw + x[wy] * x[theta1_dot])
+        + (X_y2 * t_pavtn + t_vpdgs * t_5xcfl)
+        - (X_y3 * t_5vykw + K_L43 * t_tyefg);
+    const real t_nwbog = q_1 * t_nedmq;
     const real t_adnnd = p[l1] * t_tdmqv;
-    const real t_hzcqd = t_ez4pt
+    const real t_4ur6u = t_nwbog
         + t_adnnd
-        - (t_6urah * t_fxjq5 + t_m67zs * t_33vs5)
-        - (K_L43 * t_gymtf + t_m27n6 * t_ofv7h)
-        - (t_xq4wt * t_2cpxt + t_2m245 * t_hatf3);
-    const real t_w7zeu = g_1 * t_43bqs - wth_1 * t_qdapd;
-    const real t_jk3pk = q_1 * t_w7zeu;
-    const real t_4la6k = cos_theta1 * t_jk3pk;
-    const real t_64hxd = wth_2 * t_qdapd;
-    const real t_x26d5 = q_2 * t_64hxd;
-    const real t_g4wtj_5 = cos_theta2 * t_x26d5;
-    const real t_hwhy4 = e1 * t_kibnj - Bc_1 * t_qdapd;
-    const real t_izrk6 = t_adnnd - t_hwhy4;
-    const real t_cm66r = Bc_2 * t_qdapd;
-    const real t_qerdf = t_w7zeu - (e1 * t_y6yta - me1 * t_qdapd);
-    const real t_utrfd = me2 * t_qdapd - t_64hxd;
-    const real t_pgh2t = e1 * t_4punh + Ass_1 * t_qdapd;
-    const real t_ou2kw = t_kibnj + t_pgh2t;
-    const real t_yrhb3 = t_ou2kw + t_qerdf;
-    const real t_vxxq3 = Ass_2 * t_qdapd;
-    const real t_t2jmq = t_vxxq3 + t_utrfd;
-    const real t_awd5t = S_sq1 * t_yrhb3 + S_sq2 * t_t2jmq;
-    const real t_repl5 = t_2cpxt - (e1 * t_sfgcw + Asc_1 * t_qdapd);
-    const real t_xrmsz = Asc_2 * t_qdapd;
-    const real t_ildq5 = sin_theta1 * t_repl5 - sin_theta2 * t_xrmsz;
-    const real t_vcewd = t_ildq5 * t_bpfoo - t_2lluf * t_gcmhj;
-    const real t_povvr = t_qerdf + t_utrfd - t_awd5t - t_2ulsd - (t_b3aij * t_vcewd - t_vshgd * t_7nyq2);
-    const real t_5qpcj = t_povvr * t_4iujv - t_hfybw * t_nl3ls;
-    const real t_uugbi = SC1 * t_yrhb3 + SC2 * t_t2jmq;
-    const real t_r4yea = t_zxvwo
-        - t_uugbi
-        - (K_L52 * t_6nkag + t_d4mqf * t_5qpcj)
-        - (t_zzymx * t_vcewd - t_vshgd * t_7mc24);
-    const real t_v7aht = t_r4yea * t_zmh3u - t_qe675 * t_zwtea;
-    const real t_yb3j3 = t_ez4pt
-        - t_4la6k
-        + t_g4wtj_5
-        + sin_theta1 * t_izrk6
-        + sin_theta2 * t_cm66r
-        + (K_L52 * t_fxjq5 + t_m67zs * t_5qpcj)
-        - (K_L53 * t_gymtf + t_m27n6 * t_v7aht)
-        - (t_vshgd * t_2cpxt + t_2m245 * t_vcewd);
-    const real t_vmt6b_2 = t_yb3j3 * t_lt2al - t_2e52m * t_hzcqd;
-    const real t_epu23 = t_esnnn - (e1 * t_ndxzj + F_t1 * t_qdapd);
-    const real t_kg3ie = t_brzwb + (e2 * t_itqut_5 + F_t2 * t_qdapd);
-    const real t_dgkmr = sin_theta1 * t_epu23
-        - t_bemza
-        - sin_theta2 * t_kg3ie
+        - (t_vpdgs * t_lqccn + t_ly572 * t_pavtn)
+        - (K_L43 * t_oenzz + t_ichgo * t_5vykw)
+        - (t_w6lcf * t_e3hn5_2 + t_hig3c_6 * t_ddsby);
+    const real t_nluva = g_1 * t_paqw3 - wth_1 * t_mbrey;
+    const real t_aghuo = q_1 * t_nluva;
+    const real t_nrbux = cos_theta1 * t_aghuo;
+    const real t_5ni7r = wth_2 * t_mbrey;
+    const real t_zabnb = q_2 * t_5ni7r;
+    const real t_wv3vc_5 = cos_theta2 * t_zabnb;
+    const real t_fdqg4 = e1 * t_e3hn5 - Bc_1 * t_mbrey;
+    const real t_t4lu2 = t_adnnd - t_fdqg4;
+    const real t_42cou = Bc_2 * t_mbrey;
+    const real t_ti6dm = t_nluva - (e1 * t_7f7pe - me1 * t_mbrey);
+    const real t_f3qyx = me2 * t_mbrey - t_5ni7r;
+    const real t_kmf4t = e1 * t_6wstt + Ass_1 * t_mbrey;
+    const real t_wb2oe = t_e3hn5 + t_kmf4t;
+    const real t_w632t = t_wb2oe + t_ti6dm;
+    const real t_42cou_2 = Ass_2 * t_mbrey;
+    const real t_jevx3 = t_42cou_2 + t_f3qyx;
+    const real t_d6ffs = S_sq1 * t_w632t + S_sq2 * t_jevx3;
+    const real t_7zlyr = t_e3hn5_2 - (e1 * t_6wstt_2 + Asc_1 * t_mbrey);
+    const real t_42cou_3 = Asc_2 * t_mbrey;
+    const real t_i3vkk = sin_theta1 * t_7zlyr - sin_theta2 * t_42cou_3;
+    const real t_pp36z = t_i3vkk * t_6dtnj - t_wj56m * t_ctguh;
+    const real t_6g7om = t_ti6dm + t_f3qyx - t_d6ffs - t_y57xl_2 - (t_f2nhc * t_pp36z - t_s62lc * t_a547t);
+    const real t_xuil2 = t_6g7om * t_6dtnj_2 - t_bintu_7 * t_hwlnz;
+    const real t_d6ffs_2 = SC1 * t_w632t + SC2 * t_jevx3;
+    const real t_jl4qu = t_y57xl
+        - t_d6ffs_2
+        - (K_L52 * t_kmzlq + t_upifj * t_xuil2)
+        - (t_f2nhc_2 * t_pp36z - t_s62lc * t_a547t_2);
+    const real t_lhhdh = t_jl4qu * t_6dtnj_3 - t_bintu_8 * t_bb4l7;
+    const real t_mie43 = t_nwbog
+        - t_nrbux
+        + t_wv3vc_5
+        + sin_theta1 * t_t4lu2
+        + sin_theta2 * t_42cou
+        + (K_L52 * t_lqccn + t_ly572 * t_xuil2)
+        - (K_L53 * t_oenzz + t_ichgo * t_lhhdh)
+        - (t_s62lc * t_e3hn5_2 + t_hig3c_6 * t_pp36z);
+    const real t_bgt4g_2 = t_mie43 * t_6dtnj_4 - t_bintu_9 * t_4ur6u;
+    const real t_tms63 = t_w7omn - (e1 * t_gfdrv + F_t1 * t_mbrey);
+    const real t_j6hfz = t_h2ujw + (e2 * t_psho3_5 + F_t2 * t_mbrey);
+    const real t_bw7aa = sin_theta1 * t_tms63
+        - t_ioj5e
+        - sin_theta2 * t_j6hfz
         - x[wy] * x[phi1_dot]
-        + (g_1 * t_vzisz - t_vt7uo * t_qdapd)
-        - t_oncjt * t_qdapd
-        + f_y * t_qdapd;
-    const real t_xoend = b1 * t_vcewd
-        + t_vshgd * t_x4uzv
-        - t_dgkmr
-        - (X_y2 * t_5qpcj + K_L52 * t_f55uf)
-        - (X_y3 * t_v7aht + K_L53 * t_7noub)
-        - (X_y4 * t_vmt6b_2 + K_L54 * t_j4u4y);
-    const real t_hpycy = g_1 * t_w7zeu - wg_1 * t_qdapd;
-    const real t_gfxqj = wg_2 * t_qdapd + g_2 * t_64hxd;
-    const real t_3ia5d = t_simvy * t_y6yta - me1 * (t_o6yyy * t_qdapd);
-    const real t_chsxs = t_adnnd + K(-2.0) * t_hwhy4 - (eAss_1 * t_qdapd + e1 * t_pgh2t);
-    const real t_uui7g = t_3ia5d + t_chsxs - t_hpycy;
-    const real t_dacen = S_sq1 * t_uui7g;
-    const real t_5lekt = me2 * (t_rdwum * t_qdapd);
-    const real t_2lpqs = K(-2.0) * t_cm66r + (eAss_2 * t_qdapd + e2 * t_vxxq3);
-    const real t_pr2hw = t_gfxqj - (t_5lekt + t_2lpqs);
-    const real t_mwcol_5 = S_sq2 * t_pr2hw;
-    const real t_zvaug = t_owkw5 * t_y6yta - (t_iw7bs * t_y6yta + M_C * (t_jf3qj * t_qdapd));
-    const real t_rki7o = t_hpycy
-        - t_gfxqj
-        + t_ez4pt
-        + t_dacen
-        + t_mwcol_5
-        + t_zvaug
-        - t_3ia5d
-        + t_5lekt
-        + K(-2.0) * t_4la6k
-        - K(-2.0) * t_g4wtj_5
-        - (K_L52 * t_povvr + t_p6zld * t_5qpcj)
-        - (K_L53 * t_r4yea + t_bxfcn * t_v7aht)
-        - (K_L54 * t_yb3j3 + t_amczu * t_vmt6b_2)
-        - (t_vshgd * t_ildq5 + t_6mmeb * t_vcewd);
-    const real t_vpp3y = sin_theta1 * t_jk3pk - sin_theta2 * t_x26d5;
-    const real t_phgqu = cos_theta1 * t_repl5 - cos_theta2 * t_xrmsz;
-    const real t_fkdim = t_phgqu * t_bpfoo - t_ielc3 * t_gcmhj;
-    const real t_npcn4_3 = t_uugbi + (t_b3aij * t_fkdim - t_e4enr * t_7nyq2);
-    const real t_6l2ef = t_npcn4_3 * t_4iujv - t_2ngl5 * t_nl3ls;
-    const real t_v4lyn = t_awd5t
-        - (t_ou2kw + t_vxxq3)
-        + (t_dj64q * t_6nkag + t_d4mqf * t_6l2ef)
-        - (t_zzymx * t_fkdim - t_e4enr * t_7mc24);
-    const real t_gjsxe = t_v4lyn * t_zmh3u - t_kpf5p * t_zwtea;
-    const real t_bb2ni = t_vpp3y
-        + cos_theta1 * t_izrk6
-        + cos_theta2 * t_cm66r
-        - (t_dj64q * t_fxjq5 + t_m67zs * t_6l2ef)
-        - (K_L63 * t_gymtf + t_m27n6 * t_gjsxe)
-        - (t_e4enr * t_2cpxt + t_2m245 * t_fkdim);
-    const real t_zjs7m_2 = t_bb2ni * t_lt2al - t_wurun * t_hzcqd;
-    const real t_nwqdu = t_vpp3y
-        + SC1 * t_uui7g
-        + SC2 * t_pr2hw
-        + (t_dj64q * t_povvr + t_p6zld * t_6l2ef)
-        - (K_L63 * t_r4yea + t_bxfcn * t_gjsxe)
-        - (K_L64 * t_yb3j3 + t_amczu * t_zjs7m_2)
-        - (t_e4enr * t_ildq5 + t_6mmeb * t_fkdim);
-    const real t_f4cc4 = t_nwqdu * t_ftqxb - t_dzxqu * t_rki7o;
-    const real t_kikk2 = cos_theta1 * t_epu23
-        - cos_theta2 * t_kg3ie
+        + (g_1 * t_dzeqz - t_mallh * t_mbrey)
+        - t_lbh6o * t_mbrey
+        + f_y * t_mbrey;
+    const real t_4uhrg = b1 * t_pp36z
+        + t_s62lc * t_dbefs
+        - t_bw7aa
+        - (X_y2 * t_xuil2 + K_L52 * t_5xcfl)
+        - (X_y3 * t_lhhdh + K_L53 * t_tyefg)
+        - (X_y4 * t_bgt4g_2 + K_L54 * t_7vm7l);
+    const real t_rw3hu = g_1 * t_nluva - wg_1 * t_mbrey;
+    const real t_l5xsn = wg_2 * t_mbrey + g_2 * t_5ni7r;
+    const real t_cgkq5 = t_4gp45 * t_7f7pe - me1 * (t_rs5fr * t_mbrey);
+    const real t_qh3zz = t_adnnd + K(-2.0) * t_fdqg4 - (eAss_1 * t_mbrey + e1 * t_kmf4t);
+    const real t_ufktn = t_cgkq5 + t_qh3zz - t_rw3hu;
+    const real t_utl2g = S_sq1 * t_ufktn;
+    const real t_ar2ug = me2 * (t_xicwq * t_mbrey);
+    const real t_le6bq = K(-2.0) * t_42cou + (eAss_2 * t_mbrey + e2 * t_42cou_2);
+    const real t_27rz5 = t_l5xsn - (t_ar2ug + t_le6bq);
+    const real t_x34in_5 = S_sq2 * t_27rz5;
+    const real t_uy3te = t_owkw5 * t_7f7pe - (t_2ijrp * t_7f7pe + M_C * (t_ga54v * t_mbrey));
+    const real t_ywz7x = t_rw3hu
+        - t_l5xsn
+        + t_nwbog
+        + t_utl2g
+        + t_x34in_5
+        + t_uy3te
+        - t_cgkq5
+        + t_ar2ug
+        + K(-2.0) * t_nrbux
+        - K(-2.0) * t_wv3vc_5
+        - (K_L52 * t_6g7om + t_6vega * t_xuil2)
+        - (K_L53 * t_jl4qu + t_jmicp * t_lhhdh)
+        - (K_L54 * t_mie43 + t_otpfz * t_bgt4g_2)
+        - (t_s62lc * t_i3vkk + t_6iku5 * t_pp36z);
+    const real t_up5ca = sin_theta1 * t_aghuo - sin_theta2 * t_zabnb;
+    const real t_i3vkk_2 = cos_theta1 * t_7zlyr - cos_theta2 * t_42cou_3;
+    const real t_pp36z_2 = t_i3vkk_2 * t_6dtnj - t_wj56m_2 * t_ctguh;
+    const real t_bci7b_3 = t_d6ffs_2 + (t_f2nhc * t_pp36z_2 - t_s62lc_2 * t_a547t);
+    const real t_fj5l2 = t_bci7b_3 * t_6dtnj_2 - t_l3pbw * t_hwlnz;
+    const real t_n4qno = t_d6ffs
+        - (t_wb2oe + t_42cou_2)
+        + (t_bk7yo * t_kmzlq + t_upifj * t_fj5l2)
+        - (t_f2nhc_2 * t_pp36z_2 - t_s62lc_2 * t_a547t_2);
+    const real t_mxojr = t_n4qno * t_6dtnj_3 - t_bintu_10 * t_bb4l7;
+    const real t_tnpcg = t_up5ca
+        + cos_theta1 * t_t4lu2
+        + cos_theta2 * t_42cou
+        - (t_bk7yo * t_lqccn + t_ly572 * t_fj5l2)
+        - (K_L63 * t_oenzz + t_ichgo * t_mxojr)
+        - (t_s62lc_2 * t_e3hn5_2 + t_hig3c_6 * t_pp36z_2);
+    const real t_cadzn_2 = t_tnpcg * t_6dtnj_4 - t_bintu_11 * t_4ur6u;
+    const real t_6r6dc = t_up5ca
+        + SC1 * t_ufktn
+        + SC2 * t_27rz5
+        + (t_bk7yo * t_6g7om + t_6vega * t_fj5l2)
+        - (K_L63 * t_jl4qu + t_jmicp * t_mxojr)
+        - (K_L64 * t_mie43 + t_otpfz * t_cadzn_2)
+        - (t_s62lc_2 * t_i3vkk + t_6iku5 * t_pp36z_2);
+    const real t_awnp4 = t_6r6dc * t_6dtnj_5 - t_bintu_12 * t_ywz7x;
+    const real t_77s7r = cos_theta1 * t_tms63
+        - cos_theta2 * t_j6hfz
         + x[wx] * x[theta1_dot]
         - W13
-        - (g_1 * t_wwrju - t_azclp * t_qdapd)
-        + t_iya7w * t_qdapd
+        - (g_1 * t_dzeqz_2 - t_mallh_2 * t_mbrey)
+        + t_lbh6o_2 * t_mbrey
         - x[wz] * x[phi1_dot];
-    const real t_iomo3 = t_gcu5g * t_qdapd
-        - t_kikk2
-        + (b1 * t_fkdim + t_e4enr * t_x4uzv)
-        + (X_y2 * t_6l2ef + t_dj64q * t_f55uf)
-        - (X_y3 * t_gjsxe + K_L63 * t_7noub)
-        - (X_y4 * t_zjs7m_2 + K_L64 * t_j4u4y)
-        - (X_y5 * t_f4cc4 + K_L65 * t_xoend);
-    const real t_thxjq = t_chsxs
-        - t_2lpqs
-        + (K(1.0) + t_zvaug)
-        - t_dacen
-        - t_mwcol_5
-        - (t_dj64q * t_npcn4_3 + t_qvrp6 * t_6l2ef)
-        - (K_L63 * t_v4lyn + t_rahc4 * t_gjsxe)
-        - (K_L64 * t_bb2ni + t_e4k6u * t_zjs7m_2)
-        - (K_L65 * t_nwqdu + t_jo54w * t_f4cc4)
-        - (t_e4enr * t_phgqu + t_bl4f2 * t_fkdim);
-    const real t_rdejp = t_iomo3 * t_nfkwa - t_o4hiw * t_thxjq;
-    const real t_d6e7c = t_xoend * t_ftqxb - t_eriz2 * t_rki7o - (X_x6 * t_f4cc4 + K_L65 * t_rdejp);
-    const real t_s5jpg = t_j4u4y * t_lt2al
-        - t_gkoba * t_hzcqd
-        - (X_x5 * t_vmt6b_2 + K_L54 * t_d6e7c)
-        - (X_x6 * t_zjs7m_2 + K_L64 * t_rdejp);
-    const real t_faw46 = t_7noub * t_zmh3u
-        - t_insvr * t_zwtea
-        - (X_x4 * t_ofv7h + K_L43 * t_s5jpg)
-        - (X_x5 * t_v7aht + K_L53 * t_d6e7c)
-        - (X_x6 * t_gjsxe + K_L63 * t_rdejp);
-    const real t_bwgjg = t_f55uf * t_4iujv
-        - t_5am4i * t_nl3ls
-        - (X_x3 * t_f7tni + K_L32 * t_faw46)
-        + (X_x4 * t_33vs5 + t_6urah * t_s5jpg)
-        - (X_x5 * t_5qpcj + K_L52 * t_d6e7c)
-        + (X_x6 * t_6l2ef + t_dj64q * t_rdejp);
-    const real t_xgt7p = t_x4uzv * t_bpfoo
-        - t_2sw7d * t_gcmhj
-        + (t_w7lcw * t_bwgjg - X_x2 * t_vfg2c)
-        + (t_3go2w * t_faw46 - X_x3 * t_qorkj)
-        + (X_x4 * t_hatf3 + t_xq4wt * t_s5jpg)
-        + (X_x5 * t_vcewd + t_vshgd * t_d6e7c)
-        + (X_x6 * t_fkdim + t_e4enr * t_rdejp)
-        + t_lf65f;
-    const real t_5rhqw = k1 * x[phi1_dot];
-    const real t_tzbyk = sin_phi1 * t_5rhqw;
-    const real t_uphji = th_1 * (q_1 * x[theta1_dot]);
-    const real t_lyfmz = cos_theta1 * t_uphji;
-    const real t_mnh5p = cos_phi1 * t_5rhqw;
-    const real t_6avuf = t_lyfmz + sin_theta1 * t_mnh5p + t_w7lcw * t_tzbyk;
-    const real t_hclzh = sin_theta1 * t_uphji;
-    const real t_qxywo = t_3go2w * t_tzbyk - (t_hclzh - cos_theta1 * t_mnh5p) - K_L32 * t_6avuf;
-    const real t_zukiv = p[l1] * t_5rhqw;
-    const real t_mxqd4 = q_1 * t_uphji;
-    const real t_oyrjx = t_xq4wt * t_tzbyk
-        - (t_zukiv + t_mxqd4 - x[phi1_dot])
-        + t_6urah * t_6avuf
-        - K_L43 * t_qxywo;
-    const real t_rz4pg = t_zukiv - e1 * t_mnh5p;
-    const real t_csr5v = t_vshgd * t_tzbyk
-        - (sin_theta1 * t_rz4pg - (x[theta1_dot] - t_mxqd4) - g_1 * t_lyfmz)
-        - K_L52 * t_6avuf
-        - K_L53 * t_qxywo
-        - K_L54 * t_oyrjx;
-    const real t_e7nsn = t_e4enr * t_tzbyk
-        - (cos_theta1 * t_rz4pg + g_1 * t_hclzh)
-        + t_dj64q * t_6avuf
-        - K_L63 * t_qxywo
-        - K_L64 * t_oyrjx
-        - K_L65 * t_csr5v;
-    const real t_dopxv = t_e7nsn * t_nfkwa;
-    const real t_qt2lr = t_csr5v * t_ftqxb - K_L65 * t_dopxv;
-    const real t_2qn36 = t_oyrjx * t_lt2al - K_L54 * t_qt2lr - K_L64 * t_dopxv;
-    const real t_cy7cx = t_qxywo * t_zmh3u - K_L43 * t_2qn36 - K_L53 * t_qt2lr - K_L63 * t_dopxv;
-    const real t_bvlfu = t_6avuf * t_4iujv
-        - K_L32 * t_cy7cx
-        + t_6urah * t_2qn36
-        - K_L52 * t_qt2lr
-        + t_dj64q * t_dopxv;
-    const real t_ayr5k = t_tzbyk * t_bpfoo
-        + t_w7lcw * t_bvlfu
-        + t_3go2w * t_cy7cx
-        + t_xq4wt * t_2qn36
-        + t_vshgd * t_qt2lr
-        + t_e4enr * t_dopxv;
-    const real t_ew3ec = t_54cbb * t_5wzvs;
-    const real t_7qbxx = t_5wzvs - t_ew3ec * t_nfvux;
-    const real t_7jdgx = p[I2] * t_7qbxx;
-    const real t_k3sgq = p[l2] * t_7jdgx;
-    const real t_zlqqo = p[l2] * t_7qbxx;
-    const real t_2r3rg = eta2 * t_k3sgq + loss_phi2 * t_zlqqo;
-    const real t_zn23j = p[h2] * t_7jdgx * t_xpjrw - t_rl7kq * t_7jdgx;
-    const real t_jsqxt = t_rybsf * t_zn23j;
-    const real t_xaxsj = mv1 * (cos_phi1 * t_jsqxt);
-    const real t_wnhil = k2 * p[l2] + t_popww * t_zlqqo;
-    const real t_o6cpd = t_cekeb * t_wnhil - mv2 * (cos_phi2 * t_jsqxt) - sigma_sq2 * p[l2];
-    const real t_swsr4 = sin_phi2 * t_2r3rg - cos_phi1 * t_xaxsj + cos_phi2 * t_o6cpd;
-    const real t_bq4xr = sin_phi2 * t_wnhil;
-    const real t_lvrx3 = sin_phi2 * t_bq4xr;
-    const real t_3s6z2 = t_7jdgx + t_wnhil - t_lvrx3;
-    const real t_ewa4e = cos_phi2 * t_bq4xr;
-    const real t_tkfc5 = sin_theta2 * t_ewa4e;
-    const real t_v2ode = t_tkfc5 * t_bpfoo - t_6xwz3 * t_3s6z2;
-    const real t_yyt2v = th_2 * t_mwbp3;
-    const real t_igor2 = t_mwbp3 - t_yyt2v * t_bnx3m;
-    const real t_ugd3k = t_vry6x * t_igor2;
-    const real t_l2p7l = cos_theta2 * t_ugd3k;
-    const real t_yoao5_4 = sin_phi1 * t_xaxsj;
-    const real t_426ru = sin_phi2 * t_o6cpd - cos_phi2 * t_2r3rg;
-    const real t_lfpnj = b1 * t_v2ode
-        + t_w7lcw * t_swsr4
-        - (t_l2p7l - sin_theta1 * t_yoao5_4 + sin_theta2 * t_426ru);
-    const real t_hksdv = t_lvrx3 + t_7jdgx;
-    const real t_6ppzy = p[I2] * t_igor2;
-    const real t_xkckt = t_hksdv - t_6ppzy;
-    const real t_4q6qu = S_sq2 * t_xkckt;
-    const real t_lf23f = t_4q6qu + t_7jdgx + t_6ppzy - t_7jdgx - (t_w7lcw * t_tkfc5 + t_b3aij * t_v2ode);
-    const real t_kc56c = cos_theta2 * t_ewa4e;
-    const real t_mqc4r = t_kc56c * t_bpfoo - t_3tmqi * t_3s6z2;
-    const real t_6qhkx = SC2 * t_xkckt - (t_3go2w * t_tkfc5 + t_b3aij * t_mqc4r);
-    const real t_o2vir = t_6qhkx * t_4iujv - t_6yahm * t_lf23f;
-    const real t_aad4d = sin_theta2 * t_ugd3k;
-    const real t_tl25w = b1 * t_mqc4r
-        + t_3go2w * t_swsr4
-        - (cos_theta2 * t_426ru - (cos_theta1 * t_yoao5_4 + t_aad4d))
-        - (X_y2 * t_o2vir + K_L32 * t_lfpnj);
-    const real t_fsq4p = t_hksdv
-        - t_4q6qu
-        - (K_L32 * t_6qhkx + t_d4mqf * t_o2vir)
-        - (t_3go2w * t_kc56c + t_zzymx * t_mqc4r);
-    const real t_c7g7f = q_2 * t_6ppzy;
-    const real t_etvzw = sin_theta2 * t_c7g7f;
-    const real t_yvrdd = cos_phi2 * t_k3sgq;
-    const real t_djbf2 = cos_theta2 * t_c7g7f;
-    const real t_suk67 = sin_phi2 * t_k3sgq;
-    const real t_pc6n4 = t_suk67 * t_bpfoo - t_jtjoh * t_3s6z2;
-    const real t_7qqeu = t_djbf2 + sin_theta2 * t_yvrdd + (t_xq4wt * t_tkfc5 + t_b3aij * t_pc6n4);
-    const real t_ag4n2 = t_7qqeu * t_4iujv - t_dwrhg * t_lf23f;
-    const real t_l6v2a = t_etvzw
-        - cos_theta2 * t_yvrdd
-        + (t_6urah * t_6qhkx + t_d4mqf * t_ag4n2)
-        - (t_xq4wt * t_kc56c + t_zzymx * t_pc6n4);
-    const real t_h4zn5 = t_l6v2a * t_zmh3u - t_ydwjl * t_fsq4p;
-    const real t_5bp6i = t_6fvzz * t_suk67 - Bs_2 * t_jsqxt + p[l2] * t_2r3rg;
-    const real t_5at4f = Bs_1 * t_jsqxt;
-    const real t_oaodz = q_2 * t_ugd3k;
-    const real t_wi64b = b1 * t_pc6n4
-        + t_xq4wt * t_swsr4
-        - (t_5bp6i - (t_5at4f + t_oaodz))
-        + (X_y2 * t_ag4n2 + t_6urah * t_lfpnj)
-        - (X_y3 * t_h4zn5 + K_L43 * t_tl25w);
-    const real t_dtkx2 = q_2 * t_c7g7f;
+    const real t_ois5k = t_gcu5g * t_mbrey
+        - t_77s7r
+        + (b1 * t_pp36z_2 + t_s62lc_2 * t_dbefs)
+        + (X_y2 * t_fj5l2 + t_bk7yo * t_5xcfl)
+        - (X_y3 * t_mxojr + K_L63 * t_tyefg)
+        - (X_y4 * t_cadzn_2 + K_L64 * t_7vm7l)
+        - (X_y5 * t_awnp4 + K_L65 * t_4uhrg);
+    const real t_jyuae = t_qh3zz
+        - t_le6bq
+        + (K(1.0) + t_uy3te)
+        - t_utl2g
+        - t_x34in_5
+        - (t_bk7yo * t_bci7b_3 + t_avyqv * t_fj5l2)
+        - (K_L63 * t_n4qno + t_2dahu * t_mxojr)
+        - (K_L64 * t_tnpcg + t_aolgd * t_cadzn_2)
+        - (K_L65 * t_6r6dc + t_hdeaq * t_awnp4)
+        - (t_s62lc_2 * t_i3vkk_2 + t_6iku5_2 * t_pp36z_2);
+    const real t_czmrv = t_ois5k * t_6dtnj_6 - t_bintu_13 * t_jyuae;
+    const real t_uokjf = t_4uhrg * t_6dtnj_5 - t_temm3_4 * t_ywz7x - (X_x6 * t_awnp4 + K_L65 * t_czmrv);
+    const real t_ehnzz = t_7vm7l * t_6dtnj_4
+        - t_temm3_3 * t_4ur6u
+        - (X_x5 * t_bgt4g_2 + K_L54 * t_uokjf)
+        - (X_x6 * t_cadzn_2 + K_L64 * t_czmrv);
+    const real t_dizrn = t_tyefg * t_6dtnj_3
+        - t_qkxsr * t_bb4l7
+        - (X_x4 * t_5vykw + K_L43 * t_ehnzz)
+        - (X_x5 * t_lhhdh + K_L53 * t_uokjf)
+        - (X_x6 * t_mxojr + K_L63 * t_czmrv);
+    const real t_knanc = t_5xcfl * t_6dtnj_2
+        - t_temm3_2 * t_hwlnz
+        - (X_x3 * t_c45tq + K_L32 * t_dizrn)
+        + (X_x4 * t_pavtn + t_vpdgs * t_ehnzz)
+        - (X_x5 * t_xuil2 + K_L52 * t_uokjf)
+        + (X_x6 * t_fj5l2 + t_bk7yo * t_czmrv);
+    const real t_lq7ga = t_dbefs * t_6dtnj
+        - t_temm3 * t_ctguh
+        + (t_gousg * t_knanc - X_x2 * t_6d5de)
+        + (t_gousg_2 * t_dizrn - X_x3 * t_6d5de_2)
+        + (X_x4 * t_ddsby + t_w6lcf * t_ehnzz)
+        + (X_x5 * t_pp36z + t_s62lc * t_uokjf)
+        + (X_x6 * t_pp36z_2 + t_s62lc_2 * t_czmrv)
+        + t_or2sn;
+    const real t_uokxd = k1 * x[phi1_dot];
+    const real t_fewos = sin_phi1 * t_uokxd;
+    const real t_5wb5o = th_1 * (q_1 * x[theta1_dot]);
+    const real t_pt2hc = cos_theta1 * t_5wb5o;
+    const real t_fewos_2 = cos_phi1 * t_uokxd;
+    const real t_js77a = t_pt2hc + sin_theta1 * t_fewos_2 + t_gousg * t_fewos;
+    const real t_pt2hc_2 = sin_theta1 * t_5wb5o;
+    const real t_4alpd = t_gousg_2 * t_fewos - (t_pt2hc_2 - cos_theta1 * t_fewos_2) - K_L32 * t_js77a;
+    const real t_z3npu = p[l1] * t_uokxd;
+    const real t_ipty7 = q_1 * t_5wb5o;
+    const real t_wcu7r = t_w6lcf * t_fewos
+        - (t_z3npu + t_ipty7 - x[phi1_dot])
+        + t_vpdgs * t_js77a
+        - K_L43 * t_4alpd;
+    const real t_h472n = t_z3npu - e1 * t_fewos_2;
+    const real t_4i3vr = t_s62lc * t_fewos
+        - (sin_theta1 * t_h472n - (x[theta1_dot] - t_ipty7) - g_1 * t_pt2hc)
+        - K_L52 * t_js77a
+        - K_L53 * t_4alpd
+        - K_L54 * t_wcu7r;
+    const real t_nmvsm = t_s62lc_2 * t_fewos
+        - (cos_theta1 * t_h472n + g_1 * t_pt2hc_2)
+        + t_bk7yo * t_js77a
+        - K_L63 * t_4alpd
+        - K_L64 * t_wcu7r
+        - K_L65 * t_4i3vr;
+    const real t_a3fxk = t_nmvsm * t_6dtnj_6;
+    const real t_fxr3g = t_4i3vr * t_6dtnj_5 - K_L65 * t_a3fxk;
+    const real t_dgjcm = t_wcu7r * t_6dtnj_4 - K_L54 * t_fxr3g - K_L64 * t_a3fxk;
+    const real t_gbdhq = t_4alpd * t_6dtnj_3 - K_L43 * t_dgjcm - K_L53 * t_fxr3g - K_L63 * t_a3fxk;
+    const real t_4h6gb = t_js77a * t_6dtnj_2
+        - K_L32 * t_gbdhq
+        + t_vpdgs * t_dgjcm
+        - K_L52 * t_fxr3g
+        + t_bk7yo * t_a3fxk;
+    const real t_dqzmp = t_fewos * t_6dtnj
+        + t_gousg * t_4h6gb
+        + t_gousg_2 * t_gbdhq
+        + t_w6lcf * t_dgjcm
+        + t_s62lc * t_fxr3g
+        + t_s62lc_2 * t_a3fxk;
+    const real t_7xzba = t_jzg7x * t_jx6g7;
+    const real t_7ffun = t_jx6g7 - t_7xzba * t_nfvux;
+    const real t_vnmrd = p[I2] * t_7ffun;
+    const real t_k3sgq = p[l2] * t_vnmrd;
+    const real t_srcxa = p[l2] * t_7ffun;
+    const real t_n6mn4 = eta2 * t_k3sgq + loss_phi2 * t_srcxa;
+    const real t_fs2a7 = p[h2] * t_vnmrd * t_bm3wf - t_2ej5d * t_vnmrd;
+    const real t_ddll4 = t_rybsf * t_fs2a7;
+    const real t_klatu = mv1 * (cos_phi1 * t_ddll4);
+    const real t_i7mwh = k2 * p[l2] + t_popww * t_srcxa;
+    const real t_xv7k2 = t_bbpwa * t_i7mwh - mv2 * (cos_phi2 * t_ddll4) - sigma_sq2 * p[l2];
+    const real t_zu3z7 = sin_phi2 * t_n6mn4 - cos_phi1 * t_klatu + cos_phi2 * t_xv7k2;
+    const real t_v3v5e = sin_phi2 * t_i7mwh;
+    const real t_v72v5 = sin_phi2 * t_v3v5e;
+    const real t_7pkth = t_vnmrd + t_i7mwh - t_v72v5;
+    const real t_v72v5_2 = cos_phi2 * t_v3v5e;
+    const real t_ge4z5 = sin_theta2 * t_v72v5_2;
+    const real t_u4w3u = t_ge4z5 * t_6dtnj - t_edyl7 * t_7pkth;
+    const real t_dkwtm = th_2 * t_f3bbl;
+    const real t_glwfn = t_f3bbl - t_dkwtm * t_7kgbz;
+    const real t_tuj3i = t_c6wyu * t_glwfn;
+    const real t_d6skp = cos_theta2 * t_tuj3i;
+    const real t_3cyzx_4 = sin_phi1 * t_klatu;
+    const real t_wjqzi = sin_phi2 * t_xv7k2 - cos_phi2 * t_n6mn4;
+    const real t_agl7b = b1 * t_u4w3u
+        + t_gousg * t_zu3z7
+        - (t_d6skp - sin_theta1 * t_3cyzx_4 + sin_theta2 * t_wjqzi);
+    const real t_iszj7 = t_v72v5 + t_vnmrd;
+    const real t_4wava = p[I2] * t_glwfn;
+    const real t_3d22z = t_iszj7 - t_4wava;
+    const real t_citd3 = S_sq2 * t_3d22z;
+    const real t_yoiaw = t_citd3 + t_vnmrd + t_4wava - t_vnmrd - (t_gousg * t_ge4z5 + t_f2nhc * t_u4w3u);
+    const real t_ge4z5_2 = cos_theta2 * t_v72v5_2;
+    const real t_u4w3u_2 = t_ge4z5_2 * t_6dtnj - t_edyl7_2 * t_7pkth;
+    const real t_tayjm = SC2 * t_3d22z - (t_gousg_2 * t_ge4z5 + t_f2nhc * t_u4w3u_2);
+    const real t_lrccu = t_tayjm * t_6dtnj_2 - t_bintu_5 * t_yoiaw;
+    const real t_d6skp_2 = sin_theta2 * t_tuj3i;
+    const real t_rhu23 = b1 * t_u4w3u_2
+        + t_gousg_2 * t_zu3z7
+        - (cos_theta2 * t_wjqzi - (cos_theta1 * t_3cyzx_4 + t_d6skp_2))
+        - (X_y2 * t_lrccu + K_L32 * t_agl7b);
+    const real t_ty4vp = t_iszj7
+        - t_citd3
+        - (K_L32 * t_tayjm + t_upifj * t_lrccu)
+        - (t_gousg_2 * t_ge4z5_2 + t_f2nhc_2 * t_u4w3u_2);
+    const real t_folbw = q_2 * t_4wava;
+    const real t_l6m3v = sin_theta2 * t_folbw;
+    const real t_sdp4i = cos_phi2 * t_k3sgq;
+    const real t_l6m3v_2 = cos_theta2 * t_folbw;
+    const real t_sdp4i_2 = sin_phi2 * t_k3sgq;
+    const real t_sdfgi = t_sdp4i_2 * t_6dtnj - t_4pum4 * t_7pkth;
+    const real t_ykyid = t_l6m3v_2 + sin_theta2 * t_sdp4i + (t_w6lcf * t_ge4z5 + t_f2nhc * t_sdfgi);
+    const real t_y3iur = t_ykyid * t_6dtnj_2 - t_6n47e * t_yoiaw;
+    const real t_fzbzd = t_l6m3v
+        - cos_theta2 * t_sdp4i
+        + (t_vpdgs * t_tayjm + t_upifj * t_y3iur)
+        - (t_w6lcf * t_ge4z5_2 + t_f2nhc_2 * t_sdfgi);
+    const real t_37w6v = t_fzbzd * t_6dtnj_3 - t_bintu_6 * t_ty4vp;
+    const real t_mx645 = t_3hay7 * t_sdp4i_2 - Bs_2 * t_ddll4 + p[l2] * t_n6mn4;
+    const real t_cvcfp = Bs_1 * t_ddll4;
+    const real t_eesxk = q_2 * t_tuj3i;
+    const real t_kcyzt = b1 * t_sdfgi
+        + t_w6lcf * t_zu3z7
+        - (t_mx645 - (t_cvcfp + t_eesxk))
+        + (X_y2 * t_y3iur + t_vpdgs * t_agl7b)
+        - (X_y3 * t_37w6v + K_L43 * t_rhu23);
+    const real t_vs5mt = q_2 * t_folbw;
     const real t_bq63w = p[l2] * t_k3sgq;
-    const real t_sreff = t_dtkx2
+    const real t_hzx3p = t_vs5mt
         + t_bq63w
-        - (t_6urah * t_7qqeu + t_m67zs * t_ag4n2)
-        - (K_L43 * t_l6v2a + t_m27n6 * t_h4zn5)
-        - (t_xq4wt * t_suk67 + t_2m245 * t_pc6n4);
-    const real t_fme6h = wth_1 * t_zn23j;
-    const real t_xms73 = q_1 * t_fme6h;
-    const real t_o3ymy_4 = cos_theta1 * t_xms73;
-    const real t_nudqm = g_2 * t_6ppzy - wth_2 * t_zn23j;
-    const real t_23q5g = q_2 * t_nudqm;
-    const real t_pwtkz = cos_theta2 * t_23q5g;
-    const real t_7ocrb = Bc_1 * t_zn23j;
-    const real t_kss6t = e2 * t_yvrdd - Bc_2 * t_zn23j;
-    const real t_tprtn = t_bq63w - t_kss6t;
-    const real t_nxqke = me1 * t_zn23j - t_fme6h;
-    const real t_m2f24 = t_nudqm - (e2 * t_7jdgx - me2 * t_zn23j);
-    const real t_piatj = Ass_1 * t_zn23j;
-    const real t_6iqz6 = t_piatj + t_nxqke;
-    const real t_qd6h3 = e2 * t_lvrx3 - Ass_2 * t_zn23j;
-    const real t_j46x5 = t_yvrdd - t_qd6h3;
-    const real t_rsujs = t_j46x5 + t_m2f24;
-    const real t_6alnr = S_sq1 * t_6iqz6 + S_sq2 * t_rsujs;
-    const real t_qps4t = t_suk67 + (e2 * t_ewa4e - Asc_2 * t_zn23j);
-    const real t_qriof = Asc_1 * t_zn23j;
-    const real t_lfgew = sin_theta2 * t_qps4t - sin_theta1 * t_qriof;
-    const real t_6mfs5 = t_lfgew * t_bpfoo - t_2lluf * t_3s6z2;
-    const real t_dqvr2 = t_nxqke + t_m2f24 - t_6alnr - t_djbf2 - (t_vshgd * t_tkfc5 + t_b3aij * t_6mfs5);
-    const real t_vrygk = t_dqvr2 * t_4iujv - t_hfybw * t_lf23f;
-    const real t_2izxs = SC1 * t_6iqz6 + SC2 * t_rsujs;
-    const real t_tgcr7 = t_etvzw
-        - t_2izxs
-        - (K_L52 * t_6qhkx + t_d4mqf * t_vrygk)
-        - (t_vshgd * t_kc56c + t_zzymx * t_6mfs5);
-    const real t_67ysd = t_tgcr7 * t_zmh3u - t_qe675 * t_fsq4p;
-    const real t_6ejim = t_dtkx2
-        + t_o3ymy_4
-        - t_pwtkz
-        + sin_theta1 * t_7ocrb
-        + sin_theta2 * t_tprtn
-        + (K_L52 * t_7qqeu + t_m67zs * t_vrygk)
-        - (K_L53 * t_l6v2a + t_m27n6 * t_67ysd)
-        - (t_vshgd * t_suk67 + t_2m245 * t_6mfs5);
-    const real t_ekio7 = t_6ejim * t_lt2al - t_2e52m * t_sreff;
-    const real t_rfl22 = t_5bp6i + (e2 * t_426ru - F_t2 * t_zn23j);
-    const real t_onbro = t_5at4f + (e1 * t_yoao5_4 + F_t1 * t_zn23j);
-    const real t_lw2pu = sin_theta2 * t_rfl22
-        - (sin_theta1 * t_onbro + t_oaodz)
-        - t_vt7uo * t_zn23j
-        + (g_2 * t_l2p7l - t_oncjt * t_zn23j)
-        + f_y * t_zn23j;
-    const real t_kypyh = b1 * t_6mfs5
-        + t_vshgd * t_swsr4
-        - t_lw2pu
-        - (X_y2 * t_vrygk + K_L52 * t_lfpnj)
-        - (X_y3 * t_67ysd + K_L53 * t_tl25w)
-        - (X_y4 * t_ekio7 + K_L54 * t_wi64b);
-    const real t_ujfar = g_2 * t_nudqm - wg_2 * t_zn23j;
-    const real t_3hwwh = wg_1 * t_zn23j + g_1 * t_fme6h;
-    const real t_z7656 = me1 * (t_o6yyy * t_zn23j);
-    const real t_umyn6 = K(-2.0) * t_7ocrb + (eAss_1 * t_zn23j + e1 * t_piatj);
-    const real t_p745f = t_3hwwh - (t_z7656 + t_umyn6);
-    const real t_uxfwe_4 = S_sq1 * t_p745f;
-    const real t_37ypn = t_quuci * t_7jdgx - me2 * (t_rdwum * t_zn23j);
-    const real t_ibapz = t_bq63w + K(-2.0) * t_kss6t + (e2 * t_qd6h3 - eAss_2 * t_zn23j);
-    const real t_75gpd = t_37ypn + t_ibapz - t_ujfar;
-    const real t_vx2wk = S_sq2 * t_75gpd;
-    const real t_55mtc = t_gy5fy * t_7jdgx - (t_iw7bs * t_7jdgx + M_C * (t_jf3qj * t_zn23j));
-    const real t_7snna = t_ujfar
-        - t_3hwwh
-        + t_dtkx2
-        + t_uxfwe_4
-        + t_vx2wk
-        + t_55mtc
-        + t_z7656
-        - t_37ypn
-        - K(-2.0) * t_o3ymy_4
-        + K(-2.0) * t_pwtkz
-        - (K_L52 * t_dqvr2 + t_p6zld * t_vrygk)
-        - (K_L53 * t_tgcr7 + t_bxfcn * t_67ysd)
-        - (K_L54 * t_6ejim + t_amczu * t_ekio7)
-        - (t_vshgd * t_lfgew + t_6mmeb * t_6mfs5);
-    const real t_stlpi = sin_theta2 * t_23q5g - sin_theta1 * t_xms73;
-    const real t_ydttz = cos_theta2 * t_qps4t - cos_theta1 * t_qriof;
-    const real t_blyhy = t_ydttz * t_bpfoo - t_ielc3 * t_3s6z2;
-    const real t_ttiu3 = t_2izxs + (t_e4enr * t_tkfc5 + t_b3aij * t_blyhy);
-    const real t_4oamq = t_ttiu3 * t_4iujv - t_2ngl5 * t_lf23f;
-    const real t_p3hll = t_6alnr
-        - (t_piatj + t_j46x5)
-        + (t_dj64q * t_6qhkx + t_d4mqf * t_4oamq)
-        - (t_e4enr * t_kc56c + t_zzymx * t_blyhy);
-    const real t_yok6d = t_p3hll * t_zmh3u - t_kpf5p * t_fsq4p;
-    const real t_r7lx4 = t_stlpi
-        + cos_theta1 * t_7ocrb
-        + cos_theta2 * t_tprtn
-        - (t_dj64q * t_7qqeu + t_m67zs * t_4oamq)
-        - (K_L63 * t_l6v2a + t_m27n6 * t_yok6d)
-        - (t_e4enr * t_suk67 + t_2m245 * t_blyhy);
-    const real t_yda46 = t_r7lx4 * t_lt2al - t_wurun * t_sreff;
-    const real t_hfab2 = t_stlpi
-        + SC1 * t_p745f
-        + SC2 * t_75gpd
-        + (t_dj64q * t_dqvr2 + t_p6zld * t_4oamq)
-        - (K_L63 * t_tgcr7 + t_bxfcn * t_yok6d)
-        - (K_L64 * t_6ejim + t_amczu * t_yda46)
-        - (t_e4enr * t_lfgew + t_6mmeb * t_blyhy);
-    const real t_nfbnh = t_hfab2 * t_ftqxb - t_dzxqu * t_7snna;
-    const real t_fqk6d = cos_theta2 * t_rfl22
-        - cos_theta1 * t_onbro
-        + t_azclp * t_zn23j
-        - (g_2 * t_aad4d - t_iya7w * t_zn23j);
-    const real t_eizi4 = t_gcu5g * t_zn23j
-        - t_fqk6d
-        + (b1 * t_blyhy + t_e4enr * t_swsr4)
-        + (X_y2 * t_4oamq + t_dj64q * t_lfpnj)
-        - (X_y3 * t_yok6d + K_L63 * t_tl25w)
-        - (X_y4 * t_yda46 + K_L64 * t_wi64b)
-        - (X_y5 * t_nfbnh + K_L65 * t_kypyh);
-    const real t_zypfb = t_ibapz
-        - t_umyn6
-        + t_55mtc
-        - t_uxfwe_4
-        - t_vx2wk
-        - (t_dj64q * t_ttiu3 + t_qvrp6 * t_4oamq)
-        - (K_L63 * t_p3hll + t_rahc4 * t_yok6d)
-        - (K_L64 * t_r7lx4 + t_e4k6u * t_yda46)
-        - (K_L65 * t_hfab2 + t_jo54w * t_nfbnh)
-        - (t_e4enr * t_ydttz + t_bl4f2 * t_blyhy);
-    const real t_3fimb = t_eizi4 * t_nfkwa - t_o4hiw * t_zypfb;
-    const real t_asiel = t_kypyh * t_ftqxb - t_eriz2 * t_7snna - (X_x6 * t_nfbnh + K_L65 * t_3fimb);
-    const real t_dwgxz = t_wi64b * t_lt2al
-        - t_gkoba * t_sreff
-        - (X_x5 * t_ekio7 + K_L54 * t_asiel)
-        - (X_x6 * t_yda46 + K_L64 * t_3fimb);
-    const real t_w6rkn = t_tl25w * t_zmh3u
-        - t_insvr * t_fsq4p
-        - (X_x4 * t_h4zn5 + K_L43 * t_dwgxz)
-        - (X_x5 * t_67ysd + K_L53 * t_asiel)
-        - (X_x6 * t_yok6d + K_L63 * t_3fimb);
-    const real t_22rda = t_lfpnj * t_4iujv
-        - t_5am4i * t_lf23f
-        - (X_x3 * t_o2vir + K_L32 * t_w6rkn)
-        + (X_x4 * t_ag4n2 + t_6urah * t_dwgxz)
-        - (X_x5 * t_vrygk + K_L52 * t_asiel)
-        + (X_x6 * t_4oamq + t_dj64q * t_3fimb);
-    const real t_nrosw = t_swsr4 * t_bpfoo
-        - t_2sw7d * t_3s6z2
-        + (X_x2 * t_v2ode + t_w7lcw * t_22rda)
-        + (X_x3 * t_mqc4r + t_3go2w * t_w6rkn)
-        + (X_x4 * t_pc6n4 + t_xq4wt * t_dwgxz)
-        + (X_x5 * t_6mfs5 + t_vshgd * t_asiel)
-        + (X_x6 * t_blyhy + t_e4enr * t_3fimb)
-        + t_jsqxt;
-    const real t_f5n5n = p[m2] * (p[l2] + p[l2]);
-    const real t_jzm7f = t_ew3ec * t_f5n5n;
-    const real t_s27by = p[I2] * t_jzm7f;
-    const real t_rymvh = me2 - p[l2] * t_s27by;
-    const real t_knrxj = t_54cbb - p[l2] * t_jzm7f;
-    const real t_hxx3n = eta2 * t_rymvh + loss_phi2 * t_knrxj;
-    const real t_zthab = t_rl7kq * t_s27by - p[h2] * t_s27by * t_xpjrw;
-    const real t_z3l2w = t_rybsf * t_zthab;
-    const real t_xaxsj_2 = mv1 * (cos_phi1 * t_z3l2w);
-    const real t_kgklc = k2 * p[m2] + t_popww * t_knrxj;
-    const real t_5ckty = t_cekeb * t_kgklc - mv2 * (cos_phi2 * t_z3l2w) - sigma_sq2 * p[m2];
-    const real t_qtvfp = sin_phi2 * t_hxx3n - cos_phi1 * t_xaxsj_2 + cos_phi2 * t_5ckty;
-    const real t_aw3a3 = sin_phi2 * t_kgklc;
-    const real t_by6vh = sin_phi2 * t_aw3a3;
-    const real t_2tc5h = t_kgklc - t_s27by - t_by6vh;
-    const real t_z75db = cos_phi2 * t_aw3a3;
-    const real t_tkfc5_2 = sin_theta2 * t_z75db;
-    const real t_ponb4 = t_tkfc5_2 * t_bpfoo - t_6xwz3 * t_2tc5h;
-    const real t_e4gys = W12 * sin_phi2 + w_x2 * (Wn2 * cos_phi2) - t_nlamb * chi2;
-    const real t_yex7s = t_yyt2v * (p[m2] * ((q_2 + q_2) * sin_phi2));
-    const real t_qtpmn = th_2 * (p[I2] * t_e4gys - loss_theta2 * sin_phi2) - t_vry6x * t_yex7s;
-    const real t_vokcl = cos_theta2 * t_qtpmn;
-    const real t_yoao5_5 = sin_phi1 * t_xaxsj_2;
-    const real t_24w5w = sin_phi2 * t_5ckty - cos_phi2 * t_hxx3n;
-    const real t_wjj3z = b1 * t_ponb4
-        + t_w7lcw * t_qtvfp
-        - (t_vokcl - sin_theta1 * t_yoao5_5 + sin_theta2 * t_24w5w);
-    const real t_kdgyz = t_by6vh - t_s27by;
-    const real t_ttnh5 = p[I2] * t_yex7s;
-    const real t_fz663 = t_kdgyz + t_ttnh5;
-    const real t_lfilo = S_sq2 * t_fz663;
-    const real t_xh7oj = t_lfilo - t_s27by - t_ttnh5 + t_s27by - (t_w7lcw * t_tkfc5_2 + t_b3aij * t_ponb4);
-    const real t_kc56c_2 = cos_theta2 * t_z75db;
-    const real t_sfzzk = t_kc56c_2 * t_bpfoo - t_3tmqi * t_2tc5h;
-    const real t_jpyyi = SC2 * t_fz663 - (t_3go2w * t_tkfc5_2 + t_b3aij * t_sfzzk);
-    const real t_5zysd = t_jpyyi * t_4iujv - t_6yahm * t_xh7oj;
-    const real t_r4x7k = sin_theta2 * t_qtpmn;
-    const real t_chwmk = b1 * t_sfzzk
-        + t_3go2w * t_qtvfp
-        - (cos_theta2 * t_24w5w - (cos_theta1 * t_yoao5_5 + t_r4x7k))
-        - (X_y2 * t_5zysd + K_L32 * t_wjj3z);
-    const real t_5sr4t = t_kdgyz
-        - t_lfilo
-        - (K_L32 * t_jpyyi + t_d4mqf * t_5zysd)
-        - (t_3go2w * t_kc56c_2 + t_zzymx * t_sfzzk);
-    const real t_ozcjk = wth_2 * sin_phi2 - q_2 * t_ttnh5;
-    const real t_kry2b = sin_theta2 * t_ozcjk;
-    const real t_gp4f4 = cos_phi2 * t_rymvh;
-    const real t_okkkb = cos_theta2 * t_ozcjk;
-    const real t_v6qrg = sin_phi2 * t_rymvh;
-    const real t_2sz7x = t_v6qrg * t_bpfoo - t_jtjoh * t_2tc5h;
-    const real t_3xoth = t_okkkb + sin_theta2 * t_gp4f4 + (t_xq4wt * t_tkfc5_2 + t_b3aij * t_2sz7x);
-    const real t_6gr7l = t_3xoth * t_4iujv - t_dwrhg * t_xh7oj;
-    const real t_zuu6x = t_kry2b
-        - cos_theta2 * t_gp4f4
-        + (t_6urah * t_jpyyi + t_d4mqf * t_6gr7l)
-        - (t_xq4wt * t_kc56c_2 + t_zzymx * t_2sz7x);
-    const real t_t3qrr = t_zuu6x * t_zmh3u - t_ydwjl * t_5sr4t;
-    const real t_6gfvk = t_6fvzz * t_v6qrg - Bs_2 * t_z3l2w + (p[l2] * t_hxx3n + t_4b2fa);
-    const real t_5at4f_2 = Bs_1 * t_z3l2w;
-    const real t_mhn3g = q_2 * t_qtpmn + F_n2 * sin_phi2;
-    const real t_onp5g = b1 * t_2sz7x
-        + t_xq4wt * t_qtvfp
-        - (t_6gfvk - (t_5at4f_2 + t_mhn3g))
-        + (X_y2 * t_6gr7l + t_6urah * t_wjj3z)
-        - (X_y3 * t_t3qrr + K_L43 * t_chwmk);
-    const real t_vzcwt = wq_2 * sin_phi2 + q_2 * t_ozcjk;
-    const real t_pq43y = p[l2] * t_rymvh + B_2;
-    const real t_2p63e = t_vzcwt
-        + t_pq43y
-        - (t_6urah * t_3xoth + t_m67zs * t_6gr7l)
-        - (K_L43 * t_zuu6x + t_m27n6 * t_t3qrr)
-        - (t_xq4wt * t_v6qrg + t_2m245 * t_2sz7x);
-    const real t_az7m7 = wth_1 * t_zthab;
-    const real t_xms73_2 = q_1 * t_az7m7;
-    const real t_o3ymy_5 = cos_theta1 * t_xms73_2;
-    const real t_l352k = t_zthab + cos_phi2;
-    const real t_4qh7y = wth_2 * t_l352k + g_2 * t_ttnh5;
-    const real t_rjgmq = wg_2 * sin_phi2 - q_2 * t_4qh7y;
-    const real t_cfhyw = cos_theta2 * t_rjgmq;
-    const real t_dryfk = Bc_1 * t_zthab;
-    const real t_s7kez = e2 * t_gp4f4 - Bc_2 * t_zthab;
-    const real t_yrach = t_pq43y - t_s7kez;
-    const real t_vhcuv = me1 * t_zthab - t_az7m7;
-    const real t_bbuzi = me2 * t_zthab + e2 * t_s27by - t_4qh7y;
-    const real t_4errb = Ass_1 * t_zthab;
-    const real t_6iqz6_2 = t_4errb + t_vhcuv;
-    const real t_srwqc = e2 * t_by6vh - Ass_2 * t_zthab;
-    const real t_cbsoq = t_gp4f4 - t_srwqc;
-    const real t_245ku = t_cbsoq + t_bbuzi;
-    const real t_6alnr_2 = S_sq1 * t_6iqz6_2 + S_sq2 * t_245ku;
-    const real t_zsbhr = t_v6qrg + (e2 * t_z75db - Asc_2 * t_zthab);
-    const real t_xynxb = Asc_1 * t_zthab;
-    const real t_fwhf7 = sin_theta2 * t_zsbhr - sin_theta1 * t_xynxb;
-    const real t_r6kgt = t_fwhf7 * t_bpfoo - t_2lluf * t_2tc5h;
-    const real t_54l5z = t_vhcuv + t_bbuzi - t_6alnr_2 - t_okkkb - (t_vshgd * t_tkfc5_2 + t_b3aij * t_r6kgt);
-    const real t_r33e7 = t_54l5z * t_4iujv - t_hfybw * t_xh7oj;
-    const real t_2izxs_2 = SC1 * t_6iqz6_2 + SC2 * t_245ku;
-    const real t_zjln7 = t_kry2b
-        - t_2izxs_2
-        - (K_L52 * t_jpyyi + t_d4mqf * t_r33e7)
-        - (t_vshgd * t_kc56c_2 + t_zzymx * t_r6kgt);
-    const real t_p7aoq = t_zjln7 * t_zmh3u - t_qe675 * t_5sr4t;
-    const real t_jvnvm = t_vzcwt
-        + t_o3ymy_5
-        - t_cfhyw
-        + sin_theta1 * t_dryfk
-        + sin_theta2 * t_yrach
-        + (K_L52 * t_3xoth + t_m67zs * t_r33e7)
-        - (K_L53 * t_zuu6x + t_m27n6 * t_p7aoq)
-        - (t_vshgd * t_v6qrg + t_2m245 * t_r6kgt);
-    const real t_xkknh = t_jvnvm * t_lt2al - t_2e52m * t_2p63e;
-    const real t_fwktb = t_6gfvk + (e2 * t_24w5w - F_t2 * t_zthab);
-    const real t_tjfio = t_5at4f_2 + (e1 * t_yoao5_5 + F_t1 * t_zthab);
-    const real t_e2myu = sin_theta2 * t_fwktb
-        - (sin_theta1 * t_tjfio + t_mhn3g)
-        - t_vt7uo * t_zthab
-        + (g_2 * t_vokcl - t_oncjt * t_l352k)
-        + f_y * t_zthab;
-    const real t_uimhx = b1 * t_r6kgt
-        + t_vshgd * t_qtvfp
-        - t_e2myu
-        - (X_y2 * t_r33e7 + K_L52 * t_wjj3z)
-        - (X_y3 * t_p7aoq + K_L53 * t_chwmk)
-        - (X_y4 * t_xkknh + K_L54 * t_onp5g);
-    const real t_fqcrc = wg_1 * t_zthab + g_1 * t_az7m7;
-    const real t_ntwht = wg_2 * t_l352k + g_2 * t_4qh7y;
-    const real t_nr76x = me1 * (t_o6yyy * t_zthab);
-    const real t_ym2mu = K(-2.0) * t_dryfk + (eAss_1 * t_zthab + e1 * t_4errb);
-    const real t_p745f_2 = t_fqcrc - (t_nr76x + t_ym2mu);
-    const real t_uxfwe_5 = S_sq1 * t_p745f_2;
-    const real t_euqok = t_pq43y + K(-2.0) * t_s7kez + (e2 * t_srwqc - eAss_2 * t_zthab);
-    const real t_2voqq = t_quuci * t_s27by + me2 * (t_rdwum * t_zthab);
-    const real t_irffx = t_euqok - t_2voqq + t_ntwht;
-    const real t_mhboo = S_sq2 * t_irffx;
-    const real t_5uagq = t_gy5fy * t_s27by + (M_C * (t_jf3qj * t_zthab) - t_iw7bs * t_s27by);
-    const real t_iabcr = t_vzcwt
-        - (t_fqcrc + t_ntwht)
-        + t_uxfwe_5
-        + t_mhboo
-        - t_5uagq
-        + t_nr76x
-        + t_2voqq
-        - K(-2.0) * t_o3ymy_5
-        + K(-2.0) * t_cfhyw
-        - (K_L52 * t_54l5z + t_p6zld * t_r33e7)
-        - (K_L53 * t_zjln7 + t_bxfcn * t_p7aoq)
-        - (K_L54 * t_jvnvm + t_amczu * t_xkknh)
-        - (t_vshgd * t_fwhf7 + t_6mmeb * t_r6kgt);
-    const real t_kbv25 = sin_theta2 * t_rjgmq - sin_theta1 * t_xms73_2;
-    const real t_ronmo = cos_theta2 * t_zsbhr - cos_theta1 * t_xynxb;
-    const real t_uyc3c = t_ronmo * t_bpfoo - t_ielc3 * t_2tc5h;
-    const real t_ttiu3_2 = t_2izxs_2 + (t_e4enr * t_tkfc5_2 + t_b3aij * t_uyc3c);
-    const real t_slkbz = t_ttiu3_2 * t_4iujv - t_2ngl5 * t_xh7oj;
-    const real t_uap3u = t_6alnr_2
-        - (t_4errb + t_cbsoq)
-        + (t_dj64q * t_jpyyi + t_d4mqf * t_slkbz)
-        - (t_e4enr * t_kc56c_2 + t_zzymx * t_uyc3c);
-    const real t_yok6d_2 = t_uap3u * t_zmh3u - t_kpf5p * t_5sr4t;
-    const real t_356na = t_kbv25
-        + cos_theta1 * t_dryfk
-        + cos_theta2 * t_yrach
-        - (t_dj64q * t_3xoth + t_m67zs * t_slkbz)
-        - (K_L63 * t_zuu6x + t_m27n6 * t_yok6d_2)
-        - (t_e4enr * t_v6qrg + t_2m245 * t_uyc3c);
-    const real t_htdmg = t_356na * t_lt2al - t_wurun * t_2p63e;
-    const real t_dkz67 = t_kbv25
-        + SC1 * t_p745f_2
-        + SC2 * t_irffx
-        + (t_dj64q * t_54l5z + t_p6zld * t_slkbz)
-        - (K_L63 * t_zjln7 + t_bxfcn * t_yok6d_2)
-        - (K_L64 * t_jvnvm + t_amczu * t_htdmg)
-        - (t_e4enr * t_fwhf7 + t_6mmeb * t_uyc3c);
-    const real t_e4agu = t_dkz67 * t_ftqxb - t_dzxqu * t_iabcr;
-    const real t_l6xge = cos_theta2 * t_fwktb
-        - cos_theta1 * t_tjfio
-        + t_azclp * t_zthab
-        - (g_2 * t_r4x7k - t_iya7w * t_l352k);
-    const real t_koykt = t_gcu5g * t_zthab
-        - t_l6xge
-        + (b1 * t_uyc3c + t_e4enr * t_qtvfp)
-        + (X_y2 * t_slkbz + t_dj64q * t_wjj3z)
-        - (X_y3 * t_yok6d_2 + K_L63 * t_chwmk)
-        - (X_y4 * t_htdmg + K_L64 * t_onp5g)
-        - (X_y5 * t_e4agu + K_L65 * t_uimhx);
-    const real t_65nj5 = t_euqok
-        - t_ym2mu
-        - t_5uagq
-        - t_uxfwe_5
-        - t_mhboo
-        - (t_dj64q * t_ttiu3_2 + t_qvrp6 * t_slkbz)
-        - (K_L63 * t_uap3u + t_rahc4 * t_yok6d_2)
-        - (K_L64 * t_356na + t_e4k6u * t_htdmg)
-        - (K_L65 * t_dkz67 + t_jo54w * t_e4agu)
-        - (t_e4enr * t_ronmo + t_bl4f2 * t_uyc3c);
-    const real t_n4rk3 = t_koykt * t_nfkwa - t_o4hiw * t_65nj5;
-    const real t_td2cp = t_uimhx * t_ftqxb - t_eriz2 * t_iabcr - (X_x6 * t_e4agu + K_L65 * t_n4rk3);
-    const real t_j6r5h = t_onp5g * t_lt2al
-        - t_gkoba * t_2p63e
-        - (X_x5 * t_xkknh + K_L54 * t_td2cp)
-        - (X_x6 * t_htdmg + K_L64 * t_n4rk3);
-    const real t_hpbyb = t_chwmk * t_zmh3u
-        - t_insvr * t_5sr4t
-        - (X_x4 * t_t3qrr + K_L43 * t_j6r5h)
-        - (X_x5 * t_p7aoq + K_L53 * t_td2cp)
-        - (X_x6 * t_yok6d_2 + K_L63 * t_n4rk3);
-    const real t_dm5pt = t_wjj3z * t_4iujv
-        - t_5am4i * t_xh7oj
-        - (X_x3 * t_5zysd + K_L32 * t_hpbyb)
-        + (X_x4 * t_6gr7l + t_6urah * t_j6r5h)
-        - (X_x5 * t_r33e7 + K_L52 * t_td2cp)
-        + (X_x6 * t_slkbz + t_dj64q * t_n4rk3);
-    const real t_vq2zc = t_qtvfp * t_bpfoo
-        - t_2sw7d * t_2tc5h
-        + (X_x2 * t_ponb4 + t_w7lcw * t_dm5pt)
-        + (X_x3 * t_sfzzk + t_3go2w * t_hpbyb)
-        + (X_x4 * t_2sz7x + t_xq4wt * t_j6r5h)
-        + (X_x5 * t_r6kgt + t_vshgd * t_td2cp)
-        + (X_x6 * t_uyc3c + t_e4enr * t_n4rk3)
-        + t_z3l2w;
-    const real t_ntng6 = me2 * t_xpjrw;
-    const real t_ntng6_2 = K(1.0) - t_ntng6;
-    const real t_tcwyk = t_rybsf * t_ntng6_2;
-    const real t_b72qn = mv2 * (cos_phi2 * t_tcwyk);
-    const real t_sbjpy = t_rybsf * t_ntng6;
-    const real t_jxkby = mv1 * (cos_phi1 * t_sbjpy);
-    const real t_jbrnn = cos_phi2 * t_b72qn - cos_phi1 * t_jxkby;
-    const real t_itqut_6 = sin_phi2 * t_b72qn;
-    const real t_rv7s3_3 = sin_phi1 * t_jxkby;
-    const real t_cdwx5_4 = t_w7lcw * t_jbrnn - (sin_theta2 * t_itqut_6 - sin_theta1 * t_rv7s3_3);
-    const real t_qmxc6_4 = t_3go2w * t_jbrnn - (cos_theta2 * t_itqut_6 - cos_theta1 * t_rv7s3_3) - K_L32 * t_cdwx5_4;
-    const real t_ba2xh = Bs_2 * t_tcwyk;
-    const real t_suduy = Bs_1 * t_sbjpy;
-    const real t_tyzqb = t_xq4wt * t_jbrnn - (t_ba2xh - t_suduy) + t_6urah * t_cdwx5_4 - K_L43 * t_qmxc6_4;
-    const real t_ry4ty = wth_1 * t_ntng6;
-    const real t_6ghs5 = q_1 * t_ry4ty;
-    const real t_haevv_3 = cos_theta1 * t_6ghs5;
-    const real t_ewcy3 = wth_2 * t_ntng6_2;
-    const real t_yxwpu = q_2 * t_ewcy3;
-    const real t_g4wtj_6 = cos_theta2 * t_yxwpu;
-    const real t_wlk3z = Bc_1 * t_ntng6;
-    const real t_te67z = Bc_2 * t_ntng6_2;
-    const real t_caqfo = me1 * t_ntng6 - t_ry4ty;
-    const real t_kge64 = t_ewcy3 - me2 * t_ntng6_2;
-    const real t_c4lj6 = Ass_1 * t_ntng6;
-    const real t_3iyxq = t_c4lj6 + t_caqfo;
-    const real t_7xsxf = Ass_2 * t_ntng6_2;
-    const real t_36xxz = t_kge64 - t_7xsxf;
-    const real t_vdkvs = S_sq1 * t_3iyxq + S_sq2 * t_36xxz;
-    const real t_gz5f3 = Asc_2 * t_ntng6_2;
-    const real t_47a5d = Asc_1 * t_ntng6;
-    const real t_s7q4z = sin_theta2 * t_gz5f3 - sin_theta1 * t_47a5d;
-    const real t_x37id = t_s7q4z * t_bpfoo;
-    const real t_vqo27 = t_caqfo + t_kge64 - t_vdkvs - t_b3aij * t_x37id;
-    const real t_s2y6y = t_vqo27 * t_4iujv;
-    const real t_xffgl = SC1 * t_3iyxq + SC2 * t_36xxz;
-    const real t_cr5x5_4 = t_xffgl + t_d4mqf * t_s2y6y + t_zzymx * t_x37id;
-    const real t_3n6r6_4 = t_cr5x5_4 * t_zmh3u;
-    const real t_l4enk = t_haevv_3
-        - t_g4wtj_6
-        + sin_theta1 * t_wlk3z
-        - sin_theta2 * t_te67z
-        + t_m67zs * t_s2y6y
-        + t_m27n6 * t_3n6r6_4
-        - t_2m245 * t_x37id;
-    const real t_rxsb6 = t_l4enk * t_lt2al;
-    const real t_el2ds = t_ba2xh + (e2 * t_itqut_6 + F_t2 * t_ntng6_2);
-    const real t_bzq7u = t_suduy + (e1 * t_rv7s3_3 + F_t1 * t_ntng6);
-    const real t_h7yle = sin_theta2 * t_el2ds
-        - sin_theta1 * t_bzq7u
-        - t_vt7uo * t_ntng6
-        + t_oncjt * t_ntng6_2
-        + f_y * t_ntng6;
-    const real t_b2cqu = b1 * t_x37id
-        + t_vshgd * t_jbrnn
-        - t_h7yle
-        - (X_y2 * t_s2y6y + K_L52 * t_cdwx5_4)
-        - (K_L53 * t_qmxc6_4 - X_y3 * t_3n6r6_4)
-        - (X_y4 * t_rxsb6 + K_L54 * t_tyzqb);
-    const real t_3y467 = wg_2 * t_ntng6_2 + g_2 * t_ewcy3;
-    const real t_22ten = wg_1 * t_ntng6 + g_1 * t_ry4ty;
-    const real t_olxaf = me1 * (t_o6yyy * t_ntng6);
-    const real t_sce6e = K(-2.0) * t_wlk3z + (eAss_1 * t_ntng6 + e1 * t_c4lj6);
-    const real t_sm6jv = t_22ten - (t_olxaf + t_sce6e);
-    const real t_i2wb2_3 = S_sq1 * t_sm6jv;
-    const real t_cwu6h = me2 * (t_rdwum * t_ntng6_2);
-    const real t_cr4bz = K(-2.0) * t_te67z + (eAss_2 * t_ntng6_2 + e2 * t_7xsxf);
-    const real t_feozn = t_cwu6h + t_cr4bz - t_3y467;
-    const real t_mwcol_6 = S_sq2 * t_feozn;
-    const real t_zllsy = me2 * (p[h2] + p[h2]) - M_C * (t_jf3qj * t_ntng6);
-    const real t_zhhfb = t_3y467
-        - t_22ten
-        + t_i2wb2_3
-        + t_mwcol_6
-        + t_zllsy
-        + t_olxaf
-        - t_cwu6h
-        - K(-2.0) * t_haevv_3
-        + K(-2.0) * t_g4wtj_6
-        - (K_L52 * t_vqo27 + t_p6zld * t_s2y6y)
-        + (K_L53 * t_cr5x5_4 + t_bxfcn * t_3n6r6_4)
-        - (K_L54 * t_l4enk + t_amczu * t_rxsb6)
-        - (t_vshgd * t_s7q4z + t_6mmeb * t_x37id);
-    const real t_iqq6u = sin_theta2 * t_yxwpu - sin_theta1 * t_6ghs5;
-    const real t_frsix = cos_theta2 * t_gz5f3 - cos_theta1 * t_47a5d;
-    const real t_yeh66 = t_frsix * t_bpfoo;
-    const real t_dv45p_4 = t_xffgl + t_b3aij * t_yeh66;
-    const real t_dj64q_5 = t_dv45p_4 * t_4iujv;
-    const real t_4cea3 = t_vdkvs - (t_c4lj6 - t_7xsxf) + t_d4mqf * t_dj64q_5 - t_zzymx * t_yeh66;
-    const real t_4liur = t_4cea3 * t_zmh3u;
-    const real t_fcpyz = t_iqq6u
-        + cos_theta1 * t_wlk3z
-        - cos_theta2 * t_te67z
-        - t_m67zs * t_dj64q_5
-        - t_m27n6 * t_4liur
-        - t_2m245 * t_yeh66;
-    const real t_rj3nj = t_fcpyz * t_lt2al;
-    const real t_3gdil = t_iqq6u
-        + SC1 * t_sm6jv
-        + SC2 * t_feozn
-        + (t_dj64q * t_vqo27 + t_p6zld * t_dj64q_5)
-        - (t_bxfcn * t_4liur - K_L63 * t_cr5x5_4)
-        - (K_L64 * t_l4enk + t_amczu * t_rj3nj)
-        - (t_e4enr * t_s7q4z + t_6mmeb * t_yeh66);
-    const real t_zrsrj = t_3gdil * t_ftqxb - t_dzxqu * t_zhhfb;
-    const real t_rurje = t_gcu5g * t_ntng6
-        - (cos_theta2 * t_el2ds - cos_theta1 * t_bzq7u + t_azclp * t_ntng6 - t_iya7w * t_ntng6_2)
-        + (b1 * t_yeh66 + t_e4enr * t_jbrnn)
-        + (X_y2 * t_dj64q_5 + t_dj64q * t_cdwx5_4)
-        - (X_y3 * t_4liur + K_L63 * t_qmxc6_4)
-        - (X_y4 * t_rj3nj + K_L64 * t_tyzqb)
-        - (X_y5 * t_zrsrj + K_L65 * t_b2cqu);
-    const real t_ji4ph = t_cr4bz
-        - t_sce6e
-        + t_zllsy
-        - t_i2wb2_3
-        - t_mwcol_6
-        - (t_dj64q * t_dv45p_4 + t_qvrp6 * t_dj64q_5)
-        - (K_L63 * t_4cea3 + t_rahc4 * t_4liur)
-        - (K_L64 * t_fcpyz + t_e4k6u * t_rj3nj)
-        - (K_L65 * t_3gdil + t_jo54w * t_zrsrj)
-        - (t_e4enr * t_frsix + t_bl4f2 * t_yeh66);
-    const real t_sud4b = t_rurje * t_nfkwa - t_o4hiw * t_ji4ph;
-    const real t_7kzhv = t_b2cqu * t_ftqxb - t_eriz2 * t_zhhfb - (X_x6 * t_zrsrj + K_L65 * t_sud4b);
-    const real t_rbyn3_3 = t_tyzqb * t_lt2al
-        - (X_x5 * t_rxsb6 + K_L54 * t_7kzhv)
-        - (X_x6 * t_rj3nj + K_L64 * t_sud4b);
-    const real t_6yt6i_3 = t_qmxc6_4 * t_zmh3u
-        - K_L43 * t_rbyn3_3
-        - (K_L53 * t_7kzhv - X_x5 * t_3n6r6_4)
-        - (X_x6 * t_4liur + K_L63 * t_sud4b);
-    const real t_sif46_3 = t_cdwx5_4 * t_4iujv
-        - K_L32 * t_6yt6i_3
-        + t_6urah * t_rbyn3_3
-        - (X_x5 * t_s2y6y + K_L52 * t_7kzhv)
-        + (X_x6 * t_dj64q_5 + t_dj64q * t_sud4b);
-    const real t_6xo3m_2 = t_jbrnn * t_bpfoo
-        + t_w7lcw * t_sif46_3
-        + t_3go2w * t_6yt6i_3
-        + t_xq4wt * t_rbyn3_3
-        + (X_x5 * t_x37id + t_vshgd * t_7kzhv)
-        + (X_x6 * t_yeh66 + t_e4enr * t_sud4b);
-    const real t_5lgag = t_6xo3m_2 + t_sbjpy;
-    const real t_roasq = t_54cbb - p[I2] * t_ew3ec;
-    const real t_ejcck = p[l2] * t_roasq;
-    const real t_2deuo = p[l2] * t_ew3ec;
-    const real t_ijjye = eta2 * t_ejcck - loss_phi2 * t_2deuo;
-    const real t_h4vxz = p[h2] * t_roasq * t_xpjrw - t_rl7kq * t_roasq;
-    const real t_6fyvh = t_rybsf * t_h4vxz;
-    const real t_7q5m4 = mv1 * (cos_phi1 * t_6fyvh);
-    const real t_vdglw = t_popww * t_2deuo;
-    const real t_pphuv = mv2 * (cos_phi2 * t_6fyvh) + t_cekeb * t_vdglw;
-    const real t_27hw2 = sin_phi2 * t_ijjye - cos_phi1 * t_7q5m4 - cos_phi2 * t_pphuv;
-    const real t_papp7 = sin_phi2 * t_vdglw;
-    const real t_373qj = sin_phi2 * t_papp7;
-    const real t_xfpvs = t_roasq - t_vdglw + t_373qj;
-    const real t_fkcrn = cos_phi2 * t_papp7;
-    const real t_ny62t = sin_theta2 * t_fkcrn;
-    const real t_5ovze = t_ny62t * t_bpfoo + t_6xwz3 * t_xfpvs;
-    const real t_f7lcj = th_2 * zeta2 - t_vry6x * t_yyt2v;
-    const real t_f25hq = cos_theta2 * t_f7lcj;
-    const real t_yoao5_6 = sin_phi1 * t_7q5m4;
-    const real t_mwj5q = sin_phi2 * t_pphuv + cos_phi2 * t_ijjye;
-    const real t_cak6v = t_w7lcw * t_27hw2
-        - b1 * t_5ovze
-        - (t_f25hq - sin_theta1 * t_yoao5_6 - sin_theta2 * t_mwj5q);
-    const real t_ofnsd = t_roasq - t_373qj;
-    const real t_kz7at = th_2 - p[I2] * t_yyt2v;
-    const real t_s3sag = t_ofnsd - t_kz7at;
-    const real t_yra3z = S_sq2 * t_s3sag;
-    const real t_fy6cx = t_yra3z + t_roasq + t_kz7at - t_roasq + (t_w7lcw * t_ny62t + t_b3aij * t_5ovze);
-    const real t_uyuwd = cos_theta2 * t_fkcrn;
-    const real t_5o6bi = t_uyuwd * t_bpfoo + t_3tmqi * t_xfpvs;
-    const real t_sm6ii = SC2 * t_s3sag + (t_3go2w * t_ny62t + t_b3aij * t_5o6bi);
-    const real t_7urp4 = t_sm6ii * t_4iujv - t_6yahm * t_fy6cx;
-    const real t_tylpm = sin_theta2 * t_f7lcj;
-    const real t_7zub7 = t_3go2w * t_27hw2
-        - b1 * t_5o6bi
-        + (cos_theta1 * t_yoao5_6 + t_tylpm + cos_theta2 * t_mwj5q)
-        - (X_y2 * t_7urp4 + K_L32 * t_cak6v);
-    const real t_yafmf = t_ofnsd
-        - t_yra3z
-        - (K_L32 * t_sm6ii + t_d4mqf * t_7urp4)
-        + (t_3go2w * t_uyuwd + t_zzymx * t_5o6bi);
-    const real t_mcphg = q_2 * t_kz7at;
-    const real t_hrlqk = sin_theta2 * t_mcphg;
-    const real t_htagi = cos_phi2 * t_ejcck;
-    const real t_7zl3n = cos_theta2 * t_mcphg;
-    const real t_izow3 = sin_phi2 * t_ejcck;
-    const real t_um2i7 = t_izow3 * t_bpfoo - t_jtjoh * t_xfpvs;
-    const real t_fzbwf = t_7zl3n + sin_theta2 * t_htagi + (t_b3aij * t_um2i7 - t_xq4wt * t_ny62t);
-    const real t_rmy3i = t_fzbwf * t_4iujv - t_dwrhg * t_fy6cx;
-    const real t_ree5l = t_hrlqk
-        - cos_theta2 * t_htagi
-        + (t_6urah * t_sm6ii + t_d4mqf * t_rmy3i)
-        - (t_zzymx * t_um2i7 - t_xq4wt * t_uyuwd);
-    const real t_rmdrv = t_ree5l * t_zmh3u - t_ydwjl * t_yafmf;
-    const real t_5s6pc = t_6fvzz * t_izow3 - Bs_2 * t_6fyvh + p[l2] * t_ijjye;
-    const real t_34akc = Bs_1 * t_6fyvh;
-    const real t_wk3rr = q_2 * t_f7lcj;
-    const real t_kxhfr = b1 * t_um2i7
-        + t_xq4wt * t_27hw2
-        - (t_5s6pc - (t_34akc + t_wk3rr) + x[wy] * x[theta2_dot])
-        + (X_y2 * t_rmy3i + t_6urah * t_cak6v)
-        - (X_y3 * t_rmdrv + K_L43 * t_7zub7);
-    const real t_nyh3s = q_2 * t_mcphg;
+        - (t_vpdgs * t_ykyid + t_ly572 * t_y3iur)
+        - (K_L43 * t_fzbzd + t_ichgo * t_37w6v)
+        - (t_w6lcf * t_sdp4i_2 + t_hig3c_6 * t_sdfgi);
+    const real t_ehtsg = wth_1 * t_fs2a7;
+    const real t_xuwnw = q_1 * t_ehtsg;
+    const real t_32yoo_4 = cos_theta1 * t_xuwnw;
+    const real t_bqqho = g_2 * t_4wava - wth_2 * t_fs2a7;
+    const real t_c33ed = q_2 * t_bqqho;
+    const real t_42hyx = cos_theta2 * t_c33ed;
+    const real t_tqz6o = Bc_1 * t_fs2a7;
+    const real t_cvwqt = e2 * t_sdp4i - Bc_2 * t_fs2a7;
+    const real t_ye4xb = t_bq63w - t_cvwqt;
+    const real t_euyqc = me1 * t_fs2a7 - t_ehtsg;
+    const real t_yrkmv = t_bqqho - (e2 * t_vnmrd - me2 * t_fs2a7);
+    const real t_tqz6o_2 = Ass_1 * t_fs2a7;
+    const real t_u5m2t = t_tqz6o_2 + t_euyqc;
+    const real t_a7ook = e2 * t_v72v5 - Ass_2 * t_fs2a7;
+    const real t_f7hiw = t_sdp4i - t_a7ook;
+    const real t_dhkdg = t_f7hiw + t_yrkmv;
+    const real t_7bgez = S_sq1 * t_u5m2t + S_sq2 * t_dhkdg;
+    const real t_76d2m = t_sdp4i_2 + (e2 * t_v72v5_2 - Asc_2 * t_fs2a7);
+    const real t_tqz6o_3 = Asc_1 * t_fs2a7;
+    const real t_xy4oz = sin_theta2 * t_76d2m - sin_theta1 * t_tqz6o_3;
+    const real t_h6gmf = t_xy4oz * t_6dtnj - t_wj56m * t_7pkth;
+    const real t_2hyy6 = t_euyqc + t_yrkmv - t_7bgez - t_l6m3v_2 - (t_s62lc * t_ge4z5 + t_f2nhc * t_h6gmf);
+    const real t_2aqlz = t_2hyy6 * t_6dtnj_2 - t_bintu_7 * t_yoiaw;
+    const real t_7bgez_2 = SC1 * t_u5m2t + SC2 * t_dhkdg;
+    const real t_zyszq = t_l6m3v
+        - t_7bgez_2
+        - (K_L52 * t_tayjm + t_upifj * t_2aqlz)
+        - (t_s62lc * t_ge4z5_2 + t_f2nhc_2 * t_h6gmf);
+    const real t_7lori = t_zyszq * t_6dtnj_3 - t_bintu_8 * t_ty4vp;
+    const real t_sl4bp = t_vs5mt
+        + t_32yoo_4
+        - t_42hyx
+        + sin_theta1 * t_tqz6o
+        + sin_theta2 * t_ye4xb
+        + (K_L52 * t_ykyid + t_ly572 * t_2aqlz)
+        - (K_L53 * t_fzbzd + t_ichgo * t_7lori)
+        - (t_s62lc * t_sdp4i_2 + t_hig3c_6 * t_h6gmf);
+    const real t_xvav7 = t_sl4bp * t_6dtnj_4 - t_bintu_9 * t_hzx3p;
+    const real t_qyjzz = t_mx645 + (e2 * t_wjqzi - F_t2 * t_fs2a7);
+    const real t_74at3 = t_cvcfp + (e1 * t_3cyzx_4 + F_t1 * t_fs2a7);
+    const real t_dmg2n = sin_theta2 * t_qyjzz
+        - (sin_theta1 * t_74at3 + t_eesxk)
+        - t_mallh * t_fs2a7
+        + (g_2 * t_d6skp - t_lbh6o * t_fs2a7)
+        + f_y * t_fs2a7;
+    const real t_4m2by = b1 * t_h6gmf
+        + t_s62lc * t_zu3z7
+        - t_dmg2n
+        - (X_y2 * t_2aqlz + K_L52 * t_agl7b)
+        - (X_y3 * t_7lori + K_L53 * t_rhu23)
+        - (X_y4 * t_xvav7 + K_L54 * t_kcyzt);
+    const real t_ulaqt = g_2 * t_bqqho - wg_2 * t_fs2a7;
+    const real t_jcwcx = wg_1 * t_fs2a7 + g_1 * t_ehtsg;
+    const real t_exuui = me1 * (t_rs5fr * t_fs2a7);
+    const real t_bbkin = K(-2.0) * t_tqz6o + (eAss_1 * t_fs2a7 + e1 * t_tqz6o_2);
+    const real t_6afmf = t_jcwcx - (t_exuui + t_bbkin);
+    const real t_eck7l_4 = S_sq1 * t_6afmf;
+    const real t_ss7t7 = t_wokz5 * t_vnmrd - me2 * (t_xicwq * t_fs2a7);
+    const real t_p5dqw = t_bq63w + K(-2.0) * t_cvwqt + (e2 * t_a7ook - eAss_2 * t_fs2a7);
+    const real t_fkpm7 = t_ss7t7 + t_p5dqw - t_ulaqt;
+    const real t_eulat = S_sq2 * t_fkpm7;
+    const real t_cimlp = t_gy5fy * t_vnmrd - (t_2ijrp * t_vnmrd + M_C * (t_ga54v * t_fs2a7));
+    const real t_3ednf = t_ulaqt
+        - t_jcwcx
+        + t_vs5mt
+        + t_eck7l_4
+        + t_eulat
+        + t_cimlp
+        + t_exuui
+        - t_ss7t7
+        - K(-2.0) * t_32yoo_4
+        + K(-2.0) * t_42hyx
+        - (K_L52 * t_2hyy6 + t_6vega * t_2aqlz)
+        - (K_L53 * t_zyszq + t_jmicp * t_7lori)
+        - (K_L54 * t_sl4bp + t_otpfz * t_xvav7)
+        - (t_s62lc * t_xy4oz + t_6iku5 * t_h6gmf);
+    const real t_pzev6 = sin_theta2 * t_c33ed - sin_theta1 * t_xuwnw;
+    const real t_xy4oz_2 = cos_theta2 * t_76d2m - cos_theta1 * t_tqz6o_3;
+    const real t_h6gmf_2 = t_xy4oz_2 * t_6dtnj - t_wj56m_2 * t_7pkth;
+    const real t_svngb = t_7bgez_2 + (t_s62lc_2 * t_ge4z5 + t_f2nhc * t_h6gmf_2);
+    const real t_buabl = t_svngb * t_6dtnj_2 - t_l3pbw * t_yoiaw;
+    const real t_6pwtl = t_7bgez
+        - (t_tqz6o_2 + t_f7hiw)
+        + (t_bk7yo * t_tayjm + t_upifj * t_buabl)
+        - (t_s62lc_2 * t_ge4z5_2 + t_f2nhc_2 * t_h6gmf_2);
+    const real t_2sbzv = t_6pwtl * t_6dtnj_3 - t_bintu_10 * t_ty4vp;
+    const real t_zzbii = t_pzev6
+        + cos_theta1 * t_tqz6o
+        + cos_theta2 * t_ye4xb
+        - (t_bk7yo * t_ykyid + t_ly572 * t_buabl)
+        - (K_L63 * t_fzbzd + t_ichgo * t_2sbzv)
+        - (t_s62lc_2 * t_sdp4i_2 + t_hig3c_6 * t_h6gmf_2);
+    const real t_muws2 = t_zzbii * t_6dtnj_4 - t_bintu_11 * t_hzx3p;
+    const real t_53yfi = t_pzev6
+        + SC1 * t_6afmf
+        + SC2 * t_fkpm7
+        + (t_bk7yo * t_2hyy6 + t_6vega * t_buabl)
+        - (K_L63 * t_zyszq + t_jmicp * t_2sbzv)
+        - (K_L64 * t_sl4bp + t_otpfz * t_muws2)
+        - (t_s62lc_2 * t_xy4oz + t_6iku5 * t_h6gmf_2);
+    const real t_owfyg = t_53yfi * t_6dtnj_5 - t_bintu_12 * t_3ednf;
+    const real t_2fzjl = cos_theta2 * t_qyjzz
+        - cos_theta1 * t_74at3
+        + t_mallh_2 * t_fs2a7
+        - (g_2 * t_d6skp_2 - t_lbh6o_2 * t_fs2a7);
+    const real t_i2frb = t_gcu5g * t_fs2a7
+        - t_2fzjl
+        + (b1 * t_h6gmf_2 + t_s62lc_2 * t_zu3z7)
+        + (X_y2 * t_buabl + t_bk7yo * t_agl7b)
+        - (X_y3 * t_2sbzv + K_L63 * t_rhu23)
+        - (X_y4 * t_muws2 + K_L64 * t_kcyzt)
+        - (X_y5 * t_owfyg + K_L65 * t_4m2by);
+    const real t_223yf = t_p5dqw
+        - t_bbkin
+        + t_cimlp
+        - t_eck7l_4
+        - t_eulat
+        - (t_bk7yo * t_svngb + t_avyqv * t_buabl)
+        - (K_L63 * t_6pwtl + t_2dahu * t_2sbzv)
+        - (K_L64 * t_zzbii + t_aolgd * t_muws2)
+        - (K_L65 * t_53yfi + t_hdeaq * t_owfyg)
+        - (t_s62lc_2 * t_xy4oz_2 + t_6iku5_2 * t_h6gmf_2);
+    const real t_beil2 = t_i2frb * t_6dtnj_6 - t_bintu_13 * t_223yf;
+    const real t_e5aki = t_4m2by * t_6dtnj_5 - t_temm3_4 * t_3ednf - (X_x6 * t_owfyg + K_L65 * t_beil2);
+    const real t_55qbs = t_kcyzt * t_6dtnj_4
+        - t_temm3_3 * t_hzx3p
+        - (X_x5 * t_xvav7 + K_L54 * t_e5aki)
+        - (X_x6 * t_muws2 + K_L64 * t_beil2);
+    const real t_eiokr = t_rhu23 * t_6dtnj_3
+        - t_qkxsr * t_ty4vp
+        - (X_x4 * t_37w6v + K_L43 * t_55qbs)
+        - (X_x5 * t_7lori + K_L53 * t_e5aki)
+        - (X_x6 * t_2sbzv + K_L63 * t_beil2);
+    const real t_dnz36 = t_agl7b * t_6dtnj_2
+        - t_temm3_2 * t_yoiaw
+        - (X_x3 * t_lrccu + K_L32 * t_eiokr)
+        + (X_x4 * t_y3iur + t_vpdgs * t_55qbs)
+        - (X_x5 * t_2aqlz + K_L52 * t_e5aki)
+        + (X_x6 * t_buabl + t_bk7yo * t_beil2);
+    const real t_hokxz = t_zu3z7 * t_6dtnj
+        - t_temm3 * t_7pkth
+        + (X_x2 * t_u4w3u + t_gousg * t_dnz36)
+        + (X_x3 * t_u4w3u_2 + t_gousg_2 * t_eiokr)
+        + (X_x4 * t_sdfgi + t_w6lcf * t_55qbs)
+        + (X_x5 * t_h6gmf + t_s62lc * t_e5aki)
+        + (X_x6 * t_h6gmf_2 + t_s62lc_2 * t_beil2)
+        + t_ddll4;
+    const real t_popww_2 = p[m2] * (p[l2] + p[l2]);
+    const real t_lltaa = t_7xzba * t_popww_2;
+    const real t_ufhdq = p[I2] * t_lltaa;
+    const real t_zycbc = me2 - p[l2] * t_ufhdq;
+    const real t_vauev = t_jzg7x - p[l2] * t_lltaa;
+    const real t_a7ofs = eta2 * t_zycbc + loss_phi2 * t_vauev;
+    const real t_ftbzc = t_2ej5d * t_ufhdq - p[h2] * t_ufhdq * t_bm3wf;
+    const real t_wxidn = t_rybsf * t_ftbzc;
+    const real t_klatu_2 = mv1 * (cos_phi1 * t_wxidn);
+    const real t_mhnna = k2 * p[m2] + t_popww * t_vauev;
+    const real t_yjiiv = t_bbpwa * t_mhnna - mv2 * (cos_phi2 * t_wxidn) - sigma_sq2 * p[m2];
+    const real t_joqxt = sin_phi2 * t_a7ofs - cos_phi1 * t_klatu_2 + cos_phi2 * t_yjiiv;
+    const real t_uvlen = sin_phi2 * t_mhnna;
+    const real t_sikhb = sin_phi2 * t_uvlen;
+    const real t_nbwd7 = t_mhnna - t_ufhdq - t_sikhb;
+    const real t_sikhb_2 = cos_phi2 * t_uvlen;
+    const real t_ge4z5_3 = sin_theta2 * t_sikhb_2;
+    const real t_4gym7 = t_ge4z5_3 * t_6dtnj - t_edyl7 * t_nbwd7;
+    const real t_63hyc = W12 * sin_phi2 + w_x2 * (Wn2 * cos_phi2) - t_dkl52 * chi2;
+    const real t_hinyt = t_dkwtm * (p[m2] * ((q_2 + q_2) * sin_phi2));
+    const real t_iqw77 = th_2 * (p[I2] * t_63hyc - loss_theta2 * sin_phi2) - t_c6wyu * t_hinyt;
+    const real t_65nzb = cos_theta2 * t_iqw77;
+    const real t_3cyzx_5 = sin_phi1 * t_klatu_2;
+    const real t_e75pc = sin_phi2 * t_yjiiv - cos_phi2 * t_a7ofs;
+    const real t_fzfc4 = b1 * t_4gym7
+        + t_gousg * t_joqxt
+        - (t_65nzb - sin_theta1 * t_3cyzx_5 + sin_theta2 * t_e75pc);
+    const real t_earqj = t_sikhb - t_ufhdq;
+    const real t_sdwda = p[I2] * t_hinyt;
+    const real t_swaoq = t_earqj + t_sdwda;
+    const real t_lvorb = S_sq2 * t_swaoq;
+    const real t_rjwar = t_lvorb - t_ufhdq - t_sdwda + t_ufhdq - (t_gousg * t_ge4z5_3 + t_f2nhc * t_4gym7);
+    const real t_ge4z5_4 = cos_theta2 * t_sikhb_2;
+    const real t_4gym7_2 = t_ge4z5_4 * t_6dtnj - t_edyl7_2 * t_nbwd7;
+    const real t_asqlx = SC2 * t_swaoq - (t_gousg_2 * t_ge4z5_3 + t_f2nhc * t_4gym7_2);
+    const real t_a4tqi = t_asqlx * t_6dtnj_2 - t_bintu_5 * t_rjwar;
+    const real t_65nzb_2 = sin_theta2 * t_iqw77;
+    const real t_bosnq = b1 * t_4gym7_2
+        + t_gousg_2 * t_joqxt
+        - (cos_theta2 * t_e75pc - (cos_theta1 * t_3cyzx_5 + t_65nzb_2))
+        - (X_y2 * t_a4tqi + K_L32 * t_fzfc4);
+    const real t_2snzf = t_earqj
+        - t_lvorb
+        - (K_L32 * t_asqlx + t_upifj * t_a4tqi)
+        - (t_gousg_2 * t_ge4z5_4 + t_f2nhc_2 * t_4gym7_2);
+    const real t_yym6j = wth_2 * sin_phi2 - q_2 * t_sdwda;
+    const real t_43n2k = sin_theta2 * t_yym6j;
+    const real t_blyjc = cos_phi2 * t_zycbc;
+    const real t_43n2k_2 = cos_theta2 * t_yym6j;
+    const real t_blyjc_2 = sin_phi2 * t_zycbc;
+    const real t_4u3fa = t_blyjc_2 * t_6dtnj - t_4pum4 * t_nbwd7;
+    const real t_ip44a = t_43n2k_2 + sin_theta2 * t_blyjc + (t_w6lcf * t_ge4z5_3 + t_f2nhc * t_4u3fa);
+    const real t_yg2vn = t_ip44a * t_6dtnj_2 - t_6n47e * t_rjwar;
+    const real t_iqf5f = t_43n2k
+        - cos_theta2 * t_blyjc
+        + (t_vpdgs * t_asqlx + t_upifj * t_yg2vn)
+        - (t_w6lcf * t_ge4z5_4 + t_f2nhc_2 * t_4u3fa);
+    const real t_ncq5i = t_iqf5f * t_6dtnj_3 - t_bintu_6 * t_2snzf;
+    const real t_wuoiu = t_3hay7 * t_blyjc_2 - Bs_2 * t_wxidn + (p[l2] * t_a7ofs + t_63ozv);
+    const real t_cvcfp_2 = Bs_1 * t_wxidn;
+    const real t_hv2an = q_2 * t_iqw77 + F_n2 * sin_phi2;
+    const real t_3ifcm = b1 * t_4u3fa
+        + t_w6lcf * t_joqxt
+        - (t_wuoiu - (t_cvcfp_2 + t_hv2an))
+        + (X_y2 * t_yg2vn + t_vpdgs * t_fzfc4)
+        - (X_y3 * t_ncq5i + K_L43 * t_bosnq);
+    const real t_2mj2k = wq_2 * sin_phi2 + q_2 * t_yym6j;
+    const real t_2pk57 = p[l2] * t_zycbc + B_2;
+    const real t_tgjyq = t_2mj2k
+        + t_2pk57
+        - (t_vpdgs * t_ip44a + t_ly572 * t_yg2vn)
+        - (K_L43 * t_iqf5f + t_ichgo * t_ncq5i)
+        - (t_w6lcf * t_blyjc_2 + t_hig3c_6 * t_4u3fa);
+    const real t_7zcsr = wth_1 * t_ftbzc;
+    const real t_xuwnw_2 = q_1 * t_7zcsr;
+    const real t_32yoo_5 = cos_theta1 * t_xuwnw_2;
+    const real t_gdyha = t_ftbzc + cos_phi2;
+    const real t_suivp = wth_2 * t_gdyha + g_2 * t_sdwda;
+    const real t_uj7x7 = wg_2 * sin_phi2 - q_2 * t_suivp;
+    const real t_5nsul = cos_theta2 * t_uj7x7;
+    const real t_ir5ql = Bc_1 * t_ftbzc;
+    const real t_ysfmg = e2 * t_blyjc - Bc_2 * t_ftbzc;
+    const real t_yq3j5 = t_2pk57 - t_ysfmg;
+    const real t_qlwgu = me1 * t_ftbzc - t_7zcsr;
+    const real t_qljde = me2 * t_ftbzc + e2 * t_ufhdq - t_suivp;
+    const real t_ir5ql_2 = Ass_1 * t_ftbzc;
+    const real t_u5m2t_2 = t_ir5ql_2 + t_qlwgu;
+    const real t_lburz = e2 * t_sikhb - Ass_2 * t_ftbzc;
+    const real t_myh4z = t_blyjc - t_lburz;
+    const real t_joh43 = t_myh4z + t_qljde;
+    const real t_7bgez_3 = S_sq1 * t_u5m2t_2 + S_sq2 * t_joh43;
+    const real t_pbios = t_blyjc_2 + (e2 * t_sikhb_2 - Asc_2 * t_ftbzc);
+    const real t_ir5ql_3 = Asc_1 * t_ftbzc;
+    const real t_gajai = sin_theta2 * t_pbios - sin_theta1 * t_ir5ql_3;
+    const real t_zw2m2 = t_gajai * t_6dtnj - t_wj56m * t_nbwd7;
+    const real t_n2iw6 = t_qlwgu + t_qljde - t_7bgez_3 - t_43n2k_2 - (t_s62lc * t_ge4z5_3 + t_f2nhc * t_zw2m2);
+    const real t_3357n = t_n2iw6 * t_6dtnj_2 - t_bintu_7 * t_rjwar;
+    const real t_7bgez_4 = SC1 * t_u5m2t_2 + SC2 * t_joh43;
+    const real t_wr6ug = t_43n2k
+        - t_7bgez_4
+        - (K_L52 * t_asqlx + t_upifj * t_3357n)
+        - (t_s62lc * t_ge4z5_4 + t_f2nhc_2 * t_zw2m2);
+    const real t_a5mqe = t_wr6ug * t_6dtnj_3 - t_bintu_8 * t_2snzf;
+    const real t_zmbcw = t_2mj2k
+        + t_32yoo_5
+        - t_5nsul
+        + sin_theta1 * t_ir5ql
+        + sin_theta2 * t_yq3j5
+        + (K_L52 * t_ip44a + t_ly572 * t_3357n)
+        - (K_L53 * t_iqf5f + t_ichgo * t_a5mqe)
+        - (t_s62lc * t_blyjc_2 + t_hig3c_6 * t_zw2m2);
+    const real t_vsnlj = t_zmbcw * t_6dtnj_4 - t_bintu_9 * t_tgjyq;
+    const real t_qyqcf = t_wuoiu + (e2 * t_e75pc - F_t2 * t_ftbzc);
+    const real t_mmhr3 = t_cvcfp_2 + (e1 * t_3cyzx_5 + F_t1 * t_ftbzc);
+    const real t_thpdy = sin_theta2 * t_qyqcf
+        - (sin_theta1 * t_mmhr3 + t_hv2an)
+        - t_mallh * t_ftbzc
+        + (g_2 * t_65nzb - t_lbh6o * t_gdyha)
+        + f_y * t_ftbzc;
+    const real t_krq6t = b1 * t_zw2m2
+        + t_s62lc * t_joqxt
+        - t_thpdy
+        - (X_y2 * t_3357n + K_L52 * t_fzfc4)
+        - (X_y3 * t_a5mqe + K_L53 * t_bosnq)
+        - (X_y4 * t_vsnlj + K_L54 * t_3ifcm);
+    const real t_orbft = wg_1 * t_ftbzc + g_1 * t_7zcsr;
+    const real t_xh4c7 = wg_2 * t_gdyha + g_2 * t_suivp;
+    const real t_wj7ip = me1 * (t_rs5fr * t_ftbzc);
+    const real t_aqzwe = K(-2.0) * t_ir5ql + (eAss_1 * t_ftbzc + e1 * t_ir5ql_2);
+    const real t_6afmf_2 = t_orbft - (t_wj7ip + t_aqzwe);
+    const real t_eck7l_5 = S_sq1 * t_6afmf_2;
+    const real t_ps6hq = t_2pk57 + K(-2.0) * t_ysfmg + (e2 * t_lburz - eAss_2 * t_ftbzc);
+    const real t_scnzk = t_wokz5 * t_ufhdq + me2 * (t_xicwq * t_ftbzc);
+    const real t_5ddb7 = t_ps6hq - t_scnzk + t_xh4c7;
+    const real t_whoiw = S_sq2 * t_5ddb7;
+    const real t_mkbhg = t_gy5fy * t_ufhdq + (M_C * (t_ga54v * t_ftbzc) - t_2ijrp * t_ufhdq);
+    const real t_g2exh = t_2mj2k
+        - (t_orbft + t_xh4c7)
+        + t_eck7l_5
+        + t_whoiw
+        - t_mkbhg
+        + t_wj7ip
+        + t_scnzk
+        - K(-2.0) * t_32yoo_5
+        + K(-2.0) * t_5nsul
+        - (K_L52 * t_n2iw6 + t_6vega * t_3357n)
+        - (K_L53 * t_wr6ug + t_jmicp * t_a5mqe)
+        - (K_L54 * t_zmbcw + t_otpfz * t_vsnlj)
+        - (t_s62lc * t_gajai + t_6iku5 * t_zw2m2);
+    const real t_ztgjz = sin_theta2 * t_uj7x7 - sin_theta1 * t_xuwnw_2;
+    const real t_gajai_2 = cos_theta2 * t_pbios - cos_theta1 * t_ir5ql_3;
+    const real t_zw2m2_2 = t_gajai_2 * t_6dtnj - t_wj56m_2 * t_nbwd7;
+    const real t_svngb_2 = t_7bgez_4 + (t_s62lc_2 * t_ge4z5_3 + t_f2nhc * t_zw2m2_2);
+    const real t_fqvsa = t_svngb_2 * t_6dtnj_2 - t_l3pbw * t_rjwar;
+    const real t_s2mhn = t_7bgez_3
+        - (t_ir5ql_2 + t_myh4z)
+        + (t_bk7yo * t_asqlx + t_upifj * t_fqvsa)
+        - (t_s62lc_2 * t_ge4z5_4 + t_f2nhc_2 * t_zw2m2_2);
+    const real t_2sbzv_2 = t_s2mhn * t_6dtnj_3 - t_bintu_10 * t_2snzf;
+    const real t_byfq3 = t_ztgjz
+        + cos_theta1 * t_ir5ql
+        + cos_theta2 * t_yq3j5
+        - (t_bk7yo * t_ip44a + t_ly572 * t_fqvsa)
+        - (K_L63 * t_iqf5f + t_ichgo * t_2sbzv_2)
+        - (t_s62lc_2 * t_blyjc_2 + t_hig3c_6 * t_zw2m2_2);
+    const real t_fo6c5 = t_byfq3 * t_6dtnj_4 - t_bintu_11 * t_tgjyq;
+    const real t_447vq = t_ztgjz
+        + SC1 * t_6afmf_2
+        + SC2 * t_5ddb7
+        + (t_bk7yo * t_n2iw6 + t_6vega * t_fqvsa)
+        - (K_L63 * t_wr6ug + t_jmicp * t_2sbzv_2)
+        - (K_L64 * t_zmbcw + t_otpfz * t_fo6c5)
+        - (t_s62lc_2 * t_gajai + t_6iku5 * t_zw2m2_2);
+    const real t_dxcbe = t_447vq * t_6dtnj_5 - t_bintu_12 * t_g2exh;
+    const real t_tyz7g = cos_theta2 * t_qyqcf
+        - cos_theta1 * t_mmhr3
+        + t_mallh_2 * t_ftbzc
+        - (g_2 * t_65nzb_2 - t_lbh6o_2 * t_gdyha);
+    const real t_jwprr = t_gcu5g * t_ftbzc
+        - t_tyz7g
+        + (b1 * t_zw2m2_2 + t_s62lc_2 * t_joqxt)
+        + (X_y2 * t_fqvsa + t_bk7yo * t_fzfc4)
+        - (X_y3 * t_2sbzv_2 + K_L63 * t_bosnq)
+        - (X_y4 * t_fo6c5 + K_L64 * t_3ifcm)
+        - (X_y5 * t_dxcbe + K_L65 * t_krq6t);
+    const real t_2fncv = t_ps6hq
+        - t_aqzwe
+        - t_mkbhg
+        - t_eck7l_5
+        - t_whoiw
+        - (t_bk7yo * t_svngb_2 + t_avyqv * t_fqvsa)
+        - (K_L63 * t_s2mhn + t_2dahu * t_2sbzv_2)
+        - (K_L64 * t_byfq3 + t_aolgd * t_fo6c5)
+        - (K_L65 * t_447vq + t_hdeaq * t_dxcbe)
+        - (t_s62lc_2 * t_gajai_2 + t_6iku5_2 * t_zw2m2_2);
+    const real t_qv7dl = t_jwprr * t_6dtnj_6 - t_bintu_13 * t_2fncv;
+    const real t_tjmos = t_krq6t * t_6dtnj_5 - t_temm3_4 * t_g2exh - (X_x6 * t_dxcbe + K_L65 * t_qv7dl);
+    const real t_trtct = t_3ifcm * t_6dtnj_4
+        - t_temm3_3 * t_tgjyq
+        - (X_x5 * t_vsnlj + K_L54 * t_tjmos)
+        - (X_x6 * t_fo6c5 + K_L64 * t_qv7dl);
+    const real t_ozpfu = t_bosnq * t_6dtnj_3
+        - t_qkxsr * t_2snzf
+        - (X_x4 * t_ncq5i + K_L43 * t_trtct)
+        - (X_x5 * t_a5mqe + K_L53 * t_tjmos)
+        - (X_x6 * t_2sbzv_2 + K_L63 * t_qv7dl);
+    const real t_pwjsu = t_fzfc4 * t_6dtnj_2
+        - t_temm3_2 * t_rjwar
+        - (X_x3 * t_a4tqi + K_L32 * t_ozpfu)
+        + (X_x4 * t_yg2vn + t_vpdgs * t_trtct)
+        - (X_x5 * t_3357n + K_L52 * t_tjmos)
+        + (X_x6 * t_fqvsa + t_bk7yo * t_qv7dl);
+    const real t_73w2q = t_joqxt * t_6dtnj
+        - t_temm3 * t_nbwd7
+        + (X_x2 * t_4gym7 + t_gousg * t_pwjsu)
+        + (X_x3 * t_4gym7_2 + t_gousg_2 * t_ozpfu)
+        + (X_x4 * t_4u3fa + t_w6lcf * t_trtct)
+        + (X_x5 * t_zw2m2 + t_s62lc * t_tjmos)
+        + (X_x6 * t_zw2m2_2 + t_s62lc_2 * t_qv7dl)
+        + t_wxidn;
+    const real t_kd2tw = me2 * t_bm3wf;
+    const real t_kd2tw_2 = K(1.0) - t_kd2tw;
+    const real t_ret3f = t_rybsf * t_kd2tw_2;
+    const real t_rc7hq = mv2 * (cos_phi2 * t_ret3f);
+    const real t_zidb7 = t_rybsf * t_kd2tw;
+    const real t_jqqiy = mv1 * (cos_phi1 * t_zidb7);
+    const real t_kr6tn = cos_phi2 * t_rc7hq - cos_phi1 * t_jqqiy;
+    const real t_psho3_6 = sin_phi2 * t_rc7hq;
+    const real t_coski_3 = sin_phi1 * t_jqqiy;
+    const real t_gza5i_4 = t_gousg * t_kr6tn - (sin_theta2 * t_psho3_6 - sin_theta1 * t_coski_3);
+    const real t_icpac_4 = t_gousg_2 * t_kr6tn - (cos_theta2 * t_psho3_6 - cos_theta1 * t_coski_3) - K_L32 * t_gza5i_4;
+    const real t_fwued_2 = Bs_2 * t_ret3f;
+    const real t_yfjoz = Bs_1 * t_zidb7;
+    const real t_svgoa_2 = t_w6lcf * t_kr6tn - (t_fwued_2 - t_yfjoz) + t_vpdgs * t_gza5i_4 - K_L43 * t_icpac_4;
+    const real t_wzulp = wth_1 * t_kd2tw;
+    const real t_525k3 = q_1 * t_wzulp;
+    const real t_hzkrd_3 = cos_theta1 * t_525k3;
+    const real t_nulsi = wth_2 * t_kd2tw_2;
+    const real t_dr7ys = q_2 * t_nulsi;
+    const real t_wv3vc_6 = cos_theta2 * t_dr7ys;
+    const real t_wmelh = Bc_1 * t_kd2tw;
+    const real t_77c2z = Bc_2 * t_kd2tw_2;
+    const real t_4ln3z = me1 * t_kd2tw - t_wzulp;
+    const real t_jclvt = t_nulsi - me2 * t_kd2tw_2;
+    const real t_wmelh_2 = Ass_1 * t_kd2tw;
+    const real t_oxwer = t_wmelh_2 + t_4ln3z;
+    const real t_77c2z_2 = Ass_2 * t_kd2tw_2;
+    const real t_ys4jq = t_jclvt - t_77c2z_2;
+    const real t_nnst6 = S_sq1 * t_oxwer + S_sq2 * t_ys4jq;
+    const real t_77c2z_3 = Asc_2 * t_kd2tw_2;
+    const real t_wmelh_3 = Asc_1 * t_kd2tw;
+    const real t_5tuuz = sin_theta2 * t_77c2z_3 - sin_theta1 * t_wmelh_3;
+    const real t_igskm = t_5tuuz * t_6dtnj;
+    const real t_3jq3z = t_4ln3z + t_jclvt - t_nnst6 - t_f2nhc * t_igskm;
+    const real t_wjd5k = t_3jq3z * t_6dtnj_2;
+    const real t_nnst6_2 = SC1 * t_oxwer + SC2 * t_ys4jq;
+    const real t_s7x4l_4 = t_nnst6_2 + t_upifj * t_wjd5k + t_f2nhc_2 * t_igskm;
+    const real t_mf65s_4 = t_s7x4l_4 * t_6dtnj_3;
+    const real t_yheog = t_hzkrd_3
+        - t_wv3vc_6
+        + sin_theta1 * t_wmelh
+        - sin_theta2 * t_77c2z
+        + t_ly572 * t_wjd5k
+        + t_ichgo * t_mf65s_4
+        - t_hig3c_6 * t_igskm;
+    const real t_ofbye = t_yheog * t_6dtnj_4;
+    const real t_olbpr = t_fwued_2 + (e2 * t_psho3_6 + F_t2 * t_kd2tw_2);
+    const real t_gnahj = t_yfjoz + (e1 * t_coski_3 + F_t1 * t_kd2tw);
+    const real t_xoqsd = sin_theta2 * t_olbpr
+        - sin_theta1 * t_gnahj
+        - t_mallh * t_kd2tw
+        + t_lbh6o * t_kd2tw_2
+        + f_y * t_kd2tw;
+    const real t_gjpmc = b1 * t_igskm
+        + t_s62lc * t_kr6tn
+        - t_xoqsd
+        - (X_y2 * t_wjd5k + K_L52 * t_gza5i_4)
+        - (K_L53 * t_icpac_4 - X_y3 * t_mf65s_4)
+        - (X_y4 * t_ofbye + K_L54 * t_svgoa_2);
+    const real t_u7n3a = wg_2 * t_kd2tw_2 + g_2 * t_nulsi;
+    const real t_auqd3 = wg_1 * t_kd2tw + g_1 * t_wzulp;
+    const real t_jdjtz = me1 * (t_rs5fr * t_kd2tw);
+    const real t_rf5yb = K(-2.0) * t_wmelh + (eAss_1 * t_kd2tw + e1 * t_wmelh_2);
+    const real t_fu6ss = t_auqd3 - (t_jdjtz + t_rf5yb);
+    const real t_a7oow_3 = S_sq1 * t_fu6ss;
+    const real t_2phgd = me2 * (t_xicwq * t_kd2tw_2);
+    const real t_tox7v = K(-2.0) * t_77c2z + (eAss_2 * t_kd2tw_2 + e2 * t_77c2z_2);
+    const real t_oweah = t_2phgd + t_tox7v - t_u7n3a;
+    const real t_x34in_6 = S_sq2 * t_oweah;
+    const real t_cl7hz = me2 * (p[h2] + p[h2]) - M_C * (t_ga54v * t_kd2tw);
+    const real t_w7ttw = t_u7n3a
+        - t_auqd3
+        + t_a7oow_3
+        + t_x34in_6
+        + t_cl7hz
+        + t_jdjtz
+        - t_2phgd
+        - K(-2.0) * t_hzkrd_3
+        + K(-2.0) * t_wv3vc_6
+        - (K_L52 * t_3jq3z + t_6vega * t_wjd5k)
+        + (K_L53 * t_s7x4l_4 + t_jmicp * t_mf65s_4)
+        - (K_L54 * t_yheog + t_otpfz * t_ofbye)
+        - (t_s62lc * t_5tuuz + t_6iku5 * t_igskm);
+    const real t_syzsu = sin_theta2 * t_dr7ys - sin_theta1 * t_525k3;
+    const real t_5tuuz_2 = cos_theta2 * t_77c2z_3 - cos_theta1 * t_wmelh_3;
+    const real t_igskm_2 = t_5tuuz_2 * t_6dtnj;
+    const real t_eny77_4 = t_nnst6_2 + t_f2nhc * t_igskm_2;
+    const real t_bk7yo_5 = t_eny77_4 * t_6dtnj_2;
+    const real t_hwuic = t_nnst6 - (t_wmelh_2 - t_77c2z_2) + t_upifj * t_bk7yo_5 - t_f2nhc_2 * t_igskm_2;
+    const real t_f7lqo_2 = t_hwuic * t_6dtnj_3;
+    const real t_zqw25 = t_syzsu
+        + cos_theta1 * t_wmelh
+        - cos_theta2 * t_77c2z
+        - t_ly572 * t_bk7yo_5
+        - t_ichgo * t_f7lqo_2
+        - t_hig3c_6 * t_igskm_2;
+    const real t_unvvr = t_zqw25 * t_6dtnj_4;
+    const real t_eo6kt = t_syzsu
+        + SC1 * t_fu6ss
+        + SC2 * t_oweah
+        + (t_bk7yo * t_3jq3z + t_6vega * t_bk7yo_5)
+        - (t_jmicp * t_f7lqo_2 - K_L63 * t_s7x4l_4)
+        - (K_L64 * t_yheog + t_otpfz * t_unvvr)
+        - (t_s62lc_2 * t_5tuuz + t_6iku5 * t_igskm_2);
+    const real t_3srjm = t_eo6kt * t_6dtnj_5 - t_bintu_12 * t_w7ttw;
+    const real t_cvy56 = t_gcu5g * t_kd2tw
+        - (cos_theta2 * t_olbpr - cos_theta1 * t_gnahj + t_mallh_2 * t_kd2tw - t_lbh6o_2 * t_kd2tw_2)
+        + (b1 * t_igskm_2 + t_s62lc_2 * t_kr6tn)
+        + (X_y2 * t_bk7yo_5 + t_bk7yo * t_gza5i_4)
+        - (X_y3 * t_f7lqo_2 + K_L63 * t_icpac_4)
+        - (X_y4 * t_unvvr + K_L64 * t_svgoa_2)
+        - (X_y5 * t_3srjm + K_L65 * t_gjpmc);
+    const real t_kvpth = t_tox7v
+        - t_rf5yb
+        + t_cl7hz
+        - t_a7oow_3
+        - t_x34in_6
+        - (t_bk7yo * t_eny77_4 + t_avyqv * t_bk7yo_5)
+        - (K_L63 * t_hwuic + t_2dahu * t_f7lqo_2)
+        - (K_L64 * t_zqw25 + t_aolgd * t_unvvr)
+        - (K_L65 * t_eo6kt + t_hdeaq * t_3srjm)
+        - (t_s62lc_2 * t_5tuuz_2 + t_6iku5_2 * t_igskm_2);
+    const real t_zsezh = t_cvy56 * t_6dtnj_6 - t_bintu_13 * t_kvpth;
+    const real t_y3mj3 = t_gjpmc * t_6dtnj_5 - t_temm3_4 * t_w7ttw - (X_x6 * t_3srjm + K_L65 * t_zsezh);
+    const real t_uetpc_3 = t_svgoa_2 * t_6dtnj_4
+        - (X_x5 * t_ofbye + K_L54 * t_y3mj3)
+        - (X_x6 * t_unvvr + K_L64 * t_zsezh);
+    const real t_3xvev_3 = t_icpac_4 * t_6dtnj_3
+        - K_L43 * t_uetpc_3
+        - (K_L53 * t_y3mj3 - X_x5 * t_mf65s_4)
+        - (X_x6 * t_f7lqo_2 + K_L63 * t_zsezh);
+    const real t_qaath_3 = t_gza5i_4 * t_6dtnj_2
+        - K_L32 * t_3xvev_3
+        + t_vpdgs * t_uetpc_3
+        - (X_x5 * t_wjd5k + K_L52 * t_y3mj3)
+        + (X_x6 * t_bk7yo_5 + t_bk7yo * t_zsezh);
+    const real t_4irej_2 = t_kr6tn * t_6dtnj
+        + t_gousg * t_qaath_3
+        + t_gousg_2 * t_3xvev_3
+        + t_w6lcf * t_uetpc_3
+        + (X_x5 * t_igskm + t_s62lc * t_y3mj3)
+        + (X_x6 * t_igskm_2 + t_s62lc_2 * t_zsezh);
+    const real t_ybizz = t_4irej_2 + t_zidb7;
+    const real t_k6lce = t_jzg7x - p[I2] * t_7xzba;
+    const real t_ejcck = p[l2] * t_k6lce;
+    const real t_s327d = p[l2] * t_7xzba;
+    const real t_nygpe = eta2 * t_ejcck - loss_phi2 * t_s327d;
+    const real t_ilxdv = p[h2] * t_k6lce * t_bm3wf - t_2ej5d * t_k6lce;
+    const real t_lleni = t_rybsf * t_ilxdv;
+    const real t_xutln = mv1 * (cos_phi1 * t_lleni);
+    const real t_vdglw = t_popww * t_s327d;
+    const real t_ozf63 = mv2 * (cos_phi2 * t_lleni) + t_bbpwa * t_vdglw;
+    const real t_cwgce = sin_phi2 * t_nygpe - cos_phi1 * t_xutln - cos_phi2 * t_ozf63;
+    const real t_gp5ev = sin_phi2 * t_vdglw;
+    const real t_pdfx5 = sin_phi2 * t_gp5ev;
+    const real t_epezj = t_k6lce - t_vdglw + t_pdfx5;
+    const real t_pdfx5_2 = cos_phi2 * t_gp5ev;
+    const real t_4nyqq = sin_theta2 * t_pdfx5_2;
+    const real t_ezlim = t_4nyqq * t_6dtnj + t_edyl7 * t_epezj;
+    const real t_iwdup = th_2 * zeta2 - t_c6wyu * t_dkwtm;
+    const real t_e3ktu = cos_theta2 * t_iwdup;
+    const real t_3cyzx_6 = sin_phi1 * t_xutln;
+    const real t_olkqd = sin_phi2 * t_ozf63 + cos_phi2 * t_nygpe;
+    const real t_lw6dm = t_gousg * t_cwgce
+        - b1 * t_ezlim
+        - (t_e3ktu - sin_theta1 * t_3cyzx_6 - sin_theta2 * t_olkqd);
+    const real t_dtgwt = t_k6lce - t_pdfx5;
+    const real t_ysd2x = th_2 - p[I2] * t_dkwtm;
+    const real t_i33md = t_dtgwt - t_ysd2x;
+    const real t_7bnbu = S_sq2 * t_i33md;
+    const real t_fkxjd = t_7bnbu + t_k6lce + t_ysd2x - t_k6lce + (t_gousg * t_4nyqq + t_f2nhc * t_ezlim);
+    const real t_4nyqq_2 = cos_theta2 * t_pdfx5_2;
+    const real t_ezlim_2 = t_4nyqq_2 * t_6dtnj + t_edyl7_2 * t_epezj;
+    const real t_6t3gl = SC2 * t_i33md + (t_gousg_2 * t_4nyqq + t_f2nhc * t_ezlim_2);
+    const real t_hsttc = t_6t3gl * t_6dtnj_2 - t_bintu_5 * t_fkxjd;
+    const real t_e3ktu_2 = sin_theta2 * t_iwdup;
+    const real t_vrpyi = t_gousg_2 * t_cwgce
+        - b1 * t_ezlim_2
+        + (cos_theta1 * t_3cyzx_6 + t_e3ktu_2 + cos_theta2 * t_olkqd)
+        - (X_y2 * t_hsttc + K_L32 * t_lw6dm);
+    const real t_n3gzj = t_dtgwt
+        - t_7bnbu
+        - (K_L32 * t_6t3gl + t_upifj * t_hsttc)
+        + (t_gousg_2 * t_4nyqq_2 + t_f2nhc_2 * t_ezlim_2);
+    const real t_tp5bw = q_2 * t_ysd2x;
+    const real t_3biek = sin_theta2 * t_tp5bw;
+    const real t_2eane = cos_phi2 * t_ejcck;
+    const real t_3biek_2 = cos_theta2 * t_tp5bw;
+    const real t_2eane_2 = sin_phi2 * t_ejcck;
+    const real t_oyx2w = t_2eane_2 * t_6dtnj - t_4pum4 * t_epezj;
+    const real t_7c2zm = t_3biek_2 + sin_theta2 * t_2eane + (t_f2nhc * t_oyx2w - t_w6lcf * t_4nyqq);
+    const real t_7i5yq = t_7c2zm * t_6dtnj_2 - t_6n47e * t_fkxjd;
+    const real t_ci3ao = t_3biek
+        - cos_theta2 * t_2eane
+        + (t_vpdgs * t_6t3gl + t_upifj * t_7i5yq)
+        - (t_f2nhc_2 * t_oyx2w - t_w6lcf * t_4nyqq_2);
+    const real t_mv3hs = t_ci3ao * t_6dtnj_3 - t_bintu_6 * t_n3gzj;
+    const real t_yoq4i = t_3hay7 * t_2eane_2 - Bs_2 * t_lleni + p[l2] * t_nygpe;
+    const real t_sy5fr = Bs_1 * t_lleni;
+    const real t_37s27 = q_2 * t_iwdup;
+    const real t_62fkv = b1 * t_oyx2w
+        + t_w6lcf * t_cwgce
+        - (t_yoq4i - (t_sy5fr + t_37s27) + x[wy] * x[theta2_dot])
+        + (X_y2 * t_7i5yq + t_vpdgs * t_lw6dm)
+        - (X_y3 * t_mv3hs + K_L43 * t_vrpyi);
+    const real t_xpmqe = q_2 * t_tp5bw;
     const real t_dg5ta = p[l2] * t_ejcck;
-    const real t_eduoc = t_nyh3s
+    const real t_lcc56 = t_xpmqe
         + t_dg5ta
-        - (t_6urah * t_fzbwf + t_m67zs * t_rmy3i)
-        - (K_L43 * t_ree5l + t_m27n6 * t_rmdrv)
-        - (t_xq4wt * t_izow3 + t_2m245 * t_um2i7);
-    const real t_jq3j6 = wth_1 * t_h4vxz;
-    const real t_ywak5 = q_1 * t_jq3j6;
-    const real t_o3ymy_6 = cos_theta1 * t_ywak5;
-    const real t_du2gn = g_2 * t_kz7at - wth_2 * t_h4vxz;
-    const real t_f5372 = q_2 * t_du2gn;
-    const real t_2l3wh = cos_theta2 * t_f5372;
-    const real t_waxf6 = Bc_1 * t_h4vxz;
-    const real t_dv6aq = e2 * t_htagi - Bc_2 * t_h4vxz;
-    const real t_v7nsw = t_dg5ta - t_dv6aq;
-    const real t_dfl6n = me1 * t_h4vxz - t_jq3j6;
-    const real t_jd6jr = t_du2gn - (e2 * t_roasq - me2 * t_h4vxz);
-    const real t_xqqdn = Ass_1 * t_h4vxz;
-    const real t_o5f5r = t_xqqdn + t_dfl6n;
-    const real t_nezzo = e2 * t_373qj + Ass_2 * t_h4vxz;
-    const real t_e5bxm = t_htagi + t_nezzo;
-    const real t_kw5fp = t_e5bxm + t_jd6jr;
-    const real t_fwfki = S_sq1 * t_o5f5r + S_sq2 * t_kw5fp;
-    const real t_k4qg6 = t_izow3 - (e2 * t_fkcrn + Asc_2 * t_h4vxz);
-    const real t_lrprj = Asc_1 * t_h4vxz;
-    const real t_nwjkr = sin_theta2 * t_k4qg6 - sin_theta1 * t_lrprj;
-    const real t_2dd7v = t_nwjkr * t_bpfoo - t_2lluf * t_xfpvs;
-    const real t_kqt35 = t_dfl6n + t_jd6jr - t_fwfki - t_7zl3n - (t_b3aij * t_2dd7v - t_vshgd * t_ny62t);
-    const real t_72nhk = t_kqt35 * t_4iujv - t_hfybw * t_fy6cx;
-    const real t_3czct = SC1 * t_o5f5r + SC2 * t_kw5fp;
-    const real t_lnzda = t_hrlqk
-        - t_3czct
-        - (K_L52 * t_sm6ii + t_d4mqf * t_72nhk)
-        - (t_zzymx * t_2dd7v - t_vshgd * t_uyuwd);
-    const real t_qsup2 = t_lnzda * t_zmh3u - t_qe675 * t_yafmf;
-    const real t_6k2oj = t_nyh3s
-        + t_o3ymy_6
-        - t_2l3wh
-        + sin_theta1 * t_waxf6
-        + sin_theta2 * t_v7nsw
-        + (K_L52 * t_fzbwf + t_m67zs * t_72nhk)
-        - (K_L53 * t_ree5l + t_m27n6 * t_qsup2)
-        - (t_vshgd * t_izow3 + t_2m245 * t_2dd7v);
-    const real t_ekio7_2 = t_6k2oj * t_lt2al - t_2e52m * t_eduoc;
-    const real t_h5uuv = t_5s6pc - (e2 * t_mwj5q + F_t2 * t_h4vxz);
-    const real t_evhdc = t_34akc + (e1 * t_yoao5_6 + F_t1 * t_h4vxz);
-    const real t_vor4i = sin_theta2 * t_h5uuv
-        - (sin_theta1 * t_evhdc + t_wk3rr)
+        - (t_vpdgs * t_7c2zm + t_ly572 * t_7i5yq)
+        - (K_L43 * t_ci3ao + t_ichgo * t_mv3hs)
+        - (t_w6lcf * t_2eane_2 + t_hig3c_6 * t_oyx2w);
+    const real t_kh52q = wth_1 * t_ilxdv;
+    const real t_l67to = q_1 * t_kh52q;
+    const real t_32yoo_6 = cos_theta1 * t_l67to;
+    const real t_l4fes = g_2 * t_ysd2x - wth_2 * t_ilxdv;
+    const real t_yxw3x = q_2 * t_l4fes;
+    const real t_4xwck = cos_theta2 * t_yxw3x;
+    const real t_myrkz = Bc_1 * t_ilxdv;
+    const real t_ezsqg = e2 * t_2eane - Bc_2 * t_ilxdv;
+    const real t_yzamg = t_dg5ta - t_ezsqg;
+    const real t_t6bgi = me1 * t_ilxdv - t_kh52q;
+    const real t_trgvg = t_l4fes - (e2 * t_k6lce - me2 * t_ilxdv);
+    const real t_myrkz_2 = Ass_1 * t_ilxdv;
+    const real t_xsgyp = t_myrkz_2 + t_t6bgi;
+    const real t_anvcc = e2 * t_pdfx5 + Ass_2 * t_ilxdv;
+    const real t_f23wo = t_2eane + t_anvcc;
+    const real t_2bdl7 = t_f23wo + t_trgvg;
+    const real t_x4hrz = S_sq1 * t_xsgyp + S_sq2 * t_2bdl7;
+    const real t_hvnm4 = t_2eane_2 - (e2 * t_pdfx5_2 + Asc_2 * t_ilxdv);
+    const real t_myrkz_3 = Asc_1 * t_ilxdv;
+    const real t_2bb2h = sin_theta2 * t_hvnm4 - sin_theta1 * t_myrkz_3;
+    const real t_xg2tk = t_2bb2h * t_6dtnj - t_wj56m * t_epezj;
+    const real t_og5ex = t_t6bgi + t_trgvg - t_x4hrz - t_3biek_2 - (t_f2nhc * t_xg2tk - t_s62lc * t_4nyqq);
+    const real t_pmbll = t_og5ex * t_6dtnj_2 - t_bintu_7 * t_fkxjd;
+    const real t_x4hrz_2 = SC1 * t_xsgyp + SC2 * t_2bdl7;
+    const real t_eyf7c = t_3biek
+        - t_x4hrz_2
+        - (K_L52 * t_6t3gl + t_upifj * t_pmbll)
+        - (t_f2nhc_2 * t_xg2tk - t_s62lc * t_4nyqq_2);
+    const real t_7bnhs = t_eyf7c * t_6dtnj_3 - t_bintu_8 * t_n3gzj;
+    const real t_h7u5b = t_xpmqe
+        + t_32yoo_6
+        - t_4xwck
+        + sin_theta1 * t_myrkz
+        + sin_theta2 * t_yzamg
+        + (K_L52 * t_7c2zm + t_ly572 * t_pmbll)
+        - (K_L53 * t_ci3ao + t_ichgo * t_7bnhs)
+        - (t_s62lc * t_2eane_2 + t_hig3c_6 * t_xg2tk);
+    const real t_xvav7_2 = t_h7u5b * t_6dtnj_4 - t_bintu_9 * t_lcc56;
+    const real t_lbquk = t_yoq4i - (e2 * t_olkqd + F_t2 * t_ilxdv);
+    const real t_53k36 = t_sy5fr + (e1 * t_3cyzx_6 + F_t1 * t_ilxdv);
+    const real t_5f55m = sin_theta2 * t_lbquk
+        - (sin_theta1 * t_53k36 + t_37s27)
         - x[wy] * x[phi2_dot]
-        - t_vt7uo * t_h4vxz
-        + (g_2 * t_f25hq - t_oncjt * t_h4vxz)
-        + f_y * t_h4vxz;
-    const real t_rcak4 = b1 * t_2dd7v
-        + t_vshgd * t_27hw2
-        - t_vor4i
-        - (X_y2 * t_72nhk + K_L52 * t_cak6v)
-        - (X_y3 * t_qsup2 + K_L53 * t_7zub7)
-        - (X_y4 * t_ekio7_2 + K_L54 * t_kxhfr);
-    const real t_syazd = g_2 * t_du2gn - wg_2 * t_h4vxz;
-    const real t_s4aff = wg_1 * t_h4vxz + g_1 * t_jq3j6;
-    const real t_v2gjt = me1 * (t_o6yyy * t_h4vxz);
-    const real t_a7jxa = K(-2.0) * t_waxf6 + (eAss_1 * t_h4vxz + e1 * t_xqqdn);
-    const real t_7y7le = t_s4aff - (t_v2gjt + t_a7jxa);
-    const real t_uxfwe_6 = S_sq1 * t_7y7le;
-    const real t_bolwq = t_quuci * t_roasq - me2 * (t_rdwum * t_h4vxz);
-    const real t_b2bfm = t_dg5ta + K(-2.0) * t_dv6aq - (eAss_2 * t_h4vxz + e2 * t_nezzo);
-    const real t_jol4k = t_bolwq + t_b2bfm - t_syazd;
-    const real t_qb4mw = S_sq2 * t_jol4k;
-    const real t_zqx4p = t_gy5fy * t_roasq - (t_iw7bs * t_roasq + M_C * (t_jf3qj * t_h4vxz));
-    const real t_lvbit = t_syazd
-        - t_s4aff
-        + t_nyh3s
-        + t_uxfwe_6
-        + t_qb4mw
-        + t_zqx4p
-        + t_v2gjt
-        - t_bolwq
-        - K(-2.0) * t_o3ymy_6
-        + K(-2.0) * t_2l3wh
-        - (K_L52 * t_kqt35 + t_p6zld * t_72nhk)
-        - (K_L53 * t_lnzda + t_bxfcn * t_qsup2)
-        - (K_L54 * t_6k2oj + t_amczu * t_ekio7_2)
-        - (t_vshgd * t_nwjkr + t_6mmeb * t_2dd7v);
-    const real t_qdkhm = sin_theta2 * t_f5372 - sin_theta1 * t_ywak5;
-    const real t_q55pw = cos_theta2 * t_k4qg6 - cos_theta1 * t_lrprj;
-    const real t_v4cea = t_q55pw * t_bpfoo - t_ielc3 * t_xfpvs;
-    const real t_ttiu3_3 = t_3czct + (t_b3aij * t_v4cea - t_e4enr * t_ny62t);
-    const real t_sfm5m = t_ttiu3_3 * t_4iujv - t_2ngl5 * t_fy6cx;
-    const real t_ylf3w = t_fwfki
-        - (t_xqqdn + t_e5bxm)
-        + (t_dj64q * t_sm6ii + t_d4mqf * t_sfm5m)
-        - (t_zzymx * t_v4cea - t_e4enr * t_uyuwd);
-    const real t_qozj5 = t_ylf3w * t_zmh3u - t_kpf5p * t_yafmf;
-    const real t_xh7le = t_qdkhm
-        + cos_theta1 * t_waxf6
-        + cos_theta2 * t_v7nsw
-        - (t_dj64q * t_fzbwf + t_m67zs * t_sfm5m)
-        - (K_L63 * t_ree5l + t_m27n6 * t_qozj5)
-        - (t_e4enr * t_izow3 + t_2m245 * t_v4cea);
-    const real t_yda46_2 = t_xh7le * t_lt2al - t_wurun * t_eduoc;
-    const real t_djnd3 = t_qdkhm
-        + SC1 * t_7y7le
-        + SC2 * t_jol4k
-        + (t_dj64q * t_kqt35 + t_p6zld * t_sfm5m)
-        - (K_L63 * t_lnzda + t_bxfcn * t_qozj5)
-        - (K_L64 * t_6k2oj + t_amczu * t_yda46_2)
-        - (t_e4enr * t_nwjkr + t_6mmeb * t_v4cea);
-    const real t_ecyqy = t_djnd3 * t_ftqxb - t_dzxqu * t_lvbit;
-    const real t_3kl7e = cos_theta2 * t_h5uuv
-        - cos_theta1 * t_evhdc
+        - t_mallh * t_ilxdv
+        + (g_2 * t_e3ktu - t_lbh6o * t_ilxdv)
+        + f_y * t_ilxdv;
+    const real t_bopy6 = b1 * t_xg2tk
+        + t_s62lc * t_cwgce
+        - t_5f55m
+        - (X_y2 * t_pmbll + K_L52 * t_lw6dm)
+        - (X_y3 * t_7bnhs + K_L53 * t_vrpyi)
+        - (X_y4 * t_xvav7_2 + K_L54 * t_62fkv);
+    const real t_xnunt = g_2 * t_l4fes - wg_2 * t_ilxdv;
+    const real t_whadz = wg_1 * t_ilxdv + g_1 * t_kh52q;
+    const real t_r4nyt = me1 * (t_rs5fr * t_ilxdv);
+    const real t_z6p3f = K(-2.0) * t_myrkz + (eAss_1 * t_ilxdv + e1 * t_myrkz_2);
+    const real t_awt3c = t_whadz - (t_r4nyt + t_z6p3f);
+    const real t_eck7l_6 = S_sq1 * t_awt3c;
+    const real t_vstqy = t_wokz5 * t_k6lce - me2 * (t_xicwq * t_ilxdv);
+    const real t_hrwsv = t_dg5ta + K(-2.0) * t_ezsqg - (eAss_2 * t_ilxdv + e2 * t_anvcc);
+    const real t_ooyk2 = t_vstqy + t_hrwsv - t_xnunt;
+    const real t_vqrgo = S_sq2 * t_ooyk2;
+    const real t_sifib = t_gy5fy * t_k6lce - (t_2ijrp * t_k6lce + M_C * (t_ga54v * t_ilxdv));
+    const real t_hir3x = t_xnunt
+        - t_whadz
+        + t_xpmqe
+        + t_eck7l_6
+        + t_vqrgo
+        + t_sifib
+        + t_r4nyt
+        - t_vstqy
+        - K(-2.0) * t_32yoo_6
+        + K(-2.0) * t_4xwck
+        - (K_L52 * t_og5ex + t_6vega * t_pmbll)
+        - (K_L53 * t_eyf7c + t_jmicp * t_7bnhs)
+        - (K_L54 * t_h7u5b + t_otpfz * t_xvav7_2)
+        - (t_s62lc * t_2bb2h + t_6iku5 * t_xg2tk);
+    const real t_75vlt = sin_theta2 * t_yxw3x - sin_theta1 * t_l67to;
+    const real t_2bb2h_2 = cos_theta2 * t_hvnm4 - cos_theta1 * t_myrkz_3;
+    const real t_xg2tk_2 = t_2bb2h_2 * t_6dtnj - t_wj56m_2 * t_epezj;
+    const real t_svngb_3 = t_x4hrz_2 + (t_f2nhc * t_xg2tk_2 - t_s62lc_2 * t_4nyqq);
+    const real t_pckng = t_svngb_3 * t_6dtnj_2 - t_l3pbw * t_fkxjd;
+    const real t_4iun5 = t_x4hrz
+        - (t_myrkz_2 + t_f23wo)
+        + (t_bk7yo * t_6t3gl + t_upifj * t_pckng)
+        - (t_f2nhc_2 * t_xg2tk_2 - t_s62lc_2 * t_4nyqq_2);
+    const real t_d36as = t_4iun5 * t_6dtnj_3 - t_bintu_10 * t_n3gzj;
+    const real t_aonum = t_75vlt
+        + cos_theta1 * t_myrkz
+        + cos_theta2 * t_yzamg
+        - (t_bk7yo * t_7c2zm + t_ly572 * t_pckng)
+        - (K_L63 * t_ci3ao + t_ichgo * t_d36as)
+        - (t_s62lc_2 * t_2eane_2 + t_hig3c_6 * t_xg2tk_2);
+    const real t_muws2_2 = t_aonum * t_6dtnj_4 - t_bintu_11 * t_lcc56;
+    const real t_ev6oj = t_75vlt
+        + SC1 * t_awt3c
+        + SC2 * t_ooyk2
+        + (t_bk7yo * t_og5ex + t_6vega * t_pckng)
+        - (K_L63 * t_eyf7c + t_jmicp * t_d36as)
+        - (K_L64 * t_h7u5b + t_otpfz * t_muws2_2)
+        - (t_s62lc_2 * t_2bb2h + t_6iku5 * t_xg2tk_2);
+    const real t_nlxql = t_ev6oj * t_6dtnj_5 - t_bintu_12 * t_hir3x;
+    const real t_4sjlh = cos_theta2 * t_lbquk
+        - cos_theta1 * t_53k36
         + x[wx] * x[theta2_dot]
         - W13
-        + t_azclp * t_h4vxz
-        - (g_2 * t_tylpm - t_iya7w * t_h4vxz)
+        + t_mallh_2 * t_ilxdv
+        - (g_2 * t_e3ktu_2 - t_lbh6o_2 * t_ilxdv)
         - x[wz] * x[phi2_dot];
-    const real t_zbora = t_gcu5g * t_h4vxz
-        - t_3kl7e
-        + (b1 * t_v4cea + t_e4enr * t_27hw2)
-        + (X_y2 * t_sfm5m + t_dj64q * t_cak6v)
-        - (X_y3 * t_qozj5 + K_L63 * t_7zub7)
-        - (X_y4 * t_yda46_2 + K_L64 * t_kxhfr)
-        - (X_y5 * t_ecyqy + K_L65 * t_rcak4);
-    const real t_x3syj = t_b2bfm
-        - t_a7jxa
-        + (K(1.0) + t_zqx4p)
-        - t_uxfwe_6
-        - t_qb4mw
-        - (t_dj64q * t_ttiu3_3 + t_qvrp6 * t_sfm5m)
-        - (K_L63 * t_ylf3w + t_rahc4 * t_qozj5)
-        - (K_L64 * t_xh7le + t_e4k6u * t_yda46_2)
-        - (K_L65 * t_djnd3 + t_jo54w * t_ecyqy)
-        - (t_e4enr * t_q55pw + t_bl4f2 * t_v4cea);
-    const real t_ymehn = t_zbora * t_nfkwa - t_o4hiw * t_x3syj;
-    const real t_ilfgh = t_rcak4 * t_ftqxb - t_eriz2 * t_lvbit - (X_x6 * t_ecyqy + K_L65 * t_ymehn);
-    const real t_asue6 = t_kxhfr * t_lt2al
-        - t_gkoba * t_eduoc
-        - (X_x5 * t_ekio7_2 + K_L54 * t_ilfgh)
-        - (X_x6 * t_yda46_2 + K_L64 * t_ymehn);
-    const real t_yezeh = t_7zub7 * t_zmh3u
-        - t_insvr * t_yafmf
-        - (X_x4 * t_rmdrv + K_L43 * t_asue6)
-        - (X_x5 * t_qsup2 + K_L53 * t_ilfgh)
-        - (X_x6 * t_qozj5 + K_L63 * t_ymehn);
-    const real t_p2gmi = t_cak6v * t_4iujv
-        - t_5am4i * t_fy6cx
-        - (X_x3 * t_7urp4 + K_L32 * t_yezeh)
-        + (X_x4 * t_rmy3i + t_6urah * t_asue6)
-        - (X_x5 * t_72nhk + K_L52 * t_ilfgh)
-        + (X_x6 * t_sfm5m + t_dj64q * t_ymehn);
-    const real t_svkbn = t_27hw2 * t_bpfoo
-        - t_2sw7d * t_xfpvs
-        + (t_w7lcw * t_p2gmi - X_x2 * t_5ovze)
-        + (t_3go2w * t_yezeh - X_x3 * t_5o6bi)
-        + (X_x4 * t_um2i7 + t_xq4wt * t_asue6)
-        + (X_x5 * t_2dd7v + t_vshgd * t_ilfgh)
-        + (X_x6 * t_v4cea + t_e4enr * t_ymehn)
-        + t_6fyvh;
-    const real t_4vz2s = k2 * x[phi2_dot];
-    const real t_q6epm = sin_phi2 * t_4vz2s;
-    const real t_cimfk = th_2 * (q_2 * x[theta2_dot]);
-    const real t_qgbg6 = cos_theta2 * t_cimfk;
-    const real t_2h7ww = cos_phi2 * t_4vz2s;
-    const real t_sxgeo = t_qgbg6 + sin_theta2 * t_2h7ww + t_w7lcw * t_q6epm;
-    const real t_km6t2 = sin_theta2 * t_cimfk;
-    const real t_gy7r3 = t_3go2w * t_q6epm - (t_km6t2 - cos_theta2 * t_2h7ww) - K_L32 * t_sxgeo;
-    const real t_o34iq = q_2 * t_cimfk;
-    const real t_xhdr7 = p[l2] * t_4vz2s;
-    const real t_jg62a = t_xq4wt * t_q6epm
-        - (t_o34iq + t_xhdr7 - x[phi2_dot])
-        + t_6urah * t_sxgeo
-        - K_L43 * t_gy7r3;
-    const real t_pq7m7 = t_xhdr7 - e2 * t_2h7ww;
-    const real t_pcxjd = t_vshgd * t_q6epm
-        - (sin_theta2 * t_pq7m7 - (x[theta2_dot] - t_o34iq) - g_2 * t_qgbg6)
-        - K_L52 * t_sxgeo
-        - K_L53 * t_gy7r3
-        - K_L54 * t_jg62a;
-    const real t_xhpvx = t_e4enr * t_q6epm
-        - (cos_theta2 * t_pq7m7 + g_2 * t_km6t2)
-        + t_dj64q * t_sxgeo
-        - K_L63 * t_gy7r3
-        - K_L64 * t_jg62a
-        - K_L65 * t_pcxjd;
-    const real t_umpxr = t_xhpvx * t_nfkwa;
-    const real t_qa5mz = t_pcxjd * t_ftqxb - K_L65 * t_umpxr;
-    const real t_csi4c = t_jg62a * t_lt2al - K_L54 * t_qa5mz - K_L64 * t_umpxr;
-    const real t_d3udt = t_gy7r3 * t_zmh3u - K_L43 * t_csi4c - K_L53 * t_qa5mz - K_L63 * t_umpxr;
-    const real t_wduhb = t_sxgeo * t_4iujv
-        - K_L32 * t_d3udt
-        + t_6urah * t_csi4c
-        - K_L52 * t_qa5mz
-        + t_dj64q * t_umpxr;
-    const real t_4vrbb = t_q6epm * t_bpfoo
-        + t_w7lcw * t_wduhb
-        + t_3go2w * t_d3udt
-        + t_xq4wt * t_csi4c
-        + t_vshgd * t_qa5mz
-        + t_e4enr * t_umpxr;
-    const real t_6e2rb = sin_theta1 * t_kjeag + cos_theta1 * t_siflb;
-    const real t_u6dgx = cos_phi1 * (e1 * t_6e2rb + G_t1 * t_6fswf + sin_theta1 * t_vzhp6 + cos_theta1 * t_76pup);
-    const real t_6e2rb_2 = sin_theta1 * t_ofpuk + cos_theta1 * t_siflb_2;
-    const real t_ri3id = cos_phi1 * (e1 * t_6e2rb_2 + G_t1 * t_ug47n + sin_theta1 * t_vzhp6_2 + cos_theta1 * t_76pup_2);
-    const real t_5k4zx = sin_theta1 * t_uf2hs + cos_theta1 * t_zh6ym;
-    const real t_qhm65 = cos_phi1 * (e1 * t_5k4zx + sin_theta1 * t_7tpul + cos_theta1 * t_5qicw)
-        + sin_phi1 * t_nauhf;
-    const real t_d4i3v = sin_theta1 * t_okj2x + cos_theta1 * t_n5r3v;
-    const real t_rywpw = cos_phi1 * (e1 * t_d4i3v + sin_theta1 * t_gyopo + cos_theta1 * t_gawjk)
-        + sin_phi1 * t_gjgp6;
-    const real t_bj4c5 = cos_theta1 * t_gao76 - sin_theta1 * t_gaejw;
-    const real t_umh5e = cos_phi1 * (e1 * t_bj4c5 + sin_theta1 * t_rurrs + cos_theta1 * t_kyglk)
-        + sin_phi1 * t_uep4m;
-    const real t_p4g56 = sin_theta1 * t_etzpb + cos_theta1 * t_mnjvs;
-    const real t_mgoey = cos_phi1 * (e1 * t_p4g56 + sin_theta1 * t_wsp5s + cos_theta1 * t_dv2mw)
-        + sin_phi1 * t_vid5u;
-    const real t_6jimd = sin_theta1 * t_4mcw6 + cos_theta1 * t_ezo2r;
-    const real t_b5fqx = cos_phi1 * (e1 * t_6jimd + G_t1 * t_yqcxm + sin_theta1 * t_akwof + cos_theta1 * t_chekg);
-    const real t_6gjta = sin_theta1 * t_kaqej + cos_theta1 * t_q4hjb;
-    const real t_nc4ae = cos_phi1 * (e1 * t_6gjta + G_t1 * t_fzk4w + sin_theta1 * t_sif46 + cos_theta1 * t_6yt6i);
-    const real t_tj7ps = cos_theta1 * t_kutbt - sin_theta1 * t_rzdx6;
-    const real t_fml7w = cos_phi1 * (e1 * t_tj7ps + sin_theta1 * t_kl34e + cos_theta1 * t_ocypu)
-        + sin_phi1 * t_f7zas;
-    const real t_fz2so = sin_theta1 * t_3obum + cos_theta1 * t_3dix3;
-    const real t_tftqx = cos_phi1 * (e1 * t_fz2so + sin_theta1 * t_od3z2 + cos_theta1 * t_4ozvf)
-        + sin_phi1 * t_ez5zc;
-    const real t_lsbn7 = sin_theta1 * t_r32rw + cos_theta1 * t_dzlfq;
-    const real t_j5eoq = Gt_eta1 + X_x4;
-    const real t_g65cu = (loss_phi1 + p[I1] * t_j5eoq) * t_zrejm * t_zrejm;
-    const real t_ynvhx = cos_phi1 * (G_t1 * e1 + X_x2 * sin_theta1 + X_x3 * cos_theta1)
-        + sin_phi1 * (X_x1 - t_w7vil);
-    const real t_wz6in = cos_phi1 * (e1 * t_lsbn7 - G_t1 * t_qrwk6 + sin_theta1 * t_56s4m + cos_theta1 * t_ce7sx);
-    const real t_otmnr = sin_theta1 * t_5qui4 + cos_theta1 * t_ngk2s;
-    const real t_rjnco = cos_phi1 * (e1 * t_otmnr - G_t1 * t_37b6j + sin_theta1 * t_zcoux + cos_theta1 * t_q7uwl);
-    const real t_6gjta_2 = sin_theta1 * t_ph3k5 + cos_theta1 * t_qhwmd;
-    const real t_mmhac = cos_phi1 * (e1 * t_6gjta_2 + G_t1 * t_tepdd_2 + sin_theta1 * t_sif46_2 + cos_theta1 * t_6yt6i_2);
-    const real t_lsbn7_2 = sin_theta1 * t_d6e7c + cos_theta1 * t_rdejp;
-    const real t_gzwzd = cos_phi1 * (e1 * t_lsbn7_2 - G_t1 * t_qdapd + sin_theta1 * t_bwgjg + cos_theta1 * t_faw46);
-    const real t_4hyqp = sin_theta1 * t_qt2lr + cos_theta1 * t_dopxv;
-    const real t_t256n = cos_phi1 * (e1 * t_4hyqp + sin_theta1 * t_bvlfu + cos_theta1 * t_cy7cx)
-        + sin_phi1 * t_ayr5k;
-    const real t_lsbn7_3 = sin_theta1 * t_asiel + cos_theta1 * t_3fimb;
-    const real t_l5xo5 = cos_phi1 * (e1 * t_lsbn7_3 - G_t1 * t_zn23j + sin_theta1 * t_22rda + cos_theta1 * t_w6rkn);
-    const real t_otmnr_2 = sin_theta1 * t_td2cp + cos_theta1 * t_n4rk3;
-    const real t_kw46p = cos_phi1 * (e1 * t_otmnr_2 - G_t1 * t_zthab + sin_theta1 * t_dm5pt + cos_theta1 * t_hpbyb);
-    const real t_6gjta_3 = sin_theta1 * t_7kzhv + cos_theta1 * t_sud4b;
-    const real t_wm2y6 = cos_phi1 * (e1 * t_6gjta_3 - G_t1 * t_ntng6 + sin_theta1 * t_sif46_3 + cos_theta1 * t_6yt6i_3);
-    const real t_lsbn7_4 = sin_theta1 * t_ilfgh + cos_theta1 * t_ymehn;
-    const real t_d6jpg = cos_phi1 * (e1 * t_lsbn7_4 - G_t1 * t_h4vxz + sin_theta1 * t_p2gmi + cos_theta1 * t_yezeh);
-    const real t_ifm3j = sin_theta1 * t_qa5mz + cos_theta1 * t_umpxr;
-    const real t_difmz = cos_phi1 * (e1 * t_ifm3j + sin_theta1 * t_wduhb + cos_theta1 * t_d3udt)
-        + sin_phi1 * t_4vrbb;
-    const real t_ogd3q = X_x5 * cos_theta1 - X_x6 * sin_theta1;
-    const real t_pmwoo = t_b6y6g + t_kjeag;
-    const real t_adb3p = cos_theta1 * t_vzhp6
-        + (t_ogd3q * t_6fswf + g_1 * (cos_theta1 * t_kjeag - sin_theta1 * t_siflb))
-        - q_1 * t_pmwoo
-        - sin_theta1 * t_76pup;
-    const real t_pmwoo_2 = t_b6y6g_2 + t_ofpuk;
-    const real t_cul42 = cos_theta1 * t_vzhp6_2
-        + (t_ogd3q * t_ug47n + g_1 * (cos_theta1 * t_ofpuk - sin_theta1 * t_siflb_2))
-        - q_1 * t_pmwoo_2
-        - sin_theta1 * t_76pup_2;
-    const real t_kfjsq = t_uf2hs - t_2a4g4;
-    const real t_uu53f = cos_theta1 * t_7tpul
-        + g_1 * (cos_theta1 * t_uf2hs - sin_theta1 * t_zh6ym)
-        - q_1 * t_kfjsq
-        - sin_theta1 * t_5qicw;
-    const real t_3um5l = t_okj2x - t_gn4wr;
-    const real t_rdcsc = cos_theta1 * t_gyopo
-        + g_1 * (cos_theta1 * t_okj2x - sin_theta1 * t_n5r3v)
-        - q_1 * t_3um5l
-        - sin_theta1 * t_gawjk;
-    const real t_3bxga = t_as7pg - t_gaejw;
-    const real t_zw7yl = cos_theta1 * t_rurrs
-        - g_1 * (cos_theta1 * t_gaejw + sin_theta1 * t_gao76)
-        - q_1 * t_3bxga
-        - sin_theta1 * t_kyglk;
-    const real t_ikuo5 = t_etzpb - t_nb4xm;
-    const real t_z7v5y = cos_theta1 * t_wsp5s
-        + g_1 * (cos_theta1 * t_etzpb - sin_theta1 * t_mnjvs)
-        - q_1 * t_ikuo5
-        - sin_theta1 * t_dv2mw;
-    const real t_3b736 = t_w2yvj + t_4mcw6;
-    const real t_xmjco = cos_theta1 * t_akwof
-        + (t_ogd3q * t_yqcxm + g_1 * (cos_theta1 * t_4mcw6 - sin_theta1 * t_ezo2r))
-        - q_1 * t_3b736
-        - sin_theta1 * t_chekg;
-    const real t_37pxe = t_rbyn3 + t_kaqej;
-    const real t_idddq = cos_theta1 * t_sif46
-        + (t_ogd3q * t_fzk4w + g_1 * (cos_theta1 * t_kaqej - sin_theta1 * t_q4hjb))
-        - q_1 * t_37pxe
-        - sin_theta1 * t_6yt6i;
-    const real t_rg3cx = t_ha5ja - t_rzdx6;
-    const real t_imwbh = cos_theta1 * t_kl34e
-        - g_1 * (cos_theta1 * t_rzdx6 + sin_theta1 * t_kutbt)
-        - q_1 * t_rg3cx
-        - sin_theta1 * t_ocypu;
-    const real t_r4mjz = t_v4zqf + t_3obum;
-    const real t_evtjo = cos_theta1 * t_od3z2
-        + g_1 * (cos_theta1 * t_3obum - sin_theta1 * t_3dix3)
-        - q_1 * t_r4mjz
-        - sin_theta1 * t_4ozvf;
+    const real t_nn2yp = t_gcu5g * t_ilxdv
+        - t_4sjlh
+        + (b1 * t_xg2tk_2 + t_s62lc_2 * t_cwgce)
+        + (X_y2 * t_pckng + t_bk7yo * t_lw6dm)
+        - (X_y3 * t_d36as + K_L63 * t_vrpyi)
+        - (X_y4 * t_muws2_2 + K_L64 * t_62fkv)
+        - (X_y5 * t_nlxql + K_L65 * t_bopy6);
+    const real t_v4p7p = t_hrwsv
+        - t_z6p3f
+        + (K(1.0) + t_sifib)
+        - t_eck7l_6
+        - t_vqrgo
+        - (t_bk7yo * t_svngb_3 + t_avyqv * t_pckng)
+        - (K_L63 * t_4iun5 + t_2dahu * t_d36as)
+        - (K_L64 * t_aonum + t_aolgd * t_muws2_2)
+        - (K_L65 * t_ev6oj + t_hdeaq * t_nlxql)
+        - (t_s62lc_2 * t_2bb2h_2 + t_6iku5_2 * t_xg2tk_2);
+    const real t_etsli = t_nn2yp * t_6dtnj_6 - t_bintu_13 * t_v4p7p;
+    const real t_ecmul = t_bopy6 * t_6dtnj_5 - t_temm3_4 * t_hir3x - (X_x6 * t_nlxql + K_L65 * t_etsli);
+    const real t_4tfej = t_62fkv * t_6dtnj_4
+        - t_temm3_3 * t_lcc56
+        - (X_x5 * t_xvav7_2 + K_L54 * t_ecmul)
+        - (X_x6 * t_muws2_2 + K_L64 * t_etsli);
+    const real t_avdfq = t_vrpyi * t_6dtnj_3
+        - t_qkxsr * t_n3gzj
+        - (X_x4 * t_mv3hs + K_L43 * t_4tfej)
+        - (X_x5 * t_7bnhs + K_L53 * t_ecmul)
+        - (X_x6 * t_d36as + K_L63 * t_etsli);
+    const real t_anx4c = t_lw6dm * t_6dtnj_2
+        - t_temm3_2 * t_fkxjd
+        - (X_x3 * t_hsttc + K_L32 * t_avdfq)
+        + (X_x4 * t_7i5yq + t_vpdgs * t_4tfej)
+        - (X_x5 * t_pmbll + K_L52 * t_ecmul)
+        + (X_x6 * t_pckng + t_bk7yo * t_etsli);
+    const real t_25bpy = t_cwgce * t_6dtnj
+        - t_temm3 * t_epezj
+        + (t_gousg * t_anx4c - X_x2 * t_ezlim)
+        + (t_gousg_2 * t_avdfq - X_x3 * t_ezlim_2)
+        + (X_x4 * t_oyx2w + t_w6lcf * t_4tfej)
+        + (X_x5 * t_xg2tk + t_s62lc * t_ecmul)
+        + (X_x6 * t_xg2tk_2 + t_s62lc_2 * t_etsli)
+        + t_lleni;
+    const real t_m6ggw = k2 * x[phi2_dot];
+    const real t_nzmko = sin_phi2 * t_m6ggw;
+    const real t_yo3vu = th_2 * (q_2 * x[theta2_dot]);
+    const real t_bokxd = cos_theta2 * t_yo3vu;
+    const real t_nzmko_2 = cos_phi2 * t_m6ggw;
+    const real t_zzzfa = t_bokxd + sin_theta2 * t_nzmko_2 + t_gousg * t_nzmko;
+    const real t_bokxd_2 = sin_theta2 * t_yo3vu;
+    const real t_zkcoh = t_gousg_2 * t_nzmko - (t_bokxd_2 - cos_theta2 * t_nzmko_2) - K_L32 * t_zzzfa;
+    const real t_2uxam = q_2 * t_yo3vu;
+    const real t_7bwke = p[l2] * t_m6ggw;
+    const real t_3ui3t = t_w6lcf * t_nzmko
+        - (t_2uxam + t_7bwke - x[phi2_dot])
+        + t_vpdgs * t_zzzfa
+        - K_L43 * t_zkcoh;
+    const real t_m7xk2 = t_7bwke - e2 * t_nzmko_2;
+    const real t_saghm = t_s62lc * t_nzmko
+        - (sin_theta2 * t_m7xk2 - (x[theta2_dot] - t_2uxam) - g_2 * t_bokxd)
+        - K_L52 * t_zzzfa
+        - K_L53 * t_zkcoh
+        - K_L54 * t_3ui3t;
+    const real t_x4coi = t_s62lc_2 * t_nzmko
+        - (cos_theta2 * t_m7xk2 + g_2 * t_bokxd_2)
+        + t_bk7yo * t_zzzfa
+        - K_L63 * t_zkcoh
+        - K_L64 * t_3ui3t
+        - K_L65 * t_saghm;
+    const real t_tk2vw = t_x4coi * t_6dtnj_6;
+    const real t_xvktf = t_saghm * t_6dtnj_5 - K_L65 * t_tk2vw;
+    const real t_x3rb4 = t_3ui3t * t_6dtnj_4 - K_L54 * t_xvktf - K_L64 * t_tk2vw;
+    const real t_6pv46 = t_zkcoh * t_6dtnj_3 - K_L43 * t_x3rb4 - K_L53 * t_xvktf - K_L63 * t_tk2vw;
+    const real t_6d64g = t_zzzfa * t_6dtnj_2
+        - K_L32 * t_6pv46
+        + t_vpdgs * t_x3rb4
+        - K_L52 * t_xvktf
+        + t_bk7yo * t_tk2vw;
+    const real t_oaf52 = t_nzmko * t_6dtnj
+        + t_gousg * t_6d64g
+        + t_gousg_2 * t_6pv46
+        + t_w6lcf * t_x3rb4
+        + t_s62lc * t_xvktf
+        + t_s62lc_2 * t_tk2vw;
+    const real t_53dzm = sin_theta1 * t_3layk + cos_theta1 * t_jjimd;
+    const real t_gas5i = cos_phi1 * (e1 * t_53dzm + G_t1 * t_ewbss + sin_theta1 * t_iget4 + cos_theta1 * t_xmlr2);
+    const real t_53dzm_2 = sin_theta1 * t_726dp + cos_theta1 * t_jjimd_2;
+    const real t_narom = cos_phi1 * (e1 * t_53dzm_2 + G_t1 * t_r65kk + sin_theta1 * t_iget4_2 + cos_theta1 * t_xmlr2_2);
+    const real t_7k3ku = sin_theta1 * t_lfenl + cos_theta1 * t_cfpk7;
+    const real t_5fshf = cos_phi1 * (e1 * t_7k3ku + sin_theta1 * t_ytr6m + cos_theta1 * t_yfckp)
+        + sin_phi1 * t_zhozy;
+    const real t_i3xcn = sin_theta1 * t_zz5n2 + cos_theta1 * t_l4ku2;
+    const real t_mqndb = cos_phi1 * (e1 * t_i3xcn + sin_theta1 * t_ymjpx + cos_theta1 * t_glplv)
+        + sin_phi1 * t_taptd;
+    const real t_st7lh = cos_theta1 * t_axprd - sin_theta1 * t_kbb6k;
+    const real t_drlwk = cos_phi1 * (e1 * t_st7lh + sin_theta1 * t_jjgrj + cos_theta1 * t_hxv2x)
+        + sin_phi1 * t_en4eu;
+    const real t_7nfp3 = sin_theta1 * t_zjfms + cos_theta1 * t_yy3ma;
+    const real t_npyla = cos_phi1 * (e1 * t_7nfp3 + sin_theta1 * t_jmyax + cos_theta1 * t_ovtdi)
+        + sin_phi1 * t_ww4kc;
+    const real t_d6st2 = sin_theta1 * t_6b5z4 + cos_theta1 * t_mgf34;
+    const real t_kltmi = cos_phi1 * (e1 * t_d6st2 + G_t1 * t_u2k23 + sin_theta1 * t_q4srq + cos_theta1 * t_gcret);
+    const real t_kocin = sin_theta1 * t_xcfs2 + cos_theta1 * t_ock5r;
+    const real t_iuygg = cos_phi1 * (e1 * t_kocin + G_t1 * t_57yuv + sin_theta1 * t_qaath + cos_theta1 * t_3xvev);
+    const real t_gmzj4 = cos_theta1 * t_gtosd - sin_theta1 * t_xlfls;
+    const real t_qexcu = cos_phi1 * (e1 * t_gmzj4 + sin_theta1 * t_6yoit + cos_theta1 * t_n3s7d)
+        + sin_phi1 * t_jzht7;
+    const real t_mhgmd = sin_theta1 * t_z2374 + cos_theta1 * t_rvgfc;
+    const real t_xeyak = cos_phi1 * (e1 * t_mhgmd + sin_theta1 * t_lbt6x + cos_theta1 * t_nt4nn)
+        + sin_phi1 * t_gv243;
+    const real t_fvgrx = sin_theta1 * t_q3cys + cos_theta1 * t_w37ce;
+    const real t_hig3c_7 = Gt_eta1 + X_x4;
+    const real t_lu6nc = (loss_phi1 + p[I1] * t_hig3c_7) * t_gbl6n * t_gbl6n;
+    const real t_2prat = cos_phi1 * (G_t1 * e1 + X_x2 * sin_theta1 + X_x3 * cos_theta1)
+        + sin_phi1 * (X_x1 - t_aqrn5);
+    const real t_2c2yw = cos_phi1 * (e1 * t_fvgrx - G_t1 * t_xx4am + sin_theta1 * t_2co5x + cos_theta1 * t_iwlv4);
+    const real t_gpq2m = sin_theta1 * t_t443l + cos_theta1 * t_zx7s4;
+    const real t_kh32p = cos_phi1 * (e1 * t_gpq2m - G_t1 * t_mverp + sin_theta1 * t_lgeyr + cos_theta1 * t_2lreo);
+    const real t_kocin_2 = sin_theta1 * t_wxryc + cos_theta1 * t_7rpdr;
+    const real t_fwcjx = cos_phi1 * (e1 * t_kocin_2 + G_t1 * t_ivndo_2 + sin_theta1 * t_qaath_2 + cos_theta1 * t_3xvev_2);
+    const real t_fvgrx_2 = sin_theta1 * t_uokjf + cos_theta1 * t_czmrv;
+    const real t_npp6m = cos_phi1 * (e1 * t_fvgrx_2 - G_t1 * t_mbrey + sin_theta1 * t_knanc + cos_theta1 * t_dizrn);
+    const real t_jv5tu = sin_theta1 * t_fxr3g + cos_theta1 * t_a3fxk;
+    const real t_xkytc = cos_phi1 * (e1 * t_jv5tu + sin_theta1 * t_4h6gb + cos_theta1 * t_gbdhq)
+        + sin_phi1 * t_dqzmp;
+    const real t_fvgrx_3 = sin_theta1 * t_e5aki + cos_theta1 * t_beil2;
+    const real t_dwmap = cos_phi1 * (e1 * t_fvgrx_3 - G_t1 * t_fs2a7 + sin_theta1 * t_dnz36 + cos_theta1 * t_eiokr);
+    const real t_gpq2m_2 = sin_theta1 * t_tjmos + cos_theta1 * t_qv7dl;
+    const real t_2ffo4 = cos_phi1 * (e1 * t_gpq2m_2 - G_t1 * t_ftbzc + sin_theta1 * t_pwjsu + cos_theta1 * t_ozpfu);
+    const real t_kocin_3 = sin_theta1 * t_y3mj3 + cos_theta1 * t_zsezh;
+    const real t_roros = cos_phi1 * (e1 * t_kocin_3 - G_t1 * t_kd2tw + sin_theta1 * t_qaath_3 + cos_theta1 * t_3xvev_3);
+    const real t_fvgrx_4 = sin_theta1 * t_ecmul + cos_theta1 * t_etsli;
+    const real t_sxttm = cos_phi1 * (e1 * t_fvgrx_4 - G_t1 * t_ilxdv + sin_theta1 * t_anx4c + cos_theta1 * t_avdfq);
+    const real t_xbxnd = sin_theta1 * t_xvktf + cos_theta1 * t_tk2vw;
+    const real t_gsxiv = cos_phi1 * (e1 * t_xbxnd + sin_theta1 * t_6d64g + cos_theta1 * t_6pv46)
+        + sin_phi1 * t_oaf52;
+    const real t_fdt76 = X_x5 * cos_theta1 - X_x6 * sin_theta1;
+    const real t_j5hbs = t_eswkt + t_3layk;
+    const real t_qvbvv = cos_theta1 * t_iget4
+        + (t_fdt76 * t_ewbss + g_1 * (cos_theta1 * t_3layk - sin_theta1 * t_jjimd))
+        - q_1 * t_j5hbs
+        - sin_theta1 * t_xmlr2;
+    const real t_j5hbs_2 = t_eswkt_2 + t_726dp;
+    const real t_q45g2 = cos_theta1 * t_iget4_2
+        + (t_fdt76 * t_r65kk + g_1 * (cos_theta1 * t_726dp - sin_theta1 * t_jjimd_2))
+        - q_1 * t_j5hbs_2
+        - sin_theta1 * t_xmlr2_2;
+    const real t_zoxyn = t_lfenl - t_thfjf;
+    const real t_xqivv = cos_theta1 * t_ytr6m
+        + g_1 * (cos_theta1 * t_lfenl - sin_theta1 * t_cfpk7)
+        - q_1 * t_zoxyn
+        - sin_theta1 * t_yfckp;
+    const real t_i4tte = t_zz5n2 - t_hj63s;
+    const real t_bjrth = cos_theta1 * t_ymjpx
+        + g_1 * (cos_theta1 * t_zz5n2 - sin_theta1 * t_l4ku2)
+        - q_1 * t_i4tte
+        - sin_theta1 * t_glplv;
+    const real t_y3qyg = t_zsxp7 - t_kbb6k;
+    const real t_32nc6 = cos_theta1 * t_jjgrj
+        - g_1 * (cos_theta1 * t_kbb6k + sin_theta1 * t_axprd)
+        - q_1 * t_y3qyg
+        - sin_theta1 * t_hxv2x;
+    const real t_nmrf3 = t_zjfms - t_l72tp;
+    const real t_lzqdv = cos_theta1 * t_jmyax
+        + g_1 * (cos_theta1 * t_zjfms - sin_theta1 * t_yy3ma)
+        - q_1 * t_nmrf3
+        - sin_theta1 * t_ovtdi;
+    const real t_m2vw6 = t_j6oce + t_6b5z4;
+    const real t_umf5w = cos_theta1 * t_q4srq
+        + (t_fdt76 * t_u2k23 + g_1 * (cos_theta1 * t_6b5z4 - sin_theta1 * t_mgf34))
+        - q_1 * t_m2vw6
+        - sin_theta1 * t_gcret;
+    const real t_27zwz = t_uetpc + t_xcfs2;
+    const real t_ep3gn = cos_theta1 * t_qaath
+        + (t_fdt76 * t_57yuv + g_1 * (cos_theta1 * t_xcfs2 - sin_theta1 * t_ock5r))
+        - q_1 * t_27zwz
+        - sin_theta1 * t_3xvev;
+    const real t_xtef2 = t_zgv5t - t_xlfls;
+    const real t_kyxqs = cos_theta1 * t_6yoit
+        - g_1 * (cos_theta1 * t_xlfls + sin_theta1 * t_gtosd)
+        - q_1 * t_xtef2
+        - sin_theta1 * t_n3s7d;
+    const real t_7zbse = t_xcela + t_z2374;
+    const real t_rigzi = cos_theta1 * t_lbt6x
+        + g_1 * (cos_theta1 * t_z2374 - sin_theta1 * t_rvgfc)
+        - q_1 * t_7zbse
+        - sin_theta1 * t_nt4nn;
     const real t_ibe72 = K(1.0) / p[m1];
-    const real t_4yl6k = loss_theta1 * t_ibe72;
-    const real t_mwq7z = X_x4 + X_x5;
-    const real t_5ffnn = zeta1
+    const real t_zxl2o = loss_theta1 * t_ibe72;
+    const real t_hig3c_8 = X_x4 + X_x5;
+    const real t_pksrm = zeta1
         + X_x2 * cos_theta1
-        + g_1 * t_ogd3q
-        - t_mwq7z * q_1
+        + g_1 * t_fdt76
+        - t_hig3c_8 * q_1
         - X_x3 * sin_theta1;
-    const real t_mvk6z = t_4yl6k + q_1 * t_5ffnn;
-    const real t_zhzr5 = t_42xp2 + t_r32rw;
-    const real t_krdq7 = cos_theta1 * t_56s4m
-        + (g_1 * (cos_theta1 * t_r32rw - sin_theta1 * t_dzlfq) - t_ogd3q * t_qrwk6)
-        - q_1 * t_zhzr5
-        - sin_theta1 * t_ce7sx;
-    const real t_dwogg = t_pectw + t_5qui4;
-    const real t_cakst = t_4hepc
-        + cos_theta1 * t_zcoux
-        + (g_1 * (cos_theta1 * t_5qui4 - sin_theta1 * t_ngk2s) - t_ogd3q * t_cdint)
-        - (q_1 * t_dwogg + t_mwq7z * sin_phi1)
-        - sin_theta1 * t_q7uwl;
-    const real t_37pxe_2 = t_rbyn3_2 + t_ph3k5;
-    const real t_lr2ho = cos_theta1 * t_sif46_2
-        + (t_ogd3q * t_tepdd_2 + g_1 * (cos_theta1 * t_ph3k5 - sin_theta1 * t_qhwmd))
-        - q_1 * t_37pxe_2
-        - sin_theta1 * t_6yt6i_2;
-    const real t_g3i6e = t_s5jpg + t_d6e7c;
-    const real t_iufxj = cos_theta1 * t_bwgjg
-        + (g_1 * (cos_theta1 * t_d6e7c - sin_theta1 * t_rdejp) - t_ogd3q * t_qdapd)
-        - q_1 * t_g3i6e
-        - sin_theta1 * t_faw46;
-    const real t_4ueyh = t_2qn36 + t_qt2lr;
-    const real t_tkwds = cos_theta1 * t_bvlfu
-        + g_1 * (cos_theta1 * t_qt2lr - sin_theta1 * t_dopxv)
-        - q_1 * t_4ueyh
-        - sin_theta1 * t_cy7cx;
-    const real t_zhzr5_2 = t_dwgxz + t_asiel;
-    const real t_l33jj = cos_theta1 * t_22rda
-        + (g_1 * (cos_theta1 * t_asiel - sin_theta1 * t_3fimb) - t_ogd3q * t_zn23j)
-        - q_1 * t_zhzr5_2
-        - sin_theta1 * t_w6rkn;
-    const real t_dwogg_2 = t_j6r5h + t_td2cp;
-    const real t_t4mda = cos_theta1 * t_dm5pt
-        + (g_1 * (cos_theta1 * t_td2cp - sin_theta1 * t_n4rk3) - t_ogd3q * t_zthab)
-        - q_1 * t_dwogg_2
-        - sin_theta1 * t_hpbyb;
-    const real t_37pxe_3 = t_rbyn3_3 + t_7kzhv;
-    const real t_rbrs4 = cos_theta1 * t_sif46_3
-        + (g_1 * (cos_theta1 * t_7kzhv - sin_theta1 * t_sud4b) - t_ogd3q * t_ntng6)
-        - q_1 * t_37pxe_3
-        - sin_theta1 * t_6yt6i_3;
-    const real t_iscp5 = t_asue6 + t_ilfgh;
-    const real t_drbrx = cos_theta1 * t_p2gmi
-        + (g_1 * (cos_theta1 * t_ilfgh - sin_theta1 * t_ymehn) - t_ogd3q * t_h4vxz)
-        - q_1 * t_iscp5
-        - sin_theta1 * t_yezeh;
-    const real t_ybhvw = t_csi4c + t_qa5mz;
-    const real t_umtid = cos_theta1 * t_wduhb
-        + g_1 * (cos_theta1 * t_qa5mz - sin_theta1 * t_umpxr)
-        - q_1 * t_ybhvw
-        - sin_theta1 * t_d3udt;
-    const real t_hlapu = sin_theta2 * t_kjeag + cos_theta2 * t_siflb;
-    const real t_wz2j6 = cos_phi2 * (e2 * t_hlapu + G_t2 * t_6fswf + sin_theta2 * t_vzhp6 + cos_theta2 * t_76pup);
-    const real t_hlapu_2 = sin_theta2 * t_ofpuk + cos_theta2 * t_siflb_2;
-    const real t_ncrgn = cos_phi2 * (e2 * t_hlapu_2 + G_t2 * t_ug47n + sin_theta2 * t_vzhp6_2 + cos_theta2 * t_76pup_2);
-    const real t_3htp2 = sin_theta2 * t_uf2hs + cos_theta2 * t_zh6ym;
-    const real t_ave4g = cos_phi2 * (e2 * t_3htp2 + sin_theta2 * t_7tpul + cos_theta2 * t_5qicw)
-        + sin_phi2 * t_nauhf;
-    const real t_6jmyy = sin_theta2 * t_okj2x + cos_theta2 * t_n5r3v;
-    const real t_4tkup = cos_phi2 * (e2 * t_6jmyy + sin_theta2 * t_gyopo + cos_theta2 * t_gawjk)
-        + sin_phi2 * t_gjgp6;
-    const real t_uahpb = cos_theta2 * t_gao76 - sin_theta2 * t_gaejw;
-    const real t_h6hjz = cos_phi2 * (e2 * t_uahpb + sin_theta2 * t_rurrs + cos_theta2 * t_kyglk)
-        + sin_phi2 * t_uep4m;
-    const real t_6w4rd = sin_theta2 * t_etzpb + cos_theta2 * t_mnjvs;
-    const real t_mv7a3 = cos_phi2 * (e2 * t_6w4rd + sin_theta2 * t_wsp5s + cos_theta2 * t_dv2mw)
-        + sin_phi2 * t_vid5u;
-    const real t_7qkup = sin_theta2 * t_4mcw6 + cos_theta2 * t_ezo2r;
-    const real t_hhnms = cos_phi2 * (e2 * t_7qkup + G_t2 * t_yqcxm + sin_theta2 * t_akwof + cos_theta2 * t_chekg);
-    const real t_vzckm = sin_theta2 * t_kaqej + cos_theta2 * t_q4hjb;
-    const real t_ejcfn = cos_phi2 * (e2 * t_vzckm + G_t2 * t_fzk4w + sin_theta2 * t_sif46 + cos_theta2 * t_6yt6i);
-    const real t_4sp22 = cos_theta2 * t_kutbt - sin_theta2 * t_rzdx6;
-    const real t_xwhz3 = cos_phi2 * (e2 * t_4sp22 + sin_theta2 * t_kl34e + cos_theta2 * t_ocypu)
-        + sin_phi2 * t_f7zas;
-    const real t_qpq3e = sin_theta2 * t_3obum + cos_theta2 * t_3dix3;
-    const real t_nyprb = cos_phi2 * (e2 * t_qpq3e + sin_theta2 * t_od3z2 + cos_theta2 * t_4ozvf)
-        + sin_phi2 * t_ez5zc;
-    const real t_vueg2 = sin_theta2 * t_r32rw + cos_theta2 * t_dzlfq;
-    const real t_nbv5l = cos_phi2 * (e2 * t_vueg2 - G_t2 * t_qrwk6 + sin_theta2 * t_56s4m + cos_theta2 * t_ce7sx);
-    const real t_ej5r5 = sin_theta2 * t_5qui4 + cos_theta2 * t_ngk2s;
-    const real t_w2dr4 = cos_phi2 * (e2 * t_ej5r5 - G_t2 * t_37b6j + sin_theta2 * t_zcoux + cos_theta2 * t_q7uwl);
-    const real t_vzckm_2 = sin_theta2 * t_ph3k5 + cos_theta2 * t_qhwmd;
-    const real t_pj54z = cos_phi2 * (e2 * t_vzckm_2 - G_t2 * t_tepdd + sin_theta2 * t_sif46_2 + cos_theta2 * t_6yt6i_2);
-    const real t_vueg2_2 = sin_theta2 * t_d6e7c + cos_theta2 * t_rdejp;
-    const real t_iztme = cos_phi2 * (e2 * t_vueg2_2 - G_t2 * t_qdapd + sin_theta2 * t_bwgjg + cos_theta2 * t_faw46);
-    const real t_3j7pj = sin_theta2 * t_qt2lr + cos_theta2 * t_dopxv;
-    const real t_ncziw = cos_phi2 * (e2 * t_3j7pj + sin_theta2 * t_bvlfu + cos_theta2 * t_cy7cx)
-        + sin_phi2 * t_ayr5k;
-    const real t_vueg2_3 = sin_theta2 * t_asiel + cos_theta2 * t_3fimb;
-    const real t_ceda7 = Gt_eta2 + X_x4;
-    const real t_ikkca = (loss_phi2 + p[I2] * t_ceda7) * t_5wzvs * t_5wzvs;
-    const real t_rrute = cos_phi2 * (G_t2 * e2 + X_x2 * sin_theta2 + X_x3 * cos_theta2)
-        + sin_phi2 * (X_x1 - t_6fvzz);
-    const real t_thaoj = cos_phi2 * (e2 * t_vueg2_3 - G_t2 * t_zn23j + sin_theta2 * t_22rda + cos_theta2 * t_w6rkn);
-    const real t_ej5r5_2 = sin_theta2 * t_td2cp + cos_theta2 * t_n4rk3;
-    const real t_dtzxw = cos_phi2 * (e2 * t_ej5r5_2 - G_t2 * t_zthab + sin_theta2 * t_dm5pt + cos_theta2 * t_hpbyb);
-    const real t_vzckm_3 = sin_theta2 * t_7kzhv + cos_theta2 * t_sud4b;
-    const real t_7xdau = cos_phi2 * (e2 * t_vzckm_3 + G_t2 * t_ntng6_2 + sin_theta2 * t_sif46_3 + cos_theta2 * t_6yt6i_3);
-    const real t_vueg2_4 = sin_theta2 * t_ilfgh + cos_theta2 * t_ymehn;
-    const real t_q2p5s = cos_phi2 * (e2 * t_vueg2_4 - G_t2 * t_h4vxz + sin_theta2 * t_p2gmi + cos_theta2 * t_yezeh);
-    const real t_lhvfk = sin_theta2 * t_qa5mz + cos_theta2 * t_umpxr;
-    const real t_em6fd = cos_phi2 * (e2 * t_lhvfk + sin_theta2 * t_wduhb + cos_theta2 * t_d3udt)
-        + sin_phi2 * t_4vrbb;
-    const real t_qv4rx = X_x5 * cos_theta2 - X_x6 * sin_theta2;
-    const real t_kjdut = cos_theta2 * t_vzhp6
-        + (t_qv4rx * t_6fswf + g_2 * (cos_theta2 * t_kjeag - sin_theta2 * t_siflb))
-        - q_2 * t_pmwoo
-        - sin_theta2 * t_76pup;
-    const real t_a34nc = cos_theta2 * t_vzhp6_2
-        + (t_qv4rx * t_ug47n + g_2 * (cos_theta2 * t_ofpuk - sin_theta2 * t_siflb_2))
-        - q_2 * t_pmwoo_2
-        - sin_theta2 * t_76pup_2;
-    const real t_672su = cos_theta2 * t_7tpul
-        + g_2 * (cos_theta2 * t_uf2hs - sin_theta2 * t_zh6ym)
-        - q_2 * t_kfjsq
-        - sin_theta2 * t_5qicw;
-    const real t_x7mee = cos_theta2 * t_gyopo
-        + g_2 * (cos_theta2 * t_okj2x - sin_theta2 * t_n5r3v)
-        - q_2 * t_3um5l
-        - sin_theta2 * t_gawjk;
-    const real t_wea7r = cos_theta2 * t_rurrs
-        - g_2 * (cos_theta2 * t_gaejw + sin_theta2 * t_gao76)
-        - q_2 * t_3bxga
-        - sin_theta2 * t_kyglk;
-    const real t_qmvlm = cos_theta2 * t_wsp5s
-        + g_2 * (cos_theta2 * t_etzpb - sin_theta2 * t_mnjvs)
-        - q_2 * t_ikuo5
-        - sin_theta2 * t_dv2mw;
-    const real t_hllhl = cos_theta2 * t_akwof
-        + (t_qv4rx * t_yqcxm + g_2 * (cos_theta2 * t_4mcw6 - sin_theta2 * t_ezo2r))
-        - q_2 * t_3b736
-        - sin_theta2 * t_chekg;
-    const real t_wupty = cos_theta2 * t_sif46
-        + (t_qv4rx * t_fzk4w + g_2 * (cos_theta2 * t_kaqej - sin_theta2 * t_q4hjb))
-        - q_2 * t_37pxe
-        - sin_theta2 * t_6yt6i;
-    const real t_i3efb = cos_theta2 * t_kl34e
-        - g_2 * (cos_theta2 * t_rzdx6 + sin_theta2 * t_kutbt)
-        - q_2 * t_rg3cx
-        - sin_theta2 * t_ocypu;
-    const real t_mnoxd = cos_theta2 * t_od3z2
-        + g_2 * (cos_theta2 * t_3obum - sin_theta2 * t_3dix3)
-        - q_2 * t_r4mjz
-        - sin_theta2 * t_4ozvf;
-    const real t_bsojp = cos_theta2 * t_56s4m
-        + (g_2 * (cos_theta2 * t_r32rw - sin_theta2 * t_dzlfq) - t_qv4rx * t_qrwk6)
-        - q_2 * t_zhzr5
-        - sin_theta2 * t_ce7sx;
-    const real t_qahse = cos_theta2 * t_zcoux
-        + (g_2 * (cos_theta2 * t_5qui4 - sin_theta2 * t_ngk2s) - t_qv4rx * t_37b6j)
-        - q_2 * t_dwogg
-        - sin_theta2 * t_q7uwl;
-    const real t_73hce = cos_theta2 * t_sif46_2
-        + (g_2 * (cos_theta2 * t_ph3k5 - sin_theta2 * t_qhwmd) - t_qv4rx * t_tepdd)
-        - q_2 * t_37pxe_2
-        - sin_theta2 * t_6yt6i_2;
-    const real t_zdvcu = cos_theta2 * t_bwgjg
-        + (g_2 * (cos_theta2 * t_d6e7c - sin_theta2 * t_rdejp) - t_qv4rx * t_qdapd)
-        - q_2 * t_g3i6e
-        - sin_theta2 * t_faw46;
-    const real t_xhmum = cos_theta2 * t_bvlfu
-        + g_2 * (cos_theta2 * t_qt2lr - sin_theta2 * t_dopxv)
-        - q_2 * t_4ueyh
-        - sin_theta2 * t_cy7cx;
+    const real t_pyebf = t_zxl2o + q_1 * t_pksrm;
+    const real t_4uzs3 = t_ldioe + t_q3cys;
+    const real t_4bvhl = cos_theta1 * t_2co5x
+        + (g_1 * (cos_theta1 * t_q3cys - sin_theta1 * t_w37ce) - t_fdt76 * t_xx4am)
+        - q_1 * t_4uzs3
+        - sin_theta1 * t_iwlv4;
+    const real t_s2bdc = t_7ikri + t_t443l;
+    const real t_j2m63 = t_iuvnn
+        + cos_theta1 * t_lgeyr
+        + (g_1 * (cos_theta1 * t_t443l - sin_theta1 * t_zx7s4) - t_fdt76 * t_hbnsp)
+        - (q_1 * t_s2bdc + t_hig3c_8 * sin_phi1)
+        - sin_theta1 * t_2lreo;
+    const real t_27zwz_2 = t_uetpc_2 + t_wxryc;
+    const real t_ocklv = cos_theta1 * t_qaath_2
+        + (t_fdt76 * t_ivndo_2 + g_1 * (cos_theta1 * t_wxryc - sin_theta1 * t_7rpdr))
+        - q_1 * t_27zwz_2
+        - sin_theta1 * t_3xvev_2;
+    const real t_f2p5y = t_ehnzz + t_uokjf;
+    const real t_yxuci = cos_theta1 * t_knanc
+        + (g_1 * (cos_theta1 * t_uokjf - sin_theta1 * t_czmrv) - t_fdt76 * t_mbrey)
+        - q_1 * t_f2p5y
+        - sin_theta1 * t_dizrn;
+    const real t_g7uen = t_dgjcm + t_fxr3g;
+    const real t_dfvik = cos_theta1 * t_4h6gb
+        + g_1 * (cos_theta1 * t_fxr3g - sin_theta1 * t_a3fxk)
+        - q_1 * t_g7uen
+        - sin_theta1 * t_gbdhq;
+    const real t_4uzs3_2 = t_55qbs + t_e5aki;
+    const real t_ekfxh = cos_theta1 * t_dnz36
+        + (g_1 * (cos_theta1 * t_e5aki - sin_theta1 * t_beil2) - t_fdt76 * t_fs2a7)
+        - q_1 * t_4uzs3_2
+        - sin_theta1 * t_eiokr;
+    const real t_s2bdc_2 = t_trtct + t_tjmos;
+    const real t_6jtr3 = cos_theta1 * t_pwjsu
+        + (g_1 * (cos_theta1 * t_tjmos - sin_theta1 * t_qv7dl) - t_fdt76 * t_ftbzc)
+        - q_1 * t_s2bdc_2
+        - sin_theta1 * t_ozpfu;
+    const real t_27zwz_3 = t_uetpc_3 + t_y3mj3;
+    const real t_3yudp = cos_theta1 * t_qaath_3
+        + (g_1 * (cos_theta1 * t_y3mj3 - sin_theta1 * t_zsezh) - t_fdt76 * t_kd2tw)
+        - q_1 * t_27zwz_3
+        - sin_theta1 * t_3xvev_3;
+    const real t_jl7yi = t_4tfej + t_ecmul;
+    const real t_yo4op = cos_theta1 * t_anx4c
+        + (g_1 * (cos_theta1 * t_ecmul - sin_theta1 * t_etsli) - t_fdt76 * t_ilxdv)
+        - q_1 * t_jl7yi
+        - sin_theta1 * t_avdfq;
+    const real t_xx6oa = t_x3rb4 + t_xvktf;
+    const real t_ckoza = cos_theta1 * t_6d64g
+        + g_1 * (cos_theta1 * t_xvktf - sin_theta1 * t_tk2vw)
+        - q_1 * t_xx6oa
+        - sin_theta1 * t_6pv46;
+    const real t_svct7 = sin_theta2 * t_3layk + cos_theta2 * t_jjimd;
+    const real t_p5ydb = cos_phi2 * (e2 * t_svct7 + G_t2 * t_ewbss + sin_theta2 * t_iget4 + cos_theta2 * t_xmlr2);
+    const real t_svct7_2 = sin_theta2 * t_726dp + cos_theta2 * t_jjimd_2;
+    const real t_jf3ig = cos_phi2 * (e2 * t_svct7_2 + G_t2 * t_r65kk + sin_theta2 * t_iget4_2 + cos_theta2 * t_xmlr2_2);
+    const real t_7w3fg = sin_theta2 * t_lfenl + cos_theta2 * t_cfpk7;
+    const real t_mq2um = cos_phi2 * (e2 * t_7w3fg + sin_theta2 * t_ytr6m + cos_theta2 * t_yfckp)
+        + sin_phi2 * t_zhozy;
+    const real t_lfwpl = sin_theta2 * t_zz5n2 + cos_theta2 * t_l4ku2;
+    const real t_g32ei = cos_phi2 * (e2 * t_lfwpl + sin_theta2 * t_ymjpx + cos_theta2 * t_glplv)
+        + sin_phi2 * t_taptd;
+    const real t_5g6oa = cos_theta2 * t_axprd - sin_theta2 * t_kbb6k;
+    const real t_kbxxz = cos_phi2 * (e2 * t_5g6oa + sin_theta2 * t_jjgrj + cos_theta2 * t_hxv2x)
+        + sin_phi2 * t_en4eu;
+    const real t_ixxiq = sin_theta2 * t_zjfms + cos_theta2 * t_yy3ma;
+    const real t_gkmbd = cos_phi2 * (e2 * t_ixxiq + sin_theta2 * t_jmyax + cos_theta2 * t_ovtdi)
+        + sin_phi2 * t_ww4kc;
+    const real t_e3xj3 = sin_theta2 * t_6b5z4 + cos_theta2 * t_mgf34;
+    const real t_joygp = cos_phi2 * (e2 * t_e3xj3 + G_t2 * t_u2k23 + sin_theta2 * t_q4srq + cos_theta2 * t_gcret);
+    const real t_3u7oy = sin_theta2 * t_xcfs2 + cos_theta2 * t_ock5r;
+    const real t_lskfd = cos_phi2 * (e2 * t_3u7oy + G_t2 * t_57yuv + sin_theta2 * t_qaath + cos_theta2 * t_3xvev);
+    const real t_dm34b = cos_theta2 * t_gtosd - sin_theta2 * t_xlfls;
+    const real t_3bbsw = cos_phi2 * (e2 * t_dm34b + sin_theta2 * t_6yoit + cos_theta2 * t_n3s7d)
+        + sin_phi2 * t_jzht7;
+    const real t_4nrcd = sin_theta2 * t_z2374 + cos_theta2 * t_rvgfc;
+    const real t_gmh2j = cos_phi2 * (e2 * t_4nrcd + sin_theta2 * t_lbt6x + cos_theta2 * t_nt4nn)
+        + sin_phi2 * t_gv243;
+    const real t_amwqv = sin_theta2 * t_q3cys + cos_theta2 * t_w37ce;
+    const real t_3ytj6 = cos_phi2 * (e2 * t_amwqv - G_t2 * t_xx4am + sin_theta2 * t_2co5x + cos_theta2 * t_iwlv4);
+    const real t_auypo = sin_theta2 * t_t443l + cos_theta2 * t_zx7s4;
+    const real t_gc67y = cos_phi2 * (e2 * t_auypo - G_t2 * t_mverp + sin_theta2 * t_lgeyr + cos_theta2 * t_2lreo);
+    const real t_3u7oy_2 = sin_theta2 * t_wxryc + cos_theta2 * t_7rpdr;
+    const real t_vlz27 = cos_phi2 * (e2 * t_3u7oy_2 - G_t2 * t_ivndo + sin_theta2 * t_qaath_2 + cos_theta2 * t_3xvev_2);
+    const real t_amwqv_2 = sin_theta2 * t_uokjf + cos_theta2 * t_czmrv;
+    const real t_c6hku = cos_phi2 * (e2 * t_amwqv_2 - G_t2 * t_mbrey + sin_theta2 * t_knanc + cos_theta2 * t_dizrn);
+    const real t_5dxm7 = sin_theta2 * t_fxr3g + cos_theta2 * t_a3fxk;
+    const real t_orsvx = cos_phi2 * (e2 * t_5dxm7 + sin_theta2 * t_4h6gb + cos_theta2 * t_gbdhq)
+        + sin_phi2 * t_dqzmp;
+    const real t_amwqv_3 = sin_theta2 * t_e5aki + cos_theta2 * t_beil2;
+    const real t_hig3c_9 = Gt_eta2 + X_x4;
+    const real t_kh2uj = (loss_phi2 + p[I2] * t_hig3c_9) * t_jx6g7 * t_jx6g7;
+    const real t_y662k = cos_phi2 * (G_t2 * e2 + X_x2 * sin_theta2 + X_x3 * cos_theta2)
+        + sin_phi2 * (X_x1 - t_3hay7);
+    const real t_4556k = cos_phi2 * (e2 * t_amwqv_3 - G_t2 * t_fs2a7 + sin_theta2 * t_dnz36 + cos_theta2 * t_eiokr);
+    const real t_auypo_2 = sin_theta2 * t_tjmos + cos_theta2 * t_qv7dl;
+    const real t_wpbr6 = cos_phi2 * (e2 * t_auypo_2 - G_t2 * t_ftbzc + sin_theta2 * t_pwjsu + cos_theta2 * t_ozpfu);
+    const real t_3u7oy_3 = sin_theta2 * t_y3mj3 + cos_theta2 * t_zsezh;
+    const real t_rmnkb = cos_phi2 * (e2 * t_3u7oy_3 + G_t2 * t_kd2tw_2 + sin_theta2 * t_qaath_3 + cos_theta2 * t_3xvev_3);
+    const real t_amwqv_4 = sin_theta2 * t_ecmul + cos_theta2 * t_etsli;
+    const real t_rqotu = cos_phi2 * (e2 * t_amwqv_4 - G_t2 * t_ilxdv + sin_theta2 * t_anx4c + cos_theta2 * t_avdfq);
+    const real t_nupe3 = sin_theta2 * t_xvktf + cos_theta2 * t_tk2vw;
+    const real t_6fvmf = cos_phi2 * (e2 * t_nupe3 + sin_theta2 * t_6d64g + cos_theta2 * t_6pv46)
+        + sin_phi2 * t_oaf52;
+    const real t_dnnxk = X_x5 * cos_theta2 - X_x6 * sin_theta2;
+    const real t_uwp6q = cos_theta2 * t_iget4
+        + (t_dnnxk * t_ewbss + g_2 * (cos_theta2 * t_3layk - sin_theta2 * t_jjimd))
+        - q_2 * t_j5hbs
+        - sin_theta2 * t_xmlr2;
+    const real t_juqdk = cos_theta2 * t_iget4_2
+        + (t_dnnxk * t_r65kk + g_2 * (cos_theta2 * t_726dp - sin_theta2 * t_jjimd_2))
+        - q_2 * t_j5hbs_2
+        - sin_theta2 * t_xmlr2_2;
+    const real t_3k7wz = cos_theta2 * t_ytr6m
+        + g_2 * (cos_theta2 * t_lfenl - sin_theta2 * t_cfpk7)
+        - q_2 * t_zoxyn
+        - sin_theta2 * t_yfckp;
+    const real t_pl3ui = cos_theta2 * t_ymjpx
+        + g_2 * (cos_theta2 * t_zz5n2 - sin_theta2 * t_l4ku2)
+        - q_2 * t_i4tte
+        - sin_theta2 * t_glplv;
+    const real t_eweqr = cos_theta2 * t_jjgrj
+        - g_2 * (cos_theta2 * t_kbb6k + sin_theta2 * t_axprd)
+        - q_2 * t_y3qyg
+        - sin_theta2 * t_hxv2x;
+    const real t_5jlfb = cos_theta2 * t_jmyax
+        + g_2 * (cos_theta2 * t_zjfms - sin_theta2 * t_yy3ma)
+        - q_2 * t_nmrf3
+        - sin_theta2 * t_ovtdi;
+    const real t_wagsv = cos_theta2 * t_q4srq
+        + (t_dnnxk * t_u2k23 + g_2 * (cos_theta2 * t_6b5z4 - sin_theta2 * t_mgf34))
+        - q_2 * t_m2vw6
+        - sin_theta2 * t_gcret;
+    const real t_kilr2 = cos_theta2 * t_qaath
+        + (t_dnnxk * t_57yuv + g_2 * (cos_theta2 * t_xcfs2 - sin_theta2 * t_ock5r))
+        - q_2 * t_27zwz
+        - sin_theta2 * t_3xvev;
+    const real t_uuwmi = cos_theta2 * t_6yoit
+        - g_2 * (cos_theta2 * t_xlfls + sin_theta2 * t_gtosd)
+        - q_2 * t_xtef2
+        - sin_theta2 * t_n3s7d;
+    const real t_3txie = cos_theta2 * t_lbt6x
+        + g_2 * (cos_theta2 * t_z2374 - sin_theta2 * t_rvgfc)
+        - q_2 * t_7zbse
+        - sin_theta2 * t_nt4nn;
+    const real t_upjsj = cos_theta2 * t_2co5x
+        + (g_2 * (cos_theta2 * t_q3cys - sin_theta2 * t_w37ce) - t_dnnxk * t_xx4am)
+        - q_2 * t_4uzs3
+        - sin_theta2 * t_iwlv4;
+    const real t_zdwvz = cos_theta2 * t_lgeyr
+        + (g_2 * (cos_theta2 * t_t443l - sin_theta2 * t_zx7s4) - t_dnnxk * t_mverp)
+        - q_2 * t_s2bdc
+        - sin_theta2 * t_2lreo;
+    const real t_xo3dm = cos_theta2 * t_qaath_2
+        + (g_2 * (cos_theta2 * t_wxryc - sin_theta2 * t_7rpdr) - t_dnnxk * t_ivndo)
+        - q_2 * t_27zwz_2
+        - sin_theta2 * t_3xvev_2;
+    const real t_fdkhe = cos_theta2 * t_knanc
+        + (g_2 * (cos_theta2 * t_uokjf - sin_theta2 * t_czmrv) - t_dnnxk * t_mbrey)
+        - q_2 * t_f2p5y
+        - sin_theta2 * t_dizrn;
+    const real t_gghjj = cos_theta2 * t_4h6gb
+        + g_2 * (cos_theta2 * t_fxr3g - sin_theta2 * t_a3fxk)
+        - q_2 * t_g7uen
+        - sin_theta2 * t_gbdhq;
     const real t_r7vy7 = K(1.0) / p[m2];
-    const real t_4jcmi = loss_theta2 * t_r7vy7;
-    const real t_oqair = zeta2
+    const real t_vcw2z = loss_theta2 * t_r7vy7;
+    const real t_zj7x3 = zeta2
         + X_x2 * cos_theta2
-        + g_2 * t_qv4rx
-        - t_mwq7z * q_2
+        + g_2 * t_dnnxk
+        - t_hig3c_8 * q_2
         - X_x3 * sin_theta2;
-    const real t_4nigg = t_4jcmi + q_2 * t_oqair;
-    const real t_cpbqq = cos_theta2 * t_22rda
-        + (g_2 * (cos_theta2 * t_asiel - sin_theta2 * t_3fimb) - t_qv4rx * t_zn23j)
-        - q_2 * t_zhzr5_2
-        - sin_theta2 * t_w6rkn;
-    const real t_gnykk = t_e4gys
-        + cos_theta2 * t_dm5pt
-        + (g_2 * (cos_theta2 * t_td2cp - sin_theta2 * t_n4rk3) - t_qv4rx * t_l352k)
-        - (q_2 * t_dwogg_2 + t_mwq7z * sin_phi2)
-        - sin_theta2 * t_hpbyb;
-    const real t_3lmcf = cos_theta2 * t_sif46_3
-        + (t_qv4rx * t_ntng6_2 + g_2 * (cos_theta2 * t_7kzhv - sin_theta2 * t_sud4b))
-        - q_2 * t_37pxe_3
-        - sin_theta2 * t_6yt6i_3;
-    const real t_igwwm = cos_theta2 * t_p2gmi
-        + (g_2 * (cos_theta2 * t_ilfgh - sin_theta2 * t_ymehn) - t_qv4rx * t_h4vxz)
-        - q_2 * t_iscp5
-        - sin_theta2 * t_yezeh;
-    const real t_4mpdk = cos_theta2 * t_wduhb
-        + g_2 * (cos_theta2 * t_qa5mz - sin_theta2 * t_umpxr)
-        - q_2 * t_ybhvw
-        - sin_theta2 * t_d3udt;
-    J[0] = t_57jla;
-    J[1] = t_ds3uu;
-    J[2] = t_nauhf;
-    J[3] = t_gjgp6;
-    J[4] = t_uep4m;
-    J[5] = t_vid5u;
-    J[6] = t_ulrhu;
-    J[7] = t_74jxz;
-    J[8] = t_f7zas;
-    J[9] = t_ez5zc;
+    const real t_z6vey = t_vcw2z + q_2 * t_zj7x3;
+    const real t_4sx3h = cos_theta2 * t_dnz36
+        + (g_2 * (cos_theta2 * t_e5aki - sin_theta2 * t_beil2) - t_dnnxk * t_fs2a7)
+        - q_2 * t_4uzs3_2
+        - sin_theta2 * t_eiokr;
+    const real t_if6xs = t_63hyc
+        + cos_theta2 * t_pwjsu
+        + (g_2 * (cos_theta2 * t_tjmos - sin_theta2 * t_qv7dl) - t_dnnxk * t_gdyha)
+        - (q_2 * t_s2bdc_2 + t_hig3c_8 * sin_phi2)
+        - sin_theta2 * t_ozpfu;
+    const real t_llahm = cos_theta2 * t_qaath_3
+        + (t_dnnxk * t_kd2tw_2 + g_2 * (cos_theta2 * t_y3mj3 - sin_theta2 * t_zsezh))
+        - q_2 * t_27zwz_3
+        - sin_theta2 * t_3xvev_3;
+    const real t_3ynog = cos_theta2 * t_anx4c
+        + (g_2 * (cos_theta2 * t_ecmul - sin_theta2 * t_etsli) - t_dnnxk * t_ilxdv)
+        - q_2 * t_jl7yi
+        - sin_theta2 * t_avdfq;
+    const real t_gm33g = cos_theta2 * t_6d64g
+        + g_2 * (cos_theta2 * t_xvktf - sin_theta2 * t_tk2vw)
+        - q_2 * t_xx6oa
+        - sin_theta2 * t_6pv46;
+    J[0] = t_6ev6p;
+    J[1] = t_cjtpu;
+    J[2] = t_zhozy;
+    J[3] = t_taptd;
+    J[4] = t_en4eu;
+    J[5] = t_ww4kc;
+    J[6] = t_hk4td;
+    J[7] = t_funvz;
+    J[8] = t_jzht7;
+    J[9] = t_gv243;
     J[10] = SPLAT(K(0.0));
     J[11] = SPLAT(K(0.0));
-    J[12] = t_dzofb;
-    J[13] = t_hzfds;
-    J[14] = t_jaeht;
-    J[15] = t_xgt7p;
-    J[16] = t_ayr5k;
-    J[17] = t_nrosw;
-    J[18] = t_vq2zc;
-    J[19] = t_5lgag;
-    J[20] = t_svkbn;
-    J[21] = t_4vrbb;
-    J[22] = t_vzhp6 - (x_C * t_kjeag - X_x5 * t_6fswf);
-    J[23] = t_vzhp6_2 - (x_C * t_ofpuk - X_x5 * t_ug47n);
-    J[24] = t_7tpul - x_C * t_uf2hs;
-    J[25] = t_gyopo - x_C * t_okj2x;
-    J[26] = t_rurrs + x_C * t_gaejw;
-    J[27] = t_wsp5s - x_C * t_etzpb;
-    J[28] = t_akwof - (x_C * t_4mcw6 - X_x5 * t_yqcxm);
-    J[29] = t_sif46 - (x_C * t_kaqej - X_x5 * t_fzk4w);
-    J[30] = t_kl34e + x_C * t_rzdx6;
-    J[31] = t_od3z2 - x_C * t_3obum;
+    J[12] = t_e2e2y;
+    J[13] = t_kqbf4;
+    J[14] = t_qqijq;
+    J[15] = t_lq7ga;
+    J[16] = t_dqzmp;
+    J[17] = t_hokxz;
+    J[18] = t_73w2q;
+    J[19] = t_ybizz;
+    J[20] = t_25bpy;
+    J[21] = t_oaf52;
+    J[22] = t_iget4 - (x_C * t_3layk - X_x5 * t_ewbss);
+    J[23] = t_iget4_2 - (x_C * t_726dp - X_x5 * t_r65kk);
+    J[24] = t_ytr6m - x_C * t_lfenl;
+    J[25] = t_ymjpx - x_C * t_zz5n2;
+    J[26] = t_jjgrj + x_C * t_kbb6k;
+    J[27] = t_jmyax - x_C * t_zjfms;
+    J[28] = t_q4srq - (x_C * t_6b5z4 - X_x5 * t_u2k23);
+    J[29] = t_qaath - (x_C * t_xcfs2 - X_x5 * t_57yuv);
+    J[30] = t_6yoit + x_C * t_xlfls;
+    J[31] = t_lbt6x - x_C * t_z2374;
     J[32] = SPLAT(K(0.0));
     J[33] = SPLAT(K(0.0));
-    J[34] = t_56s4m - (x_C * t_r32rw + X_x5 * t_qrwk6);
-    J[35] = t_zcoux - (x_C * t_5qui4 + X_x5 * t_37b6j);
-    J[36] = t_sif46_2 - (x_C * t_ph3k5 + X_x5 * t_tepdd);
-    J[37] = t_bwgjg - (x_C * t_d6e7c + X_x5 * t_qdapd);
-    J[38] = t_bvlfu - x_C * t_qt2lr;
-    J[39] = t_22rda - (x_C * t_asiel + X_x5 * t_zn23j);
-    J[40] = t_dm5pt - (x_C * t_td2cp + X_x5 * t_zthab);
-    J[41] = t_sif46_3 - (x_C * t_7kzhv + X_x5 * t_ntng6);
-    J[42] = t_p2gmi - (x_C * t_ilfgh + X_x5 * t_h4vxz);
-    J[43] = t_wduhb - x_C * t_qa5mz;
-    J[44] = t_76pup - (x_C * t_siflb - X_x6 * t_6fswf);
-    J[45] = t_76pup_2 - (x_C * t_siflb_2 - X_x6 * t_ug47n);
-    J[46] = t_5qicw - x_C * t_zh6ym;
-    J[47] = t_gawjk - x_C * t_n5r3v;
-    J[48] = t_kyglk - x_C * t_gao76;
-    J[49] = t_dv2mw - x_C * t_mnjvs;
-    J[50] = t_chekg - (x_C * t_ezo2r - X_x6 * t_yqcxm);
-    J[51] = t_6yt6i - (x_C * t_q4hjb - X_x6 * t_fzk4w);
-    J[52] = t_ocypu - x_C * t_kutbt;
-    J[53] = t_4ozvf - x_C * t_3dix3;
+    J[34] = t_2co5x - (x_C * t_q3cys + X_x5 * t_xx4am);
+    J[35] = t_lgeyr - (x_C * t_t443l + X_x5 * t_mverp);
+    J[36] = t_qaath_2 - (x_C * t_wxryc + X_x5 * t_ivndo);
+    J[37] = t_knanc - (x_C * t_uokjf + X_x5 * t_mbrey);
+    J[38] = t_4h6gb - x_C * t_fxr3g;
+    J[39] = t_dnz36 - (x_C * t_e5aki + X_x5 * t_fs2a7);
+    J[40] = t_pwjsu - (x_C * t_tjmos + X_x5 * t_ftbzc);
+    J[41] = t_qaath_3 - (x_C * t_y3mj3 + X_x5 * t_kd2tw);
+    J[42] = t_anx4c - (x_C * t_ecmul + X_x5 * t_ilxdv);
+    J[43] = t_6d64g - x_C * t_xvktf;
+    J[44] = t_xmlr2 - (x_C * t_jjimd - X_x6 * t_ewbss);
+    J[45] = t_xmlr2_2 - (x_C * t_jjimd_2 - X_x6 * t_r65kk);
+    J[46] = t_yfckp - x_C * t_cfpk7;
+    J[47] = t_glplv - x_C * t_l4ku2;
+    J[48] = t_hxv2x - x_C * t_axprd;
+    J[49] = t_ovtdi - x_C * t_yy3ma;
+    J[50] = t_gcret - (x_C * t_mgf34 - X_x6 * t_u2k23);
+    J[51] = t_3xvev - (x_C * t_ock5r - X_x6 * t_57yuv);
+    J[52] = t_n3s7d - x_C * t_gtosd;
+    J[53] = t_nt4nn - x_C * t_rvgfc;
     J[54] = SPLAT(K(0.0));
     J[55] = SPLAT(K(0.0));
-    J[56] = t_ce7sx - (x_C * t_dzlfq + X_x6 * t_qrwk6);
-    J[57] = t_q7uwl - (x_C * t_ngk2s + X_x6 * t_37b6j);
-    J[58] = t_6yt6i_2 - (x_C * t_qhwmd + X_x6 * t_tepdd);
-    J[59] = t_faw46 - (x_C * t_rdejp + X_x6 * t_qdapd);
-    J[60] = t_cy7cx - x_C * t_dopxv;
-    J[61] = t_w6rkn - (x_C * t_3fimb + X_x6 * t_zn23j);
-    J[62] = t_hpbyb - (x_C * t_n4rk3 + X_x6 * t_zthab);
-    J[63] = t_6yt6i_3 - (x_C * t_sud4b + X_x6 * t_ntng6);
-    J[64] = t_yezeh - (x_C * t_ymehn + X_x6 * t_h4vxz);
-    J[65] = t_d3udt - x_C * t_umpxr;
-    J[66] = t_b6y6g;
-    J[67] = t_b6y6g_2;
-    J[68] = -t_2a4g4;
-    J[69] = -t_gn4wr;
-    J[70] = t_as7pg;
-    J[71] = -t_nb4xm;
-    J[72] = t_w2yvj;
-    J[73] = t_rbyn3;
-    J[74] = t_ha5ja;
-    J[75] = t_v4zqf;
+    J[56] = t_iwlv4 - (x_C * t_w37ce + X_x6 * t_xx4am);
+    J[57] = t_2lreo - (x_C * t_zx7s4 + X_x6 * t_mverp);
+    J[58] = t_3xvev_2 - (x_C * t_7rpdr + X_x6 * t_ivndo);
+    J[59] = t_dizrn - (x_C * t_czmrv + X_x6 * t_mbrey);
+    J[60] = t_gbdhq - x_C * t_a3fxk;
+    J[61] = t_eiokr - (x_C * t_beil2 + X_x6 * t_fs2a7);
+    J[62] = t_ozpfu - (x_C * t_qv7dl + X_x6 * t_ftbzc);
+    J[63] = t_3xvev_3 - (x_C * t_zsezh + X_x6 * t_kd2tw);
+    J[64] = t_avdfq - (x_C * t_etsli + X_x6 * t_ilxdv);
+    J[65] = t_6pv46 - x_C * t_tk2vw;
+    J[66] = t_eswkt;
+    J[67] = t_eswkt_2;
+    J[68] = -t_thfjf;
+    J[69] = -t_hj63s;
+    J[70] = t_zsxp7;
+    J[71] = -t_l72tp;
+    J[72] = t_j6oce;
+    J[73] = t_uetpc;
+    J[74] = t_zgv5t;
+    J[75] = t_xcela;
     J[76] = SPLAT(K(0.0));
     J[77] = SPLAT(K(0.0));
-    J[78] = t_42xp2;
-    J[79] = t_pectw;
-    J[80] = t_rbyn3_2;
-    J[81] = t_s5jpg;
-    J[82] = t_2qn36;
-    J[83] = t_dwgxz;
-    J[84] = t_j6r5h;
-    J[85] = t_rbyn3_3;
-    J[86] = t_asue6;
-    J[87] = t_csi4c;
-    J[88] = -t_siflb;
-    J[89] = -t_siflb_2;
-    J[90] = -t_zh6ym;
-    J[91] = -t_n5r3v;
-    J[92] = -t_gao76;
-    J[93] = -t_mnjvs;
-    J[94] = -t_ezo2r;
-    J[95] = -t_q4hjb;
-    J[96] = -t_kutbt;
-    J[97] = -t_3dix3;
+    J[78] = t_ldioe;
+    J[79] = t_7ikri;
+    J[80] = t_uetpc_2;
+    J[81] = t_ehnzz;
+    J[82] = t_dgjcm;
+    J[83] = t_55qbs;
+    J[84] = t_trtct;
+    J[85] = t_uetpc_3;
+    J[86] = t_4tfej;
+    J[87] = t_x3rb4;
+    J[88] = -t_jjimd;
+    J[89] = -t_jjimd_2;
+    J[90] = -t_cfpk7;
+    J[91] = -t_l4ku2;
+    J[92] = -t_axprd;
+    J[93] = -t_yy3ma;
+    J[94] = -t_mgf34;
+    J[95] = -t_ock5r;
+    J[96] = -t_gtosd;
+    J[97] = -t_rvgfc;
     J[98] = SPLAT(K(0.0));
     J[99] = SPLAT(K(0.0));
-    J[100] = -t_dzlfq;
-    J[101] = -t_ngk2s;
-    J[102] = -t_qhwmd;
-    J[103] = -t_rdejp;
-    J[104] = -t_dopxv;
-    J[105] = -t_3fimb;
-    J[106] = -t_n4rk3;
-    J[107] = -t_sud4b;
-    J[108] = -t_ymehn;
-    J[109] = -t_umpxr;
-    J[110] = t_kjeag;
-    J[111] = t_ofpuk;
-    J[112] = t_uf2hs;
-    J[113] = t_okj2x;
-    J[114] = -t_gaejw;
-    J[115] = t_etzpb;
-    J[116] = t_4mcw6;
-    J[117] = t_kaqej;
-    J[118] = -t_rzdx6;
-    J[119] = t_3obum;
+    J[100] = -t_w37ce;
+    J[101] = -t_zx7s4;
+    J[102] = -t_7rpdr;
+    J[103] = -t_czmrv;
+    J[104] = -t_a3fxk;
+    J[105] = -t_beil2;
+    J[106] = -t_qv7dl;
+    J[107] = -t_zsezh;
+    J[108] = -t_etsli;
+    J[109] = -t_tk2vw;
+    J[110] = t_3layk;
+    J[111] = t_726dp;
+    J[112] = t_lfenl;
+    J[113] = t_zz5n2;
+    J[114] = -t_kbb6k;
+    J[115] = t_zjfms;
+    J[116] = t_6b5z4;
+    J[117] = t_xcfs2;
+    J[118] = -t_xlfls;
+    J[119] = t_z2374;
     J[120] = SPLAT(K(0.0));
     J[121] = SPLAT(K(0.0));
-    J[122] = t_r32rw;
-    J[123] = t_5qui4;
-    J[124] = t_ph3k5;
-    J[125] = t_d6e7c;
-    J[126] = t_qt2lr;
-    J[127] = t_asiel;
-    J[128] = t_td2cp;
-    J[129] = t_7kzhv;
-    J[130] = t_ilfgh;
-    J[131] = t_qa5mz;
+    J[122] = t_q3cys;
+    J[123] = t_t443l;
+    J[124] = t_wxryc;
+    J[125] = t_uokjf;
+    J[126] = t_fxr3g;
+    J[127] = t_e5aki;
+    J[128] = t_tjmos;
+    J[129] = t_y3mj3;
+    J[130] = t_ecmul;
+    J[131] = t_xvktf;
     J[132] = SPLAT(K(0.0));
     J[133] = SPLAT(K(0.0));
     J[134] = SPLAT(K(0.0));
@@ -3396,142 +3396,142 @@ void slosh_jac_p(const real *x, const real *u, const real *p, real *J)
     J[283] = SPLAT(K(0.0));
     J[284] = SPLAT(K(0.0));
     J[285] = SPLAT(K(0.0));
-    J[286] = t_6e2rb
-        - p[I1] * (t_6e2rb + t_b6y6g) * t_zrejm
-        - k1 * (t_u6dgx + sin_phi1 * t_57jla);
-    J[287] = t_6e2rb_2
-        - p[I1] * (t_6e2rb_2 + t_b6y6g_2) * t_zrejm
-        - k1 * (t_ri3id + sin_phi1 * t_ds3uu);
-    J[288] = t_5k4zx - p[I1] * (t_5k4zx - t_2a4g4) * t_zrejm - k1 * t_qhm65;
-    J[289] = t_d4i3v - p[I1] * (t_d4i3v - t_gn4wr) * t_zrejm - k1 * t_rywpw;
-    J[290] = t_bj4c5 - p[I1] * (t_bj4c5 + t_as7pg) * t_zrejm - k1 * t_umh5e;
-    J[291] = t_p4g56 - p[I1] * (t_p4g56 - t_nb4xm) * t_zrejm - k1 * t_mgoey;
-    J[292] = t_6jimd
-        - p[I1] * (t_6jimd + t_w2yvj) * t_zrejm
-        - k1 * (t_b5fqx + sin_phi1 * t_ulrhu);
-    J[293] = t_6gjta
-        - p[I1] * (t_6gjta + t_rbyn3) * t_zrejm
-        - k1 * (t_nc4ae + sin_phi1 * t_74jxz);
-    J[294] = t_tj7ps - p[I1] * (t_tj7ps + t_ha5ja) * t_zrejm - k1 * t_fml7w;
-    J[295] = t_fz2so - p[I1] * (t_fz2so + t_v4zqf) * t_zrejm - k1 * t_tftqx;
+    J[286] = t_53dzm
+        - p[I1] * (t_53dzm + t_eswkt) * t_gbl6n
+        - k1 * (t_gas5i + sin_phi1 * t_6ev6p);
+    J[287] = t_53dzm_2
+        - p[I1] * (t_53dzm_2 + t_eswkt_2) * t_gbl6n
+        - k1 * (t_narom + sin_phi1 * t_cjtpu);
+    J[288] = t_7k3ku - p[I1] * (t_7k3ku - t_thfjf) * t_gbl6n - k1 * t_5fshf;
+    J[289] = t_i3xcn - p[I1] * (t_i3xcn - t_hj63s) * t_gbl6n - k1 * t_mqndb;
+    J[290] = t_st7lh - p[I1] * (t_st7lh + t_zsxp7) * t_gbl6n - k1 * t_drlwk;
+    J[291] = t_7nfp3 - p[I1] * (t_7nfp3 - t_l72tp) * t_gbl6n - k1 * t_npyla;
+    J[292] = t_d6st2
+        - p[I1] * (t_d6st2 + t_j6oce) * t_gbl6n
+        - k1 * (t_kltmi + sin_phi1 * t_hk4td);
+    J[293] = t_kocin
+        - p[I1] * (t_kocin + t_uetpc) * t_gbl6n
+        - k1 * (t_iuygg + sin_phi1 * t_funvz);
+    J[294] = t_gmzj4 - p[I1] * (t_gmzj4 + t_zgv5t) * t_gbl6n - k1 * t_qexcu;
+    J[295] = t_mhgmd - p[I1] * (t_mhgmd + t_xcela) * t_gbl6n - k1 * t_xeyak;
     J[296] = SPLAT(K(0.0));
     J[297] = SPLAT(K(0.0));
-    J[298] = t_lsbn7
-        - (p[I1] * (t_lsbn7 + t_42xp2) * t_zrejm - t_g65cu * t_os4zj)
-        - (t_ynvhx * t_65tki + k1 * (t_wz6in + sin_phi1 * t_dzofb));
-    J[299] = t_otmnr
-        - (p[I1] * (t_otmnr + t_pectw) * t_zrejm - t_g65cu * t_gi55u)
-        - (t_ynvhx * t_gtm2o + k1 * (t_rjnco + sin_phi1 * t_hzfds));
-    J[300] = t_6gjta_2
-        - p[I1] * (t_6gjta_2 + t_rbyn3_2) * t_zrejm
-        - k1 * (t_mmhac + sin_phi1 * (t_6xo3m - t_vpupx));
-    J[301] = t_lsbn7_2
-        - ((t_j5eoq + p[I1] * (t_lsbn7_2 + t_s5jpg)) * t_zrejm - t_g65cu)
-        - (k1 * (t_gzwzd + sin_phi1 * t_xgt7p) - t_ynvhx * t_f7dyx);
-    J[302] = t_4hyqp - (x[phi1_dot] + p[I1] * (t_4hyqp + t_2qn36)) * t_zrejm - k1 * t_t256n;
-    J[303] = t_lsbn7_3
-        - p[I1] * (t_lsbn7_3 + t_dwgxz) * t_zrejm
-        - k1 * (t_l5xo5 + sin_phi1 * t_nrosw);
-    J[304] = t_otmnr_2
-        - p[I1] * (t_otmnr_2 + t_j6r5h) * t_zrejm
-        - k1 * (t_kw46p + sin_phi1 * t_vq2zc);
-    J[305] = t_6gjta_3
-        - p[I1] * (t_6gjta_3 + t_rbyn3_3) * t_zrejm
-        - k1 * (t_wm2y6 + sin_phi1 * t_5lgag);
-    J[306] = t_lsbn7_4
-        - p[I1] * (t_lsbn7_4 + t_asue6) * t_zrejm
-        - k1 * (t_d6jpg + sin_phi1 * t_svkbn);
-    J[307] = t_ifm3j - p[I1] * (t_ifm3j + t_csi4c) * t_zrejm - k1 * t_difmz;
-    J[308] = -(t_kjeag + th_1 * (q_1 * t_adb3p));
-    J[309] = -(t_ofpuk + th_1 * (q_1 * t_cul42));
-    J[310] = -(t_uf2hs + th_1 * (q_1 * t_uu53f));
-    J[311] = -(t_okj2x + th_1 * (q_1 * t_rdcsc));
-    J[312] = -(th_1 * (q_1 * t_zw7yl) - t_gaejw);
-    J[313] = -(t_etzpb + th_1 * (q_1 * t_z7v5y));
-    J[314] = -(t_4mcw6 + th_1 * (q_1 * t_xmjco));
-    J[315] = -(t_kaqej + th_1 * (q_1 * t_idddq));
-    J[316] = -(th_1 * (q_1 * t_imwbh) - t_rzdx6);
-    J[317] = -(t_3obum + th_1 * (q_1 * t_evtjo));
+    J[298] = t_fvgrx
+        - (p[I1] * (t_fvgrx + t_ldioe) * t_gbl6n - t_lu6nc * t_os4zj)
+        - (t_2prat * t_52z36 + k1 * (t_2c2yw + sin_phi1 * t_e2e2y));
+    J[299] = t_gpq2m
+        - (p[I1] * (t_gpq2m + t_7ikri) * t_gbl6n - t_lu6nc * t_6nwd2_2)
+        - (t_2prat * t_pgom5 + k1 * (t_kh32p + sin_phi1 * t_kqbf4));
+    J[300] = t_kocin_2
+        - p[I1] * (t_kocin_2 + t_uetpc_2) * t_gbl6n
+        - k1 * (t_fwcjx + sin_phi1 * (t_4irej - t_r6h52));
+    J[301] = t_fvgrx_2
+        - ((t_hig3c_7 + p[I1] * (t_fvgrx_2 + t_ehnzz)) * t_gbl6n - t_lu6nc)
+        - (k1 * (t_npp6m + sin_phi1 * t_lq7ga) - t_2prat * t_crqud);
+    J[302] = t_jv5tu - (x[phi1_dot] + p[I1] * (t_jv5tu + t_dgjcm)) * t_gbl6n - k1 * t_xkytc;
+    J[303] = t_fvgrx_3
+        - p[I1] * (t_fvgrx_3 + t_55qbs) * t_gbl6n
+        - k1 * (t_dwmap + sin_phi1 * t_hokxz);
+    J[304] = t_gpq2m_2
+        - p[I1] * (t_gpq2m_2 + t_trtct) * t_gbl6n
+        - k1 * (t_2ffo4 + sin_phi1 * t_73w2q);
+    J[305] = t_kocin_3
+        - p[I1] * (t_kocin_3 + t_uetpc_3) * t_gbl6n
+        - k1 * (t_roros + sin_phi1 * t_ybizz);
+    J[306] = t_fvgrx_4
+        - p[I1] * (t_fvgrx_4 + t_4tfej) * t_gbl6n
+        - k1 * (t_sxttm + sin_phi1 * t_25bpy);
+    J[307] = t_xbxnd - p[I1] * (t_xbxnd + t_x3rb4) * t_gbl6n - k1 * t_gsxiv;
+    J[308] = -(t_3layk + th_1 * (q_1 * t_qvbvv));
+    J[309] = -(t_726dp + th_1 * (q_1 * t_q45g2));
+    J[310] = -(t_lfenl + th_1 * (q_1 * t_xqivv));
+    J[311] = -(t_zz5n2 + th_1 * (q_1 * t_bjrth));
+    J[312] = -(th_1 * (q_1 * t_32nc6) - t_kbb6k);
+    J[313] = -(t_zjfms + th_1 * (q_1 * t_lzqdv));
+    J[314] = -(t_6b5z4 + th_1 * (q_1 * t_umf5w));
+    J[315] = -(t_xcfs2 + th_1 * (q_1 * t_ep3gn));
+    J[316] = -(th_1 * (q_1 * t_kyxqs) - t_xlfls);
+    J[317] = -(t_z2374 + th_1 * (q_1 * t_rigzi));
     J[318] = SPLAT(K(0.0));
     J[319] = SPLAT(K(0.0));
-    J[320] = -(t_r32rw + (t_mvk6z * t_ievgo + th_1 * (q_1 * t_krdq7 - t_4yl6k * t_ibe72)));
-    J[321] = -(t_5qui4 + (th_1 * (t_5ffnn * sin_phi1 + q_1 * t_cakst) - t_mvk6z * t_hjjc3));
-    J[322] = -(t_ph3k5 + th_1 * (q_1 * t_lr2ho));
-    J[323] = -(t_d6e7c + (th_1 * (q_1 * t_iufxj) - t_mvk6z * t_sdxhx));
-    J[324] = -(t_qt2lr + th_1 * (x[theta1_dot] * t_ibe72 + q_1 * t_tkwds));
-    J[325] = -(t_asiel + th_1 * (q_1 * t_l33jj));
-    J[326] = -(t_td2cp + th_1 * (q_1 * t_t4mda));
-    J[327] = -(t_7kzhv + th_1 * (q_1 * t_rbrs4));
-    J[328] = -(t_ilfgh + th_1 * (q_1 * t_drbrx));
-    J[329] = -(t_qa5mz + th_1 * (q_1 * t_umtid));
-    J[330] = t_hlapu
-        - p[I2] * (t_hlapu + t_b6y6g) * t_5wzvs
-        - k2 * (t_wz2j6 + sin_phi2 * t_57jla);
-    J[331] = t_hlapu_2
-        - p[I2] * (t_hlapu_2 + t_b6y6g_2) * t_5wzvs
-        - k2 * (t_ncrgn + sin_phi2 * t_ds3uu);
-    J[332] = t_3htp2 - p[I2] * (t_3htp2 - t_2a4g4) * t_5wzvs - k2 * t_ave4g;
-    J[333] = t_6jmyy - p[I2] * (t_6jmyy - t_gn4wr) * t_5wzvs - k2 * t_4tkup;
-    J[334] = t_uahpb - p[I2] * (t_uahpb + t_as7pg) * t_5wzvs - k2 * t_h6hjz;
-    J[335] = t_6w4rd - p[I2] * (t_6w4rd - t_nb4xm) * t_5wzvs - k2 * t_mv7a3;
-    J[336] = t_7qkup
-        - p[I2] * (t_7qkup + t_w2yvj) * t_5wzvs
-        - k2 * (t_hhnms + sin_phi2 * t_ulrhu);
-    J[337] = t_vzckm
-        - p[I2] * (t_vzckm + t_rbyn3) * t_5wzvs
-        - k2 * (t_ejcfn + sin_phi2 * t_74jxz);
-    J[338] = t_4sp22 - p[I2] * (t_4sp22 + t_ha5ja) * t_5wzvs - k2 * t_xwhz3;
-    J[339] = t_qpq3e - p[I2] * (t_qpq3e + t_v4zqf) * t_5wzvs - k2 * t_nyprb;
+    J[320] = -(t_q3cys + (t_pyebf * t_7sljo + th_1 * (q_1 * t_4bvhl - t_zxl2o * t_ibe72)));
+    J[321] = -(t_t443l + (th_1 * (t_pksrm * sin_phi1 + q_1 * t_j2m63) - t_pyebf * t_hoeo6));
+    J[322] = -(t_wxryc + th_1 * (q_1 * t_ocklv));
+    J[323] = -(t_uokjf + (th_1 * (q_1 * t_yxuci) - t_pyebf * t_7pofv));
+    J[324] = -(t_fxr3g + th_1 * (x[theta1_dot] * t_ibe72 + q_1 * t_dfvik));
+    J[325] = -(t_e5aki + th_1 * (q_1 * t_ekfxh));
+    J[326] = -(t_tjmos + th_1 * (q_1 * t_6jtr3));
+    J[327] = -(t_y3mj3 + th_1 * (q_1 * t_3yudp));
+    J[328] = -(t_ecmul + th_1 * (q_1 * t_yo4op));
+    J[329] = -(t_xvktf + th_1 * (q_1 * t_ckoza));
+    J[330] = t_svct7
+        - p[I2] * (t_svct7 + t_eswkt) * t_jx6g7
+        - k2 * (t_p5ydb + sin_phi2 * t_6ev6p);
+    J[331] = t_svct7_2
+        - p[I2] * (t_svct7_2 + t_eswkt_2) * t_jx6g7
+        - k2 * (t_jf3ig + sin_phi2 * t_cjtpu);
+    J[332] = t_7w3fg - p[I2] * (t_7w3fg - t_thfjf) * t_jx6g7 - k2 * t_mq2um;
+    J[333] = t_lfwpl - p[I2] * (t_lfwpl - t_hj63s) * t_jx6g7 - k2 * t_g32ei;
+    J[334] = t_5g6oa - p[I2] * (t_5g6oa + t_zsxp7) * t_jx6g7 - k2 * t_kbxxz;
+    J[335] = t_ixxiq - p[I2] * (t_ixxiq - t_l72tp) * t_jx6g7 - k2 * t_gkmbd;
+    J[336] = t_e3xj3
+        - p[I2] * (t_e3xj3 + t_j6oce) * t_jx6g7
+        - k2 * (t_joygp + sin_phi2 * t_hk4td);
+    J[337] = t_3u7oy
+        - p[I2] * (t_3u7oy + t_uetpc) * t_jx6g7
+        - k2 * (t_lskfd + sin_phi2 * t_funvz);
+    J[338] = t_dm34b - p[I2] * (t_dm34b + t_zgv5t) * t_jx6g7 - k2 * t_3bbsw;
+    J[339] = t_4nrcd - p[I2] * (t_4nrcd + t_xcela) * t_jx6g7 - k2 * t_gmh2j;
     J[340] = SPLAT(K(0.0));
     J[341] = SPLAT(K(0.0));
-    J[342] = t_vueg2
-        - p[I2] * (t_vueg2 + t_42xp2) * t_5wzvs
-        - k2 * (t_nbv5l + sin_phi2 * t_dzofb);
-    J[343] = t_ej5r5
-        - p[I2] * (t_ej5r5 + t_pectw) * t_5wzvs
-        - k2 * (t_w2dr4 + sin_phi2 * t_hzfds);
-    J[344] = t_vzckm_2
-        - p[I2] * (t_vzckm_2 + t_rbyn3_2) * t_5wzvs
-        - k2 * (t_pj54z + sin_phi2 * t_jaeht);
-    J[345] = t_vueg2_2
-        - p[I2] * (t_vueg2_2 + t_s5jpg) * t_5wzvs
-        - k2 * (t_iztme + sin_phi2 * t_xgt7p);
-    J[346] = t_3j7pj - p[I2] * (t_3j7pj + t_2qn36) * t_5wzvs - k2 * t_ncziw;
-    J[347] = t_vueg2_3
-        - (p[I2] * (t_vueg2_3 + t_dwgxz) * t_5wzvs - t_ikkca * t_nfvux)
-        - (t_rrute * t_zlqqo + k2 * (t_thaoj + sin_phi2 * t_nrosw));
-    J[348] = t_ej5r5_2
-        - (p[I2] * (t_ej5r5_2 + t_j6r5h) * t_5wzvs - t_ikkca * t_f5n5n)
-        - (t_rrute * t_knrxj + k2 * (t_dtzxw + sin_phi2 * t_vq2zc));
-    J[349] = t_vzckm_3
-        - p[I2] * (t_vzckm_3 + t_rbyn3_3) * t_5wzvs
-        - k2 * (t_7xdau + sin_phi2 * (t_6xo3m_2 - t_tcwyk));
-    J[350] = t_vueg2_4
-        - ((t_ceda7 + p[I2] * (t_vueg2_4 + t_asue6)) * t_5wzvs - t_ikkca)
-        - (k2 * (t_q2p5s + sin_phi2 * t_svkbn) - t_rrute * t_2deuo);
-    J[351] = t_lhvfk - (x[phi2_dot] + p[I2] * (t_lhvfk + t_csi4c)) * t_5wzvs - k2 * t_em6fd;
-    J[352] = -(t_kjeag + th_2 * (q_2 * t_kjdut));
-    J[353] = -(t_ofpuk + th_2 * (q_2 * t_a34nc));
-    J[354] = -(t_uf2hs + th_2 * (q_2 * t_672su));
-    J[355] = -(t_okj2x + th_2 * (q_2 * t_x7mee));
-    J[356] = -(th_2 * (q_2 * t_wea7r) - t_gaejw);
-    J[357] = -(t_etzpb + th_2 * (q_2 * t_qmvlm));
-    J[358] = -(t_4mcw6 + th_2 * (q_2 * t_hllhl));
-    J[359] = -(t_kaqej + th_2 * (q_2 * t_wupty));
-    J[360] = -(th_2 * (q_2 * t_i3efb) - t_rzdx6);
-    J[361] = -(t_3obum + th_2 * (q_2 * t_mnoxd));
+    J[342] = t_amwqv
+        - p[I2] * (t_amwqv + t_ldioe) * t_jx6g7
+        - k2 * (t_3ytj6 + sin_phi2 * t_e2e2y);
+    J[343] = t_auypo
+        - p[I2] * (t_auypo + t_7ikri) * t_jx6g7
+        - k2 * (t_gc67y + sin_phi2 * t_kqbf4);
+    J[344] = t_3u7oy_2
+        - p[I2] * (t_3u7oy_2 + t_uetpc_2) * t_jx6g7
+        - k2 * (t_vlz27 + sin_phi2 * t_qqijq);
+    J[345] = t_amwqv_2
+        - p[I2] * (t_amwqv_2 + t_ehnzz) * t_jx6g7
+        - k2 * (t_c6hku + sin_phi2 * t_lq7ga);
+    J[346] = t_5dxm7 - p[I2] * (t_5dxm7 + t_dgjcm) * t_jx6g7 - k2 * t_orsvx;
+    J[347] = t_amwqv_3
+        - (p[I2] * (t_amwqv_3 + t_55qbs) * t_jx6g7 - t_kh2uj * t_nfvux)
+        - (t_y662k * t_srcxa + k2 * (t_4556k + sin_phi2 * t_hokxz));
+    J[348] = t_auypo_2
+        - (p[I2] * (t_auypo_2 + t_trtct) * t_jx6g7 - t_kh2uj * t_popww_2)
+        - (t_y662k * t_vauev + k2 * (t_wpbr6 + sin_phi2 * t_73w2q));
+    J[349] = t_3u7oy_3
+        - p[I2] * (t_3u7oy_3 + t_uetpc_3) * t_jx6g7
+        - k2 * (t_rmnkb + sin_phi2 * (t_4irej_2 - t_ret3f));
+    J[350] = t_amwqv_4
+        - ((t_hig3c_9 + p[I2] * (t_amwqv_4 + t_4tfej)) * t_jx6g7 - t_kh2uj)
+        - (k2 * (t_rqotu + sin_phi2 * t_25bpy) - t_y662k * t_s327d);
+    J[351] = t_nupe3 - (x[phi2_dot] + p[I2] * (t_nupe3 + t_x3rb4)) * t_jx6g7 - k2 * t_6fvmf;
+    J[352] = -(t_3layk + th_2 * (q_2 * t_uwp6q));
+    J[353] = -(t_726dp + th_2 * (q_2 * t_juqdk));
+    J[354] = -(t_lfenl + th_2 * (q_2 * t_3k7wz));
+    J[355] = -(t_zz5n2 + th_2 * (q_2 * t_pl3ui));
+    J[356] = -(th_2 * (q_2 * t_eweqr) - t_kbb6k);
+    J[357] = -(t_zjfms + th_2 * (q_2 * t_5jlfb));
+    J[358] = -(t_6b5z4 + th_2 * (q_2 * t_wagsv));
+    J[359] = -(t_xcfs2 + th_2 * (q_2 * t_kilr2));
+    J[360] = -(th_2 * (q_2 * t_uuwmi) - t_xlfls);
+    J[361] = -(t_z2374 + th_2 * (q_2 * t_3txie));
     J[362] = SPLAT(K(0.0));
     J[363] = SPLAT(K(0.0));
-    J[364] = -(t_r32rw + th_2 * (q_2 * t_bsojp));
-    J[365] = -(t_5qui4 + th_2 * (q_2 * t_qahse));
-    J[366] = -(t_ph3k5 + th_2 * (q_2 * t_73hce));
-    J[367] = -(t_d6e7c + th_2 * (q_2 * t_zdvcu));
-    J[368] = -(t_qt2lr + th_2 * (q_2 * t_xhmum));
-    J[369] = -(t_asiel + (t_4nigg * t_igor2 + th_2 * (q_2 * t_cpbqq - t_4jcmi * t_r7vy7)));
-    J[370] = -(t_td2cp + (th_2 * (t_oqair * sin_phi2 + q_2 * t_gnykk) - t_4nigg * t_yex7s));
-    J[371] = -(t_7kzhv + th_2 * (q_2 * t_3lmcf));
-    J[372] = -(t_ilfgh + (th_2 * (q_2 * t_igwwm) - t_4nigg * t_yyt2v));
-    J[373] = -(t_qa5mz + th_2 * (x[theta2_dot] * t_r7vy7 + q_2 * t_4mpdk));
+    J[364] = -(t_q3cys + th_2 * (q_2 * t_upjsj));
+    J[365] = -(t_t443l + th_2 * (q_2 * t_zdwvz));
+    J[366] = -(t_wxryc + th_2 * (q_2 * t_xo3dm));
+    J[367] = -(t_uokjf + th_2 * (q_2 * t_fdkhe));
+    J[368] = -(t_fxr3g + th_2 * (q_2 * t_gghjj));
+    J[369] = -(t_e5aki + (t_z6vey * t_glwfn + th_2 * (q_2 * t_4sx3h - t_vcw2z * t_r7vy7)));
+    J[370] = -(t_tjmos + (th_2 * (t_zj7x3 * sin_phi2 + q_2 * t_if6xs) - t_z6vey * t_hinyt));
+    J[371] = -(t_y3mj3 + th_2 * (q_2 * t_llahm));
+    J[372] = -(t_ecmul + (th_2 * (q_2 * t_3ynog) - t_z6vey * t_dkwtm));
+    J[373] = -(t_xvktf + th_2 * (x[theta2_dot] * t_r7vy7 + q_2 * t_gm33g));
 }
 
 /* Jacobian of outputs with respect to p, row by row; 5259 operations. */
@@ -3576,33 +3576,33 @@ void slosh_outputs_jac_p(const real *x, const real *u, const real *r, const real
     enum { eps2 = SLOSH_P_EPS2 };
     const real t_os4zj = p[l1] * p[l1];
     const real D1 = t_os4zj * p[m1] + p[I1];
-    const real t_zrejm = K(1.0) / D1;
-    const real t_3qn53 = p[m1] * t_zrejm;
-    const real k1 = t_3qn53 * p[l1];
-    const real me1 = t_3qn53 * p[I1];
+    const real t_gbl6n = K(1.0) / D1;
+    const real t_wywjk = p[m1] * t_gbl6n;
+    const real k1 = t_wywjk * p[l1];
+    const real me1 = t_wywjk * p[I1];
     const real t_6nwd2 = p[l1] * p[m1];
     const real mv1 = t_6nwd2 * k1;
     const real t_nfvux = p[l2] * p[l2];
     const real D2 = t_nfvux * p[m2] + p[I2];
-    const real t_5wzvs = K(1.0) / D2;
-    const real t_54cbb = p[m2] * t_5wzvs;
-    const real k2 = t_54cbb * p[l2];
-    const real me2 = t_54cbb * p[I2];
+    const real t_jx6g7 = K(1.0) / D2;
+    const real t_jzg7x = p[m2] * t_jx6g7;
+    const real k2 = t_jzg7x * p[l2];
+    const real me2 = t_jzg7x * p[I2];
     const real t_popww = p[l2] * p[m2];
     const real mv2 = t_popww * k2;
     const real M_C = p[m] + p[m0] + me1 + me2;
-    const real t_xpjrw = K(1.0) / M_C;
-    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) * t_xpjrw;
+    const real t_bm3wf = K(1.0) / M_C;
+    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) * t_bm3wf;
     const real t_owkw5 = p[h1] * p[h1];
     const real t_gy5fy = p[h2] * p[h2];
     const real t_piq3g = p[b] * p[b];
     const real t_rvsxd = p[h0] * p[h0];
-    const real t_iw7bs = x_C * x_C;
+    const real t_2ijrp = x_C * x_C;
     const real S_C = me1 * t_owkw5
         + me2 * t_gy5fy
         + p[m] * t_piq3g
         + p[m0] * t_rvsxd
-        - M_C * t_iw7bs;
+        - M_C * t_2ijrp;
     const real J_C1 = p[I0] + p[J_x];
     const real J_C3 = p[I0] + p[J_z] + S_C;
     const real t_is5lg = p[I1] + p[I2];
@@ -3623,8 +3623,8 @@ void slosh_outputs_jac_p(const real *x, const real *u, const real *r, const real
     const real w_x1 = x[wx] - x[theta1_dot];
     const real p1 = Wn1 + x[phi1_dot];
     const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
-    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
     real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
     real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
     const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
@@ -3632,12 +3632,12 @@ void slosh_outputs_jac_p(const real *x, const real *u, const real *r, const real
     const real w_x2 = x[wx] - x[theta2_dot];
     const real p2 = Wn2 + x[phi2_dot];
     const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
-    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
     const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
-    const real t_w7vil = t_rybsf * e1;
-    const real t_lupe6 = cos_phi1 * t_w7vil;
-    const real tension1 = t_lupe6 * mv1 - t_6nwd2 * sigma_sq1;
+    const real t_aqrn5 = t_rybsf * e1;
+    const real t_6om56 = cos_phi1 * t_aqrn5;
+    const real tension1 = t_6om56 * mv1 - t_6nwd2 * sigma_sq1;
     const real As_1 = mv1 * sin_phi1;
     const real Ass_1 = As_1 * sin_phi1;
     const real Asc_1 = As_1 * cos_phi1;
@@ -3649,20 +3649,20 @@ void slosh_outputs_jac_p(const real *x, const real *u, const real *r, const real
     const real Bc_1 = B_1 * cos_phi1;
     const real Bl_1 = B_1 * p[l1];
     const real g_1 = e1 - lc_1;
-    const real t_7vbeu = q_1 * q_1;
-    const real t_odnx4 = K(1.0) / (p[I1] + p[m1] * t_7vbeu);
-    const real th_1 = p[m1] * t_odnx4;
+    const real t_kup26 = q_1 * q_1;
+    const real t_f3iki = K(1.0) / (p[I1] + p[m1] * t_kup26);
+    const real th_1 = p[m1] * t_f3iki;
     const real wth_1 = th_1 * p[I1];
     const real eBc_1 = Bc_1 * e1;
     const real wg_1 = g_1 * wth_1;
     const real S_sq1 = sin_theta1 * sin_theta1;
     const real SC1 = cos_theta1 * sin_theta1;
     const real tn11_1 = Ass_1 + me1 - wth_1;
-    const real t_simvy = e1 * e1;
-    const real t_qodfc = me1 * t_simvy;
-    const real t_3bowt = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
-    const real t_3fv6l = g_1 * wg_1;
-    const real tn44_1 = t_qodfc + t_3bowt - t_3fv6l;
+    const real t_4gp45 = e1 * e1;
+    const real t_drxq5 = me1 * t_4gp45;
+    const real t_zmqjk = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
+    const real t_leuxo = g_1 * wg_1;
+    const real tn44_1 = t_drxq5 + t_zmqjk - t_leuxo;
     const real wq_1 = q_1 * wth_1;
     const real wqg_1 = q_1 * wg_1;
     const real wqq_1 = q_1 * wq_1;
@@ -3672,19 +3672,19 @@ void slosh_outputs_jac_p(const real *x, const real *u, const real *r, const real
     const real wgS_1 = sin_theta1 * wqg_1;
     const real loss_phi1 = p[eps1] * x[phi1_dot];
     const real loss_theta1 = p[eps1] * x[theta1_dot];
-    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
-    const real t_wmv32 = p1 + x[phi1_dot];
-    const real zeta1 = W12 * q_1 + Wn1 * lc_1 * w_x1 - chi1 * p[l1] * t_wmv32;
-    const real t_xips6 = zeta1 * p[I1] - loss_theta1 * q_1;
-    const real F_n1 = th_1 * t_xips6;
-    const real t_7imwe = B_1 * eta1 + loss_phi1 * k1;
-    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
+    const real t_l5lry = p1 + x[phi1_dot];
+    const real zeta1 = W12 * q_1 + Wn1 * lc_1 * w_x1 - chi1 * p[l1] * t_l5lry;
+    const real t_djlym = zeta1 * p[I1] - loss_theta1 * q_1;
+    const real F_n1 = th_1 * t_djlym;
+    const real t_pc5rt = B_1 * eta1 + loss_phi1 * k1;
+    const real F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1;
     const real M_q1 = F_n1 * q_1;
     const real I_phi1 = x[phi1_dot] * p[I1];
     const real I_theta1 = x[theta1_dot] * p[I1];
-    const real t_6fvzz = t_rybsf * e2;
-    const real t_cekeb = cos_phi2 * t_6fvzz;
-    const real tension2 = t_cekeb * mv2 - t_popww * sigma_sq2;
+    const real t_3hay7 = t_rybsf * e2;
+    const real t_bbpwa = cos_phi2 * t_3hay7;
+    const real tension2 = t_bbpwa * mv2 - t_popww * sigma_sq2;
     const real As_2 = mv2 * sin_phi2;
     const real Ass_2 = As_2 * sin_phi2;
     const real Asc_2 = As_2 * cos_phi2;
@@ -3696,20 +3696,20 @@ void slosh_outputs_jac_p(const real *x, const real *u, const real *r, const real
     const real Bc_2 = B_2 * cos_phi2;
     const real Bl_2 = B_2 * p[l2];
     const real g_2 = e2 - lc_2;
-    const real t_bnx3m = q_2 * q_2;
-    const real t_mwbp3 = K(1.0) / (p[I2] + p[m2] * t_bnx3m);
-    const real th_2 = p[m2] * t_mwbp3;
+    const real t_7kgbz = q_2 * q_2;
+    const real t_f3bbl = K(1.0) / (p[I2] + p[m2] * t_7kgbz);
+    const real th_2 = p[m2] * t_f3bbl;
     const real wth_2 = th_2 * p[I2];
     const real eBc_2 = Bc_2 * e2;
     const real wg_2 = g_2 * wth_2;
     const real S_sq2 = sin_theta2 * sin_theta2;
     const real SC2 = cos_theta2 * sin_theta2;
     const real tn11_2 = Ass_2 + me2 - wth_2;
-    const real t_quuci = e2 * e2;
-    const real t_7nffd = me2 * t_quuci;
-    const real t_ymmgl = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
-    const real t_odwbr = g_2 * wg_2;
-    const real tn44_2 = t_7nffd + t_ymmgl - t_odwbr;
+    const real t_wokz5 = e2 * e2;
+    const real t_ittkl = me2 * t_wokz5;
+    const real t_agwdt = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
+    const real t_leuxo_2 = g_2 * wg_2;
+    const real tn44_2 = t_ittkl + t_agwdt - t_leuxo_2;
     const real wq_2 = q_2 * wth_2;
     const real wqg_2 = q_2 * wg_2;
     const real wqq_2 = q_2 * wq_2;
@@ -3719,2001 +3719,2001 @@ void slosh_outputs_jac_p(const real *x, const real *u, const real *r, const real
     const real wgS_2 = sin_theta2 * wqg_2;
     const real loss_phi2 = p[eps2] * x[phi2_dot];
     const real loss_theta2 = p[eps2] * x[theta2_dot];
-    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
-    const real t_nlamb = p2 + x[phi2_dot];
-    const real zeta2 = W12 * q_2 + Wn2 * lc_2 * w_x2 - chi2 * p[l2] * t_nlamb;
-    const real t_vry6x = zeta2 * p[I2] - loss_theta2 * q_2;
-    const real F_n2 = th_2 * t_vry6x;
-    const real t_4b2fa = B_2 * eta2 + loss_phi2 * k2;
-    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
+    const real t_dkl52 = p2 + x[phi2_dot];
+    const real zeta2 = W12 * q_2 + Wn2 * lc_2 * w_x2 - chi2 * p[l2] * t_dkl52;
+    const real t_c6wyu = zeta2 * p[I2] - loss_theta2 * q_2;
+    const real F_n2 = th_2 * t_c6wyu;
+    const real t_63ozv = B_2 * eta2 + loss_phi2 * k2;
+    const real F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2;
     const real M_q2 = F_n2 * q_2;
     const real I_phi2 = x[phi2_dot] * p[I2];
     const real I_theta2 = x[theta2_dot] * p[I2];
     const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
-    const real t_fbeaw = S_sq1 * tn11_1;
-    const real t_dj555 = S_sq2 * tn11_2;
-    const real K22 = t_fbeaw + t_dj555 + M_C + wth_1 + wth_2 - me1 - me2;
+    const real t_leuxo_3 = S_sq1 * tn11_1;
+    const real t_leuxo_4 = S_sq2 * tn11_2;
+    const real K22 = t_leuxo_3 + t_leuxo_4 + M_C + wth_1 + wth_2 - me1 - me2;
     const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + M_C - t_fbeaw - t_dj555;
+    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo_3 - t_leuxo_4;
     const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
-    const real t_nhr5u = wqq_1 + wqq_2;
-    const real K44 = t_nhr5u + Bl_1 + Bl_2 + J_C1;
-    const real t_tcgxn = wg_1 - e1 * me1;
-    const real t_uf5ib = wg_2 - e2 * me2;
-    const real t_32gyg = Bc_1 - eAss_1;
-    const real t_65obb = t_32gyg + t_tcgxn;
-    const real t_gbkg6 = Bc_2 - eAss_2;
-    const real t_yoiua = t_gbkg6 + t_uf5ib;
-    const real t_z76hk = S_sq1 * t_65obb + S_sq2 * t_yoiua;
-    const real K52 = t_tcgxn + t_uf5ib - t_z76hk - wqC_1 - wqC_2;
-    const real t_hjmgb = SC1 * t_65obb + SC2 * t_yoiua;
-    const real K53 = wqS_1 - t_hjmgb + wqS_2;
-    const real t_nncdg = Bl_1 - eBc_1;
-    const real t_4q22j = Bl_2 - eBc_2;
-    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
-    const real t_hoosk = S_sq1 * tn44_1;
-    const real t_drvdp = S_sq2 * tn44_2;
-    const real K55 = t_3fv6l
-        + t_odwbr
-        + t_nhr5u
-        + t_hoosk
-        + t_drvdp
+    const real t_hig3c = wqq_1 + wqq_2;
+    const real K44 = t_hig3c + Bl_1 + Bl_2 + J_C1;
+    const real t_67i37 = wg_1 - e1 * me1;
+    const real t_n5kna = wg_2 - e2 * me2;
+    const real t_hig3c_2 = Bc_1 - eAss_1;
+    const real t_vjftl = t_hig3c_2 + t_67i37;
+    const real t_hig3c_3 = Bc_2 - eAss_2;
+    const real t_vsqil = t_hig3c_3 + t_n5kna;
+    const real t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
+    const real K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2;
+    const real t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil;
+    const real K53 = wqS_1 - t_edvw3_2 + wqS_2;
+    const real t_yzhyr = Bl_1 - eBc_1;
+    const real t_q6put = Bl_2 - eBc_2;
+    const real K54 = t_hig3c - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2;
+    const real t_leuxo_5 = S_sq1 * tn44_1;
+    const real t_leuxo_6 = S_sq2 * tn44_2;
+    const real K55 = t_leuxo
+        + t_leuxo_2
+        + t_hig3c
+        + t_leuxo_5
+        + t_leuxo_6
         + J_C3
-        - t_qodfc
-        - t_7nffd
+        - t_drxq5
+        - t_ittkl
         + K(-2.0) * wgC_1
         + K(-2.0) * wgC_2;
-    const real K63 = t_z76hk - (t_32gyg + t_gbkg6);
-    const real t_zhbuw = wgS_1 + wgS_2;
-    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
-    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
-    const real K66 = t_3bowt + t_ymmgl + J_C2 - t_hoosk - t_drvdp;
-    const real t_vt7uo = F_n1 * cos_theta1;
-    const real t_oncjt = F_n2 * cos_theta2;
-    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
-    const real t_azclp = F_n1 * sin_theta1;
-    const real t_iya7w = F_n2 * sin_theta2;
-    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
-    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
-    const real t_kp7yy = M_q1 + M_q2;
-    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
+    const real K63 = t_edvw3 - (t_hig3c_2 + t_hig3c_3);
+    const real t_hig3c_4 = wgS_1 + wgS_2;
+    const real K64 = t_hig3c_4 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2;
+    const real K65 = t_hig3c_4 + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6;
+    const real t_mallh = F_n1 * cos_theta1;
+    const real t_lbh6o = F_n2 * cos_theta2;
+    const real n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real t_mallh_2 = F_n1 * sin_theta1;
+    const real t_lbh6o_2 = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2;
+    const real t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * p[l1];
+    const real t_hig3c_5 = M_q1 + M_q2;
+    const real t_ogbts = Bs_2 * t_3hay7 + t_63ozv * p[l2];
     const real t_sfymc = p[J_y] - p[J_z];
-    const real n4 = t_aejai
-        - t_kp7yy
-        + t_zd4fs
+    const real n4 = t_mjqai
+        - t_hig3c_5
+        + t_ogbts
         - loss_phi1
         - loss_phi2
         + I_theta1 * x[wy]
         + I_theta2 * x[wy]
         - t_sfymc * x[wy] * x[wz];
-    const real t_w7nmt = t_aejai + F_t1 * e1;
-    const real t_e5cx2 = t_zd4fs + F_t2 * e2;
-    const real n5 = t_w7nmt * sin_theta1
-        - (t_kp7yy + loss_theta1 + loss_theta2)
-        + t_e5cx2 * sin_theta2
+    const real t_lsqzr = t_mjqai + F_t1 * e1;
+    const real t_rbrf6 = t_ogbts + F_t2 * e2;
+    const real n5 = t_lsqzr * sin_theta1
+        - (t_hig3c_5 + loss_theta1 + loss_theta2)
+        + t_rbrf6 * sin_theta2
         - W12 * (J_C1 + (p[J_z] - p[J_y]))
         - I_phi1 * x[wy]
         - I_phi2 * x[wy]
-        + t_vt7uo * g_1
-        + t_oncjt * g_2;
-    const real n6 = t_w7nmt * cos_theta1
-        + t_e5cx2 * cos_theta2
+        + t_mallh * g_1
+        + t_lbh6o * g_2;
+    const real n6 = t_lsqzr * cos_theta1
+        + t_rbrf6 * cos_theta2
         + I_theta1 * x[wx]
         + I_theta2 * x[wx]
         - W13 * (J_C1 + t_is5lg + t_sfymc)
-        - t_azclp * g_1
-        - t_iya7w * g_2
+        - t_mallh_2 * g_1
+        - t_lbh6o_2 * g_2
         - I_phi1 * x[wz]
         - I_phi2 * x[wz];
-    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real t_bpfoo = K(1.0) / K11;
-    const real t_w7lcw = t_b3aij * t_bpfoo;
-    const real K_D2 = K22 - t_b3aij * t_w7lcw;
-    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_3go2w = t_zzymx * t_bpfoo;
-    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
-    const real t_4iujv = K(1.0) / K_D2;
-    const real K_L32 = t_d4mqf * t_4iujv;
-    const real t_ev7u5 = Bs_1 + Asc_1 * e1;
-    const real t_bvybx = Bs_2 + Asc_2 * e2;
-    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
-    const real t_vshgd = t_6mmeb * t_bpfoo;
-    const real t_p6zld = K52 - t_b3aij * t_vshgd;
-    const real K_L52 = t_p6zld * t_4iujv;
-    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
-    const real t_2m245 = Bs_1 + Bs_2;
-    const real t_xq4wt = t_2m245 * t_bpfoo;
-    const real t_m67zs = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2 + t_b3aij * t_xq4wt;
-    const real t_6urah = t_m67zs * t_4iujv;
-    const real t_m27n6 = K43 + t_d4mqf * t_6urah - t_zzymx * t_xq4wt;
-    const real t_zmh3u = K(1.0) / K_D3;
-    const real K_L43 = t_m27n6 * t_zmh3u;
-    const real t_bxfcn = K53 - t_d4mqf * K_L52 - t_zzymx * t_vshgd;
-    const real K_L53 = t_bxfcn * t_zmh3u;
-    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
-    const real t_e4enr = t_bl4f2 * t_bpfoo;
-    const real t_qvrp6 = t_hjmgb + t_b3aij * t_e4enr;
-    const real t_dj64q = t_qvrp6 * t_4iujv;
-    const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
-    const real K_L63 = t_rahc4 * t_zmh3u;
-    const real K_D4 = K44 - t_m67zs * t_6urah - t_m27n6 * K_L43 - t_2m245 * t_xq4wt;
-    const real t_amczu = K54 + t_m67zs * K_L52 - t_m27n6 * K_L53 - t_2m245 * t_vshgd;
-    const real t_lt2al = K(1.0) / K_D4;
-    const real K_L54 = t_amczu * t_lt2al;
-    const real t_e4k6u = K64 - t_m67zs * t_dj64q - t_m27n6 * K_L63 - t_2m245 * t_e4enr;
-    const real K_L64 = t_e4k6u * t_lt2al;
+    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_6dtnj = K(1.0) / K11;
+    const real t_gousg = t_f2nhc * t_6dtnj;
+    const real K_D2 = K22 - t_f2nhc * t_gousg;
+    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_gousg_2 = t_f2nhc_2 * t_6dtnj;
+    const real t_upifj = K32 - t_f2nhc * t_gousg_2;
+    const real t_6dtnj_2 = K(1.0) / K_D2;
+    const real K_L32 = t_upifj * t_6dtnj_2;
+    const real t_2jubo = Bs_1 + Asc_1 * e1;
+    const real t_ittbm = Bs_2 + Asc_2 * e2;
+    const real t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2;
+    const real t_s62lc = t_6iku5 * t_6dtnj;
+    const real t_6vega = K52 - t_f2nhc * t_s62lc;
+    const real K_L52 = t_6vega * t_6dtnj_2;
+    const real K_D3 = K33 - t_upifj * K_L32 - t_f2nhc_2 * t_gousg_2;
+    const real t_hig3c_6 = Bs_1 + Bs_2;
+    const real t_w6lcf = t_hig3c_6 * t_6dtnj;
+    const real t_ly572 = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2 + t_f2nhc * t_w6lcf;
+    const real t_vpdgs = t_ly572 * t_6dtnj_2;
+    const real t_ichgo = K43 + t_upifj * t_vpdgs - t_f2nhc_2 * t_w6lcf;
+    const real t_6dtnj_3 = K(1.0) / K_D3;
+    const real K_L43 = t_ichgo * t_6dtnj_3;
+    const real t_jmicp = K53 - t_upifj * K_L52 - t_f2nhc_2 * t_s62lc;
+    const real K_L53 = t_jmicp * t_6dtnj_3;
+    const real t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2;
+    const real t_s62lc_2 = t_6iku5_2 * t_6dtnj;
+    const real t_avyqv = t_edvw3_2 + t_f2nhc * t_s62lc_2;
+    const real t_bk7yo = t_avyqv * t_6dtnj_2;
+    const real t_2dahu = K63 + t_upifj * t_bk7yo - t_f2nhc_2 * t_s62lc_2;
+    const real K_L63 = t_2dahu * t_6dtnj_3;
+    const real K_D4 = K44 - t_ly572 * t_vpdgs - t_ichgo * K_L43 - t_hig3c_6 * t_w6lcf;
+    const real t_otpfz = K54 + t_ly572 * K_L52 - t_ichgo * K_L53 - t_hig3c_6 * t_s62lc;
+    const real t_6dtnj_4 = K(1.0) / K_D4;
+    const real K_L54 = t_otpfz * t_6dtnj_4;
+    const real t_aolgd = K64 - t_ly572 * t_bk7yo - t_ichgo * K_L63 - t_hig3c_6 * t_s62lc_2;
+    const real K_L64 = t_aolgd * t_6dtnj_4;
     const real K_D5 = K55
-        - t_p6zld * K_L52
-        - t_bxfcn * K_L53
-        - t_amczu * K_L54
-        - t_6mmeb * t_vshgd;
-    const real t_jo54w = K65
-        + t_p6zld * t_dj64q
-        - t_bxfcn * K_L63
-        - t_amczu * K_L64
-        - t_6mmeb * t_e4enr;
-    const real t_ftqxb = K(1.0) / K_D5;
-    const real K_L65 = t_jo54w * t_ftqxb;
+        - t_6vega * K_L52
+        - t_jmicp * K_L53
+        - t_otpfz * K_L54
+        - t_6iku5 * t_s62lc;
+    const real t_hdeaq = K65
+        + t_6vega * t_bk7yo
+        - t_jmicp * K_L63
+        - t_otpfz * K_L64
+        - t_6iku5 * t_s62lc_2;
+    const real t_6dtnj_5 = K(1.0) / K_D5;
+    const real K_L65 = t_hdeaq * t_6dtnj_5;
     const real K_D6 = K66
-        - t_qvrp6 * t_dj64q
-        - t_rahc4 * K_L63
-        - t_e4k6u * K_L64
-        - t_jo54w * K_L65
-        - t_bl4f2 * t_e4enr;
+        - t_avyqv * t_bk7yo
+        - t_2dahu * K_L63
+        - t_aolgd * K_L64
+        - t_hdeaq * K_L65
+        - t_6iku5_2 * t_s62lc_2;
     const real b1 = f_x
-        + (t_7imwe * sin_phi1 + t_4b2fa * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2);
+        + (t_pc5rt * sin_phi1 + t_63ozv * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2);
     const real b2 = f_y - n2;
     const real b4 = u[Mx] - n4;
-    const real t_lwe76 = p[b] + p[d] + x_C;
-    const real b5 = u[Mz] - n5 - f_y * t_lwe76;
+    const real t_bknng = p[b] + p[d] + x_C;
+    const real b5 = u[Mz] - n5 - f_y * t_bknng;
     const real t_gcu5g = t_ruxs4 * sin_delta1;
-    const real b6 = t_gcu5g * t_lwe76 - (u[My] + n6);
-    const real X_y2 = b2 + t_w7lcw * b1;
-    const real X_y3 = t_3go2w * b1 - (t_gcu5g + n3) - K_L32 * X_y2;
-    const real X_y4 = b4 + t_xq4wt * b1 + t_6urah * X_y2 - K_L43 * X_y3;
+    const real b6 = t_gcu5g * t_bknng - (u[My] + n6);
+    const real X_y2 = b2 + t_gousg * b1;
+    const real X_y3 = t_gousg_2 * b1 - (t_gcu5g + n3) - K_L32 * X_y2;
+    const real X_y4 = b4 + t_w6lcf * b1 + t_vpdgs * X_y2 - K_L43 * X_y3;
     const real X_y5 = b5
-        + t_vshgd * b1
+        + t_s62lc * b1
         - K_L52 * X_y2
         - K_L53 * X_y3
         - K_L54 * X_y4;
     const real X_y6 = b6
-        + t_e4enr * b1
-        + t_dj64q * X_y2
+        + t_s62lc_2 * b1
+        + t_bk7yo * X_y2
         - K_L63 * X_y3
         - K_L64 * X_y4
         - K_L65 * X_y5;
-    const real t_nfkwa = K(1.0) / K_D6;
-    const real X_x6 = X_y6 * t_nfkwa;
-    const real t_cufdy = X_y5 * t_ftqxb;
-    const real X_x5 = t_cufdy - K_L65 * X_x6;
-    const real t_72jfh = X_y4 * t_lt2al;
-    const real X_x4 = t_72jfh - K_L54 * X_x5 - K_L64 * X_x6;
-    const real t_izhu2 = X_y3 * t_zmh3u;
-    const real X_x3 = t_izhu2 - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
-    const real t_uifqg = X_y2 * t_4iujv;
-    const real X_x2 = t_uifqg
+    const real t_6dtnj_6 = K(1.0) / K_D6;
+    const real X_x6 = X_y6 * t_6dtnj_6;
+    const real t_bintu = X_y5 * t_6dtnj_5;
+    const real X_x5 = t_bintu - K_L65 * X_x6;
+    const real t_bintu_2 = X_y4 * t_6dtnj_4;
+    const real X_x4 = t_bintu_2 - K_L54 * X_x5 - K_L64 * X_x6;
+    const real t_ztwwp = X_y3 * t_6dtnj_3;
+    const real X_x3 = t_ztwwp - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
+    const real t_bintu_3 = X_y2 * t_6dtnj_2;
+    const real X_x2 = t_bintu_3
         - K_L32 * X_x3
-        + t_6urah * X_x4
+        + t_vpdgs * X_x4
         - K_L52 * X_x5
-        + t_dj64q * X_x6;
-    const real t_o4hiw = X_x6 * t_nfkwa;
-    const real t_3g325 = t_6urah + K_L43 * K_L32;
-    const real t_g7phw = K_L53 * K_L32 - (x_C + K_L52) - K_L54 * t_3g325;
-    const real t_wjbnt = t_dj64q + K_L63 * K_L32 - K_L64 * t_3g325 - K_L65 * t_g7phw;
-    const real t_5shbl = t_o4hiw * t_wjbnt;
-    const real t_dzxqu = K_L65 * t_ftqxb;
-    const real t_ncxva = t_wjbnt * t_nfkwa;
-    const real t_x7i7c = t_jo54w * t_5shbl - X_x6 * t_g7phw - X_y5 * t_ncxva;
-    const real t_eriz2 = t_cufdy * t_ftqxb;
-    const real t_5l6pm = t_dzxqu * t_x7i7c + t_eriz2 * t_g7phw;
-    const real t_7c5q4 = t_5shbl + t_5l6pm;
-    const real t_insvr = t_izhu2 * t_zmh3u;
-    const real t_kpf5p = K_L63 * t_zmh3u;
-    const real t_hg23z = K_L65 * t_5shbl + t_x7i7c * t_ftqxb;
-    const real t_wibut = t_e4k6u * t_5shbl - X_x6 * t_3g325 - X_y4 * t_ncxva - t_amczu * t_hg23z;
-    const real t_kyaqp = K_L64 * t_5shbl + t_wibut * t_lt2al;
-    const real t_pfsyj = X_x6 * K_L32
-        + t_rahc4 * t_5shbl
-        - X_y3 * t_ncxva
-        - t_m27n6 * t_kyaqp
-        - t_bxfcn * t_hg23z;
-    const real t_qe675 = K_L53 * t_zmh3u;
-    const real t_udaaj = t_g7phw * t_ftqxb - K_L65 * t_ncxva;
-    const real t_w2iqu = t_amczu * t_5l6pm - X_x5 * t_3g325 - X_y4 * t_udaaj;
-    const real t_pjhpg = K_L54 * t_5l6pm - K_L64 * t_hg23z + t_w2iqu * t_lt2al;
-    const real t_qi4ru = X_x5 * K_L32 + t_bxfcn * t_5l6pm - X_y3 * t_udaaj - t_m27n6 * t_pjhpg;
-    const real t_ydwjl = K_L43 * t_zmh3u;
-    const real t_wurun = K_L64 * t_lt2al;
-    const real t_2e52m = K_L54 * t_lt2al;
-    const real t_gkoba = t_72jfh * t_lt2al;
-    const real t_2jjae = t_wurun * t_wibut + t_2e52m * t_w2iqu + t_gkoba * t_3g325;
-    const real t_obrzw = t_3g325 * t_lt2al - (K_L64 * t_ncxva + K_L54 * t_udaaj);
-    const real t_fxpvm = X_x4 * K_L32 + t_m27n6 * t_2jjae - X_y3 * t_obrzw;
-    const real t_zjlmp = t_insvr * K_L32 - (t_kpf5p * t_pfsyj + t_qe675 * t_qi4ru + t_ydwjl * t_fxpvm);
-    const real t_2ngl5 = t_dj64q * t_4iujv;
-    const real t_sbd7c = K_L63 * t_5shbl + t_pfsyj * t_zmh3u;
-    const real t_hl7qw = X_x6
-        + t_qvrp6 * t_5shbl
-        + X_y2 * t_ncxva
-        - t_m67zs * t_kyaqp
-        + t_d4mqf * t_sbd7c
-        + t_p6zld * t_hg23z;
-    const real t_hfybw = K_L52 * t_4iujv;
-    const real t_jx5k2 = K_L53 * t_5l6pm - K_L63 * t_hg23z + t_qi4ru * t_zmh3u;
-    const real t_mccdf = t_p6zld * t_5l6pm
+        + t_bk7yo * X_x6;
+    const real t_bintu_4 = X_x6 * t_6dtnj_6;
+    const real t_lym3f = t_vpdgs + K_L43 * K_L32;
+    const real t_wcsna = K_L53 * K_L32 - (x_C + K_L52) - K_L54 * t_lym3f;
+    const real t_goh4r = t_bk7yo + K_L63 * K_L32 - K_L64 * t_lym3f - K_L65 * t_wcsna;
+    const real t_ryzwz = t_bintu_4 * t_goh4r;
+    const real t_bintu_5 = K_L65 * t_6dtnj_5;
+    const real t_xdn6i = t_goh4r * t_6dtnj_6;
+    const real t_ce7hr = t_hdeaq * t_ryzwz - X_x6 * t_wcsna - X_y5 * t_xdn6i;
+    const real t_temm3 = t_bintu * t_6dtnj_5;
+    const real t_w3sc4 = t_bintu_5 * t_ce7hr + t_temm3 * t_wcsna;
+    const real t_hh4qd = t_ryzwz + t_w3sc4;
+    const real t_qkxsr = t_ztwwp * t_6dtnj_3;
+    const real t_bintu_6 = K_L63 * t_6dtnj_3;
+    const real t_tam4c = K_L65 * t_ryzwz + t_ce7hr * t_6dtnj_5;
+    const real t_nlepl = t_aolgd * t_ryzwz - X_x6 * t_lym3f - X_y4 * t_xdn6i - t_otpfz * t_tam4c;
+    const real t_7yc5u = K_L64 * t_ryzwz + t_nlepl * t_6dtnj_4;
+    const real t_4t45q = X_x6 * K_L32
+        + t_2dahu * t_ryzwz
+        - X_y3 * t_xdn6i
+        - t_ichgo * t_7yc5u
+        - t_jmicp * t_tam4c;
+    const real t_bintu_7 = K_L53 * t_6dtnj_3;
+    const real t_6os47 = t_wcsna * t_6dtnj_5 - K_L65 * t_xdn6i;
+    const real t_brs6p = t_otpfz * t_w3sc4 - X_x5 * t_lym3f - X_y4 * t_6os47;
+    const real t_edy4l = K_L54 * t_w3sc4 - K_L64 * t_tam4c + t_brs6p * t_6dtnj_4;
+    const real t_2cjir = X_x5 * K_L32 + t_jmicp * t_w3sc4 - X_y3 * t_6os47 - t_ichgo * t_edy4l;
+    const real t_bintu_8 = K_L43 * t_6dtnj_3;
+    const real t_bintu_9 = K_L64 * t_6dtnj_4;
+    const real t_bintu_10 = K_L54 * t_6dtnj_4;
+    const real t_temm3_2 = t_bintu_2 * t_6dtnj_4;
+    const real t_a3w2u = t_bintu_9 * t_nlepl + t_bintu_10 * t_brs6p + t_temm3_2 * t_lym3f;
+    const real t_dvpxy = t_lym3f * t_6dtnj_4 - (K_L64 * t_xdn6i + K_L54 * t_6os47);
+    const real t_vzaqb = X_x4 * K_L32 + t_ichgo * t_a3w2u - X_y3 * t_dvpxy;
+    const real t_atl7t = t_qkxsr * K_L32 - (t_bintu_6 * t_4t45q + t_bintu_7 * t_2cjir + t_bintu_8 * t_vzaqb);
+    const real t_l3pbw = t_bk7yo * t_6dtnj_2;
+    const real t_kz2pn = K_L63 * t_ryzwz + t_4t45q * t_6dtnj_3;
+    const real t_lvaes = X_x6
+        + t_avyqv * t_ryzwz
+        + X_y2 * t_xdn6i
+        - t_ly572 * t_7yc5u
+        + t_upifj * t_kz2pn
+        + t_6vega * t_tam4c;
+    const real t_bintu_11 = K_L52 * t_6dtnj_2;
+    const real t_molm5 = K_L53 * t_w3sc4 - K_L63 * t_tam4c + t_2cjir * t_6dtnj_3;
+    const real t_gpurk = t_6vega * t_w3sc4
         - X_x5
-        - X_y2 * t_udaaj
-        - t_d4mqf * t_jx5k2
-        + t_m67zs * t_pjhpg;
-    const real t_dwrhg = t_6urah * t_4iujv;
-    const real t_g4iwq = K_L43 * t_2jjae - (K_L63 * t_kyaqp + K_L53 * t_pjhpg) + t_fxpvm * t_zmh3u;
-    const real t_3xfz5 = X_x4 + t_m67zs * t_2jjae + X_y2 * t_obrzw + t_d4mqf * t_g4iwq;
-    const real t_6yahm = K_L32 * t_4iujv;
-    const real t_hcaqb = K_L63 * t_ncxva + K_L53 * t_udaaj + K_L43 * t_obrzw + K_L32 * t_zmh3u;
-    const real t_kqp43 = X_y2 * t_hcaqb - (X_x3 + t_d4mqf * t_zjlmp);
-    const real t_5am4i = t_uifqg * t_4iujv;
-    const real t_l7rtx = t_2ngl5 * t_hl7qw
-        + t_hfybw * t_mccdf
-        + t_dwrhg * t_3xfz5
-        + t_6yahm * t_kqp43
-        + t_5am4i;
-    const real t_3tmqi = t_3go2w * t_bpfoo;
-    const real t_o4agn = t_dj64q * t_sbd7c
-        - K_L52 * t_jx5k2
-        + t_6urah * t_g4iwq
-        - K_L32 * t_zjlmp
-        + t_kqp43 * t_4iujv;
-    const real t_dgg2v = t_zzymx * t_zjlmp + b1 * t_hcaqb + t_b3aij * t_o4agn;
-    const real t_ielc3 = t_e4enr * t_bpfoo;
-    const real t_oqpfr = t_dj64q * t_5shbl + t_hl7qw * t_4iujv;
-    const real t_dbatx = t_bl4f2 * t_5shbl
-        + b1 * t_ncxva
-        - t_6mmeb * t_hg23z
-        - t_2m245 * t_kyaqp
-        - t_zzymx * t_sbd7c
-        + t_b3aij * t_oqpfr;
-    const real t_2lluf = t_vshgd * t_bpfoo;
-    const real t_wdf4g = t_dj64q * t_hg23z + K_L52 * t_5l6pm + t_mccdf * t_4iujv;
-    const real t_ie722 = t_6mmeb * t_5l6pm
-        + b1 * t_udaaj
-        - t_2m245 * t_pjhpg
-        - t_zzymx * t_jx5k2
-        - t_b3aij * t_wdf4g;
-    const real t_jtjoh = t_xq4wt * t_bpfoo;
-    const real t_3nhb2 = K_L52 * t_pjhpg - t_dj64q * t_kyaqp + t_6urah * t_2jjae + t_3xfz5 * t_4iujv;
-    const real t_2iw3h = t_2m245 * t_2jjae + b1 * t_obrzw - t_zzymx * t_g4iwq + t_b3aij * t_3nhb2;
-    const real t_6xwz3 = t_w7lcw * t_bpfoo;
-    const real t_tmo7z = t_dj64q * t_ncxva
-        - K_L52 * t_udaaj
-        + t_6urah * t_obrzw
-        + K_L32 * t_hcaqb
-        + t_4iujv;
-    const real t_qbsrl = t_b3aij * t_l7rtx + b1 * t_tmo7z;
-    const real t_g7hxz = t_3tmqi * t_dgg2v
-        - (t_ielc3 * t_dbatx + t_2lluf * t_ie722 + t_jtjoh * t_2iw3h)
-        - t_6xwz3 * t_qbsrl;
-    const real t_rl7kq = x_C * t_xpjrw;
-    const real t_jf3qj = x_C + x_C;
-    const real t_hygq4 = t_gcu5g * t_ncxva - f_y * t_udaaj;
-    const real t_7c5q4_2 = t_5shbl - t_5l6pm;
-    const real t_vzjf2 = SC2 * t_hg23z + S_sq2 * t_7c5q4_2;
-    const real t_cwt43 = t_vzjf2 - t_5shbl;
-    const real t_rdwum = e2 + e2;
-    const real t_higwe = t_5l6pm + t_vzjf2;
-    const real t_ejmnc = cos_theta2 * t_ncxva + sin_theta2 * t_udaaj;
-    const real t_fawhr = t_e4enr * t_5shbl + t_dbatx * t_bpfoo;
-    const real t_ryqia = t_vshgd * t_5l6pm - t_e4enr * t_hg23z + t_ie722 * t_bpfoo;
-    const real t_kejue = cos_theta2 * t_fawhr + sin_theta2 * t_ryqia;
-    const real t_2acnx = t_oqpfr - t_jx5k2;
-    const real t_t5xmm = t_sbd7c - t_wdf4g;
-    const real t_kwccd = SC2 * t_2acnx + S_sq2 * t_t5xmm;
-    const real t_jtqvq = t_kwccd - t_sbd7c;
-    const real t_4hc5h = e2 * t_cwt43 - t_jtqvq;
-    const real t_judwy = t_kwccd + t_wdf4g;
-    const real t_l2qxk = cos_theta2 * t_kyaqp + sin_theta2 * t_pjhpg;
-    const real t_3cwki = K(-2.0) * t_cwt43 - t_l2qxk;
-    const real t_higwe_2 = t_vzjf2 + t_5l6pm;
-    const real t_wxzdz = t_kyaqp + t_hg23z;
-    const real t_jketf = K(-2.0) * t_5l6pm + t_pjhpg;
-    const real t_ciim3 = sin_theta2 * t_wxzdz - cos_theta2 * t_jketf;
-    const real t_xcvpe = t_judwy - g_2 * t_higwe_2 + q_2 * t_ciim3;
-    const real t_xfmxd = t_iya7w * t_ncxva - wg_2 * t_higwe_2 - t_oncjt * t_udaaj + wth_2 * t_xcvpe;
-    const real t_2cs2b = t_e4enr * t_ncxva
-        + t_vshgd * t_udaaj
-        + t_xq4wt * t_obrzw
-        - t_3go2w * t_hcaqb
-        + t_w7lcw * t_tmo7z;
-    const real t_ut2b4 = cos_theta2 * t_hcaqb - e2 * t_ejmnc - sin_theta2 * t_tmo7z;
-    const real t_fty7s = cos_phi2 * t_2cs2b + sin_phi2 * t_ut2b4;
-    const real t_q2upi = t_ejmnc + t_obrzw;
-    const real t_km7fg = eAss_2 * t_cwt43
-        + t_rdwum * (me2 * t_higwe)
-        - F_t2 * t_ejmnc
-        + Asc_2 * t_kejue
-        + Ass_2 * t_4hc5h
-        - me2 * t_judwy
-        + Bc_2 * t_3cwki
-        + t_xfmxd
-        + t_rybsf * (cos_phi2 * (mv2 * t_fty7s) - Bs_2 * t_q2upi);
-    const real t_vtqzc = SC1 * t_hg23z + S_sq1 * t_7c5q4_2;
-    const real t_s62xv = t_vtqzc - t_5shbl;
-    const real t_o6yyy = e1 + e1;
-    const real t_s6vb3 = t_5l6pm + t_vtqzc;
-    const real t_6io44 = cos_theta1 * t_ncxva + sin_theta1 * t_udaaj;
-    const real t_smsjv = cos_theta1 * t_fawhr + sin_theta1 * t_ryqia;
-    const real t_aiugo = SC1 * t_2acnx + S_sq1 * t_t5xmm;
-    const real t_s233g = t_aiugo - t_sbd7c;
-    const real t_7z2wd = e1 * t_s62xv - t_s233g;
-    const real t_pej7g = t_aiugo + t_wdf4g;
-    const real t_zq3ir = cos_theta1 * t_kyaqp + sin_theta1 * t_pjhpg;
-    const real t_mguvf = K(-2.0) * t_s62xv - t_zq3ir;
-    const real t_s6vb3_2 = t_vtqzc + t_5l6pm;
-    const real t_tczyi = sin_theta1 * t_wxzdz - cos_theta1 * t_jketf;
-    const real t_27gpo = t_pej7g - g_1 * t_s6vb3_2 + q_1 * t_tczyi;
-    const real t_e33xl = t_azclp * t_ncxva - wg_1 * t_s6vb3_2 - t_vt7uo * t_udaaj + wth_1 * t_27gpo;
-    const real t_b4tba = cos_theta1 * t_hcaqb - e1 * t_6io44 - sin_theta1 * t_tmo7z;
-    const real t_u7ql7 = cos_phi1 * t_2cs2b + sin_phi1 * t_b4tba;
-    const real t_lqczz = t_6io44 + t_obrzw;
-    const real t_uccl2 = eAss_1 * t_s62xv
-        + t_o6yyy * (me1 * t_s6vb3)
-        - F_t1 * t_6io44
-        + Asc_1 * t_smsjv
-        + Ass_1 * t_7z2wd
-        - me1 * t_pej7g
-        + Bc_1 * t_mguvf
-        + t_e33xl
-        + t_rybsf * (cos_phi1 * (mv1 * t_u7ql7) - Bs_1 * t_lqczz);
-    const real t_zkqyv = t_jf3qj * (M_C * t_7c5q4) - X_x5 + t_hygq4 - t_km7fg - t_uccl2;
-    const real t_kl4wv = t_iw7bs * t_7c5q4 + t_zjlmp - t_l7rtx + t_g7hxz - t_rl7kq * t_zkqyv;
-    const real t_oxhx6 = t_zkqyv * t_xpjrw;
-    const real t_mmma6 = W13 * t_ncxva;
-    const real t_rihwz = W12 * t_udaaj;
-    const real t_yjmxs = t_mmma6 + t_rihwz - t_2jjae;
-    const real t_24myi = t_mmma6 + x[wy] * (x[wz] * t_obrzw);
-    const real t_xkwv2 = p[h0] + p[h0];
-    const real t_gfysi = p[b] + p[b];
-    const real t_rhfan = t_zjlmp + t_l7rtx;
-    const real t_tpl3h = SC1 * t_o4agn - S_sq1 * t_rhfan;
-    const real t_e67br = t_e4enr * t_sbd7c
-        + t_vshgd * t_jx5k2
-        + t_xq4wt * t_g4iwq
-        + t_3go2w * t_zjlmp
-        + t_dgg2v * t_bpfoo;
-    const real t_bbofa = t_e4enr * t_oqpfr
-        - t_vshgd * t_wdf4g
-        + t_xq4wt * t_3nhb2
-        - t_3go2w * t_o4agn
-        + t_w7lcw * t_l7rtx
-        + t_qbsrl * t_bpfoo;
-    const real t_5givj = sin_phi1 * (e1 * t_7z2wd + t_zjlmp + t_tpl3h - t_g7hxz)
-        + cos_phi1 * (e1 * t_smsjv - cos_theta1 * t_e67br + sin_theta1 * t_bbofa);
-    const real t_bvqbb = t_g7hxz + sin_phi1 * t_5givj + t_lupe6 * t_u7ql7;
-    const real t_o7atx = k1 * t_bvqbb - sigma_sq1 * t_u7ql7;
-    const real t_cbzi6 = sin_phi1 * t_2cs2b - p[l1] * t_lqczz - cos_phi1 * t_b4tba;
-    const real t_kklji = loss_phi1 * t_cbzi6 + t_6nwd2 * t_bvqbb;
-    const real t_mjz7g = t_s62xv + t_zq3ir - t_2jjae;
-    const real t_ceivr = t_xq4wt * t_2jjae - (t_e4enr * t_kyaqp + t_vshgd * t_pjhpg) + t_2iw3h * t_bpfoo;
-    const real t_vsfc7 = p[l1] * t_mjz7g
-        + sin_phi1 * (t_smsjv - t_w7vil * t_lqczz + t_ceivr)
-        + cos_phi1 * (t_s233g + e1 * t_mguvf + sin_theta1 * t_3nhb2 - cos_theta1 * t_g4iwq)
-        + eta1 * t_cbzi6;
-    const real t_llbw5 = t_simvy * t_s6vb3
-        - t_owkw5 * t_7c5q4
-        - e1 * t_pej7g
-        + t_l7rtx
-        + t_tpl3h
-        + p[l1] * t_vsfc7
-        + t_kl4wv
-        + p[h1] * t_oxhx6;
-    const real t_i7tkx = p[l1] * t_kklji + p[I1] * t_llbw5;
-    const real t_ecohd = t_3qn53 * t_zrejm;
-    const real t_ercla = t_ecohd * t_i7tkx;
-    const real t_uncsk = t_pjhpg - t_5l6pm - t_2jjae;
-    const real t_5fsqv = t_3nhb2 - t_wdf4g;
-    const real t_rodma = t_jx5k2 + t_g4iwq;
-    const real t_77ulk = q_1 * t_uncsk + cos_theta1 * t_5fsqv + sin_theta1 * t_rodma;
-    const real t_24stp = g_1 * t_27gpo + q_1 * t_77ulk - t_l7rtx - t_tpl3h;
-    const real t_wfvpl = t_udaaj + t_obrzw;
-    const real t_zrlj5 = q_1 * t_wfvpl
-        + sin_theta1 * (g_1 * t_ncxva - t_hcaqb)
-        - cos_theta1 * (g_1 * t_udaaj + t_tmo7z);
-    const real t_vb4md = p[I1] * t_24stp + t_xips6 * t_zrlj5;
-    const real t_sdxhx = th_1 * t_odnx4;
-    const real t_y5b4h = t_sdxhx * t_vb4md;
-    const real t_he5kr = p[l1] + p[l1];
-    const real t_ensoy = th_1 * t_zrlj5;
-    const real t_bqegi = p[I1] * t_ensoy;
-    const real t_hpic2 = q_1 + q_1;
-    const real t_fnjdn = wg_1 * t_tczyi
-        + wq_1 * t_uncsk
-        + F_n1 * t_wfvpl
-        + wth_1 * t_77ulk
-        - loss_theta1 * t_ensoy
-        + W12 * t_bqegi
-        - t_hpic2 * (p[m1] * t_y5b4h);
-    const real t_ljvgb = p[h1] + p[h1];
-    const real t_pnfpm = t_mmma6 - t_5shbl;
-    const real t_du7rh = x[wz] * t_ncxva + x[wy] * t_udaaj;
-    const real t_q3knp = x[wx] * t_ncxva + x[wy] * t_obrzw;
-    const real t_wrurn = SC2 * t_o4agn - S_sq2 * t_rhfan;
-    const real t_tvk57 = sin_phi2 * (e2 * t_4hc5h + t_zjlmp + t_wrurn - t_g7hxz)
-        + cos_phi2 * (e2 * t_kejue - cos_theta2 * t_e67br + sin_theta2 * t_bbofa);
-    const real t_a76li = t_g7hxz + sin_phi2 * t_tvk57 + t_cekeb * t_fty7s;
-    const real t_tolgd = k2 * t_a76li - sigma_sq2 * t_fty7s;
-    const real t_act7d = sin_phi2 * t_2cs2b - p[l2] * t_q2upi - cos_phi2 * t_ut2b4;
-    const real t_3dbm5 = loss_phi2 * t_act7d + t_popww * t_a76li;
-    const real t_suajb = t_cwt43 + t_l2qxk - t_2jjae;
-    const real t_4wb72 = p[l2] * t_suajb
-        + sin_phi2 * (t_kejue - t_6fvzz * t_q2upi + t_ceivr)
-        + cos_phi2 * (t_jtqvq + e2 * t_3cwki + sin_theta2 * t_3nhb2 - cos_theta2 * t_g4iwq)
-        + eta2 * t_act7d;
-    const real t_pfcin = t_quuci * t_higwe
-        - t_gy5fy * t_7c5q4
-        - e2 * t_judwy
-        + t_l7rtx
-        + t_wrurn
-        + p[l2] * t_4wb72
-        + t_kl4wv
-        + p[h2] * t_oxhx6;
-    const real t_j2e6f = p[l2] * t_3dbm5 + p[I2] * t_pfcin;
-    const real t_ew3ec = t_54cbb * t_5wzvs;
-    const real t_4b4pj = t_ew3ec * t_j2e6f;
-    const real t_lsbqz = q_2 * t_uncsk + cos_theta2 * t_5fsqv + sin_theta2 * t_rodma;
-    const real t_gghf4 = g_2 * t_xcvpe + q_2 * t_lsbqz - t_l7rtx - t_wrurn;
-    const real t_hlycs = q_2 * t_wfvpl
-        + sin_theta2 * (g_2 * t_ncxva - t_hcaqb)
-        - cos_theta2 * (g_2 * t_udaaj + t_tmo7z);
-    const real t_rseoo = p[I2] * t_gghf4 + t_vry6x * t_hlycs;
-    const real t_yyt2v = th_2 * t_mwbp3;
-    const real t_l56ct = t_yyt2v * t_rseoo;
-    const real t_frqfv = p[l2] + p[l2];
-    const real t_fscfc = th_2 * t_hlycs;
-    const real t_lixe2 = p[I2] * t_fscfc;
-    const real t_n52pz = q_2 + q_2;
-    const real t_yzwcm = wg_2 * t_ciim3
-        + wq_2 * t_uncsk
-        + F_n2 * t_wfvpl
-        + wth_2 * t_lsbqz
-        - loss_theta2 * t_fscfc
-        + W12 * t_lixe2
-        - t_n52pz * (p[m2] * t_l56ct);
-    const real t_pshhe = p[h2] + p[h2];
-    const real t_mpjg7 = K_L54 * K_L43 - K_L53;
-    const real t_midow = K_L64 * K_L43 - (x_C + K_L63) - K_L65 * t_mpjg7;
-    const real t_hco6x = t_o4hiw * t_midow;
-    const real t_bqimq = t_midow * t_nfkwa;
-    const real t_mpyge = t_jo54w * t_hco6x - X_x6 * t_mpjg7 - X_y5 * t_bqimq;
-    const real t_gvh3g = t_dzxqu * t_mpyge + t_eriz2 * t_mpjg7;
-    const real t_wlyzz = t_hco6x + t_gvh3g;
-    const real t_kiasm = K_L65 * t_hco6x + t_mpyge * t_ftqxb;
-    const real t_oc73v = X_x6 * K_L43 + t_e4k6u * t_hco6x - X_y4 * t_bqimq - t_amczu * t_kiasm;
-    const real t_gnml4 = K_L64 * t_hco6x + t_oc73v * t_lt2al;
-    const real t_bjmob = t_rahc4 * t_hco6x
+        - X_y2 * t_6os47
+        - t_upifj * t_molm5
+        + t_ly572 * t_edy4l;
+    const real t_6n47e = t_vpdgs * t_6dtnj_2;
+    const real t_z7jz5 = K_L43 * t_a3w2u - (K_L63 * t_7yc5u + K_L53 * t_edy4l) + t_vzaqb * t_6dtnj_3;
+    const real t_gy4ao = X_x4 + t_ly572 * t_a3w2u + X_y2 * t_dvpxy + t_upifj * t_z7jz5;
+    const real t_bintu_12 = K_L32 * t_6dtnj_2;
+    const real t_mfkj3 = K_L63 * t_xdn6i + K_L53 * t_6os47 + K_L43 * t_dvpxy + K_L32 * t_6dtnj_3;
+    const real t_qtmkm = X_y2 * t_mfkj3 - (X_x3 + t_upifj * t_atl7t);
+    const real t_temm3_3 = t_bintu_3 * t_6dtnj_2;
+    const real t_n66js = t_l3pbw * t_lvaes
+        + t_bintu_11 * t_gpurk
+        + t_6n47e * t_gy4ao
+        + t_bintu_12 * t_qtmkm
+        + t_temm3_3;
+    const real t_edyl7 = t_gousg_2 * t_6dtnj;
+    const real t_hkz7l = t_bk7yo * t_kz2pn
+        - K_L52 * t_molm5
+        + t_vpdgs * t_z7jz5
+        - K_L32 * t_atl7t
+        + t_qtmkm * t_6dtnj_2;
+    const real t_hgfel = t_f2nhc_2 * t_atl7t + b1 * t_mfkj3 + t_f2nhc * t_hkz7l;
+    const real t_wj56m = t_s62lc_2 * t_6dtnj;
+    const real t_xlkob = t_bk7yo * t_ryzwz + t_lvaes * t_6dtnj_2;
+    const real t_i63cg = t_6iku5_2 * t_ryzwz
+        + b1 * t_xdn6i
+        - t_6iku5 * t_tam4c
+        - t_hig3c_6 * t_7yc5u
+        - t_f2nhc_2 * t_kz2pn
+        + t_f2nhc * t_xlkob;
+    const real t_wj56m_2 = t_s62lc * t_6dtnj;
+    const real t_ikw3e = t_bk7yo * t_tam4c + K_L52 * t_w3sc4 + t_gpurk * t_6dtnj_2;
+    const real t_oddfc = t_6iku5 * t_w3sc4
+        + b1 * t_6os47
+        - t_hig3c_6 * t_edy4l
+        - t_f2nhc_2 * t_molm5
+        - t_f2nhc * t_ikw3e;
+    const real t_4pum4 = t_w6lcf * t_6dtnj;
+    const real t_53ttz = K_L52 * t_edy4l - t_bk7yo * t_7yc5u + t_vpdgs * t_a3w2u + t_gy4ao * t_6dtnj_2;
+    const real t_hhjjb = t_hig3c_6 * t_a3w2u + b1 * t_dvpxy - t_f2nhc_2 * t_z7jz5 + t_f2nhc * t_53ttz;
+    const real t_edyl7_2 = t_gousg * t_6dtnj;
+    const real t_msoxd = t_bk7yo * t_xdn6i
+        - K_L52 * t_6os47
+        + t_vpdgs * t_dvpxy
+        + K_L32 * t_mfkj3
+        + t_6dtnj_2;
+    const real t_62qoy = t_f2nhc * t_n66js + b1 * t_msoxd;
+    const real t_gusqp = t_edyl7 * t_hgfel
+        - (t_wj56m * t_i63cg + t_wj56m_2 * t_oddfc + t_4pum4 * t_hhjjb)
+        - t_edyl7_2 * t_62qoy;
+    const real t_2ej5d = x_C * t_bm3wf;
+    const real t_ga54v = x_C + x_C;
+    const real t_u2li5 = t_gcu5g * t_xdn6i - f_y * t_6os47;
+    const real t_hh4qd_2 = t_ryzwz - t_w3sc4;
+    const real t_3exoa = SC2 * t_tam4c + S_sq2 * t_hh4qd_2;
+    const real t_2xziq = t_3exoa - t_ryzwz;
+    const real t_xicwq = e2 + e2;
+    const real t_v6aqw = t_w3sc4 + t_3exoa;
+    const real t_scphh = cos_theta2 * t_xdn6i + sin_theta2 * t_6os47;
+    const real t_bk45i = t_s62lc_2 * t_ryzwz + t_i63cg * t_6dtnj;
+    const real t_dg3qy = t_s62lc * t_w3sc4 - t_s62lc_2 * t_tam4c + t_oddfc * t_6dtnj;
+    const real t_ssxsv = cos_theta2 * t_bk45i + sin_theta2 * t_dg3qy;
+    const real t_j46pj = t_xlkob - t_molm5;
+    const real t_xowbl = t_kz2pn - t_ikw3e;
+    const real t_g3h3k = SC2 * t_j46pj + S_sq2 * t_xowbl;
+    const real t_tdcly = t_g3h3k - t_kz2pn;
+    const real t_3oa7e = e2 * t_2xziq - t_tdcly;
+    const real t_jaxbd = t_g3h3k + t_ikw3e;
+    const real t_jlkjg = cos_theta2 * t_7yc5u + sin_theta2 * t_edy4l;
+    const real t_qf4ba = K(-2.0) * t_2xziq - t_jlkjg;
+    const real t_v6aqw_2 = t_3exoa + t_w3sc4;
+    const real t_sjggr = t_7yc5u + t_tam4c;
+    const real t_g2ohj = K(-2.0) * t_w3sc4 + t_edy4l;
+    const real t_por6c = sin_theta2 * t_sjggr - cos_theta2 * t_g2ohj;
+    const real t_exncb = t_jaxbd - g_2 * t_v6aqw_2 + q_2 * t_por6c;
+    const real t_mfmfh = t_lbh6o_2 * t_xdn6i - wg_2 * t_v6aqw_2 - t_lbh6o * t_6os47 + wth_2 * t_exncb;
+    const real t_wfiwz = t_s62lc_2 * t_xdn6i
+        + t_s62lc * t_6os47
+        + t_w6lcf * t_dvpxy
+        - t_gousg_2 * t_mfkj3
+        + t_gousg * t_msoxd;
+    const real t_uxazt = cos_theta2 * t_mfkj3 - e2 * t_scphh - sin_theta2 * t_msoxd;
+    const real t_x2rb5 = cos_phi2 * t_wfiwz + sin_phi2 * t_uxazt;
+    const real t_bklhb = t_scphh + t_dvpxy;
+    const real t_kutw3 = eAss_2 * t_2xziq
+        + t_xicwq * (me2 * t_v6aqw)
+        - F_t2 * t_scphh
+        + Asc_2 * t_ssxsv
+        + Ass_2 * t_3oa7e
+        - me2 * t_jaxbd
+        + Bc_2 * t_qf4ba
+        + t_mfmfh
+        + t_rybsf * (cos_phi2 * (mv2 * t_x2rb5) - Bs_2 * t_bklhb);
+    const real t_3exoa_2 = SC1 * t_tam4c + S_sq1 * t_hh4qd_2;
+    const real t_2xziq_2 = t_3exoa_2 - t_ryzwz;
+    const real t_rs5fr = e1 + e1;
+    const real t_v6aqw_3 = t_w3sc4 + t_3exoa_2;
+    const real t_7vjb5 = cos_theta1 * t_xdn6i + sin_theta1 * t_6os47;
+    const real t_tqpju = cos_theta1 * t_bk45i + sin_theta1 * t_dg3qy;
+    const real t_g3h3k_2 = SC1 * t_j46pj + S_sq1 * t_xowbl;
+    const real t_tdcly_2 = t_g3h3k_2 - t_kz2pn;
+    const real t_27ppg = e1 * t_2xziq_2 - t_tdcly_2;
+    const real t_jaxbd_2 = t_g3h3k_2 + t_ikw3e;
+    const real t_3cumd = cos_theta1 * t_7yc5u + sin_theta1 * t_edy4l;
+    const real t_7py2h = K(-2.0) * t_2xziq_2 - t_3cumd;
+    const real t_v6aqw_4 = t_3exoa_2 + t_w3sc4;
+    const real t_dydou = sin_theta1 * t_sjggr - cos_theta1 * t_g2ohj;
+    const real t_pwiry = t_jaxbd_2 - g_1 * t_v6aqw_4 + q_1 * t_dydou;
+    const real t_z2e3t = t_mallh_2 * t_xdn6i - wg_1 * t_v6aqw_4 - t_mallh * t_6os47 + wth_1 * t_pwiry;
+    const real t_26blw = cos_theta1 * t_mfkj3 - e1 * t_7vjb5 - sin_theta1 * t_msoxd;
+    const real t_uqaji = cos_phi1 * t_wfiwz + sin_phi1 * t_26blw;
+    const real t_azmp2 = t_7vjb5 + t_dvpxy;
+    const real t_b4cxz = eAss_1 * t_2xziq_2
+        + t_rs5fr * (me1 * t_v6aqw_3)
+        - F_t1 * t_7vjb5
+        + Asc_1 * t_tqpju
+        + Ass_1 * t_27ppg
+        - me1 * t_jaxbd_2
+        + Bc_1 * t_7py2h
+        + t_z2e3t
+        + t_rybsf * (cos_phi1 * (mv1 * t_uqaji) - Bs_1 * t_azmp2);
+    const real t_sc4xn = t_ga54v * (M_C * t_hh4qd) - X_x5 + t_u2li5 - t_kutw3 - t_b4cxz;
+    const real t_bg6tu = t_2ijrp * t_hh4qd + t_atl7t - t_n66js + t_gusqp - t_2ej5d * t_sc4xn;
+    const real t_zd44z = t_sc4xn * t_bm3wf;
+    const real t_cnchk = W13 * t_xdn6i;
+    const real t_lp3lj = W12 * t_6os47;
+    const real t_qenrf = t_cnchk + t_lp3lj - t_a3w2u;
+    const real t_tx5eq = t_cnchk + x[wy] * (x[wz] * t_dvpxy);
+    const real t_3od45 = p[h0] + p[h0];
+    const real t_hyr6q = p[b] + p[b];
+    const real t_eyyki = t_atl7t + t_n66js;
+    const real t_xqrgv = SC1 * t_hkz7l - S_sq1 * t_eyyki;
+    const real t_5242u = t_s62lc_2 * t_kz2pn
+        + t_s62lc * t_molm5
+        + t_w6lcf * t_z7jz5
+        + t_gousg_2 * t_atl7t
+        + t_hgfel * t_6dtnj;
+    const real t_e3aoz = t_s62lc_2 * t_xlkob
+        - t_s62lc * t_ikw3e
+        + t_w6lcf * t_53ttz
+        - t_gousg_2 * t_hkz7l
+        + t_gousg * t_n66js
+        + t_62qoy * t_6dtnj;
+    const real t_n7xgt = sin_phi1 * (e1 * t_27ppg + t_atl7t + t_xqrgv - t_gusqp)
+        + cos_phi1 * (e1 * t_tqpju - cos_theta1 * t_5242u + sin_theta1 * t_e3aoz);
+    const real t_46f4a = t_gusqp + sin_phi1 * t_n7xgt + t_6om56 * t_uqaji;
+    const real t_v73xn = k1 * t_46f4a - sigma_sq1 * t_uqaji;
+    const real t_e7lwk = sin_phi1 * t_wfiwz - p[l1] * t_azmp2 - cos_phi1 * t_26blw;
+    const real t_mwf5m = loss_phi1 * t_e7lwk + t_6nwd2 * t_46f4a;
+    const real t_yzyyi = t_2xziq_2 + t_3cumd - t_a3w2u;
+    const real t_44aqj = t_w6lcf * t_a3w2u - (t_s62lc_2 * t_7yc5u + t_s62lc * t_edy4l) + t_hhjjb * t_6dtnj;
+    const real t_dcrpn = p[l1] * t_yzyyi
+        + sin_phi1 * (t_tqpju - t_aqrn5 * t_azmp2 + t_44aqj)
+        + cos_phi1 * (t_tdcly_2 + e1 * t_7py2h + sin_theta1 * t_53ttz - cos_theta1 * t_z7jz5)
+        + eta1 * t_e7lwk;
+    const real t_b2cud = t_4gp45 * t_v6aqw_3
+        - t_owkw5 * t_hh4qd
+        - e1 * t_jaxbd_2
+        + t_n66js
+        + t_xqrgv
+        + p[l1] * t_dcrpn
+        + t_bg6tu
+        + p[h1] * t_zd44z;
+    const real t_l2obv = p[l1] * t_mwf5m + p[I1] * t_b2cud;
+    const real t_rissy = t_wywjk * t_gbl6n;
+    const real t_lwhgf = t_rissy * t_l2obv;
+    const real t_xftua = t_edy4l - t_w3sc4 - t_a3w2u;
+    const real t_lf4xf = t_53ttz - t_ikw3e;
+    const real t_b35g2 = t_molm5 + t_z7jz5;
+    const real t_6lloj = q_1 * t_xftua + cos_theta1 * t_lf4xf + sin_theta1 * t_b35g2;
+    const real t_n23um = g_1 * t_pwiry + q_1 * t_6lloj - t_n66js - t_xqrgv;
+    const real t_fdiar = t_6os47 + t_dvpxy;
+    const real t_l2cim = q_1 * t_fdiar
+        + sin_theta1 * (g_1 * t_xdn6i - t_mfkj3)
+        - cos_theta1 * (g_1 * t_6os47 + t_msoxd);
+    const real t_jhvh4 = p[I1] * t_n23um + t_djlym * t_l2cim;
+    const real t_7pofv = th_1 * t_f3iki;
+    const real t_lq6em = t_7pofv * t_jhvh4;
+    const real t_faclv = p[l1] + p[l1];
+    const real t_jnbi3 = th_1 * t_l2cim;
+    const real t_bjdt2 = p[I1] * t_jnbi3;
+    const real t_zc3wv = q_1 + q_1;
+    const real t_3ako6 = wg_1 * t_dydou
+        + wq_1 * t_xftua
+        + F_n1 * t_fdiar
+        + wth_1 * t_6lloj
+        - loss_theta1 * t_jnbi3
+        + W12 * t_bjdt2
+        - t_zc3wv * (p[m1] * t_lq6em);
+    const real t_gmis5 = p[h1] + p[h1];
+    const real t_67gqu = t_cnchk - t_ryzwz;
+    const real t_fq2zi = x[wz] * t_xdn6i + x[wy] * t_6os47;
+    const real t_chler = x[wx] * t_xdn6i + x[wy] * t_dvpxy;
+    const real t_xqrgv_2 = SC2 * t_hkz7l - S_sq2 * t_eyyki;
+    const real t_2pbgv = sin_phi2 * (e2 * t_3oa7e + t_atl7t + t_xqrgv_2 - t_gusqp)
+        + cos_phi2 * (e2 * t_ssxsv - cos_theta2 * t_5242u + sin_theta2 * t_e3aoz);
+    const real t_nc5kz = t_gusqp + sin_phi2 * t_2pbgv + t_bbpwa * t_x2rb5;
+    const real t_caz7y = k2 * t_nc5kz - sigma_sq2 * t_x2rb5;
+    const real t_zgeiu = sin_phi2 * t_wfiwz - p[l2] * t_bklhb - cos_phi2 * t_uxazt;
+    const real t_dqpos = loss_phi2 * t_zgeiu + t_popww * t_nc5kz;
+    const real t_inf5e = t_2xziq + t_jlkjg - t_a3w2u;
+    const real t_tydis = p[l2] * t_inf5e
+        + sin_phi2 * (t_ssxsv - t_3hay7 * t_bklhb + t_44aqj)
+        + cos_phi2 * (t_tdcly + e2 * t_qf4ba + sin_theta2 * t_53ttz - cos_theta2 * t_z7jz5)
+        + eta2 * t_zgeiu;
+    const real t_4oyca = t_wokz5 * t_v6aqw
+        - t_gy5fy * t_hh4qd
+        - e2 * t_jaxbd
+        + t_n66js
+        + t_xqrgv_2
+        + p[l2] * t_tydis
+        + t_bg6tu
+        + p[h2] * t_zd44z;
+    const real t_wg3uy = p[l2] * t_dqpos + p[I2] * t_4oyca;
+    const real t_7xzba = t_jzg7x * t_jx6g7;
+    const real t_r7lp6 = t_7xzba * t_wg3uy;
+    const real t_fzugm = q_2 * t_xftua + cos_theta2 * t_lf4xf + sin_theta2 * t_b35g2;
+    const real t_rcdte = g_2 * t_exncb + q_2 * t_fzugm - t_n66js - t_xqrgv_2;
+    const real t_qdbhn = q_2 * t_fdiar
+        + sin_theta2 * (g_2 * t_xdn6i - t_mfkj3)
+        - cos_theta2 * (g_2 * t_6os47 + t_msoxd);
+    const real t_pyxkd = p[I2] * t_rcdte + t_c6wyu * t_qdbhn;
+    const real t_dkwtm = th_2 * t_f3bbl;
+    const real t_toowl = t_dkwtm * t_pyxkd;
+    const real t_rioo4 = p[l2] + p[l2];
+    const real t_23dqh = th_2 * t_qdbhn;
+    const real t_zynji = p[I2] * t_23dqh;
+    const real t_ilp7k = q_2 + q_2;
+    const real t_feemq = wg_2 * t_por6c
+        + wq_2 * t_xftua
+        + F_n2 * t_fdiar
+        + wth_2 * t_fzugm
+        - loss_theta2 * t_23dqh
+        + W12 * t_zynji
+        - t_ilp7k * (p[m2] * t_toowl);
+    const real t_7gmp4 = p[h2] + p[h2];
+    const real t_fxcdt = K_L54 * K_L43 - K_L53;
+    const real t_nu2fy = K_L64 * K_L43 - (x_C + K_L63) - K_L65 * t_fxcdt;
+    const real t_56e4c = t_bintu_4 * t_nu2fy;
+    const real t_v33gi = t_nu2fy * t_6dtnj_6;
+    const real t_zyxi2 = t_hdeaq * t_56e4c - X_x6 * t_fxcdt - X_y5 * t_v33gi;
+    const real t_33g4z = t_bintu_5 * t_zyxi2 + t_temm3 * t_fxcdt;
+    const real t_wahj2 = t_56e4c + t_33g4z;
+    const real t_hsmjl = K_L65 * t_56e4c + t_zyxi2 * t_6dtnj_5;
+    const real t_ixg5v = X_x6 * K_L43 + t_aolgd * t_56e4c - X_y4 * t_v33gi - t_otpfz * t_hsmjl;
+    const real t_o6clg = K_L64 * t_56e4c + t_ixg5v * t_6dtnj_4;
+    const real t_q7ldq = t_2dahu * t_56e4c
         - X_x6
-        - X_y3 * t_bqimq
-        - t_m27n6 * t_gnml4
-        - t_bxfcn * t_kiasm;
-    const real t_go7el = t_mpjg7 * t_ftqxb - K_L65 * t_bqimq;
-    const real t_ef265 = X_x5 * K_L43 + t_amczu * t_gvh3g - X_y4 * t_go7el;
-    const real t_sihi3 = K_L54 * t_gvh3g - K_L64 * t_kiasm + t_ef265 * t_lt2al;
-    const real t_bmax4 = t_bxfcn * t_gvh3g - X_x5 - X_y3 * t_go7el - t_m27n6 * t_sihi3;
-    const real t_4qdk2 = K_L64 * t_bqimq + K_L54 * t_go7el + K_L43 * t_lt2al;
-    const real t_nfcih = t_gkoba * K_L43 - (t_wurun * t_oc73v + t_2e52m * t_ef265);
-    const real t_qplls = X_y3 * t_4qdk2 - (X_x4 + t_m27n6 * t_nfcih);
-    const real t_ujyhd = t_kpf5p * t_bjmob + t_qe675 * t_bmax4 + t_ydwjl * t_qplls + t_insvr;
-    const real t_6xmvj = K_L63 * t_hco6x + t_bjmob * t_zmh3u;
-    const real t_xnmgj = t_qvrp6 * t_hco6x
-        + X_y2 * t_bqimq
-        - t_m67zs * t_gnml4
-        + t_d4mqf * t_6xmvj
-        + t_p6zld * t_kiasm;
-    const real t_s2o24 = K_L53 * t_gvh3g - K_L63 * t_kiasm + t_bmax4 * t_zmh3u;
-    const real t_stzkf = t_p6zld * t_gvh3g - X_y2 * t_go7el - t_d4mqf * t_s2o24 + t_m67zs * t_sihi3;
-    const real t_6sevr = t_qplls * t_zmh3u - (K_L63 * t_gnml4 + K_L53 * t_sihi3 + K_L43 * t_nfcih);
-    const real t_egsg3 = t_d4mqf * t_6sevr - (t_m67zs * t_nfcih + X_y2 * t_4qdk2);
-    const real t_qy4wp = K_L43 * t_4qdk2 - (K_L63 * t_bqimq + K_L53 * t_go7el) + t_zmh3u;
-    const real t_vg2jw = t_d4mqf * t_ujyhd - X_y2 * t_qy4wp;
-    const real t_sl5mf = t_2ngl5 * t_xnmgj + t_hfybw * t_stzkf + t_dwrhg * t_egsg3 + t_6yahm * t_vg2jw;
-    const real t_jfsjw = t_dj64q * t_hco6x + t_xnmgj * t_4iujv;
-    const real t_rpjio = t_bl4f2 * t_hco6x
-        + b1 * t_bqimq
-        - t_6mmeb * t_kiasm
-        - t_2m245 * t_gnml4
-        - t_zzymx * t_6xmvj
-        + t_b3aij * t_jfsjw;
-    const real t_cikli = t_dj64q * t_kiasm + K_L52 * t_gvh3g + t_stzkf * t_4iujv;
-    const real t_bmmyw = t_6mmeb * t_gvh3g
-        + b1 * t_go7el
-        - t_2m245 * t_sihi3
-        - t_zzymx * t_s2o24
-        - t_b3aij * t_cikli;
-    const real t_5ztpg = K_L52 * t_sihi3 - t_dj64q * t_gnml4 - t_6urah * t_nfcih + t_egsg3 * t_4iujv;
-    const real t_wqyng = t_b3aij * t_5ztpg - (t_2m245 * t_nfcih + b1 * t_4qdk2 + t_zzymx * t_6sevr);
-    const real t_tptsk = t_dj64q * t_6xmvj
-        - K_L52 * t_s2o24
-        + t_6urah * t_6sevr
-        + K_L32 * t_ujyhd
-        + t_vg2jw * t_4iujv;
-    const real t_ky6qv = t_zzymx * t_ujyhd + b1 * t_qy4wp - t_b3aij * t_tptsk;
-    const real t_zwp7i = t_dj64q * t_bqimq - K_L52 * t_go7el - t_6urah * t_4qdk2 - K_L32 * t_qy4wp;
-    const real t_55uno = t_b3aij * t_sl5mf + b1 * t_zwp7i;
-    const real t_pbrl4 = t_ielc3 * t_rpjio
-        + t_2lluf * t_bmmyw
-        + t_jtjoh * t_wqyng
-        + t_3tmqi * t_ky6qv
-        + t_6xwz3 * t_55uno;
-    const real t_ql2m6 = t_gcu5g * t_bqimq - f_y * t_go7el;
-    const real t_wlyzz_2 = t_hco6x - t_gvh3g;
-    const real t_vzjf2_2 = SC2 * t_kiasm + S_sq2 * t_wlyzz_2;
-    const real t_e3toj = t_vzjf2_2 - t_hco6x;
-    const real t_g5htj = t_gvh3g + t_vzjf2_2;
-    const real t_6g62a = cos_theta2 * t_bqimq + sin_theta2 * t_go7el;
-    const real t_xfx3b = t_e4enr * t_hco6x + t_rpjio * t_bpfoo;
-    const real t_gve2b = t_vshgd * t_gvh3g - t_e4enr * t_kiasm + t_bmmyw * t_bpfoo;
-    const real t_kejue_2 = cos_theta2 * t_xfx3b + sin_theta2 * t_gve2b;
-    const real t_p7oly = t_jfsjw - t_s2o24;
-    const real t_fywwx = t_6xmvj - t_cikli;
-    const real t_kwccd_2 = SC2 * t_p7oly + S_sq2 * t_fywwx;
-    const real t_u2deu = t_kwccd_2 - t_6xmvj;
-    const real t_4hc5h_2 = e2 * t_e3toj - t_u2deu;
-    const real t_w7oby = t_kwccd_2 + t_cikli;
-    const real t_gfsls = cos_theta2 * t_gnml4 + sin_theta2 * t_sihi3;
-    const real t_3cwki_2 = K(-2.0) * t_e3toj - t_gfsls;
-    const real t_g5htj_2 = t_vzjf2_2 + t_gvh3g;
-    const real t_lko3e = t_gnml4 + t_kiasm;
-    const real t_zgfxv = K(-2.0) * t_gvh3g + t_sihi3;
-    const real t_ciim3_2 = sin_theta2 * t_lko3e - cos_theta2 * t_zgfxv;
-    const real t_xcvpe_2 = t_w7oby - g_2 * t_g5htj_2 + q_2 * t_ciim3_2;
-    const real t_diwdm = t_iya7w * t_bqimq - wg_2 * t_g5htj_2 - t_oncjt * t_go7el + wth_2 * t_xcvpe_2;
-    const real t_n36lt = t_4qdk2 - t_6g62a;
-    const real t_bifmc = t_e4enr * t_bqimq
-        + t_vshgd * t_go7el
-        - t_xq4wt * t_4qdk2
-        + t_3go2w * t_qy4wp
-        + t_w7lcw * t_zwp7i;
-    const real t_g5fw7 = e2 * t_6g62a + cos_theta2 * t_qy4wp + sin_theta2 * t_zwp7i;
-    const real t_a65cy = cos_phi2 * t_bifmc - sin_phi2 * t_g5fw7;
-    const real t_np5m7 = eAss_2 * t_e3toj
-        + t_rdwum * (me2 * t_g5htj)
-        - F_t2 * t_6g62a
-        + Asc_2 * t_kejue_2
-        + Ass_2 * t_4hc5h_2
-        - me2 * t_w7oby
-        + Bc_2 * t_3cwki_2
-        + t_diwdm
-        + t_rybsf * (Bs_2 * t_n36lt + cos_phi2 * (mv2 * t_a65cy));
-    const real t_vtqzc_2 = SC1 * t_kiasm + S_sq1 * t_wlyzz_2;
-    const real t_2yq27 = t_vtqzc_2 - t_hco6x;
-    const real t_okvck = t_gvh3g + t_vtqzc_2;
-    const real t_fedoe = cos_theta1 * t_bqimq + sin_theta1 * t_go7el;
-    const real t_smsjv_2 = cos_theta1 * t_xfx3b + sin_theta1 * t_gve2b;
-    const real t_aiugo_2 = SC1 * t_p7oly + S_sq1 * t_fywwx;
-    const real t_xqlwq = t_aiugo_2 - t_6xmvj;
-    const real t_7z2wd_2 = e1 * t_2yq27 - t_xqlwq;
-    const real t_bjbtk = t_aiugo_2 + t_cikli;
-    const real t_vovcb = cos_theta1 * t_gnml4 + sin_theta1 * t_sihi3;
-    const real t_mguvf_2 = K(-2.0) * t_2yq27 - t_vovcb;
-    const real t_okvck_2 = t_vtqzc_2 + t_gvh3g;
-    const real t_tczyi_2 = sin_theta1 * t_lko3e - cos_theta1 * t_zgfxv;
-    const real t_27gpo_2 = t_bjbtk - g_1 * t_okvck_2 + q_1 * t_tczyi_2;
-    const real t_kpyam = t_azclp * t_bqimq - wg_1 * t_okvck_2 - t_vt7uo * t_go7el + wth_1 * t_27gpo_2;
-    const real t_nq32y = t_4qdk2 - t_fedoe;
-    const real t_iytfy = e1 * t_fedoe + cos_theta1 * t_qy4wp + sin_theta1 * t_zwp7i;
-    const real t_3egni = cos_phi1 * t_bifmc - sin_phi1 * t_iytfy;
-    const real t_c55qv = eAss_1 * t_2yq27
-        + t_o6yyy * (me1 * t_okvck)
-        - F_t1 * t_fedoe
-        + Asc_1 * t_smsjv_2
-        + Ass_1 * t_7z2wd_2
-        - me1 * t_bjbtk
-        + Bc_1 * t_mguvf_2
-        + t_kpyam
-        + t_rybsf * (Bs_1 * t_nq32y + cos_phi1 * (mv1 * t_3egni));
-    const real t_ess7d = t_jf3qj * (M_C * t_wlyzz) - X_x6 + t_ql2m6 - t_np5m7 - t_c55qv;
-    const real t_7octy = t_iw7bs * t_wlyzz - t_ujyhd - t_sl5mf - t_pbrl4 - t_rl7kq * t_ess7d;
-    const real t_qxmow = t_ess7d * t_xpjrw;
-    const real t_xygca = W13 * t_bqimq;
-    const real t_6qgnc = W12 * t_go7el;
-    const real t_hqbbl = t_xygca + t_6qgnc + t_nfcih;
-    const real t_pndrs = t_xygca - x[wy] * (x[wz] * t_4qdk2);
-    const real t_eqgud = t_ujyhd - t_sl5mf;
-    const real t_jumez = SC1 * t_tptsk + S_sq1 * t_eqgud;
-    const real t_5pndl = t_3go2w * t_ujyhd
-        - (t_e4enr * t_6xmvj + t_vshgd * t_s2o24 + t_xq4wt * t_6sevr)
-        + t_ky6qv * t_bpfoo;
-    const real t_6cbec = t_e4enr * t_jfsjw
-        - t_vshgd * t_cikli
-        + t_xq4wt * t_5ztpg
-        - t_3go2w * t_tptsk
-        + t_w7lcw * t_sl5mf
-        + t_55uno * t_bpfoo;
-    const real t_ievil = sin_phi1 * (e1 * t_7z2wd_2 - t_ujyhd + t_jumez + t_pbrl4)
-        + cos_phi1 * (e1 * t_smsjv_2 + cos_theta1 * t_5pndl + sin_theta1 * t_6cbec);
-    const real t_irtxn = sin_phi1 * t_ievil - t_pbrl4 + t_lupe6 * t_3egni;
-    const real t_o7atx_2 = k1 * t_irtxn - sigma_sq1 * t_3egni;
-    const real t_vaklm = p[l1] * t_nq32y + sin_phi1 * t_bifmc + cos_phi1 * t_iytfy;
-    const real t_kklji_2 = loss_phi1 * t_vaklm + t_6nwd2 * t_irtxn;
-    const real t_m26if = t_2yq27 + t_vovcb + t_nfcih;
-    const real t_3tb5s = t_wqyng * t_bpfoo - (t_e4enr * t_gnml4 + t_vshgd * t_sihi3 + t_xq4wt * t_nfcih);
-    const real t_oberz = p[l1] * t_m26if
-        + sin_phi1 * (t_smsjv_2 + t_w7vil * t_nq32y + t_3tb5s)
-        + cos_phi1 * (t_xqlwq + e1 * t_mguvf_2 + sin_theta1 * t_5ztpg - cos_theta1 * t_6sevr)
-        + eta1 * t_vaklm;
-    const real t_ui67w = t_simvy * t_okvck
-        - t_owkw5 * t_wlyzz
-        - e1 * t_bjbtk
-        + t_sl5mf
-        + t_jumez
-        + p[l1] * t_oberz
-        + t_7octy
-        + p[h1] * t_qxmow;
-    const real t_5u4vv = p[l1] * t_kklji_2 + p[I1] * t_ui67w;
-    const real t_ercla_2 = t_ecohd * t_5u4vv;
-    const real t_ubcse = t_sihi3 - t_gvh3g + t_nfcih;
-    const real t_oyn2x = t_5ztpg - t_cikli;
-    const real t_5mqbp = t_s2o24 + t_6sevr;
-    const real t_rtsod = q_1 * t_ubcse + cos_theta1 * t_oyn2x + sin_theta1 * t_5mqbp;
-    const real t_kglj6 = g_1 * t_27gpo_2 + q_1 * t_rtsod - t_sl5mf - t_jumez;
-    const real t_2e2nf = t_go7el - t_4qdk2;
-    const real t_avmfh = q_1 * t_2e2nf
-        + sin_theta1 * (g_1 * t_bqimq + t_qy4wp)
-        - cos_theta1 * (g_1 * t_go7el + t_zwp7i);
-    const real t_hpllp = p[I1] * t_kglj6 + t_xips6 * t_avmfh;
-    const real t_y5b4h_2 = t_sdxhx * t_hpllp;
-    const real t_asmqb = th_1 * t_avmfh;
-    const real t_bqegi_2 = p[I1] * t_asmqb;
-    const real t_fnhyz = wg_1 * t_tczyi_2
-        + wq_1 * t_ubcse
-        + F_n1 * t_2e2nf
-        + wth_1 * t_rtsod
-        - loss_theta1 * t_asmqb
-        + W12 * t_bqegi_2
-        - t_hpic2 * (p[m1] * t_y5b4h_2);
-    const real t_cazgo = t_xygca - t_hco6x;
-    const real t_qs234 = x[wz] * t_bqimq + x[wy] * t_go7el;
-    const real t_4y4m3 = x[wy] * t_4qdk2 - x[wx] * t_bqimq;
-    const real t_fwlh4 = SC2 * t_tptsk + S_sq2 * t_eqgud;
-    const real t_wuzwq = sin_phi2 * (e2 * t_4hc5h_2 - t_ujyhd + t_fwlh4 + t_pbrl4)
-        + cos_phi2 * (e2 * t_kejue_2 + cos_theta2 * t_5pndl + sin_theta2 * t_6cbec);
-    const real t_grtpr = sin_phi2 * t_wuzwq - t_pbrl4 + t_cekeb * t_a65cy;
-    const real t_tolgd_2 = k2 * t_grtpr - sigma_sq2 * t_a65cy;
-    const real t_w6bi2 = p[l2] * t_n36lt + sin_phi2 * t_bifmc + cos_phi2 * t_g5fw7;
-    const real t_3dbm5_2 = loss_phi2 * t_w6bi2 + t_popww * t_grtpr;
-    const real t_qfnde = t_e3toj + t_gfsls + t_nfcih;
-    const real t_2eij5 = p[l2] * t_qfnde
-        + sin_phi2 * (t_kejue_2 + t_6fvzz * t_n36lt + t_3tb5s)
-        + cos_phi2 * (t_u2deu + e2 * t_3cwki_2 + sin_theta2 * t_5ztpg - cos_theta2 * t_6sevr)
-        + eta2 * t_w6bi2;
-    const real t_iyjxa = t_quuci * t_g5htj
-        - t_gy5fy * t_wlyzz
-        - e2 * t_w7oby
-        + t_sl5mf
-        + t_fwlh4
-        + p[l2] * t_2eij5
-        + t_7octy
-        + p[h2] * t_qxmow;
-    const real t_5pt5l = p[l2] * t_3dbm5_2 + p[I2] * t_iyjxa;
-    const real t_4b4pj_2 = t_ew3ec * t_5pt5l;
-    const real t_6qdj3 = q_2 * t_ubcse + cos_theta2 * t_oyn2x + sin_theta2 * t_5mqbp;
-    const real t_vmdar = g_2 * t_xcvpe_2 + q_2 * t_6qdj3 - t_sl5mf - t_fwlh4;
-    const real t_sfkwi = q_2 * t_2e2nf
-        + sin_theta2 * (g_2 * t_bqimq + t_qy4wp)
-        - cos_theta2 * (g_2 * t_go7el + t_zwp7i);
-    const real t_fndcz = p[I2] * t_vmdar + t_vry6x * t_sfkwi;
-    const real t_l56ct_2 = t_yyt2v * t_fndcz;
-    const real t_kkxzm = th_2 * t_sfkwi;
-    const real t_lixe2_2 = p[I2] * t_kkxzm;
-    const real t_uptot = wg_2 * t_ciim3_2
-        + wq_2 * t_ubcse
-        + F_n2 * t_2e2nf
-        + wth_2 * t_6qdj3
-        - loss_theta2 * t_kkxzm
-        + W12 * t_lixe2_2
-        - t_n52pz * (p[m2] * t_l56ct_2);
-    const real t_6yo6x = K_L65 * K_L54 - K_L64;
-    const real t_vxg33 = t_o4hiw * t_6yo6x;
-    const real t_hiifd = t_6yo6x * t_nfkwa;
-    const real t_7cyus = X_x6 * K_L54 + t_jo54w * t_vxg33 - X_y5 * t_hiifd;
-    const real t_jeu2k = t_eriz2 * K_L54 - t_dzxqu * t_7cyus;
-    const real t_hrahl = t_jeu2k - t_vxg33;
-    const real t_5u7wz = K_L65 * t_hiifd + K_L54 * t_ftqxb;
-    const real t_ei4jl = X_y4 * t_5u7wz - (X_x5 + t_amczu * t_jeu2k);
-    const real t_dc5bd = K_L65 * t_vxg33 + t_7cyus * t_ftqxb;
-    const real t_ovddj = t_ei4jl * t_lt2al - (K_L64 * t_dc5bd + K_L54 * t_jeu2k);
-    const real t_3pilf = X_y3 * t_5u7wz - t_bxfcn * t_jeu2k - t_m27n6 * t_ovddj;
-    const real t_qik4j = t_3pilf * t_zmh3u - (K_L63 * t_dc5bd + K_L53 * t_jeu2k);
-    const real t_nhl2k = X_y2 * t_5u7wz - t_p6zld * t_jeu2k - t_d4mqf * t_qik4j + t_m67zs * t_ovddj;
-    const real t_knvqy = t_dj64q * t_dc5bd - K_L52 * t_jeu2k + t_nhl2k * t_4iujv;
-    const real t_g5but = t_6mmeb * t_jeu2k
-        + b1 * t_5u7wz
-        + t_2m245 * t_ovddj
-        + t_zzymx * t_qik4j
-        + t_b3aij * t_knvqy;
-    const real t_i4l5b = t_e4k6u * t_vxg33 - X_x6 - X_y4 * t_hiifd - t_amczu * t_dc5bd;
-    const real t_qtw2g = K_L64 * t_vxg33 + t_i4l5b * t_lt2al;
-    const real t_wzcot = t_rahc4 * t_vxg33 - X_y3 * t_hiifd - t_m27n6 * t_qtw2g - t_bxfcn * t_dc5bd;
-    const real t_fjc3i = K_L63 * t_vxg33 + t_wzcot * t_zmh3u;
-    const real t_2wcby = t_qvrp6 * t_vxg33
-        + X_y2 * t_hiifd
-        - t_m67zs * t_qtw2g
-        + t_d4mqf * t_fjc3i
-        + t_p6zld * t_dc5bd;
-    const real t_rpzfa = t_dj64q * t_vxg33 + t_2wcby * t_4iujv;
-    const real t_p62lc = t_bl4f2 * t_vxg33
-        + b1 * t_hiifd
-        - t_6mmeb * t_dc5bd
-        - t_2m245 * t_qtw2g
-        - t_zzymx * t_fjc3i
-        + t_b3aij * t_rpzfa;
-    const real t_6zjfd = t_wurun * t_i4l5b + t_2e52m * t_ei4jl + t_gkoba;
-    const real t_ihufo = K_L54 * t_5u7wz - K_L64 * t_hiifd + t_lt2al;
-    const real t_trxgc = t_m27n6 * t_6zjfd - X_y3 * t_ihufo;
-    const real t_vkxmy = K_L43 * t_6zjfd - (K_L63 * t_qtw2g + K_L53 * t_ovddj) + t_trxgc * t_zmh3u;
-    const real t_75vah = t_m67zs * t_6zjfd + X_y2 * t_ihufo + t_d4mqf * t_vkxmy;
-    const real t_mcn3e = K_L52 * t_ovddj - t_dj64q * t_qtw2g + t_6urah * t_6zjfd + t_75vah * t_4iujv;
-    const real t_oynuv = t_2m245 * t_6zjfd + b1 * t_ihufo - t_zzymx * t_vkxmy + t_b3aij * t_mcn3e;
-    const real t_egnhj = t_kpf5p * t_wzcot + t_qe675 * t_3pilf + t_ydwjl * t_trxgc;
-    const real t_vnl6o = K_L53 * t_5u7wz - K_L63 * t_hiifd - K_L43 * t_ihufo;
-    const real t_iy22e = t_d4mqf * t_egnhj - X_y2 * t_vnl6o;
-    const real t_6or3t = t_dj64q * t_fjc3i
-        - K_L52 * t_qik4j
-        + t_6urah * t_vkxmy
-        + K_L32 * t_egnhj
-        + t_iy22e * t_4iujv;
-    const real t_suiwq = t_zzymx * t_egnhj + b1 * t_vnl6o - t_b3aij * t_6or3t;
-    const real t_ngy5v = t_2ngl5 * t_2wcby + t_hfybw * t_nhl2k + t_dwrhg * t_75vah + t_6yahm * t_iy22e;
-    const real t_gws4q = t_dj64q * t_hiifd + K_L52 * t_5u7wz + t_6urah * t_ihufo - K_L32 * t_vnl6o;
-    const real t_rakn4 = t_b3aij * t_ngy5v + b1 * t_gws4q;
-    const real t_ix6zf = t_2lluf * t_g5but
-        - t_ielc3 * t_p62lc
-        - t_jtjoh * t_oynuv
-        - t_3tmqi * t_suiwq
-        - t_6xwz3 * t_rakn4;
-    const real t_r2hb6 = t_gcu5g * t_hiifd + f_y * t_5u7wz;
-    const real t_hrahl_2 = t_vxg33 + t_jeu2k;
-    const real t_opaxd = SC2 * t_dc5bd + S_sq2 * t_hrahl_2;
-    const real t_z5jmb = t_opaxd - t_vxg33;
-    const real t_n5fun = t_opaxd - t_jeu2k;
-    const real t_ncsdf = sin_theta2 * t_5u7wz - cos_theta2 * t_hiifd;
-    const real t_rtsew = t_e4enr * t_vxg33 + t_p62lc * t_bpfoo;
-    const real t_t72e4 = t_e4enr * t_dc5bd + t_vshgd * t_jeu2k + t_g5but * t_bpfoo;
-    const real t_vgxwy = cos_theta2 * t_rtsew - sin_theta2 * t_t72e4;
-    const real t_al635 = t_rpzfa - t_qik4j;
-    const real t_vrgqo = t_fjc3i - t_knvqy;
-    const real t_kwccd_3 = SC2 * t_al635 + S_sq2 * t_vrgqo;
-    const real t_gt7l6 = t_kwccd_3 - t_fjc3i;
-    const real t_4hc5h_3 = e2 * t_z5jmb - t_gt7l6;
-    const real t_kcr5d = t_kwccd_3 + t_knvqy;
-    const real t_myezl = cos_theta2 * t_qtw2g + sin_theta2 * t_ovddj;
-    const real t_3cwki_3 = K(-2.0) * t_z5jmb - t_myezl;
-    const real t_n5fun_2 = t_jeu2k - t_opaxd;
-    const real t_k5edu = t_qtw2g + t_dc5bd;
-    const real t_rtaca = K(-2.0) * t_jeu2k - t_ovddj;
-    const real t_5a5vl = sin_theta2 * t_k5edu + cos_theta2 * t_rtaca;
-    const real t_xxh5n = g_2 * t_n5fun_2 + t_kcr5d + q_2 * t_5a5vl;
-    const real t_mblmb = t_iya7w * t_hiifd + wg_2 * t_n5fun_2 + t_oncjt * t_5u7wz + wth_2 * t_xxh5n;
-    const real t_2quf7 = t_ncsdf - t_ihufo;
-    const real t_uivwz = t_e4enr * t_hiifd
-        - t_vshgd * t_5u7wz
-        + t_xq4wt * t_ihufo
-        + t_3go2w * t_vnl6o
-        + t_w7lcw * t_gws4q;
-    const real t_vzgqk = e2 * t_ncsdf - cos_theta2 * t_vnl6o - sin_theta2 * t_gws4q;
-    const real t_wd6oi = cos_phi2 * t_uivwz + sin_phi2 * t_vzgqk;
-    const real t_loauz = eAss_2 * t_z5jmb
-        + t_rdwum * (me2 * t_n5fun)
-        + F_t2 * t_ncsdf
-        + Asc_2 * t_vgxwy
-        + Ass_2 * t_4hc5h_3
-        - me2 * t_kcr5d
-        + Bc_2 * t_3cwki_3
-        + t_mblmb
-        + t_rybsf * (Bs_2 * t_2quf7 + cos_phi2 * (mv2 * t_wd6oi));
-    const real t_yuar6 = SC1 * t_dc5bd + S_sq1 * t_hrahl_2;
-    const real t_3iwwf = t_yuar6 - t_vxg33;
-    const real t_pc6zf = t_yuar6 - t_jeu2k;
-    const real t_zhjlx = sin_theta1 * t_5u7wz - cos_theta1 * t_hiifd;
-    const real t_l5knv = cos_theta1 * t_rtsew - sin_theta1 * t_t72e4;
-    const real t_aiugo_3 = SC1 * t_al635 + S_sq1 * t_vrgqo;
-    const real t_iw3hd = t_aiugo_3 - t_fjc3i;
-    const real t_7z2wd_3 = e1 * t_3iwwf - t_iw3hd;
-    const real t_5zfcp = t_aiugo_3 + t_knvqy;
-    const real t_p3dij = cos_theta1 * t_qtw2g + sin_theta1 * t_ovddj;
-    const real t_mguvf_3 = K(-2.0) * t_3iwwf - t_p3dij;
-    const real t_pc6zf_2 = t_jeu2k - t_yuar6;
-    const real t_n2e3g = sin_theta1 * t_k5edu + cos_theta1 * t_rtaca;
-    const real t_shn72 = g_1 * t_pc6zf_2 + t_5zfcp + q_1 * t_n2e3g;
-    const real t_it4uz = t_azclp * t_hiifd + wg_1 * t_pc6zf_2 + t_vt7uo * t_5u7wz + wth_1 * t_shn72;
-    const real t_4gdq7 = t_zhjlx - t_ihufo;
-    const real t_wjn2x = e1 * t_zhjlx - cos_theta1 * t_vnl6o - sin_theta1 * t_gws4q;
-    const real t_ye7pr = cos_phi1 * t_uivwz + sin_phi1 * t_wjn2x;
-    const real t_yholv = eAss_1 * t_3iwwf
-        + t_o6yyy * (me1 * t_pc6zf)
-        + F_t1 * t_zhjlx
-        + Asc_1 * t_l5knv
-        + Ass_1 * t_7z2wd_3
-        - me1 * t_5zfcp
-        + Bc_1 * t_mguvf_3
-        + t_it4uz
-        + t_rybsf * (Bs_1 * t_4gdq7 + cos_phi1 * (mv1 * t_ye7pr));
-    const real t_w6pgr = t_r2hb6 - t_jf3qj * (M_C * t_hrahl) - t_loauz - t_yholv;
-    const real t_cgwgg = t_ix6zf - (t_iw7bs * t_hrahl + t_egnhj + t_ngy5v) - t_rl7kq * t_w6pgr;
-    const real t_22ce4 = t_w6pgr * t_xpjrw;
-    const real t_3hwbf = W13 * t_hiifd;
-    const real t_l53dc = W12 * t_5u7wz;
-    const real t_6g3zz = t_3hwbf - t_l53dc - t_6zjfd;
-    const real t_6p5gv = t_3hwbf + x[wy] * (x[wz] * t_ihufo);
-    const real t_v2i6x = t_egnhj - t_ngy5v;
-    const real t_e6wif = SC1 * t_6or3t + S_sq1 * t_v2i6x;
-    const real t_kxcci = t_3go2w * t_egnhj
-        - (t_e4enr * t_fjc3i + t_vshgd * t_qik4j + t_xq4wt * t_vkxmy)
-        + t_suiwq * t_bpfoo;
-    const real t_6lahi = t_e4enr * t_rpzfa
-        - t_vshgd * t_knvqy
-        + t_xq4wt * t_mcn3e
-        - t_3go2w * t_6or3t
-        + t_w7lcw * t_ngy5v
-        + t_rakn4 * t_bpfoo;
-    const real t_vbnmj = sin_phi1 * (e1 * t_7z2wd_3 - t_egnhj + t_e6wif - t_ix6zf)
-        + cos_phi1 * (e1 * t_l5knv + cos_theta1 * t_kxcci + sin_theta1 * t_6lahi);
-    const real t_4meb5 = t_ix6zf + sin_phi1 * t_vbnmj + t_lupe6 * t_ye7pr;
-    const real t_o7atx_3 = k1 * t_4meb5 - sigma_sq1 * t_ye7pr;
-    const real t_2varh = p[l1] * t_4gdq7 + sin_phi1 * t_uivwz - cos_phi1 * t_wjn2x;
-    const real t_kklji_3 = loss_phi1 * t_2varh + t_6nwd2 * t_4meb5;
-    const real t_o2pvm = t_3iwwf + t_p3dij - t_6zjfd;
-    const real t_ih2cl = t_xq4wt * t_6zjfd - (t_e4enr * t_qtw2g + t_vshgd * t_ovddj) + t_oynuv * t_bpfoo;
-    const real t_3meip = p[l1] * t_o2pvm
-        + sin_phi1 * (t_l5knv + t_w7vil * t_4gdq7 + t_ih2cl)
-        + cos_phi1 * (t_iw3hd + e1 * t_mguvf_3 + sin_theta1 * t_mcn3e - cos_theta1 * t_vkxmy)
-        + eta1 * t_2varh;
-    const real t_cme3h = t_owkw5 * t_hrahl
-        + t_simvy * t_pc6zf
-        - e1 * t_5zfcp
-        + t_ngy5v
-        + t_e6wif
-        + p[l1] * t_3meip
-        + t_cgwgg
-        + p[h1] * t_22ce4;
-    const real t_5u4vv_2 = p[l1] * t_kklji_3 + p[I1] * t_cme3h;
-    const real t_ercla_3 = t_ecohd * t_5u4vv_2;
-    const real t_5juiv = t_jeu2k + t_ovddj - t_6zjfd;
-    const real t_hpcoa = t_mcn3e - t_knvqy;
-    const real t_4mqw5 = t_qik4j + t_vkxmy;
-    const real t_ru32u = q_1 * t_5juiv + cos_theta1 * t_hpcoa + sin_theta1 * t_4mqw5;
-    const real t_kglj6_2 = g_1 * t_shn72 + q_1 * t_ru32u - t_ngy5v - t_e6wif;
-    const real t_yj6qh = t_ihufo - t_5u7wz;
-    const real t_bm7t3 = q_1 * t_yj6qh
-        + sin_theta1 * (g_1 * t_hiifd + t_vnl6o)
-        + cos_theta1 * (g_1 * t_5u7wz - t_gws4q);
-    const real t_ppg25 = p[I1] * t_kglj6_2 + t_xips6 * t_bm7t3;
-    const real t_y5b4h_3 = t_sdxhx * t_ppg25;
-    const real t_62y2u = th_1 * t_bm7t3;
-    const real t_bqegi_3 = p[I1] * t_62y2u;
-    const real t_u5mev = wg_1 * t_n2e3g
-        + wq_1 * t_5juiv
-        + F_n1 * t_yj6qh
-        + wth_1 * t_ru32u
-        - loss_theta1 * t_62y2u
-        + W12 * t_bqegi_3
-        - t_hpic2 * (p[m1] * t_y5b4h_3);
-    const real t_4wxnv = t_3hwbf - t_vxg33;
-    const real t_ni2aj = x[wz] * t_hiifd - x[wy] * t_5u7wz;
-    const real t_ijk7m = x[wx] * t_hiifd + x[wy] * t_ihufo;
-    const real t_zphql = SC2 * t_6or3t + S_sq2 * t_v2i6x;
-    const real t_vcsyx = sin_phi2 * (e2 * t_4hc5h_3 - t_egnhj + t_zphql - t_ix6zf)
-        + cos_phi2 * (e2 * t_vgxwy + cos_theta2 * t_kxcci + sin_theta2 * t_6lahi);
-    const real t_f4evt = t_ix6zf + sin_phi2 * t_vcsyx + t_cekeb * t_wd6oi;
-    const real t_tolgd_3 = k2 * t_f4evt - sigma_sq2 * t_wd6oi;
-    const real t_5r6ig = p[l2] * t_2quf7 + sin_phi2 * t_uivwz - cos_phi2 * t_vzgqk;
-    const real t_3dbm5_3 = loss_phi2 * t_5r6ig + t_popww * t_f4evt;
-    const real t_yprkx = t_z5jmb + t_myezl - t_6zjfd;
-    const real t_egvqh = p[l2] * t_yprkx
-        + sin_phi2 * (t_vgxwy + t_6fvzz * t_2quf7 + t_ih2cl)
-        + cos_phi2 * (t_gt7l6 + e2 * t_3cwki_3 + sin_theta2 * t_mcn3e - cos_theta2 * t_vkxmy)
-        + eta2 * t_5r6ig;
-    const real t_sfyji = t_gy5fy * t_hrahl
-        + t_quuci * t_n5fun
-        - e2 * t_kcr5d
-        + t_ngy5v
-        + t_zphql
-        + p[l2] * t_egvqh
-        + t_cgwgg
-        + p[h2] * t_22ce4;
-    const real t_5pt5l_2 = p[l2] * t_3dbm5_3 + p[I2] * t_sfyji;
-    const real t_4b4pj_3 = t_ew3ec * t_5pt5l_2;
-    const real t_wntj2 = q_2 * t_5juiv + cos_theta2 * t_hpcoa + sin_theta2 * t_4mqw5;
-    const real t_vmdar_2 = g_2 * t_xxh5n + q_2 * t_wntj2 - t_ngy5v - t_zphql;
-    const real t_7k7hh = q_2 * t_yj6qh
-        + sin_theta2 * (g_2 * t_hiifd + t_vnl6o)
-        + cos_theta2 * (g_2 * t_5u7wz - t_gws4q);
-    const real t_wumss = p[I2] * t_vmdar_2 + t_vry6x * t_7k7hh;
-    const real t_l56ct_3 = t_yyt2v * t_wumss;
-    const real t_47qru = th_2 * t_7k7hh;
-    const real t_lixe2_3 = p[I2] * t_47qru;
-    const real t_noyuv = wg_2 * t_5a5vl
-        + wq_2 * t_5juiv
-        + F_n2 * t_yj6qh
-        + wth_2 * t_wntj2
-        - loss_theta2 * t_47qru
-        + W12 * t_lixe2_3
-        - t_n52pz * (p[m2] * t_l56ct_3);
-    const real t_adsq5 = X_y5 * t_nfkwa - t_jo54w * t_o4hiw;
-    const real t_i4myd = t_dzxqu * t_adsq5;
-    const real t_yxsms = t_o4hiw - t_i4myd;
-    const real t_zwjps = K_L65 * t_nfkwa;
-    const real t_7abzy = t_gcu5g * t_nfkwa + f_y * t_zwjps;
-    const real t_pok6e = t_adsq5 * t_ftqxb - K_L65 * t_o4hiw;
-    const real t_yxsms_2 = t_o4hiw + t_i4myd;
-    const real t_km3uq = SC2 * t_pok6e - S_sq2 * t_yxsms_2;
-    const real t_k6uxy = t_o4hiw + t_km3uq;
-    const real t_oaj27 = t_i4myd + t_km3uq;
-    const real t_t6dav = cos_theta2 * t_nfkwa - sin_theta2 * t_zwjps;
-    const real t_x2dfz = X_y4 * t_nfkwa - t_e4k6u * t_o4hiw - t_amczu * t_pok6e;
-    const real t_hanhb = t_x2dfz * t_lt2al - K_L64 * t_o4hiw;
-    const real t_ak26r = X_y3 * t_nfkwa - t_rahc4 * t_o4hiw - t_m27n6 * t_hanhb - t_bxfcn * t_pok6e;
-    const real t_cgzpg = t_ak26r * t_zmh3u - K_L63 * t_o4hiw;
-    const real t_r4ezi = t_d4mqf * t_cgzpg
-        - (t_qvrp6 * t_o4hiw + X_y2 * t_nfkwa + t_m67zs * t_hanhb)
-        + t_p6zld * t_pok6e;
-    const real t_wcbmg = t_r4ezi * t_4iujv - t_dj64q * t_o4hiw;
-    const real t_g2kly = t_bl4f2 * t_o4hiw
-        + b1 * t_nfkwa
-        + t_6mmeb * t_pok6e
-        + t_2m245 * t_hanhb
-        + t_zzymx * t_cgzpg;
-    const real t_zan6n = t_b3aij * t_wcbmg - t_g2kly;
-    const real t_z56wq = t_zan6n * t_bpfoo - t_e4enr * t_o4hiw;
-    const real t_jctdr = b1 * t_zwjps;
-    const real t_tdwsm = X_y4 * t_zwjps;
-    const real t_aac3a = t_amczu * t_i4myd - t_tdwsm;
-    const real t_jqb5p = K_L54 * t_i4myd - K_L64 * t_pok6e + t_aac3a * t_lt2al;
-    const real t_ejwpy = X_y3 * t_zwjps;
-    const real t_hyr7p = t_bxfcn * t_i4myd - t_ejwpy - t_m27n6 * t_jqb5p;
-    const real t_zwpdh = K_L53 * t_i4myd - K_L63 * t_pok6e + t_hyr7p * t_zmh3u;
-    const real t_tjg6z = X_y2 * t_zwjps;
-    const real t_g77fn = t_p6zld * t_i4myd - t_tjg6z - t_d4mqf * t_zwpdh + t_m67zs * t_jqb5p;
-    const real t_sz3h6 = t_dj64q * t_pok6e + K_L52 * t_i4myd + t_g77fn * t_4iujv;
-    const real t_hjdhd = t_6mmeb * t_i4myd
-        + t_jctdr
-        - t_2m245 * t_jqb5p
-        - t_zzymx * t_zwpdh
-        - t_b3aij * t_sz3h6;
-    const real t_tr4le = t_vshgd * t_i4myd - t_e4enr * t_pok6e + t_hjdhd * t_bpfoo;
-    const real t_6mqdd = cos_theta2 * t_z56wq + sin_theta2 * t_tr4le;
-    const real t_crxic = t_wcbmg - t_zwpdh;
-    const real t_7pawj = t_cgzpg - t_sz3h6;
-    const real t_7sarx = SC2 * t_crxic + S_sq2 * t_7pawj;
-    const real t_lsriq = t_7sarx - t_cgzpg;
-    const real t_om6jh = e2 * t_k6uxy - t_lsriq;
-    const real t_xtpjz = t_7sarx + t_sz3h6;
-    const real t_6tfiu = cos_theta2 * t_hanhb + sin_theta2 * t_jqb5p;
-    const real t_qci7r = K(-2.0) * t_k6uxy - t_6tfiu;
-    const real t_oaj27_2 = t_km3uq + t_i4myd;
-    const real t_azfu4 = t_hanhb + t_pok6e;
-    const real t_5bmgd = K(-2.0) * t_i4myd + t_jqb5p;
-    const real t_ncvbr = sin_theta2 * t_azfu4 - cos_theta2 * t_5bmgd;
-    const real t_uwzgr = t_xtpjz - g_2 * t_oaj27_2 + q_2 * t_ncvbr;
-    const real t_wrrdc = wth_2 * t_uwzgr - (t_iya7w * t_nfkwa + wg_2 * t_oaj27_2 + t_oncjt * t_zwjps);
-    const real t_ctsrf = K_L64 * t_nfkwa - K_L54 * t_zwjps;
-    const real t_5jp42 = t_t6dav - t_ctsrf;
-    const real t_5wlzs = K_L63 * t_nfkwa - K_L53 * t_zwjps - K_L43 * t_ctsrf;
-    const real t_ltkoi = t_6urah * t_ctsrf - (t_dj64q * t_nfkwa + K_L52 * t_zwjps) - K_L32 * t_5wlzs;
-    const real t_fzl2a = t_vshgd * t_zwjps
-        - t_e4enr * t_nfkwa
-        + t_xq4wt * t_ctsrf
-        + t_3go2w * t_5wlzs
-        + t_w7lcw * t_ltkoi;
-    const real t_rdgqo = e2 * t_t6dav - cos_theta2 * t_5wlzs - sin_theta2 * t_ltkoi;
-    const real t_i4lj5 = cos_phi2 * t_fzl2a + sin_phi2 * t_rdgqo;
-    const real t_v5hq5 = eAss_2 * t_k6uxy
-        + t_rdwum * (me2 * t_oaj27)
-        + F_t2 * t_t6dav
-        + Asc_2 * t_6mqdd
-        + Ass_2 * t_om6jh
-        - me2 * t_xtpjz
-        + Bc_2 * t_qci7r
-        + t_wrrdc
-        + t_rybsf * (Bs_2 * t_5jp42 + cos_phi2 * (mv2 * t_i4lj5));
-    const real t_wrnnp = SC1 * t_pok6e - S_sq1 * t_yxsms_2;
-    const real t_hazki = t_o4hiw + t_wrnnp;
-    const real t_nccyj = t_i4myd + t_wrnnp;
-    const real t_v3mav = cos_theta1 * t_nfkwa - sin_theta1 * t_zwjps;
-    const real t_dqskc = cos_theta1 * t_z56wq + sin_theta1 * t_tr4le;
-    const real t_7sa5c = SC1 * t_crxic + S_sq1 * t_7pawj;
-    const real t_rmxfl = t_7sa5c - t_cgzpg;
-    const real t_c23qa = e1 * t_hazki - t_rmxfl;
-    const real t_ydmpl = t_7sa5c + t_sz3h6;
-    const real t_idwzg = cos_theta1 * t_hanhb + sin_theta1 * t_jqb5p;
-    const real t_ddcqt = K(-2.0) * t_hazki - t_idwzg;
-    const real t_nccyj_2 = t_wrnnp + t_i4myd;
-    const real t_5mxaf = sin_theta1 * t_azfu4 - cos_theta1 * t_5bmgd;
-    const real t_4s2rk = t_ydmpl - g_1 * t_nccyj_2 + q_1 * t_5mxaf;
-    const real t_stoz2 = wth_1 * t_4s2rk - (t_azclp * t_nfkwa + wg_1 * t_nccyj_2 + t_vt7uo * t_zwjps);
-    const real t_rbpqq = t_v3mav - t_ctsrf;
-    const real t_br3aj = e1 * t_v3mav - cos_theta1 * t_5wlzs - sin_theta1 * t_ltkoi;
-    const real t_a2hts = cos_phi1 * t_fzl2a + sin_phi1 * t_br3aj;
-    const real t_f2nr7 = eAss_1 * t_hazki
-        + t_o6yyy * (me1 * t_nccyj)
-        + F_t1 * t_v3mav
-        + Asc_1 * t_dqskc
-        + Ass_1 * t_c23qa
-        - me1 * t_ydmpl
-        + Bc_1 * t_ddcqt
-        + t_stoz2
-        + t_rybsf * (Bs_1 * t_rbpqq + cos_phi1 * (mv1 * t_a2hts));
-    const real t_4loal = t_jf3qj * (M_C * t_yxsms) + t_7abzy + t_v5hq5 + t_f2nr7;
-    const real t_kddni = t_wurun * t_x2dfz + t_2e52m * t_aac3a;
-    const real t_mnga5 = t_m27n6 * t_kddni - X_y3 * t_ctsrf;
-    const real t_ukpjx = t_kpf5p * t_ak26r + t_qe675 * t_hyr7p + t_ydwjl * t_mnga5;
-    const real t_rt77d = K_L43 * t_kddni - (K_L63 * t_hanhb + K_L53 * t_jqb5p) + t_mnga5 * t_zmh3u;
-    const real t_xjt5g = t_m67zs * t_kddni + X_y2 * t_ctsrf + t_d4mqf * t_rt77d;
-    const real t_fkjme = t_d4mqf * t_ukpjx - X_y2 * t_5wlzs;
-    const real t_d5zmz = t_2ngl5 * t_r4ezi + t_hfybw * t_g77fn + t_dwrhg * t_xjt5g + t_6yahm * t_fkjme;
-    const real t_mcdxq = K_L52 * t_jqb5p - t_dj64q * t_hanhb + t_6urah * t_kddni + t_xjt5g * t_4iujv;
-    const real t_67ee5 = t_2m245 * t_kddni + b1 * t_ctsrf - t_zzymx * t_rt77d + t_b3aij * t_mcdxq;
-    const real t_nr3fx = t_dj64q * t_cgzpg
-        - K_L52 * t_zwpdh
-        + t_6urah * t_rt77d
-        + K_L32 * t_ukpjx
-        + t_fkjme * t_4iujv;
-    const real t_spf7h = t_zzymx * t_ukpjx + b1 * t_5wlzs - t_b3aij * t_nr3fx;
-    const real t_lrcnj = t_b3aij * t_d5zmz + b1 * t_ltkoi;
-    const real t_yw22j = t_ielc3 * t_zan6n
-        + t_2lluf * t_hjdhd
-        + t_jtjoh * t_67ee5
-        + t_3tmqi * t_spf7h
-        + t_6xwz3 * t_lrcnj;
-    const real t_nlb6j = t_rl7kq * t_4loal - (t_iw7bs * t_yxsms + t_ukpjx + t_d5zmz + t_yw22j);
-    const real t_qgw5e = t_4loal * t_xpjrw;
-    const real t_qnupi = W12 * t_zwjps;
-    const real t_ijksw = W13 * t_nfkwa;
-    const real t_i3fhy = t_qnupi - t_ijksw - t_kddni;
-    const real t_vv2pk = x[wy] * (x[wz] * t_ctsrf) - t_ijksw;
-    const real t_cv2jl = t_lwe76 * t_zwjps;
-    const real t_kt6bm = t_ukpjx - t_d5zmz;
-    const real t_j5ezx = SC1 * t_nr3fx + S_sq1 * t_kt6bm;
-    const real t_h2vff = t_3go2w * t_ukpjx
-        - (t_e4enr * t_cgzpg + t_vshgd * t_zwpdh + t_xq4wt * t_rt77d)
-        + t_spf7h * t_bpfoo;
-    const real t_jjv5x = t_e4enr * t_wcbmg
-        - t_vshgd * t_sz3h6
-        + t_xq4wt * t_mcdxq
-        - t_3go2w * t_nr3fx
-        + t_w7lcw * t_d5zmz
-        + t_lrcnj * t_bpfoo;
-    const real t_hwcnp = sin_phi1 * (e1 * t_c23qa - t_ukpjx + t_j5ezx + t_yw22j)
-        + cos_phi1 * (e1 * t_dqskc + cos_theta1 * t_h2vff + sin_theta1 * t_jjv5x);
-    const real t_5s7zr = sin_phi1 * t_hwcnp - t_yw22j + t_lupe6 * t_a2hts;
-    const real t_tvyof = k1 * t_5s7zr - sigma_sq1 * t_a2hts;
-    const real t_cb3md = p[l1] * t_rbpqq + sin_phi1 * t_fzl2a - cos_phi1 * t_br3aj;
-    const real t_fma33 = loss_phi1 * t_cb3md + t_6nwd2 * t_5s7zr;
-    const real t_iedir = t_hazki + t_idwzg - t_kddni;
-    const real t_idgrl = t_xq4wt * t_kddni - (t_e4enr * t_hanhb + t_vshgd * t_jqb5p) + t_67ee5 * t_bpfoo;
-    const real t_7hpqx = p[l1] * t_iedir
-        + sin_phi1 * (t_dqskc + t_w7vil * t_rbpqq + t_idgrl)
-        + cos_phi1 * (t_rmxfl + e1 * t_ddcqt + sin_theta1 * t_mcdxq - cos_theta1 * t_rt77d)
-        + eta1 * t_cb3md;
-    const real t_cd5og = t_owkw5 * t_yxsms
-        + t_simvy * t_nccyj
-        - e1 * t_ydmpl
-        + t_d5zmz
-        + t_j5ezx
-        + p[l1] * t_7hpqx
-        + t_nlb6j
-        - p[h1] * t_qgw5e;
-    const real t_7knuz = p[l1] * t_fma33 + p[I1] * t_cd5og;
-    const real t_ercla_4 = t_ecohd * t_7knuz;
-    const real t_c3sx2 = t_jqb5p - t_i4myd - t_kddni;
-    const real t_tdf66 = t_mcdxq - t_sz3h6;
-    const real t_vengl = t_zwpdh + t_rt77d;
-    const real t_tadko = q_1 * t_c3sx2 + cos_theta1 * t_tdf66 + sin_theta1 * t_vengl;
-    const real t_za5dl = g_1 * t_4s2rk + q_1 * t_tadko - t_d5zmz - t_j5ezx;
-    const real t_af24o = t_zwjps + t_ctsrf;
-    const real t_ioku6 = g_1 * t_zwjps;
-    const real t_cyvh5 = q_1 * t_af24o
-        + sin_theta1 * (t_5wlzs - g_1 * t_nfkwa)
-        - cos_theta1 * (t_ioku6 + t_ltkoi);
-    const real t_4ie34 = p[I1] * t_za5dl + t_xips6 * t_cyvh5;
-    const real t_kkoe3 = t_sdxhx * t_4ie34;
-    const real t_f2tpv = th_1 * t_cyvh5;
-    const real t_aupmt = p[I1] * t_f2tpv;
-    const real t_icgjq = wg_1 * t_5mxaf
-        + wq_1 * t_c3sx2
-        + F_n1 * t_af24o
-        + wth_1 * t_tadko
-        - loss_theta1 * t_f2tpv
-        + W12 * t_aupmt
-        - t_hpic2 * (p[m1] * t_kkoe3);
-    const real t_y7zws = t_o4hiw - t_ijksw;
-    const real t_lipgc = x[wy] * t_zwjps - x[wz] * t_nfkwa;
-    const real t_cmraw = x[wx] * t_nfkwa - x[wy] * t_ctsrf;
-    const real t_zdeje = SC2 * t_nr3fx + S_sq2 * t_kt6bm;
-    const real t_fdk5n = sin_phi2 * (e2 * t_om6jh - t_ukpjx + t_zdeje + t_yw22j)
-        + cos_phi2 * (e2 * t_6mqdd + cos_theta2 * t_h2vff + sin_theta2 * t_jjv5x);
-    const real t_ctljf = sin_phi2 * t_fdk5n - t_yw22j + t_cekeb * t_i4lj5;
-    const real t_dd3ts = k2 * t_ctljf - sigma_sq2 * t_i4lj5;
-    const real t_f2qky = p[l2] * t_5jp42 + sin_phi2 * t_fzl2a - cos_phi2 * t_rdgqo;
-    const real t_ptp52 = loss_phi2 * t_f2qky + t_popww * t_ctljf;
-    const real t_glfmy = t_k6uxy + t_6tfiu - t_kddni;
-    const real t_v4lg4 = p[l2] * t_glfmy
-        + sin_phi2 * (t_6mqdd + t_6fvzz * t_5jp42 + t_idgrl)
-        + cos_phi2 * (t_lsriq + e2 * t_qci7r + sin_theta2 * t_mcdxq - cos_theta2 * t_rt77d)
-        + eta2 * t_f2qky;
-    const real t_3kd7h = t_gy5fy * t_yxsms
-        + t_quuci * t_oaj27
-        - e2 * t_xtpjz
-        + t_d5zmz
-        + t_zdeje
-        + p[l2] * t_v4lg4
-        + t_nlb6j
-        - p[h2] * t_qgw5e;
-    const real t_mljqp = p[l2] * t_ptp52 + p[I2] * t_3kd7h;
-    const real t_4b4pj_4 = t_ew3ec * t_mljqp;
-    const real t_vu7t5 = q_2 * t_c3sx2 + cos_theta2 * t_tdf66 + sin_theta2 * t_vengl;
-    const real t_6azrf = g_2 * t_uwzgr + q_2 * t_vu7t5 - t_d5zmz - t_zdeje;
-    const real t_knybb = g_2 * t_zwjps;
-    const real t_2gjmz = q_2 * t_af24o
-        + sin_theta2 * (t_5wlzs - g_2 * t_nfkwa)
-        - cos_theta2 * (t_knybb + t_ltkoi);
-    const real t_xdxnz = p[I2] * t_6azrf + t_vry6x * t_2gjmz;
-    const real t_tyy4r = t_yyt2v * t_xdxnz;
-    const real t_m65kk = th_2 * t_2gjmz;
-    const real t_acy46 = p[I2] * t_m65kk;
-    const real t_vqsme = wg_2 * t_ncvbr
-        + wq_2 * t_c3sx2
-        + F_n2 * t_af24o
-        + wth_2 * t_vu7t5
-        - loss_theta2 * t_m65kk
-        + W12 * t_acy46
-        - t_n52pz * (p[m2] * t_tyy4r);
-    const real t_hxdw7 = t_o4hiw * K_L65;
-    const real t_s6xzo = X_y5 * t_zwjps - (X_x6 + t_jo54w * t_hxdw7);
-    const real t_bnvxt = t_dzxqu * t_s6xzo + t_eriz2;
-    const real t_25meg = t_hxdw7 - t_bnvxt;
-    const real t_kchpi = K_L65 * t_zwjps + t_ftqxb;
-    const real t_2qijq = t_gcu5g * t_zwjps + f_y * t_kchpi;
-    const real t_vsddq = t_s6xzo * t_ftqxb - K_L65 * t_hxdw7;
-    const real t_25meg_2 = t_hxdw7 + t_bnvxt;
-    const real t_e6nai = SC2 * t_vsddq - S_sq2 * t_25meg_2;
-    const real t_etxyy = t_hxdw7 + t_e6nai;
-    const real t_nn5eh = t_bnvxt + t_e6nai;
-    const real t_xtm6t = cos_theta2 * t_zwjps - sin_theta2 * t_kchpi;
-    const real t_xxe7d = t_tdwsm - t_e4k6u * t_hxdw7 - t_amczu * t_vsddq;
-    const real t_ectsz = t_xxe7d * t_lt2al - K_L64 * t_hxdw7;
-    const real t_vxob6 = t_ejwpy - t_rahc4 * t_hxdw7 - t_m27n6 * t_ectsz - t_bxfcn * t_vsddq;
-    const real t_hgxns = t_vxob6 * t_zmh3u - K_L63 * t_hxdw7;
-    const real t_zf7hq = t_d4mqf * t_hgxns
-        - (t_qvrp6 * t_hxdw7 + t_tjg6z + t_m67zs * t_ectsz)
-        + t_p6zld * t_vsddq;
-    const real t_o3iig = t_zf7hq * t_4iujv - t_dj64q * t_hxdw7;
-    const real t_ecjeh = t_bl4f2 * t_hxdw7
-        + t_jctdr
-        + t_6mmeb * t_vsddq
-        + t_2m245 * t_ectsz
-        + t_zzymx * t_hgxns;
-    const real t_2gsq3 = t_b3aij * t_o3iig - t_ecjeh;
-    const real t_mrfay = t_2gsq3 * t_bpfoo - t_e4enr * t_hxdw7;
-    const real t_qpnxp = t_amczu * t_bnvxt - X_y4 * t_kchpi;
-    const real t_qiah6 = K_L54 * t_bnvxt - K_L64 * t_vsddq + t_qpnxp * t_lt2al;
-    const real t_jg377 = t_bxfcn * t_bnvxt - X_y3 * t_kchpi - t_m27n6 * t_qiah6;
-    const real t_xxavt = K_L53 * t_bnvxt - K_L63 * t_vsddq + t_jg377 * t_zmh3u;
-    const real t_bcywj = t_p6zld * t_bnvxt - X_y2 * t_kchpi - t_d4mqf * t_xxavt + t_m67zs * t_qiah6;
-    const real t_hocgv = t_dj64q * t_vsddq + K_L52 * t_bnvxt + t_bcywj * t_4iujv;
-    const real t_gmtwq = t_6mmeb * t_bnvxt
-        + b1 * t_kchpi
-        - t_2m245 * t_qiah6
-        - t_zzymx * t_xxavt
-        - t_b3aij * t_hocgv;
-    const real t_oef2i = t_vshgd * t_bnvxt - t_e4enr * t_vsddq + t_gmtwq * t_bpfoo;
-    const real t_wtk7s = cos_theta2 * t_mrfay + sin_theta2 * t_oef2i;
-    const real t_hnpks = t_o3iig - t_xxavt;
-    const real t_swte4 = t_hgxns - t_hocgv;
-    const real t_kwccd_4 = SC2 * t_hnpks + S_sq2 * t_swte4;
-    const real t_aowse = t_kwccd_4 - t_hgxns;
-    const real t_njrn6 = e2 * t_etxyy - t_aowse;
-    const real t_tdtgd = t_kwccd_4 + t_hocgv;
-    const real t_xnfgm = cos_theta2 * t_ectsz + sin_theta2 * t_qiah6;
-    const real t_3c7lj = K(-2.0) * t_etxyy - t_xnfgm;
-    const real t_nn5eh_2 = t_e6nai + t_bnvxt;
-    const real t_55slo = t_ectsz + t_vsddq;
-    const real t_b3lud = K(-2.0) * t_bnvxt + t_qiah6;
-    const real t_xc5k4 = sin_theta2 * t_55slo - cos_theta2 * t_b3lud;
-    const real t_j3hra = t_tdtgd - g_2 * t_nn5eh_2 + q_2 * t_xc5k4;
-    const real t_umuhm = wth_2 * t_j3hra - (t_iya7w * t_zwjps + wg_2 * t_nn5eh_2 + t_oncjt * t_kchpi);
-    const real t_ht423 = K_L64 * t_zwjps - K_L54 * t_kchpi;
-    const real t_uyclk = t_xtm6t - t_ht423;
-    const real t_mrgyy = K_L63 * t_zwjps - K_L53 * t_kchpi - K_L43 * t_ht423;
-    const real t_f72r2 = t_6urah * t_ht423 - (t_dj64q * t_zwjps + K_L52 * t_kchpi) - K_L32 * t_mrgyy;
-    const real t_4wxpe = t_vshgd * t_kchpi
-        - t_e4enr * t_zwjps
-        + t_xq4wt * t_ht423
-        + t_3go2w * t_mrgyy
-        + t_w7lcw * t_f72r2;
-    const real t_sevwl = e2 * t_xtm6t - cos_theta2 * t_mrgyy - sin_theta2 * t_f72r2;
-    const real t_ez3gr = cos_phi2 * t_4wxpe + sin_phi2 * t_sevwl;
-    const real t_vr3r7 = eAss_2 * t_etxyy
-        + t_rdwum * (me2 * t_nn5eh)
-        + F_t2 * t_xtm6t
-        + Asc_2 * t_wtk7s
-        + Ass_2 * t_njrn6
-        - me2 * t_tdtgd
-        + Bc_2 * t_3c7lj
-        + t_umuhm
-        + t_rybsf * (Bs_2 * t_uyclk + cos_phi2 * (mv2 * t_ez3gr));
-    const real t_jw7l7 = SC1 * t_vsddq - S_sq1 * t_25meg_2;
-    const real t_e66t4 = t_hxdw7 + t_jw7l7;
-    const real t_7drqk = t_bnvxt + t_jw7l7;
-    const real t_f5dkx = cos_theta1 * t_zwjps - sin_theta1 * t_kchpi;
-    const real t_5swbe = cos_theta1 * t_mrfay + sin_theta1 * t_oef2i;
-    const real t_aiugo_4 = SC1 * t_hnpks + S_sq1 * t_swte4;
-    const real t_dcc66 = t_aiugo_4 - t_hgxns;
-    const real t_4icox = e1 * t_e66t4 - t_dcc66;
-    const real t_x4366 = t_aiugo_4 + t_hocgv;
-    const real t_jl54p = cos_theta1 * t_ectsz + sin_theta1 * t_qiah6;
-    const real t_wdafs = K(-2.0) * t_e66t4 - t_jl54p;
-    const real t_7drqk_2 = t_jw7l7 + t_bnvxt;
-    const real t_zml34 = sin_theta1 * t_55slo - cos_theta1 * t_b3lud;
-    const real t_6wzuk = t_x4366 - g_1 * t_7drqk_2 + q_1 * t_zml34;
-    const real t_edjoe = wth_1 * t_6wzuk - (t_azclp * t_zwjps + wg_1 * t_7drqk_2 + t_vt7uo * t_kchpi);
-    const real t_e3grk = t_f5dkx - t_ht423;
-    const real t_yoreq = e1 * t_f5dkx - cos_theta1 * t_mrgyy - sin_theta1 * t_f72r2;
-    const real t_v23jw = cos_phi1 * t_4wxpe + sin_phi1 * t_yoreq;
-    const real t_6bhi2 = eAss_1 * t_e66t4
-        + t_o6yyy * (me1 * t_7drqk)
-        + F_t1 * t_f5dkx
-        + Asc_1 * t_5swbe
-        + Ass_1 * t_4icox
-        - me1 * t_x4366
-        + Bc_1 * t_wdafs
-        + t_edjoe
-        + t_rybsf * (Bs_1 * t_e3grk + cos_phi1 * (mv1 * t_v23jw));
-    const real t_wdbkt = t_jf3qj * (M_C * t_25meg) + t_2qijq + t_vr3r7 + t_6bhi2;
-    const real t_vbqu5 = t_wurun * t_xxe7d + t_2e52m * t_qpnxp;
-    const real t_gt65x = t_m27n6 * t_vbqu5 - X_y3 * t_ht423;
-    const real t_a6t2j = t_kpf5p * t_vxob6 + t_qe675 * t_jg377 + t_ydwjl * t_gt65x;
-    const real t_4v54g = K_L43 * t_vbqu5 - (K_L63 * t_ectsz + K_L53 * t_qiah6) + t_gt65x * t_zmh3u;
-    const real t_sfeyy = t_m67zs * t_vbqu5 + X_y2 * t_ht423 + t_d4mqf * t_4v54g;
-    const real t_o7i65 = t_d4mqf * t_a6t2j - X_y2 * t_mrgyy;
-    const real t_yezlo = t_2ngl5 * t_zf7hq + t_hfybw * t_bcywj + t_dwrhg * t_sfeyy + t_6yahm * t_o7i65;
-    const real t_644xh = K_L52 * t_qiah6 - t_dj64q * t_ectsz + t_6urah * t_vbqu5 + t_sfeyy * t_4iujv;
-    const real t_iqxi2 = t_2m245 * t_vbqu5 + b1 * t_ht423 - t_zzymx * t_4v54g + t_b3aij * t_644xh;
-    const real t_fgf5i = t_dj64q * t_hgxns
-        - K_L52 * t_xxavt
-        + t_6urah * t_4v54g
-        + K_L32 * t_a6t2j
-        + t_o7i65 * t_4iujv;
-    const real t_46y4e = t_zzymx * t_a6t2j + b1 * t_mrgyy - t_b3aij * t_fgf5i;
-    const real t_7ovmr = t_b3aij * t_yezlo + b1 * t_f72r2;
-    const real t_la4fe = t_ielc3 * t_2gsq3
-        + t_2lluf * t_gmtwq
-        + t_jtjoh * t_iqxi2
-        + t_3tmqi * t_46y4e
-        + t_6xwz3 * t_7ovmr;
-    const real t_otwms = t_rl7kq * t_wdbkt - (t_iw7bs * t_25meg + t_a6t2j + t_yezlo + t_la4fe);
-    const real t_22ce4_2 = t_wdbkt * t_xpjrw;
-    const real t_376fm = W12 * t_kchpi;
-    const real t_ghmih = W13 * t_zwjps;
-    const real t_kxqwd = t_376fm - t_ghmih - t_vbqu5;
-    const real t_fp5ww = x[wy] * (x[wz] * t_ht423) - t_ghmih;
-    const real t_wxiur = t_a6t2j - t_yezlo;
-    const real t_e6wif_2 = SC1 * t_fgf5i + S_sq1 * t_wxiur;
-    const real t_dfcui = t_3go2w * t_a6t2j
-        - (t_e4enr * t_hgxns + t_vshgd * t_xxavt + t_xq4wt * t_4v54g)
-        + t_46y4e * t_bpfoo;
-    const real t_4ndfz = t_e4enr * t_o3iig
-        - t_vshgd * t_hocgv
-        + t_xq4wt * t_644xh
-        - t_3go2w * t_fgf5i
-        + t_w7lcw * t_yezlo
-        + t_7ovmr * t_bpfoo;
-    const real t_fltil = sin_phi1 * (e1 * t_4icox - t_a6t2j + t_e6wif_2 + t_la4fe)
-        + cos_phi1 * (e1 * t_5swbe + cos_theta1 * t_dfcui + sin_theta1 * t_4ndfz);
-    const real t_ol6uk = sin_phi1 * t_fltil - t_la4fe + t_lupe6 * t_v23jw;
-    const real t_o7atx_4 = k1 * t_ol6uk - sigma_sq1 * t_v23jw;
-    const real t_cfw2w = p[l1] * t_e3grk + sin_phi1 * t_4wxpe - cos_phi1 * t_yoreq;
-    const real t_kklji_4 = loss_phi1 * t_cfw2w + t_6nwd2 * t_ol6uk;
-    const real t_vcvng = t_e66t4 + t_jl54p - t_vbqu5;
-    const real t_gaz66 = t_xq4wt * t_vbqu5 - (t_e4enr * t_ectsz + t_vshgd * t_qiah6) + t_iqxi2 * t_bpfoo;
-    const real t_xqmwg = p[l1] * t_vcvng
-        + sin_phi1 * (t_5swbe + t_w7vil * t_e3grk + t_gaz66)
-        + cos_phi1 * (t_dcc66 + e1 * t_wdafs + sin_theta1 * t_644xh - cos_theta1 * t_4v54g)
-        + eta1 * t_cfw2w;
-    const real t_wvbhw = t_owkw5 * t_25meg
-        + t_simvy * t_7drqk
-        - e1 * t_x4366
-        + t_yezlo
-        + t_e6wif_2
-        + p[l1] * t_xqmwg
-        + t_otwms
-        - p[h1] * t_22ce4_2;
-    const real t_5u4vv_3 = p[l1] * t_kklji_4 + p[I1] * t_wvbhw;
-    const real t_ercla_5 = t_ecohd * t_5u4vv_3;
-    const real t_zkoid = t_qiah6 - t_bnvxt - t_vbqu5;
-    const real t_65g6t = t_644xh - t_hocgv;
-    const real t_adqyy = t_xxavt + t_4v54g;
-    const real t_3csri = q_1 * t_zkoid + cos_theta1 * t_65g6t + sin_theta1 * t_adqyy;
-    const real t_rhrdp = g_1 * t_6wzuk + q_1 * t_3csri - t_yezlo - t_e6wif_2;
-    const real t_7fuvy = t_kchpi + t_ht423;
-    const real t_k67t4 = q_1 * t_7fuvy
-        + sin_theta1 * (t_mrgyy - t_ioku6)
-        - cos_theta1 * (g_1 * t_kchpi + t_f72r2);
-    const real t_erdcw = p[I1] * t_rhrdp + t_xips6 * t_k67t4;
-    const real t_ta3hd = t_sdxhx * t_erdcw;
-    const real t_pk7tu = th_1 * t_k67t4;
-    const real t_6cxzu = p[I1] * t_pk7tu;
-    const real t_kcoqj = wg_1 * t_zml34
-        + wq_1 * t_zkoid
-        + F_n1 * t_7fuvy
-        + wth_1 * t_3csri
-        - loss_theta1 * t_pk7tu
-        + W12 * t_6cxzu
-        - t_hpic2 * (p[m1] * t_ta3hd);
-    const real t_zbc4o = t_hxdw7 - t_ghmih;
-    const real t_vzsco = x[wy] * t_kchpi - x[wz] * t_zwjps;
-    const real t_6zjra = x[wx] * t_zwjps - x[wy] * t_ht423;
-    const real t_zphql_2 = SC2 * t_fgf5i + S_sq2 * t_wxiur;
-    const real t_4utn3 = sin_phi2 * (e2 * t_njrn6 - t_a6t2j + t_zphql_2 + t_la4fe)
-        + cos_phi2 * (e2 * t_wtk7s + cos_theta2 * t_dfcui + sin_theta2 * t_4ndfz);
-    const real t_gpyxk = sin_phi2 * t_4utn3 - t_la4fe + t_cekeb * t_ez3gr;
-    const real t_tolgd_4 = k2 * t_gpyxk - sigma_sq2 * t_ez3gr;
-    const real t_vauux = p[l2] * t_uyclk + sin_phi2 * t_4wxpe - cos_phi2 * t_sevwl;
-    const real t_3dbm5_4 = loss_phi2 * t_vauux + t_popww * t_gpyxk;
-    const real t_jz2uj = t_etxyy + t_xnfgm - t_vbqu5;
-    const real t_nxose = p[l2] * t_jz2uj
-        + sin_phi2 * (t_wtk7s + t_6fvzz * t_uyclk + t_gaz66)
-        + cos_phi2 * (t_aowse + e2 * t_3c7lj + sin_theta2 * t_644xh - cos_theta2 * t_4v54g)
-        + eta2 * t_vauux;
-    const real t_yhi4d = t_gy5fy * t_25meg
-        + t_quuci * t_nn5eh
-        - e2 * t_tdtgd
-        + t_yezlo
-        + t_zphql_2
-        + p[l2] * t_nxose
-        + t_otwms
-        - p[h2] * t_22ce4_2;
-    const real t_5pt5l_3 = p[l2] * t_3dbm5_4 + p[I2] * t_yhi4d;
-    const real t_4b4pj_5 = t_ew3ec * t_5pt5l_3;
-    const real t_zvuaa = q_2 * t_zkoid + cos_theta2 * t_65g6t + sin_theta2 * t_adqyy;
-    const real t_j5fut = g_2 * t_j3hra + q_2 * t_zvuaa - t_yezlo - t_zphql_2;
-    const real t_4ptcp = q_2 * t_7fuvy
-        + sin_theta2 * (t_mrgyy - t_knybb)
-        - cos_theta2 * (g_2 * t_kchpi + t_f72r2);
-    const real t_vwpie = p[I2] * t_j5fut + t_vry6x * t_4ptcp;
-    const real t_i55mr = t_yyt2v * t_vwpie;
-    const real t_pbqrx = th_2 * t_4ptcp;
-    const real t_tmp4k = p[I2] * t_pbqrx;
-    const real t_n3h3i = wg_2 * t_xc5k4
-        + wq_2 * t_zkoid
-        + F_n2 * t_7fuvy
-        + wth_2 * t_zvuaa
-        - loss_theta2 * t_pbqrx
-        + W12 * t_tmp4k
-        - t_n52pz * (p[m2] * t_i55mr);
-    const real t_wbmmu = t_3go2w - K_L32 * t_w7lcw;
-    const real t_zo2il = t_xq4wt + t_6urah * t_w7lcw - K_L43 * t_wbmmu;
-    const real t_7cc3d = t_vshgd - K_L52 * t_w7lcw - K_L53 * t_wbmmu - K_L54 * t_zo2il;
-    const real t_yrdip = t_e4enr
-        + t_dj64q * t_w7lcw
-        - K_L63 * t_wbmmu
-        - K_L64 * t_zo2il
-        - K_L65 * t_7cc3d;
-    const real t_j6rcz = t_o4hiw * t_yrdip;
-    const real t_2r4jw = t_yrdip * t_nfkwa;
-    const real t_q5jiw = t_jo54w * t_j6rcz - X_x6 * t_7cc3d - X_y5 * t_2r4jw;
-    const real t_rausi = t_dzxqu * t_q5jiw + t_eriz2 * t_7cc3d;
-    const real t_rrdun = t_j6rcz + t_rausi;
-    const real t_sxq2w = K_L65 * t_j6rcz + t_q5jiw * t_ftqxb;
-    const real t_xakt3 = t_e4k6u * t_j6rcz - X_x6 * t_zo2il - X_y4 * t_2r4jw - t_amczu * t_sxq2w;
-    const real t_tp4pj = K_L64 * t_j6rcz + t_xakt3 * t_lt2al;
-    const real t_36bfy = t_rahc4 * t_j6rcz
-        - X_x6 * t_wbmmu
-        - X_y3 * t_2r4jw
-        - t_m27n6 * t_tp4pj
-        - t_bxfcn * t_sxq2w;
-    const real t_mihqv = t_7cc3d * t_ftqxb - K_L65 * t_2r4jw;
-    const real t_xzpyi = t_amczu * t_rausi - X_x5 * t_zo2il - X_y4 * t_mihqv;
-    const real t_djsx3 = K_L54 * t_rausi - K_L64 * t_sxq2w + t_xzpyi * t_lt2al;
-    const real t_yhlqw = t_bxfcn * t_rausi - X_x5 * t_wbmmu - X_y3 * t_mihqv - t_m27n6 * t_djsx3;
-    const real t_g44ep = t_wurun * t_xakt3 + t_2e52m * t_xzpyi + t_gkoba * t_zo2il;
-    const real t_n52wr = t_zo2il * t_lt2al - (K_L64 * t_2r4jw + K_L54 * t_mihqv);
-    const real t_wmahs = t_m27n6 * t_g44ep - X_x4 * t_wbmmu - X_y3 * t_n52wr;
-    const real t_dobth = t_kpf5p * t_36bfy + t_qe675 * t_yhlqw + t_ydwjl * t_wmahs + t_insvr * t_wbmmu;
-    const real t_tkjh2 = K_L63 * t_j6rcz + t_36bfy * t_zmh3u;
-    const real t_nwsgu = X_x6 * t_w7lcw
-        + t_qvrp6 * t_j6rcz
-        + X_y2 * t_2r4jw
-        - t_m67zs * t_tp4pj
-        + t_d4mqf * t_tkjh2
-        + t_p6zld * t_sxq2w;
-    const real t_x2iri = K_L53 * t_rausi - K_L63 * t_sxq2w + t_yhlqw * t_zmh3u;
-    const real t_ssdkg = t_p6zld * t_rausi
-        - X_x5 * t_w7lcw
-        - X_y2 * t_mihqv
-        - t_d4mqf * t_x2iri
-        + t_m67zs * t_djsx3;
-    const real t_bym7r = K_L43 * t_g44ep - (K_L63 * t_tp4pj + K_L53 * t_djsx3) + t_wmahs * t_zmh3u;
-    const real t_dx7rx = X_x4 * t_w7lcw + t_m67zs * t_g44ep + X_y2 * t_n52wr + t_d4mqf * t_bym7r;
-    const real t_4eemy = t_wbmmu * t_zmh3u - (K_L63 * t_2r4jw + K_L53 * t_mihqv + K_L43 * t_n52wr);
-    const real t_bpeef = t_d4mqf * t_dobth - X_x3 * t_w7lcw - X_y2 * t_4eemy;
-    const real t_45ez6 = t_2ngl5 * t_nwsgu
-        + t_hfybw * t_ssdkg
-        + t_dwrhg * t_dx7rx
-        + t_6yahm * t_bpeef
-        + t_5am4i * t_w7lcw;
-    const real t_rvpkq = t_dj64q * t_j6rcz + t_nwsgu * t_4iujv;
-    const real t_ehspq = X_x6
-        + t_bl4f2 * t_j6rcz
-        + b1 * t_2r4jw
-        - t_6mmeb * t_sxq2w
-        - t_2m245 * t_tp4pj
-        - t_zzymx * t_tkjh2
-        + t_b3aij * t_rvpkq;
-    const real t_ox7zc = t_dj64q * t_sxq2w + K_L52 * t_rausi + t_ssdkg * t_4iujv;
-    const real t_pkjd7 = X_x5
-        + t_6mmeb * t_rausi
-        + b1 * t_mihqv
-        - t_2m245 * t_djsx3
-        - t_zzymx * t_x2iri
-        - t_b3aij * t_ox7zc;
-    const real t_x4jhc = K_L52 * t_djsx3 - t_dj64q * t_tp4pj + t_6urah * t_g44ep + t_dx7rx * t_4iujv;
-    const real t_eg3yi = X_x4
-        + t_2m245 * t_g44ep
-        + b1 * t_n52wr
-        - t_zzymx * t_bym7r
-        + t_b3aij * t_x4jhc;
-    const real t_54l6g = t_dj64q * t_tkjh2
-        - K_L52 * t_x2iri
-        + t_6urah * t_bym7r
-        + K_L32 * t_dobth
-        + t_bpeef * t_4iujv;
-    const real t_fgywk = X_x3 + t_zzymx * t_dobth + b1 * t_4eemy - t_b3aij * t_54l6g;
-    const real t_3vvwh = t_dj64q * t_2r4jw
-        - K_L52 * t_mihqv
-        + t_6urah * t_n52wr
-        - K_L32 * t_4eemy
-        + t_w7lcw * t_4iujv;
-    const real t_i3o7h = X_x2 + t_b3aij * t_45ez6 + b1 * t_3vvwh;
-    const real t_b3roi = b1 * t_bpfoo * t_bpfoo
-        + t_ielc3 * t_ehspq
-        + t_2lluf * t_pkjd7
-        + t_jtjoh * t_eg3yi
-        + t_3tmqi * t_fgywk
-        + t_6xwz3 * t_i3o7h;
-    const real t_vfkyv = t_gcu5g * t_2r4jw - f_y * t_mihqv;
-    const real t_rrdun_2 = t_j6rcz - t_rausi;
-    const real t_vzjf2_3 = SC2 * t_sxq2w + S_sq2 * t_rrdun_2;
-    const real t_7vwa7 = t_vzjf2_3 - t_j6rcz;
-    const real t_7bc6d = t_rausi + t_vzjf2_3;
-    const real t_6dp6r = cos_theta2 * t_2r4jw + sin_theta2 * t_mihqv;
-    const real t_eqfrc = t_e4enr * t_j6rcz + t_ehspq * t_bpfoo;
-    const real t_xfrjx = t_vshgd * t_rausi - t_e4enr * t_sxq2w + t_pkjd7 * t_bpfoo;
-    const real t_qxoj6 = cos_theta2 * t_eqfrc + sin_theta2 * t_xfrjx;
-    const real t_avrxy = t_rvpkq - t_x2iri;
-    const real t_lu3jg = t_tkjh2 - t_ox7zc;
-    const real t_kwccd_5 = SC2 * t_avrxy + S_sq2 * t_lu3jg;
-    const real t_lqda7 = t_kwccd_5 - t_tkjh2;
-    const real t_4hc5h_4 = e2 * t_7vwa7 - t_lqda7;
-    const real t_nq7ju = t_kwccd_5 + t_ox7zc;
-    const real t_l2qxk_2 = cos_theta2 * t_tp4pj + sin_theta2 * t_djsx3;
-    const real t_3cwki_4 = K(-2.0) * t_7vwa7 - t_l2qxk_2;
-    const real t_7bc6d_2 = t_vzjf2_3 + t_rausi;
-    const real t_wxzdz_2 = t_tp4pj + t_sxq2w;
-    const real t_syylu = K(-2.0) * t_rausi + t_djsx3;
-    const real t_ciim3_3 = sin_theta2 * t_wxzdz_2 - cos_theta2 * t_syylu;
-    const real t_xcvpe_3 = t_nq7ju - g_2 * t_7bc6d_2 + q_2 * t_ciim3_3;
-    const real t_ewto5 = t_iya7w * t_2r4jw - wg_2 * t_7bc6d_2 - t_oncjt * t_mihqv + wth_2 * t_xcvpe_3;
-    const real t_f4mcc = t_bpfoo
-        + t_e4enr * t_2r4jw
-        + t_vshgd * t_mihqv
-        + t_xq4wt * t_n52wr
-        + t_3go2w * t_4eemy
-        + t_w7lcw * t_3vvwh;
-    const real t_gzycp = e2 * t_6dp6r + cos_theta2 * t_4eemy + sin_theta2 * t_3vvwh;
-    const real t_acnh7 = cos_phi2 * t_f4mcc - sin_phi2 * t_gzycp;
-    const real t_ngixx = t_6dp6r + t_n52wr;
-    const real t_yz64k = eAss_2 * t_7vwa7
-        + t_rdwum * (me2 * t_7bc6d)
-        - F_t2 * t_6dp6r
-        + Asc_2 * t_qxoj6
-        + Ass_2 * t_4hc5h_4
-        - me2 * t_nq7ju
-        + Bc_2 * t_3cwki_4
-        + t_ewto5
-        + t_rybsf * (cos_phi2 * (mv2 * t_acnh7) - Bs_2 * t_ngixx);
-    const real t_vtqzc_3 = SC1 * t_sxq2w + S_sq1 * t_rrdun_2;
-    const real t_ji5tg = t_vtqzc_3 - t_j6rcz;
-    const real t_5hy2z = t_rausi + t_vtqzc_3;
-    const real t_bzzcl = cos_theta1 * t_2r4jw + sin_theta1 * t_mihqv;
-    const real t_op4mw = cos_theta1 * t_eqfrc + sin_theta1 * t_xfrjx;
-    const real t_aiugo_5 = SC1 * t_avrxy + S_sq1 * t_lu3jg;
-    const real t_hbux6 = t_aiugo_5 - t_tkjh2;
-    const real t_7z2wd_4 = e1 * t_ji5tg - t_hbux6;
-    const real t_dwa3k = t_aiugo_5 + t_ox7zc;
-    const real t_zq3ir_2 = cos_theta1 * t_tp4pj + sin_theta1 * t_djsx3;
-    const real t_mguvf_4 = K(-2.0) * t_ji5tg - t_zq3ir_2;
-    const real t_5hy2z_2 = t_vtqzc_3 + t_rausi;
-    const real t_tczyi_3 = sin_theta1 * t_wxzdz_2 - cos_theta1 * t_syylu;
-    const real t_27gpo_3 = t_dwa3k - g_1 * t_5hy2z_2 + q_1 * t_tczyi_3;
-    const real t_aat5r = t_azclp * t_2r4jw - wg_1 * t_5hy2z_2 - t_vt7uo * t_mihqv + wth_1 * t_27gpo_3;
-    const real t_kdrnz = e1 * t_bzzcl + cos_theta1 * t_4eemy + sin_theta1 * t_3vvwh;
-    const real t_tpvqp = cos_phi1 * t_f4mcc - sin_phi1 * t_kdrnz;
-    const real t_nro6n = t_bzzcl + t_n52wr;
-    const real t_3sngi = eAss_1 * t_ji5tg
-        + t_o6yyy * (me1 * t_5hy2z)
-        - F_t1 * t_bzzcl
-        + Asc_1 * t_op4mw
-        + Ass_1 * t_7z2wd_4
-        - me1 * t_dwa3k
-        + Bc_1 * t_mguvf_4
-        + t_aat5r
-        + t_rybsf * (cos_phi1 * (mv1 * t_tpvqp) - Bs_1 * t_nro6n);
-    const real t_4prns = t_rybsf + t_jf3qj * (M_C * t_rrdun) + t_vfkyv - t_yz64k - t_3sngi;
-    const real t_z7vjm = t_iw7bs * t_rrdun - t_dobth - t_45ez6 - t_b3roi - t_rl7kq * t_4prns;
-    const real t_otm57 = t_4prns * t_xpjrw;
-    const real t_7qiv2 = W13 * t_2r4jw;
-    const real t_lx5yn = W12 * t_mihqv;
-    const real t_xq4wq = t_7qiv2 + t_lx5yn - t_g44ep;
-    const real t_npcpu = t_7qiv2 + x[wy] * (x[wz] * t_n52wr);
-    const real t_63vjp = t_dobth - t_45ez6;
-    const real t_5gozo = SC1 * t_54l6g + S_sq1 * t_63vjp;
-    const real t_2a4eu = t_3go2w * t_dobth
-        - (t_e4enr * t_tkjh2 + t_vshgd * t_x2iri + t_xq4wt * t_bym7r)
-        + t_fgywk * t_bpfoo;
-    const real t_lxd5g = t_e4enr * t_rvpkq
-        - t_vshgd * t_ox7zc
-        + t_xq4wt * t_x4jhc
-        - t_3go2w * t_54l6g
-        + t_w7lcw * t_45ez6
-        + t_i3o7h * t_bpfoo;
-    const real t_zgtzs = sin_phi1 * (e1 * t_7z2wd_4 - t_dobth + t_5gozo + t_b3roi)
-        + cos_phi1 * (e1 * t_op4mw + cos_theta1 * t_2a4eu + sin_theta1 * t_lxd5g);
-    const real t_o4xbz = sin_phi1 * t_zgtzs - t_b3roi + t_lupe6 * t_tpvqp;
-    const real t_yxk4u = k1 * t_o4xbz - sigma_sq1 * t_tpvqp;
-    const real t_s6ooh = sin_phi1 * t_f4mcc - p[l1] * t_nro6n + cos_phi1 * t_kdrnz;
-    const real t_5snd3 = loss_phi1 * t_s6ooh + t_6nwd2 * t_o4xbz;
-    const real t_tojad = t_ji5tg + t_zq3ir_2 - t_g44ep;
-    const real t_3vvof = t_xq4wt * t_g44ep - (t_e4enr * t_tp4pj + t_vshgd * t_djsx3) + t_eg3yi * t_bpfoo;
-    const real t_yqhlt = p[l1] * t_tojad
-        + sin_phi1 * (t_op4mw - t_w7vil * t_nro6n + t_3vvof)
-        + cos_phi1 * (t_hbux6 + e1 * t_mguvf_4 + sin_theta1 * t_x4jhc - cos_theta1 * t_bym7r)
-        + eta1 * t_s6ooh;
-    const real t_ixby4 = t_simvy * t_5hy2z
-        - t_owkw5 * t_rrdun
-        - e1 * t_dwa3k
-        + t_45ez6
-        + t_5gozo
-        + p[l1] * t_yqhlt
-        + t_z7vjm
-        + p[h1] * t_otm57;
-    const real t_csoxn = p[l1] * t_5snd3 + p[I1] * t_ixby4;
-    const real t_ercla_6 = t_ecohd * t_csoxn;
-    const real t_mlidt = t_djsx3 - t_rausi - t_g44ep;
-    const real t_bvqdp = t_x4jhc - t_ox7zc;
-    const real t_4uwlm = t_x2iri + t_bym7r;
-    const real t_77ulk_2 = q_1 * t_mlidt + cos_theta1 * t_bvqdp + sin_theta1 * t_4uwlm;
-    const real t_j4viv = g_1 * t_27gpo_3 + q_1 * t_77ulk_2 - t_45ez6 - t_5gozo;
-    const real t_nwy7f = t_mihqv + t_n52wr;
-    const real t_mranv = q_1 * t_nwy7f
-        + sin_theta1 * (g_1 * t_2r4jw + t_4eemy)
-        - cos_theta1 * (g_1 * t_mihqv + t_3vvwh);
-    const real t_7m6oi = p[I1] * t_j4viv + t_xips6 * t_mranv;
-    const real t_y5b4h_4 = t_sdxhx * t_7m6oi;
-    const real t_yp7dg = th_1 * t_mranv;
-    const real t_bqegi_4 = p[I1] * t_yp7dg;
-    const real t_fnjdn_2 = wg_1 * t_tczyi_3
-        + wq_1 * t_mlidt
-        + F_n1 * t_nwy7f
-        + wth_1 * t_77ulk_2
-        - loss_theta1 * t_yp7dg
-        + W12 * t_bqegi_4
-        - t_hpic2 * (p[m1] * t_y5b4h_4);
-    const real t_54ccu = t_7qiv2 - t_j6rcz;
-    const real t_l6bcn = x[wz] * t_2r4jw + x[wy] * t_mihqv;
-    const real t_qkqmh = x[wx] * t_2r4jw + x[wy] * t_n52wr;
-    const real t_nh62n = SC2 * t_54l6g + S_sq2 * t_63vjp;
-    const real t_5ufu3 = sin_phi2 * (e2 * t_4hc5h_4 - t_dobth + t_nh62n + t_b3roi)
-        + cos_phi2 * (e2 * t_qxoj6 + cos_theta2 * t_2a4eu + sin_theta2 * t_lxd5g);
-    const real t_pnktv = sin_phi2 * t_5ufu3 - t_b3roi + t_cekeb * t_acnh7;
-    const real t_7xhni = k2 * t_pnktv - sigma_sq2 * t_acnh7;
-    const real t_4xhpw = sin_phi2 * t_f4mcc - p[l2] * t_ngixx + cos_phi2 * t_gzycp;
-    const real t_x35r2 = loss_phi2 * t_4xhpw + t_popww * t_pnktv;
-    const real t_d3gno = t_7vwa7 + t_l2qxk_2 - t_g44ep;
-    const real t_rvi5q = p[l2] * t_d3gno
-        + sin_phi2 * (t_qxoj6 - t_6fvzz * t_ngixx + t_3vvof)
-        + cos_phi2 * (t_lqda7 + e2 * t_3cwki_4 + sin_theta2 * t_x4jhc - cos_theta2 * t_bym7r)
-        + eta2 * t_4xhpw;
-    const real t_nzysr = t_quuci * t_7bc6d
-        - t_gy5fy * t_rrdun
-        - e2 * t_nq7ju
-        + t_45ez6
-        + t_nh62n
-        + p[l2] * t_rvi5q
-        + t_z7vjm
-        + p[h2] * t_otm57;
-    const real t_q5srp = p[l2] * t_x35r2 + p[I2] * t_nzysr;
-    const real t_4b4pj_6 = t_ew3ec * t_q5srp;
-    const real t_lsbqz_2 = q_2 * t_mlidt + cos_theta2 * t_bvqdp + sin_theta2 * t_4uwlm;
-    const real t_wszdh = g_2 * t_xcvpe_3 + q_2 * t_lsbqz_2 - t_45ez6 - t_nh62n;
-    const real t_whtth = q_2 * t_nwy7f
-        + sin_theta2 * (g_2 * t_2r4jw + t_4eemy)
-        - cos_theta2 * (g_2 * t_mihqv + t_3vvwh);
-    const real t_gnwc4 = p[I2] * t_wszdh + t_vry6x * t_whtth;
-    const real t_l56ct_4 = t_yyt2v * t_gnwc4;
-    const real t_zajmc = th_2 * t_whtth;
-    const real t_lixe2_4 = p[I2] * t_zajmc;
-    const real t_yzwcm_2 = wg_2 * t_ciim3_3
-        + wq_2 * t_mlidt
-        + F_n2 * t_nwy7f
-        + wth_2 * t_lsbqz_2
-        - loss_theta2 * t_zajmc
-        + W12 * t_lixe2_4
-        - t_n52pz * (p[m2] * t_l56ct_4);
-    J_p[0] = t_kl4wv - t_piq3g * t_7c5q4 - p[b] * t_oxhx6;
-    J_p[1] = t_kl4wv - t_rvsxd * t_7c5q4 - p[h0] * t_oxhx6;
-    J_p[2] = t_yjmxs - t_7c5q4;
-    J_p[3] = t_yjmxs;
-    J_p[4] = t_24myi - (t_5shbl + t_rihwz);
-    J_p[5] = t_rihwz - t_5l6pm - t_24myi;
-    J_p[6] = -(t_xkwv2 * (p[m0] * t_7c5q4) + p[m0] * t_oxhx6);
-    J_p[7] = t_hygq4 - t_gfysi * (p[m] * t_7c5q4) - p[m] * t_oxhx6;
-    J_p[8] = t_hygq4;
-    J_p[9] = cos_delta2 * (sin_delta1 * (t_lwe76 * t_ncxva + t_hcaqb) + cos_delta1 * t_2cs2b)
-        + sin_delta2 * (t_tmo7z - t_lwe76 * t_udaaj);
+        - X_y3 * t_v33gi
+        - t_ichgo * t_o6clg
+        - t_jmicp * t_hsmjl;
+    const real t_ks4b4 = t_fxcdt * t_6dtnj_5 - K_L65 * t_v33gi;
+    const real t_sorbk = X_x5 * K_L43 + t_otpfz * t_33g4z - X_y4 * t_ks4b4;
+    const real t_b6e5y = K_L54 * t_33g4z - K_L64 * t_hsmjl + t_sorbk * t_6dtnj_4;
+    const real t_oxoh7 = t_jmicp * t_33g4z - X_x5 - X_y3 * t_ks4b4 - t_ichgo * t_b6e5y;
+    const real t_zqkw7 = K_L64 * t_v33gi + K_L54 * t_ks4b4 + K_L43 * t_6dtnj_4;
+    const real t_27rz3 = t_temm3_2 * K_L43 - (t_bintu_9 * t_ixg5v + t_bintu_10 * t_sorbk);
+    const real t_3cfle = X_y3 * t_zqkw7 - (X_x4 + t_ichgo * t_27rz3);
+    const real t_57rrx = t_bintu_6 * t_q7ldq + t_bintu_7 * t_oxoh7 + t_bintu_8 * t_3cfle + t_qkxsr;
+    const real t_6oemy = K_L63 * t_56e4c + t_q7ldq * t_6dtnj_3;
+    const real t_yg443 = t_avyqv * t_56e4c
+        + X_y2 * t_v33gi
+        - t_ly572 * t_o6clg
+        + t_upifj * t_6oemy
+        + t_6vega * t_hsmjl;
+    const real t_vlncz = K_L53 * t_33g4z - K_L63 * t_hsmjl + t_oxoh7 * t_6dtnj_3;
+    const real t_c3nku = t_6vega * t_33g4z - X_y2 * t_ks4b4 - t_upifj * t_vlncz + t_ly572 * t_b6e5y;
+    const real t_erxi5 = t_3cfle * t_6dtnj_3 - (K_L63 * t_o6clg + K_L53 * t_b6e5y + K_L43 * t_27rz3);
+    const real t_juga3 = t_upifj * t_erxi5 - (t_ly572 * t_27rz3 + X_y2 * t_zqkw7);
+    const real t_vwotn = K_L43 * t_zqkw7 - (K_L63 * t_v33gi + K_L53 * t_ks4b4) + t_6dtnj_3;
+    const real t_pikpk = t_upifj * t_57rrx - X_y2 * t_vwotn;
+    const real t_66pun = t_l3pbw * t_yg443 + t_bintu_11 * t_c3nku + t_6n47e * t_juga3 + t_bintu_12 * t_pikpk;
+    const real t_mjnqi = t_bk7yo * t_56e4c + t_yg443 * t_6dtnj_2;
+    const real t_hdpiz = t_6iku5_2 * t_56e4c
+        + b1 * t_v33gi
+        - t_6iku5 * t_hsmjl
+        - t_hig3c_6 * t_o6clg
+        - t_f2nhc_2 * t_6oemy
+        + t_f2nhc * t_mjnqi;
+    const real t_zontw = t_bk7yo * t_hsmjl + K_L52 * t_33g4z + t_c3nku * t_6dtnj_2;
+    const real t_bfv47 = t_6iku5 * t_33g4z
+        + b1 * t_ks4b4
+        - t_hig3c_6 * t_b6e5y
+        - t_f2nhc_2 * t_vlncz
+        - t_f2nhc * t_zontw;
+    const real t_gfy6a = K_L52 * t_b6e5y - t_bk7yo * t_o6clg - t_vpdgs * t_27rz3 + t_juga3 * t_6dtnj_2;
+    const real t_lxdk5 = t_f2nhc * t_gfy6a - (t_hig3c_6 * t_27rz3 + b1 * t_zqkw7 + t_f2nhc_2 * t_erxi5);
+    const real t_bjrmm = t_bk7yo * t_6oemy
+        - K_L52 * t_vlncz
+        + t_vpdgs * t_erxi5
+        + K_L32 * t_57rrx
+        + t_pikpk * t_6dtnj_2;
+    const real t_aqdtf = t_f2nhc_2 * t_57rrx + b1 * t_vwotn - t_f2nhc * t_bjrmm;
+    const real t_5asmv = t_bk7yo * t_v33gi - K_L52 * t_ks4b4 - t_vpdgs * t_zqkw7 - K_L32 * t_vwotn;
+    const real t_txfga = t_f2nhc * t_66pun + b1 * t_5asmv;
+    const real t_tletx = t_wj56m * t_hdpiz
+        + t_wj56m_2 * t_bfv47
+        + t_4pum4 * t_lxdk5
+        + t_edyl7 * t_aqdtf
+        + t_edyl7_2 * t_txfga;
+    const real t_wugjj = t_gcu5g * t_v33gi - f_y * t_ks4b4;
+    const real t_wahj2_2 = t_56e4c - t_33g4z;
+    const real t_3exoa_3 = SC2 * t_hsmjl + S_sq2 * t_wahj2_2;
+    const real t_db6zd = t_3exoa_3 - t_56e4c;
+    const real t_qaaku = t_33g4z + t_3exoa_3;
+    const real t_hlu75 = cos_theta2 * t_v33gi + sin_theta2 * t_ks4b4;
+    const real t_oexgy = t_s62lc_2 * t_56e4c + t_hdpiz * t_6dtnj;
+    const real t_yyi57 = t_s62lc * t_33g4z - t_s62lc_2 * t_hsmjl + t_bfv47 * t_6dtnj;
+    const real t_ssxsv_2 = cos_theta2 * t_oexgy + sin_theta2 * t_yyi57;
+    const real t_iq7wq = t_mjnqi - t_vlncz;
+    const real t_eibcp = t_6oemy - t_zontw;
+    const real t_g3h3k_3 = SC2 * t_iq7wq + S_sq2 * t_eibcp;
+    const real t_zv6zl = t_g3h3k_3 - t_6oemy;
+    const real t_3oa7e_2 = e2 * t_db6zd - t_zv6zl;
+    const real t_ywlnk = t_g3h3k_3 + t_zontw;
+    const real t_ddq5e = cos_theta2 * t_o6clg + sin_theta2 * t_b6e5y;
+    const real t_qf4ba_2 = K(-2.0) * t_db6zd - t_ddq5e;
+    const real t_qaaku_2 = t_3exoa_3 + t_33g4z;
+    const real t_6r4i5 = t_o6clg + t_hsmjl;
+    const real t_m5gs6 = K(-2.0) * t_33g4z + t_b6e5y;
+    const real t_por6c_2 = sin_theta2 * t_6r4i5 - cos_theta2 * t_m5gs6;
+    const real t_exncb_2 = t_ywlnk - g_2 * t_qaaku_2 + q_2 * t_por6c_2;
+    const real t_bdc7u = t_lbh6o_2 * t_v33gi - wg_2 * t_qaaku_2 - t_lbh6o * t_ks4b4 + wth_2 * t_exncb_2;
+    const real t_g36qj = t_zqkw7 - t_hlu75;
+    const real t_o6ygn = t_s62lc_2 * t_v33gi
+        + t_s62lc * t_ks4b4
+        - t_w6lcf * t_zqkw7
+        + t_gousg_2 * t_vwotn
+        + t_gousg * t_5asmv;
+    const real t_44mik = e2 * t_hlu75 + cos_theta2 * t_vwotn + sin_theta2 * t_5asmv;
+    const real t_4shms = cos_phi2 * t_o6ygn - sin_phi2 * t_44mik;
+    const real t_i4vpo = eAss_2 * t_db6zd
+        + t_xicwq * (me2 * t_qaaku)
+        - F_t2 * t_hlu75
+        + Asc_2 * t_ssxsv_2
+        + Ass_2 * t_3oa7e_2
+        - me2 * t_ywlnk
+        + Bc_2 * t_qf4ba_2
+        + t_bdc7u
+        + t_rybsf * (Bs_2 * t_g36qj + cos_phi2 * (mv2 * t_4shms));
+    const real t_3exoa_4 = SC1 * t_hsmjl + S_sq1 * t_wahj2_2;
+    const real t_db6zd_2 = t_3exoa_4 - t_56e4c;
+    const real t_qaaku_3 = t_33g4z + t_3exoa_4;
+    const real t_kvqrt = cos_theta1 * t_v33gi + sin_theta1 * t_ks4b4;
+    const real t_tqpju_2 = cos_theta1 * t_oexgy + sin_theta1 * t_yyi57;
+    const real t_g3h3k_4 = SC1 * t_iq7wq + S_sq1 * t_eibcp;
+    const real t_zv6zl_2 = t_g3h3k_4 - t_6oemy;
+    const real t_27ppg_2 = e1 * t_db6zd_2 - t_zv6zl_2;
+    const real t_ywlnk_2 = t_g3h3k_4 + t_zontw;
+    const real t_iuwgt = cos_theta1 * t_o6clg + sin_theta1 * t_b6e5y;
+    const real t_7py2h_2 = K(-2.0) * t_db6zd_2 - t_iuwgt;
+    const real t_qaaku_4 = t_3exoa_4 + t_33g4z;
+    const real t_dydou_2 = sin_theta1 * t_6r4i5 - cos_theta1 * t_m5gs6;
+    const real t_pwiry_2 = t_ywlnk_2 - g_1 * t_qaaku_4 + q_1 * t_dydou_2;
+    const real t_5wkwt = t_mallh_2 * t_v33gi - wg_1 * t_qaaku_4 - t_mallh * t_ks4b4 + wth_1 * t_pwiry_2;
+    const real t_2g2dm = t_zqkw7 - t_kvqrt;
+    const real t_g5pwy = e1 * t_kvqrt + cos_theta1 * t_vwotn + sin_theta1 * t_5asmv;
+    const real t_k3lqs = cos_phi1 * t_o6ygn - sin_phi1 * t_g5pwy;
+    const real t_tyzej = eAss_1 * t_db6zd_2
+        + t_rs5fr * (me1 * t_qaaku_3)
+        - F_t1 * t_kvqrt
+        + Asc_1 * t_tqpju_2
+        + Ass_1 * t_27ppg_2
+        - me1 * t_ywlnk_2
+        + Bc_1 * t_7py2h_2
+        + t_5wkwt
+        + t_rybsf * (Bs_1 * t_2g2dm + cos_phi1 * (mv1 * t_k3lqs));
+    const real t_sc4xn_2 = t_ga54v * (M_C * t_wahj2) - X_x6 + t_wugjj - t_i4vpo - t_tyzej;
+    const real t_qbu3p = t_2ijrp * t_wahj2 - t_57rrx - t_66pun - t_tletx - t_2ej5d * t_sc4xn_2;
+    const real t_zd44z_2 = t_sc4xn_2 * t_bm3wf;
+    const real t_xdpfx = W13 * t_v33gi;
+    const real t_o5oam = W12 * t_ks4b4;
+    const real t_d3ml5 = t_xdpfx + t_o5oam + t_27rz3;
+    const real t_p7mmy = t_xdpfx - x[wy] * (x[wz] * t_zqkw7);
+    const real t_267bq = t_57rrx - t_66pun;
+    const real t_ic2i3 = SC1 * t_bjrmm + S_sq1 * t_267bq;
+    const real t_avcrn = t_gousg_2 * t_57rrx
+        - (t_s62lc_2 * t_6oemy + t_s62lc * t_vlncz + t_w6lcf * t_erxi5)
+        + t_aqdtf * t_6dtnj;
+    const real t_xmjlb = t_s62lc_2 * t_mjnqi
+        - t_s62lc * t_zontw
+        + t_w6lcf * t_gfy6a
+        - t_gousg_2 * t_bjrmm
+        + t_gousg * t_66pun
+        + t_txfga * t_6dtnj;
+    const real t_nqicu = sin_phi1 * (e1 * t_27ppg_2 - t_57rrx + t_ic2i3 + t_tletx)
+        + cos_phi1 * (e1 * t_tqpju_2 + cos_theta1 * t_avcrn + sin_theta1 * t_xmjlb);
+    const real t_7a7nz = sin_phi1 * t_nqicu - t_tletx + t_6om56 * t_k3lqs;
+    const real t_v73xn_2 = k1 * t_7a7nz - sigma_sq1 * t_k3lqs;
+    const real t_s2oqi = p[l1] * t_2g2dm + sin_phi1 * t_o6ygn + cos_phi1 * t_g5pwy;
+    const real t_mwf5m_2 = loss_phi1 * t_s2oqi + t_6nwd2 * t_7a7nz;
+    const real t_5zz7k = t_db6zd_2 + t_iuwgt + t_27rz3;
+    const real t_b4crl = t_lxdk5 * t_6dtnj - (t_s62lc_2 * t_o6clg + t_s62lc * t_b6e5y + t_w6lcf * t_27rz3);
+    const real t_qneoy = p[l1] * t_5zz7k
+        + sin_phi1 * (t_tqpju_2 + t_aqrn5 * t_2g2dm + t_b4crl)
+        + cos_phi1 * (t_zv6zl_2 + e1 * t_7py2h_2 + sin_theta1 * t_gfy6a - cos_theta1 * t_erxi5)
+        + eta1 * t_s2oqi;
+    const real t_cmxli = t_4gp45 * t_qaaku_3
+        - t_owkw5 * t_wahj2
+        - e1 * t_ywlnk_2
+        + t_66pun
+        + t_ic2i3
+        + p[l1] * t_qneoy
+        + t_qbu3p
+        + p[h1] * t_zd44z_2;
+    const real t_suolb = p[l1] * t_mwf5m_2 + p[I1] * t_cmxli;
+    const real t_lwhgf_2 = t_rissy * t_suolb;
+    const real t_nv3j7 = t_b6e5y - t_33g4z + t_27rz3;
+    const real t_dtjko = t_gfy6a - t_zontw;
+    const real t_ozmla = t_vlncz + t_erxi5;
+    const real t_pfhnd = q_1 * t_nv3j7 + cos_theta1 * t_dtjko + sin_theta1 * t_ozmla;
+    const real t_jvqgl = g_1 * t_pwiry_2 + q_1 * t_pfhnd - t_66pun - t_ic2i3;
+    const real t_jrlc2 = t_ks4b4 - t_zqkw7;
+    const real t_3g2fj = q_1 * t_jrlc2
+        + sin_theta1 * (g_1 * t_v33gi + t_vwotn)
+        - cos_theta1 * (g_1 * t_ks4b4 + t_5asmv);
+    const real t_qjv7t = p[I1] * t_jvqgl + t_djlym * t_3g2fj;
+    const real t_lq6em_2 = t_7pofv * t_qjv7t;
+    const real t_36jgz = th_1 * t_3g2fj;
+    const real t_bjdt2_2 = p[I1] * t_36jgz;
+    const real t_7usdv = wg_1 * t_dydou_2
+        + wq_1 * t_nv3j7
+        + F_n1 * t_jrlc2
+        + wth_1 * t_pfhnd
+        - loss_theta1 * t_36jgz
+        + W12 * t_bjdt2_2
+        - t_zc3wv * (p[m1] * t_lq6em_2);
+    const real t_lmxhs = t_xdpfx - t_56e4c;
+    const real t_pt2sl = x[wz] * t_v33gi + x[wy] * t_ks4b4;
+    const real t_znxqo = x[wy] * t_zqkw7 - x[wx] * t_v33gi;
+    const real t_ic2i3_2 = SC2 * t_bjrmm + S_sq2 * t_267bq;
+    const real t_voh4r = sin_phi2 * (e2 * t_3oa7e_2 - t_57rrx + t_ic2i3_2 + t_tletx)
+        + cos_phi2 * (e2 * t_ssxsv_2 + cos_theta2 * t_avcrn + sin_theta2 * t_xmjlb);
+    const real t_yvixg = sin_phi2 * t_voh4r - t_tletx + t_bbpwa * t_4shms;
+    const real t_caz7y_2 = k2 * t_yvixg - sigma_sq2 * t_4shms;
+    const real t_2e4df = p[l2] * t_g36qj + sin_phi2 * t_o6ygn + cos_phi2 * t_44mik;
+    const real t_dqpos_2 = loss_phi2 * t_2e4df + t_popww * t_yvixg;
+    const real t_4foc7 = t_db6zd + t_ddq5e + t_27rz3;
+    const real t_mvn5m = p[l2] * t_4foc7
+        + sin_phi2 * (t_ssxsv_2 + t_3hay7 * t_g36qj + t_b4crl)
+        + cos_phi2 * (t_zv6zl + e2 * t_qf4ba_2 + sin_theta2 * t_gfy6a - cos_theta2 * t_erxi5)
+        + eta2 * t_2e4df;
+    const real t_rjkyk = t_wokz5 * t_qaaku
+        - t_gy5fy * t_wahj2
+        - e2 * t_ywlnk
+        + t_66pun
+        + t_ic2i3_2
+        + p[l2] * t_mvn5m
+        + t_qbu3p
+        + p[h2] * t_zd44z_2;
+    const real t_2yuae = p[l2] * t_dqpos_2 + p[I2] * t_rjkyk;
+    const real t_r7lp6_2 = t_7xzba * t_2yuae;
+    const real t_irjcu = q_2 * t_nv3j7 + cos_theta2 * t_dtjko + sin_theta2 * t_ozmla;
+    const real t_qqg5y = g_2 * t_exncb_2 + q_2 * t_irjcu - t_66pun - t_ic2i3_2;
+    const real t_62j3p = q_2 * t_jrlc2
+        + sin_theta2 * (g_2 * t_v33gi + t_vwotn)
+        - cos_theta2 * (g_2 * t_ks4b4 + t_5asmv);
+    const real t_wofmd = p[I2] * t_qqg5y + t_c6wyu * t_62j3p;
+    const real t_toowl_2 = t_dkwtm * t_wofmd;
+    const real t_2rvoz = th_2 * t_62j3p;
+    const real t_zynji_2 = p[I2] * t_2rvoz;
+    const real t_ytspw = wg_2 * t_por6c_2
+        + wq_2 * t_nv3j7
+        + F_n2 * t_jrlc2
+        + wth_2 * t_irjcu
+        - loss_theta2 * t_2rvoz
+        + W12 * t_zynji_2
+        - t_ilp7k * (p[m2] * t_toowl_2);
+    const real t_fxcdt_2 = K_L65 * K_L54 - K_L64;
+    const real t_gfiia = t_bintu_4 * t_fxcdt_2;
+    const real t_gcnkg = t_fxcdt_2 * t_6dtnj_6;
+    const real t_iw2hx = X_x6 * K_L54 + t_hdeaq * t_gfiia - X_y5 * t_gcnkg;
+    const real t_3jsp4 = t_temm3 * K_L54 - t_bintu_5 * t_iw2hx;
+    const real t_h62q6 = t_3jsp4 - t_gfiia;
+    const real t_iavt3 = K_L65 * t_gcnkg + K_L54 * t_6dtnj_5;
+    const real t_mr5ox = X_y4 * t_iavt3 - (X_x5 + t_otpfz * t_3jsp4);
+    const real t_w7ufr = K_L65 * t_gfiia + t_iw2hx * t_6dtnj_5;
+    const real t_5ixwd = t_mr5ox * t_6dtnj_4 - (K_L64 * t_w7ufr + K_L54 * t_3jsp4);
+    const real t_gehoy = X_y3 * t_iavt3 - t_jmicp * t_3jsp4 - t_ichgo * t_5ixwd;
+    const real t_j4rvr = t_gehoy * t_6dtnj_3 - (K_L63 * t_w7ufr + K_L53 * t_3jsp4);
+    const real t_3cmde = X_y2 * t_iavt3 - t_6vega * t_3jsp4 - t_upifj * t_j4rvr + t_ly572 * t_5ixwd;
+    const real t_pfgnm = t_bk7yo * t_w7ufr - K_L52 * t_3jsp4 + t_3cmde * t_6dtnj_2;
+    const real t_vdv2y = t_6iku5 * t_3jsp4
+        + b1 * t_iavt3
+        + t_hig3c_6 * t_5ixwd
+        + t_f2nhc_2 * t_j4rvr
+        + t_f2nhc * t_pfgnm;
+    const real t_jxl4a = t_aolgd * t_gfiia - X_x6 - X_y4 * t_gcnkg - t_otpfz * t_w7ufr;
+    const real t_o2jk2 = K_L64 * t_gfiia + t_jxl4a * t_6dtnj_4;
+    const real t_6oddt = t_2dahu * t_gfiia - X_y3 * t_gcnkg - t_ichgo * t_o2jk2 - t_jmicp * t_w7ufr;
+    const real t_wdb72 = K_L63 * t_gfiia + t_6oddt * t_6dtnj_3;
+    const real t_43aqf = t_avyqv * t_gfiia
+        + X_y2 * t_gcnkg
+        - t_ly572 * t_o2jk2
+        + t_upifj * t_wdb72
+        + t_6vega * t_w7ufr;
+    const real t_7ew6m = t_bk7yo * t_gfiia + t_43aqf * t_6dtnj_2;
+    const real t_52a6r = t_6iku5_2 * t_gfiia
+        + b1 * t_gcnkg
+        - t_6iku5 * t_w7ufr
+        - t_hig3c_6 * t_o2jk2
+        - t_f2nhc_2 * t_wdb72
+        + t_f2nhc * t_7ew6m;
+    const real t_hiax2 = t_bintu_9 * t_jxl4a + t_bintu_10 * t_mr5ox + t_temm3_2;
+    const real t_mujin = K_L54 * t_iavt3 - K_L64 * t_gcnkg + t_6dtnj_4;
+    const real t_j5ua5 = t_ichgo * t_hiax2 - X_y3 * t_mujin;
+    const real t_uzecu = K_L43 * t_hiax2 - (K_L63 * t_o2jk2 + K_L53 * t_5ixwd) + t_j5ua5 * t_6dtnj_3;
+    const real t_aqaun = t_ly572 * t_hiax2 + X_y2 * t_mujin + t_upifj * t_uzecu;
+    const real t_iokac = K_L52 * t_5ixwd - t_bk7yo * t_o2jk2 + t_vpdgs * t_hiax2 + t_aqaun * t_6dtnj_2;
+    const real t_6bgnk = t_hig3c_6 * t_hiax2 + b1 * t_mujin - t_f2nhc_2 * t_uzecu + t_f2nhc * t_iokac;
+    const real t_xjqec = t_bintu_6 * t_6oddt + t_bintu_7 * t_gehoy + t_bintu_8 * t_j5ua5;
+    const real t_j6v2c = K_L53 * t_iavt3 - K_L63 * t_gcnkg - K_L43 * t_mujin;
+    const real t_pxtvp = t_upifj * t_xjqec - X_y2 * t_j6v2c;
+    const real t_o5vtu = t_bk7yo * t_wdb72
+        - K_L52 * t_j4rvr
+        + t_vpdgs * t_uzecu
+        + K_L32 * t_xjqec
+        + t_pxtvp * t_6dtnj_2;
+    const real t_gzzwt = t_f2nhc_2 * t_xjqec + b1 * t_j6v2c - t_f2nhc * t_o5vtu;
+    const real t_izt4i = t_l3pbw * t_43aqf + t_bintu_11 * t_3cmde + t_6n47e * t_aqaun + t_bintu_12 * t_pxtvp;
+    const real t_txdlp = t_bk7yo * t_gcnkg + K_L52 * t_iavt3 + t_vpdgs * t_mujin - K_L32 * t_j6v2c;
+    const real t_2ncrc = t_f2nhc * t_izt4i + b1 * t_txdlp;
+    const real t_s4zwr = t_wj56m_2 * t_vdv2y
+        - t_wj56m * t_52a6r
+        - t_4pum4 * t_6bgnk
+        - t_edyl7 * t_gzzwt
+        - t_edyl7_2 * t_2ncrc;
+    const real t_rbq3c = t_gcu5g * t_gcnkg + f_y * t_iavt3;
+    const real t_h62q6_2 = t_gfiia + t_3jsp4;
+    const real t_rmmsx = SC2 * t_w7ufr + S_sq2 * t_h62q6_2;
+    const real t_2auww = t_rmmsx - t_gfiia;
+    const real t_uvq3v = t_rmmsx - t_3jsp4;
+    const real t_64add = sin_theta2 * t_iavt3 - cos_theta2 * t_gcnkg;
+    const real t_rmnrd = t_s62lc_2 * t_gfiia + t_52a6r * t_6dtnj;
+    const real t_hof4r = t_s62lc_2 * t_w7ufr + t_s62lc * t_3jsp4 + t_vdv2y * t_6dtnj;
+    const real t_aiycc = cos_theta2 * t_rmnrd - sin_theta2 * t_hof4r;
+    const real t_beyta = t_7ew6m - t_j4rvr;
+    const real t_rxzt3 = t_wdb72 - t_pfgnm;
+    const real t_g3h3k_5 = SC2 * t_beyta + S_sq2 * t_rxzt3;
+    const real t_hqbtd = t_g3h3k_5 - t_wdb72;
+    const real t_3oa7e_3 = e2 * t_2auww - t_hqbtd;
+    const real t_a6xqy = t_g3h3k_5 + t_pfgnm;
+    const real t_74h3y = cos_theta2 * t_o2jk2 + sin_theta2 * t_5ixwd;
+    const real t_qf4ba_3 = K(-2.0) * t_2auww - t_74h3y;
+    const real t_uvq3v_2 = t_3jsp4 - t_rmmsx;
+    const real t_chaqo = t_o2jk2 + t_w7ufr;
+    const real t_ilsgo = K(-2.0) * t_3jsp4 - t_5ixwd;
+    const real t_ziqmy = sin_theta2 * t_chaqo + cos_theta2 * t_ilsgo;
+    const real t_nvab7 = g_2 * t_uvq3v_2 + t_a6xqy + q_2 * t_ziqmy;
+    const real t_wwqqq = t_lbh6o_2 * t_gcnkg + wg_2 * t_uvq3v_2 + t_lbh6o * t_iavt3 + wth_2 * t_nvab7;
+    const real t_skdil = t_64add - t_mujin;
+    const real t_zfxmm = t_s62lc_2 * t_gcnkg
+        - t_s62lc * t_iavt3
+        + t_w6lcf * t_mujin
+        + t_gousg_2 * t_j6v2c
+        + t_gousg * t_txdlp;
+    const real t_vszuz = e2 * t_64add - cos_theta2 * t_j6v2c - sin_theta2 * t_txdlp;
+    const real t_ryc36 = cos_phi2 * t_zfxmm + sin_phi2 * t_vszuz;
+    const real t_7diz5 = eAss_2 * t_2auww
+        + t_xicwq * (me2 * t_uvq3v)
+        + F_t2 * t_64add
+        + Asc_2 * t_aiycc
+        + Ass_2 * t_3oa7e_3
+        - me2 * t_a6xqy
+        + Bc_2 * t_qf4ba_3
+        + t_wwqqq
+        + t_rybsf * (Bs_2 * t_skdil + cos_phi2 * (mv2 * t_ryc36));
+    const real t_rmmsx_2 = SC1 * t_w7ufr + S_sq1 * t_h62q6_2;
+    const real t_2auww_2 = t_rmmsx_2 - t_gfiia;
+    const real t_uvq3v_3 = t_rmmsx_2 - t_3jsp4;
+    const real t_ho6i2 = sin_theta1 * t_iavt3 - cos_theta1 * t_gcnkg;
+    const real t_uywlh = cos_theta1 * t_rmnrd - sin_theta1 * t_hof4r;
+    const real t_g3h3k_6 = SC1 * t_beyta + S_sq1 * t_rxzt3;
+    const real t_hqbtd_2 = t_g3h3k_6 - t_wdb72;
+    const real t_27ppg_3 = e1 * t_2auww_2 - t_hqbtd_2;
+    const real t_a6xqy_2 = t_g3h3k_6 + t_pfgnm;
+    const real t_oxjhc = cos_theta1 * t_o2jk2 + sin_theta1 * t_5ixwd;
+    const real t_7py2h_3 = K(-2.0) * t_2auww_2 - t_oxjhc;
+    const real t_uvq3v_4 = t_3jsp4 - t_rmmsx_2;
+    const real t_aovf6 = sin_theta1 * t_chaqo + cos_theta1 * t_ilsgo;
+    const real t_hkhjk = g_1 * t_uvq3v_4 + t_a6xqy_2 + q_1 * t_aovf6;
+    const real t_nyera = t_mallh_2 * t_gcnkg + wg_1 * t_uvq3v_4 + t_mallh * t_iavt3 + wth_1 * t_hkhjk;
+    const real t_vjh35 = t_ho6i2 - t_mujin;
+    const real t_n6ryp = e1 * t_ho6i2 - cos_theta1 * t_j6v2c - sin_theta1 * t_txdlp;
+    const real t_oq3np = cos_phi1 * t_zfxmm + sin_phi1 * t_n6ryp;
+    const real t_r5u27 = eAss_1 * t_2auww_2
+        + t_rs5fr * (me1 * t_uvq3v_3)
+        + F_t1 * t_ho6i2
+        + Asc_1 * t_uywlh
+        + Ass_1 * t_27ppg_3
+        - me1 * t_a6xqy_2
+        + Bc_1 * t_7py2h_3
+        + t_nyera
+        + t_rybsf * (Bs_1 * t_vjh35 + cos_phi1 * (mv1 * t_oq3np));
+    const real t_zkhjx = t_rbq3c - t_ga54v * (M_C * t_h62q6) - t_7diz5 - t_r5u27;
+    const real t_3so7g = t_s4zwr - (t_2ijrp * t_h62q6 + t_xjqec + t_izt4i) - t_2ej5d * t_zkhjx;
+    const real t_zmzuu = t_zkhjx * t_bm3wf;
+    const real t_mcvzx = W13 * t_gcnkg;
+    const real t_fkcbf = W12 * t_iavt3;
+    const real t_tjayu = t_mcvzx - t_fkcbf - t_hiax2;
+    const real t_ggwsw = t_mcvzx + x[wy] * (x[wz] * t_mujin);
+    const real t_atlzy = t_xjqec - t_izt4i;
+    const real t_7eofa = SC1 * t_o5vtu + S_sq1 * t_atlzy;
+    const real t_ssl3u = t_gousg_2 * t_xjqec
+        - (t_s62lc_2 * t_wdb72 + t_s62lc * t_j4rvr + t_w6lcf * t_uzecu)
+        + t_gzzwt * t_6dtnj;
+    const real t_yokqy = t_s62lc_2 * t_7ew6m
+        - t_s62lc * t_pfgnm
+        + t_w6lcf * t_iokac
+        - t_gousg_2 * t_o5vtu
+        + t_gousg * t_izt4i
+        + t_2ncrc * t_6dtnj;
+    const real t_nwvu4 = sin_phi1 * (e1 * t_27ppg_3 - t_xjqec + t_7eofa - t_s4zwr)
+        + cos_phi1 * (e1 * t_uywlh + cos_theta1 * t_ssl3u + sin_theta1 * t_yokqy);
+    const real t_42cza = t_s4zwr + sin_phi1 * t_nwvu4 + t_6om56 * t_oq3np;
+    const real t_v73xn_3 = k1 * t_42cza - sigma_sq1 * t_oq3np;
+    const real t_su7bo = p[l1] * t_vjh35 + sin_phi1 * t_zfxmm - cos_phi1 * t_n6ryp;
+    const real t_mwf5m_3 = loss_phi1 * t_su7bo + t_6nwd2 * t_42cza;
+    const real t_o24f5 = t_2auww_2 + t_oxjhc - t_hiax2;
+    const real t_2bsfp = t_w6lcf * t_hiax2 - (t_s62lc_2 * t_o2jk2 + t_s62lc * t_5ixwd) + t_6bgnk * t_6dtnj;
+    const real t_tfcrw = p[l1] * t_o24f5
+        + sin_phi1 * (t_uywlh + t_aqrn5 * t_vjh35 + t_2bsfp)
+        + cos_phi1 * (t_hqbtd_2 + e1 * t_7py2h_3 + sin_theta1 * t_iokac - cos_theta1 * t_uzecu)
+        + eta1 * t_su7bo;
+    const real t_bd2qx = t_owkw5 * t_h62q6
+        + t_4gp45 * t_uvq3v_3
+        - e1 * t_a6xqy_2
+        + t_izt4i
+        + t_7eofa
+        + p[l1] * t_tfcrw
+        + t_3so7g
+        + p[h1] * t_zmzuu;
+    const real t_suolb_2 = p[l1] * t_mwf5m_3 + p[I1] * t_bd2qx;
+    const real t_lwhgf_3 = t_rissy * t_suolb_2;
+    const real t_gbx36 = t_3jsp4 + t_5ixwd - t_hiax2;
+    const real t_ldauh = t_iokac - t_pfgnm;
+    const real t_o6cou = t_j4rvr + t_uzecu;
+    const real t_q6exv = q_1 * t_gbx36 + cos_theta1 * t_ldauh + sin_theta1 * t_o6cou;
+    const real t_jvqgl_2 = g_1 * t_hkhjk + q_1 * t_q6exv - t_izt4i - t_7eofa;
+    const real t_2lgpg = t_mujin - t_iavt3;
+    const real t_kszrh = q_1 * t_2lgpg
+        + sin_theta1 * (g_1 * t_gcnkg + t_j6v2c)
+        + cos_theta1 * (g_1 * t_iavt3 - t_txdlp);
+    const real t_i5wne = p[I1] * t_jvqgl_2 + t_djlym * t_kszrh;
+    const real t_lq6em_3 = t_7pofv * t_i5wne;
+    const real t_sqcad = th_1 * t_kszrh;
+    const real t_bjdt2_3 = p[I1] * t_sqcad;
+    const real t_nnxn3 = wg_1 * t_aovf6
+        + wq_1 * t_gbx36
+        + F_n1 * t_2lgpg
+        + wth_1 * t_q6exv
+        - loss_theta1 * t_sqcad
+        + W12 * t_bjdt2_3
+        - t_zc3wv * (p[m1] * t_lq6em_3);
+    const real t_l6uad = t_mcvzx - t_gfiia;
+    const real t_fbygo = x[wz] * t_gcnkg - x[wy] * t_iavt3;
+    const real t_pp6px = x[wx] * t_gcnkg + x[wy] * t_mujin;
+    const real t_7eofa_2 = SC2 * t_o5vtu + S_sq2 * t_atlzy;
+    const real t_eclof = sin_phi2 * (e2 * t_3oa7e_3 - t_xjqec + t_7eofa_2 - t_s4zwr)
+        + cos_phi2 * (e2 * t_aiycc + cos_theta2 * t_ssl3u + sin_theta2 * t_yokqy);
+    const real t_k75ro = t_s4zwr + sin_phi2 * t_eclof + t_bbpwa * t_ryc36;
+    const real t_caz7y_3 = k2 * t_k75ro - sigma_sq2 * t_ryc36;
+    const real t_cjwyj = p[l2] * t_skdil + sin_phi2 * t_zfxmm - cos_phi2 * t_vszuz;
+    const real t_dqpos_3 = loss_phi2 * t_cjwyj + t_popww * t_k75ro;
+    const real t_c2v6o = t_2auww + t_74h3y - t_hiax2;
+    const real t_3agmn = p[l2] * t_c2v6o
+        + sin_phi2 * (t_aiycc + t_3hay7 * t_skdil + t_2bsfp)
+        + cos_phi2 * (t_hqbtd + e2 * t_qf4ba_3 + sin_theta2 * t_iokac - cos_theta2 * t_uzecu)
+        + eta2 * t_cjwyj;
+    const real t_xq536 = t_gy5fy * t_h62q6
+        + t_wokz5 * t_uvq3v
+        - e2 * t_a6xqy
+        + t_izt4i
+        + t_7eofa_2
+        + p[l2] * t_3agmn
+        + t_3so7g
+        + p[h2] * t_zmzuu;
+    const real t_2yuae_2 = p[l2] * t_dqpos_3 + p[I2] * t_xq536;
+    const real t_r7lp6_3 = t_7xzba * t_2yuae_2;
+    const real t_ij4fl = q_2 * t_gbx36 + cos_theta2 * t_ldauh + sin_theta2 * t_o6cou;
+    const real t_qqg5y_2 = g_2 * t_nvab7 + q_2 * t_ij4fl - t_izt4i - t_7eofa_2;
+    const real t_73big = q_2 * t_2lgpg
+        + sin_theta2 * (g_2 * t_gcnkg + t_j6v2c)
+        + cos_theta2 * (g_2 * t_iavt3 - t_txdlp);
+    const real t_jev6s = p[I2] * t_qqg5y_2 + t_c6wyu * t_73big;
+    const real t_toowl_3 = t_dkwtm * t_jev6s;
+    const real t_ylzfa = th_2 * t_73big;
+    const real t_zynji_3 = p[I2] * t_ylzfa;
+    const real t_el5mg = wg_2 * t_ziqmy
+        + wq_2 * t_gbx36
+        + F_n2 * t_2lgpg
+        + wth_2 * t_ij4fl
+        - loss_theta2 * t_ylzfa
+        + W12 * t_zynji_3
+        - t_ilp7k * (p[m2] * t_toowl_3);
+    const real t_z45yx = X_y5 * t_6dtnj_6 - t_hdeaq * t_bintu_4;
+    const real t_qmuqq = t_bintu_5 * t_z45yx;
+    const real t_i5zyu = t_bintu_4 - t_qmuqq;
+    const real t_bintu_13 = K_L65 * t_6dtnj_6;
+    const real t_m77il = t_gcu5g * t_6dtnj_6 + f_y * t_bintu_13;
+    const real t_tausb = t_z45yx * t_6dtnj_5 - K_L65 * t_bintu_4;
+    const real t_i5zyu_2 = t_bintu_4 + t_qmuqq;
+    const real t_lny3s = SC2 * t_tausb - S_sq2 * t_i5zyu_2;
+    const real t_xo3r2 = t_bintu_4 + t_lny3s;
+    const real t_cutms = t_qmuqq + t_lny3s;
+    const real t_aoetl = cos_theta2 * t_6dtnj_6 - sin_theta2 * t_bintu_13;
+    const real t_a5j2g = X_y4 * t_6dtnj_6 - t_aolgd * t_bintu_4 - t_otpfz * t_tausb;
+    const real t_eixox = t_a5j2g * t_6dtnj_4 - K_L64 * t_bintu_4;
+    const real t_3mnso = X_y3 * t_6dtnj_6 - t_2dahu * t_bintu_4 - t_ichgo * t_eixox - t_jmicp * t_tausb;
+    const real t_e6wvq = t_3mnso * t_6dtnj_3 - K_L63 * t_bintu_4;
+    const real t_iac5g = t_upifj * t_e6wvq
+        - (t_avyqv * t_bintu_4 + X_y2 * t_6dtnj_6 + t_ly572 * t_eixox)
+        + t_6vega * t_tausb;
+    const real t_6ilj2 = t_iac5g * t_6dtnj_2 - t_bk7yo * t_bintu_4;
+    const real t_aec3n = t_6iku5_2 * t_bintu_4
+        + b1 * t_6dtnj_6
+        + t_6iku5 * t_tausb
+        + t_hig3c_6 * t_eixox
+        + t_f2nhc_2 * t_e6wvq;
+    const real t_rnyks = t_f2nhc * t_6ilj2 - t_aec3n;
+    const real t_jhhjf = t_rnyks * t_6dtnj - t_s62lc_2 * t_bintu_4;
+    const real t_lzhcv = b1 * t_bintu_13;
+    const real t_lzhcv_2 = X_y4 * t_bintu_13;
+    const real t_ypj66 = t_otpfz * t_qmuqq - t_lzhcv_2;
+    const real t_lcsys = K_L54 * t_qmuqq - K_L64 * t_tausb + t_ypj66 * t_6dtnj_4;
+    const real t_tcixv = X_y3 * t_bintu_13;
+    const real t_x5gv7 = t_jmicp * t_qmuqq - t_tcixv - t_ichgo * t_lcsys;
+    const real t_zmsvx = K_L53 * t_qmuqq - K_L63 * t_tausb + t_x5gv7 * t_6dtnj_3;
+    const real t_lzhcv_3 = X_y2 * t_bintu_13;
+    const real t_ikc5p = t_6vega * t_qmuqq - t_lzhcv_3 - t_upifj * t_zmsvx + t_ly572 * t_lcsys;
+    const real t_7om2k = t_bk7yo * t_tausb + K_L52 * t_qmuqq + t_ikc5p * t_6dtnj_2;
+    const real t_fzccp = t_6iku5 * t_qmuqq
+        + t_lzhcv
+        - t_hig3c_6 * t_lcsys
+        - t_f2nhc_2 * t_zmsvx
+        - t_f2nhc * t_7om2k;
+    const real t_h6yvr = t_s62lc * t_qmuqq - t_s62lc_2 * t_tausb + t_fzccp * t_6dtnj;
+    const real t_mifjo = cos_theta2 * t_jhhjf + sin_theta2 * t_h6yvr;
+    const real t_4dqhx = t_6ilj2 - t_zmsvx;
+    const real t_rg4ed = t_e6wvq - t_7om2k;
+    const real t_njzmh = SC2 * t_4dqhx + S_sq2 * t_rg4ed;
+    const real t_g6jv5 = t_njzmh - t_e6wvq;
+    const real t_5i6pe = e2 * t_xo3r2 - t_g6jv5;
+    const real t_5g32s = t_njzmh + t_7om2k;
+    const real t_6wmdy = cos_theta2 * t_eixox + sin_theta2 * t_lcsys;
+    const real t_5a6ub = K(-2.0) * t_xo3r2 - t_6wmdy;
+    const real t_cutms_2 = t_lny3s + t_qmuqq;
+    const real t_n74nd = t_eixox + t_tausb;
+    const real t_s3xym = K(-2.0) * t_qmuqq + t_lcsys;
+    const real t_o24hm = sin_theta2 * t_n74nd - cos_theta2 * t_s3xym;
+    const real t_4odf7 = t_5g32s - g_2 * t_cutms_2 + q_2 * t_o24hm;
+    const real t_6iebe = wth_2 * t_4odf7 - (t_lbh6o_2 * t_6dtnj_6 + wg_2 * t_cutms_2 + t_lbh6o * t_bintu_13);
+    const real t_4sbjs = K_L64 * t_6dtnj_6 - K_L54 * t_bintu_13;
+    const real t_zodex = t_aoetl - t_4sbjs;
+    const real t_ocu7b = K_L63 * t_6dtnj_6 - K_L53 * t_bintu_13 - K_L43 * t_4sbjs;
+    const real t_7ch2f = t_vpdgs * t_4sbjs - (t_bk7yo * t_6dtnj_6 + K_L52 * t_bintu_13) - K_L32 * t_ocu7b;
+    const real t_dsnee = t_s62lc * t_bintu_13
+        - t_s62lc_2 * t_6dtnj_6
+        + t_w6lcf * t_4sbjs
+        + t_gousg_2 * t_ocu7b
+        + t_gousg * t_7ch2f;
+    const real t_cx3dz = e2 * t_aoetl - cos_theta2 * t_ocu7b - sin_theta2 * t_7ch2f;
+    const real t_7vzay = cos_phi2 * t_dsnee + sin_phi2 * t_cx3dz;
+    const real t_djqbb = eAss_2 * t_xo3r2
+        + t_xicwq * (me2 * t_cutms)
+        + F_t2 * t_aoetl
+        + Asc_2 * t_mifjo
+        + Ass_2 * t_5i6pe
+        - me2 * t_5g32s
+        + Bc_2 * t_5a6ub
+        + t_6iebe
+        + t_rybsf * (Bs_2 * t_zodex + cos_phi2 * (mv2 * t_7vzay));
+    const real t_lny3s_2 = SC1 * t_tausb - S_sq1 * t_i5zyu_2;
+    const real t_xo3r2_2 = t_bintu_4 + t_lny3s_2;
+    const real t_cutms_3 = t_qmuqq + t_lny3s_2;
+    const real t_kj6pp = cos_theta1 * t_6dtnj_6 - sin_theta1 * t_bintu_13;
+    const real t_nlvbm = cos_theta1 * t_jhhjf + sin_theta1 * t_h6yvr;
+    const real t_njzmh_2 = SC1 * t_4dqhx + S_sq1 * t_rg4ed;
+    const real t_g6jv5_2 = t_njzmh_2 - t_e6wvq;
+    const real t_rz472 = e1 * t_xo3r2_2 - t_g6jv5_2;
+    const real t_5g32s_2 = t_njzmh_2 + t_7om2k;
+    const real t_qbfpx = cos_theta1 * t_eixox + sin_theta1 * t_lcsys;
+    const real t_m63tv = K(-2.0) * t_xo3r2_2 - t_qbfpx;
+    const real t_cutms_4 = t_lny3s_2 + t_qmuqq;
+    const real t_yccqz = sin_theta1 * t_n74nd - cos_theta1 * t_s3xym;
+    const real t_i4snf = t_5g32s_2 - g_1 * t_cutms_4 + q_1 * t_yccqz;
+    const real t_2swqf = wth_1 * t_i4snf - (t_mallh_2 * t_6dtnj_6 + wg_1 * t_cutms_4 + t_mallh * t_bintu_13);
+    const real t_re6ie = t_kj6pp - t_4sbjs;
+    const real t_b5jc4 = e1 * t_kj6pp - cos_theta1 * t_ocu7b - sin_theta1 * t_7ch2f;
+    const real t_2n7yr = cos_phi1 * t_dsnee + sin_phi1 * t_b5jc4;
+    const real t_gygoz = eAss_1 * t_xo3r2_2
+        + t_rs5fr * (me1 * t_cutms_3)
+        + F_t1 * t_kj6pp
+        + Asc_1 * t_nlvbm
+        + Ass_1 * t_rz472
+        - me1 * t_5g32s_2
+        + Bc_1 * t_m63tv
+        + t_2swqf
+        + t_rybsf * (Bs_1 * t_re6ie + cos_phi1 * (mv1 * t_2n7yr));
+    const real t_ccx75 = t_ga54v * (M_C * t_i5zyu) + t_m77il + t_djqbb + t_gygoz;
+    const real t_ep4hl = t_bintu_9 * t_a5j2g + t_bintu_10 * t_ypj66;
+    const real t_s2y2v = t_ichgo * t_ep4hl - X_y3 * t_4sbjs;
+    const real t_waqca = t_bintu_6 * t_3mnso + t_bintu_7 * t_x5gv7 + t_bintu_8 * t_s2y2v;
+    const real t_bxyev = K_L43 * t_ep4hl - (K_L63 * t_eixox + K_L53 * t_lcsys) + t_s2y2v * t_6dtnj_3;
+    const real t_5dxvq = t_ly572 * t_ep4hl + X_y2 * t_4sbjs + t_upifj * t_bxyev;
+    const real t_4y3fu = t_upifj * t_waqca - X_y2 * t_ocu7b;
+    const real t_ka6ya = t_l3pbw * t_iac5g + t_bintu_11 * t_ikc5p + t_6n47e * t_5dxvq + t_bintu_12 * t_4y3fu;
+    const real t_l4ebk = K_L52 * t_lcsys - t_bk7yo * t_eixox + t_vpdgs * t_ep4hl + t_5dxvq * t_6dtnj_2;
+    const real t_l5bog = t_hig3c_6 * t_ep4hl + b1 * t_4sbjs - t_f2nhc_2 * t_bxyev + t_f2nhc * t_l4ebk;
+    const real t_ifrhc = t_bk7yo * t_e6wvq
+        - K_L52 * t_zmsvx
+        + t_vpdgs * t_bxyev
+        + K_L32 * t_waqca
+        + t_4y3fu * t_6dtnj_2;
+    const real t_3kzvr = t_f2nhc_2 * t_waqca + b1 * t_ocu7b - t_f2nhc * t_ifrhc;
+    const real t_3kzvk = t_f2nhc * t_ka6ya + b1 * t_7ch2f;
+    const real t_x6nln = t_wj56m * t_rnyks
+        + t_wj56m_2 * t_fzccp
+        + t_4pum4 * t_l5bog
+        + t_edyl7 * t_3kzvr
+        + t_edyl7_2 * t_3kzvk;
+    const real t_c3yx6 = t_2ej5d * t_ccx75 - (t_2ijrp * t_i5zyu + t_waqca + t_ka6ya + t_x6nln);
+    const real t_tucuo = t_ccx75 * t_bm3wf;
+    const real t_gse6p = W12 * t_bintu_13;
+    const real t_xvqit = W13 * t_6dtnj_6;
+    const real t_6dxi3 = t_gse6p - t_xvqit - t_ep4hl;
+    const real t_ab5wf = x[wy] * (x[wz] * t_4sbjs) - t_xvqit;
+    const real t_azq3t = t_bknng * t_bintu_13;
+    const real t_tiktw = t_waqca - t_ka6ya;
+    const real t_h4ez7 = SC1 * t_ifrhc + S_sq1 * t_tiktw;
+    const real t_jpbwa = t_gousg_2 * t_waqca
+        - (t_s62lc_2 * t_e6wvq + t_s62lc * t_zmsvx + t_w6lcf * t_bxyev)
+        + t_3kzvr * t_6dtnj;
+    const real t_ne2yf = t_s62lc_2 * t_6ilj2
+        - t_s62lc * t_7om2k
+        + t_w6lcf * t_l4ebk
+        - t_gousg_2 * t_ifrhc
+        + t_gousg * t_ka6ya
+        + t_3kzvk * t_6dtnj;
+    const real t_a2due = sin_phi1 * (e1 * t_rz472 - t_waqca + t_h4ez7 + t_x6nln)
+        + cos_phi1 * (e1 * t_nlvbm + cos_theta1 * t_jpbwa + sin_theta1 * t_ne2yf);
+    const real t_n7pyu = sin_phi1 * t_a2due - t_x6nln + t_6om56 * t_2n7yr;
+    const real t_pzl6x = k1 * t_n7pyu - sigma_sq1 * t_2n7yr;
+    const real t_mufsu = p[l1] * t_re6ie + sin_phi1 * t_dsnee - cos_phi1 * t_b5jc4;
+    const real t_ja5rc = loss_phi1 * t_mufsu + t_6nwd2 * t_n7pyu;
+    const real t_2gqvd = t_xo3r2_2 + t_qbfpx - t_ep4hl;
+    const real t_b6yqr = t_w6lcf * t_ep4hl - (t_s62lc_2 * t_eixox + t_s62lc * t_lcsys) + t_l5bog * t_6dtnj;
+    const real t_y7ncy = p[l1] * t_2gqvd
+        + sin_phi1 * (t_nlvbm + t_aqrn5 * t_re6ie + t_b6yqr)
+        + cos_phi1 * (t_g6jv5_2 + e1 * t_m63tv + sin_theta1 * t_l4ebk - cos_theta1 * t_bxyev)
+        + eta1 * t_mufsu;
+    const real t_lgsat = t_owkw5 * t_i5zyu
+        + t_4gp45 * t_cutms_3
+        - e1 * t_5g32s_2
+        + t_ka6ya
+        + t_h4ez7
+        + p[l1] * t_y7ncy
+        + t_c3yx6
+        - p[h1] * t_tucuo;
+    const real t_32ppb = p[l1] * t_ja5rc + p[I1] * t_lgsat;
+    const real t_lwhgf_4 = t_rissy * t_32ppb;
+    const real t_y6jkx = t_lcsys - t_qmuqq - t_ep4hl;
+    const real t_crraz = t_l4ebk - t_7om2k;
+    const real t_hl5hd = t_zmsvx + t_bxyev;
+    const real t_66g4t = q_1 * t_y6jkx + cos_theta1 * t_crraz + sin_theta1 * t_hl5hd;
+    const real t_bx7qi = g_1 * t_i4snf + q_1 * t_66g4t - t_ka6ya - t_h4ez7;
+    const real t_gfwjx = t_bintu_13 + t_4sbjs;
+    const real t_lzhcv_4 = g_1 * t_bintu_13;
+    const real t_5vrqv = q_1 * t_gfwjx
+        + sin_theta1 * (t_ocu7b - g_1 * t_6dtnj_6)
+        - cos_theta1 * (t_lzhcv_4 + t_7ch2f);
+    const real t_azan2 = p[I1] * t_bx7qi + t_djlym * t_5vrqv;
+    const real t_et3nk = t_7pofv * t_azan2;
+    const real t_4xbmh = th_1 * t_5vrqv;
+    const real t_fe5y6 = p[I1] * t_4xbmh;
+    const real t_dgbmf = wg_1 * t_yccqz
+        + wq_1 * t_y6jkx
+        + F_n1 * t_gfwjx
+        + wth_1 * t_66g4t
+        - loss_theta1 * t_4xbmh
+        + W12 * t_fe5y6
+        - t_zc3wv * (p[m1] * t_et3nk);
+    const real t_lqk34 = t_bintu_4 - t_xvqit;
+    const real t_62m5s = x[wy] * t_bintu_13 - x[wz] * t_6dtnj_6;
+    const real t_7bqcz = x[wx] * t_6dtnj_6 - x[wy] * t_4sbjs;
+    const real t_h4ez7_2 = SC2 * t_ifrhc + S_sq2 * t_tiktw;
+    const real t_g2qg7 = sin_phi2 * (e2 * t_5i6pe - t_waqca + t_h4ez7_2 + t_x6nln)
+        + cos_phi2 * (e2 * t_mifjo + cos_theta2 * t_jpbwa + sin_theta2 * t_ne2yf);
+    const real t_szlaq = sin_phi2 * t_g2qg7 - t_x6nln + t_bbpwa * t_7vzay;
+    const real t_mmx3j = k2 * t_szlaq - sigma_sq2 * t_7vzay;
+    const real t_ll7wm = p[l2] * t_zodex + sin_phi2 * t_dsnee - cos_phi2 * t_cx3dz;
+    const real t_jtb6o = loss_phi2 * t_ll7wm + t_popww * t_szlaq;
+    const real t_ffs3v = t_xo3r2 + t_6wmdy - t_ep4hl;
+    const real t_f6iu3 = p[l2] * t_ffs3v
+        + sin_phi2 * (t_mifjo + t_3hay7 * t_zodex + t_b6yqr)
+        + cos_phi2 * (t_g6jv5 + e2 * t_5a6ub + sin_theta2 * t_l4ebk - cos_theta2 * t_bxyev)
+        + eta2 * t_ll7wm;
+    const real t_dbvxl = t_gy5fy * t_i5zyu
+        + t_wokz5 * t_cutms
+        - e2 * t_5g32s
+        + t_ka6ya
+        + t_h4ez7_2
+        + p[l2] * t_f6iu3
+        + t_c3yx6
+        - p[h2] * t_tucuo;
+    const real t_cwlze = p[l2] * t_jtb6o + p[I2] * t_dbvxl;
+    const real t_r7lp6_4 = t_7xzba * t_cwlze;
+    const real t_y7l2b = q_2 * t_y6jkx + cos_theta2 * t_crraz + sin_theta2 * t_hl5hd;
+    const real t_k25he = g_2 * t_4odf7 + q_2 * t_y7l2b - t_ka6ya - t_h4ez7_2;
+    const real t_lzhcv_5 = g_2 * t_bintu_13;
+    const real t_zccg7 = q_2 * t_gfwjx
+        + sin_theta2 * (t_ocu7b - g_2 * t_6dtnj_6)
+        - cos_theta2 * (t_lzhcv_5 + t_7ch2f);
+    const real t_fg7zh = p[I2] * t_k25he + t_c6wyu * t_zccg7;
+    const real t_oxypx = t_dkwtm * t_fg7zh;
+    const real t_bb4ee = th_2 * t_zccg7;
+    const real t_ozxus = p[I2] * t_bb4ee;
+    const real t_omzpi = wg_2 * t_o24hm
+        + wq_2 * t_y6jkx
+        + F_n2 * t_gfwjx
+        + wth_2 * t_y7l2b
+        - loss_theta2 * t_bb4ee
+        + W12 * t_ozxus
+        - t_ilp7k * (p[m2] * t_oxypx);
+    const real t_lzhcv_6 = t_bintu_4 * K_L65;
+    const real t_hsr2w = X_y5 * t_bintu_13 - (X_x6 + t_hdeaq * t_lzhcv_6);
+    const real t_iuknt = t_bintu_5 * t_hsr2w + t_temm3;
+    const real t_orqmj = t_lzhcv_6 - t_iuknt;
+    const real t_nmaqm = K_L65 * t_bintu_13 + t_6dtnj_5;
+    const real t_qc5we = t_gcu5g * t_bintu_13 + f_y * t_nmaqm;
+    const real t_hdskj = t_hsr2w * t_6dtnj_5 - K_L65 * t_lzhcv_6;
+    const real t_orqmj_2 = t_lzhcv_6 + t_iuknt;
+    const real t_2gdji = SC2 * t_hdskj - S_sq2 * t_orqmj_2;
+    const real t_wo4ag = t_lzhcv_6 + t_2gdji;
+    const real t_w6rwh = t_iuknt + t_2gdji;
+    const real t_agodx = cos_theta2 * t_bintu_13 - sin_theta2 * t_nmaqm;
+    const real t_lmojw = t_lzhcv_2 - t_aolgd * t_lzhcv_6 - t_otpfz * t_hdskj;
+    const real t_v7x6z = t_lmojw * t_6dtnj_4 - K_L64 * t_lzhcv_6;
+    const real t_hyacr = t_tcixv - t_2dahu * t_lzhcv_6 - t_ichgo * t_v7x6z - t_jmicp * t_hdskj;
+    const real t_ge443 = t_hyacr * t_6dtnj_3 - K_L63 * t_lzhcv_6;
+    const real t_jisqn = t_upifj * t_ge443
+        - (t_avyqv * t_lzhcv_6 + t_lzhcv_3 + t_ly572 * t_v7x6z)
+        + t_6vega * t_hdskj;
+    const real t_2xjzb = t_jisqn * t_6dtnj_2 - t_bk7yo * t_lzhcv_6;
+    const real t_gvcfz = t_6iku5_2 * t_lzhcv_6
+        + t_lzhcv
+        + t_6iku5 * t_hdskj
+        + t_hig3c_6 * t_v7x6z
+        + t_f2nhc_2 * t_ge443;
+    const real t_t4rbl = t_f2nhc * t_2xjzb - t_gvcfz;
+    const real t_ad7n7 = t_t4rbl * t_6dtnj - t_s62lc_2 * t_lzhcv_6;
+    const real t_47gfo = t_otpfz * t_iuknt - X_y4 * t_nmaqm;
+    const real t_tevdz = K_L54 * t_iuknt - K_L64 * t_hdskj + t_47gfo * t_6dtnj_4;
+    const real t_xupty = t_jmicp * t_iuknt - X_y3 * t_nmaqm - t_ichgo * t_tevdz;
+    const real t_3cgp7 = K_L53 * t_iuknt - K_L63 * t_hdskj + t_xupty * t_6dtnj_3;
+    const real t_2s2eu = t_6vega * t_iuknt - X_y2 * t_nmaqm - t_upifj * t_3cgp7 + t_ly572 * t_tevdz;
+    const real t_6eoxw = t_bk7yo * t_hdskj + K_L52 * t_iuknt + t_2s2eu * t_6dtnj_2;
+    const real t_4tc6e = t_6iku5 * t_iuknt
+        + b1 * t_nmaqm
+        - t_hig3c_6 * t_tevdz
+        - t_f2nhc_2 * t_3cgp7
+        - t_f2nhc * t_6eoxw;
+    const real t_k7owd = t_s62lc * t_iuknt - t_s62lc_2 * t_hdskj + t_4tc6e * t_6dtnj;
+    const real t_o7fjc = cos_theta2 * t_ad7n7 + sin_theta2 * t_k7owd;
+    const real t_6guyk = t_2xjzb - t_3cgp7;
+    const real t_hxwk7 = t_ge443 - t_6eoxw;
+    const real t_g3h3k_7 = SC2 * t_6guyk + S_sq2 * t_hxwk7;
+    const real t_v77ie = t_g3h3k_7 - t_ge443;
+    const real t_pgxt4 = e2 * t_wo4ag - t_v77ie;
+    const real t_aahys = t_g3h3k_7 + t_6eoxw;
+    const real t_wycgm = cos_theta2 * t_v7x6z + sin_theta2 * t_tevdz;
+    const real t_wcmnk = K(-2.0) * t_wo4ag - t_wycgm;
+    const real t_w6rwh_2 = t_2gdji + t_iuknt;
+    const real t_wfcif = t_v7x6z + t_hdskj;
+    const real t_nsmqs = K(-2.0) * t_iuknt + t_tevdz;
+    const real t_7cix5 = sin_theta2 * t_wfcif - cos_theta2 * t_nsmqs;
+    const real t_miisa = t_aahys - g_2 * t_w6rwh_2 + q_2 * t_7cix5;
+    const real t_b4pbh = wth_2 * t_miisa - (t_lbh6o_2 * t_bintu_13 + wg_2 * t_w6rwh_2 + t_lbh6o * t_nmaqm);
+    const real t_4tcd4 = K_L64 * t_bintu_13 - K_L54 * t_nmaqm;
+    const real t_e4i3n = t_agodx - t_4tcd4;
+    const real t_bagmr = K_L63 * t_bintu_13 - K_L53 * t_nmaqm - K_L43 * t_4tcd4;
+    const real t_c7n26 = t_vpdgs * t_4tcd4 - (t_bk7yo * t_bintu_13 + K_L52 * t_nmaqm) - K_L32 * t_bagmr;
+    const real t_xtbzj = t_s62lc * t_nmaqm
+        - t_s62lc_2 * t_bintu_13
+        + t_w6lcf * t_4tcd4
+        + t_gousg_2 * t_bagmr
+        + t_gousg * t_c7n26;
+    const real t_iamlm = e2 * t_agodx - cos_theta2 * t_bagmr - sin_theta2 * t_c7n26;
+    const real t_6tru7 = cos_phi2 * t_xtbzj + sin_phi2 * t_iamlm;
+    const real t_yn7di = eAss_2 * t_wo4ag
+        + t_xicwq * (me2 * t_w6rwh)
+        + F_t2 * t_agodx
+        + Asc_2 * t_o7fjc
+        + Ass_2 * t_pgxt4
+        - me2 * t_aahys
+        + Bc_2 * t_wcmnk
+        + t_b4pbh
+        + t_rybsf * (Bs_2 * t_e4i3n + cos_phi2 * (mv2 * t_6tru7));
+    const real t_2gdji_2 = SC1 * t_hdskj - S_sq1 * t_orqmj_2;
+    const real t_wo4ag_2 = t_lzhcv_6 + t_2gdji_2;
+    const real t_w6rwh_3 = t_iuknt + t_2gdji_2;
+    const real t_f4rci = cos_theta1 * t_bintu_13 - sin_theta1 * t_nmaqm;
+    const real t_cfox3 = cos_theta1 * t_ad7n7 + sin_theta1 * t_k7owd;
+    const real t_g3h3k_8 = SC1 * t_6guyk + S_sq1 * t_hxwk7;
+    const real t_v77ie_2 = t_g3h3k_8 - t_ge443;
+    const real t_rv4ig = e1 * t_wo4ag_2 - t_v77ie_2;
+    const real t_aahys_2 = t_g3h3k_8 + t_6eoxw;
+    const real t_qwt37 = cos_theta1 * t_v7x6z + sin_theta1 * t_tevdz;
+    const real t_h3qtt = K(-2.0) * t_wo4ag_2 - t_qwt37;
+    const real t_w6rwh_4 = t_2gdji_2 + t_iuknt;
+    const real t_qpzle = sin_theta1 * t_wfcif - cos_theta1 * t_nsmqs;
+    const real t_mtqks = t_aahys_2 - g_1 * t_w6rwh_4 + q_1 * t_qpzle;
+    const real t_ikpbo = wth_1 * t_mtqks - (t_mallh_2 * t_bintu_13 + wg_1 * t_w6rwh_4 + t_mallh * t_nmaqm);
+    const real t_feout = t_f4rci - t_4tcd4;
+    const real t_vafcp = e1 * t_f4rci - cos_theta1 * t_bagmr - sin_theta1 * t_c7n26;
+    const real t_mpwb6 = cos_phi1 * t_xtbzj + sin_phi1 * t_vafcp;
+    const real t_vpnnd = eAss_1 * t_wo4ag_2
+        + t_rs5fr * (me1 * t_w6rwh_3)
+        + F_t1 * t_f4rci
+        + Asc_1 * t_cfox3
+        + Ass_1 * t_rv4ig
+        - me1 * t_aahys_2
+        + Bc_1 * t_h3qtt
+        + t_ikpbo
+        + t_rybsf * (Bs_1 * t_feout + cos_phi1 * (mv1 * t_mpwb6));
+    const real t_6lfax = t_ga54v * (M_C * t_orqmj) + t_qc5we + t_yn7di + t_vpnnd;
+    const real t_ctehc = t_bintu_9 * t_lmojw + t_bintu_10 * t_47gfo;
+    const real t_sgrqu = t_ichgo * t_ctehc - X_y3 * t_4tcd4;
+    const real t_df2gl = t_bintu_6 * t_hyacr + t_bintu_7 * t_xupty + t_bintu_8 * t_sgrqu;
+    const real t_wusn6 = K_L43 * t_ctehc - (K_L63 * t_v7x6z + K_L53 * t_tevdz) + t_sgrqu * t_6dtnj_3;
+    const real t_kmhlm = t_ly572 * t_ctehc + X_y2 * t_4tcd4 + t_upifj * t_wusn6;
+    const real t_u4ulc = t_upifj * t_df2gl - X_y2 * t_bagmr;
+    const real t_6x5pd = t_l3pbw * t_jisqn + t_bintu_11 * t_2s2eu + t_6n47e * t_kmhlm + t_bintu_12 * t_u4ulc;
+    const real t_52nfs = K_L52 * t_tevdz - t_bk7yo * t_v7x6z + t_vpdgs * t_ctehc + t_kmhlm * t_6dtnj_2;
+    const real t_xnbxu = t_hig3c_6 * t_ctehc + b1 * t_4tcd4 - t_f2nhc_2 * t_wusn6 + t_f2nhc * t_52nfs;
+    const real t_cfi3x = t_bk7yo * t_ge443
+        - K_L52 * t_3cgp7
+        + t_vpdgs * t_wusn6
+        + K_L32 * t_df2gl
+        + t_u4ulc * t_6dtnj_2;
+    const real t_fi56m = t_f2nhc_2 * t_df2gl + b1 * t_bagmr - t_f2nhc * t_cfi3x;
+    const real t_tbkev = t_f2nhc * t_6x5pd + b1 * t_c7n26;
+    const real t_ssyzf = t_wj56m * t_t4rbl
+        + t_wj56m_2 * t_4tc6e
+        + t_4pum4 * t_xnbxu
+        + t_edyl7 * t_fi56m
+        + t_edyl7_2 * t_tbkev;
+    const real t_yjlwm = t_2ej5d * t_6lfax - (t_2ijrp * t_orqmj + t_df2gl + t_6x5pd + t_ssyzf);
+    const real t_zmzuu_2 = t_6lfax * t_bm3wf;
+    const real t_2uivd = W12 * t_nmaqm;
+    const real t_uk3tm = W13 * t_bintu_13;
+    const real t_i5s4h = t_2uivd - t_uk3tm - t_ctehc;
+    const real t_idep2 = x[wy] * (x[wz] * t_4tcd4) - t_uk3tm;
+    const real t_zuxwg = t_df2gl - t_6x5pd;
+    const real t_7eofa_3 = SC1 * t_cfi3x + S_sq1 * t_zuxwg;
+    const real t_2ywkc = t_gousg_2 * t_df2gl
+        - (t_s62lc_2 * t_ge443 + t_s62lc * t_3cgp7 + t_w6lcf * t_wusn6)
+        + t_fi56m * t_6dtnj;
+    const real t_cxlzo = t_s62lc_2 * t_2xjzb
+        - t_s62lc * t_6eoxw
+        + t_w6lcf * t_52nfs
+        - t_gousg_2 * t_cfi3x
+        + t_gousg * t_6x5pd
+        + t_tbkev * t_6dtnj;
+    const real t_unkjd = sin_phi1 * (e1 * t_rv4ig - t_df2gl + t_7eofa_3 + t_ssyzf)
+        + cos_phi1 * (e1 * t_cfox3 + cos_theta1 * t_2ywkc + sin_theta1 * t_cxlzo);
+    const real t_ax3l6 = sin_phi1 * t_unkjd - t_ssyzf + t_6om56 * t_mpwb6;
+    const real t_v73xn_4 = k1 * t_ax3l6 - sigma_sq1 * t_mpwb6;
+    const real t_gbriq = p[l1] * t_feout + sin_phi1 * t_xtbzj - cos_phi1 * t_vafcp;
+    const real t_mwf5m_4 = loss_phi1 * t_gbriq + t_6nwd2 * t_ax3l6;
+    const real t_lenlm = t_wo4ag_2 + t_qwt37 - t_ctehc;
+    const real t_vlct5 = t_w6lcf * t_ctehc - (t_s62lc_2 * t_v7x6z + t_s62lc * t_tevdz) + t_xnbxu * t_6dtnj;
+    const real t_2ao2x = p[l1] * t_lenlm
+        + sin_phi1 * (t_cfox3 + t_aqrn5 * t_feout + t_vlct5)
+        + cos_phi1 * (t_v77ie_2 + e1 * t_h3qtt + sin_theta1 * t_52nfs - cos_theta1 * t_wusn6)
+        + eta1 * t_gbriq;
+    const real t_wu2ty = t_owkw5 * t_orqmj
+        + t_4gp45 * t_w6rwh_3
+        - e1 * t_aahys_2
+        + t_6x5pd
+        + t_7eofa_3
+        + p[l1] * t_2ao2x
+        + t_yjlwm
+        - p[h1] * t_zmzuu_2;
+    const real t_suolb_3 = p[l1] * t_mwf5m_4 + p[I1] * t_wu2ty;
+    const real t_lwhgf_5 = t_rissy * t_suolb_3;
+    const real t_vnupx = t_tevdz - t_iuknt - t_ctehc;
+    const real t_s3dp5 = t_52nfs - t_6eoxw;
+    const real t_ldy52 = t_3cgp7 + t_wusn6;
+    const real t_onvfo = q_1 * t_vnupx + cos_theta1 * t_s3dp5 + sin_theta1 * t_ldy52;
+    const real t_ko4wb = g_1 * t_mtqks + q_1 * t_onvfo - t_6x5pd - t_7eofa_3;
+    const real t_46rjf = t_nmaqm + t_4tcd4;
+    const real t_osqcc = q_1 * t_46rjf
+        + sin_theta1 * (t_bagmr - t_lzhcv_4)
+        - cos_theta1 * (g_1 * t_nmaqm + t_c7n26);
+    const real t_omdyb = p[I1] * t_ko4wb + t_djlym * t_osqcc;
+    const real t_sl6na = t_7pofv * t_omdyb;
+    const real t_kjsmj = th_1 * t_osqcc;
+    const real t_dqu6b = p[I1] * t_kjsmj;
+    const real t_iwk5q = wg_1 * t_qpzle
+        + wq_1 * t_vnupx
+        + F_n1 * t_46rjf
+        + wth_1 * t_onvfo
+        - loss_theta1 * t_kjsmj
+        + W12 * t_dqu6b
+        - t_zc3wv * (p[m1] * t_sl6na);
+    const real t_5thw3 = t_lzhcv_6 - t_uk3tm;
+    const real t_ipdv3 = x[wy] * t_nmaqm - x[wz] * t_bintu_13;
+    const real t_y6ai3 = x[wx] * t_bintu_13 - x[wy] * t_4tcd4;
+    const real t_7eofa_4 = SC2 * t_cfi3x + S_sq2 * t_zuxwg;
+    const real t_x5f5z = sin_phi2 * (e2 * t_pgxt4 - t_df2gl + t_7eofa_4 + t_ssyzf)
+        + cos_phi2 * (e2 * t_o7fjc + cos_theta2 * t_2ywkc + sin_theta2 * t_cxlzo);
+    const real t_ogaph = sin_phi2 * t_x5f5z - t_ssyzf + t_bbpwa * t_6tru7;
+    const real t_caz7y_4 = k2 * t_ogaph - sigma_sq2 * t_6tru7;
+    const real t_apdu6 = p[l2] * t_e4i3n + sin_phi2 * t_xtbzj - cos_phi2 * t_iamlm;
+    const real t_dqpos_4 = loss_phi2 * t_apdu6 + t_popww * t_ogaph;
+    const real t_pwu3s = t_wo4ag + t_wycgm - t_ctehc;
+    const real t_biq7y = p[l2] * t_pwu3s
+        + sin_phi2 * (t_o7fjc + t_3hay7 * t_e4i3n + t_vlct5)
+        + cos_phi2 * (t_v77ie + e2 * t_wcmnk + sin_theta2 * t_52nfs - cos_theta2 * t_wusn6)
+        + eta2 * t_apdu6;
+    const real t_slll2 = t_gy5fy * t_orqmj
+        + t_wokz5 * t_w6rwh
+        - e2 * t_aahys
+        + t_6x5pd
+        + t_7eofa_4
+        + p[l2] * t_biq7y
+        + t_yjlwm
+        - p[h2] * t_zmzuu_2;
+    const real t_2yuae_3 = p[l2] * t_dqpos_4 + p[I2] * t_slll2;
+    const real t_r7lp6_5 = t_7xzba * t_2yuae_3;
+    const real t_epfia = q_2 * t_vnupx + cos_theta2 * t_s3dp5 + sin_theta2 * t_ldy52;
+    const real t_qdorn = g_2 * t_miisa + q_2 * t_epfia - t_6x5pd - t_7eofa_4;
+    const real t_k6wct = q_2 * t_46rjf
+        + sin_theta2 * (t_bagmr - t_lzhcv_5)
+        - cos_theta2 * (g_2 * t_nmaqm + t_c7n26);
+    const real t_moyzw = p[I2] * t_qdorn + t_c6wyu * t_k6wct;
+    const real t_ja2a3 = t_dkwtm * t_moyzw;
+    const real t_wekj7 = th_2 * t_k6wct;
+    const real t_gt7dy = p[I2] * t_wekj7;
+    const real t_aqned = wg_2 * t_7cix5
+        + wq_2 * t_vnupx
+        + F_n2 * t_46rjf
+        + wth_2 * t_epfia
+        - loss_theta2 * t_wekj7
+        + W12 * t_gt7dy
+        - t_ilp7k * (p[m2] * t_ja2a3);
+    const real t_dffa2 = t_gousg_2 - K_L32 * t_gousg;
+    const real t_hjjox = t_w6lcf + t_vpdgs * t_gousg - K_L43 * t_dffa2;
+    const real t_oaa2m = t_s62lc - K_L52 * t_gousg - K_L53 * t_dffa2 - K_L54 * t_hjjox;
+    const real t_3ctbs = t_s62lc_2
+        + t_bk7yo * t_gousg
+        - K_L63 * t_dffa2
+        - K_L64 * t_hjjox
+        - K_L65 * t_oaa2m;
+    const real t_jlh2t = t_bintu_4 * t_3ctbs;
+    const real t_mdqke = t_3ctbs * t_6dtnj_6;
+    const real t_naldi = t_hdeaq * t_jlh2t - X_x6 * t_oaa2m - X_y5 * t_mdqke;
+    const real t_gmlsx = t_bintu_5 * t_naldi + t_temm3 * t_oaa2m;
+    const real t_y4gir = t_jlh2t + t_gmlsx;
+    const real t_gqyct = K_L65 * t_jlh2t + t_naldi * t_6dtnj_5;
+    const real t_mtn7d = t_aolgd * t_jlh2t - X_x6 * t_hjjox - X_y4 * t_mdqke - t_otpfz * t_gqyct;
+    const real t_vzw5l = K_L64 * t_jlh2t + t_mtn7d * t_6dtnj_4;
+    const real t_tuuqo = t_2dahu * t_jlh2t
+        - X_x6 * t_dffa2
+        - X_y3 * t_mdqke
+        - t_ichgo * t_vzw5l
+        - t_jmicp * t_gqyct;
+    const real t_foni4 = t_oaa2m * t_6dtnj_5 - K_L65 * t_mdqke;
+    const real t_blip6 = t_otpfz * t_gmlsx - X_x5 * t_hjjox - X_y4 * t_foni4;
+    const real t_gjegv = K_L54 * t_gmlsx - K_L64 * t_gqyct + t_blip6 * t_6dtnj_4;
+    const real t_s7hxj = t_jmicp * t_gmlsx - X_x5 * t_dffa2 - X_y3 * t_foni4 - t_ichgo * t_gjegv;
+    const real t_cvxlv = t_bintu_9 * t_mtn7d + t_bintu_10 * t_blip6 + t_temm3_2 * t_hjjox;
+    const real t_2wlkd = t_hjjox * t_6dtnj_4 - (K_L64 * t_mdqke + K_L54 * t_foni4);
+    const real t_llbb4 = t_ichgo * t_cvxlv - X_x4 * t_dffa2 - X_y3 * t_2wlkd;
+    const real t_hcgri = t_bintu_6 * t_tuuqo + t_bintu_7 * t_s7hxj + t_bintu_8 * t_llbb4 + t_qkxsr * t_dffa2;
+    const real t_kzesb = K_L63 * t_jlh2t + t_tuuqo * t_6dtnj_3;
+    const real t_r6tlc = X_x6 * t_gousg
+        + t_avyqv * t_jlh2t
+        + X_y2 * t_mdqke
+        - t_ly572 * t_vzw5l
+        + t_upifj * t_kzesb
+        + t_6vega * t_gqyct;
+    const real t_tyzmg = K_L53 * t_gmlsx - K_L63 * t_gqyct + t_s7hxj * t_6dtnj_3;
+    const real t_ujyqd = t_6vega * t_gmlsx
+        - X_x5 * t_gousg
+        - X_y2 * t_foni4
+        - t_upifj * t_tyzmg
+        + t_ly572 * t_gjegv;
+    const real t_r32ai = K_L43 * t_cvxlv - (K_L63 * t_vzw5l + K_L53 * t_gjegv) + t_llbb4 * t_6dtnj_3;
+    const real t_m7yqk = X_x4 * t_gousg + t_ly572 * t_cvxlv + X_y2 * t_2wlkd + t_upifj * t_r32ai;
+    const real t_fr5ev = t_dffa2 * t_6dtnj_3 - (K_L63 * t_mdqke + K_L53 * t_foni4 + K_L43 * t_2wlkd);
+    const real t_xjkpt = t_upifj * t_hcgri - X_x3 * t_gousg - X_y2 * t_fr5ev;
+    const real t_abwdq = t_l3pbw * t_r6tlc
+        + t_bintu_11 * t_ujyqd
+        + t_6n47e * t_m7yqk
+        + t_bintu_12 * t_xjkpt
+        + t_temm3_3 * t_gousg;
+    const real t_mbkdn = t_bk7yo * t_jlh2t + t_r6tlc * t_6dtnj_2;
+    const real t_mqle2 = X_x6
+        + t_6iku5_2 * t_jlh2t
+        + b1 * t_mdqke
+        - t_6iku5 * t_gqyct
+        - t_hig3c_6 * t_vzw5l
+        - t_f2nhc_2 * t_kzesb
+        + t_f2nhc * t_mbkdn;
+    const real t_ii2rr = t_bk7yo * t_gqyct + K_L52 * t_gmlsx + t_ujyqd * t_6dtnj_2;
+    const real t_chcmi = X_x5
+        + t_6iku5 * t_gmlsx
+        + b1 * t_foni4
+        - t_hig3c_6 * t_gjegv
+        - t_f2nhc_2 * t_tyzmg
+        - t_f2nhc * t_ii2rr;
+    const real t_24qz2 = K_L52 * t_gjegv - t_bk7yo * t_vzw5l + t_vpdgs * t_cvxlv + t_m7yqk * t_6dtnj_2;
+    const real t_cq2jk = X_x4
+        + t_hig3c_6 * t_cvxlv
+        + b1 * t_2wlkd
+        - t_f2nhc_2 * t_r32ai
+        + t_f2nhc * t_24qz2;
+    const real t_gg3qh = t_bk7yo * t_kzesb
+        - K_L52 * t_tyzmg
+        + t_vpdgs * t_r32ai
+        + K_L32 * t_hcgri
+        + t_xjkpt * t_6dtnj_2;
+    const real t_jfff6 = X_x3 + t_f2nhc_2 * t_hcgri + b1 * t_fr5ev - t_f2nhc * t_gg3qh;
+    const real t_jukof = t_bk7yo * t_mdqke
+        - K_L52 * t_foni4
+        + t_vpdgs * t_2wlkd
+        - K_L32 * t_fr5ev
+        + t_gousg * t_6dtnj_2;
+    const real t_ijkie = X_x2 + t_f2nhc * t_abwdq + b1 * t_jukof;
+    const real t_tj6uc = b1 * t_6dtnj * t_6dtnj
+        + t_wj56m * t_mqle2
+        + t_wj56m_2 * t_chcmi
+        + t_4pum4 * t_cq2jk
+        + t_edyl7 * t_jfff6
+        + t_edyl7_2 * t_ijkie;
+    const real t_e5xvr = t_gcu5g * t_mdqke - f_y * t_foni4;
+    const real t_y4gir_2 = t_jlh2t - t_gmlsx;
+    const real t_3exoa_5 = SC2 * t_gqyct + S_sq2 * t_y4gir_2;
+    const real t_2p3ax = t_3exoa_5 - t_jlh2t;
+    const real t_vcyq7 = t_gmlsx + t_3exoa_5;
+    const real t_xogc5 = cos_theta2 * t_mdqke + sin_theta2 * t_foni4;
+    const real t_d6jz2 = t_s62lc_2 * t_jlh2t + t_mqle2 * t_6dtnj;
+    const real t_642wk = t_s62lc * t_gmlsx - t_s62lc_2 * t_gqyct + t_chcmi * t_6dtnj;
+    const real t_lslnf = cos_theta2 * t_d6jz2 + sin_theta2 * t_642wk;
+    const real t_rnq74 = t_mbkdn - t_tyzmg;
+    const real t_y3wml = t_kzesb - t_ii2rr;
+    const real t_g3h3k_9 = SC2 * t_rnq74 + S_sq2 * t_y3wml;
+    const real t_36nyw = t_g3h3k_9 - t_kzesb;
+    const real t_3oa7e_4 = e2 * t_2p3ax - t_36nyw;
+    const real t_xf7dm = t_g3h3k_9 + t_ii2rr;
+    const real t_jlkjg_2 = cos_theta2 * t_vzw5l + sin_theta2 * t_gjegv;
+    const real t_qf4ba_4 = K(-2.0) * t_2p3ax - t_jlkjg_2;
+    const real t_vcyq7_2 = t_3exoa_5 + t_gmlsx;
+    const real t_sjggr_2 = t_vzw5l + t_gqyct;
+    const real t_3spsl = K(-2.0) * t_gmlsx + t_gjegv;
+    const real t_por6c_3 = sin_theta2 * t_sjggr_2 - cos_theta2 * t_3spsl;
+    const real t_exncb_3 = t_xf7dm - g_2 * t_vcyq7_2 + q_2 * t_por6c_3;
+    const real t_ehwug = t_lbh6o_2 * t_mdqke - wg_2 * t_vcyq7_2 - t_lbh6o * t_foni4 + wth_2 * t_exncb_3;
+    const real t_dfndn = t_6dtnj
+        + t_s62lc_2 * t_mdqke
+        + t_s62lc * t_foni4
+        + t_w6lcf * t_2wlkd
+        + t_gousg_2 * t_fr5ev
+        + t_gousg * t_jukof;
+    const real t_wvnpb = e2 * t_xogc5 + cos_theta2 * t_fr5ev + sin_theta2 * t_jukof;
+    const real t_xvabm = cos_phi2 * t_dfndn - sin_phi2 * t_wvnpb;
+    const real t_2vf4i = t_xogc5 + t_2wlkd;
+    const real t_frrg3 = eAss_2 * t_2p3ax
+        + t_xicwq * (me2 * t_vcyq7)
+        - F_t2 * t_xogc5
+        + Asc_2 * t_lslnf
+        + Ass_2 * t_3oa7e_4
+        - me2 * t_xf7dm
+        + Bc_2 * t_qf4ba_4
+        + t_ehwug
+        + t_rybsf * (cos_phi2 * (mv2 * t_xvabm) - Bs_2 * t_2vf4i);
+    const real t_3exoa_6 = SC1 * t_gqyct + S_sq1 * t_y4gir_2;
+    const real t_2p3ax_2 = t_3exoa_6 - t_jlh2t;
+    const real t_vcyq7_3 = t_gmlsx + t_3exoa_6;
+    const real t_z3kxt = cos_theta1 * t_mdqke + sin_theta1 * t_foni4;
+    const real t_tti4k = cos_theta1 * t_d6jz2 + sin_theta1 * t_642wk;
+    const real t_g3h3k_10 = SC1 * t_rnq74 + S_sq1 * t_y3wml;
+    const real t_36nyw_2 = t_g3h3k_10 - t_kzesb;
+    const real t_27ppg_4 = e1 * t_2p3ax_2 - t_36nyw_2;
+    const real t_xf7dm_2 = t_g3h3k_10 + t_ii2rr;
+    const real t_3cumd_2 = cos_theta1 * t_vzw5l + sin_theta1 * t_gjegv;
+    const real t_7py2h_4 = K(-2.0) * t_2p3ax_2 - t_3cumd_2;
+    const real t_vcyq7_4 = t_3exoa_6 + t_gmlsx;
+    const real t_dydou_3 = sin_theta1 * t_sjggr_2 - cos_theta1 * t_3spsl;
+    const real t_pwiry_3 = t_xf7dm_2 - g_1 * t_vcyq7_4 + q_1 * t_dydou_3;
+    const real t_d7ijc = t_mallh_2 * t_mdqke - wg_1 * t_vcyq7_4 - t_mallh * t_foni4 + wth_1 * t_pwiry_3;
+    const real t_wqbgv = e1 * t_z3kxt + cos_theta1 * t_fr5ev + sin_theta1 * t_jukof;
+    const real t_3el4l = cos_phi1 * t_dfndn - sin_phi1 * t_wqbgv;
+    const real t_fd57j = t_z3kxt + t_2wlkd;
+    const real t_jhuqj = eAss_1 * t_2p3ax_2
+        + t_rs5fr * (me1 * t_vcyq7_3)
+        - F_t1 * t_z3kxt
+        + Asc_1 * t_tti4k
+        + Ass_1 * t_27ppg_4
+        - me1 * t_xf7dm_2
+        + Bc_1 * t_7py2h_4
+        + t_d7ijc
+        + t_rybsf * (cos_phi1 * (mv1 * t_3el4l) - Bs_1 * t_fd57j);
+    const real t_znekw = t_rybsf + t_ga54v * (M_C * t_y4gir) + t_e5xvr - t_frrg3 - t_jhuqj;
+    const real t_j77iy = t_2ijrp * t_y4gir - t_hcgri - t_abwdq - t_tj6uc - t_2ej5d * t_znekw;
+    const real t_b7fsr = t_znekw * t_bm3wf;
+    const real t_dxvwf = W13 * t_mdqke;
+    const real t_cfofn = W12 * t_foni4;
+    const real t_aqxkc = t_dxvwf + t_cfofn - t_cvxlv;
+    const real t_3nknv = t_dxvwf + x[wy] * (x[wz] * t_2wlkd);
+    const real t_dblgl = t_hcgri - t_abwdq;
+    const real t_gxvcg = SC1 * t_gg3qh + S_sq1 * t_dblgl;
+    const real t_e3sty = t_gousg_2 * t_hcgri
+        - (t_s62lc_2 * t_kzesb + t_s62lc * t_tyzmg + t_w6lcf * t_r32ai)
+        + t_jfff6 * t_6dtnj;
+    const real t_j3eq2 = t_s62lc_2 * t_mbkdn
+        - t_s62lc * t_ii2rr
+        + t_w6lcf * t_24qz2
+        - t_gousg_2 * t_gg3qh
+        + t_gousg * t_abwdq
+        + t_ijkie * t_6dtnj;
+    const real t_azcw6 = sin_phi1 * (e1 * t_27ppg_4 - t_hcgri + t_gxvcg + t_tj6uc)
+        + cos_phi1 * (e1 * t_tti4k + cos_theta1 * t_e3sty + sin_theta1 * t_j3eq2);
+    const real t_tzrrh = sin_phi1 * t_azcw6 - t_tj6uc + t_6om56 * t_3el4l;
+    const real t_biwjn = k1 * t_tzrrh - sigma_sq1 * t_3el4l;
+    const real t_ozct2 = sin_phi1 * t_dfndn - p[l1] * t_fd57j + cos_phi1 * t_wqbgv;
+    const real t_gwo2k = loss_phi1 * t_ozct2 + t_6nwd2 * t_tzrrh;
+    const real t_2tecm = t_2p3ax_2 + t_3cumd_2 - t_cvxlv;
+    const real t_lovpj = t_w6lcf * t_cvxlv - (t_s62lc_2 * t_vzw5l + t_s62lc * t_gjegv) + t_cq2jk * t_6dtnj;
+    const real t_lel7h = p[l1] * t_2tecm
+        + sin_phi1 * (t_tti4k - t_aqrn5 * t_fd57j + t_lovpj)
+        + cos_phi1 * (t_36nyw_2 + e1 * t_7py2h_4 + sin_theta1 * t_24qz2 - cos_theta1 * t_r32ai)
+        + eta1 * t_ozct2;
+    const real t_vl5zp = t_4gp45 * t_vcyq7_3
+        - t_owkw5 * t_y4gir
+        - e1 * t_xf7dm_2
+        + t_abwdq
+        + t_gxvcg
+        + p[l1] * t_lel7h
+        + t_j77iy
+        + p[h1] * t_b7fsr;
+    const real t_cwkxd = p[l1] * t_gwo2k + p[I1] * t_vl5zp;
+    const real t_lwhgf_6 = t_rissy * t_cwkxd;
+    const real t_eazhf = t_gjegv - t_gmlsx - t_cvxlv;
+    const real t_42cbx = t_24qz2 - t_ii2rr;
+    const real t_rvnbz = t_tyzmg + t_r32ai;
+    const real t_6lloj_2 = q_1 * t_eazhf + cos_theta1 * t_42cbx + sin_theta1 * t_rvnbz;
+    const real t_x7mqi = g_1 * t_pwiry_3 + q_1 * t_6lloj_2 - t_abwdq - t_gxvcg;
+    const real t_qklxu = t_foni4 + t_2wlkd;
+    const real t_bfrw2 = q_1 * t_qklxu
+        + sin_theta1 * (g_1 * t_mdqke + t_fr5ev)
+        - cos_theta1 * (g_1 * t_foni4 + t_jukof);
+    const real t_umjhf = p[I1] * t_x7mqi + t_djlym * t_bfrw2;
+    const real t_lq6em_4 = t_7pofv * t_umjhf;
+    const real t_q66e3 = th_1 * t_bfrw2;
+    const real t_bjdt2_4 = p[I1] * t_q66e3;
+    const real t_3ako6_2 = wg_1 * t_dydou_3
+        + wq_1 * t_eazhf
+        + F_n1 * t_qklxu
+        + wth_1 * t_6lloj_2
+        - loss_theta1 * t_q66e3
+        + W12 * t_bjdt2_4
+        - t_zc3wv * (p[m1] * t_lq6em_4);
+    const real t_567yh = t_dxvwf - t_jlh2t;
+    const real t_s4j2x = x[wz] * t_mdqke + x[wy] * t_foni4;
+    const real t_wuetn = x[wx] * t_mdqke + x[wy] * t_2wlkd;
+    const real t_gxvcg_2 = SC2 * t_gg3qh + S_sq2 * t_dblgl;
+    const real t_citrw = sin_phi2 * (e2 * t_3oa7e_4 - t_hcgri + t_gxvcg_2 + t_tj6uc)
+        + cos_phi2 * (e2 * t_lslnf + cos_theta2 * t_e3sty + sin_theta2 * t_j3eq2);
+    const real t_u2hhg = sin_phi2 * t_citrw - t_tj6uc + t_bbpwa * t_xvabm;
+    const real t_dpg6n = k2 * t_u2hhg - sigma_sq2 * t_xvabm;
+    const real t_vrblq = sin_phi2 * t_dfndn - p[l2] * t_2vf4i + cos_phi2 * t_wvnpb;
+    const real t_343en = loss_phi2 * t_vrblq + t_popww * t_u2hhg;
+    const real t_tq3ge = t_2p3ax + t_jlkjg_2 - t_cvxlv;
+    const real t_ubd4d = p[l2] * t_tq3ge
+        + sin_phi2 * (t_lslnf - t_3hay7 * t_2vf4i + t_lovpj)
+        + cos_phi2 * (t_36nyw + e2 * t_qf4ba_4 + sin_theta2 * t_24qz2 - cos_theta2 * t_r32ai)
+        + eta2 * t_vrblq;
+    const real t_7glmk = t_wokz5 * t_vcyq7
+        - t_gy5fy * t_y4gir
+        - e2 * t_xf7dm
+        + t_abwdq
+        + t_gxvcg_2
+        + p[l2] * t_ubd4d
+        + t_j77iy
+        + p[h2] * t_b7fsr;
+    const real t_q3wys = p[l2] * t_343en + p[I2] * t_7glmk;
+    const real t_r7lp6_6 = t_7xzba * t_q3wys;
+    const real t_fzugm_2 = q_2 * t_eazhf + cos_theta2 * t_42cbx + sin_theta2 * t_rvnbz;
+    const real t_jsnre = g_2 * t_exncb_3 + q_2 * t_fzugm_2 - t_abwdq - t_gxvcg_2;
+    const real t_lnh4v = q_2 * t_qklxu
+        + sin_theta2 * (g_2 * t_mdqke + t_fr5ev)
+        - cos_theta2 * (g_2 * t_foni4 + t_jukof);
+    const real t_czn6d = p[I2] * t_jsnre + t_c6wyu * t_lnh4v;
+    const real t_toowl_4 = t_dkwtm * t_czn6d;
+    const real t_vgj6z = th_2 * t_lnh4v;
+    const real t_zynji_4 = p[I2] * t_vgj6z;
+    const real t_feemq_2 = wg_2 * t_por6c_3
+        + wq_2 * t_eazhf
+        + F_n2 * t_qklxu
+        + wth_2 * t_fzugm_2
+        - loss_theta2 * t_vgj6z
+        + W12 * t_zynji_4
+        - t_ilp7k * (p[m2] * t_toowl_4);
+    J_p[0] = t_bg6tu - t_piq3g * t_hh4qd - p[b] * t_zd44z;
+    J_p[1] = t_bg6tu - t_rvsxd * t_hh4qd - p[h0] * t_zd44z;
+    J_p[2] = t_qenrf - t_hh4qd;
+    J_p[3] = t_qenrf;
+    J_p[4] = t_tx5eq - (t_ryzwz + t_lp3lj);
+    J_p[5] = t_lp3lj - t_w3sc4 - t_tx5eq;
+    J_p[6] = -(t_3od45 * (p[m0] * t_hh4qd) + p[m0] * t_zd44z);
+    J_p[7] = t_u2li5 - t_hyr6q * (p[m] * t_hh4qd) - p[m] * t_zd44z;
+    J_p[8] = t_u2li5;
+    J_p[9] = cos_delta2 * (sin_delta1 * (t_bknng * t_xdn6i + t_mfkj3) + cos_delta1 * t_wfiwz)
+        + sin_delta2 * (t_msoxd - t_bknng * t_6os47);
     J_p[10] = SPLAT(K(0.0));
     J_p[11] = SPLAT(K(0.0));
-    J_p[12] = p[l1] * t_o7atx
-        + t_i7tkx * t_zrejm
-        - t_os4zj * t_ercla
-        + t_vb4md * t_odnx4
-        - t_7vbeu * t_y5b4h;
-    J_p[13] = B_1 * t_mjz7g
-        - t_7imwe * t_lqczz
-        + me1 * t_vsfc7
-        + t_3qn53 * t_kklji
-        + p[m1] * t_o7atx
-        - t_he5kr * (p[m1] * t_ercla)
-        - chi1 * (t_wmv32 * t_bqegi)
-        + cos_phi1 * (Wn1 * (w_x1 * t_bqegi) - t_e33xl)
-        + sin_phi1 * t_fnjdn;
-    J_p[14] = t_uccl2 - t_ljvgb * (me1 * t_7c5q4) + me1 * t_oxhx6;
-    J_p[15] = t_pnfpm
-        + x[phi1_dot] * t_du7rh
-        - x[theta1_dot] * t_q3knp
-        + th_1 * t_24stp
-        + t_3qn53 * t_llbw5
-        - t_ercla
-        + zeta1 * t_ensoy
-        - t_y5b4h;
-    J_p[16] = x[phi1_dot] * (t_obrzw + k1 * t_cbzi6) + x[theta1_dot] * (t_udaaj - q_1 * t_ensoy);
-    J_p[17] = p[l2] * t_tolgd
-        + t_j2e6f * t_5wzvs
-        - t_nfvux * t_4b4pj
-        + t_rseoo * t_mwbp3
-        - t_bnx3m * t_l56ct;
-    J_p[18] = B_2 * t_suajb
-        - t_4b2fa * t_q2upi
-        + me2 * t_4wb72
-        + t_54cbb * t_3dbm5
-        + p[m2] * t_tolgd
-        - t_frqfv * (p[m2] * t_4b4pj)
-        - chi2 * (t_nlamb * t_lixe2)
-        + cos_phi2 * (Wn2 * (w_x2 * t_lixe2) - t_xfmxd)
-        + sin_phi2 * t_yzwcm;
-    J_p[19] = t_km7fg - t_pshhe * (me2 * t_7c5q4) + me2 * t_oxhx6;
-    J_p[20] = t_pnfpm
-        + x[phi2_dot] * t_du7rh
-        - x[theta2_dot] * t_q3knp
-        + th_2 * t_gghf4
-        + t_54cbb * t_pfcin
-        - t_4b4pj
-        + zeta2 * t_fscfc
-        - t_l56ct;
-    J_p[21] = x[phi2_dot] * (t_obrzw + k2 * t_act7d) + x[theta2_dot] * (t_udaaj - q_2 * t_fscfc);
-    J_p[22] = t_7octy - t_piq3g * t_wlyzz - p[b] * t_qxmow;
-    J_p[23] = t_7octy - t_rvsxd * t_wlyzz - p[h0] * t_qxmow;
-    J_p[24] = t_hqbbl - t_wlyzz;
-    J_p[25] = t_hqbbl;
-    J_p[26] = t_pndrs - (t_hco6x + t_6qgnc);
-    J_p[27] = t_6qgnc - t_gvh3g - t_pndrs;
-    J_p[28] = -(t_xkwv2 * (p[m0] * t_wlyzz) + p[m0] * t_qxmow);
-    J_p[29] = t_ql2m6 - t_gfysi * (p[m] * t_wlyzz) - p[m] * t_qxmow;
-    J_p[30] = t_ql2m6;
-    J_p[31] = cos_delta2 * (sin_delta1 * (t_lwe76 * t_bqimq - t_qy4wp) + cos_delta1 * t_bifmc)
-        + sin_delta2 * (t_zwp7i - t_lwe76 * t_go7el);
+    J_p[12] = p[l1] * t_v73xn
+        + t_l2obv * t_gbl6n
+        - t_os4zj * t_lwhgf
+        + t_jhvh4 * t_f3iki
+        - t_kup26 * t_lq6em;
+    J_p[13] = B_1 * t_yzyyi
+        - t_pc5rt * t_azmp2
+        + me1 * t_dcrpn
+        + t_wywjk * t_mwf5m
+        + p[m1] * t_v73xn
+        - t_faclv * (p[m1] * t_lwhgf)
+        - chi1 * (t_l5lry * t_bjdt2)
+        + cos_phi1 * (Wn1 * (w_x1 * t_bjdt2) - t_z2e3t)
+        + sin_phi1 * t_3ako6;
+    J_p[14] = t_b4cxz - t_gmis5 * (me1 * t_hh4qd) + me1 * t_zd44z;
+    J_p[15] = t_67gqu
+        + x[phi1_dot] * t_fq2zi
+        - x[theta1_dot] * t_chler
+        + th_1 * t_n23um
+        + t_wywjk * t_b2cud
+        - t_lwhgf
+        + zeta1 * t_jnbi3
+        - t_lq6em;
+    J_p[16] = x[phi1_dot] * (t_dvpxy + k1 * t_e7lwk) + x[theta1_dot] * (t_6os47 - q_1 * t_jnbi3);
+    J_p[17] = p[l2] * t_caz7y
+        + t_wg3uy * t_jx6g7
+        - t_nfvux * t_r7lp6
+        + t_pyxkd * t_f3bbl
+        - t_7kgbz * t_toowl;
+    J_p[18] = B_2 * t_inf5e
+        - t_63ozv * t_bklhb
+        + me2 * t_tydis
+        + t_jzg7x * t_dqpos
+        + p[m2] * t_caz7y
+        - t_rioo4 * (p[m2] * t_r7lp6)
+        - chi2 * (t_dkl52 * t_zynji)
+        + cos_phi2 * (Wn2 * (w_x2 * t_zynji) - t_mfmfh)
+        + sin_phi2 * t_feemq;
+    J_p[19] = t_kutw3 - t_7gmp4 * (me2 * t_hh4qd) + me2 * t_zd44z;
+    J_p[20] = t_67gqu
+        + x[phi2_dot] * t_fq2zi
+        - x[theta2_dot] * t_chler
+        + th_2 * t_rcdte
+        + t_jzg7x * t_4oyca
+        - t_r7lp6
+        + zeta2 * t_23dqh
+        - t_toowl;
+    J_p[21] = x[phi2_dot] * (t_dvpxy + k2 * t_zgeiu) + x[theta2_dot] * (t_6os47 - q_2 * t_23dqh);
+    J_p[22] = t_qbu3p - t_piq3g * t_wahj2 - p[b] * t_zd44z_2;
+    J_p[23] = t_qbu3p - t_rvsxd * t_wahj2 - p[h0] * t_zd44z_2;
+    J_p[24] = t_d3ml5 - t_wahj2;
+    J_p[25] = t_d3ml5;
+    J_p[26] = t_p7mmy - (t_56e4c + t_o5oam);
+    J_p[27] = t_o5oam - t_33g4z - t_p7mmy;
+    J_p[28] = -(t_3od45 * (p[m0] * t_wahj2) + p[m0] * t_zd44z_2);
+    J_p[29] = t_wugjj - t_hyr6q * (p[m] * t_wahj2) - p[m] * t_zd44z_2;
+    J_p[30] = t_wugjj;
+    J_p[31] = cos_delta2 * (sin_delta1 * (t_bknng * t_v33gi - t_vwotn) + cos_delta1 * t_o6ygn)
+        + sin_delta2 * (t_5asmv - t_bknng * t_ks4b4);
     J_p[32] = SPLAT(K(0.0));
     J_p[33] = SPLAT(K(0.0));
-    J_p[34] = p[l1] * t_o7atx_2
-        + t_5u4vv * t_zrejm
-        - t_os4zj * t_ercla_2
-        + t_hpllp * t_odnx4
-        - t_7vbeu * t_y5b4h_2;
-    J_p[35] = B_1 * t_m26if
-        + t_7imwe * t_nq32y
-        + me1 * t_oberz
-        + t_3qn53 * t_kklji_2
-        + p[m1] * t_o7atx_2
-        - t_he5kr * (p[m1] * t_ercla_2)
-        - chi1 * (t_wmv32 * t_bqegi_2)
-        + cos_phi1 * (Wn1 * (w_x1 * t_bqegi_2) - t_kpyam)
-        + sin_phi1 * t_fnhyz;
-    J_p[36] = t_c55qv - t_ljvgb * (me1 * t_wlyzz) + me1 * t_qxmow;
-    J_p[37] = t_cazgo
-        + x[phi1_dot] * t_qs234
-        + x[theta1_dot] * t_4y4m3
-        + th_1 * t_kglj6
-        + t_3qn53 * t_ui67w
-        - t_ercla_2
-        + zeta1 * t_asmqb
-        - t_y5b4h_2;
-    J_p[38] = x[phi1_dot] * (k1 * t_vaklm - t_4qdk2) + x[theta1_dot] * (t_go7el - q_1 * t_asmqb);
-    J_p[39] = p[l2] * t_tolgd_2
-        + t_5pt5l * t_5wzvs
-        - t_nfvux * t_4b4pj_2
-        + t_fndcz * t_mwbp3
-        - t_bnx3m * t_l56ct_2;
-    J_p[40] = B_2 * t_qfnde
-        + t_4b2fa * t_n36lt
-        + me2 * t_2eij5
-        + t_54cbb * t_3dbm5_2
-        + p[m2] * t_tolgd_2
-        - t_frqfv * (p[m2] * t_4b4pj_2)
-        - chi2 * (t_nlamb * t_lixe2_2)
-        + cos_phi2 * (Wn2 * (w_x2 * t_lixe2_2) - t_diwdm)
-        + sin_phi2 * t_uptot;
-    J_p[41] = t_np5m7 - t_pshhe * (me2 * t_wlyzz) + me2 * t_qxmow;
-    J_p[42] = t_cazgo
-        + x[phi2_dot] * t_qs234
-        + x[theta2_dot] * t_4y4m3
-        + th_2 * t_vmdar
-        + t_54cbb * t_iyjxa
-        - t_4b4pj_2
-        + zeta2 * t_kkxzm
-        - t_l56ct_2;
-    J_p[43] = x[phi2_dot] * (k2 * t_w6bi2 - t_4qdk2) + x[theta2_dot] * (t_go7el - q_2 * t_kkxzm);
-    J_p[44] = t_piq3g * t_hrahl + t_cgwgg - p[b] * t_22ce4;
-    J_p[45] = t_rvsxd * t_hrahl + t_cgwgg - p[h0] * t_22ce4;
-    J_p[46] = t_hrahl + t_6g3zz;
-    J_p[47] = t_6g3zz;
-    J_p[48] = t_l53dc - t_vxg33 + t_6p5gv;
-    J_p[49] = t_jeu2k - t_l53dc - t_6p5gv;
-    J_p[50] = t_xkwv2 * (p[m0] * t_hrahl) - p[m0] * t_22ce4;
-    J_p[51] = t_gfysi * (p[m] * t_hrahl) + t_r2hb6 - p[m] * t_22ce4;
-    J_p[52] = t_r2hb6;
-    J_p[53] = cos_delta2 * (sin_delta1 * (t_lwe76 * t_hiifd - t_vnl6o) + cos_delta1 * t_uivwz)
-        + sin_delta2 * (t_lwe76 * t_5u7wz + t_gws4q);
+    J_p[34] = p[l1] * t_v73xn_2
+        + t_suolb * t_gbl6n
+        - t_os4zj * t_lwhgf_2
+        + t_qjv7t * t_f3iki
+        - t_kup26 * t_lq6em_2;
+    J_p[35] = B_1 * t_5zz7k
+        + t_pc5rt * t_2g2dm
+        + me1 * t_qneoy
+        + t_wywjk * t_mwf5m_2
+        + p[m1] * t_v73xn_2
+        - t_faclv * (p[m1] * t_lwhgf_2)
+        - chi1 * (t_l5lry * t_bjdt2_2)
+        + cos_phi1 * (Wn1 * (w_x1 * t_bjdt2_2) - t_5wkwt)
+        + sin_phi1 * t_7usdv;
+    J_p[36] = t_tyzej - t_gmis5 * (me1 * t_wahj2) + me1 * t_zd44z_2;
+    J_p[37] = t_lmxhs
+        + x[phi1_dot] * t_pt2sl
+        + x[theta1_dot] * t_znxqo
+        + th_1 * t_jvqgl
+        + t_wywjk * t_cmxli
+        - t_lwhgf_2
+        + zeta1 * t_36jgz
+        - t_lq6em_2;
+    J_p[38] = x[phi1_dot] * (k1 * t_s2oqi - t_zqkw7) + x[theta1_dot] * (t_ks4b4 - q_1 * t_36jgz);
+    J_p[39] = p[l2] * t_caz7y_2
+        + t_2yuae * t_jx6g7
+        - t_nfvux * t_r7lp6_2
+        + t_wofmd * t_f3bbl
+        - t_7kgbz * t_toowl_2;
+    J_p[40] = B_2 * t_4foc7
+        + t_63ozv * t_g36qj
+        + me2 * t_mvn5m
+        + t_jzg7x * t_dqpos_2
+        + p[m2] * t_caz7y_2
+        - t_rioo4 * (p[m2] * t_r7lp6_2)
+        - chi2 * (t_dkl52 * t_zynji_2)
+        + cos_phi2 * (Wn2 * (w_x2 * t_zynji_2) - t_bdc7u)
+        + sin_phi2 * t_ytspw;
+    J_p[41] = t_i4vpo - t_7gmp4 * (me2 * t_wahj2) + me2 * t_zd44z_2;
+    J_p[42] = t_lmxhs
+        + x[phi2_dot] * t_pt2sl
+        + x[theta2_dot] * t_znxqo
+        + th_2 * t_qqg5y
+        + t_jzg7x * t_rjkyk
+        - t_r7lp6_2
+        + zeta2 * t_2rvoz
+        - t_toowl_2;
+    J_p[43] = x[phi2_dot] * (k2 * t_2e4df - t_zqkw7) + x[theta2_dot] * (t_ks4b4 - q_2 * t_2rvoz);
+    J_p[44] = t_piq3g * t_h62q6 + t_3so7g - p[b] * t_zmzuu;
+    J_p[45] = t_rvsxd * t_h62q6 + t_3so7g - p[h0] * t_zmzuu;
+    J_p[46] = t_h62q6 + t_tjayu;
+    J_p[47] = t_tjayu;
+    J_p[48] = t_fkcbf - t_gfiia + t_ggwsw;
+    J_p[49] = t_3jsp4 - t_fkcbf - t_ggwsw;
+    J_p[50] = t_3od45 * (p[m0] * t_h62q6) - p[m0] * t_zmzuu;
+    J_p[51] = t_hyr6q * (p[m] * t_h62q6) + t_rbq3c - p[m] * t_zmzuu;
+    J_p[52] = t_rbq3c;
+    J_p[53] = cos_delta2 * (sin_delta1 * (t_bknng * t_gcnkg - t_j6v2c) + cos_delta1 * t_zfxmm)
+        + sin_delta2 * (t_bknng * t_iavt3 + t_txdlp);
     J_p[54] = SPLAT(K(0.0));
     J_p[55] = SPLAT(K(0.0));
-    J_p[56] = p[l1] * t_o7atx_3
-        + t_5u4vv_2 * t_zrejm
-        - t_os4zj * t_ercla_3
-        + t_ppg25 * t_odnx4
-        - t_7vbeu * t_y5b4h_3;
-    J_p[57] = B_1 * t_o2pvm
-        + t_7imwe * t_4gdq7
-        + me1 * t_3meip
-        + t_3qn53 * t_kklji_3
-        + p[m1] * t_o7atx_3
-        - t_he5kr * (p[m1] * t_ercla_3)
-        - chi1 * (t_wmv32 * t_bqegi_3)
-        + cos_phi1 * (Wn1 * (w_x1 * t_bqegi_3) - t_it4uz)
-        + sin_phi1 * t_u5mev;
-    J_p[58] = t_ljvgb * (me1 * t_hrahl) + t_yholv + me1 * t_22ce4;
-    J_p[59] = t_4wxnv
-        + x[phi1_dot] * t_ni2aj
-        - x[theta1_dot] * t_ijk7m
-        + th_1 * t_kglj6_2
-        + t_3qn53 * t_cme3h
-        - t_ercla_3
-        + zeta1 * t_62y2u
-        - t_y5b4h_3;
-    J_p[60] = x[phi1_dot] * (t_ihufo + k1 * t_2varh) - x[theta1_dot] * (t_5u7wz + q_1 * t_62y2u);
-    J_p[61] = p[l2] * t_tolgd_3
-        + t_5pt5l_2 * t_5wzvs
-        - t_nfvux * t_4b4pj_3
-        + t_wumss * t_mwbp3
-        - t_bnx3m * t_l56ct_3;
-    J_p[62] = B_2 * t_yprkx
-        + t_4b2fa * t_2quf7
-        + me2 * t_egvqh
-        + t_54cbb * t_3dbm5_3
-        + p[m2] * t_tolgd_3
-        - t_frqfv * (p[m2] * t_4b4pj_3)
-        - chi2 * (t_nlamb * t_lixe2_3)
-        + cos_phi2 * (Wn2 * (w_x2 * t_lixe2_3) - t_mblmb)
-        + sin_phi2 * t_noyuv;
-    J_p[63] = t_pshhe * (me2 * t_hrahl) + t_loauz + me2 * t_22ce4;
-    J_p[64] = t_4wxnv
-        + x[phi2_dot] * t_ni2aj
-        - x[theta2_dot] * t_ijk7m
-        + th_2 * t_vmdar_2
-        + t_54cbb * t_sfyji
-        - t_4b4pj_3
-        + zeta2 * t_47qru
-        - t_l56ct_3;
-    J_p[65] = x[phi2_dot] * (t_ihufo + k2 * t_5r6ig) - x[theta2_dot] * (t_5u7wz + q_2 * t_47qru);
-    J_p[66] = t_piq3g * t_yxsms + t_nlb6j + p[b] * t_qgw5e;
-    J_p[67] = t_rvsxd * t_yxsms + t_nlb6j + p[h0] * t_qgw5e;
-    J_p[68] = t_yxsms + t_i3fhy;
-    J_p[69] = t_i3fhy;
-    J_p[70] = t_o4hiw - t_qnupi + t_vv2pk;
-    J_p[71] = t_qnupi - t_i4myd - t_vv2pk;
-    J_p[72] = t_xkwv2 * (p[m0] * t_yxsms) + p[m0] * t_qgw5e;
-    J_p[73] = t_gfysi * (p[m] * t_yxsms) - t_7abzy + p[m] * t_qgw5e;
-    J_p[74] = -t_7abzy;
-    J_p[75] = cos_delta2 * (cos_delta1 * t_fzl2a - sin_delta1 * (t_lwe76 * t_nfkwa + t_5wlzs))
-        + sin_delta2 * (t_ltkoi - t_cv2jl);
+    J_p[56] = p[l1] * t_v73xn_3
+        + t_suolb_2 * t_gbl6n
+        - t_os4zj * t_lwhgf_3
+        + t_i5wne * t_f3iki
+        - t_kup26 * t_lq6em_3;
+    J_p[57] = B_1 * t_o24f5
+        + t_pc5rt * t_vjh35
+        + me1 * t_tfcrw
+        + t_wywjk * t_mwf5m_3
+        + p[m1] * t_v73xn_3
+        - t_faclv * (p[m1] * t_lwhgf_3)
+        - chi1 * (t_l5lry * t_bjdt2_3)
+        + cos_phi1 * (Wn1 * (w_x1 * t_bjdt2_3) - t_nyera)
+        + sin_phi1 * t_nnxn3;
+    J_p[58] = t_gmis5 * (me1 * t_h62q6) + t_r5u27 + me1 * t_zmzuu;
+    J_p[59] = t_l6uad
+        + x[phi1_dot] * t_fbygo
+        - x[theta1_dot] * t_pp6px
+        + th_1 * t_jvqgl_2
+        + t_wywjk * t_bd2qx
+        - t_lwhgf_3
+        + zeta1 * t_sqcad
+        - t_lq6em_3;
+    J_p[60] = x[phi1_dot] * (t_mujin + k1 * t_su7bo) - x[theta1_dot] * (t_iavt3 + q_1 * t_sqcad);
+    J_p[61] = p[l2] * t_caz7y_3
+        + t_2yuae_2 * t_jx6g7
+        - t_nfvux * t_r7lp6_3
+        + t_jev6s * t_f3bbl
+        - t_7kgbz * t_toowl_3;
+    J_p[62] = B_2 * t_c2v6o
+        + t_63ozv * t_skdil
+        + me2 * t_3agmn
+        + t_jzg7x * t_dqpos_3
+        + p[m2] * t_caz7y_3
+        - t_rioo4 * (p[m2] * t_r7lp6_3)
+        - chi2 * (t_dkl52 * t_zynji_3)
+        + cos_phi2 * (Wn2 * (w_x2 * t_zynji_3) - t_wwqqq)
+        + sin_phi2 * t_el5mg;
+    J_p[63] = t_7gmp4 * (me2 * t_h62q6) + t_7diz5 + me2 * t_zmzuu;
+    J_p[64] = t_l6uad
+        + x[phi2_dot] * t_fbygo
+        - x[theta2_dot] * t_pp6px
+        + th_2 * t_qqg5y_2
+        + t_jzg7x * t_xq536
+        - t_r7lp6_3
+        + zeta2 * t_ylzfa
+        - t_toowl_3;
+    J_p[65] = x[phi2_dot] * (t_mujin + k2 * t_cjwyj) - x[theta2_dot] * (t_iavt3 + q_2 * t_ylzfa);
+    J_p[66] = t_piq3g * t_i5zyu + t_c3yx6 + p[b] * t_tucuo;
+    J_p[67] = t_rvsxd * t_i5zyu + t_c3yx6 + p[h0] * t_tucuo;
+    J_p[68] = t_i5zyu + t_6dxi3;
+    J_p[69] = t_6dxi3;
+    J_p[70] = t_bintu_4 - t_gse6p + t_ab5wf;
+    J_p[71] = t_gse6p - t_qmuqq - t_ab5wf;
+    J_p[72] = t_3od45 * (p[m0] * t_i5zyu) + p[m0] * t_tucuo;
+    J_p[73] = t_hyr6q * (p[m] * t_i5zyu) - t_m77il + p[m] * t_tucuo;
+    J_p[74] = -t_m77il;
+    J_p[75] = cos_delta2 * (cos_delta1 * t_dsnee - sin_delta1 * (t_bknng * t_6dtnj_6 + t_ocu7b))
+        + sin_delta2 * (t_7ch2f - t_azq3t);
     J_p[76] = SPLAT(K(0.0));
     J_p[77] = SPLAT(K(0.0));
-    J_p[78] = p[l1] * t_tvyof
-        + t_7knuz * t_zrejm
-        - t_os4zj * t_ercla_4
-        + t_4ie34 * t_odnx4
-        - t_7vbeu * t_kkoe3;
-    J_p[79] = B_1 * t_iedir
-        + t_7imwe * t_rbpqq
-        + me1 * t_7hpqx
-        + t_3qn53 * t_fma33
-        + p[m1] * t_tvyof
-        - t_he5kr * (p[m1] * t_ercla_4)
-        - chi1 * (t_wmv32 * t_aupmt)
-        + cos_phi1 * (Wn1 * (w_x1 * t_aupmt) - t_stoz2)
-        + sin_phi1 * t_icgjq;
-    J_p[80] = t_ljvgb * (me1 * t_yxsms) + t_f2nr7 - me1 * t_qgw5e;
-    J_p[81] = t_y7zws
-        + x[phi1_dot] * t_lipgc
-        + x[theta1_dot] * t_cmraw
-        + th_1 * t_za5dl
-        + t_3qn53 * t_cd5og
-        - t_ercla_4
-        + zeta1 * t_f2tpv
-        - t_kkoe3;
-    J_p[82] = x[phi1_dot] * (t_ctsrf + k1 * t_cb3md) + x[theta1_dot] * (t_zwjps - q_1 * t_f2tpv);
-    J_p[83] = p[l2] * t_dd3ts
-        + t_mljqp * t_5wzvs
-        - t_nfvux * t_4b4pj_4
-        + t_xdxnz * t_mwbp3
-        - t_bnx3m * t_tyy4r;
-    J_p[84] = B_2 * t_glfmy
-        + t_4b2fa * t_5jp42
-        + me2 * t_v4lg4
-        + t_54cbb * t_ptp52
-        + p[m2] * t_dd3ts
-        - t_frqfv * (p[m2] * t_4b4pj_4)
-        - chi2 * (t_nlamb * t_acy46)
-        + cos_phi2 * (Wn2 * (w_x2 * t_acy46) - t_wrrdc)
-        + sin_phi2 * t_vqsme;
-    J_p[85] = t_pshhe * (me2 * t_yxsms) + t_v5hq5 - me2 * t_qgw5e;
-    J_p[86] = t_y7zws
-        + x[phi2_dot] * t_lipgc
-        + x[theta2_dot] * t_cmraw
-        + th_2 * t_6azrf
-        + t_54cbb * t_3kd7h
-        - t_4b4pj_4
-        + zeta2 * t_m65kk
-        - t_tyy4r;
-    J_p[87] = x[phi2_dot] * (t_ctsrf + k2 * t_f2qky) + x[theta2_dot] * (t_zwjps - q_2 * t_m65kk);
-    J_p[88] = t_piq3g * t_25meg + t_otwms + p[b] * t_22ce4_2;
-    J_p[89] = t_rvsxd * t_25meg + t_otwms + p[h0] * t_22ce4_2;
-    J_p[90] = t_25meg + t_kxqwd;
-    J_p[91] = t_kxqwd;
-    J_p[92] = t_hxdw7 - t_376fm + t_fp5ww;
-    J_p[93] = t_376fm - t_bnvxt - t_fp5ww;
-    J_p[94] = t_xkwv2 * (p[m0] * t_25meg) + p[m0] * t_22ce4_2;
-    J_p[95] = t_gfysi * (p[m] * t_25meg) - t_2qijq + p[m] * t_22ce4_2;
-    J_p[96] = -t_2qijq;
-    J_p[97] = cos_delta2 * (cos_delta1 * t_4wxpe - sin_delta1 * (t_cv2jl + t_mrgyy))
-        + sin_delta2 * (t_f72r2 - t_lwe76 * t_kchpi);
+    J_p[78] = p[l1] * t_pzl6x
+        + t_32ppb * t_gbl6n
+        - t_os4zj * t_lwhgf_4
+        + t_azan2 * t_f3iki
+        - t_kup26 * t_et3nk;
+    J_p[79] = B_1 * t_2gqvd
+        + t_pc5rt * t_re6ie
+        + me1 * t_y7ncy
+        + t_wywjk * t_ja5rc
+        + p[m1] * t_pzl6x
+        - t_faclv * (p[m1] * t_lwhgf_4)
+        - chi1 * (t_l5lry * t_fe5y6)
+        + cos_phi1 * (Wn1 * (w_x1 * t_fe5y6) - t_2swqf)
+        + sin_phi1 * t_dgbmf;
+    J_p[80] = t_gmis5 * (me1 * t_i5zyu) + t_gygoz - me1 * t_tucuo;
+    J_p[81] = t_lqk34
+        + x[phi1_dot] * t_62m5s
+        + x[theta1_dot] * t_7bqcz
+        + th_1 * t_bx7qi
+        + t_wywjk * t_lgsat
+        - t_lwhgf_4
+        + zeta1 * t_4xbmh
+        - t_et3nk;
+    J_p[82] = x[phi1_dot] * (t_4sbjs + k1 * t_mufsu) + x[theta1_dot] * (t_bintu_13 - q_1 * t_4xbmh);
+    J_p[83] = p[l2] * t_mmx3j
+        + t_cwlze * t_jx6g7
+        - t_nfvux * t_r7lp6_4
+        + t_fg7zh * t_f3bbl
+        - t_7kgbz * t_oxypx;
+    J_p[84] = B_2 * t_ffs3v
+        + t_63ozv * t_zodex
+        + me2 * t_f6iu3
+        + t_jzg7x * t_jtb6o
+        + p[m2] * t_mmx3j
+        - t_rioo4 * (p[m2] * t_r7lp6_4)
+        - chi2 * (t_dkl52 * t_ozxus)
+        + cos_phi2 * (Wn2 * (w_x2 * t_ozxus) - t_6iebe)
+        + sin_phi2 * t_omzpi;
+    J_p[85] = t_7gmp4 * (me2 * t_i5zyu) + t_djqbb - me2 * t_tucuo;
+    J_p[86] = t_lqk34
+        + x[phi2_dot] * t_62m5s
+        + x[theta2_dot] * t_7bqcz
+        + th_2 * t_k25he
+        + t_jzg7x * t_dbvxl
+        - t_r7lp6_4
+        + zeta2 * t_bb4ee
+        - t_oxypx;
+    J_p[87] = x[phi2_dot] * (t_4sbjs + k2 * t_ll7wm) + x[theta2_dot] * (t_bintu_13 - q_2 * t_bb4ee);
+    J_p[88] = t_piq3g * t_orqmj + t_yjlwm + p[b] * t_zmzuu_2;
+    J_p[89] = t_rvsxd * t_orqmj + t_yjlwm + p[h0] * t_zmzuu_2;
+    J_p[90] = t_orqmj + t_i5s4h;
+    J_p[91] = t_i5s4h;
+    J_p[92] = t_lzhcv_6 - t_2uivd + t_idep2;
+    J_p[93] = t_2uivd - t_iuknt - t_idep2;
+    J_p[94] = t_3od45 * (p[m0] * t_orqmj) + p[m0] * t_zmzuu_2;
+    J_p[95] = t_hyr6q * (p[m] * t_orqmj) - t_qc5we + p[m] * t_zmzuu_2;
+    J_p[96] = -t_qc5we;
+    J_p[97] = cos_delta2 * (cos_delta1 * t_xtbzj - sin_delta1 * (t_azq3t + t_bagmr))
+        + sin_delta2 * (t_c7n26 - t_bknng * t_nmaqm);
     J_p[98] = SPLAT(K(0.0));
     J_p[99] = SPLAT(K(0.0));
-    J_p[100] = p[l1] * t_o7atx_4
-        + t_5u4vv_3 * t_zrejm
-        - t_os4zj * t_ercla_5
-        + t_erdcw * t_odnx4
-        - t_7vbeu * t_ta3hd;
-    J_p[101] = B_1 * t_vcvng
-        + t_7imwe * t_e3grk
-        + me1 * t_xqmwg
-        + t_3qn53 * t_kklji_4
-        + p[m1] * t_o7atx_4
-        - t_he5kr * (p[m1] * t_ercla_5)
-        - chi1 * (t_wmv32 * t_6cxzu)
-        + cos_phi1 * (Wn1 * (w_x1 * t_6cxzu) - t_edjoe)
-        + sin_phi1 * t_kcoqj;
-    J_p[102] = t_ljvgb * (me1 * t_25meg) + t_6bhi2 - me1 * t_22ce4_2;
-    J_p[103] = t_zbc4o
-        + x[phi1_dot] * t_vzsco
-        + x[theta1_dot] * t_6zjra
-        + th_1 * t_rhrdp
-        + t_3qn53 * t_wvbhw
-        - t_ercla_5
-        + zeta1 * t_pk7tu
-        - t_ta3hd;
-    J_p[104] = x[phi1_dot] * (t_ht423 + k1 * t_cfw2w) + x[theta1_dot] * (t_kchpi - q_1 * t_pk7tu);
-    J_p[105] = p[l2] * t_tolgd_4
-        + t_5pt5l_3 * t_5wzvs
-        - t_nfvux * t_4b4pj_5
-        + t_vwpie * t_mwbp3
-        - t_bnx3m * t_i55mr;
-    J_p[106] = B_2 * t_jz2uj
-        + t_4b2fa * t_uyclk
-        + me2 * t_nxose
-        + t_54cbb * t_3dbm5_4
-        + p[m2] * t_tolgd_4
-        - t_frqfv * (p[m2] * t_4b4pj_5)
-        - chi2 * (t_nlamb * t_tmp4k)
-        + cos_phi2 * (Wn2 * (w_x2 * t_tmp4k) - t_umuhm)
-        + sin_phi2 * t_n3h3i;
-    J_p[107] = t_pshhe * (me2 * t_25meg) + t_vr3r7 - me2 * t_22ce4_2;
-    J_p[108] = t_zbc4o
-        + x[phi2_dot] * t_vzsco
-        + x[theta2_dot] * t_6zjra
-        + th_2 * t_j5fut
-        + t_54cbb * t_yhi4d
-        - t_4b4pj_5
-        + zeta2 * t_pbqrx
-        - t_i55mr;
-    J_p[109] = x[phi2_dot] * (t_ht423 + k2 * t_vauux) + x[theta2_dot] * (t_kchpi - q_2 * t_pbqrx);
-    J_p[110] = t_z7vjm - t_piq3g * t_rrdun - p[b] * t_otm57;
-    J_p[111] = t_z7vjm - t_rvsxd * t_rrdun - p[h0] * t_otm57;
-    J_p[112] = t_xq4wq - t_rrdun;
-    J_p[113] = t_xq4wq;
-    J_p[114] = t_npcpu - (t_j6rcz + t_lx5yn);
-    J_p[115] = t_lx5yn - t_rausi - t_npcpu;
-    J_p[116] = -(t_xkwv2 * (p[m0] * t_rrdun) + p[m0] * t_otm57);
-    J_p[117] = t_vfkyv - t_gfysi * (p[m] * t_rrdun) - p[m] * t_otm57;
-    J_p[118] = t_vfkyv;
-    J_p[119] = cos_delta2 * (sin_delta1 * (t_lwe76 * t_2r4jw - t_4eemy) + cos_delta1 * t_f4mcc)
-        + sin_delta2 * (t_3vvwh - t_lwe76 * t_mihqv);
+    J_p[100] = p[l1] * t_v73xn_4
+        + t_suolb_3 * t_gbl6n
+        - t_os4zj * t_lwhgf_5
+        + t_omdyb * t_f3iki
+        - t_kup26 * t_sl6na;
+    J_p[101] = B_1 * t_lenlm
+        + t_pc5rt * t_feout
+        + me1 * t_2ao2x
+        + t_wywjk * t_mwf5m_4
+        + p[m1] * t_v73xn_4
+        - t_faclv * (p[m1] * t_lwhgf_5)
+        - chi1 * (t_l5lry * t_dqu6b)
+        + cos_phi1 * (Wn1 * (w_x1 * t_dqu6b) - t_ikpbo)
+        + sin_phi1 * t_iwk5q;
+    J_p[102] = t_gmis5 * (me1 * t_orqmj) + t_vpnnd - me1 * t_zmzuu_2;
+    J_p[103] = t_5thw3
+        + x[phi1_dot] * t_ipdv3
+        + x[theta1_dot] * t_y6ai3
+        + th_1 * t_ko4wb
+        + t_wywjk * t_wu2ty
+        - t_lwhgf_5
+        + zeta1 * t_kjsmj
+        - t_sl6na;
+    J_p[104] = x[phi1_dot] * (t_4tcd4 + k1 * t_gbriq) + x[theta1_dot] * (t_nmaqm - q_1 * t_kjsmj);
+    J_p[105] = p[l2] * t_caz7y_4
+        + t_2yuae_3 * t_jx6g7
+        - t_nfvux * t_r7lp6_5
+        + t_moyzw * t_f3bbl
+        - t_7kgbz * t_ja2a3;
+    J_p[106] = B_2 * t_pwu3s
+        + t_63ozv * t_e4i3n
+        + me2 * t_biq7y
+        + t_jzg7x * t_dqpos_4
+        + p[m2] * t_caz7y_4
+        - t_rioo4 * (p[m2] * t_r7lp6_5)
+        - chi2 * (t_dkl52 * t_gt7dy)
+        + cos_phi2 * (Wn2 * (w_x2 * t_gt7dy) - t_b4pbh)
+        + sin_phi2 * t_aqned;
+    J_p[107] = t_7gmp4 * (me2 * t_orqmj) + t_yn7di - me2 * t_zmzuu_2;
+    J_p[108] = t_5thw3
+        + x[phi2_dot] * t_ipdv3
+        + x[theta2_dot] * t_y6ai3
+        + th_2 * t_qdorn
+        + t_jzg7x * t_slll2
+        - t_r7lp6_5
+        + zeta2 * t_wekj7
+        - t_ja2a3;
+    J_p[109] = x[phi2_dot] * (t_4tcd4 + k2 * t_apdu6) + x[theta2_dot] * (t_nmaqm - q_2 * t_wekj7);
+    J_p[110] = t_j77iy - t_piq3g * t_y4gir - p[b] * t_b7fsr;
+    J_p[111] = t_j77iy - t_rvsxd * t_y4gir - p[h0] * t_b7fsr;
+    J_p[112] = t_aqxkc - t_y4gir;
+    J_p[113] = t_aqxkc;
+    J_p[114] = t_3nknv - (t_jlh2t + t_cfofn);
+    J_p[115] = t_cfofn - t_gmlsx - t_3nknv;
+    J_p[116] = -(t_3od45 * (p[m0] * t_y4gir) + p[m0] * t_b7fsr);
+    J_p[117] = t_e5xvr - t_hyr6q * (p[m] * t_y4gir) - p[m] * t_b7fsr;
+    J_p[118] = t_e5xvr;
+    J_p[119] = cos_delta2 * (sin_delta1 * (t_bknng * t_mdqke - t_fr5ev) + cos_delta1 * t_dfndn)
+        + sin_delta2 * (t_jukof - t_bknng * t_foni4);
     J_p[120] = SPLAT(K(0.0));
     J_p[121] = SPLAT(K(0.0));
-    J_p[122] = p[l1] * t_yxk4u
-        + t_csoxn * t_zrejm
-        - t_os4zj * t_ercla_6
-        + t_7m6oi * t_odnx4
-        - t_7vbeu * t_y5b4h_4;
-    J_p[123] = B_1 * t_tojad
-        - t_7imwe * t_nro6n
-        + me1 * t_yqhlt
-        + t_3qn53 * t_5snd3
-        + p[m1] * t_yxk4u
-        - t_he5kr * (p[m1] * t_ercla_6)
-        - chi1 * (t_wmv32 * t_bqegi_4)
-        + cos_phi1 * (Wn1 * (w_x1 * t_bqegi_4) - t_aat5r)
-        + sin_phi1 * t_fnjdn_2;
-    J_p[124] = t_3sngi - t_ljvgb * (me1 * t_rrdun) + me1 * t_otm57;
-    J_p[125] = t_54ccu
-        + x[phi1_dot] * t_l6bcn
-        - x[theta1_dot] * t_qkqmh
-        + th_1 * t_j4viv
-        + t_3qn53 * t_ixby4
-        - t_ercla_6
-        + zeta1 * t_yp7dg
-        - t_y5b4h_4;
-    J_p[126] = x[phi1_dot] * (t_n52wr + k1 * t_s6ooh) + x[theta1_dot] * (t_mihqv - q_1 * t_yp7dg);
-    J_p[127] = p[l2] * t_7xhni
-        + t_q5srp * t_5wzvs
-        - t_nfvux * t_4b4pj_6
-        + t_gnwc4 * t_mwbp3
-        - t_bnx3m * t_l56ct_4;
-    J_p[128] = B_2 * t_d3gno
-        - t_4b2fa * t_ngixx
-        + me2 * t_rvi5q
-        + t_54cbb * t_x35r2
-        + p[m2] * t_7xhni
-        - t_frqfv * (p[m2] * t_4b4pj_6)
-        - chi2 * (t_nlamb * t_lixe2_4)
-        + cos_phi2 * (Wn2 * (w_x2 * t_lixe2_4) - t_ewto5)
-        + sin_phi2 * t_yzwcm_2;
-    J_p[129] = t_yz64k - t_pshhe * (me2 * t_rrdun) + me2 * t_otm57;
-    J_p[130] = t_54ccu
-        + x[phi2_dot] * t_l6bcn
-        - x[theta2_dot] * t_qkqmh
-        + th_2 * t_wszdh
-        + t_54cbb * t_nzysr
-        - t_4b4pj_6
-        + zeta2 * t_zajmc
-        - t_l56ct_4;
-    J_p[131] = x[phi2_dot] * (t_n52wr + k2 * t_4xhpw) + x[theta2_dot] * (t_mihqv - q_2 * t_zajmc);
+    J_p[122] = p[l1] * t_biwjn
+        + t_cwkxd * t_gbl6n
+        - t_os4zj * t_lwhgf_6
+        + t_umjhf * t_f3iki
+        - t_kup26 * t_lq6em_4;
+    J_p[123] = B_1 * t_2tecm
+        - t_pc5rt * t_fd57j
+        + me1 * t_lel7h
+        + t_wywjk * t_gwo2k
+        + p[m1] * t_biwjn
+        - t_faclv * (p[m1] * t_lwhgf_6)
+        - chi1 * (t_l5lry * t_bjdt2_4)
+        + cos_phi1 * (Wn1 * (w_x1 * t_bjdt2_4) - t_d7ijc)
+        + sin_phi1 * t_3ako6_2;
+    J_p[124] = t_jhuqj - t_gmis5 * (me1 * t_y4gir) + me1 * t_b7fsr;
+    J_p[125] = t_567yh
+        + x[phi1_dot] * t_s4j2x
+        - x[theta1_dot] * t_wuetn
+        + th_1 * t_x7mqi
+        + t_wywjk * t_vl5zp
+        - t_lwhgf_6
+        + zeta1 * t_q66e3
+        - t_lq6em_4;
+    J_p[126] = x[phi1_dot] * (t_2wlkd + k1 * t_ozct2) + x[theta1_dot] * (t_foni4 - q_1 * t_q66e3);
+    J_p[127] = p[l2] * t_dpg6n
+        + t_q3wys * t_jx6g7
+        - t_nfvux * t_r7lp6_6
+        + t_czn6d * t_f3bbl
+        - t_7kgbz * t_toowl_4;
+    J_p[128] = B_2 * t_tq3ge
+        - t_63ozv * t_2vf4i
+        + me2 * t_ubd4d
+        + t_jzg7x * t_343en
+        + p[m2] * t_dpg6n
+        - t_rioo4 * (p[m2] * t_r7lp6_6)
+        - chi2 * (t_dkl52 * t_zynji_4)
+        + cos_phi2 * (Wn2 * (w_x2 * t_zynji_4) - t_ehwug)
+        + sin_phi2 * t_feemq_2;
+    J_p[129] = t_frrg3 - t_7gmp4 * (me2 * t_y4gir) + me2 * t_b7fsr;
+    J_p[130] = t_567yh
+        + x[phi2_dot] * t_s4j2x
+        - x[theta2_dot] * t_wuetn
+        + th_2 * t_jsnre
+        + t_jzg7x * t_7glmk
+        - t_r7lp6_6
+        + zeta2 * t_vgj6z
+        - t_toowl_4;
+    J_p[131] = x[phi2_dot] * (t_2wlkd + k2 * t_vrblq) + x[theta2_dot] * (t_foni4 - q_2 * t_vgj6z);
     J_p[132] = SPLAT(K(0.0));
     J_p[133] = SPLAT(K(0.0));
     J_p[134] = SPLAT(K(0.0));

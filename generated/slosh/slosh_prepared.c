@@ -8,12 +8,12 @@
 
 /* Places of h. */
 enum {
-    rhs_h_t_zrejm,
+    rhs_h_t_gbl6n,
     rhs_h_k1,
     rhs_h_me1,
     rhs_h_t_6nwd2,
     rhs_h_mv1,
-    rhs_h_t_5wzvs,
+    rhs_h_t_jx6g7,
     rhs_h_k2,
     rhs_h_me2,
     rhs_h_t_popww,
@@ -27,17 +27,17 @@ enum {
     rhs_h_e2,
     rhs_h_B_1,
     rhs_h_Bl_1,
-    rhs_h_t_b7ure,
+    rhs_h_t_xdulz,
     rhs_h_B_2,
     rhs_h_Bl_2,
-    rhs_h_t_lpk5h,
-    rhs_h_t_m5gm4,
-    rhs_h_t_uumic,
-    rhs_h_t_doa45,
+    rhs_h_t_uohf6,
+    rhs_h_t_47igz,
+    rhs_h_t_fcuad,
+    rhs_h_t_z4fbq,
     rhs_h_t_sfymc,
-    rhs_h_t_5r66u,
-    rhs_h_t_7bo2j,
-    rhs_h_t_lwe76,
+    rhs_h_t_g7pzr,
+    rhs_h_t_urwo6,
+    rhs_h_t_bknng,
     rhs_h_t_ibe72,
     rhs_h_t_r7vy7,
 };
@@ -63,17 +63,17 @@ void slosh_rhs_prepare(const real *p, real *h)
     enum { h2 = SLOSH_P_H2 };
     enum { I2 = SLOSH_P_I2 };
     const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
-    const real t_zrejm = K(1.0) / D1;
-    const real t_3qn53 = p[m1] * t_zrejm;
-    const real k1 = t_3qn53 * p[l1];
-    const real me1 = t_3qn53 * p[I1];
+    const real t_gbl6n = K(1.0) / D1;
+    const real t_wywjk = p[m1] * t_gbl6n;
+    const real k1 = t_wywjk * p[l1];
+    const real me1 = t_wywjk * p[I1];
     const real t_6nwd2 = p[l1] * p[m1];
     const real mv1 = t_6nwd2 * k1;
     const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
-    const real t_5wzvs = K(1.0) / D2;
-    const real t_54cbb = p[m2] * t_5wzvs;
-    const real k2 = t_54cbb * p[l2];
-    const real me2 = t_54cbb * p[I2];
+    const real t_jx6g7 = K(1.0) / D2;
+    const real t_jzg7x = p[m2] * t_jx6g7;
+    const real k2 = t_jzg7x * p[l2];
+    const real me2 = t_jzg7x * p[I2];
     const real t_popww = p[l2] * p[m2];
     const real mv2 = t_popww * k2;
     const real M_C = p[m] + p[m0] + me1 + me2;
@@ -94,12 +94,12 @@ void slosh_rhs_prepare(const real *p, real *h)
     const real B_2 = me2 * p[l2];
     const real Bl_2 = B_2 * p[l2];
     const real t_sfymc = p[J_y] - p[J_z];
-    h[rhs_h_t_zrejm] = t_zrejm;
+    h[rhs_h_t_gbl6n] = t_gbl6n;
     h[rhs_h_k1] = k1;
     h[rhs_h_me1] = me1;
     h[rhs_h_t_6nwd2] = t_6nwd2;
     h[rhs_h_mv1] = mv1;
-    h[rhs_h_t_5wzvs] = t_5wzvs;
+    h[rhs_h_t_jx6g7] = t_jx6g7;
     h[rhs_h_k2] = k2;
     h[rhs_h_me2] = me2;
     h[rhs_h_t_popww] = t_popww;
@@ -113,17 +113,17 @@ void slosh_rhs_prepare(const real *p, real *h)
     h[rhs_h_e2] = e2;
     h[rhs_h_B_1] = B_1;
     h[rhs_h_Bl_1] = Bl_1;
-    h[rhs_h_t_b7ure] = me1 * (e1 * e1);
+    h[rhs_h_t_xdulz] = me1 * (e1 * e1);
     h[rhs_h_B_2] = B_2;
     h[rhs_h_Bl_2] = Bl_2;
-    h[rhs_h_t_lpk5h] = me2 * (e2 * e2);
-    h[rhs_h_t_m5gm4] = M_C + mv1 + mv2;
-    h[rhs_h_t_uumic] = e1 * me1;
-    h[rhs_h_t_doa45] = e2 * me2;
+    h[rhs_h_t_uohf6] = me2 * (e2 * e2);
+    h[rhs_h_t_47igz] = M_C + mv1 + mv2;
+    h[rhs_h_t_fcuad] = e1 * me1;
+    h[rhs_h_t_z4fbq] = e2 * me2;
     h[rhs_h_t_sfymc] = t_sfymc;
-    h[rhs_h_t_5r66u] = J_C1 + (p[J_z] - p[J_y]);
-    h[rhs_h_t_7bo2j] = J_C1 + t_is5lg + t_sfymc;
-    h[rhs_h_t_lwe76] = p[b] + p[d] + x_C;
+    h[rhs_h_t_g7pzr] = J_C1 + (p[J_z] - p[J_y]);
+    h[rhs_h_t_urwo6] = J_C1 + t_is5lg + t_sfymc;
+    h[rhs_h_t_bknng] = p[b] + p[d] + x_C;
     h[rhs_h_t_ibe72] = K(1.0) / p[m1];
     h[rhs_h_t_r7vy7] = K(1.0) / p[m2];
 }
@@ -132,9 +132,9 @@ void slosh_rhs_prepare(const real *p, real *h)
 enum {
     rhs_w_f_x,
     rhs_w_f_y,
-    rhs_w_t_4qr2j,
+    rhs_w_t_724t4,
     rhs_w_t_gcu5g,
-    rhs_w_t_ayyb5,
+    rhs_w_t_32nrs,
 };
 
 /* what rhs computes when the input changes; 10 operations. */
@@ -143,7 +143,7 @@ void slosh_rhs_hold(const real *u, const real *p, const real *h, real *w)
     enum { delta1 = SLOSH_U_DELTA1 };
     enum { delta2 = SLOSH_U_DELTA2 };
     enum { F = SLOSH_P_F };
-    enum { t_lwe76 = rhs_h_t_lwe76 };
+    enum { t_bknng = rhs_h_t_bknng };
     real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
     const real t_ruxs4 = cos_delta2 * p[F];
     real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
@@ -152,9 +152,9 @@ void slosh_rhs_hold(const real *u, const real *p, const real *h, real *w)
     const real t_gcu5g = t_ruxs4 * sin_delta1;
     w[rhs_w_f_x] = f_x;
     w[rhs_w_f_y] = f_y;
-    w[rhs_w_t_4qr2j] = f_y * h[t_lwe76];
+    w[rhs_w_t_724t4] = f_y * h[t_bknng];
     w[rhs_w_t_gcu5g] = t_gcu5g;
-    w[rhs_w_t_ayyb5] = t_gcu5g * h[t_lwe76];
+    w[rhs_w_t_32nrs] = t_gcu5g * h[t_bknng];
 }
 
 /* the rest of rhs; 612 operations. */
@@ -185,12 +185,12 @@ void slosh_rhs_prepared(const real *x, const real *u, const real *p, const real 
     enum { l2 = SLOSH_P_L2 };
     enum { I2 = SLOSH_P_I2 };
     enum { eps2 = SLOSH_P_EPS2 };
-    enum { t_zrejm = rhs_h_t_zrejm };
+    enum { t_gbl6n = rhs_h_t_gbl6n };
     enum { k1 = rhs_h_k1 };
     enum { me1 = rhs_h_me1 };
     enum { t_6nwd2 = rhs_h_t_6nwd2 };
     enum { mv1 = rhs_h_mv1 };
-    enum { t_5wzvs = rhs_h_t_5wzvs };
+    enum { t_jx6g7 = rhs_h_t_jx6g7 };
     enum { k2 = rhs_h_k2 };
     enum { me2 = rhs_h_me2 };
     enum { t_popww = rhs_h_t_popww };
@@ -204,23 +204,23 @@ void slosh_rhs_prepared(const real *x, const real *u, const real *p, const real 
     enum { e2 = rhs_h_e2 };
     enum { B_1 = rhs_h_B_1 };
     enum { Bl_1 = rhs_h_Bl_1 };
-    enum { t_b7ure = rhs_h_t_b7ure };
+    enum { t_xdulz = rhs_h_t_xdulz };
     enum { B_2 = rhs_h_B_2 };
     enum { Bl_2 = rhs_h_Bl_2 };
-    enum { t_lpk5h = rhs_h_t_lpk5h };
-    enum { t_m5gm4 = rhs_h_t_m5gm4 };
-    enum { t_uumic = rhs_h_t_uumic };
-    enum { t_doa45 = rhs_h_t_doa45 };
+    enum { t_uohf6 = rhs_h_t_uohf6 };
+    enum { t_47igz = rhs_h_t_47igz };
+    enum { t_fcuad = rhs_h_t_fcuad };
+    enum { t_z4fbq = rhs_h_t_z4fbq };
     enum { t_sfymc = rhs_h_t_sfymc };
-    enum { t_5r66u = rhs_h_t_5r66u };
-    enum { t_7bo2j = rhs_h_t_7bo2j };
+    enum { t_g7pzr = rhs_h_t_g7pzr };
+    enum { t_urwo6 = rhs_h_t_urwo6 };
     enum { t_ibe72 = rhs_h_t_ibe72 };
     enum { t_r7vy7 = rhs_h_t_r7vy7 };
     enum { f_x = rhs_w_f_x };
     enum { f_y = rhs_w_f_y };
-    enum { t_4qr2j = rhs_w_t_4qr2j };
+    enum { t_724t4 = rhs_w_t_724t4 };
     enum { t_gcu5g = rhs_w_t_gcu5g };
-    enum { t_ayyb5 = rhs_w_t_ayyb5 };
+    enum { t_32nrs = rhs_w_t_32nrs };
     const real W12 = x[wx] * x[wy];
     const real W13 = x[wx] * x[wz];
     real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
@@ -230,8 +230,8 @@ void slosh_rhs_prepared(const real *x, const real *u, const real *p, const real 
     const real w_x1 = x[wx] - x[theta1_dot];
     const real p1 = Wn1 + x[phi1_dot];
     const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
-    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
     real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
     real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
     const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
@@ -239,8 +239,8 @@ void slosh_rhs_prepared(const real *x, const real *u, const real *p, const real 
     const real w_x2 = x[wx] - x[theta2_dot];
     const real p2 = Wn2 + x[phi2_dot];
     const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
-    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
     const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
     const real t_w7vil = t_rybsf * h[e1];
     const real tension1 = cos_phi1 * t_w7vil * h[mv1] - h[t_6nwd2] * sigma_sq1;
@@ -260,9 +260,9 @@ void slosh_rhs_prepared(const real *x, const real *u, const real *p, const real 
     const real S_sq1 = sin_theta1 * sin_theta1;
     const real SC1 = cos_theta1 * sin_theta1;
     const real tn11_1 = Ass_1 + h[me1] - wth_1;
-    const real t_3bowt = h[Bl_1] + K(-2.0) * eBc_1 + h[e1] * eAss_1;
-    const real t_3fv6l = g_1 * wg_1;
-    const real tn44_1 = h[t_b7ure] + t_3bowt - t_3fv6l;
+    const real t_o36xw = h[Bl_1] + K(-2.0) * eBc_1 + h[e1] * eAss_1;
+    const real t_w6q4c = g_1 * wg_1;
+    const real tn44_1 = h[t_xdulz] + t_o36xw - t_w6q4c;
     const real wq_1 = q_1 * wth_1;
     const real wqg_1 = q_1 * wg_1;
     const real wqq_1 = q_1 * wq_1;
@@ -272,13 +272,13 @@ void slosh_rhs_prepared(const real *x, const real *u, const real *p, const real 
     const real wgS_1 = sin_theta1 * wqg_1;
     const real loss_phi1 = p[eps1] * x[phi1_dot];
     const real loss_theta1 = p[eps1] * x[theta1_dot];
-    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
     const real zeta1 = W12 * q_1
         + Wn1 * lc_1 * w_x1
         - chi1 * p[l1] * (p1 + x[phi1_dot]);
     const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_7imwe = h[B_1] * eta1 + loss_phi1 * h[k1];
-    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real t_o6fg5 = h[B_1] * eta1 + loss_phi1 * h[k1];
+    const real F_t1 = sin_phi1 * tension1 - t_o6fg5 * cos_phi1;
     const real M_q1 = F_n1 * q_1;
     const real I_phi1 = x[phi1_dot] * p[I1];
     const real I_theta1 = x[theta1_dot] * p[I1];
@@ -300,9 +300,9 @@ void slosh_rhs_prepared(const real *x, const real *u, const real *p, const real 
     const real S_sq2 = sin_theta2 * sin_theta2;
     const real SC2 = cos_theta2 * sin_theta2;
     const real tn11_2 = Ass_2 + h[me2] - wth_2;
-    const real t_ymmgl = h[Bl_2] + K(-2.0) * eBc_2 + h[e2] * eAss_2;
-    const real t_odwbr = g_2 * wg_2;
-    const real tn44_2 = h[t_lpk5h] + t_ymmgl - t_odwbr;
+    const real t_2znlb = h[Bl_2] + K(-2.0) * eBc_2 + h[e2] * eAss_2;
+    const real t_7fbo3 = g_2 * wg_2;
+    const real tn44_2 = h[t_uohf6] + t_2znlb - t_7fbo3;
     const real wq_2 = q_2 * wth_2;
     const real wqg_2 = q_2 * wg_2;
     const real wqq_2 = q_2 * wq_2;
@@ -312,211 +312,211 @@ void slosh_rhs_prepared(const real *x, const real *u, const real *p, const real 
     const real wgS_2 = sin_theta2 * wqg_2;
     const real loss_phi2 = p[eps2] * x[phi2_dot];
     const real loss_theta2 = p[eps2] * x[theta2_dot];
-    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
     const real zeta2 = W12 * q_2
         + Wn2 * lc_2 * w_x2
         - chi2 * p[l2] * (p2 + x[phi2_dot]);
     const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
-    const real t_4b2fa = h[B_2] * eta2 + loss_phi2 * h[k2];
-    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real t_l7fgg = h[B_2] * eta2 + loss_phi2 * h[k2];
+    const real F_t2 = sin_phi2 * tension2 - t_l7fgg * cos_phi2;
     const real M_q2 = F_n2 * q_2;
     const real I_phi2 = x[phi2_dot] * p[I2];
     const real I_theta2 = x[theta2_dot] * p[I2];
-    const real K11 = h[t_m5gm4] - Ass_1 - Ass_2;
-    const real t_fbeaw = S_sq1 * tn11_1;
-    const real t_dj555 = S_sq2 * tn11_2;
-    const real K22 = t_fbeaw + t_dj555 + h[M_C] + wth_1 + wth_2 - h[me1] - h[me2];
+    const real K11 = h[t_47igz] - Ass_1 - Ass_2;
+    const real t_eytv7 = S_sq1 * tn11_1;
+    const real t_xyodq = S_sq2 * tn11_2;
+    const real K22 = t_eytv7 + t_xyodq + h[M_C] + wth_1 + wth_2 - h[me1] - h[me2];
     const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + h[M_C] - t_fbeaw - t_dj555;
+    const real K33 = Ass_1 + Ass_2 + h[M_C] - t_eytv7 - t_xyodq;
     const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
-    const real t_nhr5u = wqq_1 + wqq_2;
-    const real K44 = t_nhr5u + h[Bl_1] + h[Bl_2] + h[J_C1];
-    const real t_kwrkt = wg_1 - h[t_uumic];
-    const real t_t44oq = wg_2 - h[t_doa45];
-    const real t_32gyg = Bc_1 - eAss_1;
-    const real t_n3v7x = t_32gyg + t_kwrkt;
-    const real t_gbkg6 = Bc_2 - eAss_2;
-    const real t_hsuzx = t_gbkg6 + t_t44oq;
-    const real t_fcf5x = S_sq1 * t_n3v7x + S_sq2 * t_hsuzx;
-    const real K52 = t_kwrkt + t_t44oq - t_fcf5x - wqC_1 - wqC_2;
-    const real t_bac7g = SC1 * t_n3v7x + SC2 * t_hsuzx;
-    const real K53 = wqS_1 - t_bac7g + wqS_2;
-    const real t_nncdg = h[Bl_1] - eBc_1;
-    const real t_4q22j = h[Bl_2] - eBc_2;
-    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
-    const real t_hoosk = S_sq1 * tn44_1;
-    const real t_drvdp = S_sq2 * tn44_2;
-    const real K55 = t_3fv6l
-        + t_odwbr
-        + t_nhr5u
-        + t_hoosk
-        + t_drvdp
+    const real t_hig3c = wqq_1 + wqq_2;
+    const real K44 = t_hig3c + h[Bl_1] + h[Bl_2] + h[J_C1];
+    const real t_uzoih = wg_1 - h[t_fcuad];
+    const real t_fv4vq = wg_2 - h[t_z4fbq];
+    const real t_qeyrr = Bc_1 - eAss_1;
+    const real t_wg7ej = t_qeyrr + t_uzoih;
+    const real t_vn7oc = Bc_2 - eAss_2;
+    const real t_lqbgn = t_vn7oc + t_fv4vq;
+    const real t_kd2xx = S_sq1 * t_wg7ej + S_sq2 * t_lqbgn;
+    const real K52 = t_uzoih + t_fv4vq - t_kd2xx - wqC_1 - wqC_2;
+    const real t_kd2xx_2 = SC1 * t_wg7ej + SC2 * t_lqbgn;
+    const real K53 = wqS_1 - t_kd2xx_2 + wqS_2;
+    const real t_vykvu = h[Bl_1] - eBc_1;
+    const real t_vwbsx = h[Bl_2] - eBc_2;
+    const real K54 = t_hig3c - wgC_1 - wgC_2 + t_vykvu * sin_theta1 + t_vwbsx * sin_theta2;
+    const real t_o56io = S_sq1 * tn44_1;
+    const real t_5sxb4 = S_sq2 * tn44_2;
+    const real K55 = t_w6q4c
+        + t_7fbo3
+        + t_hig3c
+        + t_o56io
+        + t_5sxb4
         + h[J_C3]
-        - h[t_b7ure]
-        - h[t_lpk5h]
+        - h[t_xdulz]
+        - h[t_uohf6]
         + K(-2.0) * wgC_1
         + K(-2.0) * wgC_2;
-    const real K63 = t_fcf5x - (t_32gyg + t_gbkg6);
-    const real t_zhbuw = wgS_1 + wgS_2;
-    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
-    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
-    const real K66 = t_3bowt + t_ymmgl + h[J_C2] - t_hoosk - t_drvdp;
-    const real t_vt7uo = F_n1 * cos_theta1;
-    const real t_oncjt = F_n2 * cos_theta2;
-    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
-    const real t_azclp = F_n1 * sin_theta1;
-    const real t_iya7w = F_n2 * sin_theta2;
-    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
-    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
-    const real t_kp7yy = M_q1 + M_q2;
-    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
-    const real n4 = t_aejai
-        - t_kp7yy
-        + t_zd4fs
+    const real K63 = t_kd2xx - (t_qeyrr + t_vn7oc);
+    const real t_hig3c_2 = wgS_1 + wgS_2;
+    const real K64 = t_hig3c_2 + t_vykvu * cos_theta1 + t_vwbsx * cos_theta2;
+    const real K65 = t_hig3c_2 + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_o36xw + t_2znlb + h[J_C2] - t_o56io - t_5sxb4;
+    const real t_mallh = F_n1 * cos_theta1;
+    const real t_lbh6o = F_n2 * cos_theta2;
+    const real n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real t_mallh_2 = F_n1 * sin_theta1;
+    const real t_lbh6o_2 = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2;
+    const real t_dg3od = Bs_1 * t_w7vil + t_o6fg5 * p[l1];
+    const real t_hig3c_3 = M_q1 + M_q2;
+    const real t_a26ad = Bs_2 * t_6fvzz + t_l7fgg * p[l2];
+    const real n4 = t_dg3od
+        - t_hig3c_3
+        + t_a26ad
         - loss_phi1
         - loss_phi2
         + I_theta1 * x[wy]
         + I_theta2 * x[wy]
         - h[t_sfymc] * x[wy] * x[wz];
-    const real t_w7nmt = t_aejai + F_t1 * h[e1];
-    const real t_e5cx2 = t_zd4fs + F_t2 * h[e2];
-    const real n5 = t_w7nmt * sin_theta1
-        - (t_kp7yy + loss_theta1 + loss_theta2)
-        + t_e5cx2 * sin_theta2
-        - W12 * h[t_5r66u]
+    const real t_3hais = t_dg3od + F_t1 * h[e1];
+    const real t_wksgt = t_a26ad + F_t2 * h[e2];
+    const real n5 = t_3hais * sin_theta1
+        - (t_hig3c_3 + loss_theta1 + loss_theta2)
+        + t_wksgt * sin_theta2
+        - W12 * h[t_g7pzr]
         - I_phi1 * x[wy]
         - I_phi2 * x[wy]
-        + t_vt7uo * g_1
-        + t_oncjt * g_2;
-    const real n6 = t_w7nmt * cos_theta1
-        + t_e5cx2 * cos_theta2
+        + t_mallh * g_1
+        + t_lbh6o * g_2;
+    const real n6 = t_3hais * cos_theta1
+        + t_wksgt * cos_theta2
         + I_theta1 * x[wx]
         + I_theta2 * x[wx]
-        - W13 * h[t_7bo2j]
-        - t_azclp * g_1
-        - t_iya7w * g_2
+        - W13 * h[t_urwo6]
+        - t_mallh_2 * g_1
+        - t_lbh6o_2 * g_2
         - I_phi1 * x[wz]
         - I_phi2 * x[wz];
-    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real t_bpfoo = K(1.0) / K11;
-    const real t_w7lcw = t_b3aij * t_bpfoo;
-    const real K_D2 = K22 - t_b3aij * t_w7lcw;
-    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_3go2w = t_zzymx * t_bpfoo;
-    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
-    const real t_4iujv = K(1.0) / K_D2;
-    const real K_L32 = t_d4mqf * t_4iujv;
-    const real t_ev7u5 = Bs_1 + Asc_1 * h[e1];
-    const real t_bvybx = Bs_2 + Asc_2 * h[e2];
-    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
-    const real t_vshgd = t_6mmeb * t_bpfoo;
-    const real t_p6zld = K52 - t_b3aij * t_vshgd;
-    const real K_L52 = t_p6zld * t_4iujv;
-    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
-    const real t_2m245 = Bs_1 + Bs_2;
-    const real t_xq4wt = t_2m245 * t_bpfoo;
-    const real t_m67zs = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2 + t_b3aij * t_xq4wt;
-    const real t_6urah = t_m67zs * t_4iujv;
-    const real t_m27n6 = K43 + t_d4mqf * t_6urah - t_zzymx * t_xq4wt;
-    const real t_zmh3u = K(1.0) / K_D3;
-    const real K_L43 = t_m27n6 * t_zmh3u;
-    const real t_bxfcn = K53 - t_d4mqf * K_L52 - t_zzymx * t_vshgd;
-    const real K_L53 = t_bxfcn * t_zmh3u;
-    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
-    const real t_e4enr = t_bl4f2 * t_bpfoo;
-    const real t_qvrp6 = t_bac7g + t_b3aij * t_e4enr;
-    const real t_dj64q = t_qvrp6 * t_4iujv;
-    const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
-    const real K_L63 = t_rahc4 * t_zmh3u;
-    const real K_D4 = K44 - t_m67zs * t_6urah - t_m27n6 * K_L43 - t_2m245 * t_xq4wt;
-    const real t_amczu = K54 + t_m67zs * K_L52 - t_m27n6 * K_L53 - t_2m245 * t_vshgd;
-    const real t_lt2al = K(1.0) / K_D4;
-    const real K_L54 = t_amczu * t_lt2al;
-    const real t_e4k6u = K64 - t_m67zs * t_dj64q - t_m27n6 * K_L63 - t_2m245 * t_e4enr;
-    const real K_L64 = t_e4k6u * t_lt2al;
+    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_cl3z7 = K(1.0) / K11;
+    const real t_exl37 = t_f2nhc * t_cl3z7;
+    const real K_D2 = K22 - t_f2nhc * t_exl37;
+    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_exl37_2 = t_f2nhc_2 * t_cl3z7;
+    const real t_iy2us = K32 - t_f2nhc * t_exl37_2;
+    const real t_6dtnj = K(1.0) / K_D2;
+    const real K_L32 = t_iy2us * t_6dtnj;
+    const real t_g3yj5 = Bs_1 + Asc_1 * h[e1];
+    const real t_pr2pp = Bs_2 + Asc_2 * h[e2];
+    const real t_bap4n = t_g3yj5 * sin_theta1 + t_pr2pp * sin_theta2;
+    const real t_6faq6 = t_bap4n * t_cl3z7;
+    const real t_c34go = K52 - t_f2nhc * t_6faq6;
+    const real K_L52 = t_c34go * t_6dtnj;
+    const real K_D3 = K33 - t_iy2us * K_L32 - t_f2nhc_2 * t_exl37_2;
+    const real t_dvxnj = Bs_1 + Bs_2;
+    const real t_qom6d = t_dvxnj * t_cl3z7;
+    const real t_d5rou = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2 + t_f2nhc * t_qom6d;
+    const real t_6but2 = t_d5rou * t_6dtnj;
+    const real t_e2mz5 = K43 + t_iy2us * t_6but2 - t_f2nhc_2 * t_qom6d;
+    const real t_6dtnj_2 = K(1.0) / K_D3;
+    const real K_L43 = t_e2mz5 * t_6dtnj_2;
+    const real t_rkny3 = K53 - t_iy2us * K_L52 - t_f2nhc_2 * t_6faq6;
+    const real K_L53 = t_rkny3 * t_6dtnj_2;
+    const real t_bap4n_2 = t_g3yj5 * cos_theta1 + t_pr2pp * cos_theta2;
+    const real t_6faq6_2 = t_bap4n_2 * t_cl3z7;
+    const real t_6lnfz = t_kd2xx_2 + t_f2nhc * t_6faq6_2;
+    const real t_bk7yo = t_6lnfz * t_6dtnj;
+    const real t_qksxh = K63 + t_iy2us * t_bk7yo - t_f2nhc_2 * t_6faq6_2;
+    const real K_L63 = t_qksxh * t_6dtnj_2;
+    const real K_D4 = K44 - t_d5rou * t_6but2 - t_e2mz5 * K_L43 - t_dvxnj * t_qom6d;
+    const real t_37ldw = K54 + t_d5rou * K_L52 - t_e2mz5 * K_L53 - t_dvxnj * t_6faq6;
+    const real t_6dtnj_3 = K(1.0) / K_D4;
+    const real K_L54 = t_37ldw * t_6dtnj_3;
+    const real t_ute3y = K64 - t_d5rou * t_bk7yo - t_e2mz5 * K_L63 - t_dvxnj * t_6faq6_2;
+    const real K_L64 = t_ute3y * t_6dtnj_3;
     const real K_D5 = K55
-        - t_p6zld * K_L52
-        - t_bxfcn * K_L53
-        - t_amczu * K_L54
-        - t_6mmeb * t_vshgd;
-    const real t_jo54w = K65
-        + t_p6zld * t_dj64q
-        - t_bxfcn * K_L63
-        - t_amczu * K_L64
-        - t_6mmeb * t_e4enr;
-    const real t_ftqxb = K(1.0) / K_D5;
-    const real K_L65 = t_jo54w * t_ftqxb;
+        - t_c34go * K_L52
+        - t_rkny3 * K_L53
+        - t_37ldw * K_L54
+        - t_bap4n * t_6faq6;
+    const real t_h6jxz = K65
+        + t_c34go * t_bk7yo
+        - t_rkny3 * K_L63
+        - t_37ldw * K_L64
+        - t_bap4n * t_6faq6_2;
+    const real t_jxcfv = K(1.0) / K_D5;
+    const real K_L65 = t_h6jxz * t_jxcfv;
     const real K_D6 = K66
-        - t_qvrp6 * t_dj64q
-        - t_rahc4 * K_L63
-        - t_e4k6u * K_L64
-        - t_jo54w * K_L65
-        - t_bl4f2 * t_e4enr;
+        - t_6lnfz * t_bk7yo
+        - t_qksxh * K_L63
+        - t_ute3y * K_L64
+        - t_h6jxz * K_L65
+        - t_bap4n_2 * t_6faq6_2;
     const real b1 = w[f_x]
-        + (t_7imwe * sin_phi1 + t_4b2fa * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2);
+        + (t_o6fg5 * sin_phi1 + t_l7fgg * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2);
     const real b2 = w[f_y] - n2;
     const real b4 = u[Mx] - n4;
-    const real b5 = u[Mz] - n5 - w[t_4qr2j];
-    const real b6 = w[t_ayyb5] - (u[My] + n6);
-    const real X_y2 = b2 + t_w7lcw * b1;
-    const real X_y3 = t_3go2w * b1 - (w[t_gcu5g] + n3) - K_L32 * X_y2;
-    const real X_y4 = b4 + t_xq4wt * b1 + t_6urah * X_y2 - K_L43 * X_y3;
+    const real b5 = u[Mz] - n5 - w[t_724t4];
+    const real b6 = w[t_32nrs] - (u[My] + n6);
+    const real X_y2 = b2 + t_exl37 * b1;
+    const real X_y3 = t_exl37_2 * b1 - (w[t_gcu5g] + n3) - K_L32 * X_y2;
+    const real X_y4 = b4 + t_qom6d * b1 + t_6but2 * X_y2 - K_L43 * X_y3;
     const real X_y5 = b5
-        + t_vshgd * b1
+        + t_6faq6 * b1
         - K_L52 * X_y2
         - K_L53 * X_y3
         - K_L54 * X_y4;
     const real X_y6 = b6
-        + t_e4enr * b1
-        + t_dj64q * X_y2
+        + t_6faq6_2 * b1
+        + t_bk7yo * X_y2
         - K_L63 * X_y3
         - K_L64 * X_y4
         - K_L65 * X_y5;
     const real X_x6 = X_y6 / K_D6;
-    const real X_x5 = X_y5 * t_ftqxb - K_L65 * X_x6;
-    const real X_x4 = X_y4 * t_lt2al - K_L54 * X_x5 - K_L64 * X_x6;
-    const real X_x3 = X_y3 * t_zmh3u - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
-    const real X_x2 = X_y2 * t_4iujv
+    const real X_x5 = X_y5 * t_jxcfv - K_L65 * X_x6;
+    const real X_x4 = X_y4 * t_6dtnj_3 - K_L54 * X_x5 - K_L64 * X_x6;
+    const real X_x3 = X_y3 * t_6dtnj_2 - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
+    const real X_x2 = X_y2 * t_6dtnj
         - K_L32 * X_x3
-        + t_6urah * X_x4
+        + t_6but2 * X_x4
         - K_L52 * X_x5
-        + t_dj64q * X_x6;
-    const real X_x1 = b1 * t_bpfoo
-        + t_w7lcw * X_x2
-        + t_3go2w * X_x3
-        + t_xq4wt * X_x4
-        + t_vshgd * X_x5
-        + t_e4enr * X_x6;
+        + t_bk7yo * X_x6;
+    const real X_x1 = b1 * t_cl3z7
+        + t_exl37 * X_x2
+        + t_exl37_2 * X_x3
+        + t_qom6d * X_x4
+        + t_6faq6 * X_x5
+        + t_6faq6_2 * X_x6;
     const real G_t1 = X_x5 * sin_theta1 + X_x6 * cos_theta1;
     const real Gt_eta1 = G_t1 + eta1;
-    const real t_ynvhx = cos_phi1 * (G_t1 * h[e1] + X_x2 * sin_theta1 + X_x3 * cos_theta1)
+    const real t_qmuri = cos_phi1 * (G_t1 * h[e1] + X_x2 * sin_theta1 + X_x3 * cos_theta1)
         + sin_phi1 * (X_x1 - t_w7vil);
-    const real phi_acc1 = Gt_eta1 - (loss_phi1 + p[I1] * (Gt_eta1 + X_x4)) * h[t_zrejm] - h[k1] * t_ynvhx;
-    const real t_g433r = X_x5 - W12;
-    const real t_mwq7z = X_x4 + X_x5;
-    const real t_5ffnn = zeta1
+    const real phi_acc1 = Gt_eta1 - (loss_phi1 + p[I1] * (Gt_eta1 + X_x4)) * h[t_gbl6n] - h[k1] * t_qmuri;
+    const real t_3ipx7 = X_x5 - W12;
+    const real t_hig3c_4 = X_x4 + X_x5;
+    const real t_hd5gx = zeta1
         + X_x2 * cos_theta1
         + g_1 * (X_x5 * cos_theta1 - X_x6 * sin_theta1)
-        - t_mwq7z * q_1
+        - t_hig3c_4 * q_1
         - X_x3 * sin_theta1;
-    const real theta_acc1 = -(t_g433r + th_1 * (loss_theta1 * h[t_ibe72] + q_1 * t_5ffnn));
+    const real theta_acc1 = -(t_3ipx7 + th_1 * (loss_theta1 * h[t_ibe72] + q_1 * t_hd5gx));
     const real G_t2 = X_x5 * sin_theta2 + X_x6 * cos_theta2;
     const real Gt_eta2 = G_t2 + eta2;
-    const real t_rrute = cos_phi2 * (G_t2 * h[e2] + X_x2 * sin_theta2 + X_x3 * cos_theta2)
+    const real t_j3hy2 = cos_phi2 * (G_t2 * h[e2] + X_x2 * sin_theta2 + X_x3 * cos_theta2)
         + sin_phi2 * (X_x1 - t_6fvzz);
-    const real phi_acc2 = Gt_eta2 - (loss_phi2 + p[I2] * (Gt_eta2 + X_x4)) * h[t_5wzvs] - h[k2] * t_rrute;
-    const real t_oqair = zeta2
+    const real phi_acc2 = Gt_eta2 - (loss_phi2 + p[I2] * (Gt_eta2 + X_x4)) * h[t_jx6g7] - h[k2] * t_j3hy2;
+    const real t_s4hzu = zeta2
         + X_x2 * cos_theta2
         + g_2 * (X_x5 * cos_theta2 - X_x6 * sin_theta2)
-        - t_mwq7z * q_2
+        - t_hig3c_4 * q_2
         - X_x3 * sin_theta2;
-    const real theta_acc2 = -(t_g433r + th_2 * (loss_theta2 * h[t_r7vy7] + q_2 * t_oqair));
+    const real theta_acc2 = -(t_3ipx7 + th_2 * (loss_theta2 * h[t_r7vy7] + q_2 * t_s4hzu));
     dx[0] = X_x1 + t_rybsf * h[x_C] - x[vz] * x[wy] + x[vy] * x[wz];
     dx[1] = X_x2 - X_x5 * h[x_C] + (x[vz] * x[wx] - x[vx] * x[wz]);
     dx[2] = X_x3 - X_x6 * h[x_C] + (x[vx] * x[wy] - x[vy] * x[wx]);
     dx[3] = X_x4;
     dx[4] = W13 - X_x6;
-    dx[5] = t_g433r;
+    dx[5] = t_3ipx7;
     dx[6] = x[wx];
     dx[7] = x[wy];
     dx[8] = x[wz];
@@ -549,17 +549,17 @@ enum {
     outputs_h_e2,
     outputs_h_B_1,
     outputs_h_Bl_1,
-    outputs_h_t_b7ure,
+    outputs_h_t_xdulz,
     outputs_h_B_2,
     outputs_h_Bl_2,
-    outputs_h_t_lpk5h,
-    outputs_h_t_m5gm4,
-    outputs_h_t_uumic,
-    outputs_h_t_doa45,
+    outputs_h_t_uohf6,
+    outputs_h_t_47igz,
+    outputs_h_t_fcuad,
+    outputs_h_t_z4fbq,
     outputs_h_t_sfymc,
-    outputs_h_t_5r66u,
-    outputs_h_t_7bo2j,
-    outputs_h_t_lwe76,
+    outputs_h_t_g7pzr,
+    outputs_h_t_urwo6,
+    outputs_h_t_bknng,
 };
 
 /* what outputs computes once per run; 69 operations. */
@@ -583,15 +583,15 @@ void slosh_outputs_prepare(const real *p, real *h)
     enum { h2 = SLOSH_P_H2 };
     enum { I2 = SLOSH_P_I2 };
     const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
-    const real t_gx5gf = p[m1] / D1;
-    const real k1 = t_gx5gf * p[l1];
-    const real me1 = t_gx5gf * p[I1];
+    const real t_nkfhl = p[m1] / D1;
+    const real k1 = t_nkfhl * p[l1];
+    const real me1 = t_nkfhl * p[I1];
     const real t_6nwd2 = p[l1] * p[m1];
     const real mv1 = t_6nwd2 * k1;
     const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
-    const real t_wiek6 = p[m2] / D2;
-    const real k2 = t_wiek6 * p[l2];
-    const real me2 = t_wiek6 * p[I2];
+    const real t_xgfi7 = p[m2] / D2;
+    const real k2 = t_xgfi7 * p[l2];
+    const real me2 = t_xgfi7 * p[I2];
     const real t_popww = p[l2] * p[m2];
     const real mv2 = t_popww * k2;
     const real M_C = p[m] + p[m0] + me1 + me2;
@@ -629,17 +629,17 @@ void slosh_outputs_prepare(const real *p, real *h)
     h[outputs_h_e2] = e2;
     h[outputs_h_B_1] = B_1;
     h[outputs_h_Bl_1] = Bl_1;
-    h[outputs_h_t_b7ure] = me1 * (e1 * e1);
+    h[outputs_h_t_xdulz] = me1 * (e1 * e1);
     h[outputs_h_B_2] = B_2;
     h[outputs_h_Bl_2] = Bl_2;
-    h[outputs_h_t_lpk5h] = me2 * (e2 * e2);
-    h[outputs_h_t_m5gm4] = M_C + mv1 + mv2;
-    h[outputs_h_t_uumic] = e1 * me1;
-    h[outputs_h_t_doa45] = e2 * me2;
+    h[outputs_h_t_uohf6] = me2 * (e2 * e2);
+    h[outputs_h_t_47igz] = M_C + mv1 + mv2;
+    h[outputs_h_t_fcuad] = e1 * me1;
+    h[outputs_h_t_z4fbq] = e2 * me2;
     h[outputs_h_t_sfymc] = t_sfymc;
-    h[outputs_h_t_5r66u] = J_C1 + (p[J_z] - p[J_y]);
-    h[outputs_h_t_7bo2j] = J_C1 + t_is5lg + t_sfymc;
-    h[outputs_h_t_lwe76] = p[b] + p[d] + x_C;
+    h[outputs_h_t_g7pzr] = J_C1 + (p[J_z] - p[J_y]);
+    h[outputs_h_t_urwo6] = J_C1 + t_is5lg + t_sfymc;
+    h[outputs_h_t_bknng] = p[b] + p[d] + x_C;
 }
 
 /* the rest of outputs; 543 operations. */
@@ -687,17 +687,17 @@ void slosh_outputs_prepared(const real *x, const real *u, const real *p, const r
     enum { e2 = outputs_h_e2 };
     enum { B_1 = outputs_h_B_1 };
     enum { Bl_1 = outputs_h_Bl_1 };
-    enum { t_b7ure = outputs_h_t_b7ure };
+    enum { t_xdulz = outputs_h_t_xdulz };
     enum { B_2 = outputs_h_B_2 };
     enum { Bl_2 = outputs_h_Bl_2 };
-    enum { t_lpk5h = outputs_h_t_lpk5h };
-    enum { t_m5gm4 = outputs_h_t_m5gm4 };
-    enum { t_uumic = outputs_h_t_uumic };
-    enum { t_doa45 = outputs_h_t_doa45 };
+    enum { t_uohf6 = outputs_h_t_uohf6 };
+    enum { t_47igz = outputs_h_t_47igz };
+    enum { t_fcuad = outputs_h_t_fcuad };
+    enum { t_z4fbq = outputs_h_t_z4fbq };
     enum { t_sfymc = outputs_h_t_sfymc };
-    enum { t_5r66u = outputs_h_t_5r66u };
-    enum { t_7bo2j = outputs_h_t_7bo2j };
-    enum { t_lwe76 = outputs_h_t_lwe76 };
+    enum { t_g7pzr = outputs_h_t_g7pzr };
+    enum { t_urwo6 = outputs_h_t_urwo6 };
+    enum { t_bknng = outputs_h_t_bknng };
     const real W12 = x[wx] * x[wy];
     const real W13 = x[wx] * x[wz];
     real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
@@ -712,8 +712,8 @@ void slosh_outputs_prepared(const real *x, const real *u, const real *p, const r
     const real w_x1 = x[wx] - x[theta1_dot];
     const real p1 = Wn1 + x[phi1_dot];
     const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
-    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
     real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
     real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
     const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
@@ -721,8 +721,8 @@ void slosh_outputs_prepared(const real *x, const real *u, const real *p, const r
     const real w_x2 = x[wx] - x[theta2_dot];
     const real p2 = Wn2 + x[phi2_dot];
     const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
-    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
     const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
     const real t_w7vil = t_rybsf * h[e1];
     const real tension1 = cos_phi1 * t_w7vil * h[mv1] - h[t_6nwd2] * sigma_sq1;
@@ -742,9 +742,9 @@ void slosh_outputs_prepared(const real *x, const real *u, const real *p, const r
     const real S_sq1 = sin_theta1 * sin_theta1;
     const real SC1 = cos_theta1 * sin_theta1;
     const real tn11_1 = Ass_1 + h[me1] - wth_1;
-    const real t_3bowt = h[Bl_1] + K(-2.0) * eBc_1 + h[e1] * eAss_1;
-    const real t_3fv6l = g_1 * wg_1;
-    const real tn44_1 = h[t_b7ure] + t_3bowt - t_3fv6l;
+    const real t_o36xw = h[Bl_1] + K(-2.0) * eBc_1 + h[e1] * eAss_1;
+    const real t_w6q4c = g_1 * wg_1;
+    const real tn44_1 = h[t_xdulz] + t_o36xw - t_w6q4c;
     const real wq_1 = q_1 * wth_1;
     const real wqg_1 = q_1 * wg_1;
     const real wqq_1 = q_1 * wq_1;
@@ -754,13 +754,13 @@ void slosh_outputs_prepared(const real *x, const real *u, const real *p, const r
     const real wgS_1 = sin_theta1 * wqg_1;
     const real loss_phi1 = p[eps1] * x[phi1_dot];
     const real loss_theta1 = p[eps1] * x[theta1_dot];
-    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
     const real zeta1 = W12 * q_1
         + Wn1 * lc_1 * w_x1
         - chi1 * p[l1] * (p1 + x[phi1_dot]);
     const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_7imwe = h[B_1] * eta1 + loss_phi1 * h[k1];
-    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real t_o6fg5 = h[B_1] * eta1 + loss_phi1 * h[k1];
+    const real F_t1 = sin_phi1 * tension1 - t_o6fg5 * cos_phi1;
     const real M_q1 = F_n1 * q_1;
     const real I_phi1 = x[phi1_dot] * p[I1];
     const real I_theta1 = x[theta1_dot] * p[I1];
@@ -782,9 +782,9 @@ void slosh_outputs_prepared(const real *x, const real *u, const real *p, const r
     const real S_sq2 = sin_theta2 * sin_theta2;
     const real SC2 = cos_theta2 * sin_theta2;
     const real tn11_2 = Ass_2 + h[me2] - wth_2;
-    const real t_ymmgl = h[Bl_2] + K(-2.0) * eBc_2 + h[e2] * eAss_2;
-    const real t_odwbr = g_2 * wg_2;
-    const real tn44_2 = h[t_lpk5h] + t_ymmgl - t_odwbr;
+    const real t_2znlb = h[Bl_2] + K(-2.0) * eBc_2 + h[e2] * eAss_2;
+    const real t_7fbo3 = g_2 * wg_2;
+    const real tn44_2 = h[t_uohf6] + t_2znlb - t_7fbo3;
     const real wq_2 = q_2 * wth_2;
     const real wqg_2 = q_2 * wg_2;
     const real wqq_2 = q_2 * wq_2;
@@ -794,182 +794,182 @@ void slosh_outputs_prepared(const real *x, const real *u, const real *p, const r
     const real wgS_2 = sin_theta2 * wqg_2;
     const real loss_phi2 = p[eps2] * x[phi2_dot];
     const real loss_theta2 = p[eps2] * x[theta2_dot];
-    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
     const real zeta2 = W12 * q_2
         + Wn2 * lc_2 * w_x2
         - chi2 * p[l2] * (p2 + x[phi2_dot]);
     const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
-    const real t_4b2fa = h[B_2] * eta2 + loss_phi2 * h[k2];
-    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real t_l7fgg = h[B_2] * eta2 + loss_phi2 * h[k2];
+    const real F_t2 = sin_phi2 * tension2 - t_l7fgg * cos_phi2;
     const real M_q2 = F_n2 * q_2;
     const real I_phi2 = x[phi2_dot] * p[I2];
     const real I_theta2 = x[theta2_dot] * p[I2];
-    const real K11 = h[t_m5gm4] - Ass_1 - Ass_2;
-    const real t_fbeaw = S_sq1 * tn11_1;
-    const real t_dj555 = S_sq2 * tn11_2;
-    const real K22 = t_fbeaw + t_dj555 + h[M_C] + wth_1 + wth_2 - h[me1] - h[me2];
+    const real K11 = h[t_47igz] - Ass_1 - Ass_2;
+    const real t_eytv7 = S_sq1 * tn11_1;
+    const real t_xyodq = S_sq2 * tn11_2;
+    const real K22 = t_eytv7 + t_xyodq + h[M_C] + wth_1 + wth_2 - h[me1] - h[me2];
     const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + h[M_C] - t_fbeaw - t_dj555;
+    const real K33 = Ass_1 + Ass_2 + h[M_C] - t_eytv7 - t_xyodq;
     const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
-    const real t_nhr5u = wqq_1 + wqq_2;
-    const real K44 = t_nhr5u + h[Bl_1] + h[Bl_2] + h[J_C1];
-    const real t_kwrkt = wg_1 - h[t_uumic];
-    const real t_t44oq = wg_2 - h[t_doa45];
-    const real t_32gyg = Bc_1 - eAss_1;
-    const real t_n3v7x = t_32gyg + t_kwrkt;
-    const real t_gbkg6 = Bc_2 - eAss_2;
-    const real t_hsuzx = t_gbkg6 + t_t44oq;
-    const real t_fcf5x = S_sq1 * t_n3v7x + S_sq2 * t_hsuzx;
-    const real K52 = t_kwrkt + t_t44oq - t_fcf5x - wqC_1 - wqC_2;
-    const real t_bac7g = SC1 * t_n3v7x + SC2 * t_hsuzx;
-    const real K53 = wqS_1 - t_bac7g + wqS_2;
-    const real t_nncdg = h[Bl_1] - eBc_1;
-    const real t_4q22j = h[Bl_2] - eBc_2;
-    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
-    const real t_hoosk = S_sq1 * tn44_1;
-    const real t_drvdp = S_sq2 * tn44_2;
-    const real K55 = t_3fv6l
-        + t_odwbr
-        + t_nhr5u
-        + t_hoosk
-        + t_drvdp
+    const real t_hig3c = wqq_1 + wqq_2;
+    const real K44 = t_hig3c + h[Bl_1] + h[Bl_2] + h[J_C1];
+    const real t_uzoih = wg_1 - h[t_fcuad];
+    const real t_fv4vq = wg_2 - h[t_z4fbq];
+    const real t_qeyrr = Bc_1 - eAss_1;
+    const real t_wg7ej = t_qeyrr + t_uzoih;
+    const real t_vn7oc = Bc_2 - eAss_2;
+    const real t_lqbgn = t_vn7oc + t_fv4vq;
+    const real t_kd2xx = S_sq1 * t_wg7ej + S_sq2 * t_lqbgn;
+    const real K52 = t_uzoih + t_fv4vq - t_kd2xx - wqC_1 - wqC_2;
+    const real t_kd2xx_2 = SC1 * t_wg7ej + SC2 * t_lqbgn;
+    const real K53 = wqS_1 - t_kd2xx_2 + wqS_2;
+    const real t_vykvu = h[Bl_1] - eBc_1;
+    const real t_vwbsx = h[Bl_2] - eBc_2;
+    const real K54 = t_hig3c - wgC_1 - wgC_2 + t_vykvu * sin_theta1 + t_vwbsx * sin_theta2;
+    const real t_o56io = S_sq1 * tn44_1;
+    const real t_5sxb4 = S_sq2 * tn44_2;
+    const real K55 = t_w6q4c
+        + t_7fbo3
+        + t_hig3c
+        + t_o56io
+        + t_5sxb4
         + h[J_C3]
-        - h[t_b7ure]
-        - h[t_lpk5h]
+        - h[t_xdulz]
+        - h[t_uohf6]
         + K(-2.0) * wgC_1
         + K(-2.0) * wgC_2;
-    const real K63 = t_fcf5x - (t_32gyg + t_gbkg6);
-    const real t_zhbuw = wgS_1 + wgS_2;
-    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
-    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
-    const real K66 = t_3bowt + t_ymmgl + h[J_C2] - t_hoosk - t_drvdp;
-    const real t_vt7uo = F_n1 * cos_theta1;
-    const real t_oncjt = F_n2 * cos_theta2;
-    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
-    const real t_azclp = F_n1 * sin_theta1;
-    const real t_iya7w = F_n2 * sin_theta2;
-    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
-    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
-    const real t_kp7yy = M_q1 + M_q2;
-    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
-    const real n4 = t_aejai
-        - t_kp7yy
-        + t_zd4fs
+    const real K63 = t_kd2xx - (t_qeyrr + t_vn7oc);
+    const real t_hig3c_2 = wgS_1 + wgS_2;
+    const real K64 = t_hig3c_2 + t_vykvu * cos_theta1 + t_vwbsx * cos_theta2;
+    const real K65 = t_hig3c_2 + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_o36xw + t_2znlb + h[J_C2] - t_o56io - t_5sxb4;
+    const real t_mallh = F_n1 * cos_theta1;
+    const real t_lbh6o = F_n2 * cos_theta2;
+    const real n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real t_mallh_2 = F_n1 * sin_theta1;
+    const real t_lbh6o_2 = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2;
+    const real t_dg3od = Bs_1 * t_w7vil + t_o6fg5 * p[l1];
+    const real t_hig3c_3 = M_q1 + M_q2;
+    const real t_a26ad = Bs_2 * t_6fvzz + t_l7fgg * p[l2];
+    const real n4 = t_dg3od
+        - t_hig3c_3
+        + t_a26ad
         - loss_phi1
         - loss_phi2
         + I_theta1 * x[wy]
         + I_theta2 * x[wy]
         - h[t_sfymc] * x[wy] * x[wz];
-    const real t_w7nmt = t_aejai + F_t1 * h[e1];
-    const real t_e5cx2 = t_zd4fs + F_t2 * h[e2];
-    const real n5 = t_w7nmt * sin_theta1
-        - (t_kp7yy + loss_theta1 + loss_theta2)
-        + t_e5cx2 * sin_theta2
-        - W12 * h[t_5r66u]
+    const real t_3hais = t_dg3od + F_t1 * h[e1];
+    const real t_wksgt = t_a26ad + F_t2 * h[e2];
+    const real n5 = t_3hais * sin_theta1
+        - (t_hig3c_3 + loss_theta1 + loss_theta2)
+        + t_wksgt * sin_theta2
+        - W12 * h[t_g7pzr]
         - I_phi1 * x[wy]
         - I_phi2 * x[wy]
-        + t_vt7uo * g_1
-        + t_oncjt * g_2;
-    const real n6 = t_w7nmt * cos_theta1
-        + t_e5cx2 * cos_theta2
+        + t_mallh * g_1
+        + t_lbh6o * g_2;
+    const real n6 = t_3hais * cos_theta1
+        + t_wksgt * cos_theta2
         + I_theta1 * x[wx]
         + I_theta2 * x[wx]
-        - W13 * h[t_7bo2j]
-        - t_azclp * g_1
-        - t_iya7w * g_2
+        - W13 * h[t_urwo6]
+        - t_mallh_2 * g_1
+        - t_lbh6o_2 * g_2
         - I_phi1 * x[wz]
         - I_phi2 * x[wz];
-    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real t_bpfoo = K(1.0) / K11;
-    const real t_w7lcw = t_b3aij * t_bpfoo;
-    const real K_D2 = K22 - t_b3aij * t_w7lcw;
-    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_3go2w = t_zzymx * t_bpfoo;
-    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
-    const real t_4iujv = K(1.0) / K_D2;
-    const real K_L32 = t_d4mqf * t_4iujv;
-    const real t_ev7u5 = Bs_1 + Asc_1 * h[e1];
-    const real t_bvybx = Bs_2 + Asc_2 * h[e2];
-    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
-    const real t_vshgd = t_6mmeb * t_bpfoo;
-    const real t_p6zld = K52 - t_b3aij * t_vshgd;
-    const real K_L52 = t_p6zld * t_4iujv;
-    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
-    const real t_2m245 = Bs_1 + Bs_2;
-    const real t_xq4wt = t_2m245 * t_bpfoo;
-    const real t_m67zs = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2 + t_b3aij * t_xq4wt;
-    const real t_6urah = t_m67zs * t_4iujv;
-    const real t_m27n6 = K43 + t_d4mqf * t_6urah - t_zzymx * t_xq4wt;
-    const real t_zmh3u = K(1.0) / K_D3;
-    const real K_L43 = t_m27n6 * t_zmh3u;
-    const real t_bxfcn = K53 - t_d4mqf * K_L52 - t_zzymx * t_vshgd;
-    const real K_L53 = t_bxfcn * t_zmh3u;
-    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
-    const real t_e4enr = t_bl4f2 * t_bpfoo;
-    const real t_qvrp6 = t_bac7g + t_b3aij * t_e4enr;
-    const real t_dj64q = t_qvrp6 * t_4iujv;
-    const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
-    const real K_L63 = t_rahc4 * t_zmh3u;
-    const real K_D4 = K44 - t_m67zs * t_6urah - t_m27n6 * K_L43 - t_2m245 * t_xq4wt;
-    const real t_amczu = K54 + t_m67zs * K_L52 - t_m27n6 * K_L53 - t_2m245 * t_vshgd;
-    const real t_lt2al = K(1.0) / K_D4;
-    const real K_L54 = t_amczu * t_lt2al;
-    const real t_e4k6u = K64 - t_m67zs * t_dj64q - t_m27n6 * K_L63 - t_2m245 * t_e4enr;
-    const real K_L64 = t_e4k6u * t_lt2al;
+    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_cl3z7 = K(1.0) / K11;
+    const real t_exl37 = t_f2nhc * t_cl3z7;
+    const real K_D2 = K22 - t_f2nhc * t_exl37;
+    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_exl37_2 = t_f2nhc_2 * t_cl3z7;
+    const real t_iy2us = K32 - t_f2nhc * t_exl37_2;
+    const real t_6dtnj = K(1.0) / K_D2;
+    const real K_L32 = t_iy2us * t_6dtnj;
+    const real t_g3yj5 = Bs_1 + Asc_1 * h[e1];
+    const real t_pr2pp = Bs_2 + Asc_2 * h[e2];
+    const real t_bap4n = t_g3yj5 * sin_theta1 + t_pr2pp * sin_theta2;
+    const real t_6faq6 = t_bap4n * t_cl3z7;
+    const real t_c34go = K52 - t_f2nhc * t_6faq6;
+    const real K_L52 = t_c34go * t_6dtnj;
+    const real K_D3 = K33 - t_iy2us * K_L32 - t_f2nhc_2 * t_exl37_2;
+    const real t_dvxnj = Bs_1 + Bs_2;
+    const real t_qom6d = t_dvxnj * t_cl3z7;
+    const real t_d5rou = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2 + t_f2nhc * t_qom6d;
+    const real t_6but2 = t_d5rou * t_6dtnj;
+    const real t_e2mz5 = K43 + t_iy2us * t_6but2 - t_f2nhc_2 * t_qom6d;
+    const real t_6dtnj_2 = K(1.0) / K_D3;
+    const real K_L43 = t_e2mz5 * t_6dtnj_2;
+    const real t_rkny3 = K53 - t_iy2us * K_L52 - t_f2nhc_2 * t_6faq6;
+    const real K_L53 = t_rkny3 * t_6dtnj_2;
+    const real t_bap4n_2 = t_g3yj5 * cos_theta1 + t_pr2pp * cos_theta2;
+    const real t_6faq6_2 = t_bap4n_2 * t_cl3z7;
+    const real t_6lnfz = t_kd2xx_2 + t_f2nhc * t_6faq6_2;
+    const real t_bk7yo = t_6lnfz * t_6dtnj;
+    const real t_qksxh = K63 + t_iy2us * t_bk7yo - t_f2nhc_2 * t_6faq6_2;
+    const real K_L63 = t_qksxh * t_6dtnj_2;
+    const real K_D4 = K44 - t_d5rou * t_6but2 - t_e2mz5 * K_L43 - t_dvxnj * t_qom6d;
+    const real t_37ldw = K54 + t_d5rou * K_L52 - t_e2mz5 * K_L53 - t_dvxnj * t_6faq6;
+    const real t_6dtnj_3 = K(1.0) / K_D4;
+    const real K_L54 = t_37ldw * t_6dtnj_3;
+    const real t_ute3y = K64 - t_d5rou * t_bk7yo - t_e2mz5 * K_L63 - t_dvxnj * t_6faq6_2;
+    const real K_L64 = t_ute3y * t_6dtnj_3;
     const real K_D5 = K55
-        - t_p6zld * K_L52
-        - t_bxfcn * K_L53
-        - t_amczu * K_L54
-        - t_6mmeb * t_vshgd;
-    const real t_jo54w = K65
-        + t_p6zld * t_dj64q
-        - t_bxfcn * K_L63
-        - t_amczu * K_L64
-        - t_6mmeb * t_e4enr;
-    const real t_ftqxb = K(1.0) / K_D5;
-    const real K_L65 = t_jo54w * t_ftqxb;
+        - t_c34go * K_L52
+        - t_rkny3 * K_L53
+        - t_37ldw * K_L54
+        - t_bap4n * t_6faq6;
+    const real t_h6jxz = K65
+        + t_c34go * t_bk7yo
+        - t_rkny3 * K_L63
+        - t_37ldw * K_L64
+        - t_bap4n * t_6faq6_2;
+    const real t_jxcfv = K(1.0) / K_D5;
+    const real K_L65 = t_h6jxz * t_jxcfv;
     const real K_D6 = K66
-        - t_qvrp6 * t_dj64q
-        - t_rahc4 * K_L63
-        - t_e4k6u * K_L64
-        - t_jo54w * K_L65
-        - t_bl4f2 * t_e4enr;
+        - t_6lnfz * t_bk7yo
+        - t_qksxh * K_L63
+        - t_ute3y * K_L64
+        - t_h6jxz * K_L65
+        - t_bap4n_2 * t_6faq6_2;
     const real b1 = f_x
-        + (t_7imwe * sin_phi1 + t_4b2fa * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2);
+        + (t_o6fg5 * sin_phi1 + t_l7fgg * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2);
     const real b2 = f_y - n2;
     const real b4 = u[Mx] - n4;
-    const real b5 = u[Mz] - n5 - f_y * h[t_lwe76];
+    const real b5 = u[Mz] - n5 - f_y * h[t_bknng];
     const real t_gcu5g = t_ruxs4 * sin_delta1;
-    const real b6 = t_gcu5g * h[t_lwe76] - (u[My] + n6);
-    const real X_y2 = b2 + t_w7lcw * b1;
-    const real X_y3 = t_3go2w * b1 - (t_gcu5g + n3) - K_L32 * X_y2;
-    const real X_y4 = b4 + t_xq4wt * b1 + t_6urah * X_y2 - K_L43 * X_y3;
+    const real b6 = t_gcu5g * h[t_bknng] - (u[My] + n6);
+    const real X_y2 = b2 + t_exl37 * b1;
+    const real X_y3 = t_exl37_2 * b1 - (t_gcu5g + n3) - K_L32 * X_y2;
+    const real X_y4 = b4 + t_qom6d * b1 + t_6but2 * X_y2 - K_L43 * X_y3;
     const real X_y5 = b5
-        + t_vshgd * b1
+        + t_6faq6 * b1
         - K_L52 * X_y2
         - K_L53 * X_y3
         - K_L54 * X_y4;
     const real X_y6 = b6
-        + t_e4enr * b1
-        + t_dj64q * X_y2
+        + t_6faq6_2 * b1
+        + t_bk7yo * X_y2
         - K_L63 * X_y3
         - K_L64 * X_y4
         - K_L65 * X_y5;
     const real X_x6 = X_y6 / K_D6;
-    const real X_x5 = X_y5 * t_ftqxb - K_L65 * X_x6;
-    const real X_x4 = X_y4 * t_lt2al - K_L54 * X_x5 - K_L64 * X_x6;
-    const real X_x3 = X_y3 * t_zmh3u - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
-    const real X_x2 = X_y2 * t_4iujv
+    const real X_x5 = X_y5 * t_jxcfv - K_L65 * X_x6;
+    const real X_x4 = X_y4 * t_6dtnj_3 - K_L54 * X_x5 - K_L64 * X_x6;
+    const real X_x3 = X_y3 * t_6dtnj_2 - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
+    const real X_x2 = X_y2 * t_6dtnj
         - K_L32 * X_x3
-        + t_6urah * X_x4
+        + t_6but2 * X_x4
         - K_L52 * X_x5
-        + t_dj64q * X_x6;
-    const real X_x1 = b1 * t_bpfoo
-        + t_w7lcw * X_x2
-        + t_3go2w * X_x3
-        + t_xq4wt * X_x4
-        + t_vshgd * X_x5
-        + t_e4enr * X_x6;
+        + t_bk7yo * X_x6;
+    const real X_x1 = b1 * t_cl3z7
+        + t_exl37 * X_x2
+        + t_exl37_2 * X_x3
+        + t_qom6d * X_x4
+        + t_6faq6 * X_x5
+        + t_6faq6_2 * X_x6;
     y[0] = X_x2 - X_x5 * h[x_C];
     y[1] = X_x3 - X_x6 * h[x_C];
     y[2] = X_x4;
@@ -981,12 +981,12 @@ void slosh_outputs_prepared(const real *x, const real *u, const real *p, const r
 
 /* Places of h. */
 enum {
-    rhs_euler_h_t_zrejm,
+    rhs_euler_h_t_gbl6n,
     rhs_euler_h_k1,
     rhs_euler_h_me1,
     rhs_euler_h_t_6nwd2,
     rhs_euler_h_mv1,
-    rhs_euler_h_t_5wzvs,
+    rhs_euler_h_t_jx6g7,
     rhs_euler_h_k2,
     rhs_euler_h_me2,
     rhs_euler_h_t_popww,
@@ -1000,17 +1000,17 @@ enum {
     rhs_euler_h_e2,
     rhs_euler_h_B_1,
     rhs_euler_h_Bl_1,
-    rhs_euler_h_t_b7ure,
+    rhs_euler_h_t_xdulz,
     rhs_euler_h_B_2,
     rhs_euler_h_Bl_2,
-    rhs_euler_h_t_lpk5h,
-    rhs_euler_h_t_m5gm4,
-    rhs_euler_h_t_uumic,
-    rhs_euler_h_t_doa45,
+    rhs_euler_h_t_uohf6,
+    rhs_euler_h_t_47igz,
+    rhs_euler_h_t_fcuad,
+    rhs_euler_h_t_z4fbq,
     rhs_euler_h_t_sfymc,
-    rhs_euler_h_t_5r66u,
-    rhs_euler_h_t_7bo2j,
-    rhs_euler_h_t_lwe76,
+    rhs_euler_h_t_g7pzr,
+    rhs_euler_h_t_urwo6,
+    rhs_euler_h_t_bknng,
     rhs_euler_h_t_ibe72,
     rhs_euler_h_t_r7vy7,
 };
@@ -1036,17 +1036,17 @@ void slosh_rhs_euler_prepare(const real *p, real *h)
     enum { h2 = SLOSH_P_H2 };
     enum { I2 = SLOSH_P_I2 };
     const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
-    const real t_zrejm = K(1.0) / D1;
-    const real t_3qn53 = p[m1] * t_zrejm;
-    const real k1 = t_3qn53 * p[l1];
-    const real me1 = t_3qn53 * p[I1];
+    const real t_gbl6n = K(1.0) / D1;
+    const real t_wywjk = p[m1] * t_gbl6n;
+    const real k1 = t_wywjk * p[l1];
+    const real me1 = t_wywjk * p[I1];
     const real t_6nwd2 = p[l1] * p[m1];
     const real mv1 = t_6nwd2 * k1;
     const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
-    const real t_5wzvs = K(1.0) / D2;
-    const real t_54cbb = p[m2] * t_5wzvs;
-    const real k2 = t_54cbb * p[l2];
-    const real me2 = t_54cbb * p[I2];
+    const real t_jx6g7 = K(1.0) / D2;
+    const real t_jzg7x = p[m2] * t_jx6g7;
+    const real k2 = t_jzg7x * p[l2];
+    const real me2 = t_jzg7x * p[I2];
     const real t_popww = p[l2] * p[m2];
     const real mv2 = t_popww * k2;
     const real M_C = p[m] + p[m0] + me1 + me2;
@@ -1067,12 +1067,12 @@ void slosh_rhs_euler_prepare(const real *p, real *h)
     const real B_2 = me2 * p[l2];
     const real Bl_2 = B_2 * p[l2];
     const real t_sfymc = p[J_y] - p[J_z];
-    h[rhs_euler_h_t_zrejm] = t_zrejm;
+    h[rhs_euler_h_t_gbl6n] = t_gbl6n;
     h[rhs_euler_h_k1] = k1;
     h[rhs_euler_h_me1] = me1;
     h[rhs_euler_h_t_6nwd2] = t_6nwd2;
     h[rhs_euler_h_mv1] = mv1;
-    h[rhs_euler_h_t_5wzvs] = t_5wzvs;
+    h[rhs_euler_h_t_jx6g7] = t_jx6g7;
     h[rhs_euler_h_k2] = k2;
     h[rhs_euler_h_me2] = me2;
     h[rhs_euler_h_t_popww] = t_popww;
@@ -1086,17 +1086,17 @@ void slosh_rhs_euler_prepare(const real *p, real *h)
     h[rhs_euler_h_e2] = e2;
     h[rhs_euler_h_B_1] = B_1;
     h[rhs_euler_h_Bl_1] = Bl_1;
-    h[rhs_euler_h_t_b7ure] = me1 * (e1 * e1);
+    h[rhs_euler_h_t_xdulz] = me1 * (e1 * e1);
     h[rhs_euler_h_B_2] = B_2;
     h[rhs_euler_h_Bl_2] = Bl_2;
-    h[rhs_euler_h_t_lpk5h] = me2 * (e2 * e2);
-    h[rhs_euler_h_t_m5gm4] = M_C + mv1 + mv2;
-    h[rhs_euler_h_t_uumic] = e1 * me1;
-    h[rhs_euler_h_t_doa45] = e2 * me2;
+    h[rhs_euler_h_t_uohf6] = me2 * (e2 * e2);
+    h[rhs_euler_h_t_47igz] = M_C + mv1 + mv2;
+    h[rhs_euler_h_t_fcuad] = e1 * me1;
+    h[rhs_euler_h_t_z4fbq] = e2 * me2;
     h[rhs_euler_h_t_sfymc] = t_sfymc;
-    h[rhs_euler_h_t_5r66u] = J_C1 + (p[J_z] - p[J_y]);
-    h[rhs_euler_h_t_7bo2j] = J_C1 + t_is5lg + t_sfymc;
-    h[rhs_euler_h_t_lwe76] = p[b] + p[d] + x_C;
+    h[rhs_euler_h_t_g7pzr] = J_C1 + (p[J_z] - p[J_y]);
+    h[rhs_euler_h_t_urwo6] = J_C1 + t_is5lg + t_sfymc;
+    h[rhs_euler_h_t_bknng] = p[b] + p[d] + x_C;
     h[rhs_euler_h_t_ibe72] = K(1.0) / p[m1];
     h[rhs_euler_h_t_r7vy7] = K(1.0) / p[m2];
 }
@@ -1105,9 +1105,9 @@ void slosh_rhs_euler_prepare(const real *p, real *h)
 enum {
     rhs_euler_w_f_x,
     rhs_euler_w_f_y,
-    rhs_euler_w_t_4qr2j,
+    rhs_euler_w_t_724t4,
     rhs_euler_w_t_gcu5g,
-    rhs_euler_w_t_ayyb5,
+    rhs_euler_w_t_32nrs,
 };
 
 /* what rhs_euler computes when the input changes; 10 operations. */
@@ -1116,7 +1116,7 @@ void slosh_rhs_euler_hold(const real *u, const real *p, const real *h, real *w)
     enum { delta1 = SLOSH_U_DELTA1 };
     enum { delta2 = SLOSH_U_DELTA2 };
     enum { F = SLOSH_P_F };
-    enum { t_lwe76 = rhs_euler_h_t_lwe76 };
+    enum { t_bknng = rhs_euler_h_t_bknng };
     real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
     const real t_ruxs4 = cos_delta2 * p[F];
     real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
@@ -1125,9 +1125,9 @@ void slosh_rhs_euler_hold(const real *u, const real *p, const real *h, real *w)
     const real t_gcu5g = t_ruxs4 * sin_delta1;
     w[rhs_euler_w_f_x] = f_x;
     w[rhs_euler_w_f_y] = f_y;
-    w[rhs_euler_w_t_4qr2j] = f_y * h[t_lwe76];
+    w[rhs_euler_w_t_724t4] = f_y * h[t_bknng];
     w[rhs_euler_w_t_gcu5g] = t_gcu5g;
-    w[rhs_euler_w_t_ayyb5] = t_gcu5g * h[t_lwe76];
+    w[rhs_euler_w_t_32nrs] = t_gcu5g * h[t_bknng];
 }
 
 /* the rest of rhs_euler; 629 operations. */
@@ -1160,12 +1160,12 @@ void slosh_rhs_euler_prepared(const real *x, const real *u, const real *p, const
     enum { l2 = SLOSH_P_L2 };
     enum { I2 = SLOSH_P_I2 };
     enum { eps2 = SLOSH_P_EPS2 };
-    enum { t_zrejm = rhs_euler_h_t_zrejm };
+    enum { t_gbl6n = rhs_euler_h_t_gbl6n };
     enum { k1 = rhs_euler_h_k1 };
     enum { me1 = rhs_euler_h_me1 };
     enum { t_6nwd2 = rhs_euler_h_t_6nwd2 };
     enum { mv1 = rhs_euler_h_mv1 };
-    enum { t_5wzvs = rhs_euler_h_t_5wzvs };
+    enum { t_jx6g7 = rhs_euler_h_t_jx6g7 };
     enum { k2 = rhs_euler_h_k2 };
     enum { me2 = rhs_euler_h_me2 };
     enum { t_popww = rhs_euler_h_t_popww };
@@ -1179,23 +1179,23 @@ void slosh_rhs_euler_prepared(const real *x, const real *u, const real *p, const
     enum { e2 = rhs_euler_h_e2 };
     enum { B_1 = rhs_euler_h_B_1 };
     enum { Bl_1 = rhs_euler_h_Bl_1 };
-    enum { t_b7ure = rhs_euler_h_t_b7ure };
+    enum { t_xdulz = rhs_euler_h_t_xdulz };
     enum { B_2 = rhs_euler_h_B_2 };
     enum { Bl_2 = rhs_euler_h_Bl_2 };
-    enum { t_lpk5h = rhs_euler_h_t_lpk5h };
-    enum { t_m5gm4 = rhs_euler_h_t_m5gm4 };
-    enum { t_uumic = rhs_euler_h_t_uumic };
-    enum { t_doa45 = rhs_euler_h_t_doa45 };
+    enum { t_uohf6 = rhs_euler_h_t_uohf6 };
+    enum { t_47igz = rhs_euler_h_t_47igz };
+    enum { t_fcuad = rhs_euler_h_t_fcuad };
+    enum { t_z4fbq = rhs_euler_h_t_z4fbq };
     enum { t_sfymc = rhs_euler_h_t_sfymc };
-    enum { t_5r66u = rhs_euler_h_t_5r66u };
-    enum { t_7bo2j = rhs_euler_h_t_7bo2j };
+    enum { t_g7pzr = rhs_euler_h_t_g7pzr };
+    enum { t_urwo6 = rhs_euler_h_t_urwo6 };
     enum { t_ibe72 = rhs_euler_h_t_ibe72 };
     enum { t_r7vy7 = rhs_euler_h_t_r7vy7 };
     enum { f_x = rhs_euler_w_f_x };
     enum { f_y = rhs_euler_w_f_y };
-    enum { t_4qr2j = rhs_euler_w_t_4qr2j };
+    enum { t_724t4 = rhs_euler_w_t_724t4 };
     enum { t_gcu5g = rhs_euler_w_t_gcu5g };
-    enum { t_ayyb5 = rhs_euler_w_t_ayyb5 };
+    enum { t_32nrs = rhs_euler_w_t_32nrs };
     const real W12 = x[wx] * x[wy];
     const real W13 = x[wx] * x[wz];
     real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
@@ -1205,8 +1205,8 @@ void slosh_rhs_euler_prepared(const real *x, const real *u, const real *p, const
     const real w_x1 = x[wx] - x[theta1_dot];
     const real p1 = Wn1 + x[phi1_dot];
     const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
-    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
     real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
     real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
     const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
@@ -1214,8 +1214,8 @@ void slosh_rhs_euler_prepared(const real *x, const real *u, const real *p, const
     const real w_x2 = x[wx] - x[theta2_dot];
     const real p2 = Wn2 + x[phi2_dot];
     const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
-    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
     const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
     const real t_w7vil = t_rybsf * h[e1];
     const real tension1 = cos_phi1 * t_w7vil * h[mv1] - h[t_6nwd2] * sigma_sq1;
@@ -1235,9 +1235,9 @@ void slosh_rhs_euler_prepared(const real *x, const real *u, const real *p, const
     const real S_sq1 = sin_theta1 * sin_theta1;
     const real SC1 = cos_theta1 * sin_theta1;
     const real tn11_1 = Ass_1 + h[me1] - wth_1;
-    const real t_3bowt = h[Bl_1] + K(-2.0) * eBc_1 + h[e1] * eAss_1;
-    const real t_3fv6l = g_1 * wg_1;
-    const real tn44_1 = h[t_b7ure] + t_3bowt - t_3fv6l;
+    const real t_o36xw = h[Bl_1] + K(-2.0) * eBc_1 + h[e1] * eAss_1;
+    const real t_w6q4c = g_1 * wg_1;
+    const real tn44_1 = h[t_xdulz] + t_o36xw - t_w6q4c;
     const real wq_1 = q_1 * wth_1;
     const real wqg_1 = q_1 * wg_1;
     const real wqq_1 = q_1 * wq_1;
@@ -1247,13 +1247,13 @@ void slosh_rhs_euler_prepared(const real *x, const real *u, const real *p, const
     const real wgS_1 = sin_theta1 * wqg_1;
     const real loss_phi1 = p[eps1] * x[phi1_dot];
     const real loss_theta1 = p[eps1] * x[theta1_dot];
-    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
     const real zeta1 = W12 * q_1
         + Wn1 * lc_1 * w_x1
         - chi1 * p[l1] * (p1 + x[phi1_dot]);
     const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_7imwe = h[B_1] * eta1 + loss_phi1 * h[k1];
-    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real t_o6fg5 = h[B_1] * eta1 + loss_phi1 * h[k1];
+    const real F_t1 = sin_phi1 * tension1 - t_o6fg5 * cos_phi1;
     const real M_q1 = F_n1 * q_1;
     const real I_phi1 = x[phi1_dot] * p[I1];
     const real I_theta1 = x[theta1_dot] * p[I1];
@@ -1275,9 +1275,9 @@ void slosh_rhs_euler_prepared(const real *x, const real *u, const real *p, const
     const real S_sq2 = sin_theta2 * sin_theta2;
     const real SC2 = cos_theta2 * sin_theta2;
     const real tn11_2 = Ass_2 + h[me2] - wth_2;
-    const real t_ymmgl = h[Bl_2] + K(-2.0) * eBc_2 + h[e2] * eAss_2;
-    const real t_odwbr = g_2 * wg_2;
-    const real tn44_2 = h[t_lpk5h] + t_ymmgl - t_odwbr;
+    const real t_2znlb = h[Bl_2] + K(-2.0) * eBc_2 + h[e2] * eAss_2;
+    const real t_7fbo3 = g_2 * wg_2;
+    const real tn44_2 = h[t_uohf6] + t_2znlb - t_7fbo3;
     const real wq_2 = q_2 * wth_2;
     const real wqg_2 = q_2 * wg_2;
     const real wqq_2 = q_2 * wq_2;
@@ -1287,205 +1287,205 @@ void slosh_rhs_euler_prepared(const real *x, const real *u, const real *p, const
     const real wgS_2 = sin_theta2 * wqg_2;
     const real loss_phi2 = p[eps2] * x[phi2_dot];
     const real loss_theta2 = p[eps2] * x[theta2_dot];
-    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
     const real zeta2 = W12 * q_2
         + Wn2 * lc_2 * w_x2
         - chi2 * p[l2] * (p2 + x[phi2_dot]);
     const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
-    const real t_4b2fa = h[B_2] * eta2 + loss_phi2 * h[k2];
-    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real t_l7fgg = h[B_2] * eta2 + loss_phi2 * h[k2];
+    const real F_t2 = sin_phi2 * tension2 - t_l7fgg * cos_phi2;
     const real M_q2 = F_n2 * q_2;
     const real I_phi2 = x[phi2_dot] * p[I2];
     const real I_theta2 = x[theta2_dot] * p[I2];
-    const real K11 = h[t_m5gm4] - Ass_1 - Ass_2;
-    const real t_fbeaw = S_sq1 * tn11_1;
-    const real t_dj555 = S_sq2 * tn11_2;
-    const real K22 = t_fbeaw + t_dj555 + h[M_C] + wth_1 + wth_2 - h[me1] - h[me2];
+    const real K11 = h[t_47igz] - Ass_1 - Ass_2;
+    const real t_eytv7 = S_sq1 * tn11_1;
+    const real t_xyodq = S_sq2 * tn11_2;
+    const real K22 = t_eytv7 + t_xyodq + h[M_C] + wth_1 + wth_2 - h[me1] - h[me2];
     const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + h[M_C] - t_fbeaw - t_dj555;
+    const real K33 = Ass_1 + Ass_2 + h[M_C] - t_eytv7 - t_xyodq;
     const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
-    const real t_nhr5u = wqq_1 + wqq_2;
-    const real K44 = t_nhr5u + h[Bl_1] + h[Bl_2] + h[J_C1];
-    const real t_kwrkt = wg_1 - h[t_uumic];
-    const real t_t44oq = wg_2 - h[t_doa45];
-    const real t_32gyg = Bc_1 - eAss_1;
-    const real t_n3v7x = t_32gyg + t_kwrkt;
-    const real t_gbkg6 = Bc_2 - eAss_2;
-    const real t_hsuzx = t_gbkg6 + t_t44oq;
-    const real t_fcf5x = S_sq1 * t_n3v7x + S_sq2 * t_hsuzx;
-    const real K52 = t_kwrkt + t_t44oq - t_fcf5x - wqC_1 - wqC_2;
-    const real t_bac7g = SC1 * t_n3v7x + SC2 * t_hsuzx;
-    const real K53 = wqS_1 - t_bac7g + wqS_2;
-    const real t_nncdg = h[Bl_1] - eBc_1;
-    const real t_4q22j = h[Bl_2] - eBc_2;
-    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
-    const real t_hoosk = S_sq1 * tn44_1;
-    const real t_drvdp = S_sq2 * tn44_2;
-    const real K55 = t_3fv6l
-        + t_odwbr
-        + t_nhr5u
-        + t_hoosk
-        + t_drvdp
+    const real t_hig3c = wqq_1 + wqq_2;
+    const real K44 = t_hig3c + h[Bl_1] + h[Bl_2] + h[J_C1];
+    const real t_uzoih = wg_1 - h[t_fcuad];
+    const real t_fv4vq = wg_2 - h[t_z4fbq];
+    const real t_qeyrr = Bc_1 - eAss_1;
+    const real t_wg7ej = t_qeyrr + t_uzoih;
+    const real t_vn7oc = Bc_2 - eAss_2;
+    const real t_lqbgn = t_vn7oc + t_fv4vq;
+    const real t_kd2xx = S_sq1 * t_wg7ej + S_sq2 * t_lqbgn;
+    const real K52 = t_uzoih + t_fv4vq - t_kd2xx - wqC_1 - wqC_2;
+    const real t_kd2xx_2 = SC1 * t_wg7ej + SC2 * t_lqbgn;
+    const real K53 = wqS_1 - t_kd2xx_2 + wqS_2;
+    const real t_vykvu = h[Bl_1] - eBc_1;
+    const real t_vwbsx = h[Bl_2] - eBc_2;
+    const real K54 = t_hig3c - wgC_1 - wgC_2 + t_vykvu * sin_theta1 + t_vwbsx * sin_theta2;
+    const real t_o56io = S_sq1 * tn44_1;
+    const real t_5sxb4 = S_sq2 * tn44_2;
+    const real K55 = t_w6q4c
+        + t_7fbo3
+        + t_hig3c
+        + t_o56io
+        + t_5sxb4
         + h[J_C3]
-        - h[t_b7ure]
-        - h[t_lpk5h]
+        - h[t_xdulz]
+        - h[t_uohf6]
         + K(-2.0) * wgC_1
         + K(-2.0) * wgC_2;
-    const real K63 = t_fcf5x - (t_32gyg + t_gbkg6);
-    const real t_zhbuw = wgS_1 + wgS_2;
-    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
-    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
-    const real K66 = t_3bowt + t_ymmgl + h[J_C2] - t_hoosk - t_drvdp;
-    const real t_vt7uo = F_n1 * cos_theta1;
-    const real t_oncjt = F_n2 * cos_theta2;
-    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
-    const real t_azclp = F_n1 * sin_theta1;
-    const real t_iya7w = F_n2 * sin_theta2;
-    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
-    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
-    const real t_kp7yy = M_q1 + M_q2;
-    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
-    const real n4 = t_aejai
-        - t_kp7yy
-        + t_zd4fs
+    const real K63 = t_kd2xx - (t_qeyrr + t_vn7oc);
+    const real t_hig3c_2 = wgS_1 + wgS_2;
+    const real K64 = t_hig3c_2 + t_vykvu * cos_theta1 + t_vwbsx * cos_theta2;
+    const real K65 = t_hig3c_2 + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_o36xw + t_2znlb + h[J_C2] - t_o56io - t_5sxb4;
+    const real t_mallh = F_n1 * cos_theta1;
+    const real t_lbh6o = F_n2 * cos_theta2;
+    const real n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real t_mallh_2 = F_n1 * sin_theta1;
+    const real t_lbh6o_2 = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2;
+    const real t_dg3od = Bs_1 * t_w7vil + t_o6fg5 * p[l1];
+    const real t_hig3c_3 = M_q1 + M_q2;
+    const real t_a26ad = Bs_2 * t_6fvzz + t_l7fgg * p[l2];
+    const real n4 = t_dg3od
+        - t_hig3c_3
+        + t_a26ad
         - loss_phi1
         - loss_phi2
         + I_theta1 * x[wy]
         + I_theta2 * x[wy]
         - h[t_sfymc] * x[wy] * x[wz];
-    const real t_w7nmt = t_aejai + F_t1 * h[e1];
-    const real t_e5cx2 = t_zd4fs + F_t2 * h[e2];
-    const real n5 = t_w7nmt * sin_theta1
-        - (t_kp7yy + loss_theta1 + loss_theta2)
-        + t_e5cx2 * sin_theta2
-        - W12 * h[t_5r66u]
+    const real t_3hais = t_dg3od + F_t1 * h[e1];
+    const real t_wksgt = t_a26ad + F_t2 * h[e2];
+    const real n5 = t_3hais * sin_theta1
+        - (t_hig3c_3 + loss_theta1 + loss_theta2)
+        + t_wksgt * sin_theta2
+        - W12 * h[t_g7pzr]
         - I_phi1 * x[wy]
         - I_phi2 * x[wy]
-        + t_vt7uo * g_1
-        + t_oncjt * g_2;
-    const real n6 = t_w7nmt * cos_theta1
-        + t_e5cx2 * cos_theta2
+        + t_mallh * g_1
+        + t_lbh6o * g_2;
+    const real n6 = t_3hais * cos_theta1
+        + t_wksgt * cos_theta2
         + I_theta1 * x[wx]
         + I_theta2 * x[wx]
-        - W13 * h[t_7bo2j]
-        - t_azclp * g_1
-        - t_iya7w * g_2
+        - W13 * h[t_urwo6]
+        - t_mallh_2 * g_1
+        - t_lbh6o_2 * g_2
         - I_phi1 * x[wz]
         - I_phi2 * x[wz];
-    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real t_bpfoo = K(1.0) / K11;
-    const real t_w7lcw = t_b3aij * t_bpfoo;
-    const real K_D2 = K22 - t_b3aij * t_w7lcw;
-    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_3go2w = t_zzymx * t_bpfoo;
-    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
-    const real t_4iujv = K(1.0) / K_D2;
-    const real K_L32 = t_d4mqf * t_4iujv;
-    const real t_ev7u5 = Bs_1 + Asc_1 * h[e1];
-    const real t_bvybx = Bs_2 + Asc_2 * h[e2];
-    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
-    const real t_vshgd = t_6mmeb * t_bpfoo;
-    const real t_p6zld = K52 - t_b3aij * t_vshgd;
-    const real K_L52 = t_p6zld * t_4iujv;
-    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
-    const real t_2m245 = Bs_1 + Bs_2;
-    const real t_xq4wt = t_2m245 * t_bpfoo;
-    const real t_m67zs = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2 + t_b3aij * t_xq4wt;
-    const real t_6urah = t_m67zs * t_4iujv;
-    const real t_m27n6 = K43 + t_d4mqf * t_6urah - t_zzymx * t_xq4wt;
-    const real t_zmh3u = K(1.0) / K_D3;
-    const real K_L43 = t_m27n6 * t_zmh3u;
-    const real t_bxfcn = K53 - t_d4mqf * K_L52 - t_zzymx * t_vshgd;
-    const real K_L53 = t_bxfcn * t_zmh3u;
-    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
-    const real t_e4enr = t_bl4f2 * t_bpfoo;
-    const real t_qvrp6 = t_bac7g + t_b3aij * t_e4enr;
-    const real t_dj64q = t_qvrp6 * t_4iujv;
-    const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
-    const real K_L63 = t_rahc4 * t_zmh3u;
-    const real K_D4 = K44 - t_m67zs * t_6urah - t_m27n6 * K_L43 - t_2m245 * t_xq4wt;
-    const real t_amczu = K54 + t_m67zs * K_L52 - t_m27n6 * K_L53 - t_2m245 * t_vshgd;
-    const real t_lt2al = K(1.0) / K_D4;
-    const real K_L54 = t_amczu * t_lt2al;
-    const real t_e4k6u = K64 - t_m67zs * t_dj64q - t_m27n6 * K_L63 - t_2m245 * t_e4enr;
-    const real K_L64 = t_e4k6u * t_lt2al;
+    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_cl3z7 = K(1.0) / K11;
+    const real t_exl37 = t_f2nhc * t_cl3z7;
+    const real K_D2 = K22 - t_f2nhc * t_exl37;
+    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_exl37_2 = t_f2nhc_2 * t_cl3z7;
+    const real t_iy2us = K32 - t_f2nhc * t_exl37_2;
+    const real t_6dtnj = K(1.0) / K_D2;
+    const real K_L32 = t_iy2us * t_6dtnj;
+    const real t_g3yj5 = Bs_1 + Asc_1 * h[e1];
+    const real t_pr2pp = Bs_2 + Asc_2 * h[e2];
+    const real t_bap4n = t_g3yj5 * sin_theta1 + t_pr2pp * sin_theta2;
+    const real t_6faq6 = t_bap4n * t_cl3z7;
+    const real t_c34go = K52 - t_f2nhc * t_6faq6;
+    const real K_L52 = t_c34go * t_6dtnj;
+    const real K_D3 = K33 - t_iy2us * K_L32 - t_f2nhc_2 * t_exl37_2;
+    const real t_dvxnj = Bs_1 + Bs_2;
+    const real t_qom6d = t_dvxnj * t_cl3z7;
+    const real t_d5rou = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2 + t_f2nhc * t_qom6d;
+    const real t_6but2 = t_d5rou * t_6dtnj;
+    const real t_e2mz5 = K43 + t_iy2us * t_6but2 - t_f2nhc_2 * t_qom6d;
+    const real t_6dtnj_2 = K(1.0) / K_D3;
+    const real K_L43 = t_e2mz5 * t_6dtnj_2;
+    const real t_rkny3 = K53 - t_iy2us * K_L52 - t_f2nhc_2 * t_6faq6;
+    const real K_L53 = t_rkny3 * t_6dtnj_2;
+    const real t_bap4n_2 = t_g3yj5 * cos_theta1 + t_pr2pp * cos_theta2;
+    const real t_6faq6_2 = t_bap4n_2 * t_cl3z7;
+    const real t_6lnfz = t_kd2xx_2 + t_f2nhc * t_6faq6_2;
+    const real t_bk7yo = t_6lnfz * t_6dtnj;
+    const real t_qksxh = K63 + t_iy2us * t_bk7yo - t_f2nhc_2 * t_6faq6_2;
+    const real K_L63 = t_qksxh * t_6dtnj_2;
+    const real K_D4 = K44 - t_d5rou * t_6but2 - t_e2mz5 * K_L43 - t_dvxnj * t_qom6d;
+    const real t_37ldw = K54 + t_d5rou * K_L52 - t_e2mz5 * K_L53 - t_dvxnj * t_6faq6;
+    const real t_6dtnj_3 = K(1.0) / K_D4;
+    const real K_L54 = t_37ldw * t_6dtnj_3;
+    const real t_ute3y = K64 - t_d5rou * t_bk7yo - t_e2mz5 * K_L63 - t_dvxnj * t_6faq6_2;
+    const real K_L64 = t_ute3y * t_6dtnj_3;
     const real K_D5 = K55
-        - t_p6zld * K_L52
-        - t_bxfcn * K_L53
-        - t_amczu * K_L54
-        - t_6mmeb * t_vshgd;
-    const real t_jo54w = K65
-        + t_p6zld * t_dj64q
-        - t_bxfcn * K_L63
-        - t_amczu * K_L64
-        - t_6mmeb * t_e4enr;
-    const real t_ftqxb = K(1.0) / K_D5;
-    const real K_L65 = t_jo54w * t_ftqxb;
+        - t_c34go * K_L52
+        - t_rkny3 * K_L53
+        - t_37ldw * K_L54
+        - t_bap4n * t_6faq6;
+    const real t_h6jxz = K65
+        + t_c34go * t_bk7yo
+        - t_rkny3 * K_L63
+        - t_37ldw * K_L64
+        - t_bap4n * t_6faq6_2;
+    const real t_jxcfv = K(1.0) / K_D5;
+    const real K_L65 = t_h6jxz * t_jxcfv;
     const real K_D6 = K66
-        - t_qvrp6 * t_dj64q
-        - t_rahc4 * K_L63
-        - t_e4k6u * K_L64
-        - t_jo54w * K_L65
-        - t_bl4f2 * t_e4enr;
+        - t_6lnfz * t_bk7yo
+        - t_qksxh * K_L63
+        - t_ute3y * K_L64
+        - t_h6jxz * K_L65
+        - t_bap4n_2 * t_6faq6_2;
     const real b1 = w[f_x]
-        + (t_7imwe * sin_phi1 + t_4b2fa * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2);
+        + (t_o6fg5 * sin_phi1 + t_l7fgg * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2);
     const real b2 = w[f_y] - n2;
     const real b4 = u[Mx] - n4;
-    const real b5 = u[Mz] - n5 - w[t_4qr2j];
-    const real b6 = w[t_ayyb5] - (u[My] + n6);
-    const real X_y2 = b2 + t_w7lcw * b1;
-    const real X_y3 = t_3go2w * b1 - (w[t_gcu5g] + n3) - K_L32 * X_y2;
-    const real X_y4 = b4 + t_xq4wt * b1 + t_6urah * X_y2 - K_L43 * X_y3;
+    const real b5 = u[Mz] - n5 - w[t_724t4];
+    const real b6 = w[t_32nrs] - (u[My] + n6);
+    const real X_y2 = b2 + t_exl37 * b1;
+    const real X_y3 = t_exl37_2 * b1 - (w[t_gcu5g] + n3) - K_L32 * X_y2;
+    const real X_y4 = b4 + t_qom6d * b1 + t_6but2 * X_y2 - K_L43 * X_y3;
     const real X_y5 = b5
-        + t_vshgd * b1
+        + t_6faq6 * b1
         - K_L52 * X_y2
         - K_L53 * X_y3
         - K_L54 * X_y4;
     const real X_y6 = b6
-        + t_e4enr * b1
-        + t_dj64q * X_y2
+        + t_6faq6_2 * b1
+        + t_bk7yo * X_y2
         - K_L63 * X_y3
         - K_L64 * X_y4
         - K_L65 * X_y5;
     const real X_x6 = X_y6 / K_D6;
-    const real X_x5 = X_y5 * t_ftqxb - K_L65 * X_x6;
-    const real X_x4 = X_y4 * t_lt2al - K_L54 * X_x5 - K_L64 * X_x6;
-    const real X_x3 = X_y3 * t_zmh3u - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
-    const real X_x2 = X_y2 * t_4iujv
+    const real X_x5 = X_y5 * t_jxcfv - K_L65 * X_x6;
+    const real X_x4 = X_y4 * t_6dtnj_3 - K_L54 * X_x5 - K_L64 * X_x6;
+    const real X_x3 = X_y3 * t_6dtnj_2 - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
+    const real X_x2 = X_y2 * t_6dtnj
         - K_L32 * X_x3
-        + t_6urah * X_x4
+        + t_6but2 * X_x4
         - K_L52 * X_x5
-        + t_dj64q * X_x6;
-    const real X_x1 = b1 * t_bpfoo
-        + t_w7lcw * X_x2
-        + t_3go2w * X_x3
-        + t_xq4wt * X_x4
-        + t_vshgd * X_x5
-        + t_e4enr * X_x6;
+        + t_bk7yo * X_x6;
+    const real X_x1 = b1 * t_cl3z7
+        + t_exl37 * X_x2
+        + t_exl37_2 * X_x3
+        + t_qom6d * X_x4
+        + t_6faq6 * X_x5
+        + t_6faq6_2 * X_x6;
     const real G_t1 = X_x5 * sin_theta1 + X_x6 * cos_theta1;
     const real Gt_eta1 = G_t1 + eta1;
-    const real t_ynvhx = cos_phi1 * (G_t1 * h[e1] + X_x2 * sin_theta1 + X_x3 * cos_theta1)
+    const real t_qmuri = cos_phi1 * (G_t1 * h[e1] + X_x2 * sin_theta1 + X_x3 * cos_theta1)
         + sin_phi1 * (X_x1 - t_w7vil);
-    const real phi_acc1 = Gt_eta1 - (loss_phi1 + p[I1] * (Gt_eta1 + X_x4)) * h[t_zrejm] - h[k1] * t_ynvhx;
-    const real t_g433r = X_x5 - W12;
-    const real t_mwq7z = X_x4 + X_x5;
-    const real t_5ffnn = zeta1
+    const real phi_acc1 = Gt_eta1 - (loss_phi1 + p[I1] * (Gt_eta1 + X_x4)) * h[t_gbl6n] - h[k1] * t_qmuri;
+    const real t_3ipx7 = X_x5 - W12;
+    const real t_hig3c_4 = X_x4 + X_x5;
+    const real t_hd5gx = zeta1
         + X_x2 * cos_theta1
         + g_1 * (X_x5 * cos_theta1 - X_x6 * sin_theta1)
-        - t_mwq7z * q_1
+        - t_hig3c_4 * q_1
         - X_x3 * sin_theta1;
-    const real theta_acc1 = -(t_g433r + th_1 * (loss_theta1 * h[t_ibe72] + q_1 * t_5ffnn));
+    const real theta_acc1 = -(t_3ipx7 + th_1 * (loss_theta1 * h[t_ibe72] + q_1 * t_hd5gx));
     const real G_t2 = X_x5 * sin_theta2 + X_x6 * cos_theta2;
     const real Gt_eta2 = G_t2 + eta2;
-    const real t_rrute = cos_phi2 * (G_t2 * h[e2] + X_x2 * sin_theta2 + X_x3 * cos_theta2)
+    const real t_j3hy2 = cos_phi2 * (G_t2 * h[e2] + X_x2 * sin_theta2 + X_x3 * cos_theta2)
         + sin_phi2 * (X_x1 - t_6fvzz);
-    const real phi_acc2 = Gt_eta2 - (loss_phi2 + p[I2] * (Gt_eta2 + X_x4)) * h[t_5wzvs] - h[k2] * t_rrute;
-    const real t_oqair = zeta2
+    const real phi_acc2 = Gt_eta2 - (loss_phi2 + p[I2] * (Gt_eta2 + X_x4)) * h[t_jx6g7] - h[k2] * t_j3hy2;
+    const real t_s4hzu = zeta2
         + X_x2 * cos_theta2
         + g_2 * (X_x5 * cos_theta2 - X_x6 * sin_theta2)
-        - t_mwq7z * q_2
+        - t_hig3c_4 * q_2
         - X_x3 * sin_theta2;
-    const real theta_acc2 = -(t_g433r + th_2 * (loss_theta2 * h[t_r7vy7] + q_2 * t_oqair));
+    const real theta_acc2 = -(t_3ipx7 + th_2 * (loss_theta2 * h[t_r7vy7] + q_2 * t_s4hzu));
     real sin_att2, cos_att2; mv_sincos(x[att2], &sin_att2, &cos_att2);
     real sin_att1, cos_att1; mv_sincos(x[att1], &sin_att1, &cos_att1);
     const real t_oa5el = K(1.0) / cos_att2;
@@ -1496,7 +1496,7 @@ void slosh_rhs_euler_prepared(const real *x, const real *u, const real *p, const
     dx[2] = X_x3 - X_x6 * h[x_C] + (x[vx] * x[wy] - x[vy] * x[wx]);
     dx[3] = X_x4;
     dx[4] = W13 - X_x6;
-    dx[5] = t_g433r;
+    dx[5] = t_3ipx7;
     dx[6] = x[wx] + sin_att2 * t_s66h7 + sin_att2 * t_bi4sl;
     dx[7] = cos_att1 * x[wy] - sin_att1 * x[wz];
     dx[8] = t_s66h7 + t_bi4sl;
@@ -1514,14 +1514,14 @@ void slosh_rhs_euler_prepared(const real *x, const real *u, const real *p, const
 enum {
     rhs_reduced_h_t_os4zj,
     rhs_reduced_h_t_yx2kz,
-    rhs_reduced_h_t_zrejm,
+    rhs_reduced_h_t_gbl6n,
     rhs_reduced_h_k1,
     rhs_reduced_h_me1,
     rhs_reduced_h_t_6nwd2,
     rhs_reduced_h_mv1,
     rhs_reduced_h_t_nfvux,
     rhs_reduced_h_t_frp3h,
-    rhs_reduced_h_t_5wzvs,
+    rhs_reduced_h_t_jx6g7,
     rhs_reduced_h_k2,
     rhs_reduced_h_me2,
     rhs_reduced_h_t_popww,
@@ -1535,18 +1535,18 @@ enum {
     rhs_reduced_h_e2,
     rhs_reduced_h_B_1,
     rhs_reduced_h_Bl_1,
-    rhs_reduced_h_t_b7ure,
+    rhs_reduced_h_t_xdulz,
     rhs_reduced_h_B_2,
     rhs_reduced_h_Bl_2,
-    rhs_reduced_h_t_lpk5h,
-    rhs_reduced_h_t_m5gm4,
-    rhs_reduced_h_t_uumic,
-    rhs_reduced_h_t_doa45,
+    rhs_reduced_h_t_uohf6,
+    rhs_reduced_h_t_47igz,
+    rhs_reduced_h_t_fcuad,
+    rhs_reduced_h_t_z4fbq,
     rhs_reduced_h_t_sfymc,
-    rhs_reduced_h_t_5r66u,
-    rhs_reduced_h_t_7bo2j,
-    rhs_reduced_h_t_lwe76,
-    rhs_reduced_h_t_oc5tk,
+    rhs_reduced_h_t_g7pzr,
+    rhs_reduced_h_t_urwo6,
+    rhs_reduced_h_t_bknng,
+    rhs_reduced_h_t_os4zj_2,
     rhs_reduced_h_ax_eq,
 };
 
@@ -1574,19 +1574,19 @@ void slosh_rhs_reduced_prepare(const real *p, real *h)
     const real t_os4zj = p[l1] * p[l1];
     const real t_yx2kz = t_os4zj * p[m1];
     const real D1 = t_yx2kz + p[I1];
-    const real t_zrejm = K(1.0) / D1;
-    const real t_3qn53 = p[m1] * t_zrejm;
-    const real k1 = t_3qn53 * p[l1];
-    const real me1 = t_3qn53 * p[I1];
+    const real t_gbl6n = K(1.0) / D1;
+    const real t_wywjk = p[m1] * t_gbl6n;
+    const real k1 = t_wywjk * p[l1];
+    const real me1 = t_wywjk * p[I1];
     const real t_6nwd2 = p[l1] * p[m1];
     const real mv1 = t_6nwd2 * k1;
     const real t_nfvux = p[l2] * p[l2];
     const real t_frp3h = t_nfvux * p[m2];
     const real D2 = t_frp3h + p[I2];
-    const real t_5wzvs = K(1.0) / D2;
-    const real t_54cbb = p[m2] * t_5wzvs;
-    const real k2 = t_54cbb * p[l2];
-    const real me2 = t_54cbb * p[I2];
+    const real t_jx6g7 = K(1.0) / D2;
+    const real t_jzg7x = p[m2] * t_jx6g7;
+    const real k2 = t_jzg7x * p[l2];
+    const real me2 = t_jzg7x * p[I2];
     const real t_popww = p[l2] * p[m2];
     const real mv2 = t_popww * k2;
     const real t_omhyl = p[m] + p[m0];
@@ -1611,14 +1611,14 @@ void slosh_rhs_reduced_prepare(const real *p, real *h)
     const real ax_eq = p[F] / (t_omhyl + p[m1] + p[m2]);  /* (19) */
     h[rhs_reduced_h_t_os4zj] = t_os4zj;
     h[rhs_reduced_h_t_yx2kz] = t_yx2kz;
-    h[rhs_reduced_h_t_zrejm] = t_zrejm;
+    h[rhs_reduced_h_t_gbl6n] = t_gbl6n;
     h[rhs_reduced_h_k1] = k1;
     h[rhs_reduced_h_me1] = me1;
     h[rhs_reduced_h_t_6nwd2] = t_6nwd2;
     h[rhs_reduced_h_mv1] = mv1;
     h[rhs_reduced_h_t_nfvux] = t_nfvux;
     h[rhs_reduced_h_t_frp3h] = t_frp3h;
-    h[rhs_reduced_h_t_5wzvs] = t_5wzvs;
+    h[rhs_reduced_h_t_jx6g7] = t_jx6g7;
     h[rhs_reduced_h_k2] = k2;
     h[rhs_reduced_h_me2] = me2;
     h[rhs_reduced_h_t_popww] = t_popww;
@@ -1632,18 +1632,18 @@ void slosh_rhs_reduced_prepare(const real *p, real *h)
     h[rhs_reduced_h_e2] = e2;
     h[rhs_reduced_h_B_1] = B_1;
     h[rhs_reduced_h_Bl_1] = Bl_1;
-    h[rhs_reduced_h_t_b7ure] = me1 * (e1 * e1);
+    h[rhs_reduced_h_t_xdulz] = me1 * (e1 * e1);
     h[rhs_reduced_h_B_2] = B_2;
     h[rhs_reduced_h_Bl_2] = Bl_2;
-    h[rhs_reduced_h_t_lpk5h] = me2 * (e2 * e2);
-    h[rhs_reduced_h_t_m5gm4] = M_C + mv1 + mv2;
-    h[rhs_reduced_h_t_uumic] = e1 * me1;
-    h[rhs_reduced_h_t_doa45] = e2 * me2;
+    h[rhs_reduced_h_t_uohf6] = me2 * (e2 * e2);
+    h[rhs_reduced_h_t_47igz] = M_C + mv1 + mv2;
+    h[rhs_reduced_h_t_fcuad] = e1 * me1;
+    h[rhs_reduced_h_t_z4fbq] = e2 * me2;
     h[rhs_reduced_h_t_sfymc] = t_sfymc;
-    h[rhs_reduced_h_t_5r66u] = J_C1 + (p[J_z] - p[J_y]);
-    h[rhs_reduced_h_t_7bo2j] = J_C1 + t_is5lg + t_sfymc;
-    h[rhs_reduced_h_t_lwe76] = p[b] + p[d] + x_C;
-    h[rhs_reduced_h_t_oc5tk] = t_os4zj + t_os4zj;
+    h[rhs_reduced_h_t_g7pzr] = J_C1 + (p[J_z] - p[J_y]);
+    h[rhs_reduced_h_t_urwo6] = J_C1 + t_is5lg + t_sfymc;
+    h[rhs_reduced_h_t_bknng] = p[b] + p[d] + x_C;
+    h[rhs_reduced_h_t_os4zj_2] = t_os4zj + t_os4zj;
     h[rhs_reduced_h_ax_eq] = ax_eq;
 }
 
@@ -1651,9 +1651,9 @@ void slosh_rhs_reduced_prepare(const real *p, real *h)
 enum {
     rhs_reduced_w_f_x,
     rhs_reduced_w_f_y,
-    rhs_reduced_w_t_4qr2j,
+    rhs_reduced_w_t_724t4,
     rhs_reduced_w_t_gcu5g,
-    rhs_reduced_w_t_ayyb5,
+    rhs_reduced_w_t_32nrs,
 };
 
 /* what rhs_reduced computes when the input changes; 10 operations. */
@@ -1662,7 +1662,7 @@ void slosh_rhs_reduced_hold(const real *u, const real *p, const real *h, real *w
     enum { delta1 = SLOSH_U_DELTA1 };
     enum { delta2 = SLOSH_U_DELTA2 };
     enum { F = SLOSH_P_F };
-    enum { t_lwe76 = rhs_reduced_h_t_lwe76 };
+    enum { t_bknng = rhs_reduced_h_t_bknng };
     real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
     const real t_ruxs4 = cos_delta2 * p[F];
     real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
@@ -1671,9 +1671,9 @@ void slosh_rhs_reduced_hold(const real *u, const real *p, const real *h, real *w
     const real t_gcu5g = t_ruxs4 * sin_delta1;
     w[rhs_reduced_w_f_x] = f_x;
     w[rhs_reduced_w_f_y] = f_y;
-    w[rhs_reduced_w_t_4qr2j] = f_y * h[t_lwe76];
+    w[rhs_reduced_w_t_724t4] = f_y * h[t_bknng];
     w[rhs_reduced_w_t_gcu5g] = t_gcu5g;
-    w[rhs_reduced_w_t_ayyb5] = t_gcu5g * h[t_lwe76];
+    w[rhs_reduced_w_t_32nrs] = t_gcu5g * h[t_bknng];
 }
 
 /* the rest of rhs_reduced; 745 operations. */
@@ -1708,14 +1708,14 @@ void slosh_rhs_reduced_prepared(const real *x, const real *u, const real *p, con
     enum { eps2 = SLOSH_P_EPS2 };
     enum { t_os4zj = rhs_reduced_h_t_os4zj };
     enum { t_yx2kz = rhs_reduced_h_t_yx2kz };
-    enum { t_zrejm = rhs_reduced_h_t_zrejm };
+    enum { t_gbl6n = rhs_reduced_h_t_gbl6n };
     enum { k1 = rhs_reduced_h_k1 };
     enum { me1 = rhs_reduced_h_me1 };
     enum { t_6nwd2 = rhs_reduced_h_t_6nwd2 };
     enum { mv1 = rhs_reduced_h_mv1 };
     enum { t_nfvux = rhs_reduced_h_t_nfvux };
     enum { t_frp3h = rhs_reduced_h_t_frp3h };
-    enum { t_5wzvs = rhs_reduced_h_t_5wzvs };
+    enum { t_jx6g7 = rhs_reduced_h_t_jx6g7 };
     enum { k2 = rhs_reduced_h_k2 };
     enum { me2 = rhs_reduced_h_me2 };
     enum { t_popww = rhs_reduced_h_t_popww };
@@ -1729,47 +1729,47 @@ void slosh_rhs_reduced_prepared(const real *x, const real *u, const real *p, con
     enum { e2 = rhs_reduced_h_e2 };
     enum { B_1 = rhs_reduced_h_B_1 };
     enum { Bl_1 = rhs_reduced_h_Bl_1 };
-    enum { t_b7ure = rhs_reduced_h_t_b7ure };
+    enum { t_xdulz = rhs_reduced_h_t_xdulz };
     enum { B_2 = rhs_reduced_h_B_2 };
     enum { Bl_2 = rhs_reduced_h_Bl_2 };
-    enum { t_lpk5h = rhs_reduced_h_t_lpk5h };
-    enum { t_m5gm4 = rhs_reduced_h_t_m5gm4 };
-    enum { t_uumic = rhs_reduced_h_t_uumic };
-    enum { t_doa45 = rhs_reduced_h_t_doa45 };
+    enum { t_uohf6 = rhs_reduced_h_t_uohf6 };
+    enum { t_47igz = rhs_reduced_h_t_47igz };
+    enum { t_fcuad = rhs_reduced_h_t_fcuad };
+    enum { t_z4fbq = rhs_reduced_h_t_z4fbq };
     enum { t_sfymc = rhs_reduced_h_t_sfymc };
-    enum { t_5r66u = rhs_reduced_h_t_5r66u };
-    enum { t_7bo2j = rhs_reduced_h_t_7bo2j };
-    enum { t_oc5tk = rhs_reduced_h_t_oc5tk };
+    enum { t_g7pzr = rhs_reduced_h_t_g7pzr };
+    enum { t_urwo6 = rhs_reduced_h_t_urwo6 };
+    enum { t_os4zj_2 = rhs_reduced_h_t_os4zj_2 };
     enum { ax_eq = rhs_reduced_h_ax_eq };
     enum { f_x = rhs_reduced_w_f_x };
     enum { f_y = rhs_reduced_w_f_y };
-    enum { t_4qr2j = rhs_reduced_w_t_4qr2j };
+    enum { t_724t4 = rhs_reduced_w_t_724t4 };
     enum { t_gcu5g = rhs_reduced_w_t_gcu5g };
-    enum { t_ayyb5 = rhs_reduced_w_t_ayyb5 };
+    enum { t_32nrs = rhs_reduced_w_t_32nrs };
     const real W12 = x[wx] * x[wy];
     const real W13 = x[wx] * x[wz];
     real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
     real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
     const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
-    const real t_rding = cos_theta1 * x[wz];
-    const real t_a3uw4 = sin_theta1 * x[wy];
-    const real Wt1 = t_rding + t_a3uw4;
+    const real t_rzamr = cos_theta1 * x[wz];
+    const real t_uu2cl = sin_theta1 * x[wy];
+    const real Wt1 = t_rzamr + t_uu2cl;
     const real w_x1 = x[wx] - x[theta1_dot];
     const real p1 = Wn1 + x[phi1_dot];
     const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
-    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
     real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
     real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
     const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
-    const real t_geoui = cos_theta2 * x[wz];
-    const real t_vhhwy = sin_theta2 * x[wy];
-    const real Wt2 = t_geoui + t_vhhwy;
+    const real t_adduy = cos_theta2 * x[wz];
+    const real t_t2zmi = sin_theta2 * x[wy];
+    const real Wt2 = t_adduy + t_t2zmi;
     const real w_x2 = x[wx] - x[theta2_dot];
     const real p2 = Wn2 + x[phi2_dot];
     const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
-    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
     const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
     const real t_w7vil = t_rybsf * h[e1];
     const real tension1 = cos_phi1 * t_w7vil * h[mv1] - h[t_6nwd2] * sigma_sq1;
@@ -1789,9 +1789,9 @@ void slosh_rhs_reduced_prepared(const real *x, const real *u, const real *p, con
     const real S_sq1 = sin_theta1 * sin_theta1;
     const real SC1 = cos_theta1 * sin_theta1;
     const real tn11_1 = Ass_1 + h[me1] - wth_1;
-    const real t_3bowt = h[Bl_1] + K(-2.0) * eBc_1 + h[e1] * eAss_1;
-    const real t_3fv6l = g_1 * wg_1;
-    const real tn44_1 = h[t_b7ure] + t_3bowt - t_3fv6l;
+    const real t_o36xw = h[Bl_1] + K(-2.0) * eBc_1 + h[e1] * eAss_1;
+    const real t_w6q4c = g_1 * wg_1;
+    const real tn44_1 = h[t_xdulz] + t_o36xw - t_w6q4c;
     const real wq_1 = q_1 * wth_1;
     const real wqg_1 = q_1 * wg_1;
     const real wqq_1 = q_1 * wq_1;
@@ -1801,13 +1801,13 @@ void slosh_rhs_reduced_prepared(const real *x, const real *u, const real *p, con
     const real wgS_1 = sin_theta1 * wqg_1;
     const real loss_phi1 = p[eps1] * x[phi1_dot];
     const real loss_theta1 = p[eps1] * x[theta1_dot];
-    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
     const real zeta1 = W12 * q_1
         + Wn1 * lc_1 * w_x1
         - chi1 * p[l1] * (p1 + x[phi1_dot]);
     const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_7imwe = h[B_1] * eta1 + loss_phi1 * h[k1];
-    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real t_o6fg5 = h[B_1] * eta1 + loss_phi1 * h[k1];
+    const real F_t1 = sin_phi1 * tension1 - t_o6fg5 * cos_phi1;
     const real M_q1 = F_n1 * q_1;
     const real I_phi1 = x[phi1_dot] * p[I1];
     const real I_theta1 = x[theta1_dot] * p[I1];
@@ -1829,9 +1829,9 @@ void slosh_rhs_reduced_prepared(const real *x, const real *u, const real *p, con
     const real S_sq2 = sin_theta2 * sin_theta2;
     const real SC2 = cos_theta2 * sin_theta2;
     const real tn11_2 = Ass_2 + h[me2] - wth_2;
-    const real t_ymmgl = h[Bl_2] + K(-2.0) * eBc_2 + h[e2] * eAss_2;
-    const real t_odwbr = g_2 * wg_2;
-    const real tn44_2 = h[t_lpk5h] + t_ymmgl - t_odwbr;
+    const real t_2znlb = h[Bl_2] + K(-2.0) * eBc_2 + h[e2] * eAss_2;
+    const real t_7fbo3 = g_2 * wg_2;
+    const real tn44_2 = h[t_uohf6] + t_2znlb - t_7fbo3;
     const real wq_2 = q_2 * wth_2;
     const real wqg_2 = q_2 * wg_2;
     const real wqq_2 = q_2 * wq_2;
@@ -1841,283 +1841,283 @@ void slosh_rhs_reduced_prepared(const real *x, const real *u, const real *p, con
     const real wgS_2 = sin_theta2 * wqg_2;
     const real loss_phi2 = p[eps2] * x[phi2_dot];
     const real loss_theta2 = p[eps2] * x[theta2_dot];
-    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
     const real zeta2 = W12 * q_2
         + Wn2 * lc_2 * w_x2
         - chi2 * p[l2] * (p2 + x[phi2_dot]);
     const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
-    const real t_4b2fa = h[B_2] * eta2 + loss_phi2 * h[k2];
-    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real t_l7fgg = h[B_2] * eta2 + loss_phi2 * h[k2];
+    const real F_t2 = sin_phi2 * tension2 - t_l7fgg * cos_phi2;
     const real M_q2 = F_n2 * q_2;
     const real I_phi2 = x[phi2_dot] * p[I2];
     const real I_theta2 = x[theta2_dot] * p[I2];
-    const real K11 = h[t_m5gm4] - Ass_1 - Ass_2;
-    const real t_fbeaw = S_sq1 * tn11_1;
-    const real t_dj555 = S_sq2 * tn11_2;
-    const real K22 = t_fbeaw + t_dj555 + h[M_C] + wth_1 + wth_2 - h[me1] - h[me2];
+    const real K11 = h[t_47igz] - Ass_1 - Ass_2;
+    const real t_eytv7 = S_sq1 * tn11_1;
+    const real t_xyodq = S_sq2 * tn11_2;
+    const real K22 = t_eytv7 + t_xyodq + h[M_C] + wth_1 + wth_2 - h[me1] - h[me2];
     const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + h[M_C] - t_fbeaw - t_dj555;
+    const real K33 = Ass_1 + Ass_2 + h[M_C] - t_eytv7 - t_xyodq;
     const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
-    const real t_nhr5u = wqq_1 + wqq_2;
-    const real K44 = t_nhr5u + h[Bl_1] + h[Bl_2] + h[J_C1];
-    const real t_kwrkt = wg_1 - h[t_uumic];
-    const real t_t44oq = wg_2 - h[t_doa45];
-    const real t_32gyg = Bc_1 - eAss_1;
-    const real t_n3v7x = t_32gyg + t_kwrkt;
-    const real t_gbkg6 = Bc_2 - eAss_2;
-    const real t_hsuzx = t_gbkg6 + t_t44oq;
-    const real t_fcf5x = S_sq1 * t_n3v7x + S_sq2 * t_hsuzx;
-    const real K52 = t_kwrkt + t_t44oq - t_fcf5x - wqC_1 - wqC_2;
-    const real t_bac7g = SC1 * t_n3v7x + SC2 * t_hsuzx;
-    const real K53 = wqS_1 - t_bac7g + wqS_2;
-    const real t_nncdg = h[Bl_1] - eBc_1;
-    const real t_4q22j = h[Bl_2] - eBc_2;
-    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
-    const real t_hoosk = S_sq1 * tn44_1;
-    const real t_drvdp = S_sq2 * tn44_2;
-    const real K55 = t_3fv6l
-        + t_odwbr
-        + t_nhr5u
-        + t_hoosk
-        + t_drvdp
+    const real t_hig3c = wqq_1 + wqq_2;
+    const real K44 = t_hig3c + h[Bl_1] + h[Bl_2] + h[J_C1];
+    const real t_uzoih = wg_1 - h[t_fcuad];
+    const real t_fv4vq = wg_2 - h[t_z4fbq];
+    const real t_qeyrr = Bc_1 - eAss_1;
+    const real t_wg7ej = t_qeyrr + t_uzoih;
+    const real t_vn7oc = Bc_2 - eAss_2;
+    const real t_lqbgn = t_vn7oc + t_fv4vq;
+    const real t_kd2xx = S_sq1 * t_wg7ej + S_sq2 * t_lqbgn;
+    const real K52 = t_uzoih + t_fv4vq - t_kd2xx - wqC_1 - wqC_2;
+    const real t_kd2xx_2 = SC1 * t_wg7ej + SC2 * t_lqbgn;
+    const real K53 = wqS_1 - t_kd2xx_2 + wqS_2;
+    const real t_vykvu = h[Bl_1] - eBc_1;
+    const real t_vwbsx = h[Bl_2] - eBc_2;
+    const real K54 = t_hig3c - wgC_1 - wgC_2 + t_vykvu * sin_theta1 + t_vwbsx * sin_theta2;
+    const real t_o56io = S_sq1 * tn44_1;
+    const real t_5sxb4 = S_sq2 * tn44_2;
+    const real K55 = t_w6q4c
+        + t_7fbo3
+        + t_hig3c
+        + t_o56io
+        + t_5sxb4
         + h[J_C3]
-        - h[t_b7ure]
-        - h[t_lpk5h]
+        - h[t_xdulz]
+        - h[t_uohf6]
         + K(-2.0) * wgC_1
         + K(-2.0) * wgC_2;
-    const real K63 = t_fcf5x - (t_32gyg + t_gbkg6);
-    const real t_zhbuw = wgS_1 + wgS_2;
-    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
-    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
-    const real K66 = t_3bowt + t_ymmgl + h[J_C2] - t_hoosk - t_drvdp;
-    const real t_vt7uo = F_n1 * cos_theta1;
-    const real t_oncjt = F_n2 * cos_theta2;
-    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
-    const real t_azclp = F_n1 * sin_theta1;
-    const real t_iya7w = F_n2 * sin_theta2;
-    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
-    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
-    const real t_kp7yy = M_q1 + M_q2;
-    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
-    const real n4 = t_aejai
-        - t_kp7yy
-        + t_zd4fs
+    const real K63 = t_kd2xx - (t_qeyrr + t_vn7oc);
+    const real t_hig3c_2 = wgS_1 + wgS_2;
+    const real K64 = t_hig3c_2 + t_vykvu * cos_theta1 + t_vwbsx * cos_theta2;
+    const real K65 = t_hig3c_2 + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_o36xw + t_2znlb + h[J_C2] - t_o56io - t_5sxb4;
+    const real t_mallh = F_n1 * cos_theta1;
+    const real t_lbh6o = F_n2 * cos_theta2;
+    const real n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real t_mallh_2 = F_n1 * sin_theta1;
+    const real t_lbh6o_2 = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2;
+    const real t_dg3od = Bs_1 * t_w7vil + t_o6fg5 * p[l1];
+    const real t_hig3c_3 = M_q1 + M_q2;
+    const real t_a26ad = Bs_2 * t_6fvzz + t_l7fgg * p[l2];
+    const real n4 = t_dg3od
+        - t_hig3c_3
+        + t_a26ad
         - loss_phi1
         - loss_phi2
         + I_theta1 * x[wy]
         + I_theta2 * x[wy]
         - h[t_sfymc] * x[wy] * x[wz];
-    const real t_w7nmt = t_aejai + F_t1 * h[e1];
-    const real t_e5cx2 = t_zd4fs + F_t2 * h[e2];
-    const real n5 = t_w7nmt * sin_theta1
-        - (t_kp7yy + loss_theta1 + loss_theta2)
-        + t_e5cx2 * sin_theta2
-        - W12 * h[t_5r66u]
+    const real t_3hais = t_dg3od + F_t1 * h[e1];
+    const real t_wksgt = t_a26ad + F_t2 * h[e2];
+    const real n5 = t_3hais * sin_theta1
+        - (t_hig3c_3 + loss_theta1 + loss_theta2)
+        + t_wksgt * sin_theta2
+        - W12 * h[t_g7pzr]
         - I_phi1 * x[wy]
         - I_phi2 * x[wy]
-        + t_vt7uo * g_1
-        + t_oncjt * g_2;
-    const real n6 = t_w7nmt * cos_theta1
-        + t_e5cx2 * cos_theta2
+        + t_mallh * g_1
+        + t_lbh6o * g_2;
+    const real n6 = t_3hais * cos_theta1
+        + t_wksgt * cos_theta2
         + I_theta1 * x[wx]
         + I_theta2 * x[wx]
-        - W13 * h[t_7bo2j]
-        - t_azclp * g_1
-        - t_iya7w * g_2
+        - W13 * h[t_urwo6]
+        - t_mallh_2 * g_1
+        - t_lbh6o_2 * g_2
         - I_phi1 * x[wz]
         - I_phi2 * x[wz];
-    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real t_bpfoo = K(1.0) / K11;
-    const real t_w7lcw = t_b3aij * t_bpfoo;
-    const real K_D2 = K22 - t_b3aij * t_w7lcw;
-    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_3go2w = t_zzymx * t_bpfoo;
-    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
-    const real t_4iujv = K(1.0) / K_D2;
-    const real K_L32 = t_d4mqf * t_4iujv;
-    const real t_ev7u5 = Bs_1 + Asc_1 * h[e1];
-    const real t_bvybx = Bs_2 + Asc_2 * h[e2];
-    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
-    const real t_vshgd = t_6mmeb * t_bpfoo;
-    const real t_p6zld = K52 - t_b3aij * t_vshgd;
-    const real K_L52 = t_p6zld * t_4iujv;
-    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
-    const real t_2m245 = Bs_1 + Bs_2;
-    const real t_xq4wt = t_2m245 * t_bpfoo;
-    const real t_m67zs = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2 + t_b3aij * t_xq4wt;
-    const real t_6urah = t_m67zs * t_4iujv;
-    const real t_m27n6 = K43 + t_d4mqf * t_6urah - t_zzymx * t_xq4wt;
-    const real t_zmh3u = K(1.0) / K_D3;
-    const real K_L43 = t_m27n6 * t_zmh3u;
-    const real t_bxfcn = K53 - t_d4mqf * K_L52 - t_zzymx * t_vshgd;
-    const real K_L53 = t_bxfcn * t_zmh3u;
-    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
-    const real t_e4enr = t_bl4f2 * t_bpfoo;
-    const real t_qvrp6 = t_bac7g + t_b3aij * t_e4enr;
-    const real t_dj64q = t_qvrp6 * t_4iujv;
-    const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
-    const real K_L63 = t_rahc4 * t_zmh3u;
-    const real K_D4 = K44 - t_m67zs * t_6urah - t_m27n6 * K_L43 - t_2m245 * t_xq4wt;
-    const real t_amczu = K54 + t_m67zs * K_L52 - t_m27n6 * K_L53 - t_2m245 * t_vshgd;
-    const real t_lt2al = K(1.0) / K_D4;
-    const real K_L54 = t_amczu * t_lt2al;
-    const real t_e4k6u = K64 - t_m67zs * t_dj64q - t_m27n6 * K_L63 - t_2m245 * t_e4enr;
-    const real K_L64 = t_e4k6u * t_lt2al;
+    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_cl3z7 = K(1.0) / K11;
+    const real t_exl37 = t_f2nhc * t_cl3z7;
+    const real K_D2 = K22 - t_f2nhc * t_exl37;
+    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_exl37_2 = t_f2nhc_2 * t_cl3z7;
+    const real t_iy2us = K32 - t_f2nhc * t_exl37_2;
+    const real t_6dtnj = K(1.0) / K_D2;
+    const real K_L32 = t_iy2us * t_6dtnj;
+    const real t_g3yj5 = Bs_1 + Asc_1 * h[e1];
+    const real t_pr2pp = Bs_2 + Asc_2 * h[e2];
+    const real t_bap4n = t_g3yj5 * sin_theta1 + t_pr2pp * sin_theta2;
+    const real t_6faq6 = t_bap4n * t_cl3z7;
+    const real t_c34go = K52 - t_f2nhc * t_6faq6;
+    const real K_L52 = t_c34go * t_6dtnj;
+    const real K_D3 = K33 - t_iy2us * K_L32 - t_f2nhc_2 * t_exl37_2;
+    const real t_dvxnj = Bs_1 + Bs_2;
+    const real t_qom6d = t_dvxnj * t_cl3z7;
+    const real t_d5rou = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2 + t_f2nhc * t_qom6d;
+    const real t_6but2 = t_d5rou * t_6dtnj;
+    const real t_e2mz5 = K43 + t_iy2us * t_6but2 - t_f2nhc_2 * t_qom6d;
+    const real t_6dtnj_2 = K(1.0) / K_D3;
+    const real K_L43 = t_e2mz5 * t_6dtnj_2;
+    const real t_rkny3 = K53 - t_iy2us * K_L52 - t_f2nhc_2 * t_6faq6;
+    const real K_L53 = t_rkny3 * t_6dtnj_2;
+    const real t_bap4n_2 = t_g3yj5 * cos_theta1 + t_pr2pp * cos_theta2;
+    const real t_6faq6_2 = t_bap4n_2 * t_cl3z7;
+    const real t_6lnfz = t_kd2xx_2 + t_f2nhc * t_6faq6_2;
+    const real t_bk7yo = t_6lnfz * t_6dtnj;
+    const real t_qksxh = K63 + t_iy2us * t_bk7yo - t_f2nhc_2 * t_6faq6_2;
+    const real K_L63 = t_qksxh * t_6dtnj_2;
+    const real K_D4 = K44 - t_d5rou * t_6but2 - t_e2mz5 * K_L43 - t_dvxnj * t_qom6d;
+    const real t_37ldw = K54 + t_d5rou * K_L52 - t_e2mz5 * K_L53 - t_dvxnj * t_6faq6;
+    const real t_6dtnj_3 = K(1.0) / K_D4;
+    const real K_L54 = t_37ldw * t_6dtnj_3;
+    const real t_ute3y = K64 - t_d5rou * t_bk7yo - t_e2mz5 * K_L63 - t_dvxnj * t_6faq6_2;
+    const real K_L64 = t_ute3y * t_6dtnj_3;
     const real K_D5 = K55
-        - t_p6zld * K_L52
-        - t_bxfcn * K_L53
-        - t_amczu * K_L54
-        - t_6mmeb * t_vshgd;
-    const real t_jo54w = K65
-        + t_p6zld * t_dj64q
-        - t_bxfcn * K_L63
-        - t_amczu * K_L64
-        - t_6mmeb * t_e4enr;
-    const real t_ftqxb = K(1.0) / K_D5;
-    const real K_L65 = t_jo54w * t_ftqxb;
+        - t_c34go * K_L52
+        - t_rkny3 * K_L53
+        - t_37ldw * K_L54
+        - t_bap4n * t_6faq6;
+    const real t_h6jxz = K65
+        + t_c34go * t_bk7yo
+        - t_rkny3 * K_L63
+        - t_37ldw * K_L64
+        - t_bap4n * t_6faq6_2;
+    const real t_jxcfv = K(1.0) / K_D5;
+    const real K_L65 = t_h6jxz * t_jxcfv;
     const real K_D6 = K66
-        - t_qvrp6 * t_dj64q
-        - t_rahc4 * K_L63
-        - t_e4k6u * K_L64
-        - t_jo54w * K_L65
-        - t_bl4f2 * t_e4enr;
+        - t_6lnfz * t_bk7yo
+        - t_qksxh * K_L63
+        - t_ute3y * K_L64
+        - t_h6jxz * K_L65
+        - t_bap4n_2 * t_6faq6_2;
     const real b1 = w[f_x]
-        + (t_7imwe * sin_phi1 + t_4b2fa * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2);
+        + (t_o6fg5 * sin_phi1 + t_l7fgg * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2);
     const real b2 = w[f_y] - n2;
     const real b4 = u[Mx] - n4;
-    const real b5 = u[Mz] - n5 - w[t_4qr2j];
-    const real b6 = w[t_ayyb5] - (u[My] + n6);
-    const real X_y2 = b2 + t_w7lcw * b1;
-    const real X_y3 = t_3go2w * b1 - (w[t_gcu5g] + n3) - K_L32 * X_y2;
-    const real X_y4 = b4 + t_xq4wt * b1 + t_6urah * X_y2 - K_L43 * X_y3;
+    const real b5 = u[Mz] - n5 - w[t_724t4];
+    const real b6 = w[t_32nrs] - (u[My] + n6);
+    const real X_y2 = b2 + t_exl37 * b1;
+    const real X_y3 = t_exl37_2 * b1 - (w[t_gcu5g] + n3) - K_L32 * X_y2;
+    const real X_y4 = b4 + t_qom6d * b1 + t_6but2 * X_y2 - K_L43 * X_y3;
     const real X_y5 = b5
-        + t_vshgd * b1
+        + t_6faq6 * b1
         - K_L52 * X_y2
         - K_L53 * X_y3
         - K_L54 * X_y4;
     const real X_y6 = b6
-        + t_e4enr * b1
-        + t_dj64q * X_y2
+        + t_6faq6_2 * b1
+        + t_bk7yo * X_y2
         - K_L63 * X_y3
         - K_L64 * X_y4
         - K_L65 * X_y5;
     const real X_x6 = X_y6 / K_D6;
-    const real X_x5 = X_y5 * t_ftqxb - K_L65 * X_x6;
-    const real X_x4 = X_y4 * t_lt2al - K_L54 * X_x5 - K_L64 * X_x6;
-    const real X_x3 = X_y3 * t_zmh3u - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
-    const real X_x2 = X_y2 * t_4iujv
+    const real X_x5 = X_y5 * t_jxcfv - K_L65 * X_x6;
+    const real X_x4 = X_y4 * t_6dtnj_3 - K_L54 * X_x5 - K_L64 * X_x6;
+    const real X_x3 = X_y3 * t_6dtnj_2 - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
+    const real X_x2 = X_y2 * t_6dtnj
         - K_L32 * X_x3
-        + t_6urah * X_x4
+        + t_6but2 * X_x4
         - K_L52 * X_x5
-        + t_dj64q * X_x6;
+        + t_bk7yo * X_x6;
     const real gx_phi1 = sin_phi1 * h[t_6nwd2];  /* (25) */
-    const real t_5zfdh = lc_1 * p[m1];
-    const real gy_phi1 = sin_theta1 * t_5zfdh;  /* (25) */
-    const real gz_phi1 = cos_theta1 * t_5zfdh;  /* (25) */
-    const real t_sgto3 = h[t_yx2kz] * sin_theta1;
-    const real cz_phi1 = gy_phi1 * p[h1] - t_sgto3;  /* (25) */
-    const real t_azo52 = gx_phi1 * p[h1];
-    const real t_amwyw = t_a3uw4 + t_rding;
-    const real t_7eszt = t_amwyw * t_amwyw;
-    const real t_a233z = sin_phi1 * cos_phi1;
-    const real t_z7qux = h[t_yx2kz] * t_a233z;
+    const real t_3s3hq = lc_1 * p[m1];
+    const real gy_phi1 = sin_theta1 * t_3s3hq;  /* (25) */
+    const real gz_phi1 = cos_theta1 * t_3s3hq;  /* (25) */
+    const real t_tbwda = h[t_yx2kz] * sin_theta1;
+    const real cz_phi1 = gy_phi1 * p[h1] - t_tbwda;  /* (25) */
+    const real t_glcdw = gx_phi1 * p[h1];
+    const real t_l4ozg = t_uu2cl + t_rzamr;
+    const real t_wjugd = t_l4ozg * t_l4ozg;
+    const real t_hjphj = sin_phi1 * cos_phi1;
+    const real t_5zi7z = h[t_yx2kz] * t_hjphj;
     const real t_wube7 = x[wx] * x[wx];
-    const real t_3qva5 = sin_phi1 * sin_phi1;
-    const real t_2dafa = h[t_yx2kz] * t_3qva5;
-    const real t_kuyke = t_2dafa * t_amwyw;
+    const real t_hjphj_2 = sin_phi1 * sin_phi1;
+    const real t_5zi7z_2 = h[t_yx2kz] * t_hjphj_2;
+    const real t_rlilm = t_5zi7z_2 * t_l4ozg;
     const real k_phi1 = loss_phi1
-        - t_azo52 * t_7eszt
-        - t_azo52 * (Wn1 * Wn1)
-        - x[theta1_dot] * x[theta1_dot] * t_z7qux
-        - t_z7qux * t_wube7
-        - (x[theta1_dot] + x[theta1_dot]) * t_kuyke
-        - h[t_yx2kz] * t_amwyw * x[wx]
-        + h[t_os4zj] * t_7eszt * sin_phi1 * cos_phi1 * p[m1]
-        + h[t_oc5tk] * t_3qva5 * t_amwyw * x[wx] * p[m1]
-        + cos_phi1 * t_amwyw * p[h1] * x[wx] * p[l1] * p[m1]
-        + h[t_oc5tk] * sin_phi1 * cos_phi1 * x[theta1_dot] * x[wx] * p[m1];  /* (25) */
-    const real D_theta1 = t_2dafa + p[I1];  /* (26) */
+        - t_glcdw * t_wjugd
+        - t_glcdw * (Wn1 * Wn1)
+        - x[theta1_dot] * x[theta1_dot] * t_5zi7z
+        - t_5zi7z * t_wube7
+        - (x[theta1_dot] + x[theta1_dot]) * t_rlilm
+        - h[t_yx2kz] * t_l4ozg * x[wx]
+        + h[t_os4zj] * t_wjugd * sin_phi1 * cos_phi1 * p[m1]
+        + h[t_os4zj_2] * t_hjphj_2 * t_l4ozg * x[wx] * p[m1]
+        + cos_phi1 * t_l4ozg * p[h1] * x[wx] * p[l1] * p[m1]
+        + h[t_os4zj_2] * sin_phi1 * cos_phi1 * x[theta1_dot] * x[wx] * p[m1];  /* (25) */
+    const real D_theta1 = t_5zi7z_2 + p[I1];  /* (26) */
     const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
-    const real t_tpms2 = sin_theta1 * gx_phi1;
-    const real cy_theta1 = t_tpms2 * p[h1] - t_a233z * t_sgto3;  /* (26) */
-    const real cz_theta1 = gy_theta1 * p[h1] - t_a233z * (h[t_yx2kz] * cos_theta1) + p[I1];  /* (26) */
-    const real t_ywy5z = Wn1 * x[wx];
-    const real t_j5odj = x[phi1_dot] + x[phi1_dot];
-    const real t_bp7gq = t_z7qux * t_j5odj;
+    const real t_mqczk = sin_theta1 * gx_phi1;
+    const real cy_theta1 = t_mqczk * p[h1] - t_hjphj * t_tbwda;  /* (26) */
+    const real cz_theta1 = gy_theta1 * p[h1] - t_hjphj * (h[t_yx2kz] * cos_theta1) + p[I1];  /* (26) */
+    const real t_prfqf = Wn1 * x[wx];
+    const real t_hjux3 = x[phi1_dot] + x[phi1_dot];
+    const real t_jboxq = t_5zi7z * t_hjux3;
     const real k_theta1 = loss_theta1
-        + t_azo52 * t_ywy5z
-        + t_kuyke * t_j5odj
-        + t_kuyke * Wn1
-        + t_bp7gq * x[theta1_dot]
-        - t_z7qux * t_ywy5z
-        - t_bp7gq * x[wx];  /* (26) */
+        + t_glcdw * t_prfqf
+        + t_rlilm * t_hjux3
+        + t_rlilm * Wn1
+        + t_jboxq * x[theta1_dot]
+        - t_5zi7z * t_prfqf
+        - t_jboxq * x[wx];  /* (26) */
     const real gx_phi2 = h[t_popww] * sin_phi2;  /* (25) */
-    const real t_p4m3j = lc_2 * p[m2];
-    const real gy_phi2 = t_p4m3j * sin_theta2;  /* (25) */
-    const real gz_phi2 = t_p4m3j * cos_theta2;  /* (25) */
-    const real t_q45sa = sin_theta2 * h[t_frp3h];
-    const real cz_phi2 = gy_phi2 * p[h2] - t_q45sa;  /* (25) */
-    const real t_nqm7d = sin_phi2 * cos_phi2;
-    const real t_6skn7 = t_nqm7d * h[t_frp3h];
-    const real t_svo5z = gx_phi2 * p[h2];
-    const real t_kmx3q = t_vhhwy + t_geoui;
-    const real t_3chhy = t_kmx3q * t_kmx3q;
-    const real t_4j4b3 = sin_phi2 * sin_phi2;
-    const real t_7a6mb = t_4j4b3 * h[t_frp3h];
-    const real t_pnlix = t_kmx3q * t_7a6mb;
+    const real t_7pqnn = lc_2 * p[m2];
+    const real gy_phi2 = t_7pqnn * sin_theta2;  /* (25) */
+    const real gz_phi2 = t_7pqnn * cos_theta2;  /* (25) */
+    const real t_wywfd = sin_theta2 * h[t_frp3h];
+    const real cz_phi2 = gy_phi2 * p[h2] - t_wywfd;  /* (25) */
+    const real t_pt6a7 = sin_phi2 * cos_phi2;
+    const real t_vptxp = t_pt6a7 * h[t_frp3h];
+    const real t_2542d = gx_phi2 * p[h2];
+    const real t_doiln = t_t2zmi + t_adduy;
+    const real t_7ovbh = t_doiln * t_doiln;
+    const real t_pt6a7_2 = sin_phi2 * sin_phi2;
+    const real t_vptxp_2 = t_pt6a7_2 * h[t_frp3h];
+    const real t_2kwb7 = t_doiln * t_vptxp_2;
     const real k_phi2 = loss_phi2
-        - t_wube7 * t_6skn7
-        - t_svo5z * t_3chhy
-        - t_svo5z * (Wn2 * Wn2)
-        - x[theta2_dot] * x[theta2_dot] * t_6skn7
-        - (x[theta2_dot] + x[theta2_dot]) * t_pnlix
-        - t_kmx3q * h[t_frp3h] * x[wx]
-        + t_3chhy * sin_phi2 * cos_phi2 * h[t_nfvux] * p[m2]
-        + (t_kmx3q + t_kmx3q) * t_4j4b3 * h[t_nfvux] * x[wx] * p[m2]
-        + t_kmx3q * cos_phi2 * p[h2] * x[wx] * p[l2] * p[m2]
+        - t_wube7 * t_vptxp
+        - t_2542d * t_7ovbh
+        - t_2542d * (Wn2 * Wn2)
+        - x[theta2_dot] * x[theta2_dot] * t_vptxp
+        - (x[theta2_dot] + x[theta2_dot]) * t_2kwb7
+        - t_doiln * h[t_frp3h] * x[wx]
+        + t_7ovbh * sin_phi2 * cos_phi2 * h[t_nfvux] * p[m2]
+        + (t_doiln + t_doiln) * t_pt6a7_2 * h[t_nfvux] * x[wx] * p[m2]
+        + t_doiln * cos_phi2 * p[h2] * x[wx] * p[l2] * p[m2]
         + (sin_phi2 + sin_phi2) * cos_phi2 * h[t_nfvux] * x[theta2_dot] * x[wx] * p[m2];  /* (25) */
-    const real D_theta2 = t_7a6mb + p[I2];  /* (26) */
+    const real D_theta2 = t_vptxp_2 + p[I2];  /* (26) */
     const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
-    const real t_h3pge = gx_phi2 * sin_theta2;
-    const real cy_theta2 = t_h3pge * p[h2] - t_q45sa * t_nqm7d;  /* (26) */
-    const real cz_theta2 = gy_theta2 * p[h2] - t_nqm7d * (cos_theta2 * h[t_frp3h]) + p[I2];  /* (26) */
-    const real t_nw7er = Wn2 * x[wx];
-    const real t_473qv = x[phi2_dot] + x[phi2_dot];
+    const real t_7s3si = gx_phi2 * sin_theta2;
+    const real cy_theta2 = t_7s3si * p[h2] - t_wywfd * t_pt6a7;  /* (26) */
+    const real cz_theta2 = gy_theta2 * p[h2] - t_pt6a7 * (cos_theta2 * h[t_frp3h]) + p[I2];  /* (26) */
+    const real t_prfqf_2 = Wn2 * x[wx];
+    const real t_mw75j = x[phi2_dot] + x[phi2_dot];
     const real k_theta2 = loss_theta2
-        + Wn2 * t_pnlix
-        + t_svo5z * t_nw7er
-        + t_pnlix * t_473qv
-        + t_6skn7 * t_473qv * x[theta2_dot]
-        - t_6skn7 * t_nw7er
-        - t_6skn7 * (x[wx] + x[wx]) * x[phi2_dot];  /* (26) */
-    const real t_bu64g = X_x2 - X_x5 * h[x_C];
-    const real t_isafs = X_x3 - X_x6 * h[x_C];
-    const real t_s6zvw = W13 - X_x6;
-    const real t_g433r = X_x5 - W12;
-    const real t_ien4t = t_s6zvw * (gz_phi1 * p[h1] - h[t_os4zj] * cos_theta1 * p[m1])
-        - (h[ax_eq] * gx_phi1 + k_phi1 + t_bu64g * gy_phi1 + t_isafs * gz_phi1)
-        - t_g433r * cz_phi1
+        + Wn2 * t_2kwb7
+        + t_2542d * t_prfqf_2
+        + t_2kwb7 * t_mw75j
+        + t_vptxp * t_mw75j * x[theta2_dot]
+        - t_vptxp * t_prfqf_2
+        - t_vptxp * (x[wx] + x[wx]) * x[phi2_dot];  /* (26) */
+    const real t_6njjc = X_x2 - X_x5 * h[x_C];
+    const real t_dqtn2 = X_x3 - X_x6 * h[x_C];
+    const real t_7qsh6 = W13 - X_x6;
+    const real t_3ipx7 = X_x5 - W12;
+    const real t_fv7ac = t_7qsh6 * (gz_phi1 * p[h1] - h[t_os4zj] * cos_theta1 * p[m1])
+        - (h[ax_eq] * gx_phi1 + k_phi1 + t_6njjc * gy_phi1 + t_dqtn2 * gz_phi1)
+        - t_3ipx7 * cz_phi1
         - X_x4 * p[I1];
-    const real t_m6yt4 = t_isafs * t_tpms2
-        - (k_theta1 + t_bu64g * gy_theta1)
-        - t_s6zvw * cy_theta1
-        - t_g433r * cz_theta1
-        + X_x4 * t_2dafa;
-    const real t_cpcgp = t_s6zvw * (gz_phi2 * p[h2] - cos_theta2 * h[t_nfvux] * p[m2])
-        - (h[ax_eq] * gx_phi2 + k_phi2 + t_bu64g * gy_phi2 + t_isafs * gz_phi2)
-        - t_g433r * cz_phi2
+    const real t_zlecx = t_dqtn2 * t_mqczk
+        - (k_theta1 + t_6njjc * gy_theta1)
+        - t_7qsh6 * cy_theta1
+        - t_3ipx7 * cz_theta1
+        + X_x4 * t_5zi7z_2;
+    const real t_xelwi = t_7qsh6 * (gz_phi2 * p[h2] - cos_theta2 * h[t_nfvux] * p[m2])
+        - (h[ax_eq] * gx_phi2 + k_phi2 + t_6njjc * gy_phi2 + t_dqtn2 * gz_phi2)
+        - t_3ipx7 * cz_phi2
         - X_x4 * p[I2];
-    const real t_pzz34 = t_isafs * t_h3pge
-        - (k_theta2 + t_bu64g * gy_theta2)
-        - t_s6zvw * cy_theta2
-        - t_g433r * cz_theta2
-        + X_x4 * t_7a6mb;
+    const real t_w2flu = t_dqtn2 * t_7s3si
+        - (k_theta2 + t_6njjc * gy_theta2)
+        - t_7qsh6 * cy_theta2
+        - t_3ipx7 * cz_theta2
+        + X_x4 * t_vptxp_2;
     dx[0] = h[ax_eq] - x[vz] * x[wy] + x[vy] * x[wz];
-    dx[1] = t_bu64g + (x[vz] * x[wx] - x[vx] * x[wz]);
-    dx[2] = t_isafs + (x[vx] * x[wy] - x[vy] * x[wx]);
+    dx[1] = t_6njjc + (x[vz] * x[wx] - x[vx] * x[wz]);
+    dx[2] = t_dqtn2 + (x[vx] * x[wy] - x[vy] * x[wx]);
     dx[3] = X_x4;
-    dx[4] = t_s6zvw;
-    dx[5] = t_g433r;
+    dx[4] = t_7qsh6;
+    dx[5] = t_3ipx7;
     dx[6] = x[wx];
     dx[7] = x[wy];
     dx[8] = x[wz];
@@ -2125,24 +2125,24 @@ void slosh_rhs_reduced_prepared(const real *x, const real *u, const real *p, con
     dx[10] = x[theta1_dot];
     dx[11] = x[phi2_dot];
     dx[12] = x[theta2_dot];
-    dx[13] = t_ien4t * h[t_zrejm];
-    dx[14] = t_m6yt4 / D_theta1;
-    dx[15] = t_cpcgp * h[t_5wzvs];
-    dx[16] = t_pzz34 / D_theta2;
+    dx[13] = t_fv7ac * h[t_gbl6n];
+    dx[14] = t_zlecx / D_theta1;
+    dx[15] = t_xelwi * h[t_jx6g7];
+    dx[16] = t_w2flu / D_theta2;
 }
 
 /* Places of h. */
 enum {
     rhs_reduced_euler_h_t_os4zj,
     rhs_reduced_euler_h_t_yx2kz,
-    rhs_reduced_euler_h_t_zrejm,
+    rhs_reduced_euler_h_t_gbl6n,
     rhs_reduced_euler_h_k1,
     rhs_reduced_euler_h_me1,
     rhs_reduced_euler_h_t_6nwd2,
     rhs_reduced_euler_h_mv1,
     rhs_reduced_euler_h_t_nfvux,
     rhs_reduced_euler_h_t_frp3h,
-    rhs_reduced_euler_h_t_5wzvs,
+    rhs_reduced_euler_h_t_jx6g7,
     rhs_reduced_euler_h_k2,
     rhs_reduced_euler_h_me2,
     rhs_reduced_euler_h_t_popww,
@@ -2156,18 +2156,18 @@ enum {
     rhs_reduced_euler_h_e2,
     rhs_reduced_euler_h_B_1,
     rhs_reduced_euler_h_Bl_1,
-    rhs_reduced_euler_h_t_b7ure,
+    rhs_reduced_euler_h_t_xdulz,
     rhs_reduced_euler_h_B_2,
     rhs_reduced_euler_h_Bl_2,
-    rhs_reduced_euler_h_t_lpk5h,
-    rhs_reduced_euler_h_t_m5gm4,
-    rhs_reduced_euler_h_t_uumic,
-    rhs_reduced_euler_h_t_doa45,
+    rhs_reduced_euler_h_t_uohf6,
+    rhs_reduced_euler_h_t_47igz,
+    rhs_reduced_euler_h_t_fcuad,
+    rhs_reduced_euler_h_t_z4fbq,
     rhs_reduced_euler_h_t_sfymc,
-    rhs_reduced_euler_h_t_5r66u,
-    rhs_reduced_euler_h_t_7bo2j,
-    rhs_reduced_euler_h_t_lwe76,
-    rhs_reduced_euler_h_t_oc5tk,
+    rhs_reduced_euler_h_t_g7pzr,
+    rhs_reduced_euler_h_t_urwo6,
+    rhs_reduced_euler_h_t_bknng,
+    rhs_reduced_euler_h_t_os4zj_2,
     rhs_reduced_euler_h_ax_eq,
 };
 
@@ -2195,19 +2195,19 @@ void slosh_rhs_reduced_euler_prepare(const real *p, real *h)
     const real t_os4zj = p[l1] * p[l1];
     const real t_yx2kz = t_os4zj * p[m1];
     const real D1 = t_yx2kz + p[I1];
-    const real t_zrejm = K(1.0) / D1;
-    const real t_3qn53 = p[m1] * t_zrejm;
-    const real k1 = t_3qn53 * p[l1];
-    const real me1 = t_3qn53 * p[I1];
+    const real t_gbl6n = K(1.0) / D1;
+    const real t_wywjk = p[m1] * t_gbl6n;
+    const real k1 = t_wywjk * p[l1];
+    const real me1 = t_wywjk * p[I1];
     const real t_6nwd2 = p[l1] * p[m1];
     const real mv1 = t_6nwd2 * k1;
     const real t_nfvux = p[l2] * p[l2];
     const real t_frp3h = t_nfvux * p[m2];
     const real D2 = t_frp3h + p[I2];
-    const real t_5wzvs = K(1.0) / D2;
-    const real t_54cbb = p[m2] * t_5wzvs;
-    const real k2 = t_54cbb * p[l2];
-    const real me2 = t_54cbb * p[I2];
+    const real t_jx6g7 = K(1.0) / D2;
+    const real t_jzg7x = p[m2] * t_jx6g7;
+    const real k2 = t_jzg7x * p[l2];
+    const real me2 = t_jzg7x * p[I2];
     const real t_popww = p[l2] * p[m2];
     const real mv2 = t_popww * k2;
     const real t_omhyl = p[m] + p[m0];
@@ -2232,14 +2232,14 @@ void slosh_rhs_reduced_euler_prepare(const real *p, real *h)
     const real ax_eq = p[F] / (t_omhyl + p[m1] + p[m2]);  /* (19) */
     h[rhs_reduced_euler_h_t_os4zj] = t_os4zj;
     h[rhs_reduced_euler_h_t_yx2kz] = t_yx2kz;
-    h[rhs_reduced_euler_h_t_zrejm] = t_zrejm;
+    h[rhs_reduced_euler_h_t_gbl6n] = t_gbl6n;
     h[rhs_reduced_euler_h_k1] = k1;
     h[rhs_reduced_euler_h_me1] = me1;
     h[rhs_reduced_euler_h_t_6nwd2] = t_6nwd2;
     h[rhs_reduced_euler_h_mv1] = mv1;
     h[rhs_reduced_euler_h_t_nfvux] = t_nfvux;
     h[rhs_reduced_euler_h_t_frp3h] = t_frp3h;
-    h[rhs_reduced_euler_h_t_5wzvs] = t_5wzvs;
+    h[rhs_reduced_euler_h_t_jx6g7] = t_jx6g7;
     h[rhs_reduced_euler_h_k2] = k2;
     h[rhs_reduced_euler_h_me2] = me2;
     h[rhs_reduced_euler_h_t_popww] = t_popww;
@@ -2253,18 +2253,18 @@ void slosh_rhs_reduced_euler_prepare(const real *p, real *h)
     h[rhs_reduced_euler_h_e2] = e2;
     h[rhs_reduced_euler_h_B_1] = B_1;
     h[rhs_reduced_euler_h_Bl_1] = Bl_1;
-    h[rhs_reduced_euler_h_t_b7ure] = me1 * (e1 * e1);
+    h[rhs_reduced_euler_h_t_xdulz] = me1 * (e1 * e1);
     h[rhs_reduced_euler_h_B_2] = B_2;
     h[rhs_reduced_euler_h_Bl_2] = Bl_2;
-    h[rhs_reduced_euler_h_t_lpk5h] = me2 * (e2 * e2);
-    h[rhs_reduced_euler_h_t_m5gm4] = M_C + mv1 + mv2;
-    h[rhs_reduced_euler_h_t_uumic] = e1 * me1;
-    h[rhs_reduced_euler_h_t_doa45] = e2 * me2;
+    h[rhs_reduced_euler_h_t_uohf6] = me2 * (e2 * e2);
+    h[rhs_reduced_euler_h_t_47igz] = M_C + mv1 + mv2;
+    h[rhs_reduced_euler_h_t_fcuad] = e1 * me1;
+    h[rhs_reduced_euler_h_t_z4fbq] = e2 * me2;
     h[rhs_reduced_euler_h_t_sfymc] = t_sfymc;
-    h[rhs_reduced_euler_h_t_5r66u] = J_C1 + (p[J_z] - p[J_y]);
-    h[rhs_reduced_euler_h_t_7bo2j] = J_C1 + t_is5lg + t_sfymc;
-    h[rhs_reduced_euler_h_t_lwe76] = p[b] + p[d] + x_C;
-    h[rhs_reduced_euler_h_t_oc5tk] = t_os4zj + t_os4zj;
+    h[rhs_reduced_euler_h_t_g7pzr] = J_C1 + (p[J_z] - p[J_y]);
+    h[rhs_reduced_euler_h_t_urwo6] = J_C1 + t_is5lg + t_sfymc;
+    h[rhs_reduced_euler_h_t_bknng] = p[b] + p[d] + x_C;
+    h[rhs_reduced_euler_h_t_os4zj_2] = t_os4zj + t_os4zj;
     h[rhs_reduced_euler_h_ax_eq] = ax_eq;
 }
 
@@ -2272,9 +2272,9 @@ void slosh_rhs_reduced_euler_prepare(const real *p, real *h)
 enum {
     rhs_reduced_euler_w_f_x,
     rhs_reduced_euler_w_f_y,
-    rhs_reduced_euler_w_t_4qr2j,
+    rhs_reduced_euler_w_t_724t4,
     rhs_reduced_euler_w_t_gcu5g,
-    rhs_reduced_euler_w_t_ayyb5,
+    rhs_reduced_euler_w_t_32nrs,
 };
 
 /* what rhs_reduced_euler computes when the input changes; 10 operations. */
@@ -2283,7 +2283,7 @@ void slosh_rhs_reduced_euler_hold(const real *u, const real *p, const real *h, r
     enum { delta1 = SLOSH_U_DELTA1 };
     enum { delta2 = SLOSH_U_DELTA2 };
     enum { F = SLOSH_P_F };
-    enum { t_lwe76 = rhs_reduced_euler_h_t_lwe76 };
+    enum { t_bknng = rhs_reduced_euler_h_t_bknng };
     real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
     const real t_ruxs4 = cos_delta2 * p[F];
     real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
@@ -2292,9 +2292,9 @@ void slosh_rhs_reduced_euler_hold(const real *u, const real *p, const real *h, r
     const real t_gcu5g = t_ruxs4 * sin_delta1;
     w[rhs_reduced_euler_w_f_x] = f_x;
     w[rhs_reduced_euler_w_f_y] = f_y;
-    w[rhs_reduced_euler_w_t_4qr2j] = f_y * h[t_lwe76];
+    w[rhs_reduced_euler_w_t_724t4] = f_y * h[t_bknng];
     w[rhs_reduced_euler_w_t_gcu5g] = t_gcu5g;
-    w[rhs_reduced_euler_w_t_ayyb5] = t_gcu5g * h[t_lwe76];
+    w[rhs_reduced_euler_w_t_32nrs] = t_gcu5g * h[t_bknng];
 }
 
 /* the rest of rhs_reduced_euler; 762 operations. */
@@ -2331,14 +2331,14 @@ void slosh_rhs_reduced_euler_prepared(const real *x, const real *u, const real *
     enum { eps2 = SLOSH_P_EPS2 };
     enum { t_os4zj = rhs_reduced_euler_h_t_os4zj };
     enum { t_yx2kz = rhs_reduced_euler_h_t_yx2kz };
-    enum { t_zrejm = rhs_reduced_euler_h_t_zrejm };
+    enum { t_gbl6n = rhs_reduced_euler_h_t_gbl6n };
     enum { k1 = rhs_reduced_euler_h_k1 };
     enum { me1 = rhs_reduced_euler_h_me1 };
     enum { t_6nwd2 = rhs_reduced_euler_h_t_6nwd2 };
     enum { mv1 = rhs_reduced_euler_h_mv1 };
     enum { t_nfvux = rhs_reduced_euler_h_t_nfvux };
     enum { t_frp3h = rhs_reduced_euler_h_t_frp3h };
-    enum { t_5wzvs = rhs_reduced_euler_h_t_5wzvs };
+    enum { t_jx6g7 = rhs_reduced_euler_h_t_jx6g7 };
     enum { k2 = rhs_reduced_euler_h_k2 };
     enum { me2 = rhs_reduced_euler_h_me2 };
     enum { t_popww = rhs_reduced_euler_h_t_popww };
@@ -2352,47 +2352,47 @@ void slosh_rhs_reduced_euler_prepared(const real *x, const real *u, const real *
     enum { e2 = rhs_reduced_euler_h_e2 };
     enum { B_1 = rhs_reduced_euler_h_B_1 };
     enum { Bl_1 = rhs_reduced_euler_h_Bl_1 };
-    enum { t_b7ure = rhs_reduced_euler_h_t_b7ure };
+    enum { t_xdulz = rhs_reduced_euler_h_t_xdulz };
     enum { B_2 = rhs_reduced_euler_h_B_2 };
     enum { Bl_2 = rhs_reduced_euler_h_Bl_2 };
-    enum { t_lpk5h = rhs_reduced_euler_h_t_lpk5h };
-    enum { t_m5gm4 = rhs_reduced_euler_h_t_m5gm4 };
-    enum { t_uumic = rhs_reduced_euler_h_t_uumic };
-    enum { t_doa45 = rhs_reduced_euler_h_t_doa45 };
+    enum { t_uohf6 = rhs_reduced_euler_h_t_uohf6 };
+    enum { t_47igz = rhs_reduced_euler_h_t_47igz };
+    enum { t_fcuad = rhs_reduced_euler_h_t_fcuad };
+    enum { t_z4fbq = rhs_reduced_euler_h_t_z4fbq };
     enum { t_sfymc = rhs_reduced_euler_h_t_sfymc };
-    enum { t_5r66u = rhs_reduced_euler_h_t_5r66u };
-    enum { t_7bo2j = rhs_reduced_euler_h_t_7bo2j };
-    enum { t_oc5tk = rhs_reduced_euler_h_t_oc5tk };
+    enum { t_g7pzr = rhs_reduced_euler_h_t_g7pzr };
+    enum { t_urwo6 = rhs_reduced_euler_h_t_urwo6 };
+    enum { t_os4zj_2 = rhs_reduced_euler_h_t_os4zj_2 };
     enum { ax_eq = rhs_reduced_euler_h_ax_eq };
     enum { f_x = rhs_reduced_euler_w_f_x };
     enum { f_y = rhs_reduced_euler_w_f_y };
-    enum { t_4qr2j = rhs_reduced_euler_w_t_4qr2j };
+    enum { t_724t4 = rhs_reduced_euler_w_t_724t4 };
     enum { t_gcu5g = rhs_reduced_euler_w_t_gcu5g };
-    enum { t_ayyb5 = rhs_reduced_euler_w_t_ayyb5 };
+    enum { t_32nrs = rhs_reduced_euler_w_t_32nrs };
     const real W12 = x[wx] * x[wy];
     const real W13 = x[wx] * x[wz];
     real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
     real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
     const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
-    const real t_rding = cos_theta1 * x[wz];
-    const real t_a3uw4 = sin_theta1 * x[wy];
-    const real Wt1 = t_rding + t_a3uw4;
+    const real t_rzamr = cos_theta1 * x[wz];
+    const real t_uu2cl = sin_theta1 * x[wy];
+    const real Wt1 = t_rzamr + t_uu2cl;
     const real w_x1 = x[wx] - x[theta1_dot];
     const real p1 = Wn1 + x[phi1_dot];
     const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
-    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
     real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
     real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
     const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
-    const real t_geoui = cos_theta2 * x[wz];
-    const real t_vhhwy = sin_theta2 * x[wy];
-    const real Wt2 = t_geoui + t_vhhwy;
+    const real t_adduy = cos_theta2 * x[wz];
+    const real t_t2zmi = sin_theta2 * x[wy];
+    const real Wt2 = t_adduy + t_t2zmi;
     const real w_x2 = x[wx] - x[theta2_dot];
     const real p2 = Wn2 + x[phi2_dot];
     const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
-    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
     const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
     const real t_w7vil = t_rybsf * h[e1];
     const real tension1 = cos_phi1 * t_w7vil * h[mv1] - h[t_6nwd2] * sigma_sq1;
@@ -2412,9 +2412,9 @@ void slosh_rhs_reduced_euler_prepared(const real *x, const real *u, const real *
     const real S_sq1 = sin_theta1 * sin_theta1;
     const real SC1 = cos_theta1 * sin_theta1;
     const real tn11_1 = Ass_1 + h[me1] - wth_1;
-    const real t_3bowt = h[Bl_1] + K(-2.0) * eBc_1 + h[e1] * eAss_1;
-    const real t_3fv6l = g_1 * wg_1;
-    const real tn44_1 = h[t_b7ure] + t_3bowt - t_3fv6l;
+    const real t_o36xw = h[Bl_1] + K(-2.0) * eBc_1 + h[e1] * eAss_1;
+    const real t_w6q4c = g_1 * wg_1;
+    const real tn44_1 = h[t_xdulz] + t_o36xw - t_w6q4c;
     const real wq_1 = q_1 * wth_1;
     const real wqg_1 = q_1 * wg_1;
     const real wqq_1 = q_1 * wq_1;
@@ -2424,13 +2424,13 @@ void slosh_rhs_reduced_euler_prepared(const real *x, const real *u, const real *
     const real wgS_1 = sin_theta1 * wqg_1;
     const real loss_phi1 = p[eps1] * x[phi1_dot];
     const real loss_theta1 = p[eps1] * x[theta1_dot];
-    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
     const real zeta1 = W12 * q_1
         + Wn1 * lc_1 * w_x1
         - chi1 * p[l1] * (p1 + x[phi1_dot]);
     const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_7imwe = h[B_1] * eta1 + loss_phi1 * h[k1];
-    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real t_o6fg5 = h[B_1] * eta1 + loss_phi1 * h[k1];
+    const real F_t1 = sin_phi1 * tension1 - t_o6fg5 * cos_phi1;
     const real M_q1 = F_n1 * q_1;
     const real I_phi1 = x[phi1_dot] * p[I1];
     const real I_theta1 = x[theta1_dot] * p[I1];
@@ -2452,9 +2452,9 @@ void slosh_rhs_reduced_euler_prepared(const real *x, const real *u, const real *
     const real S_sq2 = sin_theta2 * sin_theta2;
     const real SC2 = cos_theta2 * sin_theta2;
     const real tn11_2 = Ass_2 + h[me2] - wth_2;
-    const real t_ymmgl = h[Bl_2] + K(-2.0) * eBc_2 + h[e2] * eAss_2;
-    const real t_odwbr = g_2 * wg_2;
-    const real tn44_2 = h[t_lpk5h] + t_ymmgl - t_odwbr;
+    const real t_2znlb = h[Bl_2] + K(-2.0) * eBc_2 + h[e2] * eAss_2;
+    const real t_7fbo3 = g_2 * wg_2;
+    const real tn44_2 = h[t_uohf6] + t_2znlb - t_7fbo3;
     const real wq_2 = q_2 * wth_2;
     const real wqg_2 = q_2 * wg_2;
     const real wqq_2 = q_2 * wq_2;
@@ -2464,288 +2464,288 @@ void slosh_rhs_reduced_euler_prepared(const real *x, const real *u, const real *
     const real wgS_2 = sin_theta2 * wqg_2;
     const real loss_phi2 = p[eps2] * x[phi2_dot];
     const real loss_theta2 = p[eps2] * x[theta2_dot];
-    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
     const real zeta2 = W12 * q_2
         + Wn2 * lc_2 * w_x2
         - chi2 * p[l2] * (p2 + x[phi2_dot]);
     const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
-    const real t_4b2fa = h[B_2] * eta2 + loss_phi2 * h[k2];
-    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real t_l7fgg = h[B_2] * eta2 + loss_phi2 * h[k2];
+    const real F_t2 = sin_phi2 * tension2 - t_l7fgg * cos_phi2;
     const real M_q2 = F_n2 * q_2;
     const real I_phi2 = x[phi2_dot] * p[I2];
     const real I_theta2 = x[theta2_dot] * p[I2];
-    const real K11 = h[t_m5gm4] - Ass_1 - Ass_2;
-    const real t_fbeaw = S_sq1 * tn11_1;
-    const real t_dj555 = S_sq2 * tn11_2;
-    const real K22 = t_fbeaw + t_dj555 + h[M_C] + wth_1 + wth_2 - h[me1] - h[me2];
+    const real K11 = h[t_47igz] - Ass_1 - Ass_2;
+    const real t_eytv7 = S_sq1 * tn11_1;
+    const real t_xyodq = S_sq2 * tn11_2;
+    const real K22 = t_eytv7 + t_xyodq + h[M_C] + wth_1 + wth_2 - h[me1] - h[me2];
     const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + h[M_C] - t_fbeaw - t_dj555;
+    const real K33 = Ass_1 + Ass_2 + h[M_C] - t_eytv7 - t_xyodq;
     const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
-    const real t_nhr5u = wqq_1 + wqq_2;
-    const real K44 = t_nhr5u + h[Bl_1] + h[Bl_2] + h[J_C1];
-    const real t_kwrkt = wg_1 - h[t_uumic];
-    const real t_t44oq = wg_2 - h[t_doa45];
-    const real t_32gyg = Bc_1 - eAss_1;
-    const real t_n3v7x = t_32gyg + t_kwrkt;
-    const real t_gbkg6 = Bc_2 - eAss_2;
-    const real t_hsuzx = t_gbkg6 + t_t44oq;
-    const real t_fcf5x = S_sq1 * t_n3v7x + S_sq2 * t_hsuzx;
-    const real K52 = t_kwrkt + t_t44oq - t_fcf5x - wqC_1 - wqC_2;
-    const real t_bac7g = SC1 * t_n3v7x + SC2 * t_hsuzx;
-    const real K53 = wqS_1 - t_bac7g + wqS_2;
-    const real t_nncdg = h[Bl_1] - eBc_1;
-    const real t_4q22j = h[Bl_2] - eBc_2;
-    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
-    const real t_hoosk = S_sq1 * tn44_1;
-    const real t_drvdp = S_sq2 * tn44_2;
-    const real K55 = t_3fv6l
-        + t_odwbr
-        + t_nhr5u
-        + t_hoosk
-        + t_drvdp
+    const real t_hig3c = wqq_1 + wqq_2;
+    const real K44 = t_hig3c + h[Bl_1] + h[Bl_2] + h[J_C1];
+    const real t_uzoih = wg_1 - h[t_fcuad];
+    const real t_fv4vq = wg_2 - h[t_z4fbq];
+    const real t_qeyrr = Bc_1 - eAss_1;
+    const real t_wg7ej = t_qeyrr + t_uzoih;
+    const real t_vn7oc = Bc_2 - eAss_2;
+    const real t_lqbgn = t_vn7oc + t_fv4vq;
+    const real t_kd2xx = S_sq1 * t_wg7ej + S_sq2 * t_lqbgn;
+    const real K52 = t_uzoih + t_fv4vq - t_kd2xx - wqC_1 - wqC_2;
+    const real t_kd2xx_2 = SC1 * t_wg7ej + SC2 * t_lqbgn;
+    const real K53 = wqS_1 - t_kd2xx_2 + wqS_2;
+    const real t_vykvu = h[Bl_1] - eBc_1;
+    const real t_vwbsx = h[Bl_2] - eBc_2;
+    const real K54 = t_hig3c - wgC_1 - wgC_2 + t_vykvu * sin_theta1 + t_vwbsx * sin_theta2;
+    const real t_o56io = S_sq1 * tn44_1;
+    const real t_5sxb4 = S_sq2 * tn44_2;
+    const real K55 = t_w6q4c
+        + t_7fbo3
+        + t_hig3c
+        + t_o56io
+        + t_5sxb4
         + h[J_C3]
-        - h[t_b7ure]
-        - h[t_lpk5h]
+        - h[t_xdulz]
+        - h[t_uohf6]
         + K(-2.0) * wgC_1
         + K(-2.0) * wgC_2;
-    const real K63 = t_fcf5x - (t_32gyg + t_gbkg6);
-    const real t_zhbuw = wgS_1 + wgS_2;
-    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
-    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
-    const real K66 = t_3bowt + t_ymmgl + h[J_C2] - t_hoosk - t_drvdp;
-    const real t_vt7uo = F_n1 * cos_theta1;
-    const real t_oncjt = F_n2 * cos_theta2;
-    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
-    const real t_azclp = F_n1 * sin_theta1;
-    const real t_iya7w = F_n2 * sin_theta2;
-    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
-    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
-    const real t_kp7yy = M_q1 + M_q2;
-    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
-    const real n4 = t_aejai
-        - t_kp7yy
-        + t_zd4fs
+    const real K63 = t_kd2xx - (t_qeyrr + t_vn7oc);
+    const real t_hig3c_2 = wgS_1 + wgS_2;
+    const real K64 = t_hig3c_2 + t_vykvu * cos_theta1 + t_vwbsx * cos_theta2;
+    const real K65 = t_hig3c_2 + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_o36xw + t_2znlb + h[J_C2] - t_o56io - t_5sxb4;
+    const real t_mallh = F_n1 * cos_theta1;
+    const real t_lbh6o = F_n2 * cos_theta2;
+    const real n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real t_mallh_2 = F_n1 * sin_theta1;
+    const real t_lbh6o_2 = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2;
+    const real t_dg3od = Bs_1 * t_w7vil + t_o6fg5 * p[l1];
+    const real t_hig3c_3 = M_q1 + M_q2;
+    const real t_a26ad = Bs_2 * t_6fvzz + t_l7fgg * p[l2];
+    const real n4 = t_dg3od
+        - t_hig3c_3
+        + t_a26ad
         - loss_phi1
         - loss_phi2
         + I_theta1 * x[wy]
         + I_theta2 * x[wy]
         - h[t_sfymc] * x[wy] * x[wz];
-    const real t_w7nmt = t_aejai + F_t1 * h[e1];
-    const real t_e5cx2 = t_zd4fs + F_t2 * h[e2];
-    const real n5 = t_w7nmt * sin_theta1
-        - (t_kp7yy + loss_theta1 + loss_theta2)
-        + t_e5cx2 * sin_theta2
-        - W12 * h[t_5r66u]
+    const real t_3hais = t_dg3od + F_t1 * h[e1];
+    const real t_wksgt = t_a26ad + F_t2 * h[e2];
+    const real n5 = t_3hais * sin_theta1
+        - (t_hig3c_3 + loss_theta1 + loss_theta2)
+        + t_wksgt * sin_theta2
+        - W12 * h[t_g7pzr]
         - I_phi1 * x[wy]
         - I_phi2 * x[wy]
-        + t_vt7uo * g_1
-        + t_oncjt * g_2;
-    const real n6 = t_w7nmt * cos_theta1
-        + t_e5cx2 * cos_theta2
+        + t_mallh * g_1
+        + t_lbh6o * g_2;
+    const real n6 = t_3hais * cos_theta1
+        + t_wksgt * cos_theta2
         + I_theta1 * x[wx]
         + I_theta2 * x[wx]
-        - W13 * h[t_7bo2j]
-        - t_azclp * g_1
-        - t_iya7w * g_2
+        - W13 * h[t_urwo6]
+        - t_mallh_2 * g_1
+        - t_lbh6o_2 * g_2
         - I_phi1 * x[wz]
         - I_phi2 * x[wz];
-    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real t_bpfoo = K(1.0) / K11;
-    const real t_w7lcw = t_b3aij * t_bpfoo;
-    const real K_D2 = K22 - t_b3aij * t_w7lcw;
-    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_3go2w = t_zzymx * t_bpfoo;
-    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
-    const real t_4iujv = K(1.0) / K_D2;
-    const real K_L32 = t_d4mqf * t_4iujv;
-    const real t_ev7u5 = Bs_1 + Asc_1 * h[e1];
-    const real t_bvybx = Bs_2 + Asc_2 * h[e2];
-    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
-    const real t_vshgd = t_6mmeb * t_bpfoo;
-    const real t_p6zld = K52 - t_b3aij * t_vshgd;
-    const real K_L52 = t_p6zld * t_4iujv;
-    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
-    const real t_2m245 = Bs_1 + Bs_2;
-    const real t_xq4wt = t_2m245 * t_bpfoo;
-    const real t_m67zs = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2 + t_b3aij * t_xq4wt;
-    const real t_6urah = t_m67zs * t_4iujv;
-    const real t_m27n6 = K43 + t_d4mqf * t_6urah - t_zzymx * t_xq4wt;
-    const real t_zmh3u = K(1.0) / K_D3;
-    const real K_L43 = t_m27n6 * t_zmh3u;
-    const real t_bxfcn = K53 - t_d4mqf * K_L52 - t_zzymx * t_vshgd;
-    const real K_L53 = t_bxfcn * t_zmh3u;
-    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
-    const real t_e4enr = t_bl4f2 * t_bpfoo;
-    const real t_qvrp6 = t_bac7g + t_b3aij * t_e4enr;
-    const real t_dj64q = t_qvrp6 * t_4iujv;
-    const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
-    const real K_L63 = t_rahc4 * t_zmh3u;
-    const real K_D4 = K44 - t_m67zs * t_6urah - t_m27n6 * K_L43 - t_2m245 * t_xq4wt;
-    const real t_amczu = K54 + t_m67zs * K_L52 - t_m27n6 * K_L53 - t_2m245 * t_vshgd;
-    const real t_lt2al = K(1.0) / K_D4;
-    const real K_L54 = t_amczu * t_lt2al;
-    const real t_e4k6u = K64 - t_m67zs * t_dj64q - t_m27n6 * K_L63 - t_2m245 * t_e4enr;
-    const real K_L64 = t_e4k6u * t_lt2al;
+    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_cl3z7 = K(1.0) / K11;
+    const real t_exl37 = t_f2nhc * t_cl3z7;
+    const real K_D2 = K22 - t_f2nhc * t_exl37;
+    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_exl37_2 = t_f2nhc_2 * t_cl3z7;
+    const real t_iy2us = K32 - t_f2nhc * t_exl37_2;
+    const real t_6dtnj = K(1.0) / K_D2;
+    const real K_L32 = t_iy2us * t_6dtnj;
+    const real t_g3yj5 = Bs_1 + Asc_1 * h[e1];
+    const real t_pr2pp = Bs_2 + Asc_2 * h[e2];
+    const real t_bap4n = t_g3yj5 * sin_theta1 + t_pr2pp * sin_theta2;
+    const real t_6faq6 = t_bap4n * t_cl3z7;
+    const real t_c34go = K52 - t_f2nhc * t_6faq6;
+    const real K_L52 = t_c34go * t_6dtnj;
+    const real K_D3 = K33 - t_iy2us * K_L32 - t_f2nhc_2 * t_exl37_2;
+    const real t_dvxnj = Bs_1 + Bs_2;
+    const real t_qom6d = t_dvxnj * t_cl3z7;
+    const real t_d5rou = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2 + t_f2nhc * t_qom6d;
+    const real t_6but2 = t_d5rou * t_6dtnj;
+    const real t_e2mz5 = K43 + t_iy2us * t_6but2 - t_f2nhc_2 * t_qom6d;
+    const real t_6dtnj_2 = K(1.0) / K_D3;
+    const real K_L43 = t_e2mz5 * t_6dtnj_2;
+    const real t_rkny3 = K53 - t_iy2us * K_L52 - t_f2nhc_2 * t_6faq6;
+    const real K_L53 = t_rkny3 * t_6dtnj_2;
+    const real t_bap4n_2 = t_g3yj5 * cos_theta1 + t_pr2pp * cos_theta2;
+    const real t_6faq6_2 = t_bap4n_2 * t_cl3z7;
+    const real t_6lnfz = t_kd2xx_2 + t_f2nhc * t_6faq6_2;
+    const real t_bk7yo = t_6lnfz * t_6dtnj;
+    const real t_qksxh = K63 + t_iy2us * t_bk7yo - t_f2nhc_2 * t_6faq6_2;
+    const real K_L63 = t_qksxh * t_6dtnj_2;
+    const real K_D4 = K44 - t_d5rou * t_6but2 - t_e2mz5 * K_L43 - t_dvxnj * t_qom6d;
+    const real t_37ldw = K54 + t_d5rou * K_L52 - t_e2mz5 * K_L53 - t_dvxnj * t_6faq6;
+    const real t_6dtnj_3 = K(1.0) / K_D4;
+    const real K_L54 = t_37ldw * t_6dtnj_3;
+    const real t_ute3y = K64 - t_d5rou * t_bk7yo - t_e2mz5 * K_L63 - t_dvxnj * t_6faq6_2;
+    const real K_L64 = t_ute3y * t_6dtnj_3;
     const real K_D5 = K55
-        - t_p6zld * K_L52
-        - t_bxfcn * K_L53
-        - t_amczu * K_L54
-        - t_6mmeb * t_vshgd;
-    const real t_jo54w = K65
-        + t_p6zld * t_dj64q
-        - t_bxfcn * K_L63
-        - t_amczu * K_L64
-        - t_6mmeb * t_e4enr;
-    const real t_ftqxb = K(1.0) / K_D5;
-    const real K_L65 = t_jo54w * t_ftqxb;
+        - t_c34go * K_L52
+        - t_rkny3 * K_L53
+        - t_37ldw * K_L54
+        - t_bap4n * t_6faq6;
+    const real t_h6jxz = K65
+        + t_c34go * t_bk7yo
+        - t_rkny3 * K_L63
+        - t_37ldw * K_L64
+        - t_bap4n * t_6faq6_2;
+    const real t_jxcfv = K(1.0) / K_D5;
+    const real K_L65 = t_h6jxz * t_jxcfv;
     const real K_D6 = K66
-        - t_qvrp6 * t_dj64q
-        - t_rahc4 * K_L63
-        - t_e4k6u * K_L64
-        - t_jo54w * K_L65
-        - t_bl4f2 * t_e4enr;
+        - t_6lnfz * t_bk7yo
+        - t_qksxh * K_L63
+        - t_ute3y * K_L64
+        - t_h6jxz * K_L65
+        - t_bap4n_2 * t_6faq6_2;
     const real b1 = w[f_x]
-        + (t_7imwe * sin_phi1 + t_4b2fa * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2);
+        + (t_o6fg5 * sin_phi1 + t_l7fgg * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2);
     const real b2 = w[f_y] - n2;
     const real b4 = u[Mx] - n4;
-    const real b5 = u[Mz] - n5 - w[t_4qr2j];
-    const real b6 = w[t_ayyb5] - (u[My] + n6);
-    const real X_y2 = b2 + t_w7lcw * b1;
-    const real X_y3 = t_3go2w * b1 - (w[t_gcu5g] + n3) - K_L32 * X_y2;
-    const real X_y4 = b4 + t_xq4wt * b1 + t_6urah * X_y2 - K_L43 * X_y3;
+    const real b5 = u[Mz] - n5 - w[t_724t4];
+    const real b6 = w[t_32nrs] - (u[My] + n6);
+    const real X_y2 = b2 + t_exl37 * b1;
+    const real X_y3 = t_exl37_2 * b1 - (w[t_gcu5g] + n3) - K_L32 * X_y2;
+    const real X_y4 = b4 + t_qom6d * b1 + t_6but2 * X_y2 - K_L43 * X_y3;
     const real X_y5 = b5
-        + t_vshgd * b1
+        + t_6faq6 * b1
         - K_L52 * X_y2
         - K_L53 * X_y3
         - K_L54 * X_y4;
     const real X_y6 = b6
-        + t_e4enr * b1
-        + t_dj64q * X_y2
+        + t_6faq6_2 * b1
+        + t_bk7yo * X_y2
         - K_L63 * X_y3
         - K_L64 * X_y4
         - K_L65 * X_y5;
     const real X_x6 = X_y6 / K_D6;
-    const real X_x5 = X_y5 * t_ftqxb - K_L65 * X_x6;
-    const real X_x4 = X_y4 * t_lt2al - K_L54 * X_x5 - K_L64 * X_x6;
-    const real X_x3 = X_y3 * t_zmh3u - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
-    const real X_x2 = X_y2 * t_4iujv
+    const real X_x5 = X_y5 * t_jxcfv - K_L65 * X_x6;
+    const real X_x4 = X_y4 * t_6dtnj_3 - K_L54 * X_x5 - K_L64 * X_x6;
+    const real X_x3 = X_y3 * t_6dtnj_2 - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
+    const real X_x2 = X_y2 * t_6dtnj
         - K_L32 * X_x3
-        + t_6urah * X_x4
+        + t_6but2 * X_x4
         - K_L52 * X_x5
-        + t_dj64q * X_x6;
+        + t_bk7yo * X_x6;
     const real gx_phi1 = sin_phi1 * h[t_6nwd2];  /* (25) */
-    const real t_5zfdh = lc_1 * p[m1];
-    const real gy_phi1 = sin_theta1 * t_5zfdh;  /* (25) */
-    const real gz_phi1 = cos_theta1 * t_5zfdh;  /* (25) */
-    const real t_sgto3 = h[t_yx2kz] * sin_theta1;
-    const real cz_phi1 = gy_phi1 * p[h1] - t_sgto3;  /* (25) */
-    const real t_azo52 = gx_phi1 * p[h1];
-    const real t_amwyw = t_a3uw4 + t_rding;
-    const real t_7eszt = t_amwyw * t_amwyw;
-    const real t_a233z = sin_phi1 * cos_phi1;
-    const real t_z7qux = h[t_yx2kz] * t_a233z;
+    const real t_3s3hq = lc_1 * p[m1];
+    const real gy_phi1 = sin_theta1 * t_3s3hq;  /* (25) */
+    const real gz_phi1 = cos_theta1 * t_3s3hq;  /* (25) */
+    const real t_tbwda = h[t_yx2kz] * sin_theta1;
+    const real cz_phi1 = gy_phi1 * p[h1] - t_tbwda;  /* (25) */
+    const real t_glcdw = gx_phi1 * p[h1];
+    const real t_l4ozg = t_uu2cl + t_rzamr;
+    const real t_wjugd = t_l4ozg * t_l4ozg;
+    const real t_hjphj = sin_phi1 * cos_phi1;
+    const real t_5zi7z = h[t_yx2kz] * t_hjphj;
     const real t_wube7 = x[wx] * x[wx];
-    const real t_3qva5 = sin_phi1 * sin_phi1;
-    const real t_2dafa = h[t_yx2kz] * t_3qva5;
-    const real t_kuyke = t_2dafa * t_amwyw;
+    const real t_hjphj_2 = sin_phi1 * sin_phi1;
+    const real t_5zi7z_2 = h[t_yx2kz] * t_hjphj_2;
+    const real t_rlilm = t_5zi7z_2 * t_l4ozg;
     const real k_phi1 = loss_phi1
-        - t_azo52 * t_7eszt
-        - t_azo52 * (Wn1 * Wn1)
-        - x[theta1_dot] * x[theta1_dot] * t_z7qux
-        - t_z7qux * t_wube7
-        - (x[theta1_dot] + x[theta1_dot]) * t_kuyke
-        - h[t_yx2kz] * t_amwyw * x[wx]
-        + h[t_os4zj] * t_7eszt * sin_phi1 * cos_phi1 * p[m1]
-        + h[t_oc5tk] * t_3qva5 * t_amwyw * x[wx] * p[m1]
-        + cos_phi1 * t_amwyw * p[h1] * x[wx] * p[l1] * p[m1]
-        + h[t_oc5tk] * sin_phi1 * cos_phi1 * x[theta1_dot] * x[wx] * p[m1];  /* (25) */
-    const real D_theta1 = t_2dafa + p[I1];  /* (26) */
+        - t_glcdw * t_wjugd
+        - t_glcdw * (Wn1 * Wn1)
+        - x[theta1_dot] * x[theta1_dot] * t_5zi7z
+        - t_5zi7z * t_wube7
+        - (x[theta1_dot] + x[theta1_dot]) * t_rlilm
+        - h[t_yx2kz] * t_l4ozg * x[wx]
+        + h[t_os4zj] * t_wjugd * sin_phi1 * cos_phi1 * p[m1]
+        + h[t_os4zj_2] * t_hjphj_2 * t_l4ozg * x[wx] * p[m1]
+        + cos_phi1 * t_l4ozg * p[h1] * x[wx] * p[l1] * p[m1]
+        + h[t_os4zj_2] * sin_phi1 * cos_phi1 * x[theta1_dot] * x[wx] * p[m1];  /* (25) */
+    const real D_theta1 = t_5zi7z_2 + p[I1];  /* (26) */
     const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
-    const real t_tpms2 = sin_theta1 * gx_phi1;
-    const real cy_theta1 = t_tpms2 * p[h1] - t_a233z * t_sgto3;  /* (26) */
-    const real cz_theta1 = gy_theta1 * p[h1] - t_a233z * (h[t_yx2kz] * cos_theta1) + p[I1];  /* (26) */
-    const real t_ywy5z = Wn1 * x[wx];
-    const real t_j5odj = x[phi1_dot] + x[phi1_dot];
-    const real t_bp7gq = t_z7qux * t_j5odj;
+    const real t_mqczk = sin_theta1 * gx_phi1;
+    const real cy_theta1 = t_mqczk * p[h1] - t_hjphj * t_tbwda;  /* (26) */
+    const real cz_theta1 = gy_theta1 * p[h1] - t_hjphj * (h[t_yx2kz] * cos_theta1) + p[I1];  /* (26) */
+    const real t_prfqf = Wn1 * x[wx];
+    const real t_hjux3 = x[phi1_dot] + x[phi1_dot];
+    const real t_jboxq = t_5zi7z * t_hjux3;
     const real k_theta1 = loss_theta1
-        + t_azo52 * t_ywy5z
-        + t_kuyke * t_j5odj
-        + t_kuyke * Wn1
-        + t_bp7gq * x[theta1_dot]
-        - t_z7qux * t_ywy5z
-        - t_bp7gq * x[wx];  /* (26) */
+        + t_glcdw * t_prfqf
+        + t_rlilm * t_hjux3
+        + t_rlilm * Wn1
+        + t_jboxq * x[theta1_dot]
+        - t_5zi7z * t_prfqf
+        - t_jboxq * x[wx];  /* (26) */
     const real gx_phi2 = h[t_popww] * sin_phi2;  /* (25) */
-    const real t_p4m3j = lc_2 * p[m2];
-    const real gy_phi2 = t_p4m3j * sin_theta2;  /* (25) */
-    const real gz_phi2 = t_p4m3j * cos_theta2;  /* (25) */
-    const real t_q45sa = sin_theta2 * h[t_frp3h];
-    const real cz_phi2 = gy_phi2 * p[h2] - t_q45sa;  /* (25) */
-    const real t_nqm7d = sin_phi2 * cos_phi2;
-    const real t_6skn7 = t_nqm7d * h[t_frp3h];
-    const real t_svo5z = gx_phi2 * p[h2];
-    const real t_kmx3q = t_vhhwy + t_geoui;
-    const real t_3chhy = t_kmx3q * t_kmx3q;
-    const real t_4j4b3 = sin_phi2 * sin_phi2;
-    const real t_7a6mb = t_4j4b3 * h[t_frp3h];
-    const real t_pnlix = t_kmx3q * t_7a6mb;
+    const real t_7pqnn = lc_2 * p[m2];
+    const real gy_phi2 = t_7pqnn * sin_theta2;  /* (25) */
+    const real gz_phi2 = t_7pqnn * cos_theta2;  /* (25) */
+    const real t_wywfd = sin_theta2 * h[t_frp3h];
+    const real cz_phi2 = gy_phi2 * p[h2] - t_wywfd;  /* (25) */
+    const real t_pt6a7 = sin_phi2 * cos_phi2;
+    const real t_vptxp = t_pt6a7 * h[t_frp3h];
+    const real t_2542d = gx_phi2 * p[h2];
+    const real t_doiln = t_t2zmi + t_adduy;
+    const real t_7ovbh = t_doiln * t_doiln;
+    const real t_pt6a7_2 = sin_phi2 * sin_phi2;
+    const real t_vptxp_2 = t_pt6a7_2 * h[t_frp3h];
+    const real t_2kwb7 = t_doiln * t_vptxp_2;
     const real k_phi2 = loss_phi2
-        - t_wube7 * t_6skn7
-        - t_svo5z * t_3chhy
-        - t_svo5z * (Wn2 * Wn2)
-        - x[theta2_dot] * x[theta2_dot] * t_6skn7
-        - (x[theta2_dot] + x[theta2_dot]) * t_pnlix
-        - t_kmx3q * h[t_frp3h] * x[wx]
-        + t_3chhy * sin_phi2 * cos_phi2 * h[t_nfvux] * p[m2]
-        + (t_kmx3q + t_kmx3q) * t_4j4b3 * h[t_nfvux] * x[wx] * p[m2]
-        + t_kmx3q * cos_phi2 * p[h2] * x[wx] * p[l2] * p[m2]
+        - t_wube7 * t_vptxp
+        - t_2542d * t_7ovbh
+        - t_2542d * (Wn2 * Wn2)
+        - x[theta2_dot] * x[theta2_dot] * t_vptxp
+        - (x[theta2_dot] + x[theta2_dot]) * t_2kwb7
+        - t_doiln * h[t_frp3h] * x[wx]
+        + t_7ovbh * sin_phi2 * cos_phi2 * h[t_nfvux] * p[m2]
+        + (t_doiln + t_doiln) * t_pt6a7_2 * h[t_nfvux] * x[wx] * p[m2]
+        + t_doiln * cos_phi2 * p[h2] * x[wx] * p[l2] * p[m2]
         + (sin_phi2 + sin_phi2) * cos_phi2 * h[t_nfvux] * x[theta2_dot] * x[wx] * p[m2];  /* (25) */
-    const real D_theta2 = t_7a6mb + p[I2];  /* (26) */
+    const real D_theta2 = t_vptxp_2 + p[I2];  /* (26) */
     const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
-    const real t_h3pge = gx_phi2 * sin_theta2;
-    const real cy_theta2 = t_h3pge * p[h2] - t_q45sa * t_nqm7d;  /* (26) */
-    const real cz_theta2 = gy_theta2 * p[h2] - t_nqm7d * (cos_theta2 * h[t_frp3h]) + p[I2];  /* (26) */
-    const real t_nw7er = Wn2 * x[wx];
-    const real t_473qv = x[phi2_dot] + x[phi2_dot];
+    const real t_7s3si = gx_phi2 * sin_theta2;
+    const real cy_theta2 = t_7s3si * p[h2] - t_wywfd * t_pt6a7;  /* (26) */
+    const real cz_theta2 = gy_theta2 * p[h2] - t_pt6a7 * (cos_theta2 * h[t_frp3h]) + p[I2];  /* (26) */
+    const real t_prfqf_2 = Wn2 * x[wx];
+    const real t_mw75j = x[phi2_dot] + x[phi2_dot];
     const real k_theta2 = loss_theta2
-        + Wn2 * t_pnlix
-        + t_svo5z * t_nw7er
-        + t_pnlix * t_473qv
-        + t_6skn7 * t_473qv * x[theta2_dot]
-        - t_6skn7 * t_nw7er
-        - t_6skn7 * (x[wx] + x[wx]) * x[phi2_dot];  /* (26) */
-    const real t_bu64g = X_x2 - X_x5 * h[x_C];
-    const real t_isafs = X_x3 - X_x6 * h[x_C];
-    const real t_s6zvw = W13 - X_x6;
-    const real t_g433r = X_x5 - W12;
+        + Wn2 * t_2kwb7
+        + t_2542d * t_prfqf_2
+        + t_2kwb7 * t_mw75j
+        + t_vptxp * t_mw75j * x[theta2_dot]
+        - t_vptxp * t_prfqf_2
+        - t_vptxp * (x[wx] + x[wx]) * x[phi2_dot];  /* (26) */
+    const real t_6njjc = X_x2 - X_x5 * h[x_C];
+    const real t_dqtn2 = X_x3 - X_x6 * h[x_C];
+    const real t_7qsh6 = W13 - X_x6;
+    const real t_3ipx7 = X_x5 - W12;
     real sin_att2, cos_att2; mv_sincos(x[att2], &sin_att2, &cos_att2);
     real sin_att1, cos_att1; mv_sincos(x[att1], &sin_att1, &cos_att1);
     const real t_oa5el = K(1.0) / cos_att2;
     const real t_s66h7 = sin_att1 * t_oa5el * x[wy];
     const real t_bi4sl = cos_att1 * t_oa5el * x[wz];
-    const real t_ien4t = t_s6zvw * (gz_phi1 * p[h1] - h[t_os4zj] * cos_theta1 * p[m1])
-        - (h[ax_eq] * gx_phi1 + k_phi1 + t_bu64g * gy_phi1 + t_isafs * gz_phi1)
-        - t_g433r * cz_phi1
+    const real t_fv7ac = t_7qsh6 * (gz_phi1 * p[h1] - h[t_os4zj] * cos_theta1 * p[m1])
+        - (h[ax_eq] * gx_phi1 + k_phi1 + t_6njjc * gy_phi1 + t_dqtn2 * gz_phi1)
+        - t_3ipx7 * cz_phi1
         - X_x4 * p[I1];
-    const real t_m6yt4 = t_isafs * t_tpms2
-        - (k_theta1 + t_bu64g * gy_theta1)
-        - t_s6zvw * cy_theta1
-        - t_g433r * cz_theta1
-        + X_x4 * t_2dafa;
-    const real t_cpcgp = t_s6zvw * (gz_phi2 * p[h2] - cos_theta2 * h[t_nfvux] * p[m2])
-        - (h[ax_eq] * gx_phi2 + k_phi2 + t_bu64g * gy_phi2 + t_isafs * gz_phi2)
-        - t_g433r * cz_phi2
+    const real t_zlecx = t_dqtn2 * t_mqczk
+        - (k_theta1 + t_6njjc * gy_theta1)
+        - t_7qsh6 * cy_theta1
+        - t_3ipx7 * cz_theta1
+        + X_x4 * t_5zi7z_2;
+    const real t_xelwi = t_7qsh6 * (gz_phi2 * p[h2] - cos_theta2 * h[t_nfvux] * p[m2])
+        - (h[ax_eq] * gx_phi2 + k_phi2 + t_6njjc * gy_phi2 + t_dqtn2 * gz_phi2)
+        - t_3ipx7 * cz_phi2
         - X_x4 * p[I2];
-    const real t_pzz34 = t_isafs * t_h3pge
-        - (k_theta2 + t_bu64g * gy_theta2)
-        - t_s6zvw * cy_theta2
-        - t_g433r * cz_theta2
-        + X_x4 * t_7a6mb;
+    const real t_w2flu = t_dqtn2 * t_7s3si
+        - (k_theta2 + t_6njjc * gy_theta2)
+        - t_7qsh6 * cy_theta2
+        - t_3ipx7 * cz_theta2
+        + X_x4 * t_vptxp_2;
     dx[0] = h[ax_eq] - x[vz] * x[wy] + x[vy] * x[wz];
-    dx[1] = t_bu64g + (x[vz] * x[wx] - x[vx] * x[wz]);
-    dx[2] = t_isafs + (x[vx] * x[wy] - x[vy] * x[wx]);
+    dx[1] = t_6njjc + (x[vz] * x[wx] - x[vx] * x[wz]);
+    dx[2] = t_dqtn2 + (x[vx] * x[wy] - x[vy] * x[wx]);
     dx[3] = X_x4;
-    dx[4] = t_s6zvw;
-    dx[5] = t_g433r;
+    dx[4] = t_7qsh6;
+    dx[5] = t_3ipx7;
     dx[6] = x[wx] + sin_att2 * t_s66h7 + sin_att2 * t_bi4sl;
     dx[7] = cos_att1 * x[wy] - sin_att1 * x[wz];
     dx[8] = t_s66h7 + t_bi4sl;
@@ -2753,10 +2753,10 @@ void slosh_rhs_reduced_euler_prepared(const real *x, const real *u, const real *
     dx[10] = x[theta1_dot];
     dx[11] = x[phi2_dot];
     dx[12] = x[theta2_dot];
-    dx[13] = t_ien4t * h[t_zrejm];
-    dx[14] = t_m6yt4 / D_theta1;
-    dx[15] = t_cpcgp * h[t_5wzvs];
-    dx[16] = t_pzz34 / D_theta2;
+    dx[13] = t_fv7ac * h[t_gbl6n];
+    dx[14] = t_zlecx / D_theta1;
+    dx[15] = t_xelwi * h[t_jx6g7];
+    dx[16] = t_w2flu / D_theta2;
 }
 
 /* Places of h. */
@@ -2770,11 +2770,11 @@ enum {
     actuate_h_e2,
     actuate_h_B_1,
     actuate_h_B_2,
-    actuate_h_t_m5gm4,
-    actuate_h_t_uumic,
-    actuate_h_t_doa45,
+    actuate_h_t_47igz,
+    actuate_h_t_fcuad,
+    actuate_h_t_z4fbq,
     actuate_h_t_xkg6l,
-    actuate_h_t_lwe76,
+    actuate_h_t_bknng,
 };
 
 /* what actuate computes once per run; 39 operations. */
@@ -2795,14 +2795,14 @@ void slosh_actuate_prepare(const real *p, real *h)
     enum { h2 = SLOSH_P_H2 };
     enum { I2 = SLOSH_P_I2 };
     const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
-    const real t_gx5gf = p[m1] / D1;
-    const real k1 = t_gx5gf * p[l1];
-    const real me1 = t_gx5gf * p[I1];
+    const real t_nkfhl = p[m1] / D1;
+    const real k1 = t_nkfhl * p[l1];
+    const real me1 = t_nkfhl * p[I1];
     const real mv1 = p[l1] * p[m1] * k1;
     const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
-    const real t_wiek6 = p[m2] / D2;
-    const real k2 = t_wiek6 * p[l2];
-    const real me2 = t_wiek6 * p[I2];
+    const real t_xgfi7 = p[m2] / D2;
+    const real k2 = t_xgfi7 * p[l2];
+    const real me2 = t_xgfi7 * p[I2];
     const real mv2 = p[l2] * p[m2] * k2;
     const real M_C = p[m] + p[m0] + me1 + me2;
     const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
@@ -2819,11 +2819,11 @@ void slosh_actuate_prepare(const real *p, real *h)
     h[actuate_h_e2] = e2;
     h[actuate_h_B_1] = B_1;
     h[actuate_h_B_2] = B_2;
-    h[actuate_h_t_m5gm4] = M_C + mv1 + mv2;
-    h[actuate_h_t_uumic] = e1 * me1;
-    h[actuate_h_t_doa45] = e2 * me2;
+    h[actuate_h_t_47igz] = M_C + mv1 + mv2;
+    h[actuate_h_t_fcuad] = e1 * me1;
+    h[actuate_h_t_z4fbq] = e2 * me2;
     h[actuate_h_t_xkg6l] = K(1.0) / mv_cos(p[delta2_max]);
-    h[actuate_h_t_lwe76] = p[b] + p[d] + x_C;
+    h[actuate_h_t_bknng] = p[b] + p[d] + x_C;
 }
 
 /* the rest of actuate; 197 operations. */
@@ -2856,11 +2856,11 @@ void slosh_actuate_prepared(const real *x, const real *u_cmd, const real *p, con
     enum { e2 = actuate_h_e2 };
     enum { B_1 = actuate_h_B_1 };
     enum { B_2 = actuate_h_B_2 };
-    enum { t_m5gm4 = actuate_h_t_m5gm4 };
-    enum { t_uumic = actuate_h_t_uumic };
-    enum { t_doa45 = actuate_h_t_doa45 };
+    enum { t_47igz = actuate_h_t_47igz };
+    enum { t_fcuad = actuate_h_t_fcuad };
+    enum { t_z4fbq = actuate_h_t_z4fbq };
     enum { t_xkg6l = actuate_h_t_xkg6l };
-    enum { t_lwe76 = actuate_h_t_lwe76 };
+    enum { t_bknng = actuate_h_t_bknng };
     real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
     real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
     real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
@@ -2901,34 +2901,34 @@ void slosh_actuate_prepared(const real *x, const real *u_cmd, const real *p, con
     const real wq_2 = q_2 * wth_2;
     const real wqC_2 = cos_theta2 * wq_2;
     const real wqS_2 = sin_theta2 * wq_2;
-    const real K11 = h[t_m5gm4] - Ass_1 - Ass_2;
-    const real t_fbeaw = S_sq1 * tn11_1;
-    const real t_dj555 = S_sq2 * tn11_2;
-    const real K22 = t_fbeaw + t_dj555 + h[M_C] + wth_1 + wth_2 - h[me1] - h[me2];
+    const real K11 = h[t_47igz] - Ass_1 - Ass_2;
+    const real t_eytv7 = S_sq1 * tn11_1;
+    const real t_xyodq = S_sq2 * tn11_2;
+    const real K22 = t_eytv7 + t_xyodq + h[M_C] + wth_1 + wth_2 - h[me1] - h[me2];
     const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + h[M_C] - t_fbeaw - t_dj555;
+    const real K33 = Ass_1 + Ass_2 + h[M_C] - t_eytv7 - t_xyodq;
     const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
-    const real t_kwrkt = wg_1 - h[t_uumic];
-    const real t_t44oq = wg_2 - h[t_doa45];
-    const real t_32gyg = Bc_1 - eAss_1;
-    const real t_n3v7x = t_32gyg + t_kwrkt;
-    const real t_gbkg6 = Bc_2 - eAss_2;
-    const real t_hsuzx = t_gbkg6 + t_t44oq;
-    const real t_fcf5x = S_sq1 * t_n3v7x + S_sq2 * t_hsuzx;
-    const real K52 = t_kwrkt + t_t44oq - t_fcf5x - wqC_1 - wqC_2;
-    const real t_bac7g = SC1 * t_n3v7x + SC2 * t_hsuzx;
-    const real K53 = wqS_1 - t_bac7g + wqS_2;
-    const real K63 = t_fcf5x - (t_32gyg + t_gbkg6);
-    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real t_bpfoo = K(1.0) / K11;
-    const real t_w7lcw = t_b3aij * t_bpfoo;
-    const real K_D2 = K22 - t_b3aij * t_w7lcw;
-    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_3go2w = t_zzymx * t_bpfoo;
-    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
-    const real t_4iujv = K(1.0) / K_D2;
-    const real K_L32 = t_d4mqf * t_4iujv;
-    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
+    const real t_uzoih = wg_1 - h[t_fcuad];
+    const real t_fv4vq = wg_2 - h[t_z4fbq];
+    const real t_qeyrr = Bc_1 - eAss_1;
+    const real t_wg7ej = t_qeyrr + t_uzoih;
+    const real t_vn7oc = Bc_2 - eAss_2;
+    const real t_lqbgn = t_vn7oc + t_fv4vq;
+    const real t_kd2xx = S_sq1 * t_wg7ej + S_sq2 * t_lqbgn;
+    const real K52 = t_uzoih + t_fv4vq - t_kd2xx - wqC_1 - wqC_2;
+    const real t_kd2xx_2 = SC1 * t_wg7ej + SC2 * t_lqbgn;
+    const real K53 = wqS_1 - t_kd2xx_2 + wqS_2;
+    const real K63 = t_kd2xx - (t_qeyrr + t_vn7oc);
+    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_cl3z7 = K(1.0) / K11;
+    const real t_exl37 = t_f2nhc * t_cl3z7;
+    const real K_D2 = K22 - t_f2nhc * t_exl37;
+    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_exl37_2 = t_f2nhc_2 * t_cl3z7;
+    const real t_iy2us = K32 - t_f2nhc * t_exl37_2;
+    const real t_6dtnj = K(1.0) / K_D2;
+    const real K_L32 = t_iy2us * t_6dtnj;
+    const real K_D3 = K33 - t_iy2us * K_L32 - t_f2nhc_2 * t_exl37_2;
     const real delta2_act = mv_max(-p[delta2_max], mv_min(u_cmd[delta2_cmd], p[delta2_max]));
     const mask m_tdcs7 = LE(mv_fabs(u_cmd[delta2_cmd]), p[delta2_max]);
     real sin_delta2_cmd, cos_delta2_cmd; mv_sincos(u_cmd[delta2_cmd], &sin_delta2_cmd, &cos_delta2_cmd);
@@ -2936,32 +2936,32 @@ void slosh_actuate_prepared(const real *x, const real *u_cmd, const real *p, con
     const real t_dd7v5 = cos_delta2_cmd * sin_delta1_cmd;
     const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_tdcs7, u_cmd[delta1_cmd], mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_dd7v5 * h[t_xkg6l]))))));
     real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
-    const real t_y4w6o = p[F] * cos_delta2_act;
+    const real t_appoi = p[F] * cos_delta2_act;
     real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
-    const real df1_act = t_y4w6o * cos_delta1_act - cos_delta2_cmd * p[F] * cos_delta1_cmd;
+    const real df1_act = t_appoi * cos_delta1_act - cos_delta2_cmd * p[F] * cos_delta1_cmd;
     const real df2_act = p[F] * sin_delta2_act - p[F] * sin_delta2_cmd;
-    const real df3_act = t_dd7v5 * p[F] - t_y4w6o * sin_delta1_act;
-    const real da_act_y2 = df2_act + t_w7lcw * df1_act;
-    const real da_act_y3 = df3_act + t_3go2w * df1_act - K_L32 * da_act_y2;
+    const real df3_act = t_dd7v5 * p[F] - t_appoi * sin_delta1_act;
+    const real da_act_y2 = df2_act + t_exl37 * df1_act;
+    const real da_act_y3 = df3_act + t_exl37_2 * df1_act - K_L32 * da_act_y2;
     const real da_act_x3 = da_act_y3 / K_D3;
-    const real da_act_x2 = da_act_y2 * t_4iujv - K_L32 * da_act_x3;
-    const real da_act_x1 = df1_act * t_bpfoo + t_w7lcw * da_act_x2 + t_3go2w * da_act_x3;
-    const real t_ev7u5 = Bs_1 + Asc_1 * h[e1];
-    const real t_bvybx = Bs_2 + Asc_2 * h[e2];
+    const real da_act_x2 = da_act_y2 * t_6dtnj - K_L32 * da_act_x3;
+    const real da_act_x1 = df1_act * t_cl3z7 + t_exl37 * da_act_x2 + t_exl37_2 * da_act_x3;
+    const real t_g3yj5 = Bs_1 + Asc_1 * h[e1];
+    const real t_pr2pp = Bs_2 + Asc_2 * h[e2];
     u[0] = u_cmd[Mx_cmd]
         - (Bs_1 + Bs_2) * da_act_x1
         - (wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2) * da_act_x2
         + K43 * da_act_x3;
     u[1] = u_cmd[My_cmd]
-        - h[t_lwe76] * df3_act
-        + (t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2) * da_act_x1
-        + t_bac7g * da_act_x2
+        - h[t_bknng] * df3_act
+        + (t_g3yj5 * cos_theta1 + t_pr2pp * cos_theta2) * da_act_x1
+        + t_kd2xx_2 * da_act_x2
         - K63 * da_act_x3;
     u[2] = u_cmd[Mz_cmd]
-        - (t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2) * da_act_x1
+        - (t_g3yj5 * sin_theta1 + t_pr2pp * sin_theta2) * da_act_x1
         + K52 * da_act_x2
         + K53 * da_act_x3
-        + h[t_lwe76] * df2_act;
+        + h[t_bknng] * df2_act;
     u[3] = delta1_act;
     u[4] = delta2_act;
 }
@@ -2991,28 +2991,28 @@ enum {
     lyapunov_v1_h_e2,
     lyapunov_v1_h_B_1,
     lyapunov_v1_h_Bl_1,
-    lyapunov_v1_h_t_b7ure,
+    lyapunov_v1_h_t_xdulz,
     lyapunov_v1_h_B_2,
     lyapunov_v1_h_Bl_2,
-    lyapunov_v1_h_t_lpk5h,
-    lyapunov_v1_h_t_m5gm4,
-    lyapunov_v1_h_t_uumic,
-    lyapunov_v1_h_t_doa45,
+    lyapunov_v1_h_t_uohf6,
+    lyapunov_v1_h_t_47igz,
+    lyapunov_v1_h_t_fcuad,
+    lyapunov_v1_h_t_z4fbq,
     lyapunov_v1_h_t_sfymc,
-    lyapunov_v1_h_t_5r66u,
-    lyapunov_v1_h_t_7bo2j,
-    lyapunov_v1_h_t_oc5tk,
+    lyapunov_v1_h_t_g7pzr,
+    lyapunov_v1_h_t_urwo6,
+    lyapunov_v1_h_t_os4zj_2,
     lyapunov_v1_h_ax_eq,
     lyapunov_v1_h_W_theta1,
     lyapunov_v1_h_W_theta2,
-    lyapunov_v1_h_t_mj52b,
-    lyapunov_v1_h_t_iecaz,
-    lyapunov_v1_h_t_qd2lc,
-    lyapunov_v1_h_t_7pydp,
-    lyapunov_v1_h_t_ob75p,
+    lyapunov_v1_h_t_hyv47,
+    lyapunov_v1_h_t_pi35k,
+    lyapunov_v1_h_t_wvww5,
+    lyapunov_v1_h_t_if7mv,
+    lyapunov_v1_h_t_tmzpj,
     lyapunov_v1_h_t_62qfa,
     lyapunov_v1_h_t_y7rm6,
-    lyapunov_v1_h_t_lwe76,
+    lyapunov_v1_h_t_bknng,
 };
 
 /* what lyapunov_v1 computes once per run; 91 operations. */
@@ -3042,17 +3042,17 @@ void slosh_lyapunov_v1_prepare(const real *p, const real *c, real *h)
     const real t_os4zj = p[l1] * p[l1];
     const real t_yx2kz = t_os4zj * p[m1];
     const real D1 = t_yx2kz + p[I1];
-    const real t_gx5gf = p[m1] / D1;
-    const real k1 = t_gx5gf * p[l1];
-    const real me1 = t_gx5gf * p[I1];
+    const real t_nkfhl = p[m1] / D1;
+    const real k1 = t_nkfhl * p[l1];
+    const real me1 = t_nkfhl * p[I1];
     const real t_6nwd2 = p[l1] * p[m1];
     const real mv1 = t_6nwd2 * k1;
     const real t_nfvux = p[l2] * p[l2];
     const real t_frp3h = t_nfvux * p[m2];
     const real D2 = t_frp3h + p[I2];
-    const real t_wiek6 = p[m2] / D2;
-    const real k2 = t_wiek6 * p[l2];
-    const real me2 = t_wiek6 * p[I2];
+    const real t_xgfi7 = p[m2] / D2;
+    const real k2 = t_xgfi7 * p[l2];
+    const real me2 = t_xgfi7 * p[I2];
     const real t_popww = p[l2] * p[m2];
     const real mv2 = t_popww * k2;
     const real t_omhyl = p[m] + p[m0];
@@ -3079,8 +3079,8 @@ void slosh_lyapunov_v1_prepare(const real *p, const real *c, real *h)
     const real W_theta1 = c[r10] * p[m1];  /* (27) */
     const real W_phi2 = c[r9] * p[m2];  /* (27) */
     const real W_theta2 = c[r10] * p[m2];  /* (27) */
-    const real t_mj52b = W_phi1 / (D1 * D1);
-    const real t_iecaz = W_phi2 / (D2 * D2);
+    const real t_hyv47 = W_phi1 / (D1 * D1);
+    const real t_pi35k = W_phi2 / (D2 * D2);
     h[lyapunov_v1_h_t_os4zj] = t_os4zj;
     h[lyapunov_v1_h_t_yx2kz] = t_yx2kz;
     h[lyapunov_v1_h_D1] = D1;
@@ -3104,28 +3104,28 @@ void slosh_lyapunov_v1_prepare(const real *p, const real *c, real *h)
     h[lyapunov_v1_h_e2] = e2;
     h[lyapunov_v1_h_B_1] = B_1;
     h[lyapunov_v1_h_Bl_1] = Bl_1;
-    h[lyapunov_v1_h_t_b7ure] = me1 * (e1 * e1);
+    h[lyapunov_v1_h_t_xdulz] = me1 * (e1 * e1);
     h[lyapunov_v1_h_B_2] = B_2;
     h[lyapunov_v1_h_Bl_2] = Bl_2;
-    h[lyapunov_v1_h_t_lpk5h] = me2 * (e2 * e2);
-    h[lyapunov_v1_h_t_m5gm4] = M_C + mv1 + mv2;
-    h[lyapunov_v1_h_t_uumic] = e1 * me1;
-    h[lyapunov_v1_h_t_doa45] = e2 * me2;
+    h[lyapunov_v1_h_t_uohf6] = me2 * (e2 * e2);
+    h[lyapunov_v1_h_t_47igz] = M_C + mv1 + mv2;
+    h[lyapunov_v1_h_t_fcuad] = e1 * me1;
+    h[lyapunov_v1_h_t_z4fbq] = e2 * me2;
     h[lyapunov_v1_h_t_sfymc] = t_sfymc;
-    h[lyapunov_v1_h_t_5r66u] = J_C1 + (p[J_z] - p[J_y]);
-    h[lyapunov_v1_h_t_7bo2j] = J_C1 + t_is5lg + t_sfymc;
-    h[lyapunov_v1_h_t_oc5tk] = t_os4zj + t_os4zj;
+    h[lyapunov_v1_h_t_g7pzr] = J_C1 + (p[J_z] - p[J_y]);
+    h[lyapunov_v1_h_t_urwo6] = J_C1 + t_is5lg + t_sfymc;
+    h[lyapunov_v1_h_t_os4zj_2] = t_os4zj + t_os4zj;
     h[lyapunov_v1_h_ax_eq] = ax_eq;
     h[lyapunov_v1_h_W_theta1] = W_theta1;
     h[lyapunov_v1_h_W_theta2] = W_theta2;
-    h[lyapunov_v1_h_t_mj52b] = t_mj52b;
-    h[lyapunov_v1_h_t_iecaz] = t_iecaz;
-    h[lyapunov_v1_h_t_qd2lc] = c[r4] - t_mj52b * (p[I1] * p[I1]) - t_iecaz * (p[I2] * p[I2]);
-    h[lyapunov_v1_h_t_7pydp] = t_mj52b * p[I1];
-    h[lyapunov_v1_h_t_ob75p] = t_iecaz * p[I2];
+    h[lyapunov_v1_h_t_hyv47] = t_hyv47;
+    h[lyapunov_v1_h_t_pi35k] = t_pi35k;
+    h[lyapunov_v1_h_t_wvww5] = c[r4] - t_hyv47 * (p[I1] * p[I1]) - t_pi35k * (p[I2] * p[I2]);
+    h[lyapunov_v1_h_t_if7mv] = t_hyv47 * p[I1];
+    h[lyapunov_v1_h_t_tmzpj] = t_pi35k * p[I2];
     h[lyapunov_v1_h_t_62qfa] = p[F] * p[F];
     h[lyapunov_v1_h_t_y7rm6] = K(1.0) / p[F];
-    h[lyapunov_v1_h_t_lwe76] = p[b] + p[d] + x_C;
+    h[lyapunov_v1_h_t_bknng] = p[b] + p[d] + x_C;
 }
 
 /* the rest of lyapunov_v1; 985 operations. */
@@ -3194,52 +3194,52 @@ void slosh_lyapunov_v1_prepared(const real *x, const real *p, const real *c, con
     enum { e2 = lyapunov_v1_h_e2 };
     enum { B_1 = lyapunov_v1_h_B_1 };
     enum { Bl_1 = lyapunov_v1_h_Bl_1 };
-    enum { t_b7ure = lyapunov_v1_h_t_b7ure };
+    enum { t_xdulz = lyapunov_v1_h_t_xdulz };
     enum { B_2 = lyapunov_v1_h_B_2 };
     enum { Bl_2 = lyapunov_v1_h_Bl_2 };
-    enum { t_lpk5h = lyapunov_v1_h_t_lpk5h };
-    enum { t_m5gm4 = lyapunov_v1_h_t_m5gm4 };
-    enum { t_uumic = lyapunov_v1_h_t_uumic };
-    enum { t_doa45 = lyapunov_v1_h_t_doa45 };
+    enum { t_uohf6 = lyapunov_v1_h_t_uohf6 };
+    enum { t_47igz = lyapunov_v1_h_t_47igz };
+    enum { t_fcuad = lyapunov_v1_h_t_fcuad };
+    enum { t_z4fbq = lyapunov_v1_h_t_z4fbq };
     enum { t_sfymc = lyapunov_v1_h_t_sfymc };
-    enum { t_5r66u = lyapunov_v1_h_t_5r66u };
-    enum { t_7bo2j = lyapunov_v1_h_t_7bo2j };
-    enum { t_oc5tk = lyapunov_v1_h_t_oc5tk };
+    enum { t_g7pzr = lyapunov_v1_h_t_g7pzr };
+    enum { t_urwo6 = lyapunov_v1_h_t_urwo6 };
+    enum { t_os4zj_2 = lyapunov_v1_h_t_os4zj_2 };
     enum { ax_eq = lyapunov_v1_h_ax_eq };
     enum { W_theta1 = lyapunov_v1_h_W_theta1 };
     enum { W_theta2 = lyapunov_v1_h_W_theta2 };
-    enum { t_mj52b = lyapunov_v1_h_t_mj52b };
-    enum { t_iecaz = lyapunov_v1_h_t_iecaz };
-    enum { t_qd2lc = lyapunov_v1_h_t_qd2lc };
-    enum { t_7pydp = lyapunov_v1_h_t_7pydp };
-    enum { t_ob75p = lyapunov_v1_h_t_ob75p };
+    enum { t_hyv47 = lyapunov_v1_h_t_hyv47 };
+    enum { t_pi35k = lyapunov_v1_h_t_pi35k };
+    enum { t_wvww5 = lyapunov_v1_h_t_wvww5 };
+    enum { t_if7mv = lyapunov_v1_h_t_if7mv };
+    enum { t_tmzpj = lyapunov_v1_h_t_tmzpj };
     enum { t_62qfa = lyapunov_v1_h_t_62qfa };
     enum { t_y7rm6 = lyapunov_v1_h_t_y7rm6 };
-    enum { t_lwe76 = lyapunov_v1_h_t_lwe76 };
+    enum { t_bknng = lyapunov_v1_h_t_bknng };
     const real W12 = x[wx] * x[wy];
     const real W13 = x[wx] * x[wz];
     real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
     real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
     const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
-    const real t_rding = cos_theta1 * x[wz];
-    const real t_a3uw4 = sin_theta1 * x[wy];
-    const real Wt1 = t_rding + t_a3uw4;
+    const real t_rzamr = cos_theta1 * x[wz];
+    const real t_uu2cl = sin_theta1 * x[wy];
+    const real Wt1 = t_rzamr + t_uu2cl;
     const real w_x1 = x[wx] - x[theta1_dot];
     const real p1 = Wn1 + x[phi1_dot];
     const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
-    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
     real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
     real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
     const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
-    const real t_geoui = cos_theta2 * x[wz];
-    const real t_vhhwy = sin_theta2 * x[wy];
-    const real Wt2 = t_geoui + t_vhhwy;
+    const real t_adduy = cos_theta2 * x[wz];
+    const real t_t2zmi = sin_theta2 * x[wy];
+    const real Wt2 = t_adduy + t_t2zmi;
     const real w_x2 = x[wx] - x[theta2_dot];
     const real p2 = Wn2 + x[phi2_dot];
     const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
-    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
     const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
     const real t_w7vil = t_rybsf * h[e1];
     const real tension1 = cos_phi1 * t_w7vil * h[mv1] - h[t_6nwd2] * sigma_sq1;
@@ -3259,9 +3259,9 @@ void slosh_lyapunov_v1_prepared(const real *x, const real *p, const real *c, con
     const real S_sq1 = sin_theta1 * sin_theta1;
     const real SC1 = cos_theta1 * sin_theta1;
     const real tn11_1 = Ass_1 + h[me1] - wth_1;
-    const real t_3bowt = h[Bl_1] + K(-2.0) * eBc_1 + h[e1] * eAss_1;
-    const real t_3fv6l = g_1 * wg_1;
-    const real tn44_1 = h[t_b7ure] + t_3bowt - t_3fv6l;
+    const real t_o36xw = h[Bl_1] + K(-2.0) * eBc_1 + h[e1] * eAss_1;
+    const real t_w6q4c = g_1 * wg_1;
+    const real tn44_1 = h[t_xdulz] + t_o36xw - t_w6q4c;
     const real wq_1 = q_1 * wth_1;
     const real wqg_1 = q_1 * wg_1;
     const real wqq_1 = q_1 * wq_1;
@@ -3271,13 +3271,13 @@ void slosh_lyapunov_v1_prepared(const real *x, const real *p, const real *c, con
     const real wgS_1 = sin_theta1 * wqg_1;
     const real loss_phi1 = p[eps1] * x[phi1_dot];
     const real loss_theta1 = p[eps1] * x[theta1_dot];
-    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
     const real zeta1 = W12 * q_1
         + Wn1 * lc_1 * w_x1
         - chi1 * p[l1] * (p1 + x[phi1_dot]);
     const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_7imwe = h[B_1] * eta1 + loss_phi1 * h[k1];
-    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real t_o6fg5 = h[B_1] * eta1 + loss_phi1 * h[k1];
+    const real F_t1 = sin_phi1 * tension1 - t_o6fg5 * cos_phi1;
     const real M_q1 = F_n1 * q_1;
     const real I_phi1 = x[phi1_dot] * p[I1];
     const real I_theta1 = x[theta1_dot] * p[I1];
@@ -3299,9 +3299,9 @@ void slosh_lyapunov_v1_prepared(const real *x, const real *p, const real *c, con
     const real S_sq2 = sin_theta2 * sin_theta2;
     const real SC2 = cos_theta2 * sin_theta2;
     const real tn11_2 = Ass_2 + h[me2] - wth_2;
-    const real t_ymmgl = h[Bl_2] + K(-2.0) * eBc_2 + h[e2] * eAss_2;
-    const real t_odwbr = g_2 * wg_2;
-    const real tn44_2 = h[t_lpk5h] + t_ymmgl - t_odwbr;
+    const real t_2znlb = h[Bl_2] + K(-2.0) * eBc_2 + h[e2] * eAss_2;
+    const real t_7fbo3 = g_2 * wg_2;
+    const real tn44_2 = h[t_uohf6] + t_2znlb - t_7fbo3;
     const real wq_2 = q_2 * wth_2;
     const real wqg_2 = q_2 * wg_2;
     const real wqq_2 = q_2 * wq_2;
@@ -3311,372 +3311,372 @@ void slosh_lyapunov_v1_prepared(const real *x, const real *p, const real *c, con
     const real wgS_2 = sin_theta2 * wqg_2;
     const real loss_phi2 = p[eps2] * x[phi2_dot];
     const real loss_theta2 = p[eps2] * x[theta2_dot];
-    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
     const real zeta2 = W12 * q_2
         + Wn2 * lc_2 * w_x2
         - chi2 * p[l2] * (p2 + x[phi2_dot]);
     const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
-    const real t_4b2fa = h[B_2] * eta2 + loss_phi2 * h[k2];
-    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real t_l7fgg = h[B_2] * eta2 + loss_phi2 * h[k2];
+    const real F_t2 = sin_phi2 * tension2 - t_l7fgg * cos_phi2;
     const real M_q2 = F_n2 * q_2;
     const real I_phi2 = x[phi2_dot] * p[I2];
     const real I_theta2 = x[theta2_dot] * p[I2];
-    const real K11 = h[t_m5gm4] - Ass_1 - Ass_2;
-    const real t_fbeaw = S_sq1 * tn11_1;
-    const real t_dj555 = S_sq2 * tn11_2;
-    const real K22 = t_fbeaw + t_dj555 + h[M_C] + wth_1 + wth_2 - h[me1] - h[me2];
+    const real K11 = h[t_47igz] - Ass_1 - Ass_2;
+    const real t_eytv7 = S_sq1 * tn11_1;
+    const real t_xyodq = S_sq2 * tn11_2;
+    const real K22 = t_eytv7 + t_xyodq + h[M_C] + wth_1 + wth_2 - h[me1] - h[me2];
     const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + h[M_C] - t_fbeaw - t_dj555;
+    const real K33 = Ass_1 + Ass_2 + h[M_C] - t_eytv7 - t_xyodq;
     const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
-    const real t_nhr5u = wqq_1 + wqq_2;
-    const real K44 = t_nhr5u + h[Bl_1] + h[Bl_2] + h[J_C1];
-    const real t_kwrkt = wg_1 - h[t_uumic];
-    const real t_t44oq = wg_2 - h[t_doa45];
-    const real t_32gyg = Bc_1 - eAss_1;
-    const real t_n3v7x = t_32gyg + t_kwrkt;
-    const real t_gbkg6 = Bc_2 - eAss_2;
-    const real t_hsuzx = t_gbkg6 + t_t44oq;
-    const real t_fcf5x = S_sq1 * t_n3v7x + S_sq2 * t_hsuzx;
-    const real K52 = t_kwrkt + t_t44oq - t_fcf5x - wqC_1 - wqC_2;
-    const real t_bac7g = SC1 * t_n3v7x + SC2 * t_hsuzx;
-    const real K53 = wqS_1 - t_bac7g + wqS_2;
-    const real t_nncdg = h[Bl_1] - eBc_1;
-    const real t_4q22j = h[Bl_2] - eBc_2;
-    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
-    const real t_hoosk = S_sq1 * tn44_1;
-    const real t_drvdp = S_sq2 * tn44_2;
-    const real K55 = t_3fv6l
-        + t_odwbr
-        + t_nhr5u
-        + t_hoosk
-        + t_drvdp
+    const real t_hig3c = wqq_1 + wqq_2;
+    const real K44 = t_hig3c + h[Bl_1] + h[Bl_2] + h[J_C1];
+    const real t_uzoih = wg_1 - h[t_fcuad];
+    const real t_fv4vq = wg_2 - h[t_z4fbq];
+    const real t_qeyrr = Bc_1 - eAss_1;
+    const real t_wg7ej = t_qeyrr + t_uzoih;
+    const real t_vn7oc = Bc_2 - eAss_2;
+    const real t_lqbgn = t_vn7oc + t_fv4vq;
+    const real t_kd2xx = S_sq1 * t_wg7ej + S_sq2 * t_lqbgn;
+    const real K52 = t_uzoih + t_fv4vq - t_kd2xx - wqC_1 - wqC_2;
+    const real t_kd2xx_2 = SC1 * t_wg7ej + SC2 * t_lqbgn;
+    const real K53 = wqS_1 - t_kd2xx_2 + wqS_2;
+    const real t_vykvu = h[Bl_1] - eBc_1;
+    const real t_vwbsx = h[Bl_2] - eBc_2;
+    const real K54 = t_hig3c - wgC_1 - wgC_2 + t_vykvu * sin_theta1 + t_vwbsx * sin_theta2;
+    const real t_o56io = S_sq1 * tn44_1;
+    const real t_5sxb4 = S_sq2 * tn44_2;
+    const real K55 = t_w6q4c
+        + t_7fbo3
+        + t_hig3c
+        + t_o56io
+        + t_5sxb4
         + h[J_C3]
-        - h[t_b7ure]
-        - h[t_lpk5h]
+        - h[t_xdulz]
+        - h[t_uohf6]
         + K(-2.0) * wgC_1
         + K(-2.0) * wgC_2;
-    const real K63 = t_fcf5x - (t_32gyg + t_gbkg6);
-    const real t_zhbuw = wgS_1 + wgS_2;
-    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
-    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
-    const real K66 = t_3bowt + t_ymmgl + h[J_C2] - t_hoosk - t_drvdp;
-    const real t_vt7uo = F_n1 * cos_theta1;
-    const real t_oncjt = F_n2 * cos_theta2;
-    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
-    const real t_azclp = F_n1 * sin_theta1;
-    const real t_iya7w = F_n2 * sin_theta2;
-    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
-    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
-    const real t_kp7yy = M_q1 + M_q2;
-    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
-    const real n4 = t_aejai
-        - t_kp7yy
-        + t_zd4fs
+    const real K63 = t_kd2xx - (t_qeyrr + t_vn7oc);
+    const real t_hig3c_2 = wgS_1 + wgS_2;
+    const real K64 = t_hig3c_2 + t_vykvu * cos_theta1 + t_vwbsx * cos_theta2;
+    const real K65 = t_hig3c_2 + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_o36xw + t_2znlb + h[J_C2] - t_o56io - t_5sxb4;
+    const real t_mallh = F_n1 * cos_theta1;
+    const real t_lbh6o = F_n2 * cos_theta2;
+    const real n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real t_mallh_2 = F_n1 * sin_theta1;
+    const real t_lbh6o_2 = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2;
+    const real t_dg3od = Bs_1 * t_w7vil + t_o6fg5 * p[l1];
+    const real t_hig3c_3 = M_q1 + M_q2;
+    const real t_a26ad = Bs_2 * t_6fvzz + t_l7fgg * p[l2];
+    const real n4 = t_dg3od
+        - t_hig3c_3
+        + t_a26ad
         - loss_phi1
         - loss_phi2
         + I_theta1 * x[wy]
         + I_theta2 * x[wy]
         - h[t_sfymc] * x[wy] * x[wz];
-    const real t_w7nmt = t_aejai + F_t1 * h[e1];
-    const real t_e5cx2 = t_zd4fs + F_t2 * h[e2];
-    const real n5 = t_w7nmt * sin_theta1
-        - (t_kp7yy + loss_theta1 + loss_theta2)
-        + t_e5cx2 * sin_theta2
-        - W12 * h[t_5r66u]
+    const real t_3hais = t_dg3od + F_t1 * h[e1];
+    const real t_wksgt = t_a26ad + F_t2 * h[e2];
+    const real n5 = t_3hais * sin_theta1
+        - (t_hig3c_3 + loss_theta1 + loss_theta2)
+        + t_wksgt * sin_theta2
+        - W12 * h[t_g7pzr]
         - I_phi1 * x[wy]
         - I_phi2 * x[wy]
-        + t_vt7uo * g_1
-        + t_oncjt * g_2;
-    const real n6 = t_w7nmt * cos_theta1
-        + t_e5cx2 * cos_theta2
+        + t_mallh * g_1
+        + t_lbh6o * g_2;
+    const real n6 = t_3hais * cos_theta1
+        + t_wksgt * cos_theta2
         + I_theta1 * x[wx]
         + I_theta2 * x[wx]
-        - W13 * h[t_7bo2j]
-        - t_azclp * g_1
-        - t_iya7w * g_2
+        - W13 * h[t_urwo6]
+        - t_mallh_2 * g_1
+        - t_lbh6o_2 * g_2
         - I_phi1 * x[wz]
         - I_phi2 * x[wz];
-    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real t_bpfoo = K(1.0) / K11;
-    const real t_w7lcw = t_b3aij * t_bpfoo;
-    const real K_D2 = K22 - t_b3aij * t_w7lcw;
-    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_3go2w = t_zzymx * t_bpfoo;
-    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
-    const real t_4iujv = K(1.0) / K_D2;
-    const real K_L32 = t_d4mqf * t_4iujv;
-    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
+    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_cl3z7 = K(1.0) / K11;
+    const real t_exl37 = t_f2nhc * t_cl3z7;
+    const real K_D2 = K22 - t_f2nhc * t_exl37;
+    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_exl37_2 = t_f2nhc_2 * t_cl3z7;
+    const real t_iy2us = K32 - t_f2nhc * t_exl37_2;
+    const real t_6dtnj = K(1.0) / K_D2;
+    const real K_L32 = t_iy2us * t_6dtnj;
+    const real K_D3 = K33 - t_iy2us * K_L32 - t_f2nhc_2 * t_exl37_2;
     const real gx_phi1 = sin_phi1 * h[t_6nwd2];  /* (25) */
-    const real t_5zfdh = lc_1 * p[m1];
-    const real gy_phi1 = sin_theta1 * t_5zfdh;  /* (25) */
-    const real gz_phi1 = cos_theta1 * t_5zfdh;  /* (25) */
-    const real t_bnlcb = gy_phi1 * p[h1];
-    const real t_sgto3 = h[t_yx2kz] * sin_theta1;
-    const real cz_phi1 = t_bnlcb - t_sgto3;  /* (25) */
-    const real t_azo52 = gx_phi1 * p[h1];
-    const real t_amwyw = t_a3uw4 + t_rding;
-    const real t_7eszt = t_amwyw * t_amwyw;
-    const real t_a233z = sin_phi1 * cos_phi1;
-    const real t_z7qux = h[t_yx2kz] * t_a233z;
+    const real t_3s3hq = lc_1 * p[m1];
+    const real gy_phi1 = sin_theta1 * t_3s3hq;  /* (25) */
+    const real gz_phi1 = cos_theta1 * t_3s3hq;  /* (25) */
+    const real t_ik6g5 = gy_phi1 * p[h1];
+    const real t_tbwda = h[t_yx2kz] * sin_theta1;
+    const real cz_phi1 = t_ik6g5 - t_tbwda;  /* (25) */
+    const real t_glcdw = gx_phi1 * p[h1];
+    const real t_l4ozg = t_uu2cl + t_rzamr;
+    const real t_wjugd = t_l4ozg * t_l4ozg;
+    const real t_hjphj = sin_phi1 * cos_phi1;
+    const real t_5zi7z = h[t_yx2kz] * t_hjphj;
     const real t_wube7 = x[wx] * x[wx];
-    const real t_3qva5 = sin_phi1 * sin_phi1;
-    const real t_2dafa = h[t_yx2kz] * t_3qva5;
-    const real t_kuyke = t_2dafa * t_amwyw;
+    const real t_hjphj_2 = sin_phi1 * sin_phi1;
+    const real t_5zi7z_2 = h[t_yx2kz] * t_hjphj_2;
+    const real t_rlilm = t_5zi7z_2 * t_l4ozg;
     const real k_phi1 = loss_phi1
-        - t_azo52 * t_7eszt
-        - t_azo52 * (Wn1 * Wn1)
-        - x[theta1_dot] * x[theta1_dot] * t_z7qux
-        - t_z7qux * t_wube7
-        - (x[theta1_dot] + x[theta1_dot]) * t_kuyke
-        - h[t_yx2kz] * t_amwyw * x[wx]
-        + h[t_os4zj] * t_7eszt * sin_phi1 * cos_phi1 * p[m1]
-        + h[t_oc5tk] * t_3qva5 * t_amwyw * x[wx] * p[m1]
-        + cos_phi1 * t_amwyw * p[h1] * x[wx] * p[l1] * p[m1]
-        + h[t_oc5tk] * sin_phi1 * cos_phi1 * x[theta1_dot] * x[wx] * p[m1];  /* (25) */
-    const real D_theta1 = t_2dafa + p[I1];  /* (26) */
+        - t_glcdw * t_wjugd
+        - t_glcdw * (Wn1 * Wn1)
+        - x[theta1_dot] * x[theta1_dot] * t_5zi7z
+        - t_5zi7z * t_wube7
+        - (x[theta1_dot] + x[theta1_dot]) * t_rlilm
+        - h[t_yx2kz] * t_l4ozg * x[wx]
+        + h[t_os4zj] * t_wjugd * sin_phi1 * cos_phi1 * p[m1]
+        + h[t_os4zj_2] * t_hjphj_2 * t_l4ozg * x[wx] * p[m1]
+        + cos_phi1 * t_l4ozg * p[h1] * x[wx] * p[l1] * p[m1]
+        + h[t_os4zj_2] * sin_phi1 * cos_phi1 * x[theta1_dot] * x[wx] * p[m1];  /* (25) */
+    const real D_theta1 = t_5zi7z_2 + p[I1];  /* (26) */
     const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
-    const real t_tpms2 = sin_theta1 * gx_phi1;
-    const real t_nmcsn = t_tpms2 * p[h1];
-    const real cy_theta1 = t_nmcsn - t_a233z * t_sgto3;  /* (26) */
-    const real t_m5cmg = gy_theta1 * p[h1];
-    const real t_toghk = h[t_yx2kz] * cos_theta1;
-    const real t_homfq = t_m5cmg - t_a233z * t_toghk;
-    const real cz_theta1 = t_homfq + p[I1];  /* (26) */
-    const real t_ywy5z = Wn1 * x[wx];
-    const real t_j5odj = x[phi1_dot] + x[phi1_dot];
-    const real Dd_theta1 = t_z7qux * t_j5odj;
-    const real t_b7wcv = Dd_theta1 * x[theta1_dot];
+    const real t_mqczk = sin_theta1 * gx_phi1;
+    const real t_hmyst = t_mqczk * p[h1];
+    const real cy_theta1 = t_hmyst - t_hjphj * t_tbwda;  /* (26) */
+    const real t_n4yir = gy_theta1 * p[h1];
+    const real t_tbwda_2 = h[t_yx2kz] * cos_theta1;
+    const real t_dfhzf = t_n4yir - t_hjphj * t_tbwda_2;
+    const real cz_theta1 = t_dfhzf + p[I1];  /* (26) */
+    const real t_prfqf = Wn1 * x[wx];
+    const real t_hjux3 = x[phi1_dot] + x[phi1_dot];
+    const real Dd_theta1 = t_5zi7z * t_hjux3;
+    const real t_7tj6u = Dd_theta1 * x[theta1_dot];
     const real k_theta1 = loss_theta1
-        + t_azo52 * t_ywy5z
-        + t_kuyke * t_j5odj
-        + t_kuyke * Wn1
-        + t_b7wcv
-        - t_z7qux * t_ywy5z
+        + t_glcdw * t_prfqf
+        + t_rlilm * t_hjux3
+        + t_rlilm * Wn1
+        + t_7tj6u
+        - t_5zi7z * t_prfqf
         - Dd_theta1 * x[wx];  /* (26) */
     const real gx_phi2 = h[t_popww] * sin_phi2;  /* (25) */
-    const real t_p4m3j = lc_2 * p[m2];
-    const real gy_phi2 = t_p4m3j * sin_theta2;  /* (25) */
-    const real gz_phi2 = t_p4m3j * cos_theta2;  /* (25) */
-    const real t_ba7if = gy_phi2 * p[h2];
-    const real t_q45sa = sin_theta2 * h[t_frp3h];
-    const real cz_phi2 = t_ba7if - t_q45sa;  /* (25) */
-    const real t_nqm7d = sin_phi2 * cos_phi2;
-    const real t_6skn7 = t_nqm7d * h[t_frp3h];
-    const real t_svo5z = gx_phi2 * p[h2];
-    const real t_kmx3q = t_vhhwy + t_geoui;
-    const real t_3chhy = t_kmx3q * t_kmx3q;
-    const real t_4j4b3 = sin_phi2 * sin_phi2;
-    const real t_7a6mb = t_4j4b3 * h[t_frp3h];
-    const real t_pnlix = t_kmx3q * t_7a6mb;
+    const real t_7pqnn = lc_2 * p[m2];
+    const real gy_phi2 = t_7pqnn * sin_theta2;  /* (25) */
+    const real gz_phi2 = t_7pqnn * cos_theta2;  /* (25) */
+    const real t_tkdjn = gy_phi2 * p[h2];
+    const real t_wywfd = sin_theta2 * h[t_frp3h];
+    const real cz_phi2 = t_tkdjn - t_wywfd;  /* (25) */
+    const real t_pt6a7 = sin_phi2 * cos_phi2;
+    const real t_vptxp = t_pt6a7 * h[t_frp3h];
+    const real t_2542d = gx_phi2 * p[h2];
+    const real t_doiln = t_t2zmi + t_adduy;
+    const real t_7ovbh = t_doiln * t_doiln;
+    const real t_pt6a7_2 = sin_phi2 * sin_phi2;
+    const real t_vptxp_2 = t_pt6a7_2 * h[t_frp3h];
+    const real t_2kwb7 = t_doiln * t_vptxp_2;
     const real k_phi2 = loss_phi2
-        - t_wube7 * t_6skn7
-        - t_svo5z * t_3chhy
-        - t_svo5z * (Wn2 * Wn2)
-        - x[theta2_dot] * x[theta2_dot] * t_6skn7
-        - (x[theta2_dot] + x[theta2_dot]) * t_pnlix
-        - t_kmx3q * h[t_frp3h] * x[wx]
-        + t_3chhy * sin_phi2 * cos_phi2 * h[t_nfvux] * p[m2]
-        + (t_kmx3q + t_kmx3q) * t_4j4b3 * h[t_nfvux] * x[wx] * p[m2]
-        + t_kmx3q * cos_phi2 * p[h2] * x[wx] * p[l2] * p[m2]
+        - t_wube7 * t_vptxp
+        - t_2542d * t_7ovbh
+        - t_2542d * (Wn2 * Wn2)
+        - x[theta2_dot] * x[theta2_dot] * t_vptxp
+        - (x[theta2_dot] + x[theta2_dot]) * t_2kwb7
+        - t_doiln * h[t_frp3h] * x[wx]
+        + t_7ovbh * sin_phi2 * cos_phi2 * h[t_nfvux] * p[m2]
+        + (t_doiln + t_doiln) * t_pt6a7_2 * h[t_nfvux] * x[wx] * p[m2]
+        + t_doiln * cos_phi2 * p[h2] * x[wx] * p[l2] * p[m2]
         + (sin_phi2 + sin_phi2) * cos_phi2 * h[t_nfvux] * x[theta2_dot] * x[wx] * p[m2];  /* (25) */
-    const real D_theta2 = t_7a6mb + p[I2];  /* (26) */
+    const real D_theta2 = t_vptxp_2 + p[I2];  /* (26) */
     const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
-    const real t_h3pge = gx_phi2 * sin_theta2;
-    const real t_ikdxp = t_h3pge * p[h2];
-    const real cy_theta2 = t_ikdxp - t_q45sa * t_nqm7d;  /* (26) */
-    const real t_gidtm = gy_theta2 * p[h2];
-    const real t_vhw4e = cos_theta2 * h[t_frp3h];
-    const real t_6daux = t_gidtm - t_nqm7d * t_vhw4e;
-    const real cz_theta2 = t_6daux + p[I2];  /* (26) */
-    const real t_nw7er = Wn2 * x[wx];
-    const real t_473qv = x[phi2_dot] + x[phi2_dot];
-    const real Dd_theta2 = t_6skn7 * t_473qv;
-    const real t_putjj = Dd_theta2 * x[theta2_dot];
+    const real t_7s3si = gx_phi2 * sin_theta2;
+    const real t_4urq3 = t_7s3si * p[h2];
+    const real cy_theta2 = t_4urq3 - t_wywfd * t_pt6a7;  /* (26) */
+    const real t_epql5 = gy_theta2 * p[h2];
+    const real t_wywfd_2 = cos_theta2 * h[t_frp3h];
+    const real t_hkdmv = t_epql5 - t_pt6a7 * t_wywfd_2;
+    const real cz_theta2 = t_hkdmv + p[I2];  /* (26) */
+    const real t_prfqf_2 = Wn2 * x[wx];
+    const real t_mw75j = x[phi2_dot] + x[phi2_dot];
+    const real Dd_theta2 = t_vptxp * t_mw75j;
+    const real t_yshzz = Dd_theta2 * x[theta2_dot];
     const real k_theta2 = loss_theta2
-        + Wn2 * t_pnlix
-        + t_svo5z * t_nw7er
-        + t_pnlix * t_473qv
-        + t_putjj
-        - t_6skn7 * t_nw7er
-        - t_6skn7 * (x[wx] + x[wx]) * x[phi2_dot];  /* (26) */
-    const real cdy_phi1 = t_m5cmg * x[phi1_dot] + cz_phi1 * x[theta1_dot];
-    const real t_pthak = gz_phi1 * p[h1];
-    const real t_fue42 = t_pthak - h[t_os4zj] * cos_theta1 * p[m1];
-    const real cdz_phi1 = t_fue42 * x[theta1_dot] - t_nmcsn * x[phi1_dot];
-    const real t_4of2f = cos_phi1 * cos_phi1;
-    const real cdy_theta1 = t_homfq * x[theta1_dot] + x[phi1_dot] * (t_bnlcb + t_3qva5 * t_sgto3 - t_4of2f * t_sgto3);
-    const real cdz_theta1 = x[phi1_dot] * (t_pthak + t_3qva5 * t_toghk - t_toghk * t_4of2f) - cy_theta1 * x[theta1_dot];
-    const real cdy_phi2 = cz_phi2 * x[theta2_dot] + t_gidtm * x[phi2_dot];
-    const real t_3ndrr = gz_phi2 * p[h2];
-    const real t_jfh2q = t_3ndrr - cos_theta2 * h[t_nfvux] * p[m2];
-    const real cdz_phi2 = t_jfh2q * x[theta2_dot] - t_ikdxp * x[phi2_dot];
-    const real t_zozwp = cos_phi2 * cos_phi2;
-    const real cdy_theta2 = t_6daux * x[theta2_dot] + x[phi2_dot] * (t_ba7if + t_q45sa * t_4j4b3 - t_q45sa * t_zozwp);
-    const real cdz_theta2 = x[phi2_dot] * (t_3ndrr + t_4j4b3 * t_vhw4e - t_vhw4e * t_zozwp) - cy_theta2 * x[theta2_dot];
+        + Wn2 * t_2kwb7
+        + t_2542d * t_prfqf_2
+        + t_2kwb7 * t_mw75j
+        + t_yshzz
+        - t_vptxp * t_prfqf_2
+        - t_vptxp * (x[wx] + x[wx]) * x[phi2_dot];  /* (26) */
+    const real cdy_phi1 = t_n4yir * x[phi1_dot] + cz_phi1 * x[theta1_dot];
+    const real t_ik6g5_2 = gz_phi1 * p[h1];
+    const real t_eunpd = t_ik6g5_2 - h[t_os4zj] * cos_theta1 * p[m1];
+    const real cdz_phi1 = t_eunpd * x[theta1_dot] - t_hmyst * x[phi1_dot];
+    const real t_hjphj_3 = cos_phi1 * cos_phi1;
+    const real cdy_theta1 = t_dfhzf * x[theta1_dot] + x[phi1_dot] * (t_ik6g5 + t_hjphj_2 * t_tbwda - t_hjphj_3 * t_tbwda);
+    const real cdz_theta1 = x[phi1_dot] * (t_ik6g5_2 + t_hjphj_2 * t_tbwda_2 - t_tbwda_2 * t_hjphj_3) - cy_theta1 * x[theta1_dot];
+    const real cdy_phi2 = cz_phi2 * x[theta2_dot] + t_epql5 * x[phi2_dot];
+    const real t_tkdjn_2 = gz_phi2 * p[h2];
+    const real t_ikrsv = t_tkdjn_2 - cos_theta2 * h[t_nfvux] * p[m2];
+    const real cdz_phi2 = t_ikrsv * x[theta2_dot] - t_4urq3 * x[phi2_dot];
+    const real t_pt6a7_3 = cos_phi2 * cos_phi2;
+    const real cdy_theta2 = t_hkdmv * x[theta2_dot] + x[phi2_dot] * (t_tkdjn + t_wywfd * t_pt6a7_2 - t_wywfd * t_pt6a7_3);
+    const real cdz_theta2 = x[phi2_dot] * (t_tkdjn_2 + t_pt6a7_2 * t_wywfd_2 - t_wywfd_2 * t_pt6a7_3) - cy_theta2 * x[theta2_dot];
     const real t_wij2f = x[vy] * c[r1];
     const real t_o2gar = h[D1] * x[phi1_dot];
-    const real t_x3aji = h[t_mj52b] * (p[I1] * x[wx] - t_fue42 * x[wy] + cz_phi1 * x[wz] + t_o2gar);
+    const real t_vl3yj = h[t_hyv47] * (p[I1] * x[wx] - t_eunpd * x[wy] + cz_phi1 * x[wz] + t_o2gar);
     const real t_gifwv = h[D2] * x[phi2_dot];
-    const real t_6jtcq = h[t_iecaz] * (p[I2] * x[wx] - t_jfh2q * x[wy] + cz_phi2 * x[wz] + t_gifwv);
-    const real t_j7ex5 = h[W_theta1] / (D_theta1 * D_theta1);
-    const real t_iomfo = D_theta1 * x[theta1_dot];
-    const real t_5lcmq = t_j7ex5 * (cy_theta1 * x[wy] - t_2dafa * x[wx] + cz_theta1 * x[wz] + t_iomfo);
-    const real t_s5xdh = h[W_theta2] / (D_theta2 * D_theta2);
-    const real t_kyc32 = D_theta2 * x[theta2_dot];
-    const real t_43tjw = t_s5xdh * (cy_theta2 * x[wy] - t_7a6mb * x[wx] + cz_theta2 * x[wz] + t_kyc32);
+    const real t_afrcl = h[t_pi35k] * (p[I2] * x[wx] - t_ikrsv * x[wy] + cz_phi2 * x[wz] + t_gifwv);
+    const real t_nkpga = h[W_theta1] / (D_theta1 * D_theta1);
+    const real t_btjgw = D_theta1 * x[theta1_dot];
+    const real t_c2kne = t_nkpga * (cy_theta1 * x[wy] - t_5zi7z_2 * x[wx] + cz_theta1 * x[wz] + t_btjgw);
+    const real t_yy353 = h[W_theta2] / (D_theta2 * D_theta2);
+    const real t_bftmb = D_theta2 * x[theta2_dot];
+    const real t_v7ev3 = t_yy353 * (cy_theta2 * x[wy] - t_vptxp_2 * x[wx] + cz_theta2 * x[wz] + t_bftmb);
     const real B_v1 = t_wij2f
-        - t_x3aji * gy_phi1
-        - t_6jtcq * gy_phi2
-        - t_5lcmq * gy_theta1
-        - t_43tjw * gy_theta2;  /* (29) */
+        - t_vl3yj * gy_phi1
+        - t_afrcl * gy_phi2
+        - t_c2kne * gy_theta1
+        - t_v7ev3 * gy_theta2;  /* (29) */
     const real t_aqbxr = x[vz] * c[r2];
     const real C_v1 = t_aqbxr
-        - t_x3aji * gz_phi1
-        - t_6jtcq * gz_phi2
-        + t_5lcmq * t_tpms2
-        + t_43tjw * t_h3pge;  /* (29) */
-    const real t_5bilv = h[ax_eq] * gx_phi1;
-    const real t_4oupt = h[ax_eq] * gx_phi2;
+        - t_vl3yj * gz_phi1
+        - t_afrcl * gz_phi2
+        + t_c2kne * t_mqczk
+        + t_v7ev3 * t_7s3si;  /* (29) */
+    const real t_4goj4 = h[ax_eq] * gx_phi1;
+    const real t_w4j4g = h[ax_eq] * gx_phi2;
     const real g1_v1 = x[att1] * c[r3]
         - t_aqbxr * x[vy]
-        - h[t_mj52b] * (t_5bilv * p[I1] + p[I1] * k_phi1)
-        - h[t_iecaz] * (t_4oupt * p[I2] + p[I2] * k_phi2)
-        - t_j7ex5 * (t_iomfo * Dd_theta1 - (t_b7wcv * t_2dafa + t_2dafa * k_theta1))
-        - t_s5xdh * (t_kyc32 * Dd_theta2 - (t_putjj * t_7a6mb + t_7a6mb * k_theta2))
+        - h[t_hyv47] * (t_4goj4 * p[I1] + p[I1] * k_phi1)
+        - h[t_pi35k] * (t_w4j4g * p[I2] + p[I2] * k_phi2)
+        - t_nkpga * (t_btjgw * Dd_theta1 - (t_7tj6u * t_5zi7z_2 + t_5zi7z_2 * k_theta1))
+        - t_yy353 * (t_bftmb * Dd_theta2 - (t_yshzz * t_vptxp_2 + t_vptxp_2 * k_theta2))
         + x[vy] * x[vz] * c[r1];  /* (29) */
     const real g2_v1 = x[att2] * c[r5]
-        + h[t_mj52b] * (t_5bilv * t_fue42 + t_fue42 * k_phi1 + t_o2gar * cdy_phi1)
-        + h[t_iecaz] * (t_4oupt * t_jfh2q + t_jfh2q * k_phi2 + t_gifwv * cdy_phi2)
-        - t_j7ex5 * (t_b7wcv * cy_theta1 + cy_theta1 * k_theta1 - t_iomfo * cdy_theta1)
-        - t_s5xdh * (t_putjj * cy_theta2 + cy_theta2 * k_theta2 - t_kyc32 * cdy_theta2)
+        + h[t_hyv47] * (t_4goj4 * t_eunpd + t_eunpd * k_phi1 + t_o2gar * cdy_phi1)
+        + h[t_pi35k] * (t_w4j4g * t_ikrsv + t_ikrsv * k_phi2 + t_gifwv * cdy_phi2)
+        - t_nkpga * (t_7tj6u * cy_theta1 + cy_theta1 * k_theta1 - t_btjgw * cdy_theta1)
+        - t_yy353 * (t_yshzz * cy_theta2 + cy_theta2 * k_theta2 - t_bftmb * cdy_theta2)
         + x[vx] * x[vz] * c[r2];  /* (29) */
     const real g3_v1 = x[att3] * c[r7]
         - t_wij2f * x[vx]
-        - h[t_mj52b] * (t_5bilv * cz_phi1 + cz_phi1 * k_phi1 - t_o2gar * cdz_phi1)
-        - h[t_iecaz] * (t_4oupt * cz_phi2 + cz_phi2 * k_phi2 - t_gifwv * cdz_phi2)
-        - t_j7ex5 * (t_b7wcv * cz_theta1 + cz_theta1 * k_theta1 - t_iomfo * cdz_theta1)
-        - t_s5xdh * (t_putjj * cz_theta2 + cz_theta2 * k_theta2 - t_kyc32 * cdz_theta2);  /* (29) */
-    const real f11_v1 = h[t_qd2lc] - t_j7ex5 * (t_2dafa * t_2dafa) - t_s5xdh * (t_7a6mb * t_7a6mb);  /* (29) */
-    const real t_eph62 = t_j7ex5 * t_2dafa;
-    const real t_3e3g4 = t_s5xdh * t_7a6mb;
-    const real f21_v1 = h[t_7pydp] * t_fue42 + h[t_ob75p] * t_jfh2q + t_eph62 * cy_theta1 + t_3e3g4 * cy_theta2;  /* (29) */
+        - h[t_hyv47] * (t_4goj4 * cz_phi1 + cz_phi1 * k_phi1 - t_o2gar * cdz_phi1)
+        - h[t_pi35k] * (t_w4j4g * cz_phi2 + cz_phi2 * k_phi2 - t_gifwv * cdz_phi2)
+        - t_nkpga * (t_7tj6u * cz_theta1 + cz_theta1 * k_theta1 - t_btjgw * cdz_theta1)
+        - t_yy353 * (t_yshzz * cz_theta2 + cz_theta2 * k_theta2 - t_bftmb * cdz_theta2);  /* (29) */
+    const real f11_v1 = h[t_wvww5] - t_nkpga * (t_5zi7z_2 * t_5zi7z_2) - t_yy353 * (t_vptxp_2 * t_vptxp_2);  /* (29) */
+    const real t_gsmye = t_nkpga * t_5zi7z_2;
+    const real t_l53od = t_yy353 * t_vptxp_2;
+    const real f21_v1 = h[t_if7mv] * t_eunpd + h[t_tmzpj] * t_ikrsv + t_gsmye * cy_theta1 + t_l53od * cy_theta2;  /* (29) */
     const real f22_v1 = c[r6]
-        - h[t_mj52b] * (t_fue42 * t_fue42)
-        - h[t_iecaz] * (t_jfh2q * t_jfh2q)
-        - t_j7ex5 * (cy_theta1 * cy_theta1)
-        - t_s5xdh * (cy_theta2 * cy_theta2);  /* (29) */
-    const real f31_v1 = t_eph62 * cz_theta1 - (h[t_7pydp] * cz_phi1 + h[t_ob75p] * cz_phi2) + t_3e3g4 * cz_theta2;  /* (29) */
-    const real f32_v1 = h[t_mj52b] * t_fue42 * cz_phi1
-        + h[t_iecaz] * t_jfh2q * cz_phi2
-        - t_j7ex5 * cy_theta1 * cz_theta1
-        - t_s5xdh * cy_theta2 * cz_theta2;  /* (29) */
+        - h[t_hyv47] * (t_eunpd * t_eunpd)
+        - h[t_pi35k] * (t_ikrsv * t_ikrsv)
+        - t_nkpga * (cy_theta1 * cy_theta1)
+        - t_yy353 * (cy_theta2 * cy_theta2);  /* (29) */
+    const real f31_v1 = t_gsmye * cz_theta1 - (h[t_if7mv] * cz_phi1 + h[t_tmzpj] * cz_phi2) + t_l53od * cz_theta2;  /* (29) */
+    const real f32_v1 = h[t_hyv47] * t_eunpd * cz_phi1
+        + h[t_pi35k] * t_ikrsv * cz_phi2
+        - t_nkpga * cy_theta1 * cz_theta1
+        - t_yy353 * cy_theta2 * cz_theta2;  /* (29) */
     const real f33_v1 = c[r8]
-        - h[t_mj52b] * (cz_phi1 * cz_phi1)
-        - h[t_iecaz] * (cz_phi2 * cz_phi2)
-        - t_j7ex5 * (cz_theta1 * cz_theta1)
-        - t_s5xdh * (cz_theta2 * cz_theta2);  /* (29) */
-    const real t_4v7es = K(1.0) / f11_v1;
-    const real f_v1_L21 = f21_v1 * t_4v7es;
-    const real f_v1_L31 = f31_v1 * t_4v7es;
+        - h[t_hyv47] * (cz_phi1 * cz_phi1)
+        - h[t_pi35k] * (cz_phi2 * cz_phi2)
+        - t_nkpga * (cz_theta1 * cz_theta1)
+        - t_yy353 * (cz_theta2 * cz_theta2);  /* (29) */
+    const real t_f6jle = K(1.0) / f11_v1;
+    const real f_v1_L21 = f21_v1 * t_f6jle;
+    const real f_v1_L31 = f31_v1 * t_f6jle;
     const real f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21;
-    const real t_g2uww = f32_v1 - f21_v1 * f_v1_L31;
-    const real t_omhw7 = K(1.0) / f_v1_D2;
-    const real f_v1_L32 = t_g2uww * t_omhw7;
-    const real f_v1_D3 = f33_v1 - t_g2uww * f_v1_L32 - f31_v1 * f_v1_L31;
-    const real t_u5ggi = x[wx] * c[w3] + g1_v1;
-    const real u_v1_y2 = f_v1_L21 * t_u5ggi - (x[wy] * c[w4] + g2_v1);
-    const real u_v1_y3 = f_v1_L31 * t_u5ggi - (x[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
+    const real t_suqla = f32_v1 - f21_v1 * f_v1_L31;
+    const real t_6dtnj_2 = K(1.0) / f_v1_D2;
+    const real f_v1_L32 = t_suqla * t_6dtnj_2;
+    const real f_v1_D3 = f33_v1 - t_suqla * f_v1_L32 - f31_v1 * f_v1_L31;
+    const real t_a4jxz = x[wx] * c[w3] + g1_v1;
+    const real u_v1_y2 = f_v1_L21 * t_a4jxz - (x[wy] * c[w4] + g2_v1);
+    const real u_v1_y3 = f_v1_L31 * t_a4jxz - (x[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
     const real u_v1_x3 = u_v1_y3 / f_v1_D3;
-    const real u_v1_x2 = u_v1_y2 * t_omhw7 - f_v1_L32 * u_v1_x3;
+    const real u_v1_x2 = u_v1_y2 * t_6dtnj_2 - f_v1_L32 * u_v1_x3;
     const real G2_v1 = W12 + u_v1_x3;
     const real G3_v1 = W13 - u_v1_x2;
     const real a2_v1 = G2_v1 * h[x_C] - B_v1 * c[w1];
     const real a3_v1 = G3_v1 * h[x_C] - C_v1 * c[w2];
-    const real t_2m245 = Bs_1 + Bs_2;
-    const real t_dyqoa = t_u5ggi * t_4v7es + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
-    const real t_ev7u5 = Bs_1 + Asc_1 * h[e1];
-    const real t_bvybx = Bs_2 + Asc_2 * h[e2];
-    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
-    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
-    const real t_vzrlr = t_7imwe * sin_phi1
-        + t_4b2fa * sin_phi2
+    const real t_dvxnj = Bs_1 + Bs_2;
+    const real t_ncnom = t_a4jxz * t_f6jle + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
+    const real t_g3yj5 = Bs_1 + Asc_1 * h[e1];
+    const real t_pr2pp = Bs_2 + Asc_2 * h[e2];
+    const real t_bap4n = t_g3yj5 * sin_theta1 + t_pr2pp * sin_theta2;
+    const real t_bap4n_2 = t_g3yj5 * cos_theta1 + t_pr2pp * cos_theta2;
+    const real t_snurv = t_o6fg5 * sin_phi1
+        + t_l7fgg * sin_phi2
         + cos_phi1 * tension1
         + cos_phi2 * tension2
-        + G2_v1 * t_6mmeb
-        + G3_v1 * t_bl4f2
-        + t_b3aij * a2_v1
-        + t_zzymx * a3_v1;
-    const real q1_v1 = t_2m245 * t_dyqoa - t_vzrlr;
-    const real t_yz7e5 = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
+        + G2_v1 * t_bap4n
+        + G3_v1 * t_bap4n_2
+        + t_f2nhc * a2_v1
+        + t_f2nhc_2 * a3_v1;
+    const real q1_v1 = t_dvxnj * t_ncnom - t_snurv;
+    const real t_3tpbw = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
     const real q2_v1 = n2
         + G2_v1 * K52
-        - G3_v1 * t_bac7g
+        - G3_v1 * t_kd2xx_2
         + K22 * a2_v1
         + K32 * a3_v1
-        + t_yz7e5 * t_dyqoa;
+        + t_3tpbw * t_ncnom;
     const real q3_v1 = n3
         + G2_v1 * K53
         + G3_v1 * K63
         + K32 * a2_v1
         + K33 * a3_v1
-        - K43 * t_dyqoa;
-    const real PP_v1 = K11 * K11 + t_b3aij * t_b3aij + t_zzymx * t_zzymx;
-    const real Pq_v1 = K11 * q1_v1 - t_b3aij * q2_v1 - t_zzymx * q3_v1;
-    const real t_7w2kh = Pq_v1 * Pq_v1
+        - K43 * t_ncnom;
+    const real PP_v1 = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2;
+    const real Pq_v1 = K11 * q1_v1 - t_f2nhc * q2_v1 - t_f2nhc_2 * q3_v1;
+    const real t_zzkan = Pq_v1 * Pq_v1
         - PP_v1 * (q1_v1 * q1_v1 - h[t_62qfa] + q2_v1 * q2_v1 + q3_v1 * q3_v1);
-    const real root_v1 = mv_sqrt(mv_max(SPLAT(K(0.0)), t_7w2kh));
+    const real root_v1 = mv_sqrt(mv_max(SPLAT(K(0.0)), t_zzkan));
     const real ax_v1 = (root_v1 - Pq_v1) / PP_v1;
     const real f1_v1 = q1_v1 + K11 * ax_v1;
-    const real f2_v1 = q2_v1 - t_b3aij * ax_v1;
-    const real f3_v1 = q3_v1 - t_zzymx * ax_v1;
+    const real f2_v1 = q2_v1 - t_f2nhc * ax_v1;
+    const real f3_v1 = q3_v1 - t_f2nhc_2 * ax_v1;
     const real sin_d2_v1 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v1 * h[t_y7rm6]));
     const real cos_d2_v1 = mv_sqrt(K(1.0) - sin_d2_v1 * sin_d2_v1);
     const real delta1_v1 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v1 * h[t_y7rm6] / mv_max(SPLAT(K(1e-09)), cos_d2_v1)))));
     const real delta2_v1 = mv_asin(sin_d2_v1);
     real sin_delta2_v1, cos_delta2_v1; mv_sincos(delta2_v1, &sin_delta2_v1, &cos_delta2_v1);
-    const real t_szme2 = p[F] * cos_delta2_v1;
+    const real t_qh3cx = p[F] * cos_delta2_v1;
     real sin_delta1_v1, cos_delta1_v1; mv_sincos(delta1_v1, &sin_delta1_v1, &cos_delta1_v1);
-    const real df1_v1 = t_szme2 * cos_delta1_v1 - f1_v1;
-    const real t_uqkgz = p[F] * sin_delta2_v1;
-    const real df2_v1 = t_uqkgz - f2_v1;
-    const real da_v1_y2 = df2_v1 + t_w7lcw * df1_v1;
-    const real t_s3dfp = t_szme2 * sin_delta1_v1;
-    const real da_v1_y3 = t_3go2w * df1_v1 - (t_s3dfp + f3_v1) - K_L32 * da_v1_y2;
+    const real df1_v1 = t_qh3cx * cos_delta1_v1 - f1_v1;
+    const real t_jczim = p[F] * sin_delta2_v1;
+    const real df2_v1 = t_jczim - f2_v1;
+    const real da_v1_y2 = df2_v1 + t_exl37 * df1_v1;
+    const real t_gu5fe = t_qh3cx * sin_delta1_v1;
+    const real da_v1_y3 = t_exl37_2 * df1_v1 - (t_gu5fe + f3_v1) - K_L32 * da_v1_y2;
     const real da_v1_x3 = da_v1_y3 / K_D3;
-    const real da_v1_x2 = da_v1_y2 * t_4iujv - K_L32 * da_v1_x3;
-    const real da_v1_x1 = df1_v1 * t_bpfoo + t_w7lcw * da_v1_x2 + t_3go2w * da_v1_x3;
+    const real da_v1_x2 = da_v1_y2 * t_6dtnj - K_L32 * da_v1_x3;
+    const real da_v1_x1 = df1_v1 * t_cl3z7 + t_exl37 * da_v1_x2 + t_exl37_2 * da_v1_x3;
     const real Mx_v1 = n4
         + G2_v1 * K54
         + G3_v1 * K64
-        - t_2m245 * ax_v1
-        - t_2m245 * da_v1_x1
-        - t_yz7e5 * a2_v1
-        - t_yz7e5 * da_v1_x2
+        - t_dvxnj * ax_v1
+        - t_dvxnj * da_v1_x1
+        - t_3tpbw * a2_v1
+        - t_3tpbw * da_v1_x2
         + K43 * a3_v1
         + K43 * da_v1_x3
-        - K44 * t_dyqoa;
-    const real My_v1 = t_s3dfp * h[t_lwe76]
+        - K44 * t_ncnom;
+    const real My_v1 = t_gu5fe * h[t_bknng]
         - n6
         - G2_v1 * K65
         - G3_v1 * K66
-        + t_bl4f2 * ax_v1
-        + t_bl4f2 * da_v1_x1
-        + t_bac7g * a2_v1
-        + t_bac7g * da_v1_x2
+        + t_bap4n_2 * ax_v1
+        + t_bap4n_2 * da_v1_x1
+        + t_kd2xx_2 * a2_v1
+        + t_kd2xx_2 * da_v1_x2
         - K63 * a3_v1
         - K63 * da_v1_x3
-        + K64 * t_dyqoa;
+        + K64 * t_ncnom;
     const real Mz_v1 = n5
         + G2_v1 * K55
         + G3_v1 * K65
-        - t_6mmeb * ax_v1
-        - t_6mmeb * da_v1_x1
+        - t_bap4n * ax_v1
+        - t_bap4n * da_v1_x1
         + K52 * a2_v1
         + K52 * da_v1_x2
         + K53 * a3_v1
         + K53 * da_v1_x3
-        - K54 * t_dyqoa
-        + t_uqkgz * h[t_lwe76];
+        - K54 * t_ncnom
+        + t_jczim * h[t_bknng];
     u[0] = Mx_v1;
     u[1] = My_v1;
     u[2] = Mz_v1;
@@ -3689,7 +3689,7 @@ enum {
     lyapunov_v1_loop_h_t_os4zj,
     lyapunov_v1_loop_h_t_yx2kz,
     lyapunov_v1_loop_h_D1,
-    lyapunov_v1_loop_h_t_zrejm,
+    lyapunov_v1_loop_h_t_gbl6n,
     lyapunov_v1_loop_h_k1,
     lyapunov_v1_loop_h_me1,
     lyapunov_v1_loop_h_t_6nwd2,
@@ -3697,7 +3697,7 @@ enum {
     lyapunov_v1_loop_h_t_nfvux,
     lyapunov_v1_loop_h_t_frp3h,
     lyapunov_v1_loop_h_D2,
-    lyapunov_v1_loop_h_t_5wzvs,
+    lyapunov_v1_loop_h_t_jx6g7,
     lyapunov_v1_loop_h_k2,
     lyapunov_v1_loop_h_me2,
     lyapunov_v1_loop_h_t_popww,
@@ -3712,28 +3712,28 @@ enum {
     lyapunov_v1_loop_h_B_1,
     lyapunov_v1_loop_h_B_2,
     lyapunov_v1_loop_h_W_theta1,
-    lyapunov_v1_loop_h_t_mj52b,
-    lyapunov_v1_loop_h_t_7pydp,
-    lyapunov_v1_loop_h_t_iecaz,
-    lyapunov_v1_loop_h_t_ob75p,
+    lyapunov_v1_loop_h_t_hyv47,
+    lyapunov_v1_loop_h_t_if7mv,
+    lyapunov_v1_loop_h_t_pi35k,
+    lyapunov_v1_loop_h_t_tmzpj,
     lyapunov_v1_loop_h_W_theta2,
-    lyapunov_v1_loop_h_t_qd2lc,
+    lyapunov_v1_loop_h_t_wvww5,
     lyapunov_v1_loop_h_ax_eq,
-    lyapunov_v1_loop_h_t_oc5tk,
-    lyapunov_v1_loop_h_t_uumic,
-    lyapunov_v1_loop_h_t_doa45,
-    lyapunov_v1_loop_h_t_m5gm4,
+    lyapunov_v1_loop_h_t_os4zj_2,
+    lyapunov_v1_loop_h_t_fcuad,
+    lyapunov_v1_loop_h_t_z4fbq,
+    lyapunov_v1_loop_h_t_47igz,
     lyapunov_v1_loop_h_t_62qfa,
     lyapunov_v1_loop_h_t_y7rm6,
     lyapunov_v1_loop_h_t_xkg6l,
     lyapunov_v1_loop_h_Bl_1,
-    lyapunov_v1_loop_h_t_b7ure,
+    lyapunov_v1_loop_h_t_xdulz,
     lyapunov_v1_loop_h_Bl_2,
-    lyapunov_v1_loop_h_t_lpk5h,
+    lyapunov_v1_loop_h_t_uohf6,
     lyapunov_v1_loop_h_t_sfymc,
-    lyapunov_v1_loop_h_t_5r66u,
-    lyapunov_v1_loop_h_t_7bo2j,
-    lyapunov_v1_loop_h_t_lwe76,
+    lyapunov_v1_loop_h_t_g7pzr,
+    lyapunov_v1_loop_h_t_urwo6,
+    lyapunov_v1_loop_h_t_bknng,
     lyapunov_v1_loop_h_t_ibe72,
     lyapunov_v1_loop_h_t_r7vy7,
 };
@@ -3766,19 +3766,19 @@ void slosh_lyapunov_v1_loop_prepare(const real *p, const real *c, real *h)
     const real t_os4zj = p[l1] * p[l1];
     const real t_yx2kz = t_os4zj * p[m1];
     const real D1 = t_yx2kz + p[I1];
-    const real t_zrejm = K(1.0) / D1;
-    const real t_3qn53 = p[m1] * t_zrejm;
-    const real k1 = t_3qn53 * p[l1];
-    const real me1 = t_3qn53 * p[I1];
+    const real t_gbl6n = K(1.0) / D1;
+    const real t_wywjk = p[m1] * t_gbl6n;
+    const real k1 = t_wywjk * p[l1];
+    const real me1 = t_wywjk * p[I1];
     const real t_6nwd2 = p[l1] * p[m1];
     const real mv1 = t_6nwd2 * k1;
     const real t_nfvux = p[l2] * p[l2];
     const real t_frp3h = t_nfvux * p[m2];
     const real D2 = t_frp3h + p[I2];
-    const real t_5wzvs = K(1.0) / D2;
-    const real t_54cbb = p[m2] * t_5wzvs;
-    const real k2 = t_54cbb * p[l2];
-    const real me2 = t_54cbb * p[I2];
+    const real t_jx6g7 = K(1.0) / D2;
+    const real t_jzg7x = p[m2] * t_jx6g7;
+    const real k2 = t_jzg7x * p[l2];
+    const real me2 = t_jzg7x * p[I2];
     const real t_popww = p[l2] * p[m2];
     const real mv2 = t_popww * k2;
     const real t_omhyl = p[m] + p[m0];
@@ -3799,9 +3799,9 @@ void slosh_lyapunov_v1_loop_prepare(const real *p, const real *c, real *h)
     const real B_2 = me2 * p[l2];
     const real W_theta1 = c[r10] * p[m1];  /* (27) */
     const real W_phi1 = c[r9] * p[m1];  /* (27) */
-    const real t_mj52b = W_phi1 / (D1 * D1);
+    const real t_hyv47 = W_phi1 / (D1 * D1);
     const real W_phi2 = c[r9] * p[m2];  /* (27) */
-    const real t_iecaz = W_phi2 / (D2 * D2);
+    const real t_pi35k = W_phi2 / (D2 * D2);
     const real W_theta2 = c[r10] * p[m2];  /* (27) */
     const real ax_eq = p[F] / (t_omhyl + p[m1] + p[m2]);  /* (19) */
     const real Bl_1 = B_1 * p[l1];
@@ -3810,7 +3810,7 @@ void slosh_lyapunov_v1_loop_prepare(const real *p, const real *c, real *h)
     h[lyapunov_v1_loop_h_t_os4zj] = t_os4zj;
     h[lyapunov_v1_loop_h_t_yx2kz] = t_yx2kz;
     h[lyapunov_v1_loop_h_D1] = D1;
-    h[lyapunov_v1_loop_h_t_zrejm] = t_zrejm;
+    h[lyapunov_v1_loop_h_t_gbl6n] = t_gbl6n;
     h[lyapunov_v1_loop_h_k1] = k1;
     h[lyapunov_v1_loop_h_me1] = me1;
     h[lyapunov_v1_loop_h_t_6nwd2] = t_6nwd2;
@@ -3818,7 +3818,7 @@ void slosh_lyapunov_v1_loop_prepare(const real *p, const real *c, real *h)
     h[lyapunov_v1_loop_h_t_nfvux] = t_nfvux;
     h[lyapunov_v1_loop_h_t_frp3h] = t_frp3h;
     h[lyapunov_v1_loop_h_D2] = D2;
-    h[lyapunov_v1_loop_h_t_5wzvs] = t_5wzvs;
+    h[lyapunov_v1_loop_h_t_jx6g7] = t_jx6g7;
     h[lyapunov_v1_loop_h_k2] = k2;
     h[lyapunov_v1_loop_h_me2] = me2;
     h[lyapunov_v1_loop_h_t_popww] = t_popww;
@@ -3833,28 +3833,28 @@ void slosh_lyapunov_v1_loop_prepare(const real *p, const real *c, real *h)
     h[lyapunov_v1_loop_h_B_1] = B_1;
     h[lyapunov_v1_loop_h_B_2] = B_2;
     h[lyapunov_v1_loop_h_W_theta1] = W_theta1;
-    h[lyapunov_v1_loop_h_t_mj52b] = t_mj52b;
-    h[lyapunov_v1_loop_h_t_7pydp] = t_mj52b * p[I1];
-    h[lyapunov_v1_loop_h_t_iecaz] = t_iecaz;
-    h[lyapunov_v1_loop_h_t_ob75p] = t_iecaz * p[I2];
+    h[lyapunov_v1_loop_h_t_hyv47] = t_hyv47;
+    h[lyapunov_v1_loop_h_t_if7mv] = t_hyv47 * p[I1];
+    h[lyapunov_v1_loop_h_t_pi35k] = t_pi35k;
+    h[lyapunov_v1_loop_h_t_tmzpj] = t_pi35k * p[I2];
     h[lyapunov_v1_loop_h_W_theta2] = W_theta2;
-    h[lyapunov_v1_loop_h_t_qd2lc] = c[r4] - t_mj52b * (p[I1] * p[I1]) - t_iecaz * (p[I2] * p[I2]);
+    h[lyapunov_v1_loop_h_t_wvww5] = c[r4] - t_hyv47 * (p[I1] * p[I1]) - t_pi35k * (p[I2] * p[I2]);
     h[lyapunov_v1_loop_h_ax_eq] = ax_eq;
-    h[lyapunov_v1_loop_h_t_oc5tk] = t_os4zj + t_os4zj;
-    h[lyapunov_v1_loop_h_t_uumic] = e1 * me1;
-    h[lyapunov_v1_loop_h_t_doa45] = e2 * me2;
-    h[lyapunov_v1_loop_h_t_m5gm4] = M_C + mv1 + mv2;
+    h[lyapunov_v1_loop_h_t_os4zj_2] = t_os4zj + t_os4zj;
+    h[lyapunov_v1_loop_h_t_fcuad] = e1 * me1;
+    h[lyapunov_v1_loop_h_t_z4fbq] = e2 * me2;
+    h[lyapunov_v1_loop_h_t_47igz] = M_C + mv1 + mv2;
     h[lyapunov_v1_loop_h_t_62qfa] = p[F] * p[F];
     h[lyapunov_v1_loop_h_t_y7rm6] = K(1.0) / p[F];
     h[lyapunov_v1_loop_h_t_xkg6l] = K(1.0) / mv_cos(p[delta2_max]);
     h[lyapunov_v1_loop_h_Bl_1] = Bl_1;
-    h[lyapunov_v1_loop_h_t_b7ure] = me1 * (e1 * e1);
+    h[lyapunov_v1_loop_h_t_xdulz] = me1 * (e1 * e1);
     h[lyapunov_v1_loop_h_Bl_2] = Bl_2;
-    h[lyapunov_v1_loop_h_t_lpk5h] = me2 * (e2 * e2);
+    h[lyapunov_v1_loop_h_t_uohf6] = me2 * (e2 * e2);
     h[lyapunov_v1_loop_h_t_sfymc] = t_sfymc;
-    h[lyapunov_v1_loop_h_t_5r66u] = J_C1 + (p[J_z] - p[J_y]);
-    h[lyapunov_v1_loop_h_t_7bo2j] = J_C1 + t_is5lg + t_sfymc;
-    h[lyapunov_v1_loop_h_t_lwe76] = p[b] + p[d] + x_C;
+    h[lyapunov_v1_loop_h_t_g7pzr] = J_C1 + (p[J_z] - p[J_y]);
+    h[lyapunov_v1_loop_h_t_urwo6] = J_C1 + t_is5lg + t_sfymc;
+    h[lyapunov_v1_loop_h_t_bknng] = p[b] + p[d] + x_C;
     h[lyapunov_v1_loop_h_t_ibe72] = K(1.0) / p[m1];
     h[lyapunov_v1_loop_h_t_r7vy7] = K(1.0) / p[m2];
 }
@@ -3907,7 +3907,7 @@ void slosh_lyapunov_v1_loop_prepared(const real *q, const real *p, const real *c
     enum { t_os4zj = lyapunov_v1_loop_h_t_os4zj };
     enum { t_yx2kz = lyapunov_v1_loop_h_t_yx2kz };
     enum { D1 = lyapunov_v1_loop_h_D1 };
-    enum { t_zrejm = lyapunov_v1_loop_h_t_zrejm };
+    enum { t_gbl6n = lyapunov_v1_loop_h_t_gbl6n };
     enum { k1 = lyapunov_v1_loop_h_k1 };
     enum { me1 = lyapunov_v1_loop_h_me1 };
     enum { t_6nwd2 = lyapunov_v1_loop_h_t_6nwd2 };
@@ -3915,7 +3915,7 @@ void slosh_lyapunov_v1_loop_prepared(const real *q, const real *p, const real *c
     enum { t_nfvux = lyapunov_v1_loop_h_t_nfvux };
     enum { t_frp3h = lyapunov_v1_loop_h_t_frp3h };
     enum { D2 = lyapunov_v1_loop_h_D2 };
-    enum { t_5wzvs = lyapunov_v1_loop_h_t_5wzvs };
+    enum { t_jx6g7 = lyapunov_v1_loop_h_t_jx6g7 };
     enum { k2 = lyapunov_v1_loop_h_k2 };
     enum { me2 = lyapunov_v1_loop_h_me2 };
     enum { t_popww = lyapunov_v1_loop_h_t_popww };
@@ -3930,28 +3930,28 @@ void slosh_lyapunov_v1_loop_prepared(const real *q, const real *p, const real *c
     enum { B_1 = lyapunov_v1_loop_h_B_1 };
     enum { B_2 = lyapunov_v1_loop_h_B_2 };
     enum { W_theta1 = lyapunov_v1_loop_h_W_theta1 };
-    enum { t_mj52b = lyapunov_v1_loop_h_t_mj52b };
-    enum { t_7pydp = lyapunov_v1_loop_h_t_7pydp };
-    enum { t_iecaz = lyapunov_v1_loop_h_t_iecaz };
-    enum { t_ob75p = lyapunov_v1_loop_h_t_ob75p };
+    enum { t_hyv47 = lyapunov_v1_loop_h_t_hyv47 };
+    enum { t_if7mv = lyapunov_v1_loop_h_t_if7mv };
+    enum { t_pi35k = lyapunov_v1_loop_h_t_pi35k };
+    enum { t_tmzpj = lyapunov_v1_loop_h_t_tmzpj };
     enum { W_theta2 = lyapunov_v1_loop_h_W_theta2 };
-    enum { t_qd2lc = lyapunov_v1_loop_h_t_qd2lc };
+    enum { t_wvww5 = lyapunov_v1_loop_h_t_wvww5 };
     enum { ax_eq = lyapunov_v1_loop_h_ax_eq };
-    enum { t_oc5tk = lyapunov_v1_loop_h_t_oc5tk };
-    enum { t_uumic = lyapunov_v1_loop_h_t_uumic };
-    enum { t_doa45 = lyapunov_v1_loop_h_t_doa45 };
-    enum { t_m5gm4 = lyapunov_v1_loop_h_t_m5gm4 };
+    enum { t_os4zj_2 = lyapunov_v1_loop_h_t_os4zj_2 };
+    enum { t_fcuad = lyapunov_v1_loop_h_t_fcuad };
+    enum { t_z4fbq = lyapunov_v1_loop_h_t_z4fbq };
+    enum { t_47igz = lyapunov_v1_loop_h_t_47igz };
     enum { t_62qfa = lyapunov_v1_loop_h_t_62qfa };
     enum { t_y7rm6 = lyapunov_v1_loop_h_t_y7rm6 };
     enum { t_xkg6l = lyapunov_v1_loop_h_t_xkg6l };
     enum { Bl_1 = lyapunov_v1_loop_h_Bl_1 };
-    enum { t_b7ure = lyapunov_v1_loop_h_t_b7ure };
+    enum { t_xdulz = lyapunov_v1_loop_h_t_xdulz };
     enum { Bl_2 = lyapunov_v1_loop_h_Bl_2 };
-    enum { t_lpk5h = lyapunov_v1_loop_h_t_lpk5h };
+    enum { t_uohf6 = lyapunov_v1_loop_h_t_uohf6 };
     enum { t_sfymc = lyapunov_v1_loop_h_t_sfymc };
-    enum { t_5r66u = lyapunov_v1_loop_h_t_5r66u };
-    enum { t_7bo2j = lyapunov_v1_loop_h_t_7bo2j };
-    enum { t_lwe76 = lyapunov_v1_loop_h_t_lwe76 };
+    enum { t_g7pzr = lyapunov_v1_loop_h_t_g7pzr };
+    enum { t_urwo6 = lyapunov_v1_loop_h_t_urwo6 };
+    enum { t_bknng = lyapunov_v1_loop_h_t_bknng };
     enum { t_ibe72 = lyapunov_v1_loop_h_t_ibe72 };
     enum { t_r7vy7 = lyapunov_v1_loop_h_t_r7vy7 };
     const real W12 = q[wx] * q[wy];
@@ -3963,9 +3963,9 @@ void slosh_lyapunov_v1_loop_prepared(const real *q, const real *p, const real *c
     const real Wn1 = cos_theta1 * q[wy] - sin_theta1 * q[wz];
     const real lc_1 = cos_phi1 * p[l1];
     const real w_x1 = q[wx] - q[theta1_dot];
-    const real t_rding = cos_theta1 * q[wz];
-    const real t_a3uw4 = sin_theta1 * q[wy];
-    const real Wt1 = t_rding + t_a3uw4;
+    const real t_rzamr = cos_theta1 * q[wz];
+    const real t_uu2cl = sin_theta1 * q[wy];
+    const real Wt1 = t_rzamr + t_uu2cl;
     const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
     const real p1 = Wn1 + q[phi1_dot];
     const real zeta1 = W12 * q_1
@@ -3973,7 +3973,7 @@ void slosh_lyapunov_v1_loop_prepared(const real *q, const real *p, const real *c
         - chi1 * p[l1] * (p1 + q[phi1_dot]);
     const real loss_theta1 = p[eps1] * q[theta1_dot];
     const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_vt7uo = F_n1 * cos_theta1;
+    const real t_mallh = F_n1 * cos_theta1;
     real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
     const real q_2 = sin_phi2 * p[l2];
     const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
@@ -3981,9 +3981,9 @@ void slosh_lyapunov_v1_loop_prepared(const real *q, const real *p, const real *c
     const real Wn2 = cos_theta2 * q[wy] - sin_theta2 * q[wz];
     const real lc_2 = cos_phi2 * p[l2];
     const real w_x2 = q[wx] - q[theta2_dot];
-    const real t_geoui = cos_theta2 * q[wz];
-    const real t_vhhwy = sin_theta2 * q[wy];
-    const real Wt2 = t_geoui + t_vhhwy;
+    const real t_adduy = cos_theta2 * q[wz];
+    const real t_t2zmi = sin_theta2 * q[wy];
+    const real Wt2 = t_adduy + t_t2zmi;
     const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
     const real p2 = Wn2 + q[phi2_dot];
     const real zeta2 = W12 * q_2
@@ -3991,317 +3991,317 @@ void slosh_lyapunov_v1_loop_prepared(const real *q, const real *p, const real *c
         - chi2 * p[l2] * (p2 + q[phi2_dot]);
     const real loss_theta2 = p[eps2] * q[theta2_dot];
     const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
-    const real t_oncjt = F_n2 * cos_theta2;
+    const real t_lbh6o = F_n2 * cos_theta2;
     const real t_rybsf = q[wy] * q[wy] + q[wz] * q[wz];
     const real t_w7vil = t_rybsf * h[e1];
-    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
     const real tension1 = cos_phi1 * t_w7vil * h[mv1] - h[t_6nwd2] * sigma_sq1;
-    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
     const real loss_phi1 = p[eps1] * q[phi1_dot];
-    const real t_7imwe = h[B_1] * eta1 + loss_phi1 * h[k1];
-    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real t_o6fg5 = h[B_1] * eta1 + loss_phi1 * h[k1];
+    const real F_t1 = sin_phi1 * tension1 - t_o6fg5 * cos_phi1;
     const real t_6fvzz = t_rybsf * h[e2];
-    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
     const real tension2 = cos_phi2 * t_6fvzz * h[mv2] - h[t_popww] * sigma_sq2;
-    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
     const real loss_phi2 = p[eps2] * q[phi2_dot];
-    const real t_4b2fa = h[B_2] * eta2 + loss_phi2 * h[k2];
-    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
-    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
-    const real t_3qva5 = sin_phi1 * sin_phi1;
-    const real t_2dafa = h[t_yx2kz] * t_3qva5;
-    const real D_theta1 = t_2dafa + p[I1];  /* (26) */
-    const real t_j7ex5 = h[W_theta1] / (D_theta1 * D_theta1);
-    const real t_eph62 = t_j7ex5 * t_2dafa;
+    const real t_l7fgg = h[B_2] * eta2 + loss_phi2 * h[k2];
+    const real F_t2 = sin_phi2 * tension2 - t_l7fgg * cos_phi2;
+    const real n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real t_hjphj = sin_phi1 * sin_phi1;
+    const real t_5zi7z = h[t_yx2kz] * t_hjphj;
+    const real D_theta1 = t_5zi7z + p[I1];  /* (26) */
+    const real t_nkpga = h[W_theta1] / (D_theta1 * D_theta1);
+    const real t_gsmye = t_nkpga * t_5zi7z;
     const real gx_phi1 = sin_phi1 * h[t_6nwd2];  /* (25) */
     const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
-    const real t_m5cmg = gy_theta1 * p[h1];
-    const real t_a233z = sin_phi1 * cos_phi1;
-    const real t_toghk = h[t_yx2kz] * cos_theta1;
-    const real t_homfq = t_m5cmg - t_a233z * t_toghk;
-    const real cz_theta1 = t_homfq + p[I1];  /* (26) */
-    const real t_5zfdh = lc_1 * p[m1];
-    const real gy_phi1 = sin_theta1 * t_5zfdh;  /* (25) */
-    const real t_bnlcb = gy_phi1 * p[h1];
-    const real t_sgto3 = h[t_yx2kz] * sin_theta1;
-    const real cz_phi1 = t_bnlcb - t_sgto3;  /* (25) */
-    const real t_p4m3j = lc_2 * p[m2];
-    const real gy_phi2 = t_p4m3j * sin_theta2;  /* (25) */
-    const real t_ba7if = gy_phi2 * p[h2];
-    const real t_q45sa = sin_theta2 * h[t_frp3h];
-    const real cz_phi2 = t_ba7if - t_q45sa;  /* (25) */
-    const real t_4j4b3 = sin_phi2 * sin_phi2;
-    const real t_7a6mb = t_4j4b3 * h[t_frp3h];
-    const real D_theta2 = t_7a6mb + p[I2];  /* (26) */
-    const real t_s5xdh = h[W_theta2] / (D_theta2 * D_theta2);
-    const real t_3e3g4 = t_s5xdh * t_7a6mb;
+    const real t_n4yir = gy_theta1 * p[h1];
+    const real t_hjphj_2 = sin_phi1 * cos_phi1;
+    const real t_tbwda = h[t_yx2kz] * cos_theta1;
+    const real t_dfhzf = t_n4yir - t_hjphj_2 * t_tbwda;
+    const real cz_theta1 = t_dfhzf + p[I1];  /* (26) */
+    const real t_3s3hq = lc_1 * p[m1];
+    const real gy_phi1 = sin_theta1 * t_3s3hq;  /* (25) */
+    const real t_ik6g5 = gy_phi1 * p[h1];
+    const real t_tbwda_2 = h[t_yx2kz] * sin_theta1;
+    const real cz_phi1 = t_ik6g5 - t_tbwda_2;  /* (25) */
+    const real t_7pqnn = lc_2 * p[m2];
+    const real gy_phi2 = t_7pqnn * sin_theta2;  /* (25) */
+    const real t_tkdjn = gy_phi2 * p[h2];
+    const real t_wywfd = sin_theta2 * h[t_frp3h];
+    const real cz_phi2 = t_tkdjn - t_wywfd;  /* (25) */
+    const real t_pt6a7 = sin_phi2 * sin_phi2;
+    const real t_vptxp = t_pt6a7 * h[t_frp3h];
+    const real D_theta2 = t_vptxp + p[I2];  /* (26) */
+    const real t_yy353 = h[W_theta2] / (D_theta2 * D_theta2);
+    const real t_l53od = t_yy353 * t_vptxp;
     const real gx_phi2 = h[t_popww] * sin_phi2;  /* (25) */
     const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
-    const real t_gidtm = gy_theta2 * p[h2];
-    const real t_nqm7d = sin_phi2 * cos_phi2;
-    const real t_vhw4e = cos_theta2 * h[t_frp3h];
-    const real t_6daux = t_gidtm - t_nqm7d * t_vhw4e;
-    const real cz_theta2 = t_6daux + p[I2];  /* (26) */
-    const real f31_v1 = t_eph62 * cz_theta1 - (h[t_7pydp] * cz_phi1 + h[t_ob75p] * cz_phi2) + t_3e3g4 * cz_theta2;  /* (29) */
-    const real f11_v1 = h[t_qd2lc] - t_j7ex5 * (t_2dafa * t_2dafa) - t_s5xdh * (t_7a6mb * t_7a6mb);  /* (29) */
-    const real t_4v7es = K(1.0) / f11_v1;
-    const real f_v1_L31 = f31_v1 * t_4v7es;
+    const real t_epql5 = gy_theta2 * p[h2];
+    const real t_pt6a7_2 = sin_phi2 * cos_phi2;
+    const real t_wywfd_2 = cos_theta2 * h[t_frp3h];
+    const real t_hkdmv = t_epql5 - t_pt6a7_2 * t_wywfd_2;
+    const real cz_theta2 = t_hkdmv + p[I2];  /* (26) */
+    const real f31_v1 = t_gsmye * cz_theta1 - (h[t_if7mv] * cz_phi1 + h[t_tmzpj] * cz_phi2) + t_l53od * cz_theta2;  /* (29) */
+    const real f11_v1 = h[t_wvww5] - t_nkpga * (t_5zi7z * t_5zi7z) - t_yy353 * (t_vptxp * t_vptxp);  /* (29) */
+    const real t_f6jle = K(1.0) / f11_v1;
+    const real f_v1_L31 = f31_v1 * t_f6jle;
     const real t_aqbxr = q[vz] * c[r2];
-    const real t_5bilv = h[ax_eq] * gx_phi1;
-    const real t_azo52 = gx_phi1 * p[h1];
-    const real t_amwyw = t_a3uw4 + t_rding;
-    const real t_7eszt = t_amwyw * t_amwyw;
-    const real t_z7qux = h[t_yx2kz] * t_a233z;
+    const real t_4goj4 = h[ax_eq] * gx_phi1;
+    const real t_glcdw = gx_phi1 * p[h1];
+    const real t_l4ozg = t_uu2cl + t_rzamr;
+    const real t_wjugd = t_l4ozg * t_l4ozg;
+    const real t_5zi7z_2 = h[t_yx2kz] * t_hjphj_2;
     const real t_wube7 = q[wx] * q[wx];
-    const real t_kuyke = t_2dafa * t_amwyw;
+    const real t_rlilm = t_5zi7z * t_l4ozg;
     const real k_phi1 = loss_phi1
-        - t_azo52 * t_7eszt
-        - t_azo52 * (Wn1 * Wn1)
-        - q[theta1_dot] * q[theta1_dot] * t_z7qux
-        - t_z7qux * t_wube7
-        - (q[theta1_dot] + q[theta1_dot]) * t_kuyke
-        - h[t_yx2kz] * t_amwyw * q[wx]
-        + h[t_os4zj] * t_7eszt * sin_phi1 * cos_phi1 * p[m1]
-        + h[t_oc5tk] * t_3qva5 * t_amwyw * q[wx] * p[m1]
-        + cos_phi1 * t_amwyw * p[h1] * q[wx] * p[l1] * p[m1]
-        + h[t_oc5tk] * sin_phi1 * cos_phi1 * q[theta1_dot] * q[wx] * p[m1];  /* (25) */
-    const real t_4oupt = h[ax_eq] * gx_phi2;
-    const real t_6skn7 = t_nqm7d * h[t_frp3h];
-    const real t_svo5z = gx_phi2 * p[h2];
-    const real t_kmx3q = t_vhhwy + t_geoui;
-    const real t_3chhy = t_kmx3q * t_kmx3q;
-    const real t_pnlix = t_kmx3q * t_7a6mb;
+        - t_glcdw * t_wjugd
+        - t_glcdw * (Wn1 * Wn1)
+        - q[theta1_dot] * q[theta1_dot] * t_5zi7z_2
+        - t_5zi7z_2 * t_wube7
+        - (q[theta1_dot] + q[theta1_dot]) * t_rlilm
+        - h[t_yx2kz] * t_l4ozg * q[wx]
+        + h[t_os4zj] * t_wjugd * sin_phi1 * cos_phi1 * p[m1]
+        + h[t_os4zj_2] * t_hjphj * t_l4ozg * q[wx] * p[m1]
+        + cos_phi1 * t_l4ozg * p[h1] * q[wx] * p[l1] * p[m1]
+        + h[t_os4zj_2] * sin_phi1 * cos_phi1 * q[theta1_dot] * q[wx] * p[m1];  /* (25) */
+    const real t_w4j4g = h[ax_eq] * gx_phi2;
+    const real t_vptxp_2 = t_pt6a7_2 * h[t_frp3h];
+    const real t_2542d = gx_phi2 * p[h2];
+    const real t_doiln = t_t2zmi + t_adduy;
+    const real t_7ovbh = t_doiln * t_doiln;
+    const real t_2kwb7 = t_doiln * t_vptxp;
     const real k_phi2 = loss_phi2
-        - t_wube7 * t_6skn7
-        - t_svo5z * t_3chhy
-        - t_svo5z * (Wn2 * Wn2)
-        - q[theta2_dot] * q[theta2_dot] * t_6skn7
-        - (q[theta2_dot] + q[theta2_dot]) * t_pnlix
-        - t_kmx3q * h[t_frp3h] * q[wx]
-        + t_3chhy * sin_phi2 * cos_phi2 * h[t_nfvux] * p[m2]
-        + (t_kmx3q + t_kmx3q) * t_4j4b3 * h[t_nfvux] * q[wx] * p[m2]
-        + t_kmx3q * cos_phi2 * p[h2] * q[wx] * p[l2] * p[m2]
+        - t_wube7 * t_vptxp_2
+        - t_2542d * t_7ovbh
+        - t_2542d * (Wn2 * Wn2)
+        - q[theta2_dot] * q[theta2_dot] * t_vptxp_2
+        - (q[theta2_dot] + q[theta2_dot]) * t_2kwb7
+        - t_doiln * h[t_frp3h] * q[wx]
+        + t_7ovbh * sin_phi2 * cos_phi2 * h[t_nfvux] * p[m2]
+        + (t_doiln + t_doiln) * t_pt6a7 * h[t_nfvux] * q[wx] * p[m2]
+        + t_doiln * cos_phi2 * p[h2] * q[wx] * p[l2] * p[m2]
         + (sin_phi2 + sin_phi2) * cos_phi2 * h[t_nfvux] * q[theta2_dot] * q[wx] * p[m2];  /* (25) */
-    const real t_iomfo = D_theta1 * q[theta1_dot];
-    const real t_j5odj = q[phi1_dot] + q[phi1_dot];
-    const real Dd_theta1 = t_z7qux * t_j5odj;
-    const real t_b7wcv = Dd_theta1 * q[theta1_dot];
-    const real t_ywy5z = Wn1 * q[wx];
+    const real t_btjgw = D_theta1 * q[theta1_dot];
+    const real t_hjux3 = q[phi1_dot] + q[phi1_dot];
+    const real Dd_theta1 = t_5zi7z_2 * t_hjux3;
+    const real t_7tj6u = Dd_theta1 * q[theta1_dot];
+    const real t_prfqf = Wn1 * q[wx];
     const real k_theta1 = loss_theta1
-        + t_azo52 * t_ywy5z
-        + t_kuyke * t_j5odj
-        + t_kuyke * Wn1
-        + t_b7wcv
-        - t_z7qux * t_ywy5z
+        + t_glcdw * t_prfqf
+        + t_rlilm * t_hjux3
+        + t_rlilm * Wn1
+        + t_7tj6u
+        - t_5zi7z_2 * t_prfqf
         - Dd_theta1 * q[wx];  /* (26) */
-    const real t_kyc32 = D_theta2 * q[theta2_dot];
-    const real t_473qv = q[phi2_dot] + q[phi2_dot];
-    const real Dd_theta2 = t_6skn7 * t_473qv;
-    const real t_putjj = Dd_theta2 * q[theta2_dot];
-    const real t_nw7er = Wn2 * q[wx];
+    const real t_bftmb = D_theta2 * q[theta2_dot];
+    const real t_mw75j = q[phi2_dot] + q[phi2_dot];
+    const real Dd_theta2 = t_vptxp_2 * t_mw75j;
+    const real t_yshzz = Dd_theta2 * q[theta2_dot];
+    const real t_prfqf_2 = Wn2 * q[wx];
     const real k_theta2 = loss_theta2
-        + Wn2 * t_pnlix
-        + t_svo5z * t_nw7er
-        + t_pnlix * t_473qv
-        + t_putjj
-        - t_6skn7 * t_nw7er
-        - t_6skn7 * (q[wx] + q[wx]) * q[phi2_dot];  /* (26) */
+        + Wn2 * t_2kwb7
+        + t_2542d * t_prfqf_2
+        + t_2kwb7 * t_mw75j
+        + t_yshzz
+        - t_vptxp_2 * t_prfqf_2
+        - t_vptxp_2 * (q[wx] + q[wx]) * q[phi2_dot];  /* (26) */
     const real g1_v1 = q[att1] * c[r3]
         - t_aqbxr * q[vy]
-        - h[t_mj52b] * (t_5bilv * p[I1] + p[I1] * k_phi1)
-        - h[t_iecaz] * (t_4oupt * p[I2] + p[I2] * k_phi2)
-        - t_j7ex5 * (t_iomfo * Dd_theta1 - (t_b7wcv * t_2dafa + t_2dafa * k_theta1))
-        - t_s5xdh * (t_kyc32 * Dd_theta2 - (t_putjj * t_7a6mb + t_7a6mb * k_theta2))
+        - h[t_hyv47] * (t_4goj4 * p[I1] + p[I1] * k_phi1)
+        - h[t_pi35k] * (t_w4j4g * p[I2] + p[I2] * k_phi2)
+        - t_nkpga * (t_btjgw * Dd_theta1 - (t_7tj6u * t_5zi7z + t_5zi7z * k_theta1))
+        - t_yy353 * (t_bftmb * Dd_theta2 - (t_yshzz * t_vptxp + t_vptxp * k_theta2))
         + q[vy] * q[vz] * c[r1];  /* (29) */
-    const real t_u5ggi = q[wx] * c[w3] + g1_v1;
+    const real t_a4jxz = q[wx] * c[w3] + g1_v1;
     const real t_wij2f = q[vy] * c[r1];
     const real t_o2gar = h[D1] * q[phi1_dot];
-    const real gz_phi1 = cos_theta1 * t_5zfdh;  /* (25) */
-    const real t_pthak = gz_phi1 * p[h1];
-    const real t_fue42 = t_pthak - h[t_os4zj] * cos_theta1 * p[m1];
-    const real t_tpms2 = sin_theta1 * gx_phi1;
-    const real t_nmcsn = t_tpms2 * p[h1];
-    const real cdz_phi1 = t_fue42 * q[theta1_dot] - t_nmcsn * q[phi1_dot];
+    const real gz_phi1 = cos_theta1 * t_3s3hq;  /* (25) */
+    const real t_ik6g5_2 = gz_phi1 * p[h1];
+    const real t_eunpd = t_ik6g5_2 - h[t_os4zj] * cos_theta1 * p[m1];
+    const real t_mqczk = sin_theta1 * gx_phi1;
+    const real t_hmyst = t_mqczk * p[h1];
+    const real cdz_phi1 = t_eunpd * q[theta1_dot] - t_hmyst * q[phi1_dot];
     const real t_gifwv = h[D2] * q[phi2_dot];
-    const real gz_phi2 = t_p4m3j * cos_theta2;  /* (25) */
-    const real t_3ndrr = gz_phi2 * p[h2];
-    const real t_jfh2q = t_3ndrr - cos_theta2 * h[t_nfvux] * p[m2];
-    const real t_h3pge = gx_phi2 * sin_theta2;
-    const real t_ikdxp = t_h3pge * p[h2];
-    const real cdz_phi2 = t_jfh2q * q[theta2_dot] - t_ikdxp * q[phi2_dot];
-    const real t_4of2f = cos_phi1 * cos_phi1;
-    const real cy_theta1 = t_nmcsn - t_a233z * t_sgto3;  /* (26) */
-    const real cdz_theta1 = q[phi1_dot] * (t_pthak + t_3qva5 * t_toghk - t_toghk * t_4of2f) - cy_theta1 * q[theta1_dot];
-    const real t_zozwp = cos_phi2 * cos_phi2;
-    const real cy_theta2 = t_ikdxp - t_q45sa * t_nqm7d;  /* (26) */
-    const real cdz_theta2 = q[phi2_dot] * (t_3ndrr + t_4j4b3 * t_vhw4e - t_vhw4e * t_zozwp) - cy_theta2 * q[theta2_dot];
+    const real gz_phi2 = t_7pqnn * cos_theta2;  /* (25) */
+    const real t_tkdjn_2 = gz_phi2 * p[h2];
+    const real t_ikrsv = t_tkdjn_2 - cos_theta2 * h[t_nfvux] * p[m2];
+    const real t_7s3si = gx_phi2 * sin_theta2;
+    const real t_4urq3 = t_7s3si * p[h2];
+    const real cdz_phi2 = t_ikrsv * q[theta2_dot] - t_4urq3 * q[phi2_dot];
+    const real t_hjphj_3 = cos_phi1 * cos_phi1;
+    const real cy_theta1 = t_hmyst - t_hjphj_2 * t_tbwda_2;  /* (26) */
+    const real cdz_theta1 = q[phi1_dot] * (t_ik6g5_2 + t_hjphj * t_tbwda - t_tbwda * t_hjphj_3) - cy_theta1 * q[theta1_dot];
+    const real t_pt6a7_3 = cos_phi2 * cos_phi2;
+    const real cy_theta2 = t_4urq3 - t_wywfd * t_pt6a7_2;  /* (26) */
+    const real cdz_theta2 = q[phi2_dot] * (t_tkdjn_2 + t_pt6a7 * t_wywfd_2 - t_wywfd_2 * t_pt6a7_3) - cy_theta2 * q[theta2_dot];
     const real g3_v1 = q[att3] * c[r7]
         - t_wij2f * q[vx]
-        - h[t_mj52b] * (t_5bilv * cz_phi1 + cz_phi1 * k_phi1 - t_o2gar * cdz_phi1)
-        - h[t_iecaz] * (t_4oupt * cz_phi2 + cz_phi2 * k_phi2 - t_gifwv * cdz_phi2)
-        - t_j7ex5 * (t_b7wcv * cz_theta1 + cz_theta1 * k_theta1 - t_iomfo * cdz_theta1)
-        - t_s5xdh * (t_putjj * cz_theta2 + cz_theta2 * k_theta2 - t_kyc32 * cdz_theta2);  /* (29) */
-    const real f32_v1 = h[t_mj52b] * t_fue42 * cz_phi1
-        + h[t_iecaz] * t_jfh2q * cz_phi2
-        - t_j7ex5 * cy_theta1 * cz_theta1
-        - t_s5xdh * cy_theta2 * cz_theta2;  /* (29) */
-    const real f21_v1 = h[t_7pydp] * t_fue42 + h[t_ob75p] * t_jfh2q + t_eph62 * cy_theta1 + t_3e3g4 * cy_theta2;  /* (29) */
-    const real t_g2uww = f32_v1 - f21_v1 * f_v1_L31;
+        - h[t_hyv47] * (t_4goj4 * cz_phi1 + cz_phi1 * k_phi1 - t_o2gar * cdz_phi1)
+        - h[t_pi35k] * (t_w4j4g * cz_phi2 + cz_phi2 * k_phi2 - t_gifwv * cdz_phi2)
+        - t_nkpga * (t_7tj6u * cz_theta1 + cz_theta1 * k_theta1 - t_btjgw * cdz_theta1)
+        - t_yy353 * (t_yshzz * cz_theta2 + cz_theta2 * k_theta2 - t_bftmb * cdz_theta2);  /* (29) */
+    const real f32_v1 = h[t_hyv47] * t_eunpd * cz_phi1
+        + h[t_pi35k] * t_ikrsv * cz_phi2
+        - t_nkpga * cy_theta1 * cz_theta1
+        - t_yy353 * cy_theta2 * cz_theta2;  /* (29) */
+    const real f21_v1 = h[t_if7mv] * t_eunpd + h[t_tmzpj] * t_ikrsv + t_gsmye * cy_theta1 + t_l53od * cy_theta2;  /* (29) */
+    const real t_suqla = f32_v1 - f21_v1 * f_v1_L31;
     const real f22_v1 = c[r6]
-        - h[t_mj52b] * (t_fue42 * t_fue42)
-        - h[t_iecaz] * (t_jfh2q * t_jfh2q)
-        - t_j7ex5 * (cy_theta1 * cy_theta1)
-        - t_s5xdh * (cy_theta2 * cy_theta2);  /* (29) */
-    const real f_v1_L21 = f21_v1 * t_4v7es;
+        - h[t_hyv47] * (t_eunpd * t_eunpd)
+        - h[t_pi35k] * (t_ikrsv * t_ikrsv)
+        - t_nkpga * (cy_theta1 * cy_theta1)
+        - t_yy353 * (cy_theta2 * cy_theta2);  /* (29) */
+    const real f_v1_L21 = f21_v1 * t_f6jle;
     const real f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21;
-    const real t_omhw7 = K(1.0) / f_v1_D2;
-    const real f_v1_L32 = t_g2uww * t_omhw7;
-    const real cdy_phi1 = t_m5cmg * q[phi1_dot] + cz_phi1 * q[theta1_dot];
-    const real cdy_phi2 = cz_phi2 * q[theta2_dot] + t_gidtm * q[phi2_dot];
-    const real cdy_theta1 = t_homfq * q[theta1_dot] + q[phi1_dot] * (t_bnlcb + t_3qva5 * t_sgto3 - t_4of2f * t_sgto3);
-    const real cdy_theta2 = t_6daux * q[theta2_dot] + q[phi2_dot] * (t_ba7if + t_q45sa * t_4j4b3 - t_q45sa * t_zozwp);
+    const real t_6dtnj = K(1.0) / f_v1_D2;
+    const real f_v1_L32 = t_suqla * t_6dtnj;
+    const real cdy_phi1 = t_n4yir * q[phi1_dot] + cz_phi1 * q[theta1_dot];
+    const real cdy_phi2 = cz_phi2 * q[theta2_dot] + t_epql5 * q[phi2_dot];
+    const real cdy_theta1 = t_dfhzf * q[theta1_dot] + q[phi1_dot] * (t_ik6g5 + t_hjphj * t_tbwda_2 - t_hjphj_3 * t_tbwda_2);
+    const real cdy_theta2 = t_hkdmv * q[theta2_dot] + q[phi2_dot] * (t_tkdjn + t_wywfd * t_pt6a7 - t_wywfd * t_pt6a7_3);
     const real g2_v1 = q[att2] * c[r5]
-        + h[t_mj52b] * (t_5bilv * t_fue42 + t_fue42 * k_phi1 + t_o2gar * cdy_phi1)
-        + h[t_iecaz] * (t_4oupt * t_jfh2q + t_jfh2q * k_phi2 + t_gifwv * cdy_phi2)
-        - t_j7ex5 * (t_b7wcv * cy_theta1 + cy_theta1 * k_theta1 - t_iomfo * cdy_theta1)
-        - t_s5xdh * (t_putjj * cy_theta2 + cy_theta2 * k_theta2 - t_kyc32 * cdy_theta2)
+        + h[t_hyv47] * (t_4goj4 * t_eunpd + t_eunpd * k_phi1 + t_o2gar * cdy_phi1)
+        + h[t_pi35k] * (t_w4j4g * t_ikrsv + t_ikrsv * k_phi2 + t_gifwv * cdy_phi2)
+        - t_nkpga * (t_7tj6u * cy_theta1 + cy_theta1 * k_theta1 - t_btjgw * cdy_theta1)
+        - t_yy353 * (t_yshzz * cy_theta2 + cy_theta2 * k_theta2 - t_bftmb * cdy_theta2)
         + q[vx] * q[vz] * c[r2];  /* (29) */
-    const real u_v1_y2 = f_v1_L21 * t_u5ggi - (q[wy] * c[w4] + g2_v1);
-    const real u_v1_y3 = f_v1_L31 * t_u5ggi - (q[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
+    const real u_v1_y2 = f_v1_L21 * t_a4jxz - (q[wy] * c[w4] + g2_v1);
+    const real u_v1_y3 = f_v1_L31 * t_a4jxz - (q[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
     const real f33_v1 = c[r8]
-        - h[t_mj52b] * (cz_phi1 * cz_phi1)
-        - h[t_iecaz] * (cz_phi2 * cz_phi2)
-        - t_j7ex5 * (cz_theta1 * cz_theta1)
-        - t_s5xdh * (cz_theta2 * cz_theta2);  /* (29) */
-    const real f_v1_D3 = f33_v1 - t_g2uww * f_v1_L32 - f31_v1 * f_v1_L31;
+        - h[t_hyv47] * (cz_phi1 * cz_phi1)
+        - h[t_pi35k] * (cz_phi2 * cz_phi2)
+        - t_nkpga * (cz_theta1 * cz_theta1)
+        - t_yy353 * (cz_theta2 * cz_theta2);  /* (29) */
+    const real f_v1_D3 = f33_v1 - t_suqla * f_v1_L32 - f31_v1 * f_v1_L31;
     const real u_v1_x3 = u_v1_y3 / f_v1_D3;
     const real G2_v1 = W12 + u_v1_x3;
     const real g_1 = h[e1] - lc_1;
     const real wth_1 = th_1 * p[I1];
     const real wg_1 = g_1 * wth_1;
-    const real t_kwrkt = wg_1 - h[t_uumic];
+    const real t_uzoih = wg_1 - h[t_fcuad];
     const real g_2 = h[e2] - lc_2;
     const real wth_2 = th_2 * p[I2];
     const real wg_2 = g_2 * wth_2;
-    const real t_t44oq = wg_2 - h[t_doa45];
+    const real t_fv4vq = wg_2 - h[t_z4fbq];
     const real S_sq1 = sin_theta1 * sin_theta1;
     const real Bc_1 = h[B_1] * cos_phi1;
     const real As_1 = h[mv1] * sin_phi1;
     const real Ass_1 = As_1 * sin_phi1;
     const real eAss_1 = Ass_1 * h[e1];
-    const real t_32gyg = Bc_1 - eAss_1;
-    const real t_n3v7x = t_32gyg + t_kwrkt;
+    const real t_qeyrr = Bc_1 - eAss_1;
+    const real t_wg7ej = t_qeyrr + t_uzoih;
     const real S_sq2 = sin_theta2 * sin_theta2;
     const real Bc_2 = h[B_2] * cos_phi2;
     const real As_2 = h[mv2] * sin_phi2;
     const real Ass_2 = As_2 * sin_phi2;
     const real eAss_2 = Ass_2 * h[e2];
-    const real t_gbkg6 = Bc_2 - eAss_2;
-    const real t_hsuzx = t_gbkg6 + t_t44oq;
-    const real t_fcf5x = S_sq1 * t_n3v7x + S_sq2 * t_hsuzx;
+    const real t_vn7oc = Bc_2 - eAss_2;
+    const real t_lqbgn = t_vn7oc + t_fv4vq;
+    const real t_kd2xx = S_sq1 * t_wg7ej + S_sq2 * t_lqbgn;
     const real wq_1 = q_1 * wth_1;
     const real wqC_1 = cos_theta1 * wq_1;
     const real wq_2 = q_2 * wth_2;
     const real wqC_2 = cos_theta2 * wq_2;
-    const real K52 = t_kwrkt + t_t44oq - t_fcf5x - wqC_1 - wqC_2;
-    const real u_v1_x2 = u_v1_y2 * t_omhw7 - f_v1_L32 * u_v1_x3;
+    const real K52 = t_uzoih + t_fv4vq - t_kd2xx - wqC_1 - wqC_2;
+    const real u_v1_x2 = u_v1_y2 * t_6dtnj - f_v1_L32 * u_v1_x3;
     const real G3_v1 = W13 - u_v1_x2;
     const real SC1 = cos_theta1 * sin_theta1;
     const real SC2 = cos_theta2 * sin_theta2;
-    const real t_bac7g = SC1 * t_n3v7x + SC2 * t_hsuzx;
+    const real t_kd2xx_2 = SC1 * t_wg7ej + SC2 * t_lqbgn;
     const real tn11_1 = Ass_1 + h[me1] - wth_1;
-    const real t_fbeaw = S_sq1 * tn11_1;
+    const real t_eytv7 = S_sq1 * tn11_1;
     const real tn11_2 = Ass_2 + h[me2] - wth_2;
-    const real t_dj555 = S_sq2 * tn11_2;
-    const real K22 = t_fbeaw + t_dj555 + h[M_C] + wth_1 + wth_2 - h[me1] - h[me2];
-    const real t_x3aji = h[t_mj52b] * (p[I1] * q[wx] - t_fue42 * q[wy] + cz_phi1 * q[wz] + t_o2gar);
-    const real t_6jtcq = h[t_iecaz] * (p[I2] * q[wx] - t_jfh2q * q[wy] + cz_phi2 * q[wz] + t_gifwv);
-    const real t_5lcmq = t_j7ex5 * (cy_theta1 * q[wy] - t_2dafa * q[wx] + cz_theta1 * q[wz] + t_iomfo);
-    const real t_43tjw = t_s5xdh * (cy_theta2 * q[wy] - t_7a6mb * q[wx] + cz_theta2 * q[wz] + t_kyc32);
+    const real t_xyodq = S_sq2 * tn11_2;
+    const real K22 = t_eytv7 + t_xyodq + h[M_C] + wth_1 + wth_2 - h[me1] - h[me2];
+    const real t_vl3yj = h[t_hyv47] * (p[I1] * q[wx] - t_eunpd * q[wy] + cz_phi1 * q[wz] + t_o2gar);
+    const real t_afrcl = h[t_pi35k] * (p[I2] * q[wx] - t_ikrsv * q[wy] + cz_phi2 * q[wz] + t_gifwv);
+    const real t_c2kne = t_nkpga * (cy_theta1 * q[wy] - t_5zi7z * q[wx] + cz_theta1 * q[wz] + t_btjgw);
+    const real t_v7ev3 = t_yy353 * (cy_theta2 * q[wy] - t_vptxp * q[wx] + cz_theta2 * q[wz] + t_bftmb);
     const real B_v1 = t_wij2f
-        - t_x3aji * gy_phi1
-        - t_6jtcq * gy_phi2
-        - t_5lcmq * gy_theta1
-        - t_43tjw * gy_theta2;  /* (29) */
+        - t_vl3yj * gy_phi1
+        - t_afrcl * gy_phi2
+        - t_c2kne * gy_theta1
+        - t_v7ev3 * gy_theta2;  /* (29) */
     const real a2_v1 = G2_v1 * h[x_C] - B_v1 * c[w1];
     const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
     const real C_v1 = t_aqbxr
-        - t_x3aji * gz_phi1
-        - t_6jtcq * gz_phi2
-        + t_5lcmq * t_tpms2
-        + t_43tjw * t_h3pge;  /* (29) */
+        - t_vl3yj * gz_phi1
+        - t_afrcl * gz_phi2
+        + t_c2kne * t_mqczk
+        + t_v7ev3 * t_7s3si;  /* (29) */
     const real a3_v1 = G3_v1 * h[x_C] - C_v1 * c[w2];
-    const real t_yz7e5 = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
-    const real t_dyqoa = t_u5ggi * t_4v7es + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
+    const real t_3tpbw = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
+    const real t_ncnom = t_a4jxz * t_f6jle + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
     const real q2_v1 = n2
         + G2_v1 * K52
-        - G3_v1 * t_bac7g
+        - G3_v1 * t_kd2xx_2
         + K22 * a2_v1
         + K32 * a3_v1
-        + t_yz7e5 * t_dyqoa;
+        + t_3tpbw * t_ncnom;
     const real Asc_1 = As_1 * cos_phi1;
     const real Asc_2 = As_2 * cos_phi2;
-    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real K11 = h[t_m5gm4] - Ass_1 - Ass_2;
+    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real K11 = h[t_47igz] - Ass_1 - Ass_2;
     const real Bs_1 = h[B_1] * sin_phi1;
     const real Bs_2 = h[B_2] * sin_phi2;
-    const real t_2m245 = Bs_1 + Bs_2;
-    const real t_xynyo = t_7imwe * sin_phi1 + t_4b2fa * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2;
-    const real t_ev7u5 = Bs_1 + Asc_1 * h[e1];
-    const real t_bvybx = Bs_2 + Asc_2 * h[e2];
-    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
-    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
-    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_xiu6d = t_xynyo
-        + G2_v1 * t_6mmeb
-        + G3_v1 * t_bl4f2
-        + t_b3aij * a2_v1
-        + t_zzymx * a3_v1;
-    const real q1_v1 = t_2m245 * t_dyqoa - t_xiu6d;
-    const real t_azclp = F_n1 * sin_theta1;
-    const real t_iya7w = F_n2 * sin_theta2;
-    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
+    const real t_dvxnj = Bs_1 + Bs_2;
+    const real t_wsv66 = t_o6fg5 * sin_phi1 + t_l7fgg * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2;
+    const real t_g3yj5 = Bs_1 + Asc_1 * h[e1];
+    const real t_pr2pp = Bs_2 + Asc_2 * h[e2];
+    const real t_bap4n = t_g3yj5 * sin_theta1 + t_pr2pp * sin_theta2;
+    const real t_bap4n_2 = t_g3yj5 * cos_theta1 + t_pr2pp * cos_theta2;
+    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_eptbw = t_wsv66
+        + G2_v1 * t_bap4n
+        + G3_v1 * t_bap4n_2
+        + t_f2nhc * a2_v1
+        + t_f2nhc_2 * a3_v1;
+    const real q1_v1 = t_dvxnj * t_ncnom - t_eptbw;
+    const real t_mallh_2 = F_n1 * sin_theta1;
+    const real t_lbh6o_2 = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2;
     const real wqS_1 = sin_theta1 * wq_1;
     const real wqS_2 = sin_theta2 * wq_2;
-    const real K53 = wqS_1 - t_bac7g + wqS_2;
-    const real K63 = t_fcf5x - (t_32gyg + t_gbkg6);
-    const real K33 = Ass_1 + Ass_2 + h[M_C] - t_fbeaw - t_dj555;
+    const real K53 = wqS_1 - t_kd2xx_2 + wqS_2;
+    const real K63 = t_kd2xx - (t_qeyrr + t_vn7oc);
+    const real K33 = Ass_1 + Ass_2 + h[M_C] - t_eytv7 - t_xyodq;
     const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
     const real q3_v1 = n3
         + G2_v1 * K53
         + G3_v1 * K63
         + K32 * a2_v1
         + K33 * a3_v1
-        - K43 * t_dyqoa;
-    const real Pq_v1 = K11 * q1_v1 - t_b3aij * q2_v1 - t_zzymx * q3_v1;
-    const real PP_v1 = K11 * K11 + t_b3aij * t_b3aij + t_zzymx * t_zzymx;
-    const real t_7w2kh = Pq_v1 * Pq_v1
+        - K43 * t_ncnom;
+    const real Pq_v1 = K11 * q1_v1 - t_f2nhc * q2_v1 - t_f2nhc_2 * q3_v1;
+    const real PP_v1 = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2;
+    const real t_zzkan = Pq_v1 * Pq_v1
         - PP_v1 * (q1_v1 * q1_v1 - h[t_62qfa] + q2_v1 * q2_v1 + q3_v1 * q3_v1);
-    const real root_v1 = mv_sqrt(mv_max(SPLAT(K(0.0)), t_7w2kh));
+    const real root_v1 = mv_sqrt(mv_max(SPLAT(K(0.0)), t_zzkan));
     const real ax_v1 = (root_v1 - Pq_v1) / PP_v1;
-    const real f2_v1 = q2_v1 - t_b3aij * ax_v1;
+    const real f2_v1 = q2_v1 - t_f2nhc * ax_v1;
     const real sin_d2_v1 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v1 * h[t_y7rm6]));
     const real delta2_v1 = mv_asin(sin_d2_v1);
     const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v1, p[delta2_max]));
     real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
-    const real t_y4w6o = cos_delta2_act * p[F];
-    const mask m_puf2t = LE(mv_fabs(delta2_v1), p[delta2_max]);
-    const real f3_v1 = q3_v1 - t_zzymx * ax_v1;
+    const real t_gbb3a = cos_delta2_act * p[F];
+    const mask m_m575p = LE(mv_fabs(delta2_v1), p[delta2_max]);
+    const real f3_v1 = q3_v1 - t_f2nhc_2 * ax_v1;
     const real cos_d2_v1 = mv_sqrt(K(1.0) - sin_d2_v1 * sin_d2_v1);
     const real delta1_v1 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v1 * h[t_y7rm6] / mv_max(SPLAT(K(1e-09)), cos_d2_v1)))));
     real sin_delta2_v1, cos_delta2_v1; mv_sincos(delta2_v1, &sin_delta2_v1, &cos_delta2_v1);
     real sin_delta1_v1, cos_delta1_v1; mv_sincos(delta1_v1, &sin_delta1_v1, &cos_delta1_v1);
-    const real t_y2zgg = cos_delta2_v1 * sin_delta1_v1;
-    const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_puf2t, delta1_v1, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_y2zgg * h[t_xkg6l]))))));
+    const real t_vbwgu = cos_delta2_v1 * sin_delta1_v1;
+    const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_m575p, delta1_v1, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_vbwgu * h[t_xkg6l]))))));
     real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
-    const real f_x = t_y4w6o * cos_delta1_act;
+    const real f_x = t_gbb3a * cos_delta1_act;
     const real f_y = sin_delta2_act * p[F];
     const real eBc_1 = Bc_1 * h[e1];
-    const real t_3bowt = h[Bl_1] + K(-2.0) * eBc_1 + h[e1] * eAss_1;
-    const real t_3fv6l = g_1 * wg_1;
-    const real tn44_1 = h[t_b7ure] + t_3bowt - t_3fv6l;
+    const real t_o36xw = h[Bl_1] + K(-2.0) * eBc_1 + h[e1] * eAss_1;
+    const real t_w6q4c = g_1 * wg_1;
+    const real tn44_1 = h[t_xdulz] + t_o36xw - t_w6q4c;
     const real wqg_1 = q_1 * wg_1;
     const real wqq_1 = q_1 * wq_1;
     const real wgC_1 = cos_theta1 * wqg_1;
@@ -4310,9 +4310,9 @@ void slosh_lyapunov_v1_loop_prepared(const real *q, const real *p, const real *c
     const real I_phi1 = q[phi1_dot] * p[I1];
     const real I_theta1 = q[theta1_dot] * p[I1];
     const real eBc_2 = Bc_2 * h[e2];
-    const real t_ymmgl = h[Bl_2] + K(-2.0) * eBc_2 + h[e2] * eAss_2;
-    const real t_odwbr = g_2 * wg_2;
-    const real tn44_2 = h[t_lpk5h] + t_ymmgl - t_odwbr;
+    const real t_2znlb = h[Bl_2] + K(-2.0) * eBc_2 + h[e2] * eAss_2;
+    const real t_7fbo3 = g_2 * wg_2;
+    const real tn44_2 = h[t_uohf6] + t_2znlb - t_7fbo3;
     const real wqg_2 = q_2 * wg_2;
     const real wqq_2 = q_2 * wq_2;
     const real wgC_2 = cos_theta2 * wqg_2;
@@ -4320,233 +4320,233 @@ void slosh_lyapunov_v1_loop_prepared(const real *q, const real *p, const real *c
     const real M_q2 = F_n2 * q_2;
     const real I_phi2 = q[phi2_dot] * p[I2];
     const real I_theta2 = q[theta2_dot] * p[I2];
-    const real t_nhr5u = wqq_1 + wqq_2;
-    const real K44 = t_nhr5u + h[Bl_1] + h[Bl_2] + h[J_C1];
-    const real t_nncdg = h[Bl_1] - eBc_1;
-    const real t_4q22j = h[Bl_2] - eBc_2;
-    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
-    const real t_hoosk = S_sq1 * tn44_1;
-    const real t_drvdp = S_sq2 * tn44_2;
-    const real K55 = t_3fv6l
-        + t_odwbr
-        + t_nhr5u
-        + t_hoosk
-        + t_drvdp
+    const real t_hig3c = wqq_1 + wqq_2;
+    const real K44 = t_hig3c + h[Bl_1] + h[Bl_2] + h[J_C1];
+    const real t_vykvu = h[Bl_1] - eBc_1;
+    const real t_vwbsx = h[Bl_2] - eBc_2;
+    const real K54 = t_hig3c - wgC_1 - wgC_2 + t_vykvu * sin_theta1 + t_vwbsx * sin_theta2;
+    const real t_o56io = S_sq1 * tn44_1;
+    const real t_5sxb4 = S_sq2 * tn44_2;
+    const real K55 = t_w6q4c
+        + t_7fbo3
+        + t_hig3c
+        + t_o56io
+        + t_5sxb4
         + h[J_C3]
-        - h[t_b7ure]
-        - h[t_lpk5h]
+        - h[t_xdulz]
+        - h[t_uohf6]
         + K(-2.0) * wgC_1
         + K(-2.0) * wgC_2;
-    const real t_zhbuw = wgS_1 + wgS_2;
-    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
-    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
-    const real K66 = t_3bowt + t_ymmgl + h[J_C2] - t_hoosk - t_drvdp;
-    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
-    const real t_kp7yy = M_q1 + M_q2;
-    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
-    const real n4 = t_aejai
-        - t_kp7yy
-        + t_zd4fs
+    const real t_hig3c_2 = wgS_1 + wgS_2;
+    const real K64 = t_hig3c_2 + t_vykvu * cos_theta1 + t_vwbsx * cos_theta2;
+    const real K65 = t_hig3c_2 + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_o36xw + t_2znlb + h[J_C2] - t_o56io - t_5sxb4;
+    const real t_dg3od = Bs_1 * t_w7vil + t_o6fg5 * p[l1];
+    const real t_hig3c_3 = M_q1 + M_q2;
+    const real t_a26ad = Bs_2 * t_6fvzz + t_l7fgg * p[l2];
+    const real n4 = t_dg3od
+        - t_hig3c_3
+        + t_a26ad
         - loss_phi1
         - loss_phi2
         + I_theta1 * q[wy]
         + I_theta2 * q[wy]
         - h[t_sfymc] * q[wy] * q[wz];
-    const real t_w7nmt = t_aejai + F_t1 * h[e1];
-    const real t_e5cx2 = t_zd4fs + F_t2 * h[e2];
-    const real n5 = t_w7nmt * sin_theta1
-        - (t_kp7yy + loss_theta1 + loss_theta2)
-        + t_e5cx2 * sin_theta2
-        - W12 * h[t_5r66u]
+    const real t_3hais = t_dg3od + F_t1 * h[e1];
+    const real t_wksgt = t_a26ad + F_t2 * h[e2];
+    const real n5 = t_3hais * sin_theta1
+        - (t_hig3c_3 + loss_theta1 + loss_theta2)
+        + t_wksgt * sin_theta2
+        - W12 * h[t_g7pzr]
         - I_phi1 * q[wy]
         - I_phi2 * q[wy]
-        + t_vt7uo * g_1
-        + t_oncjt * g_2;
-    const real n6 = t_w7nmt * cos_theta1
-        + t_e5cx2 * cos_theta2
+        + t_mallh * g_1
+        + t_lbh6o * g_2;
+    const real n6 = t_3hais * cos_theta1
+        + t_wksgt * cos_theta2
         + I_theta1 * q[wx]
         + I_theta2 * q[wx]
-        - W13 * h[t_7bo2j]
-        - t_azclp * g_1
-        - t_iya7w * g_2
+        - W13 * h[t_urwo6]
+        - t_mallh_2 * g_1
+        - t_lbh6o_2 * g_2
         - I_phi1 * q[wz]
         - I_phi2 * q[wz];
-    const real t_bpfoo = K(1.0) / K11;
-    const real t_w7lcw = t_b3aij * t_bpfoo;
-    const real K_D2 = K22 - t_b3aij * t_w7lcw;
-    const real t_3go2w = t_zzymx * t_bpfoo;
-    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
-    const real t_4iujv = K(1.0) / K_D2;
-    const real K_L32 = t_d4mqf * t_4iujv;
-    const real t_vshgd = t_6mmeb * t_bpfoo;
-    const real t_p6zld = K52 - t_b3aij * t_vshgd;
-    const real K_L52 = t_p6zld * t_4iujv;
-    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
-    const real t_xq4wt = t_2m245 * t_bpfoo;
-    const real t_u3hss = t_yz7e5 + t_b3aij * t_xq4wt;
-    const real t_4jmrt = t_u3hss * t_4iujv;
-    const real t_yfebn = K43 + t_d4mqf * t_4jmrt - t_zzymx * t_xq4wt;
-    const real t_zmh3u = K(1.0) / K_D3;
-    const real K_L43 = t_yfebn * t_zmh3u;
-    const real t_bxfcn = K53 - t_d4mqf * K_L52 - t_zzymx * t_vshgd;
-    const real K_L53 = t_bxfcn * t_zmh3u;
-    const real t_e4enr = t_bl4f2 * t_bpfoo;
-    const real t_qvrp6 = t_bac7g + t_b3aij * t_e4enr;
-    const real t_dj64q = t_qvrp6 * t_4iujv;
-    const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
-    const real K_L63 = t_rahc4 * t_zmh3u;
-    const real K_D4 = K44 - t_u3hss * t_4jmrt - t_yfebn * K_L43 - t_2m245 * t_xq4wt;
-    const real t_ejg3c = K54 + t_u3hss * K_L52 - t_yfebn * K_L53 - t_2m245 * t_vshgd;
-    const real t_lt2al = K(1.0) / K_D4;
-    const real K_L54 = t_ejg3c * t_lt2al;
-    const real t_yioo4 = K64 - t_u3hss * t_dj64q - t_yfebn * K_L63 - t_2m245 * t_e4enr;
-    const real K_L64 = t_yioo4 * t_lt2al;
+    const real t_cl3z7 = K(1.0) / K11;
+    const real t_exl37 = t_f2nhc * t_cl3z7;
+    const real K_D2 = K22 - t_f2nhc * t_exl37;
+    const real t_exl37_2 = t_f2nhc_2 * t_cl3z7;
+    const real t_iy2us = K32 - t_f2nhc * t_exl37_2;
+    const real t_6dtnj_2 = K(1.0) / K_D2;
+    const real K_L32 = t_iy2us * t_6dtnj_2;
+    const real t_6faq6 = t_bap4n * t_cl3z7;
+    const real t_c34go = K52 - t_f2nhc * t_6faq6;
+    const real K_L52 = t_c34go * t_6dtnj_2;
+    const real K_D3 = K33 - t_iy2us * K_L32 - t_f2nhc_2 * t_exl37_2;
+    const real t_qom6d = t_dvxnj * t_cl3z7;
+    const real t_3fteh = t_3tpbw + t_f2nhc * t_qom6d;
+    const real t_kgdxa = t_3fteh * t_6dtnj_2;
+    const real t_v4k64 = K43 + t_iy2us * t_kgdxa - t_f2nhc_2 * t_qom6d;
+    const real t_6dtnj_3 = K(1.0) / K_D3;
+    const real K_L43 = t_v4k64 * t_6dtnj_3;
+    const real t_rkny3 = K53 - t_iy2us * K_L52 - t_f2nhc_2 * t_6faq6;
+    const real K_L53 = t_rkny3 * t_6dtnj_3;
+    const real t_6faq6_2 = t_bap4n_2 * t_cl3z7;
+    const real t_6lnfz = t_kd2xx_2 + t_f2nhc * t_6faq6_2;
+    const real t_bk7yo = t_6lnfz * t_6dtnj_2;
+    const real t_qksxh = K63 + t_iy2us * t_bk7yo - t_f2nhc_2 * t_6faq6_2;
+    const real K_L63 = t_qksxh * t_6dtnj_3;
+    const real K_D4 = K44 - t_3fteh * t_kgdxa - t_v4k64 * K_L43 - t_dvxnj * t_qom6d;
+    const real t_kxzt7 = K54 + t_3fteh * K_L52 - t_v4k64 * K_L53 - t_dvxnj * t_6faq6;
+    const real t_6dtnj_4 = K(1.0) / K_D4;
+    const real K_L54 = t_kxzt7 * t_6dtnj_4;
+    const real t_bazvg = K64 - t_3fteh * t_bk7yo - t_v4k64 * K_L63 - t_dvxnj * t_6faq6_2;
+    const real K_L64 = t_bazvg * t_6dtnj_4;
     const real K_D5 = K55
-        - t_p6zld * K_L52
-        - t_bxfcn * K_L53
-        - t_ejg3c * K_L54
-        - t_6mmeb * t_vshgd;
-    const real t_aqba4 = K65
-        + t_p6zld * t_dj64q
-        - t_bxfcn * K_L63
-        - t_ejg3c * K_L64
-        - t_6mmeb * t_e4enr;
-    const real t_ftqxb = K(1.0) / K_D5;
-    const real K_L65 = t_aqba4 * t_ftqxb;
+        - t_c34go * K_L52
+        - t_rkny3 * K_L53
+        - t_kxzt7 * K_L54
+        - t_bap4n * t_6faq6;
+    const real t_7qylu = K65
+        + t_c34go * t_bk7yo
+        - t_rkny3 * K_L63
+        - t_kxzt7 * K_L64
+        - t_bap4n * t_6faq6_2;
+    const real t_jxcfv = K(1.0) / K_D5;
+    const real K_L65 = t_7qylu * t_jxcfv;
     const real K_D6 = K66
-        - t_qvrp6 * t_dj64q
-        - t_rahc4 * K_L63
-        - t_yioo4 * K_L64
-        - t_aqba4 * K_L65
-        - t_bl4f2 * t_e4enr;
-    const real b1 = f_x + t_xynyo;
+        - t_6lnfz * t_bk7yo
+        - t_qksxh * K_L63
+        - t_bazvg * K_L64
+        - t_7qylu * K_L65
+        - t_bap4n_2 * t_6faq6_2;
+    const real b1 = f_x + t_wsv66;
     const real b2 = f_y - n2;
-    const real t_szme2 = p[F] * cos_delta2_v1;
+    const real t_qh3cx = p[F] * cos_delta2_v1;
     const real f1_v1 = q1_v1 + K11 * ax_v1;
-    const real df1_v1 = t_szme2 * cos_delta1_v1 - f1_v1;
-    const real t_uqkgz = p[F] * sin_delta2_v1;
-    const real df2_v1 = t_uqkgz - f2_v1;
-    const real da_v1_y2 = df2_v1 + t_w7lcw * df1_v1;
-    const real t_s3dfp = t_szme2 * sin_delta1_v1;
-    const real da_v1_y3 = t_3go2w * df1_v1 - (t_s3dfp + f3_v1) - K_L32 * da_v1_y2;
-    const real da_v1_x3 = da_v1_y3 * t_zmh3u;
-    const real da_v1_x2 = da_v1_y2 * t_4iujv - K_L32 * da_v1_x3;
-    const real da_v1_x1 = df1_v1 * t_bpfoo + t_w7lcw * da_v1_x2 + t_3go2w * da_v1_x3;
+    const real df1_v1 = t_qh3cx * cos_delta1_v1 - f1_v1;
+    const real t_jczim = p[F] * sin_delta2_v1;
+    const real df2_v1 = t_jczim - f2_v1;
+    const real da_v1_y2 = df2_v1 + t_exl37 * df1_v1;
+    const real t_gu5fe = t_qh3cx * sin_delta1_v1;
+    const real da_v1_y3 = t_exl37_2 * df1_v1 - (t_gu5fe + f3_v1) - K_L32 * da_v1_y2;
+    const real da_v1_x3 = da_v1_y3 * t_6dtnj_3;
+    const real da_v1_x2 = da_v1_y2 * t_6dtnj_2 - K_L32 * da_v1_x3;
+    const real da_v1_x1 = df1_v1 * t_cl3z7 + t_exl37 * da_v1_x2 + t_exl37_2 * da_v1_x3;
     const real Mx_v1 = n4
         + G2_v1 * K54
         + G3_v1 * K64
-        - t_2m245 * ax_v1
-        - t_2m245 * da_v1_x1
-        - t_yz7e5 * a2_v1
-        - t_yz7e5 * da_v1_x2
+        - t_dvxnj * ax_v1
+        - t_dvxnj * da_v1_x1
+        - t_3tpbw * a2_v1
+        - t_3tpbw * da_v1_x2
         + K43 * a3_v1
         + K43 * da_v1_x3
-        - K44 * t_dyqoa;
-    const real t_y4w6o_2 = p[F] * cos_delta2_act;
-    const real df1_act = t_y4w6o_2 * cos_delta1_act - cos_delta2_v1 * p[F] * cos_delta1_v1;
-    const real df2_act = p[F] * sin_delta2_act - t_uqkgz;
-    const real da_act_y2 = df2_act + t_w7lcw * df1_act;
-    const real df3_act = t_y2zgg * p[F] - t_y4w6o_2 * sin_delta1_act;
-    const real da_act_y3 = df3_act + t_3go2w * df1_act - K_L32 * da_act_y2;
-    const real da_act_x3 = da_act_y3 * t_zmh3u;
-    const real da_act_x2 = da_act_y2 * t_4iujv - K_L32 * da_act_x3;
-    const real da_act_x1 = df1_act * t_bpfoo + t_w7lcw * da_act_x2 + t_3go2w * da_act_x3;
-    const real Mx = Mx_v1 - t_2m245 * da_act_x1 - t_yz7e5 * da_act_x2 + K43 * da_act_x3;
+        - K44 * t_ncnom;
+    const real t_gbb3a_2 = p[F] * cos_delta2_act;
+    const real df1_act = t_gbb3a_2 * cos_delta1_act - cos_delta2_v1 * p[F] * cos_delta1_v1;
+    const real df2_act = p[F] * sin_delta2_act - t_jczim;
+    const real da_act_y2 = df2_act + t_exl37 * df1_act;
+    const real df3_act = t_vbwgu * p[F] - t_gbb3a_2 * sin_delta1_act;
+    const real da_act_y3 = df3_act + t_exl37_2 * df1_act - K_L32 * da_act_y2;
+    const real da_act_x3 = da_act_y3 * t_6dtnj_3;
+    const real da_act_x2 = da_act_y2 * t_6dtnj_2 - K_L32 * da_act_x3;
+    const real da_act_x1 = df1_act * t_cl3z7 + t_exl37 * da_act_x2 + t_exl37_2 * da_act_x3;
+    const real Mx = Mx_v1 - t_dvxnj * da_act_x1 - t_3tpbw * da_act_x2 + K43 * da_act_x3;
     const real b4 = Mx - n4;
     const real Mz_v1 = n5
         + G2_v1 * K55
         + G3_v1 * K65
-        - t_6mmeb * ax_v1
-        - t_6mmeb * da_v1_x1
+        - t_bap4n * ax_v1
+        - t_bap4n * da_v1_x1
         + K52 * a2_v1
         + K52 * da_v1_x2
         + K53 * a3_v1
         + K53 * da_v1_x3
-        - K54 * t_dyqoa
-        + t_uqkgz * h[t_lwe76];
+        - K54 * t_ncnom
+        + t_jczim * h[t_bknng];
     const real Mz = Mz_v1
-        - t_6mmeb * da_act_x1
+        - t_bap4n * da_act_x1
         + K52 * da_act_x2
         + K53 * da_act_x3
-        + df2_act * h[t_lwe76];
-    const real b5 = Mz - n5 - f_y * h[t_lwe76];
-    const real t_lpjfo = t_y4w6o * sin_delta1_act;
-    const real My_v1 = t_s3dfp * h[t_lwe76]
+        + df2_act * h[t_bknng];
+    const real b5 = Mz - n5 - f_y * h[t_bknng];
+    const real t_eoq7e = t_gbb3a * sin_delta1_act;
+    const real My_v1 = t_gu5fe * h[t_bknng]
         - n6
         - G2_v1 * K65
         - G3_v1 * K66
-        + t_bl4f2 * ax_v1
-        + t_bl4f2 * da_v1_x1
-        + t_bac7g * a2_v1
-        + t_bac7g * da_v1_x2
+        + t_bap4n_2 * ax_v1
+        + t_bap4n_2 * da_v1_x1
+        + t_kd2xx_2 * a2_v1
+        + t_kd2xx_2 * da_v1_x2
         - K63 * a3_v1
         - K63 * da_v1_x3
-        + K64 * t_dyqoa;
+        + K64 * t_ncnom;
     const real My = My_v1
-        - df3_act * h[t_lwe76]
-        + t_bl4f2 * da_act_x1
-        + t_bac7g * da_act_x2
+        - df3_act * h[t_bknng]
+        + t_bap4n_2 * da_act_x1
+        + t_kd2xx_2 * da_act_x2
         - K63 * da_act_x3;
-    const real b6 = t_lpjfo * h[t_lwe76] - (My + n6);
-    const real X_y2 = b2 + t_w7lcw * b1;
-    const real X_y3 = t_3go2w * b1 - (t_lpjfo + n3) - K_L32 * X_y2;
-    const real X_y4 = b4 + t_xq4wt * b1 + t_4jmrt * X_y2 - K_L43 * X_y3;
+    const real b6 = t_eoq7e * h[t_bknng] - (My + n6);
+    const real X_y2 = b2 + t_exl37 * b1;
+    const real X_y3 = t_exl37_2 * b1 - (t_eoq7e + n3) - K_L32 * X_y2;
+    const real X_y4 = b4 + t_qom6d * b1 + t_kgdxa * X_y2 - K_L43 * X_y3;
     const real X_y5 = b5
-        + t_vshgd * b1
+        + t_6faq6 * b1
         - K_L52 * X_y2
         - K_L53 * X_y3
         - K_L54 * X_y4;
     const real X_y6 = b6
-        + t_e4enr * b1
-        + t_dj64q * X_y2
+        + t_6faq6_2 * b1
+        + t_bk7yo * X_y2
         - K_L63 * X_y3
         - K_L64 * X_y4
         - K_L65 * X_y5;
     const real X_x6 = X_y6 / K_D6;
-    const real X_x5 = X_y5 * t_ftqxb - K_L65 * X_x6;
-    const real X_x4 = X_y4 * t_lt2al - K_L54 * X_x5 - K_L64 * X_x6;
-    const real X_x3 = X_y3 * t_zmh3u - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
-    const real X_x2 = X_y2 * t_4iujv
+    const real X_x5 = X_y5 * t_jxcfv - K_L65 * X_x6;
+    const real X_x4 = X_y4 * t_6dtnj_4 - K_L54 * X_x5 - K_L64 * X_x6;
+    const real X_x3 = X_y3 * t_6dtnj_3 - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
+    const real X_x2 = X_y2 * t_6dtnj_2
         - K_L32 * X_x3
-        + t_4jmrt * X_x4
+        + t_kgdxa * X_x4
         - K_L52 * X_x5
-        + t_dj64q * X_x6;
-    const real X_x1 = b1 * t_bpfoo
-        + t_w7lcw * X_x2
-        + t_3go2w * X_x3
-        + t_xq4wt * X_x4
-        + t_vshgd * X_x5
-        + t_e4enr * X_x6;
+        + t_bk7yo * X_x6;
+    const real X_x1 = b1 * t_cl3z7
+        + t_exl37 * X_x2
+        + t_exl37_2 * X_x3
+        + t_qom6d * X_x4
+        + t_6faq6 * X_x5
+        + t_6faq6_2 * X_x6;
     const real G_t1 = X_x5 * sin_theta1 + X_x6 * cos_theta1;
     const real Gt_eta1 = G_t1 + eta1;
-    const real t_ynvhx = cos_phi1 * (G_t1 * h[e1] + X_x2 * sin_theta1 + X_x3 * cos_theta1)
+    const real t_qmuri = cos_phi1 * (G_t1 * h[e1] + X_x2 * sin_theta1 + X_x3 * cos_theta1)
         + sin_phi1 * (X_x1 - t_w7vil);
-    const real phi_acc1 = Gt_eta1 - (loss_phi1 + p[I1] * (Gt_eta1 + X_x4)) * h[t_zrejm] - h[k1] * t_ynvhx;
-    const real t_g433r = X_x5 - W12;
-    const real t_mwq7z = X_x4 + X_x5;
-    const real t_5ffnn = zeta1
+    const real phi_acc1 = Gt_eta1 - (loss_phi1 + p[I1] * (Gt_eta1 + X_x4)) * h[t_gbl6n] - h[k1] * t_qmuri;
+    const real t_3ipx7 = X_x5 - W12;
+    const real t_hig3c_4 = X_x4 + X_x5;
+    const real t_hd5gx = zeta1
         + X_x2 * cos_theta1
         + g_1 * (X_x5 * cos_theta1 - X_x6 * sin_theta1)
-        - t_mwq7z * q_1
+        - t_hig3c_4 * q_1
         - X_x3 * sin_theta1;
-    const real theta_acc1 = -(t_g433r + th_1 * (loss_theta1 * h[t_ibe72] + q_1 * t_5ffnn));
+    const real theta_acc1 = -(t_3ipx7 + th_1 * (loss_theta1 * h[t_ibe72] + q_1 * t_hd5gx));
     const real G_t2 = X_x5 * sin_theta2 + X_x6 * cos_theta2;
     const real Gt_eta2 = G_t2 + eta2;
-    const real t_rrute = cos_phi2 * (G_t2 * h[e2] + X_x2 * sin_theta2 + X_x3 * cos_theta2)
+    const real t_j3hy2 = cos_phi2 * (G_t2 * h[e2] + X_x2 * sin_theta2 + X_x3 * cos_theta2)
         + sin_phi2 * (X_x1 - t_6fvzz);
-    const real phi_acc2 = Gt_eta2 - (loss_phi2 + p[I2] * (Gt_eta2 + X_x4)) * h[t_5wzvs] - h[k2] * t_rrute;
-    const real t_oqair = zeta2
+    const real phi_acc2 = Gt_eta2 - (loss_phi2 + p[I2] * (Gt_eta2 + X_x4)) * h[t_jx6g7] - h[k2] * t_j3hy2;
+    const real t_s4hzu = zeta2
         + X_x2 * cos_theta2
         + g_2 * (X_x5 * cos_theta2 - X_x6 * sin_theta2)
-        - t_mwq7z * q_2
+        - t_hig3c_4 * q_2
         - X_x3 * sin_theta2;
-    const real theta_acc2 = -(t_g433r + th_2 * (loss_theta2 * h[t_r7vy7] + q_2 * t_oqair));
+    const real theta_acc2 = -(t_3ipx7 + th_2 * (loss_theta2 * h[t_r7vy7] + q_2 * t_s4hzu));
     dq[0] = X_x1 + t_rybsf * h[x_C] - q[vz] * q[wy] + q[vy] * q[wz];
     dq[1] = X_x2 - X_x5 * h[x_C] + (q[vz] * q[wx] - q[vx] * q[wz]);
     dq[2] = X_x3 - X_x6 * h[x_C] + (q[vx] * q[wy] - q[vy] * q[wx]);
     dq[3] = X_x4;
     dq[4] = W13 - X_x6;
-    dq[5] = t_g433r;
+    dq[5] = t_3ipx7;
     dq[6] = q[wx];
     dq[7] = q[wy];
     dq[8] = q[wz];
@@ -4585,28 +4585,28 @@ enum {
     lyapunov_v1_observe_h_e2,
     lyapunov_v1_observe_h_B_1,
     lyapunov_v1_observe_h_Bl_1,
-    lyapunov_v1_observe_h_t_b7ure,
+    lyapunov_v1_observe_h_t_xdulz,
     lyapunov_v1_observe_h_B_2,
     lyapunov_v1_observe_h_Bl_2,
-    lyapunov_v1_observe_h_t_lpk5h,
-    lyapunov_v1_observe_h_t_m5gm4,
-    lyapunov_v1_observe_h_t_uumic,
-    lyapunov_v1_observe_h_t_doa45,
+    lyapunov_v1_observe_h_t_uohf6,
+    lyapunov_v1_observe_h_t_47igz,
+    lyapunov_v1_observe_h_t_fcuad,
+    lyapunov_v1_observe_h_t_z4fbq,
     lyapunov_v1_observe_h_t_sfymc,
-    lyapunov_v1_observe_h_t_5r66u,
-    lyapunov_v1_observe_h_t_7bo2j,
-    lyapunov_v1_observe_h_t_oc5tk,
+    lyapunov_v1_observe_h_t_g7pzr,
+    lyapunov_v1_observe_h_t_urwo6,
+    lyapunov_v1_observe_h_t_os4zj_2,
     lyapunov_v1_observe_h_ax_eq,
     lyapunov_v1_observe_h_W_theta1,
     lyapunov_v1_observe_h_W_theta2,
-    lyapunov_v1_observe_h_t_mj52b,
-    lyapunov_v1_observe_h_t_iecaz,
-    lyapunov_v1_observe_h_t_qd2lc,
-    lyapunov_v1_observe_h_t_7pydp,
-    lyapunov_v1_observe_h_t_ob75p,
+    lyapunov_v1_observe_h_t_hyv47,
+    lyapunov_v1_observe_h_t_pi35k,
+    lyapunov_v1_observe_h_t_wvww5,
+    lyapunov_v1_observe_h_t_if7mv,
+    lyapunov_v1_observe_h_t_tmzpj,
     lyapunov_v1_observe_h_t_62qfa,
     lyapunov_v1_observe_h_t_y7rm6,
-    lyapunov_v1_observe_h_t_lwe76,
+    lyapunov_v1_observe_h_t_bknng,
     lyapunov_v1_observe_h_t_xkg6l,
 };
 
@@ -4638,17 +4638,17 @@ void slosh_lyapunov_v1_observe_prepare(const real *p, const real *c, real *h)
     const real t_os4zj = p[l1] * p[l1];
     const real t_yx2kz = t_os4zj * p[m1];
     const real D1 = t_yx2kz + p[I1];
-    const real t_gx5gf = p[m1] / D1;
-    const real k1 = t_gx5gf * p[l1];
-    const real me1 = t_gx5gf * p[I1];
+    const real t_nkfhl = p[m1] / D1;
+    const real k1 = t_nkfhl * p[l1];
+    const real me1 = t_nkfhl * p[I1];
     const real t_6nwd2 = p[l1] * p[m1];
     const real mv1 = t_6nwd2 * k1;
     const real t_nfvux = p[l2] * p[l2];
     const real t_frp3h = t_nfvux * p[m2];
     const real D2 = t_frp3h + p[I2];
-    const real t_wiek6 = p[m2] / D2;
-    const real k2 = t_wiek6 * p[l2];
-    const real me2 = t_wiek6 * p[I2];
+    const real t_xgfi7 = p[m2] / D2;
+    const real k2 = t_xgfi7 * p[l2];
+    const real me2 = t_xgfi7 * p[I2];
     const real t_popww = p[l2] * p[m2];
     const real mv2 = t_popww * k2;
     const real t_omhyl = p[m] + p[m0];
@@ -4675,8 +4675,8 @@ void slosh_lyapunov_v1_observe_prepare(const real *p, const real *c, real *h)
     const real W_theta1 = c[r10] * p[m1];  /* (27) */
     const real W_phi2 = c[r9] * p[m2];  /* (27) */
     const real W_theta2 = c[r10] * p[m2];  /* (27) */
-    const real t_mj52b = W_phi1 / (D1 * D1);
-    const real t_iecaz = W_phi2 / (D2 * D2);
+    const real t_hyv47 = W_phi1 / (D1 * D1);
+    const real t_pi35k = W_phi2 / (D2 * D2);
     h[lyapunov_v1_observe_h_t_os4zj] = t_os4zj;
     h[lyapunov_v1_observe_h_t_yx2kz] = t_yx2kz;
     h[lyapunov_v1_observe_h_D1] = D1;
@@ -4700,28 +4700,28 @@ void slosh_lyapunov_v1_observe_prepare(const real *p, const real *c, real *h)
     h[lyapunov_v1_observe_h_e2] = e2;
     h[lyapunov_v1_observe_h_B_1] = B_1;
     h[lyapunov_v1_observe_h_Bl_1] = Bl_1;
-    h[lyapunov_v1_observe_h_t_b7ure] = me1 * (e1 * e1);
+    h[lyapunov_v1_observe_h_t_xdulz] = me1 * (e1 * e1);
     h[lyapunov_v1_observe_h_B_2] = B_2;
     h[lyapunov_v1_observe_h_Bl_2] = Bl_2;
-    h[lyapunov_v1_observe_h_t_lpk5h] = me2 * (e2 * e2);
-    h[lyapunov_v1_observe_h_t_m5gm4] = M_C + mv1 + mv2;
-    h[lyapunov_v1_observe_h_t_uumic] = e1 * me1;
-    h[lyapunov_v1_observe_h_t_doa45] = e2 * me2;
+    h[lyapunov_v1_observe_h_t_uohf6] = me2 * (e2 * e2);
+    h[lyapunov_v1_observe_h_t_47igz] = M_C + mv1 + mv2;
+    h[lyapunov_v1_observe_h_t_fcuad] = e1 * me1;
+    h[lyapunov_v1_observe_h_t_z4fbq] = e2 * me2;
     h[lyapunov_v1_observe_h_t_sfymc] = t_sfymc;
-    h[lyapunov_v1_observe_h_t_5r66u] = J_C1 + (p[J_z] - p[J_y]);
-    h[lyapunov_v1_observe_h_t_7bo2j] = J_C1 + t_is5lg + t_sfymc;
-    h[lyapunov_v1_observe_h_t_oc5tk] = t_os4zj + t_os4zj;
+    h[lyapunov_v1_observe_h_t_g7pzr] = J_C1 + (p[J_z] - p[J_y]);
+    h[lyapunov_v1_observe_h_t_urwo6] = J_C1 + t_is5lg + t_sfymc;
+    h[lyapunov_v1_observe_h_t_os4zj_2] = t_os4zj + t_os4zj;
     h[lyapunov_v1_observe_h_ax_eq] = ax_eq;
     h[lyapunov_v1_observe_h_W_theta1] = W_theta1;
     h[lyapunov_v1_observe_h_W_theta2] = W_theta2;
-    h[lyapunov_v1_observe_h_t_mj52b] = t_mj52b;
-    h[lyapunov_v1_observe_h_t_iecaz] = t_iecaz;
-    h[lyapunov_v1_observe_h_t_qd2lc] = c[r4] - t_mj52b * (p[I1] * p[I1]) - t_iecaz * (p[I2] * p[I2]);
-    h[lyapunov_v1_observe_h_t_7pydp] = t_mj52b * p[I1];
-    h[lyapunov_v1_observe_h_t_ob75p] = t_iecaz * p[I2];
+    h[lyapunov_v1_observe_h_t_hyv47] = t_hyv47;
+    h[lyapunov_v1_observe_h_t_pi35k] = t_pi35k;
+    h[lyapunov_v1_observe_h_t_wvww5] = c[r4] - t_hyv47 * (p[I1] * p[I1]) - t_pi35k * (p[I2] * p[I2]);
+    h[lyapunov_v1_observe_h_t_if7mv] = t_hyv47 * p[I1];
+    h[lyapunov_v1_observe_h_t_tmzpj] = t_pi35k * p[I2];
     h[lyapunov_v1_observe_h_t_62qfa] = p[F] * p[F];
     h[lyapunov_v1_observe_h_t_y7rm6] = K(1.0) / p[F];
-    h[lyapunov_v1_observe_h_t_lwe76] = p[b] + p[d] + x_C;
+    h[lyapunov_v1_observe_h_t_bknng] = p[b] + p[d] + x_C;
     h[lyapunov_v1_observe_h_t_xkg6l] = K(1.0) / mv_cos(p[delta2_max]);
 }
 
@@ -4793,53 +4793,53 @@ void slosh_lyapunov_v1_observe_prepared(const real *q, const real *p, const real
     enum { e2 = lyapunov_v1_observe_h_e2 };
     enum { B_1 = lyapunov_v1_observe_h_B_1 };
     enum { Bl_1 = lyapunov_v1_observe_h_Bl_1 };
-    enum { t_b7ure = lyapunov_v1_observe_h_t_b7ure };
+    enum { t_xdulz = lyapunov_v1_observe_h_t_xdulz };
     enum { B_2 = lyapunov_v1_observe_h_B_2 };
     enum { Bl_2 = lyapunov_v1_observe_h_Bl_2 };
-    enum { t_lpk5h = lyapunov_v1_observe_h_t_lpk5h };
-    enum { t_m5gm4 = lyapunov_v1_observe_h_t_m5gm4 };
-    enum { t_uumic = lyapunov_v1_observe_h_t_uumic };
-    enum { t_doa45 = lyapunov_v1_observe_h_t_doa45 };
+    enum { t_uohf6 = lyapunov_v1_observe_h_t_uohf6 };
+    enum { t_47igz = lyapunov_v1_observe_h_t_47igz };
+    enum { t_fcuad = lyapunov_v1_observe_h_t_fcuad };
+    enum { t_z4fbq = lyapunov_v1_observe_h_t_z4fbq };
     enum { t_sfymc = lyapunov_v1_observe_h_t_sfymc };
-    enum { t_5r66u = lyapunov_v1_observe_h_t_5r66u };
-    enum { t_7bo2j = lyapunov_v1_observe_h_t_7bo2j };
-    enum { t_oc5tk = lyapunov_v1_observe_h_t_oc5tk };
+    enum { t_g7pzr = lyapunov_v1_observe_h_t_g7pzr };
+    enum { t_urwo6 = lyapunov_v1_observe_h_t_urwo6 };
+    enum { t_os4zj_2 = lyapunov_v1_observe_h_t_os4zj_2 };
     enum { ax_eq = lyapunov_v1_observe_h_ax_eq };
     enum { W_theta1 = lyapunov_v1_observe_h_W_theta1 };
     enum { W_theta2 = lyapunov_v1_observe_h_W_theta2 };
-    enum { t_mj52b = lyapunov_v1_observe_h_t_mj52b };
-    enum { t_iecaz = lyapunov_v1_observe_h_t_iecaz };
-    enum { t_qd2lc = lyapunov_v1_observe_h_t_qd2lc };
-    enum { t_7pydp = lyapunov_v1_observe_h_t_7pydp };
-    enum { t_ob75p = lyapunov_v1_observe_h_t_ob75p };
+    enum { t_hyv47 = lyapunov_v1_observe_h_t_hyv47 };
+    enum { t_pi35k = lyapunov_v1_observe_h_t_pi35k };
+    enum { t_wvww5 = lyapunov_v1_observe_h_t_wvww5 };
+    enum { t_if7mv = lyapunov_v1_observe_h_t_if7mv };
+    enum { t_tmzpj = lyapunov_v1_observe_h_t_tmzpj };
     enum { t_62qfa = lyapunov_v1_observe_h_t_62qfa };
     enum { t_y7rm6 = lyapunov_v1_observe_h_t_y7rm6 };
-    enum { t_lwe76 = lyapunov_v1_observe_h_t_lwe76 };
+    enum { t_bknng = lyapunov_v1_observe_h_t_bknng };
     enum { t_xkg6l = lyapunov_v1_observe_h_t_xkg6l };
     const real W12 = q[wx] * q[wy];
     const real W13 = q[wx] * q[wz];
     real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
     real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
     const real Wn1 = cos_theta1 * q[wy] - sin_theta1 * q[wz];
-    const real t_rding = cos_theta1 * q[wz];
-    const real t_a3uw4 = sin_theta1 * q[wy];
-    const real Wt1 = t_rding + t_a3uw4;
+    const real t_rzamr = cos_theta1 * q[wz];
+    const real t_uu2cl = sin_theta1 * q[wy];
+    const real Wt1 = t_rzamr + t_uu2cl;
     const real w_x1 = q[wx] - q[theta1_dot];
     const real p1 = Wn1 + q[phi1_dot];
     const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
-    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
     real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
     real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
     const real Wn2 = cos_theta2 * q[wy] - sin_theta2 * q[wz];
-    const real t_geoui = cos_theta2 * q[wz];
-    const real t_vhhwy = sin_theta2 * q[wy];
-    const real Wt2 = t_geoui + t_vhhwy;
+    const real t_adduy = cos_theta2 * q[wz];
+    const real t_t2zmi = sin_theta2 * q[wy];
+    const real Wt2 = t_adduy + t_t2zmi;
     const real w_x2 = q[wx] - q[theta2_dot];
     const real p2 = Wn2 + q[phi2_dot];
     const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
-    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
     const real t_rybsf = q[wy] * q[wy] + q[wz] * q[wz];
     const real t_w7vil = t_rybsf * h[e1];
     const real tension1 = cos_phi1 * t_w7vil * h[mv1] - h[t_6nwd2] * sigma_sq1;
@@ -4859,9 +4859,9 @@ void slosh_lyapunov_v1_observe_prepared(const real *q, const real *p, const real
     const real S_sq1 = sin_theta1 * sin_theta1;
     const real SC1 = cos_theta1 * sin_theta1;
     const real tn11_1 = Ass_1 + h[me1] - wth_1;
-    const real t_3bowt = h[Bl_1] + K(-2.0) * eBc_1 + h[e1] * eAss_1;
-    const real t_3fv6l = g_1 * wg_1;
-    const real tn44_1 = h[t_b7ure] + t_3bowt - t_3fv6l;
+    const real t_o36xw = h[Bl_1] + K(-2.0) * eBc_1 + h[e1] * eAss_1;
+    const real t_w6q4c = g_1 * wg_1;
+    const real tn44_1 = h[t_xdulz] + t_o36xw - t_w6q4c;
     const real wq_1 = q_1 * wth_1;
     const real wqg_1 = q_1 * wg_1;
     const real wqq_1 = q_1 * wq_1;
@@ -4871,13 +4871,13 @@ void slosh_lyapunov_v1_observe_prepared(const real *q, const real *p, const real
     const real wgS_1 = sin_theta1 * wqg_1;
     const real loss_phi1 = p[eps1] * q[phi1_dot];
     const real loss_theta1 = p[eps1] * q[theta1_dot];
-    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
     const real zeta1 = W12 * q_1
         + Wn1 * lc_1 * w_x1
         - chi1 * p[l1] * (p1 + q[phi1_dot]);
     const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_7imwe = h[B_1] * eta1 + loss_phi1 * h[k1];
-    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real t_o6fg5 = h[B_1] * eta1 + loss_phi1 * h[k1];
+    const real F_t1 = sin_phi1 * tension1 - t_o6fg5 * cos_phi1;
     const real M_q1 = F_n1 * q_1;
     const real I_phi1 = q[phi1_dot] * p[I1];
     const real I_theta1 = q[theta1_dot] * p[I1];
@@ -4899,9 +4899,9 @@ void slosh_lyapunov_v1_observe_prepared(const real *q, const real *p, const real
     const real S_sq2 = sin_theta2 * sin_theta2;
     const real SC2 = cos_theta2 * sin_theta2;
     const real tn11_2 = Ass_2 + h[me2] - wth_2;
-    const real t_ymmgl = h[Bl_2] + K(-2.0) * eBc_2 + h[e2] * eAss_2;
-    const real t_odwbr = g_2 * wg_2;
-    const real tn44_2 = h[t_lpk5h] + t_ymmgl - t_odwbr;
+    const real t_2znlb = h[Bl_2] + K(-2.0) * eBc_2 + h[e2] * eAss_2;
+    const real t_7fbo3 = g_2 * wg_2;
+    const real tn44_2 = h[t_uohf6] + t_2znlb - t_7fbo3;
     const real wq_2 = q_2 * wth_2;
     const real wqg_2 = q_2 * wg_2;
     const real wqq_2 = q_2 * wq_2;
@@ -4911,399 +4911,399 @@ void slosh_lyapunov_v1_observe_prepared(const real *q, const real *p, const real
     const real wgS_2 = sin_theta2 * wqg_2;
     const real loss_phi2 = p[eps2] * q[phi2_dot];
     const real loss_theta2 = p[eps2] * q[theta2_dot];
-    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
     const real zeta2 = W12 * q_2
         + Wn2 * lc_2 * w_x2
         - chi2 * p[l2] * (p2 + q[phi2_dot]);
     const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
-    const real t_4b2fa = h[B_2] * eta2 + loss_phi2 * h[k2];
-    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real t_l7fgg = h[B_2] * eta2 + loss_phi2 * h[k2];
+    const real F_t2 = sin_phi2 * tension2 - t_l7fgg * cos_phi2;
     const real M_q2 = F_n2 * q_2;
     const real I_phi2 = q[phi2_dot] * p[I2];
     const real I_theta2 = q[theta2_dot] * p[I2];
-    const real K11 = h[t_m5gm4] - Ass_1 - Ass_2;
-    const real t_fbeaw = S_sq1 * tn11_1;
-    const real t_dj555 = S_sq2 * tn11_2;
-    const real K22 = t_fbeaw + t_dj555 + h[M_C] + wth_1 + wth_2 - h[me1] - h[me2];
+    const real K11 = h[t_47igz] - Ass_1 - Ass_2;
+    const real t_eytv7 = S_sq1 * tn11_1;
+    const real t_xyodq = S_sq2 * tn11_2;
+    const real K22 = t_eytv7 + t_xyodq + h[M_C] + wth_1 + wth_2 - h[me1] - h[me2];
     const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + h[M_C] - t_fbeaw - t_dj555;
+    const real K33 = Ass_1 + Ass_2 + h[M_C] - t_eytv7 - t_xyodq;
     const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
-    const real t_nhr5u = wqq_1 + wqq_2;
-    const real K44 = t_nhr5u + h[Bl_1] + h[Bl_2] + h[J_C1];
-    const real t_kwrkt = wg_1 - h[t_uumic];
-    const real t_t44oq = wg_2 - h[t_doa45];
-    const real t_32gyg = Bc_1 - eAss_1;
-    const real t_n3v7x = t_32gyg + t_kwrkt;
-    const real t_gbkg6 = Bc_2 - eAss_2;
-    const real t_hsuzx = t_gbkg6 + t_t44oq;
-    const real t_fcf5x = S_sq1 * t_n3v7x + S_sq2 * t_hsuzx;
-    const real K52 = t_kwrkt + t_t44oq - t_fcf5x - wqC_1 - wqC_2;
-    const real t_bac7g = SC1 * t_n3v7x + SC2 * t_hsuzx;
-    const real K53 = wqS_1 - t_bac7g + wqS_2;
-    const real t_nncdg = h[Bl_1] - eBc_1;
-    const real t_4q22j = h[Bl_2] - eBc_2;
-    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
-    const real t_hoosk = S_sq1 * tn44_1;
-    const real t_drvdp = S_sq2 * tn44_2;
-    const real K55 = t_3fv6l
-        + t_odwbr
-        + t_nhr5u
-        + t_hoosk
-        + t_drvdp
+    const real t_hig3c = wqq_1 + wqq_2;
+    const real K44 = t_hig3c + h[Bl_1] + h[Bl_2] + h[J_C1];
+    const real t_uzoih = wg_1 - h[t_fcuad];
+    const real t_fv4vq = wg_2 - h[t_z4fbq];
+    const real t_qeyrr = Bc_1 - eAss_1;
+    const real t_wg7ej = t_qeyrr + t_uzoih;
+    const real t_vn7oc = Bc_2 - eAss_2;
+    const real t_lqbgn = t_vn7oc + t_fv4vq;
+    const real t_kd2xx = S_sq1 * t_wg7ej + S_sq2 * t_lqbgn;
+    const real K52 = t_uzoih + t_fv4vq - t_kd2xx - wqC_1 - wqC_2;
+    const real t_kd2xx_2 = SC1 * t_wg7ej + SC2 * t_lqbgn;
+    const real K53 = wqS_1 - t_kd2xx_2 + wqS_2;
+    const real t_vykvu = h[Bl_1] - eBc_1;
+    const real t_vwbsx = h[Bl_2] - eBc_2;
+    const real K54 = t_hig3c - wgC_1 - wgC_2 + t_vykvu * sin_theta1 + t_vwbsx * sin_theta2;
+    const real t_o56io = S_sq1 * tn44_1;
+    const real t_5sxb4 = S_sq2 * tn44_2;
+    const real K55 = t_w6q4c
+        + t_7fbo3
+        + t_hig3c
+        + t_o56io
+        + t_5sxb4
         + h[J_C3]
-        - h[t_b7ure]
-        - h[t_lpk5h]
+        - h[t_xdulz]
+        - h[t_uohf6]
         + K(-2.0) * wgC_1
         + K(-2.0) * wgC_2;
-    const real K63 = t_fcf5x - (t_32gyg + t_gbkg6);
-    const real t_zhbuw = wgS_1 + wgS_2;
-    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
-    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
-    const real K66 = t_3bowt + t_ymmgl + h[J_C2] - t_hoosk - t_drvdp;
-    const real t_vt7uo = F_n1 * cos_theta1;
-    const real t_oncjt = F_n2 * cos_theta2;
-    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
-    const real t_azclp = F_n1 * sin_theta1;
-    const real t_iya7w = F_n2 * sin_theta2;
-    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
-    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
-    const real t_kp7yy = M_q1 + M_q2;
-    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
-    const real n4 = t_aejai
-        - t_kp7yy
-        + t_zd4fs
+    const real K63 = t_kd2xx - (t_qeyrr + t_vn7oc);
+    const real t_hig3c_2 = wgS_1 + wgS_2;
+    const real K64 = t_hig3c_2 + t_vykvu * cos_theta1 + t_vwbsx * cos_theta2;
+    const real K65 = t_hig3c_2 + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_o36xw + t_2znlb + h[J_C2] - t_o56io - t_5sxb4;
+    const real t_mallh = F_n1 * cos_theta1;
+    const real t_lbh6o = F_n2 * cos_theta2;
+    const real n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real t_mallh_2 = F_n1 * sin_theta1;
+    const real t_lbh6o_2 = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2;
+    const real t_dg3od = Bs_1 * t_w7vil + t_o6fg5 * p[l1];
+    const real t_hig3c_3 = M_q1 + M_q2;
+    const real t_a26ad = Bs_2 * t_6fvzz + t_l7fgg * p[l2];
+    const real n4 = t_dg3od
+        - t_hig3c_3
+        + t_a26ad
         - loss_phi1
         - loss_phi2
         + I_theta1 * q[wy]
         + I_theta2 * q[wy]
         - h[t_sfymc] * q[wy] * q[wz];
-    const real t_w7nmt = t_aejai + F_t1 * h[e1];
-    const real t_e5cx2 = t_zd4fs + F_t2 * h[e2];
-    const real n5 = t_w7nmt * sin_theta1
-        - (t_kp7yy + loss_theta1 + loss_theta2)
-        + t_e5cx2 * sin_theta2
-        - W12 * h[t_5r66u]
+    const real t_3hais = t_dg3od + F_t1 * h[e1];
+    const real t_wksgt = t_a26ad + F_t2 * h[e2];
+    const real n5 = t_3hais * sin_theta1
+        - (t_hig3c_3 + loss_theta1 + loss_theta2)
+        + t_wksgt * sin_theta2
+        - W12 * h[t_g7pzr]
         - I_phi1 * q[wy]
         - I_phi2 * q[wy]
-        + t_vt7uo * g_1
-        + t_oncjt * g_2;
-    const real n6 = t_w7nmt * cos_theta1
-        + t_e5cx2 * cos_theta2
+        + t_mallh * g_1
+        + t_lbh6o * g_2;
+    const real n6 = t_3hais * cos_theta1
+        + t_wksgt * cos_theta2
         + I_theta1 * q[wx]
         + I_theta2 * q[wx]
-        - W13 * h[t_7bo2j]
-        - t_azclp * g_1
-        - t_iya7w * g_2
+        - W13 * h[t_urwo6]
+        - t_mallh_2 * g_1
+        - t_lbh6o_2 * g_2
         - I_phi1 * q[wz]
         - I_phi2 * q[wz];
-    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real t_bpfoo = K(1.0) / K11;
-    const real t_w7lcw = t_b3aij * t_bpfoo;
-    const real K_D2 = K22 - t_b3aij * t_w7lcw;
-    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_3go2w = t_zzymx * t_bpfoo;
-    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
-    const real t_4iujv = K(1.0) / K_D2;
-    const real K_L32 = t_d4mqf * t_4iujv;
-    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
+    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_cl3z7 = K(1.0) / K11;
+    const real t_exl37 = t_f2nhc * t_cl3z7;
+    const real K_D2 = K22 - t_f2nhc * t_exl37;
+    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_exl37_2 = t_f2nhc_2 * t_cl3z7;
+    const real t_iy2us = K32 - t_f2nhc * t_exl37_2;
+    const real t_6dtnj = K(1.0) / K_D2;
+    const real K_L32 = t_iy2us * t_6dtnj;
+    const real K_D3 = K33 - t_iy2us * K_L32 - t_f2nhc_2 * t_exl37_2;
     const real gx_phi1 = sin_phi1 * h[t_6nwd2];  /* (25) */
-    const real t_5zfdh = lc_1 * p[m1];
-    const real gy_phi1 = sin_theta1 * t_5zfdh;  /* (25) */
-    const real gz_phi1 = cos_theta1 * t_5zfdh;  /* (25) */
-    const real t_bnlcb = gy_phi1 * p[h1];
-    const real t_sgto3 = h[t_yx2kz] * sin_theta1;
-    const real cz_phi1 = t_bnlcb - t_sgto3;  /* (25) */
-    const real t_azo52 = gx_phi1 * p[h1];
-    const real t_amwyw = t_a3uw4 + t_rding;
-    const real t_7eszt = t_amwyw * t_amwyw;
-    const real t_a233z = sin_phi1 * cos_phi1;
-    const real t_z7qux = h[t_yx2kz] * t_a233z;
+    const real t_3s3hq = lc_1 * p[m1];
+    const real gy_phi1 = sin_theta1 * t_3s3hq;  /* (25) */
+    const real gz_phi1 = cos_theta1 * t_3s3hq;  /* (25) */
+    const real t_ik6g5 = gy_phi1 * p[h1];
+    const real t_tbwda = h[t_yx2kz] * sin_theta1;
+    const real cz_phi1 = t_ik6g5 - t_tbwda;  /* (25) */
+    const real t_glcdw = gx_phi1 * p[h1];
+    const real t_l4ozg = t_uu2cl + t_rzamr;
+    const real t_wjugd = t_l4ozg * t_l4ozg;
+    const real t_hjphj = sin_phi1 * cos_phi1;
+    const real t_5zi7z = h[t_yx2kz] * t_hjphj;
     const real t_wube7 = q[wx] * q[wx];
-    const real t_3qva5 = sin_phi1 * sin_phi1;
-    const real t_2dafa = h[t_yx2kz] * t_3qva5;
-    const real t_kuyke = t_2dafa * t_amwyw;
+    const real t_hjphj_2 = sin_phi1 * sin_phi1;
+    const real t_5zi7z_2 = h[t_yx2kz] * t_hjphj_2;
+    const real t_rlilm = t_5zi7z_2 * t_l4ozg;
     const real k_phi1 = loss_phi1
-        - t_azo52 * t_7eszt
-        - t_azo52 * (Wn1 * Wn1)
-        - q[theta1_dot] * q[theta1_dot] * t_z7qux
-        - t_z7qux * t_wube7
-        - (q[theta1_dot] + q[theta1_dot]) * t_kuyke
-        - h[t_yx2kz] * t_amwyw * q[wx]
-        + h[t_os4zj] * t_7eszt * sin_phi1 * cos_phi1 * p[m1]
-        + h[t_oc5tk] * t_3qva5 * t_amwyw * q[wx] * p[m1]
-        + cos_phi1 * t_amwyw * p[h1] * q[wx] * p[l1] * p[m1]
-        + h[t_oc5tk] * sin_phi1 * cos_phi1 * q[theta1_dot] * q[wx] * p[m1];  /* (25) */
-    const real D_theta1 = t_2dafa + p[I1];  /* (26) */
+        - t_glcdw * t_wjugd
+        - t_glcdw * (Wn1 * Wn1)
+        - q[theta1_dot] * q[theta1_dot] * t_5zi7z
+        - t_5zi7z * t_wube7
+        - (q[theta1_dot] + q[theta1_dot]) * t_rlilm
+        - h[t_yx2kz] * t_l4ozg * q[wx]
+        + h[t_os4zj] * t_wjugd * sin_phi1 * cos_phi1 * p[m1]
+        + h[t_os4zj_2] * t_hjphj_2 * t_l4ozg * q[wx] * p[m1]
+        + cos_phi1 * t_l4ozg * p[h1] * q[wx] * p[l1] * p[m1]
+        + h[t_os4zj_2] * sin_phi1 * cos_phi1 * q[theta1_dot] * q[wx] * p[m1];  /* (25) */
+    const real D_theta1 = t_5zi7z_2 + p[I1];  /* (26) */
     const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
-    const real t_tpms2 = sin_theta1 * gx_phi1;
-    const real t_nmcsn = t_tpms2 * p[h1];
-    const real cy_theta1 = t_nmcsn - t_a233z * t_sgto3;  /* (26) */
-    const real t_m5cmg = gy_theta1 * p[h1];
-    const real t_toghk = h[t_yx2kz] * cos_theta1;
-    const real t_homfq = t_m5cmg - t_a233z * t_toghk;
-    const real cz_theta1 = t_homfq + p[I1];  /* (26) */
-    const real t_ywy5z = Wn1 * q[wx];
-    const real t_j5odj = q[phi1_dot] + q[phi1_dot];
-    const real Dd_theta1 = t_z7qux * t_j5odj;
-    const real t_b7wcv = Dd_theta1 * q[theta1_dot];
+    const real t_mqczk = sin_theta1 * gx_phi1;
+    const real t_hmyst = t_mqczk * p[h1];
+    const real cy_theta1 = t_hmyst - t_hjphj * t_tbwda;  /* (26) */
+    const real t_n4yir = gy_theta1 * p[h1];
+    const real t_tbwda_2 = h[t_yx2kz] * cos_theta1;
+    const real t_dfhzf = t_n4yir - t_hjphj * t_tbwda_2;
+    const real cz_theta1 = t_dfhzf + p[I1];  /* (26) */
+    const real t_prfqf = Wn1 * q[wx];
+    const real t_hjux3 = q[phi1_dot] + q[phi1_dot];
+    const real Dd_theta1 = t_5zi7z * t_hjux3;
+    const real t_7tj6u = Dd_theta1 * q[theta1_dot];
     const real k_theta1 = loss_theta1
-        + t_azo52 * t_ywy5z
-        + t_kuyke * t_j5odj
-        + t_kuyke * Wn1
-        + t_b7wcv
-        - t_z7qux * t_ywy5z
+        + t_glcdw * t_prfqf
+        + t_rlilm * t_hjux3
+        + t_rlilm * Wn1
+        + t_7tj6u
+        - t_5zi7z * t_prfqf
         - Dd_theta1 * q[wx];  /* (26) */
     const real gx_phi2 = h[t_popww] * sin_phi2;  /* (25) */
-    const real t_p4m3j = lc_2 * p[m2];
-    const real gy_phi2 = t_p4m3j * sin_theta2;  /* (25) */
-    const real gz_phi2 = t_p4m3j * cos_theta2;  /* (25) */
-    const real t_ba7if = gy_phi2 * p[h2];
-    const real t_q45sa = sin_theta2 * h[t_frp3h];
-    const real cz_phi2 = t_ba7if - t_q45sa;  /* (25) */
-    const real t_nqm7d = sin_phi2 * cos_phi2;
-    const real t_6skn7 = t_nqm7d * h[t_frp3h];
-    const real t_svo5z = gx_phi2 * p[h2];
-    const real t_kmx3q = t_vhhwy + t_geoui;
-    const real t_3chhy = t_kmx3q * t_kmx3q;
-    const real t_4j4b3 = sin_phi2 * sin_phi2;
-    const real t_7a6mb = t_4j4b3 * h[t_frp3h];
-    const real t_pnlix = t_kmx3q * t_7a6mb;
+    const real t_7pqnn = lc_2 * p[m2];
+    const real gy_phi2 = t_7pqnn * sin_theta2;  /* (25) */
+    const real gz_phi2 = t_7pqnn * cos_theta2;  /* (25) */
+    const real t_tkdjn = gy_phi2 * p[h2];
+    const real t_wywfd = sin_theta2 * h[t_frp3h];
+    const real cz_phi2 = t_tkdjn - t_wywfd;  /* (25) */
+    const real t_pt6a7 = sin_phi2 * cos_phi2;
+    const real t_vptxp = t_pt6a7 * h[t_frp3h];
+    const real t_2542d = gx_phi2 * p[h2];
+    const real t_doiln = t_t2zmi + t_adduy;
+    const real t_7ovbh = t_doiln * t_doiln;
+    const real t_pt6a7_2 = sin_phi2 * sin_phi2;
+    const real t_vptxp_2 = t_pt6a7_2 * h[t_frp3h];
+    const real t_2kwb7 = t_doiln * t_vptxp_2;
     const real k_phi2 = loss_phi2
-        - t_wube7 * t_6skn7
-        - t_svo5z * t_3chhy
-        - t_svo5z * (Wn2 * Wn2)
-        - q[theta2_dot] * q[theta2_dot] * t_6skn7
-        - (q[theta2_dot] + q[theta2_dot]) * t_pnlix
-        - t_kmx3q * h[t_frp3h] * q[wx]
-        + t_3chhy * sin_phi2 * cos_phi2 * h[t_nfvux] * p[m2]
-        + (t_kmx3q + t_kmx3q) * t_4j4b3 * h[t_nfvux] * q[wx] * p[m2]
-        + t_kmx3q * cos_phi2 * p[h2] * q[wx] * p[l2] * p[m2]
+        - t_wube7 * t_vptxp
+        - t_2542d * t_7ovbh
+        - t_2542d * (Wn2 * Wn2)
+        - q[theta2_dot] * q[theta2_dot] * t_vptxp
+        - (q[theta2_dot] + q[theta2_dot]) * t_2kwb7
+        - t_doiln * h[t_frp3h] * q[wx]
+        + t_7ovbh * sin_phi2 * cos_phi2 * h[t_nfvux] * p[m2]
+        + (t_doiln + t_doiln) * t_pt6a7_2 * h[t_nfvux] * q[wx] * p[m2]
+        + t_doiln * cos_phi2 * p[h2] * q[wx] * p[l2] * p[m2]
         + (sin_phi2 + sin_phi2) * cos_phi2 * h[t_nfvux] * q[theta2_dot] * q[wx] * p[m2];  /* (25) */
-    const real D_theta2 = t_7a6mb + p[I2];  /* (26) */
+    const real D_theta2 = t_vptxp_2 + p[I2];  /* (26) */
     const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
-    const real t_h3pge = gx_phi2 * sin_theta2;
-    const real t_ikdxp = t_h3pge * p[h2];
-    const real cy_theta2 = t_ikdxp - t_q45sa * t_nqm7d;  /* (26) */
-    const real t_gidtm = gy_theta2 * p[h2];
-    const real t_vhw4e = cos_theta2 * h[t_frp3h];
-    const real t_6daux = t_gidtm - t_nqm7d * t_vhw4e;
-    const real cz_theta2 = t_6daux + p[I2];  /* (26) */
-    const real t_nw7er = Wn2 * q[wx];
-    const real t_473qv = q[phi2_dot] + q[phi2_dot];
-    const real Dd_theta2 = t_6skn7 * t_473qv;
-    const real t_putjj = Dd_theta2 * q[theta2_dot];
+    const real t_7s3si = gx_phi2 * sin_theta2;
+    const real t_4urq3 = t_7s3si * p[h2];
+    const real cy_theta2 = t_4urq3 - t_wywfd * t_pt6a7;  /* (26) */
+    const real t_epql5 = gy_theta2 * p[h2];
+    const real t_wywfd_2 = cos_theta2 * h[t_frp3h];
+    const real t_hkdmv = t_epql5 - t_pt6a7 * t_wywfd_2;
+    const real cz_theta2 = t_hkdmv + p[I2];  /* (26) */
+    const real t_prfqf_2 = Wn2 * q[wx];
+    const real t_mw75j = q[phi2_dot] + q[phi2_dot];
+    const real Dd_theta2 = t_vptxp * t_mw75j;
+    const real t_yshzz = Dd_theta2 * q[theta2_dot];
     const real k_theta2 = loss_theta2
-        + Wn2 * t_pnlix
-        + t_svo5z * t_nw7er
-        + t_pnlix * t_473qv
-        + t_putjj
-        - t_6skn7 * t_nw7er
-        - t_6skn7 * (q[wx] + q[wx]) * q[phi2_dot];  /* (26) */
-    const real cdy_phi1 = t_m5cmg * q[phi1_dot] + cz_phi1 * q[theta1_dot];
-    const real t_pthak = gz_phi1 * p[h1];
-    const real t_fue42 = t_pthak - h[t_os4zj] * cos_theta1 * p[m1];
-    const real cdz_phi1 = t_fue42 * q[theta1_dot] - t_nmcsn * q[phi1_dot];
-    const real t_4of2f = cos_phi1 * cos_phi1;
-    const real cdy_theta1 = t_homfq * q[theta1_dot] + q[phi1_dot] * (t_bnlcb + t_3qva5 * t_sgto3 - t_4of2f * t_sgto3);
-    const real cdz_theta1 = q[phi1_dot] * (t_pthak + t_3qva5 * t_toghk - t_toghk * t_4of2f) - cy_theta1 * q[theta1_dot];
-    const real cdy_phi2 = cz_phi2 * q[theta2_dot] + t_gidtm * q[phi2_dot];
-    const real t_3ndrr = gz_phi2 * p[h2];
-    const real t_jfh2q = t_3ndrr - cos_theta2 * h[t_nfvux] * p[m2];
-    const real cdz_phi2 = t_jfh2q * q[theta2_dot] - t_ikdxp * q[phi2_dot];
-    const real t_zozwp = cos_phi2 * cos_phi2;
-    const real cdy_theta2 = t_6daux * q[theta2_dot] + q[phi2_dot] * (t_ba7if + t_q45sa * t_4j4b3 - t_q45sa * t_zozwp);
-    const real cdz_theta2 = q[phi2_dot] * (t_3ndrr + t_4j4b3 * t_vhw4e - t_vhw4e * t_zozwp) - cy_theta2 * q[theta2_dot];
+        + Wn2 * t_2kwb7
+        + t_2542d * t_prfqf_2
+        + t_2kwb7 * t_mw75j
+        + t_yshzz
+        - t_vptxp * t_prfqf_2
+        - t_vptxp * (q[wx] + q[wx]) * q[phi2_dot];  /* (26) */
+    const real cdy_phi1 = t_n4yir * q[phi1_dot] + cz_phi1 * q[theta1_dot];
+    const real t_ik6g5_2 = gz_phi1 * p[h1];
+    const real t_eunpd = t_ik6g5_2 - h[t_os4zj] * cos_theta1 * p[m1];
+    const real cdz_phi1 = t_eunpd * q[theta1_dot] - t_hmyst * q[phi1_dot];
+    const real t_hjphj_3 = cos_phi1 * cos_phi1;
+    const real cdy_theta1 = t_dfhzf * q[theta1_dot] + q[phi1_dot] * (t_ik6g5 + t_hjphj_2 * t_tbwda - t_hjphj_3 * t_tbwda);
+    const real cdz_theta1 = q[phi1_dot] * (t_ik6g5_2 + t_hjphj_2 * t_tbwda_2 - t_tbwda_2 * t_hjphj_3) - cy_theta1 * q[theta1_dot];
+    const real cdy_phi2 = cz_phi2 * q[theta2_dot] + t_epql5 * q[phi2_dot];
+    const real t_tkdjn_2 = gz_phi2 * p[h2];
+    const real t_ikrsv = t_tkdjn_2 - cos_theta2 * h[t_nfvux] * p[m2];
+    const real cdz_phi2 = t_ikrsv * q[theta2_dot] - t_4urq3 * q[phi2_dot];
+    const real t_pt6a7_3 = cos_phi2 * cos_phi2;
+    const real cdy_theta2 = t_hkdmv * q[theta2_dot] + q[phi2_dot] * (t_tkdjn + t_wywfd * t_pt6a7_2 - t_wywfd * t_pt6a7_3);
+    const real cdz_theta2 = q[phi2_dot] * (t_tkdjn_2 + t_pt6a7_2 * t_wywfd_2 - t_wywfd_2 * t_pt6a7_3) - cy_theta2 * q[theta2_dot];
     const real t_wij2f = q[vy] * c[r1];
     const real t_o2gar = h[D1] * q[phi1_dot];
-    const real t_x3aji = h[t_mj52b] * (p[I1] * q[wx] - t_fue42 * q[wy] + cz_phi1 * q[wz] + t_o2gar);
+    const real t_vl3yj = h[t_hyv47] * (p[I1] * q[wx] - t_eunpd * q[wy] + cz_phi1 * q[wz] + t_o2gar);
     const real t_gifwv = h[D2] * q[phi2_dot];
-    const real t_6jtcq = h[t_iecaz] * (p[I2] * q[wx] - t_jfh2q * q[wy] + cz_phi2 * q[wz] + t_gifwv);
-    const real t_j7ex5 = h[W_theta1] / (D_theta1 * D_theta1);
-    const real t_iomfo = D_theta1 * q[theta1_dot];
-    const real t_5lcmq = t_j7ex5 * (cy_theta1 * q[wy] - t_2dafa * q[wx] + cz_theta1 * q[wz] + t_iomfo);
-    const real t_s5xdh = h[W_theta2] / (D_theta2 * D_theta2);
-    const real t_kyc32 = D_theta2 * q[theta2_dot];
-    const real t_43tjw = t_s5xdh * (cy_theta2 * q[wy] - t_7a6mb * q[wx] + cz_theta2 * q[wz] + t_kyc32);
+    const real t_afrcl = h[t_pi35k] * (p[I2] * q[wx] - t_ikrsv * q[wy] + cz_phi2 * q[wz] + t_gifwv);
+    const real t_nkpga = h[W_theta1] / (D_theta1 * D_theta1);
+    const real t_btjgw = D_theta1 * q[theta1_dot];
+    const real t_c2kne = t_nkpga * (cy_theta1 * q[wy] - t_5zi7z_2 * q[wx] + cz_theta1 * q[wz] + t_btjgw);
+    const real t_yy353 = h[W_theta2] / (D_theta2 * D_theta2);
+    const real t_bftmb = D_theta2 * q[theta2_dot];
+    const real t_v7ev3 = t_yy353 * (cy_theta2 * q[wy] - t_vptxp_2 * q[wx] + cz_theta2 * q[wz] + t_bftmb);
     const real B_v1 = t_wij2f
-        - t_x3aji * gy_phi1
-        - t_6jtcq * gy_phi2
-        - t_5lcmq * gy_theta1
-        - t_43tjw * gy_theta2;  /* (29) */
+        - t_vl3yj * gy_phi1
+        - t_afrcl * gy_phi2
+        - t_c2kne * gy_theta1
+        - t_v7ev3 * gy_theta2;  /* (29) */
     const real t_aqbxr = q[vz] * c[r2];
     const real C_v1 = t_aqbxr
-        - t_x3aji * gz_phi1
-        - t_6jtcq * gz_phi2
-        + t_5lcmq * t_tpms2
-        + t_43tjw * t_h3pge;  /* (29) */
-    const real t_5bilv = h[ax_eq] * gx_phi1;
-    const real t_4oupt = h[ax_eq] * gx_phi2;
+        - t_vl3yj * gz_phi1
+        - t_afrcl * gz_phi2
+        + t_c2kne * t_mqczk
+        + t_v7ev3 * t_7s3si;  /* (29) */
+    const real t_4goj4 = h[ax_eq] * gx_phi1;
+    const real t_w4j4g = h[ax_eq] * gx_phi2;
     const real g1_v1 = q[att1] * c[r3]
         - t_aqbxr * q[vy]
-        - h[t_mj52b] * (t_5bilv * p[I1] + p[I1] * k_phi1)
-        - h[t_iecaz] * (t_4oupt * p[I2] + p[I2] * k_phi2)
-        - t_j7ex5 * (t_iomfo * Dd_theta1 - (t_b7wcv * t_2dafa + t_2dafa * k_theta1))
-        - t_s5xdh * (t_kyc32 * Dd_theta2 - (t_putjj * t_7a6mb + t_7a6mb * k_theta2))
+        - h[t_hyv47] * (t_4goj4 * p[I1] + p[I1] * k_phi1)
+        - h[t_pi35k] * (t_w4j4g * p[I2] + p[I2] * k_phi2)
+        - t_nkpga * (t_btjgw * Dd_theta1 - (t_7tj6u * t_5zi7z_2 + t_5zi7z_2 * k_theta1))
+        - t_yy353 * (t_bftmb * Dd_theta2 - (t_yshzz * t_vptxp_2 + t_vptxp_2 * k_theta2))
         + q[vy] * q[vz] * c[r1];  /* (29) */
     const real g2_v1 = q[att2] * c[r5]
-        + h[t_mj52b] * (t_5bilv * t_fue42 + t_fue42 * k_phi1 + t_o2gar * cdy_phi1)
-        + h[t_iecaz] * (t_4oupt * t_jfh2q + t_jfh2q * k_phi2 + t_gifwv * cdy_phi2)
-        - t_j7ex5 * (t_b7wcv * cy_theta1 + cy_theta1 * k_theta1 - t_iomfo * cdy_theta1)
-        - t_s5xdh * (t_putjj * cy_theta2 + cy_theta2 * k_theta2 - t_kyc32 * cdy_theta2)
+        + h[t_hyv47] * (t_4goj4 * t_eunpd + t_eunpd * k_phi1 + t_o2gar * cdy_phi1)
+        + h[t_pi35k] * (t_w4j4g * t_ikrsv + t_ikrsv * k_phi2 + t_gifwv * cdy_phi2)
+        - t_nkpga * (t_7tj6u * cy_theta1 + cy_theta1 * k_theta1 - t_btjgw * cdy_theta1)
+        - t_yy353 * (t_yshzz * cy_theta2 + cy_theta2 * k_theta2 - t_bftmb * cdy_theta2)
         + q[vx] * q[vz] * c[r2];  /* (29) */
     const real g3_v1 = q[att3] * c[r7]
         - t_wij2f * q[vx]
-        - h[t_mj52b] * (t_5bilv * cz_phi1 + cz_phi1 * k_phi1 - t_o2gar * cdz_phi1)
-        - h[t_iecaz] * (t_4oupt * cz_phi2 + cz_phi2 * k_phi2 - t_gifwv * cdz_phi2)
-        - t_j7ex5 * (t_b7wcv * cz_theta1 + cz_theta1 * k_theta1 - t_iomfo * cdz_theta1)
-        - t_s5xdh * (t_putjj * cz_theta2 + cz_theta2 * k_theta2 - t_kyc32 * cdz_theta2);  /* (29) */
-    const real f11_v1 = h[t_qd2lc] - t_j7ex5 * (t_2dafa * t_2dafa) - t_s5xdh * (t_7a6mb * t_7a6mb);  /* (29) */
-    const real t_eph62 = t_j7ex5 * t_2dafa;
-    const real t_3e3g4 = t_s5xdh * t_7a6mb;
-    const real f21_v1 = h[t_7pydp] * t_fue42 + h[t_ob75p] * t_jfh2q + t_eph62 * cy_theta1 + t_3e3g4 * cy_theta2;  /* (29) */
+        - h[t_hyv47] * (t_4goj4 * cz_phi1 + cz_phi1 * k_phi1 - t_o2gar * cdz_phi1)
+        - h[t_pi35k] * (t_w4j4g * cz_phi2 + cz_phi2 * k_phi2 - t_gifwv * cdz_phi2)
+        - t_nkpga * (t_7tj6u * cz_theta1 + cz_theta1 * k_theta1 - t_btjgw * cdz_theta1)
+        - t_yy353 * (t_yshzz * cz_theta2 + cz_theta2 * k_theta2 - t_bftmb * cdz_theta2);  /* (29) */
+    const real f11_v1 = h[t_wvww5] - t_nkpga * (t_5zi7z_2 * t_5zi7z_2) - t_yy353 * (t_vptxp_2 * t_vptxp_2);  /* (29) */
+    const real t_gsmye = t_nkpga * t_5zi7z_2;
+    const real t_l53od = t_yy353 * t_vptxp_2;
+    const real f21_v1 = h[t_if7mv] * t_eunpd + h[t_tmzpj] * t_ikrsv + t_gsmye * cy_theta1 + t_l53od * cy_theta2;  /* (29) */
     const real f22_v1 = c[r6]
-        - h[t_mj52b] * (t_fue42 * t_fue42)
-        - h[t_iecaz] * (t_jfh2q * t_jfh2q)
-        - t_j7ex5 * (cy_theta1 * cy_theta1)
-        - t_s5xdh * (cy_theta2 * cy_theta2);  /* (29) */
-    const real f31_v1 = t_eph62 * cz_theta1 - (h[t_7pydp] * cz_phi1 + h[t_ob75p] * cz_phi2) + t_3e3g4 * cz_theta2;  /* (29) */
-    const real f32_v1 = h[t_mj52b] * t_fue42 * cz_phi1
-        + h[t_iecaz] * t_jfh2q * cz_phi2
-        - t_j7ex5 * cy_theta1 * cz_theta1
-        - t_s5xdh * cy_theta2 * cz_theta2;  /* (29) */
+        - h[t_hyv47] * (t_eunpd * t_eunpd)
+        - h[t_pi35k] * (t_ikrsv * t_ikrsv)
+        - t_nkpga * (cy_theta1 * cy_theta1)
+        - t_yy353 * (cy_theta2 * cy_theta2);  /* (29) */
+    const real f31_v1 = t_gsmye * cz_theta1 - (h[t_if7mv] * cz_phi1 + h[t_tmzpj] * cz_phi2) + t_l53od * cz_theta2;  /* (29) */
+    const real f32_v1 = h[t_hyv47] * t_eunpd * cz_phi1
+        + h[t_pi35k] * t_ikrsv * cz_phi2
+        - t_nkpga * cy_theta1 * cz_theta1
+        - t_yy353 * cy_theta2 * cz_theta2;  /* (29) */
     const real f33_v1 = c[r8]
-        - h[t_mj52b] * (cz_phi1 * cz_phi1)
-        - h[t_iecaz] * (cz_phi2 * cz_phi2)
-        - t_j7ex5 * (cz_theta1 * cz_theta1)
-        - t_s5xdh * (cz_theta2 * cz_theta2);  /* (29) */
-    const real t_4v7es = K(1.0) / f11_v1;
-    const real f_v1_L21 = f21_v1 * t_4v7es;
-    const real f_v1_L31 = f31_v1 * t_4v7es;
+        - h[t_hyv47] * (cz_phi1 * cz_phi1)
+        - h[t_pi35k] * (cz_phi2 * cz_phi2)
+        - t_nkpga * (cz_theta1 * cz_theta1)
+        - t_yy353 * (cz_theta2 * cz_theta2);  /* (29) */
+    const real t_f6jle = K(1.0) / f11_v1;
+    const real f_v1_L21 = f21_v1 * t_f6jle;
+    const real f_v1_L31 = f31_v1 * t_f6jle;
     const real f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21;
-    const real t_g2uww = f32_v1 - f21_v1 * f_v1_L31;
-    const real t_omhw7 = K(1.0) / f_v1_D2;
-    const real f_v1_L32 = t_g2uww * t_omhw7;
-    const real f_v1_D3 = f33_v1 - t_g2uww * f_v1_L32 - f31_v1 * f_v1_L31;
-    const real t_u5ggi = q[wx] * c[w3] + g1_v1;
-    const real u_v1_y2 = f_v1_L21 * t_u5ggi - (q[wy] * c[w4] + g2_v1);
-    const real u_v1_y3 = f_v1_L31 * t_u5ggi - (q[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
+    const real t_suqla = f32_v1 - f21_v1 * f_v1_L31;
+    const real t_6dtnj_2 = K(1.0) / f_v1_D2;
+    const real f_v1_L32 = t_suqla * t_6dtnj_2;
+    const real f_v1_D3 = f33_v1 - t_suqla * f_v1_L32 - f31_v1 * f_v1_L31;
+    const real t_a4jxz = q[wx] * c[w3] + g1_v1;
+    const real u_v1_y2 = f_v1_L21 * t_a4jxz - (q[wy] * c[w4] + g2_v1);
+    const real u_v1_y3 = f_v1_L31 * t_a4jxz - (q[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
     const real u_v1_x3 = u_v1_y3 / f_v1_D3;
-    const real u_v1_x2 = u_v1_y2 * t_omhw7 - f_v1_L32 * u_v1_x3;
+    const real u_v1_x2 = u_v1_y2 * t_6dtnj_2 - f_v1_L32 * u_v1_x3;
     const real G2_v1 = W12 + u_v1_x3;
     const real G3_v1 = W13 - u_v1_x2;
     const real a2_v1 = G2_v1 * h[x_C] - B_v1 * c[w1];
     const real a3_v1 = G3_v1 * h[x_C] - C_v1 * c[w2];
-    const real t_2m245 = Bs_1 + Bs_2;
-    const real t_dyqoa = t_u5ggi * t_4v7es + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
-    const real t_ev7u5 = Bs_1 + Asc_1 * h[e1];
-    const real t_bvybx = Bs_2 + Asc_2 * h[e2];
-    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
-    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
-    const real t_vzrlr = t_7imwe * sin_phi1
-        + t_4b2fa * sin_phi2
+    const real t_dvxnj = Bs_1 + Bs_2;
+    const real t_ncnom = t_a4jxz * t_f6jle + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
+    const real t_g3yj5 = Bs_1 + Asc_1 * h[e1];
+    const real t_pr2pp = Bs_2 + Asc_2 * h[e2];
+    const real t_bap4n = t_g3yj5 * sin_theta1 + t_pr2pp * sin_theta2;
+    const real t_bap4n_2 = t_g3yj5 * cos_theta1 + t_pr2pp * cos_theta2;
+    const real t_snurv = t_o6fg5 * sin_phi1
+        + t_l7fgg * sin_phi2
         + cos_phi1 * tension1
         + cos_phi2 * tension2
-        + G2_v1 * t_6mmeb
-        + G3_v1 * t_bl4f2
-        + t_b3aij * a2_v1
-        + t_zzymx * a3_v1;
-    const real q1_v1 = t_2m245 * t_dyqoa - t_vzrlr;
-    const real t_yz7e5 = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
+        + G2_v1 * t_bap4n
+        + G3_v1 * t_bap4n_2
+        + t_f2nhc * a2_v1
+        + t_f2nhc_2 * a3_v1;
+    const real q1_v1 = t_dvxnj * t_ncnom - t_snurv;
+    const real t_3tpbw = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
     const real q2_v1 = n2
         + G2_v1 * K52
-        - G3_v1 * t_bac7g
+        - G3_v1 * t_kd2xx_2
         + K22 * a2_v1
         + K32 * a3_v1
-        + t_yz7e5 * t_dyqoa;
+        + t_3tpbw * t_ncnom;
     const real q3_v1 = n3
         + G2_v1 * K53
         + G3_v1 * K63
         + K32 * a2_v1
         + K33 * a3_v1
-        - K43 * t_dyqoa;
-    const real PP_v1 = K11 * K11 + t_b3aij * t_b3aij + t_zzymx * t_zzymx;
-    const real Pq_v1 = K11 * q1_v1 - t_b3aij * q2_v1 - t_zzymx * q3_v1;
-    const real t_7w2kh = Pq_v1 * Pq_v1
+        - K43 * t_ncnom;
+    const real PP_v1 = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2;
+    const real Pq_v1 = K11 * q1_v1 - t_f2nhc * q2_v1 - t_f2nhc_2 * q3_v1;
+    const real t_zzkan = Pq_v1 * Pq_v1
         - PP_v1 * (q1_v1 * q1_v1 - h[t_62qfa] + q2_v1 * q2_v1 + q3_v1 * q3_v1);
-    const real root_v1 = mv_sqrt(mv_max(SPLAT(K(0.0)), t_7w2kh));
+    const real root_v1 = mv_sqrt(mv_max(SPLAT(K(0.0)), t_zzkan));
     const real ax_v1 = (root_v1 - Pq_v1) / PP_v1;
     const real f1_v1 = q1_v1 + K11 * ax_v1;
-    const real f2_v1 = q2_v1 - t_b3aij * ax_v1;
-    const real f3_v1 = q3_v1 - t_zzymx * ax_v1;
+    const real f2_v1 = q2_v1 - t_f2nhc * ax_v1;
+    const real f3_v1 = q3_v1 - t_f2nhc_2 * ax_v1;
     const real sin_d2_v1 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v1 * h[t_y7rm6]));
     const real cos_d2_v1 = mv_sqrt(K(1.0) - sin_d2_v1 * sin_d2_v1);
     const real delta1_v1 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v1 * h[t_y7rm6] / mv_max(SPLAT(K(1e-09)), cos_d2_v1)))));
     const real delta2_v1 = mv_asin(sin_d2_v1);
     real sin_delta2_v1, cos_delta2_v1; mv_sincos(delta2_v1, &sin_delta2_v1, &cos_delta2_v1);
-    const real t_szme2 = p[F] * cos_delta2_v1;
+    const real t_qh3cx = p[F] * cos_delta2_v1;
     real sin_delta1_v1, cos_delta1_v1; mv_sincos(delta1_v1, &sin_delta1_v1, &cos_delta1_v1);
-    const real df1_v1 = t_szme2 * cos_delta1_v1 - f1_v1;
-    const real t_uqkgz = p[F] * sin_delta2_v1;
-    const real df2_v1 = t_uqkgz - f2_v1;
-    const real da_v1_y2 = df2_v1 + t_w7lcw * df1_v1;
-    const real t_s3dfp = t_szme2 * sin_delta1_v1;
-    const real da_v1_y3 = t_3go2w * df1_v1 - (t_s3dfp + f3_v1) - K_L32 * da_v1_y2;
-    const real t_zmh3u = K(1.0) / K_D3;
-    const real da_v1_x3 = da_v1_y3 * t_zmh3u;
-    const real da_v1_x2 = da_v1_y2 * t_4iujv - K_L32 * da_v1_x3;
-    const real da_v1_x1 = df1_v1 * t_bpfoo + t_w7lcw * da_v1_x2 + t_3go2w * da_v1_x3;
+    const real df1_v1 = t_qh3cx * cos_delta1_v1 - f1_v1;
+    const real t_jczim = p[F] * sin_delta2_v1;
+    const real df2_v1 = t_jczim - f2_v1;
+    const real da_v1_y2 = df2_v1 + t_exl37 * df1_v1;
+    const real t_gu5fe = t_qh3cx * sin_delta1_v1;
+    const real da_v1_y3 = t_exl37_2 * df1_v1 - (t_gu5fe + f3_v1) - K_L32 * da_v1_y2;
+    const real t_6dtnj_3 = K(1.0) / K_D3;
+    const real da_v1_x3 = da_v1_y3 * t_6dtnj_3;
+    const real da_v1_x2 = da_v1_y2 * t_6dtnj - K_L32 * da_v1_x3;
+    const real da_v1_x1 = df1_v1 * t_cl3z7 + t_exl37 * da_v1_x2 + t_exl37_2 * da_v1_x3;
     const real Mx_v1 = n4
         + G2_v1 * K54
         + G3_v1 * K64
-        - t_2m245 * ax_v1
-        - t_2m245 * da_v1_x1
-        - t_yz7e5 * a2_v1
-        - t_yz7e5 * da_v1_x2
+        - t_dvxnj * ax_v1
+        - t_dvxnj * da_v1_x1
+        - t_3tpbw * a2_v1
+        - t_3tpbw * da_v1_x2
         + K43 * a3_v1
         + K43 * da_v1_x3
-        - K44 * t_dyqoa;
-    const real My_v1 = t_s3dfp * h[t_lwe76]
+        - K44 * t_ncnom;
+    const real My_v1 = t_gu5fe * h[t_bknng]
         - n6
         - G2_v1 * K65
         - G3_v1 * K66
-        + t_bl4f2 * ax_v1
-        + t_bl4f2 * da_v1_x1
-        + t_bac7g * a2_v1
-        + t_bac7g * da_v1_x2
+        + t_bap4n_2 * ax_v1
+        + t_bap4n_2 * da_v1_x1
+        + t_kd2xx_2 * a2_v1
+        + t_kd2xx_2 * da_v1_x2
         - K63 * a3_v1
         - K63 * da_v1_x3
-        + K64 * t_dyqoa;
+        + K64 * t_ncnom;
     const real Mz_v1 = n5
         + G2_v1 * K55
         + G3_v1 * K65
-        - t_6mmeb * ax_v1
-        - t_6mmeb * da_v1_x1
+        - t_bap4n * ax_v1
+        - t_bap4n * da_v1_x1
         + K52 * a2_v1
         + K52 * da_v1_x2
         + K53 * a3_v1
         + K53 * da_v1_x3
-        - K54 * t_dyqoa
-        + t_uqkgz * h[t_lwe76];
+        - K54 * t_ncnom
+        + t_jczim * h[t_bknng];
     const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v1, p[delta2_max]));
-    const mask m_puf2t = LE(mv_fabs(delta2_v1), p[delta2_max]);
-    const real t_y2zgg = cos_delta2_v1 * sin_delta1_v1;
-    const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_puf2t, delta1_v1, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_y2zgg * h[t_xkg6l]))))));
+    const mask m_m575p = LE(mv_fabs(delta2_v1), p[delta2_max]);
+    const real t_vbwgu = cos_delta2_v1 * sin_delta1_v1;
+    const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_m575p, delta1_v1, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_vbwgu * h[t_xkg6l]))))));
     real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
-    const real t_y4w6o = p[F] * cos_delta2_act;
+    const real t_gbb3a = p[F] * cos_delta2_act;
     real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
-    const real df1_act = t_y4w6o * cos_delta1_act - cos_delta2_v1 * p[F] * cos_delta1_v1;
-    const real df2_act = p[F] * sin_delta2_act - t_uqkgz;
-    const real df3_act = t_y2zgg * p[F] - t_y4w6o * sin_delta1_act;
-    const real da_act_y2 = df2_act + t_w7lcw * df1_act;
-    const real da_act_y3 = df3_act + t_3go2w * df1_act - K_L32 * da_act_y2;
-    const real da_act_x3 = da_act_y3 * t_zmh3u;
-    const real da_act_x2 = da_act_y2 * t_4iujv - K_L32 * da_act_x3;
-    const real da_act_x1 = df1_act * t_bpfoo + t_w7lcw * da_act_x2 + t_3go2w * da_act_x3;
-    const real Mx = Mx_v1 - t_2m245 * da_act_x1 - t_yz7e5 * da_act_x2 + K43 * da_act_x3;
+    const real df1_act = t_gbb3a * cos_delta1_act - cos_delta2_v1 * p[F] * cos_delta1_v1;
+    const real df2_act = p[F] * sin_delta2_act - t_jczim;
+    const real df3_act = t_vbwgu * p[F] - t_gbb3a * sin_delta1_act;
+    const real da_act_y2 = df2_act + t_exl37 * df1_act;
+    const real da_act_y3 = df3_act + t_exl37_2 * df1_act - K_L32 * da_act_y2;
+    const real da_act_x3 = da_act_y3 * t_6dtnj_3;
+    const real da_act_x2 = da_act_y2 * t_6dtnj - K_L32 * da_act_x3;
+    const real da_act_x1 = df1_act * t_cl3z7 + t_exl37 * da_act_x2 + t_exl37_2 * da_act_x3;
+    const real Mx = Mx_v1 - t_dvxnj * da_act_x1 - t_3tpbw * da_act_x2 + K43 * da_act_x3;
     const real My = My_v1
-        - df3_act * h[t_lwe76]
-        + t_bl4f2 * da_act_x1
-        + t_bac7g * da_act_x2
+        - df3_act * h[t_bknng]
+        + t_bap4n_2 * da_act_x1
+        + t_kd2xx_2 * da_act_x2
         - K63 * da_act_x3;
     const real Mz = Mz_v1
-        - t_6mmeb * da_act_x1
+        - t_bap4n * da_act_x1
         + K52 * da_act_x2
         + K53 * da_act_x3
-        + df2_act * h[t_lwe76];
+        + df2_act * h[t_bknng];
     x[0] = q[vx];
     x[1] = q[vy];
     x[2] = q[vz];
@@ -5338,7 +5338,7 @@ enum {
     lyapunov_v1_loop_euler_h_t_os4zj,
     lyapunov_v1_loop_euler_h_t_yx2kz,
     lyapunov_v1_loop_euler_h_D1,
-    lyapunov_v1_loop_euler_h_t_zrejm,
+    lyapunov_v1_loop_euler_h_t_gbl6n,
     lyapunov_v1_loop_euler_h_k1,
     lyapunov_v1_loop_euler_h_me1,
     lyapunov_v1_loop_euler_h_t_6nwd2,
@@ -5346,7 +5346,7 @@ enum {
     lyapunov_v1_loop_euler_h_t_nfvux,
     lyapunov_v1_loop_euler_h_t_frp3h,
     lyapunov_v1_loop_euler_h_D2,
-    lyapunov_v1_loop_euler_h_t_5wzvs,
+    lyapunov_v1_loop_euler_h_t_jx6g7,
     lyapunov_v1_loop_euler_h_k2,
     lyapunov_v1_loop_euler_h_me2,
     lyapunov_v1_loop_euler_h_t_popww,
@@ -5361,28 +5361,28 @@ enum {
     lyapunov_v1_loop_euler_h_B_1,
     lyapunov_v1_loop_euler_h_B_2,
     lyapunov_v1_loop_euler_h_W_theta1,
-    lyapunov_v1_loop_euler_h_t_mj52b,
-    lyapunov_v1_loop_euler_h_t_7pydp,
-    lyapunov_v1_loop_euler_h_t_iecaz,
-    lyapunov_v1_loop_euler_h_t_ob75p,
+    lyapunov_v1_loop_euler_h_t_hyv47,
+    lyapunov_v1_loop_euler_h_t_if7mv,
+    lyapunov_v1_loop_euler_h_t_pi35k,
+    lyapunov_v1_loop_euler_h_t_tmzpj,
     lyapunov_v1_loop_euler_h_W_theta2,
-    lyapunov_v1_loop_euler_h_t_qd2lc,
+    lyapunov_v1_loop_euler_h_t_wvww5,
     lyapunov_v1_loop_euler_h_ax_eq,
-    lyapunov_v1_loop_euler_h_t_oc5tk,
-    lyapunov_v1_loop_euler_h_t_uumic,
-    lyapunov_v1_loop_euler_h_t_doa45,
-    lyapunov_v1_loop_euler_h_t_m5gm4,
+    lyapunov_v1_loop_euler_h_t_os4zj_2,
+    lyapunov_v1_loop_euler_h_t_fcuad,
+    lyapunov_v1_loop_euler_h_t_z4fbq,
+    lyapunov_v1_loop_euler_h_t_47igz,
     lyapunov_v1_loop_euler_h_t_62qfa,
     lyapunov_v1_loop_euler_h_t_y7rm6,
     lyapunov_v1_loop_euler_h_t_xkg6l,
     lyapunov_v1_loop_euler_h_Bl_1,
-    lyapunov_v1_loop_euler_h_t_b7ure,
+    lyapunov_v1_loop_euler_h_t_xdulz,
     lyapunov_v1_loop_euler_h_Bl_2,
-    lyapunov_v1_loop_euler_h_t_lpk5h,
+    lyapunov_v1_loop_euler_h_t_uohf6,
     lyapunov_v1_loop_euler_h_t_sfymc,
-    lyapunov_v1_loop_euler_h_t_5r66u,
-    lyapunov_v1_loop_euler_h_t_7bo2j,
-    lyapunov_v1_loop_euler_h_t_lwe76,
+    lyapunov_v1_loop_euler_h_t_g7pzr,
+    lyapunov_v1_loop_euler_h_t_urwo6,
+    lyapunov_v1_loop_euler_h_t_bknng,
     lyapunov_v1_loop_euler_h_t_ibe72,
     lyapunov_v1_loop_euler_h_t_r7vy7,
 };
@@ -5415,19 +5415,19 @@ void slosh_lyapunov_v1_loop_euler_prepare(const real *p, const real *c, real *h)
     const real t_os4zj = p[l1] * p[l1];
     const real t_yx2kz = t_os4zj * p[m1];
     const real D1 = t_yx2kz + p[I1];
-    const real t_zrejm = K(1.0) / D1;
-    const real t_3qn53 = p[m1] * t_zrejm;
-    const real k1 = t_3qn53 * p[l1];
-    const real me1 = t_3qn53 * p[I1];
+    const real t_gbl6n = K(1.0) / D1;
+    const real t_wywjk = p[m1] * t_gbl6n;
+    const real k1 = t_wywjk * p[l1];
+    const real me1 = t_wywjk * p[I1];
     const real t_6nwd2 = p[l1] * p[m1];
     const real mv1 = t_6nwd2 * k1;
     const real t_nfvux = p[l2] * p[l2];
     const real t_frp3h = t_nfvux * p[m2];
     const real D2 = t_frp3h + p[I2];
-    const real t_5wzvs = K(1.0) / D2;
-    const real t_54cbb = p[m2] * t_5wzvs;
-    const real k2 = t_54cbb * p[l2];
-    const real me2 = t_54cbb * p[I2];
+    const real t_jx6g7 = K(1.0) / D2;
+    const real t_jzg7x = p[m2] * t_jx6g7;
+    const real k2 = t_jzg7x * p[l2];
+    const real me2 = t_jzg7x * p[I2];
     const real t_popww = p[l2] * p[m2];
     const real mv2 = t_popww * k2;
     const real t_omhyl = p[m] + p[m0];
@@ -5448,9 +5448,9 @@ void slosh_lyapunov_v1_loop_euler_prepare(const real *p, const real *c, real *h)
     const real B_2 = me2 * p[l2];
     const real W_theta1 = c[r10] * p[m1];  /* (27) */
     const real W_phi1 = c[r9] * p[m1];  /* (27) */
-    const real t_mj52b = W_phi1 / (D1 * D1);
+    const real t_hyv47 = W_phi1 / (D1 * D1);
     const real W_phi2 = c[r9] * p[m2];  /* (27) */
-    const real t_iecaz = W_phi2 / (D2 * D2);
+    const real t_pi35k = W_phi2 / (D2 * D2);
     const real W_theta2 = c[r10] * p[m2];  /* (27) */
     const real ax_eq = p[F] / (t_omhyl + p[m1] + p[m2]);  /* (19) */
     const real Bl_1 = B_1 * p[l1];
@@ -5459,7 +5459,7 @@ void slosh_lyapunov_v1_loop_euler_prepare(const real *p, const real *c, real *h)
     h[lyapunov_v1_loop_euler_h_t_os4zj] = t_os4zj;
     h[lyapunov_v1_loop_euler_h_t_yx2kz] = t_yx2kz;
     h[lyapunov_v1_loop_euler_h_D1] = D1;
-    h[lyapunov_v1_loop_euler_h_t_zrejm] = t_zrejm;
+    h[lyapunov_v1_loop_euler_h_t_gbl6n] = t_gbl6n;
     h[lyapunov_v1_loop_euler_h_k1] = k1;
     h[lyapunov_v1_loop_euler_h_me1] = me1;
     h[lyapunov_v1_loop_euler_h_t_6nwd2] = t_6nwd2;
@@ -5467,7 +5467,7 @@ void slosh_lyapunov_v1_loop_euler_prepare(const real *p, const real *c, real *h)
     h[lyapunov_v1_loop_euler_h_t_nfvux] = t_nfvux;
     h[lyapunov_v1_loop_euler_h_t_frp3h] = t_frp3h;
     h[lyapunov_v1_loop_euler_h_D2] = D2;
-    h[lyapunov_v1_loop_euler_h_t_5wzvs] = t_5wzvs;
+    h[lyapunov_v1_loop_euler_h_t_jx6g7] = t_jx6g7;
     h[lyapunov_v1_loop_euler_h_k2] = k2;
     h[lyapunov_v1_loop_euler_h_me2] = me2;
     h[lyapunov_v1_loop_euler_h_t_popww] = t_popww;
@@ -5482,28 +5482,28 @@ void slosh_lyapunov_v1_loop_euler_prepare(const real *p, const real *c, real *h)
     h[lyapunov_v1_loop_euler_h_B_1] = B_1;
     h[lyapunov_v1_loop_euler_h_B_2] = B_2;
     h[lyapunov_v1_loop_euler_h_W_theta1] = W_theta1;
-    h[lyapunov_v1_loop_euler_h_t_mj52b] = t_mj52b;
-    h[lyapunov_v1_loop_euler_h_t_7pydp] = t_mj52b * p[I1];
-    h[lyapunov_v1_loop_euler_h_t_iecaz] = t_iecaz;
-    h[lyapunov_v1_loop_euler_h_t_ob75p] = t_iecaz * p[I2];
+    h[lyapunov_v1_loop_euler_h_t_hyv47] = t_hyv47;
+    h[lyapunov_v1_loop_euler_h_t_if7mv] = t_hyv47 * p[I1];
+    h[lyapunov_v1_loop_euler_h_t_pi35k] = t_pi35k;
+    h[lyapunov_v1_loop_euler_h_t_tmzpj] = t_pi35k * p[I2];
     h[lyapunov_v1_loop_euler_h_W_theta2] = W_theta2;
-    h[lyapunov_v1_loop_euler_h_t_qd2lc] = c[r4] - t_mj52b * (p[I1] * p[I1]) - t_iecaz * (p[I2] * p[I2]);
+    h[lyapunov_v1_loop_euler_h_t_wvww5] = c[r4] - t_hyv47 * (p[I1] * p[I1]) - t_pi35k * (p[I2] * p[I2]);
     h[lyapunov_v1_loop_euler_h_ax_eq] = ax_eq;
-    h[lyapunov_v1_loop_euler_h_t_oc5tk] = t_os4zj + t_os4zj;
-    h[lyapunov_v1_loop_euler_h_t_uumic] = e1 * me1;
-    h[lyapunov_v1_loop_euler_h_t_doa45] = e2 * me2;
-    h[lyapunov_v1_loop_euler_h_t_m5gm4] = M_C + mv1 + mv2;
+    h[lyapunov_v1_loop_euler_h_t_os4zj_2] = t_os4zj + t_os4zj;
+    h[lyapunov_v1_loop_euler_h_t_fcuad] = e1 * me1;
+    h[lyapunov_v1_loop_euler_h_t_z4fbq] = e2 * me2;
+    h[lyapunov_v1_loop_euler_h_t_47igz] = M_C + mv1 + mv2;
     h[lyapunov_v1_loop_euler_h_t_62qfa] = p[F] * p[F];
     h[lyapunov_v1_loop_euler_h_t_y7rm6] = K(1.0) / p[F];
     h[lyapunov_v1_loop_euler_h_t_xkg6l] = K(1.0) / mv_cos(p[delta2_max]);
     h[lyapunov_v1_loop_euler_h_Bl_1] = Bl_1;
-    h[lyapunov_v1_loop_euler_h_t_b7ure] = me1 * (e1 * e1);
+    h[lyapunov_v1_loop_euler_h_t_xdulz] = me1 * (e1 * e1);
     h[lyapunov_v1_loop_euler_h_Bl_2] = Bl_2;
-    h[lyapunov_v1_loop_euler_h_t_lpk5h] = me2 * (e2 * e2);
+    h[lyapunov_v1_loop_euler_h_t_uohf6] = me2 * (e2 * e2);
     h[lyapunov_v1_loop_euler_h_t_sfymc] = t_sfymc;
-    h[lyapunov_v1_loop_euler_h_t_5r66u] = J_C1 + (p[J_z] - p[J_y]);
-    h[lyapunov_v1_loop_euler_h_t_7bo2j] = J_C1 + t_is5lg + t_sfymc;
-    h[lyapunov_v1_loop_euler_h_t_lwe76] = p[b] + p[d] + x_C;
+    h[lyapunov_v1_loop_euler_h_t_g7pzr] = J_C1 + (p[J_z] - p[J_y]);
+    h[lyapunov_v1_loop_euler_h_t_urwo6] = J_C1 + t_is5lg + t_sfymc;
+    h[lyapunov_v1_loop_euler_h_t_bknng] = p[b] + p[d] + x_C;
     h[lyapunov_v1_loop_euler_h_t_ibe72] = K(1.0) / p[m1];
     h[lyapunov_v1_loop_euler_h_t_r7vy7] = K(1.0) / p[m2];
 }
@@ -5556,7 +5556,7 @@ void slosh_lyapunov_v1_loop_euler_prepared(const real *q, const real *p, const r
     enum { t_os4zj = lyapunov_v1_loop_euler_h_t_os4zj };
     enum { t_yx2kz = lyapunov_v1_loop_euler_h_t_yx2kz };
     enum { D1 = lyapunov_v1_loop_euler_h_D1 };
-    enum { t_zrejm = lyapunov_v1_loop_euler_h_t_zrejm };
+    enum { t_gbl6n = lyapunov_v1_loop_euler_h_t_gbl6n };
     enum { k1 = lyapunov_v1_loop_euler_h_k1 };
     enum { me1 = lyapunov_v1_loop_euler_h_me1 };
     enum { t_6nwd2 = lyapunov_v1_loop_euler_h_t_6nwd2 };
@@ -5564,7 +5564,7 @@ void slosh_lyapunov_v1_loop_euler_prepared(const real *q, const real *p, const r
     enum { t_nfvux = lyapunov_v1_loop_euler_h_t_nfvux };
     enum { t_frp3h = lyapunov_v1_loop_euler_h_t_frp3h };
     enum { D2 = lyapunov_v1_loop_euler_h_D2 };
-    enum { t_5wzvs = lyapunov_v1_loop_euler_h_t_5wzvs };
+    enum { t_jx6g7 = lyapunov_v1_loop_euler_h_t_jx6g7 };
     enum { k2 = lyapunov_v1_loop_euler_h_k2 };
     enum { me2 = lyapunov_v1_loop_euler_h_me2 };
     enum { t_popww = lyapunov_v1_loop_euler_h_t_popww };
@@ -5579,28 +5579,28 @@ void slosh_lyapunov_v1_loop_euler_prepared(const real *q, const real *p, const r
     enum { B_1 = lyapunov_v1_loop_euler_h_B_1 };
     enum { B_2 = lyapunov_v1_loop_euler_h_B_2 };
     enum { W_theta1 = lyapunov_v1_loop_euler_h_W_theta1 };
-    enum { t_mj52b = lyapunov_v1_loop_euler_h_t_mj52b };
-    enum { t_7pydp = lyapunov_v1_loop_euler_h_t_7pydp };
-    enum { t_iecaz = lyapunov_v1_loop_euler_h_t_iecaz };
-    enum { t_ob75p = lyapunov_v1_loop_euler_h_t_ob75p };
+    enum { t_hyv47 = lyapunov_v1_loop_euler_h_t_hyv47 };
+    enum { t_if7mv = lyapunov_v1_loop_euler_h_t_if7mv };
+    enum { t_pi35k = lyapunov_v1_loop_euler_h_t_pi35k };
+    enum { t_tmzpj = lyapunov_v1_loop_euler_h_t_tmzpj };
     enum { W_theta2 = lyapunov_v1_loop_euler_h_W_theta2 };
-    enum { t_qd2lc = lyapunov_v1_loop_euler_h_t_qd2lc };
+    enum { t_wvww5 = lyapunov_v1_loop_euler_h_t_wvww5 };
     enum { ax_eq = lyapunov_v1_loop_euler_h_ax_eq };
-    enum { t_oc5tk = lyapunov_v1_loop_euler_h_t_oc5tk };
-    enum { t_uumic = lyapunov_v1_loop_euler_h_t_uumic };
-    enum { t_doa45 = lyapunov_v1_loop_euler_h_t_doa45 };
-    enum { t_m5gm4 = lyapunov_v1_loop_euler_h_t_m5gm4 };
+    enum { t_os4zj_2 = lyapunov_v1_loop_euler_h_t_os4zj_2 };
+    enum { t_fcuad = lyapunov_v1_loop_euler_h_t_fcuad };
+    enum { t_z4fbq = lyapunov_v1_loop_euler_h_t_z4fbq };
+    enum { t_47igz = lyapunov_v1_loop_euler_h_t_47igz };
     enum { t_62qfa = lyapunov_v1_loop_euler_h_t_62qfa };
     enum { t_y7rm6 = lyapunov_v1_loop_euler_h_t_y7rm6 };
     enum { t_xkg6l = lyapunov_v1_loop_euler_h_t_xkg6l };
     enum { Bl_1 = lyapunov_v1_loop_euler_h_Bl_1 };
-    enum { t_b7ure = lyapunov_v1_loop_euler_h_t_b7ure };
+    enum { t_xdulz = lyapunov_v1_loop_euler_h_t_xdulz };
     enum { Bl_2 = lyapunov_v1_loop_euler_h_Bl_2 };
-    enum { t_lpk5h = lyapunov_v1_loop_euler_h_t_lpk5h };
+    enum { t_uohf6 = lyapunov_v1_loop_euler_h_t_uohf6 };
     enum { t_sfymc = lyapunov_v1_loop_euler_h_t_sfymc };
-    enum { t_5r66u = lyapunov_v1_loop_euler_h_t_5r66u };
-    enum { t_7bo2j = lyapunov_v1_loop_euler_h_t_7bo2j };
-    enum { t_lwe76 = lyapunov_v1_loop_euler_h_t_lwe76 };
+    enum { t_g7pzr = lyapunov_v1_loop_euler_h_t_g7pzr };
+    enum { t_urwo6 = lyapunov_v1_loop_euler_h_t_urwo6 };
+    enum { t_bknng = lyapunov_v1_loop_euler_h_t_bknng };
     enum { t_ibe72 = lyapunov_v1_loop_euler_h_t_ibe72 };
     enum { t_r7vy7 = lyapunov_v1_loop_euler_h_t_r7vy7 };
     const real W12 = q[wx] * q[wy];
@@ -5612,9 +5612,9 @@ void slosh_lyapunov_v1_loop_euler_prepared(const real *q, const real *p, const r
     const real Wn1 = cos_theta1 * q[wy] - sin_theta1 * q[wz];
     const real lc_1 = cos_phi1 * p[l1];
     const real w_x1 = q[wx] - q[theta1_dot];
-    const real t_rding = cos_theta1 * q[wz];
-    const real t_a3uw4 = sin_theta1 * q[wy];
-    const real Wt1 = t_rding + t_a3uw4;
+    const real t_rzamr = cos_theta1 * q[wz];
+    const real t_uu2cl = sin_theta1 * q[wy];
+    const real Wt1 = t_rzamr + t_uu2cl;
     const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
     const real p1 = Wn1 + q[phi1_dot];
     const real zeta1 = W12 * q_1
@@ -5622,7 +5622,7 @@ void slosh_lyapunov_v1_loop_euler_prepared(const real *q, const real *p, const r
         - chi1 * p[l1] * (p1 + q[phi1_dot]);
     const real loss_theta1 = p[eps1] * q[theta1_dot];
     const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_vt7uo = F_n1 * cos_theta1;
+    const real t_mallh = F_n1 * cos_theta1;
     real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
     const real q_2 = sin_phi2 * p[l2];
     const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
@@ -5630,9 +5630,9 @@ void slosh_lyapunov_v1_loop_euler_prepared(const real *q, const real *p, const r
     const real Wn2 = cos_theta2 * q[wy] - sin_theta2 * q[wz];
     const real lc_2 = cos_phi2 * p[l2];
     const real w_x2 = q[wx] - q[theta2_dot];
-    const real t_geoui = cos_theta2 * q[wz];
-    const real t_vhhwy = sin_theta2 * q[wy];
-    const real Wt2 = t_geoui + t_vhhwy;
+    const real t_adduy = cos_theta2 * q[wz];
+    const real t_t2zmi = sin_theta2 * q[wy];
+    const real Wt2 = t_adduy + t_t2zmi;
     const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
     const real p2 = Wn2 + q[phi2_dot];
     const real zeta2 = W12 * q_2
@@ -5640,317 +5640,317 @@ void slosh_lyapunov_v1_loop_euler_prepared(const real *q, const real *p, const r
         - chi2 * p[l2] * (p2 + q[phi2_dot]);
     const real loss_theta2 = p[eps2] * q[theta2_dot];
     const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
-    const real t_oncjt = F_n2 * cos_theta2;
+    const real t_lbh6o = F_n2 * cos_theta2;
     const real t_rybsf = q[wy] * q[wy] + q[wz] * q[wz];
     const real t_w7vil = t_rybsf * h[e1];
-    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
     const real tension1 = cos_phi1 * t_w7vil * h[mv1] - h[t_6nwd2] * sigma_sq1;
-    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
     const real loss_phi1 = p[eps1] * q[phi1_dot];
-    const real t_7imwe = h[B_1] * eta1 + loss_phi1 * h[k1];
-    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real t_o6fg5 = h[B_1] * eta1 + loss_phi1 * h[k1];
+    const real F_t1 = sin_phi1 * tension1 - t_o6fg5 * cos_phi1;
     const real t_6fvzz = t_rybsf * h[e2];
-    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
     const real tension2 = cos_phi2 * t_6fvzz * h[mv2] - h[t_popww] * sigma_sq2;
-    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
     const real loss_phi2 = p[eps2] * q[phi2_dot];
-    const real t_4b2fa = h[B_2] * eta2 + loss_phi2 * h[k2];
-    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
-    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
-    const real t_3qva5 = sin_phi1 * sin_phi1;
-    const real t_2dafa = h[t_yx2kz] * t_3qva5;
-    const real D_theta1 = t_2dafa + p[I1];  /* (26) */
-    const real t_j7ex5 = h[W_theta1] / (D_theta1 * D_theta1);
-    const real t_eph62 = t_j7ex5 * t_2dafa;
+    const real t_l7fgg = h[B_2] * eta2 + loss_phi2 * h[k2];
+    const real F_t2 = sin_phi2 * tension2 - t_l7fgg * cos_phi2;
+    const real n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real t_hjphj = sin_phi1 * sin_phi1;
+    const real t_5zi7z = h[t_yx2kz] * t_hjphj;
+    const real D_theta1 = t_5zi7z + p[I1];  /* (26) */
+    const real t_nkpga = h[W_theta1] / (D_theta1 * D_theta1);
+    const real t_gsmye = t_nkpga * t_5zi7z;
     const real gx_phi1 = sin_phi1 * h[t_6nwd2];  /* (25) */
     const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
-    const real t_m5cmg = gy_theta1 * p[h1];
-    const real t_a233z = sin_phi1 * cos_phi1;
-    const real t_toghk = h[t_yx2kz] * cos_theta1;
-    const real t_homfq = t_m5cmg - t_a233z * t_toghk;
-    const real cz_theta1 = t_homfq + p[I1];  /* (26) */
-    const real t_5zfdh = lc_1 * p[m1];
-    const real gy_phi1 = sin_theta1 * t_5zfdh;  /* (25) */
-    const real t_bnlcb = gy_phi1 * p[h1];
-    const real t_sgto3 = h[t_yx2kz] * sin_theta1;
-    const real cz_phi1 = t_bnlcb - t_sgto3;  /* (25) */
-    const real t_p4m3j = lc_2 * p[m2];
-    const real gy_phi2 = t_p4m3j * sin_theta2;  /* (25) */
-    const real t_ba7if = gy_phi2 * p[h2];
-    const real t_q45sa = sin_theta2 * h[t_frp3h];
-    const real cz_phi2 = t_ba7if - t_q45sa;  /* (25) */
-    const real t_4j4b3 = sin_phi2 * sin_phi2;
-    const real t_7a6mb = t_4j4b3 * h[t_frp3h];
-    const real D_theta2 = t_7a6mb + p[I2];  /* (26) */
-    const real t_s5xdh = h[W_theta2] / (D_theta2 * D_theta2);
-    const real t_3e3g4 = t_s5xdh * t_7a6mb;
+    const real t_n4yir = gy_theta1 * p[h1];
+    const real t_hjphj_2 = sin_phi1 * cos_phi1;
+    const real t_tbwda = h[t_yx2kz] * cos_theta1;
+    const real t_dfhzf = t_n4yir - t_hjphj_2 * t_tbwda;
+    const real cz_theta1 = t_dfhzf + p[I1];  /* (26) */
+    const real t_3s3hq = lc_1 * p[m1];
+    const real gy_phi1 = sin_theta1 * t_3s3hq;  /* (25) */
+    const real t_ik6g5 = gy_phi1 * p[h1];
+    const real t_tbwda_2 = h[t_yx2kz] * sin_theta1;
+    const real cz_phi1 = t_ik6g5 - t_tbwda_2;  /* (25) */
+    const real t_7pqnn = lc_2 * p[m2];
+    const real gy_phi2 = t_7pqnn * sin_theta2;  /* (25) */
+    const real t_tkdjn = gy_phi2 * p[h2];
+    const real t_wywfd = sin_theta2 * h[t_frp3h];
+    const real cz_phi2 = t_tkdjn - t_wywfd;  /* (25) */
+    const real t_pt6a7 = sin_phi2 * sin_phi2;
+    const real t_vptxp = t_pt6a7 * h[t_frp3h];
+    const real D_theta2 = t_vptxp + p[I2];  /* (26) */
+    const real t_yy353 = h[W_theta2] / (D_theta2 * D_theta2);
+    const real t_l53od = t_yy353 * t_vptxp;
     const real gx_phi2 = h[t_popww] * sin_phi2;  /* (25) */
     const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
-    const real t_gidtm = gy_theta2 * p[h2];
-    const real t_nqm7d = sin_phi2 * cos_phi2;
-    const real t_vhw4e = cos_theta2 * h[t_frp3h];
-    const real t_6daux = t_gidtm - t_nqm7d * t_vhw4e;
-    const real cz_theta2 = t_6daux + p[I2];  /* (26) */
-    const real f31_v1 = t_eph62 * cz_theta1 - (h[t_7pydp] * cz_phi1 + h[t_ob75p] * cz_phi2) + t_3e3g4 * cz_theta2;  /* (29) */
-    const real f11_v1 = h[t_qd2lc] - t_j7ex5 * (t_2dafa * t_2dafa) - t_s5xdh * (t_7a6mb * t_7a6mb);  /* (29) */
-    const real t_4v7es = K(1.0) / f11_v1;
-    const real f_v1_L31 = f31_v1 * t_4v7es;
+    const real t_epql5 = gy_theta2 * p[h2];
+    const real t_pt6a7_2 = sin_phi2 * cos_phi2;
+    const real t_wywfd_2 = cos_theta2 * h[t_frp3h];
+    const real t_hkdmv = t_epql5 - t_pt6a7_2 * t_wywfd_2;
+    const real cz_theta2 = t_hkdmv + p[I2];  /* (26) */
+    const real f31_v1 = t_gsmye * cz_theta1 - (h[t_if7mv] * cz_phi1 + h[t_tmzpj] * cz_phi2) + t_l53od * cz_theta2;  /* (29) */
+    const real f11_v1 = h[t_wvww5] - t_nkpga * (t_5zi7z * t_5zi7z) - t_yy353 * (t_vptxp * t_vptxp);  /* (29) */
+    const real t_f6jle = K(1.0) / f11_v1;
+    const real f_v1_L31 = f31_v1 * t_f6jle;
     const real t_aqbxr = q[vz] * c[r2];
-    const real t_5bilv = h[ax_eq] * gx_phi1;
-    const real t_azo52 = gx_phi1 * p[h1];
-    const real t_amwyw = t_a3uw4 + t_rding;
-    const real t_7eszt = t_amwyw * t_amwyw;
-    const real t_z7qux = h[t_yx2kz] * t_a233z;
+    const real t_4goj4 = h[ax_eq] * gx_phi1;
+    const real t_glcdw = gx_phi1 * p[h1];
+    const real t_l4ozg = t_uu2cl + t_rzamr;
+    const real t_wjugd = t_l4ozg * t_l4ozg;
+    const real t_5zi7z_2 = h[t_yx2kz] * t_hjphj_2;
     const real t_wube7 = q[wx] * q[wx];
-    const real t_kuyke = t_2dafa * t_amwyw;
+    const real t_rlilm = t_5zi7z * t_l4ozg;
     const real k_phi1 = loss_phi1
-        - t_azo52 * t_7eszt
-        - t_azo52 * (Wn1 * Wn1)
-        - q[theta1_dot] * q[theta1_dot] * t_z7qux
-        - t_z7qux * t_wube7
-        - (q[theta1_dot] + q[theta1_dot]) * t_kuyke
-        - h[t_yx2kz] * t_amwyw * q[wx]
-        + h[t_os4zj] * t_7eszt * sin_phi1 * cos_phi1 * p[m1]
-        + h[t_oc5tk] * t_3qva5 * t_amwyw * q[wx] * p[m1]
-        + cos_phi1 * t_amwyw * p[h1] * q[wx] * p[l1] * p[m1]
-        + h[t_oc5tk] * sin_phi1 * cos_phi1 * q[theta1_dot] * q[wx] * p[m1];  /* (25) */
-    const real t_4oupt = h[ax_eq] * gx_phi2;
-    const real t_6skn7 = t_nqm7d * h[t_frp3h];
-    const real t_svo5z = gx_phi2 * p[h2];
-    const real t_kmx3q = t_vhhwy + t_geoui;
-    const real t_3chhy = t_kmx3q * t_kmx3q;
-    const real t_pnlix = t_kmx3q * t_7a6mb;
+        - t_glcdw * t_wjugd
+        - t_glcdw * (Wn1 * Wn1)
+        - q[theta1_dot] * q[theta1_dot] * t_5zi7z_2
+        - t_5zi7z_2 * t_wube7
+        - (q[theta1_dot] + q[theta1_dot]) * t_rlilm
+        - h[t_yx2kz] * t_l4ozg * q[wx]
+        + h[t_os4zj] * t_wjugd * sin_phi1 * cos_phi1 * p[m1]
+        + h[t_os4zj_2] * t_hjphj * t_l4ozg * q[wx] * p[m1]
+        + cos_phi1 * t_l4ozg * p[h1] * q[wx] * p[l1] * p[m1]
+        + h[t_os4zj_2] * sin_phi1 * cos_phi1 * q[theta1_dot] * q[wx] * p[m1];  /* (25) */
+    const real t_w4j4g = h[ax_eq] * gx_phi2;
+    const real t_vptxp_2 = t_pt6a7_2 * h[t_frp3h];
+    const real t_2542d = gx_phi2 * p[h2];
+    const real t_doiln = t_t2zmi + t_adduy;
+    const real t_7ovbh = t_doiln * t_doiln;
+    const real t_2kwb7 = t_doiln * t_vptxp;
     const real k_phi2 = loss_phi2
-        - t_wube7 * t_6skn7
-        - t_svo5z * t_3chhy
-        - t_svo5z * (Wn2 * Wn2)
-        - q[theta2_dot] * q[theta2_dot] * t_6skn7
-        - (q[theta2_dot] + q[theta2_dot]) * t_pnlix
-        - t_kmx3q * h[t_frp3h] * q[wx]
-        + t_3chhy * sin_phi2 * cos_phi2 * h[t_nfvux] * p[m2]
-        + (t_kmx3q + t_kmx3q) * t_4j4b3 * h[t_nfvux] * q[wx] * p[m2]
-        + t_kmx3q * cos_phi2 * p[h2] * q[wx] * p[l2] * p[m2]
+        - t_wube7 * t_vptxp_2
+        - t_2542d * t_7ovbh
+        - t_2542d * (Wn2 * Wn2)
+        - q[theta2_dot] * q[theta2_dot] * t_vptxp_2
+        - (q[theta2_dot] + q[theta2_dot]) * t_2kwb7
+        - t_doiln * h[t_frp3h] * q[wx]
+        + t_7ovbh * sin_phi2 * cos_phi2 * h[t_nfvux] * p[m2]
+        + (t_doiln + t_doiln) * t_pt6a7 * h[t_nfvux] * q[wx] * p[m2]
+        + t_doiln * cos_phi2 * p[h2] * q[wx] * p[l2] * p[m2]
         + (sin_phi2 + sin_phi2) * cos_phi2 * h[t_nfvux] * q[theta2_dot] * q[wx] * p[m2];  /* (25) */
-    const real t_iomfo = D_theta1 * q[theta1_dot];
-    const real t_j5odj = q[phi1_dot] + q[phi1_dot];
-    const real Dd_theta1 = t_z7qux * t_j5odj;
-    const real t_b7wcv = Dd_theta1 * q[theta1_dot];
-    const real t_ywy5z = Wn1 * q[wx];
+    const real t_btjgw = D_theta1 * q[theta1_dot];
+    const real t_hjux3 = q[phi1_dot] + q[phi1_dot];
+    const real Dd_theta1 = t_5zi7z_2 * t_hjux3;
+    const real t_7tj6u = Dd_theta1 * q[theta1_dot];
+    const real t_prfqf = Wn1 * q[wx];
     const real k_theta1 = loss_theta1
-        + t_azo52 * t_ywy5z
-        + t_kuyke * t_j5odj
-        + t_kuyke * Wn1
-        + t_b7wcv
-        - t_z7qux * t_ywy5z
+        + t_glcdw * t_prfqf
+        + t_rlilm * t_hjux3
+        + t_rlilm * Wn1
+        + t_7tj6u
+        - t_5zi7z_2 * t_prfqf
         - Dd_theta1 * q[wx];  /* (26) */
-    const real t_kyc32 = D_theta2 * q[theta2_dot];
-    const real t_473qv = q[phi2_dot] + q[phi2_dot];
-    const real Dd_theta2 = t_6skn7 * t_473qv;
-    const real t_putjj = Dd_theta2 * q[theta2_dot];
-    const real t_nw7er = Wn2 * q[wx];
+    const real t_bftmb = D_theta2 * q[theta2_dot];
+    const real t_mw75j = q[phi2_dot] + q[phi2_dot];
+    const real Dd_theta2 = t_vptxp_2 * t_mw75j;
+    const real t_yshzz = Dd_theta2 * q[theta2_dot];
+    const real t_prfqf_2 = Wn2 * q[wx];
     const real k_theta2 = loss_theta2
-        + Wn2 * t_pnlix
-        + t_svo5z * t_nw7er
-        + t_pnlix * t_473qv
-        + t_putjj
-        - t_6skn7 * t_nw7er
-        - t_6skn7 * (q[wx] + q[wx]) * q[phi2_dot];  /* (26) */
+        + Wn2 * t_2kwb7
+        + t_2542d * t_prfqf_2
+        + t_2kwb7 * t_mw75j
+        + t_yshzz
+        - t_vptxp_2 * t_prfqf_2
+        - t_vptxp_2 * (q[wx] + q[wx]) * q[phi2_dot];  /* (26) */
     const real g1_v1 = q[att1] * c[r3]
         - t_aqbxr * q[vy]
-        - h[t_mj52b] * (t_5bilv * p[I1] + p[I1] * k_phi1)
-        - h[t_iecaz] * (t_4oupt * p[I2] + p[I2] * k_phi2)
-        - t_j7ex5 * (t_iomfo * Dd_theta1 - (t_b7wcv * t_2dafa + t_2dafa * k_theta1))
-        - t_s5xdh * (t_kyc32 * Dd_theta2 - (t_putjj * t_7a6mb + t_7a6mb * k_theta2))
+        - h[t_hyv47] * (t_4goj4 * p[I1] + p[I1] * k_phi1)
+        - h[t_pi35k] * (t_w4j4g * p[I2] + p[I2] * k_phi2)
+        - t_nkpga * (t_btjgw * Dd_theta1 - (t_7tj6u * t_5zi7z + t_5zi7z * k_theta1))
+        - t_yy353 * (t_bftmb * Dd_theta2 - (t_yshzz * t_vptxp + t_vptxp * k_theta2))
         + q[vy] * q[vz] * c[r1];  /* (29) */
-    const real t_u5ggi = q[wx] * c[w3] + g1_v1;
+    const real t_a4jxz = q[wx] * c[w3] + g1_v1;
     const real t_wij2f = q[vy] * c[r1];
     const real t_o2gar = h[D1] * q[phi1_dot];
-    const real gz_phi1 = cos_theta1 * t_5zfdh;  /* (25) */
-    const real t_pthak = gz_phi1 * p[h1];
-    const real t_fue42 = t_pthak - h[t_os4zj] * cos_theta1 * p[m1];
-    const real t_tpms2 = sin_theta1 * gx_phi1;
-    const real t_nmcsn = t_tpms2 * p[h1];
-    const real cdz_phi1 = t_fue42 * q[theta1_dot] - t_nmcsn * q[phi1_dot];
+    const real gz_phi1 = cos_theta1 * t_3s3hq;  /* (25) */
+    const real t_ik6g5_2 = gz_phi1 * p[h1];
+    const real t_eunpd = t_ik6g5_2 - h[t_os4zj] * cos_theta1 * p[m1];
+    const real t_mqczk = sin_theta1 * gx_phi1;
+    const real t_hmyst = t_mqczk * p[h1];
+    const real cdz_phi1 = t_eunpd * q[theta1_dot] - t_hmyst * q[phi1_dot];
     const real t_gifwv = h[D2] * q[phi2_dot];
-    const real gz_phi2 = t_p4m3j * cos_theta2;  /* (25) */
-    const real t_3ndrr = gz_phi2 * p[h2];
-    const real t_jfh2q = t_3ndrr - cos_theta2 * h[t_nfvux] * p[m2];
-    const real t_h3pge = gx_phi2 * sin_theta2;
-    const real t_ikdxp = t_h3pge * p[h2];
-    const real cdz_phi2 = t_jfh2q * q[theta2_dot] - t_ikdxp * q[phi2_dot];
-    const real t_4of2f = cos_phi1 * cos_phi1;
-    const real cy_theta1 = t_nmcsn - t_a233z * t_sgto3;  /* (26) */
-    const real cdz_theta1 = q[phi1_dot] * (t_pthak + t_3qva5 * t_toghk - t_toghk * t_4of2f) - cy_theta1 * q[theta1_dot];
-    const real t_zozwp = cos_phi2 * cos_phi2;
-    const real cy_theta2 = t_ikdxp - t_q45sa * t_nqm7d;  /* (26) */
-    const real cdz_theta2 = q[phi2_dot] * (t_3ndrr + t_4j4b3 * t_vhw4e - t_vhw4e * t_zozwp) - cy_theta2 * q[theta2_dot];
+    const real gz_phi2 = t_7pqnn * cos_theta2;  /* (25) */
+    const real t_tkdjn_2 = gz_phi2 * p[h2];
+    const real t_ikrsv = t_tkdjn_2 - cos_theta2 * h[t_nfvux] * p[m2];
+    const real t_7s3si = gx_phi2 * sin_theta2;
+    const real t_4urq3 = t_7s3si * p[h2];
+    const real cdz_phi2 = t_ikrsv * q[theta2_dot] - t_4urq3 * q[phi2_dot];
+    const real t_hjphj_3 = cos_phi1 * cos_phi1;
+    const real cy_theta1 = t_hmyst - t_hjphj_2 * t_tbwda_2;  /* (26) */
+    const real cdz_theta1 = q[phi1_dot] * (t_ik6g5_2 + t_hjphj * t_tbwda - t_tbwda * t_hjphj_3) - cy_theta1 * q[theta1_dot];
+    const real t_pt6a7_3 = cos_phi2 * cos_phi2;
+    const real cy_theta2 = t_4urq3 - t_wywfd * t_pt6a7_2;  /* (26) */
+    const real cdz_theta2 = q[phi2_dot] * (t_tkdjn_2 + t_pt6a7 * t_wywfd_2 - t_wywfd_2 * t_pt6a7_3) - cy_theta2 * q[theta2_dot];
     const real g3_v1 = q[att3] * c[r7]
         - t_wij2f * q[vx]
-        - h[t_mj52b] * (t_5bilv * cz_phi1 + cz_phi1 * k_phi1 - t_o2gar * cdz_phi1)
-        - h[t_iecaz] * (t_4oupt * cz_phi2 + cz_phi2 * k_phi2 - t_gifwv * cdz_phi2)
-        - t_j7ex5 * (t_b7wcv * cz_theta1 + cz_theta1 * k_theta1 - t_iomfo * cdz_theta1)
-        - t_s5xdh * (t_putjj * cz_theta2 + cz_theta2 * k_theta2 - t_kyc32 * cdz_theta2);  /* (29) */
-    const real f32_v1 = h[t_mj52b] * t_fue42 * cz_phi1
-        + h[t_iecaz] * t_jfh2q * cz_phi2
-        - t_j7ex5 * cy_theta1 * cz_theta1
-        - t_s5xdh * cy_theta2 * cz_theta2;  /* (29) */
-    const real f21_v1 = h[t_7pydp] * t_fue42 + h[t_ob75p] * t_jfh2q + t_eph62 * cy_theta1 + t_3e3g4 * cy_theta2;  /* (29) */
-    const real t_g2uww = f32_v1 - f21_v1 * f_v1_L31;
+        - h[t_hyv47] * (t_4goj4 * cz_phi1 + cz_phi1 * k_phi1 - t_o2gar * cdz_phi1)
+        - h[t_pi35k] * (t_w4j4g * cz_phi2 + cz_phi2 * k_phi2 - t_gifwv * cdz_phi2)
+        - t_nkpga * (t_7tj6u * cz_theta1 + cz_theta1 * k_theta1 - t_btjgw * cdz_theta1)
+        - t_yy353 * (t_yshzz * cz_theta2 + cz_theta2 * k_theta2 - t_bftmb * cdz_theta2);  /* (29) */
+    const real f32_v1 = h[t_hyv47] * t_eunpd * cz_phi1
+        + h[t_pi35k] * t_ikrsv * cz_phi2
+        - t_nkpga * cy_theta1 * cz_theta1
+        - t_yy353 * cy_theta2 * cz_theta2;  /* (29) */
+    const real f21_v1 = h[t_if7mv] * t_eunpd + h[t_tmzpj] * t_ikrsv + t_gsmye * cy_theta1 + t_l53od * cy_theta2;  /* (29) */
+    const real t_suqla = f32_v1 - f21_v1 * f_v1_L31;
     const real f22_v1 = c[r6]
-        - h[t_mj52b] * (t_fue42 * t_fue42)
-        - h[t_iecaz] * (t_jfh2q * t_jfh2q)
-        - t_j7ex5 * (cy_theta1 * cy_theta1)
-        - t_s5xdh * (cy_theta2 * cy_theta2);  /* (29) */
-    const real f_v1_L21 = f21_v1 * t_4v7es;
+        - h[t_hyv47] * (t_eunpd * t_eunpd)
+        - h[t_pi35k] * (t_ikrsv * t_ikrsv)
+        - t_nkpga * (cy_theta1 * cy_theta1)
+        - t_yy353 * (cy_theta2 * cy_theta2);  /* (29) */
+    const real f_v1_L21 = f21_v1 * t_f6jle;
     const real f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21;
-    const real t_omhw7 = K(1.0) / f_v1_D2;
-    const real f_v1_L32 = t_g2uww * t_omhw7;
-    const real cdy_phi1 = t_m5cmg * q[phi1_dot] + cz_phi1 * q[theta1_dot];
-    const real cdy_phi2 = cz_phi2 * q[theta2_dot] + t_gidtm * q[phi2_dot];
-    const real cdy_theta1 = t_homfq * q[theta1_dot] + q[phi1_dot] * (t_bnlcb + t_3qva5 * t_sgto3 - t_4of2f * t_sgto3);
-    const real cdy_theta2 = t_6daux * q[theta2_dot] + q[phi2_dot] * (t_ba7if + t_q45sa * t_4j4b3 - t_q45sa * t_zozwp);
+    const real t_6dtnj = K(1.0) / f_v1_D2;
+    const real f_v1_L32 = t_suqla * t_6dtnj;
+    const real cdy_phi1 = t_n4yir * q[phi1_dot] + cz_phi1 * q[theta1_dot];
+    const real cdy_phi2 = cz_phi2 * q[theta2_dot] + t_epql5 * q[phi2_dot];
+    const real cdy_theta1 = t_dfhzf * q[theta1_dot] + q[phi1_dot] * (t_ik6g5 + t_hjphj * t_tbwda_2 - t_hjphj_3 * t_tbwda_2);
+    const real cdy_theta2 = t_hkdmv * q[theta2_dot] + q[phi2_dot] * (t_tkdjn + t_wywfd * t_pt6a7 - t_wywfd * t_pt6a7_3);
     const real g2_v1 = q[att2] * c[r5]
-        + h[t_mj52b] * (t_5bilv * t_fue42 + t_fue42 * k_phi1 + t_o2gar * cdy_phi1)
-        + h[t_iecaz] * (t_4oupt * t_jfh2q + t_jfh2q * k_phi2 + t_gifwv * cdy_phi2)
-        - t_j7ex5 * (t_b7wcv * cy_theta1 + cy_theta1 * k_theta1 - t_iomfo * cdy_theta1)
-        - t_s5xdh * (t_putjj * cy_theta2 + cy_theta2 * k_theta2 - t_kyc32 * cdy_theta2)
+        + h[t_hyv47] * (t_4goj4 * t_eunpd + t_eunpd * k_phi1 + t_o2gar * cdy_phi1)
+        + h[t_pi35k] * (t_w4j4g * t_ikrsv + t_ikrsv * k_phi2 + t_gifwv * cdy_phi2)
+        - t_nkpga * (t_7tj6u * cy_theta1 + cy_theta1 * k_theta1 - t_btjgw * cdy_theta1)
+        - t_yy353 * (t_yshzz * cy_theta2 + cy_theta2 * k_theta2 - t_bftmb * cdy_theta2)
         + q[vx] * q[vz] * c[r2];  /* (29) */
-    const real u_v1_y2 = f_v1_L21 * t_u5ggi - (q[wy] * c[w4] + g2_v1);
-    const real u_v1_y3 = f_v1_L31 * t_u5ggi - (q[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
+    const real u_v1_y2 = f_v1_L21 * t_a4jxz - (q[wy] * c[w4] + g2_v1);
+    const real u_v1_y3 = f_v1_L31 * t_a4jxz - (q[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
     const real f33_v1 = c[r8]
-        - h[t_mj52b] * (cz_phi1 * cz_phi1)
-        - h[t_iecaz] * (cz_phi2 * cz_phi2)
-        - t_j7ex5 * (cz_theta1 * cz_theta1)
-        - t_s5xdh * (cz_theta2 * cz_theta2);  /* (29) */
-    const real f_v1_D3 = f33_v1 - t_g2uww * f_v1_L32 - f31_v1 * f_v1_L31;
+        - h[t_hyv47] * (cz_phi1 * cz_phi1)
+        - h[t_pi35k] * (cz_phi2 * cz_phi2)
+        - t_nkpga * (cz_theta1 * cz_theta1)
+        - t_yy353 * (cz_theta2 * cz_theta2);  /* (29) */
+    const real f_v1_D3 = f33_v1 - t_suqla * f_v1_L32 - f31_v1 * f_v1_L31;
     const real u_v1_x3 = u_v1_y3 / f_v1_D3;
     const real G2_v1 = W12 + u_v1_x3;
     const real g_1 = h[e1] - lc_1;
     const real wth_1 = th_1 * p[I1];
     const real wg_1 = g_1 * wth_1;
-    const real t_kwrkt = wg_1 - h[t_uumic];
+    const real t_uzoih = wg_1 - h[t_fcuad];
     const real g_2 = h[e2] - lc_2;
     const real wth_2 = th_2 * p[I2];
     const real wg_2 = g_2 * wth_2;
-    const real t_t44oq = wg_2 - h[t_doa45];
+    const real t_fv4vq = wg_2 - h[t_z4fbq];
     const real S_sq1 = sin_theta1 * sin_theta1;
     const real Bc_1 = h[B_1] * cos_phi1;
     const real As_1 = h[mv1] * sin_phi1;
     const real Ass_1 = As_1 * sin_phi1;
     const real eAss_1 = Ass_1 * h[e1];
-    const real t_32gyg = Bc_1 - eAss_1;
-    const real t_n3v7x = t_32gyg + t_kwrkt;
+    const real t_qeyrr = Bc_1 - eAss_1;
+    const real t_wg7ej = t_qeyrr + t_uzoih;
     const real S_sq2 = sin_theta2 * sin_theta2;
     const real Bc_2 = h[B_2] * cos_phi2;
     const real As_2 = h[mv2] * sin_phi2;
     const real Ass_2 = As_2 * sin_phi2;
     const real eAss_2 = Ass_2 * h[e2];
-    const real t_gbkg6 = Bc_2 - eAss_2;
-    const real t_hsuzx = t_gbkg6 + t_t44oq;
-    const real t_fcf5x = S_sq1 * t_n3v7x + S_sq2 * t_hsuzx;
+    const real t_vn7oc = Bc_2 - eAss_2;
+    const real t_lqbgn = t_vn7oc + t_fv4vq;
+    const real t_kd2xx = S_sq1 * t_wg7ej + S_sq2 * t_lqbgn;
     const real wq_1 = q_1 * wth_1;
     const real wqC_1 = cos_theta1 * wq_1;
     const real wq_2 = q_2 * wth_2;
     const real wqC_2 = cos_theta2 * wq_2;
-    const real K52 = t_kwrkt + t_t44oq - t_fcf5x - wqC_1 - wqC_2;
-    const real u_v1_x2 = u_v1_y2 * t_omhw7 - f_v1_L32 * u_v1_x3;
+    const real K52 = t_uzoih + t_fv4vq - t_kd2xx - wqC_1 - wqC_2;
+    const real u_v1_x2 = u_v1_y2 * t_6dtnj - f_v1_L32 * u_v1_x3;
     const real G3_v1 = W13 - u_v1_x2;
     const real SC1 = cos_theta1 * sin_theta1;
     const real SC2 = cos_theta2 * sin_theta2;
-    const real t_bac7g = SC1 * t_n3v7x + SC2 * t_hsuzx;
+    const real t_kd2xx_2 = SC1 * t_wg7ej + SC2 * t_lqbgn;
     const real tn11_1 = Ass_1 + h[me1] - wth_1;
-    const real t_fbeaw = S_sq1 * tn11_1;
+    const real t_eytv7 = S_sq1 * tn11_1;
     const real tn11_2 = Ass_2 + h[me2] - wth_2;
-    const real t_dj555 = S_sq2 * tn11_2;
-    const real K22 = t_fbeaw + t_dj555 + h[M_C] + wth_1 + wth_2 - h[me1] - h[me2];
-    const real t_x3aji = h[t_mj52b] * (p[I1] * q[wx] - t_fue42 * q[wy] + cz_phi1 * q[wz] + t_o2gar);
-    const real t_6jtcq = h[t_iecaz] * (p[I2] * q[wx] - t_jfh2q * q[wy] + cz_phi2 * q[wz] + t_gifwv);
-    const real t_5lcmq = t_j7ex5 * (cy_theta1 * q[wy] - t_2dafa * q[wx] + cz_theta1 * q[wz] + t_iomfo);
-    const real t_43tjw = t_s5xdh * (cy_theta2 * q[wy] - t_7a6mb * q[wx] + cz_theta2 * q[wz] + t_kyc32);
+    const real t_xyodq = S_sq2 * tn11_2;
+    const real K22 = t_eytv7 + t_xyodq + h[M_C] + wth_1 + wth_2 - h[me1] - h[me2];
+    const real t_vl3yj = h[t_hyv47] * (p[I1] * q[wx] - t_eunpd * q[wy] + cz_phi1 * q[wz] + t_o2gar);
+    const real t_afrcl = h[t_pi35k] * (p[I2] * q[wx] - t_ikrsv * q[wy] + cz_phi2 * q[wz] + t_gifwv);
+    const real t_c2kne = t_nkpga * (cy_theta1 * q[wy] - t_5zi7z * q[wx] + cz_theta1 * q[wz] + t_btjgw);
+    const real t_v7ev3 = t_yy353 * (cy_theta2 * q[wy] - t_vptxp * q[wx] + cz_theta2 * q[wz] + t_bftmb);
     const real B_v1 = t_wij2f
-        - t_x3aji * gy_phi1
-        - t_6jtcq * gy_phi2
-        - t_5lcmq * gy_theta1
-        - t_43tjw * gy_theta2;  /* (29) */
+        - t_vl3yj * gy_phi1
+        - t_afrcl * gy_phi2
+        - t_c2kne * gy_theta1
+        - t_v7ev3 * gy_theta2;  /* (29) */
     const real a2_v1 = G2_v1 * h[x_C] - B_v1 * c[w1];
     const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
     const real C_v1 = t_aqbxr
-        - t_x3aji * gz_phi1
-        - t_6jtcq * gz_phi2
-        + t_5lcmq * t_tpms2
-        + t_43tjw * t_h3pge;  /* (29) */
+        - t_vl3yj * gz_phi1
+        - t_afrcl * gz_phi2
+        + t_c2kne * t_mqczk
+        + t_v7ev3 * t_7s3si;  /* (29) */
     const real a3_v1 = G3_v1 * h[x_C] - C_v1 * c[w2];
-    const real t_yz7e5 = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
-    const real t_dyqoa = t_u5ggi * t_4v7es + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
+    const real t_3tpbw = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
+    const real t_ncnom = t_a4jxz * t_f6jle + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
     const real q2_v1 = n2
         + G2_v1 * K52
-        - G3_v1 * t_bac7g
+        - G3_v1 * t_kd2xx_2
         + K22 * a2_v1
         + K32 * a3_v1
-        + t_yz7e5 * t_dyqoa;
+        + t_3tpbw * t_ncnom;
     const real Asc_1 = As_1 * cos_phi1;
     const real Asc_2 = As_2 * cos_phi2;
-    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real K11 = h[t_m5gm4] - Ass_1 - Ass_2;
+    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real K11 = h[t_47igz] - Ass_1 - Ass_2;
     const real Bs_1 = h[B_1] * sin_phi1;
     const real Bs_2 = h[B_2] * sin_phi2;
-    const real t_2m245 = Bs_1 + Bs_2;
-    const real t_xynyo = t_7imwe * sin_phi1 + t_4b2fa * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2;
-    const real t_ev7u5 = Bs_1 + Asc_1 * h[e1];
-    const real t_bvybx = Bs_2 + Asc_2 * h[e2];
-    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
-    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
-    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_xiu6d = t_xynyo
-        + G2_v1 * t_6mmeb
-        + G3_v1 * t_bl4f2
-        + t_b3aij * a2_v1
-        + t_zzymx * a3_v1;
-    const real q1_v1 = t_2m245 * t_dyqoa - t_xiu6d;
-    const real t_azclp = F_n1 * sin_theta1;
-    const real t_iya7w = F_n2 * sin_theta2;
-    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
+    const real t_dvxnj = Bs_1 + Bs_2;
+    const real t_wsv66 = t_o6fg5 * sin_phi1 + t_l7fgg * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2;
+    const real t_g3yj5 = Bs_1 + Asc_1 * h[e1];
+    const real t_pr2pp = Bs_2 + Asc_2 * h[e2];
+    const real t_bap4n = t_g3yj5 * sin_theta1 + t_pr2pp * sin_theta2;
+    const real t_bap4n_2 = t_g3yj5 * cos_theta1 + t_pr2pp * cos_theta2;
+    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_eptbw = t_wsv66
+        + G2_v1 * t_bap4n
+        + G3_v1 * t_bap4n_2
+        + t_f2nhc * a2_v1
+        + t_f2nhc_2 * a3_v1;
+    const real q1_v1 = t_dvxnj * t_ncnom - t_eptbw;
+    const real t_mallh_2 = F_n1 * sin_theta1;
+    const real t_lbh6o_2 = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2;
     const real wqS_1 = sin_theta1 * wq_1;
     const real wqS_2 = sin_theta2 * wq_2;
-    const real K53 = wqS_1 - t_bac7g + wqS_2;
-    const real K63 = t_fcf5x - (t_32gyg + t_gbkg6);
-    const real K33 = Ass_1 + Ass_2 + h[M_C] - t_fbeaw - t_dj555;
+    const real K53 = wqS_1 - t_kd2xx_2 + wqS_2;
+    const real K63 = t_kd2xx - (t_qeyrr + t_vn7oc);
+    const real K33 = Ass_1 + Ass_2 + h[M_C] - t_eytv7 - t_xyodq;
     const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
     const real q3_v1 = n3
         + G2_v1 * K53
         + G3_v1 * K63
         + K32 * a2_v1
         + K33 * a3_v1
-        - K43 * t_dyqoa;
-    const real Pq_v1 = K11 * q1_v1 - t_b3aij * q2_v1 - t_zzymx * q3_v1;
-    const real PP_v1 = K11 * K11 + t_b3aij * t_b3aij + t_zzymx * t_zzymx;
-    const real t_7w2kh = Pq_v1 * Pq_v1
+        - K43 * t_ncnom;
+    const real Pq_v1 = K11 * q1_v1 - t_f2nhc * q2_v1 - t_f2nhc_2 * q3_v1;
+    const real PP_v1 = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2;
+    const real t_zzkan = Pq_v1 * Pq_v1
         - PP_v1 * (q1_v1 * q1_v1 - h[t_62qfa] + q2_v1 * q2_v1 + q3_v1 * q3_v1);
-    const real root_v1 = mv_sqrt(mv_max(SPLAT(K(0.0)), t_7w2kh));
+    const real root_v1 = mv_sqrt(mv_max(SPLAT(K(0.0)), t_zzkan));
     const real ax_v1 = (root_v1 - Pq_v1) / PP_v1;
-    const real f2_v1 = q2_v1 - t_b3aij * ax_v1;
+    const real f2_v1 = q2_v1 - t_f2nhc * ax_v1;
     const real sin_d2_v1 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v1 * h[t_y7rm6]));
     const real delta2_v1 = mv_asin(sin_d2_v1);
     const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v1, p[delta2_max]));
     real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
-    const real t_y4w6o = cos_delta2_act * p[F];
-    const mask m_puf2t = LE(mv_fabs(delta2_v1), p[delta2_max]);
-    const real f3_v1 = q3_v1 - t_zzymx * ax_v1;
+    const real t_gbb3a = cos_delta2_act * p[F];
+    const mask m_m575p = LE(mv_fabs(delta2_v1), p[delta2_max]);
+    const real f3_v1 = q3_v1 - t_f2nhc_2 * ax_v1;
     const real cos_d2_v1 = mv_sqrt(K(1.0) - sin_d2_v1 * sin_d2_v1);
     const real delta1_v1 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v1 * h[t_y7rm6] / mv_max(SPLAT(K(1e-09)), cos_d2_v1)))));
     real sin_delta2_v1, cos_delta2_v1; mv_sincos(delta2_v1, &sin_delta2_v1, &cos_delta2_v1);
     real sin_delta1_v1, cos_delta1_v1; mv_sincos(delta1_v1, &sin_delta1_v1, &cos_delta1_v1);
-    const real t_y2zgg = cos_delta2_v1 * sin_delta1_v1;
-    const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_puf2t, delta1_v1, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_y2zgg * h[t_xkg6l]))))));
+    const real t_vbwgu = cos_delta2_v1 * sin_delta1_v1;
+    const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_m575p, delta1_v1, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_vbwgu * h[t_xkg6l]))))));
     real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
-    const real f_x = t_y4w6o * cos_delta1_act;
+    const real f_x = t_gbb3a * cos_delta1_act;
     const real f_y = sin_delta2_act * p[F];
     const real eBc_1 = Bc_1 * h[e1];
-    const real t_3bowt = h[Bl_1] + K(-2.0) * eBc_1 + h[e1] * eAss_1;
-    const real t_3fv6l = g_1 * wg_1;
-    const real tn44_1 = h[t_b7ure] + t_3bowt - t_3fv6l;
+    const real t_o36xw = h[Bl_1] + K(-2.0) * eBc_1 + h[e1] * eAss_1;
+    const real t_w6q4c = g_1 * wg_1;
+    const real tn44_1 = h[t_xdulz] + t_o36xw - t_w6q4c;
     const real wqg_1 = q_1 * wg_1;
     const real wqq_1 = q_1 * wq_1;
     const real wgC_1 = cos_theta1 * wqg_1;
@@ -5959,9 +5959,9 @@ void slosh_lyapunov_v1_loop_euler_prepared(const real *q, const real *p, const r
     const real I_phi1 = q[phi1_dot] * p[I1];
     const real I_theta1 = q[theta1_dot] * p[I1];
     const real eBc_2 = Bc_2 * h[e2];
-    const real t_ymmgl = h[Bl_2] + K(-2.0) * eBc_2 + h[e2] * eAss_2;
-    const real t_odwbr = g_2 * wg_2;
-    const real tn44_2 = h[t_lpk5h] + t_ymmgl - t_odwbr;
+    const real t_2znlb = h[Bl_2] + K(-2.0) * eBc_2 + h[e2] * eAss_2;
+    const real t_7fbo3 = g_2 * wg_2;
+    const real tn44_2 = h[t_uohf6] + t_2znlb - t_7fbo3;
     const real wqg_2 = q_2 * wg_2;
     const real wqq_2 = q_2 * wq_2;
     const real wgC_2 = cos_theta2 * wqg_2;
@@ -5969,227 +5969,227 @@ void slosh_lyapunov_v1_loop_euler_prepared(const real *q, const real *p, const r
     const real M_q2 = F_n2 * q_2;
     const real I_phi2 = q[phi2_dot] * p[I2];
     const real I_theta2 = q[theta2_dot] * p[I2];
-    const real t_nhr5u = wqq_1 + wqq_2;
-    const real K44 = t_nhr5u + h[Bl_1] + h[Bl_2] + h[J_C1];
-    const real t_nncdg = h[Bl_1] - eBc_1;
-    const real t_4q22j = h[Bl_2] - eBc_2;
-    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
-    const real t_hoosk = S_sq1 * tn44_1;
-    const real t_drvdp = S_sq2 * tn44_2;
-    const real K55 = t_3fv6l
-        + t_odwbr
-        + t_nhr5u
-        + t_hoosk
-        + t_drvdp
+    const real t_hig3c = wqq_1 + wqq_2;
+    const real K44 = t_hig3c + h[Bl_1] + h[Bl_2] + h[J_C1];
+    const real t_vykvu = h[Bl_1] - eBc_1;
+    const real t_vwbsx = h[Bl_2] - eBc_2;
+    const real K54 = t_hig3c - wgC_1 - wgC_2 + t_vykvu * sin_theta1 + t_vwbsx * sin_theta2;
+    const real t_o56io = S_sq1 * tn44_1;
+    const real t_5sxb4 = S_sq2 * tn44_2;
+    const real K55 = t_w6q4c
+        + t_7fbo3
+        + t_hig3c
+        + t_o56io
+        + t_5sxb4
         + h[J_C3]
-        - h[t_b7ure]
-        - h[t_lpk5h]
+        - h[t_xdulz]
+        - h[t_uohf6]
         + K(-2.0) * wgC_1
         + K(-2.0) * wgC_2;
-    const real t_zhbuw = wgS_1 + wgS_2;
-    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
-    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
-    const real K66 = t_3bowt + t_ymmgl + h[J_C2] - t_hoosk - t_drvdp;
-    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
-    const real t_kp7yy = M_q1 + M_q2;
-    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
-    const real n4 = t_aejai
-        - t_kp7yy
-        + t_zd4fs
+    const real t_hig3c_2 = wgS_1 + wgS_2;
+    const real K64 = t_hig3c_2 + t_vykvu * cos_theta1 + t_vwbsx * cos_theta2;
+    const real K65 = t_hig3c_2 + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_o36xw + t_2znlb + h[J_C2] - t_o56io - t_5sxb4;
+    const real t_dg3od = Bs_1 * t_w7vil + t_o6fg5 * p[l1];
+    const real t_hig3c_3 = M_q1 + M_q2;
+    const real t_a26ad = Bs_2 * t_6fvzz + t_l7fgg * p[l2];
+    const real n4 = t_dg3od
+        - t_hig3c_3
+        + t_a26ad
         - loss_phi1
         - loss_phi2
         + I_theta1 * q[wy]
         + I_theta2 * q[wy]
         - h[t_sfymc] * q[wy] * q[wz];
-    const real t_w7nmt = t_aejai + F_t1 * h[e1];
-    const real t_e5cx2 = t_zd4fs + F_t2 * h[e2];
-    const real n5 = t_w7nmt * sin_theta1
-        - (t_kp7yy + loss_theta1 + loss_theta2)
-        + t_e5cx2 * sin_theta2
-        - W12 * h[t_5r66u]
+    const real t_3hais = t_dg3od + F_t1 * h[e1];
+    const real t_wksgt = t_a26ad + F_t2 * h[e2];
+    const real n5 = t_3hais * sin_theta1
+        - (t_hig3c_3 + loss_theta1 + loss_theta2)
+        + t_wksgt * sin_theta2
+        - W12 * h[t_g7pzr]
         - I_phi1 * q[wy]
         - I_phi2 * q[wy]
-        + t_vt7uo * g_1
-        + t_oncjt * g_2;
-    const real n6 = t_w7nmt * cos_theta1
-        + t_e5cx2 * cos_theta2
+        + t_mallh * g_1
+        + t_lbh6o * g_2;
+    const real n6 = t_3hais * cos_theta1
+        + t_wksgt * cos_theta2
         + I_theta1 * q[wx]
         + I_theta2 * q[wx]
-        - W13 * h[t_7bo2j]
-        - t_azclp * g_1
-        - t_iya7w * g_2
+        - W13 * h[t_urwo6]
+        - t_mallh_2 * g_1
+        - t_lbh6o_2 * g_2
         - I_phi1 * q[wz]
         - I_phi2 * q[wz];
-    const real t_bpfoo = K(1.0) / K11;
-    const real t_w7lcw = t_b3aij * t_bpfoo;
-    const real K_D2 = K22 - t_b3aij * t_w7lcw;
-    const real t_3go2w = t_zzymx * t_bpfoo;
-    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
-    const real t_4iujv = K(1.0) / K_D2;
-    const real K_L32 = t_d4mqf * t_4iujv;
-    const real t_vshgd = t_6mmeb * t_bpfoo;
-    const real t_p6zld = K52 - t_b3aij * t_vshgd;
-    const real K_L52 = t_p6zld * t_4iujv;
-    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
-    const real t_xq4wt = t_2m245 * t_bpfoo;
-    const real t_u3hss = t_yz7e5 + t_b3aij * t_xq4wt;
-    const real t_4jmrt = t_u3hss * t_4iujv;
-    const real t_yfebn = K43 + t_d4mqf * t_4jmrt - t_zzymx * t_xq4wt;
-    const real t_zmh3u = K(1.0) / K_D3;
-    const real K_L43 = t_yfebn * t_zmh3u;
-    const real t_bxfcn = K53 - t_d4mqf * K_L52 - t_zzymx * t_vshgd;
-    const real K_L53 = t_bxfcn * t_zmh3u;
-    const real t_e4enr = t_bl4f2 * t_bpfoo;
-    const real t_qvrp6 = t_bac7g + t_b3aij * t_e4enr;
-    const real t_dj64q = t_qvrp6 * t_4iujv;
-    const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
-    const real K_L63 = t_rahc4 * t_zmh3u;
-    const real K_D4 = K44 - t_u3hss * t_4jmrt - t_yfebn * K_L43 - t_2m245 * t_xq4wt;
-    const real t_ejg3c = K54 + t_u3hss * K_L52 - t_yfebn * K_L53 - t_2m245 * t_vshgd;
-    const real t_lt2al = K(1.0) / K_D4;
-    const real K_L54 = t_ejg3c * t_lt2al;
-    const real t_yioo4 = K64 - t_u3hss * t_dj64q - t_yfebn * K_L63 - t_2m245 * t_e4enr;
-    const real K_L64 = t_yioo4 * t_lt2al;
+    const real t_cl3z7 = K(1.0) / K11;
+    const real t_exl37 = t_f2nhc * t_cl3z7;
+    const real K_D2 = K22 - t_f2nhc * t_exl37;
+    const real t_exl37_2 = t_f2nhc_2 * t_cl3z7;
+    const real t_iy2us = K32 - t_f2nhc * t_exl37_2;
+    const real t_6dtnj_2 = K(1.0) / K_D2;
+    const real K_L32 = t_iy2us * t_6dtnj_2;
+    const real t_6faq6 = t_bap4n * t_cl3z7;
+    const real t_c34go = K52 - t_f2nhc * t_6faq6;
+    const real K_L52 = t_c34go * t_6dtnj_2;
+    const real K_D3 = K33 - t_iy2us * K_L32 - t_f2nhc_2 * t_exl37_2;
+    const real t_qom6d = t_dvxnj * t_cl3z7;
+    const real t_3fteh = t_3tpbw + t_f2nhc * t_qom6d;
+    const real t_kgdxa = t_3fteh * t_6dtnj_2;
+    const real t_v4k64 = K43 + t_iy2us * t_kgdxa - t_f2nhc_2 * t_qom6d;
+    const real t_6dtnj_3 = K(1.0) / K_D3;
+    const real K_L43 = t_v4k64 * t_6dtnj_3;
+    const real t_rkny3 = K53 - t_iy2us * K_L52 - t_f2nhc_2 * t_6faq6;
+    const real K_L53 = t_rkny3 * t_6dtnj_3;
+    const real t_6faq6_2 = t_bap4n_2 * t_cl3z7;
+    const real t_6lnfz = t_kd2xx_2 + t_f2nhc * t_6faq6_2;
+    const real t_bk7yo = t_6lnfz * t_6dtnj_2;
+    const real t_qksxh = K63 + t_iy2us * t_bk7yo - t_f2nhc_2 * t_6faq6_2;
+    const real K_L63 = t_qksxh * t_6dtnj_3;
+    const real K_D4 = K44 - t_3fteh * t_kgdxa - t_v4k64 * K_L43 - t_dvxnj * t_qom6d;
+    const real t_kxzt7 = K54 + t_3fteh * K_L52 - t_v4k64 * K_L53 - t_dvxnj * t_6faq6;
+    const real t_6dtnj_4 = K(1.0) / K_D4;
+    const real K_L54 = t_kxzt7 * t_6dtnj_4;
+    const real t_bazvg = K64 - t_3fteh * t_bk7yo - t_v4k64 * K_L63 - t_dvxnj * t_6faq6_2;
+    const real K_L64 = t_bazvg * t_6dtnj_4;
     const real K_D5 = K55
-        - t_p6zld * K_L52
-        - t_bxfcn * K_L53
-        - t_ejg3c * K_L54
-        - t_6mmeb * t_vshgd;
-    const real t_aqba4 = K65
-        + t_p6zld * t_dj64q
-        - t_bxfcn * K_L63
-        - t_ejg3c * K_L64
-        - t_6mmeb * t_e4enr;
-    const real t_ftqxb = K(1.0) / K_D5;
-    const real K_L65 = t_aqba4 * t_ftqxb;
+        - t_c34go * K_L52
+        - t_rkny3 * K_L53
+        - t_kxzt7 * K_L54
+        - t_bap4n * t_6faq6;
+    const real t_7qylu = K65
+        + t_c34go * t_bk7yo
+        - t_rkny3 * K_L63
+        - t_kxzt7 * K_L64
+        - t_bap4n * t_6faq6_2;
+    const real t_jxcfv = K(1.0) / K_D5;
+    const real K_L65 = t_7qylu * t_jxcfv;
     const real K_D6 = K66
-        - t_qvrp6 * t_dj64q
-        - t_rahc4 * K_L63
-        - t_yioo4 * K_L64
-        - t_aqba4 * K_L65
-        - t_bl4f2 * t_e4enr;
-    const real b1 = f_x + t_xynyo;
+        - t_6lnfz * t_bk7yo
+        - t_qksxh * K_L63
+        - t_bazvg * K_L64
+        - t_7qylu * K_L65
+        - t_bap4n_2 * t_6faq6_2;
+    const real b1 = f_x + t_wsv66;
     const real b2 = f_y - n2;
-    const real t_szme2 = p[F] * cos_delta2_v1;
+    const real t_qh3cx = p[F] * cos_delta2_v1;
     const real f1_v1 = q1_v1 + K11 * ax_v1;
-    const real df1_v1 = t_szme2 * cos_delta1_v1 - f1_v1;
-    const real t_uqkgz = p[F] * sin_delta2_v1;
-    const real df2_v1 = t_uqkgz - f2_v1;
-    const real da_v1_y2 = df2_v1 + t_w7lcw * df1_v1;
-    const real t_s3dfp = t_szme2 * sin_delta1_v1;
-    const real da_v1_y3 = t_3go2w * df1_v1 - (t_s3dfp + f3_v1) - K_L32 * da_v1_y2;
-    const real da_v1_x3 = da_v1_y3 * t_zmh3u;
-    const real da_v1_x2 = da_v1_y2 * t_4iujv - K_L32 * da_v1_x3;
-    const real da_v1_x1 = df1_v1 * t_bpfoo + t_w7lcw * da_v1_x2 + t_3go2w * da_v1_x3;
+    const real df1_v1 = t_qh3cx * cos_delta1_v1 - f1_v1;
+    const real t_jczim = p[F] * sin_delta2_v1;
+    const real df2_v1 = t_jczim - f2_v1;
+    const real da_v1_y2 = df2_v1 + t_exl37 * df1_v1;
+    const real t_gu5fe = t_qh3cx * sin_delta1_v1;
+    const real da_v1_y3 = t_exl37_2 * df1_v1 - (t_gu5fe + f3_v1) - K_L32 * da_v1_y2;
+    const real da_v1_x3 = da_v1_y3 * t_6dtnj_3;
+    const real da_v1_x2 = da_v1_y2 * t_6dtnj_2 - K_L32 * da_v1_x3;
+    const real da_v1_x1 = df1_v1 * t_cl3z7 + t_exl37 * da_v1_x2 + t_exl37_2 * da_v1_x3;
     const real Mx_v1 = n4
         + G2_v1 * K54
         + G3_v1 * K64
-        - t_2m245 * ax_v1
-        - t_2m245 * da_v1_x1
-        - t_yz7e5 * a2_v1
-        - t_yz7e5 * da_v1_x2
+        - t_dvxnj * ax_v1
+        - t_dvxnj * da_v1_x1
+        - t_3tpbw * a2_v1
+        - t_3tpbw * da_v1_x2
         + K43 * a3_v1
         + K43 * da_v1_x3
-        - K44 * t_dyqoa;
-    const real t_y4w6o_2 = p[F] * cos_delta2_act;
-    const real df1_act = t_y4w6o_2 * cos_delta1_act - cos_delta2_v1 * p[F] * cos_delta1_v1;
-    const real df2_act = p[F] * sin_delta2_act - t_uqkgz;
-    const real da_act_y2 = df2_act + t_w7lcw * df1_act;
-    const real df3_act = t_y2zgg * p[F] - t_y4w6o_2 * sin_delta1_act;
-    const real da_act_y3 = df3_act + t_3go2w * df1_act - K_L32 * da_act_y2;
-    const real da_act_x3 = da_act_y3 * t_zmh3u;
-    const real da_act_x2 = da_act_y2 * t_4iujv - K_L32 * da_act_x3;
-    const real da_act_x1 = df1_act * t_bpfoo + t_w7lcw * da_act_x2 + t_3go2w * da_act_x3;
-    const real Mx = Mx_v1 - t_2m245 * da_act_x1 - t_yz7e5 * da_act_x2 + K43 * da_act_x3;
+        - K44 * t_ncnom;
+    const real t_gbb3a_2 = p[F] * cos_delta2_act;
+    const real df1_act = t_gbb3a_2 * cos_delta1_act - cos_delta2_v1 * p[F] * cos_delta1_v1;
+    const real df2_act = p[F] * sin_delta2_act - t_jczim;
+    const real da_act_y2 = df2_act + t_exl37 * df1_act;
+    const real df3_act = t_vbwgu * p[F] - t_gbb3a_2 * sin_delta1_act;
+    const real da_act_y3 = df3_act + t_exl37_2 * df1_act - K_L32 * da_act_y2;
+    const real da_act_x3 = da_act_y3 * t_6dtnj_3;
+    const real da_act_x2 = da_act_y2 * t_6dtnj_2 - K_L32 * da_act_x3;
+    const real da_act_x1 = df1_act * t_cl3z7 + t_exl37 * da_act_x2 + t_exl37_2 * da_act_x3;
+    const real Mx = Mx_v1 - t_dvxnj * da_act_x1 - t_3tpbw * da_act_x2 + K43 * da_act_x3;
     const real b4 = Mx - n4;
     const real Mz_v1 = n5
         + G2_v1 * K55
         + G3_v1 * K65
-        - t_6mmeb * ax_v1
-        - t_6mmeb * da_v1_x1
+        - t_bap4n * ax_v1
+        - t_bap4n * da_v1_x1
         + K52 * a2_v1
         + K52 * da_v1_x2
         + K53 * a3_v1
         + K53 * da_v1_x3
-        - K54 * t_dyqoa
-        + t_uqkgz * h[t_lwe76];
+        - K54 * t_ncnom
+        + t_jczim * h[t_bknng];
     const real Mz = Mz_v1
-        - t_6mmeb * da_act_x1
+        - t_bap4n * da_act_x1
         + K52 * da_act_x2
         + K53 * da_act_x3
-        + df2_act * h[t_lwe76];
-    const real b5 = Mz - n5 - f_y * h[t_lwe76];
-    const real t_lpjfo = t_y4w6o * sin_delta1_act;
-    const real My_v1 = t_s3dfp * h[t_lwe76]
+        + df2_act * h[t_bknng];
+    const real b5 = Mz - n5 - f_y * h[t_bknng];
+    const real t_eoq7e = t_gbb3a * sin_delta1_act;
+    const real My_v1 = t_gu5fe * h[t_bknng]
         - n6
         - G2_v1 * K65
         - G3_v1 * K66
-        + t_bl4f2 * ax_v1
-        + t_bl4f2 * da_v1_x1
-        + t_bac7g * a2_v1
-        + t_bac7g * da_v1_x2
+        + t_bap4n_2 * ax_v1
+        + t_bap4n_2 * da_v1_x1
+        + t_kd2xx_2 * a2_v1
+        + t_kd2xx_2 * da_v1_x2
         - K63 * a3_v1
         - K63 * da_v1_x3
-        + K64 * t_dyqoa;
+        + K64 * t_ncnom;
     const real My = My_v1
-        - df3_act * h[t_lwe76]
-        + t_bl4f2 * da_act_x1
-        + t_bac7g * da_act_x2
+        - df3_act * h[t_bknng]
+        + t_bap4n_2 * da_act_x1
+        + t_kd2xx_2 * da_act_x2
         - K63 * da_act_x3;
-    const real b6 = t_lpjfo * h[t_lwe76] - (My + n6);
-    const real X_y2 = b2 + t_w7lcw * b1;
-    const real X_y3 = t_3go2w * b1 - (t_lpjfo + n3) - K_L32 * X_y2;
-    const real X_y4 = b4 + t_xq4wt * b1 + t_4jmrt * X_y2 - K_L43 * X_y3;
+    const real b6 = t_eoq7e * h[t_bknng] - (My + n6);
+    const real X_y2 = b2 + t_exl37 * b1;
+    const real X_y3 = t_exl37_2 * b1 - (t_eoq7e + n3) - K_L32 * X_y2;
+    const real X_y4 = b4 + t_qom6d * b1 + t_kgdxa * X_y2 - K_L43 * X_y3;
     const real X_y5 = b5
-        + t_vshgd * b1
+        + t_6faq6 * b1
         - K_L52 * X_y2
         - K_L53 * X_y3
         - K_L54 * X_y4;
     const real X_y6 = b6
-        + t_e4enr * b1
-        + t_dj64q * X_y2
+        + t_6faq6_2 * b1
+        + t_bk7yo * X_y2
         - K_L63 * X_y3
         - K_L64 * X_y4
         - K_L65 * X_y5;
     const real X_x6 = X_y6 / K_D6;
-    const real X_x5 = X_y5 * t_ftqxb - K_L65 * X_x6;
-    const real X_x4 = X_y4 * t_lt2al - K_L54 * X_x5 - K_L64 * X_x6;
-    const real X_x3 = X_y3 * t_zmh3u - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
-    const real X_x2 = X_y2 * t_4iujv
+    const real X_x5 = X_y5 * t_jxcfv - K_L65 * X_x6;
+    const real X_x4 = X_y4 * t_6dtnj_4 - K_L54 * X_x5 - K_L64 * X_x6;
+    const real X_x3 = X_y3 * t_6dtnj_3 - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
+    const real X_x2 = X_y2 * t_6dtnj_2
         - K_L32 * X_x3
-        + t_4jmrt * X_x4
+        + t_kgdxa * X_x4
         - K_L52 * X_x5
-        + t_dj64q * X_x6;
-    const real X_x1 = b1 * t_bpfoo
-        + t_w7lcw * X_x2
-        + t_3go2w * X_x3
-        + t_xq4wt * X_x4
-        + t_vshgd * X_x5
-        + t_e4enr * X_x6;
+        + t_bk7yo * X_x6;
+    const real X_x1 = b1 * t_cl3z7
+        + t_exl37 * X_x2
+        + t_exl37_2 * X_x3
+        + t_qom6d * X_x4
+        + t_6faq6 * X_x5
+        + t_6faq6_2 * X_x6;
     const real G_t1 = X_x5 * sin_theta1 + X_x6 * cos_theta1;
     const real Gt_eta1 = G_t1 + eta1;
-    const real t_ynvhx = cos_phi1 * (G_t1 * h[e1] + X_x2 * sin_theta1 + X_x3 * cos_theta1)
+    const real t_qmuri = cos_phi1 * (G_t1 * h[e1] + X_x2 * sin_theta1 + X_x3 * cos_theta1)
         + sin_phi1 * (X_x1 - t_w7vil);
-    const real phi_acc1 = Gt_eta1 - (loss_phi1 + p[I1] * (Gt_eta1 + X_x4)) * h[t_zrejm] - h[k1] * t_ynvhx;
-    const real t_g433r = X_x5 - W12;
-    const real t_mwq7z = X_x4 + X_x5;
-    const real t_5ffnn = zeta1
+    const real phi_acc1 = Gt_eta1 - (loss_phi1 + p[I1] * (Gt_eta1 + X_x4)) * h[t_gbl6n] - h[k1] * t_qmuri;
+    const real t_3ipx7 = X_x5 - W12;
+    const real t_hig3c_4 = X_x4 + X_x5;
+    const real t_hd5gx = zeta1
         + X_x2 * cos_theta1
         + g_1 * (X_x5 * cos_theta1 - X_x6 * sin_theta1)
-        - t_mwq7z * q_1
+        - t_hig3c_4 * q_1
         - X_x3 * sin_theta1;
-    const real theta_acc1 = -(t_g433r + th_1 * (loss_theta1 * h[t_ibe72] + q_1 * t_5ffnn));
+    const real theta_acc1 = -(t_3ipx7 + th_1 * (loss_theta1 * h[t_ibe72] + q_1 * t_hd5gx));
     const real G_t2 = X_x5 * sin_theta2 + X_x6 * cos_theta2;
     const real Gt_eta2 = G_t2 + eta2;
-    const real t_rrute = cos_phi2 * (G_t2 * h[e2] + X_x2 * sin_theta2 + X_x3 * cos_theta2)
+    const real t_j3hy2 = cos_phi2 * (G_t2 * h[e2] + X_x2 * sin_theta2 + X_x3 * cos_theta2)
         + sin_phi2 * (X_x1 - t_6fvzz);
-    const real phi_acc2 = Gt_eta2 - (loss_phi2 + p[I2] * (Gt_eta2 + X_x4)) * h[t_5wzvs] - h[k2] * t_rrute;
-    const real t_oqair = zeta2
+    const real phi_acc2 = Gt_eta2 - (loss_phi2 + p[I2] * (Gt_eta2 + X_x4)) * h[t_jx6g7] - h[k2] * t_j3hy2;
+    const real t_s4hzu = zeta2
         + X_x2 * cos_theta2
         + g_2 * (X_x5 * cos_theta2 - X_x6 * sin_theta2)
-        - t_mwq7z * q_2
+        - t_hig3c_4 * q_2
         - X_x3 * sin_theta2;
-    const real theta_acc2 = -(t_g433r + th_2 * (loss_theta2 * h[t_r7vy7] + q_2 * t_oqair));
+    const real theta_acc2 = -(t_3ipx7 + th_2 * (loss_theta2 * h[t_r7vy7] + q_2 * t_s4hzu));
     real sin_att2, cos_att2; mv_sincos(q[att2], &sin_att2, &cos_att2);
     real sin_att1, cos_att1; mv_sincos(q[att1], &sin_att1, &cos_att1);
     const real t_oa5el = K(1.0) / cos_att2;
@@ -6200,7 +6200,7 @@ void slosh_lyapunov_v1_loop_euler_prepared(const real *q, const real *p, const r
     dq[2] = X_x3 - X_x6 * h[x_C] + (q[vx] * q[wy] - q[vy] * q[wx]);
     dq[3] = X_x4;
     dq[4] = W13 - X_x6;
-    dq[5] = t_g433r;
+    dq[5] = t_3ipx7;
     dq[6] = q[wx] + sin_att2 * t_s66h7 + sin_att2 * t_bi4sl;
     dq[7] = cos_att1 * q[wy] - sin_att1 * q[wz];
     dq[8] = t_s66h7 + t_bi4sl;
@@ -6220,7 +6220,7 @@ enum {
     lyapunov_v1_loop_reduced_h_t_yx2kz,
     lyapunov_v1_loop_reduced_h_D_phi1,
     lyapunov_v1_loop_reduced_h_t_6nwd2,
-    lyapunov_v1_loop_reduced_h_t_oc5tk,
+    lyapunov_v1_loop_reduced_h_t_os4zj_2,
     lyapunov_v1_loop_reduced_h_t_nfvux,
     lyapunov_v1_loop_reduced_h_t_frp3h,
     lyapunov_v1_loop_reduced_h_D_phi2,
@@ -6228,13 +6228,13 @@ enum {
     lyapunov_v1_loop_reduced_h_ax_eq,
     lyapunov_v1_loop_reduced_h_W_theta1,
     lyapunov_v1_loop_reduced_h_W_theta2,
-    lyapunov_v1_loop_reduced_h_t_gtrpy,
-    lyapunov_v1_loop_reduced_h_t_kovll,
-    lyapunov_v1_loop_reduced_h_t_q2z2v,
-    lyapunov_v1_loop_reduced_h_t_fbkub,
-    lyapunov_v1_loop_reduced_h_t_hl4rq,
-    lyapunov_v1_loop_reduced_h_t_6wfa5,
-    lyapunov_v1_loop_reduced_h_t_gcao4,
+    lyapunov_v1_loop_reduced_h_t_hyv47,
+    lyapunov_v1_loop_reduced_h_t_pi35k,
+    lyapunov_v1_loop_reduced_h_t_wvww5,
+    lyapunov_v1_loop_reduced_h_t_if7mv,
+    lyapunov_v1_loop_reduced_h_t_tmzpj,
+    lyapunov_v1_loop_reduced_h_t_gbl6n,
+    lyapunov_v1_loop_reduced_h_t_jx6g7,
 };
 
 /* what lyapunov_v1_loop_reduced computes once per run; 31 operations. */
@@ -6263,13 +6263,13 @@ void slosh_lyapunov_v1_loop_reduced_prepare(const real *p, const real *c, real *
     const real W_theta1 = c[r10] * p[m1];  /* (27) */
     const real W_phi2 = c[r9] * p[m2];  /* (27) */
     const real W_theta2 = c[r10] * p[m2];  /* (27) */
-    const real t_gtrpy = W_phi1 / (D_phi1 * D_phi1);
-    const real t_kovll = W_phi2 / (D_phi2 * D_phi2);
+    const real t_hyv47 = W_phi1 / (D_phi1 * D_phi1);
+    const real t_pi35k = W_phi2 / (D_phi2 * D_phi2);
     h[lyapunov_v1_loop_reduced_h_t_os4zj] = t_os4zj;
     h[lyapunov_v1_loop_reduced_h_t_yx2kz] = t_yx2kz;
     h[lyapunov_v1_loop_reduced_h_D_phi1] = D_phi1;
     h[lyapunov_v1_loop_reduced_h_t_6nwd2] = p[l1] * p[m1];
-    h[lyapunov_v1_loop_reduced_h_t_oc5tk] = t_os4zj + t_os4zj;
+    h[lyapunov_v1_loop_reduced_h_t_os4zj_2] = t_os4zj + t_os4zj;
     h[lyapunov_v1_loop_reduced_h_t_nfvux] = t_nfvux;
     h[lyapunov_v1_loop_reduced_h_t_frp3h] = t_frp3h;
     h[lyapunov_v1_loop_reduced_h_D_phi2] = D_phi2;
@@ -6277,13 +6277,13 @@ void slosh_lyapunov_v1_loop_reduced_prepare(const real *p, const real *c, real *
     h[lyapunov_v1_loop_reduced_h_ax_eq] = ax_eq;
     h[lyapunov_v1_loop_reduced_h_W_theta1] = W_theta1;
     h[lyapunov_v1_loop_reduced_h_W_theta2] = W_theta2;
-    h[lyapunov_v1_loop_reduced_h_t_gtrpy] = t_gtrpy;
-    h[lyapunov_v1_loop_reduced_h_t_kovll] = t_kovll;
-    h[lyapunov_v1_loop_reduced_h_t_q2z2v] = c[r4] - t_gtrpy * (p[I1] * p[I1]) - t_kovll * (p[I2] * p[I2]);
-    h[lyapunov_v1_loop_reduced_h_t_fbkub] = t_gtrpy * p[I1];
-    h[lyapunov_v1_loop_reduced_h_t_hl4rq] = t_kovll * p[I2];
-    h[lyapunov_v1_loop_reduced_h_t_6wfa5] = K(1.0) / D_phi1;
-    h[lyapunov_v1_loop_reduced_h_t_gcao4] = K(1.0) / D_phi2;
+    h[lyapunov_v1_loop_reduced_h_t_hyv47] = t_hyv47;
+    h[lyapunov_v1_loop_reduced_h_t_pi35k] = t_pi35k;
+    h[lyapunov_v1_loop_reduced_h_t_wvww5] = c[r4] - t_hyv47 * (p[I1] * p[I1]) - t_pi35k * (p[I2] * p[I2]);
+    h[lyapunov_v1_loop_reduced_h_t_if7mv] = t_hyv47 * p[I1];
+    h[lyapunov_v1_loop_reduced_h_t_tmzpj] = t_pi35k * p[I2];
+    h[lyapunov_v1_loop_reduced_h_t_gbl6n] = K(1.0) / D_phi1;
+    h[lyapunov_v1_loop_reduced_h_t_jx6g7] = K(1.0) / D_phi2;
 }
 
 /* the rest of lyapunov_v1_loop_reduced; 537 operations. */
@@ -6332,7 +6332,7 @@ void slosh_lyapunov_v1_loop_reduced_prepared(const real *q, const real *p, const
     enum { t_yx2kz = lyapunov_v1_loop_reduced_h_t_yx2kz };
     enum { D_phi1 = lyapunov_v1_loop_reduced_h_D_phi1 };
     enum { t_6nwd2 = lyapunov_v1_loop_reduced_h_t_6nwd2 };
-    enum { t_oc5tk = lyapunov_v1_loop_reduced_h_t_oc5tk };
+    enum { t_os4zj_2 = lyapunov_v1_loop_reduced_h_t_os4zj_2 };
     enum { t_nfvux = lyapunov_v1_loop_reduced_h_t_nfvux };
     enum { t_frp3h = lyapunov_v1_loop_reduced_h_t_frp3h };
     enum { D_phi2 = lyapunov_v1_loop_reduced_h_D_phi2 };
@@ -6340,23 +6340,23 @@ void slosh_lyapunov_v1_loop_reduced_prepared(const real *q, const real *p, const
     enum { ax_eq = lyapunov_v1_loop_reduced_h_ax_eq };
     enum { W_theta1 = lyapunov_v1_loop_reduced_h_W_theta1 };
     enum { W_theta2 = lyapunov_v1_loop_reduced_h_W_theta2 };
-    enum { t_gtrpy = lyapunov_v1_loop_reduced_h_t_gtrpy };
-    enum { t_kovll = lyapunov_v1_loop_reduced_h_t_kovll };
-    enum { t_q2z2v = lyapunov_v1_loop_reduced_h_t_q2z2v };
-    enum { t_fbkub = lyapunov_v1_loop_reduced_h_t_fbkub };
-    enum { t_hl4rq = lyapunov_v1_loop_reduced_h_t_hl4rq };
-    enum { t_6wfa5 = lyapunov_v1_loop_reduced_h_t_6wfa5 };
-    enum { t_gcao4 = lyapunov_v1_loop_reduced_h_t_gcao4 };
+    enum { t_hyv47 = lyapunov_v1_loop_reduced_h_t_hyv47 };
+    enum { t_pi35k = lyapunov_v1_loop_reduced_h_t_pi35k };
+    enum { t_wvww5 = lyapunov_v1_loop_reduced_h_t_wvww5 };
+    enum { t_if7mv = lyapunov_v1_loop_reduced_h_t_if7mv };
+    enum { t_tmzpj = lyapunov_v1_loop_reduced_h_t_tmzpj };
+    enum { t_gbl6n = lyapunov_v1_loop_reduced_h_t_gbl6n };
+    enum { t_jx6g7 = lyapunov_v1_loop_reduced_h_t_jx6g7 };
     real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
     const real gx_phi1 = sin_phi1 * h[t_6nwd2];  /* (25) */
     real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
     const real t_pv3py = cos_phi1 * p[l1] * p[m1];
     const real gy_phi1 = sin_theta1 * t_pv3py;  /* (25) */
     const real gz_phi1 = cos_theta1 * t_pv3py;  /* (25) */
-    const real t_bnlcb = gy_phi1 * p[h1];
+    const real t_7uzqh = gy_phi1 * p[h1];
     const real t_c4g4l = h[t_yx2kz] * sin_theta1;
-    const real cz_phi1 = t_bnlcb - t_c4g4l;  /* (25) */
-    const real t_azo52 = gx_phi1 * p[h1];
+    const real cz_phi1 = t_7uzqh - t_c4g4l;  /* (25) */
+    const real t_ww3vx = gx_phi1 * p[h1];
     const real t_5vpfz = sin_theta1 * q[wy] + cos_theta1 * q[wz];
     const real t_3wt73 = t_5vpfz * t_5vpfz;
     const real t_d3hip = cos_theta1 * q[wy] - sin_theta1 * q[wz];
@@ -6367,34 +6367,34 @@ void slosh_lyapunov_v1_loop_reduced_prepared(const real *q, const real *p, const
     const real t_tlxaf = h[t_yx2kz] * t_j5zf2;
     const real t_jg6hr = t_tlxaf * t_5vpfz;
     const real k_phi1 = p[eps1] * q[phi1_dot]
-        - t_azo52 * t_3wt73
-        - t_azo52 * (t_d3hip * t_d3hip)
+        - t_ww3vx * t_3wt73
+        - t_ww3vx * (t_d3hip * t_d3hip)
         - q[theta1_dot] * q[theta1_dot] * t_27rts
         - t_27rts * t_wube7
         - (q[theta1_dot] + q[theta1_dot]) * t_jg6hr
         - h[t_yx2kz] * t_5vpfz * q[wx]
         + h[t_os4zj] * t_3wt73 * sin_phi1 * cos_phi1 * p[m1]
-        + h[t_oc5tk] * t_j5zf2 * t_5vpfz * q[wx] * p[m1]
+        + h[t_os4zj_2] * t_j5zf2 * t_5vpfz * q[wx] * p[m1]
         + cos_phi1 * t_5vpfz * p[h1] * q[wx] * p[l1] * p[m1]
-        + h[t_oc5tk] * sin_phi1 * cos_phi1 * q[theta1_dot] * q[wx] * p[m1];  /* (25) */
+        + h[t_os4zj_2] * sin_phi1 * cos_phi1 * q[theta1_dot] * q[wx] * p[m1];  /* (25) */
     const real D_theta1 = t_tlxaf + p[I1];  /* (26) */
     const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
-    const real t_e5ugo = sin_theta1 * gx_phi1;
-    const real t_xoziy = t_e5ugo * p[h1];
-    const real cy_theta1 = t_xoziy - t_fgmjk * t_c4g4l;  /* (26) */
-    const real t_m5cmg = gy_theta1 * p[h1];
+    const real t_mpdnl = sin_theta1 * gx_phi1;
+    const real t_fbnpk = t_mpdnl * p[h1];
+    const real cy_theta1 = t_fbnpk - t_fgmjk * t_c4g4l;  /* (26) */
+    const real t_eacod = gy_theta1 * p[h1];
     const real t_jweyu = h[t_yx2kz] * cos_theta1;
-    const real t_6k4ym = t_m5cmg - t_fgmjk * t_jweyu;
-    const real cz_theta1 = t_6k4ym + p[I1];  /* (26) */
+    const real t_mzjt3 = t_eacod - t_fgmjk * t_jweyu;
+    const real cz_theta1 = t_mzjt3 + p[I1];  /* (26) */
     const real t_ybskz = t_d3hip * q[wx];
-    const real t_j5odj = q[phi1_dot] + q[phi1_dot];
-    const real Dd_theta1 = t_27rts * t_j5odj;
-    const real t_b7wcv = Dd_theta1 * q[theta1_dot];
+    const real t_hjux3 = q[phi1_dot] + q[phi1_dot];
+    const real Dd_theta1 = t_27rts * t_hjux3;
+    const real t_5c2px = Dd_theta1 * q[theta1_dot];
     const real k_theta1 = p[eps1] * q[theta1_dot]
-        + t_azo52 * t_ybskz
-        + t_jg6hr * t_j5odj
+        + t_ww3vx * t_ybskz
+        + t_jg6hr * t_hjux3
         + t_jg6hr * t_d3hip
-        + t_b7wcv
+        + t_5c2px
         - t_27rts * t_ybskz
         - Dd_theta1 * q[wx];  /* (26) */
     real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
@@ -6403,12 +6403,12 @@ void slosh_lyapunov_v1_loop_reduced_prepared(const real *q, const real *p, const
     real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
     const real gy_phi2 = t_aafcb * sin_theta2;  /* (25) */
     const real gz_phi2 = t_aafcb * cos_theta2;  /* (25) */
-    const real t_ba7if = gy_phi2 * p[h2];
+    const real t_zlzao = gy_phi2 * p[h2];
     const real t_kuf7x = sin_theta2 * h[t_frp3h];
-    const real cz_phi2 = t_ba7if - t_kuf7x;  /* (25) */
+    const real cz_phi2 = t_zlzao - t_kuf7x;  /* (25) */
     const real t_qg23f = sin_phi2 * cos_phi2;
     const real t_ny2js = t_qg23f * h[t_frp3h];
-    const real t_svo5z = gx_phi2 * p[h2];
+    const real t_sz5oz = gx_phi2 * p[h2];
     const real t_cuv7o = sin_theta2 * q[wy] + cos_theta2 * q[wz];
     const real t_flneb = t_cuv7o * t_cuv7o;
     const real t_3cqcq = cos_theta2 * q[wy] - sin_theta2 * q[wz];
@@ -6417,8 +6417,8 @@ void slosh_lyapunov_v1_loop_reduced_prepared(const real *q, const real *p, const
     const real t_ss42z = t_cuv7o * t_rg5u5;
     const real k_phi2 = p[eps2] * q[phi2_dot]
         - t_wube7 * t_ny2js
-        - t_svo5z * t_flneb
-        - t_svo5z * (t_3cqcq * t_3cqcq)
+        - t_sz5oz * t_flneb
+        - t_sz5oz * (t_3cqcq * t_3cqcq)
         - q[theta2_dot] * q[theta2_dot] * t_ny2js
         - (q[theta2_dot] + q[theta2_dot]) * t_ss42z
         - t_cuv7o * h[t_frp3h] * q[wx]
@@ -6428,138 +6428,138 @@ void slosh_lyapunov_v1_loop_reduced_prepared(const real *q, const real *p, const
         + (sin_phi2 + sin_phi2) * cos_phi2 * h[t_nfvux] * q[theta2_dot] * q[wx] * p[m2];  /* (25) */
     const real D_theta2 = t_rg5u5 + p[I2];  /* (26) */
     const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
-    const real t_7j7h4 = gx_phi2 * sin_theta2;
-    const real t_bxu5p = t_7j7h4 * p[h2];
-    const real cy_theta2 = t_bxu5p - t_kuf7x * t_qg23f;  /* (26) */
-    const real t_gidtm = gy_theta2 * p[h2];
+    const real t_qs2zm = gx_phi2 * sin_theta2;
+    const real t_2ecfs = t_qs2zm * p[h2];
+    const real cy_theta2 = t_2ecfs - t_kuf7x * t_qg23f;  /* (26) */
+    const real t_mne3j = gy_theta2 * p[h2];
     const real t_lvuvj = cos_theta2 * h[t_frp3h];
-    const real t_vpw6e = t_gidtm - t_qg23f * t_lvuvj;
-    const real cz_theta2 = t_vpw6e + p[I2];  /* (26) */
+    const real t_55n3v = t_mne3j - t_qg23f * t_lvuvj;
+    const real cz_theta2 = t_55n3v + p[I2];  /* (26) */
     const real t_dr7rz = t_3cqcq * q[wx];
-    const real t_473qv = q[phi2_dot] + q[phi2_dot];
-    const real Dd_theta2 = t_ny2js * t_473qv;
-    const real t_putjj = Dd_theta2 * q[theta2_dot];
+    const real t_mw75j = q[phi2_dot] + q[phi2_dot];
+    const real Dd_theta2 = t_ny2js * t_mw75j;
+    const real t_a7ypc = Dd_theta2 * q[theta2_dot];
     const real k_theta2 = p[eps2] * q[theta2_dot]
         + t_3cqcq * t_ss42z
-        + t_svo5z * t_dr7rz
-        + t_ss42z * t_473qv
-        + t_putjj
+        + t_sz5oz * t_dr7rz
+        + t_ss42z * t_mw75j
+        + t_a7ypc
         - t_ny2js * t_dr7rz
         - t_ny2js * (q[wx] + q[wx]) * q[phi2_dot];  /* (26) */
-    const real cdy_phi1 = t_m5cmg * q[phi1_dot] + cz_phi1 * q[theta1_dot];
-    const real t_pthak = gz_phi1 * p[h1];
-    const real t_c7ea6 = t_pthak - h[t_os4zj] * cos_theta1 * p[m1];
-    const real cdz_phi1 = t_c7ea6 * q[theta1_dot] - t_xoziy * q[phi1_dot];
+    const real cdy_phi1 = t_eacod * q[phi1_dot] + cz_phi1 * q[theta1_dot];
+    const real t_7uzqh_2 = gz_phi1 * p[h1];
+    const real t_7ofqy = t_7uzqh_2 - h[t_os4zj] * cos_theta1 * p[m1];
+    const real cdz_phi1 = t_7ofqy * q[theta1_dot] - t_fbnpk * q[phi1_dot];
     const real t_tdfn5 = cos_phi1 * cos_phi1;
-    const real cdy_theta1 = t_6k4ym * q[theta1_dot] + q[phi1_dot] * (t_bnlcb + t_j5zf2 * t_c4g4l - t_tdfn5 * t_c4g4l);
-    const real cdz_theta1 = q[phi1_dot] * (t_pthak + t_j5zf2 * t_jweyu - t_jweyu * t_tdfn5) - cy_theta1 * q[theta1_dot];
-    const real cdy_phi2 = cz_phi2 * q[theta2_dot] + t_gidtm * q[phi2_dot];
-    const real t_3ndrr = gz_phi2 * p[h2];
-    const real t_mszzy = t_3ndrr - cos_theta2 * h[t_nfvux] * p[m2];
-    const real cdz_phi2 = t_mszzy * q[theta2_dot] - t_bxu5p * q[phi2_dot];
+    const real cdy_theta1 = t_mzjt3 * q[theta1_dot] + q[phi1_dot] * (t_7uzqh + t_j5zf2 * t_c4g4l - t_tdfn5 * t_c4g4l);
+    const real cdz_theta1 = q[phi1_dot] * (t_7uzqh_2 + t_j5zf2 * t_jweyu - t_jweyu * t_tdfn5) - cy_theta1 * q[theta1_dot];
+    const real cdy_phi2 = cz_phi2 * q[theta2_dot] + t_mne3j * q[phi2_dot];
+    const real t_zlzao_2 = gz_phi2 * p[h2];
+    const real t_zxopy = t_zlzao_2 - cos_theta2 * h[t_nfvux] * p[m2];
+    const real cdz_phi2 = t_zxopy * q[theta2_dot] - t_2ecfs * q[phi2_dot];
     const real t_oovgz = cos_phi2 * cos_phi2;
-    const real cdy_theta2 = t_vpw6e * q[theta2_dot] + q[phi2_dot] * (t_ba7if + t_kuf7x * t_acoue - t_kuf7x * t_oovgz);
-    const real cdz_theta2 = q[phi2_dot] * (t_3ndrr + t_acoue * t_lvuvj - t_lvuvj * t_oovgz) - cy_theta2 * q[theta2_dot];
+    const real cdy_theta2 = t_55n3v * q[theta2_dot] + q[phi2_dot] * (t_zlzao + t_kuf7x * t_acoue - t_kuf7x * t_oovgz);
+    const real cdz_theta2 = q[phi2_dot] * (t_zlzao_2 + t_acoue * t_lvuvj - t_lvuvj * t_oovgz) - cy_theta2 * q[theta2_dot];
     const real t_wij2f = q[vy] * c[r1];
     const real t_tlq7s = h[D_phi1] * q[phi1_dot];
-    const real t_gzvpk = h[t_gtrpy] * (p[I1] * q[wx] - t_c7ea6 * q[wy] + cz_phi1 * q[wz] + t_tlq7s);
+    const real t_y5tq3 = h[t_hyv47] * (p[I1] * q[wx] - t_7ofqy * q[wy] + cz_phi1 * q[wz] + t_tlq7s);
     const real t_ekjz2 = h[D_phi2] * q[phi2_dot];
-    const real t_cwoxu = h[t_kovll] * (p[I2] * q[wx] - t_mszzy * q[wy] + cz_phi2 * q[wz] + t_ekjz2);
-    const real t_j7ex5 = h[W_theta1] / (D_theta1 * D_theta1);
-    const real t_iomfo = D_theta1 * q[theta1_dot];
-    const real t_ixthk = t_j7ex5 * (cy_theta1 * q[wy] - t_tlxaf * q[wx] + cz_theta1 * q[wz] + t_iomfo);
-    const real t_s5xdh = h[W_theta2] / (D_theta2 * D_theta2);
-    const real t_kyc32 = D_theta2 * q[theta2_dot];
-    const real t_ebmhs = t_s5xdh * (cy_theta2 * q[wy] - t_rg5u5 * q[wx] + cz_theta2 * q[wz] + t_kyc32);
+    const real t_ysod3 = h[t_pi35k] * (p[I2] * q[wx] - t_zxopy * q[wy] + cz_phi2 * q[wz] + t_ekjz2);
+    const real t_5dxfk = h[W_theta1] / (D_theta1 * D_theta1);
+    const real t_vzzik = D_theta1 * q[theta1_dot];
+    const real t_fr6tc = t_5dxfk * (cy_theta1 * q[wy] - t_tlxaf * q[wx] + cz_theta1 * q[wz] + t_vzzik);
+    const real t_qmyo4 = h[W_theta2] / (D_theta2 * D_theta2);
+    const real t_6or2m = D_theta2 * q[theta2_dot];
+    const real t_5giuc = t_qmyo4 * (cy_theta2 * q[wy] - t_rg5u5 * q[wx] + cz_theta2 * q[wz] + t_6or2m);
     const real B_v1 = t_wij2f
-        - t_gzvpk * gy_phi1
-        - t_cwoxu * gy_phi2
-        - t_ixthk * gy_theta1
-        - t_ebmhs * gy_theta2;  /* (29) */
+        - t_y5tq3 * gy_phi1
+        - t_ysod3 * gy_phi2
+        - t_fr6tc * gy_theta1
+        - t_5giuc * gy_theta2;  /* (29) */
     const real t_aqbxr = q[vz] * c[r2];
     const real C_v1 = t_aqbxr
-        - t_gzvpk * gz_phi1
-        - t_cwoxu * gz_phi2
-        + t_ixthk * t_e5ugo
-        + t_ebmhs * t_7j7h4;  /* (29) */
-    const real t_5bilv = h[ax_eq] * gx_phi1;
-    const real t_4oupt = h[ax_eq] * gx_phi2;
+        - t_y5tq3 * gz_phi1
+        - t_ysod3 * gz_phi2
+        + t_fr6tc * t_mpdnl
+        + t_5giuc * t_qs2zm;  /* (29) */
+    const real t_2kkcu = h[ax_eq] * gx_phi1;
+    const real t_oomti = h[ax_eq] * gx_phi2;
     const real g1_v1 = q[att1] * c[r3]
         - t_aqbxr * q[vy]
-        - h[t_gtrpy] * (t_5bilv * p[I1] + p[I1] * k_phi1)
-        - h[t_kovll] * (t_4oupt * p[I2] + p[I2] * k_phi2)
-        - t_j7ex5 * (t_iomfo * Dd_theta1 - (t_b7wcv * t_tlxaf + t_tlxaf * k_theta1))
-        - t_s5xdh * (t_kyc32 * Dd_theta2 - (t_putjj * t_rg5u5 + t_rg5u5 * k_theta2))
+        - h[t_hyv47] * (t_2kkcu * p[I1] + p[I1] * k_phi1)
+        - h[t_pi35k] * (t_oomti * p[I2] + p[I2] * k_phi2)
+        - t_5dxfk * (t_vzzik * Dd_theta1 - (t_5c2px * t_tlxaf + t_tlxaf * k_theta1))
+        - t_qmyo4 * (t_6or2m * Dd_theta2 - (t_a7ypc * t_rg5u5 + t_rg5u5 * k_theta2))
         + q[vy] * q[vz] * c[r1];  /* (29) */
     const real g2_v1 = q[att2] * c[r5]
-        + h[t_gtrpy] * (t_5bilv * t_c7ea6 + t_c7ea6 * k_phi1 + t_tlq7s * cdy_phi1)
-        + h[t_kovll] * (t_4oupt * t_mszzy + t_mszzy * k_phi2 + t_ekjz2 * cdy_phi2)
-        - t_j7ex5 * (t_b7wcv * cy_theta1 + cy_theta1 * k_theta1 - t_iomfo * cdy_theta1)
-        - t_s5xdh * (t_putjj * cy_theta2 + cy_theta2 * k_theta2 - t_kyc32 * cdy_theta2)
+        + h[t_hyv47] * (t_2kkcu * t_7ofqy + t_7ofqy * k_phi1 + t_tlq7s * cdy_phi1)
+        + h[t_pi35k] * (t_oomti * t_zxopy + t_zxopy * k_phi2 + t_ekjz2 * cdy_phi2)
+        - t_5dxfk * (t_5c2px * cy_theta1 + cy_theta1 * k_theta1 - t_vzzik * cdy_theta1)
+        - t_qmyo4 * (t_a7ypc * cy_theta2 + cy_theta2 * k_theta2 - t_6or2m * cdy_theta2)
         + q[vx] * q[vz] * c[r2];  /* (29) */
     const real g3_v1 = q[att3] * c[r7]
         - t_wij2f * q[vx]
-        - h[t_gtrpy] * (t_5bilv * cz_phi1 + cz_phi1 * k_phi1 - t_tlq7s * cdz_phi1)
-        - h[t_kovll] * (t_4oupt * cz_phi2 + cz_phi2 * k_phi2 - t_ekjz2 * cdz_phi2)
-        - t_j7ex5 * (t_b7wcv * cz_theta1 + cz_theta1 * k_theta1 - t_iomfo * cdz_theta1)
-        - t_s5xdh * (t_putjj * cz_theta2 + cz_theta2 * k_theta2 - t_kyc32 * cdz_theta2);  /* (29) */
-    const real f11_v1 = h[t_q2z2v] - t_j7ex5 * (t_tlxaf * t_tlxaf) - t_s5xdh * (t_rg5u5 * t_rg5u5);  /* (29) */
-    const real t_krscw = t_j7ex5 * t_tlxaf;
-    const real t_qbfue = t_s5xdh * t_rg5u5;
-    const real f21_v1 = h[t_fbkub] * t_c7ea6 + h[t_hl4rq] * t_mszzy + t_krscw * cy_theta1 + t_qbfue * cy_theta2;  /* (29) */
+        - h[t_hyv47] * (t_2kkcu * cz_phi1 + cz_phi1 * k_phi1 - t_tlq7s * cdz_phi1)
+        - h[t_pi35k] * (t_oomti * cz_phi2 + cz_phi2 * k_phi2 - t_ekjz2 * cdz_phi2)
+        - t_5dxfk * (t_5c2px * cz_theta1 + cz_theta1 * k_theta1 - t_vzzik * cdz_theta1)
+        - t_qmyo4 * (t_a7ypc * cz_theta2 + cz_theta2 * k_theta2 - t_6or2m * cdz_theta2);  /* (29) */
+    const real f11_v1 = h[t_wvww5] - t_5dxfk * (t_tlxaf * t_tlxaf) - t_qmyo4 * (t_rg5u5 * t_rg5u5);  /* (29) */
+    const real t_ddd6c = t_5dxfk * t_tlxaf;
+    const real t_romro = t_qmyo4 * t_rg5u5;
+    const real f21_v1 = h[t_if7mv] * t_7ofqy + h[t_tmzpj] * t_zxopy + t_ddd6c * cy_theta1 + t_romro * cy_theta2;  /* (29) */
     const real f22_v1 = c[r6]
-        - h[t_gtrpy] * (t_c7ea6 * t_c7ea6)
-        - h[t_kovll] * (t_mszzy * t_mszzy)
-        - t_j7ex5 * (cy_theta1 * cy_theta1)
-        - t_s5xdh * (cy_theta2 * cy_theta2);  /* (29) */
-    const real f31_v1 = t_krscw * cz_theta1 - (h[t_fbkub] * cz_phi1 + h[t_hl4rq] * cz_phi2) + t_qbfue * cz_theta2;  /* (29) */
-    const real f32_v1 = h[t_gtrpy] * t_c7ea6 * cz_phi1
-        + h[t_kovll] * t_mszzy * cz_phi2
-        - t_j7ex5 * cy_theta1 * cz_theta1
-        - t_s5xdh * cy_theta2 * cz_theta2;  /* (29) */
+        - h[t_hyv47] * (t_7ofqy * t_7ofqy)
+        - h[t_pi35k] * (t_zxopy * t_zxopy)
+        - t_5dxfk * (cy_theta1 * cy_theta1)
+        - t_qmyo4 * (cy_theta2 * cy_theta2);  /* (29) */
+    const real f31_v1 = t_ddd6c * cz_theta1 - (h[t_if7mv] * cz_phi1 + h[t_tmzpj] * cz_phi2) + t_romro * cz_theta2;  /* (29) */
+    const real f32_v1 = h[t_hyv47] * t_7ofqy * cz_phi1
+        + h[t_pi35k] * t_zxopy * cz_phi2
+        - t_5dxfk * cy_theta1 * cz_theta1
+        - t_qmyo4 * cy_theta2 * cz_theta2;  /* (29) */
     const real f33_v1 = c[r8]
-        - h[t_gtrpy] * (cz_phi1 * cz_phi1)
-        - h[t_kovll] * (cz_phi2 * cz_phi2)
-        - t_j7ex5 * (cz_theta1 * cz_theta1)
-        - t_s5xdh * (cz_theta2 * cz_theta2);  /* (29) */
-    const real t_4v7es = K(1.0) / f11_v1;
-    const real f_v1_L21 = f21_v1 * t_4v7es;
-    const real f_v1_L31 = f31_v1 * t_4v7es;
+        - h[t_hyv47] * (cz_phi1 * cz_phi1)
+        - h[t_pi35k] * (cz_phi2 * cz_phi2)
+        - t_5dxfk * (cz_theta1 * cz_theta1)
+        - t_qmyo4 * (cz_theta2 * cz_theta2);  /* (29) */
+    const real t_kn7ya = K(1.0) / f11_v1;
+    const real f_v1_L21 = f21_v1 * t_kn7ya;
+    const real f_v1_L31 = f31_v1 * t_kn7ya;
     const real f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21;
-    const real t_g2uww = f32_v1 - f21_v1 * f_v1_L31;
-    const real t_omhw7 = K(1.0) / f_v1_D2;
-    const real f_v1_L32 = t_g2uww * t_omhw7;
-    const real f_v1_D3 = f33_v1 - t_g2uww * f_v1_L32 - f31_v1 * f_v1_L31;
-    const real t_u5ggi = q[wx] * c[w3] + g1_v1;
-    const real u_v1_y2 = f_v1_L21 * t_u5ggi - (q[wy] * c[w4] + g2_v1);
-    const real u_v1_y3 = f_v1_L31 * t_u5ggi - (q[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
+    const real t_lq5ub = f32_v1 - f21_v1 * f_v1_L31;
+    const real t_6dtnj = K(1.0) / f_v1_D2;
+    const real f_v1_L32 = t_lq5ub * t_6dtnj;
+    const real f_v1_D3 = f33_v1 - t_lq5ub * f_v1_L32 - f31_v1 * f_v1_L31;
+    const real t_n2umh = q[wx] * c[w3] + g1_v1;
+    const real u_v1_y2 = f_v1_L21 * t_n2umh - (q[wy] * c[w4] + g2_v1);
+    const real u_v1_y3 = f_v1_L31 * t_n2umh - (q[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
     const real u_v1_x3 = u_v1_y3 / f_v1_D3;
-    const real u_v1_x2 = u_v1_y2 * t_omhw7 - f_v1_L32 * u_v1_x3;
-    const real t_dyqoa = t_u5ggi * t_4v7es + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
-    const real u_v1_x1 = -t_dyqoa;
-    const real t_mjt7i = B_v1 * c[w1];
-    const real t_2xlzh = C_v1 * c[w2];
-    const real t_pigar = p[I1] * t_dyqoa
-        - (t_5bilv + k_phi1)
-        + t_c7ea6 * u_v1_x2
+    const real u_v1_x2 = u_v1_y2 * t_6dtnj - f_v1_L32 * u_v1_x3;
+    const real t_pgbjp = t_n2umh * t_kn7ya + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
+    const real u_v1_x1 = -t_pgbjp;
+    const real t_zzjzp = B_v1 * c[w1];
+    const real t_dnphw = C_v1 * c[w2];
+    const real t_hjjt3 = p[I1] * t_pgbjp
+        - (t_2kkcu + k_phi1)
+        + t_7ofqy * u_v1_x2
         - cz_phi1 * u_v1_x3
-        + gy_phi1 * t_mjt7i
-        + gz_phi1 * t_2xlzh;
-    const real t_af3tu = gy_theta1 * t_mjt7i
-        - (k_theta1 + t_tlxaf * t_dyqoa + cy_theta1 * u_v1_x2 + cz_theta1 * u_v1_x3)
-        - t_e5ugo * t_2xlzh;
-    const real t_ihlxw = p[I2] * t_dyqoa
-        - (t_4oupt + k_phi2)
-        + t_mszzy * u_v1_x2
+        + gy_phi1 * t_zzjzp
+        + gz_phi1 * t_dnphw;
+    const real t_a3bq4 = gy_theta1 * t_zzjzp
+        - (k_theta1 + t_tlxaf * t_pgbjp + cy_theta1 * u_v1_x2 + cz_theta1 * u_v1_x3)
+        - t_mpdnl * t_dnphw;
+    const real t_4p5zm = p[I2] * t_pgbjp
+        - (t_oomti + k_phi2)
+        + t_zxopy * u_v1_x2
         - cz_phi2 * u_v1_x3
-        + gy_phi2 * t_mjt7i
-        + gz_phi2 * t_2xlzh;
-    const real t_bltv2 = gy_theta2 * t_mjt7i
-        - (k_theta2 + t_rg5u5 * t_dyqoa + cy_theta2 * u_v1_x2 + cz_theta2 * u_v1_x3)
-        - t_7j7h4 * t_2xlzh;
+        + gy_phi2 * t_zzjzp
+        + gz_phi2 * t_dnphw;
+    const real t_vpbs7 = gy_theta2 * t_zzjzp
+        - (k_theta2 + t_rg5u5 * t_pgbjp + cy_theta2 * u_v1_x2 + cz_theta2 * u_v1_x3)
+        - t_qs2zm * t_dnphw;
     dq[0] = h[ax_eq] - q[vz] * q[wy] + q[vy] * q[wz];
-    dq[1] = q[vz] * q[wx] - q[vx] * q[wz] - t_mjt7i;
-    dq[2] = q[vx] * q[wy] - q[vy] * q[wx] - t_2xlzh;
+    dq[1] = q[vz] * q[wx] - q[vx] * q[wz] - t_zzjzp;
+    dq[2] = q[vx] * q[wy] - q[vy] * q[wx] - t_dnphw;
     dq[3] = u_v1_x1;
     dq[4] = u_v1_x2;
     dq[5] = u_v1_x3;
@@ -6570,10 +6570,10 @@ void slosh_lyapunov_v1_loop_reduced_prepared(const real *q, const real *p, const
     dq[10] = q[theta1_dot];
     dq[11] = q[phi2_dot];
     dq[12] = q[theta2_dot];
-    dq[13] = t_pigar * h[t_6wfa5];
-    dq[14] = t_af3tu / D_theta1;
-    dq[15] = t_ihlxw * h[t_gcao4];
-    dq[16] = t_bltv2 / D_theta2;
+    dq[13] = t_hjjt3 * h[t_gbl6n];
+    dq[14] = t_a3bq4 / D_theta1;
+    dq[15] = t_4p5zm * h[t_jx6g7];
+    dq[16] = t_vpbs7 / D_theta2;
 }
 
 /* Places of h. */
@@ -6582,7 +6582,7 @@ enum {
     lyapunov_v1_loop_reduced_euler_h_t_yx2kz,
     lyapunov_v1_loop_reduced_euler_h_D_phi1,
     lyapunov_v1_loop_reduced_euler_h_t_6nwd2,
-    lyapunov_v1_loop_reduced_euler_h_t_oc5tk,
+    lyapunov_v1_loop_reduced_euler_h_t_os4zj_2,
     lyapunov_v1_loop_reduced_euler_h_t_nfvux,
     lyapunov_v1_loop_reduced_euler_h_t_frp3h,
     lyapunov_v1_loop_reduced_euler_h_D_phi2,
@@ -6590,13 +6590,13 @@ enum {
     lyapunov_v1_loop_reduced_euler_h_ax_eq,
     lyapunov_v1_loop_reduced_euler_h_W_theta1,
     lyapunov_v1_loop_reduced_euler_h_W_theta2,
-    lyapunov_v1_loop_reduced_euler_h_t_gtrpy,
-    lyapunov_v1_loop_reduced_euler_h_t_kovll,
-    lyapunov_v1_loop_reduced_euler_h_t_q2z2v,
-    lyapunov_v1_loop_reduced_euler_h_t_fbkub,
-    lyapunov_v1_loop_reduced_euler_h_t_hl4rq,
-    lyapunov_v1_loop_reduced_euler_h_t_6wfa5,
-    lyapunov_v1_loop_reduced_euler_h_t_gcao4,
+    lyapunov_v1_loop_reduced_euler_h_t_hyv47,
+    lyapunov_v1_loop_reduced_euler_h_t_pi35k,
+    lyapunov_v1_loop_reduced_euler_h_t_wvww5,
+    lyapunov_v1_loop_reduced_euler_h_t_if7mv,
+    lyapunov_v1_loop_reduced_euler_h_t_tmzpj,
+    lyapunov_v1_loop_reduced_euler_h_t_gbl6n,
+    lyapunov_v1_loop_reduced_euler_h_t_jx6g7,
 };
 
 /* what lyapunov_v1_loop_reduced_euler computes once per run; 31 operations. */
@@ -6625,13 +6625,13 @@ void slosh_lyapunov_v1_loop_reduced_euler_prepare(const real *p, const real *c, 
     const real W_theta1 = c[r10] * p[m1];  /* (27) */
     const real W_phi2 = c[r9] * p[m2];  /* (27) */
     const real W_theta2 = c[r10] * p[m2];  /* (27) */
-    const real t_gtrpy = W_phi1 / (D_phi1 * D_phi1);
-    const real t_kovll = W_phi2 / (D_phi2 * D_phi2);
+    const real t_hyv47 = W_phi1 / (D_phi1 * D_phi1);
+    const real t_pi35k = W_phi2 / (D_phi2 * D_phi2);
     h[lyapunov_v1_loop_reduced_euler_h_t_os4zj] = t_os4zj;
     h[lyapunov_v1_loop_reduced_euler_h_t_yx2kz] = t_yx2kz;
     h[lyapunov_v1_loop_reduced_euler_h_D_phi1] = D_phi1;
     h[lyapunov_v1_loop_reduced_euler_h_t_6nwd2] = p[l1] * p[m1];
-    h[lyapunov_v1_loop_reduced_euler_h_t_oc5tk] = t_os4zj + t_os4zj;
+    h[lyapunov_v1_loop_reduced_euler_h_t_os4zj_2] = t_os4zj + t_os4zj;
     h[lyapunov_v1_loop_reduced_euler_h_t_nfvux] = t_nfvux;
     h[lyapunov_v1_loop_reduced_euler_h_t_frp3h] = t_frp3h;
     h[lyapunov_v1_loop_reduced_euler_h_D_phi2] = D_phi2;
@@ -6639,13 +6639,13 @@ void slosh_lyapunov_v1_loop_reduced_euler_prepare(const real *p, const real *c, 
     h[lyapunov_v1_loop_reduced_euler_h_ax_eq] = ax_eq;
     h[lyapunov_v1_loop_reduced_euler_h_W_theta1] = W_theta1;
     h[lyapunov_v1_loop_reduced_euler_h_W_theta2] = W_theta2;
-    h[lyapunov_v1_loop_reduced_euler_h_t_gtrpy] = t_gtrpy;
-    h[lyapunov_v1_loop_reduced_euler_h_t_kovll] = t_kovll;
-    h[lyapunov_v1_loop_reduced_euler_h_t_q2z2v] = c[r4] - t_gtrpy * (p[I1] * p[I1]) - t_kovll * (p[I2] * p[I2]);
-    h[lyapunov_v1_loop_reduced_euler_h_t_fbkub] = t_gtrpy * p[I1];
-    h[lyapunov_v1_loop_reduced_euler_h_t_hl4rq] = t_kovll * p[I2];
-    h[lyapunov_v1_loop_reduced_euler_h_t_6wfa5] = K(1.0) / D_phi1;
-    h[lyapunov_v1_loop_reduced_euler_h_t_gcao4] = K(1.0) / D_phi2;
+    h[lyapunov_v1_loop_reduced_euler_h_t_hyv47] = t_hyv47;
+    h[lyapunov_v1_loop_reduced_euler_h_t_pi35k] = t_pi35k;
+    h[lyapunov_v1_loop_reduced_euler_h_t_wvww5] = c[r4] - t_hyv47 * (p[I1] * p[I1]) - t_pi35k * (p[I2] * p[I2]);
+    h[lyapunov_v1_loop_reduced_euler_h_t_if7mv] = t_hyv47 * p[I1];
+    h[lyapunov_v1_loop_reduced_euler_h_t_tmzpj] = t_pi35k * p[I2];
+    h[lyapunov_v1_loop_reduced_euler_h_t_gbl6n] = K(1.0) / D_phi1;
+    h[lyapunov_v1_loop_reduced_euler_h_t_jx6g7] = K(1.0) / D_phi2;
 }
 
 /* the rest of lyapunov_v1_loop_reduced_euler; 554 operations. */
@@ -6694,7 +6694,7 @@ void slosh_lyapunov_v1_loop_reduced_euler_prepared(const real *q, const real *p,
     enum { t_yx2kz = lyapunov_v1_loop_reduced_euler_h_t_yx2kz };
     enum { D_phi1 = lyapunov_v1_loop_reduced_euler_h_D_phi1 };
     enum { t_6nwd2 = lyapunov_v1_loop_reduced_euler_h_t_6nwd2 };
-    enum { t_oc5tk = lyapunov_v1_loop_reduced_euler_h_t_oc5tk };
+    enum { t_os4zj_2 = lyapunov_v1_loop_reduced_euler_h_t_os4zj_2 };
     enum { t_nfvux = lyapunov_v1_loop_reduced_euler_h_t_nfvux };
     enum { t_frp3h = lyapunov_v1_loop_reduced_euler_h_t_frp3h };
     enum { D_phi2 = lyapunov_v1_loop_reduced_euler_h_D_phi2 };
@@ -6702,23 +6702,23 @@ void slosh_lyapunov_v1_loop_reduced_euler_prepared(const real *q, const real *p,
     enum { ax_eq = lyapunov_v1_loop_reduced_euler_h_ax_eq };
     enum { W_theta1 = lyapunov_v1_loop_reduced_euler_h_W_theta1 };
     enum { W_theta2 = lyapunov_v1_loop_reduced_euler_h_W_theta2 };
-    enum { t_gtrpy = lyapunov_v1_loop_reduced_euler_h_t_gtrpy };
-    enum { t_kovll = lyapunov_v1_loop_reduced_euler_h_t_kovll };
-    enum { t_q2z2v = lyapunov_v1_loop_reduced_euler_h_t_q2z2v };
-    enum { t_fbkub = lyapunov_v1_loop_reduced_euler_h_t_fbkub };
-    enum { t_hl4rq = lyapunov_v1_loop_reduced_euler_h_t_hl4rq };
-    enum { t_6wfa5 = lyapunov_v1_loop_reduced_euler_h_t_6wfa5 };
-    enum { t_gcao4 = lyapunov_v1_loop_reduced_euler_h_t_gcao4 };
+    enum { t_hyv47 = lyapunov_v1_loop_reduced_euler_h_t_hyv47 };
+    enum { t_pi35k = lyapunov_v1_loop_reduced_euler_h_t_pi35k };
+    enum { t_wvww5 = lyapunov_v1_loop_reduced_euler_h_t_wvww5 };
+    enum { t_if7mv = lyapunov_v1_loop_reduced_euler_h_t_if7mv };
+    enum { t_tmzpj = lyapunov_v1_loop_reduced_euler_h_t_tmzpj };
+    enum { t_gbl6n = lyapunov_v1_loop_reduced_euler_h_t_gbl6n };
+    enum { t_jx6g7 = lyapunov_v1_loop_reduced_euler_h_t_jx6g7 };
     real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
     const real gx_phi1 = sin_phi1 * h[t_6nwd2];  /* (25) */
     real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
     const real t_pv3py = cos_phi1 * p[l1] * p[m1];
     const real gy_phi1 = sin_theta1 * t_pv3py;  /* (25) */
     const real gz_phi1 = cos_theta1 * t_pv3py;  /* (25) */
-    const real t_bnlcb = gy_phi1 * p[h1];
+    const real t_7uzqh = gy_phi1 * p[h1];
     const real t_c4g4l = h[t_yx2kz] * sin_theta1;
-    const real cz_phi1 = t_bnlcb - t_c4g4l;  /* (25) */
-    const real t_azo52 = gx_phi1 * p[h1];
+    const real cz_phi1 = t_7uzqh - t_c4g4l;  /* (25) */
+    const real t_ww3vx = gx_phi1 * p[h1];
     const real t_5vpfz = sin_theta1 * q[wy] + cos_theta1 * q[wz];
     const real t_3wt73 = t_5vpfz * t_5vpfz;
     const real t_d3hip = cos_theta1 * q[wy] - sin_theta1 * q[wz];
@@ -6729,34 +6729,34 @@ void slosh_lyapunov_v1_loop_reduced_euler_prepared(const real *q, const real *p,
     const real t_tlxaf = h[t_yx2kz] * t_j5zf2;
     const real t_jg6hr = t_tlxaf * t_5vpfz;
     const real k_phi1 = p[eps1] * q[phi1_dot]
-        - t_azo52 * t_3wt73
-        - t_azo52 * (t_d3hip * t_d3hip)
+        - t_ww3vx * t_3wt73
+        - t_ww3vx * (t_d3hip * t_d3hip)
         - q[theta1_dot] * q[theta1_dot] * t_27rts
         - t_27rts * t_wube7
         - (q[theta1_dot] + q[theta1_dot]) * t_jg6hr
         - h[t_yx2kz] * t_5vpfz * q[wx]
         + h[t_os4zj] * t_3wt73 * sin_phi1 * cos_phi1 * p[m1]
-        + h[t_oc5tk] * t_j5zf2 * t_5vpfz * q[wx] * p[m1]
+        + h[t_os4zj_2] * t_j5zf2 * t_5vpfz * q[wx] * p[m1]
         + cos_phi1 * t_5vpfz * p[h1] * q[wx] * p[l1] * p[m1]
-        + h[t_oc5tk] * sin_phi1 * cos_phi1 * q[theta1_dot] * q[wx] * p[m1];  /* (25) */
+        + h[t_os4zj_2] * sin_phi1 * cos_phi1 * q[theta1_dot] * q[wx] * p[m1];  /* (25) */
     const real D_theta1 = t_tlxaf + p[I1];  /* (26) */
     const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
-    const real t_e5ugo = sin_theta1 * gx_phi1;
-    const real t_xoziy = t_e5ugo * p[h1];
-    const real cy_theta1 = t_xoziy - t_fgmjk * t_c4g4l;  /* (26) */
-    const real t_m5cmg = gy_theta1 * p[h1];
+    const real t_mpdnl = sin_theta1 * gx_phi1;
+    const real t_fbnpk = t_mpdnl * p[h1];
+    const real cy_theta1 = t_fbnpk - t_fgmjk * t_c4g4l;  /* (26) */
+    const real t_eacod = gy_theta1 * p[h1];
     const real t_jweyu = h[t_yx2kz] * cos_theta1;
-    const real t_6k4ym = t_m5cmg - t_fgmjk * t_jweyu;
-    const real cz_theta1 = t_6k4ym + p[I1];  /* (26) */
+    const real t_mzjt3 = t_eacod - t_fgmjk * t_jweyu;
+    const real cz_theta1 = t_mzjt3 + p[I1];  /* (26) */
     const real t_ybskz = t_d3hip * q[wx];
-    const real t_j5odj = q[phi1_dot] + q[phi1_dot];
-    const real Dd_theta1 = t_27rts * t_j5odj;
-    const real t_b7wcv = Dd_theta1 * q[theta1_dot];
+    const real t_hjux3 = q[phi1_dot] + q[phi1_dot];
+    const real Dd_theta1 = t_27rts * t_hjux3;
+    const real t_5c2px = Dd_theta1 * q[theta1_dot];
     const real k_theta1 = p[eps1] * q[theta1_dot]
-        + t_azo52 * t_ybskz
-        + t_jg6hr * t_j5odj
+        + t_ww3vx * t_ybskz
+        + t_jg6hr * t_hjux3
         + t_jg6hr * t_d3hip
-        + t_b7wcv
+        + t_5c2px
         - t_27rts * t_ybskz
         - Dd_theta1 * q[wx];  /* (26) */
     real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
@@ -6765,12 +6765,12 @@ void slosh_lyapunov_v1_loop_reduced_euler_prepared(const real *q, const real *p,
     real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
     const real gy_phi2 = t_aafcb * sin_theta2;  /* (25) */
     const real gz_phi2 = t_aafcb * cos_theta2;  /* (25) */
-    const real t_ba7if = gy_phi2 * p[h2];
+    const real t_zlzao = gy_phi2 * p[h2];
     const real t_kuf7x = sin_theta2 * h[t_frp3h];
-    const real cz_phi2 = t_ba7if - t_kuf7x;  /* (25) */
+    const real cz_phi2 = t_zlzao - t_kuf7x;  /* (25) */
     const real t_qg23f = sin_phi2 * cos_phi2;
     const real t_ny2js = t_qg23f * h[t_frp3h];
-    const real t_svo5z = gx_phi2 * p[h2];
+    const real t_sz5oz = gx_phi2 * p[h2];
     const real t_cuv7o = sin_theta2 * q[wy] + cos_theta2 * q[wz];
     const real t_flneb = t_cuv7o * t_cuv7o;
     const real t_3cqcq = cos_theta2 * q[wy] - sin_theta2 * q[wz];
@@ -6779,8 +6779,8 @@ void slosh_lyapunov_v1_loop_reduced_euler_prepared(const real *q, const real *p,
     const real t_ss42z = t_cuv7o * t_rg5u5;
     const real k_phi2 = p[eps2] * q[phi2_dot]
         - t_wube7 * t_ny2js
-        - t_svo5z * t_flneb
-        - t_svo5z * (t_3cqcq * t_3cqcq)
+        - t_sz5oz * t_flneb
+        - t_sz5oz * (t_3cqcq * t_3cqcq)
         - q[theta2_dot] * q[theta2_dot] * t_ny2js
         - (q[theta2_dot] + q[theta2_dot]) * t_ss42z
         - t_cuv7o * h[t_frp3h] * q[wx]
@@ -6790,143 +6790,143 @@ void slosh_lyapunov_v1_loop_reduced_euler_prepared(const real *q, const real *p,
         + (sin_phi2 + sin_phi2) * cos_phi2 * h[t_nfvux] * q[theta2_dot] * q[wx] * p[m2];  /* (25) */
     const real D_theta2 = t_rg5u5 + p[I2];  /* (26) */
     const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
-    const real t_7j7h4 = gx_phi2 * sin_theta2;
-    const real t_bxu5p = t_7j7h4 * p[h2];
-    const real cy_theta2 = t_bxu5p - t_kuf7x * t_qg23f;  /* (26) */
-    const real t_gidtm = gy_theta2 * p[h2];
+    const real t_qs2zm = gx_phi2 * sin_theta2;
+    const real t_2ecfs = t_qs2zm * p[h2];
+    const real cy_theta2 = t_2ecfs - t_kuf7x * t_qg23f;  /* (26) */
+    const real t_mne3j = gy_theta2 * p[h2];
     const real t_lvuvj = cos_theta2 * h[t_frp3h];
-    const real t_vpw6e = t_gidtm - t_qg23f * t_lvuvj;
-    const real cz_theta2 = t_vpw6e + p[I2];  /* (26) */
+    const real t_55n3v = t_mne3j - t_qg23f * t_lvuvj;
+    const real cz_theta2 = t_55n3v + p[I2];  /* (26) */
     const real t_dr7rz = t_3cqcq * q[wx];
-    const real t_473qv = q[phi2_dot] + q[phi2_dot];
-    const real Dd_theta2 = t_ny2js * t_473qv;
-    const real t_putjj = Dd_theta2 * q[theta2_dot];
+    const real t_mw75j = q[phi2_dot] + q[phi2_dot];
+    const real Dd_theta2 = t_ny2js * t_mw75j;
+    const real t_a7ypc = Dd_theta2 * q[theta2_dot];
     const real k_theta2 = p[eps2] * q[theta2_dot]
         + t_3cqcq * t_ss42z
-        + t_svo5z * t_dr7rz
-        + t_ss42z * t_473qv
-        + t_putjj
+        + t_sz5oz * t_dr7rz
+        + t_ss42z * t_mw75j
+        + t_a7ypc
         - t_ny2js * t_dr7rz
         - t_ny2js * (q[wx] + q[wx]) * q[phi2_dot];  /* (26) */
-    const real cdy_phi1 = t_m5cmg * q[phi1_dot] + cz_phi1 * q[theta1_dot];
-    const real t_pthak = gz_phi1 * p[h1];
-    const real t_c7ea6 = t_pthak - h[t_os4zj] * cos_theta1 * p[m1];
-    const real cdz_phi1 = t_c7ea6 * q[theta1_dot] - t_xoziy * q[phi1_dot];
+    const real cdy_phi1 = t_eacod * q[phi1_dot] + cz_phi1 * q[theta1_dot];
+    const real t_7uzqh_2 = gz_phi1 * p[h1];
+    const real t_7ofqy = t_7uzqh_2 - h[t_os4zj] * cos_theta1 * p[m1];
+    const real cdz_phi1 = t_7ofqy * q[theta1_dot] - t_fbnpk * q[phi1_dot];
     const real t_tdfn5 = cos_phi1 * cos_phi1;
-    const real cdy_theta1 = t_6k4ym * q[theta1_dot] + q[phi1_dot] * (t_bnlcb + t_j5zf2 * t_c4g4l - t_tdfn5 * t_c4g4l);
-    const real cdz_theta1 = q[phi1_dot] * (t_pthak + t_j5zf2 * t_jweyu - t_jweyu * t_tdfn5) - cy_theta1 * q[theta1_dot];
-    const real cdy_phi2 = cz_phi2 * q[theta2_dot] + t_gidtm * q[phi2_dot];
-    const real t_3ndrr = gz_phi2 * p[h2];
-    const real t_mszzy = t_3ndrr - cos_theta2 * h[t_nfvux] * p[m2];
-    const real cdz_phi2 = t_mszzy * q[theta2_dot] - t_bxu5p * q[phi2_dot];
+    const real cdy_theta1 = t_mzjt3 * q[theta1_dot] + q[phi1_dot] * (t_7uzqh + t_j5zf2 * t_c4g4l - t_tdfn5 * t_c4g4l);
+    const real cdz_theta1 = q[phi1_dot] * (t_7uzqh_2 + t_j5zf2 * t_jweyu - t_jweyu * t_tdfn5) - cy_theta1 * q[theta1_dot];
+    const real cdy_phi2 = cz_phi2 * q[theta2_dot] + t_mne3j * q[phi2_dot];
+    const real t_zlzao_2 = gz_phi2 * p[h2];
+    const real t_zxopy = t_zlzao_2 - cos_theta2 * h[t_nfvux] * p[m2];
+    const real cdz_phi2 = t_zxopy * q[theta2_dot] - t_2ecfs * q[phi2_dot];
     const real t_oovgz = cos_phi2 * cos_phi2;
-    const real cdy_theta2 = t_vpw6e * q[theta2_dot] + q[phi2_dot] * (t_ba7if + t_kuf7x * t_acoue - t_kuf7x * t_oovgz);
-    const real cdz_theta2 = q[phi2_dot] * (t_3ndrr + t_acoue * t_lvuvj - t_lvuvj * t_oovgz) - cy_theta2 * q[theta2_dot];
+    const real cdy_theta2 = t_55n3v * q[theta2_dot] + q[phi2_dot] * (t_zlzao + t_kuf7x * t_acoue - t_kuf7x * t_oovgz);
+    const real cdz_theta2 = q[phi2_dot] * (t_zlzao_2 + t_acoue * t_lvuvj - t_lvuvj * t_oovgz) - cy_theta2 * q[theta2_dot];
     const real t_wij2f = q[vy] * c[r1];
     const real t_tlq7s = h[D_phi1] * q[phi1_dot];
-    const real t_gzvpk = h[t_gtrpy] * (p[I1] * q[wx] - t_c7ea6 * q[wy] + cz_phi1 * q[wz] + t_tlq7s);
+    const real t_y5tq3 = h[t_hyv47] * (p[I1] * q[wx] - t_7ofqy * q[wy] + cz_phi1 * q[wz] + t_tlq7s);
     const real t_ekjz2 = h[D_phi2] * q[phi2_dot];
-    const real t_cwoxu = h[t_kovll] * (p[I2] * q[wx] - t_mszzy * q[wy] + cz_phi2 * q[wz] + t_ekjz2);
-    const real t_j7ex5 = h[W_theta1] / (D_theta1 * D_theta1);
-    const real t_iomfo = D_theta1 * q[theta1_dot];
-    const real t_ixthk = t_j7ex5 * (cy_theta1 * q[wy] - t_tlxaf * q[wx] + cz_theta1 * q[wz] + t_iomfo);
-    const real t_s5xdh = h[W_theta2] / (D_theta2 * D_theta2);
-    const real t_kyc32 = D_theta2 * q[theta2_dot];
-    const real t_ebmhs = t_s5xdh * (cy_theta2 * q[wy] - t_rg5u5 * q[wx] + cz_theta2 * q[wz] + t_kyc32);
+    const real t_ysod3 = h[t_pi35k] * (p[I2] * q[wx] - t_zxopy * q[wy] + cz_phi2 * q[wz] + t_ekjz2);
+    const real t_5dxfk = h[W_theta1] / (D_theta1 * D_theta1);
+    const real t_vzzik = D_theta1 * q[theta1_dot];
+    const real t_fr6tc = t_5dxfk * (cy_theta1 * q[wy] - t_tlxaf * q[wx] + cz_theta1 * q[wz] + t_vzzik);
+    const real t_qmyo4 = h[W_theta2] / (D_theta2 * D_theta2);
+    const real t_6or2m = D_theta2 * q[theta2_dot];
+    const real t_5giuc = t_qmyo4 * (cy_theta2 * q[wy] - t_rg5u5 * q[wx] + cz_theta2 * q[wz] + t_6or2m);
     const real B_v1 = t_wij2f
-        - t_gzvpk * gy_phi1
-        - t_cwoxu * gy_phi2
-        - t_ixthk * gy_theta1
-        - t_ebmhs * gy_theta2;  /* (29) */
+        - t_y5tq3 * gy_phi1
+        - t_ysod3 * gy_phi2
+        - t_fr6tc * gy_theta1
+        - t_5giuc * gy_theta2;  /* (29) */
     const real t_aqbxr = q[vz] * c[r2];
     const real C_v1 = t_aqbxr
-        - t_gzvpk * gz_phi1
-        - t_cwoxu * gz_phi2
-        + t_ixthk * t_e5ugo
-        + t_ebmhs * t_7j7h4;  /* (29) */
-    const real t_5bilv = h[ax_eq] * gx_phi1;
-    const real t_4oupt = h[ax_eq] * gx_phi2;
+        - t_y5tq3 * gz_phi1
+        - t_ysod3 * gz_phi2
+        + t_fr6tc * t_mpdnl
+        + t_5giuc * t_qs2zm;  /* (29) */
+    const real t_2kkcu = h[ax_eq] * gx_phi1;
+    const real t_oomti = h[ax_eq] * gx_phi2;
     const real g1_v1 = q[att1] * c[r3]
         - t_aqbxr * q[vy]
-        - h[t_gtrpy] * (t_5bilv * p[I1] + p[I1] * k_phi1)
-        - h[t_kovll] * (t_4oupt * p[I2] + p[I2] * k_phi2)
-        - t_j7ex5 * (t_iomfo * Dd_theta1 - (t_b7wcv * t_tlxaf + t_tlxaf * k_theta1))
-        - t_s5xdh * (t_kyc32 * Dd_theta2 - (t_putjj * t_rg5u5 + t_rg5u5 * k_theta2))
+        - h[t_hyv47] * (t_2kkcu * p[I1] + p[I1] * k_phi1)
+        - h[t_pi35k] * (t_oomti * p[I2] + p[I2] * k_phi2)
+        - t_5dxfk * (t_vzzik * Dd_theta1 - (t_5c2px * t_tlxaf + t_tlxaf * k_theta1))
+        - t_qmyo4 * (t_6or2m * Dd_theta2 - (t_a7ypc * t_rg5u5 + t_rg5u5 * k_theta2))
         + q[vy] * q[vz] * c[r1];  /* (29) */
     const real g2_v1 = q[att2] * c[r5]
-        + h[t_gtrpy] * (t_5bilv * t_c7ea6 + t_c7ea6 * k_phi1 + t_tlq7s * cdy_phi1)
-        + h[t_kovll] * (t_4oupt * t_mszzy + t_mszzy * k_phi2 + t_ekjz2 * cdy_phi2)
-        - t_j7ex5 * (t_b7wcv * cy_theta1 + cy_theta1 * k_theta1 - t_iomfo * cdy_theta1)
-        - t_s5xdh * (t_putjj * cy_theta2 + cy_theta2 * k_theta2 - t_kyc32 * cdy_theta2)
+        + h[t_hyv47] * (t_2kkcu * t_7ofqy + t_7ofqy * k_phi1 + t_tlq7s * cdy_phi1)
+        + h[t_pi35k] * (t_oomti * t_zxopy + t_zxopy * k_phi2 + t_ekjz2 * cdy_phi2)
+        - t_5dxfk * (t_5c2px * cy_theta1 + cy_theta1 * k_theta1 - t_vzzik * cdy_theta1)
+        - t_qmyo4 * (t_a7ypc * cy_theta2 + cy_theta2 * k_theta2 - t_6or2m * cdy_theta2)
         + q[vx] * q[vz] * c[r2];  /* (29) */
     const real g3_v1 = q[att3] * c[r7]
         - t_wij2f * q[vx]
-        - h[t_gtrpy] * (t_5bilv * cz_phi1 + cz_phi1 * k_phi1 - t_tlq7s * cdz_phi1)
-        - h[t_kovll] * (t_4oupt * cz_phi2 + cz_phi2 * k_phi2 - t_ekjz2 * cdz_phi2)
-        - t_j7ex5 * (t_b7wcv * cz_theta1 + cz_theta1 * k_theta1 - t_iomfo * cdz_theta1)
-        - t_s5xdh * (t_putjj * cz_theta2 + cz_theta2 * k_theta2 - t_kyc32 * cdz_theta2);  /* (29) */
-    const real f11_v1 = h[t_q2z2v] - t_j7ex5 * (t_tlxaf * t_tlxaf) - t_s5xdh * (t_rg5u5 * t_rg5u5);  /* (29) */
-    const real t_krscw = t_j7ex5 * t_tlxaf;
-    const real t_qbfue = t_s5xdh * t_rg5u5;
-    const real f21_v1 = h[t_fbkub] * t_c7ea6 + h[t_hl4rq] * t_mszzy + t_krscw * cy_theta1 + t_qbfue * cy_theta2;  /* (29) */
+        - h[t_hyv47] * (t_2kkcu * cz_phi1 + cz_phi1 * k_phi1 - t_tlq7s * cdz_phi1)
+        - h[t_pi35k] * (t_oomti * cz_phi2 + cz_phi2 * k_phi2 - t_ekjz2 * cdz_phi2)
+        - t_5dxfk * (t_5c2px * cz_theta1 + cz_theta1 * k_theta1 - t_vzzik * cdz_theta1)
+        - t_qmyo4 * (t_a7ypc * cz_theta2 + cz_theta2 * k_theta2 - t_6or2m * cdz_theta2);  /* (29) */
+    const real f11_v1 = h[t_wvww5] - t_5dxfk * (t_tlxaf * t_tlxaf) - t_qmyo4 * (t_rg5u5 * t_rg5u5);  /* (29) */
+    const real t_ddd6c = t_5dxfk * t_tlxaf;
+    const real t_romro = t_qmyo4 * t_rg5u5;
+    const real f21_v1 = h[t_if7mv] * t_7ofqy + h[t_tmzpj] * t_zxopy + t_ddd6c * cy_theta1 + t_romro * cy_theta2;  /* (29) */
     const real f22_v1 = c[r6]
-        - h[t_gtrpy] * (t_c7ea6 * t_c7ea6)
-        - h[t_kovll] * (t_mszzy * t_mszzy)
-        - t_j7ex5 * (cy_theta1 * cy_theta1)
-        - t_s5xdh * (cy_theta2 * cy_theta2);  /* (29) */
-    const real f31_v1 = t_krscw * cz_theta1 - (h[t_fbkub] * cz_phi1 + h[t_hl4rq] * cz_phi2) + t_qbfue * cz_theta2;  /* (29) */
-    const real f32_v1 = h[t_gtrpy] * t_c7ea6 * cz_phi1
-        + h[t_kovll] * t_mszzy * cz_phi2
-        - t_j7ex5 * cy_theta1 * cz_theta1
-        - t_s5xdh * cy_theta2 * cz_theta2;  /* (29) */
+        - h[t_hyv47] * (t_7ofqy * t_7ofqy)
+        - h[t_pi35k] * (t_zxopy * t_zxopy)
+        - t_5dxfk * (cy_theta1 * cy_theta1)
+        - t_qmyo4 * (cy_theta2 * cy_theta2);  /* (29) */
+    const real f31_v1 = t_ddd6c * cz_theta1 - (h[t_if7mv] * cz_phi1 + h[t_tmzpj] * cz_phi2) + t_romro * cz_theta2;  /* (29) */
+    const real f32_v1 = h[t_hyv47] * t_7ofqy * cz_phi1
+        + h[t_pi35k] * t_zxopy * cz_phi2
+        - t_5dxfk * cy_theta1 * cz_theta1
+        - t_qmyo4 * cy_theta2 * cz_theta2;  /* (29) */
     const real f33_v1 = c[r8]
-        - h[t_gtrpy] * (cz_phi1 * cz_phi1)
-        - h[t_kovll] * (cz_phi2 * cz_phi2)
-        - t_j7ex5 * (cz_theta1 * cz_theta1)
-        - t_s5xdh * (cz_theta2 * cz_theta2);  /* (29) */
-    const real t_4v7es = K(1.0) / f11_v1;
-    const real f_v1_L21 = f21_v1 * t_4v7es;
-    const real f_v1_L31 = f31_v1 * t_4v7es;
+        - h[t_hyv47] * (cz_phi1 * cz_phi1)
+        - h[t_pi35k] * (cz_phi2 * cz_phi2)
+        - t_5dxfk * (cz_theta1 * cz_theta1)
+        - t_qmyo4 * (cz_theta2 * cz_theta2);  /* (29) */
+    const real t_kn7ya = K(1.0) / f11_v1;
+    const real f_v1_L21 = f21_v1 * t_kn7ya;
+    const real f_v1_L31 = f31_v1 * t_kn7ya;
     const real f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21;
-    const real t_g2uww = f32_v1 - f21_v1 * f_v1_L31;
-    const real t_omhw7 = K(1.0) / f_v1_D2;
-    const real f_v1_L32 = t_g2uww * t_omhw7;
-    const real f_v1_D3 = f33_v1 - t_g2uww * f_v1_L32 - f31_v1 * f_v1_L31;
-    const real t_u5ggi = q[wx] * c[w3] + g1_v1;
-    const real u_v1_y2 = f_v1_L21 * t_u5ggi - (q[wy] * c[w4] + g2_v1);
-    const real u_v1_y3 = f_v1_L31 * t_u5ggi - (q[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
+    const real t_lq5ub = f32_v1 - f21_v1 * f_v1_L31;
+    const real t_6dtnj = K(1.0) / f_v1_D2;
+    const real f_v1_L32 = t_lq5ub * t_6dtnj;
+    const real f_v1_D3 = f33_v1 - t_lq5ub * f_v1_L32 - f31_v1 * f_v1_L31;
+    const real t_n2umh = q[wx] * c[w3] + g1_v1;
+    const real u_v1_y2 = f_v1_L21 * t_n2umh - (q[wy] * c[w4] + g2_v1);
+    const real u_v1_y3 = f_v1_L31 * t_n2umh - (q[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
     const real u_v1_x3 = u_v1_y3 / f_v1_D3;
-    const real u_v1_x2 = u_v1_y2 * t_omhw7 - f_v1_L32 * u_v1_x3;
-    const real t_dyqoa = t_u5ggi * t_4v7es + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
-    const real u_v1_x1 = -t_dyqoa;
-    const real t_mjt7i = B_v1 * c[w1];
-    const real t_2xlzh = C_v1 * c[w2];
+    const real u_v1_x2 = u_v1_y2 * t_6dtnj - f_v1_L32 * u_v1_x3;
+    const real t_pgbjp = t_n2umh * t_kn7ya + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
+    const real u_v1_x1 = -t_pgbjp;
+    const real t_zzjzp = B_v1 * c[w1];
+    const real t_dnphw = C_v1 * c[w2];
     real sin_att2, cos_att2; mv_sincos(q[att2], &sin_att2, &cos_att2);
     real sin_att1, cos_att1; mv_sincos(q[att1], &sin_att1, &cos_att1);
     const real t_oa5el = K(1.0) / cos_att2;
     const real t_s66h7 = sin_att1 * t_oa5el * q[wy];
     const real t_bi4sl = cos_att1 * t_oa5el * q[wz];
-    const real t_pigar = p[I1] * t_dyqoa
-        - (t_5bilv + k_phi1)
-        + t_c7ea6 * u_v1_x2
+    const real t_hjjt3 = p[I1] * t_pgbjp
+        - (t_2kkcu + k_phi1)
+        + t_7ofqy * u_v1_x2
         - cz_phi1 * u_v1_x3
-        + gy_phi1 * t_mjt7i
-        + gz_phi1 * t_2xlzh;
-    const real t_af3tu = gy_theta1 * t_mjt7i
-        - (k_theta1 + t_tlxaf * t_dyqoa + cy_theta1 * u_v1_x2 + cz_theta1 * u_v1_x3)
-        - t_e5ugo * t_2xlzh;
-    const real t_ihlxw = p[I2] * t_dyqoa
-        - (t_4oupt + k_phi2)
-        + t_mszzy * u_v1_x2
+        + gy_phi1 * t_zzjzp
+        + gz_phi1 * t_dnphw;
+    const real t_a3bq4 = gy_theta1 * t_zzjzp
+        - (k_theta1 + t_tlxaf * t_pgbjp + cy_theta1 * u_v1_x2 + cz_theta1 * u_v1_x3)
+        - t_mpdnl * t_dnphw;
+    const real t_4p5zm = p[I2] * t_pgbjp
+        - (t_oomti + k_phi2)
+        + t_zxopy * u_v1_x2
         - cz_phi2 * u_v1_x3
-        + gy_phi2 * t_mjt7i
-        + gz_phi2 * t_2xlzh;
-    const real t_bltv2 = gy_theta2 * t_mjt7i
-        - (k_theta2 + t_rg5u5 * t_dyqoa + cy_theta2 * u_v1_x2 + cz_theta2 * u_v1_x3)
-        - t_7j7h4 * t_2xlzh;
+        + gy_phi2 * t_zzjzp
+        + gz_phi2 * t_dnphw;
+    const real t_vpbs7 = gy_theta2 * t_zzjzp
+        - (k_theta2 + t_rg5u5 * t_pgbjp + cy_theta2 * u_v1_x2 + cz_theta2 * u_v1_x3)
+        - t_qs2zm * t_dnphw;
     dq[0] = h[ax_eq] - q[vz] * q[wy] + q[vy] * q[wz];
-    dq[1] = q[vz] * q[wx] - q[vx] * q[wz] - t_mjt7i;
-    dq[2] = q[vx] * q[wy] - q[vy] * q[wx] - t_2xlzh;
+    dq[1] = q[vz] * q[wx] - q[vx] * q[wz] - t_zzjzp;
+    dq[2] = q[vx] * q[wy] - q[vy] * q[wx] - t_dnphw;
     dq[3] = u_v1_x1;
     dq[4] = u_v1_x2;
     dq[5] = u_v1_x3;
@@ -6937,10 +6937,10 @@ void slosh_lyapunov_v1_loop_reduced_euler_prepared(const real *q, const real *p,
     dq[10] = q[theta1_dot];
     dq[11] = q[phi2_dot];
     dq[12] = q[theta2_dot];
-    dq[13] = t_pigar * h[t_6wfa5];
-    dq[14] = t_af3tu / D_theta1;
-    dq[15] = t_ihlxw * h[t_gcao4];
-    dq[16] = t_bltv2 / D_theta2;
+    dq[13] = t_hjjt3 * h[t_gbl6n];
+    dq[14] = t_a3bq4 / D_theta1;
+    dq[15] = t_4p5zm * h[t_jx6g7];
+    dq[16] = t_vpbs7 / D_theta2;
 }
 
 /* Places of h. */
@@ -6962,22 +6962,22 @@ enum {
     lyapunov_v2_h_e2,
     lyapunov_v2_h_B_1,
     lyapunov_v2_h_Bl_1,
-    lyapunov_v2_h_t_b7ure,
+    lyapunov_v2_h_t_xdulz,
     lyapunov_v2_h_B_2,
     lyapunov_v2_h_Bl_2,
-    lyapunov_v2_h_t_lpk5h,
-    lyapunov_v2_h_t_m5gm4,
-    lyapunov_v2_h_t_uumic,
-    lyapunov_v2_h_t_doa45,
+    lyapunov_v2_h_t_uohf6,
+    lyapunov_v2_h_t_47igz,
+    lyapunov_v2_h_t_fcuad,
+    lyapunov_v2_h_t_z4fbq,
     lyapunov_v2_h_t_sfymc,
-    lyapunov_v2_h_t_5r66u,
-    lyapunov_v2_h_t_7bo2j,
+    lyapunov_v2_h_t_g7pzr,
+    lyapunov_v2_h_t_urwo6,
     lyapunov_v2_h_t_t6fx5,
     lyapunov_v2_h_t_yjeu3,
     lyapunov_v2_h_t_ma4ro,
     lyapunov_v2_h_t_62qfa,
     lyapunov_v2_h_t_y7rm6,
-    lyapunov_v2_h_t_lwe76,
+    lyapunov_v2_h_t_bknng,
 };
 
 /* what lyapunov_v2 computes once per run; 74 operations. */
@@ -7005,15 +7005,15 @@ void slosh_lyapunov_v2_prepare(const real *p, const real *c, real *h)
     enum { r6 = SLOSH_LYAPUNOV_V2_C_R6 };
     enum { r8 = SLOSH_LYAPUNOV_V2_C_R8 };
     const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
-    const real t_gx5gf = p[m1] / D1;
-    const real k1 = t_gx5gf * p[l1];
-    const real me1 = t_gx5gf * p[I1];
+    const real t_nkfhl = p[m1] / D1;
+    const real k1 = t_nkfhl * p[l1];
+    const real me1 = t_nkfhl * p[I1];
     const real t_6nwd2 = p[l1] * p[m1];
     const real mv1 = t_6nwd2 * k1;
     const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
-    const real t_wiek6 = p[m2] / D2;
-    const real k2 = t_wiek6 * p[l2];
-    const real me2 = t_wiek6 * p[I2];
+    const real t_xgfi7 = p[m2] / D2;
+    const real k2 = t_xgfi7 * p[l2];
+    const real me2 = t_xgfi7 * p[I2];
     const real t_popww = p[l2] * p[m2];
     const real mv2 = t_popww * k2;
     const real M_C = p[m] + p[m0] + me1 + me2;
@@ -7051,22 +7051,22 @@ void slosh_lyapunov_v2_prepare(const real *p, const real *c, real *h)
     h[lyapunov_v2_h_e2] = e2;
     h[lyapunov_v2_h_B_1] = B_1;
     h[lyapunov_v2_h_Bl_1] = Bl_1;
-    h[lyapunov_v2_h_t_b7ure] = me1 * (e1 * e1);
+    h[lyapunov_v2_h_t_xdulz] = me1 * (e1 * e1);
     h[lyapunov_v2_h_B_2] = B_2;
     h[lyapunov_v2_h_Bl_2] = Bl_2;
-    h[lyapunov_v2_h_t_lpk5h] = me2 * (e2 * e2);
-    h[lyapunov_v2_h_t_m5gm4] = M_C + mv1 + mv2;
-    h[lyapunov_v2_h_t_uumic] = e1 * me1;
-    h[lyapunov_v2_h_t_doa45] = e2 * me2;
+    h[lyapunov_v2_h_t_uohf6] = me2 * (e2 * e2);
+    h[lyapunov_v2_h_t_47igz] = M_C + mv1 + mv2;
+    h[lyapunov_v2_h_t_fcuad] = e1 * me1;
+    h[lyapunov_v2_h_t_z4fbq] = e2 * me2;
     h[lyapunov_v2_h_t_sfymc] = t_sfymc;
-    h[lyapunov_v2_h_t_5r66u] = J_C1 + (p[J_z] - p[J_y]);
-    h[lyapunov_v2_h_t_7bo2j] = J_C1 + t_is5lg + t_sfymc;
+    h[lyapunov_v2_h_t_g7pzr] = J_C1 + (p[J_z] - p[J_y]);
+    h[lyapunov_v2_h_t_urwo6] = J_C1 + t_is5lg + t_sfymc;
     h[lyapunov_v2_h_t_t6fx5] = K(1.0) / c[r8];
     h[lyapunov_v2_h_t_yjeu3] = K(1.0) / c[r6];
     h[lyapunov_v2_h_t_ma4ro] = K(1.0) / c[r4];
     h[lyapunov_v2_h_t_62qfa] = p[F] * p[F];
     h[lyapunov_v2_h_t_y7rm6] = K(1.0) / p[F];
-    h[lyapunov_v2_h_t_lwe76] = p[b] + p[d] + x_C;
+    h[lyapunov_v2_h_t_bknng] = p[b] + p[d] + x_C;
 }
 
 /* the rest of lyapunov_v2; 554 operations. */
@@ -7125,22 +7125,22 @@ void slosh_lyapunov_v2_prepared(const real *x, const real *p, const real *c, con
     enum { e2 = lyapunov_v2_h_e2 };
     enum { B_1 = lyapunov_v2_h_B_1 };
     enum { Bl_1 = lyapunov_v2_h_Bl_1 };
-    enum { t_b7ure = lyapunov_v2_h_t_b7ure };
+    enum { t_xdulz = lyapunov_v2_h_t_xdulz };
     enum { B_2 = lyapunov_v2_h_B_2 };
     enum { Bl_2 = lyapunov_v2_h_Bl_2 };
-    enum { t_lpk5h = lyapunov_v2_h_t_lpk5h };
-    enum { t_m5gm4 = lyapunov_v2_h_t_m5gm4 };
-    enum { t_uumic = lyapunov_v2_h_t_uumic };
-    enum { t_doa45 = lyapunov_v2_h_t_doa45 };
+    enum { t_uohf6 = lyapunov_v2_h_t_uohf6 };
+    enum { t_47igz = lyapunov_v2_h_t_47igz };
+    enum { t_fcuad = lyapunov_v2_h_t_fcuad };
+    enum { t_z4fbq = lyapunov_v2_h_t_z4fbq };
     enum { t_sfymc = lyapunov_v2_h_t_sfymc };
-    enum { t_5r66u = lyapunov_v2_h_t_5r66u };
-    enum { t_7bo2j = lyapunov_v2_h_t_7bo2j };
+    enum { t_g7pzr = lyapunov_v2_h_t_g7pzr };
+    enum { t_urwo6 = lyapunov_v2_h_t_urwo6 };
     enum { t_t6fx5 = lyapunov_v2_h_t_t6fx5 };
     enum { t_yjeu3 = lyapunov_v2_h_t_yjeu3 };
     enum { t_ma4ro = lyapunov_v2_h_t_ma4ro };
     enum { t_62qfa = lyapunov_v2_h_t_62qfa };
     enum { t_y7rm6 = lyapunov_v2_h_t_y7rm6 };
-    enum { t_lwe76 = lyapunov_v2_h_t_lwe76 };
+    enum { t_bknng = lyapunov_v2_h_t_bknng };
     const real W12 = x[wx] * x[wy];
     const real W13 = x[wx] * x[wz];
     real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
@@ -7150,8 +7150,8 @@ void slosh_lyapunov_v2_prepared(const real *x, const real *p, const real *c, con
     const real w_x1 = x[wx] - x[theta1_dot];
     const real p1 = Wn1 + x[phi1_dot];
     const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
-    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
     real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
     real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
     const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
@@ -7159,8 +7159,8 @@ void slosh_lyapunov_v2_prepared(const real *x, const real *p, const real *c, con
     const real w_x2 = x[wx] - x[theta2_dot];
     const real p2 = Wn2 + x[phi2_dot];
     const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
-    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
     const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
     const real t_w7vil = t_rybsf * h[e1];
     const real tension1 = cos_phi1 * t_w7vil * h[mv1] - h[t_6nwd2] * sigma_sq1;
@@ -7180,9 +7180,9 @@ void slosh_lyapunov_v2_prepared(const real *x, const real *p, const real *c, con
     const real S_sq1 = sin_theta1 * sin_theta1;
     const real SC1 = cos_theta1 * sin_theta1;
     const real tn11_1 = Ass_1 + h[me1] - wth_1;
-    const real t_3bowt = h[Bl_1] + K(-2.0) * eBc_1 + h[e1] * eAss_1;
-    const real t_3fv6l = g_1 * wg_1;
-    const real tn44_1 = h[t_b7ure] + t_3bowt - t_3fv6l;
+    const real t_o36xw = h[Bl_1] + K(-2.0) * eBc_1 + h[e1] * eAss_1;
+    const real t_w6q4c = g_1 * wg_1;
+    const real tn44_1 = h[t_xdulz] + t_o36xw - t_w6q4c;
     const real wq_1 = q_1 * wth_1;
     const real wqg_1 = q_1 * wg_1;
     const real wqq_1 = q_1 * wq_1;
@@ -7192,13 +7192,13 @@ void slosh_lyapunov_v2_prepared(const real *x, const real *p, const real *c, con
     const real wgS_1 = sin_theta1 * wqg_1;
     const real loss_phi1 = p[eps1] * x[phi1_dot];
     const real loss_theta1 = p[eps1] * x[theta1_dot];
-    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
     const real zeta1 = W12 * q_1
         + Wn1 * lc_1 * w_x1
         - chi1 * p[l1] * (p1 + x[phi1_dot]);
     const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_7imwe = h[B_1] * eta1 + loss_phi1 * h[k1];
-    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real t_o6fg5 = h[B_1] * eta1 + loss_phi1 * h[k1];
+    const real F_t1 = sin_phi1 * tension1 - t_o6fg5 * cos_phi1;
     const real M_q1 = F_n1 * q_1;
     const real I_phi1 = x[phi1_dot] * p[I1];
     const real I_theta1 = x[theta1_dot] * p[I1];
@@ -7220,9 +7220,9 @@ void slosh_lyapunov_v2_prepared(const real *x, const real *p, const real *c, con
     const real S_sq2 = sin_theta2 * sin_theta2;
     const real SC2 = cos_theta2 * sin_theta2;
     const real tn11_2 = Ass_2 + h[me2] - wth_2;
-    const real t_ymmgl = h[Bl_2] + K(-2.0) * eBc_2 + h[e2] * eAss_2;
-    const real t_odwbr = g_2 * wg_2;
-    const real tn44_2 = h[t_lpk5h] + t_ymmgl - t_odwbr;
+    const real t_2znlb = h[Bl_2] + K(-2.0) * eBc_2 + h[e2] * eAss_2;
+    const real t_7fbo3 = g_2 * wg_2;
+    const real tn44_2 = h[t_uohf6] + t_2znlb - t_7fbo3;
     const real wq_2 = q_2 * wth_2;
     const real wqg_2 = q_2 * wg_2;
     const real wqq_2 = q_2 * wq_2;
@@ -7232,101 +7232,101 @@ void slosh_lyapunov_v2_prepared(const real *x, const real *p, const real *c, con
     const real wgS_2 = sin_theta2 * wqg_2;
     const real loss_phi2 = p[eps2] * x[phi2_dot];
     const real loss_theta2 = p[eps2] * x[theta2_dot];
-    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
     const real zeta2 = W12 * q_2
         + Wn2 * lc_2 * w_x2
         - chi2 * p[l2] * (p2 + x[phi2_dot]);
     const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
-    const real t_4b2fa = h[B_2] * eta2 + loss_phi2 * h[k2];
-    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real t_l7fgg = h[B_2] * eta2 + loss_phi2 * h[k2];
+    const real F_t2 = sin_phi2 * tension2 - t_l7fgg * cos_phi2;
     const real M_q2 = F_n2 * q_2;
     const real I_phi2 = x[phi2_dot] * p[I2];
     const real I_theta2 = x[theta2_dot] * p[I2];
-    const real K11 = h[t_m5gm4] - Ass_1 - Ass_2;
-    const real t_fbeaw = S_sq1 * tn11_1;
-    const real t_dj555 = S_sq2 * tn11_2;
-    const real K22 = t_fbeaw + t_dj555 + h[M_C] + wth_1 + wth_2 - h[me1] - h[me2];
+    const real K11 = h[t_47igz] - Ass_1 - Ass_2;
+    const real t_eytv7 = S_sq1 * tn11_1;
+    const real t_xyodq = S_sq2 * tn11_2;
+    const real K22 = t_eytv7 + t_xyodq + h[M_C] + wth_1 + wth_2 - h[me1] - h[me2];
     const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + h[M_C] - t_fbeaw - t_dj555;
+    const real K33 = Ass_1 + Ass_2 + h[M_C] - t_eytv7 - t_xyodq;
     const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
-    const real t_nhr5u = wqq_1 + wqq_2;
-    const real K44 = t_nhr5u + h[Bl_1] + h[Bl_2] + h[J_C1];
-    const real t_kwrkt = wg_1 - h[t_uumic];
-    const real t_t44oq = wg_2 - h[t_doa45];
-    const real t_32gyg = Bc_1 - eAss_1;
-    const real t_n3v7x = t_32gyg + t_kwrkt;
-    const real t_gbkg6 = Bc_2 - eAss_2;
-    const real t_hsuzx = t_gbkg6 + t_t44oq;
-    const real t_fcf5x = S_sq1 * t_n3v7x + S_sq2 * t_hsuzx;
-    const real K52 = t_kwrkt + t_t44oq - t_fcf5x - wqC_1 - wqC_2;
-    const real t_bac7g = SC1 * t_n3v7x + SC2 * t_hsuzx;
-    const real K53 = wqS_1 - t_bac7g + wqS_2;
-    const real t_nncdg = h[Bl_1] - eBc_1;
-    const real t_4q22j = h[Bl_2] - eBc_2;
-    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
-    const real t_hoosk = S_sq1 * tn44_1;
-    const real t_drvdp = S_sq2 * tn44_2;
-    const real K55 = t_3fv6l
-        + t_odwbr
-        + t_nhr5u
-        + t_hoosk
-        + t_drvdp
+    const real t_hig3c = wqq_1 + wqq_2;
+    const real K44 = t_hig3c + h[Bl_1] + h[Bl_2] + h[J_C1];
+    const real t_uzoih = wg_1 - h[t_fcuad];
+    const real t_fv4vq = wg_2 - h[t_z4fbq];
+    const real t_qeyrr = Bc_1 - eAss_1;
+    const real t_wg7ej = t_qeyrr + t_uzoih;
+    const real t_vn7oc = Bc_2 - eAss_2;
+    const real t_lqbgn = t_vn7oc + t_fv4vq;
+    const real t_kd2xx = S_sq1 * t_wg7ej + S_sq2 * t_lqbgn;
+    const real K52 = t_uzoih + t_fv4vq - t_kd2xx - wqC_1 - wqC_2;
+    const real t_kd2xx_2 = SC1 * t_wg7ej + SC2 * t_lqbgn;
+    const real K53 = wqS_1 - t_kd2xx_2 + wqS_2;
+    const real t_vykvu = h[Bl_1] - eBc_1;
+    const real t_vwbsx = h[Bl_2] - eBc_2;
+    const real K54 = t_hig3c - wgC_1 - wgC_2 + t_vykvu * sin_theta1 + t_vwbsx * sin_theta2;
+    const real t_o56io = S_sq1 * tn44_1;
+    const real t_5sxb4 = S_sq2 * tn44_2;
+    const real K55 = t_w6q4c
+        + t_7fbo3
+        + t_hig3c
+        + t_o56io
+        + t_5sxb4
         + h[J_C3]
-        - h[t_b7ure]
-        - h[t_lpk5h]
+        - h[t_xdulz]
+        - h[t_uohf6]
         + K(-2.0) * wgC_1
         + K(-2.0) * wgC_2;
-    const real K63 = t_fcf5x - (t_32gyg + t_gbkg6);
-    const real t_zhbuw = wgS_1 + wgS_2;
-    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
-    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
-    const real K66 = t_3bowt + t_ymmgl + h[J_C2] - t_hoosk - t_drvdp;
-    const real t_vt7uo = F_n1 * cos_theta1;
-    const real t_oncjt = F_n2 * cos_theta2;
-    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
-    const real t_azclp = F_n1 * sin_theta1;
-    const real t_iya7w = F_n2 * sin_theta2;
-    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
-    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
-    const real t_kp7yy = M_q1 + M_q2;
-    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
-    const real n4 = t_aejai
-        - t_kp7yy
-        + t_zd4fs
+    const real K63 = t_kd2xx - (t_qeyrr + t_vn7oc);
+    const real t_hig3c_2 = wgS_1 + wgS_2;
+    const real K64 = t_hig3c_2 + t_vykvu * cos_theta1 + t_vwbsx * cos_theta2;
+    const real K65 = t_hig3c_2 + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_o36xw + t_2znlb + h[J_C2] - t_o56io - t_5sxb4;
+    const real t_mallh = F_n1 * cos_theta1;
+    const real t_lbh6o = F_n2 * cos_theta2;
+    const real n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real t_mallh_2 = F_n1 * sin_theta1;
+    const real t_lbh6o_2 = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2;
+    const real t_dg3od = Bs_1 * t_w7vil + t_o6fg5 * p[l1];
+    const real t_hig3c_3 = M_q1 + M_q2;
+    const real t_a26ad = Bs_2 * t_6fvzz + t_l7fgg * p[l2];
+    const real n4 = t_dg3od
+        - t_hig3c_3
+        + t_a26ad
         - loss_phi1
         - loss_phi2
         + I_theta1 * x[wy]
         + I_theta2 * x[wy]
         - h[t_sfymc] * x[wy] * x[wz];
-    const real t_w7nmt = t_aejai + F_t1 * h[e1];
-    const real t_e5cx2 = t_zd4fs + F_t2 * h[e2];
-    const real n5 = t_w7nmt * sin_theta1
-        - (t_kp7yy + loss_theta1 + loss_theta2)
-        + t_e5cx2 * sin_theta2
-        - W12 * h[t_5r66u]
+    const real t_3hais = t_dg3od + F_t1 * h[e1];
+    const real t_wksgt = t_a26ad + F_t2 * h[e2];
+    const real n5 = t_3hais * sin_theta1
+        - (t_hig3c_3 + loss_theta1 + loss_theta2)
+        + t_wksgt * sin_theta2
+        - W12 * h[t_g7pzr]
         - I_phi1 * x[wy]
         - I_phi2 * x[wy]
-        + t_vt7uo * g_1
-        + t_oncjt * g_2;
-    const real n6 = t_w7nmt * cos_theta1
-        + t_e5cx2 * cos_theta2
+        + t_mallh * g_1
+        + t_lbh6o * g_2;
+    const real n6 = t_3hais * cos_theta1
+        + t_wksgt * cos_theta2
         + I_theta1 * x[wx]
         + I_theta2 * x[wx]
-        - W13 * h[t_7bo2j]
-        - t_azclp * g_1
-        - t_iya7w * g_2
+        - W13 * h[t_urwo6]
+        - t_mallh_2 * g_1
+        - t_lbh6o_2 * g_2
         - I_phi1 * x[wz]
         - I_phi2 * x[wz];
-    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real t_bpfoo = K(1.0) / K11;
-    const real t_w7lcw = t_b3aij * t_bpfoo;
-    const real K_D2 = K22 - t_b3aij * t_w7lcw;
-    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_3go2w = t_zzymx * t_bpfoo;
-    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
-    const real t_4iujv = K(1.0) / K_D2;
-    const real K_L32 = t_d4mqf * t_4iujv;
-    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
+    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_cl3z7 = K(1.0) / K11;
+    const real t_exl37 = t_f2nhc * t_cl3z7;
+    const real K_D2 = K22 - t_f2nhc * t_exl37;
+    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_exl37_2 = t_f2nhc_2 * t_cl3z7;
+    const real t_iy2us = K32 - t_f2nhc * t_exl37_2;
+    const real t_6dtnj = K(1.0) / K_D2;
+    const real K_L32 = t_iy2us * t_6dtnj;
+    const real K_D3 = K33 - t_iy2us * K_L32 - t_f2nhc_2 * t_exl37_2;
     const real B_v2 = x[vy] * c[r1];  /* (29) */
     const real C_v2 = x[vz] * c[r2];  /* (29) */
     const real g1_v2 = B_v2 * x[vz] - C_v2 * x[vy] + x[att1] * c[r3];  /* (29) */
@@ -7336,91 +7336,91 @@ void slosh_lyapunov_v2_prepared(const real *x, const real *p, const real *c, con
     const real G3_v2 = W13 + (x[wy] * c[w4] + g2_v2) * h[t_yjeu3];
     const real a2_v2 = G2_v2 * h[x_C] - B_v2 * c[w1];
     const real a3_v2 = G3_v2 * h[x_C] - C_v2 * c[w2];
-    const real t_2m245 = Bs_1 + Bs_2;
-    const real t_rye3d = (x[wx] * c[w3] + g1_v2) * h[t_ma4ro];
-    const real t_ev7u5 = Bs_1 + Asc_1 * h[e1];
-    const real t_bvybx = Bs_2 + Asc_2 * h[e2];
-    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
-    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
-    const real t_bkfqo = t_7imwe * sin_phi1
-        + t_4b2fa * sin_phi2
+    const real t_dvxnj = Bs_1 + Bs_2;
+    const real t_mlur2 = (x[wx] * c[w3] + g1_v2) * h[t_ma4ro];
+    const real t_g3yj5 = Bs_1 + Asc_1 * h[e1];
+    const real t_pr2pp = Bs_2 + Asc_2 * h[e2];
+    const real t_bap4n = t_g3yj5 * sin_theta1 + t_pr2pp * sin_theta2;
+    const real t_bap4n_2 = t_g3yj5 * cos_theta1 + t_pr2pp * cos_theta2;
+    const real t_vo4h3 = t_o6fg5 * sin_phi1
+        + t_l7fgg * sin_phi2
         + cos_phi1 * tension1
         + cos_phi2 * tension2
-        + G2_v2 * t_6mmeb
-        + G3_v2 * t_bl4f2
-        + t_b3aij * a2_v2
-        + t_zzymx * a3_v2;
-    const real q1_v2 = t_2m245 * t_rye3d - t_bkfqo;
-    const real t_yz7e5 = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
+        + G2_v2 * t_bap4n
+        + G3_v2 * t_bap4n_2
+        + t_f2nhc * a2_v2
+        + t_f2nhc_2 * a3_v2;
+    const real q1_v2 = t_dvxnj * t_mlur2 - t_vo4h3;
+    const real t_3tpbw = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
     const real q2_v2 = n2
         + G2_v2 * K52
-        - G3_v2 * t_bac7g
+        - G3_v2 * t_kd2xx_2
         + K22 * a2_v2
         + K32 * a3_v2
-        + t_yz7e5 * t_rye3d;
+        + t_3tpbw * t_mlur2;
     const real q3_v2 = n3
         + G2_v2 * K53
         + G3_v2 * K63
         + K32 * a2_v2
         + K33 * a3_v2
-        - K43 * t_rye3d;
-    const real PP_v2 = K11 * K11 + t_b3aij * t_b3aij + t_zzymx * t_zzymx;
-    const real Pq_v2 = K11 * q1_v2 - t_b3aij * q2_v2 - t_zzymx * q3_v2;
-    const real t_6k56a = Pq_v2 * Pq_v2
+        - K43 * t_mlur2;
+    const real PP_v2 = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2;
+    const real Pq_v2 = K11 * q1_v2 - t_f2nhc * q2_v2 - t_f2nhc_2 * q3_v2;
+    const real t_6owaj = Pq_v2 * Pq_v2
         - PP_v2 * (q1_v2 * q1_v2 - h[t_62qfa] + q2_v2 * q2_v2 + q3_v2 * q3_v2);
-    const real root_v2 = mv_sqrt(mv_max(SPLAT(K(0.0)), t_6k56a));
+    const real root_v2 = mv_sqrt(mv_max(SPLAT(K(0.0)), t_6owaj));
     const real ax_v2 = (root_v2 - Pq_v2) / PP_v2;
     const real f1_v2 = q1_v2 + K11 * ax_v2;
-    const real f2_v2 = q2_v2 - t_b3aij * ax_v2;
-    const real f3_v2 = q3_v2 - t_zzymx * ax_v2;
+    const real f2_v2 = q2_v2 - t_f2nhc * ax_v2;
+    const real f3_v2 = q3_v2 - t_f2nhc_2 * ax_v2;
     const real sin_d2_v2 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v2 * h[t_y7rm6]));
     const real cos_d2_v2 = mv_sqrt(K(1.0) - sin_d2_v2 * sin_d2_v2);
     const real delta1_v2 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v2 * h[t_y7rm6] / mv_max(SPLAT(K(1e-09)), cos_d2_v2)))));
     const real delta2_v2 = mv_asin(sin_d2_v2);
     real sin_delta2_v2, cos_delta2_v2; mv_sincos(delta2_v2, &sin_delta2_v2, &cos_delta2_v2);
-    const real t_4mgpp = p[F] * cos_delta2_v2;
+    const real t_qh3cx = p[F] * cos_delta2_v2;
     real sin_delta1_v2, cos_delta1_v2; mv_sincos(delta1_v2, &sin_delta1_v2, &cos_delta1_v2);
-    const real df1_v2 = t_4mgpp * cos_delta1_v2 - f1_v2;
-    const real t_7oaon = p[F] * sin_delta2_v2;
-    const real df2_v2 = t_7oaon - f2_v2;
-    const real da_v2_y2 = df2_v2 + t_w7lcw * df1_v2;
-    const real t_pmr3w = t_4mgpp * sin_delta1_v2;
-    const real da_v2_y3 = t_3go2w * df1_v2 - (t_pmr3w + f3_v2) - K_L32 * da_v2_y2;
+    const real df1_v2 = t_qh3cx * cos_delta1_v2 - f1_v2;
+    const real t_jczim = p[F] * sin_delta2_v2;
+    const real df2_v2 = t_jczim - f2_v2;
+    const real da_v2_y2 = df2_v2 + t_exl37 * df1_v2;
+    const real t_gu5fe = t_qh3cx * sin_delta1_v2;
+    const real da_v2_y3 = t_exl37_2 * df1_v2 - (t_gu5fe + f3_v2) - K_L32 * da_v2_y2;
     const real da_v2_x3 = da_v2_y3 / K_D3;
-    const real da_v2_x2 = da_v2_y2 * t_4iujv - K_L32 * da_v2_x3;
-    const real da_v2_x1 = df1_v2 * t_bpfoo + t_w7lcw * da_v2_x2 + t_3go2w * da_v2_x3;
+    const real da_v2_x2 = da_v2_y2 * t_6dtnj - K_L32 * da_v2_x3;
+    const real da_v2_x1 = df1_v2 * t_cl3z7 + t_exl37 * da_v2_x2 + t_exl37_2 * da_v2_x3;
     const real Mx_v2 = n4
         + G2_v2 * K54
         + G3_v2 * K64
-        - t_2m245 * ax_v2
-        - t_2m245 * da_v2_x1
-        - t_yz7e5 * a2_v2
-        - t_yz7e5 * da_v2_x2
+        - t_dvxnj * ax_v2
+        - t_dvxnj * da_v2_x1
+        - t_3tpbw * a2_v2
+        - t_3tpbw * da_v2_x2
         + K43 * a3_v2
         + K43 * da_v2_x3
-        - K44 * t_rye3d;
-    const real My_v2 = t_pmr3w * h[t_lwe76]
+        - K44 * t_mlur2;
+    const real My_v2 = t_gu5fe * h[t_bknng]
         - n6
         - G2_v2 * K65
         - G3_v2 * K66
-        + t_bl4f2 * ax_v2
-        + t_bl4f2 * da_v2_x1
-        + t_bac7g * a2_v2
-        + t_bac7g * da_v2_x2
+        + t_bap4n_2 * ax_v2
+        + t_bap4n_2 * da_v2_x1
+        + t_kd2xx_2 * a2_v2
+        + t_kd2xx_2 * da_v2_x2
         - K63 * a3_v2
         - K63 * da_v2_x3
-        + K64 * t_rye3d;
+        + K64 * t_mlur2;
     const real Mz_v2 = n5
         + G2_v2 * K55
         + G3_v2 * K65
-        - t_6mmeb * ax_v2
-        - t_6mmeb * da_v2_x1
+        - t_bap4n * ax_v2
+        - t_bap4n * da_v2_x1
         + K52 * a2_v2
         + K52 * da_v2_x2
         + K53 * a3_v2
         + K53 * da_v2_x3
-        - K54 * t_rye3d
-        + t_7oaon * h[t_lwe76];
+        - K54 * t_mlur2
+        + t_jczim * h[t_bknng];
     u[0] = Mx_v2;
     u[1] = My_v2;
     u[2] = Mz_v2;
@@ -7430,12 +7430,12 @@ void slosh_lyapunov_v2_prepared(const real *x, const real *p, const real *c, con
 
 /* Places of h. */
 enum {
-    lyapunov_v2_loop_h_t_zrejm,
+    lyapunov_v2_loop_h_t_gbl6n,
     lyapunov_v2_loop_h_k1,
     lyapunov_v2_loop_h_me1,
     lyapunov_v2_loop_h_t_6nwd2,
     lyapunov_v2_loop_h_mv1,
-    lyapunov_v2_loop_h_t_5wzvs,
+    lyapunov_v2_loop_h_t_jx6g7,
     lyapunov_v2_loop_h_k2,
     lyapunov_v2_loop_h_me2,
     lyapunov_v2_loop_h_t_popww,
@@ -7450,22 +7450,22 @@ enum {
     lyapunov_v2_loop_h_B_1,
     lyapunov_v2_loop_h_B_2,
     lyapunov_v2_loop_h_t_t6fx5,
-    lyapunov_v2_loop_h_t_uumic,
-    lyapunov_v2_loop_h_t_doa45,
+    lyapunov_v2_loop_h_t_fcuad,
+    lyapunov_v2_loop_h_t_z4fbq,
     lyapunov_v2_loop_h_t_yjeu3,
     lyapunov_v2_loop_h_t_ma4ro,
-    lyapunov_v2_loop_h_t_m5gm4,
+    lyapunov_v2_loop_h_t_47igz,
     lyapunov_v2_loop_h_t_62qfa,
     lyapunov_v2_loop_h_t_y7rm6,
     lyapunov_v2_loop_h_t_xkg6l,
     lyapunov_v2_loop_h_Bl_1,
-    lyapunov_v2_loop_h_t_b7ure,
+    lyapunov_v2_loop_h_t_xdulz,
     lyapunov_v2_loop_h_Bl_2,
-    lyapunov_v2_loop_h_t_lpk5h,
+    lyapunov_v2_loop_h_t_uohf6,
     lyapunov_v2_loop_h_t_sfymc,
-    lyapunov_v2_loop_h_t_5r66u,
-    lyapunov_v2_loop_h_t_7bo2j,
-    lyapunov_v2_loop_h_t_lwe76,
+    lyapunov_v2_loop_h_t_g7pzr,
+    lyapunov_v2_loop_h_t_urwo6,
+    lyapunov_v2_loop_h_t_bknng,
     lyapunov_v2_loop_h_t_ibe72,
     lyapunov_v2_loop_h_t_r7vy7,
 };
@@ -7496,17 +7496,17 @@ void slosh_lyapunov_v2_loop_prepare(const real *p, const real *c, real *h)
     enum { r6 = SLOSH_LYAPUNOV_V2_C_R6 };
     enum { r8 = SLOSH_LYAPUNOV_V2_C_R8 };
     const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
-    const real t_zrejm = K(1.0) / D1;
-    const real t_3qn53 = p[m1] * t_zrejm;
-    const real k1 = t_3qn53 * p[l1];
-    const real me1 = t_3qn53 * p[I1];
+    const real t_gbl6n = K(1.0) / D1;
+    const real t_wywjk = p[m1] * t_gbl6n;
+    const real k1 = t_wywjk * p[l1];
+    const real me1 = t_wywjk * p[I1];
     const real t_6nwd2 = p[l1] * p[m1];
     const real mv1 = t_6nwd2 * k1;
     const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
-    const real t_5wzvs = K(1.0) / D2;
-    const real t_54cbb = p[m2] * t_5wzvs;
-    const real k2 = t_54cbb * p[l2];
-    const real me2 = t_54cbb * p[I2];
+    const real t_jx6g7 = K(1.0) / D2;
+    const real t_jzg7x = p[m2] * t_jx6g7;
+    const real k2 = t_jzg7x * p[l2];
+    const real me2 = t_jzg7x * p[I2];
     const real t_popww = p[l2] * p[m2];
     const real mv2 = t_popww * k2;
     const real M_C = p[m] + p[m0] + me1 + me2;
@@ -7527,12 +7527,12 @@ void slosh_lyapunov_v2_loop_prepare(const real *p, const real *c, real *h)
     const real Bl_1 = B_1 * p[l1];
     const real Bl_2 = B_2 * p[l2];
     const real t_sfymc = p[J_y] - p[J_z];
-    h[lyapunov_v2_loop_h_t_zrejm] = t_zrejm;
+    h[lyapunov_v2_loop_h_t_gbl6n] = t_gbl6n;
     h[lyapunov_v2_loop_h_k1] = k1;
     h[lyapunov_v2_loop_h_me1] = me1;
     h[lyapunov_v2_loop_h_t_6nwd2] = t_6nwd2;
     h[lyapunov_v2_loop_h_mv1] = mv1;
-    h[lyapunov_v2_loop_h_t_5wzvs] = t_5wzvs;
+    h[lyapunov_v2_loop_h_t_jx6g7] = t_jx6g7;
     h[lyapunov_v2_loop_h_k2] = k2;
     h[lyapunov_v2_loop_h_me2] = me2;
     h[lyapunov_v2_loop_h_t_popww] = t_popww;
@@ -7547,22 +7547,22 @@ void slosh_lyapunov_v2_loop_prepare(const real *p, const real *c, real *h)
     h[lyapunov_v2_loop_h_B_1] = B_1;
     h[lyapunov_v2_loop_h_B_2] = B_2;
     h[lyapunov_v2_loop_h_t_t6fx5] = K(1.0) / c[r8];
-    h[lyapunov_v2_loop_h_t_uumic] = e1 * me1;
-    h[lyapunov_v2_loop_h_t_doa45] = e2 * me2;
+    h[lyapunov_v2_loop_h_t_fcuad] = e1 * me1;
+    h[lyapunov_v2_loop_h_t_z4fbq] = e2 * me2;
     h[lyapunov_v2_loop_h_t_yjeu3] = K(1.0) / c[r6];
     h[lyapunov_v2_loop_h_t_ma4ro] = K(1.0) / c[r4];
-    h[lyapunov_v2_loop_h_t_m5gm4] = M_C + mv1 + mv2;
+    h[lyapunov_v2_loop_h_t_47igz] = M_C + mv1 + mv2;
     h[lyapunov_v2_loop_h_t_62qfa] = p[F] * p[F];
     h[lyapunov_v2_loop_h_t_y7rm6] = K(1.0) / p[F];
     h[lyapunov_v2_loop_h_t_xkg6l] = K(1.0) / mv_cos(p[delta2_max]);
     h[lyapunov_v2_loop_h_Bl_1] = Bl_1;
-    h[lyapunov_v2_loop_h_t_b7ure] = me1 * (e1 * e1);
+    h[lyapunov_v2_loop_h_t_xdulz] = me1 * (e1 * e1);
     h[lyapunov_v2_loop_h_Bl_2] = Bl_2;
-    h[lyapunov_v2_loop_h_t_lpk5h] = me2 * (e2 * e2);
+    h[lyapunov_v2_loop_h_t_uohf6] = me2 * (e2 * e2);
     h[lyapunov_v2_loop_h_t_sfymc] = t_sfymc;
-    h[lyapunov_v2_loop_h_t_5r66u] = J_C1 + (p[J_z] - p[J_y]);
-    h[lyapunov_v2_loop_h_t_7bo2j] = J_C1 + t_is5lg + t_sfymc;
-    h[lyapunov_v2_loop_h_t_lwe76] = p[b] + p[d] + x_C;
+    h[lyapunov_v2_loop_h_t_g7pzr] = J_C1 + (p[J_z] - p[J_y]);
+    h[lyapunov_v2_loop_h_t_urwo6] = J_C1 + t_is5lg + t_sfymc;
+    h[lyapunov_v2_loop_h_t_bknng] = p[b] + p[d] + x_C;
     h[lyapunov_v2_loop_h_t_ibe72] = K(1.0) / p[m1];
     h[lyapunov_v2_loop_h_t_r7vy7] = K(1.0) / p[m2];
 }
@@ -7608,12 +7608,12 @@ void slosh_lyapunov_v2_loop_prepared(const real *q, const real *p, const real *c
     enum { w3 = SLOSH_LYAPUNOV_V2_C_W3 };
     enum { w4 = SLOSH_LYAPUNOV_V2_C_W4 };
     enum { w5 = SLOSH_LYAPUNOV_V2_C_W5 };
-    enum { t_zrejm = lyapunov_v2_loop_h_t_zrejm };
+    enum { t_gbl6n = lyapunov_v2_loop_h_t_gbl6n };
     enum { k1 = lyapunov_v2_loop_h_k1 };
     enum { me1 = lyapunov_v2_loop_h_me1 };
     enum { t_6nwd2 = lyapunov_v2_loop_h_t_6nwd2 };
     enum { mv1 = lyapunov_v2_loop_h_mv1 };
-    enum { t_5wzvs = lyapunov_v2_loop_h_t_5wzvs };
+    enum { t_jx6g7 = lyapunov_v2_loop_h_t_jx6g7 };
     enum { k2 = lyapunov_v2_loop_h_k2 };
     enum { me2 = lyapunov_v2_loop_h_me2 };
     enum { t_popww = lyapunov_v2_loop_h_t_popww };
@@ -7628,22 +7628,22 @@ void slosh_lyapunov_v2_loop_prepared(const real *q, const real *p, const real *c
     enum { B_1 = lyapunov_v2_loop_h_B_1 };
     enum { B_2 = lyapunov_v2_loop_h_B_2 };
     enum { t_t6fx5 = lyapunov_v2_loop_h_t_t6fx5 };
-    enum { t_uumic = lyapunov_v2_loop_h_t_uumic };
-    enum { t_doa45 = lyapunov_v2_loop_h_t_doa45 };
+    enum { t_fcuad = lyapunov_v2_loop_h_t_fcuad };
+    enum { t_z4fbq = lyapunov_v2_loop_h_t_z4fbq };
     enum { t_yjeu3 = lyapunov_v2_loop_h_t_yjeu3 };
     enum { t_ma4ro = lyapunov_v2_loop_h_t_ma4ro };
-    enum { t_m5gm4 = lyapunov_v2_loop_h_t_m5gm4 };
+    enum { t_47igz = lyapunov_v2_loop_h_t_47igz };
     enum { t_62qfa = lyapunov_v2_loop_h_t_62qfa };
     enum { t_y7rm6 = lyapunov_v2_loop_h_t_y7rm6 };
     enum { t_xkg6l = lyapunov_v2_loop_h_t_xkg6l };
     enum { Bl_1 = lyapunov_v2_loop_h_Bl_1 };
-    enum { t_b7ure = lyapunov_v2_loop_h_t_b7ure };
+    enum { t_xdulz = lyapunov_v2_loop_h_t_xdulz };
     enum { Bl_2 = lyapunov_v2_loop_h_Bl_2 };
-    enum { t_lpk5h = lyapunov_v2_loop_h_t_lpk5h };
+    enum { t_uohf6 = lyapunov_v2_loop_h_t_uohf6 };
     enum { t_sfymc = lyapunov_v2_loop_h_t_sfymc };
-    enum { t_5r66u = lyapunov_v2_loop_h_t_5r66u };
-    enum { t_7bo2j = lyapunov_v2_loop_h_t_7bo2j };
-    enum { t_lwe76 = lyapunov_v2_loop_h_t_lwe76 };
+    enum { t_g7pzr = lyapunov_v2_loop_h_t_g7pzr };
+    enum { t_urwo6 = lyapunov_v2_loop_h_t_urwo6 };
+    enum { t_bknng = lyapunov_v2_loop_h_t_bknng };
     enum { t_ibe72 = lyapunov_v2_loop_h_t_ibe72 };
     enum { t_r7vy7 = lyapunov_v2_loop_h_t_r7vy7 };
     const real W12 = q[wx] * q[wy];
@@ -7663,7 +7663,7 @@ void slosh_lyapunov_v2_loop_prepared(const real *q, const real *p, const real *c
         - chi1 * p[l1] * (p1 + q[phi1_dot]);
     const real loss_theta1 = p[eps1] * q[theta1_dot];
     const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_vt7uo = F_n1 * cos_theta1;
+    const real t_mallh = F_n1 * cos_theta1;
     real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
     const real q_2 = sin_phi2 * p[l2];
     const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
@@ -7679,140 +7679,140 @@ void slosh_lyapunov_v2_loop_prepared(const real *q, const real *p, const real *c
         - chi2 * p[l2] * (p2 + q[phi2_dot]);
     const real loss_theta2 = p[eps2] * q[theta2_dot];
     const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
-    const real t_oncjt = F_n2 * cos_theta2;
+    const real t_lbh6o = F_n2 * cos_theta2;
     const real t_rybsf = q[wy] * q[wy] + q[wz] * q[wz];
     const real t_w7vil = t_rybsf * h[e1];
-    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
     const real tension1 = cos_phi1 * t_w7vil * h[mv1] - h[t_6nwd2] * sigma_sq1;
-    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
     const real loss_phi1 = p[eps1] * q[phi1_dot];
-    const real t_7imwe = h[B_1] * eta1 + loss_phi1 * h[k1];
-    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real t_o6fg5 = h[B_1] * eta1 + loss_phi1 * h[k1];
+    const real F_t1 = sin_phi1 * tension1 - t_o6fg5 * cos_phi1;
     const real t_6fvzz = t_rybsf * h[e2];
-    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
     const real tension2 = cos_phi2 * t_6fvzz * h[mv2] - h[t_popww] * sigma_sq2;
-    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
     const real loss_phi2 = p[eps2] * q[phi2_dot];
-    const real t_4b2fa = h[B_2] * eta2 + loss_phi2 * h[k2];
-    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
-    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real t_l7fgg = h[B_2] * eta2 + loss_phi2 * h[k2];
+    const real F_t2 = sin_phi2 * tension2 - t_l7fgg * cos_phi2;
+    const real n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2;
     const real B_v2 = q[vy] * c[r1];  /* (29) */
     const real g3_v2 = q[att3] * c[r7] - B_v2 * q[vx];  /* (29) */
     const real G2_v2 = W12 - (q[wz] * c[w5] + g3_v2) * h[t_t6fx5];
     const real g_1 = h[e1] - lc_1;
     const real wth_1 = th_1 * p[I1];
     const real wg_1 = g_1 * wth_1;
-    const real t_kwrkt = wg_1 - h[t_uumic];
+    const real t_uzoih = wg_1 - h[t_fcuad];
     const real g_2 = h[e2] - lc_2;
     const real wth_2 = th_2 * p[I2];
     const real wg_2 = g_2 * wth_2;
-    const real t_t44oq = wg_2 - h[t_doa45];
+    const real t_fv4vq = wg_2 - h[t_z4fbq];
     const real S_sq1 = sin_theta1 * sin_theta1;
     const real Bc_1 = h[B_1] * cos_phi1;
     const real As_1 = h[mv1] * sin_phi1;
     const real Ass_1 = As_1 * sin_phi1;
     const real eAss_1 = Ass_1 * h[e1];
-    const real t_32gyg = Bc_1 - eAss_1;
-    const real t_n3v7x = t_32gyg + t_kwrkt;
+    const real t_qeyrr = Bc_1 - eAss_1;
+    const real t_wg7ej = t_qeyrr + t_uzoih;
     const real S_sq2 = sin_theta2 * sin_theta2;
     const real Bc_2 = h[B_2] * cos_phi2;
     const real As_2 = h[mv2] * sin_phi2;
     const real Ass_2 = As_2 * sin_phi2;
     const real eAss_2 = Ass_2 * h[e2];
-    const real t_gbkg6 = Bc_2 - eAss_2;
-    const real t_hsuzx = t_gbkg6 + t_t44oq;
-    const real t_fcf5x = S_sq1 * t_n3v7x + S_sq2 * t_hsuzx;
+    const real t_vn7oc = Bc_2 - eAss_2;
+    const real t_lqbgn = t_vn7oc + t_fv4vq;
+    const real t_kd2xx = S_sq1 * t_wg7ej + S_sq2 * t_lqbgn;
     const real wq_1 = q_1 * wth_1;
     const real wqC_1 = cos_theta1 * wq_1;
     const real wq_2 = q_2 * wth_2;
     const real wqC_2 = cos_theta2 * wq_2;
-    const real K52 = t_kwrkt + t_t44oq - t_fcf5x - wqC_1 - wqC_2;
+    const real K52 = t_uzoih + t_fv4vq - t_kd2xx - wqC_1 - wqC_2;
     const real C_v2 = q[vz] * c[r2];  /* (29) */
     const real g2_v2 = C_v2 * q[vx] + q[att2] * c[r5];  /* (29) */
     const real G3_v2 = W13 + (q[wy] * c[w4] + g2_v2) * h[t_yjeu3];
     const real SC1 = cos_theta1 * sin_theta1;
     const real SC2 = cos_theta2 * sin_theta2;
-    const real t_bac7g = SC1 * t_n3v7x + SC2 * t_hsuzx;
+    const real t_kd2xx_2 = SC1 * t_wg7ej + SC2 * t_lqbgn;
     const real tn11_1 = Ass_1 + h[me1] - wth_1;
-    const real t_fbeaw = S_sq1 * tn11_1;
+    const real t_eytv7 = S_sq1 * tn11_1;
     const real tn11_2 = Ass_2 + h[me2] - wth_2;
-    const real t_dj555 = S_sq2 * tn11_2;
-    const real K22 = t_fbeaw + t_dj555 + h[M_C] + wth_1 + wth_2 - h[me1] - h[me2];
+    const real t_xyodq = S_sq2 * tn11_2;
+    const real K22 = t_eytv7 + t_xyodq + h[M_C] + wth_1 + wth_2 - h[me1] - h[me2];
     const real a2_v2 = G2_v2 * h[x_C] - B_v2 * c[w1];
     const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
     const real a3_v2 = G3_v2 * h[x_C] - C_v2 * c[w2];
-    const real t_yz7e5 = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
+    const real t_3tpbw = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
     const real g1_v2 = B_v2 * q[vz] - C_v2 * q[vy] + q[att1] * c[r3];  /* (29) */
-    const real t_rye3d = (q[wx] * c[w3] + g1_v2) * h[t_ma4ro];
+    const real t_mlur2 = (q[wx] * c[w3] + g1_v2) * h[t_ma4ro];
     const real q2_v2 = n2
         + G2_v2 * K52
-        - G3_v2 * t_bac7g
+        - G3_v2 * t_kd2xx_2
         + K22 * a2_v2
         + K32 * a3_v2
-        + t_yz7e5 * t_rye3d;
+        + t_3tpbw * t_mlur2;
     const real Asc_1 = As_1 * cos_phi1;
     const real Asc_2 = As_2 * cos_phi2;
-    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real K11 = h[t_m5gm4] - Ass_1 - Ass_2;
+    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real K11 = h[t_47igz] - Ass_1 - Ass_2;
     const real Bs_1 = h[B_1] * sin_phi1;
     const real Bs_2 = h[B_2] * sin_phi2;
-    const real t_2m245 = Bs_1 + Bs_2;
-    const real t_xynyo = t_7imwe * sin_phi1 + t_4b2fa * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2;
-    const real t_ev7u5 = Bs_1 + Asc_1 * h[e1];
-    const real t_bvybx = Bs_2 + Asc_2 * h[e2];
-    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
-    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
-    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_5dwtq = t_xynyo
-        + G2_v2 * t_6mmeb
-        + G3_v2 * t_bl4f2
-        + t_b3aij * a2_v2
-        + t_zzymx * a3_v2;
-    const real q1_v2 = t_2m245 * t_rye3d - t_5dwtq;
-    const real t_azclp = F_n1 * sin_theta1;
-    const real t_iya7w = F_n2 * sin_theta2;
-    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
+    const real t_dvxnj = Bs_1 + Bs_2;
+    const real t_wsv66 = t_o6fg5 * sin_phi1 + t_l7fgg * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2;
+    const real t_g3yj5 = Bs_1 + Asc_1 * h[e1];
+    const real t_pr2pp = Bs_2 + Asc_2 * h[e2];
+    const real t_bap4n = t_g3yj5 * sin_theta1 + t_pr2pp * sin_theta2;
+    const real t_bap4n_2 = t_g3yj5 * cos_theta1 + t_pr2pp * cos_theta2;
+    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_zatzg = t_wsv66
+        + G2_v2 * t_bap4n
+        + G3_v2 * t_bap4n_2
+        + t_f2nhc * a2_v2
+        + t_f2nhc_2 * a3_v2;
+    const real q1_v2 = t_dvxnj * t_mlur2 - t_zatzg;
+    const real t_mallh_2 = F_n1 * sin_theta1;
+    const real t_lbh6o_2 = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2;
     const real wqS_1 = sin_theta1 * wq_1;
     const real wqS_2 = sin_theta2 * wq_2;
-    const real K53 = wqS_1 - t_bac7g + wqS_2;
-    const real K63 = t_fcf5x - (t_32gyg + t_gbkg6);
-    const real K33 = Ass_1 + Ass_2 + h[M_C] - t_fbeaw - t_dj555;
+    const real K53 = wqS_1 - t_kd2xx_2 + wqS_2;
+    const real K63 = t_kd2xx - (t_qeyrr + t_vn7oc);
+    const real K33 = Ass_1 + Ass_2 + h[M_C] - t_eytv7 - t_xyodq;
     const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
     const real q3_v2 = n3
         + G2_v2 * K53
         + G3_v2 * K63
         + K32 * a2_v2
         + K33 * a3_v2
-        - K43 * t_rye3d;
-    const real Pq_v2 = K11 * q1_v2 - t_b3aij * q2_v2 - t_zzymx * q3_v2;
-    const real PP_v2 = K11 * K11 + t_b3aij * t_b3aij + t_zzymx * t_zzymx;
-    const real t_6k56a = Pq_v2 * Pq_v2
+        - K43 * t_mlur2;
+    const real Pq_v2 = K11 * q1_v2 - t_f2nhc * q2_v2 - t_f2nhc_2 * q3_v2;
+    const real PP_v2 = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2;
+    const real t_6owaj = Pq_v2 * Pq_v2
         - PP_v2 * (q1_v2 * q1_v2 - h[t_62qfa] + q2_v2 * q2_v2 + q3_v2 * q3_v2);
-    const real root_v2 = mv_sqrt(mv_max(SPLAT(K(0.0)), t_6k56a));
+    const real root_v2 = mv_sqrt(mv_max(SPLAT(K(0.0)), t_6owaj));
     const real ax_v2 = (root_v2 - Pq_v2) / PP_v2;
-    const real f2_v2 = q2_v2 - t_b3aij * ax_v2;
+    const real f2_v2 = q2_v2 - t_f2nhc * ax_v2;
     const real sin_d2_v2 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v2 * h[t_y7rm6]));
     const real delta2_v2 = mv_asin(sin_d2_v2);
     const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v2, p[delta2_max]));
     real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
-    const real t_y4w6o = cos_delta2_act * p[F];
-    const mask m_jdzdf = LE(mv_fabs(delta2_v2), p[delta2_max]);
-    const real f3_v2 = q3_v2 - t_zzymx * ax_v2;
+    const real t_gbb3a = cos_delta2_act * p[F];
+    const mask m_m575p = LE(mv_fabs(delta2_v2), p[delta2_max]);
+    const real f3_v2 = q3_v2 - t_f2nhc_2 * ax_v2;
     const real cos_d2_v2 = mv_sqrt(K(1.0) - sin_d2_v2 * sin_d2_v2);
     const real delta1_v2 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v2 * h[t_y7rm6] / mv_max(SPLAT(K(1e-09)), cos_d2_v2)))));
     real sin_delta2_v2, cos_delta2_v2; mv_sincos(delta2_v2, &sin_delta2_v2, &cos_delta2_v2);
     real sin_delta1_v2, cos_delta1_v2; mv_sincos(delta1_v2, &sin_delta1_v2, &cos_delta1_v2);
-    const real t_svkod = cos_delta2_v2 * sin_delta1_v2;
-    const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_jdzdf, delta1_v2, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_svkod * h[t_xkg6l]))))));
+    const real t_vbwgu = cos_delta2_v2 * sin_delta1_v2;
+    const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_m575p, delta1_v2, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_vbwgu * h[t_xkg6l]))))));
     real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
-    const real f_x = t_y4w6o * cos_delta1_act;
+    const real f_x = t_gbb3a * cos_delta1_act;
     const real f_y = sin_delta2_act * p[F];
     const real eBc_1 = Bc_1 * h[e1];
-    const real t_3bowt = h[Bl_1] + K(-2.0) * eBc_1 + h[e1] * eAss_1;
-    const real t_3fv6l = g_1 * wg_1;
-    const real tn44_1 = h[t_b7ure] + t_3bowt - t_3fv6l;
+    const real t_o36xw = h[Bl_1] + K(-2.0) * eBc_1 + h[e1] * eAss_1;
+    const real t_w6q4c = g_1 * wg_1;
+    const real tn44_1 = h[t_xdulz] + t_o36xw - t_w6q4c;
     const real wqg_1 = q_1 * wg_1;
     const real wqq_1 = q_1 * wq_1;
     const real wgC_1 = cos_theta1 * wqg_1;
@@ -7821,9 +7821,9 @@ void slosh_lyapunov_v2_loop_prepared(const real *q, const real *p, const real *c
     const real I_phi1 = q[phi1_dot] * p[I1];
     const real I_theta1 = q[theta1_dot] * p[I1];
     const real eBc_2 = Bc_2 * h[e2];
-    const real t_ymmgl = h[Bl_2] + K(-2.0) * eBc_2 + h[e2] * eAss_2;
-    const real t_odwbr = g_2 * wg_2;
-    const real tn44_2 = h[t_lpk5h] + t_ymmgl - t_odwbr;
+    const real t_2znlb = h[Bl_2] + K(-2.0) * eBc_2 + h[e2] * eAss_2;
+    const real t_7fbo3 = g_2 * wg_2;
+    const real tn44_2 = h[t_uohf6] + t_2znlb - t_7fbo3;
     const real wqg_2 = q_2 * wg_2;
     const real wqq_2 = q_2 * wq_2;
     const real wgC_2 = cos_theta2 * wqg_2;
@@ -7831,233 +7831,233 @@ void slosh_lyapunov_v2_loop_prepared(const real *q, const real *p, const real *c
     const real M_q2 = F_n2 * q_2;
     const real I_phi2 = q[phi2_dot] * p[I2];
     const real I_theta2 = q[theta2_dot] * p[I2];
-    const real t_nhr5u = wqq_1 + wqq_2;
-    const real K44 = t_nhr5u + h[Bl_1] + h[Bl_2] + h[J_C1];
-    const real t_nncdg = h[Bl_1] - eBc_1;
-    const real t_4q22j = h[Bl_2] - eBc_2;
-    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
-    const real t_hoosk = S_sq1 * tn44_1;
-    const real t_drvdp = S_sq2 * tn44_2;
-    const real K55 = t_3fv6l
-        + t_odwbr
-        + t_nhr5u
-        + t_hoosk
-        + t_drvdp
+    const real t_hig3c = wqq_1 + wqq_2;
+    const real K44 = t_hig3c + h[Bl_1] + h[Bl_2] + h[J_C1];
+    const real t_vykvu = h[Bl_1] - eBc_1;
+    const real t_vwbsx = h[Bl_2] - eBc_2;
+    const real K54 = t_hig3c - wgC_1 - wgC_2 + t_vykvu * sin_theta1 + t_vwbsx * sin_theta2;
+    const real t_o56io = S_sq1 * tn44_1;
+    const real t_5sxb4 = S_sq2 * tn44_2;
+    const real K55 = t_w6q4c
+        + t_7fbo3
+        + t_hig3c
+        + t_o56io
+        + t_5sxb4
         + h[J_C3]
-        - h[t_b7ure]
-        - h[t_lpk5h]
+        - h[t_xdulz]
+        - h[t_uohf6]
         + K(-2.0) * wgC_1
         + K(-2.0) * wgC_2;
-    const real t_zhbuw = wgS_1 + wgS_2;
-    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
-    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
-    const real K66 = t_3bowt + t_ymmgl + h[J_C2] - t_hoosk - t_drvdp;
-    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
-    const real t_kp7yy = M_q1 + M_q2;
-    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
-    const real n4 = t_aejai
-        - t_kp7yy
-        + t_zd4fs
+    const real t_hig3c_2 = wgS_1 + wgS_2;
+    const real K64 = t_hig3c_2 + t_vykvu * cos_theta1 + t_vwbsx * cos_theta2;
+    const real K65 = t_hig3c_2 + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_o36xw + t_2znlb + h[J_C2] - t_o56io - t_5sxb4;
+    const real t_dg3od = Bs_1 * t_w7vil + t_o6fg5 * p[l1];
+    const real t_hig3c_3 = M_q1 + M_q2;
+    const real t_a26ad = Bs_2 * t_6fvzz + t_l7fgg * p[l2];
+    const real n4 = t_dg3od
+        - t_hig3c_3
+        + t_a26ad
         - loss_phi1
         - loss_phi2
         + I_theta1 * q[wy]
         + I_theta2 * q[wy]
         - h[t_sfymc] * q[wy] * q[wz];
-    const real t_w7nmt = t_aejai + F_t1 * h[e1];
-    const real t_e5cx2 = t_zd4fs + F_t2 * h[e2];
-    const real n5 = t_w7nmt * sin_theta1
-        - (t_kp7yy + loss_theta1 + loss_theta2)
-        + t_e5cx2 * sin_theta2
-        - W12 * h[t_5r66u]
+    const real t_3hais = t_dg3od + F_t1 * h[e1];
+    const real t_wksgt = t_a26ad + F_t2 * h[e2];
+    const real n5 = t_3hais * sin_theta1
+        - (t_hig3c_3 + loss_theta1 + loss_theta2)
+        + t_wksgt * sin_theta2
+        - W12 * h[t_g7pzr]
         - I_phi1 * q[wy]
         - I_phi2 * q[wy]
-        + t_vt7uo * g_1
-        + t_oncjt * g_2;
-    const real n6 = t_w7nmt * cos_theta1
-        + t_e5cx2 * cos_theta2
+        + t_mallh * g_1
+        + t_lbh6o * g_2;
+    const real n6 = t_3hais * cos_theta1
+        + t_wksgt * cos_theta2
         + I_theta1 * q[wx]
         + I_theta2 * q[wx]
-        - W13 * h[t_7bo2j]
-        - t_azclp * g_1
-        - t_iya7w * g_2
+        - W13 * h[t_urwo6]
+        - t_mallh_2 * g_1
+        - t_lbh6o_2 * g_2
         - I_phi1 * q[wz]
         - I_phi2 * q[wz];
-    const real t_bpfoo = K(1.0) / K11;
-    const real t_w7lcw = t_b3aij * t_bpfoo;
-    const real K_D2 = K22 - t_b3aij * t_w7lcw;
-    const real t_3go2w = t_zzymx * t_bpfoo;
-    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
-    const real t_4iujv = K(1.0) / K_D2;
-    const real K_L32 = t_d4mqf * t_4iujv;
-    const real t_vshgd = t_6mmeb * t_bpfoo;
-    const real t_p6zld = K52 - t_b3aij * t_vshgd;
-    const real K_L52 = t_p6zld * t_4iujv;
-    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
-    const real t_xq4wt = t_2m245 * t_bpfoo;
-    const real t_u3hss = t_yz7e5 + t_b3aij * t_xq4wt;
-    const real t_4jmrt = t_u3hss * t_4iujv;
-    const real t_yfebn = K43 + t_d4mqf * t_4jmrt - t_zzymx * t_xq4wt;
-    const real t_zmh3u = K(1.0) / K_D3;
-    const real K_L43 = t_yfebn * t_zmh3u;
-    const real t_bxfcn = K53 - t_d4mqf * K_L52 - t_zzymx * t_vshgd;
-    const real K_L53 = t_bxfcn * t_zmh3u;
-    const real t_e4enr = t_bl4f2 * t_bpfoo;
-    const real t_qvrp6 = t_bac7g + t_b3aij * t_e4enr;
-    const real t_dj64q = t_qvrp6 * t_4iujv;
-    const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
-    const real K_L63 = t_rahc4 * t_zmh3u;
-    const real K_D4 = K44 - t_u3hss * t_4jmrt - t_yfebn * K_L43 - t_2m245 * t_xq4wt;
-    const real t_ejg3c = K54 + t_u3hss * K_L52 - t_yfebn * K_L53 - t_2m245 * t_vshgd;
-    const real t_lt2al = K(1.0) / K_D4;
-    const real K_L54 = t_ejg3c * t_lt2al;
-    const real t_yioo4 = K64 - t_u3hss * t_dj64q - t_yfebn * K_L63 - t_2m245 * t_e4enr;
-    const real K_L64 = t_yioo4 * t_lt2al;
+    const real t_cl3z7 = K(1.0) / K11;
+    const real t_exl37 = t_f2nhc * t_cl3z7;
+    const real K_D2 = K22 - t_f2nhc * t_exl37;
+    const real t_exl37_2 = t_f2nhc_2 * t_cl3z7;
+    const real t_iy2us = K32 - t_f2nhc * t_exl37_2;
+    const real t_6dtnj = K(1.0) / K_D2;
+    const real K_L32 = t_iy2us * t_6dtnj;
+    const real t_6faq6 = t_bap4n * t_cl3z7;
+    const real t_c34go = K52 - t_f2nhc * t_6faq6;
+    const real K_L52 = t_c34go * t_6dtnj;
+    const real K_D3 = K33 - t_iy2us * K_L32 - t_f2nhc_2 * t_exl37_2;
+    const real t_qom6d = t_dvxnj * t_cl3z7;
+    const real t_3fteh = t_3tpbw + t_f2nhc * t_qom6d;
+    const real t_kgdxa = t_3fteh * t_6dtnj;
+    const real t_v4k64 = K43 + t_iy2us * t_kgdxa - t_f2nhc_2 * t_qom6d;
+    const real t_6dtnj_2 = K(1.0) / K_D3;
+    const real K_L43 = t_v4k64 * t_6dtnj_2;
+    const real t_rkny3 = K53 - t_iy2us * K_L52 - t_f2nhc_2 * t_6faq6;
+    const real K_L53 = t_rkny3 * t_6dtnj_2;
+    const real t_6faq6_2 = t_bap4n_2 * t_cl3z7;
+    const real t_6lnfz = t_kd2xx_2 + t_f2nhc * t_6faq6_2;
+    const real t_bk7yo = t_6lnfz * t_6dtnj;
+    const real t_qksxh = K63 + t_iy2us * t_bk7yo - t_f2nhc_2 * t_6faq6_2;
+    const real K_L63 = t_qksxh * t_6dtnj_2;
+    const real K_D4 = K44 - t_3fteh * t_kgdxa - t_v4k64 * K_L43 - t_dvxnj * t_qom6d;
+    const real t_kxzt7 = K54 + t_3fteh * K_L52 - t_v4k64 * K_L53 - t_dvxnj * t_6faq6;
+    const real t_6dtnj_3 = K(1.0) / K_D4;
+    const real K_L54 = t_kxzt7 * t_6dtnj_3;
+    const real t_bazvg = K64 - t_3fteh * t_bk7yo - t_v4k64 * K_L63 - t_dvxnj * t_6faq6_2;
+    const real K_L64 = t_bazvg * t_6dtnj_3;
     const real K_D5 = K55
-        - t_p6zld * K_L52
-        - t_bxfcn * K_L53
-        - t_ejg3c * K_L54
-        - t_6mmeb * t_vshgd;
-    const real t_aqba4 = K65
-        + t_p6zld * t_dj64q
-        - t_bxfcn * K_L63
-        - t_ejg3c * K_L64
-        - t_6mmeb * t_e4enr;
-    const real t_ftqxb = K(1.0) / K_D5;
-    const real K_L65 = t_aqba4 * t_ftqxb;
+        - t_c34go * K_L52
+        - t_rkny3 * K_L53
+        - t_kxzt7 * K_L54
+        - t_bap4n * t_6faq6;
+    const real t_7qylu = K65
+        + t_c34go * t_bk7yo
+        - t_rkny3 * K_L63
+        - t_kxzt7 * K_L64
+        - t_bap4n * t_6faq6_2;
+    const real t_jxcfv = K(1.0) / K_D5;
+    const real K_L65 = t_7qylu * t_jxcfv;
     const real K_D6 = K66
-        - t_qvrp6 * t_dj64q
-        - t_rahc4 * K_L63
-        - t_yioo4 * K_L64
-        - t_aqba4 * K_L65
-        - t_bl4f2 * t_e4enr;
-    const real b1 = f_x + t_xynyo;
+        - t_6lnfz * t_bk7yo
+        - t_qksxh * K_L63
+        - t_bazvg * K_L64
+        - t_7qylu * K_L65
+        - t_bap4n_2 * t_6faq6_2;
+    const real b1 = f_x + t_wsv66;
     const real b2 = f_y - n2;
-    const real t_4mgpp = p[F] * cos_delta2_v2;
+    const real t_qh3cx = p[F] * cos_delta2_v2;
     const real f1_v2 = q1_v2 + K11 * ax_v2;
-    const real df1_v2 = t_4mgpp * cos_delta1_v2 - f1_v2;
-    const real t_7oaon = p[F] * sin_delta2_v2;
-    const real df2_v2 = t_7oaon - f2_v2;
-    const real da_v2_y2 = df2_v2 + t_w7lcw * df1_v2;
-    const real t_pmr3w = t_4mgpp * sin_delta1_v2;
-    const real da_v2_y3 = t_3go2w * df1_v2 - (t_pmr3w + f3_v2) - K_L32 * da_v2_y2;
-    const real da_v2_x3 = da_v2_y3 * t_zmh3u;
-    const real da_v2_x2 = da_v2_y2 * t_4iujv - K_L32 * da_v2_x3;
-    const real da_v2_x1 = df1_v2 * t_bpfoo + t_w7lcw * da_v2_x2 + t_3go2w * da_v2_x3;
+    const real df1_v2 = t_qh3cx * cos_delta1_v2 - f1_v2;
+    const real t_jczim = p[F] * sin_delta2_v2;
+    const real df2_v2 = t_jczim - f2_v2;
+    const real da_v2_y2 = df2_v2 + t_exl37 * df1_v2;
+    const real t_gu5fe = t_qh3cx * sin_delta1_v2;
+    const real da_v2_y3 = t_exl37_2 * df1_v2 - (t_gu5fe + f3_v2) - K_L32 * da_v2_y2;
+    const real da_v2_x3 = da_v2_y3 * t_6dtnj_2;
+    const real da_v2_x2 = da_v2_y2 * t_6dtnj - K_L32 * da_v2_x3;
+    const real da_v2_x1 = df1_v2 * t_cl3z7 + t_exl37 * da_v2_x2 + t_exl37_2 * da_v2_x3;
     const real Mx_v2 = n4
         + G2_v2 * K54
         + G3_v2 * K64
-        - t_2m245 * ax_v2
-        - t_2m245 * da_v2_x1
-        - t_yz7e5 * a2_v2
-        - t_yz7e5 * da_v2_x2
+        - t_dvxnj * ax_v2
+        - t_dvxnj * da_v2_x1
+        - t_3tpbw * a2_v2
+        - t_3tpbw * da_v2_x2
         + K43 * a3_v2
         + K43 * da_v2_x3
-        - K44 * t_rye3d;
-    const real t_y4w6o_2 = p[F] * cos_delta2_act;
-    const real df1_act = t_y4w6o_2 * cos_delta1_act - cos_delta2_v2 * p[F] * cos_delta1_v2;
-    const real df2_act = p[F] * sin_delta2_act - t_7oaon;
-    const real da_act_y2 = df2_act + t_w7lcw * df1_act;
-    const real df3_act = t_svkod * p[F] - t_y4w6o_2 * sin_delta1_act;
-    const real da_act_y3 = df3_act + t_3go2w * df1_act - K_L32 * da_act_y2;
-    const real da_act_x3 = da_act_y3 * t_zmh3u;
-    const real da_act_x2 = da_act_y2 * t_4iujv - K_L32 * da_act_x3;
-    const real da_act_x1 = df1_act * t_bpfoo + t_w7lcw * da_act_x2 + t_3go2w * da_act_x3;
-    const real Mx = Mx_v2 - t_2m245 * da_act_x1 - t_yz7e5 * da_act_x2 + K43 * da_act_x3;
+        - K44 * t_mlur2;
+    const real t_gbb3a_2 = p[F] * cos_delta2_act;
+    const real df1_act = t_gbb3a_2 * cos_delta1_act - cos_delta2_v2 * p[F] * cos_delta1_v2;
+    const real df2_act = p[F] * sin_delta2_act - t_jczim;
+    const real da_act_y2 = df2_act + t_exl37 * df1_act;
+    const real df3_act = t_vbwgu * p[F] - t_gbb3a_2 * sin_delta1_act;
+    const real da_act_y3 = df3_act + t_exl37_2 * df1_act - K_L32 * da_act_y2;
+    const real da_act_x3 = da_act_y3 * t_6dtnj_2;
+    const real da_act_x2 = da_act_y2 * t_6dtnj - K_L32 * da_act_x3;
+    const real da_act_x1 = df1_act * t_cl3z7 + t_exl37 * da_act_x2 + t_exl37_2 * da_act_x3;
+    const real Mx = Mx_v2 - t_dvxnj * da_act_x1 - t_3tpbw * da_act_x2 + K43 * da_act_x3;
     const real b4 = Mx - n4;
     const real Mz_v2 = n5
         + G2_v2 * K55
         + G3_v2 * K65
-        - t_6mmeb * ax_v2
-        - t_6mmeb * da_v2_x1
+        - t_bap4n * ax_v2
+        - t_bap4n * da_v2_x1
         + K52 * a2_v2
         + K52 * da_v2_x2
         + K53 * a3_v2
         + K53 * da_v2_x3
-        - K54 * t_rye3d
-        + t_7oaon * h[t_lwe76];
+        - K54 * t_mlur2
+        + t_jczim * h[t_bknng];
     const real Mz = Mz_v2
-        - t_6mmeb * da_act_x1
+        - t_bap4n * da_act_x1
         + K52 * da_act_x2
         + K53 * da_act_x3
-        + df2_act * h[t_lwe76];
-    const real b5 = Mz - n5 - f_y * h[t_lwe76];
-    const real t_lpjfo = t_y4w6o * sin_delta1_act;
-    const real My_v2 = t_pmr3w * h[t_lwe76]
+        + df2_act * h[t_bknng];
+    const real b5 = Mz - n5 - f_y * h[t_bknng];
+    const real t_eoq7e = t_gbb3a * sin_delta1_act;
+    const real My_v2 = t_gu5fe * h[t_bknng]
         - n6
         - G2_v2 * K65
         - G3_v2 * K66
-        + t_bl4f2 * ax_v2
-        + t_bl4f2 * da_v2_x1
-        + t_bac7g * a2_v2
-        + t_bac7g * da_v2_x2
+        + t_bap4n_2 * ax_v2
+        + t_bap4n_2 * da_v2_x1
+        + t_kd2xx_2 * a2_v2
+        + t_kd2xx_2 * da_v2_x2
         - K63 * a3_v2
         - K63 * da_v2_x3
-        + K64 * t_rye3d;
+        + K64 * t_mlur2;
     const real My = My_v2
-        - df3_act * h[t_lwe76]
-        + t_bl4f2 * da_act_x1
-        + t_bac7g * da_act_x2
+        - df3_act * h[t_bknng]
+        + t_bap4n_2 * da_act_x1
+        + t_kd2xx_2 * da_act_x2
         - K63 * da_act_x3;
-    const real b6 = t_lpjfo * h[t_lwe76] - (My + n6);
-    const real X_y2 = b2 + t_w7lcw * b1;
-    const real X_y3 = t_3go2w * b1 - (t_lpjfo + n3) - K_L32 * X_y2;
-    const real X_y4 = b4 + t_xq4wt * b1 + t_4jmrt * X_y2 - K_L43 * X_y3;
+    const real b6 = t_eoq7e * h[t_bknng] - (My + n6);
+    const real X_y2 = b2 + t_exl37 * b1;
+    const real X_y3 = t_exl37_2 * b1 - (t_eoq7e + n3) - K_L32 * X_y2;
+    const real X_y4 = b4 + t_qom6d * b1 + t_kgdxa * X_y2 - K_L43 * X_y3;
     const real X_y5 = b5
-        + t_vshgd * b1
+        + t_6faq6 * b1
         - K_L52 * X_y2
         - K_L53 * X_y3
         - K_L54 * X_y4;
     const real X_y6 = b6
-        + t_e4enr * b1
-        + t_dj64q * X_y2
+        + t_6faq6_2 * b1
+        + t_bk7yo * X_y2
         - K_L63 * X_y3
         - K_L64 * X_y4
         - K_L65 * X_y5;
     const real X_x6 = X_y6 / K_D6;
-    const real X_x5 = X_y5 * t_ftqxb - K_L65 * X_x6;
-    const real X_x4 = X_y4 * t_lt2al - K_L54 * X_x5 - K_L64 * X_x6;
-    const real X_x3 = X_y3 * t_zmh3u - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
-    const real X_x2 = X_y2 * t_4iujv
+    const real X_x5 = X_y5 * t_jxcfv - K_L65 * X_x6;
+    const real X_x4 = X_y4 * t_6dtnj_3 - K_L54 * X_x5 - K_L64 * X_x6;
+    const real X_x3 = X_y3 * t_6dtnj_2 - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
+    const real X_x2 = X_y2 * t_6dtnj
         - K_L32 * X_x3
-        + t_4jmrt * X_x4
+        + t_kgdxa * X_x4
         - K_L52 * X_x5
-        + t_dj64q * X_x6;
-    const real X_x1 = b1 * t_bpfoo
-        + t_w7lcw * X_x2
-        + t_3go2w * X_x3
-        + t_xq4wt * X_x4
-        + t_vshgd * X_x5
-        + t_e4enr * X_x6;
+        + t_bk7yo * X_x6;
+    const real X_x1 = b1 * t_cl3z7
+        + t_exl37 * X_x2
+        + t_exl37_2 * X_x3
+        + t_qom6d * X_x4
+        + t_6faq6 * X_x5
+        + t_6faq6_2 * X_x6;
     const real G_t1 = X_x5 * sin_theta1 + X_x6 * cos_theta1;
     const real Gt_eta1 = G_t1 + eta1;
-    const real t_ynvhx = cos_phi1 * (G_t1 * h[e1] + X_x2 * sin_theta1 + X_x3 * cos_theta1)
+    const real t_qmuri = cos_phi1 * (G_t1 * h[e1] + X_x2 * sin_theta1 + X_x3 * cos_theta1)
         + sin_phi1 * (X_x1 - t_w7vil);
-    const real phi_acc1 = Gt_eta1 - (loss_phi1 + p[I1] * (Gt_eta1 + X_x4)) * h[t_zrejm] - h[k1] * t_ynvhx;
-    const real t_g433r = X_x5 - W12;
-    const real t_mwq7z = X_x4 + X_x5;
-    const real t_5ffnn = zeta1
+    const real phi_acc1 = Gt_eta1 - (loss_phi1 + p[I1] * (Gt_eta1 + X_x4)) * h[t_gbl6n] - h[k1] * t_qmuri;
+    const real t_3ipx7 = X_x5 - W12;
+    const real t_hig3c_4 = X_x4 + X_x5;
+    const real t_hd5gx = zeta1
         + X_x2 * cos_theta1
         + g_1 * (X_x5 * cos_theta1 - X_x6 * sin_theta1)
-        - t_mwq7z * q_1
+        - t_hig3c_4 * q_1
         - X_x3 * sin_theta1;
-    const real theta_acc1 = -(t_g433r + th_1 * (loss_theta1 * h[t_ibe72] + q_1 * t_5ffnn));
+    const real theta_acc1 = -(t_3ipx7 + th_1 * (loss_theta1 * h[t_ibe72] + q_1 * t_hd5gx));
     const real G_t2 = X_x5 * sin_theta2 + X_x6 * cos_theta2;
     const real Gt_eta2 = G_t2 + eta2;
-    const real t_rrute = cos_phi2 * (G_t2 * h[e2] + X_x2 * sin_theta2 + X_x3 * cos_theta2)
+    const real t_j3hy2 = cos_phi2 * (G_t2 * h[e2] + X_x2 * sin_theta2 + X_x3 * cos_theta2)
         + sin_phi2 * (X_x1 - t_6fvzz);
-    const real phi_acc2 = Gt_eta2 - (loss_phi2 + p[I2] * (Gt_eta2 + X_x4)) * h[t_5wzvs] - h[k2] * t_rrute;
-    const real t_oqair = zeta2
+    const real phi_acc2 = Gt_eta2 - (loss_phi2 + p[I2] * (Gt_eta2 + X_x4)) * h[t_jx6g7] - h[k2] * t_j3hy2;
+    const real t_s4hzu = zeta2
         + X_x2 * cos_theta2
         + g_2 * (X_x5 * cos_theta2 - X_x6 * sin_theta2)
-        - t_mwq7z * q_2
+        - t_hig3c_4 * q_2
         - X_x3 * sin_theta2;
-    const real theta_acc2 = -(t_g433r + th_2 * (loss_theta2 * h[t_r7vy7] + q_2 * t_oqair));
+    const real theta_acc2 = -(t_3ipx7 + th_2 * (loss_theta2 * h[t_r7vy7] + q_2 * t_s4hzu));
     dq[0] = X_x1 + t_rybsf * h[x_C] - q[vz] * q[wy] + q[vy] * q[wz];
     dq[1] = X_x2 - X_x5 * h[x_C] + (q[vz] * q[wx] - q[vx] * q[wz]);
     dq[2] = X_x3 - X_x6 * h[x_C] + (q[vx] * q[wy] - q[vy] * q[wx]);
     dq[3] = X_x4;
     dq[4] = W13 - X_x6;
-    dq[5] = t_g433r;
+    dq[5] = t_3ipx7;
     dq[6] = q[wx];
     dq[7] = q[wy];
     dq[8] = q[wz];
@@ -8090,22 +8090,22 @@ enum {
     lyapunov_v2_observe_h_e2,
     lyapunov_v2_observe_h_B_1,
     lyapunov_v2_observe_h_Bl_1,
-    lyapunov_v2_observe_h_t_b7ure,
+    lyapunov_v2_observe_h_t_xdulz,
     lyapunov_v2_observe_h_B_2,
     lyapunov_v2_observe_h_Bl_2,
-    lyapunov_v2_observe_h_t_lpk5h,
-    lyapunov_v2_observe_h_t_m5gm4,
-    lyapunov_v2_observe_h_t_uumic,
-    lyapunov_v2_observe_h_t_doa45,
+    lyapunov_v2_observe_h_t_uohf6,
+    lyapunov_v2_observe_h_t_47igz,
+    lyapunov_v2_observe_h_t_fcuad,
+    lyapunov_v2_observe_h_t_z4fbq,
     lyapunov_v2_observe_h_t_sfymc,
-    lyapunov_v2_observe_h_t_5r66u,
-    lyapunov_v2_observe_h_t_7bo2j,
+    lyapunov_v2_observe_h_t_g7pzr,
+    lyapunov_v2_observe_h_t_urwo6,
     lyapunov_v2_observe_h_t_t6fx5,
     lyapunov_v2_observe_h_t_yjeu3,
     lyapunov_v2_observe_h_t_ma4ro,
     lyapunov_v2_observe_h_t_62qfa,
     lyapunov_v2_observe_h_t_y7rm6,
-    lyapunov_v2_observe_h_t_lwe76,
+    lyapunov_v2_observe_h_t_bknng,
     lyapunov_v2_observe_h_t_xkg6l,
 };
 
@@ -8135,15 +8135,15 @@ void slosh_lyapunov_v2_observe_prepare(const real *p, const real *c, real *h)
     enum { r6 = SLOSH_LYAPUNOV_V2_C_R6 };
     enum { r8 = SLOSH_LYAPUNOV_V2_C_R8 };
     const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
-    const real t_gx5gf = p[m1] / D1;
-    const real k1 = t_gx5gf * p[l1];
-    const real me1 = t_gx5gf * p[I1];
+    const real t_nkfhl = p[m1] / D1;
+    const real k1 = t_nkfhl * p[l1];
+    const real me1 = t_nkfhl * p[I1];
     const real t_6nwd2 = p[l1] * p[m1];
     const real mv1 = t_6nwd2 * k1;
     const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
-    const real t_wiek6 = p[m2] / D2;
-    const real k2 = t_wiek6 * p[l2];
-    const real me2 = t_wiek6 * p[I2];
+    const real t_xgfi7 = p[m2] / D2;
+    const real k2 = t_xgfi7 * p[l2];
+    const real me2 = t_xgfi7 * p[I2];
     const real t_popww = p[l2] * p[m2];
     const real mv2 = t_popww * k2;
     const real M_C = p[m] + p[m0] + me1 + me2;
@@ -8181,22 +8181,22 @@ void slosh_lyapunov_v2_observe_prepare(const real *p, const real *c, real *h)
     h[lyapunov_v2_observe_h_e2] = e2;
     h[lyapunov_v2_observe_h_B_1] = B_1;
     h[lyapunov_v2_observe_h_Bl_1] = Bl_1;
-    h[lyapunov_v2_observe_h_t_b7ure] = me1 * (e1 * e1);
+    h[lyapunov_v2_observe_h_t_xdulz] = me1 * (e1 * e1);
     h[lyapunov_v2_observe_h_B_2] = B_2;
     h[lyapunov_v2_observe_h_Bl_2] = Bl_2;
-    h[lyapunov_v2_observe_h_t_lpk5h] = me2 * (e2 * e2);
-    h[lyapunov_v2_observe_h_t_m5gm4] = M_C + mv1 + mv2;
-    h[lyapunov_v2_observe_h_t_uumic] = e1 * me1;
-    h[lyapunov_v2_observe_h_t_doa45] = e2 * me2;
+    h[lyapunov_v2_observe_h_t_uohf6] = me2 * (e2 * e2);
+    h[lyapunov_v2_observe_h_t_47igz] = M_C + mv1 + mv2;
+    h[lyapunov_v2_observe_h_t_fcuad] = e1 * me1;
+    h[lyapunov_v2_observe_h_t_z4fbq] = e2 * me2;
     h[lyapunov_v2_observe_h_t_sfymc] = t_sfymc;
-    h[lyapunov_v2_observe_h_t_5r66u] = J_C1 + (p[J_z] - p[J_y]);
-    h[lyapunov_v2_observe_h_t_7bo2j] = J_C1 + t_is5lg + t_sfymc;
+    h[lyapunov_v2_observe_h_t_g7pzr] = J_C1 + (p[J_z] - p[J_y]);
+    h[lyapunov_v2_observe_h_t_urwo6] = J_C1 + t_is5lg + t_sfymc;
     h[lyapunov_v2_observe_h_t_t6fx5] = K(1.0) / c[r8];
     h[lyapunov_v2_observe_h_t_yjeu3] = K(1.0) / c[r6];
     h[lyapunov_v2_observe_h_t_ma4ro] = K(1.0) / c[r4];
     h[lyapunov_v2_observe_h_t_62qfa] = p[F] * p[F];
     h[lyapunov_v2_observe_h_t_y7rm6] = K(1.0) / p[F];
-    h[lyapunov_v2_observe_h_t_lwe76] = p[b] + p[d] + x_C;
+    h[lyapunov_v2_observe_h_t_bknng] = p[b] + p[d] + x_C;
     h[lyapunov_v2_observe_h_t_xkg6l] = K(1.0) / mv_cos(p[delta2_max]);
 }
 
@@ -8258,22 +8258,22 @@ void slosh_lyapunov_v2_observe_prepared(const real *q, const real *p, const real
     enum { e2 = lyapunov_v2_observe_h_e2 };
     enum { B_1 = lyapunov_v2_observe_h_B_1 };
     enum { Bl_1 = lyapunov_v2_observe_h_Bl_1 };
-    enum { t_b7ure = lyapunov_v2_observe_h_t_b7ure };
+    enum { t_xdulz = lyapunov_v2_observe_h_t_xdulz };
     enum { B_2 = lyapunov_v2_observe_h_B_2 };
     enum { Bl_2 = lyapunov_v2_observe_h_Bl_2 };
-    enum { t_lpk5h = lyapunov_v2_observe_h_t_lpk5h };
-    enum { t_m5gm4 = lyapunov_v2_observe_h_t_m5gm4 };
-    enum { t_uumic = lyapunov_v2_observe_h_t_uumic };
-    enum { t_doa45 = lyapunov_v2_observe_h_t_doa45 };
+    enum { t_uohf6 = lyapunov_v2_observe_h_t_uohf6 };
+    enum { t_47igz = lyapunov_v2_observe_h_t_47igz };
+    enum { t_fcuad = lyapunov_v2_observe_h_t_fcuad };
+    enum { t_z4fbq = lyapunov_v2_observe_h_t_z4fbq };
     enum { t_sfymc = lyapunov_v2_observe_h_t_sfymc };
-    enum { t_5r66u = lyapunov_v2_observe_h_t_5r66u };
-    enum { t_7bo2j = lyapunov_v2_observe_h_t_7bo2j };
+    enum { t_g7pzr = lyapunov_v2_observe_h_t_g7pzr };
+    enum { t_urwo6 = lyapunov_v2_observe_h_t_urwo6 };
     enum { t_t6fx5 = lyapunov_v2_observe_h_t_t6fx5 };
     enum { t_yjeu3 = lyapunov_v2_observe_h_t_yjeu3 };
     enum { t_ma4ro = lyapunov_v2_observe_h_t_ma4ro };
     enum { t_62qfa = lyapunov_v2_observe_h_t_62qfa };
     enum { t_y7rm6 = lyapunov_v2_observe_h_t_y7rm6 };
-    enum { t_lwe76 = lyapunov_v2_observe_h_t_lwe76 };
+    enum { t_bknng = lyapunov_v2_observe_h_t_bknng };
     enum { t_xkg6l = lyapunov_v2_observe_h_t_xkg6l };
     const real W12 = q[wx] * q[wy];
     const real W13 = q[wx] * q[wz];
@@ -8284,8 +8284,8 @@ void slosh_lyapunov_v2_observe_prepared(const real *q, const real *p, const real
     const real w_x1 = q[wx] - q[theta1_dot];
     const real p1 = Wn1 + q[phi1_dot];
     const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
-    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
     real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
     real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
     const real Wn2 = cos_theta2 * q[wy] - sin_theta2 * q[wz];
@@ -8293,8 +8293,8 @@ void slosh_lyapunov_v2_observe_prepared(const real *q, const real *p, const real
     const real w_x2 = q[wx] - q[theta2_dot];
     const real p2 = Wn2 + q[phi2_dot];
     const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
-    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
     const real t_rybsf = q[wy] * q[wy] + q[wz] * q[wz];
     const real t_w7vil = t_rybsf * h[e1];
     const real tension1 = cos_phi1 * t_w7vil * h[mv1] - h[t_6nwd2] * sigma_sq1;
@@ -8314,9 +8314,9 @@ void slosh_lyapunov_v2_observe_prepared(const real *q, const real *p, const real
     const real S_sq1 = sin_theta1 * sin_theta1;
     const real SC1 = cos_theta1 * sin_theta1;
     const real tn11_1 = Ass_1 + h[me1] - wth_1;
-    const real t_3bowt = h[Bl_1] + K(-2.0) * eBc_1 + h[e1] * eAss_1;
-    const real t_3fv6l = g_1 * wg_1;
-    const real tn44_1 = h[t_b7ure] + t_3bowt - t_3fv6l;
+    const real t_o36xw = h[Bl_1] + K(-2.0) * eBc_1 + h[e1] * eAss_1;
+    const real t_w6q4c = g_1 * wg_1;
+    const real tn44_1 = h[t_xdulz] + t_o36xw - t_w6q4c;
     const real wq_1 = q_1 * wth_1;
     const real wqg_1 = q_1 * wg_1;
     const real wqq_1 = q_1 * wq_1;
@@ -8326,13 +8326,13 @@ void slosh_lyapunov_v2_observe_prepared(const real *q, const real *p, const real
     const real wgS_1 = sin_theta1 * wqg_1;
     const real loss_phi1 = p[eps1] * q[phi1_dot];
     const real loss_theta1 = p[eps1] * q[theta1_dot];
-    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
     const real zeta1 = W12 * q_1
         + Wn1 * lc_1 * w_x1
         - chi1 * p[l1] * (p1 + q[phi1_dot]);
     const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_7imwe = h[B_1] * eta1 + loss_phi1 * h[k1];
-    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real t_o6fg5 = h[B_1] * eta1 + loss_phi1 * h[k1];
+    const real F_t1 = sin_phi1 * tension1 - t_o6fg5 * cos_phi1;
     const real M_q1 = F_n1 * q_1;
     const real I_phi1 = q[phi1_dot] * p[I1];
     const real I_theta1 = q[theta1_dot] * p[I1];
@@ -8354,9 +8354,9 @@ void slosh_lyapunov_v2_observe_prepared(const real *q, const real *p, const real
     const real S_sq2 = sin_theta2 * sin_theta2;
     const real SC2 = cos_theta2 * sin_theta2;
     const real tn11_2 = Ass_2 + h[me2] - wth_2;
-    const real t_ymmgl = h[Bl_2] + K(-2.0) * eBc_2 + h[e2] * eAss_2;
-    const real t_odwbr = g_2 * wg_2;
-    const real tn44_2 = h[t_lpk5h] + t_ymmgl - t_odwbr;
+    const real t_2znlb = h[Bl_2] + K(-2.0) * eBc_2 + h[e2] * eAss_2;
+    const real t_7fbo3 = g_2 * wg_2;
+    const real tn44_2 = h[t_uohf6] + t_2znlb - t_7fbo3;
     const real wq_2 = q_2 * wth_2;
     const real wqg_2 = q_2 * wg_2;
     const real wqq_2 = q_2 * wq_2;
@@ -8366,101 +8366,101 @@ void slosh_lyapunov_v2_observe_prepared(const real *q, const real *p, const real
     const real wgS_2 = sin_theta2 * wqg_2;
     const real loss_phi2 = p[eps2] * q[phi2_dot];
     const real loss_theta2 = p[eps2] * q[theta2_dot];
-    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
     const real zeta2 = W12 * q_2
         + Wn2 * lc_2 * w_x2
         - chi2 * p[l2] * (p2 + q[phi2_dot]);
     const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
-    const real t_4b2fa = h[B_2] * eta2 + loss_phi2 * h[k2];
-    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
+    const real t_l7fgg = h[B_2] * eta2 + loss_phi2 * h[k2];
+    const real F_t2 = sin_phi2 * tension2 - t_l7fgg * cos_phi2;
     const real M_q2 = F_n2 * q_2;
     const real I_phi2 = q[phi2_dot] * p[I2];
     const real I_theta2 = q[theta2_dot] * p[I2];
-    const real K11 = h[t_m5gm4] - Ass_1 - Ass_2;
-    const real t_fbeaw = S_sq1 * tn11_1;
-    const real t_dj555 = S_sq2 * tn11_2;
-    const real K22 = t_fbeaw + t_dj555 + h[M_C] + wth_1 + wth_2 - h[me1] - h[me2];
+    const real K11 = h[t_47igz] - Ass_1 - Ass_2;
+    const real t_eytv7 = S_sq1 * tn11_1;
+    const real t_xyodq = S_sq2 * tn11_2;
+    const real K22 = t_eytv7 + t_xyodq + h[M_C] + wth_1 + wth_2 - h[me1] - h[me2];
     const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + h[M_C] - t_fbeaw - t_dj555;
+    const real K33 = Ass_1 + Ass_2 + h[M_C] - t_eytv7 - t_xyodq;
     const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
-    const real t_nhr5u = wqq_1 + wqq_2;
-    const real K44 = t_nhr5u + h[Bl_1] + h[Bl_2] + h[J_C1];
-    const real t_kwrkt = wg_1 - h[t_uumic];
-    const real t_t44oq = wg_2 - h[t_doa45];
-    const real t_32gyg = Bc_1 - eAss_1;
-    const real t_n3v7x = t_32gyg + t_kwrkt;
-    const real t_gbkg6 = Bc_2 - eAss_2;
-    const real t_hsuzx = t_gbkg6 + t_t44oq;
-    const real t_fcf5x = S_sq1 * t_n3v7x + S_sq2 * t_hsuzx;
-    const real K52 = t_kwrkt + t_t44oq - t_fcf5x - wqC_1 - wqC_2;
-    const real t_bac7g = SC1 * t_n3v7x + SC2 * t_hsuzx;
-    const real K53 = wqS_1 - t_bac7g + wqS_2;
-    const real t_nncdg = h[Bl_1] - eBc_1;
-    const real t_4q22j = h[Bl_2] - eBc_2;
-    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
-    const real t_hoosk = S_sq1 * tn44_1;
-    const real t_drvdp = S_sq2 * tn44_2;
-    const real K55 = t_3fv6l
-        + t_odwbr
-        + t_nhr5u
-        + t_hoosk
-        + t_drvdp
+    const real t_hig3c = wqq_1 + wqq_2;
+    const real K44 = t_hig3c + h[Bl_1] + h[Bl_2] + h[J_C1];
+    const real t_uzoih = wg_1 - h[t_fcuad];
+    const real t_fv4vq = wg_2 - h[t_z4fbq];
+    const real t_qeyrr = Bc_1 - eAss_1;
+    const real t_wg7ej = t_qeyrr + t_uzoih;
+    const real t_vn7oc = Bc_2 - eAss_2;
+    const real t_lqbgn = t_vn7oc + t_fv4vq;
+    const real t_kd2xx = S_sq1 * t_wg7ej + S_sq2 * t_lqbgn;
+    const real K52 = t_uzoih + t_fv4vq - t_kd2xx - wqC_1 - wqC_2;
+    const real t_kd2xx_2 = SC1 * t_wg7ej + SC2 * t_lqbgn;
+    const real K53 = wqS_1 - t_kd2xx_2 + wqS_2;
+    const real t_vykvu = h[Bl_1] - eBc_1;
+    const real t_vwbsx = h[Bl_2] - eBc_2;
+    const real K54 = t_hig3c - wgC_1 - wgC_2 + t_vykvu * sin_theta1 + t_vwbsx * sin_theta2;
+    const real t_o56io = S_sq1 * tn44_1;
+    const real t_5sxb4 = S_sq2 * tn44_2;
+    const real K55 = t_w6q4c
+        + t_7fbo3
+        + t_hig3c
+        + t_o56io
+        + t_5sxb4
         + h[J_C3]
-        - h[t_b7ure]
-        - h[t_lpk5h]
+        - h[t_xdulz]
+        - h[t_uohf6]
         + K(-2.0) * wgC_1
         + K(-2.0) * wgC_2;
-    const real K63 = t_fcf5x - (t_32gyg + t_gbkg6);
-    const real t_zhbuw = wgS_1 + wgS_2;
-    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
-    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
-    const real K66 = t_3bowt + t_ymmgl + h[J_C2] - t_hoosk - t_drvdp;
-    const real t_vt7uo = F_n1 * cos_theta1;
-    const real t_oncjt = F_n2 * cos_theta2;
-    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
-    const real t_azclp = F_n1 * sin_theta1;
-    const real t_iya7w = F_n2 * sin_theta2;
-    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
-    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
-    const real t_kp7yy = M_q1 + M_q2;
-    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
-    const real n4 = t_aejai
-        - t_kp7yy
-        + t_zd4fs
+    const real K63 = t_kd2xx - (t_qeyrr + t_vn7oc);
+    const real t_hig3c_2 = wgS_1 + wgS_2;
+    const real K64 = t_hig3c_2 + t_vykvu * cos_theta1 + t_vwbsx * cos_theta2;
+    const real K65 = t_hig3c_2 + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_o36xw + t_2znlb + h[J_C2] - t_o56io - t_5sxb4;
+    const real t_mallh = F_n1 * cos_theta1;
+    const real t_lbh6o = F_n2 * cos_theta2;
+    const real n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real t_mallh_2 = F_n1 * sin_theta1;
+    const real t_lbh6o_2 = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2;
+    const real t_dg3od = Bs_1 * t_w7vil + t_o6fg5 * p[l1];
+    const real t_hig3c_3 = M_q1 + M_q2;
+    const real t_a26ad = Bs_2 * t_6fvzz + t_l7fgg * p[l2];
+    const real n4 = t_dg3od
+        - t_hig3c_3
+        + t_a26ad
         - loss_phi1
         - loss_phi2
         + I_theta1 * q[wy]
         + I_theta2 * q[wy]
         - h[t_sfymc] * q[wy] * q[wz];
-    const real t_w7nmt = t_aejai + F_t1 * h[e1];
-    const real t_e5cx2 = t_zd4fs + F_t2 * h[e2];
-    const real n5 = t_w7nmt * sin_theta1
-        - (t_kp7yy + loss_theta1 + loss_theta2)
-        + t_e5cx2 * sin_theta2
-        - W12 * h[t_5r66u]
+    const real t_3hais = t_dg3od + F_t1 * h[e1];
+    const real t_wksgt = t_a26ad + F_t2 * h[e2];
+    const real n5 = t_3hais * sin_theta1
+        - (t_hig3c_3 + loss_theta1 + loss_theta2)
+        + t_wksgt * sin_theta2
+        - W12 * h[t_g7pzr]
         - I_phi1 * q[wy]
         - I_phi2 * q[wy]
-        + t_vt7uo * g_1
-        + t_oncjt * g_2;
-    const real n6 = t_w7nmt * cos_theta1
-        + t_e5cx2 * cos_theta2
+        + t_mallh * g_1
+        + t_lbh6o * g_2;
+    const real n6 = t_3hais * cos_theta1
+        + t_wksgt * cos_theta2
         + I_theta1 * q[wx]
         + I_theta2 * q[wx]
-        - W13 * h[t_7bo2j]
-        - t_azclp * g_1
-        - t_iya7w * g_2
+        - W13 * h[t_urwo6]
+        - t_mallh_2 * g_1
+        - t_lbh6o_2 * g_2
         - I_phi1 * q[wz]
         - I_phi2 * q[wz];
-    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real t_bpfoo = K(1.0) / K11;
-    const real t_w7lcw = t_b3aij * t_bpfoo;
-    const real K_D2 = K22 - t_b3aij * t_w7lcw;
-    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_3go2w = t_zzymx * t_bpfoo;
-    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
-    const real t_4iujv = K(1.0) / K_D2;
-    const real K_L32 = t_d4mqf * t_4iujv;
-    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
+    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real t_cl3z7 = K(1.0) / K11;
+    const real t_exl37 = t_f2nhc * t_cl3z7;
+    const real K_D2 = K22 - t_f2nhc * t_exl37;
+    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_exl37_2 = t_f2nhc_2 * t_cl3z7;
+    const real t_iy2us = K32 - t_f2nhc * t_exl37_2;
+    const real t_6dtnj = K(1.0) / K_D2;
+    const real K_L32 = t_iy2us * t_6dtnj;
+    const real K_D3 = K33 - t_iy2us * K_L32 - t_f2nhc_2 * t_exl37_2;
     const real B_v2 = q[vy] * c[r1];  /* (29) */
     const real C_v2 = q[vz] * c[r2];  /* (29) */
     const real g1_v2 = B_v2 * q[vz] - C_v2 * q[vy] + q[att1] * c[r3];  /* (29) */
@@ -8470,118 +8470,118 @@ void slosh_lyapunov_v2_observe_prepared(const real *q, const real *p, const real
     const real G3_v2 = W13 + (q[wy] * c[w4] + g2_v2) * h[t_yjeu3];
     const real a2_v2 = G2_v2 * h[x_C] - B_v2 * c[w1];
     const real a3_v2 = G3_v2 * h[x_C] - C_v2 * c[w2];
-    const real t_2m245 = Bs_1 + Bs_2;
-    const real t_rye3d = (q[wx] * c[w3] + g1_v2) * h[t_ma4ro];
-    const real t_ev7u5 = Bs_1 + Asc_1 * h[e1];
-    const real t_bvybx = Bs_2 + Asc_2 * h[e2];
-    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
-    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
-    const real t_bkfqo = t_7imwe * sin_phi1
-        + t_4b2fa * sin_phi2
+    const real t_dvxnj = Bs_1 + Bs_2;
+    const real t_mlur2 = (q[wx] * c[w3] + g1_v2) * h[t_ma4ro];
+    const real t_g3yj5 = Bs_1 + Asc_1 * h[e1];
+    const real t_pr2pp = Bs_2 + Asc_2 * h[e2];
+    const real t_bap4n = t_g3yj5 * sin_theta1 + t_pr2pp * sin_theta2;
+    const real t_bap4n_2 = t_g3yj5 * cos_theta1 + t_pr2pp * cos_theta2;
+    const real t_vo4h3 = t_o6fg5 * sin_phi1
+        + t_l7fgg * sin_phi2
         + cos_phi1 * tension1
         + cos_phi2 * tension2
-        + G2_v2 * t_6mmeb
-        + G3_v2 * t_bl4f2
-        + t_b3aij * a2_v2
-        + t_zzymx * a3_v2;
-    const real q1_v2 = t_2m245 * t_rye3d - t_bkfqo;
-    const real t_yz7e5 = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
+        + G2_v2 * t_bap4n
+        + G3_v2 * t_bap4n_2
+        + t_f2nhc * a2_v2
+        + t_f2nhc_2 * a3_v2;
+    const real q1_v2 = t_dvxnj * t_mlur2 - t_vo4h3;
+    const real t_3tpbw = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
     const real q2_v2 = n2
         + G2_v2 * K52
-        - G3_v2 * t_bac7g
+        - G3_v2 * t_kd2xx_2
         + K22 * a2_v2
         + K32 * a3_v2
-        + t_yz7e5 * t_rye3d;
+        + t_3tpbw * t_mlur2;
     const real q3_v2 = n3
         + G2_v2 * K53
         + G3_v2 * K63
         + K32 * a2_v2
         + K33 * a3_v2
-        - K43 * t_rye3d;
-    const real PP_v2 = K11 * K11 + t_b3aij * t_b3aij + t_zzymx * t_zzymx;
-    const real Pq_v2 = K11 * q1_v2 - t_b3aij * q2_v2 - t_zzymx * q3_v2;
-    const real t_6k56a = Pq_v2 * Pq_v2
+        - K43 * t_mlur2;
+    const real PP_v2 = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2;
+    const real Pq_v2 = K11 * q1_v2 - t_f2nhc * q2_v2 - t_f2nhc_2 * q3_v2;
+    const real t_6owaj = Pq_v2 * Pq_v2
         - PP_v2 * (q1_v2 * q1_v2 - h[t_62qfa] + q2_v2 * q2_v2 + q3_v2 * q3_v2);
-    const real root_v2 = mv_sqrt(mv_max(SPLAT(K(0.0)), t_6k56a));
+    const real root_v2 = mv_sqrt(mv_max(SPLAT(K(0.0)), t_6owaj));
     const real ax_v2 = (root_v2 - Pq_v2) / PP_v2;
     const real f1_v2 = q1_v2 + K11 * ax_v2;
-    const real f2_v2 = q2_v2 - t_b3aij * ax_v2;
-    const real f3_v2 = q3_v2 - t_zzymx * ax_v2;
+    const real f2_v2 = q2_v2 - t_f2nhc * ax_v2;
+    const real f3_v2 = q3_v2 - t_f2nhc_2 * ax_v2;
     const real sin_d2_v2 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v2 * h[t_y7rm6]));
     const real cos_d2_v2 = mv_sqrt(K(1.0) - sin_d2_v2 * sin_d2_v2);
     const real delta1_v2 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v2 * h[t_y7rm6] / mv_max(SPLAT(K(1e-09)), cos_d2_v2)))));
     const real delta2_v2 = mv_asin(sin_d2_v2);
     real sin_delta2_v2, cos_delta2_v2; mv_sincos(delta2_v2, &sin_delta2_v2, &cos_delta2_v2);
-    const real t_4mgpp = p[F] * cos_delta2_v2;
+    const real t_qh3cx = p[F] * cos_delta2_v2;
     real sin_delta1_v2, cos_delta1_v2; mv_sincos(delta1_v2, &sin_delta1_v2, &cos_delta1_v2);
-    const real df1_v2 = t_4mgpp * cos_delta1_v2 - f1_v2;
-    const real t_7oaon = p[F] * sin_delta2_v2;
-    const real df2_v2 = t_7oaon - f2_v2;
-    const real da_v2_y2 = df2_v2 + t_w7lcw * df1_v2;
-    const real t_pmr3w = t_4mgpp * sin_delta1_v2;
-    const real da_v2_y3 = t_3go2w * df1_v2 - (t_pmr3w + f3_v2) - K_L32 * da_v2_y2;
-    const real t_zmh3u = K(1.0) / K_D3;
-    const real da_v2_x3 = da_v2_y3 * t_zmh3u;
-    const real da_v2_x2 = da_v2_y2 * t_4iujv - K_L32 * da_v2_x3;
-    const real da_v2_x1 = df1_v2 * t_bpfoo + t_w7lcw * da_v2_x2 + t_3go2w * da_v2_x3;
+    const real df1_v2 = t_qh3cx * cos_delta1_v2 - f1_v2;
+    const real t_jczim = p[F] * sin_delta2_v2;
+    const real df2_v2 = t_jczim - f2_v2;
+    const real da_v2_y2 = df2_v2 + t_exl37 * df1_v2;
+    const real t_gu5fe = t_qh3cx * sin_delta1_v2;
+    const real da_v2_y3 = t_exl37_2 * df1_v2 - (t_gu5fe + f3_v2) - K_L32 * da_v2_y2;
+    const real t_6dtnj_2 = K(1.0) / K_D3;
+    const real da_v2_x3 = da_v2_y3 * t_6dtnj_2;
+    const real da_v2_x2 = da_v2_y2 * t_6dtnj - K_L32 * da_v2_x3;
+    const real da_v2_x1 = df1_v2 * t_cl3z7 + t_exl37 * da_v2_x2 + t_exl37_2 * da_v2_x3;
     const real Mx_v2 = n4
         + G2_v2 * K54
         + G3_v2 * K64
-        - t_2m245 * ax_v2
-        - t_2m245 * da_v2_x1
-        - t_yz7e5 * a2_v2
-        - t_yz7e5 * da_v2_x2
+        - t_dvxnj * ax_v2
+        - t_dvxnj * da_v2_x1
+        - t_3tpbw * a2_v2
+        - t_3tpbw * da_v2_x2
         + K43 * a3_v2
         + K43 * da_v2_x3
-        - K44 * t_rye3d;
-    const real My_v2 = t_pmr3w * h[t_lwe76]
+        - K44 * t_mlur2;
+    const real My_v2 = t_gu5fe * h[t_bknng]
         - n6
         - G2_v2 * K65
         - G3_v2 * K66
-        + t_bl4f2 * ax_v2
-        + t_bl4f2 * da_v2_x1
-        + t_bac7g * a2_v2
-        + t_bac7g * da_v2_x2
+        + t_bap4n_2 * ax_v2
+        + t_bap4n_2 * da_v2_x1
+        + t_kd2xx_2 * a2_v2
+        + t_kd2xx_2 * da_v2_x2
         - K63 * a3_v2
         - K63 * da_v2_x3
-        + K64 * t_rye3d;
+        + K64 * t_mlur2;
     const real Mz_v2 = n5
         + G2_v2 * K55
         + G3_v2 * K65
-        - t_6mmeb * ax_v2
-        - t_6mmeb * da_v2_x1
+        - t_bap4n * ax_v2
+        - t_bap4n * da_v2_x1
         + K52 * a2_v2
         + K52 * da_v2_x2
         + K53 * a3_v2
         + K53 * da_v2_x3
-        - K54 * t_rye3d
-        + t_7oaon * h[t_lwe76];
+        - K54 * t_mlur2
+        + t_jczim * h[t_bknng];
     const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v2, p[delta2_max]));
-    const mask m_jdzdf = LE(mv_fabs(delta2_v2), p[delta2_max]);
-    const real t_svkod = cos_delta2_v2 * sin_delta1_v2;
-    const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_jdzdf, delta1_v2, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_svkod * h[t_xkg6l]))))));
+    const mask m_m575p = LE(mv_fabs(delta2_v2), p[delta2_max]);
+    const real t_vbwgu = cos_delta2_v2 * sin_delta1_v2;
+    const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_m575p, delta1_v2, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_vbwgu * h[t_xkg6l]))))));
     real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
-    const real t_y4w6o = p[F] * cos_delta2_act;
+    const real t_gbb3a = p[F] * cos_delta2_act;
     real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
-    const real df1_act = t_y4w6o * cos_delta1_act - cos_delta2_v2 * p[F] * cos_delta1_v2;
-    const real df2_act = p[F] * sin_delta2_act - t_7oaon;
-    const real df3_act = t_svkod * p[F] - t_y4w6o * sin_delta1_act;
-    const real da_act_y2 = df2_act + t_w7lcw * df1_act;
-    const real da_act_y3 = df3_act + t_3go2w * df1_act - K_L32 * da_act_y2;
-    const real da_act_x3 = da_act_y3 * t_zmh3u;
-    const real da_act_x2 = da_act_y2 * t_4iujv - K_L32 * da_act_x3;
-    const real da_act_x1 = df1_act * t_bpfoo + t_w7lcw * da_act_x2 + t_3go2w * da_act_x3;
-    const real Mx = Mx_v2 - t_2m245 * da_act_x1 - t_yz7e5 * da_act_x2 + K43 * da_act_x3;
+    const real df1_act = t_gbb3a * cos_delta1_act - cos_delta2_v2 * p[F] * cos_delta1_v2;
+    const real df2_act = p[F] * sin_delta2_act - t_jczim;
+    const real df3_act = t_vbwgu * p[F] - t_gbb3a * sin_delta1_act;
+    const real da_act_y2 = df2_act + t_exl37 * df1_act;
+    const real da_act_y3 = df3_act + t_exl37_2 * df1_act - K_L32 * da_act_y2;
+    const real da_act_x3 = da_act_y3 * t_6dtnj_2;
+    const real da_act_x2 = da_act_y2 * t_6dtnj - K_L32 * da_act_x3;
+    const real da_act_x1 = df1_act * t_cl3z7 + t_exl37 * da_act_x2 + t_exl37_2 * da_act_x3;
+    const real Mx = Mx_v2 - t_dvxnj * da_act_x1 - t_3tpbw * da_act_x2 + K43 * da_act_x3;
     const real My = My_v2
-        - df3_act * h[t_lwe76]
-        + t_bl4f2 * da_act_x1
-        + t_bac7g * da_act_x2
+        - df3_act * h[t_bknng]
+        + t_bap4n_2 * da_act_x1
+        + t_kd2xx_2 * da_act_x2
         - K63 * da_act_x3;
     const real Mz = Mz_v2
-        - t_6mmeb * da_act_x1
+        - t_bap4n * da_act_x1
         + K52 * da_act_x2
         + K53 * da_act_x3
-        + df2_act * h[t_lwe76];
+        + df2_act * h[t_bknng];
     x[0] = q[vx];
     x[1] = q[vy];
     x[2] = q[vz];
@@ -8613,12 +8613,12 @@ void slosh_lyapunov_v2_observe_prepared(const real *q, const real *p, const real
 
 /* Places of h. */
 enum {
-    lyapunov_v2_loop_euler_h_t_zrejm,
+    lyapunov_v2_loop_euler_h_t_gbl6n,
     lyapunov_v2_loop_euler_h_k1,
     lyapunov_v2_loop_euler_h_me1,
     lyapunov_v2_loop_euler_h_t_6nwd2,
     lyapunov_v2_loop_euler_h_mv1,
-    lyapunov_v2_loop_euler_h_t_5wzvs,
+    lyapunov_v2_loop_euler_h_t_jx6g7,
     lyapunov_v2_loop_euler_h_k2,
     lyapunov_v2_loop_euler_h_me2,
     lyapunov_v2_loop_euler_h_t_popww,
@@ -8633,22 +8633,22 @@ enum {
     lyapunov_v2_loop_euler_h_B_1,
     lyapunov_v2_loop_euler_h_B_2,
     lyapunov_v2_loop_euler_h_t_t6fx5,
-    lyapunov_v2_loop_euler_h_t_uumic,
-    lyapunov_v2_loop_euler_h_t_doa45,
+    lyapunov_v2_loop_euler_h_t_fcuad,
+    lyapunov_v2_loop_euler_h_t_z4fbq,
     lyapunov_v2_loop_euler_h_t_yjeu3,
     lyapunov_v2_loop_euler_h_t_ma4ro,
-    lyapunov_v2_loop_euler_h_t_m5gm4,
+    lyapunov_v2_loop_euler_h_t_47igz,
     lyapunov_v2_loop_euler_h_t_62qfa,
     lyapunov_v2_loop_euler_h_t_y7rm6,
     lyapunov_v2_loop_euler_h_t_xkg6l,
     lyapunov_v2_loop_euler_h_Bl_1,
-    lyapunov_v2_loop_euler_h_t_b7ure,
+    lyapunov_v2_loop_euler_h_t_xdulz,
     lyapunov_v2_loop_euler_h_Bl_2,
-    lyapunov_v2_loop_euler_h_t_lpk5h,
+    lyapunov_v2_loop_euler_h_t_uohf6,
     lyapunov_v2_loop_euler_h_t_sfymc,
-    lyapunov_v2_loop_euler_h_t_5r66u,
-    lyapunov_v2_loop_euler_h_t_7bo2j,
-    lyapunov_v2_loop_euler_h_t_lwe76,
+    lyapunov_v2_loop_euler_h_t_g7pzr,
+    lyapunov_v2_loop_euler_h_t_urwo6,
+    lyapunov_v2_loop_euler_h_t_bknng,
     lyapunov_v2_loop_euler_h_t_ibe72,
     lyapunov_v2_loop_euler_h_t_r7vy7,
 };
@@ -8679,17 +8679,17 @@ void slosh_lyapunov_v2_loop_euler_prepare(const real *p, const real *c, real *h)
     enum { r6 = SLOSH_LYAPUNOV_V2_C_R6 };
     enum { r8 = SLOSH_LYAPUNOV_V2_C_R8 };
     const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
-    const real t_zrejm = K(1.0) / D1;
-    const real t_3qn53 = p[m1] * t_zrejm;
-    const real k1 = t_3qn53 * p[l1];
-    const real me1 = t_3qn53 * p[I1];
+    const real t_gbl6n = K(1.0) / D1;
+    const real t_wywjk = p[m1] * t_gbl6n;
+    const real k1 = t_wywjk * p[l1];
+    const real me1 = t_wywjk * p[I1];
     const real t_6nwd2 = p[l1] * p[m1];
     const real mv1 = t_6nwd2 * k1;
     const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
-    const real t_5wzvs = K(1.0) / D2;
-    const real t_54cbb = p[m2] * t_5wzvs;
-    const real k2 = t_54cbb * p[l2];
-    const real me2 = t_54cbb * p[I2];
+    const real t_jx6g7 = K(1.0) / D2;
+    const real t_jzg7x = p[m2] * t_jx6g7;
+    const real k2 = t_jzg7x * p[l2];
+    const real me2 = t_jzg7x * p[I2];
     const real t_popww = p[l2] * p[m2];
     const real mv2 = t_popww * k2;
     const real M_C = p[m] + p[m0] + me1 + me2;
@@ -8710,12 +8710,12 @@ void slosh_lyapunov_v2_loop_euler_prepare(const real *p, const real *c, real *h)
     const real Bl_1 = B_1 * p[l1];
     const real Bl_2 = B_2 * p[l2];
     const real t_sfymc = p[J_y] - p[J_z];
-    h[lyapunov_v2_loop_euler_h_t_zrejm] = t_zrejm;
+    h[lyapunov_v2_loop_euler_h_t_gbl6n] = t_gbl6n;
     h[lyapunov_v2_loop_euler_h_k1] = k1;
     h[lyapunov_v2_loop_euler_h_me1] = me1;
     h[lyapunov_v2_loop_euler_h_t_6nwd2] = t_6nwd2;
     h[lyapunov_v2_loop_euler_h_mv1] = mv1;
-    h[lyapunov_v2_loop_euler_h_t_5wzvs] = t_5wzvs;
+    h[lyapunov_v2_loop_euler_h_t_jx6g7] = t_jx6g7;
     h[lyapunov_v2_loop_euler_h_k2] = k2;
     h[lyapunov_v2_loop_euler_h_me2] = me2;
     h[lyapunov_v2_loop_euler_h_t_popww] = t_popww;
@@ -8730,22 +8730,22 @@ void slosh_lyapunov_v2_loop_euler_prepare(const real *p, const real *c, real *h)
     h[lyapunov_v2_loop_euler_h_B_1] = B_1;
     h[lyapunov_v2_loop_euler_h_B_2] = B_2;
     h[lyapunov_v2_loop_euler_h_t_t6fx5] = K(1.0) / c[r8];
-    h[lyapunov_v2_loop_euler_h_t_uumic] = e1 * me1;
-    h[lyapunov_v2_loop_euler_h_t_doa45] = e2 * me2;
+    h[lyapunov_v2_loop_euler_h_t_fcuad] = e1 * me1;
+    h[lyapunov_v2_loop_euler_h_t_z4fbq] = e2 * me2;
     h[lyapunov_v2_loop_euler_h_t_yjeu3] = K(1.0) / c[r6];
     h[lyapunov_v2_loop_euler_h_t_ma4ro] = K(1.0) / c[r4];
-    h[lyapunov_v2_loop_euler_h_t_m5gm4] = M_C + mv1 + mv2;
+    h[lyapunov_v2_loop_euler_h_t_47igz] = M_C + mv1 + mv2;
     h[lyapunov_v2_loop_euler_h_t_62qfa] = p[F] * p[F];
     h[lyapunov_v2_loop_euler_h_t_y7rm6] = K(1.0) / p[F];
     h[lyapunov_v2_loop_euler_h_t_xkg6l] = K(1.0) / mv_cos(p[delta2_max]);
     h[lyapunov_v2_loop_euler_h_Bl_1] = Bl_1;
-    h[lyapunov_v2_loop_euler_h_t_b7ure] = me1 * (e1 * e1);
+    h[lyapunov_v2_loop_euler_h_t_xdulz] = me1 * (e1 * e1);
     h[lyapunov_v2_loop_euler_h_Bl_2] = Bl_2;
-    h[lyapunov_v2_loop_euler_h_t_lpk5h] = me2 * (e2 * e2);
+    h[lyapunov_v2_loop_euler_h_t_uohf6] = me2 * (e2 * e2);
     h[lyapunov_v2_loop_euler_h_t_sfymc] = t_sfymc;
-    h[lyapunov_v2_loop_euler_h_t_5r66u] = J_C1 + (p[J_z] - p[J_y]);
-    h[lyapunov_v2_loop_euler_h_t_7bo2j] = J_C1 + t_is5lg + t_sfymc;
-    h[lyapunov_v2_loop_euler_h_t_lwe76] = p[b] + p[d] + x_C;
+    h[lyapunov_v2_loop_euler_h_t_g7pzr] = J_C1 + (p[J_z] - p[J_y]);
+    h[lyapunov_v2_loop_euler_h_t_urwo6] = J_C1 + t_is5lg + t_sfymc;
+    h[lyapunov_v2_loop_euler_h_t_bknng] = p[b] + p[d] + x_C;
     h[lyapunov_v2_loop_euler_h_t_ibe72] = K(1.0) / p[m1];
     h[lyapunov_v2_loop_euler_h_t_r7vy7] = K(1.0) / p[m2];
 }
@@ -8791,12 +8791,12 @@ void slosh_lyapunov_v2_loop_euler_prepared(const real *q, const real *p, const r
     enum { w3 = SLOSH_LYAPUNOV_V2_C_W3 };
     enum { w4 = SLOSH_LYAPUNOV_V2_C_W4 };
     enum { w5 = SLOSH_LYAPUNOV_V2_C_W5 };
-    enum { t_zrejm = lyapunov_v2_loop_euler_h_t_zrejm };
+    enum { t_gbl6n = lyapunov_v2_loop_euler_h_t_gbl6n };
     enum { k1 = lyapunov_v2_loop_euler_h_k1 };
     enum { me1 = lyapunov_v2_loop_euler_h_me1 };
     enum { t_6nwd2 = lyapunov_v2_loop_euler_h_t_6nwd2 };
     enum { mv1 = lyapunov_v2_loop_euler_h_mv1 };
-    enum { t_5wzvs = lyapunov_v2_loop_euler_h_t_5wzvs };
+    enum { t_jx6g7 = lyapunov_v2_loop_euler_h_t_jx6g7 };
     enum { k2 = lyapunov_v2_loop_euler_h_k2 };
     enum { me2 = lyapunov_v2_loop_euler_h_me2 };
     enum { t_popww = lyapunov_v2_loop_euler_h_t_popww };
@@ -8811,22 +8811,22 @@ void slosh_lyapunov_v2_loop_euler_prepared(const real *q, const real *p, const r
     enum { B_1 = lyapunov_v2_loop_euler_h_B_1 };
     enum { B_2 = lyapunov_v2_loop_euler_h_B_2 };
     enum { t_t6fx5 = lyapunov_v2_loop_euler_h_t_t6fx5 };
-    enum { t_uumic = lyapunov_v2_loop_euler_h_t_uumic };
-    enum { t_doa45 = lyapunov_v2_loop_euler_h_t_doa45 };
+    enum { t_fcuad = lyapunov_v2_loop_euler_h_t_fcuad };
+    enum { t_z4fbq = lyapunov_v2_loop_euler_h_t_z4fbq };
     enum { t_yjeu3 = lyapunov_v2_loop_euler_h_t_yjeu3 };
     enum { t_ma4ro = lyapunov_v2_loop_euler_h_t_ma4ro };
-    enum { t_m5gm4 = lyapunov_v2_loop_euler_h_t_m5gm4 };
+    enum { t_47igz = lyapunov_v2_loop_euler_h_t_47igz };
     enum { t_62qfa = lyapunov_v2_loop_euler_h_t_62qfa };
     enum { t_y7rm6 = lyapunov_v2_loop_euler_h_t_y7rm6 };
     enum { t_xkg6l = lyapunov_v2_loop_euler_h_t_xkg6l };
     enum { Bl_1 = lyapunov_v2_loop_euler_h_Bl_1 };
-    enum { t_b7ure = lyapunov_v2_loop_euler_h_t_b7ure };
+    enum { t_xdulz = lyapunov_v2_loop_euler_h_t_xdulz };
     enum { Bl_2 = lyapunov_v2_loop_euler_h_Bl_2 };
-    enum { t_lpk5h = lyapunov_v2_loop_euler_h_t_lpk5h };
+    enum { t_uohf6 = lyapunov_v2_loop_euler_h_t_uohf6 };
     enum { t_sfymc = lyapunov_v2_loop_euler_h_t_sfymc };
-    enum { t_5r66u = lyapunov_v2_loop_euler_h_t_5r66u };
-    enum { t_7bo2j = lyapunov_v2_loop_euler_h_t_7bo2j };
-    enum { t_lwe76 = lyapunov_v2_loop_euler_h_t_lwe76 };
+    enum { t_g7pzr = lyapunov_v2_loop_euler_h_t_g7pzr };
+    enum { t_urwo6 = lyapunov_v2_loop_euler_h_t_urwo6 };
+    enum { t_bknng = lyapunov_v2_loop_euler_h_t_bknng };
     enum { t_ibe72 = lyapunov_v2_loop_euler_h_t_ibe72 };
     enum { t_r7vy7 = lyapunov_v2_loop_euler_h_t_r7vy7 };
     const real W12 = q[wx] * q[wy];
@@ -8846,7 +8846,7 @@ void slosh_lyapunov_v2_loop_euler_prepared(const real *q, const real *p, const r
         - chi1 * p[l1] * (p1 + q[phi1_dot]);
     const real loss_theta1 = p[eps1] * q[theta1_dot];
     const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_vt7uo = F_n1 * cos_theta1;
+    const real t_mallh = F_n1 * cos_theta1;
     real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
     const real q_2 = sin_phi2 * p[l2];
     const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
@@ -8862,140 +8862,140 @@ void slosh_lyapunov_v2_loop_euler_prepared(const real *q, const real *p, const r
         - chi2 * p[l2] * (p2 + q[phi2_dot]);
     const real loss_theta2 = p[eps2] * q[theta2_dot];
     const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
-    const real t_oncjt = F_n2 * cos_theta2;
+    const real t_lbh6o = F_n2 * cos_theta2;
     const real t_rybsf = q[wy] * q[wy] + q[wz] * q[wz];
     const real t_w7vil = t_rybsf * h[e1];
-    const real t_qm5gj = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_qm5gj * t_qm5gj + p1 * p1;
+    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
+    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
     const real tension1 = cos_phi1 * t_w7vil * h[mv1] - h[t_6nwd2] * sigma_sq1;
-    const real eta1 = chi1 * t_qm5gj - Wt1 * w_x1;
+    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
     const real loss_phi1 = p[eps1] * q[phi1_dot];
-    const real t_7imwe = h[B_1] * eta1 + loss_phi1 * h[k1];
-    const real F_t1 = sin_phi1 * tension1 - t_7imwe * cos_phi1;
+    const real t_o6fg5 = h[B_1] * eta1 + loss_phi1 * h[k1];
+    const real F_t1 = sin_phi1 * tension1 - t_o6fg5 * cos_phi1;
     const real t_6fvzz = t_rybsf * h[e2];
-    const real t_c6dmt = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_c6dmt * t_c6dmt + p2 * p2;
+    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
+    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
     const real tension2 = cos_phi2 * t_6fvzz * h[mv2] - h[t_popww] * sigma_sq2;
-    const real eta2 = chi2 * t_c6dmt - Wt2 * w_x2;
+    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
     const real loss_phi2 = p[eps2] * q[phi2_dot];
-    const real t_4b2fa = h[B_2] * eta2 + loss_phi2 * h[k2];
-    const real F_t2 = sin_phi2 * tension2 - t_4b2fa * cos_phi2;
-    const real n2 = t_vt7uo + t_oncjt + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real t_l7fgg = h[B_2] * eta2 + loss_phi2 * h[k2];
+    const real F_t2 = sin_phi2 * tension2 - t_l7fgg * cos_phi2;
+    const real n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2;
     const real B_v2 = q[vy] * c[r1];  /* (29) */
     const real g3_v2 = q[att3] * c[r7] - B_v2 * q[vx];  /* (29) */
     const real G2_v2 = W12 - (q[wz] * c[w5] + g3_v2) * h[t_t6fx5];
     const real g_1 = h[e1] - lc_1;
     const real wth_1 = th_1 * p[I1];
     const real wg_1 = g_1 * wth_1;
-    const real t_kwrkt = wg_1 - h[t_uumic];
+    const real t_uzoih = wg_1 - h[t_fcuad];
     const real g_2 = h[e2] - lc_2;
     const real wth_2 = th_2 * p[I2];
     const real wg_2 = g_2 * wth_2;
-    const real t_t44oq = wg_2 - h[t_doa45];
+    const real t_fv4vq = wg_2 - h[t_z4fbq];
     const real S_sq1 = sin_theta1 * sin_theta1;
     const real Bc_1 = h[B_1] * cos_phi1;
     const real As_1 = h[mv1] * sin_phi1;
     const real Ass_1 = As_1 * sin_phi1;
     const real eAss_1 = Ass_1 * h[e1];
-    const real t_32gyg = Bc_1 - eAss_1;
-    const real t_n3v7x = t_32gyg + t_kwrkt;
+    const real t_qeyrr = Bc_1 - eAss_1;
+    const real t_wg7ej = t_qeyrr + t_uzoih;
     const real S_sq2 = sin_theta2 * sin_theta2;
     const real Bc_2 = h[B_2] * cos_phi2;
     const real As_2 = h[mv2] * sin_phi2;
     const real Ass_2 = As_2 * sin_phi2;
     const real eAss_2 = Ass_2 * h[e2];
-    const real t_gbkg6 = Bc_2 - eAss_2;
-    const real t_hsuzx = t_gbkg6 + t_t44oq;
-    const real t_fcf5x = S_sq1 * t_n3v7x + S_sq2 * t_hsuzx;
+    const real t_vn7oc = Bc_2 - eAss_2;
+    const real t_lqbgn = t_vn7oc + t_fv4vq;
+    const real t_kd2xx = S_sq1 * t_wg7ej + S_sq2 * t_lqbgn;
     const real wq_1 = q_1 * wth_1;
     const real wqC_1 = cos_theta1 * wq_1;
     const real wq_2 = q_2 * wth_2;
     const real wqC_2 = cos_theta2 * wq_2;
-    const real K52 = t_kwrkt + t_t44oq - t_fcf5x - wqC_1 - wqC_2;
+    const real K52 = t_uzoih + t_fv4vq - t_kd2xx - wqC_1 - wqC_2;
     const real C_v2 = q[vz] * c[r2];  /* (29) */
     const real g2_v2 = C_v2 * q[vx] + q[att2] * c[r5];  /* (29) */
     const real G3_v2 = W13 + (q[wy] * c[w4] + g2_v2) * h[t_yjeu3];
     const real SC1 = cos_theta1 * sin_theta1;
     const real SC2 = cos_theta2 * sin_theta2;
-    const real t_bac7g = SC1 * t_n3v7x + SC2 * t_hsuzx;
+    const real t_kd2xx_2 = SC1 * t_wg7ej + SC2 * t_lqbgn;
     const real tn11_1 = Ass_1 + h[me1] - wth_1;
-    const real t_fbeaw = S_sq1 * tn11_1;
+    const real t_eytv7 = S_sq1 * tn11_1;
     const real tn11_2 = Ass_2 + h[me2] - wth_2;
-    const real t_dj555 = S_sq2 * tn11_2;
-    const real K22 = t_fbeaw + t_dj555 + h[M_C] + wth_1 + wth_2 - h[me1] - h[me2];
+    const real t_xyodq = S_sq2 * tn11_2;
+    const real K22 = t_eytv7 + t_xyodq + h[M_C] + wth_1 + wth_2 - h[me1] - h[me2];
     const real a2_v2 = G2_v2 * h[x_C] - B_v2 * c[w1];
     const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
     const real a3_v2 = G3_v2 * h[x_C] - C_v2 * c[w2];
-    const real t_yz7e5 = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
+    const real t_3tpbw = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
     const real g1_v2 = B_v2 * q[vz] - C_v2 * q[vy] + q[att1] * c[r3];  /* (29) */
-    const real t_rye3d = (q[wx] * c[w3] + g1_v2) * h[t_ma4ro];
+    const real t_mlur2 = (q[wx] * c[w3] + g1_v2) * h[t_ma4ro];
     const real q2_v2 = n2
         + G2_v2 * K52
-        - G3_v2 * t_bac7g
+        - G3_v2 * t_kd2xx_2
         + K22 * a2_v2
         + K32 * a3_v2
-        + t_yz7e5 * t_rye3d;
+        + t_3tpbw * t_mlur2;
     const real Asc_1 = As_1 * cos_phi1;
     const real Asc_2 = As_2 * cos_phi2;
-    const real t_b3aij = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real K11 = h[t_m5gm4] - Ass_1 - Ass_2;
+    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
+    const real K11 = h[t_47igz] - Ass_1 - Ass_2;
     const real Bs_1 = h[B_1] * sin_phi1;
     const real Bs_2 = h[B_2] * sin_phi2;
-    const real t_2m245 = Bs_1 + Bs_2;
-    const real t_xynyo = t_7imwe * sin_phi1 + t_4b2fa * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2;
-    const real t_ev7u5 = Bs_1 + Asc_1 * h[e1];
-    const real t_bvybx = Bs_2 + Asc_2 * h[e2];
-    const real t_6mmeb = t_ev7u5 * sin_theta1 + t_bvybx * sin_theta2;
-    const real t_bl4f2 = t_ev7u5 * cos_theta1 + t_bvybx * cos_theta2;
-    const real t_zzymx = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_5dwtq = t_xynyo
-        + G2_v2 * t_6mmeb
-        + G3_v2 * t_bl4f2
-        + t_b3aij * a2_v2
-        + t_zzymx * a3_v2;
-    const real q1_v2 = t_2m245 * t_rye3d - t_5dwtq;
-    const real t_azclp = F_n1 * sin_theta1;
-    const real t_iya7w = F_n2 * sin_theta2;
-    const real n3 = F_t1 * cos_theta1 - (t_azclp + t_iya7w) + F_t2 * cos_theta2;
+    const real t_dvxnj = Bs_1 + Bs_2;
+    const real t_wsv66 = t_o6fg5 * sin_phi1 + t_l7fgg * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2;
+    const real t_g3yj5 = Bs_1 + Asc_1 * h[e1];
+    const real t_pr2pp = Bs_2 + Asc_2 * h[e2];
+    const real t_bap4n = t_g3yj5 * sin_theta1 + t_pr2pp * sin_theta2;
+    const real t_bap4n_2 = t_g3yj5 * cos_theta1 + t_pr2pp * cos_theta2;
+    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
+    const real t_zatzg = t_wsv66
+        + G2_v2 * t_bap4n
+        + G3_v2 * t_bap4n_2
+        + t_f2nhc * a2_v2
+        + t_f2nhc_2 * a3_v2;
+    const real q1_v2 = t_dvxnj * t_mlur2 - t_zatzg;
+    const real t_mallh_2 = F_n1 * sin_theta1;
+    const real t_lbh6o_2 = F_n2 * sin_theta2;
+    const real n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2;
     const real wqS_1 = sin_theta1 * wq_1;
     const real wqS_2 = sin_theta2 * wq_2;
-    const real K53 = wqS_1 - t_bac7g + wqS_2;
-    const real K63 = t_fcf5x - (t_32gyg + t_gbkg6);
-    const real K33 = Ass_1 + Ass_2 + h[M_C] - t_fbeaw - t_dj555;
+    const real K53 = wqS_1 - t_kd2xx_2 + wqS_2;
+    const real K63 = t_kd2xx - (t_qeyrr + t_vn7oc);
+    const real K33 = Ass_1 + Ass_2 + h[M_C] - t_eytv7 - t_xyodq;
     const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
     const real q3_v2 = n3
         + G2_v2 * K53
         + G3_v2 * K63
         + K32 * a2_v2
         + K33 * a3_v2
-        - K43 * t_rye3d;
-    const real Pq_v2 = K11 * q1_v2 - t_b3aij * q2_v2 - t_zzymx * q3_v2;
-    const real PP_v2 = K11 * K11 + t_b3aij * t_b3aij + t_zzymx * t_zzymx;
-    const real t_6k56a = Pq_v2 * Pq_v2
+        - K43 * t_mlur2;
+    const real Pq_v2 = K11 * q1_v2 - t_f2nhc * q2_v2 - t_f2nhc_2 * q3_v2;
+    const real PP_v2 = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2;
+    const real t_6owaj = Pq_v2 * Pq_v2
         - PP_v2 * (q1_v2 * q1_v2 - h[t_62qfa] + q2_v2 * q2_v2 + q3_v2 * q3_v2);
-    const real root_v2 = mv_sqrt(mv_max(SPLAT(K(0.0)), t_6k56a));
+    const real root_v2 = mv_sqrt(mv_max(SPLAT(K(0.0)), t_6owaj));
     const real ax_v2 = (root_v2 - Pq_v2) / PP_v2;
-    const real f2_v2 = q2_v2 - t_b3aij * ax_v2;
+    const real f2_v2 = q2_v2 - t_f2nhc * ax_v2;
     const real sin_d2_v2 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v2 * h[t_y7rm6]));
     const real delta2_v2 = mv_asin(sin_d2_v2);
     const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v2, p[delta2_max]));
     real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
-    const real t_y4w6o = cos_delta2_act * p[F];
-    const mask m_jdzdf = LE(mv_fabs(delta2_v2), p[delta2_max]);
-    const real f3_v2 = q3_v2 - t_zzymx * ax_v2;
+    const real t_gbb3a = cos_delta2_act * p[F];
+    const mask m_m575p = LE(mv_fabs(delta2_v2), p[delta2_max]);
+    const real f3_v2 = q3_v2 - t_f2nhc_2 * ax_v2;
     const real cos_d2_v2 = mv_sqrt(K(1.0) - sin_d2_v2 * sin_d2_v2);
     const real delta1_v2 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v2 * h[t_y7rm6] / mv_max(SPLAT(K(1e-09)), cos_d2_v2)))));
     real sin_delta2_v2, cos_delta2_v2; mv_sincos(delta2_v2, &sin_delta2_v2, &cos_delta2_v2);
     real sin_delta1_v2, cos_delta1_v2; mv_sincos(delta1_v2, &sin_delta1_v2, &cos_delta1_v2);
-    const real t_svkod = cos_delta2_v2 * sin_delta1_v2;
-    const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_jdzdf, delta1_v2, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_svkod * h[t_xkg6l]))))));
+    const real t_vbwgu = cos_delta2_v2 * sin_delta1_v2;
+    const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_m575p, delta1_v2, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_vbwgu * h[t_xkg6l]))))));
     real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
-    const real f_x = t_y4w6o * cos_delta1_act;
+    const real f_x = t_gbb3a * cos_delta1_act;
     const real f_y = sin_delta2_act * p[F];
     const real eBc_1 = Bc_1 * h[e1];
-    const real t_3bowt = h[Bl_1] + K(-2.0) * eBc_1 + h[e1] * eAss_1;
-    const real t_3fv6l = g_1 * wg_1;
-    const real tn44_1 = h[t_b7ure] + t_3bowt - t_3fv6l;
+    const real t_o36xw = h[Bl_1] + K(-2.0) * eBc_1 + h[e1] * eAss_1;
+    const real t_w6q4c = g_1 * wg_1;
+    const real tn44_1 = h[t_xdulz] + t_o36xw - t_w6q4c;
     const real wqg_1 = q_1 * wg_1;
     const real wqq_1 = q_1 * wq_1;
     const real wgC_1 = cos_theta1 * wqg_1;
@@ -9004,9 +9004,9 @@ void slosh_lyapunov_v2_loop_euler_prepared(const real *q, const real *p, const r
     const real I_phi1 = q[phi1_dot] * p[I1];
     const real I_theta1 = q[theta1_dot] * p[I1];
     const real eBc_2 = Bc_2 * h[e2];
-    const real t_ymmgl = h[Bl_2] + K(-2.0) * eBc_2 + h[e2] * eAss_2;
-    const real t_odwbr = g_2 * wg_2;
-    const real tn44_2 = h[t_lpk5h] + t_ymmgl - t_odwbr;
+    const real t_2znlb = h[Bl_2] + K(-2.0) * eBc_2 + h[e2] * eAss_2;
+    const real t_7fbo3 = g_2 * wg_2;
+    const real tn44_2 = h[t_uohf6] + t_2znlb - t_7fbo3;
     const real wqg_2 = q_2 * wg_2;
     const real wqq_2 = q_2 * wq_2;
     const real wgC_2 = cos_theta2 * wqg_2;
@@ -9014,227 +9014,227 @@ void slosh_lyapunov_v2_loop_euler_prepared(const real *q, const real *p, const r
     const real M_q2 = F_n2 * q_2;
     const real I_phi2 = q[phi2_dot] * p[I2];
     const real I_theta2 = q[theta2_dot] * p[I2];
-    const real t_nhr5u = wqq_1 + wqq_2;
-    const real K44 = t_nhr5u + h[Bl_1] + h[Bl_2] + h[J_C1];
-    const real t_nncdg = h[Bl_1] - eBc_1;
-    const real t_4q22j = h[Bl_2] - eBc_2;
-    const real K54 = t_nhr5u - wgC_1 - wgC_2 + t_nncdg * sin_theta1 + t_4q22j * sin_theta2;
-    const real t_hoosk = S_sq1 * tn44_1;
-    const real t_drvdp = S_sq2 * tn44_2;
-    const real K55 = t_3fv6l
-        + t_odwbr
-        + t_nhr5u
-        + t_hoosk
-        + t_drvdp
+    const real t_hig3c = wqq_1 + wqq_2;
+    const real K44 = t_hig3c + h[Bl_1] + h[Bl_2] + h[J_C1];
+    const real t_vykvu = h[Bl_1] - eBc_1;
+    const real t_vwbsx = h[Bl_2] - eBc_2;
+    const real K54 = t_hig3c - wgC_1 - wgC_2 + t_vykvu * sin_theta1 + t_vwbsx * sin_theta2;
+    const real t_o56io = S_sq1 * tn44_1;
+    const real t_5sxb4 = S_sq2 * tn44_2;
+    const real K55 = t_w6q4c
+        + t_7fbo3
+        + t_hig3c
+        + t_o56io
+        + t_5sxb4
         + h[J_C3]
-        - h[t_b7ure]
-        - h[t_lpk5h]
+        - h[t_xdulz]
+        - h[t_uohf6]
         + K(-2.0) * wgC_1
         + K(-2.0) * wgC_2;
-    const real t_zhbuw = wgS_1 + wgS_2;
-    const real K64 = t_zhbuw + t_nncdg * cos_theta1 + t_4q22j * cos_theta2;
-    const real K65 = t_zhbuw + SC1 * tn44_1 + SC2 * tn44_2;
-    const real K66 = t_3bowt + t_ymmgl + h[J_C2] - t_hoosk - t_drvdp;
-    const real t_aejai = Bs_1 * t_w7vil + t_7imwe * p[l1];
-    const real t_kp7yy = M_q1 + M_q2;
-    const real t_zd4fs = Bs_2 * t_6fvzz + t_4b2fa * p[l2];
-    const real n4 = t_aejai
-        - t_kp7yy
-        + t_zd4fs
+    const real t_hig3c_2 = wgS_1 + wgS_2;
+    const real K64 = t_hig3c_2 + t_vykvu * cos_theta1 + t_vwbsx * cos_theta2;
+    const real K65 = t_hig3c_2 + SC1 * tn44_1 + SC2 * tn44_2;
+    const real K66 = t_o36xw + t_2znlb + h[J_C2] - t_o56io - t_5sxb4;
+    const real t_dg3od = Bs_1 * t_w7vil + t_o6fg5 * p[l1];
+    const real t_hig3c_3 = M_q1 + M_q2;
+    const real t_a26ad = Bs_2 * t_6fvzz + t_l7fgg * p[l2];
+    const real n4 = t_dg3od
+        - t_hig3c_3
+        + t_a26ad
         - loss_phi1
         - loss_phi2
         + I_theta1 * q[wy]
         + I_theta2 * q[wy]
         - h[t_sfymc] * q[wy] * q[wz];
-    const real t_w7nmt = t_aejai + F_t1 * h[e1];
-    const real t_e5cx2 = t_zd4fs + F_t2 * h[e2];
-    const real n5 = t_w7nmt * sin_theta1
-        - (t_kp7yy + loss_theta1 + loss_theta2)
-        + t_e5cx2 * sin_theta2
-        - W12 * h[t_5r66u]
+    const real t_3hais = t_dg3od + F_t1 * h[e1];
+    const real t_wksgt = t_a26ad + F_t2 * h[e2];
+    const real n5 = t_3hais * sin_theta1
+        - (t_hig3c_3 + loss_theta1 + loss_theta2)
+        + t_wksgt * sin_theta2
+        - W12 * h[t_g7pzr]
         - I_phi1 * q[wy]
         - I_phi2 * q[wy]
-        + t_vt7uo * g_1
-        + t_oncjt * g_2;
-    const real n6 = t_w7nmt * cos_theta1
-        + t_e5cx2 * cos_theta2
+        + t_mallh * g_1
+        + t_lbh6o * g_2;
+    const real n6 = t_3hais * cos_theta1
+        + t_wksgt * cos_theta2
         + I_theta1 * q[wx]
         + I_theta2 * q[wx]
-        - W13 * h[t_7bo2j]
-        - t_azclp * g_1
-        - t_iya7w * g_2
+        - W13 * h[t_urwo6]
+        - t_mallh_2 * g_1
+        - t_lbh6o_2 * g_2
         - I_phi1 * q[wz]
         - I_phi2 * q[wz];
-    const real t_bpfoo = K(1.0) / K11;
-    const real t_w7lcw = t_b3aij * t_bpfoo;
-    const real K_D2 = K22 - t_b3aij * t_w7lcw;
-    const real t_3go2w = t_zzymx * t_bpfoo;
-    const real t_d4mqf = K32 - t_b3aij * t_3go2w;
-    const real t_4iujv = K(1.0) / K_D2;
-    const real K_L32 = t_d4mqf * t_4iujv;
-    const real t_vshgd = t_6mmeb * t_bpfoo;
-    const real t_p6zld = K52 - t_b3aij * t_vshgd;
-    const real K_L52 = t_p6zld * t_4iujv;
-    const real K_D3 = K33 - t_d4mqf * K_L32 - t_zzymx * t_3go2w;
-    const real t_xq4wt = t_2m245 * t_bpfoo;
-    const real t_u3hss = t_yz7e5 + t_b3aij * t_xq4wt;
-    const real t_4jmrt = t_u3hss * t_4iujv;
-    const real t_yfebn = K43 + t_d4mqf * t_4jmrt - t_zzymx * t_xq4wt;
-    const real t_zmh3u = K(1.0) / K_D3;
-    const real K_L43 = t_yfebn * t_zmh3u;
-    const real t_bxfcn = K53 - t_d4mqf * K_L52 - t_zzymx * t_vshgd;
-    const real K_L53 = t_bxfcn * t_zmh3u;
-    const real t_e4enr = t_bl4f2 * t_bpfoo;
-    const real t_qvrp6 = t_bac7g + t_b3aij * t_e4enr;
-    const real t_dj64q = t_qvrp6 * t_4iujv;
-    const real t_rahc4 = K63 + t_d4mqf * t_dj64q - t_zzymx * t_e4enr;
-    const real K_L63 = t_rahc4 * t_zmh3u;
-    const real K_D4 = K44 - t_u3hss * t_4jmrt - t_yfebn * K_L43 - t_2m245 * t_xq4wt;
-    const real t_ejg3c = K54 + t_u3hss * K_L52 - t_yfebn * K_L53 - t_2m245 * t_vshgd;
-    const real t_lt2al = K(1.0) / K_D4;
-    const real K_L54 = t_ejg3c * t_lt2al;
-    const real t_yioo4 = K64 - t_u3hss * t_dj64q - t_yfebn * K_L63 - t_2m245 * t_e4enr;
-    const real K_L64 = t_yioo4 * t_lt2al;
+    const real t_cl3z7 = K(1.0) / K11;
+    const real t_exl37 = t_f2nhc * t_cl3z7;
+    const real K_D2 = K22 - t_f2nhc * t_exl37;
+    const real t_exl37_2 = t_f2nhc_2 * t_cl3z7;
+    const real t_iy2us = K32 - t_f2nhc * t_exl37_2;
+    const real t_6dtnj = K(1.0) / K_D2;
+    const real K_L32 = t_iy2us * t_6dtnj;
+    const real t_6faq6 = t_bap4n * t_cl3z7;
+    const real t_c34go = K52 - t_f2nhc * t_6faq6;
+    const real K_L52 = t_c34go * t_6dtnj;
+    const real K_D3 = K33 - t_iy2us * K_L32 - t_f2nhc_2 * t_exl37_2;
+    const real t_qom6d = t_dvxnj * t_cl3z7;
+    const real t_3fteh = t_3tpbw + t_f2nhc * t_qom6d;
+    const real t_kgdxa = t_3fteh * t_6dtnj;
+    const real t_v4k64 = K43 + t_iy2us * t_kgdxa - t_f2nhc_2 * t_qom6d;
+    const real t_6dtnj_2 = K(1.0) / K_D3;
+    const real K_L43 = t_v4k64 * t_6dtnj_2;
+    const real t_rkny3 = K53 - t_iy2us * K_L52 - t_f2nhc_2 * t_6faq6;
+    const real K_L53 = t_rkny3 * t_6dtnj_2;
+    const real t_6faq6_2 = t_bap4n_2 * t_cl3z7;
+    const real t_6lnfz = t_kd2xx_2 + t_f2nhc * t_6faq6_2;
+    const real t_bk7yo = t_6lnfz * t_6dtnj;
+    const real t_qksxh = K63 + t_iy2us * t_bk7yo - t_f2nhc_2 * t_6faq6_2;
+    const real K_L63 = t_qksxh * t_6dtnj_2;
+    const real K_D4 = K44 - t_3fteh * t_kgdxa - t_v4k64 * K_L43 - t_dvxnj * t_qom6d;
+    const real t_kxzt7 = K54 + t_3fteh * K_L52 - t_v4k64 * K_L53 - t_dvxnj * t_6faq6;
+    const real t_6dtnj_3 = K(1.0) / K_D4;
+    const real K_L54 = t_kxzt7 * t_6dtnj_3;
+    const real t_bazvg = K64 - t_3fteh * t_bk7yo - t_v4k64 * K_L63 - t_dvxnj * t_6faq6_2;
+    const real K_L64 = t_bazvg * t_6dtnj_3;
     const real K_D5 = K55
-        - t_p6zld * K_L52
-        - t_bxfcn * K_L53
-        - t_ejg3c * K_L54
-        - t_6mmeb * t_vshgd;
-    const real t_aqba4 = K65
-        + t_p6zld * t_dj64q
-        - t_bxfcn * K_L63
-        - t_ejg3c * K_L64
-        - t_6mmeb * t_e4enr;
-    const real t_ftqxb = K(1.0) / K_D5;
-    const real K_L65 = t_aqba4 * t_ftqxb;
+        - t_c34go * K_L52
+        - t_rkny3 * K_L53
+        - t_kxzt7 * K_L54
+        - t_bap4n * t_6faq6;
+    const real t_7qylu = K65
+        + t_c34go * t_bk7yo
+        - t_rkny3 * K_L63
+        - t_kxzt7 * K_L64
+        - t_bap4n * t_6faq6_2;
+    const real t_jxcfv = K(1.0) / K_D5;
+    const real K_L65 = t_7qylu * t_jxcfv;
     const real K_D6 = K66
-        - t_qvrp6 * t_dj64q
-        - t_rahc4 * K_L63
-        - t_yioo4 * K_L64
-        - t_aqba4 * K_L65
-        - t_bl4f2 * t_e4enr;
-    const real b1 = f_x + t_xynyo;
+        - t_6lnfz * t_bk7yo
+        - t_qksxh * K_L63
+        - t_bazvg * K_L64
+        - t_7qylu * K_L65
+        - t_bap4n_2 * t_6faq6_2;
+    const real b1 = f_x + t_wsv66;
     const real b2 = f_y - n2;
-    const real t_4mgpp = p[F] * cos_delta2_v2;
+    const real t_qh3cx = p[F] * cos_delta2_v2;
     const real f1_v2 = q1_v2 + K11 * ax_v2;
-    const real df1_v2 = t_4mgpp * cos_delta1_v2 - f1_v2;
-    const real t_7oaon = p[F] * sin_delta2_v2;
-    const real df2_v2 = t_7oaon - f2_v2;
-    const real da_v2_y2 = df2_v2 + t_w7lcw * df1_v2;
-    const real t_pmr3w = t_4mgpp * sin_delta1_v2;
-    const real da_v2_y3 = t_3go2w * df1_v2 - (t_pmr3w + f3_v2) - K_L32 * da_v2_y2;
-    const real da_v2_x3 = da_v2_y3 * t_zmh3u;
-    const real da_v2_x2 = da_v2_y2 * t_4iujv - K_L32 * da_v2_x3;
-    const real da_v2_x1 = df1_v2 * t_bpfoo + t_w7lcw * da_v2_x2 + t_3go2w * da_v2_x3;
+    const real df1_v2 = t_qh3cx * cos_delta1_v2 - f1_v2;
+    const real t_jczim = p[F] * sin_delta2_v2;
+    const real df2_v2 = t_jczim - f2_v2;
+    const real da_v2_y2 = df2_v2 + t_exl37 * df1_v2;
+    const real t_gu5fe = t_qh3cx * sin_delta1_v2;
+    const real da_v2_y3 = t_exl37_2 * df1_v2 - (t_gu5fe + f3_v2) - K_L32 * da_v2_y2;
+    const real da_v2_x3 = da_v2_y3 * t_6dtnj_2;
+    const real da_v2_x2 = da_v2_y2 * t_6dtnj - K_L32 * da_v2_x3;
+    const real da_v2_x1 = df1_v2 * t_cl3z7 + t_exl37 * da_v2_x2 + t_exl37_2 * da_v2_x3;
     const real Mx_v2 = n4
         + G2_v2 * K54
         + G3_v2 * K64
-        - t_2m245 * ax_v2
-        - t_2m245 * da_v2_x1
-        - t_yz7e5 * a2_v2
-        - t_yz7e5 * da_v2_x2
+        - t_dvxnj * ax_v2
+        - t_dvxnj * da_v2_x1
+        - t_3tpbw * a2_v2
+        - t_3tpbw * da_v2_x2
         + K43 * a3_v2
         + K43 * da_v2_x3
-        - K44 * t_rye3d;
-    const real t_y4w6o_2 = p[F] * cos_delta2_act;
-    const real df1_act = t_y4w6o_2 * cos_delta1_act - cos_delta2_v2 * p[F] * cos_delta1_v2;
-    const real df2_act = p[F] * sin_delta2_act - t_7oaon;
-    const real da_act_y2 = df2_act + t_w7lcw * df1_act;
-    const real df3_act = t_svkod * p[F] - t_y4w6o_2 * sin_delta1_act;
-    const real da_act_y3 = df3_act + t_3go2w * df1_act - K_L32 * da_act_y2;
-    const real da_act_x3 = da_act_y3 * t_zmh3u;
-    const real da_act_x2 = da_act_y2 * t_4iujv - K_L32 * da_act_x3;
-    const real da_act_x1 = df1_act * t_bpfoo + t_w7lcw * da_act_x2 + t_3go2w * da_act_x3;
-    const real Mx = Mx_v2 - t_2m245 * da_act_x1 - t_yz7e5 * da_act_x2 + K43 * da_act_x3;
+        - K44 * t_mlur2;
+    const real t_gbb3a_2 = p[F] * cos_delta2_act;
+    const real df1_act = t_gbb3a_2 * cos_delta1_act - cos_delta2_v2 * p[F] * cos_delta1_v2;
+    const real df2_act = p[F] * sin_delta2_act - t_jczim;
+    const real da_act_y2 = df2_act + t_exl37 * df1_act;
+    const real df3_act = t_vbwgu * p[F] - t_gbb3a_2 * sin_delta1_act;
+    const real da_act_y3 = df3_act + t_exl37_2 * df1_act - K_L32 * da_act_y2;
+    const real da_act_x3 = da_act_y3 * t_6dtnj_2;
+    const real da_act_x2 = da_act_y2 * t_6dtnj - K_L32 * da_act_x3;
+    const real da_act_x1 = df1_act * t_cl3z7 + t_exl37 * da_act_x2 + t_exl37_2 * da_act_x3;
+    const real Mx = Mx_v2 - t_dvxnj * da_act_x1 - t_3tpbw * da_act_x2 + K43 * da_act_x3;
     const real b4 = Mx - n4;
     const real Mz_v2 = n5
         + G2_v2 * K55
         + G3_v2 * K65
-        - t_6mmeb * ax_v2
-        - t_6mmeb * da_v2_x1
+        - t_bap4n * ax_v2
+        - t_bap4n * da_v2_x1
         + K52 * a2_v2
         + K52 * da_v2_x2
         + K53 * a3_v2
         + K53 * da_v2_x3
-        - K54 * t_rye3d
-        + t_7oaon * h[t_lwe76];
+        - K54 * t_mlur2
+        + t_jczim * h[t_bknng];
     const real Mz = Mz_v2
-        - t_6mmeb * da_act_x1
+        - t_bap4n * da_act_x1
         + K52 * da_act_x2
         + K53 * da_act_x3
-        + df2_act * h[t_lwe76];
-    const real b5 = Mz - n5 - f_y * h[t_lwe76];
-    const real t_lpjfo = t_y4w6o * sin_delta1_act;
-    const real My_v2 = t_pmr3w * h[t_lwe76]
+        + df2_act * h[t_bknng];
+    const real b5 = Mz - n5 - f_y * h[t_bknng];
+    const real t_eoq7e = t_gbb3a * sin_delta1_act;
+    const real My_v2 = t_gu5fe * h[t_bknng]
         - n6
         - G2_v2 * K65
         - G3_v2 * K66
-        + t_bl4f2 * ax_v2
-        + t_bl4f2 * da_v2_x1
-        + t_bac7g * a2_v2
-        + t_bac7g * da_v2_x2
+        + t_bap4n_2 * ax_v2
+        + t_bap4n_2 * da_v2_x1
+        + t_kd2xx_2 * a2_v2
+        + t_kd2xx_2 * da_v2_x2
         - K63 * a3_v2
         - K63 * da_v2_x3
-        + K64 * t_rye3d;
+        + K64 * t_mlur2;
     const real My = My_v2
-        - df3_act * h[t_lwe76]
-        + t_bl4f2 * da_act_x1
-        + t_bac7g * da_act_x2
+        - df3_act * h[t_bknng]
+        + t_bap4n_2 * da_act_x1
+        + t_kd2xx_2 * da_act_x2
         - K63 * da_act_x3;
-    const real b6 = t_lpjfo * h[t_lwe76] - (My + n6);
-    const real X_y2 = b2 + t_w7lcw * b1;
-    const real X_y3 = t_3go2w * b1 - (t_lpjfo + n3) - K_L32 * X_y2;
-    const real X_y4 = b4 + t_xq4wt * b1 + t_4jmrt * X_y2 - K_L43 * X_y3;
+    const real b6 = t_eoq7e * h[t_bknng] - (My + n6);
+    const real X_y2 = b2 + t_exl37 * b1;
+    const real X_y3 = t_exl37_2 * b1 - (t_eoq7e + n3) - K_L32 * X_y2;
+    const real X_y4 = b4 + t_qom6d * b1 + t_kgdxa * X_y2 - K_L43 * X_y3;
     const real X_y5 = b5
-        + t_vshgd * b1
+        + t_6faq6 * b1
         - K_L52 * X_y2
         - K_L53 * X_y3
         - K_L54 * X_y4;
     const real X_y6 = b6
-        + t_e4enr * b1
-        + t_dj64q * X_y2
+        + t_6faq6_2 * b1
+        + t_bk7yo * X_y2
         - K_L63 * X_y3
         - K_L64 * X_y4
         - K_L65 * X_y5;
     const real X_x6 = X_y6 / K_D6;
-    const real X_x5 = X_y5 * t_ftqxb - K_L65 * X_x6;
-    const real X_x4 = X_y4 * t_lt2al - K_L54 * X_x5 - K_L64 * X_x6;
-    const real X_x3 = X_y3 * t_zmh3u - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
-    const real X_x2 = X_y2 * t_4iujv
+    const real X_x5 = X_y5 * t_jxcfv - K_L65 * X_x6;
+    const real X_x4 = X_y4 * t_6dtnj_3 - K_L54 * X_x5 - K_L64 * X_x6;
+    const real X_x3 = X_y3 * t_6dtnj_2 - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
+    const real X_x2 = X_y2 * t_6dtnj
         - K_L32 * X_x3
-        + t_4jmrt * X_x4
+        + t_kgdxa * X_x4
         - K_L52 * X_x5
-        + t_dj64q * X_x6;
-    const real X_x1 = b1 * t_bpfoo
-        + t_w7lcw * X_x2
-        + t_3go2w * X_x3
-        + t_xq4wt * X_x4
-        + t_vshgd * X_x5
-        + t_e4enr * X_x6;
+        + t_bk7yo * X_x6;
+    const real X_x1 = b1 * t_cl3z7
+        + t_exl37 * X_x2
+        + t_exl37_2 * X_x3
+        + t_qom6d * X_x4
+        + t_6faq6 * X_x5
+        + t_6faq6_2 * X_x6;
     const real G_t1 = X_x5 * sin_theta1 + X_x6 * cos_theta1;
     const real Gt_eta1 = G_t1 + eta1;
-    const real t_ynvhx = cos_phi1 * (G_t1 * h[e1] + X_x2 * sin_theta1 + X_x3 * cos_theta1)
+    const real t_qmuri = cos_phi1 * (G_t1 * h[e1] + X_x2 * sin_theta1 + X_x3 * cos_theta1)
         + sin_phi1 * (X_x1 - t_w7vil);
-    const real phi_acc1 = Gt_eta1 - (loss_phi1 + p[I1] * (Gt_eta1 + X_x4)) * h[t_zrejm] - h[k1] * t_ynvhx;
-    const real t_g433r = X_x5 - W12;
-    const real t_mwq7z = X_x4 + X_x5;
-    const real t_5ffnn = zeta1
+    const real phi_acc1 = Gt_eta1 - (loss_phi1 + p[I1] * (Gt_eta1 + X_x4)) * h[t_gbl6n] - h[k1] * t_qmuri;
+    const real t_3ipx7 = X_x5 - W12;
+    const real t_hig3c_4 = X_x4 + X_x5;
+    const real t_hd5gx = zeta1
         + X_x2 * cos_theta1
         + g_1 * (X_x5 * cos_theta1 - X_x6 * sin_theta1)
-        - t_mwq7z * q_1
+        - t_hig3c_4 * q_1
         - X_x3 * sin_theta1;
-    const real theta_acc1 = -(t_g433r + th_1 * (loss_theta1 * h[t_ibe72] + q_1 * t_5ffnn));
+    const real theta_acc1 = -(t_3ipx7 + th_1 * (loss_theta1 * h[t_ibe72] + q_1 * t_hd5gx));
     const real G_t2 = X_x5 * sin_theta2 + X_x6 * cos_theta2;
     const real Gt_eta2 = G_t2 + eta2;
-    const real t_rrute = cos_phi2 * (G_t2 * h[e2] + X_x2 * sin_theta2 + X_x3 * cos_theta2)
+    const real t_j3hy2 = cos_phi2 * (G_t2 * h[e2] + X_x2 * sin_theta2 + X_x3 * cos_theta2)
         + sin_phi2 * (X_x1 - t_6fvzz);
-    const real phi_acc2 = Gt_eta2 - (loss_phi2 + p[I2] * (Gt_eta2 + X_x4)) * h[t_5wzvs] - h[k2] * t_rrute;
-    const real t_oqair = zeta2
+    const real phi_acc2 = Gt_eta2 - (loss_phi2 + p[I2] * (Gt_eta2 + X_x4)) * h[t_jx6g7] - h[k2] * t_j3hy2;
+    const real t_s4hzu = zeta2
         + X_x2 * cos_theta2
         + g_2 * (X_x5 * cos_theta2 - X_x6 * sin_theta2)
-        - t_mwq7z * q_2
+        - t_hig3c_4 * q_2
         - X_x3 * sin_theta2;
-    const real theta_acc2 = -(t_g433r + th_2 * (loss_theta2 * h[t_r7vy7] + q_2 * t_oqair));
+    const real theta_acc2 = -(t_3ipx7 + th_2 * (loss_theta2 * h[t_r7vy7] + q_2 * t_s4hzu));
     real sin_att2, cos_att2; mv_sincos(q[att2], &sin_att2, &cos_att2);
     real sin_att1, cos_att1; mv_sincos(q[att1], &sin_att1, &cos_att1);
     const real t_oa5el = K(1.0) / cos_att2;
@@ -9245,7 +9245,7 @@ void slosh_lyapunov_v2_loop_euler_prepared(const real *q, const real *p, const r
     dq[2] = X_x3 - X_x6 * h[x_C] + (q[vx] * q[wy] - q[vy] * q[wx]);
     dq[3] = X_x4;
     dq[4] = W13 - X_x6;
-    dq[5] = t_g433r;
+    dq[5] = t_3ipx7;
     dq[6] = q[wx] + sin_att2 * t_s66h7 + sin_att2 * t_bi4sl;
     dq[7] = cos_att1 * q[wy] - sin_att1 * q[wz];
     dq[8] = t_s66h7 + t_bi4sl;
@@ -9264,7 +9264,7 @@ enum {
     lyapunov_v2_loop_reduced_h_t_os4zj,
     lyapunov_v2_loop_reduced_h_t_yx2kz,
     lyapunov_v2_loop_reduced_h_t_6nwd2,
-    lyapunov_v2_loop_reduced_h_t_oc5tk,
+    lyapunov_v2_loop_reduced_h_t_os4zj_2,
     lyapunov_v2_loop_reduced_h_t_nfvux,
     lyapunov_v2_loop_reduced_h_t_frp3h,
     lyapunov_v2_loop_reduced_h_t_popww,
@@ -9272,8 +9272,8 @@ enum {
     lyapunov_v2_loop_reduced_h_t_t6fx5,
     lyapunov_v2_loop_reduced_h_t_yjeu3,
     lyapunov_v2_loop_reduced_h_t_ma4ro,
-    lyapunov_v2_loop_reduced_h_t_6wfa5,
-    lyapunov_v2_loop_reduced_h_t_gcao4,
+    lyapunov_v2_loop_reduced_h_t_gbl6n,
+    lyapunov_v2_loop_reduced_h_t_jx6g7,
 };
 
 /* what lyapunov_v2_loop_reduced computes once per run; 18 operations. */
@@ -9301,7 +9301,7 @@ void slosh_lyapunov_v2_loop_reduced_prepare(const real *p, const real *c, real *
     h[lyapunov_v2_loop_reduced_h_t_os4zj] = t_os4zj;
     h[lyapunov_v2_loop_reduced_h_t_yx2kz] = t_yx2kz;
     h[lyapunov_v2_loop_reduced_h_t_6nwd2] = p[l1] * p[m1];
-    h[lyapunov_v2_loop_reduced_h_t_oc5tk] = t_os4zj + t_os4zj;
+    h[lyapunov_v2_loop_reduced_h_t_os4zj_2] = t_os4zj + t_os4zj;
     h[lyapunov_v2_loop_reduced_h_t_nfvux] = t_nfvux;
     h[lyapunov_v2_loop_reduced_h_t_frp3h] = t_frp3h;
     h[lyapunov_v2_loop_reduced_h_t_popww] = p[l2] * p[m2];
@@ -9309,8 +9309,8 @@ void slosh_lyapunov_v2_loop_reduced_prepare(const real *p, const real *c, real *
     h[lyapunov_v2_loop_reduced_h_t_t6fx5] = K(1.0) / c[r8];
     h[lyapunov_v2_loop_reduced_h_t_yjeu3] = K(1.0) / c[r6];
     h[lyapunov_v2_loop_reduced_h_t_ma4ro] = K(1.0) / c[r4];
-    h[lyapunov_v2_loop_reduced_h_t_6wfa5] = K(1.0) / D_phi1;
-    h[lyapunov_v2_loop_reduced_h_t_gcao4] = K(1.0) / D_phi2;
+    h[lyapunov_v2_loop_reduced_h_t_gbl6n] = K(1.0) / D_phi1;
+    h[lyapunov_v2_loop_reduced_h_t_jx6g7] = K(1.0) / D_phi2;
 }
 
 /* the rest of lyapunov_v2_loop_reduced; 279 operations. */
@@ -9356,7 +9356,7 @@ void slosh_lyapunov_v2_loop_reduced_prepared(const real *q, const real *p, const
     enum { t_os4zj = lyapunov_v2_loop_reduced_h_t_os4zj };
     enum { t_yx2kz = lyapunov_v2_loop_reduced_h_t_yx2kz };
     enum { t_6nwd2 = lyapunov_v2_loop_reduced_h_t_6nwd2 };
-    enum { t_oc5tk = lyapunov_v2_loop_reduced_h_t_oc5tk };
+    enum { t_os4zj_2 = lyapunov_v2_loop_reduced_h_t_os4zj_2 };
     enum { t_nfvux = lyapunov_v2_loop_reduced_h_t_nfvux };
     enum { t_frp3h = lyapunov_v2_loop_reduced_h_t_frp3h };
     enum { t_popww = lyapunov_v2_loop_reduced_h_t_popww };
@@ -9364,8 +9364,8 @@ void slosh_lyapunov_v2_loop_reduced_prepared(const real *q, const real *p, const
     enum { t_t6fx5 = lyapunov_v2_loop_reduced_h_t_t6fx5 };
     enum { t_yjeu3 = lyapunov_v2_loop_reduced_h_t_yjeu3 };
     enum { t_ma4ro = lyapunov_v2_loop_reduced_h_t_ma4ro };
-    enum { t_6wfa5 = lyapunov_v2_loop_reduced_h_t_6wfa5 };
-    enum { t_gcao4 = lyapunov_v2_loop_reduced_h_t_gcao4 };
+    enum { t_gbl6n = lyapunov_v2_loop_reduced_h_t_gbl6n };
+    enum { t_jx6g7 = lyapunov_v2_loop_reduced_h_t_jx6g7 };
     real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
     const real gx_phi1 = sin_phi1 * h[t_6nwd2];  /* (25) */
     real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
@@ -9374,7 +9374,7 @@ void slosh_lyapunov_v2_loop_reduced_prepared(const real *q, const real *p, const
     const real gz_phi1 = cos_theta1 * t_pv3py;  /* (25) */
     const real t_c4g4l = h[t_yx2kz] * sin_theta1;
     const real cz_phi1 = gy_phi1 * p[h1] - t_c4g4l;  /* (25) */
-    const real t_azo52 = gx_phi1 * p[h1];
+    const real t_ww3vx = gx_phi1 * p[h1];
     const real t_5vpfz = sin_theta1 * q[wy] + cos_theta1 * q[wz];
     const real t_3wt73 = t_5vpfz * t_5vpfz;
     const real t_d3hip = cos_theta1 * q[wy] - sin_theta1 * q[wz];
@@ -9385,31 +9385,31 @@ void slosh_lyapunov_v2_loop_reduced_prepared(const real *q, const real *p, const
     const real t_tlxaf = h[t_yx2kz] * t_j5zf2;
     const real t_jg6hr = t_tlxaf * t_5vpfz;
     const real k_phi1 = p[eps1] * q[phi1_dot]
-        - t_azo52 * t_3wt73
-        - t_azo52 * (t_d3hip * t_d3hip)
+        - t_ww3vx * t_3wt73
+        - t_ww3vx * (t_d3hip * t_d3hip)
         - q[theta1_dot] * q[theta1_dot] * t_27rts
         - t_27rts * t_wube7
         - (q[theta1_dot] + q[theta1_dot]) * t_jg6hr
         - h[t_yx2kz] * t_5vpfz * q[wx]
         + h[t_os4zj] * t_3wt73 * sin_phi1 * cos_phi1 * p[m1]
-        + h[t_oc5tk] * t_j5zf2 * t_5vpfz * q[wx] * p[m1]
+        + h[t_os4zj_2] * t_j5zf2 * t_5vpfz * q[wx] * p[m1]
         + cos_phi1 * t_5vpfz * p[h1] * q[wx] * p[l1] * p[m1]
-        + h[t_oc5tk] * sin_phi1 * cos_phi1 * q[theta1_dot] * q[wx] * p[m1];  /* (25) */
+        + h[t_os4zj_2] * sin_phi1 * cos_phi1 * q[theta1_dot] * q[wx] * p[m1];  /* (25) */
     const real D_theta1 = t_tlxaf + p[I1];  /* (26) */
     const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
-    const real t_e5ugo = sin_theta1 * gx_phi1;
-    const real cy_theta1 = t_e5ugo * p[h1] - t_fgmjk * t_c4g4l;  /* (26) */
+    const real t_mpdnl = sin_theta1 * gx_phi1;
+    const real cy_theta1 = t_mpdnl * p[h1] - t_fgmjk * t_c4g4l;  /* (26) */
     const real cz_theta1 = gy_theta1 * p[h1] - t_fgmjk * (h[t_yx2kz] * cos_theta1) + p[I1];  /* (26) */
     const real t_ybskz = t_d3hip * q[wx];
-    const real t_j5odj = q[phi1_dot] + q[phi1_dot];
-    const real t_mfogp = t_27rts * t_j5odj;
+    const real t_hjux3 = q[phi1_dot] + q[phi1_dot];
+    const real t_vzfs6 = t_27rts * t_hjux3;
     const real k_theta1 = p[eps1] * q[theta1_dot]
-        + t_azo52 * t_ybskz
-        + t_jg6hr * t_j5odj
+        + t_ww3vx * t_ybskz
+        + t_jg6hr * t_hjux3
         + t_jg6hr * t_d3hip
-        + t_mfogp * q[theta1_dot]
+        + t_vzfs6 * q[theta1_dot]
         - t_27rts * t_ybskz
-        - t_mfogp * q[wx];  /* (26) */
+        - t_vzfs6 * q[wx];  /* (26) */
     real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
     const real gx_phi2 = h[t_popww] * sin_phi2;  /* (25) */
     const real t_aafcb = cos_phi2 * p[l2] * p[m2];
@@ -9420,7 +9420,7 @@ void slosh_lyapunov_v2_loop_reduced_prepared(const real *q, const real *p, const
     const real cz_phi2 = gy_phi2 * p[h2] - t_kuf7x;  /* (25) */
     const real t_qg23f = sin_phi2 * cos_phi2;
     const real t_ny2js = t_qg23f * h[t_frp3h];
-    const real t_svo5z = gx_phi2 * p[h2];
+    const real t_sz5oz = gx_phi2 * p[h2];
     const real t_cuv7o = sin_theta2 * q[wy] + cos_theta2 * q[wz];
     const real t_flneb = t_cuv7o * t_cuv7o;
     const real t_3cqcq = cos_theta2 * q[wy] - sin_theta2 * q[wz];
@@ -9429,8 +9429,8 @@ void slosh_lyapunov_v2_loop_reduced_prepared(const real *q, const real *p, const
     const real t_ss42z = t_cuv7o * t_rg5u5;
     const real k_phi2 = p[eps2] * q[phi2_dot]
         - t_wube7 * t_ny2js
-        - t_svo5z * t_flneb
-        - t_svo5z * (t_3cqcq * t_3cqcq)
+        - t_sz5oz * t_flneb
+        - t_sz5oz * (t_3cqcq * t_3cqcq)
         - q[theta2_dot] * q[theta2_dot] * t_ny2js
         - (q[theta2_dot] + q[theta2_dot]) * t_ss42z
         - t_cuv7o * h[t_frp3h] * q[wx]
@@ -9440,16 +9440,16 @@ void slosh_lyapunov_v2_loop_reduced_prepared(const real *q, const real *p, const
         + (sin_phi2 + sin_phi2) * cos_phi2 * h[t_nfvux] * q[theta2_dot] * q[wx] * p[m2];  /* (25) */
     const real D_theta2 = t_rg5u5 + p[I2];  /* (26) */
     const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
-    const real t_7j7h4 = gx_phi2 * sin_theta2;
-    const real cy_theta2 = t_7j7h4 * p[h2] - t_kuf7x * t_qg23f;  /* (26) */
+    const real t_qs2zm = gx_phi2 * sin_theta2;
+    const real cy_theta2 = t_qs2zm * p[h2] - t_kuf7x * t_qg23f;  /* (26) */
     const real cz_theta2 = gy_theta2 * p[h2] - t_qg23f * (cos_theta2 * h[t_frp3h]) + p[I2];  /* (26) */
     const real t_dr7rz = t_3cqcq * q[wx];
-    const real t_473qv = q[phi2_dot] + q[phi2_dot];
+    const real t_mw75j = q[phi2_dot] + q[phi2_dot];
     const real k_theta2 = p[eps2] * q[theta2_dot]
         + t_3cqcq * t_ss42z
-        + t_svo5z * t_dr7rz
-        + t_ss42z * t_473qv
-        + t_ny2js * t_473qv * q[theta2_dot]
+        + t_sz5oz * t_dr7rz
+        + t_ss42z * t_mw75j
+        + t_ny2js * t_mw75j * q[theta2_dot]
         - t_ny2js * t_dr7rz
         - t_ny2js * (q[wx] + q[wx]) * q[phi2_dot];  /* (26) */
     const real B_v2 = q[vy] * c[r1];  /* (29) */
@@ -9457,39 +9457,39 @@ void slosh_lyapunov_v2_loop_reduced_prepared(const real *q, const real *p, const
     const real g1_v2 = B_v2 * q[vz] - C_v2 * q[vy] + q[att1] * c[r3];  /* (29) */
     const real g2_v2 = C_v2 * q[vx] + q[att2] * c[r5];  /* (29) */
     const real g3_v2 = q[att3] * c[r7] - B_v2 * q[vx];  /* (29) */
-    const real t_tsj5z = (q[wz] * c[w5] + g3_v2) * h[t_t6fx5];
-    const real u_v2_x3 = -t_tsj5z;
-    const real t_b55nf = (q[wy] * c[w4] + g2_v2) * h[t_yjeu3];
-    const real u_v2_x2 = -t_b55nf;
-    const real t_rye3d = (q[wx] * c[w3] + g1_v2) * h[t_ma4ro];
-    const real u_v2_x1 = -t_rye3d;
-    const real t_k42hn = B_v2 * c[w1];
-    const real t_xy2rv = C_v2 * c[w2];
-    const real t_fuz4x = p[I1] * t_rye3d
+    const real t_3ut5h = (q[wz] * c[w5] + g3_v2) * h[t_t6fx5];
+    const real u_v2_x3 = -t_3ut5h;
+    const real t_rwc5x = (q[wy] * c[w4] + g2_v2) * h[t_yjeu3];
+    const real u_v2_x2 = -t_rwc5x;
+    const real t_mlur2 = (q[wx] * c[w3] + g1_v2) * h[t_ma4ro];
+    const real u_v2_x1 = -t_mlur2;
+    const real t_si2fh = B_v2 * c[w1];
+    const real t_gkvv2 = C_v2 * c[w2];
+    const real t_xicia = p[I1] * t_mlur2
         - (h[ax_eq] * gx_phi1 + k_phi1)
-        - (gz_phi1 * p[h1] - h[t_os4zj] * cos_theta1 * p[m1]) * t_b55nf
-        + cz_phi1 * t_tsj5z
-        + gy_phi1 * t_k42hn
-        + gz_phi1 * t_xy2rv;
-    const real t_q44b2 = cy_theta1 * t_b55nf
-        - (k_theta1 + t_tlxaf * t_rye3d)
-        + cz_theta1 * t_tsj5z
-        + gy_theta1 * t_k42hn
-        - t_e5ugo * t_xy2rv;
-    const real t_ytk5b = p[I2] * t_rye3d
+        - (gz_phi1 * p[h1] - h[t_os4zj] * cos_theta1 * p[m1]) * t_rwc5x
+        + cz_phi1 * t_3ut5h
+        + gy_phi1 * t_si2fh
+        + gz_phi1 * t_gkvv2;
+    const real t_dgvzb = cy_theta1 * t_rwc5x
+        - (k_theta1 + t_tlxaf * t_mlur2)
+        + cz_theta1 * t_3ut5h
+        + gy_theta1 * t_si2fh
+        - t_mpdnl * t_gkvv2;
+    const real t_3rpgp = p[I2] * t_mlur2
         - (h[ax_eq] * gx_phi2 + k_phi2)
-        - (gz_phi2 * p[h2] - cos_theta2 * h[t_nfvux] * p[m2]) * t_b55nf
-        + cz_phi2 * t_tsj5z
-        + gy_phi2 * t_k42hn
-        + gz_phi2 * t_xy2rv;
-    const real t_qisff = cy_theta2 * t_b55nf
-        - (k_theta2 + t_rg5u5 * t_rye3d)
-        + cz_theta2 * t_tsj5z
-        + gy_theta2 * t_k42hn
-        - t_7j7h4 * t_xy2rv;
+        - (gz_phi2 * p[h2] - cos_theta2 * h[t_nfvux] * p[m2]) * t_rwc5x
+        + cz_phi2 * t_3ut5h
+        + gy_phi2 * t_si2fh
+        + gz_phi2 * t_gkvv2;
+    const real t_xmk7h = cy_theta2 * t_rwc5x
+        - (k_theta2 + t_rg5u5 * t_mlur2)
+        + cz_theta2 * t_3ut5h
+        + gy_theta2 * t_si2fh
+        - t_qs2zm * t_gkvv2;
     dq[0] = h[ax_eq] - q[vz] * q[wy] + q[vy] * q[wz];
-    dq[1] = q[vz] * q[wx] - q[vx] * q[wz] - t_k42hn;
-    dq[2] = q[vx] * q[wy] - q[vy] * q[wx] - t_xy2rv;
+    dq[1] = q[vz] * q[wx] - q[vx] * q[wz] - t_si2fh;
+    dq[2] = q[vx] * q[wy] - q[vy] * q[wx] - t_gkvv2;
     dq[3] = u_v2_x1;
     dq[4] = u_v2_x2;
     dq[5] = u_v2_x3;
@@ -9500,10 +9500,10 @@ void slosh_lyapunov_v2_loop_reduced_prepared(const real *q, const real *p, const
     dq[10] = q[theta1_dot];
     dq[11] = q[phi2_dot];
     dq[12] = q[theta2_dot];
-    dq[13] = t_fuz4x * h[t_6wfa5];
-    dq[14] = t_q44b2 / D_theta1;
-    dq[15] = t_ytk5b * h[t_gcao4];
-    dq[16] = t_qisff / D_theta2;
+    dq[13] = t_xicia * h[t_gbl6n];
+    dq[14] = t_dgvzb / D_theta1;
+    dq[15] = t_3rpgp * h[t_jx6g7];
+    dq[16] = t_xmk7h / D_theta2;
 }
 
 /* Places of h. */
@@ -9511,7 +9511,7 @@ enum {
     lyapunov_v2_loop_reduced_euler_h_t_os4zj,
     lyapunov_v2_loop_reduced_euler_h_t_yx2kz,
     lyapunov_v2_loop_reduced_euler_h_t_6nwd2,
-    lyapunov_v2_loop_reduced_euler_h_t_oc5tk,
+    lyapunov_v2_loop_reduced_euler_h_t_os4zj_2,
     lyapunov_v2_loop_reduced_euler_h_t_nfvux,
     lyapunov_v2_loop_reduced_euler_h_t_frp3h,
     lyapunov_v2_loop_reduced_euler_h_t_popww,
@@ -9519,8 +9519,8 @@ enum {
     lyapunov_v2_loop_reduced_euler_h_t_t6fx5,
     lyapunov_v2_loop_reduced_euler_h_t_yjeu3,
     lyapunov_v2_loop_reduced_euler_h_t_ma4ro,
-    lyapunov_v2_loop_reduced_euler_h_t_6wfa5,
-    lyapunov_v2_loop_reduced_euler_h_t_gcao4,
+    lyapunov_v2_loop_reduced_euler_h_t_gbl6n,
+    lyapunov_v2_loop_reduced_euler_h_t_jx6g7,
 };
 
 /* what lyapunov_v2_loop_reduced_euler computes once per run; 18 operations. */
@@ -9548,7 +9548,7 @@ void slosh_lyapunov_v2_loop_reduced_euler_prepare(const real *p, const real *c, 
     h[lyapunov_v2_loop_reduced_euler_h_t_os4zj] = t_os4zj;
     h[lyapunov_v2_loop_reduced_euler_h_t_yx2kz] = t_yx2kz;
     h[lyapunov_v2_loop_reduced_euler_h_t_6nwd2] = p[l1] * p[m1];
-    h[lyapunov_v2_loop_reduced_euler_h_t_oc5tk] = t_os4zj + t_os4zj;
+    h[lyapunov_v2_loop_reduced_euler_h_t_os4zj_2] = t_os4zj + t_os4zj;
     h[lyapunov_v2_loop_reduced_euler_h_t_nfvux] = t_nfvux;
     h[lyapunov_v2_loop_reduced_euler_h_t_frp3h] = t_frp3h;
     h[lyapunov_v2_loop_reduced_euler_h_t_popww] = p[l2] * p[m2];
@@ -9556,8 +9556,8 @@ void slosh_lyapunov_v2_loop_reduced_euler_prepare(const real *p, const real *c, 
     h[lyapunov_v2_loop_reduced_euler_h_t_t6fx5] = K(1.0) / c[r8];
     h[lyapunov_v2_loop_reduced_euler_h_t_yjeu3] = K(1.0) / c[r6];
     h[lyapunov_v2_loop_reduced_euler_h_t_ma4ro] = K(1.0) / c[r4];
-    h[lyapunov_v2_loop_reduced_euler_h_t_6wfa5] = K(1.0) / D_phi1;
-    h[lyapunov_v2_loop_reduced_euler_h_t_gcao4] = K(1.0) / D_phi2;
+    h[lyapunov_v2_loop_reduced_euler_h_t_gbl6n] = K(1.0) / D_phi1;
+    h[lyapunov_v2_loop_reduced_euler_h_t_jx6g7] = K(1.0) / D_phi2;
 }
 
 /* the rest of lyapunov_v2_loop_reduced_euler; 296 operations. */
@@ -9603,7 +9603,7 @@ void slosh_lyapunov_v2_loop_reduced_euler_prepared(const real *q, const real *p,
     enum { t_os4zj = lyapunov_v2_loop_reduced_euler_h_t_os4zj };
     enum { t_yx2kz = lyapunov_v2_loop_reduced_euler_h_t_yx2kz };
     enum { t_6nwd2 = lyapunov_v2_loop_reduced_euler_h_t_6nwd2 };
-    enum { t_oc5tk = lyapunov_v2_loop_reduced_euler_h_t_oc5tk };
+    enum { t_os4zj_2 = lyapunov_v2_loop_reduced_euler_h_t_os4zj_2 };
     enum { t_nfvux = lyapunov_v2_loop_reduced_euler_h_t_nfvux };
     enum { t_frp3h = lyapunov_v2_loop_reduced_euler_h_t_frp3h };
     enum { t_popww = lyapunov_v2_loop_reduced_euler_h_t_popww };
@@ -9611,8 +9611,8 @@ void slosh_lyapunov_v2_loop_reduced_euler_prepared(const real *q, const real *p,
     enum { t_t6fx5 = lyapunov_v2_loop_reduced_euler_h_t_t6fx5 };
     enum { t_yjeu3 = lyapunov_v2_loop_reduced_euler_h_t_yjeu3 };
     enum { t_ma4ro = lyapunov_v2_loop_reduced_euler_h_t_ma4ro };
-    enum { t_6wfa5 = lyapunov_v2_loop_reduced_euler_h_t_6wfa5 };
-    enum { t_gcao4 = lyapunov_v2_loop_reduced_euler_h_t_gcao4 };
+    enum { t_gbl6n = lyapunov_v2_loop_reduced_euler_h_t_gbl6n };
+    enum { t_jx6g7 = lyapunov_v2_loop_reduced_euler_h_t_jx6g7 };
     real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
     const real gx_phi1 = sin_phi1 * h[t_6nwd2];  /* (25) */
     real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
@@ -9621,7 +9621,7 @@ void slosh_lyapunov_v2_loop_reduced_euler_prepared(const real *q, const real *p,
     const real gz_phi1 = cos_theta1 * t_pv3py;  /* (25) */
     const real t_c4g4l = h[t_yx2kz] * sin_theta1;
     const real cz_phi1 = gy_phi1 * p[h1] - t_c4g4l;  /* (25) */
-    const real t_azo52 = gx_phi1 * p[h1];
+    const real t_ww3vx = gx_phi1 * p[h1];
     const real t_5vpfz = sin_theta1 * q[wy] + cos_theta1 * q[wz];
     const real t_3wt73 = t_5vpfz * t_5vpfz;
     const real t_d3hip = cos_theta1 * q[wy] - sin_theta1 * q[wz];
@@ -9632,31 +9632,31 @@ void slosh_lyapunov_v2_loop_reduced_euler_prepared(const real *q, const real *p,
     const real t_tlxaf = h[t_yx2kz] * t_j5zf2;
     const real t_jg6hr = t_tlxaf * t_5vpfz;
     const real k_phi1 = p[eps1] * q[phi1_dot]
-        - t_azo52 * t_3wt73
-        - t_azo52 * (t_d3hip * t_d3hip)
+        - t_ww3vx * t_3wt73
+        - t_ww3vx * (t_d3hip * t_d3hip)
         - q[theta1_dot] * q[theta1_dot] * t_27rts
         - t_27rts * t_wube7
         - (q[theta1_dot] + q[theta1_dot]) * t_jg6hr
         - h[t_yx2kz] * t_5vpfz * q[wx]
         + h[t_os4zj] * t_3wt73 * sin_phi1 * cos_phi1 * p[m1]
-        + h[t_oc5tk] * t_j5zf2 * t_5vpfz * q[wx] * p[m1]
+        + h[t_os4zj_2] * t_j5zf2 * t_5vpfz * q[wx] * p[m1]
         + cos_phi1 * t_5vpfz * p[h1] * q[wx] * p[l1] * p[m1]
-        + h[t_oc5tk] * sin_phi1 * cos_phi1 * q[theta1_dot] * q[wx] * p[m1];  /* (25) */
+        + h[t_os4zj_2] * sin_phi1 * cos_phi1 * q[theta1_dot] * q[wx] * p[m1];  /* (25) */
     const real D_theta1 = t_tlxaf + p[I1];  /* (26) */
     const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
-    const real t_e5ugo = sin_theta1 * gx_phi1;
-    const real cy_theta1 = t_e5ugo * p[h1] - t_fgmjk * t_c4g4l;  /* (26) */
+    const real t_mpdnl = sin_theta1 * gx_phi1;
+    const real cy_theta1 = t_mpdnl * p[h1] - t_fgmjk * t_c4g4l;  /* (26) */
     const real cz_theta1 = gy_theta1 * p[h1] - t_fgmjk * (h[t_yx2kz] * cos_theta1) + p[I1];  /* (26) */
     const real t_ybskz = t_d3hip * q[wx];
-    const real t_j5odj = q[phi1_dot] + q[phi1_dot];
-    const real t_mfogp = t_27rts * t_j5odj;
+    const real t_hjux3 = q[phi1_dot] + q[phi1_dot];
+    const real t_vzfs6 = t_27rts * t_hjux3;
     const real k_theta1 = p[eps1] * q[theta1_dot]
-        + t_azo52 * t_ybskz
-        + t_jg6hr * t_j5odj
+        + t_ww3vx * t_ybskz
+        + t_jg6hr * t_hjux3
         + t_jg6hr * t_d3hip
-        + t_mfogp * q[theta1_dot]
+        + t_vzfs6 * q[theta1_dot]
         - t_27rts * t_ybskz
-        - t_mfogp * q[wx];  /* (26) */
+        - t_vzfs6 * q[wx];  /* (26) */
     real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
     const real gx_phi2 = h[t_popww] * sin_phi2;  /* (25) */
     const real t_aafcb = cos_phi2 * p[l2] * p[m2];
@@ -9667,7 +9667,7 @@ void slosh_lyapunov_v2_loop_reduced_euler_prepared(const real *q, const real *p,
     const real cz_phi2 = gy_phi2 * p[h2] - t_kuf7x;  /* (25) */
     const real t_qg23f = sin_phi2 * cos_phi2;
     const real t_ny2js = t_qg23f * h[t_frp3h];
-    const real t_svo5z = gx_phi2 * p[h2];
+    const real t_sz5oz = gx_phi2 * p[h2];
     const real t_cuv7o = sin_theta2 * q[wy] + cos_theta2 * q[wz];
     const real t_flneb = t_cuv7o * t_cuv7o;
     const real t_3cqcq = cos_theta2 * q[wy] - sin_theta2 * q[wz];
@@ -9676,8 +9676,8 @@ void slosh_lyapunov_v2_loop_reduced_euler_prepared(const real *q, const real *p,
     const real t_ss42z = t_cuv7o * t_rg5u5;
     const real k_phi2 = p[eps2] * q[phi2_dot]
         - t_wube7 * t_ny2js
-        - t_svo5z * t_flneb
-        - t_svo5z * (t_3cqcq * t_3cqcq)
+        - t_sz5oz * t_flneb
+        - t_sz5oz * (t_3cqcq * t_3cqcq)
         - q[theta2_dot] * q[theta2_dot] * t_ny2js
         - (q[theta2_dot] + q[theta2_dot]) * t_ss42z
         - t_cuv7o * h[t_frp3h] * q[wx]
@@ -9687,16 +9687,16 @@ void slosh_lyapunov_v2_loop_reduced_euler_prepared(const real *q, const real *p,
         + (sin_phi2 + sin_phi2) * cos_phi2 * h[t_nfvux] * q[theta2_dot] * q[wx] * p[m2];  /* (25) */
     const real D_theta2 = t_rg5u5 + p[I2];  /* (26) */
     const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
-    const real t_7j7h4 = gx_phi2 * sin_theta2;
-    const real cy_theta2 = t_7j7h4 * p[h2] - t_kuf7x * t_qg23f;  /* (26) */
+    const real t_qs2zm = gx_phi2 * sin_theta2;
+    const real cy_theta2 = t_qs2zm * p[h2] - t_kuf7x * t_qg23f;  /* (26) */
     const real cz_theta2 = gy_theta2 * p[h2] - t_qg23f * (cos_theta2 * h[t_frp3h]) + p[I2];  /* (26) */
     const real t_dr7rz = t_3cqcq * q[wx];
-    const real t_473qv = q[phi2_dot] + q[phi2_dot];
+    const real t_mw75j = q[phi2_dot] + q[phi2_dot];
     const real k_theta2 = p[eps2] * q[theta2_dot]
         + t_3cqcq * t_ss42z
-        + t_svo5z * t_dr7rz
-        + t_ss42z * t_473qv
-        + t_ny2js * t_473qv * q[theta2_dot]
+        + t_sz5oz * t_dr7rz
+        + t_ss42z * t_mw75j
+        + t_ny2js * t_mw75j * q[theta2_dot]
         - t_ny2js * t_dr7rz
         - t_ny2js * (q[wx] + q[wx]) * q[phi2_dot];  /* (26) */
     const real B_v2 = q[vy] * c[r1];  /* (29) */
@@ -9704,44 +9704,44 @@ void slosh_lyapunov_v2_loop_reduced_euler_prepared(const real *q, const real *p,
     const real g1_v2 = B_v2 * q[vz] - C_v2 * q[vy] + q[att1] * c[r3];  /* (29) */
     const real g2_v2 = C_v2 * q[vx] + q[att2] * c[r5];  /* (29) */
     const real g3_v2 = q[att3] * c[r7] - B_v2 * q[vx];  /* (29) */
-    const real t_tsj5z = (q[wz] * c[w5] + g3_v2) * h[t_t6fx5];
-    const real u_v2_x3 = -t_tsj5z;
-    const real t_b55nf = (q[wy] * c[w4] + g2_v2) * h[t_yjeu3];
-    const real u_v2_x2 = -t_b55nf;
-    const real t_rye3d = (q[wx] * c[w3] + g1_v2) * h[t_ma4ro];
-    const real u_v2_x1 = -t_rye3d;
-    const real t_k42hn = B_v2 * c[w1];
-    const real t_xy2rv = C_v2 * c[w2];
+    const real t_3ut5h = (q[wz] * c[w5] + g3_v2) * h[t_t6fx5];
+    const real u_v2_x3 = -t_3ut5h;
+    const real t_rwc5x = (q[wy] * c[w4] + g2_v2) * h[t_yjeu3];
+    const real u_v2_x2 = -t_rwc5x;
+    const real t_mlur2 = (q[wx] * c[w3] + g1_v2) * h[t_ma4ro];
+    const real u_v2_x1 = -t_mlur2;
+    const real t_si2fh = B_v2 * c[w1];
+    const real t_gkvv2 = C_v2 * c[w2];
     real sin_att2, cos_att2; mv_sincos(q[att2], &sin_att2, &cos_att2);
     real sin_att1, cos_att1; mv_sincos(q[att1], &sin_att1, &cos_att1);
     const real t_oa5el = K(1.0) / cos_att2;
     const real t_s66h7 = sin_att1 * t_oa5el * q[wy];
     const real t_bi4sl = cos_att1 * t_oa5el * q[wz];
-    const real t_fuz4x = p[I1] * t_rye3d
+    const real t_xicia = p[I1] * t_mlur2
         - (h[ax_eq] * gx_phi1 + k_phi1)
-        - (gz_phi1 * p[h1] - h[t_os4zj] * cos_theta1 * p[m1]) * t_b55nf
-        + cz_phi1 * t_tsj5z
-        + gy_phi1 * t_k42hn
-        + gz_phi1 * t_xy2rv;
-    const real t_q44b2 = cy_theta1 * t_b55nf
-        - (k_theta1 + t_tlxaf * t_rye3d)
-        + cz_theta1 * t_tsj5z
-        + gy_theta1 * t_k42hn
-        - t_e5ugo * t_xy2rv;
-    const real t_ytk5b = p[I2] * t_rye3d
+        - (gz_phi1 * p[h1] - h[t_os4zj] * cos_theta1 * p[m1]) * t_rwc5x
+        + cz_phi1 * t_3ut5h
+        + gy_phi1 * t_si2fh
+        + gz_phi1 * t_gkvv2;
+    const real t_dgvzb = cy_theta1 * t_rwc5x
+        - (k_theta1 + t_tlxaf * t_mlur2)
+        + cz_theta1 * t_3ut5h
+        + gy_theta1 * t_si2fh
+        - t_mpdnl * t_gkvv2;
+    const real t_3rpgp = p[I2] * t_mlur2
         - (h[ax_eq] * gx_phi2 + k_phi2)
-        - (gz_phi2 * p[h2] - cos_theta2 * h[t_nfvux] * p[m2]) * t_b55nf
-        + cz_phi2 * t_tsj5z
-        + gy_phi2 * t_k42hn
-        + gz_phi2 * t_xy2rv;
-    const real t_qisff = cy_theta2 * t_b55nf
-        - (k_theta2 + t_rg5u5 * t_rye3d)
-        + cz_theta2 * t_tsj5z
-        + gy_theta2 * t_k42hn
-        - t_7j7h4 * t_xy2rv;
+        - (gz_phi2 * p[h2] - cos_theta2 * h[t_nfvux] * p[m2]) * t_rwc5x
+        + cz_phi2 * t_3ut5h
+        + gy_phi2 * t_si2fh
+        + gz_phi2 * t_gkvv2;
+    const real t_xmk7h = cy_theta2 * t_rwc5x
+        - (k_theta2 + t_rg5u5 * t_mlur2)
+        + cz_theta2 * t_3ut5h
+        + gy_theta2 * t_si2fh
+        - t_qs2zm * t_gkvv2;
     dq[0] = h[ax_eq] - q[vz] * q[wy] + q[vy] * q[wz];
-    dq[1] = q[vz] * q[wx] - q[vx] * q[wz] - t_k42hn;
-    dq[2] = q[vx] * q[wy] - q[vy] * q[wx] - t_xy2rv;
+    dq[1] = q[vz] * q[wx] - q[vx] * q[wz] - t_si2fh;
+    dq[2] = q[vx] * q[wy] - q[vy] * q[wx] - t_gkvv2;
     dq[3] = u_v2_x1;
     dq[4] = u_v2_x2;
     dq[5] = u_v2_x3;
@@ -9752,8 +9752,8 @@ void slosh_lyapunov_v2_loop_reduced_euler_prepared(const real *q, const real *p,
     dq[10] = q[theta1_dot];
     dq[11] = q[phi2_dot];
     dq[12] = q[theta2_dot];
-    dq[13] = t_fuz4x * h[t_6wfa5];
-    dq[14] = t_q44b2 / D_theta1;
-    dq[15] = t_ytk5b * h[t_gcao4];
-    dq[16] = t_qisff / D_theta2;
+    dq[13] = t_xicia * h[t_gbl6n];
+    dq[14] = t_dgvzb / D_theta1;
+    dq[15] = t_3rpgp * h[t_jx6g7];
+    dq[16] = t_xmk7h / D_theta2;
 }

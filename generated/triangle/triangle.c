@@ -43,45 +43,45 @@ void triangle_outputs(const real *x, const real *u, const real *r, const real *p
     const real zeta2 = x[rho] * sin_phi;
     const real n = mv_sqrt(K(1.0) - (zeta1 * zeta1 + zeta2 * zeta2));  /* (19) */
     const real t_thb5i = K(0.5773502691896257) * mv_sqrt(x[mu]);
-    const real t_qygdd = K(1.7320508075688772) * zeta2;
-    const real t_24mka = t_qygdd * n;
-    const real t_r4gcj = zeta1 * n;
-    const real length1 = t_thb5i * mv_sqrt(K(1.0) + t_24mka - t_r4gcj);  /* (20) */
-    const real length2 = t_thb5i * mv_sqrt(K(1.0) - t_r4gcj - t_24mka);  /* (20) */
-    const real length3 = t_thb5i * mv_sqrt(K(1.0) + (t_r4gcj + t_r4gcj));  /* (20) */
-    const real t_oyolo = x[mu] * n;
+    const real t_t5kjx = K(1.7320508075688772) * zeta2;
+    const real t_tfbnp = t_t5kjx * n;
+    const real t_tfbnp_2 = zeta1 * n;
+    const real length1 = t_thb5i * mv_sqrt(K(1.0) + t_tfbnp - t_tfbnp_2);  /* (20) */
+    const real length2 = t_thb5i * mv_sqrt(K(1.0) - t_tfbnp_2 - t_tfbnp);  /* (20) */
+    const real length3 = t_thb5i * mv_sqrt(K(1.0) + (t_tfbnp_2 + t_tfbnp_2));  /* (20) */
+    const real t_aiisq = x[mu] * n;
     const real t_b6qkt = x[rho] * u[w2];
     const real zeta2_rate = u[w1] * sin_phi + t_b6qkt * cos_phi;
-    const real t_sl4ci = K(0.5773502691896257) * t_oyolo * zeta2_rate;
+    const real t_k7rkr = K(0.5773502691896257) * t_aiisq * zeta2_rate;
     const real zeta1_rate = u[w1] * cos_phi - t_b6qkt * sin_phi;
-    const real t_ovyu3 = t_oyolo * zeta1_rate;
-    const real t_ovyu3_2 = K(0.3333333333333333) * t_ovyu3;
-    const real t_24mka_2 = K(0.3333333333333333) * t_24mka;
-    const real t_r4gcj_2 = K(0.3333333333333333) * t_r4gcj;
-    const real t_dbxi6 = zeta1 * zeta1_rate + zeta2 * zeta2_rate;
-    const real t_so6vi = K(1.0) / n;
-    const real t_ctqau = t_dbxi6 * t_so6vi * x[mu];
-    const real t_dzvf6 = t_sl4ci
-        - t_ovyu3_2
-        + u[w3] * (K(0.3333333333333333) + t_24mka_2 - t_r4gcj_2)
-        - K(0.3333333333333333) * t_ctqau * (t_qygdd - zeta1);
-    const real rod_rate1 = K(0.5) / length1 * t_dzvf6;  /* (22) */
-    const real t_vqw6c = u[w3] * (K(0.3333333333333333) - t_r4gcj_2 - t_24mka_2)
-        - (t_ovyu3_2 + t_sl4ci)
-        + K(0.3333333333333333) * t_so6vi * t_dbxi6 * x[mu] * (t_qygdd + zeta1);
-    const real rod_rate2 = K(0.5) / length2 * t_vqw6c;  /* (22) */
-    const real t_ezpcf = K(0.6666666666666666) * t_ovyu3
-        + u[w3] * (K(0.3333333333333333) + K(0.6666666666666666) * t_r4gcj)
-        - K(0.6666666666666666) * t_ctqau * zeta1;
-    const real rod_rate3 = K(0.5) / length3 * t_ezpcf;  /* (22) */
+    const real t_k7rkr_2 = t_aiisq * zeta1_rate;
+    const real t_k7rkr_3 = K(0.3333333333333333) * t_k7rkr_2;
+    const real t_tfbnp_3 = K(0.3333333333333333) * t_tfbnp;
+    const real t_tfbnp_4 = K(0.3333333333333333) * t_tfbnp_2;
+    const real t_3tajj = zeta1 * zeta1_rate + zeta2 * zeta2_rate;
+    const real t_6dtnj = K(1.0) / n;
+    const real t_v5bsf = t_3tajj * t_6dtnj * x[mu];
+    const real t_dod5j = t_k7rkr
+        - t_k7rkr_3
+        + u[w3] * (K(0.3333333333333333) + t_tfbnp_3 - t_tfbnp_4)
+        - K(0.3333333333333333) * t_v5bsf * (t_t5kjx - zeta1);
+    const real rod_rate1 = K(0.5) / length1 * t_dod5j;  /* (22) */
+    const real t_yhrwx = u[w3] * (K(0.3333333333333333) - t_tfbnp_4 - t_tfbnp_3)
+        - (t_k7rkr_3 + t_k7rkr)
+        + K(0.3333333333333333) * t_6dtnj * t_3tajj * x[mu] * (t_t5kjx + zeta1);
+    const real rod_rate2 = K(0.5) / length2 * t_yhrwx;  /* (22) */
+    const real t_t5uxc = K(0.6666666666666666) * t_k7rkr_2
+        + u[w3] * (K(0.3333333333333333) + K(0.6666666666666666) * t_tfbnp_2)
+        - K(0.6666666666666666) * t_v5bsf * zeta1;
+    const real rod_rate3 = K(0.5) / length3 * t_t5uxc;  /* (22) */
     real sin_phi_ref, cos_phi_ref; mv_sincos(r[phi_ref], &sin_phi_ref, &cos_phi_ref);
     const real w_along = r[rho_ref] - cos_phi_ref * zeta1 - sin_phi_ref * zeta2;  /* (25) */
     const real w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2;  /* (25) */
     const real rho_t = mv_sqrt(w_across * w_across + w_along * w_along);  /* (25) */
-    const mask m_z5ee7 = LT(K(1e-09), rho_t);
-    const real t_gliif = K(1.0) / rho_t;
-    const real cos_t = SELECT(m_z5ee7, w_along * t_gliif, SPLAT(K(1.0)));  /* (25) */
-    const real sin_t = SELECT0(m_z5ee7, w_across * t_gliif);  /* (25) */
+    const mask m_qm7gk = LT(K(1e-09), rho_t);
+    const real t_6dtnj_2 = K(1.0) / rho_t;
+    const real cos_t = SELECT(m_qm7gk, w_along * t_6dtnj_2, SPLAT(K(1.0)));  /* (25) */
+    const real sin_t = SELECT0(m_qm7gk, w_across * t_6dtnj_2);  /* (25) */
     const real t_vienp = x[theta] - r[theta_ref];
     const real theta_exact = r[rho_ref] * w_across + t_vienp;  /* (27) */
     const real t_rqfjc = K(0.5773502691896257) * mv_sqrt(r[mu_ref]);
@@ -157,14 +157,14 @@ void triangle_initial(const real *p, const real *s, real *x)
     const real t_qyel2 = s[l3_0] * s[l3_0];
     const real t_iwwvg = s[l1_0] * s[l1_0] + s[l2_0] * s[l2_0];
     const real mu_0 = t_qyel2 + t_iwwvg;  /* (18) */
-    const real t_atcuu = K(0.5) / mu_0;
-    const real t_mgwir = t_atcuu * (t_iwwvg + K(-2.0) * t_qyel2);
-    const real z1_0 = -t_mgwir;  /* (19) */
-    const real z2_0 = K(1.7320508075688772) * t_atcuu * (s[l1_0] + s[l2_0]) * (s[l1_0] - s[l2_0]);  /* (19) */
-    const real t_brk2i = t_mgwir * t_mgwir;
-    const real t_pznmt = z2_0 * z2_0;
-    const real open_0 = K(1.0) + K(-4.0) * t_brk2i + K(-4.0) * t_pznmt;  /* (19) */
-    x[0] = mv_sqrt(t_brk2i + t_pznmt) / mv_sqrt(K(0.5) + K(0.5) * mv_sqrt(mv_max(SPLAT(K(0.0)), open_0)));
+    const real t_qo36g = K(0.5) / mu_0;
+    const real t_m2d3a = t_qo36g * (t_iwwvg + K(-2.0) * t_qyel2);
+    const real z1_0 = -t_m2d3a;  /* (19) */
+    const real z2_0 = K(1.7320508075688772) * t_qo36g * (s[l1_0] + s[l2_0]) * (s[l1_0] - s[l2_0]);  /* (19) */
+    const real t_ncrup = t_m2d3a * t_m2d3a;
+    const real t_sbeph = z2_0 * z2_0;
+    const real open_0 = K(1.0) + K(-4.0) * t_ncrup + K(-4.0) * t_sbeph;  /* (19) */
+    x[0] = mv_sqrt(t_ncrup + t_sbeph) / mv_sqrt(K(0.5) + K(0.5) * mv_sqrt(mv_max(SPLAT(K(0.0)), open_0)));
     x[1] = mv_atan2(z2_0, z1_0);
     x[2] = mu_0;
     x[3] = s[theta_0];
@@ -182,14 +182,14 @@ void triangle_reference(const real *t, const real *p, const real *s, real *r)
     const real t_xkhu7 = s[l3_f] * s[l3_f];
     const real t_al3xt = s[l1_f] * s[l1_f] + s[l2_f] * s[l2_f];
     const real mu_f = t_xkhu7 + t_al3xt;  /* (18) */
-    const real t_jloge = K(0.5) / mu_f;
-    const real t_sdww6 = t_jloge * (t_al3xt + K(-2.0) * t_xkhu7);
-    const real z1_f = -t_sdww6;  /* (19) */
-    const real z2_f = K(1.7320508075688772) * t_jloge * (s[l1_f] + s[l2_f]) * (s[l1_f] - s[l2_f]);  /* (19) */
-    const real t_sy3b2 = t_sdww6 * t_sdww6;
-    const real t_5ltqh = z2_f * z2_f;
-    const real open_f = K(1.0) + K(-4.0) * t_sy3b2 + K(-4.0) * t_5ltqh;  /* (19) */
-    r[0] = mv_sqrt(t_sy3b2 + t_5ltqh) / mv_sqrt(K(0.5) + K(0.5) * mv_sqrt(mv_max(SPLAT(K(0.0)), open_f)));
+    const real t_tigas = K(0.5) / mu_f;
+    const real t_m45eq = t_tigas * (t_al3xt + K(-2.0) * t_xkhu7);
+    const real z1_f = -t_m45eq;  /* (19) */
+    const real z2_f = K(1.7320508075688772) * t_tigas * (s[l1_f] + s[l2_f]) * (s[l1_f] - s[l2_f]);  /* (19) */
+    const real t_aclmj = t_m45eq * t_m45eq;
+    const real t_vsouu = z2_f * z2_f;
+    const real open_f = K(1.0) + K(-4.0) * t_aclmj + K(-4.0) * t_vsouu;  /* (19) */
+    r[0] = mv_sqrt(t_aclmj + t_vsouu) / mv_sqrt(K(0.5) + K(0.5) * mv_sqrt(mv_max(SPLAT(K(0.0)), open_f)));
     r[1] = mv_atan2(z2_f, z1_f);
     r[2] = mu_f;
     r[3] = s[theta_f];
@@ -217,11 +217,11 @@ void triangle_lengths(const real *rho, const real *phi, const real *mu, real *l1
     const real zeta2 = rho[0] * sin_4neck;
     const real n = mv_sqrt(K(1.0) - (zeta1 * zeta1 + zeta2 * zeta2));  /* (19) */
     const real t_2h6ms = K(0.5773502691896257) * mv_sqrt(mu[0]);
-    const real t_24mka = K(1.7320508075688772) * zeta2 * n;
-    const real t_r4gcj = zeta1 * n;
-    const real length1 = t_2h6ms * mv_sqrt(K(1.0) + t_24mka - t_r4gcj);  /* (20) */
-    const real length2 = t_2h6ms * mv_sqrt(K(1.0) - t_r4gcj - t_24mka);  /* (20) */
-    const real length3 = t_2h6ms * mv_sqrt(K(1.0) + (t_r4gcj + t_r4gcj));  /* (20) */
+    const real t_ps6bw = K(1.7320508075688772) * zeta2 * n;
+    const real t_ps6bw_2 = zeta1 * n;
+    const real length1 = t_2h6ms * mv_sqrt(K(1.0) + t_ps6bw - t_ps6bw_2);  /* (20) */
+    const real length2 = t_2h6ms * mv_sqrt(K(1.0) - t_ps6bw_2 - t_ps6bw);  /* (20) */
+    const real length3 = t_2h6ms * mv_sqrt(K(1.0) + (t_ps6bw_2 + t_ps6bw_2));  /* (20) */
     l1[0] = length1;
     l2[0] = length2;
     l3[0] = length3;
@@ -233,14 +233,14 @@ void triangle_shape(const real *l1, const real *l2, const real *l3, real *rho, r
     const real t_tnz2j = l3[0] * l3[0];
     const real t_y5vwd = l1[0] * l1[0] + l2[0] * l2[0];
     const real mu_any = t_tnz2j + t_y5vwd;  /* (18) */
-    const real t_dq2dr = K(0.5) / mu_any;
-    const real t_us7uc = t_dq2dr * (t_y5vwd + K(-2.0) * t_tnz2j);
-    const real z1_any = -t_us7uc;  /* (19) */
-    const real z2_any = K(1.7320508075688772) * t_dq2dr * (l1[0] + l2[0]) * (l1[0] - l2[0]);  /* (19) */
-    const real t_6ebjg = t_us7uc * t_us7uc;
-    const real t_cdw5f = z2_any * z2_any;
-    const real open_any = K(1.0) + K(-4.0) * t_6ebjg + K(-4.0) * t_cdw5f;  /* (19) */
-    rho[0] = mv_sqrt(t_6ebjg + t_cdw5f) / mv_sqrt(K(0.5) + K(0.5) * mv_sqrt(mv_max(SPLAT(K(0.0)), open_any)));
+    const real t_6spv4 = K(0.5) / mu_any;
+    const real t_taipu = t_6spv4 * (t_y5vwd + K(-2.0) * t_tnz2j);
+    const real z1_any = -t_taipu;  /* (19) */
+    const real z2_any = K(1.7320508075688772) * t_6spv4 * (l1[0] + l2[0]) * (l1[0] - l2[0]);  /* (19) */
+    const real t_ef64w = t_taipu * t_taipu;
+    const real t_chded = z2_any * z2_any;
+    const real open_any = K(1.0) + K(-4.0) * t_ef64w + K(-4.0) * t_chded;  /* (19) */
+    rho[0] = mv_sqrt(t_ef64w + t_chded) / mv_sqrt(K(0.5) + K(0.5) * mv_sqrt(mv_max(SPLAT(K(0.0)), open_any)));
     phi[0] = mv_atan2(z2_any, z1_any);
     mu[0] = mu_any;
 }
@@ -259,37 +259,37 @@ void triangle_length_rates(const real *x, const real *u, real *u_l)
     const real zeta2 = x[rho] * sin_phi;
     const real n = mv_sqrt(K(1.0) - (zeta1 * zeta1 + zeta2 * zeta2));  /* (19) */
     const real t_thb5i = K(0.5773502691896257) * mv_sqrt(x[mu]);
-    const real t_qygdd = K(1.7320508075688772) * zeta2;
-    const real t_24mka = t_qygdd * n;
-    const real t_r4gcj = zeta1 * n;
-    const real length1 = t_thb5i * mv_sqrt(K(1.0) + t_24mka - t_r4gcj);  /* (20) */
-    const real length2 = t_thb5i * mv_sqrt(K(1.0) - t_r4gcj - t_24mka);  /* (20) */
-    const real length3 = t_thb5i * mv_sqrt(K(1.0) + (t_r4gcj + t_r4gcj));  /* (20) */
-    const real t_oyolo = x[mu] * n;
+    const real t_t5kjx = K(1.7320508075688772) * zeta2;
+    const real t_tfbnp = t_t5kjx * n;
+    const real t_tfbnp_2 = zeta1 * n;
+    const real length1 = t_thb5i * mv_sqrt(K(1.0) + t_tfbnp - t_tfbnp_2);  /* (20) */
+    const real length2 = t_thb5i * mv_sqrt(K(1.0) - t_tfbnp_2 - t_tfbnp);  /* (20) */
+    const real length3 = t_thb5i * mv_sqrt(K(1.0) + (t_tfbnp_2 + t_tfbnp_2));  /* (20) */
+    const real t_aiisq = x[mu] * n;
     const real t_b6qkt = x[rho] * u[w2];
     const real zeta2_rate = u[w1] * sin_phi + t_b6qkt * cos_phi;
-    const real t_sl4ci = K(0.5773502691896257) * t_oyolo * zeta2_rate;
+    const real t_k7rkr = K(0.5773502691896257) * t_aiisq * zeta2_rate;
     const real zeta1_rate = u[w1] * cos_phi - t_b6qkt * sin_phi;
-    const real t_ovyu3 = t_oyolo * zeta1_rate;
-    const real t_ovyu3_2 = K(0.3333333333333333) * t_ovyu3;
-    const real t_24mka_2 = K(0.3333333333333333) * t_24mka;
-    const real t_r4gcj_2 = K(0.3333333333333333) * t_r4gcj;
-    const real t_dbxi6 = zeta1 * zeta1_rate + zeta2 * zeta2_rate;
-    const real t_so6vi = K(1.0) / n;
-    const real t_ctqau = t_dbxi6 * t_so6vi * x[mu];
-    const real t_dzvf6 = t_sl4ci
-        - t_ovyu3_2
-        + u[w3] * (K(0.3333333333333333) + t_24mka_2 - t_r4gcj_2)
-        - K(0.3333333333333333) * t_ctqau * (t_qygdd - zeta1);
-    const real rod_rate1 = K(0.5) / length1 * t_dzvf6;  /* (22) */
-    const real t_vqw6c = u[w3] * (K(0.3333333333333333) - t_r4gcj_2 - t_24mka_2)
-        - (t_ovyu3_2 + t_sl4ci)
-        + K(0.3333333333333333) * t_so6vi * t_dbxi6 * x[mu] * (t_qygdd + zeta1);
-    const real rod_rate2 = K(0.5) / length2 * t_vqw6c;  /* (22) */
-    const real t_ezpcf = K(0.6666666666666666) * t_ovyu3
-        + u[w3] * (K(0.3333333333333333) + K(0.6666666666666666) * t_r4gcj)
-        - K(0.6666666666666666) * t_ctqau * zeta1;
-    const real rod_rate3 = K(0.5) / length3 * t_ezpcf;  /* (22) */
+    const real t_k7rkr_2 = t_aiisq * zeta1_rate;
+    const real t_k7rkr_3 = K(0.3333333333333333) * t_k7rkr_2;
+    const real t_tfbnp_3 = K(0.3333333333333333) * t_tfbnp;
+    const real t_tfbnp_4 = K(0.3333333333333333) * t_tfbnp_2;
+    const real t_3tajj = zeta1 * zeta1_rate + zeta2 * zeta2_rate;
+    const real t_6dtnj = K(1.0) / n;
+    const real t_v5bsf = t_3tajj * t_6dtnj * x[mu];
+    const real t_dod5j = t_k7rkr
+        - t_k7rkr_3
+        + u[w3] * (K(0.3333333333333333) + t_tfbnp_3 - t_tfbnp_4)
+        - K(0.3333333333333333) * t_v5bsf * (t_t5kjx - zeta1);
+    const real rod_rate1 = K(0.5) / length1 * t_dod5j;  /* (22) */
+    const real t_yhrwx = u[w3] * (K(0.3333333333333333) - t_tfbnp_4 - t_tfbnp_3)
+        - (t_k7rkr_3 + t_k7rkr)
+        + K(0.3333333333333333) * t_6dtnj * t_3tajj * x[mu] * (t_t5kjx + zeta1);
+    const real rod_rate2 = K(0.5) / length2 * t_yhrwx;  /* (22) */
+    const real t_t5uxc = K(0.6666666666666666) * t_k7rkr_2
+        + u[w3] * (K(0.3333333333333333) + K(0.6666666666666666) * t_tfbnp_2)
+        - K(0.6666666666666666) * t_v5bsf * zeta1;
+    const real rod_rate3 = K(0.5) / length3 * t_t5uxc;  /* (22) */
     u_l[0] = rod_rate1;
     u_l[1] = rod_rate2;
     u_l[2] = rod_rate3;
@@ -323,42 +323,42 @@ void triangle_sliding(const real *x, const real *r, const real *p, const real *c
     const real zeta2 = x[rho] * sin_phi;
     const real w_along = r[rho_ref] - cos_phi_ref * zeta1 - sin_phi_ref * zeta2;  /* (25) */
     const real w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2;  /* (25) */
-    const real t_furpv = w_across * w_across + w_along * w_along;
-    const real rho_t = mv_sqrt(t_furpv);  /* (25) */
-    const mask m_z5ee7 = LT(K(1e-09), rho_t);
-    const real t_gliif = K(1.0) / rho_t;
-    const real cos_t = SELECT(m_z5ee7, w_along * t_gliif, SPLAT(K(1.0)));  /* (25) */
+    const real t_5lued = w_across * w_across + w_along * w_along;
+    const real rho_t = mv_sqrt(t_5lued);  /* (25) */
+    const mask m_qm7gk = LT(K(1e-09), rho_t);
+    const real t_6dtnj = K(1.0) / rho_t;
+    const real cos_t = SELECT(m_qm7gk, w_along * t_6dtnj, SPLAT(K(1.0)));  /* (25) */
     const real theta_t = x[theta] - r[theta_ref] + r[rho_ref] * w_across * c[area_factor];  /* (27) */
-    const real t_xuitj = w_across * t_gliif;
-    const real chord = mv_sqrt(c[R] * c[R] + SELECT0(m_z5ee7, SELECT0(m_z5ee7, -(r[rho_ref] * r[rho_ref] * (t_xuitj * t_xuitj)))));  /* (28) */
+    const real t_5dhp4 = w_across * t_6dtnj;
+    const real chord = mv_sqrt(c[R] * c[R] + SELECT0(m_qm7gk, SELECT0(m_qm7gk, -(r[rho_ref] * r[rho_ref] * (t_5dhp4 * t_5dhp4)))));  /* (28) */
     const real h = cos_t * r[rho_ref] + chord;  /* (28) */
     const real t_gjxkh = K(1.0) / c[theta_star];
     const real tau = mv_fabs(theta_t) * t_gjxkh;  /* (31) */
     const real t_ieu4b = K(1.0) / c[m];
     const real f = mv_pow(tau, t_ieu4b);  /* (31) */
     const real s = rho_t - f * h;  /* (30) */
-    const mask m_z5ee7_2 = LT(K(0.0), rho_t);
-    const real t_3vtu5 = c[k_phi] * mv_sqrt(rho_t / h) / (tau + t_furpv / (h * h));
-    const real t_eftwe = t_gjxkh * t_ieu4b * h * t_3vtu5 * (SELECT0(m_z5ee7, r[rho_ref] * t_xuitj / chord * theta_t * c[m]) - t_furpv);
-    const real rho_t_rate = SELECT0(m_z5ee7_2, t_eftwe) - c[eta_rho] * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), s * (K(1.0) / c[s_min])));  /* (34) */
-    const real t_4x2zf = zeta1 * zeta1 + zeta2 * zeta2;
-    const real t_yfvls = mv_sqrt(t_4x2zf);
-    const real t_aztjl = t_3vtu5 * mv_pow(f, K(-1.0) + c[m]) * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), theta_t * (K(1.0) / c[theta_min])));
-    const real t_nwlcx = t_aztjl * rho_t;
-    const real t_2uf7g = cos_t * rho_t_rate + SELECT0(m_z5ee7, SELECT0(m_z5ee7_2, t_nwlcx * t_xuitj));
-    const real t_gqrit = SELECT0(m_z5ee7, rho_t_rate * t_xuitj);
-    const real t_2blmm = SELECT0(m_z5ee7_2, -(t_nwlcx * cos_t)) + t_gqrit;
-    const real t_eyp7z = (cos_phi_ref * t_2uf7g - sin_phi_ref * t_2blmm) * zeta1
-        + (cos_phi_ref * t_2blmm + sin_phi_ref * t_2uf7g) * zeta2;
-    const real t_e4rje = K(1.0) / mv_max(SPLAT(K(1e-09)), t_yfvls);
-    const real rho_t_rate_excess = mv_max(SPLAT(K(0.0)), -(K(100.0) * c[k_phi] * (c[R] - t_yfvls) + t_eyp7z * t_e4rje)) * t_e4rje;
-    const real t_m7tvp = t_gqrit + SELECT0(m_z5ee7_2, -(cos_t * t_aztjl * rho_t));
-    const real zeta1_rate = t_m7tvp * sin_phi_ref - rho_t_rate_excess * zeta1 - t_2uf7g * cos_phi_ref;
+    const mask m_qm7gk_2 = LT(K(0.0), rho_t);
+    const real t_gu3nh = c[k_phi] * mv_sqrt(rho_t / h) / (tau + t_5lued / (h * h));
+    const real t_ckdv4 = t_gjxkh * t_ieu4b * h * t_gu3nh * (SELECT0(m_qm7gk, r[rho_ref] * t_5dhp4 / chord * theta_t * c[m]) - t_5lued);
+    const real rho_t_rate = SELECT0(m_qm7gk_2, t_ckdv4) - c[eta_rho] * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), s * (K(1.0) / c[s_min])));  /* (34) */
+    const real t_dynew = zeta1 * zeta1 + zeta2 * zeta2;
+    const real t_wmyyh = mv_sqrt(t_dynew);
+    const real t_54nb5 = t_gu3nh * mv_pow(f, K(-1.0) + c[m]) * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), theta_t * (K(1.0) / c[theta_min])));
+    const real t_mrtsa = t_54nb5 * rho_t;
+    const real t_eczqh = cos_t * rho_t_rate + SELECT0(m_qm7gk, SELECT0(m_qm7gk_2, t_mrtsa * t_5dhp4));
+    const real t_qzkxf = SELECT0(m_qm7gk, rho_t_rate * t_5dhp4);
+    const real t_6oj7z = SELECT0(m_qm7gk_2, -(t_mrtsa * cos_t)) + t_qzkxf;
+    const real t_pwujq = (cos_phi_ref * t_eczqh - sin_phi_ref * t_6oj7z) * zeta1
+        + (cos_phi_ref * t_6oj7z + sin_phi_ref * t_eczqh) * zeta2;
+    const real t_e2kmt = K(1.0) / mv_max(SPLAT(K(1e-09)), t_wmyyh);
+    const real rho_t_rate_excess = mv_max(SPLAT(K(0.0)), -(K(100.0) * c[k_phi] * (c[R] - t_wmyyh) + t_pwujq * t_e2kmt)) * t_e2kmt;
+    const real t_2g74g = t_qzkxf + SELECT0(m_qm7gk_2, -(cos_t * t_54nb5 * rho_t));
+    const real zeta1_rate = t_2g74g * sin_phi_ref - rho_t_rate_excess * zeta1 - t_eczqh * cos_phi_ref;
     const real w3 = mv_max(-c[mu_rate_max], mv_min(c[mu_rate_max], c[mu_gain] * (r[mu_ref] - x[mu])));
-    const mask m_ksqj2 = LT(K(0.0), t_yfvls);
-    const real t_eim6l = rho_t_rate_excess * zeta2 + t_2uf7g * sin_phi_ref + t_m7tvp * cos_phi_ref;
-    const real w1 = SELECT(m_ksqj2, (zeta1 * zeta1_rate - zeta2 * t_eim6l) / t_yfvls, zeta1_rate);
-    const real w2 = SELECT0(m_ksqj2, -((zeta1 * t_eim6l + zeta1_rate * zeta2) / t_4x2zf));
+    const mask m_jelvn = LT(K(0.0), t_wmyyh);
+    const real t_5mmfd = rho_t_rate_excess * zeta2 + t_eczqh * sin_phi_ref + t_2g74g * cos_phi_ref;
+    const real w1 = SELECT(m_jelvn, (zeta1 * zeta1_rate - zeta2 * t_5mmfd) / t_wmyyh, zeta1_rate);
+    const real w2 = SELECT0(m_jelvn, -((zeta1 * t_5mmfd + zeta1_rate * zeta2) / t_dynew));
     u[0] = w1;
     u[1] = w2;
     u[2] = w3;
@@ -391,45 +391,45 @@ void triangle_sliding_loop(const real *q, const real *r, const real *p, const re
     real sin_phi_ref, cos_phi_ref; mv_sincos(r[phi_ref], &sin_phi_ref, &cos_phi_ref);
     const real w_along = r[rho_ref] - cos_phi_ref * q[zeta1] - sin_phi_ref * q[zeta2];  /* (25) */
     const real w_across = sin_phi_ref * q[zeta1] - cos_phi_ref * q[zeta2];  /* (25) */
-    const real t_furpv = w_across * w_across + w_along * w_along;
-    const real rho_t = mv_sqrt(t_furpv);  /* (25) */
-    const mask m_z5ee7 = LT(K(1e-09), rho_t);
-    const real t_gliif = K(1.0) / rho_t;
-    const real cos_t = SELECT(m_z5ee7, w_along * t_gliif, SPLAT(K(1.0)));  /* (25) */
+    const real t_fvfvk = w_across * w_across + w_along * w_along;
+    const real rho_t = mv_sqrt(t_fvfvk);  /* (25) */
+    const mask m_qm7gk = LT(K(1e-09), rho_t);
+    const real t_6dtnj = K(1.0) / rho_t;
+    const real cos_t = SELECT(m_qm7gk, w_along * t_6dtnj, SPLAT(K(1.0)));  /* (25) */
     const real theta_t = q[theta] - r[theta_ref] + r[rho_ref] * w_across * c[area_factor];  /* (27) */
-    const real t_xuitj = w_across * t_gliif;
-    const real chord = mv_sqrt(c[R] * c[R] + SELECT0(m_z5ee7, SELECT0(m_z5ee7, -(r[rho_ref] * r[rho_ref] * (t_xuitj * t_xuitj)))));  /* (28) */
+    const real t_3hj5v = w_across * t_6dtnj;
+    const real chord = mv_sqrt(c[R] * c[R] + SELECT0(m_qm7gk, SELECT0(m_qm7gk, -(r[rho_ref] * r[rho_ref] * (t_3hj5v * t_3hj5v)))));  /* (28) */
     const real h = cos_t * r[rho_ref] + chord;  /* (28) */
     const real t_gjxkh = K(1.0) / c[theta_star];
     const real tau = mv_fabs(theta_t) * t_gjxkh;  /* (31) */
     const real t_ieu4b = K(1.0) / c[m];
     const real f = mv_pow(tau, t_ieu4b);  /* (31) */
     const real s = rho_t - f * h;  /* (30) */
-    const mask m_z5ee7_2 = LT(K(0.0), rho_t);
-    const real t_3vtu5 = c[k_phi] * mv_sqrt(rho_t / h) / (tau + t_furpv / (h * h));
-    const real t_eftwe = t_gjxkh * t_ieu4b * h * t_3vtu5 * (SELECT0(m_z5ee7, r[rho_ref] * t_xuitj / chord * theta_t * c[m]) - t_furpv);
-    const real rho_t_rate = SELECT0(m_z5ee7_2, t_eftwe) - c[eta_rho] * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), s * (K(1.0) / c[s_min])));  /* (34) */
+    const mask m_qm7gk_2 = LT(K(0.0), rho_t);
+    const real t_qukd5 = c[k_phi] * mv_sqrt(rho_t / h) / (tau + t_fvfvk / (h * h));
+    const real t_i52sh = t_gjxkh * t_ieu4b * h * t_qukd5 * (SELECT0(m_qm7gk, r[rho_ref] * t_3hj5v / chord * theta_t * c[m]) - t_fvfvk);
+    const real rho_t_rate = SELECT0(m_qm7gk_2, t_i52sh) - c[eta_rho] * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), s * (K(1.0) / c[s_min])));  /* (34) */
     const real t_yfvls = mv_sqrt(q[zeta1] * q[zeta1] + q[zeta2] * q[zeta2]);
-    const real t_aztjl = t_3vtu5 * mv_pow(f, K(-1.0) + c[m]) * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), theta_t * (K(1.0) / c[theta_min])));
-    const real t_nwlcx = t_aztjl * rho_t;
-    const real t_2uf7g = cos_t * rho_t_rate + SELECT0(m_z5ee7, SELECT0(m_z5ee7_2, t_nwlcx * t_xuitj));
-    const real t_gqrit = SELECT0(m_z5ee7, rho_t_rate * t_xuitj);
-    const real t_2blmm = SELECT0(m_z5ee7_2, -(t_nwlcx * cos_t)) + t_gqrit;
-    const real t_eyp7z = (cos_phi_ref * t_2uf7g - sin_phi_ref * t_2blmm) * q[zeta1]
-        + (cos_phi_ref * t_2blmm + sin_phi_ref * t_2uf7g) * q[zeta2];
+    const real t_kyu74 = t_qukd5 * mv_pow(f, K(-1.0) + c[m]) * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), theta_t * (K(1.0) / c[theta_min])));
+    const real t_mrtsa = t_kyu74 * rho_t;
+    const real t_nsktt = cos_t * rho_t_rate + SELECT0(m_qm7gk, SELECT0(m_qm7gk_2, t_mrtsa * t_3hj5v));
+    const real t_vnxtr = SELECT0(m_qm7gk, rho_t_rate * t_3hj5v);
+    const real t_dgj2l = SELECT0(m_qm7gk_2, -(t_mrtsa * cos_t)) + t_vnxtr;
+    const real t_vatig = (cos_phi_ref * t_nsktt - sin_phi_ref * t_dgj2l) * q[zeta1]
+        + (cos_phi_ref * t_dgj2l + sin_phi_ref * t_nsktt) * q[zeta2];
     const real t_e4rje = K(1.0) / mv_max(SPLAT(K(1e-09)), t_yfvls);
-    const real rho_t_rate_excess = mv_max(SPLAT(K(0.0)), -(K(100.0) * c[k_phi] * (c[R] - t_yfvls) + t_eyp7z * t_e4rje)) * t_e4rje;
-    const real t_m7tvp = t_gqrit + SELECT0(m_z5ee7_2, -(cos_t * t_aztjl * rho_t));
-    const real zeta1_rate = t_m7tvp * sin_phi_ref - rho_t_rate_excess * q[zeta1] - t_2uf7g * cos_phi_ref;
-    const real t_eim6l = rho_t_rate_excess * q[zeta2] + t_2uf7g * sin_phi_ref + t_m7tvp * cos_phi_ref;
-    const real zeta2_rate = -t_eim6l;
+    const real rho_t_rate_excess = mv_max(SPLAT(K(0.0)), -(K(100.0) * c[k_phi] * (c[R] - t_yfvls) + t_vatig * t_e4rje)) * t_e4rje;
+    const real t_7nepn = t_vnxtr + SELECT0(m_qm7gk_2, -(cos_t * t_kyu74 * rho_t));
+    const real zeta1_rate = t_7nepn * sin_phi_ref - rho_t_rate_excess * q[zeta1] - t_nsktt * cos_phi_ref;
+    const real t_6dbzm = rho_t_rate_excess * q[zeta2] + t_nsktt * sin_phi_ref + t_7nepn * cos_phi_ref;
+    const real zeta2_rate = -t_6dbzm;
     const real w3 = mv_max(-c[mu_rate_max], mv_min(c[mu_rate_max], c[mu_gain] * (r[mu_ref] - q[mu])));
     dq[0] = zeta1_rate;
     dq[1] = zeta2_rate;
     dq[2] = w3;
     dq[3] = p[disturbance]
         + K(3.0) * p[H] / p[mass] / q[mu]
-        - q[zeta1] * t_eim6l
+        - q[zeta1] * t_6dbzm
         - zeta1_rate * q[zeta2];
 }
 
@@ -458,43 +458,43 @@ void triangle_sliding_observe(const real *q, const real *r, const real *p, const
     real sin_phi_ref, cos_phi_ref; mv_sincos(r[phi_ref], &sin_phi_ref, &cos_phi_ref);
     const real w_along = r[rho_ref] - cos_phi_ref * q[zeta1] - sin_phi_ref * q[zeta2];  /* (25) */
     const real w_across = sin_phi_ref * q[zeta1] - cos_phi_ref * q[zeta2];  /* (25) */
-    const real t_furpv = w_across * w_across + w_along * w_along;
-    const real rho_t = mv_sqrt(t_furpv);  /* (25) */
-    const mask m_z5ee7 = LT(K(1e-09), rho_t);
-    const real t_gliif = K(1.0) / rho_t;
-    const real cos_t = SELECT(m_z5ee7, w_along * t_gliif, SPLAT(K(1.0)));  /* (25) */
+    const real t_fvfvk = w_across * w_across + w_along * w_along;
+    const real rho_t = mv_sqrt(t_fvfvk);  /* (25) */
+    const mask m_qm7gk = LT(K(1e-09), rho_t);
+    const real t_6dtnj = K(1.0) / rho_t;
+    const real cos_t = SELECT(m_qm7gk, w_along * t_6dtnj, SPLAT(K(1.0)));  /* (25) */
     const real theta_t = q[theta] - r[theta_ref] + r[rho_ref] * w_across * c[area_factor];  /* (27) */
-    const real t_xuitj = w_across * t_gliif;
-    const real chord = mv_sqrt(c[R] * c[R] + SELECT0(m_z5ee7, SELECT0(m_z5ee7, -(r[rho_ref] * r[rho_ref] * (t_xuitj * t_xuitj)))));  /* (28) */
+    const real t_3hj5v = w_across * t_6dtnj;
+    const real chord = mv_sqrt(c[R] * c[R] + SELECT0(m_qm7gk, SELECT0(m_qm7gk, -(r[rho_ref] * r[rho_ref] * (t_3hj5v * t_3hj5v)))));  /* (28) */
     const real h = cos_t * r[rho_ref] + chord;  /* (28) */
     const real t_gjxkh = K(1.0) / c[theta_star];
     const real tau = mv_fabs(theta_t) * t_gjxkh;  /* (31) */
     const real t_ieu4b = K(1.0) / c[m];
     const real f = mv_pow(tau, t_ieu4b);  /* (31) */
     const real s = rho_t - f * h;  /* (30) */
-    const mask m_z5ee7_2 = LT(K(0.0), rho_t);
-    const real t_3vtu5 = c[k_phi] * mv_sqrt(rho_t / h) / (tau + t_furpv / (h * h));
-    const real t_eftwe = t_gjxkh * t_ieu4b * h * t_3vtu5 * (SELECT0(m_z5ee7, r[rho_ref] * t_xuitj / chord * theta_t * c[m]) - t_furpv);
-    const real rho_t_rate = SELECT0(m_z5ee7_2, t_eftwe) - c[eta_rho] * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), s * (K(1.0) / c[s_min])));  /* (34) */
+    const mask m_qm7gk_2 = LT(K(0.0), rho_t);
+    const real t_qukd5 = c[k_phi] * mv_sqrt(rho_t / h) / (tau + t_fvfvk / (h * h));
+    const real t_i52sh = t_gjxkh * t_ieu4b * h * t_qukd5 * (SELECT0(m_qm7gk, r[rho_ref] * t_3hj5v / chord * theta_t * c[m]) - t_fvfvk);
+    const real rho_t_rate = SELECT0(m_qm7gk_2, t_i52sh) - c[eta_rho] * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), s * (K(1.0) / c[s_min])));  /* (34) */
     const real t_4x2zf = q[zeta1] * q[zeta1] + q[zeta2] * q[zeta2];
     const real rho = mv_sqrt(t_4x2zf);
-    const real t_aztjl = t_3vtu5 * mv_pow(f, K(-1.0) + c[m]) * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), theta_t * (K(1.0) / c[theta_min])));
-    const real t_nwlcx = t_aztjl * rho_t;
-    const real t_2uf7g = cos_t * rho_t_rate + SELECT0(m_z5ee7, SELECT0(m_z5ee7_2, t_nwlcx * t_xuitj));
-    const real t_gqrit = SELECT0(m_z5ee7, rho_t_rate * t_xuitj);
-    const real t_2blmm = SELECT0(m_z5ee7_2, -(t_nwlcx * cos_t)) + t_gqrit;
-    const real t_eyp7z = (cos_phi_ref * t_2uf7g - sin_phi_ref * t_2blmm) * q[zeta1]
-        + (cos_phi_ref * t_2blmm + sin_phi_ref * t_2uf7g) * q[zeta2];
-    const real t_y4tzf = K(1.0) / mv_max(SPLAT(K(1e-09)), rho);
-    const real rho_t_rate_excess = mv_max(SPLAT(K(0.0)), -(K(100.0) * c[k_phi] * (c[R] - rho) + t_eyp7z * t_y4tzf)) * t_y4tzf;
+    const real t_kyu74 = t_qukd5 * mv_pow(f, K(-1.0) + c[m]) * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), theta_t * (K(1.0) / c[theta_min])));
+    const real t_mrtsa = t_kyu74 * rho_t;
+    const real t_nsktt = cos_t * rho_t_rate + SELECT0(m_qm7gk, SELECT0(m_qm7gk_2, t_mrtsa * t_3hj5v));
+    const real t_vnxtr = SELECT0(m_qm7gk, rho_t_rate * t_3hj5v);
+    const real t_dgj2l = SELECT0(m_qm7gk_2, -(t_mrtsa * cos_t)) + t_vnxtr;
+    const real t_vatig = (cos_phi_ref * t_nsktt - sin_phi_ref * t_dgj2l) * q[zeta1]
+        + (cos_phi_ref * t_dgj2l + sin_phi_ref * t_nsktt) * q[zeta2];
+    const real t_wfrll = K(1.0) / mv_max(SPLAT(K(1e-09)), rho);
+    const real rho_t_rate_excess = mv_max(SPLAT(K(0.0)), -(K(100.0) * c[k_phi] * (c[R] - rho) + t_vatig * t_wfrll)) * t_wfrll;
     const real phi = mv_atan2(q[zeta2], q[zeta1]);
-    const real t_m7tvp = t_gqrit + SELECT0(m_z5ee7_2, -(cos_t * t_aztjl * rho_t));
-    const real zeta1_rate = t_m7tvp * sin_phi_ref - rho_t_rate_excess * q[zeta1] - t_2uf7g * cos_phi_ref;
+    const real t_7nepn = t_vnxtr + SELECT0(m_qm7gk_2, -(cos_t * t_kyu74 * rho_t));
+    const real zeta1_rate = t_7nepn * sin_phi_ref - rho_t_rate_excess * q[zeta1] - t_nsktt * cos_phi_ref;
     const real w3 = mv_max(-c[mu_rate_max], mv_min(c[mu_rate_max], c[mu_gain] * (r[mu_ref] - q[mu])));
-    const mask m_o5luw = LT(K(0.0), rho);
-    const real t_eim6l = rho_t_rate_excess * q[zeta2] + t_2uf7g * sin_phi_ref + t_m7tvp * cos_phi_ref;
-    const real w1 = SELECT(m_o5luw, (q[zeta1] * zeta1_rate - q[zeta2] * t_eim6l) / rho, zeta1_rate);
-    const real w2 = SELECT0(m_o5luw, -((q[zeta1] * t_eim6l + zeta1_rate * q[zeta2]) / t_4x2zf));
+    const mask m_wzkpw = LT(K(0.0), rho);
+    const real t_6dbzm = rho_t_rate_excess * q[zeta2] + t_nsktt * sin_phi_ref + t_7nepn * cos_phi_ref;
+    const real w1 = SELECT(m_wzkpw, (q[zeta1] * zeta1_rate - q[zeta2] * t_6dbzm) / rho, zeta1_rate);
+    const real w2 = SELECT0(m_wzkpw, -((q[zeta1] * t_6dbzm + zeta1_rate * q[zeta2]) / t_4x2zf));
     x[0] = rho;
     x[1] = phi;
     x[2] = q[mu];
@@ -518,24 +518,24 @@ void triangle_sliding_constraints(const real *p, const real *c, const real *s, r
     const real t_qyel2 = s[l3_0] * s[l3_0];
     const real t_iwwvg = s[l1_0] * s[l1_0] + s[l2_0] * s[l2_0];
     const real mu_0 = t_qyel2 + t_iwwvg;  /* (18) */
-    const real t_atcuu = K(0.5) / mu_0;
-    const real z2_0 = K(1.7320508075688772) * t_atcuu * (s[l1_0] + s[l2_0]) * (s[l1_0] - s[l2_0]);  /* (19) */
-    const real t_mgwir = t_atcuu * (t_iwwvg + K(-2.0) * t_qyel2);
-    const real t_brk2i = t_mgwir * t_mgwir;
-    const real t_pznmt = z2_0 * z2_0;
-    const real open_0 = K(1.0) + K(-4.0) * t_brk2i + K(-4.0) * t_pznmt;  /* (19) */
+    const real t_qo36g = K(0.5) / mu_0;
+    const real z2_0 = K(1.7320508075688772) * t_qo36g * (s[l1_0] + s[l2_0]) * (s[l1_0] - s[l2_0]);  /* (19) */
+    const real t_m2d3a = t_qo36g * (t_iwwvg + K(-2.0) * t_qyel2);
+    const real t_ncrup = t_m2d3a * t_m2d3a;
+    const real t_sbeph = z2_0 * z2_0;
+    const real open_0 = K(1.0) + K(-4.0) * t_ncrup + K(-4.0) * t_sbeph;  /* (19) */
     const real t_xkhu7 = s[l3_f] * s[l3_f];
     const real t_al3xt = s[l1_f] * s[l1_f] + s[l2_f] * s[l2_f];
     const real mu_f = t_xkhu7 + t_al3xt;  /* (18) */
-    const real t_jloge = K(0.5) / mu_f;
-    const real z2_f = K(1.7320508075688772) * t_jloge * (s[l1_f] + s[l2_f]) * (s[l1_f] - s[l2_f]);  /* (19) */
-    const real t_sdww6 = t_jloge * (t_al3xt + K(-2.0) * t_xkhu7);
-    const real t_sy3b2 = t_sdww6 * t_sdww6;
-    const real t_5ltqh = z2_f * z2_f;
-    const real open_f = K(1.0) + K(-4.0) * t_sy3b2 + K(-4.0) * t_5ltqh;  /* (19) */
-    const real rho_ref = mv_sqrt(t_sy3b2 + t_5ltqh) / mv_sqrt(K(0.5) + K(0.5) * mv_sqrt(mv_max(SPLAT(K(0.0)), open_f)));
+    const real t_tigas = K(0.5) / mu_f;
+    const real z2_f = K(1.7320508075688772) * t_tigas * (s[l1_f] + s[l2_f]) * (s[l1_f] - s[l2_f]);  /* (19) */
+    const real t_m45eq = t_tigas * (t_al3xt + K(-2.0) * t_xkhu7);
+    const real t_aclmj = t_m45eq * t_m45eq;
+    const real t_vsouu = z2_f * z2_f;
+    const real open_f = K(1.0) + K(-4.0) * t_aclmj + K(-4.0) * t_vsouu;  /* (19) */
+    const real rho_ref = mv_sqrt(t_aclmj + t_vsouu) / mv_sqrt(K(0.5) + K(0.5) * mv_sqrt(mv_max(SPLAT(K(0.0)), open_f)));
     margin[0] = c[R] - rho_ref;
-    margin[1] = c[R] - mv_sqrt(t_brk2i + t_pznmt) / mv_sqrt(K(0.5) + K(0.5) * mv_sqrt(mv_max(SPLAT(K(0.0)), open_0)));
+    margin[1] = c[R] - mv_sqrt(t_ncrup + t_sbeph) / mv_sqrt(K(0.5) + K(0.5) * mv_sqrt(mv_max(SPLAT(K(0.0)), open_0)));
 }
 
 /* formula defaults of sliding; 2 operations. */
@@ -571,83 +571,83 @@ void triangle_path(const real *x, const real *r, const real *p, const real *c, r
     const real zeta2 = x[rho] * sin_phi;
     const real w_along = r[rho_ref] - cos_phi_ref * zeta1 - sin_phi_ref * zeta2;  /* (25) */
     const real w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2;  /* (25) */
-    const real t_furpv = w_across * w_across + w_along * w_along;
-    const real rho_t = mv_sqrt(t_furpv);  /* (25) */
-    const mask m_z5ee7 = LT(K(1e-09), rho_t);
-    const real t_gliif = K(1.0) / rho_t;
-    const real cos_t = SELECT(m_z5ee7, w_along * t_gliif, SPLAT(K(1.0)));  /* (25) */
+    const real t_5lued = w_across * w_across + w_along * w_along;
+    const real rho_t = mv_sqrt(t_5lued);  /* (25) */
+    const mask m_qm7gk = LT(K(1e-09), rho_t);
+    const real t_6dtnj = K(1.0) / rho_t;
+    const real cos_t = SELECT(m_qm7gk, w_along * t_6dtnj, SPLAT(K(1.0)));  /* (25) */
     const real theta_t = x[theta] - r[theta_ref] + r[rho_ref] * w_across * c[area_factor];  /* (27) */
     const real alpha = mv_sign(theta_t);  /* (40) */
-    const real t_ptl3y = mv_fabs(theta_t);
-    const real K_ = mv_min(SPLAT(K(1000000000000.0)), (t_ptl3y + t_ptl3y) / mv_max(SPLAT(K(1e-24)), t_furpv));  /* (42) */
+    const real t_nldyv = mv_fabs(theta_t);
+    const real K_ = mv_min(SPLAT(K(1000000000000.0)), (t_nldyv + t_nldyv) / mv_max(SPLAT(K(1e-24)), t_5lued));  /* (42) */
     const real sqrt_K = mv_sqrt(K_);
     const real x_start = K(3.141592653589793) * K_ / (K(3.478838) + sqrt_K * (K(0.566927) + sqrt_K * (K(2.225213) + sqrt_K))) * (K(1.661023) + sqrt_K);  /* (42) */
     real sin_x1, cos_x1; mv_sincos(x_start, &sin_x1, &cos_x1);
-    const real t_olly6 = sin_x1 * sin_x1;
-    const real t_23zzq = cos_x1 * cos_x1;
-    const real t_jk652 = cos_x1 * sin_x1;
-    const real t_rkglc = K_ + K_;
-    const real t_6jinm = K(1.0) + t_olly6 - t_23zzq - t_jk652 * t_rkglc;
-    const real t_mtylf = t_6jinm * t_6jinm;
-    const real t_vapxn = t_olly6 * K_;
-    const real t_iaeac = t_vapxn + t_vapxn;
-    const real t_njl5j = t_mtylf
-        + t_mtylf
-        - (t_iaeac + K(4.0) * t_jk652 - t_23zzq * t_rkglc) * (x_start - t_jk652 - t_vapxn);
-    const real x_step1 = x_start - t_6jinm / t_njl5j * (K(-2.0) * t_jk652 - t_iaeac + (x_start + x_start));  /* (42) */
+    const real t_leuxo = sin_x1 * sin_x1;
+    const real t_leuxo_2 = cos_x1 * cos_x1;
+    const real t_leuxo_3 = cos_x1 * sin_x1;
+    const real t_2qjkk = K_ + K_;
+    const real t_pondk = K(1.0) + t_leuxo - t_leuxo_2 - t_leuxo_3 * t_2qjkk;
+    const real t_o4obi = t_pondk * t_pondk;
+    const real t_qc6bw = t_leuxo * K_;
+    const real t_qc6bw_2 = t_qc6bw + t_qc6bw;
+    const real t_khj3r = t_o4obi
+        + t_o4obi
+        - (t_qc6bw_2 + K(4.0) * t_leuxo_3 - t_leuxo_2 * t_2qjkk) * (x_start - t_leuxo_3 - t_qc6bw);
+    const real x_step1 = x_start - t_pondk / t_khj3r * (K(-2.0) * t_leuxo_3 - t_qc6bw_2 + (x_start + x_start));  /* (42) */
     real sin_x2, cos_x2; mv_sincos(x_step1, &sin_x2, &cos_x2);
-    const real t_ondim = sin_x2 * sin_x2;
-    const real t_iuts7 = cos_x2 * cos_x2;
-    const real t_dgfa7 = cos_x2 * sin_x2;
-    const real t_wdxur = K(1.0) + t_ondim - t_iuts7 - t_rkglc * t_dgfa7;
-    const real t_7klzx = t_wdxur * t_wdxur;
-    const real t_nwlbz = t_ondim * K_;
-    const real t_d4xrm = t_nwlbz + t_nwlbz;
-    const real t_7sse2 = t_7klzx
-        + t_7klzx
-        - (t_d4xrm + K(4.0) * t_dgfa7 - t_rkglc * t_iuts7) * (x_step1 - t_dgfa7 - t_nwlbz);
-    const real x_step2 = x_step1 - t_wdxur / t_7sse2 * (K(-2.0) * t_dgfa7 - t_d4xrm + (x_step1 + x_step1));  /* (42) */
+    const real t_leuxo_4 = sin_x2 * sin_x2;
+    const real t_leuxo_5 = cos_x2 * cos_x2;
+    const real t_leuxo_6 = cos_x2 * sin_x2;
+    const real t_pondk_2 = K(1.0) + t_leuxo_4 - t_leuxo_5 - t_2qjkk * t_leuxo_6;
+    const real t_o4obi_2 = t_pondk_2 * t_pondk_2;
+    const real t_qc6bw_3 = t_leuxo_4 * K_;
+    const real t_qc6bw_4 = t_qc6bw_3 + t_qc6bw_3;
+    const real t_khj3r_2 = t_o4obi_2
+        + t_o4obi_2
+        - (t_qc6bw_4 + K(4.0) * t_leuxo_6 - t_2qjkk * t_leuxo_5) * (x_step1 - t_leuxo_6 - t_qc6bw_3);
+    const real x_step2 = x_step1 - t_pondk_2 / t_khj3r_2 * (K(-2.0) * t_leuxo_6 - t_qc6bw_4 + (x_step1 + x_step1));  /* (42) */
     real sin_x3, cos_x3; mv_sincos(x_step2, &sin_x3, &cos_x3);
-    const real t_drem6 = sin_x3 * sin_x3;
-    const real t_znqpz = cos_x3 * cos_x3;
-    const real t_puxxy = cos_x3 * sin_x3;
-    const real t_s355q = K(1.0) + t_drem6 - t_znqpz - t_rkglc * t_puxxy;
-    const real t_5uofc = t_s355q * t_s355q;
-    const real t_5lgfw = t_drem6 * K_;
-    const real t_ezjt3 = t_5lgfw + t_5lgfw;
-    const real t_xhmsj = t_5uofc
-        + t_5uofc
-        - (t_ezjt3 + K(4.0) * t_puxxy - t_rkglc * t_znqpz) * (x_step2 - t_puxxy - t_5lgfw);
-    const real x_step3 = x_step2 - t_s355q / t_xhmsj * (K(-2.0) * t_puxxy - t_ezjt3 + (x_step2 + x_step2));  /* (42) */
+    const real t_leuxo_7 = sin_x3 * sin_x3;
+    const real t_leuxo_8 = cos_x3 * cos_x3;
+    const real t_leuxo_9 = cos_x3 * sin_x3;
+    const real t_pondk_3 = K(1.0) + t_leuxo_7 - t_leuxo_8 - t_2qjkk * t_leuxo_9;
+    const real t_o4obi_3 = t_pondk_3 * t_pondk_3;
+    const real t_qc6bw_5 = t_leuxo_7 * K_;
+    const real t_qc6bw_6 = t_qc6bw_5 + t_qc6bw_5;
+    const real t_khj3r_3 = t_o4obi_3
+        + t_o4obi_3
+        - (t_qc6bw_6 + K(4.0) * t_leuxo_9 - t_2qjkk * t_leuxo_8) * (x_step2 - t_leuxo_9 - t_qc6bw_5);
+    const real x_step3 = x_step2 - t_pondk_3 / t_khj3r_3 * (K(-2.0) * t_leuxo_9 - t_qc6bw_6 + (x_step2 + x_step2));  /* (42) */
     const real P = c[R] * c[R] - r[rho_ref] * r[rho_ref] + cos_t * r[rho_ref] * rho_t;  /* (47) */
-    const real t_xuitj = w_across * t_gliif;
-    const real t_c5njk = r[rho_ref] * t_xuitj * rho_t;
-    const real Q = SELECT0(m_z5ee7, -t_c5njk);  /* (47) */
-    const real t_efbua = mv_min(SPLAT(K(1.0)), rho_t * c[R] / mv_sqrt(P * P + SELECT0(m_z5ee7, SELECT0(m_z5ee7, t_c5njk * t_c5njk))));
-    const real x_tangent = K(1.5707963267948966) - alpha * mv_atan2(Q, P) + mv_acos(t_efbua);  /* (47) */
-    const mask m_xb2xi = LT(K_, K(0.03));
-    const real t_fcflk = K_ * K_;
-    const real t_reehy = SELECT(m_xb2xi, K_ * (K(1.5) + t_fcflk * (K(-0.45) + t_fcflk * (K(0.26035714285714284) + K(-0.18225) * t_fcflk))), x_step3);
-    const real x_ = mv_min(x_tangent, t_reehy);  /* (47) */
-    const real escape = mv_min(mv_min(c[R] - r[rho_ref], c[rho_escape]), mv_sqrt(t_ptl3y));
+    const real t_5dhp4 = w_across * t_6dtnj;
+    const real t_ovc73 = r[rho_ref] * t_5dhp4 * rho_t;
+    const real Q = SELECT0(m_qm7gk, -t_ovc73);  /* (47) */
+    const real t_dgip2 = mv_min(SPLAT(K(1.0)), rho_t * c[R] / mv_sqrt(P * P + SELECT0(m_qm7gk, SELECT0(m_qm7gk, t_ovc73 * t_ovc73))));
+    const real x_tangent = K(1.5707963267948966) - alpha * mv_atan2(Q, P) + mv_acos(t_dgip2);  /* (47) */
+    const mask m_cn56p = LT(K_, K(0.03));
+    const real t_leuxo_10 = K_ * K_;
+    const real t_dtpk5 = SELECT(m_cn56p, K_ * (K(1.5) + t_leuxo_10 * (K(-0.45) + t_leuxo_10 * (K(0.26035714285714284) + K(-0.18225) * t_leuxo_10))), x_step3);
+    const real x_ = mv_min(x_tangent, t_dtpk5);  /* (47) */
+    const real escape = mv_min(mv_min(c[R] - r[rho_ref], c[rho_escape]), mv_sqrt(t_nldyv));
     real sin_x_, cos_x_; mv_sincos(x_, &sin_x_, &cos_x_);
     const real speed = c[k_phi] * mv_max(rho_t, -(cos_x_ * escape));  /* (45) */
-    const real t_4x2zf = zeta1 * zeta1 + zeta2 * zeta2;
-    const real t_yfvls = mv_sqrt(t_4x2zf);
-    const real t_a5u54 = alpha * speed * sin_x_;
-    const real t_wvhee = cos_x_ * speed;
-    const real t_rqnbt = SELECT0(m_z5ee7, t_xuitj * t_a5u54) - cos_t * t_wvhee;
-    const real t_lp7ic = SELECT0(m_z5ee7, -(t_wvhee * t_xuitj)) - cos_t * t_a5u54;
-    const real t_unyzv = (cos_phi_ref * t_rqnbt - sin_phi_ref * t_lp7ic) * zeta1
-        + (cos_phi_ref * t_lp7ic + sin_phi_ref * t_rqnbt) * zeta2;
-    const real t_e4rje = K(1.0) / mv_max(SPLAT(K(1e-09)), t_yfvls);
-    const real rho_rate_excess = mv_max(SPLAT(K(0.0)), -(K(100.0) * c[k_phi] * (c[R] - t_yfvls) + t_unyzv * t_e4rje)) * t_e4rje;
-    const real zeta1_rate = t_lp7ic * sin_phi_ref - rho_rate_excess * zeta1 - t_rqnbt * cos_phi_ref;
+    const real t_dynew = zeta1 * zeta1 + zeta2 * zeta2;
+    const real t_wmyyh = mv_sqrt(t_dynew);
+    const real t_3woog = alpha * speed * sin_x_;
+    const real t_5opk6 = cos_x_ * speed;
+    const real t_4b6zm = SELECT0(m_qm7gk, t_5dhp4 * t_3woog) - cos_t * t_5opk6;
+    const real t_udcr3 = SELECT0(m_qm7gk, -(t_5opk6 * t_5dhp4)) - cos_t * t_3woog;
+    const real t_nfxfi = (cos_phi_ref * t_4b6zm - sin_phi_ref * t_udcr3) * zeta1
+        + (cos_phi_ref * t_udcr3 + sin_phi_ref * t_4b6zm) * zeta2;
+    const real t_e2kmt = K(1.0) / mv_max(SPLAT(K(1e-09)), t_wmyyh);
+    const real rho_rate_excess = mv_max(SPLAT(K(0.0)), -(K(100.0) * c[k_phi] * (c[R] - t_wmyyh) + t_nfxfi * t_e2kmt)) * t_e2kmt;
+    const real zeta1_rate = t_udcr3 * sin_phi_ref - rho_rate_excess * zeta1 - t_4b6zm * cos_phi_ref;
     const real w3 = mv_max(-c[mu_rate_max], mv_min(c[mu_rate_max], c[mu_gain] * (r[mu_ref] - x[mu])));
-    const mask m_ksqj2 = LT(K(0.0), t_yfvls);
-    const real t_nso3s = rho_rate_excess * zeta2 + t_rqnbt * sin_phi_ref + t_lp7ic * cos_phi_ref;
-    const real w1 = SELECT(m_ksqj2, (zeta1 * zeta1_rate - zeta2 * t_nso3s) / t_yfvls, zeta1_rate);
-    const real w2 = SELECT0(m_ksqj2, -((zeta1 * t_nso3s + zeta1_rate * zeta2) / t_4x2zf));
+    const mask m_jelvn = LT(K(0.0), t_wmyyh);
+    const real t_nboeu = rho_rate_excess * zeta2 + t_4b6zm * sin_phi_ref + t_udcr3 * cos_phi_ref;
+    const real w1 = SELECT(m_jelvn, (zeta1 * zeta1_rate - zeta2 * t_nboeu) / t_wmyyh, zeta1_rate);
+    const real w2 = SELECT0(m_jelvn, -((zeta1 * t_nboeu + zeta1_rate * zeta2) / t_dynew));
     u[0] = w1;
     u[1] = w2;
     u[2] = w3;
@@ -676,86 +676,86 @@ void triangle_path_loop(const real *q, const real *r, const real *p, const real 
     real sin_phi_ref, cos_phi_ref; mv_sincos(r[phi_ref], &sin_phi_ref, &cos_phi_ref);
     const real w_along = r[rho_ref] - cos_phi_ref * q[zeta1] - sin_phi_ref * q[zeta2];  /* (25) */
     const real w_across = sin_phi_ref * q[zeta1] - cos_phi_ref * q[zeta2];  /* (25) */
-    const real t_furpv = w_across * w_across + w_along * w_along;
-    const real rho_t = mv_sqrt(t_furpv);  /* (25) */
-    const mask m_z5ee7 = LT(K(1e-09), rho_t);
-    const real t_gliif = K(1.0) / rho_t;
-    const real cos_t = SELECT(m_z5ee7, w_along * t_gliif, SPLAT(K(1.0)));  /* (25) */
+    const real t_fvfvk = w_across * w_across + w_along * w_along;
+    const real rho_t = mv_sqrt(t_fvfvk);  /* (25) */
+    const mask m_qm7gk = LT(K(1e-09), rho_t);
+    const real t_6dtnj = K(1.0) / rho_t;
+    const real cos_t = SELECT(m_qm7gk, w_along * t_6dtnj, SPLAT(K(1.0)));  /* (25) */
     const real theta_t = q[theta] - r[theta_ref] + r[rho_ref] * w_across * c[area_factor];  /* (27) */
     const real alpha = mv_sign(theta_t);  /* (40) */
-    const real t_ptl3y = mv_fabs(theta_t);
-    const real K_ = mv_min(SPLAT(K(1000000000000.0)), (t_ptl3y + t_ptl3y) / mv_max(SPLAT(K(1e-24)), t_furpv));  /* (42) */
+    const real t_nldyv = mv_fabs(theta_t);
+    const real K_ = mv_min(SPLAT(K(1000000000000.0)), (t_nldyv + t_nldyv) / mv_max(SPLAT(K(1e-24)), t_fvfvk));  /* (42) */
     const real sqrt_K = mv_sqrt(K_);
     const real x_start = K(3.141592653589793) * K_ / (K(3.478838) + sqrt_K * (K(0.566927) + sqrt_K * (K(2.225213) + sqrt_K))) * (K(1.661023) + sqrt_K);  /* (42) */
     real sin_x1, cos_x1; mv_sincos(x_start, &sin_x1, &cos_x1);
-    const real t_olly6 = sin_x1 * sin_x1;
-    const real t_23zzq = cos_x1 * cos_x1;
-    const real t_jk652 = cos_x1 * sin_x1;
-    const real t_rkglc = K_ + K_;
-    const real t_6jinm = K(1.0) + t_olly6 - t_23zzq - t_jk652 * t_rkglc;
-    const real t_mtylf = t_6jinm * t_6jinm;
-    const real t_vapxn = t_olly6 * K_;
-    const real t_iaeac = t_vapxn + t_vapxn;
-    const real t_njl5j = t_mtylf
-        + t_mtylf
-        - (t_iaeac + K(4.0) * t_jk652 - t_23zzq * t_rkglc) * (x_start - t_jk652 - t_vapxn);
-    const real x_step1 = x_start - t_6jinm / t_njl5j * (K(-2.0) * t_jk652 - t_iaeac + (x_start + x_start));  /* (42) */
+    const real t_leuxo = sin_x1 * sin_x1;
+    const real t_leuxo_2 = cos_x1 * cos_x1;
+    const real t_leuxo_3 = cos_x1 * sin_x1;
+    const real t_2qjkk = K_ + K_;
+    const real t_pondk = K(1.0) + t_leuxo - t_leuxo_2 - t_leuxo_3 * t_2qjkk;
+    const real t_o4obi = t_pondk * t_pondk;
+    const real t_qc6bw = t_leuxo * K_;
+    const real t_qc6bw_2 = t_qc6bw + t_qc6bw;
+    const real t_khj3r = t_o4obi
+        + t_o4obi
+        - (t_qc6bw_2 + K(4.0) * t_leuxo_3 - t_leuxo_2 * t_2qjkk) * (x_start - t_leuxo_3 - t_qc6bw);
+    const real x_step1 = x_start - t_pondk / t_khj3r * (K(-2.0) * t_leuxo_3 - t_qc6bw_2 + (x_start + x_start));  /* (42) */
     real sin_x2, cos_x2; mv_sincos(x_step1, &sin_x2, &cos_x2);
-    const real t_ondim = sin_x2 * sin_x2;
-    const real t_iuts7 = cos_x2 * cos_x2;
-    const real t_dgfa7 = cos_x2 * sin_x2;
-    const real t_wdxur = K(1.0) + t_ondim - t_iuts7 - t_rkglc * t_dgfa7;
-    const real t_7klzx = t_wdxur * t_wdxur;
-    const real t_nwlbz = t_ondim * K_;
-    const real t_d4xrm = t_nwlbz + t_nwlbz;
-    const real t_7sse2 = t_7klzx
-        + t_7klzx
-        - (t_d4xrm + K(4.0) * t_dgfa7 - t_rkglc * t_iuts7) * (x_step1 - t_dgfa7 - t_nwlbz);
-    const real x_step2 = x_step1 - t_wdxur / t_7sse2 * (K(-2.0) * t_dgfa7 - t_d4xrm + (x_step1 + x_step1));  /* (42) */
+    const real t_leuxo_4 = sin_x2 * sin_x2;
+    const real t_leuxo_5 = cos_x2 * cos_x2;
+    const real t_leuxo_6 = cos_x2 * sin_x2;
+    const real t_pondk_2 = K(1.0) + t_leuxo_4 - t_leuxo_5 - t_2qjkk * t_leuxo_6;
+    const real t_o4obi_2 = t_pondk_2 * t_pondk_2;
+    const real t_qc6bw_3 = t_leuxo_4 * K_;
+    const real t_qc6bw_4 = t_qc6bw_3 + t_qc6bw_3;
+    const real t_khj3r_2 = t_o4obi_2
+        + t_o4obi_2
+        - (t_qc6bw_4 + K(4.0) * t_leuxo_6 - t_2qjkk * t_leuxo_5) * (x_step1 - t_leuxo_6 - t_qc6bw_3);
+    const real x_step2 = x_step1 - t_pondk_2 / t_khj3r_2 * (K(-2.0) * t_leuxo_6 - t_qc6bw_4 + (x_step1 + x_step1));  /* (42) */
     real sin_x3, cos_x3; mv_sincos(x_step2, &sin_x3, &cos_x3);
-    const real t_drem6 = sin_x3 * sin_x3;
-    const real t_znqpz = cos_x3 * cos_x3;
-    const real t_puxxy = cos_x3 * sin_x3;
-    const real t_s355q = K(1.0) + t_drem6 - t_znqpz - t_rkglc * t_puxxy;
-    const real t_5uofc = t_s355q * t_s355q;
-    const real t_5lgfw = t_drem6 * K_;
-    const real t_ezjt3 = t_5lgfw + t_5lgfw;
-    const real t_xhmsj = t_5uofc
-        + t_5uofc
-        - (t_ezjt3 + K(4.0) * t_puxxy - t_rkglc * t_znqpz) * (x_step2 - t_puxxy - t_5lgfw);
-    const real x_step3 = x_step2 - t_s355q / t_xhmsj * (K(-2.0) * t_puxxy - t_ezjt3 + (x_step2 + x_step2));  /* (42) */
+    const real t_leuxo_7 = sin_x3 * sin_x3;
+    const real t_leuxo_8 = cos_x3 * cos_x3;
+    const real t_leuxo_9 = cos_x3 * sin_x3;
+    const real t_pondk_3 = K(1.0) + t_leuxo_7 - t_leuxo_8 - t_2qjkk * t_leuxo_9;
+    const real t_o4obi_3 = t_pondk_3 * t_pondk_3;
+    const real t_qc6bw_5 = t_leuxo_7 * K_;
+    const real t_qc6bw_6 = t_qc6bw_5 + t_qc6bw_5;
+    const real t_khj3r_3 = t_o4obi_3
+        + t_o4obi_3
+        - (t_qc6bw_6 + K(4.0) * t_leuxo_9 - t_2qjkk * t_leuxo_8) * (x_step2 - t_leuxo_9 - t_qc6bw_5);
+    const real x_step3 = x_step2 - t_pondk_3 / t_khj3r_3 * (K(-2.0) * t_leuxo_9 - t_qc6bw_6 + (x_step2 + x_step2));  /* (42) */
     const real P = c[R] * c[R] - r[rho_ref] * r[rho_ref] + cos_t * r[rho_ref] * rho_t;  /* (47) */
-    const real t_xuitj = w_across * t_gliif;
-    const real t_c5njk = r[rho_ref] * t_xuitj * rho_t;
-    const real Q = SELECT0(m_z5ee7, -t_c5njk);  /* (47) */
-    const real t_efbua = mv_min(SPLAT(K(1.0)), rho_t * c[R] / mv_sqrt(P * P + SELECT0(m_z5ee7, SELECT0(m_z5ee7, t_c5njk * t_c5njk))));
-    const real x_tangent = K(1.5707963267948966) - alpha * mv_atan2(Q, P) + mv_acos(t_efbua);  /* (47) */
-    const mask m_xb2xi = LT(K_, K(0.03));
-    const real t_fcflk = K_ * K_;
-    const real t_reehy = SELECT(m_xb2xi, K_ * (K(1.5) + t_fcflk * (K(-0.45) + t_fcflk * (K(0.26035714285714284) + K(-0.18225) * t_fcflk))), x_step3);
-    const real x = mv_min(x_tangent, t_reehy);  /* (47) */
-    const real escape = mv_min(mv_min(c[R] - r[rho_ref], c[rho_escape]), mv_sqrt(t_ptl3y));
+    const real t_3hj5v = w_across * t_6dtnj;
+    const real t_snkwi = r[rho_ref] * t_3hj5v * rho_t;
+    const real Q = SELECT0(m_qm7gk, -t_snkwi);  /* (47) */
+    const real t_tapie = mv_min(SPLAT(K(1.0)), rho_t * c[R] / mv_sqrt(P * P + SELECT0(m_qm7gk, SELECT0(m_qm7gk, t_snkwi * t_snkwi))));
+    const real x_tangent = K(1.5707963267948966) - alpha * mv_atan2(Q, P) + mv_acos(t_tapie);  /* (47) */
+    const mask m_cn56p = LT(K_, K(0.03));
+    const real t_leuxo_10 = K_ * K_;
+    const real t_dtpk5 = SELECT(m_cn56p, K_ * (K(1.5) + t_leuxo_10 * (K(-0.45) + t_leuxo_10 * (K(0.26035714285714284) + K(-0.18225) * t_leuxo_10))), x_step3);
+    const real x = mv_min(x_tangent, t_dtpk5);  /* (47) */
+    const real escape = mv_min(mv_min(c[R] - r[rho_ref], c[rho_escape]), mv_sqrt(t_nldyv));
     real sin_x, cos_x; mv_sincos(x, &sin_x, &cos_x);
     const real speed = c[k_phi] * mv_max(rho_t, -(cos_x * escape));  /* (45) */
     const real t_yfvls = mv_sqrt(q[zeta1] * q[zeta1] + q[zeta2] * q[zeta2]);
-    const real t_a5u54 = alpha * speed * sin_x;
-    const real t_wvhee = cos_x * speed;
-    const real t_rqnbt = SELECT0(m_z5ee7, t_xuitj * t_a5u54) - cos_t * t_wvhee;
-    const real t_lp7ic = SELECT0(m_z5ee7, -(t_wvhee * t_xuitj)) - cos_t * t_a5u54;
-    const real t_unyzv = (cos_phi_ref * t_rqnbt - sin_phi_ref * t_lp7ic) * q[zeta1]
-        + (cos_phi_ref * t_lp7ic + sin_phi_ref * t_rqnbt) * q[zeta2];
+    const real t_3woog = alpha * speed * sin_x;
+    const real t_5opk6 = cos_x * speed;
+    const real t_te3wf = SELECT0(m_qm7gk, t_3hj5v * t_3woog) - cos_t * t_5opk6;
+    const real t_hons5 = SELECT0(m_qm7gk, -(t_5opk6 * t_3hj5v)) - cos_t * t_3woog;
+    const real t_ja5nv = (cos_phi_ref * t_te3wf - sin_phi_ref * t_hons5) * q[zeta1]
+        + (cos_phi_ref * t_hons5 + sin_phi_ref * t_te3wf) * q[zeta2];
     const real t_e4rje = K(1.0) / mv_max(SPLAT(K(1e-09)), t_yfvls);
-    const real rho_rate_excess = mv_max(SPLAT(K(0.0)), -(K(100.0) * c[k_phi] * (c[R] - t_yfvls) + t_unyzv * t_e4rje)) * t_e4rje;
-    const real zeta1_rate = t_lp7ic * sin_phi_ref - rho_rate_excess * q[zeta1] - t_rqnbt * cos_phi_ref;
-    const real t_nso3s = rho_rate_excess * q[zeta2] + t_rqnbt * sin_phi_ref + t_lp7ic * cos_phi_ref;
-    const real zeta2_rate = -t_nso3s;
+    const real rho_rate_excess = mv_max(SPLAT(K(0.0)), -(K(100.0) * c[k_phi] * (c[R] - t_yfvls) + t_ja5nv * t_e4rje)) * t_e4rje;
+    const real zeta1_rate = t_hons5 * sin_phi_ref - rho_rate_excess * q[zeta1] - t_te3wf * cos_phi_ref;
+    const real t_7o6ei = rho_rate_excess * q[zeta2] + t_te3wf * sin_phi_ref + t_hons5 * cos_phi_ref;
+    const real zeta2_rate = -t_7o6ei;
     const real w3 = mv_max(-c[mu_rate_max], mv_min(c[mu_rate_max], c[mu_gain] * (r[mu_ref] - q[mu])));
     dq[0] = zeta1_rate;
     dq[1] = zeta2_rate;
     dq[2] = w3;
     dq[3] = p[disturbance]
         + K(3.0) * p[H] / p[mass] / q[mu]
-        - q[zeta1] * t_nso3s
+        - q[zeta1] * t_7o6ei
         - zeta1_rate * q[zeta2];
 }
 
@@ -780,84 +780,84 @@ void triangle_path_observe(const real *q, const real *r, const real *p, const re
     real sin_phi_ref, cos_phi_ref; mv_sincos(r[phi_ref], &sin_phi_ref, &cos_phi_ref);
     const real w_along = r[rho_ref] - cos_phi_ref * q[zeta1] - sin_phi_ref * q[zeta2];  /* (25) */
     const real w_across = sin_phi_ref * q[zeta1] - cos_phi_ref * q[zeta2];  /* (25) */
-    const real t_furpv = w_across * w_across + w_along * w_along;
-    const real rho_t = mv_sqrt(t_furpv);  /* (25) */
-    const mask m_z5ee7 = LT(K(1e-09), rho_t);
-    const real t_gliif = K(1.0) / rho_t;
-    const real cos_t = SELECT(m_z5ee7, w_along * t_gliif, SPLAT(K(1.0)));  /* (25) */
+    const real t_fvfvk = w_across * w_across + w_along * w_along;
+    const real rho_t = mv_sqrt(t_fvfvk);  /* (25) */
+    const mask m_qm7gk = LT(K(1e-09), rho_t);
+    const real t_6dtnj = K(1.0) / rho_t;
+    const real cos_t = SELECT(m_qm7gk, w_along * t_6dtnj, SPLAT(K(1.0)));  /* (25) */
     const real theta_t = q[theta] - r[theta_ref] + r[rho_ref] * w_across * c[area_factor];  /* (27) */
     const real alpha = mv_sign(theta_t);  /* (40) */
-    const real t_ptl3y = mv_fabs(theta_t);
-    const real K_ = mv_min(SPLAT(K(1000000000000.0)), (t_ptl3y + t_ptl3y) / mv_max(SPLAT(K(1e-24)), t_furpv));  /* (42) */
+    const real t_nldyv = mv_fabs(theta_t);
+    const real K_ = mv_min(SPLAT(K(1000000000000.0)), (t_nldyv + t_nldyv) / mv_max(SPLAT(K(1e-24)), t_fvfvk));  /* (42) */
     const real sqrt_K = mv_sqrt(K_);
     const real x_start = K(3.141592653589793) * K_ / (K(3.478838) + sqrt_K * (K(0.566927) + sqrt_K * (K(2.225213) + sqrt_K))) * (K(1.661023) + sqrt_K);  /* (42) */
     real sin_x1, cos_x1; mv_sincos(x_start, &sin_x1, &cos_x1);
-    const real t_olly6 = sin_x1 * sin_x1;
-    const real t_23zzq = cos_x1 * cos_x1;
-    const real t_jk652 = cos_x1 * sin_x1;
-    const real t_rkglc = K_ + K_;
-    const real t_6jinm = K(1.0) + t_olly6 - t_23zzq - t_jk652 * t_rkglc;
-    const real t_mtylf = t_6jinm * t_6jinm;
-    const real t_vapxn = t_olly6 * K_;
-    const real t_iaeac = t_vapxn + t_vapxn;
-    const real t_njl5j = t_mtylf
-        + t_mtylf
-        - (t_iaeac + K(4.0) * t_jk652 - t_23zzq * t_rkglc) * (x_start - t_jk652 - t_vapxn);
-    const real x_step1 = x_start - t_6jinm / t_njl5j * (K(-2.0) * t_jk652 - t_iaeac + (x_start + x_start));  /* (42) */
+    const real t_leuxo = sin_x1 * sin_x1;
+    const real t_leuxo_2 = cos_x1 * cos_x1;
+    const real t_leuxo_3 = cos_x1 * sin_x1;
+    const real t_2qjkk = K_ + K_;
+    const real t_pondk = K(1.0) + t_leuxo - t_leuxo_2 - t_leuxo_3 * t_2qjkk;
+    const real t_o4obi = t_pondk * t_pondk;
+    const real t_qc6bw = t_leuxo * K_;
+    const real t_qc6bw_2 = t_qc6bw + t_qc6bw;
+    const real t_khj3r = t_o4obi
+        + t_o4obi
+        - (t_qc6bw_2 + K(4.0) * t_leuxo_3 - t_leuxo_2 * t_2qjkk) * (x_start - t_leuxo_3 - t_qc6bw);
+    const real x_step1 = x_start - t_pondk / t_khj3r * (K(-2.0) * t_leuxo_3 - t_qc6bw_2 + (x_start + x_start));  /* (42) */
     real sin_x2, cos_x2; mv_sincos(x_step1, &sin_x2, &cos_x2);
-    const real t_ondim = sin_x2 * sin_x2;
-    const real t_iuts7 = cos_x2 * cos_x2;
-    const real t_dgfa7 = cos_x2 * sin_x2;
-    const real t_wdxur = K(1.0) + t_ondim - t_iuts7 - t_rkglc * t_dgfa7;
-    const real t_7klzx = t_wdxur * t_wdxur;
-    const real t_nwlbz = t_ondim * K_;
-    const real t_d4xrm = t_nwlbz + t_nwlbz;
-    const real t_7sse2 = t_7klzx
-        + t_7klzx
-        - (t_d4xrm + K(4.0) * t_dgfa7 - t_rkglc * t_iuts7) * (x_step1 - t_dgfa7 - t_nwlbz);
-    const real x_step2 = x_step1 - t_wdxur / t_7sse2 * (K(-2.0) * t_dgfa7 - t_d4xrm + (x_step1 + x_step1));  /* (42) */
+    const real t_leuxo_4 = sin_x2 * sin_x2;
+    const real t_leuxo_5 = cos_x2 * cos_x2;
+    const real t_leuxo_6 = cos_x2 * sin_x2;
+    const real t_pondk_2 = K(1.0) + t_leuxo_4 - t_leuxo_5 - t_2qjkk * t_leuxo_6;
+    const real t_o4obi_2 = t_pondk_2 * t_pondk_2;
+    const real t_qc6bw_3 = t_leuxo_4 * K_;
+    const real t_qc6bw_4 = t_qc6bw_3 + t_qc6bw_3;
+    const real t_khj3r_2 = t_o4obi_2
+        + t_o4obi_2
+        - (t_qc6bw_4 + K(4.0) * t_leuxo_6 - t_2qjkk * t_leuxo_5) * (x_step1 - t_leuxo_6 - t_qc6bw_3);
+    const real x_step2 = x_step1 - t_pondk_2 / t_khj3r_2 * (K(-2.0) * t_leuxo_6 - t_qc6bw_4 + (x_step1 + x_step1));  /* (42) */
     real sin_x3, cos_x3; mv_sincos(x_step2, &sin_x3, &cos_x3);
-    const real t_drem6 = sin_x3 * sin_x3;
-    const real t_znqpz = cos_x3 * cos_x3;
-    const real t_puxxy = cos_x3 * sin_x3;
-    const real t_s355q = K(1.0) + t_drem6 - t_znqpz - t_rkglc * t_puxxy;
-    const real t_5uofc = t_s355q * t_s355q;
-    const real t_5lgfw = t_drem6 * K_;
-    const real t_ezjt3 = t_5lgfw + t_5lgfw;
-    const real t_xhmsj = t_5uofc
-        + t_5uofc
-        - (t_ezjt3 + K(4.0) * t_puxxy - t_rkglc * t_znqpz) * (x_step2 - t_puxxy - t_5lgfw);
-    const real x_step3 = x_step2 - t_s355q / t_xhmsj * (K(-2.0) * t_puxxy - t_ezjt3 + (x_step2 + x_step2));  /* (42) */
+    const real t_leuxo_7 = sin_x3 * sin_x3;
+    const real t_leuxo_8 = cos_x3 * cos_x3;
+    const real t_leuxo_9 = cos_x3 * sin_x3;
+    const real t_pondk_3 = K(1.0) + t_leuxo_7 - t_leuxo_8 - t_2qjkk * t_leuxo_9;
+    const real t_o4obi_3 = t_pondk_3 * t_pondk_3;
+    const real t_qc6bw_5 = t_leuxo_7 * K_;
+    const real t_qc6bw_6 = t_qc6bw_5 + t_qc6bw_5;
+    const real t_khj3r_3 = t_o4obi_3
+        + t_o4obi_3
+        - (t_qc6bw_6 + K(4.0) * t_leuxo_9 - t_2qjkk * t_leuxo_8) * (x_step2 - t_leuxo_9 - t_qc6bw_5);
+    const real x_step3 = x_step2 - t_pondk_3 / t_khj3r_3 * (K(-2.0) * t_leuxo_9 - t_qc6bw_6 + (x_step2 + x_step2));  /* (42) */
     const real P = c[R] * c[R] - r[rho_ref] * r[rho_ref] + cos_t * r[rho_ref] * rho_t;  /* (47) */
-    const real t_xuitj = w_across * t_gliif;
-    const real t_c5njk = r[rho_ref] * t_xuitj * rho_t;
-    const real Q = SELECT0(m_z5ee7, -t_c5njk);  /* (47) */
-    const real t_efbua = mv_min(SPLAT(K(1.0)), rho_t * c[R] / mv_sqrt(P * P + SELECT0(m_z5ee7, SELECT0(m_z5ee7, t_c5njk * t_c5njk))));
-    const real x_tangent = K(1.5707963267948966) - alpha * mv_atan2(Q, P) + mv_acos(t_efbua);  /* (47) */
-    const mask m_xb2xi = LT(K_, K(0.03));
-    const real t_fcflk = K_ * K_;
-    const real t_reehy = SELECT(m_xb2xi, K_ * (K(1.5) + t_fcflk * (K(-0.45) + t_fcflk * (K(0.26035714285714284) + K(-0.18225) * t_fcflk))), x_step3);
-    const real x_ = mv_min(x_tangent, t_reehy);  /* (47) */
-    const real escape = mv_min(mv_min(c[R] - r[rho_ref], c[rho_escape]), mv_sqrt(t_ptl3y));
+    const real t_3hj5v = w_across * t_6dtnj;
+    const real t_snkwi = r[rho_ref] * t_3hj5v * rho_t;
+    const real Q = SELECT0(m_qm7gk, -t_snkwi);  /* (47) */
+    const real t_tapie = mv_min(SPLAT(K(1.0)), rho_t * c[R] / mv_sqrt(P * P + SELECT0(m_qm7gk, SELECT0(m_qm7gk, t_snkwi * t_snkwi))));
+    const real x_tangent = K(1.5707963267948966) - alpha * mv_atan2(Q, P) + mv_acos(t_tapie);  /* (47) */
+    const mask m_cn56p = LT(K_, K(0.03));
+    const real t_leuxo_10 = K_ * K_;
+    const real t_dtpk5 = SELECT(m_cn56p, K_ * (K(1.5) + t_leuxo_10 * (K(-0.45) + t_leuxo_10 * (K(0.26035714285714284) + K(-0.18225) * t_leuxo_10))), x_step3);
+    const real x_ = mv_min(x_tangent, t_dtpk5);  /* (47) */
+    const real escape = mv_min(mv_min(c[R] - r[rho_ref], c[rho_escape]), mv_sqrt(t_nldyv));
     real sin_x_, cos_x_; mv_sincos(x_, &sin_x_, &cos_x_);
     const real speed = c[k_phi] * mv_max(rho_t, -(cos_x_ * escape));  /* (45) */
     const real t_4x2zf = q[zeta1] * q[zeta1] + q[zeta2] * q[zeta2];
     const real rho = mv_sqrt(t_4x2zf);
-    const real t_a5u54 = alpha * speed * sin_x_;
-    const real t_wvhee = cos_x_ * speed;
-    const real t_rqnbt = SELECT0(m_z5ee7, t_xuitj * t_a5u54) - cos_t * t_wvhee;
-    const real t_lp7ic = SELECT0(m_z5ee7, -(t_wvhee * t_xuitj)) - cos_t * t_a5u54;
-    const real t_unyzv = (cos_phi_ref * t_rqnbt - sin_phi_ref * t_lp7ic) * q[zeta1]
-        + (cos_phi_ref * t_lp7ic + sin_phi_ref * t_rqnbt) * q[zeta2];
-    const real t_y4tzf = K(1.0) / mv_max(SPLAT(K(1e-09)), rho);
-    const real rho_rate_excess = mv_max(SPLAT(K(0.0)), -(K(100.0) * c[k_phi] * (c[R] - rho) + t_unyzv * t_y4tzf)) * t_y4tzf;
+    const real t_3woog = alpha * speed * sin_x_;
+    const real t_5opk6 = cos_x_ * speed;
+    const real t_te3wf = SELECT0(m_qm7gk, t_3hj5v * t_3woog) - cos_t * t_5opk6;
+    const real t_hons5 = SELECT0(m_qm7gk, -(t_5opk6 * t_3hj5v)) - cos_t * t_3woog;
+    const real t_ja5nv = (cos_phi_ref * t_te3wf - sin_phi_ref * t_hons5) * q[zeta1]
+        + (cos_phi_ref * t_hons5 + sin_phi_ref * t_te3wf) * q[zeta2];
+    const real t_wfrll = K(1.0) / mv_max(SPLAT(K(1e-09)), rho);
+    const real rho_rate_excess = mv_max(SPLAT(K(0.0)), -(K(100.0) * c[k_phi] * (c[R] - rho) + t_ja5nv * t_wfrll)) * t_wfrll;
     const real phi = mv_atan2(q[zeta2], q[zeta1]);
-    const real zeta1_rate = t_lp7ic * sin_phi_ref - rho_rate_excess * q[zeta1] - t_rqnbt * cos_phi_ref;
+    const real zeta1_rate = t_hons5 * sin_phi_ref - rho_rate_excess * q[zeta1] - t_te3wf * cos_phi_ref;
     const real w3 = mv_max(-c[mu_rate_max], mv_min(c[mu_rate_max], c[mu_gain] * (r[mu_ref] - q[mu])));
-    const mask m_o5luw = LT(K(0.0), rho);
-    const real t_nso3s = rho_rate_excess * q[zeta2] + t_rqnbt * sin_phi_ref + t_lp7ic * cos_phi_ref;
-    const real w1 = SELECT(m_o5luw, (q[zeta1] * zeta1_rate - q[zeta2] * t_nso3s) / rho, zeta1_rate);
-    const real w2 = SELECT0(m_o5luw, -((q[zeta1] * t_nso3s + zeta1_rate * q[zeta2]) / t_4x2zf));
+    const mask m_wzkpw = LT(K(0.0), rho);
+    const real t_7o6ei = rho_rate_excess * q[zeta2] + t_te3wf * sin_phi_ref + t_hons5 * cos_phi_ref;
+    const real w1 = SELECT(m_wzkpw, (q[zeta1] * zeta1_rate - q[zeta2] * t_7o6ei) / rho, zeta1_rate);
+    const real w2 = SELECT0(m_wzkpw, -((q[zeta1] * t_7o6ei + zeta1_rate * q[zeta2]) / t_4x2zf));
     x[0] = rho;
     x[1] = phi;
     x[2] = q[mu];
@@ -881,22 +881,22 @@ void triangle_path_constraints(const real *p, const real *c, const real *s, real
     const real t_qyel2 = s[l3_0] * s[l3_0];
     const real t_iwwvg = s[l1_0] * s[l1_0] + s[l2_0] * s[l2_0];
     const real mu_0 = t_qyel2 + t_iwwvg;  /* (18) */
-    const real t_atcuu = K(0.5) / mu_0;
-    const real z2_0 = K(1.7320508075688772) * t_atcuu * (s[l1_0] + s[l2_0]) * (s[l1_0] - s[l2_0]);  /* (19) */
-    const real t_mgwir = t_atcuu * (t_iwwvg + K(-2.0) * t_qyel2);
-    const real t_brk2i = t_mgwir * t_mgwir;
-    const real t_pznmt = z2_0 * z2_0;
-    const real open_0 = K(1.0) + K(-4.0) * t_brk2i + K(-4.0) * t_pznmt;  /* (19) */
+    const real t_qo36g = K(0.5) / mu_0;
+    const real z2_0 = K(1.7320508075688772) * t_qo36g * (s[l1_0] + s[l2_0]) * (s[l1_0] - s[l2_0]);  /* (19) */
+    const real t_m2d3a = t_qo36g * (t_iwwvg + K(-2.0) * t_qyel2);
+    const real t_ncrup = t_m2d3a * t_m2d3a;
+    const real t_sbeph = z2_0 * z2_0;
+    const real open_0 = K(1.0) + K(-4.0) * t_ncrup + K(-4.0) * t_sbeph;  /* (19) */
     const real t_xkhu7 = s[l3_f] * s[l3_f];
     const real t_al3xt = s[l1_f] * s[l1_f] + s[l2_f] * s[l2_f];
     const real mu_f = t_xkhu7 + t_al3xt;  /* (18) */
-    const real t_jloge = K(0.5) / mu_f;
-    const real z2_f = K(1.7320508075688772) * t_jloge * (s[l1_f] + s[l2_f]) * (s[l1_f] - s[l2_f]);  /* (19) */
-    const real t_sdww6 = t_jloge * (t_al3xt + K(-2.0) * t_xkhu7);
-    const real t_sy3b2 = t_sdww6 * t_sdww6;
-    const real t_5ltqh = z2_f * z2_f;
-    const real open_f = K(1.0) + K(-4.0) * t_sy3b2 + K(-4.0) * t_5ltqh;  /* (19) */
-    const real rho_ref = mv_sqrt(t_sy3b2 + t_5ltqh) / mv_sqrt(K(0.5) + K(0.5) * mv_sqrt(mv_max(SPLAT(K(0.0)), open_f)));
+    const real t_tigas = K(0.5) / mu_f;
+    const real z2_f = K(1.7320508075688772) * t_tigas * (s[l1_f] + s[l2_f]) * (s[l1_f] - s[l2_f]);  /* (19) */
+    const real t_m45eq = t_tigas * (t_al3xt + K(-2.0) * t_xkhu7);
+    const real t_aclmj = t_m45eq * t_m45eq;
+    const real t_vsouu = z2_f * z2_f;
+    const real open_f = K(1.0) + K(-4.0) * t_aclmj + K(-4.0) * t_vsouu;  /* (19) */
+    const real rho_ref = mv_sqrt(t_aclmj + t_vsouu) / mv_sqrt(K(0.5) + K(0.5) * mv_sqrt(mv_max(SPLAT(K(0.0)), open_f)));
     margin[0] = c[R] - rho_ref;
-    margin[1] = c[R] - mv_sqrt(t_brk2i + t_pznmt) / mv_sqrt(K(0.5) + K(0.5) * mv_sqrt(mv_max(SPLAT(K(0.0)), open_0)));
+    margin[1] = c[R] - mv_sqrt(t_ncrup + t_sbeph) / mv_sqrt(K(0.5) + K(0.5) * mv_sqrt(mv_max(SPLAT(K(0.0)), open_0)));
 }

@@ -115,51 +115,51 @@ def outputs(x, u, r, p):
         zeta2 = rho * sin_phi
         n = np.sqrt(1.0 - (zeta1 * zeta1 + zeta2 * zeta2))  # (19)
         t_thb5i = 0.5773502691896257 * np.sqrt(mu)
-        t_qygdd = 1.7320508075688772 * zeta2
-        t_24mka = t_qygdd * n
-        t_r4gcj = zeta1 * n
-        length1 = t_thb5i * np.sqrt(1.0 + t_24mka - t_r4gcj)  # (20)
-        length2 = t_thb5i * np.sqrt(1.0 - t_r4gcj - t_24mka)  # (20)
-        length3 = t_thb5i * np.sqrt(1.0 + (t_r4gcj + t_r4gcj))  # (20)
-        t_oyolo = mu * n
+        t_t5kjx = 1.7320508075688772 * zeta2
+        t_tfbnp = t_t5kjx * n
+        t_tfbnp_2 = zeta1 * n
+        length1 = t_thb5i * np.sqrt(1.0 + t_tfbnp - t_tfbnp_2)  # (20)
+        length2 = t_thb5i * np.sqrt(1.0 - t_tfbnp_2 - t_tfbnp)  # (20)
+        length3 = t_thb5i * np.sqrt(1.0 + (t_tfbnp_2 + t_tfbnp_2))  # (20)
+        t_aiisq = mu * n
         t_b6qkt = rho * w2
         zeta2_rate = w1 * sin_phi + t_b6qkt * cos_phi
-        t_sl4ci = 0.5773502691896257 * t_oyolo * zeta2_rate
+        t_k7rkr = 0.5773502691896257 * t_aiisq * zeta2_rate
         zeta1_rate = w1 * cos_phi - t_b6qkt * sin_phi
-        t_ovyu3 = t_oyolo * zeta1_rate
-        t_ovyu3_2 = 0.3333333333333333 * t_ovyu3
-        t_24mka_2 = 0.3333333333333333 * t_24mka
-        t_r4gcj_2 = 0.3333333333333333 * t_r4gcj
-        t_dbxi6 = zeta1 * zeta1_rate + zeta2 * zeta2_rate
-        t_so6vi = 1.0 / n
-        t_ctqau = t_dbxi6 * t_so6vi * mu
-        t_dzvf6 = (
-            t_sl4ci
-            - t_ovyu3_2
-            + w3 * (0.3333333333333333 + t_24mka_2 - t_r4gcj_2)
-            - 0.3333333333333333 * t_ctqau * (t_qygdd - zeta1)
+        t_k7rkr_2 = t_aiisq * zeta1_rate
+        t_k7rkr_3 = 0.3333333333333333 * t_k7rkr_2
+        t_tfbnp_3 = 0.3333333333333333 * t_tfbnp
+        t_tfbnp_4 = 0.3333333333333333 * t_tfbnp_2
+        t_3tajj = zeta1 * zeta1_rate + zeta2 * zeta2_rate
+        t_6dtnj = 1.0 / n
+        t_v5bsf = t_3tajj * t_6dtnj * mu
+        t_dod5j = (
+            t_k7rkr
+            - t_k7rkr_3
+            + w3 * (0.3333333333333333 + t_tfbnp_3 - t_tfbnp_4)
+            - 0.3333333333333333 * t_v5bsf * (t_t5kjx - zeta1)
         )
-        rod_rate1 = 0.5 / length1 * t_dzvf6  # (22)
-        t_vqw6c = (
-            w3 * (0.3333333333333333 - t_r4gcj_2 - t_24mka_2)
-            - (t_ovyu3_2 + t_sl4ci)
-            + 0.3333333333333333 * t_so6vi * t_dbxi6 * mu * (t_qygdd + zeta1)
+        rod_rate1 = 0.5 / length1 * t_dod5j  # (22)
+        t_yhrwx = (
+            w3 * (0.3333333333333333 - t_tfbnp_4 - t_tfbnp_3)
+            - (t_k7rkr_3 + t_k7rkr)
+            + 0.3333333333333333 * t_6dtnj * t_3tajj * mu * (t_t5kjx + zeta1)
         )
-        rod_rate2 = 0.5 / length2 * t_vqw6c  # (22)
-        t_ezpcf = (
-            0.6666666666666666 * t_ovyu3
-            + w3 * (0.3333333333333333 + 0.6666666666666666 * t_r4gcj)
-            - 0.6666666666666666 * t_ctqau * zeta1
+        rod_rate2 = 0.5 / length2 * t_yhrwx  # (22)
+        t_t5uxc = (
+            0.6666666666666666 * t_k7rkr_2
+            + w3 * (0.3333333333333333 + 0.6666666666666666 * t_tfbnp_2)
+            - 0.6666666666666666 * t_v5bsf * zeta1
         )
-        rod_rate3 = 0.5 / length3 * t_ezpcf  # (22)
+        rod_rate3 = 0.5 / length3 * t_t5uxc  # (22)
         sin_phi_ref, cos_phi_ref = np.sin(phi_ref), np.cos(phi_ref)
         w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
         w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2  # (25)
         rho_t = np.sqrt(w_across * w_across + w_along * w_along)  # (25)
-        m_z5ee7 = (1e-09 < rho_t)
-        t_gliif = 1.0 / rho_t
-        cos_t = np.where(m_z5ee7, w_along * t_gliif, 1.0)  # (25)
-        sin_t = np.where(m_z5ee7, w_across * t_gliif, 0.0)  # (25)
+        m_qm7gk = (1e-09 < rho_t)
+        t_6dtnj_2 = 1.0 / rho_t
+        cos_t = np.where(m_qm7gk, w_along * t_6dtnj_2, 1.0)  # (25)
+        sin_t = np.where(m_qm7gk, w_across * t_6dtnj_2, 0.0)  # (25)
         t_vienp = theta - theta_ref
         theta_exact = rho_ref * w_across + t_vienp  # (27)
         t_rqfjc = 0.5773502691896257 * np.sqrt(mu_ref)
@@ -244,15 +244,15 @@ def initial(p, s):
         t_qyel2 = l3_0 * l3_0
         t_iwwvg = l1_0 * l1_0 + l2_0 * l2_0
         mu_0 = t_qyel2 + t_iwwvg  # (18)
-        t_atcuu = 0.5 / mu_0
-        t_mgwir = t_atcuu * (t_iwwvg + -2.0 * t_qyel2)
-        z1_0 = -t_mgwir  # (19)
-        z2_0 = 1.7320508075688772 * t_atcuu * (l1_0 + l2_0) * (l1_0 - l2_0)  # (19)
-        t_brk2i = t_mgwir * t_mgwir
-        t_pznmt = z2_0 * z2_0
-        open_0 = 1.0 + -4.0 * t_brk2i + -4.0 * t_pznmt  # (19)
+        t_qo36g = 0.5 / mu_0
+        t_m2d3a = t_qo36g * (t_iwwvg + -2.0 * t_qyel2)
+        z1_0 = -t_m2d3a  # (19)
+        z2_0 = 1.7320508075688772 * t_qo36g * (l1_0 + l2_0) * (l1_0 - l2_0)  # (19)
+        t_ncrup = t_m2d3a * t_m2d3a
+        t_sbeph = z2_0 * z2_0
+        open_0 = 1.0 + -4.0 * t_ncrup + -4.0 * t_sbeph  # (19)
         return _vector(
-            np.sqrt(t_brk2i + t_pznmt) / np.sqrt(0.5 + 0.5 * np.sqrt(np.fmax(0.0, open_0))),
+            np.sqrt(t_ncrup + t_sbeph) / np.sqrt(0.5 + 0.5 * np.sqrt(np.fmax(0.0, open_0))),
             np.arctan2(z2_0, z1_0),
             mu_0,
             theta_0,
@@ -270,15 +270,15 @@ def reference(t, p, s):
         t_xkhu7 = l3_f * l3_f
         t_al3xt = l1_f * l1_f + l2_f * l2_f
         mu_f = t_xkhu7 + t_al3xt  # (18)
-        t_jloge = 0.5 / mu_f
-        t_sdww6 = t_jloge * (t_al3xt + -2.0 * t_xkhu7)
-        z1_f = -t_sdww6  # (19)
-        z2_f = 1.7320508075688772 * t_jloge * (l1_f + l2_f) * (l1_f - l2_f)  # (19)
-        t_sy3b2 = t_sdww6 * t_sdww6
-        t_5ltqh = z2_f * z2_f
-        open_f = 1.0 + -4.0 * t_sy3b2 + -4.0 * t_5ltqh  # (19)
+        t_tigas = 0.5 / mu_f
+        t_m45eq = t_tigas * (t_al3xt + -2.0 * t_xkhu7)
+        z1_f = -t_m45eq  # (19)
+        z2_f = 1.7320508075688772 * t_tigas * (l1_f + l2_f) * (l1_f - l2_f)  # (19)
+        t_aclmj = t_m45eq * t_m45eq
+        t_vsouu = z2_f * z2_f
+        open_f = 1.0 + -4.0 * t_aclmj + -4.0 * t_vsouu  # (19)
         return _vector(
-            np.sqrt(t_sy3b2 + t_5ltqh) / np.sqrt(0.5 + 0.5 * np.sqrt(np.fmax(0.0, open_f))),
+            np.sqrt(t_aclmj + t_vsouu) / np.sqrt(0.5 + 0.5 * np.sqrt(np.fmax(0.0, open_f))),
             np.arctan2(z2_f, z1_f),
             mu_f,
             theta_f,
@@ -310,11 +310,11 @@ def lengths(rho, phi, mu):
         zeta2 = rho * sin_4neck
         n = np.sqrt(1.0 - (zeta1 * zeta1 + zeta2 * zeta2))  # (19)
         t_2h6ms = 0.5773502691896257 * np.sqrt(mu)
-        t_24mka = 1.7320508075688772 * zeta2 * n
-        t_r4gcj = zeta1 * n
-        length1 = t_2h6ms * np.sqrt(1.0 + t_24mka - t_r4gcj)  # (20)
-        length2 = t_2h6ms * np.sqrt(1.0 - t_r4gcj - t_24mka)  # (20)
-        length3 = t_2h6ms * np.sqrt(1.0 + (t_r4gcj + t_r4gcj))  # (20)
+        t_ps6bw = 1.7320508075688772 * zeta2 * n
+        t_ps6bw_2 = zeta1 * n
+        length1 = t_2h6ms * np.sqrt(1.0 + t_ps6bw - t_ps6bw_2)  # (20)
+        length2 = t_2h6ms * np.sqrt(1.0 - t_ps6bw_2 - t_ps6bw)  # (20)
+        length3 = t_2h6ms * np.sqrt(1.0 + (t_ps6bw_2 + t_ps6bw_2))  # (20)
         return np.asarray(length1)[()], np.asarray(length2)[()], np.asarray(length3)[()]
 
 
@@ -325,14 +325,14 @@ def shape(l1, l2, l3):
         t_tnz2j = l3 * l3
         t_y5vwd = l1 * l1 + l2 * l2
         mu_any = t_tnz2j + t_y5vwd  # (18)
-        t_dq2dr = 0.5 / mu_any
-        t_us7uc = t_dq2dr * (t_y5vwd + -2.0 * t_tnz2j)
-        z1_any = -t_us7uc  # (19)
-        z2_any = 1.7320508075688772 * t_dq2dr * (l1 + l2) * (l1 - l2)  # (19)
-        t_6ebjg = t_us7uc * t_us7uc
-        t_cdw5f = z2_any * z2_any
-        open_any = 1.0 + -4.0 * t_6ebjg + -4.0 * t_cdw5f  # (19)
-        return np.asarray(np.sqrt(t_6ebjg + t_cdw5f) / np.sqrt(0.5 + 0.5 * np.sqrt(np.fmax(0.0, open_any))))[()], np.asarray(np.arctan2(z2_any, z1_any))[()], np.asarray(mu_any)[()]
+        t_6spv4 = 0.5 / mu_any
+        t_taipu = t_6spv4 * (t_y5vwd + -2.0 * t_tnz2j)
+        z1_any = -t_taipu  # (19)
+        z2_any = 1.7320508075688772 * t_6spv4 * (l1 + l2) * (l1 - l2)  # (19)
+        t_ef64w = t_taipu * t_taipu
+        t_chded = z2_any * z2_any
+        open_any = 1.0 + -4.0 * t_ef64w + -4.0 * t_chded  # (19)
+        return np.asarray(np.sqrt(t_ef64w + t_chded) / np.sqrt(0.5 + 0.5 * np.sqrt(np.fmax(0.0, open_any))))[()], np.asarray(np.arctan2(z2_any, z1_any))[()], np.asarray(mu_any)[()]
 
 
 def length_rates(x, u):
@@ -350,43 +350,43 @@ def length_rates(x, u):
         zeta2 = rho * sin_phi
         n = np.sqrt(1.0 - (zeta1 * zeta1 + zeta2 * zeta2))  # (19)
         t_thb5i = 0.5773502691896257 * np.sqrt(mu)
-        t_qygdd = 1.7320508075688772 * zeta2
-        t_24mka = t_qygdd * n
-        t_r4gcj = zeta1 * n
-        length1 = t_thb5i * np.sqrt(1.0 + t_24mka - t_r4gcj)  # (20)
-        length2 = t_thb5i * np.sqrt(1.0 - t_r4gcj - t_24mka)  # (20)
-        length3 = t_thb5i * np.sqrt(1.0 + (t_r4gcj + t_r4gcj))  # (20)
-        t_oyolo = mu * n
+        t_t5kjx = 1.7320508075688772 * zeta2
+        t_tfbnp = t_t5kjx * n
+        t_tfbnp_2 = zeta1 * n
+        length1 = t_thb5i * np.sqrt(1.0 + t_tfbnp - t_tfbnp_2)  # (20)
+        length2 = t_thb5i * np.sqrt(1.0 - t_tfbnp_2 - t_tfbnp)  # (20)
+        length3 = t_thb5i * np.sqrt(1.0 + (t_tfbnp_2 + t_tfbnp_2))  # (20)
+        t_aiisq = mu * n
         t_b6qkt = rho * w2
         zeta2_rate = w1 * sin_phi + t_b6qkt * cos_phi
-        t_sl4ci = 0.5773502691896257 * t_oyolo * zeta2_rate
+        t_k7rkr = 0.5773502691896257 * t_aiisq * zeta2_rate
         zeta1_rate = w1 * cos_phi - t_b6qkt * sin_phi
-        t_ovyu3 = t_oyolo * zeta1_rate
-        t_ovyu3_2 = 0.3333333333333333 * t_ovyu3
-        t_24mka_2 = 0.3333333333333333 * t_24mka
-        t_r4gcj_2 = 0.3333333333333333 * t_r4gcj
-        t_dbxi6 = zeta1 * zeta1_rate + zeta2 * zeta2_rate
-        t_so6vi = 1.0 / n
-        t_ctqau = t_dbxi6 * t_so6vi * mu
-        t_dzvf6 = (
-            t_sl4ci
-            - t_ovyu3_2
-            + w3 * (0.3333333333333333 + t_24mka_2 - t_r4gcj_2)
-            - 0.3333333333333333 * t_ctqau * (t_qygdd - zeta1)
+        t_k7rkr_2 = t_aiisq * zeta1_rate
+        t_k7rkr_3 = 0.3333333333333333 * t_k7rkr_2
+        t_tfbnp_3 = 0.3333333333333333 * t_tfbnp
+        t_tfbnp_4 = 0.3333333333333333 * t_tfbnp_2
+        t_3tajj = zeta1 * zeta1_rate + zeta2 * zeta2_rate
+        t_6dtnj = 1.0 / n
+        t_v5bsf = t_3tajj * t_6dtnj * mu
+        t_dod5j = (
+            t_k7rkr
+            - t_k7rkr_3
+            + w3 * (0.3333333333333333 + t_tfbnp_3 - t_tfbnp_4)
+            - 0.3333333333333333 * t_v5bsf * (t_t5kjx - zeta1)
         )
-        rod_rate1 = 0.5 / length1 * t_dzvf6  # (22)
-        t_vqw6c = (
-            w3 * (0.3333333333333333 - t_r4gcj_2 - t_24mka_2)
-            - (t_ovyu3_2 + t_sl4ci)
-            + 0.3333333333333333 * t_so6vi * t_dbxi6 * mu * (t_qygdd + zeta1)
+        rod_rate1 = 0.5 / length1 * t_dod5j  # (22)
+        t_yhrwx = (
+            w3 * (0.3333333333333333 - t_tfbnp_4 - t_tfbnp_3)
+            - (t_k7rkr_3 + t_k7rkr)
+            + 0.3333333333333333 * t_6dtnj * t_3tajj * mu * (t_t5kjx + zeta1)
         )
-        rod_rate2 = 0.5 / length2 * t_vqw6c  # (22)
-        t_ezpcf = (
-            0.6666666666666666 * t_ovyu3
-            + w3 * (0.3333333333333333 + 0.6666666666666666 * t_r4gcj)
-            - 0.6666666666666666 * t_ctqau * zeta1
+        rod_rate2 = 0.5 / length2 * t_yhrwx  # (22)
+        t_t5uxc = (
+            0.6666666666666666 * t_k7rkr_2
+            + w3 * (0.3333333333333333 + 0.6666666666666666 * t_tfbnp_2)
+            - 0.6666666666666666 * t_v5bsf * zeta1
         )
-        rod_rate3 = 0.5 / length3 * t_ezpcf  # (22)
+        rod_rate3 = 0.5 / length3 * t_t5uxc  # (22)
         return _vector(
             rod_rate1,
             rod_rate2,
@@ -422,44 +422,44 @@ def sliding(x, r, p, c):
         zeta2 = rho * sin_phi
         w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
         w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2  # (25)
-        t_furpv = w_across * w_across + w_along * w_along
-        rho_t = np.sqrt(t_furpv)  # (25)
-        m_z5ee7 = (1e-09 < rho_t)
-        t_gliif = 1.0 / rho_t
-        cos_t = np.where(m_z5ee7, w_along * t_gliif, 1.0)  # (25)
+        t_5lued = w_across * w_across + w_along * w_along
+        rho_t = np.sqrt(t_5lued)  # (25)
+        m_qm7gk = (1e-09 < rho_t)
+        t_6dtnj = 1.0 / rho_t
+        cos_t = np.where(m_qm7gk, w_along * t_6dtnj, 1.0)  # (25)
         theta_t = theta - theta_ref + rho_ref * w_across * area_factor  # (27)
-        t_xuitj = w_across * t_gliif
-        chord = np.sqrt(R * R + np.where(m_z5ee7, np.where(m_z5ee7, -(rho_ref * rho_ref * (t_xuitj * t_xuitj)), 0.0), 0.0))  # (28)
+        t_5dhp4 = w_across * t_6dtnj
+        chord = np.sqrt(R * R + np.where(m_qm7gk, np.where(m_qm7gk, -(rho_ref * rho_ref * (t_5dhp4 * t_5dhp4)), 0.0), 0.0))  # (28)
         h = cos_t * rho_ref + chord  # (28)
         t_gjxkh = 1.0 / theta_star
         tau = np.abs(theta_t) * t_gjxkh  # (31)
         t_ieu4b = 1.0 / m
         f = np.power(tau, t_ieu4b)  # (31)
         s = rho_t - f * h  # (30)
-        m_z5ee7_2 = (0.0 < rho_t)
-        t_3vtu5 = k_phi * np.sqrt(rho_t / h) / (tau + t_furpv / (h * h))
-        t_eftwe = t_gjxkh * t_ieu4b * h * t_3vtu5 * (np.where(m_z5ee7, rho_ref * t_xuitj / chord * theta_t * m, 0.0) - t_furpv)
-        rho_t_rate = np.where(m_z5ee7_2, t_eftwe, 0.0) - eta_rho * np.fmax(-1.0, np.fmin(1.0, s * (1.0 / s_min)))  # (34)
-        t_4x2zf = zeta1 * zeta1 + zeta2 * zeta2
-        t_yfvls = np.sqrt(t_4x2zf)
-        t_aztjl = t_3vtu5 * np.power(f, -1.0 + m) * np.fmax(-1.0, np.fmin(1.0, theta_t * (1.0 / theta_min)))
-        t_nwlcx = t_aztjl * rho_t
-        t_2uf7g = cos_t * rho_t_rate + np.where(m_z5ee7, np.where(m_z5ee7_2, t_nwlcx * t_xuitj, 0.0), 0.0)
-        t_gqrit = np.where(m_z5ee7, rho_t_rate * t_xuitj, 0.0)
-        t_2blmm = np.where(m_z5ee7_2, -(t_nwlcx * cos_t), 0.0) + t_gqrit
-        t_eyp7z = (
-            (cos_phi_ref * t_2uf7g - sin_phi_ref * t_2blmm) * zeta1
-            + (cos_phi_ref * t_2blmm + sin_phi_ref * t_2uf7g) * zeta2
+        m_qm7gk_2 = (0.0 < rho_t)
+        t_gu3nh = k_phi * np.sqrt(rho_t / h) / (tau + t_5lued / (h * h))
+        t_ckdv4 = t_gjxkh * t_ieu4b * h * t_gu3nh * (np.where(m_qm7gk, rho_ref * t_5dhp4 / chord * theta_t * m, 0.0) - t_5lued)
+        rho_t_rate = np.where(m_qm7gk_2, t_ckdv4, 0.0) - eta_rho * np.fmax(-1.0, np.fmin(1.0, s * (1.0 / s_min)))  # (34)
+        t_dynew = zeta1 * zeta1 + zeta2 * zeta2
+        t_wmyyh = np.sqrt(t_dynew)
+        t_54nb5 = t_gu3nh * np.power(f, -1.0 + m) * np.fmax(-1.0, np.fmin(1.0, theta_t * (1.0 / theta_min)))
+        t_mrtsa = t_54nb5 * rho_t
+        t_eczqh = cos_t * rho_t_rate + np.where(m_qm7gk, np.where(m_qm7gk_2, t_mrtsa * t_5dhp4, 0.0), 0.0)
+        t_qzkxf = np.where(m_qm7gk, rho_t_rate * t_5dhp4, 0.0)
+        t_6oj7z = np.where(m_qm7gk_2, -(t_mrtsa * cos_t), 0.0) + t_qzkxf
+        t_pwujq = (
+            (cos_phi_ref * t_eczqh - sin_phi_ref * t_6oj7z) * zeta1
+            + (cos_phi_ref * t_6oj7z + sin_phi_ref * t_eczqh) * zeta2
         )
-        t_e4rje = 1.0 / np.fmax(1e-09, t_yfvls)
-        rho_t_rate_excess = np.fmax(0.0, -(100.0 * k_phi * (R - t_yfvls) + t_eyp7z * t_e4rje)) * t_e4rje
-        t_m7tvp = t_gqrit + np.where(m_z5ee7_2, -(cos_t * t_aztjl * rho_t), 0.0)
-        zeta1_rate = t_m7tvp * sin_phi_ref - rho_t_rate_excess * zeta1 - t_2uf7g * cos_phi_ref
+        t_e2kmt = 1.0 / np.fmax(1e-09, t_wmyyh)
+        rho_t_rate_excess = np.fmax(0.0, -(100.0 * k_phi * (R - t_wmyyh) + t_pwujq * t_e2kmt)) * t_e2kmt
+        t_2g74g = t_qzkxf + np.where(m_qm7gk_2, -(cos_t * t_54nb5 * rho_t), 0.0)
+        zeta1_rate = t_2g74g * sin_phi_ref - rho_t_rate_excess * zeta1 - t_eczqh * cos_phi_ref
         w3 = np.fmax(-mu_rate_max, np.fmin(mu_rate_max, mu_gain * (mu_ref - mu)))
-        m_ksqj2 = (0.0 < t_yfvls)
-        t_eim6l = rho_t_rate_excess * zeta2 + t_2uf7g * sin_phi_ref + t_m7tvp * cos_phi_ref
-        w1 = np.where(m_ksqj2, (zeta1 * zeta1_rate - zeta2 * t_eim6l) / t_yfvls, zeta1_rate)
-        w2 = np.where(m_ksqj2, -((zeta1 * t_eim6l + zeta1_rate * zeta2) / t_4x2zf), 0.0)
+        m_jelvn = (0.0 < t_wmyyh)
+        t_5mmfd = rho_t_rate_excess * zeta2 + t_eczqh * sin_phi_ref + t_2g74g * cos_phi_ref
+        w1 = np.where(m_jelvn, (zeta1 * zeta1_rate - zeta2 * t_5mmfd) / t_wmyyh, zeta1_rate)
+        w2 = np.where(m_jelvn, -((zeta1 * t_5mmfd + zeta1_rate * zeta2) / t_dynew), 0.0)
         return _vector(
             w1,
             w2,
@@ -495,40 +495,40 @@ def sliding_loop(q, r, p, c):
         sin_phi_ref, cos_phi_ref = np.sin(phi_ref), np.cos(phi_ref)
         w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
         w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2  # (25)
-        t_furpv = w_across * w_across + w_along * w_along
-        rho_t = np.sqrt(t_furpv)  # (25)
-        m_z5ee7 = (1e-09 < rho_t)
-        t_gliif = 1.0 / rho_t
-        cos_t = np.where(m_z5ee7, w_along * t_gliif, 1.0)  # (25)
+        t_fvfvk = w_across * w_across + w_along * w_along
+        rho_t = np.sqrt(t_fvfvk)  # (25)
+        m_qm7gk = (1e-09 < rho_t)
+        t_6dtnj = 1.0 / rho_t
+        cos_t = np.where(m_qm7gk, w_along * t_6dtnj, 1.0)  # (25)
         theta_t = theta - theta_ref + rho_ref * w_across * area_factor  # (27)
-        t_xuitj = w_across * t_gliif
-        chord = np.sqrt(R * R + np.where(m_z5ee7, np.where(m_z5ee7, -(rho_ref * rho_ref * (t_xuitj * t_xuitj)), 0.0), 0.0))  # (28)
+        t_3hj5v = w_across * t_6dtnj
+        chord = np.sqrt(R * R + np.where(m_qm7gk, np.where(m_qm7gk, -(rho_ref * rho_ref * (t_3hj5v * t_3hj5v)), 0.0), 0.0))  # (28)
         h = cos_t * rho_ref + chord  # (28)
         t_gjxkh = 1.0 / theta_star
         tau = np.abs(theta_t) * t_gjxkh  # (31)
         t_ieu4b = 1.0 / m
         f = np.power(tau, t_ieu4b)  # (31)
         s = rho_t - f * h  # (30)
-        m_z5ee7_2 = (0.0 < rho_t)
-        t_3vtu5 = k_phi * np.sqrt(rho_t / h) / (tau + t_furpv / (h * h))
-        t_eftwe = t_gjxkh * t_ieu4b * h * t_3vtu5 * (np.where(m_z5ee7, rho_ref * t_xuitj / chord * theta_t * m, 0.0) - t_furpv)
-        rho_t_rate = np.where(m_z5ee7_2, t_eftwe, 0.0) - eta_rho * np.fmax(-1.0, np.fmin(1.0, s * (1.0 / s_min)))  # (34)
+        m_qm7gk_2 = (0.0 < rho_t)
+        t_qukd5 = k_phi * np.sqrt(rho_t / h) / (tau + t_fvfvk / (h * h))
+        t_i52sh = t_gjxkh * t_ieu4b * h * t_qukd5 * (np.where(m_qm7gk, rho_ref * t_3hj5v / chord * theta_t * m, 0.0) - t_fvfvk)
+        rho_t_rate = np.where(m_qm7gk_2, t_i52sh, 0.0) - eta_rho * np.fmax(-1.0, np.fmin(1.0, s * (1.0 / s_min)))  # (34)
         t_yfvls = np.sqrt(zeta1 * zeta1 + zeta2 * zeta2)
-        t_aztjl = t_3vtu5 * np.power(f, -1.0 + m) * np.fmax(-1.0, np.fmin(1.0, theta_t * (1.0 / theta_min)))
-        t_nwlcx = t_aztjl * rho_t
-        t_2uf7g = cos_t * rho_t_rate + np.where(m_z5ee7, np.where(m_z5ee7_2, t_nwlcx * t_xuitj, 0.0), 0.0)
-        t_gqrit = np.where(m_z5ee7, rho_t_rate * t_xuitj, 0.0)
-        t_2blmm = np.where(m_z5ee7_2, -(t_nwlcx * cos_t), 0.0) + t_gqrit
-        t_eyp7z = (
-            (cos_phi_ref * t_2uf7g - sin_phi_ref * t_2blmm) * zeta1
-            + (cos_phi_ref * t_2blmm + sin_phi_ref * t_2uf7g) * zeta2
+        t_kyu74 = t_qukd5 * np.power(f, -1.0 + m) * np.fmax(-1.0, np.fmin(1.0, theta_t * (1.0 / theta_min)))
+        t_mrtsa = t_kyu74 * rho_t
+        t_nsktt = cos_t * rho_t_rate + np.where(m_qm7gk, np.where(m_qm7gk_2, t_mrtsa * t_3hj5v, 0.0), 0.0)
+        t_vnxtr = np.where(m_qm7gk, rho_t_rate * t_3hj5v, 0.0)
+        t_dgj2l = np.where(m_qm7gk_2, -(t_mrtsa * cos_t), 0.0) + t_vnxtr
+        t_vatig = (
+            (cos_phi_ref * t_nsktt - sin_phi_ref * t_dgj2l) * zeta1
+            + (cos_phi_ref * t_dgj2l + sin_phi_ref * t_nsktt) * zeta2
         )
         t_e4rje = 1.0 / np.fmax(1e-09, t_yfvls)
-        rho_t_rate_excess = np.fmax(0.0, -(100.0 * k_phi * (R - t_yfvls) + t_eyp7z * t_e4rje)) * t_e4rje
-        t_m7tvp = t_gqrit + np.where(m_z5ee7_2, -(cos_t * t_aztjl * rho_t), 0.0)
-        zeta1_rate = t_m7tvp * sin_phi_ref - rho_t_rate_excess * zeta1 - t_2uf7g * cos_phi_ref
-        t_eim6l = rho_t_rate_excess * zeta2 + t_2uf7g * sin_phi_ref + t_m7tvp * cos_phi_ref
-        zeta2_rate = -t_eim6l
+        rho_t_rate_excess = np.fmax(0.0, -(100.0 * k_phi * (R - t_yfvls) + t_vatig * t_e4rje)) * t_e4rje
+        t_7nepn = t_vnxtr + np.where(m_qm7gk_2, -(cos_t * t_kyu74 * rho_t), 0.0)
+        zeta1_rate = t_7nepn * sin_phi_ref - rho_t_rate_excess * zeta1 - t_nsktt * cos_phi_ref
+        t_6dbzm = rho_t_rate_excess * zeta2 + t_nsktt * sin_phi_ref + t_7nepn * cos_phi_ref
+        zeta2_rate = -t_6dbzm
         w3 = np.fmax(-mu_rate_max, np.fmin(mu_rate_max, mu_gain * (mu_ref - mu)))
         return _vector(
             zeta1_rate,
@@ -536,7 +536,7 @@ def sliding_loop(q, r, p, c):
             w3,
             disturbance
                 + 3.0 * H / mass / mu
-                - zeta1 * t_eim6l
+                - zeta1 * t_6dbzm
                 - zeta1_rate * zeta2,
         )
 
@@ -566,45 +566,45 @@ def sliding_observe(q, r, p, c):
         sin_phi_ref, cos_phi_ref = np.sin(phi_ref), np.cos(phi_ref)
         w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
         w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2  # (25)
-        t_furpv = w_across * w_across + w_along * w_along
-        rho_t = np.sqrt(t_furpv)  # (25)
-        m_z5ee7 = (1e-09 < rho_t)
-        t_gliif = 1.0 / rho_t
-        cos_t = np.where(m_z5ee7, w_along * t_gliif, 1.0)  # (25)
+        t_fvfvk = w_across * w_across + w_along * w_along
+        rho_t = np.sqrt(t_fvfvk)  # (25)
+        m_qm7gk = (1e-09 < rho_t)
+        t_6dtnj = 1.0 / rho_t
+        cos_t = np.where(m_qm7gk, w_along * t_6dtnj, 1.0)  # (25)
         theta_t = theta - theta_ref + rho_ref * w_across * area_factor  # (27)
-        t_xuitj = w_across * t_gliif
-        chord = np.sqrt(R * R + np.where(m_z5ee7, np.where(m_z5ee7, -(rho_ref * rho_ref * (t_xuitj * t_xuitj)), 0.0), 0.0))  # (28)
+        t_3hj5v = w_across * t_6dtnj
+        chord = np.sqrt(R * R + np.where(m_qm7gk, np.where(m_qm7gk, -(rho_ref * rho_ref * (t_3hj5v * t_3hj5v)), 0.0), 0.0))  # (28)
         h = cos_t * rho_ref + chord  # (28)
         t_gjxkh = 1.0 / theta_star
         tau = np.abs(theta_t) * t_gjxkh  # (31)
         t_ieu4b = 1.0 / m
         f = np.power(tau, t_ieu4b)  # (31)
         s = rho_t - f * h  # (30)
-        m_z5ee7_2 = (0.0 < rho_t)
-        t_3vtu5 = k_phi * np.sqrt(rho_t / h) / (tau + t_furpv / (h * h))
-        t_eftwe = t_gjxkh * t_ieu4b * h * t_3vtu5 * (np.where(m_z5ee7, rho_ref * t_xuitj / chord * theta_t * m, 0.0) - t_furpv)
-        rho_t_rate = np.where(m_z5ee7_2, t_eftwe, 0.0) - eta_rho * np.fmax(-1.0, np.fmin(1.0, s * (1.0 / s_min)))  # (34)
+        m_qm7gk_2 = (0.0 < rho_t)
+        t_qukd5 = k_phi * np.sqrt(rho_t / h) / (tau + t_fvfvk / (h * h))
+        t_i52sh = t_gjxkh * t_ieu4b * h * t_qukd5 * (np.where(m_qm7gk, rho_ref * t_3hj5v / chord * theta_t * m, 0.0) - t_fvfvk)
+        rho_t_rate = np.where(m_qm7gk_2, t_i52sh, 0.0) - eta_rho * np.fmax(-1.0, np.fmin(1.0, s * (1.0 / s_min)))  # (34)
         t_4x2zf = zeta1 * zeta1 + zeta2 * zeta2
         rho = np.sqrt(t_4x2zf)
-        t_aztjl = t_3vtu5 * np.power(f, -1.0 + m) * np.fmax(-1.0, np.fmin(1.0, theta_t * (1.0 / theta_min)))
-        t_nwlcx = t_aztjl * rho_t
-        t_2uf7g = cos_t * rho_t_rate + np.where(m_z5ee7, np.where(m_z5ee7_2, t_nwlcx * t_xuitj, 0.0), 0.0)
-        t_gqrit = np.where(m_z5ee7, rho_t_rate * t_xuitj, 0.0)
-        t_2blmm = np.where(m_z5ee7_2, -(t_nwlcx * cos_t), 0.0) + t_gqrit
-        t_eyp7z = (
-            (cos_phi_ref * t_2uf7g - sin_phi_ref * t_2blmm) * zeta1
-            + (cos_phi_ref * t_2blmm + sin_phi_ref * t_2uf7g) * zeta2
+        t_kyu74 = t_qukd5 * np.power(f, -1.0 + m) * np.fmax(-1.0, np.fmin(1.0, theta_t * (1.0 / theta_min)))
+        t_mrtsa = t_kyu74 * rho_t
+        t_nsktt = cos_t * rho_t_rate + np.where(m_qm7gk, np.where(m_qm7gk_2, t_mrtsa * t_3hj5v, 0.0), 0.0)
+        t_vnxtr = np.where(m_qm7gk, rho_t_rate * t_3hj5v, 0.0)
+        t_dgj2l = np.where(m_qm7gk_2, -(t_mrtsa * cos_t), 0.0) + t_vnxtr
+        t_vatig = (
+            (cos_phi_ref * t_nsktt - sin_phi_ref * t_dgj2l) * zeta1
+            + (cos_phi_ref * t_dgj2l + sin_phi_ref * t_nsktt) * zeta2
         )
-        t_y4tzf = 1.0 / np.fmax(1e-09, rho)
-        rho_t_rate_excess = np.fmax(0.0, -(100.0 * k_phi * (R - rho) + t_eyp7z * t_y4tzf)) * t_y4tzf
+        t_wfrll = 1.0 / np.fmax(1e-09, rho)
+        rho_t_rate_excess = np.fmax(0.0, -(100.0 * k_phi * (R - rho) + t_vatig * t_wfrll)) * t_wfrll
         phi = np.arctan2(zeta2, zeta1)
-        t_m7tvp = t_gqrit + np.where(m_z5ee7_2, -(cos_t * t_aztjl * rho_t), 0.0)
-        zeta1_rate = t_m7tvp * sin_phi_ref - rho_t_rate_excess * zeta1 - t_2uf7g * cos_phi_ref
+        t_7nepn = t_vnxtr + np.where(m_qm7gk_2, -(cos_t * t_kyu74 * rho_t), 0.0)
+        zeta1_rate = t_7nepn * sin_phi_ref - rho_t_rate_excess * zeta1 - t_nsktt * cos_phi_ref
         w3 = np.fmax(-mu_rate_max, np.fmin(mu_rate_max, mu_gain * (mu_ref - mu)))
-        m_o5luw = (0.0 < rho)
-        t_eim6l = rho_t_rate_excess * zeta2 + t_2uf7g * sin_phi_ref + t_m7tvp * cos_phi_ref
-        w1 = np.where(m_o5luw, (zeta1 * zeta1_rate - zeta2 * t_eim6l) / rho, zeta1_rate)
-        w2 = np.where(m_o5luw, -((zeta1 * t_eim6l + zeta1_rate * zeta2) / t_4x2zf), 0.0)
+        m_wzkpw = (0.0 < rho)
+        t_6dbzm = rho_t_rate_excess * zeta2 + t_nsktt * sin_phi_ref + t_7nepn * cos_phi_ref
+        w1 = np.where(m_wzkpw, (zeta1 * zeta1_rate - zeta2 * t_6dbzm) / rho, zeta1_rate)
+        w2 = np.where(m_wzkpw, -((zeta1 * t_6dbzm + zeta1_rate * zeta2) / t_4x2zf), 0.0)
         return _vector(
             rho,
             phi,
@@ -631,25 +631,25 @@ def sliding_constraints(p, c, s):
         t_qyel2 = l3_0 * l3_0
         t_iwwvg = l1_0 * l1_0 + l2_0 * l2_0
         mu_0 = t_qyel2 + t_iwwvg  # (18)
-        t_atcuu = 0.5 / mu_0
-        z2_0 = 1.7320508075688772 * t_atcuu * (l1_0 + l2_0) * (l1_0 - l2_0)  # (19)
-        t_mgwir = t_atcuu * (t_iwwvg + -2.0 * t_qyel2)
-        t_brk2i = t_mgwir * t_mgwir
-        t_pznmt = z2_0 * z2_0
-        open_0 = 1.0 + -4.0 * t_brk2i + -4.0 * t_pznmt  # (19)
+        t_qo36g = 0.5 / mu_0
+        z2_0 = 1.7320508075688772 * t_qo36g * (l1_0 + l2_0) * (l1_0 - l2_0)  # (19)
+        t_m2d3a = t_qo36g * (t_iwwvg + -2.0 * t_qyel2)
+        t_ncrup = t_m2d3a * t_m2d3a
+        t_sbeph = z2_0 * z2_0
+        open_0 = 1.0 + -4.0 * t_ncrup + -4.0 * t_sbeph  # (19)
         t_xkhu7 = l3_f * l3_f
         t_al3xt = l1_f * l1_f + l2_f * l2_f
         mu_f = t_xkhu7 + t_al3xt  # (18)
-        t_jloge = 0.5 / mu_f
-        z2_f = 1.7320508075688772 * t_jloge * (l1_f + l2_f) * (l1_f - l2_f)  # (19)
-        t_sdww6 = t_jloge * (t_al3xt + -2.0 * t_xkhu7)
-        t_sy3b2 = t_sdww6 * t_sdww6
-        t_5ltqh = z2_f * z2_f
-        open_f = 1.0 + -4.0 * t_sy3b2 + -4.0 * t_5ltqh  # (19)
-        rho_ref = np.sqrt(t_sy3b2 + t_5ltqh) / np.sqrt(0.5 + 0.5 * np.sqrt(np.fmax(0.0, open_f)))
+        t_tigas = 0.5 / mu_f
+        z2_f = 1.7320508075688772 * t_tigas * (l1_f + l2_f) * (l1_f - l2_f)  # (19)
+        t_m45eq = t_tigas * (t_al3xt + -2.0 * t_xkhu7)
+        t_aclmj = t_m45eq * t_m45eq
+        t_vsouu = z2_f * z2_f
+        open_f = 1.0 + -4.0 * t_aclmj + -4.0 * t_vsouu  # (19)
+        rho_ref = np.sqrt(t_aclmj + t_vsouu) / np.sqrt(0.5 + 0.5 * np.sqrt(np.fmax(0.0, open_f)))
         return _vector(
             R - rho_ref,
-            R - np.sqrt(t_brk2i + t_pznmt) / np.sqrt(0.5 + 0.5 * np.sqrt(np.fmax(0.0, open_0))),
+            R - np.sqrt(t_ncrup + t_sbeph) / np.sqrt(0.5 + 0.5 * np.sqrt(np.fmax(0.0, open_0))),
         )
 
 
@@ -689,91 +689,91 @@ def path(x, r, p, c):
         zeta2 = rho * sin_phi
         w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
         w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2  # (25)
-        t_furpv = w_across * w_across + w_along * w_along
-        rho_t = np.sqrt(t_furpv)  # (25)
-        m_z5ee7 = (1e-09 < rho_t)
-        t_gliif = 1.0 / rho_t
-        cos_t = np.where(m_z5ee7, w_along * t_gliif, 1.0)  # (25)
+        t_5lued = w_across * w_across + w_along * w_along
+        rho_t = np.sqrt(t_5lued)  # (25)
+        m_qm7gk = (1e-09 < rho_t)
+        t_6dtnj = 1.0 / rho_t
+        cos_t = np.where(m_qm7gk, w_along * t_6dtnj, 1.0)  # (25)
         theta_t = theta - theta_ref + rho_ref * w_across * area_factor  # (27)
         alpha = np.sign(theta_t)  # (40)
-        t_ptl3y = np.abs(theta_t)
-        K_ = np.fmin(1000000000000.0, (t_ptl3y + t_ptl3y) / np.fmax(1e-24, t_furpv))  # (42)
+        t_nldyv = np.abs(theta_t)
+        K_ = np.fmin(1000000000000.0, (t_nldyv + t_nldyv) / np.fmax(1e-24, t_5lued))  # (42)
         sqrt_K = np.sqrt(K_)
         x_start = 3.141592653589793 * K_ / (3.478838 + sqrt_K * (0.566927 + sqrt_K * (2.225213 + sqrt_K))) * (1.661023 + sqrt_K)  # (42)
         sin_x1, cos_x1 = np.sin(x_start), np.cos(x_start)
-        t_olly6 = sin_x1 * sin_x1
-        t_23zzq = cos_x1 * cos_x1
-        t_jk652 = cos_x1 * sin_x1
-        t_rkglc = K_ + K_
-        t_6jinm = 1.0 + t_olly6 - t_23zzq - t_jk652 * t_rkglc
-        t_mtylf = t_6jinm * t_6jinm
-        t_vapxn = t_olly6 * K_
-        t_iaeac = t_vapxn + t_vapxn
-        t_njl5j = (
-            t_mtylf
-            + t_mtylf
-            - (t_iaeac + 4.0 * t_jk652 - t_23zzq * t_rkglc) * (x_start - t_jk652 - t_vapxn)
+        t_leuxo = sin_x1 * sin_x1
+        t_leuxo_2 = cos_x1 * cos_x1
+        t_leuxo_3 = cos_x1 * sin_x1
+        t_2qjkk = K_ + K_
+        t_pondk = 1.0 + t_leuxo - t_leuxo_2 - t_leuxo_3 * t_2qjkk
+        t_o4obi = t_pondk * t_pondk
+        t_qc6bw = t_leuxo * K_
+        t_qc6bw_2 = t_qc6bw + t_qc6bw
+        t_khj3r = (
+            t_o4obi
+            + t_o4obi
+            - (t_qc6bw_2 + 4.0 * t_leuxo_3 - t_leuxo_2 * t_2qjkk) * (x_start - t_leuxo_3 - t_qc6bw)
         )
-        x_step1 = x_start - t_6jinm / t_njl5j * (-2.0 * t_jk652 - t_iaeac + (x_start + x_start))  # (42)
+        x_step1 = x_start - t_pondk / t_khj3r * (-2.0 * t_leuxo_3 - t_qc6bw_2 + (x_start + x_start))  # (42)
         sin_x2, cos_x2 = np.sin(x_step1), np.cos(x_step1)
-        t_ondim = sin_x2 * sin_x2
-        t_iuts7 = cos_x2 * cos_x2
-        t_dgfa7 = cos_x2 * sin_x2
-        t_wdxur = 1.0 + t_ondim - t_iuts7 - t_rkglc * t_dgfa7
-        t_7klzx = t_wdxur * t_wdxur
-        t_nwlbz = t_ondim * K_
-        t_d4xrm = t_nwlbz + t_nwlbz
-        t_7sse2 = (
-            t_7klzx
-            + t_7klzx
-            - (t_d4xrm + 4.0 * t_dgfa7 - t_rkglc * t_iuts7) * (x_step1 - t_dgfa7 - t_nwlbz)
+        t_leuxo_4 = sin_x2 * sin_x2
+        t_leuxo_5 = cos_x2 * cos_x2
+        t_leuxo_6 = cos_x2 * sin_x2
+        t_pondk_2 = 1.0 + t_leuxo_4 - t_leuxo_5 - t_2qjkk * t_leuxo_6
+        t_o4obi_2 = t_pondk_2 * t_pondk_2
+        t_qc6bw_3 = t_leuxo_4 * K_
+        t_qc6bw_4 = t_qc6bw_3 + t_qc6bw_3
+        t_khj3r_2 = (
+            t_o4obi_2
+            + t_o4obi_2
+            - (t_qc6bw_4 + 4.0 * t_leuxo_6 - t_2qjkk * t_leuxo_5) * (x_step1 - t_leuxo_6 - t_qc6bw_3)
         )
-        x_step2 = x_step1 - t_wdxur / t_7sse2 * (-2.0 * t_dgfa7 - t_d4xrm + (x_step1 + x_step1))  # (42)
+        x_step2 = x_step1 - t_pondk_2 / t_khj3r_2 * (-2.0 * t_leuxo_6 - t_qc6bw_4 + (x_step1 + x_step1))  # (42)
         sin_x3, cos_x3 = np.sin(x_step2), np.cos(x_step2)
-        t_drem6 = sin_x3 * sin_x3
-        t_znqpz = cos_x3 * cos_x3
-        t_puxxy = cos_x3 * sin_x3
-        t_s355q = 1.0 + t_drem6 - t_znqpz - t_rkglc * t_puxxy
-        t_5uofc = t_s355q * t_s355q
-        t_5lgfw = t_drem6 * K_
-        t_ezjt3 = t_5lgfw + t_5lgfw
-        t_xhmsj = (
-            t_5uofc
-            + t_5uofc
-            - (t_ezjt3 + 4.0 * t_puxxy - t_rkglc * t_znqpz) * (x_step2 - t_puxxy - t_5lgfw)
+        t_leuxo_7 = sin_x3 * sin_x3
+        t_leuxo_8 = cos_x3 * cos_x3
+        t_leuxo_9 = cos_x3 * sin_x3
+        t_pondk_3 = 1.0 + t_leuxo_7 - t_leuxo_8 - t_2qjkk * t_leuxo_9
+        t_o4obi_3 = t_pondk_3 * t_pondk_3
+        t_qc6bw_5 = t_leuxo_7 * K_
+        t_qc6bw_6 = t_qc6bw_5 + t_qc6bw_5
+        t_khj3r_3 = (
+            t_o4obi_3
+            + t_o4obi_3
+            - (t_qc6bw_6 + 4.0 * t_leuxo_9 - t_2qjkk * t_leuxo_8) * (x_step2 - t_leuxo_9 - t_qc6bw_5)
         )
-        x_step3 = x_step2 - t_s355q / t_xhmsj * (-2.0 * t_puxxy - t_ezjt3 + (x_step2 + x_step2))  # (42)
+        x_step3 = x_step2 - t_pondk_3 / t_khj3r_3 * (-2.0 * t_leuxo_9 - t_qc6bw_6 + (x_step2 + x_step2))  # (42)
         P = R * R - rho_ref * rho_ref + cos_t * rho_ref * rho_t  # (47)
-        t_xuitj = w_across * t_gliif
-        t_c5njk = rho_ref * t_xuitj * rho_t
-        Q = np.where(m_z5ee7, -t_c5njk, 0.0)  # (47)
-        t_efbua = np.fmin(1.0, rho_t * R / np.sqrt(P * P + np.where(m_z5ee7, np.where(m_z5ee7, t_c5njk * t_c5njk, 0.0), 0.0)))
-        x_tangent = 1.5707963267948966 - alpha * np.arctan2(Q, P) + np.arccos(t_efbua)  # (47)
-        m_xb2xi = (K_ < 0.03)
-        t_fcflk = K_ * K_
-        t_reehy = np.where(m_xb2xi, K_ * (1.5 + t_fcflk * (-0.45 + t_fcflk * (0.26035714285714284 + -0.18225 * t_fcflk))), x_step3)
-        x_ = np.fmin(x_tangent, t_reehy)  # (47)
-        escape = np.fmin(np.fmin(R - rho_ref, rho_escape), np.sqrt(t_ptl3y))
+        t_5dhp4 = w_across * t_6dtnj
+        t_ovc73 = rho_ref * t_5dhp4 * rho_t
+        Q = np.where(m_qm7gk, -t_ovc73, 0.0)  # (47)
+        t_dgip2 = np.fmin(1.0, rho_t * R / np.sqrt(P * P + np.where(m_qm7gk, np.where(m_qm7gk, t_ovc73 * t_ovc73, 0.0), 0.0)))
+        x_tangent = 1.5707963267948966 - alpha * np.arctan2(Q, P) + np.arccos(t_dgip2)  # (47)
+        m_cn56p = (K_ < 0.03)
+        t_leuxo_10 = K_ * K_
+        t_dtpk5 = np.where(m_cn56p, K_ * (1.5 + t_leuxo_10 * (-0.45 + t_leuxo_10 * (0.26035714285714284 + -0.18225 * t_leuxo_10))), x_step3)
+        x_ = np.fmin(x_tangent, t_dtpk5)  # (47)
+        escape = np.fmin(np.fmin(R - rho_ref, rho_escape), np.sqrt(t_nldyv))
         sin_x_, cos_x_ = np.sin(x_), np.cos(x_)
         speed = k_phi * np.fmax(rho_t, -(cos_x_ * escape))  # (45)
-        t_4x2zf = zeta1 * zeta1 + zeta2 * zeta2
-        t_yfvls = np.sqrt(t_4x2zf)
-        t_a5u54 = alpha * speed * sin_x_
-        t_wvhee = cos_x_ * speed
-        t_rqnbt = np.where(m_z5ee7, t_xuitj * t_a5u54, 0.0) - cos_t * t_wvhee
-        t_lp7ic = np.where(m_z5ee7, -(t_wvhee * t_xuitj), 0.0) - cos_t * t_a5u54
-        t_unyzv = (
-            (cos_phi_ref * t_rqnbt - sin_phi_ref * t_lp7ic) * zeta1
-            + (cos_phi_ref * t_lp7ic + sin_phi_ref * t_rqnbt) * zeta2
+        t_dynew = zeta1 * zeta1 + zeta2 * zeta2
+        t_wmyyh = np.sqrt(t_dynew)
+        t_3woog = alpha * speed * sin_x_
+        t_5opk6 = cos_x_ * speed
+        t_4b6zm = np.where(m_qm7gk, t_5dhp4 * t_3woog, 0.0) - cos_t * t_5opk6
+        t_udcr3 = np.where(m_qm7gk, -(t_5opk6 * t_5dhp4), 0.0) - cos_t * t_3woog
+        t_nfxfi = (
+            (cos_phi_ref * t_4b6zm - sin_phi_ref * t_udcr3) * zeta1
+            + (cos_phi_ref * t_udcr3 + sin_phi_ref * t_4b6zm) * zeta2
         )
-        t_e4rje = 1.0 / np.fmax(1e-09, t_yfvls)
-        rho_rate_excess = np.fmax(0.0, -(100.0 * k_phi * (R - t_yfvls) + t_unyzv * t_e4rje)) * t_e4rje
-        zeta1_rate = t_lp7ic * sin_phi_ref - rho_rate_excess * zeta1 - t_rqnbt * cos_phi_ref
+        t_e2kmt = 1.0 / np.fmax(1e-09, t_wmyyh)
+        rho_rate_excess = np.fmax(0.0, -(100.0 * k_phi * (R - t_wmyyh) + t_nfxfi * t_e2kmt)) * t_e2kmt
+        zeta1_rate = t_udcr3 * sin_phi_ref - rho_rate_excess * zeta1 - t_4b6zm * cos_phi_ref
         w3 = np.fmax(-mu_rate_max, np.fmin(mu_rate_max, mu_gain * (mu_ref - mu)))
-        m_ksqj2 = (0.0 < t_yfvls)
-        t_nso3s = rho_rate_excess * zeta2 + t_rqnbt * sin_phi_ref + t_lp7ic * cos_phi_ref
-        w1 = np.where(m_ksqj2, (zeta1 * zeta1_rate - zeta2 * t_nso3s) / t_yfvls, zeta1_rate)
-        w2 = np.where(m_ksqj2, -((zeta1 * t_nso3s + zeta1_rate * zeta2) / t_4x2zf), 0.0)
+        m_jelvn = (0.0 < t_wmyyh)
+        t_nboeu = rho_rate_excess * zeta2 + t_4b6zm * sin_phi_ref + t_udcr3 * cos_phi_ref
+        w1 = np.where(m_jelvn, (zeta1 * zeta1_rate - zeta2 * t_nboeu) / t_wmyyh, zeta1_rate)
+        w2 = np.where(m_jelvn, -((zeta1 * t_nboeu + zeta1_rate * zeta2) / t_dynew), 0.0)
         return _vector(
             w1,
             w2,
@@ -805,87 +805,87 @@ def path_loop(q, r, p, c):
         sin_phi_ref, cos_phi_ref = np.sin(phi_ref), np.cos(phi_ref)
         w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
         w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2  # (25)
-        t_furpv = w_across * w_across + w_along * w_along
-        rho_t = np.sqrt(t_furpv)  # (25)
-        m_z5ee7 = (1e-09 < rho_t)
-        t_gliif = 1.0 / rho_t
-        cos_t = np.where(m_z5ee7, w_along * t_gliif, 1.0)  # (25)
+        t_fvfvk = w_across * w_across + w_along * w_along
+        rho_t = np.sqrt(t_fvfvk)  # (25)
+        m_qm7gk = (1e-09 < rho_t)
+        t_6dtnj = 1.0 / rho_t
+        cos_t = np.where(m_qm7gk, w_along * t_6dtnj, 1.0)  # (25)
         theta_t = theta - theta_ref + rho_ref * w_across * area_factor  # (27)
         alpha = np.sign(theta_t)  # (40)
-        t_ptl3y = np.abs(theta_t)
-        K_ = np.fmin(1000000000000.0, (t_ptl3y + t_ptl3y) / np.fmax(1e-24, t_furpv))  # (42)
+        t_nldyv = np.abs(theta_t)
+        K_ = np.fmin(1000000000000.0, (t_nldyv + t_nldyv) / np.fmax(1e-24, t_fvfvk))  # (42)
         sqrt_K = np.sqrt(K_)
         x_start = 3.141592653589793 * K_ / (3.478838 + sqrt_K * (0.566927 + sqrt_K * (2.225213 + sqrt_K))) * (1.661023 + sqrt_K)  # (42)
         sin_x1, cos_x1 = np.sin(x_start), np.cos(x_start)
-        t_olly6 = sin_x1 * sin_x1
-        t_23zzq = cos_x1 * cos_x1
-        t_jk652 = cos_x1 * sin_x1
-        t_rkglc = K_ + K_
-        t_6jinm = 1.0 + t_olly6 - t_23zzq - t_jk652 * t_rkglc
-        t_mtylf = t_6jinm * t_6jinm
-        t_vapxn = t_olly6 * K_
-        t_iaeac = t_vapxn + t_vapxn
-        t_njl5j = (
-            t_mtylf
-            + t_mtylf
-            - (t_iaeac + 4.0 * t_jk652 - t_23zzq * t_rkglc) * (x_start - t_jk652 - t_vapxn)
+        t_leuxo = sin_x1 * sin_x1
+        t_leuxo_2 = cos_x1 * cos_x1
+        t_leuxo_3 = cos_x1 * sin_x1
+        t_2qjkk = K_ + K_
+        t_pondk = 1.0 + t_leuxo - t_leuxo_2 - t_leuxo_3 * t_2qjkk
+        t_o4obi = t_pondk * t_pondk
+        t_qc6bw = t_leuxo * K_
+        t_qc6bw_2 = t_qc6bw + t_qc6bw
+        t_khj3r = (
+            t_o4obi
+            + t_o4obi
+            - (t_qc6bw_2 + 4.0 * t_leuxo_3 - t_leuxo_2 * t_2qjkk) * (x_start - t_leuxo_3 - t_qc6bw)
         )
-        x_step1 = x_start - t_6jinm / t_njl5j * (-2.0 * t_jk652 - t_iaeac + (x_start + x_start))  # (42)
+        x_step1 = x_start - t_pondk / t_khj3r * (-2.0 * t_leuxo_3 - t_qc6bw_2 + (x_start + x_start))  # (42)
         sin_x2, cos_x2 = np.sin(x_step1), np.cos(x_step1)
-        t_ondim = sin_x2 * sin_x2
-        t_iuts7 = cos_x2 * cos_x2
-        t_dgfa7 = cos_x2 * sin_x2
-        t_wdxur = 1.0 + t_ondim - t_iuts7 - t_rkglc * t_dgfa7
-        t_7klzx = t_wdxur * t_wdxur
-        t_nwlbz = t_ondim * K_
-        t_d4xrm = t_nwlbz + t_nwlbz
-        t_7sse2 = (
-            t_7klzx
-            + t_7klzx
-            - (t_d4xrm + 4.0 * t_dgfa7 - t_rkglc * t_iuts7) * (x_step1 - t_dgfa7 - t_nwlbz)
+        t_leuxo_4 = sin_x2 * sin_x2
+        t_leuxo_5 = cos_x2 * cos_x2
+        t_leuxo_6 = cos_x2 * sin_x2
+        t_pondk_2 = 1.0 + t_leuxo_4 - t_leuxo_5 - t_2qjkk * t_leuxo_6
+        t_o4obi_2 = t_pondk_2 * t_pondk_2
+        t_qc6bw_3 = t_leuxo_4 * K_
+        t_qc6bw_4 = t_qc6bw_3 + t_qc6bw_3
+        t_khj3r_2 = (
+            t_o4obi_2
+            + t_o4obi_2
+            - (t_qc6bw_4 + 4.0 * t_leuxo_6 - t_2qjkk * t_leuxo_5) * (x_step1 - t_leuxo_6 - t_qc6bw_3)
         )
-        x_step2 = x_step1 - t_wdxur / t_7sse2 * (-2.0 * t_dgfa7 - t_d4xrm + (x_step1 + x_step1))  # (42)
+        x_step2 = x_step1 - t_pondk_2 / t_khj3r_2 * (-2.0 * t_leuxo_6 - t_qc6bw_4 + (x_step1 + x_step1))  # (42)
         sin_x3, cos_x3 = np.sin(x_step2), np.cos(x_step2)
-        t_drem6 = sin_x3 * sin_x3
-        t_znqpz = cos_x3 * cos_x3
-        t_puxxy = cos_x3 * sin_x3
-        t_s355q = 1.0 + t_drem6 - t_znqpz - t_rkglc * t_puxxy
-        t_5uofc = t_s355q * t_s355q
-        t_5lgfw = t_drem6 * K_
-        t_ezjt3 = t_5lgfw + t_5lgfw
-        t_xhmsj = (
-            t_5uofc
-            + t_5uofc
-            - (t_ezjt3 + 4.0 * t_puxxy - t_rkglc * t_znqpz) * (x_step2 - t_puxxy - t_5lgfw)
+        t_leuxo_7 = sin_x3 * sin_x3
+        t_leuxo_8 = cos_x3 * cos_x3
+        t_leuxo_9 = cos_x3 * sin_x3
+        t_pondk_3 = 1.0 + t_leuxo_7 - t_leuxo_8 - t_2qjkk * t_leuxo_9
+        t_o4obi_3 = t_pondk_3 * t_pondk_3
+        t_qc6bw_5 = t_leuxo_7 * K_
+        t_qc6bw_6 = t_qc6bw_5 + t_qc6bw_5
+        t_khj3r_3 = (
+            t_o4obi_3
+            + t_o4obi_3
+            - (t_qc6bw_6 + 4.0 * t_leuxo_9 - t_2qjkk * t_leuxo_8) * (x_step2 - t_leuxo_9 - t_qc6bw_5)
         )
-        x_step3 = x_step2 - t_s355q / t_xhmsj * (-2.0 * t_puxxy - t_ezjt3 + (x_step2 + x_step2))  # (42)
+        x_step3 = x_step2 - t_pondk_3 / t_khj3r_3 * (-2.0 * t_leuxo_9 - t_qc6bw_6 + (x_step2 + x_step2))  # (42)
         P = R * R - rho_ref * rho_ref + cos_t * rho_ref * rho_t  # (47)
-        t_xuitj = w_across * t_gliif
-        t_c5njk = rho_ref * t_xuitj * rho_t
-        Q = np.where(m_z5ee7, -t_c5njk, 0.0)  # (47)
-        t_efbua = np.fmin(1.0, rho_t * R / np.sqrt(P * P + np.where(m_z5ee7, np.where(m_z5ee7, t_c5njk * t_c5njk, 0.0), 0.0)))
-        x_tangent = 1.5707963267948966 - alpha * np.arctan2(Q, P) + np.arccos(t_efbua)  # (47)
-        m_xb2xi = (K_ < 0.03)
-        t_fcflk = K_ * K_
-        t_reehy = np.where(m_xb2xi, K_ * (1.5 + t_fcflk * (-0.45 + t_fcflk * (0.26035714285714284 + -0.18225 * t_fcflk))), x_step3)
-        x = np.fmin(x_tangent, t_reehy)  # (47)
-        escape = np.fmin(np.fmin(R - rho_ref, rho_escape), np.sqrt(t_ptl3y))
+        t_3hj5v = w_across * t_6dtnj
+        t_snkwi = rho_ref * t_3hj5v * rho_t
+        Q = np.where(m_qm7gk, -t_snkwi, 0.0)  # (47)
+        t_tapie = np.fmin(1.0, rho_t * R / np.sqrt(P * P + np.where(m_qm7gk, np.where(m_qm7gk, t_snkwi * t_snkwi, 0.0), 0.0)))
+        x_tangent = 1.5707963267948966 - alpha * np.arctan2(Q, P) + np.arccos(t_tapie)  # (47)
+        m_cn56p = (K_ < 0.03)
+        t_leuxo_10 = K_ * K_
+        t_dtpk5 = np.where(m_cn56p, K_ * (1.5 + t_leuxo_10 * (-0.45 + t_leuxo_10 * (0.26035714285714284 + -0.18225 * t_leuxo_10))), x_step3)
+        x = np.fmin(x_tangent, t_dtpk5)  # (47)
+        escape = np.fmin(np.fmin(R - rho_ref, rho_escape), np.sqrt(t_nldyv))
         sin_x, cos_x = np.sin(x), np.cos(x)
         speed = k_phi * np.fmax(rho_t, -(cos_x * escape))  # (45)
         t_yfvls = np.sqrt(zeta1 * zeta1 + zeta2 * zeta2)
-        t_a5u54 = alpha * speed * sin_x
-        t_wvhee = cos_x * speed
-        t_rqnbt = np.where(m_z5ee7, t_xuitj * t_a5u54, 0.0) - cos_t * t_wvhee
-        t_lp7ic = np.where(m_z5ee7, -(t_wvhee * t_xuitj), 0.0) - cos_t * t_a5u54
-        t_unyzv = (
-            (cos_phi_ref * t_rqnbt - sin_phi_ref * t_lp7ic) * zeta1
-            + (cos_phi_ref * t_lp7ic + sin_phi_ref * t_rqnbt) * zeta2
+        t_3woog = alpha * speed * sin_x
+        t_5opk6 = cos_x * speed
+        t_te3wf = np.where(m_qm7gk, t_3hj5v * t_3woog, 0.0) - cos_t * t_5opk6
+        t_hons5 = np.where(m_qm7gk, -(t_5opk6 * t_3hj5v), 0.0) - cos_t * t_3woog
+        t_ja5nv = (
+            (cos_phi_ref * t_te3wf - sin_phi_ref * t_hons5) * zeta1
+            + (cos_phi_ref * t_hons5 + sin_phi_ref * t_te3wf) * zeta2
         )
         t_e4rje = 1.0 / np.fmax(1e-09, t_yfvls)
-        rho_rate_excess = np.fmax(0.0, -(100.0 * k_phi * (R - t_yfvls) + t_unyzv * t_e4rje)) * t_e4rje
-        zeta1_rate = t_lp7ic * sin_phi_ref - rho_rate_excess * zeta1 - t_rqnbt * cos_phi_ref
-        t_nso3s = rho_rate_excess * zeta2 + t_rqnbt * sin_phi_ref + t_lp7ic * cos_phi_ref
-        zeta2_rate = -t_nso3s
+        rho_rate_excess = np.fmax(0.0, -(100.0 * k_phi * (R - t_yfvls) + t_ja5nv * t_e4rje)) * t_e4rje
+        zeta1_rate = t_hons5 * sin_phi_ref - rho_rate_excess * zeta1 - t_te3wf * cos_phi_ref
+        t_7o6ei = rho_rate_excess * zeta2 + t_te3wf * sin_phi_ref + t_hons5 * cos_phi_ref
+        zeta2_rate = -t_7o6ei
         w3 = np.fmax(-mu_rate_max, np.fmin(mu_rate_max, mu_gain * (mu_ref - mu)))
         return _vector(
             zeta1_rate,
@@ -893,7 +893,7 @@ def path_loop(q, r, p, c):
             w3,
             disturbance
                 + 3.0 * H / mass / mu
-                - zeta1 * t_nso3s
+                - zeta1 * t_7o6ei
                 - zeta1_rate * zeta2,
         )
 
@@ -919,92 +919,92 @@ def path_observe(q, r, p, c):
         sin_phi_ref, cos_phi_ref = np.sin(phi_ref), np.cos(phi_ref)
         w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
         w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2  # (25)
-        t_furpv = w_across * w_across + w_along * w_along
-        rho_t = np.sqrt(t_furpv)  # (25)
-        m_z5ee7 = (1e-09 < rho_t)
-        t_gliif = 1.0 / rho_t
-        cos_t = np.where(m_z5ee7, w_along * t_gliif, 1.0)  # (25)
+        t_fvfvk = w_across * w_across + w_along * w_along
+        rho_t = np.sqrt(t_fvfvk)  # (25)
+        m_qm7gk = (1e-09 < rho_t)
+        t_6dtnj = 1.0 / rho_t
+        cos_t = np.where(m_qm7gk, w_along * t_6dtnj, 1.0)  # (25)
         theta_t = theta - theta_ref + rho_ref * w_across * area_factor  # (27)
         alpha = np.sign(theta_t)  # (40)
-        t_ptl3y = np.abs(theta_t)
-        K_ = np.fmin(1000000000000.0, (t_ptl3y + t_ptl3y) / np.fmax(1e-24, t_furpv))  # (42)
+        t_nldyv = np.abs(theta_t)
+        K_ = np.fmin(1000000000000.0, (t_nldyv + t_nldyv) / np.fmax(1e-24, t_fvfvk))  # (42)
         sqrt_K = np.sqrt(K_)
         x_start = 3.141592653589793 * K_ / (3.478838 + sqrt_K * (0.566927 + sqrt_K * (2.225213 + sqrt_K))) * (1.661023 + sqrt_K)  # (42)
         sin_x1, cos_x1 = np.sin(x_start), np.cos(x_start)
-        t_olly6 = sin_x1 * sin_x1
-        t_23zzq = cos_x1 * cos_x1
-        t_jk652 = cos_x1 * sin_x1
-        t_rkglc = K_ + K_
-        t_6jinm = 1.0 + t_olly6 - t_23zzq - t_jk652 * t_rkglc
-        t_mtylf = t_6jinm * t_6jinm
-        t_vapxn = t_olly6 * K_
-        t_iaeac = t_vapxn + t_vapxn
-        t_njl5j = (
-            t_mtylf
-            + t_mtylf
-            - (t_iaeac + 4.0 * t_jk652 - t_23zzq * t_rkglc) * (x_start - t_jk652 - t_vapxn)
+        t_leuxo = sin_x1 * sin_x1
+        t_leuxo_2 = cos_x1 * cos_x1
+        t_leuxo_3 = cos_x1 * sin_x1
+        t_2qjkk = K_ + K_
+        t_pondk = 1.0 + t_leuxo - t_leuxo_2 - t_leuxo_3 * t_2qjkk
+        t_o4obi = t_pondk * t_pondk
+        t_qc6bw = t_leuxo * K_
+        t_qc6bw_2 = t_qc6bw + t_qc6bw
+        t_khj3r = (
+            t_o4obi
+            + t_o4obi
+            - (t_qc6bw_2 + 4.0 * t_leuxo_3 - t_leuxo_2 * t_2qjkk) * (x_start - t_leuxo_3 - t_qc6bw)
         )
-        x_step1 = x_start - t_6jinm / t_njl5j * (-2.0 * t_jk652 - t_iaeac + (x_start + x_start))  # (42)
+        x_step1 = x_start - t_pondk / t_khj3r * (-2.0 * t_leuxo_3 - t_qc6bw_2 + (x_start + x_start))  # (42)
         sin_x2, cos_x2 = np.sin(x_step1), np.cos(x_step1)
-        t_ondim = sin_x2 * sin_x2
-        t_iuts7 = cos_x2 * cos_x2
-        t_dgfa7 = cos_x2 * sin_x2
-        t_wdxur = 1.0 + t_ondim - t_iuts7 - t_rkglc * t_dgfa7
-        t_7klzx = t_wdxur * t_wdxur
-        t_nwlbz = t_ondim * K_
-        t_d4xrm = t_nwlbz + t_nwlbz
-        t_7sse2 = (
-            t_7klzx
-            + t_7klzx
-            - (t_d4xrm + 4.0 * t_dgfa7 - t_rkglc * t_iuts7) * (x_step1 - t_dgfa7 - t_nwlbz)
+        t_leuxo_4 = sin_x2 * sin_x2
+        t_leuxo_5 = cos_x2 * cos_x2
+        t_leuxo_6 = cos_x2 * sin_x2
+        t_pondk_2 = 1.0 + t_leuxo_4 - t_leuxo_5 - t_2qjkk * t_leuxo_6
+        t_o4obi_2 = t_pondk_2 * t_pondk_2
+        t_qc6bw_3 = t_leuxo_4 * K_
+        t_qc6bw_4 = t_qc6bw_3 + t_qc6bw_3
+        t_khj3r_2 = (
+            t_o4obi_2
+            + t_o4obi_2
+            - (t_qc6bw_4 + 4.0 * t_leuxo_6 - t_2qjkk * t_leuxo_5) * (x_step1 - t_leuxo_6 - t_qc6bw_3)
         )
-        x_step2 = x_step1 - t_wdxur / t_7sse2 * (-2.0 * t_dgfa7 - t_d4xrm + (x_step1 + x_step1))  # (42)
+        x_step2 = x_step1 - t_pondk_2 / t_khj3r_2 * (-2.0 * t_leuxo_6 - t_qc6bw_4 + (x_step1 + x_step1))  # (42)
         sin_x3, cos_x3 = np.sin(x_step2), np.cos(x_step2)
-        t_drem6 = sin_x3 * sin_x3
-        t_znqpz = cos_x3 * cos_x3
-        t_puxxy = cos_x3 * sin_x3
-        t_s355q = 1.0 + t_drem6 - t_znqpz - t_rkglc * t_puxxy
-        t_5uofc = t_s355q * t_s355q
-        t_5lgfw = t_drem6 * K_
-        t_ezjt3 = t_5lgfw + t_5lgfw
-        t_xhmsj = (
-            t_5uofc
-            + t_5uofc
-            - (t_ezjt3 + 4.0 * t_puxxy - t_rkglc * t_znqpz) * (x_step2 - t_puxxy - t_5lgfw)
+        t_leuxo_7 = sin_x3 * sin_x3
+        t_leuxo_8 = cos_x3 * cos_x3
+        t_leuxo_9 = cos_x3 * sin_x3
+        t_pondk_3 = 1.0 + t_leuxo_7 - t_leuxo_8 - t_2qjkk * t_leuxo_9
+        t_o4obi_3 = t_pondk_3 * t_pondk_3
+        t_qc6bw_5 = t_leuxo_7 * K_
+        t_qc6bw_6 = t_qc6bw_5 + t_qc6bw_5
+        t_khj3r_3 = (
+            t_o4obi_3
+            + t_o4obi_3
+            - (t_qc6bw_6 + 4.0 * t_leuxo_9 - t_2qjkk * t_leuxo_8) * (x_step2 - t_leuxo_9 - t_qc6bw_5)
         )
-        x_step3 = x_step2 - t_s355q / t_xhmsj * (-2.0 * t_puxxy - t_ezjt3 + (x_step2 + x_step2))  # (42)
+        x_step3 = x_step2 - t_pondk_3 / t_khj3r_3 * (-2.0 * t_leuxo_9 - t_qc6bw_6 + (x_step2 + x_step2))  # (42)
         P = R * R - rho_ref * rho_ref + cos_t * rho_ref * rho_t  # (47)
-        t_xuitj = w_across * t_gliif
-        t_c5njk = rho_ref * t_xuitj * rho_t
-        Q = np.where(m_z5ee7, -t_c5njk, 0.0)  # (47)
-        t_efbua = np.fmin(1.0, rho_t * R / np.sqrt(P * P + np.where(m_z5ee7, np.where(m_z5ee7, t_c5njk * t_c5njk, 0.0), 0.0)))
-        x_tangent = 1.5707963267948966 - alpha * np.arctan2(Q, P) + np.arccos(t_efbua)  # (47)
-        m_xb2xi = (K_ < 0.03)
-        t_fcflk = K_ * K_
-        t_reehy = np.where(m_xb2xi, K_ * (1.5 + t_fcflk * (-0.45 + t_fcflk * (0.26035714285714284 + -0.18225 * t_fcflk))), x_step3)
-        x_ = np.fmin(x_tangent, t_reehy)  # (47)
-        escape = np.fmin(np.fmin(R - rho_ref, rho_escape), np.sqrt(t_ptl3y))
+        t_3hj5v = w_across * t_6dtnj
+        t_snkwi = rho_ref * t_3hj5v * rho_t
+        Q = np.where(m_qm7gk, -t_snkwi, 0.0)  # (47)
+        t_tapie = np.fmin(1.0, rho_t * R / np.sqrt(P * P + np.where(m_qm7gk, np.where(m_qm7gk, t_snkwi * t_snkwi, 0.0), 0.0)))
+        x_tangent = 1.5707963267948966 - alpha * np.arctan2(Q, P) + np.arccos(t_tapie)  # (47)
+        m_cn56p = (K_ < 0.03)
+        t_leuxo_10 = K_ * K_
+        t_dtpk5 = np.where(m_cn56p, K_ * (1.5 + t_leuxo_10 * (-0.45 + t_leuxo_10 * (0.26035714285714284 + -0.18225 * t_leuxo_10))), x_step3)
+        x_ = np.fmin(x_tangent, t_dtpk5)  # (47)
+        escape = np.fmin(np.fmin(R - rho_ref, rho_escape), np.sqrt(t_nldyv))
         sin_x_, cos_x_ = np.sin(x_), np.cos(x_)
         speed = k_phi * np.fmax(rho_t, -(cos_x_ * escape))  # (45)
         t_4x2zf = zeta1 * zeta1 + zeta2 * zeta2
         rho = np.sqrt(t_4x2zf)
-        t_a5u54 = alpha * speed * sin_x_
-        t_wvhee = cos_x_ * speed
-        t_rqnbt = np.where(m_z5ee7, t_xuitj * t_a5u54, 0.0) - cos_t * t_wvhee
-        t_lp7ic = np.where(m_z5ee7, -(t_wvhee * t_xuitj), 0.0) - cos_t * t_a5u54
-        t_unyzv = (
-            (cos_phi_ref * t_rqnbt - sin_phi_ref * t_lp7ic) * zeta1
-            + (cos_phi_ref * t_lp7ic + sin_phi_ref * t_rqnbt) * zeta2
+        t_3woog = alpha * speed * sin_x_
+        t_5opk6 = cos_x_ * speed
+        t_te3wf = np.where(m_qm7gk, t_3hj5v * t_3woog, 0.0) - cos_t * t_5opk6
+        t_hons5 = np.where(m_qm7gk, -(t_5opk6 * t_3hj5v), 0.0) - cos_t * t_3woog
+        t_ja5nv = (
+            (cos_phi_ref * t_te3wf - sin_phi_ref * t_hons5) * zeta1
+            + (cos_phi_ref * t_hons5 + sin_phi_ref * t_te3wf) * zeta2
         )
-        t_y4tzf = 1.0 / np.fmax(1e-09, rho)
-        rho_rate_excess = np.fmax(0.0, -(100.0 * k_phi * (R - rho) + t_unyzv * t_y4tzf)) * t_y4tzf
+        t_wfrll = 1.0 / np.fmax(1e-09, rho)
+        rho_rate_excess = np.fmax(0.0, -(100.0 * k_phi * (R - rho) + t_ja5nv * t_wfrll)) * t_wfrll
         phi = np.arctan2(zeta2, zeta1)
-        zeta1_rate = t_lp7ic * sin_phi_ref - rho_rate_excess * zeta1 - t_rqnbt * cos_phi_ref
+        zeta1_rate = t_hons5 * sin_phi_ref - rho_rate_excess * zeta1 - t_te3wf * cos_phi_ref
         w3 = np.fmax(-mu_rate_max, np.fmin(mu_rate_max, mu_gain * (mu_ref - mu)))
-        m_o5luw = (0.0 < rho)
-        t_nso3s = rho_rate_excess * zeta2 + t_rqnbt * sin_phi_ref + t_lp7ic * cos_phi_ref
-        w1 = np.where(m_o5luw, (zeta1 * zeta1_rate - zeta2 * t_nso3s) / rho, zeta1_rate)
-        w2 = np.where(m_o5luw, -((zeta1 * t_nso3s + zeta1_rate * zeta2) / t_4x2zf), 0.0)
+        m_wzkpw = (0.0 < rho)
+        t_7o6ei = rho_rate_excess * zeta2 + t_te3wf * sin_phi_ref + t_hons5 * cos_phi_ref
+        w1 = np.where(m_wzkpw, (zeta1 * zeta1_rate - zeta2 * t_7o6ei) / rho, zeta1_rate)
+        w2 = np.where(m_wzkpw, -((zeta1 * t_7o6ei + zeta1_rate * zeta2) / t_4x2zf), 0.0)
         return _vector(
             rho,
             phi,
@@ -1031,25 +1031,25 @@ def path_constraints(p, c, s):
         t_qyel2 = l3_0 * l3_0
         t_iwwvg = l1_0 * l1_0 + l2_0 * l2_0
         mu_0 = t_qyel2 + t_iwwvg  # (18)
-        t_atcuu = 0.5 / mu_0
-        z2_0 = 1.7320508075688772 * t_atcuu * (l1_0 + l2_0) * (l1_0 - l2_0)  # (19)
-        t_mgwir = t_atcuu * (t_iwwvg + -2.0 * t_qyel2)
-        t_brk2i = t_mgwir * t_mgwir
-        t_pznmt = z2_0 * z2_0
-        open_0 = 1.0 + -4.0 * t_brk2i + -4.0 * t_pznmt  # (19)
+        t_qo36g = 0.5 / mu_0
+        z2_0 = 1.7320508075688772 * t_qo36g * (l1_0 + l2_0) * (l1_0 - l2_0)  # (19)
+        t_m2d3a = t_qo36g * (t_iwwvg + -2.0 * t_qyel2)
+        t_ncrup = t_m2d3a * t_m2d3a
+        t_sbeph = z2_0 * z2_0
+        open_0 = 1.0 + -4.0 * t_ncrup + -4.0 * t_sbeph  # (19)
         t_xkhu7 = l3_f * l3_f
         t_al3xt = l1_f * l1_f + l2_f * l2_f
         mu_f = t_xkhu7 + t_al3xt  # (18)
-        t_jloge = 0.5 / mu_f
-        z2_f = 1.7320508075688772 * t_jloge * (l1_f + l2_f) * (l1_f - l2_f)  # (19)
-        t_sdww6 = t_jloge * (t_al3xt + -2.0 * t_xkhu7)
-        t_sy3b2 = t_sdww6 * t_sdww6
-        t_5ltqh = z2_f * z2_f
-        open_f = 1.0 + -4.0 * t_sy3b2 + -4.0 * t_5ltqh  # (19)
-        rho_ref = np.sqrt(t_sy3b2 + t_5ltqh) / np.sqrt(0.5 + 0.5 * np.sqrt(np.fmax(0.0, open_f)))
+        t_tigas = 0.5 / mu_f
+        z2_f = 1.7320508075688772 * t_tigas * (l1_f + l2_f) * (l1_f - l2_f)  # (19)
+        t_m45eq = t_tigas * (t_al3xt + -2.0 * t_xkhu7)
+        t_aclmj = t_m45eq * t_m45eq
+        t_vsouu = z2_f * z2_f
+        open_f = 1.0 + -4.0 * t_aclmj + -4.0 * t_vsouu  # (19)
+        rho_ref = np.sqrt(t_aclmj + t_vsouu) / np.sqrt(0.5 + 0.5 * np.sqrt(np.fmax(0.0, open_f)))
         return _vector(
             R - rho_ref,
-            R - np.sqrt(t_brk2i + t_pznmt) / np.sqrt(0.5 + 0.5 * np.sqrt(np.fmax(0.0, open_0))),
+            R - np.sqrt(t_ncrup + t_sbeph) / np.sqrt(0.5 + 0.5 * np.sqrt(np.fmax(0.0, open_0))),
         )
 
 
@@ -1148,29 +1148,29 @@ def outputs_jac(x, u, r, p):
         n = np.sqrt(1.0 - (zeta1 * zeta1 + zeta2 * zeta2))  # (19)
         t_thb5i = np.sqrt(mu)
         t_thb5i_2 = 0.5773502691896257 * t_thb5i
-        t_qygdd = 1.7320508075688772 * zeta2
-        t_24mka = t_qygdd * n
-        t_r4gcj = zeta1 * n
-        t_bqlnc = np.sqrt(1.0 + t_24mka - t_r4gcj)
-        length1 = t_thb5i_2 * t_bqlnc  # (20)
-        t_bqlnc_2 = np.sqrt(1.0 - t_r4gcj - t_24mka)
-        length2 = t_thb5i_2 * t_bqlnc_2  # (20)
-        t_uoj4w = np.sqrt(1.0 + (t_r4gcj + t_r4gcj))
-        length3 = t_thb5i_2 * t_uoj4w  # (20)
+        t_t5kjx = 1.7320508075688772 * zeta2
+        t_tfbnp = t_t5kjx * n
+        t_tfbnp_2 = zeta1 * n
+        t_k2lxz = np.sqrt(1.0 + t_tfbnp - t_tfbnp_2)
+        length1 = t_thb5i_2 * t_k2lxz  # (20)
+        t_k2lxz_2 = np.sqrt(1.0 - t_tfbnp_2 - t_tfbnp)
+        length2 = t_thb5i_2 * t_k2lxz_2  # (20)
+        t_jqicj = np.sqrt(1.0 + (t_tfbnp_2 + t_tfbnp_2))
+        length3 = t_thb5i_2 * t_jqicj  # (20)
         sin_phi_ref, cos_phi_ref = np.sin(phi_ref), np.cos(phi_ref)
-        t_hpcry = cos_phi_ref * zeta1
-        t_55zfx = sin_phi_ref * zeta2
-        w_along = rho_ref - t_hpcry - t_55zfx  # (25)
-        t_kjd7o = sin_phi_ref * zeta1
-        t_otnpd = cos_phi_ref * zeta2
-        w_across = t_kjd7o - t_otnpd  # (25)
+        t_kau2i = cos_phi_ref * zeta1
+        t_ybfir = sin_phi_ref * zeta2
+        w_along = rho_ref - t_kau2i - t_ybfir  # (25)
+        t_ybfir_2 = sin_phi_ref * zeta1
+        t_kau2i_2 = cos_phi_ref * zeta2
+        w_across = t_ybfir_2 - t_kau2i_2  # (25)
         rho_t = np.sqrt(w_across * w_across + w_along * w_along)  # (25)
-        m_z5ee7 = (1e-09 < rho_t)
-        t_gliif = 1.0 / rho_t
-        t_m4c7o = w_along * t_gliif
-        cos_t = np.where(m_z5ee7, t_m4c7o, 1.0)  # (25)
-        t_xuitj = w_across * t_gliif
-        sin_t = np.where(m_z5ee7, t_xuitj, 0.0)  # (25)
+        m_qm7gk = (1e-09 < rho_t)
+        t_6dtnj = 1.0 / rho_t
+        t_heubl = w_along * t_6dtnj
+        cos_t = np.where(m_qm7gk, t_heubl, 1.0)  # (25)
+        t_5dhp4 = w_across * t_6dtnj
+        sin_t = np.where(m_qm7gk, t_5dhp4, 0.0)  # (25)
         t_rqfjc = np.sqrt(mu_ref)
         t_rqfjc_2 = 0.5773502691896257 * t_rqfjc
         t_bezdi = 1.7320508075688772 * sin_phi_ref
@@ -1182,255 +1182,255 @@ def outputs_jac(x, u, r, p):
         length1_ref = t_rqfjc_2 * t_rot3k  # (20)
         t_rot3k_2 = np.sqrt(1.0 - t_hlb56 - t_ls2nh)
         length2_ref = t_rqfjc_2 * t_rot3k_2  # (20)
-        t_tqrpx = np.sqrt(1.0 + (t_hlb56 + t_hlb56))
-        length3_ref = t_rqfjc_2 * t_tqrpx  # (20)
+        t_jqicj_2 = np.sqrt(1.0 + (t_hlb56 + t_hlb56))
+        length3_ref = t_rqfjc_2 * t_jqicj_2  # (20)
         t_b6qkt = rho * w2
         zeta1_rate = w1 * cos_phi - t_b6qkt * sin_phi
         zeta2_rate = w1 * sin_phi + t_b6qkt * cos_phi
         t_4ma5s = 1.7320508075688772 * sin_phi
-        t_c3d4x = zeta1 + zeta1
-        t_z6zzo = zeta2 + zeta2
-        t_tvdy4 = 1.0 / (n + n)
-        t_2czxl = (t_c3d4x * cos_phi + t_z6zzo * sin_phi) * t_tvdy4
-        t_jwjld = n * t_4ma5s - t_qygdd * t_2czxl
-        t_5je7u = n * cos_phi - zeta1 * t_2czxl
-        t_unlf7 = 1.0 / (t_bqlnc + t_bqlnc)
-        t_4zpbd = t_thb5i_2 * ((t_jwjld - t_5je7u) * t_unlf7)
-        t_lb36r = 1.7320508075688772 * zeta1
-        t_jame4 = (t_z6zzo * zeta1 - t_c3d4x * zeta2) * t_tvdy4
-        t_tugl6 = n * t_lb36r - t_qygdd * t_jame4
-        t_f5wlu = n * zeta2 + zeta1 * t_jame4
-        t_xgdjw = t_thb5i_2 * ((t_tugl6 + t_f5wlu) * t_unlf7)
-        t_37nkp = 0.5773502691896257 / (t_thb5i + t_thb5i)
-        t_og6g6 = t_bqlnc * t_37nkp
-        t_unlf7_2 = 1.0 / (t_bqlnc_2 + t_bqlnc_2)
-        t_4zpbd_2 = t_thb5i_2 * ((t_5je7u + t_jwjld) * t_unlf7_2)
-        t_xgdjw_2 = t_thb5i_2 * ((t_f5wlu - t_tugl6) * t_unlf7_2)
-        t_og6g6_2 = t_bqlnc_2 * t_37nkp
-        t_mb7lg = 1.0 / t_uoj4w
-        t_5lmaa = t_thb5i_2 * (t_5je7u * t_mb7lg)
-        t_5spzq = t_thb5i_2 * (t_f5wlu * t_mb7lg)
-        t_x67ys = t_uoj4w * t_37nkp
-        t_3r3i7 = 1.0 / length1
-        t_3r3i7_2 = 0.5 * t_3r3i7
-        t_oyolo = mu * n
-        t_oyolo_2 = 0.5773502691896257 * t_oyolo
+        t_t5kjx_2 = zeta1 + zeta1
+        t_t5kjx_3 = zeta2 + zeta2
+        t_6dtnj_2 = 1.0 / (n + n)
+        t_nba5r = (t_t5kjx_2 * cos_phi + t_t5kjx_3 * sin_phi) * t_6dtnj_2
+        t_hy6li = n * t_4ma5s - t_t5kjx * t_nba5r
+        t_bz7s3 = n * cos_phi - zeta1 * t_nba5r
+        t_p3wgm = 1.0 / (t_k2lxz + t_k2lxz)
+        t_p4cwh = t_thb5i_2 * ((t_hy6li - t_bz7s3) * t_p3wgm)
+        t_t5kjx_4 = 1.7320508075688772 * zeta1
+        t_nhixs = (t_t5kjx_3 * zeta1 - t_t5kjx_2 * zeta2) * t_6dtnj_2
+        t_ftxhu = n * t_t5kjx_4 - t_t5kjx * t_nhixs
+        t_ftxhu_2 = n * zeta2 + zeta1 * t_nhixs
+        t_rmjuz = t_thb5i_2 * ((t_ftxhu + t_ftxhu_2) * t_p3wgm)
+        t_o3x7f = 0.5773502691896257 / (t_thb5i + t_thb5i)
+        t_igplb = t_k2lxz * t_o3x7f
+        t_p3wgm_2 = 1.0 / (t_k2lxz_2 + t_k2lxz_2)
+        t_p4cwh_2 = t_thb5i_2 * ((t_bz7s3 + t_hy6li) * t_p3wgm_2)
+        t_rmjuz_2 = t_thb5i_2 * ((t_ftxhu_2 - t_ftxhu) * t_p3wgm_2)
+        t_igplb_2 = t_k2lxz_2 * t_o3x7f
+        t_4bnts = 1.0 / t_jqicj
+        t_yaoh5 = t_thb5i_2 * (t_bz7s3 * t_4bnts)
+        t_27ysg = t_thb5i_2 * (t_ftxhu_2 * t_4bnts)
+        t_gou7i = t_jqicj * t_o3x7f
+        t_fbduq = 1.0 / length1
+        t_fbduq_2 = 0.5 * t_fbduq
+        t_aiisq = mu * n
+        t_aiisq_2 = 0.5773502691896257 * t_aiisq
         t_q3ub7 = cos_phi * w2
-        t_7tdp7 = mu * t_2czxl
-        t_a2ir6 = t_oyolo_2 * t_q3ub7 - zeta2_rate * (0.5773502691896257 * t_7tdp7)
+        t_docby = mu * t_nba5r
+        t_vsu3f = t_aiisq_2 * t_q3ub7 - zeta2_rate * (0.5773502691896257 * t_docby)
         t_sx2sv = sin_phi * w2
-        t_2afea = zeta1_rate * t_7tdp7 + t_oyolo * t_sx2sv
-        t_ij6db = 0.3333333333333333 * t_2afea
-        t_astb4 = 0.3333333333333333 * t_jwjld
-        t_kqmke = 0.3333333333333333 * t_5je7u
-        t_zxzcw = t_qygdd - zeta1
-        t_2h7w5 = zeta1_rate * cos_phi - zeta1 * t_sx2sv + (zeta2_rate * sin_phi + zeta2 * t_q3ub7)
-        t_so6vi = 1.0 / n
-        t_dbxi6 = zeta1 * zeta1_rate + zeta2 * zeta2_rate
-        t_tg4lb = t_dbxi6 * t_so6vi
-        t_6kqtn = t_tg4lb * t_so6vi
-        t_66ll2 = mu * (t_2h7w5 * t_so6vi + t_6kqtn * t_2czxl)
-        t_zuqrn = t_tg4lb * mu
-        t_rkphc = 0.3333333333333333 * t_zuqrn
-        t_6akvj = (
-            t_a2ir6
-            + t_ij6db
-            + w3 * (t_astb4 - t_kqmke)
-            - (t_zxzcw * (0.3333333333333333 * t_66ll2) + t_rkphc * (t_4ma5s - cos_phi))
+        t_zaztk = zeta1_rate * t_docby + t_aiisq * t_sx2sv
+        t_kpzd2 = 0.3333333333333333 * t_zaztk
+        t_xnxo4 = 0.3333333333333333 * t_hy6li
+        t_pqydz = 0.3333333333333333 * t_bz7s3
+        t_wvzgd = t_t5kjx - zeta1
+        t_zyrnw = zeta1_rate * cos_phi - zeta1 * t_sx2sv + (zeta2_rate * sin_phi + zeta2 * t_q3ub7)
+        t_6dtnj_3 = 1.0 / n
+        t_3tajj = zeta1 * zeta1_rate + zeta2 * zeta2_rate
+        t_ztbu3 = t_3tajj * t_6dtnj_3
+        t_duhho = t_ztbu3 * t_6dtnj_3
+        t_2s45s = mu * (t_zyrnw * t_6dtnj_3 + t_duhho * t_nba5r)
+        t_bwi56 = t_ztbu3 * mu
+        t_rkphc = 0.3333333333333333 * t_bwi56
+        t_povkj = (
+            t_vsu3f
+            + t_kpzd2
+            + w3 * (t_xnxo4 - t_pqydz)
+            - (t_wvzgd * (0.3333333333333333 * t_2s45s) + t_rkphc * (t_4ma5s - cos_phi))
         )
-        t_sl4ci = t_oyolo_2 * zeta2_rate
-        t_ovyu3 = t_oyolo * zeta1_rate
-        t_ovyu3_2 = 0.3333333333333333 * t_ovyu3
-        t_24mka_2 = 0.3333333333333333 * t_24mka
-        t_r4gcj_2 = 0.3333333333333333 * t_r4gcj
-        t_mtkxa = 0.3333333333333333 + t_24mka_2 - t_r4gcj_2
-        t_xwcba = t_sl4ci - t_ovyu3_2 + w3 * t_mtkxa - t_rkphc * t_zxzcw
-        t_catam = t_3r3i7_2 * t_3r3i7
-        t_hvdvp = mu * t_jame4
-        t_idpvv = t_oyolo_2 * zeta1_rate - zeta2_rate * (0.5773502691896257 * t_hvdvp)
-        t_zl3vz = zeta1_rate * t_hvdvp + t_oyolo * zeta2_rate
-        t_nx3xn = 0.3333333333333333 * t_zl3vz
-        t_asfem = 0.3333333333333333 * t_tugl6
-        t_iznox = 0.3333333333333333 * t_f5wlu
-        t_jdcmp = zeta2_rate * zeta1 + zeta2 * zeta1_rate - (zeta1_rate * zeta2 + zeta1 * zeta2_rate)
-        t_wogfk = mu * (t_jdcmp * t_so6vi + t_6kqtn * t_jame4)
-        t_baykf = (
-            t_idpvv
-            + t_nx3xn
-            + w3 * (t_asfem + t_iznox)
-            - (t_zxzcw * (0.3333333333333333 * t_wogfk) + t_rkphc * (t_lb36r + zeta2))
+        t_k7rkr = t_aiisq_2 * zeta2_rate
+        t_k7rkr_2 = t_aiisq * zeta1_rate
+        t_k7rkr_3 = 0.3333333333333333 * t_k7rkr_2
+        t_tfbnp_3 = 0.3333333333333333 * t_tfbnp
+        t_tfbnp_4 = 0.3333333333333333 * t_tfbnp_2
+        t_vnhyc = 0.3333333333333333 + t_tfbnp_3 - t_tfbnp_4
+        t_q2hsu = t_k7rkr - t_k7rkr_3 + w3 * t_vnhyc - t_rkphc * t_wvzgd
+        t_fvpex = t_fbduq_2 * t_fbduq
+        t_vm3ez = mu * t_nhixs
+        t_clvrw = t_aiisq_2 * zeta1_rate - zeta2_rate * (0.5773502691896257 * t_vm3ez)
+        t_clvrw_2 = zeta1_rate * t_vm3ez + t_aiisq * zeta2_rate
+        t_qj5oo = 0.3333333333333333 * t_clvrw_2
+        t_3shpo = 0.3333333333333333 * t_ftxhu
+        t_3shpo_2 = 0.3333333333333333 * t_ftxhu_2
+        t_cgolj = zeta2_rate * zeta1 + zeta2 * zeta1_rate - (zeta1_rate * zeta2 + zeta1 * zeta2_rate)
+        t_nmu75 = mu * (t_cgolj * t_6dtnj_3 + t_duhho * t_nhixs)
+        t_7leoy = (
+            t_clvrw
+            + t_qj5oo
+            + w3 * (t_3shpo + t_3shpo_2)
+            - (t_wvzgd * (0.3333333333333333 * t_nmu75) + t_rkphc * (t_t5kjx_4 + zeta2))
         )
-        t_ux4sm = zeta2_rate * (0.5773502691896257 * n)
-        t_tklfx = zeta1_rate * n
-        t_tklfx_2 = 0.3333333333333333 * t_tklfx
-        t_mtkxa_2 = 0.3333333333333333 - t_r4gcj_2 - t_24mka_2
-        t_so6vi_2 = 0.3333333333333333 * t_so6vi
-        t_tg4lb_2 = t_so6vi_2 * t_dbxi6
-        t_ss6pv = t_tg4lb_2 * mu
-        t_zxzcw_2 = t_qygdd + zeta1
-        t_3sgee = w3 * t_mtkxa_2 - (t_ovyu3_2 + t_sl4ci) + t_ss6pv * t_zxzcw_2
-        t_4363u = 1.0 / length2
-        t_4363u_2 = 0.5 * t_4363u
-        t_xoz22 = t_4363u_2 * t_4363u
-        t_wbtkf = t_so6vi_2 * t_so6vi
-        t_vjziw = (
-            t_zxzcw_2 * (mu * (t_dbxi6 * (t_wbtkf * t_2czxl) + t_so6vi_2 * t_2h7w5))
-            + t_ss6pv * (t_4ma5s + cos_phi)
-            - (w3 * (t_kqmke + t_astb4) + (t_a2ir6 - t_ij6db))
+        t_35m3t = zeta2_rate * (0.5773502691896257 * n)
+        t_35m3t_2 = zeta1_rate * n
+        t_35m3t_3 = 0.3333333333333333 * t_35m3t_2
+        t_vnhyc_2 = 0.3333333333333333 - t_tfbnp_4 - t_tfbnp_3
+        t_6dtnj_4 = 0.3333333333333333 * t_6dtnj_3
+        t_ztbu3_2 = t_6dtnj_4 * t_3tajj
+        t_ftx5h = t_ztbu3_2 * mu
+        t_wvzgd_2 = t_t5kjx + zeta1
+        t_wyt2h = w3 * t_vnhyc_2 - (t_k7rkr_3 + t_k7rkr) + t_ftx5h * t_wvzgd_2
+        t_fbduq_3 = 1.0 / length2
+        t_fbduq_4 = 0.5 * t_fbduq_3
+        t_fvpex_2 = t_fbduq_4 * t_fbduq_3
+        t_qekwd = t_6dtnj_4 * t_6dtnj_3
+        t_5cgig = (
+            t_wvzgd_2 * (mu * (t_3tajj * (t_qekwd * t_nba5r) + t_6dtnj_4 * t_zyrnw))
+            + t_ftx5h * (t_4ma5s + cos_phi)
+            - (w3 * (t_pqydz + t_xnxo4) + (t_vsu3f - t_kpzd2))
         )
-        t_yqznn = (
-            t_zxzcw_2 * (mu * (t_dbxi6 * (t_wbtkf * t_jame4) + t_so6vi_2 * t_jdcmp))
-            + t_ss6pv * (t_lb36r - zeta2)
+        t_ibhyu = (
+            t_wvzgd_2 * (mu * (t_3tajj * (t_qekwd * t_nhixs) + t_6dtnj_4 * t_cgolj))
+            + t_ftx5h * (t_t5kjx_4 - zeta2)
         )
-        t_joqhu = 1.0 / length3
-        t_joqhu_2 = 0.5 * t_joqhu
-        t_rkphc_2 = 0.6666666666666666 * t_zuqrn
-        t_qfonn = (
-            w3 * (0.6666666666666666 * t_5je7u)
-            - 0.6666666666666666 * t_2afea
-            - (zeta1 * (0.6666666666666666 * t_66ll2) + t_rkphc_2 * cos_phi)
+        t_fbduq_5 = 1.0 / length3
+        t_fbduq_6 = 0.5 * t_fbduq_5
+        t_rkphc_2 = 0.6666666666666666 * t_bwi56
+        t_6blnq = (
+            w3 * (0.6666666666666666 * t_bz7s3)
+            - 0.6666666666666666 * t_zaztk
+            - (zeta1 * (0.6666666666666666 * t_2s45s) + t_rkphc_2 * cos_phi)
         )
-        t_r4gcj_3 = 0.3333333333333333 + 0.6666666666666666 * t_r4gcj
-        t_btzax = 0.6666666666666666 * t_ovyu3 + w3 * t_r4gcj_3 - t_rkphc_2 * zeta1
-        t_6b7fn = t_joqhu_2 * t_joqhu
-        t_qnu2w = (
-            0.6666666666666666 * t_zl3vz
-            + w3 * (0.6666666666666666 * t_f5wlu)
-            + (zeta1 * (0.6666666666666666 * t_wogfk) - t_rkphc_2 * zeta2)
+        t_tfbnp_5 = 0.3333333333333333 + 0.6666666666666666 * t_tfbnp_2
+        t_zcvn4 = 0.6666666666666666 * t_k7rkr_2 + w3 * t_tfbnp_5 - t_rkphc_2 * zeta1
+        t_fvpex_3 = t_fbduq_6 * t_fbduq_5
+        t_yms4q = (
+            0.6666666666666666 * t_clvrw_2
+            + w3 * (0.6666666666666666 * t_ftxhu_2)
+            + (zeta1 * (0.6666666666666666 * t_nmu75) - t_rkphc_2 * zeta2)
         )
-        t_5wlee = w_across + w_across
+        t_bpjau = w_across + w_across
         t_kizvz = sin_phi_ref * cos_phi - cos_phi_ref * sin_phi
-        t_degwz = w_along + w_along
+        t_ewhvi = w_along + w_along
         t_qqraa = cos_phi_ref * cos_phi + sin_phi_ref * sin_phi
-        t_amnjj = 1.0 / (rho_t + rho_t)
-        t_ppv54 = (t_5wlee * t_kizvz - t_degwz * t_qqraa) * t_amnjj
-        t_oduor = t_otnpd - t_kjd7o
-        t_insgq = t_55zfx + t_hpcry
-        t_4bl7j = (t_degwz * t_oduor - t_5wlee * t_insgq) * t_amnjj
-        t_3bfjf = 1.0 / (np.where(m_z5ee7, np.where(m_z5ee7, t_xuitj * t_xuitj, 0.0), 0.0) + cos_t * cos_t)
-        t_xiyyp = cos_t * t_3bfjf
-        t_27sgx = t_xuitj * t_gliif
-        t_clp3x = sin_t * t_3bfjf
-        t_apicp = t_m4c7o * t_gliif
-        t_cupgf = (
-            t_xiyyp * (t_kizvz * t_gliif - t_27sgx * t_ppv54)
-            + t_clp3x * (t_qqraa * t_gliif + t_apicp * t_ppv54)
+        t_6dtnj_5 = 1.0 / (rho_t + rho_t)
+        t_72m4b = (t_bpjau * t_kizvz - t_ewhvi * t_qqraa) * t_6dtnj_5
+        t_qxl3b = t_kau2i_2 - t_ybfir_2
+        t_qxl3b_2 = t_ybfir + t_kau2i
+        t_5ow3t = (t_ewhvi * t_qxl3b - t_bpjau * t_qxl3b_2) * t_6dtnj_5
+        t_2qj5c = 1.0 / (np.where(m_qm7gk, np.where(m_qm7gk, t_5dhp4 * t_5dhp4, 0.0), 0.0) + cos_t * cos_t)
+        t_d6ba3 = cos_t * t_2qj5c
+        t_wxttt = t_5dhp4 * t_6dtnj
+        t_d6ba3_2 = sin_t * t_2qj5c
+        t_g4vtf = t_heubl * t_6dtnj
+        t_cvfm7 = (
+            t_d6ba3 * (t_kizvz * t_6dtnj - t_wxttt * t_72m4b)
+            + t_d6ba3_2 * (t_qqraa * t_6dtnj + t_g4vtf * t_72m4b)
         )
-        t_7hpp7 = (
-            t_xiyyp * (t_insgq * t_gliif + t_27sgx * t_4bl7j)
-            + t_clp3x * (t_oduor * t_gliif - t_apicp * t_4bl7j)
+        t_onwwc = (
+            t_d6ba3 * (t_qxl3b_2 * t_6dtnj + t_wxttt * t_5ow3t)
+            + t_d6ba3_2 * (t_qxl3b * t_6dtnj - t_g4vtf * t_5ow3t)
         )
-        t_mmgqh = length3 - length3_ref
-        t_z2lgx = np.abs(t_mmgqh)
-        t_h6rkh = length1 - length1_ref
-        t_un7kp = np.abs(t_h6rkh)
-        t_vyyik = length2 - length2_ref
-        t_aqdfh = np.abs(t_vyyik)
-        t_k3zxw = np.fmax(t_un7kp, t_aqdfh)
-        m_732eq = (t_z2lgx <= t_k3zxw)
-        t_qmtwo = np.where(m_732eq, 1.0, 0.0)
-        m_yfnqd = (t_k3zxw <= t_z2lgx)
-        t_cgxqv = np.where(m_yfnqd, 1.0, 0.0)
+        t_hacdo = length3 - length3_ref
+        t_waiyf = np.abs(t_hacdo)
+        t_hacdo_2 = length1 - length1_ref
+        t_waiyf_2 = np.abs(t_hacdo_2)
+        t_hacdo_3 = length2 - length2_ref
+        t_waiyf_3 = np.abs(t_hacdo_3)
+        t_kj7px = np.fmax(t_waiyf_2, t_waiyf_3)
+        m_vm7mo = (t_waiyf <= t_kj7px)
+        t_qmtwo = np.where(m_vm7mo, 1.0, 0.0)
+        m_6mqaa = (t_kj7px <= t_waiyf)
+        t_cgxqv = np.where(m_6mqaa, 1.0, 0.0)
         t_xmdn2 = 1.0 / (t_qmtwo + t_cgxqv)
         t_526th = t_qmtwo * t_xmdn2
-        m_mttzr = (t_aqdfh <= t_un7kp)
-        t_rqjyq = np.where(m_mttzr, 1.0, 0.0)
-        m_lg3bz = (t_un7kp <= t_aqdfh)
-        t_rqjyq_2 = np.where(m_lg3bz, 1.0, 0.0)
+        m_hblh4 = (t_waiyf_3 <= t_waiyf_2)
+        t_rqjyq = np.where(m_hblh4, 1.0, 0.0)
+        m_hblh4_2 = (t_waiyf_2 <= t_waiyf_3)
+        t_rqjyq_2 = np.where(m_hblh4_2, 1.0, 0.0)
         t_wgjtz = 1.0 / (t_rqjyq + t_rqjyq_2)
         t_zmtzb = t_rqjyq * t_wgjtz
-        t_gejz3 = np.sign(t_h6rkh)
+        t_6rjlu = np.sign(t_hacdo_2)
         t_zmtzb_2 = t_rqjyq_2 * t_wgjtz
-        t_tln4v = np.sign(t_vyyik)
+        t_6rjlu_2 = np.sign(t_hacdo_3)
         t_esu26 = t_cgxqv * t_xmdn2
-        t_owfqg = np.sign(t_mmgqh)
-        t_cjkun = t_oyolo_2 * sin_phi
-        t_bi4k4 = t_oyolo * cos_phi
-        t_bi4k4_2 = 0.3333333333333333 * t_bi4k4
-        t_52pas = zeta1 * cos_phi + zeta2 * sin_phi
-        t_oqud3 = mu * (t_52pas * t_so6vi)
+        t_6rjlu_3 = np.sign(t_hacdo)
+        t_4czhk = t_aiisq_2 * sin_phi
+        t_lqiix = t_aiisq * cos_phi
+        t_lqiix_2 = 0.3333333333333333 * t_lqiix
+        t_jfzzc = zeta1 * cos_phi + zeta2 * sin_phi
+        t_im7kg = mu * (t_jfzzc * t_6dtnj_3)
         t_jhi3v = cos_phi * rho
-        t_ixxiu = t_oyolo_2 * t_jhi3v
+        t_ffrge = t_aiisq_2 * t_jhi3v
         t_vf3fc = sin_phi * rho
-        t_fitvj = t_oyolo * t_vf3fc
-        t_fjjba = 0.3333333333333333 * t_fitvj
-        t_o75yo = zeta2 * t_jhi3v - zeta1 * t_vf3fc
-        t_x7f6g = mu * (t_o75yo * t_so6vi)
-        t_insgq_2 = zeta1 * cos_phi_ref + zeta2 * sin_phi_ref
-        t_oduor_2 = zeta1 * sin_phi_ref - zeta2 * cos_phi_ref
-        t_mzkk7 = (t_5wlee * t_insgq_2 + t_degwz * t_oduor_2) * t_amnjj
-        t_rti4q = (
-            t_xiyyp * (t_insgq_2 * t_gliif - t_27sgx * t_mzkk7)
-            - t_clp3x * (t_oduor_2 * t_gliif - t_apicp * t_mzkk7)
+        t_mwq73 = t_aiisq * t_vf3fc
+        t_h62xg = 0.3333333333333333 * t_mwq73
+        t_qtf3o = zeta2 * t_jhi3v - zeta1 * t_vf3fc
+        t_bwznt = mu * (t_qtf3o * t_6dtnj_3)
+        t_qxl3b_3 = zeta1 * cos_phi_ref + zeta2 * sin_phi_ref
+        t_qxl3b_4 = zeta1 * sin_phi_ref - zeta2 * cos_phi_ref
+        t_dfiys = (t_bpjau * t_qxl3b_3 + t_ewhvi * t_qxl3b_4) * t_6dtnj_5
+        t_jm4si = (
+            t_d6ba3 * (t_qxl3b_3 * t_6dtnj - t_wxttt * t_dfiys)
+            - t_d6ba3_2 * (t_qxl3b_4 * t_6dtnj - t_g4vtf * t_dfiys)
         )
         t_hcysr = t_xv7wn - rho_ref * (rho_ref / t_xv7wn)
         t_ou2q6 = cos_phi_ref * t_hcysr
         t_pca6v = t_bezdi * t_hcysr
-        t_cdgpr = 1.0 / (t_rot3k_2 + t_rot3k_2)
-        t_cdgpr_2 = 1.0 / (t_rot3k + t_rot3k)
-        t_xts26 = (
-            t_zmtzb_2 * (t_tln4v * (t_rqfjc_2 * ((t_ou2q6 + t_pca6v) * t_cdgpr)))
-            - t_zmtzb * (t_gejz3 * (t_rqfjc_2 * ((t_pca6v - t_ou2q6) * t_cdgpr_2)))
+        t_e7aao = 1.0 / (t_rot3k_2 + t_rot3k_2)
+        t_e7aao_2 = 1.0 / (t_rot3k + t_rot3k)
+        t_ui25u = (
+            t_zmtzb_2 * (t_6rjlu_2 * (t_rqfjc_2 * ((t_ou2q6 + t_pca6v) * t_e7aao)))
+            - t_zmtzb * (t_6rjlu * (t_rqfjc_2 * ((t_pca6v - t_ou2q6) * t_e7aao_2)))
         )
-        t_7aweg = 1.0 / t_tqrpx
+        t_4bnts_2 = 1.0 / t_jqicj_2
         t_ls2nh_2 = t_vbegv * sin_phi_ref
         t_hlb56_2 = t_vbegv * (1.7320508075688772 * cos_phi_ref)
-        t_gsyh4 = (
-            t_zmtzb * (t_gejz3 * (t_rqfjc_2 * ((t_hlb56_2 + t_ls2nh_2) * t_cdgpr_2)))
-            + t_zmtzb_2 * (t_tln4v * (t_rqfjc_2 * ((t_ls2nh_2 - t_hlb56_2) * t_cdgpr)))
+        t_huzqh = (
+            t_zmtzb * (t_6rjlu * (t_rqfjc_2 * ((t_hlb56_2 + t_ls2nh_2) * t_e7aao_2)))
+            + t_zmtzb_2 * (t_6rjlu_2 * (t_rqfjc_2 * ((t_ls2nh_2 - t_hlb56_2) * t_e7aao)))
         )
-        t_3ef7u = 0.5773502691896257 / (t_rqfjc + t_rqfjc)
-        t_jaznf = t_526th * (t_zmtzb * (t_gejz3 * (t_rot3k * t_3ef7u)) + t_zmtzb_2 * (t_tln4v * (t_rot3k_2 * t_3ef7u)))
+        t_i2oyk = 0.5773502691896257 / (t_rqfjc + t_rqfjc)
+        t_rvuos = t_526th * (t_zmtzb * (t_6rjlu * (t_rot3k * t_i2oyk)) + t_zmtzb_2 * (t_6rjlu_2 * (t_rot3k_2 * t_i2oyk)))
         return (lambda J: J.reshape(*J.shape[:-1], 11, 4))(_vector(
-            t_4zpbd,
-            t_xgdjw,
-            t_og6g6,
+            t_p4cwh,
+            t_rmjuz,
+            t_igplb,
             0.0,
-            -t_4zpbd_2,
-            t_xgdjw_2,
-            t_og6g6_2,
+            -t_p4cwh_2,
+            t_rmjuz_2,
+            t_igplb_2,
             0.0,
-            t_5lmaa,
-            -t_5spzq,
-            t_x67ys,
+            t_yaoh5,
+            -t_27ysg,
+            t_gou7i,
             0.0,
-            t_3r3i7_2 * t_6akvj - t_xwcba * (t_catam * t_4zpbd),
-            t_3r3i7_2 * t_baykf - t_xwcba * (t_catam * t_xgdjw),
-            t_3r3i7_2 * (t_ux4sm - t_tklfx_2 - t_zxzcw * (0.3333333333333333 * t_tg4lb))
-                - t_xwcba * (t_catam * t_og6g6),
+            t_fbduq_2 * t_povkj - t_q2hsu * (t_fvpex * t_p4cwh),
+            t_fbduq_2 * t_7leoy - t_q2hsu * (t_fvpex * t_rmjuz),
+            t_fbduq_2 * (t_35m3t - t_35m3t_3 - t_wvzgd * (0.3333333333333333 * t_ztbu3))
+                - t_q2hsu * (t_fvpex * t_igplb),
             0.0,
-            t_3sgee * (t_xoz22 * t_4zpbd_2) + t_4363u_2 * t_vjziw,
-            t_4363u_2 * (w3 * (t_iznox - t_asfem) - (t_idpvv - t_nx3xn) + t_yqznn)
-                - t_3sgee * (t_xoz22 * t_xgdjw_2),
-            t_4363u_2 * (t_zxzcw_2 * t_tg4lb_2 - (t_tklfx_2 + t_ux4sm)) - t_3sgee * (t_xoz22 * t_og6g6_2),
+            t_wyt2h * (t_fvpex_2 * t_p4cwh_2) + t_fbduq_4 * t_5cgig,
+            t_fbduq_4 * (w3 * (t_3shpo_2 - t_3shpo) - (t_clvrw - t_qj5oo) + t_ibhyu)
+                - t_wyt2h * (t_fvpex_2 * t_rmjuz_2),
+            t_fbduq_4 * (t_wvzgd_2 * t_ztbu3_2 - (t_35m3t_3 + t_35m3t)) - t_wyt2h * (t_fvpex_2 * t_igplb_2),
             0.0,
-            t_joqhu_2 * t_qfonn - t_btzax * (t_6b7fn * t_5lmaa),
-            t_btzax * (t_6b7fn * t_5spzq) - t_joqhu_2 * t_qnu2w,
-            t_joqhu_2 * (0.6666666666666666 * t_tklfx - zeta1 * (0.6666666666666666 * t_tg4lb))
-                - t_btzax * (t_6b7fn * t_x67ys),
+            t_fbduq_6 * t_6blnq - t_zcvn4 * (t_fvpex_3 * t_yaoh5),
+            t_zcvn4 * (t_fvpex_3 * t_27ysg) - t_fbduq_6 * t_yms4q,
+            t_fbduq_6 * (0.6666666666666666 * t_35m3t_2 - zeta1 * (0.6666666666666666 * t_ztbu3))
+                - t_zcvn4 * (t_fvpex_3 * t_gou7i),
             0.0,
-            t_ppv54,
-            t_4bl7j,
+            t_72m4b,
+            t_5ow3t,
             0.0,
             0.0,
-            np.where(m_z5ee7, t_cupgf, 0.0),
-            np.where(m_z5ee7, -t_7hpp7, 0.0),
+            np.where(m_qm7gk, t_cvfm7, 0.0),
+            np.where(m_qm7gk, -t_onwwc, 0.0),
             0.0,
             0.0,
             rho_ref * t_kizvz,
-            -(rho_ref * t_insgq),
+            -(rho_ref * t_qxl3b_2),
             0.0,
             1.0,
             0.0,
             0.0,
             0.0,
             1.0,
-            t_526th * (t_zmtzb * (t_gejz3 * t_4zpbd) - t_zmtzb_2 * (t_tln4v * t_4zpbd_2))
-                + t_esu26 * (t_owfqg * t_5lmaa),
-            t_526th * (t_zmtzb * (t_gejz3 * t_xgdjw) + t_zmtzb_2 * (t_tln4v * t_xgdjw_2))
-                - t_esu26 * (t_owfqg * t_5spzq),
-            t_526th * (t_zmtzb * (t_gejz3 * t_og6g6) + t_zmtzb_2 * (t_tln4v * t_og6g6_2))
-                + t_esu26 * (t_owfqg * t_x67ys),
+            t_526th * (t_zmtzb * (t_6rjlu * t_p4cwh) - t_zmtzb_2 * (t_6rjlu_2 * t_p4cwh_2))
+                + t_esu26 * (t_6rjlu_3 * t_yaoh5),
+            t_526th * (t_zmtzb * (t_6rjlu * t_rmjuz) + t_zmtzb_2 * (t_6rjlu_2 * t_rmjuz_2))
+                - t_esu26 * (t_6rjlu_3 * t_27ysg),
+            t_526th * (t_zmtzb * (t_6rjlu * t_igplb) + t_zmtzb_2 * (t_6rjlu_2 * t_igplb_2))
+                + t_esu26 * (t_6rjlu_3 * t_gou7i),
             0.0,
         )), (lambda J: J.reshape(*J.shape[:-1], 11, 3))(_vector(
             0.0,
@@ -1442,15 +1442,15 @@ def outputs_jac(x, u, r, p):
             0.0,
             0.0,
             0.0,
-            t_3r3i7_2 * (t_cjkun - t_bi4k4_2 - t_zxzcw * (0.3333333333333333 * t_oqud3)),
-            t_3r3i7_2 * (t_ixxiu + t_fjjba - t_zxzcw * (0.3333333333333333 * t_x7f6g)),
-            t_3r3i7_2 * t_mtkxa,
-            t_4363u_2 * (t_zxzcw_2 * (mu * (t_so6vi_2 * t_52pas)) - (t_bi4k4_2 + t_cjkun)),
-            t_4363u_2 * (t_zxzcw_2 * (mu * (t_so6vi_2 * t_o75yo)) - (t_ixxiu - t_fjjba)),
-            t_4363u_2 * t_mtkxa_2,
-            t_joqhu_2 * (0.6666666666666666 * t_bi4k4 - zeta1 * (0.6666666666666666 * t_oqud3)),
-            -(t_joqhu_2 * (0.6666666666666666 * t_fitvj + zeta1 * (0.6666666666666666 * t_x7f6g))),
-            t_joqhu_2 * t_r4gcj_3,
+            t_fbduq_2 * (t_4czhk - t_lqiix_2 - t_wvzgd * (0.3333333333333333 * t_im7kg)),
+            t_fbduq_2 * (t_ffrge + t_h62xg - t_wvzgd * (0.3333333333333333 * t_bwznt)),
+            t_fbduq_2 * t_vnhyc,
+            t_fbduq_4 * (t_wvzgd_2 * (mu * (t_6dtnj_4 * t_jfzzc)) - (t_lqiix_2 + t_4czhk)),
+            t_fbduq_4 * (t_wvzgd_2 * (mu * (t_6dtnj_4 * t_qtf3o)) - (t_ffrge - t_h62xg)),
+            t_fbduq_4 * t_vnhyc_2,
+            t_fbduq_6 * (0.6666666666666666 * t_lqiix - zeta1 * (0.6666666666666666 * t_im7kg)),
+            -(t_fbduq_6 * (0.6666666666666666 * t_mwq73 + zeta1 * (0.6666666666666666 * t_bwznt))),
+            t_fbduq_6 * t_tfbnp_5,
             0.0,
             0.0,
             0.0,
@@ -1491,25 +1491,25 @@ def outputs_jac(x, u, r, p):
             0.0,
             0.0,
             0.0,
-            t_m4c7o,
-            t_mzkk7,
+            t_heubl,
+            t_dfiys,
             0.0,
             0.0,
-            np.where(m_z5ee7, -(t_xiyyp * (t_27sgx * t_m4c7o) + t_clp3x * (t_gliif - t_apicp * t_m4c7o)), 0.0),
-            np.where(m_z5ee7, t_rti4q, 0.0),
+            np.where(m_qm7gk, -(t_d6ba3 * (t_wxttt * t_heubl) + t_d6ba3_2 * (t_6dtnj - t_g4vtf * t_heubl)), 0.0),
+            np.where(m_qm7gk, t_jm4si, 0.0),
             0.0,
             0.0,
             w_across,
-            rho_ref * t_insgq_2,
+            rho_ref * t_qxl3b_3,
             0.0,
             -1.0,
             0.0,
             0.0,
             0.0,
             -1.0,
-            t_526th * t_xts26 - t_esu26 * (t_owfqg * (t_rqfjc_2 * (t_ou2q6 * t_7aweg))),
-            t_esu26 * (t_owfqg * (t_rqfjc_2 * (t_ls2nh_2 * t_7aweg))) - t_526th * t_gsyh4,
-            -(t_jaznf + t_esu26 * (t_owfqg * (t_tqrpx * t_3ef7u))),
+            t_526th * t_ui25u - t_esu26 * (t_6rjlu_3 * (t_rqfjc_2 * (t_ou2q6 * t_4bnts_2))),
+            t_esu26 * (t_6rjlu_3 * (t_rqfjc_2 * (t_ls2nh_2 * t_4bnts_2))) - t_526th * t_huzqh,
+            -(t_rvuos + t_esu26 * (t_6rjlu_3 * (t_jqicj_2 * t_i2oyk))),
             0.0,
         ))
 
@@ -1616,170 +1616,170 @@ def sliding_jvp(x, r, p, c, along_x, along_r):
         zeta2 = rho * sin_phi
         w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
         w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2  # (25)
-        t_furpv = w_across * w_across + w_along * w_along
-        rho_t = np.sqrt(t_furpv)  # (25)
-        m_z5ee7 = (1e-09 < rho_t)
-        t_gliif = 1.0 / rho_t
-        t_m4c7o = w_along * t_gliif
-        cos_t = np.where(m_z5ee7, t_m4c7o, 1.0)  # (25)
+        t_5lued = w_across * w_across + w_along * w_along
+        rho_t = np.sqrt(t_5lued)  # (25)
+        m_qm7gk = (1e-09 < rho_t)
+        t_6dtnj = 1.0 / rho_t
+        t_heubl = w_along * t_6dtnj
+        cos_t = np.where(m_qm7gk, t_heubl, 1.0)  # (25)
         theta_t = theta - theta_ref + rho_ref * w_across * area_factor  # (27)
         t_o55bt = rho_ref * rho_ref
-        t_xuitj = w_across * t_gliif
-        t_ktua4 = t_xuitj * t_xuitj
-        chord = np.sqrt(R * R + np.where(m_z5ee7, np.where(m_z5ee7, -(t_o55bt * t_ktua4), 0.0), 0.0))  # (28)
+        t_5dhp4 = w_across * t_6dtnj
+        t_ekekz = t_5dhp4 * t_5dhp4
+        chord = np.sqrt(R * R + np.where(m_qm7gk, np.where(m_qm7gk, -(t_o55bt * t_ekekz), 0.0), 0.0))  # (28)
         t_gjxkh = 1.0 / theta_star
         tau = np.abs(theta_t) * t_gjxkh  # (31)
         t_ieu4b = 1.0 / m
         f = np.power(tau, t_ieu4b)  # (31)
-        t_4x2zf = zeta1 * zeta1 + zeta2 * zeta2
-        t_yfvls = np.sqrt(t_4x2zf)
-        m_ksqj2 = (0.0 < t_yfvls)
-        m_z5ee7_2 = (0.0 < rho_t)
+        t_dynew = zeta1 * zeta1 + zeta2 * zeta2
+        t_wmyyh = np.sqrt(t_dynew)
+        m_jelvn = (0.0 < t_wmyyh)
+        m_qm7gk_2 = (0.0 < rho_t)
         t_fcuq3 = t_gjxkh * t_ieu4b
-        m_pmiqd = np.logical_not(m_z5ee7)
-        m_vfwur = np.logical_or(m_pmiqd, m_pmiqd)
-        t_zuogb = np.where(m_vfwur, chord, chord)
-        t_2b36a = cos_t * rho_ref + t_zuogb
-        t_lm3xn = t_fcuq3 * t_2b36a
-        t_fj2i2 = 1.0 / t_2b36a
-        t_etoih = rho_t * t_fj2i2
-        t_6tejv = np.sqrt(t_etoih)
-        t_3sr3u = 1.0 / (t_2b36a * t_2b36a)
-        t_ltwkz = t_furpv * t_3sr3u
-        t_i2oza = 1.0 / (tau + t_ltwkz)
-        t_vzh6u = k_phi * t_6tejv * t_i2oza
-        t_2x3wp = t_lm3xn * t_vzh6u
-        t_6qw53 = 1.0 / t_zuogb
-        t_jcju6 = rho_ref * t_xuitj * t_6qw53
-        t_abddv = np.where(m_z5ee7, t_jcju6 * theta_t * m, 0.0) - t_furpv
+        m_6c3rq = np.logical_not(m_qm7gk)
+        m_kv3xe = np.logical_or(m_6c3rq, m_6c3rq)
+        t_2hzmc = np.where(m_kv3xe, chord, chord)
+        t_axbdk = cos_t * rho_ref + t_2hzmc
+        t_yqfyq = t_fcuq3 * t_axbdk
+        t_2kste = 1.0 / t_axbdk
+        t_wx7nj = rho_t * t_2kste
+        t_cofvw = np.sqrt(t_wx7nj)
+        t_k4ajn = 1.0 / (t_axbdk * t_axbdk)
+        t_vy3i7 = t_5lued * t_k4ajn
+        t_7wqba = 1.0 / (tau + t_vy3i7)
+        t_dgite = k_phi * t_cofvw * t_7wqba
+        t_zu5hl = t_yqfyq * t_dgite
+        t_wk33w = 1.0 / t_2hzmc
+        t_5ls4n = rho_ref * t_5dhp4 * t_wk33w
+        t_454ka = np.where(m_qm7gk, t_5ls4n * theta_t * m, 0.0) - t_5lued
         t_weose = 1.0 / s_min
-        t_zprj7 = (rho_t - f * t_2b36a) * t_weose
-        t_3oqa2 = np.fmin(1.0, t_zprj7)
-        t_bof5b = np.where(m_z5ee7_2, t_2x3wp * t_abddv, 0.0) - eta_rho * np.fmax(-1.0, t_3oqa2)
-        t_rrbdp = np.where(m_z5ee7, t_bof5b * t_xuitj, 0.0)
+        t_bkfl3 = (rho_t - f * t_axbdk) * t_weose
+        t_sc3uf = np.fmin(1.0, t_bkfl3)
+        t_d3mks = np.where(m_qm7gk_2, t_zu5hl * t_454ka, 0.0) - eta_rho * np.fmax(-1.0, t_sc3uf)
+        t_ihf4g = np.where(m_qm7gk, t_d3mks * t_5dhp4, 0.0)
         t_mldgu = -1.0 + m
-        t_5wfhn = np.power(f, t_mldgu)
-        t_646rv = t_vzh6u * t_5wfhn
+        t_elj3v = np.power(f, t_mldgu)
+        t_sewyy = t_dgite * t_elj3v
         t_6rwtv = 1.0 / theta_min
-        t_fzzn6 = theta_t * t_6rwtv
-        t_hr4cg = np.fmin(1.0, t_fzzn6)
-        t_ygaz3 = np.fmax(-1.0, t_hr4cg)
-        t_us36u = t_646rv * t_ygaz3
-        t_3ly7e = cos_t * t_us36u
-        t_2hllo = t_rrbdp + np.where(m_z5ee7_2, -(t_3ly7e * rho_t), 0.0)
+        t_fosqm = theta_t * t_6rwtv
+        t_lz6vl = np.fmin(1.0, t_fosqm)
+        t_lfegb = np.fmax(-1.0, t_lz6vl)
+        t_scbch = t_sewyy * t_lfegb
+        t_nxa3o = cos_t * t_scbch
+        t_nfka4 = t_ihf4g + np.where(m_qm7gk_2, -(t_nxa3o * rho_t), 0.0)
         t_kc5kr = 100.0 * k_phi
-        t_nrnb7 = t_us36u * rho_t
-        t_hwkxg = cos_t * t_bof5b + np.where(m_z5ee7, np.where(m_z5ee7_2, t_nrnb7 * t_xuitj, 0.0), 0.0)
-        t_3mrva = np.where(m_z5ee7_2, -(t_nrnb7 * cos_t), 0.0) + t_rrbdp
-        t_mhzub = cos_phi_ref * t_hwkxg - sin_phi_ref * t_3mrva
-        t_g55ku = cos_phi_ref * t_3mrva + sin_phi_ref * t_hwkxg
-        t_e4rje = 1.0 / np.fmax(1e-09, t_yfvls)
-        t_cxrnl = (t_mhzub * zeta1 + t_g55ku * zeta2) * t_e4rje
-        t_j2lpg = -(t_kc5kr * (R - t_yfvls) + t_cxrnl)
-        t_ssi6p = np.fmax(0.0, t_j2lpg) * t_e4rje
-        t_nzx4x = t_2hllo * sin_phi_ref - t_ssi6p * zeta1 - t_hwkxg * cos_phi_ref
+        t_nxa3o_2 = t_scbch * rho_t
+        t_2ap4v = cos_t * t_d3mks + np.where(m_qm7gk, np.where(m_qm7gk_2, t_nxa3o_2 * t_5dhp4, 0.0), 0.0)
+        t_nfka4_2 = np.where(m_qm7gk_2, -(t_nxa3o_2 * cos_t), 0.0) + t_ihf4g
+        t_dlbxc = cos_phi_ref * t_2ap4v - sin_phi_ref * t_nfka4_2
+        t_hulxv = cos_phi_ref * t_nfka4_2 + sin_phi_ref * t_2ap4v
+        t_e2kmt = 1.0 / np.fmax(1e-09, t_wmyyh)
+        t_tvlm2 = (t_dlbxc * zeta1 + t_hulxv * zeta2) * t_e2kmt
+        t_vnhao = -(t_kc5kr * (R - t_wmyyh) + t_tvlm2)
+        t_zkibd = np.fmax(0.0, t_vnhao) * t_e2kmt
+        t_e6ftu = t_nfka4 * sin_phi_ref - t_zkibd * zeta1 - t_2ap4v * cos_phi_ref
         t_3afq5 = cos_phi * along_rho - rho * (sin_phi * along_phi)
         t_sxtsm = sin_phi_ref * along_phi_ref
         t_yxwd6 = cos_phi_ref * along_phi_ref
         t_46lno = sin_phi * along_rho + rho * (cos_phi * along_phi)
-        t_eay2n = (
+        t_rx7mc = (
             along_rho_ref
             - (cos_phi_ref * t_3afq5 - zeta1 * t_sxtsm)
             - (zeta2 * t_yxwd6 + sin_phi_ref * t_46lno)
         )
-        t_st5ju = zeta1 * t_yxwd6 + sin_phi_ref * t_3afq5 - (cos_phi_ref * t_46lno - zeta2 * t_sxtsm)
-        t_l72yh = (w_across + w_across) * t_st5ju + (w_along + w_along) * t_eay2n
-        t_fdlvl = t_l72yh / (rho_t + rho_t)
-        t_wtvuw = t_eay2n * t_gliif - t_m4c7o * t_gliif * t_fdlvl
-        m_nlkgc = np.logical_not(m_vfwur)
-        t_ymop5 = t_st5ju * t_gliif - t_xuitj * t_gliif * t_fdlvl
-        t_l67pb = (t_ktua4 * ((rho_ref + rho_ref) * along_rho_ref) + t_o55bt * ((t_xuitj + t_xuitj) * t_ymop5)) / (chord + chord)
-        t_7qgnt = (
-            np.where(m_z5ee7, rho_ref * t_wtvuw, 0.0)
+        t_j6opb = zeta1 * t_yxwd6 + sin_phi_ref * t_3afq5 - (cos_phi_ref * t_46lno - zeta2 * t_sxtsm)
+        t_mn256 = (w_across + w_across) * t_j6opb + (w_along + w_along) * t_rx7mc
+        t_zphmg = t_mn256 / (rho_t + rho_t)
+        t_jrhrw = t_rx7mc * t_6dtnj - t_heubl * t_6dtnj * t_zphmg
+        m_nlkgc = np.logical_not(m_kv3xe)
+        t_zfo3m = t_j6opb * t_6dtnj - t_5dhp4 * t_6dtnj * t_zphmg
+        t_bo66h = (t_ekekz * ((rho_ref + rho_ref) * along_rho_ref) + t_o55bt * ((t_5dhp4 + t_5dhp4) * t_zfo3m)) / (chord + chord)
+        t_awwov = (
+            np.where(m_qm7gk, rho_ref * t_jrhrw, 0.0)
             + cos_t * along_rho_ref
-            + np.where(m_nlkgc, np.where(m_z5ee7, np.where(m_z5ee7, -t_l67pb, 0.0), 0.0), 0.0)
+            + np.where(m_nlkgc, np.where(m_qm7gk, np.where(m_qm7gk, -t_bo66h, 0.0), 0.0), 0.0)
         )
-        t_ikolc = k_phi * ((t_fdlvl * t_fj2i2 - t_etoih * t_fj2i2 * t_7qgnt) / (t_6tejv + t_6tejv)) * t_i2oza
-        t_n33cs = along_theta - along_theta_ref + area_factor * (w_across * along_rho_ref + rho_ref * t_st5ju)
-        t_ao5g3 = np.sign(theta_t) * t_n33cs * t_gjxkh
-        t_di3wd = t_vzh6u * t_i2oza * (t_ao5g3 + (t_l72yh * t_3sr3u - t_ltwkz * t_3sr3u * ((t_2b36a + t_2b36a) * t_7qgnt)))
-        t_owrgf = t_ikolc - t_di3wd
-        t_noiup = (
-            (t_xuitj * along_rho_ref + rho_ref * t_ymop5) * t_6qw53
-            + np.where(m_nlkgc, np.where(m_z5ee7, np.where(m_z5ee7, t_jcju6 * t_6qw53 * t_l67pb, 0.0), 0.0), 0.0)
+        t_7cavp = k_phi * ((t_zphmg * t_2kste - t_wx7nj * t_2kste * t_awwov) / (t_cofvw + t_cofvw)) * t_7wqba
+        t_ouww7 = along_theta - along_theta_ref + area_factor * (w_across * along_rho_ref + rho_ref * t_j6opb)
+        t_j6enn = np.sign(theta_t) * t_ouww7 * t_gjxkh
+        t_y53ca = t_dgite * t_7wqba * (t_j6enn + (t_mn256 * t_k4ajn - t_vy3i7 * t_k4ajn * ((t_axbdk + t_axbdk) * t_awwov)))
+        t_m6ece = t_7cavp - t_y53ca
+        t_pksjd = (
+            (t_5dhp4 * along_rho_ref + rho_ref * t_zfo3m) * t_wk33w
+            + np.where(m_nlkgc, np.where(m_qm7gk, np.where(m_qm7gk, t_5ls4n * t_wk33w * t_bo66h, 0.0), 0.0), 0.0)
         )
-        t_scnoi = (
-            t_abddv * (t_vzh6u * (t_fcuq3 * t_7qgnt) + t_lm3xn * t_owrgf)
-            + t_2x3wp * (np.where(m_z5ee7, m * (theta_t * t_noiup + t_jcju6 * t_n33cs), 0.0) - t_l72yh)
+        t_2nvj4 = (
+            t_454ka * (t_dgite * (t_fcuq3 * t_awwov) + t_yqfyq * t_m6ece)
+            + t_zu5hl * (np.where(m_qm7gk, m * (theta_t * t_pksjd + t_5ls4n * t_ouww7), 0.0) - t_mn256)
         )
-        m_xlke7 = (-1.0 <= t_3oqa2)
-        t_wzftv = np.where(m_xlke7, 1.0, 0.0)
-        m_rd4rt = (t_3oqa2 <= -1.0)
-        m_527tt = (t_zprj7 <= 1.0)
-        t_e5hpt = np.where(m_527tt, 1.0, 0.0)
-        m_vi3vq = (1.0 <= t_zprj7)
-        t_ik4bo = np.power(tau, t_ieu4b - 1.0) * t_ieu4b * t_ao5g3
-        t_bk6aj = t_e5hpt / (np.where(m_vi3vq, 1.0, 0.0) + t_e5hpt) * ((t_fdlvl - (t_2b36a * t_ik4bo + f * t_7qgnt)) * t_weose)
-        t_zusr3 = np.where(m_z5ee7_2, t_scnoi, 0.0) - eta_rho * (t_wzftv / (np.where(m_rd4rt, 1.0, 0.0) + t_wzftv) * t_bk6aj)
-        t_ddyse = np.where(m_z5ee7, t_xuitj * t_zusr3 + t_bof5b * t_ymop5, 0.0)
-        t_44h4b = t_ygaz3 * (t_5wfhn * t_owrgf + t_vzh6u * (t_mldgu * np.power(f, t_mldgu - 1.0) * t_ik4bo))
-        m_ajl3y = (-1.0 <= t_hr4cg)
-        t_wzftv_2 = np.where(m_ajl3y, 1.0, 0.0)
-        m_cv6fy = (t_hr4cg <= -1.0)
-        m_rbdt6 = (t_fzzn6 <= 1.0)
-        t_wd3be = np.where(m_rbdt6, 1.0, 0.0)
-        m_k6w4t = (1.0 <= t_fzzn6)
-        t_tudup = t_646rv * (t_wzftv_2 / (np.where(m_cv6fy, 1.0, 0.0) + t_wzftv_2) * (t_wd3be / (np.where(m_k6w4t, 1.0, 0.0) + t_wd3be) * (t_n33cs * t_6rwtv)))
-        t_jho2f = t_44h4b + t_tudup
-        t_am6sm = np.where(m_z5ee7_2, -(rho_t * (np.where(m_z5ee7, t_us36u * t_wtvuw, 0.0) + cos_t * t_jho2f) + t_3ly7e * t_fdlvl), 0.0)
-        t_ihupp = t_ddyse + t_am6sm
-        m_od6a2 = (0.0 <= t_j2lpg)
-        t_tij5y = np.where(m_od6a2, 1.0, 0.0)
-        m_7t3za = (t_j2lpg <= 0.0)
-        t_ohm5d = rho_t * t_jho2f + t_us36u * t_fdlvl
-        t_cppvj = (
-            np.where(m_z5ee7, t_bof5b * t_wtvuw, 0.0)
-            + cos_t * t_zusr3
-            + np.where(m_z5ee7, np.where(m_z5ee7_2, t_xuitj * t_ohm5d + t_nrnb7 * t_ymop5, 0.0), 0.0)
+        m_nwxnt = (-1.0 <= t_sc3uf)
+        t_wzftv = np.where(m_nwxnt, 1.0, 0.0)
+        m_6yp25 = (t_sc3uf <= -1.0)
+        m_tm7ot = (t_bkfl3 <= 1.0)
+        t_fx2af = np.where(m_tm7ot, 1.0, 0.0)
+        m_5oya2 = (1.0 <= t_bkfl3)
+        t_767d3 = np.power(tau, t_ieu4b - 1.0) * t_ieu4b * t_j6enn
+        t_nw4ju = t_fx2af / (np.where(m_5oya2, 1.0, 0.0) + t_fx2af) * ((t_zphmg - (t_axbdk * t_767d3 + f * t_awwov)) * t_weose)
+        t_gm6v2 = np.where(m_qm7gk_2, t_2nvj4, 0.0) - eta_rho * (t_wzftv / (np.where(m_6yp25, 1.0, 0.0) + t_wzftv) * t_nw4ju)
+        t_tzupk = np.where(m_qm7gk, t_5dhp4 * t_gm6v2 + t_d3mks * t_zfo3m, 0.0)
+        t_xfy7n = t_lfegb * (t_elj3v * t_m6ece + t_dgite * (t_mldgu * np.power(f, t_mldgu - 1.0) * t_767d3))
+        m_2jstk = (-1.0 <= t_lz6vl)
+        t_wzftv_2 = np.where(m_2jstk, 1.0, 0.0)
+        m_blwfk = (t_lz6vl <= -1.0)
+        m_aohfq = (t_fosqm <= 1.0)
+        t_4g5nz = np.where(m_aohfq, 1.0, 0.0)
+        m_4rw55 = (1.0 <= t_fosqm)
+        t_cxat6 = t_sewyy * (t_wzftv_2 / (np.where(m_blwfk, 1.0, 0.0) + t_wzftv_2) * (t_4g5nz / (np.where(m_4rw55, 1.0, 0.0) + t_4g5nz) * (t_ouww7 * t_6rwtv)))
+        t_hwkrv = t_xfy7n + t_cxat6
+        t_qt57e = np.where(m_qm7gk_2, -(rho_t * (np.where(m_qm7gk, t_scbch * t_jrhrw, 0.0) + cos_t * t_hwkrv) + t_nxa3o * t_zphmg), 0.0)
+        t_apkah = t_tzupk + t_qt57e
+        m_sfgjz = (0.0 <= t_vnhao)
+        t_tij5y = np.where(m_sfgjz, 1.0, 0.0)
+        m_pbxnb = (t_vnhao <= 0.0)
+        t_2c3di = rho_t * t_hwkrv + t_scbch * t_zphmg
+        t_pqyk4 = (
+            np.where(m_qm7gk, t_d3mks * t_jrhrw, 0.0)
+            + cos_t * t_gm6v2
+            + np.where(m_qm7gk, np.where(m_qm7gk_2, t_5dhp4 * t_2c3di + t_nxa3o_2 * t_zfo3m, 0.0), 0.0)
         )
-        t_hvuzs = cos_phi_ref * t_cppvj - t_hwkxg * t_sxtsm
-        t_ptswo = np.where(m_z5ee7_2, -(cos_t * t_ohm5d + np.where(m_z5ee7, t_nrnb7 * t_wtvuw, 0.0)), 0.0) + t_ddyse
-        t_k3cgo = t_hwkxg * t_yxwd6
-        t_plltw = sin_phi_ref * t_cppvj
-        t_rmuxd = (
-            zeta2 * (cos_phi_ref * t_ptswo - t_3mrva * t_sxtsm + (t_k3cgo + t_plltw))
-            + t_g55ku * t_46lno
+        t_xtngl = cos_phi_ref * t_pqyk4 - t_2ap4v * t_sxtsm
+        t_tve4l = np.where(m_qm7gk_2, -(cos_t * t_2c3di + np.where(m_qm7gk, t_nxa3o_2 * t_jrhrw, 0.0)), 0.0) + t_tzupk
+        t_m4ssh = t_2ap4v * t_yxwd6
+        t_p5hhs = sin_phi_ref * t_pqyk4
+        t_tbcsh = (
+            zeta2 * (cos_phi_ref * t_tve4l - t_nfka4_2 * t_sxtsm + (t_m4ssh + t_p5hhs))
+            + t_hulxv * t_46lno
         )
-        t_erdeb = (
-            zeta1 * (t_hvuzs - (t_3mrva * t_yxwd6 + sin_phi_ref * t_ptswo))
-            + t_mhzub * t_3afq5
-            + t_rmuxd
+        t_2xuoz = (
+            zeta1 * (t_xtngl - (t_nfka4_2 * t_yxwd6 + sin_phi_ref * t_tve4l))
+            + t_dlbxc * t_3afq5
+            + t_tbcsh
         )
-        m_p2abf = (1e-09 <= t_yfvls)
-        t_ivpxh = np.where(m_p2abf, 1.0, 0.0)
-        m_ysper = (t_yfvls <= 1e-09)
-        t_ykpbv = (zeta1 + zeta1) * t_3afq5 + (zeta2 + zeta2) * t_46lno
-        t_cxo4v = t_ykpbv / (t_yfvls + t_yfvls)
-        t_s7b4i = t_ivpxh / (np.where(m_ysper, 1.0, 0.0) + t_ivpxh) * t_cxo4v
-        t_5sf7r = t_tij5y / (np.where(m_7t3za, 1.0, 0.0) + t_tij5y) * (t_erdeb * t_e4rje - t_cxrnl * t_e4rje * t_s7b4i - t_kc5kr * t_cxo4v)
-        t_hun7c = t_5sf7r * t_e4rje + t_ssi6p * t_e4rje * t_s7b4i
-        t_j4jwd = (
-            sin_phi_ref * t_ihupp
-            + t_2hllo * t_yxwd6
-            - (t_ssi6p * t_3afq5 - zeta1 * t_hun7c)
-            - t_hvuzs
+        m_js335 = (1e-09 <= t_wmyyh)
+        t_ivpxh = np.where(m_js335, 1.0, 0.0)
+        m_bgj4s = (t_wmyyh <= 1e-09)
+        t_cwfzr = (zeta1 + zeta1) * t_3afq5 + (zeta2 + zeta2) * t_46lno
+        t_wjqgt = t_cwfzr / (t_wmyyh + t_wmyyh)
+        t_x6pik = t_ivpxh / (np.where(m_bgj4s, 1.0, 0.0) + t_ivpxh) * t_wjqgt
+        t_fgtwj = t_tij5y / (np.where(m_pbxnb, 1.0, 0.0) + t_tij5y) * (t_2xuoz * t_e2kmt - t_tvlm2 * t_e2kmt * t_x6pik - t_kc5kr * t_wjqgt)
+        t_ratzw = t_fgtwj * t_e2kmt + t_zkibd * t_e2kmt * t_x6pik
+        t_tmbko = (
+            sin_phi_ref * t_apkah
+            + t_nfka4 * t_yxwd6
+            - (t_zkibd * t_3afq5 - zeta1 * t_ratzw)
+            - t_xtngl
         )
-        t_x4z7u = t_ssi6p * zeta2 + t_hwkxg * sin_phi_ref + t_2hllo * cos_phi_ref
-        t_b44sc = (
-            t_ssi6p * t_46lno
-            - zeta2 * t_hun7c
-            + (t_plltw + t_k3cgo)
-            + (cos_phi_ref * t_ihupp - t_2hllo * t_sxtsm)
+        t_lbh2s = t_zkibd * zeta2 + t_2ap4v * sin_phi_ref + t_nfka4 * cos_phi_ref
+        t_ei7cj = (
+            t_zkibd * t_46lno
+            - zeta2 * t_ratzw
+            + (t_p5hhs + t_m4ssh)
+            + (cos_phi_ref * t_apkah - t_nfka4 * t_sxtsm)
         )
-        t_oz2aw = 1.0 / t_yfvls
-        t_pozbm = (t_nzx4x * t_3afq5 + zeta1 * t_j4jwd - (t_x4z7u * t_46lno + zeta2 * t_b44sc)) * t_oz2aw
-        t_3cthi = 1.0 / t_4x2zf
-        t_izzsn = (t_x4z7u * t_3afq5 + zeta1 * t_b44sc + (zeta2 * t_j4jwd + t_nzx4x * t_46lno)) * t_3cthi
+        t_4d4ds = 1.0 / t_wmyyh
+        t_mpvq2 = (t_e6ftu * t_3afq5 + zeta1 * t_tmbko - (t_lbh2s * t_46lno + zeta2 * t_ei7cj)) * t_4d4ds
+        t_qpkie = 1.0 / t_dynew
+        t_wifbk = (t_lbh2s * t_3afq5 + zeta1 * t_ei7cj + (zeta2 * t_tmbko + t_e6ftu * t_46lno)) * t_qpkie
         t_f7oti = -mu_rate_max
         t_dhkzn = mu_gain * (mu_ref - mu)
         t_7l2lj = np.fmin(mu_rate_max, t_dhkzn)
@@ -1790,8 +1790,8 @@ def sliding_jvp(x, r, p, c, along_x, along_r):
         t_huzvj = np.where(m_huzvj, 1.0, 0.0)
         m_mu2v2 = (mu_rate_max <= t_dhkzn)
         return _vector(
-            np.where(m_ksqj2, t_pozbm - (zeta1 * t_nzx4x - zeta2 * t_x4z7u) * t_oz2aw * t_oz2aw * t_cxo4v, t_j4jwd),
-            np.where(m_ksqj2, -(t_izzsn - (zeta1 * t_x4z7u + t_nzx4x * zeta2) * t_3cthi * t_3cthi * t_ykpbv), 0.0),
+            np.where(m_jelvn, t_mpvq2 - (zeta1 * t_e6ftu - zeta2 * t_lbh2s) * t_4d4ds * t_4d4ds * t_wjqgt, t_tmbko),
+            np.where(m_jelvn, -(t_wifbk - (zeta1 * t_lbh2s + t_e6ftu * zeta2) * t_qpkie * t_qpkie * t_cwfzr), 0.0),
             t_tmq3y / (np.where(m_y2s22, 1.0, 0.0) + t_tmq3y) * (t_huzvj / (np.where(m_mu2v2, 1.0, 0.0) + t_huzvj) * (mu_gain * (along_mu_ref - along_mu))),
         )
 
@@ -1823,145 +1823,145 @@ def sliding_loop_jac(q, r, p, c):
         sin_phi_ref, cos_phi_ref = np.sin(phi_ref), np.cos(phi_ref)
         w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
         w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2  # (25)
-        t_furpv = w_across * w_across + w_along * w_along
-        rho_t = np.sqrt(t_furpv)  # (25)
-        m_z5ee7 = (1e-09 < rho_t)
-        t_gliif = 1.0 / rho_t
-        t_m4c7o = w_along * t_gliif
-        cos_t = np.where(m_z5ee7, t_m4c7o, 1.0)  # (25)
+        t_fvfvk = w_across * w_across + w_along * w_along
+        rho_t = np.sqrt(t_fvfvk)  # (25)
+        m_qm7gk = (1e-09 < rho_t)
+        t_6dtnj = 1.0 / rho_t
+        t_fsc2i = w_along * t_6dtnj
+        cos_t = np.where(m_qm7gk, t_fsc2i, 1.0)  # (25)
         theta_t = theta - theta_ref + rho_ref * w_across * area_factor  # (27)
         t_o55bt = rho_ref * rho_ref
-        t_xuitj = w_across * t_gliif
-        t_ktua4 = t_xuitj * t_xuitj
-        chord = np.sqrt(R * R + np.where(m_z5ee7, np.where(m_z5ee7, -(t_o55bt * t_ktua4), 0.0), 0.0))  # (28)
+        t_3hj5v = w_across * t_6dtnj
+        t_7rloe = t_3hj5v * t_3hj5v
+        chord = np.sqrt(R * R + np.where(m_qm7gk, np.where(m_qm7gk, -(t_o55bt * t_7rloe), 0.0), 0.0))  # (28)
         t_gjxkh = 1.0 / theta_star
         tau = np.abs(theta_t) * t_gjxkh  # (31)
         t_ieu4b = 1.0 / m
         f = np.power(tau, t_ieu4b)  # (31)
-        m_z5ee7_2 = (0.0 < rho_t)
-        m_pmiqd = np.logical_not(m_z5ee7)
-        m_vfwur = np.logical_or(m_pmiqd, m_pmiqd)
-        t_zuogb = np.where(m_vfwur, chord, chord)
-        t_6qw53 = 1.0 / t_zuogb
-        t_jcju6 = rho_ref * t_xuitj * t_6qw53
-        t_abddv = np.where(m_z5ee7, t_jcju6 * theta_t * m, 0.0) - t_furpv
-        t_2b36a = cos_t * rho_ref + t_zuogb
-        t_fj2i2 = 1.0 / t_2b36a
-        t_etoih = rho_t * t_fj2i2
-        t_6tejv = np.sqrt(t_etoih)
-        t_3sr3u = 1.0 / (t_2b36a * t_2b36a)
-        t_ltwkz = t_furpv * t_3sr3u
-        t_i2oza = 1.0 / (tau + t_ltwkz)
-        t_vzh6u = k_phi * t_6tejv * t_i2oza
+        m_qm7gk_2 = (0.0 < rho_t)
+        m_6c3rq = np.logical_not(m_qm7gk)
+        m_kv3xe = np.logical_or(m_6c3rq, m_6c3rq)
+        t_2hzmc = np.where(m_kv3xe, chord, chord)
+        t_wk33w = 1.0 / t_2hzmc
+        t_pmdsg = rho_ref * t_3hj5v * t_wk33w
+        t_44sk5 = np.where(m_qm7gk, t_pmdsg * theta_t * m, 0.0) - t_fvfvk
+        t_axbdk = cos_t * rho_ref + t_2hzmc
+        t_2kste = 1.0 / t_axbdk
+        t_wx7nj = rho_t * t_2kste
+        t_cofvw = np.sqrt(t_wx7nj)
+        t_k4ajn = 1.0 / (t_axbdk * t_axbdk)
+        t_ilov5 = t_fvfvk * t_k4ajn
+        t_6klm6 = 1.0 / (tau + t_ilov5)
+        t_dgite = k_phi * t_cofvw * t_6klm6
         t_fcuq3 = t_gjxkh * t_ieu4b
-        t_m3snr = cos_phi_ref * t_gliif
-        t_apicp = t_m4c7o * t_gliif
-        t_5wlee = w_across + w_across
-        t_degwz = w_along + w_along
-        t_ugll2 = t_5wlee * sin_phi_ref - t_degwz * cos_phi_ref
-        t_amnjj = 1.0 / (rho_t + rho_t)
-        t_z3qw7 = t_ugll2 * t_amnjj
-        t_ym2fo = t_m3snr + t_apicp * t_z3qw7
-        m_nlkgc = np.logical_not(m_vfwur)
-        t_lzpnp = t_xuitj + t_xuitj
-        t_jhdru = sin_phi_ref * t_gliif
-        t_27sgx = t_xuitj * t_gliif
-        t_fdt4k = t_jhdru - t_27sgx * t_z3qw7
-        t_ne4ah = 1.0 / (chord + chord)
-        t_ttx53 = t_o55bt * (t_lzpnp * t_fdt4k) * t_ne4ah
-        t_f2fvz = np.where(m_z5ee7, -(rho_ref * t_ym2fo), 0.0) + np.where(m_nlkgc, np.where(m_z5ee7, np.where(m_z5ee7, -t_ttx53, 0.0), 0.0), 0.0)
-        t_lm3xn = t_fcuq3 * t_2b36a
-        t_j3xxo = t_etoih * t_fj2i2
-        t_spoa4 = 1.0 / (t_6tejv + t_6tejv)
-        t_qcwfy = t_vzh6u * t_i2oza
-        t_pekax = np.sign(theta_t)
+        t_qi434 = cos_phi_ref * t_6dtnj
+        t_kciyl = t_fsc2i * t_6dtnj
+        t_34wjz = w_across + w_across
+        t_6vnxo = w_along + w_along
+        t_c6cda = t_34wjz * sin_phi_ref - t_6vnxo * cos_phi_ref
+        t_6dtnj_2 = 1.0 / (rho_t + rho_t)
+        t_wlsoh = t_c6cda * t_6dtnj_2
+        t_7qoxu = t_qi434 + t_kciyl * t_wlsoh
+        m_nlkgc = np.logical_not(m_kv3xe)
+        t_3hj5v_2 = t_3hj5v + t_3hj5v
+        t_zva2v = sin_phi_ref * t_6dtnj
+        t_nah2q = t_3hj5v * t_6dtnj
+        t_45ojl = t_zva2v - t_nah2q * t_wlsoh
+        t_wbmx7 = 1.0 / (chord + chord)
+        t_k7cvl = t_o55bt * (t_3hj5v_2 * t_45ojl) * t_wbmx7
+        t_affqk = np.where(m_qm7gk, -(rho_ref * t_7qoxu), 0.0) + np.where(m_nlkgc, np.where(m_qm7gk, np.where(m_qm7gk, -t_k7cvl, 0.0), 0.0), 0.0)
+        t_yqfyq = t_fcuq3 * t_axbdk
+        t_v3yza = t_wx7nj * t_2kste
+        t_nh3es = 1.0 / (t_cofvw + t_cofvw)
+        t_2c7fi = t_dgite * t_6klm6
+        t_kdoot = np.sign(theta_t)
         t_odkga = area_factor * (rho_ref * sin_phi_ref)
-        t_d5itw = t_pekax * t_odkga * t_gjxkh
-        t_velk3 = t_ltwkz * t_3sr3u
-        t_l4aq5 = t_2b36a + t_2b36a
-        t_k65md = (
-            k_phi * ((t_z3qw7 * t_fj2i2 - t_j3xxo * t_f2fvz) * t_spoa4) * t_i2oza
-            - t_qcwfy * (t_d5itw + (t_ugll2 * t_3sr3u - t_velk3 * (t_l4aq5 * t_f2fvz)))
+        t_wun3u = t_kdoot * t_odkga * t_gjxkh
+        t_kt2dp = t_ilov5 * t_k4ajn
+        t_bbrc2 = t_axbdk + t_axbdk
+        t_rlgpj = (
+            k_phi * ((t_wlsoh * t_2kste - t_v3yza * t_affqk) * t_nh3es) * t_6klm6
+            - t_2c7fi * (t_wun3u + (t_c6cda * t_k4ajn - t_kt2dp * (t_bbrc2 * t_affqk)))
         )
-        t_2x3wp = t_lm3xn * t_vzh6u
-        t_vgwru = t_jcju6 * t_6qw53
-        t_z4qaq = theta_t * (rho_ref * t_fdt4k * t_6qw53 + np.where(m_nlkgc, np.where(m_z5ee7, np.where(m_z5ee7, t_vgwru * t_ttx53, 0.0), 0.0), 0.0))
-        t_bdaik = (
-            t_abddv * (t_vzh6u * (t_fcuq3 * t_f2fvz) + t_lm3xn * t_k65md)
-            + t_2x3wp * (np.where(m_z5ee7, m * (t_z4qaq + t_jcju6 * t_odkga), 0.0) - t_ugll2)
+        t_zu5hl = t_yqfyq * t_dgite
+        t_vdg4o = t_pmdsg * t_wk33w
+        t_k7rub = theta_t * (rho_ref * t_45ojl * t_wk33w + np.where(m_nlkgc, np.where(m_qm7gk, np.where(m_qm7gk, t_vdg4o * t_k7cvl, 0.0), 0.0), 0.0))
+        t_bnvap = (
+            t_44sk5 * (t_dgite * (t_fcuq3 * t_affqk) + t_yqfyq * t_rlgpj)
+            + t_zu5hl * (np.where(m_qm7gk, m * (t_k7rub + t_pmdsg * t_odkga), 0.0) - t_c6cda)
         )
         t_weose = 1.0 / s_min
-        t_zprj7 = (rho_t - f * t_2b36a) * t_weose
-        t_3oqa2 = np.fmin(1.0, t_zprj7)
-        m_xlke7 = (-1.0 <= t_3oqa2)
-        t_wzftv = np.where(m_xlke7, 1.0, 0.0)
-        m_rd4rt = (t_3oqa2 <= -1.0)
-        t_q2hfz = t_wzftv / (np.where(m_rd4rt, 1.0, 0.0) + t_wzftv)
-        m_527tt = (t_zprj7 <= 1.0)
-        t_e5hpt = np.where(m_527tt, 1.0, 0.0)
-        m_vi3vq = (1.0 <= t_zprj7)
-        t_cawwk = t_e5hpt / (np.where(m_vi3vq, 1.0, 0.0) + t_e5hpt)
-        t_ttliz = np.power(tau, t_ieu4b - 1.0) * t_ieu4b
-        t_mq3wv = t_ttliz * t_d5itw
-        t_mhmjj = eta_rho * (t_q2hfz * (t_cawwk * ((t_z3qw7 - (t_2b36a * t_mq3wv + f * t_f2fvz)) * t_weose)))
-        t_wggpa = np.where(m_z5ee7_2, t_bdaik, 0.0) - t_mhmjj
-        t_bof5b = np.where(m_z5ee7_2, t_2x3wp * t_abddv, 0.0) - eta_rho * np.fmax(-1.0, t_3oqa2)
-        t_5jypp = np.where(m_z5ee7, t_xuitj * t_wggpa + t_bof5b * t_fdt4k, 0.0)
+        t_bkfl3 = (rho_t - f * t_axbdk) * t_weose
+        t_sc3uf = np.fmin(1.0, t_bkfl3)
+        m_nwxnt = (-1.0 <= t_sc3uf)
+        t_wzftv = np.where(m_nwxnt, 1.0, 0.0)
+        m_6yp25 = (t_sc3uf <= -1.0)
+        t_q2hfz = t_wzftv / (np.where(m_6yp25, 1.0, 0.0) + t_wzftv)
+        m_tm7ot = (t_bkfl3 <= 1.0)
+        t_fx2af = np.where(m_tm7ot, 1.0, 0.0)
+        m_5oya2 = (1.0 <= t_bkfl3)
+        t_drko2 = t_fx2af / (np.where(m_5oya2, 1.0, 0.0) + t_fx2af)
+        t_awed2 = np.power(tau, t_ieu4b - 1.0) * t_ieu4b
+        t_pxdld = t_awed2 * t_wun3u
+        t_b2mpy = eta_rho * (t_q2hfz * (t_drko2 * ((t_wlsoh - (t_axbdk * t_pxdld + f * t_affqk)) * t_weose)))
+        t_beklj = np.where(m_qm7gk_2, t_bnvap, 0.0) - t_b2mpy
+        t_ectgc = np.where(m_qm7gk_2, t_zu5hl * t_44sk5, 0.0) - eta_rho * np.fmax(-1.0, t_sc3uf)
+        t_vjipn = np.where(m_qm7gk, t_3hj5v * t_beklj + t_ectgc * t_45ojl, 0.0)
         t_mldgu = -1.0 + m
-        t_5wfhn = np.power(f, t_mldgu)
-        t_646rv = t_vzh6u * t_5wfhn
+        t_elj3v = np.power(f, t_mldgu)
+        t_sewyy = t_dgite * t_elj3v
         t_6rwtv = 1.0 / theta_min
-        t_fzzn6 = theta_t * t_6rwtv
-        t_hr4cg = np.fmin(1.0, t_fzzn6)
-        t_ygaz3 = np.fmax(-1.0, t_hr4cg)
-        t_us36u = t_646rv * t_ygaz3
-        t_kimvi = t_mldgu * np.power(f, t_mldgu - 1.0)
-        m_ajl3y = (-1.0 <= t_hr4cg)
-        t_wzftv_2 = np.where(m_ajl3y, 1.0, 0.0)
-        m_cv6fy = (t_hr4cg <= -1.0)
-        t_q2hfz_2 = t_wzftv_2 / (np.where(m_cv6fy, 1.0, 0.0) + t_wzftv_2)
-        m_rbdt6 = (t_fzzn6 <= 1.0)
-        t_wd3be = np.where(m_rbdt6, 1.0, 0.0)
-        m_k6w4t = (1.0 <= t_fzzn6)
-        t_shc6x = t_wd3be / (np.where(m_k6w4t, 1.0, 0.0) + t_wd3be)
-        t_m7lq4 = (
-            t_ygaz3 * (t_5wfhn * t_k65md + t_vzh6u * (t_kimvi * t_mq3wv))
-            + t_646rv * (t_q2hfz_2 * (t_shc6x * (t_odkga * t_6rwtv)))
+        t_fosqm = theta_t * t_6rwtv
+        t_lz6vl = np.fmin(1.0, t_fosqm)
+        t_lfegb = np.fmax(-1.0, t_lz6vl)
+        t_scbch = t_sewyy * t_lfegb
+        t_4roa3 = t_mldgu * np.power(f, t_mldgu - 1.0)
+        m_2jstk = (-1.0 <= t_lz6vl)
+        t_wzftv_2 = np.where(m_2jstk, 1.0, 0.0)
+        m_blwfk = (t_lz6vl <= -1.0)
+        t_q2hfz_2 = t_wzftv_2 / (np.where(m_blwfk, 1.0, 0.0) + t_wzftv_2)
+        m_aohfq = (t_fosqm <= 1.0)
+        t_4g5nz = np.where(m_aohfq, 1.0, 0.0)
+        m_4rw55 = (1.0 <= t_fosqm)
+        t_gbjhf = t_4g5nz / (np.where(m_4rw55, 1.0, 0.0) + t_4g5nz)
+        t_o6ipv = (
+            t_lfegb * (t_elj3v * t_rlgpj + t_dgite * (t_4roa3 * t_pxdld))
+            + t_sewyy * (t_q2hfz_2 * (t_gbjhf * (t_odkga * t_6rwtv)))
         )
-        t_3ly7e = cos_t * t_us36u
-        t_omigz = np.where(m_z5ee7_2, -(rho_t * (np.where(m_z5ee7, -(t_us36u * t_ym2fo), 0.0) + cos_t * t_m7lq4) + t_3ly7e * t_z3qw7), 0.0)
-        t_haxdn = t_5jypp + t_omigz
+        t_nxa3o = cos_t * t_scbch
+        t_5zjm7 = np.where(m_qm7gk_2, -(rho_t * (np.where(m_qm7gk, -(t_scbch * t_7qoxu), 0.0) + cos_t * t_o6ipv) + t_nxa3o * t_wlsoh), 0.0)
+        t_276qp = t_vjipn + t_5zjm7
         t_kc5kr = 100.0 * k_phi
         t_yfvls = np.sqrt(zeta1 * zeta1 + zeta2 * zeta2)
-        t_nrnb7 = t_us36u * rho_t
-        t_hwkxg = cos_t * t_bof5b + np.where(m_z5ee7, np.where(m_z5ee7_2, t_nrnb7 * t_xuitj, 0.0), 0.0)
-        t_rrbdp = np.where(m_z5ee7, t_bof5b * t_xuitj, 0.0)
-        t_3mrva = np.where(m_z5ee7_2, -(t_nrnb7 * cos_t), 0.0) + t_rrbdp
-        t_mhzub = cos_phi_ref * t_hwkxg - sin_phi_ref * t_3mrva
-        t_g55ku = cos_phi_ref * t_3mrva + sin_phi_ref * t_hwkxg
+        t_nxa3o_2 = t_scbch * rho_t
+        t_ghku5 = cos_t * t_ectgc + np.where(m_qm7gk, np.where(m_qm7gk_2, t_nxa3o_2 * t_3hj5v, 0.0), 0.0)
+        t_h5qr2 = np.where(m_qm7gk, t_ectgc * t_3hj5v, 0.0)
+        t_ixxcw = np.where(m_qm7gk_2, -(t_nxa3o_2 * cos_t), 0.0) + t_h5qr2
+        t_zy3xs = cos_phi_ref * t_ghku5 - sin_phi_ref * t_ixxcw
+        t_rvp33 = cos_phi_ref * t_ixxcw + sin_phi_ref * t_ghku5
         t_e4rje = 1.0 / np.fmax(1e-09, t_yfvls)
-        t_g6fip = (t_mhzub * zeta1 + t_g55ku * zeta2) * t_e4rje
-        t_j2lpg = -(t_kc5kr * (R - t_yfvls) + t_g6fip)
+        t_ac6k5 = (t_zy3xs * zeta1 + t_rvp33 * zeta2) * t_e4rje
+        t_j2lpg = -(t_kc5kr * (R - t_yfvls) + t_ac6k5)
         t_i3qrh = np.fmax(0.0, t_j2lpg) * t_e4rje
         m_oaadf = (0.0 <= t_j2lpg)
         t_tij5y = np.where(m_oaadf, 1.0, 0.0)
         m_yn7xs = (t_j2lpg <= 0.0)
         t_jik5x = t_tij5y / (np.where(m_yn7xs, 1.0, 0.0) + t_tij5y)
-        t_3sgn7 = rho_t * t_m7lq4 + t_us36u * t_z3qw7
-        t_6guci = (
-            np.where(m_z5ee7, -(t_bof5b * t_ym2fo), 0.0)
-            + cos_t * t_wggpa
-            + np.where(m_z5ee7, np.where(m_z5ee7_2, t_xuitj * t_3sgn7 + t_nrnb7 * t_fdt4k, 0.0), 0.0)
+        t_nkg4k = rho_t * t_o6ipv + t_scbch * t_wlsoh
+        t_lgkrs = (
+            np.where(m_qm7gk, -(t_ectgc * t_7qoxu), 0.0)
+            + cos_t * t_beklj
+            + np.where(m_qm7gk, np.where(m_qm7gk_2, t_3hj5v * t_nkg4k + t_nxa3o_2 * t_45ojl, 0.0), 0.0)
         )
-        t_gyqzt = cos_phi_ref * t_6guci
-        t_a6f3w = np.where(m_z5ee7_2, -(cos_t * t_3sgn7 + np.where(m_z5ee7, -(t_nrnb7 * t_ym2fo), 0.0)), 0.0) + t_5jypp
-        t_gzctu = sin_phi_ref * t_6guci
-        t_xeu55 = (
-            zeta1 * (t_gyqzt - sin_phi_ref * t_a6f3w)
-            + t_mhzub
-            + zeta2 * (cos_phi_ref * t_a6f3w + t_gzctu)
+        t_m2rhv = cos_phi_ref * t_lgkrs
+        t_y5nth = np.where(m_qm7gk_2, -(cos_t * t_nkg4k + np.where(m_qm7gk, -(t_nxa3o_2 * t_7qoxu), 0.0)), 0.0) + t_vjipn
+        t_uncga = sin_phi_ref * t_lgkrs
+        t_atwbp = (
+            zeta1 * (t_m2rhv - sin_phi_ref * t_y5nth)
+            + t_zy3xs
+            + zeta2 * (cos_phi_ref * t_y5nth + t_uncga)
         )
-        t_tk5is = t_g6fip * t_e4rje
+        t_tk5is = t_ac6k5 * t_e4rje
         m_p2abf = (1e-09 <= t_yfvls)
         t_p2abf = np.where(m_p2abf, 1.0, 0.0)
         m_ysper = (t_yfvls <= 1e-09)
@@ -1970,82 +1970,82 @@ def sliding_loop_jac(q, r, p, c):
         t_soujt = zeta1 * t_oz2aw
         t_h5ecg = t_cexdd * t_soujt
         t_4gg3u = t_i3qrh * t_e4rje
-        t_nufsh = (
-            t_jik5x * (t_xeu55 * t_e4rje - t_tk5is * t_h5ecg - t_kc5kr * t_soujt) * t_e4rje
+        t_srk55 = (
+            t_jik5x * (t_atwbp * t_e4rje - t_tk5is * t_h5ecg - t_kc5kr * t_soujt) * t_e4rje
             + t_4gg3u * t_h5ecg
         )
-        t_44x77 = sin_phi_ref * t_haxdn - (t_i3qrh - zeta1 * t_nufsh) - t_gyqzt
-        t_p5xao = t_5wlee * cos_phi_ref + t_degwz * sin_phi_ref
-        t_fsihy = t_p5xao * t_amnjj
-        t_fpjrk = t_apicp * t_fsihy - t_jhdru
-        t_pirkw = t_27sgx * t_fsihy - t_m3snr
-        t_b3roy = t_o55bt * (t_lzpnp * t_pirkw) * t_ne4ah
-        t_gndo4 = np.where(m_z5ee7, rho_ref * t_fpjrk, 0.0) + np.where(m_nlkgc, np.where(m_z5ee7, np.where(m_z5ee7, -t_b3roy, 0.0), 0.0), 0.0)
+        t_fwxpo = sin_phi_ref * t_276qp - (t_i3qrh - zeta1 * t_srk55) - t_m2rhv
+        t_44xwu = t_34wjz * cos_phi_ref + t_6vnxo * sin_phi_ref
+        t_6lbyw = t_44xwu * t_6dtnj_2
+        t_3iqsi = t_kciyl * t_6lbyw - t_zva2v
+        t_gfpt2 = t_nah2q * t_6lbyw - t_qi434
+        t_qb54j = t_o55bt * (t_3hj5v_2 * t_gfpt2) * t_wbmx7
+        t_xvm3z = np.where(m_qm7gk, rho_ref * t_3iqsi, 0.0) + np.where(m_nlkgc, np.where(m_qm7gk, np.where(m_qm7gk, -t_qb54j, 0.0), 0.0), 0.0)
         t_d4u2z = area_factor * (rho_ref * cos_phi_ref)
-        t_h3erp = t_pekax * t_d4u2z * t_gjxkh
-        t_fc2st = (
-            t_qcwfy * (t_h3erp + (t_p5xao * t_3sr3u + t_velk3 * (t_l4aq5 * t_gndo4)))
-            - k_phi * ((t_fsihy * t_fj2i2 + t_j3xxo * t_gndo4) * t_spoa4) * t_i2oza
+        t_xsnzz = t_kdoot * t_d4u2z * t_gjxkh
+        t_2mrwp = (
+            t_2c7fi * (t_xsnzz + (t_44xwu * t_k4ajn + t_kt2dp * (t_bbrc2 * t_xvm3z)))
+            - k_phi * ((t_6lbyw * t_2kste + t_v3yza * t_xvm3z) * t_nh3es) * t_6klm6
         )
-        t_7rw3u = theta_t * (rho_ref * t_pirkw * t_6qw53 + np.where(m_nlkgc, np.where(m_z5ee7, np.where(m_z5ee7, t_vgwru * t_b3roy, 0.0), 0.0), 0.0))
-        t_nceyc = (
-            t_abddv * (t_vzh6u * (t_fcuq3 * t_gndo4) + t_lm3xn * t_fc2st)
-            + t_2x3wp * (np.where(m_z5ee7, m * (t_7rw3u - t_jcju6 * t_d4u2z), 0.0) + t_p5xao)
+        t_vdtas = theta_t * (rho_ref * t_gfpt2 * t_wk33w + np.where(m_nlkgc, np.where(m_qm7gk, np.where(m_qm7gk, t_vdg4o * t_qb54j, 0.0), 0.0), 0.0))
+        t_eejf4 = (
+            t_44sk5 * (t_dgite * (t_fcuq3 * t_xvm3z) + t_yqfyq * t_2mrwp)
+            + t_zu5hl * (np.where(m_qm7gk, m * (t_vdtas - t_pmdsg * t_d4u2z), 0.0) + t_44xwu)
         )
-        t_kek4t = t_ttliz * t_h3erp
-        t_mhmjj_2 = eta_rho * (t_q2hfz * (t_cawwk * ((t_fsihy + (f * t_gndo4 - t_2b36a * t_kek4t)) * t_weose)))
-        t_ekt6d = np.where(m_z5ee7_2, t_nceyc, 0.0) + t_mhmjj_2
-        t_xas4m = np.where(m_z5ee7, t_xuitj * t_ekt6d + t_bof5b * t_pirkw, 0.0)
-        t_wqxz5 = (
-            t_ygaz3 * (t_5wfhn * t_fc2st - t_vzh6u * (t_kimvi * t_kek4t))
-            - t_646rv * (t_q2hfz_2 * (t_shc6x * (t_d4u2z * t_6rwtv)))
+        t_2i54a = t_awed2 * t_xsnzz
+        t_b2mpy_2 = eta_rho * (t_q2hfz * (t_drko2 * ((t_6lbyw + (f * t_xvm3z - t_axbdk * t_2i54a)) * t_weose)))
+        t_goinr = np.where(m_qm7gk_2, t_eejf4, 0.0) + t_b2mpy_2
+        t_66yce = np.where(m_qm7gk, t_3hj5v * t_goinr + t_ectgc * t_gfpt2, 0.0)
+        t_yoemh = (
+            t_lfegb * (t_elj3v * t_2mrwp - t_dgite * (t_4roa3 * t_2i54a))
+            - t_sewyy * (t_q2hfz_2 * (t_gbjhf * (t_d4u2z * t_6rwtv)))
         )
-        t_wuqni = np.where(m_z5ee7_2, -(rho_t * (np.where(m_z5ee7, t_us36u * t_fpjrk, 0.0) + cos_t * t_wqxz5) - t_3ly7e * t_fsihy), 0.0)
-        t_haxdn_2 = t_xas4m + t_wuqni
-        t_5vnii = rho_t * t_wqxz5 - t_us36u * t_fsihy
-        t_hhpgv = (
-            np.where(m_z5ee7, t_bof5b * t_fpjrk, 0.0)
-            + cos_t * t_ekt6d
-            + np.where(m_z5ee7, np.where(m_z5ee7_2, t_xuitj * t_5vnii + t_nrnb7 * t_pirkw, 0.0), 0.0)
+        t_44uwe = np.where(m_qm7gk_2, -(rho_t * (np.where(m_qm7gk, t_scbch * t_3iqsi, 0.0) + cos_t * t_yoemh) - t_nxa3o * t_6lbyw), 0.0)
+        t_276qp_2 = t_66yce + t_44uwe
+        t_bdwtj = rho_t * t_yoemh - t_scbch * t_6lbyw
+        t_ygerq = (
+            np.where(m_qm7gk, t_ectgc * t_3iqsi, 0.0)
+            + cos_t * t_goinr
+            + np.where(m_qm7gk, np.where(m_qm7gk_2, t_3hj5v * t_bdwtj + t_nxa3o_2 * t_gfpt2, 0.0), 0.0)
         )
-        t_gyqzt_2 = cos_phi_ref * t_hhpgv
-        t_h2cdm = np.where(m_z5ee7_2, -(cos_t * t_5vnii + np.where(m_z5ee7, t_nrnb7 * t_fpjrk, 0.0)), 0.0) + t_xas4m
-        t_gzctu_2 = sin_phi_ref * t_hhpgv
-        t_fug6d = (
-            zeta1 * (t_gyqzt_2 - sin_phi_ref * t_h2cdm)
-            + (zeta2 * (cos_phi_ref * t_h2cdm + t_gzctu_2) + t_g55ku)
+        t_m2rhv_2 = cos_phi_ref * t_ygerq
+        t_xffs7 = np.where(m_qm7gk_2, -(cos_t * t_bdwtj + np.where(m_qm7gk, t_nxa3o_2 * t_3iqsi, 0.0)), 0.0) + t_66yce
+        t_uncga_2 = sin_phi_ref * t_ygerq
+        t_dzb2a = (
+            zeta1 * (t_m2rhv_2 - sin_phi_ref * t_xffs7)
+            + (zeta2 * (cos_phi_ref * t_xffs7 + t_uncga_2) + t_rvp33)
         )
         t_zsetc = zeta2 * t_oz2aw
         t_xcjmc = t_cexdd * t_zsetc
-        t_ayp6n = (
-            t_jik5x * (t_fug6d * t_e4rje - t_tk5is * t_xcjmc - t_kc5kr * t_zsetc) * t_e4rje
+        t_gj527 = (
+            t_jik5x * (t_dzb2a * t_e4rje - t_tk5is * t_xcjmc - t_kc5kr * t_zsetc) * t_e4rje
             + t_4gg3u * t_xcjmc
         )
-        t_s4vxu = sin_phi_ref * t_haxdn_2 + zeta1 * t_ayp6n - t_gyqzt_2
-        t_zuxlx = t_2x3wp * (m * t_jcju6)
-        t_5vvkw = t_pekax * t_gjxkh
-        t_kakr2 = t_qcwfy * t_5vvkw
-        t_ybocb = t_abddv * (t_lm3xn * t_kakr2)
-        t_drjji = t_ttliz * t_5vvkw
-        t_3wjmt = eta_rho * (t_q2hfz * (t_cawwk * (t_2b36a * t_drjji * t_weose)))
-        t_iiz6p = np.where(m_z5ee7_2, np.where(m_z5ee7, t_zuxlx, 0.0) - t_ybocb, 0.0) + t_3wjmt
-        t_rzyas = np.where(m_z5ee7, t_xuitj * t_iiz6p, 0.0)
-        t_yqx6r = t_vzh6u * (t_kimvi * t_drjji)
-        t_zfbhn = t_5wfhn * t_kakr2
-        t_zllh6 = t_646rv * (t_q2hfz_2 * (t_shc6x * t_6rwtv))
-        t_gptv5 = t_ygaz3 * (t_yqx6r - t_zfbhn) + t_zllh6
-        t_j7yc6 = t_rzyas + np.where(m_z5ee7_2, -(rho_t * (cos_t * t_gptv5)), 0.0)
-        t_7rakc = rho_t * t_gptv5
-        t_brm3r = cos_t * t_iiz6p + np.where(m_z5ee7, np.where(m_z5ee7_2, t_xuitj * t_7rakc, 0.0), 0.0)
-        t_ye7zq = cos_phi_ref * t_brm3r
-        t_qvptg = np.where(m_z5ee7_2, -(cos_t * t_7rakc), 0.0) + t_rzyas
-        t_s63mi = sin_phi_ref * t_brm3r
-        t_fnlnv = (zeta1 * (t_ye7zq - sin_phi_ref * t_qvptg) + zeta2 * (cos_phi_ref * t_qvptg + t_s63mi)) * t_e4rje
-        t_7z3dx = t_jik5x * t_fnlnv * t_e4rje
-        t_mtj5r = sin_phi_ref * t_j7yc6 + zeta1 * t_7z3dx - t_ye7zq
-        t_ueua6 = t_gzctu - zeta2 * t_nufsh + cos_phi_ref * t_haxdn
-        t_gcql2 = t_i3qrh - zeta2 * t_ayp6n + t_gzctu_2 + cos_phi_ref * t_haxdn_2
-        t_ihixh = t_s63mi - zeta2 * t_7z3dx + cos_phi_ref * t_j7yc6
+        t_vvmeg = sin_phi_ref * t_276qp_2 + zeta1 * t_gj527 - t_m2rhv_2
+        t_vcvh7 = t_zu5hl * (m * t_pmdsg)
+        t_vej44 = t_kdoot * t_gjxkh
+        t_eszmz = t_2c7fi * t_vej44
+        t_wcq77 = t_44sk5 * (t_yqfyq * t_eszmz)
+        t_b6ota = t_awed2 * t_vej44
+        t_a4dfx = eta_rho * (t_q2hfz * (t_drko2 * (t_axbdk * t_b6ota * t_weose)))
+        t_kaak2 = np.where(m_qm7gk_2, np.where(m_qm7gk, t_vcvh7, 0.0) - t_wcq77, 0.0) + t_a4dfx
+        t_o4ajc = np.where(m_qm7gk, t_3hj5v * t_kaak2, 0.0)
+        t_ecn6n = t_dgite * (t_4roa3 * t_b6ota)
+        t_2hjde = t_elj3v * t_eszmz
+        t_6gc6b = t_sewyy * (t_q2hfz_2 * (t_gbjhf * t_6rwtv))
+        t_rsyvy = t_lfegb * (t_ecn6n - t_2hjde) + t_6gc6b
+        t_oh4yo = t_o4ajc + np.where(m_qm7gk_2, -(rho_t * (cos_t * t_rsyvy)), 0.0)
+        t_fbwfi = rho_t * t_rsyvy
+        t_3eaek = cos_t * t_kaak2 + np.where(m_qm7gk, np.where(m_qm7gk_2, t_3hj5v * t_fbwfi, 0.0), 0.0)
+        t_xvrzv = cos_phi_ref * t_3eaek
+        t_xptth = np.where(m_qm7gk_2, -(cos_t * t_fbwfi), 0.0) + t_o4ajc
+        t_ilpht = sin_phi_ref * t_3eaek
+        t_lyejn = (zeta1 * (t_xvrzv - sin_phi_ref * t_xptth) + zeta2 * (cos_phi_ref * t_xptth + t_ilpht)) * t_e4rje
+        t_mvfjb = t_jik5x * t_lyejn * t_e4rje
+        t_o7wxz = sin_phi_ref * t_oh4yo + zeta1 * t_mvfjb - t_xvrzv
+        t_biyx3 = t_uncga - zeta2 * t_srk55 + cos_phi_ref * t_276qp
+        t_afwq5 = t_i3qrh - zeta2 * t_gj527 + t_uncga_2 + cos_phi_ref * t_276qp_2
+        t_6limp = t_ilpht - zeta2 * t_mvfjb + cos_phi_ref * t_oh4yo
         t_f7oti = -mu_rate_max
         t_dhkzn = mu_gain * (mu_ref - mu)
         t_7l2lj = np.fmin(mu_rate_max, t_dhkzn)
@@ -2056,145 +2056,145 @@ def sliding_loop_jac(q, r, p, c):
         t_huzvj = np.where(m_huzvj, 1.0, 0.0)
         m_mu2v2 = (mu_rate_max <= t_dhkzn)
         t_eriiv = t_tmq3y / (np.where(m_y2s22, 1.0, 0.0) + t_tmq3y) * (t_huzvj / (np.where(m_mu2v2, 1.0, 0.0) + t_huzvj) * mu_gain)
-        t_ttwi5 = t_hwkxg * sin_phi_ref
-        t_2hllo = t_rrbdp + np.where(m_z5ee7_2, -(t_3ly7e * rho_t), 0.0)
-        t_od35a = t_2hllo * cos_phi_ref
-        t_my3em = t_2hllo * sin_phi_ref
-        t_fqsx5 = t_hwkxg * cos_phi_ref
+        t_dufu7 = t_ghku5 * sin_phi_ref
+        t_ixxcw_2 = t_h5qr2 + np.where(m_qm7gk_2, -(t_nxa3o * rho_t), 0.0)
+        t_txkc3 = t_ixxcw_2 * cos_phi_ref
+        t_bkffe = t_ixxcw_2 * sin_phi_ref
+        t_ksg6g = t_ghku5 * cos_phi_ref
         t_v4jyn = 1.0 / mu
-        t_fcs45 = t_gliif - t_apicp * t_m4c7o
-        t_bkzfm = t_27sgx * t_m4c7o
-        t_7s4pp = (t_ktua4 * (rho_ref + rho_ref) - t_o55bt * (t_lzpnp * t_bkzfm)) * t_ne4ah
-        t_k7ysk = np.where(m_z5ee7, rho_ref * t_fcs45, 0.0) + cos_t + np.where(m_nlkgc, np.where(m_z5ee7, np.where(m_z5ee7, -t_7s4pp, 0.0), 0.0), 0.0)
-        t_onxdi = area_factor * w_across
-        t_bu2im = t_pekax * t_onxdi * t_gjxkh
-        t_j5cqy = (
-            k_phi * ((t_m4c7o * t_fj2i2 - t_j3xxo * t_k7ysk) * t_spoa4) * t_i2oza
-            - t_qcwfy * (t_bu2im + (t_degwz * t_3sr3u - t_velk3 * (t_l4aq5 * t_k7ysk)))
+        t_7y4pd = t_6dtnj - t_kciyl * t_fsc2i
+        t_le4zx = t_nah2q * t_fsc2i
+        t_vfs6x = (t_7rloe * (rho_ref + rho_ref) - t_o55bt * (t_3hj5v_2 * t_le4zx)) * t_wbmx7
+        t_gdxdj = np.where(m_qm7gk, rho_ref * t_7y4pd, 0.0) + cos_t + np.where(m_nlkgc, np.where(m_qm7gk, np.where(m_qm7gk, -t_vfs6x, 0.0), 0.0), 0.0)
+        t_5zpv7 = area_factor * w_across
+        t_ssrno = t_kdoot * t_5zpv7 * t_gjxkh
+        t_p5tof = (
+            k_phi * ((t_fsc2i * t_2kste - t_v3yza * t_gdxdj) * t_nh3es) * t_6klm6
+            - t_2c7fi * (t_ssrno + (t_6vnxo * t_k4ajn - t_kt2dp * (t_bbrc2 * t_gdxdj)))
         )
-        t_isxw6 = (
-            (t_xuitj - rho_ref * t_bkzfm) * t_6qw53
-            + np.where(m_nlkgc, np.where(m_z5ee7, np.where(m_z5ee7, t_vgwru * t_7s4pp, 0.0), 0.0), 0.0)
+        t_zel5k = (
+            (t_3hj5v - rho_ref * t_le4zx) * t_wk33w
+            + np.where(m_nlkgc, np.where(m_qm7gk, np.where(m_qm7gk, t_vdg4o * t_vfs6x, 0.0), 0.0), 0.0)
         )
-        t_v2faq = (
-            t_abddv * (t_vzh6u * (t_fcuq3 * t_k7ysk) + t_lm3xn * t_j5cqy)
-            + t_2x3wp * (np.where(m_z5ee7, m * (theta_t * t_isxw6 + t_jcju6 * t_onxdi), 0.0) - t_degwz)
+        t_5abin = (
+            t_44sk5 * (t_dgite * (t_fcuq3 * t_gdxdj) + t_yqfyq * t_p5tof)
+            + t_zu5hl * (np.where(m_qm7gk, m * (theta_t * t_zel5k + t_pmdsg * t_5zpv7), 0.0) - t_6vnxo)
         )
-        t_3k75k = t_ttliz * t_bu2im
-        t_w3xx3 = eta_rho * (t_q2hfz * (t_cawwk * ((t_m4c7o - (t_2b36a * t_3k75k + f * t_k7ysk)) * t_weose)))
-        t_plsuq = np.where(m_z5ee7_2, t_v2faq, 0.0) - t_w3xx3
-        t_bat3v = np.where(m_z5ee7, t_xuitj * t_plsuq - t_bof5b * t_bkzfm, 0.0)
-        t_xnwx4 = (
-            t_ygaz3 * (t_5wfhn * t_j5cqy + t_vzh6u * (t_kimvi * t_3k75k))
-            + t_646rv * (t_q2hfz_2 * (t_shc6x * (t_onxdi * t_6rwtv)))
+        t_aajgt = t_awed2 * t_ssrno
+        t_cy6qv = eta_rho * (t_q2hfz * (t_drko2 * ((t_fsc2i - (t_axbdk * t_aajgt + f * t_gdxdj)) * t_weose)))
+        t_b6jhv = np.where(m_qm7gk_2, t_5abin, 0.0) - t_cy6qv
+        t_lucex = np.where(m_qm7gk, t_3hj5v * t_b6jhv - t_ectgc * t_le4zx, 0.0)
+        t_fojmn = (
+            t_lfegb * (t_elj3v * t_p5tof + t_dgite * (t_4roa3 * t_aajgt))
+            + t_sewyy * (t_q2hfz_2 * (t_gbjhf * (t_5zpv7 * t_6rwtv)))
         )
-        t_komxf = np.where(m_z5ee7_2, -(rho_t * (np.where(m_z5ee7, t_us36u * t_fcs45, 0.0) + cos_t * t_xnwx4) + t_3ly7e * t_m4c7o), 0.0)
-        t_4gocs = t_bat3v + t_komxf
-        t_3ewr6 = rho_t * t_xnwx4 + t_us36u * t_m4c7o
-        t_rbfac = (
-            np.where(m_z5ee7, t_bof5b * t_fcs45, 0.0)
-            + cos_t * t_plsuq
-            + np.where(m_z5ee7, np.where(m_z5ee7_2, t_xuitj * t_3ewr6 - t_nrnb7 * t_bkzfm, 0.0), 0.0)
+        t_r6y3w = np.where(m_qm7gk_2, -(rho_t * (np.where(m_qm7gk, t_scbch * t_7y4pd, 0.0) + cos_t * t_fojmn) + t_nxa3o * t_fsc2i), 0.0)
+        t_omztj = t_lucex + t_r6y3w
+        t_cwx43 = rho_t * t_fojmn + t_scbch * t_fsc2i
+        t_arrh5 = (
+            np.where(m_qm7gk, t_ectgc * t_7y4pd, 0.0)
+            + cos_t * t_b6jhv
+            + np.where(m_qm7gk, np.where(m_qm7gk_2, t_3hj5v * t_cwx43 - t_nxa3o_2 * t_le4zx, 0.0), 0.0)
         )
-        t_4n6vb = cos_phi_ref * t_rbfac
-        t_ud2ga = np.where(m_z5ee7_2, -(cos_t * t_3ewr6 + np.where(m_z5ee7, t_nrnb7 * t_fcs45, 0.0)), 0.0) + t_bat3v
-        t_dxjwy = sin_phi_ref * t_rbfac
-        t_om5up = (zeta1 * (t_4n6vb - sin_phi_ref * t_ud2ga) + zeta2 * (cos_phi_ref * t_ud2ga + t_dxjwy)) * t_e4rje
-        t_pioqx = t_jik5x * t_om5up * t_e4rje
-        t_evumi = sin_phi_ref * t_4gocs + zeta1 * t_pioqx - t_4n6vb
+        t_7f3hp = cos_phi_ref * t_arrh5
+        t_e64m4 = np.where(m_qm7gk_2, -(cos_t * t_cwx43 + np.where(m_qm7gk, t_nxa3o_2 * t_7y4pd, 0.0)), 0.0) + t_lucex
+        t_yf4k4 = sin_phi_ref * t_arrh5
+        t_o7ta2 = (zeta1 * (t_7f3hp - sin_phi_ref * t_e64m4) + zeta2 * (cos_phi_ref * t_e64m4 + t_yf4k4)) * t_e4rje
+        t_jrn4f = t_jik5x * t_o7ta2 * t_e4rje
+        t_tnewv = sin_phi_ref * t_omztj + zeta1 * t_jrn4f - t_7f3hp
         t_oduor = zeta1 * sin_phi_ref - zeta2 * cos_phi_ref
         t_insgq = zeta1 * cos_phi_ref + zeta2 * sin_phi_ref
-        t_og4mp = t_5wlee * t_insgq + t_degwz * t_oduor
-        t_4bl7j = t_og4mp * t_amnjj
-        t_344xb = t_oduor * t_gliif - t_apicp * t_4bl7j
-        t_u5ema = t_insgq * t_gliif - t_27sgx * t_4bl7j
-        t_7gkb6 = t_o55bt * (t_lzpnp * t_u5ema) * t_ne4ah
-        t_3huiu = np.where(m_z5ee7, rho_ref * t_344xb, 0.0) + np.where(m_nlkgc, np.where(m_z5ee7, np.where(m_z5ee7, -t_7gkb6, 0.0), 0.0), 0.0)
+        t_od7ze = t_34wjz * t_insgq + t_6vnxo * t_oduor
+        t_yksxv = t_od7ze * t_6dtnj_2
+        t_ifboe = t_oduor * t_6dtnj - t_kciyl * t_yksxv
+        t_t5mbz = t_insgq * t_6dtnj - t_nah2q * t_yksxv
+        t_exy43 = t_o55bt * (t_3hj5v_2 * t_t5mbz) * t_wbmx7
+        t_3rw6v = np.where(m_qm7gk, rho_ref * t_ifboe, 0.0) + np.where(m_nlkgc, np.where(m_qm7gk, np.where(m_qm7gk, -t_exy43, 0.0), 0.0), 0.0)
         t_wg6qi = area_factor * (rho_ref * t_insgq)
-        t_mdnaf = t_pekax * t_wg6qi * t_gjxkh
-        t_gidqm = (
-            k_phi * ((t_4bl7j * t_fj2i2 - t_j3xxo * t_3huiu) * t_spoa4) * t_i2oza
-            - t_qcwfy * (t_mdnaf + (t_og4mp * t_3sr3u - t_velk3 * (t_l4aq5 * t_3huiu)))
+        t_lddqi = t_kdoot * t_wg6qi * t_gjxkh
+        t_lpcm6 = (
+            k_phi * ((t_yksxv * t_2kste - t_v3yza * t_3rw6v) * t_nh3es) * t_6klm6
+            - t_2c7fi * (t_lddqi + (t_od7ze * t_k4ajn - t_kt2dp * (t_bbrc2 * t_3rw6v)))
         )
-        t_nnubt = theta_t * (rho_ref * t_u5ema * t_6qw53 + np.where(m_nlkgc, np.where(m_z5ee7, np.where(m_z5ee7, t_vgwru * t_7gkb6, 0.0), 0.0), 0.0))
-        t_xs2pa = (
-            t_abddv * (t_vzh6u * (t_fcuq3 * t_3huiu) + t_lm3xn * t_gidqm)
-            + t_2x3wp * (np.where(m_z5ee7, m * (t_nnubt + t_jcju6 * t_wg6qi), 0.0) - t_og4mp)
+        t_dt6aw = theta_t * (rho_ref * t_t5mbz * t_wk33w + np.where(m_nlkgc, np.where(m_qm7gk, np.where(m_qm7gk, t_vdg4o * t_exy43, 0.0), 0.0), 0.0))
+        t_rjgdr = (
+            t_44sk5 * (t_dgite * (t_fcuq3 * t_3rw6v) + t_yqfyq * t_lpcm6)
+            + t_zu5hl * (np.where(m_qm7gk, m * (t_dt6aw + t_pmdsg * t_wg6qi), 0.0) - t_od7ze)
         )
-        t_xyhyc = t_ttliz * t_mdnaf
-        t_m7hvb = eta_rho * (t_q2hfz * (t_cawwk * ((t_4bl7j - (t_2b36a * t_xyhyc + f * t_3huiu)) * t_weose)))
-        t_vq3mz = np.where(m_z5ee7_2, t_xs2pa, 0.0) - t_m7hvb
-        t_yv5k2 = np.where(m_z5ee7, t_xuitj * t_vq3mz + t_bof5b * t_u5ema, 0.0)
-        t_3pxom = (
-            t_ygaz3 * (t_5wfhn * t_gidqm + t_vzh6u * (t_kimvi * t_xyhyc))
-            + t_646rv * (t_q2hfz_2 * (t_shc6x * (t_wg6qi * t_6rwtv)))
+        t_rgmrh = t_awed2 * t_lddqi
+        t_minll = eta_rho * (t_q2hfz * (t_drko2 * ((t_yksxv - (t_axbdk * t_rgmrh + f * t_3rw6v)) * t_weose)))
+        t_62l6h = np.where(m_qm7gk_2, t_rjgdr, 0.0) - t_minll
+        t_vbc35 = np.where(m_qm7gk, t_3hj5v * t_62l6h + t_ectgc * t_t5mbz, 0.0)
+        t_eubu3 = (
+            t_lfegb * (t_elj3v * t_lpcm6 + t_dgite * (t_4roa3 * t_rgmrh))
+            + t_sewyy * (t_q2hfz_2 * (t_gbjhf * (t_wg6qi * t_6rwtv)))
         )
-        t_2jqgq = np.where(m_z5ee7_2, -(rho_t * (np.where(m_z5ee7, t_us36u * t_344xb, 0.0) + cos_t * t_3pxom) + t_3ly7e * t_4bl7j), 0.0)
-        t_ign4k = t_yv5k2 + t_2jqgq
-        t_g7bqi = rho_t * t_3pxom + t_us36u * t_4bl7j
-        t_mpm7y = (
-            np.where(m_z5ee7, t_bof5b * t_344xb, 0.0)
-            + cos_t * t_vq3mz
-            + np.where(m_z5ee7, np.where(m_z5ee7_2, t_xuitj * t_g7bqi + t_nrnb7 * t_u5ema, 0.0), 0.0)
+        t_v6423 = np.where(m_qm7gk_2, -(rho_t * (np.where(m_qm7gk, t_scbch * t_ifboe, 0.0) + cos_t * t_eubu3) + t_nxa3o * t_yksxv), 0.0)
+        t_3qbwp = t_vbc35 + t_v6423
+        t_6nwyi = rho_t * t_eubu3 + t_scbch * t_yksxv
+        t_2snvq = (
+            np.where(m_qm7gk, t_ectgc * t_ifboe, 0.0)
+            + cos_t * t_62l6h
+            + np.where(m_qm7gk, np.where(m_qm7gk_2, t_3hj5v * t_6nwyi + t_nxa3o_2 * t_t5mbz, 0.0), 0.0)
         )
-        t_7gwvg = cos_phi_ref * t_mpm7y - t_ttwi5
-        t_lk7va = np.where(m_z5ee7_2, -(cos_t * t_g7bqi + np.where(m_z5ee7, t_nrnb7 * t_344xb, 0.0)), 0.0) + t_yv5k2
-        t_phacp = sin_phi_ref * t_mpm7y
-        t_4desy = (
-            zeta1 * (t_7gwvg - (t_3mrva * cos_phi_ref + sin_phi_ref * t_lk7va))
-            + zeta2 * (cos_phi_ref * t_lk7va - t_3mrva * sin_phi_ref + (t_fqsx5 + t_phacp))
+        t_ffaym = cos_phi_ref * t_2snvq - t_dufu7
+        t_44ida = np.where(m_qm7gk_2, -(cos_t * t_6nwyi + np.where(m_qm7gk, t_nxa3o_2 * t_ifboe, 0.0)), 0.0) + t_vbc35
+        t_knh5f = sin_phi_ref * t_2snvq
+        t_52xlh = (
+            zeta1 * (t_ffaym - (t_ixxcw * cos_phi_ref + sin_phi_ref * t_44ida))
+            + zeta2 * (cos_phi_ref * t_44ida - t_ixxcw * sin_phi_ref + (t_ksg6g + t_knh5f))
         )
-        t_a2uda = t_jik5x * (t_4desy * t_e4rje) * t_e4rje
-        t_ahlex = sin_phi_ref * t_ign4k + t_od35a + zeta1 * t_a2uda - t_7gwvg
-        t_iiz6p_2 = np.where(m_z5ee7_2, t_ybocb + np.where(m_z5ee7, -t_zuxlx, 0.0), 0.0) - t_3wjmt
-        t_rzyas_2 = np.where(m_z5ee7, t_xuitj * t_iiz6p_2, 0.0)
-        t_gptv5_2 = t_ygaz3 * (t_zfbhn - t_yqx6r) - t_zllh6
-        t_j7yc6_2 = t_rzyas_2 + np.where(m_z5ee7_2, -(rho_t * (cos_t * t_gptv5_2)), 0.0)
-        t_7rakc_2 = rho_t * t_gptv5_2
-        t_brm3r_2 = cos_t * t_iiz6p_2 + np.where(m_z5ee7, np.where(m_z5ee7_2, t_xuitj * t_7rakc_2, 0.0), 0.0)
-        t_ye7zq_2 = cos_phi_ref * t_brm3r_2
-        t_qvptg_2 = np.where(m_z5ee7_2, -(cos_t * t_7rakc_2), 0.0) + t_rzyas_2
-        t_s63mi_2 = sin_phi_ref * t_brm3r_2
-        t_fnlnv_2 = (zeta1 * (t_ye7zq_2 - sin_phi_ref * t_qvptg_2) + zeta2 * (cos_phi_ref * t_qvptg_2 + t_s63mi_2)) * t_e4rje
-        t_7z3dx_2 = t_jik5x * t_fnlnv_2 * t_e4rje
-        t_mtj5r_2 = sin_phi_ref * t_j7yc6_2 + zeta1 * t_7z3dx_2 - t_ye7zq_2
-        t_idzrb = t_dxjwy - zeta2 * t_pioqx + cos_phi_ref * t_4gocs
-        t_xxbwi = t_phacp + t_fqsx5 - zeta2 * t_a2uda + (cos_phi_ref * t_ign4k - t_my3em)
-        t_ihixh_2 = t_s63mi_2 - zeta2 * t_7z3dx_2 + cos_phi_ref * t_j7yc6_2
+        t_buotl = t_jik5x * (t_52xlh * t_e4rje) * t_e4rje
+        t_khfl3 = sin_phi_ref * t_3qbwp + t_txkc3 + zeta1 * t_buotl - t_ffaym
+        t_kaak2_2 = np.where(m_qm7gk_2, t_wcq77 + np.where(m_qm7gk, -t_vcvh7, 0.0), 0.0) - t_a4dfx
+        t_o4ajc_2 = np.where(m_qm7gk, t_3hj5v * t_kaak2_2, 0.0)
+        t_rsyvy_2 = t_lfegb * (t_2hjde - t_ecn6n) - t_6gc6b
+        t_oh4yo_2 = t_o4ajc_2 + np.where(m_qm7gk_2, -(rho_t * (cos_t * t_rsyvy_2)), 0.0)
+        t_fbwfi_2 = rho_t * t_rsyvy_2
+        t_3eaek_2 = cos_t * t_kaak2_2 + np.where(m_qm7gk, np.where(m_qm7gk_2, t_3hj5v * t_fbwfi_2, 0.0), 0.0)
+        t_xvrzv_2 = cos_phi_ref * t_3eaek_2
+        t_xptth_2 = np.where(m_qm7gk_2, -(cos_t * t_fbwfi_2), 0.0) + t_o4ajc_2
+        t_ilpht_2 = sin_phi_ref * t_3eaek_2
+        t_lyejn_2 = (zeta1 * (t_xvrzv_2 - sin_phi_ref * t_xptth_2) + zeta2 * (cos_phi_ref * t_xptth_2 + t_ilpht_2)) * t_e4rje
+        t_mvfjb_2 = t_jik5x * t_lyejn_2 * t_e4rje
+        t_o7wxz_2 = sin_phi_ref * t_oh4yo_2 + zeta1 * t_mvfjb_2 - t_xvrzv_2
+        t_kyktu = t_yf4k4 - zeta2 * t_jrn4f + cos_phi_ref * t_omztj
+        t_l6hi4 = t_knh5f + t_ksg6g - zeta2 * t_buotl + (cos_phi_ref * t_3qbwp - t_bkffe)
+        t_6limp_2 = t_ilpht_2 - zeta2 * t_mvfjb_2 + cos_phi_ref * t_oh4yo_2
         return (lambda J: J.reshape(*J.shape[:-1], 4, 4))(_vector(
-            t_44x77,
-            t_s4vxu,
+            t_fwxpo,
+            t_vvmeg,
             0.0,
-            t_mtj5r,
-            -t_ueua6,
-            -t_gcql2,
+            t_o7wxz,
+            -t_biyx3,
+            -t_afwq5,
             0.0,
-            -t_ihixh,
+            -t_6limp,
             0.0,
             0.0,
             -t_eriiv,
             0.0,
-            -(t_i3qrh * zeta2 + t_ttwi5 + t_od35a + zeta1 * t_ueua6 + zeta2 * t_44x77),
-            -(zeta1 * t_gcql2 + (zeta2 * t_s4vxu + (t_my3em - t_i3qrh * zeta1 - t_fqsx5))),
+            -(t_i3qrh * zeta2 + t_dufu7 + t_txkc3 + zeta1 * t_biyx3 + zeta2 * t_fwxpo),
+            -(zeta1 * t_afwq5 + (zeta2 * t_vvmeg + (t_bkffe - t_i3qrh * zeta1 - t_ksg6g))),
             -(3.0 * H / mass * t_v4jyn * t_v4jyn),
-            -(zeta1 * t_ihixh + zeta2 * t_mtj5r),
+            -(zeta1 * t_6limp + zeta2 * t_o7wxz),
         )), (lambda J: J.reshape(*J.shape[:-1], 4, 4))(_vector(
-            t_evumi,
-            t_ahlex,
+            t_tnewv,
+            t_khfl3,
             0.0,
-            t_mtj5r_2,
-            -t_idzrb,
-            -t_xxbwi,
+            t_o7wxz_2,
+            -t_kyktu,
+            -t_l6hi4,
             0.0,
-            -t_ihixh_2,
+            -t_6limp_2,
             0.0,
             0.0,
             t_eriiv,
             0.0,
-            -(zeta1 * t_idzrb + zeta2 * t_evumi),
-            -(zeta1 * t_xxbwi + zeta2 * t_ahlex),
+            -(zeta1 * t_kyktu + zeta2 * t_tnewv),
+            -(zeta1 * t_l6hi4 + zeta2 * t_khfl3),
             0.0,
-            -(zeta1 * t_ihixh_2 + zeta2 * t_mtj5r_2),
+            -(zeta1 * t_6limp_2 + zeta2 * t_o7wxz_2),
         ))
 
 
@@ -2230,291 +2230,291 @@ def path_jvp(x, r, p, c, along_x, along_r):
         zeta2 = rho * sin_phi
         w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
         w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2  # (25)
-        t_furpv = w_across * w_across + w_along * w_along
-        rho_t = np.sqrt(t_furpv)  # (25)
-        m_z5ee7 = (1e-09 < rho_t)
-        t_gliif = 1.0 / rho_t
-        t_m4c7o = w_along * t_gliif
-        cos_t = np.where(m_z5ee7, t_m4c7o, 1.0)  # (25)
+        t_5lued = w_across * w_across + w_along * w_along
+        rho_t = np.sqrt(t_5lued)  # (25)
+        m_qm7gk = (1e-09 < rho_t)
+        t_6dtnj = 1.0 / rho_t
+        t_heubl = w_along * t_6dtnj
+        cos_t = np.where(m_qm7gk, t_heubl, 1.0)  # (25)
         theta_t = theta - theta_ref + rho_ref * w_across * area_factor  # (27)
         alpha = np.sign(theta_t)  # (40)
-        t_ptl3y = np.abs(theta_t)
-        t_whxhf = 1.0 / np.fmax(1e-24, t_furpv)
-        t_fchu4 = (t_ptl3y + t_ptl3y) * t_whxhf
-        K_ = np.fmin(1000000000000.0, t_fchu4)  # (42)
+        t_nldyv = np.abs(theta_t)
+        t_y2y6z = 1.0 / np.fmax(1e-24, t_5lued)
+        t_7jara = (t_nldyv + t_nldyv) * t_y2y6z
+        K_ = np.fmin(1000000000000.0, t_7jara)  # (42)
         sqrt_K = np.sqrt(K_)
-        t_mowvz = cos_t * rho_ref
-        P = R * R - rho_ref * rho_ref + t_mowvz * rho_t  # (47)
-        t_xuitj = w_across * t_gliif
-        t_6ckpz = rho_ref * t_xuitj
-        t_xhz2s = t_6ckpz * rho_t
-        Q = np.where(m_z5ee7, -t_xhz2s, 0.0)  # (47)
+        t_3t6r5 = cos_t * rho_ref
+        P = R * R - rho_ref * rho_ref + t_3t6r5 * rho_t  # (47)
+        t_5dhp4 = w_across * t_6dtnj
+        t_grajh = rho_ref * t_5dhp4
+        t_rqj3f = t_grajh * rho_t
+        Q = np.where(m_qm7gk, -t_rqj3f, 0.0)  # (47)
         t_pgin7 = R - rho_ref
         t_hnwtz = np.fmin(t_pgin7, rho_escape)
-        t_hzywj = np.sqrt(t_ptl3y)
-        escape = np.fmin(t_hnwtz, t_hzywj)
-        t_4x2zf = zeta1 * zeta1 + zeta2 * zeta2
-        t_yfvls = np.sqrt(t_4x2zf)
-        m_ksqj2 = (0.0 < t_yfvls)
-        t_zxp5x = P * P
-        t_6fxuf = np.where(m_z5ee7, np.where(m_z5ee7, t_xhz2s * t_xhz2s, 0.0), 0.0)
-        t_go7n3 = np.sqrt(t_zxp5x + t_6fxuf)
-        t_yphwp = 1.0 / t_go7n3
-        t_gltfk = rho_t * R * t_yphwp
-        m_hqqaa = (1.0 < t_gltfk)
-        t_wnge4 = np.fmin(1.0, t_gltfk)
-        t_w7rio = np.arccos(t_wnge4)
-        t_x3hva = 1.5707963267948966 - alpha * np.arctan2(Q, P) + np.where(m_hqqaa, t_w7rio, t_w7rio)
-        m_xb2xi = (K_ < 0.03)
-        t_fcflk = K_ * K_
-        t_fcflk_2 = 0.26035714285714284 + -0.18225 * t_fcflk
-        t_l3puj = -0.45 + t_fcflk * t_fcflk_2
-        t_fbuw4 = 1.5 + t_fcflk * t_l3puj
-        m_mgarf = (1000000000000.0 < t_fchu4)
-        t_uiipz = np.where(m_mgarf, sqrt_K, sqrt_K)
-        t_cedhi = 2.225213 + t_uiipz
-        t_2je2w = 0.566927 + t_uiipz * t_cedhi
-        t_dzjuy = 1.0 / (3.478838 + t_uiipz * t_2je2w)
-        t_moflu = 3.141592653589793 * K_ * t_dzjuy
-        t_cedhi_2 = 1.661023 + t_uiipz
-        t_23h4w = t_moflu * t_cedhi_2
-        sin_t_23h4w, cos_t_23h4w = np.sin(t_23h4w), np.cos(t_23h4w)
-        t_nobej = sin_t_23h4w * sin_t_23h4w
-        t_ab46z = cos_t_23h4w * cos_t_23h4w
-        t_i7sss = cos_t_23h4w * sin_t_23h4w
-        t_rkglc = K_ + K_
-        t_tdxcy = 1.0 + t_nobej - t_ab46z - t_i7sss * t_rkglc
-        t_354bs = t_tdxcy * t_tdxcy
-        t_x767z = t_nobej * K_
-        t_soj5f = t_x767z + t_x767z
-        t_x66xq = t_soj5f + 4.0 * t_i7sss - t_ab46z * t_rkglc
-        t_x6qqr = t_23h4w - t_i7sss - t_x767z
-        t_2ev6m = 1.0 / (t_354bs + t_354bs - t_x66xq * t_x6qqr)
-        t_g2ovj = t_tdxcy * t_2ev6m
-        t_zefeg = -2.0 * t_i7sss - t_soj5f + (t_23h4w + t_23h4w)
-        t_6xnvn = t_23h4w - t_g2ovj * t_zefeg
-        sin_t_6xnvn, cos_t_6xnvn = np.sin(t_6xnvn), np.cos(t_6xnvn)
-        t_vx46m = sin_t_6xnvn * sin_t_6xnvn
-        t_yrvqm = cos_t_6xnvn * cos_t_6xnvn
-        t_kme5l = cos_t_6xnvn * sin_t_6xnvn
-        t_fno7p = 1.0 + t_vx46m - t_yrvqm - t_rkglc * t_kme5l
-        t_354bs_2 = t_fno7p * t_fno7p
-        t_bweg4 = t_vx46m * K_
-        t_soj5f_2 = t_bweg4 + t_bweg4
-        t_a6w2p = t_soj5f_2 + 4.0 * t_kme5l - t_rkglc * t_yrvqm
-        t_xdzcc = t_6xnvn - t_kme5l - t_bweg4
-        t_3hukm = 1.0 / (t_354bs_2 + t_354bs_2 - t_a6w2p * t_xdzcc)
-        t_uhbq3 = t_fno7p * t_3hukm
-        t_hy73r = -2.0 * t_kme5l - t_soj5f_2 + (t_6xnvn + t_6xnvn)
-        t_z3tm5 = t_6xnvn - t_uhbq3 * t_hy73r
-        sin_t_z3tm5, cos_t_z3tm5 = np.sin(t_z3tm5), np.cos(t_z3tm5)
-        t_cmgiw = sin_t_z3tm5 * sin_t_z3tm5
-        t_e3muo = cos_t_z3tm5 * cos_t_z3tm5
-        t_wqods = cos_t_z3tm5 * sin_t_z3tm5
-        t_fno7p_2 = 1.0 + t_cmgiw - t_e3muo - t_rkglc * t_wqods
-        t_354bs_3 = t_fno7p_2 * t_fno7p_2
-        t_bweg4_2 = t_cmgiw * K_
-        t_soj5f_3 = t_bweg4_2 + t_bweg4_2
-        t_a6w2p_2 = t_soj5f_3 + 4.0 * t_wqods - t_rkglc * t_e3muo
-        t_vxy3y = t_z3tm5 - t_wqods - t_bweg4_2
-        t_vmdk3 = 1.0 / (t_354bs_3 + t_354bs_3 - t_a6w2p_2 * t_vxy3y)
-        t_uhbq3_2 = t_fno7p_2 * t_vmdk3
-        t_icigh = -2.0 * t_wqods - t_soj5f_3 + (t_z3tm5 + t_z3tm5)
-        t_wlsyt = np.where(m_xb2xi, K_ * t_fbuw4, t_z3tm5 - t_uhbq3_2 * t_icigh)
-        t_5ewvv = np.fmin(t_x3hva, t_wlsyt)
-        sin_t_5ewvv, cos_t_5ewvv = np.sin(t_5ewvv), np.cos(t_5ewvv)
-        t_5l2d7 = -(cos_t_5ewvv * escape)
-        t_f3hnc = k_phi * np.fmax(rho_t, t_5l2d7)
-        t_jl52z = cos_t_5ewvv * t_f3hnc
-        t_ckgcn = alpha * t_f3hnc
-        t_5bjhx = t_ckgcn * sin_t_5ewvv
-        t_f3khv = np.where(m_z5ee7, -(t_jl52z * t_xuitj), 0.0) - cos_t * t_5bjhx
+        t_xdrco = np.sqrt(t_nldyv)
+        escape = np.fmin(t_hnwtz, t_xdrco)
+        t_dynew = zeta1 * zeta1 + zeta2 * zeta2
+        t_wmyyh = np.sqrt(t_dynew)
+        m_jelvn = (0.0 < t_wmyyh)
+        t_bw4zx = P * P
+        t_felql = np.where(m_qm7gk, np.where(m_qm7gk, t_rqj3f * t_rqj3f, 0.0), 0.0)
+        t_zemlo = np.sqrt(t_bw4zx + t_felql)
+        t_i4c2p = 1.0 / t_zemlo
+        t_riuom = rho_t * R * t_i4c2p
+        m_ggsjh = (1.0 < t_riuom)
+        t_y2rr2 = np.fmin(1.0, t_riuom)
+        t_esbsi = np.arccos(t_y2rr2)
+        t_5yy2e = 1.5707963267948966 - alpha * np.arctan2(Q, P) + np.where(m_ggsjh, t_esbsi, t_esbsi)
+        m_cn56p = (K_ < 0.03)
+        t_leuxo = K_ * K_
+        t_leuxo_2 = 0.26035714285714284 + -0.18225 * t_leuxo
+        t_6kx34 = -0.45 + t_leuxo * t_leuxo_2
+        t_m7nlb = 1.5 + t_leuxo * t_6kx34
+        m_2mvys = (1000000000000.0 < t_7jara)
+        t_ib2ei = np.where(m_2mvys, sqrt_K, sqrt_K)
+        t_ddghz = 2.225213 + t_ib2ei
+        t_b6pzf = 0.566927 + t_ib2ei * t_ddghz
+        t_i5un2 = 1.0 / (3.478838 + t_ib2ei * t_b6pzf)
+        t_b3paf = 3.141592653589793 * K_ * t_i5un2
+        t_ddghz_2 = 1.661023 + t_ib2ei
+        t_2ibf7 = t_b3paf * t_ddghz_2
+        sin_t_2ibf7, cos_t_2ibf7 = np.sin(t_2ibf7), np.cos(t_2ibf7)
+        t_nobej = sin_t_2ibf7 * sin_t_2ibf7
+        t_ab46z = cos_t_2ibf7 * cos_t_2ibf7
+        t_i7sss = cos_t_2ibf7 * sin_t_2ibf7
+        t_2qjkk = K_ + K_
+        t_qub6z = 1.0 + t_nobej - t_ab46z - t_i7sss * t_2qjkk
+        t_lvesg = t_qub6z * t_qub6z
+        t_bqru3 = t_nobej * K_
+        t_d3p5a = t_bqru3 + t_bqru3
+        t_vspwm = t_d3p5a + 4.0 * t_i7sss - t_ab46z * t_2qjkk
+        t_kamle = t_2ibf7 - t_i7sss - t_bqru3
+        t_oj4pl = 1.0 / (t_lvesg + t_lvesg - t_vspwm * t_kamle)
+        t_nxkik = t_qub6z * t_oj4pl
+        t_evbwp = -2.0 * t_i7sss - t_d3p5a + (t_2ibf7 + t_2ibf7)
+        t_kw3pz = t_2ibf7 - t_nxkik * t_evbwp
+        sin_t_kw3pz, cos_t_kw3pz = np.sin(t_kw3pz), np.cos(t_kw3pz)
+        t_vx46m = sin_t_kw3pz * sin_t_kw3pz
+        t_yrvqm = cos_t_kw3pz * cos_t_kw3pz
+        t_kme5l = cos_t_kw3pz * sin_t_kw3pz
+        t_ghomh = 1.0 + t_vx46m - t_yrvqm - t_2qjkk * t_kme5l
+        t_lvesg_2 = t_ghomh * t_ghomh
+        t_rjocr = t_vx46m * K_
+        t_d3p5a_2 = t_rjocr + t_rjocr
+        t_lmawx = t_d3p5a_2 + 4.0 * t_kme5l - t_2qjkk * t_yrvqm
+        t_cjli7 = t_kw3pz - t_kme5l - t_rjocr
+        t_cqqt6 = 1.0 / (t_lvesg_2 + t_lvesg_2 - t_lmawx * t_cjli7)
+        t_xjvob = t_ghomh * t_cqqt6
+        t_dpnxz = -2.0 * t_kme5l - t_d3p5a_2 + (t_kw3pz + t_kw3pz)
+        t_4j6ir = t_kw3pz - t_xjvob * t_dpnxz
+        sin_t_4j6ir, cos_t_4j6ir = np.sin(t_4j6ir), np.cos(t_4j6ir)
+        t_cmgiw = sin_t_4j6ir * sin_t_4j6ir
+        t_e3muo = cos_t_4j6ir * cos_t_4j6ir
+        t_wqods = cos_t_4j6ir * sin_t_4j6ir
+        t_ghomh_2 = 1.0 + t_cmgiw - t_e3muo - t_2qjkk * t_wqods
+        t_lvesg_3 = t_ghomh_2 * t_ghomh_2
+        t_rjocr_2 = t_cmgiw * K_
+        t_d3p5a_3 = t_rjocr_2 + t_rjocr_2
+        t_lmawx_2 = t_d3p5a_3 + 4.0 * t_wqods - t_2qjkk * t_e3muo
+        t_e57zx = t_4j6ir - t_wqods - t_rjocr_2
+        t_sbagz = 1.0 / (t_lvesg_3 + t_lvesg_3 - t_lmawx_2 * t_e57zx)
+        t_xjvob_2 = t_ghomh_2 * t_sbagz
+        t_dpnxz_2 = -2.0 * t_wqods - t_d3p5a_3 + (t_4j6ir + t_4j6ir)
+        t_4dyei = np.where(m_cn56p, K_ * t_m7nlb, t_4j6ir - t_xjvob_2 * t_dpnxz_2)
+        t_msjzk = np.fmin(t_5yy2e, t_4dyei)
+        sin_t_msjzk, cos_t_msjzk = np.sin(t_msjzk), np.cos(t_msjzk)
+        t_vxe7u = -(cos_t_msjzk * escape)
+        t_ssits = k_phi * np.fmax(rho_t, t_vxe7u)
+        t_2x74w = cos_t_msjzk * t_ssits
+        t_uu27y = alpha * t_ssits
+        t_4trfd = t_uu27y * sin_t_msjzk
+        t_d7n77 = np.where(m_qm7gk, -(t_2x74w * t_5dhp4), 0.0) - cos_t * t_4trfd
         t_kc5kr = 100.0 * k_phi
-        t_xatty = np.where(m_z5ee7, t_xuitj * t_5bjhx, 0.0) - cos_t * t_jl52z
-        t_6qhh3 = cos_phi_ref * t_xatty - sin_phi_ref * t_f3khv
-        t_i63ev = cos_phi_ref * t_f3khv + sin_phi_ref * t_xatty
-        t_e4rje = 1.0 / np.fmax(1e-09, t_yfvls)
-        t_oyhhw = (t_6qhh3 * zeta1 + t_i63ev * zeta2) * t_e4rje
-        t_j2lpg = -(t_kc5kr * (R - t_yfvls) + t_oyhhw)
-        t_ssi6p = np.fmax(0.0, t_j2lpg) * t_e4rje
-        t_36nap = t_f3khv * sin_phi_ref - t_ssi6p * zeta1 - t_xatty * cos_phi_ref
+        t_j7tcv = np.where(m_qm7gk, t_5dhp4 * t_4trfd, 0.0) - cos_t * t_2x74w
+        t_cpdk4 = cos_phi_ref * t_j7tcv - sin_phi_ref * t_d7n77
+        t_inkoh = cos_phi_ref * t_d7n77 + sin_phi_ref * t_j7tcv
+        t_e2kmt = 1.0 / np.fmax(1e-09, t_wmyyh)
+        t_itzoz = (t_cpdk4 * zeta1 + t_inkoh * zeta2) * t_e2kmt
+        t_vnhao = -(t_kc5kr * (R - t_wmyyh) + t_itzoz)
+        t_zkibd = np.fmax(0.0, t_vnhao) * t_e2kmt
+        t_rncxh = t_d7n77 * sin_phi_ref - t_zkibd * zeta1 - t_j7tcv * cos_phi_ref
         t_3afq5 = cos_phi * along_rho - rho * (sin_phi * along_phi)
-        m_n2lcz = (t_5l2d7 <= rho_t)
-        t_y5aew = np.where(m_n2lcz, 1.0, 0.0)
-        m_wzdbz = (rho_t <= t_5l2d7)
-        t_nawgj = np.where(m_wzdbz, 1.0, 0.0)
-        t_ml3st = 1.0 / (t_y5aew + t_nawgj)
+        m_7xfyh = (t_vxe7u <= rho_t)
+        t_7wrxk = np.where(m_7xfyh, 1.0, 0.0)
+        m_ij4rk = (rho_t <= t_vxe7u)
+        t_mzlv6 = np.where(m_ij4rk, 1.0, 0.0)
+        t_mslfs = 1.0 / (t_7wrxk + t_mzlv6)
         t_yxwd6 = cos_phi_ref * along_phi_ref
         t_46lno = sin_phi * along_rho + rho * (cos_phi * along_phi)
         t_sxtsm = sin_phi_ref * along_phi_ref
-        t_st5ju = zeta1 * t_yxwd6 + sin_phi_ref * t_3afq5 - (cos_phi_ref * t_46lno - zeta2 * t_sxtsm)
-        t_eay2n = (
+        t_j6opb = zeta1 * t_yxwd6 + sin_phi_ref * t_3afq5 - (cos_phi_ref * t_46lno - zeta2 * t_sxtsm)
+        t_rx7mc = (
             along_rho_ref
             - (cos_phi_ref * t_3afq5 - zeta1 * t_sxtsm)
             - (zeta2 * t_yxwd6 + sin_phi_ref * t_46lno)
         )
-        t_l72yh = (w_across + w_across) * t_st5ju + (w_along + w_along) * t_eay2n
-        t_fdlvl = t_l72yh / (rho_t + rho_t)
-        m_gb6op = (t_hzywj <= t_hnwtz)
-        t_xn46b = np.where(m_gb6op, 1.0, 0.0)
-        m_nwh66 = (t_hnwtz <= t_hzywj)
-        t_72wqd = np.where(m_nwh66, 1.0, 0.0)
+        t_mn256 = (w_across + w_across) * t_j6opb + (w_along + w_along) * t_rx7mc
+        t_zphmg = t_mn256 / (rho_t + rho_t)
+        m_obqen = (t_xdrco <= t_hnwtz)
+        t_xn46b = np.where(m_obqen, 1.0, 0.0)
+        m_qumrp = (t_hnwtz <= t_xdrco)
+        t_72wqd = np.where(m_qumrp, 1.0, 0.0)
         t_7krau = 1.0 / (t_72wqd + t_xn46b)
-        t_m3e7t = alpha * (along_theta - along_theta_ref + area_factor * (w_across * along_rho_ref + rho_ref * t_st5ju))
+        t_hy753 = alpha * (along_theta - along_theta_ref + area_factor * (w_across * along_rho_ref + rho_ref * t_j6opb))
         m_dlnux = (t_pgin7 <= rho_escape)
         t_dlnux = np.where(m_dlnux, 1.0, 0.0)
         m_nduvz = (rho_escape <= t_pgin7)
-        t_6oxje = (
-            t_xn46b * t_7krau * (t_m3e7t / (t_hzywj + t_hzywj))
+        t_nnx7p = (
+            t_xn46b * t_7krau * (t_hy753 / (t_xdrco + t_xdrco))
             - t_72wqd * t_7krau * (t_dlnux / (t_dlnux + np.where(m_nduvz, 1.0, 0.0)) * along_rho_ref)
         )
-        m_eqejb = (t_x3hva <= t_wlsyt)
-        t_saxj6 = np.where(m_eqejb, 1.0, 0.0)
-        m_3wjmr = (t_wlsyt <= t_x3hva)
-        t_eowr5 = np.where(m_3wjmr, 1.0, 0.0)
-        t_45csa = 1.0 / (t_saxj6 + t_eowr5)
-        m_jm3a6 = np.logical_not(m_hqqaa)
-        m_tetbk = (t_gltfk <= 1.0)
-        t_7tkef = np.where(m_tetbk, 1.0, 0.0)
-        m_ehrf3 = (1.0 <= t_gltfk)
-        t_wtvuw = t_eay2n * t_gliif - t_m4c7o * t_gliif * t_fdlvl
-        t_tqdy4 = (
-            rho_t * (np.where(m_z5ee7, rho_ref * t_wtvuw, 0.0) + cos_t * along_rho_ref)
-            + t_mowvz * t_fdlvl
+        m_lmvrl = (t_5yy2e <= t_4dyei)
+        t_6lhlq = np.where(m_lmvrl, 1.0, 0.0)
+        m_xb3ek = (t_4dyei <= t_5yy2e)
+        t_qedx7 = np.where(m_xb3ek, 1.0, 0.0)
+        t_45csa = 1.0 / (t_6lhlq + t_qedx7)
+        m_fofl2 = np.logical_not(m_ggsjh)
+        m_bxqiy = (t_riuom <= 1.0)
+        t_z2la7 = np.where(m_bxqiy, 1.0, 0.0)
+        m_kaqxg = (1.0 <= t_riuom)
+        t_jrhrw = t_rx7mc * t_6dtnj - t_heubl * t_6dtnj * t_zphmg
+        t_dmrt7 = (
+            rho_t * (np.where(m_qm7gk, rho_ref * t_jrhrw, 0.0) + cos_t * along_rho_ref)
+            + t_3t6r5 * t_zphmg
             - (rho_ref + rho_ref) * along_rho_ref
         )
-        t_ymop5 = t_st5ju * t_gliif - t_xuitj * t_gliif * t_fdlvl
-        t_mtstu = rho_t * (t_xuitj * along_rho_ref + rho_ref * t_ymop5) + t_6ckpz * t_fdlvl
-        t_rvs5m = ((P + P) * t_tqdy4 + np.where(m_z5ee7, np.where(m_z5ee7, (t_xhz2s + t_xhz2s) * t_mtstu, 0.0), 0.0)) / (t_go7n3 + t_go7n3)
-        t_cldum = t_7tkef / (np.where(m_ehrf3, 1.0, 0.0) + t_7tkef) * (R * t_fdlvl * t_yphwp - t_gltfk * t_yphwp * t_rvs5m)
-        t_mbyif = 1.0 / (t_6fxuf + t_zxp5x)
-        t_wmpbw = (
-            np.where(m_jm3a6, -1.0 / np.sqrt(1.0 - t_wnge4 * t_wnge4) * t_cldum, 0.0)
-            - alpha * (np.where(m_z5ee7, -(P * t_mbyif * t_mtstu), 0.0) - Q * t_mbyif * t_tqdy4)
+        t_zfo3m = t_j6opb * t_6dtnj - t_5dhp4 * t_6dtnj * t_zphmg
+        t_ov77c = rho_t * (t_5dhp4 * along_rho_ref + rho_ref * t_zfo3m) + t_grajh * t_zphmg
+        t_rqzux = ((P + P) * t_dmrt7 + np.where(m_qm7gk, np.where(m_qm7gk, (t_rqj3f + t_rqj3f) * t_ov77c, 0.0), 0.0)) / (t_zemlo + t_zemlo)
+        t_7x4dt = t_z2la7 / (np.where(m_kaqxg, 1.0, 0.0) + t_z2la7) * (R * t_zphmg * t_i4c2p - t_riuom * t_i4c2p * t_rqzux)
+        t_6eu3a = 1.0 / (t_felql + t_bw4zx)
+        t_zm775 = (
+            np.where(m_fofl2, -1.0 / np.sqrt(1.0 - t_y2rr2 * t_y2rr2) * t_7x4dt, 0.0)
+            - alpha * (np.where(m_qm7gk, -(P * t_6eu3a * t_ov77c), 0.0) - Q * t_6eu3a * t_dmrt7)
         )
-        m_ehzsl = (t_fchu4 <= 1000000000000.0)
-        t_pxhzj = np.where(m_ehzsl, 1.0, 0.0)
-        m_qxhwi = (1000000000000.0 <= t_fchu4)
-        m_6t5gi = (1e-24 <= t_furpv)
-        t_6t5gi = np.where(m_6t5gi, 1.0, 0.0)
-        m_zbh6o = (t_furpv <= 1e-24)
-        t_vjbuh = (
-            (t_m3e7t + t_m3e7t) * t_whxhf
-            - t_fchu4 * t_whxhf * (t_6t5gi / (np.where(m_zbh6o, 1.0, 0.0) + t_6t5gi) * t_l72yh)
+        m_xmqdq = (t_7jara <= 1000000000000.0)
+        t_4lc24 = np.where(m_xmqdq, 1.0, 0.0)
+        m_sdkpe = (1000000000000.0 <= t_7jara)
+        m_yh5in = (1e-24 <= t_5lued)
+        t_yh5in = np.where(m_yh5in, 1.0, 0.0)
+        m_j6g22 = (t_5lued <= 1e-24)
+        t_pmfod = (
+            (t_hy753 + t_hy753) * t_y2y6z
+            - t_7jara * t_y2y6z * (t_yh5in / (np.where(m_j6g22, 1.0, 0.0) + t_yh5in) * t_mn256)
         )
-        t_3g4wl = t_pxhzj / (np.where(m_qxhwi, 1.0, 0.0) + t_pxhzj) * t_vjbuh
-        t_fyjhk = t_rkglc * t_3g4wl
-        t_se4co = K_ * (t_l3puj * t_fyjhk + t_fcflk * (t_fcflk_2 * t_fyjhk + t_fcflk * (-0.18225 * t_fyjhk)))
-        m_bryq2 = np.logical_not(m_mgarf)
-        t_s4esp = t_3g4wl / (sqrt_K + sqrt_K)
-        t_ola73 = t_moflu * t_dzjuy * (t_2je2w * t_s4esp + t_uiipz * (t_cedhi * t_s4esp + t_uiipz * t_s4esp))
-        t_ntwcz = (
-            t_cedhi_2 * (3.141592653589793 * t_3g4wl * t_dzjuy + np.where(m_bryq2, -t_ola73, 0.0))
-            + np.where(m_bryq2, t_moflu * t_s4esp, 0.0)
+        t_r4uel = t_4lc24 / (np.where(m_sdkpe, 1.0, 0.0) + t_4lc24) * t_pmfod
+        t_gdhs4 = t_2qjkk * t_r4uel
+        t_mrkcc = K_ * (t_6kx34 * t_gdhs4 + t_leuxo * (t_leuxo_2 * t_gdhs4 + t_leuxo * (-0.18225 * t_gdhs4)))
+        m_mz5gf = np.logical_not(m_2mvys)
+        t_as72g = t_r4uel / (sqrt_K + sqrt_K)
+        t_fos2m = t_b3paf * t_i5un2 * (t_b6pzf * t_as72g + t_ib2ei * (t_ddghz * t_as72g + t_ib2ei * t_as72g))
+        t_uidtw = (
+            t_ddghz_2 * (3.141592653589793 * t_r4uel * t_i5un2 + np.where(m_mz5gf, -t_fos2m, 0.0))
+            + np.where(m_mz5gf, t_b3paf * t_as72g, 0.0)
         )
-        t_xbjr4 = cos_t_23h4w * t_ntwcz
-        t_pa3oo = (sin_t_23h4w + sin_t_23h4w) * t_xbjr4
-        t_6kjhz = sin_t_23h4w * t_ntwcz
-        t_qhf3w = (cos_t_23h4w + cos_t_23h4w) * t_6kjhz
-        t_ib576 = cos_t_23h4w * t_xbjr4 - sin_t_23h4w * t_6kjhz
-        t_vi3d5 = t_3g4wl + t_3g4wl
-        t_b2xlv = t_pa3oo + t_qhf3w - (t_rkglc * t_ib576 + t_i7sss * t_vi3d5)
-        t_wmrep = (t_tdxcy + t_tdxcy) * t_b2xlv
-        t_nhhdv = K_ * t_pa3oo + t_nobej * t_3g4wl
-        t_pfhsw = t_nhhdv + t_nhhdv
-        t_zf2ap = (
-            t_x6qqr * (t_pfhsw + 4.0 * t_ib576 - (t_ab46z * t_vi3d5 - t_rkglc * t_qhf3w))
-            + t_x66xq * (t_ntwcz - t_ib576 - t_nhhdv)
+        t_3apdi = cos_t_2ibf7 * t_uidtw
+        t_o65f3 = (sin_t_2ibf7 + sin_t_2ibf7) * t_3apdi
+        t_al33w = sin_t_2ibf7 * t_uidtw
+        t_lcu76 = (cos_t_2ibf7 + cos_t_2ibf7) * t_al33w
+        t_ib576 = cos_t_2ibf7 * t_3apdi - sin_t_2ibf7 * t_al33w
+        t_fso5i = t_r4uel + t_r4uel
+        t_gg366 = t_o65f3 + t_lcu76 - (t_2qjkk * t_ib576 + t_i7sss * t_fso5i)
+        t_juqgn = (t_qub6z + t_qub6z) * t_gg366
+        t_qflyx = K_ * t_o65f3 + t_nobej * t_r4uel
+        t_k56lr = t_qflyx + t_qflyx
+        t_c64xb = (
+            t_kamle * (t_k56lr + 4.0 * t_ib576 - (t_ab46z * t_fso5i - t_2qjkk * t_lcu76))
+            + t_vspwm * (t_uidtw - t_ib576 - t_qflyx)
         )
-        t_cg3f5 = (
-            t_zefeg * (t_b2xlv * t_2ev6m - t_g2ovj * t_2ev6m * (t_wmrep + t_wmrep - t_zf2ap))
-            + t_g2ovj * (-2.0 * t_ib576 - t_pfhsw + (t_ntwcz + t_ntwcz))
+        t_yazle = (
+            t_evbwp * (t_gg366 * t_oj4pl - t_nxkik * t_oj4pl * (t_juqgn + t_juqgn - t_c64xb))
+            + t_nxkik * (-2.0 * t_ib576 - t_k56lr + (t_uidtw + t_uidtw))
         )
-        t_sfism = t_ntwcz - t_cg3f5
-        t_jen6u = cos_t_6xnvn * t_sfism
-        t_4eafr = (sin_t_6xnvn + sin_t_6xnvn) * t_jen6u
-        t_2a55o = sin_t_6xnvn * t_sfism
-        t_qj5ho = (cos_t_6xnvn + cos_t_6xnvn) * t_2a55o
-        t_hvckt = cos_t_6xnvn * t_jen6u - sin_t_6xnvn * t_2a55o
-        t_vt54f = t_4eafr + t_qj5ho - (t_kme5l * t_vi3d5 + t_rkglc * t_hvckt)
-        t_wmrep_2 = (t_fno7p + t_fno7p) * t_vt54f
-        t_3czja = K_ * t_4eafr + t_vx46m * t_3g4wl
-        t_pfhsw_2 = t_3czja + t_3czja
-        t_bkibi = (
-            t_xdzcc * (t_pfhsw_2 + 4.0 * t_hvckt - (t_yrvqm * t_vi3d5 - t_rkglc * t_qj5ho))
-            + t_a6w2p * (t_sfism - t_hvckt - t_3czja)
+        t_c2kyb = t_uidtw - t_yazle
+        t_eqzye = cos_t_kw3pz * t_c2kyb
+        t_2aeec = (sin_t_kw3pz + sin_t_kw3pz) * t_eqzye
+        t_2ndv4 = sin_t_kw3pz * t_c2kyb
+        t_msyb5 = (cos_t_kw3pz + cos_t_kw3pz) * t_2ndv4
+        t_hvckt = cos_t_kw3pz * t_eqzye - sin_t_kw3pz * t_2ndv4
+        t_wiru6 = t_2aeec + t_msyb5 - (t_kme5l * t_fso5i + t_2qjkk * t_hvckt)
+        t_juqgn_2 = (t_ghomh + t_ghomh) * t_wiru6
+        t_bj3vp = K_ * t_2aeec + t_vx46m * t_r4uel
+        t_k56lr_2 = t_bj3vp + t_bj3vp
+        t_gaeqj = (
+            t_cjli7 * (t_k56lr_2 + 4.0 * t_hvckt - (t_yrvqm * t_fso5i - t_2qjkk * t_msyb5))
+            + t_lmawx * (t_c2kyb - t_hvckt - t_bj3vp)
         )
-        t_geuzv = (
-            t_hy73r * (t_vt54f * t_3hukm - t_uhbq3 * t_3hukm * (t_wmrep_2 + t_wmrep_2 - t_bkibi))
-            + t_uhbq3 * (-2.0 * t_hvckt - t_pfhsw_2 + (t_sfism + t_sfism))
+        t_k3zfb = (
+            t_dpnxz * (t_wiru6 * t_cqqt6 - t_xjvob * t_cqqt6 * (t_juqgn_2 + t_juqgn_2 - t_gaeqj))
+            + t_xjvob * (-2.0 * t_hvckt - t_k56lr_2 + (t_c2kyb + t_c2kyb))
         )
-        t_iydvv = t_sfism - t_geuzv
-        t_zcn4j = cos_t_z3tm5 * t_iydvv
-        t_dru6o = (sin_t_z3tm5 + sin_t_z3tm5) * t_zcn4j
-        t_5a7qb = sin_t_z3tm5 * t_iydvv
-        t_2o4hq = (cos_t_z3tm5 + cos_t_z3tm5) * t_5a7qb
-        t_okysd = cos_t_z3tm5 * t_zcn4j - sin_t_z3tm5 * t_5a7qb
-        t_vt54f_2 = t_dru6o + t_2o4hq - (t_wqods * t_vi3d5 + t_rkglc * t_okysd)
-        t_wmrep_3 = (t_fno7p_2 + t_fno7p_2) * t_vt54f_2
-        t_3czja_2 = K_ * t_dru6o + t_cmgiw * t_3g4wl
-        t_pfhsw_3 = t_3czja_2 + t_3czja_2
-        t_d2blu = (
-            t_vxy3y * (t_pfhsw_3 + 4.0 * t_okysd - (t_e3muo * t_vi3d5 - t_rkglc * t_2o4hq))
-            + t_a6w2p_2 * (t_iydvv - t_okysd - t_3czja_2)
+        t_i5dni = t_c2kyb - t_k3zfb
+        t_5ajra = cos_t_4j6ir * t_i5dni
+        t_wbhv5 = (sin_t_4j6ir + sin_t_4j6ir) * t_5ajra
+        t_yyzej = sin_t_4j6ir * t_i5dni
+        t_q7sj4 = (cos_t_4j6ir + cos_t_4j6ir) * t_yyzej
+        t_okysd = cos_t_4j6ir * t_5ajra - sin_t_4j6ir * t_yyzej
+        t_wiru6_2 = t_wbhv5 + t_q7sj4 - (t_wqods * t_fso5i + t_2qjkk * t_okysd)
+        t_juqgn_3 = (t_ghomh_2 + t_ghomh_2) * t_wiru6_2
+        t_bj3vp_2 = K_ * t_wbhv5 + t_cmgiw * t_r4uel
+        t_k56lr_3 = t_bj3vp_2 + t_bj3vp_2
+        t_orlgn = (
+            t_e57zx * (t_k56lr_3 + 4.0 * t_okysd - (t_e3muo * t_fso5i - t_2qjkk * t_q7sj4))
+            + t_lmawx_2 * (t_i5dni - t_okysd - t_bj3vp_2)
         )
-        t_52zlx = (
-            t_icigh * (t_vt54f_2 * t_vmdk3 - t_uhbq3_2 * t_vmdk3 * (t_wmrep_3 + t_wmrep_3 - t_d2blu))
-            + t_uhbq3_2 * (-2.0 * t_okysd - t_pfhsw_3 + (t_iydvv + t_iydvv))
+        t_k3zfb_2 = (
+            t_dpnxz_2 * (t_wiru6_2 * t_sbagz - t_xjvob_2 * t_sbagz * (t_juqgn_3 + t_juqgn_3 - t_orlgn))
+            + t_xjvob_2 * (-2.0 * t_okysd - t_k56lr_3 + (t_i5dni + t_i5dni))
         )
-        t_olprr = (
-            t_saxj6 * t_45csa * t_wmpbw
-            + t_eowr5 * t_45csa * np.where(m_xb2xi, t_fbuw4 * t_3g4wl + t_se4co, t_iydvv - t_52zlx)
+        t_tdh5n = (
+            t_6lhlq * t_45csa * t_zm775
+            + t_qedx7 * t_45csa * np.where(m_cn56p, t_m7nlb * t_r4uel + t_mrkcc, t_i5dni - t_k3zfb_2)
         )
-        t_i2be2 = sin_t_5ewvv * t_olprr
-        t_eb47h = (
-            t_y5aew * t_ml3st * t_fdlvl
-            - t_nawgj * t_ml3st * (cos_t_5ewvv * t_6oxje - escape * t_i2be2)
+        t_gxctr = sin_t_msjzk * t_tdh5n
+        t_vnbtn = (
+            t_7wrxk * t_mslfs * t_zphmg
+            - t_mzlv6 * t_mslfs * (cos_t_msjzk * t_nnx7p - escape * t_gxctr)
         )
-        t_sxw5q = k_phi * t_eb47h
-        t_2acbu = cos_t_5ewvv * t_sxw5q - t_f3hnc * t_i2be2
-        t_vah3l = sin_t_5ewvv * (alpha * t_sxw5q) + t_ckgcn * (cos_t_5ewvv * t_olprr)
-        t_37xp5 = (
-            np.where(m_z5ee7, -(t_xuitj * t_2acbu + t_jl52z * t_ymop5), 0.0)
-            - (np.where(m_z5ee7, t_5bjhx * t_wtvuw, 0.0) + cos_t * t_vah3l)
+        t_i2khk = k_phi * t_vnbtn
+        t_2gdgh = cos_t_msjzk * t_i2khk - t_ssits * t_gxctr
+        t_na2t4 = sin_t_msjzk * (alpha * t_i2khk) + t_uu27y * (cos_t_msjzk * t_tdh5n)
+        t_67hu5 = (
+            np.where(m_qm7gk, -(t_5dhp4 * t_2gdgh + t_2x74w * t_zfo3m), 0.0)
+            - (np.where(m_qm7gk, t_4trfd * t_jrhrw, 0.0) + cos_t * t_na2t4)
         )
-        t_jbg6j = sin_phi_ref * t_37xp5
-        t_fc3c2 = t_f3khv * t_yxwd6
-        m_od6a2 = (0.0 <= t_j2lpg)
-        t_tij5y = np.where(m_od6a2, 1.0, 0.0)
-        m_7t3za = (t_j2lpg <= 0.0)
-        t_sv4f2 = (
-            np.where(m_z5ee7, t_5bjhx * t_ymop5 + t_xuitj * t_vah3l, 0.0)
-            - (np.where(m_z5ee7, t_jl52z * t_wtvuw, 0.0) + cos_t * t_2acbu)
+        t_ys36h = sin_phi_ref * t_67hu5
+        t_xgv3t = t_d7n77 * t_yxwd6
+        m_sfgjz = (0.0 <= t_vnhao)
+        t_tij5y = np.where(m_sfgjz, 1.0, 0.0)
+        m_pbxnb = (t_vnhao <= 0.0)
+        t_xkmw6 = (
+            np.where(m_qm7gk, t_4trfd * t_zfo3m + t_5dhp4 * t_na2t4, 0.0)
+            - (np.where(m_qm7gk, t_2x74w * t_jrhrw, 0.0) + cos_t * t_2gdgh)
         )
-        t_5kjdd = cos_phi_ref * t_sv4f2 - t_xatty * t_sxtsm
-        t_glke7 = cos_phi_ref * t_37xp5 - t_f3khv * t_sxtsm
-        t_3ktkr = t_xatty * t_yxwd6
-        t_lwc7r = sin_phi_ref * t_sv4f2
-        t_pnumi = (
-            zeta1 * (t_5kjdd - (t_fc3c2 + t_jbg6j))
-            + t_6qhh3 * t_3afq5
-            + (zeta2 * (t_glke7 + (t_3ktkr + t_lwc7r)) + t_i63ev * t_46lno)
+        t_yeplv = cos_phi_ref * t_xkmw6 - t_j7tcv * t_sxtsm
+        t_hmjrv = cos_phi_ref * t_67hu5 - t_d7n77 * t_sxtsm
+        t_mrd4h = t_j7tcv * t_yxwd6
+        t_jouzo = sin_phi_ref * t_xkmw6
+        t_h3d5i = (
+            zeta1 * (t_yeplv - (t_xgv3t + t_ys36h))
+            + t_cpdk4 * t_3afq5
+            + (zeta2 * (t_hmjrv + (t_mrd4h + t_jouzo)) + t_inkoh * t_46lno)
         )
-        m_p2abf = (1e-09 <= t_yfvls)
-        t_ivpxh = np.where(m_p2abf, 1.0, 0.0)
-        m_ysper = (t_yfvls <= 1e-09)
-        t_ykpbv = (zeta1 + zeta1) * t_3afq5 + (zeta2 + zeta2) * t_46lno
-        t_cxo4v = t_ykpbv / (t_yfvls + t_yfvls)
-        t_s7b4i = t_ivpxh / (np.where(m_ysper, 1.0, 0.0) + t_ivpxh) * t_cxo4v
-        t_p2rbt = t_tij5y / (np.where(m_7t3za, 1.0, 0.0) + t_tij5y) * (t_pnumi * t_e4rje - t_oyhhw * t_e4rje * t_s7b4i - t_kc5kr * t_cxo4v)
-        t_jvxtl = t_p2rbt * t_e4rje + t_ssi6p * t_e4rje * t_s7b4i
-        t_fycze = t_jbg6j + t_fc3c2 - (t_ssi6p * t_3afq5 - zeta1 * t_jvxtl) - t_5kjdd
-        t_p4nln = t_ssi6p * zeta2 + t_xatty * sin_phi_ref + t_f3khv * cos_phi_ref
-        t_3roug = t_ssi6p * t_46lno - zeta2 * t_jvxtl + (t_lwc7r + t_3ktkr) + t_glke7
-        t_oz2aw = 1.0 / t_yfvls
-        t_5n7u5 = (t_36nap * t_3afq5 + zeta1 * t_fycze - (t_p4nln * t_46lno + zeta2 * t_3roug)) * t_oz2aw
-        t_3cthi = 1.0 / t_4x2zf
-        t_uhjn3 = (t_p4nln * t_3afq5 + zeta1 * t_3roug + (zeta2 * t_fycze + t_36nap * t_46lno)) * t_3cthi
+        m_js335 = (1e-09 <= t_wmyyh)
+        t_ivpxh = np.where(m_js335, 1.0, 0.0)
+        m_bgj4s = (t_wmyyh <= 1e-09)
+        t_cwfzr = (zeta1 + zeta1) * t_3afq5 + (zeta2 + zeta2) * t_46lno
+        t_wjqgt = t_cwfzr / (t_wmyyh + t_wmyyh)
+        t_x6pik = t_ivpxh / (np.where(m_bgj4s, 1.0, 0.0) + t_ivpxh) * t_wjqgt
+        t_dvn4h = t_tij5y / (np.where(m_pbxnb, 1.0, 0.0) + t_tij5y) * (t_h3d5i * t_e2kmt - t_itzoz * t_e2kmt * t_x6pik - t_kc5kr * t_wjqgt)
+        t_ygasb = t_dvn4h * t_e2kmt + t_zkibd * t_e2kmt * t_x6pik
+        t_o2yda = t_ys36h + t_xgv3t - (t_zkibd * t_3afq5 - zeta1 * t_ygasb) - t_yeplv
+        t_sg3wl = t_zkibd * zeta2 + t_j7tcv * sin_phi_ref + t_d7n77 * cos_phi_ref
+        t_k3s2s = t_zkibd * t_46lno - zeta2 * t_ygasb + (t_jouzo + t_mrd4h) + t_hmjrv
+        t_4d4ds = 1.0 / t_wmyyh
+        t_ctytu = (t_rncxh * t_3afq5 + zeta1 * t_o2yda - (t_sg3wl * t_46lno + zeta2 * t_k3s2s)) * t_4d4ds
+        t_qpkie = 1.0 / t_dynew
+        t_b4fq4 = (t_sg3wl * t_3afq5 + zeta1 * t_k3s2s + (zeta2 * t_o2yda + t_rncxh * t_46lno)) * t_qpkie
         t_f7oti = -mu_rate_max
         t_dhkzn = mu_gain * (mu_ref - mu)
         t_7l2lj = np.fmin(mu_rate_max, t_dhkzn)
@@ -2525,8 +2525,8 @@ def path_jvp(x, r, p, c, along_x, along_r):
         t_huzvj = np.where(m_huzvj, 1.0, 0.0)
         m_mu2v2 = (mu_rate_max <= t_dhkzn)
         return _vector(
-            np.where(m_ksqj2, t_5n7u5 - (zeta1 * t_36nap - zeta2 * t_p4nln) * t_oz2aw * t_oz2aw * t_cxo4v, t_fycze),
-            np.where(m_ksqj2, -(t_uhjn3 - (zeta1 * t_p4nln + t_36nap * zeta2) * t_3cthi * t_3cthi * t_ykpbv), 0.0),
+            np.where(m_jelvn, t_ctytu - (zeta1 * t_rncxh - zeta2 * t_sg3wl) * t_4d4ds * t_4d4ds * t_wjqgt, t_o2yda),
+            np.where(m_jelvn, -(t_b4fq4 - (zeta1 * t_sg3wl + t_rncxh * zeta2) * t_qpkie * t_qpkie * t_cwfzr), 0.0),
             t_tmq3y / (np.where(m_y2s22, 1.0, 0.0) + t_tmq3y) * (t_huzvj / (np.where(m_mu2v2, 1.0, 0.0) + t_huzvj) * (mu_gain * (along_mu_ref - along_mu))),
         )
 
@@ -2554,280 +2554,280 @@ def path_loop_jac(q, r, p, c):
         sin_phi_ref, cos_phi_ref = np.sin(phi_ref), np.cos(phi_ref)
         w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
         w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2  # (25)
-        t_furpv = w_across * w_across + w_along * w_along
-        rho_t = np.sqrt(t_furpv)  # (25)
-        m_z5ee7 = (1e-09 < rho_t)
-        t_gliif = 1.0 / rho_t
-        t_m4c7o = w_along * t_gliif
-        cos_t = np.where(m_z5ee7, t_m4c7o, 1.0)  # (25)
+        t_fvfvk = w_across * w_across + w_along * w_along
+        rho_t = np.sqrt(t_fvfvk)  # (25)
+        m_qm7gk = (1e-09 < rho_t)
+        t_6dtnj = 1.0 / rho_t
+        t_fsc2i = w_along * t_6dtnj
+        cos_t = np.where(m_qm7gk, t_fsc2i, 1.0)  # (25)
         theta_t = theta - theta_ref + rho_ref * w_across * area_factor  # (27)
         alpha = np.sign(theta_t)  # (40)
-        t_ptl3y = np.abs(theta_t)
-        t_whxhf = 1.0 / np.fmax(1e-24, t_furpv)
-        t_fchu4 = (t_ptl3y + t_ptl3y) * t_whxhf
-        K_ = np.fmin(1000000000000.0, t_fchu4)  # (42)
+        t_nldyv = np.abs(theta_t)
+        t_mqfjs = 1.0 / np.fmax(1e-24, t_fvfvk)
+        t_v7g3i = (t_nldyv + t_nldyv) * t_mqfjs
+        K_ = np.fmin(1000000000000.0, t_v7g3i)  # (42)
         sqrt_K = np.sqrt(K_)
-        t_mowvz = cos_t * rho_ref
-        P = R * R - rho_ref * rho_ref + t_mowvz * rho_t  # (47)
-        t_xuitj = w_across * t_gliif
-        t_6ckpz = rho_ref * t_xuitj
-        t_xhz2s = t_6ckpz * rho_t
-        Q = np.where(m_z5ee7, -t_xhz2s, 0.0)  # (47)
+        t_3t6r5 = cos_t * rho_ref
+        P = R * R - rho_ref * rho_ref + t_3t6r5 * rho_t  # (47)
+        t_3hj5v = w_across * t_6dtnj
+        t_6ui46 = rho_ref * t_3hj5v
+        t_sddd6 = t_6ui46 * rho_t
+        Q = np.where(m_qm7gk, -t_sddd6, 0.0)  # (47)
         t_pgin7 = R - rho_ref
         t_hnwtz = np.fmin(t_pgin7, rho_escape)
-        t_hzywj = np.sqrt(t_ptl3y)
-        escape = np.fmin(t_hnwtz, t_hzywj)
-        t_zxp5x = P * P
-        t_6fxuf = np.where(m_z5ee7, np.where(m_z5ee7, t_xhz2s * t_xhz2s, 0.0), 0.0)
-        t_go7n3 = np.sqrt(t_zxp5x + t_6fxuf)
-        t_yphwp = 1.0 / t_go7n3
-        t_gltfk = rho_t * R * t_yphwp
-        m_hqqaa = (1.0 < t_gltfk)
-        t_wnge4 = np.fmin(1.0, t_gltfk)
-        t_w7rio = np.arccos(t_wnge4)
-        t_x3hva = 1.5707963267948966 - alpha * np.arctan2(Q, P) + np.where(m_hqqaa, t_w7rio, t_w7rio)
-        m_xb2xi = (K_ < 0.03)
-        t_fcflk = K_ * K_
-        t_fcflk_2 = 0.26035714285714284 + -0.18225 * t_fcflk
-        t_l3puj = -0.45 + t_fcflk * t_fcflk_2
-        t_fbuw4 = 1.5 + t_fcflk * t_l3puj
-        m_mgarf = (1000000000000.0 < t_fchu4)
-        t_uiipz = np.where(m_mgarf, sqrt_K, sqrt_K)
-        t_cedhi = 2.225213 + t_uiipz
-        t_2je2w = 0.566927 + t_uiipz * t_cedhi
-        t_dzjuy = 1.0 / (3.478838 + t_uiipz * t_2je2w)
-        t_moflu = 3.141592653589793 * K_ * t_dzjuy
-        t_cedhi_2 = 1.661023 + t_uiipz
-        t_23h4w = t_moflu * t_cedhi_2
-        sin_t_23h4w, cos_t_23h4w = np.sin(t_23h4w), np.cos(t_23h4w)
-        t_nobej = sin_t_23h4w * sin_t_23h4w
-        t_ab46z = cos_t_23h4w * cos_t_23h4w
-        t_i7sss = cos_t_23h4w * sin_t_23h4w
-        t_rkglc = K_ + K_
-        t_tdxcy = 1.0 + t_nobej - t_ab46z - t_i7sss * t_rkglc
-        t_354bs = t_tdxcy * t_tdxcy
-        t_x767z = t_nobej * K_
-        t_soj5f = t_x767z + t_x767z
-        t_x66xq = t_soj5f + 4.0 * t_i7sss - t_ab46z * t_rkglc
-        t_x6qqr = t_23h4w - t_i7sss - t_x767z
-        t_2ev6m = 1.0 / (t_354bs + t_354bs - t_x66xq * t_x6qqr)
-        t_g2ovj = t_tdxcy * t_2ev6m
-        t_zefeg = -2.0 * t_i7sss - t_soj5f + (t_23h4w + t_23h4w)
-        t_6xnvn = t_23h4w - t_g2ovj * t_zefeg
-        sin_t_6xnvn, cos_t_6xnvn = np.sin(t_6xnvn), np.cos(t_6xnvn)
-        t_vx46m = sin_t_6xnvn * sin_t_6xnvn
-        t_yrvqm = cos_t_6xnvn * cos_t_6xnvn
-        t_kme5l = cos_t_6xnvn * sin_t_6xnvn
-        t_fno7p = 1.0 + t_vx46m - t_yrvqm - t_rkglc * t_kme5l
-        t_354bs_2 = t_fno7p * t_fno7p
-        t_bweg4 = t_vx46m * K_
-        t_soj5f_2 = t_bweg4 + t_bweg4
-        t_a6w2p = t_soj5f_2 + 4.0 * t_kme5l - t_rkglc * t_yrvqm
-        t_xdzcc = t_6xnvn - t_kme5l - t_bweg4
-        t_3hukm = 1.0 / (t_354bs_2 + t_354bs_2 - t_a6w2p * t_xdzcc)
-        t_uhbq3 = t_fno7p * t_3hukm
-        t_hy73r = -2.0 * t_kme5l - t_soj5f_2 + (t_6xnvn + t_6xnvn)
-        t_z3tm5 = t_6xnvn - t_uhbq3 * t_hy73r
-        sin_t_z3tm5, cos_t_z3tm5 = np.sin(t_z3tm5), np.cos(t_z3tm5)
-        t_cmgiw = sin_t_z3tm5 * sin_t_z3tm5
-        t_e3muo = cos_t_z3tm5 * cos_t_z3tm5
-        t_wqods = cos_t_z3tm5 * sin_t_z3tm5
-        t_fno7p_2 = 1.0 + t_cmgiw - t_e3muo - t_rkglc * t_wqods
-        t_354bs_3 = t_fno7p_2 * t_fno7p_2
-        t_bweg4_2 = t_cmgiw * K_
-        t_soj5f_3 = t_bweg4_2 + t_bweg4_2
-        t_a6w2p_2 = t_soj5f_3 + 4.0 * t_wqods - t_rkglc * t_e3muo
-        t_vxy3y = t_z3tm5 - t_wqods - t_bweg4_2
-        t_vmdk3 = 1.0 / (t_354bs_3 + t_354bs_3 - t_a6w2p_2 * t_vxy3y)
-        t_uhbq3_2 = t_fno7p_2 * t_vmdk3
-        t_icigh = -2.0 * t_wqods - t_soj5f_3 + (t_z3tm5 + t_z3tm5)
-        t_wlsyt = np.where(m_xb2xi, K_ * t_fbuw4, t_z3tm5 - t_uhbq3_2 * t_icigh)
-        t_5ewvv = np.fmin(t_x3hva, t_wlsyt)
-        sin_t_5ewvv, cos_t_5ewvv = np.sin(t_5ewvv), np.cos(t_5ewvv)
-        t_5l2d7 = -(cos_t_5ewvv * escape)
-        m_n2lcz = (t_5l2d7 <= rho_t)
-        t_y5aew = np.where(m_n2lcz, 1.0, 0.0)
-        m_wzdbz = (rho_t <= t_5l2d7)
-        t_nawgj = np.where(m_wzdbz, 1.0, 0.0)
-        t_ml3st = 1.0 / (t_y5aew + t_nawgj)
-        t_awwlh = t_y5aew * t_ml3st
-        t_5wlee = w_across + w_across
-        t_degwz = w_along + w_along
-        t_ugll2 = t_5wlee * sin_phi_ref - t_degwz * cos_phi_ref
-        t_amnjj = 1.0 / (rho_t + rho_t)
-        t_z3qw7 = t_ugll2 * t_amnjj
-        t_6onvn = t_nawgj * t_ml3st
-        m_gb6op = (t_hzywj <= t_hnwtz)
-        t_xn46b = np.where(m_gb6op, 1.0, 0.0)
-        m_nwh66 = (t_hnwtz <= t_hzywj)
-        t_72wqd = np.where(m_nwh66, 1.0, 0.0)
+        t_xdrco = np.sqrt(t_nldyv)
+        escape = np.fmin(t_hnwtz, t_xdrco)
+        t_bw4zx = P * P
+        t_felql = np.where(m_qm7gk, np.where(m_qm7gk, t_sddd6 * t_sddd6, 0.0), 0.0)
+        t_zemlo = np.sqrt(t_bw4zx + t_felql)
+        t_i4c2p = 1.0 / t_zemlo
+        t_riuom = rho_t * R * t_i4c2p
+        m_ggsjh = (1.0 < t_riuom)
+        t_y2rr2 = np.fmin(1.0, t_riuom)
+        t_esbsi = np.arccos(t_y2rr2)
+        t_5yy2e = 1.5707963267948966 - alpha * np.arctan2(Q, P) + np.where(m_ggsjh, t_esbsi, t_esbsi)
+        m_cn56p = (K_ < 0.03)
+        t_leuxo = K_ * K_
+        t_leuxo_2 = 0.26035714285714284 + -0.18225 * t_leuxo
+        t_6kx34 = -0.45 + t_leuxo * t_leuxo_2
+        t_m7nlb = 1.5 + t_leuxo * t_6kx34
+        m_2mvys = (1000000000000.0 < t_v7g3i)
+        t_ib2ei = np.where(m_2mvys, sqrt_K, sqrt_K)
+        t_ddghz = 2.225213 + t_ib2ei
+        t_b6pzf = 0.566927 + t_ib2ei * t_ddghz
+        t_i5un2 = 1.0 / (3.478838 + t_ib2ei * t_b6pzf)
+        t_b3paf = 3.141592653589793 * K_ * t_i5un2
+        t_ddghz_2 = 1.661023 + t_ib2ei
+        t_2ibf7 = t_b3paf * t_ddghz_2
+        sin_t_2ibf7, cos_t_2ibf7 = np.sin(t_2ibf7), np.cos(t_2ibf7)
+        t_nobej = sin_t_2ibf7 * sin_t_2ibf7
+        t_ab46z = cos_t_2ibf7 * cos_t_2ibf7
+        t_i7sss = cos_t_2ibf7 * sin_t_2ibf7
+        t_2qjkk = K_ + K_
+        t_qub6z = 1.0 + t_nobej - t_ab46z - t_i7sss * t_2qjkk
+        t_lvesg = t_qub6z * t_qub6z
+        t_bqru3 = t_nobej * K_
+        t_d3p5a = t_bqru3 + t_bqru3
+        t_vspwm = t_d3p5a + 4.0 * t_i7sss - t_ab46z * t_2qjkk
+        t_kamle = t_2ibf7 - t_i7sss - t_bqru3
+        t_oj4pl = 1.0 / (t_lvesg + t_lvesg - t_vspwm * t_kamle)
+        t_nxkik = t_qub6z * t_oj4pl
+        t_evbwp = -2.0 * t_i7sss - t_d3p5a + (t_2ibf7 + t_2ibf7)
+        t_kw3pz = t_2ibf7 - t_nxkik * t_evbwp
+        sin_t_kw3pz, cos_t_kw3pz = np.sin(t_kw3pz), np.cos(t_kw3pz)
+        t_vx46m = sin_t_kw3pz * sin_t_kw3pz
+        t_yrvqm = cos_t_kw3pz * cos_t_kw3pz
+        t_kme5l = cos_t_kw3pz * sin_t_kw3pz
+        t_ghomh = 1.0 + t_vx46m - t_yrvqm - t_2qjkk * t_kme5l
+        t_lvesg_2 = t_ghomh * t_ghomh
+        t_rjocr = t_vx46m * K_
+        t_d3p5a_2 = t_rjocr + t_rjocr
+        t_lmawx = t_d3p5a_2 + 4.0 * t_kme5l - t_2qjkk * t_yrvqm
+        t_cjli7 = t_kw3pz - t_kme5l - t_rjocr
+        t_cqqt6 = 1.0 / (t_lvesg_2 + t_lvesg_2 - t_lmawx * t_cjli7)
+        t_xjvob = t_ghomh * t_cqqt6
+        t_dpnxz = -2.0 * t_kme5l - t_d3p5a_2 + (t_kw3pz + t_kw3pz)
+        t_4j6ir = t_kw3pz - t_xjvob * t_dpnxz
+        sin_t_4j6ir, cos_t_4j6ir = np.sin(t_4j6ir), np.cos(t_4j6ir)
+        t_cmgiw = sin_t_4j6ir * sin_t_4j6ir
+        t_e3muo = cos_t_4j6ir * cos_t_4j6ir
+        t_wqods = cos_t_4j6ir * sin_t_4j6ir
+        t_ghomh_2 = 1.0 + t_cmgiw - t_e3muo - t_2qjkk * t_wqods
+        t_lvesg_3 = t_ghomh_2 * t_ghomh_2
+        t_rjocr_2 = t_cmgiw * K_
+        t_d3p5a_3 = t_rjocr_2 + t_rjocr_2
+        t_lmawx_2 = t_d3p5a_3 + 4.0 * t_wqods - t_2qjkk * t_e3muo
+        t_e57zx = t_4j6ir - t_wqods - t_rjocr_2
+        t_sbagz = 1.0 / (t_lvesg_3 + t_lvesg_3 - t_lmawx_2 * t_e57zx)
+        t_xjvob_2 = t_ghomh_2 * t_sbagz
+        t_dpnxz_2 = -2.0 * t_wqods - t_d3p5a_3 + (t_4j6ir + t_4j6ir)
+        t_4dyei = np.where(m_cn56p, K_ * t_m7nlb, t_4j6ir - t_xjvob_2 * t_dpnxz_2)
+        t_msjzk = np.fmin(t_5yy2e, t_4dyei)
+        sin_t_msjzk, cos_t_msjzk = np.sin(t_msjzk), np.cos(t_msjzk)
+        t_vxe7u = -(cos_t_msjzk * escape)
+        m_7xfyh = (t_vxe7u <= rho_t)
+        t_7wrxk = np.where(m_7xfyh, 1.0, 0.0)
+        m_ij4rk = (rho_t <= t_vxe7u)
+        t_mzlv6 = np.where(m_ij4rk, 1.0, 0.0)
+        t_mslfs = 1.0 / (t_7wrxk + t_mzlv6)
+        t_w6rmf = t_7wrxk * t_mslfs
+        t_34wjz = w_across + w_across
+        t_6vnxo = w_along + w_along
+        t_c6cda = t_34wjz * sin_phi_ref - t_6vnxo * cos_phi_ref
+        t_6dtnj_2 = 1.0 / (rho_t + rho_t)
+        t_wlsoh = t_c6cda * t_6dtnj_2
+        t_jql4i = t_mzlv6 * t_mslfs
+        m_obqen = (t_xdrco <= t_hnwtz)
+        t_xn46b = np.where(m_obqen, 1.0, 0.0)
+        m_qumrp = (t_hnwtz <= t_xdrco)
+        t_72wqd = np.where(m_qumrp, 1.0, 0.0)
         t_7krau = 1.0 / (t_72wqd + t_xn46b)
         t_vycnp = t_xn46b * t_7krau
-        t_aag5f = alpha * (area_factor * (rho_ref * sin_phi_ref))
-        t_sg67n = 1.0 / (t_hzywj + t_hzywj)
-        m_eqejb = (t_x3hva <= t_wlsyt)
-        t_saxj6 = np.where(m_eqejb, 1.0, 0.0)
-        m_3wjmr = (t_wlsyt <= t_x3hva)
-        t_eowr5 = np.where(m_3wjmr, 1.0, 0.0)
-        t_45csa = 1.0 / (t_saxj6 + t_eowr5)
-        t_z55or = t_saxj6 * t_45csa
-        m_jm3a6 = np.logical_not(m_hqqaa)
-        t_2tdpo = -1.0 / np.sqrt(1.0 - t_wnge4 * t_wnge4)
-        m_tetbk = (t_gltfk <= 1.0)
-        t_7tkef = np.where(m_tetbk, 1.0, 0.0)
-        m_ehrf3 = (1.0 <= t_gltfk)
-        t_smvdv = t_7tkef / (np.where(m_ehrf3, 1.0, 0.0) + t_7tkef)
-        t_2cqik = t_gltfk * t_yphwp
-        t_hrndm = P + P
-        t_m3snr = cos_phi_ref * t_gliif
-        t_apicp = t_m4c7o * t_gliif
-        t_ym2fo = t_m3snr + t_apicp * t_z3qw7
-        t_befrm = np.where(m_z5ee7, -(rho_t * (rho_ref * t_ym2fo)), 0.0) + t_mowvz * t_z3qw7
-        t_atahe = t_xhz2s + t_xhz2s
-        t_jhdru = sin_phi_ref * t_gliif
-        t_27sgx = t_xuitj * t_gliif
-        t_fdt4k = t_jhdru - t_27sgx * t_z3qw7
-        t_go57u = rho_t * (rho_ref * t_fdt4k) + t_6ckpz * t_z3qw7
-        t_idsfo = 1.0 / (t_go7n3 + t_go7n3)
-        t_j6ugr = (
-            R * t_z3qw7 * t_yphwp
-            - t_2cqik * ((t_hrndm * t_befrm + np.where(m_z5ee7, np.where(m_z5ee7, t_atahe * t_go57u, 0.0), 0.0)) * t_idsfo)
+        t_t6y3p = alpha * (area_factor * (rho_ref * sin_phi_ref))
+        t_lgfsk = 1.0 / (t_xdrco + t_xdrco)
+        m_lmvrl = (t_5yy2e <= t_4dyei)
+        t_6lhlq = np.where(m_lmvrl, 1.0, 0.0)
+        m_xb3ek = (t_4dyei <= t_5yy2e)
+        t_qedx7 = np.where(m_xb3ek, 1.0, 0.0)
+        t_45csa = 1.0 / (t_6lhlq + t_qedx7)
+        t_z55or = t_6lhlq * t_45csa
+        m_fofl2 = np.logical_not(m_ggsjh)
+        t_3upvs = -1.0 / np.sqrt(1.0 - t_y2rr2 * t_y2rr2)
+        m_bxqiy = (t_riuom <= 1.0)
+        t_z2la7 = np.where(m_bxqiy, 1.0, 0.0)
+        m_kaqxg = (1.0 <= t_riuom)
+        t_udt77 = t_z2la7 / (np.where(m_kaqxg, 1.0, 0.0) + t_z2la7)
+        t_qtgyv = t_riuom * t_i4c2p
+        t_qhqji = P + P
+        t_qi434 = cos_phi_ref * t_6dtnj
+        t_kciyl = t_fsc2i * t_6dtnj
+        t_7qoxu = t_qi434 + t_kciyl * t_wlsoh
+        t_7jlqp = np.where(m_qm7gk, -(rho_t * (rho_ref * t_7qoxu)), 0.0) + t_3t6r5 * t_wlsoh
+        t_ipwbc = t_sddd6 + t_sddd6
+        t_zva2v = sin_phi_ref * t_6dtnj
+        t_nah2q = t_3hj5v * t_6dtnj
+        t_45ojl = t_zva2v - t_nah2q * t_wlsoh
+        t_ec3zf = rho_t * (rho_ref * t_45ojl) + t_6ui46 * t_wlsoh
+        t_i4c2p_2 = 1.0 / (t_zemlo + t_zemlo)
+        t_adhe7 = (
+            R * t_wlsoh * t_i4c2p
+            - t_qtgyv * ((t_qhqji * t_7jlqp + np.where(m_qm7gk, np.where(m_qm7gk, t_ipwbc * t_ec3zf, 0.0), 0.0)) * t_i4c2p_2)
         )
-        t_mbyif = 1.0 / (t_6fxuf + t_zxp5x)
-        t_zqvsa = P * t_mbyif
-        t_rc3uf = Q * t_mbyif
-        t_5xfx2 = (
-            np.where(m_jm3a6, t_2tdpo * (t_smvdv * t_j6ugr), 0.0)
-            - alpha * (np.where(m_z5ee7, -(t_zqvsa * t_go57u), 0.0) - t_rc3uf * t_befrm)
+        t_6eu3a = 1.0 / (t_felql + t_bw4zx)
+        t_wh266 = P * t_6eu3a
+        t_5lcaq = Q * t_6eu3a
+        t_brgmb = (
+            np.where(m_fofl2, t_3upvs * (t_udt77 * t_adhe7), 0.0)
+            - alpha * (np.where(m_qm7gk, -(t_wh266 * t_ec3zf), 0.0) - t_5lcaq * t_7jlqp)
         )
-        t_iatqo = t_eowr5 * t_45csa
-        m_ehzsl = (t_fchu4 <= 1000000000000.0)
-        t_pxhzj = np.where(m_ehzsl, 1.0, 0.0)
-        m_qxhwi = (1000000000000.0 <= t_fchu4)
-        t_luana = t_pxhzj / (np.where(m_qxhwi, 1.0, 0.0) + t_pxhzj)
-        t_66l3y = t_fchu4 * t_whxhf
-        m_6t5gi = (1e-24 <= t_furpv)
-        t_6t5gi = np.where(m_6t5gi, 1.0, 0.0)
-        m_zbh6o = (t_furpv <= 1e-24)
-        t_yizac = t_6t5gi / (np.where(m_zbh6o, 1.0, 0.0) + t_6t5gi)
-        t_dwgxl = t_luana * ((t_aag5f + t_aag5f) * t_whxhf - t_66l3y * (t_yizac * t_ugll2))
-        t_qkdfj = t_rkglc * t_dwgxl
-        t_42ssa = K_ * (t_l3puj * t_qkdfj + t_fcflk * (t_fcflk_2 * t_qkdfj + t_fcflk * (-0.18225 * t_qkdfj)))
-        m_bryq2 = np.logical_not(m_mgarf)
-        t_bz7cf = t_moflu * t_dzjuy
-        t_pxtjb = 1.0 / (sqrt_K + sqrt_K)
-        t_w5svp = t_dwgxl * t_pxtjb
-        t_lrmma = np.where(m_bryq2, -(t_bz7cf * (t_2je2w * t_w5svp + t_uiipz * (t_cedhi * t_w5svp + t_uiipz * t_w5svp))), 0.0)
-        t_mvmba = t_cedhi_2 * (3.141592653589793 * t_dwgxl * t_dzjuy + t_lrmma) + np.where(m_bryq2, t_moflu * t_w5svp, 0.0)
-        t_iztzo = sin_t_23h4w + sin_t_23h4w
-        t_ywxf3 = cos_t_23h4w * t_mvmba
-        t_ry2p3 = t_iztzo * t_ywxf3
-        t_5vdc7 = cos_t_23h4w + cos_t_23h4w
-        t_g5d3w = sin_t_23h4w * t_mvmba
-        t_eb6gy = t_5vdc7 * t_g5d3w
-        t_ytvd3 = cos_t_23h4w * t_ywxf3 - sin_t_23h4w * t_g5d3w
-        t_ptczs = t_dwgxl + t_dwgxl
-        t_fqy6f = t_ry2p3 + t_eb6gy - (t_rkglc * t_ytvd3 + t_i7sss * t_ptczs)
-        t_qabbd = t_g2ovj * t_2ev6m
-        t_u7xtp = t_tdxcy + t_tdxcy
-        t_4qsg6 = t_u7xtp * t_fqy6f
-        t_r7tnh = K_ * t_ry2p3 + t_nobej * t_dwgxl
-        t_4dzqh = t_r7tnh + t_r7tnh
-        t_kfjuy = (
-            t_x6qqr * (t_4dzqh + 4.0 * t_ytvd3 - (t_ab46z * t_ptczs - t_rkglc * t_eb6gy))
-            + t_x66xq * (t_mvmba - t_ytvd3 - t_r7tnh)
+        t_iatqo = t_qedx7 * t_45csa
+        m_xmqdq = (t_v7g3i <= 1000000000000.0)
+        t_4lc24 = np.where(m_xmqdq, 1.0, 0.0)
+        m_sdkpe = (1000000000000.0 <= t_v7g3i)
+        t_waypl = t_4lc24 / (np.where(m_sdkpe, 1.0, 0.0) + t_4lc24)
+        t_b34ng = t_v7g3i * t_mqfjs
+        m_l55fd = (1e-24 <= t_fvfvk)
+        t_l55fd = np.where(m_l55fd, 1.0, 0.0)
+        m_hrv5y = (t_fvfvk <= 1e-24)
+        t_27jkj = t_l55fd / (np.where(m_hrv5y, 1.0, 0.0) + t_l55fd)
+        t_43pq5 = t_waypl * ((t_t6y3p + t_t6y3p) * t_mqfjs - t_b34ng * (t_27jkj * t_c6cda))
+        t_qajpw = t_2qjkk * t_43pq5
+        t_chgsf = K_ * (t_6kx34 * t_qajpw + t_leuxo * (t_leuxo_2 * t_qajpw + t_leuxo * (-0.18225 * t_qajpw)))
+        m_mz5gf = np.logical_not(m_2mvys)
+        t_2veqq = t_b3paf * t_i5un2
+        t_6dtnj_3 = 1.0 / (sqrt_K + sqrt_K)
+        t_hoy7l = t_43pq5 * t_6dtnj_3
+        t_qxamq = np.where(m_mz5gf, -(t_2veqq * (t_b6pzf * t_hoy7l + t_ib2ei * (t_ddghz * t_hoy7l + t_ib2ei * t_hoy7l))), 0.0)
+        t_33r2y = t_ddghz_2 * (3.141592653589793 * t_43pq5 * t_i5un2 + t_qxamq) + np.where(m_mz5gf, t_b3paf * t_hoy7l, 0.0)
+        t_h53ah = sin_t_2ibf7 + sin_t_2ibf7
+        t_ezwvt = cos_t_2ibf7 * t_33r2y
+        t_e3ip7 = t_h53ah * t_ezwvt
+        t_x7qed = cos_t_2ibf7 + cos_t_2ibf7
+        t_rbb4x = sin_t_2ibf7 * t_33r2y
+        t_ztgvn = t_x7qed * t_rbb4x
+        t_ytvd3 = cos_t_2ibf7 * t_ezwvt - sin_t_2ibf7 * t_rbb4x
+        t_zys25 = t_43pq5 + t_43pq5
+        t_dbumr = t_e3ip7 + t_ztgvn - (t_2qjkk * t_ytvd3 + t_i7sss * t_zys25)
+        t_5kcmt = t_nxkik * t_oj4pl
+        t_kssdc = t_qub6z + t_qub6z
+        t_fclj4 = t_kssdc * t_dbumr
+        t_lvhdd = K_ * t_e3ip7 + t_nobej * t_43pq5
+        t_m35bx = t_lvhdd + t_lvhdd
+        t_5ocya = (
+            t_kamle * (t_m35bx + 4.0 * t_ytvd3 - (t_ab46z * t_zys25 - t_2qjkk * t_ztgvn))
+            + t_vspwm * (t_33r2y - t_ytvd3 - t_lvhdd)
         )
-        t_gassp = (
-            t_zefeg * (t_fqy6f * t_2ev6m - t_qabbd * (t_4qsg6 + t_4qsg6 - t_kfjuy))
-            + t_g2ovj * (-2.0 * t_ytvd3 - t_4dzqh + (t_mvmba + t_mvmba))
+        t_rvt4h = (
+            t_evbwp * (t_dbumr * t_oj4pl - t_5kcmt * (t_fclj4 + t_fclj4 - t_5ocya))
+            + t_nxkik * (-2.0 * t_ytvd3 - t_m35bx + (t_33r2y + t_33r2y))
         )
-        t_4onwx = t_mvmba - t_gassp
-        t_tfrfg = sin_t_6xnvn + sin_t_6xnvn
-        t_fexrh = cos_t_6xnvn * t_4onwx
-        t_5lqtq = t_tfrfg * t_fexrh
-        t_jvoax = cos_t_6xnvn + cos_t_6xnvn
-        t_jxqoe = sin_t_6xnvn * t_4onwx
-        t_mbfbp = t_jvoax * t_jxqoe
-        t_hvckt = cos_t_6xnvn * t_fexrh - sin_t_6xnvn * t_jxqoe
-        t_nd2xh = t_5lqtq + t_mbfbp - (t_kme5l * t_ptczs + t_rkglc * t_hvckt)
-        t_5lvve = t_uhbq3 * t_3hukm
-        t_u7xtp_2 = t_fno7p + t_fno7p
-        t_4qsg6_2 = t_u7xtp_2 * t_nd2xh
-        t_vmpmz = K_ * t_5lqtq + t_vx46m * t_dwgxl
-        t_4dzqh_2 = t_vmpmz + t_vmpmz
-        t_o2ej2 = (
-            t_xdzcc * (t_4dzqh_2 + 4.0 * t_hvckt - (t_yrvqm * t_ptczs - t_rkglc * t_mbfbp))
-            + t_a6w2p * (t_4onwx - t_hvckt - t_vmpmz)
+        t_zvygr = t_33r2y - t_rvt4h
+        t_7gnku = sin_t_kw3pz + sin_t_kw3pz
+        t_6soj3 = cos_t_kw3pz * t_zvygr
+        t_ivh2z = t_7gnku * t_6soj3
+        t_tsuj7 = cos_t_kw3pz + cos_t_kw3pz
+        t_mgc4n = sin_t_kw3pz * t_zvygr
+        t_nd2u4 = t_tsuj7 * t_mgc4n
+        t_hvckt = cos_t_kw3pz * t_6soj3 - sin_t_kw3pz * t_mgc4n
+        t_q65vw = t_ivh2z + t_nd2u4 - (t_kme5l * t_zys25 + t_2qjkk * t_hvckt)
+        t_j3whm = t_xjvob * t_cqqt6
+        t_kssdc_2 = t_ghomh + t_ghomh
+        t_fclj4_2 = t_kssdc_2 * t_q65vw
+        t_lcu3j = K_ * t_ivh2z + t_vx46m * t_43pq5
+        t_m35bx_2 = t_lcu3j + t_lcu3j
+        t_su5jk = (
+            t_cjli7 * (t_m35bx_2 + 4.0 * t_hvckt - (t_yrvqm * t_zys25 - t_2qjkk * t_nd2u4))
+            + t_lmawx * (t_zvygr - t_hvckt - t_lcu3j)
         )
-        t_2l3cs = (
-            t_hy73r * (t_nd2xh * t_3hukm - t_5lvve * (t_4qsg6_2 + t_4qsg6_2 - t_o2ej2))
-            + t_uhbq3 * (-2.0 * t_hvckt - t_4dzqh_2 + (t_4onwx + t_4onwx))
+        t_jqrr7 = (
+            t_dpnxz * (t_q65vw * t_cqqt6 - t_j3whm * (t_fclj4_2 + t_fclj4_2 - t_su5jk))
+            + t_xjvob * (-2.0 * t_hvckt - t_m35bx_2 + (t_zvygr + t_zvygr))
         )
-        t_mined = t_4onwx - t_2l3cs
-        t_eq35n = sin_t_z3tm5 + sin_t_z3tm5
-        t_yfn2s = cos_t_z3tm5 * t_mined
-        t_5lqtq_2 = t_eq35n * t_yfn2s
-        t_xsrzu = cos_t_z3tm5 + cos_t_z3tm5
-        t_6dz3f = sin_t_z3tm5 * t_mined
-        t_mbfbp_2 = t_xsrzu * t_6dz3f
-        t_okysd = cos_t_z3tm5 * t_yfn2s - sin_t_z3tm5 * t_6dz3f
-        t_nd2xh_2 = t_5lqtq_2 + t_mbfbp_2 - (t_wqods * t_ptczs + t_rkglc * t_okysd)
-        t_5lvve_2 = t_uhbq3_2 * t_vmdk3
-        t_u7xtp_3 = t_fno7p_2 + t_fno7p_2
-        t_4qsg6_3 = t_u7xtp_3 * t_nd2xh_2
-        t_vmpmz_2 = K_ * t_5lqtq_2 + t_cmgiw * t_dwgxl
-        t_4dzqh_3 = t_vmpmz_2 + t_vmpmz_2
-        t_kevyh = (
-            t_vxy3y * (t_4dzqh_3 + 4.0 * t_okysd - (t_e3muo * t_ptczs - t_rkglc * t_mbfbp_2))
-            + t_a6w2p_2 * (t_mined - t_okysd - t_vmpmz_2)
+        t_6itkg = t_zvygr - t_jqrr7
+        t_3pnmy = sin_t_4j6ir + sin_t_4j6ir
+        t_nln3o = cos_t_4j6ir * t_6itkg
+        t_ivh2z_2 = t_3pnmy * t_nln3o
+        t_e5s7h = cos_t_4j6ir + cos_t_4j6ir
+        t_acuuz = sin_t_4j6ir * t_6itkg
+        t_nd2u4_2 = t_e5s7h * t_acuuz
+        t_okysd = cos_t_4j6ir * t_nln3o - sin_t_4j6ir * t_acuuz
+        t_q65vw_2 = t_ivh2z_2 + t_nd2u4_2 - (t_wqods * t_zys25 + t_2qjkk * t_okysd)
+        t_j3whm_2 = t_xjvob_2 * t_sbagz
+        t_kssdc_3 = t_ghomh_2 + t_ghomh_2
+        t_fclj4_3 = t_kssdc_3 * t_q65vw_2
+        t_lcu3j_2 = K_ * t_ivh2z_2 + t_cmgiw * t_43pq5
+        t_m35bx_3 = t_lcu3j_2 + t_lcu3j_2
+        t_ysmfp = (
+            t_e57zx * (t_m35bx_3 + 4.0 * t_okysd - (t_e3muo * t_zys25 - t_2qjkk * t_nd2u4_2))
+            + t_lmawx_2 * (t_6itkg - t_okysd - t_lcu3j_2)
         )
-        t_pxkov = (
-            t_icigh * (t_nd2xh_2 * t_vmdk3 - t_5lvve_2 * (t_4qsg6_3 + t_4qsg6_3 - t_kevyh))
-            + t_uhbq3_2 * (-2.0 * t_okysd - t_4dzqh_3 + (t_mined + t_mined))
+        t_jqrr7_2 = (
+            t_dpnxz_2 * (t_q65vw_2 * t_sbagz - t_j3whm_2 * (t_fclj4_3 + t_fclj4_3 - t_ysmfp))
+            + t_xjvob_2 * (-2.0 * t_okysd - t_m35bx_3 + (t_6itkg + t_6itkg))
         )
-        t_tva4o = (
-            t_z55or * t_5xfx2
-            + t_iatqo * np.where(m_xb2xi, t_fbuw4 * t_dwgxl + t_42ssa, t_mined - t_pxkov)
+        t_pv75n = (
+            t_z55or * t_brgmb
+            + t_iatqo * np.where(m_cn56p, t_m7nlb * t_43pq5 + t_chgsf, t_6itkg - t_jqrr7_2)
         )
-        t_5vi3g = sin_t_5ewvv * t_tva4o
-        t_ixqc2 = (
-            t_awwlh * t_z3qw7
-            - t_6onvn * (cos_t_5ewvv * (t_vycnp * (t_aag5f * t_sg67n)) - escape * t_5vi3g)
+        t_hnft6 = sin_t_msjzk * t_pv75n
+        t_4hnxq = (
+            t_w6rmf * t_wlsoh
+            - t_jql4i * (cos_t_msjzk * (t_vycnp * (t_t6y3p * t_lgfsk)) - escape * t_hnft6)
         )
-        t_3ioam = k_phi * t_ixqc2
-        t_f3hnc = k_phi * np.fmax(rho_t, t_5l2d7)
-        t_zsj5j = cos_t_5ewvv * t_3ioam - t_f3hnc * t_5vi3g
-        t_jl52z = cos_t_5ewvv * t_f3hnc
-        t_ckgcn = alpha * t_f3hnc
-        t_5bjhx = t_ckgcn * sin_t_5ewvv
-        t_5crrr = sin_t_5ewvv * (alpha * t_3ioam) + t_ckgcn * (cos_t_5ewvv * t_tva4o)
-        t_id4ov = (
-            np.where(m_z5ee7, -(t_xuitj * t_zsj5j + t_jl52z * t_fdt4k), 0.0)
-            - (np.where(m_z5ee7, -(t_5bjhx * t_ym2fo), 0.0) + cos_t * t_5crrr)
+        t_5v2ve = k_phi * t_4hnxq
+        t_ssits = k_phi * np.fmax(rho_t, t_vxe7u)
+        t_h2ckr = cos_t_msjzk * t_5v2ve - t_ssits * t_hnft6
+        t_2x74w = cos_t_msjzk * t_ssits
+        t_uu27y = alpha * t_ssits
+        t_4trfd = t_uu27y * sin_t_msjzk
+        t_g7hjx = sin_t_msjzk * (alpha * t_5v2ve) + t_uu27y * (cos_t_msjzk * t_pv75n)
+        t_4dc2w = (
+            np.where(m_qm7gk, -(t_3hj5v * t_h2ckr + t_2x74w * t_45ojl), 0.0)
+            - (np.where(m_qm7gk, -(t_4trfd * t_7qoxu), 0.0) + cos_t * t_g7hjx)
         )
-        t_4vfia = sin_phi_ref * t_id4ov
+        t_am7zn = sin_phi_ref * t_4dc2w
         t_kc5kr = 100.0 * k_phi
         t_yfvls = np.sqrt(zeta1 * zeta1 + zeta2 * zeta2)
-        t_xatty = np.where(m_z5ee7, t_xuitj * t_5bjhx, 0.0) - cos_t * t_jl52z
-        t_f3khv = np.where(m_z5ee7, -(t_jl52z * t_xuitj), 0.0) - cos_t * t_5bjhx
-        t_6qhh3 = cos_phi_ref * t_xatty - sin_phi_ref * t_f3khv
-        t_i63ev = cos_phi_ref * t_f3khv + sin_phi_ref * t_xatty
+        t_t6fxh = np.where(m_qm7gk, t_3hj5v * t_4trfd, 0.0) - cos_t * t_2x74w
+        t_y7zww = np.where(m_qm7gk, -(t_2x74w * t_3hj5v), 0.0) - cos_t * t_4trfd
+        t_xhisc = cos_phi_ref * t_t6fxh - sin_phi_ref * t_y7zww
+        t_gs76t = cos_phi_ref * t_y7zww + sin_phi_ref * t_t6fxh
         t_e4rje = 1.0 / np.fmax(1e-09, t_yfvls)
-        t_cznde = (t_6qhh3 * zeta1 + t_i63ev * zeta2) * t_e4rje
-        t_j2lpg = -(t_kc5kr * (R - t_yfvls) + t_cznde)
+        t_abg3j = (t_xhisc * zeta1 + t_gs76t * zeta2) * t_e4rje
+        t_j2lpg = -(t_kc5kr * (R - t_yfvls) + t_abg3j)
         t_i3qrh = np.fmax(0.0, t_j2lpg) * t_e4rje
         m_oaadf = (0.0 <= t_j2lpg)
         t_tij5y = np.where(m_oaadf, 1.0, 0.0)
         m_yn7xs = (t_j2lpg <= 0.0)
         t_jik5x = t_tij5y / (np.where(m_yn7xs, 1.0, 0.0) + t_tij5y)
-        t_jmgq7 = (
-            np.where(m_z5ee7, t_5bjhx * t_fdt4k + t_xuitj * t_5crrr, 0.0)
-            - (np.where(m_z5ee7, -(t_jl52z * t_ym2fo), 0.0) + cos_t * t_zsj5j)
+        t_5o4s7 = (
+            np.where(m_qm7gk, t_4trfd * t_45ojl + t_3hj5v * t_g7hjx, 0.0)
+            - (np.where(m_qm7gk, -(t_2x74w * t_7qoxu), 0.0) + cos_t * t_h2ckr)
         )
-        t_h35hl = cos_phi_ref * t_jmgq7
-        t_c4v4l = cos_phi_ref * t_id4ov
-        t_mz76a = sin_phi_ref * t_jmgq7
-        t_tk5is = t_cznde * t_e4rje
+        t_vdpc7 = cos_phi_ref * t_5o4s7
+        t_6r3ew = cos_phi_ref * t_4dc2w
+        t_cbs2p = sin_phi_ref * t_5o4s7
+        t_tk5is = t_abg3j * t_e4rje
         m_p2abf = (1e-09 <= t_yfvls)
         t_p2abf = np.where(m_p2abf, 1.0, 0.0)
         m_ysper = (t_yfvls <= 1e-09)
@@ -2835,200 +2835,200 @@ def path_loop_jac(q, r, p, c):
         t_oz2aw = 1.0 / t_yfvls
         t_soujt = zeta1 * t_oz2aw
         t_h5ecg = t_cexdd * t_soujt
-        t_epa72 = (
-            (zeta1 * (t_h35hl - t_4vfia) + t_6qhh3 + zeta2 * (t_c4v4l + t_mz76a)) * t_e4rje
+        t_jgwde = (
+            (zeta1 * (t_vdpc7 - t_am7zn) + t_xhisc + zeta2 * (t_6r3ew + t_cbs2p)) * t_e4rje
             - t_tk5is * t_h5ecg
             - t_kc5kr * t_soujt
         )
         t_4gg3u = t_i3qrh * t_e4rje
-        t_3h7vy = t_jik5x * t_epa72 * t_e4rje + t_4gg3u * t_h5ecg
-        t_ykiyk = t_4vfia - (t_i3qrh - zeta1 * t_3h7vy) - t_h35hl
-        t_p5xao = t_5wlee * cos_phi_ref + t_degwz * sin_phi_ref
-        t_fsihy = t_p5xao * t_amnjj
-        t_fpjrk = t_apicp * t_fsihy - t_jhdru
-        t_lxadz = np.where(m_z5ee7, rho_t * (rho_ref * t_fpjrk), 0.0) - t_mowvz * t_fsihy
-        t_pirkw = t_27sgx * t_fsihy - t_m3snr
-        t_uonuc = rho_t * (rho_ref * t_pirkw) - t_6ckpz * t_fsihy
-        t_j6ugr_2 = (
-            R * t_fsihy * t_yphwp
-            + t_2cqik * ((t_hrndm * t_lxadz + np.where(m_z5ee7, np.where(m_z5ee7, t_atahe * t_uonuc, 0.0), 0.0)) * t_idsfo)
+        t_3h7vy = t_jik5x * t_jgwde * t_e4rje + t_4gg3u * t_h5ecg
+        t_mbdc5 = t_am7zn - (t_i3qrh - zeta1 * t_3h7vy) - t_vdpc7
+        t_44xwu = t_34wjz * cos_phi_ref + t_6vnxo * sin_phi_ref
+        t_6lbyw = t_44xwu * t_6dtnj_2
+        t_3iqsi = t_kciyl * t_6lbyw - t_zva2v
+        t_gkmfv = np.where(m_qm7gk, rho_t * (rho_ref * t_3iqsi), 0.0) - t_3t6r5 * t_6lbyw
+        t_gfpt2 = t_nah2q * t_6lbyw - t_qi434
+        t_rvxmd = rho_t * (rho_ref * t_gfpt2) - t_6ui46 * t_6lbyw
+        t_adhe7_2 = (
+            R * t_6lbyw * t_i4c2p
+            + t_qtgyv * ((t_qhqji * t_gkmfv + np.where(m_qm7gk, np.where(m_qm7gk, t_ipwbc * t_rvxmd, 0.0), 0.0)) * t_i4c2p_2)
         )
-        t_5xfx2_2 = (
-            np.where(m_jm3a6, -(t_2tdpo * (t_smvdv * t_j6ugr_2)), 0.0)
-            - alpha * (np.where(m_z5ee7, -(t_zqvsa * t_uonuc), 0.0) - t_rc3uf * t_lxadz)
+        t_brgmb_2 = (
+            np.where(m_fofl2, -(t_3upvs * (t_udt77 * t_adhe7_2)), 0.0)
+            - alpha * (np.where(m_qm7gk, -(t_wh266 * t_rvxmd), 0.0) - t_5lcaq * t_gkmfv)
         )
-        t_55rne = alpha * (area_factor * (rho_ref * cos_phi_ref))
-        t_55rne_2 = -t_55rne
-        t_mbbm3 = t_luana * ((t_55rne_2 + t_55rne_2) * t_whxhf + t_66l3y * (t_yizac * t_p5xao))
-        t_i4smx = t_rkglc * t_mbbm3
-        t_42ssa_2 = K_ * (t_l3puj * t_i4smx + t_fcflk * (t_fcflk_2 * t_i4smx + t_fcflk * (-0.18225 * t_i4smx)))
-        t_zc2im = t_mbbm3 * t_pxtjb
-        t_lrmma_2 = np.where(m_bryq2, -(t_bz7cf * (t_2je2w * t_zc2im + t_uiipz * (t_cedhi * t_zc2im + t_uiipz * t_zc2im))), 0.0)
-        t_6yxq3 = t_cedhi_2 * (3.141592653589793 * t_mbbm3 * t_dzjuy + t_lrmma_2) + np.where(m_bryq2, t_moflu * t_zc2im, 0.0)
-        t_ywxf3_2 = cos_t_23h4w * t_6yxq3
-        t_ry2p3_2 = t_iztzo * t_ywxf3_2
-        t_g5d3w_2 = sin_t_23h4w * t_6yxq3
-        t_eb6gy_2 = t_5vdc7 * t_g5d3w_2
-        t_ytvd3_2 = cos_t_23h4w * t_ywxf3_2 - sin_t_23h4w * t_g5d3w_2
-        t_u2lc5 = t_mbbm3 + t_mbbm3
-        t_fqy6f_2 = t_ry2p3_2 + t_eb6gy_2 - (t_rkglc * t_ytvd3_2 + t_i7sss * t_u2lc5)
-        t_4qsg6_4 = t_u7xtp * t_fqy6f_2
-        t_ltabp = K_ * t_ry2p3_2 + t_nobej * t_mbbm3
-        t_4dzqh_4 = t_ltabp + t_ltabp
-        t_kfjuy_2 = (
-            t_x6qqr * (t_4dzqh_4 + 4.0 * t_ytvd3_2 - (t_ab46z * t_u2lc5 - t_rkglc * t_eb6gy_2))
-            + t_x66xq * (t_6yxq3 - t_ytvd3_2 - t_ltabp)
+        t_t3liv = alpha * (area_factor * (rho_ref * cos_phi_ref))
+        t_t3liv_2 = -t_t3liv
+        t_nmove = t_waypl * ((t_t3liv_2 + t_t3liv_2) * t_mqfjs + t_b34ng * (t_27jkj * t_44xwu))
+        t_a63zj = t_2qjkk * t_nmove
+        t_chgsf_2 = K_ * (t_6kx34 * t_a63zj + t_leuxo * (t_leuxo_2 * t_a63zj + t_leuxo * (-0.18225 * t_a63zj)))
+        t_xcvs4 = t_nmove * t_6dtnj_3
+        t_qxamq_2 = np.where(m_mz5gf, -(t_2veqq * (t_b6pzf * t_xcvs4 + t_ib2ei * (t_ddghz * t_xcvs4 + t_ib2ei * t_xcvs4))), 0.0)
+        t_o4ogm = t_ddghz_2 * (3.141592653589793 * t_nmove * t_i5un2 + t_qxamq_2) + np.where(m_mz5gf, t_b3paf * t_xcvs4, 0.0)
+        t_ezwvt_2 = cos_t_2ibf7 * t_o4ogm
+        t_e3ip7_2 = t_h53ah * t_ezwvt_2
+        t_rbb4x_2 = sin_t_2ibf7 * t_o4ogm
+        t_ztgvn_2 = t_x7qed * t_rbb4x_2
+        t_ytvd3_2 = cos_t_2ibf7 * t_ezwvt_2 - sin_t_2ibf7 * t_rbb4x_2
+        t_ksfmm = t_nmove + t_nmove
+        t_dbumr_2 = t_e3ip7_2 + t_ztgvn_2 - (t_2qjkk * t_ytvd3_2 + t_i7sss * t_ksfmm)
+        t_fclj4_4 = t_kssdc * t_dbumr_2
+        t_kcq66 = K_ * t_e3ip7_2 + t_nobej * t_nmove
+        t_m35bx_4 = t_kcq66 + t_kcq66
+        t_5ocya_2 = (
+            t_kamle * (t_m35bx_4 + 4.0 * t_ytvd3_2 - (t_ab46z * t_ksfmm - t_2qjkk * t_ztgvn_2))
+            + t_vspwm * (t_o4ogm - t_ytvd3_2 - t_kcq66)
         )
-        t_gassp_2 = (
-            t_zefeg * (t_fqy6f_2 * t_2ev6m - t_qabbd * (t_4qsg6_4 + t_4qsg6_4 - t_kfjuy_2))
-            + t_g2ovj * (-2.0 * t_ytvd3_2 - t_4dzqh_4 + (t_6yxq3 + t_6yxq3))
+        t_rvt4h_2 = (
+            t_evbwp * (t_dbumr_2 * t_oj4pl - t_5kcmt * (t_fclj4_4 + t_fclj4_4 - t_5ocya_2))
+            + t_nxkik * (-2.0 * t_ytvd3_2 - t_m35bx_4 + (t_o4ogm + t_o4ogm))
         )
-        t_4onwx_2 = t_6yxq3 - t_gassp_2
-        t_fexrh_2 = cos_t_6xnvn * t_4onwx_2
-        t_5lqtq_3 = t_tfrfg * t_fexrh_2
-        t_jxqoe_2 = sin_t_6xnvn * t_4onwx_2
-        t_mbfbp_3 = t_jvoax * t_jxqoe_2
-        t_hvckt_2 = cos_t_6xnvn * t_fexrh_2 - sin_t_6xnvn * t_jxqoe_2
-        t_nd2xh_3 = t_5lqtq_3 + t_mbfbp_3 - (t_kme5l * t_u2lc5 + t_rkglc * t_hvckt_2)
-        t_4qsg6_5 = t_u7xtp_2 * t_nd2xh_3
-        t_qol4p = K_ * t_5lqtq_3 + t_vx46m * t_mbbm3
-        t_4dzqh_5 = t_qol4p + t_qol4p
-        t_o2ej2_2 = (
-            t_xdzcc * (t_4dzqh_5 + 4.0 * t_hvckt_2 - (t_yrvqm * t_u2lc5 - t_rkglc * t_mbfbp_3))
-            + t_a6w2p * (t_4onwx_2 - t_hvckt_2 - t_qol4p)
+        t_zvygr_2 = t_o4ogm - t_rvt4h_2
+        t_6soj3_2 = cos_t_kw3pz * t_zvygr_2
+        t_ivh2z_3 = t_7gnku * t_6soj3_2
+        t_mgc4n_2 = sin_t_kw3pz * t_zvygr_2
+        t_nd2u4_3 = t_tsuj7 * t_mgc4n_2
+        t_hvckt_2 = cos_t_kw3pz * t_6soj3_2 - sin_t_kw3pz * t_mgc4n_2
+        t_q65vw_3 = t_ivh2z_3 + t_nd2u4_3 - (t_kme5l * t_ksfmm + t_2qjkk * t_hvckt_2)
+        t_fclj4_5 = t_kssdc_2 * t_q65vw_3
+        t_cqxsx = K_ * t_ivh2z_3 + t_vx46m * t_nmove
+        t_m35bx_5 = t_cqxsx + t_cqxsx
+        t_su5jk_2 = (
+            t_cjli7 * (t_m35bx_5 + 4.0 * t_hvckt_2 - (t_yrvqm * t_ksfmm - t_2qjkk * t_nd2u4_3))
+            + t_lmawx * (t_zvygr_2 - t_hvckt_2 - t_cqxsx)
         )
-        t_2l3cs_2 = (
-            t_hy73r * (t_nd2xh_3 * t_3hukm - t_5lvve * (t_4qsg6_5 + t_4qsg6_5 - t_o2ej2_2))
-            + t_uhbq3 * (-2.0 * t_hvckt_2 - t_4dzqh_5 + (t_4onwx_2 + t_4onwx_2))
+        t_jqrr7_3 = (
+            t_dpnxz * (t_q65vw_3 * t_cqqt6 - t_j3whm * (t_fclj4_5 + t_fclj4_5 - t_su5jk_2))
+            + t_xjvob * (-2.0 * t_hvckt_2 - t_m35bx_5 + (t_zvygr_2 + t_zvygr_2))
         )
-        t_mined_2 = t_4onwx_2 - t_2l3cs_2
-        t_yfn2s_2 = cos_t_z3tm5 * t_mined_2
-        t_5lqtq_4 = t_eq35n * t_yfn2s_2
-        t_6dz3f_2 = sin_t_z3tm5 * t_mined_2
-        t_mbfbp_4 = t_xsrzu * t_6dz3f_2
-        t_okysd_2 = cos_t_z3tm5 * t_yfn2s_2 - sin_t_z3tm5 * t_6dz3f_2
-        t_nd2xh_4 = t_5lqtq_4 + t_mbfbp_4 - (t_wqods * t_u2lc5 + t_rkglc * t_okysd_2)
-        t_4qsg6_6 = t_u7xtp_3 * t_nd2xh_4
-        t_qol4p_2 = K_ * t_5lqtq_4 + t_cmgiw * t_mbbm3
-        t_4dzqh_6 = t_qol4p_2 + t_qol4p_2
-        t_kevyh_2 = (
-            t_vxy3y * (t_4dzqh_6 + 4.0 * t_okysd_2 - (t_e3muo * t_u2lc5 - t_rkglc * t_mbfbp_4))
-            + t_a6w2p_2 * (t_mined_2 - t_okysd_2 - t_qol4p_2)
+        t_6itkg_2 = t_zvygr_2 - t_jqrr7_3
+        t_nln3o_2 = cos_t_4j6ir * t_6itkg_2
+        t_ivh2z_4 = t_3pnmy * t_nln3o_2
+        t_acuuz_2 = sin_t_4j6ir * t_6itkg_2
+        t_nd2u4_4 = t_e5s7h * t_acuuz_2
+        t_okysd_2 = cos_t_4j6ir * t_nln3o_2 - sin_t_4j6ir * t_acuuz_2
+        t_q65vw_4 = t_ivh2z_4 + t_nd2u4_4 - (t_wqods * t_ksfmm + t_2qjkk * t_okysd_2)
+        t_fclj4_6 = t_kssdc_3 * t_q65vw_4
+        t_cqxsx_2 = K_ * t_ivh2z_4 + t_cmgiw * t_nmove
+        t_m35bx_6 = t_cqxsx_2 + t_cqxsx_2
+        t_ysmfp_2 = (
+            t_e57zx * (t_m35bx_6 + 4.0 * t_okysd_2 - (t_e3muo * t_ksfmm - t_2qjkk * t_nd2u4_4))
+            + t_lmawx_2 * (t_6itkg_2 - t_okysd_2 - t_cqxsx_2)
         )
-        t_pxkov_2 = (
-            t_icigh * (t_nd2xh_4 * t_vmdk3 - t_5lvve_2 * (t_4qsg6_6 + t_4qsg6_6 - t_kevyh_2))
-            + t_uhbq3_2 * (-2.0 * t_okysd_2 - t_4dzqh_6 + (t_mined_2 + t_mined_2))
+        t_jqrr7_4 = (
+            t_dpnxz_2 * (t_q65vw_4 * t_sbagz - t_j3whm_2 * (t_fclj4_6 + t_fclj4_6 - t_ysmfp_2))
+            + t_xjvob_2 * (-2.0 * t_okysd_2 - t_m35bx_6 + (t_6itkg_2 + t_6itkg_2))
         )
-        t_6oo5j = (
-            t_z55or * t_5xfx2_2
-            + t_iatqo * np.where(m_xb2xi, t_fbuw4 * t_mbbm3 + t_42ssa_2, t_mined_2 - t_pxkov_2)
+        t_pb2hd = (
+            t_z55or * t_brgmb_2
+            + t_iatqo * np.where(m_cn56p, t_m7nlb * t_nmove + t_chgsf_2, t_6itkg_2 - t_jqrr7_4)
         )
-        t_5vi3g_2 = sin_t_5ewvv * t_6oo5j
-        t_spclb = (
-            t_6onvn * (escape * t_5vi3g_2 + cos_t_5ewvv * (t_vycnp * (t_55rne * t_sg67n)))
-            - t_awwlh * t_fsihy
+        t_hnft6_2 = sin_t_msjzk * t_pb2hd
+        t_xehp6 = (
+            t_jql4i * (escape * t_hnft6_2 + cos_t_msjzk * (t_vycnp * (t_t3liv * t_lgfsk)))
+            - t_w6rmf * t_6lbyw
         )
-        t_i5e2h = k_phi * t_spclb
-        t_zsj5j_2 = cos_t_5ewvv * t_i5e2h - t_f3hnc * t_5vi3g_2
-        t_5crrr_2 = sin_t_5ewvv * (alpha * t_i5e2h) + t_ckgcn * (cos_t_5ewvv * t_6oo5j)
-        t_ftzhg = (
-            np.where(m_z5ee7, -(t_xuitj * t_zsj5j_2 + t_jl52z * t_pirkw), 0.0)
-            - (np.where(m_z5ee7, t_5bjhx * t_fpjrk, 0.0) + cos_t * t_5crrr_2)
+        t_5opmo = k_phi * t_xehp6
+        t_h2ckr_2 = cos_t_msjzk * t_5opmo - t_ssits * t_hnft6_2
+        t_g7hjx_2 = sin_t_msjzk * (alpha * t_5opmo) + t_uu27y * (cos_t_msjzk * t_pb2hd)
+        t_ggd32 = (
+            np.where(m_qm7gk, -(t_3hj5v * t_h2ckr_2 + t_2x74w * t_gfpt2), 0.0)
+            - (np.where(m_qm7gk, t_4trfd * t_3iqsi, 0.0) + cos_t * t_g7hjx_2)
         )
-        t_4vfia_2 = sin_phi_ref * t_ftzhg
-        t_zhmdo = (
-            np.where(m_z5ee7, t_5bjhx * t_pirkw + t_xuitj * t_5crrr_2, 0.0)
-            - (np.where(m_z5ee7, t_jl52z * t_fpjrk, 0.0) + cos_t * t_zsj5j_2)
+        t_am7zn_2 = sin_phi_ref * t_ggd32
+        t_l2iu7 = (
+            np.where(m_qm7gk, t_4trfd * t_gfpt2 + t_3hj5v * t_g7hjx_2, 0.0)
+            - (np.where(m_qm7gk, t_2x74w * t_3iqsi, 0.0) + cos_t * t_h2ckr_2)
         )
-        t_h35hl_2 = cos_phi_ref * t_zhmdo
-        t_c4v4l_2 = cos_phi_ref * t_ftzhg
-        t_mz76a_2 = sin_phi_ref * t_zhmdo
+        t_vdpc7_2 = cos_phi_ref * t_l2iu7
+        t_6r3ew_2 = cos_phi_ref * t_ggd32
+        t_cbs2p_2 = sin_phi_ref * t_l2iu7
         t_zsetc = zeta2 * t_oz2aw
         t_xcjmc = t_cexdd * t_zsetc
-        t_3mtwy = (
-            (zeta1 * (t_h35hl_2 - t_4vfia_2) + (zeta2 * (t_c4v4l_2 + t_mz76a_2) + t_i63ev)) * t_e4rje
+        t_gdql5 = (
+            (zeta1 * (t_vdpc7_2 - t_am7zn_2) + (zeta2 * (t_6r3ew_2 + t_cbs2p_2) + t_gs76t)) * t_e4rje
             - t_tk5is * t_xcjmc
             - t_kc5kr * t_zsetc
         )
-        t_eamm3 = t_jik5x * t_3mtwy * t_e4rje + t_4gg3u * t_xcjmc
-        t_hbyvj = t_4vfia_2 + zeta1 * t_eamm3 - t_h35hl_2
-        t_yyzqq = t_luana * ((alpha + alpha) * t_whxhf)
-        t_a6rlk = t_rkglc * t_yyzqq
-        t_ha2xh = K_ * (t_l3puj * t_a6rlk + t_fcflk * (t_fcflk_2 * t_a6rlk + t_fcflk * (-0.18225 * t_a6rlk)))
-        t_zwpu7 = t_yyzqq * t_pxtjb
-        t_gbj6e = np.where(m_bryq2, -(t_bz7cf * (t_2je2w * t_zwpu7 + t_uiipz * (t_cedhi * t_zwpu7 + t_uiipz * t_zwpu7))), 0.0)
-        t_zblnk = t_cedhi_2 * (3.141592653589793 * t_yyzqq * t_dzjuy + t_gbj6e) + np.where(m_bryq2, t_moflu * t_zwpu7, 0.0)
-        t_xn2an = cos_t_23h4w * t_zblnk
-        t_ry2p3_3 = t_iztzo * t_xn2an
-        t_skj2t = sin_t_23h4w * t_zblnk
-        t_eb6gy_3 = t_5vdc7 * t_skj2t
-        t_ytvd3_3 = cos_t_23h4w * t_xn2an - sin_t_23h4w * t_skj2t
-        t_v5i6i = t_yyzqq + t_yyzqq
-        t_2mmgh = t_ry2p3_3 + t_eb6gy_3 - (t_rkglc * t_ytvd3_3 + t_i7sss * t_v5i6i)
-        t_4qsg6_7 = t_u7xtp * t_2mmgh
-        t_6dp4l = K_ * t_ry2p3_3 + t_nobej * t_yyzqq
-        t_g73ai = t_6dp4l + t_6dp4l
-        t_4apwp = (
-            t_x6qqr * (t_g73ai + 4.0 * t_ytvd3_3 - (t_ab46z * t_v5i6i - t_rkglc * t_eb6gy_3))
-            + t_x66xq * (t_zblnk - t_ytvd3_3 - t_6dp4l)
+        t_eamm3 = t_jik5x * t_gdql5 * t_e4rje + t_4gg3u * t_xcjmc
+        t_md5le = t_am7zn_2 + zeta1 * t_eamm3 - t_vdpc7_2
+        t_iiqeq = t_waypl * ((alpha + alpha) * t_mqfjs)
+        t_ndtm2 = t_2qjkk * t_iiqeq
+        t_rtktk = K_ * (t_6kx34 * t_ndtm2 + t_leuxo * (t_leuxo_2 * t_ndtm2 + t_leuxo * (-0.18225 * t_ndtm2)))
+        t_b7znr = t_iiqeq * t_6dtnj_3
+        t_jdkq3 = np.where(m_mz5gf, -(t_2veqq * (t_b6pzf * t_b7znr + t_ib2ei * (t_ddghz * t_b7znr + t_ib2ei * t_b7znr))), 0.0)
+        t_llbh5 = t_ddghz_2 * (3.141592653589793 * t_iiqeq * t_i5un2 + t_jdkq3) + np.where(m_mz5gf, t_b3paf * t_b7znr, 0.0)
+        t_bix6z = cos_t_2ibf7 * t_llbh5
+        t_e3ip7_3 = t_h53ah * t_bix6z
+        t_p5aje = sin_t_2ibf7 * t_llbh5
+        t_ztgvn_3 = t_x7qed * t_p5aje
+        t_ytvd3_3 = cos_t_2ibf7 * t_bix6z - sin_t_2ibf7 * t_p5aje
+        t_y32sm = t_iiqeq + t_iiqeq
+        t_p6wfs = t_e3ip7_3 + t_ztgvn_3 - (t_2qjkk * t_ytvd3_3 + t_i7sss * t_y32sm)
+        t_fclj4_7 = t_kssdc * t_p6wfs
+        t_yt4hu = K_ * t_e3ip7_3 + t_nobej * t_iiqeq
+        t_3e6x6 = t_yt4hu + t_yt4hu
+        t_323hw = (
+            t_kamle * (t_3e6x6 + 4.0 * t_ytvd3_3 - (t_ab46z * t_y32sm - t_2qjkk * t_ztgvn_3))
+            + t_vspwm * (t_llbh5 - t_ytvd3_3 - t_yt4hu)
         )
-        t_jl5gu = (
-            t_zefeg * (t_2mmgh * t_2ev6m - t_qabbd * (t_4qsg6_7 + t_4qsg6_7 - t_4apwp))
-            + t_g2ovj * (-2.0 * t_ytvd3_3 - t_g73ai + (t_zblnk + t_zblnk))
+        t_rvt4h_3 = (
+            t_evbwp * (t_p6wfs * t_oj4pl - t_5kcmt * (t_fclj4_7 + t_fclj4_7 - t_323hw))
+            + t_nxkik * (-2.0 * t_ytvd3_3 - t_3e6x6 + (t_llbh5 + t_llbh5))
         )
-        t_5zozc = t_zblnk - t_jl5gu
-        t_fexrh_3 = cos_t_6xnvn * t_5zozc
-        t_5lqtq_5 = t_tfrfg * t_fexrh_3
-        t_jxqoe_3 = sin_t_6xnvn * t_5zozc
-        t_mbfbp_5 = t_jvoax * t_jxqoe_3
-        t_hvckt_3 = cos_t_6xnvn * t_fexrh_3 - sin_t_6xnvn * t_jxqoe_3
-        t_vlenk = t_5lqtq_5 + t_mbfbp_5 - (t_kme5l * t_v5i6i + t_rkglc * t_hvckt_3)
-        t_4qsg6_8 = t_u7xtp_2 * t_vlenk
-        t_rx74t = K_ * t_5lqtq_5 + t_vx46m * t_yyzqq
-        t_g73ai_2 = t_rx74t + t_rx74t
-        t_c6hoo = (
-            t_xdzcc * (t_g73ai_2 + 4.0 * t_hvckt_3 - (t_yrvqm * t_v5i6i - t_rkglc * t_mbfbp_5))
-            + t_a6w2p * (t_5zozc - t_hvckt_3 - t_rx74t)
+        t_3apfi = t_llbh5 - t_rvt4h_3
+        t_6soj3_3 = cos_t_kw3pz * t_3apfi
+        t_ivh2z_5 = t_7gnku * t_6soj3_3
+        t_mgc4n_3 = sin_t_kw3pz * t_3apfi
+        t_nd2u4_5 = t_tsuj7 * t_mgc4n_3
+        t_hvckt_3 = cos_t_kw3pz * t_6soj3_3 - sin_t_kw3pz * t_mgc4n_3
+        t_27mzz = t_ivh2z_5 + t_nd2u4_5 - (t_kme5l * t_y32sm + t_2qjkk * t_hvckt_3)
+        t_fclj4_8 = t_kssdc_2 * t_27mzz
+        t_vufvf = K_ * t_ivh2z_5 + t_vx46m * t_iiqeq
+        t_3e6x6_2 = t_vufvf + t_vufvf
+        t_32cd6 = (
+            t_cjli7 * (t_3e6x6_2 + 4.0 * t_hvckt_3 - (t_yrvqm * t_y32sm - t_2qjkk * t_nd2u4_5))
+            + t_lmawx * (t_3apfi - t_hvckt_3 - t_vufvf)
         )
-        t_2l3cs_3 = (
-            t_hy73r * (t_vlenk * t_3hukm - t_5lvve * (t_4qsg6_8 + t_4qsg6_8 - t_c6hoo))
-            + t_uhbq3 * (-2.0 * t_hvckt_3 - t_g73ai_2 + (t_5zozc + t_5zozc))
+        t_jqrr7_5 = (
+            t_dpnxz * (t_27mzz * t_cqqt6 - t_j3whm * (t_fclj4_8 + t_fclj4_8 - t_32cd6))
+            + t_xjvob * (-2.0 * t_hvckt_3 - t_3e6x6_2 + (t_3apfi + t_3apfi))
         )
-        t_mined_3 = t_5zozc - t_2l3cs_3
-        t_yfn2s_3 = cos_t_z3tm5 * t_mined_3
-        t_5lqtq_6 = t_eq35n * t_yfn2s_3
-        t_6dz3f_3 = sin_t_z3tm5 * t_mined_3
-        t_mbfbp_6 = t_xsrzu * t_6dz3f_3
-        t_okysd_3 = cos_t_z3tm5 * t_yfn2s_3 - sin_t_z3tm5 * t_6dz3f_3
-        t_vlenk_2 = t_5lqtq_6 + t_mbfbp_6 - (t_wqods * t_v5i6i + t_rkglc * t_okysd_3)
-        t_4qsg6_9 = t_u7xtp_3 * t_vlenk_2
-        t_rx74t_2 = K_ * t_5lqtq_6 + t_cmgiw * t_yyzqq
-        t_g73ai_3 = t_rx74t_2 + t_rx74t_2
-        t_idupn = (
-            t_vxy3y * (t_g73ai_3 + 4.0 * t_okysd_3 - (t_e3muo * t_v5i6i - t_rkglc * t_mbfbp_6))
-            + t_a6w2p_2 * (t_mined_3 - t_okysd_3 - t_rx74t_2)
+        t_6itkg_3 = t_3apfi - t_jqrr7_5
+        t_nln3o_3 = cos_t_4j6ir * t_6itkg_3
+        t_ivh2z_6 = t_3pnmy * t_nln3o_3
+        t_acuuz_3 = sin_t_4j6ir * t_6itkg_3
+        t_nd2u4_6 = t_e5s7h * t_acuuz_3
+        t_okysd_3 = cos_t_4j6ir * t_nln3o_3 - sin_t_4j6ir * t_acuuz_3
+        t_27mzz_2 = t_ivh2z_6 + t_nd2u4_6 - (t_wqods * t_y32sm + t_2qjkk * t_okysd_3)
+        t_fclj4_9 = t_kssdc_3 * t_27mzz_2
+        t_vufvf_2 = K_ * t_ivh2z_6 + t_cmgiw * t_iiqeq
+        t_3e6x6_3 = t_vufvf_2 + t_vufvf_2
+        t_ehvhq = (
+            t_e57zx * (t_3e6x6_3 + 4.0 * t_okysd_3 - (t_e3muo * t_y32sm - t_2qjkk * t_nd2u4_6))
+            + t_lmawx_2 * (t_6itkg_3 - t_okysd_3 - t_vufvf_2)
         )
-        t_pxkov_3 = (
-            t_icigh * (t_vlenk_2 * t_vmdk3 - t_5lvve_2 * (t_4qsg6_9 + t_4qsg6_9 - t_idupn))
-            + t_uhbq3_2 * (-2.0 * t_okysd_3 - t_g73ai_3 + (t_mined_3 + t_mined_3))
+        t_jqrr7_6 = (
+            t_dpnxz_2 * (t_27mzz_2 * t_sbagz - t_j3whm_2 * (t_fclj4_9 + t_fclj4_9 - t_ehvhq))
+            + t_xjvob_2 * (-2.0 * t_okysd_3 - t_3e6x6_3 + (t_6itkg_3 + t_6itkg_3))
         )
-        t_6wdfc = t_iatqo * np.where(m_xb2xi, t_fbuw4 * t_yyzqq + t_ha2xh, t_mined_3 - t_pxkov_3)
-        t_lg6cv = sin_t_5ewvv * t_6wdfc
-        t_5itwm = cos_t_5ewvv * (t_vycnp * (alpha * t_sg67n))
-        t_ldbyy = k_phi * (t_6onvn * (t_5itwm - escape * t_lg6cv))
-        t_q54wo = t_f3hnc * t_lg6cv + cos_t_5ewvv * t_ldbyy
-        t_5pykc = t_ckgcn * (cos_t_5ewvv * t_6wdfc) - sin_t_5ewvv * (alpha * t_ldbyy)
-        t_dxrcx = np.where(m_z5ee7, t_xuitj * t_q54wo, 0.0) - cos_t * t_5pykc
-        t_zqzel = sin_phi_ref * t_dxrcx
-        t_tsyzm = np.where(m_z5ee7, t_xuitj * t_5pykc, 0.0) + cos_t * t_q54wo
-        t_cabkj = cos_phi_ref * t_tsyzm
-        t_qjxgr = cos_phi_ref * t_dxrcx
-        t_a2qp5 = sin_phi_ref * t_tsyzm
-        t_36pi7 = t_jik5x * ((zeta1 * (t_cabkj - t_zqzel) + zeta2 * (t_qjxgr + t_a2qp5)) * t_e4rje) * t_e4rje
-        t_b2hly = t_zqzel + zeta1 * t_36pi7 - t_cabkj
-        t_zxnro = t_mz76a - zeta2 * t_3h7vy + t_c4v4l
-        t_fpe72 = t_i3qrh - zeta2 * t_eamm3 + t_mz76a_2 + t_c4v4l_2
-        t_igruj = t_a2qp5 - zeta2 * t_36pi7 + t_qjxgr
+        t_c6f64 = t_iatqo * np.where(m_cn56p, t_m7nlb * t_iiqeq + t_rtktk, t_6itkg_3 - t_jqrr7_6)
+        t_sufoy = sin_t_msjzk * t_c6f64
+        t_aawgr = cos_t_msjzk * (t_vycnp * (alpha * t_lgfsk))
+        t_43z6w = k_phi * (t_jql4i * (t_aawgr - escape * t_sufoy))
+        t_cufhp = t_ssits * t_sufoy + cos_t_msjzk * t_43z6w
+        t_i7pfu = t_uu27y * (cos_t_msjzk * t_c6f64) - sin_t_msjzk * (alpha * t_43z6w)
+        t_wjxsj = np.where(m_qm7gk, t_3hj5v * t_cufhp, 0.0) - cos_t * t_i7pfu
+        t_aejpz = sin_phi_ref * t_wjxsj
+        t_d4ser = np.where(m_qm7gk, t_3hj5v * t_i7pfu, 0.0) + cos_t * t_cufhp
+        t_pvftq = cos_phi_ref * t_d4ser
+        t_n6vhj = cos_phi_ref * t_wjxsj
+        t_bmbar = sin_phi_ref * t_d4ser
+        t_jwhpy = t_jik5x * ((zeta1 * (t_pvftq - t_aejpz) + zeta2 * (t_n6vhj + t_bmbar)) * t_e4rje) * t_e4rje
+        t_axsg6 = t_aejpz + zeta1 * t_jwhpy - t_pvftq
+        t_tk5k2 = t_cbs2p - zeta2 * t_3h7vy + t_6r3ew
+        t_okzah = t_i3qrh - zeta2 * t_eamm3 + t_cbs2p_2 + t_6r3ew_2
+        t_jxm54 = t_bmbar - zeta2 * t_jwhpy + t_n6vhj
         t_f7oti = -mu_rate_max
         t_dhkzn = mu_gain * (mu_ref - mu)
         t_7l2lj = np.fmin(mu_rate_max, t_dhkzn)
@@ -3039,329 +3039,329 @@ def path_loop_jac(q, r, p, c):
         t_huzvj = np.where(m_huzvj, 1.0, 0.0)
         m_mu2v2 = (mu_rate_max <= t_dhkzn)
         t_eriiv = t_tmq3y / (np.where(m_y2s22, 1.0, 0.0) + t_tmq3y) * (t_huzvj / (np.where(m_mu2v2, 1.0, 0.0) + t_huzvj) * mu_gain)
-        t_mnqso = t_xatty * sin_phi_ref
-        t_7lfvp = t_f3khv * cos_phi_ref
-        t_rhgam = t_f3khv * sin_phi_ref
-        t_nnwis = t_xatty * cos_phi_ref
+        t_amk6b = t_t6fxh * sin_phi_ref
+        t_xm4yq = t_y7zww * cos_phi_ref
+        t_fznah = t_y7zww * sin_phi_ref
+        t_6heh4 = t_t6fxh * cos_phi_ref
         t_v4jyn = 1.0 / mu
-        t_soo7v = alpha * (area_factor * w_across)
+        t_wmfbc = alpha * (area_factor * w_across)
         m_dlnux = (t_pgin7 <= rho_escape)
         t_dlnux = np.where(m_dlnux, 1.0, 0.0)
         m_nduvz = (rho_escape <= t_pgin7)
-        t_cbxj4 = cos_t_5ewvv * (t_vycnp * (t_soo7v * t_sg67n) - t_72wqd * t_7krau * (t_dlnux / (t_dlnux + np.where(m_nduvz, 1.0, 0.0))))
-        t_fcs45 = t_gliif - t_apicp * t_m4c7o
-        t_b3a56 = (
-            rho_t * (np.where(m_z5ee7, rho_ref * t_fcs45, 0.0) + cos_t)
-            + t_mowvz * t_m4c7o
+        t_vebss = cos_t_msjzk * (t_vycnp * (t_wmfbc * t_lgfsk) - t_72wqd * t_7krau * (t_dlnux / (t_dlnux + np.where(m_nduvz, 1.0, 0.0))))
+        t_7y4pd = t_6dtnj - t_kciyl * t_fsc2i
+        t_pokoc = (
+            rho_t * (np.where(m_qm7gk, rho_ref * t_7y4pd, 0.0) + cos_t)
+            + t_3t6r5 * t_fsc2i
             - (rho_ref + rho_ref)
         )
-        t_bkzfm = t_27sgx * t_m4c7o
-        t_ml2ly = rho_t * (t_xuitj - rho_ref * t_bkzfm) + t_6ckpz * t_m4c7o
-        t_wrdzi = (
-            R * t_m4c7o * t_yphwp
-            - t_2cqik * ((t_hrndm * t_b3a56 + np.where(m_z5ee7, np.where(m_z5ee7, t_atahe * t_ml2ly, 0.0), 0.0)) * t_idsfo)
+        t_le4zx = t_nah2q * t_fsc2i
+        t_k45wv = rho_t * (t_3hj5v - rho_ref * t_le4zx) + t_6ui46 * t_fsc2i
+        t_hqbss = (
+            R * t_fsc2i * t_i4c2p
+            - t_qtgyv * ((t_qhqji * t_pokoc + np.where(m_qm7gk, np.where(m_qm7gk, t_ipwbc * t_k45wv, 0.0), 0.0)) * t_i4c2p_2)
         )
-        t_t7kez = (
-            np.where(m_jm3a6, t_2tdpo * (t_smvdv * t_wrdzi), 0.0)
-            - alpha * (np.where(m_z5ee7, -(t_zqvsa * t_ml2ly), 0.0) - t_rc3uf * t_b3a56)
+        t_4sydr = (
+            np.where(m_fofl2, t_3upvs * (t_udt77 * t_hqbss), 0.0)
+            - alpha * (np.where(m_qm7gk, -(t_wh266 * t_k45wv), 0.0) - t_5lcaq * t_pokoc)
         )
-        t_a54m2 = t_luana * ((t_soo7v + t_soo7v) * t_whxhf - t_66l3y * (t_yizac * t_degwz))
-        t_kqjw5 = t_rkglc * t_a54m2
-        t_42ssa_3 = K_ * (t_l3puj * t_kqjw5 + t_fcflk * (t_fcflk_2 * t_kqjw5 + t_fcflk * (-0.18225 * t_kqjw5)))
-        t_2wnti = t_a54m2 * t_pxtjb
-        t_lrmma_3 = np.where(m_bryq2, -(t_bz7cf * (t_2je2w * t_2wnti + t_uiipz * (t_cedhi * t_2wnti + t_uiipz * t_2wnti))), 0.0)
-        t_z7ssl = t_cedhi_2 * (3.141592653589793 * t_a54m2 * t_dzjuy + t_lrmma_3) + np.where(m_bryq2, t_moflu * t_2wnti, 0.0)
-        t_ywxf3_3 = cos_t_23h4w * t_z7ssl
-        t_ry2p3_4 = t_iztzo * t_ywxf3_3
-        t_g5d3w_3 = sin_t_23h4w * t_z7ssl
-        t_eb6gy_4 = t_5vdc7 * t_g5d3w_3
-        t_ytvd3_4 = cos_t_23h4w * t_ywxf3_3 - sin_t_23h4w * t_g5d3w_3
-        t_msytf = t_a54m2 + t_a54m2
-        t_fqy6f_3 = t_ry2p3_4 + t_eb6gy_4 - (t_rkglc * t_ytvd3_4 + t_i7sss * t_msytf)
-        t_4qsg6_10 = t_u7xtp * t_fqy6f_3
-        t_tvhc4 = K_ * t_ry2p3_4 + t_nobej * t_a54m2
-        t_4dzqh_7 = t_tvhc4 + t_tvhc4
-        t_kfjuy_3 = (
-            t_x6qqr * (t_4dzqh_7 + 4.0 * t_ytvd3_4 - (t_ab46z * t_msytf - t_rkglc * t_eb6gy_4))
-            + t_x66xq * (t_z7ssl - t_ytvd3_4 - t_tvhc4)
+        t_y2kc6 = t_waypl * ((t_wmfbc + t_wmfbc) * t_mqfjs - t_b34ng * (t_27jkj * t_6vnxo))
+        t_siqz5 = t_2qjkk * t_y2kc6
+        t_chgsf_3 = K_ * (t_6kx34 * t_siqz5 + t_leuxo * (t_leuxo_2 * t_siqz5 + t_leuxo * (-0.18225 * t_siqz5)))
+        t_if6c6 = t_y2kc6 * t_6dtnj_3
+        t_qxamq_3 = np.where(m_mz5gf, -(t_2veqq * (t_b6pzf * t_if6c6 + t_ib2ei * (t_ddghz * t_if6c6 + t_ib2ei * t_if6c6))), 0.0)
+        t_femxs = t_ddghz_2 * (3.141592653589793 * t_y2kc6 * t_i5un2 + t_qxamq_3) + np.where(m_mz5gf, t_b3paf * t_if6c6, 0.0)
+        t_ezwvt_3 = cos_t_2ibf7 * t_femxs
+        t_e3ip7_4 = t_h53ah * t_ezwvt_3
+        t_rbb4x_3 = sin_t_2ibf7 * t_femxs
+        t_ztgvn_4 = t_x7qed * t_rbb4x_3
+        t_ytvd3_4 = cos_t_2ibf7 * t_ezwvt_3 - sin_t_2ibf7 * t_rbb4x_3
+        t_louwa = t_y2kc6 + t_y2kc6
+        t_dbumr_3 = t_e3ip7_4 + t_ztgvn_4 - (t_2qjkk * t_ytvd3_4 + t_i7sss * t_louwa)
+        t_fclj4_10 = t_kssdc * t_dbumr_3
+        t_osm66 = K_ * t_e3ip7_4 + t_nobej * t_y2kc6
+        t_m35bx_7 = t_osm66 + t_osm66
+        t_5ocya_3 = (
+            t_kamle * (t_m35bx_7 + 4.0 * t_ytvd3_4 - (t_ab46z * t_louwa - t_2qjkk * t_ztgvn_4))
+            + t_vspwm * (t_femxs - t_ytvd3_4 - t_osm66)
         )
-        t_gassp_3 = (
-            t_zefeg * (t_fqy6f_3 * t_2ev6m - t_qabbd * (t_4qsg6_10 + t_4qsg6_10 - t_kfjuy_3))
-            + t_g2ovj * (-2.0 * t_ytvd3_4 - t_4dzqh_7 + (t_z7ssl + t_z7ssl))
+        t_rvt4h_4 = (
+            t_evbwp * (t_dbumr_3 * t_oj4pl - t_5kcmt * (t_fclj4_10 + t_fclj4_10 - t_5ocya_3))
+            + t_nxkik * (-2.0 * t_ytvd3_4 - t_m35bx_7 + (t_femxs + t_femxs))
         )
-        t_4onwx_3 = t_z7ssl - t_gassp_3
-        t_fexrh_4 = cos_t_6xnvn * t_4onwx_3
-        t_5lqtq_7 = t_tfrfg * t_fexrh_4
-        t_jxqoe_4 = sin_t_6xnvn * t_4onwx_3
-        t_mbfbp_7 = t_jvoax * t_jxqoe_4
-        t_hvckt_4 = cos_t_6xnvn * t_fexrh_4 - sin_t_6xnvn * t_jxqoe_4
-        t_nd2xh_5 = t_5lqtq_7 + t_mbfbp_7 - (t_kme5l * t_msytf + t_rkglc * t_hvckt_4)
-        t_4qsg6_11 = t_u7xtp_2 * t_nd2xh_5
-        t_nrcnv = K_ * t_5lqtq_7 + t_vx46m * t_a54m2
-        t_4dzqh_8 = t_nrcnv + t_nrcnv
-        t_o2ej2_3 = (
-            t_xdzcc * (t_4dzqh_8 + 4.0 * t_hvckt_4 - (t_yrvqm * t_msytf - t_rkglc * t_mbfbp_7))
-            + t_a6w2p * (t_4onwx_3 - t_hvckt_4 - t_nrcnv)
+        t_zvygr_3 = t_femxs - t_rvt4h_4
+        t_6soj3_4 = cos_t_kw3pz * t_zvygr_3
+        t_ivh2z_7 = t_7gnku * t_6soj3_4
+        t_mgc4n_4 = sin_t_kw3pz * t_zvygr_3
+        t_nd2u4_7 = t_tsuj7 * t_mgc4n_4
+        t_hvckt_4 = cos_t_kw3pz * t_6soj3_4 - sin_t_kw3pz * t_mgc4n_4
+        t_q65vw_5 = t_ivh2z_7 + t_nd2u4_7 - (t_kme5l * t_louwa + t_2qjkk * t_hvckt_4)
+        t_fclj4_11 = t_kssdc_2 * t_q65vw_5
+        t_kowo7 = K_ * t_ivh2z_7 + t_vx46m * t_y2kc6
+        t_m35bx_8 = t_kowo7 + t_kowo7
+        t_su5jk_3 = (
+            t_cjli7 * (t_m35bx_8 + 4.0 * t_hvckt_4 - (t_yrvqm * t_louwa - t_2qjkk * t_nd2u4_7))
+            + t_lmawx * (t_zvygr_3 - t_hvckt_4 - t_kowo7)
         )
-        t_2l3cs_4 = (
-            t_hy73r * (t_nd2xh_5 * t_3hukm - t_5lvve * (t_4qsg6_11 + t_4qsg6_11 - t_o2ej2_3))
-            + t_uhbq3 * (-2.0 * t_hvckt_4 - t_4dzqh_8 + (t_4onwx_3 + t_4onwx_3))
+        t_jqrr7_7 = (
+            t_dpnxz * (t_q65vw_5 * t_cqqt6 - t_j3whm * (t_fclj4_11 + t_fclj4_11 - t_su5jk_3))
+            + t_xjvob * (-2.0 * t_hvckt_4 - t_m35bx_8 + (t_zvygr_3 + t_zvygr_3))
         )
-        t_mined_4 = t_4onwx_3 - t_2l3cs_4
-        t_yfn2s_4 = cos_t_z3tm5 * t_mined_4
-        t_5lqtq_8 = t_eq35n * t_yfn2s_4
-        t_6dz3f_4 = sin_t_z3tm5 * t_mined_4
-        t_mbfbp_8 = t_xsrzu * t_6dz3f_4
-        t_okysd_4 = cos_t_z3tm5 * t_yfn2s_4 - sin_t_z3tm5 * t_6dz3f_4
-        t_nd2xh_6 = t_5lqtq_8 + t_mbfbp_8 - (t_wqods * t_msytf + t_rkglc * t_okysd_4)
-        t_4qsg6_12 = t_u7xtp_3 * t_nd2xh_6
-        t_nrcnv_2 = K_ * t_5lqtq_8 + t_cmgiw * t_a54m2
-        t_4dzqh_9 = t_nrcnv_2 + t_nrcnv_2
-        t_kevyh_3 = (
-            t_vxy3y * (t_4dzqh_9 + 4.0 * t_okysd_4 - (t_e3muo * t_msytf - t_rkglc * t_mbfbp_8))
-            + t_a6w2p_2 * (t_mined_4 - t_okysd_4 - t_nrcnv_2)
+        t_6itkg_4 = t_zvygr_3 - t_jqrr7_7
+        t_nln3o_4 = cos_t_4j6ir * t_6itkg_4
+        t_ivh2z_8 = t_3pnmy * t_nln3o_4
+        t_acuuz_4 = sin_t_4j6ir * t_6itkg_4
+        t_nd2u4_8 = t_e5s7h * t_acuuz_4
+        t_okysd_4 = cos_t_4j6ir * t_nln3o_4 - sin_t_4j6ir * t_acuuz_4
+        t_q65vw_6 = t_ivh2z_8 + t_nd2u4_8 - (t_wqods * t_louwa + t_2qjkk * t_okysd_4)
+        t_fclj4_12 = t_kssdc_3 * t_q65vw_6
+        t_kowo7_2 = K_ * t_ivh2z_8 + t_cmgiw * t_y2kc6
+        t_m35bx_9 = t_kowo7_2 + t_kowo7_2
+        t_ysmfp_3 = (
+            t_e57zx * (t_m35bx_9 + 4.0 * t_okysd_4 - (t_e3muo * t_louwa - t_2qjkk * t_nd2u4_8))
+            + t_lmawx_2 * (t_6itkg_4 - t_okysd_4 - t_kowo7_2)
         )
-        t_pxkov_4 = (
-            t_icigh * (t_nd2xh_6 * t_vmdk3 - t_5lvve_2 * (t_4qsg6_12 + t_4qsg6_12 - t_kevyh_3))
-            + t_uhbq3_2 * (-2.0 * t_okysd_4 - t_4dzqh_9 + (t_mined_4 + t_mined_4))
+        t_jqrr7_8 = (
+            t_dpnxz_2 * (t_q65vw_6 * t_sbagz - t_j3whm_2 * (t_fclj4_12 + t_fclj4_12 - t_ysmfp_3))
+            + t_xjvob_2 * (-2.0 * t_okysd_4 - t_m35bx_9 + (t_6itkg_4 + t_6itkg_4))
         )
-        t_peodx = (
-            t_z55or * t_t7kez
-            + t_iatqo * np.where(m_xb2xi, t_fbuw4 * t_a54m2 + t_42ssa_3, t_mined_4 - t_pxkov_4)
+        t_ooqgw = (
+            t_z55or * t_4sydr
+            + t_iatqo * np.where(m_cn56p, t_m7nlb * t_y2kc6 + t_chgsf_3, t_6itkg_4 - t_jqrr7_8)
         )
-        t_5vi3g_3 = sin_t_5ewvv * t_peodx
-        t_by6j6 = k_phi * (t_awwlh * t_m4c7o - t_6onvn * (t_cbxj4 - escape * t_5vi3g_3))
-        t_wruvj = cos_t_5ewvv * t_by6j6 - t_f3hnc * t_5vi3g_3
-        t_paip6 = sin_t_5ewvv * (alpha * t_by6j6) + t_ckgcn * (cos_t_5ewvv * t_peodx)
-        t_clway = (
-            np.where(m_z5ee7, -(t_xuitj * t_wruvj - t_jl52z * t_bkzfm), 0.0)
-            - (np.where(m_z5ee7, t_5bjhx * t_fcs45, 0.0) + cos_t * t_paip6)
+        t_hnft6_3 = sin_t_msjzk * t_ooqgw
+        t_ghu7o = k_phi * (t_w6rmf * t_fsc2i - t_jql4i * (t_vebss - escape * t_hnft6_3))
+        t_gkfsd = cos_t_msjzk * t_ghu7o - t_ssits * t_hnft6_3
+        t_kszak = sin_t_msjzk * (alpha * t_ghu7o) + t_uu27y * (cos_t_msjzk * t_ooqgw)
+        t_a4cgz = (
+            np.where(m_qm7gk, -(t_3hj5v * t_gkfsd - t_2x74w * t_le4zx), 0.0)
+            - (np.where(m_qm7gk, t_4trfd * t_7y4pd, 0.0) + cos_t * t_kszak)
         )
-        t_6tj4k = sin_phi_ref * t_clway
-        t_jc22a = (
-            np.where(m_z5ee7, t_xuitj * t_paip6 - t_5bjhx * t_bkzfm, 0.0)
-            - (np.where(m_z5ee7, t_jl52z * t_fcs45, 0.0) + cos_t * t_wruvj)
+        t_c7pcu = sin_phi_ref * t_a4cgz
+        t_4f3fa = (
+            np.where(m_qm7gk, t_3hj5v * t_kszak - t_4trfd * t_le4zx, 0.0)
+            - (np.where(m_qm7gk, t_2x74w * t_7y4pd, 0.0) + cos_t * t_gkfsd)
         )
-        t_wzz35 = cos_phi_ref * t_jc22a
-        t_hyf7h = cos_phi_ref * t_clway
-        t_2l3mh = sin_phi_ref * t_jc22a
-        t_xtwj2 = t_jik5x * ((zeta1 * (t_wzz35 - t_6tj4k) + zeta2 * (t_hyf7h + t_2l3mh)) * t_e4rje) * t_e4rje
-        t_oibb2 = t_6tj4k + zeta1 * t_xtwj2 - t_wzz35
+        t_yfpal = cos_phi_ref * t_4f3fa
+        t_3lio3 = cos_phi_ref * t_a4cgz
+        t_zsutd = sin_phi_ref * t_4f3fa
+        t_6w7bt = t_jik5x * ((zeta1 * (t_yfpal - t_c7pcu) + zeta2 * (t_3lio3 + t_zsutd)) * t_e4rje) * t_e4rje
+        t_ijcpe = t_c7pcu + zeta1 * t_6w7bt - t_yfpal
         t_insgq = zeta1 * cos_phi_ref + zeta2 * sin_phi_ref
         t_oduor = zeta1 * sin_phi_ref - zeta2 * cos_phi_ref
-        t_og4mp = t_5wlee * t_insgq + t_degwz * t_oduor
-        t_4bl7j = t_og4mp * t_amnjj
-        t_w5325 = alpha * (area_factor * (rho_ref * t_insgq))
-        t_344xb = t_oduor * t_gliif - t_apicp * t_4bl7j
-        t_vhpcd = np.where(m_z5ee7, rho_t * (rho_ref * t_344xb), 0.0) + t_mowvz * t_4bl7j
-        t_u5ema = t_insgq * t_gliif - t_27sgx * t_4bl7j
-        t_om3bw = rho_t * (rho_ref * t_u5ema) + t_6ckpz * t_4bl7j
-        t_qn42m = (
-            R * t_4bl7j * t_yphwp
-            - t_2cqik * ((t_hrndm * t_vhpcd + np.where(m_z5ee7, np.where(m_z5ee7, t_atahe * t_om3bw, 0.0), 0.0)) * t_idsfo)
+        t_od7ze = t_34wjz * t_insgq + t_6vnxo * t_oduor
+        t_yksxv = t_od7ze * t_6dtnj_2
+        t_kid35 = alpha * (area_factor * (rho_ref * t_insgq))
+        t_ifboe = t_oduor * t_6dtnj - t_kciyl * t_yksxv
+        t_jj3nv = np.where(m_qm7gk, rho_t * (rho_ref * t_ifboe), 0.0) + t_3t6r5 * t_yksxv
+        t_t5mbz = t_insgq * t_6dtnj - t_nah2q * t_yksxv
+        t_dd3hl = rho_t * (rho_ref * t_t5mbz) + t_6ui46 * t_yksxv
+        t_r67wr = (
+            R * t_yksxv * t_i4c2p
+            - t_qtgyv * ((t_qhqji * t_jj3nv + np.where(m_qm7gk, np.where(m_qm7gk, t_ipwbc * t_dd3hl, 0.0), 0.0)) * t_i4c2p_2)
         )
-        t_f23w3 = (
-            np.where(m_jm3a6, t_2tdpo * (t_smvdv * t_qn42m), 0.0)
-            - alpha * (np.where(m_z5ee7, -(t_zqvsa * t_om3bw), 0.0) - t_rc3uf * t_vhpcd)
+        t_nbomo = (
+            np.where(m_fofl2, t_3upvs * (t_udt77 * t_r67wr), 0.0)
+            - alpha * (np.where(m_qm7gk, -(t_wh266 * t_dd3hl), 0.0) - t_5lcaq * t_jj3nv)
         )
-        t_5fzs4 = t_luana * ((t_w5325 + t_w5325) * t_whxhf - t_66l3y * (t_yizac * t_og4mp))
-        t_zcv57 = t_rkglc * t_5fzs4
-        t_42ssa_4 = K_ * (t_l3puj * t_zcv57 + t_fcflk * (t_fcflk_2 * t_zcv57 + t_fcflk * (-0.18225 * t_zcv57)))
-        t_xpehn = t_5fzs4 * t_pxtjb
-        t_lrmma_4 = np.where(m_bryq2, -(t_bz7cf * (t_2je2w * t_xpehn + t_uiipz * (t_cedhi * t_xpehn + t_uiipz * t_xpehn))), 0.0)
-        t_puiqd = t_cedhi_2 * (3.141592653589793 * t_5fzs4 * t_dzjuy + t_lrmma_4) + np.where(m_bryq2, t_moflu * t_xpehn, 0.0)
-        t_ywxf3_4 = cos_t_23h4w * t_puiqd
-        t_ry2p3_5 = t_iztzo * t_ywxf3_4
-        t_g5d3w_4 = sin_t_23h4w * t_puiqd
-        t_eb6gy_5 = t_5vdc7 * t_g5d3w_4
-        t_ytvd3_5 = cos_t_23h4w * t_ywxf3_4 - sin_t_23h4w * t_g5d3w_4
-        t_tseki = t_5fzs4 + t_5fzs4
-        t_fqy6f_4 = t_ry2p3_5 + t_eb6gy_5 - (t_rkglc * t_ytvd3_5 + t_i7sss * t_tseki)
-        t_4qsg6_13 = t_u7xtp * t_fqy6f_4
-        t_jokey = K_ * t_ry2p3_5 + t_nobej * t_5fzs4
-        t_4dzqh_10 = t_jokey + t_jokey
-        t_kfjuy_4 = (
-            t_x6qqr * (t_4dzqh_10 + 4.0 * t_ytvd3_5 - (t_ab46z * t_tseki - t_rkglc * t_eb6gy_5))
-            + t_x66xq * (t_puiqd - t_ytvd3_5 - t_jokey)
+        t_zftol = t_waypl * ((t_kid35 + t_kid35) * t_mqfjs - t_b34ng * (t_27jkj * t_od7ze))
+        t_zeaeu = t_2qjkk * t_zftol
+        t_chgsf_4 = K_ * (t_6kx34 * t_zeaeu + t_leuxo * (t_leuxo_2 * t_zeaeu + t_leuxo * (-0.18225 * t_zeaeu)))
+        t_epjwh = t_zftol * t_6dtnj_3
+        t_qxamq_4 = np.where(m_mz5gf, -(t_2veqq * (t_b6pzf * t_epjwh + t_ib2ei * (t_ddghz * t_epjwh + t_ib2ei * t_epjwh))), 0.0)
+        t_t5yl5 = t_ddghz_2 * (3.141592653589793 * t_zftol * t_i5un2 + t_qxamq_4) + np.where(m_mz5gf, t_b3paf * t_epjwh, 0.0)
+        t_ezwvt_4 = cos_t_2ibf7 * t_t5yl5
+        t_e3ip7_5 = t_h53ah * t_ezwvt_4
+        t_rbb4x_4 = sin_t_2ibf7 * t_t5yl5
+        t_ztgvn_5 = t_x7qed * t_rbb4x_4
+        t_ytvd3_5 = cos_t_2ibf7 * t_ezwvt_4 - sin_t_2ibf7 * t_rbb4x_4
+        t_bgmqw = t_zftol + t_zftol
+        t_dbumr_4 = t_e3ip7_5 + t_ztgvn_5 - (t_2qjkk * t_ytvd3_5 + t_i7sss * t_bgmqw)
+        t_fclj4_13 = t_kssdc * t_dbumr_4
+        t_ae7gp = K_ * t_e3ip7_5 + t_nobej * t_zftol
+        t_m35bx_10 = t_ae7gp + t_ae7gp
+        t_5ocya_4 = (
+            t_kamle * (t_m35bx_10 + 4.0 * t_ytvd3_5 - (t_ab46z * t_bgmqw - t_2qjkk * t_ztgvn_5))
+            + t_vspwm * (t_t5yl5 - t_ytvd3_5 - t_ae7gp)
         )
-        t_gassp_4 = (
-            t_zefeg * (t_fqy6f_4 * t_2ev6m - t_qabbd * (t_4qsg6_13 + t_4qsg6_13 - t_kfjuy_4))
-            + t_g2ovj * (-2.0 * t_ytvd3_5 - t_4dzqh_10 + (t_puiqd + t_puiqd))
+        t_rvt4h_5 = (
+            t_evbwp * (t_dbumr_4 * t_oj4pl - t_5kcmt * (t_fclj4_13 + t_fclj4_13 - t_5ocya_4))
+            + t_nxkik * (-2.0 * t_ytvd3_5 - t_m35bx_10 + (t_t5yl5 + t_t5yl5))
         )
-        t_4onwx_4 = t_puiqd - t_gassp_4
-        t_fexrh_5 = cos_t_6xnvn * t_4onwx_4
-        t_5lqtq_9 = t_tfrfg * t_fexrh_5
-        t_jxqoe_5 = sin_t_6xnvn * t_4onwx_4
-        t_mbfbp_9 = t_jvoax * t_jxqoe_5
-        t_hvckt_5 = cos_t_6xnvn * t_fexrh_5 - sin_t_6xnvn * t_jxqoe_5
-        t_nd2xh_7 = t_5lqtq_9 + t_mbfbp_9 - (t_kme5l * t_tseki + t_rkglc * t_hvckt_5)
-        t_4qsg6_14 = t_u7xtp_2 * t_nd2xh_7
-        t_wzxyk = K_ * t_5lqtq_9 + t_vx46m * t_5fzs4
-        t_4dzqh_11 = t_wzxyk + t_wzxyk
-        t_o2ej2_4 = (
-            t_xdzcc * (t_4dzqh_11 + 4.0 * t_hvckt_5 - (t_yrvqm * t_tseki - t_rkglc * t_mbfbp_9))
-            + t_a6w2p * (t_4onwx_4 - t_hvckt_5 - t_wzxyk)
+        t_zvygr_4 = t_t5yl5 - t_rvt4h_5
+        t_6soj3_5 = cos_t_kw3pz * t_zvygr_4
+        t_ivh2z_9 = t_7gnku * t_6soj3_5
+        t_mgc4n_5 = sin_t_kw3pz * t_zvygr_4
+        t_nd2u4_9 = t_tsuj7 * t_mgc4n_5
+        t_hvckt_5 = cos_t_kw3pz * t_6soj3_5 - sin_t_kw3pz * t_mgc4n_5
+        t_q65vw_7 = t_ivh2z_9 + t_nd2u4_9 - (t_kme5l * t_bgmqw + t_2qjkk * t_hvckt_5)
+        t_fclj4_14 = t_kssdc_2 * t_q65vw_7
+        t_bulpd = K_ * t_ivh2z_9 + t_vx46m * t_zftol
+        t_m35bx_11 = t_bulpd + t_bulpd
+        t_su5jk_4 = (
+            t_cjli7 * (t_m35bx_11 + 4.0 * t_hvckt_5 - (t_yrvqm * t_bgmqw - t_2qjkk * t_nd2u4_9))
+            + t_lmawx * (t_zvygr_4 - t_hvckt_5 - t_bulpd)
         )
-        t_2l3cs_5 = (
-            t_hy73r * (t_nd2xh_7 * t_3hukm - t_5lvve * (t_4qsg6_14 + t_4qsg6_14 - t_o2ej2_4))
-            + t_uhbq3 * (-2.0 * t_hvckt_5 - t_4dzqh_11 + (t_4onwx_4 + t_4onwx_4))
+        t_jqrr7_9 = (
+            t_dpnxz * (t_q65vw_7 * t_cqqt6 - t_j3whm * (t_fclj4_14 + t_fclj4_14 - t_su5jk_4))
+            + t_xjvob * (-2.0 * t_hvckt_5 - t_m35bx_11 + (t_zvygr_4 + t_zvygr_4))
         )
-        t_mined_5 = t_4onwx_4 - t_2l3cs_5
-        t_yfn2s_5 = cos_t_z3tm5 * t_mined_5
-        t_5lqtq_10 = t_eq35n * t_yfn2s_5
-        t_6dz3f_5 = sin_t_z3tm5 * t_mined_5
-        t_mbfbp_10 = t_xsrzu * t_6dz3f_5
-        t_okysd_5 = cos_t_z3tm5 * t_yfn2s_5 - sin_t_z3tm5 * t_6dz3f_5
-        t_nd2xh_8 = t_5lqtq_10 + t_mbfbp_10 - (t_wqods * t_tseki + t_rkglc * t_okysd_5)
-        t_4qsg6_15 = t_u7xtp_3 * t_nd2xh_8
-        t_wzxyk_2 = K_ * t_5lqtq_10 + t_cmgiw * t_5fzs4
-        t_4dzqh_12 = t_wzxyk_2 + t_wzxyk_2
-        t_kevyh_4 = (
-            t_vxy3y * (t_4dzqh_12 + 4.0 * t_okysd_5 - (t_e3muo * t_tseki - t_rkglc * t_mbfbp_10))
-            + t_a6w2p_2 * (t_mined_5 - t_okysd_5 - t_wzxyk_2)
+        t_6itkg_5 = t_zvygr_4 - t_jqrr7_9
+        t_nln3o_5 = cos_t_4j6ir * t_6itkg_5
+        t_ivh2z_10 = t_3pnmy * t_nln3o_5
+        t_acuuz_5 = sin_t_4j6ir * t_6itkg_5
+        t_nd2u4_10 = t_e5s7h * t_acuuz_5
+        t_okysd_5 = cos_t_4j6ir * t_nln3o_5 - sin_t_4j6ir * t_acuuz_5
+        t_q65vw_8 = t_ivh2z_10 + t_nd2u4_10 - (t_wqods * t_bgmqw + t_2qjkk * t_okysd_5)
+        t_fclj4_15 = t_kssdc_3 * t_q65vw_8
+        t_bulpd_2 = K_ * t_ivh2z_10 + t_cmgiw * t_zftol
+        t_m35bx_12 = t_bulpd_2 + t_bulpd_2
+        t_ysmfp_4 = (
+            t_e57zx * (t_m35bx_12 + 4.0 * t_okysd_5 - (t_e3muo * t_bgmqw - t_2qjkk * t_nd2u4_10))
+            + t_lmawx_2 * (t_6itkg_5 - t_okysd_5 - t_bulpd_2)
         )
-        t_pxkov_5 = (
-            t_icigh * (t_nd2xh_8 * t_vmdk3 - t_5lvve_2 * (t_4qsg6_15 + t_4qsg6_15 - t_kevyh_4))
-            + t_uhbq3_2 * (-2.0 * t_okysd_5 - t_4dzqh_12 + (t_mined_5 + t_mined_5))
+        t_jqrr7_10 = (
+            t_dpnxz_2 * (t_q65vw_8 * t_sbagz - t_j3whm_2 * (t_fclj4_15 + t_fclj4_15 - t_ysmfp_4))
+            + t_xjvob_2 * (-2.0 * t_okysd_5 - t_m35bx_12 + (t_6itkg_5 + t_6itkg_5))
         )
-        t_uif5o = (
-            t_z55or * t_f23w3
-            + t_iatqo * np.where(m_xb2xi, t_fbuw4 * t_5fzs4 + t_42ssa_4, t_mined_5 - t_pxkov_5)
+        t_5zsxh = (
+            t_z55or * t_nbomo
+            + t_iatqo * np.where(m_cn56p, t_m7nlb * t_zftol + t_chgsf_4, t_6itkg_5 - t_jqrr7_10)
         )
-        t_5vi3g_4 = sin_t_5ewvv * t_uif5o
-        t_qjloa = (
-            t_awwlh * t_4bl7j
-            - t_6onvn * (cos_t_5ewvv * (t_vycnp * (t_w5325 * t_sg67n)) - escape * t_5vi3g_4)
+        t_hnft6_4 = sin_t_msjzk * t_5zsxh
+        t_ru4sp = (
+            t_w6rmf * t_yksxv
+            - t_jql4i * (cos_t_msjzk * (t_vycnp * (t_kid35 * t_lgfsk)) - escape * t_hnft6_4)
         )
-        t_juhne = k_phi * t_qjloa
-        t_zsj5j_3 = cos_t_5ewvv * t_juhne - t_f3hnc * t_5vi3g_4
-        t_5crrr_3 = sin_t_5ewvv * (alpha * t_juhne) + t_ckgcn * (cos_t_5ewvv * t_uif5o)
-        t_bnibf = (
-            np.where(m_z5ee7, -(t_xuitj * t_zsj5j_3 + t_jl52z * t_u5ema), 0.0)
-            - (np.where(m_z5ee7, t_5bjhx * t_344xb, 0.0) + cos_t * t_5crrr_3)
+        t_b6rtu = k_phi * t_ru4sp
+        t_h2ckr_3 = cos_t_msjzk * t_b6rtu - t_ssits * t_hnft6_4
+        t_g7hjx_3 = sin_t_msjzk * (alpha * t_b6rtu) + t_uu27y * (cos_t_msjzk * t_5zsxh)
+        t_etziq = (
+            np.where(m_qm7gk, -(t_3hj5v * t_h2ckr_3 + t_2x74w * t_t5mbz), 0.0)
+            - (np.where(m_qm7gk, t_4trfd * t_ifboe, 0.0) + cos_t * t_g7hjx_3)
         )
-        t_sq5u2 = sin_phi_ref * t_bnibf
-        t_hl5bm = (
-            np.where(m_z5ee7, t_5bjhx * t_u5ema + t_xuitj * t_5crrr_3, 0.0)
-            - (np.where(m_z5ee7, t_jl52z * t_344xb, 0.0) + cos_t * t_zsj5j_3)
+        t_e6gm3 = sin_phi_ref * t_etziq
+        t_dzfkr = (
+            np.where(m_qm7gk, t_4trfd * t_t5mbz + t_3hj5v * t_g7hjx_3, 0.0)
+            - (np.where(m_qm7gk, t_2x74w * t_ifboe, 0.0) + cos_t * t_h2ckr_3)
         )
-        t_m5qwo = cos_phi_ref * t_hl5bm - t_mnqso
-        t_ug3br = cos_phi_ref * t_bnibf - t_rhgam
-        t_zusbm = sin_phi_ref * t_hl5bm
-        t_larfm = (zeta1 * (t_m5qwo - (t_7lfvp + t_sq5u2)) + zeta2 * (t_ug3br + (t_nnwis + t_zusbm))) * t_e4rje
-        t_pi2m2 = t_jik5x * t_larfm * t_e4rje
-        t_wcuxh = t_sq5u2 + t_7lfvp + zeta1 * t_pi2m2 - t_m5qwo
-        t_r3j7n = -alpha
-        t_yyzqq_2 = t_luana * ((t_r3j7n + t_r3j7n) * t_whxhf)
-        t_a6rlk_2 = t_rkglc * t_yyzqq_2
-        t_e5gox = K_ * (t_l3puj * t_a6rlk_2 + t_fcflk * (t_fcflk_2 * t_a6rlk_2 + t_fcflk * (-0.18225 * t_a6rlk_2)))
-        t_zwpu7_2 = t_yyzqq_2 * t_pxtjb
-        t_tvmew = np.where(m_bryq2, -(t_bz7cf * (t_2je2w * t_zwpu7_2 + t_uiipz * (t_cedhi * t_zwpu7_2 + t_uiipz * t_zwpu7_2))), 0.0)
-        t_rtds3 = t_cedhi_2 * (3.141592653589793 * t_yyzqq_2 * t_dzjuy + t_tvmew) + np.where(m_bryq2, t_moflu * t_zwpu7_2, 0.0)
-        t_i5cn7 = cos_t_23h4w * t_rtds3
-        t_ry2p3_6 = t_iztzo * t_i5cn7
-        t_44j4m = sin_t_23h4w * t_rtds3
-        t_eb6gy_6 = t_5vdc7 * t_44j4m
-        t_ytvd3_6 = cos_t_23h4w * t_i5cn7 - sin_t_23h4w * t_44j4m
-        t_v5i6i_2 = t_yyzqq_2 + t_yyzqq_2
-        t_rlzq3 = t_ry2p3_6 + t_eb6gy_6 - (t_rkglc * t_ytvd3_6 + t_i7sss * t_v5i6i_2)
-        t_4qsg6_16 = t_u7xtp * t_rlzq3
-        t_6dp4l_2 = K_ * t_ry2p3_6 + t_nobej * t_yyzqq_2
-        t_erapc = t_6dp4l_2 + t_6dp4l_2
-        t_sd4kx = (
-            t_x6qqr * (t_erapc + 4.0 * t_ytvd3_6 - (t_ab46z * t_v5i6i_2 - t_rkglc * t_eb6gy_6))
-            + t_x66xq * (t_rtds3 - t_ytvd3_6 - t_6dp4l_2)
+        t_whyu3 = cos_phi_ref * t_dzfkr - t_amk6b
+        t_f2yvz = cos_phi_ref * t_etziq - t_fznah
+        t_5sf5k = sin_phi_ref * t_dzfkr
+        t_f3qds = (zeta1 * (t_whyu3 - (t_xm4yq + t_e6gm3)) + zeta2 * (t_f2yvz + (t_6heh4 + t_5sf5k))) * t_e4rje
+        t_pi2m2 = t_jik5x * t_f3qds * t_e4rje
+        t_qemhh = t_e6gm3 + t_xm4yq + zeta1 * t_pi2m2 - t_whyu3
+        t_2qjkk_2 = -alpha
+        t_iiqeq_2 = t_waypl * ((t_2qjkk_2 + t_2qjkk_2) * t_mqfjs)
+        t_ndtm2_2 = t_2qjkk * t_iiqeq_2
+        t_5dtra = K_ * (t_6kx34 * t_ndtm2_2 + t_leuxo * (t_leuxo_2 * t_ndtm2_2 + t_leuxo * (-0.18225 * t_ndtm2_2)))
+        t_b7znr_2 = t_iiqeq_2 * t_6dtnj_3
+        t_wfo7d = np.where(m_mz5gf, -(t_2veqq * (t_b6pzf * t_b7znr_2 + t_ib2ei * (t_ddghz * t_b7znr_2 + t_ib2ei * t_b7znr_2))), 0.0)
+        t_7vygi = t_ddghz_2 * (3.141592653589793 * t_iiqeq_2 * t_i5un2 + t_wfo7d) + np.where(m_mz5gf, t_b3paf * t_b7znr_2, 0.0)
+        t_b6uid = cos_t_2ibf7 * t_7vygi
+        t_e3ip7_6 = t_h53ah * t_b6uid
+        t_nicha = sin_t_2ibf7 * t_7vygi
+        t_ztgvn_6 = t_x7qed * t_nicha
+        t_ytvd3_6 = cos_t_2ibf7 * t_b6uid - sin_t_2ibf7 * t_nicha
+        t_y32sm_2 = t_iiqeq_2 + t_iiqeq_2
+        t_njmis = t_e3ip7_6 + t_ztgvn_6 - (t_2qjkk * t_ytvd3_6 + t_i7sss * t_y32sm_2)
+        t_fclj4_16 = t_kssdc * t_njmis
+        t_yt4hu_2 = K_ * t_e3ip7_6 + t_nobej * t_iiqeq_2
+        t_3csdq = t_yt4hu_2 + t_yt4hu_2
+        t_xap7d = (
+            t_kamle * (t_3csdq + 4.0 * t_ytvd3_6 - (t_ab46z * t_y32sm_2 - t_2qjkk * t_ztgvn_6))
+            + t_vspwm * (t_7vygi - t_ytvd3_6 - t_yt4hu_2)
         )
-        t_hxbui = (
-            t_zefeg * (t_rlzq3 * t_2ev6m - t_qabbd * (t_4qsg6_16 + t_4qsg6_16 - t_sd4kx))
-            + t_g2ovj * (-2.0 * t_ytvd3_6 - t_erapc + (t_rtds3 + t_rtds3))
+        t_rvt4h_6 = (
+            t_evbwp * (t_njmis * t_oj4pl - t_5kcmt * (t_fclj4_16 + t_fclj4_16 - t_xap7d))
+            + t_nxkik * (-2.0 * t_ytvd3_6 - t_3csdq + (t_7vygi + t_7vygi))
         )
-        t_jgur3 = t_rtds3 - t_hxbui
-        t_fexrh_6 = cos_t_6xnvn * t_jgur3
-        t_5lqtq_11 = t_tfrfg * t_fexrh_6
-        t_jxqoe_6 = sin_t_6xnvn * t_jgur3
-        t_mbfbp_11 = t_jvoax * t_jxqoe_6
-        t_hvckt_6 = cos_t_6xnvn * t_fexrh_6 - sin_t_6xnvn * t_jxqoe_6
-        t_o57vc = t_5lqtq_11 + t_mbfbp_11 - (t_kme5l * t_v5i6i_2 + t_rkglc * t_hvckt_6)
-        t_4qsg6_17 = t_u7xtp_2 * t_o57vc
-        t_rx74t_3 = K_ * t_5lqtq_11 + t_vx46m * t_yyzqq_2
-        t_erapc_2 = t_rx74t_3 + t_rx74t_3
-        t_i35ty = (
-            t_xdzcc * (t_erapc_2 + 4.0 * t_hvckt_6 - (t_yrvqm * t_v5i6i_2 - t_rkglc * t_mbfbp_11))
-            + t_a6w2p * (t_jgur3 - t_hvckt_6 - t_rx74t_3)
+        t_g6hco = t_7vygi - t_rvt4h_6
+        t_6soj3_6 = cos_t_kw3pz * t_g6hco
+        t_ivh2z_11 = t_7gnku * t_6soj3_6
+        t_mgc4n_6 = sin_t_kw3pz * t_g6hco
+        t_nd2u4_11 = t_tsuj7 * t_mgc4n_6
+        t_hvckt_6 = cos_t_kw3pz * t_6soj3_6 - sin_t_kw3pz * t_mgc4n_6
+        t_ruszv = t_ivh2z_11 + t_nd2u4_11 - (t_kme5l * t_y32sm_2 + t_2qjkk * t_hvckt_6)
+        t_fclj4_17 = t_kssdc_2 * t_ruszv
+        t_vufvf_3 = K_ * t_ivh2z_11 + t_vx46m * t_iiqeq_2
+        t_3csdq_2 = t_vufvf_3 + t_vufvf_3
+        t_xl4li = (
+            t_cjli7 * (t_3csdq_2 + 4.0 * t_hvckt_6 - (t_yrvqm * t_y32sm_2 - t_2qjkk * t_nd2u4_11))
+            + t_lmawx * (t_g6hco - t_hvckt_6 - t_vufvf_3)
         )
-        t_2l3cs_6 = (
-            t_hy73r * (t_o57vc * t_3hukm - t_5lvve * (t_4qsg6_17 + t_4qsg6_17 - t_i35ty))
-            + t_uhbq3 * (-2.0 * t_hvckt_6 - t_erapc_2 + (t_jgur3 + t_jgur3))
+        t_jqrr7_11 = (
+            t_dpnxz * (t_ruszv * t_cqqt6 - t_j3whm * (t_fclj4_17 + t_fclj4_17 - t_xl4li))
+            + t_xjvob * (-2.0 * t_hvckt_6 - t_3csdq_2 + (t_g6hco + t_g6hco))
         )
-        t_mined_6 = t_jgur3 - t_2l3cs_6
-        t_yfn2s_6 = cos_t_z3tm5 * t_mined_6
-        t_5lqtq_12 = t_eq35n * t_yfn2s_6
-        t_6dz3f_6 = sin_t_z3tm5 * t_mined_6
-        t_mbfbp_12 = t_xsrzu * t_6dz3f_6
-        t_okysd_6 = cos_t_z3tm5 * t_yfn2s_6 - sin_t_z3tm5 * t_6dz3f_6
-        t_o57vc_2 = t_5lqtq_12 + t_mbfbp_12 - (t_wqods * t_v5i6i_2 + t_rkglc * t_okysd_6)
-        t_4qsg6_18 = t_u7xtp_3 * t_o57vc_2
-        t_rx74t_4 = K_ * t_5lqtq_12 + t_cmgiw * t_yyzqq_2
-        t_erapc_3 = t_rx74t_4 + t_rx74t_4
-        t_p2ier = (
-            t_vxy3y * (t_erapc_3 + 4.0 * t_okysd_6 - (t_e3muo * t_v5i6i_2 - t_rkglc * t_mbfbp_12))
-            + t_a6w2p_2 * (t_mined_6 - t_okysd_6 - t_rx74t_4)
+        t_6itkg_6 = t_g6hco - t_jqrr7_11
+        t_nln3o_6 = cos_t_4j6ir * t_6itkg_6
+        t_ivh2z_12 = t_3pnmy * t_nln3o_6
+        t_acuuz_6 = sin_t_4j6ir * t_6itkg_6
+        t_nd2u4_12 = t_e5s7h * t_acuuz_6
+        t_okysd_6 = cos_t_4j6ir * t_nln3o_6 - sin_t_4j6ir * t_acuuz_6
+        t_ruszv_2 = t_ivh2z_12 + t_nd2u4_12 - (t_wqods * t_y32sm_2 + t_2qjkk * t_okysd_6)
+        t_fclj4_18 = t_kssdc_3 * t_ruszv_2
+        t_vufvf_4 = K_ * t_ivh2z_12 + t_cmgiw * t_iiqeq_2
+        t_3csdq_3 = t_vufvf_4 + t_vufvf_4
+        t_dkjxw = (
+            t_e57zx * (t_3csdq_3 + 4.0 * t_okysd_6 - (t_e3muo * t_y32sm_2 - t_2qjkk * t_nd2u4_12))
+            + t_lmawx_2 * (t_6itkg_6 - t_okysd_6 - t_vufvf_4)
         )
-        t_pxkov_6 = (
-            t_icigh * (t_o57vc_2 * t_vmdk3 - t_5lvve_2 * (t_4qsg6_18 + t_4qsg6_18 - t_p2ier))
-            + t_uhbq3_2 * (-2.0 * t_okysd_6 - t_erapc_3 + (t_mined_6 + t_mined_6))
+        t_jqrr7_12 = (
+            t_dpnxz_2 * (t_ruszv_2 * t_sbagz - t_j3whm_2 * (t_fclj4_18 + t_fclj4_18 - t_dkjxw))
+            + t_xjvob_2 * (-2.0 * t_okysd_6 - t_3csdq_3 + (t_6itkg_6 + t_6itkg_6))
         )
-        t_6wdfc_2 = t_iatqo * np.where(m_xb2xi, t_fbuw4 * t_yyzqq_2 + t_e5gox, t_mined_6 - t_pxkov_6)
-        t_tyqti = sin_t_5ewvv * t_6wdfc_2
-        t_ldbyy_2 = k_phi * (t_6onvn * (escape * t_tyqti + t_5itwm))
-        t_q54wo_2 = cos_t_5ewvv * t_ldbyy_2 - t_f3hnc * t_tyqti
-        t_6ryiy = sin_t_5ewvv * (alpha * t_ldbyy_2) + t_ckgcn * (cos_t_5ewvv * t_6wdfc_2)
-        t_dxrcx_2 = np.where(m_z5ee7, -(t_xuitj * t_q54wo_2), 0.0) - cos_t * t_6ryiy
-        t_zqzel_2 = sin_phi_ref * t_dxrcx_2
-        t_tsyzm_2 = np.where(m_z5ee7, t_xuitj * t_6ryiy, 0.0) - cos_t * t_q54wo_2
-        t_cabkj_2 = cos_phi_ref * t_tsyzm_2
-        t_qjxgr_2 = cos_phi_ref * t_dxrcx_2
-        t_a2qp5_2 = sin_phi_ref * t_tsyzm_2
-        t_36pi7_2 = t_jik5x * ((zeta1 * (t_cabkj_2 - t_zqzel_2) + zeta2 * (t_qjxgr_2 + t_a2qp5_2)) * t_e4rje) * t_e4rje
-        t_b2hly_2 = t_zqzel_2 + zeta1 * t_36pi7_2 - t_cabkj_2
-        t_lffra = t_2l3mh - zeta2 * t_xtwj2 + t_hyf7h
-        t_zdnex = t_zusbm + t_nnwis - zeta2 * t_pi2m2 + t_ug3br
-        t_igruj_2 = t_a2qp5_2 - zeta2 * t_36pi7_2 + t_qjxgr_2
+        t_c6f64_2 = t_iatqo * np.where(m_cn56p, t_m7nlb * t_iiqeq_2 + t_5dtra, t_6itkg_6 - t_jqrr7_12)
+        t_o7zsd = sin_t_msjzk * t_c6f64_2
+        t_43z6w_2 = k_phi * (t_jql4i * (escape * t_o7zsd + t_aawgr))
+        t_cufhp_2 = cos_t_msjzk * t_43z6w_2 - t_ssits * t_o7zsd
+        t_sbl7c = sin_t_msjzk * (alpha * t_43z6w_2) + t_uu27y * (cos_t_msjzk * t_c6f64_2)
+        t_wjxsj_2 = np.where(m_qm7gk, -(t_3hj5v * t_cufhp_2), 0.0) - cos_t * t_sbl7c
+        t_aejpz_2 = sin_phi_ref * t_wjxsj_2
+        t_d4ser_2 = np.where(m_qm7gk, t_3hj5v * t_sbl7c, 0.0) - cos_t * t_cufhp_2
+        t_pvftq_2 = cos_phi_ref * t_d4ser_2
+        t_n6vhj_2 = cos_phi_ref * t_wjxsj_2
+        t_bmbar_2 = sin_phi_ref * t_d4ser_2
+        t_jwhpy_2 = t_jik5x * ((zeta1 * (t_pvftq_2 - t_aejpz_2) + zeta2 * (t_n6vhj_2 + t_bmbar_2)) * t_e4rje) * t_e4rje
+        t_axsg6_2 = t_aejpz_2 + zeta1 * t_jwhpy_2 - t_pvftq_2
+        t_7oje5 = t_zsutd - zeta2 * t_6w7bt + t_3lio3
+        t_3fjv6 = t_5sf5k + t_6heh4 - zeta2 * t_pi2m2 + t_f2yvz
+        t_jxm54_2 = t_bmbar_2 - zeta2 * t_jwhpy_2 + t_n6vhj_2
         return (lambda J: J.reshape(*J.shape[:-1], 4, 4))(_vector(
-            t_ykiyk,
-            t_hbyvj,
+            t_mbdc5,
+            t_md5le,
             0.0,
-            t_b2hly,
-            -t_zxnro,
-            -t_fpe72,
+            t_axsg6,
+            -t_tk5k2,
+            -t_okzah,
             0.0,
-            -t_igruj,
+            -t_jxm54,
             0.0,
             0.0,
             -t_eriiv,
             0.0,
-            -(t_i3qrh * zeta2 + t_mnqso + t_7lfvp + zeta1 * t_zxnro + zeta2 * t_ykiyk),
-            -(zeta1 * t_fpe72 + (zeta2 * t_hbyvj + (t_rhgam - t_i3qrh * zeta1 - t_nnwis))),
+            -(t_i3qrh * zeta2 + t_amk6b + t_xm4yq + zeta1 * t_tk5k2 + zeta2 * t_mbdc5),
+            -(zeta1 * t_okzah + (zeta2 * t_md5le + (t_fznah - t_i3qrh * zeta1 - t_6heh4))),
             -(3.0 * H / mass * t_v4jyn * t_v4jyn),
-            -(zeta1 * t_igruj + zeta2 * t_b2hly),
+            -(zeta1 * t_jxm54 + zeta2 * t_axsg6),
         )), (lambda J: J.reshape(*J.shape[:-1], 4, 4))(_vector(
-            t_oibb2,
-            t_wcuxh,
+            t_ijcpe,
+            t_qemhh,
             0.0,
-            t_b2hly_2,
-            -t_lffra,
-            -t_zdnex,
+            t_axsg6_2,
+            -t_7oje5,
+            -t_3fjv6,
             0.0,
-            -t_igruj_2,
+            -t_jxm54_2,
             0.0,
             0.0,
             t_eriiv,
             0.0,
-            -(zeta1 * t_lffra + zeta2 * t_oibb2),
-            -(zeta1 * t_zdnex + zeta2 * t_wcuxh),
+            -(zeta1 * t_7oje5 + zeta2 * t_ijcpe),
+            -(zeta1 * t_3fjv6 + zeta2 * t_qemhh),
             0.0,
-            -(zeta1 * t_igruj_2 + zeta2 * t_b2hly_2),
+            -(zeta1 * t_jxm54_2 + zeta2 * t_axsg6_2),
         ))
 
 
@@ -3446,50 +3446,50 @@ def outputs_prepared(x, u, r, h):
         zeta2 = rho * sin_phi
         n = np.sqrt(1.0 - (zeta1 * zeta1 + zeta2 * zeta2))  # (19)
         t_thb5i = 0.5773502691896257 * np.sqrt(mu)
-        t_qygdd = 1.7320508075688772 * zeta2
-        t_24mka = t_qygdd * n
-        t_r4gcj = zeta1 * n
-        length1 = t_thb5i * np.sqrt(1.0 + t_24mka - t_r4gcj)  # (20)
-        length2 = t_thb5i * np.sqrt(1.0 - t_r4gcj - t_24mka)  # (20)
-        length3 = t_thb5i * np.sqrt(1.0 + (t_r4gcj + t_r4gcj))  # (20)
-        t_oyolo = mu * n
+        t_t5kjx = 1.7320508075688772 * zeta2
+        t_tfbnp = t_t5kjx * n
+        t_tfbnp_2 = zeta1 * n
+        length1 = t_thb5i * np.sqrt(1.0 + t_tfbnp - t_tfbnp_2)  # (20)
+        length2 = t_thb5i * np.sqrt(1.0 - t_tfbnp_2 - t_tfbnp)  # (20)
+        length3 = t_thb5i * np.sqrt(1.0 + (t_tfbnp_2 + t_tfbnp_2))  # (20)
+        t_aiisq = mu * n
         t_b6qkt = rho * w2
         zeta2_rate = w1 * sin_phi + t_b6qkt * cos_phi
-        t_sl4ci = 0.5773502691896257 * t_oyolo * zeta2_rate
+        t_k7rkr = 0.5773502691896257 * t_aiisq * zeta2_rate
         zeta1_rate = w1 * cos_phi - t_b6qkt * sin_phi
-        t_ovyu3 = t_oyolo * zeta1_rate
-        t_ovyu3_2 = 0.3333333333333333 * t_ovyu3
-        t_24mka_2 = 0.3333333333333333 * t_24mka
-        t_r4gcj_2 = 0.3333333333333333 * t_r4gcj
-        t_dbxi6 = zeta1 * zeta1_rate + zeta2 * zeta2_rate
-        t_so6vi = 1.0 / n
-        t_ctqau = t_dbxi6 * t_so6vi * mu
-        t_dzvf6 = (
-            t_sl4ci
-            - t_ovyu3_2
-            + w3 * (0.3333333333333333 + t_24mka_2 - t_r4gcj_2)
-            - 0.3333333333333333 * t_ctqau * (t_qygdd - zeta1)
+        t_k7rkr_2 = t_aiisq * zeta1_rate
+        t_k7rkr_3 = 0.3333333333333333 * t_k7rkr_2
+        t_tfbnp_3 = 0.3333333333333333 * t_tfbnp
+        t_tfbnp_4 = 0.3333333333333333 * t_tfbnp_2
+        t_3tajj = zeta1 * zeta1_rate + zeta2 * zeta2_rate
+        t_6dtnj = 1.0 / n
+        t_v5bsf = t_3tajj * t_6dtnj * mu
+        t_dod5j = (
+            t_k7rkr
+            - t_k7rkr_3
+            + w3 * (0.3333333333333333 + t_tfbnp_3 - t_tfbnp_4)
+            - 0.3333333333333333 * t_v5bsf * (t_t5kjx - zeta1)
         )
-        rod_rate1 = 0.5 / length1 * t_dzvf6  # (22)
-        t_vqw6c = (
-            w3 * (0.3333333333333333 - t_r4gcj_2 - t_24mka_2)
-            - (t_ovyu3_2 + t_sl4ci)
-            + 0.3333333333333333 * t_so6vi * t_dbxi6 * mu * (t_qygdd + zeta1)
+        rod_rate1 = 0.5 / length1 * t_dod5j  # (22)
+        t_yhrwx = (
+            w3 * (0.3333333333333333 - t_tfbnp_4 - t_tfbnp_3)
+            - (t_k7rkr_3 + t_k7rkr)
+            + 0.3333333333333333 * t_6dtnj * t_3tajj * mu * (t_t5kjx + zeta1)
         )
-        rod_rate2 = 0.5 / length2 * t_vqw6c  # (22)
-        t_ezpcf = (
-            0.6666666666666666 * t_ovyu3
-            + w3 * (0.3333333333333333 + 0.6666666666666666 * t_r4gcj)
-            - 0.6666666666666666 * t_ctqau * zeta1
+        rod_rate2 = 0.5 / length2 * t_yhrwx  # (22)
+        t_t5uxc = (
+            0.6666666666666666 * t_k7rkr_2
+            + w3 * (0.3333333333333333 + 0.6666666666666666 * t_tfbnp_2)
+            - 0.6666666666666666 * t_v5bsf * zeta1
         )
-        rod_rate3 = 0.5 / length3 * t_ezpcf  # (22)
+        rod_rate3 = 0.5 / length3 * t_t5uxc  # (22)
         w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
         w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2  # (25)
         rho_t = np.sqrt(w_across * w_across + w_along * w_along)  # (25)
-        m_z5ee7 = (1e-09 < rho_t)
-        t_gliif = 1.0 / rho_t
-        cos_t = np.where(m_z5ee7, w_along * t_gliif, 1.0)  # (25)
-        sin_t = np.where(m_z5ee7, w_across * t_gliif, 0.0)  # (25)
+        m_qm7gk = (1e-09 < rho_t)
+        t_6dtnj_2 = 1.0 / rho_t
+        cos_t = np.where(m_qm7gk, w_along * t_6dtnj_2, 1.0)  # (25)
+        sin_t = np.where(m_qm7gk, w_across * t_6dtnj_2, 0.0)  # (25)
         t_vienp = theta - theta_ref
         theta_exact = rho_ref * w_across + t_vienp  # (27)
         return _vector(
@@ -3573,42 +3573,42 @@ def sliding_prepared(x, r, c, h):
         zeta2 = rho * sin_phi
         w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
         w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2  # (25)
-        t_furpv = w_across * w_across + w_along * w_along
-        rho_t = np.sqrt(t_furpv)  # (25)
-        m_z5ee7 = (1e-09 < rho_t)
-        t_gliif = 1.0 / rho_t
-        cos_t = np.where(m_z5ee7, w_along * t_gliif, 1.0)  # (25)
+        t_o5lbj = w_across * w_across + w_along * w_along
+        rho_t = np.sqrt(t_o5lbj)  # (25)
+        m_qm7gk = (1e-09 < rho_t)
+        t_6dtnj = 1.0 / rho_t
+        cos_t = np.where(m_qm7gk, w_along * t_6dtnj, 1.0)  # (25)
         theta_t = theta - theta_ref + rho_ref * w_across * area_factor  # (27)
-        t_xuitj = w_across * t_gliif
-        chord = np.sqrt(t_ltkqk + np.where(m_z5ee7, np.where(m_z5ee7, -(t_o55bt * (t_xuitj * t_xuitj)), 0.0), 0.0))  # (28)
+        t_4bohk = w_across * t_6dtnj
+        chord = np.sqrt(t_ltkqk + np.where(m_qm7gk, np.where(m_qm7gk, -(t_o55bt * (t_4bohk * t_4bohk)), 0.0), 0.0))  # (28)
         h_ = cos_t * rho_ref + chord  # (28)
         tau = np.abs(theta_t) * t_gjxkh  # (31)
         f = np.power(tau, t_ieu4b)  # (31)
         s = rho_t - f * h_  # (30)
-        m_z5ee7_2 = (0.0 < rho_t)
-        t_3vtu5 = k_phi * np.sqrt(rho_t / h_) / (tau + t_furpv / (h_ * h_))
-        t_ukhtg = t_fcuq3 * h_ * t_3vtu5 * (np.where(m_z5ee7, rho_ref * t_xuitj / chord * theta_t * m, 0.0) - t_furpv)
-        rho_t_rate = np.where(m_z5ee7_2, t_ukhtg, 0.0) - eta_rho * np.fmax(-1.0, np.fmin(1.0, s * t_weose))  # (34)
-        t_4x2zf = zeta1 * zeta1 + zeta2 * zeta2
-        t_yfvls = np.sqrt(t_4x2zf)
-        t_ztpvq = t_3vtu5 * np.power(f, t_mldgu) * np.fmax(-1.0, np.fmin(1.0, theta_t * t_6rwtv))
-        t_26bng = t_ztpvq * rho_t
-        t_e53ad = cos_t * rho_t_rate + np.where(m_z5ee7, np.where(m_z5ee7_2, t_26bng * t_xuitj, 0.0), 0.0)
-        t_gqrit = np.where(m_z5ee7, rho_t_rate * t_xuitj, 0.0)
-        t_ejfsp = np.where(m_z5ee7_2, -(t_26bng * cos_t), 0.0) + t_gqrit
-        t_b6lir = (
-            (cos_phi_ref * t_e53ad - sin_phi_ref * t_ejfsp) * zeta1
-            + (cos_phi_ref * t_ejfsp + sin_phi_ref * t_e53ad) * zeta2
+        m_qm7gk_2 = (0.0 < rho_t)
+        t_luszq = k_phi * np.sqrt(rho_t / h_) / (tau + t_o5lbj / (h_ * h_))
+        t_zazbr = t_fcuq3 * h_ * t_luszq * (np.where(m_qm7gk, rho_ref * t_4bohk / chord * theta_t * m, 0.0) - t_o5lbj)
+        rho_t_rate = np.where(m_qm7gk_2, t_zazbr, 0.0) - eta_rho * np.fmax(-1.0, np.fmin(1.0, s * t_weose))  # (34)
+        t_dynew = zeta1 * zeta1 + zeta2 * zeta2
+        t_wmyyh = np.sqrt(t_dynew)
+        t_bvlri = t_luszq * np.power(f, t_mldgu) * np.fmax(-1.0, np.fmin(1.0, theta_t * t_6rwtv))
+        t_hfhpv = t_bvlri * rho_t
+        t_sobb2 = cos_t * rho_t_rate + np.where(m_qm7gk, np.where(m_qm7gk_2, t_hfhpv * t_4bohk, 0.0), 0.0)
+        t_rfe7b = np.where(m_qm7gk, rho_t_rate * t_4bohk, 0.0)
+        t_7mpn2 = np.where(m_qm7gk_2, -(t_hfhpv * cos_t), 0.0) + t_rfe7b
+        t_t42fl = (
+            (cos_phi_ref * t_sobb2 - sin_phi_ref * t_7mpn2) * zeta1
+            + (cos_phi_ref * t_7mpn2 + sin_phi_ref * t_sobb2) * zeta2
         )
-        t_e4rje = 1.0 / np.fmax(1e-09, t_yfvls)
-        rho_t_rate_excess = np.fmax(0.0, -(t_kc5kr * (R - t_yfvls) + t_b6lir * t_e4rje)) * t_e4rje
-        t_jupxu = t_gqrit + np.where(m_z5ee7_2, -(cos_t * t_ztpvq * rho_t), 0.0)
-        zeta1_rate = t_jupxu * sin_phi_ref - rho_t_rate_excess * zeta1 - t_e53ad * cos_phi_ref
+        t_e2kmt = 1.0 / np.fmax(1e-09, t_wmyyh)
+        rho_t_rate_excess = np.fmax(0.0, -(t_kc5kr * (R - t_wmyyh) + t_t42fl * t_e2kmt)) * t_e2kmt
+        t_ntayc = t_rfe7b + np.where(m_qm7gk_2, -(cos_t * t_bvlri * rho_t), 0.0)
+        zeta1_rate = t_ntayc * sin_phi_ref - rho_t_rate_excess * zeta1 - t_sobb2 * cos_phi_ref
         w3 = np.fmax(-mu_rate_max, np.fmin(mu_rate_max, mu_gain * (mu_ref - mu)))
-        m_ksqj2 = (0.0 < t_yfvls)
-        t_bbfh5 = rho_t_rate_excess * zeta2 + t_e53ad * sin_phi_ref + t_jupxu * cos_phi_ref
-        w1 = np.where(m_ksqj2, (zeta1 * zeta1_rate - zeta2 * t_bbfh5) / t_yfvls, zeta1_rate)
-        w2 = np.where(m_ksqj2, -((zeta1 * t_bbfh5 + zeta1_rate * zeta2) / t_4x2zf), 0.0)
+        m_jelvn = (0.0 < t_wmyyh)
+        t_6m4oi = rho_t_rate_excess * zeta2 + t_sobb2 * sin_phi_ref + t_ntayc * cos_phi_ref
+        w1 = np.where(m_jelvn, (zeta1 * zeta1_rate - zeta2 * t_6m4oi) / t_wmyyh, zeta1_rate)
+        w2 = np.where(m_jelvn, -((zeta1 * t_6m4oi + zeta1_rate * zeta2) / t_dynew), 0.0)
         return _vector(
             w1,
             w2,
@@ -3684,44 +3684,44 @@ def sliding_loop_prepared(q, r, p, c, h):
         ) = np.moveaxis(h, -1, 0)
         w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
         w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2  # (25)
-        t_furpv = w_across * w_across + w_along * w_along
-        rho_t = np.sqrt(t_furpv)  # (25)
-        m_z5ee7 = (1e-09 < rho_t)
-        t_gliif = 1.0 / rho_t
-        cos_t = np.where(m_z5ee7, w_along * t_gliif, 1.0)  # (25)
+        t_ez37l = w_across * w_across + w_along * w_along
+        rho_t = np.sqrt(t_ez37l)  # (25)
+        m_qm7gk = (1e-09 < rho_t)
+        t_6dtnj = 1.0 / rho_t
+        cos_t = np.where(m_qm7gk, w_along * t_6dtnj, 1.0)  # (25)
         theta_t = theta - theta_ref + rho_ref * w_across * area_factor  # (27)
-        t_xuitj = w_across * t_gliif
-        chord = np.sqrt(t_ltkqk + np.where(m_z5ee7, np.where(m_z5ee7, -(t_o55bt * (t_xuitj * t_xuitj)), 0.0), 0.0))  # (28)
+        t_srsal = w_across * t_6dtnj
+        chord = np.sqrt(t_ltkqk + np.where(m_qm7gk, np.where(m_qm7gk, -(t_o55bt * (t_srsal * t_srsal)), 0.0), 0.0))  # (28)
         h_ = cos_t * rho_ref + chord  # (28)
         tau = np.abs(theta_t) * t_gjxkh  # (31)
         f = np.power(tau, t_ieu4b)  # (31)
         s = rho_t - f * h_  # (30)
-        m_z5ee7_2 = (0.0 < rho_t)
-        t_3vtu5 = k_phi * np.sqrt(rho_t / h_) / (tau + t_furpv / (h_ * h_))
-        t_ukhtg = t_fcuq3 * h_ * t_3vtu5 * (np.where(m_z5ee7, rho_ref * t_xuitj / chord * theta_t * m, 0.0) - t_furpv)
-        rho_t_rate = np.where(m_z5ee7_2, t_ukhtg, 0.0) - eta_rho * np.fmax(-1.0, np.fmin(1.0, s * t_weose))  # (34)
+        m_qm7gk_2 = (0.0 < rho_t)
+        t_rc3nf = k_phi * np.sqrt(rho_t / h_) / (tau + t_ez37l / (h_ * h_))
+        t_qdnyc = t_fcuq3 * h_ * t_rc3nf * (np.where(m_qm7gk, rho_ref * t_srsal / chord * theta_t * m, 0.0) - t_ez37l)
+        rho_t_rate = np.where(m_qm7gk_2, t_qdnyc, 0.0) - eta_rho * np.fmax(-1.0, np.fmin(1.0, s * t_weose))  # (34)
         t_yfvls = np.sqrt(zeta1 * zeta1 + zeta2 * zeta2)
-        t_ztpvq = t_3vtu5 * np.power(f, t_mldgu) * np.fmax(-1.0, np.fmin(1.0, theta_t * t_6rwtv))
-        t_26bng = t_ztpvq * rho_t
-        t_e53ad = cos_t * rho_t_rate + np.where(m_z5ee7, np.where(m_z5ee7_2, t_26bng * t_xuitj, 0.0), 0.0)
-        t_gqrit = np.where(m_z5ee7, rho_t_rate * t_xuitj, 0.0)
-        t_ejfsp = np.where(m_z5ee7_2, -(t_26bng * cos_t), 0.0) + t_gqrit
-        t_b6lir = (
-            (cos_phi_ref * t_e53ad - sin_phi_ref * t_ejfsp) * zeta1
-            + (cos_phi_ref * t_ejfsp + sin_phi_ref * t_e53ad) * zeta2
+        t_seiri = t_rc3nf * np.power(f, t_mldgu) * np.fmax(-1.0, np.fmin(1.0, theta_t * t_6rwtv))
+        t_hfhpv = t_seiri * rho_t
+        t_656yg = cos_t * rho_t_rate + np.where(m_qm7gk, np.where(m_qm7gk_2, t_hfhpv * t_srsal, 0.0), 0.0)
+        t_pg4q4 = np.where(m_qm7gk, rho_t_rate * t_srsal, 0.0)
+        t_fjukv = np.where(m_qm7gk_2, -(t_hfhpv * cos_t), 0.0) + t_pg4q4
+        t_yzxsd = (
+            (cos_phi_ref * t_656yg - sin_phi_ref * t_fjukv) * zeta1
+            + (cos_phi_ref * t_fjukv + sin_phi_ref * t_656yg) * zeta2
         )
         t_e4rje = 1.0 / np.fmax(1e-09, t_yfvls)
-        rho_t_rate_excess = np.fmax(0.0, -(t_kc5kr * (R - t_yfvls) + t_b6lir * t_e4rje)) * t_e4rje
-        t_jupxu = t_gqrit + np.where(m_z5ee7_2, -(cos_t * t_ztpvq * rho_t), 0.0)
-        zeta1_rate = t_jupxu * sin_phi_ref - rho_t_rate_excess * zeta1 - t_e53ad * cos_phi_ref
-        t_bbfh5 = rho_t_rate_excess * zeta2 + t_e53ad * sin_phi_ref + t_jupxu * cos_phi_ref
-        zeta2_rate = -t_bbfh5
+        rho_t_rate_excess = np.fmax(0.0, -(t_kc5kr * (R - t_yfvls) + t_yzxsd * t_e4rje)) * t_e4rje
+        t_tvkh3 = t_pg4q4 + np.where(m_qm7gk_2, -(cos_t * t_seiri * rho_t), 0.0)
+        zeta1_rate = t_tvkh3 * sin_phi_ref - rho_t_rate_excess * zeta1 - t_656yg * cos_phi_ref
+        t_nzvrb = rho_t_rate_excess * zeta2 + t_656yg * sin_phi_ref + t_tvkh3 * cos_phi_ref
+        zeta2_rate = -t_nzvrb
         w3 = np.fmax(-mu_rate_max, np.fmin(mu_rate_max, mu_gain * (mu_ref - mu)))
         return _vector(
             zeta1_rate,
             zeta2_rate,
             w3,
-            disturbance + t_6q6qz / mu - zeta1 * t_bbfh5 - zeta1_rate * zeta2,
+            disturbance + t_6q6qz / mu - zeta1 * t_nzvrb - zeta1_rate * zeta2,
         )
 
 
@@ -3788,43 +3788,43 @@ def sliding_observe_prepared(q, r, c, h):
         ) = np.moveaxis(h, -1, 0)
         w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
         w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2  # (25)
-        t_furpv = w_across * w_across + w_along * w_along
-        rho_t = np.sqrt(t_furpv)  # (25)
-        m_z5ee7 = (1e-09 < rho_t)
-        t_gliif = 1.0 / rho_t
-        cos_t = np.where(m_z5ee7, w_along * t_gliif, 1.0)  # (25)
+        t_ez37l = w_across * w_across + w_along * w_along
+        rho_t = np.sqrt(t_ez37l)  # (25)
+        m_qm7gk = (1e-09 < rho_t)
+        t_6dtnj = 1.0 / rho_t
+        cos_t = np.where(m_qm7gk, w_along * t_6dtnj, 1.0)  # (25)
         theta_t = theta - theta_ref + rho_ref * w_across * area_factor  # (27)
-        t_xuitj = w_across * t_gliif
-        chord = np.sqrt(t_ltkqk + np.where(m_z5ee7, np.where(m_z5ee7, -(t_o55bt * (t_xuitj * t_xuitj)), 0.0), 0.0))  # (28)
+        t_srsal = w_across * t_6dtnj
+        chord = np.sqrt(t_ltkqk + np.where(m_qm7gk, np.where(m_qm7gk, -(t_o55bt * (t_srsal * t_srsal)), 0.0), 0.0))  # (28)
         h_ = cos_t * rho_ref + chord  # (28)
         tau = np.abs(theta_t) * t_gjxkh  # (31)
         f = np.power(tau, t_ieu4b)  # (31)
         s = rho_t - f * h_  # (30)
-        m_z5ee7_2 = (0.0 < rho_t)
-        t_3vtu5 = k_phi * np.sqrt(rho_t / h_) / (tau + t_furpv / (h_ * h_))
-        t_ukhtg = t_fcuq3 * h_ * t_3vtu5 * (np.where(m_z5ee7, rho_ref * t_xuitj / chord * theta_t * m, 0.0) - t_furpv)
-        rho_t_rate = np.where(m_z5ee7_2, t_ukhtg, 0.0) - eta_rho * np.fmax(-1.0, np.fmin(1.0, s * t_weose))  # (34)
+        m_qm7gk_2 = (0.0 < rho_t)
+        t_rc3nf = k_phi * np.sqrt(rho_t / h_) / (tau + t_ez37l / (h_ * h_))
+        t_qdnyc = t_fcuq3 * h_ * t_rc3nf * (np.where(m_qm7gk, rho_ref * t_srsal / chord * theta_t * m, 0.0) - t_ez37l)
+        rho_t_rate = np.where(m_qm7gk_2, t_qdnyc, 0.0) - eta_rho * np.fmax(-1.0, np.fmin(1.0, s * t_weose))  # (34)
         t_4x2zf = zeta1 * zeta1 + zeta2 * zeta2
         rho = np.sqrt(t_4x2zf)
-        t_ztpvq = t_3vtu5 * np.power(f, t_mldgu) * np.fmax(-1.0, np.fmin(1.0, theta_t * t_6rwtv))
-        t_26bng = t_ztpvq * rho_t
-        t_e53ad = cos_t * rho_t_rate + np.where(m_z5ee7, np.where(m_z5ee7_2, t_26bng * t_xuitj, 0.0), 0.0)
-        t_gqrit = np.where(m_z5ee7, rho_t_rate * t_xuitj, 0.0)
-        t_ejfsp = np.where(m_z5ee7_2, -(t_26bng * cos_t), 0.0) + t_gqrit
-        t_b6lir = (
-            (cos_phi_ref * t_e53ad - sin_phi_ref * t_ejfsp) * zeta1
-            + (cos_phi_ref * t_ejfsp + sin_phi_ref * t_e53ad) * zeta2
+        t_seiri = t_rc3nf * np.power(f, t_mldgu) * np.fmax(-1.0, np.fmin(1.0, theta_t * t_6rwtv))
+        t_hfhpv = t_seiri * rho_t
+        t_656yg = cos_t * rho_t_rate + np.where(m_qm7gk, np.where(m_qm7gk_2, t_hfhpv * t_srsal, 0.0), 0.0)
+        t_pg4q4 = np.where(m_qm7gk, rho_t_rate * t_srsal, 0.0)
+        t_fjukv = np.where(m_qm7gk_2, -(t_hfhpv * cos_t), 0.0) + t_pg4q4
+        t_yzxsd = (
+            (cos_phi_ref * t_656yg - sin_phi_ref * t_fjukv) * zeta1
+            + (cos_phi_ref * t_fjukv + sin_phi_ref * t_656yg) * zeta2
         )
-        t_y4tzf = 1.0 / np.fmax(1e-09, rho)
-        rho_t_rate_excess = np.fmax(0.0, -(t_kc5kr * (R - rho) + t_b6lir * t_y4tzf)) * t_y4tzf
+        t_wfrll = 1.0 / np.fmax(1e-09, rho)
+        rho_t_rate_excess = np.fmax(0.0, -(t_kc5kr * (R - rho) + t_yzxsd * t_wfrll)) * t_wfrll
         phi = np.arctan2(zeta2, zeta1)
-        t_jupxu = t_gqrit + np.where(m_z5ee7_2, -(cos_t * t_ztpvq * rho_t), 0.0)
-        zeta1_rate = t_jupxu * sin_phi_ref - rho_t_rate_excess * zeta1 - t_e53ad * cos_phi_ref
+        t_tvkh3 = t_pg4q4 + np.where(m_qm7gk_2, -(cos_t * t_seiri * rho_t), 0.0)
+        zeta1_rate = t_tvkh3 * sin_phi_ref - rho_t_rate_excess * zeta1 - t_656yg * cos_phi_ref
         w3 = np.fmax(-mu_rate_max, np.fmin(mu_rate_max, mu_gain * (mu_ref - mu)))
-        m_o5luw = (0.0 < rho)
-        t_bbfh5 = rho_t_rate_excess * zeta2 + t_e53ad * sin_phi_ref + t_jupxu * cos_phi_ref
-        w1 = np.where(m_o5luw, (zeta1 * zeta1_rate - zeta2 * t_bbfh5) / rho, zeta1_rate)
-        w2 = np.where(m_o5luw, -((zeta1 * t_bbfh5 + zeta1_rate * zeta2) / t_4x2zf), 0.0)
+        m_wzkpw = (0.0 < rho)
+        t_nzvrb = rho_t_rate_excess * zeta2 + t_656yg * sin_phi_ref + t_tvkh3 * cos_phi_ref
+        w1 = np.where(m_wzkpw, (zeta1 * zeta1_rate - zeta2 * t_nzvrb) / rho, zeta1_rate)
+        w2 = np.where(m_wzkpw, -((zeta1 * t_nzvrb + zeta1_rate * zeta2) / t_4x2zf), 0.0)
         return _vector(
             rho,
             phi,
@@ -3884,91 +3884,91 @@ def path_prepared(x, r, c, h):
         zeta2 = rho * sin_phi
         w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
         w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2  # (25)
-        t_furpv = w_across * w_across + w_along * w_along
-        rho_t = np.sqrt(t_furpv)  # (25)
-        m_z5ee7 = (1e-09 < rho_t)
-        t_gliif = 1.0 / rho_t
-        cos_t = np.where(m_z5ee7, w_along * t_gliif, 1.0)  # (25)
+        t_o5lbj = w_across * w_across + w_along * w_along
+        rho_t = np.sqrt(t_o5lbj)  # (25)
+        m_qm7gk = (1e-09 < rho_t)
+        t_6dtnj = 1.0 / rho_t
+        cos_t = np.where(m_qm7gk, w_along * t_6dtnj, 1.0)  # (25)
         theta_t = theta - theta_ref + rho_ref * w_across * area_factor  # (27)
         alpha = np.sign(theta_t)  # (40)
-        t_ptl3y = np.abs(theta_t)
-        K_ = np.fmin(1000000000000.0, (t_ptl3y + t_ptl3y) / np.fmax(1e-24, t_furpv))  # (42)
+        t_nldyv = np.abs(theta_t)
+        K_ = np.fmin(1000000000000.0, (t_nldyv + t_nldyv) / np.fmax(1e-24, t_o5lbj))  # (42)
         sqrt_K = np.sqrt(K_)
         x_start = 3.141592653589793 * K_ / (3.478838 + sqrt_K * (0.566927 + sqrt_K * (2.225213 + sqrt_K))) * (1.661023 + sqrt_K)  # (42)
         sin_x1, cos_x1 = np.sin(x_start), np.cos(x_start)
-        t_olly6 = sin_x1 * sin_x1
-        t_23zzq = cos_x1 * cos_x1
-        t_jk652 = cos_x1 * sin_x1
-        t_rkglc = K_ + K_
-        t_6jinm = 1.0 + t_olly6 - t_23zzq - t_jk652 * t_rkglc
-        t_mtylf = t_6jinm * t_6jinm
-        t_vapxn = t_olly6 * K_
-        t_iaeac = t_vapxn + t_vapxn
-        t_njl5j = (
-            t_mtylf
-            + t_mtylf
-            - (t_iaeac + 4.0 * t_jk652 - t_23zzq * t_rkglc) * (x_start - t_jk652 - t_vapxn)
+        t_leuxo = sin_x1 * sin_x1
+        t_leuxo_2 = cos_x1 * cos_x1
+        t_leuxo_3 = cos_x1 * sin_x1
+        t_2qjkk = K_ + K_
+        t_pondk = 1.0 + t_leuxo - t_leuxo_2 - t_leuxo_3 * t_2qjkk
+        t_o4obi = t_pondk * t_pondk
+        t_qc6bw = t_leuxo * K_
+        t_qc6bw_2 = t_qc6bw + t_qc6bw
+        t_khj3r = (
+            t_o4obi
+            + t_o4obi
+            - (t_qc6bw_2 + 4.0 * t_leuxo_3 - t_leuxo_2 * t_2qjkk) * (x_start - t_leuxo_3 - t_qc6bw)
         )
-        x_step1 = x_start - t_6jinm / t_njl5j * (-2.0 * t_jk652 - t_iaeac + (x_start + x_start))  # (42)
+        x_step1 = x_start - t_pondk / t_khj3r * (-2.0 * t_leuxo_3 - t_qc6bw_2 + (x_start + x_start))  # (42)
         sin_x2, cos_x2 = np.sin(x_step1), np.cos(x_step1)
-        t_ondim = sin_x2 * sin_x2
-        t_iuts7 = cos_x2 * cos_x2
-        t_dgfa7 = cos_x2 * sin_x2
-        t_wdxur = 1.0 + t_ondim - t_iuts7 - t_rkglc * t_dgfa7
-        t_7klzx = t_wdxur * t_wdxur
-        t_nwlbz = t_ondim * K_
-        t_d4xrm = t_nwlbz + t_nwlbz
-        t_7sse2 = (
-            t_7klzx
-            + t_7klzx
-            - (t_d4xrm + 4.0 * t_dgfa7 - t_rkglc * t_iuts7) * (x_step1 - t_dgfa7 - t_nwlbz)
+        t_leuxo_4 = sin_x2 * sin_x2
+        t_leuxo_5 = cos_x2 * cos_x2
+        t_leuxo_6 = cos_x2 * sin_x2
+        t_pondk_2 = 1.0 + t_leuxo_4 - t_leuxo_5 - t_2qjkk * t_leuxo_6
+        t_o4obi_2 = t_pondk_2 * t_pondk_2
+        t_qc6bw_3 = t_leuxo_4 * K_
+        t_qc6bw_4 = t_qc6bw_3 + t_qc6bw_3
+        t_khj3r_2 = (
+            t_o4obi_2
+            + t_o4obi_2
+            - (t_qc6bw_4 + 4.0 * t_leuxo_6 - t_2qjkk * t_leuxo_5) * (x_step1 - t_leuxo_6 - t_qc6bw_3)
         )
-        x_step2 = x_step1 - t_wdxur / t_7sse2 * (-2.0 * t_dgfa7 - t_d4xrm + (x_step1 + x_step1))  # (42)
+        x_step2 = x_step1 - t_pondk_2 / t_khj3r_2 * (-2.0 * t_leuxo_6 - t_qc6bw_4 + (x_step1 + x_step1))  # (42)
         sin_x3, cos_x3 = np.sin(x_step2), np.cos(x_step2)
-        t_drem6 = sin_x3 * sin_x3
-        t_znqpz = cos_x3 * cos_x3
-        t_puxxy = cos_x3 * sin_x3
-        t_s355q = 1.0 + t_drem6 - t_znqpz - t_rkglc * t_puxxy
-        t_5uofc = t_s355q * t_s355q
-        t_5lgfw = t_drem6 * K_
-        t_ezjt3 = t_5lgfw + t_5lgfw
-        t_xhmsj = (
-            t_5uofc
-            + t_5uofc
-            - (t_ezjt3 + 4.0 * t_puxxy - t_rkglc * t_znqpz) * (x_step2 - t_puxxy - t_5lgfw)
+        t_leuxo_7 = sin_x3 * sin_x3
+        t_leuxo_8 = cos_x3 * cos_x3
+        t_leuxo_9 = cos_x3 * sin_x3
+        t_pondk_3 = 1.0 + t_leuxo_7 - t_leuxo_8 - t_2qjkk * t_leuxo_9
+        t_o4obi_3 = t_pondk_3 * t_pondk_3
+        t_qc6bw_5 = t_leuxo_7 * K_
+        t_qc6bw_6 = t_qc6bw_5 + t_qc6bw_5
+        t_khj3r_3 = (
+            t_o4obi_3
+            + t_o4obi_3
+            - (t_qc6bw_6 + 4.0 * t_leuxo_9 - t_2qjkk * t_leuxo_8) * (x_step2 - t_leuxo_9 - t_qc6bw_5)
         )
-        x_step3 = x_step2 - t_s355q / t_xhmsj * (-2.0 * t_puxxy - t_ezjt3 + (x_step2 + x_step2))  # (42)
+        x_step3 = x_step2 - t_pondk_3 / t_khj3r_3 * (-2.0 * t_leuxo_9 - t_qc6bw_6 + (x_step2 + x_step2))  # (42)
         P = t_llxk2 + cos_t * rho_ref * rho_t  # (47)
-        t_xuitj = w_across * t_gliif
-        t_c5njk = rho_ref * t_xuitj * rho_t
-        Q = np.where(m_z5ee7, -t_c5njk, 0.0)  # (47)
-        t_efbua = np.fmin(1.0, rho_t * R / np.sqrt(P * P + np.where(m_z5ee7, np.where(m_z5ee7, t_c5njk * t_c5njk, 0.0), 0.0)))
-        x_tangent = 1.5707963267948966 - alpha * np.arctan2(Q, P) + np.arccos(t_efbua)  # (47)
-        m_xb2xi = (K_ < 0.03)
-        t_fcflk = K_ * K_
-        t_reehy = np.where(m_xb2xi, K_ * (1.5 + t_fcflk * (-0.45 + t_fcflk * (0.26035714285714284 + -0.18225 * t_fcflk))), x_step3)
-        x_ = np.fmin(x_tangent, t_reehy)  # (47)
-        escape = np.fmin(t_hnwtz, np.sqrt(t_ptl3y))
+        t_4bohk = w_across * t_6dtnj
+        t_l3hba = rho_ref * t_4bohk * rho_t
+        Q = np.where(m_qm7gk, -t_l3hba, 0.0)  # (47)
+        t_zzg37 = np.fmin(1.0, rho_t * R / np.sqrt(P * P + np.where(m_qm7gk, np.where(m_qm7gk, t_l3hba * t_l3hba, 0.0), 0.0)))
+        x_tangent = 1.5707963267948966 - alpha * np.arctan2(Q, P) + np.arccos(t_zzg37)  # (47)
+        m_cn56p = (K_ < 0.03)
+        t_leuxo_10 = K_ * K_
+        t_dtpk5 = np.where(m_cn56p, K_ * (1.5 + t_leuxo_10 * (-0.45 + t_leuxo_10 * (0.26035714285714284 + -0.18225 * t_leuxo_10))), x_step3)
+        x_ = np.fmin(x_tangent, t_dtpk5)  # (47)
+        escape = np.fmin(t_hnwtz, np.sqrt(t_nldyv))
         sin_x_, cos_x_ = np.sin(x_), np.cos(x_)
         speed = k_phi * np.fmax(rho_t, -(cos_x_ * escape))  # (45)
-        t_4x2zf = zeta1 * zeta1 + zeta2 * zeta2
-        t_yfvls = np.sqrt(t_4x2zf)
-        t_a5u54 = alpha * speed * sin_x_
-        t_wvhee = cos_x_ * speed
-        t_rqnbt = np.where(m_z5ee7, t_xuitj * t_a5u54, 0.0) - cos_t * t_wvhee
-        t_lp7ic = np.where(m_z5ee7, -(t_wvhee * t_xuitj), 0.0) - cos_t * t_a5u54
-        t_6ftfw = (
-            (cos_phi_ref * t_rqnbt - sin_phi_ref * t_lp7ic) * zeta1
-            + (cos_phi_ref * t_lp7ic + sin_phi_ref * t_rqnbt) * zeta2
+        t_dynew = zeta1 * zeta1 + zeta2 * zeta2
+        t_wmyyh = np.sqrt(t_dynew)
+        t_3woog = alpha * speed * sin_x_
+        t_5opk6 = cos_x_ * speed
+        t_nluco = np.where(m_qm7gk, t_4bohk * t_3woog, 0.0) - cos_t * t_5opk6
+        t_nxq3c = np.where(m_qm7gk, -(t_5opk6 * t_4bohk), 0.0) - cos_t * t_3woog
+        t_wjzdk = (
+            (cos_phi_ref * t_nluco - sin_phi_ref * t_nxq3c) * zeta1
+            + (cos_phi_ref * t_nxq3c + sin_phi_ref * t_nluco) * zeta2
         )
-        t_e4rje = 1.0 / np.fmax(1e-09, t_yfvls)
-        rho_rate_excess = np.fmax(0.0, -(t_kc5kr * (R - t_yfvls) + t_6ftfw * t_e4rje)) * t_e4rje
-        zeta1_rate = t_lp7ic * sin_phi_ref - rho_rate_excess * zeta1 - t_rqnbt * cos_phi_ref
+        t_e2kmt = 1.0 / np.fmax(1e-09, t_wmyyh)
+        rho_rate_excess = np.fmax(0.0, -(t_kc5kr * (R - t_wmyyh) + t_wjzdk * t_e2kmt)) * t_e2kmt
+        zeta1_rate = t_nxq3c * sin_phi_ref - rho_rate_excess * zeta1 - t_nluco * cos_phi_ref
         w3 = np.fmax(-mu_rate_max, np.fmin(mu_rate_max, mu_gain * (mu_ref - mu)))
-        m_ksqj2 = (0.0 < t_yfvls)
-        t_lx4n5 = rho_rate_excess * zeta2 + t_rqnbt * sin_phi_ref + t_lp7ic * cos_phi_ref
-        w1 = np.where(m_ksqj2, (zeta1 * zeta1_rate - zeta2 * t_lx4n5) / t_yfvls, zeta1_rate)
-        w2 = np.where(m_ksqj2, -((zeta1 * t_lx4n5 + zeta1_rate * zeta2) / t_4x2zf), 0.0)
+        m_jelvn = (0.0 < t_wmyyh)
+        t_nucpp = rho_rate_excess * zeta2 + t_nluco * sin_phi_ref + t_nxq3c * cos_phi_ref
+        w1 = np.where(m_jelvn, (zeta1 * zeta1_rate - zeta2 * t_nucpp) / t_wmyyh, zeta1_rate)
+        w2 = np.where(m_jelvn, -((zeta1 * t_nucpp + zeta1_rate * zeta2) / t_dynew), 0.0)
         return _vector(
             w1,
             w2,
@@ -4025,93 +4025,93 @@ def path_loop_prepared(q, r, p, c, h):
         ) = np.moveaxis(h, -1, 0)
         w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
         w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2  # (25)
-        t_furpv = w_across * w_across + w_along * w_along
-        rho_t = np.sqrt(t_furpv)  # (25)
-        m_z5ee7 = (1e-09 < rho_t)
-        t_gliif = 1.0 / rho_t
-        cos_t = np.where(m_z5ee7, w_along * t_gliif, 1.0)  # (25)
+        t_ez37l = w_across * w_across + w_along * w_along
+        rho_t = np.sqrt(t_ez37l)  # (25)
+        m_qm7gk = (1e-09 < rho_t)
+        t_6dtnj = 1.0 / rho_t
+        cos_t = np.where(m_qm7gk, w_along * t_6dtnj, 1.0)  # (25)
         theta_t = theta - theta_ref + rho_ref * w_across * area_factor  # (27)
         alpha = np.sign(theta_t)  # (40)
-        t_ptl3y = np.abs(theta_t)
-        K_ = np.fmin(1000000000000.0, (t_ptl3y + t_ptl3y) / np.fmax(1e-24, t_furpv))  # (42)
+        t_nldyv = np.abs(theta_t)
+        K_ = np.fmin(1000000000000.0, (t_nldyv + t_nldyv) / np.fmax(1e-24, t_ez37l))  # (42)
         sqrt_K = np.sqrt(K_)
         x_start = 3.141592653589793 * K_ / (3.478838 + sqrt_K * (0.566927 + sqrt_K * (2.225213 + sqrt_K))) * (1.661023 + sqrt_K)  # (42)
         sin_x1, cos_x1 = np.sin(x_start), np.cos(x_start)
-        t_olly6 = sin_x1 * sin_x1
-        t_23zzq = cos_x1 * cos_x1
-        t_jk652 = cos_x1 * sin_x1
-        t_rkglc = K_ + K_
-        t_6jinm = 1.0 + t_olly6 - t_23zzq - t_jk652 * t_rkglc
-        t_mtylf = t_6jinm * t_6jinm
-        t_vapxn = t_olly6 * K_
-        t_iaeac = t_vapxn + t_vapxn
-        t_njl5j = (
-            t_mtylf
-            + t_mtylf
-            - (t_iaeac + 4.0 * t_jk652 - t_23zzq * t_rkglc) * (x_start - t_jk652 - t_vapxn)
+        t_leuxo = sin_x1 * sin_x1
+        t_leuxo_2 = cos_x1 * cos_x1
+        t_leuxo_3 = cos_x1 * sin_x1
+        t_2qjkk = K_ + K_
+        t_pondk = 1.0 + t_leuxo - t_leuxo_2 - t_leuxo_3 * t_2qjkk
+        t_o4obi = t_pondk * t_pondk
+        t_qc6bw = t_leuxo * K_
+        t_qc6bw_2 = t_qc6bw + t_qc6bw
+        t_khj3r = (
+            t_o4obi
+            + t_o4obi
+            - (t_qc6bw_2 + 4.0 * t_leuxo_3 - t_leuxo_2 * t_2qjkk) * (x_start - t_leuxo_3 - t_qc6bw)
         )
-        x_step1 = x_start - t_6jinm / t_njl5j * (-2.0 * t_jk652 - t_iaeac + (x_start + x_start))  # (42)
+        x_step1 = x_start - t_pondk / t_khj3r * (-2.0 * t_leuxo_3 - t_qc6bw_2 + (x_start + x_start))  # (42)
         sin_x2, cos_x2 = np.sin(x_step1), np.cos(x_step1)
-        t_ondim = sin_x2 * sin_x2
-        t_iuts7 = cos_x2 * cos_x2
-        t_dgfa7 = cos_x2 * sin_x2
-        t_wdxur = 1.0 + t_ondim - t_iuts7 - t_rkglc * t_dgfa7
-        t_7klzx = t_wdxur * t_wdxur
-        t_nwlbz = t_ondim * K_
-        t_d4xrm = t_nwlbz + t_nwlbz
-        t_7sse2 = (
-            t_7klzx
-            + t_7klzx
-            - (t_d4xrm + 4.0 * t_dgfa7 - t_rkglc * t_iuts7) * (x_step1 - t_dgfa7 - t_nwlbz)
+        t_leuxo_4 = sin_x2 * sin_x2
+        t_leuxo_5 = cos_x2 * cos_x2
+        t_leuxo_6 = cos_x2 * sin_x2
+        t_pondk_2 = 1.0 + t_leuxo_4 - t_leuxo_5 - t_2qjkk * t_leuxo_6
+        t_o4obi_2 = t_pondk_2 * t_pondk_2
+        t_qc6bw_3 = t_leuxo_4 * K_
+        t_qc6bw_4 = t_qc6bw_3 + t_qc6bw_3
+        t_khj3r_2 = (
+            t_o4obi_2
+            + t_o4obi_2
+            - (t_qc6bw_4 + 4.0 * t_leuxo_6 - t_2qjkk * t_leuxo_5) * (x_step1 - t_leuxo_6 - t_qc6bw_3)
         )
-        x_step2 = x_step1 - t_wdxur / t_7sse2 * (-2.0 * t_dgfa7 - t_d4xrm + (x_step1 + x_step1))  # (42)
+        x_step2 = x_step1 - t_pondk_2 / t_khj3r_2 * (-2.0 * t_leuxo_6 - t_qc6bw_4 + (x_step1 + x_step1))  # (42)
         sin_x3, cos_x3 = np.sin(x_step2), np.cos(x_step2)
-        t_drem6 = sin_x3 * sin_x3
-        t_znqpz = cos_x3 * cos_x3
-        t_puxxy = cos_x3 * sin_x3
-        t_s355q = 1.0 + t_drem6 - t_znqpz - t_rkglc * t_puxxy
-        t_5uofc = t_s355q * t_s355q
-        t_5lgfw = t_drem6 * K_
-        t_ezjt3 = t_5lgfw + t_5lgfw
-        t_xhmsj = (
-            t_5uofc
-            + t_5uofc
-            - (t_ezjt3 + 4.0 * t_puxxy - t_rkglc * t_znqpz) * (x_step2 - t_puxxy - t_5lgfw)
+        t_leuxo_7 = sin_x3 * sin_x3
+        t_leuxo_8 = cos_x3 * cos_x3
+        t_leuxo_9 = cos_x3 * sin_x3
+        t_pondk_3 = 1.0 + t_leuxo_7 - t_leuxo_8 - t_2qjkk * t_leuxo_9
+        t_o4obi_3 = t_pondk_3 * t_pondk_3
+        t_qc6bw_5 = t_leuxo_7 * K_
+        t_qc6bw_6 = t_qc6bw_5 + t_qc6bw_5
+        t_khj3r_3 = (
+            t_o4obi_3
+            + t_o4obi_3
+            - (t_qc6bw_6 + 4.0 * t_leuxo_9 - t_2qjkk * t_leuxo_8) * (x_step2 - t_leuxo_9 - t_qc6bw_5)
         )
-        x_step3 = x_step2 - t_s355q / t_xhmsj * (-2.0 * t_puxxy - t_ezjt3 + (x_step2 + x_step2))  # (42)
+        x_step3 = x_step2 - t_pondk_3 / t_khj3r_3 * (-2.0 * t_leuxo_9 - t_qc6bw_6 + (x_step2 + x_step2))  # (42)
         P = t_llxk2 + cos_t * rho_ref * rho_t  # (47)
-        t_xuitj = w_across * t_gliif
-        t_c5njk = rho_ref * t_xuitj * rho_t
-        Q = np.where(m_z5ee7, -t_c5njk, 0.0)  # (47)
-        t_efbua = np.fmin(1.0, rho_t * R / np.sqrt(P * P + np.where(m_z5ee7, np.where(m_z5ee7, t_c5njk * t_c5njk, 0.0), 0.0)))
-        x_tangent = 1.5707963267948966 - alpha * np.arctan2(Q, P) + np.arccos(t_efbua)  # (47)
-        m_xb2xi = (K_ < 0.03)
-        t_fcflk = K_ * K_
-        t_reehy = np.where(m_xb2xi, K_ * (1.5 + t_fcflk * (-0.45 + t_fcflk * (0.26035714285714284 + -0.18225 * t_fcflk))), x_step3)
-        x = np.fmin(x_tangent, t_reehy)  # (47)
-        escape = np.fmin(t_hnwtz, np.sqrt(t_ptl3y))
+        t_srsal = w_across * t_6dtnj
+        t_gjgcv = rho_ref * t_srsal * rho_t
+        Q = np.where(m_qm7gk, -t_gjgcv, 0.0)  # (47)
+        t_nowfz = np.fmin(1.0, rho_t * R / np.sqrt(P * P + np.where(m_qm7gk, np.where(m_qm7gk, t_gjgcv * t_gjgcv, 0.0), 0.0)))
+        x_tangent = 1.5707963267948966 - alpha * np.arctan2(Q, P) + np.arccos(t_nowfz)  # (47)
+        m_cn56p = (K_ < 0.03)
+        t_leuxo_10 = K_ * K_
+        t_dtpk5 = np.where(m_cn56p, K_ * (1.5 + t_leuxo_10 * (-0.45 + t_leuxo_10 * (0.26035714285714284 + -0.18225 * t_leuxo_10))), x_step3)
+        x = np.fmin(x_tangent, t_dtpk5)  # (47)
+        escape = np.fmin(t_hnwtz, np.sqrt(t_nldyv))
         sin_x, cos_x = np.sin(x), np.cos(x)
         speed = k_phi * np.fmax(rho_t, -(cos_x * escape))  # (45)
         t_yfvls = np.sqrt(zeta1 * zeta1 + zeta2 * zeta2)
-        t_a5u54 = alpha * speed * sin_x
-        t_wvhee = cos_x * speed
-        t_rqnbt = np.where(m_z5ee7, t_xuitj * t_a5u54, 0.0) - cos_t * t_wvhee
-        t_lp7ic = np.where(m_z5ee7, -(t_wvhee * t_xuitj), 0.0) - cos_t * t_a5u54
-        t_6ftfw = (
-            (cos_phi_ref * t_rqnbt - sin_phi_ref * t_lp7ic) * zeta1
-            + (cos_phi_ref * t_lp7ic + sin_phi_ref * t_rqnbt) * zeta2
+        t_3woog = alpha * speed * sin_x
+        t_5opk6 = cos_x * speed
+        t_t2weg = np.where(m_qm7gk, t_srsal * t_3woog, 0.0) - cos_t * t_5opk6
+        t_iqrnb = np.where(m_qm7gk, -(t_5opk6 * t_srsal), 0.0) - cos_t * t_3woog
+        t_zsrsx = (
+            (cos_phi_ref * t_t2weg - sin_phi_ref * t_iqrnb) * zeta1
+            + (cos_phi_ref * t_iqrnb + sin_phi_ref * t_t2weg) * zeta2
         )
         t_e4rje = 1.0 / np.fmax(1e-09, t_yfvls)
-        rho_rate_excess = np.fmax(0.0, -(t_kc5kr * (R - t_yfvls) + t_6ftfw * t_e4rje)) * t_e4rje
-        zeta1_rate = t_lp7ic * sin_phi_ref - rho_rate_excess * zeta1 - t_rqnbt * cos_phi_ref
-        t_lx4n5 = rho_rate_excess * zeta2 + t_rqnbt * sin_phi_ref + t_lp7ic * cos_phi_ref
-        zeta2_rate = -t_lx4n5
+        rho_rate_excess = np.fmax(0.0, -(t_kc5kr * (R - t_yfvls) + t_zsrsx * t_e4rje)) * t_e4rje
+        zeta1_rate = t_iqrnb * sin_phi_ref - rho_rate_excess * zeta1 - t_t2weg * cos_phi_ref
+        t_wu6vd = rho_rate_excess * zeta2 + t_t2weg * sin_phi_ref + t_iqrnb * cos_phi_ref
+        zeta2_rate = -t_wu6vd
         w3 = np.fmax(-mu_rate_max, np.fmin(mu_rate_max, mu_gain * (mu_ref - mu)))
         return _vector(
             zeta1_rate,
             zeta2_rate,
             w3,
-            disturbance + t_6q6qz / mu - zeta1 * t_lx4n5 - zeta1_rate * zeta2,
+            disturbance + t_6q6qz / mu - zeta1 * t_wu6vd - zeta1_rate * zeta2,
         )
 
 
@@ -4159,92 +4159,92 @@ def path_observe_prepared(q, r, c, h):
         ) = np.moveaxis(h, -1, 0)
         w_along = rho_ref - cos_phi_ref * zeta1 - sin_phi_ref * zeta2  # (25)
         w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2  # (25)
-        t_furpv = w_across * w_across + w_along * w_along
-        rho_t = np.sqrt(t_furpv)  # (25)
-        m_z5ee7 = (1e-09 < rho_t)
-        t_gliif = 1.0 / rho_t
-        cos_t = np.where(m_z5ee7, w_along * t_gliif, 1.0)  # (25)
+        t_ez37l = w_across * w_across + w_along * w_along
+        rho_t = np.sqrt(t_ez37l)  # (25)
+        m_qm7gk = (1e-09 < rho_t)
+        t_6dtnj = 1.0 / rho_t
+        cos_t = np.where(m_qm7gk, w_along * t_6dtnj, 1.0)  # (25)
         theta_t = theta - theta_ref + rho_ref * w_across * area_factor  # (27)
         alpha = np.sign(theta_t)  # (40)
-        t_ptl3y = np.abs(theta_t)
-        K_ = np.fmin(1000000000000.0, (t_ptl3y + t_ptl3y) / np.fmax(1e-24, t_furpv))  # (42)
+        t_nldyv = np.abs(theta_t)
+        K_ = np.fmin(1000000000000.0, (t_nldyv + t_nldyv) / np.fmax(1e-24, t_ez37l))  # (42)
         sqrt_K = np.sqrt(K_)
         x_start = 3.141592653589793 * K_ / (3.478838 + sqrt_K * (0.566927 + sqrt_K * (2.225213 + sqrt_K))) * (1.661023 + sqrt_K)  # (42)
         sin_x1, cos_x1 = np.sin(x_start), np.cos(x_start)
-        t_olly6 = sin_x1 * sin_x1
-        t_23zzq = cos_x1 * cos_x1
-        t_jk652 = cos_x1 * sin_x1
-        t_rkglc = K_ + K_
-        t_6jinm = 1.0 + t_olly6 - t_23zzq - t_jk652 * t_rkglc
-        t_mtylf = t_6jinm * t_6jinm
-        t_vapxn = t_olly6 * K_
-        t_iaeac = t_vapxn + t_vapxn
-        t_njl5j = (
-            t_mtylf
-            + t_mtylf
-            - (t_iaeac + 4.0 * t_jk652 - t_23zzq * t_rkglc) * (x_start - t_jk652 - t_vapxn)
+        t_leuxo = sin_x1 * sin_x1
+        t_leuxo_2 = cos_x1 * cos_x1
+        t_leuxo_3 = cos_x1 * sin_x1
+        t_2qjkk = K_ + K_
+        t_pondk = 1.0 + t_leuxo - t_leuxo_2 - t_leuxo_3 * t_2qjkk
+        t_o4obi = t_pondk * t_pondk
+        t_qc6bw = t_leuxo * K_
+        t_qc6bw_2 = t_qc6bw + t_qc6bw
+        t_khj3r = (
+            t_o4obi
+            + t_o4obi
+            - (t_qc6bw_2 + 4.0 * t_leuxo_3 - t_leuxo_2 * t_2qjkk) * (x_start - t_leuxo_3 - t_qc6bw)
         )
-        x_step1 = x_start - t_6jinm / t_njl5j * (-2.0 * t_jk652 - t_iaeac + (x_start + x_start))  # (42)
+        x_step1 = x_start - t_pondk / t_khj3r * (-2.0 * t_leuxo_3 - t_qc6bw_2 + (x_start + x_start))  # (42)
         sin_x2, cos_x2 = np.sin(x_step1), np.cos(x_step1)
-        t_ondim = sin_x2 * sin_x2
-        t_iuts7 = cos_x2 * cos_x2
-        t_dgfa7 = cos_x2 * sin_x2
-        t_wdxur = 1.0 + t_ondim - t_iuts7 - t_rkglc * t_dgfa7
-        t_7klzx = t_wdxur * t_wdxur
-        t_nwlbz = t_ondim * K_
-        t_d4xrm = t_nwlbz + t_nwlbz
-        t_7sse2 = (
-            t_7klzx
-            + t_7klzx
-            - (t_d4xrm + 4.0 * t_dgfa7 - t_rkglc * t_iuts7) * (x_step1 - t_dgfa7 - t_nwlbz)
+        t_leuxo_4 = sin_x2 * sin_x2
+        t_leuxo_5 = cos_x2 * cos_x2
+        t_leuxo_6 = cos_x2 * sin_x2
+        t_pondk_2 = 1.0 + t_leuxo_4 - t_leuxo_5 - t_2qjkk * t_leuxo_6
+        t_o4obi_2 = t_pondk_2 * t_pondk_2
+        t_qc6bw_3 = t_leuxo_4 * K_
+        t_qc6bw_4 = t_qc6bw_3 + t_qc6bw_3
+        t_khj3r_2 = (
+            t_o4obi_2
+            + t_o4obi_2
+            - (t_qc6bw_4 + 4.0 * t_leuxo_6 - t_2qjkk * t_leuxo_5) * (x_step1 - t_leuxo_6 - t_qc6bw_3)
         )
-        x_step2 = x_step1 - t_wdxur / t_7sse2 * (-2.0 * t_dgfa7 - t_d4xrm + (x_step1 + x_step1))  # (42)
+        x_step2 = x_step1 - t_pondk_2 / t_khj3r_2 * (-2.0 * t_leuxo_6 - t_qc6bw_4 + (x_step1 + x_step1))  # (42)
         sin_x3, cos_x3 = np.sin(x_step2), np.cos(x_step2)
-        t_drem6 = sin_x3 * sin_x3
-        t_znqpz = cos_x3 * cos_x3
-        t_puxxy = cos_x3 * sin_x3
-        t_s355q = 1.0 + t_drem6 - t_znqpz - t_rkglc * t_puxxy
-        t_5uofc = t_s355q * t_s355q
-        t_5lgfw = t_drem6 * K_
-        t_ezjt3 = t_5lgfw + t_5lgfw
-        t_xhmsj = (
-            t_5uofc
-            + t_5uofc
-            - (t_ezjt3 + 4.0 * t_puxxy - t_rkglc * t_znqpz) * (x_step2 - t_puxxy - t_5lgfw)
+        t_leuxo_7 = sin_x3 * sin_x3
+        t_leuxo_8 = cos_x3 * cos_x3
+        t_leuxo_9 = cos_x3 * sin_x3
+        t_pondk_3 = 1.0 + t_leuxo_7 - t_leuxo_8 - t_2qjkk * t_leuxo_9
+        t_o4obi_3 = t_pondk_3 * t_pondk_3
+        t_qc6bw_5 = t_leuxo_7 * K_
+        t_qc6bw_6 = t_qc6bw_5 + t_qc6bw_5
+        t_khj3r_3 = (
+            t_o4obi_3
+            + t_o4obi_3
+            - (t_qc6bw_6 + 4.0 * t_leuxo_9 - t_2qjkk * t_leuxo_8) * (x_step2 - t_leuxo_9 - t_qc6bw_5)
         )
-        x_step3 = x_step2 - t_s355q / t_xhmsj * (-2.0 * t_puxxy - t_ezjt3 + (x_step2 + x_step2))  # (42)
+        x_step3 = x_step2 - t_pondk_3 / t_khj3r_3 * (-2.0 * t_leuxo_9 - t_qc6bw_6 + (x_step2 + x_step2))  # (42)
         P = t_llxk2 + cos_t * rho_ref * rho_t  # (47)
-        t_xuitj = w_across * t_gliif
-        t_c5njk = rho_ref * t_xuitj * rho_t
-        Q = np.where(m_z5ee7, -t_c5njk, 0.0)  # (47)
-        t_efbua = np.fmin(1.0, rho_t * R / np.sqrt(P * P + np.where(m_z5ee7, np.where(m_z5ee7, t_c5njk * t_c5njk, 0.0), 0.0)))
-        x_tangent = 1.5707963267948966 - alpha * np.arctan2(Q, P) + np.arccos(t_efbua)  # (47)
-        m_xb2xi = (K_ < 0.03)
-        t_fcflk = K_ * K_
-        t_reehy = np.where(m_xb2xi, K_ * (1.5 + t_fcflk * (-0.45 + t_fcflk * (0.26035714285714284 + -0.18225 * t_fcflk))), x_step3)
-        x_ = np.fmin(x_tangent, t_reehy)  # (47)
-        escape = np.fmin(t_hnwtz, np.sqrt(t_ptl3y))
+        t_srsal = w_across * t_6dtnj
+        t_gjgcv = rho_ref * t_srsal * rho_t
+        Q = np.where(m_qm7gk, -t_gjgcv, 0.0)  # (47)
+        t_nowfz = np.fmin(1.0, rho_t * R / np.sqrt(P * P + np.where(m_qm7gk, np.where(m_qm7gk, t_gjgcv * t_gjgcv, 0.0), 0.0)))
+        x_tangent = 1.5707963267948966 - alpha * np.arctan2(Q, P) + np.arccos(t_nowfz)  # (47)
+        m_cn56p = (K_ < 0.03)
+        t_leuxo_10 = K_ * K_
+        t_dtpk5 = np.where(m_cn56p, K_ * (1.5 + t_leuxo_10 * (-0.45 + t_leuxo_10 * (0.26035714285714284 + -0.18225 * t_leuxo_10))), x_step3)
+        x_ = np.fmin(x_tangent, t_dtpk5)  # (47)
+        escape = np.fmin(t_hnwtz, np.sqrt(t_nldyv))
         sin_x_, cos_x_ = np.sin(x_), np.cos(x_)
         speed = k_phi * np.fmax(rho_t, -(cos_x_ * escape))  # (45)
         t_4x2zf = zeta1 * zeta1 + zeta2 * zeta2
         rho = np.sqrt(t_4x2zf)
-        t_a5u54 = alpha * speed * sin_x_
-        t_wvhee = cos_x_ * speed
-        t_rqnbt = np.where(m_z5ee7, t_xuitj * t_a5u54, 0.0) - cos_t * t_wvhee
-        t_lp7ic = np.where(m_z5ee7, -(t_wvhee * t_xuitj), 0.0) - cos_t * t_a5u54
-        t_6ftfw = (
-            (cos_phi_ref * t_rqnbt - sin_phi_ref * t_lp7ic) * zeta1
-            + (cos_phi_ref * t_lp7ic + sin_phi_ref * t_rqnbt) * zeta2
+        t_3woog = alpha * speed * sin_x_
+        t_5opk6 = cos_x_ * speed
+        t_t2weg = np.where(m_qm7gk, t_srsal * t_3woog, 0.0) - cos_t * t_5opk6
+        t_iqrnb = np.where(m_qm7gk, -(t_5opk6 * t_srsal), 0.0) - cos_t * t_3woog
+        t_zsrsx = (
+            (cos_phi_ref * t_t2weg - sin_phi_ref * t_iqrnb) * zeta1
+            + (cos_phi_ref * t_iqrnb + sin_phi_ref * t_t2weg) * zeta2
         )
-        t_y4tzf = 1.0 / np.fmax(1e-09, rho)
-        rho_rate_excess = np.fmax(0.0, -(t_kc5kr * (R - rho) + t_6ftfw * t_y4tzf)) * t_y4tzf
+        t_wfrll = 1.0 / np.fmax(1e-09, rho)
+        rho_rate_excess = np.fmax(0.0, -(t_kc5kr * (R - rho) + t_zsrsx * t_wfrll)) * t_wfrll
         phi = np.arctan2(zeta2, zeta1)
-        zeta1_rate = t_lp7ic * sin_phi_ref - rho_rate_excess * zeta1 - t_rqnbt * cos_phi_ref
+        zeta1_rate = t_iqrnb * sin_phi_ref - rho_rate_excess * zeta1 - t_t2weg * cos_phi_ref
         w3 = np.fmax(-mu_rate_max, np.fmin(mu_rate_max, mu_gain * (mu_ref - mu)))
-        m_o5luw = (0.0 < rho)
-        t_lx4n5 = rho_rate_excess * zeta2 + t_rqnbt * sin_phi_ref + t_lp7ic * cos_phi_ref
-        w1 = np.where(m_o5luw, (zeta1 * zeta1_rate - zeta2 * t_lx4n5) / rho, zeta1_rate)
-        w2 = np.where(m_o5luw, -((zeta1 * t_lx4n5 + zeta1_rate * zeta2) / t_4x2zf), 0.0)
+        m_wzkpw = (0.0 < rho)
+        t_wu6vd = rho_rate_excess * zeta2 + t_t2weg * sin_phi_ref + t_iqrnb * cos_phi_ref
+        w1 = np.where(m_wzkpw, (zeta1 * zeta1_rate - zeta2 * t_wu6vd) / rho, zeta1_rate)
+        w2 = np.where(m_wzkpw, -((zeta1 * t_wu6vd + zeta1_rate * zeta2) / t_4x2zf), 0.0)
         return _vector(
             rho,
             phi,

@@ -42,152 +42,152 @@ void triangle_sliding_jvp(const real *x, const real *r, const real *p, const rea
     const real zeta2 = x[rho] * sin_phi;
     const real w_along = r[rho_ref] - cos_phi_ref * zeta1 - sin_phi_ref * zeta2;  /* (25) */
     const real w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2;  /* (25) */
-    const real t_furpv = w_across * w_across + w_along * w_along;
-    const real rho_t = mv_sqrt(t_furpv);  /* (25) */
-    const mask m_z5ee7 = LT(K(1e-09), rho_t);
-    const real t_gliif = K(1.0) / rho_t;
-    const real t_m4c7o = w_along * t_gliif;
-    const real cos_t = SELECT(m_z5ee7, t_m4c7o, SPLAT(K(1.0)));  /* (25) */
+    const real t_5lued = w_across * w_across + w_along * w_along;
+    const real rho_t = mv_sqrt(t_5lued);  /* (25) */
+    const mask m_qm7gk = LT(K(1e-09), rho_t);
+    const real t_6dtnj = K(1.0) / rho_t;
+    const real t_heubl = w_along * t_6dtnj;
+    const real cos_t = SELECT(m_qm7gk, t_heubl, SPLAT(K(1.0)));  /* (25) */
     const real theta_t = x[theta] - r[theta_ref] + r[rho_ref] * w_across * c[area_factor];  /* (27) */
     const real t_o55bt = r[rho_ref] * r[rho_ref];
-    const real t_xuitj = w_across * t_gliif;
-    const real t_ktua4 = t_xuitj * t_xuitj;
-    const real chord = mv_sqrt(c[R] * c[R] + SELECT0(m_z5ee7, SELECT0(m_z5ee7, -(t_o55bt * t_ktua4))));  /* (28) */
+    const real t_5dhp4 = w_across * t_6dtnj;
+    const real t_ekekz = t_5dhp4 * t_5dhp4;
+    const real chord = mv_sqrt(c[R] * c[R] + SELECT0(m_qm7gk, SELECT0(m_qm7gk, -(t_o55bt * t_ekekz))));  /* (28) */
     const real t_gjxkh = K(1.0) / c[theta_star];
     const real tau = mv_fabs(theta_t) * t_gjxkh;  /* (31) */
     const real t_ieu4b = K(1.0) / c[m];
     const real f = mv_pow(tau, t_ieu4b);  /* (31) */
-    const real t_4x2zf = zeta1 * zeta1 + zeta2 * zeta2;
-    const real t_yfvls = mv_sqrt(t_4x2zf);
-    const mask m_ksqj2 = LT(K(0.0), t_yfvls);
-    const mask m_z5ee7_2 = LT(K(0.0), rho_t);
+    const real t_dynew = zeta1 * zeta1 + zeta2 * zeta2;
+    const real t_wmyyh = mv_sqrt(t_dynew);
+    const mask m_jelvn = LT(K(0.0), t_wmyyh);
+    const mask m_qm7gk_2 = LT(K(0.0), rho_t);
     const real t_fcuq3 = t_gjxkh * t_ieu4b;
-    const mask m_pmiqd = NOT(m_z5ee7);
-    const mask m_vfwur = OR(m_pmiqd, m_pmiqd);
-    const real t_zuogb = SELECT(m_vfwur, chord, chord);
-    const real t_2b36a = cos_t * r[rho_ref] + t_zuogb;
-    const real t_lm3xn = t_fcuq3 * t_2b36a;
-    const real t_fj2i2 = K(1.0) / t_2b36a;
-    const real t_etoih = rho_t * t_fj2i2;
-    const real t_6tejv = mv_sqrt(t_etoih);
-    const real t_3sr3u = K(1.0) / (t_2b36a * t_2b36a);
-    const real t_ltwkz = t_furpv * t_3sr3u;
-    const real t_i2oza = K(1.0) / (tau + t_ltwkz);
-    const real t_vzh6u = c[k_phi] * t_6tejv * t_i2oza;
-    const real t_2x3wp = t_lm3xn * t_vzh6u;
-    const real t_6qw53 = K(1.0) / t_zuogb;
-    const real t_jcju6 = r[rho_ref] * t_xuitj * t_6qw53;
-    const real t_abddv = SELECT0(m_z5ee7, t_jcju6 * theta_t * c[m]) - t_furpv;
+    const mask m_6c3rq = NOT(m_qm7gk);
+    const mask m_kv3xe = OR(m_6c3rq, m_6c3rq);
+    const real t_2hzmc = SELECT(m_kv3xe, chord, chord);
+    const real t_axbdk = cos_t * r[rho_ref] + t_2hzmc;
+    const real t_yqfyq = t_fcuq3 * t_axbdk;
+    const real t_2kste = K(1.0) / t_axbdk;
+    const real t_wx7nj = rho_t * t_2kste;
+    const real t_cofvw = mv_sqrt(t_wx7nj);
+    const real t_k4ajn = K(1.0) / (t_axbdk * t_axbdk);
+    const real t_vy3i7 = t_5lued * t_k4ajn;
+    const real t_7wqba = K(1.0) / (tau + t_vy3i7);
+    const real t_dgite = c[k_phi] * t_cofvw * t_7wqba;
+    const real t_zu5hl = t_yqfyq * t_dgite;
+    const real t_wk33w = K(1.0) / t_2hzmc;
+    const real t_5ls4n = r[rho_ref] * t_5dhp4 * t_wk33w;
+    const real t_454ka = SELECT0(m_qm7gk, t_5ls4n * theta_t * c[m]) - t_5lued;
     const real t_weose = K(1.0) / c[s_min];
-    const real t_zprj7 = (rho_t - f * t_2b36a) * t_weose;
-    const real t_3oqa2 = mv_min(SPLAT(K(1.0)), t_zprj7);
-    const real t_bof5b = SELECT0(m_z5ee7_2, t_2x3wp * t_abddv) - c[eta_rho] * mv_max(SPLAT(K(-1.0)), t_3oqa2);
-    const real t_rrbdp = SELECT0(m_z5ee7, t_bof5b * t_xuitj);
+    const real t_bkfl3 = (rho_t - f * t_axbdk) * t_weose;
+    const real t_sc3uf = mv_min(SPLAT(K(1.0)), t_bkfl3);
+    const real t_d3mks = SELECT0(m_qm7gk_2, t_zu5hl * t_454ka) - c[eta_rho] * mv_max(SPLAT(K(-1.0)), t_sc3uf);
+    const real t_ihf4g = SELECT0(m_qm7gk, t_d3mks * t_5dhp4);
     const real t_mldgu = K(-1.0) + c[m];
-    const real t_5wfhn = mv_pow(f, t_mldgu);
-    const real t_646rv = t_vzh6u * t_5wfhn;
+    const real t_elj3v = mv_pow(f, t_mldgu);
+    const real t_sewyy = t_dgite * t_elj3v;
     const real t_6rwtv = K(1.0) / c[theta_min];
-    const real t_fzzn6 = theta_t * t_6rwtv;
-    const real t_hr4cg = mv_min(SPLAT(K(1.0)), t_fzzn6);
-    const real t_ygaz3 = mv_max(SPLAT(K(-1.0)), t_hr4cg);
-    const real t_us36u = t_646rv * t_ygaz3;
-    const real t_3ly7e = cos_t * t_us36u;
-    const real t_2hllo = t_rrbdp + SELECT0(m_z5ee7_2, -(t_3ly7e * rho_t));
+    const real t_fosqm = theta_t * t_6rwtv;
+    const real t_lz6vl = mv_min(SPLAT(K(1.0)), t_fosqm);
+    const real t_lfegb = mv_max(SPLAT(K(-1.0)), t_lz6vl);
+    const real t_scbch = t_sewyy * t_lfegb;
+    const real t_nxa3o = cos_t * t_scbch;
+    const real t_nfka4 = t_ihf4g + SELECT0(m_qm7gk_2, -(t_nxa3o * rho_t));
     const real t_kc5kr = K(100.0) * c[k_phi];
-    const real t_nrnb7 = t_us36u * rho_t;
-    const real t_hwkxg = cos_t * t_bof5b + SELECT0(m_z5ee7, SELECT0(m_z5ee7_2, t_nrnb7 * t_xuitj));
-    const real t_3mrva = SELECT0(m_z5ee7_2, -(t_nrnb7 * cos_t)) + t_rrbdp;
-    const real t_mhzub = cos_phi_ref * t_hwkxg - sin_phi_ref * t_3mrva;
-    const real t_g55ku = cos_phi_ref * t_3mrva + sin_phi_ref * t_hwkxg;
-    const real t_e4rje = K(1.0) / mv_max(SPLAT(K(1e-09)), t_yfvls);
-    const real t_cxrnl = (t_mhzub * zeta1 + t_g55ku * zeta2) * t_e4rje;
-    const real t_j2lpg = -(t_kc5kr * (c[R] - t_yfvls) + t_cxrnl);
-    const real t_ssi6p = mv_max(SPLAT(K(0.0)), t_j2lpg) * t_e4rje;
-    const real t_nzx4x = t_2hllo * sin_phi_ref - t_ssi6p * zeta1 - t_hwkxg * cos_phi_ref;
+    const real t_nxa3o_2 = t_scbch * rho_t;
+    const real t_2ap4v = cos_t * t_d3mks + SELECT0(m_qm7gk, SELECT0(m_qm7gk_2, t_nxa3o_2 * t_5dhp4));
+    const real t_nfka4_2 = SELECT0(m_qm7gk_2, -(t_nxa3o_2 * cos_t)) + t_ihf4g;
+    const real t_dlbxc = cos_phi_ref * t_2ap4v - sin_phi_ref * t_nfka4_2;
+    const real t_hulxv = cos_phi_ref * t_nfka4_2 + sin_phi_ref * t_2ap4v;
+    const real t_e2kmt = K(1.0) / mv_max(SPLAT(K(1e-09)), t_wmyyh);
+    const real t_tvlm2 = (t_dlbxc * zeta1 + t_hulxv * zeta2) * t_e2kmt;
+    const real t_vnhao = -(t_kc5kr * (c[R] - t_wmyyh) + t_tvlm2);
+    const real t_zkibd = mv_max(SPLAT(K(0.0)), t_vnhao) * t_e2kmt;
+    const real t_e6ftu = t_nfka4 * sin_phi_ref - t_zkibd * zeta1 - t_2ap4v * cos_phi_ref;
     const real t_3afq5 = cos_phi * along_x[along_rho] - x[rho] * (sin_phi * along_x[along_phi]);
     const real t_sxtsm = sin_phi_ref * along_r[along_phi_ref];
     const real t_yxwd6 = cos_phi_ref * along_r[along_phi_ref];
     const real t_46lno = sin_phi * along_x[along_rho] + x[rho] * (cos_phi * along_x[along_phi]);
-    const real t_eay2n = along_r[along_rho_ref]
+    const real t_rx7mc = along_r[along_rho_ref]
         - (cos_phi_ref * t_3afq5 - zeta1 * t_sxtsm)
         - (zeta2 * t_yxwd6 + sin_phi_ref * t_46lno);
-    const real t_st5ju = zeta1 * t_yxwd6 + sin_phi_ref * t_3afq5 - (cos_phi_ref * t_46lno - zeta2 * t_sxtsm);
-    const real t_l72yh = (w_across + w_across) * t_st5ju + (w_along + w_along) * t_eay2n;
-    const real t_fdlvl = t_l72yh / (rho_t + rho_t);
-    const real t_wtvuw = t_eay2n * t_gliif - t_m4c7o * t_gliif * t_fdlvl;
-    const mask m_nlkgc = NOT(m_vfwur);
-    const real t_ymop5 = t_st5ju * t_gliif - t_xuitj * t_gliif * t_fdlvl;
-    const real t_l67pb = (t_ktua4 * ((r[rho_ref] + r[rho_ref]) * along_r[along_rho_ref]) + t_o55bt * ((t_xuitj + t_xuitj) * t_ymop5)) / (chord + chord);
-    const real t_7qgnt = SELECT0(m_z5ee7, r[rho_ref] * t_wtvuw)
+    const real t_j6opb = zeta1 * t_yxwd6 + sin_phi_ref * t_3afq5 - (cos_phi_ref * t_46lno - zeta2 * t_sxtsm);
+    const real t_mn256 = (w_across + w_across) * t_j6opb + (w_along + w_along) * t_rx7mc;
+    const real t_zphmg = t_mn256 / (rho_t + rho_t);
+    const real t_jrhrw = t_rx7mc * t_6dtnj - t_heubl * t_6dtnj * t_zphmg;
+    const mask m_nlkgc = NOT(m_kv3xe);
+    const real t_zfo3m = t_j6opb * t_6dtnj - t_5dhp4 * t_6dtnj * t_zphmg;
+    const real t_bo66h = (t_ekekz * ((r[rho_ref] + r[rho_ref]) * along_r[along_rho_ref]) + t_o55bt * ((t_5dhp4 + t_5dhp4) * t_zfo3m)) / (chord + chord);
+    const real t_awwov = SELECT0(m_qm7gk, r[rho_ref] * t_jrhrw)
         + cos_t * along_r[along_rho_ref]
-        + SELECT0(m_nlkgc, SELECT0(m_z5ee7, SELECT0(m_z5ee7, -t_l67pb)));
-    const real t_ikolc = c[k_phi] * ((t_fdlvl * t_fj2i2 - t_etoih * t_fj2i2 * t_7qgnt) / (t_6tejv + t_6tejv)) * t_i2oza;
-    const real t_n33cs = along_x[along_theta] - along_r[along_theta_ref] + c[area_factor] * (w_across * along_r[along_rho_ref] + r[rho_ref] * t_st5ju);
-    const real t_ao5g3 = mv_sign(theta_t) * t_n33cs * t_gjxkh;
-    const real t_di3wd = t_vzh6u * t_i2oza * (t_ao5g3 + (t_l72yh * t_3sr3u - t_ltwkz * t_3sr3u * ((t_2b36a + t_2b36a) * t_7qgnt)));
-    const real t_owrgf = t_ikolc - t_di3wd;
-    const real t_noiup = (t_xuitj * along_r[along_rho_ref] + r[rho_ref] * t_ymop5) * t_6qw53
-        + SELECT0(m_nlkgc, SELECT0(m_z5ee7, SELECT0(m_z5ee7, t_jcju6 * t_6qw53 * t_l67pb)));
-    const real t_scnoi = t_abddv * (t_vzh6u * (t_fcuq3 * t_7qgnt) + t_lm3xn * t_owrgf)
-        + t_2x3wp * (SELECT0(m_z5ee7, c[m] * (theta_t * t_noiup + t_jcju6 * t_n33cs)) - t_l72yh);
-    const mask m_xlke7 = LE(K(-1.0), t_3oqa2);
-    const real t_wzftv = NUM(m_xlke7);
-    const mask m_rd4rt = LE(t_3oqa2, K(-1.0));
-    const mask m_527tt = LE(t_zprj7, K(1.0));
-    const real t_e5hpt = NUM(m_527tt);
-    const mask m_vi3vq = LE(K(1.0), t_zprj7);
-    const real t_ik4bo = mv_pow(tau, t_ieu4b - K(1.0)) * t_ieu4b * t_ao5g3;
-    const real t_bk6aj = t_e5hpt / (NUM(m_vi3vq) + t_e5hpt) * ((t_fdlvl - (t_2b36a * t_ik4bo + f * t_7qgnt)) * t_weose);
-    const real t_zusr3 = SELECT0(m_z5ee7_2, t_scnoi) - c[eta_rho] * (t_wzftv / (NUM(m_rd4rt) + t_wzftv) * t_bk6aj);
-    const real t_ddyse = SELECT0(m_z5ee7, t_xuitj * t_zusr3 + t_bof5b * t_ymop5);
-    const real t_44h4b = t_ygaz3 * (t_5wfhn * t_owrgf + t_vzh6u * (t_mldgu * mv_pow(f, t_mldgu - K(1.0)) * t_ik4bo));
-    const mask m_ajl3y = LE(K(-1.0), t_hr4cg);
-    const real t_wzftv_2 = NUM(m_ajl3y);
-    const mask m_cv6fy = LE(t_hr4cg, K(-1.0));
-    const mask m_rbdt6 = LE(t_fzzn6, K(1.0));
-    const real t_wd3be = NUM(m_rbdt6);
-    const mask m_k6w4t = LE(K(1.0), t_fzzn6);
-    const real t_tudup = t_646rv * (t_wzftv_2 / (NUM(m_cv6fy) + t_wzftv_2) * (t_wd3be / (NUM(m_k6w4t) + t_wd3be) * (t_n33cs * t_6rwtv)));
-    const real t_jho2f = t_44h4b + t_tudup;
-    const real t_am6sm = SELECT0(m_z5ee7_2, -(rho_t * (SELECT0(m_z5ee7, t_us36u * t_wtvuw) + cos_t * t_jho2f) + t_3ly7e * t_fdlvl));
-    const real t_ihupp = t_ddyse + t_am6sm;
-    const mask m_od6a2 = LE(K(0.0), t_j2lpg);
-    const real t_tij5y = NUM(m_od6a2);
-    const mask m_7t3za = LE(t_j2lpg, K(0.0));
-    const real t_ohm5d = rho_t * t_jho2f + t_us36u * t_fdlvl;
-    const real t_cppvj = SELECT0(m_z5ee7, t_bof5b * t_wtvuw)
-        + cos_t * t_zusr3
-        + SELECT0(m_z5ee7, SELECT0(m_z5ee7_2, t_xuitj * t_ohm5d + t_nrnb7 * t_ymop5));
-    const real t_hvuzs = cos_phi_ref * t_cppvj - t_hwkxg * t_sxtsm;
-    const real t_ptswo = SELECT0(m_z5ee7_2, -(cos_t * t_ohm5d + SELECT0(m_z5ee7, t_nrnb7 * t_wtvuw))) + t_ddyse;
-    const real t_k3cgo = t_hwkxg * t_yxwd6;
-    const real t_plltw = sin_phi_ref * t_cppvj;
-    const real t_rmuxd = zeta2 * (cos_phi_ref * t_ptswo - t_3mrva * t_sxtsm + (t_k3cgo + t_plltw))
-        + t_g55ku * t_46lno;
-    const real t_erdeb = zeta1 * (t_hvuzs - (t_3mrva * t_yxwd6 + sin_phi_ref * t_ptswo))
-        + t_mhzub * t_3afq5
-        + t_rmuxd;
-    const mask m_p2abf = LE(K(1e-09), t_yfvls);
-    const real t_ivpxh = NUM(m_p2abf);
-    const mask m_ysper = LE(t_yfvls, K(1e-09));
-    const real t_ykpbv = (zeta1 + zeta1) * t_3afq5 + (zeta2 + zeta2) * t_46lno;
-    const real t_cxo4v = t_ykpbv / (t_yfvls + t_yfvls);
-    const real t_s7b4i = t_ivpxh / (NUM(m_ysper) + t_ivpxh) * t_cxo4v;
-    const real t_5sf7r = t_tij5y / (NUM(m_7t3za) + t_tij5y) * (t_erdeb * t_e4rje - t_cxrnl * t_e4rje * t_s7b4i - t_kc5kr * t_cxo4v);
-    const real t_hun7c = t_5sf7r * t_e4rje + t_ssi6p * t_e4rje * t_s7b4i;
-    const real t_j4jwd = sin_phi_ref * t_ihupp
-        + t_2hllo * t_yxwd6
-        - (t_ssi6p * t_3afq5 - zeta1 * t_hun7c)
-        - t_hvuzs;
-    const real t_x4z7u = t_ssi6p * zeta2 + t_hwkxg * sin_phi_ref + t_2hllo * cos_phi_ref;
-    const real t_b44sc = t_ssi6p * t_46lno
-        - zeta2 * t_hun7c
-        + (t_plltw + t_k3cgo)
-        + (cos_phi_ref * t_ihupp - t_2hllo * t_sxtsm);
-    const real t_oz2aw = K(1.0) / t_yfvls;
-    const real t_pozbm = (t_nzx4x * t_3afq5 + zeta1 * t_j4jwd - (t_x4z7u * t_46lno + zeta2 * t_b44sc)) * t_oz2aw;
-    const real t_3cthi = K(1.0) / t_4x2zf;
-    const real t_izzsn = (t_x4z7u * t_3afq5 + zeta1 * t_b44sc + (zeta2 * t_j4jwd + t_nzx4x * t_46lno)) * t_3cthi;
+        + SELECT0(m_nlkgc, SELECT0(m_qm7gk, SELECT0(m_qm7gk, -t_bo66h)));
+    const real t_7cavp = c[k_phi] * ((t_zphmg * t_2kste - t_wx7nj * t_2kste * t_awwov) / (t_cofvw + t_cofvw)) * t_7wqba;
+    const real t_ouww7 = along_x[along_theta] - along_r[along_theta_ref] + c[area_factor] * (w_across * along_r[along_rho_ref] + r[rho_ref] * t_j6opb);
+    const real t_j6enn = mv_sign(theta_t) * t_ouww7 * t_gjxkh;
+    const real t_y53ca = t_dgite * t_7wqba * (t_j6enn + (t_mn256 * t_k4ajn - t_vy3i7 * t_k4ajn * ((t_axbdk + t_axbdk) * t_awwov)));
+    const real t_m6ece = t_7cavp - t_y53ca;
+    const real t_pksjd = (t_5dhp4 * along_r[along_rho_ref] + r[rho_ref] * t_zfo3m) * t_wk33w
+        + SELECT0(m_nlkgc, SELECT0(m_qm7gk, SELECT0(m_qm7gk, t_5ls4n * t_wk33w * t_bo66h)));
+    const real t_2nvj4 = t_454ka * (t_dgite * (t_fcuq3 * t_awwov) + t_yqfyq * t_m6ece)
+        + t_zu5hl * (SELECT0(m_qm7gk, c[m] * (theta_t * t_pksjd + t_5ls4n * t_ouww7)) - t_mn256);
+    const mask m_nwxnt = LE(K(-1.0), t_sc3uf);
+    const real t_wzftv = NUM(m_nwxnt);
+    const mask m_6yp25 = LE(t_sc3uf, K(-1.0));
+    const mask m_tm7ot = LE(t_bkfl3, K(1.0));
+    const real t_fx2af = NUM(m_tm7ot);
+    const mask m_5oya2 = LE(K(1.0), t_bkfl3);
+    const real t_767d3 = mv_pow(tau, t_ieu4b - K(1.0)) * t_ieu4b * t_j6enn;
+    const real t_nw4ju = t_fx2af / (NUM(m_5oya2) + t_fx2af) * ((t_zphmg - (t_axbdk * t_767d3 + f * t_awwov)) * t_weose);
+    const real t_gm6v2 = SELECT0(m_qm7gk_2, t_2nvj4) - c[eta_rho] * (t_wzftv / (NUM(m_6yp25) + t_wzftv) * t_nw4ju);
+    const real t_tzupk = SELECT0(m_qm7gk, t_5dhp4 * t_gm6v2 + t_d3mks * t_zfo3m);
+    const real t_xfy7n = t_lfegb * (t_elj3v * t_m6ece + t_dgite * (t_mldgu * mv_pow(f, t_mldgu - K(1.0)) * t_767d3));
+    const mask m_2jstk = LE(K(-1.0), t_lz6vl);
+    const real t_wzftv_2 = NUM(m_2jstk);
+    const mask m_blwfk = LE(t_lz6vl, K(-1.0));
+    const mask m_aohfq = LE(t_fosqm, K(1.0));
+    const real t_4g5nz = NUM(m_aohfq);
+    const mask m_4rw55 = LE(K(1.0), t_fosqm);
+    const real t_cxat6 = t_sewyy * (t_wzftv_2 / (NUM(m_blwfk) + t_wzftv_2) * (t_4g5nz / (NUM(m_4rw55) + t_4g5nz) * (t_ouww7 * t_6rwtv)));
+    const real t_hwkrv = t_xfy7n + t_cxat6;
+    const real t_qt57e = SELECT0(m_qm7gk_2, -(rho_t * (SELECT0(m_qm7gk, t_scbch * t_jrhrw) + cos_t * t_hwkrv) + t_nxa3o * t_zphmg));
+    const real t_apkah = t_tzupk + t_qt57e;
+    const mask m_sfgjz = LE(K(0.0), t_vnhao);
+    const real t_tij5y = NUM(m_sfgjz);
+    const mask m_pbxnb = LE(t_vnhao, K(0.0));
+    const real t_2c3di = rho_t * t_hwkrv + t_scbch * t_zphmg;
+    const real t_pqyk4 = SELECT0(m_qm7gk, t_d3mks * t_jrhrw)
+        + cos_t * t_gm6v2
+        + SELECT0(m_qm7gk, SELECT0(m_qm7gk_2, t_5dhp4 * t_2c3di + t_nxa3o_2 * t_zfo3m));
+    const real t_xtngl = cos_phi_ref * t_pqyk4 - t_2ap4v * t_sxtsm;
+    const real t_tve4l = SELECT0(m_qm7gk_2, -(cos_t * t_2c3di + SELECT0(m_qm7gk, t_nxa3o_2 * t_jrhrw))) + t_tzupk;
+    const real t_m4ssh = t_2ap4v * t_yxwd6;
+    const real t_p5hhs = sin_phi_ref * t_pqyk4;
+    const real t_tbcsh = zeta2 * (cos_phi_ref * t_tve4l - t_nfka4_2 * t_sxtsm + (t_m4ssh + t_p5hhs))
+        + t_hulxv * t_46lno;
+    const real t_2xuoz = zeta1 * (t_xtngl - (t_nfka4_2 * t_yxwd6 + sin_phi_ref * t_tve4l))
+        + t_dlbxc * t_3afq5
+        + t_tbcsh;
+    const mask m_js335 = LE(K(1e-09), t_wmyyh);
+    const real t_ivpxh = NUM(m_js335);
+    const mask m_bgj4s = LE(t_wmyyh, K(1e-09));
+    const real t_cwfzr = (zeta1 + zeta1) * t_3afq5 + (zeta2 + zeta2) * t_46lno;
+    const real t_wjqgt = t_cwfzr / (t_wmyyh + t_wmyyh);
+    const real t_x6pik = t_ivpxh / (NUM(m_bgj4s) + t_ivpxh) * t_wjqgt;
+    const real t_fgtwj = t_tij5y / (NUM(m_pbxnb) + t_tij5y) * (t_2xuoz * t_e2kmt - t_tvlm2 * t_e2kmt * t_x6pik - t_kc5kr * t_wjqgt);
+    const real t_ratzw = t_fgtwj * t_e2kmt + t_zkibd * t_e2kmt * t_x6pik;
+    const real t_tmbko = sin_phi_ref * t_apkah
+        + t_nfka4 * t_yxwd6
+        - (t_zkibd * t_3afq5 - zeta1 * t_ratzw)
+        - t_xtngl;
+    const real t_lbh2s = t_zkibd * zeta2 + t_2ap4v * sin_phi_ref + t_nfka4 * cos_phi_ref;
+    const real t_ei7cj = t_zkibd * t_46lno
+        - zeta2 * t_ratzw
+        + (t_p5hhs + t_m4ssh)
+        + (cos_phi_ref * t_apkah - t_nfka4 * t_sxtsm);
+    const real t_4d4ds = K(1.0) / t_wmyyh;
+    const real t_mpvq2 = (t_e6ftu * t_3afq5 + zeta1 * t_tmbko - (t_lbh2s * t_46lno + zeta2 * t_ei7cj)) * t_4d4ds;
+    const real t_qpkie = K(1.0) / t_dynew;
+    const real t_wifbk = (t_lbh2s * t_3afq5 + zeta1 * t_ei7cj + (zeta2 * t_tmbko + t_e6ftu * t_46lno)) * t_qpkie;
     const real t_f7oti = -c[mu_rate_max];
     const real t_dhkzn = c[mu_gain] * (r[mu_ref] - x[mu]);
     const real t_7l2lj = mv_min(c[mu_rate_max], t_dhkzn);
@@ -197,8 +197,8 @@ void triangle_sliding_jvp(const real *x, const real *r, const real *p, const rea
     const mask m_huzvj = LE(t_dhkzn, c[mu_rate_max]);
     const real t_huzvj = NUM(m_huzvj);
     const mask m_mu2v2 = LE(c[mu_rate_max], t_dhkzn);
-    change[0] = SELECT(m_ksqj2, t_pozbm - (zeta1 * t_nzx4x - zeta2 * t_x4z7u) * t_oz2aw * t_oz2aw * t_cxo4v, t_j4jwd);
-    change[1] = SELECT0(m_ksqj2, -(t_izzsn - (zeta1 * t_x4z7u + t_nzx4x * zeta2) * t_3cthi * t_3cthi * t_ykpbv));
+    change[0] = SELECT(m_jelvn, t_mpvq2 - (zeta1 * t_e6ftu - zeta2 * t_lbh2s) * t_4d4ds * t_4d4ds * t_wjqgt, t_tmbko);
+    change[1] = SELECT0(m_jelvn, -(t_wifbk - (zeta1 * t_lbh2s + t_e6ftu * zeta2) * t_qpkie * t_qpkie * t_cwfzr));
     change[2] = t_tmq3y / (NUM(m_y2s22) + t_tmq3y) * (t_huzvj / (NUM(m_mu2v2) + t_huzvj) * (c[mu_gain] * (along_r[along_mu_ref] - along_x[along_mu])));
 }
 
@@ -228,135 +228,135 @@ void triangle_sliding_loop_jac(const real *q, const real *r, const real *p, cons
     real sin_phi_ref, cos_phi_ref; mv_sincos(r[phi_ref], &sin_phi_ref, &cos_phi_ref);
     const real w_along = r[rho_ref] - cos_phi_ref * q[zeta1] - sin_phi_ref * q[zeta2];  /* (25) */
     const real w_across = sin_phi_ref * q[zeta1] - cos_phi_ref * q[zeta2];  /* (25) */
-    const real t_furpv = w_across * w_across + w_along * w_along;
-    const real rho_t = mv_sqrt(t_furpv);  /* (25) */
-    const mask m_z5ee7 = LT(K(1e-09), rho_t);
-    const real t_gliif = K(1.0) / rho_t;
-    const real t_m4c7o = w_along * t_gliif;
-    const real cos_t = SELECT(m_z5ee7, t_m4c7o, SPLAT(K(1.0)));  /* (25) */
+    const real t_fvfvk = w_across * w_across + w_along * w_along;
+    const real rho_t = mv_sqrt(t_fvfvk);  /* (25) */
+    const mask m_qm7gk = LT(K(1e-09), rho_t);
+    const real t_6dtnj = K(1.0) / rho_t;
+    const real t_fsc2i = w_along * t_6dtnj;
+    const real cos_t = SELECT(m_qm7gk, t_fsc2i, SPLAT(K(1.0)));  /* (25) */
     const real theta_t = q[theta] - r[theta_ref] + r[rho_ref] * w_across * c[area_factor];  /* (27) */
     const real t_o55bt = r[rho_ref] * r[rho_ref];
-    const real t_xuitj = w_across * t_gliif;
-    const real t_ktua4 = t_xuitj * t_xuitj;
-    const real chord = mv_sqrt(c[R] * c[R] + SELECT0(m_z5ee7, SELECT0(m_z5ee7, -(t_o55bt * t_ktua4))));  /* (28) */
+    const real t_3hj5v = w_across * t_6dtnj;
+    const real t_7rloe = t_3hj5v * t_3hj5v;
+    const real chord = mv_sqrt(c[R] * c[R] + SELECT0(m_qm7gk, SELECT0(m_qm7gk, -(t_o55bt * t_7rloe))));  /* (28) */
     const real t_gjxkh = K(1.0) / c[theta_star];
     const real tau = mv_fabs(theta_t) * t_gjxkh;  /* (31) */
     const real t_ieu4b = K(1.0) / c[m];
     const real f = mv_pow(tau, t_ieu4b);  /* (31) */
-    const mask m_z5ee7_2 = LT(K(0.0), rho_t);
-    const mask m_pmiqd = NOT(m_z5ee7);
-    const mask m_vfwur = OR(m_pmiqd, m_pmiqd);
-    const real t_zuogb = SELECT(m_vfwur, chord, chord);
-    const real t_6qw53 = K(1.0) / t_zuogb;
-    const real t_jcju6 = r[rho_ref] * t_xuitj * t_6qw53;
-    const real t_abddv = SELECT0(m_z5ee7, t_jcju6 * theta_t * c[m]) - t_furpv;
-    const real t_2b36a = cos_t * r[rho_ref] + t_zuogb;
-    const real t_fj2i2 = K(1.0) / t_2b36a;
-    const real t_etoih = rho_t * t_fj2i2;
-    const real t_6tejv = mv_sqrt(t_etoih);
-    const real t_3sr3u = K(1.0) / (t_2b36a * t_2b36a);
-    const real t_ltwkz = t_furpv * t_3sr3u;
-    const real t_i2oza = K(1.0) / (tau + t_ltwkz);
-    const real t_vzh6u = c[k_phi] * t_6tejv * t_i2oza;
+    const mask m_qm7gk_2 = LT(K(0.0), rho_t);
+    const mask m_6c3rq = NOT(m_qm7gk);
+    const mask m_kv3xe = OR(m_6c3rq, m_6c3rq);
+    const real t_2hzmc = SELECT(m_kv3xe, chord, chord);
+    const real t_wk33w = K(1.0) / t_2hzmc;
+    const real t_pmdsg = r[rho_ref] * t_3hj5v * t_wk33w;
+    const real t_44sk5 = SELECT0(m_qm7gk, t_pmdsg * theta_t * c[m]) - t_fvfvk;
+    const real t_axbdk = cos_t * r[rho_ref] + t_2hzmc;
+    const real t_2kste = K(1.0) / t_axbdk;
+    const real t_wx7nj = rho_t * t_2kste;
+    const real t_cofvw = mv_sqrt(t_wx7nj);
+    const real t_k4ajn = K(1.0) / (t_axbdk * t_axbdk);
+    const real t_ilov5 = t_fvfvk * t_k4ajn;
+    const real t_6klm6 = K(1.0) / (tau + t_ilov5);
+    const real t_dgite = c[k_phi] * t_cofvw * t_6klm6;
     const real t_fcuq3 = t_gjxkh * t_ieu4b;
-    const real t_m3snr = cos_phi_ref * t_gliif;
-    const real t_apicp = t_m4c7o * t_gliif;
-    const real t_5wlee = w_across + w_across;
-    const real t_degwz = w_along + w_along;
-    const real t_ugll2 = t_5wlee * sin_phi_ref - t_degwz * cos_phi_ref;
-    const real t_amnjj = K(1.0) / (rho_t + rho_t);
-    const real t_z3qw7 = t_ugll2 * t_amnjj;
-    const real t_ym2fo = t_m3snr + t_apicp * t_z3qw7;
-    const mask m_nlkgc = NOT(m_vfwur);
-    const real t_lzpnp = t_xuitj + t_xuitj;
-    const real t_jhdru = sin_phi_ref * t_gliif;
-    const real t_27sgx = t_xuitj * t_gliif;
-    const real t_fdt4k = t_jhdru - t_27sgx * t_z3qw7;
-    const real t_ne4ah = K(1.0) / (chord + chord);
-    const real t_ttx53 = t_o55bt * (t_lzpnp * t_fdt4k) * t_ne4ah;
-    const real t_f2fvz = SELECT0(m_z5ee7, -(r[rho_ref] * t_ym2fo)) + SELECT0(m_nlkgc, SELECT0(m_z5ee7, SELECT0(m_z5ee7, -t_ttx53)));
-    const real t_lm3xn = t_fcuq3 * t_2b36a;
-    const real t_j3xxo = t_etoih * t_fj2i2;
-    const real t_spoa4 = K(1.0) / (t_6tejv + t_6tejv);
-    const real t_qcwfy = t_vzh6u * t_i2oza;
-    const real t_pekax = mv_sign(theta_t);
+    const real t_qi434 = cos_phi_ref * t_6dtnj;
+    const real t_kciyl = t_fsc2i * t_6dtnj;
+    const real t_34wjz = w_across + w_across;
+    const real t_6vnxo = w_along + w_along;
+    const real t_c6cda = t_34wjz * sin_phi_ref - t_6vnxo * cos_phi_ref;
+    const real t_6dtnj_2 = K(1.0) / (rho_t + rho_t);
+    const real t_wlsoh = t_c6cda * t_6dtnj_2;
+    const real t_7qoxu = t_qi434 + t_kciyl * t_wlsoh;
+    const mask m_nlkgc = NOT(m_kv3xe);
+    const real t_3hj5v_2 = t_3hj5v + t_3hj5v;
+    const real t_zva2v = sin_phi_ref * t_6dtnj;
+    const real t_nah2q = t_3hj5v * t_6dtnj;
+    const real t_45ojl = t_zva2v - t_nah2q * t_wlsoh;
+    const real t_wbmx7 = K(1.0) / (chord + chord);
+    const real t_k7cvl = t_o55bt * (t_3hj5v_2 * t_45ojl) * t_wbmx7;
+    const real t_affqk = SELECT0(m_qm7gk, -(r[rho_ref] * t_7qoxu)) + SELECT0(m_nlkgc, SELECT0(m_qm7gk, SELECT0(m_qm7gk, -t_k7cvl)));
+    const real t_yqfyq = t_fcuq3 * t_axbdk;
+    const real t_v3yza = t_wx7nj * t_2kste;
+    const real t_nh3es = K(1.0) / (t_cofvw + t_cofvw);
+    const real t_2c7fi = t_dgite * t_6klm6;
+    const real t_kdoot = mv_sign(theta_t);
     const real t_odkga = c[area_factor] * (r[rho_ref] * sin_phi_ref);
-    const real t_d5itw = t_pekax * t_odkga * t_gjxkh;
-    const real t_velk3 = t_ltwkz * t_3sr3u;
-    const real t_l4aq5 = t_2b36a + t_2b36a;
-    const real t_k65md = c[k_phi] * ((t_z3qw7 * t_fj2i2 - t_j3xxo * t_f2fvz) * t_spoa4) * t_i2oza
-        - t_qcwfy * (t_d5itw + (t_ugll2 * t_3sr3u - t_velk3 * (t_l4aq5 * t_f2fvz)));
-    const real t_2x3wp = t_lm3xn * t_vzh6u;
-    const real t_vgwru = t_jcju6 * t_6qw53;
-    const real t_z4qaq = theta_t * (r[rho_ref] * t_fdt4k * t_6qw53 + SELECT0(m_nlkgc, SELECT0(m_z5ee7, SELECT0(m_z5ee7, t_vgwru * t_ttx53))));
-    const real t_bdaik = t_abddv * (t_vzh6u * (t_fcuq3 * t_f2fvz) + t_lm3xn * t_k65md)
-        + t_2x3wp * (SELECT0(m_z5ee7, c[m] * (t_z4qaq + t_jcju6 * t_odkga)) - t_ugll2);
+    const real t_wun3u = t_kdoot * t_odkga * t_gjxkh;
+    const real t_kt2dp = t_ilov5 * t_k4ajn;
+    const real t_bbrc2 = t_axbdk + t_axbdk;
+    const real t_rlgpj = c[k_phi] * ((t_wlsoh * t_2kste - t_v3yza * t_affqk) * t_nh3es) * t_6klm6
+        - t_2c7fi * (t_wun3u + (t_c6cda * t_k4ajn - t_kt2dp * (t_bbrc2 * t_affqk)));
+    const real t_zu5hl = t_yqfyq * t_dgite;
+    const real t_vdg4o = t_pmdsg * t_wk33w;
+    const real t_k7rub = theta_t * (r[rho_ref] * t_45ojl * t_wk33w + SELECT0(m_nlkgc, SELECT0(m_qm7gk, SELECT0(m_qm7gk, t_vdg4o * t_k7cvl))));
+    const real t_bnvap = t_44sk5 * (t_dgite * (t_fcuq3 * t_affqk) + t_yqfyq * t_rlgpj)
+        + t_zu5hl * (SELECT0(m_qm7gk, c[m] * (t_k7rub + t_pmdsg * t_odkga)) - t_c6cda);
     const real t_weose = K(1.0) / c[s_min];
-    const real t_zprj7 = (rho_t - f * t_2b36a) * t_weose;
-    const real t_3oqa2 = mv_min(SPLAT(K(1.0)), t_zprj7);
-    const mask m_xlke7 = LE(K(-1.0), t_3oqa2);
-    const real t_wzftv = NUM(m_xlke7);
-    const mask m_rd4rt = LE(t_3oqa2, K(-1.0));
-    const real t_q2hfz = t_wzftv / (NUM(m_rd4rt) + t_wzftv);
-    const mask m_527tt = LE(t_zprj7, K(1.0));
-    const real t_e5hpt = NUM(m_527tt);
-    const mask m_vi3vq = LE(K(1.0), t_zprj7);
-    const real t_cawwk = t_e5hpt / (NUM(m_vi3vq) + t_e5hpt);
-    const real t_ttliz = mv_pow(tau, t_ieu4b - K(1.0)) * t_ieu4b;
-    const real t_mq3wv = t_ttliz * t_d5itw;
-    const real t_mhmjj = c[eta_rho] * (t_q2hfz * (t_cawwk * ((t_z3qw7 - (t_2b36a * t_mq3wv + f * t_f2fvz)) * t_weose)));
-    const real t_wggpa = SELECT0(m_z5ee7_2, t_bdaik) - t_mhmjj;
-    const real t_bof5b = SELECT0(m_z5ee7_2, t_2x3wp * t_abddv) - c[eta_rho] * mv_max(SPLAT(K(-1.0)), t_3oqa2);
-    const real t_5jypp = SELECT0(m_z5ee7, t_xuitj * t_wggpa + t_bof5b * t_fdt4k);
+    const real t_bkfl3 = (rho_t - f * t_axbdk) * t_weose;
+    const real t_sc3uf = mv_min(SPLAT(K(1.0)), t_bkfl3);
+    const mask m_nwxnt = LE(K(-1.0), t_sc3uf);
+    const real t_wzftv = NUM(m_nwxnt);
+    const mask m_6yp25 = LE(t_sc3uf, K(-1.0));
+    const real t_q2hfz = t_wzftv / (NUM(m_6yp25) + t_wzftv);
+    const mask m_tm7ot = LE(t_bkfl3, K(1.0));
+    const real t_fx2af = NUM(m_tm7ot);
+    const mask m_5oya2 = LE(K(1.0), t_bkfl3);
+    const real t_drko2 = t_fx2af / (NUM(m_5oya2) + t_fx2af);
+    const real t_awed2 = mv_pow(tau, t_ieu4b - K(1.0)) * t_ieu4b;
+    const real t_pxdld = t_awed2 * t_wun3u;
+    const real t_b2mpy = c[eta_rho] * (t_q2hfz * (t_drko2 * ((t_wlsoh - (t_axbdk * t_pxdld + f * t_affqk)) * t_weose)));
+    const real t_beklj = SELECT0(m_qm7gk_2, t_bnvap) - t_b2mpy;
+    const real t_ectgc = SELECT0(m_qm7gk_2, t_zu5hl * t_44sk5) - c[eta_rho] * mv_max(SPLAT(K(-1.0)), t_sc3uf);
+    const real t_vjipn = SELECT0(m_qm7gk, t_3hj5v * t_beklj + t_ectgc * t_45ojl);
     const real t_mldgu = K(-1.0) + c[m];
-    const real t_5wfhn = mv_pow(f, t_mldgu);
-    const real t_646rv = t_vzh6u * t_5wfhn;
+    const real t_elj3v = mv_pow(f, t_mldgu);
+    const real t_sewyy = t_dgite * t_elj3v;
     const real t_6rwtv = K(1.0) / c[theta_min];
-    const real t_fzzn6 = theta_t * t_6rwtv;
-    const real t_hr4cg = mv_min(SPLAT(K(1.0)), t_fzzn6);
-    const real t_ygaz3 = mv_max(SPLAT(K(-1.0)), t_hr4cg);
-    const real t_us36u = t_646rv * t_ygaz3;
-    const real t_kimvi = t_mldgu * mv_pow(f, t_mldgu - K(1.0));
-    const mask m_ajl3y = LE(K(-1.0), t_hr4cg);
-    const real t_wzftv_2 = NUM(m_ajl3y);
-    const mask m_cv6fy = LE(t_hr4cg, K(-1.0));
-    const real t_q2hfz_2 = t_wzftv_2 / (NUM(m_cv6fy) + t_wzftv_2);
-    const mask m_rbdt6 = LE(t_fzzn6, K(1.0));
-    const real t_wd3be = NUM(m_rbdt6);
-    const mask m_k6w4t = LE(K(1.0), t_fzzn6);
-    const real t_shc6x = t_wd3be / (NUM(m_k6w4t) + t_wd3be);
-    const real t_m7lq4 = t_ygaz3 * (t_5wfhn * t_k65md + t_vzh6u * (t_kimvi * t_mq3wv))
-        + t_646rv * (t_q2hfz_2 * (t_shc6x * (t_odkga * t_6rwtv)));
-    const real t_3ly7e = cos_t * t_us36u;
-    const real t_omigz = SELECT0(m_z5ee7_2, -(rho_t * (SELECT0(m_z5ee7, -(t_us36u * t_ym2fo)) + cos_t * t_m7lq4) + t_3ly7e * t_z3qw7));
-    const real t_haxdn = t_5jypp + t_omigz;
+    const real t_fosqm = theta_t * t_6rwtv;
+    const real t_lz6vl = mv_min(SPLAT(K(1.0)), t_fosqm);
+    const real t_lfegb = mv_max(SPLAT(K(-1.0)), t_lz6vl);
+    const real t_scbch = t_sewyy * t_lfegb;
+    const real t_4roa3 = t_mldgu * mv_pow(f, t_mldgu - K(1.0));
+    const mask m_2jstk = LE(K(-1.0), t_lz6vl);
+    const real t_wzftv_2 = NUM(m_2jstk);
+    const mask m_blwfk = LE(t_lz6vl, K(-1.0));
+    const real t_q2hfz_2 = t_wzftv_2 / (NUM(m_blwfk) + t_wzftv_2);
+    const mask m_aohfq = LE(t_fosqm, K(1.0));
+    const real t_4g5nz = NUM(m_aohfq);
+    const mask m_4rw55 = LE(K(1.0), t_fosqm);
+    const real t_gbjhf = t_4g5nz / (NUM(m_4rw55) + t_4g5nz);
+    const real t_o6ipv = t_lfegb * (t_elj3v * t_rlgpj + t_dgite * (t_4roa3 * t_pxdld))
+        + t_sewyy * (t_q2hfz_2 * (t_gbjhf * (t_odkga * t_6rwtv)));
+    const real t_nxa3o = cos_t * t_scbch;
+    const real t_5zjm7 = SELECT0(m_qm7gk_2, -(rho_t * (SELECT0(m_qm7gk, -(t_scbch * t_7qoxu)) + cos_t * t_o6ipv) + t_nxa3o * t_wlsoh));
+    const real t_276qp = t_vjipn + t_5zjm7;
     const real t_kc5kr = K(100.0) * c[k_phi];
     const real t_yfvls = mv_sqrt(q[zeta1] * q[zeta1] + q[zeta2] * q[zeta2]);
-    const real t_nrnb7 = t_us36u * rho_t;
-    const real t_hwkxg = cos_t * t_bof5b + SELECT0(m_z5ee7, SELECT0(m_z5ee7_2, t_nrnb7 * t_xuitj));
-    const real t_rrbdp = SELECT0(m_z5ee7, t_bof5b * t_xuitj);
-    const real t_3mrva = SELECT0(m_z5ee7_2, -(t_nrnb7 * cos_t)) + t_rrbdp;
-    const real t_mhzub = cos_phi_ref * t_hwkxg - sin_phi_ref * t_3mrva;
-    const real t_g55ku = cos_phi_ref * t_3mrva + sin_phi_ref * t_hwkxg;
+    const real t_nxa3o_2 = t_scbch * rho_t;
+    const real t_ghku5 = cos_t * t_ectgc + SELECT0(m_qm7gk, SELECT0(m_qm7gk_2, t_nxa3o_2 * t_3hj5v));
+    const real t_h5qr2 = SELECT0(m_qm7gk, t_ectgc * t_3hj5v);
+    const real t_ixxcw = SELECT0(m_qm7gk_2, -(t_nxa3o_2 * cos_t)) + t_h5qr2;
+    const real t_zy3xs = cos_phi_ref * t_ghku5 - sin_phi_ref * t_ixxcw;
+    const real t_rvp33 = cos_phi_ref * t_ixxcw + sin_phi_ref * t_ghku5;
     const real t_e4rje = K(1.0) / mv_max(SPLAT(K(1e-09)), t_yfvls);
-    const real t_g6fip = (t_mhzub * q[zeta1] + t_g55ku * q[zeta2]) * t_e4rje;
-    const real t_j2lpg = -(t_kc5kr * (c[R] - t_yfvls) + t_g6fip);
+    const real t_ac6k5 = (t_zy3xs * q[zeta1] + t_rvp33 * q[zeta2]) * t_e4rje;
+    const real t_j2lpg = -(t_kc5kr * (c[R] - t_yfvls) + t_ac6k5);
     const real t_i3qrh = mv_max(SPLAT(K(0.0)), t_j2lpg) * t_e4rje;
     const mask m_oaadf = LE(K(0.0), t_j2lpg);
     const real t_tij5y = NUM(m_oaadf);
     const mask m_yn7xs = LE(t_j2lpg, K(0.0));
     const real t_jik5x = t_tij5y / (NUM(m_yn7xs) + t_tij5y);
-    const real t_3sgn7 = rho_t * t_m7lq4 + t_us36u * t_z3qw7;
-    const real t_6guci = SELECT0(m_z5ee7, -(t_bof5b * t_ym2fo))
-        + cos_t * t_wggpa
-        + SELECT0(m_z5ee7, SELECT0(m_z5ee7_2, t_xuitj * t_3sgn7 + t_nrnb7 * t_fdt4k));
-    const real t_gyqzt = cos_phi_ref * t_6guci;
-    const real t_a6f3w = SELECT0(m_z5ee7_2, -(cos_t * t_3sgn7 + SELECT0(m_z5ee7, -(t_nrnb7 * t_ym2fo)))) + t_5jypp;
-    const real t_gzctu = sin_phi_ref * t_6guci;
-    const real t_xeu55 = q[zeta1] * (t_gyqzt - sin_phi_ref * t_a6f3w)
-        + t_mhzub
-        + q[zeta2] * (cos_phi_ref * t_a6f3w + t_gzctu);
-    const real t_tk5is = t_g6fip * t_e4rje;
+    const real t_nkg4k = rho_t * t_o6ipv + t_scbch * t_wlsoh;
+    const real t_lgkrs = SELECT0(m_qm7gk, -(t_ectgc * t_7qoxu))
+        + cos_t * t_beklj
+        + SELECT0(m_qm7gk, SELECT0(m_qm7gk_2, t_3hj5v * t_nkg4k + t_nxa3o_2 * t_45ojl));
+    const real t_m2rhv = cos_phi_ref * t_lgkrs;
+    const real t_y5nth = SELECT0(m_qm7gk_2, -(cos_t * t_nkg4k + SELECT0(m_qm7gk, -(t_nxa3o_2 * t_7qoxu)))) + t_vjipn;
+    const real t_uncga = sin_phi_ref * t_lgkrs;
+    const real t_atwbp = q[zeta1] * (t_m2rhv - sin_phi_ref * t_y5nth)
+        + t_zy3xs
+        + q[zeta2] * (cos_phi_ref * t_y5nth + t_uncga);
+    const real t_tk5is = t_ac6k5 * t_e4rje;
     const mask m_p2abf = LE(K(1e-09), t_yfvls);
     const real t_p2abf = NUM(m_p2abf);
     const mask m_ysper = LE(t_yfvls, K(1e-09));
@@ -365,68 +365,68 @@ void triangle_sliding_loop_jac(const real *q, const real *r, const real *p, cons
     const real t_soujt = q[zeta1] * t_oz2aw;
     const real t_h5ecg = t_cexdd * t_soujt;
     const real t_4gg3u = t_i3qrh * t_e4rje;
-    const real t_nufsh = t_jik5x * (t_xeu55 * t_e4rje - t_tk5is * t_h5ecg - t_kc5kr * t_soujt) * t_e4rje
+    const real t_srk55 = t_jik5x * (t_atwbp * t_e4rje - t_tk5is * t_h5ecg - t_kc5kr * t_soujt) * t_e4rje
         + t_4gg3u * t_h5ecg;
-    const real t_44x77 = sin_phi_ref * t_haxdn - (t_i3qrh - q[zeta1] * t_nufsh) - t_gyqzt;
-    const real t_p5xao = t_5wlee * cos_phi_ref + t_degwz * sin_phi_ref;
-    const real t_fsihy = t_p5xao * t_amnjj;
-    const real t_fpjrk = t_apicp * t_fsihy - t_jhdru;
-    const real t_pirkw = t_27sgx * t_fsihy - t_m3snr;
-    const real t_b3roy = t_o55bt * (t_lzpnp * t_pirkw) * t_ne4ah;
-    const real t_gndo4 = SELECT0(m_z5ee7, r[rho_ref] * t_fpjrk) + SELECT0(m_nlkgc, SELECT0(m_z5ee7, SELECT0(m_z5ee7, -t_b3roy)));
+    const real t_fwxpo = sin_phi_ref * t_276qp - (t_i3qrh - q[zeta1] * t_srk55) - t_m2rhv;
+    const real t_44xwu = t_34wjz * cos_phi_ref + t_6vnxo * sin_phi_ref;
+    const real t_6lbyw = t_44xwu * t_6dtnj_2;
+    const real t_3iqsi = t_kciyl * t_6lbyw - t_zva2v;
+    const real t_gfpt2 = t_nah2q * t_6lbyw - t_qi434;
+    const real t_qb54j = t_o55bt * (t_3hj5v_2 * t_gfpt2) * t_wbmx7;
+    const real t_xvm3z = SELECT0(m_qm7gk, r[rho_ref] * t_3iqsi) + SELECT0(m_nlkgc, SELECT0(m_qm7gk, SELECT0(m_qm7gk, -t_qb54j)));
     const real t_d4u2z = c[area_factor] * (r[rho_ref] * cos_phi_ref);
-    const real t_h3erp = t_pekax * t_d4u2z * t_gjxkh;
-    const real t_fc2st = t_qcwfy * (t_h3erp + (t_p5xao * t_3sr3u + t_velk3 * (t_l4aq5 * t_gndo4)))
-        - c[k_phi] * ((t_fsihy * t_fj2i2 + t_j3xxo * t_gndo4) * t_spoa4) * t_i2oza;
-    const real t_7rw3u = theta_t * (r[rho_ref] * t_pirkw * t_6qw53 + SELECT0(m_nlkgc, SELECT0(m_z5ee7, SELECT0(m_z5ee7, t_vgwru * t_b3roy))));
-    const real t_nceyc = t_abddv * (t_vzh6u * (t_fcuq3 * t_gndo4) + t_lm3xn * t_fc2st)
-        + t_2x3wp * (SELECT0(m_z5ee7, c[m] * (t_7rw3u - t_jcju6 * t_d4u2z)) + t_p5xao);
-    const real t_kek4t = t_ttliz * t_h3erp;
-    const real t_mhmjj_2 = c[eta_rho] * (t_q2hfz * (t_cawwk * ((t_fsihy + (f * t_gndo4 - t_2b36a * t_kek4t)) * t_weose)));
-    const real t_ekt6d = SELECT0(m_z5ee7_2, t_nceyc) + t_mhmjj_2;
-    const real t_xas4m = SELECT0(m_z5ee7, t_xuitj * t_ekt6d + t_bof5b * t_pirkw);
-    const real t_wqxz5 = t_ygaz3 * (t_5wfhn * t_fc2st - t_vzh6u * (t_kimvi * t_kek4t))
-        - t_646rv * (t_q2hfz_2 * (t_shc6x * (t_d4u2z * t_6rwtv)));
-    const real t_wuqni = SELECT0(m_z5ee7_2, -(rho_t * (SELECT0(m_z5ee7, t_us36u * t_fpjrk) + cos_t * t_wqxz5) - t_3ly7e * t_fsihy));
-    const real t_haxdn_2 = t_xas4m + t_wuqni;
-    const real t_5vnii = rho_t * t_wqxz5 - t_us36u * t_fsihy;
-    const real t_hhpgv = SELECT0(m_z5ee7, t_bof5b * t_fpjrk)
-        + cos_t * t_ekt6d
-        + SELECT0(m_z5ee7, SELECT0(m_z5ee7_2, t_xuitj * t_5vnii + t_nrnb7 * t_pirkw));
-    const real t_gyqzt_2 = cos_phi_ref * t_hhpgv;
-    const real t_h2cdm = SELECT0(m_z5ee7_2, -(cos_t * t_5vnii + SELECT0(m_z5ee7, t_nrnb7 * t_fpjrk))) + t_xas4m;
-    const real t_gzctu_2 = sin_phi_ref * t_hhpgv;
-    const real t_fug6d = q[zeta1] * (t_gyqzt_2 - sin_phi_ref * t_h2cdm)
-        + (q[zeta2] * (cos_phi_ref * t_h2cdm + t_gzctu_2) + t_g55ku);
+    const real t_xsnzz = t_kdoot * t_d4u2z * t_gjxkh;
+    const real t_2mrwp = t_2c7fi * (t_xsnzz + (t_44xwu * t_k4ajn + t_kt2dp * (t_bbrc2 * t_xvm3z)))
+        - c[k_phi] * ((t_6lbyw * t_2kste + t_v3yza * t_xvm3z) * t_nh3es) * t_6klm6;
+    const real t_vdtas = theta_t * (r[rho_ref] * t_gfpt2 * t_wk33w + SELECT0(m_nlkgc, SELECT0(m_qm7gk, SELECT0(m_qm7gk, t_vdg4o * t_qb54j))));
+    const real t_eejf4 = t_44sk5 * (t_dgite * (t_fcuq3 * t_xvm3z) + t_yqfyq * t_2mrwp)
+        + t_zu5hl * (SELECT0(m_qm7gk, c[m] * (t_vdtas - t_pmdsg * t_d4u2z)) + t_44xwu);
+    const real t_2i54a = t_awed2 * t_xsnzz;
+    const real t_b2mpy_2 = c[eta_rho] * (t_q2hfz * (t_drko2 * ((t_6lbyw + (f * t_xvm3z - t_axbdk * t_2i54a)) * t_weose)));
+    const real t_goinr = SELECT0(m_qm7gk_2, t_eejf4) + t_b2mpy_2;
+    const real t_66yce = SELECT0(m_qm7gk, t_3hj5v * t_goinr + t_ectgc * t_gfpt2);
+    const real t_yoemh = t_lfegb * (t_elj3v * t_2mrwp - t_dgite * (t_4roa3 * t_2i54a))
+        - t_sewyy * (t_q2hfz_2 * (t_gbjhf * (t_d4u2z * t_6rwtv)));
+    const real t_44uwe = SELECT0(m_qm7gk_2, -(rho_t * (SELECT0(m_qm7gk, t_scbch * t_3iqsi) + cos_t * t_yoemh) - t_nxa3o * t_6lbyw));
+    const real t_276qp_2 = t_66yce + t_44uwe;
+    const real t_bdwtj = rho_t * t_yoemh - t_scbch * t_6lbyw;
+    const real t_ygerq = SELECT0(m_qm7gk, t_ectgc * t_3iqsi)
+        + cos_t * t_goinr
+        + SELECT0(m_qm7gk, SELECT0(m_qm7gk_2, t_3hj5v * t_bdwtj + t_nxa3o_2 * t_gfpt2));
+    const real t_m2rhv_2 = cos_phi_ref * t_ygerq;
+    const real t_xffs7 = SELECT0(m_qm7gk_2, -(cos_t * t_bdwtj + SELECT0(m_qm7gk, t_nxa3o_2 * t_3iqsi))) + t_66yce;
+    const real t_uncga_2 = sin_phi_ref * t_ygerq;
+    const real t_dzb2a = q[zeta1] * (t_m2rhv_2 - sin_phi_ref * t_xffs7)
+        + (q[zeta2] * (cos_phi_ref * t_xffs7 + t_uncga_2) + t_rvp33);
     const real t_zsetc = q[zeta2] * t_oz2aw;
     const real t_xcjmc = t_cexdd * t_zsetc;
-    const real t_ayp6n = t_jik5x * (t_fug6d * t_e4rje - t_tk5is * t_xcjmc - t_kc5kr * t_zsetc) * t_e4rje
+    const real t_gj527 = t_jik5x * (t_dzb2a * t_e4rje - t_tk5is * t_xcjmc - t_kc5kr * t_zsetc) * t_e4rje
         + t_4gg3u * t_xcjmc;
-    const real t_s4vxu = sin_phi_ref * t_haxdn_2 + q[zeta1] * t_ayp6n - t_gyqzt_2;
-    const real t_zuxlx = t_2x3wp * (c[m] * t_jcju6);
-    const real t_5vvkw = t_pekax * t_gjxkh;
-    const real t_kakr2 = t_qcwfy * t_5vvkw;
-    const real t_ybocb = t_abddv * (t_lm3xn * t_kakr2);
-    const real t_drjji = t_ttliz * t_5vvkw;
-    const real t_3wjmt = c[eta_rho] * (t_q2hfz * (t_cawwk * (t_2b36a * t_drjji * t_weose)));
-    const real t_iiz6p = SELECT0(m_z5ee7_2, SELECT0(m_z5ee7, t_zuxlx) - t_ybocb) + t_3wjmt;
-    const real t_rzyas = SELECT0(m_z5ee7, t_xuitj * t_iiz6p);
-    const real t_yqx6r = t_vzh6u * (t_kimvi * t_drjji);
-    const real t_zfbhn = t_5wfhn * t_kakr2;
-    const real t_zllh6 = t_646rv * (t_q2hfz_2 * (t_shc6x * t_6rwtv));
-    const real t_gptv5 = t_ygaz3 * (t_yqx6r - t_zfbhn) + t_zllh6;
-    const real t_j7yc6 = t_rzyas + SELECT0(m_z5ee7_2, -(rho_t * (cos_t * t_gptv5)));
-    const real t_7rakc = rho_t * t_gptv5;
-    const real t_brm3r = cos_t * t_iiz6p + SELECT0(m_z5ee7, SELECT0(m_z5ee7_2, t_xuitj * t_7rakc));
-    const real t_ye7zq = cos_phi_ref * t_brm3r;
-    const real t_qvptg = SELECT0(m_z5ee7_2, -(cos_t * t_7rakc)) + t_rzyas;
-    const real t_s63mi = sin_phi_ref * t_brm3r;
-    const real t_fnlnv = (q[zeta1] * (t_ye7zq - sin_phi_ref * t_qvptg) + q[zeta2] * (cos_phi_ref * t_qvptg + t_s63mi)) * t_e4rje;
-    const real t_7z3dx = t_jik5x * t_fnlnv * t_e4rje;
-    const real t_mtj5r = sin_phi_ref * t_j7yc6 + q[zeta1] * t_7z3dx - t_ye7zq;
-    const real t_ueua6 = t_gzctu - q[zeta2] * t_nufsh + cos_phi_ref * t_haxdn;
-    const real t_gcql2 = t_i3qrh - q[zeta2] * t_ayp6n + t_gzctu_2 + cos_phi_ref * t_haxdn_2;
-    const real t_ihixh = t_s63mi - q[zeta2] * t_7z3dx + cos_phi_ref * t_j7yc6;
+    const real t_vvmeg = sin_phi_ref * t_276qp_2 + q[zeta1] * t_gj527 - t_m2rhv_2;
+    const real t_vcvh7 = t_zu5hl * (c[m] * t_pmdsg);
+    const real t_vej44 = t_kdoot * t_gjxkh;
+    const real t_eszmz = t_2c7fi * t_vej44;
+    const real t_wcq77 = t_44sk5 * (t_yqfyq * t_eszmz);
+    const real t_b6ota = t_awed2 * t_vej44;
+    const real t_a4dfx = c[eta_rho] * (t_q2hfz * (t_drko2 * (t_axbdk * t_b6ota * t_weose)));
+    const real t_kaak2 = SELECT0(m_qm7gk_2, SELECT0(m_qm7gk, t_vcvh7) - t_wcq77) + t_a4dfx;
+    const real t_o4ajc = SELECT0(m_qm7gk, t_3hj5v * t_kaak2);
+    const real t_ecn6n = t_dgite * (t_4roa3 * t_b6ota);
+    const real t_2hjde = t_elj3v * t_eszmz;
+    const real t_6gc6b = t_sewyy * (t_q2hfz_2 * (t_gbjhf * t_6rwtv));
+    const real t_rsyvy = t_lfegb * (t_ecn6n - t_2hjde) + t_6gc6b;
+    const real t_oh4yo = t_o4ajc + SELECT0(m_qm7gk_2, -(rho_t * (cos_t * t_rsyvy)));
+    const real t_fbwfi = rho_t * t_rsyvy;
+    const real t_3eaek = cos_t * t_kaak2 + SELECT0(m_qm7gk, SELECT0(m_qm7gk_2, t_3hj5v * t_fbwfi));
+    const real t_xvrzv = cos_phi_ref * t_3eaek;
+    const real t_xptth = SELECT0(m_qm7gk_2, -(cos_t * t_fbwfi)) + t_o4ajc;
+    const real t_ilpht = sin_phi_ref * t_3eaek;
+    const real t_lyejn = (q[zeta1] * (t_xvrzv - sin_phi_ref * t_xptth) + q[zeta2] * (cos_phi_ref * t_xptth + t_ilpht)) * t_e4rje;
+    const real t_mvfjb = t_jik5x * t_lyejn * t_e4rje;
+    const real t_o7wxz = sin_phi_ref * t_oh4yo + q[zeta1] * t_mvfjb - t_xvrzv;
+    const real t_biyx3 = t_uncga - q[zeta2] * t_srk55 + cos_phi_ref * t_276qp;
+    const real t_afwq5 = t_i3qrh - q[zeta2] * t_gj527 + t_uncga_2 + cos_phi_ref * t_276qp_2;
+    const real t_6limp = t_ilpht - q[zeta2] * t_mvfjb + cos_phi_ref * t_oh4yo;
     const real t_f7oti = -c[mu_rate_max];
     const real t_dhkzn = c[mu_gain] * (r[mu_ref] - q[mu]);
     const real t_7l2lj = mv_min(c[mu_rate_max], t_dhkzn);
@@ -437,123 +437,123 @@ void triangle_sliding_loop_jac(const real *q, const real *r, const real *p, cons
     const real t_huzvj = NUM(m_huzvj);
     const mask m_mu2v2 = LE(c[mu_rate_max], t_dhkzn);
     const real t_eriiv = t_tmq3y / (NUM(m_y2s22) + t_tmq3y) * (t_huzvj / (NUM(m_mu2v2) + t_huzvj) * c[mu_gain]);
-    const real t_ttwi5 = t_hwkxg * sin_phi_ref;
-    const real t_2hllo = t_rrbdp + SELECT0(m_z5ee7_2, -(t_3ly7e * rho_t));
-    const real t_od35a = t_2hllo * cos_phi_ref;
-    const real t_my3em = t_2hllo * sin_phi_ref;
-    const real t_fqsx5 = t_hwkxg * cos_phi_ref;
+    const real t_dufu7 = t_ghku5 * sin_phi_ref;
+    const real t_ixxcw_2 = t_h5qr2 + SELECT0(m_qm7gk_2, -(t_nxa3o * rho_t));
+    const real t_txkc3 = t_ixxcw_2 * cos_phi_ref;
+    const real t_bkffe = t_ixxcw_2 * sin_phi_ref;
+    const real t_ksg6g = t_ghku5 * cos_phi_ref;
     const real t_v4jyn = K(1.0) / q[mu];
-    const real t_fcs45 = t_gliif - t_apicp * t_m4c7o;
-    const real t_bkzfm = t_27sgx * t_m4c7o;
-    const real t_7s4pp = (t_ktua4 * (r[rho_ref] + r[rho_ref]) - t_o55bt * (t_lzpnp * t_bkzfm)) * t_ne4ah;
-    const real t_k7ysk = SELECT0(m_z5ee7, r[rho_ref] * t_fcs45) + cos_t + SELECT0(m_nlkgc, SELECT0(m_z5ee7, SELECT0(m_z5ee7, -t_7s4pp)));
-    const real t_onxdi = c[area_factor] * w_across;
-    const real t_bu2im = t_pekax * t_onxdi * t_gjxkh;
-    const real t_j5cqy = c[k_phi] * ((t_m4c7o * t_fj2i2 - t_j3xxo * t_k7ysk) * t_spoa4) * t_i2oza
-        - t_qcwfy * (t_bu2im + (t_degwz * t_3sr3u - t_velk3 * (t_l4aq5 * t_k7ysk)));
-    const real t_isxw6 = (t_xuitj - r[rho_ref] * t_bkzfm) * t_6qw53
-        + SELECT0(m_nlkgc, SELECT0(m_z5ee7, SELECT0(m_z5ee7, t_vgwru * t_7s4pp)));
-    const real t_v2faq = t_abddv * (t_vzh6u * (t_fcuq3 * t_k7ysk) + t_lm3xn * t_j5cqy)
-        + t_2x3wp * (SELECT0(m_z5ee7, c[m] * (theta_t * t_isxw6 + t_jcju6 * t_onxdi)) - t_degwz);
-    const real t_3k75k = t_ttliz * t_bu2im;
-    const real t_w3xx3 = c[eta_rho] * (t_q2hfz * (t_cawwk * ((t_m4c7o - (t_2b36a * t_3k75k + f * t_k7ysk)) * t_weose)));
-    const real t_plsuq = SELECT0(m_z5ee7_2, t_v2faq) - t_w3xx3;
-    const real t_bat3v = SELECT0(m_z5ee7, t_xuitj * t_plsuq - t_bof5b * t_bkzfm);
-    const real t_xnwx4 = t_ygaz3 * (t_5wfhn * t_j5cqy + t_vzh6u * (t_kimvi * t_3k75k))
-        + t_646rv * (t_q2hfz_2 * (t_shc6x * (t_onxdi * t_6rwtv)));
-    const real t_komxf = SELECT0(m_z5ee7_2, -(rho_t * (SELECT0(m_z5ee7, t_us36u * t_fcs45) + cos_t * t_xnwx4) + t_3ly7e * t_m4c7o));
-    const real t_4gocs = t_bat3v + t_komxf;
-    const real t_3ewr6 = rho_t * t_xnwx4 + t_us36u * t_m4c7o;
-    const real t_rbfac = SELECT0(m_z5ee7, t_bof5b * t_fcs45)
-        + cos_t * t_plsuq
-        + SELECT0(m_z5ee7, SELECT0(m_z5ee7_2, t_xuitj * t_3ewr6 - t_nrnb7 * t_bkzfm));
-    const real t_4n6vb = cos_phi_ref * t_rbfac;
-    const real t_ud2ga = SELECT0(m_z5ee7_2, -(cos_t * t_3ewr6 + SELECT0(m_z5ee7, t_nrnb7 * t_fcs45))) + t_bat3v;
-    const real t_dxjwy = sin_phi_ref * t_rbfac;
-    const real t_om5up = (q[zeta1] * (t_4n6vb - sin_phi_ref * t_ud2ga) + q[zeta2] * (cos_phi_ref * t_ud2ga + t_dxjwy)) * t_e4rje;
-    const real t_pioqx = t_jik5x * t_om5up * t_e4rje;
-    const real t_evumi = sin_phi_ref * t_4gocs + q[zeta1] * t_pioqx - t_4n6vb;
+    const real t_7y4pd = t_6dtnj - t_kciyl * t_fsc2i;
+    const real t_le4zx = t_nah2q * t_fsc2i;
+    const real t_vfs6x = (t_7rloe * (r[rho_ref] + r[rho_ref]) - t_o55bt * (t_3hj5v_2 * t_le4zx)) * t_wbmx7;
+    const real t_gdxdj = SELECT0(m_qm7gk, r[rho_ref] * t_7y4pd) + cos_t + SELECT0(m_nlkgc, SELECT0(m_qm7gk, SELECT0(m_qm7gk, -t_vfs6x)));
+    const real t_5zpv7 = c[area_factor] * w_across;
+    const real t_ssrno = t_kdoot * t_5zpv7 * t_gjxkh;
+    const real t_p5tof = c[k_phi] * ((t_fsc2i * t_2kste - t_v3yza * t_gdxdj) * t_nh3es) * t_6klm6
+        - t_2c7fi * (t_ssrno + (t_6vnxo * t_k4ajn - t_kt2dp * (t_bbrc2 * t_gdxdj)));
+    const real t_zel5k = (t_3hj5v - r[rho_ref] * t_le4zx) * t_wk33w
+        + SELECT0(m_nlkgc, SELECT0(m_qm7gk, SELECT0(m_qm7gk, t_vdg4o * t_vfs6x)));
+    const real t_5abin = t_44sk5 * (t_dgite * (t_fcuq3 * t_gdxdj) + t_yqfyq * t_p5tof)
+        + t_zu5hl * (SELECT0(m_qm7gk, c[m] * (theta_t * t_zel5k + t_pmdsg * t_5zpv7)) - t_6vnxo);
+    const real t_aajgt = t_awed2 * t_ssrno;
+    const real t_cy6qv = c[eta_rho] * (t_q2hfz * (t_drko2 * ((t_fsc2i - (t_axbdk * t_aajgt + f * t_gdxdj)) * t_weose)));
+    const real t_b6jhv = SELECT0(m_qm7gk_2, t_5abin) - t_cy6qv;
+    const real t_lucex = SELECT0(m_qm7gk, t_3hj5v * t_b6jhv - t_ectgc * t_le4zx);
+    const real t_fojmn = t_lfegb * (t_elj3v * t_p5tof + t_dgite * (t_4roa3 * t_aajgt))
+        + t_sewyy * (t_q2hfz_2 * (t_gbjhf * (t_5zpv7 * t_6rwtv)));
+    const real t_r6y3w = SELECT0(m_qm7gk_2, -(rho_t * (SELECT0(m_qm7gk, t_scbch * t_7y4pd) + cos_t * t_fojmn) + t_nxa3o * t_fsc2i));
+    const real t_omztj = t_lucex + t_r6y3w;
+    const real t_cwx43 = rho_t * t_fojmn + t_scbch * t_fsc2i;
+    const real t_arrh5 = SELECT0(m_qm7gk, t_ectgc * t_7y4pd)
+        + cos_t * t_b6jhv
+        + SELECT0(m_qm7gk, SELECT0(m_qm7gk_2, t_3hj5v * t_cwx43 - t_nxa3o_2 * t_le4zx));
+    const real t_7f3hp = cos_phi_ref * t_arrh5;
+    const real t_e64m4 = SELECT0(m_qm7gk_2, -(cos_t * t_cwx43 + SELECT0(m_qm7gk, t_nxa3o_2 * t_7y4pd))) + t_lucex;
+    const real t_yf4k4 = sin_phi_ref * t_arrh5;
+    const real t_o7ta2 = (q[zeta1] * (t_7f3hp - sin_phi_ref * t_e64m4) + q[zeta2] * (cos_phi_ref * t_e64m4 + t_yf4k4)) * t_e4rje;
+    const real t_jrn4f = t_jik5x * t_o7ta2 * t_e4rje;
+    const real t_tnewv = sin_phi_ref * t_omztj + q[zeta1] * t_jrn4f - t_7f3hp;
     const real t_oduor = q[zeta1] * sin_phi_ref - q[zeta2] * cos_phi_ref;
     const real t_insgq = q[zeta1] * cos_phi_ref + q[zeta2] * sin_phi_ref;
-    const real t_og4mp = t_5wlee * t_insgq + t_degwz * t_oduor;
-    const real t_4bl7j = t_og4mp * t_amnjj;
-    const real t_344xb = t_oduor * t_gliif - t_apicp * t_4bl7j;
-    const real t_u5ema = t_insgq * t_gliif - t_27sgx * t_4bl7j;
-    const real t_7gkb6 = t_o55bt * (t_lzpnp * t_u5ema) * t_ne4ah;
-    const real t_3huiu = SELECT0(m_z5ee7, r[rho_ref] * t_344xb) + SELECT0(m_nlkgc, SELECT0(m_z5ee7, SELECT0(m_z5ee7, -t_7gkb6)));
+    const real t_od7ze = t_34wjz * t_insgq + t_6vnxo * t_oduor;
+    const real t_yksxv = t_od7ze * t_6dtnj_2;
+    const real t_ifboe = t_oduor * t_6dtnj - t_kciyl * t_yksxv;
+    const real t_t5mbz = t_insgq * t_6dtnj - t_nah2q * t_yksxv;
+    const real t_exy43 = t_o55bt * (t_3hj5v_2 * t_t5mbz) * t_wbmx7;
+    const real t_3rw6v = SELECT0(m_qm7gk, r[rho_ref] * t_ifboe) + SELECT0(m_nlkgc, SELECT0(m_qm7gk, SELECT0(m_qm7gk, -t_exy43)));
     const real t_wg6qi = c[area_factor] * (r[rho_ref] * t_insgq);
-    const real t_mdnaf = t_pekax * t_wg6qi * t_gjxkh;
-    const real t_gidqm = c[k_phi] * ((t_4bl7j * t_fj2i2 - t_j3xxo * t_3huiu) * t_spoa4) * t_i2oza
-        - t_qcwfy * (t_mdnaf + (t_og4mp * t_3sr3u - t_velk3 * (t_l4aq5 * t_3huiu)));
-    const real t_nnubt = theta_t * (r[rho_ref] * t_u5ema * t_6qw53 + SELECT0(m_nlkgc, SELECT0(m_z5ee7, SELECT0(m_z5ee7, t_vgwru * t_7gkb6))));
-    const real t_xs2pa = t_abddv * (t_vzh6u * (t_fcuq3 * t_3huiu) + t_lm3xn * t_gidqm)
-        + t_2x3wp * (SELECT0(m_z5ee7, c[m] * (t_nnubt + t_jcju6 * t_wg6qi)) - t_og4mp);
-    const real t_xyhyc = t_ttliz * t_mdnaf;
-    const real t_m7hvb = c[eta_rho] * (t_q2hfz * (t_cawwk * ((t_4bl7j - (t_2b36a * t_xyhyc + f * t_3huiu)) * t_weose)));
-    const real t_vq3mz = SELECT0(m_z5ee7_2, t_xs2pa) - t_m7hvb;
-    const real t_yv5k2 = SELECT0(m_z5ee7, t_xuitj * t_vq3mz + t_bof5b * t_u5ema);
-    const real t_3pxom = t_ygaz3 * (t_5wfhn * t_gidqm + t_vzh6u * (t_kimvi * t_xyhyc))
-        + t_646rv * (t_q2hfz_2 * (t_shc6x * (t_wg6qi * t_6rwtv)));
-    const real t_2jqgq = SELECT0(m_z5ee7_2, -(rho_t * (SELECT0(m_z5ee7, t_us36u * t_344xb) + cos_t * t_3pxom) + t_3ly7e * t_4bl7j));
-    const real t_ign4k = t_yv5k2 + t_2jqgq;
-    const real t_g7bqi = rho_t * t_3pxom + t_us36u * t_4bl7j;
-    const real t_mpm7y = SELECT0(m_z5ee7, t_bof5b * t_344xb)
-        + cos_t * t_vq3mz
-        + SELECT0(m_z5ee7, SELECT0(m_z5ee7_2, t_xuitj * t_g7bqi + t_nrnb7 * t_u5ema));
-    const real t_7gwvg = cos_phi_ref * t_mpm7y - t_ttwi5;
-    const real t_lk7va = SELECT0(m_z5ee7_2, -(cos_t * t_g7bqi + SELECT0(m_z5ee7, t_nrnb7 * t_344xb))) + t_yv5k2;
-    const real t_phacp = sin_phi_ref * t_mpm7y;
-    const real t_4desy = q[zeta1] * (t_7gwvg - (t_3mrva * cos_phi_ref + sin_phi_ref * t_lk7va))
-        + q[zeta2] * (cos_phi_ref * t_lk7va - t_3mrva * sin_phi_ref + (t_fqsx5 + t_phacp));
-    const real t_a2uda = t_jik5x * (t_4desy * t_e4rje) * t_e4rje;
-    const real t_ahlex = sin_phi_ref * t_ign4k + t_od35a + q[zeta1] * t_a2uda - t_7gwvg;
-    const real t_iiz6p_2 = SELECT0(m_z5ee7_2, t_ybocb + SELECT0(m_z5ee7, -t_zuxlx)) - t_3wjmt;
-    const real t_rzyas_2 = SELECT0(m_z5ee7, t_xuitj * t_iiz6p_2);
-    const real t_gptv5_2 = t_ygaz3 * (t_zfbhn - t_yqx6r) - t_zllh6;
-    const real t_j7yc6_2 = t_rzyas_2 + SELECT0(m_z5ee7_2, -(rho_t * (cos_t * t_gptv5_2)));
-    const real t_7rakc_2 = rho_t * t_gptv5_2;
-    const real t_brm3r_2 = cos_t * t_iiz6p_2 + SELECT0(m_z5ee7, SELECT0(m_z5ee7_2, t_xuitj * t_7rakc_2));
-    const real t_ye7zq_2 = cos_phi_ref * t_brm3r_2;
-    const real t_qvptg_2 = SELECT0(m_z5ee7_2, -(cos_t * t_7rakc_2)) + t_rzyas_2;
-    const real t_s63mi_2 = sin_phi_ref * t_brm3r_2;
-    const real t_fnlnv_2 = (q[zeta1] * (t_ye7zq_2 - sin_phi_ref * t_qvptg_2) + q[zeta2] * (cos_phi_ref * t_qvptg_2 + t_s63mi_2)) * t_e4rje;
-    const real t_7z3dx_2 = t_jik5x * t_fnlnv_2 * t_e4rje;
-    const real t_mtj5r_2 = sin_phi_ref * t_j7yc6_2 + q[zeta1] * t_7z3dx_2 - t_ye7zq_2;
-    const real t_idzrb = t_dxjwy - q[zeta2] * t_pioqx + cos_phi_ref * t_4gocs;
-    const real t_xxbwi = t_phacp + t_fqsx5 - q[zeta2] * t_a2uda + (cos_phi_ref * t_ign4k - t_my3em);
-    const real t_ihixh_2 = t_s63mi_2 - q[zeta2] * t_7z3dx_2 + cos_phi_ref * t_j7yc6_2;
-    J_q[0] = t_44x77;
-    J_q[1] = t_s4vxu;
+    const real t_lddqi = t_kdoot * t_wg6qi * t_gjxkh;
+    const real t_lpcm6 = c[k_phi] * ((t_yksxv * t_2kste - t_v3yza * t_3rw6v) * t_nh3es) * t_6klm6
+        - t_2c7fi * (t_lddqi + (t_od7ze * t_k4ajn - t_kt2dp * (t_bbrc2 * t_3rw6v)));
+    const real t_dt6aw = theta_t * (r[rho_ref] * t_t5mbz * t_wk33w + SELECT0(m_nlkgc, SELECT0(m_qm7gk, SELECT0(m_qm7gk, t_vdg4o * t_exy43))));
+    const real t_rjgdr = t_44sk5 * (t_dgite * (t_fcuq3 * t_3rw6v) + t_yqfyq * t_lpcm6)
+        + t_zu5hl * (SELECT0(m_qm7gk, c[m] * (t_dt6aw + t_pmdsg * t_wg6qi)) - t_od7ze);
+    const real t_rgmrh = t_awed2 * t_lddqi;
+    const real t_minll = c[eta_rho] * (t_q2hfz * (t_drko2 * ((t_yksxv - (t_axbdk * t_rgmrh + f * t_3rw6v)) * t_weose)));
+    const real t_62l6h = SELECT0(m_qm7gk_2, t_rjgdr) - t_minll;
+    const real t_vbc35 = SELECT0(m_qm7gk, t_3hj5v * t_62l6h + t_ectgc * t_t5mbz);
+    const real t_eubu3 = t_lfegb * (t_elj3v * t_lpcm6 + t_dgite * (t_4roa3 * t_rgmrh))
+        + t_sewyy * (t_q2hfz_2 * (t_gbjhf * (t_wg6qi * t_6rwtv)));
+    const real t_v6423 = SELECT0(m_qm7gk_2, -(rho_t * (SELECT0(m_qm7gk, t_scbch * t_ifboe) + cos_t * t_eubu3) + t_nxa3o * t_yksxv));
+    const real t_3qbwp = t_vbc35 + t_v6423;
+    const real t_6nwyi = rho_t * t_eubu3 + t_scbch * t_yksxv;
+    const real t_2snvq = SELECT0(m_qm7gk, t_ectgc * t_ifboe)
+        + cos_t * t_62l6h
+        + SELECT0(m_qm7gk, SELECT0(m_qm7gk_2, t_3hj5v * t_6nwyi + t_nxa3o_2 * t_t5mbz));
+    const real t_ffaym = cos_phi_ref * t_2snvq - t_dufu7;
+    const real t_44ida = SELECT0(m_qm7gk_2, -(cos_t * t_6nwyi + SELECT0(m_qm7gk, t_nxa3o_2 * t_ifboe))) + t_vbc35;
+    const real t_knh5f = sin_phi_ref * t_2snvq;
+    const real t_52xlh = q[zeta1] * (t_ffaym - (t_ixxcw * cos_phi_ref + sin_phi_ref * t_44ida))
+        + q[zeta2] * (cos_phi_ref * t_44ida - t_ixxcw * sin_phi_ref + (t_ksg6g + t_knh5f));
+    const real t_buotl = t_jik5x * (t_52xlh * t_e4rje) * t_e4rje;
+    const real t_khfl3 = sin_phi_ref * t_3qbwp + t_txkc3 + q[zeta1] * t_buotl - t_ffaym;
+    const real t_kaak2_2 = SELECT0(m_qm7gk_2, t_wcq77 + SELECT0(m_qm7gk, -t_vcvh7)) - t_a4dfx;
+    const real t_o4ajc_2 = SELECT0(m_qm7gk, t_3hj5v * t_kaak2_2);
+    const real t_rsyvy_2 = t_lfegb * (t_2hjde - t_ecn6n) - t_6gc6b;
+    const real t_oh4yo_2 = t_o4ajc_2 + SELECT0(m_qm7gk_2, -(rho_t * (cos_t * t_rsyvy_2)));
+    const real t_fbwfi_2 = rho_t * t_rsyvy_2;
+    const real t_3eaek_2 = cos_t * t_kaak2_2 + SELECT0(m_qm7gk, SELECT0(m_qm7gk_2, t_3hj5v * t_fbwfi_2));
+    const real t_xvrzv_2 = cos_phi_ref * t_3eaek_2;
+    const real t_xptth_2 = SELECT0(m_qm7gk_2, -(cos_t * t_fbwfi_2)) + t_o4ajc_2;
+    const real t_ilpht_2 = sin_phi_ref * t_3eaek_2;
+    const real t_lyejn_2 = (q[zeta1] * (t_xvrzv_2 - sin_phi_ref * t_xptth_2) + q[zeta2] * (cos_phi_ref * t_xptth_2 + t_ilpht_2)) * t_e4rje;
+    const real t_mvfjb_2 = t_jik5x * t_lyejn_2 * t_e4rje;
+    const real t_o7wxz_2 = sin_phi_ref * t_oh4yo_2 + q[zeta1] * t_mvfjb_2 - t_xvrzv_2;
+    const real t_kyktu = t_yf4k4 - q[zeta2] * t_jrn4f + cos_phi_ref * t_omztj;
+    const real t_l6hi4 = t_knh5f + t_ksg6g - q[zeta2] * t_buotl + (cos_phi_ref * t_3qbwp - t_bkffe);
+    const real t_6limp_2 = t_ilpht_2 - q[zeta2] * t_mvfjb_2 + cos_phi_ref * t_oh4yo_2;
+    J_q[0] = t_fwxpo;
+    J_q[1] = t_vvmeg;
     J_q[2] = SPLAT(K(0.0));
-    J_q[3] = t_mtj5r;
-    J_q[4] = -t_ueua6;
-    J_q[5] = -t_gcql2;
+    J_q[3] = t_o7wxz;
+    J_q[4] = -t_biyx3;
+    J_q[5] = -t_afwq5;
     J_q[6] = SPLAT(K(0.0));
-    J_q[7] = -t_ihixh;
+    J_q[7] = -t_6limp;
     J_q[8] = SPLAT(K(0.0));
     J_q[9] = SPLAT(K(0.0));
     J_q[10] = -t_eriiv;
     J_q[11] = SPLAT(K(0.0));
-    J_q[12] = -(t_i3qrh * q[zeta2] + t_ttwi5 + t_od35a + q[zeta1] * t_ueua6 + q[zeta2] * t_44x77);
-    J_q[13] = -(q[zeta1] * t_gcql2 + (q[zeta2] * t_s4vxu + (t_my3em - t_i3qrh * q[zeta1] - t_fqsx5)));
+    J_q[12] = -(t_i3qrh * q[zeta2] + t_dufu7 + t_txkc3 + q[zeta1] * t_biyx3 + q[zeta2] * t_fwxpo);
+    J_q[13] = -(q[zeta1] * t_afwq5 + (q[zeta2] * t_vvmeg + (t_bkffe - t_i3qrh * q[zeta1] - t_ksg6g)));
     J_q[14] = -(K(3.0) * p[H] / p[mass] * t_v4jyn * t_v4jyn);
-    J_q[15] = -(q[zeta1] * t_ihixh + q[zeta2] * t_mtj5r);
-    J_r[0] = t_evumi;
-    J_r[1] = t_ahlex;
+    J_q[15] = -(q[zeta1] * t_6limp + q[zeta2] * t_o7wxz);
+    J_r[0] = t_tnewv;
+    J_r[1] = t_khfl3;
     J_r[2] = SPLAT(K(0.0));
-    J_r[3] = t_mtj5r_2;
-    J_r[4] = -t_idzrb;
-    J_r[5] = -t_xxbwi;
+    J_r[3] = t_o7wxz_2;
+    J_r[4] = -t_kyktu;
+    J_r[5] = -t_l6hi4;
     J_r[6] = SPLAT(K(0.0));
-    J_r[7] = -t_ihixh_2;
+    J_r[7] = -t_6limp_2;
     J_r[8] = SPLAT(K(0.0));
     J_r[9] = SPLAT(K(0.0));
     J_r[10] = t_eriiv;
     J_r[11] = SPLAT(K(0.0));
-    J_r[12] = -(q[zeta1] * t_idzrb + q[zeta2] * t_evumi);
-    J_r[13] = -(q[zeta1] * t_xxbwi + q[zeta2] * t_ahlex);
+    J_r[12] = -(q[zeta1] * t_kyktu + q[zeta2] * t_tnewv);
+    J_r[13] = -(q[zeta1] * t_l6hi4 + q[zeta2] * t_khfl3);
     J_r[14] = SPLAT(K(0.0));
-    J_r[15] = -(q[zeta1] * t_ihixh_2 + q[zeta2] * t_mtj5r_2);
+    J_r[15] = -(q[zeta1] * t_6limp_2 + q[zeta2] * t_o7wxz_2);
 }
 
 /* change of path along a change of x and r; 679 operations. */
@@ -588,257 +588,257 @@ void triangle_path_jvp(const real *x, const real *r, const real *p, const real *
     const real zeta2 = x[rho] * sin_phi;
     const real w_along = r[rho_ref] - cos_phi_ref * zeta1 - sin_phi_ref * zeta2;  /* (25) */
     const real w_across = sin_phi_ref * zeta1 - cos_phi_ref * zeta2;  /* (25) */
-    const real t_furpv = w_across * w_across + w_along * w_along;
-    const real rho_t = mv_sqrt(t_furpv);  /* (25) */
-    const mask m_z5ee7 = LT(K(1e-09), rho_t);
-    const real t_gliif = K(1.0) / rho_t;
-    const real t_m4c7o = w_along * t_gliif;
-    const real cos_t = SELECT(m_z5ee7, t_m4c7o, SPLAT(K(1.0)));  /* (25) */
+    const real t_5lued = w_across * w_across + w_along * w_along;
+    const real rho_t = mv_sqrt(t_5lued);  /* (25) */
+    const mask m_qm7gk = LT(K(1e-09), rho_t);
+    const real t_6dtnj = K(1.0) / rho_t;
+    const real t_heubl = w_along * t_6dtnj;
+    const real cos_t = SELECT(m_qm7gk, t_heubl, SPLAT(K(1.0)));  /* (25) */
     const real theta_t = x[theta] - r[theta_ref] + r[rho_ref] * w_across * c[area_factor];  /* (27) */
     const real alpha = mv_sign(theta_t);  /* (40) */
-    const real t_ptl3y = mv_fabs(theta_t);
-    const real t_whxhf = K(1.0) / mv_max(SPLAT(K(1e-24)), t_furpv);
-    const real t_fchu4 = (t_ptl3y + t_ptl3y) * t_whxhf;
-    const real K_ = mv_min(SPLAT(K(1000000000000.0)), t_fchu4);  /* (42) */
+    const real t_nldyv = mv_fabs(theta_t);
+    const real t_y2y6z = K(1.0) / mv_max(SPLAT(K(1e-24)), t_5lued);
+    const real t_7jara = (t_nldyv + t_nldyv) * t_y2y6z;
+    const real K_ = mv_min(SPLAT(K(1000000000000.0)), t_7jara);  /* (42) */
     const real sqrt_K = mv_sqrt(K_);
-    const real t_mowvz = cos_t * r[rho_ref];
-    const real P = c[R] * c[R] - r[rho_ref] * r[rho_ref] + t_mowvz * rho_t;  /* (47) */
-    const real t_xuitj = w_across * t_gliif;
-    const real t_6ckpz = r[rho_ref] * t_xuitj;
-    const real t_xhz2s = t_6ckpz * rho_t;
-    const real Q = SELECT0(m_z5ee7, -t_xhz2s);  /* (47) */
+    const real t_3t6r5 = cos_t * r[rho_ref];
+    const real P = c[R] * c[R] - r[rho_ref] * r[rho_ref] + t_3t6r5 * rho_t;  /* (47) */
+    const real t_5dhp4 = w_across * t_6dtnj;
+    const real t_grajh = r[rho_ref] * t_5dhp4;
+    const real t_rqj3f = t_grajh * rho_t;
+    const real Q = SELECT0(m_qm7gk, -t_rqj3f);  /* (47) */
     const real t_pgin7 = c[R] - r[rho_ref];
     const real t_hnwtz = mv_min(t_pgin7, c[rho_escape]);
-    const real t_hzywj = mv_sqrt(t_ptl3y);
-    const real escape = mv_min(t_hnwtz, t_hzywj);
-    const real t_4x2zf = zeta1 * zeta1 + zeta2 * zeta2;
-    const real t_yfvls = mv_sqrt(t_4x2zf);
-    const mask m_ksqj2 = LT(K(0.0), t_yfvls);
-    const real t_zxp5x = P * P;
-    const real t_6fxuf = SELECT0(m_z5ee7, SELECT0(m_z5ee7, t_xhz2s * t_xhz2s));
-    const real t_go7n3 = mv_sqrt(t_zxp5x + t_6fxuf);
-    const real t_yphwp = K(1.0) / t_go7n3;
-    const real t_gltfk = rho_t * c[R] * t_yphwp;
-    const mask m_hqqaa = LT(K(1.0), t_gltfk);
-    const real t_wnge4 = mv_min(SPLAT(K(1.0)), t_gltfk);
-    const real t_w7rio = mv_acos(t_wnge4);
-    const real t_x3hva = K(1.5707963267948966) - alpha * mv_atan2(Q, P) + SELECT(m_hqqaa, t_w7rio, t_w7rio);
-    const mask m_xb2xi = LT(K_, K(0.03));
-    const real t_fcflk = K_ * K_;
-    const real t_fcflk_2 = K(0.26035714285714284) + K(-0.18225) * t_fcflk;
-    const real t_l3puj = K(-0.45) + t_fcflk * t_fcflk_2;
-    const real t_fbuw4 = K(1.5) + t_fcflk * t_l3puj;
-    const mask m_mgarf = LT(K(1000000000000.0), t_fchu4);
-    const real t_uiipz = SELECT(m_mgarf, sqrt_K, sqrt_K);
-    const real t_cedhi = K(2.225213) + t_uiipz;
-    const real t_2je2w = K(0.566927) + t_uiipz * t_cedhi;
-    const real t_dzjuy = K(1.0) / (K(3.478838) + t_uiipz * t_2je2w);
-    const real t_moflu = K(3.141592653589793) * K_ * t_dzjuy;
-    const real t_cedhi_2 = K(1.661023) + t_uiipz;
-    const real t_23h4w = t_moflu * t_cedhi_2;
-    real sin_t_23h4w, cos_t_23h4w; mv_sincos(t_23h4w, &sin_t_23h4w, &cos_t_23h4w);
-    const real t_nobej = sin_t_23h4w * sin_t_23h4w;
-    const real t_ab46z = cos_t_23h4w * cos_t_23h4w;
-    const real t_i7sss = cos_t_23h4w * sin_t_23h4w;
-    const real t_rkglc = K_ + K_;
-    const real t_tdxcy = K(1.0) + t_nobej - t_ab46z - t_i7sss * t_rkglc;
-    const real t_354bs = t_tdxcy * t_tdxcy;
-    const real t_x767z = t_nobej * K_;
-    const real t_soj5f = t_x767z + t_x767z;
-    const real t_x66xq = t_soj5f + K(4.0) * t_i7sss - t_ab46z * t_rkglc;
-    const real t_x6qqr = t_23h4w - t_i7sss - t_x767z;
-    const real t_2ev6m = K(1.0) / (t_354bs + t_354bs - t_x66xq * t_x6qqr);
-    const real t_g2ovj = t_tdxcy * t_2ev6m;
-    const real t_zefeg = K(-2.0) * t_i7sss - t_soj5f + (t_23h4w + t_23h4w);
-    const real t_6xnvn = t_23h4w - t_g2ovj * t_zefeg;
-    real sin_t_6xnvn, cos_t_6xnvn; mv_sincos(t_6xnvn, &sin_t_6xnvn, &cos_t_6xnvn);
-    const real t_vx46m = sin_t_6xnvn * sin_t_6xnvn;
-    const real t_yrvqm = cos_t_6xnvn * cos_t_6xnvn;
-    const real t_kme5l = cos_t_6xnvn * sin_t_6xnvn;
-    const real t_fno7p = K(1.0) + t_vx46m - t_yrvqm - t_rkglc * t_kme5l;
-    const real t_354bs_2 = t_fno7p * t_fno7p;
-    const real t_bweg4 = t_vx46m * K_;
-    const real t_soj5f_2 = t_bweg4 + t_bweg4;
-    const real t_a6w2p = t_soj5f_2 + K(4.0) * t_kme5l - t_rkglc * t_yrvqm;
-    const real t_xdzcc = t_6xnvn - t_kme5l - t_bweg4;
-    const real t_3hukm = K(1.0) / (t_354bs_2 + t_354bs_2 - t_a6w2p * t_xdzcc);
-    const real t_uhbq3 = t_fno7p * t_3hukm;
-    const real t_hy73r = K(-2.0) * t_kme5l - t_soj5f_2 + (t_6xnvn + t_6xnvn);
-    const real t_z3tm5 = t_6xnvn - t_uhbq3 * t_hy73r;
-    real sin_t_z3tm5, cos_t_z3tm5; mv_sincos(t_z3tm5, &sin_t_z3tm5, &cos_t_z3tm5);
-    const real t_cmgiw = sin_t_z3tm5 * sin_t_z3tm5;
-    const real t_e3muo = cos_t_z3tm5 * cos_t_z3tm5;
-    const real t_wqods = cos_t_z3tm5 * sin_t_z3tm5;
-    const real t_fno7p_2 = K(1.0) + t_cmgiw - t_e3muo - t_rkglc * t_wqods;
-    const real t_354bs_3 = t_fno7p_2 * t_fno7p_2;
-    const real t_bweg4_2 = t_cmgiw * K_;
-    const real t_soj5f_3 = t_bweg4_2 + t_bweg4_2;
-    const real t_a6w2p_2 = t_soj5f_3 + K(4.0) * t_wqods - t_rkglc * t_e3muo;
-    const real t_vxy3y = t_z3tm5 - t_wqods - t_bweg4_2;
-    const real t_vmdk3 = K(1.0) / (t_354bs_3 + t_354bs_3 - t_a6w2p_2 * t_vxy3y);
-    const real t_uhbq3_2 = t_fno7p_2 * t_vmdk3;
-    const real t_icigh = K(-2.0) * t_wqods - t_soj5f_3 + (t_z3tm5 + t_z3tm5);
-    const real t_wlsyt = SELECT(m_xb2xi, K_ * t_fbuw4, t_z3tm5 - t_uhbq3_2 * t_icigh);
-    const real t_5ewvv = mv_min(t_x3hva, t_wlsyt);
-    real sin_t_5ewvv, cos_t_5ewvv; mv_sincos(t_5ewvv, &sin_t_5ewvv, &cos_t_5ewvv);
-    const real t_5l2d7 = -(cos_t_5ewvv * escape);
-    const real t_f3hnc = c[k_phi] * mv_max(rho_t, t_5l2d7);
-    const real t_jl52z = cos_t_5ewvv * t_f3hnc;
-    const real t_ckgcn = alpha * t_f3hnc;
-    const real t_5bjhx = t_ckgcn * sin_t_5ewvv;
-    const real t_f3khv = SELECT0(m_z5ee7, -(t_jl52z * t_xuitj)) - cos_t * t_5bjhx;
+    const real t_xdrco = mv_sqrt(t_nldyv);
+    const real escape = mv_min(t_hnwtz, t_xdrco);
+    const real t_dynew = zeta1 * zeta1 + zeta2 * zeta2;
+    const real t_wmyyh = mv_sqrt(t_dynew);
+    const mask m_jelvn = LT(K(0.0), t_wmyyh);
+    const real t_bw4zx = P * P;
+    const real t_felql = SELECT0(m_qm7gk, SELECT0(m_qm7gk, t_rqj3f * t_rqj3f));
+    const real t_zemlo = mv_sqrt(t_bw4zx + t_felql);
+    const real t_i4c2p = K(1.0) / t_zemlo;
+    const real t_riuom = rho_t * c[R] * t_i4c2p;
+    const mask m_ggsjh = LT(K(1.0), t_riuom);
+    const real t_y2rr2 = mv_min(SPLAT(K(1.0)), t_riuom);
+    const real t_esbsi = mv_acos(t_y2rr2);
+    const real t_5yy2e = K(1.5707963267948966) - alpha * mv_atan2(Q, P) + SELECT(m_ggsjh, t_esbsi, t_esbsi);
+    const mask m_cn56p = LT(K_, K(0.03));
+    const real t_leuxo = K_ * K_;
+    const real t_leuxo_2 = K(0.26035714285714284) + K(-0.18225) * t_leuxo;
+    const real t_6kx34 = K(-0.45) + t_leuxo * t_leuxo_2;
+    const real t_m7nlb = K(1.5) + t_leuxo * t_6kx34;
+    const mask m_2mvys = LT(K(1000000000000.0), t_7jara);
+    const real t_ib2ei = SELECT(m_2mvys, sqrt_K, sqrt_K);
+    const real t_ddghz = K(2.225213) + t_ib2ei;
+    const real t_b6pzf = K(0.566927) + t_ib2ei * t_ddghz;
+    const real t_i5un2 = K(1.0) / (K(3.478838) + t_ib2ei * t_b6pzf);
+    const real t_b3paf = K(3.141592653589793) * K_ * t_i5un2;
+    const real t_ddghz_2 = K(1.661023) + t_ib2ei;
+    const real t_2ibf7 = t_b3paf * t_ddghz_2;
+    real sin_t_2ibf7, cos_t_2ibf7; mv_sincos(t_2ibf7, &sin_t_2ibf7, &cos_t_2ibf7);
+    const real t_nobej = sin_t_2ibf7 * sin_t_2ibf7;
+    const real t_ab46z = cos_t_2ibf7 * cos_t_2ibf7;
+    const real t_i7sss = cos_t_2ibf7 * sin_t_2ibf7;
+    const real t_2qjkk = K_ + K_;
+    const real t_qub6z = K(1.0) + t_nobej - t_ab46z - t_i7sss * t_2qjkk;
+    const real t_lvesg = t_qub6z * t_qub6z;
+    const real t_bqru3 = t_nobej * K_;
+    const real t_d3p5a = t_bqru3 + t_bqru3;
+    const real t_vspwm = t_d3p5a + K(4.0) * t_i7sss - t_ab46z * t_2qjkk;
+    const real t_kamle = t_2ibf7 - t_i7sss - t_bqru3;
+    const real t_oj4pl = K(1.0) / (t_lvesg + t_lvesg - t_vspwm * t_kamle);
+    const real t_nxkik = t_qub6z * t_oj4pl;
+    const real t_evbwp = K(-2.0) * t_i7sss - t_d3p5a + (t_2ibf7 + t_2ibf7);
+    const real t_kw3pz = t_2ibf7 - t_nxkik * t_evbwp;
+    real sin_t_kw3pz, cos_t_kw3pz; mv_sincos(t_kw3pz, &sin_t_kw3pz, &cos_t_kw3pz);
+    const real t_vx46m = sin_t_kw3pz * sin_t_kw3pz;
+    const real t_yrvqm = cos_t_kw3pz * cos_t_kw3pz;
+    const real t_kme5l = cos_t_kw3pz * sin_t_kw3pz;
+    const real t_ghomh = K(1.0) + t_vx46m - t_yrvqm - t_2qjkk * t_kme5l;
+    const real t_lvesg_2 = t_ghomh * t_ghomh;
+    const real t_rjocr = t_vx46m * K_;
+    const real t_d3p5a_2 = t_rjocr + t_rjocr;
+    const real t_lmawx = t_d3p5a_2 + K(4.0) * t_kme5l - t_2qjkk * t_yrvqm;
+    const real t_cjli7 = t_kw3pz - t_kme5l - t_rjocr;
+    const real t_cqqt6 = K(1.0) / (t_lvesg_2 + t_lvesg_2 - t_lmawx * t_cjli7);
+    const real t_xjvob = t_ghomh * t_cqqt6;
+    const real t_dpnxz = K(-2.0) * t_kme5l - t_d3p5a_2 + (t_kw3pz + t_kw3pz);
+    const real t_4j6ir = t_kw3pz - t_xjvob * t_dpnxz;
+    real sin_t_4j6ir, cos_t_4j6ir; mv_sincos(t_4j6ir, &sin_t_4j6ir, &cos_t_4j6ir);
+    const real t_cmgiw = sin_t_4j6ir * sin_t_4j6ir;
+    const real t_e3muo = cos_t_4j6ir * cos_t_4j6ir;
+    const real t_wqods = cos_t_4j6ir * sin_t_4j6ir;
+    const real t_ghomh_2 = K(1.0) + t_cmgiw - t_e3muo - t_2qjkk * t_wqods;
+    const real t_lvesg_3 = t_ghomh_2 * t_ghomh_2;
+    const real t_rjocr_2 = t_cmgiw * K_;
+    const real t_d3p5a_3 = t_rjocr_2 + t_rjocr_2;
+    const real t_lmawx_2 = t_d3p5a_3 + K(4.0) * t_wqods - t_2qjkk * t_e3muo;
+    const real t_e57zx = t_4j6ir - t_wqods - t_rjocr_2;
+    const real t_sbagz = K(1.0) / (t_lvesg_3 + t_lvesg_3 - t_lmawx_2 * t_e57zx);
+    const real t_xjvob_2 = t_ghomh_2 * t_sbagz;
+    const real t_dpnxz_2 = K(-2.0) * t_wqods - t_d3p5a_3 + (t_4j6ir + t_4j6ir);
+    const real t_4dyei = SELECT(m_cn56p, K_ * t_m7nlb, t_4j6ir - t_xjvob_2 * t_dpnxz_2);
+    const real t_msjzk = mv_min(t_5yy2e, t_4dyei);
+    real sin_t_msjzk, cos_t_msjzk; mv_sincos(t_msjzk, &sin_t_msjzk, &cos_t_msjzk);
+    const real t_vxe7u = -(cos_t_msjzk * escape);
+    const real t_ssits = c[k_phi] * mv_max(rho_t, t_vxe7u);
+    const real t_2x74w = cos_t_msjzk * t_ssits;
+    const real t_uu27y = alpha * t_ssits;
+    const real t_4trfd = t_uu27y * sin_t_msjzk;
+    const real t_d7n77 = SELECT0(m_qm7gk, -(t_2x74w * t_5dhp4)) - cos_t * t_4trfd;
     const real t_kc5kr = K(100.0) * c[k_phi];
-    const real t_xatty = SELECT0(m_z5ee7, t_xuitj * t_5bjhx) - cos_t * t_jl52z;
-    const real t_6qhh3 = cos_phi_ref * t_xatty - sin_phi_ref * t_f3khv;
-    const real t_i63ev = cos_phi_ref * t_f3khv + sin_phi_ref * t_xatty;
-    const real t_e4rje = K(1.0) / mv_max(SPLAT(K(1e-09)), t_yfvls);
-    const real t_oyhhw = (t_6qhh3 * zeta1 + t_i63ev * zeta2) * t_e4rje;
-    const real t_j2lpg = -(t_kc5kr * (c[R] - t_yfvls) + t_oyhhw);
-    const real t_ssi6p = mv_max(SPLAT(K(0.0)), t_j2lpg) * t_e4rje;
-    const real t_36nap = t_f3khv * sin_phi_ref - t_ssi6p * zeta1 - t_xatty * cos_phi_ref;
+    const real t_j7tcv = SELECT0(m_qm7gk, t_5dhp4 * t_4trfd) - cos_t * t_2x74w;
+    const real t_cpdk4 = cos_phi_ref * t_j7tcv - sin_phi_ref * t_d7n77;
+    const real t_inkoh = cos_phi_ref * t_d7n77 + sin_phi_ref * t_j7tcv;
+    const real t_e2kmt = K(1.0) / mv_max(SPLAT(K(1e-09)), t_wmyyh);
+    const real t_itzoz = (t_cpdk4 * zeta1 + t_inkoh * zeta2) * t_e2kmt;
+    const real t_vnhao = -(t_kc5kr * (c[R] - t_wmyyh) + t_itzoz);
+    const real t_zkibd = mv_max(SPLAT(K(0.0)), t_vnhao) * t_e2kmt;
+    const real t_rncxh = t_d7n77 * sin_phi_ref - t_zkibd * zeta1 - t_j7tcv * cos_phi_ref;
     const real t_3afq5 = cos_phi * along_x[along_rho] - x[rho] * (sin_phi * along_x[along_phi]);
-    const mask m_n2lcz = LE(t_5l2d7, rho_t);
-    const real t_y5aew = NUM(m_n2lcz);
-    const mask m_wzdbz = LE(rho_t, t_5l2d7);
-    const real t_nawgj = NUM(m_wzdbz);
-    const real t_ml3st = K(1.0) / (t_y5aew + t_nawgj);
+    const mask m_7xfyh = LE(t_vxe7u, rho_t);
+    const real t_7wrxk = NUM(m_7xfyh);
+    const mask m_ij4rk = LE(rho_t, t_vxe7u);
+    const real t_mzlv6 = NUM(m_ij4rk);
+    const real t_mslfs = K(1.0) / (t_7wrxk + t_mzlv6);
     const real t_yxwd6 = cos_phi_ref * along_r[along_phi_ref];
     const real t_46lno = sin_phi * along_x[along_rho] + x[rho] * (cos_phi * along_x[along_phi]);
     const real t_sxtsm = sin_phi_ref * along_r[along_phi_ref];
-    const real t_st5ju = zeta1 * t_yxwd6 + sin_phi_ref * t_3afq5 - (cos_phi_ref * t_46lno - zeta2 * t_sxtsm);
-    const real t_eay2n = along_r[along_rho_ref]
+    const real t_j6opb = zeta1 * t_yxwd6 + sin_phi_ref * t_3afq5 - (cos_phi_ref * t_46lno - zeta2 * t_sxtsm);
+    const real t_rx7mc = along_r[along_rho_ref]
         - (cos_phi_ref * t_3afq5 - zeta1 * t_sxtsm)
         - (zeta2 * t_yxwd6 + sin_phi_ref * t_46lno);
-    const real t_l72yh = (w_across + w_across) * t_st5ju + (w_along + w_along) * t_eay2n;
-    const real t_fdlvl = t_l72yh / (rho_t + rho_t);
-    const mask m_gb6op = LE(t_hzywj, t_hnwtz);
-    const real t_xn46b = NUM(m_gb6op);
-    const mask m_nwh66 = LE(t_hnwtz, t_hzywj);
-    const real t_72wqd = NUM(m_nwh66);
+    const real t_mn256 = (w_across + w_across) * t_j6opb + (w_along + w_along) * t_rx7mc;
+    const real t_zphmg = t_mn256 / (rho_t + rho_t);
+    const mask m_obqen = LE(t_xdrco, t_hnwtz);
+    const real t_xn46b = NUM(m_obqen);
+    const mask m_qumrp = LE(t_hnwtz, t_xdrco);
+    const real t_72wqd = NUM(m_qumrp);
     const real t_7krau = K(1.0) / (t_72wqd + t_xn46b);
-    const real t_m3e7t = alpha * (along_x[along_theta] - along_r[along_theta_ref] + c[area_factor] * (w_across * along_r[along_rho_ref] + r[rho_ref] * t_st5ju));
+    const real t_hy753 = alpha * (along_x[along_theta] - along_r[along_theta_ref] + c[area_factor] * (w_across * along_r[along_rho_ref] + r[rho_ref] * t_j6opb));
     const mask m_dlnux = LE(t_pgin7, c[rho_escape]);
     const real t_dlnux = NUM(m_dlnux);
     const mask m_nduvz = LE(c[rho_escape], t_pgin7);
-    const real t_6oxje = t_xn46b * t_7krau * (t_m3e7t / (t_hzywj + t_hzywj))
+    const real t_nnx7p = t_xn46b * t_7krau * (t_hy753 / (t_xdrco + t_xdrco))
         - t_72wqd * t_7krau * (t_dlnux / (t_dlnux + NUM(m_nduvz)) * along_r[along_rho_ref]);
-    const mask m_eqejb = LE(t_x3hva, t_wlsyt);
-    const real t_saxj6 = NUM(m_eqejb);
-    const mask m_3wjmr = LE(t_wlsyt, t_x3hva);
-    const real t_eowr5 = NUM(m_3wjmr);
-    const real t_45csa = K(1.0) / (t_saxj6 + t_eowr5);
-    const mask m_jm3a6 = NOT(m_hqqaa);
-    const mask m_tetbk = LE(t_gltfk, K(1.0));
-    const real t_7tkef = NUM(m_tetbk);
-    const mask m_ehrf3 = LE(K(1.0), t_gltfk);
-    const real t_wtvuw = t_eay2n * t_gliif - t_m4c7o * t_gliif * t_fdlvl;
-    const real t_tqdy4 = rho_t * (SELECT0(m_z5ee7, r[rho_ref] * t_wtvuw) + cos_t * along_r[along_rho_ref])
-        + t_mowvz * t_fdlvl
+    const mask m_lmvrl = LE(t_5yy2e, t_4dyei);
+    const real t_6lhlq = NUM(m_lmvrl);
+    const mask m_xb3ek = LE(t_4dyei, t_5yy2e);
+    const real t_qedx7 = NUM(m_xb3ek);
+    const real t_45csa = K(1.0) / (t_6lhlq + t_qedx7);
+    const mask m_fofl2 = NOT(m_ggsjh);
+    const mask m_bxqiy = LE(t_riuom, K(1.0));
+    const real t_z2la7 = NUM(m_bxqiy);
+    const mask m_kaqxg = LE(K(1.0), t_riuom);
+    const real t_jrhrw = t_rx7mc * t_6dtnj - t_heubl * t_6dtnj * t_zphmg;
+    const real t_dmrt7 = rho_t * (SELECT0(m_qm7gk, r[rho_ref] * t_jrhrw) + cos_t * along_r[along_rho_ref])
+        + t_3t6r5 * t_zphmg
         - (r[rho_ref] + r[rho_ref]) * along_r[along_rho_ref];
-    const real t_ymop5 = t_st5ju * t_gliif - t_xuitj * t_gliif * t_fdlvl;
-    const real t_mtstu = rho_t * (t_xuitj * along_r[along_rho_ref] + r[rho_ref] * t_ymop5) + t_6ckpz * t_fdlvl;
-    const real t_rvs5m = ((P + P) * t_tqdy4 + SELECT0(m_z5ee7, SELECT0(m_z5ee7, (t_xhz2s + t_xhz2s) * t_mtstu))) / (t_go7n3 + t_go7n3);
-    const real t_cldum = t_7tkef / (NUM(m_ehrf3) + t_7tkef) * (c[R] * t_fdlvl * t_yphwp - t_gltfk * t_yphwp * t_rvs5m);
-    const real t_mbyif = K(1.0) / (t_6fxuf + t_zxp5x);
-    const real t_wmpbw = SELECT0(m_jm3a6, K(-1.0) / mv_sqrt(K(1.0) - t_wnge4 * t_wnge4) * t_cldum)
-        - alpha * (SELECT0(m_z5ee7, -(P * t_mbyif * t_mtstu)) - Q * t_mbyif * t_tqdy4);
-    const mask m_ehzsl = LE(t_fchu4, K(1000000000000.0));
-    const real t_pxhzj = NUM(m_ehzsl);
-    const mask m_qxhwi = LE(K(1000000000000.0), t_fchu4);
-    const mask m_6t5gi = LE(K(1e-24), t_furpv);
-    const real t_6t5gi = NUM(m_6t5gi);
-    const mask m_zbh6o = LE(t_furpv, K(1e-24));
-    const real t_vjbuh = (t_m3e7t + t_m3e7t) * t_whxhf
-        - t_fchu4 * t_whxhf * (t_6t5gi / (NUM(m_zbh6o) + t_6t5gi) * t_l72yh);
-    const real t_3g4wl = t_pxhzj / (NUM(m_qxhwi) + t_pxhzj) * t_vjbuh;
-    const real t_fyjhk = t_rkglc * t_3g4wl;
-    const real t_se4co = K_ * (t_l3puj * t_fyjhk + t_fcflk * (t_fcflk_2 * t_fyjhk + t_fcflk * (K(-0.18225) * t_fyjhk)));
-    const mask m_bryq2 = NOT(m_mgarf);
-    const real t_s4esp = t_3g4wl / (sqrt_K + sqrt_K);
-    const real t_ola73 = t_moflu * t_dzjuy * (t_2je2w * t_s4esp + t_uiipz * (t_cedhi * t_s4esp + t_uiipz * t_s4esp));
-    const real t_ntwcz = t_cedhi_2 * (K(3.141592653589793) * t_3g4wl * t_dzjuy + SELECT0(m_bryq2, -t_ola73))
-        + SELECT0(m_bryq2, t_moflu * t_s4esp);
-    const real t_xbjr4 = cos_t_23h4w * t_ntwcz;
-    const real t_pa3oo = (sin_t_23h4w + sin_t_23h4w) * t_xbjr4;
-    const real t_6kjhz = sin_t_23h4w * t_ntwcz;
-    const real t_qhf3w = (cos_t_23h4w + cos_t_23h4w) * t_6kjhz;
-    const real t_ib576 = cos_t_23h4w * t_xbjr4 - sin_t_23h4w * t_6kjhz;
-    const real t_vi3d5 = t_3g4wl + t_3g4wl;
-    const real t_b2xlv = t_pa3oo + t_qhf3w - (t_rkglc * t_ib576 + t_i7sss * t_vi3d5);
-    const real t_wmrep = (t_tdxcy + t_tdxcy) * t_b2xlv;
-    const real t_nhhdv = K_ * t_pa3oo + t_nobej * t_3g4wl;
-    const real t_pfhsw = t_nhhdv + t_nhhdv;
-    const real t_zf2ap = t_x6qqr * (t_pfhsw + K(4.0) * t_ib576 - (t_ab46z * t_vi3d5 - t_rkglc * t_qhf3w))
-        + t_x66xq * (t_ntwcz - t_ib576 - t_nhhdv);
-    const real t_cg3f5 = t_zefeg * (t_b2xlv * t_2ev6m - t_g2ovj * t_2ev6m * (t_wmrep + t_wmrep - t_zf2ap))
-        + t_g2ovj * (K(-2.0) * t_ib576 - t_pfhsw + (t_ntwcz + t_ntwcz));
-    const real t_sfism = t_ntwcz - t_cg3f5;
-    const real t_jen6u = cos_t_6xnvn * t_sfism;
-    const real t_4eafr = (sin_t_6xnvn + sin_t_6xnvn) * t_jen6u;
-    const real t_2a55o = sin_t_6xnvn * t_sfism;
-    const real t_qj5ho = (cos_t_6xnvn + cos_t_6xnvn) * t_2a55o;
-    const real t_hvckt = cos_t_6xnvn * t_jen6u - sin_t_6xnvn * t_2a55o;
-    const real t_vt54f = t_4eafr + t_qj5ho - (t_kme5l * t_vi3d5 + t_rkglc * t_hvckt);
-    const real t_wmrep_2 = (t_fno7p + t_fno7p) * t_vt54f;
-    const real t_3czja = K_ * t_4eafr + t_vx46m * t_3g4wl;
-    const real t_pfhsw_2 = t_3czja + t_3czja;
-    const real t_bkibi = t_xdzcc * (t_pfhsw_2 + K(4.0) * t_hvckt - (t_yrvqm * t_vi3d5 - t_rkglc * t_qj5ho))
-        + t_a6w2p * (t_sfism - t_hvckt - t_3czja);
-    const real t_geuzv = t_hy73r * (t_vt54f * t_3hukm - t_uhbq3 * t_3hukm * (t_wmrep_2 + t_wmrep_2 - t_bkibi))
-        + t_uhbq3 * (K(-2.0) * t_hvckt - t_pfhsw_2 + (t_sfism + t_sfism));
-    const real t_iydvv = t_sfism - t_geuzv;
-    const real t_zcn4j = cos_t_z3tm5 * t_iydvv;
-    const real t_dru6o = (sin_t_z3tm5 + sin_t_z3tm5) * t_zcn4j;
-    const real t_5a7qb = sin_t_z3tm5 * t_iydvv;
-    const real t_2o4hq = (cos_t_z3tm5 + cos_t_z3tm5) * t_5a7qb;
-    const real t_okysd = cos_t_z3tm5 * t_zcn4j - sin_t_z3tm5 * t_5a7qb;
-    const real t_vt54f_2 = t_dru6o + t_2o4hq - (t_wqods * t_vi3d5 + t_rkglc * t_okysd);
-    const real t_wmrep_3 = (t_fno7p_2 + t_fno7p_2) * t_vt54f_2;
-    const real t_3czja_2 = K_ * t_dru6o + t_cmgiw * t_3g4wl;
-    const real t_pfhsw_3 = t_3czja_2 + t_3czja_2;
-    const real t_d2blu = t_vxy3y * (t_pfhsw_3 + K(4.0) * t_okysd - (t_e3muo * t_vi3d5 - t_rkglc * t_2o4hq))
-        + t_a6w2p_2 * (t_iydvv - t_okysd - t_3czja_2);
-    const real t_52zlx = t_icigh * (t_vt54f_2 * t_vmdk3 - t_uhbq3_2 * t_vmdk3 * (t_wmrep_3 + t_wmrep_3 - t_d2blu))
-        + t_uhbq3_2 * (K(-2.0) * t_okysd - t_pfhsw_3 + (t_iydvv + t_iydvv));
-    const real t_olprr = t_saxj6 * t_45csa * t_wmpbw
-        + t_eowr5 * t_45csa * SELECT(m_xb2xi, t_fbuw4 * t_3g4wl + t_se4co, t_iydvv - t_52zlx);
-    const real t_i2be2 = sin_t_5ewvv * t_olprr;
-    const real t_eb47h = t_y5aew * t_ml3st * t_fdlvl
-        - t_nawgj * t_ml3st * (cos_t_5ewvv * t_6oxje - escape * t_i2be2);
-    const real t_sxw5q = c[k_phi] * t_eb47h;
-    const real t_2acbu = cos_t_5ewvv * t_sxw5q - t_f3hnc * t_i2be2;
-    const real t_vah3l = sin_t_5ewvv * (alpha * t_sxw5q) + t_ckgcn * (cos_t_5ewvv * t_olprr);
-    const real t_37xp5 = SELECT0(m_z5ee7, -(t_xuitj * t_2acbu + t_jl52z * t_ymop5))
-        - (SELECT0(m_z5ee7, t_5bjhx * t_wtvuw) + cos_t * t_vah3l);
-    const real t_jbg6j = sin_phi_ref * t_37xp5;
-    const real t_fc3c2 = t_f3khv * t_yxwd6;
-    const mask m_od6a2 = LE(K(0.0), t_j2lpg);
-    const real t_tij5y = NUM(m_od6a2);
-    const mask m_7t3za = LE(t_j2lpg, K(0.0));
-    const real t_sv4f2 = SELECT0(m_z5ee7, t_5bjhx * t_ymop5 + t_xuitj * t_vah3l)
-        - (SELECT0(m_z5ee7, t_jl52z * t_wtvuw) + cos_t * t_2acbu);
-    const real t_5kjdd = cos_phi_ref * t_sv4f2 - t_xatty * t_sxtsm;
-    const real t_glke7 = cos_phi_ref * t_37xp5 - t_f3khv * t_sxtsm;
-    const real t_3ktkr = t_xatty * t_yxwd6;
-    const real t_lwc7r = sin_phi_ref * t_sv4f2;
-    const real t_pnumi = zeta1 * (t_5kjdd - (t_fc3c2 + t_jbg6j))
-        + t_6qhh3 * t_3afq5
-        + (zeta2 * (t_glke7 + (t_3ktkr + t_lwc7r)) + t_i63ev * t_46lno);
-    const mask m_p2abf = LE(K(1e-09), t_yfvls);
-    const real t_ivpxh = NUM(m_p2abf);
-    const mask m_ysper = LE(t_yfvls, K(1e-09));
-    const real t_ykpbv = (zeta1 + zeta1) * t_3afq5 + (zeta2 + zeta2) * t_46lno;
-    const real t_cxo4v = t_ykpbv / (t_yfvls + t_yfvls);
-    const real t_s7b4i = t_ivpxh / (NUM(m_ysper) + t_ivpxh) * t_cxo4v;
-    const real t_p2rbt = t_tij5y / (NUM(m_7t3za) + t_tij5y) * (t_pnumi * t_e4rje - t_oyhhw * t_e4rje * t_s7b4i - t_kc5kr * t_cxo4v);
-    const real t_jvxtl = t_p2rbt * t_e4rje + t_ssi6p * t_e4rje * t_s7b4i;
-    const real t_fycze = t_jbg6j + t_fc3c2 - (t_ssi6p * t_3afq5 - zeta1 * t_jvxtl) - t_5kjdd;
-    const real t_p4nln = t_ssi6p * zeta2 + t_xatty * sin_phi_ref + t_f3khv * cos_phi_ref;
-    const real t_3roug = t_ssi6p * t_46lno - zeta2 * t_jvxtl + (t_lwc7r + t_3ktkr) + t_glke7;
-    const real t_oz2aw = K(1.0) / t_yfvls;
-    const real t_5n7u5 = (t_36nap * t_3afq5 + zeta1 * t_fycze - (t_p4nln * t_46lno + zeta2 * t_3roug)) * t_oz2aw;
-    const real t_3cthi = K(1.0) / t_4x2zf;
-    const real t_uhjn3 = (t_p4nln * t_3afq5 + zeta1 * t_3roug + (zeta2 * t_fycze + t_36nap * t_46lno)) * t_3cthi;
+    const real t_zfo3m = t_j6opb * t_6dtnj - t_5dhp4 * t_6dtnj * t_zphmg;
+    const real t_ov77c = rho_t * (t_5dhp4 * along_r[along_rho_ref] + r[rho_ref] * t_zfo3m) + t_grajh * t_zphmg;
+    const real t_rqzux = ((P + P) * t_dmrt7 + SELECT0(m_qm7gk, SELECT0(m_qm7gk, (t_rqj3f + t_rqj3f) * t_ov77c))) / (t_zemlo + t_zemlo);
+    const real t_7x4dt = t_z2la7 / (NUM(m_kaqxg) + t_z2la7) * (c[R] * t_zphmg * t_i4c2p - t_riuom * t_i4c2p * t_rqzux);
+    const real t_6eu3a = K(1.0) / (t_felql + t_bw4zx);
+    const real t_zm775 = SELECT0(m_fofl2, K(-1.0) / mv_sqrt(K(1.0) - t_y2rr2 * t_y2rr2) * t_7x4dt)
+        - alpha * (SELECT0(m_qm7gk, -(P * t_6eu3a * t_ov77c)) - Q * t_6eu3a * t_dmrt7);
+    const mask m_xmqdq = LE(t_7jara, K(1000000000000.0));
+    const real t_4lc24 = NUM(m_xmqdq);
+    const mask m_sdkpe = LE(K(1000000000000.0), t_7jara);
+    const mask m_yh5in = LE(K(1e-24), t_5lued);
+    const real t_yh5in = NUM(m_yh5in);
+    const mask m_j6g22 = LE(t_5lued, K(1e-24));
+    const real t_pmfod = (t_hy753 + t_hy753) * t_y2y6z
+        - t_7jara * t_y2y6z * (t_yh5in / (NUM(m_j6g22) + t_yh5in) * t_mn256);
+    const real t_r4uel = t_4lc24 / (NUM(m_sdkpe) + t_4lc24) * t_pmfod;
+    const real t_gdhs4 = t_2qjkk * t_r4uel;
+    const real t_mrkcc = K_ * (t_6kx34 * t_gdhs4 + t_leuxo * (t_leuxo_2 * t_gdhs4 + t_leuxo * (K(-0.18225) * t_gdhs4)));
+    const mask m_mz5gf = NOT(m_2mvys);
+    const real t_as72g = t_r4uel / (sqrt_K + sqrt_K);
+    const real t_fos2m = t_b3paf * t_i5un2 * (t_b6pzf * t_as72g + t_ib2ei * (t_ddghz * t_as72g + t_ib2ei * t_as72g));
+    const real t_uidtw = t_ddghz_2 * (K(3.141592653589793) * t_r4uel * t_i5un2 + SELECT0(m_mz5gf, -t_fos2m))
+        + SELECT0(m_mz5gf, t_b3paf * t_as72g);
+    const real t_3apdi = cos_t_2ibf7 * t_uidtw;
+    const real t_o65f3 = (sin_t_2ibf7 + sin_t_2ibf7) * t_3apdi;
+    const real t_al33w = sin_t_2ibf7 * t_uidtw;
+    const real t_lcu76 = (cos_t_2ibf7 + cos_t_2ibf7) * t_al33w;
+    const real t_ib576 = cos_t_2ibf7 * t_3apdi - sin_t_2ibf7 * t_al33w;
+    const real t_fso5i = t_r4uel + t_r4uel;
+    const real t_gg366 = t_o65f3 + t_lcu76 - (t_2qjkk * t_ib576 + t_i7sss * t_fso5i);
+    const real t_juqgn = (t_qub6z + t_qub6z) * t_gg366;
+    const real t_qflyx = K_ * t_o65f3 + t_nobej * t_r4uel;
+    const real t_k56lr = t_qflyx + t_qflyx;
+    const real t_c64xb = t_kamle * (t_k56lr + K(4.0) * t_ib576 - (t_ab46z * t_fso5i - t_2qjkk * t_lcu76))
+        + t_vspwm * (t_uidtw - t_ib576 - t_qflyx);
+    const real t_yazle = t_evbwp * (t_gg366 * t_oj4pl - t_nxkik * t_oj4pl * (t_juqgn + t_juqgn - t_c64xb))
+        + t_nxkik * (K(-2.0) * t_ib576 - t_k56lr + (t_uidtw + t_uidtw));
+    const real t_c2kyb = t_uidtw - t_yazle;
+    const real t_eqzye = cos_t_kw3pz * t_c2kyb;
+    const real t_2aeec = (sin_t_kw3pz + sin_t_kw3pz) * t_eqzye;
+    const real t_2ndv4 = sin_t_kw3pz * t_c2kyb;
+    const real t_msyb5 = (cos_t_kw3pz + cos_t_kw3pz) * t_2ndv4;
+    const real t_hvckt = cos_t_kw3pz * t_eqzye - sin_t_kw3pz * t_2ndv4;
+    const real t_wiru6 = t_2aeec + t_msyb5 - (t_kme5l * t_fso5i + t_2qjkk * t_hvckt);
+    const real t_juqgn_2 = (t_ghomh + t_ghomh) * t_wiru6;
+    const real t_bj3vp = K_ * t_2aeec + t_vx46m * t_r4uel;
+    const real t_k56lr_2 = t_bj3vp + t_bj3vp;
+    const real t_gaeqj = t_cjli7 * (t_k56lr_2 + K(4.0) * t_hvckt - (t_yrvqm * t_fso5i - t_2qjkk * t_msyb5))
+        + t_lmawx * (t_c2kyb - t_hvckt - t_bj3vp);
+    const real t_k3zfb = t_dpnxz * (t_wiru6 * t_cqqt6 - t_xjvob * t_cqqt6 * (t_juqgn_2 + t_juqgn_2 - t_gaeqj))
+        + t_xjvob * (K(-2.0) * t_hvckt - t_k56lr_2 + (t_c2kyb + t_c2kyb));
+    const real t_i5dni = t_c2kyb - t_k3zfb;
+    const real t_5ajra = cos_t_4j6ir * t_i5dni;
+    const real t_wbhv5 = (sin_t_4j6ir + sin_t_4j6ir) * t_5ajra;
+    const real t_yyzej = sin_t_4j6ir * t_i5dni;
+    const real t_q7sj4 = (cos_t_4j6ir + cos_t_4j6ir) * t_yyzej;
+    const real t_okysd = cos_t_4j6ir * t_5ajra - sin_t_4j6ir * t_yyzej;
+    const real t_wiru6_2 = t_wbhv5 + t_q7sj4 - (t_wqods * t_fso5i + t_2qjkk * t_okysd);
+    const real t_juqgn_3 = (t_ghomh_2 + t_ghomh_2) * t_wiru6_2;
+    const real t_bj3vp_2 = K_ * t_wbhv5 + t_cmgiw * t_r4uel;
+    const real t_k56lr_3 = t_bj3vp_2 + t_bj3vp_2;
+    const real t_orlgn = t_e57zx * (t_k56lr_3 + K(4.0) * t_okysd - (t_e3muo * t_fso5i - t_2qjkk * t_q7sj4))
+        + t_lmawx_2 * (t_i5dni - t_okysd - t_bj3vp_2);
+    const real t_k3zfb_2 = t_dpnxz_2 * (t_wiru6_2 * t_sbagz - t_xjvob_2 * t_sbagz * (t_juqgn_3 + t_juqgn_3 - t_orlgn))
+        + t_xjvob_2 * (K(-2.0) * t_okysd - t_k56lr_3 + (t_i5dni + t_i5dni));
+    const real t_tdh5n = t_6lhlq * t_45csa * t_zm775
+        + t_qedx7 * t_45csa * SELECT(m_cn56p, t_m7nlb * t_r4uel + t_mrkcc, t_i5dni - t_k3zfb_2);
+    const real t_gxctr = sin_t_msjzk * t_tdh5n;
+    const real t_vnbtn = t_7wrxk * t_mslfs * t_zphmg
+        - t_mzlv6 * t_mslfs * (cos_t_msjzk * t_nnx7p - escape * t_gxctr);
+    const real t_i2khk = c[k_phi] * t_vnbtn;
+    const real t_2gdgh = cos_t_msjzk * t_i2khk - t_ssits * t_gxctr;
+    const real t_na2t4 = sin_t_msjzk * (alpha * t_i2khk) + t_uu27y * (cos_t_msjzk * t_tdh5n);
+    const real t_67hu5 = SELECT0(m_qm7gk, -(t_5dhp4 * t_2gdgh + t_2x74w * t_zfo3m))
+        - (SELECT0(m_qm7gk, t_4trfd * t_jrhrw) + cos_t * t_na2t4);
+    const real t_ys36h = sin_phi_ref * t_67hu5;
+    const real t_xgv3t = t_d7n77 * t_yxwd6;
+    const mask m_sfgjz = LE(K(0.0), t_vnhao);
+    const real t_tij5y = NUM(m_sfgjz);
+    const mask m_pbxnb = LE(t_vnhao, K(0.0));
+    const real t_xkmw6 = SELECT0(m_qm7gk, t_4trfd * t_zfo3m + t_5dhp4 * t_na2t4)
+        - (SELECT0(m_qm7gk, t_2x74w * t_jrhrw) + cos_t * t_2gdgh);
+    const real t_yeplv = cos_phi_ref * t_xkmw6 - t_j7tcv * t_sxtsm;
+    const real t_hmjrv = cos_phi_ref * t_67hu5 - t_d7n77 * t_sxtsm;
+    const real t_mrd4h = t_j7tcv * t_yxwd6;
+    const real t_jouzo = sin_phi_ref * t_xkmw6;
+    const real t_h3d5i = zeta1 * (t_yeplv - (t_xgv3t + t_ys36h))
+        + t_cpdk4 * t_3afq5
+        + (zeta2 * (t_hmjrv + (t_mrd4h + t_jouzo)) + t_inkoh * t_46lno);
+    const mask m_js335 = LE(K(1e-09), t_wmyyh);
+    const real t_ivpxh = NUM(m_js335);
+    const mask m_bgj4s = LE(t_wmyyh, K(1e-09));
+    const real t_cwfzr = (zeta1 + zeta1) * t_3afq5 + (zeta2 + zeta2) * t_46lno;
+    const real t_wjqgt = t_cwfzr / (t_wmyyh + t_wmyyh);
+    const real t_x6pik = t_ivpxh / (NUM(m_bgj4s) + t_ivpxh) * t_wjqgt;
+    const real t_dvn4h = t_tij5y / (NUM(m_pbxnb) + t_tij5y) * (t_h3d5i * t_e2kmt - t_itzoz * t_e2kmt * t_x6pik - t_kc5kr * t_wjqgt);
+    const real t_ygasb = t_dvn4h * t_e2kmt + t_zkibd * t_e2kmt * t_x6pik;
+    const real t_o2yda = t_ys36h + t_xgv3t - (t_zkibd * t_3afq5 - zeta1 * t_ygasb) - t_yeplv;
+    const real t_sg3wl = t_zkibd * zeta2 + t_j7tcv * sin_phi_ref + t_d7n77 * cos_phi_ref;
+    const real t_k3s2s = t_zkibd * t_46lno - zeta2 * t_ygasb + (t_jouzo + t_mrd4h) + t_hmjrv;
+    const real t_4d4ds = K(1.0) / t_wmyyh;
+    const real t_ctytu = (t_rncxh * t_3afq5 + zeta1 * t_o2yda - (t_sg3wl * t_46lno + zeta2 * t_k3s2s)) * t_4d4ds;
+    const real t_qpkie = K(1.0) / t_dynew;
+    const real t_b4fq4 = (t_sg3wl * t_3afq5 + zeta1 * t_k3s2s + (zeta2 * t_o2yda + t_rncxh * t_46lno)) * t_qpkie;
     const real t_f7oti = -c[mu_rate_max];
     const real t_dhkzn = c[mu_gain] * (r[mu_ref] - x[mu]);
     const real t_7l2lj = mv_min(c[mu_rate_max], t_dhkzn);
@@ -848,8 +848,8 @@ void triangle_path_jvp(const real *x, const real *r, const real *p, const real *
     const mask m_huzvj = LE(t_dhkzn, c[mu_rate_max]);
     const real t_huzvj = NUM(m_huzvj);
     const mask m_mu2v2 = LE(c[mu_rate_max], t_dhkzn);
-    change[0] = SELECT(m_ksqj2, t_5n7u5 - (zeta1 * t_36nap - zeta2 * t_p4nln) * t_oz2aw * t_oz2aw * t_cxo4v, t_fycze);
-    change[1] = SELECT0(m_ksqj2, -(t_uhjn3 - (zeta1 * t_p4nln + t_36nap * zeta2) * t_3cthi * t_3cthi * t_ykpbv));
+    change[0] = SELECT(m_jelvn, t_ctytu - (zeta1 * t_rncxh - zeta2 * t_sg3wl) * t_4d4ds * t_4d4ds * t_wjqgt, t_o2yda);
+    change[1] = SELECT0(m_jelvn, -(t_b4fq4 - (zeta1 * t_sg3wl + t_rncxh * zeta2) * t_qpkie * t_qpkie * t_cwfzr));
     change[2] = t_tmq3y / (NUM(m_y2s22) + t_tmq3y) * (t_huzvj / (NUM(m_mu2v2) + t_huzvj) * (c[mu_gain] * (along_r[along_mu_ref] - along_x[along_mu])));
 }
 
@@ -875,256 +875,256 @@ void triangle_path_loop_jac(const real *q, const real *r, const real *p, const r
     real sin_phi_ref, cos_phi_ref; mv_sincos(r[phi_ref], &sin_phi_ref, &cos_phi_ref);
     const real w_along = r[rho_ref] - cos_phi_ref * q[zeta1] - sin_phi_ref * q[zeta2];  /* (25) */
     const real w_across = sin_phi_ref * q[zeta1] - cos_phi_ref * q[zeta2];  /* (25) */
-    const real t_furpv = w_across * w_across + w_along * w_along;
-    const real rho_t = mv_sqrt(t_furpv);  /* (25) */
-    const mask m_z5ee7 = LT(K(1e-09), rho_t);
-    const real t_gliif = K(1.0) / rho_t;
-    const real t_m4c7o = w_along * t_gliif;
-    const real cos_t = SELECT(m_z5ee7, t_m4c7o, SPLAT(K(1.0)));  /* (25) */
+    const real t_fvfvk = w_across * w_across + w_along * w_along;
+    const real rho_t = mv_sqrt(t_fvfvk);  /* (25) */
+    const mask m_qm7gk = LT(K(1e-09), rho_t);
+    const real t_6dtnj = K(1.0) / rho_t;
+    const real t_fsc2i = w_along * t_6dtnj;
+    const real cos_t = SELECT(m_qm7gk, t_fsc2i, SPLAT(K(1.0)));  /* (25) */
     const real theta_t = q[theta] - r[theta_ref] + r[rho_ref] * w_across * c[area_factor];  /* (27) */
     const real alpha = mv_sign(theta_t);  /* (40) */
-    const real t_ptl3y = mv_fabs(theta_t);
-    const real t_whxhf = K(1.0) / mv_max(SPLAT(K(1e-24)), t_furpv);
-    const real t_fchu4 = (t_ptl3y + t_ptl3y) * t_whxhf;
-    const real K_ = mv_min(SPLAT(K(1000000000000.0)), t_fchu4);  /* (42) */
+    const real t_nldyv = mv_fabs(theta_t);
+    const real t_mqfjs = K(1.0) / mv_max(SPLAT(K(1e-24)), t_fvfvk);
+    const real t_v7g3i = (t_nldyv + t_nldyv) * t_mqfjs;
+    const real K_ = mv_min(SPLAT(K(1000000000000.0)), t_v7g3i);  /* (42) */
     const real sqrt_K = mv_sqrt(K_);
-    const real t_mowvz = cos_t * r[rho_ref];
-    const real P = c[R] * c[R] - r[rho_ref] * r[rho_ref] + t_mowvz * rho_t;  /* (47) */
-    const real t_xuitj = w_across * t_gliif;
-    const real t_6ckpz = r[rho_ref] * t_xuitj;
-    const real t_xhz2s = t_6ckpz * rho_t;
-    const real Q = SELECT0(m_z5ee7, -t_xhz2s);  /* (47) */
+    const real t_3t6r5 = cos_t * r[rho_ref];
+    const real P = c[R] * c[R] - r[rho_ref] * r[rho_ref] + t_3t6r5 * rho_t;  /* (47) */
+    const real t_3hj5v = w_across * t_6dtnj;
+    const real t_6ui46 = r[rho_ref] * t_3hj5v;
+    const real t_sddd6 = t_6ui46 * rho_t;
+    const real Q = SELECT0(m_qm7gk, -t_sddd6);  /* (47) */
     const real t_pgin7 = c[R] - r[rho_ref];
     const real t_hnwtz = mv_min(t_pgin7, c[rho_escape]);
-    const real t_hzywj = mv_sqrt(t_ptl3y);
-    const real escape = mv_min(t_hnwtz, t_hzywj);
-    const real t_zxp5x = P * P;
-    const real t_6fxuf = SELECT0(m_z5ee7, SELECT0(m_z5ee7, t_xhz2s * t_xhz2s));
-    const real t_go7n3 = mv_sqrt(t_zxp5x + t_6fxuf);
-    const real t_yphwp = K(1.0) / t_go7n3;
-    const real t_gltfk = rho_t * c[R] * t_yphwp;
-    const mask m_hqqaa = LT(K(1.0), t_gltfk);
-    const real t_wnge4 = mv_min(SPLAT(K(1.0)), t_gltfk);
-    const real t_w7rio = mv_acos(t_wnge4);
-    const real t_x3hva = K(1.5707963267948966) - alpha * mv_atan2(Q, P) + SELECT(m_hqqaa, t_w7rio, t_w7rio);
-    const mask m_xb2xi = LT(K_, K(0.03));
-    const real t_fcflk = K_ * K_;
-    const real t_fcflk_2 = K(0.26035714285714284) + K(-0.18225) * t_fcflk;
-    const real t_l3puj = K(-0.45) + t_fcflk * t_fcflk_2;
-    const real t_fbuw4 = K(1.5) + t_fcflk * t_l3puj;
-    const mask m_mgarf = LT(K(1000000000000.0), t_fchu4);
-    const real t_uiipz = SELECT(m_mgarf, sqrt_K, sqrt_K);
-    const real t_cedhi = K(2.225213) + t_uiipz;
-    const real t_2je2w = K(0.566927) + t_uiipz * t_cedhi;
-    const real t_dzjuy = K(1.0) / (K(3.478838) + t_uiipz * t_2je2w);
-    const real t_moflu = K(3.141592653589793) * K_ * t_dzjuy;
-    const real t_cedhi_2 = K(1.661023) + t_uiipz;
-    const real t_23h4w = t_moflu * t_cedhi_2;
-    real sin_t_23h4w, cos_t_23h4w; mv_sincos(t_23h4w, &sin_t_23h4w, &cos_t_23h4w);
-    const real t_nobej = sin_t_23h4w * sin_t_23h4w;
-    const real t_ab46z = cos_t_23h4w * cos_t_23h4w;
-    const real t_i7sss = cos_t_23h4w * sin_t_23h4w;
-    const real t_rkglc = K_ + K_;
-    const real t_tdxcy = K(1.0) + t_nobej - t_ab46z - t_i7sss * t_rkglc;
-    const real t_354bs = t_tdxcy * t_tdxcy;
-    const real t_x767z = t_nobej * K_;
-    const real t_soj5f = t_x767z + t_x767z;
-    const real t_x66xq = t_soj5f + K(4.0) * t_i7sss - t_ab46z * t_rkglc;
-    const real t_x6qqr = t_23h4w - t_i7sss - t_x767z;
-    const real t_2ev6m = K(1.0) / (t_354bs + t_354bs - t_x66xq * t_x6qqr);
-    const real t_g2ovj = t_tdxcy * t_2ev6m;
-    const real t_zefeg = K(-2.0) * t_i7sss - t_soj5f + (t_23h4w + t_23h4w);
-    const real t_6xnvn = t_23h4w - t_g2ovj * t_zefeg;
-    real sin_t_6xnvn, cos_t_6xnvn; mv_sincos(t_6xnvn, &sin_t_6xnvn, &cos_t_6xnvn);
-    const real t_vx46m = sin_t_6xnvn * sin_t_6xnvn;
-    const real t_yrvqm = cos_t_6xnvn * cos_t_6xnvn;
-    const real t_kme5l = cos_t_6xnvn * sin_t_6xnvn;
-    const real t_fno7p = K(1.0) + t_vx46m - t_yrvqm - t_rkglc * t_kme5l;
-    const real t_354bs_2 = t_fno7p * t_fno7p;
-    const real t_bweg4 = t_vx46m * K_;
-    const real t_soj5f_2 = t_bweg4 + t_bweg4;
-    const real t_a6w2p = t_soj5f_2 + K(4.0) * t_kme5l - t_rkglc * t_yrvqm;
-    const real t_xdzcc = t_6xnvn - t_kme5l - t_bweg4;
-    const real t_3hukm = K(1.0) / (t_354bs_2 + t_354bs_2 - t_a6w2p * t_xdzcc);
-    const real t_uhbq3 = t_fno7p * t_3hukm;
-    const real t_hy73r = K(-2.0) * t_kme5l - t_soj5f_2 + (t_6xnvn + t_6xnvn);
-    const real t_z3tm5 = t_6xnvn - t_uhbq3 * t_hy73r;
-    real sin_t_z3tm5, cos_t_z3tm5; mv_sincos(t_z3tm5, &sin_t_z3tm5, &cos_t_z3tm5);
-    const real t_cmgiw = sin_t_z3tm5 * sin_t_z3tm5;
-    const real t_e3muo = cos_t_z3tm5 * cos_t_z3tm5;
-    const real t_wqods = cos_t_z3tm5 * sin_t_z3tm5;
-    const real t_fno7p_2 = K(1.0) + t_cmgiw - t_e3muo - t_rkglc * t_wqods;
-    const real t_354bs_3 = t_fno7p_2 * t_fno7p_2;
-    const real t_bweg4_2 = t_cmgiw * K_;
-    const real t_soj5f_3 = t_bweg4_2 + t_bweg4_2;
-    const real t_a6w2p_2 = t_soj5f_3 + K(4.0) * t_wqods - t_rkglc * t_e3muo;
-    const real t_vxy3y = t_z3tm5 - t_wqods - t_bweg4_2;
-    const real t_vmdk3 = K(1.0) / (t_354bs_3 + t_354bs_3 - t_a6w2p_2 * t_vxy3y);
-    const real t_uhbq3_2 = t_fno7p_2 * t_vmdk3;
-    const real t_icigh = K(-2.0) * t_wqods - t_soj5f_3 + (t_z3tm5 + t_z3tm5);
-    const real t_wlsyt = SELECT(m_xb2xi, K_ * t_fbuw4, t_z3tm5 - t_uhbq3_2 * t_icigh);
-    const real t_5ewvv = mv_min(t_x3hva, t_wlsyt);
-    real sin_t_5ewvv, cos_t_5ewvv; mv_sincos(t_5ewvv, &sin_t_5ewvv, &cos_t_5ewvv);
-    const real t_5l2d7 = -(cos_t_5ewvv * escape);
-    const mask m_n2lcz = LE(t_5l2d7, rho_t);
-    const real t_y5aew = NUM(m_n2lcz);
-    const mask m_wzdbz = LE(rho_t, t_5l2d7);
-    const real t_nawgj = NUM(m_wzdbz);
-    const real t_ml3st = K(1.0) / (t_y5aew + t_nawgj);
-    const real t_awwlh = t_y5aew * t_ml3st;
-    const real t_5wlee = w_across + w_across;
-    const real t_degwz = w_along + w_along;
-    const real t_ugll2 = t_5wlee * sin_phi_ref - t_degwz * cos_phi_ref;
-    const real t_amnjj = K(1.0) / (rho_t + rho_t);
-    const real t_z3qw7 = t_ugll2 * t_amnjj;
-    const real t_6onvn = t_nawgj * t_ml3st;
-    const mask m_gb6op = LE(t_hzywj, t_hnwtz);
-    const real t_xn46b = NUM(m_gb6op);
-    const mask m_nwh66 = LE(t_hnwtz, t_hzywj);
-    const real t_72wqd = NUM(m_nwh66);
+    const real t_xdrco = mv_sqrt(t_nldyv);
+    const real escape = mv_min(t_hnwtz, t_xdrco);
+    const real t_bw4zx = P * P;
+    const real t_felql = SELECT0(m_qm7gk, SELECT0(m_qm7gk, t_sddd6 * t_sddd6));
+    const real t_zemlo = mv_sqrt(t_bw4zx + t_felql);
+    const real t_i4c2p = K(1.0) / t_zemlo;
+    const real t_riuom = rho_t * c[R] * t_i4c2p;
+    const mask m_ggsjh = LT(K(1.0), t_riuom);
+    const real t_y2rr2 = mv_min(SPLAT(K(1.0)), t_riuom);
+    const real t_esbsi = mv_acos(t_y2rr2);
+    const real t_5yy2e = K(1.5707963267948966) - alpha * mv_atan2(Q, P) + SELECT(m_ggsjh, t_esbsi, t_esbsi);
+    const mask m_cn56p = LT(K_, K(0.03));
+    const real t_leuxo = K_ * K_;
+    const real t_leuxo_2 = K(0.26035714285714284) + K(-0.18225) * t_leuxo;
+    const real t_6kx34 = K(-0.45) + t_leuxo * t_leuxo_2;
+    const real t_m7nlb = K(1.5) + t_leuxo * t_6kx34;
+    const mask m_2mvys = LT(K(1000000000000.0), t_v7g3i);
+    const real t_ib2ei = SELECT(m_2mvys, sqrt_K, sqrt_K);
+    const real t_ddghz = K(2.225213) + t_ib2ei;
+    const real t_b6pzf = K(0.566927) + t_ib2ei * t_ddghz;
+    const real t_i5un2 = K(1.0) / (K(3.478838) + t_ib2ei * t_b6pzf);
+    const real t_b3paf = K(3.141592653589793) * K_ * t_i5un2;
+    const real t_ddghz_2 = K(1.661023) + t_ib2ei;
+    const real t_2ibf7 = t_b3paf * t_ddghz_2;
+    real sin_t_2ibf7, cos_t_2ibf7; mv_sincos(t_2ibf7, &sin_t_2ibf7, &cos_t_2ibf7);
+    const real t_nobej = sin_t_2ibf7 * sin_t_2ibf7;
+    const real t_ab46z = cos_t_2ibf7 * cos_t_2ibf7;
+    const real t_i7sss = cos_t_2ibf7 * sin_t_2ibf7;
+    const real t_2qjkk = K_ + K_;
+    const real t_qub6z = K(1.0) + t_nobej - t_ab46z - t_i7sss * t_2qjkk;
+    const real t_lvesg = t_qub6z * t_qub6z;
+    const real t_bqru3 = t_nobej * K_;
+    const real t_d3p5a = t_bqru3 + t_bqru3;
+    const real t_vspwm = t_d3p5a + K(4.0) * t_i7sss - t_ab46z * t_2qjkk;
+    const real t_kamle = t_2ibf7 - t_i7sss - t_bqru3;
+    const real t_oj4pl = K(1.0) / (t_lvesg + t_lvesg - t_vspwm * t_kamle);
+    const real t_nxkik = t_qub6z * t_oj4pl;
+    const real t_evbwp = K(-2.0) * t_i7sss - t_d3p5a + (t_2ibf7 + t_2ibf7);
+    const real t_kw3pz = t_2ibf7 - t_nxkik * t_evbwp;
+    real sin_t_kw3pz, cos_t_kw3pz; mv_sincos(t_kw3pz, &sin_t_kw3pz, &cos_t_kw3pz);
+    const real t_vx46m = sin_t_kw3pz * sin_t_kw3pz;
+    const real t_yrvqm = cos_t_kw3pz * cos_t_kw3pz;
+    const real t_kme5l = cos_t_kw3pz * sin_t_kw3pz;
+    const real t_ghomh = K(1.0) + t_vx46m - t_yrvqm - t_2qjkk * t_kme5l;
+    const real t_lvesg_2 = t_ghomh * t_ghomh;
+    const real t_rjocr = t_vx46m * K_;
+    const real t_d3p5a_2 = t_rjocr + t_rjocr;
+    const real t_lmawx = t_d3p5a_2 + K(4.0) * t_kme5l - t_2qjkk * t_yrvqm;
+    const real t_cjli7 = t_kw3pz - t_kme5l - t_rjocr;
+    const real t_cqqt6 = K(1.0) / (t_lvesg_2 + t_lvesg_2 - t_lmawx * t_cjli7);
+    const real t_xjvob = t_ghomh * t_cqqt6;
+    const real t_dpnxz = K(-2.0) * t_kme5l - t_d3p5a_2 + (t_kw3pz + t_kw3pz);
+    const real t_4j6ir = t_kw3pz - t_xjvob * t_dpnxz;
+    real sin_t_4j6ir, cos_t_4j6ir; mv_sincos(t_4j6ir, &sin_t_4j6ir, &cos_t_4j6ir);
+    const real t_cmgiw = sin_t_4j6ir * sin_t_4j6ir;
+    const real t_e3muo = cos_t_4j6ir * cos_t_4j6ir;
+    const real t_wqods = cos_t_4j6ir * sin_t_4j6ir;
+    const real t_ghomh_2 = K(1.0) + t_cmgiw - t_e3muo - t_2qjkk * t_wqods;
+    const real t_lvesg_3 = t_ghomh_2 * t_ghomh_2;
+    const real t_rjocr_2 = t_cmgiw * K_;
+    const real t_d3p5a_3 = t_rjocr_2 + t_rjocr_2;
+    const real t_lmawx_2 = t_d3p5a_3 + K(4.0) * t_wqods - t_2qjkk * t_e3muo;
+    const real t_e57zx = t_4j6ir - t_wqods - t_rjocr_2;
+    const real t_sbagz = K(1.0) / (t_lvesg_3 + t_lvesg_3 - t_lmawx_2 * t_e57zx);
+    const real t_xjvob_2 = t_ghomh_2 * t_sbagz;
+    const real t_dpnxz_2 = K(-2.0) * t_wqods - t_d3p5a_3 + (t_4j6ir + t_4j6ir);
+    const real t_4dyei = SELECT(m_cn56p, K_ * t_m7nlb, t_4j6ir - t_xjvob_2 * t_dpnxz_2);
+    const real t_msjzk = mv_min(t_5yy2e, t_4dyei);
+    real sin_t_msjzk, cos_t_msjzk; mv_sincos(t_msjzk, &sin_t_msjzk, &cos_t_msjzk);
+    const real t_vxe7u = -(cos_t_msjzk * escape);
+    const mask m_7xfyh = LE(t_vxe7u, rho_t);
+    const real t_7wrxk = NUM(m_7xfyh);
+    const mask m_ij4rk = LE(rho_t, t_vxe7u);
+    const real t_mzlv6 = NUM(m_ij4rk);
+    const real t_mslfs = K(1.0) / (t_7wrxk + t_mzlv6);
+    const real t_w6rmf = t_7wrxk * t_mslfs;
+    const real t_34wjz = w_across + w_across;
+    const real t_6vnxo = w_along + w_along;
+    const real t_c6cda = t_34wjz * sin_phi_ref - t_6vnxo * cos_phi_ref;
+    const real t_6dtnj_2 = K(1.0) / (rho_t + rho_t);
+    const real t_wlsoh = t_c6cda * t_6dtnj_2;
+    const real t_jql4i = t_mzlv6 * t_mslfs;
+    const mask m_obqen = LE(t_xdrco, t_hnwtz);
+    const real t_xn46b = NUM(m_obqen);
+    const mask m_qumrp = LE(t_hnwtz, t_xdrco);
+    const real t_72wqd = NUM(m_qumrp);
     const real t_7krau = K(1.0) / (t_72wqd + t_xn46b);
     const real t_vycnp = t_xn46b * t_7krau;
-    const real t_aag5f = alpha * (c[area_factor] * (r[rho_ref] * sin_phi_ref));
-    const real t_sg67n = K(1.0) / (t_hzywj + t_hzywj);
-    const mask m_eqejb = LE(t_x3hva, t_wlsyt);
-    const real t_saxj6 = NUM(m_eqejb);
-    const mask m_3wjmr = LE(t_wlsyt, t_x3hva);
-    const real t_eowr5 = NUM(m_3wjmr);
-    const real t_45csa = K(1.0) / (t_saxj6 + t_eowr5);
-    const real t_z55or = t_saxj6 * t_45csa;
-    const mask m_jm3a6 = NOT(m_hqqaa);
-    const real t_2tdpo = K(-1.0) / mv_sqrt(K(1.0) - t_wnge4 * t_wnge4);
-    const mask m_tetbk = LE(t_gltfk, K(1.0));
-    const real t_7tkef = NUM(m_tetbk);
-    const mask m_ehrf3 = LE(K(1.0), t_gltfk);
-    const real t_smvdv = t_7tkef / (NUM(m_ehrf3) + t_7tkef);
-    const real t_2cqik = t_gltfk * t_yphwp;
-    const real t_hrndm = P + P;
-    const real t_m3snr = cos_phi_ref * t_gliif;
-    const real t_apicp = t_m4c7o * t_gliif;
-    const real t_ym2fo = t_m3snr + t_apicp * t_z3qw7;
-    const real t_befrm = SELECT0(m_z5ee7, -(rho_t * (r[rho_ref] * t_ym2fo))) + t_mowvz * t_z3qw7;
-    const real t_atahe = t_xhz2s + t_xhz2s;
-    const real t_jhdru = sin_phi_ref * t_gliif;
-    const real t_27sgx = t_xuitj * t_gliif;
-    const real t_fdt4k = t_jhdru - t_27sgx * t_z3qw7;
-    const real t_go57u = rho_t * (r[rho_ref] * t_fdt4k) + t_6ckpz * t_z3qw7;
-    const real t_idsfo = K(1.0) / (t_go7n3 + t_go7n3);
-    const real t_j6ugr = c[R] * t_z3qw7 * t_yphwp
-        - t_2cqik * ((t_hrndm * t_befrm + SELECT0(m_z5ee7, SELECT0(m_z5ee7, t_atahe * t_go57u))) * t_idsfo);
-    const real t_mbyif = K(1.0) / (t_6fxuf + t_zxp5x);
-    const real t_zqvsa = P * t_mbyif;
-    const real t_rc3uf = Q * t_mbyif;
-    const real t_5xfx2 = SELECT0(m_jm3a6, t_2tdpo * (t_smvdv * t_j6ugr))
-        - alpha * (SELECT0(m_z5ee7, -(t_zqvsa * t_go57u)) - t_rc3uf * t_befrm);
-    const real t_iatqo = t_eowr5 * t_45csa;
-    const mask m_ehzsl = LE(t_fchu4, K(1000000000000.0));
-    const real t_pxhzj = NUM(m_ehzsl);
-    const mask m_qxhwi = LE(K(1000000000000.0), t_fchu4);
-    const real t_luana = t_pxhzj / (NUM(m_qxhwi) + t_pxhzj);
-    const real t_66l3y = t_fchu4 * t_whxhf;
-    const mask m_6t5gi = LE(K(1e-24), t_furpv);
-    const real t_6t5gi = NUM(m_6t5gi);
-    const mask m_zbh6o = LE(t_furpv, K(1e-24));
-    const real t_yizac = t_6t5gi / (NUM(m_zbh6o) + t_6t5gi);
-    const real t_dwgxl = t_luana * ((t_aag5f + t_aag5f) * t_whxhf - t_66l3y * (t_yizac * t_ugll2));
-    const real t_qkdfj = t_rkglc * t_dwgxl;
-    const real t_42ssa = K_ * (t_l3puj * t_qkdfj + t_fcflk * (t_fcflk_2 * t_qkdfj + t_fcflk * (K(-0.18225) * t_qkdfj)));
-    const mask m_bryq2 = NOT(m_mgarf);
-    const real t_bz7cf = t_moflu * t_dzjuy;
-    const real t_pxtjb = K(1.0) / (sqrt_K + sqrt_K);
-    const real t_w5svp = t_dwgxl * t_pxtjb;
-    const real t_lrmma = SELECT0(m_bryq2, -(t_bz7cf * (t_2je2w * t_w5svp + t_uiipz * (t_cedhi * t_w5svp + t_uiipz * t_w5svp))));
-    const real t_mvmba = t_cedhi_2 * (K(3.141592653589793) * t_dwgxl * t_dzjuy + t_lrmma) + SELECT0(m_bryq2, t_moflu * t_w5svp);
-    const real t_iztzo = sin_t_23h4w + sin_t_23h4w;
-    const real t_ywxf3 = cos_t_23h4w * t_mvmba;
-    const real t_ry2p3 = t_iztzo * t_ywxf3;
-    const real t_5vdc7 = cos_t_23h4w + cos_t_23h4w;
-    const real t_g5d3w = sin_t_23h4w * t_mvmba;
-    const real t_eb6gy = t_5vdc7 * t_g5d3w;
-    const real t_ytvd3 = cos_t_23h4w * t_ywxf3 - sin_t_23h4w * t_g5d3w;
-    const real t_ptczs = t_dwgxl + t_dwgxl;
-    const real t_fqy6f = t_ry2p3 + t_eb6gy - (t_rkglc * t_ytvd3 + t_i7sss * t_ptczs);
-    const real t_qabbd = t_g2ovj * t_2ev6m;
-    const real t_u7xtp = t_tdxcy + t_tdxcy;
-    const real t_4qsg6 = t_u7xtp * t_fqy6f;
-    const real t_r7tnh = K_ * t_ry2p3 + t_nobej * t_dwgxl;
-    const real t_4dzqh = t_r7tnh + t_r7tnh;
-    const real t_kfjuy = t_x6qqr * (t_4dzqh + K(4.0) * t_ytvd3 - (t_ab46z * t_ptczs - t_rkglc * t_eb6gy))
-        + t_x66xq * (t_mvmba - t_ytvd3 - t_r7tnh);
-    const real t_gassp = t_zefeg * (t_fqy6f * t_2ev6m - t_qabbd * (t_4qsg6 + t_4qsg6 - t_kfjuy))
-        + t_g2ovj * (K(-2.0) * t_ytvd3 - t_4dzqh + (t_mvmba + t_mvmba));
-    const real t_4onwx = t_mvmba - t_gassp;
-    const real t_tfrfg = sin_t_6xnvn + sin_t_6xnvn;
-    const real t_fexrh = cos_t_6xnvn * t_4onwx;
-    const real t_5lqtq = t_tfrfg * t_fexrh;
-    const real t_jvoax = cos_t_6xnvn + cos_t_6xnvn;
-    const real t_jxqoe = sin_t_6xnvn * t_4onwx;
-    const real t_mbfbp = t_jvoax * t_jxqoe;
-    const real t_hvckt = cos_t_6xnvn * t_fexrh - sin_t_6xnvn * t_jxqoe;
-    const real t_nd2xh = t_5lqtq + t_mbfbp - (t_kme5l * t_ptczs + t_rkglc * t_hvckt);
-    const real t_5lvve = t_uhbq3 * t_3hukm;
-    const real t_u7xtp_2 = t_fno7p + t_fno7p;
-    const real t_4qsg6_2 = t_u7xtp_2 * t_nd2xh;
-    const real t_vmpmz = K_ * t_5lqtq + t_vx46m * t_dwgxl;
-    const real t_4dzqh_2 = t_vmpmz + t_vmpmz;
-    const real t_o2ej2 = t_xdzcc * (t_4dzqh_2 + K(4.0) * t_hvckt - (t_yrvqm * t_ptczs - t_rkglc * t_mbfbp))
-        + t_a6w2p * (t_4onwx - t_hvckt - t_vmpmz);
-    const real t_2l3cs = t_hy73r * (t_nd2xh * t_3hukm - t_5lvve * (t_4qsg6_2 + t_4qsg6_2 - t_o2ej2))
-        + t_uhbq3 * (K(-2.0) * t_hvckt - t_4dzqh_2 + (t_4onwx + t_4onwx));
-    const real t_mined = t_4onwx - t_2l3cs;
-    const real t_eq35n = sin_t_z3tm5 + sin_t_z3tm5;
-    const real t_yfn2s = cos_t_z3tm5 * t_mined;
-    const real t_5lqtq_2 = t_eq35n * t_yfn2s;
-    const real t_xsrzu = cos_t_z3tm5 + cos_t_z3tm5;
-    const real t_6dz3f = sin_t_z3tm5 * t_mined;
-    const real t_mbfbp_2 = t_xsrzu * t_6dz3f;
-    const real t_okysd = cos_t_z3tm5 * t_yfn2s - sin_t_z3tm5 * t_6dz3f;
-    const real t_nd2xh_2 = t_5lqtq_2 + t_mbfbp_2 - (t_wqods * t_ptczs + t_rkglc * t_okysd);
-    const real t_5lvve_2 = t_uhbq3_2 * t_vmdk3;
-    const real t_u7xtp_3 = t_fno7p_2 + t_fno7p_2;
-    const real t_4qsg6_3 = t_u7xtp_3 * t_nd2xh_2;
-    const real t_vmpmz_2 = K_ * t_5lqtq_2 + t_cmgiw * t_dwgxl;
-    const real t_4dzqh_3 = t_vmpmz_2 + t_vmpmz_2;
-    const real t_kevyh = t_vxy3y * (t_4dzqh_3 + K(4.0) * t_okysd - (t_e3muo * t_ptczs - t_rkglc * t_mbfbp_2))
-        + t_a6w2p_2 * (t_mined - t_okysd - t_vmpmz_2);
-    const real t_pxkov = t_icigh * (t_nd2xh_2 * t_vmdk3 - t_5lvve_2 * (t_4qsg6_3 + t_4qsg6_3 - t_kevyh))
-        + t_uhbq3_2 * (K(-2.0) * t_okysd - t_4dzqh_3 + (t_mined + t_mined));
-    const real t_tva4o = t_z55or * t_5xfx2
-        + t_iatqo * SELECT(m_xb2xi, t_fbuw4 * t_dwgxl + t_42ssa, t_mined - t_pxkov);
-    const real t_5vi3g = sin_t_5ewvv * t_tva4o;
-    const real t_ixqc2 = t_awwlh * t_z3qw7
-        - t_6onvn * (cos_t_5ewvv * (t_vycnp * (t_aag5f * t_sg67n)) - escape * t_5vi3g);
-    const real t_3ioam = c[k_phi] * t_ixqc2;
-    const real t_f3hnc = c[k_phi] * mv_max(rho_t, t_5l2d7);
-    const real t_zsj5j = cos_t_5ewvv * t_3ioam - t_f3hnc * t_5vi3g;
-    const real t_jl52z = cos_t_5ewvv * t_f3hnc;
-    const real t_ckgcn = alpha * t_f3hnc;
-    const real t_5bjhx = t_ckgcn * sin_t_5ewvv;
-    const real t_5crrr = sin_t_5ewvv * (alpha * t_3ioam) + t_ckgcn * (cos_t_5ewvv * t_tva4o);
-    const real t_id4ov = SELECT0(m_z5ee7, -(t_xuitj * t_zsj5j + t_jl52z * t_fdt4k))
-        - (SELECT0(m_z5ee7, -(t_5bjhx * t_ym2fo)) + cos_t * t_5crrr);
-    const real t_4vfia = sin_phi_ref * t_id4ov;
+    const real t_t6y3p = alpha * (c[area_factor] * (r[rho_ref] * sin_phi_ref));
+    const real t_lgfsk = K(1.0) / (t_xdrco + t_xdrco);
+    const mask m_lmvrl = LE(t_5yy2e, t_4dyei);
+    const real t_6lhlq = NUM(m_lmvrl);
+    const mask m_xb3ek = LE(t_4dyei, t_5yy2e);
+    const real t_qedx7 = NUM(m_xb3ek);
+    const real t_45csa = K(1.0) / (t_6lhlq + t_qedx7);
+    const real t_z55or = t_6lhlq * t_45csa;
+    const mask m_fofl2 = NOT(m_ggsjh);
+    const real t_3upvs = K(-1.0) / mv_sqrt(K(1.0) - t_y2rr2 * t_y2rr2);
+    const mask m_bxqiy = LE(t_riuom, K(1.0));
+    const real t_z2la7 = NUM(m_bxqiy);
+    const mask m_kaqxg = LE(K(1.0), t_riuom);
+    const real t_udt77 = t_z2la7 / (NUM(m_kaqxg) + t_z2la7);
+    const real t_qtgyv = t_riuom * t_i4c2p;
+    const real t_qhqji = P + P;
+    const real t_qi434 = cos_phi_ref * t_6dtnj;
+    const real t_kciyl = t_fsc2i * t_6dtnj;
+    const real t_7qoxu = t_qi434 + t_kciyl * t_wlsoh;
+    const real t_7jlqp = SELECT0(m_qm7gk, -(rho_t * (r[rho_ref] * t_7qoxu))) + t_3t6r5 * t_wlsoh;
+    const real t_ipwbc = t_sddd6 + t_sddd6;
+    const real t_zva2v = sin_phi_ref * t_6dtnj;
+    const real t_nah2q = t_3hj5v * t_6dtnj;
+    const real t_45ojl = t_zva2v - t_nah2q * t_wlsoh;
+    const real t_ec3zf = rho_t * (r[rho_ref] * t_45ojl) + t_6ui46 * t_wlsoh;
+    const real t_i4c2p_2 = K(1.0) / (t_zemlo + t_zemlo);
+    const real t_adhe7 = c[R] * t_wlsoh * t_i4c2p
+        - t_qtgyv * ((t_qhqji * t_7jlqp + SELECT0(m_qm7gk, SELECT0(m_qm7gk, t_ipwbc * t_ec3zf))) * t_i4c2p_2);
+    const real t_6eu3a = K(1.0) / (t_felql + t_bw4zx);
+    const real t_wh266 = P * t_6eu3a;
+    const real t_5lcaq = Q * t_6eu3a;
+    const real t_brgmb = SELECT0(m_fofl2, t_3upvs * (t_udt77 * t_adhe7))
+        - alpha * (SELECT0(m_qm7gk, -(t_wh266 * t_ec3zf)) - t_5lcaq * t_7jlqp);
+    const real t_iatqo = t_qedx7 * t_45csa;
+    const mask m_xmqdq = LE(t_v7g3i, K(1000000000000.0));
+    const real t_4lc24 = NUM(m_xmqdq);
+    const mask m_sdkpe = LE(K(1000000000000.0), t_v7g3i);
+    const real t_waypl = t_4lc24 / (NUM(m_sdkpe) + t_4lc24);
+    const real t_b34ng = t_v7g3i * t_mqfjs;
+    const mask m_l55fd = LE(K(1e-24), t_fvfvk);
+    const real t_l55fd = NUM(m_l55fd);
+    const mask m_hrv5y = LE(t_fvfvk, K(1e-24));
+    const real t_27jkj = t_l55fd / (NUM(m_hrv5y) + t_l55fd);
+    const real t_43pq5 = t_waypl * ((t_t6y3p + t_t6y3p) * t_mqfjs - t_b34ng * (t_27jkj * t_c6cda));
+    const real t_qajpw = t_2qjkk * t_43pq5;
+    const real t_chgsf = K_ * (t_6kx34 * t_qajpw + t_leuxo * (t_leuxo_2 * t_qajpw + t_leuxo * (K(-0.18225) * t_qajpw)));
+    const mask m_mz5gf = NOT(m_2mvys);
+    const real t_2veqq = t_b3paf * t_i5un2;
+    const real t_6dtnj_3 = K(1.0) / (sqrt_K + sqrt_K);
+    const real t_hoy7l = t_43pq5 * t_6dtnj_3;
+    const real t_qxamq = SELECT0(m_mz5gf, -(t_2veqq * (t_b6pzf * t_hoy7l + t_ib2ei * (t_ddghz * t_hoy7l + t_ib2ei * t_hoy7l))));
+    const real t_33r2y = t_ddghz_2 * (K(3.141592653589793) * t_43pq5 * t_i5un2 + t_qxamq) + SELECT0(m_mz5gf, t_b3paf * t_hoy7l);
+    const real t_h53ah = sin_t_2ibf7 + sin_t_2ibf7;
+    const real t_ezwvt = cos_t_2ibf7 * t_33r2y;
+    const real t_e3ip7 = t_h53ah * t_ezwvt;
+    const real t_x7qed = cos_t_2ibf7 + cos_t_2ibf7;
+    const real t_rbb4x = sin_t_2ibf7 * t_33r2y;
+    const real t_ztgvn = t_x7qed * t_rbb4x;
+    const real t_ytvd3 = cos_t_2ibf7 * t_ezwvt - sin_t_2ibf7 * t_rbb4x;
+    const real t_zys25 = t_43pq5 + t_43pq5;
+    const real t_dbumr = t_e3ip7 + t_ztgvn - (t_2qjkk * t_ytvd3 + t_i7sss * t_zys25);
+    const real t_5kcmt = t_nxkik * t_oj4pl;
+    const real t_kssdc = t_qub6z + t_qub6z;
+    const real t_fclj4 = t_kssdc * t_dbumr;
+    const real t_lvhdd = K_ * t_e3ip7 + t_nobej * t_43pq5;
+    const real t_m35bx = t_lvhdd + t_lvhdd;
+    const real t_5ocya = t_kamle * (t_m35bx + K(4.0) * t_ytvd3 - (t_ab46z * t_zys25 - t_2qjkk * t_ztgvn))
+        + t_vspwm * (t_33r2y - t_ytvd3 - t_lvhdd);
+    const real t_rvt4h = t_evbwp * (t_dbumr * t_oj4pl - t_5kcmt * (t_fclj4 + t_fclj4 - t_5ocya))
+        + t_nxkik * (K(-2.0) * t_ytvd3 - t_m35bx + (t_33r2y + t_33r2y));
+    const real t_zvygr = t_33r2y - t_rvt4h;
+    const real t_7gnku = sin_t_kw3pz + sin_t_kw3pz;
+    const real t_6soj3 = cos_t_kw3pz * t_zvygr;
+    const real t_ivh2z = t_7gnku * t_6soj3;
+    const real t_tsuj7 = cos_t_kw3pz + cos_t_kw3pz;
+    const real t_mgc4n = sin_t_kw3pz * t_zvygr;
+    const real t_nd2u4 = t_tsuj7 * t_mgc4n;
+    const real t_hvckt = cos_t_kw3pz * t_6soj3 - sin_t_kw3pz * t_mgc4n;
+    const real t_q65vw = t_ivh2z + t_nd2u4 - (t_kme5l * t_zys25 + t_2qjkk * t_hvckt);
+    const real t_j3whm = t_xjvob * t_cqqt6;
+    const real t_kssdc_2 = t_ghomh + t_ghomh;
+    const real t_fclj4_2 = t_kssdc_2 * t_q65vw;
+    const real t_lcu3j = K_ * t_ivh2z + t_vx46m * t_43pq5;
+    const real t_m35bx_2 = t_lcu3j + t_lcu3j;
+    const real t_su5jk = t_cjli7 * (t_m35bx_2 + K(4.0) * t_hvckt - (t_yrvqm * t_zys25 - t_2qjkk * t_nd2u4))
+        + t_lmawx * (t_zvygr - t_hvckt - t_lcu3j);
+    const real t_jqrr7 = t_dpnxz * (t_q65vw * t_cqqt6 - t_j3whm * (t_fclj4_2 + t_fclj4_2 - t_su5jk))
+        + t_xjvob * (K(-2.0) * t_hvckt - t_m35bx_2 + (t_zvygr + t_zvygr));
+    const real t_6itkg = t_zvygr - t_jqrr7;
+    const real t_3pnmy = sin_t_4j6ir + sin_t_4j6ir;
+    const real t_nln3o = cos_t_4j6ir * t_6itkg;
+    const real t_ivh2z_2 = t_3pnmy * t_nln3o;
+    const real t_e5s7h = cos_t_4j6ir + cos_t_4j6ir;
+    const real t_acuuz = sin_t_4j6ir * t_6itkg;
+    const real t_nd2u4_2 = t_e5s7h * t_acuuz;
+    const real t_okysd = cos_t_4j6ir * t_nln3o - sin_t_4j6ir * t_acuuz;
+    const real t_q65vw_2 = t_ivh2z_2 + t_nd2u4_2 - (t_wqods * t_zys25 + t_2qjkk * t_okysd);
+    const real t_j3whm_2 = t_xjvob_2 * t_sbagz;
+    const real t_kssdc_3 = t_ghomh_2 + t_ghomh_2;
+    const real t_fclj4_3 = t_kssdc_3 * t_q65vw_2;
+    const real t_lcu3j_2 = K_ * t_ivh2z_2 + t_cmgiw * t_43pq5;
+    const real t_m35bx_3 = t_lcu3j_2 + t_lcu3j_2;
+    const real t_ysmfp = t_e57zx * (t_m35bx_3 + K(4.0) * t_okysd - (t_e3muo * t_zys25 - t_2qjkk * t_nd2u4_2))
+        + t_lmawx_2 * (t_6itkg - t_okysd - t_lcu3j_2);
+    const real t_jqrr7_2 = t_dpnxz_2 * (t_q65vw_2 * t_sbagz - t_j3whm_2 * (t_fclj4_3 + t_fclj4_3 - t_ysmfp))
+        + t_xjvob_2 * (K(-2.0) * t_okysd - t_m35bx_3 + (t_6itkg + t_6itkg));
+    const real t_pv75n = t_z55or * t_brgmb
+        + t_iatqo * SELECT(m_cn56p, t_m7nlb * t_43pq5 + t_chgsf, t_6itkg - t_jqrr7_2);
+    const real t_hnft6 = sin_t_msjzk * t_pv75n;
+    const real t_4hnxq = t_w6rmf * t_wlsoh
+        - t_jql4i * (cos_t_msjzk * (t_vycnp * (t_t6y3p * t_lgfsk)) - escape * t_hnft6);
+    const real t_5v2ve = c[k_phi] * t_4hnxq;
+    const real t_ssits = c[k_phi] * mv_max(rho_t, t_vxe7u);
+    const real t_h2ckr = cos_t_msjzk * t_5v2ve - t_ssits * t_hnft6;
+    const real t_2x74w = cos_t_msjzk * t_ssits;
+    const real t_uu27y = alpha * t_ssits;
+    const real t_4trfd = t_uu27y * sin_t_msjzk;
+    const real t_g7hjx = sin_t_msjzk * (alpha * t_5v2ve) + t_uu27y * (cos_t_msjzk * t_pv75n);
+    const real t_4dc2w = SELECT0(m_qm7gk, -(t_3hj5v * t_h2ckr + t_2x74w * t_45ojl))
+        - (SELECT0(m_qm7gk, -(t_4trfd * t_7qoxu)) + cos_t * t_g7hjx);
+    const real t_am7zn = sin_phi_ref * t_4dc2w;
     const real t_kc5kr = K(100.0) * c[k_phi];
     const real t_yfvls = mv_sqrt(q[zeta1] * q[zeta1] + q[zeta2] * q[zeta2]);
-    const real t_xatty = SELECT0(m_z5ee7, t_xuitj * t_5bjhx) - cos_t * t_jl52z;
-    const real t_f3khv = SELECT0(m_z5ee7, -(t_jl52z * t_xuitj)) - cos_t * t_5bjhx;
-    const real t_6qhh3 = cos_phi_ref * t_xatty - sin_phi_ref * t_f3khv;
-    const real t_i63ev = cos_phi_ref * t_f3khv + sin_phi_ref * t_xatty;
+    const real t_t6fxh = SELECT0(m_qm7gk, t_3hj5v * t_4trfd) - cos_t * t_2x74w;
+    const real t_y7zww = SELECT0(m_qm7gk, -(t_2x74w * t_3hj5v)) - cos_t * t_4trfd;
+    const real t_xhisc = cos_phi_ref * t_t6fxh - sin_phi_ref * t_y7zww;
+    const real t_gs76t = cos_phi_ref * t_y7zww + sin_phi_ref * t_t6fxh;
     const real t_e4rje = K(1.0) / mv_max(SPLAT(K(1e-09)), t_yfvls);
-    const real t_cznde = (t_6qhh3 * q[zeta1] + t_i63ev * q[zeta2]) * t_e4rje;
-    const real t_j2lpg = -(t_kc5kr * (c[R] - t_yfvls) + t_cznde);
+    const real t_abg3j = (t_xhisc * q[zeta1] + t_gs76t * q[zeta2]) * t_e4rje;
+    const real t_j2lpg = -(t_kc5kr * (c[R] - t_yfvls) + t_abg3j);
     const real t_i3qrh = mv_max(SPLAT(K(0.0)), t_j2lpg) * t_e4rje;
     const mask m_oaadf = LE(K(0.0), t_j2lpg);
     const real t_tij5y = NUM(m_oaadf);
     const mask m_yn7xs = LE(t_j2lpg, K(0.0));
     const real t_jik5x = t_tij5y / (NUM(m_yn7xs) + t_tij5y);
-    const real t_jmgq7 = SELECT0(m_z5ee7, t_5bjhx * t_fdt4k + t_xuitj * t_5crrr)
-        - (SELECT0(m_z5ee7, -(t_jl52z * t_ym2fo)) + cos_t * t_zsj5j);
-    const real t_h35hl = cos_phi_ref * t_jmgq7;
-    const real t_c4v4l = cos_phi_ref * t_id4ov;
-    const real t_mz76a = sin_phi_ref * t_jmgq7;
-    const real t_tk5is = t_cznde * t_e4rje;
+    const real t_5o4s7 = SELECT0(m_qm7gk, t_4trfd * t_45ojl + t_3hj5v * t_g7hjx)
+        - (SELECT0(m_qm7gk, -(t_2x74w * t_7qoxu)) + cos_t * t_h2ckr);
+    const real t_vdpc7 = cos_phi_ref * t_5o4s7;
+    const real t_6r3ew = cos_phi_ref * t_4dc2w;
+    const real t_cbs2p = sin_phi_ref * t_5o4s7;
+    const real t_tk5is = t_abg3j * t_e4rje;
     const mask m_p2abf = LE(K(1e-09), t_yfvls);
     const real t_p2abf = NUM(m_p2abf);
     const mask m_ysper = LE(t_yfvls, K(1e-09));
@@ -1132,160 +1132,160 @@ void triangle_path_loop_jac(const real *q, const real *r, const real *p, const r
     const real t_oz2aw = K(1.0) / t_yfvls;
     const real t_soujt = q[zeta1] * t_oz2aw;
     const real t_h5ecg = t_cexdd * t_soujt;
-    const real t_epa72 = (q[zeta1] * (t_h35hl - t_4vfia) + t_6qhh3 + q[zeta2] * (t_c4v4l + t_mz76a)) * t_e4rje
+    const real t_jgwde = (q[zeta1] * (t_vdpc7 - t_am7zn) + t_xhisc + q[zeta2] * (t_6r3ew + t_cbs2p)) * t_e4rje
         - t_tk5is * t_h5ecg
         - t_kc5kr * t_soujt;
     const real t_4gg3u = t_i3qrh * t_e4rje;
-    const real t_3h7vy = t_jik5x * t_epa72 * t_e4rje + t_4gg3u * t_h5ecg;
-    const real t_ykiyk = t_4vfia - (t_i3qrh - q[zeta1] * t_3h7vy) - t_h35hl;
-    const real t_p5xao = t_5wlee * cos_phi_ref + t_degwz * sin_phi_ref;
-    const real t_fsihy = t_p5xao * t_amnjj;
-    const real t_fpjrk = t_apicp * t_fsihy - t_jhdru;
-    const real t_lxadz = SELECT0(m_z5ee7, rho_t * (r[rho_ref] * t_fpjrk)) - t_mowvz * t_fsihy;
-    const real t_pirkw = t_27sgx * t_fsihy - t_m3snr;
-    const real t_uonuc = rho_t * (r[rho_ref] * t_pirkw) - t_6ckpz * t_fsihy;
-    const real t_j6ugr_2 = c[R] * t_fsihy * t_yphwp
-        + t_2cqik * ((t_hrndm * t_lxadz + SELECT0(m_z5ee7, SELECT0(m_z5ee7, t_atahe * t_uonuc))) * t_idsfo);
-    const real t_5xfx2_2 = SELECT0(m_jm3a6, -(t_2tdpo * (t_smvdv * t_j6ugr_2)))
-        - alpha * (SELECT0(m_z5ee7, -(t_zqvsa * t_uonuc)) - t_rc3uf * t_lxadz);
-    const real t_55rne = alpha * (c[area_factor] * (r[rho_ref] * cos_phi_ref));
-    const real t_55rne_2 = -t_55rne;
-    const real t_mbbm3 = t_luana * ((t_55rne_2 + t_55rne_2) * t_whxhf + t_66l3y * (t_yizac * t_p5xao));
-    const real t_i4smx = t_rkglc * t_mbbm3;
-    const real t_42ssa_2 = K_ * (t_l3puj * t_i4smx + t_fcflk * (t_fcflk_2 * t_i4smx + t_fcflk * (K(-0.18225) * t_i4smx)));
-    const real t_zc2im = t_mbbm3 * t_pxtjb;
-    const real t_lrmma_2 = SELECT0(m_bryq2, -(t_bz7cf * (t_2je2w * t_zc2im + t_uiipz * (t_cedhi * t_zc2im + t_uiipz * t_zc2im))));
-    const real t_6yxq3 = t_cedhi_2 * (K(3.141592653589793) * t_mbbm3 * t_dzjuy + t_lrmma_2) + SELECT0(m_bryq2, t_moflu * t_zc2im);
-    const real t_ywxf3_2 = cos_t_23h4w * t_6yxq3;
-    const real t_ry2p3_2 = t_iztzo * t_ywxf3_2;
-    const real t_g5d3w_2 = sin_t_23h4w * t_6yxq3;
-    const real t_eb6gy_2 = t_5vdc7 * t_g5d3w_2;
-    const real t_ytvd3_2 = cos_t_23h4w * t_ywxf3_2 - sin_t_23h4w * t_g5d3w_2;
-    const real t_u2lc5 = t_mbbm3 + t_mbbm3;
-    const real t_fqy6f_2 = t_ry2p3_2 + t_eb6gy_2 - (t_rkglc * t_ytvd3_2 + t_i7sss * t_u2lc5);
-    const real t_4qsg6_4 = t_u7xtp * t_fqy6f_2;
-    const real t_ltabp = K_ * t_ry2p3_2 + t_nobej * t_mbbm3;
-    const real t_4dzqh_4 = t_ltabp + t_ltabp;
-    const real t_kfjuy_2 = t_x6qqr * (t_4dzqh_4 + K(4.0) * t_ytvd3_2 - (t_ab46z * t_u2lc5 - t_rkglc * t_eb6gy_2))
-        + t_x66xq * (t_6yxq3 - t_ytvd3_2 - t_ltabp);
-    const real t_gassp_2 = t_zefeg * (t_fqy6f_2 * t_2ev6m - t_qabbd * (t_4qsg6_4 + t_4qsg6_4 - t_kfjuy_2))
-        + t_g2ovj * (K(-2.0) * t_ytvd3_2 - t_4dzqh_4 + (t_6yxq3 + t_6yxq3));
-    const real t_4onwx_2 = t_6yxq3 - t_gassp_2;
-    const real t_fexrh_2 = cos_t_6xnvn * t_4onwx_2;
-    const real t_5lqtq_3 = t_tfrfg * t_fexrh_2;
-    const real t_jxqoe_2 = sin_t_6xnvn * t_4onwx_2;
-    const real t_mbfbp_3 = t_jvoax * t_jxqoe_2;
-    const real t_hvckt_2 = cos_t_6xnvn * t_fexrh_2 - sin_t_6xnvn * t_jxqoe_2;
-    const real t_nd2xh_3 = t_5lqtq_3 + t_mbfbp_3 - (t_kme5l * t_u2lc5 + t_rkglc * t_hvckt_2);
-    const real t_4qsg6_5 = t_u7xtp_2 * t_nd2xh_3;
-    const real t_qol4p = K_ * t_5lqtq_3 + t_vx46m * t_mbbm3;
-    const real t_4dzqh_5 = t_qol4p + t_qol4p;
-    const real t_o2ej2_2 = t_xdzcc * (t_4dzqh_5 + K(4.0) * t_hvckt_2 - (t_yrvqm * t_u2lc5 - t_rkglc * t_mbfbp_3))
-        + t_a6w2p * (t_4onwx_2 - t_hvckt_2 - t_qol4p);
-    const real t_2l3cs_2 = t_hy73r * (t_nd2xh_3 * t_3hukm - t_5lvve * (t_4qsg6_5 + t_4qsg6_5 - t_o2ej2_2))
-        + t_uhbq3 * (K(-2.0) * t_hvckt_2 - t_4dzqh_5 + (t_4onwx_2 + t_4onwx_2));
-    const real t_mined_2 = t_4onwx_2 - t_2l3cs_2;
-    const real t_yfn2s_2 = cos_t_z3tm5 * t_mined_2;
-    const real t_5lqtq_4 = t_eq35n * t_yfn2s_2;
-    const real t_6dz3f_2 = sin_t_z3tm5 * t_mined_2;
-    const real t_mbfbp_4 = t_xsrzu * t_6dz3f_2;
-    const real t_okysd_2 = cos_t_z3tm5 * t_yfn2s_2 - sin_t_z3tm5 * t_6dz3f_2;
-    const real t_nd2xh_4 = t_5lqtq_4 + t_mbfbp_4 - (t_wqods * t_u2lc5 + t_rkglc * t_okysd_2);
-    const real t_4qsg6_6 = t_u7xtp_3 * t_nd2xh_4;
-    const real t_qol4p_2 = K_ * t_5lqtq_4 + t_cmgiw * t_mbbm3;
-    const real t_4dzqh_6 = t_qol4p_2 + t_qol4p_2;
-    const real t_kevyh_2 = t_vxy3y * (t_4dzqh_6 + K(4.0) * t_okysd_2 - (t_e3muo * t_u2lc5 - t_rkglc * t_mbfbp_4))
-        + t_a6w2p_2 * (t_mined_2 - t_okysd_2 - t_qol4p_2);
-    const real t_pxkov_2 = t_icigh * (t_nd2xh_4 * t_vmdk3 - t_5lvve_2 * (t_4qsg6_6 + t_4qsg6_6 - t_kevyh_2))
-        + t_uhbq3_2 * (K(-2.0) * t_okysd_2 - t_4dzqh_6 + (t_mined_2 + t_mined_2));
-    const real t_6oo5j = t_z55or * t_5xfx2_2
-        + t_iatqo * SELECT(m_xb2xi, t_fbuw4 * t_mbbm3 + t_42ssa_2, t_mined_2 - t_pxkov_2);
-    const real t_5vi3g_2 = sin_t_5ewvv * t_6oo5j;
-    const real t_spclb = t_6onvn * (escape * t_5vi3g_2 + cos_t_5ewvv * (t_vycnp * (t_55rne * t_sg67n)))
-        - t_awwlh * t_fsihy;
-    const real t_i5e2h = c[k_phi] * t_spclb;
-    const real t_zsj5j_2 = cos_t_5ewvv * t_i5e2h - t_f3hnc * t_5vi3g_2;
-    const real t_5crrr_2 = sin_t_5ewvv * (alpha * t_i5e2h) + t_ckgcn * (cos_t_5ewvv * t_6oo5j);
-    const real t_ftzhg = SELECT0(m_z5ee7, -(t_xuitj * t_zsj5j_2 + t_jl52z * t_pirkw))
-        - (SELECT0(m_z5ee7, t_5bjhx * t_fpjrk) + cos_t * t_5crrr_2);
-    const real t_4vfia_2 = sin_phi_ref * t_ftzhg;
-    const real t_zhmdo = SELECT0(m_z5ee7, t_5bjhx * t_pirkw + t_xuitj * t_5crrr_2)
-        - (SELECT0(m_z5ee7, t_jl52z * t_fpjrk) + cos_t * t_zsj5j_2);
-    const real t_h35hl_2 = cos_phi_ref * t_zhmdo;
-    const real t_c4v4l_2 = cos_phi_ref * t_ftzhg;
-    const real t_mz76a_2 = sin_phi_ref * t_zhmdo;
+    const real t_3h7vy = t_jik5x * t_jgwde * t_e4rje + t_4gg3u * t_h5ecg;
+    const real t_mbdc5 = t_am7zn - (t_i3qrh - q[zeta1] * t_3h7vy) - t_vdpc7;
+    const real t_44xwu = t_34wjz * cos_phi_ref + t_6vnxo * sin_phi_ref;
+    const real t_6lbyw = t_44xwu * t_6dtnj_2;
+    const real t_3iqsi = t_kciyl * t_6lbyw - t_zva2v;
+    const real t_gkmfv = SELECT0(m_qm7gk, rho_t * (r[rho_ref] * t_3iqsi)) - t_3t6r5 * t_6lbyw;
+    const real t_gfpt2 = t_nah2q * t_6lbyw - t_qi434;
+    const real t_rvxmd = rho_t * (r[rho_ref] * t_gfpt2) - t_6ui46 * t_6lbyw;
+    const real t_adhe7_2 = c[R] * t_6lbyw * t_i4c2p
+        + t_qtgyv * ((t_qhqji * t_gkmfv + SELECT0(m_qm7gk, SELECT0(m_qm7gk, t_ipwbc * t_rvxmd))) * t_i4c2p_2);
+    const real t_brgmb_2 = SELECT0(m_fofl2, -(t_3upvs * (t_udt77 * t_adhe7_2)))
+        - alpha * (SELECT0(m_qm7gk, -(t_wh266 * t_rvxmd)) - t_5lcaq * t_gkmfv);
+    const real t_t3liv = alpha * (c[area_factor] * (r[rho_ref] * cos_phi_ref));
+    const real t_t3liv_2 = -t_t3liv;
+    const real t_nmove = t_waypl * ((t_t3liv_2 + t_t3liv_2) * t_mqfjs + t_b34ng * (t_27jkj * t_44xwu));
+    const real t_a63zj = t_2qjkk * t_nmove;
+    const real t_chgsf_2 = K_ * (t_6kx34 * t_a63zj + t_leuxo * (t_leuxo_2 * t_a63zj + t_leuxo * (K(-0.18225) * t_a63zj)));
+    const real t_xcvs4 = t_nmove * t_6dtnj_3;
+    const real t_qxamq_2 = SELECT0(m_mz5gf, -(t_2veqq * (t_b6pzf * t_xcvs4 + t_ib2ei * (t_ddghz * t_xcvs4 + t_ib2ei * t_xcvs4))));
+    const real t_o4ogm = t_ddghz_2 * (K(3.141592653589793) * t_nmove * t_i5un2 + t_qxamq_2) + SELECT0(m_mz5gf, t_b3paf * t_xcvs4);
+    const real t_ezwvt_2 = cos_t_2ibf7 * t_o4ogm;
+    const real t_e3ip7_2 = t_h53ah * t_ezwvt_2;
+    const real t_rbb4x_2 = sin_t_2ibf7 * t_o4ogm;
+    const real t_ztgvn_2 = t_x7qed * t_rbb4x_2;
+    const real t_ytvd3_2 = cos_t_2ibf7 * t_ezwvt_2 - sin_t_2ibf7 * t_rbb4x_2;
+    const real t_ksfmm = t_nmove + t_nmove;
+    const real t_dbumr_2 = t_e3ip7_2 + t_ztgvn_2 - (t_2qjkk * t_ytvd3_2 + t_i7sss * t_ksfmm);
+    const real t_fclj4_4 = t_kssdc * t_dbumr_2;
+    const real t_kcq66 = K_ * t_e3ip7_2 + t_nobej * t_nmove;
+    const real t_m35bx_4 = t_kcq66 + t_kcq66;
+    const real t_5ocya_2 = t_kamle * (t_m35bx_4 + K(4.0) * t_ytvd3_2 - (t_ab46z * t_ksfmm - t_2qjkk * t_ztgvn_2))
+        + t_vspwm * (t_o4ogm - t_ytvd3_2 - t_kcq66);
+    const real t_rvt4h_2 = t_evbwp * (t_dbumr_2 * t_oj4pl - t_5kcmt * (t_fclj4_4 + t_fclj4_4 - t_5ocya_2))
+        + t_nxkik * (K(-2.0) * t_ytvd3_2 - t_m35bx_4 + (t_o4ogm + t_o4ogm));
+    const real t_zvygr_2 = t_o4ogm - t_rvt4h_2;
+    const real t_6soj3_2 = cos_t_kw3pz * t_zvygr_2;
+    const real t_ivh2z_3 = t_7gnku * t_6soj3_2;
+    const real t_mgc4n_2 = sin_t_kw3pz * t_zvygr_2;
+    const real t_nd2u4_3 = t_tsuj7 * t_mgc4n_2;
+    const real t_hvckt_2 = cos_t_kw3pz * t_6soj3_2 - sin_t_kw3pz * t_mgc4n_2;
+    const real t_q65vw_3 = t_ivh2z_3 + t_nd2u4_3 - (t_kme5l * t_ksfmm + t_2qjkk * t_hvckt_2);
+    const real t_fclj4_5 = t_kssdc_2 * t_q65vw_3;
+    const real t_cqxsx = K_ * t_ivh2z_3 + t_vx46m * t_nmove;
+    const real t_m35bx_5 = t_cqxsx + t_cqxsx;
+    const real t_su5jk_2 = t_cjli7 * (t_m35bx_5 + K(4.0) * t_hvckt_2 - (t_yrvqm * t_ksfmm - t_2qjkk * t_nd2u4_3))
+        + t_lmawx * (t_zvygr_2 - t_hvckt_2 - t_cqxsx);
+    const real t_jqrr7_3 = t_dpnxz * (t_q65vw_3 * t_cqqt6 - t_j3whm * (t_fclj4_5 + t_fclj4_5 - t_su5jk_2))
+        + t_xjvob * (K(-2.0) * t_hvckt_2 - t_m35bx_5 + (t_zvygr_2 + t_zvygr_2));
+    const real t_6itkg_2 = t_zvygr_2 - t_jqrr7_3;
+    const real t_nln3o_2 = cos_t_4j6ir * t_6itkg_2;
+    const real t_ivh2z_4 = t_3pnmy * t_nln3o_2;
+    const real t_acuuz_2 = sin_t_4j6ir * t_6itkg_2;
+    const real t_nd2u4_4 = t_e5s7h * t_acuuz_2;
+    const real t_okysd_2 = cos_t_4j6ir * t_nln3o_2 - sin_t_4j6ir * t_acuuz_2;
+    const real t_q65vw_4 = t_ivh2z_4 + t_nd2u4_4 - (t_wqods * t_ksfmm + t_2qjkk * t_okysd_2);
+    const real t_fclj4_6 = t_kssdc_3 * t_q65vw_4;
+    const real t_cqxsx_2 = K_ * t_ivh2z_4 + t_cmgiw * t_nmove;
+    const real t_m35bx_6 = t_cqxsx_2 + t_cqxsx_2;
+    const real t_ysmfp_2 = t_e57zx * (t_m35bx_6 + K(4.0) * t_okysd_2 - (t_e3muo * t_ksfmm - t_2qjkk * t_nd2u4_4))
+        + t_lmawx_2 * (t_6itkg_2 - t_okysd_2 - t_cqxsx_2);
+    const real t_jqrr7_4 = t_dpnxz_2 * (t_q65vw_4 * t_sbagz - t_j3whm_2 * (t_fclj4_6 + t_fclj4_6 - t_ysmfp_2))
+        + t_xjvob_2 * (K(-2.0) * t_okysd_2 - t_m35bx_6 + (t_6itkg_2 + t_6itkg_2));
+    const real t_pb2hd = t_z55or * t_brgmb_2
+        + t_iatqo * SELECT(m_cn56p, t_m7nlb * t_nmove + t_chgsf_2, t_6itkg_2 - t_jqrr7_4);
+    const real t_hnft6_2 = sin_t_msjzk * t_pb2hd;
+    const real t_xehp6 = t_jql4i * (escape * t_hnft6_2 + cos_t_msjzk * (t_vycnp * (t_t3liv * t_lgfsk)))
+        - t_w6rmf * t_6lbyw;
+    const real t_5opmo = c[k_phi] * t_xehp6;
+    const real t_h2ckr_2 = cos_t_msjzk * t_5opmo - t_ssits * t_hnft6_2;
+    const real t_g7hjx_2 = sin_t_msjzk * (alpha * t_5opmo) + t_uu27y * (cos_t_msjzk * t_pb2hd);
+    const real t_ggd32 = SELECT0(m_qm7gk, -(t_3hj5v * t_h2ckr_2 + t_2x74w * t_gfpt2))
+        - (SELECT0(m_qm7gk, t_4trfd * t_3iqsi) + cos_t * t_g7hjx_2);
+    const real t_am7zn_2 = sin_phi_ref * t_ggd32;
+    const real t_l2iu7 = SELECT0(m_qm7gk, t_4trfd * t_gfpt2 + t_3hj5v * t_g7hjx_2)
+        - (SELECT0(m_qm7gk, t_2x74w * t_3iqsi) + cos_t * t_h2ckr_2);
+    const real t_vdpc7_2 = cos_phi_ref * t_l2iu7;
+    const real t_6r3ew_2 = cos_phi_ref * t_ggd32;
+    const real t_cbs2p_2 = sin_phi_ref * t_l2iu7;
     const real t_zsetc = q[zeta2] * t_oz2aw;
     const real t_xcjmc = t_cexdd * t_zsetc;
-    const real t_3mtwy = (q[zeta1] * (t_h35hl_2 - t_4vfia_2) + (q[zeta2] * (t_c4v4l_2 + t_mz76a_2) + t_i63ev)) * t_e4rje
+    const real t_gdql5 = (q[zeta1] * (t_vdpc7_2 - t_am7zn_2) + (q[zeta2] * (t_6r3ew_2 + t_cbs2p_2) + t_gs76t)) * t_e4rje
         - t_tk5is * t_xcjmc
         - t_kc5kr * t_zsetc;
-    const real t_eamm3 = t_jik5x * t_3mtwy * t_e4rje + t_4gg3u * t_xcjmc;
-    const real t_hbyvj = t_4vfia_2 + q[zeta1] * t_eamm3 - t_h35hl_2;
-    const real t_yyzqq = t_luana * ((alpha + alpha) * t_whxhf);
-    const real t_a6rlk = t_rkglc * t_yyzqq;
-    const real t_ha2xh = K_ * (t_l3puj * t_a6rlk + t_fcflk * (t_fcflk_2 * t_a6rlk + t_fcflk * (K(-0.18225) * t_a6rlk)));
-    const real t_zwpu7 = t_yyzqq * t_pxtjb;
-    const real t_gbj6e = SELECT0(m_bryq2, -(t_bz7cf * (t_2je2w * t_zwpu7 + t_uiipz * (t_cedhi * t_zwpu7 + t_uiipz * t_zwpu7))));
-    const real t_zblnk = t_cedhi_2 * (K(3.141592653589793) * t_yyzqq * t_dzjuy + t_gbj6e) + SELECT0(m_bryq2, t_moflu * t_zwpu7);
-    const real t_xn2an = cos_t_23h4w * t_zblnk;
-    const real t_ry2p3_3 = t_iztzo * t_xn2an;
-    const real t_skj2t = sin_t_23h4w * t_zblnk;
-    const real t_eb6gy_3 = t_5vdc7 * t_skj2t;
-    const real t_ytvd3_3 = cos_t_23h4w * t_xn2an - sin_t_23h4w * t_skj2t;
-    const real t_v5i6i = t_yyzqq + t_yyzqq;
-    const real t_2mmgh = t_ry2p3_3 + t_eb6gy_3 - (t_rkglc * t_ytvd3_3 + t_i7sss * t_v5i6i);
-    const real t_4qsg6_7 = t_u7xtp * t_2mmgh;
-    const real t_6dp4l = K_ * t_ry2p3_3 + t_nobej * t_yyzqq;
-    const real t_g73ai = t_6dp4l + t_6dp4l;
-    const real t_4apwp = t_x6qqr * (t_g73ai + K(4.0) * t_ytvd3_3 - (t_ab46z * t_v5i6i - t_rkglc * t_eb6gy_3))
-        + t_x66xq * (t_zblnk - t_ytvd3_3 - t_6dp4l);
-    const real t_jl5gu = t_zefeg * (t_2mmgh * t_2ev6m - t_qabbd * (t_4qsg6_7 + t_4qsg6_7 - t_4apwp))
-        + t_g2ovj * (K(-2.0) * t_ytvd3_3 - t_g73ai + (t_zblnk + t_zblnk));
-    const real t_5zozc = t_zblnk - t_jl5gu;
-    const real t_fexrh_3 = cos_t_6xnvn * t_5zozc;
-    const real t_5lqtq_5 = t_tfrfg * t_fexrh_3;
-    const real t_jxqoe_3 = sin_t_6xnvn * t_5zozc;
-    const real t_mbfbp_5 = t_jvoax * t_jxqoe_3;
-    const real t_hvckt_3 = cos_t_6xnvn * t_fexrh_3 - sin_t_6xnvn * t_jxqoe_3;
-    const real t_vlenk = t_5lqtq_5 + t_mbfbp_5 - (t_kme5l * t_v5i6i + t_rkglc * t_hvckt_3);
-    const real t_4qsg6_8 = t_u7xtp_2 * t_vlenk;
-    const real t_rx74t = K_ * t_5lqtq_5 + t_vx46m * t_yyzqq;
-    const real t_g73ai_2 = t_rx74t + t_rx74t;
-    const real t_c6hoo = t_xdzcc * (t_g73ai_2 + K(4.0) * t_hvckt_3 - (t_yrvqm * t_v5i6i - t_rkglc * t_mbfbp_5))
-        + t_a6w2p * (t_5zozc - t_hvckt_3 - t_rx74t);
-    const real t_2l3cs_3 = t_hy73r * (t_vlenk * t_3hukm - t_5lvve * (t_4qsg6_8 + t_4qsg6_8 - t_c6hoo))
-        + t_uhbq3 * (K(-2.0) * t_hvckt_3 - t_g73ai_2 + (t_5zozc + t_5zozc));
-    const real t_mined_3 = t_5zozc - t_2l3cs_3;
-    const real t_yfn2s_3 = cos_t_z3tm5 * t_mined_3;
-    const real t_5lqtq_6 = t_eq35n * t_yfn2s_3;
-    const real t_6dz3f_3 = sin_t_z3tm5 * t_mined_3;
-    const real t_mbfbp_6 = t_xsrzu * t_6dz3f_3;
-    const real t_okysd_3 = cos_t_z3tm5 * t_yfn2s_3 - sin_t_z3tm5 * t_6dz3f_3;
-    const real t_vlenk_2 = t_5lqtq_6 + t_mbfbp_6 - (t_wqods * t_v5i6i + t_rkglc * t_okysd_3);
-    const real t_4qsg6_9 = t_u7xtp_3 * t_vlenk_2;
-    const real t_rx74t_2 = K_ * t_5lqtq_6 + t_cmgiw * t_yyzqq;
-    const real t_g73ai_3 = t_rx74t_2 + t_rx74t_2;
-    const real t_idupn = t_vxy3y * (t_g73ai_3 + K(4.0) * t_okysd_3 - (t_e3muo * t_v5i6i - t_rkglc * t_mbfbp_6))
-        + t_a6w2p_2 * (t_mined_3 - t_okysd_3 - t_rx74t_2);
-    const real t_pxkov_3 = t_icigh * (t_vlenk_2 * t_vmdk3 - t_5lvve_2 * (t_4qsg6_9 + t_4qsg6_9 - t_idupn))
-        + t_uhbq3_2 * (K(-2.0) * t_okysd_3 - t_g73ai_3 + (t_mined_3 + t_mined_3));
-    const real t_6wdfc = t_iatqo * SELECT(m_xb2xi, t_fbuw4 * t_yyzqq + t_ha2xh, t_mined_3 - t_pxkov_3);
-    const real t_lg6cv = sin_t_5ewvv * t_6wdfc;
-    const real t_5itwm = cos_t_5ewvv * (t_vycnp * (alpha * t_sg67n));
-    const real t_ldbyy = c[k_phi] * (t_6onvn * (t_5itwm - escape * t_lg6cv));
-    const real t_q54wo = t_f3hnc * t_lg6cv + cos_t_5ewvv * t_ldbyy;
-    const real t_5pykc = t_ckgcn * (cos_t_5ewvv * t_6wdfc) - sin_t_5ewvv * (alpha * t_ldbyy);
-    const real t_dxrcx = SELECT0(m_z5ee7, t_xuitj * t_q54wo) - cos_t * t_5pykc;
-    const real t_zqzel = sin_phi_ref * t_dxrcx;
-    const real t_tsyzm = SELECT0(m_z5ee7, t_xuitj * t_5pykc) + cos_t * t_q54wo;
-    const real t_cabkj = cos_phi_ref * t_tsyzm;
-    const real t_qjxgr = cos_phi_ref * t_dxrcx;
-    const real t_a2qp5 = sin_phi_ref * t_tsyzm;
-    const real t_36pi7 = t_jik5x * ((q[zeta1] * (t_cabkj - t_zqzel) + q[zeta2] * (t_qjxgr + t_a2qp5)) * t_e4rje) * t_e4rje;
-    const real t_b2hly = t_zqzel + q[zeta1] * t_36pi7 - t_cabkj;
-    const real t_zxnro = t_mz76a - q[zeta2] * t_3h7vy + t_c4v4l;
-    const real t_fpe72 = t_i3qrh - q[zeta2] * t_eamm3 + t_mz76a_2 + t_c4v4l_2;
-    const real t_igruj = t_a2qp5 - q[zeta2] * t_36pi7 + t_qjxgr;
+    const real t_eamm3 = t_jik5x * t_gdql5 * t_e4rje + t_4gg3u * t_xcjmc;
+    const real t_md5le = t_am7zn_2 + q[zeta1] * t_eamm3 - t_vdpc7_2;
+    const real t_iiqeq = t_waypl * ((alpha + alpha) * t_mqfjs);
+    const real t_ndtm2 = t_2qjkk * t_iiqeq;
+    const real t_rtktk = K_ * (t_6kx34 * t_ndtm2 + t_leuxo * (t_leuxo_2 * t_ndtm2 + t_leuxo * (K(-0.18225) * t_ndtm2)));
+    const real t_b7znr = t_iiqeq * t_6dtnj_3;
+    const real t_jdkq3 = SELECT0(m_mz5gf, -(t_2veqq * (t_b6pzf * t_b7znr + t_ib2ei * (t_ddghz * t_b7znr + t_ib2ei * t_b7znr))));
+    const real t_llbh5 = t_ddghz_2 * (K(3.141592653589793) * t_iiqeq * t_i5un2 + t_jdkq3) + SELECT0(m_mz5gf, t_b3paf * t_b7znr);
+    const real t_bix6z = cos_t_2ibf7 * t_llbh5;
+    const real t_e3ip7_3 = t_h53ah * t_bix6z;
+    const real t_p5aje = sin_t_2ibf7 * t_llbh5;
+    const real t_ztgvn_3 = t_x7qed * t_p5aje;
+    const real t_ytvd3_3 = cos_t_2ibf7 * t_bix6z - sin_t_2ibf7 * t_p5aje;
+    const real t_y32sm = t_iiqeq + t_iiqeq;
+    const real t_p6wfs = t_e3ip7_3 + t_ztgvn_3 - (t_2qjkk * t_ytvd3_3 + t_i7sss * t_y32sm);
+    const real t_fclj4_7 = t_kssdc * t_p6wfs;
+    const real t_yt4hu = K_ * t_e3ip7_3 + t_nobej * t_iiqeq;
+    const real t_3e6x6 = t_yt4hu + t_yt4hu;
+    const real t_323hw = t_kamle * (t_3e6x6 + K(4.0) * t_ytvd3_3 - (t_ab46z * t_y32sm - t_2qjkk * t_ztgvn_3))
+        + t_vspwm * (t_llbh5 - t_ytvd3_3 - t_yt4hu);
+    const real t_rvt4h_3 = t_evbwp * (t_p6wfs * t_oj4pl - t_5kcmt * (t_fclj4_7 + t_fclj4_7 - t_323hw))
+        + t_nxkik * (K(-2.0) * t_ytvd3_3 - t_3e6x6 + (t_llbh5 + t_llbh5));
+    const real t_3apfi = t_llbh5 - t_rvt4h_3;
+    const real t_6soj3_3 = cos_t_kw3pz * t_3apfi;
+    const real t_ivh2z_5 = t_7gnku * t_6soj3_3;
+    const real t_mgc4n_3 = sin_t_kw3pz * t_3apfi;
+    const real t_nd2u4_5 = t_tsuj7 * t_mgc4n_3;
+    const real t_hvckt_3 = cos_t_kw3pz * t_6soj3_3 - sin_t_kw3pz * t_mgc4n_3;
+    const real t_27mzz = t_ivh2z_5 + t_nd2u4_5 - (t_kme5l * t_y32sm + t_2qjkk * t_hvckt_3);
+    const real t_fclj4_8 = t_kssdc_2 * t_27mzz;
+    const real t_vufvf = K_ * t_ivh2z_5 + t_vx46m * t_iiqeq;
+    const real t_3e6x6_2 = t_vufvf + t_vufvf;
+    const real t_32cd6 = t_cjli7 * (t_3e6x6_2 + K(4.0) * t_hvckt_3 - (t_yrvqm * t_y32sm - t_2qjkk * t_nd2u4_5))
+        + t_lmawx * (t_3apfi - t_hvckt_3 - t_vufvf);
+    const real t_jqrr7_5 = t_dpnxz * (t_27mzz * t_cqqt6 - t_j3whm * (t_fclj4_8 + t_fclj4_8 - t_32cd6))
+        + t_xjvob * (K(-2.0) * t_hvckt_3 - t_3e6x6_2 + (t_3apfi + t_3apfi));
+    const real t_6itkg_3 = t_3apfi - t_jqrr7_5;
+    const real t_nln3o_3 = cos_t_4j6ir * t_6itkg_3;
+    const real t_ivh2z_6 = t_3pnmy * t_nln3o_3;
+    const real t_acuuz_3 = sin_t_4j6ir * t_6itkg_3;
+    const real t_nd2u4_6 = t_e5s7h * t_acuuz_3;
+    const real t_okysd_3 = cos_t_4j6ir * t_nln3o_3 - sin_t_4j6ir * t_acuuz_3;
+    const real t_27mzz_2 = t_ivh2z_6 + t_nd2u4_6 - (t_wqods * t_y32sm + t_2qjkk * t_okysd_3);
+    const real t_fclj4_9 = t_kssdc_3 * t_27mzz_2;
+    const real t_vufvf_2 = K_ * t_ivh2z_6 + t_cmgiw * t_iiqeq;
+    const real t_3e6x6_3 = t_vufvf_2 + t_vufvf_2;
+    const real t_ehvhq = t_e57zx * (t_3e6x6_3 + K(4.0) * t_okysd_3 - (t_e3muo * t_y32sm - t_2qjkk * t_nd2u4_6))
+        + t_lmawx_2 * (t_6itkg_3 - t_okysd_3 - t_vufvf_2);
+    const real t_jqrr7_6 = t_dpnxz_2 * (t_27mzz_2 * t_sbagz - t_j3whm_2 * (t_fclj4_9 + t_fclj4_9 - t_ehvhq))
+        + t_xjvob_2 * (K(-2.0) * t_okysd_3 - t_3e6x6_3 + (t_6itkg_3 + t_6itkg_3));
+    const real t_c6f64 = t_iatqo * SELECT(m_cn56p, t_m7nlb * t_iiqeq + t_rtktk, t_6itkg_3 - t_jqrr7_6);
+    const real t_sufoy = sin_t_msjzk * t_c6f64;
+    const real t_aawgr = cos_t_msjzk * (t_vycnp * (alpha * t_lgfsk));
+    const real t_43z6w = c[k_phi] * (t_jql4i * (t_aawgr - escape * t_sufoy));
+    const real t_cufhp = t_ssits * t_sufoy + cos_t_msjzk * t_43z6w;
+    const real t_i7pfu = t_uu27y * (cos_t_msjzk * t_c6f64) - sin_t_msjzk * (alpha * t_43z6w);
+    const real t_wjxsj = SELECT0(m_qm7gk, t_3hj5v * t_cufhp) - cos_t * t_i7pfu;
+    const real t_aejpz = sin_phi_ref * t_wjxsj;
+    const real t_d4ser = SELECT0(m_qm7gk, t_3hj5v * t_i7pfu) + cos_t * t_cufhp;
+    const real t_pvftq = cos_phi_ref * t_d4ser;
+    const real t_n6vhj = cos_phi_ref * t_wjxsj;
+    const real t_bmbar = sin_phi_ref * t_d4ser;
+    const real t_jwhpy = t_jik5x * ((q[zeta1] * (t_pvftq - t_aejpz) + q[zeta2] * (t_n6vhj + t_bmbar)) * t_e4rje) * t_e4rje;
+    const real t_axsg6 = t_aejpz + q[zeta1] * t_jwhpy - t_pvftq;
+    const real t_tk5k2 = t_cbs2p - q[zeta2] * t_3h7vy + t_6r3ew;
+    const real t_okzah = t_i3qrh - q[zeta2] * t_eamm3 + t_cbs2p_2 + t_6r3ew_2;
+    const real t_jxm54 = t_bmbar - q[zeta2] * t_jwhpy + t_n6vhj;
     const real t_f7oti = -c[mu_rate_max];
     const real t_dhkzn = c[mu_gain] * (r[mu_ref] - q[mu]);
     const real t_7l2lj = mv_min(c[mu_rate_max], t_dhkzn);
@@ -1296,265 +1296,265 @@ void triangle_path_loop_jac(const real *q, const real *r, const real *p, const r
     const real t_huzvj = NUM(m_huzvj);
     const mask m_mu2v2 = LE(c[mu_rate_max], t_dhkzn);
     const real t_eriiv = t_tmq3y / (NUM(m_y2s22) + t_tmq3y) * (t_huzvj / (NUM(m_mu2v2) + t_huzvj) * c[mu_gain]);
-    const real t_mnqso = t_xatty * sin_phi_ref;
-    const real t_7lfvp = t_f3khv * cos_phi_ref;
-    const real t_rhgam = t_f3khv * sin_phi_ref;
-    const real t_nnwis = t_xatty * cos_phi_ref;
+    const real t_amk6b = t_t6fxh * sin_phi_ref;
+    const real t_xm4yq = t_y7zww * cos_phi_ref;
+    const real t_fznah = t_y7zww * sin_phi_ref;
+    const real t_6heh4 = t_t6fxh * cos_phi_ref;
     const real t_v4jyn = K(1.0) / q[mu];
-    const real t_soo7v = alpha * (c[area_factor] * w_across);
+    const real t_wmfbc = alpha * (c[area_factor] * w_across);
     const mask m_dlnux = LE(t_pgin7, c[rho_escape]);
     const real t_dlnux = NUM(m_dlnux);
     const mask m_nduvz = LE(c[rho_escape], t_pgin7);
-    const real t_cbxj4 = cos_t_5ewvv * (t_vycnp * (t_soo7v * t_sg67n) - t_72wqd * t_7krau * (t_dlnux / (t_dlnux + NUM(m_nduvz))));
-    const real t_fcs45 = t_gliif - t_apicp * t_m4c7o;
-    const real t_b3a56 = rho_t * (SELECT0(m_z5ee7, r[rho_ref] * t_fcs45) + cos_t)
-        + t_mowvz * t_m4c7o
+    const real t_vebss = cos_t_msjzk * (t_vycnp * (t_wmfbc * t_lgfsk) - t_72wqd * t_7krau * (t_dlnux / (t_dlnux + NUM(m_nduvz))));
+    const real t_7y4pd = t_6dtnj - t_kciyl * t_fsc2i;
+    const real t_pokoc = rho_t * (SELECT0(m_qm7gk, r[rho_ref] * t_7y4pd) + cos_t)
+        + t_3t6r5 * t_fsc2i
         - (r[rho_ref] + r[rho_ref]);
-    const real t_bkzfm = t_27sgx * t_m4c7o;
-    const real t_ml2ly = rho_t * (t_xuitj - r[rho_ref] * t_bkzfm) + t_6ckpz * t_m4c7o;
-    const real t_wrdzi = c[R] * t_m4c7o * t_yphwp
-        - t_2cqik * ((t_hrndm * t_b3a56 + SELECT0(m_z5ee7, SELECT0(m_z5ee7, t_atahe * t_ml2ly))) * t_idsfo);
-    const real t_t7kez = SELECT0(m_jm3a6, t_2tdpo * (t_smvdv * t_wrdzi))
-        - alpha * (SELECT0(m_z5ee7, -(t_zqvsa * t_ml2ly)) - t_rc3uf * t_b3a56);
-    const real t_a54m2 = t_luana * ((t_soo7v + t_soo7v) * t_whxhf - t_66l3y * (t_yizac * t_degwz));
-    const real t_kqjw5 = t_rkglc * t_a54m2;
-    const real t_42ssa_3 = K_ * (t_l3puj * t_kqjw5 + t_fcflk * (t_fcflk_2 * t_kqjw5 + t_fcflk * (K(-0.18225) * t_kqjw5)));
-    const real t_2wnti = t_a54m2 * t_pxtjb;
-    const real t_lrmma_3 = SELECT0(m_bryq2, -(t_bz7cf * (t_2je2w * t_2wnti + t_uiipz * (t_cedhi * t_2wnti + t_uiipz * t_2wnti))));
-    const real t_z7ssl = t_cedhi_2 * (K(3.141592653589793) * t_a54m2 * t_dzjuy + t_lrmma_3) + SELECT0(m_bryq2, t_moflu * t_2wnti);
-    const real t_ywxf3_3 = cos_t_23h4w * t_z7ssl;
-    const real t_ry2p3_4 = t_iztzo * t_ywxf3_3;
-    const real t_g5d3w_3 = sin_t_23h4w * t_z7ssl;
-    const real t_eb6gy_4 = t_5vdc7 * t_g5d3w_3;
-    const real t_ytvd3_4 = cos_t_23h4w * t_ywxf3_3 - sin_t_23h4w * t_g5d3w_3;
-    const real t_msytf = t_a54m2 + t_a54m2;
-    const real t_fqy6f_3 = t_ry2p3_4 + t_eb6gy_4 - (t_rkglc * t_ytvd3_4 + t_i7sss * t_msytf);
-    const real t_4qsg6_10 = t_u7xtp * t_fqy6f_3;
-    const real t_tvhc4 = K_ * t_ry2p3_4 + t_nobej * t_a54m2;
-    const real t_4dzqh_7 = t_tvhc4 + t_tvhc4;
-    const real t_kfjuy_3 = t_x6qqr * (t_4dzqh_7 + K(4.0) * t_ytvd3_4 - (t_ab46z * t_msytf - t_rkglc * t_eb6gy_4))
-        + t_x66xq * (t_z7ssl - t_ytvd3_4 - t_tvhc4);
-    const real t_gassp_3 = t_zefeg * (t_fqy6f_3 * t_2ev6m - t_qabbd * (t_4qsg6_10 + t_4qsg6_10 - t_kfjuy_3))
-        + t_g2ovj * (K(-2.0) * t_ytvd3_4 - t_4dzqh_7 + (t_z7ssl + t_z7ssl));
-    const real t_4onwx_3 = t_z7ssl - t_gassp_3;
-    const real t_fexrh_4 = cos_t_6xnvn * t_4onwx_3;
-    const real t_5lqtq_7 = t_tfrfg * t_fexrh_4;
-    const real t_jxqoe_4 = sin_t_6xnvn * t_4onwx_3;
-    const real t_mbfbp_7 = t_jvoax * t_jxqoe_4;
-    const real t_hvckt_4 = cos_t_6xnvn * t_fexrh_4 - sin_t_6xnvn * t_jxqoe_4;
-    const real t_nd2xh_5 = t_5lqtq_7 + t_mbfbp_7 - (t_kme5l * t_msytf + t_rkglc * t_hvckt_4);
-    const real t_4qsg6_11 = t_u7xtp_2 * t_nd2xh_5;
-    const real t_nrcnv = K_ * t_5lqtq_7 + t_vx46m * t_a54m2;
-    const real t_4dzqh_8 = t_nrcnv + t_nrcnv;
-    const real t_o2ej2_3 = t_xdzcc * (t_4dzqh_8 + K(4.0) * t_hvckt_4 - (t_yrvqm * t_msytf - t_rkglc * t_mbfbp_7))
-        + t_a6w2p * (t_4onwx_3 - t_hvckt_4 - t_nrcnv);
-    const real t_2l3cs_4 = t_hy73r * (t_nd2xh_5 * t_3hukm - t_5lvve * (t_4qsg6_11 + t_4qsg6_11 - t_o2ej2_3))
-        + t_uhbq3 * (K(-2.0) * t_hvckt_4 - t_4dzqh_8 + (t_4onwx_3 + t_4onwx_3));
-    const real t_mined_4 = t_4onwx_3 - t_2l3cs_4;
-    const real t_yfn2s_4 = cos_t_z3tm5 * t_mined_4;
-    const real t_5lqtq_8 = t_eq35n * t_yfn2s_4;
-    const real t_6dz3f_4 = sin_t_z3tm5 * t_mined_4;
-    const real t_mbfbp_8 = t_xsrzu * t_6dz3f_4;
-    const real t_okysd_4 = cos_t_z3tm5 * t_yfn2s_4 - sin_t_z3tm5 * t_6dz3f_4;
-    const real t_nd2xh_6 = t_5lqtq_8 + t_mbfbp_8 - (t_wqods * t_msytf + t_rkglc * t_okysd_4);
-    const real t_4qsg6_12 = t_u7xtp_3 * t_nd2xh_6;
-    const real t_nrcnv_2 = K_ * t_5lqtq_8 + t_cmgiw * t_a54m2;
-    const real t_4dzqh_9 = t_nrcnv_2 + t_nrcnv_2;
-    const real t_kevyh_3 = t_vxy3y * (t_4dzqh_9 + K(4.0) * t_okysd_4 - (t_e3muo * t_msytf - t_rkglc * t_mbfbp_8))
-        + t_a6w2p_2 * (t_mined_4 - t_okysd_4 - t_nrcnv_2);
-    const real t_pxkov_4 = t_icigh * (t_nd2xh_6 * t_vmdk3 - t_5lvve_2 * (t_4qsg6_12 + t_4qsg6_12 - t_kevyh_3))
-        + t_uhbq3_2 * (K(-2.0) * t_okysd_4 - t_4dzqh_9 + (t_mined_4 + t_mined_4));
-    const real t_peodx = t_z55or * t_t7kez
-        + t_iatqo * SELECT(m_xb2xi, t_fbuw4 * t_a54m2 + t_42ssa_3, t_mined_4 - t_pxkov_4);
-    const real t_5vi3g_3 = sin_t_5ewvv * t_peodx;
-    const real t_by6j6 = c[k_phi] * (t_awwlh * t_m4c7o - t_6onvn * (t_cbxj4 - escape * t_5vi3g_3));
-    const real t_wruvj = cos_t_5ewvv * t_by6j6 - t_f3hnc * t_5vi3g_3;
-    const real t_paip6 = sin_t_5ewvv * (alpha * t_by6j6) + t_ckgcn * (cos_t_5ewvv * t_peodx);
-    const real t_clway = SELECT0(m_z5ee7, -(t_xuitj * t_wruvj - t_jl52z * t_bkzfm))
-        - (SELECT0(m_z5ee7, t_5bjhx * t_fcs45) + cos_t * t_paip6);
-    const real t_6tj4k = sin_phi_ref * t_clway;
-    const real t_jc22a = SELECT0(m_z5ee7, t_xuitj * t_paip6 - t_5bjhx * t_bkzfm)
-        - (SELECT0(m_z5ee7, t_jl52z * t_fcs45) + cos_t * t_wruvj);
-    const real t_wzz35 = cos_phi_ref * t_jc22a;
-    const real t_hyf7h = cos_phi_ref * t_clway;
-    const real t_2l3mh = sin_phi_ref * t_jc22a;
-    const real t_xtwj2 = t_jik5x * ((q[zeta1] * (t_wzz35 - t_6tj4k) + q[zeta2] * (t_hyf7h + t_2l3mh)) * t_e4rje) * t_e4rje;
-    const real t_oibb2 = t_6tj4k + q[zeta1] * t_xtwj2 - t_wzz35;
+    const real t_le4zx = t_nah2q * t_fsc2i;
+    const real t_k45wv = rho_t * (t_3hj5v - r[rho_ref] * t_le4zx) + t_6ui46 * t_fsc2i;
+    const real t_hqbss = c[R] * t_fsc2i * t_i4c2p
+        - t_qtgyv * ((t_qhqji * t_pokoc + SELECT0(m_qm7gk, SELECT0(m_qm7gk, t_ipwbc * t_k45wv))) * t_i4c2p_2);
+    const real t_4sydr = SELECT0(m_fofl2, t_3upvs * (t_udt77 * t_hqbss))
+        - alpha * (SELECT0(m_qm7gk, -(t_wh266 * t_k45wv)) - t_5lcaq * t_pokoc);
+    const real t_y2kc6 = t_waypl * ((t_wmfbc + t_wmfbc) * t_mqfjs - t_b34ng * (t_27jkj * t_6vnxo));
+    const real t_siqz5 = t_2qjkk * t_y2kc6;
+    const real t_chgsf_3 = K_ * (t_6kx34 * t_siqz5 + t_leuxo * (t_leuxo_2 * t_siqz5 + t_leuxo * (K(-0.18225) * t_siqz5)));
+    const real t_if6c6 = t_y2kc6 * t_6dtnj_3;
+    const real t_qxamq_3 = SELECT0(m_mz5gf, -(t_2veqq * (t_b6pzf * t_if6c6 + t_ib2ei * (t_ddghz * t_if6c6 + t_ib2ei * t_if6c6))));
+    const real t_femxs = t_ddghz_2 * (K(3.141592653589793) * t_y2kc6 * t_i5un2 + t_qxamq_3) + SELECT0(m_mz5gf, t_b3paf * t_if6c6);
+    const real t_ezwvt_3 = cos_t_2ibf7 * t_femxs;
+    const real t_e3ip7_4 = t_h53ah * t_ezwvt_3;
+    const real t_rbb4x_3 = sin_t_2ibf7 * t_femxs;
+    const real t_ztgvn_4 = t_x7qed * t_rbb4x_3;
+    const real t_ytvd3_4 = cos_t_2ibf7 * t_ezwvt_3 - sin_t_2ibf7 * t_rbb4x_3;
+    const real t_louwa = t_y2kc6 + t_y2kc6;
+    const real t_dbumr_3 = t_e3ip7_4 + t_ztgvn_4 - (t_2qjkk * t_ytvd3_4 + t_i7sss * t_louwa);
+    const real t_fclj4_10 = t_kssdc * t_dbumr_3;
+    const real t_osm66 = K_ * t_e3ip7_4 + t_nobej * t_y2kc6;
+    const real t_m35bx_7 = t_osm66 + t_osm66;
+    const real t_5ocya_3 = t_kamle * (t_m35bx_7 + K(4.0) * t_ytvd3_4 - (t_ab46z * t_louwa - t_2qjkk * t_ztgvn_4))
+        + t_vspwm * (t_femxs - t_ytvd3_4 - t_osm66);
+    const real t_rvt4h_4 = t_evbwp * (t_dbumr_3 * t_oj4pl - t_5kcmt * (t_fclj4_10 + t_fclj4_10 - t_5ocya_3))
+        + t_nxkik * (K(-2.0) * t_ytvd3_4 - t_m35bx_7 + (t_femxs + t_femxs));
+    const real t_zvygr_3 = t_femxs - t_rvt4h_4;
+    const real t_6soj3_4 = cos_t_kw3pz * t_zvygr_3;
+    const real t_ivh2z_7 = t_7gnku * t_6soj3_4;
+    const real t_mgc4n_4 = sin_t_kw3pz * t_zvygr_3;
+    const real t_nd2u4_7 = t_tsuj7 * t_mgc4n_4;
+    const real t_hvckt_4 = cos_t_kw3pz * t_6soj3_4 - sin_t_kw3pz * t_mgc4n_4;
+    const real t_q65vw_5 = t_ivh2z_7 + t_nd2u4_7 - (t_kme5l * t_louwa + t_2qjkk * t_hvckt_4);
+    const real t_fclj4_11 = t_kssdc_2 * t_q65vw_5;
+    const real t_kowo7 = K_ * t_ivh2z_7 + t_vx46m * t_y2kc6;
+    const real t_m35bx_8 = t_kowo7 + t_kowo7;
+    const real t_su5jk_3 = t_cjli7 * (t_m35bx_8 + K(4.0) * t_hvckt_4 - (t_yrvqm * t_louwa - t_2qjkk * t_nd2u4_7))
+        + t_lmawx * (t_zvygr_3 - t_hvckt_4 - t_kowo7);
+    const real t_jqrr7_7 = t_dpnxz * (t_q65vw_5 * t_cqqt6 - t_j3whm * (t_fclj4_11 + t_fclj4_11 - t_su5jk_3))
+        + t_xjvob * (K(-2.0) * t_hvckt_4 - t_m35bx_8 + (t_zvygr_3 + t_zvygr_3));
+    const real t_6itkg_4 = t_zvygr_3 - t_jqrr7_7;
+    const real t_nln3o_4 = cos_t_4j6ir * t_6itkg_4;
+    const real t_ivh2z_8 = t_3pnmy * t_nln3o_4;
+    const real t_acuuz_4 = sin_t_4j6ir * t_6itkg_4;
+    const real t_nd2u4_8 = t_e5s7h * t_acuuz_4;
+    const real t_okysd_4 = cos_t_4j6ir * t_nln3o_4 - sin_t_4j6ir * t_acuuz_4;
+    const real t_q65vw_6 = t_ivh2z_8 + t_nd2u4_8 - (t_wqods * t_louwa + t_2qjkk * t_okysd_4);
+    const real t_fclj4_12 = t_kssdc_3 * t_q65vw_6;
+    const real t_kowo7_2 = K_ * t_ivh2z_8 + t_cmgiw * t_y2kc6;
+    const real t_m35bx_9 = t_kowo7_2 + t_kowo7_2;
+    const real t_ysmfp_3 = t_e57zx * (t_m35bx_9 + K(4.0) * t_okysd_4 - (t_e3muo * t_louwa - t_2qjkk * t_nd2u4_8))
+        + t_lmawx_2 * (t_6itkg_4 - t_okysd_4 - t_kowo7_2);
+    const real t_jqrr7_8 = t_dpnxz_2 * (t_q65vw_6 * t_sbagz - t_j3whm_2 * (t_fclj4_12 + t_fclj4_12 - t_ysmfp_3))
+        + t_xjvob_2 * (K(-2.0) * t_okysd_4 - t_m35bx_9 + (t_6itkg_4 + t_6itkg_4));
+    const real t_ooqgw = t_z55or * t_4sydr
+        + t_iatqo * SELECT(m_cn56p, t_m7nlb * t_y2kc6 + t_chgsf_3, t_6itkg_4 - t_jqrr7_8);
+    const real t_hnft6_3 = sin_t_msjzk * t_ooqgw;
+    const real t_ghu7o = c[k_phi] * (t_w6rmf * t_fsc2i - t_jql4i * (t_vebss - escape * t_hnft6_3));
+    const real t_gkfsd = cos_t_msjzk * t_ghu7o - t_ssits * t_hnft6_3;
+    const real t_kszak = sin_t_msjzk * (alpha * t_ghu7o) + t_uu27y * (cos_t_msjzk * t_ooqgw);
+    const real t_a4cgz = SELECT0(m_qm7gk, -(t_3hj5v * t_gkfsd - t_2x74w * t_le4zx))
+        - (SELECT0(m_qm7gk, t_4trfd * t_7y4pd) + cos_t * t_kszak);
+    const real t_c7pcu = sin_phi_ref * t_a4cgz;
+    const real t_4f3fa = SELECT0(m_qm7gk, t_3hj5v * t_kszak - t_4trfd * t_le4zx)
+        - (SELECT0(m_qm7gk, t_2x74w * t_7y4pd) + cos_t * t_gkfsd);
+    const real t_yfpal = cos_phi_ref * t_4f3fa;
+    const real t_3lio3 = cos_phi_ref * t_a4cgz;
+    const real t_zsutd = sin_phi_ref * t_4f3fa;
+    const real t_6w7bt = t_jik5x * ((q[zeta1] * (t_yfpal - t_c7pcu) + q[zeta2] * (t_3lio3 + t_zsutd)) * t_e4rje) * t_e4rje;
+    const real t_ijcpe = t_c7pcu + q[zeta1] * t_6w7bt - t_yfpal;
     const real t_insgq = q[zeta1] * cos_phi_ref + q[zeta2] * sin_phi_ref;
     const real t_oduor = q[zeta1] * sin_phi_ref - q[zeta2] * cos_phi_ref;
-    const real t_og4mp = t_5wlee * t_insgq + t_degwz * t_oduor;
-    const real t_4bl7j = t_og4mp * t_amnjj;
-    const real t_w5325 = alpha * (c[area_factor] * (r[rho_ref] * t_insgq));
-    const real t_344xb = t_oduor * t_gliif - t_apicp * t_4bl7j;
-    const real t_vhpcd = SELECT0(m_z5ee7, rho_t * (r[rho_ref] * t_344xb)) + t_mowvz * t_4bl7j;
-    const real t_u5ema = t_insgq * t_gliif - t_27sgx * t_4bl7j;
-    const real t_om3bw = rho_t * (r[rho_ref] * t_u5ema) + t_6ckpz * t_4bl7j;
-    const real t_qn42m = c[R] * t_4bl7j * t_yphwp
-        - t_2cqik * ((t_hrndm * t_vhpcd + SELECT0(m_z5ee7, SELECT0(m_z5ee7, t_atahe * t_om3bw))) * t_idsfo);
-    const real t_f23w3 = SELECT0(m_jm3a6, t_2tdpo * (t_smvdv * t_qn42m))
-        - alpha * (SELECT0(m_z5ee7, -(t_zqvsa * t_om3bw)) - t_rc3uf * t_vhpcd);
-    const real t_5fzs4 = t_luana * ((t_w5325 + t_w5325) * t_whxhf - t_66l3y * (t_yizac * t_og4mp));
-    const real t_zcv57 = t_rkglc * t_5fzs4;
-    const real t_42ssa_4 = K_ * (t_l3puj * t_zcv57 + t_fcflk * (t_fcflk_2 * t_zcv57 + t_fcflk * (K(-0.18225) * t_zcv57)));
-    const real t_xpehn = t_5fzs4 * t_pxtjb;
-    const real t_lrmma_4 = SELECT0(m_bryq2, -(t_bz7cf * (t_2je2w * t_xpehn + t_uiipz * (t_cedhi * t_xpehn + t_uiipz * t_xpehn))));
-    const real t_puiqd = t_cedhi_2 * (K(3.141592653589793) * t_5fzs4 * t_dzjuy + t_lrmma_4) + SELECT0(m_bryq2, t_moflu * t_xpehn);
-    const real t_ywxf3_4 = cos_t_23h4w * t_puiqd;
-    const real t_ry2p3_5 = t_iztzo * t_ywxf3_4;
-    const real t_g5d3w_4 = sin_t_23h4w * t_puiqd;
-    const real t_eb6gy_5 = t_5vdc7 * t_g5d3w_4;
-    const real t_ytvd3_5 = cos_t_23h4w * t_ywxf3_4 - sin_t_23h4w * t_g5d3w_4;
-    const real t_tseki = t_5fzs4 + t_5fzs4;
-    const real t_fqy6f_4 = t_ry2p3_5 + t_eb6gy_5 - (t_rkglc * t_ytvd3_5 + t_i7sss * t_tseki);
-    const real t_4qsg6_13 = t_u7xtp * t_fqy6f_4;
-    const real t_jokey = K_ * t_ry2p3_5 + t_nobej * t_5fzs4;
-    const real t_4dzqh_10 = t_jokey + t_jokey;
-    const real t_kfjuy_4 = t_x6qqr * (t_4dzqh_10 + K(4.0) * t_ytvd3_5 - (t_ab46z * t_tseki - t_rkglc * t_eb6gy_5))
-        + t_x66xq * (t_puiqd - t_ytvd3_5 - t_jokey);
-    const real t_gassp_4 = t_zefeg * (t_fqy6f_4 * t_2ev6m - t_qabbd * (t_4qsg6_13 + t_4qsg6_13 - t_kfjuy_4))
-        + t_g2ovj * (K(-2.0) * t_ytvd3_5 - t_4dzqh_10 + (t_puiqd + t_puiqd));
-    const real t_4onwx_4 = t_puiqd - t_gassp_4;
-    const real t_fexrh_5 = cos_t_6xnvn * t_4onwx_4;
-    const real t_5lqtq_9 = t_tfrfg * t_fexrh_5;
-    const real t_jxqoe_5 = sin_t_6xnvn * t_4onwx_4;
-    const real t_mbfbp_9 = t_jvoax * t_jxqoe_5;
-    const real t_hvckt_5 = cos_t_6xnvn * t_fexrh_5 - sin_t_6xnvn * t_jxqoe_5;
-    const real t_nd2xh_7 = t_5lqtq_9 + t_mbfbp_9 - (t_kme5l * t_tseki + t_rkglc * t_hvckt_5);
-    const real t_4qsg6_14 = t_u7xtp_2 * t_nd2xh_7;
-    const real t_wzxyk = K_ * t_5lqtq_9 + t_vx46m * t_5fzs4;
-    const real t_4dzqh_11 = t_wzxyk + t_wzxyk;
-    const real t_o2ej2_4 = t_xdzcc * (t_4dzqh_11 + K(4.0) * t_hvckt_5 - (t_yrvqm * t_tseki - t_rkglc * t_mbfbp_9))
-        + t_a6w2p * (t_4onwx_4 - t_hvckt_5 - t_wzxyk);
-    const real t_2l3cs_5 = t_hy73r * (t_nd2xh_7 * t_3hukm - t_5lvve * (t_4qsg6_14 + t_4qsg6_14 - t_o2ej2_4))
-        + t_uhbq3 * (K(-2.0) * t_hvckt_5 - t_4dzqh_11 + (t_4onwx_4 + t_4onwx_4));
-    const real t_mined_5 = t_4onwx_4 - t_2l3cs_5;
-    const real t_yfn2s_5 = cos_t_z3tm5 * t_mined_5;
-    const real t_5lqtq_10 = t_eq35n * t_yfn2s_5;
-    const real t_6dz3f_5 = sin_t_z3tm5 * t_mined_5;
-    const real t_mbfbp_10 = t_xsrzu * t_6dz3f_5;
-    const real t_okysd_5 = cos_t_z3tm5 * t_yfn2s_5 - sin_t_z3tm5 * t_6dz3f_5;
-    const real t_nd2xh_8 = t_5lqtq_10 + t_mbfbp_10 - (t_wqods * t_tseki + t_rkglc * t_okysd_5);
-    const real t_4qsg6_15 = t_u7xtp_3 * t_nd2xh_8;
-    const real t_wzxyk_2 = K_ * t_5lqtq_10 + t_cmgiw * t_5fzs4;
-    const real t_4dzqh_12 = t_wzxyk_2 + t_wzxyk_2;
-    const real t_kevyh_4 = t_vxy3y * (t_4dzqh_12 + K(4.0) * t_okysd_5 - (t_e3muo * t_tseki - t_rkglc * t_mbfbp_10))
-        + t_a6w2p_2 * (t_mined_5 - t_okysd_5 - t_wzxyk_2);
-    const real t_pxkov_5 = t_icigh * (t_nd2xh_8 * t_vmdk3 - t_5lvve_2 * (t_4qsg6_15 + t_4qsg6_15 - t_kevyh_4))
-        + t_uhbq3_2 * (K(-2.0) * t_okysd_5 - t_4dzqh_12 + (t_mined_5 + t_mined_5));
-    const real t_uif5o = t_z55or * t_f23w3
-        + t_iatqo * SELECT(m_xb2xi, t_fbuw4 * t_5fzs4 + t_42ssa_4, t_mined_5 - t_pxkov_5);
-    const real t_5vi3g_4 = sin_t_5ewvv * t_uif5o;
-    const real t_qjloa = t_awwlh * t_4bl7j
-        - t_6onvn * (cos_t_5ewvv * (t_vycnp * (t_w5325 * t_sg67n)) - escape * t_5vi3g_4);
-    const real t_juhne = c[k_phi] * t_qjloa;
-    const real t_zsj5j_3 = cos_t_5ewvv * t_juhne - t_f3hnc * t_5vi3g_4;
-    const real t_5crrr_3 = sin_t_5ewvv * (alpha * t_juhne) + t_ckgcn * (cos_t_5ewvv * t_uif5o);
-    const real t_bnibf = SELECT0(m_z5ee7, -(t_xuitj * t_zsj5j_3 + t_jl52z * t_u5ema))
-        - (SELECT0(m_z5ee7, t_5bjhx * t_344xb) + cos_t * t_5crrr_3);
-    const real t_sq5u2 = sin_phi_ref * t_bnibf;
-    const real t_hl5bm = SELECT0(m_z5ee7, t_5bjhx * t_u5ema + t_xuitj * t_5crrr_3)
-        - (SELECT0(m_z5ee7, t_jl52z * t_344xb) + cos_t * t_zsj5j_3);
-    const real t_m5qwo = cos_phi_ref * t_hl5bm - t_mnqso;
-    const real t_ug3br = cos_phi_ref * t_bnibf - t_rhgam;
-    const real t_zusbm = sin_phi_ref * t_hl5bm;
-    const real t_larfm = (q[zeta1] * (t_m5qwo - (t_7lfvp + t_sq5u2)) + q[zeta2] * (t_ug3br + (t_nnwis + t_zusbm))) * t_e4rje;
-    const real t_pi2m2 = t_jik5x * t_larfm * t_e4rje;
-    const real t_wcuxh = t_sq5u2 + t_7lfvp + q[zeta1] * t_pi2m2 - t_m5qwo;
-    const real t_r3j7n = -alpha;
-    const real t_yyzqq_2 = t_luana * ((t_r3j7n + t_r3j7n) * t_whxhf);
-    const real t_a6rlk_2 = t_rkglc * t_yyzqq_2;
-    const real t_e5gox = K_ * (t_l3puj * t_a6rlk_2 + t_fcflk * (t_fcflk_2 * t_a6rlk_2 + t_fcflk * (K(-0.18225) * t_a6rlk_2)));
-    const real t_zwpu7_2 = t_yyzqq_2 * t_pxtjb;
-    const real t_tvmew = SELECT0(m_bryq2, -(t_bz7cf * (t_2je2w * t_zwpu7_2 + t_uiipz * (t_cedhi * t_zwpu7_2 + t_uiipz * t_zwpu7_2))));
-    const real t_rtds3 = t_cedhi_2 * (K(3.141592653589793) * t_yyzqq_2 * t_dzjuy + t_tvmew) + SELECT0(m_bryq2, t_moflu * t_zwpu7_2);
-    const real t_i5cn7 = cos_t_23h4w * t_rtds3;
-    const real t_ry2p3_6 = t_iztzo * t_i5cn7;
-    const real t_44j4m = sin_t_23h4w * t_rtds3;
-    const real t_eb6gy_6 = t_5vdc7 * t_44j4m;
-    const real t_ytvd3_6 = cos_t_23h4w * t_i5cn7 - sin_t_23h4w * t_44j4m;
-    const real t_v5i6i_2 = t_yyzqq_2 + t_yyzqq_2;
-    const real t_rlzq3 = t_ry2p3_6 + t_eb6gy_6 - (t_rkglc * t_ytvd3_6 + t_i7sss * t_v5i6i_2);
-    const real t_4qsg6_16 = t_u7xtp * t_rlzq3;
-    const real t_6dp4l_2 = K_ * t_ry2p3_6 + t_nobej * t_yyzqq_2;
-    const real t_erapc = t_6dp4l_2 + t_6dp4l_2;
-    const real t_sd4kx = t_x6qqr * (t_erapc + K(4.0) * t_ytvd3_6 - (t_ab46z * t_v5i6i_2 - t_rkglc * t_eb6gy_6))
-        + t_x66xq * (t_rtds3 - t_ytvd3_6 - t_6dp4l_2);
-    const real t_hxbui = t_zefeg * (t_rlzq3 * t_2ev6m - t_qabbd * (t_4qsg6_16 + t_4qsg6_16 - t_sd4kx))
-        + t_g2ovj * (K(-2.0) * t_ytvd3_6 - t_erapc + (t_rtds3 + t_rtds3));
-    const real t_jgur3 = t_rtds3 - t_hxbui;
-    const real t_fexrh_6 = cos_t_6xnvn * t_jgur3;
-    const real t_5lqtq_11 = t_tfrfg * t_fexrh_6;
-    const real t_jxqoe_6 = sin_t_6xnvn * t_jgur3;
-    const real t_mbfbp_11 = t_jvoax * t_jxqoe_6;
-    const real t_hvckt_6 = cos_t_6xnvn * t_fexrh_6 - sin_t_6xnvn * t_jxqoe_6;
-    const real t_o57vc = t_5lqtq_11 + t_mbfbp_11 - (t_kme5l * t_v5i6i_2 + t_rkglc * t_hvckt_6);
-    const real t_4qsg6_17 = t_u7xtp_2 * t_o57vc;
-    const real t_rx74t_3 = K_ * t_5lqtq_11 + t_vx46m * t_yyzqq_2;
-    const real t_erapc_2 = t_rx74t_3 + t_rx74t_3;
-    const real t_i35ty = t_xdzcc * (t_erapc_2 + K(4.0) * t_hvckt_6 - (t_yrvqm * t_v5i6i_2 - t_rkglc * t_mbfbp_11))
-        + t_a6w2p * (t_jgur3 - t_hvckt_6 - t_rx74t_3);
-    const real t_2l3cs_6 = t_hy73r * (t_o57vc * t_3hukm - t_5lvve * (t_4qsg6_17 + t_4qsg6_17 - t_i35ty))
-        + t_uhbq3 * (K(-2.0) * t_hvckt_6 - t_erapc_2 + (t_jgur3 + t_jgur3));
-    const real t_mined_6 = t_jgur3 - t_2l3cs_6;
-    const real t_yfn2s_6 = cos_t_z3tm5 * t_mined_6;
-    const real t_5lqtq_12 = t_eq35n * t_yfn2s_6;
-    const real t_6dz3f_6 = sin_t_z3tm5 * t_mined_6;
-    const real t_mbfbp_12 = t_xsrzu * t_6dz3f_6;
-    const real t_okysd_6 = cos_t_z3tm5 * t_yfn2s_6 - sin_t_z3tm5 * t_6dz3f_6;
-    const real t_o57vc_2 = t_5lqtq_12 + t_mbfbp_12 - (t_wqods * t_v5i6i_2 + t_rkglc * t_okysd_6);
-    const real t_4qsg6_18 = t_u7xtp_3 * t_o57vc_2;
-    const real t_rx74t_4 = K_ * t_5lqtq_12 + t_cmgiw * t_yyzqq_2;
-    const real t_erapc_3 = t_rx74t_4 + t_rx74t_4;
-    const real t_p2ier = t_vxy3y * (t_erapc_3 + K(4.0) * t_okysd_6 - (t_e3muo * t_v5i6i_2 - t_rkglc * t_mbfbp_12))
-        + t_a6w2p_2 * (t_mined_6 - t_okysd_6 - t_rx74t_4);
-    const real t_pxkov_6 = t_icigh * (t_o57vc_2 * t_vmdk3 - t_5lvve_2 * (t_4qsg6_18 + t_4qsg6_18 - t_p2ier))
-        + t_uhbq3_2 * (K(-2.0) * t_okysd_6 - t_erapc_3 + (t_mined_6 + t_mined_6));
-    const real t_6wdfc_2 = t_iatqo * SELECT(m_xb2xi, t_fbuw4 * t_yyzqq_2 + t_e5gox, t_mined_6 - t_pxkov_6);
-    const real t_tyqti = sin_t_5ewvv * t_6wdfc_2;
-    const real t_ldbyy_2 = c[k_phi] * (t_6onvn * (escape * t_tyqti + t_5itwm));
-    const real t_q54wo_2 = cos_t_5ewvv * t_ldbyy_2 - t_f3hnc * t_tyqti;
-    const real t_6ryiy = sin_t_5ewvv * (alpha * t_ldbyy_2) + t_ckgcn * (cos_t_5ewvv * t_6wdfc_2);
-    const real t_dxrcx_2 = SELECT0(m_z5ee7, -(t_xuitj * t_q54wo_2)) - cos_t * t_6ryiy;
-    const real t_zqzel_2 = sin_phi_ref * t_dxrcx_2;
-    const real t_tsyzm_2 = SELECT0(m_z5ee7, t_xuitj * t_6ryiy) - cos_t * t_q54wo_2;
-    const real t_cabkj_2 = cos_phi_ref * t_tsyzm_2;
-    const real t_qjxgr_2 = cos_phi_ref * t_dxrcx_2;
-    const real t_a2qp5_2 = sin_phi_ref * t_tsyzm_2;
-    const real t_36pi7_2 = t_jik5x * ((q[zeta1] * (t_cabkj_2 - t_zqzel_2) + q[zeta2] * (t_qjxgr_2 + t_a2qp5_2)) * t_e4rje) * t_e4rje;
-    const real t_b2hly_2 = t_zqzel_2 + q[zeta1] * t_36pi7_2 - t_cabkj_2;
-    const real t_lffra = t_2l3mh - q[zeta2] * t_xtwj2 + t_hyf7h;
-    const real t_zdnex = t_zusbm + t_nnwis - q[zeta2] * t_pi2m2 + t_ug3br;
-    const real t_igruj_2 = t_a2qp5_2 - q[zeta2] * t_36pi7_2 + t_qjxgr_2;
-    J_q[0] = t_ykiyk;
-    J_q[1] = t_hbyvj;
+    const real t_od7ze = t_34wjz * t_insgq + t_6vnxo * t_oduor;
+    const real t_yksxv = t_od7ze * t_6dtnj_2;
+    const real t_kid35 = alpha * (c[area_factor] * (r[rho_ref] * t_insgq));
+    const real t_ifboe = t_oduor * t_6dtnj - t_kciyl * t_yksxv;
+    const real t_jj3nv = SELECT0(m_qm7gk, rho_t * (r[rho_ref] * t_ifboe)) + t_3t6r5 * t_yksxv;
+    const real t_t5mbz = t_insgq * t_6dtnj - t_nah2q * t_yksxv;
+    const real t_dd3hl = rho_t * (r[rho_ref] * t_t5mbz) + t_6ui46 * t_yksxv;
+    const real t_r67wr = c[R] * t_yksxv * t_i4c2p
+        - t_qtgyv * ((t_qhqji * t_jj3nv + SELECT0(m_qm7gk, SELECT0(m_qm7gk, t_ipwbc * t_dd3hl))) * t_i4c2p_2);
+    const real t_nbomo = SELECT0(m_fofl2, t_3upvs * (t_udt77 * t_r67wr))
+        - alpha * (SELECT0(m_qm7gk, -(t_wh266 * t_dd3hl)) - t_5lcaq * t_jj3nv);
+    const real t_zftol = t_waypl * ((t_kid35 + t_kid35) * t_mqfjs - t_b34ng * (t_27jkj * t_od7ze));
+    const real t_zeaeu = t_2qjkk * t_zftol;
+    const real t_chgsf_4 = K_ * (t_6kx34 * t_zeaeu + t_leuxo * (t_leuxo_2 * t_zeaeu + t_leuxo * (K(-0.18225) * t_zeaeu)));
+    const real t_epjwh = t_zftol * t_6dtnj_3;
+    const real t_qxamq_4 = SELECT0(m_mz5gf, -(t_2veqq * (t_b6pzf * t_epjwh + t_ib2ei * (t_ddghz * t_epjwh + t_ib2ei * t_epjwh))));
+    const real t_t5yl5 = t_ddghz_2 * (K(3.141592653589793) * t_zftol * t_i5un2 + t_qxamq_4) + SELECT0(m_mz5gf, t_b3paf * t_epjwh);
+    const real t_ezwvt_4 = cos_t_2ibf7 * t_t5yl5;
+    const real t_e3ip7_5 = t_h53ah * t_ezwvt_4;
+    const real t_rbb4x_4 = sin_t_2ibf7 * t_t5yl5;
+    const real t_ztgvn_5 = t_x7qed * t_rbb4x_4;
+    const real t_ytvd3_5 = cos_t_2ibf7 * t_ezwvt_4 - sin_t_2ibf7 * t_rbb4x_4;
+    const real t_bgmqw = t_zftol + t_zftol;
+    const real t_dbumr_4 = t_e3ip7_5 + t_ztgvn_5 - (t_2qjkk * t_ytvd3_5 + t_i7sss * t_bgmqw);
+    const real t_fclj4_13 = t_kssdc * t_dbumr_4;
+    const real t_ae7gp = K_ * t_e3ip7_5 + t_nobej * t_zftol;
+    const real t_m35bx_10 = t_ae7gp + t_ae7gp;
+    const real t_5ocya_4 = t_kamle * (t_m35bx_10 + K(4.0) * t_ytvd3_5 - (t_ab46z * t_bgmqw - t_2qjkk * t_ztgvn_5))
+        + t_vspwm * (t_t5yl5 - t_ytvd3_5 - t_ae7gp);
+    const real t_rvt4h_5 = t_evbwp * (t_dbumr_4 * t_oj4pl - t_5kcmt * (t_fclj4_13 + t_fclj4_13 - t_5ocya_4))
+        + t_nxkik * (K(-2.0) * t_ytvd3_5 - t_m35bx_10 + (t_t5yl5 + t_t5yl5));
+    const real t_zvygr_4 = t_t5yl5 - t_rvt4h_5;
+    const real t_6soj3_5 = cos_t_kw3pz * t_zvygr_4;
+    const real t_ivh2z_9 = t_7gnku * t_6soj3_5;
+    const real t_mgc4n_5 = sin_t_kw3pz * t_zvygr_4;
+    const real t_nd2u4_9 = t_tsuj7 * t_mgc4n_5;
+    const real t_hvckt_5 = cos_t_kw3pz * t_6soj3_5 - sin_t_kw3pz * t_mgc4n_5;
+    const real t_q65vw_7 = t_ivh2z_9 + t_nd2u4_9 - (t_kme5l * t_bgmqw + t_2qjkk * t_hvckt_5);
+    const real t_fclj4_14 = t_kssdc_2 * t_q65vw_7;
+    const real t_bulpd = K_ * t_ivh2z_9 + t_vx46m * t_zftol;
+    const real t_m35bx_11 = t_bulpd + t_bulpd;
+    const real t_su5jk_4 = t_cjli7 * (t_m35bx_11 + K(4.0) * t_hvckt_5 - (t_yrvqm * t_bgmqw - t_2qjkk * t_nd2u4_9))
+        + t_lmawx * (t_zvygr_4 - t_hvckt_5 - t_bulpd);
+    const real t_jqrr7_9 = t_dpnxz * (t_q65vw_7 * t_cqqt6 - t_j3whm * (t_fclj4_14 + t_fclj4_14 - t_su5jk_4))
+        + t_xjvob * (K(-2.0) * t_hvckt_5 - t_m35bx_11 + (t_zvygr_4 + t_zvygr_4));
+    const real t_6itkg_5 = t_zvygr_4 - t_jqrr7_9;
+    const real t_nln3o_5 = cos_t_4j6ir * t_6itkg_5;
+    const real t_ivh2z_10 = t_3pnmy * t_nln3o_5;
+    const real t_acuuz_5 = sin_t_4j6ir * t_6itkg_5;
+    const real t_nd2u4_10 = t_e5s7h * t_acuuz_5;
+    const real t_okysd_5 = cos_t_4j6ir * t_nln3o_5 - sin_t_4j6ir * t_acuuz_5;
+    const real t_q65vw_8 = t_ivh2z_10 + t_nd2u4_10 - (t_wqods * t_bgmqw + t_2qjkk * t_okysd_5);
+    const real t_fclj4_15 = t_kssdc_3 * t_q65vw_8;
+    const real t_bulpd_2 = K_ * t_ivh2z_10 + t_cmgiw * t_zftol;
+    const real t_m35bx_12 = t_bulpd_2 + t_bulpd_2;
+    const real t_ysmfp_4 = t_e57zx * (t_m35bx_12 + K(4.0) * t_okysd_5 - (t_e3muo * t_bgmqw - t_2qjkk * t_nd2u4_10))
+        + t_lmawx_2 * (t_6itkg_5 - t_okysd_5 - t_bulpd_2);
+    const real t_jqrr7_10 = t_dpnxz_2 * (t_q65vw_8 * t_sbagz - t_j3whm_2 * (t_fclj4_15 + t_fclj4_15 - t_ysmfp_4))
+        + t_xjvob_2 * (K(-2.0) * t_okysd_5 - t_m35bx_12 + (t_6itkg_5 + t_6itkg_5));
+    const real t_5zsxh = t_z55or * t_nbomo
+        + t_iatqo * SELECT(m_cn56p, t_m7nlb * t_zftol + t_chgsf_4, t_6itkg_5 - t_jqrr7_10);
+    const real t_hnft6_4 = sin_t_msjzk * t_5zsxh;
+    const real t_ru4sp = t_w6rmf * t_yksxv
+        - t_jql4i * (cos_t_msjzk * (t_vycnp * (t_kid35 * t_lgfsk)) - escape * t_hnft6_4);
+    const real t_b6rtu = c[k_phi] * t_ru4sp;
+    const real t_h2ckr_3 = cos_t_msjzk * t_b6rtu - t_ssits * t_hnft6_4;
+    const real t_g7hjx_3 = sin_t_msjzk * (alpha * t_b6rtu) + t_uu27y * (cos_t_msjzk * t_5zsxh);
+    const real t_etziq = SELECT0(m_qm7gk, -(t_3hj5v * t_h2ckr_3 + t_2x74w * t_t5mbz))
+        - (SELECT0(m_qm7gk, t_4trfd * t_ifboe) + cos_t * t_g7hjx_3);
+    const real t_e6gm3 = sin_phi_ref * t_etziq;
+    const real t_dzfkr = SELECT0(m_qm7gk, t_4trfd * t_t5mbz + t_3hj5v * t_g7hjx_3)
+        - (SELECT0(m_qm7gk, t_2x74w * t_ifboe) + cos_t * t_h2ckr_3);
+    const real t_whyu3 = cos_phi_ref * t_dzfkr - t_amk6b;
+    const real t_f2yvz = cos_phi_ref * t_etziq - t_fznah;
+    const real t_5sf5k = sin_phi_ref * t_dzfkr;
+    const real t_f3qds = (q[zeta1] * (t_whyu3 - (t_xm4yq + t_e6gm3)) + q[zeta2] * (t_f2yvz + (t_6heh4 + t_5sf5k))) * t_e4rje;
+    const real t_pi2m2 = t_jik5x * t_f3qds * t_e4rje;
+    const real t_qemhh = t_e6gm3 + t_xm4yq + q[zeta1] * t_pi2m2 - t_whyu3;
+    const real t_2qjkk_2 = -alpha;
+    const real t_iiqeq_2 = t_waypl * ((t_2qjkk_2 + t_2qjkk_2) * t_mqfjs);
+    const real t_ndtm2_2 = t_2qjkk * t_iiqeq_2;
+    const real t_5dtra = K_ * (t_6kx34 * t_ndtm2_2 + t_leuxo * (t_leuxo_2 * t_ndtm2_2 + t_leuxo * (K(-0.18225) * t_ndtm2_2)));
+    const real t_b7znr_2 = t_iiqeq_2 * t_6dtnj_3;
+    const real t_wfo7d = SELECT0(m_mz5gf, -(t_2veqq * (t_b6pzf * t_b7znr_2 + t_ib2ei * (t_ddghz * t_b7znr_2 + t_ib2ei * t_b7znr_2))));
+    const real t_7vygi = t_ddghz_2 * (K(3.141592653589793) * t_iiqeq_2 * t_i5un2 + t_wfo7d) + SELECT0(m_mz5gf, t_b3paf * t_b7znr_2);
+    const real t_b6uid = cos_t_2ibf7 * t_7vygi;
+    const real t_e3ip7_6 = t_h53ah * t_b6uid;
+    const real t_nicha = sin_t_2ibf7 * t_7vygi;
+    const real t_ztgvn_6 = t_x7qed * t_nicha;
+    const real t_ytvd3_6 = cos_t_2ibf7 * t_b6uid - sin_t_2ibf7 * t_nicha;
+    const real t_y32sm_2 = t_iiqeq_2 + t_iiqeq_2;
+    const real t_njmis = t_e3ip7_6 + t_ztgvn_6 - (t_2qjkk * t_ytvd3_6 + t_i7sss * t_y32sm_2);
+    const real t_fclj4_16 = t_kssdc * t_njmis;
+    const real t_yt4hu_2 = K_ * t_e3ip7_6 + t_nobej * t_iiqeq_2;
+    const real t_3csdq = t_yt4hu_2 + t_yt4hu_2;
+    const real t_xap7d = t_kamle * (t_3csdq + K(4.0) * t_ytvd3_6 - (t_ab46z * t_y32sm_2 - t_2qjkk * t_ztgvn_6))
+        + t_vspwm * (t_7vygi - t_ytvd3_6 - t_yt4hu_2);
+    const real t_rvt4h_6 = t_evbwp * (t_njmis * t_oj4pl - t_5kcmt * (t_fclj4_16 + t_fclj4_16 - t_xap7d))
+        + t_nxkik * (K(-2.0) * t_ytvd3_6 - t_3csdq + (t_7vygi + t_7vygi));
+    const real t_g6hco = t_7vygi - t_rvt4h_6;
+    const real t_6soj3_6 = cos_t_kw3pz * t_g6hco;
+    const real t_ivh2z_11 = t_7gnku * t_6soj3_6;
+    const real t_mgc4n_6 = sin_t_kw3pz * t_g6hco;
+    const real t_nd2u4_11 = t_tsuj7 * t_mgc4n_6;
+    const real t_hvckt_6 = cos_t_kw3pz * t_6soj3_6 - sin_t_kw3pz * t_mgc4n_6;
+    const real t_ruszv = t_ivh2z_11 + t_nd2u4_11 - (t_kme5l * t_y32sm_2 + t_2qjkk * t_hvckt_6);
+    const real t_fclj4_17 = t_kssdc_2 * t_ruszv;
+    const real t_vufvf_3 = K_ * t_ivh2z_11 + t_vx46m * t_iiqeq_2;
+    const real t_3csdq_2 = t_vufvf_3 + t_vufvf_3;
+    const real t_xl4li = t_cjli7 * (t_3csdq_2 + K(4.0) * t_hvckt_6 - (t_yrvqm * t_y32sm_2 - t_2qjkk * t_nd2u4_11))
+        + t_lmawx * (t_g6hco - t_hvckt_6 - t_vufvf_3);
+    const real t_jqrr7_11 = t_dpnxz * (t_ruszv * t_cqqt6 - t_j3whm * (t_fclj4_17 + t_fclj4_17 - t_xl4li))
+        + t_xjvob * (K(-2.0) * t_hvckt_6 - t_3csdq_2 + (t_g6hco + t_g6hco));
+    const real t_6itkg_6 = t_g6hco - t_jqrr7_11;
+    const real t_nln3o_6 = cos_t_4j6ir * t_6itkg_6;
+    const real t_ivh2z_12 = t_3pnmy * t_nln3o_6;
+    const real t_acuuz_6 = sin_t_4j6ir * t_6itkg_6;
+    const real t_nd2u4_12 = t_e5s7h * t_acuuz_6;
+    const real t_okysd_6 = cos_t_4j6ir * t_nln3o_6 - sin_t_4j6ir * t_acuuz_6;
+    const real t_ruszv_2 = t_ivh2z_12 + t_nd2u4_12 - (t_wqods * t_y32sm_2 + t_2qjkk * t_okysd_6);
+    const real t_fclj4_18 = t_kssdc_3 * t_ruszv_2;
+    const real t_vufvf_4 = K_ * t_ivh2z_12 + t_cmgiw * t_iiqeq_2;
+    const real t_3csdq_3 = t_vufvf_4 + t_vufvf_4;
+    const real t_dkjxw = t_e57zx * (t_3csdq_3 + K(4.0) * t_okysd_6 - (t_e3muo * t_y32sm_2 - t_2qjkk * t_nd2u4_12))
+        + t_lmawx_2 * (t_6itkg_6 - t_okysd_6 - t_vufvf_4);
+    const real t_jqrr7_12 = t_dpnxz_2 * (t_ruszv_2 * t_sbagz - t_j3whm_2 * (t_fclj4_18 + t_fclj4_18 - t_dkjxw))
+        + t_xjvob_2 * (K(-2.0) * t_okysd_6 - t_3csdq_3 + (t_6itkg_6 + t_6itkg_6));
+    const real t_c6f64_2 = t_iatqo * SELECT(m_cn56p, t_m7nlb * t_iiqeq_2 + t_5dtra, t_6itkg_6 - t_jqrr7_12);
+    const real t_o7zsd = sin_t_msjzk * t_c6f64_2;
+    const real t_43z6w_2 = c[k_phi] * (t_jql4i * (escape * t_o7zsd + t_aawgr));
+    const real t_cufhp_2 = cos_t_msjzk * t_43z6w_2 - t_ssits * t_o7zsd;
+    const real t_sbl7c = sin_t_msjzk * (alpha * t_43z6w_2) + t_uu27y * (cos_t_msjzk * t_c6f64_2);
+    const real t_wjxsj_2 = SELECT0(m_qm7gk, -(t_3hj5v * t_cufhp_2)) - cos_t * t_sbl7c;
+    const real t_aejpz_2 = sin_phi_ref * t_wjxsj_2;
+    const real t_d4ser_2 = SELECT0(m_qm7gk, t_3hj5v * t_sbl7c) - cos_t * t_cufhp_2;
+    const real t_pvftq_2 = cos_phi_ref * t_d4ser_2;
+    const real t_n6vhj_2 = cos_phi_ref * t_wjxsj_2;
+    const real t_bmbar_2 = sin_phi_ref * t_d4ser_2;
+    const real t_jwhpy_2 = t_jik5x * ((q[zeta1] * (t_pvftq_2 - t_aejpz_2) + q[zeta2] * (t_n6vhj_2 + t_bmbar_2)) * t_e4rje) * t_e4rje;
+    const real t_axsg6_2 = t_aejpz_2 + q[zeta1] * t_jwhpy_2 - t_pvftq_2;
+    const real t_7oje5 = t_zsutd - q[zeta2] * t_6w7bt + t_3lio3;
+    const real t_3fjv6 = t_5sf5k + t_6heh4 - q[zeta2] * t_pi2m2 + t_f2yvz;
+    const real t_jxm54_2 = t_bmbar_2 - q[zeta2] * t_jwhpy_2 + t_n6vhj_2;
+    J_q[0] = t_mbdc5;
+    J_q[1] = t_md5le;
     J_q[2] = SPLAT(K(0.0));
-    J_q[3] = t_b2hly;
-    J_q[4] = -t_zxnro;
-    J_q[5] = -t_fpe72;
+    J_q[3] = t_axsg6;
+    J_q[4] = -t_tk5k2;
+    J_q[5] = -t_okzah;
     J_q[6] = SPLAT(K(0.0));
-    J_q[7] = -t_igruj;
+    J_q[7] = -t_jxm54;
     J_q[8] = SPLAT(K(0.0));
     J_q[9] = SPLAT(K(0.0));
     J_q[10] = -t_eriiv;
     J_q[11] = SPLAT(K(0.0));
-    J_q[12] = -(t_i3qrh * q[zeta2] + t_mnqso + t_7lfvp + q[zeta1] * t_zxnro + q[zeta2] * t_ykiyk);
-    J_q[13] = -(q[zeta1] * t_fpe72 + (q[zeta2] * t_hbyvj + (t_rhgam - t_i3qrh * q[zeta1] - t_nnwis)));
+    J_q[12] = -(t_i3qrh * q[zeta2] + t_amk6b + t_xm4yq + q[zeta1] * t_tk5k2 + q[zeta2] * t_mbdc5);
+    J_q[13] = -(q[zeta1] * t_okzah + (q[zeta2] * t_md5le + (t_fznah - t_i3qrh * q[zeta1] - t_6heh4)));
     J_q[14] = -(K(3.0) * p[H] / p[mass] * t_v4jyn * t_v4jyn);
-    J_q[15] = -(q[zeta1] * t_igruj + q[zeta2] * t_b2hly);
-    J_r[0] = t_oibb2;
-    J_r[1] = t_wcuxh;
+    J_q[15] = -(q[zeta1] * t_jxm54 + q[zeta2] * t_axsg6);
+    J_r[0] = t_ijcpe;
+    J_r[1] = t_qemhh;
     J_r[2] = SPLAT(K(0.0));
-    J_r[3] = t_b2hly_2;
-    J_r[4] = -t_lffra;
-    J_r[5] = -t_zdnex;
+    J_r[3] = t_axsg6_2;
+    J_r[4] = -t_7oje5;
+    J_r[5] = -t_3fjv6;
     J_r[6] = SPLAT(K(0.0));
-    J_r[7] = -t_igruj_2;
+    J_r[7] = -t_jxm54_2;
     J_r[8] = SPLAT(K(0.0));
     J_r[9] = SPLAT(K(0.0));
     J_r[10] = t_eriiv;
     J_r[11] = SPLAT(K(0.0));
-    J_r[12] = -(q[zeta1] * t_lffra + q[zeta2] * t_oibb2);
-    J_r[13] = -(q[zeta1] * t_zdnex + q[zeta2] * t_wcuxh);
+    J_r[12] = -(q[zeta1] * t_7oje5 + q[zeta2] * t_ijcpe);
+    J_r[13] = -(q[zeta1] * t_3fjv6 + q[zeta2] * t_qemhh);
     J_r[14] = SPLAT(K(0.0));
-    J_r[15] = -(q[zeta1] * t_igruj_2 + q[zeta2] * t_b2hly_2);
+    J_r[15] = -(q[zeta1] * t_jxm54_2 + q[zeta2] * t_axsg6_2);
 }

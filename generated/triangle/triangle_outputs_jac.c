@@ -25,29 +25,29 @@ void triangle_outputs_jac(const real *x, const real *u, const real *r, const rea
     const real n = mv_sqrt(K(1.0) - (zeta1 * zeta1 + zeta2 * zeta2));  /* (19) */
     const real t_thb5i = mv_sqrt(x[mu]);
     const real t_thb5i_2 = K(0.5773502691896257) * t_thb5i;
-    const real t_qygdd = K(1.7320508075688772) * zeta2;
-    const real t_24mka = t_qygdd * n;
-    const real t_r4gcj = zeta1 * n;
-    const real t_bqlnc = mv_sqrt(K(1.0) + t_24mka - t_r4gcj);
-    const real length1 = t_thb5i_2 * t_bqlnc;  /* (20) */
-    const real t_bqlnc_2 = mv_sqrt(K(1.0) - t_r4gcj - t_24mka);
-    const real length2 = t_thb5i_2 * t_bqlnc_2;  /* (20) */
-    const real t_uoj4w = mv_sqrt(K(1.0) + (t_r4gcj + t_r4gcj));
-    const real length3 = t_thb5i_2 * t_uoj4w;  /* (20) */
+    const real t_t5kjx = K(1.7320508075688772) * zeta2;
+    const real t_tfbnp = t_t5kjx * n;
+    const real t_tfbnp_2 = zeta1 * n;
+    const real t_k2lxz = mv_sqrt(K(1.0) + t_tfbnp - t_tfbnp_2);
+    const real length1 = t_thb5i_2 * t_k2lxz;  /* (20) */
+    const real t_k2lxz_2 = mv_sqrt(K(1.0) - t_tfbnp_2 - t_tfbnp);
+    const real length2 = t_thb5i_2 * t_k2lxz_2;  /* (20) */
+    const real t_jqicj = mv_sqrt(K(1.0) + (t_tfbnp_2 + t_tfbnp_2));
+    const real length3 = t_thb5i_2 * t_jqicj;  /* (20) */
     real sin_phi_ref, cos_phi_ref; mv_sincos(r[phi_ref], &sin_phi_ref, &cos_phi_ref);
-    const real t_hpcry = cos_phi_ref * zeta1;
-    const real t_55zfx = sin_phi_ref * zeta2;
-    const real w_along = r[rho_ref] - t_hpcry - t_55zfx;  /* (25) */
-    const real t_kjd7o = sin_phi_ref * zeta1;
-    const real t_otnpd = cos_phi_ref * zeta2;
-    const real w_across = t_kjd7o - t_otnpd;  /* (25) */
+    const real t_kau2i = cos_phi_ref * zeta1;
+    const real t_ybfir = sin_phi_ref * zeta2;
+    const real w_along = r[rho_ref] - t_kau2i - t_ybfir;  /* (25) */
+    const real t_ybfir_2 = sin_phi_ref * zeta1;
+    const real t_kau2i_2 = cos_phi_ref * zeta2;
+    const real w_across = t_ybfir_2 - t_kau2i_2;  /* (25) */
     const real rho_t = mv_sqrt(w_across * w_across + w_along * w_along);  /* (25) */
-    const mask m_z5ee7 = LT(K(1e-09), rho_t);
-    const real t_gliif = K(1.0) / rho_t;
-    const real t_m4c7o = w_along * t_gliif;
-    const real cos_t = SELECT(m_z5ee7, t_m4c7o, SPLAT(K(1.0)));  /* (25) */
-    const real t_xuitj = w_across * t_gliif;
-    const real sin_t = SELECT0(m_z5ee7, t_xuitj);  /* (25) */
+    const mask m_qm7gk = LT(K(1e-09), rho_t);
+    const real t_6dtnj = K(1.0) / rho_t;
+    const real t_heubl = w_along * t_6dtnj;
+    const real cos_t = SELECT(m_qm7gk, t_heubl, SPLAT(K(1.0)));  /* (25) */
+    const real t_5dhp4 = w_across * t_6dtnj;
+    const real sin_t = SELECT0(m_qm7gk, t_5dhp4);  /* (25) */
     const real t_rqfjc = mv_sqrt(r[mu_ref]);
     const real t_rqfjc_2 = K(0.5773502691896257) * t_rqfjc;
     const real t_bezdi = K(1.7320508075688772) * sin_phi_ref;
@@ -59,232 +59,232 @@ void triangle_outputs_jac(const real *x, const real *u, const real *r, const rea
     const real length1_ref = t_rqfjc_2 * t_rot3k;  /* (20) */
     const real t_rot3k_2 = mv_sqrt(K(1.0) - t_hlb56 - t_ls2nh);
     const real length2_ref = t_rqfjc_2 * t_rot3k_2;  /* (20) */
-    const real t_tqrpx = mv_sqrt(K(1.0) + (t_hlb56 + t_hlb56));
-    const real length3_ref = t_rqfjc_2 * t_tqrpx;  /* (20) */
+    const real t_jqicj_2 = mv_sqrt(K(1.0) + (t_hlb56 + t_hlb56));
+    const real length3_ref = t_rqfjc_2 * t_jqicj_2;  /* (20) */
     const real t_b6qkt = x[rho] * u[w2];
     const real zeta1_rate = u[w1] * cos_phi - t_b6qkt * sin_phi;
     const real zeta2_rate = u[w1] * sin_phi + t_b6qkt * cos_phi;
     const real t_4ma5s = K(1.7320508075688772) * sin_phi;
-    const real t_c3d4x = zeta1 + zeta1;
-    const real t_z6zzo = zeta2 + zeta2;
-    const real t_tvdy4 = K(1.0) / (n + n);
-    const real t_2czxl = (t_c3d4x * cos_phi + t_z6zzo * sin_phi) * t_tvdy4;
-    const real t_jwjld = n * t_4ma5s - t_qygdd * t_2czxl;
-    const real t_5je7u = n * cos_phi - zeta1 * t_2czxl;
-    const real t_unlf7 = K(1.0) / (t_bqlnc + t_bqlnc);
-    const real t_4zpbd = t_thb5i_2 * ((t_jwjld - t_5je7u) * t_unlf7);
-    const real t_lb36r = K(1.7320508075688772) * zeta1;
-    const real t_jame4 = (t_z6zzo * zeta1 - t_c3d4x * zeta2) * t_tvdy4;
-    const real t_tugl6 = n * t_lb36r - t_qygdd * t_jame4;
-    const real t_f5wlu = n * zeta2 + zeta1 * t_jame4;
-    const real t_xgdjw = t_thb5i_2 * ((t_tugl6 + t_f5wlu) * t_unlf7);
-    const real t_37nkp = K(0.5773502691896257) / (t_thb5i + t_thb5i);
-    const real t_og6g6 = t_bqlnc * t_37nkp;
-    const real t_unlf7_2 = K(1.0) / (t_bqlnc_2 + t_bqlnc_2);
-    const real t_4zpbd_2 = t_thb5i_2 * ((t_5je7u + t_jwjld) * t_unlf7_2);
-    const real t_xgdjw_2 = t_thb5i_2 * ((t_f5wlu - t_tugl6) * t_unlf7_2);
-    const real t_og6g6_2 = t_bqlnc_2 * t_37nkp;
-    const real t_mb7lg = K(1.0) / t_uoj4w;
-    const real t_5lmaa = t_thb5i_2 * (t_5je7u * t_mb7lg);
-    const real t_5spzq = t_thb5i_2 * (t_f5wlu * t_mb7lg);
-    const real t_x67ys = t_uoj4w * t_37nkp;
-    const real t_3r3i7 = K(1.0) / length1;
-    const real t_3r3i7_2 = K(0.5) * t_3r3i7;
-    const real t_oyolo = x[mu] * n;
-    const real t_oyolo_2 = K(0.5773502691896257) * t_oyolo;
+    const real t_t5kjx_2 = zeta1 + zeta1;
+    const real t_t5kjx_3 = zeta2 + zeta2;
+    const real t_6dtnj_2 = K(1.0) / (n + n);
+    const real t_nba5r = (t_t5kjx_2 * cos_phi + t_t5kjx_3 * sin_phi) * t_6dtnj_2;
+    const real t_hy6li = n * t_4ma5s - t_t5kjx * t_nba5r;
+    const real t_bz7s3 = n * cos_phi - zeta1 * t_nba5r;
+    const real t_p3wgm = K(1.0) / (t_k2lxz + t_k2lxz);
+    const real t_p4cwh = t_thb5i_2 * ((t_hy6li - t_bz7s3) * t_p3wgm);
+    const real t_t5kjx_4 = K(1.7320508075688772) * zeta1;
+    const real t_nhixs = (t_t5kjx_3 * zeta1 - t_t5kjx_2 * zeta2) * t_6dtnj_2;
+    const real t_ftxhu = n * t_t5kjx_4 - t_t5kjx * t_nhixs;
+    const real t_ftxhu_2 = n * zeta2 + zeta1 * t_nhixs;
+    const real t_rmjuz = t_thb5i_2 * ((t_ftxhu + t_ftxhu_2) * t_p3wgm);
+    const real t_o3x7f = K(0.5773502691896257) / (t_thb5i + t_thb5i);
+    const real t_igplb = t_k2lxz * t_o3x7f;
+    const real t_p3wgm_2 = K(1.0) / (t_k2lxz_2 + t_k2lxz_2);
+    const real t_p4cwh_2 = t_thb5i_2 * ((t_bz7s3 + t_hy6li) * t_p3wgm_2);
+    const real t_rmjuz_2 = t_thb5i_2 * ((t_ftxhu_2 - t_ftxhu) * t_p3wgm_2);
+    const real t_igplb_2 = t_k2lxz_2 * t_o3x7f;
+    const real t_4bnts = K(1.0) / t_jqicj;
+    const real t_yaoh5 = t_thb5i_2 * (t_bz7s3 * t_4bnts);
+    const real t_27ysg = t_thb5i_2 * (t_ftxhu_2 * t_4bnts);
+    const real t_gou7i = t_jqicj * t_o3x7f;
+    const real t_fbduq = K(1.0) / length1;
+    const real t_fbduq_2 = K(0.5) * t_fbduq;
+    const real t_aiisq = x[mu] * n;
+    const real t_aiisq_2 = K(0.5773502691896257) * t_aiisq;
     const real t_q3ub7 = cos_phi * u[w2];
-    const real t_7tdp7 = x[mu] * t_2czxl;
-    const real t_a2ir6 = t_oyolo_2 * t_q3ub7 - zeta2_rate * (K(0.5773502691896257) * t_7tdp7);
+    const real t_docby = x[mu] * t_nba5r;
+    const real t_vsu3f = t_aiisq_2 * t_q3ub7 - zeta2_rate * (K(0.5773502691896257) * t_docby);
     const real t_sx2sv = sin_phi * u[w2];
-    const real t_2afea = zeta1_rate * t_7tdp7 + t_oyolo * t_sx2sv;
-    const real t_ij6db = K(0.3333333333333333) * t_2afea;
-    const real t_astb4 = K(0.3333333333333333) * t_jwjld;
-    const real t_kqmke = K(0.3333333333333333) * t_5je7u;
-    const real t_zxzcw = t_qygdd - zeta1;
-    const real t_2h7w5 = zeta1_rate * cos_phi - zeta1 * t_sx2sv + (zeta2_rate * sin_phi + zeta2 * t_q3ub7);
-    const real t_so6vi = K(1.0) / n;
-    const real t_dbxi6 = zeta1 * zeta1_rate + zeta2 * zeta2_rate;
-    const real t_tg4lb = t_dbxi6 * t_so6vi;
-    const real t_6kqtn = t_tg4lb * t_so6vi;
-    const real t_66ll2 = x[mu] * (t_2h7w5 * t_so6vi + t_6kqtn * t_2czxl);
-    const real t_zuqrn = t_tg4lb * x[mu];
-    const real t_rkphc = K(0.3333333333333333) * t_zuqrn;
-    const real t_6akvj = t_a2ir6
-        + t_ij6db
-        + u[w3] * (t_astb4 - t_kqmke)
-        - (t_zxzcw * (K(0.3333333333333333) * t_66ll2) + t_rkphc * (t_4ma5s - cos_phi));
-    const real t_sl4ci = t_oyolo_2 * zeta2_rate;
-    const real t_ovyu3 = t_oyolo * zeta1_rate;
-    const real t_ovyu3_2 = K(0.3333333333333333) * t_ovyu3;
-    const real t_24mka_2 = K(0.3333333333333333) * t_24mka;
-    const real t_r4gcj_2 = K(0.3333333333333333) * t_r4gcj;
-    const real t_mtkxa = K(0.3333333333333333) + t_24mka_2 - t_r4gcj_2;
-    const real t_xwcba = t_sl4ci - t_ovyu3_2 + u[w3] * t_mtkxa - t_rkphc * t_zxzcw;
-    const real t_catam = t_3r3i7_2 * t_3r3i7;
-    const real t_hvdvp = x[mu] * t_jame4;
-    const real t_idpvv = t_oyolo_2 * zeta1_rate - zeta2_rate * (K(0.5773502691896257) * t_hvdvp);
-    const real t_zl3vz = zeta1_rate * t_hvdvp + t_oyolo * zeta2_rate;
-    const real t_nx3xn = K(0.3333333333333333) * t_zl3vz;
-    const real t_asfem = K(0.3333333333333333) * t_tugl6;
-    const real t_iznox = K(0.3333333333333333) * t_f5wlu;
-    const real t_jdcmp = zeta2_rate * zeta1 + zeta2 * zeta1_rate - (zeta1_rate * zeta2 + zeta1 * zeta2_rate);
-    const real t_wogfk = x[mu] * (t_jdcmp * t_so6vi + t_6kqtn * t_jame4);
-    const real t_baykf = t_idpvv
-        + t_nx3xn
-        + u[w3] * (t_asfem + t_iznox)
-        - (t_zxzcw * (K(0.3333333333333333) * t_wogfk) + t_rkphc * (t_lb36r + zeta2));
-    const real t_ux4sm = zeta2_rate * (K(0.5773502691896257) * n);
-    const real t_tklfx = zeta1_rate * n;
-    const real t_tklfx_2 = K(0.3333333333333333) * t_tklfx;
-    const real t_mtkxa_2 = K(0.3333333333333333) - t_r4gcj_2 - t_24mka_2;
-    const real t_so6vi_2 = K(0.3333333333333333) * t_so6vi;
-    const real t_tg4lb_2 = t_so6vi_2 * t_dbxi6;
-    const real t_ss6pv = t_tg4lb_2 * x[mu];
-    const real t_zxzcw_2 = t_qygdd + zeta1;
-    const real t_3sgee = u[w3] * t_mtkxa_2 - (t_ovyu3_2 + t_sl4ci) + t_ss6pv * t_zxzcw_2;
-    const real t_4363u = K(1.0) / length2;
-    const real t_4363u_2 = K(0.5) * t_4363u;
-    const real t_xoz22 = t_4363u_2 * t_4363u;
-    const real t_wbtkf = t_so6vi_2 * t_so6vi;
-    const real t_vjziw = t_zxzcw_2 * (x[mu] * (t_dbxi6 * (t_wbtkf * t_2czxl) + t_so6vi_2 * t_2h7w5))
-        + t_ss6pv * (t_4ma5s + cos_phi)
-        - (u[w3] * (t_kqmke + t_astb4) + (t_a2ir6 - t_ij6db));
-    const real t_yqznn = t_zxzcw_2 * (x[mu] * (t_dbxi6 * (t_wbtkf * t_jame4) + t_so6vi_2 * t_jdcmp))
-        + t_ss6pv * (t_lb36r - zeta2);
-    const real t_joqhu = K(1.0) / length3;
-    const real t_joqhu_2 = K(0.5) * t_joqhu;
-    const real t_rkphc_2 = K(0.6666666666666666) * t_zuqrn;
-    const real t_qfonn = u[w3] * (K(0.6666666666666666) * t_5je7u)
-        - K(0.6666666666666666) * t_2afea
-        - (zeta1 * (K(0.6666666666666666) * t_66ll2) + t_rkphc_2 * cos_phi);
-    const real t_r4gcj_3 = K(0.3333333333333333) + K(0.6666666666666666) * t_r4gcj;
-    const real t_btzax = K(0.6666666666666666) * t_ovyu3 + u[w3] * t_r4gcj_3 - t_rkphc_2 * zeta1;
-    const real t_6b7fn = t_joqhu_2 * t_joqhu;
-    const real t_qnu2w = K(0.6666666666666666) * t_zl3vz
-        + u[w3] * (K(0.6666666666666666) * t_f5wlu)
-        + (zeta1 * (K(0.6666666666666666) * t_wogfk) - t_rkphc_2 * zeta2);
-    const real t_5wlee = w_across + w_across;
+    const real t_zaztk = zeta1_rate * t_docby + t_aiisq * t_sx2sv;
+    const real t_kpzd2 = K(0.3333333333333333) * t_zaztk;
+    const real t_xnxo4 = K(0.3333333333333333) * t_hy6li;
+    const real t_pqydz = K(0.3333333333333333) * t_bz7s3;
+    const real t_wvzgd = t_t5kjx - zeta1;
+    const real t_zyrnw = zeta1_rate * cos_phi - zeta1 * t_sx2sv + (zeta2_rate * sin_phi + zeta2 * t_q3ub7);
+    const real t_6dtnj_3 = K(1.0) / n;
+    const real t_3tajj = zeta1 * zeta1_rate + zeta2 * zeta2_rate;
+    const real t_ztbu3 = t_3tajj * t_6dtnj_3;
+    const real t_duhho = t_ztbu3 * t_6dtnj_3;
+    const real t_2s45s = x[mu] * (t_zyrnw * t_6dtnj_3 + t_duhho * t_nba5r);
+    const real t_bwi56 = t_ztbu3 * x[mu];
+    const real t_rkphc = K(0.3333333333333333) * t_bwi56;
+    const real t_povkj = t_vsu3f
+        + t_kpzd2
+        + u[w3] * (t_xnxo4 - t_pqydz)
+        - (t_wvzgd * (K(0.3333333333333333) * t_2s45s) + t_rkphc * (t_4ma5s - cos_phi));
+    const real t_k7rkr = t_aiisq_2 * zeta2_rate;
+    const real t_k7rkr_2 = t_aiisq * zeta1_rate;
+    const real t_k7rkr_3 = K(0.3333333333333333) * t_k7rkr_2;
+    const real t_tfbnp_3 = K(0.3333333333333333) * t_tfbnp;
+    const real t_tfbnp_4 = K(0.3333333333333333) * t_tfbnp_2;
+    const real t_vnhyc = K(0.3333333333333333) + t_tfbnp_3 - t_tfbnp_4;
+    const real t_q2hsu = t_k7rkr - t_k7rkr_3 + u[w3] * t_vnhyc - t_rkphc * t_wvzgd;
+    const real t_fvpex = t_fbduq_2 * t_fbduq;
+    const real t_vm3ez = x[mu] * t_nhixs;
+    const real t_clvrw = t_aiisq_2 * zeta1_rate - zeta2_rate * (K(0.5773502691896257) * t_vm3ez);
+    const real t_clvrw_2 = zeta1_rate * t_vm3ez + t_aiisq * zeta2_rate;
+    const real t_qj5oo = K(0.3333333333333333) * t_clvrw_2;
+    const real t_3shpo = K(0.3333333333333333) * t_ftxhu;
+    const real t_3shpo_2 = K(0.3333333333333333) * t_ftxhu_2;
+    const real t_cgolj = zeta2_rate * zeta1 + zeta2 * zeta1_rate - (zeta1_rate * zeta2 + zeta1 * zeta2_rate);
+    const real t_nmu75 = x[mu] * (t_cgolj * t_6dtnj_3 + t_duhho * t_nhixs);
+    const real t_7leoy = t_clvrw
+        + t_qj5oo
+        + u[w3] * (t_3shpo + t_3shpo_2)
+        - (t_wvzgd * (K(0.3333333333333333) * t_nmu75) + t_rkphc * (t_t5kjx_4 + zeta2));
+    const real t_35m3t = zeta2_rate * (K(0.5773502691896257) * n);
+    const real t_35m3t_2 = zeta1_rate * n;
+    const real t_35m3t_3 = K(0.3333333333333333) * t_35m3t_2;
+    const real t_vnhyc_2 = K(0.3333333333333333) - t_tfbnp_4 - t_tfbnp_3;
+    const real t_6dtnj_4 = K(0.3333333333333333) * t_6dtnj_3;
+    const real t_ztbu3_2 = t_6dtnj_4 * t_3tajj;
+    const real t_ftx5h = t_ztbu3_2 * x[mu];
+    const real t_wvzgd_2 = t_t5kjx + zeta1;
+    const real t_wyt2h = u[w3] * t_vnhyc_2 - (t_k7rkr_3 + t_k7rkr) + t_ftx5h * t_wvzgd_2;
+    const real t_fbduq_3 = K(1.0) / length2;
+    const real t_fbduq_4 = K(0.5) * t_fbduq_3;
+    const real t_fvpex_2 = t_fbduq_4 * t_fbduq_3;
+    const real t_qekwd = t_6dtnj_4 * t_6dtnj_3;
+    const real t_5cgig = t_wvzgd_2 * (x[mu] * (t_3tajj * (t_qekwd * t_nba5r) + t_6dtnj_4 * t_zyrnw))
+        + t_ftx5h * (t_4ma5s + cos_phi)
+        - (u[w3] * (t_pqydz + t_xnxo4) + (t_vsu3f - t_kpzd2));
+    const real t_ibhyu = t_wvzgd_2 * (x[mu] * (t_3tajj * (t_qekwd * t_nhixs) + t_6dtnj_4 * t_cgolj))
+        + t_ftx5h * (t_t5kjx_4 - zeta2);
+    const real t_fbduq_5 = K(1.0) / length3;
+    const real t_fbduq_6 = K(0.5) * t_fbduq_5;
+    const real t_rkphc_2 = K(0.6666666666666666) * t_bwi56;
+    const real t_6blnq = u[w3] * (K(0.6666666666666666) * t_bz7s3)
+        - K(0.6666666666666666) * t_zaztk
+        - (zeta1 * (K(0.6666666666666666) * t_2s45s) + t_rkphc_2 * cos_phi);
+    const real t_tfbnp_5 = K(0.3333333333333333) + K(0.6666666666666666) * t_tfbnp_2;
+    const real t_zcvn4 = K(0.6666666666666666) * t_k7rkr_2 + u[w3] * t_tfbnp_5 - t_rkphc_2 * zeta1;
+    const real t_fvpex_3 = t_fbduq_6 * t_fbduq_5;
+    const real t_yms4q = K(0.6666666666666666) * t_clvrw_2
+        + u[w3] * (K(0.6666666666666666) * t_ftxhu_2)
+        + (zeta1 * (K(0.6666666666666666) * t_nmu75) - t_rkphc_2 * zeta2);
+    const real t_bpjau = w_across + w_across;
     const real t_kizvz = sin_phi_ref * cos_phi - cos_phi_ref * sin_phi;
-    const real t_degwz = w_along + w_along;
+    const real t_ewhvi = w_along + w_along;
     const real t_qqraa = cos_phi_ref * cos_phi + sin_phi_ref * sin_phi;
-    const real t_amnjj = K(1.0) / (rho_t + rho_t);
-    const real t_ppv54 = (t_5wlee * t_kizvz - t_degwz * t_qqraa) * t_amnjj;
-    const real t_oduor = t_otnpd - t_kjd7o;
-    const real t_insgq = t_55zfx + t_hpcry;
-    const real t_4bl7j = (t_degwz * t_oduor - t_5wlee * t_insgq) * t_amnjj;
-    const real t_3bfjf = K(1.0) / (SELECT0(m_z5ee7, SELECT0(m_z5ee7, t_xuitj * t_xuitj)) + cos_t * cos_t);
-    const real t_xiyyp = cos_t * t_3bfjf;
-    const real t_27sgx = t_xuitj * t_gliif;
-    const real t_clp3x = sin_t * t_3bfjf;
-    const real t_apicp = t_m4c7o * t_gliif;
-    const real t_cupgf = t_xiyyp * (t_kizvz * t_gliif - t_27sgx * t_ppv54)
-        + t_clp3x * (t_qqraa * t_gliif + t_apicp * t_ppv54);
-    const real t_7hpp7 = t_xiyyp * (t_insgq * t_gliif + t_27sgx * t_4bl7j)
-        + t_clp3x * (t_oduor * t_gliif - t_apicp * t_4bl7j);
-    const real t_mmgqh = length3 - length3_ref;
-    const real t_z2lgx = mv_fabs(t_mmgqh);
-    const real t_h6rkh = length1 - length1_ref;
-    const real t_un7kp = mv_fabs(t_h6rkh);
-    const real t_vyyik = length2 - length2_ref;
-    const real t_aqdfh = mv_fabs(t_vyyik);
-    const real t_k3zxw = mv_max(t_un7kp, t_aqdfh);
-    const mask m_732eq = LE(t_z2lgx, t_k3zxw);
-    const real t_qmtwo = NUM(m_732eq);
-    const mask m_yfnqd = LE(t_k3zxw, t_z2lgx);
-    const real t_cgxqv = NUM(m_yfnqd);
+    const real t_6dtnj_5 = K(1.0) / (rho_t + rho_t);
+    const real t_72m4b = (t_bpjau * t_kizvz - t_ewhvi * t_qqraa) * t_6dtnj_5;
+    const real t_qxl3b = t_kau2i_2 - t_ybfir_2;
+    const real t_qxl3b_2 = t_ybfir + t_kau2i;
+    const real t_5ow3t = (t_ewhvi * t_qxl3b - t_bpjau * t_qxl3b_2) * t_6dtnj_5;
+    const real t_2qj5c = K(1.0) / (SELECT0(m_qm7gk, SELECT0(m_qm7gk, t_5dhp4 * t_5dhp4)) + cos_t * cos_t);
+    const real t_d6ba3 = cos_t * t_2qj5c;
+    const real t_wxttt = t_5dhp4 * t_6dtnj;
+    const real t_d6ba3_2 = sin_t * t_2qj5c;
+    const real t_g4vtf = t_heubl * t_6dtnj;
+    const real t_cvfm7 = t_d6ba3 * (t_kizvz * t_6dtnj - t_wxttt * t_72m4b)
+        + t_d6ba3_2 * (t_qqraa * t_6dtnj + t_g4vtf * t_72m4b);
+    const real t_onwwc = t_d6ba3 * (t_qxl3b_2 * t_6dtnj + t_wxttt * t_5ow3t)
+        + t_d6ba3_2 * (t_qxl3b * t_6dtnj - t_g4vtf * t_5ow3t);
+    const real t_hacdo = length3 - length3_ref;
+    const real t_waiyf = mv_fabs(t_hacdo);
+    const real t_hacdo_2 = length1 - length1_ref;
+    const real t_waiyf_2 = mv_fabs(t_hacdo_2);
+    const real t_hacdo_3 = length2 - length2_ref;
+    const real t_waiyf_3 = mv_fabs(t_hacdo_3);
+    const real t_kj7px = mv_max(t_waiyf_2, t_waiyf_3);
+    const mask m_vm7mo = LE(t_waiyf, t_kj7px);
+    const real t_qmtwo = NUM(m_vm7mo);
+    const mask m_6mqaa = LE(t_kj7px, t_waiyf);
+    const real t_cgxqv = NUM(m_6mqaa);
     const real t_xmdn2 = K(1.0) / (t_qmtwo + t_cgxqv);
     const real t_526th = t_qmtwo * t_xmdn2;
-    const mask m_mttzr = LE(t_aqdfh, t_un7kp);
-    const real t_rqjyq = NUM(m_mttzr);
-    const mask m_lg3bz = LE(t_un7kp, t_aqdfh);
-    const real t_rqjyq_2 = NUM(m_lg3bz);
+    const mask m_hblh4 = LE(t_waiyf_3, t_waiyf_2);
+    const real t_rqjyq = NUM(m_hblh4);
+    const mask m_hblh4_2 = LE(t_waiyf_2, t_waiyf_3);
+    const real t_rqjyq_2 = NUM(m_hblh4_2);
     const real t_wgjtz = K(1.0) / (t_rqjyq + t_rqjyq_2);
     const real t_zmtzb = t_rqjyq * t_wgjtz;
-    const real t_gejz3 = mv_sign(t_h6rkh);
+    const real t_6rjlu = mv_sign(t_hacdo_2);
     const real t_zmtzb_2 = t_rqjyq_2 * t_wgjtz;
-    const real t_tln4v = mv_sign(t_vyyik);
+    const real t_6rjlu_2 = mv_sign(t_hacdo_3);
     const real t_esu26 = t_cgxqv * t_xmdn2;
-    const real t_owfqg = mv_sign(t_mmgqh);
-    const real t_cjkun = t_oyolo_2 * sin_phi;
-    const real t_bi4k4 = t_oyolo * cos_phi;
-    const real t_bi4k4_2 = K(0.3333333333333333) * t_bi4k4;
-    const real t_52pas = zeta1 * cos_phi + zeta2 * sin_phi;
-    const real t_oqud3 = x[mu] * (t_52pas * t_so6vi);
+    const real t_6rjlu_3 = mv_sign(t_hacdo);
+    const real t_4czhk = t_aiisq_2 * sin_phi;
+    const real t_lqiix = t_aiisq * cos_phi;
+    const real t_lqiix_2 = K(0.3333333333333333) * t_lqiix;
+    const real t_jfzzc = zeta1 * cos_phi + zeta2 * sin_phi;
+    const real t_im7kg = x[mu] * (t_jfzzc * t_6dtnj_3);
     const real t_jhi3v = cos_phi * x[rho];
-    const real t_ixxiu = t_oyolo_2 * t_jhi3v;
+    const real t_ffrge = t_aiisq_2 * t_jhi3v;
     const real t_vf3fc = sin_phi * x[rho];
-    const real t_fitvj = t_oyolo * t_vf3fc;
-    const real t_fjjba = K(0.3333333333333333) * t_fitvj;
-    const real t_o75yo = zeta2 * t_jhi3v - zeta1 * t_vf3fc;
-    const real t_x7f6g = x[mu] * (t_o75yo * t_so6vi);
-    const real t_insgq_2 = zeta1 * cos_phi_ref + zeta2 * sin_phi_ref;
-    const real t_oduor_2 = zeta1 * sin_phi_ref - zeta2 * cos_phi_ref;
-    const real t_mzkk7 = (t_5wlee * t_insgq_2 + t_degwz * t_oduor_2) * t_amnjj;
-    const real t_rti4q = t_xiyyp * (t_insgq_2 * t_gliif - t_27sgx * t_mzkk7)
-        - t_clp3x * (t_oduor_2 * t_gliif - t_apicp * t_mzkk7);
+    const real t_mwq73 = t_aiisq * t_vf3fc;
+    const real t_h62xg = K(0.3333333333333333) * t_mwq73;
+    const real t_qtf3o = zeta2 * t_jhi3v - zeta1 * t_vf3fc;
+    const real t_bwznt = x[mu] * (t_qtf3o * t_6dtnj_3);
+    const real t_qxl3b_3 = zeta1 * cos_phi_ref + zeta2 * sin_phi_ref;
+    const real t_qxl3b_4 = zeta1 * sin_phi_ref - zeta2 * cos_phi_ref;
+    const real t_dfiys = (t_bpjau * t_qxl3b_3 + t_ewhvi * t_qxl3b_4) * t_6dtnj_5;
+    const real t_jm4si = t_d6ba3 * (t_qxl3b_3 * t_6dtnj - t_wxttt * t_dfiys)
+        - t_d6ba3_2 * (t_qxl3b_4 * t_6dtnj - t_g4vtf * t_dfiys);
     const real t_hcysr = t_xv7wn - r[rho_ref] * (r[rho_ref] / t_xv7wn);
     const real t_ou2q6 = cos_phi_ref * t_hcysr;
     const real t_pca6v = t_bezdi * t_hcysr;
-    const real t_cdgpr = K(1.0) / (t_rot3k_2 + t_rot3k_2);
-    const real t_cdgpr_2 = K(1.0) / (t_rot3k + t_rot3k);
-    const real t_xts26 = t_zmtzb_2 * (t_tln4v * (t_rqfjc_2 * ((t_ou2q6 + t_pca6v) * t_cdgpr)))
-        - t_zmtzb * (t_gejz3 * (t_rqfjc_2 * ((t_pca6v - t_ou2q6) * t_cdgpr_2)));
-    const real t_7aweg = K(1.0) / t_tqrpx;
+    const real t_e7aao = K(1.0) / (t_rot3k_2 + t_rot3k_2);
+    const real t_e7aao_2 = K(1.0) / (t_rot3k + t_rot3k);
+    const real t_ui25u = t_zmtzb_2 * (t_6rjlu_2 * (t_rqfjc_2 * ((t_ou2q6 + t_pca6v) * t_e7aao)))
+        - t_zmtzb * (t_6rjlu * (t_rqfjc_2 * ((t_pca6v - t_ou2q6) * t_e7aao_2)));
+    const real t_4bnts_2 = K(1.0) / t_jqicj_2;
     const real t_ls2nh_2 = t_vbegv * sin_phi_ref;
     const real t_hlb56_2 = t_vbegv * (K(1.7320508075688772) * cos_phi_ref);
-    const real t_gsyh4 = t_zmtzb * (t_gejz3 * (t_rqfjc_2 * ((t_hlb56_2 + t_ls2nh_2) * t_cdgpr_2)))
-        + t_zmtzb_2 * (t_tln4v * (t_rqfjc_2 * ((t_ls2nh_2 - t_hlb56_2) * t_cdgpr)));
-    const real t_3ef7u = K(0.5773502691896257) / (t_rqfjc + t_rqfjc);
-    const real t_jaznf = t_526th * (t_zmtzb * (t_gejz3 * (t_rot3k * t_3ef7u)) + t_zmtzb_2 * (t_tln4v * (t_rot3k_2 * t_3ef7u)));
-    J_x[0] = t_4zpbd;
-    J_x[1] = t_xgdjw;
-    J_x[2] = t_og6g6;
+    const real t_huzqh = t_zmtzb * (t_6rjlu * (t_rqfjc_2 * ((t_hlb56_2 + t_ls2nh_2) * t_e7aao_2)))
+        + t_zmtzb_2 * (t_6rjlu_2 * (t_rqfjc_2 * ((t_ls2nh_2 - t_hlb56_2) * t_e7aao)));
+    const real t_i2oyk = K(0.5773502691896257) / (t_rqfjc + t_rqfjc);
+    const real t_rvuos = t_526th * (t_zmtzb * (t_6rjlu * (t_rot3k * t_i2oyk)) + t_zmtzb_2 * (t_6rjlu_2 * (t_rot3k_2 * t_i2oyk)));
+    J_x[0] = t_p4cwh;
+    J_x[1] = t_rmjuz;
+    J_x[2] = t_igplb;
     J_x[3] = SPLAT(K(0.0));
-    J_x[4] = -t_4zpbd_2;
-    J_x[5] = t_xgdjw_2;
-    J_x[6] = t_og6g6_2;
+    J_x[4] = -t_p4cwh_2;
+    J_x[5] = t_rmjuz_2;
+    J_x[6] = t_igplb_2;
     J_x[7] = SPLAT(K(0.0));
-    J_x[8] = t_5lmaa;
-    J_x[9] = -t_5spzq;
-    J_x[10] = t_x67ys;
+    J_x[8] = t_yaoh5;
+    J_x[9] = -t_27ysg;
+    J_x[10] = t_gou7i;
     J_x[11] = SPLAT(K(0.0));
-    J_x[12] = t_3r3i7_2 * t_6akvj - t_xwcba * (t_catam * t_4zpbd);
-    J_x[13] = t_3r3i7_2 * t_baykf - t_xwcba * (t_catam * t_xgdjw);
-    J_x[14] = t_3r3i7_2 * (t_ux4sm - t_tklfx_2 - t_zxzcw * (K(0.3333333333333333) * t_tg4lb))
-        - t_xwcba * (t_catam * t_og6g6);
+    J_x[12] = t_fbduq_2 * t_povkj - t_q2hsu * (t_fvpex * t_p4cwh);
+    J_x[13] = t_fbduq_2 * t_7leoy - t_q2hsu * (t_fvpex * t_rmjuz);
+    J_x[14] = t_fbduq_2 * (t_35m3t - t_35m3t_3 - t_wvzgd * (K(0.3333333333333333) * t_ztbu3))
+        - t_q2hsu * (t_fvpex * t_igplb);
     J_x[15] = SPLAT(K(0.0));
-    J_x[16] = t_3sgee * (t_xoz22 * t_4zpbd_2) + t_4363u_2 * t_vjziw;
-    J_x[17] = t_4363u_2 * (u[w3] * (t_iznox - t_asfem) - (t_idpvv - t_nx3xn) + t_yqznn)
-        - t_3sgee * (t_xoz22 * t_xgdjw_2);
-    J_x[18] = t_4363u_2 * (t_zxzcw_2 * t_tg4lb_2 - (t_tklfx_2 + t_ux4sm)) - t_3sgee * (t_xoz22 * t_og6g6_2);
+    J_x[16] = t_wyt2h * (t_fvpex_2 * t_p4cwh_2) + t_fbduq_4 * t_5cgig;
+    J_x[17] = t_fbduq_4 * (u[w3] * (t_3shpo_2 - t_3shpo) - (t_clvrw - t_qj5oo) + t_ibhyu)
+        - t_wyt2h * (t_fvpex_2 * t_rmjuz_2);
+    J_x[18] = t_fbduq_4 * (t_wvzgd_2 * t_ztbu3_2 - (t_35m3t_3 + t_35m3t)) - t_wyt2h * (t_fvpex_2 * t_igplb_2);
     J_x[19] = SPLAT(K(0.0));
-    J_x[20] = t_joqhu_2 * t_qfonn - t_btzax * (t_6b7fn * t_5lmaa);
-    J_x[21] = t_btzax * (t_6b7fn * t_5spzq) - t_joqhu_2 * t_qnu2w;
-    J_x[22] = t_joqhu_2 * (K(0.6666666666666666) * t_tklfx - zeta1 * (K(0.6666666666666666) * t_tg4lb))
-        - t_btzax * (t_6b7fn * t_x67ys);
+    J_x[20] = t_fbduq_6 * t_6blnq - t_zcvn4 * (t_fvpex_3 * t_yaoh5);
+    J_x[21] = t_zcvn4 * (t_fvpex_3 * t_27ysg) - t_fbduq_6 * t_yms4q;
+    J_x[22] = t_fbduq_6 * (K(0.6666666666666666) * t_35m3t_2 - zeta1 * (K(0.6666666666666666) * t_ztbu3))
+        - t_zcvn4 * (t_fvpex_3 * t_gou7i);
     J_x[23] = SPLAT(K(0.0));
-    J_x[24] = t_ppv54;
-    J_x[25] = t_4bl7j;
+    J_x[24] = t_72m4b;
+    J_x[25] = t_5ow3t;
     J_x[26] = SPLAT(K(0.0));
     J_x[27] = SPLAT(K(0.0));
-    J_x[28] = SELECT0(m_z5ee7, t_cupgf);
-    J_x[29] = SELECT0(m_z5ee7, -t_7hpp7);
+    J_x[28] = SELECT0(m_qm7gk, t_cvfm7);
+    J_x[29] = SELECT0(m_qm7gk, -t_onwwc);
     J_x[30] = SPLAT(K(0.0));
     J_x[31] = SPLAT(K(0.0));
     J_x[32] = r[rho_ref] * t_kizvz;
-    J_x[33] = -(r[rho_ref] * t_insgq);
+    J_x[33] = -(r[rho_ref] * t_qxl3b_2);
     J_x[34] = SPLAT(K(0.0));
     J_x[35] = SPLAT(K(1.0));
     J_x[36] = SPLAT(K(0.0));
     J_x[37] = SPLAT(K(0.0));
     J_x[38] = SPLAT(K(0.0));
     J_x[39] = SPLAT(K(1.0));
-    J_x[40] = t_526th * (t_zmtzb * (t_gejz3 * t_4zpbd) - t_zmtzb_2 * (t_tln4v * t_4zpbd_2))
-        + t_esu26 * (t_owfqg * t_5lmaa);
-    J_x[41] = t_526th * (t_zmtzb * (t_gejz3 * t_xgdjw) + t_zmtzb_2 * (t_tln4v * t_xgdjw_2))
-        - t_esu26 * (t_owfqg * t_5spzq);
-    J_x[42] = t_526th * (t_zmtzb * (t_gejz3 * t_og6g6) + t_zmtzb_2 * (t_tln4v * t_og6g6_2))
-        + t_esu26 * (t_owfqg * t_x67ys);
+    J_x[40] = t_526th * (t_zmtzb * (t_6rjlu * t_p4cwh) - t_zmtzb_2 * (t_6rjlu_2 * t_p4cwh_2))
+        + t_esu26 * (t_6rjlu_3 * t_yaoh5);
+    J_x[41] = t_526th * (t_zmtzb * (t_6rjlu * t_rmjuz) + t_zmtzb_2 * (t_6rjlu_2 * t_rmjuz_2))
+        - t_esu26 * (t_6rjlu_3 * t_27ysg);
+    J_x[42] = t_526th * (t_zmtzb * (t_6rjlu * t_igplb) + t_zmtzb_2 * (t_6rjlu_2 * t_igplb_2))
+        + t_esu26 * (t_6rjlu_3 * t_gou7i);
     J_x[43] = SPLAT(K(0.0));
     J_u[0] = SPLAT(K(0.0));
     J_u[1] = SPLAT(K(0.0));
@@ -295,15 +295,15 @@ void triangle_outputs_jac(const real *x, const real *u, const real *r, const rea
     J_u[6] = SPLAT(K(0.0));
     J_u[7] = SPLAT(K(0.0));
     J_u[8] = SPLAT(K(0.0));
-    J_u[9] = t_3r3i7_2 * (t_cjkun - t_bi4k4_2 - t_zxzcw * (K(0.3333333333333333) * t_oqud3));
-    J_u[10] = t_3r3i7_2 * (t_ixxiu + t_fjjba - t_zxzcw * (K(0.3333333333333333) * t_x7f6g));
-    J_u[11] = t_3r3i7_2 * t_mtkxa;
-    J_u[12] = t_4363u_2 * (t_zxzcw_2 * (x[mu] * (t_so6vi_2 * t_52pas)) - (t_bi4k4_2 + t_cjkun));
-    J_u[13] = t_4363u_2 * (t_zxzcw_2 * (x[mu] * (t_so6vi_2 * t_o75yo)) - (t_ixxiu - t_fjjba));
-    J_u[14] = t_4363u_2 * t_mtkxa_2;
-    J_u[15] = t_joqhu_2 * (K(0.6666666666666666) * t_bi4k4 - zeta1 * (K(0.6666666666666666) * t_oqud3));
-    J_u[16] = -(t_joqhu_2 * (K(0.6666666666666666) * t_fitvj + zeta1 * (K(0.6666666666666666) * t_x7f6g)));
-    J_u[17] = t_joqhu_2 * t_r4gcj_3;
+    J_u[9] = t_fbduq_2 * (t_4czhk - t_lqiix_2 - t_wvzgd * (K(0.3333333333333333) * t_im7kg));
+    J_u[10] = t_fbduq_2 * (t_ffrge + t_h62xg - t_wvzgd * (K(0.3333333333333333) * t_bwznt));
+    J_u[11] = t_fbduq_2 * t_vnhyc;
+    J_u[12] = t_fbduq_4 * (t_wvzgd_2 * (x[mu] * (t_6dtnj_4 * t_jfzzc)) - (t_lqiix_2 + t_4czhk));
+    J_u[13] = t_fbduq_4 * (t_wvzgd_2 * (x[mu] * (t_6dtnj_4 * t_qtf3o)) - (t_ffrge - t_h62xg));
+    J_u[14] = t_fbduq_4 * t_vnhyc_2;
+    J_u[15] = t_fbduq_6 * (K(0.6666666666666666) * t_lqiix - zeta1 * (K(0.6666666666666666) * t_im7kg));
+    J_u[16] = -(t_fbduq_6 * (K(0.6666666666666666) * t_mwq73 + zeta1 * (K(0.6666666666666666) * t_bwznt)));
+    J_u[17] = t_fbduq_6 * t_tfbnp_5;
     J_u[18] = SPLAT(K(0.0));
     J_u[19] = SPLAT(K(0.0));
     J_u[20] = SPLAT(K(0.0));
@@ -343,24 +343,24 @@ void triangle_outputs_jac(const real *x, const real *u, const real *r, const rea
     J_r[21] = SPLAT(K(0.0));
     J_r[22] = SPLAT(K(0.0));
     J_r[23] = SPLAT(K(0.0));
-    J_r[24] = t_m4c7o;
-    J_r[25] = t_mzkk7;
+    J_r[24] = t_heubl;
+    J_r[25] = t_dfiys;
     J_r[26] = SPLAT(K(0.0));
     J_r[27] = SPLAT(K(0.0));
-    J_r[28] = SELECT0(m_z5ee7, -(t_xiyyp * (t_27sgx * t_m4c7o) + t_clp3x * (t_gliif - t_apicp * t_m4c7o)));
-    J_r[29] = SELECT0(m_z5ee7, t_rti4q);
+    J_r[28] = SELECT0(m_qm7gk, -(t_d6ba3 * (t_wxttt * t_heubl) + t_d6ba3_2 * (t_6dtnj - t_g4vtf * t_heubl)));
+    J_r[29] = SELECT0(m_qm7gk, t_jm4si);
     J_r[30] = SPLAT(K(0.0));
     J_r[31] = SPLAT(K(0.0));
     J_r[32] = w_across;
-    J_r[33] = r[rho_ref] * t_insgq_2;
+    J_r[33] = r[rho_ref] * t_qxl3b_3;
     J_r[34] = SPLAT(K(0.0));
     J_r[35] = SPLAT(K(-1.0));
     J_r[36] = SPLAT(K(0.0));
     J_r[37] = SPLAT(K(0.0));
     J_r[38] = SPLAT(K(0.0));
     J_r[39] = SPLAT(K(-1.0));
-    J_r[40] = t_526th * t_xts26 - t_esu26 * (t_owfqg * (t_rqfjc_2 * (t_ou2q6 * t_7aweg)));
-    J_r[41] = t_esu26 * (t_owfqg * (t_rqfjc_2 * (t_ls2nh_2 * t_7aweg))) - t_526th * t_gsyh4;
-    J_r[42] = -(t_jaznf + t_esu26 * (t_owfqg * (t_tqrpx * t_3ef7u)));
+    J_r[40] = t_526th * t_ui25u - t_esu26 * (t_6rjlu_3 * (t_rqfjc_2 * (t_ou2q6 * t_4bnts_2)));
+    J_r[41] = t_esu26 * (t_6rjlu_3 * (t_rqfjc_2 * (t_ls2nh_2 * t_4bnts_2))) - t_526th * t_huzqh;
+    J_r[42] = -(t_rvuos + t_esu26 * (t_6rjlu_3 * (t_jqicj_2 * t_i2oyk)));
     J_r[43] = SPLAT(K(0.0));
 }

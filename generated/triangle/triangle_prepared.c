@@ -87,44 +87,44 @@ void triangle_outputs_prepared(const real *x, const real *u, const real *r, cons
     const real zeta2 = x[rho] * sin_phi;
     const real n = mv_sqrt(K(1.0) - (zeta1 * zeta1 + zeta2 * zeta2));  /* (19) */
     const real t_thb5i = K(0.5773502691896257) * mv_sqrt(x[mu]);
-    const real t_qygdd = K(1.7320508075688772) * zeta2;
-    const real t_24mka = t_qygdd * n;
-    const real t_r4gcj = zeta1 * n;
-    const real length1 = t_thb5i * mv_sqrt(K(1.0) + t_24mka - t_r4gcj);  /* (20) */
-    const real length2 = t_thb5i * mv_sqrt(K(1.0) - t_r4gcj - t_24mka);  /* (20) */
-    const real length3 = t_thb5i * mv_sqrt(K(1.0) + (t_r4gcj + t_r4gcj));  /* (20) */
-    const real t_oyolo = x[mu] * n;
+    const real t_t5kjx = K(1.7320508075688772) * zeta2;
+    const real t_tfbnp = t_t5kjx * n;
+    const real t_tfbnp_2 = zeta1 * n;
+    const real length1 = t_thb5i * mv_sqrt(K(1.0) + t_tfbnp - t_tfbnp_2);  /* (20) */
+    const real length2 = t_thb5i * mv_sqrt(K(1.0) - t_tfbnp_2 - t_tfbnp);  /* (20) */
+    const real length3 = t_thb5i * mv_sqrt(K(1.0) + (t_tfbnp_2 + t_tfbnp_2));  /* (20) */
+    const real t_aiisq = x[mu] * n;
     const real t_b6qkt = x[rho] * u[w2];
     const real zeta2_rate = u[w1] * sin_phi + t_b6qkt * cos_phi;
-    const real t_sl4ci = K(0.5773502691896257) * t_oyolo * zeta2_rate;
+    const real t_k7rkr = K(0.5773502691896257) * t_aiisq * zeta2_rate;
     const real zeta1_rate = u[w1] * cos_phi - t_b6qkt * sin_phi;
-    const real t_ovyu3 = t_oyolo * zeta1_rate;
-    const real t_ovyu3_2 = K(0.3333333333333333) * t_ovyu3;
-    const real t_24mka_2 = K(0.3333333333333333) * t_24mka;
-    const real t_r4gcj_2 = K(0.3333333333333333) * t_r4gcj;
-    const real t_dbxi6 = zeta1 * zeta1_rate + zeta2 * zeta2_rate;
-    const real t_so6vi = K(1.0) / n;
-    const real t_ctqau = t_dbxi6 * t_so6vi * x[mu];
-    const real t_dzvf6 = t_sl4ci
-        - t_ovyu3_2
-        + u[w3] * (K(0.3333333333333333) + t_24mka_2 - t_r4gcj_2)
-        - K(0.3333333333333333) * t_ctqau * (t_qygdd - zeta1);
-    const real rod_rate1 = K(0.5) / length1 * t_dzvf6;  /* (22) */
-    const real t_vqw6c = u[w3] * (K(0.3333333333333333) - t_r4gcj_2 - t_24mka_2)
-        - (t_ovyu3_2 + t_sl4ci)
-        + K(0.3333333333333333) * t_so6vi * t_dbxi6 * x[mu] * (t_qygdd + zeta1);
-    const real rod_rate2 = K(0.5) / length2 * t_vqw6c;  /* (22) */
-    const real t_ezpcf = K(0.6666666666666666) * t_ovyu3
-        + u[w3] * (K(0.3333333333333333) + K(0.6666666666666666) * t_r4gcj)
-        - K(0.6666666666666666) * t_ctqau * zeta1;
-    const real rod_rate3 = K(0.5) / length3 * t_ezpcf;  /* (22) */
+    const real t_k7rkr_2 = t_aiisq * zeta1_rate;
+    const real t_k7rkr_3 = K(0.3333333333333333) * t_k7rkr_2;
+    const real t_tfbnp_3 = K(0.3333333333333333) * t_tfbnp;
+    const real t_tfbnp_4 = K(0.3333333333333333) * t_tfbnp_2;
+    const real t_3tajj = zeta1 * zeta1_rate + zeta2 * zeta2_rate;
+    const real t_6dtnj = K(1.0) / n;
+    const real t_v5bsf = t_3tajj * t_6dtnj * x[mu];
+    const real t_dod5j = t_k7rkr
+        - t_k7rkr_3
+        + u[w3] * (K(0.3333333333333333) + t_tfbnp_3 - t_tfbnp_4)
+        - K(0.3333333333333333) * t_v5bsf * (t_t5kjx - zeta1);
+    const real rod_rate1 = K(0.5) / length1 * t_dod5j;  /* (22) */
+    const real t_yhrwx = u[w3] * (K(0.3333333333333333) - t_tfbnp_4 - t_tfbnp_3)
+        - (t_k7rkr_3 + t_k7rkr)
+        + K(0.3333333333333333) * t_6dtnj * t_3tajj * x[mu] * (t_t5kjx + zeta1);
+    const real rod_rate2 = K(0.5) / length2 * t_yhrwx;  /* (22) */
+    const real t_t5uxc = K(0.6666666666666666) * t_k7rkr_2
+        + u[w3] * (K(0.3333333333333333) + K(0.6666666666666666) * t_tfbnp_2)
+        - K(0.6666666666666666) * t_v5bsf * zeta1;
+    const real rod_rate3 = K(0.5) / length3 * t_t5uxc;  /* (22) */
     const real w_along = r[rho_ref] - h[cos_phi_ref] * zeta1 - h[sin_phi_ref] * zeta2;  /* (25) */
     const real w_across = h[sin_phi_ref] * zeta1 - h[cos_phi_ref] * zeta2;  /* (25) */
     const real rho_t = mv_sqrt(w_across * w_across + w_along * w_along);  /* (25) */
-    const mask m_z5ee7 = LT(K(1e-09), rho_t);
-    const real t_gliif = K(1.0) / rho_t;
-    const real cos_t = SELECT(m_z5ee7, w_along * t_gliif, SPLAT(K(1.0)));  /* (25) */
-    const real sin_t = SELECT0(m_z5ee7, w_across * t_gliif);  /* (25) */
+    const mask m_qm7gk = LT(K(1e-09), rho_t);
+    const real t_6dtnj_2 = K(1.0) / rho_t;
+    const real cos_t = SELECT(m_qm7gk, w_along * t_6dtnj_2, SPLAT(K(1.0)));  /* (25) */
+    const real sin_t = SELECT0(m_qm7gk, w_across * t_6dtnj_2);  /* (25) */
     const real t_vienp = x[theta] - r[theta_ref];
     const real theta_exact = r[rho_ref] * w_across + t_vienp;  /* (27) */
     y[0] = length1;
@@ -215,40 +215,40 @@ void triangle_sliding_prepared(const real *x, const real *r, const real *c, cons
     const real zeta2 = x[rho] * sin_phi;
     const real w_along = r[rho_ref] - h[cos_phi_ref] * zeta1 - h[sin_phi_ref] * zeta2;  /* (25) */
     const real w_across = h[sin_phi_ref] * zeta1 - h[cos_phi_ref] * zeta2;  /* (25) */
-    const real t_furpv = w_across * w_across + w_along * w_along;
-    const real rho_t = mv_sqrt(t_furpv);  /* (25) */
-    const mask m_z5ee7 = LT(K(1e-09), rho_t);
-    const real t_gliif = K(1.0) / rho_t;
-    const real cos_t = SELECT(m_z5ee7, w_along * t_gliif, SPLAT(K(1.0)));  /* (25) */
+    const real t_o5lbj = w_across * w_across + w_along * w_along;
+    const real rho_t = mv_sqrt(t_o5lbj);  /* (25) */
+    const mask m_qm7gk = LT(K(1e-09), rho_t);
+    const real t_6dtnj = K(1.0) / rho_t;
+    const real cos_t = SELECT(m_qm7gk, w_along * t_6dtnj, SPLAT(K(1.0)));  /* (25) */
     const real theta_t = x[theta] - r[theta_ref] + r[rho_ref] * w_across * c[area_factor];  /* (27) */
-    const real t_xuitj = w_across * t_gliif;
-    const real chord = mv_sqrt(h[t_ltkqk] + SELECT0(m_z5ee7, SELECT0(m_z5ee7, -(h[t_o55bt] * (t_xuitj * t_xuitj)))));  /* (28) */
+    const real t_4bohk = w_across * t_6dtnj;
+    const real chord = mv_sqrt(h[t_ltkqk] + SELECT0(m_qm7gk, SELECT0(m_qm7gk, -(h[t_o55bt] * (t_4bohk * t_4bohk)))));  /* (28) */
     const real h_ = cos_t * r[rho_ref] + chord;  /* (28) */
     const real tau = mv_fabs(theta_t) * h[t_gjxkh];  /* (31) */
     const real f = mv_pow(tau, h[t_ieu4b]);  /* (31) */
     const real s = rho_t - f * h_;  /* (30) */
-    const mask m_z5ee7_2 = LT(K(0.0), rho_t);
-    const real t_3vtu5 = c[k_phi] * mv_sqrt(rho_t / h_) / (tau + t_furpv / (h_ * h_));
-    const real t_ukhtg = h[t_fcuq3] * h_ * t_3vtu5 * (SELECT0(m_z5ee7, r[rho_ref] * t_xuitj / chord * theta_t * c[m]) - t_furpv);
-    const real rho_t_rate = SELECT0(m_z5ee7_2, t_ukhtg) - c[eta_rho] * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), s * h[t_weose]));  /* (34) */
-    const real t_4x2zf = zeta1 * zeta1 + zeta2 * zeta2;
-    const real t_yfvls = mv_sqrt(t_4x2zf);
-    const real t_ztpvq = t_3vtu5 * mv_pow(f, h[t_mldgu]) * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), theta_t * h[t_6rwtv]));
-    const real t_26bng = t_ztpvq * rho_t;
-    const real t_e53ad = cos_t * rho_t_rate + SELECT0(m_z5ee7, SELECT0(m_z5ee7_2, t_26bng * t_xuitj));
-    const real t_gqrit = SELECT0(m_z5ee7, rho_t_rate * t_xuitj);
-    const real t_ejfsp = SELECT0(m_z5ee7_2, -(t_26bng * cos_t)) + t_gqrit;
-    const real t_b6lir = (h[cos_phi_ref] * t_e53ad - h[sin_phi_ref] * t_ejfsp) * zeta1
-        + (h[cos_phi_ref] * t_ejfsp + h[sin_phi_ref] * t_e53ad) * zeta2;
-    const real t_e4rje = K(1.0) / mv_max(SPLAT(K(1e-09)), t_yfvls);
-    const real rho_t_rate_excess = mv_max(SPLAT(K(0.0)), -(h[t_kc5kr] * (c[R] - t_yfvls) + t_b6lir * t_e4rje)) * t_e4rje;
-    const real t_jupxu = t_gqrit + SELECT0(m_z5ee7_2, -(cos_t * t_ztpvq * rho_t));
-    const real zeta1_rate = t_jupxu * h[sin_phi_ref] - rho_t_rate_excess * zeta1 - t_e53ad * h[cos_phi_ref];
+    const mask m_qm7gk_2 = LT(K(0.0), rho_t);
+    const real t_luszq = c[k_phi] * mv_sqrt(rho_t / h_) / (tau + t_o5lbj / (h_ * h_));
+    const real t_zazbr = h[t_fcuq3] * h_ * t_luszq * (SELECT0(m_qm7gk, r[rho_ref] * t_4bohk / chord * theta_t * c[m]) - t_o5lbj);
+    const real rho_t_rate = SELECT0(m_qm7gk_2, t_zazbr) - c[eta_rho] * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), s * h[t_weose]));  /* (34) */
+    const real t_dynew = zeta1 * zeta1 + zeta2 * zeta2;
+    const real t_wmyyh = mv_sqrt(t_dynew);
+    const real t_bvlri = t_luszq * mv_pow(f, h[t_mldgu]) * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), theta_t * h[t_6rwtv]));
+    const real t_hfhpv = t_bvlri * rho_t;
+    const real t_sobb2 = cos_t * rho_t_rate + SELECT0(m_qm7gk, SELECT0(m_qm7gk_2, t_hfhpv * t_4bohk));
+    const real t_rfe7b = SELECT0(m_qm7gk, rho_t_rate * t_4bohk);
+    const real t_7mpn2 = SELECT0(m_qm7gk_2, -(t_hfhpv * cos_t)) + t_rfe7b;
+    const real t_t42fl = (h[cos_phi_ref] * t_sobb2 - h[sin_phi_ref] * t_7mpn2) * zeta1
+        + (h[cos_phi_ref] * t_7mpn2 + h[sin_phi_ref] * t_sobb2) * zeta2;
+    const real t_e2kmt = K(1.0) / mv_max(SPLAT(K(1e-09)), t_wmyyh);
+    const real rho_t_rate_excess = mv_max(SPLAT(K(0.0)), -(h[t_kc5kr] * (c[R] - t_wmyyh) + t_t42fl * t_e2kmt)) * t_e2kmt;
+    const real t_ntayc = t_rfe7b + SELECT0(m_qm7gk_2, -(cos_t * t_bvlri * rho_t));
+    const real zeta1_rate = t_ntayc * h[sin_phi_ref] - rho_t_rate_excess * zeta1 - t_sobb2 * h[cos_phi_ref];
     const real w3 = mv_max(-c[mu_rate_max], mv_min(c[mu_rate_max], c[mu_gain] * (r[mu_ref] - x[mu])));
-    const mask m_ksqj2 = LT(K(0.0), t_yfvls);
-    const real t_bbfh5 = rho_t_rate_excess * zeta2 + t_e53ad * h[sin_phi_ref] + t_jupxu * h[cos_phi_ref];
-    const real w1 = SELECT(m_ksqj2, (zeta1 * zeta1_rate - zeta2 * t_bbfh5) / t_yfvls, zeta1_rate);
-    const real w2 = SELECT0(m_ksqj2, -((zeta1 * t_bbfh5 + zeta1_rate * zeta2) / t_4x2zf));
+    const mask m_jelvn = LT(K(0.0), t_wmyyh);
+    const real t_6m4oi = rho_t_rate_excess * zeta2 + t_sobb2 * h[sin_phi_ref] + t_ntayc * h[cos_phi_ref];
+    const real w1 = SELECT(m_jelvn, (zeta1 * zeta1_rate - zeta2 * t_6m4oi) / t_wmyyh, zeta1_rate);
+    const real w2 = SELECT0(m_jelvn, -((zeta1 * t_6m4oi + zeta1_rate * zeta2) / t_dynew));
     u[0] = w1;
     u[1] = w2;
     u[2] = w3;
@@ -332,41 +332,41 @@ void triangle_sliding_loop_prepared(const real *q, const real *r, const real *p,
     enum { t_6q6qz = sliding_loop_h_t_6q6qz };
     const real w_along = r[rho_ref] - h[cos_phi_ref] * q[zeta1] - h[sin_phi_ref] * q[zeta2];  /* (25) */
     const real w_across = h[sin_phi_ref] * q[zeta1] - h[cos_phi_ref] * q[zeta2];  /* (25) */
-    const real t_furpv = w_across * w_across + w_along * w_along;
-    const real rho_t = mv_sqrt(t_furpv);  /* (25) */
-    const mask m_z5ee7 = LT(K(1e-09), rho_t);
-    const real t_gliif = K(1.0) / rho_t;
-    const real cos_t = SELECT(m_z5ee7, w_along * t_gliif, SPLAT(K(1.0)));  /* (25) */
+    const real t_ez37l = w_across * w_across + w_along * w_along;
+    const real rho_t = mv_sqrt(t_ez37l);  /* (25) */
+    const mask m_qm7gk = LT(K(1e-09), rho_t);
+    const real t_6dtnj = K(1.0) / rho_t;
+    const real cos_t = SELECT(m_qm7gk, w_along * t_6dtnj, SPLAT(K(1.0)));  /* (25) */
     const real theta_t = q[theta] - r[theta_ref] + r[rho_ref] * w_across * c[area_factor];  /* (27) */
-    const real t_xuitj = w_across * t_gliif;
-    const real chord = mv_sqrt(h[t_ltkqk] + SELECT0(m_z5ee7, SELECT0(m_z5ee7, -(h[t_o55bt] * (t_xuitj * t_xuitj)))));  /* (28) */
+    const real t_srsal = w_across * t_6dtnj;
+    const real chord = mv_sqrt(h[t_ltkqk] + SELECT0(m_qm7gk, SELECT0(m_qm7gk, -(h[t_o55bt] * (t_srsal * t_srsal)))));  /* (28) */
     const real h_ = cos_t * r[rho_ref] + chord;  /* (28) */
     const real tau = mv_fabs(theta_t) * h[t_gjxkh];  /* (31) */
     const real f = mv_pow(tau, h[t_ieu4b]);  /* (31) */
     const real s = rho_t - f * h_;  /* (30) */
-    const mask m_z5ee7_2 = LT(K(0.0), rho_t);
-    const real t_3vtu5 = c[k_phi] * mv_sqrt(rho_t / h_) / (tau + t_furpv / (h_ * h_));
-    const real t_ukhtg = h[t_fcuq3] * h_ * t_3vtu5 * (SELECT0(m_z5ee7, r[rho_ref] * t_xuitj / chord * theta_t * c[m]) - t_furpv);
-    const real rho_t_rate = SELECT0(m_z5ee7_2, t_ukhtg) - c[eta_rho] * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), s * h[t_weose]));  /* (34) */
+    const mask m_qm7gk_2 = LT(K(0.0), rho_t);
+    const real t_rc3nf = c[k_phi] * mv_sqrt(rho_t / h_) / (tau + t_ez37l / (h_ * h_));
+    const real t_qdnyc = h[t_fcuq3] * h_ * t_rc3nf * (SELECT0(m_qm7gk, r[rho_ref] * t_srsal / chord * theta_t * c[m]) - t_ez37l);
+    const real rho_t_rate = SELECT0(m_qm7gk_2, t_qdnyc) - c[eta_rho] * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), s * h[t_weose]));  /* (34) */
     const real t_yfvls = mv_sqrt(q[zeta1] * q[zeta1] + q[zeta2] * q[zeta2]);
-    const real t_ztpvq = t_3vtu5 * mv_pow(f, h[t_mldgu]) * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), theta_t * h[t_6rwtv]));
-    const real t_26bng = t_ztpvq * rho_t;
-    const real t_e53ad = cos_t * rho_t_rate + SELECT0(m_z5ee7, SELECT0(m_z5ee7_2, t_26bng * t_xuitj));
-    const real t_gqrit = SELECT0(m_z5ee7, rho_t_rate * t_xuitj);
-    const real t_ejfsp = SELECT0(m_z5ee7_2, -(t_26bng * cos_t)) + t_gqrit;
-    const real t_b6lir = (h[cos_phi_ref] * t_e53ad - h[sin_phi_ref] * t_ejfsp) * q[zeta1]
-        + (h[cos_phi_ref] * t_ejfsp + h[sin_phi_ref] * t_e53ad) * q[zeta2];
+    const real t_seiri = t_rc3nf * mv_pow(f, h[t_mldgu]) * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), theta_t * h[t_6rwtv]));
+    const real t_hfhpv = t_seiri * rho_t;
+    const real t_656yg = cos_t * rho_t_rate + SELECT0(m_qm7gk, SELECT0(m_qm7gk_2, t_hfhpv * t_srsal));
+    const real t_pg4q4 = SELECT0(m_qm7gk, rho_t_rate * t_srsal);
+    const real t_fjukv = SELECT0(m_qm7gk_2, -(t_hfhpv * cos_t)) + t_pg4q4;
+    const real t_yzxsd = (h[cos_phi_ref] * t_656yg - h[sin_phi_ref] * t_fjukv) * q[zeta1]
+        + (h[cos_phi_ref] * t_fjukv + h[sin_phi_ref] * t_656yg) * q[zeta2];
     const real t_e4rje = K(1.0) / mv_max(SPLAT(K(1e-09)), t_yfvls);
-    const real rho_t_rate_excess = mv_max(SPLAT(K(0.0)), -(h[t_kc5kr] * (c[R] - t_yfvls) + t_b6lir * t_e4rje)) * t_e4rje;
-    const real t_jupxu = t_gqrit + SELECT0(m_z5ee7_2, -(cos_t * t_ztpvq * rho_t));
-    const real zeta1_rate = t_jupxu * h[sin_phi_ref] - rho_t_rate_excess * q[zeta1] - t_e53ad * h[cos_phi_ref];
-    const real t_bbfh5 = rho_t_rate_excess * q[zeta2] + t_e53ad * h[sin_phi_ref] + t_jupxu * h[cos_phi_ref];
-    const real zeta2_rate = -t_bbfh5;
+    const real rho_t_rate_excess = mv_max(SPLAT(K(0.0)), -(h[t_kc5kr] * (c[R] - t_yfvls) + t_yzxsd * t_e4rje)) * t_e4rje;
+    const real t_tvkh3 = t_pg4q4 + SELECT0(m_qm7gk_2, -(cos_t * t_seiri * rho_t));
+    const real zeta1_rate = t_tvkh3 * h[sin_phi_ref] - rho_t_rate_excess * q[zeta1] - t_656yg * h[cos_phi_ref];
+    const real t_nzvrb = rho_t_rate_excess * q[zeta2] + t_656yg * h[sin_phi_ref] + t_tvkh3 * h[cos_phi_ref];
+    const real zeta2_rate = -t_nzvrb;
     const real w3 = mv_max(-c[mu_rate_max], mv_min(c[mu_rate_max], c[mu_gain] * (r[mu_ref] - q[mu])));
     dq[0] = zeta1_rate;
     dq[1] = zeta2_rate;
     dq[2] = w3;
-    dq[3] = p[disturbance] + h[t_6q6qz] / q[mu] - q[zeta1] * t_bbfh5 - zeta1_rate * q[zeta2];
+    dq[3] = p[disturbance] + h[t_6q6qz] / q[mu] - q[zeta1] * t_nzvrb - zeta1_rate * q[zeta2];
 }
 
 /* Places of h. */
@@ -441,41 +441,41 @@ void triangle_sliding_observe_prepared(const real *q, const real *r, const real 
     enum { t_6rwtv = sliding_observe_h_t_6rwtv };
     const real w_along = r[rho_ref] - h[cos_phi_ref] * q[zeta1] - h[sin_phi_ref] * q[zeta2];  /* (25) */
     const real w_across = h[sin_phi_ref] * q[zeta1] - h[cos_phi_ref] * q[zeta2];  /* (25) */
-    const real t_furpv = w_across * w_across + w_along * w_along;
-    const real rho_t = mv_sqrt(t_furpv);  /* (25) */
-    const mask m_z5ee7 = LT(K(1e-09), rho_t);
-    const real t_gliif = K(1.0) / rho_t;
-    const real cos_t = SELECT(m_z5ee7, w_along * t_gliif, SPLAT(K(1.0)));  /* (25) */
+    const real t_ez37l = w_across * w_across + w_along * w_along;
+    const real rho_t = mv_sqrt(t_ez37l);  /* (25) */
+    const mask m_qm7gk = LT(K(1e-09), rho_t);
+    const real t_6dtnj = K(1.0) / rho_t;
+    const real cos_t = SELECT(m_qm7gk, w_along * t_6dtnj, SPLAT(K(1.0)));  /* (25) */
     const real theta_t = q[theta] - r[theta_ref] + r[rho_ref] * w_across * c[area_factor];  /* (27) */
-    const real t_xuitj = w_across * t_gliif;
-    const real chord = mv_sqrt(h[t_ltkqk] + SELECT0(m_z5ee7, SELECT0(m_z5ee7, -(h[t_o55bt] * (t_xuitj * t_xuitj)))));  /* (28) */
+    const real t_srsal = w_across * t_6dtnj;
+    const real chord = mv_sqrt(h[t_ltkqk] + SELECT0(m_qm7gk, SELECT0(m_qm7gk, -(h[t_o55bt] * (t_srsal * t_srsal)))));  /* (28) */
     const real h_ = cos_t * r[rho_ref] + chord;  /* (28) */
     const real tau = mv_fabs(theta_t) * h[t_gjxkh];  /* (31) */
     const real f = mv_pow(tau, h[t_ieu4b]);  /* (31) */
     const real s = rho_t - f * h_;  /* (30) */
-    const mask m_z5ee7_2 = LT(K(0.0), rho_t);
-    const real t_3vtu5 = c[k_phi] * mv_sqrt(rho_t / h_) / (tau + t_furpv / (h_ * h_));
-    const real t_ukhtg = h[t_fcuq3] * h_ * t_3vtu5 * (SELECT0(m_z5ee7, r[rho_ref] * t_xuitj / chord * theta_t * c[m]) - t_furpv);
-    const real rho_t_rate = SELECT0(m_z5ee7_2, t_ukhtg) - c[eta_rho] * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), s * h[t_weose]));  /* (34) */
+    const mask m_qm7gk_2 = LT(K(0.0), rho_t);
+    const real t_rc3nf = c[k_phi] * mv_sqrt(rho_t / h_) / (tau + t_ez37l / (h_ * h_));
+    const real t_qdnyc = h[t_fcuq3] * h_ * t_rc3nf * (SELECT0(m_qm7gk, r[rho_ref] * t_srsal / chord * theta_t * c[m]) - t_ez37l);
+    const real rho_t_rate = SELECT0(m_qm7gk_2, t_qdnyc) - c[eta_rho] * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), s * h[t_weose]));  /* (34) */
     const real t_4x2zf = q[zeta1] * q[zeta1] + q[zeta2] * q[zeta2];
     const real rho = mv_sqrt(t_4x2zf);
-    const real t_ztpvq = t_3vtu5 * mv_pow(f, h[t_mldgu]) * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), theta_t * h[t_6rwtv]));
-    const real t_26bng = t_ztpvq * rho_t;
-    const real t_e53ad = cos_t * rho_t_rate + SELECT0(m_z5ee7, SELECT0(m_z5ee7_2, t_26bng * t_xuitj));
-    const real t_gqrit = SELECT0(m_z5ee7, rho_t_rate * t_xuitj);
-    const real t_ejfsp = SELECT0(m_z5ee7_2, -(t_26bng * cos_t)) + t_gqrit;
-    const real t_b6lir = (h[cos_phi_ref] * t_e53ad - h[sin_phi_ref] * t_ejfsp) * q[zeta1]
-        + (h[cos_phi_ref] * t_ejfsp + h[sin_phi_ref] * t_e53ad) * q[zeta2];
-    const real t_y4tzf = K(1.0) / mv_max(SPLAT(K(1e-09)), rho);
-    const real rho_t_rate_excess = mv_max(SPLAT(K(0.0)), -(h[t_kc5kr] * (c[R] - rho) + t_b6lir * t_y4tzf)) * t_y4tzf;
+    const real t_seiri = t_rc3nf * mv_pow(f, h[t_mldgu]) * mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), theta_t * h[t_6rwtv]));
+    const real t_hfhpv = t_seiri * rho_t;
+    const real t_656yg = cos_t * rho_t_rate + SELECT0(m_qm7gk, SELECT0(m_qm7gk_2, t_hfhpv * t_srsal));
+    const real t_pg4q4 = SELECT0(m_qm7gk, rho_t_rate * t_srsal);
+    const real t_fjukv = SELECT0(m_qm7gk_2, -(t_hfhpv * cos_t)) + t_pg4q4;
+    const real t_yzxsd = (h[cos_phi_ref] * t_656yg - h[sin_phi_ref] * t_fjukv) * q[zeta1]
+        + (h[cos_phi_ref] * t_fjukv + h[sin_phi_ref] * t_656yg) * q[zeta2];
+    const real t_wfrll = K(1.0) / mv_max(SPLAT(K(1e-09)), rho);
+    const real rho_t_rate_excess = mv_max(SPLAT(K(0.0)), -(h[t_kc5kr] * (c[R] - rho) + t_yzxsd * t_wfrll)) * t_wfrll;
     const real phi = mv_atan2(q[zeta2], q[zeta1]);
-    const real t_jupxu = t_gqrit + SELECT0(m_z5ee7_2, -(cos_t * t_ztpvq * rho_t));
-    const real zeta1_rate = t_jupxu * h[sin_phi_ref] - rho_t_rate_excess * q[zeta1] - t_e53ad * h[cos_phi_ref];
+    const real t_tvkh3 = t_pg4q4 + SELECT0(m_qm7gk_2, -(cos_t * t_seiri * rho_t));
+    const real zeta1_rate = t_tvkh3 * h[sin_phi_ref] - rho_t_rate_excess * q[zeta1] - t_656yg * h[cos_phi_ref];
     const real w3 = mv_max(-c[mu_rate_max], mv_min(c[mu_rate_max], c[mu_gain] * (r[mu_ref] - q[mu])));
-    const mask m_o5luw = LT(K(0.0), rho);
-    const real t_bbfh5 = rho_t_rate_excess * q[zeta2] + t_e53ad * h[sin_phi_ref] + t_jupxu * h[cos_phi_ref];
-    const real w1 = SELECT(m_o5luw, (q[zeta1] * zeta1_rate - q[zeta2] * t_bbfh5) / rho, zeta1_rate);
-    const real w2 = SELECT0(m_o5luw, -((q[zeta1] * t_bbfh5 + zeta1_rate * q[zeta2]) / t_4x2zf));
+    const mask m_wzkpw = LT(K(0.0), rho);
+    const real t_nzvrb = rho_t_rate_excess * q[zeta2] + t_656yg * h[sin_phi_ref] + t_tvkh3 * h[cos_phi_ref];
+    const real w1 = SELECT(m_wzkpw, (q[zeta1] * zeta1_rate - q[zeta2] * t_nzvrb) / rho, zeta1_rate);
+    const real w2 = SELECT0(m_wzkpw, -((q[zeta1] * t_nzvrb + zeta1_rate * q[zeta2]) / t_4x2zf));
     x[0] = rho;
     x[1] = phi;
     x[2] = q[mu];
@@ -535,83 +535,83 @@ void triangle_path_prepared(const real *x, const real *r, const real *c, const r
     const real zeta2 = x[rho] * sin_phi;
     const real w_along = r[rho_ref] - h[cos_phi_ref] * zeta1 - h[sin_phi_ref] * zeta2;  /* (25) */
     const real w_across = h[sin_phi_ref] * zeta1 - h[cos_phi_ref] * zeta2;  /* (25) */
-    const real t_furpv = w_across * w_across + w_along * w_along;
-    const real rho_t = mv_sqrt(t_furpv);  /* (25) */
-    const mask m_z5ee7 = LT(K(1e-09), rho_t);
-    const real t_gliif = K(1.0) / rho_t;
-    const real cos_t = SELECT(m_z5ee7, w_along * t_gliif, SPLAT(K(1.0)));  /* (25) */
+    const real t_o5lbj = w_across * w_across + w_along * w_along;
+    const real rho_t = mv_sqrt(t_o5lbj);  /* (25) */
+    const mask m_qm7gk = LT(K(1e-09), rho_t);
+    const real t_6dtnj = K(1.0) / rho_t;
+    const real cos_t = SELECT(m_qm7gk, w_along * t_6dtnj, SPLAT(K(1.0)));  /* (25) */
     const real theta_t = x[theta] - r[theta_ref] + r[rho_ref] * w_across * c[area_factor];  /* (27) */
     const real alpha = mv_sign(theta_t);  /* (40) */
-    const real t_ptl3y = mv_fabs(theta_t);
-    const real K_ = mv_min(SPLAT(K(1000000000000.0)), (t_ptl3y + t_ptl3y) / mv_max(SPLAT(K(1e-24)), t_furpv));  /* (42) */
+    const real t_nldyv = mv_fabs(theta_t);
+    const real K_ = mv_min(SPLAT(K(1000000000000.0)), (t_nldyv + t_nldyv) / mv_max(SPLAT(K(1e-24)), t_o5lbj));  /* (42) */
     const real sqrt_K = mv_sqrt(K_);
     const real x_start = K(3.141592653589793) * K_ / (K(3.478838) + sqrt_K * (K(0.566927) + sqrt_K * (K(2.225213) + sqrt_K))) * (K(1.661023) + sqrt_K);  /* (42) */
     real sin_x1, cos_x1; mv_sincos(x_start, &sin_x1, &cos_x1);
-    const real t_olly6 = sin_x1 * sin_x1;
-    const real t_23zzq = cos_x1 * cos_x1;
-    const real t_jk652 = cos_x1 * sin_x1;
-    const real t_rkglc = K_ + K_;
-    const real t_6jinm = K(1.0) + t_olly6 - t_23zzq - t_jk652 * t_rkglc;
-    const real t_mtylf = t_6jinm * t_6jinm;
-    const real t_vapxn = t_olly6 * K_;
-    const real t_iaeac = t_vapxn + t_vapxn;
-    const real t_njl5j = t_mtylf
-        + t_mtylf
-        - (t_iaeac + K(4.0) * t_jk652 - t_23zzq * t_rkglc) * (x_start - t_jk652 - t_vapxn);
-    const real x_step1 = x_start - t_6jinm / t_njl5j * (K(-2.0) * t_jk652 - t_iaeac + (x_start + x_start));  /* (42) */
+    const real t_leuxo = sin_x1 * sin_x1;
+    const real t_leuxo_2 = cos_x1 * cos_x1;
+    const real t_leuxo_3 = cos_x1 * sin_x1;
+    const real t_2qjkk = K_ + K_;
+    const real t_pondk = K(1.0) + t_leuxo - t_leuxo_2 - t_leuxo_3 * t_2qjkk;
+    const real t_o4obi = t_pondk * t_pondk;
+    const real t_qc6bw = t_leuxo * K_;
+    const real t_qc6bw_2 = t_qc6bw + t_qc6bw;
+    const real t_khj3r = t_o4obi
+        + t_o4obi
+        - (t_qc6bw_2 + K(4.0) * t_leuxo_3 - t_leuxo_2 * t_2qjkk) * (x_start - t_leuxo_3 - t_qc6bw);
+    const real x_step1 = x_start - t_pondk / t_khj3r * (K(-2.0) * t_leuxo_3 - t_qc6bw_2 + (x_start + x_start));  /* (42) */
     real sin_x2, cos_x2; mv_sincos(x_step1, &sin_x2, &cos_x2);
-    const real t_ondim = sin_x2 * sin_x2;
-    const real t_iuts7 = cos_x2 * cos_x2;
-    const real t_dgfa7 = cos_x2 * sin_x2;
-    const real t_wdxur = K(1.0) + t_ondim - t_iuts7 - t_rkglc * t_dgfa7;
-    const real t_7klzx = t_wdxur * t_wdxur;
-    const real t_nwlbz = t_ondim * K_;
-    const real t_d4xrm = t_nwlbz + t_nwlbz;
-    const real t_7sse2 = t_7klzx
-        + t_7klzx
-        - (t_d4xrm + K(4.0) * t_dgfa7 - t_rkglc * t_iuts7) * (x_step1 - t_dgfa7 - t_nwlbz);
-    const real x_step2 = x_step1 - t_wdxur / t_7sse2 * (K(-2.0) * t_dgfa7 - t_d4xrm + (x_step1 + x_step1));  /* (42) */
+    const real t_leuxo_4 = sin_x2 * sin_x2;
+    const real t_leuxo_5 = cos_x2 * cos_x2;
+    const real t_leuxo_6 = cos_x2 * sin_x2;
+    const real t_pondk_2 = K(1.0) + t_leuxo_4 - t_leuxo_5 - t_2qjkk * t_leuxo_6;
+    const real t_o4obi_2 = t_pondk_2 * t_pondk_2;
+    const real t_qc6bw_3 = t_leuxo_4 * K_;
+    const real t_qc6bw_4 = t_qc6bw_3 + t_qc6bw_3;
+    const real t_khj3r_2 = t_o4obi_2
+        + t_o4obi_2
+        - (t_qc6bw_4 + K(4.0) * t_leuxo_6 - t_2qjkk * t_leuxo_5) * (x_step1 - t_leuxo_6 - t_qc6bw_3);
+    const real x_step2 = x_step1 - t_pondk_2 / t_khj3r_2 * (K(-2.0) * t_leuxo_6 - t_qc6bw_4 + (x_step1 + x_step1));  /* (42) */
     real sin_x3, cos_x3; mv_sincos(x_step2, &sin_x3, &cos_x3);
-    const real t_drem6 = sin_x3 * sin_x3;
-    const real t_znqpz = cos_x3 * cos_x3;
-    const real t_puxxy = cos_x3 * sin_x3;
-    const real t_s355q = K(1.0) + t_drem6 - t_znqpz - t_rkglc * t_puxxy;
-    const real t_5uofc = t_s355q * t_s355q;
-    const real t_5lgfw = t_drem6 * K_;
-    const real t_ezjt3 = t_5lgfw + t_5lgfw;
-    const real t_xhmsj = t_5uofc
-        + t_5uofc
-        - (t_ezjt3 + K(4.0) * t_puxxy - t_rkglc * t_znqpz) * (x_step2 - t_puxxy - t_5lgfw);
-    const real x_step3 = x_step2 - t_s355q / t_xhmsj * (K(-2.0) * t_puxxy - t_ezjt3 + (x_step2 + x_step2));  /* (42) */
+    const real t_leuxo_7 = sin_x3 * sin_x3;
+    const real t_leuxo_8 = cos_x3 * cos_x3;
+    const real t_leuxo_9 = cos_x3 * sin_x3;
+    const real t_pondk_3 = K(1.0) + t_leuxo_7 - t_leuxo_8 - t_2qjkk * t_leuxo_9;
+    const real t_o4obi_3 = t_pondk_3 * t_pondk_3;
+    const real t_qc6bw_5 = t_leuxo_7 * K_;
+    const real t_qc6bw_6 = t_qc6bw_5 + t_qc6bw_5;
+    const real t_khj3r_3 = t_o4obi_3
+        + t_o4obi_3
+        - (t_qc6bw_6 + K(4.0) * t_leuxo_9 - t_2qjkk * t_leuxo_8) * (x_step2 - t_leuxo_9 - t_qc6bw_5);
+    const real x_step3 = x_step2 - t_pondk_3 / t_khj3r_3 * (K(-2.0) * t_leuxo_9 - t_qc6bw_6 + (x_step2 + x_step2));  /* (42) */
     const real P = h[t_llxk2] + cos_t * r[rho_ref] * rho_t;  /* (47) */
-    const real t_xuitj = w_across * t_gliif;
-    const real t_c5njk = r[rho_ref] * t_xuitj * rho_t;
-    const real Q = SELECT0(m_z5ee7, -t_c5njk);  /* (47) */
-    const real t_efbua = mv_min(SPLAT(K(1.0)), rho_t * c[R] / mv_sqrt(P * P + SELECT0(m_z5ee7, SELECT0(m_z5ee7, t_c5njk * t_c5njk))));
-    const real x_tangent = K(1.5707963267948966) - alpha * mv_atan2(Q, P) + mv_acos(t_efbua);  /* (47) */
-    const mask m_xb2xi = LT(K_, K(0.03));
-    const real t_fcflk = K_ * K_;
-    const real t_reehy = SELECT(m_xb2xi, K_ * (K(1.5) + t_fcflk * (K(-0.45) + t_fcflk * (K(0.26035714285714284) + K(-0.18225) * t_fcflk))), x_step3);
-    const real x_ = mv_min(x_tangent, t_reehy);  /* (47) */
-    const real escape = mv_min(h[t_hnwtz], mv_sqrt(t_ptl3y));
+    const real t_4bohk = w_across * t_6dtnj;
+    const real t_l3hba = r[rho_ref] * t_4bohk * rho_t;
+    const real Q = SELECT0(m_qm7gk, -t_l3hba);  /* (47) */
+    const real t_zzg37 = mv_min(SPLAT(K(1.0)), rho_t * c[R] / mv_sqrt(P * P + SELECT0(m_qm7gk, SELECT0(m_qm7gk, t_l3hba * t_l3hba))));
+    const real x_tangent = K(1.5707963267948966) - alpha * mv_atan2(Q, P) + mv_acos(t_zzg37);  /* (47) */
+    const mask m_cn56p = LT(K_, K(0.03));
+    const real t_leuxo_10 = K_ * K_;
+    const real t_dtpk5 = SELECT(m_cn56p, K_ * (K(1.5) + t_leuxo_10 * (K(-0.45) + t_leuxo_10 * (K(0.26035714285714284) + K(-0.18225) * t_leuxo_10))), x_step3);
+    const real x_ = mv_min(x_tangent, t_dtpk5);  /* (47) */
+    const real escape = mv_min(h[t_hnwtz], mv_sqrt(t_nldyv));
     real sin_x_, cos_x_; mv_sincos(x_, &sin_x_, &cos_x_);
     const real speed = c[k_phi] * mv_max(rho_t, -(cos_x_ * escape));  /* (45) */
-    const real t_4x2zf = zeta1 * zeta1 + zeta2 * zeta2;
-    const real t_yfvls = mv_sqrt(t_4x2zf);
-    const real t_a5u54 = alpha * speed * sin_x_;
-    const real t_wvhee = cos_x_ * speed;
-    const real t_rqnbt = SELECT0(m_z5ee7, t_xuitj * t_a5u54) - cos_t * t_wvhee;
-    const real t_lp7ic = SELECT0(m_z5ee7, -(t_wvhee * t_xuitj)) - cos_t * t_a5u54;
-    const real t_6ftfw = (h[cos_phi_ref] * t_rqnbt - h[sin_phi_ref] * t_lp7ic) * zeta1
-        + (h[cos_phi_ref] * t_lp7ic + h[sin_phi_ref] * t_rqnbt) * zeta2;
-    const real t_e4rje = K(1.0) / mv_max(SPLAT(K(1e-09)), t_yfvls);
-    const real rho_rate_excess = mv_max(SPLAT(K(0.0)), -(h[t_kc5kr] * (c[R] - t_yfvls) + t_6ftfw * t_e4rje)) * t_e4rje;
-    const real zeta1_rate = t_lp7ic * h[sin_phi_ref] - rho_rate_excess * zeta1 - t_rqnbt * h[cos_phi_ref];
+    const real t_dynew = zeta1 * zeta1 + zeta2 * zeta2;
+    const real t_wmyyh = mv_sqrt(t_dynew);
+    const real t_3woog = alpha * speed * sin_x_;
+    const real t_5opk6 = cos_x_ * speed;
+    const real t_nluco = SELECT0(m_qm7gk, t_4bohk * t_3woog) - cos_t * t_5opk6;
+    const real t_nxq3c = SELECT0(m_qm7gk, -(t_5opk6 * t_4bohk)) - cos_t * t_3woog;
+    const real t_wjzdk = (h[cos_phi_ref] * t_nluco - h[sin_phi_ref] * t_nxq3c) * zeta1
+        + (h[cos_phi_ref] * t_nxq3c + h[sin_phi_ref] * t_nluco) * zeta2;
+    const real t_e2kmt = K(1.0) / mv_max(SPLAT(K(1e-09)), t_wmyyh);
+    const real rho_rate_excess = mv_max(SPLAT(K(0.0)), -(h[t_kc5kr] * (c[R] - t_wmyyh) + t_wjzdk * t_e2kmt)) * t_e2kmt;
+    const real zeta1_rate = t_nxq3c * h[sin_phi_ref] - rho_rate_excess * zeta1 - t_nluco * h[cos_phi_ref];
     const real w3 = mv_max(-c[mu_rate_max], mv_min(c[mu_rate_max], c[mu_gain] * (r[mu_ref] - x[mu])));
-    const mask m_ksqj2 = LT(K(0.0), t_yfvls);
-    const real t_lx4n5 = rho_rate_excess * zeta2 + t_rqnbt * h[sin_phi_ref] + t_lp7ic * h[cos_phi_ref];
-    const real w1 = SELECT(m_ksqj2, (zeta1 * zeta1_rate - zeta2 * t_lx4n5) / t_yfvls, zeta1_rate);
-    const real w2 = SELECT0(m_ksqj2, -((zeta1 * t_lx4n5 + zeta1_rate * zeta2) / t_4x2zf));
+    const mask m_jelvn = LT(K(0.0), t_wmyyh);
+    const real t_nucpp = rho_rate_excess * zeta2 + t_nluco * h[sin_phi_ref] + t_nxq3c * h[cos_phi_ref];
+    const real w1 = SELECT(m_jelvn, (zeta1 * zeta1_rate - zeta2 * t_nucpp) / t_wmyyh, zeta1_rate);
+    const real w2 = SELECT0(m_jelvn, -((zeta1 * t_nucpp + zeta1_rate * zeta2) / t_dynew));
     u[0] = w1;
     u[1] = w2;
     u[2] = w3;
@@ -670,84 +670,84 @@ void triangle_path_loop_prepared(const real *q, const real *r, const real *p, co
     enum { t_6q6qz = path_loop_h_t_6q6qz };
     const real w_along = r[rho_ref] - h[cos_phi_ref] * q[zeta1] - h[sin_phi_ref] * q[zeta2];  /* (25) */
     const real w_across = h[sin_phi_ref] * q[zeta1] - h[cos_phi_ref] * q[zeta2];  /* (25) */
-    const real t_furpv = w_across * w_across + w_along * w_along;
-    const real rho_t = mv_sqrt(t_furpv);  /* (25) */
-    const mask m_z5ee7 = LT(K(1e-09), rho_t);
-    const real t_gliif = K(1.0) / rho_t;
-    const real cos_t = SELECT(m_z5ee7, w_along * t_gliif, SPLAT(K(1.0)));  /* (25) */
+    const real t_ez37l = w_across * w_across + w_along * w_along;
+    const real rho_t = mv_sqrt(t_ez37l);  /* (25) */
+    const mask m_qm7gk = LT(K(1e-09), rho_t);
+    const real t_6dtnj = K(1.0) / rho_t;
+    const real cos_t = SELECT(m_qm7gk, w_along * t_6dtnj, SPLAT(K(1.0)));  /* (25) */
     const real theta_t = q[theta] - r[theta_ref] + r[rho_ref] * w_across * c[area_factor];  /* (27) */
     const real alpha = mv_sign(theta_t);  /* (40) */
-    const real t_ptl3y = mv_fabs(theta_t);
-    const real K_ = mv_min(SPLAT(K(1000000000000.0)), (t_ptl3y + t_ptl3y) / mv_max(SPLAT(K(1e-24)), t_furpv));  /* (42) */
+    const real t_nldyv = mv_fabs(theta_t);
+    const real K_ = mv_min(SPLAT(K(1000000000000.0)), (t_nldyv + t_nldyv) / mv_max(SPLAT(K(1e-24)), t_ez37l));  /* (42) */
     const real sqrt_K = mv_sqrt(K_);
     const real x_start = K(3.141592653589793) * K_ / (K(3.478838) + sqrt_K * (K(0.566927) + sqrt_K * (K(2.225213) + sqrt_K))) * (K(1.661023) + sqrt_K);  /* (42) */
     real sin_x1, cos_x1; mv_sincos(x_start, &sin_x1, &cos_x1);
-    const real t_olly6 = sin_x1 * sin_x1;
-    const real t_23zzq = cos_x1 * cos_x1;
-    const real t_jk652 = cos_x1 * sin_x1;
-    const real t_rkglc = K_ + K_;
-    const real t_6jinm = K(1.0) + t_olly6 - t_23zzq - t_jk652 * t_rkglc;
-    const real t_mtylf = t_6jinm * t_6jinm;
-    const real t_vapxn = t_olly6 * K_;
-    const real t_iaeac = t_vapxn + t_vapxn;
-    const real t_njl5j = t_mtylf
-        + t_mtylf
-        - (t_iaeac + K(4.0) * t_jk652 - t_23zzq * t_rkglc) * (x_start - t_jk652 - t_vapxn);
-    const real x_step1 = x_start - t_6jinm / t_njl5j * (K(-2.0) * t_jk652 - t_iaeac + (x_start + x_start));  /* (42) */
+    const real t_leuxo = sin_x1 * sin_x1;
+    const real t_leuxo_2 = cos_x1 * cos_x1;
+    const real t_leuxo_3 = cos_x1 * sin_x1;
+    const real t_2qjkk = K_ + K_;
+    const real t_pondk = K(1.0) + t_leuxo - t_leuxo_2 - t_leuxo_3 * t_2qjkk;
+    const real t_o4obi = t_pondk * t_pondk;
+    const real t_qc6bw = t_leuxo * K_;
+    const real t_qc6bw_2 = t_qc6bw + t_qc6bw;
+    const real t_khj3r = t_o4obi
+        + t_o4obi
+        - (t_qc6bw_2 + K(4.0) * t_leuxo_3 - t_leuxo_2 * t_2qjkk) * (x_start - t_leuxo_3 - t_qc6bw);
+    const real x_step1 = x_start - t_pondk / t_khj3r * (K(-2.0) * t_leuxo_3 - t_qc6bw_2 + (x_start + x_start));  /* (42) */
     real sin_x2, cos_x2; mv_sincos(x_step1, &sin_x2, &cos_x2);
-    const real t_ondim = sin_x2 * sin_x2;
-    const real t_iuts7 = cos_x2 * cos_x2;
-    const real t_dgfa7 = cos_x2 * sin_x2;
-    const real t_wdxur = K(1.0) + t_ondim - t_iuts7 - t_rkglc * t_dgfa7;
-    const real t_7klzx = t_wdxur * t_wdxur;
-    const real t_nwlbz = t_ondim * K_;
-    const real t_d4xrm = t_nwlbz + t_nwlbz;
-    const real t_7sse2 = t_7klzx
-        + t_7klzx
-        - (t_d4xrm + K(4.0) * t_dgfa7 - t_rkglc * t_iuts7) * (x_step1 - t_dgfa7 - t_nwlbz);
-    const real x_step2 = x_step1 - t_wdxur / t_7sse2 * (K(-2.0) * t_dgfa7 - t_d4xrm + (x_step1 + x_step1));  /* (42) */
+    const real t_leuxo_4 = sin_x2 * sin_x2;
+    const real t_leuxo_5 = cos_x2 * cos_x2;
+    const real t_leuxo_6 = cos_x2 * sin_x2;
+    const real t_pondk_2 = K(1.0) + t_leuxo_4 - t_leuxo_5 - t_2qjkk * t_leuxo_6;
+    const real t_o4obi_2 = t_pondk_2 * t_pondk_2;
+    const real t_qc6bw_3 = t_leuxo_4 * K_;
+    const real t_qc6bw_4 = t_qc6bw_3 + t_qc6bw_3;
+    const real t_khj3r_2 = t_o4obi_2
+        + t_o4obi_2
+        - (t_qc6bw_4 + K(4.0) * t_leuxo_6 - t_2qjkk * t_leuxo_5) * (x_step1 - t_leuxo_6 - t_qc6bw_3);
+    const real x_step2 = x_step1 - t_pondk_2 / t_khj3r_2 * (K(-2.0) * t_leuxo_6 - t_qc6bw_4 + (x_step1 + x_step1));  /* (42) */
     real sin_x3, cos_x3; mv_sincos(x_step2, &sin_x3, &cos_x3);
-    const real t_drem6 = sin_x3 * sin_x3;
-    const real t_znqpz = cos_x3 * cos_x3;
-    const real t_puxxy = cos_x3 * sin_x3;
-    const real t_s355q = K(1.0) + t_drem6 - t_znqpz - t_rkglc * t_puxxy;
-    const real t_5uofc = t_s355q * t_s355q;
-    const real t_5lgfw = t_drem6 * K_;
-    const real t_ezjt3 = t_5lgfw + t_5lgfw;
-    const real t_xhmsj = t_5uofc
-        + t_5uofc
-        - (t_ezjt3 + K(4.0) * t_puxxy - t_rkglc * t_znqpz) * (x_step2 - t_puxxy - t_5lgfw);
-    const real x_step3 = x_step2 - t_s355q / t_xhmsj * (K(-2.0) * t_puxxy - t_ezjt3 + (x_step2 + x_step2));  /* (42) */
+    const real t_leuxo_7 = sin_x3 * sin_x3;
+    const real t_leuxo_8 = cos_x3 * cos_x3;
+    const real t_leuxo_9 = cos_x3 * sin_x3;
+    const real t_pondk_3 = K(1.0) + t_leuxo_7 - t_leuxo_8 - t_2qjkk * t_leuxo_9;
+    const real t_o4obi_3 = t_pondk_3 * t_pondk_3;
+    const real t_qc6bw_5 = t_leuxo_7 * K_;
+    const real t_qc6bw_6 = t_qc6bw_5 + t_qc6bw_5;
+    const real t_khj3r_3 = t_o4obi_3
+        + t_o4obi_3
+        - (t_qc6bw_6 + K(4.0) * t_leuxo_9 - t_2qjkk * t_leuxo_8) * (x_step2 - t_leuxo_9 - t_qc6bw_5);
+    const real x_step3 = x_step2 - t_pondk_3 / t_khj3r_3 * (K(-2.0) * t_leuxo_9 - t_qc6bw_6 + (x_step2 + x_step2));  /* (42) */
     const real P = h[t_llxk2] + cos_t * r[rho_ref] * rho_t;  /* (47) */
-    const real t_xuitj = w_across * t_gliif;
-    const real t_c5njk = r[rho_ref] * t_xuitj * rho_t;
-    const real Q = SELECT0(m_z5ee7, -t_c5njk);  /* (47) */
-    const real t_efbua = mv_min(SPLAT(K(1.0)), rho_t * c[R] / mv_sqrt(P * P + SELECT0(m_z5ee7, SELECT0(m_z5ee7, t_c5njk * t_c5njk))));
-    const real x_tangent = K(1.5707963267948966) - alpha * mv_atan2(Q, P) + mv_acos(t_efbua);  /* (47) */
-    const mask m_xb2xi = LT(K_, K(0.03));
-    const real t_fcflk = K_ * K_;
-    const real t_reehy = SELECT(m_xb2xi, K_ * (K(1.5) + t_fcflk * (K(-0.45) + t_fcflk * (K(0.26035714285714284) + K(-0.18225) * t_fcflk))), x_step3);
-    const real x = mv_min(x_tangent, t_reehy);  /* (47) */
-    const real escape = mv_min(h[t_hnwtz], mv_sqrt(t_ptl3y));
+    const real t_srsal = w_across * t_6dtnj;
+    const real t_gjgcv = r[rho_ref] * t_srsal * rho_t;
+    const real Q = SELECT0(m_qm7gk, -t_gjgcv);  /* (47) */
+    const real t_nowfz = mv_min(SPLAT(K(1.0)), rho_t * c[R] / mv_sqrt(P * P + SELECT0(m_qm7gk, SELECT0(m_qm7gk, t_gjgcv * t_gjgcv))));
+    const real x_tangent = K(1.5707963267948966) - alpha * mv_atan2(Q, P) + mv_acos(t_nowfz);  /* (47) */
+    const mask m_cn56p = LT(K_, K(0.03));
+    const real t_leuxo_10 = K_ * K_;
+    const real t_dtpk5 = SELECT(m_cn56p, K_ * (K(1.5) + t_leuxo_10 * (K(-0.45) + t_leuxo_10 * (K(0.26035714285714284) + K(-0.18225) * t_leuxo_10))), x_step3);
+    const real x = mv_min(x_tangent, t_dtpk5);  /* (47) */
+    const real escape = mv_min(h[t_hnwtz], mv_sqrt(t_nldyv));
     real sin_x, cos_x; mv_sincos(x, &sin_x, &cos_x);
     const real speed = c[k_phi] * mv_max(rho_t, -(cos_x * escape));  /* (45) */
     const real t_yfvls = mv_sqrt(q[zeta1] * q[zeta1] + q[zeta2] * q[zeta2]);
-    const real t_a5u54 = alpha * speed * sin_x;
-    const real t_wvhee = cos_x * speed;
-    const real t_rqnbt = SELECT0(m_z5ee7, t_xuitj * t_a5u54) - cos_t * t_wvhee;
-    const real t_lp7ic = SELECT0(m_z5ee7, -(t_wvhee * t_xuitj)) - cos_t * t_a5u54;
-    const real t_6ftfw = (h[cos_phi_ref] * t_rqnbt - h[sin_phi_ref] * t_lp7ic) * q[zeta1]
-        + (h[cos_phi_ref] * t_lp7ic + h[sin_phi_ref] * t_rqnbt) * q[zeta2];
+    const real t_3woog = alpha * speed * sin_x;
+    const real t_5opk6 = cos_x * speed;
+    const real t_t2weg = SELECT0(m_qm7gk, t_srsal * t_3woog) - cos_t * t_5opk6;
+    const real t_iqrnb = SELECT0(m_qm7gk, -(t_5opk6 * t_srsal)) - cos_t * t_3woog;
+    const real t_zsrsx = (h[cos_phi_ref] * t_t2weg - h[sin_phi_ref] * t_iqrnb) * q[zeta1]
+        + (h[cos_phi_ref] * t_iqrnb + h[sin_phi_ref] * t_t2weg) * q[zeta2];
     const real t_e4rje = K(1.0) / mv_max(SPLAT(K(1e-09)), t_yfvls);
-    const real rho_rate_excess = mv_max(SPLAT(K(0.0)), -(h[t_kc5kr] * (c[R] - t_yfvls) + t_6ftfw * t_e4rje)) * t_e4rje;
-    const real zeta1_rate = t_lp7ic * h[sin_phi_ref] - rho_rate_excess * q[zeta1] - t_rqnbt * h[cos_phi_ref];
-    const real t_lx4n5 = rho_rate_excess * q[zeta2] + t_rqnbt * h[sin_phi_ref] + t_lp7ic * h[cos_phi_ref];
-    const real zeta2_rate = -t_lx4n5;
+    const real rho_rate_excess = mv_max(SPLAT(K(0.0)), -(h[t_kc5kr] * (c[R] - t_yfvls) + t_zsrsx * t_e4rje)) * t_e4rje;
+    const real zeta1_rate = t_iqrnb * h[sin_phi_ref] - rho_rate_excess * q[zeta1] - t_t2weg * h[cos_phi_ref];
+    const real t_wu6vd = rho_rate_excess * q[zeta2] + t_t2weg * h[sin_phi_ref] + t_iqrnb * h[cos_phi_ref];
+    const real zeta2_rate = -t_wu6vd;
     const real w3 = mv_max(-c[mu_rate_max], mv_min(c[mu_rate_max], c[mu_gain] * (r[mu_ref] - q[mu])));
     dq[0] = zeta1_rate;
     dq[1] = zeta2_rate;
     dq[2] = w3;
-    dq[3] = p[disturbance] + h[t_6q6qz] / q[mu] - q[zeta1] * t_lx4n5 - zeta1_rate * q[zeta2];
+    dq[3] = p[disturbance] + h[t_6q6qz] / q[mu] - q[zeta1] * t_wu6vd - zeta1_rate * q[zeta2];
 }
 
 /* Places of h. */
@@ -797,84 +797,84 @@ void triangle_path_observe_prepared(const real *q, const real *r, const real *c,
     enum { t_kc5kr = path_observe_h_t_kc5kr };
     const real w_along = r[rho_ref] - h[cos_phi_ref] * q[zeta1] - h[sin_phi_ref] * q[zeta2];  /* (25) */
     const real w_across = h[sin_phi_ref] * q[zeta1] - h[cos_phi_ref] * q[zeta2];  /* (25) */
-    const real t_furpv = w_across * w_across + w_along * w_along;
-    const real rho_t = mv_sqrt(t_furpv);  /* (25) */
-    const mask m_z5ee7 = LT(K(1e-09), rho_t);
-    const real t_gliif = K(1.0) / rho_t;
-    const real cos_t = SELECT(m_z5ee7, w_along * t_gliif, SPLAT(K(1.0)));  /* (25) */
+    const real t_ez37l = w_across * w_across + w_along * w_along;
+    const real rho_t = mv_sqrt(t_ez37l);  /* (25) */
+    const mask m_qm7gk = LT(K(1e-09), rho_t);
+    const real t_6dtnj = K(1.0) / rho_t;
+    const real cos_t = SELECT(m_qm7gk, w_along * t_6dtnj, SPLAT(K(1.0)));  /* (25) */
     const real theta_t = q[theta] - r[theta_ref] + r[rho_ref] * w_across * c[area_factor];  /* (27) */
     const real alpha = mv_sign(theta_t);  /* (40) */
-    const real t_ptl3y = mv_fabs(theta_t);
-    const real K_ = mv_min(SPLAT(K(1000000000000.0)), (t_ptl3y + t_ptl3y) / mv_max(SPLAT(K(1e-24)), t_furpv));  /* (42) */
+    const real t_nldyv = mv_fabs(theta_t);
+    const real K_ = mv_min(SPLAT(K(1000000000000.0)), (t_nldyv + t_nldyv) / mv_max(SPLAT(K(1e-24)), t_ez37l));  /* (42) */
     const real sqrt_K = mv_sqrt(K_);
     const real x_start = K(3.141592653589793) * K_ / (K(3.478838) + sqrt_K * (K(0.566927) + sqrt_K * (K(2.225213) + sqrt_K))) * (K(1.661023) + sqrt_K);  /* (42) */
     real sin_x1, cos_x1; mv_sincos(x_start, &sin_x1, &cos_x1);
-    const real t_olly6 = sin_x1 * sin_x1;
-    const real t_23zzq = cos_x1 * cos_x1;
-    const real t_jk652 = cos_x1 * sin_x1;
-    const real t_rkglc = K_ + K_;
-    const real t_6jinm = K(1.0) + t_olly6 - t_23zzq - t_jk652 * t_rkglc;
-    const real t_mtylf = t_6jinm * t_6jinm;
-    const real t_vapxn = t_olly6 * K_;
-    const real t_iaeac = t_vapxn + t_vapxn;
-    const real t_njl5j = t_mtylf
-        + t_mtylf
-        - (t_iaeac + K(4.0) * t_jk652 - t_23zzq * t_rkglc) * (x_start - t_jk652 - t_vapxn);
-    const real x_step1 = x_start - t_6jinm / t_njl5j * (K(-2.0) * t_jk652 - t_iaeac + (x_start + x_start));  /* (42) */
+    const real t_leuxo = sin_x1 * sin_x1;
+    const real t_leuxo_2 = cos_x1 * cos_x1;
+    const real t_leuxo_3 = cos_x1 * sin_x1;
+    const real t_2qjkk = K_ + K_;
+    const real t_pondk = K(1.0) + t_leuxo - t_leuxo_2 - t_leuxo_3 * t_2qjkk;
+    const real t_o4obi = t_pondk * t_pondk;
+    const real t_qc6bw = t_leuxo * K_;
+    const real t_qc6bw_2 = t_qc6bw + t_qc6bw;
+    const real t_khj3r = t_o4obi
+        + t_o4obi
+        - (t_qc6bw_2 + K(4.0) * t_leuxo_3 - t_leuxo_2 * t_2qjkk) * (x_start - t_leuxo_3 - t_qc6bw);
+    const real x_step1 = x_start - t_pondk / t_khj3r * (K(-2.0) * t_leuxo_3 - t_qc6bw_2 + (x_start + x_start));  /* (42) */
     real sin_x2, cos_x2; mv_sincos(x_step1, &sin_x2, &cos_x2);
-    const real t_ondim = sin_x2 * sin_x2;
-    const real t_iuts7 = cos_x2 * cos_x2;
-    const real t_dgfa7 = cos_x2 * sin_x2;
-    const real t_wdxur = K(1.0) + t_ondim - t_iuts7 - t_rkglc * t_dgfa7;
-    const real t_7klzx = t_wdxur * t_wdxur;
-    const real t_nwlbz = t_ondim * K_;
-    const real t_d4xrm = t_nwlbz + t_nwlbz;
-    const real t_7sse2 = t_7klzx
-        + t_7klzx
-        - (t_d4xrm + K(4.0) * t_dgfa7 - t_rkglc * t_iuts7) * (x_step1 - t_dgfa7 - t_nwlbz);
-    const real x_step2 = x_step1 - t_wdxur / t_7sse2 * (K(-2.0) * t_dgfa7 - t_d4xrm + (x_step1 + x_step1));  /* (42) */
+    const real t_leuxo_4 = sin_x2 * sin_x2;
+    const real t_leuxo_5 = cos_x2 * cos_x2;
+    const real t_leuxo_6 = cos_x2 * sin_x2;
+    const real t_pondk_2 = K(1.0) + t_leuxo_4 - t_leuxo_5 - t_2qjkk * t_leuxo_6;
+    const real t_o4obi_2 = t_pondk_2 * t_pondk_2;
+    const real t_qc6bw_3 = t_leuxo_4 * K_;
+    const real t_qc6bw_4 = t_qc6bw_3 + t_qc6bw_3;
+    const real t_khj3r_2 = t_o4obi_2
+        + t_o4obi_2
+        - (t_qc6bw_4 + K(4.0) * t_leuxo_6 - t_2qjkk * t_leuxo_5) * (x_step1 - t_leuxo_6 - t_qc6bw_3);
+    const real x_step2 = x_step1 - t_pondk_2 / t_khj3r_2 * (K(-2.0) * t_leuxo_6 - t_qc6bw_4 + (x_step1 + x_step1));  /* (42) */
     real sin_x3, cos_x3; mv_sincos(x_step2, &sin_x3, &cos_x3);
-    const real t_drem6 = sin_x3 * sin_x3;
-    const real t_znqpz = cos_x3 * cos_x3;
-    const real t_puxxy = cos_x3 * sin_x3;
-    const real t_s355q = K(1.0) + t_drem6 - t_znqpz - t_rkglc * t_puxxy;
-    const real t_5uofc = t_s355q * t_s355q;
-    const real t_5lgfw = t_drem6 * K_;
-    const real t_ezjt3 = t_5lgfw + t_5lgfw;
-    const real t_xhmsj = t_5uofc
-        + t_5uofc
-        - (t_ezjt3 + K(4.0) * t_puxxy - t_rkglc * t_znqpz) * (x_step2 - t_puxxy - t_5lgfw);
-    const real x_step3 = x_step2 - t_s355q / t_xhmsj * (K(-2.0) * t_puxxy - t_ezjt3 + (x_step2 + x_step2));  /* (42) */
+    const real t_leuxo_7 = sin_x3 * sin_x3;
+    const real t_leuxo_8 = cos_x3 * cos_x3;
+    const real t_leuxo_9 = cos_x3 * sin_x3;
+    const real t_pondk_3 = K(1.0) + t_leuxo_7 - t_leuxo_8 - t_2qjkk * t_leuxo_9;
+    const real t_o4obi_3 = t_pondk_3 * t_pondk_3;
+    const real t_qc6bw_5 = t_leuxo_7 * K_;
+    const real t_qc6bw_6 = t_qc6bw_5 + t_qc6bw_5;
+    const real t_khj3r_3 = t_o4obi_3
+        + t_o4obi_3
+        - (t_qc6bw_6 + K(4.0) * t_leuxo_9 - t_2qjkk * t_leuxo_8) * (x_step2 - t_leuxo_9 - t_qc6bw_5);
+    const real x_step3 = x_step2 - t_pondk_3 / t_khj3r_3 * (K(-2.0) * t_leuxo_9 - t_qc6bw_6 + (x_step2 + x_step2));  /* (42) */
     const real P = h[t_llxk2] + cos_t * r[rho_ref] * rho_t;  /* (47) */
-    const real t_xuitj = w_across * t_gliif;
-    const real t_c5njk = r[rho_ref] * t_xuitj * rho_t;
-    const real Q = SELECT0(m_z5ee7, -t_c5njk);  /* (47) */
-    const real t_efbua = mv_min(SPLAT(K(1.0)), rho_t * c[R] / mv_sqrt(P * P + SELECT0(m_z5ee7, SELECT0(m_z5ee7, t_c5njk * t_c5njk))));
-    const real x_tangent = K(1.5707963267948966) - alpha * mv_atan2(Q, P) + mv_acos(t_efbua);  /* (47) */
-    const mask m_xb2xi = LT(K_, K(0.03));
-    const real t_fcflk = K_ * K_;
-    const real t_reehy = SELECT(m_xb2xi, K_ * (K(1.5) + t_fcflk * (K(-0.45) + t_fcflk * (K(0.26035714285714284) + K(-0.18225) * t_fcflk))), x_step3);
-    const real x_ = mv_min(x_tangent, t_reehy);  /* (47) */
-    const real escape = mv_min(h[t_hnwtz], mv_sqrt(t_ptl3y));
+    const real t_srsal = w_across * t_6dtnj;
+    const real t_gjgcv = r[rho_ref] * t_srsal * rho_t;
+    const real Q = SELECT0(m_qm7gk, -t_gjgcv);  /* (47) */
+    const real t_nowfz = mv_min(SPLAT(K(1.0)), rho_t * c[R] / mv_sqrt(P * P + SELECT0(m_qm7gk, SELECT0(m_qm7gk, t_gjgcv * t_gjgcv))));
+    const real x_tangent = K(1.5707963267948966) - alpha * mv_atan2(Q, P) + mv_acos(t_nowfz);  /* (47) */
+    const mask m_cn56p = LT(K_, K(0.03));
+    const real t_leuxo_10 = K_ * K_;
+    const real t_dtpk5 = SELECT(m_cn56p, K_ * (K(1.5) + t_leuxo_10 * (K(-0.45) + t_leuxo_10 * (K(0.26035714285714284) + K(-0.18225) * t_leuxo_10))), x_step3);
+    const real x_ = mv_min(x_tangent, t_dtpk5);  /* (47) */
+    const real escape = mv_min(h[t_hnwtz], mv_sqrt(t_nldyv));
     real sin_x_, cos_x_; mv_sincos(x_, &sin_x_, &cos_x_);
     const real speed = c[k_phi] * mv_max(rho_t, -(cos_x_ * escape));  /* (45) */
     const real t_4x2zf = q[zeta1] * q[zeta1] + q[zeta2] * q[zeta2];
     const real rho = mv_sqrt(t_4x2zf);
-    const real t_a5u54 = alpha * speed * sin_x_;
-    const real t_wvhee = cos_x_ * speed;
-    const real t_rqnbt = SELECT0(m_z5ee7, t_xuitj * t_a5u54) - cos_t * t_wvhee;
-    const real t_lp7ic = SELECT0(m_z5ee7, -(t_wvhee * t_xuitj)) - cos_t * t_a5u54;
-    const real t_6ftfw = (h[cos_phi_ref] * t_rqnbt - h[sin_phi_ref] * t_lp7ic) * q[zeta1]
-        + (h[cos_phi_ref] * t_lp7ic + h[sin_phi_ref] * t_rqnbt) * q[zeta2];
-    const real t_y4tzf = K(1.0) / mv_max(SPLAT(K(1e-09)), rho);
-    const real rho_rate_excess = mv_max(SPLAT(K(0.0)), -(h[t_kc5kr] * (c[R] - rho) + t_6ftfw * t_y4tzf)) * t_y4tzf;
+    const real t_3woog = alpha * speed * sin_x_;
+    const real t_5opk6 = cos_x_ * speed;
+    const real t_t2weg = SELECT0(m_qm7gk, t_srsal * t_3woog) - cos_t * t_5opk6;
+    const real t_iqrnb = SELECT0(m_qm7gk, -(t_5opk6 * t_srsal)) - cos_t * t_3woog;
+    const real t_zsrsx = (h[cos_phi_ref] * t_t2weg - h[sin_phi_ref] * t_iqrnb) * q[zeta1]
+        + (h[cos_phi_ref] * t_iqrnb + h[sin_phi_ref] * t_t2weg) * q[zeta2];
+    const real t_wfrll = K(1.0) / mv_max(SPLAT(K(1e-09)), rho);
+    const real rho_rate_excess = mv_max(SPLAT(K(0.0)), -(h[t_kc5kr] * (c[R] - rho) + t_zsrsx * t_wfrll)) * t_wfrll;
     const real phi = mv_atan2(q[zeta2], q[zeta1]);
-    const real zeta1_rate = t_lp7ic * h[sin_phi_ref] - rho_rate_excess * q[zeta1] - t_rqnbt * h[cos_phi_ref];
+    const real zeta1_rate = t_iqrnb * h[sin_phi_ref] - rho_rate_excess * q[zeta1] - t_t2weg * h[cos_phi_ref];
     const real w3 = mv_max(-c[mu_rate_max], mv_min(c[mu_rate_max], c[mu_gain] * (r[mu_ref] - q[mu])));
-    const mask m_o5luw = LT(K(0.0), rho);
-    const real t_lx4n5 = rho_rate_excess * q[zeta2] + t_rqnbt * h[sin_phi_ref] + t_lp7ic * h[cos_phi_ref];
-    const real w1 = SELECT(m_o5luw, (q[zeta1] * zeta1_rate - q[zeta2] * t_lx4n5) / rho, zeta1_rate);
-    const real w2 = SELECT0(m_o5luw, -((q[zeta1] * t_lx4n5 + zeta1_rate * q[zeta2]) / t_4x2zf));
+    const mask m_wzkpw = LT(K(0.0), rho);
+    const real t_wu6vd = rho_rate_excess * q[zeta2] + t_t2weg * h[sin_phi_ref] + t_iqrnb * h[cos_phi_ref];
+    const real w1 = SELECT(m_wzkpw, (q[zeta1] * zeta1_rate - q[zeta2] * t_wu6vd) / rho, zeta1_rate);
+    const real w2 = SELECT0(m_wzkpw, -((q[zeta1] * t_wu6vd + zeta1_rate * q[zeta2]) / t_4x2zf));
     x[0] = rho;
     x[1] = phi;
     x[2] = q[mu];
