@@ -10,6 +10,7 @@ import io
 import json
 import math
 import os
+import re
 import sys
 import textwrap
 import warnings
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
 Line = tuple[int, "Text"]
 """A line with its indentation."""
 
+_ENDLESS = re.compile(r"(\S{200})\S{600,}(\S{200})")
+"""Longer than any name that is meant: a path may have 4096 characters, one that people type has a few dozen."""
 _NARROWEST = 40
 """Columns that are left for a line's text however narrow the terminal: below this, words are cut."""
 
@@ -176,8 +179,9 @@ def print_version() -> None:
 
 
 def fail(message: object, status: int) -> NoReturn:
-    """Print one message on standard error and exit."""
-    print(f"mehvar: {message}", file=sys.stderr)
+    """Print one message on standard error and exit; the middle of a name that is longer than a screen is left out."""
+    text = _ENDLESS.sub(r"\1...\2", str(message))
+    print(f"mehvar: {text}", file=sys.stderr)
     sys.exit(status)
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from mehvar.codegen.diff import Document, DocumentError, compare
 from mehvar.codegen.diff.report import Comparison, Fate
 from mehvar.errors import InputError, bad_value, unknown_name
+from mehvar.runtime.model.generated import check_unedited
 from mehvar.terminal import working
 
 from .consequences import consequences
@@ -120,9 +121,12 @@ def _model(name: str, old: Path | None, new: Path | None) -> ModelDiff:
 
 def _document(folder: Path) -> Document:
     try:
-        return Document.read(folder)
+        document = Document.read(folder)
     except DocumentError as error:
         raise InputError(str(error)) from None
+    if document.manifest is not None:
+        check_unedited(document.manifest)  # equations that are the same say nothing of code that was edited
+    return document
 
 
 def _status(comparison: Comparison) -> ModelStatus:

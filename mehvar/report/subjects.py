@@ -24,6 +24,7 @@ from mehvar.pictures.spread import Runs, convergence_picture, metrics_picture
 from mehvar.pictures.style import require_matplotlib, style
 from mehvar.runtime.batch.statistics import interval
 from mehvar.runtime.model.catalogue import find_model, is_installed
+from mehvar.runtime.model.generated import check_unedited
 from mehvar.runtime.run.metrics import metrics, metrics_of
 from mehvar.runtime.run.results import to_dataset
 
@@ -159,6 +160,8 @@ def _derivation(folder: Path) -> list[Section]:
     if not (folder / "equations.json").is_file():
         return []
     document = Document.read(folder)
+    if document.manifest is not None:
+        check_unedited(document.manifest)
     printer = Printer(document.nodes, SymbolNames(document.latex), MATHML)
     rates = [row for row in document.results if row.kind == "rhs"]
     groups = [("Rates of the states", rates)]

@@ -4,15 +4,24 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
+
+from mehvar.manifest import Manifest
+
+from .generated import generated_text
 
 _SECTION = re.compile(r"^### Rates of the states$(.*?)(?=^##|\Z)", re.MULTILINE | re.DOTALL)
 _FORMULA = re.compile(r"^\|[^|]*\| \$`(.*?)`\$ \||^```math\n(.*?)\n```$", re.MULTILINE | re.DOTALL)
 """A row of a table, or a formula that is too wide for one."""
 
 
-def rates(folder: Path) -> list[str]:
-    """Return the equations of the states' rates; none for a folder without the page."""
-    page = folder / "equations.md"
-    section = _SECTION.search(page.read_text(encoding="utf-8")) if page.is_file() else None
+def rates(manifest: Manifest) -> list[str]:
+    """Return the equations of the states' rates; none for a folder without the page.
+
+    Raises
+    ------
+    InputError
+        If the page was edited.
+    """
+    page = "equations.md"
+    section = _SECTION.search(generated_text(manifest, page)) if (manifest.folder / page).is_file() else None
     return [match[1] or match[2] for match in _FORMULA.finditer(section[1])] if section else []

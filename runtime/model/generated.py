@@ -40,6 +40,19 @@ def generated_text(manifest: Manifest, name: str) -> str:
     return text
 
 
+def check_unedited(manifest: Manifest) -> None:
+    """Refuse a folder of which a file is not what generation wrote; one that is missing says nothing untrue.
+
+    Raises
+    ------
+    InputError
+        Naming the file.
+    """
+    for name in manifest.files_sha256:
+        if (manifest.folder / name).is_file():
+            generated_text(manifest, name)
+
+
 def tell_stale(manifest: Manifest) -> None:
     """Warn when a model's own sources have changed since it was generated, as far as they stand beside its folder.
 

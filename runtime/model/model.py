@@ -72,7 +72,7 @@ class Model:
         return f"<mehvar model {self.name!r}, {len(self.state_names)} states, backend {self.backend!r}>"
 
     def _repr_latex_(self) -> str:
-        return gathered(rates(self.manifest.folder))
+        return gathered(rates(self.manifest))
 
     def _repr_html_(self) -> str:
         manifest, columns = self.manifest, ("name", "unit", "meaning")

@@ -108,6 +108,11 @@ def test_a_mistake_gets_one_clear_message(arguments, message, tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.parametrize("verb", [("diff", "triangle"), ("verify",), ("show",), ("stats",)])
+def test_a_name_without_end_does_not_fill_the_terminal(verb):
+    assert len(refused(*verb, "9" * 4000)) < 1500
+
+
 def test_unknown_commands_and_options_are_usage_errors():
     assert run("simulat").returncode == 2
     assert run("simulate", "triangle").returncode == 2

@@ -28,7 +28,7 @@ def test_a_model_shows_its_names_and_a_formula_for_each_state(name):
     page = model._repr_html_()
     for q in (*model.manifest.states, *model.manifest.parameters):
         assert f"<td>{q.name}</td>" in page
-    assert len(rates(model.manifest.folder)) == len(model.state_names)
+    assert len(rates(model.manifest)) == len(model.state_names)
     (block,) = formulas(model._repr_latex_())
     assert block in page.replace("{gathered}", "{aligned}")
     assert not list(faults(mathml(block)))

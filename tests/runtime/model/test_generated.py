@@ -97,3 +97,29 @@ def test_a_source_that_changed_since_is_told(project: Path, name: str) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         load(folder, "python")
+
+
+@pytest.mark.parametrize("name", ["triangle.c", "equations.json", "equations.md"])
+def test_what_is_shown_or_compared_is_what_generation_wrote(project: Path, name: str) -> None:
+    folder = project / "generated" / "triangle"
+    before = project / "before"
+    shutil.copytree(folder, before)
+    assert in_process("diff", str(before), str(folder))[0] == 0
+    (folder / name).write_text((folder / name).read_text().replace("1", "2", 1))
+    for command in (
+        ("diff", str(before), str(folder)),
+        ("diff", str(folder), str(before)),
+        ("report", str(folder), "--out", str(project / "report")),
+    ):
+        status, text = in_process(*command)
+        assert (status, f"{name} is not what generation wrote" in text) == (2, True), text
+    assert not (project / "report").exists()
+
+
+def test_an_edited_page_is_not_shown(project: Path) -> None:
+    folder = project / "generated" / "triangle"
+    model = load(folder, "python")
+    page = folder / "equations.md"
+    page.write_text(page.read_text() + "\n")
+    with pytest.raises(InputError, match=r"equations.md is not what generation wrote"):
+        model._repr_latex_()
