@@ -16,6 +16,7 @@ import sys
 import tempfile
 from collections.abc import Mapping
 from importlib.metadata import version
+from itertools import product
 from pathlib import Path
 
 import casadi as ca
@@ -35,13 +36,15 @@ COLUMNS = ("system", "FMI", "kind", "FMPy: messages", "FMPy: run", "CMake: run",
 
 def main() -> None:
     """Measure, and write the page."""
+    rows: list[list[str]] = []
     with tempfile.TemporaryDirectory() as folder:
-        rows = [
-            _row(name, model, law, end, step, fmi, kind, Path(folder))
-            for name, model, law, end, step in [*((case[0], *case) for case in CASES), _own(Path(folder))]
-            for fmi in ("2.0", "3.0")
-            for kind in ("cs", "me")
-        ]
+        for name, model, law, end, step in [*((case[0], *case) for case in CASES), _own(Path(folder))]:
+            for fmi, kind in product(("2.0", "3.0"), ("cs", "me")):
+                rows.append(_row(name, model, law, end, step, fmi, kind, Path(folder)))
+                _page(rows)  # what a run that is stopped has measured stays
+
+
+def _page(rows: list[list[str]]) -> None:
     fmusim = shutil.which("fmusim")
     about = subprocess.run([fmusim, "--version"], capture_output=True, text=True).stdout.strip() if fmusim else "none"
     lines = [

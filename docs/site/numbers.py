@@ -17,6 +17,7 @@ _SHOWN = {
     "diff.md": ("One flipped Coriolis sign in slosh", "Random edits"),
     "mutation.md": ("Killed",),
     "board.md": ("Equivalence",),
+    "fmi.md": ("Agreement",),
 }
 """Sections whose first table is shown; of a page that is not named, the first table."""
 _COMMANDS = {
@@ -28,6 +29,7 @@ _COMMANDS = {
 _SETTINGS = {
     "batch.md": "tolerance 1e-6; a user's default is 1e-11",
     "generate.md": "with a user's defaults",
+    "fmi.md": "co-simulation with a user's defaults, model exchange with CVODE at 1e-10",
     "diff.md": "with a user's defaults",
     "mutation.md": "six points a gate; a user's default is 12",
     "kill_test.md": "0.2 s of the triangle, a sample every 0.1 s; a user's defaults are 35 s and none",

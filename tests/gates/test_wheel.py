@@ -60,5 +60,14 @@ def test_it_holds_what_is_committed_and_nothing_else(wheel):
     }
 
 
+@pytest.mark.peers
+def test_the_package_index_would_take_it(wheel):
+    """Of `twine check`: metadata, and a README that can be shown."""
+    (sources,) = wheel.parent.glob("*.tar.gz")
+    check = [sys.executable, "-m", "twine", "check", "--strict", wheel, sources]
+    done = subprocess.run(check, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
 def test_everything_works_from_another_folder(programs, tmp_path):
     assert walk(programs, tmp_path) == []
