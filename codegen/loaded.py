@@ -15,7 +15,7 @@ from typing import Any
 
 from mehvar.versions import installed
 
-from .watch import OURS, is_library, is_ours, is_written, watching
+from .watch import is_copy, is_library, is_ours, is_written, watching
 
 _IMPORTS: defaultdict[str, set[str]] = defaultdict(set)
 """For each module that was executed under `tracing`, those that it imports: it is executed once in a process."""
@@ -113,8 +113,7 @@ def _libraries(root: Path, modules: set[str]) -> dict[str, str]:
         path = Path(file).resolve() if file else None
         if path is None or is_library(path) or not path.is_relative_to(root):
             continue
-        counterpart = OURS / path.relative_to(root)
-        if not (is_ours(counterpart) and counterpart.is_file()):
+        if not is_copy(path, root):
             named |= {imported.partition(".")[0] for imported in _IMPORTS.get(name, ())}
     named -= {*sys.stdlib_module_names, "mehvar"}
     distributions = packages_distributions() if named else {}

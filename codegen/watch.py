@@ -180,7 +180,7 @@ def _reader(root: str) -> FrameType | None:
         file = frame.f_code.co_filename
         if file.startswith("<frozen importlib"):  # an import, whose file is a module's
             return None
-        if file.startswith(root) and not (is_ours(Path(file)) or is_library(Path(file))):
+        if file.startswith(root) and not (is_ours(path := Path(file)) or is_copy(path, root) or is_library(path)):
             return frame
         frame = frame.f_back
     return None
@@ -195,6 +195,12 @@ def is_ours(path: Path) -> bool:
     """Whether a file is of this program, whose files are inputs by rule."""
     rooms = ("mehvar", "codegen", "runtime", "models", "generated", "tests")
     return path.is_relative_to(OURS) and path.relative_to(OURS).parts[0] in rooms
+
+
+def is_copy(path: Path, root: str | Path) -> bool:
+    """Whether a file below `root` is the counterpart of one of this program's: of another checkout that it derives."""
+    counterpart = OURS / path.relative_to(root)
+    return is_ours(counterpart) and os.path.lexists(counterpart)  # asks `lstat`: `stat` may be the one that watches
 
 
 def is_written(path: Path, root: Path) -> bool:

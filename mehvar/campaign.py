@@ -15,7 +15,7 @@ from mehvar.runtime.batch.plan import Campaign
 from mehvar.runtime.batch.sampling import DESIGNS, Design
 from mehvar.runtime.model.catalogue import find_model
 from mehvar.runtime.run.options import either, split_settings
-from mehvar.runtime.run.units import distribution, read_value, setting_units
+from mehvar.runtime.units import distribution, read_value, setting_units
 
 
 class _Table(BaseModel):

@@ -13,7 +13,7 @@ from mehvar.errors import InputError, bad_value, together, unknown_name
 from mehvar.manifest import Manifest, Parameter, Quantity
 from mehvar.runtime.model.catalogue import find_model, list_models
 from mehvar.runtime.run.options import OPTIONS, either
-from mehvar.runtime.run.units import read_value, setting_units
+from mehvar.runtime.units import read_value, setting_units
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print the facts as JSON.")]
 

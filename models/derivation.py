@@ -130,5 +130,5 @@ def free_symbols(expressions: Iterable[Expr], definitions: Mapping[sp.Symbol, Ex
         if symbol not in seen:
             seen.add(symbol)
             if symbol in definitions:
-                stack.extend(definitions[symbol].free_symbols)
+                stack.extend(sp.sympify(definitions[symbol]).free_symbols)
     return {s for s in seen if s not in definitions}

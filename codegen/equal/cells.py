@@ -239,8 +239,9 @@ class Cells:
         rows = [found[k] for k in (*self._atoms, *self._signed)]
         for node in self._steps:
             operands = self.pool.operands(node)
-            whole = found[operands[0]] / found[operands[1]] if len(operands) == 2 else found[operands[0]]
-            rows.append(np.sin(np.pi * np.asarray(whole)))
+            with np.errstate(all="ignore"):  # where there is no value, no condition changes
+                whole = found[operands[0]] / found[operands[1]] if len(operands) == 2 else found[operands[0]]
+                rows.append(np.sin(np.pi * np.asarray(whole)))
         return np.array([np.broadcast_to(np.asarray(row, dtype=float), count) for row in rows]).reshape(-1, count)
 
     def _values(self, point: Mapping[str, Array], count: int) -> dict[int, Any]:

@@ -136,7 +136,7 @@ class RealWorld(World[Any]):
         else:
             return False
         exact = all(self.pool.nodes[k][0] in ("sym", "num") for k in operands)
-        return vanishes(gap, size) and not exact and bool(gap or operation not in ("equality", "unequality"))
+        return vanishes(gap, size) and not exact and bool(gap or operation not in ("equality", "unequality", "sign"))
 
     def _strict(self, node: int, operation: str, values: list[Any]) -> Any:
         if operation == "add":

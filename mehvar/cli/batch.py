@@ -23,7 +23,7 @@ from mehvar.runtime.batch.plan import CAMPAIGN_OPTIONS
 from mehvar.runtime.batch.store.store import open_store
 from mehvar.runtime.model.catalogue import find_model
 from mehvar.runtime.run.options import OPTIONS
-from mehvar.runtime.run.units import read_value
+from mehvar.runtime.units import read_value
 from mehvar.settings import (
     SettingTexts,
     complete_controllers,

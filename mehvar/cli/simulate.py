@@ -24,7 +24,7 @@ from mehvar.runtime.run.problem import Status
 from mehvar.runtime.run.results import notes_of
 from mehvar.runtime.run.simulate import Run
 from mehvar.runtime.run.simulate import simulate as simulate_run
-from mehvar.runtime.run.units import read_value
+from mehvar.runtime.units import read_value
 from mehvar.settings import (
     AsJson,
     SettingTexts,

@@ -120,11 +120,12 @@ def campaign(random: Random) -> str:
 
 def command(random: Random) -> list[str]:
     """Return the arguments of a command that is quick, whether it works or is refused."""
-    verb = random.choices(tuple(_COMMANDS), (20, 20, 4, *(2,) * 8, *(1,) * 6))[0]
+    weights = (20, 20, 4, *(2,) * 8)
+    verb = random.choices(tuple(_COMMANDS), (*weights, *(1,) * (len(_COMMANDS) - len(weights))))[0]
     arguments = _COMMANDS[verb](random)
     if random.random() < 0.15:
         arguments.insert(random.randrange(len(arguments) + 1), value(random))
-    if random.random() < 0.1:
+    if arguments and random.random() < 0.1:
         del arguments[random.randrange(len(arguments))]
     return [*verb.split(), *arguments]
 

@@ -165,7 +165,8 @@ FREE = {"simulate": {"l", *OPTIONS, "progress", "law", "origin"}, "batch": set(O
         "Model.law_parameters": {"k_p"}, "Model.state": {"rate"}}  # fmt: skip
 """Names that go in by **keywords."""
 RECORDS = {"Actuator", "Choice", "Condition", "Controller", "Coordinates", "Function", "Group", "Metric", "Output",
-           "Parameter", "Quantity", "Scenario", "Sensor", "System", "Variant"}  # fmt: skip
+           "Parameter", "Quantity", "Scenario", "Sensor", "Shape",
+           "System", "Variant"}  # fmt: skip
 """Classes that hold what they are given; the check of the whole system looks at it (tests/models/test_check.py)."""
 
 ABSENT = {"open_result", "read_parameters", "read_scenarios", "save", "verify"}

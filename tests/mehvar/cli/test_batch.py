@@ -23,7 +23,7 @@ import xarray
 import mehvar
 from mehvar.__main__ import main
 from mehvar.runtime.batch.store.store import open_store
-from mehvar.runtime.run.units import read_value
+from mehvar.runtime.units import read_value
 
 BATCH = ("batch", "triangle", "--controller", "path", "--seed", "3", "--t-end", "0.5")
 VARY = ("--vary", "l1_0=normal(0.2, 0.01)", "--vary", "theta=uniform(0.8, 1.2)")

@@ -57,4 +57,4 @@ def test_names_complete() -> None:
     assert complete_models("s") == ["satellite", "slosh"]
     assert complete_controllers(context, "mrac") == ["mrac", "mrac-literal"]
     assert complete_scenarios(context, "p") == ["paper", "printed"]
-    assert complete_controllers(SimpleNamespace(params={}), "") == []  # type: ignore[arg-type]
+    assert complete_controllers(SimpleNamespace(params={}, args=[]), "") == []  # type: ignore[arg-type]

@@ -86,7 +86,8 @@ class Altered(Runs):
         self.changes = changes
 
     def __call__(self, controller, scenario, initial=None, **settings):
-        return super().__call__(controller, scenario, initial, **{**self.changes, **settings})
+        read = {name: v for name, v in self.changes.items() if name.removesuffix("_0") not in (initial or {})}
+        return super().__call__(controller, scenario, initial, **{**read, **settings})
 
 
 @pytest.mark.parametrize(

@@ -3,16 +3,20 @@
 
 from __future__ import annotations
 
+import json
+import shutil
 from functools import cache
 
 import numpy as np
 import pytest
 
 from mehvar import runtime
+from mehvar.manifest import METRIC_KINDS
 from mehvar.runtime import InputError
 from mehvar.runtime.batch.kernel import Block, compile_kernel
 from mehvar.runtime.run.options import RunOptions
 from mehvar.runtime.run.problem import Status
+from tests.manifests import write_manifest
 from tests.runtime.batch.one_by_one import run_alone
 
 EXACT = ("final", "minimum", "maximum", "status", "violated", "t_stop", "steps", "series")
@@ -84,6 +88,34 @@ def test_the_pendulum_with_memory_and_a_moving_reference(pendulum):
         kernel = compile_kernel(pendulum, law, options=RunOptions(hold=hold, rtol=1e-9, atol=1e-9))
         block = kernel.run(0, *vectors, x0, seed=0, t_end=3.0, dt=0.1, save_every=0.1)
         equal(block, run_alone(pendulum, kernel, *vectors, x0, t_end=3.0, dt=0.1))
+
+
+@pytest.mark.parametrize("law", ["pd", "p-sum"])
+def test_every_kind_of_metric_is_that_of_the_run_alone(law, pendulum, tmp_path):
+    """Over the whole run and over a part of it, of one signal and of two; some bands are left again, some never reached."""
+    data = json.loads((pendulum.manifest.folder / "manifest.json").read_text(encoding="utf-8"))
+    first = next(iter(data["metrics"].values()))
+    parts = {"whole": (0.0, None), "part": (0.7, 2.2)}
+    signals = {"one": ["angle_error"], "two": ["angle_error", "u_torque"]}
+    data["metrics"] = {
+        f"{kind}_{part}_{signal}_{k}": {**first, "kind": kind, "of": of, "band": band, "since": since, "until": until}
+        for kind in METRIC_KINDS
+        for part, (since, until) in parts.items()
+        for signal, of in signals.items()
+        for k, band in enumerate((0.3, 0.03, 1e-9))
+    }
+    folder = shutil.copytree(pendulum.manifest.folder, tmp_path / "pendulum")
+    write_manifest(folder, data)
+    model, hold = runtime.load(folder, backend="c"), 0.05 if law == "p-sum" else None
+    resolved = runtime.simulate(model, law, t_end=0.1, dt_out=0.1, hold=hold).parameters
+    vectors = [np.tile(v, (5, 1)) for v in (resolved.p, resolved.c, resolved.s)]
+    x0 = np.array(model.functions["initial"](vectors[0], vectors[2]))
+    x0[:, 0] += np.linspace(-0.1, 0.1, 5)
+    kernel = compile_kernel(model, law, options=RunOptions(hold=hold))
+    block = kernel.run(0, *vectors, x0, seed=0, t_end=3.0, dt=0.05)
+    expected = run_alone(model, kernel, *vectors, x0, t_end=3.0, dt=0.05)
+    np.testing.assert_allclose(block.metrics, expected.metrics, rtol=1e-12, atol=1e-13)
+    assert np.mean([len({*column}) > 1 for column in expected.metrics.T]) > 0.5  # else they say little
 
 
 def test_the_fast_profile_agrees_within_tolerances():

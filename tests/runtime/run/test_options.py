@@ -19,7 +19,7 @@ from mehvar.runtime.batch.sampling import DESIGNS, OPEN_DESIGNS
 from mehvar.runtime.model.catalogue import find_model
 from mehvar.runtime.run import metrics
 from mehvar.runtime.run.options import OPTIONS, Option, Place, RunOptions, read_options, split_settings
-from mehvar.runtime.run.units import read_value
+from mehvar.runtime.units import read_value
 from mehvar.settings import read_values
 
 ROOT = Path(__file__).parents[3]

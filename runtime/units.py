@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from mehvar.errors import bad_value
 from mehvar.manifest import Manifest
 
-from .options import OPTIONS
+from .run.options import OPTIONS
 
 if TYPE_CHECKING:
     from pint import UnitRegistry
