@@ -92,7 +92,7 @@ def test_the_pendulum_with_memory_and_a_moving_reference(pendulum):
 
 @pytest.mark.parametrize("law", ["pd", "p-sum"])
 def test_every_kind_of_metric_is_that_of_the_run_alone(law, pendulum, tmp_path):
-    """Over the whole run and over a part of it, of one signal and of two; some bands are left again, some never reached."""
+    """Over the whole run and a part of it, of one signal and of two; some bands are left again, some never reached."""
     data = json.loads((pendulum.manifest.folder / "manifest.json").read_text(encoding="utf-8"))
     first = next(iter(data["metrics"].values()))
     parts = {"whole": (0.0, None), "part": (0.7, 2.2)}
