@@ -22,6 +22,9 @@ _WITH_UNIT = re.compile(
 )
 """A number and a product of units with powers of one digit: pint computes what else a text says, such as 9**9**9."""
 
+_ANGLE = re.compile(r"(?<!ste)radian$|degree$|turn$|revolution|cycle|arcminute$|arcsecond$|grade$")
+"""Pint's names of angles, which are numbers to it, so that 1 Hz or a count would be taken for radians."""
+
 _ARGUMENT = re.compile(rf"(?<=[(\[,=\s])({_WITH_UNIT.pattern})(?=\s*[,)\]])")
 _LOCATIONS = ("normal", "uniform", "triangular", "choice", "sphere")
 """Distributions whose arguments are in the unit of what is drawn; a lognormal's are logarithms, covariances squares."""
@@ -93,10 +96,13 @@ def _converted(text: str, number: str, given: str, unit: str, name: str, origin:
     units = _units()
     try:
         value = units.Quantity(float(number), f"1{given}" if given.startswith("/") else given)
-        return float(value.to(unit.replace(" ", "*")).magnitude)
+        converted = float(value.to(unit.replace(" ", "*")).magnitude)
     except (PintError, ArithmeticError, AssertionError) as error:
         allowed = "a number" if unit == "1" else f"a number in {unit}, or with a unit of that kind"
         raise bad_value(name, text, allowed, origin) from error
+    if "rad" in re.findall(r"[A-Za-z]+", unit) and not any(_ANGLE.search(factor) for factor, _ in value.unit_items()):
+        raise bad_value(name, text, f"a number in {unit}, or with a unit that has an angle", origin)
+    return converted
 
 
 @functools.cache

@@ -89,3 +89,13 @@ def test_a_unit_of_another_kind_is_refused_in_a_distribution():
 def test_several_mistakes_are_refused_together():
     with pytest.raises(InputError, match=r"(?s)theta_0 = '1kg'.*H = '1s'"):
         read_values(["theta_0=1kg", "H=1s"], find_model("triangle"))
+
+
+@pytest.mark.parametrize(
+    ("text", "unit"),
+    [("1Hz", "rad/s"), ("60/min", "rad/s"), ("1Bq", "rad/s"), ("0.1 count", "rad"), ("0.1bit", "rad"), ("10sr", "rad"),
+     ("1000ppm", "rad"), ("1 N m/Hz", "N m s/rad")],
+)  # fmt: skip
+def test_what_is_no_angle_is_not_taken_for_radians(text, unit):
+    with pytest.raises(InputError, match="unit that has an angle"):
+        read_value(text, unit, "name", "--set")

@@ -80,7 +80,7 @@ def _columns(path: str | os.PathLike[str]) -> tuple[dict[str, FloatArray], dict[
     numbers = np.empty((len(rows), len(names)))
     for k, row in enumerate(rows):
         try:
-            numbers[k] = [float(cell) for cell in row]
+            numbers[k] = np.array([float(cell) for cell in row]).reshape(len(names))  # one number would fill the row
         except ValueError:
             raise bad_value(f"line {k + 2} of {path}", ",".join(row), f"{len(names)} numbers") from None
     return dict(zip(names, numbers.T, strict=True)), {title[1]: title[2] for title in titles if title}

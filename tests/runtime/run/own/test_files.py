@@ -39,6 +39,7 @@ def test_results_and_tables_are_read(pendulum: runtime.Model, tmp_path: Path) ->
         ("a.csv", "t,torque,u_torque\n0,1,2\n", "columns of .*must be one column of torque"),
         ("a.csv", "t,torque\n0,x\n", r"line 2 of .*a.csv = '0,x': must be 2 numbers"),
         ("a.csv", "t,torque\n0,1,2\n", "line 2 of .*must be 2 numbers"),
+        ("a.csv", "t,torque\n0,1\n1\n", "line 3 of .*must be 2 numbers"),
     ],
 )
 def test_other_files_are_refused(pendulum: runtime.Model, tmp_path: Path, name: str, text: str, message: str) -> None:
