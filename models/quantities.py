@@ -7,6 +7,7 @@ import functools
 import itertools
 import os
 import sys
+from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -126,7 +127,7 @@ class Interval:
 
 
 @dataclass(frozen=True)
-class Array:
+class Array(ABC):
     """Parameters that stand in a table as one entry; the kinds are in `arrays`.
 
     Parameters
@@ -144,9 +145,9 @@ class Array:
         """Yield the indices of the elements in their order, from one on."""
         yield from itertools.product(*(range(1, size + 1) for size in self.shape))
 
+    @abstractmethod
     def of(self, group: Group) -> Any:
         """Return what stands for them in expressions."""
-        raise NotImplementedError
 
 
 @dataclass(frozen=True)

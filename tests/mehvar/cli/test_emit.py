@@ -151,7 +151,7 @@ def test_a_microcontrollers_gcc_fuses_nothing_in_a_package(tmp_path, kind):
 def test_the_settings_are_what_keeps_the_bits(tmp_path):
     """Without them the compiler does fuse: the test above can fail."""
     if not shutil.which("arm-none-eabi-gcc"):
-        pytest.skip("no arm-none-eabi-gcc")
+        pytest.skip("no arm-none-eabi-gcc: apt install gcc-arm-none-eabi")
     folder = emitted(tmp_path, "arduino", "satellite", "mrac")
     real = folder / "src" / "mehvar" / "real.h"
     real.write_text(re.sub(r"#pragma GCC.*", "", real.read_text()))

@@ -18,7 +18,7 @@ PAGE = ROOT / "docs" / "reference" / "generated-c.md"
 def test_the_example_of_the_page_is_built_by_cmake(tmp_path):
     programs = [shutil.which(name) for name in ("cmake", "g++", "make")]
     if None in programs:
-        pytest.skip("no cmake, g++ or make")
+        pytest.skip("no cmake, g++ or make: apt install cmake g++ make")
     text = PAGE.read_text(encoding="utf-8")
     for name in ("CMakeLists.txt", "rods.cpp"):
         (block,) = (block for block in blocks(text) if name in block.marker)
