@@ -40,12 +40,15 @@ class Questions:
     ----------
     root : str
         Folder with models/ and generated/, with a separator at its end.
+    callers : frozenset of frames
+        Who derives: what they ask, and this program for them, is not asked by the model.
     opened, sought, listed, variables : set of str
         Files that may have been read, those that the model's own text asked for, folders that it listed, variables that
         it read.
     """
 
     root: str
+    callers: frozenset[FrameType]
     opened: set[str] = field(default_factory=set)
     sought: set[str] = field(default_factory=set)
     listed: set[str] = field(default_factory=set)
@@ -111,7 +114,7 @@ def watching(root: Path) -> Iterator[Questions]:
     global _questions
     _hook()
     stat, variable = os.stat, type(os.environ).__getitem__
-    _questions = Questions(f"{root.resolve()}{os.sep}")
+    _questions = Questions(f"{root.resolve()}{os.sep}", frozenset(_stack()))
     os.stat, type(os.environ).__getitem__ = _noting_files(stat), _noting_variables(variable)  # type: ignore[method-assign]
     try:
         yield _questions
@@ -120,11 +123,18 @@ def watching(root: Path) -> Iterator[Questions]:
         _questions = None
 
 
+def _stack() -> Iterator[FrameType]:
+    frame: FrameType | None = sys._getframe(1)
+    while frame is not None:
+        yield frame
+        frame = frame.f_back
+
+
 def _noting_files(stat: Callable[..., os.stat_result]) -> Callable[..., os.stat_result]:
     """Return `os.stat`, by which existence is asked, but that it notes of what."""
 
     def noting(path: Any, *arguments: Any, **keywords: Any) -> os.stat_result:
-        if _questions is not None and isinstance(path, str | os.PathLike) and _reader(_questions.root):
+        if _questions is not None and isinstance(path, str | os.PathLike) and _reader(_questions):
             _questions.note(_absolute(path))
         return stat(path, *arguments, **keywords)
 
@@ -133,7 +143,7 @@ def _noting_files(stat: Callable[..., os.stat_result]) -> Callable[..., os.stat_
 
 def _noting_variables(get: Callable[[Any, str], str]) -> Callable[[Any, str], str]:
     def noting(environment: Any, name: str) -> str:
-        if _questions is not None and _reader(_questions.root):
+        if _questions is not None and _reader(_questions):
             _questions.variables.add(name)
         return get(environment, name)
 
@@ -154,13 +164,13 @@ def _note(event: str, arguments: tuple[Any, ...]) -> None:
         name = _absolute(arguments[0])
         if name.startswith(_questions.root):
             _questions.opened.add(name)
-        if _reader(_questions.root):
+        if _reader(_questions):
             _questions.note(name)
     elif event in ("os.listdir", "os.scandir") and not isinstance(arguments[0], int | bytes):
         name = _absolute(arguments[0] or ".")
-        if not name.startswith(_SYSTEM) and _reader(_questions.root):
+        if not name.startswith(_SYSTEM) and _reader(_questions):
             _questions.listed.add(name)
-    elif event in _REFUSED and (frame := _reader(_questions.root)):
+    elif event in _REFUSED and (frame := _reader(_questions)):
         from mehvar.models.quantities import ModelError, place
 
         raise ModelError(
@@ -173,16 +183,17 @@ def _absolute(name: str | os.PathLike[str]) -> str:
     return os.path.abspath(name)  # noqa: PTH100, called for each file that is opened
 
 
-def _reader(root: str) -> FrameType | None:
-    """Return where a text below `root`, this program's own aside, asks something now, itself or through a library."""
-    frame: FrameType | None = sys._getframe(2)
-    while frame is not None:
+def _reader(questions: Questions) -> FrameType | None:
+    """Return where a text below the root, this program's own aside, asks something now, itself or through a library."""
+    root = questions.root
+    for frame in _stack():
         file = frame.f_code.co_filename
+        if frame in questions.callers:
+            return None
         if file.startswith("<frozen importlib"):  # an import, whose file is a module's
             return None
         if file.startswith(root) and not (is_ours(path := Path(file)) or is_copy(path, root) or is_library(path)):
             return frame
-        frame = frame.f_back
     return None
 
 

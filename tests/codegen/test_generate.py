@@ -50,6 +50,22 @@ def python(code: str, folder: Path, **environment: str) -> str:
     return done.stdout
 
 
+def test_who_derives_changes_nothing(tree):
+    """A text beside the models that derives them asks nothing in their name, and neither does a console script there."""
+    program = tree.root / "bin" / "derive"
+    program.parent.mkdir()
+    program.write_text(
+        "from pathlib import Path\n"
+        "from mehvar.codegen.generate import find_tree, generate\n"
+        "generate(find_tree(Path.cwd()), 'satellite')"
+    )
+    manifest = tree.root / "generated" / "satellite" / "manifest.json"
+    before = manifest.read_bytes()
+    manifest.unlink()
+    python("import runpy; runpy.run_path('bin/derive')", tree.root, PYTHONPATH=f"{tree.root}:{ROOT}")
+    assert manifest.read_bytes() == before
+
+
 def generate_in(tree: Tree, casadi: bool = False) -> None:
     """Generate in a process of its own: this one has imported the models of another tree."""
     code = (
