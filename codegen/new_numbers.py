@@ -36,7 +36,7 @@ def shapes(folder: Path) -> dict[str, str]:
         except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError):
             continue
         words = _WORDS if name == "scenarios.toml" else frozenset()
-        hashes[name] = hashlib.sha256(json.dumps(_shape(table, words)).encode()).hexdigest()
+        hashes[name] = hashlib.sha256(json.dumps(_shape(table, words), default=str).encode()).hexdigest()
     return hashes
 
 

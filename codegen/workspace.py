@@ -94,7 +94,7 @@ class Tree:
         own = {name: self for name in self.models if not (self.root / "models" / name / PLANT).is_file()}
         shipped = {name: installed_tree() for name in installed_tree().models}
         plants = {**shipped, **own}
-        if name not in plants:
+        if not isinstance(name, str) or name not in plants:
             raise GenerateError(str(unknown_name("plant", name, plants, str(file))))
         return plants[name], name
 

@@ -50,7 +50,9 @@ class _ParameterRow(_Strict):
     def _number(cls, value: object) -> object:
         if isinstance(value, list):
             return [cls._number(entry) for entry in value]
-        return float(value) if isinstance(value, int) and not isinstance(value, bool) else value
+        if not isinstance(value, int | float | str) or isinstance(value, bool):
+            raise ValueError("must be a number, a formula or a list of numbers")
+        return float(value) if isinstance(value, int) else value
 
     @field_validator("unit")
     @classmethod

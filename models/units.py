@@ -54,6 +54,11 @@ def dimension(unit: str) -> Dimension:
     return {base: exponent for base, exponent in total.items() if exponent}
 
 
+def has_radians(unit: str) -> bool:
+    """Whether radians are in a unit: to its dimension they are numbers, so that rad/s and Hz are alike there."""
+    return "rad" in re.findall("[A-Za-z]+", unit)
+
+
 def product(*factors: tuple[Dimension, Fraction | int]) -> Dimension:
     """Return the dimension of a product of powers."""
     total: dict[str, Fraction] = {}

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 from collections.abc import Callable, Mapping
 from typing import Literal
@@ -21,6 +22,15 @@ _TYPES: Mapping[Argument, tuple[Callable[[object], bool], str]] = {
     "truth": (lambda value: isinstance(value, bool), "True or False"),
     "function": (callable, "a function"),
 }
+
+
+def number(text: str) -> int | float | None:
+    """Return the number that a text is, or None; Python's own readers take `1_0` and digits of every script besides."""
+    if text.isascii() and "_" not in text:
+        for kind in (int, float):  # a whole number to its last digit, which a float above 2^53 has lost
+            with contextlib.suppress(ValueError):
+                return kind(text)
+    return None
 
 
 def check_arguments(kind: Argument, origin: str, /, **arguments: object) -> None:

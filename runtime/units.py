@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from mehvar.errors import bad_value
 from mehvar.manifest import Manifest
 
+from .arguments import number
 from .run.options import OPTIONS
 
 if TYPE_CHECKING:
@@ -81,11 +82,9 @@ def read_value(text: str, unit: str | None = None, name: str = "value", origin: 
     InputError
         For a unit that pint does not know, or that is of another kind.
     """
-    for kind in (int, float):  # a whole number to its last digit, which a float above 2^53 has lost
-        try:
-            return kind(text)
-        except ValueError:
-            continue
+    value = number(text)
+    if value is not None:
+        return value
     parts = _WITH_UNIT.fullmatch(text.strip())
     return _converted(text, parts[1], parts[2], unit, name, origin) if unit and parts else text
 

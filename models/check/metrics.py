@@ -11,14 +11,17 @@ from mehvar.manifest import METRIC_KINDS
 from ..quantities import ModelError
 from ..system import Metric, System
 from ..tables import OF_COUNTS, OF_SECONDS, check_metric_numbers, check_names, place_of
-from ..units import dimension
+from ..units import dimension, has_radians
 from .dimensions import check_radians, placed
 from .features import check_distinct
+from .names import check_name
 
 
 def check_metrics(system: System, folder: Path | None = None) -> None:
     """Refuse metrics that cannot be computed, or whose unit or numbers mean nothing."""
     check_distinct([metric.name for metric in system.metrics], f"{system.origin}: metric")
+    for metric in system.metrics:
+        check_name(metric.name, f"{place_of(folder, 'metrics', metric.name, system.origin)}: metric")
     units = _variables(system)
     for metric in system.metrics:
         place = place_of(folder, "metrics", metric.name, system.origin)
@@ -48,7 +51,7 @@ def _check_variables(metric: Metric, units: Mapping[str, set[str]], where: str) 
         raise ModelError(f"{where}: of = {list(metric.of)}: must be {allowed}, for {metric.kind}")
     for of, names in zip(metric.of, signals, strict=True):
         check_names(names, units, f"{where}: variable")
-        if len(names) > 2:
+        if len(names) > 2 or len({*names}) < len(names):
             raise ModelError(f"{where}: of = {of!r}: must be a variable or the difference of two")
     present = {unit for names in signals for name in names for unit in units[name]}
     one = sorted(present)[0]
@@ -59,5 +62,6 @@ def _check_variables(metric: Metric, units: Mapping[str, set[str]], where: str) 
     with placed(where):
         own = dimension(metric.unit)
     check_radians(metric.unit, where)
-    if own != dimension(unit):
+    angle = any(map(has_radians, present)) and unit == one
+    if own != dimension(unit) or has_radians(metric.unit) != angle:
         raise ModelError(f"{where}: unit = {metric.unit!r}: must be {unit}, for {metric.kind} of {metric.of[0]!r}")

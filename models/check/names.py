@@ -59,6 +59,7 @@ def check_names(system: System) -> None:
     _check_outputs(system, taken)
     _check_variables(system)
     _check_callables(system)
+    _check_text(system.title, f"{system.origin}: title")
     for kind, group in _groups(system):
         _check_spelling(kind, group, system.origin)
         for quantity in group:
@@ -67,6 +68,12 @@ def check_names(system: System) -> None:
         _check_text(function.description, f"{function.origin}: description of function {function.name!r}")
     _check_letters(system)
     _check_arguments(system)
+
+
+def check_name(name: str, what: str) -> None:
+    """Refuse the name of a variable of results that C and Python cannot have."""
+    if not _NAME.fullmatch(name):
+        raise ModelError(f"{what} {name!r}: {_FORM}")
 
 
 def role(system: System, symbol: sp.Symbol) -> str:
@@ -213,9 +220,9 @@ def _distinct(what: str, names: Iterable[str], origin: str = "") -> None:
 
 
 def _check_text(text: str, where: str) -> None:
-    """Refuse a text that would end the comment or the docstring that it stands in."""
-    if "\n" in text or "*/" in text or '"""' in text or text.endswith("\\"):
-        raise ModelError(f'{where} is {text!r}: must be one line without */ and """, and not end with a backslash')
+    """Refuse a text that would end the comment or the docstring that it stands in, or mean something else there."""
+    if not text.isprintable() or any(mark in text for mark in ("*/", '"""', "\\")):
+        raise ModelError(f'{where} is {text!r}: must be one line without */, """ and backslashes')
 
 
 def _check_letters(system: System) -> None:
@@ -238,8 +245,7 @@ def _check_spelling(kind: str, group: Group, origin: str) -> None:
     """Refuse names that differ in case only: the constants of the generated header have capitals."""
     names: dict[str, Quantity] = {}
     for quantity in group:
-        if not _NAME.fullmatch(quantity.name):
-            raise ModelError(f"{origin}: {kind} {quantity.name!r}: {_FORM}")
+        check_name(quantity.name, f"{origin}: {kind}")
         first = names.setdefault(quantity.name.upper(), quantity)
         if first.name != quantity.name:
             raise ModelError(

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -14,6 +15,9 @@ from ..tables import check_names, check_scenario_numbers, check_values, place_of
 from .features import check_distinct
 from .formulas import formulas
 from .vectors import Vector
+
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*")
+"""Names of scenarios stand in commands and in the names of files."""
 
 
 def check_scenarios(system: System, vectors: Iterable[Vector], folder: Path | None = None) -> None:
@@ -94,6 +98,8 @@ def _check_scenarios(system: System, folder: Path | None) -> None:
     for scenario in system.scenarios:
         place = place_of(folder, "scenarios", scenario.name, system.origin)
         where = f"{place}: scenario {scenario.name!r} of {system.name}"
+        if not _NAME.fullmatch(scenario.name):
+            raise ModelError(f"{where}: the name must be letters, digits and any of '_', '-', '.', without blanks")
         check_scenario_numbers(scenario, where)
         check_values(scenario.values, shared, where)
         for table in (scenario.controllers, scenario.expect):

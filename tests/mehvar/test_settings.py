@@ -42,7 +42,7 @@ def test_a_unit_of_another_kind_is_refused(text):
         read_value(text, "m", "name", "--set")
 
 
-@pytest.mark.parametrize("text", ["1/0", "9**9**9m", "m", "0x10", "0,5"])
+@pytest.mark.parametrize("text", ["1/0", "9**9**9m", "m", "0x10", "0,5", "1_0", "١", "1_0 m"])
 def test_what_is_no_number_with_a_unit_stays_a_text(text):
     assert read_value(text, "m", "name", "--set") == text
 

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Strict tables: everything that is not understood is refused with the place and a suggestion."""
 
+import contextlib
 import dataclasses
 import re
 from pathlib import Path
@@ -8,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from mehvar.codegen.generate import installed_tree
+from mehvar.codegen.new_numbers import shapes
 from mehvar.models.check import check_tables
 from mehvar.models.system import ModelError
 from mehvar.models.tables import parse_interval, read_parameters, read_scenarios
@@ -55,7 +57,10 @@ def test_a_good_table_is_read_in_order(tmp_path):
         (("default = 2", "default = -2"), r"default = -2 is outside its bounds \(0, inf\)"),
         (("default = 2", "default = nan"), "is outside its bounds"),
         (("default = 2", "defalt = 2"), r"unknown key 'defalt' \(did you mean 'default'\?\)"),
-        (("default = 2", "default = true"), "default"),
+        *(
+            (("default = 2", f"default = {value}"), "must be a number, a formula or a list of numbers")
+            for value in ("true", "1979-05-27", "[true]", "{ a = 1 }")
+        ),
         (('bounds = "(0, inf)"', 'bounds = "0..1"'), "bounds '0..1' are not an interval"),
         (('bounds = "(0, inf)"', 'bounds = "(1, 0)"'), "are empty"),
         (('source = "paper Table 1"', 'source = "somewhere"'), "source 'somewhere' must begin with"),
@@ -117,6 +122,35 @@ def test_whatever_line_of_a_table_is_damaged_it_is_named(table, tmp_path):
         damaged = [*lines[:k], lines[k].replace("{ ", "{ nonsense = 1, ", 1), *lines[k + 1 :]]
         with pytest.raises(ModelError, match=rf"{table.name}:{k + 1}: .*unknown key '[\w.]*nonsense'"):
             read(write(tmp_path, "\n".join(damaged), table.name))
+
+
+VALUES = (
+    "true",
+    "[1]",
+    "{}",
+    "1979-05-27",
+    "07:32:00",
+    "-1",
+    "1e400",
+    "nan",
+    '"x"',
+    "9" * 30,
+    "[[1]]",
+    '""',
+    '"\\u0000"',
+)
+
+
+@pytest.mark.parametrize("value", VALUES)
+@pytest.mark.parametrize(("name", "text"), [("parameters.toml", GOOD), ("scenarios.toml", SCENARIO)])
+def test_whatever_value_stands_in_a_table_is_read_or_refused(name, text, value, tmp_path):
+    """By its reader, and by what asks whether numbers alone have changed, which reads it first."""
+    read = read_parameters if name == "parameters.toml" else read_scenarios
+    for entry in re.finditer(r'(?<== )(?:\d[\d.]*|"[^"]*"|\["rho"\])', text):
+        write(tmp_path, text[: entry.start()] + value + text[entry.end() :], name)
+        assert list(shapes(tmp_path)) == [name]
+        with contextlib.suppress(ModelError):
+            read(tmp_path / name)
 
 
 def test_intervals_say_what_they_hold():

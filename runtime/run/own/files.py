@@ -14,6 +14,7 @@ import numpy as np
 from mehvar.errors import InputError, bad_value, unknown_name
 from mehvar.manifest import Manifest
 
+from ...arguments import number
 from ...model.functions import FloatArray
 from ..formats import open_result
 
@@ -70,7 +71,7 @@ def _columns(path: str | os.PathLike[str]) -> tuple[dict[str, FloatArray], dict[
     """Return the columns of a table, and the units that stand in brackets after their names."""
     try:
         with Path(path).open(encoding="utf-8-sig", newline="") as file:
-            head, *rows = csv.reader(file)
+            head, *rows = [*csv.reader(file)] or [[]]
     except (OSError, UnicodeDecodeError, csv.Error, ValueError) as error:
         raise InputError(f"cannot read {path}: {getattr(error, 'strerror', None) or error}") from error
     titles = [re.fullmatch(r"\s*(.*?)\s*(?:\[(.*)\])?\s*", title, re.DOTALL) for title in head]
@@ -79,8 +80,8 @@ def _columns(path: str | os.PathLike[str]) -> tuple[dict[str, FloatArray], dict[
         raise bad_value(f"columns of {path}", ", ".join(names), "one of each name")
     numbers = np.empty((len(rows), len(names)))
     for k, row in enumerate(rows):
-        try:
-            numbers[k] = np.array([float(cell) for cell in row]).reshape(len(names))  # one number would fill the row
-        except ValueError:
-            raise bad_value(f"line {k + 2} of {path}", ",".join(row), f"{len(names)} numbers") from None
+        values = [value for cell in row if (value := number(cell)) is not None]
+        if not len(row) == len(values) == len(names):
+            raise bad_value(f"line {k + 2} of {path}", ",".join(row), f"{len(names)} numbers")
+        numbers[k] = values
     return dict(zip(names, numbers.T, strict=True)), {title[1]: title[2] for title in titles if title}

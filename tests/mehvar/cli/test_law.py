@@ -79,7 +79,7 @@ def test_a_model_that_hides_one_of_mehvar_is_said(project: Path, tmp_path: Path,
 @pytest.mark.parametrize(
     ("text", "message"),
     [('plant = "satelite"', "unknown plant 'satelite'.*did you mean satellite"), ("x = 1", "must be one line, plant ="),
-     ('plant = "hover"', "unknown plant 'hover'")],
+     ('plant = "hover"', "unknown plant 'hover'"), ('plant = ["hover"]', r"unknown plant \['hover'\]")],
 )  # fmt: skip
 def test_a_plant_that_is_none_is_refused(tmp_path: Path, text: str, message: str) -> None:
     folder = tmp_path / "models" / "hover"

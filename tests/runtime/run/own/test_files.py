@@ -30,7 +30,7 @@ def test_results_and_tables_are_read(pendulum: runtime.Model, tmp_path: Path) ->
     ("name", "text", "message"),
     [
         ("a.txt", "", r"a.txt'.*ends in \.nc or \.csv"),
-        ("a.csv", "", "cannot read"),
+        ("a.csv", "", "columns of .*a.csv = '': must be t"),
         ("a.csv", "torque\n1\n", "columns of .*a.csv = 'torque': must be t"),
         ("a.csv", "t,torqe\n0,1\n", "unknown input of pendulum 'torqe'.*a.csv"),
         ("a.csv", "t [ms],torque\n0,1\n", r"unit of t in .*a.csv = 'ms': must be s, or left out"),
@@ -38,6 +38,8 @@ def test_results_and_tables_are_read(pendulum: runtime.Model, tmp_path: Path) ->
         ("a.csv", "t,torque,torque\n0,1,2\n", "columns of .*must be one of each name"),
         ("a.csv", "t,torque,u_torque\n0,1,2\n", "columns of .*must be one column of torque"),
         ("a.csv", "t,torque\n0,x\n", r"line 2 of .*a.csv = '0,x': must be 2 numbers"),
+        ("a.csv", "t,torque\n0,1_0\n", "line 2 of .*must be 2 numbers"),
+        ("a.csv", "t,torque\n0,١\n", "line 2 of .*must be 2 numbers"),
         ("a.csv", "t,torque\n0,1,2\n", "line 2 of .*must be 2 numbers"),
         ("a.csv", "t,torque\n0,1\n1\n", "line 3 of .*must be 2 numbers"),
     ],
