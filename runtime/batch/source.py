@@ -23,6 +23,8 @@ _RESULTS = {
     "reference": "r",
     "rhs": "dx",
     "loop": "dq",
+    "rhs_jac": "J",
+    "loop_jac": "J_q J_r",
     "observe": "x u u_cmd",
     "outputs": "y",
     "limits": "margin",
@@ -67,7 +69,7 @@ class KernelLoop:
     @property
     def calls(self) -> dict[str, Function]:
         """The generated functions that it calls."""
-        return loop_calls(self.manifest, self.controller, self.suffix, self.sampled)
+        return loop_calls(self.manifest, self.controller, self.suffix, self.sampled, self.method)
 
     @property
     def generated(self) -> bool:
@@ -103,11 +105,12 @@ def kernel_sources(loop: KernelLoop) -> dict[str, str]:
         If the generated folder lacks a function.
     """
     sources = native_headers() | native_sources("step/*.h", "batch/*.[ch]", "random/*.h")
-    return sources | generated_sources(loop.manifest) | {"kernel.h": _kernel(loop)}
+    generated = {name: generated_text(loop.manifest, name) for name in _loop_files(loop)}
+    return sources | generated | {"kernel.h": _kernel(loop)}
 
 
 def generated_sources(manifest: Manifest) -> dict[str, str]:
-    """Return the C files of a model that a kernel takes in, by name.
+    """Return the C files of a model that every kernel takes in, by name.
 
     Raises
     ------
@@ -119,12 +122,14 @@ def generated_sources(manifest: Manifest) -> dict[str, str]:
 
 def _kernel(loop: KernelLoop) -> str:
     """Return the model's text and the definitions that native/batch/block.h is compiled with."""
-    manifest = loop.manifest
+    manifest, files = loop.manifest, _loop_files(loop)
     lines = ["/* SPDX-License-Identifier: Apache-2.0 */", '#include "mehvar/private/arithmetic.h"']
-    functions = (f for f in manifest.functions.values() if f.file in _files(manifest))
+    functions = (f for f in manifest.functions.values() if f.file in files)
     lines += [f"static {_declaration(manifest, f)};" for f in functions]
-    lines += [f'#include "{file}"' for file in _files(manifest) if file.endswith(".c")]
-    definitions = _sizes(loop) | _calls(loop) | _method(loop.method)
+    lines += [f'#include "{file}"' for file in files if file.endswith(".c")]
+    tables, method = _method(loop.method)
+    definitions = _sizes(loop) | _calls(loop) | method
+    lines += tables
     return "\n".join([*lines, *(f"#define {name} {text}" for name, text in definitions.items())]) + "\n"
 
 
@@ -155,9 +160,15 @@ def _parts(functions: Mapping[str, Function], function: Function) -> dict[str, F
 
 
 def _files(manifest: Manifest) -> list[str]:
-    """Return the files of the model that a kernel takes in."""
+    """Return the files of the model that every kernel takes in."""
     names = {f.file for f in manifest.functions.values() if not f.file.endswith("_jac.c")}
     return [*sorted(names), f"{manifest.model}.h"]
+
+
+def _loop_files(loop: KernelLoop) -> list[str]:
+    """Return the files of the model that a kernel takes in: those of Jacobians where the method calls them."""
+    files = _files(loop.manifest)
+    return [*files, *sorted({function.file for function in loop.calls.values()} - {*files})]
 
 
 def _sizes(loop: KernelLoop) -> dict[str, str]:
@@ -215,25 +226,60 @@ def _expression(name: str, call: str) -> str:
     return {"p": "m->p", "c": "m->c", "s": "m->s", "t": "&t"}.get(name, name)
 
 
-def _method(method: Method) -> dict[str, str]:
-    """Return the sums of a method over its nonzero coefficients."""
+def _method(method: Method) -> tuple[list[str], dict[str, str]]:
+    """Return the coefficients of a method: lines with tables, and the definitions that read them or hold its sums."""
     kind: Any = structures("methods/tableaux.h")["mv_tableau"]
     tableau = (kind * len(METHODS)).in_dll(load_native(), "mv_tableaux")[METHODS.index(method)]
     stages = tableau.stages
-    a = [_numbers(tableau.a, (i + 1) * STAGES)[i * STAGES :][:i] for i in range(stages)]
+    common = {"STAGES": str(stages), "ORDER": str(tableau.order), "ESTIMATED": "1", "GAMMA": repr(tableau.gamma)}
+    if tableau.gamma:
+        return _implicit(tableau, common)
+    a = [row[:i] for i, row in enumerate(_rows(tableau.a, stages))]
     c = _numbers(tableau.c, stages)
     sums = [f"STAGE({i}, {c[i]!r}, {_sum(a[i])})" for i in range(1, stages)]
-    return {
-        "STAGES": str(stages),
-        "ORDER": str(tableau.order),
-        "ESTIMATED": "1",
+    return [], common | {
         "END_IN_ERROR": str(tableau.end_in_error),
         "THIRD": str(int(bool(tableau.e3))),
         "STAGE_SUMS": " \\\n    ".join(["", *sums]),
         "END_SUM": _sum(_numbers(tableau.b, stages)),
         "ERROR_SUM": _sum(_numbers(tableau.e, stages + tableau.end_in_error)),
         "THIRD_ERROR_SUM": _sum(_numbers(tableau.e3, stages) if tableau.e3 else ()),
+        **{f"IMPLICIT_{name}": "0" for name in ("A(s, j)", "G(s, j)", "C(s)", "D(s)")},
+        "DENSE": "0",
+        "DENSE_G(term, j)": "0",
     }
+
+
+def _implicit(tableau: Any, common: dict[str, str]) -> tuple[list[str], dict[str, str]]:
+    stages = tableau.stages - 1
+    rows = {
+        "a": _rows(tableau.a, stages),
+        "g": _rows(tableau.g, stages),
+        "dense": _rows(tableau.dense_g, tableau.dense),
+        "cd": [_numbers(tableau.c, stages), _numbers(tableau.d, stages)],
+    }
+    tables = [
+        f"static const double implicit_{name}[{len(table)}][{stages}] = "
+        f"{{{', '.join(f'{{{str(row[:stages])[1:-1]}}}' for row in table)}}};"
+        for name, table in rows.items()
+    ]
+    sums = dict.fromkeys(("END_SUM", "ERROR_SUM", "THIRD_ERROR_SUM"), "SPLAT(0)")
+    return tables, common | sums | {
+        "END_IN_ERROR": "0",
+        "THIRD": "0",
+        "STAGE_SUMS": "(void)k;",
+        "IMPLICIT_A(s, j)": "implicit_a[s][j]",
+        "IMPLICIT_G(s, j)": "implicit_g[s][j]",
+        "IMPLICIT_C(s)": "implicit_cd[0][s]",
+        "IMPLICIT_D(s)": "implicit_cd[1][s]",
+        "DENSE": str(tableau.dense),
+        "DENSE_G(term, j)": "implicit_dense[term][j]",
+    }
+
+
+def _rows(address: int, count: int) -> list[list[float]]:
+    numbers = _numbers(address, count * STAGES)
+    return [numbers[i * STAGES : (i + 1) * STAGES] for i in range(count)]
 
 
 def _numbers(address: int, count: int) -> list[float]:

@@ -5,14 +5,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from mehvar.errors import InputError
+from mehvar.errors import InputError, bad_value
 from mehvar.manifest import Controller, Function, Manifest
 from mehvar.names import identifier
+
+from .options import IMPLICIT, METHODS, Method, either
 
 _ARGUMENTS = {
     "reference": "t p s",
     "rhs": "x u p",
     "loop": "q r p c",
+    "rhs_jac": "x u p",
+    "loop_jac": "q r p c",
     "observe": "q r p c",
     "outputs": "x u r p",
     "limits": "x u p",
@@ -29,7 +33,9 @@ _AROUND = ("start", "to_coordinates", "from_coordinates")
 """What is called before and after a loop, not in it."""
 
 
-def loop_calls(manifest: Manifest, controller: Controller, suffix: str, sampled: bool) -> dict[str, Function]:
+def loop_calls(
+    manifest: Manifest, controller: Controller, suffix: str, sampled: bool, method: Method = "dop853"
+) -> dict[str, Function]:
     """Return the functions behind the calls of a loop; a call that the model has no function for is absent.
 
     Parameters
@@ -42,6 +48,8 @@ def loop_calls(manifest: Manifest, controller: Controller, suffix: str, sampled:
         Of the functions that the chosen variant of the plant has of its own.
     sampled : bool
         Whether the law is sampled.
+    method : str
+        A linearly implicit one calls the Jacobian too.
 
     Raises
     ------
@@ -61,6 +69,12 @@ def loop_calls(manifest: Manifest, controller: Controller, suffix: str, sampled:
     else:
         names |= {"loop": f"{law}_loop{suffix}", "observe": f"{law}_observe"}
         names |= {name: name for name in ("to_coordinates", "from_coordinates") if charted}
+    if method in IMPLICIT:
+        jacobian = f"jac_x{suffix}" if sampled else f"{law}_loop_jac{suffix}"
+        if jacobian not in functions:
+            explicit = either(name for name in METHODS if name not in IMPLICIT)
+            raise bad_value("method", method, f"{explicit}: the model has no Jacobian {jacobian}")
+        names["rhs_jac" if sampled else "loop_jac"] = jacobian
     if "project" in functions and not (sampled and charted):
         names["project"] = "project"
     return {call: _function(functions, name, _arguments(call, controller)) for call, name in names.items()}
@@ -71,6 +85,8 @@ def model_fields(calls: Mapping[str, Function], manifest: Manifest, controller: 
     renamed = {"law": "law_memory"} if controller.memory else {}
     if "actuate" in manifest.functions:
         renamed["observe"] = "observe_command"
+    if manifest.references:
+        renamed["loop_jac"] = "loop_jac_r"
     return {renamed.get(call, call): function for call, function in calls.items() if call not in _AROUND}
 
 

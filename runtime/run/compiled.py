@@ -159,7 +159,7 @@ def _addresses(problem: Problem, backend: CBackend) -> dict[str, int]:
     """Return where the C functions are that the loop calls."""
     controller, sampled = problem.controller, problem.hold_every is not None
     manifest = problem.model.manifest
-    calls = loop_calls(manifest, controller, problem.suffix, sampled)
+    calls = loop_calls(manifest, controller, problem.suffix, sampled, problem.method)
     reals: dict[str, Real] = {"law": problem.real, "law_memory": problem.real}
     return {
         field: backend.address(function.name, reals.get(field, "double"))

@@ -19,11 +19,13 @@ from ..model.parameters import number
 
 Kind = Literal["number", "count", "word"]
 Place = Literal["run", "batch", "board"]
-Method = Literal["rk4", "dopri5", "dop853", "rock4"]
+Method = Literal["rk4", "dopri5", "dop853", "rock4", "rodas5p"]
 Profile = Literal["portable", "fast"]
 Need = Literal["rk4", "adaptive", "sampled", "noise"]
 
 METHODS: tuple[Method, ...] = get_args(Method)  # numbered as in the native integrator
+IMPLICIT: tuple[Method, ...] = ("rodas5p",)
+"""Methods that take the Jacobian of the loop."""
 SMALLEST_RTOL = 100 * sys.float_info.epsilon  # SciPy's own limit: below it an error estimate is mostly rounding
 _SMALLEST_ATOL = sys.float_info.min  # below it a number of type double has fewer digits
 _COUNT_BELOW = 2**31  # the narrowest count in C, the delay, is an int32

@@ -10,7 +10,7 @@
 #include "noise.h"
 
 #define REALS(a, n) real a[(n) + 1]
-#define ROWS(a, m, n) real a[m][n]
+#define ROWS(a, m, n) real a[(m) + !(m)][n]
 
 typedef struct {
     real p[NP + 1], c[NC + 1], s[NS + 1];
@@ -60,11 +60,5 @@ typedef struct {
     int64_t records;
     real t_record;             /* instant of a lane's last record */
 } mv_block;
-
-#if MEHVAR_LANES == 1
-#define AT(v, lane) (v)
-#else
-#define AT(v, lane) ((v)[lane])
-#endif
 
 #endif

@@ -1,22 +1,28 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Coefficients of the explicit Runge-Kutta methods. */
+/* Coefficients of the explicit Runge-Kutta methods, and of a linearly implicit one. */
 #ifndef MEHVAR_TABLEAUX_H
 #define MEHVAR_TABLEAUX_H
 
 #define MV_STAGES 16 /* the most that a method has */
 
-enum mv_method { MV_RK4, MV_DOPRI5, MV_DOP853, MV_ROCK4 };
+enum mv_method { MV_RK4, MV_DOPRI5, MV_DOP853, MV_ROCK4, MV_RODAS5P };
 
 typedef struct {
-    int stages;
+    int stages;                     /* slopes; of a linearly implicit method one more than it has stages */
     int order;                      /* the local error goes like step^order; 0 = fixed step */
     int end_in_error;               /* the estimate e needs the slope at the end of the step */
     const double (*a)[MV_STAGES];
     const double *b, *c;
     const double *e;                /* main error estimate: for each stage, and for the end if it is needed */
     const double *e3;               /* third-order estimate of dop853, or null */
+    /* of a linearly implicit method, see step/implicit.h, whose a and c are there too: */
+    double gamma;                   /* 0 of an explicit one */
+    const double (*g)[MV_STAGES];   /* what the stages before add to the right side, over the step */
+    const double *d;                /* weights of the slope's change in time */
+    int dense;                      /* terms of dense output beyond the straight line */
+    const double (*dense_g)[MV_STAGES];
 } mv_tableau;
 
-extern const mv_tableau mv_tableaux[4];  /* by enum mv_method */
+extern const mv_tableau mv_tableaux[5];  /* by enum mv_method */
 
 #endif

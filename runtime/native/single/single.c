@@ -24,10 +24,21 @@
 #define ESTIMATED (METHOD->order != 0)
 #define END_IN_ERROR (ESTIMATED && METHOD->end_in_error)
 #define THIRD (METHOD->e3 != 0)
+#define GAMMA (METHOD->gamma)
+#define IMPLICIT_A(s, j) (METHOD->a[s][j])
+#define IMPLICIT_G(s, j) (METHOD->g[s][j])
+#define IMPLICIT_C(s) (METHOD->c[s])
+#define IMPLICIT_D(s) (METHOD->d[s])
+#define DENSE (METHOD->dense)
+#define DENSE_G(term, j) (METHOD->dense_g[term][j])
 
 #define CALL_REFERENCE m->reference(&t, m->p, m->s, r)
 #define CALL_RHS m->rhs(x, u, m->p, dx)
 #define CALL_LOOP m->loop(q, r, m->p, m->c, dq)
+#define CALL_RHS_JAC m->rhs_jac(x, u, m->p, J)
+#define CALL_LOOP_JAC                                                                                                \
+    if (m->loop_jac_r) m->loop_jac_r(q, r, m->p, m->c, J_q, J_r);                                                    \
+    else m->loop_jac(q, r, m->p, m->c, J_q)
 #define CALL_OBSERVE                                                                                                 \
     if (m->observe_command) m->observe_command(q, r, m->p, m->c, x, u, u_cmd);                                       \
     else m->observe(q, r, m->p, m->c, x, u), mv_copy(u_cmd, u, m->nu)
@@ -46,7 +57,7 @@
 #define CALL_HOLD
 
 #define REALS(a, n) real *a
-#define ROWS(a, m, n) real *a[MV_STAGES + 1]
+#define ROWS(a, m, n) real *a[MV_STAGES + 1] /* as many as the most of any */
 
 #include "loop.h"
 
@@ -113,12 +124,14 @@ static void mv_record(mv_loop *l, mask lanes, int due)
 static double *divide(mv_loop *l, double *place)
 {
     for (int j = 0; j <= STAGES; j++, place += NQ) l->k[j] = place;
+    for (int j = 0; j < KEPT; j++, place += NQ) l->before[j] = place;
+    for (int j = 0; j < KEPT * TERMS; j++, place += NQ) l->dense[j] = place;
     const struct {
         double **array;
         int64_t size;
     } arrays[] = {
         {&l->y, NQ}, {&l->stage, NQ}, {&l->r, NR}, {&l->u_cmd, NU}, {&l->z_next, NZ}, {&l->column, COLUMNS},
-        {&l->queue, (int64_t)l->schedule->delay * NU},
+        {&l->queue, (int64_t)l->schedule->delay * NU}, {&l->w, GAMMA ? NQ * NQ : 0}, {&l->w_r, GAMMA ? NQ * NR : 0},
     };
     for (unsigned i = 0; i < sizeof arrays / sizeof *arrays; place += arrays[i++].size) *arrays[i].array = place;
     return place;

@@ -28,6 +28,9 @@ typedef struct {
     mv_4_3 *observe_command;  /* q, r, p, c -> x, u, u_cmd; null without an actuator */
     mv_3_1 *actuate;          /* x, u_cmd, p -> u; null without an actuator */
     mv_3_1 *measure;          /* x, e, p -> what the law sees of x; null when it sees x */
+    mv_3_1 *rhs_jac;          /* x, u, p -> J; this and the next two null unless the method is linearly implicit */
+    mv_4_1 *loop_jac;         /* q, r, p, c -> J_q */
+    mv_4_2 *loop_jac_r;       /* q, r, p, c -> J_q, J_r; in place of it where there are references */
     mv_1_1 *project;          /* q -> q; null without a manifold */
     const double *p, *c, *s;
     const double *e;          /* ne numbers for each evaluation of the law */

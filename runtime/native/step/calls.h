@@ -14,6 +14,11 @@ static inline void mv_copy(real *to, const real *from, int n)
 static inline void mv_call_reference(const mv_model *m, real t, real *r) { CALL_REFERENCE; }
 static inline void mv_call_rhs(const mv_model *m, const real *x, const real *u, real *dx) { CALL_RHS; }
 static inline void mv_call_loop(const mv_model *m, const real *q, const real *r, real *dq) { CALL_LOOP; }
+static inline void mv_call_rhs_jac(const mv_model *m, const real *x, const real *u, real *J) { CALL_RHS_JAC; }
+static inline void mv_call_loop_jac(const mv_model *m, const real *q, const real *r, real *J_q, real *J_r)
+{
+    CALL_LOOP_JAC;
+}
 static inline void mv_call_observe(const mv_model *m, const real *q, const real *r, real *x, real *u, real *u_cmd)
 {
     CALL_OBSERVE;

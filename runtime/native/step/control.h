@@ -66,7 +66,11 @@ static real mv_first_step(mv_loop *l, real room)
 static inline real mv_error_ratio(const mv_loop *l, real h)
 {
     real error[NQ], third_error[NQ], main = SPLAT(0), third = SPLAT(0);
-    mv_estimate(l, error, third_error);
+    if (GAMMA) {
+        for (int i = 0; i < NQ; i++) error[i] = l->k[STAGES - 1][i] / h;
+    } else {
+        mv_estimate(l, error, third_error);
+    }
     for (int i = 0; i < NQ; i++) {
         const real weight = K(1) / mv_tolerance(l, mv_larger(mv_fabs(l->q[i]), mv_fabs(l->y[i])));
         error[i] *= weight;
@@ -93,11 +97,14 @@ static real mv_reserve(const mv_loop *l, real ratio)
 
 static inline real mv_within_bounds(real factor) { return mv_min(SPLAT(GROW), mv_max(SPLAT(SHRINK), K(SAFETY) * factor)); }
 
-/* The next step of the lanes that took one of length h or were refused it; `bounded` were refused the trial before. */
-static inline void mv_control(mv_loop *l, real h, real ratio, mask taken, mask refused, mask bounded)
+/* Let lanes take no further step: they end where they are, with this status, once the ticks before that are done. */
+static inline void mv_halt(mv_loop *l, mask m, enum mv_status status) { l->status = SELECT(m, SPLAT(status), l->status); }
+
+/* The next step of the lanes that took one of length h or were refused it. */
+static inline void mv_control(mv_loop *l, real h, real ratio, mask taken, mask refused)
 {
     const real reserve = mv_reserve(l, ratio), cube = reserve * reserve * reserve;
-    const real factor = mv_min(SELECT(bounded, SPLAT(1), SPLAT(GROW)), mv_within_bounds(cube / l->reserve));
+    const real factor = mv_min(SELECT(l->bounded, SPLAT(1), SPLAT(GROW)), mv_within_bounds(cube / l->reserve));
     const mask cut = LT(h, l->h); /* short by the target, which says nothing against the longer step */
     const real next = SELECT(AND(cut, LE(K(1), factor)), mv_max(l->h, h * factor), h * factor);
     const real retry = h * mv_min(SPLAT(1), mv_within_bounds(cube * reserve));
@@ -105,8 +112,9 @@ static inline void mv_control(mv_loop *l, real h, real ratio, mask taken, mask r
     l->reserve = SELECT(AND(taken, NOT(cut)), mv_min(reserve, SPLAT(MOST_RESERVE)), l->reserve);
     const real resolution = mv_from_bits(mv_to_bits(l->t) + 1) - l->t;
     const mask small = AND(refused, LT(l->h, K(LEAST_SPACINGS) * resolution)), finite = EQ(ratio - ratio, K(0));
-    mv_retire(l, AND(small, finite), MV_STEP_UNDERFLOW);
-    mv_retire(l, AND(small, NOT(finite)), MV_NOT_FINITE);
+    mv_halt(l, AND(small, finite), MV_STEP_UNDERFLOW);
+    mv_halt(l, AND(small, NOT(finite)), MV_NOT_FINITE);
+    l->bounded = OR(refused, AND(l->bounded, NOT(taken)));
 }
 
 #endif

@@ -14,9 +14,12 @@ static void mv_begin(mv_loop *l, mask alive)
 {
     l->alive = alive;
     l->tick = l->evaluations = 0;
+    l->bounded = mv_none();
     l->ready = l->started = 0;
-    l->t = SPLAT(l->schedule->t[0]);
-    l->h = l->error = l->steps = l->rejected = l->status = SPLAT(0);
+    l->t = l->begin[0] = l->begin[1] = SPLAT(l->schedule->t[0]);
+    l->span[0] = l->span[1] = SPLAT(1);
+    for (int lane = 0; lane < MEHVAR_LANES; lane++) l->next[lane] = 1;
+    l->h = l->error = l->steps = l->rejected = l->trials = l->status = SPLAT(0);
     l->reserve = SPLAT(1);
     l->violated = SPLAT(-1);
     for (int i = 0; i < COLUMNS; i++) l->column[i] = SPLAT(0);
@@ -53,11 +56,32 @@ static void mv_sample(mv_loop *l)
     const int64_t hold_every = l->schedule->hold_every;
     mv_refer(l, SPLAT(l->schedule->t[l->tick]));
     if (!SAMPLED) {
-        mv_call_observe(&l->model, l->q, l->r, l->column, l->column + U_COLUMN, l->u_cmd);
+        if (PASSES) mv_between(l, l->schedule->t[l->tick], l->y);
+        mv_call_observe(&l->model, PASSES ? l->y : l->q, l->r, l->column, l->column + U_COLUMN, l->u_cmd);
         return;
     }
     mv_copy(l->column, l->q, NX);
     if (l->tick % hold_every == 0) mv_evaluate_law(l, l->tick / hold_every);
+}
+
+/* Let lanes end at the tick, from which steps may have gone on. */
+static void mv_end_at_tick(mv_loop *l, mask m, enum mv_status status)
+{
+    if (PASSES) {
+        l->t = SELECT(m, SPLAT(l->schedule->t[l->tick]), l->t);
+        mv_blend(m, l->q, l->y, NQ);
+    }
+    mv_retire(l, m, status);
+}
+
+/* Whether lanes keep the limits at the tick. A continuous loop is held to them after every step, and here where a step
+ * has passed over the tick. */
+static mask mv_good_at_tick(mv_loop *l)
+{
+    if (SAMPLED) return mv_allowed(l, l->alive, l->column, l->u_cmd);
+    if (!PASSES || !LIMITS) return mv_all();
+    const mask over = AND(l->alive, LT(SPLAT(l->schedule->t[l->tick]), l->t));
+    return NOT(AND(over, NOT(mv_allowed(l, over, l->column, l->column + U_COLUMN))));
 }
 
 static void mv_tick(mv_loop *l)
@@ -67,8 +91,7 @@ static void mv_tick(mv_loop *l)
     mv_sample(l);
     const mask finite =
         AND(mv_finite(l->column, NX), AND(mv_finite(l->u_cmd, NU), mv_finite(l->column + U_COLUMN, NU)));
-    /* a continuous loop is held to its limits after every step */
-    const mask good = SAMPLED ? AND(finite, mv_allowed(l, l->alive, l->column, l->u_cmd)) : finite;
+    const mask good = AND(finite, mv_good_at_tick(l));
     const mask failed = AND(l->alive, NOT(good));
     if (due || mv_any(failed)) {
         mv_call_outputs(&l->model, l->column, l->column + U_COLUMN, l->r, l->column + Y_COLUMN);
@@ -76,8 +99,8 @@ static void mv_tick(mv_loop *l)
         mv_record(l, due ? l->alive : failed, due);
     }
     l->violated = SELECT(AND(l->alive, NOT(finite)), SPLAT(-1), l->violated);
-    mv_retire(l, AND(l->alive, NOT(finite)), MV_NOT_FINITE);
-    mv_retire(l, AND(l->alive, NOT(good)), MV_LIMIT);
+    mv_end_at_tick(l, AND(l->alive, NOT(finite)), MV_NOT_FINITE);
+    mv_end_at_tick(l, AND(l->alive, NOT(good)), MV_LIMIT);
     if (!last && mv_any(l->alive)) {
         if (SAMPLED && l->tick % s->hold_every == 0) mv_blend(l->alive, l->column + Z_COLUMN, l->z_next, NZ);
         mv_advance(l, s->t[l->tick + 1]);

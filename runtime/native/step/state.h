@@ -12,6 +12,8 @@
  *                                    the local error goes like step^ORDER, 0 for a fixed step
  *   ESTIMATED, END_IN_ERROR, THIRD   there is an error estimate; it needs the slope at the end; there is one of order
  *                                    three beside it (dop853)
+ *   GAMMA, IMPLICIT_A(s, j) ...      of a linearly implicit method, see implicit.h; 0 of an explicit one
+ *   DENSE, DENSE_G(term, j)          terms of the method's dense output, see dense.h
  *   REALS(a, n), ROWS(a, m, n)       declare a field for n numbers, and for m times n
  * In a batch they are constants, so that the compiler drops what a loop has no use for; in a single run they are read
  * from `l`, and one library serves all models. */
@@ -27,21 +29,40 @@
 #define Z_COLUMN (Y_COLUMN + NY)
 #define COLUMNS (Z_COLUMN + NZ)
 
+/* Whether steps pass over ticks, where nothing changes but what is recorded. */
+#define PASSES (DENSE && !SAMPLED && REFERENCE_CONSTANT)
+#define TERMS (1 + DENSE)
+#define KEPT (PASSES ? 2 : 0) /* steps */
+
+#if MEHVAR_LANES == 1
+#define AT(v, lane) (v)
+#else
+#define AT(v, lane) ((v)[lane])
+#endif
+
 typedef struct {
     const mv_schedule *schedule;
     mv_model model;
     int64_t tick;              /* the next one */
     int64_t evaluations;       /* of the slope, in all lanes at once */
     mask alive;
+    mask bounded;              /* the last trial was refused */
     int32_t ready, started;    /* k[0] is the slope at (t, q); h has been chosen */
-    real t;
+    int64_t next[MEHVAR_LANES]; /* the first tick after t */
+    real t;                    /* of q; beyond `tick` where steps pass over ticks */
     real h;                    /* the step that the error control would take */
     real reserve;              /* of the last accepted step, see control.h */
     real error;                /* the largest estimate over its tolerance */
     real steps, rejected;
-    real status, violated;     /* an mv_status; index of the limit that ended the run, or -1 */
+    real trials;               /* since the last tick */
+    real status, violated;     /* an mv_status, of a lane that is alive how it will end; index of the limit, or -1 */
     REALS(q, NQ);
     ROWS(k, STAGES + 1, NQ);   /* slopes at the stages and at the end of the step */
+    REALS(w, GAMMA ? NQ * NQ : 0); /* Jacobian, then the factors of its matrix */
+    REALS(w_r, GAMMA ? NQ * NR : 0); /* Jacobian with respect to the references */
+    real begin[2], span[2];    /* of the last two steps that passed over a tick: where they began, how long they were */
+    ROWS(before, KEPT, NQ);    /* the coordinates there */
+    ROWS(dense, KEPT * TERMS, NQ);
     REALS(y, NQ);
     REALS(stage, NQ);
     REALS(r, NR);

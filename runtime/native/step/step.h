@@ -4,8 +4,10 @@
 #define MEHVAR_STEP_H
 
 #include "control.h"
+#include "dense.h"
+#include "implicit.h"
 
-/* Defined by whoever includes this: the slopes k[1] ... and the end y of a step. */
+/* Defined by whoever includes this: the slopes k[1] ... and the end y of an explicit step. */
 static inline void mv_stages(mv_loop *l, real h);
 
 /* A step that would nearly reach the target is stretched to it, as a sliver costs as much as a step. From 1 to 1.1:
@@ -15,12 +17,28 @@ static inline void mv_stages(mv_loop *l, real h);
  * quotient is rounded to 2e-16, so that a half or twice changes nothing. */
 #define SLACK 1e-12
 
+/* Which of `lanes` pass over a tick, or come to one, with a step to the instant `after`. */
+static mask mv_ticked(mv_loop *l, mask lanes, real after)
+{
+    const mv_schedule *s = l->schedule;
+    const real moving = SELECT0(lanes, SPLAT(1));
+    real ticked = SPLAT(0);
+    for (int lane = 0; lane < MEHVAR_LANES; lane++) {
+        if (!AT(moving, lane)) continue;
+        const int64_t first = l->next[lane];
+        while (l->next[lane] < s->ticks && s->t[l->next[lane]] <= AT(after, lane)) l->next[lane]++;
+        AT(ticked, lane) = l->next[lane] > first;
+    }
+    return TRUTH(ticked);
+}
+
 /* One trial step of the lanes `open`; `last` are those that reach the target with it. Returns those that took it. */
 static mask mv_trial(mv_loop *l, real target, real h, mask open, mask last, real *ratio)
 {
     real *end = l->k[STAGES];
     const mask goes_on = SAMPLED ? NOT(last) : mv_all(); /* where the slope at the end is that of the next step */
-    mv_stages(l, h);
+    if (GAMMA) mv_implicit_stages(l, h);
+    else mv_stages(l, h);
     mask good = mv_finite(l->y, NQ);
     if (END_IN_ERROR) {
         mv_slope(l, l->t + h, l->y, end);
@@ -38,7 +56,14 @@ static mask mv_trial(mv_loop *l, real target, real h, mask open, mask last, real
         *ratio = SELECT(broken, SPLAT(MV_NAN), *ratio);
         taken = AND(taken, NOT(broken));
     }
-    l->t = SELECT(taken, SELECT(last, target, l->t + h), l->t);
+    const real after = SELECT(last, target, l->t + h);
+    l->trials += SELECT0(open, SPLAT(1));
+    if (PASSES) {
+        const mask ticked = mv_ticked(l, taken, after);
+        l->trials = SELECT(ticked, SPLAT(0), l->trials);
+        if (mv_any(ticked)) mv_keep_step(l, h, ticked);
+    }
+    l->t = SELECT(taken, after, l->t);
     mv_blend(taken, l->q, l->y, NQ);
     mv_blend(taken, l->k[0], end, NQ);
     l->steps += SELECT0(taken, SPLAT(1));
@@ -54,49 +79,60 @@ static inline void mv_check_limits(mv_loop *l, mask moved)
     real x[NX], u[NU], u_cmd[NU];
     mv_refer(l, l->t);
     mv_call_observe(&l->model, l->q, l->r, x, u, u_cmd);
-    mv_retire(l, AND(moved, NOT(mv_allowed(l, moved, x, u))), MV_LIMIT);
+    mv_halt(l, AND(moved, NOT(mv_allowed(l, moved, x, u))), MV_LIMIT);
 }
 
 /* Before the first trial step from t to the target. */
 static inline void mv_prepare_steps(mv_loop *l, real target)
 {
     if (SAMPLED) mv_hold(&l->model, l->column + U_COLUMN);
-    if (!l->ready) mv_slope(l, l->t, l->q, l->k[0]);
+    if (!PASSES) l->trials = SPLAT(0);
+    if (l->ready) return;
+    mv_slope(l, l->t, l->q, l->k[0]);
     l->ready = !SAMPLED;
-    mv_retire(l, AND(l->alive, NOT(mv_finite(l->k[0], NQ))), MV_NOT_FINITE);
-    if (!mv_any(l->alive)) return;
-    if (!ORDER)
-        l->h = (target - l->t) / mv_ceil((target - l->t) / K(l->schedule->step) * K(1 - SLACK));
-    else if (!l->started)
-        l->h = mv_first_step(l, target - l->t);
+    mv_halt(l, AND(l->alive, NOT(mv_finite(l->k[0], NQ))), MV_NOT_FINITE);
+    if (ORDER && !l->started) l->h = mv_first_step(l, target - l->t);
     l->started = 1;
 }
 
-/* Integrate all lanes that are alive to exactly `goal`; those that cannot get there are retired where they are. */
-static void mv_advance(mv_loop *l, double goal)
+/* Lanes that have a step to take before the tick. */
+static inline mask mv_behind(const mv_loop *l, real tick)
 {
-    const real target = SPLAT(goal), start = l->t;
-    mv_prepare_steps(l, target);
-    mask open = l->alive, bounded = mv_none();
-    for (int64_t trial = 0; mv_any(open); trial++) {
-        if (trial == l->schedule->max_steps) {
-            mv_retire(l, open, MV_TOO_MANY_STEPS);
-            return;
-        }
-        const real room = target - l->t;
+    return AND(AND(l->alive, EQ(l->status, SPLAT(MV_DONE))), LT(l->t, tick));
+}
+
+/* Lanes that may take a step while others must: of each two steps are kept, and with one more the older has the tick. */
+static inline mask mv_free(const mv_loop *l, real tick, real end)
+{
+    return PASSES ? AND(mv_behind(l, end), AND(LT(l->begin[0], tick), NE(l->t, tick))) : mv_behind(l, tick);
+}
+
+/* Integrate all lanes that are alive to a tick, or beyond it where steps pass over ticks but never beyond the last one.
+ * Those that cannot get there are retired where they are. */
+static void mv_advance(mv_loop *l, double t_tick)
+{
+    const mv_schedule *s = l->schedule;
+    const real tick = SPLAT(t_tick), end = SPLAT(PASSES ? s->t[s->ticks - 1] : t_tick), start = l->t;
+    mv_prepare_steps(l, end);
+    if (!ORDER) l->h = (end - l->t) / mv_ceil((end - l->t) / K(s->step) * K(1 - SLACK));
+    for (int64_t trial = 0; mv_any(mv_behind(l, tick)); trial++) {
+        const mask open = mv_free(l, tick, end);
+        const real target = end, room = target - l->t;
         const mask last = LE(room, K(STRETCH) * l->h);
         const real h = ORDER ? SELECT(last, room, l->h) : l->h;
         real ratio;
         const mask taken = mv_trial(l, target, h, open, last, &ratio), refused = AND(open, NOT(taken));
         if (ORDER)
-            mv_control(l, h, ratio, taken, refused, bounded);
+            mv_control(l, h, ratio, taken, refused);
         else
-            mv_retire(l, refused, MV_NOT_FINITE);
-        bounded = refused;
+            mv_halt(l, refused, MV_NOT_FINITE);
         if (!ORDER) l->t = SELECT(AND(taken, NOT(last)), start + K(trial + 1) * h, l->t); /* counted, not added up */
         mv_check_limits(l, taken);
-        open = AND(l->alive, LT(l->t, target));
+        mv_halt(l, AND(mv_behind(l, end), LE(SPLAT(s->max_steps), l->trials)), MV_TOO_MANY_STEPS);
     }
+    const mask beyond = AND(EQ(l->status, SPLAT(MV_LIMIT)), LE(l->t, tick));
+    const mask stuck = AND(NE(l->status, SPLAT(MV_DONE)), LT(l->t, tick));
+    l->alive = AND(l->alive, NOT(OR(beyond, stuck)));
 }
 
 #endif

@@ -1,0 +1,93 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Linearly implicit (Rosenbrock) steps: each stage solves one linear system, and all of a step have one matrix.
+ *
+ * With W = 1/(h gamma) - J, J the Jacobian where the step begins, the stages are
+ *   W u_i = f(t + c_i h, q + sum_j a_ij u_j) + sum_j g_ij u_j / h + d_i h df/dt
+ * and q + sum_j a_sj u_j + u_s is the end, u_s the estimate of its error. Source: Hairer & Wanner, Solving Ordinary
+ * Differential Equations II, 2nd ed., section IV.7. */
+#ifndef MEHVAR_IMPLICIT_H
+#define MEHVAR_IMPLICIT_H
+
+#include "state.h"
+
+/* Pivots stand on the diagonal, in its order, so that lanes need no rows of their own. Those of h gamma W are one where
+ * h is small, whatever the units of the coordinates; where one is smaller than this the step is tried again, shorter.
+ * Own: rounding is then at most a thousand times what it need be, of the correction that J makes. */
+#define LEAST_PIVOT 1e-3
+
+/* Of the instant, for a difference of slopes in time: the root of the spacing of doubles, half of whose digits it keeps. */
+#define TIME_STEP 1.5e-8
+
+static inline void mv_jacobian(mv_loop *l)
+{
+    if (SAMPLED)
+        mv_call_rhs_jac(&l->model, l->q, l->column + U_COLUMN, l->w);
+    else
+        mv_call_loop_jac(&l->model, l->q, l->r, l->w, l->w_r);
+}
+
+/* Put the factors of W in the place of J, with reciprocals on the diagonal. Returns the lanes that have them. */
+static mask mv_factor(mv_loop *l, real h)
+{
+    real *const w = l->w;
+    const real diagonal = K(1) / (h * K(GAMMA));
+    mask good = mv_all();
+    for (int i = 0; i < NQ * NQ; i++) w[i] = (i % (NQ + 1) ? SPLAT(0) : diagonal) - w[i];
+    for (int k = 0; k < NQ; k++) {
+        good = AND(good, LE(K(LEAST_PIVOT) * diagonal, mv_fabs(w[k * NQ + k])));
+        w[k * NQ + k] = K(1) / w[k * NQ + k];
+        for (int i = k + 1; i < NQ; i++) {
+            if (!mv_any(NE(w[i * NQ + k], SPLAT(0)))) continue;
+            w[i * NQ + k] *= w[k * NQ + k];
+            for (int j = k + 1; j < NQ; j++) w[i * NQ + j] -= w[i * NQ + k] * w[k * NQ + j];
+        }
+    }
+    return good;
+}
+
+static void mv_solve(const mv_loop *l, real *u)
+{
+    const real *const w = l->w;
+    for (int i = 1; i < NQ; i++)
+        for (int j = 0; j < i; j++) u[i] -= w[i * NQ + j] * u[j];
+    for (int i = NQ - 1; i >= 0; i--) {
+        for (int j = i + 1; j < NQ; j++) u[i] -= w[i * NQ + j] * u[j];
+        u[i] *= w[i * NQ + i];
+    }
+}
+
+/* The change of the slope in time, where something in the loop depends on it. */
+static void mv_slope_in_time(mv_loop *l, real *change)
+{
+    const real step = K(TIME_STEP) * mv_max(mv_fabs(l->t), SPLAT(1));
+    mv_slope(l, l->t + step, l->q, change);
+    for (int i = 0; i < NQ; i++) change[i] = (change[i] - l->k[0][i]) / step;
+}
+
+/* The stages k[1] ... and the end y of a step; no number where W has no factors. */
+static void mv_implicit_stages(mv_loop *l, real h)
+{
+    const int timed = !SAMPLED && !REFERENCE_CONSTANT, stages = STAGES - 1;
+    real *const in_time = l->k[STAGES];
+    if (timed) mv_slope_in_time(l, in_time);
+    mv_refer(l, l->t);
+    mv_jacobian(l);
+    const mask good = mv_factor(l, h);
+    for (int s = 0; s < stages; s++) {
+        real *const u = l->k[s + 1];
+        mv_copy(l->stage, l->q, NQ);
+        for (int j = 0; j < s; j++)
+            for (int i = 0; i < NQ; i++) l->stage[i] += K(IMPLICIT_A(s, j)) * l->k[j + 1][i];
+        if (s)
+            mv_slope(l, l->t + K(IMPLICIT_C(s)) * h, l->stage, u);
+        else
+            mv_copy(u, l->k[0], NQ);
+        for (int j = 0; j < s; j++)
+            for (int i = 0; i < NQ; i++) u[i] += K(IMPLICIT_G(s, j)) / h * l->k[j + 1][i];
+        for (int i = 0; timed && i < NQ; i++) u[i] += K(IMPLICIT_D(s)) * h * in_time[i];
+        mv_solve(l, u);
+    }
+    for (int i = 0; i < NQ; i++) l->y[i] = SELECT(good, l->stage[i] + l->k[stages][i], SPLAT(MV_NAN));
+}
+
+#endif
