@@ -231,8 +231,8 @@ def _method(method: Method) -> tuple[list[str], dict[str, str]]:
     kind: Any = structures("methods/tableaux.h")["mv_tableau"]
     tableau = (kind * len(METHODS)).in_dll(load_native(), "mv_tableaux")[METHODS.index(method)]
     stages = tableau.stages
-    common = {"STAGES": str(stages), "ORDER": str(tableau.order), "ESTIMATED": "1", "GAMMA": repr(tableau.gamma)}
-    if tableau.gamma:
+    common = {"STAGES": str(stages), "ORDER": str(tableau.order), "ESTIMATED": "1"}
+    if tableau.d:
         return _implicit(tableau, common)
     a = [row[:i] for i, row in enumerate(_rows(tableau.a, stages))]
     c = _numbers(tableau.c, stages)
@@ -244,6 +244,7 @@ def _method(method: Method) -> tuple[list[str], dict[str, str]]:
         "END_SUM": _sum(_numbers(tableau.b, stages)),
         "ERROR_SUM": _sum(_numbers(tableau.e, stages + tableau.end_in_error)),
         "THIRD_ERROR_SUM": _sum(_numbers(tableau.e3, stages) if tableau.e3 else ()),
+        "GAMMA": "0",
         **{f"IMPLICIT_{name}": "0" for name in ("A(s, j)", "G(s, j)", "C(s)", "D(s)")},
         "DENSE": "0",
         "DENSE_G(term, j)": "0",
@@ -268,6 +269,7 @@ def _implicit(tableau: Any, common: dict[str, str]) -> tuple[list[str], dict[str
         "END_IN_ERROR": "0",
         "THIRD": "0",
         "STAGE_SUMS": "(void)k;",
+        "GAMMA": "implicit_cd[1][0]",
         "IMPLICIT_A(s, j)": "implicit_a[s][j]",
         "IMPLICIT_G(s, j)": "implicit_g[s][j]",
         "IMPLICIT_C(s)": "implicit_cd[0][s]",

@@ -70,14 +70,25 @@ def loop_calls(
         names |= {"loop": f"{law}_loop{suffix}", "observe": f"{law}_observe"}
         names |= {name: name for name in ("to_coordinates", "from_coordinates") if charted}
     if method in IMPLICIT:
-        jacobian = f"jac_x{suffix}" if sampled else f"{law}_loop_jac{suffix}"
-        if jacobian not in functions:
-            explicit = either(name for name in METHODS if name not in IMPLICIT)
-            raise bad_value("method", method, f"{explicit}: the model has no Jacobian {jacobian}")
-        names["rhs_jac" if sampled else "loop_jac"] = jacobian
+        names["rhs_jac" if sampled else "loop_jac"] = jacobian_name(manifest, controller, suffix, sampled)
     if "project" in functions and not (sampled and charted):
         names["project"] = "project"
     return {call: _function(functions, name, _arguments(call, controller)) for call, name in names.items()}
+
+
+def jacobian_name(manifest: Manifest, controller: Controller, suffix: str, sampled: bool) -> str:
+    """Return the function that gives a linearly implicit method the Jacobian of a loop.
+
+    Raises
+    ------
+    InputError
+        If the model has none, as it has for its default variant alone.
+    """
+    name = f"jac_x{suffix}" if sampled else f"{identifier(controller.name)}_loop_jac{suffix}"
+    if name not in map(identifier, manifest.functions):
+        explicit = either(method for method in METHODS if method not in IMPLICIT)
+        raise bad_value("method", IMPLICIT[0], f"{explicit}: {manifest.model} has no Jacobian {name}")
+    return name
 
 
 def model_fields(calls: Mapping[str, Function], manifest: Manifest, controller: Controller) -> dict[str, Function]:

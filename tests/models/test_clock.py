@@ -120,7 +120,7 @@ def stepped(n):
     return v
 
 
-@pytest.mark.parametrize("method", ["dop853", "dopri5", "rk4", "rock4"])
+@pytest.mark.parametrize("method", ["dop853", "dopri5", "rk4", "rock4", "rodas5p"])
 @pytest.mark.parametrize("backend", ["c", "python", "casadi"])
 def test_a_plant_of_time(windy, backend, method):
     run = simulate(windy, "brake", backend=backend, method=method, **({"step": 0.01} if method == "rk4" else {}))
@@ -143,7 +143,7 @@ def test_limit_and_variant_of_a_plant_of_time(windy, backend):
 
 
 @pytest.mark.parametrize("law", ["steps", "brake"])
-@pytest.mark.parametrize("method", ["dop853", "dopri5", "rock4"])
+@pytest.mark.parametrize("method", ["dop853", "dopri5", "rock4", "rodas5p"])
 def test_a_batch_of_a_plant_of_time_has_the_bits_of_its_runs(windy, tmp_path, law, method):
     runs = mehvar.batch(windy, law, n=9, seed=1, vary={"k": "uniform(1, 3)"}, method=method, out=tmp_path / "runs.zarr")
     assert set(runs["status"].values.tolist()) == {0}

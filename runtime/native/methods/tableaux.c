@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Classical rk4; Dormand & Prince 5(4), J. Comput. Appl. Math. 6 (1980) 19; dop853 of Hairer, Norsett & Wanner,
- * Solving Ordinary Differential Equations I, 2nd ed., section II.10; and rock4, built as Abdulle does, SIAM J. Sci.
- * Comput. 23 (2002) 2041, with sixteen stages (rock4.py). */
+ * Solving Ordinary Differential Equations I, 2nd ed., section II.10; rock4, built as Abdulle does, SIAM J. Sci. Comput.
+ * 23 (2002) 2041, with sixteen stages (rock4.py); and rodas5p of Steinebach, BIT Numer. Math. 63 (2023) 27. */
 #include "tableaux.h"
 
 static const double rk4_a[4][MV_STAGES] = {{0.0}, {0.5}, {0.0, 0.5}, {0.0, 0.0, 1.0}};
@@ -75,49 +75,14 @@ static const double rock4[19][MV_STAGES] = {
 #include "rock4.inc"
 }; /* the rows of a, then b, c and e */
 
-/* RODAS5P, Steinebach, BIT 63 (2023) 27: stiffly accurate, of order five with an estimate of order four */
-#define RODAS5P_6 -7.502846399306121, 2.561846144803919, -11.627539656261098, -0.18268767659942256, 0.030198172008377946
-static const double rodas5p_a[8][MV_STAGES] = {
-    {0.0},
-    {3.0},
-    {2.849394379747939, 0.45842242204463923},
-    {-6.954028509809101, 2.489845061869568, -10.358996098473584},
-    {2.8029986275628964, 0.5072464736228206, -0.3988312541770524, -0.04721187230404641},
-    {RODAS5P_6},
-    {RODAS5P_6, 1.0},
-    {RODAS5P_6, 1.0, 1.0},
-};
-static const double rodas5p_g[8][MV_STAGES] = {
-    {0.0},
-    {-14.155112264123755},
-    {-17.97296035885952, -2.859693295451294},
-    {147.12150275711716, -1.41221402718213, 71.68940251302358},
-    {165.43517024871676, -0.4592823456491126, 42.90938336958603, -5.961986721573306},
-    {24.854864614690072, -3.0009227002832186, 47.4931110020768, 5.5814197821558125, -0.6610691825249471},
-    {30.91273214028599, -3.1208243349937974, 77.79954646070892, 34.28646028294783, -19.097331116725623,
-     -28.087943162872662},
-    {37.80277123390563, -3.2571969029072276, 112.26918849496327, 66.9347231244047, -40.06618937091002,
-     -54.66780262877968, -9.48861652309627},
-};
-static const double rodas5p_c[8] = {
-    0.0, 0.6358126895828704, 0.4095798393397535, 0.9769306725060716, 0.4288403609558664, 1.0, 1.0, 1.0,
-};
-static const double rodas5p_d[8] = {
-    0.21193756319429014, -0.42387512638858027, -0.3384627126235924, 1.8046452872882734, 2.325825639765069, 0.0, 0.0, 0.0,
-};
-static const double rodas5p_dense[3][MV_STAGES] = {
-    {25.948786856663858, -2.5579724845846235, 10.433815404888879, -2.3679251022685204, 0.524948541321073,
-     1.1241088310450404, 0.4272876194431874, -0.17202221070155493},
-    {-9.91568850695171, -0.9689944594115154, 3.0438037242978453, -24.495224566215796, 20.176138334709044,
-     15.98066361424651, -6.789040303419874, -6.710236069923372},
-    {11.419903575922262, 2.8879645146136994, 72.92137995996029, 80.12511834622643, -52.072871366152654,
-     -59.78993625266729, -0.15582684282751913, 4.883087185713722},
-};
+static const double rodas5p[21][MV_STAGES] = {
+#include "rodas5p.inc"
+}; /* the rows of a, of g, c and d, and the rows of dense output */
 
 const mv_tableau mv_tableaux[5] = {
-    [MV_RK4] = {4, 0, 1, rk4_a, rk4_b, rk4_c, rk4_e, 0, 0.0, 0, 0, 0, 0},
-    [MV_DOPRI5] = {6, 5, 1, dopri5_a, dopri5_b, dopri5_c, dopri5_e, 0, 0.0, 0, 0, 0, 0},
-    [MV_DOP853] = {12, 8, 0, mv_dop853_a, mv_dop853_b, mv_dop853_c, mv_dop853_e5, mv_dop853_e3, 0.0, 0, 0, 0, 0},
-    [MV_ROCK4] = {16, 4, 0, rock4, rock4[16], rock4[17], rock4[18], 0, 0.0, 0, 0, 0, 0},
-    [MV_RODAS5P] = {9, 5, 0, rodas5p_a, 0, rodas5p_c, 0, 0, 0.21193756319429014, rodas5p_g, rodas5p_d, 3, rodas5p_dense},
+    [MV_RK4] = {4, 0, 1, rk4_a, rk4_b, rk4_c, rk4_e, 0, 0, 0, 0, 0},
+    [MV_DOPRI5] = {6, 5, 1, dopri5_a, dopri5_b, dopri5_c, dopri5_e, 0, 0, 0, 0, 0},
+    [MV_DOP853] = {12, 8, 0, mv_dop853_a, mv_dop853_b, mv_dop853_c, mv_dop853_e5, mv_dop853_e3, 0, 0, 0, 0},
+    [MV_ROCK4] = {16, 4, 0, rock4, rock4[16], rock4[17], rock4[18], 0, 0, 0, 0, 0},
+    [MV_RODAS5P] = {9, 5, 0, rodas5p, 0, rodas5p[16], 0, 0, rodas5p + 8, rodas5p[17], 3, rodas5p + 18},
 };

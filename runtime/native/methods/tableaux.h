@@ -16,9 +16,8 @@ typedef struct {
     const double *e;                /* main error estimate: for each stage, and for the end if it is needed */
     const double *e3;               /* third-order estimate of dop853, or null */
     /* of a linearly implicit method, see step/implicit.h, whose a and c are there too: */
-    double gamma;                   /* 0 of an explicit one */
     const double (*g)[MV_STAGES];   /* what the stages before add to the right side, over the step */
-    const double *d;                /* weights of the slope's change in time */
+    const double *d;                /* weights of the slope's change in time, the first of which is gamma; or null */
     int dense;                      /* terms of dense output beyond the straight line */
     const double (*dense_g)[MV_STAGES];
 } mv_tableau;

@@ -24,7 +24,7 @@
 #define ESTIMATED (METHOD->order != 0)
 #define END_IN_ERROR (ESTIMATED && METHOD->end_in_error)
 #define THIRD (METHOD->e3 != 0)
-#define GAMMA (METHOD->gamma)
+#define GAMMA (METHOD->d ? METHOD->d[0] : 0)
 #define IMPLICIT_A(s, j) (METHOD->a[s][j])
 #define IMPLICIT_G(s, j) (METHOD->g[s][j])
 #define IMPLICIT_C(s) (METHOD->c[s])

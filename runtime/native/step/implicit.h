@@ -18,12 +18,16 @@
 /* Of the instant, for a difference of slopes in time: the root of the spacing of doubles, half of whose digits it keeps. */
 #define TIME_STEP 1.5e-8
 
+/* The Jacobian at (t, q). An entry that has no value, as on a kink, is taken for zero: the step is then of a low order,
+ * which its error shows, and a short one passes. */
 static inline void mv_jacobian(mv_loop *l)
 {
+    mv_refer(l, l->t);
     if (SAMPLED)
         mv_call_rhs_jac(&l->model, l->q, l->column + U_COLUMN, l->w);
     else
         mv_call_loop_jac(&l->model, l->q, l->r, l->w, l->w_r);
+    for (int i = 0; i < NQ * NQ; i++) l->w[i] = SELECT0(EQ(l->w[i] - l->w[i], SPLAT(0)), l->w[i]);
 }
 
 /* Put the factors of W in the place of J, with reciprocals on the diagonal. Returns the lanes that have them. */
@@ -70,7 +74,6 @@ static void mv_implicit_stages(mv_loop *l, real h)
     const int timed = !SAMPLED && !REFERENCE_CONSTANT, stages = STAGES - 1;
     real *const in_time = l->k[STAGES];
     if (timed) mv_slope_in_time(l, in_time);
-    mv_refer(l, l->t);
     mv_jacobian(l);
     const mask good = mv_factor(l, h);
     for (int s = 0; s < stages; s++) {

@@ -311,7 +311,7 @@ def test_initial_state(model: Model) -> None:
         ({"delay": 1}, "delay = 1 .* left out unless the law is sampled"),
         ({"delay": -1, "hold": 0.01}, "delay = -1 .*: must be a whole number >= 0"),
         ({"delay": 0.5, "hold": 0.01}, "delay = 0.5 .*: must be a whole number >= 0"),
-        ({"method": "euler"}, "method = 'euler' .*: must be rk4, dopri5, dop853 or rock4"),
+        ({"method": "euler"}, "method = 'euler' .*: must be rk4, dopri5, dop853, rock4 or rodas5p"),
         ({"rtol": 1e-15}, r"rtol = 1e-15 .*: must be a number >= 2.22e-14 and < 1"),
         ({"atol": 0.0}, "atol = 0.0"),
         ({"step": 0.0, "method": "rk4"}, "step = 0.0 .*: must be a number > 0"),
