@@ -32,7 +32,7 @@ BOBS = ((50.0, 0.2, 0.6, 3.57), (5.0, 0.1, 0.9, 0.15))
 """Mass, length, pivot ahead of O and damping of each, the paper's."""
 VX, PERIOD, SAMPLES = 3000.0, 0.1, 200
 TOLERANCE = 1e-9
-"""Relative and absolute; tighter than SciPy's default, looser than ours (1e-11) and heyoka's (2e-16): all methods reach it."""
+"""Relative and absolute: between SciPy's default and ours (1e-11) or heyoka's (2e-16), within reach of all."""
 DELTA_MAX = 0.6  # rad, that of the tutorial on the LQR: its gains ask for more in the first samples
 HERE = Path(__file__).parent
 GAINS: Array = np.array(json.loads((HERE / "gains.json").read_text(encoding="utf-8")))
