@@ -34,7 +34,7 @@ TOOLS = {
     "python-control": "control",
 }
 """To the package; ours first, for it draws the starts of all. `own` is mehvar with the model written by the user."""
-NAMES = {"mehvar": "mehvar, its model", "own": "mehvar, own model"}
+MODELS = {"mehvar": "its model", "own": "own model"}
 TURNS = 3
 """The first with nothing compiled or kept, the others with what the first left; the tools take turns."""
 REFERENCE = 1e-13
@@ -112,9 +112,11 @@ def fly(tool: str, *more: str) -> dict[str, Any]:
 def row(tool: str, turns: list[dict[str, Any]], reference: np.ndarray) -> list[str]:
     """Return a row of the table."""
     try:
-        name = f"{NAMES.get(tool, tool)} {version(TOOLS[tool])}"
+        name = f"{tool} {version(TOOLS[tool])}"
     except PackageNotFoundError:
         name = tool
+    if tool in MODELS:
+        name = f"mehvar {version('mehvar')}, {MODELS[tool]}"
     failed = [turn["why"] for turn in turns if "why" in turn]
     if failed:
         return [name, f"not run: {failed[0][:80]}", *["-"] * 7]
