@@ -3,12 +3,12 @@
 # make docs: set up .venv and build the site into build/site
 # make validate: against outside engines; make mutants: wrong versions of the runtime; both need the package index
 # make soak: the long campaigns, hours; make matrix: other Pythons and libraries,
-# make peers: the tools that models are exported to; both need the package index
+# make peers: the tools that models are exported to; make compare: one task in other tools; all need the package index
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: run test docs validate mutants soak matrix peers lint farm setup clean
+.PHONY: run test docs validate mutants soak matrix peers compare lint farm setup clean
 run: setup
 	$(BIN)/mehvar reproduce --out report
 
@@ -51,6 +51,12 @@ peers: setup
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[control,jax,numba]" fmpy polars twine
 	$(BIN)/pytest -m peers
 
+# without constraints.txt, as `validate`
+compare:
+	$(PYTHON) -m venv .venv-compare
+	.venv-compare/bin/python -m pip install --quiet --disable-pip-version-check -e . -r benchmarks/peers/lqr/requirements.txt
+	.venv-compare/bin/python benchmarks/compare.py
+
 lint: setup farm
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
@@ -71,4 +77,4 @@ $(VENV)/installed: pyproject.toml constraints.txt
 	@touch $@
 
 clean:
-	rm -rf $(VENV) .venv-validation report
+	rm -rf $(VENV) .venv-validation .venv-compare report

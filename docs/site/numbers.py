@@ -46,6 +46,7 @@ _SETTINGS = {
     "batch_scaling_counts.md": "tolerance 1e-6 and 0.05 s of the triangle; a user's default is 1e-11 and 35 s",
     "batch_scaling_pendulums.md": "rk4, 100 steps of 0.1 s, held input; a user's default is dop853 at 1e-11",
     "batch_scaling_threads.md": "tolerance 1e-6; a user's default is 1e-11",
+    "compare.md": "tolerance 1e-9, on ball joints, own laws every 0.1 s; a user's default is 1e-11 and continuous",
     "board.md": "one sample of delay and 5000 samples; a user's defaults are none and 1600",
 }
 """Of every page: whether its numbers were measured with a user's default settings, and with which if not."""

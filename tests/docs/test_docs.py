@@ -400,3 +400,13 @@ def test_a_tutorial_shows_what_its_command_draws(page: str) -> None:
     assert shown is not None
     assert text.index(f"$ {command}\n") < shown.start()
     assert (ROOT / "docs" / "pictures" / name).stat().st_size > 10_000
+
+
+def test_the_page_that_compares_shows_what_was_measured() -> None:
+    shown, measured = (
+        re.findall(r"^\|.*\|$", (ROOT / place).read_text(encoding="utf-8"), flags=re.MULTILINE)
+        for place in ("docs/compare.md", "benchmarks/results/compare.md")
+    )
+    assert shown == measured
+    for tool in ("mehvar", "heyoka", "Drake", "PyDy", "Basilisk", "python-control"):
+        assert any(line.startswith(f"| {tool}") for line in shown), f"no row of {tool}"
