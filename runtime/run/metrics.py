@@ -96,10 +96,11 @@ def evaluate(metric: Metric, t: FloatArray, series: Mapping[str, FloatArray]) ->
         raise unknown_name(f"kind of metric {metric.name}", metric.kind, _KINDS)
     if not metric.of:
         raise InputError(f"metric {metric.name} names no variable")
-    window = (t >= metric.since) & (t <= metric.until)
-    if not window.any():
+    whole = t.size > 0 and metric.since <= t[0] and t[-1] <= metric.until
+    window = slice(None) if whole else (t >= metric.since) & (t <= metric.until)
+    if not (isinstance(window, slice) or window.any()):
         return math.nan
-    values = np.stack([_signal(metric, of, series)[window] for of in metric.of])
+    values = np.array([_signal(metric, of, series)[window] for of in metric.of])
     return float(_KINDS[metric.kind](t[window], values, metric.band))
 
 
