@@ -8,6 +8,7 @@ from collections.abc import Callable, Collection, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mehvar.errors import InputError, unknown_name
 from mehvar.manifest import Manifest, Metric
@@ -119,12 +120,12 @@ def _signal(metric: Metric, of: str, series: Mapping[str, FloatArray]) -> FloatA
 
 
 def _settling(t: FloatArray, values: FloatArray, band: float) -> float:
-    return max(_settling_of_one(t, row, band) for row in values)
+    outside = ~(np.abs(values) <= band)
+    return max(_settling_of_one(t, row, out.nonzero()[0], band) for row, out in zip(values, outside, strict=True))
 
 
-def _settling_of_one(t: FloatArray, row: FloatArray, band: float) -> float:
+def _settling_of_one(t: FloatArray, row: FloatArray, outside: NDArray[np.intp], band: float) -> float:
     """Return where the line between the last sample outside the band and the next one enters it."""
-    outside = np.flatnonzero(~(np.abs(row) <= band))
     if outside.size == 0:
         return float(t[0])
     last = outside[-1]
