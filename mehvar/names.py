@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import functools
 import re
 
 RESULT_NAMES = frozenset(
@@ -24,6 +25,7 @@ CLOCK = "clock"
 """What the last state of a plant of time is called: it is time, and has the rate one."""
 
 
+@functools.lru_cache(maxsize=4096)  # of a few hundred names a model
 def identifier(name: str) -> str:
     """Return the C and Python identifier of a name: what is neither letter, digit nor underscore becomes one."""
     return re.sub(r"\W", "_", name, flags=re.ASCII)

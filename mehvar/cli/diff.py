@@ -143,6 +143,8 @@ def _format(form: str | None, out: Path | None) -> str:
         raise bad_value("--format", form, " or ".join(FORMATS))
     ending = out.suffix.removeprefix(".") if out else ""
     ending = _ENDINGS.get(ending, ending)
+    if form is not None and ending in FORMATS and ending != form:
+        raise bad_value("--format", form, f"left out or {ending}, as {out} ends")
     chosen = form or (ending if ending in FORMATS else "text")
     if chosen == "html" and out is None and sys.stdout.isatty():
         raise InputError("--format html writes a page: say where with --out FILE.html")

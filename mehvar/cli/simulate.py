@@ -18,6 +18,7 @@ from mehvar.runtime.model.parameters import check_values, number
 from mehvar.runtime.run.formats import checked_format
 from mehvar.runtime.run.metrics import grouped, metrics
 from mehvar.runtime.run.options import OPTIONS, split_settings
+from mehvar.runtime.run.own.choice import law_of
 from mehvar.runtime.run.own.files import read_inputs
 from mehvar.runtime.run.own.inputs import Interpolation
 from mehvar.runtime.run.problem import Status
@@ -100,6 +101,7 @@ def command(
     assert controller is not None
     values = read_values(texts, find_model(model))
     opened = _open_loop(model, controller, input_texts, inputs, interpolation)
+    _check_inputs(find_model(model), scenario, values, opened, "--input" if inputs is None else f"--inputs {inputs}")
     return simulate(model, None if opened else controller, scenario, values, out, plot, opened, as_json)
 
 
@@ -158,6 +160,15 @@ def _open_loop(
         if name in inputs:
             raise bad_value("--input", name, f"an input that {file} does not have")
     return {"inputs": {**inputs, **constants} if isinstance(inputs, dict) else inputs, "interpolation": interpolation}
+
+
+def _check_inputs(
+    manifest: Manifest, scenario: str | None, values: Mapping[str, Any], opened: Mapping[str, Any], origin: str
+) -> None:
+    """Refuse inputs in their own name: the run would in that of --set."""
+    if opened:
+        end = values.get("t_end") or manifest.scenario(scenario).duration
+        law_of(manifest, None, **opened, period=None, memory=None, end=end, origin=origin)
 
 
 def simulate(

@@ -17,7 +17,7 @@ from markupsafe import Markup
 from mehvar import html
 from mehvar.manifest import Controller, Manifest, Parameter, Quantity
 from mehvar.runtime.arguments import check_arguments
-from mehvar.runtime.files import write_atomic
+from mehvar.runtime.files import check_folder, write_atomic
 from mehvar.runtime.model.functions import FloatArray
 from mehvar.runtime.model.model import load
 from mehvar.runtime.run.options import RunOptions
@@ -48,7 +48,7 @@ def export_web(model: str | os.PathLike[str], out: str | os.PathLike[str]) -> Pa
     Raises
     ------
     InputError
-        For an unknown model, or one without a law that runs a scenario.
+        For an unknown model, one without a law that runs a scenario, or an `out` that cannot be a folder.
     MissingError
         Without zig; the message says how to install it.
     BuildError
@@ -57,6 +57,7 @@ def export_web(model: str | os.PathLike[str], out: str | os.PathLike[str]) -> Pa
         If the page cannot be written.
     """
     check_arguments("path", "the call", out=out)
+    check_folder(out)
     zig_toolchain()  # before the runs, which take longer
     loaded = load(model)
     page = Path(out) / f"{loaded.manifest.model}.html"

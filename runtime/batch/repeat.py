@@ -13,7 +13,7 @@ import numpy as np
 
 from mehvar.errors import InputError, bad_value
 
-from ..model.catalogue import find_model, shipped_models
+from ..model.catalogue import find_model, project_models, shipped_models
 from ..model.functions import FloatArray
 from ..model.model import Model, load
 from ..run.metrics import metrics
@@ -74,15 +74,30 @@ def _trusted_model(store: Store, trust: bool) -> str:
     installed = shipped_models().get(name)  # not that of the folder one stands in, which may have come with the store
     if installed is not None and generated_digest(find_model(installed)) == _recorded_digest(store):
         return str(installed)
-    if not trust:
+    there = os.path.isdir(source)  # noqa: PTH112 - pathlib raises for a name that is too long
+    if not (trust and there):
         raise TrustError(
-            f"{store.name} was made from a model {name} that is not installed here with the same text; it names "
-            f"{source!r}, and a model is code that would be compiled and run. If you trust it, add --trust-model "
-            "(trust=True); or name a model of your own: mehvar simulate MODEL --from STORE --run ID"
+            f"{store.name} was made from a model {name} that is not installed here with the same text; "
+            f"{_way(store, name, source, there)}"
         )
     if generated_digest(find_model(source)) != _recorded_digest(store):
         raise TrustError(f"{store.name} was made from another text than that of {source!r} now: it cannot be repeated")
     return source
+
+
+def _way(store: Store, name: str, source: str, there: bool) -> str:
+    """Say which model somebody can name for a store whose model is not installed."""
+    own = project_models().get(name)
+    if own is not None and generated_digest(find_model(own)) == _recorded_digest(store):
+        return f"that in {own} has this text: to take it, mehvar simulate {name} --from STORE --run ID"
+    if not there:
+        return (
+            f"it names {source!r}, which is no folder here: name the model, mehvar simulate MODEL --from STORE --run ID"
+        )
+    return (
+        f"it names {source!r}, and a model is code that would be compiled and run. If you trust it, add --trust-model "
+        "(trust=True); or name a model of your own: mehvar simulate MODEL --from STORE --run ID"
+    )
 
 
 def _recorded_digest(store: Store) -> str:

@@ -3,9 +3,11 @@
 
 from __future__ import annotations
 
+import functools
 import importlib.util
 import os
 import warnings
+from collections.abc import Iterable
 from pathlib import Path
 
 from mehvar.errors import bad_value, unknown_name
@@ -15,15 +17,12 @@ from mehvar.project import project_root
 
 def shipped_models() -> dict[str, Path]:
     """Return the folders of the models that come with the `generated` package, by name."""
-    spec = importlib.util.find_spec("mehvar.generated")
-    roots = list(spec.submodule_search_locations or []) if spec else []
-    return {name: folder for root in roots for name, folder in _models_in(Path(root)).items()}
+    return {name: folder for root in _shipped_roots() for name, folder in _models_in(root).items()}
 
 
 def project_models() -> dict[str, Path]:
     """Return the generated folders of the project that one stands in, by name; none of mehvar's own checkout."""
-    root = project_root(Path.cwd())
-    models = {} if root is None else _models_in(root / "generated")
+    models = {name: folder for root in _project_roots() for name, folder in _models_in(root).items()}
     shipped = shipped_models()
     return {name: folder for name, folder in models.items() if not _is_same(folder, shipped.get(name))}
 
@@ -38,9 +37,26 @@ def list_models() -> list[str]:
     return sorted(known_models())
 
 
+@functools.cache
+def _shipped_roots() -> tuple[Path, ...]:
+    spec = importlib.util.find_spec("mehvar.generated")
+    return tuple(map(Path, spec.submodule_search_locations or [])) if spec else ()
+
+
+def _project_roots() -> tuple[Path, ...]:
+    root = project_root(Path.cwd())
+    return () if root is None else (root / "generated",)
+
+
 def _models_in(root: Path) -> dict[str, Path]:
     folders = sorted(root.iterdir()) if root.is_dir() else []
     return {folder.name: folder for folder in folders if (folder / FILE).is_file()}
+
+
+def _model_in(roots: Iterable[Path], name: str) -> Path | None:
+    """Return what `_models_in` has for a name, without a look at the others."""
+    folders = [root / name for root in roots if os.path.isfile(root / name / FILE)]  # noqa: PTH113 - as in find_folder
+    return folders[-1] if folders and folders[-1].name == name else None
 
 
 def _is_same(folder: Path, other: Path | None) -> bool:
@@ -57,14 +73,17 @@ def find_folder(model: str | os.PathLike[str]) -> Path:
     """
     if not isinstance(model, str | os.PathLike):
         raise bad_value("model", model, "the name of a model, or the path of a generated folder")
-    models = known_models()
-    if isinstance(model, str) and model in models:
-        if model in shipped_models() and models[model] != shipped_models()[model]:
-            warnings.warn(f"{model} is that in {models[model]}, not the one that comes with mehvar", stacklevel=2)
-        return models[model]
+    if isinstance(model, str):
+        shipped, own = _model_in(_shipped_roots(), model), _model_in(_project_roots(), model)
+        if own is not None and not _is_same(own, shipped):
+            if shipped is not None:
+                warnings.warn(f"{model} is that in {own}, not the one that comes with mehvar", stacklevel=2)
+            return own
+        if shipped is not None:
+            return shipped
     if os.path.isdir(model):  # noqa: PTH112 - pathlib raises for a name that is too long
         return Path(model)
-    raise unknown_name("model (neither a known name nor a generated folder)", os.fspath(model), models)
+    raise unknown_name("model (neither a known name nor a generated folder)", os.fspath(model), known_models())
 
 
 def is_installed(model: str, digest: str) -> bool:

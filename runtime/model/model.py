@@ -470,12 +470,13 @@ def load(model: str | os.PathLike[str], backend: BackendName | None = None) -> M
 
 def shared_model(model: str | os.PathLike[str], backend: BackendName | None = None) -> Model:
     """Return a loaded model as `load` does, the same one while nothing in its folder or about the compiler changes."""
-    if backend not in (None, "c") or find_compiler() is None:
+    compiler = find_compiler()
+    if backend not in (None, "c") or compiler is None:
         return load(model, backend)
     folder = find_folder(model)
     with os.scandir(folder) as files:
         stamps = [(f.name, s.st_ino, s.st_size, s.st_mtime_ns) for f in files for s in (f.stat(),)]
-    return _shared(str(folder), find_compiler(), os.environ.get("MEHVAR_CACHE"), tuple(sorted(stamps)))
+    return _shared(str(folder), compiler, os.environ.get("MEHVAR_CACHE"), tuple(sorted(stamps)))
 
 
 @functools.lru_cache(maxsize=8)  # models at work at once; one more is loaded again, as all were without this

@@ -8,6 +8,7 @@ import string
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,8 +19,7 @@ from mehvar.names import identifier
 from .functions import FloatArray, Functions
 
 
-@dataclass(frozen=True)
-class Setting:
+class Setting(NamedTuple):
     """A value and where it came from, as in "--set" or "scenario paper"."""
 
     value: object
@@ -56,6 +56,8 @@ class _Number(float):
 
 def number(name: str, value: object, origin: str = "") -> float:
     """Return a value as a finite float, or raise InputError; neither a truth value nor a text is a number."""
+    if type(value) is float and math.isfinite(value):
+        return value
     try:
         if isinstance(value, (bool, np.bool_, str, bytes, bytearray)):
             raise TypeError

@@ -44,11 +44,14 @@ class Point:
         self._free: list[_Buffers] = []
 
     def __call__(self, arguments: tuple[Any, ...]) -> Any:
-        """Return the result or the tuple of results; None when an argument is not an array of doubles of its shape."""
+        """Return the result or the tuple of results; None when an argument is no double and no array of its shape."""
         if len(arguments) != len(self._shapes):
             return None
         for value, shape in zip(arguments, self._shapes, strict=True):
-            if not isinstance(value, np.ndarray) or value.dtype is not _DOUBLE or value.shape != shape:
+            if isinstance(value, np.ndarray):
+                if value.dtype is not _DOUBLE or value.shape != shape:
+                    return None
+            elif not isinstance(value, float) or shape:
                 return None
         try:
             buffers = self._free.pop()

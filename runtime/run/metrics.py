@@ -8,6 +8,7 @@ from collections.abc import Callable, Collection, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mehvar.errors import InputError, unknown_name
 from mehvar.manifest import Manifest, Metric
@@ -96,10 +97,11 @@ def evaluate(metric: Metric, t: FloatArray, series: Mapping[str, FloatArray]) ->
         raise unknown_name(f"kind of metric {metric.name}", metric.kind, _KINDS)
     if not metric.of:
         raise InputError(f"metric {metric.name} names no variable")
-    window = (t >= metric.since) & (t <= metric.until)
-    if not window.any():
+    whole = t.size > 0 and metric.since <= t[0] and t[-1] <= metric.until
+    window = slice(None) if whole else (t >= metric.since) & (t <= metric.until)
+    if not (isinstance(window, slice) or window.any()):
         return math.nan
-    values = np.stack([_signal(metric, of, series)[window] for of in metric.of])
+    values = np.array([_signal(metric, of, series)[window] for of in metric.of])
     return float(_KINDS[metric.kind](t[window], values, metric.band))
 
 
@@ -118,12 +120,12 @@ def _signal(metric: Metric, of: str, series: Mapping[str, FloatArray]) -> FloatA
 
 
 def _settling(t: FloatArray, values: FloatArray, band: float) -> float:
-    return max(_settling_of_one(t, row, band) for row in values)
+    outside = ~(np.abs(values) <= band)
+    return max(_settling_of_one(t, row, out.nonzero()[0], band) for row, out in zip(values, outside, strict=True))
 
 
-def _settling_of_one(t: FloatArray, row: FloatArray, band: float) -> float:
+def _settling_of_one(t: FloatArray, row: FloatArray, outside: NDArray[np.intp], band: float) -> float:
     """Return where the line between the last sample outside the band and the next one enters it."""
-    outside = np.flatnonzero(~(np.abs(row) <= band))
     if outside.size == 0:
         return float(t[0])
     last = outside[-1]

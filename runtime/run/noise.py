@@ -33,7 +33,9 @@ def normals(seed: int, run: int, samples: int, size: int, native: bool = True) -
     -------
     array, (samples, size)
     """
-    if native and samples and size:
+    if not (samples and size):
+        return np.empty((samples, size))
+    if native:
         numbers = np.empty((samples, size))
         load_native().mv_normals(
             ctypes.c_uint64(seed),

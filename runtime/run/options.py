@@ -7,10 +7,11 @@ read them; none of them holds a default or a bound of its own.
 
 from __future__ import annotations
 
+import operator
 import sys
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import MISSING, dataclass, field, fields, replace
-from typing import Any, Literal, SupportsIndex, get_args
+from typing import Any, Literal, get_args
 
 from mehvar.errors import InputError, bad_value
 
@@ -152,7 +153,10 @@ def rows(table: type) -> dict[str, Option]:
 
 def _count(value: object, number: float) -> int:
     """Return a whole number to its last digit, which a float above 2^53 has lost."""
-    return value.__index__() if isinstance(value, SupportsIndex) else int(number)
+    try:
+        return operator.index(value)  # type: ignore[arg-type]
+    except TypeError:
+        return int(number)
 
 
 _BY_BOARD: dict[Place, str] = {"board": "left out: the board decides it"}
@@ -265,7 +269,9 @@ class RunOptions:
 
     def __post_init__(self) -> None:
         for name, row in OPTIONS.items():
-            object.__setattr__(self, name, row.check(getattr(self, name), "the call"))
+            value = getattr(self, name)
+            if value is not row.default:
+                object.__setattr__(self, name, row.check(value, "the call"))
 
     def changes(self) -> dict[str, Any]:
         """Return by name what differs from the defaults."""

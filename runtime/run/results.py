@@ -5,13 +5,16 @@ from __future__ import annotations
 
 import functools
 import json
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from mehvar.errors import InputError
 from mehvar.manifest import Controller, Manifest, Metric
 from mehvar.versions import installed
 
-from .metrics import metrics, metrics_of, undetermined
+from .metrics import evaluate, metrics_of, undetermined
 from .simulate import Run
 
 if TYPE_CHECKING:
@@ -36,25 +39,45 @@ def to_dataset(run: Run) -> xarray.Dataset:
         the model. Each has `units` and `long_name`; a metric whose window no sample is in has a `note` too. The
         attributes hold model, law, scenario, status, effective parameters and the manifest, structured ones as JSON.
     """
-    import xarray
-
-    manifest, about = run.manifest, _descriptions(run.manifest, run.controller)
-    series = {name: ("t", values, about[name]) for name, values in run.variables().items()}
-    notes = notes_of(run)
-    numbers = {
-        name: ((), value, attributes_of(manifest.metrics[name], notes.get(name)))
-        for name, value in metrics(run, manifest).items()
-    }
+    manifest, about, series = run.manifest, _descriptions(run.manifest, run.controller), run.variables()
+    known = metrics_of(manifest, run.controller.name, series)
+    notes = _notes(run, known)
+    numbers = {name: attributes_of(metric, notes.get(name)) for name, metric in known.items()}
     twice = [name for name in ("t", *numbers) if name in series]
     if twice:
         raise InputError(f"a result cannot hold two variables called {twice[0]}: rename one in {manifest.model}")
-    time = ("t", run.t, {"units": "s", "long_name": "time"})
-    return xarray.Dataset({**series, **numbers}, coords={"t": time}, attrs=_attributes(run))
+    form = _form(run.t.tobytes(), _texts({name: about[name] for name in series}), _texts(numbers))
+    values = {name: evaluate(metric, run.t, series) for name, metric in known.items()}
+    dataset = form.copy(data={**series, **values})
+    dataset.attrs = _attributes(run)
+    return dataset
+
+
+_Texts = tuple[tuple[str, tuple[tuple[str, str], ...]], ...]
+"""Names with their attributes, as what can be looked up."""
+
+
+def _texts(attributes: Mapping[str, Mapping[str, str]]) -> _Texts:
+    return tuple((name, tuple(about.items())) for name, about in attributes.items())
+
+
+@functools.lru_cache(maxsize=8)  # as models at work at once; to align 50 variables with their index costs a millisecond
+def _form(instants: bytes, series: _Texts, numbers: _Texts) -> xarray.Dataset:
+    """Return a result without its numbers: what runs of a law at the same instants have in common."""
+    import xarray
+
+    t = np.frombuffer(instants)
+    columns = {name: ("t", np.empty_like(t), dict(about)) for name, about in series}
+    scalars = {name: ((), np.nan, dict(about)) for name, about in numbers}
+    return xarray.Dataset({**columns, **scalars}, coords={"t": ("t", t, {"units": "s", "long_name": "time"})})
 
 
 def notes_of(run: Run) -> dict[str, str]:
     """Say of each metric of a run that is undetermined why."""
-    known = metrics_of(run.manifest, run.controller.name, run.variables())
+    return _notes(run, metrics_of(run.manifest, run.controller.name, run.variables()))
+
+
+def _notes(run: Run, known: Mapping[str, Metric]) -> dict[str, str]:
     return undetermined(known, run.t_stop, float(run.options["dt_out"]))
 
 

@@ -7,6 +7,7 @@ below 0.9, and what begins at 0.9 would miss its sample.
 
 from __future__ import annotations
 
+import functools
 import math
 from fractions import Fraction
 
@@ -33,6 +34,7 @@ _MOST_TICKS = 20_000_000
 _MOST_SAMPLES = 5_000_000
 
 
+@functools.lru_cache(maxsize=4096)  # of a handful a run, and of the instants of inputs over time
 def fraction(value: float) -> Fraction:
     """Return the simple fraction that a number is the rounding of, or else its decimal digits."""
     simple = Fraction(value).limit_denominator(_DENOMINATOR)

@@ -18,6 +18,7 @@ enum fmu_kind { FMU_PLANT, FMU_LOOP, FMU_SAMPLED }; /* the plant alone; under a 
 
 #define FMU_TICKS 4097   /* of one period of a sampled law, at most, and one more */
 #define FMU_RELATIVE 1e-9 /* of times that importers add up: far above their rounding, far below any step */
+#define FMU_NULL "no place for a value, or none to take it from"
 #define FMU_WORK ((int64_t)(sizeof(mv_work) / sizeof(double)) + 1 + (MV_STAGES + 4) * FMU_NQ + FMU_NR + 3 * FMU_NU + \
                   2 * FMU_NZ + FMU_NX + FMU_NY)
 
@@ -255,6 +256,7 @@ static int fmu_may_set(const fmu_instance *i, size_t reference)
 
 static enum fmu_status fmu_set(fmu_instance *i, const unsigned *references, size_t n, const double *values)
 {
+    if (n && !(references && values)) return fmu_fail(i, FMU_ERROR, FMU_NULL);
     for (size_t k = 0; k < n; k++)
         if (!fmu_may_set(i, references[k]))
             return fmu_fail(i, FMU_ERROR, "a value reference is unknown, or cannot be set now");
@@ -265,6 +267,7 @@ static enum fmu_status fmu_set(fmu_instance *i, const unsigned *references, size
 
 static enum fmu_status fmu_get(fmu_instance *i, const unsigned *references, size_t n, double *values)
 {
+    if (n && !(references && values)) return fmu_fail(i, FMU_ERROR, FMU_NULL);
     for (size_t k = 0; k < n; k++)
         if (references[k] >= FMU_VALUES) return fmu_fail(i, FMU_ERROR, "a value reference is unknown");
     fmu_evaluate(i);
@@ -282,6 +285,7 @@ static enum fmu_status fmu_directional(fmu_instance *i, const unsigned *unknowns
     static const int nq = FMU_NQ;
     double by_state[FMU_NQ * FMU_NQ], by_input[FMU_NQ * (FMU_NU + FMU_NR) + 1];
     mv_model *m = &i->single.model;
+    if ((nu && !(unknowns && sensitivity)) || (nk && !(knowns && seed))) return fmu_fail(i, FMU_ERROR, FMU_NULL);
     fmu_evaluate(i);
     FMU_JACOBIANS(i->v + FMU_V_Q, i->v + FMU_V_U, i->v + FMU_V_R, m->p, m->c, by_state, by_input);
     for (size_t a = 0; a < nu; a++) {

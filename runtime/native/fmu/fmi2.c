@@ -153,7 +153,7 @@ fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_
 fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size)
 {
     INSTANCE;
-    NEED(state && size >= sizeof(fmu_instance), "no state, or too few bytes for it");
+    NEED(state && bytes && size >= sizeof(fmu_instance), "no state, or too few bytes for it");
     memcpy(bytes, state, sizeof(fmu_instance));
     return fmi2OK;
 }
@@ -161,7 +161,7 @@ fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte b
 fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state)
 {
     INSTANCE;
-    NEED(state && size == sizeof(fmu_instance), "these bytes are no state of this FMU");
+    NEED(state && bytes && size == sizeof(fmu_instance), "these bytes are no state of this FMU");
     fmu_instance *copy = calloc(1, sizeof *copy);
     NEED(copy, "no memory");
     memcpy(copy, bytes, sizeof *copy);
@@ -194,6 +194,7 @@ fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info)
 {
     INSTANCE;
     NEED(i->exchange && i->mode == FMU_EVENTS, "discrete states change in events");
+    NEED(info, FMU_NULL);
     fmu_event(i);
     memset(info, 0, sizeof *info);
     info->terminateSimulation = i->terminated;
@@ -215,6 +216,7 @@ fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean no_set, fmi2
     INSTANCE;
     (void)no_set;
     NEED(i->exchange && i->mode == FMU_CONTINUOUS, "steps are taken in continuous time");
+    NEED(event && terminate, FMU_NULL);
     *event = fmi2False;
     *terminate = fmu_over(i) ? fmi2True : fmi2False;
     return fmi2OK;
@@ -233,6 +235,7 @@ fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real x[], size_t n
 {
     INSTANCE;
     NEED(i->exchange && n == FMU_NQ, "another number of states");
+    NEED(x, FMU_NULL);
     memcpy(i->v + FMU_V_Q, x, sizeof(double) * n);
     i->stale = 1;
     return fmi2OK;
@@ -243,6 +246,7 @@ fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real x[], size_t n
     {                                                                                                                \
         INSTANCE;                                                                                                    \
         NEED(i->exchange && n == count, "another number of values");                                                 \
+        NEED(values || !n, FMU_NULL);                                                                                \
         fmu_evaluate(i);                                                                                             \
         memcpy(values, i->v + group, sizeof(double) * n);                                                            \
         return fmi2OK;                                                                                               \
@@ -255,6 +259,7 @@ fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real values[],
 {
     INSTANCE;
     NEED(i->exchange && n == FMU_NQ, "another number of states");
+    NEED(values, FMU_NULL);
     for (size_t k = 0; k < n; k++) values[k] = 1.0;
     return fmi2OK;
 }
@@ -306,6 +311,7 @@ fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Rea
 {
     INSTANCE;
     NEED(kind == fmi2LastSuccessfulTime, "this status is not known");
+    NEED(value, FMU_NULL);
     *value = i->v[FMU_V_T];
     return fmi2OK;
 }
@@ -322,6 +328,7 @@ fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2
 {
     INSTANCE;
     NEED(kind == fmi2Terminated, "this status is not known");
+    NEED(value, FMU_NULL);
     *value = i->terminated;
     return fmi2OK;
 }

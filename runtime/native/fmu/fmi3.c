@@ -265,7 +265,7 @@ fmi3Status fmi3SerializedFMUStateSize(fmi3Instance instance, fmi3FMUState state,
 fmi3Status fmi3SerializeFMUState(fmi3Instance instance, fmi3FMUState state, fmi3Byte bytes[], size_t size)
 {
     INSTANCE;
-    NEED(state && size >= sizeof(fmu_instance), "no state, or too few bytes for it");
+    NEED(state && bytes && size >= sizeof(fmu_instance), "no state, or too few bytes for it");
     memcpy(bytes, state, sizeof(fmu_instance));
     return fmi3OK;
 }
@@ -273,7 +273,7 @@ fmi3Status fmi3SerializeFMUState(fmi3Instance instance, fmi3FMUState state, fmi3
 fmi3Status fmi3DeserializeFMUState(fmi3Instance instance, const fmi3Byte bytes[], size_t size, fmi3FMUState *state)
 {
     INSTANCE;
-    NEED(state && size == sizeof(fmu_instance), "these bytes are no state of this FMU");
+    NEED(state && bytes && size == sizeof(fmu_instance), "these bytes are no state of this FMU");
     fmu_instance *copy = calloc(1, sizeof *copy);
     NEED(copy, "no memory");
     memcpy(copy, bytes, sizeof *copy);
@@ -315,6 +315,7 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean *again, f
 {
     INSTANCE;
     NEED(i->exchange && i->mode == FMU_EVENTS, "discrete states change in events");
+    NEED(again && terminate && nominals && values && next_defined && next, FMU_NULL);
     fmu_event(i);
     *again = *nominals = *values = fmi3False;
     *terminate = i->terminated != 0;
@@ -337,6 +338,7 @@ fmi3Status fmi3CompletedIntegratorStep(fmi3Instance instance, fmi3Boolean no_set
     INSTANCE;
     (void)no_set;
     NEED(i->exchange && i->mode == FMU_CONTINUOUS, "steps are taken in continuous time");
+    NEED(event && terminate, FMU_NULL);
     *event = fmi3False;
     *terminate = fmu_over(i) != 0;
     return fmi3OK;
@@ -355,6 +357,7 @@ fmi3Status fmi3SetContinuousStates(fmi3Instance instance, const fmi3Float64 x[],
 {
     INSTANCE;
     NEED(i->exchange && n == FMU_NQ, "another number of states");
+    NEED(x, FMU_NULL);
     memcpy(i->v + FMU_V_Q, x, sizeof(double) * n);
     i->stale = 1;
     return fmi3OK;
@@ -365,6 +368,7 @@ fmi3Status fmi3SetContinuousStates(fmi3Instance instance, const fmi3Float64 x[],
     {                                                                                                                \
         INSTANCE;                                                                                                    \
         NEED(i->exchange && n == count, "another number of values");                                                 \
+        NEED(values || !n, FMU_NULL);                                                                                \
         fmu_evaluate(i);                                                                                             \
         memcpy(values, i->v + group, sizeof(double) * n);                                                            \
         return fmi3OK;                                                                                               \
@@ -377,6 +381,7 @@ fmi3Status fmi3GetNominalsOfContinuousStates(fmi3Instance instance, fmi3Float64 
 {
     INSTANCE;
     NEED(i->exchange && n == FMU_NQ, "another number of states");
+    NEED(values, FMU_NULL);
     for (size_t k = 0; k < n; k++) values[k] = 1.0;
     return fmi3OK;
 }
@@ -385,6 +390,7 @@ fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance instance, size_t *n)
 {
     INSTANCE;
     NEED(i->exchange, "events are of model exchange");
+    NEED(n, FMU_NULL);
     *n = FMU_NM;
     return fmi3OK;
 }
@@ -393,6 +399,7 @@ fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance instance, size_t *n)
 {
     INSTANCE;
     NEED(i->exchange, "states are of model exchange");
+    NEED(n, FMU_NULL);
     *n = FMU_NQ;
     return fmi3OK;
 }
@@ -405,6 +412,7 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 t, fmi3Float64 h, fmi3B
     INSTANCE;
     (void)no_set;
     NEED(!i->exchange && i->mode == FMU_STEPPING, "steps are taken after initialization, in co-simulation");
+    NEED(events && terminate && early && last, FMU_NULL);
     const fmi3Status status = status_of(fmu_step(i, t, h));
     *events = fmi3False, *early = fmi3False;
     *terminate = i->terminated != 0;

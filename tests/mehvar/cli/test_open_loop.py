@@ -52,6 +52,19 @@ def test_other_inputs_are_refused(arguments: dict[str, Any], message: str) -> No
         command(**{"model": "satellite", "controller": "none", **arguments})
 
 
+def test_errors_of_a_file_name_it(tmp_path: Path) -> None:
+    file = tmp_path / "in.csv"
+    for rows, message in (("0,0\n2,0.1\n1,0\n", "they rise"), ("1,0\n", "the run begins at 0")):
+        file.write_text(f"t [s],Ty [N m]\n{rows}")
+        with pytest.raises(InputError, match=message) as refusal:
+            command(model="satellite", controller="none", inputs=file)
+        assert "--set" not in str(refusal.value)
+        assert str(file) in str(refusal.value)
+    file.write_text("t [s],Ty [N m]\n0,0\n2,0.1\n")
+    with pytest.raises(InputError, match=r"from --inputs .*in.csv\): must be known until the end of the run, 4 s"):
+        command(model="satellite", controller="none", inputs=file, interpolation="linear", t_end="4")
+
+
 def test_names_complete() -> None:
     context: Any = SimpleNamespace(params={"model": "satellite"})
     assert complete_models("s") == ["satellite", "slosh"]

@@ -4,8 +4,12 @@
 import shutil
 from pathlib import Path
 
+import pytest
+
+from mehvar.cli.diff import command
 from mehvar.comparison.runs import runs
 from mehvar.comparison.text import run_lines
+from mehvar.errors import InputError
 from mehvar.manifest import FILE, sealed
 
 PENDULUM = Path(__file__).parents[2] / "runtime" / "pendulum"
@@ -21,3 +25,10 @@ def test_what_both_versions_refuse_is_told_as_not_run(tmp_path: Path) -> None:
     assert {(law, scenario) for law, scenario, _ in result.refused} == {("pd", "stiff"), ("p-sum", "stiff")}
     assert not {(law, scenario) for law, scenario, _ in result.refused} & set(result.same)
     assert any(line.startswith("not run, as both refuse it: stiff under pd: ") for line in run_lines(result))
+
+
+@pytest.mark.parametrize(("form", "file"), [("json", "a.html"), ("html", "a.json"), ("text", "a.md")])
+def test_a_file_holds_what_its_name_says(form: str, file: str, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=f"--format = '{form}': must be left out or .*, as .*{file} ends"):
+        command(str(PENDULUM), str(PENDULUM), form=form, out=tmp_path / file)
+    assert not (tmp_path / file).exists()

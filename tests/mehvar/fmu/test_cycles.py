@@ -18,22 +18,38 @@ from tests.tools import needs
 SANITIZERS = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all")
 
 
-def unpacked(folder: Path, **options: str) -> str:
+def unpacked(folder: Path, model: str = "triangle", **options: str) -> str:
     """Export, unpack, and return the token."""
-    mehvar.export_fmu("triangle", folder / "unit.fmu", **options)
+    mehvar.export_fmu(model, folder / "unit.fmu", **options)
     with zipfile.ZipFile(folder / "unit.fmu") as archive:
         archive.extractall(folder)
-        return str(ElementTree.fromstring(archive.read("modelDescription.xml")).get("guid"))
+        about = ElementTree.fromstring(archive.read("modelDescription.xml"))
+        return str(about.get("guid") or about.get("instantiationToken"))
+
+
+def sanitized(folder: Path, program: str, token: str, *flags: str) -> subprocess.CompletedProcess[str]:
+    """Compile a program of this folder with the unit's sources, and run it."""
+    files = [str(Path(__file__).with_name(program)), "sources/unit.c", "sources/jacobians.c"]
+    command = ["gcc", "-std=gnu11", "-g", "-O1", *SANITIZERS, *flags, "-Isources", *files, "-lm", "-o", "program"]
+    subprocess.run(command, cwd=folder, check=True, capture_output=True)
+    return subprocess.run([folder / "program", token], capture_output=True, text=True, check=False)
 
 
 @needs("gcc")
 def test_ten_thousand_instances_leave_nothing_behind(tmp_path):
-    token = unpacked(tmp_path, controller="path")
-    files = [str(Path(__file__).with_name("cycles.c")), "sources/unit.c", "sources/jacobians.c"]
-    command = ["gcc", "-std=gnu11", "-g", "-O1", *SANITIZERS, "-Isources", *files, "-lm", "-o", "cycles"]
-    subprocess.run(command, cwd=tmp_path, check=True, capture_output=True)
-    done = subprocess.run([tmp_path / "cycles", token], capture_output=True, text=True, check=False)
+    done = sanitized(tmp_path, "cycles.c", unpacked(tmp_path, controller="path"))
     assert (done.returncode, done.stdout) == (0, "10000 cycles\n"), done.stderr
+
+
+@needs("gcc")
+@pytest.mark.parametrize("fmi", ["2.0", "3.0"])
+@pytest.mark.parametrize(("model", "law"), [("triangle", "path"), ("satellite", "pd")])
+def test_wrong_calls_are_refused_and_change_nothing(model, law, fmi, tmp_path):
+    """Unknown references, steps of no length or past the end, functions out of order, null pointers."""
+    token = unpacked(tmp_path, model, controller=law, fmi=fmi)
+    states = (tmp_path / "sources" / "fmu_model.h").read_text().split("FMU_NQ ", 1)[1].split()[0]
+    done = sanitized(tmp_path, f"wrong{fmi[0]}.c", token, f"-DSTATES={states}")
+    assert (done.returncode, done.stdout) == (0, "refused\n"), done.stderr
 
 
 @pytest.mark.parametrize("fmi", ["2.0", "3.0"])

@@ -93,3 +93,11 @@ def test_names_with_units_are_words(factors):
     unit = " ".join(name if power == 1 else f"{name}^{power}" for name, power in factors)
     assert flat_name("x", unit).isidentifier()
     assert flat_name("x", "1") == "x"
+
+
+@pytest.mark.parametrize("place", ["runs.csv", "g/runs.csv", "../runs.zarr/runs.csv"])
+def test_nothing_is_written_into_a_batch(batch, place):
+    before = sorted(batch[0].rglob("*"))
+    with pytest.raises(InputError, match="a file outside the batch"):
+        convert(batch[0], "csv", batch[0] / place)
+    assert sorted(batch[0].rglob("*")) == before

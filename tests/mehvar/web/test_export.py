@@ -170,3 +170,10 @@ def test_what_only_a_c_library_has_is_seen():
 def test_an_unknown_model_is_refused(tmp_path):
     with pytest.raises(InputError, match="triangl"):
         export_web("triangl", tmp_path)
+
+
+def test_a_file_is_no_folder_for_a_page(tmp_path):
+    (tmp_path / "page").write_text("kept")
+    with pytest.raises(InputError, match=r"a folder that can be made, but .*page is a file"):
+        export_web("triangle", tmp_path / "page")
+    assert (tmp_path / "page").read_text() == "kept"

@@ -137,6 +137,26 @@ def test_a_model_of_ones_own_is_named_or_trusted(made: Path, command: Command) -
     assert not is_model_of(open_store(made / "runs.zarr"), mehvar.load(PENDULUM))
 
 
+def test_a_store_says_which_model_to_name(made: Path, tmp_path: Path, command: Command) -> None:
+    """Moved: the folder that the store names is gone; then the project that one stands in has the same text."""
+    again = ("simulate", "--from", "runs.zarr", "--run", "1")
+    project = tmp_path / "project"
+    shutil.copytree(made, project)
+    point_to(project / "runs.zarr", project / "gone")
+    for trust in ((), ("--trust-model",)):
+        status, said = command(*again, *trust, cwd=project)
+        assert status == 2
+        assert "which is no folder here: name the model" in said
+    (project / "generated").mkdir()
+    (project / "model").rename(project / "generated" / "pendulum")
+    (project / "models" / "pendulum").mkdir(parents=True)
+    (project / "models" / "pendulum" / "parameters.toml").touch()
+    status, said = command(*again, cwd=project)
+    assert status == 2
+    assert "has this text: to take it, mehvar simulate pendulum --from STORE" in said
+    assert command("simulate", "pendulum", *again[1:], cwd=project)[0] == 0
+
+
 def test_an_installed_model_is_taken_when_its_text_made_the_store(tmp_path: Path) -> None:
     run_batch("triangle", Campaign("path", n=4, options={"t_end": 0.05}), tmp_path / "runs.zarr")
     point_to(tmp_path / "runs.zarr", tmp_path / "elsewhere")

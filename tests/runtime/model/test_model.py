@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -173,11 +174,31 @@ def test_models_are_found_by_folder_only_if_they_are_one(folder: Path, tmp_path:
         runtime.load(folder, backend="fortran")  # type: ignore[arg-type]
 
 
-def test_known_models_are_suggested(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(runtime.model.catalogue, "known_models", lambda: {"pendulum": folder})
-    assert find_model("pendulum").folder == folder
-    with pytest.raises(InputError, match=r"'pendlum': did you mean pendulum\? known: pendulum"):
+@pytest.fixture
+def project(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    shutil.copytree(folder, tmp_path / "generated" / "pendulum")
+    (tmp_path / "models" / "pendulum").mkdir(parents=True)
+    (tmp_path / "models" / "pendulum" / "parameters.toml").touch()
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_models_of_the_project_are_known_and_suggested(project: Path) -> None:
+    assert find_model("pendulum").folder == project / "generated" / "pendulum"
+    with pytest.raises(InputError, match=r"'pendlum': did you mean pendulum\? known: .*, pendulum"):
         find_model("pendlum")
+
+
+@pytest.mark.parametrize("name", ["", ".", "..", "pendulum/", "../generated/pendulum", "pendulum\0", "p" * 5000])
+def test_a_name_is_no_path_below_generated(project: Path, name: str) -> None:
+    with pytest.raises(InputError):
+        find_model(name)
+
+
+def test_a_model_of_the_project_hides_the_one_of_its_name(project: Path) -> None:
+    (project / "generated" / "pendulum").rename(project / "generated" / "triangle")
+    with pytest.warns(UserWarning, match="triangle is that in .*, not the one that comes with mehvar"):
+        assert find_model("triangle").model == "pendulum"
 
 
 @pytest.mark.parametrize(

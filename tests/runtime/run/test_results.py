@@ -175,3 +175,16 @@ def test_text_and_bytes_are_written_as_they_are(tmp_path: Path) -> None:
     write_atomic(tmp_path / "a.txt", b"\x00")
     assert (tmp_path / "a.txt").read_bytes() == b"\x00"
     assert [path.name for path in tmp_path.iterdir()] == ["a.txt"]
+
+
+def test_results_of_one_form_share_nothing_that_can_be_changed(pendulum: Model) -> None:
+    first, second = (runtime.to_dataset(runtime.simulate(pendulum, "pd", rate_0=rate)) for rate in (0.1, 0.2))
+    assert first["angle"].values[-1] != second["angle"].values[-1]
+    for name in first.variables:
+        first[name].attrs["units"] = "changed"
+        if name not in first.indexes:
+            first[name].values[...] = -1.0
+    first.attrs["title"], first["more"] = "changed", ("t", first["t"].values)
+    again = runtime.to_dataset(runtime.simulate(pendulum, "pd", rate_0=0.2))
+    xarray.testing.assert_identical(again, second)
+    assert not first["t"].values.flags.writeable
