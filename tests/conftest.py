@@ -1,22 +1,65 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which tests one process has: those of a module, and all of the papers, which share their runs."""
+"""Which tests one process has, the longest first, and the cache that all processes share.
+
+A process has the tests of a module, which share fixtures; all of the papers, which share their runs; a page of the
+documentation, which shares nothing.
+"""
 
 from __future__ import annotations
 
+import os
+from collections.abc import Iterator
 from typing import Any
 
 import pytest
 
 PAPERS = "tests/mehvar/papers/"
+PAGES = "tests/docs/test_docs.py::test_what_a_page_shows_runs["
+LONG = (
+    "tests/mehvar/cli/test_reproduce.py",
+    PAPERS,
+    "tests/mehvar/comparison/",
+    "tests/mehvar/test_effects.py",
+    "tests/codegen/test_generate.py",
+    "tests/codegen/test_oracle.py",
+    "tests/models/slosh/",
+    "tests/runtime/board/",
+    "tests/gates/",
+    PAGES,
+)
+"""What takes a minute or more of a processor: one that began last would leave the others without work."""
+
+
+def _place(item: pytest.Item) -> int:
+    return next((k for k, start in enumerate(LONG) if item.nodeid.startswith(start)), len(LONG))
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Begin with what takes longest; the sort leaves equal ones in their order."""
+    items.sort(key=_place)
 
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
-    """Schedule by module, but the papers' tests as one."""
+    """Schedule by module, but the papers' tests as one and pages one by one."""
     from xdist.scheduler import LoadScopeScheduling
 
     class ByModule(LoadScopeScheduling):  # type: ignore[misc]  # xdist has no annotations
         def _split_scope(self, nodeid: str) -> str:
+            if nodeid.startswith(PAGES):
+                return nodeid
             return PAPERS if nodeid.startswith(PAPERS) else str(super()._split_scope(nodeid))
 
+    config.option.loadscopereorder = False  # which would begin with the modules that have most tests
     return ByModule(config, log) if config.getvalue("dist") == "loadscope" else None
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Compile and judge once in all processes of this run, and nothing that an earlier one has left."""
+    own = tmp_path_factory.getbasetemp()
+    run = own.parent if "PYTEST_XDIST_WORKER" in os.environ else own
+    with pytest.MonkeyPatch.context() as patch:
+        # a run over many mutants keeps what did not change compiled
+        patch.setenv("MEHVAR_CACHE", os.environ.get("MEHVAR_TEST_CACHE") or str(run / "compiled"))
+        yield

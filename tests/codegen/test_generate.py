@@ -51,7 +51,7 @@ def python(code: str, folder: Path, **environment: str) -> str:
 
 
 def test_who_derives_changes_nothing(tree):
-    """A text beside the models that derives them asks nothing in their name; so does a console script there."""
+    """A text beside the models that derives them asks nothing in their name, nor does a console script there."""
     program = tree.root / "bin" / "derive"
     program.parent.mkdir()
     program.write_text(

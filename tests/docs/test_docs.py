@@ -18,6 +18,7 @@ import io
 import os
 import re
 import runpy
+import shlex
 import shutil
 import subprocess
 import sys
@@ -30,6 +31,7 @@ from typing import Any
 import pytest
 
 from docs.site import pictures
+from tests import commands
 from tests.validation import __main__ as validation
 from tests.validation.table import Row
 
@@ -148,7 +150,7 @@ def run_python(block: Block, page: Path, names: dict[str, Any]) -> str:
 
 def run_shell(block: Block, where: str, folder: Path) -> str:
     """Run a block as one script and compare status and output with what the page shows."""
-    script, shown = commands(block)
+    script, shown = script_of(block)
     wanted = int(said(block, "exit") or 0)
     done = subprocess.run(
         ["bash", "-euo", "pipefail", "-c", script],
@@ -166,7 +168,7 @@ def run_shell(block: Block, where: str, folder: Path) -> str:
     return done.stdout
 
 
-def commands(block: Block) -> tuple[str, list[str]]:
+def script_of(block: Block) -> tuple[str, list[str]]:
     """Split a console block into a script and the output it shows; a bash block is a script as a whole."""
     if block.language == "bash":
         return "\n".join(block.lines), []
@@ -185,9 +187,9 @@ def environment(folder: Path) -> dict[str, str]:
     programs = folder / ".bin"
     if not programs.exists():
         programs.mkdir()
-        for name, call in (("python", ""), ("mehvar", " -P -m mehvar")):
+        for name, call in (("python", [sys.executable]), ("mehvar", commands.mehvar())):
             program = programs / name
-            program.write_text(f'#!/bin/sh\nexec "{sys.executable}"{call} "$@"\n', encoding="utf-8")
+            program.write_text(f'#!/bin/sh\nexec {shlex.join(call)} "$@"\n', encoding="utf-8")
             program.chmod(0o755)
     return {**os.environ, "PATH": f"{programs}{os.pathsep}{os.environ['PATH']}"}
 

@@ -14,15 +14,13 @@ STEPS: tuple[tuple[str, int], ...] = (  # command and exit status
     ("mehvar list", 0),
     ("mehvar show triangle", 0),
     ("mehvar simulate triangle --controller path --t-end 1 --out run.nc", 0),
-    ("python -m mehvar simulate satellite --controller mrac --t-end 20", 0),
+    ("python -m mehvar simulate triangle --controller sliding --t-end 1", 0),
     ("mehvar batch triangle --controller path -n 100 --t-end 1 --vary m1=uniform(0.9,1.1) --out runs.zarr", 2),
     ("mehvar batch triangle --controller path -n 100 --t-end 1 --vary theta_0=uniform(0.9,1.1) --out runs.zarr", 0),
     ("mehvar stats runs.zarr", 0),
     ("mehvar simulate --from runs.zarr --run 7", 0),
-    ("mehvar generate triangle --out equal", 0),
     ("mehvar generate triangle --structure masses=general --out general", 0),
-    ("mehvar diff equal general", 1),
-    ("mehvar diff equal equal", 0),
+    ("mehvar diff general general", 0),
     ("mehvar new wheel", 0),
 )
 OWN: tuple[tuple[str, int], ...] = (

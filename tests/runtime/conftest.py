@@ -3,9 +3,8 @@
 
 from __future__ import annotations
 
-import os
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -14,14 +13,6 @@ from mehvar import runtime
 from mehvar.manifest import FILE, sealed
 
 PENDULUM = Path(__file__).parent / "pendulum"
-
-
-@pytest.fixture(scope="session", autouse=True)
-def _cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    with pytest.MonkeyPatch.context() as patch:
-        # a run over many mutants keeps what did not change compiled
-        patch.setenv("MEHVAR_CACHE", os.environ.get("MEHVAR_TEST_CACHE") or str(tmp_path_factory.mktemp("cache")))
-        yield
 
 
 @pytest.fixture(scope="session")

@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 import mehvar
+from tests import commands
 
 TIGHT = ("--set", "R=0.3", "--set", "l1_f=0.45", "--set", "l2_f=0.45")
 SIMULATE = ("simulate", "triangle", "--controller", "path", "--t-end", "1")
@@ -19,7 +20,7 @@ SIMULATE = ("simulate", "triangle", "--controller", "path", "--t-end", "1")
 
 def run(*arguments: str, cwd: Path | None = None, **environment: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
-        [sys.executable, "-m", "mehvar", *arguments],
+        [*commands.mehvar(), *arguments],
         capture_output=True,
         text=True,
         cwd=cwd,

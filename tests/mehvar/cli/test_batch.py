@@ -24,6 +24,7 @@ import mehvar
 from mehvar.__main__ import main
 from mehvar.runtime.batch.store.store import open_store
 from mehvar.runtime.units import read_value
+from tests import commands
 
 BATCH = ("batch", "triangle", "--controller", "path", "--seed", "3", "--t-end", "0.5")
 VARY = ("--vary", "l1_0=normal(0.2, 0.01)", "--vary", "theta=uniform(0.8, 1.2)")
@@ -31,9 +32,7 @@ KILL_TEST = Path(__file__).parents[3] / "benchmarks" / "kill_test.py"
 
 
 def run(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-m", "mehvar", *arguments], capture_output=True, text=True, cwd=cwd, timeout=120
-    )
+    return subprocess.run([*commands.mehvar(), *arguments], capture_output=True, text=True, cwd=cwd, timeout=120)
 
 
 def refused(*arguments: str, cwd: Path) -> str:

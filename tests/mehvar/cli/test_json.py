@@ -6,20 +6,18 @@ from __future__ import annotations
 import json
 import re
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
 import mehvar
+from tests import commands
 
 REFERENCE = Path(__file__).parents[3] / "docs" / "reference" / "command-line.md"
 
 
 def facts(*words: str) -> dict[str, object]:
-    done = subprocess.run(
-        [sys.executable, "-m", "mehvar", *words, "--json"], capture_output=True, text=True, check=False
-    )
+    done = subprocess.run([*commands.mehvar(), *words, "--json"], capture_output=True, text=True, check=False)
     assert done.returncode in (0, 1), done.stderr
     result = json.loads(done.stdout, parse_constant=pytest.fail)
     assert isinstance(result, dict)

@@ -13,14 +13,16 @@ import pytest
 from mehvar.cli.new import scaffold
 from mehvar.codegen.generate import Tree, check
 from mehvar.errors import InputError
+from tests import commands
 
 ROOT = Path(__file__).parents[3]
 
 
 def run(folder: Path, *command: str) -> subprocess.CompletedProcess[str]:
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    start = commands.mehvar() if command[0] == "mehvar" else [sys.executable, "-m", command[0]]
     return subprocess.run(
-        [sys.executable, "-m", *command], cwd=folder, env=environment, capture_output=True, text=True, check=False
+        [*start, *command[1:]], cwd=folder, env=environment, capture_output=True, text=True, check=False
     )
 
 

@@ -9,7 +9,6 @@ import re
 import shlex
 import shutil
 import subprocess
-import sys
 import xml.etree.ElementTree as ET
 from html.parser import HTMLParser
 from pathlib import Path
@@ -23,6 +22,7 @@ from mehvar.cli.app import app
 from mehvar.codegen.workspace import ROOMS
 from mehvar.errors import InputError
 from mehvar.manifest import sealed
+from tests import commands
 from tests.mehvar.browser import chromium
 
 ROOT = Path(__file__).parents[3]
@@ -45,7 +45,7 @@ class Project:
     def mehvar(self, *arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
         """Call the command as a process."""
         return subprocess.run(
-            [sys.executable, "-P", "-m", "mehvar", *arguments],
+            [*commands.mehvar(), *arguments],
             capture_output=True,
             text=True,
             cwd=self.root,
@@ -464,7 +464,7 @@ def configure(project: Project, kind: str, command: str) -> None:
     """Set up git as the tutorial says, with the mehvar under test."""
     (project.root / ".gitattributes").write_text("generated/*/equations.json diff=mehvar\n")
     project.commit("attributes")
-    project.git("config", f"diff.mehvar.{kind}", f"'{sys.executable}' -P -m mehvar {command}")
+    project.git("config", f"diff.mehvar.{kind}", f"{shlex.join(commands.mehvar())} {command}")
 
 
 def test_a_misprint_of_the_paper_is_named_with_its_correction(project):
@@ -505,7 +505,7 @@ def command(tmp_path) -> dict[str, str]:
     """An environment in which `mehvar` is the one under test."""
     folder = tmp_path / "bin"
     folder.mkdir()
-    (folder / "mehvar").write_text(f'#!/bin/sh\nexec "{sys.executable}" -P -m mehvar "$@"\n')
+    (folder / "mehvar").write_text(f'#!/bin/sh\nexec {shlex.join(commands.mehvar())} "$@"\n')
     (folder / "mehvar").chmod(0o755)
     return {"PATH": f"{folder}{os.pathsep}{os.environ['PATH']}"}
 

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mehvar.codegen.ledger.ledger import ledger
+from mehvar.codegen.generate import installed_tree
+from mehvar.ledger.judging import judged
 from mehvar.papers.claims import ClaimVerdict
 from mehvar.papers.deviations import Deviation, deviations, table_claims
 from mehvar.papers.reproduction import load_reproduction, paper_models
@@ -67,10 +68,11 @@ def test_the_readings_in_use_are_those_under_which_the_comparison_holds(claims):
 
 def test_every_sentence_table_and_figure_has_an_entry_with_a_verdict(claims, runs):
     paper = load_reproduction("triangle")
-    judged = {entry.number: str(entry.verdict) for entry in ledger("triangle").entries}
-    assert list(missing(paper.statements, claims, judged, [figure.number for figure in paper.figures])) == []
+    (ledger,) = judged(installed_tree(), "triangle")
+    verdicts = {entry["number"]: entry["verdict"] for entry in ledger["entries"]}
+    assert list(missing(paper.statements, claims, verdicts, [figure.number for figure in paper.figures])) == []
     everything = [*claims.values(), *table_claims(runs.model.manifest, deviations(runs))]
-    statements = judge(paper.statements, everything, judged)
+    statements = judge(paper.statements, everything, verdicts)
     open_ones = {statement.text.text for statement in statements if statement.verdict is StatementVerdict.OPEN}
     refuted = {statement.text.text for statement in statements if statement.verdict is StatementVerdict.REFUTED}
     assert not open_ones | refuted

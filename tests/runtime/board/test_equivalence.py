@@ -20,7 +20,7 @@ from tests.tools import needs
 
 GCC = pytest.param("gcc", marks=needs("arm-none-eabi-gcc"))
 NEEDS_QEMU = needs("qemu-system-arm")
-QEMU, QEMU_SAMPLES = pytest.param("qemu", marks=NEEDS_QEMU), pytest.param("qemu", 300, marks=NEEDS_QEMU)
+QEMU = pytest.param("qemu", marks=NEEDS_QEMU)
 LAWS = [("satellite", "mrac"), ("triangle", "path"), ("triangle", "sliding")]
 LONG = 5000
 
@@ -47,8 +47,15 @@ def expected_crc() -> str:
     return f"{outcome.selftest.crc:08x}"
 
 
-@pytest.mark.parametrize("compiler", [GCC, "zig"])
-@pytest.mark.parametrize(("target", "samples"), [("unicorn", LONG), QEMU_SAMPLES])
+@pytest.mark.parametrize(
+    ("target", "samples", "compiler"),
+    [
+        pytest.param("unicorn", LONG, "gcc", marks=needs("arm-none-eabi-gcc")),
+        pytest.param("qemu", 300, "zig", marks=NEEDS_QEMU),
+        pytest.param("unicorn", LONG, "zig", marks=pytest.mark.soak),
+        pytest.param("qemu", 300, "gcc", marks=[NEEDS_QEMU, needs("arm-none-eabi-gcc"), pytest.mark.soak]),
+    ],
+)
 def test_every_emulator_with_every_compiler(target, samples, compiler, expected_crc):
     """5000 samples, which go on past the scenario's end: in closed loop with the host and on the target alone.
 

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -12,6 +11,7 @@ import pytest
 import mehvar
 from mehvar.manifest import Function
 from mehvar.runtime.model.functions import FloatArray
+from tests import commands
 
 MODELS = ("triangle", "slosh", "satellite")
 LONGEST = 6000
@@ -29,7 +29,7 @@ def own(tmp_path_factory: pytest.TempPathFactory) -> mehvar.Model:
     """What `mehvar new` writes, generated."""
     folder = tmp_path_factory.mktemp("own")
     for words, place in ((["new", "own"], folder), (["generate", "own"], folder / "own")):
-        subprocess.run([sys.executable, "-m", "mehvar", *words], cwd=place, check=True, capture_output=True)
+        subprocess.run([*commands.mehvar(), *words], cwd=place, check=True, capture_output=True)
     return mehvar.load(folder / "own" / "generated" / "own")
 
 
