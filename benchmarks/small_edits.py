@@ -122,10 +122,10 @@ EDITS = (
     Edit("slosh", "sign: u2", "laws/controllers.py", "-c.w2 * cc", "c.w2 * cc"),
     Edit(
         "slosh",
-        "term: one of the gyroscopic moment",
-        "fast/hull.py",
-        "p.J_y - p.J_x - about_z, xy",
-        "p.J_y - about_z, xy",
+        "term: gyroscopic one of the reduced model",
+        "plant/reduced.py",
+        "*inputs[:2]]) - rate.cross(velocity)",
+        "*inputs[:2]])",
     ),
     Edit("slosh", "title: roll inertia", "fast/hull.py", 'title="roll inertia"', 'title="inertia in roll"'),
 )
